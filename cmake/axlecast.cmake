@@ -1,0 +1,108 @@
+include(GoogleTest)
+
+# What tools/demo, tools/test and tools/campaign ask for by name.
+add_custom_target(axlecast_programs)
+add_custom_target(axlecast_unit_tests)
+add_custom_target(axlecast_fuzzers)
+
+add_library(axlecast_flags INTERFACE)
+target_include_directories(axlecast_flags INTERFACE ${CMAKE_SOURCE_DIR})
+target_compile_options(axlecast_flags INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wold-style-cast -Wnon-virtual-dtor
+  -Woverloaded-virtual -Werror)
+if(AXLECAST_SANITIZE)
+  target_compile_options(axlecast_flags INTERFACE -fsanitize=${AXLECAST_SANITIZE} -fno-sanitize-recover=all
+    -fno-omit-frame-pointer)
+  target_link_options(axlecast_flags INTERFACE -fsanitize=${AXLECAST_SANITIZE})
+endif()
+
+# axlecast_folder(TARGET [DEPENDS target...])
+#
+# The convention of every folder: its .cpp files are the library TARGET, its *_test.cpp files are the tests of
+# TARGET_test, its *_fuzz.cpp files are one libFuzzer program each, and main.cpp is for the folder's own
+# CMakeLists.txt to name.
+function(axlecast_folder target)
+  cmake_parse_arguments(ARG "" "" "DEPENDS;TEST_DEPENDS" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS *.cpp)
+  file(GLOB tests CONFIGURE_DEPENDS *_test.cpp)
+  file(GLOB fuzzers CONFIGURE_DEPENDS *_fuzz.cpp)
+  file(GLOB mains CONFIGURE_DEPENDS main.cpp *_main.cpp)
+  if(tests OR fuzzers OR mains)
+    list(REMOVE_ITEM sources ${tests} ${fuzzers} ${mains})
+  endif()
+  if(sources)
+    add_library(${target} STATIC ${sources})
+    target_link_libraries(${target} PUBLIC axlecast_flags ${ARG_DEPENDS})
+  else()
+    add_library(${target} INTERFACE)
+    target_link_libraries(${target} INTERFACE axlecast_flags ${ARG_DEPENDS})
+  endif()
+  if(tests AND AXLECAST_TESTS)
+    add_executable(${target}_test ${tests})
+    set_target_properties(${target}_test PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/test)
+    add_dependencies(axlecast_unit_tests ${target}_test)
+    target_link_libraries(${target}_test PRIVATE ${target} ${ARG_TEST_DEPENDS} GTest::gmock GTest::gtest_main)
+    gtest_discover_tests(${target}_test TEST_PREFIX ${target}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+  endif()
+  if(AXLECAST_FUZZERS)
+    foreach(fuzzer ${fuzzers})
+      get_filename_component(name ${fuzzer} NAME_WE)
+      add_executable(${target}_${name} ${fuzzer})
+      target_link_libraries(${target}_${name} PRIVATE ${target})
+      target_compile_options(${target}_${name} PRIVATE -fsanitize=fuzzer)
+      target_link_options(${target}_${name} PRIVATE -fsanitize=fuzzer)
+      set_target_properties(${target}_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/fuzz)
+      add_dependencies(axlecast_fuzzers ${target}_${name})
+    endforeach()
+  endif()
+endfunction()
+
+# axlecast_family(NAME [DEPENDS target...])
+#
+# One family of devices in drivers/NAME: library family_NAME, which defines `const Family& NAME_family()` in
+# namespace axlecast, and the driver program axlecast-<name>. Named by the folder; nothing else lists it.
+function(axlecast_family name)
+  cmake_parse_arguments(ARG "" "" "DEPENDS" ${ARGN})
+  axlecast_folder(family_${name} DEPENDS runtime_core runtime_config lcmtypes nlohmann_json::nlohmann_json ${ARG_DEPENDS}
+    TEST_DEPENDS tests_support)
+  set_property(GLOBAL APPEND PROPERTY AXLECAST_FAMILIES ${name})
+  string(REPLACE _ - program ${name})
+  file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/main.cpp
+    "#include \"drivers/runtime/driver/driver_main.h\"\n\n"
+    "namespace axlecast {\nconst Family& ${name}_family();\n}\n\n"
+    "int main(int argc, char** argv) { return axlecast::DriverMain(axlecast::${name}_family(), argc, argv); }\n")
+  add_executable(axlecast-${program} ${CMAKE_CURRENT_BINARY_DIR}/main.cpp)
+  target_link_libraries(axlecast-${program} PRIVATE family_${name} runtime_driver single_family_${name})
+  add_dependencies(axlecast_programs axlecast-${program})
+  # In a driver the table of families holds its own.
+  axlecast_family_table(single_family_${name} ${name})
+endfunction()
+
+# axlecast_family_table(TARGET NAME...): defines Families() for a program that links these families.
+function(axlecast_family_table target)
+  set(declarations "")
+  set(entries "")
+  foreach(name ${ARGN})
+    string(APPEND declarations "const Family& ${name}_family();\n")
+    string(APPEND entries "&${name}_family(), ")
+    list(APPEND libraries family_${name})
+  endforeach()
+  list(LENGTH ARGN count)
+  file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/${target}.cpp @ONLY CONTENT
+"#include <array>
+
+#include \"drivers/runtime/core/family.h\"
+
+namespace axlecast {
+@declarations@
+std::span<const Family* const> Families() {
+  static const std::array<const Family*, @count@> families = {@entries@};
+  return families;
+}
+
+}  // namespace axlecast
+")
+  add_library(${target} OBJECT ${CMAKE_CURRENT_BINARY_DIR}/${target}.cpp)
+  target_link_libraries(${target} PUBLIC axlecast_flags ${libraries})
+  target_sources(${target} INTERFACE $<TARGET_OBJECTS:${target}>)
+endfunction()

@@ -1,0 +1,28 @@
+# Debian packages; README.md says what each is for.
+find_package(Threads REQUIRED)
+find_package(yaml-cpp REQUIRED)
+find_package(spdlog REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(nlohmann_json REQUIRED)
+if(AXLECAST_TESTS)
+  find_package(GTest REQUIRED)
+endif()
+find_package(Python3 REQUIRED COMPONENTS Interpreter)
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(SYSTEMD REQUIRED IMPORTED_TARGET libsystemd)
+pkg_check_modules(SODIUM REQUIRED IMPORTED_TARGET libsodium)
+
+# Upstream LCM 1.5 ships a CMake package; Debian 12's 1.3.1 ships none, and its pkg-config file asks for GLib's
+# headers, which we do not need.
+find_package(lcm CONFIG QUIET)
+if(TARGET lcm::lcm)
+  add_library(axlecast_lcm ALIAS lcm::lcm)
+  set(LCM_GEN $<TARGET_FILE:lcm::lcm-gen>)
+else()
+  find_path(LCM_INCLUDE_DIR lcm/lcm.h REQUIRED)
+  find_library(LCM_LIBRARY lcm REQUIRED)
+  find_program(LCM_GEN lcm-gen REQUIRED)
+  add_library(axlecast_lcm INTERFACE)
+  target_include_directories(axlecast_lcm SYSTEM INTERFACE ${LCM_INCLUDE_DIR})
+  target_link_libraries(axlecast_lcm INTERFACE ${LCM_LIBRARY})
+endif()

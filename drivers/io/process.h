@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "drivers/io/descriptor.h"
+
+namespace axlecast {
+
+// A new identity for a process: random, > 0.
+[[nodiscard]] std::int64_t RandomBootId();
+
+// Applies to the calling thread (priority, cpu) and the process (memory). SCHED_FIFO `priority` 1..99, 0: normal
+// scheduling; `cpu` -1: any. Also lets the calling thread's timers fire within 1 us instead of the usual 50 us.
+// What the system did not allow comes back as warnings, each with its remedy; the rest is applied.
+[[nodiscard]] std::vector<std::string> ApplyRealtime(int priority, int cpu, bool lock_memory);
+
+// Takes SIGINT and SIGTERM as a request to stop, for as long as it lives. One at a time in a process. Blocks no
+// signal: threads and children start with the mask and, after exec, the actions that they always had.
+class StopSignal {
+ public:
+  StopSignal();
+  ~StopSignal();
+  StopSignal(const StopSignal&) = delete;
+  StopSignal& operator=(const StopSignal&) = delete;
+
+  [[nodiscard]] bool Requested() const { return Count() > 0; }
+  [[nodiscard]] int Count() const;  // an impatient operator asks twice
+  // Waits at most `timeout_ms` (-1: for ever) for a request; true when there is one.
+  [[nodiscard]] bool Wait(int timeout_ms) const;
+  // Stays readable once a stop was requested.
+  [[nodiscard]] int FileDescriptor() const { return event_.get(); }
+
+ private:
+  Descriptor event_;
+};
+
+}  // namespace axlecast

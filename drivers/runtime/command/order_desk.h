@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "drivers/runtime/core/clock.h"
+#include "drivers/runtime/core/family.h"
+#include "drivers/runtime/core/message_sink.h"
+#include "drivers/runtime/core/operation.h"
+#include "drivers/runtime/config/machine_config.h"
+
+namespace axlecast {
+
+// The driver's side of the dialogue with the bridge: takes driver_command_t and permit_t, answers driver_status_t.
+// Two threads use it: the command thread (On...) and the bus's thread (the rest). It locks; it never waits for the bus.
+class OrderDesk {
+ public:
+  struct Context {
+    std::int64_t boot_id = 0;
+    const Clock* clock = nullptr;
+    MessageSink* sink = nullptr;        // of the command port
+    std::function<void()> wake;         // interrupts the bus's sleep
+  };
+  OrderDesk(const BusConfig& bus, Context context);
+  ~OrderDesk();
+
+  // Command thread. Acknowledges at once; refuses what the boot id, the bridge's epoch, the device, the operation or
+  // its arguments do not allow; answers queries; a repeated id is answered, never done again.
+  void OnDriverCommand(Bytes message);
+  void OnPermit(const std::string& device, Bytes message);
+
+  // Bus's thread: the next order for any device that is not busy with one; expired ones are answered EXPIRED here.
+  struct Taken {
+    std::string device;
+    Order order;
+  };
+  [[nodiscard]] std::optional<Taken> Take();
+  // Ids of orders that the bridge wants cancelled and that a device holds.
+  [[nodiscard]] std::optional<Taken> TakeCancel();
+  [[nodiscard]] bool HasPermit(const std::string& device, const std::string& operation) const;
+  void Report(const std::string& device, const CommandId& id, const Outcome& outcome, std::int32_t epoch_after);
+
+  // Once a second and on change: HELLO with the devices' summaries; GOODBYE at a clean stop.
+  struct DeviceSummary {
+    std::string device;
+    std::int8_t state = 0;
+    std::int32_t datum_epoch = 0;
+    bool reference_lost = false;
+  };
+  void Hello(std::span<const DeviceSummary> devices);
+  void Goodbye();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// Operations that the runtime itself gives every encoder, beside its family's own.
+[[nodiscard]] std::span<const OperationSpec> RuntimeOperations();
+
+}  // namespace axlecast

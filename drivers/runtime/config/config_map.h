@@ -1,0 +1,80 @@
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace axlecast {
+
+struct ConfigError {
+  int line = 0;    // 1-based; 0: the file as a whole
+  int column = 0;  // 1-based
+  std::string text;  // names the key, the value found and what would be right
+};
+
+// The errors of one file, in the order of its lines.
+class ConfigErrors {
+ public:
+  explicit ConfigErrors(std::string file, int first_line = 1) : file_(std::move(file)), first_line_(first_line) {}
+  void Add(const YAML::Mark& mark, std::string text);
+  [[nodiscard]] bool empty() const { return errors_.empty(); }
+  [[nodiscard]] const std::vector<ConfigError>& list() const { return errors_; }
+  [[nodiscard]] std::string Text() const;  // one "file:line:column: text" a line
+
+ private:
+  std::string file_;
+  int first_line_;  // of the YAML text within the file
+  std::vector<ConfigError> errors_;
+};
+
+// One YAML mapping, read strictly: every key must be asked for, or Done() reports it as unknown with the nearest
+// known key. A value that is missing, of the wrong kind or out of range is reported, and the default is returned.
+class ConfigMap {
+ public:
+  ConfigMap(YAML::Node node, std::string path, ConfigErrors& errors);
+
+  [[nodiscard]] bool Has(std::string_view key);
+  [[nodiscard]] std::string String(std::string_view key, std::string fallback);
+  [[nodiscard]] std::string RequiredString(std::string_view key);
+  [[nodiscard]] bool Bool(std::string_view key, bool fallback);
+  // `unit` is for the message only, e.g. "rpm".
+  [[nodiscard]] double Number(std::string_view key, double fallback, double min, double max, std::string_view unit);
+  [[nodiscard]] std::int64_t Integer(std::string_view key, std::int64_t fallback, std::int64_t min,
+                                     std::int64_t max, std::string_view unit);
+  // Index into `names`; the fallback when the key is absent or wrong.
+  [[nodiscard]] std::size_t Choice(std::string_view key, const std::vector<std::string_view>& names,
+                                   std::size_t fallback);
+  [[nodiscard]] std::vector<std::int64_t> Integers(std::string_view key, std::int64_t min, std::int64_t max);
+  [[nodiscard]] std::vector<std::uint8_t> HexBytes(std::string_view key);  // "A1 05"
+  // A mapping below; an empty one when the key is absent.
+  [[nodiscard]] ConfigMap Map(std::string_view key);
+  // The mappings of a mapping, in file order: name and content.
+  [[nodiscard]] std::vector<std::pair<std::string, ConfigMap>> Maps(std::string_view key);
+  [[nodiscard]] std::vector<ConfigMap> List(std::string_view key);  // a sequence of mappings
+
+  // An error at a key's value (or at the mapping when the key is absent).
+  void Error(std::string_view key, const std::string& text);
+  void Done();
+
+  [[nodiscard]] int line() const;
+  [[nodiscard]] const std::string& path() const { return path_; }
+  [[nodiscard]] ConfigErrors& errors() { return *errors_; }
+  [[nodiscard]] YAML::Node node() const { return node_; }
+
+ private:
+  [[nodiscard]] YAML::Node Find(std::string_view key);
+
+  YAML::Node node_;
+  std::string path_;
+  ConfigErrors* errors_;
+  std::set<std::string, std::less<>> known_;
+};
+
+}  // namespace axlecast

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drivers/runtime/core/family.h"
+
+namespace axlecast {
+
+// The machine's file, read and checked. Documented key by key in docs/configuration.md.
+
+struct LcmConfig {
+  std::string url = "udpm://239.255.76.67:7667?ttl=0";
+  std::string command_url = "udpm://239.255.76.67:7668?ttl=0";
+  std::string prefix;  // put before every channel name
+};
+
+struct LinkConfig {
+  std::string port;  // /dev/serial/by-id/...; for a simulated bus the pty's path
+  std::int64_t baud = 0;
+  bool echo = false;  // the adapter hears its own transmission
+};
+
+struct RealtimeConfig {
+  int priority = 0;        // SCHED_FIFO 1..99; 0: normal scheduling
+  int cpu = -1;            // -1: any
+  bool lock_memory = false;
+};
+
+enum class TurnsMode : std::uint8_t {
+  kSigned,    // the multi-turn counter is read as two's complement of its range
+  kUnsigned,  // 0 .. range-1; passing its end is an alarm
+  kModulo,    // passing its end goes on counting; absolute modulo the range after a start
+};
+
+struct DeviceConfig {
+  std::string name;
+  std::string model;
+  int direction = 1;          // +1 ccw positive, -1 cw positive (seen from the shaft end)
+  std::int8_t unit = 1;       // position_t UNIT_*
+  double per_turn = 1;        // value in unit of one output turn
+  std::int64_t ratio_num = 1; // output turns = shaft turns x num / den
+  std::int64_t ratio_den = 1;
+  double modulo = 0;          // in unit; 0 none
+  TurnsMode turns = TurnsMode::kModulo;
+  std::optional<std::int64_t> datum_counts;  // a fixed datum from the file
+  double publish_hz = 1000;   // at most
+  bool block = false;         // POSITION_BLOCK at full poll rate as well
+  double speed_rpm = 0;       // limits: 0 the model's
+  double accel_rad_s2 = 0;
+  bool permit_required = true;
+  std::int64_t config_hash = 0;
+  int line = 0;               // in the file
+  std::shared_ptr<const DeviceSettings> settings;  // the family's
+};
+
+struct BusConfig {
+  std::string name;
+  const Family* family = nullptr;
+  LinkConfig link;
+  bool simulate = false;
+  std::string simulate_yaml;  // the text of the mapping under `simulate`, empty when it is just true
+  int simulate_line = 0;      // where that mapping begins in the file
+  bool capture = false;       // publish WIRE/<bus>
+  double poll_hz = 1000;      // 0: as fast as the bus allows
+  MonoNs phase = 0;           // of the poll slots, from CLOCK_MONOTONIC's zero
+  RealtimeConfig realtime;
+  std::vector<DeviceConfig> devices;
+};
+
+struct BridgeConfig {
+  bool allow_unsigned = false;  // unsigned_commands: allow
+};
+
+struct MachineConfig {
+  std::string file;
+  std::string machine;
+  LcmConfig lcm;
+  std::vector<BusConfig> buses;
+  BridgeConfig bridge;
+
+  [[nodiscard]] const BusConfig* FindBus(std::string_view name) const;
+  // The bus that holds the device, or null.
+  [[nodiscard]] const BusConfig* BusOf(std::string_view device) const;
+};
+
+// Where the pty of a simulated bus, its control socket and the lock of a driver stand:
+// $AXLECAST_RUN_DIR, else $XDG_RUNTIME_DIR/axlecast, else /tmp/axlecast-<uid>; then /<machine>.
+[[nodiscard]] std::string RunDirectory(const std::string& machine);
+
+}  // namespace axlecast

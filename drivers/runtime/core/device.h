@@ -1,0 +1,81 @@
+#pragma once
+
+#include <string_view>
+
+#include "drivers/runtime/core/event.h"
+#include "drivers/runtime/core/operation.h"
+#include "drivers/runtime/core/sample.h"
+#include "drivers/runtime/core/step.h"
+
+namespace axlecast {
+
+// Motion of the shaft as the last readings show it.
+struct Motion {
+  bool known = false;           // enough fresh valid readings to judge
+  bool standstill = false;      // within the standstill tolerance over the whole window
+  double speed_rpm = 0;         // largest speed seen in the window
+  std::int64_t counts = 0;      // last valid absolute counts, before direction and datum
+  MonoNs at = 0;                // instant of that reading
+};
+
+// An alarm as a device reports it. Names and actions are the maker's.
+struct AlarmSpec {
+  std::int32_t code;
+  std::uint8_t source;    // alarm_entry_t SOURCE_*
+  std::uint8_t severity;  // alarm_entry_t SEVERITY_*
+  const char* name;       // <= 24 bytes
+  const char* action;     // <= 80 bytes
+};
+enum class AlarmState : std::uint8_t { kAbsent, kLive, kDeviceLatched, kDriverLatched };
+
+// Where the device says how it is: all that a device hands to the outside. Implemented by the runtime's Channel.
+class DeviceOutput {
+ public:
+  virtual ~DeviceOutput() = default;
+
+  virtual void OnSample(const Sample& sample) = 0;                 // a reading whose position was decoded
+  virtual void OnError(ErrorKind kind, Interval at) = 0;           // a reading that gave none
+  virtual void OnAlarm(const AlarmSpec& alarm, AlarmState state, MonoNs now) = 0;
+  virtual void OnIdentity(std::int64_t identity, std::string_view serial, std::string_view firmware) = 0;
+  virtual void OnStarting(std::string_view reason) = 0;            // powered on, not yet able to answer
+  virtual void OnRefused(std::string_view reason) = 0;             // answers, but must not be trusted (wrong identity)
+  virtual void OnNonVolatileWrite() = 0;                           // one write of the device's limited memory
+  virtual void OnReferenceLost() = 0;                              // turns are in doubt until OnReferenceRestored
+  virtual void OnReferenceRestored() = 0;
+  virtual void OnJump() = 0;                                       // the position jumped without motion: new epoch
+  virtual void OnDatumChanging(bool changing) = 0;                 // a command that moves the datum is under way
+  virtual void OnOutcome(const CommandId& id, const Outcome& outcome) = 0;
+
+  [[nodiscard]] virtual Motion MotionAt(MonoNs now) const = 0;
+};
+
+// The bus's offer to a device.
+struct Turn {
+  MonoNs now = 0;
+  bool live_due = false;  // the slot of the device's next live reading has come
+};
+
+// The logic of one device, free of I/O and clocks: it says what it wants, and is told what happened.
+// One thread calls it. Nothing here allocates while readings go on.
+class Device {
+ public:
+  virtual ~Device() = default;
+
+  // What it wants now. A live reading is offered only when its slot is due; commands and recovery at any time.
+  // Asking changes nothing: the bus may ask again, or give another device its turn first.
+  [[nodiscard]] virtual Step Next(const Turn& turn) const = 0;
+
+  // `step`, as Next returned it, is about to go on the wire.
+  virtual void OnStarted(const Step& step, MonoNs now) = 0;
+
+  // The outcome of its own step, and every link change and stray byte of the bus.
+  virtual void On(const Event& event) = 0;
+
+  // Takes up an order whose operation the family declares and whose argument names fit. Answers through
+  // DeviceOutput::OnOutcome, at once when it refuses. One order at a time: the caller waits for a final outcome.
+  virtual void Begin(const Order& order, MonoNs now) = 0;
+  // Gives up an order that has not touched the device yet; false once it has.
+  [[nodiscard]] virtual bool Cancel(const CommandId& id, MonoNs now) = 0;
+};
+
+}  // namespace axlecast

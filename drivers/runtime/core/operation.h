@@ -1,0 +1,74 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "drivers/runtime/core/instant.h"
+
+namespace axlecast {
+
+using CommandId = std::array<std::uint8_t, 16>;
+
+// One argument that an operation takes.
+struct ArgumentSpec {
+  std::string_view name;
+  std::string_view help;  // with range and unit
+  bool required = true;
+};
+
+// One operation of a family: named by its effect, never by its code on the wire.
+struct OperationSpec {
+  std::string_view name;
+  std::string_view help;
+  std::vector<ArgumentSpec> arguments;
+  bool destructive = false;       // moves a datum or writes non-volatile memory: the CLI asks first
+  bool needs_standstill = false;  // measured before each request
+  bool needs_permit = false;      // a fresh PERMIT from the control process, unless the device says not_required
+  std::string_view verification;  // how its effect is read back
+};
+
+// An operation that the bridge has routed to this driver.
+struct Order {
+  CommandId id{};
+  std::string operation;
+  std::vector<std::pair<std::string, std::string>> arguments;
+  MonoNs begin_by = kNever;  // may begin until then
+  std::int32_t expect_epoch = -1;
+};
+
+// command_status_t STATE_* of an order within the driver.
+enum class OrderState : std::uint8_t {
+  kRunning = 3,
+  kSucceeded = 4,
+  kRejected = 5,
+  kFailed = 6,
+  kExpired = 7,
+  kCancelled = 8,
+  kIndeterminate = 9,
+};
+
+struct Change {
+  std::string key;
+  std::string before;
+  std::string after;
+};
+
+// How an order stands or ended. `reason` is a command_status_t REASON_*; `text` names the cause, the measured
+// value and the remedy.
+struct Outcome {
+  OrderState state = OrderState::kRunning;
+  std::int32_t reason = 0;
+  std::string text;
+  bool verified = false;
+  float progress = 0;
+  std::vector<Change> changes;
+
+  [[nodiscard]] bool IsFinal() const { return state != OrderState::kRunning; }
+};
+
+}  // namespace axlecast

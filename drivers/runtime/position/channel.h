@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "drivers/runtime/config/machine_config.h"
+#include "drivers/runtime/core/device.h"
+#include "drivers/runtime/core/message_sink.h"
+#include "drivers/runtime/core/timebase.h"
+
+namespace axlecast {
+
+// What a channel shares with the rest of its process.
+struct ChannelContext {
+  std::int64_t boot_id = 0;
+  const Timebase* time = nullptr;
+  MessageSink* sink = nullptr;
+  std::function<void(const std::string& device, const CommandId& id, const Outcome& outcome)> on_outcome;
+  bool redecoded = false;  // readings come from a WIRE recording
+};
+
+// One device towards LCM: samples become POSITION and POSITION_BLOCK, alarms ALARM, the rest DEVICE.
+// Used by the bus's thread only. Allocates nothing while readings go on.
+class Channel final : public DeviceOutput {
+ public:
+  Channel(const BusConfig& bus, const DeviceConfig& device, ChannelContext context);
+  ~Channel() override;
+
+  void OnSample(const Sample& sample) override;
+  void OnError(ErrorKind kind, Interval at) override;
+  void OnAlarm(const AlarmSpec& alarm, AlarmState state, MonoNs now) override;
+  void OnIdentity(std::int64_t identity, std::string_view serial, std::string_view firmware) override;
+  void OnStarting(std::string_view reason) override;
+  void OnRefused(std::string_view reason) override;
+  void OnNonVolatileWrite() override;
+  void OnReferenceLost() override;
+  void OnReferenceRestored() override;
+  void OnJump() override;
+  void OnDatumChanging(bool changing) override;
+  void OnOutcome(const CommandId& id, const Outcome& outcome) override;
+  [[nodiscard]] Motion MotionAt(MonoNs now) const override;
+
+  // From the bus: the link's state; while it is down the device is OFFLINE for `reason`.
+  void OnLink(bool up, std::string_view reason, MonoNs now);
+  // From the bus, at least every 100 ms: publishes what is due (DEVICE and ALARM on change and at 1 Hz, a block that
+  // has waited 100 ms).
+  void Tick(MonoNs now);
+  // UNIX time was stepped: the next message says so.
+  void OnClockStepped();
+
+  // The datum as the bridge or an operator sets it: `counts` after direction become 0. New epoch, REFERENCED.
+  void SetDatum(std::int64_t counts, std::int64_t utime);
+  // What the present position would be as datum counts so that it reads `value` (in the device's unit);
+  // nothing when no valid position is known.
+  [[nodiscard]] std::optional<std::int64_t> DatumFor(double value) const;
+
+  // For the driver's HELLO and for interlocks.
+  struct Summary {
+    std::int8_t state = 0;  // device_info_t STATE_*
+    std::int32_t datum_epoch = 0;
+    bool reference_lost = false;
+    double value = 0;       // last valid position in unit; NaN unknown
+  };
+  [[nodiscard]] Summary summary() const;
+  [[nodiscard]] std::int64_t good() const;
+  [[nodiscard]] std::int64_t errors(ErrorKind kind) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace axlecast

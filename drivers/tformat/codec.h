@@ -1,0 +1,134 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "drivers/runtime/core/inline_bytes.h"
+
+// T-format as the maker specifies it: Tamagawa "Specification of Smart Abs TS5669 N127" (the "spec" below), chapters 6
+// to 9. One field of the frame (start bit, 8 data bits LSB first, delimiter) is one UART character 8N1 at 2.5 Mbit/s;
+// a codec sees only the data bits. Pure functions of bytes.
+namespace axlecast::tformat {
+
+// Spec 6.3.1, Table 1.
+enum class DataId : std::uint8_t {
+  kSingleTurn = 0x0,            // readout: ABS
+  kMultiTurn = 0x1,             // readout: ABM
+  kEncoderId = 0x2,             // readout: ENID
+  kAll = 0x3,                   // readout: ABS, ENID, ABM, ALMC
+  kEepromWrite = 0x6,
+  kClearErrors = 0x7,           // reset: all latched errors
+  kZeroSingleTurn = 0x8,        // reset: single-turn to 0
+  kResetTurnsAndErrors = 0xC,   // reset: multi-turn to 0 and all latched errors
+  kEepromRead = 0xD,
+};
+inline constexpr std::array<DataId, 9> kDataIds = {
+    DataId::kSingleTurn,  DataId::kMultiTurn,      DataId::kEncoderId,           DataId::kAll,       DataId::kEepromWrite,
+    DataId::kClearErrors, DataId::kZeroSingleTurn, DataId::kResetTurnsAndErrors, DataId::kEepromRead};
+
+// Control field of a data ID: sink code 0 1 0, the ID's four bits cc0 first, its parity cc4.
+[[nodiscard]] constexpr std::uint8_t ControlField(DataId id);
+// Nothing when sink code or parity are wrong, or the ID is none of Table 1.
+[[nodiscard]] std::optional<DataId> ParseControlField(std::uint8_t field);
+
+// G(X) = X^8 + 1 over whole bytes (spec 6.3.4).
+[[nodiscard]] std::uint8_t Crc(Bytes bytes);
+
+// Status field, spec 6.3.2, Figure 5.
+inline constexpr std::uint8_t kSfInformation = 0x0F;   // always 0
+inline constexpr std::uint8_t kSfCountingError = 0x10; // ea0
+inline constexpr std::uint8_t kSfMultiTurn = 0x20;     // ea1: ME, BE or BA
+inline constexpr std::uint8_t kSfParity = 0x40;        // ca0: the request's ID parity was wrong
+inline constexpr std::uint8_t kSfDelimiter = 0x80;     // ca1: the request's delimiter was wrong
+
+// ALMC, spec 6.3.3, Table 3.
+inline constexpr std::uint8_t kAlmOverSpeed = 0x01;        // OS, latched
+inline constexpr std::uint8_t kAlmFullAbsolute = 0x02;     // FS: 5 bits of accuracy until it clears itself
+inline constexpr std::uint8_t kAlmCountingError = 0x04;    // CE
+inline constexpr std::uint8_t kAlmCounterOverflow = 0x08;  // OF, latched
+inline constexpr std::uint8_t kAlmAlwaysZero = 0x10;
+inline constexpr std::uint8_t kAlmMultiTurnError = 0x20;   // ME, latched
+inline constexpr std::uint8_t kAlmBatteryError = 0x40;     // BE, latched
+inline constexpr std::uint8_t kAlmBatteryAlarm = 0x80;     // BA
+
+inline constexpr std::uint8_t kEepromCells = 80;  // addresses 0..79 are open to the user, spec 6.1.1
+inline constexpr std::uint8_t kBusy = 0x80;       // of the ADF, spec 6.3.5
+
+// What of a reply's checks depends on the model.
+struct Format {
+  int single_turn_bits = 17;  // 1..24; ABS bits above are always zero
+  int multi_turn_bits = 16;   // 0..24; ABM bits above are always zero
+};
+
+// Requests. Address 0..79.
+[[nodiscard]] Frame Request(DataId id);  // the readouts and resets
+[[nodiscard]] Frame EepromReadRequest(std::uint8_t address);
+[[nodiscard]] Frame EepromWriteRequest(std::uint8_t address, std::uint8_t data);
+
+// Bytes of the reply to a request with this ID, CF to CRC.
+[[nodiscard]] constexpr std::size_t ReplySize(DataId id);
+inline constexpr std::size_t kLongestReply = 11;
+
+// Why a reply is no reading. A checked reply can still carry alarms: they are fields, not errors.
+enum class ReplyError : std::uint8_t {
+  kNone,
+  kShort,               // fewer bytes than the reply has
+  kLong,                // more
+  kChecksum,
+  kWrongEcho,           // the control field (or the EEPROM address) answers another request
+  kCommunicationAlarm,  // SF says the request came damaged: discard, send it again (spec 6.3.2 (4))
+  kAbnormalReply,       // ID 3's data although something else was asked: the request was abnormal (spec 7.4, 8.4)
+  kRange,               // always-zero bits are set
+};
+[[nodiscard]] const char* ReplyErrorName(ReplyError error);  // the `error` word of `axlecast decode`
+
+// A decoded reply. A field holds a value only when the reply has it.
+struct Reply {
+  ReplyError error = ReplyError::kNone;
+  DataId id{};                               // as the control field says
+  std::optional<std::uint8_t> status;        // SF
+  std::optional<std::uint32_t> single_turn;  // ABS
+  std::optional<std::uint32_t> multi_turn;   // ABM
+  std::optional<std::uint8_t> encoder_id;    // ENID
+  std::optional<std::uint8_t> alarms;        // ALMC
+  std::optional<std::uint8_t> address;       // ADF without busy
+  std::optional<bool> busy;
+  std::optional<std::uint8_t> data;          // EDF; absent while busy
+};
+
+// The reply to `request`. On kAbnormalReply and kCommunicationAlarm the fields of the ID 3 data are filled in when
+// they are consistent (for alarms only: never a reading).
+[[nodiscard]] Reply ParseReply(Bytes request, Bytes reply, const Format& format);
+
+// A reply as the encoder sends it: the other direction, for simulators.
+[[nodiscard]] Frame MakeReply(const Reply& reply);
+
+// A captured request. Nothing when it is no well-formed request.
+struct RequestFields {
+  DataId id{};
+  std::optional<std::uint8_t> address;
+  std::optional<std::uint8_t> data;
+};
+[[nodiscard]] std::optional<RequestFields> ParseRequest(Bytes request);
+
+// ---- constants that must be seen by the compiler ----
+
+constexpr std::uint8_t ControlField(DataId id) {
+  const auto bits = static_cast<unsigned>(id);
+  const unsigned parity = (bits ^ bits >> 1U ^ bits >> 2U ^ bits >> 3U) & 1U;
+  return static_cast<std::uint8_t>(0x02U | bits << 3U | parity << 7U);
+}
+
+constexpr std::size_t ReplySize(DataId id) {
+  switch (id) {
+    case DataId::kAll: return 11;
+    case DataId::kEncoderId:
+    case DataId::kEepromWrite:
+    case DataId::kEepromRead: return 4;
+    default: return 6;
+  }
+}
+
+}  // namespace axlecast::tformat

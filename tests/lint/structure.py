@@ -1,0 +1,71 @@
+#!/usr/bin/env python3
+"""Checks the rules of docs/architecture.md that a compiler does not see: every external world is reached from one
+place, the runtime names no device, a family does no I/O. Prints each breach as file:line: rule; exits 1 on any."""
+
+import pathlib
+import re
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+# An external world: the pattern that reaches it, and the only files that may.
+WORLDS = [
+    ("LCM", r"#include [<\"]lcm/lcm[.-]", r"drivers/io/lcm_port\.cpp|client/example/.*|bench/.*"),
+    ("serial line", r"termios|termbits|\bTIOC[A-Z]+", r"drivers/io/(serial_port|serial_line|pty|pty_test|serial_port_test)\.(cpp|h)"),
+    ("clock", r"clock_gettime|std::chrono|\bgettimeofday|\bclock_nanosleep|std::this_thread::sleep",
+     r"drivers/io/system_clock\.cpp|bench/.*"),
+    ("SPI", r"linux/spi", r"drivers/io/spi_port\.cpp"),
+    ("CAN", r"linux/can", r"drivers/io/can_socket\.cpp"),
+    ("Modbus", r"modbus\.h|modbus/modbus", r"drivers/io/modbus_port\.cpp"),
+    ("GPIO", r"gpiod\.h", r"drivers/io/gpio_line\.cpp"),
+    ("SQLite", r"sqlite3\.h", r"bridge/sqlite_journal\.cpp"),
+    ("systemd", r"systemd/", r"drivers/io/supervision\.cpp"),
+]
+MAX_LINES = 400
+
+
+def tracked_sources():
+    listing = subprocess.run(["git", "-C", ROOT, "ls-files", "--cached", "--others", "--exclude-standard", "*.h", "*.cpp"],
+                             check=True, capture_output=True, text=True).stdout
+    return sorted(path for path in listing.split() if (ROOT / path).exists())
+
+
+def families():
+    return [path.parent.name for path in (ROOT / "drivers").glob("*/family.cpp")]
+
+
+def breaches(path, text, family_names):
+    lines = text.splitlines()
+    if len(lines) > MAX_LINES:
+        yield 1, f"{len(lines)} lines, at most {MAX_LINES}: is this still one concept?"
+    family_neutral = re.match(r"(drivers/(runtime|io)|bridge|client|tools)/", path) and not path.endswith("_test.cpp")
+    in_family = any(path.startswith(f"drivers/{name}/") for name in family_names)
+    for number, line in enumerate(lines, 1):
+        for world, pattern, allowed in WORLDS:
+            if re.search(pattern, line) and not re.fullmatch(allowed, path):
+                yield number, f"{world} is reached from here; only {allowed} may"
+        code = line.split("//")[0]
+        if family_neutral:
+            for name in family_names:
+                if re.search(rf"\b{name}\b|\bTFormat|\b{name}_family", code) and '"' not in code:
+                    yield number, f"names the family {name}"
+            if re.search(rf"#include \"drivers/({'|'.join(family_names)})/", code):
+                yield number, "includes a family"
+        if in_family and re.search(r"#include \"drivers/io/", code) and not path.endswith("_test.cpp"):
+            yield number, "a family does no I/O"
+
+
+def main():
+    names = families()
+    found = 0
+    for path in tracked_sources():
+        for line, rule in breaches(path, (ROOT / path).read_text(encoding="utf-8"), names):
+            print(f"{path}:{line}: {rule}")
+            found += 1
+    print(f"{found} breaches in {len(tracked_sources())} files; families: {', '.join(names)}")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

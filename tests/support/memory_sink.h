@@ -1,0 +1,35 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "drivers/runtime/core/decode_message.h"
+#include "drivers/runtime/core/message_sink.h"
+
+namespace axlecast {
+
+// Keeps every published message.
+class MemorySink final : public MessageSink {
+ public:
+  void Publish(const std::string& channel, Bytes message) override {
+    messages_.emplace_back(channel, std::vector<std::uint8_t>(message.begin(), message.end()));
+  }
+
+  // The messages of one channel, decoded, in order.
+  template <typename Message>
+  [[nodiscard]] std::vector<Message> All(const std::string& channel) const {
+    std::vector<Message> found;
+    for (const auto& [name, bytes] : messages_) {
+      if (name != channel) continue;
+      if (auto message = DecodeMessage<Message>(bytes)) found.push_back(std::move(*message));
+    }
+    return found;
+  }
+  void Clear() { messages_.clear(); }
+
+ private:
+  std::vector<std::pair<std::string, std::vector<std::uint8_t>>> messages_;
+};
+
+}  // namespace axlecast

@@ -1,0 +1,29 @@
+# Debian packages by purpose, and the function that installs what is missing. Sourced by tools/demo, tools/test and
+# tools/campaign. README.md says in one line what each library is for.
+
+packages_build="g++ cmake ninja-build pkg-config python3 libc6-dev linux-libc-dev
+  liblcm-dev liblcm-bin libyaml-cpp-dev libspdlog-dev libcli11-dev nlohmann-json3-dev libsystemd-dev libsodium-dev
+  libgtest-dev libgmock-dev libbenchmark-dev
+  default-jdk-headless liblcm-java libjchart2d-java"
+packages_run="iproute2 util-linux"
+packages_test="clang-14 clang-tidy-14 clang-format-14 libclang-rt-14-dev procps git
+  xvfb xauth x11-apps imagemagick default-jre libxtst6 libxrender1 fonts-dejavu-core"
+
+# install_missing PACKAGE...: quiet when nothing is missing; fails loudly when apt does.
+install_missing() {
+  missing=""
+  for package in "$@"; do
+    dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q '^install ok installed$' || missing="$missing $package"
+  done
+  [ -z "$missing" ] && return 0
+  sudo=""
+  if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || { echo "needs root or sudo to install:$missing" >&2; return 1; }
+    sudo="sudo"
+  fi
+  echo "== installing:$missing"
+  export DEBIAN_FRONTEND=noninteractive
+  $sudo apt-get update -q || return 1
+  # shellcheck disable=SC2086 # a list of words
+  $sudo apt-get install -q -y --no-install-recommends $missing || { echo "could not install:$missing" >&2; return 1; }
+}
