@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -24,13 +25,17 @@ class LcmPort final : public MessageSink {
 
   void Publish(const std::string& channel, Bytes message) override;
 
-  // `channel` is a regular expression over the whole channel name (without prefix). The queue holds `capacity`
-  // messages: LCM drops the newest beyond it.
-  void Subscribe(const std::string& channel, Handler handler, int capacity = 10'000);
+  // `channel` is a regular expression (ECMAScript) over the whole channel name (without prefix). The queue holds
+  // `capacity` messages: LCM drops the newest beyond it. False when it is no regular expression, or the port has a
+  // problem.
+  bool Subscribe(const std::string& channel, Handler handler, int capacity = 10'000);
 
   // Calls handlers for what has come; waits at most `timeout_ms`. False when the port failed.
   [[nodiscard]] bool Handle(int timeout_ms);
   [[nodiscard]] int FileDescriptor() const;  // readable when Handle has work
+
+  // Messages that could not be sent since the start: the system refused them, or their channel's name is too long.
+  [[nodiscard]] std::int64_t unsent() const;
 
  private:
   struct State;

@@ -17,9 +17,9 @@ struct SerialSettings {
   std::string path;       // a tty, a pty, or a link to one (/dev/serial/by-id/...)
   std::int64_t baud = 0;  // any rate: set with BOTHER
   Parity parity = Parity::kNone;
-  int stop_bits = 1;          // 1 or 2; a character always has 8 data bits
-  bool low_latency = true;    // asks the driver for 1 ms latency where it can
-  std::string sysfs = "/sys"; // tests bring their own
+  int stop_bits = 1;           // 1 or 2; a character always has 8 data bits
+  bool low_latency = true;     // asks the driver for 1 ms latency where it can
+  std::string sysfs = "/sys";  // tests bring their own
 };
 
 // A serial port or pty as a raw line of bytes, locked against a second user (TIOCEXCL and flock). After kLost, or a
@@ -48,7 +48,9 @@ class SerialPort final : public ByteLink {
 
  private:
   [[nodiscard]] std::string Configure();
-  void CountedErrors(LineErrors& errors) const;
+  [[nodiscard]] std::string JudgeHardware(unsigned major, unsigned minor);
+  [[nodiscard]] std::string CheckMode(std::int64_t baud, unsigned flags, bool pty) const;
+  [[nodiscard]] LineErrors Counted() const;
 
   SerialSettings settings_;
   const Clock& clock_;

@@ -7,26 +7,27 @@
 
 #include "drivers/runtime/core/inline_bytes.h"
 
-// T-format as the maker specifies it: Tamagawa "Specification of Smart Abs TS5669 N127" (the "spec" below), chapters 6
-// to 9. One field of the frame (start bit, 8 data bits LSB first, delimiter) is one UART character 8N1 at 2.5 Mbit/s;
-// a codec sees only the data bits. Pure functions of bytes.
+// T-format as the maker specifies it: Tamagawa "Specification of Smart Abs TS5669 N127" (the "spec" below),
+// chapters 6 to 9. One field of the frame (start bit, 8 data bits LSB first, delimiter) is one UART character 8N1
+// at 2.5 Mbit/s; a codec sees only the data bits. Pure functions of bytes.
 namespace axlecast::tformat {
 
 // Spec 6.3.1, Table 1.
 enum class DataId : std::uint8_t {
-  kSingleTurn = 0x0,            // readout: ABS
-  kMultiTurn = 0x1,             // readout: ABM
-  kEncoderId = 0x2,             // readout: ENID
-  kAll = 0x3,                   // readout: ABS, ENID, ABM, ALMC
+  kSingleTurn = 0x0,  // readout: ABS
+  kMultiTurn = 0x1,   // readout: ABM
+  kEncoderId = 0x2,   // readout: ENID
+  kAll = 0x3,         // readout: ABS, ENID, ABM, ALMC
   kEepromWrite = 0x6,
-  kClearErrors = 0x7,           // reset: all latched errors
-  kZeroSingleTurn = 0x8,        // reset: single-turn to 0
-  kResetTurnsAndErrors = 0xC,   // reset: multi-turn to 0 and all latched errors
+  kClearErrors = 0x7,          // reset: all latched errors
+  kZeroSingleTurn = 0x8,       // reset: single-turn to 0
+  kResetTurnsAndErrors = 0xC,  // reset: multi-turn to 0 and all latched errors
   kEepromRead = 0xD,
 };
 inline constexpr std::array<DataId, 9> kDataIds = {
-    DataId::kSingleTurn,  DataId::kMultiTurn,      DataId::kEncoderId,           DataId::kAll,       DataId::kEepromWrite,
-    DataId::kClearErrors, DataId::kZeroSingleTurn, DataId::kResetTurnsAndErrors, DataId::kEepromRead};
+    DataId::kSingleTurn,  DataId::kMultiTurn,   DataId::kEncoderId,      DataId::kAll,
+    DataId::kEepromWrite, DataId::kClearErrors, DataId::kZeroSingleTurn, DataId::kResetTurnsAndErrors,
+    DataId::kEepromRead};
 
 // Control field of a data ID: sink code 0 1 0, the ID's four bits cc0 first, its parity cc4.
 [[nodiscard]] constexpr std::uint8_t ControlField(DataId id);
@@ -37,11 +38,11 @@ inline constexpr std::array<DataId, 9> kDataIds = {
 [[nodiscard]] std::uint8_t Crc(Bytes bytes);
 
 // Status field, spec 6.3.2, Figure 5.
-inline constexpr std::uint8_t kSfInformation = 0x0F;   // always 0
-inline constexpr std::uint8_t kSfCountingError = 0x10; // ea0
-inline constexpr std::uint8_t kSfMultiTurn = 0x20;     // ea1: ME, BE or BA
-inline constexpr std::uint8_t kSfParity = 0x40;        // ca0: the request's ID parity was wrong
-inline constexpr std::uint8_t kSfDelimiter = 0x80;     // ca1: the request's delimiter was wrong
+inline constexpr std::uint8_t kSfInformation = 0x0F;    // always 0
+inline constexpr std::uint8_t kSfCountingError = 0x10;  // ea0
+inline constexpr std::uint8_t kSfMultiTurn = 0x20;      // ea1: ME, BE or BA
+inline constexpr std::uint8_t kSfParity = 0x40;         // ca0: the request's ID parity was wrong
+inline constexpr std::uint8_t kSfDelimiter = 0x80;      // ca1: the request's delimiter was wrong
 
 // ALMC, spec 6.3.3, Table 3.
 inline constexpr std::uint8_t kAlmOverSpeed = 0x01;        // OS, latched
@@ -49,9 +50,9 @@ inline constexpr std::uint8_t kAlmFullAbsolute = 0x02;     // FS: 5 bits of accu
 inline constexpr std::uint8_t kAlmCountingError = 0x04;    // CE
 inline constexpr std::uint8_t kAlmCounterOverflow = 0x08;  // OF, latched
 inline constexpr std::uint8_t kAlmAlwaysZero = 0x10;
-inline constexpr std::uint8_t kAlmMultiTurnError = 0x20;   // ME, latched
-inline constexpr std::uint8_t kAlmBatteryError = 0x40;     // BE, latched
-inline constexpr std::uint8_t kAlmBatteryAlarm = 0x80;     // BA
+inline constexpr std::uint8_t kAlmMultiTurnError = 0x20;  // ME, latched
+inline constexpr std::uint8_t kAlmBatteryError = 0x40;    // BE, latched
+inline constexpr std::uint8_t kAlmBatteryAlarm = 0x80;    // BA
 
 inline constexpr std::uint8_t kEepromCells = 80;  // addresses 0..79 are open to the user, spec 6.1.1
 inline constexpr std::uint8_t kBusy = 0x80;       // of the ADF, spec 6.3.5
@@ -67,6 +68,11 @@ struct Format {
 [[nodiscard]] Frame EepromReadRequest(std::uint8_t address);
 [[nodiscard]] Frame EepromWriteRequest(std::uint8_t address, std::uint8_t data);
 
+// True for the two IDs whose frames carry address, data and CRC but no status field (spec 6.2.2, 6.2.3).
+[[nodiscard]] constexpr bool IsEeprom(DataId id);
+
+// Bytes of a request with this ID: readouts and resets are the control field alone, without CRC (spec 6.2).
+[[nodiscard]] constexpr std::size_t RequestSize(DataId id);
 // Bytes of the reply to a request with this ID, CF to CRC.
 [[nodiscard]] constexpr std::size_t ReplySize(DataId id);
 inline constexpr std::size_t kLongestReply = 11;
@@ -74,10 +80,10 @@ inline constexpr std::size_t kLongestReply = 11;
 // Why a reply is no reading. A checked reply can still carry alarms: they are fields, not errors.
 enum class ReplyError : std::uint8_t {
   kNone,
-  kShort,               // fewer bytes than the reply has
-  kLong,                // more
+  kShort,  // fewer bytes than the reply has
+  kLong,   // more
   kChecksum,
-  kWrongEcho,           // the control field (or the EEPROM address) answers another request
+  kWrongEcho,           // the control field, or what Table 4 makes an EEPROM reply echo, answers another request
   kCommunicationAlarm,  // SF says the request came damaged: discard, send it again (spec 6.3.2 (4))
   kAbnormalReply,       // ID 3's data although something else was asked: the request was abnormal (spec 7.4, 8.4)
   kRange,               // always-zero bits are set
@@ -87,7 +93,7 @@ enum class ReplyError : std::uint8_t {
 // A decoded reply. A field holds a value only when the reply has it.
 struct Reply {
   ReplyError error = ReplyError::kNone;
-  DataId id{};                               // as the control field says
+  DataId id{};                               // whose data it is; means nothing where no field is filled in
   std::optional<std::uint8_t> status;        // SF
   std::optional<std::uint32_t> single_turn;  // ABS
   std::optional<std::uint32_t> multi_turn;   // ABM
@@ -95,22 +101,39 @@ struct Reply {
   std::optional<std::uint8_t> alarms;        // ALMC
   std::optional<std::uint8_t> address;       // ADF without busy
   std::optional<bool> busy;
-  std::optional<std::uint8_t> data;          // EDF; absent while busy
+  std::optional<std::uint8_t> data;  // EDF; absent while busy
 };
 
-// The reply to `request`. On kAbnormalReply and kCommunicationAlarm the fields of the ID 3 data are filled in when
-// they are consistent (for alarms only: never a reading).
+// The reply to `request`. A request that ParseRequest refuses is abnormal: its answer is ID 3's data (spec Tables
+// 5, 6).
+//
+// The first check that fails names the error:
+//   1. Length. The request's ID says how long its reply is, because the reply's own control field may be damaged.
+//      11 bytes with a right CRC and ID 3's always-zero bits clear, where another ID was asked, are the answer to
+//      an abnormal request: kAbnormalReply, or kCommunicationAlarm where SF says so. What control field comes with
+//      them is not specified, so any will do.
+//   2. CRC. It finds every single flipped bit, but no swapped bytes and no two flips of one bit position.
+//   3. Communication alarm in SF, ahead of the echo for the same reason; an EEPROM reply has no SF.
+//   4. Echo: the control field; for the EEPROM also the address and, when a write was accepted, the data (Table 4).
+//   5. Always-zero bits: SF's information bits, ABS and ABM above the model's bits, ALMC d74, EDF while busy.
+//
+// A field is filled in only where error is kNone, with two exceptions, for alarms only and never a reading:
+// kCommunicationAlarm always holds SF, and it and kAbnormalReply hold ID 3's data where its always-zero bits are
+// clear.
 [[nodiscard]] Reply ParseReply(Bytes request, Bytes reply, const Format& format);
 
-// A reply as the encoder sends it: the other direction, for simulators.
+// A reply as the encoder sends it: the other direction, for simulators. A field that its ID has and `reply` lacks
+// is sent as 0; `error` is not looked at.
 [[nodiscard]] Frame MakeReply(const Reply& reply);
 
-// A captured request. Nothing when it is no well-formed request.
+// What a well-formed request holds.
 struct RequestFields {
   DataId id{};
   std::optional<std::uint8_t> address;
   std::optional<std::uint8_t> data;
 };
+// Nothing when the encoder would take it for abnormal: length, CRC or address (0..79) are wrong, or the control
+// field is.
 [[nodiscard]] std::optional<RequestFields> ParseRequest(Bytes request);
 
 // ---- constants that must be seen by the compiler ----
@@ -121,13 +144,29 @@ constexpr std::uint8_t ControlField(DataId id) {
   return static_cast<std::uint8_t>(0x02U | bits << 3U | parity << 7U);
 }
 
+constexpr bool IsEeprom(DataId id) { return id == DataId::kEepromWrite || id == DataId::kEepromRead; }
+
+constexpr std::size_t RequestSize(DataId id) {
+  switch (id) {
+    case DataId::kEepromWrite:
+      return 4;
+    case DataId::kEepromRead:
+      return 3;
+    default:
+      return 1;
+  }
+}
+
 constexpr std::size_t ReplySize(DataId id) {
   switch (id) {
-    case DataId::kAll: return 11;
+    case DataId::kAll:
+      return 11;
     case DataId::kEncoderId:
     case DataId::kEepromWrite:
-    case DataId::kEepromRead: return 4;
-    default: return 6;
+    case DataId::kEepromRead:
+      return 4;
+    default:
+      return 6;
   }
 }
 

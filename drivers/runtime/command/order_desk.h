@@ -8,29 +8,35 @@
 #include <string>
 #include <vector>
 
+#include "drivers/runtime/config/machine_config.h"
 #include "drivers/runtime/core/clock.h"
 #include "drivers/runtime/core/family.h"
 #include "drivers/runtime/core/message_sink.h"
 #include "drivers/runtime/core/operation.h"
-#include "drivers/runtime/config/machine_config.h"
 
 namespace axlecast {
 
 // The driver's side of the dialogue with the bridge: takes driver_command_t and permit_t, answers driver_status_t.
-// Two threads use it: the command thread (On...) and the bus's thread (the rest). It locks; it never waits for the bus.
+// Two threads use it: the command thread (On...) and the bus's thread (the rest). It locks; it never waits for the
+// bus.
 class OrderDesk {
  public:
   struct Context {
     std::int64_t boot_id = 0;
     const Clock* clock = nullptr;
-    MessageSink* sink = nullptr;        // of the command port
-    std::function<void()> wake;         // interrupts the bus's sleep
+    MessageSink* sink = nullptr;  // of the command port
+    std::function<void()> wake;   // interrupts the bus's sleep
   };
   OrderDesk(const BusConfig& bus, Context context);
   ~OrderDesk();
 
-  // Command thread. Acknowledges at once; refuses what the boot id, the bridge's epoch, the device, the operation or
-  // its arguments do not allow; answers queries; a repeated id is answered, never done again.
+  static constexpr std::size_t kMaxWaiting = 16;       // orders per device
+  static constexpr std::size_t kMaxRemembered = 4096;  // ids; the oldest finished one is forgotten first
+
+  // Command thread. Acknowledges at once; refuses what the boot id, the bridge's epoch, the device, the operation
+  // or its arguments do not allow; answers queries; a repeated id is answered, never done again: not even when it
+  // is no longer remembered, because an unknown id acts only with an epoch newer than every one before. So an
+  // answer STATE_UNKNOWN is a promise: what was sent up to its bridge_epoch has not been done and never will be.
   void OnDriverCommand(Bytes message);
   void OnPermit(const std::string& device, Bytes message);
 
@@ -42,7 +48,10 @@ class OrderDesk {
   [[nodiscard]] std::optional<Taken> Take();
   // Ids of orders that the bridge wants cancelled and that a device holds.
   [[nodiscard]] std::optional<Taken> TakeCancel();
+  // A fresh permit names the operation, or the device's configuration says `permit: not_required`.
   [[nodiscard]] bool HasPermit(const std::string& device, const std::string& operation) const;
+  // How an order that was taken stands or ended. The first final outcome stands; progress is published at most
+  // every 50 ms; the first four changes fit.
   void Report(const std::string& device, const CommandId& id, const Outcome& outcome, std::int32_t epoch_after);
 
   // Once a second and on change: HELLO with the devices' summaries; GOODBYE at a clean stop.
@@ -53,6 +62,7 @@ class OrderDesk {
     bool reference_lost = false;
   };
   void Hello(std::span<const DeviceSummary> devices);
+  // Waiting orders are answered REJECTED, those that a device holds INDETERMINATE; later ones are REJECTED.
   void Goodbye();
 
  private:
@@ -60,7 +70,8 @@ class OrderDesk {
   std::unique_ptr<State> state_;
 };
 
-// Operations that the runtime itself gives every encoder, beside its family's own.
+// Operations that the runtime itself gives every encoder, beside its family's own: set_datum (exactly one of
+// `value` and `counts`) and, for the bridge only, mark_reference_lost.
 [[nodiscard]] std::span<const OperationSpec> RuntimeOperations();
 
 }  // namespace axlecast

@@ -14,8 +14,8 @@
 namespace axlecast {
 
 struct ConfigError {
-  int line = 0;    // 1-based; 0: the file as a whole
-  int column = 0;  // 1-based
+  int line = 0;      // 1-based; 0: the file as a whole
+  int column = 0;    // 1-based
   std::string text;  // names the key, the value found and what would be right
 };
 
@@ -39,6 +39,8 @@ class ConfigErrors {
 class ConfigMap {
  public:
   ConfigMap(YAML::Node node, std::string path, ConfigErrors& errors);
+  ConfigMap(const ConfigMap&) = default;
+  ConfigMap& operator=(const ConfigMap&) = delete;  // YAML::Node's would change the document
 
   [[nodiscard]] bool Has(std::string_view key);
   [[nodiscard]] std::string String(std::string_view key, std::string fallback);
@@ -64,14 +66,27 @@ class ConfigMap {
   void Done();
 
   [[nodiscard]] int line() const;
+  [[nodiscard]] const YAML::Mark& mark() const { return mark_; }
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] ConfigErrors& errors() { return *errors_; }
   [[nodiscard]] YAML::Node node() const { return node_; }
 
  private:
-  [[nodiscard]] YAML::Node Find(std::string_view key);
+  struct Entry {
+    YAML::Node value;  // undefined when the key is absent
+    YAML::Mark mark;   // of the value, or of the mapping
+  };
+  ConfigMap(const Entry& entry, std::string path, ConfigErrors& errors);
+
+  [[nodiscard]] Entry Find(std::string_view key);
+  // The text of a scalar; nothing, after an error, when the key holds something else than `expected`.
+  [[nodiscard]] std::optional<std::string> Scalar(std::string_view key, std::string_view expected);
+  [[nodiscard]] std::string Path(std::string_view key) const;
+  void Wrong(const YAML::Mark& mark, std::string_view key, std::string_view value, const std::string& right);
+  void ReportUnknown(const std::string& key, const YAML::Mark& mark);
 
   YAML::Node node_;
+  YAML::Mark mark_;  // where the mapping begins
   std::string path_;
   ConfigErrors* errors_;
   std::set<std::string, std::less<>> known_;

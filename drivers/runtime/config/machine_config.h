@@ -19,14 +19,14 @@ struct LcmConfig {
 };
 
 struct LinkConfig {
-  std::string port;  // /dev/serial/by-id/...; for a simulated bus the pty's path
+  std::string port;  // /dev/serial/by-id/...; of a simulated bus always the pty in the run directory
   std::int64_t baud = 0;
   bool echo = false;  // the adapter hears its own transmission
 };
 
 struct RealtimeConfig {
-  int priority = 0;        // SCHED_FIFO 1..99; 0: normal scheduling
-  int cpu = -1;            // -1: any
+  int priority = 0;  // SCHED_FIFO 1..99; 0: normal scheduling
+  int cpu = -1;      // -1: any
   bool lock_memory = false;
 };
 
@@ -39,21 +39,21 @@ enum class TurnsMode : std::uint8_t {
 struct DeviceConfig {
   std::string name;
   std::string model;
-  int direction = 1;          // +1 ccw positive, -1 cw positive (seen from the shaft end)
-  std::int8_t unit = 1;       // position_t UNIT_*
-  double per_turn = 1;        // value in unit of one output turn
-  std::int64_t ratio_num = 1; // output turns = shaft turns x num / den
+  int direction = 1;           // +1 ccw positive, -1 cw positive (seen from the shaft end)
+  std::int8_t unit = 1;        // position_t UNIT_*
+  double per_turn = 1;         // value in unit of one output turn
+  std::int64_t ratio_num = 1;  // output turns = shaft turns x num / den
   std::int64_t ratio_den = 1;
-  double modulo = 0;          // in unit; 0 none
+  double modulo = 0;  // in unit; 0 none
   TurnsMode turns = TurnsMode::kModulo;
   std::optional<std::int64_t> datum_counts;  // a fixed datum from the file
-  double publish_hz = 1000;   // at most
-  bool block = false;         // POSITION_BLOCK at full poll rate as well
-  double speed_rpm = 0;       // limits: 0 the model's
+  double publish_hz = 1000;                  // at most
+  bool block = false;                        // POSITION_BLOCK at full poll rate as well
+  double speed_rpm = 0;                      // limits: 0 the model's
   double accel_rad_s2 = 0;
   bool permit_required = true;
   std::int64_t config_hash = 0;
-  int line = 0;               // in the file
+  int line = 0;                                    // in the file
   std::shared_ptr<const DeviceSettings> settings;  // the family's
 };
 
@@ -62,14 +62,16 @@ struct BusConfig {
   const Family* family = nullptr;
   LinkConfig link;
   bool simulate = false;
-  std::string simulate_yaml;  // the text of the mapping under `simulate`, empty when it is just true
-  int simulate_line = 0;      // where that mapping begins in the file
-  bool capture = false;       // publish WIRE/<bus>
-  double poll_hz = 1000;      // 0: as fast as the bus allows
-  MonoNs phase = 0;           // of the poll slots, from CLOCK_MONOTONIC's zero
+  bool capture = false;   // publish WIRE/<bus>
+  double poll_hz = 1000;  // 0: as fast as the bus allows
+  MonoNs phase = 0;       // of the poll slots, from CLOCK_MONOTONIC's zero
   RealtimeConfig realtime;
   std::vector<DeviceConfig> devices;
 };
+
+// Shortest time in which every device of the bus is read once. Wire times hold at the family's usual rate and are
+// scaled to the bus's.
+[[nodiscard]] MonoNs RoundTime(const BusConfig& bus);
 
 struct BridgeConfig {
   bool allow_unsigned = false;  // unsigned_commands: allow
@@ -77,6 +79,7 @@ struct BridgeConfig {
 
 struct MachineConfig {
   std::string file;
+  std::string text;  // the file's content
   std::string machine;
   LcmConfig lcm;
   std::vector<BusConfig> buses;

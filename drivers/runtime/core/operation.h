@@ -25,11 +25,20 @@ struct ArgumentSpec {
 struct OperationSpec {
   std::string_view name;
   std::string_view help;
-  std::vector<ArgumentSpec> arguments;
+  std::vector<ArgumentSpec> arguments = {};
   bool destructive = false;       // moves a datum or writes non-volatile memory: the CLI asks first
   bool needs_standstill = false;  // measured before each request
   bool needs_permit = false;      // a fresh PERMIT from the control process, unless the device says not_required
-  std::string_view verification;  // how its effect is read back
+  std::string_view verification = {};  // how its effect is read back
+  // The operation of the same family that looks, changing nothing, whether this one took effect. The bridge orders
+  // it after an INDETERMINATE. It takes an optional argument `after`: this operation and its arguments
+  // ("eeprom_write address=72 data=A1 05"), and answers with its readings as changes and, where the device can
+  // judge, a change `finding` whose `after` is effect_seen, no_effect_seen or cannot_tell. A new driver does not
+  // know what was before: an operation that reports the values before it as changes of its kRunning outcomes (same
+  // keys) lets the bridge set them beside the readings, and turn an effect_seen of what read the same before into
+  // cannot_tell.
+  std::string_view found_by = {};
+  bool internal = false;  // between bridge and driver only: clients are not offered it
 };
 
 // An operation that the bridge has routed to this driver.
@@ -63,10 +72,10 @@ struct Change {
 struct Outcome {
   OrderState state = OrderState::kRunning;
   std::int32_t reason = 0;
-  std::string text;
+  std::string text = {};
   bool verified = false;
   float progress = 0;
-  std::vector<Change> changes;
+  std::vector<Change> changes = {};
 
   [[nodiscard]] bool IsFinal() const { return state != OrderState::kRunning; }
 };

@@ -25,6 +25,10 @@ struct ChannelContext {
 
 // One device towards LCM: samples become POSITION and POSITION_BLOCK, alarms ALARM, the rest DEVICE.
 // Used by the bus's thread only. Allocates nothing while readings go on.
+//
+// OnSample counts implausible readings (ErrorKind::kImplausible) and those that the device calls invalid
+// (ErrorKind::kDevice) itself: a device does not report them by OnError as well. Stray bytes are counted, but are
+// no missed reading. After OnJump the datum is the file's, or none.
 class Channel final : public DeviceOutput {
  public:
   Channel(const BusConfig& bus, const DeviceConfig& device, ChannelContext context);
@@ -46,13 +50,16 @@ class Channel final : public DeviceOutput {
 
   // From the bus: the link's state; while it is down the device is OFFLINE for `reason`.
   void OnLink(bool up, std::string_view reason, MonoNs now);
-  // From the bus, at least every 100 ms: publishes what is due (DEVICE and ALARM on change and at 1 Hz, a block that
-  // has waited 100 ms).
+  // From the bus, at least every 100 ms: publishes what is due (DEVICE and ALARM on change and at 1 Hz, a block
+  // that has waited 100 ms).
   void Tick(MonoNs now);
   // UNIX time was stepped: the next message says so.
   void OnClockStepped();
 
-  // The datum as the bridge or an operator sets it: `counts` after direction become 0. New epoch, REFERENCED.
+  // The datum as the bridge or an operator sets it: `counts` after direction become 0. New epoch, REFERENCED; the
+  // same datum again changes nothing. `utime` says when it was established. One from before the reference was lost
+  // does not restore it; and where only the driver counts the turns, one from before the counting began leaves them
+  // open. 0: unknown, so before everything.
   void SetDatum(std::int64_t counts, std::int64_t utime);
   // What the present position would be as datum counts so that it reads `value` (in the device's unit);
   // nothing when no valid position is known.
@@ -63,7 +70,7 @@ class Channel final : public DeviceOutput {
     std::int8_t state = 0;  // device_info_t STATE_*
     std::int32_t datum_epoch = 0;
     bool reference_lost = false;
-    double value = 0;       // last valid position in unit; NaN unknown
+    double value = 0;  // last valid position in unit; NaN unknown
   };
   [[nodiscard]] Summary summary() const;
   [[nodiscard]] std::int64_t good() const;

@@ -1,0 +1,215 @@
+#include "bridge/device_lane.h"
+
+#include <algorithm>
+#include <axlecast/driver_order_t.hpp>
+#include <utility>
+
+#include "drivers/runtime/command/capped_text.h"
+#include "drivers/runtime/command/command_words.h"
+#include "drivers/runtime/command/order_ledger.h"
+
+namespace axlecast {
+namespace {
+
+using S = command_status_t;
+
+void Copy(const driver_status_t& from, command_status_t& to) {
+  to.state = from.state;
+  to.verified = from.verified;
+  to.progress = from.progress;
+  to.reason_code = from.reason_code;
+  to.text = CappedText(from.text, kTextBytes);
+  to.started_utime = from.started_utime;
+  to.finished_utime = from.finished_utime;
+  to.epoch_after = from.epoch_after;
+  to.changes.clear();
+  for (const change_t& change : from.changes) {
+    if (to.changes.size() == kMaxChanges) break;
+    to.changes.push_back({CappedText(change.key, kNameBytes), CappedText(change.before, kChangeBytes),
+                          CappedText(change.after, kChangeBytes)});
+  }
+  to.n_changes = static_cast<std::int8_t>(to.changes.size());
+}
+
+bool SaysTheSame(const driver_status_t& driver, const command_status_t& said) {
+  return driver.state == said.state && driver.progress == said.progress && driver.text == said.text;
+}
+
+}  // namespace
+
+bool DeviceLane::Holds(Task::Purpose purpose) const {
+  const auto is = [&](const Task& task) { return task.purpose == purpose; };
+  return (current_ && is(*current_)) || std::any_of(waiting_.begin(), waiting_.end(), is);
+}
+
+bool DeviceLane::Cancel(const CommandId& id, Instant now) {
+  if (current_ && current_->id == id && current_->purpose == Task::Purpose::kCommand) {
+    if (!current_->cancel_asked) {
+      current_->cancel_asked = true;
+      current_->next_send = now.mono;
+      SendDue(*current_, now);
+    }
+    return true;
+  }
+  const auto found =
+      std::find_if(waiting_.begin(), waiting_.end(), [&](const Task& task) { return task.id == id; });
+  if (found == waiting_.end()) return false;
+  Task task = std::move(*found);
+  waiting_.erase(found);
+  End(std::move(task), S::STATE_CANCELLED, S::REASON_CANCELLED, "cancelled while it waited for its turn", now);
+  return true;
+}
+
+void DeviceLane::OnStatus(const driver_status_t& status, Instant now) {
+  if (!current_) return;
+  Task& task = *current_;
+  const CommandId id = IdOf(status.id);
+  if (id != (task.asks_driver ? task.about : task.id) || status.boot_id != task.status.driver_boot_id) return;
+  if (status.seq <= task.heard_seq) return;  // overtaken by a newer one
+  task.heard_seq = status.seq;
+  task.heard = now.mono;
+  if (status.state == S::STATE_UNKNOWN) return OnUnknown(status, now);
+  if (status.state != S::STATE_ROUTED && status.state != S::STATE_RUNNING && !IsFinalState(status.state)) return;
+
+  const bool same = task.acknowledged && SaysTheSame(status, task.status);
+  if (!task.acknowledged) task.next_send = now.mono + kAsk;
+  task.acknowledged = true;
+  Copy(status, task.status);
+  if (!IsFinalState(status.state)) {
+    if (!same) output_.OnStep(task, now);
+    return;
+  }
+  output_.OnEnd(TakeCurrent(), now);
+}
+
+// The driver's promise: no order up to its bridge_epoch has been or will be done under this id.
+void DeviceLane::OnUnknown(const driver_status_t& status, Instant now) {
+  Task& task = *current_;
+  if (status.bridge_epoch < (task.asks_driver ? task.about_epoch : task.sent_epoch)) return;
+  if (task.asks_driver) {
+    return End(TakeCurrent(), S::STATE_EXPIRED, S::REASON_DRIVER_SILENT, "the driver never received it", now);
+  }
+  if (now.mono >= task.begin_by) {
+    return End(TakeCurrent(), S::STATE_EXPIRED, S::REASON_DEADLINE, "its time ran out before it reached the driver",
+               now);
+  }
+  task.acknowledged = false;
+  task.next_send = now.mono;
+}
+
+void DeviceLane::Tick(Instant now) {
+  DropWaiting(now);
+  if (current_) Follow(now);
+  // What ends at once (nothing can find it) makes room for the next.
+  while (!current_ && !waiting_.empty()) {
+    const std::size_t before = waiting_.size();
+    RouteNext(now);
+    if (!current_ && waiting_.size() >= before) break;
+  }
+}
+
+void DeviceLane::DropWaiting(Instant now) {
+  if (waiting_.empty()) return;
+  std::deque<Task> kept;
+  std::deque<Task> expired;
+  std::deque<Task> absent;
+  for (Task& task : waiting_) {
+    const bool needs_driver = task.purpose != Task::Purpose::kFinding;
+    if (now.mono >= task.begin_by) {
+      expired.push_back(std::move(task));
+    } else if (needs_driver && !driver_.IsPresent(now.mono)) {
+      absent.push_back(std::move(task));
+    } else {
+      kept.push_back(std::move(task));
+    }
+  }
+  waiting_ = std::move(kept);
+  for (Task& task : expired) {
+    End(std::move(task), S::STATE_EXPIRED, S::REASON_DEADLINE, "its time ran out while it waited for its turn",
+        now);
+  }
+  for (Task& task : absent) {
+    End(std::move(task), S::STATE_REJECTED, S::REASON_DRIVER_ABSENT,
+        "the device's driver has gone: start it (axlecast driver, systemctl), then send this again", now);
+  }
+}
+
+void DeviceLane::RouteNext(Instant now) {
+  Task& task = waiting_.front();
+  if (!driver_.IsPresent(now.mono)) return;
+  if (task.purpose == Task::Purpose::kFinding) {
+    task.asks_driver = task.about_silent && driver_.boot_id() == task.about_boot_id;
+    if (!task.asks_driver && task.operation == nullptr) {
+      Task hopeless = std::move(task);
+      waiting_.pop_front();
+      return End(std::move(hopeless), S::STATE_FAILED, S::REASON_NONE, "no operation can tell", now);
+    }
+    if (!task.asks_driver && !driver_.IsAnswering(task.device)) return;
+  }
+  if (task.purpose != Task::Purpose::kCommand) task.id = output_.NewId();
+  current_ = std::move(task);
+  waiting_.pop_front();
+  current_->status.state = S::STATE_ROUTED;
+  current_->status.driver_boot_id = driver_.boot_id();
+  current_->acknowledged = false;
+  current_->heard_seq = -1;
+  current_->heard = current_->routed = current_->next_send = now.mono;
+  SendDue(*current_, now);
+  output_.OnStep(*current_, now);
+}
+
+void DeviceLane::Follow(Instant now) {
+  Task& task = *current_;
+  if (driver_.boot_id() != task.status.driver_boot_id) {
+    return OnDriverLost(S::REASON_DRIVER_RESTARTED, "the driver restarted while it had this order", now);
+  }
+  if (!driver_.IsRunning()) {
+    return OnDriverLost(S::REASON_STOPPING, "the driver stopped while it had this order", now);
+  }
+  if (now.mono - task.heard > kSilentAfter) {
+    return OnDriverLost(S::REASON_DRIVER_SILENT, "the driver has not answered for 5 s", now);
+  }
+  if (task.purpose == Task::Purpose::kFinding && now.mono >= task.begin_by) {
+    return End(TakeCurrent(), S::STATE_EXPIRED, S::REASON_DEADLINE, "the driver did not tell in time", now);
+  }
+  SendDue(task, now);
+}
+
+void DeviceLane::SendDue(Task& task, Instant now) {
+  if (now.mono < task.next_send) return;
+  const bool first_second = now.mono - task.routed < kSecond;
+  task.next_send = now.mono + (task.acknowledged && !task.cancel_asked ? kAsk
+                               : first_second                          ? kRepeat
+                                                                       : kSlowRepeat);
+  if (task.cancel_asked) {
+    output_.Send(task, driver_order_t::KIND_CANCEL, 1, now);
+  } else if (task.acknowledged || task.asks_driver || now.mono >= task.begin_by) {
+    output_.Send(task, driver_order_t::KIND_QUERY, 1, now);
+  } else {
+    const MonoNs left = std::min<MonoNs>(task.begin_by - now.mono, 3'600 * kSecond);
+    const auto valid_ms = static_cast<std::int32_t>(std::max<MonoNs>(left / kMillisecond, 1));
+    task.sent_epoch = output_.Send(task, driver_order_t::KIND_EXECUTE, valid_ms, now);
+  }
+}
+
+void DeviceLane::OnDriverLost(std::int32_t reason, const std::string& text, Instant now) {
+  Task task = TakeCurrent();
+  if (task.purpose == Task::Purpose::kFinding) return PushFirst(std::move(task));  // until its time runs out
+  End(std::move(task), S::STATE_INDETERMINATE, reason, text, now);
+}
+
+void DeviceLane::End(Task task, std::int8_t state, std::int32_t reason, const std::string& text, Instant now) {
+  task.status.state = state;
+  task.status.reason_code = reason;
+  task.status.text = CappedText(text, kTextBytes);
+  task.status.finished_utime = now.utime;
+  output_.OnEnd(std::move(task), now);
+}
+
+Task DeviceLane::TakeCurrent() {
+  Task task = std::move(*current_);
+  current_.reset();
+  return task;
+}
+
+}  // namespace axlecast

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <axlecast/driver_status_t.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
+
+#include "bridge/driver_link.h"
+#include "bridge/task.h"
+
+namespace axlecast {
+
+// What a lane does to the outside.
+class LaneOutput {
+ public:
+  virtual ~LaneOutput() = default;
+  // Sends driver_order_t KIND_* for the task, with a new bridge epoch, which it returns.
+  virtual std::int64_t Send(const Task& task, std::int8_t kind, std::int32_t valid_ms, Instant now) = 0;
+  virtual CommandId NewId() = 0;  // for what the bridge itself orders
+  virtual void OnStep(Task& task, Instant now) = 0;
+  // The task ended: its status holds the one outcome. It has left the lane.
+  virtual void OnEnd(Task task, Instant now) = 0;
+};
+
+// The tasks of one device: one at a time, in order. Free of I/O. The messages in between may be lost, doubled or
+// reordered: a task is repeated to its driver under one id until the driver answers, and is asked about then.
+class DeviceLane {
+ public:
+  static constexpr std::size_t kMaxWaiting = 32;             // commands
+  static constexpr MonoNs kRepeat = 20 * kMillisecond;       // until acknowledged
+  static constexpr MonoNs kSlowRepeat = 200 * kMillisecond;  // after a second without
+  static constexpr MonoNs kAsk = 250 * kMillisecond;         // a driver that works on it
+  static constexpr MonoNs kSilentAfter = 5 * kSecond;        // a routed task without a word: INDETERMINATE
+
+  DeviceLane(const DriverLink& driver, LaneOutput& output) : driver_(driver), output_(output) {}
+
+  [[nodiscard]] bool IsFull() const { return waiting_.size() >= kMaxWaiting; }
+  void Push(Task task) { waiting_.push_back(std::move(task)); }
+  void PushFirst(Task task) { waiting_.push_front(std::move(task)); }
+  [[nodiscard]] bool Holds(Task::Purpose purpose) const;
+
+  // Ends a waiting command as CANCELLED; asks the driver to give up a routed one. False when it is not here.
+  bool Cancel(const CommandId& id, Instant now);
+  // A status from the driver's boot `status.boot_id` that DriverLink let pass.
+  void OnStatus(const driver_status_t& status, Instant now);
+  void Tick(Instant now);
+
+ private:
+  void DropWaiting(Instant now);
+  void RouteNext(Instant now);
+  void Follow(Instant now);
+  void SendDue(Task& task, Instant now);
+  void OnUnknown(const driver_status_t& status, Instant now);
+  void OnDriverLost(std::int32_t reason, const std::string& text, Instant now);
+  void End(Task task, std::int8_t state, std::int32_t reason, const std::string& text, Instant now);
+  Task TakeCurrent();
+
+  const DriverLink& driver_;
+  LaneOutput& output_;
+  std::deque<Task> waiting_;
+  std::optional<Task> current_;
+};
+
+}  // namespace axlecast

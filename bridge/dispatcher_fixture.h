@@ -1,0 +1,134 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <axlecast/device_info_t.hpp>
+#include <axlecast/driver_command_t.hpp>
+#include <axlecast/driver_order_t.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bridge/dispatcher.h"
+#include "bridge/memory_journal.h"
+#include "drivers/runtime/command/body_digest.h"
+#include "drivers/runtime/command/order_ledger.h"
+#include "drivers/runtime/command/order_test_support.h"
+#include "drivers/runtime/core/decode_message.h"
+#include "tests/support/memory_sink.h"
+
+namespace axlecast {
+
+using S = command_status_t;
+
+inline constexpr std::int64_t kBoot = 42;
+inline constexpr std::int64_t kDriver = 7;
+
+inline MachineConfig TestMachine(bool allow_unsigned) {
+  MachineConfig machine;
+  machine.machine = "press3";
+  machine.bridge.allow_unsigned = allow_unsigned;
+  machine.buses = {CountingBus("b0", {"axis1", "axis2"})};
+  return machine;
+}
+
+// A bridge with one bus of two devices, of which the test is the client and the driver.
+class DispatcherTest : public testing::Test {
+ protected:
+  explicit DispatcherTest(bool allow_unsigned = true) : machine_(TestMachine(allow_unsigned)) {
+    Pass(BridgeWatch::kListen);
+    Hello(kDriver);
+    sink_.Clear();
+  }
+
+  void Pass(MonoNs time) {
+    for (const MonoNs end = now_.mono + time; now_.mono < end; Step(10 * kMillisecond)) {
+    }
+  }
+  void Step(MonoNs time) {
+    now_.mono += time;
+    now_.utime += time / kMicrosecond;
+    bridge_.Tick(now_);
+  }
+  // A second in which the driver says HELLO every 100 ms.
+  void PassWithDriver(MonoNs time) {
+    for (const MonoNs end = now_.mono + time; now_.mono < end; Pass(100 * kMillisecond)) Hello(driver_boot_);
+  }
+
+  command_body_t Body(std::uint32_t number, const std::string& operation = "bump") {
+    command_body_t body{};
+    const CommandId id = NumberedId(number);
+    std::copy(id.begin(), id.end(), std::begin(body.id));
+    body.bridge_boot_id = kBoot;
+    body.valid_ms = 1'000;
+    body.device = "axis1";
+    body.operation = operation;
+    body.expect_epoch = -1;
+    return body;
+  }
+  S Send(const command_body_t& body) { return SendSigned(body, 0); }
+  S SendSigned(const command_body_t& body, std::uint8_t signature) {
+    command_t envelope{};
+    envelope.body = Encoded(body);
+    envelope.body_size = static_cast<std::int16_t>(envelope.body.size());
+    envelope.sig[0] = signature;
+    bridge_.OnCommand(Encoded(envelope), now_);
+    return Last();
+  }
+  S SendAs(command_body_t body, std::int8_t mode) {
+    body.mode = mode;
+    return Send(body);
+  }
+  S Last() const {
+    const auto all = sink_.All<S>("COMMAND_STATUS");
+    return all.empty() ? S{} : all.back();
+  }
+  std::size_t Statuses() const { return sink_.All<S>("COMMAND_STATUS").size(); }
+
+  std::vector<driver_order_t> Orders() const {
+    std::vector<driver_order_t> orders;
+    for (const auto& envelope : sink_.All<driver_command_t>("DRIVER_COMMAND/b0")) {
+      orders.push_back(DecodeMessage<driver_order_t>(envelope.order).value_or(driver_order_t{}));
+    }
+    return orders;
+  }
+  void Hello(std::int64_t boot_id, bool lost = false, std::int8_t kind = driver_status_t::KIND_HELLO) {
+    driver_boot_ = boot_id;
+    driver_status_t hello{};
+    hello.kind = kind;
+    if (kind == driver_status_t::KIND_HELLO) {
+      hello.devices = {{"axis1", device_info_t::STATE_ONLINE, 0, static_cast<std::int8_t>(lost ? 1 : 0)},
+                       {"axis2", device_info_t::STATE_ONLINE, 0, 0}};
+      hello.n_devices = 2;
+    }
+    FromDriver(hello);
+  }
+  void Report(const driver_order_t& order, std::int8_t state, std::vector<change_t> changes = {}) {
+    driver_status_t status{};
+    status.kind = driver_status_t::KIND_STATUS;
+    std::copy(std::begin(order.id), std::end(order.id), std::begin(status.id));
+    status.device = order.device;
+    status.operation = order.operation;
+    status.state = state;
+    status.bridge_epoch = order.bridge_epoch;
+    status.changes = std::move(changes);
+    status.n_changes = static_cast<std::int8_t>(status.changes.size());
+    FromDriver(status);
+  }
+  void FromDriver(driver_status_t status) {
+    status.bus = "b0";
+    status.boot_id = driver_boot_;
+    status.seq = driver_seq_++;
+    bridge_.OnDriverStatus("DRIVER_STATUS/b0", Encoded(status), now_);
+  }
+
+  Instant now_{1'000 * kSecond, 1'700'000'000'000'000};
+  MachineConfig machine_;
+  MemoryJournal journal_;
+  MemorySink sink_;
+  Dispatcher bridge_{machine_, kBoot, journal_, sink_, now_};
+  std::int64_t driver_boot_ = kDriver;
+  std::int64_t driver_seq_ = 0;
+};
+
+}  // namespace axlecast

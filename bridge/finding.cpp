@@ -1,0 +1,124 @@
+#include "bridge/finding.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "drivers/runtime/command/capped_text.h"
+#include "drivers/runtime/command/command_words.h"
+#include "drivers/runtime/command/operation_check.h"
+
+namespace axlecast {
+namespace {
+
+using S = command_status_t;
+
+// A word that would be read as the next argument.
+bool IsAmbiguous(const std::string& value) {
+  const std::size_t space = value.find(' ');
+  return space != std::string::npos && value.find('=', space) != std::string::npos;
+}
+
+// "eeprom_write address=72 data=A1 05", or nothing where that would be ambiguous or too long.
+std::optional<std::string> Described(const Task& command) {
+  std::string text(command.operation->name);
+  for (const argument_t& argument : command.arguments) {
+    if (IsAmbiguous(argument.value)) return std::nullopt;
+    text += " " + argument.key + "=" + argument.value;
+  }
+  if (text.size() > kArgumentBytes) return std::nullopt;
+  return text;
+}
+
+// The driver that had been silent tells in the end.
+std::int8_t FindingOfOutcome(std::int8_t state) {
+  switch (state) {
+    case S::STATE_SUCCEEDED:
+      return S::FINDING_EFFECT_SEEN;
+    case S::STATE_REJECTED:
+    case S::STATE_EXPIRED:
+    case S::STATE_CANCELLED:
+      return S::FINDING_NO_EFFECT_SEEN;
+    default:
+      return S::FINDING_CANNOT_TELL;
+  }
+}
+
+std::int8_t FindingOfChanges(const command_status_t& found) {
+  if (found.state != S::STATE_SUCCEEDED) return S::FINDING_CANNOT_TELL;
+  const auto word = std::find_if(found.changes.begin(), found.changes.end(),
+                                 [](const change_t& change) { return change.key == "finding"; });
+  return word == found.changes.end() ? S::FINDING_CANNOT_TELL : FindingOf(word->after);
+}
+
+// Replaces `changes`, as the lost driver had reported them, by what was found, each with its value before where
+// that is known. True when some were known, and all of those read as before.
+bool SetBeside(const std::vector<change_t>& found, std::vector<change_t>& changes) {
+  const std::vector<change_t> reported = std::exchange(changes, {});
+  bool compared = false;
+  bool differs = false;
+  for (change_t change : found) {
+    if (change.key == "finding") continue;  // is in the status itself
+    const auto earlier =
+        std::find_if(reported.begin(), reported.end(), [&](const change_t& one) { return one.key == change.key; });
+    if (earlier != reported.end() && !earlier->before.empty()) {
+      change.before = earlier->before;
+      compared = true;
+      differs = differs || change.before != change.after;
+    }
+    changes.push_back(change);
+  }
+  return compared && !differs;
+}
+
+}  // namespace
+
+std::optional<Task> FindingTask(const Task& command, const Family& family, MonoNs give_up) {
+  const bool silent = command.status.reason_code == S::REASON_DRIVER_SILENT;
+  const std::string_view finder = command.operation->found_by;
+  const OperationSpec* operation = finder.empty() ? nullptr : FindOperation(family, finder);
+  if (operation == nullptr && !silent) return std::nullopt;
+
+  Task task;
+  task.purpose = Task::Purpose::kFinding;
+  task.device = command.device;
+  task.operation = operation;
+  task.begin_by = give_up;
+  task.about = command.id;
+  task.about_boot_id = command.status.driver_boot_id;
+  task.about_epoch = command.sent_epoch;
+  task.about_silent = silent;
+  const auto described = Described(command);
+  if (operation != nullptr && described) {
+    const auto& takes = operation->arguments;
+    if (std::any_of(takes.begin(), takes.end(), [](const ArgumentSpec& spec) { return spec.name == "after"; })) {
+      task.arguments.push_back({"after", *described});
+    }
+  }
+  return task;
+}
+
+void AddFinding(const Task& finding, command_status_t& outcome) {
+  const command_status_t& found = finding.status;
+  const bool never_routed = found.driver_boot_id == 0;
+  std::string details = found.text;
+  if (finding.asks_driver) {
+    const bool untold = found.state == S::STATE_EXPIRED && found.reason_code == S::REASON_DEADLINE;
+    outcome.finding = untold ? S::FINDING_CANNOT_TELL : FindingOfOutcome(found.state);
+    outcome.changes = found.changes;
+  } else {
+    outcome.finding = FindingOfChanges(found);
+    const bool unchanged = SetBeside(found.changes, outcome.changes);
+    if (unchanged && outcome.finding == S::FINDING_EFFECT_SEEN) {
+      outcome.finding = S::FINDING_CANNOT_TELL;
+      details = "it read the same before; " + details;
+    }
+  }
+  outcome.n_changes = static_cast<std::int8_t>(outcome.changes.size());
+  outcome.text += never_routed ? "; the driver has not come back: look at the device"
+                               : "; afterwards: " + std::string(FindingName(outcome.finding));
+  if (!details.empty() && !never_routed) outcome.text += " (" + details + ")";
+  outcome.text = CappedText(outcome.text, kTextBytes);
+}
+
+}  // namespace axlecast

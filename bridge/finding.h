@@ -1,0 +1,17 @@
+#pragma once
+
+#include <axlecast/command_status_t.hpp>
+#include <optional>
+
+#include "bridge/task.h"
+#include "drivers/runtime/core/family.h"
+
+namespace axlecast {
+
+// What has to be done to find out what became of a command that ended INDETERMINATE; nothing when nobody can tell.
+[[nodiscard]] std::optional<Task> FindingTask(const Task& command, const Family& family, MonoNs give_up);
+
+// Adds to the command's outcome what the finished task found.
+void AddFinding(const Task& finding, command_status_t& outcome);
+
+}  // namespace axlecast

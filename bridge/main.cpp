@@ -1,0 +1,144 @@
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <string>
+
+#include "bridge/dispatcher.h"
+#include "bridge/logged_journal.h"
+#include "bridge/memory_journal.h"
+#include "drivers/io/lcm_port.h"
+#include "drivers/io/process.h"
+#include "drivers/io/supervision.h"
+#include "drivers/io/system_clock.h"
+#include "drivers/runtime/config/load.h"
+#include "drivers/runtime/core/timebase.h"
+
+namespace axlecast {
+namespace {
+
+constexpr int kStopped = 0;
+constexpr int kFailed = 1;
+constexpr int kUsage = 2;
+constexpr MonoNs kTick = 10 * kMillisecond;
+
+// The bridge with its ports and clocks.
+class BridgeProgram {
+ public:
+  explicit BridgeProgram(const MachineConfig& machine)
+      : port_(machine.lcm.command_url, machine.lcm.prefix),
+        boot_id_(RandomBootId()),
+        journal_(memory_),
+        dispatcher_(machine, boot_id_, journal_, port_, Now()) {}
+
+  int Run() {
+    if (!port_.problem().empty() || !Subscribe()) {
+      spdlog::error("{}", port_.problem());
+      return kFailed;
+    }
+    while (!stop_.Requested()) {
+      if (!port_.Handle(static_cast<int>(kTick / kMillisecond))) {
+        spdlog::error("the command port failed: the bridge stops, to be started again by its supervisor");
+        return kFailed;
+      }
+      const Instant now = Now();
+      if (now.mono >= next_tick_) {
+        next_tick_ = now.mono + kTick;
+        dispatcher_.Tick(now);
+      }
+      if (!Serve(now)) return kFailed;
+      supervision_.Progress(now.mono);
+    }
+    supervision_.Stopping();
+    spdlog::info("stopped");
+    return kStopped;
+  }
+
+ private:
+  Instant Now() {
+    const MonoNs mono = clock_.Now();
+    time_.Update(mono, clock_.UtcMicroseconds());
+    return {mono, time_.Utime(mono)};
+  }
+
+  bool Subscribe() {
+    return port_.Subscribe("COMMAND", [this](const auto&, Bytes bytes) {
+      dispatcher_.OnCommand(bytes, Now());
+    }) && port_.Subscribe("DRIVER_STATUS/.*", [this](const auto& channel, Bytes bytes) {
+      dispatcher_.OnDriverStatus(channel, bytes, Now());
+    }) && port_.Subscribe("COMMAND_STATUS", [this](const auto&, Bytes bytes) {
+      dispatcher_.OnCommandStatus(bytes, Now());
+    });
+  }
+
+  // False when another bridge was here first.
+  bool Serve(Instant now) {
+    const bool other = dispatcher_.watch().Other(now.mono).has_value();
+    if (!serving_ && other) {
+      spdlog::error(
+          "another bridge serves this command port already: stop it, or give this machine its own "
+          "command_url or prefix");
+      return false;
+    }
+    if (!serving_ && !dispatcher_.watch().IsListening(now.mono)) {
+      serving_ = true;
+      supervision_.Ready();
+      spdlog::info("serving commands, boot id {:016x}", boot_id_);
+    }
+    if (other != contested_) {
+      contested_ = other;
+      if (other) {
+        spdlog::error("another bridge appeared on this command port: new commands are refused until one stops");
+      } else {
+        spdlog::info("the other bridge has gone: commands are served again");
+      }
+    }
+    return true;
+  }
+
+  SystemClock clock_;
+  Timebase time_;
+  StopSignal stop_;
+  Supervision supervision_;
+  LcmPort port_;
+  const std::int64_t boot_id_;
+  MemoryJournal memory_;
+  LoggedJournal journal_;
+  Dispatcher dispatcher_;
+  MonoNs next_tick_ = 0;
+  bool serving_ = false;
+  bool contested_ = false;
+};
+
+int BridgeMain(int argc, char** argv) {
+  std::string config;
+  CLI::App app{"Routes commands to the drivers and gives each exactly one outcome."};
+  app.footer(
+      "Runs until SIGTERM or SIGINT. Exit codes: 0 clean stop, 1 configuration, LCM or a second bridge, "
+      "2 usage.");
+  app.set_version_flag("--version", AXLECAST_VERSION);
+  app.add_option("--config", config, "The machine's file")->required();
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kStopped : kUsage;
+  }
+  ConfigErrors errors(config);
+  const auto machine = LoadConfig(config, errors);
+  if (!machine) {
+    std::cerr << errors.Text();
+    return kFailed;
+  }
+  spdlog::set_default_logger(spdlog::stderr_color_mt("bridge"));
+  spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %^%l%$ %n: %v", spdlog::pattern_time_type::utc);
+  if (machine->bridge.allow_unsigned) {
+    spdlog::warn("unsigned commands are allowed: anybody on this network segment can command the devices");
+  }
+  return BridgeProgram(*machine).Run();
+}
+
+}  // namespace
+}  // namespace axlecast
+
+int main(int argc, char** argv) { return axlecast::BridgeMain(argc, argv); }

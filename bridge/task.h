@@ -1,0 +1,54 @@
+#pragma once
+
+#include <axlecast/argument_t.hpp>
+#include <axlecast/command_status_t.hpp>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "drivers/runtime/core/instant.h"
+#include "drivers/runtime/core/operation.h"
+
+namespace axlecast {
+
+// Both clocks, read together.
+struct Instant {
+  MonoNs mono = 0;
+  std::int64_t utime = 0;
+};
+
+// Something that a driver is to do for the bridge, from its acceptance to its one outcome.
+struct Task {
+  enum class Purpose : std::uint8_t {
+    kCommand,        // of a client
+    kFinding,        // what became of a command that ended INDETERMINATE
+    kReferenceLost,  // gives a restarted driver back that the reference is lost
+  };
+
+  Purpose purpose = Purpose::kCommand;
+  CommandId id{};  // on the wire to the driver
+  std::string device;
+  const OperationSpec* operation = nullptr;  // null: kFinding of an operation that nothing can find
+  std::vector<argument_t> arguments;
+  std::int32_t expect_epoch = -1;
+  MonoNs begin_by = kNever;
+  bool cancel_asked = false;
+  command_status_t status{};  // how it stands; published only of kCommand
+
+  // kFinding: the command that it is about.
+  CommandId about{};
+  std::int64_t about_boot_id = 0;  // the driver that it had been routed to
+  std::int64_t about_epoch = 0;    // of the newest order to do it
+  bool about_silent = false;       // that driver fell silent: it may still be able to tell
+  bool asks_driver = false;        // by KIND_QUERY; else by its operation
+
+  // Since it was routed.
+  bool acknowledged = false;
+  std::int64_t sent_epoch = 0;  // of the newest order to do it
+  std::int64_t heard_seq = -1;  // of the driver's newest status about it
+  MonoNs heard = 0;
+  MonoNs routed = 0;
+  MonoNs next_send = 0;
+};
+
+}  // namespace axlecast

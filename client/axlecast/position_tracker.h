@@ -1,0 +1,305 @@
+// For consumers of POSITION/<device>: age, staleness, loss, restart, change of datum, and the position at an
+// instant between or shortly after the readings. Header only, C++17, no clock and no LCM of its own.
+//
+//   axlecast::PositionTracker axis;
+//   ... in the handler of POSITION/axis1:  axis.OnPosition(message, now_ns);   // now_ns: CLOCK_MONOTONIC
+//   ... in the handler of DEVICE/axis1:    axis.OnDevice(message);
+//   ... in the control loop:               const auto position = axis.At(now_ns);
+//                                          if (position && axis.Check(now_ns) == Freshness::kFresh)
+//                                          use(position.value);
+//
+// Positions are advisory to safety systems: LCM has no authentication.
+#pragma once
+
+#include <array>
+#include <axlecast/device_info_t.hpp>
+#include <axlecast/position_t.hpp>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+namespace axlecast {
+
+class PositionTracker {
+ public:
+  struct Options {
+    // Older readings are stale. 0: device_info_t.max_age_us, as soon as a DEVICE message came.
+    std::int64_t max_age_ns = 0;
+    // At answers up to this long after the newest reading.
+    std::int64_t max_extrapolation_ns = 5'000'000;
+    // At does not interpolate between readings further apart.
+    std::int64_t max_gap_ns = 50'000'000;
+    // The publisher runs on this host: ages and instants count from its sampling instants (mono_ns). Otherwise they
+    // count from the arrival of the messages, and an age is the least that it can be.
+    bool same_host = true;
+  };
+
+  enum class Freshness {
+    kFresh,
+    kStale,         // the newest valid reading is too old
+    kNotValid,      // the newest message says that its position is not valid
+    kNoReading,     // no valid reading yet, or none since the publisher restarted
+    kLimitUnknown,  // no max_age was given, and no DEVICE message came
+    kWrongClock,    // the newest reading lies in the future: it comes from another host (Options::same_host)
+  };
+
+  enum class Answer {
+    kRead,           // a reading of just that instant
+    kInterpolated,   // between two readings
+    kExtrapolated,   // after the newest, at its speed
+    kNoReading,      // nothing received yet
+    kBeforeHistory,  // older than what is kept (kHistory messages, none from before a restart)
+    kTooFarAhead,    // beyond max_extrapolation_ns
+    kNotValid,       // a reading it would rest on is not valid
+    kDatumChanged,   // the datum, or the trust in the turns, changed between the two readings
+    kGap,            // the two readings are further apart than max_gap_ns
+    kSpeedUnknown,   // nothing to extrapolate with
+  };
+
+  // The position at an instant. Only where it converts to true do the numbers mean anything; else they are NaN.
+  struct Position {
+    Answer answer = Answer::kNoReading;
+    double counts = std::numeric_limits<double>::quiet_NaN();  // absolute, after direction and datum
+    double value = std::numeric_limits<double>::quiet_NaN();  // in unit; NaN before the DEVICE message of this boot
+    double timing_error_counts = std::numeric_limits<double>::quiet_NaN();  // by the readings' time uncertainty
+    std::int32_t flags = 0;  // position_t FLAG_* that both readings have
+    std::int32_t datum_epoch = 0;
+
+    explicit operator bool() const {
+      return answer == Answer::kRead || answer == Answer::kInterpolated || answer == Answer::kExtrapolated;
+    }
+  };
+
+  // What one message changed.
+  struct News {
+    bool used = false;           // false: it came late, twice, or out of its time's order
+    bool restarted = false;      // another boot_id: counts of before and after do not belong together
+    bool datum_changed = false;  // datum_epoch differs from the message before
+    std::int64_t lost = 0;       // messages between it and the one before
+  };
+
+  struct Totals {
+    std::int64_t received = 0;
+    std::int64_t lost = 0;  // by gaps in seq
+    std::int64_t late = 0;  // came after a newer one; they were counted as lost, and are not used
+    std::int64_t restarts = 0;
+    std::int64_t datum_changes = 0;
+    std::int64_t missed_readings = 0;  // as the driver counts them: readings that failed or were withheld
+    // An earlier boot_id came back: two drivers publish this device.
+    bool two_publishers = false;
+  };
+
+  PositionTracker() = default;
+  explicit PositionTracker(const Options& options) : options_(options) {}
+
+  News OnPosition(const position_t& message, std::int64_t received_ns);
+  void OnDevice(const device_info_t& message);
+
+  [[nodiscard]] Freshness Check(std::int64_t now_ns) const;
+  // Since the newest valid reading; negative when there is none.
+  [[nodiscard]] std::int64_t AgeNs(std::int64_t now_ns) const { return valid_any_ ? now_ns - valid_at_ : -1; }
+  [[nodiscard]] Position At(std::int64_t instant_ns) const;
+  [[nodiscard]] const Totals& totals() const { return totals_; }
+  // The newest message; meaningless before the first.
+  [[nodiscard]] const position_t& newest() const { return newest_; }
+
+  static constexpr std::size_t kHistory = 64;  // messages
+
+ private:
+  struct Reading {
+    std::int64_t at = 0;
+    std::int64_t half_width = 0;
+    std::int64_t counts = 0;
+    double counts_per_ns = 0;  // where FLAG_SPEED_VALID
+    std::int32_t flags = 0;
+    std::int32_t epoch = 0;
+  };
+
+  void Restart(std::int64_t boot_id);
+  [[nodiscard]] const Reading& Back(std::size_t i) const { return ring_[(newest_at_ + kHistory - i) % kHistory]; }
+  [[nodiscard]] static bool Valid(const Reading& reading) { return (reading.flags & position_t::FLAG_VALID) != 0; }
+  [[nodiscard]] static Reading Take(const position_t& message, std::int64_t at);
+  [[nodiscard]] static std::int64_t LostBetween(std::int64_t seq, std::int64_t later);
+  [[nodiscard]] static double Slope(const Reading& a, const Reading& b);
+  [[nodiscard]] static Answer Joined(const Reading& a, const Reading& b, std::int64_t max_gap_ns);
+  [[nodiscard]] Position Refuse(Answer answer) const;
+  [[nodiscard]] Position Make(Answer answer, const Reading& base, std::int32_t flags, double ahead_ns,
+                              double counts_per_ns, std::int64_t half_width) const;
+  [[nodiscard]] Position Extrapolate(std::int64_t instant_ns) const;
+  [[nodiscard]] double Value(double counts) const;
+
+  Options options_;
+  Totals totals_;
+  position_t newest_{};
+  bool any_ = false;
+  std::int64_t previous_boot_ = 0;
+  bool valid_any_ = false;
+  std::int64_t valid_at_ = 0;
+  std::array<Reading, kHistory> ring_{};
+  std::size_t newest_at_ = 0;
+  std::size_t size_ = 0;
+
+  bool has_device_ = false;
+  std::int64_t device_boot_ = 0;
+  std::int64_t device_max_age_ns_ = 0;
+  double unit_per_count_ = 0;
+  double modulo_ = 0;
+};
+
+inline void PositionTracker::Restart(std::int64_t boot_id) {
+  ++totals_.restarts;
+  totals_.two_publishers = totals_.two_publishers || boot_id == previous_boot_;
+  previous_boot_ = newest_.boot_id;
+  size_ = 0;
+  valid_any_ = false;
+}
+
+inline PositionTracker::Reading PositionTracker::Take(const position_t& message, std::int64_t at) {
+  constexpr double kTwoPi = 6.283185307179586;
+  Reading reading;
+  reading.at = at;
+  reading.half_width = message.time_uncertainty_ns;
+  reading.counts = message.counts;
+  reading.counts_per_ns = message.speed_rad_s / kTwoPi * static_cast<double>(message.counts_per_turn) * 1e-9;
+  reading.flags = message.flags;
+  reading.epoch = message.datum_epoch;
+  return reading;
+}
+
+// A wild sequence number, which anybody on the network can send, is a loss of 2^31 and not an overflow.
+inline std::int64_t PositionTracker::LostBetween(std::int64_t seq, std::int64_t later) {
+  constexpr std::uint64_t kMost = std::uint64_t{1} << 31;
+  const std::uint64_t lost = static_cast<std::uint64_t>(later) - static_cast<std::uint64_t>(seq) - 1;
+  return static_cast<std::int64_t>(lost < kMost ? lost : kMost);
+}
+
+inline PositionTracker::News PositionTracker::OnPosition(const position_t& message, std::int64_t received_ns) {
+  News news;
+  ++totals_.received;
+  if (any_ && message.boot_id != newest_.boot_id) {
+    news.restarted = true;
+    Restart(message.boot_id);
+  } else if (any_ && message.seq <= newest_.seq) {
+    ++totals_.late;
+    return news;
+  } else if (any_) {
+    news.lost = LostBetween(newest_.seq, message.seq);
+    totals_.lost += news.lost;
+    news.datum_changed = message.datum_epoch != newest_.datum_epoch;
+    totals_.datum_changes += news.datum_changed ? 1 : 0;
+  }
+  any_ = true;
+  newest_ = message;
+  totals_.missed_readings += message.missed;
+  const std::int64_t at = options_.same_host ? message.mono_ns : received_ns;
+  if (at < 0 || (size_ > 0 && at <= Back(0).at)) return news;
+  news.used = true;
+  newest_at_ = (newest_at_ + 1) % kHistory;
+  size_ = size_ < kHistory ? size_ + 1 : kHistory;
+  ring_[newest_at_] = Take(message, at);
+  if (Valid(ring_[newest_at_])) {
+    valid_any_ = true;
+    valid_at_ = at;
+  }
+  return news;
+}
+
+inline void PositionTracker::OnDevice(const device_info_t& message) {
+  has_device_ = message.ratio_den != 0 && message.counts_per_turn > 0;
+  device_boot_ = message.boot_id;
+  device_max_age_ns_ = std::int64_t{message.max_age_us} * 1'000;
+  modulo_ = message.modulo;
+  unit_per_count_ = has_device_
+                        ? message.per_turn * static_cast<double>(message.ratio_num) /
+                              static_cast<double>(message.ratio_den) / static_cast<double>(message.counts_per_turn)
+                        : 0;
+}
+
+inline PositionTracker::Freshness PositionTracker::Check(std::int64_t now_ns) const {
+  constexpr std::int64_t kFutureNs = 1'000'000;
+  if (!valid_any_) return Freshness::kNoReading;
+  const std::int64_t max_age = options_.max_age_ns > 0 ? options_.max_age_ns : device_max_age_ns_;
+  if (max_age <= 0) return Freshness::kLimitUnknown;
+  const std::int64_t age = AgeNs(now_ns);
+  if (age < -kFutureNs) return Freshness::kWrongClock;
+  if (age > max_age) return Freshness::kStale;
+  return Valid(Back(0)) ? Freshness::kFresh : Freshness::kNotValid;
+}
+
+inline PositionTracker::Position PositionTracker::Refuse(Answer answer) const {
+  Position position;
+  position.answer = answer;
+  position.datum_epoch = newest_.datum_epoch;
+  return position;
+}
+
+inline double PositionTracker::Value(double counts) const {
+  if (!has_device_ || device_boot_ != newest_.boot_id) return std::numeric_limits<double>::quiet_NaN();
+  const double value = counts * unit_per_count_;
+  if (!(modulo_ > 0)) return value;
+  const double wrapped = std::fmod(value, modulo_);
+  const double positive = wrapped < 0 ? wrapped + modulo_ : wrapped;
+  return positive < modulo_ ? positive : 0;
+}
+
+inline PositionTracker::Position PositionTracker::Make(Answer answer, const Reading& base, std::int32_t flags,
+                                                       double ahead_ns, double counts_per_ns,
+                                                       std::int64_t half_width) const {
+  Position position;
+  position.answer = answer;
+  position.counts = static_cast<double>(base.counts) + counts_per_ns * ahead_ns;
+  position.value = Value(position.counts);
+  position.timing_error_counts = std::abs(counts_per_ns) * static_cast<double>(half_width);
+  position.flags = flags;
+  position.datum_epoch = base.epoch;
+  return position;
+}
+
+inline double PositionTracker::Slope(const Reading& a, const Reading& b) {
+  return (static_cast<double>(b.counts) - static_cast<double>(a.counts)) / static_cast<double>(b.at - a.at);
+}
+
+// Whether a straight line joins the two; kInterpolated when it does.
+inline PositionTracker::Answer PositionTracker::Joined(const Reading& a, const Reading& b,
+                                                       std::int64_t max_gap_ns) {
+  if (!Valid(a) || !Valid(b)) return Answer::kNotValid;
+  if (a.epoch != b.epoch || ((a.flags ^ b.flags) & position_t::FLAG_TURNS_VALID) != 0) return Answer::kDatumChanged;
+  return b.at - a.at > max_gap_ns ? Answer::kGap : Answer::kInterpolated;
+}
+
+inline PositionTracker::Position PositionTracker::Extrapolate(std::int64_t instant_ns) const {
+  const Reading& last = Back(0);
+  if (!Valid(last)) return Refuse(Answer::kNotValid);
+  if (instant_ns - last.at > options_.max_extrapolation_ns) return Refuse(Answer::kTooFarAhead);
+  double counts_per_ns = 0;
+  if ((last.flags & position_t::FLAG_SPEED_VALID) != 0) {
+    counts_per_ns = last.counts_per_ns;
+  } else if (size_ > 1 && Joined(Back(1), last, options_.max_gap_ns) == Answer::kInterpolated) {
+    counts_per_ns = Slope(Back(1), last);
+  } else {
+    return Refuse(Answer::kSpeedUnknown);
+  }
+  return Make(Answer::kExtrapolated, last, last.flags, static_cast<double>(instant_ns - last.at), counts_per_ns,
+              last.half_width);
+}
+
+inline PositionTracker::Position PositionTracker::At(std::int64_t instant_ns) const {
+  if (size_ == 0) return Refuse(Answer::kNoReading);
+  if (instant_ns > Back(0).at) return Extrapolate(instant_ns);
+  for (std::size_t i = 0; i < size_; ++i) {
+    const Reading& before = Back(i);
+    if (before.at > instant_ns) continue;
+    if (before.at == instant_ns) {
+      return Valid(before) ? Make(Answer::kRead, before, before.flags, 0, 0, 0) : Refuse(Answer::kNotValid);
+    }
+    const Reading& after = Back(i - 1);
+    const Answer joined = Joined(before, after, options_.max_gap_ns);
+    if (joined != Answer::kInterpolated) return Refuse(joined);
+    return Make(joined, before, before.flags & after.flags, static_cast<double>(instant_ns - before.at),
+                Slope(before, after), before.half_width > after.half_width ? before.half_width : after.half_width);
+  }
+  return Refuse(Answer::kBeforeHistory);
+}
+
+}  // namespace axlecast

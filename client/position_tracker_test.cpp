@@ -1,0 +1,234 @@
+#include <axlecast/position_tracker.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace axlecast {
+namespace {
+
+using Answer = PositionTracker::Answer;
+using Freshness = PositionTracker::Freshness;
+
+constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kTurn = 131'072;
+constexpr std::int32_t kGood = position_t::FLAG_VALID + position_t::FLAG_TURNS_VALID;
+
+class PositionTrackerTest : public testing::Test {
+ protected:
+  // The next message of the publisher: read at `at`, received 0.2 ms later.
+  PositionTracker::News Receive(std::int64_t at, std::int64_t counts, std::int32_t flags = kGood) {
+    position_t message{};
+    message.mono_ns = at;
+    message.boot_id = boot_;
+    message.seq = seq_++;
+    message.time_uncertainty_ns = 2'000;
+    message.counts_per_turn = kTurn;
+    message.counts = counts;
+    message.flags = flags;
+    message.speed_rad_s = speed_;
+    message.datum_epoch = epoch_;
+    message.missed = missed_;
+    return tracker_.OnPosition(message, at + kMs / 5);
+  }
+  void Device(double modulo = 0) {
+    device_info_t info{};
+    info.boot_id = boot_;
+    info.counts_per_turn = kTurn;
+    info.ratio_num = 1;
+    info.ratio_den = 1;
+    info.per_turn = 360;
+    info.modulo = modulo;
+    info.max_age_us = 20'000;
+    tracker_.OnDevice(info);
+  }
+
+  PositionTracker tracker_;
+  std::int64_t boot_ = 5;
+  std::int64_t seq_ = 0;
+  std::int32_t epoch_ = 0;
+  std::int32_t missed_ = 0;
+  double speed_ = std::nan("");
+};
+
+TEST_F(PositionTrackerTest, NothingYet) {
+  EXPECT_EQ(tracker_.Check(0), Freshness::kNoReading);
+  EXPECT_LT(tracker_.AgeNs(0), 0);
+  EXPECT_EQ(tracker_.At(0).answer, Answer::kNoReading);
+  EXPECT_FALSE(tracker_.At(0));
+  EXPECT_TRUE(std::isnan(tracker_.At(0).counts));
+}
+
+TEST_F(PositionTrackerTest, AgeCountsFromTheSamplingInstant) {
+  Receive(100 * kMs, 0);
+  EXPECT_EQ(tracker_.Check(110 * kMs), Freshness::kLimitUnknown);
+  Device();
+  EXPECT_EQ(tracker_.AgeNs(110 * kMs), 10 * kMs);
+  EXPECT_EQ(tracker_.Check(120 * kMs), Freshness::kFresh);
+  EXPECT_EQ(tracker_.Check(120 * kMs + 1), Freshness::kStale);
+  EXPECT_EQ(tracker_.Check(98 * kMs), Freshness::kWrongClock);
+}
+
+TEST_F(PositionTrackerTest, AgeFromAnotherHostCountsFromTheArrival) {
+  PositionTracker::Options options;
+  options.same_host = false;
+  options.max_age_ns = 5 * kMs;
+  tracker_ = PositionTracker(options);
+  Receive(100 * kMs, 0);
+  EXPECT_EQ(tracker_.AgeNs(101 * kMs), 800'000);
+  EXPECT_EQ(tracker_.Check(106 * kMs), Freshness::kStale);
+}
+
+TEST_F(PositionTrackerTest, InvalidReadingsDoNotMakeItYounger) {
+  Device();
+  Receive(100 * kMs, 0);
+  Receive(101 * kMs, 0, position_t::FLAG_IMPLAUSIBLE);
+  EXPECT_EQ(tracker_.AgeNs(105 * kMs), 5 * kMs);
+  EXPECT_EQ(tracker_.Check(105 * kMs), Freshness::kNotValid);
+  EXPECT_EQ(tracker_.Check(130 * kMs), Freshness::kStale);
+}
+
+TEST_F(PositionTrackerTest, CountsLossLatenessAndMissedReadings) {
+  Receive(100 * kMs, 0);
+  seq_ = 5;
+  missed_ = 3;
+  EXPECT_EQ(Receive(101 * kMs, 0).lost, 4);
+  seq_ = 2;
+  const auto late = Receive(100 * kMs + 1, 0);
+  EXPECT_FALSE(late.used);
+  EXPECT_EQ(late.lost, 0);
+  EXPECT_EQ(tracker_.totals().received, 3);
+  EXPECT_EQ(tracker_.totals().lost, 4);
+  EXPECT_EQ(tracker_.totals().late, 1);
+  EXPECT_EQ(tracker_.totals().missed_readings, 3);
+}
+
+TEST_F(PositionTrackerTest, ARestartForgetsWhatWasBefore) {
+  Device();
+  Receive(100 * kMs, 1'000);
+  boot_ = 6;
+  seq_ = 0;
+  const auto news = Receive(101 * kMs, 7, 0);
+  EXPECT_TRUE(news.restarted);
+  EXPECT_EQ(news.lost, 0);
+  EXPECT_EQ(tracker_.totals().restarts, 1);
+  EXPECT_EQ(tracker_.Check(101 * kMs), Freshness::kNoReading);
+  EXPECT_EQ(tracker_.At(100 * kMs).answer, Answer::kBeforeHistory);
+  EXPECT_FALSE(tracker_.totals().two_publishers);
+  boot_ = 5;
+  Receive(102 * kMs, 0);
+  EXPECT_TRUE(tracker_.totals().two_publishers);
+}
+
+TEST_F(PositionTrackerTest, InterpolatesBetweenTwoReadings) {
+  Device();
+  Receive(100 * kMs, 1'000);
+  Receive(104 * kMs, 3'000, kGood + position_t::FLAG_REFERENCED);
+  const auto position = tracker_.At(101 * kMs);
+  ASSERT_EQ(position.answer, Answer::kInterpolated);
+  EXPECT_DOUBLE_EQ(position.counts, 1'500);
+  EXPECT_DOUBLE_EQ(position.value, 1'500 * 360.0 / kTurn);
+  EXPECT_DOUBLE_EQ(position.timing_error_counts, 1);  // 500 counts per ms, 2 us
+  EXPECT_EQ(position.flags, kGood);
+  EXPECT_EQ(tracker_.At(100 * kMs).answer, Answer::kRead);
+  EXPECT_DOUBLE_EQ(tracker_.At(104 * kMs).counts, 3'000);
+  EXPECT_EQ(tracker_.At(99 * kMs).answer, Answer::kBeforeHistory);
+}
+
+TEST_F(PositionTrackerTest, TheValueWrapsAtTheModulo) {
+  Device(360);
+  Receive(100 * kMs, kTurn - 1'000);
+  Receive(102 * kMs, kTurn + 3'000);
+  EXPECT_DOUBLE_EQ(tracker_.At(101 * kMs).value, 1'000 * 360.0 / kTurn);
+  EXPECT_DOUBLE_EQ(tracker_.At(100 * kMs).value, (kTurn - 1'000) * 360.0 / kTurn);
+}
+
+TEST_F(PositionTrackerTest, WithoutTheDeviceMessageOfThisBootTheValueIsUnknown) {
+  Receive(100 * kMs, 1'000);
+  EXPECT_TRUE(tracker_.At(100 * kMs));
+  EXPECT_TRUE(std::isnan(tracker_.At(100 * kMs).value));
+  Device();
+  EXPECT_FALSE(std::isnan(tracker_.At(100 * kMs).value));
+}
+
+TEST_F(PositionTrackerTest, DoesNotInterpolateAcrossADatum) {
+  Receive(100 * kMs, 1'000);
+  epoch_ = 1;
+  EXPECT_TRUE(Receive(101 * kMs, 0).datum_changed);
+  EXPECT_EQ(tracker_.At(100 * kMs + 1).answer, Answer::kDatumChanged);
+  EXPECT_TRUE(tracker_.At(101 * kMs));
+  EXPECT_EQ(tracker_.totals().datum_changes, 1);
+}
+
+TEST_F(PositionTrackerTest, DoesNotInterpolateAcrossAChangeOfTrustInTheTurns) {
+  Receive(100 * kMs, 1'000, position_t::FLAG_VALID);
+  Receive(101 * kMs, 1'000 + kTurn);
+  EXPECT_EQ(tracker_.At(100 * kMs + 1).answer, Answer::kDatumChanged);
+}
+
+TEST_F(PositionTrackerTest, DoesNotRestOnInvalidReadings) {
+  Receive(100 * kMs, 0);
+  Receive(101 * kMs, 77, position_t::FLAG_IMPLAUSIBLE);
+  EXPECT_EQ(tracker_.At(100 * kMs + 1).answer, Answer::kNotValid);
+  EXPECT_EQ(tracker_.At(101 * kMs).answer, Answer::kNotValid);
+  EXPECT_EQ(tracker_.At(101 * kMs + 1).answer, Answer::kNotValid);
+}
+
+TEST_F(PositionTrackerTest, DoesNotInterpolateAcrossALongGap) {
+  Receive(100 * kMs, 0);
+  Receive(151 * kMs, 0);
+  EXPECT_EQ(tracker_.At(120 * kMs).answer, Answer::kGap);
+}
+
+TEST_F(PositionTrackerTest, ExtrapolatesWithTheSpeedOfTheMessage) {
+  speed_ = 2 * 3.141592653589793 * 10;  // 10 turns/s
+  Receive(100 * kMs, 0, kGood + position_t::FLAG_SPEED_VALID);
+  const auto position = tracker_.At(102 * kMs);
+  ASSERT_EQ(position.answer, Answer::kExtrapolated);
+  EXPECT_NEAR(position.counts, 10 * kTurn * 0.002, 1e-6);
+  EXPECT_TRUE(tracker_.At(105 * kMs));
+  EXPECT_EQ(tracker_.At(105 * kMs + 1).answer, Answer::kTooFarAhead);
+}
+
+TEST_F(PositionTrackerTest, ExtrapolatesFromTwoReadingsElseNotAtAll) {
+  Receive(100 * kMs, 0);
+  EXPECT_EQ(tracker_.At(101 * kMs).answer, Answer::kSpeedUnknown);
+  Receive(101 * kMs, 100);
+  EXPECT_DOUBLE_EQ(tracker_.At(103 * kMs).counts, 300);
+  epoch_ = 1;
+  Receive(102 * kMs, 5);
+  EXPECT_EQ(tracker_.At(103 * kMs).answer, Answer::kSpeedUnknown);
+}
+
+TEST_F(PositionTrackerTest, KeepsTheLast64Messages) {
+  for (int i = 0; i < 200; ++i) Receive((100 + i) * kMs, i);
+  EXPECT_DOUBLE_EQ(tracker_.At(299 * kMs).counts, 199);
+  EXPECT_DOUBLE_EQ(tracker_.At(236 * kMs).counts, 136);
+  EXPECT_EQ(tracker_.At(235 * kMs).answer, Answer::kBeforeHistory);
+}
+
+TEST_F(PositionTrackerTest, TimeThatRunsBackwardsIsNotUsed) {
+  Receive(100 * kMs, 0);
+  EXPECT_FALSE(Receive(99 * kMs, 1).used);
+  EXPECT_EQ(tracker_.totals().lost, 0);
+  EXPECT_DOUBLE_EQ(tracker_.At(100 * kMs).counts, 0);
+}
+
+TEST_F(PositionTrackerTest, WildMessagesDoNotOverflow) {
+  Receive(100 * kMs, INT64_MIN);
+  for (const std::int64_t seq : {INT64_MAX, INT64_MIN}) {
+    seq_ = seq;
+    position_t message{};
+    message.seq = seq;
+    message.boot_id = boot_;
+    message.mono_ns = seq;
+    message.counts = INT64_MAX;
+    message.flags = kGood;
+    (void)tracker_.OnPosition(message, 0);
+    (void)tracker_.At(100 * kMs + 1);
+    (void)tracker_.At(INT64_MAX);
+  }
+  EXPECT_EQ(tracker_.totals().lost, INT64_C(1) << 31);
+}
+
+}  // namespace
+}  // namespace axlecast

@@ -1,0 +1,102 @@
+#include "drivers/io/process.h"
+
+#include <poll.h>
+#include <sched.h>
+#include <sys/eventfd.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/random.h>
+
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+
+namespace axlecast {
+namespace {
+
+std::atomic<int> stop_event{-1};
+std::atomic<int> stop_count{0};
+static_assert(std::atomic<int>::is_always_lock_free);
+
+void OnStopSignal(int) {
+  const int saved = errno;
+  ++stop_count;
+  const std::uint64_t one = 1;
+  // A full counter means that the event is readable already.
+  [[maybe_unused]] const ssize_t written = write(stop_event, &one, sizeof one);
+  errno = saved;
+}
+
+void SetAction(void (*handler)(int)) {
+  struct sigaction action {};
+  action.sa_handler = handler;
+  action.sa_flags = SA_RESTART;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+std::string Reason() { return std::strerror(errno); }
+
+}  // namespace
+
+std::int64_t RandomBootId() {
+  std::uint64_t id = 0;
+  while ((id & INT64_MAX) == 0) {
+    if (getrandom(&id, sizeof id, 0) != static_cast<ssize_t>(sizeof id)) id = 0;
+  }
+  return static_cast<std::int64_t>(id & INT64_MAX);
+}
+
+std::vector<std::string> ApplyRealtime(int priority, int cpu, bool lock_memory) {
+  std::vector<std::string> warnings;
+  if (prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL) != 0) warnings.push_back("timer slack: " + Reason());
+  if (cpu >= 0) {
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    CPU_SET(static_cast<std::size_t>(cpu), &set);
+    if (sched_setaffinity(0, sizeof set, &set) != 0) {
+      warnings.push_back("realtime.cpu " + std::to_string(cpu) + ": " + Reason() +
+                         "; lscpu lists this machine's processors");
+    }
+  }
+  if (priority > 0) {
+    sched_param parameters{};
+    parameters.sched_priority = priority;
+    if (sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &parameters) != 0) {
+      warnings.push_back("realtime.priority " + std::to_string(priority) + ": " + Reason() +
+                         "; allow it with LimitRTPRIO=" + std::to_string(priority) +
+                         " in the systemd unit, or ulimit -r");
+    }
+  }
+  if (lock_memory && mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
+    warnings.push_back("realtime.lock_memory: " + Reason() +
+                       "; allow it with LimitMEMLOCK=infinity in the systemd unit, or ulimit -l unlimited");
+  }
+  return warnings;
+}
+
+StopSignal::StopSignal() : event_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+  stop_count = 0;
+  stop_event = event_.get();
+  SetAction(&OnStopSignal);
+}
+
+StopSignal::~StopSignal() {
+  SetAction(SIG_DFL);
+  stop_event = -1;
+}
+
+int StopSignal::Count() const { return stop_count; }
+
+bool StopSignal::Wait(int timeout_ms) const {
+  pollfd readable{event_.get(), POLLIN, 0};
+  while (!Requested()) {
+    const int ready = poll(&readable, 1, timeout_ms);
+    if (ready == 0) break;
+    if (ready < 0 && errno != EINTR) break;
+  }
+  return Requested();
+}
+
+}  // namespace axlecast

@@ -1,0 +1,132 @@
+#include "drivers/runtime/bus/bus.h"
+
+#include <algorithm>
+
+namespace axlecast {
+
+Bus::Bus(const BusSettings& settings, ByteLink& link, const Clock& clock, LinkObserver& observer, WireLog* wire)
+    : settings_(settings),
+      link_(link),
+      clock_(clock),
+      observer_(observer),
+      wire_(wire),
+      medium_(link, clock, settings.echo),
+      schedule_(settings.schedule),
+      reopen_pause_(settings.reopen_first) {}
+
+MonoNs Bus::RunOnce(MonoNs by) {
+  if (!up_) return Reopen(by);
+  const MonoNs now = clock_.Now();
+  const Schedule::Choice& choice = schedule_.Choose(now);
+  if (const auto* exchange = std::get_if<Exchange>(&choice.step.action)) return Transmit(choice, *exchange, now);
+
+  by = std::min(by, choice.until);
+  if (wire_ != nullptr) {
+    wire_->FlushIfDue(now);
+    by = std::min(by, wire_->due());
+  }
+  if (const auto* silence = std::get_if<Silence>(&choice.step.action)) {
+    schedule_.Started(now);
+    schedule_.device(choice.device).OnStarted(choice.step, now);
+    return Deliver(medium_.Run(*silence), choice.device, now);
+  }
+  if (const auto* listen = std::get_if<Listen>(&choice.step.action)) {
+    return Deliver(medium_.Run(*listen, by), choice.device, now);
+  }
+  return Deliver(medium_.Sleep(by), choice.device, now);
+}
+
+MonoNs Bus::Transmit(const Schedule::Choice& choice, const Exchange& exchange, MonoNs now) {
+  if (const Event* stray = medium_.FindStray()) return Deliver(stray, choice.device, now);
+  schedule_.Started(now);
+  schedule_.device(choice.device).OnStarted(choice.step, now);
+  const Event* event = medium_.Run(exchange);
+  if (event->kind != Event::Kind::kLinkDown) {
+    ++exchanges_;
+    if (event->kind == Event::Kind::kReply) stats_.Add(event->received.last - event->sent.first);
+    schedule_.Ended(choice.device, *event, event->received.last);
+  }
+  return Deliver(event, choice.device, now);
+}
+
+MonoNs Bus::Deliver(const Event* event, std::size_t device, MonoNs now) {
+  if (event == nullptr) return clock_.Now();
+  if (wire_ != nullptr) wire_->Record(*event);
+  switch (event->kind) {
+    case Event::Kind::kLinkDown:
+      Down(*event);
+      break;
+    case Event::Kind::kStray:
+      ToAll(*event);
+      break;
+    default:
+      schedule_.device(device).On(*event);
+  }
+  return std::max(now, event->received.last);
+}
+
+MonoNs Bus::Reopen(MonoNs by) {
+  MonoNs now = clock_.Now();
+  if (now < reopen_at_) {
+    // Only how long it slept matters: the line is closed, and whoever woke it looks for the reason.
+    static_cast<void>(link_.Wait(std::min(reopen_at_, by)));
+    return clock_.Now();
+  }
+  std::string problem = link_.Open();
+  now = clock_.Now();
+  if (problem.empty()) {
+    up_ = true;
+    up_since_ = now;
+    ++opens_;
+    schedule_.Start(now);
+    const Event event{.kind = Event::Kind::kLinkUp, .sent = {}, .received = {now, now}, .request = {}, .bytes = {}};
+    if (wire_ != nullptr) wire_->Record(event);
+    observer_.OnLink(true, "", now);
+    ToAll(event);
+    return now;
+  }
+  reopen_at_ = now + reopen_pause_;
+  reopen_pause_ = std::min(2 * reopen_pause_, settings_.reopen_most);
+  if (problem != problem_) {
+    problem_ = std::move(problem);
+    observer_.OnLink(false, problem_, now);
+  }
+  return now;
+}
+
+void Bus::Down(const Event& event) {
+  const MonoNs now = event.received.last;
+  const ByteLink::LineErrors errors = link_.Errors();
+  closed_errors_.framing += errors.framing;
+  closed_errors_.dropped += errors.dropped;
+  link_.Close();
+  up_ = false;
+  ++losses_;
+  // A line that breaks again at once is not worth a fresh start.
+  if (now - up_since_ > settings_.reopen_most) reopen_pause_ = settings_.reopen_first;
+  reopen_at_ = now + reopen_pause_;
+  reopen_pause_ = std::min(2 * reopen_pause_, settings_.reopen_most);
+  problem_ = "the line was lost: adapter unplugged, or the simulator stopped; it is opened again by itself";
+  if (wire_ != nullptr) wire_->Flush();
+  observer_.OnLink(false, problem_, now);
+  ToAll(event);
+}
+
+void Bus::ToAll(const Event& event) {
+  for (std::size_t i = 0; i < schedule_.size(); ++i) schedule_.device(i).On(event);
+}
+
+Bus::Counters Bus::counters() const {
+  Counters counters{.exchanges = exchanges_,
+                    .losses = losses_,
+                    .reopens = std::max<std::int64_t>(0, opens_ - 1),
+                    .line = closed_errors_};
+  if (up_) {
+    const ByteLink::LineErrors now = link_.Errors();
+    counters.line.framing += now.framing;
+    counters.line.dropped += now.dropped;
+  }
+  return counters;
+}
+
+}  // namespace axlecast

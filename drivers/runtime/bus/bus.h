@@ -1,0 +1,83 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "drivers/runtime/bus/exchange_stats.h"
+#include "drivers/runtime/bus/medium.h"
+#include "drivers/runtime/bus/schedule.h"
+#include "drivers/runtime/bus/wire_log.h"
+
+namespace axlecast {
+
+// Who wants to know how the line fares.
+class LinkObserver {
+ public:
+  virtual ~LinkObserver() = default;
+  // `reason` says why it is down and what to do; called again when the reason changes.
+  virtual void OnLink(bool up, std::string_view reason, MonoNs now) = 0;
+};
+
+struct BusSettings {
+  ScheduleSettings schedule;
+  bool echo = false;  // the adapter hears its own transmission
+  // Pause before the line is opened again; doubles with each failure.
+  MonoNs reopen_first = 50 * kMillisecond;
+  MonoNs reopen_most = 2 * kSecond;
+};
+
+// One bus and the devices on it: opens the line and opens it again, gives the devices their turns, tells them what
+// happened. One thread.
+class Bus {
+ public:
+  // `wire` may be null: nothing is recorded.
+  Bus(const BusSettings& settings, ByteLink& link, const Clock& clock, LinkObserver& observer, WireLog* wire);
+
+  void Add(Device& device) { schedule_.Add(device); }
+
+  // Gets on by one step, or sleeps until something is due, until `by`, or until the link is woken. Returns the
+  // present instant. Never waits longer than one exchange beyond `by`.
+  MonoNs RunOnce(MonoNs by);
+
+  struct Counters {
+    std::int64_t exchanges = 0;  // requests transmitted and answered, or not
+    std::int64_t losses = 0;     // times the open line was lost
+    std::int64_t reopens = 0;    // opened again after the first time
+    ByteLink::LineErrors line;   // since start
+  };
+  [[nodiscard]] Counters counters() const;
+  [[nodiscard]] std::int64_t late() const { return schedule_.late(); }
+  [[nodiscard]] bool up() const { return up_; }
+  [[nodiscard]] bool ever_up() const { return opens_ > 0; }
+  [[nodiscard]] const std::string& problem() const { return problem_; }  // why the line is down or was last
+  [[nodiscard]] ExchangeStats& stats() { return stats_; }                // completed exchanges
+
+ private:
+  MonoNs Reopen(MonoNs by);
+  void Down(const Event& event);
+  MonoNs Transmit(const Schedule::Choice& choice, const Exchange& exchange, MonoNs now);
+  MonoNs Deliver(const Event* event, std::size_t device, MonoNs now);
+  void ToAll(const Event& event);
+
+  BusSettings settings_;
+  ByteLink& link_;
+  const Clock& clock_;
+  LinkObserver& observer_;
+  WireLog* wire_;
+  Medium medium_;
+  Schedule schedule_;
+  ExchangeStats stats_;
+
+  bool up_ = false;
+  MonoNs up_since_ = 0;
+  MonoNs reopen_at_ = 0;
+  MonoNs reopen_pause_ = 0;
+  std::string problem_;
+  std::int64_t opens_ = 0;
+  std::int64_t exchanges_ = 0;
+  std::int64_t losses_ = 0;
+  ByteLink::LineErrors closed_errors_;  // of the times that the line was open before
+};
+
+}  // namespace axlecast

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <array>
+#include <axlecast/bus_health_t.hpp>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/runtime/bus/bus.h"
+#include "drivers/runtime/config/machine_config.h"
+#include "drivers/runtime/core/message_sink.h"
+#include "drivers/runtime/core/sample.h"
+#include "drivers/runtime/core/timebase.h"
+
+namespace axlecast {
+
+// Readings of one device since the driver started.
+struct DeviceTally {
+  std::string_view device;
+  std::int64_t good = 0;
+  std::array<std::int64_t, kErrorKinds> errors{};
+};
+
+// The bus towards LCM: bus_health_t on "BUS/<bus>", to be called once a second.
+//
+// DEGRADED: the line is open, but in this window more than 1 % of the readings failed, or every one.
+class BusHealth {
+ public:
+  BusHealth(const BusConfig& config, std::int64_t boot_id, const Timebase& time, MessageSink& sink);
+
+  void Publish(MonoNs now, Bus& bus, std::span<const DeviceTally> devices);
+
+  // Live readings a second that the wire's timing allows with these devices, each having its turn; 0 unknown.
+  [[nodiscard]] static double WireLimit(const BusConfig& config);
+
+ private:
+  void Count(const Bus& bus, std::span<const DeviceTally> devices);
+  void Rates(MonoNs now, Bus& bus);
+  void LastError(MonoNs now, const Bus& bus, std::span<const DeviceTally> devices);
+
+  const Timebase& time_;
+  MessageSink& sink_;
+  std::string channel_;
+  bus_health_t message_;
+  bus_health_t previous_;
+  double wire_limit_hz_;
+  MonoNs window_start_ = 0;
+  std::string seen_problem_;
+  std::vector<DeviceTally> seen_;
+};
+
+}  // namespace axlecast

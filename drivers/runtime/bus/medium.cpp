@@ -1,0 +1,124 @@
+#include "drivers/runtime/bus/medium.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace axlecast {
+
+using Status = ByteLink::Status;
+
+const Event* Medium::FindStray() {
+  if (!excess_.empty()) return Excess();
+  const ByteLink::ReadResult read = link_.ReadNow({buffer_.data(), kMaxFrame});
+  if (read.status == Status::kOk && read.count > 0) return Arrived(Event::Kind::kStray, read.count);
+  if (read.status == Status::kLost) return Lost();
+  return nullptr;
+}
+
+const Event* Medium::Run(const Exchange& exchange) {
+  event_.request = exchange.request;
+  event_.sent.first = clock_.Now();
+  if (!link_.Write(exchange.request)) return Lost();
+  event_.sent.last = clock_.Now();
+  return Collect(exchange, event_.sent.last + exchange.timeout);
+}
+
+const Event* Medium::Run(const Silence& silence) {
+  if (!excess_.empty()) return Excess();
+  const MonoNs since = clock_.Now();
+  const ByteLink::ReadResult read = link_.Read({buffer_.data(), kMaxFrame}, since + silence.quiet);
+  if (read.status == Status::kOk) return Arrived(Event::Kind::kStray, read.count);
+  if (read.status == Status::kLost) return Lost();
+  return Silent(since);
+}
+
+const Event* Medium::Run(const Listen& listen, MonoNs by) {
+  if (!excess_.empty()) return Excess();
+  const MonoNs since = clock_.Now();
+  const Status status = link_.Wait(std::min(listen.until, by));
+  if (status == Status::kLost) return Lost();
+  if (status == Status::kOk) {
+    const ByteLink::ReadResult read = link_.ReadNow({buffer_.data(), kMaxFrame});
+    if (read.status == Status::kLost) return Lost();
+    return read.count > 0 ? Arrived(Event::Kind::kUnsolicited, read.count) : nullptr;
+  }
+  return status == Status::kTimeout && listen.until <= by ? Silent(since) : nullptr;
+}
+
+const Event* Medium::Sleep(MonoNs by) {
+  if (!excess_.empty()) return Excess();
+  const Status status = link_.Wait(by);
+  if (status == Status::kLost) return Lost();
+  return status == Status::kOk ? FindStray() : nullptr;
+}
+
+const Event* Medium::Collect(const Exchange& exchange, MonoNs deadline) {
+  const std::size_t skip = echo_ ? exchange.request.size() : 0;
+  std::size_t count = 0;
+  while (count < skip + kMaxFrame) {
+    const std::span<std::uint8_t> room(buffer_.data() + count, skip + kMaxFrame - count);
+    const ByteLink::ReadResult read = link_.Read(room, deadline);
+    if (read.status == Status::kLost) return Lost();
+    if (read.status != Status::kOk) return TimedOut(skip, count);
+    event_.received.last = clock_.Now();
+    if (count <= skip) event_.received.first = event_.received.last;
+    count += read.count;
+    if (count <= skip) continue;
+    const std::size_t length = exchange.reply_length({buffer_.data() + skip, count - skip});
+    if (length != 0 && count - skip >= length) return Complete(skip, length, count);
+  }
+  return TimedOut(skip, count);
+}
+
+const Event* Medium::Complete(std::size_t skip, std::size_t length, std::size_t count) {
+  if (!EchoMatches(skip)) return TimedOut(skip, count);
+  event_.kind = Event::Kind::kReply;
+  event_.bytes = {buffer_.data() + skip, length};
+  excess_ = {buffer_.data() + skip + length, count - skip - length};
+  return &event_;
+}
+
+const Event* Medium::TimedOut(std::size_t skip, std::size_t count) {
+  const bool echoed = count >= skip && EchoMatches(skip);
+  event_.kind = Event::Kind::kTimeout;
+  event_.bytes = echoed ? Bytes(buffer_.data() + skip, count - skip) : Bytes(buffer_.data(), count);
+  if (event_.bytes.empty()) {
+    event_.received.last = clock_.Now();
+    event_.received.first = event_.received.last;
+  }
+  return &event_;
+}
+
+bool Medium::EchoMatches(std::size_t skip) const {
+  return std::equal(event_.request.begin(), event_.request.begin() + static_cast<std::ptrdiff_t>(skip),
+                    buffer_.begin());
+}
+
+const Event* Medium::Arrived(Event::Kind kind, std::size_t count) {
+  const MonoNs now = clock_.Now();
+  event_ = {.kind = kind, .sent = {}, .received = {now, now}, .request = {}, .bytes = {buffer_.data(), count}};
+  return &event_;
+}
+
+const Event* Medium::Silent(MonoNs since) {
+  event_ = {
+      .kind = Event::Kind::kSilent, .sent = {}, .received = {since, clock_.Now()}, .request = {}, .bytes = {}};
+  return &event_;
+}
+
+const Event* Medium::Excess() {
+  event_.kind = Event::Kind::kStray;
+  event_.sent = {};
+  event_.request = {};
+  event_.bytes = std::exchange(excess_, {});
+  return &event_;
+}
+
+const Event* Medium::Lost() {
+  excess_ = {};
+  const MonoNs now = clock_.Now();
+  event_ = {.kind = Event::Kind::kLinkDown, .sent = {}, .received = {now, now}, .request = {}, .bytes = {}};
+  return &event_;
+}
+
+}  // namespace axlecast

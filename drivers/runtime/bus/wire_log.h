@@ -1,0 +1,42 @@
+#pragma once
+
+#include <axlecast/wire_t.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "drivers/runtime/core/event.h"
+#include "drivers/runtime/core/message_sink.h"
+#include "drivers/runtime/core/timebase.h"
+
+namespace axlecast {
+
+// Records the events of one serial bus as wire_t on "WIRE/<bus>": a message is sent when the next event would
+// lengthen it beyond 1300 bytes, or 10 ms after its first event. An exchange never spans two messages, so that a
+// lost message costs only its own events. Fixed buffers; allocates nothing after construction.
+class WireLog {
+ public:
+  static constexpr std::size_t kFlushBytes = 1300;
+  static constexpr MonoNs kFlushAfter = 10 * kMillisecond;
+
+  WireLog(const std::string& bus, std::int64_t boot_id, const Timebase& time, MessageSink& sink);
+
+  void Record(const Event& event);
+  void FlushIfDue(MonoNs now) {
+    if (now >= due_) Flush();
+  }
+  void Flush();
+  [[nodiscard]] MonoNs due() const { return due_; }
+
+ private:
+  [[nodiscard]] bool Add(Interval at, std::int8_t direction, std::int8_t flags, Bytes bytes);
+
+  const Timebase& time_;
+  MessageSink& sink_;
+  std::string channel_;
+  wire_t message_;        // its records are all there; message_.n of them are in use
+  std::size_t size_ = 0;  // bytes of the message so far
+  MonoNs due_ = kNever;
+};
+
+}  // namespace axlecast

@@ -1,0 +1,101 @@
+#include "drivers/runtime/command/command_words.h"
+
+#include <array>
+#include <axlecast/command_status_t.hpp>
+#include <span>
+
+namespace axlecast {
+namespace {
+
+// Indexed by the constants of command_status_t.
+constexpr std::array<std::string_view, 10> kStates = {"unknown",   "accepted",     "routed", "running",
+                                                      "succeeded", "rejected",     "failed", "expired",
+                                                      "cancelled", "indeterminate"};
+constexpr std::array<std::string_view, 4> kFindings = {"none", "effect_seen", "no_effect_seen", "cannot_tell"};
+constexpr std::array<std::string_view, 34> kReasons = {"none",
+                                                       "unknown_device",
+                                                       "unknown_operation",
+                                                       "bad_argument",
+                                                       "id_reused",
+                                                       "stale_bridge",
+                                                       "malformed",
+                                                       "bad_signature",
+                                                       "unsigned",
+                                                       "denied",
+                                                       "queue_full",
+                                                       "busy",
+                                                       "driver_absent",
+                                                       "not_standing_still",
+                                                       "no_permit",
+                                                       "epoch",
+                                                       "device_offline",
+                                                       "device_alarm",
+                                                       "not_permitted",
+                                                       "wear",
+                                                       "unsupported_mode",
+                                                       "journal",
+                                                       "deadline",
+                                                       "cancelled",
+                                                       "no_reply",
+                                                       "read_back_differs",
+                                                       "device_refused",
+                                                       "driver_restarted",
+                                                       "driver_silent",
+                                                       "stopping",
+                                                       "wrong_identity",
+                                                       "token",
+                                                       "moved_during_sequence",
+                                                       "fenced"};
+
+std::string_view Word(std::span<const std::string_view> words, std::int64_t index) {
+  if (index < 0 || index >= static_cast<std::int64_t>(words.size())) return "unknown";
+  return words[static_cast<std::size_t>(index)];
+}
+
+int HexDigit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+}  // namespace
+
+std::string_view StateName(std::int8_t state) { return Word(kStates, state); }
+std::string_view ReasonName(std::int32_t reason) { return Word(kReasons, reason); }
+std::string_view FindingName(std::int8_t finding) { return Word(kFindings, finding); }
+
+std::int8_t FindingOf(std::string_view word) {
+  if (word == FindingName(command_status_t::FINDING_EFFECT_SEEN)) return command_status_t::FINDING_EFFECT_SEEN;
+  if (word == FindingName(command_status_t::FINDING_NO_EFFECT_SEEN))
+    return command_status_t::FINDING_NO_EFFECT_SEEN;
+  return command_status_t::FINDING_CANNOT_TELL;
+}
+
+bool IsFinalState(std::int8_t state) {
+  return state >= command_status_t::STATE_SUCCEEDED && state <= command_status_t::STATE_INDETERMINATE;
+}
+
+std::string IdText(const CommandId& id) {
+  static constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  for (const std::uint8_t byte : id) {
+    text += kDigits[byte >> 4];
+    text += kDigits[byte & 15];
+  }
+  return text;
+}
+
+std::optional<CommandId> ParseId(std::string_view text) {
+  CommandId id{};
+  if (text.size() != 2 * id.size()) return std::nullopt;
+  for (std::size_t i = 0; i < id.size(); ++i) {
+    const int high = HexDigit(text[2 * i]);
+    const int low = HexDigit(text[2 * i + 1]);
+    if (high < 0 || low < 0) return std::nullopt;
+    id[i] = static_cast<std::uint8_t>(high * 16 + low);
+  }
+  return id;
+}
+
+}  // namespace axlecast

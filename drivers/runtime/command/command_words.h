@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "drivers/runtime/core/operation.h"
+
+namespace axlecast {
+
+// The constants of command_status_t as words: STATE_SUCCEEDED is "succeeded", REASON_NO_PERMIT "no_permit".
+// "unknown" for a value that this version does not know.
+[[nodiscard]] std::string_view StateName(std::int8_t state);
+[[nodiscard]] std::string_view ReasonName(std::int32_t reason);
+[[nodiscard]] std::string_view FindingName(std::int8_t finding);
+// FINDING_* of a word; FINDING_CANNOT_TELL for any other.
+[[nodiscard]] std::int8_t FindingOf(std::string_view word);
+
+[[nodiscard]] bool IsFinalState(std::int8_t state);
+
+// A command's id as 32 hex digits, and back.
+[[nodiscard]] std::string IdText(const CommandId& id);
+[[nodiscard]] std::optional<CommandId> ParseId(std::string_view text);
+
+}  // namespace axlecast

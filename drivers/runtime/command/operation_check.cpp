@@ -1,0 +1,89 @@
+#include "drivers/runtime/command/operation_check.h"
+
+#include <algorithm>
+#include <axlecast/command_status_t.hpp>
+#include <set>
+
+#include "drivers/runtime/command/capped_text.h"
+#include "drivers/runtime/command/order_desk.h"
+
+namespace axlecast {
+namespace {
+
+const OperationSpec* FindIn(std::span<const OperationSpec> operations, std::string_view name) {
+  const auto found = std::find_if(operations.begin(), operations.end(),
+                                  [&](const OperationSpec& operation) { return operation.name == name; });
+  return found == operations.end() ? nullptr : &*found;
+}
+
+std::string TakenArguments(const OperationSpec& operation) {
+  if (operation.arguments.empty()) return std::string(operation.name) + " takes no argument";
+  std::string text = std::string(operation.name) + " takes ";
+  for (std::size_t i = 0; i < operation.arguments.size(); ++i) {
+    const ArgumentSpec& argument = operation.arguments[i];
+    if (i > 0) text += ", ";
+    text += std::string(argument.name) + (argument.required ? "" : " (optional)");
+  }
+  return text;
+}
+
+Refusal BadArgument(std::string text) { return {command_status_t::REASON_BAD_ARGUMENT, std::move(text)}; }
+
+}  // namespace
+
+std::span<const OperationSpec> RuntimeOperations() {
+  static const std::vector<OperationSpec> operations = {
+      {.name = "set_datum",
+       .help = "Makes the present position read `value`, or makes `counts` the origin, in software; the device is "
+               "not written",
+       .arguments = {{"value", "what the present position shall read, in the device's unit", false},
+                     {"counts", "counts after direction that shall read 0; give this or `value`", false}},
+       .verification = "the next reading"},
+      {.name = "mark_reference_lost",
+       .help = "Tells a restarted driver that the reference was lost before",
+       .verification = "the driver's HELLO",
+       .internal = true},
+  };
+  return operations;
+}
+
+const OperationSpec* FindOperation(const Family& family, std::string_view name) {
+  const OperationSpec* own = FindIn(family.operations, name);
+  return own != nullptr ? own : FindIn(RuntimeOperations(), name);
+}
+
+std::string OperationNames(const Family& family) {
+  std::string text = "operations of " + std::string(family.name) + ":";
+  const auto add = [&](std::span<const OperationSpec> operations) {
+    for (const OperationSpec& operation : operations) {
+      if (!operation.internal) text += " " + std::string(operation.name);
+    }
+  };
+  add(family.operations);
+  add(RuntimeOperations());
+  return text;
+}
+
+std::optional<Refusal> CheckArguments(const OperationSpec& operation, std::span<const argument_t> arguments) {
+  std::set<std::string_view> given;
+  for (const argument_t& argument : arguments) {
+    const auto& known = operation.arguments;
+    const std::string key = CappedText(argument.key, kNameBytes);
+    if (std::none_of(known.begin(), known.end(), [&](const auto& spec) { return spec.name == argument.key; })) {
+      return BadArgument("unknown argument " + key + ": " + TakenArguments(operation));
+    }
+    if (!given.insert(argument.key).second) return BadArgument("argument " + key + " is given twice: give it once");
+    if (argument.value.size() > kArgumentBytes) {
+      return BadArgument("the value of " + key + " has " + std::to_string(argument.value.size()) +
+                         " bytes: at most " + std::to_string(kArgumentBytes));
+    }
+  }
+  for (const ArgumentSpec& spec : operation.arguments) {
+    if (spec.required && !given.contains(spec.name)) {
+      return BadArgument("argument " + std::string(spec.name) + " is missing: " + TakenArguments(operation));
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace axlecast

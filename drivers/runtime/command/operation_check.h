@@ -1,0 +1,33 @@
+#pragma once
+
+#include <axlecast/argument_t.hpp>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/runtime/core/family.h"
+#include "drivers/runtime/core/operation.h"
+
+namespace axlecast {
+
+// Why something is refused: a command_status_t REASON_*, the cause and what would be right.
+struct Refusal {
+  std::int32_t reason = 0;
+  std::string text;
+};
+
+// The family's operation of that name, else the runtime's own, else null.
+[[nodiscard]] const OperationSpec* FindOperation(const Family& family, std::string_view name);
+
+// For a refusal: "operations of tformat: clear_errors, ...". Leaves out the internal ones.
+[[nodiscard]] std::string OperationNames(const Family& family);
+
+// Names that the operation does not take, that come twice, or that are missing; lengths beyond the limits.
+// Values are the device's business.
+[[nodiscard]] std::optional<Refusal> CheckArguments(const OperationSpec& operation,
+                                                    std::span<const argument_t> arguments);
+
+}  // namespace axlecast

@@ -1,0 +1,82 @@
+#include "drivers/runtime/command/order_ledger.h"
+
+#include "drivers/runtime/command/capped_text.h"
+#include "drivers/runtime/command/command_words.h"
+
+namespace axlecast {
+
+driver_status_t StatusOf(const driver_order_t& order) {
+  driver_status_t status{};
+  status.kind = driver_status_t::KIND_STATUS;
+  std::copy(std::begin(order.id), std::end(order.id), std::begin(status.id));
+  status.device = CappedText(order.device, kNameBytes);
+  status.operation = CappedText(order.operation, kNameBytes);
+  status.epoch_after = -1;
+  return status;
+}
+
+OrderLedger::OrderLedger(const std::string& bus, std::int64_t boot_id, const Clock& clock, MessageSink& sink,
+                         std::size_t capacity)
+    : bus_(bus),
+      channel_("DRIVER_STATUS/" + bus),
+      boot_id_(boot_id),
+      clock_(clock),
+      sink_(sink),
+      capacity_(capacity) {
+  time_.Update(clock_.Now(), clock_.UtcMicroseconds());
+}
+
+OrderLedger::Entry* OrderLedger::Find(const CommandId& id) {
+  const auto found = entries_.find(id);
+  return found == entries_.end() ? nullptr : &found->second;
+}
+
+OrderLedger::Entry& OrderLedger::Remember(const driver_order_t& order) {
+  ForgetOldest();
+  const CommandId id = IdOf(order.id);
+  Entry& entry = entries_[id];
+  oldest_first_.push_back(id);
+  entry.status = StatusOf(order);
+  return entry;
+}
+
+void OrderLedger::ForgetOldest() {
+  // Unfinished ones are few and go to the end of the line.
+  for (std::size_t tries = oldest_first_.size(); entries_.size() >= capacity_ && tries > 0; --tries) {
+    const CommandId id = oldest_first_.front();
+    oldest_first_.pop_front();
+    if (IsFinalState(At(id).status.state)) {
+      entries_.erase(id);
+    } else {
+      oldest_first_.push_back(id);
+    }
+  }
+}
+
+void OrderLedger::Publish(Entry& entry) {
+  Send(entry.status);
+  entry.published = entry.status.mono_ns;
+}
+
+void OrderLedger::End(Entry& entry, std::int8_t state, std::int32_t reason, const std::string& text) {
+  entry.status.state = state;
+  entry.status.reason_code = reason;
+  entry.status.text = CappedText(text, kTextBytes);
+  entry.status.finished_utime = Utime();
+  entry.order = {};
+  Publish(entry);
+}
+
+void OrderLedger::Send(driver_status_t& status) {
+  const MonoNs now = clock_.Now();
+  time_.Update(now, clock_.UtcMicroseconds());
+  status.mono_ns = now;
+  status.utime = time_.Utime(now);
+  status.boot_id = boot_id_;
+  status.seq = seq_++;
+  status.bus = bus_;
+  status.bridge_epoch = bridge_epoch_;
+  axlecast::Publish(sink_, channel_, status);
+}
+
+}  // namespace axlecast

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <algorithm>
+#include <axlecast/driver_command_t.hpp>
+#include <axlecast/driver_order_t.hpp>
+#include <string>
+#include <vector>
+
+#include "drivers/runtime/config/machine_config.h"
+#include "drivers/runtime/core/family.h"
+
+namespace axlecast {
+
+// For tests of the command path: a family whose devices count what is done to them, and its messages.
+
+inline const Family& CountingFamily() {
+  static const std::vector<OperationSpec> operations = {
+      {.name = "bump", .help = "adds one to the device's count", .destructive = true, .found_by = "look"},
+      {.name = "write",
+       .help = "writes bytes",
+       .arguments = {{"address", "0..79"}, {"bytes", "hex"}, {"note", "any", false}},
+       .destructive = true},
+      {.name = "mark",
+       .help = "writes a note",
+       .arguments = {{"note", "any"}, {"page", "1..9"}},
+       .found_by = "look"},
+      {.name = "look", .help = "tells the count", .arguments = {{"after", "an operation", false}}},
+  };
+  static const Family family = {.name = "counting", .summary = "for tests", .operations = operations};
+  return family;
+}
+
+inline BusConfig CountingBus(const std::string& name, const std::vector<std::string>& devices) {
+  BusConfig bus;
+  bus.name = name;
+  bus.family = &CountingFamily();
+  for (const std::string& device : devices) {
+    bus.devices.emplace_back();
+    bus.devices.back().name = device;
+  }
+  return bus;
+}
+
+inline CommandId NumberedId(std::uint32_t number) {
+  CommandId id{};
+  for (std::size_t i = 0; i < 4; ++i) id[i] = static_cast<std::uint8_t>(number >> (8 * i));
+  return id;
+}
+
+template <typename Message>
+std::vector<std::uint8_t> Encoded(const Message& message) {
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return bytes;
+}
+
+inline driver_order_t OrderMessage(std::int64_t driver_boot_id, std::int64_t epoch, const CommandId& id,
+                                   const std::string& device, const std::string& operation) {
+  driver_order_t order{};
+  order.driver_boot_id = driver_boot_id;
+  order.bridge_boot_id = 77;
+  order.bridge_epoch = epoch;
+  std::copy(id.begin(), id.end(), std::begin(order.id));
+  order.kind = driver_order_t::KIND_EXECUTE;
+  order.valid_ms = 1'000;
+  order.device = device;
+  order.operation = operation;
+  order.expect_epoch = -1;
+  return order;
+}
+
+inline std::vector<std::uint8_t> Enveloped(const driver_order_t& order) {
+  driver_command_t envelope{};
+  envelope.order = Encoded(order);
+  envelope.order_size = static_cast<std::int16_t>(envelope.order.size());
+  return Encoded(envelope);
+}
+
+}  // namespace axlecast

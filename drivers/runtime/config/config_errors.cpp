@@ -1,0 +1,41 @@
+#include <algorithm>
+#include <iterator>
+
+#include "drivers/runtime/config/config_map.h"
+
+namespace axlecast {
+namespace {
+
+// A file that is wrong all over says so often enough with these.
+constexpr std::size_t kMostErrors = 200;
+
+}  // namespace
+
+void ConfigErrors::Add(const YAML::Mark& mark, std::string text) {
+  if (errors_.size() >= kMostErrors) return;
+  ConfigError error;
+  if (!mark.is_null() && mark.line >= 0) {  // yaml-cpp counts from 0
+    error.line = mark.line + first_line_;
+    error.column = mark.column + 1;
+  }
+  error.text = std::move(text);
+  const auto place = std::upper_bound(errors_.begin(), errors_.end(), error, [](const auto& a, const auto& b) {
+    return std::pair(a.line, a.column) < std::pair(b.line, b.column);
+  });
+  // Two readers of one mapping find the same.
+  if (place != errors_.begin() && std::prev(place)->line == error.line && std::prev(place)->text == error.text)
+    return;
+  errors_.insert(place, std::move(error));
+}
+
+std::string ConfigErrors::Text() const {
+  std::string text;
+  for (const ConfigError& error : errors_) {
+    text += file_;
+    if (error.line > 0) text += ':' + std::to_string(error.line) + ':' + std::to_string(error.column);
+    text += ": " + error.text + '\n';
+  }
+  return text;
+}
+
+}  // namespace axlecast

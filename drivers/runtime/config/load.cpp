@@ -1,0 +1,256 @@
+#include "drivers/runtime/config/load.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "drivers/runtime/config/load_device.h"
+#include "drivers/runtime/config/words.h"
+#include "drivers/runtime/config/yaml_text.h"
+#include "drivers/runtime/core/lcm_url.h"
+
+namespace axlecast {
+namespace {
+
+constexpr std::size_t kLongestName = 24;
+constexpr std::size_t kLongestPrefix = 16;  // LCM's channel names end at 63 characters
+constexpr double kMostPolled = 20'000;      // T-format's wire limit is 19.6 kHz
+constexpr std::int64_t kSlowestBaud = 1'200;
+constexpr std::int64_t kFastestBaud = 12'000'000;
+
+bool ConsistsOf(std::string_view text, std::string_view characters) {
+  return text.find_first_not_of(characters) == std::string_view::npos;
+}
+
+bool IsName(std::string_view name) {
+  return !name.empty() && name.size() <= kLongestName && ConsistsOf(name, "abcdefghijklmnopqrstuvwxyz0123456789_-");
+}
+
+constexpr const char* kNameRule = " is no name: 1 to 24 of a-z, 0-9, _ and -";
+
+std::string Hertz(double hz) {
+  std::ostringstream text;
+  text << std::floor(hz * 10) / 10 << " Hz";
+  return text.str();
+}
+
+class MachineLoader {
+ public:
+  MachineLoader(ConfigErrors& errors, std::string_view only_bus) : errors_(errors), only_bus_(only_bus) {}
+
+  MachineConfig Load(const YAML::Node& document) {
+    ConfigMap root(document, "", errors_);
+    machine_.machine = root.RequiredString("machine");
+    if (root.Has("machine") && !IsName(machine_.machine)) {
+      root.Error("machine", Quoted(machine_.machine) + kNameRule);
+    }
+    LoadLcm(root.Map("lcm"));
+    auto buses = root.Maps("buses");
+    if (buses.empty()) root.Error("buses", "is missing or empty: a machine needs at least one bus");
+    for (auto& [name, map] : buses) LoadBus(name, map);
+    if (!only_bus_.empty() && !seen_only_bus_) root.Error("buses", "there is no bus " + Quoted(only_bus_));
+    ConfigMap bridge = root.Map("bridge");
+    machine_.bridge.allow_unsigned = bridge.Choice("unsigned_commands", {"allow", "refuse"}, 1) == 0;
+    bridge.Done();
+    root.Done();
+    return std::move(machine_);
+  }
+
+ private:
+  void LoadLcm(ConfigMap map) {
+    LcmConfig& lcm = machine_.lcm;
+    lcm.url = map.String("url", lcm.url);
+    lcm.command_url = map.String("command_url", lcm.command_url);
+    lcm.prefix = map.String("prefix", "");
+    const LcmUrl data = ParseLcmUrl(lcm.url);
+    const LcmUrl command = ParseLcmUrl(lcm.command_url);
+    if (!data.problem.empty()) map.Error("url", Quoted(lcm.url) + ' ' + data.problem);
+    if (!command.problem.empty()) map.Error("command_url", Quoted(lcm.command_url) + ' ' + command.problem);
+    if (!data.in_process && data.port != 0 && data.port == command.port) {
+      map.Error("command_url", Quoted(lcm.command_url) +
+                                   " has the port of lcm.url: commands need their own port, "
+                                   "because LCM hands every process all of a port's messages");
+    }
+    if (lcm.prefix.size() > kLongestPrefix ||
+        !ConsistsOf(lcm.prefix, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-./")) {
+      map.Error("prefix", Quoted(lcm.prefix) + " is no prefix: at most 16 of letters, digits, _ - . and /");
+    }
+    map.Done();
+  }
+
+  // True when `name` is new; else an error that tells where it stands first.
+  bool Register(std::map<std::string, std::string>& taken, const std::string& name, const std::string& where,
+                ConfigMap& map, std::string_view key, const std::string& advice) {
+    const auto [first, added] = taken.emplace(name, where);
+    if (!added) map.Error(key, Quoted(name) + " is used already by " + first->second + ": " + advice);
+    return added;
+  }
+
+  void LoadBus(const std::string& name, ConfigMap& map) {
+    if (!IsName(name)) errors_.Add(map.mark(), map.path() + ": " + Quoted(name) + kNameRule);
+    auto devices = map.Maps("devices");
+    for (auto& [device, device_map] : devices) {
+      if (!IsName(device)) errors_.Add(device_map.mark(), device_map.path() + ": " + Quoted(device) + kNameRule);
+      const auto [first, added] = devices_.emplace(device, name);
+      if (!added && first->second != name) {
+        errors_.Add(device_map.mark(), device_map.path() + ": the name is taken by a device of bus " +
+                                           first->second +
+                                           ": a device's name is its channel, one for the whole machine");
+      }
+    }
+    if (!only_bus_.empty() && name != only_bus_) return;
+    seen_only_bus_ = true;
+
+    BusConfig bus;
+    bus.name = name;
+    bus.family = LoadFamily(map);
+    if (bus.family == nullptr) return;  // what its keys mean is unknown
+    LoadTiming(map, bus);
+    bus.simulate = LoadSimulate(map);
+    LoadLink(map.Map("link"), bus);
+    bus.capture = map.Bool("capture", false);
+    LoadRealtime(map.Map("realtime"), bus.realtime);
+    CheckNumberOfDevices(map, *bus.family, devices);
+    for (auto& [device, device_map] : devices) bus.devices.push_back(LoadDevice(device, device_map, bus));
+    CheckRate(map, bus);
+    map.Done();
+    machine_.buses.push_back(std::move(bus));
+  }
+
+  static const Family* LoadFamily(ConfigMap& map) {
+    std::vector<std::string> known;
+    for (const Family* family : Families()) known.emplace_back(family->name);
+    if (!map.Has("family")) {
+      map.Error("family", "is missing: one of " + Listed(known));
+      return nullptr;
+    }
+    const std::string name = map.String("family", "");
+    const Family* family = FindFamily(name);
+    if (family == nullptr && !name.empty()) {
+      const std::optional<std::string> near = NearestWord(name, known);
+      map.Error("family", Quoted(name) + " is none of " + Listed(known) +
+                              (near ? "; did you mean " + Quoted(*near) + "?" : ""));
+    }
+    return family;
+  }
+
+  static void LoadTiming(ConfigMap& map, BusConfig& bus) {
+    bus.poll_hz = map.Number("poll_hz", bus.poll_hz, 0, kMostPolled, "Hz (0: as fast as the bus allows)");
+    if (!map.Has("phase_us")) return;
+    if (bus.poll_hz <= 0) {
+      map.Error("phase_us", "has no meaning without slots: set poll_hz");
+      return;
+    }
+    const double period_us = 1e6 / bus.poll_hz;
+    bus.phase = std::llround(map.Number("phase_us", 0, 0, period_us, "us (one period of poll_hz)") * 1e3);
+  }
+
+  static bool LoadSimulate(ConfigMap& map) {
+    if (!map.Has("simulate")) return false;
+    const YAML::Node node = map.node();
+    // The keys of a mapping are the family's; MakeSimulator checks them.
+    return node["simulate"].IsMap() || map.Bool("simulate", false);
+  }
+
+  void LoadLink(ConfigMap map, BusConfig& bus) {
+    bus.link.port = map.String("port", "");
+    bus.link.baud = map.Integer("baud", bus.family->default_baud, kSlowestBaud, kFastestBaud, "baud");
+    bus.link.echo = map.Bool("echo", false);
+    map.Done();
+    if (bus.simulate) {
+      bus.link.port = RunDirectory(machine_.machine) + '/' + bus.name + ".pty";
+    } else if (bus.link.port.empty()) {
+      map.Error("port",
+                "is missing: name the serial port, best by its lasting name (ls -l /dev/serial/by-id/), "
+                "or set simulate: true");
+    } else if (!bus.link.port.starts_with('/')) {
+      map.Error("port", Quoted(bus.link.port) + " is no absolute path, e.g. /dev/ttyUSB0");
+    } else {
+      Register(ports_, bus.link.port, "bus " + bus.name, map, "port", "each bus has a port of its own");
+    }
+  }
+
+  static void LoadRealtime(ConfigMap map, RealtimeConfig& realtime) {
+    realtime.priority = static_cast<int>(map.Integer("priority", 0, 0, 99, "(SCHED_FIFO; 0: normal scheduling)"));
+    realtime.cpu = static_cast<int>(map.Integer("cpu", -1, -1, 1023, "(-1: any)"));
+    realtime.lock_memory = map.Bool("lock_memory", false);
+    map.Done();
+  }
+
+  static void CheckNumberOfDevices(ConfigMap& map, const Family& family,
+                                   const std::vector<std::pair<std::string, ConfigMap>>& devices) {
+    const std::size_t most = family.max_devices_per_bus;
+    const std::string name(family.name);
+    if (devices.empty()) {
+      map.Error("devices", "is missing or empty: name at least one device");
+    } else if (devices.size() > most && most == 1) {
+      map.Error("devices", std::to_string(devices.size()) + " devices, but " + name +
+                               " is point to point (its protocol has no addresses): one device per bus; give " +
+                               Quoted(devices[1].first) + " a bus of its own");
+    } else if (devices.size() > most) {
+      map.Error("devices", std::to_string(devices.size()) + " devices, but a bus of " + name + " holds at most " +
+                               std::to_string(most) + ": split the bus");
+    }
+  }
+
+  static void CheckRate(ConfigMap& map, const BusConfig& bus) {
+    const MonoNs round = RoundTime(bus);
+    if (bus.poll_hz <= 0 || round <= 0) return;
+    const double possible = static_cast<double>(kSecond) / static_cast<double>(round);
+    if (bus.poll_hz <= possible) return;
+    map.Error("poll_hz", Hertz(bus.poll_hz) + " is more than the wire carries: one round takes " +
+                             std::to_string(round / kMicrosecond) + " us; at most " + Hertz(possible) + ", or 0" +
+                             (bus.devices.size() > 1 ? ", or split the bus" : ""));
+  }
+
+  ConfigErrors& errors_;
+  std::string_view only_bus_;
+  bool seen_only_bus_ = false;
+  MachineConfig machine_;
+  std::map<std::string, std::string> devices_;  // name -> bus
+  std::map<std::string, std::string> ports_;    // path -> bus
+};
+
+}  // namespace
+
+std::optional<MachineConfig> ParseConfig(const std::string& text, ConfigErrors& errors, std::string_view only_bus) {
+  const YAML::Node document = ParseYaml(text, errors);
+  if (!document.IsDefined()) return std::nullopt;
+  MachineConfig machine = MachineLoader(errors, only_bus).Load(document);
+  if (!errors.empty()) return std::nullopt;
+  machine.text = text;
+  return machine;
+}
+
+std::optional<MachineConfig> LoadConfig(const std::string& file, ConfigErrors& errors, std::string_view only_bus) {
+  errno = 0;
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  if (!stream || !(text << stream.rdbuf())) {
+    errors.Add(YAML::Mark::null_mark(),
+               std::string("cannot be read: ") + (errno != 0 ? std::strerror(errno) : "it is empty or no file"));
+    return std::nullopt;
+  }
+  std::optional<MachineConfig> machine = ParseConfig(text.str(), errors, only_bus);
+  if (machine) machine->file = file;
+  return machine;
+}
+
+std::unique_ptr<Simulator> MakeSimulator(const MachineConfig& machine, const BusConfig& bus, ConfigErrors& errors) {
+  const YAML::Node document = ParseYaml(machine.text, errors);
+  if (!document.IsDefined()) return nullptr;
+  ConfigMap root(document, "", errors);
+  ConfigMap map = root.Map("buses").Map(bus.name);
+  const YAML::Node node = map.node();
+  const bool has_keys = node.IsMap() && node["simulate"].IsDefined() && node["simulate"].IsMap();
+  ConfigMap keys = has_keys ? map.Map("simulate") : ConfigMap(YAML::Node(), map.path() + ".simulate", errors);
+  std::unique_ptr<Simulator> simulator = bus.family->make_simulator(bus, keys);
+  keys.Done();
+  return errors.empty() ? std::move(simulator) : nullptr;
+}
+
+}  // namespace axlecast

@@ -1,0 +1,53 @@
+#include "drivers/runtime/config/machine_config.h"
+
+#include <unistd.h>
+
+#include <cstdlib>
+
+namespace axlecast {
+namespace {
+
+std::string Environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value == nullptr ? "" : value;
+}
+
+}  // namespace
+
+const BusConfig* MachineConfig::FindBus(std::string_view name) const {
+  for (const BusConfig& bus : buses) {
+    if (bus.name == name) return &bus;
+  }
+  return nullptr;
+}
+
+const BusConfig* MachineConfig::BusOf(std::string_view device) const {
+  for (const BusConfig& bus : buses) {
+    for (const DeviceConfig& candidate : bus.devices) {
+      if (candidate.name == device) return &bus;
+    }
+  }
+  return nullptr;
+}
+
+MonoNs RoundTime(const BusConfig& bus) {
+  double time = 0;
+  for (const DeviceConfig& device : bus.devices) {
+    if (device.settings) time += static_cast<double>(device.settings->wire_time);
+  }
+  if (bus.link.baud > 0 && bus.family != nullptr && bus.family->default_baud > 0) {
+    time *= static_cast<double>(bus.family->default_baud) / static_cast<double>(bus.link.baud);
+  }
+  return static_cast<MonoNs>(time);
+}
+
+std::string RunDirectory(const std::string& machine) {
+  std::string base = Environment("AXLECAST_RUN_DIR");
+  if (base.empty()) {
+    const std::string runtime = Environment("XDG_RUNTIME_DIR");
+    base = runtime.empty() ? "/tmp/axlecast-" + std::to_string(getuid()) : runtime + "/axlecast";
+  }
+  return base + '/' + machine;
+}
+
+}  // namespace axlecast

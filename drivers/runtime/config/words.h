@@ -1,0 +1,19 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace axlecast {
+
+// The word of `known` that `word` is probably meant to be; nothing when none is near.
+[[nodiscard]] std::optional<std::string> NearestWord(std::string_view word, const std::vector<std::string>& known);
+
+// "a, b, c"
+[[nodiscard]] std::string Listed(const std::vector<std::string>& words);
+
+// A value of the file as an error message shows it: in quotes, shortened, control characters made visible.
+[[nodiscard]] std::string Quoted(std::string_view value);
+
+}  // namespace axlecast

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace axlecast {
+
+// An LCM URL as this product accepts it: udpm://GROUP:PORT[?ttl=0..255][&recv_buf_size=BYTES], or memq:// within
+// one process. LCM itself passes over what it does not know.
+struct LcmUrl {
+  bool in_process = false;  // memq://
+  std::string group;
+  std::int64_t port = 0;
+  int ttl = 0;          // 0: this host only
+  std::string problem;  // what is wrong and what would be right; empty when it is a good URL
+};
+[[nodiscard]] LcmUrl ParseLcmUrl(std::string_view url);
+
+}  // namespace axlecast

@@ -1,0 +1,161 @@
+#include "drivers/runtime/driver/driver.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "drivers/runtime/driver/bus_settings.h"
+#include "drivers/runtime/position/runtime_alarms.h"
+
+namespace axlecast {
+namespace {
+
+std::unique_ptr<WireLog> MakeWireLog(const BusConfig& config, std::int64_t boot_id, const Timebase& time,
+                                     MessageSink& sink) {
+  return config.capture ? std::make_unique<WireLog>(config.name, boot_id, time, sink) : nullptr;
+}
+
+}  // namespace
+
+Driver::Driver(const BusConfig& config, std::int64_t boot_id, DriverPorts ports)
+    : config_(config),
+      boot_id_(boot_id),
+      ports_(std::move(ports)),
+      duplicates_(boot_id, *ports_.clock),
+      desk_(config, {.boot_id = boot_id,
+                     .clock = ports_.clock,
+                     .sink = ports_.commands,
+                     .wake = [link = ports_.link] { link->Wake(); }}),
+      operations_(*config.family, desk_, time_, ports_.log),
+      wire_(MakeWireLog(config, boot_id, time_, *ports_.data)),
+      bus_(BusSettingsOf(config), *ports_.link, *ports_.clock, *this, wire_.get()),
+      health_(config, boot_id, time_, *ports_.data),
+      now_(ports_.clock->Now()),
+      next_tick_(now_) {
+  time_.Update(now_, ports_.clock->UtcMicroseconds());
+  for (const DeviceConfig& device : config.devices) {
+    Unit unit{.config = &device, .channel = nullptr, .device = nullptr, .said = {}};
+    unit.channel = std::make_unique<Channel>(config, device, MakeChannelContext());
+    unit.device = config.family->make_device(config, device, *unit.channel);
+    operations_.Add(device, *unit.channel, *unit.device);
+    bus_.Add(*unit.device);
+    units_.push_back(std::move(unit));
+  }
+  tallies_.resize(units_.size());
+  summaries_.resize(units_.size());
+}
+
+Driver::~Driver() = default;
+
+ChannelContext Driver::MakeChannelContext() {
+  ChannelContext context;
+  context.boot_id = boot_id_;
+  context.time = &time_;
+  context.sink = ports_.data;
+  context.on_outcome = [this](const std::string& device, const CommandId& id, const Outcome& outcome) {
+    operations_.OnOutcome(device, id, outcome);
+  };
+  return context;
+}
+
+MonoNs Driver::RunOnce() {
+  operations_.Poll(now_);
+  if (now_ >= next_tick_) Tick();
+  now_ = bus_.RunOnce(next_tick_);
+  return now_;
+}
+
+void Driver::Stop() {
+  operations_.Abandon(now_);
+  const MonoNs deadline = now_ + kGrace;
+  while (operations_.Busy() && now_ < deadline) RunOnce();
+  if (wire_) wire_->Flush();
+  ReportHealth();
+  desk_.Goodbye();
+  ports_.link->Close();
+  FlushBlocks();
+}
+
+// A channel sends a block when its first reading is 100 ms old, and not before.
+void Driver::FlushBlocks() {
+  if (std::none_of(units_.begin(), units_.end(), [](const Unit& unit) { return unit.config->block; })) return;
+  const MonoNs due = ports_.clock->Now() + kTick;
+  while (ports_.clock->Now() < due) static_cast<void>(ports_.link->Wait(due));
+  for (Unit& unit : units_) unit.channel->Tick(due);
+}
+
+void Driver::Tick() {
+  FollowUtc();
+  WatchDuplicates();
+  for (Unit& unit : units_) unit.channel->Tick(now_);
+  const bool second = ticks_++ % kTicksPerHello == 0;
+  if (second || SummaryChanged()) SayHello();
+  if (second) ReportHealth();
+  next_tick_ += kTick;
+  if (next_tick_ <= now_) next_tick_ = now_ + kTick;
+}
+
+void Driver::FollowUtc() {
+  if (!time_.Update(ports_.clock->Now(), ports_.clock->UtcMicroseconds())) return;
+  ports_.log(LogLevel::kWarning, "UNIX time was stepped");
+  for (Unit& unit : units_) unit.channel->OnClockStepped();
+}
+
+void Driver::WatchDuplicates() {
+  const bool present = duplicates_.Present(now_);
+  if (present == duplicate_seen_) return;
+  duplicate_seen_ = present;
+  ports_.log(LogLevel::kWarning,
+             present ? "another driver answers for this bus: stop one of the two" : "the other driver is gone");
+  for (Unit& unit : units_) {
+    unit.channel->OnAlarm(runtime_alarms::kDuplicateDriver, present ? AlarmState::kLive : AlarmState::kAbsent,
+                          now_);
+  }
+}
+
+bool Driver::SummaryChanged() const {
+  for (const Unit& unit : units_) {
+    const Channel::Summary now = unit.channel->summary();
+    if (now.state != unit.said.state || now.datum_epoch != unit.said.datum_epoch ||
+        now.reference_lost != unit.said.reference_lost) {
+      return true;
+    }
+  }
+  return false;
+}
+
+void Driver::SayHello() {
+  for (std::size_t i = 0; i < units_.size(); ++i) {
+    units_[i].said = units_[i].channel->summary();
+    summaries_[i] = {.device = units_[i].config->name,
+                     .state = units_[i].said.state,
+                     .datum_epoch = units_[i].said.datum_epoch,
+                     .reference_lost = units_[i].said.reference_lost};
+  }
+  desk_.Hello(summaries_);
+}
+
+void Driver::ReportHealth() {
+  for (std::size_t i = 0; i < units_.size(); ++i) {
+    DeviceTally& tally = tallies_[i];
+    tally.device = units_[i].config->name;
+    tally.good = units_[i].channel->good();
+    for (std::size_t kind = 0; kind < kErrorKinds; ++kind) {
+      tally.errors[kind] = units_[i].channel->errors(static_cast<ErrorKind>(kind));
+    }
+  }
+  health_.Publish(now_, bus_, tallies_);
+}
+
+void Driver::OnLink(bool up, std::string_view reason, MonoNs now) {
+  if (up) {
+    ports_.log(LogLevel::kInfo, "the line is open: " + config_.link.port);
+  } else {
+    ports_.log(LogLevel::kWarning, reason);
+  }
+  if (up && ports_.link_warnings) {
+    for (const std::string& warning : ports_.link_warnings()) ports_.log(LogLevel::kWarning, warning);
+  }
+  for (Unit& unit : units_) unit.channel->OnLink(up, reason, now);
+}
+
+}  // namespace axlecast

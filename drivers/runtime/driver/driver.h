@@ -1,0 +1,93 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/runtime/bus/bus.h"
+#include "drivers/runtime/bus/bus_health.h"
+#include "drivers/runtime/command/order_desk.h"
+#include "drivers/runtime/config/machine_config.h"
+#include "drivers/runtime/core/timebase.h"
+#include "drivers/runtime/driver/duplicate_watch.h"
+#include "drivers/runtime/driver/log.h"
+#include "drivers/runtime/driver/operations.h"
+#include "drivers/runtime/position/channel.h"
+
+namespace axlecast {
+
+// What a driver stands on. All of it outlives the driver.
+struct DriverPorts {
+  ByteLink* link = nullptr;
+  const Clock* clock = nullptr;
+  MessageSink* data = nullptr;
+  MessageSink* commands = nullptr;
+  Log log;
+  std::function<std::vector<std::string>()> link_warnings;  // what the last Open found wanting; may be empty
+};
+
+// One bus, its devices and their channels, and what the bridge orders of them. The bus's thread only, except desk()
+// and duplicates(), which the command thread feeds.
+class Driver final : private LinkObserver {
+ public:
+  static constexpr MonoNs kTick = 100 * kMillisecond;
+  static constexpr int kTicksPerHello = 10;
+  // How long an order that has touched its device may go on when the driver is to stop.
+  static constexpr MonoNs kGrace = 700 * kMillisecond;
+
+  Driver(const BusConfig& config, std::int64_t boot_id, DriverPorts ports);
+  ~Driver() override;
+  Driver(const Driver&) = delete;
+  Driver& operator=(const Driver&) = delete;
+
+  // Gets on by one step of the bus. Returns within 100 ms and one exchange; the present instant.
+  MonoNs RunOnce();
+
+  // Ends what is under way within kGrace, publishes what waits, says GOODBYE and closes the line. An order that
+  // could not end is INDETERMINATE: the bridge then looks what it did.
+  void Stop();
+
+  [[nodiscard]] OrderDesk& desk() { return desk_; }
+  [[nodiscard]] DuplicateWatch& duplicates() { return duplicates_; }
+
+ private:
+  struct Unit {
+    const DeviceConfig* config;
+    std::unique_ptr<Channel> channel;
+    std::unique_ptr<Device> device;
+    Channel::Summary said;  // in the last HELLO
+  };
+
+  void OnLink(bool up, std::string_view reason, MonoNs now) override;
+  void Tick();
+  void FlushBlocks();
+  void FollowUtc();
+  void WatchDuplicates();
+  void SayHello();
+  void ReportHealth();
+  [[nodiscard]] bool SummaryChanged() const;
+  [[nodiscard]] ChannelContext MakeChannelContext();
+
+  const BusConfig& config_;
+  const std::int64_t boot_id_;
+  const DriverPorts ports_;
+  Timebase time_;
+  DuplicateWatch duplicates_;
+  OrderDesk desk_;
+  Operations operations_;
+  std::unique_ptr<WireLog> wire_;
+  Bus bus_;
+  BusHealth health_;
+  std::vector<Unit> units_;
+  std::vector<DeviceTally> tallies_;
+  std::vector<OrderDesk::DeviceSummary> summaries_;
+  MonoNs now_;
+  MonoNs next_tick_;
+  int ticks_ = 0;
+  bool duplicate_seen_ = false;
+};
+
+}  // namespace axlecast

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "drivers/runtime/command/order_desk.h"
+#include "drivers/runtime/config/machine_config.h"
+#include "drivers/runtime/core/device.h"
+#include "drivers/runtime/core/timebase.h"
+#include "drivers/runtime/driver/log.h"
+#include "drivers/runtime/position/channel.h"
+
+namespace axlecast {
+
+// Between the order desk and the devices: judges an order by what holds now, hands it to its device or carries it
+// out on its channel, and takes the outcome back. The bus's thread only.
+class Operations {
+ public:
+  Operations(const Family& family, OrderDesk& desk, const Timebase& time, Log log)
+      : family_(family), desk_(desk), time_(time), log_(std::move(log)) {}
+
+  void Add(const DeviceConfig& config, Channel& channel, Device& device);
+
+  // Takes what the bridge has ordered or cancelled since the last call; cheap when that is nothing.
+  void Poll(MonoNs now);
+  // How an order stands, from the device that holds it.
+  void OnOutcome(const std::string& device, const CommandId& id, const Outcome& outcome);
+
+  // The driver stops: orders that have not touched their device yet are cancelled.
+  void Abandon(MonoNs now);
+  // A device holds an order.
+  [[nodiscard]] bool Busy() const;
+
+ private:
+  struct Target {
+    const DeviceConfig* config;
+    Channel* channel;
+    Device* device;
+    std::optional<CommandId> held;
+  };
+
+  [[nodiscard]] Target* Find(const std::string& device);
+  void Begin(Target& target, const Order& order, MonoNs now);
+  void Cancel(Target& target, const CommandId& id, std::int32_t reason, const char* text, MonoNs now);
+  [[nodiscard]] std::optional<Outcome> Refuse(const Target& target, const Order& order,
+                                              const OperationSpec& operation) const;
+  [[nodiscard]] Outcome SetDatum(Target& target, const Order& order, MonoNs now) const;
+
+  const Family& family_;
+  OrderDesk& desk_;
+  const Timebase& time_;
+  Log log_;
+  std::vector<Target> targets_;
+};
+
+}  // namespace axlecast

@@ -1,0 +1,90 @@
+#include "drivers/runtime/driver/run_driver.h"
+
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <csignal>
+#include <memory>
+#include <string>
+
+#include "drivers/io/lcm_port.h"
+#include "drivers/io/process.h"
+#include "drivers/io/serial_port.h"
+#include "drivers/io/supervision.h"
+#include "drivers/io/system_clock.h"
+#include "drivers/runtime/driver/command_thread.h"
+#include "drivers/runtime/driver/driver.h"
+
+namespace axlecast {
+namespace {
+
+std::shared_ptr<spdlog::logger> MakeLog(const std::string& bus, bool verbose) {
+  auto log = std::make_shared<spdlog::logger>(bus, std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
+  log->set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %^%l%$ %n: %v", spdlog::pattern_time_type::utc);
+  log->set_level(verbose ? spdlog::level::debug : spdlog::level::info);
+  log->flush_on(spdlog::level::info);
+  return log;
+}
+
+// False when LCM cannot be used; says why.
+bool Works(const LcmPort& port, spdlog::logger& log) {
+  if (!port.problem().empty()) log.error("{}", port.problem());
+  return port.problem().empty();
+}
+
+void Write(spdlog::logger& log, LogLevel level, std::string_view text) {
+  switch (level) {
+    case LogLevel::kDebug:
+      return log.debug("{}", text);
+    case LogLevel::kInfo:
+      return log.info("{}", text);
+    case LogLevel::kWarning:
+      return log.warn("{}", text);
+  }
+}
+
+// The process's exit code.
+int RunLoop(Driver& driver, const CommandThread& commands, const StopSignal& stop, spdlog::logger& log) {
+  Supervision supervision;
+  supervision.Ready();
+  while (!stop.Requested() && !commands.failed()) supervision.Progress(driver.RunOnce());
+  supervision.Stopping();
+  if (commands.failed()) log.error("the command port hands over no more messages: start the driver again");
+  log.info("stopping");
+  driver.Stop();
+  log.info("stopped");
+  return commands.failed() ? 1 : 0;
+}
+
+}  // namespace
+
+int RunDriver(const MachineConfig& machine, const BusConfig& bus, bool verbose) {
+  const auto log = MakeLog(bus.name, verbose);
+  const StopSignal stop;
+  static_cast<void>(signal(SIGPIPE, SIG_IGN));  // a log that nobody reads any more must not end a driver
+  LcmPort data(machine.lcm.url, machine.lcm.prefix);
+  LcmPort commands(machine.lcm.command_url, machine.lcm.prefix);
+  if (!Works(data, *log) || !Works(commands, *log)) return 1;
+
+  const SystemClock clock;
+  SerialSettings line;
+  line.path = bus.link.port;
+  line.baud = bus.link.baud;
+  SerialPort port(line, clock);
+  const std::int64_t boot_id = RandomBootId();
+  log->info("driver of {} ({}) starts, boot id {:016x}", bus.name, bus.family->name, boot_id);
+  Driver driver(bus, boot_id,
+                {.link = &port,
+                 .clock = &clock,
+                 .data = &data,
+                 .commands = &commands,
+                 .log = [&log](LogLevel level, std::string_view text) { Write(*log, level, text); },
+                 .link_warnings = [&port] { return port.warnings(); }});
+  const CommandThread command_thread(commands, bus, driver);
+  // After the command thread has started: it keeps normal scheduling.
+  const auto warnings = ApplyRealtime(bus.realtime.priority, bus.realtime.cpu, bus.realtime.lock_memory);
+  for (const std::string& warning : warnings) log->warn("{}", warning);
+  return RunLoop(driver, command_thread, stop, *log);
+}
+
+}  // namespace axlecast

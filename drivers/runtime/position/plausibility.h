@@ -1,0 +1,71 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "drivers/runtime/position/fix.h"
+#include "drivers/runtime/position/motion_limits.h"
+
+namespace axlecast {
+
+// Judges readings against the last good one.
+//
+// - A reading within reach of the last good one, by speed and by acceleration, is good. Reach grows with time:
+// after
+//   a gap any place is good that the shaft can have come to.
+// - Another one is doubtful. Three doubtful ones in a row that agree among each other become the new truth.
+// - Without a last good reading (at the start, after an announced jump, or when readings of reduced accuracy turn
+// out
+//   to have been further off than their 5 bits) the first reading waits for a second one that agrees.
+class Plausibility {
+ public:
+  enum class Doubt : std::uint8_t {
+    kFirst,        // nothing to compare with yet
+    kImplausible,  // out of reach
+    kBegun,        // the second of two that agree at the start: accepted
+    kNewTruth,     // the third of three that agree: accepted; what the encoder says jumped
+    kRepaired,     // likewise, but those before the last good one agree with it: the last good one was wrong
+  };
+
+  explicit Plausibility(const MotionLimits& limits) : limits_(limits) {}
+
+  // The reading by way of which the next one is to be unwrapped: the last good one; null when there is none.
+  [[nodiscard]] const Fix* Last() const { return known_ ? &last_ : nullptr; }
+  // The doubtful one before, by way of which a doubtful one is to be unwrapped; null when there is none.
+  [[nodiscard]] const Fix* Doubted() const { return run_ > 0 ? &doubted_ : nullptr; }
+
+  // Whether `fix` is within reach of the last good reading. There is one.
+  [[nodiscard]] bool Agrees(const Fix& fix) const;
+  // `fix` is good. `continuous`: its distance from the last good one is known, whole turns included.
+  void Accept(const Fix& fix, bool continuous);
+  // `fix` is not within reach, or there is no last good reading.
+  [[nodiscard]] Doubt TakeDoubtful(const Fix& fix);
+
+  // While an announced jump is under way doubtful readings do not become the truth.
+  void Hold(bool hold);
+  // The next reading is a first one.
+  void Forget();
+  // Counts are `counts` more for the same place from now on.
+  void Shift(std::int64_t counts);
+
+ private:
+  [[nodiscard]] bool AccelerationAllows(const Fix& fix) const;
+  void PushAnchor(const Fix& fix);
+
+  static constexpr int kRunToBegin = 2;
+  static constexpr int kRunToOverthrow = 3;
+
+  MotionLimits limits_;
+  bool known_ = false;
+  bool hold_ = false;
+  bool has_before_ = false;
+  Fix last_;
+  Fix before_;                    // the good reading before the last
+  std::array<Fix, 3> anchors_{};  // good readings at least 1 ms apart, newest first
+  std::size_t anchor_count_ = 0;
+  int run_ = 0;  // doubtful readings that agree among each other
+  Fix doubted_;  // the last of them
+};
+
+}  // namespace axlecast

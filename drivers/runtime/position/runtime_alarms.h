@@ -1,0 +1,36 @@
+#pragma once
+
+#include <axlecast/alarm_entry_t.hpp>
+
+#include "drivers/runtime/core/device.h"
+
+// Alarms that the driver itself raises, on any device of any family. Codes never change: docs/alarms.md.
+namespace axlecast::runtime_alarms {
+
+inline constexpr std::uint8_t kDriver = alarm_entry_t::SOURCE_DRIVER;
+inline constexpr std::uint8_t kBus = alarm_entry_t::SOURCE_BUS;
+
+inline constexpr AlarmSpec kDeviceOffline = {
+    100, kDriver, alarm_entry_t::SEVERITY_ERROR, "device_offline",
+    "See DEVICE: reason. Check the encoder's supply, cable and configuration."};
+inline constexpr AlarmSpec kReferenceLost = {101, kDriver, alarm_entry_t::SEVERITY_ERROR, "reference_lost",
+                                             "Move to a known place and set the datum, or reset the turns."};
+inline constexpr AlarmSpec kImplausibleBurst = {
+    102, kDriver, alarm_entry_t::SEVERITY_WARNING, "implausible_burst",
+    "Check cable, shield and termination; check limits in the configuration."};
+inline constexpr AlarmSpec kClockStepped = {103, kDriver, alarm_entry_t::SEVERITY_INFO, "clock_stepped",
+                                            "UNIX time jumped. Check NTP or PTP; compare mono_ns across the step."};
+inline constexpr AlarmSpec kPositionJumped = {
+    104, kDriver, alarm_entry_t::SEVERITY_WARNING, "position_jumped",
+    "It moved further than the shaft can. Check encoder and coupling; set the datum."};
+inline constexpr AlarmSpec kTurnsPassedEnd = {
+    105, kDriver, alarm_entry_t::SEVERITY_ERROR, "turns_passed_end",
+    "The axis is beyond the range that `turns` allows. Move back, or reset the turns."};
+
+inline constexpr AlarmSpec kLinkDown = {
+    200, kBus, alarm_entry_t::SEVERITY_ERROR, "link_down",
+    "See DEVICE: reason. Plug the adapter in, or mend the port's name or rights."};
+inline constexpr AlarmSpec kDuplicateDriver = {201, kBus, alarm_entry_t::SEVERITY_CRITICAL, "duplicate_driver",
+                                               "Two drivers publish this device. Stop one of them."};
+
+}  // namespace axlecast::runtime_alarms

@@ -1,0 +1,219 @@
+#include "drivers/tformat/decode.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "drivers/tformat/alarms.h"
+#include "drivers/tformat/codec.h"
+#include "drivers/tformat/model.h"
+
+namespace axlecast::tformat {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Options {
+  Format format;
+  std::optional<std::uint8_t> encoder_id;
+};
+
+std::optional<int> Number(std::string_view text, int min, int max) {
+  const bool hex = text.starts_with("0x") || text.starts_with("0X");
+  if (hex) text.remove_prefix(2);
+  int value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, hex ? 16 : 10);
+  if (error != std::errc{} || end != text.data() + text.size() || value < min || value > max) return std::nullopt;
+  return value;
+}
+
+// Takes up one setting; false when its value is none. `right` says what would be.
+bool SetOption(std::string_view key, std::string_view value, Options& options, std::string& right) {
+  if (key == "model") {
+    right = "one of";
+    for (const Model& model : Models()) right.append(" ").append(model.name);
+    const Model* model = FindModel(value);
+    if (model != nullptr) options = {model->format, model->encoder_id};
+    return model != nullptr;
+  }
+  if (key == "enid") {
+    right = "0..255 or 0x00..0xff, the encoder ID that must answer";
+    const std::optional<int> number = Number(value, 0, 255);
+    if (number) options.encoder_id = static_cast<std::uint8_t>(*number);
+    return number.has_value();
+  }
+  const bool turns = key == "turn_bits";
+  right = turns ? "0..24, the multi-turn bits of the encoder (0: it has none)" : "1..24, its single-turn bits";
+  const std::optional<int> number = Number(value, turns ? 0 : 1, 24);
+  if (number) (turns ? options.format.multi_turn_bits : options.format.single_turn_bits) = *number;
+  return number.has_value();
+}
+
+// What is wrong with the settings; empty when nothing is.
+std::string ReadOptions(const DecodeSettings& settings, Options& options) {
+  constexpr std::array<std::string_view, 4> kKeys = {"model", "bits", "turn_bits", "enid"};
+  for (const auto& [key, value] : settings) {
+    if (std::find(kKeys.begin(), kKeys.end(), key) == kKeys.end()) {
+      return "unknown key '" + key + "': tformat knows model, bits, turn_bits and enid";
+    }
+    std::string right;
+    if (!SetOption(key, value, options, right)) return key + "=" + value + ": expected " + right;
+  }
+  return "";
+}
+
+// Named by what the exchange does, as the operations are; spec Table 1.
+std::string Name(DataId id) {
+  switch (id) {
+    case DataId::kSingleTurn:
+      return "read_single_turn";
+    case DataId::kMultiTurn:
+      return "read_multi_turn";
+    case DataId::kEncoderId:
+      return "read_encoder_id";
+    case DataId::kAll:
+      return "read_all";
+    case DataId::kEepromWrite:
+      return "eeprom_write";
+    case DataId::kClearErrors:
+      return "clear_errors";
+    case DataId::kZeroSingleTurn:
+      return "zero_single_turn";
+    case DataId::kResetTurnsAndErrors:
+      return "reset_turns_and_errors";
+    case DataId::kEepromRead:
+      return "eeprom_read";
+  }
+  return "unknown";
+}
+
+std::string HexByte(std::uint8_t byte) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  return {'0', 'x', kDigits[byte >> 4U], kDigits[byte & 0x0FU]};
+}
+
+Json Good(const std::string& kind, DataId id) {
+  return {{"ok", true}, {"kind", kind}, {"id", std::string(1, "0123456789ABCDEF"[static_cast<std::size_t>(id)])}};
+}
+
+Json Bad(const std::string& kind, std::string_view error) {
+  return {{"ok", false}, {"kind", kind}, {"error", error}};
+}
+
+// The alarms of a frame with a status field. SF's ea0 is ALMC's CE and its ea1 is ALMC's ME, BE or BA (spec 6.3.2
+// (3)): what ALMC names is not said twice.
+Json Alarms(std::uint8_t status, std::uint8_t alarms) {
+  constexpr std::uint8_t kEa1Alarms = kAlmMultiTurnError | kAlmBatteryError | kAlmBatteryAlarm;
+  Json names = Json::array();
+  if ((status & kSfCountingError) != 0) alarms |= kAlmCountingError;
+  for (const DeviceAlarm& alarm : DeviceAlarms()) {
+    if ((alarms & alarm.bit) != 0) names.push_back(alarm.spec.name);
+  }
+  if ((status & kSfMultiTurn) != 0 && (alarms & kEa1Alarms) == 0) names.push_back("multi_turn_or_battery");
+  if ((status & kSfParity) != 0) names.push_back("request_parity_error");
+  if ((status & kSfDelimiter) != 0) names.push_back("request_delimiter_error");
+  return names;
+}
+
+void AddPosition(Json& json, const Reply& reply, const Format& format) {
+  if (reply.single_turn) json["counts"] = *reply.single_turn;
+  if (reply.multi_turn && format.multi_turn_bits > 0) json["turns"] = *reply.multi_turn;
+  if (reply.single_turn) {
+    json["angle_deg"] =
+        360.0 * *reply.single_turn / static_cast<double>(1U << static_cast<unsigned>(format.single_turn_bits));
+  }
+}
+
+void AddState(Json& json, const Reply& reply) {
+  if (reply.status) {
+    json["alarms"] = Alarms(*reply.status, reply.alarms.value_or(0));
+    json["status"] = HexByte(*reply.status);
+  }
+  if (reply.encoder_id) json["encoder_id"] = HexByte(*reply.encoder_id);
+  if (reply.address) json["address"] = *reply.address;
+  if (reply.busy) json["busy"] = *reply.busy;
+  if (reply.data) json["data"] = HexByte(*reply.data);
+}
+
+Json DescribeRequest(const RequestFields& request) {
+  // Spec Table 4: the reply that accepts a write repeats the request byte for byte.
+  const bool either = request.id == DataId::kEepromWrite;
+  Json json = Good(Name(request.id) + (either ? "_request_or_reply" : "_request"), request.id);
+  if (request.address) json["address"] = *request.address;
+  if (request.data) json["data"] = HexByte(*request.data);
+  return json;
+}
+
+// The reply that is no reading, with the alarms it may hold.
+Json DescribeFailure(const std::string& kind, const Reply& reply) {
+  Json json = Bad(kind, ReplyErrorName(reply.error));
+  AddState(json, reply);
+  return json;
+}
+
+// ID 3's data under a control field that is none, or that belongs to another ID.
+constexpr const char* kAbnormalKind = "abnormal_request_reply";
+
+Json DescribeUnknown(Bytes frame, const Format& format) {
+  const Reply reply = ParseReply({}, frame, format);
+  const bool answered = reply.error == ReplyError::kAbnormalReply || reply.error == ReplyError::kCommunicationAlarm;
+  return answered ? DescribeFailure(kAbnormalKind, reply) : Bad("unknown", "control_field");
+}
+
+Json DescribeReadout(DataId id, Bytes frame, const Options& options) {
+  const Reply reply = ParseReply(Request(id), frame, options.format);
+  const std::string kind =
+      id != DataId::kAll && frame.size() == kLongestReply && reply.status ? kAbnormalKind : Name(id) + "_reply";
+  if (reply.error != ReplyError::kNone) return DescribeFailure(kind, reply);
+  if (options.encoder_id && reply.encoder_id && *reply.encoder_id != *options.encoder_id) {
+    Json json = Bad(kind, "wrong_identity");
+    AddState(json, reply);
+    return json;
+  }
+  Json json = Good(kind, id);
+  AddPosition(json, reply, options.format);
+  AddState(json, reply);
+  return json;
+}
+
+std::string EepromKind(DataId id, Bytes frame) {
+  const bool busy = frame.size() > 1 && (frame[1] & kBusy) != 0;  // only a reply is
+  if (id == DataId::kEepromWrite) return busy ? "eeprom_write_reply" : "eeprom_write_request_or_reply";
+  return frame.size() < ReplySize(id) ? "eeprom_read_request" : "eeprom_read_reply";
+}
+
+// An EEPROM frame that is no good request: a damaged one, or a reply.
+Json DescribeEeprom(DataId id, Bytes frame, const Format& format) {
+  const std::string kind = EepromKind(id, frame);
+  if (frame.size() < RequestSize(id)) return Bad(kind, "short");
+  if (frame.size() < ReplySize(id)) return Bad(kind, Crc(frame) == 0 ? "range" : "checksum");
+  const auto address = static_cast<std::uint8_t>(frame[1] & ~kBusy);
+  const std::uint8_t cell = address < kEepromCells ? address : 0;
+  const Frame request = id == DataId::kEepromRead ? EepromReadRequest(cell) : EepromWriteRequest(cell, frame[2]);
+  const Reply reply = ParseReply(request, frame, format);
+  if (reply.error == ReplyError::kWrongEcho) return Bad(kind, "range");  // the address is above 79
+  if (reply.error != ReplyError::kNone) return DescribeFailure(reply.status ? kAbnormalKind : kind, reply);
+  Json json = Good(kind, id);
+  AddState(json, reply);
+  return json;
+}
+
+}  // namespace
+
+Json Decode(const DecodeSettings& settings, Bytes frame, bool* usable) {
+  Options options;
+  const std::string problem = ReadOptions(settings, options);
+  *usable = problem.empty();
+  if (!*usable) return {{"error", problem}};
+  if (frame.empty()) return Bad("unknown", "short");
+  if (const std::optional<RequestFields> request = ParseRequest(frame)) return DescribeRequest(*request);
+  const std::optional<DataId> id = ParseControlField(frame[0]);
+  if (!id) return DescribeUnknown(frame, options.format);
+  return IsEeprom(*id) ? DescribeEeprom(*id, frame, options.format) : DescribeReadout(*id, frame, options);
+}
+
+}  // namespace axlecast::tformat

@@ -1,0 +1,213 @@
+#include "drivers/tformat/device.h"
+
+#include <algorithm>
+#include <axlecast/command_status_t.hpp>
+#include <utility>
+#include <variant>
+
+#include "drivers/tformat/operations.h"
+#include "drivers/tformat/outcome_text.h"
+
+namespace axlecast::tformat {
+namespace {
+
+// An encoder that does not answer is asked this often, however slow its slots are.
+constexpr MonoNs kAskAgain = 50 * kMillisecond;
+// A tag that cannot be read because the encoder writes: spec 8.1, 18 ms at most.
+constexpr MonoNs kBusyAgain = 2 * kMillisecond;
+
+using Reason = command_status_t;
+
+Expectation ExpectationOf(const TFormatSettings& settings, const LinkConfig& link) {
+  return {.format = settings.format, .encoder_id = settings.encoder_id, .echo = link.echo};
+}
+
+MonoNs CharacterTime(const BusConfig& bus) {
+  return bus.simulate ? 0 : WireTime(1, bus.link.baud > 0 ? bus.link.baud : kDefaultBaud);
+}
+
+const TFormatSettings& Own(const DeviceConfig& device) {
+  return static_cast<const TFormatSettings&>(*device.settings);
+}
+
+}  // namespace
+
+TFormatDevice::TFormatDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output)
+    : owned_(device.settings),
+      settings_(Own(device)),
+      output_(output),
+      interpreter_(settings_, ExpectationOf(settings_, bus.link), CharacterTime(bus), output) {}
+
+Step TFormatDevice::Next(const Turn& turn) const {
+  if (!link_up_) return {.action = Idle{kNever}, .priority = Priority::kLive};
+  if (line_unclear_) return {.action = Silence{settings_.silence}, .priority = Priority::kLive};
+  if (!procedure_ || Expired(turn.now)) return LiveStep(turn);
+  const Step step = procedure_->Next(turn.now);
+  if (procedure_->exclusive()) return step;
+  const bool wants = std::holds_alternative<Exchange>(step.action);
+  if (wants && !(turn.live_due && live_turn_)) return step;
+  Step live = LiveStep(turn);
+  Idle* idle = std::get_if<Idle>(&live.action);
+  if (idle == nullptr) return live;
+  if (wants) return step;
+  idle->until = std::min(idle->until, std::get<Idle>(step.action).until);
+  return live;
+}
+
+Step TFormatDevice::LiveStep(const Turn& turn) const {
+  const auto ask = [](const Exchange& exchange) { return Step{.action = exchange, .priority = Priority::kLive}; };
+  if (!turn.live_due && turn.now < not_before_) return {.action = Idle{not_before_}, .priority = Priority::kLive};
+  if (all_first_ || interpreter_.wants_all()) return ask(Ask(DataId::kAll, settings_.timeout));
+  if (const auto cell = interpreter_.identity().WantedCell(); cell && turn.now >= not_before_) {
+    return ask(AskCell(*cell, settings_.timeout));
+  }
+  if (repeat_) return ask(Ask(*repeat_, settings_.timeout));
+  if (!turn.live_due) return {.action = Idle{kNever}, .priority = Priority::kLive};
+  return ask(Ask(PlannedId(), settings_.timeout));
+}
+
+DataId TFormatDevice::PlannedId() const {
+  const bool all = settings_.plan == Plan::kAll || since_all_ + 1 >= settings_.id3_every;
+  return all || !interpreter_.identity().accepted() ? DataId::kAll : DataId::kSingleTurn;
+}
+
+void TFormatDevice::OnStarted(const Step& step, MonoNs now) {
+  ExpireIfLate(now);
+  const Exchange* exchange = std::get_if<Exchange>(&step.action);
+  if (exchange == nullptr) return;
+  procedure_in_flight_ = procedure_ != nullptr && step.priority == Priority::kCommand;
+  live_turn_ = procedure_in_flight_;
+  if (!procedure_in_flight_) return;
+  procedure_begun_ = true;
+  if (const auto outcome = procedure_->OnStarted(exchange->request, now)) Report(*outcome);
+}
+
+void TFormatDevice::On(const Event& event) {
+  switch (event.kind) {
+    case Event::Kind::kReply:
+    case Event::Kind::kTimeout:
+      OnExchange(event);
+      break;
+    case Event::Kind::kStray:
+    case Event::Kind::kUnsolicited:
+      interpreter_.OnStray(event);
+      line_unclear_ = true;
+      break;
+    case Event::Kind::kSilent:
+      line_unclear_ = false;
+      break;
+    case Event::Kind::kLinkUp:
+      OnLinkUp(EndOf(event));
+      break;
+    case Event::Kind::kLinkDown:
+      OnLinkDown();
+      break;
+  }
+  ExpireIfLate(EndOf(event));
+}
+
+void TFormatDevice::OnExchange(const Event& event) {
+  const Answer answer = interpreter_.OnExchange(event);
+  line_unclear_ = answer.line_unclear;
+  // Also another model's reply to ID 3 shows that the request has arrived.
+  const bool arrived = answer.ok() || answer.error == ErrorKind::kWrongIdentity;
+  if (arrived && answer.asked == DataId::kAll) {
+    all_first_ = false;
+    since_all_ = 0;
+  }
+  if (!interpreter_.answering()) all_first_ = true;
+  const bool for_procedure = std::exchange(procedure_in_flight_, false);
+  if (!for_procedure) return OnLiveAnswer(answer, EndOf(event));
+  if (const auto outcome = procedure_->OnAnswer(answer, EndOf(event))) Report(*outcome);
+}
+
+void TFormatDevice::OnLiveAnswer(const Answer& answer, MonoNs end) {
+  if (!answer.ok()) {
+    const bool again = ++failures_ == 1;
+    repeat_.reset();
+    if (again && !IsEeprom(answer.asked)) repeat_ = answer.asked;
+    not_before_ = again ? 0 : end + kAskAgain;
+    return;
+  }
+  failures_ = 0;
+  repeat_.reset();
+  not_before_ = answer.reply.busy.value_or(false) ? end + kBusyAgain : 0;
+  if (answer.asked == DataId::kSingleTurn) ++since_all_;
+}
+
+void TFormatDevice::OnLinkUp(MonoNs now) {
+  link_up_ = true;
+  line_unclear_ = true;
+  all_first_ = true;
+  failures_ = 0;
+  repeat_.reset();
+  not_before_ = 0;
+  interpreter_.OnLinkUp(now);
+}
+
+void TFormatDevice::OnLinkDown() {
+  link_up_ = false;
+  procedure_in_flight_ = false;
+  interpreter_.OnLinkDown();
+  if (procedure_) Report(procedure_->OnLinkLost());
+}
+
+void TFormatDevice::Begin(const Order& order, MonoNs now) {
+  if (const auto refusal = Refusal(order, now)) return output_.OnOutcome(order.id, *refusal);
+  auto made = MakeProcedure(order, settings_, output_);
+  if (const Outcome* refused = std::get_if<Outcome>(&made)) return output_.OnOutcome(order.id, *refused);
+  procedure_ = std::move(std::get<std::unique_ptr<Procedure>>(made));
+  order_ = order.id;
+  begin_by_ = order.begin_by;
+  procedure_begun_ = false;
+  live_turn_ = false;
+}
+
+std::optional<Outcome> TFormatDevice::Refusal(const Order& order, MonoNs now) const {
+  const auto refuse = [](std::int32_t reason, std::string_view why) {
+    return Final(OrderState::kRejected, reason, "nothing was done: " + std::string(why));
+  };
+  if (procedure_) return refuse(Reason::REASON_BUSY, "another order is being carried out");
+  if (now > order.begin_by) {
+    return Final(OrderState::kExpired, Reason::REASON_DEADLINE, "nothing was done: its time to begin was over");
+  }
+  if (!link_up_) return refuse(Reason::REASON_DEVICE_OFFLINE, "the link is down");
+  if (!interpreter_.answering()) return refuse(Reason::REASON_DEVICE_OFFLINE, "the encoder does not answer");
+  if (!Alters(order.operation)) return std::nullopt;
+  if (interpreter_.identity().refused()) {
+    return refuse(Reason::REASON_WRONG_IDENTITY, "another encoder is connected than configured");
+  }
+  if (!interpreter_.identity().accepted()) {
+    return refuse(Reason::REASON_DEVICE_OFFLINE, "the encoder's identity is still being read, repeat");
+  }
+  if (!NeedsStandstill(order.operation)) return std::nullopt;
+  const Motion motion = output_.MotionAt(now);
+  if (motion.known && motion.standstill) return std::nullopt;
+  return refuse(Reason::REASON_NOT_STANDING_STILL,
+                motion.known ? Text("the shaft turns at %.3g rpm; stop the axis and hold it", motion.speed_rpm)
+                             : "too few fresh valid readings to see that the shaft rests");
+}
+
+bool TFormatDevice::Cancel(const CommandId& id, MonoNs) {
+  if (!procedure_ || id != order_ || procedure_->touched()) return false;
+  all_first_ = all_first_ || procedure_->exclusive();
+  procedure_.reset();
+  procedure_in_flight_ = false;
+  return true;
+}
+
+void TFormatDevice::ExpireIfLate(MonoNs now) {
+  if (!procedure_ || !Expired(now)) return;
+  Report(Final(OrderState::kExpired, Reason::REASON_DEADLINE,
+               "nothing was done: the encoder could not be asked before its time to begin was over"));
+}
+
+void TFormatDevice::Report(const Outcome& outcome) {
+  output_.OnOutcome(order_, outcome);
+  if (!outcome.IsFinal()) return;
+  all_first_ = all_first_ || (procedure_->exclusive() && outcome.state != OrderState::kSucceeded);
+  procedure_.reset();
+  procedure_in_flight_ = false;
+}
+
+}  // namespace axlecast::tformat

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string_view>
+
+#include "drivers/runtime/config/machine_config.h"
+#include "drivers/runtime/core/device.h"
+#include "drivers/tformat/interpreter.h"
+#include "drivers/tformat/procedure.h"
+#include "drivers/tformat/settings.h"
+
+namespace axlecast::tformat {
+
+// One encoder on T-format: what to ask next. What the replies mean is the Interpreter's.
+//
+// - Its first request is ID 3: after a start, after the link came up, after the encoder was gone, and after a reset
+//   sequence that did not come to its end, so that the nine requests of a dead process are never completed by one
+//   more.
+// - It never transmits while the encoder may transmit: after whatever leaves the line unclear it asks for silence.
+// - A reading that failed is asked for once more at once; then in the next slot.
+class TFormatDevice final : public Device {
+ public:
+  TFormatDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
+
+  [[nodiscard]] Step Next(const Turn& turn) const override;
+  void OnStarted(const Step& step, MonoNs now) override;
+  void On(const Event& event) override;
+  void Begin(const Order& order, MonoNs now) override;
+  [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
+
+ private:
+  [[nodiscard]] Step LiveStep(const Turn& turn) const;
+  [[nodiscard]] DataId PlannedId() const;
+  void OnExchange(const Event& event);
+  void OnLiveAnswer(const Answer& answer, MonoNs end);
+  void OnLinkUp(MonoNs now);
+  void OnLinkDown();
+  [[nodiscard]] std::optional<Outcome> Refusal(const Order& order, MonoNs now) const;
+  [[nodiscard]] bool Expired(MonoNs now) const { return !procedure_begun_ && now > begin_by_; }
+  void ExpireIfLate(MonoNs now);
+  void Report(const Outcome& outcome);
+
+  std::shared_ptr<const DeviceSettings> owned_;  // keeps settings_ alive
+  const TFormatSettings& settings_;
+  DeviceOutput& output_;
+  Interpreter interpreter_;
+
+  bool link_up_ = false;
+  bool line_unclear_ = false;     // silence before the next request
+  bool all_first_ = true;         // ID 3 before anything else
+  int failures_ = 0;              // live exchanges in a row
+  std::optional<DataId> repeat_;  // of the live exchange that failed
+  MonoNs not_before_ = 0;         // of a live exchange outside its slot
+  int since_all_ = 0;             // readings since the last ID 3
+
+  std::unique_ptr<Procedure> procedure_;
+  CommandId order_{};
+  MonoNs begin_by_ = kNever;
+  bool procedure_begun_ = false;      // its first request was sent
+  bool procedure_in_flight_ = false;  // the exchange under way is the procedure's
+  bool live_turn_ = false;            // the procedure had its turn: a live reading that is due goes first
+};
+
+}  // namespace axlecast::tformat

@@ -1,0 +1,210 @@
+#include "drivers/tformat/interpreter.h"
+
+#include "drivers/tformat/alarms.h"
+#include "drivers/tformat/reset_rules.h"
+
+namespace axlecast::tformat {
+namespace {
+
+// "Standby period at power turning-on": 1.5 s at most, without a battery (TS5669 spec 5.4).
+constexpr MonoNs kStandby = 1'500 * kMillisecond;
+// Requests in a row that bring not a single byte, after which the encoder counts as gone.
+constexpr int kGone = 2;
+
+std::uint8_t AlarmMask(const TFormatSettings& settings) {
+  return settings.turns_range > 0 ? std::uint8_t{0xFF} : static_cast<std::uint8_t>(~kMultiTurnAlarms);
+}
+
+}  // namespace
+
+Interpreter::Interpreter(const TFormatSettings& settings, const Expectation& expected, MonoNs character,
+                         DeviceOutput& output)
+    : settings_(settings),
+      expected_(expected),
+      character_(character),
+      alarm_mask_(AlarmMask(settings)),
+      output_(output),
+      identity_(settings, output) {}
+
+void Interpreter::OnLinkUp(MonoNs now) {
+  link_up_ = now;
+  answered_since_link_up_ = false;
+  output_.OnStarting("no answer yet: after power-on the encoder takes up to 1.5 s");
+}
+
+void Interpreter::OnLinkDown() {
+  // The tenth request may have been under way.
+  if (resets_in_a_row_ == kResetTimes - 1) reset_done_ = reset_;
+  resets_in_a_row_ = 0;
+  silent_in_a_row_ = 0;
+  Forget();
+}
+
+void Interpreter::Forget() {
+  answering_ = false;
+  identity_.Forget();
+  alarms_.reset();
+  wants_all_ = false;
+  known_ = 0;
+  doubted_ = 0;
+}
+
+void Interpreter::OnStray(const Event& event) { output_.OnError(ErrorKind::kStray, event.received); }
+
+Answer Interpreter::OnExchange(const Event& event) {
+  if (!link_up_) link_up_ = event.sent.first;
+  const Answer answer = Interpret(event, expected_);
+  const MonoNs now = EndOf(event);
+  TrackResets(answer);
+  TrackEepromWrite(answer);
+  TrackCommunicationAlarm(answer, now);
+  if (!answer.ok()) {
+    OnFailure(answer, event);
+    return answer;
+  }
+  answering_ = true;
+  answered_since_link_up_ = true;
+  silent_in_a_row_ = 0;
+  const Reply& reply = answer.reply;
+  if (answer.asked == DataId::kAll) wants_all_ = false;
+  if (reply.data) identity_.OnCell(*reply.address, *reply.data, now);
+  if (reply.encoder_id) identity_.OnEncoderId(*reply.encoder_id, now);
+  if (identity_.refused() && reply.single_turn) {
+    output_.OnError(ErrorKind::kWrongIdentity, {event.sent.first, now});
+  }
+  if (!identity_.accepted()) return answer;
+  if (answer.asked == DataId::kAll)
+    OnAll(reply, now);
+  else
+    CompareStatus(answer);
+  if (reply.single_turn) output_.OnSample(MakeSample(reply, SamplingInstant(event, character_)));
+  return answer;
+}
+
+bool Interpreter::InStandby(MonoNs now) const {
+  return !answered_since_link_up_ && link_up_ && now - *link_up_ <= kStandby;
+}
+
+void Interpreter::OnFailure(const Answer& answer, const Event& event) {
+  const MonoNs now = EndOf(event);
+  const bool silent = answer.error == ErrorKind::kTimeout;
+  // Without a battery the line is undefined during the standby: fragments are no fault either.
+  if ((silent || answer.error == ErrorKind::kShort) && InStandby(now)) {
+    output_.OnStarting("no answer yet: after power-on the encoder takes up to 1.5 s");
+  } else {
+    output_.OnError(*answer.error, {event.sent.first, now});
+  }
+  if (answer.error == ErrorKind::kWrongIdentity) {
+    answered_since_link_up_ = true;
+    answering_ = true;
+    identity_.OnEncoderId(*answer.reply.encoder_id, now);
+    known_ = 0;
+  }
+  silent_in_a_row_ = silent ? silent_in_a_row_ + 1 : 0;
+  if (silent_in_a_row_ == kGone) Forget();
+}
+
+void Interpreter::TrackResets(const Answer& answer) {
+  const bool reset = IsReset(answer.asked);
+  if (!reset) {
+    resets_in_a_row_ = 0;
+    return;
+  }
+  resets_in_a_row_ = answer.asked == reset_ ? resets_in_a_row_ + 1 : 1;
+  reset_ = answer.asked;
+  if (reset_ != DataId::kClearErrors && !datum_changing_) {
+    datum_changing_ = true;
+    output_.OnDatumChanging(true);
+  }
+  if (resets_in_a_row_ < kResetTimes) return;
+  resets_in_a_row_ = 0;
+  reset_done_ = reset_;
+  if (reset_ == DataId::kZeroSingleTurn) output_.OnNonVolatileWrite();
+}
+
+// A write whose reply is lost may have been taken.
+void Interpreter::TrackEepromWrite(const Answer& answer) {
+  if (answer.asked != DataId::kEepromWrite || answer.not_taken) return;
+  if (!answer.reply.busy.value_or(false)) output_.OnNonVolatileWrite();
+}
+
+void Interpreter::OnAll(const Reply& reply, MonoNs now) {
+  if (datum_changing_) output_.OnDatumChanging(false);
+  datum_changing_ = false;
+  ReportAlarms(*reply.alarms, now);
+  JudgeTurns(*reply.alarms);
+  alarms_ = reply.alarms;
+  FinishReset(reply);
+}
+
+void Interpreter::FinishReset(const Reply& reply) {
+  if (!reset_done_) return;
+  if (reset_done_ != DataId::kClearErrors) output_.OnJump();
+  if (reset_done_ == DataId::kResetTurnsAndErrors && TurnsAreReset(reply, settings_) &&
+      (*reply.alarms & kTurnsInDoubt) == 0) {
+    doubted_ = 0;
+    output_.OnReferenceRestored();
+  }
+  reset_done_.reset();
+}
+
+// A bit counts when two ID 3 replies in a row agree on it: a damaged one can pass the checksum.
+void Interpreter::ReportAlarms(std::uint8_t alarms, MonoNs now) {
+  const auto agreed = static_cast<std::uint8_t>(alarms_ ? ~(alarms ^ *alarms_) : 0);
+  wants_all_ = agreed != 0xFF;
+  for (const DeviceAlarm& alarm : DeviceAlarms()) {
+    if ((agreed & alarm_mask_ & alarm.bit) == 0) continue;
+    const bool present = (alarms & alarm.bit) != 0;
+    if (!present && (reported_ & alarm.bit) == 0 && (known_ & alarm.bit) != 0) continue;
+    const AlarmState there = alarm.latched ? AlarmState::kDeviceLatched : AlarmState::kLive;
+    output_.OnAlarm(alarm.spec, present ? there : AlarmState::kAbsent, now);
+  }
+  reported_ = static_cast<std::uint8_t>(((reported_ & ~agreed) | (alarms & agreed)) & alarm_mask_);
+  known_ |= agreed;
+}
+
+void Interpreter::JudgeTurns(std::uint8_t alarms) {
+  const auto doubt = static_cast<std::uint8_t>(alarms & reported_ & kTurnsInDoubt);
+  if ((doubt & ~doubted_) != 0) output_.OnReferenceLost();
+  doubted_ = static_cast<std::uint8_t>((doubted_ & alarms) | doubt);
+}
+
+// TS5669 spec 6.3.2: when ea1 shows an error, request ID 3 and look at ALMC.
+void Interpreter::CompareStatus(const Answer& answer) {
+  if (!answer.reply.status || !alarms_) return;
+  const std::uint8_t status = *answer.reply.status;
+  const bool counting = (*alarms_ & kAlmCountingError) != 0;
+  const bool turns = (*alarms_ & (kAlmMultiTurnError | kAlmBatteryError | kAlmBatteryAlarm)) != 0;
+  if (counting != ((status & kSfCountingError) != 0) || turns != ((status & kSfMultiTurn) != 0)) wants_all_ = true;
+}
+
+// What ID 3 alone tells holds on for the readings with other IDs until the next ID 3.
+Sample Interpreter::MakeSample(const Reply& reply, const Interval& at) const {
+  const std::uint8_t status = reply.status.value_or(0);
+  const std::uint8_t raw = reply.alarms.value_or(alarms_.value_or(0));
+  const auto alarms = static_cast<std::uint8_t>(raw & alarm_mask_);
+  const bool counting_error = reply.alarms && (alarms & kAlmCountingError) != 0;
+  Sample sample;
+  sample.at = at;
+  sample.counts = *reply.single_turn;
+  if (reply.multi_turn && settings_.turns_range > 0) {
+    sample.has_turns = true;
+    sample.turns = static_cast<std::int32_t>(*reply.multi_turn);
+  }
+  sample.turns_trusted = (alarms & kTurnsInDoubt) == 0;
+  sample.turns_wrapped = (alarms & kAlmCounterOverflow) != 0;
+  sample.low_accuracy = (alarms & kAlmFullAbsolute) != 0;
+  sample.error = counting_error || (status & kSfCountingError) != 0;
+  sample.warning = (alarms & kAlmBatteryAlarm) != 0;
+  sample.device_status = status | raw << 8;
+  return sample;
+}
+
+void Interpreter::TrackCommunicationAlarm(const Answer& answer, MonoNs now) {
+  const bool live = answer.error == ErrorKind::kCommunicationAlarm;
+  if (!live && !(answer.ok() && communication_alarm_)) return;
+  communication_alarm_ = live;
+  output_.OnAlarm(kMisreadRequest, live ? AlarmState::kLive : AlarmState::kAbsent, now);
+}
+
+}  // namespace axlecast::tformat

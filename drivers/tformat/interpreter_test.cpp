@@ -1,0 +1,220 @@
+#include "drivers/tformat/interpreter.h"
+
+#include <axlecast/alarm_entry_t.hpp>
+
+#include "drivers/tformat/alarms.h"
+#include "drivers/tformat/device_test_support.h"
+
+namespace axlecast::tformat {
+namespace {
+
+struct Flag {
+  std::uint8_t bit;
+  const char* name;
+  bool latched;  // spec 6.4: "(Latched)" or "(Non-latched)"
+};
+// Spec 6.3.3, Table 3, and 6.4.
+const Flag kFlags[] = {{0x01, "over_speed", true},       {0x02, "full_absolute_status", false},
+                       {0x04, "counting_error", false},  {0x08, "counter_overflow", true},
+                       {0x20, "multi_turn_error", true}, {0x40, "battery_error", true},
+                       {0x80, "battery_alarm", false}};
+
+std::uint8_t StatusFor(std::uint8_t alarms) {
+  return static_cast<std::uint8_t>(((alarms & 0x04) != 0 ? 0x10 : 0) | ((alarms & 0xE0) != 0 ? 0x20 : 0));
+}
+
+AllFields With(std::uint8_t alarms) { return {.alarms = alarms, .status = StatusFor(alarms)}; }
+
+TEST(Alarms, HaveTheMakersNamesAndFitTheMessage) {
+  ASSERT_EQ(DeviceAlarms().size(), std::size(kFlags));
+  for (std::size_t i = 0; i < DeviceAlarms().size(); ++i) {
+    const DeviceAlarm& alarm = DeviceAlarms()[i];
+    EXPECT_EQ(alarm.bit, kFlags[i].bit);
+    EXPECT_STREQ(alarm.spec.name, kFlags[i].name);
+    EXPECT_EQ(alarm.latched, kFlags[i].latched);
+    EXPECT_EQ(1 << (alarm.spec.code - 0x100), alarm.bit);
+    EXPECT_EQ(alarm.spec.source, alarm_entry_t::SOURCE_DEVICE);
+    EXPECT_LE(std::string(alarm.spec.name).size(), 24u);
+    EXPECT_LE(std::string(alarm.spec.action).size(), 80u);
+  }
+  EXPECT_LE(std::string(kWrongIdentity.action).size(), 80u);
+  EXPECT_LE(std::string(kMisreadRequest.action).size(), 80u);
+}
+
+TEST(Interpreter, ReportsEachAlarmLiveOrLatchedAndItsEnd) {
+  for (const Flag& flag : kFlags) {
+    Bench bench;
+    bench.GoOnline();
+    EXPECT_FALSE(bench.output.Present(flag.name));
+    bench.Give(kId3, All(With(flag.bit)));
+    EXPECT_FALSE(bench.output.Present(flag.name)) << "one reply that passed the checksum by chance";
+    bench.Give(kId3, All(With(flag.bit)), false);
+    EXPECT_EQ(bench.output.alarms[flag.name], flag.latched ? AlarmState::kDeviceLatched : AlarmState::kLive);
+    bench.Give(kId3, All());
+    bench.Give(kId3, All(), false);
+    EXPECT_EQ(bench.output.alarms[flag.name], AlarmState::kAbsent);
+  }
+}
+
+TEST(Interpreter, PutsEachFlagsMeaningIntoTheSample) {
+  for (const Flag& flag : kFlags) {
+    Bench bench;
+    bench.GoOnline();
+    bench.Give(kId3, All(With(flag.bit)));
+    const Sample& sample = bench.output.samples.back();
+    EXPECT_EQ(sample.error, flag.bit == 0x04) << flag.name;
+    EXPECT_EQ(sample.low_accuracy, flag.bit == 0x02);
+    EXPECT_EQ(sample.turns_trusted, (flag.bit & 0x61) == 0);
+    EXPECT_EQ(sample.turns_wrapped, flag.bit == 0x08);
+    EXPECT_EQ(sample.warning, flag.bit == 0x80);
+    EXPECT_EQ(sample.device_status, StatusFor(flag.bit) | flag.bit << 8);
+  }
+}
+
+TEST(Interpreter, LosesTheReferenceOnBatteryMultiTurnAndOverSpeedErrorsOnly) {
+  for (const Flag& flag : kFlags) {
+    Bench bench;
+    bench.GoOnline();
+    bench.Give(kId3, All(With(flag.bit)));
+    EXPECT_EQ(bench.output.references_lost, 0);
+    bench.Give(kId3, All(With(flag.bit)), false);
+    bench.Give(kId3, All(With(flag.bit)));
+    EXPECT_EQ(bench.output.references_lost, (flag.bit & 0x61) != 0 ? 1 : 0) << flag.name;
+    bench.Give(kId3, All());
+    bench.Give(kId3, All(), false);
+    EXPECT_EQ(bench.output.references_restored, 0) << "cleared flags restore nothing";
+    bench.Give(kId3, All(With(flag.bit)));
+    bench.Give(kId3, All(With(flag.bit)), false);
+    EXPECT_EQ(bench.output.references_lost, (flag.bit & 0x61) != 0 ? 2 : 0) << "a second occurrence";
+  }
+}
+
+TEST(Interpreter, CarriesTheAlarmsOfId3OnToId0) {
+  Bench bench("{model: ts5669n127, plan: id0, id3_every: 100}");
+  bench.GoOnline(With(0x42));  // BE and FS
+  bench.Give(kId0, Short(kId0, 9, 0x20));
+  const Sample& sample = bench.output.samples.back();
+  EXPECT_EQ(sample.counts, 9);
+  EXPECT_TRUE(sample.low_accuracy);
+  EXPECT_FALSE(sample.turns_trusted);
+  EXPECT_EQ(sample.device_status, 0x4220);
+}
+
+TEST(Interpreter, WithoutABatteryItIsASingleTurnEncoder) {
+  Bench bench("{model: ts5669n127, battery: false}");
+  EXPECT_EQ(bench.settings().turns_range, 0);
+  bench.GoOnline(With(0xE9));
+  const Sample& sample = bench.output.samples.back();
+  EXPECT_FALSE(sample.has_turns);
+  EXPECT_EQ(sample.turns, 0);
+  EXPECT_TRUE(sample.turns_trusted);
+  EXPECT_FALSE(sample.warning);
+  EXPECT_EQ(bench.output.references_lost, 0);
+  EXPECT_FALSE(bench.output.Present("battery_error"));
+  EXPECT_EQ(sample.device_status, 0xE920) << "raw stays raw";
+}
+
+TEST(Interpreter, AnotherEncoderMustSayItThreeTimes) {
+  Bench bench;
+  bench.GoOnline();
+  EXPECT_EQ(bench.output.identities, (std::vector<std::int64_t>{0x11}));
+  bench.Give(kId3, All({.encoder_id = 0x17}));
+  bench.Give(kId3, All({.encoder_id = 0x17}), false);
+  EXPECT_TRUE(bench.output.refusals.empty());
+  bench.Give(kId3, All({.encoder_id = 0x17}));
+  ASSERT_EQ(bench.output.refusals.size(), 1u);
+  EXPECT_NE(bench.output.refusals[0].find("0x17"), std::string::npos);
+  EXPECT_TRUE(bench.output.Present("wrong_identity"));
+  EXPECT_EQ(bench.output.errors[ErrorKind::kWrongIdentity], 3);
+  const std::size_t samples = bench.output.samples.size();
+  bench.Give(kId3, All());
+  EXPECT_FALSE(bench.output.Present("wrong_identity"));
+  EXPECT_EQ(bench.output.samples.size(), samples + 1);
+  EXPECT_EQ(bench.output.jumps, 1) << "an exchanged encoder is a jump without motion";
+}
+
+TEST(Interpreter, NamesAnotherModelAlsoWhenItsBitsDoNotFit) {
+  Bench bench;
+  bench.LinkUp();
+  bench.PassSilence();
+  for (int i = 0; i < 3; ++i) bench.Give(kId3, All({.single_turn = 0x7FFFFF, .encoder_id = 0x17}));
+  EXPECT_EQ(bench.output.refusals.size(), 1u);
+  EXPECT_EQ(bench.output.errors[ErrorKind::kRange], 0);
+  EXPECT_TRUE(bench.output.samples.empty());
+}
+
+constexpr const char* kTagged = "{model: ts5669n127, identity: {eeprom_address: 72, bytes: \"A1 05\"}}";
+
+void ReadTag(Bench& bench, std::uint8_t first, std::uint8_t second) {
+  bench.Give(Checked({0xEA, 72}), Cell(72, first), false);
+  bench.Give(Checked({0xEA, 73}), Cell(73, second), false);
+}
+
+TEST(Interpreter, PublishesNothingBeforeTheTagIsRead) {
+  Bench bench(kTagged);
+  bench.LinkUp();
+  bench.PassSilence();
+  bench.Give(kId3, All());
+  EXPECT_TRUE(bench.output.samples.empty());
+  ReadTag(bench, 0xA1, 0x05);
+  bench.Give(kId3, All());
+  EXPECT_EQ(bench.output.samples.size(), 1u);
+  EXPECT_EQ(bench.output.AllErrors(), 0);
+}
+
+TEST(Interpreter, RefusesAnotherUnitOfTheSameModelByItsTag) {
+  Bench bench(kTagged);
+  bench.LinkUp();
+  bench.PassSilence();
+  bench.Give(kId3, All());
+  for (int i = 0; i < 3; ++i) ReadTag(bench, 0xA1, 0x06);
+  ASSERT_EQ(bench.output.refusals.size(), 1u);
+  EXPECT_NE(bench.output.refusals[0].find("A1 06"), std::string::npos);
+  EXPECT_TRUE(bench.output.Present("wrong_identity"));
+  bench.Give(kId3, All());
+  EXPECT_TRUE(bench.output.samples.empty());
+  EXPECT_EQ(bench.output.errors[ErrorKind::kWrongIdentity], 1);
+  bench.now += 1 * kSecond;  // it is looked at again once a second
+  bench.Give(kId3, All());
+  ReadTag(bench, 0xA1, 0x05);
+  EXPECT_FALSE(bench.output.Present("wrong_identity"));
+  bench.Give(kId3, All());
+  EXPECT_EQ(bench.output.samples.size(), 1u);
+}
+
+TEST(Interpreter, WaitsForATagThatIsBusyAndReadsItAgainAfterALostLink) {
+  Bench bench(kTagged);
+  bench.LinkUp();
+  bench.PassSilence();
+  bench.Give(kId3, All());
+  bench.Give(Checked({0xEA, 72}), CellBusy(72), false);
+  EXPECT_TRUE(bench.IsIdle(false));
+  bench.now += 2 * kMillisecond;
+  ReadTag(bench, 0xA1, 0x05);
+  bench.LinkDown();
+  bench.LinkUp();
+  bench.PassSilence();
+  bench.Give(kId3, All());
+  EXPECT_TRUE(bench.output.samples.empty());
+  ReadTag(bench, 0xA1, 0x05);
+}
+
+TEST(Interpreter, ChecksTheTagAgainAfterTheEncoderWasGone) {
+  Bench bench(kTagged);
+  bench.LinkUp();
+  bench.PassSilence();
+  bench.Give(kId3, All());
+  ReadTag(bench, 0xA1, 0x05);
+  bench.Give(kId3, All());
+  for (int i = 0; i < 2; ++i) {
+    bench.Give(kId3, {});
+    bench.PassSilence();
+  }
+  const std::size_t samples = bench.output.samples.size();
+  bench.Give(kId3, All());
+  EXPECT_EQ(bench.output.samples.size(), samples);
+  EXPECT_EQ(bench.Offered(false), Checked({0xEA, 72}));
+}
+
+}  // namespace
+}  // namespace axlecast::tformat

@@ -1,0 +1,173 @@
+#include "drivers/tformat/operations.h"
+
+#include <algorithm>
+#include <axlecast/command_status_t.hpp>
+#include <vector>
+
+#include "drivers/tformat/arguments.h"
+#include "drivers/tformat/eeprom_read.h"
+#include "drivers/tformat/eeprom_write.h"
+#include "drivers/tformat/outcome_text.h"
+#include "drivers/tformat/readout.h"
+#include "drivers/tformat/reset_procedure.h"
+
+namespace axlecast::tformat {
+namespace {
+
+using Made = std::variant<std::unique_ptr<Procedure>, Outcome>;
+using Reason = command_status_t;
+
+const ArgumentSpec kAfter = {"after", "an operation with its arguments, to see whether it took effect", false};
+
+const std::vector<OperationSpec>& Specs() {
+  static const std::vector<OperationSpec> specs = {
+      {.name = kZeroSingleTurnName,
+       .help = "Makes the present shaft angle the encoder's single-turn 0 (ID 8, ten requests); writes its EEPROM",
+       .arguments = {},
+       .destructive = true,
+       .needs_standstill = true,
+       .needs_permit = true,
+       .verification = "ID 3 reads single-turn 0 +- 0.35 degrees",
+       .found_by = kReadAllName},
+      {.name = kResetTurnsName,
+       .help = "Sets the multi-turn counter to 0 and clears all latched errors (ID C, ten requests)",
+       .arguments = {},
+       .destructive = true,
+       .needs_standstill = true,
+       .needs_permit = true,
+       .verification = "ID 3 reads turns 0 and no latched error",
+       .found_by = kReadAllName},
+      {.name = kClearErrorsName,
+       .help =
+           "Clears all latched errors (ID 7, ten requests); position and turns stay, and so does a lost reference",
+       .arguments = {},
+       .verification = "ID 3 reads no latched error",
+       .found_by = kReadAllName},
+      {.name = kEepromReadName,
+       .help = "Reads cells of the user EEPROM",
+       .arguments = {{"address", "0 to 79; needed unless `after` is given", false},
+                     {"count", "1 to 80 cells, default 1", false},
+                     kAfter},
+       .verification = "each cell by its own reply with ID D"},
+      {.name = kEepromWriteName,
+       .help =
+           "Writes cells of the user EEPROM that the configuration lists in eeprom_writable; all 80 cells are read "
+           "first and reported",
+       .arguments = {{"address", "0 to 79"}, {"data", "bytes in hex, e.g. \"A1 05\""}},
+       .destructive = true,
+       .verification = "each cell is read back with ID D",
+       .found_by = kEepromReadName},
+      {.name = kEepromBackupName,
+       .help = "Reads all 80 cells of the user EEPROM",
+       .arguments = {},
+       .verification = "each cell by its own reply with ID D"},
+      {.name = kReadAllName,
+       .help = "Reads position, turns, encoder ID and alarms once (ID 3)",
+       .arguments = {kAfter},
+       .verification = "it is a reading"},
+      {.name = kReadTurnsName,
+       .help = "Reads the multi-turn counter once (ID 1)",
+       .arguments = {},
+       .verification = "it is a reading"},
+      {.name = kReadIdentityName,
+       .help = "Reads the encoder ID once (ID 2), of whichever encoder is connected",
+       .arguments = {},
+       .verification = "it is a reading"},
+  };
+  return specs;
+}
+
+Outcome Refused(std::int32_t reason, std::string text) {
+  return Final(OrderState::kRejected, reason, "nothing was done: " + std::move(text));
+}
+
+Made BadArgument(std::string text) { return Refused(Reason::REASON_BAD_ARGUMENT, std::move(text)); }
+
+Made MakeEepromWrite(const Arguments& arguments, const TFormatSettings& settings) {
+  const auto address = ParseCount(FindArgument(arguments, "address").value_or(""), 0, kEepromCells - 1);
+  if (!address) return BadArgument("address must be 0 to 79");
+  auto data = ParseHex(FindArgument(arguments, "data").value_or(""));
+  if (!data) return BadArgument("data must be bytes in hex, two digits each, e.g. \"A1 05\"");
+  if (*address + data->size() > kEepromCells) {
+    return BadArgument(Text("%zu bytes from address %zu do not fit the cells 0 to 79", data->size(), *address));
+  }
+  for (std::size_t cell = *address; cell < *address + data->size(); ++cell) {
+    if (!settings.eeprom_writable[cell]) {
+      return Refused(Reason::REASON_NOT_PERMITTED,
+                     Text("the configuration does not list EEPROM address %zu in eeprom_writable", cell));
+    }
+  }
+  return std::make_unique<EepromWrite>(*address, std::move(*data), settings.timeout);
+}
+
+// Whether the write that `after` tells of took effect.
+Made MakeEepromLook(const CommandLine& after, const TFormatSettings& settings) {
+  const auto address = ParseCount(FindArgument(after.arguments, "address").value_or(""), 0, kEepromCells - 1);
+  auto data = ParseHex(FindArgument(after.arguments, "data").value_or(""));
+  if (after.operation != kEepromWriteName || !address || !data || *address + data->size() > kEepromCells) {
+    return BadArgument("after must be an eeprom_write with its address and data");
+  }
+  const std::size_t count = data->size();
+  return std::make_unique<EepromRead>(*address, count, std::move(data), settings.timeout);
+}
+
+Made MakeEepromRead(const Arguments& arguments, const TFormatSettings& settings) {
+  if (const auto after = FindArgument(arguments, "after"))
+    return MakeEepromLook(ParseCommandLine(*after), settings);
+  const auto address = ParseCount(FindArgument(arguments, "address").value_or(""), 0, kEepromCells - 1);
+  if (!address) return BadArgument("address must be 0 to 79");
+  const auto count = ParseCount(FindArgument(arguments, "count").value_or("1"), 1, kEepromCells - *address);
+  if (!count) return BadArgument(Text("count must be 1 to %zu: the last cell is 79", kEepromCells - *address));
+  return std::make_unique<EepromRead>(*address, *count, std::nullopt, settings.timeout);
+}
+
+Made MakeReadAll(const Arguments& arguments, const TFormatSettings& settings, const DeviceOutput& output) {
+  std::string after;
+  if (const auto text = FindArgument(arguments, "after")) {
+    after = ParseCommandLine(*text).operation;
+    if (after != kZeroSingleTurnName && after != kResetTurnsName && after != kClearErrorsName) {
+      return BadArgument("after must be zero_single_turn, reset_turns_and_errors or clear_errors");
+    }
+  }
+  return std::make_unique<Readout>(DataId::kAll, std::move(after), settings, output);
+}
+
+const OperationSpec* Find(std::string_view name) {
+  const auto& specs = Specs();
+  const auto found = std::find_if(specs.begin(), specs.end(), [&](const auto& spec) { return spec.name == name; });
+  return found == specs.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+std::span<const OperationSpec> Operations() { return Specs(); }
+
+Made MakeProcedure(const Order& order, const TFormatSettings& settings, const DeviceOutput& output) {
+  const auto reset = [&](DataId id) -> Made { return std::make_unique<ResetProcedure>(id, settings, output); };
+  const auto read = [&](DataId id) -> Made { return std::make_unique<Readout>(id, "", settings, output); };
+  const std::string_view name = order.operation;
+  if (name == kZeroSingleTurnName) return reset(DataId::kZeroSingleTurn);
+  if (name == kResetTurnsName) return reset(DataId::kResetTurnsAndErrors);
+  if (name == kClearErrorsName) return reset(DataId::kClearErrors);
+  if (name == kEepromReadName) return MakeEepromRead(order.arguments, settings);
+  if (name == kEepromWriteName) return MakeEepromWrite(order.arguments, settings);
+  if (name == kEepromBackupName) {
+    return std::make_unique<EepromRead>(0, kEepromCells, std::nullopt, settings.timeout);
+  }
+  if (name == kReadAllName) return MakeReadAll(order.arguments, settings, output);
+  if (name == kReadTurnsName) return read(DataId::kMultiTurn);
+  if (name == kReadIdentityName) return read(DataId::kEncoderId);
+  return Refused(Reason::REASON_UNKNOWN_OPERATION, "tformat has no operation " + order.operation);
+}
+
+bool Alters(std::string_view operation) {
+  const OperationSpec* spec = Find(operation);
+  return spec != nullptr && (spec->destructive || operation == kClearErrorsName);
+}
+
+bool NeedsStandstill(std::string_view operation) {
+  const OperationSpec* spec = Find(operation);
+  return spec != nullptr && spec->needs_standstill;
+}
+
+}  // namespace axlecast::tformat

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string_view>
+#include <variant>
+
+#include "drivers/runtime/core/device.h"
+#include "drivers/runtime/core/operation.h"
+#include "drivers/tformat/procedure.h"
+#include "drivers/tformat/settings.h"
+
+namespace axlecast::tformat {
+
+// The family's operations, named by their effect: two documents give the reset IDs different meanings (README.md).
+inline constexpr std::string_view kZeroSingleTurnName = "zero_single_turn";
+inline constexpr std::string_view kResetTurnsName = "reset_turns_and_errors";
+inline constexpr std::string_view kClearErrorsName = "clear_errors";
+inline constexpr std::string_view kEepromReadName = "eeprom_read";
+inline constexpr std::string_view kEepromWriteName = "eeprom_write";
+inline constexpr std::string_view kEepromBackupName = "eeprom_backup";
+inline constexpr std::string_view kReadAllName = "read_all";
+inline constexpr std::string_view kReadTurnsName = "read_turns";
+inline constexpr std::string_view kReadIdentityName = "read_identity";
+
+[[nodiscard]] std::span<const OperationSpec> Operations();
+
+// The procedure that carries out an order, or why there is none: arguments are checked here.
+[[nodiscard]] std::variant<std::unique_ptr<Procedure>, Outcome> MakeProcedure(const Order& order,
+                                                                              const TFormatSettings& settings,
+                                                                              const DeviceOutput& output);
+
+// It can change something in the encoder: only for an encoder whose identity is accepted.
+[[nodiscard]] bool Alters(std::string_view operation);
+[[nodiscard]] bool NeedsStandstill(std::string_view operation);
+
+}  // namespace axlecast::tformat

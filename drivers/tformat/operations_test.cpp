@@ -1,0 +1,156 @@
+#include "drivers/tformat/operations.h"
+
+#include <algorithm>
+#include <axlecast/command_status_t.hpp>
+
+#include "drivers/tformat/device_test_support.h"
+
+namespace axlecast::tformat {
+namespace {
+
+using Reason = command_status_t;
+
+TEST(Operations, EachHasAVerificationAndEachChangeAWayToFindIt) {
+  for (const OperationSpec& spec : Operations()) {
+    EXPECT_LE(spec.name.size(), 24u);
+    EXPECT_FALSE(spec.help.empty());
+    EXPECT_FALSE(spec.verification.empty());
+    if (!Alters(spec.name)) continue;
+    const auto found = std::find_if(Operations().begin(), Operations().end(),
+                                    [&](const OperationSpec& other) { return other.name == spec.found_by; });
+    ASSERT_NE(found, Operations().end()) << spec.name;
+    EXPECT_TRUE(std::any_of(found->arguments.begin(), found->arguments.end(), [](const ArgumentSpec& argument) {
+      return argument.name == "after" && !argument.required;
+    }));
+  }
+}
+
+TEST(Operations, ReadoutsShowWhatTheEncoderSays) {
+  Bench bench;
+  bench.GoOnline();
+  bench.Begin("read_all");
+  bench.Give(kId3, All({.single_turn = 42405, .turns = 34952, .alarms = 0x80, .status = 0x20}), false);
+  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded);
+  EXPECT_NE(bench.Last().text.find("42405"), std::string::npos);
+  EXPECT_NE(bench.Last().text.find("34952"), std::string::npos);
+  EXPECT_NE(bench.Last().text.find("0x80 BA"), std::string::npos);
+  EXPECT_LE(bench.Last().changes.size(), 4u);
+  bench.Begin("read_turns");
+  bench.Give(kId1, Short(kId1, 34952), false);
+  EXPECT_EQ(bench.Last().changes.at(0).after, "34952");
+  bench.Begin("read_identity");
+  bench.Give(kId2, Checked({0x92, 0x00, 0x11}), false);
+  EXPECT_EQ(bench.Last().changes.at(0).after, "0x11");
+  bench.Begin("read_identity");
+  bench.Give(kId2, Checked({0x92, 0x00, 0x17}), false);
+  EXPECT_EQ(bench.Last().changes.at(0).after, "0x17");
+}
+
+TEST(Operations, AReadoutIsRepeatedTwiceThenFails) {
+  Bench bench;
+  bench.GoOnline();
+  bench.Begin("read_turns");
+  for (int i = 0; i < 3; ++i) {
+    bench.Give(kId1, {0x8A}, false);
+    bench.PassSilence();
+  }
+  EXPECT_EQ(bench.Last().state, OrderState::kFailed);
+  EXPECT_EQ(bench.Last().reason, Reason::REASON_NO_REPLY);
+}
+
+TEST(Operations, ReadAllFindsTheEffectOfAReset) {
+  struct Case {
+    const char* after;
+    AllFields reads;
+    bool rests;
+    const char* finding;
+  };
+  for (const Case& c : {Case{"zero_single_turn", {.single_turn = 10}, true, "effect_seen"},
+                        Case{"zero_single_turn", {.single_turn = 1000}, true, "no_effect_seen"},
+                        Case{"zero_single_turn", {.single_turn = 1000}, false, "cannot_tell"},
+                        Case{"reset_turns_and_errors", {.turns = 0}, true, "effect_seen"},
+                        Case{"reset_turns_and_errors", {.turns = 7}, true, "no_effect_seen"},
+                        Case{"clear_errors", {.alarms = 0x82}, false, "effect_seen"},
+                        Case{"clear_errors", {.alarms = 0x08}, false, "no_effect_seen"}}) {
+    Bench bench;
+    bench.GoOnline();
+    bench.output.motion = [&](MonoNs) { return Motion{.known = true, .standstill = c.rests}; };
+    bench.Begin("read_all", {{"after", c.after}});
+    bench.Give(kId3, All(c.reads), false);
+    EXPECT_EQ(bench.Last().changes.back().key, "finding");
+    EXPECT_EQ(bench.Last().changes.back().after, c.finding) << c.after;
+    EXPECT_LE(bench.Last().changes.size(), 4u);
+  }
+  Bench bench;
+  bench.GoOnline();
+  bench.Begin("read_all", {{"after", "eeprom_write address=1 data=00"}});
+  EXPECT_EQ(bench.Last().reason, Reason::REASON_BAD_ARGUMENT);
+}
+
+TEST(Operations, AreRejectedWhenTheEncoderIsNotThere) {
+  Bench bench;
+  bench.Begin("read_all");
+  EXPECT_EQ(bench.Last().reason, Reason::REASON_DEVICE_OFFLINE);
+  bench.LinkUp();
+  bench.Begin("read_all");
+  EXPECT_EQ(bench.Last().reason, Reason::REASON_DEVICE_OFFLINE);
+  EXPECT_EQ(bench.Last().state, OrderState::kRejected);
+}
+
+TEST(Operations, OnlyReadingsAreDoneOnAnotherEncoder) {
+  Bench bench("{model: ts5669n127, eeprom_writable: [0]}");
+  bench.LinkUp();
+  bench.PassSilence();
+  for (int i = 0; i < 3; ++i) bench.Give(kId3, All({.encoder_id = 0x17}));
+  for (const char* operation : {"zero_single_turn", "reset_turns_and_errors", "clear_errors", "eeprom_write"}) {
+    bench.Begin(operation, {{"address", "0"}, {"data", "01"}});
+    EXPECT_EQ(bench.Last().reason, Reason::REASON_WRONG_IDENTITY) << operation;
+  }
+  bench.Begin("read_identity");
+  bench.Give(kId2, Checked({0x92, 0x00, 0x17}), false);
+  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded);
+}
+
+TEST(Operations, WaitForTheIdentityTag) {
+  Bench bench("{model: ts5669n127, identity: {eeprom_address: 0, bytes: \"A1\"}}");
+  bench.LinkUp();
+  bench.PassSilence();
+  bench.Give(kId3, All());
+  bench.Begin("clear_errors");
+  EXPECT_EQ(bench.Last().state, OrderState::kRejected);
+  EXPECT_EQ(bench.Last().reason, Reason::REASON_DEVICE_OFFLINE);
+}
+
+TEST(Operations, OneAtATimeAndOnlyInTime) {
+  Bench bench;
+  bench.GoOnline();
+  bench.Begin("read_all");
+  bench.Begin("read_turns");
+  EXPECT_EQ(bench.Last().reason, Reason::REASON_BUSY);
+  bench.Give(kId3, All(), false);
+  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded);
+  bench.Begin("read_all", {}, bench.now - 1);
+  EXPECT_EQ(bench.Last().state, OrderState::kExpired);
+}
+
+TEST(Operations, ExpireWhenTheLineStaysUnclear) {
+  Bench bench;
+  bench.GoOnline();
+  bench.Stray({0});
+  bench.Begin("zero_single_turn", {}, bench.now + 1 * kMillisecond);
+  bench.now += 10 * kMillisecond;
+  bench.PassSilence();
+  EXPECT_EQ(bench.Last().state, OrderState::kExpired);
+  EXPECT_EQ(bench.FinalOutcomes(), 1);
+  EXPECT_TRUE(bench.IsIdle(false));
+}
+
+TEST(Operations, UnknownOnesAreNamed) {
+  Bench bench;
+  bench.GoOnline();
+  bench.Begin("id7");
+  EXPECT_EQ(bench.Last().reason, Reason::REASON_UNKNOWN_OPERATION);
+}
+
+}  // namespace
+}  // namespace axlecast::tformat

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "drivers/runtime/core/inline_bytes.h"
+#include "drivers/runtime/core/operation.h"
+
+namespace axlecast::tformat {
+
+// printf's formats, cut to the 200 bytes that an outcome may have.
+[[nodiscard]] __attribute__((format(printf, 1, 2))) std::string Text(const char* format, ...);
+
+// "A1 05"
+[[nodiscard]] std::string HexText(Bytes bytes);
+
+// Shaft angle of single-turn counts, degrees.
+[[nodiscard]] double Degrees(std::int64_t counts, int single_turn_bits);
+
+// The shortest way between two single-turn positions, counts, 0 or more.
+[[nodiscard]] std::int64_t CircularDistance(std::int64_t a, std::int64_t b, std::int64_t counts_per_turn);
+
+[[nodiscard]] Outcome Final(OrderState state, std::int32_t reason, std::string text);
+[[nodiscard]] Outcome Verified(std::string text);
+
+}  // namespace axlecast::tformat

@@ -1,0 +1,185 @@
+#include "drivers/tformat/reset_procedure.h"
+
+#include <axlecast/command_status_t.hpp>
+
+#include "drivers/tformat/device_test_support.h"
+#include "drivers/tformat/outcome_text.h"
+
+namespace axlecast::tformat {
+namespace {
+
+using Reason = command_status_t;
+
+// 0.35 degrees of 2^17 counts (spec 9): 127.4 counts.
+constexpr std::uint32_t kTolerance = 127;
+
+TEST(ResetInterrupted, StopsBetweenAnyTwoRequestsWhenTheShaftBeginsToTurn) {
+  for (int sent = 0; sent < 10; ++sent) {
+    Bench bench;
+    bench.GoOnline();
+    bench.Begin("zero_single_turn");
+    bench.Give(kId3, All(), false);
+    bench.GiveResets(kId8, sent);
+    bench.PassIdle();
+    EXPECT_EQ(bench.Offered(), kId8);
+    bench.output.motion = [](MonoNs) { return Motion{.known = true, .standstill = false, .speed_rpm = 3}; };
+    bench.requests.clear();
+    bench.Give(kId3, All());
+    EXPECT_EQ(bench.Last().state, OrderState::kRejected);
+    EXPECT_EQ(bench.Last().reason,
+              sent == 0 ? Reason::REASON_NOT_STANDING_STILL + 0 : Reason::REASON_MOVED_DURING_SEQUENCE + 0);
+    EXPECT_NE(bench.Last().text.find(Text("after %d of 10", sent)), std::string::npos) << bench.Last().text;
+    EXPECT_EQ(bench.output.jumps, 0);
+    EXPECT_EQ(bench.output.non_volatile_writes, 0);
+    bench.Give(kId3, All());
+    EXPECT_EQ(bench.output.datum_changing.size() % 2, 0u);
+  }
+}
+
+TEST(ResetInterrupted, StopsWhenTheShaftHasCreptTooFar) {
+  Bench bench;
+  bench.GoOnline();
+  bench.Begin("reset_turns_and_errors");
+  bench.Give(kId3, All({.single_turn = 131'000}), false);
+  bench.GiveResets(kIdC, 4, (131'000 + kTolerance) % 131'072);
+  bench.PassIdle();
+  bench.Give(kIdC, Short(kIdC, (131'000 + kTolerance + 1) % 131'072));
+  EXPECT_EQ(bench.Last().state, OrderState::kRejected);
+  EXPECT_EQ(bench.Last().reason, Reason::REASON_MOVED_DURING_SEQUENCE);
+  EXPECT_NE(bench.Last().text.find("0.35"), std::string::npos);
+  EXPECT_EQ(bench.Offered(false), kId3) << "nobody may complete this sequence";
+}
+
+TEST(ResetInterrupted, ALostReplyBeforeTheTenthEndsTheSequenceWithoutEffect) {
+  const std::vector<std::pair<ByteList, std::int32_t>> replies = {
+      {{}, Reason::REASON_NO_REPLY},
+      {{0xC2, 0x00, 0x01}, Reason::REASON_NO_REPLY},
+      {{0xC2, 0, 1, 2, 3, 0xFF}, Reason::REASON_NO_REPLY},
+      {All({.status = 0x40}), Reason::REASON_DEVICE_REFUSED},
+      {All(), Reason::REASON_DEVICE_REFUSED}};
+  for (const auto& [reply, reason] : replies) {
+    Bench bench;
+    bench.GoOnline();
+    bench.Begin("zero_single_turn");
+    bench.Give(kId3, All(), false);
+    bench.GiveResets(kId8, 8);
+    bench.PassIdle();
+    bench.Give(kId8, reply);
+    EXPECT_EQ(bench.Last().state, OrderState::kFailed);
+    EXPECT_EQ(bench.Last().reason, reason);
+    EXPECT_NE(bench.Last().text.find("nothing was done, stopped after 9 of 10"), std::string::npos);
+    if (bench.IsSilence()) bench.PassSilence();
+    EXPECT_EQ(bench.Offered(false), kId3);
+    bench.Give(kId3, All());
+    EXPECT_EQ(bench.output.jumps, 0);
+    EXPECT_EQ(bench.output.non_volatile_writes, 0);
+  }
+}
+
+TEST(ResetInterrupted, ALostTenthReplyIsDecidedByReadingBack) {
+  for (const bool effect : {true, false}) {
+    Bench bench;
+    bench.GoOnline();
+    bench.Begin("zero_single_turn");
+    bench.Give(kId3, All(), false);
+    bench.GiveResets(kId8, 9);
+    bench.PassIdle();
+    bench.Give(kId8, {});
+    EXPECT_EQ(bench.FinalOutcomes(), 0);
+    bench.PassSilence();
+    bench.PassIdle();
+    bench.Give(kId3, All({.single_turn = effect ? 0U : 42405U}));
+    EXPECT_EQ(bench.Last().state, effect ? OrderState::kSucceeded : OrderState::kFailed);
+    EXPECT_NE(bench.Last().text.find("tenth reply was lost"), std::string::npos);
+    EXPECT_EQ(bench.output.non_volatile_writes, 1) << "it may have been written";
+  }
+}
+
+TEST(ResetInterrupted, IsIndeterminateWhenTheEffectCannotBeRead) {
+  Bench bench;
+  bench.GoOnline();
+  bench.Begin("zero_single_turn");
+  bench.Give(kId3, All(), false);
+  bench.GiveResets(kId8, 10);
+  bench.PassIdle();
+  for (int i = 0; i < 100 && bench.FinalOutcomes() == 0; ++i) {
+    bench.Give(kId3, {});
+    bench.PassSilence();
+  }
+  EXPECT_EQ(bench.Last().state, OrderState::kIndeterminate);
+  EXPECT_EQ(bench.Last().reason, Reason::REASON_NO_REPLY);
+  EXPECT_EQ(bench.output.jumps, 0);
+  bench.now += kSecond;
+  bench.Give(kId3, All({.single_turn = 0}));
+  EXPECT_EQ(bench.output.jumps, 1) << "the next reading may have jumped";
+}
+
+TEST(ResetInterrupted, OnALostLinkItDependsOnTheTenthRequest) {
+  for (int sent = 0; sent <= 10; ++sent) {
+    for (const bool in_flight : {false, true}) {
+      if (in_flight && sent == 10) continue;
+      Bench bench;
+      bench.GoOnline();
+      bench.Begin("reset_turns_and_errors");
+      bench.Give(kId3, All(), false);
+      bench.GiveResets(kIdC, sent);
+      if (in_flight) {
+        bench.PassIdle();
+        bench.Start();
+      }
+      bench.LinkDown();
+      const bool maybe = sent + (in_flight ? 1 : 0) >= 10;
+      EXPECT_EQ(bench.Last().state, maybe ? OrderState::kIndeterminate : OrderState::kFailed);
+      EXPECT_EQ(bench.Last().reason, Reason::REASON_NO_REPLY);
+      bench.LinkUp();
+      bench.PassSilence();
+      bench.Give(kId3, All());
+      // Nine that were answered and a link that broke: the tenth may have been on its way.
+      EXPECT_EQ(bench.output.jumps, sent >= 9 ? 1 : 0);
+      EXPECT_TRUE(bench.output.datum_changing.empty() || !bench.output.datum_changing.back());
+    }
+  }
+}
+
+TEST(ResetInterrupted, IsRejectedWhenTheReadingBeforeFails) {
+  Bench bench;
+  bench.GoOnline();
+  bench.Begin("zero_single_turn");
+  for (int i = 0; i < 3; ++i) {
+    bench.Give(kId3, {}, false);
+    bench.PassSilence();
+  }
+  EXPECT_EQ(bench.Last().state, OrderState::kRejected);
+  EXPECT_EQ(bench.Last().reason, Reason::REASON_NO_REPLY);
+}
+
+TEST(ResetInterrupted, CanBeCancelledUntilItsFirstRequest) {
+  Bench bench;
+  bench.GoOnline();
+  bench.Begin("zero_single_turn");
+  EXPECT_FALSE(bench.device->Cancel({9}, bench.now)) << "another order's id";
+  bench.Give(kId3, All(), false);
+  EXPECT_TRUE(bench.device->Cancel({1, 2, 3}, bench.now));
+  EXPECT_TRUE(bench.output.outcomes.empty()) << "the caller says so";
+  bench.Begin("zero_single_turn");
+  bench.Give(kId3, All(), false);
+  bench.Start();
+  EXPECT_FALSE(bench.device->Cancel({1, 2, 3}, bench.now));
+}
+
+TEST(ResetInterrupted, KeepsSilenceAfterStrayBytesBetweenTwoRequests) {
+  Bench bench;
+  bench.GoOnline();
+  bench.Begin("zero_single_turn");
+  bench.Give(kId3, All(), false);
+  bench.GiveResets(kId8, 3);
+  bench.Stray({0x55});
+  bench.PassSilence();
+  bench.GiveResets(kId8, 7);
+  bench.PassIdle();
+  bench.Give(kId3, All({.single_turn = 0}));
+  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded);
+}
+
+}  // namespace
+}  // namespace axlecast::tformat

@@ -1,0 +1,203 @@
+#include "drivers/tformat/reset_procedure.h"
+
+#include <axlecast/command_status_t.hpp>
+#include <utility>
+
+#include "drivers/tformat/alarms.h"
+#include "drivers/tformat/model.h"
+#include "drivers/tformat/outcome_text.h"
+#include "drivers/tformat/reset_rules.h"
+
+namespace axlecast::tformat {
+namespace {
+
+using Reason = command_status_t;
+
+// Readings that may fail in a row before and after the sequence.
+constexpr int kReadsBefore = 3;
+constexpr int kReadsAfter = 10;
+
+}  // namespace
+
+ResetProcedure::ResetProcedure(DataId id, const TFormatSettings& settings, const DeviceOutput& output)
+    : id_(id), settings_(settings), output_(output) {}
+
+Step ResetProcedure::Next(MonoNs now) const {
+  if (now < due_) return WaitUntil(due_);
+  const bool send = stage_ == Stage::kSend && MayGoOn(now);
+  return CommandStep(Ask(send ? id_ : DataId::kAll, settings_.timeout));
+}
+
+bool ResetProcedure::MayGoOn(MonoNs now) const {
+  if (!NeedsStandstill()) return true;
+  const Motion motion = output_.MotionAt(now);
+  return motion.known && motion.standstill;
+}
+
+std::optional<Outcome> ResetProcedure::OnStarted(Bytes request, MonoNs now) {
+  if (stage_ != Stage::kSend) return std::nullopt;
+  if (RequestId(request) != id_) return NotAtRest(output_.MotionAt(now));
+  in_flight_ = true;
+  return std::nullopt;
+}
+
+std::optional<Outcome> ResetProcedure::OnAnswer(const Answer& answer, MonoNs end) {
+  switch (stage_) {
+    case Stage::kReadBefore:
+      return OnBefore(answer);
+    case Stage::kSend:
+      return OnSent(answer, end);
+    default:
+      return OnVerified(answer);
+  }
+}
+
+std::optional<Outcome> ResetProcedure::OnBefore(const Answer& answer) {
+  if (!answer.ok()) {
+    if (++failed_reads_ < kReadsBefore) return std::nullopt;
+    return Final(OrderState::kRejected, Reason::REASON_NO_REPLY,
+                 Text("nothing was done: the reading before the sequence failed %d times (%s)", failed_reads_,
+                      ErrorName(*answer.error)));
+  }
+  before_ = answer.reply;
+  const std::uint8_t doubtful = *before_.alarms & (kAlmCountingError | kAlmFullAbsolute);
+  if (id_ == DataId::kZeroSingleTurn && doubtful != 0) {
+    return Final(OrderState::kRejected, Reason::REASON_DEVICE_ALARM,
+                 "nothing was done: the single-turn position is in doubt (ALMC " + AlarmText(*before_.alarms) +
+                     "); clear the cause first");
+  }
+  stage_ = Stage::kSend;
+  return std::nullopt;
+}
+
+std::optional<Outcome> ResetProcedure::OnSent(const Answer& answer, MonoNs end) {
+  in_flight_ = false;
+  ++sent_;
+  if (sent_ < kResetTimes) {
+    if (!answer.ok()) return Unanswered(answer);
+    const std::int64_t moved =
+        CircularDistance(*answer.reply.single_turn, *before_.single_turn, settings_.counts_per_turn);
+    if (NeedsStandstill() && moved > ZeroToleranceCounts(settings_.format.single_turn_bits)) return Moved(moved);
+  }
+  tenth_lost_ = sent_ == kResetTimes && !answer.ok();
+  stage_ = sent_ == kResetTimes ? Stage::kVerify : Stage::kSend;
+  due_ = end + (sent_ == kResetTimes ? kWriteTime : kResetInterval);
+  Outcome running;
+  running.text = Text("request %d of %d answered", sent_, kResetTimes);
+  running.progress = static_cast<float>(sent_) / static_cast<float>(kResetTimes + 1);
+  return running;
+}
+
+std::optional<Outcome> ResetProcedure::OnVerified(const Answer& answer) {
+  if (answer.ok()) return Judge(answer.reply);
+  if (++failed_reads_ < kReadsBefore + kReadsAfter) return std::nullopt;
+  return Final(
+      OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+      Text("all %d requests were sent, but the reading that shows their effect failed (%s): read_all when the "
+           "encoder answers again",
+           kResetTimes, ErrorName(*answer.error)));
+}
+
+Outcome ResetProcedure::NotAtRest(const Motion& motion) const {
+  const bool begun = sent_ > 0;
+  const std::string cause = motion.known ? Text("the shaft turns at %.3g rpm", motion.speed_rpm)
+                                         : std::string("too few fresh valid readings to see that the shaft rests");
+  std::int32_t reason = Reason::REASON_NOT_STANDING_STILL;
+  if (begun && motion.known) reason = Reason::REASON_MOVED_DURING_SEQUENCE;
+  return Final(OrderState::kRejected, reason,
+               Text("nothing was done, stopped after %d of %d requests: ", sent_, kResetTimes) + cause +
+                   "; stop the axis and hold it");
+}
+
+Outcome ResetProcedure::Moved(std::int64_t counts) const {
+  return Final(
+      OrderState::kRejected, Reason::REASON_MOVED_DURING_SEQUENCE,
+      Text("nothing was done, stopped after %d of %d requests: the shaft moved %.3f deg since the first, at "
+           "most %.2f are allowed; hold the axis",
+           sent_, kResetTimes, Degrees(counts, settings_.format.single_turn_bits), kZeroToleranceDeg));
+}
+
+Outcome ResetProcedure::Unanswered(const Answer& answer) const {
+  std::int32_t reason = Reason::REASON_NO_REPLY;
+  if (answer.not_taken) reason = Reason::REASON_DEVICE_REFUSED;
+  return Final(
+      OrderState::kFailed, reason,
+      Text("nothing was done, stopped after %d of %d requests: the reply to the last one was no good (%s); "
+           "check the line and repeat",
+           sent_, kResetTimes, ErrorName(*answer.error)));
+}
+
+Outcome ResetProcedure::OnLinkLost() const {
+  const int possible = sent_ + (in_flight_ ? 1 : 0);
+  if (possible >= kResetTimes) {
+    return Final(
+        OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+        "the link was lost after the tenth request and before its effect could be read: read_all when the link "
+        "is back");
+  }
+  return Final(OrderState::kFailed, Reason::REASON_NO_REPLY,
+               Text("nothing was done: the link was lost after %d of %d requests", possible, kResetTimes));
+}
+
+Outcome ResetProcedure::Judge(const Reply& after) const {
+  switch (id_) {
+    case DataId::kZeroSingleTurn:
+      return JudgeZero(after);
+    case DataId::kResetTurnsAndErrors:
+      return JudgeTurns(after);
+    default:
+      return JudgeErrors(after);
+  }
+}
+
+std::string ResetProcedure::Lost() const { return tenth_lost_ ? "; the tenth reply was lost" : ""; }
+
+Outcome ResetProcedure::JudgeZero(const Reply& after) const {
+  const int bits = settings_.format.single_turn_bits;
+  const double was = Degrees(*before_.single_turn, bits);
+  const double is = Degrees(*after.single_turn, bits);
+  Outcome outcome =
+      IsZero(after, settings_)
+          ? Verified(Text("single-turn was %.3f deg and reads %.3f deg (0 +- %.2f)", was, is, kZeroToleranceDeg) +
+                     Lost())
+          : Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+                  Text("single-turn was %.3f deg and reads %.3f deg, not 0 +- %.2f", was, is, kZeroToleranceDeg) +
+                      Lost() + ": hold the axis, repeat");
+  outcome.changes.push_back(
+      {"single_turn", std::to_string(*before_.single_turn), std::to_string(*after.single_turn)});
+  return outcome;
+}
+
+std::uint8_t ResetProcedure::StillLatched(const Reply& after) const {
+  const int mask = settings_.turns_range > 0 ? kLatchedAlarms : kLatchedAlarms & ~kMultiTurnAlarms;
+  return static_cast<std::uint8_t>(*after.alarms & mask);
+}
+
+Outcome ResetProcedure::JudgeTurns(const Reply& after) const {
+  const std::string turns =
+      Text("turns were %u and read %u, ALMC was %s and is %s", *before_.multi_turn, *after.multi_turn,
+           AlarmText(*before_.alarms).c_str(), AlarmText(*after.alarms).c_str());
+  const bool done = TurnsAreReset(after, settings_) && StillLatched(after) == 0;
+  Outcome outcome = done ? Verified(turns + Lost())
+                         : Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+                                 turns + Lost() + ": see the alarms' actions, hold the axis, repeat");
+  outcome.changes.push_back({"turns", std::to_string(*before_.multi_turn), std::to_string(*after.multi_turn)});
+  outcome.changes.push_back({"alarms", AlarmText(*before_.alarms), AlarmText(*after.alarms)});
+  return outcome;
+}
+
+Outcome ResetProcedure::JudgeErrors(const Reply& after) const {
+  const std::uint8_t latched = StillLatched(after);
+  const std::string alarms =
+      Text("ALMC was %s and is %s", AlarmText(*before_.alarms).c_str(), AlarmText(*after.alarms).c_str());
+  const char* live =
+      (*after.alarms & ~latched) != 0 ? ": what is left is live and clears itself with its cause" : "";
+  Outcome outcome = latched == 0
+                        ? Verified(alarms + Lost() + live)
+                        : Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+                                alarms + Lost() + ": still set " + AlarmText(latched) + ", remove its cause");
+  outcome.changes.push_back({"alarms", AlarmText(*before_.alarms), AlarmText(*after.alarms)});
+  return outcome;
+}
+
+}  // namespace axlecast::tformat

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "drivers/runtime/core/device.h"
+#include "drivers/tformat/procedure.h"
+#include "drivers/tformat/settings.h"
+
+namespace axlecast::tformat {
+
+// Ten requests of one reset, 41 ms apart, and the reading that shows their effect (TS5669 spec 9). It begins with a
+// reading by ID 3, which shows the state before and ends whatever sequence another process left unfinished. The two
+// resets that move the position need a shaft at rest before each of the ten requests.
+//
+// A request without a good reply, or a shaft that moves, ends the sequence before the tenth: nothing is done then.
+// The driver's next request is ID 3, so that nobody completes it.
+class ResetProcedure final : public Procedure {
+ public:
+  // `id`: kClearErrors, kZeroSingleTurn or kResetTurnsAndErrors.
+  ResetProcedure(DataId id, const TFormatSettings& settings, const DeviceOutput& output);
+
+  [[nodiscard]] Step Next(MonoNs now) const override;
+  std::optional<Outcome> OnStarted(Bytes request, MonoNs now) override;
+  std::optional<Outcome> OnAnswer(const Answer& answer, MonoNs end) override;
+  [[nodiscard]] Outcome OnLinkLost() const override;
+  [[nodiscard]] bool exclusive() const override { return stage_ != Stage::kReadBefore; }
+  [[nodiscard]] bool touched() const override { return sent_ > 0 || in_flight_; }
+
+ private:
+  enum class Stage : std::uint8_t { kReadBefore, kSend, kVerify };
+
+  [[nodiscard]] bool NeedsStandstill() const { return id_ != DataId::kClearErrors; }
+  [[nodiscard]] bool MayGoOn(MonoNs now) const;
+  std::optional<Outcome> OnBefore(const Answer& answer);
+  std::optional<Outcome> OnSent(const Answer& answer, MonoNs end);
+  std::optional<Outcome> OnVerified(const Answer& answer);
+  [[nodiscard]] Outcome NotAtRest(const Motion& motion) const;
+  [[nodiscard]] Outcome Moved(std::int64_t counts) const;
+  [[nodiscard]] Outcome Unanswered(const Answer& answer) const;
+  [[nodiscard]] Outcome Judge(const Reply& after) const;
+  [[nodiscard]] Outcome JudgeZero(const Reply& after) const;
+  [[nodiscard]] Outcome JudgeTurns(const Reply& after) const;
+  [[nodiscard]] Outcome JudgeErrors(const Reply& after) const;
+  [[nodiscard]] std::uint8_t StillLatched(const Reply& after) const;
+  [[nodiscard]] std::string Lost() const;
+
+  const DataId id_;
+  const TFormatSettings& settings_;
+  const DeviceOutput& output_;
+  Stage stage_ = Stage::kReadBefore;
+  MonoNs due_ = 0;
+  int sent_ = 0;
+  bool in_flight_ = false;
+  bool tenth_lost_ = false;
+  int failed_reads_ = 0;
+  Reply before_;
+};
+
+}  // namespace axlecast::tformat

@@ -1,0 +1,105 @@
+#include "drivers/tformat/settings.h"
+
+#include <string>
+
+#include "drivers/runtime/config/config_map.h"
+#include "drivers/tformat/model.h"
+
+namespace axlecast::tformat {
+namespace {
+
+// Above the 16 ms that a USB adapter's latency timer holds a reply back by default.
+constexpr std::int64_t kDefaultTimeoutUs = 20'000;
+// Above the 1 ms to which that timer should be set.
+constexpr std::int64_t kDefaultSilenceUs = 2'000;
+// The longest reply and its delay take 47 us (TS5669 spec 6.2, 7.1).
+constexpr std::int64_t kLeastSilenceUs = 50;
+constexpr std::int64_t kDefaultId3Every = 10;
+
+void UseModel(const Model& model, TFormatSettings& settings) {
+  settings.format = model.format;
+  settings.encoder_id = model.encoder_id;
+  settings.max_speed_rpm = model.max_speed_rpm;
+  settings.max_accel_rad_s2 = model.max_accel_rad_s2;
+}
+
+void ParseModel(ConfigMap& device, TFormatSettings& settings) {
+  std::vector<std::string_view> names;
+  for (const Model& model : Models()) names.push_back(model.name);
+  names.push_back(kCustomModel);
+  if (!device.Has("model")) {
+    device.Error("model", "is missing: " + std::string(names[0]) + ", or custom with bits, turn_bits and enid");
+  }
+  const std::size_t choice = device.Choice("model", names, 0);
+  settings.model = names[choice];
+  UseModel(Models()[choice < Models().size() ? choice : 0], settings);
+  const bool custom = settings.model == kCustomModel;
+  for (const char* key : {"bits", "turn_bits", "enid"}) {
+    if (custom && !device.Has(key)) device.Error(key, "is missing: model custom needs it");
+    if (!custom && device.Has(key))
+      device.Error(key, "is known of model " + settings.model + ": only custom takes it");
+  }
+  const auto own = [&](const char* key, int fallback, int min, int max, const char* unit) {
+    return custom ? static_cast<int>(device.Integer(key, fallback, min, max, unit)) : fallback;
+  };
+  settings.format.single_turn_bits = own("bits", settings.format.single_turn_bits, 8, 24, "bits");
+  settings.format.multi_turn_bits = own("turn_bits", settings.format.multi_turn_bits, 0, 24, "bits");
+  settings.encoder_id = static_cast<std::uint8_t>(own("enid", settings.encoder_id, 0, 255, ""));
+}
+
+void ParsePlan(ConfigMap& device, TFormatSettings& settings) {
+  settings.plan = device.Choice("plan", {"id3", "id0"}, 0) == 0 ? Plan::kAll : Plan::kSingleTurn;
+  if (settings.plan == Plan::kAll && device.Has("id3_every")) {
+    device.Error("id3_every", "has no effect with plan id3, which reads ID 3 in every slot: leave it out");
+  }
+  settings.id3_every = static_cast<int>(device.Integer("id3_every", kDefaultId3Every, 2, 10'000, "slots"));
+  if (settings.plan == Plan::kAll) settings.id3_every = 1;
+}
+
+void ParseIdentity(ConfigMap& device, TFormatSettings& settings) {
+  ConfigMap map = device.Map("identity");
+  if (device.Has("identity")) {
+    IdentityTag tag;
+    for (const char* key : {"eeprom_address", "bytes"}) {
+      if (!map.Has(key)) map.Error(key, "is missing: identity: {eeprom_address: 72, bytes: \"A1 05\"}");
+    }
+    tag.address = static_cast<std::uint8_t>(map.Integer("eeprom_address", 0, 0, kEepromCells - 1, ""));
+    tag.bytes = map.HexBytes("bytes");
+    if (tag.address + tag.bytes.size() > kEepromCells) {
+      map.Error("bytes", std::to_string(tag.bytes.size()) + " bytes from address " + std::to_string(tag.address) +
+                             " do not fit the cells 0 to 79");
+    } else if (!tag.bytes.empty()) {
+      settings.identity = std::move(tag);
+    }
+  }
+  map.Done();
+}
+
+}  // namespace
+
+std::unique_ptr<TFormatSettings> ParseSettings(ConfigMap& device) {
+  auto settings = std::make_unique<TFormatSettings>();
+  ParseModel(device, *settings);
+  settings->battery = device.Bool("battery", true);
+  settings->counts_per_turn = std::int64_t{1} << settings->format.single_turn_bits;
+  const int turn_bits = settings->format.multi_turn_bits;
+  settings->turns_range = settings->battery && turn_bits > 0 ? std::int64_t{1} << turn_bits : 0;
+  settings->noise_counts = NoiseCounts(settings->format.single_turn_bits);
+  ParsePlan(device, *settings);
+  ParseIdentity(device, *settings);
+  settings->timeout = device.Integer("timeout_us", kDefaultTimeoutUs, 100, 1'000'000,
+                                     "us, longer than the adapter's latency timer") *
+                      kMicrosecond;
+  settings->silence = device.Integer("silence_us", kDefaultSilenceUs, kLeastSilenceUs, 1'000'000,
+                                     "us, longer than the adapter's latency timer") *
+                      kMicrosecond;
+  for (const std::int64_t cell : device.Integers("eeprom_writable", 0, kEepromCells - 1)) {
+    settings->eeprom_writable.set(static_cast<std::size_t>(cell));
+  }
+  const MonoNs all = WireTime(1 + ReplySize(DataId::kAll), kDefaultBaud) + kReplyDelay;
+  const MonoNs single = WireTime(1 + ReplySize(DataId::kSingleTurn), kDefaultBaud) + kReplyDelay;
+  settings->wire_time = (all + (settings->id3_every - 1) * single) / settings->id3_every;
+  return settings;
+}
+
+}  // namespace axlecast::tformat

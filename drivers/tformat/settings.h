@@ -1,0 +1,50 @@
+#pragma once
+
+#include <bitset>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "drivers/runtime/core/family.h"
+#include "drivers/tformat/codec.h"
+
+namespace axlecast::tformat {
+
+// Which readout the live slots use.
+enum class Plan : std::uint8_t {
+  kAll,         // ID 3 in every slot: position, turns and alarms of one instant
+  kSingleTurn,  // ID 0, and ID 3 in every n-th slot: 31 us instead of 51 us on the wire
+};
+
+// Bytes in the user EEPROM that tell this unit from another of its model.
+struct IdentityTag {
+  std::uint8_t address = 0;
+  std::vector<std::uint8_t> bytes;
+};
+
+// The family's keys of one device: README.md, "Configuration".
+struct TFormatSettings final : DeviceSettings {
+  Format format;
+  std::uint8_t encoder_id = 0;
+  bool battery = true;  // false: no backup battery, the multi-turn counter is not used
+  Plan plan = Plan::kAll;
+  int id3_every = 1;  // with Plan::kSingleTurn
+  MonoNs timeout = 0;
+  MonoNs silence = 0;
+  std::optional<IdentityTag> identity;
+  std::bitset<kEepromCells> eeprom_writable;
+};
+
+[[nodiscard]] std::unique_ptr<TFormatSettings> ParseSettings(ConfigMap& device);
+
+inline constexpr std::int64_t kDefaultBaud = 2'500'000;
+
+// Time of `characters` on the wire: 10 bits each.
+[[nodiscard]] constexpr MonoNs WireTime(std::size_t characters, std::int64_t baud) {
+  return static_cast<MonoNs>(characters) * 10 * kSecond / baud;
+}
+// The reply begins 3 us (typ.) after the request (TS5669 spec 7.1).
+inline constexpr MonoNs kReplyDelay = 3 * kMicrosecond;
+
+}  // namespace axlecast::tformat

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "drivers/runtime/core/simulator.h"
+#include "drivers/tformat/seeded_random.h"
+#include "drivers/tformat/simulator_keys.h"
+#include "drivers/tformat/simulator_request.h"
+#include "drivers/tformat/simulator_script.h"
+
+namespace axlecast::tformat {
+
+// One encoder on its point-to-point line: takes requests apart as strictly as the maker's tables say, answers in
+// the wire's time (3 us after the request, 4 us a byte at 2.5 Mbit/s) and complains when it is addressed while it
+// transmits. The instants given to it must not run backwards.
+class TFormatSimulator final : public Simulator {
+ public:
+  struct Line {
+    bool echo = false;                    // the adapter hears its own transmission
+    MonoNs byte_time = 4 * kMicrosecond;  // 10 bits at 2.5 Mbit/s, spec 6.1
+    std::uint64_t seed = 1;               // of the faults
+  };
+
+  TFormatSimulator(std::string device, const SimulatedAxis& axis, SimulatorScript script, const Line& line);
+
+  void OnBytes(Bytes bytes, MonoNs now, const Transmit& transmit) override;
+  [[nodiscard]] MonoNs NextDue() const override;
+  void OnDue(MonoNs now, const Transmit& transmit) override;
+  [[nodiscard]] std::string Set(std::string_view device, std::string_view key, std::string_view value,
+                                MonoNs now) override;
+  [[nodiscard]] std::vector<std::pair<std::string, std::string>> State(std::string_view device,
+                                                                       MonoNs now) const override;
+
+  // Traffic since the start.
+  struct Counters {
+    std::int64_t requests = 0;    // well-formed
+    std::int64_t replies = 0;     // handed to the line, damaged or not
+    std::int64_t abnormal = 0;    // answered with data ID 3's data
+    std::int64_t bad_sync = 0;    // bytes that began no frame
+    std::int64_t unanswered = 0;  // off, in standby, or by a fault
+    std::int64_t collisions = 0;  // addressed while it transmits: a real interface circuit may be destroyed
+  };
+  [[nodiscard]] const Counters& counters() const { return counters_; }
+  [[nodiscard]] const EncoderModel& encoder() const { return axis_.encoder; }
+
+ private:
+  static constexpr std::size_t kLongestRequest = 4;
+  static constexpr std::size_t kLongestReply = 11;
+  static constexpr std::size_t kMostPending = 8;
+  using ReplyBytes = InlineBytes<kLongestReply>;
+  struct Pending {
+    MonoNs due = kNever;            // the host gets it
+    MonoNs on_wire_until = kNever;  // the encoder has sent it
+    ReplyBytes bytes;
+  };
+
+  void CatchUp(MonoNs now);
+  [[nodiscard]] bool Listens(MonoNs now) const;
+  void FinishFrame(MonoNs now, const Transmit& transmit);
+  void Take(Bytes bytes, bool delimiter_error, MonoNs now, const Transmit& transmit);
+  void Answer(const SimulatedRequest& request, MonoNs now, const Transmit& transmit);
+  void Deliver(ReplyBytes reply, MonoNs request_end, MonoNs now, const Transmit& transmit);
+  void Collide(MonoNs now);
+  void SendDue(MonoNs now, const Transmit& transmit);
+  void Send(const ReplyBytes& reply, const Transmit& transmit);
+
+  [[nodiscard]] ReplyBytes Execute(const SimulatedRequest& request, MonoNs at);
+  [[nodiscard]] ReplyBytes PositionReply(std::uint8_t field, std::uint8_t data_id, std::uint8_t alarm_bits,
+                                         MonoNs at);
+  [[nodiscard]] ReplyBytes EepromReply(const SimulatedRequest& request, MonoNs at);
+
+  std::string device_;
+  SimulatedAxis axis_;
+  SimulatorScript script_;
+  Line line_;
+  SeededRandom random_;
+  Counters counters_;
+
+  bool started_ = false;
+  InlineBytes<kLongestRequest> frame_;  // of a request that has begun
+  MonoNs frame_ends_ = kNever;          // no further byte until then: the request ends as it is
+  bool delimiter_error_ = false;        // in that request
+  MonoNs transmitting_until_ = INT64_MIN;
+  std::array<Pending, kMostPending> pending_;
+  MonoNs next_pending_ = kNever;
+};
+
+}  // namespace axlecast::tformat

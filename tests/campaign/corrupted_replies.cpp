@@ -1,0 +1,312 @@
+// A campaign: damaged replies through the whole device logic, in virtual time.
+//
+// An encoder turns at up to its model's limits; every reply to the driver may be damaged on the wire. Each
+// published position is compared with where the shaft really was, and with what is possible since the position
+// published before. The checks of a single frame are repeated here from the document, naively, to compare their
+// residue with theory.
+//
+// Usage: corrupted_replies EXCHANGES [MODE...]; prints one line of figures per mode; exit 1 when a position outside
+// the bound was published valid, or a rate disagrees with theory.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <numbers>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <axlecast/position_t.hpp>
+
+#include "drivers/runtime/config/load.h"
+#include "drivers/runtime/core/decode_message.h"
+#include "drivers/runtime/position/channel.h"
+
+namespace axlecast {
+namespace {
+
+constexpr std::int64_t kCountsPerTurn = 131'072;  // TS5669, 17 bits
+constexpr MonoNs kExchangeTime = 51 * kMicrosecond;
+constexpr double kMaxSpeedRpm = 6'000;
+
+constexpr const char* kMachine = R"(
+machine: campaign
+buses:
+  b: {family: tformat, poll_hz: 0, simulate: true,
+      devices: {axis1: {model: ts5669n127, unit: count, publish_hz: 1000000}}}
+)";
+
+// Where the shaft is: a slow sweep over many turns with a fast oscillation on it, within 6,000 min-1 and 80,000
+// rad/s2.
+double TruthCounts(MonoNs at) {
+  const double t = static_cast<double>(at) * 1e-9;
+  const double turns = 2'000.0 + 500.0 * std::sin(t * 0.1) + 3.0 * std::sin(t * 12.0);
+  return turns * static_cast<double>(kCountsPerTurn);
+}
+
+using Reply = std::vector<std::uint8_t>;
+
+// Spec 6.3: CF SF ABS0-2 ENID ABM0-2 ALMC CRC.
+void TrueReply(MonoNs at, Reply& reply) {
+  const auto counts = static_cast<std::int64_t>(std::floor(TruthCounts(at)));
+  const auto single = static_cast<std::uint32_t>(counts % kCountsPerTurn);
+  const auto turns = static_cast<std::uint32_t>(counts / kCountsPerTurn);
+  const auto byte = [](std::uint32_t value, unsigned index) {
+    return static_cast<std::uint8_t>(value >> 8U * index);
+  };
+  reply.assign({0x1A, 0x00, byte(single, 0), byte(single, 1), byte(single, 2), 0x11, byte(turns, 0), byte(turns, 1),
+                byte(turns, 2), 0x00});
+  std::uint8_t crc = 0;
+  for (const std::uint8_t field : reply) crc ^= field;
+  reply.push_back(crc);
+}
+
+// What one frame alone can show, from the document: length, CRC, CF, information bits, ENID, always-zero bits.
+bool PassesStaticChecks(const Reply& reply) {
+  if (reply.size() != 11) return false;
+  std::uint8_t crc = 0;
+  for (const std::uint8_t field : reply) crc ^= field;
+  return crc == 0 && reply[0] == 0x1A && (reply[1] & 0xCF) == 0 && reply[4] <= 1 && reply[5] == 0x11 &&
+         reply[8] == 0 && (reply[9] & 0x10) == 0;
+}
+
+std::int64_t Position(const Reply& reply) {
+  return reply[2] | reply[3] << 8 | reply[4] << 16 | static_cast<std::int64_t>(reply[6] | reply[7] << 8) << 17;
+}
+
+class Damage {
+ public:
+  Damage(double bit_error_rate, double byte_fault_rate, bool garbage)
+      : flip_(bit_error_rate > 0 ? bit_error_rate : 1e-18), fault_(byte_fault_rate), garbage_(garbage) {
+    until_flip_ = flip_(random_);
+  }
+
+  void Apply(Reply& reply) {
+    FlipBits(reply);
+    if (!fault_(random_)) return;
+    const std::size_t at = random_() % reply.size();
+    const auto where = reply.begin() + static_cast<std::ptrdiff_t>(at);
+    switch (garbage_ ? 3 : random_() % 3) {
+      case 0:
+        reply.erase(where);
+        break;
+      case 1:
+        reply.insert(where, reply[at]);
+        break;
+      case 2:
+        reply.insert(where, static_cast<std::uint8_t>(random_()));
+        break;
+      default:
+        std::generate(reply.begin(), reply.end(), [&] { return static_cast<std::uint8_t>(random_()); });
+    }
+  }
+
+ private:
+  void FlipBits(Reply& reply) {
+    const std::int64_t bits = static_cast<std::int64_t>(reply.size()) * 8;
+    while (until_flip_ < bits) {
+      reply[static_cast<std::size_t>(until_flip_ / 8)] ^= static_cast<std::uint8_t>(1U << (until_flip_ % 8));
+      until_flip_ += 1 + flip_(random_);
+    }
+    until_flip_ -= bits;
+  }
+
+  std::mt19937_64 random_{20'261'121};
+  std::geometric_distribution<std::int64_t> flip_;
+  std::bernoulli_distribution fault_;
+  bool garbage_;
+  std::int64_t until_flip_ = 0;
+};
+
+// Judges every published position by the truth, and by what is possible since the one before.
+class Referee final : public MessageSink {
+ public:
+  void Publish(const std::string& channel, Bytes message) override {
+    if (channel != "POSITION/axis1") return;
+    const auto position = DecodeMessage<position_t>(message);
+    ++published;
+    if (!position || (position->flags & position_t::FLAG_VALID) == 0) {
+      ++withheld;
+      return;
+    }
+    // Half a reading's uncertainty of the instant at full speed, and the rounding to a count.
+    const double speed = kMaxSpeedRpm / 60 * static_cast<double>(kCountsPerTurn) * 1e-9;  // counts per ns
+    const double tolerance = 2 + speed * position->time_uncertainty_ns;
+    if (last_) {
+      const double elapsed = static_cast<double>(position->mono_ns - last_->mono_ns) +
+                             position->time_uncertainty_ns + last_->time_uncertainty_ns;
+      // 16: twice the accumulated pitch error, +-8 LSB (spec 5.4.1).
+      if (std::abs(static_cast<double>(position->counts - last_->counts)) > speed * elapsed + 16 + 2) ++outside;
+    }
+    if (std::abs(static_cast<double>(position->counts) - TruthCounts(position->mono_ns)) > tolerance) ++wrong;
+    last_ = position;
+    ++valid;
+  }
+
+  std::int64_t published = 0, withheld = 0, valid = 0, outside = 0, wrong = 0;
+
+ private:
+  std::optional<position_t> last_;
+};
+
+struct Mode {
+  const char* name;
+  double bit_error_rate;
+  double byte_fault_rate;
+  bool garbage;
+  double theory_passing;  // share of replies that are wrong and pass all static checks; 0: not predicted
+};
+
+// The shares of the bit-error modes are computed from the frame: pairs of flips in one bit column that no check
+// sees, and fours at 10^-2.
+constexpr std::array<Mode, 5> kModes = {{{"bit_flips_1e-3", 1e-3, 0, false, 9'009e-8},
+                                         {"bit_flips_1e-2", 1e-2, 0, false, 414'000e-8},
+                                         {"drops_doubles_inserts", 0, 1e-2, false, 0},
+                                         {"garbage", 0, 1e-2, true, 0},
+                                         {"all_together", 1e-3, 1e-2, false, 0}}};
+
+struct Figures {
+  std::int64_t exchanges = 0;
+  std::int64_t static_wrong = 0;  // damaged, but passing every static check, with another position
+  std::int64_t static_close = 0;  // of these, within 4 counts
+};
+
+class Campaign {
+ public:
+  Campaign(const MachineConfig& machine, const Mode& mode)
+      : damage_(mode.bit_error_rate, mode.byte_fault_rate, mode.garbage),
+        channel_(machine.buses[0], machine.buses[0].devices[0],
+                 {.boot_id = 1, .time = &time_, .sink = &referee_, .on_outcome = {}}),
+        device_(machine.buses[0].family->make_device(machine.buses[0], machine.buses[0].devices[0], channel_)) {
+    time_.Update(now_, 1'700'000'000'000'000);
+    channel_.OnLink(true, "", now_);
+    device_->On(
+        {.kind = Event::Kind::kLinkUp, .sent = {now_, now_}, .received = {now_, now_}, .request = {}, .bytes = {}});
+  }
+
+  void Run(std::int64_t exchanges) {
+    while (figures_.exchanges < exchanges) {
+      Tick();
+      const Step step = device_->Next({.now = now_, .live_due = true});
+      if (const auto* exchange = std::get_if<Exchange>(&step.action)) {
+        device_->OnStarted(step, now_);
+        Answer(*exchange);
+      } else if (const auto* silence = std::get_if<Silence>(&step.action)) {
+        device_->OnStarted(step, now_);
+        now_ += silence->quiet;
+        Tell(Event::Kind::kSilent, {}, {});
+      } else if (const auto* idle = std::get_if<Idle>(&step.action)) {
+        now_ = std::max(now_ + kMicrosecond, std::min(idle->until, now_ + 100 * kMillisecond));
+      }
+    }
+  }
+
+  [[nodiscard]] const Figures& figures() const { return figures_; }
+  [[nodiscard]] const Referee& referee() const { return referee_; }
+  [[nodiscard]] const Channel& channel() const { return channel_; }
+
+ private:
+  void Tick() {
+    if (now_ < next_tick_) return;
+    next_tick_ = now_ + 100 * kMillisecond;
+    time_.Update(now_, 1'700'000'000'000'000 + now_ / kMicrosecond);
+    channel_.Tick(now_);
+  }
+
+  void Answer(const Exchange& exchange) {
+    ++figures_.exchanges;
+    sent_ = {now_, now_ + 4 * kMicrosecond};
+    TrueReply(sent_.last, reply_);
+    const std::int64_t truth = Position(reply_);
+    damage_.Apply(reply_);
+    if (PassesStaticChecks(reply_) && Position(reply_) != truth) {
+      ++figures_.static_wrong;
+      figures_.static_close += std::abs(Position(reply_) - truth) <= 4 ? 1 : 0;
+    }
+    const Bytes bytes(reply_);
+    const std::size_t length = exchange.reply_length(bytes);
+    if (length == 0 || bytes.size() < length) {
+      now_ += exchange.timeout;
+      Tell(Event::Kind::kTimeout, exchange.request, bytes);
+      return;
+    }
+    now_ += kExchangeTime;
+    Tell(Event::Kind::kReply, exchange.request, bytes.first(length));
+    if (bytes.size() > length) Tell(Event::Kind::kStray, {}, bytes.subspan(length));
+  }
+
+  void Tell(Event::Kind kind, Bytes request, Bytes bytes) {
+    device_->On({.kind = kind, .sent = sent_, .received = {now_, now_}, .request = request, .bytes = bytes});
+  }
+
+  MonoNs now_ = 10 * kSecond;
+  MonoNs next_tick_ = 0;
+  Interval sent_;
+  Timebase time_;
+  Damage damage_;
+  Referee referee_;
+  Channel channel_;
+  std::unique_ptr<Device> device_;
+  Figures figures_;
+  Reply reply_;
+};
+
+bool Agrees(std::int64_t seen, double expected) {
+  return expected == 0 ||
+         std::abs(static_cast<double>(seen) - expected) <= 5 * std::sqrt(expected) + 0.02 * expected;
+}
+
+bool RunMode(const MachineConfig& machine, const Mode& mode, std::int64_t exchanges) {
+  Campaign campaign(machine, mode);
+  campaign.Run(exchanges);
+  const Figures& figures = campaign.figures();
+  const Referee& referee = campaign.referee();
+  const double expected = mode.theory_passing * static_cast<double>(figures.exchanges);
+  std::printf(
+      "%-22s exchanges %lld  valid %lld  outside_the_bound %lld  wrong_within_the_bound %lld  withheld %lld\n",
+      mode.name, static_cast<long long>(figures.exchanges), static_cast<long long>(referee.valid),
+      static_cast<long long>(referee.outside), static_cast<long long>(referee.wrong),
+      static_cast<long long>(referee.withheld));
+  std::printf("%-22s wrong_and_passing_static_checks %lld (theory %.0f)  within_4_counts %lld\n%-22s errors:", "",
+              static_cast<long long>(figures.static_wrong), expected, static_cast<long long>(figures.static_close),
+              "");
+  for (std::size_t kind = 0; kind < kErrorKinds; ++kind) {
+    const std::int64_t count = campaign.channel().errors(static_cast<ErrorKind>(kind));
+    if (count > 0) std::printf(" %s %lld", ErrorName(static_cast<ErrorKind>(kind)), static_cast<long long>(count));
+  }
+  std::printf("\n");
+  const bool plausible = referee.wrong <= figures.static_wrong && referee.valid > figures.exchanges / 4;
+  return referee.outside == 0 && plausible && Agrees(figures.static_wrong, expected);
+}
+
+}  // namespace
+
+int CampaignMain(int argc, char** argv) {
+  const std::int64_t exchanges = argc > 1 ? std::atoll(argv[1]) : 0;
+  if (exchanges <= 0) {
+    std::fprintf(stderr, "usage: corrupted_replies EXCHANGES [MODE...]\n");
+    return 2;
+  }
+  ConfigErrors errors("campaign");
+  const std::optional<MachineConfig> machine = ParseConfig(kMachine, errors);
+  if (!machine) {
+    std::fputs(errors.Text().c_str(), stderr);
+    return 1;
+  }
+  const std::vector<std::string> wanted(argv + 2, argv + argc);
+  bool good = true;
+  for (const Mode& mode : kModes) {
+    if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), mode.name) == wanted.end()) continue;
+    good = RunMode(*machine, mode, exchanges) && good;
+  }
+  std::printf("%s\n", good ? "every position outside the bound was withheld" : "FAILED");
+  return good ? 0 : 1;
+}
+
+}  // namespace axlecast
+
+int main(int argc, char** argv) { return axlecast::CampaignMain(argc, argv); }

@@ -1,0 +1,49 @@
+"""Reads an LCM event log by its published format, and decodes messages with the Python that lcm-gen makes: both
+independent of axlecast's own code."""
+
+import os
+import pathlib
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+
+SYNC = 0xEDA1DA01
+
+
+def events(path):
+    """(channel, data) of every event; raises ValueError where the file is damaged."""
+    data = pathlib.Path(path).read_bytes()
+    offset = 0
+    while offset < len(data):
+        sync, _, _, channel_size, data_size = struct.unpack_from(">IqqII", data, offset)
+        if sync != SYNC:
+            raise ValueError(f"no event at byte {offset}")
+        offset += 28
+        channel = data[offset:offset + channel_size].decode()
+        offset += channel_size
+        yield channel, data[offset:offset + data_size]
+        offset += data_size
+
+
+def generated_types():
+    """The axlecast package as lcm-gen writes it for Python."""
+    folder = tempfile.mkdtemp(prefix="axlecast-lcm-gen-")
+    definitions = sorted(pathlib.Path(os.environ["AXLECAST_SOURCE"], "lcmtypes").glob("*.lcm"))
+    subprocess.run(["lcm-gen", "-p", "--ppath", folder, *definitions], check=True)
+    sys.path.insert(0, folder)
+    import axlecast  # noqa: PLC0415 (made just now)
+    return axlecast
+
+
+def publish(port, channel, data, group="239.255.76.67"):
+    """One LCM message as its wire protocol says: short header, channel, NUL, payload."""
+    packet = struct.pack(">II", 0x4C433032, publish.sequence) + channel.encode() + b"\0" + data
+    publish.sequence += 1
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
+        sender.sendto(packet, (group, port))
+
+
+publish.sequence = 0

@@ -1,0 +1,186 @@
+"""A machine under test: real processes on real ptys and real LCM, in this process's network namespace.
+
+Tests look at it as a user would: through the CLI's JSON. They wait for conditions, never for time to pass."""
+
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+
+BIN = pathlib.Path(os.environ["AXLECAST_BIN"])
+LIMIT = 60.0  # s, generous: a slow, shared machine must pass
+
+
+def wait_for(condition, what, limit=LIMIT):
+    """The first truthy result of `condition`; fails the test with `what` when the limit has passed."""
+    deadline = time.monotonic() + limit
+    while time.monotonic() < deadline:
+        result = condition()
+        if result:
+            return result
+        time.sleep(0.02)
+    raise AssertionError(f"not within {limit} s: {what() if callable(what) else what}")
+
+
+class Watch:
+    """`axlecast watch --json` in the background; every message of it in `messages`, in order."""
+
+    def __init__(self, config, *options):
+        self.messages = []
+        self.lock = threading.Lock()
+        self.process = subprocess.Popen([BIN / "axlecast", "watch", config, "--json", *options],
+                                        stdout=subprocess.PIPE, text=True)
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def _read(self):
+        for line in self.process.stdout:
+            with self.lock:
+                self.messages.append(json.loads(line))
+
+    def of(self, channel, since=0):
+        with self.lock:
+            return [m for m in self.messages[since:] if m["channel"] == channel]
+
+    def last(self, channel):
+        with self.lock:
+            return next((m for m in reversed(self.messages) if m["channel"] == channel), None)
+
+    def mark(self):
+        """A position in the stream: of(channel, since=mark) gives what came later."""
+        with self.lock:
+            return len(self.messages)
+
+    def close(self):
+        self.process.kill()
+        self.process.wait()
+        self.process.stdout.close()
+
+
+class Machine(unittest.TestCase):
+    """Base of the end-to-end tests: a folder of its own, processes that end with the test."""
+
+    def setUp(self):
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="axlecast-e2e-"))) \
+            if hasattr(self, "enterContext") else self._temporary_folder()
+        self.run_dir = self.folder / "run"
+        os.environ["AXLECAST_RUN_DIR"] = str(self.run_dir)
+        self.processes = []
+
+    def _temporary_folder(self):
+        folder = tempfile.TemporaryDirectory(prefix="axlecast-e2e-")
+        self.addCleanup(folder.cleanup)
+        return pathlib.Path(folder.name)
+
+    def tearDown(self):
+        for process in reversed(self.processes):
+            if process.poll() is None:
+                process.terminate()
+        for process in reversed(self.processes):
+            try:
+                process.wait(10)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+            if process.stdout:
+                process.stdout.close()
+        failed = any(error for _, error in getattr(self._outcome, "errors", []) if error) or \
+            bool(getattr(getattr(self._outcome, "result", None), "failures", []))
+        if failed:
+            for log in sorted(self.folder.glob("*.log")):
+                print(f"---- {log.name}\n{log.read_text(errors='replace')[-3000:]}")
+
+    # -- the machine's file
+
+    def write(self, text, name="machine.yaml"):
+        path = self.folder / name
+        path.write_text(text)
+        return path
+
+    # -- processes
+
+    def start(self, name, *command, env=None, **options):
+        """A background process; its output goes to <name>.log."""
+        log = open(self.folder / f"{name}.log", "ab")
+        self.addCleanup(log.close)
+        process = subprocess.Popen([str(word) for word in command], stdout=log, stderr=log,
+                                   env={**os.environ, **(env or {})}, **options)
+        self.processes.append(process)
+        return process
+
+    def log(self, name):
+        path = self.folder / f"{name}.log"
+        return path.read_text(errors="replace") if path.exists() else ""
+
+    def simulator(self, config, bus):
+        process = self.start(f"simulator-{bus}", BIN / "axlecast", "simulate", config, "--bus", bus)
+        wait_for(lambda: list(self.run_dir.glob(f"**/{bus}.pty")), f"the pty of {bus}")
+        return process
+
+    def driver(self, config, bus, family="tformat", name=None, env=None):
+        return self.start(name or f"driver-{bus}", BIN / f"axlecast-{family}", "--config", config, "--bus", bus, env=env)
+
+    def bridge(self, config):
+        return self.start("bridge", BIN / "axlecast-bridge", "--config", config)
+
+    def watch(self, config, *options):
+        watch = Watch(config, *options)
+        self.addCleanup(watch.close)
+        return watch
+
+    def kill(self, process):
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+
+    # -- the CLI
+
+    def axlecast(self, *arguments, limit=LIMIT):
+        """Runs the CLI to its end: (exit code, standard output, standard error)."""
+        done = subprocess.run([BIN / "axlecast", *map(str, arguments)], capture_output=True, text=True, timeout=limit,
+                              stdin=subprocess.DEVNULL)
+        return done.returncode, done.stdout, done.stderr
+
+    def set_simulated(self, config, bus, **quantities):
+        """Changes quantities of the bus's only device while it runs: speed_rpm=300."""
+        for key, value in quantities.items():
+            code, out, err = self.axlecast("simulate", config, "--bus", bus, "--set", f"axis1.{key}={value}")
+            self.assertEqual(code, 0, out + err)
+
+    def simulated(self, config, bus):
+        code, out, err = self.axlecast("simulate", config, "--bus", bus, "--show", "--json")
+        self.assertEqual(code, 0, err)
+        return json.loads(out)
+
+    # -- waiting
+
+    def wait_online(self, watch, device="axis1"):
+        wait_for(lambda: (watch.last(f"DEVICE/{device}") or {}).get("state") == 1, f"{device} online")
+
+    def wait_state(self, watch, state, device="axis1"):
+        return wait_for(lambda: (lambda m: m if m and m["state"] == state else None)(watch.last(f"DEVICE/{device}")),
+                        lambda: f"{device} in state {state}, last {watch.last(f'DEVICE/{device}')}")
+
+    def alarms(self, watch, device="axis1"):
+        """Names of the alarms that are there now."""
+        message = watch.last(f"ALARM/{device}")
+        return {entry["name"]: entry for entry in message["entries"]} if message else {}
+
+
+def one_axis(simulate="{speed_rpm: 0}", device="", bus="", bridge="bridge: {unsigned_commands: allow}", poll_hz=1000):
+    """A machine of one simulated T-format axis."""
+    return f"""machine: test
+{bridge}
+buses:
+  rs485-0:
+    family: tformat
+    poll_hz: {poll_hz}
+    {bus}
+    simulate:
+      axis1: {simulate}
+    devices:
+      axis1: {{model: ts5669n127, unit: deg, publish_hz: 200, permit: not_required{', ' + device if device else ''}}}
+"""

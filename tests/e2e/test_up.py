@@ -1,0 +1,130 @@
+"""`axlecast up`: a whole machine in the foreground, and a truthful end."""
+
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import unittest
+
+from machine import BIN, Machine, one_axis, wait_for
+
+SOURCE = pathlib.Path(os.environ["AXLECAST_SOURCE"])
+
+
+def processes():
+    """Command lines of all axlecast programs in this process namespace."""
+    listing = subprocess.run(["ps", "-eo", "pid=,args="], capture_output=True, text=True, check=True).stdout
+    return [line for line in listing.splitlines() if str(BIN) in line and "e2e" not in line.split()[1]]
+
+
+class Up(Machine):
+    def test_the_demo_runs_and_ends_truthfully(self):
+        code, out, err = self.axlecast("up", SOURCE / "config/demo.yaml", "--seconds", "12", "--json", limit=120)
+        self.assertEqual(code, 0, out + err)
+        summary = json.loads(out)
+        self.assertEqual(len(summary["devices"]), 4)
+        wait_for(lambda: not processes(), lambda: f"no process left: {processes()}")
+
+    def test_ctrl_c_ends_everything(self):
+        up = self.start("up", BIN / "axlecast", "up", SOURCE / "config/demo.yaml", "--no-table")
+        wait_for(lambda: len(processes()) >= 7, lambda: f"simulator, 4 drivers, bridge: {processes()}")
+        up.send_signal(signal.SIGINT)
+        self.assertEqual(up.wait(20), 0, self.log("up"))
+        wait_for(lambda: not processes(), lambda: f"no process left: {processes()}")
+
+    def test_nothing_is_left_when_up_is_killed(self):
+        up = self.start("up", BIN / "axlecast", "up", SOURCE / "config/demo.yaml", "--no-table")
+        wait_for(lambda: len(processes()) >= 7, lambda: f"simulator, 4 drivers, bridge: {processes()}")
+        self.kill(up)
+        wait_for(lambda: not processes(), lambda: f"no process left: {processes()}")
+
+    def test_a_device_that_never_answers_makes_the_end_a_failure(self):
+        config = self.write(one_axis('{fault: "off"}'))
+        code, out, err = self.axlecast("up", config, "--seconds", "5", limit=60)
+        self.assertEqual(code, 1, out + err)
+        self.assertIn("axis1", out + err)
+
+    def test_without_multicast_it_says_what_to_do(self):
+        config = self.write(one_axis("{}"))
+        done = subprocess.run(["unshare", "--net", BIN / "axlecast", "up", config, "--seconds", "1"], capture_output=True,
+                              text=True, timeout=60)
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("ip route add 224.0.0.0/4 dev lo", done.stdout + done.stderr)
+
+    def test_isolated_makes_its_own_network(self):
+        config = self.write(one_axis("{speed_rpm: 60}"))
+        done = subprocess.run(["unshare", "--net", BIN / "axlecast", "up", config, "--seconds", "4", "--isolated"],
+                              capture_output=True, text=True, timeout=60)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertIn("nsenter", done.stdout + done.stderr)
+
+    def test_status_and_info(self):
+        config = self.write(one_axis("{speed_rpm: 60}"))
+        code, out, _ = self.axlecast("status", config)
+        self.assertEqual(code, 1, out)
+        watch = self.watch(config)
+        self.start("up", BIN / "axlecast", "up", config, "--no-table")
+        self.wait_online(watch)
+        code, out, err = self.axlecast("status", config, "--json")
+        self.assertEqual((code, json.loads(out)["all_online"]), (0, True), err)
+        code, out, err = self.axlecast("info", config, "axis1", "--json")
+        self.assertEqual(code, 0, err)
+        self.assertEqual(json.loads(out)["device"]["model"], "ts5669n127")
+
+
+class Check(Machine):
+    """Every class of mistake in the machine's file is refused at the start, with its place and what would be right."""
+
+    GOOD = one_axis("{speed_rpm: 60}")
+
+    def refused(self, text, place, *words):
+        config = self.write(text)
+        for command in (("axlecast", "check-config", config), ("axlecast-tformat", "--config", config, "--bus", "rs485-0"),
+                        ("axlecast-bridge", "--config", config)):
+            done = subprocess.run([BIN / command[0], *map(str, command[1:])], capture_output=True, text=True, timeout=60)
+            message = done.stdout + done.stderr
+            self.assertEqual(done.returncode, 1, f"{command[0]}: {message}")
+            self.assertIn(f"{config}:{place}:", message)
+            for word in words:
+                self.assertIn(word, message)
+
+    def test_a_good_file_is_accepted(self):
+        code, out, err = self.axlecast("check-config", self.write(self.GOOD))
+        self.assertEqual(code, 0, out + err)
+
+    def test_unknown_key(self):
+        self.refused(self.GOOD.replace("poll_hz", "pol_hz"), 6, "pol_hz", "poll_hz")
+
+    def test_wrong_unit(self):
+        self.refused(self.GOOD.replace("unit: deg", "unit: furlong"), 11, "furlong", "deg")
+
+    def test_wrong_type(self):
+        self.refused(self.GOOD.replace("poll_hz: 1000", "poll_hz: fast"), 6, "fast")
+
+    def test_out_of_range(self):
+        self.refused(self.GOOD.replace("publish_hz: 200", "publish_hz: -5"), 11, "-5")
+
+    def test_unknown_family(self):
+        self.refused(self.GOOD.replace("family: tformat", "family: tfromat"), 5, "tfromat", "tformat")
+
+    def test_impossible_combination(self):
+        self.refused(self.GOOD.replace("model: ts5669n127", "model: ts5669n127, bits: 23"), 11, "bits")
+
+    def test_a_second_encoder_on_a_point_to_point_bus(self):
+        self.refused(self.GOOD + "      axis2: {model: ts5669n127}\n", 12, "point to point")
+
+    def test_missing_port(self):
+        self.refused(self.GOOD.replace("    simulate:\n      axis1: {speed_rpm: 60}\n", ""), 4, "port")
+
+    def test_no_yaml_at_all(self):
+        self.refused(self.GOOD.replace("buses:", "buses: ["), 4)
+
+    def test_a_file_that_does_not_exist(self):
+        code, out, err = self.axlecast("check-config", self.folder / "nowhere.yaml")
+        self.assertEqual(code, 1, out)
+        self.assertIn("nowhere.yaml", err + out)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

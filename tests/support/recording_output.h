@@ -1,0 +1,45 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "drivers/runtime/core/device.h"
+
+namespace axlecast {
+
+// Keeps what a device hands to the outside.
+class RecordingOutput : public DeviceOutput {
+ public:
+  void OnSample(const Sample& sample) override { samples.push_back(sample); }
+  void OnError(ErrorKind kind, Interval at) override { errors.emplace_back(kind, at); }
+  void OnAlarm(const AlarmSpec& alarm, AlarmState state, MonoNs) override {
+    alarms.emplace_back(alarm.code, state);
+  }
+  void OnIdentity(std::int64_t its, std::string_view, std::string_view) override { identity = its; }
+  void OnStarting(std::string_view reason) override { starting.emplace_back(reason); }
+  void OnRefused(std::string_view reason) override { refused.emplace_back(reason); }
+  void OnNonVolatileWrite() override { ++nv_writes; }
+  void OnReferenceLost() override { reference_lost = true; }
+  void OnReferenceRestored() override { reference_lost = false; }
+  void OnJump() override { ++jumps; }
+  void OnDatumChanging(bool changing) override { datum_changing = changing; }
+  void OnOutcome(const CommandId& id, const Outcome& outcome) override { outcomes.emplace_back(id, outcome); }
+  [[nodiscard]] Motion MotionAt(MonoNs) const override { return motion; }
+
+  Motion motion;  // what MotionAt answers
+  std::vector<Sample> samples;
+  std::vector<std::pair<ErrorKind, Interval>> errors;
+  std::vector<std::pair<std::int32_t, AlarmState>> alarms;
+  std::vector<std::string> starting;
+  std::vector<std::string> refused;
+  std::vector<std::pair<CommandId, Outcome>> outcomes;
+  std::int64_t identity = -1;
+  int nv_writes = 0;
+  int jumps = 0;
+  bool reference_lost = false;
+  bool datum_changing = false;
+};
+
+}  // namespace axlecast

@@ -1,0 +1,68 @@
+#include "tools/axlecast/check_config_command.h"
+
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "drivers/runtime/config/load.h"
+#include "tools/axlecast/config_option.h"
+#include "tools/axlecast/config_report.h"
+#include "tools/axlecast/exit_code.h"
+
+namespace axlecast {
+namespace {
+
+struct CheckOptions {
+  ConfigOption config;
+  bool json = false;
+};
+
+// The keys under `simulate` are the family's: building the simulator is what checks them.
+void CheckSimulators(const MachineConfig& machine, ConfigErrors& errors) {
+  for (const BusConfig& bus : machine.buses) {
+    if (bus.simulate) static_cast<void>(MakeSimulator(machine, bus, errors));
+  }
+}
+
+int CheckConfig(const CheckOptions& options) {
+  const std::string file = options.config.File();
+  if (file.empty()) {
+    int exit_code = kExitUsage;
+    static_cast<void>(options.config.Load(exit_code));  // says which files it looked for
+    return exit_code;
+  }
+  ConfigErrors errors(file);
+  const std::optional<MachineConfig> machine = LoadConfig(file, errors);
+  if (machine) CheckSimulators(*machine, errors);
+  const bool good = machine && errors.empty();
+  if (options.json) {
+    const auto json = ConfigJson(file, good ? &*machine : nullptr, errors);
+    std::cout << json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+  } else if (good) {
+    std::cout << file << ": good\n" << ConfigText(*machine);
+    for (const std::string& warning : ConfigWarnings(*machine)) std::cout << "warning: " << warning << '\n';
+  } else {
+    const std::size_t count = errors.list().size();
+    std::cerr << errors.Text() << file << ": " << count << (count == 1 ? " error\n" : " errors\n");
+  }
+  return good ? kExitDone : kExitBad;
+}
+
+}  // namespace
+
+void AddCheckConfigCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<CheckOptions>();
+  CLI::App* command = app.add_subcommand(
+      "check-config", "Checks a machine's file; prints refresh times and how busy each bus will be");
+  options->config.AddTo(*command, ConfigOption::Form::kPositional);
+  command->add_flag("--json", options->json, "One JSON object: file, ok, errors, warnings, machine, buses");
+  command->footer(
+      "examples:\n"
+      "  axlecast check-config config/demo.yaml\n"
+      "  axlecast check-config --json machine.yaml | jq '.errors[].text'\n"
+      "Exit code 0: good (warnings or none), 1: errors. Every key: docs/configuration.md");
+  command->callback([options, &exit_code] { exit_code = CheckConfig(*options); });
+}
+
+}  // namespace axlecast

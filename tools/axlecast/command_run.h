@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "drivers/runtime/config/machine_config.h"
+#include "tools/axlecast/command_session.h"
+
+namespace axlecast {
+
+// An operation as a person asked for it.
+struct CommandWish {
+  std::string device;
+  std::string operation;
+  std::vector<std::string> words;  // key=value
+  std::int32_t valid_ms = 5'000;
+  std::int32_t epoch = -1;  // datum_epoch that it is meant for; -1 the present one
+  std::string reason;
+  bool yes = false;   // do not ask
+  bool json = false;  // the outcome as one JSON object, on standard output
+  std::string out;    // file for the bytes that were read; empty: none
+};
+
+// Checks the wish, asks when it is destructive, has it done, tells the outcome. The command's exit code.
+[[nodiscard]] int RunCommand(const MachineConfig& machine, const CommandWish& wish);
+
+// Asks the bridge how the command `id` stands, and tells it in the same way.
+[[nodiscard]] int RunQuery(const MachineConfig& machine, const CommandId& id, bool json);
+
+}  // namespace axlecast

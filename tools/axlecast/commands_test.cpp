@@ -1,0 +1,112 @@
+#include <gtest/gtest.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "tools/axlecast/do_command.h"
+#include "tools/axlecast/driver_command.h"
+#include "tools/axlecast/exit_code.h"
+#include "tools/axlecast/spy_command.h"
+#include "tools/axlecast/status_command.h"
+#include "tools/axlecast/up_command.h"
+#include "tools/axlecast/watch_command.h"
+
+namespace axlecast {
+namespace {
+
+constexpr const char* kMachine = R"(machine: m
+buses:
+  rs485-0:
+    family: tformat
+    link: {port: /dev/null, baud: 2500000}
+    devices:
+      axis1: {model: ts5669n127}
+)";
+
+class Commands : public ::testing::Test {
+ protected:
+  Commands() {
+    EXPECT_NE(mkdtemp(directory_.data()), nullptr);
+    file_ = directory_ + "/machine.yaml";
+    std::ofstream(file_) << kMachine;
+    unsetenv("AXLECAST_CONFIG");
+    unsetenv("DISPLAY");
+    // Nobody answers questions.
+    EXPECT_NE(std::freopen("/dev/null", "r", stdin), nullptr);
+  }
+
+  // The exit code of a command line, as main has it.
+  static int Run(std::vector<std::string> words) {
+    CLI::App app("test", "axlecast");
+    int exit_code = kExitDone;
+    AddUpCommand(app, exit_code);
+    AddWatchCommand(app, exit_code);
+    AddStatusCommand(app, exit_code);
+    AddInfoCommand(app, exit_code);
+    AddDoCommands(app, exit_code);
+    AddDriverCommand(app, exit_code);
+    AddSpyCommand(app, exit_code);
+    std::reverse(words.begin(), words.end());  // as CLI::App::parse wants them
+    try {
+      app.parse(words);
+    } catch (const CLI::ParseError& error) {
+      return error.get_exit_code() == 0 ? kExitDone : kExitUsage;
+    }
+    return exit_code;
+  }
+
+  std::string directory_ = ::testing::TempDir() + "commandsXXXXXX";
+  std::string file_;
+};
+
+TEST_F(Commands, WrongUsage) {
+  EXPECT_EQ(Run({"watch", "--channel", "("}), kExitUsage);
+  EXPECT_EQ(Run({"watch", "--count", "0"}), kExitUsage);
+  EXPECT_EQ(Run({"up", file_, "--seconds", "-1"}), kExitUsage);
+  EXPECT_EQ(Run({"status", "--nonsense"}), kExitUsage);
+  EXPECT_EQ(Run({"eeprom"}), kExitUsage);
+  EXPECT_EQ(Run({"outcome", "123", "--config", file_}), kExitUsage);
+  EXPECT_EQ(Run({"do", "axis1", "clear_errors", "--valid-ms", "3600001"}), kExitUsage);
+}
+
+TEST_F(Commands, AMachinesFileThatIsNotThereOrBad) {
+  EXPECT_EQ(Run({"status", directory_ + "/none.yaml"}), kExitBad);
+  std::ofstream(file_) << "machine: m\nbusses: {}\n";
+  for (const char* command : {"up", "status", "watch", "spy"})
+    EXPECT_EQ(Run({command, file_}), kExitBad) << command;
+}
+
+TEST_F(Commands, NamesThatDoNotExist) {
+  EXPECT_EQ(Run({"info", file_, "axis2"}), kExitUsage);
+  EXPECT_EQ(Run({"driver", "rs485-1", "--config", file_}), kExitUsage);
+  EXPECT_EQ(Run({"do", "axis2", "clear_errors", "--config", file_}), kExitUsage);
+  EXPECT_EQ(Run({"do", "axis1", "fly", "--config", file_}), kExitUsage);
+  EXPECT_EQ(Run({"do", "axis1", "eeprom_read", "adress=0", "--config", file_}), kExitUsage);
+  EXPECT_EQ(Run({"do", "axis1", "--config", file_}), kExitUsage);
+}
+
+TEST_F(Commands, DestructiveOnesDoNothingWithoutAnAnswer) {
+  EXPECT_EQ(Run({"zero", "axis1", "--config", file_}), kExitUsage);
+  EXPECT_EQ(Run({"reset-turns", "axis1", "--config", file_}), kExitUsage);
+  EXPECT_EQ(Run({"eeprom", "write", "axis1", "0", "A1", "--config", file_}), kExitUsage);
+}
+
+TEST_F(Commands, ListsAndPrintsWithoutARunningMachine) {
+  EXPECT_EQ(Run({"do", "axis1", "--list", "--config", file_}), kExitDone);
+  setenv("AXLECAST_CONFIG", file_.c_str(), 1);
+  EXPECT_EQ(Run({"do", "axis1", "--list"}), kExitDone);
+}
+
+TEST_F(Commands, HelpIsNoError) {
+  for (const char* command : {"up", "watch", "status", "info", "do", "zero", "eeprom", "driver", "spy"}) {
+    EXPECT_EQ(Run({command, "--help"}), kExitDone) << command;
+  }
+}
+
+}  // namespace
+}  // namespace axlecast

@@ -1,0 +1,166 @@
+#include "tools/axlecast/config_report.h"
+
+#include <cstdio>
+
+#include "drivers/runtime/core/lcm_url.h"
+#include "tools/axlecast/columns.h"
+#include "tools/axlecast/names.h"
+
+namespace axlecast {
+namespace {
+
+// Beyond it commands, retries and the silence after a fault have to take slots from readings.
+constexpr double kBusy = 0.9;
+// A USB adapter hands bytes over once a millisecond at best (FTDI latency timer at 1 ms).
+constexpr double kUsbHz = 1'000;
+// Measured: here each LCM process that only listens in costs about a tenth of a core.
+constexpr double kManyMessages = 20'000;
+
+using Json = nlohmann::ordered_json;
+
+std::string Format(const char* format, double value) {
+  char text[48];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+double RefreshUs(const BusLoad& load) { return load.poll_hz > 0 ? 1e6 / load.poll_hz : 0; }
+
+double MessagesPerSecond(const MachineConfig& machine) {
+  double sum = 0;
+  for (const BusConfig& bus : machine.buses) {
+    for (const DeviceConfig& device : bus.devices) sum += device.publish_hz;
+  }
+  return sum;
+}
+
+bool IsUsb(const std::string& port) {
+  return port.starts_with("/dev/serial/") || port.starts_with("/dev/ttyUSB") || port.starts_with("/dev/ttyACM");
+}
+
+void AddBusWarnings(const BusConfig& bus, std::vector<std::string>& warnings) {
+  const BusLoad load = LoadOf(bus);
+  const std::string bus_name = "bus " + bus.name + ": ";
+  if (bus.poll_hz > 0 && load.utilisation > kBusy) {
+    warnings.push_back(bus_name + "readings take " + Format("%.0f", load.utilisation * 100) +
+                       " % of the wire's time: commands and retries will cost readings; poll_hz " +
+                       Format("%.0f", load.most_hz * kBusy) + " or less" +
+                       (bus.devices.size() > 1 ? ", or a second bus, leaves them room" : " leaves them room"));
+  }
+  if (bus.simulate || !IsUsb(bus.link.port)) return;
+  if (bus.poll_hz > kUsbHz) {
+    warnings.push_back(bus_name +
+                       "a USB adapter answers at most about 1000 times a second (latency timer at 1 ms): " +
+                       "poll_hz " + Format("%.0f", bus.poll_hz) + " will not be reached");
+  }
+  if (!bus.link.port.starts_with("/dev/serial/by-id/")) {
+    warnings.push_back(bus_name + bus.link.port +
+                       " may name another adapter after the next start: use its name in "
+                       "/dev/serial/by-id/");
+  }
+}
+
+std::string Travel(const DeviceConfig& device) {
+  std::string text = Format("%.12g", device.per_turn) + ' ' + std::string(UnitName(device.unit)) + "/turn";
+  if (device.ratio_num != device.ratio_den) {
+    text += ", gear " + std::to_string(device.ratio_num) + ':' + std::to_string(device.ratio_den);
+  }
+  return text;
+}
+
+std::string BusText(const BusConfig& bus) {
+  const BusLoad load = LoadOf(bus);
+  std::string text = "bus " + Left(bus.name, 24) + ' ' + Left(std::string(bus.family->name), 10) + ' ' +
+                     (bus.simulate ? "simulated" : bus.link.port) + ", " + std::to_string(bus.link.baud) +
+                     " baud\n";
+  text += "    polled at " + Format("%.10g", load.poll_hz) + " Hz";
+  if (load.round_us > 0) {
+    text += ", one round takes " + Format("%.4g", load.round_us) +
+            " us: " + Format("%.1f", load.utilisation * 100) + " % of the wire's time, at most " +
+            Format("%.0f", load.most_hz) + " Hz";
+  }
+  text += '\n';
+  for (const DeviceConfig& device : bus.devices) {
+    text += "    " + Left(device.name, 24) + ' ' + Left(device.model, 12) + " refreshed every " +
+            Format("%.6g", RefreshUs(load)) + " us, published at " + Format("%.6g", device.publish_hz) + " Hz, " +
+            Travel(device) + (device.permit_required ? "" : ", permit not required") + '\n';
+  }
+  return text;
+}
+
+Json DeviceJson(const DeviceConfig& device, const BusLoad& load) {
+  char hash[20];
+  std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(device.config_hash));
+  return {{"device", device.name},           {"model", device.model},         {"refresh_us", RefreshUs(load)},
+          {"publish_hz", device.publish_hz}, {"unit", UnitName(device.unit)}, {"per_turn", device.per_turn},
+          {"ratio_num", device.ratio_num},   {"ratio_den", device.ratio_den}, {"config_hash", hash}};
+}
+
+Json BusJson(const BusConfig& bus) {
+  const BusLoad load = LoadOf(bus);
+  Json json = {{"bus", bus.name},
+               {"family", bus.family->name},
+               {"simulate", bus.simulate},
+               {"port", bus.link.port},
+               {"baud", bus.link.baud},
+               {"poll_hz", bus.poll_hz},
+               {"round_us", load.round_us > 0 ? Json(load.round_us) : Json()},
+               {"most_hz", load.round_us > 0 ? Json(load.most_hz) : Json()},
+               {"utilisation", load.round_us > 0 ? Json(load.utilisation) : Json()},
+               {"devices", Json::array()}};
+  for (const DeviceConfig& device : bus.devices) json["devices"].push_back(DeviceJson(device, load));
+  return json;
+}
+
+}  // namespace
+
+BusLoad LoadOf(const BusConfig& bus) {
+  BusLoad load;
+  load.round_us = static_cast<double>(RoundTime(bus)) / static_cast<double>(kMicrosecond);
+  if (load.round_us > 0) load.most_hz = 1e6 / load.round_us;
+  load.poll_hz = bus.poll_hz > 0 ? bus.poll_hz : load.most_hz;
+  if (load.most_hz > 0) load.utilisation = load.poll_hz / load.most_hz;
+  return load;
+}
+
+std::vector<std::string> ConfigWarnings(const MachineConfig& machine) {
+  std::vector<std::string> warnings;
+  for (const BusConfig& bus : machine.buses) AddBusWarnings(bus, warnings);
+  if (const double messages = MessagesPerSecond(machine); messages > kManyMessages) {
+    warnings.push_back(Format("%.0f", messages) +
+                       " POSITION messages a second: every LCM process on the port receives all of them; lower "
+                       "publish_hz");
+  }
+  if (machine.bridge.allow_unsigned && ParseLcmUrl(machine.lcm.command_url).ttl > 0) {
+    warnings.push_back(
+        "bridge.unsigned_commands is allow and lcm.command_url leaves this host (ttl): anybody on the network may "
+        "command this machine; set ttl=0, or refuse");
+  }
+  return warnings;
+}
+
+std::string ConfigText(const MachineConfig& machine) {
+  std::string text = "machine " + machine.machine + "\n    data     " + machine.lcm.url + "\n    commands " +
+                     machine.lcm.command_url + '\n';
+  for (const BusConfig& bus : machine.buses) text += BusText(bus);
+  text += Format("%.0f", MessagesPerSecond(machine)) + " POSITION messages a second at most\n";
+  return text;
+}
+
+Json ConfigJson(const std::string& file, const MachineConfig* machine, const ConfigErrors& errors) {
+  Json json = {{"file", file}, {"ok", errors.empty()}, {"errors", Json::array()}, {"warnings", Json::array()}};
+  for (const ConfigError& error : errors.list()) {
+    json["errors"].push_back({{"line", error.line > 0 ? Json(error.line) : Json()},
+                              {"column", error.column > 0 ? Json(error.column) : Json()},
+                              {"text", error.text}});
+  }
+  json["machine"] = nullptr;
+  if (machine == nullptr) return json;
+  for (const std::string& warning : ConfigWarnings(*machine)) json["warnings"].push_back(warning);
+  json["machine"] = machine->machine;
+  json["buses"] = Json::array();
+  for (const BusConfig& bus : machine->buses) json["buses"].push_back(BusJson(bus));
+  return json;
+}
+
+}  // namespace axlecast

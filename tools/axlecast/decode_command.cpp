@@ -1,0 +1,193 @@
+#include "tools/axlecast/decode_command.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "drivers/runtime/core/family.h"
+#include "tools/axlecast/exit_code.h"
+#include "tools/axlecast/hex_line.h"
+#include "tools/json/field.h"
+
+namespace axlecast {
+namespace {
+
+// Many times the longest frame however it is written; keeps a file without line ends out of memory.
+constexpr std::size_t kLongestLine = 64 * 1024;
+
+constexpr const char* kExamples =
+    "Input: two hex digits a byte; between bytes nothing, blanks, commas, colons, semicolons or dashes; 0x is "
+    "allowed.\n"
+    "One quoted argument is one frame; without arguments, each line of standard input is one. Blank lines and "
+    "what\n"
+    "follows a # are skipped.\n"
+    "\n"
+    "Output: one JSON object per frame. Exit code: 0 all good, 1 any bad, 2 wrong usage.\n"
+    "\n"
+    "Examples:\n"
+    "  axlecast decode tformat \"1A 00 A5 A5 00 17 88 88 00 00 0D\"\n"
+    "  axlecast decode tformat --set bits=23 --set enid=0x17 0220D6431AAD \"EA 00 EA\"\n"
+    "  axlecast decode tformat --set bits=23 < capture.txt | jq .angle_deg";
+
+// Decodes frames one by one with the settings of the call.
+class FrameDecoder {
+ public:
+  FrameDecoder(const Family& family, DecodeSettings settings, std::ostream& out)
+      : family_(family), settings_(std::move(settings)), out_(out) {}
+
+  // Why the settings are no good; empty when they are.
+  [[nodiscard]] std::string SettingsProblem() const {
+    bool usable = true;
+    const nlohmann::ordered_json json = family_.decode(settings_, {}, &usable);
+    return usable ? "" : json.at("error").get<std::string>();
+  }
+
+  // `where` says in front of a problem's column where the text stands.
+  void Decode(const std::string& text, const std::string& where) {
+    const HexLine line = ParseHexLine(text);
+    if (!line.problem.empty()) return Bad("not_hex", where + line.problem);
+    bool usable = true;
+    const nlohmann::ordered_json json = family_.decode(settings_, line.bytes, &usable);
+    all_good_ = all_good_ && json.at("ok").get<bool>();
+    out_ << JsonLine(json) << '\n';
+  }
+
+  void Bad(const std::string& error, const std::string& detail) {
+    all_good_ = false;
+    out_ << JsonLine({{"ok", false}, {"kind", "unknown"}, {"error", error}, {"detail", detail}}) << '\n';
+  }
+
+  [[nodiscard]] bool all_good() const { return all_good_; }
+  [[nodiscard]] bool can_write() const { return out_.good(); }
+
+ private:
+  const Family& family_;
+  DecodeSettings settings_;
+  std::ostream& out_;
+  bool all_good_ = true;
+};
+
+struct Line {
+  std::string text;
+  bool cut = false;  // it was longer than kLongestLine; the rest is skipped
+};
+
+std::optional<Line> ReadLine(std::istream& in) {
+  Line line;
+  bool any = false;
+  for (int c = in.get(); c != std::istream::traits_type::eof(); c = in.get()) {
+    any = true;
+    if (c == '\n') return line;
+    line.cut = line.text.size() == kLongestLine;
+    if (!line.cut) line.text += static_cast<char>(c);
+  }
+  return any ? std::optional(std::move(line)) : std::nullopt;
+}
+
+bool IsBlank(const std::string& text) {
+  const std::size_t first = text.find_first_not_of(" \t\r");
+  return first == std::string::npos || text[first] == '#';
+}
+
+// Frames decoded.
+std::size_t DecodeLines(std::istream& in, FrameDecoder& decoder) {
+  std::size_t frames = 0;
+  for (std::size_t number = 1; decoder.can_write(); ++number) {
+    const std::optional<Line> line = ReadLine(in);
+    if (!line) break;
+    if (!line->cut && IsBlank(line->text)) continue;
+    ++frames;
+    const std::string where = "line " + std::to_string(number) + ", ";
+    if (line->cut) {
+      decoder.Bad("long", where + "more than " + std::to_string(kLongestLine) + " characters");
+    } else {
+      decoder.Decode(line->text, where);
+    }
+  }
+  return frames;
+}
+
+std::optional<DecodeSettings> SplitSettings(const std::vector<std::string>& texts, std::ostream& err) {
+  DecodeSettings settings;
+  for (const std::string& text : texts) {
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      err << "axlecast decode: --set '" << text << "': expected key=value, for example --set bits=17\n";
+      return std::nullopt;
+    }
+    settings.emplace_back(text.substr(0, equals), text.substr(equals + 1));
+  }
+  return settings;
+}
+
+std::string KnownProtocols() {
+  std::string names;
+  for (const Family* family : Families()) {
+    if (family->decode == nullptr) continue;
+    names += (names.empty() ? "" : ", ") + std::string(family->name);
+  }
+  return names;
+}
+
+// A frame whose bytes were given as separate arguments.
+bool LooksUnquoted(const std::vector<std::string>& frames) {
+  return frames.size() > 1 && std::ranges::all_of(frames, [](const std::string& frame) {
+           return ParseHexLine(frame).bytes.size() == 1;
+         });
+}
+
+}  // namespace
+
+int RunDecode(const DecodeArguments& arguments, std::istream& in, std::ostream& out, std::ostream& err) {
+  const Family* family = FindFamily(arguments.protocol);
+  if (family == nullptr || family->decode == nullptr) {
+    err << "axlecast decode: unknown protocol '" << arguments.protocol << "'; known: " << KnownProtocols() << '\n';
+    return kExitUsage;
+  }
+  std::optional<DecodeSettings> settings = SplitSettings(arguments.settings, err);
+  if (!settings) return kExitUsage;
+  FrameDecoder decoder(*family, std::move(*settings), out);
+  if (const std::string problem = decoder.SettingsProblem(); !problem.empty()) {
+    err << "axlecast decode: --set " << problem << '\n';
+    return kExitUsage;
+  }
+
+  for (const std::string& frame : arguments.frames) decoder.Decode(frame, "");
+  if (arguments.frames.empty() && DecodeLines(in, decoder) == 0 && decoder.can_write()) {
+    err << "axlecast decode: no frames in the input\n";
+  }
+  out.flush();
+  if (!out) {
+    err << "axlecast decode: the output could not be written\n";
+    return kExitFailed;
+  }
+  if (decoder.all_good()) return kExitDone;
+  if (LooksUnquoted(arguments.frames)) {
+    err << "axlecast decode: each argument is one frame; put the bytes of one frame between quotes\n";
+  }
+  return kExitBad;
+}
+
+void AddDecodeCommand(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<DecodeArguments>();
+  CLI::App* command = app.add_subcommand("decode", "Decode captured frames off-line, one JSON object per frame");
+  command->add_option("PROTOCOL", arguments->protocol, "Family of the device: " + KnownProtocols())->required();
+  command->add_option("--set", arguments->settings, "What the frame does not say, as key=value; may be repeated")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  command->add_option("HEX", arguments->frames, "Frames; without any, they are read from standard input");
+  command->footer(kExamples);
+  command->callback([arguments, &exit_code] {
+    exit_code = RunDecode(*arguments, std::cin, std::cout, std::cerr);
+    if (std::ferror(stdin) != 0) {
+      std::cerr << "axlecast decode: standard input could not be read\n";
+      exit_code = kExitFailed;
+    }
+  });
+}
+
+}  // namespace axlecast

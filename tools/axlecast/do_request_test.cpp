@@ -1,0 +1,75 @@
+#include "tools/axlecast/do_request.h"
+
+#include <gmock/gmock.h>
+
+#include "tools/axlecast/one_axis.h"
+
+namespace axlecast {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Pair;
+
+const std::vector<OperationSpec>& Operations() {
+  static const std::vector<OperationSpec> operations = {
+      {.name = "zero", .help = "sets zero", .arguments = {}, .destructive = true, .verification = "a reading"},
+      {.name = "read",
+       .help = "reads",
+       .arguments = {{"address", "0..79"}, {"count", "1..80", false}},
+       .verification = ""}};
+  return operations;
+}
+
+MachineConfig Machine() {
+  static const Family family = [] {
+    Family made;
+    made.name = "made_up";
+    made.operations = Operations();
+    return made;
+  }();
+  return OneAxis(&family);
+}
+
+TEST(FindOperation, FindsTheFamilysAndTheRuntimes) {
+  const MachineConfig machine = Machine();
+  const FoundOperation zero = FindOperation(machine, "axis1", "zero");
+  ASSERT_EQ(zero.problem, "");
+  EXPECT_TRUE(zero.operation->destructive);
+  EXPECT_EQ(FindOperation(machine, "axis1", "set_datum").problem, "");
+}
+
+TEST(FindOperation, NamesWhatIsValid) {
+  const MachineConfig machine = Machine();
+  EXPECT_THAT(FindOperation(machine, "axis2", "zero").problem, HasSubstr("devices: axis1"));
+  const std::string problem = FindOperation(machine, "axis1", "zeros").problem;
+  EXPECT_THAT(problem, HasSubstr("did you mean zero?"));
+  EXPECT_THAT(problem, HasSubstr("operations: zero, read, "));
+}
+
+TEST(SetArguments, KeepsOrderAndEmptyValues) {
+  CommandRequest request;
+  EXPECT_EQ(SetArguments(Operations()[1], {"count=", "address=3=4"}, request), "");
+  EXPECT_THAT(request.arguments, ElementsAre(Pair("count", ""), Pair("address", "3=4")));
+}
+
+TEST(SetArguments, RefusesWhatTheOperationDoesNotTake) {
+  CommandRequest request;
+  EXPECT_EQ(SetArguments(Operations()[1], {"addres=3"}, request),
+            "read takes no 'addres'; arguments: address, count");
+  EXPECT_EQ(SetArguments(Operations()[1], {"address"}, request), "'address' is no key=value");
+  EXPECT_EQ(SetArguments(Operations()[1], {"=3"}, request), "'=3' is no key=value");
+  EXPECT_EQ(SetArguments(Operations()[0], {"a=3"}, request), "zero takes no 'a'; it takes no arguments");
+  EXPECT_EQ(SetArguments(Operations()[1], {}, request), "read needs address=... (0..79)");
+  EXPECT_EQ(SetArguments(Operations()[1], {"address=1", "address=2"}, request), "'address' is given twice");
+}
+
+TEST(OperationList, TellsHelpArgumentsAndCheck) {
+  const MachineConfig machine = Machine();
+  const std::string list = OperationList(machine.buses[0]);
+  EXPECT_THAT(list, HasSubstr("zero  (destructive: asks first)\n    sets zero\n    verified by: a reading\n"));
+  EXPECT_THAT(list, HasSubstr("    count=  1..80 (optional)\n"));
+}
+
+}  // namespace
+}  // namespace axlecast

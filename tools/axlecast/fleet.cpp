@@ -1,0 +1,115 @@
+#include "tools/axlecast/fleet.h"
+
+#include <poll.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace axlecast {
+namespace {
+
+constexpr MonoNs kFirstBackOff = 500 * kMillisecond;
+constexpr MonoNs kLongestBackOff = 10 * kSecond;
+constexpr MonoNs kRanWell = 30 * kSecond;
+constexpr MonoNs kPatience = 3 * kSecond;
+constexpr std::size_t kDeathsKept = 1000;
+
+std::string Seconds(MonoNs time) { return std::to_string(time / kSecond) + (time % kSecond == 0 ? " s" : ".5 s"); }
+
+}  // namespace
+
+Fleet::Fleet(std::string log_directory, const Clock& clock, std::function<void(const std::string& line)> tell)
+    : log_directory_(std::move(log_directory)), clock_(clock), tell_(std::move(tell)) {}
+
+Fleet::~Fleet() = default;
+
+void Fleet::Start(Role role, const std::string& name, std::vector<std::string> argv) {
+  std::string file = name;
+  std::replace(file.begin(), file.end(), ' ', '-');
+  members_.push_back({role, name, std::move(argv), ProcessLog(log_directory_ + '/' + file + ".log"), {}});
+  Launch(members_.back());
+}
+
+void Fleet::Launch(Member& member) {
+  member.restart_at = kNever;
+  member.started = clock_.Now();
+  const std::string problem = member.child.Start(member.argv, member.log.FileDescriptor());
+  if (problem.empty()) {
+    member.log.Write("== started, process " + std::to_string(member.child.pid()));
+  } else {
+    OnEnd(member, problem);
+  }
+}
+
+void Fleet::OnEnd(Member& member, const std::string& how) {
+  const MonoNs now = clock_.Now();
+  member.back_off = now - member.started >= kRanWell || member.back_off == 0
+                        ? kFirstBackOff
+                        : std::min(2 * member.back_off, kLongestBackOff);
+  member.restart_at = now + member.back_off;
+  if (deaths_.size() < kDeathsKept) deaths_.push_back(member.name + ": " + how);
+  member.log.Write("== ended: " + how);
+  tell_(member.name + " ended: " + how + "; starting it again in " + Seconds(member.back_off));
+}
+
+void Fleet::ReadLog(Member& member) {
+  for (const std::string& line : member.child.ReadLines()) {
+    member.log.Write(line);
+    if (WorthShowing(line)) tell_(member.name + ": " + line);
+  }
+}
+
+void Fleet::Poll() {
+  for (Member& member : members_) {
+    ReadLog(member);
+    if (const auto end = member.child.Reap()) {
+      ReadLog(member);
+      OnEnd(member, end->text);
+    }
+    if (!member.child.running() && clock_.Now() >= member.restart_at) Launch(member);
+  }
+}
+
+std::vector<int> Fleet::FileDescriptors() const {
+  std::vector<int> descriptors;
+  for (const Member& member : members_) {
+    if (member.child.FileDescriptor() >= 0) descriptors.push_back(member.child.FileDescriptor());
+  }
+  return descriptors;
+}
+
+bool Fleet::AnyRunning(Role role) const {
+  return std::any_of(members_.begin(), members_.end(),
+                     [role](const Member& member) { return member.role == role && member.child.running(); });
+}
+
+void Fleet::Stop(const std::function<bool()>& hurry) {
+  for (const Role role : {Role::kDriver, Role::kBridge, Role::kSimulator}) StopRole(role, hurry);
+}
+
+void Fleet::StopRole(Role role, const std::function<bool()>& hurry) {
+  for (Member& member : members_) {
+    if (member.role != role) continue;
+    member.restart_at = kNever;
+    member.child.Signal(SIGTERM);
+  }
+  const MonoNs patience_ends = clock_.Now() + kPatience;
+  bool killed = false;
+  while (AnyRunning(role)) {
+    const bool out_of_patience = clock_.Now() >= patience_ends || hurry();
+    for (Member& member : members_) {
+      if (out_of_patience && !killed && member.role == role && member.child.running()) {
+        tell_(member.name + " does not end: killed");
+        member.child.Signal(SIGKILL);
+      }
+      // The others' output is read too, so that none of them waits for us.
+      ReadLog(member);
+      if (member.role == role && member.child.Reap()) ReadLog(member);
+    }
+    killed = killed || out_of_patience;
+    if (AnyRunning(role)) poll(nullptr, 0, 5);
+  }
+}
+
+}  // namespace axlecast

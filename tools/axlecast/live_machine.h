@@ -1,0 +1,32 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "drivers/io/lcm_port.h"
+#include "drivers/runtime/config/machine_config.h"
+#include "drivers/runtime/core/clock.h"
+#include "tools/axlecast/machine_view.h"
+
+namespace axlecast {
+
+// A machine's messages as they come, gathered in a view.
+class LiveMachine {
+ public:
+  LiveMachine(const MachineConfig& machine, const Clock& clock);
+
+  // Empty when messages can come, else the cause and the lines that mend it.
+  [[nodiscard]] const std::string& problem() const { return problem_; }
+  [[nodiscard]] const MachineView& view() const { return view_; }
+
+  // Takes in what comes until `deadline` or until `enough` says so. False when the port failed.
+  [[nodiscard]] bool Gather(MonoNs deadline, const std::function<bool(const MachineView&)>& enough);
+
+ private:
+  const Clock& clock_;
+  LcmPort port_;
+  MachineView view_;
+  std::string problem_;
+};
+
+}  // namespace axlecast

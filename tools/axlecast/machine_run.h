@@ -1,0 +1,60 @@
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "drivers/io/process.h"
+#include "drivers/io/run_directory.h"
+#include "drivers/io/system_clock.h"
+#include "drivers/runtime/config/machine_config.h"
+#include "tools/axlecast/fleet.h"
+#include "tools/axlecast/live_machine.h"
+#include "tools/axlecast/run_summary.h"
+#include "tools/axlecast/screen.h"
+
+namespace axlecast {
+
+// A whole machine in the foreground: simulators, bridge, drivers, and what their messages say.
+class MachineRun {
+ public:
+  // `file` is the machine's file as the processes get it. With `table` a live table, else one line every 5 s
+  // on standard error unless `quiet`.
+  MachineRun(const MachineConfig& machine, std::string file, bool table, bool quiet);
+
+  // Checks all that must be there before anything starts. Empty when all is, else the cause and the remedy.
+  [[nodiscard]] std::string Prepare();
+
+  // A line that stays below the table.
+  void AddNote(std::string line) { notes_.push_back(std::move(line)); }
+
+  // Starts all, and runs until a signal asks to stop or `seconds` have passed (0: no end). The summary is of the
+  // moment before the processes are ended.
+  [[nodiscard]] RunSummary Run(double seconds);
+
+ private:
+  void StartAll();
+  void AwaitSimulators();
+  void Follow(MonoNs end);
+  void Show(MonoNs now);
+  void Tell(const std::string& line);
+
+  const MachineConfig& machine_;
+  std::string file_;
+  bool table_;
+  bool quiet_;
+  SystemClock clock_;
+  LockFile lock_;
+  std::unique_ptr<StopSignal> stop_;
+  std::unique_ptr<LiveMachine> live_;
+  std::unique_ptr<Fleet> fleet_;
+  std::unique_ptr<Screen> screen_;
+  std::deque<std::string> events_;  // newest last
+  std::vector<std::string> notes_;
+  MonoNs started_ = 0;
+  MonoNs next_show_ = 0;
+};
+
+}  // namespace axlecast

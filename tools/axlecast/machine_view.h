@@ -1,0 +1,87 @@
+#pragma once
+
+#include <axlecast/alarm_entry_t.hpp>
+#include <axlecast/bus_health_t.hpp>
+#include <axlecast/device_info_t.hpp>
+#include <axlecast/position_t.hpp>
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/runtime/config/machine_config.h"
+#include "drivers/runtime/core/inline_bytes.h"
+#include "drivers/runtime/core/instant.h"
+#include "tools/axlecast/sequence_count.h"
+
+namespace axlecast {
+
+// What the messages so far say of one device.
+struct DeviceView {
+  std::string name;
+  std::string bus;
+  std::optional<position_t> position;  // the newest
+  std::optional<position_t> valid;     // the newest with FLAG_VALID
+  std::optional<device_info_t> info;
+  std::vector<alarm_entry_t> alarms;  // as the newest ALARM says
+  std::set<std::string> alarms_seen;  // names, since the start
+  SequenceCount positions;
+  std::int64_t valid_positions = 0;
+  double position_hz = 0;  // received, over the last full second
+  MonoNs position_at = 0;  // receipt of `position`
+  MonoNs info_at = 0;      // receipt of `info`
+  MonoNs alarms_at = 0;    // receipt of `alarms`; 0 never
+  bool was_online = false;
+
+  // The driver tells the state once a second; nothing when it has been silent for longer than kStaleAfter.
+  [[nodiscard]] std::optional<std::int8_t> State(MonoNs now) const;  // device_info_t STATE_*
+  [[nodiscard]] bool Online(MonoNs now) const { return State(now) == device_info_t::STATE_ONLINE; }
+  // Whole and part turns of the shaft after direction and datum; NaN before the first valid position.
+  [[nodiscard]] double Turns() const;
+  [[nodiscard]] double SpeedRpm() const;  // NaN when unknown
+};
+
+struct BusView {
+  std::string name;
+  std::optional<bus_health_t> health;
+  MonoNs health_at = 0;
+
+  [[nodiscard]] std::optional<std::int8_t> State(MonoNs now) const;  // bus_health_t STATE_*
+  [[nodiscard]] bool Up(MonoNs now) const { return State(now) == bus_health_t::STATE_UP; }
+};
+
+// Messages come once a second; a state older than this is no state.
+inline constexpr MonoNs kStaleAfter = 2500 * kMillisecond;
+
+// The machine as its messages show it: the devices and buses of its file, in the file's order. Pure: fed with
+// messages and instants.
+class MachineView {
+ public:
+  explicit MachineView(const MachineConfig& machine);
+
+  void OnMessage(std::string_view channel, Bytes message, MonoNs now);
+  // At least a few times a second: closes the windows of the rates.
+  void Tick(MonoNs now);
+
+  [[nodiscard]] const std::string& machine() const { return machine_; }
+  [[nodiscard]] const std::vector<DeviceView>& devices() const { return devices_; }
+  [[nodiscard]] const std::vector<BusView>& buses() const { return buses_; }
+  [[nodiscard]] std::size_t online(MonoNs now) const;
+  [[nodiscard]] bool AllOnline(MonoNs now) const;  // every device ONLINE, every bus UP
+  [[nodiscard]] bool AllHeard() const;             // DEVICE and BUS of all came at least once
+  [[nodiscard]] bool NoneHeard() const;            // neither of any came
+  [[nodiscard]] const DeviceView* FindDevice(std::string_view name) const;
+
+ private:
+  void OnDevice(DeviceView& device, std::string_view kind, Bytes message, MonoNs now);
+
+  std::string machine_;
+  std::vector<DeviceView> devices_;
+  std::vector<BusView> buses_;
+  MonoNs window_start_ = 0;
+  std::vector<std::int64_t> window_received_;  // positions of each device when the window began
+};
+
+}  // namespace axlecast

@@ -1,0 +1,55 @@
+#include <signal.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+
+#include "tools/axlecast/check_config_command.h"
+#include "tools/axlecast/decode_command.h"
+#include "tools/axlecast/do_command.h"
+#include "tools/axlecast/driver_command.h"
+#include "tools/axlecast/exit_code.h"
+#include "tools/axlecast/simulate_command.h"
+#include "tools/axlecast/spy_command.h"
+#include "tools/axlecast/status_command.h"
+#include "tools/axlecast/up_command.h"
+#include "tools/axlecast/watch_command.h"
+
+namespace axlecast {
+namespace {
+
+int RunCommandLine(int argc, char** argv) {
+  CLI::App app("Shaft positions and motor health over LCM.\nEvery command: axlecast COMMAND --help.", "axlecast");
+  app.set_version_flag("--version", "axlecast " AXLECAST_VERSION);
+  app.require_subcommand(1);
+  int exit_code = kExitDone;
+  AddUpCommand(app, exit_code);
+  AddWatchCommand(app, exit_code);
+  AddStatusCommand(app, exit_code);
+  AddInfoCommand(app, exit_code);
+  AddDoCommands(app, exit_code);
+  AddCheckConfigCommand(app, exit_code);
+  AddSimulateCommand(app, exit_code);
+  AddDriverCommand(app, exit_code);
+  AddSpyCommand(app, exit_code);
+  AddDecodeCommand(app, exit_code);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kExitDone : kExitUsage;
+  }
+  return exit_code;
+}
+
+}  // namespace
+}  // namespace axlecast
+
+int main(int argc, char** argv) {
+  static_cast<void>(signal(SIGPIPE, SIG_IGN));  // a reader that leaves is told by write()
+  try {
+    return axlecast::RunCommandLine(argc, argv);
+  } catch (const std::exception& error) {  // of the libraries: memory or a file system that fails
+    static_cast<void>(std::fprintf(stderr, "axlecast: %s\n", error.what()));
+    return axlecast::kExitBad;
+  }
+}

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <regex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/runtime/core/inline_bytes.h"
+#include "drivers/runtime/core/instant.h"
+#include "tools/axlecast/sequence_count.h"
+
+namespace axlecast {
+
+// Turns messages into lines, and counts what is missing between them. Pure.
+class MessageWatch {
+ public:
+  // Only channels in whose name `channel` is found.
+  MessageWatch(std::regex channel, bool json) : channel_(std::move(channel)), json_(json) {}
+
+  // The line of one message, with its newline; nothing when it is of another channel or none of ours.
+  [[nodiscard]] std::optional<std::string> On(const std::string& channel, Bytes message);
+
+  [[nodiscard]] std::int64_t shown() const { return shown_; }
+
+  // A table of the channels: rate since the last call, and the newest message of each.
+  [[nodiscard]] std::vector<std::string> Table(MonoNs now);
+
+  // What did not come or could not be shown, one line each.
+  [[nodiscard]] std::vector<std::string> Losses() const;
+
+ private:
+  struct Seen {
+    SequenceCount sequence;
+    std::string newest;
+    std::int64_t at_window = 0;  // received when the window of the rate began
+    double hz = 0;
+  };
+
+  std::regex channel_;
+  bool json_;
+  std::map<std::string, Seen> channels_;
+  std::int64_t shown_ = 0;
+  std::int64_t foreign_ = 0;
+  MonoNs window_ = 0;
+};
+
+}  // namespace axlecast

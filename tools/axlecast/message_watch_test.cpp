@@ -1,0 +1,64 @@
+#include "tools/axlecast/message_watch.h"
+
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tools/axlecast/one_axis.h"
+
+namespace axlecast {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+TEST(MessageWatch, JsonLineHasChannelTypeAndFields) {
+  MessageWatch watch(std::regex(""), true);
+  const auto line = watch.On("POSITION/axis1", Encoded(PositionMessage(3)));
+  ASSERT_TRUE(line);
+  EXPECT_THAT(*line, StartsWith("{\"channel\":\"POSITION/axis1\",\"type\":\"position_t\",\"utime\":0,"));
+  EXPECT_EQ(line->back(), '\n');
+  const auto json = nlohmann::json::parse(*line);
+  EXPECT_EQ(json["seq"], 3);
+  EXPECT_EQ(json["boot_id"], "0000000000000007");
+}
+
+TEST(MessageWatch, LineForPeople) {
+  MessageWatch watch(std::regex(""), false);
+  position_t position = PositionMessage(3);
+  position.utime = 1'700'000'000'000'042;
+  EXPECT_EQ(watch.On("POSITION/axis1", Encoded(position)),
+            "1700000000.000042 POSITION/axis1  62.500000 mm, turns 12.500000, rpm 60.0, valid,speed_valid\n");
+}
+
+TEST(MessageWatch, FiltersByChannel) {
+  MessageWatch watch(std::regex("^POSITION/axis1$"), true);
+  EXPECT_TRUE(watch.On("POSITION/axis1", Encoded(PositionMessage(0))));
+  EXPECT_FALSE(watch.On("POSITION/axis10", Encoded(PositionMessage(0))));
+  EXPECT_EQ(watch.shown(), 1);
+  EXPECT_TRUE(watch.Losses().empty());
+}
+
+TEST(MessageWatch, TellsWhatWasLostAndWhatIsForeign) {
+  MessageWatch watch(std::regex(""), true);
+  for (const std::int64_t seq : {0, 4}) EXPECT_TRUE(watch.On("POSITION/axis1", Encoded(PositionMessage(seq))));
+  const std::vector<std::uint8_t> foreign(20, 1);
+  EXPECT_FALSE(watch.On("OTHER", foreign));
+  EXPECT_THAT(watch.Losses(), ElementsAre("POSITION/axis1: 3 of 5 messages lost on the way here",
+                                          "1 messages that are not axlecast's were not shown"));
+}
+
+TEST(MessageWatch, TableHasOneRowPerChannel) {
+  MessageWatch watch(std::regex(""), false);
+  static_cast<void>(watch.Table(100 * kSecond));
+  for (std::int64_t seq = 0; seq < 10; ++seq)
+    static_cast<void>(watch.On("POSITION/axis1", Encoded(PositionMessage(seq))));
+  const auto lines = watch.Table(101 * kSecond);
+  ASSERT_EQ(lines.size(), 2U);
+  EXPECT_THAT(lines[1], HasSubstr("POSITION/axis1"));
+  EXPECT_THAT(lines[1], HasSubstr("10.0  62.500000 mm"));
+}
+
+}  // namespace
+}  // namespace axlecast

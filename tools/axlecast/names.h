@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace axlecast {
+
+// The words of the messages' numbers, for people. A number that is not known becomes "?".
+
+[[nodiscard]] std::string_view UnitName(std::int8_t unit);          // position_t UNIT_*: "mm"
+[[nodiscard]] std::string_view DeviceStateName(std::int8_t state);  // device_info_t STATE_*: "ONLINE"
+[[nodiscard]] std::string_view BusStateName(std::int8_t state);     // bus_health_t STATE_*: "UP"
+[[nodiscard]] std::string_view AlarmStateName(std::int8_t state);   // alarm_entry_t STATE_*: "live"
+[[nodiscard]] std::string_view SeverityName(std::int8_t severity);  // alarm_entry_t SEVERITY_*: "warning"
+
+// position_t FLAG_* as words, in the order of their bits: "valid,turns_valid,simulated". Unknown bits as hex.
+[[nodiscard]] std::string FlagNames(std::int32_t flags);
+
+// Non-zero counters of failed readings (device_info_t ERROR_*): "timeout 3, checksum 1"; empty when all are 0.
+[[nodiscard]] std::string ErrorCounts(const std::int64_t (&errors)[16]);
+
+}  // namespace axlecast

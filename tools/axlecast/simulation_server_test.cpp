@@ -1,0 +1,144 @@
+#include "tools/axlecast/simulation_server.h"
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <thread>
+
+#include "drivers/io/descriptor.h"
+#include "drivers/io/system_clock.h"
+
+namespace axlecast {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Answers every byte with that byte plus one; an 'L' a little later.
+class PlusOne final : public Simulator {
+ public:
+  void OnBytes(Bytes bytes, MonoNs now, const Transmit& transmit) override {
+    for (const std::uint8_t byte : bytes) {
+      const auto answer = static_cast<std::uint8_t>(byte + step_);
+      if (byte == 'L') {
+        due_ = now + 5 * kMillisecond;
+      } else {
+        transmit(Bytes(&answer, 1));
+      }
+    }
+  }
+  [[nodiscard]] MonoNs NextDue() const override { return due_; }
+  void OnDue(MonoNs, const Transmit& transmit) override {
+    due_ = kNever;
+    const std::uint8_t late = 'M';
+    transmit(Bytes(&late, 1));
+  }
+  [[nodiscard]] std::string Set(std::string_view device, std::string_view key, std::string_view value,
+                                MonoNs) override {
+    if (device != "unit" || key != "step") return "no such thing";
+    step_ = std::atoi(std::string(value).c_str());
+    return {};
+  }
+  [[nodiscard]] std::vector<std::pair<std::string, std::string>> State(std::string_view, MonoNs) const override {
+    return {{"step", std::to_string(step_)}, {"mood", "calm"}};
+  }
+
+ private:
+  int step_ = 1;
+  MonoNs due_ = kNever;
+};
+
+class SimulationServerTest : public testing::Test {
+ protected:
+  SimulationServerTest() {
+    std::string pattern = testing::TempDir() + "sim_XXXXXX";
+    directory_ = mkdtemp(pattern.data());
+    place_ = {"b0", {"unit"}, directory_ + "/b0.pty", directory_ + "/b0.ctl", directory_ + "/b0.sim"};
+    EXPECT_EQ(server_.Add(place_, std::make_unique<PlusOne>()), "");
+    thread_ = std::thread([this] { EXPECT_EQ(server_.Run(), ""); });
+  }
+  ~SimulationServerTest() override {
+    server_.Stop();
+    thread_.join();
+    std::filesystem::remove_all(directory_);
+  }
+
+  [[nodiscard]] Descriptor OpenHost() const { return Descriptor(open(place_.pty.c_str(), O_RDWR | O_NOCTTY)); }
+  static char Exchange(const Descriptor& host, char request) {
+    if (write(host.get(), &request, 1) != 1) return '!';
+    pollfd wanted{host.get(), POLLIN, 0};
+    if (poll(&wanted, 1, 2'000) != 1) return '?';
+    char reply = '0';
+    return read(host.get(), &reply, 1) == 1 ? reply : '!';
+  }
+  [[nodiscard]] Json Ask(const Json& question) const {
+    return Json::parse(AskControlSocket(place_.control, question.dump()), nullptr, false);
+  }
+
+  std::string directory_;
+  SimulationServer::BusPlace place_;
+  SystemClock clock_;
+  SimulationServer server_{clock_};
+  std::thread thread_;
+};
+
+TEST_F(SimulationServerTest, HostsComeAndGo) {
+  for (int i = 0; i < 3; ++i) {
+    const Descriptor host = OpenHost();
+    EXPECT_EQ(Exchange(host, 'a'), 'b');
+    EXPECT_EQ(Exchange(host, 'x'), 'y');
+  }
+}
+
+TEST_F(SimulationServerTest, LateAnswersComeWhenTheyAreDue) {
+  const Descriptor host = OpenHost();
+  EXPECT_EQ(Exchange(host, 'L'), 'M');
+}
+
+TEST_F(SimulationServerTest, ChangesWhileItRuns) {
+  const Descriptor host = OpenHost();
+  EXPECT_EQ(Exchange(host, 'a'), 'b');
+  const Json set = {{"set", {{"unit", "step", "2"}, {"unit", "size", "1"}}}};
+  EXPECT_EQ(Ask(set), Json({{"errors", {"no such thing"}}}));
+  EXPECT_EQ(Exchange(host, 'a'), 'c');
+  const Json state = Ask({{"show", true}});
+  EXPECT_EQ(state["devices"]["unit"]["step"], 2) << "numbers are numbers";
+  EXPECT_EQ(state["devices"]["unit"]["mood"], "calm");
+  EXPECT_EQ(state["host"], true);
+}
+
+TEST_F(SimulationServerTest, UnpluggedTheHostLosesItsLineAndFindsItAgainWhenPlugged) {
+  const Descriptor host = OpenHost();
+  EXPECT_EQ(Exchange(host, 'a'), 'b');
+  EXPECT_EQ(Ask({{"plugged", false}})["errors"], Json::array());
+  EXPECT_FALSE(std::filesystem::exists(place_.pty));
+  EXPECT_EQ(Exchange(host, 'a'), '!');
+  EXPECT_EQ(Ask({{"plugged", true}})["errors"], Json::array());
+  const Descriptor again = OpenHost();
+  EXPECT_EQ(Exchange(again, 'a'), 'b');
+}
+
+TEST_F(SimulationServerTest, OneSimulatorPerBus) {
+  SimulationServer second(clock_);
+  EXPECT_THAT(second.Add(place_, std::make_unique<PlusOne>()), testing::HasSubstr("simulated already"));
+  const Descriptor host = OpenHost();
+  EXPECT_EQ(Exchange(host, 'a'), 'b') << "the first goes on";
+}
+
+TEST_F(SimulationServerTest, NonsenseGetsAnAnswerToo) {
+  EXPECT_TRUE(Ask("hello").contains("errors"));
+  EXPECT_TRUE(Ask(Json::array({1, 2})).contains("errors"));
+  EXPECT_FALSE(Ask({{"set", {1}}})["errors"].empty());
+  EXPECT_FALSE(Ask({{"set", "all"}})["errors"].empty());
+  EXPECT_FALSE(Ask({{"set", {{"unit", "step", 2}}}})["errors"].empty());
+  const Descriptor host = OpenHost();
+  EXPECT_EQ(Exchange(host, 'a'), 'b');
+}
+
+}  // namespace
+}  // namespace axlecast

@@ -1,0 +1,103 @@
+#include "tools/axlecast/status_command.h"
+
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "drivers/io/system_clock.h"
+#include "tools/axlecast/config_option.h"
+#include "tools/axlecast/exit_code.h"
+#include "tools/axlecast/live_machine.h"
+#include "tools/axlecast/screen.h"
+#include "tools/axlecast/status_text.h"
+#include "tools/json/field.h"
+
+namespace axlecast {
+namespace {
+
+// DEVICE and BUS come once a second.
+constexpr MonoNs kLongestWait = 2500 * kMillisecond;
+
+struct Options {
+  ConfigOption config;
+  std::vector<std::string> names;  // of `info`: [CONFIG] DEVICE
+  bool json = false;
+};
+
+int Show(const nlohmann::ordered_json& json, const std::string& text, bool as_json) {
+  static_cast<void>(WriteOut(as_json ? JsonLine(json) + '\n' : text));
+  return kExitDone;
+}
+
+int Status(const Options& options) {
+  int exit_code = kExitDone;
+  const auto machine = options.config.Load(exit_code);
+  if (!machine) return exit_code;
+  const SystemClock clock;
+  LiveMachine live(*machine, clock);
+  if (!live.problem().empty() ||
+      !live.Gather(clock.Now() + kLongestWait, [](const MachineView& view) { return view.AllHeard(); })) {
+    std::cerr << (live.problem().empty() ? "the LCM port failed" : live.problem()) << '\n';
+    return kExitBad;
+  }
+  const MonoNs now = clock.Now();
+  Show(StatusJson(live.view(), now), StatusText(live.view(), now), options.json);
+  if (live.view().AllOnline(now)) return kExitDone;
+  return live.view().NoneHeard() ? kExitNoAnswer : kExitBad;
+}
+
+// All that is told of a device at least once a second has come.
+bool Complete(const DeviceView& device) { return device.info && device.alarms_at != 0 && device.position; }
+
+int Info(Options options) {
+  if (options.names.size() == 2) options.config.Set(options.names.front());
+  const std::string name = options.names.back();
+  int exit_code = kExitDone;
+  const auto machine = options.config.Load(exit_code);
+  if (!machine) return exit_code;
+  if (machine->BusOf(name) == nullptr) {
+    std::cerr << UnknownDevice(*machine, name) << '\n';
+    return kExitUsage;
+  }
+  const SystemClock clock;
+  LiveMachine live(*machine, clock);
+  const auto complete = [&name](const MachineView& view) { return Complete(*view.FindDevice(name)); };
+  if (!live.problem().empty() || !live.Gather(clock.Now() + kLongestWait, complete)) {
+    std::cerr << (live.problem().empty() ? "the LCM port failed" : live.problem()) << '\n';
+    return kExitBad;
+  }
+  const DeviceView& device = *live.view().FindDevice(name);
+  if (!device.info) {
+    std::cerr << name << ": no answer; is its driver running? (axlecast driver " << device.bus << ")\n";
+    return kExitNoAnswer;
+  }
+  return Show(InfoJson(device), InfoText(device, clock.Now()), options.json);
+}
+
+}  // namespace
+
+void AddStatusCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("status", "Is everything online?");
+  options->config.AddTo(*command, ConfigOption::Form::kPositional);
+  command->add_flag("--json", options->json, "One JSON object");
+  command->footer(
+      "example: axlecast status machine.yaml && echo all online\n"
+      "exit code 0 when every device is ONLINE and every bus UP, 1 when not, 6 when nothing answers");
+  command->callback([options, &exit_code] { exit_code = Status(*options); });
+}
+
+void AddInfoCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("info", "Everything about one device");
+  options->config.AddTo(*command, ConfigOption::Form::kOptionOnly);
+  command->add_option("DEVICE", options->names, "The device; before it, optionally, the machine's file")
+      ->required()
+      ->expected(1, 2)
+      ->type_name("[CONFIG] DEVICE");
+  command->add_flag("--json", options->json, "One JSON object");
+  command->footer("example: axlecast info machine.yaml axis1");
+  command->callback([options, &exit_code] { exit_code = Info(*options); });
+}
+
+}  // namespace axlecast

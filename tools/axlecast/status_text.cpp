@@ -1,0 +1,128 @@
+#include "tools/axlecast/status_text.h"
+
+#include <vector>
+
+#include "drivers/runtime/config/words.h"
+#include "tools/axlecast/columns.h"
+#include "tools/axlecast/names.h"
+#include "tools/axlecast/table.h"
+#include "tools/json/message_json.h"
+
+namespace axlecast {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string Row(std::string_view name, const std::string& value) { return Left(name, 18) + value + '\n'; }
+
+std::string AlarmRows(const DeviceView& device) {
+  std::string text;
+  for (const alarm_entry_t& alarm : device.alarms) {
+    text += Row("alarm", Printable(alarm.name) + " (" + std::string(SeverityName(alarm.severity)) + ", " +
+                             std::string(AlarmStateName(alarm.state)) + "): " + Printable(alarm.action));
+  }
+  return text;
+}
+
+std::string PositionRows(const DeviceView& device) {
+  if (!device.position) return Row("position", "none yet");
+  const position_t& position = *device.position;
+  return Row("value", ValueText(device)) + Row("turns", Decimal(device.Turns(), 6)) +
+         Row("speed", Decimal(device.SpeedRpm(), 2) + " rpm") +
+         Row("raw",
+             std::to_string(position.raw_counts) + " counts, " + std::to_string(position.raw_turns) + " turns") +
+         Row("flags", FlagNames(position.flags));
+}
+
+std::string Period(std::int32_t us) { return us > 0 ? Decimal(1e6 / us, 1) + " Hz" : "as fast as the bus allows"; }
+
+}  // namespace
+
+std::string StatusText(const MachineView& machine, MonoNs now) {
+  std::string text;
+  for (const DeviceView& device : machine.devices()) {
+    const auto state = device.State(now);
+    const std::string reason = device.info ? Printable(device.info->reason) : "no driver answers";
+    text += Left(device.name, 24) + ' ' + Left(state ? DeviceStateName(*state) : "SILENT", 9) + ' ' +
+            Right(ValueText(device), 22) + "  " + AlarmText(device, 24) +
+            (device.Online(now) || reason.empty() ? "" : "  (" + reason + ")") + '\n';
+  }
+  for (const BusView& bus : machine.buses()) {
+    const auto state = bus.State(now);
+    const std::string errors = bus.health ? ErrorCounts(bus.health->errors) : "";
+    text += Left(bus.name, 24) + ' ' + Left(state ? BusStateName(*state) : "SILENT", 9) + ' ' +
+            (errors.empty() ? "" : "errors: " + errors) +
+            (bus.health && !bus.Up(now) ? "  (" + Printable(bus.health->last_error) + ")" : "") + '\n';
+  }
+  return text + (machine.AllOnline(now) ? "all online\n" : "not all online\n");
+}
+
+Json StatusJson(const MachineView& machine, MonoNs now) {
+  Json json;
+  json["machine"] = machine.machine();
+  json["all_online"] = machine.AllOnline(now);
+  json["devices"] = Json::array();
+  for (const DeviceView& device : machine.devices()) {
+    Json entry = {{"device", device.name},
+                  {"bus", device.bus},
+                  {"heard", device.info.has_value()},
+                  {"online", device.Online(now)}};
+    if (device.info) entry.update(ToJson(*device.info));
+    json["devices"].push_back(std::move(entry));
+  }
+  json["buses"] = Json::array();
+  for (const BusView& bus : machine.buses()) {
+    Json entry = {{"bus", bus.name}, {"heard", bus.health.has_value()}, {"up", bus.Up(now)}};
+    if (bus.health) entry.update(ToJson(*bus.health));
+    json["buses"].push_back(std::move(entry));
+  }
+  return json;
+}
+
+std::string InfoText(const DeviceView& device, MonoNs now) {
+  const device_info_t& info = *device.info;
+  const auto state = device.State(now);
+  std::string operations;
+  for (const std::string& operation : info.operations) operations += (operations.empty() ? "" : " ") + operation;
+  const std::string errors = ErrorCounts(info.errors);
+  const auto or_none = [](const std::string& text) { return text.empty() ? std::string("-") : Printable(text); };
+  return Row("device", device.name + " on " + device.bus) +
+         Row("state", std::string(state ? DeviceStateName(*state) : "SILENT") +
+                          (info.reason.empty() ? "" : " (" + Printable(info.reason) + ")")) +
+         PositionRows(device) + AlarmRows(device) + Row("model", Printable(info.family + ' ' + info.model)) +
+         Row("serial", or_none(info.serial)) + Row("firmware", or_none(info.firmware)) +
+         Row("identity", info.identity < 0 ? "-" : std::to_string(info.identity)) +
+         Row("counts per turn", std::to_string(info.counts_per_turn)) +
+         Row("turns range", info.turns_range == 0 ? "single-turn" : std::to_string(info.turns_range)) +
+         Row("per turn", Decimal(info.per_turn, 6) + ' ' + std::string(UnitName(info.unit)) + " x " +
+                             std::to_string(info.ratio_num) + "/" + std::to_string(info.ratio_den)) +
+         Row("direction", info.direction > 0 ? "ccw" : "cw") +
+         Row("datum", std::to_string(info.datum_counts) + " counts, epoch " + std::to_string(info.datum_epoch) +
+                          (info.reference_lost != 0 ? ", reference lost" : "")) +
+         Row("poll", Period(info.poll_us)) + Row("publish", "at most " + Period(info.publish_us)) +
+         Row("stale after", std::to_string(info.max_age_us) + " us") + Row("good", std::to_string(info.good)) +
+         Row("errors", errors.empty() ? "none" : errors) +
+         Row("memory writes", std::to_string(info.nv_writes) + " since its driver started") +
+         Row("operations", Printable(operations));
+}
+
+Json InfoJson(const DeviceView& device) {
+  Json json;
+  json["device"] = ToJson(*device.info);
+  json["position"] = device.position ? ToJson(*device.position) : Json(nullptr);
+  json["alarms"] = Json::array();
+  for (const alarm_entry_t& alarm : device.alarms) json["alarms"].push_back(ToJson(alarm));
+  return json;
+}
+
+std::string UnknownDevice(const MachineConfig& machine, std::string_view name) {
+  std::vector<std::string> names;
+  for (const BusConfig& bus : machine.buses) {
+    for (const DeviceConfig& device : bus.devices) names.push_back(device.name);
+  }
+  const auto nearest = NearestWord(name, names);
+  return "no device " + Quoted(name) + " in " + machine.file + (nearest ? "; did you mean " + *nearest + '?' : "") +
+         "\ndevices: " + Listed(names);
+}
+
+}  // namespace axlecast

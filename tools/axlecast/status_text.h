@@ -1,0 +1,24 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+
+#include "drivers/runtime/config/machine_config.h"
+#include "tools/axlecast/machine_view.h"
+
+namespace axlecast {
+
+// What `axlecast status` and `axlecast info` say (docs/cli.md). Pure.
+
+[[nodiscard]] std::string StatusText(const MachineView& machine, MonoNs now);
+[[nodiscard]] nlohmann::ordered_json StatusJson(const MachineView& machine, MonoNs now);
+
+// `device` has its DEVICE message.
+[[nodiscard]] std::string InfoText(const DeviceView& device, MonoNs now);
+[[nodiscard]] nlohmann::ordered_json InfoJson(const DeviceView& device);
+
+// Why `name` is no device of the machine, and which there are.
+[[nodiscard]] std::string UnknownDevice(const MachineConfig& machine, std::string_view name);
+
+}  // namespace axlecast

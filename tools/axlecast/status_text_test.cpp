@@ -1,0 +1,55 @@
+#include "tools/axlecast/status_text.h"
+
+#include <gmock/gmock.h>
+
+#include "tools/axlecast/one_axis.h"
+
+namespace axlecast {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr MonoNs kNow = 100 * kSecond;
+
+MachineView Online() {
+  MachineView view(OneAxis());
+  view.OnMessage("DEVICE/axis1", Encoded(DeviceMessage(device_info_t::STATE_ONLINE)), kNow);
+  view.OnMessage("BUS/rs485-0", Encoded(BusMessage(bus_health_t::STATE_UP)), kNow);
+  view.OnMessage("POSITION/axis1", Encoded(PositionMessage(0)), kNow);
+  return view;
+}
+
+TEST(Status, AllOnline) {
+  const MachineView view = Online();
+  EXPECT_THAT(StatusText(view, kNow), HasSubstr("all online\n"));
+  const auto json = StatusJson(view, kNow);
+  EXPECT_EQ(json["all_online"], true);
+  EXPECT_EQ(json["devices"][0]["device"], "axis1");
+  EXPECT_EQ(json["devices"][0]["online"], true);
+  EXPECT_EQ(json["devices"][0]["counts_per_turn"], 131072);
+  EXPECT_EQ(json["buses"][0]["up"], true);
+}
+
+TEST(Status, NothingHeardIsNotOnline) {
+  const MachineView view(OneAxis());
+  EXPECT_THAT(StatusText(view, kNow), HasSubstr("no driver answers"));
+  EXPECT_THAT(StatusText(view, kNow), HasSubstr("not all online\n"));
+  EXPECT_EQ(StatusJson(view, kNow)["devices"][0]["heard"], false);
+}
+
+TEST(Info, TextAndJson) {
+  const MachineView view = Online();
+  const DeviceView& device = view.devices()[0];
+  EXPECT_THAT(InfoText(device, kNow), HasSubstr("value             62.50000 mm\n"));
+  EXPECT_THAT(InfoText(device, kNow), HasSubstr("flags             valid,speed_valid\n"));
+  EXPECT_EQ(InfoJson(device)["position"]["counts"], 12 * 131072 + 65536);
+  EXPECT_TRUE(InfoJson(device)["alarms"].is_array());
+}
+
+TEST(UnknownDevice, ListsTheDevicesThereAre) {
+  EXPECT_EQ(UnknownDevice(OneAxis(), "axis2"),
+            "no device 'axis2' in machine.yaml; did you mean axis1?\ndevices: axis1");
+}
+
+}  // namespace
+}  // namespace axlecast

@@ -1,0 +1,70 @@
+#include "tools/axlecast/up_command.h"
+
+#include <iostream>
+#include <memory>
+
+#include "tools/axlecast/config_option.h"
+#include "tools/axlecast/exit_code.h"
+#include "tools/axlecast/isolation.h"
+#include "tools/axlecast/machine_run.h"
+
+namespace axlecast {
+namespace {
+
+struct UpOptions {
+  ConfigOption config;
+  double seconds = 0;
+  bool isolated = false;
+  bool no_table = false;
+  bool json = false;
+};
+
+int Up(const UpOptions& options) {
+  int exit_code = kExitDone;
+  const auto machine = options.config.Load(exit_code);
+  if (!machine) return exit_code;
+  if (options.isolated) {
+    if (const std::string problem = EnterIsolation(); !problem.empty()) {
+      std::cerr << problem << '\n';
+      return kExitBad;
+    }
+    std::cerr << "isolated: other programs get in with, for example,\n  " << EntryLine("lcm-logger demo.lcm")
+              << "\n  " << EntryLine("axlecast watch " + options.config.File()) << '\n';
+  }
+  const bool table = !options.no_table && !options.json && Screen::Usable();
+  MachineRun run(*machine, options.config.File(), table, options.json);
+  if (options.isolated) run.AddNote("isolated; get in: " + EntryLine("lcm-logger"));
+  if (const std::string problem = run.Prepare(); !problem.empty()) {
+    std::cerr << problem << '\n';
+    return kExitBad;
+  }
+  std::cerr << "logs: " << RunDirectory(machine->machine) << "/log\n";
+  const RunSummary summary = run.Run(options.seconds);
+  static_cast<void>(WriteOut(options.json ? summary.json + '\n' : summary.text));
+  // Without an end of its own the run ends when the operator wants it to: that is no fault.
+  return summary.Good() || options.seconds == 0 ? kExitDone : kExitBad;
+}
+
+}  // namespace
+
+void AddUpCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<UpOptions>();
+  CLI::App* command = app.add_subcommand("up", "Runs the whole machine: simulators, drivers, bridge, a live table");
+  options->config.AddTo(*command, ConfigOption::Form::kPositional);
+  command
+      ->add_option("--seconds", options->seconds,
+                   "End after so long with a summary; exit code 0 only after a good run")
+      ->check(CLI::Range(0.1, 1e9))
+      ->type_name("N");
+  command->add_flag("--isolated", options->isolated, "In a network namespace of its own");
+  command->add_flag("--no-table", options->no_table, "A line every 5 s instead of the live table");
+  command->add_flag("--json", options->json, "The summary as one JSON object; no table");
+  command->footer(
+      "examples:\n"
+      "  axlecast up config/demo.yaml                 live until Ctrl-C\n"
+      "  axlecast up config/demo.yaml --seconds 10    no terminal needed\n"
+      "  axlecast up config/demo.yaml --isolated      where multicast is not usable");
+  command->callback([options, &exit_code] { exit_code = Up(*options); });
+}
+
+}  // namespace axlecast

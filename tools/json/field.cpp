@@ -1,0 +1,42 @@
+#include "tools/json/field.h"
+
+#include <array>
+#include <cmath>
+
+namespace axlecast {
+
+std::string HexText(Bytes bytes) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  text.reserve(2 * bytes.size());
+  for (const std::uint8_t byte : bytes) {
+    text += kDigits[byte >> 4U];
+    text += kDigits[byte & 0xFU];
+  }
+  return text;
+}
+
+nlohmann::ordered_json Field(double value) {
+  if (!std::isfinite(value)) return nullptr;
+  return value;
+}
+
+nlohmann::ordered_json BootIdField(std::int64_t boot_id) {
+  std::array<std::uint8_t, 8> bytes{};
+  auto rest = static_cast<std::uint64_t>(boot_id);
+  for (std::size_t i = bytes.size(); i-- > 0; rest >>= 8U) bytes[i] = static_cast<std::uint8_t>(rest & 0xFFU);
+  return HexText(bytes);
+}
+
+std::optional<std::int64_t> Fingerprint(Bytes message) {
+  if (message.size() < 8) return std::nullopt;
+  std::uint64_t fingerprint = 0;
+  for (const std::uint8_t byte : message.first(8)) fingerprint = (fingerprint << 8U) | byte;
+  return static_cast<std::int64_t>(fingerprint);
+}
+
+std::string JsonLine(const nlohmann::ordered_json& json) {
+  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+}  // namespace axlecast

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drivers/runtime/core/decode_message.h"
+#include "drivers/runtime/core/inline_bytes.h"
+
+namespace axlecast {
+
+// How the values of LCM messages look in JSON; used by the generated message_json.cpp.
+
+[[nodiscard]] std::string HexText(Bytes bytes);  // lower case, no spaces
+
+[[nodiscard]] inline nlohmann::ordered_json Field(std::integral auto value) {
+  return static_cast<std::int64_t>(value);
+}
+[[nodiscard]] nlohmann::ordered_json Field(double value);  // null unless finite
+[[nodiscard]] inline nlohmann::ordered_json Field(const std::string& value) { return value; }
+
+[[nodiscard]] nlohmann::ordered_json BootIdField(std::int64_t boot_id);  // 16 hex digits
+[[nodiscard]] inline nlohmann::ordered_json HexField(Bytes bytes) { return HexText(bytes); }
+
+// A message within a message.
+template <typename Message>
+requires requires(const Message& message) { ToJson(message); }
+[[nodiscard]] nlohmann::ordered_json Field(const Message& message) { return ToJson(message); }
+
+template <typename Value>
+[[nodiscard]] nlohmann::ordered_json Field(const std::vector<Value>& values);
+
+template <typename Value, std::size_t N>
+[[nodiscard]] nlohmann::ordered_json Field(const Value (&values)[N]) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const Value& value : values) list.push_back(Field(value));
+  return list;
+}
+
+template <typename Value>
+[[nodiscard]] nlohmann::ordered_json Field(const std::vector<Value>& values) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const Value& value : values) list.push_back(Field(value));
+  return list;
+}
+
+template <typename Message>
+[[nodiscard]] std::optional<nlohmann::ordered_json> DecodeField(Bytes bytes) {
+  const std::optional<Message> message = DecodeMessage<Message>(bytes);
+  if (!message) return std::nullopt;
+  return ToJson(*message);
+}
+
+// The message that `bytes` encode; null when they do not.
+template <typename Message>
+[[nodiscard]] nlohmann::ordered_json DecodedField(Bytes bytes) {
+  return DecodeField<Message>(bytes).value_or(nullptr);
+}
+
+// The first 8 bytes of an encoded message: LCM's hash of its type.
+[[nodiscard]] std::optional<std::int64_t> Fingerprint(Bytes message);
+
+// One line of text, without the newline. Text that is not UTF-8 (a message may hold any bytes) is mended, not
+// refused.
+[[nodiscard]] std::string JsonLine(const nlohmann::ordered_json& json);
+
+}  // namespace axlecast

@@ -1,0 +1,129 @@
+#include "tools/json/message_json.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <limits>
+#include <vector>
+
+#include "tools/json/field.h"
+
+namespace axlecast {
+namespace {
+
+// Encodes through the runtime's own path.
+template <typename Message>
+std::vector<std::uint8_t> Encoded(const Message& message) {
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return bytes;
+}
+
+position_t Position() {
+  position_t position{};
+  position.utime = 1'700'000'000'000'001;
+  position.mono_ns = 5;
+  position.boot_id = 0x00C0FFEE12345678;
+  position.seq = 7;
+  position.raw_counts = 42405;
+  position.raw_turns = 34952;
+  position.counts_per_turn = 131072;
+  position.counts = -1;
+  position.angle_rad = 0.5;
+  position.value = -2.25;
+  position.unit = position_t::UNIT_MM;
+  position.speed_rad_s = std::numeric_limits<double>::quiet_NaN();
+  position.flags = position_t::FLAG_VALID;
+  return position;
+}
+
+TEST(MessageJson, IsFlatAndKeepsNamesAndOrder) {
+  EXPECT_EQ(JsonLine(ToJson(Position())),
+            "{\"utime\":1700000000000001,\"mono_ns\":5,\"boot_id\":\"00c0ffee12345678\",\"seq\":7,"
+            "\"time_uncertainty_ns\":0,\"missed\":0,\"raw_counts\":42405,\"raw_turns\":34952,"
+            "\"counts_per_turn\":131072,\"counts\":-1,\"angle_rad\":0.5,\"value\":-2.25,\"unit\":4,"
+            "\"speed_rad_s\":null,\"device_status\":0,\"datum_epoch\":0,\"flags\":1,\"spare\":[0,0]}");
+}
+
+TEST(MessageJson, InfinityIsNull) {
+  position_t position = Position();
+  position.value = std::numeric_limits<double>::infinity();
+  EXPECT_TRUE(ToJson(position)["value"].is_null());
+}
+
+TEST(MessageJson, ListsOfMessagesAndOfNumbers) {
+  alarm_t alarm{};
+  alarm.device = "axis1";
+  alarm.n = 1;
+  alarm.entries.resize(1);
+  alarm.entries[0].code = 6;
+  alarm.entries[0].name = "battery_error";
+  const auto json = ToJson(alarm);
+  EXPECT_EQ(json["entries"].size(), 1U);
+  EXPECT_EQ(json["entries"][0]["name"], "battery_error");
+  EXPECT_EQ(json["entries"][0]["code"], 6);
+
+  trip_log_t trip{};
+  trip.samples[6][19] = 1.5F;
+  EXPECT_EQ(ToJson(trip)["samples"].size(), 7U);
+  EXPECT_EQ(ToJson(trip)["samples"][6].size(), 20U);
+  EXPECT_EQ(ToJson(trip)["samples"][6][19], 1.5);
+}
+
+TEST(MessageJson, IdsAndBytesAreHex) {
+  wire_t wire{};
+  wire.bus = "rs485-0";
+  wire.n = 1;
+  wire.records.resize(1);
+  wire.records[0].len = 2;
+  wire.records[0].data = {0x1A, 0xF0};
+  EXPECT_EQ(ToJson(wire)["records"][0]["data"], "1af0");
+
+  command_status_t status{};
+  status.id[15] = 0xFF;
+  status.driver_boot_id = -1;
+  EXPECT_EQ(ToJson(status)["id"], "000000000000000000000000000000ff");
+  EXPECT_EQ(ToJson(status)["driver_boot_id"], "ffffffffffffffff");
+}
+
+TEST(MessageJson, ShowsTheMessageWithinACommand) {
+  command_body_t body{};
+  body.device = "axis1";
+  body.operation = "clear_errors";
+  command_t command{};
+  command.body = Encoded(body);
+  command.body_size = static_cast<std::int16_t>(command.body.size());
+  EXPECT_EQ(ToJson(command)["body_decoded"]["operation"], "clear_errors");
+
+  command.body.pop_back();
+  command.body_size = static_cast<std::int16_t>(command.body.size());
+  EXPECT_TRUE(ToJson(command)["body_decoded"].is_null());
+  EXPECT_TRUE(ToJson(command)["body"].is_string());
+}
+
+TEST(MessageJson, TellsTheTypeByItsFingerprint) {
+  std::string type;
+  const auto json = DecodeToJson(Encoded(Position()), &type);
+  ASSERT_TRUE(json);
+  EXPECT_EQ(type, "position_t");
+  EXPECT_EQ(*json, ToJson(Position()));
+}
+
+TEST(MessageJson, MalformedMessagesAreNone) {
+  std::string type;
+  std::vector<std::uint8_t> bytes = Encoded(Position());
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    EXPECT_FALSE(DecodeToJson(Bytes(bytes).first(size), &type)) << size;
+  }
+  bytes[0] ^= 1U;
+  EXPECT_FALSE(DecodeToJson(bytes, &type));
+}
+
+TEST(MessageJson, LineMendsTextThatIsNotUtf8) {
+  alarm_t alarm{};
+  alarm.device = "\xFF\xFE";
+  EXPECT_NE(JsonLine(ToJson(alarm)).find("\xEF\xBF\xBD"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace axlecast
