@@ -16,6 +16,11 @@ if(AXLECAST_SANITIZE)
   target_link_options(axlecast_flags INTERFACE -fsanitize=${AXLECAST_SANITIZE})
 endif()
 
+if(AXLECAST_FUZZERS)
+  # The libraries too, so that the fuzzers see which of their branches an input reaches.
+  target_compile_options(axlecast_flags INTERFACE -fsanitize=fuzzer-no-link)
+endif()
+
 # axlecast_folder(TARGET [DEPENDS target...])
 #
 # The convention of every folder: its .cpp files are the library TARGET, its *_test.cpp files are the tests of
@@ -42,6 +47,11 @@ function(axlecast_folder target)
     set_target_properties(${target}_test PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/test)
     add_dependencies(axlecast_unit_tests ${target}_test)
     target_link_libraries(${target}_test PRIVATE ${target} ${ARG_TEST_DEPENDS} GTest::gmock GTest::gtest_main)
+    # GoogleMock's headers cost more than most tests.
+    list(LENGTH tests count)
+    if(count GREATER 3)
+      target_precompile_headers(${target}_test PRIVATE <gmock/gmock.h> <gtest/gtest.h>)
+    endif()
     gtest_discover_tests(${target}_test TEST_PREFIX ${target}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
   endif()
   if(AXLECAST_FUZZERS)
