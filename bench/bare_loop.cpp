@@ -15,21 +15,14 @@
 #include <axlecast/position_t.hpp>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <lcm/lcm-cpp.hpp>
+
+#include "bench/monotonic.h"
 
 namespace {
 
-std::int64_t Now() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return now.tv_sec * 1'000'000'000LL + now.tv_nsec;
-}
-
-void SleepUntil(std::int64_t instant) {
-  const timespec until{.tv_sec = instant / 1'000'000'000, .tv_nsec = instant % 1'000'000'000};
-  clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
-}
+using axlecast::bench::MonotonicNow;
+using axlecast::bench::SleepUntil;
 
 int OpenRaw(const char* path) {
   const int port = open(path, O_RDWR | O_NOCTTY | O_CLOEXEC);
@@ -103,14 +96,14 @@ int main(int argc, char** argv) {
   }
   const std::int64_t period = (argc > 4 ? std::atoll(argv[4]) : 0) * 1'000;
   Publisher publisher(argv[2]);
-  const std::int64_t start = Now();
+  const std::int64_t start = MonotonicNow();
   const std::int64_t end = start + static_cast<std::int64_t>(std::atof(argv[3]) * 1e9);
   std::int64_t exchanges = 0;
   std::int64_t slot = start;
-  for (std::int64_t now = start; now < end; now = Now()) {
+  for (std::int64_t now = start; now < end; now = MonotonicNow()) {
     if (period > 0) SleepUntil(slot += period);
     std::uint8_t reply[11];
-    const std::int64_t at = Now();
+    const std::int64_t at = MonotonicNow();
     if (!Exchange(port, reply)) return 1;
     publisher.Take(at, reply);
     ++exchanges;
@@ -121,6 +114,7 @@ int main(int argc, char** argv) {
     return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_usec) * 1e-6;
   };
   std::printf("{\"exchanges\": %lld, \"seconds\": %.6f, \"cpu_s\": %.6f}\n", static_cast<long long>(exchanges),
-              static_cast<double>(Now() - start) * 1e-9, seconds(usage.ru_utime) + seconds(usage.ru_stime));
+              static_cast<double>(MonotonicNow() - start) * 1e-9,
+              seconds(usage.ru_utime) + seconds(usage.ru_stime));
   return 0;
 }

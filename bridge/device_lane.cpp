@@ -117,7 +117,7 @@ void DeviceLane::DropWaiting(Instant now) {
     const bool needs_driver = task.purpose != Task::Purpose::kFinding;
     if (now.mono >= task.begin_by) {
       expired.push_back(std::move(task));
-    } else if (needs_driver && !driver_.IsPresent(now.mono)) {
+    } else if (needs_driver && driver_.IsAbsent(now.mono)) {
       absent.push_back(std::move(task));
     } else {
       kept.push_back(std::move(task));

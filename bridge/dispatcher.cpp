@@ -55,6 +55,7 @@ Dispatcher::Dispatcher(const MachineConfig& machine, std::int64_t boot_id, Journ
   for (const BusConfig& config : machine.buses) {
     Bus& bus = buses_[config.name];
     bus.config = &config;
+    bus.driver.ListenFrom(now.mono);
     for (const DeviceConfig& device : config.devices) {
       bus.lanes.try_emplace(device.name, bus.driver, static_cast<LaneOutput&>(*this));
     }
@@ -105,7 +106,7 @@ std::optional<Refusal> Dispatcher::Busy(const std::string& device, const Bus& bu
   if (const auto other = watch_.Other(now)) {
     return Refusal{S::REASON_FENCED, "another bridge serves this command port: stop one of the two"};
   }
-  if (!bus.driver.IsPresent(now)) {
+  if (bus.driver.IsAbsent(now)) {
     return Refusal{S::REASON_DRIVER_ABSENT, "the driver of " + bus.config->name +
                                                 " is not running: start it (axlecast "
                                                 "driver " +

@@ -19,6 +19,9 @@ class DriverLink {
   [[nodiscard]] bool On(const driver_status_t& status, MonoNs now);
 
   [[nodiscard]] bool IsPresent(MonoNs now) const { return IsRunning() && now - heard_ <= kAbsentAfter; }
+  // Not there, and not only not heard yet: who listens for less than kAbsentAfter cannot tell.
+  [[nodiscard]] bool IsAbsent(MonoNs now) const { return gone_ || now - heard_ > kAbsentAfter; }
+  void ListenFrom(MonoNs now) { heard_ = now; }
   // The boot that was heard last has neither said GOODBYE nor been replaced.
   [[nodiscard]] bool IsRunning() const { return boot_id_ != 0 && !gone_; }
   [[nodiscard]] std::int64_t boot_id() const { return boot_id_; }

@@ -37,7 +37,7 @@ constexpr const char* kMachine = R"(
 machine: campaign
 buses:
   b: {family: tformat, poll_hz: 0, simulate: true,
-      devices: {axis1: {model: ts5669n127, unit: count, publish_hz: 1000000}}}
+      devices: {axis1: {model: ts5669n127, unit: count, publish_hz: 20000}}}
 )";
 
 // Where the shaft is: a slow sweep over many turns with a fast oscillation on it, within 6,000 min-1 and 80,000

@@ -20,7 +20,7 @@ def processes():
 
 class Up(Machine):
     def test_the_demo_runs_and_ends_truthfully(self):
-        code, out, err = self.axlecast("up", SOURCE / "config/demo.yaml", "--seconds", "12", "--json", limit=120)
+        code, out, err = self.axlecast("up", SOURCE / "config/demo.yaml", "--seconds", "10", "--json", limit=120)
         self.assertEqual(code, 0, out + err)
         summary = json.loads(out)
         self.assertEqual(len(summary["devices"]), 4)

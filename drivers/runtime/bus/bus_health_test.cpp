@@ -95,6 +95,16 @@ TEST_F(BusHealthTest, RatesCoverTheWindowSinceTheLastMessage) {
   EXPECT_THAT(message.last_error, IsEmpty());
 }
 
+TEST_F(BusHealthTest, TimesAreThoseOfTheWindowAlone) {
+  int requests = 0;
+  link_.SetPeer([&](Bytes request) -> std::vector<ScriptedLink::Burst> {
+    const MonoNs after = ++requests == 1 ? 700 * kMicrosecond : 100 * kMicrosecond;
+    return {{after, PolledDevice::Reply(request[0], request[1], 0)}};
+  });
+  EXPECT_FLOAT_EQ(RunUntil(kSecond).exchange_us[3], 700);
+  EXPECT_FLOAT_EQ(RunUntil(2 * kSecond).exchange_us[3], 100);
+}
+
 TEST_F(BusHealthTest, WithoutAnExchangeTheTimesAreUnknown) {
   link_.RefuseOpens(1'000, "/dev/serial/by-id/usb-x is not there: plug the adapter in");
   const bus_health_t message = RunUntil(kSecond);

@@ -162,6 +162,18 @@ TEST_F(BackOffTest, ASilentDevicesLiveSlotsThinOutUpToALimit) {
   EXPECT_EQ(schedule_->late(), 0);
 }
 
+TEST_F(BackOffTest, SlotsThatAreThinnedOutAreNotLate) {
+  Make(1, {.period = kMillisecond, .silent_after = 1});
+  int asked = 0;
+  for (MonoNs now = kStart; now < kStart + kSecond; now += kMillisecond) {
+    if (RunOne(now).empty()) continue;
+    ++asked;
+    TimeOut(0, now + 500 * kMicrosecond);
+  }
+  EXPECT_LT(asked, 20);
+  EXPECT_EQ(schedule_->late(), 0);
+}
+
 TEST_F(BackOffTest, OneAnswerEndsIt) {
   Make(1, {.silent_after = 1});
   TimeOut(0, kStart);

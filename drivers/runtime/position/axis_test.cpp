@@ -206,6 +206,21 @@ TEST_F(AxisTest, TurnsThatTheDeviceDoubtsAreCountedAndNotTrusted) {
   EXPECT_FALSE(Has(reading, position_t::FLAG_REFERENCED));
 }
 
+TEST_F(AxisTest, ADoubtedCounterThatIsWithinReachStillTellsTheTurnAfterAGap) {
+  Make();
+  Settle(5 * kTurn);
+  t_ += 7 * kMillisecond;
+  Sample sample = ReadingAt(t_, 5 * kTurn + 70'000);  // the short way would be backwards
+  sample.turns_trusted = false;
+  const AxisReading doubted = Read(sample);
+  EXPECT_EQ(doubted.counts, 5 * kTurn + 70'000);
+  EXPECT_FALSE(Has(doubted, position_t::FLAG_TURNS_VALID));
+  const AxisReading trusted = Read(5 * kTurn + 70'000);
+  EXPECT_EQ(trusted.counts, 5 * kTurn + 70'000);
+  EXPECT_TRUE(Has(trusted, position_t::FLAG_TURNS_VALID));
+  EXPECT_EQ(axis_->reference().epoch(), 0);
+}
+
 TEST_F(AxisTest, ADamagedCounterIsImplausible) {
   Make();
   Settle(5 * kTurn);

@@ -204,6 +204,7 @@ Motion Channel::MotionAt(MonoNs now) const { return state_->axis.MotionAt(now); 
 void Channel::OnLink(bool up, std::string_view reason, MonoNs now) {
   state_->See(now);
   state_->health.OnLink(up, reason, now);
+  if (!up) state_->output.Interrupt();
   state_->RaiseWhile(!up, runtime_alarms::kLinkDown);
   state_->PublishDue();
 }

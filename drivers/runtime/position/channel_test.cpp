@@ -82,6 +82,20 @@ TEST_F(ChannelTest, TheGapIsToldByTheNextMessageWhenReadingsAreDecimated) {
   EXPECT_EQ(positions.at(before + 1).flags & position_t::FLAG_AFTER_GAP, 0);
 }
 
+TEST_F(ChannelTest, ALostLineIsAGapAlthoughNoReadingFailed) {
+  Make();
+  Read(0, 10);
+  sink_.Clear();
+  channel_->OnLink(false, "unplugged", t_);
+  channel_->OnLink(true, "", t_);
+  Read(0, 2);
+  const auto positions = Positions();
+  ASSERT_EQ(positions.size(), 2U);
+  EXPECT_NE(positions[0].flags & position_t::FLAG_AFTER_GAP, 0);
+  EXPECT_EQ(positions[0].missed, 0);
+  EXPECT_EQ(positions[1].flags & position_t::FLAG_AFTER_GAP, 0);
+}
+
 TEST_F(ChannelTest, AnImplausibleReadingIsPublishedOnceAndNotValid) {
   Make();
   Read(0, 10);

@@ -30,6 +30,8 @@ class PositionOutput {
   void Take(const Sample& sample, const AxisReading& reading);
   // A reading failed.
   void Miss();
+  // The line was lost: no reading fails meanwhile, but there is a gap.
+  void Interrupt() { gap_ = any_good_; }
   void OnClockStepped() { clock_stepped_ = clock_stepped_in_block_ = true; }
   // Sends a block that has waited for 100 ms.
   void Tick(MonoNs now);

@@ -30,11 +30,17 @@ Fix TurnCounter::First(const Sample& sample, std::optional<std::int64_t> origin)
 }
 
 TurnCounter::Unwrapped TurnCounter::Follow(const Fix& from, const Sample& sample) const {
-  Unwrapped unwrapped;
-  unwrapped.by_counter = !CountedByDriver(sample);
-  unwrapped.fix = {0, sample.at, sample.low_accuracy};
-  const bool whole = unwrapped.by_counter || !has_counter();  // the reading tells all that the encoder knows
-  const std::int64_t period = whole ? period_ : counts_per_turn_;
+  if (!has_counter()) return Nearer(from, sample, period_, true);
+  if (aligned_ && sample.has_turns) {
+    const Unwrapped by_counter = Nearer(from, sample, period_, true);
+    if (sample.turns_trusted || limits_.SpeedAllows(from, by_counter.fix)) return by_counter;
+  }
+  return Nearer(from, sample, counts_per_turn_, false);
+}
+
+TurnCounter::Unwrapped TurnCounter::Nearer(const Fix& from, const Sample& sample, std::int64_t period,
+                                           bool whole) const {
+  Unwrapped unwrapped{.fix = {0, sample.at, sample.low_accuracy}, .by_counter = whole && has_counter()};
   unwrapped.continuous = limits_.Reach(from, unwrapped.fix) < static_cast<double>(period) / 2;
   const bool by_ends = !unwrapped.continuous && whole && mode_ != TurnsMode::kModulo;
   const std::int64_t said = Said(sample);
@@ -58,11 +64,12 @@ TurnCounter::Change TurnCounter::Accept(const Unwrapped& unwrapped, const Sample
     return change;
   }
   if (!sample.turns_trusted) {
-    aligned_ = false;
+    aligned_ = aligned_ && unwrapped.by_counter;
     if (believed_) sure_ = false;
     believed_ = false;
   } else if (sample.has_turns) {
     believed_ = true;
+    if (unwrapped.by_counter) sure_ = true;
   }
   if (!unwrapped.by_counter && !unwrapped.continuous) {
     aligned_ = false;

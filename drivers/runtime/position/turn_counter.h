@@ -64,6 +64,8 @@ class TurnCounter {
 
  private:
   [[nodiscard]] bool HoldsTurns(const Sample& sample) const { return has_counter() && sample.has_turns; }
+  // `period`: after which the reading repeats itself; `whole`: that is all that the encoder knows.
+  [[nodiscard]] Unwrapped Nearer(const Fix& from, const Sample& sample, std::int64_t period, bool whole) const;
   [[nodiscard]] std::int64_t Said(const Sample& sample) const;
   [[nodiscard]] std::int64_t WithinEnds(std::int64_t said, std::int64_t period) const;
   [[nodiscard]] std::int64_t Align(const Unwrapped& unwrapped, const Sample& sample);

@@ -1,0 +1,286 @@
+#!/usr/bin/env python3
+"""Measures the driver against the targets of docs/architecture.md, side by side with its bare peers.
+
+Started by bench/run. Each ratio comes from pairs that are measured one right after the other, every second pair in the
+other order; it is the median of the pairs' ratios. Timing never fails a run: exit code 1 means that something broke."""
+
+import argparse
+import json
+import os
+import pathlib
+import statistics
+import subprocess
+import sys
+import tempfile
+
+import machine
+
+TARGETS = ("unpaced", "slots", "latency", "cpu", "start", "commands", "decode")
+
+
+class Report:
+    """One line per target as it is known, and all of them as JSON."""
+
+    def __init__(self):
+        self.rows = []
+        print(f"{'what':34} {'driver':>14} {'peer':>14} {'ratio (min..max)':>24} {'target':>10}")
+
+    def add(self, what, unit, figure, target, peer=None, ratios=None, at_most=True, judged=None, note=""):
+        """Judges the median ratio where there are ratios, else the figure."""
+        value = statistics.median(ratios) if ratios else figure
+        met = value <= target if at_most else value >= target
+        verdict = "not judged" if judged is False else "met" if met else "missed"
+        self.rows.append({"what": what, "unit": unit, "figure": figure, "peer": peer, "ratios": ratios,
+                          "ratio": statistics.median(ratios) if ratios else None, "target": target,
+                          "direction": "at most" if at_most else "at least", "verdict": verdict, "note": note})
+        spread = f"{value:.3f} ({min(ratios):.3f}..{max(ratios):.3f})" if ratios else ""
+        bare = f"{peer:.4g} {unit}" if peer is not None else ""
+        sign = "<=" if at_most else ">="
+        print(f"{what:34} {f'{figure:.4g} {unit}':>14} {bare:>14} {spread:>24} {f'{sign} {target:g}':>10}  {verdict}"
+              f"{'; ' + note if note else ''}", flush=True)
+
+
+def cpu_seconds(pid):
+    """CPU time of all threads; in ns from the scheduler, because /proc/<pid>/stat counts in ticks of 10 ms."""
+    total = 0
+    for task in pathlib.Path(f"/proc/{pid}/task").iterdir():
+        total += int((task / "schedstat").read_text().split()[0])
+    return total * 1e-9
+
+
+def resident_mb(pid):
+    for line in pathlib.Path(f"/proc/{pid}/status").read_text().splitlines():
+        if line.startswith("VmRSS:"):
+            return int(line.split()[1]) / 1024
+    raise RuntimeError("no VmRSS")
+
+
+def interleaved(pairs, driver, peer):
+    """Runs both once per pair, in alternating order: a list of (driver's result, peer's result)."""
+    results = []
+    for i in range(pairs):
+        if i % 2 == 0:
+            first = driver()
+            results.append((first, peer()))
+        else:
+            first = peer()
+            results.append((driver(), first))
+    return results
+
+
+def median(values):
+    return statistics.median(list(values))
+
+
+class Bench:
+    def __init__(self, options, folder):
+        self.options = options
+        self.folder = pathlib.Path(folder)
+        self.run_dir = self.folder / "run"
+        os.environ["AXLECAST_RUN_DIR"] = str(self.run_dir)
+        self.programs = pathlib.Path(os.environ["AXLECAST_BENCH"])
+        self.url = "udpm://239.255.76.67:7667?ttl=0"
+        self.command_url = "udpm://239.255.76.67:7668?ttl=0"
+        self.log = open(self.folder / "log", "ab")
+        self.report = Report()
+
+    # -- processes
+
+    def start(self, *command, **options):
+        return subprocess.Popen([str(word) for word in command], stderr=self.log, **{"stdout": self.log, **options})
+
+    def stop(self, process):
+        process.terminate()
+        if process.wait(10) not in (0, -15):
+            raise RuntimeError(f"{process.args[0]} ended with {process.returncode}:\n"
+                               + (self.folder / "log").read_text(errors="replace")[-2000:])
+
+    def listener(self, program, *arguments):
+        process = self.start(self.programs / program, *arguments, stdout=subprocess.PIPE, text=True)
+        if process.stdout.readline() != "ready\n":
+            raise RuntimeError(f"{program} did not start")
+        return process
+
+    def heard(self, listener):
+        listener.terminate()
+        out, _ = listener.communicate(timeout=20)
+        return json.loads(out)
+
+    def machine(self, name, pace, poll_hz, bus=""):
+        """The file of one machine, and its running simulator."""
+        config = self.folder / f"{name}.yaml"
+        config.write_text(f"""machine: {name}
+bridge: {{unsigned_commands: allow}}
+buses:
+  rs485-0:
+    family: tformat
+    poll_hz: {poll_hz}
+    {bus}
+    simulate: {{axis1: {{speed_rpm: 600, {pace}}}}}
+    devices:
+      axis1: {{model: ts5669n127, unit: deg, publish_hz: 1000, block: true, permit: not_required}}
+""")
+        simulator = self.start(machine.BIN / "axlecast", "simulate", config, "--bus", "rs485-0")
+        port = self.run_dir / name / "rs485-0.pty"
+        machine.wait_for(port.exists, "the simulator's pty")
+        return config, simulator, port
+
+    def driver(self, config):
+        return self.start(machine.BIN / "axlecast-tformat", "--config", config, "--bus", "rs485-0")
+
+    def run_driver(self, config, *receiver_options):
+        """One driver for one pair: what a receiver heard, and what the process itself shows."""
+        receiver = self.listener("receiver", self.url, *receiver_options)
+        started = machine.time.monotonic_ns()
+        driver = self.driver(config)
+        warm_up = 0.25
+        machine.time.sleep(warm_up)
+        begin, cpu = machine.time.monotonic(), cpu_seconds(driver.pid)
+        machine.time.sleep(self.options.seconds)
+        cpu = (cpu_seconds(driver.pid) - cpu) / (machine.time.monotonic() - begin)
+        memory = resident_mb(driver.pid)
+        self.stop(driver)
+        result = self.heard(receiver)
+        if result["positions"] == 0:
+            raise RuntimeError("the driver published nothing:\n" + (self.folder / "log").read_text()[-2000:])
+        result.update(cpu=cpu, memory_mb=memory, start_ms=(result["first_position_ns"] - started) * 1e-6)
+        return result
+
+    def run_bare_loop(self, port, period_us=0):
+        receiver = self.listener("receiver", self.url)
+        peer = self.start(self.programs / "bare_loop", port, self.url, self.options.seconds, period_us,
+                          stdout=subprocess.PIPE, text=True)
+        out, _ = peer.communicate(timeout=self.options.seconds + 20)
+        result = json.loads(out)
+        result.update(cpu=result["cpu_s"] / result["seconds"], receiver=self.heard(receiver))
+        return result
+
+    # -- what is measured
+
+    def rate(self, name, pace, what, target):
+        config, simulator, port = self.machine(name, pace, 0)
+        pairs = interleaved(self.options.pairs, lambda: self.run_driver(config), lambda: self.run_bare_loop(port))
+        self.stop(simulator)
+        ours = [driver["bus"]["exchanges"] / driver["bus"]["seconds"] for driver, _ in pairs]
+        theirs = [peer["exchanges"] / peer["seconds"] for _, peer in pairs]
+        self.report.add(what, "/s", median(ours), target, median(theirs), [a / b for a, b in zip(ours, theirs)],
+                        at_most=False)
+        good = sum(driver["bus"]["good"] for driver, _ in pairs)
+        received = sum(driver["samples"] for driver, _ in pairs)
+        exchanges = sum(driver["bus"]["exchanges"] for driver, _ in pairs)
+        lost = sum(driver["blocks_lost"] for driver, _ in pairs)
+        self.report.add(f"  readings received / good", "", received / good, 1, at_most=False,
+                        note=f"{received} of {good} readings, {exchanges} exchanges, {lost} blocks lost")
+
+    def unpaced(self):
+        self.rate("unpaced", "pace: unpaced", "exchange rate, unpaced", 0.9)
+
+    def slots(self):
+        self.rate("slots", "pace: slots, slot_us: 51", "exchange rate, 51 us slots", 0.95)
+
+    def latency(self):
+        config, simulator, _ = self.machine("latency", "pace: wire", 1000, "capture: true")
+
+        def bare():
+            receiver = self.listener("receiver", self.url)
+            peer = self.start(self.programs / "bare_publish", self.url, self.options.seconds)
+            if peer.wait(self.options.seconds + 20) != 0:
+                raise RuntimeError("bare_publish failed")
+            return self.heard(receiver)
+
+        pairs = interleaved(self.options.pairs, lambda: self.run_driver(config, "--wire"), bare)
+        self.stop(simulator)
+        for key, target in (("p50_us", 1.1), ("p99_us", 1.2)):
+            ours = [driver["latency"][key] for driver, _ in pairs]
+            theirs = [peer["latency"][key] for _, peer in pairs]
+            judged = key == "p50_us" or median(theirs) < 500
+            self.report.add(f"last read to subscriber, {key[:3]}", "us", median(ours), target, median(theirs),
+                            [a / b for a, b in zip(ours, theirs)], judged=judged,
+                            note="" if judged else "the bare p99 is not below 500 us")
+
+    def cpu(self):
+        config, simulator, port = self.machine("cpu", "pace: wire", 1000)
+        pairs = interleaved(self.options.pairs, lambda: self.run_driver(config),
+                            lambda: self.run_bare_loop(port, 1000))
+        self.stop(simulator)
+        ours = [driver["cpu"] * 100 for driver, _ in pairs]
+        theirs = [peer["cpu"] * 100 for _, peer in pairs]
+        self.report.add("CPU at 1 kHz poll and publish", "%", median(ours), 1.5, median(theirs),
+                        [a / b for a, b in zip(ours, theirs)])
+        self.report.add("resident memory", "MB", max(driver["memory_mb"] for driver, _ in pairs), 12)
+
+    def start_time(self):
+        config, simulator, _ = self.machine("start", "pace: wire", 1000)
+        seconds, self.options.seconds = self.options.seconds, 0.2
+        times = [self.run_driver(config)["start_ms"] for _ in range(self.options.pairs)]
+        self.options.seconds = seconds
+        self.stop(simulator)
+        self.report.add("process start to first POSITION", "ms", median(times), 100,
+                        note=f"{min(times):.1f}..{max(times):.1f} ms; the device answered before")
+
+    def commands(self):
+        config, simulator, _ = self.machine("commands", "pace: unpaced", 0)
+        bridge = self.start(machine.BIN / "axlecast-bridge", "--config", config)
+        driver = self.driver(config)
+        status = [str(machine.BIN / "axlecast"), "status", str(config)]
+        machine.wait_for(lambda: subprocess.run(status, stdout=self.log, stderr=self.log, check=False).returncode == 0,
+                         "the machine online")
+        listener = self.listener("acknowledgements", self.command_url)
+        for _ in range(5 * self.options.pairs):
+            done = subprocess.run([machine.BIN / "axlecast", "do", "axis1", "read_all", "--config", config],
+                                  stdout=self.log, stderr=self.log, check=False)
+            if done.returncode != 0:
+                raise RuntimeError(f"read_all ended with {done.returncode}:\n"
+                                   + (self.folder / "log").read_text()[-2000:])
+        times = self.heard(listener)
+        for process in (driver, bridge, simulator):
+            self.stop(process)
+        order, command = times["from_order"], times["from_command"]
+        self.report.add("COMMAND to the driver's word, p99", "ms", command["p99_us"] * 1e-3, 10,
+                        note=f"n {command['n']}, p50 {command['p50_us'] * 1e-3:.2f}, max {command['max_us'] * 1e-3:.2f}"
+                             f" ms; of it the driver's part, from DRIVER_COMMAND: p50 {order['p50_us'] * 1e-3:.2f}, "
+                             f"p99 {order['p99_us'] * 1e-3:.2f}, max {order['max_us'] * 1e-3:.2f} ms")
+
+    def decode(self):
+        done = subprocess.run([self.programs / "decode_bench", "--benchmark_format=json",
+                               "--benchmark_repetitions=5", "--benchmark_min_time=0.1"], stdout=subprocess.PIPE,
+                              stderr=self.log, check=True, text=True)
+        times = {}
+        for run in json.loads(done.stdout)["benchmarks"]:
+            if run.get("error_occurred"):
+                raise RuntimeError(f"{run['name']}: {run['error_message']}")
+            if run.get("aggregate_name") == "median":
+                times[run["run_name"]] = run["cpu_time"]
+        for name in ("ParseReply/id3", "ParseReply/id0"):
+            self.report.add(f"decoding a frame, {name}", "ns", times.pop(name), 50)
+        print("  " + ", ".join(f"{name} {time:.0f} ns" for name, time in times.items()))
+        self.report.rows.append({"what": "cost of one reading, no I/O", "unit": "ns", "figures": times})
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="bench/run", description=__doc__.splitlines()[0])
+    parser.add_argument("--pairs", type=int, help="interleaved pairs for each ratio (20)")
+    parser.add_argument("--quick", action="store_true", help="3 pairs of 1 s")
+    parser.add_argument("--json", metavar="FILE", help="the figures, every pair's ratio included")
+    parser.add_argument("--only", help="comma-separated: " + ", ".join(TARGETS))
+    options = parser.parse_args()
+    options.pairs = options.pairs or (3 if options.quick else 20)
+    options.seconds = 1.0 if options.quick else 1.5
+    wanted = options.only.split(",") if options.only else TARGETS
+    if unknown := set(wanted) - set(TARGETS):
+        parser.error(f"--only knows no {', '.join(sorted(unknown))}")
+    print(f"{options.pairs} pairs of {options.seconds} s; {os.cpu_count()} processors, load {os.getloadavg()[0]:.1f}; "
+          "a ratio is the median of the pairs'")
+    with tempfile.TemporaryDirectory(prefix="axlecast-bench-") as folder:
+        bench = Bench(options, folder)
+        for name in wanted:
+            getattr(bench, "start_time" if name == "start" else name)()
+    if options.json:
+        pathlib.Path(options.json).write_text(json.dumps(
+            {"pairs": options.pairs, "seconds": options.seconds, "processors": os.cpu_count(),
+             "figures": bench.report.rows}, indent=1) + "\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
