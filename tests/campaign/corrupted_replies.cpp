@@ -74,6 +74,13 @@ bool PassesStaticChecks(const Reply& reply) {
          reply[8] == 0 && (reply[9] & 0x10) == 0;
 }
 
+// SF says of counting error, and of the OR of ME, BE and BA, the same as ALMC. Not used as a check: whether an
+// encoder keeps the two in step within one frame is not documented.
+bool StatusAgrees(const Reply& reply) {
+  return ((reply[1] & 0x10) != 0) == ((reply[9] & 0x04) != 0) &&
+         ((reply[1] & 0x20) != 0) == ((reply[9] & 0xE0) != 0);
+}
+
 std::int64_t Position(const Reply& reply) {
   return reply[2] | reply[3] << 8 | reply[4] << 16 | static_cast<std::int64_t>(reply[6] | reply[7] << 8) << 17;
 }
@@ -81,12 +88,15 @@ std::int64_t Position(const Reply& reply) {
 class Damage {
  public:
   Damage(double bit_error_rate, double byte_fault_rate, bool garbage)
-      : flip_(bit_error_rate > 0 ? bit_error_rate : 1e-18), fault_(byte_fault_rate), garbage_(garbage) {
+      : flips_(bit_error_rate > 0),
+        flip_(flips_ ? bit_error_rate : 0.5),
+        fault_(byte_fault_rate),
+        garbage_(garbage) {
     until_flip_ = flip_(random_);
   }
 
   void Apply(Reply& reply) {
-    FlipBits(reply);
+    if (flips_) FlipBits(reply);
     if (!fault_(random_)) return;
     const std::size_t at = random_() % reply.size();
     const auto where = reply.begin() + static_cast<std::ptrdiff_t>(at);
@@ -116,40 +126,53 @@ class Damage {
   }
 
   std::mt19937_64 random_{20'261'121};
+  bool flips_;
   std::geometric_distribution<std::int64_t> flip_;
   std::bernoulli_distribution fault_;
   bool garbage_;
   std::int64_t until_flip_ = 0;
 };
 
-// Judges every published position by the truth, and by what is possible since the one before.
+// Judges every published position by the truth, and by where the shaft can be since it was last told correctly.
 class Referee final : public MessageSink {
  public:
   void Publish(const std::string& channel, Bytes message) override {
     if (channel != "POSITION/axis1") return;
     const auto position = DecodeMessage<position_t>(message);
-    ++published;
-    if (!position || (position->flags & position_t::FLAG_VALID) == 0) {
-      ++withheld;
-      return;
-    }
-    // Half a reading's uncertainty of the instant at full speed, and the rounding to a count.
-    const double speed = kMaxSpeedRpm / 60 * static_cast<double>(kCountsPerTurn) * 1e-9;  // counts per ns
-    const double tolerance = 2 + speed * position->time_uncertainty_ns;
-    if (last_) {
-      const double elapsed = static_cast<double>(position->mono_ns - last_->mono_ns) +
-                             position->time_uncertainty_ns + last_->time_uncertainty_ns;
-      // 16: twice the accumulated pitch error, +-8 LSB (spec 5.4.1).
-      if (std::abs(static_cast<double>(position->counts - last_->counts)) > speed * elapsed + 16 + 2) ++outside;
-    }
-    if (std::abs(static_cast<double>(position->counts) - TruthCounts(position->mono_ns)) > tolerance) ++wrong;
-    last_ = position;
-    ++valid;
+    if (position && (position->flags & position_t::FLAG_VALID) != 0) return Judge(*position);
+    ++withheld;
   }
 
-  std::int64_t published = 0, withheld = 0, valid = 0, outside = 0, wrong = 0;
+  std::int64_t withheld = 0, valid = 0, outside = 0, wrong = 0, wrong_close = 0;
 
  private:
+  void Judge(const position_t& position) {
+    ++valid;
+    const double error = Distance(position, TruthCounts(position.mono_ns));
+    // The uncertainty of the instant at full speed, and the rounding to a count.
+    if (error <= 2 + kCountsPerNs * position.time_uncertainty_ns) {
+      last_ = position;
+      return;
+    }
+    ++wrong;
+    wrong_close += error <= 6 ? 1 : 0;
+    if (!last_) return;
+    const double elapsed = static_cast<double>(position.mono_ns - last_->mono_ns) + position.time_uncertainty_ns +
+                           last_->time_uncertainty_ns;
+    // 16: twice the accumulated pitch error, +-8 LSB (spec 5.4.1); with FS the accuracy is 5 bits.
+    const bool coarse = ((position.flags | last_->flags) & position_t::FLAG_LOW_ACCURACY) != 0;
+    const double tolerance = 18 + (coarse ? static_cast<double>(kCountsPerTurn) / 32 : 0);
+    if (Distance(position, static_cast<double>(last_->counts)) > kCountsPerNs * elapsed + tolerance) ++outside;
+  }
+
+  // Without TURNS_VALID the whole turns are not claimed.
+  static double Distance(const position_t& position, double from) {
+    const double difference = static_cast<double>(position.counts) - from;
+    if ((position.flags & position_t::FLAG_TURNS_VALID) != 0) return std::abs(difference);
+    return std::abs(std::remainder(difference, static_cast<double>(kCountsPerTurn)));
+  }
+
+  static constexpr double kCountsPerNs = kMaxSpeedRpm / 60 * static_cast<double>(kCountsPerTurn) * 1e-9;
   std::optional<position_t> last_;
 };
 
@@ -158,21 +181,24 @@ struct Mode {
   double bit_error_rate;
   double byte_fault_rate;
   bool garbage;
-  double theory_passing;  // share of replies that are wrong and pass all static checks; 0: not predicted
+  // Shares of replies with another position that pass all static checks: without and with StatusAgrees; 0: not
+  // predicted. Two flips cancel in the CRC when they hit one bit column. 122 such pairs hit no checked bit and
+  // change the position, 98 of them leave SF and ALMC in agreement: pairs x p^2 (1-p)^86.
+  double theory_passing;
+  double theory_agreeing;
 };
 
-// The shares of the bit-error modes are computed from the frame: pairs of flips in one bit column that no check
-// sees, and fours at 10^-2.
-constexpr std::array<Mode, 5> kModes = {{{"bit_flips_1e-3", 1e-3, 0, false, 9'009e-8},
-                                         {"bit_flips_1e-2", 1e-2, 0, false, 414'000e-8},
-                                         {"drops_doubles_inserts", 0, 1e-2, false, 0},
-                                         {"garbage", 0, 1e-2, true, 0},
-                                         {"all_together", 1e-3, 1e-2, false, 0}}};
+constexpr std::array<Mode, 5> kModes = {{{"bit_flips_1e-3", 1e-3, 0, false, 11'195e-8, 9'009e-8},
+                                         {"bit_flips_1e-2", 1e-2, 0, false, 514'000e-8, 414'000e-8},
+                                         {"drops_doubles_inserts", 0, 1e-2, false, 0, 0},
+                                         {"garbage", 0, 1e-2, true, 0, 0},
+                                         {"all_together", 1e-3, 1e-2, false, 0, 0}}};
 
 struct Figures {
   std::int64_t exchanges = 0;
   std::int64_t static_wrong = 0;  // damaged, but passing every static check, with another position
-  std::int64_t static_close = 0;  // of these, within 4 counts
+  std::int64_t agreeing = 0;      // of these, with SF and ALMC in agreement
+  std::int64_t close = 0;         // of those, within 4 counts
 };
 
 class Campaign {
@@ -225,7 +251,10 @@ class Campaign {
     damage_.Apply(reply_);
     if (PassesStaticChecks(reply_) && Position(reply_) != truth) {
       ++figures_.static_wrong;
-      figures_.static_close += std::abs(Position(reply_) - truth) <= 4 ? 1 : 0;
+      if (StatusAgrees(reply_)) {
+        ++figures_.agreeing;
+        figures_.close += std::abs(Position(reply_) - truth) <= 4 ? 1 : 0;
+      }
     }
     const Bytes bytes(reply_);
     const std::size_t length = exchange.reply_length(bytes);
@@ -255,32 +284,38 @@ class Campaign {
   Reply reply_;
 };
 
-bool Agrees(std::int64_t seen, double expected) {
+bool Agrees(std::int64_t seen, double share, std::int64_t exchanges) {
+  const double expected = share * static_cast<double>(exchanges);
   return expected == 0 ||
          std::abs(static_cast<double>(seen) - expected) <= 5 * std::sqrt(expected) + 0.02 * expected;
 }
+
+using Long = long long;  // as printf wants it
 
 bool RunMode(const MachineConfig& machine, const Mode& mode, std::int64_t exchanges) {
   Campaign campaign(machine, mode);
   campaign.Run(exchanges);
   const Figures& figures = campaign.figures();
   const Referee& referee = campaign.referee();
-  const double expected = mode.theory_passing * static_cast<double>(figures.exchanges);
+  std::printf("%s\n  replies %lld; published valid %lld, withheld %lld\n", mode.name, Long{figures.exchanges},
+              Long{referee.valid}, Long{referee.withheld});
+  std::printf("  published valid and wrong: outside the bound %lld, inside it %lld (within 4 counts %lld)\n",
+              Long{referee.outside}, Long{referee.wrong - referee.outside}, Long{referee.wrong_close});
+  const auto per = [&](double share) { return share * static_cast<double>(figures.exchanges); };
   std::printf(
-      "%-22s exchanges %lld  valid %lld  outside_the_bound %lld  wrong_within_the_bound %lld  withheld %lld\n",
-      mode.name, static_cast<long long>(figures.exchanges), static_cast<long long>(referee.valid),
-      static_cast<long long>(referee.outside), static_cast<long long>(referee.wrong),
-      static_cast<long long>(referee.withheld));
-  std::printf("%-22s wrong_and_passing_static_checks %lld (theory %.0f)  within_4_counts %lld\n%-22s errors:", "",
-              static_cast<long long>(figures.static_wrong), expected, static_cast<long long>(figures.static_close),
-              "");
+      "  wrong, passing the checks of one frame: %lld (theory %.0f); with SF and ALMC agreeing: %lld "
+      "(theory %.0f), of these within 4 counts %lld\n  errors:",
+      Long{figures.static_wrong}, per(mode.theory_passing), Long{figures.agreeing}, per(mode.theory_agreeing),
+      Long{figures.close});
   for (std::size_t kind = 0; kind < kErrorKinds; ++kind) {
     const std::int64_t count = campaign.channel().errors(static_cast<ErrorKind>(kind));
-    if (count > 0) std::printf(" %s %lld", ErrorName(static_cast<ErrorKind>(kind)), static_cast<long long>(count));
+    if (count > 0) std::printf(" %s %lld", ErrorName(static_cast<ErrorKind>(kind)), Long{count});
   }
   std::printf("\n");
-  const bool plausible = referee.wrong <= figures.static_wrong && referee.valid > figures.exchanges / 4;
-  return referee.outside == 0 && plausible && Agrees(figures.static_wrong, expected);
+  std::fflush(stdout);
+  const bool useful = referee.valid > figures.exchanges / 4 && referee.wrong <= figures.static_wrong;
+  return referee.outside == 0 && useful && Agrees(figures.static_wrong, mode.theory_passing, figures.exchanges) &&
+         Agrees(figures.agreeing, mode.theory_agreeing, figures.exchanges);
 }
 
 }  // namespace
@@ -303,7 +338,7 @@ int CampaignMain(int argc, char** argv) {
     if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), mode.name) == wanted.end()) continue;
     good = RunMode(*machine, mode, exchanges) && good;
   }
-  std::printf("%s\n", good ? "every position outside the bound was withheld" : "FAILED");
+  std::printf("%s\n", good ? "no position outside the bound was published valid" : "FAILED");
   return good ? 0 : 1;
 }
 

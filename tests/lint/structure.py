@@ -12,9 +12,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 # An external world: the pattern that reaches it, and the only files that may.
 WORLDS = [
     ("LCM", r"#include [<\"]lcm/lcm[.-]", r"drivers/io/lcm_port\.cpp|client/example/.*|bench/.*"),
-    ("serial line", r"termios|termbits|\bTIOC[A-Z]+", r"drivers/io/(serial_port|serial_line|pty|pty_test|serial_port_test)\.(cpp|h)"),
+    ("serial line", r"termios|termbits|\bTIOC[A-Z]+", r"drivers/io/(serial_port|adapter|pty)(_test)?\.(cpp|h)|bench/.*"),
     ("clock", r"clock_gettime|std::chrono|\bgettimeofday|\bclock_nanosleep|std::this_thread::sleep",
-     r"drivers/io/system_clock\.cpp|bench/.*"),
+     r"drivers/io/system_clock\.cpp|client/example/.*|bench/.*"),
     ("SPI", r"linux/spi", r"drivers/io/spi_port\.cpp"),
     ("CAN", r"linux/can", r"drivers/io/can_socket\.cpp"),
     ("Modbus", r"modbus\.h|modbus/modbus", r"drivers/io/modbus_port\.cpp"),
@@ -23,6 +23,7 @@ WORLDS = [
     ("systemd", r"systemd/", r"drivers/io/supervision\.cpp"),
 ]
 MAX_LINES = 400
+MAX_TEST_LINES = 500
 
 
 def tracked_sources():
@@ -37,8 +38,9 @@ def families():
 
 def breaches(path, text, family_names):
     lines = text.splitlines()
-    if len(lines) > MAX_LINES:
-        yield 1, f"{len(lines)} lines, at most {MAX_LINES}: is this still one concept?"
+    limit = MAX_TEST_LINES if path.endswith("_test.cpp") else MAX_LINES
+    if len(lines) > limit:
+        yield 1, f"{len(lines)} lines, at most {limit}: is this still one concept?"
     family_neutral = re.match(r"(drivers/(runtime|io)|bridge|client|tools)/", path) and not path.endswith("_test.cpp")
     in_family = any(path.startswith(f"drivers/{name}/") for name in family_names)
     for number, line in enumerate(lines, 1):

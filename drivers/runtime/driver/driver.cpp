@@ -11,7 +11,8 @@ namespace {
 
 std::unique_ptr<WireLog> MakeWireLog(const BusConfig& config, std::int64_t boot_id, const Timebase& time,
                                      MessageSink& sink) {
-  return config.capture ? std::make_unique<WireLog>(config.name, boot_id, time, sink) : nullptr;
+  if (!config.capture) return nullptr;
+  return std::make_unique<WireLog>(config.name, boot_id, time, sink);
 }
 
 }  // namespace
