@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Measures the driver against the targets of docs/architecture.md, side by side with its bare peers.
+"""Measures the driver against the targets of bench/README.md, side by side with its bare peers.
 
 Started by bench/run. Each ratio comes from pairs that are measured one right after the other, every second pair in the
 other order; it is the median of the pairs' ratios. Timing never fails a run: exit code 1 means that something broke."""
@@ -12,10 +12,12 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import time
 
-import machine
+import machine  # tests/e2e: how a machine under test is started
 
 TARGETS = ("unpaced", "slots", "latency", "cpu", "start", "commands", "decode")
+WARM_UP = 0.25  # s, before CPU time is counted
 
 
 class Report:
@@ -73,8 +75,9 @@ def median(values):
 
 
 class Bench:
-    def __init__(self, options, folder):
+    def __init__(self, options, folder, report):
         self.options = options
+        self.report = report
         self.folder = pathlib.Path(folder)
         self.run_dir = self.folder / "run"
         os.environ["AXLECAST_RUN_DIR"] = str(self.run_dir)
@@ -82,18 +85,30 @@ class Bench:
         self.url = "udpm://239.255.76.67:7667?ttl=0"
         self.command_url = "udpm://239.255.76.67:7668?ttl=0"
         self.log = open(self.folder / "log", "ab")
-        self.report = Report()
+        self.processes = []
 
     # -- processes
 
     def start(self, *command, **options):
-        return subprocess.Popen([str(word) for word in command], stderr=self.log, **{"stdout": self.log, **options})
+        process = subprocess.Popen([str(word) for word in command], stderr=self.log, **{"stdout": self.log, **options})
+        self.processes.append(process)
+        return process
+
+    def end(self):
+        """Whatever a broken measurement left running."""
+        for process in self.processes:
+            if process.poll() is None:
+                process.kill()
+                process.wait()
+        self.log.close()
+
+    def said(self):
+        return (self.folder / "log").read_text(errors="replace")[-2000:]
 
     def stop(self, process):
         process.terminate()
         if process.wait(10) not in (0, -15):
-            raise RuntimeError(f"{process.args[0]} ended with {process.returncode}:\n"
-                               + (self.folder / "log").read_text(errors="replace")[-2000:])
+            raise RuntimeError(f"{process.args[0]} ended with {process.returncode}:\n{self.said()}")
 
     def listener(self, program, *arguments):
         process = self.start(self.programs / program, *arguments, stdout=subprocess.PIPE, text=True)
@@ -106,7 +121,7 @@ class Bench:
         out, _ = listener.communicate(timeout=20)
         return json.loads(out)
 
-    def machine(self, name, pace, poll_hz, bus=""):
+    def machine(self, name, pace, poll_hz, bus="", block="true"):
         """The file of one machine, and its running simulator."""
         config = self.folder / f"{name}.yaml"
         config.write_text(f"""machine: {name}
@@ -118,7 +133,7 @@ buses:
     {bus}
     simulate: {{axis1: {{speed_rpm: 600, {pace}}}}}
     devices:
-      axis1: {{model: ts5669n127, unit: deg, publish_hz: 1000, block: true, permit: not_required}}
+      axis1: {{model: ts5669n127, unit: deg, publish_hz: 1000, block: {block}, permit: not_required}}
 """)
         simulator = self.start(machine.BIN / "axlecast", "simulate", config, "--bus", "rs485-0")
         port = self.run_dir / name / "rs485-0.pty"
@@ -128,21 +143,20 @@ buses:
     def driver(self, config):
         return self.start(machine.BIN / "axlecast-tformat", "--config", config, "--bus", "rs485-0")
 
-    def run_driver(self, config, *receiver_options):
+    def run_driver(self, config, *receiver_options, seconds=None):
         """One driver for one pair: what a receiver heard, and what the process itself shows."""
         receiver = self.listener("receiver", self.url, *receiver_options)
-        started = machine.time.monotonic_ns()
+        started = time.monotonic_ns()
         driver = self.driver(config)
-        warm_up = 0.25
-        machine.time.sleep(warm_up)
-        begin, cpu = machine.time.monotonic(), cpu_seconds(driver.pid)
-        machine.time.sleep(self.options.seconds)
-        cpu = (cpu_seconds(driver.pid) - cpu) / (machine.time.monotonic() - begin)
+        time.sleep(WARM_UP)
+        begin, cpu = time.monotonic(), cpu_seconds(driver.pid)
+        time.sleep(seconds or self.options.seconds)
+        cpu = (cpu_seconds(driver.pid) - cpu) / (time.monotonic() - begin)
         memory = resident_mb(driver.pid)
         self.stop(driver)
         result = self.heard(receiver)
         if result["positions"] == 0:
-            raise RuntimeError("the driver published nothing:\n" + (self.folder / "log").read_text()[-2000:])
+            raise RuntimeError(f"the driver published nothing:\n{self.said()}")
         result.update(cpu=cpu, memory_mb=memory, start_ms=(result["first_position_ns"] - started) * 1e-6)
         return result
 
@@ -169,7 +183,7 @@ buses:
         received = sum(driver["samples"] for driver, _ in pairs)
         exchanges = sum(driver["bus"]["exchanges"] for driver, _ in pairs)
         lost = sum(driver["blocks_lost"] for driver, _ in pairs)
-        self.report.add(f"  readings received / good", "", received / good, 1, at_most=False,
+        self.report.add("  readings received / good", "", received / good, 1, at_most=False,
                         note=f"{received} of {good} readings, {exchanges} exchanges, {lost} blocks lost")
 
     def unpaced(self):
@@ -179,7 +193,7 @@ buses:
         self.rate("slots", "pace: slots, slot_us: 51", "exchange rate, 51 us slots", 0.95)
 
     def latency(self):
-        config, simulator, _ = self.machine("latency", "pace: wire", 1000, "capture: true")
+        config, simulator, _ = self.machine("latency", "pace: wire", 1000, "capture: true", block="false")
 
         def bare():
             receiver = self.listener("receiver", self.url)
@@ -190,6 +204,8 @@ buses:
 
         pairs = interleaved(self.options.pairs, lambda: self.run_driver(config, "--wire"), bare)
         self.stop(simulator)
+        if not all(result["latency"]["n"] for pair in pairs for result in pair):
+            raise RuntimeError("no POSITION could be matched with its exchange")
         for key, target in (("p50_us", 1.1), ("p99_us", 1.2)):
             ours = [driver["latency"][key] for driver, _ in pairs]
             theirs = [peer["latency"][key] for _, peer in pairs]
@@ -211,9 +227,7 @@ buses:
 
     def start_time(self):
         config, simulator, _ = self.machine("start", "pace: wire", 1000)
-        seconds, self.options.seconds = self.options.seconds, 0.2
-        times = [self.run_driver(config)["start_ms"] for _ in range(self.options.pairs)]
-        self.options.seconds = seconds
+        times = [self.run_driver(config, seconds=0.2)["start_ms"] for _ in range(self.options.pairs)]
         self.stop(simulator)
         self.report.add("process start to first POSITION", "ms", median(times), 100,
                         note=f"{min(times):.1f}..{max(times):.1f} ms; the device answered before")
@@ -230,8 +244,7 @@ buses:
             done = subprocess.run([machine.BIN / "axlecast", "do", "axis1", "read_all", "--config", config],
                                   stdout=self.log, stderr=self.log, check=False)
             if done.returncode != 0:
-                raise RuntimeError(f"read_all ended with {done.returncode}:\n"
-                                   + (self.folder / "log").read_text()[-2000:])
+                raise RuntimeError(f"read_all ended with {done.returncode}:\n{self.said()}")
         times = self.heard(listener)
         for process in (driver, bridge, simulator):
             self.stop(process)
@@ -271,15 +284,23 @@ def main():
         parser.error(f"--only knows no {', '.join(sorted(unknown))}")
     print(f"{options.pairs} pairs of {options.seconds} s; {os.cpu_count()} processors, load {os.getloadavg()[0]:.1f}; "
           "a ratio is the median of the pairs'")
-    with tempfile.TemporaryDirectory(prefix="axlecast-bench-") as folder:
-        bench = Bench(options, folder)
-        for name in wanted:
-            getattr(bench, "start_time" if name == "start" else name)()
+    report = Report()
+    broken = []
+    for name in wanted:
+        with tempfile.TemporaryDirectory(prefix="axlecast-bench-") as folder:
+            bench = Bench(options, folder, report)
+            try:
+                getattr(bench, "start_time" if name == "start" else name)()
+            except (RuntimeError, AssertionError, OSError, subprocess.SubprocessError, json.JSONDecodeError) as error:
+                broken.append(name)
+                print(f"{name} broke: {error}", flush=True)
+            finally:
+                bench.end()
     if options.json:
         pathlib.Path(options.json).write_text(json.dumps(
             {"pairs": options.pairs, "seconds": options.seconds, "processors": os.cpu_count(),
-             "figures": bench.report.rows}, indent=1) + "\n")
-    return 0
+             "broken": broken, "figures": report.rows}, indent=1) + "\n")
+    return 1 if broken else 0
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@
 //   ... in the handler of DEVICE/axis1:    axis.OnDevice(message);
 //   ... in the control loop:               const auto position = axis.At(now_ns);
 //                                          if (position && axis.Check(now_ns) == Freshness::kFresh)
-//                                          use(position.value);
+//                                            use(position.value);
 //
 // Positions are advisory to safety systems: LCM has no authentication.
 #pragma once

@@ -26,7 +26,9 @@ constexpr std::array<TableRow, 9> kTable1 = {{
 constexpr std::array<std::uint8_t, 3> kSinkCode = {0, 1, 0};
 constexpr std::uint8_t kLastUserCell = 79;
 
-std::uint8_t BitOf(std::uint8_t byte, std::size_t bit) { return static_cast<std::uint8_t>(unsigned{byte} >> bit & 1U); }
+std::uint8_t BitOf(std::uint8_t byte, std::size_t bit) {
+  return static_cast<std::uint8_t>(unsigned{byte} >> bit & 1U);
+}
 
 const TableRow* FindRow(std::uint8_t data_id) {
   for (const TableRow& row : kTable1) {

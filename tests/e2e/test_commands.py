@@ -59,7 +59,7 @@ class Commands(Machine):
         self.assertEqual(self.encoder()["zeroings"], 1)
 
     def test_turns_are_reset_and_the_angle_stays(self):
-        self.run_machine("{start_deg: 3700}")
+        self.run_machine("{start_turns: 10, start_deg: 100}")
         before = wait_for(self.position, "a position")
         self.assertEqual(before["raw_turns"], 10)
         code, outcome = self.command("reset-turns", "axis1", "--yes")

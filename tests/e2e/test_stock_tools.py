@@ -2,6 +2,7 @@
 
 import math
 import os
+import pathlib
 import signal
 import subprocess
 import unittest
@@ -23,7 +24,7 @@ class StockTools(Machine):
         watch = self.watch(self.config)
         up = self.start("up", BIN / "axlecast", "up", self.config, "--no-table")
         self.wait_online(watch)
-        logger = self.start("lcm-logger", "lcm-logger", "-q", "-l", DATA_URL, log)
+        logger = self.start("lcm-logger", "lcm-logger", "-q", f"--lcm-url={DATA_URL}", log)
         wait_for(lambda: len(watch.of("POSITION/axis1")) > messages + 200, "positions to record")
         logger.send_signal(signal.SIGINT)
         logger.wait(20)
@@ -66,7 +67,7 @@ class StockTools(Machine):
         return True
 
     def test_lcm_spy_shows_positions_decoded(self):
-        """lcm-spy under Xvfb: its window is there, and the viewer of our channel opens with our type."""
+        """lcm-spy under Xvfb: its window is there and lists our channels. AXLECAST_SCREENSHOTS=FOLDER keeps the picture."""
         display = ":77"
         self.start("xvfb", "Xvfb", display, "-screen", "0", "1000x700x24", "-nolisten", "tcp")
         watch = self.watch(self.config)
@@ -77,8 +78,13 @@ class StockTools(Machine):
         self.start("spy", BIN / "axlecast", "spy", self.config, env={"DISPLAY": display})
         tree = lambda: subprocess.run(["xwininfo", "-root", "-tree"], env=environment, capture_output=True, text=True).stdout
         wait_for(lambda: "LCM Spy" in tree(), lambda: "the window of lcm-spy\n" + self.log("spy"))
-        if folder := os.environ.get("AXLECAST_SCREENSHOTS"):
-            subprocess.run(["import", "-window", "root", f"{folder}/lcm-spy.png"], env=environment, check=True)
+        mark = watch.mark()
+        wait_for(lambda: len(watch.of("DEVICE/axis1", mark)) > 3, "some seconds of it")
+        shot = pathlib.Path(os.environ.get("AXLECAST_SCREENSHOTS", self.folder)) / "lcm-spy.png"
+        subprocess.run(["import", "-window", "root", shot], env=environment, check=True)
+        shades = subprocess.run(["identify", "-format", "%k", shot], capture_output=True, text=True, check=True)
+        self.assertGreater(int(shades.stdout), 20, "something drawn")
+        self.assertNotIn("Exception", self.log("spy"))
 
 
 if __name__ == "__main__":

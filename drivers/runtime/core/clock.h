@@ -10,7 +10,7 @@ namespace axlecast {
 class Clock {
  public:
   virtual ~Clock() = default;
-  [[nodiscard]] virtual MonoNs Now() const = 0;               // CLOCK_MONOTONIC
+  [[nodiscard]] virtual MonoNs Now() const = 0;                    // CLOCK_MONOTONIC
   [[nodiscard]] virtual std::int64_t UtcMicroseconds() const = 0;  // CLOCK_REALTIME, us UNIX
 };
 

@@ -11,11 +11,11 @@ namespace axlecast {
 
 // Motion of the shaft as the last readings show it.
 struct Motion {
-  bool known = false;           // enough fresh valid readings to judge
-  bool standstill = false;      // within the standstill tolerance over the whole window
-  double speed_rpm = 0;         // largest speed seen in the window
-  std::int64_t counts = 0;      // last valid absolute counts, before direction and datum
-  MonoNs at = 0;                // instant of that reading
+  bool known = false;       // enough fresh valid readings to judge
+  bool standstill = false;  // within the standstill tolerance over the whole window
+  double speed_rpm = 0;     // largest speed seen in the window
+  std::int64_t counts = 0;  // last valid absolute counts, before direction and datum
+  MonoNs at = 0;            // instant of that reading
 };
 
 // An alarm as a device reports it. Names and actions are the maker's.
@@ -33,17 +33,17 @@ class DeviceOutput {
  public:
   virtual ~DeviceOutput() = default;
 
-  virtual void OnSample(const Sample& sample) = 0;                 // a reading whose position was decoded
-  virtual void OnError(ErrorKind kind, Interval at) = 0;           // a reading that gave none
+  virtual void OnSample(const Sample& sample) = 0;        // a reading whose position was decoded
+  virtual void OnError(ErrorKind kind, Interval at) = 0;  // a reading that gave none
   virtual void OnAlarm(const AlarmSpec& alarm, AlarmState state, MonoNs now) = 0;
   virtual void OnIdentity(std::int64_t identity, std::string_view serial, std::string_view firmware) = 0;
-  virtual void OnStarting(std::string_view reason) = 0;            // powered on, not yet able to answer
-  virtual void OnRefused(std::string_view reason) = 0;             // answers, but must not be trusted (wrong identity)
-  virtual void OnNonVolatileWrite() = 0;                           // one write of the device's limited memory
-  virtual void OnReferenceLost() = 0;                              // turns are in doubt until OnReferenceRestored
+  virtual void OnStarting(std::string_view reason) = 0;  // powered on, not yet able to answer
+  virtual void OnRefused(std::string_view reason) = 0;   // answers, but must not be trusted (wrong identity)
+  virtual void OnNonVolatileWrite() = 0;                 // one write of the device's limited memory
+  virtual void OnReferenceLost() = 0;                    // turns are in doubt until OnReferenceRestored
   virtual void OnReferenceRestored() = 0;
-  virtual void OnJump() = 0;                                       // the position jumped without motion: new epoch
-  virtual void OnDatumChanging(bool changing) = 0;                 // a command that moves the datum is under way
+  virtual void OnJump() = 0;                        // the position jumped without motion: new epoch
+  virtual void OnDatumChanging(bool changing) = 0;  // a command that moves the datum is under way
   virtual void OnOutcome(const CommandId& id, const Outcome& outcome) = 0;
 
   [[nodiscard]] virtual Motion MotionAt(MonoNs now) const = 0;

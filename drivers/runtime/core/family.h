@@ -23,13 +23,13 @@ struct DeviceSettings {
   virtual ~DeviceSettings() = default;
 
   std::string model;
-  std::int64_t counts_per_turn = 0;     // single-turn resolution
-  std::int64_t turns_range = 0;         // distinct multi-turn values; 0: single-turn only
-  bool ccw_increases = true;            // counts rise counter-clockwise, seen from the shaft end
-  double max_speed_rpm = 0;             // of the model
-  double max_accel_rad_s2 = 0;          // of the model
-  std::int64_t noise_counts = 0;        // error between two readings at rest, peak
-  MonoNs wire_time = 0;                 // shortest time of one live reading on the wire
+  std::int64_t counts_per_turn = 0;  // single-turn resolution
+  std::int64_t turns_range = 0;      // distinct multi-turn values; 0: single-turn only
+  bool ccw_increases = true;         // counts rise counter-clockwise, seen from the shaft end
+  double max_speed_rpm = 0;          // of the model
+  double max_accel_rad_s2 = 0;       // of the model
+  std::int64_t noise_counts = 0;     // error between two readings at rest, peak
+  MonoNs wire_time = 0;              // shortest time of one live reading on the wire
 };
 
 // What an offline decode needs: `--set key=value` pairs.
@@ -37,8 +37,8 @@ using DecodeSettings = std::vector<std::pair<std::string, std::string>>;
 
 // All that the rest of the product knows of a family of devices. One folder exports one.
 struct Family {
-  std::string_view name;      // as in the configuration
-  std::string_view summary;   // one line for --help
+  std::string_view name;     // as in the configuration
+  std::string_view summary;  // one line for --help
   std::int64_t default_baud = 0;
   std::size_t max_devices_per_bus = 1;
   std::span<const OperationSpec> operations;

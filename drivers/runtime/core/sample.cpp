@@ -5,10 +5,14 @@
 namespace axlecast {
 
 const char* ErrorName(ErrorKind kind) {
-  static constexpr std::array<const char*, kErrorKinds> kNames = {
-      "timeout",        "short",          "framing", "checksum",    "wrong_echo", "communication_alarm",
-      "abnormal_reply", "wrong_identity", "range",   "implausible", "device",     "stray",
-      "busy",           "io",             "exception", "silent"};
+  static constexpr std::array<const char*, kErrorKinds> kNames = {"timeout",        "short",
+                                                                  "framing",        "checksum",
+                                                                  "wrong_echo",     "communication_alarm",
+                                                                  "abnormal_reply", "wrong_identity",
+                                                                  "range",          "implausible",
+                                                                  "device",         "stray",
+                                                                  "busy",           "io",
+                                                                  "exception",      "silent"};
   return kNames.at(static_cast<std::size_t>(kind));
 }
 

@@ -33,8 +33,8 @@ struct AxisReading {
 // Flags:
 //   VALID           good, and the device calls it valid
 //   TURNS_VALID     VALID, the whole turns are sure (TurnCounter), the reference is not lost, and the axis is
-//   within
-//                   the ends that `turns: signed|unsigned` set; with `unsigned` also: the counter never overflowed
+//                   within the ends that `turns: signed|unsigned` set; with `unsigned` also: the counter never
+//                   overflowed
 //   TURNS_WRAPPED   the counter overflowed, or the axis is outside these ends
 //   REFERENCED      a datum is set, the reference is not lost, and the turns are as sure as the value needs them
 //   LOW_ACCURACY, DEVICE_ERROR, DEVICE_WARNING   as the device says

@@ -12,12 +12,10 @@ namespace axlecast {
 // Judges readings against the last good one.
 //
 // - A reading within reach of the last good one, by speed and by acceleration, is good. Reach grows with time:
-// after
-//   a gap any place is good that the shaft can have come to.
+//   after a gap any place is good that the shaft can have come to.
 // - Another one is doubtful. Three doubtful ones in a row that agree among each other become the new truth.
 // - Without a last good reading (at the start, after an announced jump, or when readings of reduced accuracy turn
-// out
-//   to have been further off than their 5 bits) the first reading waits for a second one that agrees.
+//   out to have been further off than their 5 bits) the first reading waits for a second one that agrees.
 class Plausibility {
  public:
   enum class Doubt : std::uint8_t {
