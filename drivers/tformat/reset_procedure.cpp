@@ -85,6 +85,10 @@ std::optional<Outcome> ResetProcedure::OnSent(const Answer& answer, MonoNs end) 
   Outcome running;
   running.text = Text("request %d of %d answered", sent_, kResetTimes);
   running.progress = static_cast<float>(sent_) / static_cast<float>(kResetTimes + 1);
+  // Should this process die: what is found afterwards says something only beside what was before.
+  running.changes = {{"single_turn", std::to_string(*before_.single_turn), ""},
+                     {"turns", std::to_string(*before_.multi_turn), ""},
+                     {"alarms", AlarmText(*before_.alarms), ""}};
   return running;
 }
 

@@ -55,7 +55,7 @@ std::string ParseFault(std::string_view text, SimulatedFault& fault) {
   SimulatedFault parsed{found->kind, found->usual};
   if (colon != std::string_view::npos) {
     if (found->unit.empty()) return "'" + std::string(text) + "': " + name + " takes no amount";
-    const std::string problem = ReadNumber(text.substr(colon + 1), 0, found->most, found->unit, parsed.amount);
+    std::string problem = ReadNumber(text.substr(colon + 1), 0, found->most, found->unit, parsed.amount);
     if (!problem.empty()) return problem;
   }
   fault = parsed;

@@ -122,7 +122,7 @@ std::optional<std::uint8_t> HexByte(Text text) {
 
 // "72=A1 05": bytes in hex from a cell on.
 std::string SetEeprom(SimulatedAxis& axis, Text value) {
-  const std::string problem = "'" + std::string(value) + "' is not CELL=BYTES with cells 0 to 79, e.g. 72=A1 05";
+  std::string problem = "'" + std::string(value) + "' is not CELL=BYTES with cells 0 to 79, e.g. 72=A1 05";
   const std::size_t equals = value.find('=');
   std::int64_t cell = 0;
   if (equals == Text::npos || !ReadWhole(value.substr(0, equals), 0, 79, "", cell).empty()) return problem;

@@ -219,7 +219,7 @@ std::vector<ConfigMap> ConfigMap::List(std::string_view key) {
     Error(key, KindOf(entry.value) + " stands where a list of mappings is expected: [{...}, ...]");
     return list;
   }
-  for (const auto& item : entry.value) {
+  for (const YAML::Node& item : entry.value) {
     list.push_back(ConfigMap(item, Path(key) + '[' + std::to_string(list.size()) + ']', *errors_));
   }
   return list;
