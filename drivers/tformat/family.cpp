@@ -24,7 +24,7 @@ std::unique_ptr<Device> Make(const BusConfig& bus, const DeviceConfig& device, D
 const Family& tformat_family();
 
 const Family& tformat_family() {
-  static const Family family = {
+  static const Family kFamily = {
       .name = "tformat",
       .summary = "Tamagawa Smart Abs and other encoders on T-format (RS-485, 2.5 Mbit/s), one per bus",
       .default_baud = tformat::kDefaultBaud,
@@ -35,7 +35,7 @@ const Family& tformat_family() {
       .make_simulator = &tformat::MakeTFormatSimulator,
       .decode = &tformat::Decode,
   };
-  return family;
+  return kFamily;
 }
 
 }  // namespace axlecast

@@ -20,7 +20,7 @@ using Reason = command_status_t;
 const ArgumentSpec kAfter = {"after", "an operation with its arguments, to see whether it took effect", false};
 
 const std::vector<OperationSpec>& Specs() {
-  static const std::vector<OperationSpec> specs = {
+  static const std::vector<OperationSpec> kSpecs = {
       {.name = kZeroSingleTurnName,
        .help = "Makes the present shaft angle the encoder's single-turn 0 (ID 8, ten requests); writes its EEPROM",
        .arguments = {},
@@ -74,7 +74,7 @@ const std::vector<OperationSpec>& Specs() {
        .arguments = {},
        .verification = "it is a reading"},
   };
-  return specs;
+  return kSpecs;
 }
 
 Outcome Refused(std::int32_t reason, std::string text) {

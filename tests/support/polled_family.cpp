@@ -17,7 +17,7 @@ std::unique_ptr<Device> MakeDevice(const BusConfig& bus, const DeviceConfig& dev
 }  // namespace
 
 const Family& PolledFamily() {
-  static const std::vector<OperationSpec> operations = {
+  static const std::vector<OperationSpec> kOperations = {
       {.name = "touch", .help = "asks once", .arguments = {}, .verification = "its reply"},
       {.name = "write",
        .help = "asks once",
@@ -26,16 +26,16 @@ const Family& PolledFamily() {
        .needs_permit = true,
        .verification = "its reply"},
   };
-  static const Family family = {.name = "polled",
-                                .summary = "a little encoder for tests",
-                                .default_baud = 115'200,
-                                .max_devices_per_bus = 16,
-                                .operations = operations,
-                                .parse = nullptr,
-                                .make_device = &MakeDevice,
-                                .make_simulator = nullptr,
-                                .decode = nullptr};
-  return family;
+  static const Family kFamily = {.name = "polled",
+                                 .summary = "a little encoder for tests",
+                                 .default_baud = 115'200,
+                                 .max_devices_per_bus = 16,
+                                 .operations = kOperations,
+                                 .parse = nullptr,
+                                 .make_device = &MakeDevice,
+                                 .make_simulator = nullptr,
+                                 .decode = nullptr};
+  return kFamily;
 }
 
 BusConfig PolledBus(int devices) {

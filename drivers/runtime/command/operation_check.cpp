@@ -32,7 +32,7 @@ Refusal BadArgument(std::string text) { return {command_status_t::REASON_BAD_ARG
 }  // namespace
 
 std::span<const OperationSpec> RuntimeOperations() {
-  static const std::vector<OperationSpec> operations = {
+  static const std::vector<OperationSpec> kOperations = {
       {.name = "set_datum",
        .help = "Makes the present position read `value`, or makes `counts` the origin, in software; the device is "
                "not written",
@@ -44,7 +44,7 @@ std::span<const OperationSpec> RuntimeOperations() {
        .verification = "the driver's HELLO",
        .internal = true},
   };
-  return operations;
+  return kOperations;
 }
 
 const OperationSpec* FindOperation(const Family& family, std::string_view name) {
