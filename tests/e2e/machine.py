@@ -55,6 +55,10 @@ class Watch:
         with self.lock:
             return len(self.messages)
 
+    def since(self, mark):
+        with self.lock:
+            return self.messages[mark:]
+
     def close(self):
         self.process.kill()
         self.process.wait()
