@@ -4,5 +4,6 @@ set -eu
 user=""
 [ "$(id -u)" -eq 0 ] || user="--user --map-root-user"
 # shellcheck disable=SC2086 # options
-exec unshare $user --net --pid --fork --kill-child --mount-proc sh -c '
+# Propagation is left alone because in a chroot / is no mount point; /proc alone is made private.
+exec unshare $user --net --pid --fork --kill-child --propagation unchanged --mount-proc sh -c '
   ip link set lo up multicast on && ip route add 224.0.0.0/4 dev lo && exec "$@"' sh "$@"
