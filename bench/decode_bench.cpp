@@ -11,6 +11,7 @@
 #include "drivers/runtime/config/load.h"
 #include "drivers/runtime/position/channel.h"
 #include "drivers/tformat/codec.h"
+#include "tests/support/fixed_secrets.h"
 
 namespace axlecast {
 namespace {
@@ -94,7 +95,7 @@ MachineConfig Machine() {
 class Readings {
  public:
   Readings(const BusConfig& bus, DeviceOutput& output)
-      : device_(bus.family->make_device(bus, bus.devices[0], output)) {
+      : device_(bus.family->make_device(bus, bus.devices[0], output, secrets_)) {
     device_->On(
         {.kind = Event::Kind::kLinkUp, .sent = {now_, now_}, .received = {now_, now_}, .request = {}, .bytes = {}});
   }
@@ -118,6 +119,7 @@ class Readings {
  private:
   const Frame request_ = tformat::Request(tformat::DataId::kAll);
   const Frame reply_ = ReplyTo(tformat::DataId::kAll);
+  FixedSecrets secrets_;
   std::unique_ptr<Device> device_;
   MonoNs now_ = kSecond;
 };

@@ -58,6 +58,7 @@ Dispatcher::Dispatcher(const MachineConfig& machine, std::int64_t boot_id, Journ
     bus.driver.ListenFrom(now.mono);
     for (const DeviceConfig& device : config.devices) {
       bus.lanes.try_emplace(device.name, bus.driver, static_cast<LaneOutput&>(*this));
+      bus.urgent.try_emplace(device.name, bus.driver, static_cast<LaneOutput&>(*this));
     }
   }
 }
@@ -95,14 +96,15 @@ void Dispatcher::Cancel(const command_body_t& body, const Admitted& admitted, In
   Bus& bus = buses_.at(admitted.bus->name);
   auto known = journal_.Find(IdOf(body.id));
   if (!known) return Publish(StatusOf(body, 0), now);
-  if (!IsFinalState(known->state) && bus.lanes.at(body.device).Cancel(IdOf(body.id), now)) {
+  DeviceLane& lane = admitted.operation->urgent ? bus.urgent.at(body.device) : bus.lanes.at(body.device);
+  if (!IsFinalState(known->state) && lane.Cancel(IdOf(body.id), now)) {
     known = journal_.Find(IdOf(body.id));
   }
   if (known && !IsFinalState(known->state)) known->text = "the driver was asked to give it up if it has not begun";
   if (known) Publish(*known, now);
 }
 
-std::optional<Refusal> Dispatcher::Busy(const std::string& device, const Bus& bus, MonoNs now) const {
+std::optional<Refusal> Dispatcher::Busy(const Bus& bus, const DeviceLane& lane, MonoNs now) const {
   if (const auto other = watch_.Other(now)) {
     return Refusal{S::REASON_FENCED, "another bridge serves this command port: stop one of the two"};
   }
@@ -112,7 +114,7 @@ std::optional<Refusal> Dispatcher::Busy(const std::string& device, const Bus& bu
                                                 "driver " +
                                                 bus.config->name + ", or systemctl)"};
   }
-  if (bus.lanes.at(device).IsFull()) {
+  if (lane.IsFull()) {
     return Refusal{S::REASON_QUEUE_FULL, std::to_string(DeviceLane::kMaxWaiting) +
                                              " commands wait for this device already: send it again later"};
   }
@@ -122,14 +124,17 @@ std::optional<Refusal> Dispatcher::Busy(const std::string& device, const Bus& bu
 void Dispatcher::Accept(const command_body_t& body, const Admitted& admitted, command_status_t status,
                         Instant now) {
   Bus& bus = buses_.at(admitted.bus->name);
-  const auto busy = Busy(body.device, bus, now.mono);
+  const bool urgent = admitted.operation->urgent;
+  DeviceLane& lane = urgent ? bus.urgent.at(body.device) : bus.lanes.at(body.device);
+  const auto busy = Busy(bus, lane, now.mono);
   status.state = busy ? S::STATE_REJECTED : S::STATE_ACCEPTED;
   const MonoNs keep_until = now.mono + body.valid_ms * kMillisecond + Journal::kKeep;
   const bool away = std::find(turned_away_.begin(), turned_away_.end(), IdOf(body.id)) != turned_away_.end();
-  if (away || !journal_.Accepted(status, now.mono, keep_until)) return TurnAway(status, now);
+  const bool noted = !away && journal_.Accepted(status, now.mono, keep_until);
+  // What is urgent does not wait for room in a journal.
+  if (!noted && (away || !urgent)) return TurnAway(status, now);
   if (busy) return Refuse(status, *busy, now);
   Publish(status, now);
-  DeviceLane& lane = bus.lanes.at(body.device);
   lane.Push(TaskOf(body, admitted, std::move(status), now.mono));
   lane.Tick(now);
 }
@@ -164,9 +169,11 @@ void Dispatcher::OnDriverStatus(const std::string& channel, Bytes message, Insta
   Bus& bus = found->second;
   if (!bus.driver.On(*status, now.mono)) return;
   if (status->kind == driver_status_t::KIND_HELLO) OnHello(bus, *status);
-  for (auto& [device, lane] : bus.lanes) {
-    if (status->kind == driver_status_t::KIND_STATUS) lane.OnStatus(*status, now);
-    lane.Tick(now);
+  for (auto* lanes : {&bus.urgent, &bus.lanes}) {
+    for (auto& [device, lane] : *lanes) {
+      if (status->kind == driver_status_t::KIND_STATUS) lane.OnStatus(*status, now);
+      lane.Tick(now);
+    }
   }
 }
 
@@ -193,6 +200,7 @@ void Dispatcher::Tick(Instant now) {
     axlecast::Publish(sink_, "COMMAND", *question);
   }
   for (auto& [name, bus] : buses_) {
+    for (auto& [device, lane] : bus.urgent) lane.Tick(now);
     for (auto& [device, lane] : bus.lanes) lane.Tick(now);
   }
 }

@@ -21,8 +21,8 @@
 
 namespace axlecast {
 
-// The bridge without its I/O: takes commands, routes each to the driver of its device, one at a time per device,
-// and gives every id exactly one final outcome. Publishes COMMAND_STATUS and DRIVER_COMMAND/<bus> to `sink`. One
+// The bridge without its I/O: takes commands, routes each to the driver of its device, one at a time per device
+// (urgent ones beside it), and gives every id exactly one final outcome. Publishes COMMAND_STATUS and DRIVER_COMMAND/<bus> to `sink`. One
 // thread.
 class Dispatcher final : private LaneOutput {
  public:
@@ -45,13 +45,14 @@ class Dispatcher final : private LaneOutput {
   struct Bus {
     const BusConfig* config = nullptr;
     DriverLink driver;
-    std::map<std::string, DeviceLane> lanes;
+    std::map<std::string, DeviceLane> lanes;   // by device
+    std::map<std::string, DeviceLane> urgent;  // by device: OperationSpec::urgent waits for nothing else
   };
 
   void Execute(const command_t& envelope, const command_body_t& body, Instant now);
   void Cancel(const command_body_t& body, const Admitted& admitted, Instant now);
   void Accept(const command_body_t& body, const Admitted& admitted, command_status_t status, Instant now);
-  [[nodiscard]] std::optional<Refusal> Busy(const std::string& device, const Bus& bus, MonoNs now) const;
+  [[nodiscard]] std::optional<Refusal> Busy(const Bus& bus, const DeviceLane& lane, MonoNs now) const;
   void Refuse(command_status_t status, const Refusal& refusal, Instant now);
   void TurnAway(const command_status_t& status, Instant now);
   void OnHello(Bus& bus, const driver_status_t& status);

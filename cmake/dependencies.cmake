@@ -10,6 +10,8 @@ endif()
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(SYSTEMD REQUIRED IMPORTED_TARGET libsystemd)
+pkg_check_modules(MODBUS REQUIRED IMPORTED_TARGET libmodbus)
+pkg_check_modules(GPIOD REQUIRED IMPORTED_TARGET libgpiod<2)
 pkg_check_modules(SODIUM REQUIRED IMPORTED_TARGET libsodium)
 
 # Upstream LCM 1.5 ships a CMake package; Debian 12's 1.3.1 ships none, and its pkg-config file asks for GLib's

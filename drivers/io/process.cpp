@@ -6,6 +6,7 @@
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/random.h>
+#include <sys/resource.h>
 
 #include <atomic>
 #include <cerrno>
@@ -74,6 +75,15 @@ std::vector<std::string> ApplyRealtime(int priority, int cpu, bool lock_memory) 
                        "; allow it with LimitMEMLOCK=infinity in the systemd unit, or ulimit -l unlimited");
   }
   return warnings;
+}
+
+std::string ForbidCoreDumps() {
+  const rlimit none{0, 0};
+  // Each alone would do, but for a core_pattern that pipes into a program: that one ignores the limit.
+  if (prctl(PR_SET_DUMPABLE, 0UL, 0UL, 0UL, 0UL) != 0 || setrlimit(RLIMIT_CORE, &none) != 0) {
+    return "cannot forbid core dumps: " + Reason() + "; a core dump of this process would show passwords";
+  }
+  return "";
 }
 
 StopSignal::StopSignal() : event_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {

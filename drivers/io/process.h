@@ -16,6 +16,10 @@ namespace axlecast {
 // What the system did not allow comes back as warnings, each with its remedy; the rest is applied.
 [[nodiscard]] std::vector<std::string> ApplyRealtime(int priority, int cpu, bool lock_memory);
 
+// For a process that holds passwords: neither a core dump nor a debugger without privilege shows its memory. An empty
+// string when done, else the cause. The process's own files in /proc belong to root from then on.
+[[nodiscard]] std::string ForbidCoreDumps();
+
 // Takes SIGINT and SIGTERM as a request to stop, for as long as it lives. One at a time in a process. Blocks no
 // signal: threads and children start with the mask and, after exec, the actions that they always had.
 class StopSignal {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <pthread.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 
 #include <csignal>
 #include <set>
@@ -33,6 +34,18 @@ TEST(ApplyRealtime, AppliesWhatIsAllowedAndTellsTheRest) {
     EXPECT_THAT(warnings[0], HasSubstr("realtime.cpu 1023"));
     EXPECT_THAT(warnings[0], HasSubstr("lscpu"));
   }).join();
+}
+
+// In a child: the tests' own process stays open to sanitizers.
+TEST(ForbidCoreDumps, ShutsTheProcess) {
+  const auto forbid_and_look = [] {
+    const std::string problem = ForbidCoreDumps();
+    rlimit core{1, 1};
+    getrlimit(RLIMIT_CORE, &core);
+    _exit(problem.empty() && prctl(PR_GET_DUMPABLE) == 0 && core.rlim_cur == 0 && core.rlim_max == 0 ? 0 : 1);
+  };
+  EXPECT_EXIT(forbid_and_look(), ::testing::ExitedWithCode(0), "");
+  EXPECT_EQ(prctl(PR_GET_DUMPABLE), 1);
 }
 
 TEST(StopSignal, SeesBothSignalsAndCountsThem) {

@@ -1,9 +1,11 @@
 #include "drivers/io/pty.h"
 
+#include <asm/ioctls.h>
+#include <asm/termbits.h>
 #include <fcntl.h>
 #include <poll.h>
 #include <stdlib.h>
-#include <termios.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <array>
@@ -19,10 +21,14 @@ std::string Problem(const std::string& what) { return what + ": " + std::strerro
 
 // No echo, no line editing, no change of any byte.
 bool MakeRaw(int fd) {
-  termios settings{};
-  if (tcgetattr(fd, &settings) != 0) return false;
-  cfmakeraw(&settings);
-  return tcsetattr(fd, TCSANOW, &settings) == 0;
+  termios2 mode{};
+  if (ioctl(fd, TCGETS2, &mode) != 0) return false;
+  mode.c_iflag = 0;
+  mode.c_oflag = 0;
+  mode.c_lflag = 0;
+  mode.c_cc[VMIN] = 1;
+  mode.c_cc[VTIME] = 0;
+  return ioctl(fd, TCSETS2, &mode) == 0;
 }
 
 // A host finds the old link or the new one, never none.
@@ -85,7 +91,13 @@ bool Pty::Write(Bytes bytes) {
 }
 
 void Pty::Discard() {
-  if (IsOpen()) static_cast<void>(tcflush(master_.get(), TCIOFLUSH));
+  if (IsOpen()) static_cast<void>(ioctl(master_.get(), TCFLSH, TCOFLUSH));
+}
+
+std::int64_t Pty::Baud() const {
+  // At the master the kernel tells the other end's mode.
+  termios2 mode{};
+  return ioctl(master_.get(), TCGETS2, &mode) == 0 ? std::int64_t{mode.c_ospeed} : 0;
 }
 
 }  // namespace axlecast

@@ -30,12 +30,14 @@ class Pty {
 
   // Whether a host has the line open now. While none has, poll reports POLLHUP at once.
   [[nodiscard]] bool HasHost() const;
+  // The rate that the host has set its end to, any number; what stood before it came until it does. 0 when closed.
+  [[nodiscard]] std::int64_t Baud() const;
 
   // The host's bytes, at most what fits `into`; 0 when there are none.
   [[nodiscard]] std::size_t Read(std::span<std::uint8_t> into);
   // In one write. False when they could not all be delivered: no host, or one that does not read.
   [[nodiscard]] bool Write(Bytes bytes);
-  // What a host that went away left unread in either direction is dropped.
+  // What a host that went away has not read is dropped. What the next one may have sent by now is kept.
   void Discard();
 
  private:

@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
+#include <utility>
 #include <vector>
 
 namespace axlecast {
@@ -83,16 +84,34 @@ TEST_F(PtyTest, ASecondHostFindsTheLineRawToo) {
   EXPECT_EQ(settings.c_oflag & OPOST, 0U);
 }
 
-TEST_F(PtyTest, WhatAGoneHostSentCanBeDropped) {
+TEST_F(PtyTest, TellsTheHostsRate) {
+  EXPECT_EQ(pty_.Baud(), 0);
   ASSERT_EQ(pty_.Open(path_), "");
-  {
-    const Descriptor host = OpenHost();
-    ASSERT_EQ(write(host.get(), "x", 1), 1);
-  }
-  pty_.Discard();
   const Descriptor host = OpenHost();
+  termios settings{};
+  ASSERT_EQ(tcgetattr(host.get(), &settings), 0);
+  for (const auto& [code, rate] :
+       {std::pair<speed_t, int>{B9600, 9'600}, {B19200, 19'200}, {B2500000, 2'500'000}}) {
+    ASSERT_EQ(cfsetspeed(&settings, code), 0);
+    ASSERT_EQ(tcsetattr(host.get(), TCSANOW, &settings), 0);
+    EXPECT_EQ(pty_.Baud(), rate);
+  }
+}
+
+TEST_F(PtyTest, WhatAGoneHostHasNotReadCanBeDroppedWhileTheNextOneSends) {
+  ASSERT_EQ(pty_.Open(path_), "");
+  { const Descriptor host = OpenHost(); }
+  ASSERT_TRUE(pty_.Write(std::array<std::uint8_t, 2>{1, 2}));
+  const Descriptor host(open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK));
+  ASSERT_EQ(write(host.get(), "x", 1), 1);
+  ASSERT_TRUE(Readable(host.get()));
+  pty_.Discard();
   std::array<std::uint8_t, 8> into{};
-  EXPECT_EQ(pty_.Read(into), 0U);
+  EXPECT_EQ(read(host.get(), into.data(), into.size()), -1);
+  EXPECT_EQ(errno, EAGAIN);
+  ASSERT_TRUE(Readable(pty_.FileDescriptor()));
+  EXPECT_EQ(pty_.Read(into), 1U);
+  EXPECT_EQ(into[0], 'x');
 }
 
 TEST_F(PtyTest, ClosingTakesTheLineFromTheHostAndTheLinkAway) {

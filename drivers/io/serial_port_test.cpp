@@ -14,6 +14,7 @@
 #include <string>
 #include <thread>
 
+#include "drivers/io/pty.h"
 #include "drivers/io/system_clock.h"
 
 namespace axlecast {
@@ -74,7 +75,7 @@ class SerialPortTest : public ::testing::Test {
     return all;
   }
 
-  SerialSettings Settings() const { return {.path = link_, .baud = 2'500'000}; }
+  SerialSettings Settings() const { return {.path = link_, .format = {.baud = 2'500'000}}; }
 
   SystemClock clock_;
   std::string directory_;
@@ -199,16 +200,39 @@ TEST_F(SerialPortTest, OpenNamesCauseAndRemedy) {
 }
 
 TEST_F(SerialPortTest, OpensWithEveryCharacterFormat) {
-  for (const auto parity :
-       {SerialSettings::Parity::kNone, SerialSettings::Parity::kEven, SerialSettings::Parity::kOdd}) {
+  for (const auto parity : {Parity::kNone, Parity::kEven, Parity::kOdd}) {
     for (const int stop_bits : {1, 2}) {
       SerialSettings settings = Settings();
-      settings.baud = 9'600;
-      settings.parity = parity;
-      settings.stop_bits = stop_bits;
+      settings.format = {.baud = 9'600, .parity = parity, .stop_bits = stop_bits};
       EXPECT_EQ(SerialPort(settings, clock_).Open(), "");
     }
   }
+}
+
+// At the other end the kernel tells the rate of this one.
+TEST_F(SerialPortTest, GoesOnAtAnotherRateAndKeepsWhatHasCome) {
+  const std::string path = directory_ + "/other.pty";
+  Pty far;
+  ASSERT_EQ(far.Open(path), "");
+  SerialSettings settings = Settings();
+  settings.path = path;
+  SerialPort port(settings, clock_);
+  EXPECT_FALSE(port.SetBaud(9'600)) << "closed";
+  ASSERT_EQ(port.Open(), "");
+  EXPECT_EQ(far.Baud(), 2'500'000);
+  ASSERT_TRUE(far.Write(std::array<std::uint8_t, 2>{1, 2}));
+  ASSERT_EQ(port.Wait(clock_.Now() + kSoon), ByteLink::Status::kOk);
+  ASSERT_TRUE(port.SetBaud(19'200));
+  EXPECT_EQ(far.Baud(), 19'200);
+  EXPECT_THAT(PortReads(port, 2), ElementsAre(1, 2));
+  ASSERT_TRUE(port.SetBaud(31'250)) << "not one of the rates with a name";
+  EXPECT_EQ(far.Baud(), 31'250);
+  EXPECT_FALSE(port.SetBaud(0));
+  EXPECT_TRUE(far.HasHost()) << "never closed meanwhile";
+  ASSERT_EQ(port.Open(), "");
+  EXPECT_EQ(far.Baud(), 2'500'000) << "an opened port begins as the settings say";
+  far.Close();
+  EXPECT_FALSE(port.SetBaud(9'600)) << "the line is gone";
 }
 
 }  // namespace

@@ -2,8 +2,8 @@
 
 #include <axlecast/alarm_entry_t.hpp>
 
+#include "drivers/runtime/device/outcome_text.h"
 #include "drivers/tformat/codec.h"
-#include "drivers/tformat/outcome_text.h"
 
 namespace axlecast::tformat {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "drivers/tformat/outcome_text.h"
+#include "drivers/runtime/device/outcome_text.h"
 
 namespace axlecast::tformat {
 

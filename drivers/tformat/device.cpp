@@ -5,8 +5,8 @@
 #include <utility>
 #include <variant>
 
+#include "drivers/runtime/device/outcome_text.h"
 #include "drivers/tformat/operations.h"
-#include "drivers/tformat/outcome_text.h"
 
 namespace axlecast::tformat {
 namespace {
@@ -22,9 +22,7 @@ Expectation ExpectationOf(const TFormatSettings& settings, const LinkConfig& lin
   return {.format = settings.format, .encoder_id = settings.encoder_id, .echo = link.echo};
 }
 
-MonoNs CharacterTime(const BusConfig& bus) {
-  return bus.simulate ? 0 : WireTime(1, bus.link.baud > 0 ? bus.link.baud : kDefaultBaud);
-}
+MonoNs CharacterTime(const BusConfig& bus) { return bus.simulate ? 0 : bus.link.line.WireTime(1); }
 
 const TFormatSettings& Own(const DeviceConfig& device) {
   return static_cast<const TFormatSettings&>(*device.settings);
@@ -102,6 +100,9 @@ void TFormatDevice::On(const Event& event) {
     case Event::Kind::kLinkDown:
       OnLinkDown();
       break;
+    case Event::Kind::kPulsed:
+    case Event::Kind::kRetuned:
+      break;  // never asked for
   }
   ExpireIfLate(EndOf(event));
 }
@@ -164,28 +165,25 @@ void TFormatDevice::Begin(const Order& order, MonoNs now) {
 }
 
 std::optional<Outcome> TFormatDevice::Refusal(const Order& order, MonoNs now) const {
-  const auto refuse = [](std::int32_t reason, std::string_view why) {
-    return Final(OrderState::kRejected, reason, "nothing was done: " + std::string(why));
-  };
-  if (procedure_) return refuse(Reason::REASON_BUSY, "another order is being carried out");
+  if (procedure_) return Rejected(Reason::REASON_BUSY, "another order is being carried out");
   if (now > order.begin_by) {
     return Final(OrderState::kExpired, Reason::REASON_DEADLINE, "nothing was done: its time to begin was over");
   }
-  if (!link_up_) return refuse(Reason::REASON_DEVICE_OFFLINE, "the link is down");
-  if (!interpreter_.answering()) return refuse(Reason::REASON_DEVICE_OFFLINE, "the encoder does not answer");
+  if (!link_up_) return Rejected(Reason::REASON_DEVICE_OFFLINE, "the link is down");
+  if (!interpreter_.answering()) return Rejected(Reason::REASON_DEVICE_OFFLINE, "the encoder does not answer");
   if (!Alters(order.operation)) return std::nullopt;
   if (interpreter_.identity().refused()) {
-    return refuse(Reason::REASON_WRONG_IDENTITY, "another encoder is connected than configured");
+    return Rejected(Reason::REASON_WRONG_IDENTITY, "another encoder is connected than configured");
   }
   if (!interpreter_.identity().accepted()) {
-    return refuse(Reason::REASON_DEVICE_OFFLINE, "the encoder's identity is still being read, repeat");
+    return Rejected(Reason::REASON_DEVICE_OFFLINE, "the encoder's identity is still being read, repeat");
   }
   if (!NeedsStandstill(order.operation)) return std::nullopt;
   const Motion motion = output_.MotionAt(now);
   if (motion.known && motion.standstill) return std::nullopt;
-  return refuse(Reason::REASON_NOT_STANDING_STILL,
-                motion.known ? Text("the shaft turns at %.3g rpm; stop the axis and hold it", motion.speed_rpm)
-                             : "too few fresh valid readings to see that the shaft rests");
+  return Rejected(Reason::REASON_NOT_STANDING_STILL,
+                  motion.known ? Text("the shaft turns at %.3g rpm; stop the axis and hold it", motion.speed_rpm)
+                               : "too few fresh valid readings to see that the shaft rests");
 }
 
 bool TFormatDevice::Cancel(const CommandId& id, MonoNs) {

@@ -6,6 +6,7 @@
 #include <deque>
 
 #include "drivers/tformat/device_test_support.h"
+#include "drivers/tformat/make_simulator.h"
 #include "drivers/tformat/simulator.h"
 
 // The device against the simulated encoder in virtual time: what it reports must be what was really done.

@@ -64,6 +64,8 @@ inline ByteList CellBusy(std::uint8_t address) {
 class RecordingOutput final : public DeviceOutput {
  public:
   void OnSample(const Sample& sample) override { samples.push_back(sample); }
+  void OnMotor(const MotorReading&) override { ++monitor_readings; }
+  void OnTrip(const TripRecord&) override { ++monitor_readings; }
   void OnError(ErrorKind kind, Interval) override { ++errors[kind]; }
   void OnAlarm(const AlarmSpec& alarm, AlarmState state, MonoNs) override { alarms[alarm.name] = state; }
   void OnIdentity(std::int64_t id, std::string_view, std::string_view) override { identities.push_back(id); }
@@ -94,6 +96,7 @@ class RecordingOutput final : public DeviceOutput {
   std::vector<std::string> refusals;
   std::vector<bool> datum_changing;
   std::vector<Outcome> outcomes;
+  int monitor_readings = 0;  // an encoder gives none
   int starting = 0;
   int non_volatile_writes = 0;
   int references_lost = 0;
@@ -110,10 +113,10 @@ class Bench {
   explicit Bench(const std::string& keys = "{model: ts5669n127}", bool echo = false, bool simulate = false)
       : errors_("test.yaml") {
     ConfigMap map(YAML::Load(keys), "axis1", errors_);
-    config_.settings = ParseSettings(map);
+    config_.settings = ParseSettings(map, {.baud = 2'500'000});
     map.Done();
     EXPECT_TRUE(errors_.empty()) << errors_.Text();
-    bus_.link.baud = 2'500'000;
+    bus_.link.line.baud = 2'500'000;
     bus_.link.echo = echo;
     bus_.simulate = simulate;
     device = std::make_unique<TFormatDevice>(bus_, config_, output);

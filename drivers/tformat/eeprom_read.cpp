@@ -4,7 +4,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
-#include "drivers/tformat/outcome_text.h"
+#include "drivers/runtime/device/outcome_text.h"
 
 namespace axlecast::tformat {
 

@@ -3,7 +3,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
-#include "drivers/tformat/outcome_text.h"
+#include "drivers/runtime/device/outcome_text.h"
 #include "drivers/tformat/reset_rules.h"
 
 namespace axlecast::tformat {

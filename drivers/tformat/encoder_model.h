@@ -4,10 +4,10 @@
 #include <optional>
 
 #include "drivers/runtime/core/instant.h"
+#include "drivers/runtime/simulation/seeded_random.h"
+#include "drivers/runtime/simulation/shaft.h"
 #include "drivers/tformat/encoder_eeprom.h"
 #include "drivers/tformat/reset_counter.h"
-#include "drivers/tformat/seeded_random.h"
-#include "drivers/tformat/shaft.h"
 
 namespace axlecast::tformat {
 

@@ -6,16 +6,19 @@
 #include "drivers/runtime/config/machine_config.h"
 #include "drivers/tformat/decode.h"
 #include "drivers/tformat/device.h"
+#include "drivers/tformat/make_simulator.h"
 #include "drivers/tformat/operations.h"
 #include "drivers/tformat/settings.h"
-#include "drivers/tformat/simulator_script.h"
 
 namespace axlecast {
 namespace {
 
-std::unique_ptr<DeviceSettings> Parse(ConfigMap& device) { return tformat::ParseSettings(device); }
+std::unique_ptr<DeviceSettings> Parse(ConfigMap& device, const BusConfig& bus) {
+  return tformat::ParseSettings(device, bus.link.line);
+}
 
-std::unique_ptr<Device> Make(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output) {
+std::unique_ptr<Device> Make(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output,
+                             SecretSource&) {
   return std::make_unique<tformat::TFormatDevice>(bus, device, output);
 }
 
@@ -27,10 +30,11 @@ const Family& tformat_family() {
   static const Family kFamily = {
       .name = "tformat",
       .summary = "Tamagawa Smart Abs and other encoders on T-format (RS-485, 2.5 Mbit/s), one per bus",
-      .default_baud = tformat::kDefaultBaud,
+      .default_line = {.baud = 2'500'000},
       .max_devices_per_bus = 1,
       .operations = tformat::Operations(),
       .parse = &Parse,
+      .check_bus = &tformat::CheckLine,
       .make_device = &Make,
       .make_simulator = &tformat::MakeTFormatSimulator,
       .decode = &tformat::Decode,

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "drivers/runtime/device/outcome_text.h"
 #include "drivers/tformat/alarms.h"
-#include "drivers/tformat/outcome_text.h"
 
 namespace axlecast::tformat {
 

@@ -4,10 +4,10 @@
 #include <axlecast/command_status_t.hpp>
 #include <vector>
 
-#include "drivers/tformat/arguments.h"
+#include "drivers/runtime/device/arguments.h"
+#include "drivers/runtime/device/outcome_text.h"
 #include "drivers/tformat/eeprom_read.h"
 #include "drivers/tformat/eeprom_write.h"
-#include "drivers/tformat/outcome_text.h"
 #include "drivers/tformat/readout.h"
 #include "drivers/tformat/reset_procedure.h"
 
@@ -77,14 +77,18 @@ const std::vector<OperationSpec>& Specs() {
   return kSpecs;
 }
 
-Outcome Refused(std::int32_t reason, std::string text) {
-  return Final(OrderState::kRejected, reason, "nothing was done: " + std::move(text));
+Made BadArgument(std::string_view text) { return Rejected(Reason::REASON_BAD_ARGUMENT, text); }
+
+// An argument as a number of cells; nothing when it is none.
+std::optional<std::size_t> Cells(const Arguments& arguments, std::string_view name, std::string_view usual,
+                                 std::size_t min, std::size_t max) {
+  const auto number = ParseWhole(FindArgument(arguments, name).value_or(usual), static_cast<std::int64_t>(min),
+                                 static_cast<std::int64_t>(max));
+  return number ? std::optional(static_cast<std::size_t>(*number)) : std::nullopt;
 }
 
-Made BadArgument(std::string text) { return Refused(Reason::REASON_BAD_ARGUMENT, std::move(text)); }
-
 Made MakeEepromWrite(const Arguments& arguments, const TFormatSettings& settings) {
-  const auto address = ParseCount(FindArgument(arguments, "address").value_or(""), 0, kEepromCells - 1);
+  const auto address = Cells(arguments, "address", "", 0, kEepromCells - 1);
   if (!address) return BadArgument("address must be 0 to 79");
   auto data = ParseHex(FindArgument(arguments, "data").value_or(""));
   if (!data) return BadArgument("data must be bytes in hex, two digits each, e.g. \"A1 05\"");
@@ -93,8 +97,8 @@ Made MakeEepromWrite(const Arguments& arguments, const TFormatSettings& settings
   }
   for (std::size_t cell = *address; cell < *address + data->size(); ++cell) {
     if (!settings.eeprom_writable[cell]) {
-      return Refused(Reason::REASON_NOT_PERMITTED,
-                     Text("the configuration does not list EEPROM address %zu in eeprom_writable", cell));
+      return Rejected(Reason::REASON_NOT_PERMITTED,
+                      Text("the configuration does not list EEPROM address %zu in eeprom_writable", cell));
     }
   }
   return std::make_unique<EepromWrite>(*address, std::move(*data), settings.timeout);
@@ -102,7 +106,7 @@ Made MakeEepromWrite(const Arguments& arguments, const TFormatSettings& settings
 
 // Whether the write that `after` tells of took effect.
 Made MakeEepromLook(const CommandLine& after, const TFormatSettings& settings) {
-  const auto address = ParseCount(FindArgument(after.arguments, "address").value_or(""), 0, kEepromCells - 1);
+  const auto address = Cells(after.arguments, "address", "", 0, kEepromCells - 1);
   auto data = ParseHex(FindArgument(after.arguments, "data").value_or(""));
   if (after.operation != kEepromWriteName || !address || !data || *address + data->size() > kEepromCells) {
     return BadArgument("after must be an eeprom_write with its address and data");
@@ -114,9 +118,9 @@ Made MakeEepromLook(const CommandLine& after, const TFormatSettings& settings) {
 Made MakeEepromRead(const Arguments& arguments, const TFormatSettings& settings) {
   if (const auto after = FindArgument(arguments, "after"))
     return MakeEepromLook(ParseCommandLine(*after), settings);
-  const auto address = ParseCount(FindArgument(arguments, "address").value_or(""), 0, kEepromCells - 1);
+  const auto address = Cells(arguments, "address", "", 0, kEepromCells - 1);
   if (!address) return BadArgument("address must be 0 to 79");
-  const auto count = ParseCount(FindArgument(arguments, "count").value_or("1"), 1, kEepromCells - *address);
+  const auto count = Cells(arguments, "count", "1", 1, kEepromCells - *address);
   if (!count) return BadArgument(Text("count must be 1 to %zu: the last cell is 79", kEepromCells - *address));
   return std::make_unique<EepromRead>(*address, *count, std::nullopt, settings.timeout);
 }
@@ -157,7 +161,7 @@ Made MakeProcedure(const Order& order, const TFormatSettings& settings, const De
   if (name == kReadAllName) return MakeReadAll(order.arguments, settings, output);
   if (name == kReadTurnsName) return read(DataId::kMultiTurn);
   if (name == kReadIdentityName) return read(DataId::kEncoderId);
-  return Refused(Reason::REASON_UNKNOWN_OPERATION, "tformat has no operation " + order.operation);
+  return Rejected(Reason::REASON_UNKNOWN_OPERATION, "tformat has no operation " + order.operation);
 }
 
 bool Alters(std::string_view operation) {

@@ -3,10 +3,10 @@
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
+#include "drivers/runtime/device/outcome_text.h"
 #include "drivers/tformat/alarms.h"
 #include "drivers/tformat/cell_reader.h"
 #include "drivers/tformat/operations.h"
-#include "drivers/tformat/outcome_text.h"
 #include "drivers/tformat/reset_rules.h"
 
 namespace axlecast::tformat {

@@ -2,8 +2,8 @@
 
 #include <axlecast/command_status_t.hpp>
 
+#include "drivers/runtime/device/outcome_text.h"
 #include "drivers/tformat/device_test_support.h"
-#include "drivers/tformat/outcome_text.h"
 
 namespace axlecast::tformat {
 namespace {

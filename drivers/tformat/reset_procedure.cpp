@@ -3,9 +3,9 @@
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
+#include "drivers/runtime/device/outcome_text.h"
 #include "drivers/tformat/alarms.h"
 #include "drivers/tformat/model.h"
-#include "drivers/tformat/outcome_text.h"
 #include "drivers/tformat/reset_rules.h"
 
 namespace axlecast::tformat {

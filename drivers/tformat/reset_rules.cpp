@@ -1,7 +1,7 @@
 #include "drivers/tformat/reset_rules.h"
 
+#include "drivers/runtime/device/outcome_text.h"
 #include "drivers/tformat/model.h"
-#include "drivers/tformat/outcome_text.h"
 
 namespace axlecast::tformat {
 

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "drivers/runtime/config/config_map.h"
+#include "drivers/runtime/config/machine_config.h"
 #include "drivers/tformat/model.h"
 
 namespace axlecast::tformat {
@@ -77,7 +78,13 @@ void ParseIdentity(ConfigMap& device, TFormatSettings& settings) {
 
 }  // namespace
 
-std::unique_ptr<TFormatSettings> ParseSettings(ConfigMap& device) {
+void CheckLine(ConfigMap& bus_map, const BusConfig& bus) {
+  ConfigMap link = bus_map.Map("link");
+  if (bus.link.line.parity != Parity::kNone) link.Error("parity", "T-format has no parity bit: leave the key out");
+  if (bus.link.line.stop_bits != 1) link.Error("stop_bits", "T-format has one stop bit: leave the key out");
+}
+
+std::unique_ptr<TFormatSettings> ParseSettings(ConfigMap& device, const LineFormat& line) {
   auto settings = std::make_unique<TFormatSettings>();
   ParseModel(device, *settings);
   settings->battery = device.Bool("battery", true);
@@ -96,8 +103,8 @@ std::unique_ptr<TFormatSettings> ParseSettings(ConfigMap& device) {
   for (const std::int64_t cell : device.Integers("eeprom_writable", 0, kEepromCells - 1)) {
     settings->eeprom_writable.set(static_cast<std::size_t>(cell));
   }
-  const MonoNs all = WireTime(1 + ReplySize(DataId::kAll), kDefaultBaud) + kReplyDelay;
-  const MonoNs single = WireTime(1 + ReplySize(DataId::kSingleTurn), kDefaultBaud) + kReplyDelay;
+  const MonoNs all = line.WireTime(1 + ReplySize(DataId::kAll)) + kReplyDelay;
+  const MonoNs single = line.WireTime(1 + ReplySize(DataId::kSingleTurn)) + kReplyDelay;
   settings->wire_time = (all + (settings->id3_every - 1) * single) / settings->id3_every;
   return settings;
 }

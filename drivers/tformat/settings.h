@@ -36,14 +36,10 @@ struct TFormatSettings final : DeviceSettings {
   std::bitset<kEepromCells> eeprom_writable;
 };
 
-[[nodiscard]] std::unique_ptr<TFormatSettings> ParseSettings(ConfigMap& device);
+[[nodiscard]] std::unique_ptr<TFormatSettings> ParseSettings(ConfigMap& device, const LineFormat& line);
+// For Family::check_bus: a field of T-format is one character 8N1.
+void CheckLine(ConfigMap& bus_map, const BusConfig& bus);
 
-inline constexpr std::int64_t kDefaultBaud = 2'500'000;
-
-// Time of `characters` on the wire: 10 bits each.
-[[nodiscard]] constexpr MonoNs WireTime(std::size_t characters, std::int64_t baud) {
-  return static_cast<MonoNs>(characters) * 10 * kSecond / baud;
-}
 // The reply begins 3 us (typ.) after the request (TS5669 spec 7.1).
 inline constexpr MonoNs kReplyDelay = 3 * kMicrosecond;
 

@@ -4,6 +4,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include "drivers/runtime/config/config_map.h"
+#include "drivers/runtime/config/machine_config.h"
 #include "drivers/tformat/model.h"
 
 namespace axlecast::tformat {
@@ -17,7 +18,7 @@ struct Parsed {
 Parsed Parse(const std::string& text) {
   ConfigErrors errors("t.yaml");
   ConfigMap map(YAML::Load(text), "axis1", errors);
-  Parsed parsed{ParseSettings(map), ""};
+  Parsed parsed{ParseSettings(map, {.baud = 2'500'000}), ""};
   map.Done();
   parsed.errors = errors.Text();
   return parsed;
@@ -96,6 +97,16 @@ TEST(Settings, RefuseWhatIsWrongAndNameTheKey) {
     EXPECT_NE(parsed.errors.find(named), std::string::npos) << text << ": " << parsed.errors;
     EXPECT_NE(parsed.settings, nullptr);
   }
+}
+
+TEST(CheckLine, RefusesOtherCharactersThan8N1) {
+  BusConfig bus;
+  bus.link.line = {.baud = 2'500'000, .parity = Parity::kEven, .stop_bits = 2};
+  ConfigErrors errors("machine.yaml");
+  ConfigMap map(YAML::Load("link: {parity: even, stop_bits: 2}"), "buses.b0", errors);
+  CheckLine(map, bus);
+  EXPECT_THAT(errors.Text(), testing::HasSubstr("buses.b0.link.parity: T-format has no parity bit"));
+  EXPECT_THAT(errors.Text(), testing::HasSubstr("buses.b0.link.stop_bits: T-format has one stop bit"));
 }
 
 }  // namespace

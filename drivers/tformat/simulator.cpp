@@ -53,8 +53,7 @@ MonoNs Amount(const SimulatedFault& fault, Kind kind, MonoNs unit) {
 
 }  // namespace
 
-TFormatSimulator::TFormatSimulator(std::string device, const SimulatedAxis& axis, SimulatorScript script,
-                                   const Line& line)
+TFormatSimulator::TFormatSimulator(std::string device, const SimulatedAxis& axis, Script script, const Line& line)
     : device_(std::move(device)), axis_(axis), script_(std::move(script)), line_(line), random_(line.seed) {}
 
 // ---- events ----
@@ -278,7 +277,7 @@ std::string TFormatSimulator::Set(std::string_view device, std::string_view key,
   if (device != device_) return "no simulated device '" + std::string(device) + "' here: this is " + device_;
   CatchUp(now);
   axis_.encoder.Advance(now);
-  const std::string problem = SetQuantity(axis_, key, value);
+  const std::string problem = axis_.Set(key, value);
   return problem.empty() ? "" : device_ + '.' + std::string(key) + ": " + problem;
 }
 

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "drivers/runtime/core/simulator.h"
-#include "drivers/tformat/seeded_random.h"
+#include "drivers/runtime/simulation/script.h"
+#include "drivers/runtime/simulation/seeded_random.h"
 #include "drivers/tformat/simulator_keys.h"
 #include "drivers/tformat/simulator_request.h"
-#include "drivers/tformat/simulator_script.h"
 
 namespace axlecast::tformat {
 
@@ -26,7 +26,7 @@ class TFormatSimulator final : public Simulator {
     std::uint64_t seed = 1;               // of the faults
   };
 
-  TFormatSimulator(std::string device, const SimulatedAxis& axis, SimulatorScript script, const Line& line);
+  TFormatSimulator(std::string device, const SimulatedAxis& axis, Script script, const Line& line);
 
   void OnBytes(Bytes bytes, MonoNs now, const Transmit& transmit) override;
   [[nodiscard]] MonoNs NextDue() const override;
@@ -76,7 +76,7 @@ class TFormatSimulator final : public Simulator {
 
   std::string device_;
   SimulatedAxis axis_;
-  SimulatorScript script_;
+  Script script_;
   Line line_;
   SeededRandom random_;
   Counters counters_;

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <optional>
 
-#include "drivers/tformat/simulator_motion.h"
-#include "drivers/tformat/simulator_number.h"
+#include "drivers/runtime/simulation/quantity_text.h"
+#include "drivers/runtime/simulation/shaft_motion.h"
 
 namespace axlecast::tformat {
 namespace {
@@ -254,9 +254,9 @@ const std::vector<std::string_view>& QuantityNames() {
   return kNames;
 }
 
-std::string SetQuantity(SimulatedAxis& axis, std::string_view name, std::string_view value) {
+std::string SimulatedAxis::Set(std::string_view name, std::string_view value) {
   for (const Quantity& quantity : Table()) {
-    if (quantity.name == name) return quantity.set(axis, value);
+    if (quantity.name == name) return quantity.set(*this, value);
   }
   std::string names;
   for (const std::string_view known : QuantityNames()) names += (names.empty() ? "" : ", ") + std::string(known);

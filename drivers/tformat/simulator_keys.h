@@ -7,8 +7,9 @@
 #include <vector>
 
 #include "drivers/runtime/core/instant.h"
+#include "drivers/runtime/simulation/simulated_device.h"
+#include "drivers/runtime/simulation/simulated_fault.h"
 #include "drivers/tformat/encoder_model.h"
-#include "drivers/tformat/simulator_fault.h"
 
 namespace axlecast::tformat {
 
@@ -20,8 +21,11 @@ enum class Pace : std::uint8_t {
 };
 
 // All that a file, a script or a person can set of a simulated encoder and its line.
-struct SimulatedAxis {
+struct SimulatedAxis final : SimulatedDevice {
   explicit SimulatedAxis(EncoderModel model) : encoder(std::move(model)) {}
+
+  void Advance(MonoNs now) override { encoder.Advance(now); }
+  [[nodiscard]] std::string Set(std::string_view name, std::string_view value) override;  // of QuantityNames()
 
   EncoderModel encoder;
   std::string motion = "constant";
@@ -31,11 +35,8 @@ struct SimulatedAxis {
   bool abnormal_echo = false;  // an abnormal request is answered with its own control field, not with data ID 3's
 };
 
-// The names that SetQuantity takes, in the order in which a mapping of several is applied.
+// The names that SimulatedAxis::Set takes, in the order in which a mapping of several is applied.
 [[nodiscard]] const std::vector<std::string_view>& QuantityNames();
-
-// Sets one quantity at axis.encoder.now(). Empty when done, else what would be right.
-[[nodiscard]] std::string SetQuantity(SimulatedAxis& axis, std::string_view name, std::string_view value);
 
 // Every quantity with its present value (at axis.encoder.now()), then what the encoder measures and what was done
 // to it.

@@ -26,8 +26,7 @@ class Bench {
  public:
   explicit Bench(const std::string& pace, bool echo = false)
       : simulator_("axis1", SimulatedAxis(EncoderModel(EncoderModel::Settings(), 7 * kShaftTurn + kShaftTurn / 4)),
-                   SimulatorScript({{"pace", pace}}, {}, kNever),
-                   TFormatSimulator::Line{echo, 4 * kMicrosecond, 1}) {}
+                   Script({{"pace", pace}}, {}, kNever), TFormatSimulator::Line{echo, 4 * kMicrosecond, 1}) {}
 
   void Send(const ByteList& bytes) {
     simulator_.OnBytes(bytes, now_, [this](Bytes out) { Store(out); });

@@ -25,6 +25,7 @@
 #include "drivers/runtime/config/load.h"
 #include "drivers/runtime/core/decode_message.h"
 #include "drivers/runtime/position/channel.h"
+#include "tests/support/fixed_secrets.h"
 
 namespace axlecast {
 namespace {
@@ -207,7 +208,8 @@ class Campaign {
       : damage_(mode.bit_error_rate, mode.byte_fault_rate, mode.garbage),
         channel_(machine.buses[0], machine.buses[0].devices[0],
                  {.boot_id = 1, .time = &time_, .sink = &referee_, .on_outcome = {}}),
-        device_(machine.buses[0].family->make_device(machine.buses[0], machine.buses[0].devices[0], channel_)) {
+        device_(machine.buses[0].family->make_device(machine.buses[0], machine.buses[0].devices[0], channel_,
+                                                     secrets_)) {
     time_.Update(now_, 1'700'000'000'000'000);
     channel_.OnLink(true, "", now_);
     device_->On(
@@ -279,6 +281,7 @@ class Campaign {
   Damage damage_;
   Referee referee_;
   Channel channel_;
+  FixedSecrets secrets_;
   std::unique_ptr<Device> device_;
   Figures figures_;
   Reply reply_;

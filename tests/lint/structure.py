@@ -12,13 +12,15 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 # An external world: the pattern that reaches it, and the only files that may.
 WORLDS = [
     ("LCM", r"#include [<\"]lcm/lcm[.-]", r"drivers/io/lcm_port\.cpp|client/example/.*|bench/.*"),
-    ("serial line", r"termios|termbits|\bTIOC[A-Z]+", r"drivers/io/(serial_port|adapter|pty)(_test)?\.(cpp|h)|bench/.*"),
+    ("serial line", r"termios|termbits|\bTIOC[A-Z]+", r"drivers/io/(tty|adapter|pty)(_test)?\.(cpp|h)|bench/.*"),
     ("clock", r"clock_gettime|std::chrono|\bgettimeofday|\bclock_nanosleep|std::this_thread::sleep",
      r"drivers/io/system_clock\.cpp|client/example/.*|bench/.*"),
     ("SPI", r"linux/spi", r"drivers/io/spi_port\.cpp"),
     ("CAN", r"linux/can", r"drivers/io/can_socket\.cpp"),
-    ("Modbus", r"modbus\.h|modbus/modbus", r"drivers/io/modbus_port\.cpp"),
-    ("GPIO", r"gpiod\.h", r"drivers/io/gpio_line\.cpp"),
+    ("Modbus", r"#include <modbus", r"drivers/io/modbus_port\.cpp"),
+    ("GPIO", r"gpiod\.h", r"drivers/io/gpio_line(_test)?\.cpp"),
+    ("process", r"sys/(prctl|resource|mman)\.h|\bsched_set[a-z]+\(",
+     r"drivers/io/process(_test)?\.cpp|tools/axlecast/(child|simulation_server)\.cpp|bench/.*"),
     ("SQLite", r"sqlite3\.h", r"bridge/sqlite_journal\.cpp"),
     ("systemd", r"systemd/", r"drivers/io/supervision\.cpp"),
 ]

@@ -9,7 +9,8 @@
 namespace axlecast {
 namespace {
 
-std::unique_ptr<Device> MakeDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output) {
+std::unique_ptr<Device> MakeDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output,
+                                   SecretSource&) {
   const auto address = static_cast<std::uint8_t>(&device - bus.devices.data());
   return std::make_unique<PolledDevice>(address, output);
 }
@@ -28,7 +29,7 @@ const Family& PolledFamily() {
   };
   static const Family kFamily = {.name = "polled",
                                  .summary = "a little encoder for tests",
-                                 .default_baud = 115'200,
+                                 .default_line = {.baud = 115'200},
                                  .max_devices_per_bus = 16,
                                  .operations = kOperations,
                                  .parse = nullptr,

@@ -13,6 +13,8 @@ namespace axlecast {
 class RecordingOutput : public DeviceOutput {
  public:
   void OnSample(const Sample& sample) override { samples.push_back(sample); }
+  void OnMotor(const MotorReading& reading) override { motors.push_back(reading); }
+  void OnTrip(const TripRecord& record) override { trips.push_back(record); }
   void OnError(ErrorKind kind, Interval at) override { errors.emplace_back(kind, at); }
   void OnAlarm(const AlarmSpec& alarm, AlarmState state, MonoNs) override {
     alarms.emplace_back(alarm.code, state);
@@ -30,6 +32,8 @@ class RecordingOutput : public DeviceOutput {
 
   Motion motion;  // what MotionAt answers
   std::vector<Sample> samples;
+  std::vector<MotorReading> motors;
+  std::vector<TripRecord> trips;
   std::vector<std::pair<ErrorKind, Interval>> errors;
   std::vector<std::pair<std::int32_t, AlarmState>> alarms;
   std::vector<std::string> starting;

@@ -44,6 +44,12 @@ class ScriptedLink final : public ByteLink {
   [[nodiscard]] std::string Open() override;
   void Close() override { open_ = false; }
   [[nodiscard]] bool IsOpen() const override { return open_; }
+  [[nodiscard]] bool SetBaud(std::int64_t baud) override {
+    baud_ = baud;
+    return !refuses_baud_;
+  }
+  void RefuseBaud() { refuses_baud_ = true; }
+  [[nodiscard]] std::int64_t baud() const { return baud_; }  // the last one asked for; 0 none
   [[nodiscard]] bool Write(Bytes bytes) override;
   [[nodiscard]] ReadResult Read(std::span<std::uint8_t> into, MonoNs deadline) override;
   [[nodiscard]] ReadResult ReadNow(std::span<std::uint8_t> into) override;
@@ -65,6 +71,8 @@ class ScriptedLink final : public ByteLink {
   std::string refusal_;
   LineErrors errors_;
   bool open_ = false;
+  bool refuses_baud_ = false;
+  std::int64_t baud_ = 0;
   std::atomic<bool> woken_ = false;
   std::vector<std::vector<std::uint8_t>> written_;
   std::vector<MonoNs> write_times_;

@@ -17,12 +17,13 @@ struct CommandWish {
   std::int32_t valid_ms = 5'000;
   std::int32_t epoch = -1;  // datum_epoch that it is meant for; -1 the present one
   std::string reason;
+  bool asks = false;  // as a destructive operation does
   bool yes = false;   // do not ask
   bool json = false;  // the outcome as one JSON object, on standard output
   std::string out;    // file for the bytes that were read; empty: none
 };
 
-// Checks the wish, asks when it is destructive, has it done, tells the outcome. The command's exit code.
+// Checks the wish, asks where it has to, has it done, tells the outcome. The command's exit code.
 [[nodiscard]] int RunCommand(const MachineConfig& machine, const CommandWish& wish);
 
 // Asks the bridge how the command `id` stands, and tells it in the same way.

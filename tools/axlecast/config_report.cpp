@@ -60,6 +60,12 @@ void AddBusWarnings(const BusConfig& bus, std::vector<std::string>& warnings) {
   }
 }
 
+// "8E1"
+std::string FormatText(const LineFormat& line) {
+  constexpr const char* kParity[] = {"8N", "8E", "8O"};
+  return kParity[static_cast<std::size_t>(line.parity)] + std::to_string(line.stop_bits);
+}
+
 std::string Travel(const DeviceConfig& device) {
   std::string text = Format("%.12g", device.per_turn) + ' ' + std::string(UnitName(device.unit)) + "/turn";
   if (device.ratio_num != device.ratio_den) {
@@ -71,8 +77,8 @@ std::string Travel(const DeviceConfig& device) {
 std::string BusText(const BusConfig& bus) {
   const BusLoad load = LoadOf(bus);
   std::string text = "bus " + Left(bus.name, 24) + ' ' + Left(std::string(bus.family->name), 10) + ' ' +
-                     (bus.simulate ? "simulated" : bus.link.port) + ", " + std::to_string(bus.link.baud) +
-                     " baud\n";
+                     (bus.simulate ? "simulated" : bus.link.port) + ", " + std::to_string(bus.link.line.baud) +
+                     " baud " + FormatText(bus.link.line) + '\n';
   text += "    polled at " + Format("%.10g", load.poll_hz) + " Hz";
   if (load.round_us > 0) {
     text += ", one round takes " + Format("%.4g", load.round_us) +
@@ -82,8 +88,9 @@ std::string BusText(const BusConfig& bus) {
   text += '\n';
   for (const DeviceConfig& device : bus.devices) {
     text += "    " + Left(device.name, 24) + ' ' + Left(device.model, 12) + " refreshed every " +
-            Format("%.6g", RefreshUs(load)) + " us, published at " + Format("%.6g", device.publish_hz) + " Hz, " +
-            Travel(device) + (device.permit_required ? "" : ", permit not required") + '\n';
+            Format("%.6g", RefreshUs(load)) + " us, published at " + Format("%.6g", device.publish_hz) + " Hz" +
+            (bus.family->has_position ? ", " + Travel(device) : "") +
+            (device.permit_required ? "" : ", permit not required") + '\n';
   }
   return text;
 }
@@ -102,7 +109,8 @@ Json BusJson(const BusConfig& bus) {
                {"family", bus.family->name},
                {"simulate", bus.simulate},
                {"port", bus.link.port},
-               {"baud", bus.link.baud},
+               {"baud", bus.link.line.baud},
+               {"format", FormatText(bus.link.line)},
                {"poll_hz", bus.poll_hz},
                {"round_us", load.round_us > 0 ? Json(load.round_us) : Json()},
                {"most_hz", load.round_us > 0 ? Json(load.most_hz) : Json()},

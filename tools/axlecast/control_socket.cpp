@@ -5,7 +5,6 @@
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/time.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,21 +13,13 @@
 #include <cstring>
 #include <optional>
 
+#include "drivers/io/unix_address.h"
+
 namespace axlecast {
 namespace {
 
 constexpr std::size_t kMostCallers = 16;
 constexpr std::size_t kLongestMessage = 64 * 1024;
-
-std::optional<sockaddr_un> Address(const std::string& path) {
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  if (path.size() >= sizeof(address.sun_path)) return std::nullopt;
-  std::copy(path.begin(), path.end(), address.sun_path);
-  return address;
-}
-
-const sockaddr* Generic(const sockaddr_un& address) { return reinterpret_cast<const sockaddr*>(&address); }
 
 std::optional<std::string> Receive(int fd, int flags) {
   std::string message(kLongestMessage, '\0');
@@ -56,14 +47,14 @@ ControlSocket::~ControlSocket() {
 }
 
 std::string ControlSocket::Listen(const std::string& path) {
-  const std::optional<sockaddr_un> address = Address(path);
-  if (!address) return path + " is too long for a socket: set AXLECAST_RUN_DIR to a shorter directory";
+  const std::optional<UnixAddress> address = UnixAddress::Of(path);
+  if (!address) return UnixAddress::TooLong(path);
   if (unlink(path.c_str()) != 0 && errno != ENOENT) return path + ": " + std::strerror(errno);
   events_ = Descriptor(epoll_create1(EPOLL_CLOEXEC));
   Descriptor listener(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   // The mode of the socket before bind is that of the file from its first moment on.
   if (!events_.valid() || !listener.valid() || fchmod(listener.get(), 0600) != 0 ||
-      bind(listener.get(), Generic(*address), sizeof(*address)) != 0 || listen(listener.get(), kMostCallers) != 0 ||
+      bind(listener.get(), address->generic(), address->size()) != 0 || listen(listener.get(), kMostCallers) != 0 ||
       !Watch(events_.get(), listener.get())) {
     return path + ": " + std::strerror(errno);
   }
@@ -100,12 +91,12 @@ void ControlSocket::Serve(const Handler& handler) {
 }
 
 std::string AskControlSocket(const std::string& path, const std::string& question) {
-  const std::optional<sockaddr_un> address = Address(path);
+  const std::optional<UnixAddress> address = UnixAddress::Of(path);
   const Descriptor caller(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
   const timeval patience{2, 0};
   if (!address || !caller.valid() ||
       setsockopt(caller.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience)) != 0 ||
-      connect(caller.get(), Generic(*address), sizeof(*address)) != 0 || !Send(caller.get(), question)) {
+      connect(caller.get(), address->generic(), address->size()) != 0 || !Send(caller.get(), question)) {
     return {};
   }
   return Receive(caller.get(), 0).value_or("");

@@ -4,6 +4,7 @@
 #include <iostream>
 #include <memory>
 
+#include "tools/axlecast/command_options.h"
 #include "tools/axlecast/command_run.h"
 #include "tools/axlecast/config_option.h"
 #include "tools/axlecast/do_request.h"
@@ -25,27 +26,6 @@ struct Options {
   std::string id;  // of `outcome`
 };
 using SharedOptions = std::shared_ptr<Options>;
-
-constexpr const char* kExitCodes =
-    "exit code: 0 done and verified, 2 usage, 3 rejected, expired or cancelled, 4 failed, 5 indeterminate, "
-    "6 no answer, 7 done but not verifiable";
-
-// What every command to a device takes.
-void AddCommon(CLI::App& command, Options& options, bool destructive) {
-  options.config.AddTo(command, ConfigOption::Form::kOptionOnly);
-  if (destructive) command.add_flag("--yes", options.wish.yes, "Do not ask");
-  command.add_flag("--json", options.wish.json, "The outcome as one JSON object");
-  command.add_option("--valid-ms", options.wish.valid_ms, "It may begin within this time, else it expires; ms")
-      ->check(CLI::Range(1, 3'600'000))
-      ->type_name("MS")
-      ->capture_default_str();
-  command.add_option("--epoch", options.wish.epoch, "Only if the device's datum_epoch is this one")
-      ->check(CLI::Range(0, INT32_MAX))
-      ->type_name("N");
-  command.add_option("--reason", options.wish.reason, "Why, for the journal; at most 160 bytes")
-      ->check(CLI::Validator([](const std::string& text) { return text.size() <= 160 ? "" : "above 160 bytes"; },
-                             "TEXT"));
-}
 
 int Run(const Options& options) {
   int exit_code = kExitDone;
@@ -80,12 +60,12 @@ void AddDo(CLI::App& app, int& exit_code) {
   command->add_option("OPERATION", options->wish.operation, "The operation, by its effect");
   command->add_option("ARGUMENTS", options->wish.words, "Its arguments")->type_name("KEY=VALUE");
   command->add_flag("--list", options->list, "List the device's operations");
-  AddCommon(*command, *options, true);
+  AddCommandOptions(*command, options->config, options->wish, true);
   command->footer(std::string("examples:\n"
                               "  axlecast do axis1 --list\n"
                               "  axlecast do axis1 eeprom_read address=0 count=8\n"
                               "  axlecast do axis1 zero_single_turn --yes --json\n") +
-                  kExitCodes);
+                  kCommandExitCodes);
   command->callback([options, &exit_code] { exit_code = Do(*options); });
 }
 
@@ -95,8 +75,8 @@ void AddAlias(CLI::App& app, int& exit_code, const char* name, const char* opera
   options->wish.operation = operation;
   CLI::App* command = app.add_subcommand(name, help);
   command->add_option("DEVICE", options->wish.device, "The device")->required();
-  AddCommon(*command, *options, true);
-  command->footer(std::string("short for: axlecast do DEVICE ") + operation + '\n' + kExitCodes);
+  AddCommandOptions(*command, options->config, options->wish, true);
+  command->footer(std::string("short for: axlecast do DEVICE ") + operation + '\n' + kCommandExitCodes);
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 
@@ -107,8 +87,8 @@ void AddEepromRead(CLI::App& eeprom, int& exit_code) {
   command->add_option("DEVICE", options->wish.device, "The device")->required();
   command->add_option("ADDRESS", options->address, "First address")->required();
   command->add_option("COUNT", options->count, "Number of bytes");
-  AddCommon(*command, *options, false);
-  command->footer(std::string("example: axlecast eeprom read axis1 0 8\n") + kExitCodes);
+  AddCommandOptions(*command, options->config, options->wish, false);
+  command->footer(std::string("example: axlecast eeprom read axis1 0 8\n") + kCommandExitCodes);
   command->callback([options, &exit_code] {
     options->wish.words = {"address=" + options->address};
     if (!options->count.empty()) options->wish.words.push_back("count=" + options->count);
@@ -123,8 +103,8 @@ void AddEepromWrite(CLI::App& eeprom, int& exit_code) {
   command->add_option("DEVICE", options->wish.device, "The device")->required();
   command->add_option("ADDRESS", options->address, "First address")->required();
   command->add_option("HEX", options->data, "The bytes, e.g. \"A1 05\"")->required();
-  AddCommon(*command, *options, true);
-  command->footer(std::string("example: axlecast eeprom write axis1 72 \"A1 05\"\n") + kExitCodes);
+  AddCommandOptions(*command, options->config, options->wish, true);
+  command->footer(std::string("example: axlecast eeprom write axis1 72 \"A1 05\"\n") + kCommandExitCodes);
   command->callback([options, &exit_code] {
     options->wish.words = {"address=" + options->address, "data=" + options->data};
     exit_code = Run(*options);
@@ -137,8 +117,8 @@ void AddEepromBackup(CLI::App& eeprom, int& exit_code) {
   CLI::App* command = eeprom.add_subcommand("backup", "Reads the whole memory");
   command->add_option("DEVICE", options->wish.device, "The device")->required();
   command->add_option("--out", options->wish.out, "Write what was read to this file")->type_name("FILE");
-  AddCommon(*command, *options, false);
-  command->footer(std::string("example: axlecast eeprom backup axis1 --out axis1.eeprom\n") + kExitCodes);
+  AddCommandOptions(*command, options->config, options->wish, false);
+  command->footer(std::string("example: axlecast eeprom backup axis1 --out axis1.eeprom\n") + kCommandExitCodes);
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 
@@ -161,7 +141,7 @@ void AddOutcome(CLI::App& app, int& exit_code) {
   command->add_option("ID", options->id, "The command's id, 32 hex digits")->required();
   options->config.AddTo(*command, ConfigOption::Form::kOptionOnly);
   command->add_flag("--json", options->wish.json, "One JSON object");
-  command->footer(kExitCodes);
+  command->footer(kCommandExitCodes);
   command->callback([options, &exit_code] { exit_code = Outcome(*options); });
 }
 

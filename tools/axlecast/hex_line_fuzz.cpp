@@ -24,6 +24,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       digits += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     }
   }
-  if (axlecast::HexText(line.bytes) != digits) std::abort();
+  if (axlecast::HexDigits(line.bytes) != digits) std::abort();
   return 0;
 }

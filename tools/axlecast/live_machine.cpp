@@ -10,7 +10,7 @@ LiveMachine::LiveMachine(const MachineConfig& machine, const Clock& clock)
   const auto handler = [this](const std::string& channel, Bytes message) {
     view_.OnMessage(channel, message, clock_.Now());
   };
-  if (!port_.Subscribe("(POSITION|DEVICE|ALARM|BUS)/.*", handler))
+  if (!port_.Subscribe("(POSITION|MOTOR|DEVICE|ALARM|BUS)/.*", handler))
     problem_ = "cannot subscribe on " + machine.lcm.url;
 }
 

@@ -25,6 +25,29 @@ auto* Find(Views& views, std::string_view name) {
   return found == views.end() ? nullptr : &*found;
 }
 
+void OnPosition(DeviceView& device, Bytes message, MonoNs now) {
+  const auto position = DecodeMessage<position_t>(message);
+  if (!position) return;
+  device.readings.On(position->boot_id, position->seq);
+  device.position = position;
+  device.reading_at = now;
+  if ((position->flags & position_t::FLAG_VALID) == 0) return;
+  device.valid = position;
+  ++device.valid_readings;
+}
+
+void OnMotor(DeviceView& device, Bytes message, MonoNs now) {
+  const auto has = [](const motor_health_t& m, std::int32_t flag) { return (m.flags & flag) != 0; };
+  const auto motor = DecodeMessage<motor_health_t>(message);
+  if (!motor) return;
+  device.readings.On(motor->boot_id, motor->seq);
+  device.motor = motor;
+  device.reading_at = now;
+  if (has(*motor, motor_health_t::FLAG_ANALOG_VALID) && has(*motor, motor_health_t::FLAG_STATUS_VALID)) {
+    ++device.valid_readings;
+  }
+}
+
 }  // namespace
 
 std::optional<std::int8_t> DeviceView::State(MonoNs now) const {
@@ -42,6 +65,11 @@ double DeviceView::SpeedRpm() const {
   return position->speed_rad_s * 60 / (2 * std::numbers::pi);
 }
 
+bool DeviceView::Heard() const {
+  if (!info || has_position || motor) return info.has_value();
+  return info->state != device_info_t::STATE_ONLINE && info->state != device_info_t::STATE_DEGRADED;
+}
+
 std::optional<std::int8_t> BusView::State(MonoNs now) const {
   if (!health || !Fresh(health_at, now)) return std::nullopt;
   return health->state;
@@ -54,6 +82,7 @@ MachineView::MachineView(const MachineConfig& machine) : machine_(machine.machin
       DeviceView& view = devices_.emplace_back();
       view.name = device.name;
       view.bus = bus.name;
+      view.has_position = bus.family == nullptr || bus.family->has_position;
     }
   }
   window_received_.assign(devices_.size(), 0);
@@ -77,15 +106,10 @@ void MachineView::OnMessage(std::string_view channel, Bytes message, MonoNs now)
 }
 
 void MachineView::OnDevice(DeviceView& device, std::string_view kind, Bytes message, MonoNs now) {
-  if (kind == "POSITION") {
-    const auto position = DecodeMessage<position_t>(message);
-    if (!position) return;
-    device.positions.On(position->boot_id, position->seq);
-    device.position = position;
-    device.position_at = now;
-    if ((position->flags & position_t::FLAG_VALID) == 0) return;
-    device.valid = position;
-    ++device.valid_positions;
+  if (kind == "POSITION" && device.has_position) {
+    OnPosition(device, message, now);
+  } else if (kind == "MOTOR" && !device.has_position) {
+    OnMotor(device, message, now);
   } else if (kind == "DEVICE") {
     auto info = DecodeMessage<device_info_t>(message);
     if (!info) return;
@@ -108,8 +132,8 @@ void MachineView::Tick(MonoNs now) {
   const MonoNs window = now - window_start_;
   if (window < kSecond) return;
   for (std::size_t i = 0; i < devices_.size(); ++i) {
-    const std::int64_t received = devices_[i].positions.received();
-    devices_[i].position_hz =
+    const std::int64_t received = devices_[i].readings.received();
+    devices_[i].reading_hz =
         static_cast<double>(received - window_received_[i]) * 1e9 / static_cast<double>(window);
     window_received_[i] = received;
   }
@@ -127,8 +151,7 @@ bool MachineView::AllOnline(MonoNs now) const {
 }
 
 bool MachineView::AllHeard() const {
-  return std::all_of(devices_.begin(), devices_.end(),
-                     [](const DeviceView& device) { return device.info.has_value(); }) &&
+  return std::all_of(devices_.begin(), devices_.end(), [](const DeviceView& device) { return device.Heard(); }) &&
          std::all_of(buses_.begin(), buses_.end(), [](const BusView& bus) { return bus.health.has_value(); });
 }
 

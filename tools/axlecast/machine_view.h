@@ -3,6 +3,7 @@
 #include <axlecast/alarm_entry_t.hpp>
 #include <axlecast/bus_health_t.hpp>
 #include <axlecast/device_info_t.hpp>
+#include <axlecast/motor_health_t.hpp>
 #include <axlecast/position_t.hpp>
 #include <cstdint>
 #include <optional>
@@ -22,17 +23,19 @@ namespace axlecast {
 struct DeviceView {
   std::string name;
   std::string bus;
-  std::optional<position_t> position;  // the newest
-  std::optional<position_t> valid;     // the newest with FLAG_VALID
+  bool has_position = true;             // false: a monitor, whose readings are MOTOR
+  std::optional<position_t> position;   // the newest
+  std::optional<position_t> valid;      // the newest with FLAG_VALID
+  std::optional<motor_health_t> motor;  // the newest
   std::optional<device_info_t> info;
   std::vector<alarm_entry_t> alarms;  // as the newest ALARM says
   std::set<std::string> alarms_seen;  // names, since the start
-  SequenceCount positions;
-  std::int64_t valid_positions = 0;
-  double position_hz = 0;  // received, over the last full second
-  MonoNs position_at = 0;  // receipt of `position`
-  MonoNs info_at = 0;      // receipt of `info`
-  MonoNs alarms_at = 0;    // receipt of `alarms`; 0 never
+  SequenceCount readings;             // POSITION or MOTOR messages
+  std::int64_t valid_readings = 0;
+  double reading_hz = 0;  // received, over the last full second
+  MonoNs reading_at = 0;  // receipt of the newest
+  MonoNs info_at = 0;     // receipt of `info`
+  MonoNs alarms_at = 0;   // receipt of `alarms`; 0 never
   bool was_online = false;
 
   // The driver tells the state once a second; nothing when it has been silent for longer than kStaleAfter.
@@ -41,6 +44,8 @@ struct DeviceView {
   // Whole and part turns of the shaft after direction and datum; NaN before the first valid position.
   [[nodiscard]] double Turns() const;
   [[nodiscard]] double SpeedRpm() const;  // NaN when unknown
+  // Its DEVICE came, and of a monitor that answers a reading too: monitors may be read every few seconds only.
+  [[nodiscard]] bool Heard() const;
 };
 
 struct BusView {
@@ -70,18 +75,18 @@ class MachineView {
   [[nodiscard]] const std::vector<BusView>& buses() const { return buses_; }
   [[nodiscard]] std::size_t online(MonoNs now) const;
   [[nodiscard]] bool AllOnline(MonoNs now) const;  // every device ONLINE, every bus UP
-  [[nodiscard]] bool AllHeard() const;             // DEVICE and BUS of all came at least once
+  [[nodiscard]] bool AllHeard() const;             // every device, and BUS of all
   [[nodiscard]] bool NoneHeard() const;            // neither of any came
   [[nodiscard]] const DeviceView* FindDevice(std::string_view name) const;
 
  private:
-  void OnDevice(DeviceView& device, std::string_view kind, Bytes message, MonoNs now);
+  static void OnDevice(DeviceView& device, std::string_view kind, Bytes message, MonoNs now);
 
   std::string machine_;
   std::vector<DeviceView> devices_;
   std::vector<BusView> buses_;
   MonoNs window_start_ = 0;
-  std::vector<std::int64_t> window_received_;  // positions of each device when the window began
+  std::vector<std::int64_t> window_received_;  // readings of each device when the window began
 };
 
 }  // namespace axlecast

@@ -58,14 +58,14 @@ TEST(MachineView, AnInvalidPositionKeepsTheLastValidOne) {
   view.OnMessage("POSITION/axis1", Encoded(doubtful), kNow);
   EXPECT_DOUBLE_EQ(view.devices()[0].Turns(), 12.5);
   EXPECT_TRUE(std::isnan(view.devices()[0].SpeedRpm()));
-  EXPECT_EQ(view.devices()[0].valid_positions, 1);
-  EXPECT_EQ(view.devices()[0].positions.received(), 2);
+  EXPECT_EQ(view.devices()[0].valid_readings, 1);
+  EXPECT_EQ(view.devices()[0].readings.received(), 2);
 }
 
 TEST(MachineView, CountsWhatWasLostOnTheWay) {
   MachineView view(OneAxis());
   for (const std::int64_t seq : {10, 11, 15}) view.OnMessage("POSITION/axis1", Encoded(PositionMessage(seq)), kNow);
-  EXPECT_EQ(view.devices()[0].positions.lost(), 3);
+  EXPECT_EQ(view.devices()[0].readings.lost(), 3);
 }
 
 TEST(MachineView, RateOverAFullSecond) {
@@ -73,9 +73,9 @@ TEST(MachineView, RateOverAFullSecond) {
   view.Tick(kNow);
   for (std::int64_t seq = 0; seq < 50; ++seq) view.OnMessage("POSITION/axis1", Encoded(PositionMessage(seq)), kNow);
   view.Tick(kNow + kSecond / 2);
-  EXPECT_DOUBLE_EQ(view.devices()[0].position_hz, 0);
+  EXPECT_DOUBLE_EQ(view.devices()[0].reading_hz, 0);
   view.Tick(kNow + 2 * kSecond);
-  EXPECT_DOUBLE_EQ(view.devices()[0].position_hz, 25);
+  EXPECT_DOUBLE_EQ(view.devices()[0].reading_hz, 25);
 }
 
 TEST(MachineView, RemembersAlarmsThatHaveGone) {
@@ -97,7 +97,7 @@ TEST(MachineView, IgnoresWhatIsNotItsOwn) {
   view.OnMessage("POSITION", position, kNow);
   view.OnMessage("DEVICE/axis1", position, kNow);
   view.OnMessage("POSITION/axis1", Bytes(position).first(20), kNow);
-  EXPECT_EQ(view.devices()[0].positions.received(), 0);
+  EXPECT_EQ(view.devices()[0].readings.received(), 0);
   EXPECT_TRUE(view.NoneHeard());
 }
 

@@ -9,9 +9,12 @@
 #include "tools/axlecast/do_command.h"
 #include "tools/axlecast/driver_command.h"
 #include "tools/axlecast/exit_code.h"
+#include "tools/axlecast/motor_command.h"
+#include "tools/axlecast/param_command.h"
 #include "tools/axlecast/simulate_command.h"
 #include "tools/axlecast/spy_command.h"
 #include "tools/axlecast/status_command.h"
+#include "tools/axlecast/trips_command.h"
 #include "tools/axlecast/up_command.h"
 #include "tools/axlecast/watch_command.h"
 
@@ -28,6 +31,9 @@ int RunCommandLine(int argc, char** argv) {
   AddStatusCommand(app, exit_code);
   AddInfoCommand(app, exit_code);
   AddDoCommands(app, exit_code);
+  AddMotorCommand(app, exit_code);
+  AddTripsCommand(app, exit_code);
+  AddParamCommand(app, exit_code);
   AddCheckConfigCommand(app, exit_code);
   AddSimulateCommand(app, exit_code);
   AddDriverCommand(app, exit_code);

@@ -15,6 +15,27 @@ std::string_view NameAt(std::span<const std::string_view> names, std::int8_t ind
                                                                       : "?";
 }
 
+// Bits without a name as hex.
+std::string BitNames(std::uint32_t bits, std::span<const std::string_view> names, std::string_view separator) {
+  std::string text;
+  const auto add = [&](std::string_view name) {
+    if (!text.empty()) text += separator;
+    text += name;
+  };
+  for (std::size_t bit = 0; bit < names.size(); ++bit) {
+    const std::uint32_t mask = 1U << bit;
+    if ((bits & mask) == 0 || names[bit].empty()) continue;
+    bits &= ~mask;
+    add(names[bit]);
+  }
+  if (bits != 0) {
+    std::array<char, 16> hex{};
+    static_cast<void>(std::snprintf(hex.data(), hex.size(), "0x%x", bits));
+    add(hex.data());
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string_view UnitName(std::int8_t unit) {
@@ -49,21 +70,13 @@ std::string FlagNames(std::int32_t flags) {
       "valid",          "turns_valid",  "turns_wrapped",  "referenced",  "speed_valid",
       "low_accuracy",   "device_error", "device_warning", "implausible", "turns_counted_by_driver",
       "datum_changing", "after_gap",    "clock_stepped",  "simulated",   "redecoded"};
-  std::string text;
-  auto rest = static_cast<std::uint32_t>(flags);
-  for (std::size_t bit = 0; bit < kNames.size(); ++bit) {
-    const std::uint32_t mask = 1U << bit;
-    if ((rest & mask) == 0) continue;
-    rest &= ~mask;
-    if (!text.empty()) text += ',';
-    text += kNames[bit];
-  }
-  if (rest != 0) {
-    std::array<char, 16> hex{};
-    static_cast<void>(std::snprintf(hex.data(), hex.size(), "0x%x", rest));
-    text += (text.empty() ? "" : ",") + std::string(hex.data());
-  }
-  return text;
+  return BitNames(static_cast<std::uint32_t>(flags), kNames, ",");
+}
+
+std::string MotorStatusNames(std::int32_t bits) {
+  static constexpr std::array<std::string_view, 7> kNames = {
+      "power upper A", "power upper B", "power lower A", "power lower B", "", "overheat", "excessive shock"};
+  return BitNames(static_cast<std::uint32_t>(bits), kNames, ", ");
 }
 
 std::string ErrorCounts(const std::int64_t (&errors)[16]) {

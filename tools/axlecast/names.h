@@ -17,6 +17,10 @@ namespace axlecast {
 // position_t FLAG_* as words, in the order of their bits: "valid,turns_valid,simulated". Unknown bits as hex.
 [[nodiscard]] std::string FlagNames(std::int32_t flags);
 
+// motor_health_t status_bits and trip factors, in the order of their bits: "power upper A, overheat". Unknown bits as
+// hex; empty when there is none.
+[[nodiscard]] std::string MotorStatusNames(std::int32_t bits);
+
 // Non-zero counters of failed readings (device_info_t ERROR_*): "timeout 3, checksum 1"; empty when all are 0.
 [[nodiscard]] std::string ErrorCounts(const std::int64_t (&errors)[16]);
 

@@ -5,6 +5,7 @@
 #include "tools/axlecast/names.h"
 #include "tools/axlecast/table.h"
 #include "tools/json/field.h"
+#include "tools/json/message_json.h"
 
 namespace axlecast {
 namespace {
@@ -32,15 +33,16 @@ void AddFaults(const DeviceView& device, MonoNs now, std::vector<std::string>& f
              state != device_info_t::STATE_ONLINE && state != device_info_t::STATE_DEGRADED) {
     faults.push_back(device.name + ": " + StateOf(device, now) + " at the end" + reason);
   }
-  if (device.valid_positions == 0) faults.push_back(device.name + ": no valid position");
-  if (device.positions.lost() > 0) {
-    faults.push_back(device.name + ": " + std::to_string(device.positions.lost()) +
-                     " positions lost on the way here");
+  const std::string reading = device.has_position ? "position" : "reading";
+  if (device.valid_readings == 0) faults.push_back(device.name + ": no valid " + reading);
+  if (device.readings.lost() > 0) {
+    faults.push_back(device.name + ": " + std::to_string(device.readings.lost()) + ' ' + reading +
+                     "s lost on the way here");
   }
 }
 
 double Rate(const DeviceView& device, double seconds) {
-  return seconds > 0 ? static_cast<double>(device.positions.received()) / seconds : 0;
+  return seconds > 0 ? static_cast<double>(device.readings.received()) / seconds : 0;
 }
 
 Json DeviceJson(const DeviceView& device, MonoNs now, double seconds) {
@@ -49,14 +51,18 @@ Json DeviceJson(const DeviceView& device, MonoNs now, double seconds) {
   json["bus"] = device.bus;
   json["state"] = StateOf(device, now);
   json["was_online"] = device.was_online;
-  json["received"] = device.positions.received();
-  json["valid"] = device.valid_positions;
-  json["lost"] = device.positions.lost();
+  json["received"] = device.readings.received();
+  json["valid"] = device.valid_readings;
+  json["lost"] = device.readings.lost();
   json["rate_hz"] = Field(Rate(device, seconds));
-  json["value"] = device.valid ? Field(device.valid->value) : Json(nullptr);
-  json["unit"] = device.valid ? Json(UnitName(device.valid->unit)) : Json(nullptr);
-  json["turns"] = Field(device.Turns());
-  json["speed_rpm"] = Field(device.SpeedRpm());
+  if (device.has_position) {
+    json["value"] = device.valid ? Field(device.valid->value) : Json(nullptr);
+    json["unit"] = device.valid ? Json(UnitName(device.valid->unit)) : Json(nullptr);
+    json["turns"] = Field(device.Turns());
+    json["speed_rpm"] = Field(device.SpeedRpm());
+  } else {
+    json["motor"] = device.motor ? ToJson(*device.motor) : Json(nullptr);
+  }
   json["alarms_seen"] = Json::array();
   for (const std::string& name : device.alarms_seen) json["alarms_seen"].push_back(name);
   return json;
@@ -84,8 +90,8 @@ std::string DeviceText(const DeviceView& device, MonoNs now, double seconds) {
   std::string alarms;
   for (const std::string& name : device.alarms_seen) alarms += (alarms.empty() ? "" : ",") + Printable(name);
   return Left(device.name, 12) + ' ' + Left(StateOf(device, now), 8) + ' ' +
-         Right(std::to_string(device.positions.received()), 9) + ' ' + Right(Decimal(Rate(device, seconds), 1), 8) +
-         ' ' + Right(std::to_string(device.positions.lost()), 6) + ' ' + Right(ValueText(device), 19) + ' ' +
+         Right(std::to_string(device.readings.received()), 9) + ' ' + Right(Decimal(Rate(device, seconds), 1), 8) +
+         ' ' + Right(std::to_string(device.readings.lost()), 6) + ' ' + Right(ValueText(device), 19) + ' ' +
          (alarms.empty() ? "-" : alarms) + '\n';
 }
 
@@ -102,7 +108,7 @@ std::string BusText(const BusView& bus, MonoNs now) {
 
 std::string Text(const MachineView& machine, const std::vector<std::string>& faults, MonoNs now, double seconds) {
   std::string text = "ran " + Decimal(seconds, 1) + " s\n";
-  text += "DEVICE       STATE    POSITIONS     /s     LOST          LAST VALUE ALARMS SEEN\n";
+  text += "DEVICE       STATE     READINGS       /s   LOST          LAST VALUE ALARMS SEEN\n";
   for (const DeviceView& device : machine.devices()) text += DeviceText(device, now, seconds);
   text += "BUS          STATE    EXCHANGES       /s   WIRE   LATE  ERRORS\n";
   for (const BusView& bus : machine.buses()) text += BusText(bus, now);

@@ -17,7 +17,7 @@ struct RunSummary {
   [[nodiscard]] bool Good() const { return faults.empty(); }
 };
 
-// A good run: every device was ONLINE, delivered valid positions and still answers, no position was lost, every bus
+// A good run: every device was ONLINE, delivered valid readings and still answers, no reading was lost, every bus
 // reported, no process died. `running` is its length, `deaths` as Fleet tells them.
 [[nodiscard]] RunSummary Summarize(const MachineView& machine, const std::vector<std::string>& deaths, MonoNs now,
                                    MonoNs running);

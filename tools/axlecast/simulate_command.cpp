@@ -74,6 +74,7 @@ std::string AddBus(SimulationServer& server, const MachineConfig& machine, const
   if (!simulator) return errors.Text();
   SimulationServer::BusPlace place{
       bus.name, {}, bus.link.port, Place(machine, bus, ".ctl"), Place(machine, bus, ".sim")};
+  if (bus.family_bus && !bus.family_bus->lines.empty()) place.lines = Place(machine, bus, ".lines");
   for (const DeviceConfig& device : bus.devices) place.devices.push_back(device.name);
   return server.Add(std::move(place), std::move(simulator));
 }

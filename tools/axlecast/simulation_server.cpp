@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <optional>
+#include <span>
 
 namespace axlecast {
 namespace {
@@ -40,6 +42,9 @@ std::string SimulationServer::Add(BusPlace place, std::unique_ptr<Simulator> sim
     return "bus " + bus->place.bus + " is simulated already: " + held;
   }
   if (std::string problem = bus->pty.Open(bus->place.pty); !problem.empty()) return problem;
+  if (!bus->place.lines.empty()) {
+    if (std::string problem = bus->lines.Listen(bus->place.lines); !problem.empty()) return problem;
+  }
   if (std::string problem = bus->control.Listen(bus->place.control); !problem.empty()) return problem;
   bus->transmit = [b = bus.get()](Bytes bytes) {
     // A line without a host, or with one that does not read, loses what is sent.
@@ -62,12 +67,13 @@ MonoNs SimulationServer::NextDue() const {
   return due;
 }
 
-// The stop event, then of each bus its pty and its control socket. A pty without a host would report that at once,
-// again and again: it is left out.
+// The stop event, then of each bus its pty, its lines and its control socket. A pty without a host would report that
+// at once, again and again: it is left out.
 void SimulationServer::FillPolls(std::vector<pollfd>& polls) const {
   polls.assign(1, {stop_.get(), POLLIN, 0});
   for (const auto& bus : buses_) {
     polls.push_back({bus->has_host ? bus->pty.FileDescriptor() : -1, POLLIN, 0});
+    polls.push_back({bus->lines.FileDescriptor(), POLLIN, 0});
     polls.push_back({bus->control.FileDescriptor(), POLLIN, 0});
   }
 }
@@ -94,17 +100,37 @@ std::string SimulationServer::Run() {
     const MonoNs now = clock_.Now();
     for (std::size_t i = 0; i < buses_.size(); ++i) {
       Bus& bus = *buses_[i];
-      if (bus.simulator->NextDue() <= now) bus.simulator->OnDue(now, bus.transmit);
-      if (polls[1 + 2 * i].revents != 0) OnPty(bus, polls[1 + 2 * i], now);
-      if (polls[2 + 2 * i].revents != 0) bus.control.Serve([&](const std::string& q) { return Answer(bus, q); });
+      const std::span<const pollfd> ready = std::span(polls).subspan(1 + 3 * i, 3);
+      if (bus.simulator->NextDue() <= now) {
+        TellBaud(bus);
+        bus.simulator->OnDue(now, bus.transmit);
+      }
+      if (ready[0].revents != 0) OnPty(bus, ready[0], now);
+      if (ready[1].revents != 0) OnPulses(bus);
+      if (ready[2].revents != 0) bus.control.Serve([&](const std::string& q) { return Answer(bus, q); });
     }
   }
 }
 
 void SimulationServer::LookForHost(Bus& bus) { bus.has_host = bus.pty.IsOpen() && bus.pty.HasHost(); }
 
+void SimulationServer::TellBaud(Bus& bus) {
+  const std::int64_t baud = bus.has_host ? bus.pty.Baud() : 0;
+  if (baud == 0 || baud == bus.baud) return;
+  bus.baud = baud;
+  bus.simulator->OnBaud(baud);
+}
+
+void SimulationServer::OnPulses(Bus& bus) {
+  TellBaud(bus);
+  while (const std::optional<Pulse> pulse = bus.lines.Next()) {
+    bus.simulator->OnPulse(pulse->line, pulse->low, clock_.Now(), bus.transmit);
+  }
+}
+
 void SimulationServer::OnPty(Bus& bus, const pollfd& poll, MonoNs now) {
   if ((poll.revents & POLLIN) != 0) {
+    TellBaud(bus);
     const std::size_t count = bus.pty.Read(received_);
     if (count > 0) return bus.simulator->OnBytes(Bytes(received_).first(count), now, bus.transmit);
   }

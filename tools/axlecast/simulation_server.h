@@ -8,6 +8,7 @@
 
 #include "drivers/io/pty.h"
 #include "drivers/io/run_directory.h"
+#include "drivers/io/simulated_lines.h"
 #include "drivers/runtime/core/clock.h"
 #include "drivers/runtime/core/simulator.h"
 #include "tools/axlecast/control_socket.h"
@@ -24,9 +25,10 @@ class SimulationServer {
   struct BusPlace {
     std::string bus;
     std::vector<std::string> devices;
-    std::string pty;      // path of the link that a driver opens
-    std::string control;  // path of the control socket
-    std::string lock;     // path of the lock: one simulator per bus
+    std::string pty;         // path of the link that a driver opens
+    std::string control;     // path of the control socket
+    std::string lock;        // path of the lock: one simulator per bus
+    std::string lines = {};  // path of the socket for pulses on the lines beside the bus; empty: it has none
   };
   // An empty string when the bus is ready, else the cause and the remedy. Before Run.
   [[nodiscard]] std::string Add(BusPlace place, std::unique_ptr<Simulator> simulator);
@@ -42,6 +44,8 @@ class SimulationServer {
     std::unique_ptr<Simulator> simulator;
     LockFile lock;
     Pty pty;
+    std::int64_t baud = 0;  // that the simulator was told of
+    SimulatedLinesPort lines;
     ControlSocket control;
     Simulator::Transmit transmit;
     bool has_host = false;
@@ -50,7 +54,10 @@ class SimulationServer {
 
   [[nodiscard]] MonoNs NextDue() const;
   void FillPolls(std::vector<pollfd>& polls) const;
+  // Tells the simulator of the rate that the host has set, when it is a new one.
+  static void TellBaud(Bus& bus);
   void OnPty(Bus& bus, const pollfd& poll, MonoNs now);
+  void OnPulses(Bus& bus);
   void LookForHost(Bus& bus);
   [[nodiscard]] std::string Answer(Bus& bus, const std::string& question);
   [[nodiscard]] nlohmann::ordered_json Change(Bus& bus, const nlohmann::ordered_json& question);

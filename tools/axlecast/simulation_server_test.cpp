@@ -6,12 +6,14 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <thread>
 
 #include "drivers/io/descriptor.h"
+#include "drivers/io/serial_port.h"
 #include "drivers/io/system_clock.h"
 
 namespace axlecast {
@@ -19,18 +21,23 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Answers every byte with that byte plus one; an 'L' a little later.
+// Answers every byte with that byte plus one; an 'L' a little later, a 'B' with the thousands of the host's baud rate,
+// a pulse with its line and its length in us.
 class PlusOne final : public Simulator {
  public:
   void OnBytes(Bytes bytes, MonoNs now, const Transmit& transmit) override {
     for (const std::uint8_t byte : bytes) {
-      const auto answer = static_cast<std::uint8_t>(byte + step_);
+      const auto answer = static_cast<std::uint8_t>(byte == 'B' ? baud_ / 1'000 : byte + step_);
       if (byte == 'L') {
         due_ = now + 5 * kMillisecond;
       } else {
         transmit(Bytes(&answer, 1));
       }
     }
+  }
+  void OnBaud(std::int64_t baud) override { baud_ = baud; }
+  void OnPulse(std::uint8_t line, MonoNs low, MonoNs, const Transmit& transmit) override {
+    transmit(std::array<std::uint8_t, 2>{line, static_cast<std::uint8_t>(low / kMicrosecond)});
   }
   [[nodiscard]] MonoNs NextDue() const override { return due_; }
   void OnDue(MonoNs, const Transmit& transmit) override {
@@ -50,6 +57,7 @@ class PlusOne final : public Simulator {
 
  private:
   int step_ = 1;
+  std::int64_t baud_ = 0;
   MonoNs due_ = kNever;
 };
 
@@ -58,7 +66,12 @@ class SimulationServerTest : public testing::Test {
   SimulationServerTest() {
     std::string pattern = testing::TempDir() + "sim_XXXXXX";
     directory_ = mkdtemp(pattern.data());
-    place_ = {"b0", {"unit"}, directory_ + "/b0.pty", directory_ + "/b0.ctl", directory_ + "/b0.sim"};
+    place_ = {"b0",
+              {"unit"},
+              directory_ + "/b0.pty",
+              directory_ + "/b0.ctl",
+              directory_ + "/b0.sim",
+              directory_ + "/b0.lines"};
     EXPECT_EQ(server_.Add(place_, std::make_unique<PlusOne>()), "");
     thread_ = std::thread([this] { EXPECT_EQ(server_.Run(), ""); });
   }
@@ -121,6 +134,34 @@ TEST_F(SimulationServerTest, UnpluggedTheHostLosesItsLineAndFindsItAgainWhenPlug
   EXPECT_EQ(Ask({{"plugged", true}})["errors"], Json::array());
   const Descriptor again = OpenHost();
   EXPECT_EQ(Exchange(again, 'a'), 'b');
+}
+
+TEST_F(SimulationServerTest, TheSimulatorKnowsTheHostsRateFromTheFirstByteOn) {
+  SerialPort host({.path = place_.pty, .format = {.baud = 38'400}}, clock_);
+  ASSERT_EQ(host.Open(), "");
+  const auto rate = [&] {
+    std::array<std::uint8_t, 1> reply{};
+    EXPECT_TRUE(host.Write(std::array<std::uint8_t, 1>{'B'}));
+    EXPECT_EQ(host.Read(reply, clock_.Now() + 2 * kSecond).status, ByteLink::Status::kOk);
+    return int{reply[0]};
+  };
+  EXPECT_EQ(rate(), 38);
+  ASSERT_TRUE(host.SetBaud(115'200));
+  EXPECT_EQ(rate(), 115);
+  ASSERT_TRUE(host.SetBaud(12'345));
+  EXPECT_EQ(rate(), 12);
+}
+
+TEST_F(SimulationServerTest, PulsesReachTheSimulator) {
+  const Descriptor host = OpenHost();
+  EXPECT_EQ(Exchange(host, 'a'), 'b');
+  SimulatedLines lines(place_.lines, clock_);
+  ASSERT_EQ(lines.Open(), "");
+  ASSERT_TRUE(lines.Pulse(3, 20 * kMicrosecond));
+  std::array<char, 2> reply{};
+  ASSERT_EQ(read(host.get(), reply.data(), reply.size()), 2);
+  EXPECT_EQ(reply[0], 3);
+  EXPECT_EQ(reply[1], 20);
 }
 
 TEST_F(SimulationServerTest, OneSimulatorPerBus) {

@@ -1,5 +1,6 @@
 #include "tools/axlecast/status_command.h"
 
+#include <algorithm>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -15,8 +16,13 @@
 namespace axlecast {
 namespace {
 
-// DEVICE and BUS come once a second.
-constexpr MonoNs kLongestWait = 2500 * kMillisecond;
+// DEVICE and BUS come once a second. Of a monitor that answers a reading shall be seen too: on a full bus each is read
+// every few seconds.
+MonoNs LongestWait(const MachineConfig& machine) {
+  const bool monitors = std::any_of(machine.buses.begin(), machine.buses.end(),
+                                    [](const BusConfig& bus) { return !bus.family->has_position; });
+  return monitors ? 6 * kSecond : 2500 * kMillisecond;
+}
 
 struct Options {
   ConfigOption config;
@@ -36,7 +42,7 @@ int Status(const Options& options) {
   const SystemClock clock;
   LiveMachine live(*machine, clock);
   if (!live.problem().empty() ||
-      !live.Gather(clock.Now() + kLongestWait, [](const MachineView& view) { return view.AllHeard(); })) {
+      !live.Gather(clock.Now() + LongestWait(*machine), [](const MachineView& view) { return view.AllHeard(); })) {
     std::cerr << (live.problem().empty() ? "the LCM port failed" : live.problem()) << '\n';
     return kExitBad;
   }
@@ -47,7 +53,9 @@ int Status(const Options& options) {
 }
 
 // All that is told of a device at least once a second has come.
-bool Complete(const DeviceView& device) { return device.info && device.alarms_at != 0 && device.position; }
+bool Complete(const DeviceView& device) {
+  return device.Heard() && device.alarms_at != 0 && (device.position || !device.has_position);
+}
 
 int Info(Options options) {
   if (options.names.size() == 2) options.config.Set(options.names.front());
@@ -62,7 +70,7 @@ int Info(Options options) {
   const SystemClock clock;
   LiveMachine live(*machine, clock);
   const auto complete = [&name](const MachineView& view) { return Complete(*view.FindDevice(name)); };
-  if (!live.problem().empty() || !live.Gather(clock.Now() + kLongestWait, complete)) {
+  if (!live.problem().empty() || !live.Gather(clock.Now() + LongestWait(*machine), complete)) {
     std::cerr << (live.problem().empty() ? "the LCM port failed" : live.problem()) << '\n';
     return kExitBad;
   }

@@ -1,9 +1,11 @@
 #include "tools/axlecast/status_text.h"
 
+#include <iterator>
 #include <vector>
 
 #include "drivers/runtime/config/words.h"
 #include "tools/axlecast/columns.h"
+#include "tools/axlecast/motor_text.h"
 #include "tools/axlecast/names.h"
 #include "tools/axlecast/table.h"
 #include "tools/json/message_json.h"
@@ -24,6 +26,18 @@ std::string AlarmRows(const DeviceView& device) {
   return text;
 }
 
+std::string MotorRows(const DeviceView& device) {
+  if (!device.motor) return Row("motor", "no reading yet");
+  const motor_health_t& motor = *device.motor;
+  std::string text = Row("motor", MotorQuantities(motor)) + Row("status", MotorStatusText(motor)) +
+                     Row("trips", std::to_string(motor.trip_count));
+  for (std::size_t i = 0; i < std::size(motor.trip_factor); ++i) {
+    const std::string factors = MotorStatusNames(motor.trip_factor[i]);
+    if (!factors.empty()) text += Row("trip " + std::to_string(i + 1), factors + (i == 0 ? " (newest)" : ""));
+  }
+  return text;
+}
+
 std::string PositionRows(const DeviceView& device) {
   if (!device.position) return Row("position", "none yet");
   const position_t& position = *device.position;
@@ -32,6 +46,16 @@ std::string PositionRows(const DeviceView& device) {
          Row("raw",
              std::to_string(position.raw_counts) + " counts, " + std::to_string(position.raw_turns) + " turns") +
          Row("flags", FlagNames(position.flags));
+}
+
+std::string ScaleRows(const device_info_t& info) {
+  return Row("counts per turn", std::to_string(info.counts_per_turn)) +
+         Row("turns range", info.turns_range == 0 ? "single-turn" : std::to_string(info.turns_range)) +
+         Row("per turn", Decimal(info.per_turn, 6) + ' ' + std::string(UnitName(info.unit)) + " x " +
+                             std::to_string(info.ratio_num) + "/" + std::to_string(info.ratio_den)) +
+         Row("direction", info.direction > 0 ? "ccw" : "cw") +
+         Row("datum", std::to_string(info.datum_counts) + " counts, epoch " + std::to_string(info.datum_epoch) +
+                          (info.reference_lost != 0 ? ", reference lost" : ""));
 }
 
 std::string Period(std::int32_t us) { return us > 0 ? Decimal(1e6 / us, 1) + " Hz" : "as fast as the bus allows"; }
@@ -68,6 +92,7 @@ Json StatusJson(const MachineView& machine, MonoNs now) {
                   {"heard", device.info.has_value()},
                   {"online", device.Online(now)}};
     if (device.info) entry.update(ToJson(*device.info));
+    if (device.motor) entry["motor"] = ToJson(*device.motor);
     json["devices"].push_back(std::move(entry));
   }
   json["buses"] = Json::array();
@@ -89,17 +114,12 @@ std::string InfoText(const DeviceView& device, MonoNs now) {
   return Row("device", device.name + " on " + device.bus) +
          Row("state", std::string(state ? DeviceStateName(*state) : "SILENT") +
                           (info.reason.empty() ? "" : " (" + Printable(info.reason) + ")")) +
-         PositionRows(device) + AlarmRows(device) + Row("model", Printable(info.family + ' ' + info.model)) +
-         Row("serial", or_none(info.serial)) + Row("firmware", or_none(info.firmware)) +
+         (device.has_position ? PositionRows(device) : MotorRows(device)) + AlarmRows(device) +
+         Row("model", Printable(info.family + ' ' + info.model)) + Row("serial", or_none(info.serial)) +
+         Row("firmware", or_none(info.firmware)) +
          Row("identity", info.identity < 0 ? "-" : std::to_string(info.identity)) +
-         Row("counts per turn", std::to_string(info.counts_per_turn)) +
-         Row("turns range", info.turns_range == 0 ? "single-turn" : std::to_string(info.turns_range)) +
-         Row("per turn", Decimal(info.per_turn, 6) + ' ' + std::string(UnitName(info.unit)) + " x " +
-                             std::to_string(info.ratio_num) + "/" + std::to_string(info.ratio_den)) +
-         Row("direction", info.direction > 0 ? "ccw" : "cw") +
-         Row("datum", std::to_string(info.datum_counts) + " counts, epoch " + std::to_string(info.datum_epoch) +
-                          (info.reference_lost != 0 ? ", reference lost" : "")) +
-         Row("poll", Period(info.poll_us)) + Row("publish", "at most " + Period(info.publish_us)) +
+         (device.has_position ? ScaleRows(info) : "") + Row("poll", Period(info.poll_us)) +
+         Row("publish", "at most " + Period(info.publish_us)) +
          Row("stale after", std::to_string(info.max_age_us) + " us") + Row("good", std::to_string(info.good)) +
          Row("errors", errors.empty() ? "none" : errors) +
          Row("memory writes", std::to_string(info.nv_writes) + " since its driver started") +
@@ -109,7 +129,11 @@ std::string InfoText(const DeviceView& device, MonoNs now) {
 Json InfoJson(const DeviceView& device) {
   Json json;
   json["device"] = ToJson(*device.info);
-  json["position"] = device.position ? ToJson(*device.position) : Json(nullptr);
+  if (device.has_position) {
+    json["position"] = device.position ? ToJson(*device.position) : Json(nullptr);
+  } else {
+    json["motor"] = device.motor ? ToJson(*device.motor) : Json(nullptr);
+  }
   json["alarms"] = Json::array();
   for (const alarm_entry_t& alarm : device.alarms) json["alarms"].push_back(ToJson(alarm));
   return json;

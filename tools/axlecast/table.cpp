@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "tools/axlecast/columns.h"
+#include "tools/axlecast/motor_text.h"
 #include "tools/axlecast/names.h"
 
 namespace axlecast {
@@ -38,6 +39,27 @@ std::string DeviceLine(const DeviceView& device, MonoNs now) {
   std::string note = AlarmText(device, kTableWidth - head.size());
   if (note.empty() && !device.Online(now) && device.info) note = Printable(device.info->reason);
   return head + Clip(note, kTableWidth - head.size());
+}
+
+// A section for encoders, one for motors; each only where there are any.
+void AddDevices(const MachineView& machine, MonoNs now, std::vector<std::string>& lines) {
+  std::vector<std::string> motors;
+  std::vector<std::string> axes;
+  for (const DeviceView& device : machine.devices()) {
+    if (device.has_position) {
+      axes.push_back(DeviceLine(device, now));
+    } else {
+      AddMotorRows(device, now, motors);
+    }
+  }
+  const auto add = [&lines](const std::string& heading, const std::vector<std::string>& rows) {
+    if (rows.empty()) return;
+    lines.push_back(heading);
+    lines.insert(lines.end(), rows.begin(), rows.end());
+    lines.emplace_back();
+  };
+  add("DEVICE       STATE                  VALUE      TURNS      RPM ALARMS", axes);
+  add(MotorHeading(), motors);
 }
 
 void AddBus(const BusView& bus, MonoNs now, std::vector<std::string>& lines) {
@@ -76,6 +98,7 @@ void AddEvent(const std::string& event, std::vector<std::string>& lines) {
 }  // namespace
 
 std::string ValueText(const DeviceView& device) {
+  if (!device.has_position) return device.motor ? MotorValueText(*device.motor) : "-";
   if (!device.valid) return "-";
   const int decimals = device.info ? DecimalsOf(*device.info) : 3;
   return Decimal(device.valid->value, decimals) + ' ' + std::string(UnitName(device.valid->unit));
@@ -96,9 +119,7 @@ std::vector<std::string> RenderTable(const MachineView& machine, MonoNs now, Mon
   std::vector<std::string> lines;
   lines.push_back(Left(title, kTableWidth - 12) + " Ctrl-C ends");
   lines.emplace_back();
-  lines.emplace_back("DEVICE       STATE                  VALUE      TURNS      RPM ALARMS");
-  for (const DeviceView& device : machine.devices()) lines.push_back(DeviceLine(device, now));
-  lines.emplace_back();
+  AddDevices(machine, now, lines);
   lines.emplace_back("BUS          STATE     EXCHANGES OF WIRE LIMIT p50 us   p99       GOOD    LATE");
   for (const BusView& bus : machine.buses()) AddBus(bus, now, lines);
   if (!events.empty()) {
@@ -112,11 +133,11 @@ std::string RenderLine(const MachineView& machine, MonoNs now, MonoNs running) {
   double hz = 0;
   std::int64_t lost = 0;
   for (const DeviceView& device : machine.devices()) {
-    hz += device.position_hz;
-    lost += device.positions.lost();
+    hz += device.reading_hz;
+    lost += device.readings.lost();
   }
   return Clock(running) + "  " + std::to_string(machine.online(now)) + " of " +
-         std::to_string(machine.devices().size()) + " devices online, " + Decimal(hz, 0) + " positions/s, " +
+         std::to_string(machine.devices().size()) + " devices online, " + Decimal(hz, 0) + " readings/s, " +
          std::to_string(lost) + " lost";
 }
 

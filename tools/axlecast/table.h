@@ -20,7 +20,8 @@ inline constexpr std::size_t kTableWidth = 80;
 // The same in one line, for output that is no terminal.
 [[nodiscard]] std::string RenderLine(const MachineView& machine, MonoNs now, MonoNs running);
 
-// "12.5 mm" of the last valid position, with as many decimals as a count is worth; "-" before the first.
+// "12.5 mm" of the last valid position, with as many decimals as a count is worth; "250.0 W 45.0 degC" of a monitor;
+// "-" before the first.
 [[nodiscard]] std::string ValueText(const DeviceView& device);
 
 // "battery_alarm" or "battery_alarm +2" when there are more, within `width`; empty without an alarm.

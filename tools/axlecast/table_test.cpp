@@ -92,7 +92,7 @@ TEST(Table, LongEventsAreWrapped) {
 }
 
 TEST(Table, OneLineForLogs) {
-  EXPECT_EQ(RenderLine(Running(), kNow, 5 * kSecond), "00:00:05  1 of 1 devices online, 0 positions/s, 0 lost");
+  EXPECT_EQ(RenderLine(Running(), kNow, 5 * kSecond), "00:00:05  1 of 1 devices online, 0 readings/s, 0 lost");
 }
 
 TEST(ValueText, HasTheDecimalsOfOneCount) {

@@ -5,7 +5,7 @@
 
 namespace axlecast {
 
-std::string HexText(Bytes bytes) {
+std::string HexDigits(Bytes bytes) {
   constexpr std::string_view kDigits = "0123456789abcdef";
   std::string text;
   text.reserve(2 * bytes.size());
@@ -25,7 +25,7 @@ nlohmann::ordered_json BootIdField(std::int64_t boot_id) {
   std::array<std::uint8_t, 8> bytes{};
   auto rest = static_cast<std::uint64_t>(boot_id);
   for (std::size_t i = bytes.size(); i-- > 0; rest >>= 8U) bytes[i] = static_cast<std::uint8_t>(rest & 0xFFU);
-  return HexText(bytes);
+  return HexDigits(bytes);
 }
 
 std::optional<std::int64_t> Fingerprint(Bytes message) {

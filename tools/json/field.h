@@ -15,7 +15,7 @@ namespace axlecast {
 
 // How the values of LCM messages look in JSON; used by the generated message_json.cpp.
 
-[[nodiscard]] std::string HexText(Bytes bytes);  // lower case, no spaces
+[[nodiscard]] std::string HexDigits(Bytes bytes);  // lower case, no spaces
 
 [[nodiscard]] inline nlohmann::ordered_json Field(std::integral auto value) {
   return static_cast<std::int64_t>(value);
@@ -24,7 +24,7 @@ namespace axlecast {
 [[nodiscard]] inline nlohmann::ordered_json Field(const std::string& value) { return value; }
 
 [[nodiscard]] nlohmann::ordered_json BootIdField(std::int64_t boot_id);  // 16 hex digits
-[[nodiscard]] inline nlohmann::ordered_json HexField(Bytes bytes) { return HexText(bytes); }
+[[nodiscard]] inline nlohmann::ordered_json HexField(Bytes bytes) { return HexDigits(bytes); }
 
 // A message within a message.
 template <typename Message>

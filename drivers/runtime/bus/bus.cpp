@@ -10,7 +10,7 @@ Bus::Bus(const BusSettings& settings, ByteLink& link, const Clock& clock, LinkOb
       clock_(clock),
       observer_(observer),
       wire_(wire),
-      medium_(link, clock, settings.echo),
+      medium_(link, clock, settings.echo, settings.lines),
       schedule_(settings.schedule),
       reopen_pause_(settings.reopen_first) {}
 
@@ -25,10 +25,25 @@ MonoNs Bus::RunOnce(MonoNs by) {
     wire_->FlushIfDue(now);
     by = std::min(by, wire_->due());
   }
-  if (const auto* silence = std::get_if<Silence>(&choice.step.action)) {
+  return CarryOut(choice, now, by);
+}
+
+MonoNs Bus::CarryOut(const Schedule::Choice& choice, MonoNs now, MonoNs by) {
+  const auto begin = [&] {
     schedule_.Started(now);
     schedule_.device(choice.device).OnStarted(choice.step, now);
+  };
+  if (const auto* silence = std::get_if<Silence>(&choice.step.action)) {
+    begin();
     return Deliver(medium_.Run(*silence), choice.device, now);
+  }
+  if (const auto* pulse = std::get_if<Pulse>(&choice.step.action)) {
+    begin();
+    return Deliver(medium_.Run(*pulse), choice.device, now);
+  }
+  if (const auto* retune = std::get_if<Retune>(&choice.step.action)) {
+    begin();
+    return Deliver(medium_.Run(*retune), choice.device, now);
   }
   if (const auto* listen = std::get_if<Listen>(&choice.step.action)) {
     return Deliver(medium_.Run(*listen, by), choice.device, now);
@@ -51,7 +66,12 @@ MonoNs Bus::Transmit(const Schedule::Choice& choice, const Exchange& exchange, M
 
 MonoNs Bus::Deliver(const Event* event, std::size_t device, MonoNs now) {
   if (event == nullptr) return clock_.Now();
-  if (wire_ != nullptr) wire_->Record(*event);
+  if (wire_ != nullptr) {
+    Event whose = *event;
+    const bool of_bus = event->kind == Event::Kind::kLinkDown || event->kind == Event::Kind::kStray;
+    whose.device = of_bus ? -1 : static_cast<int>(device);
+    wire_->Record(whose);
+  }
   switch (event->kind) {
     case Event::Kind::kLinkDown:
       Down(*event);
@@ -72,7 +92,7 @@ MonoNs Bus::Reopen(MonoNs by) {
     static_cast<void>(link_.Wait(std::min(reopen_at_, by)));
     return clock_.Now();
   }
-  std::string problem = link_.Open();
+  std::string problem = OpenAll();
   now = clock_.Now();
   if (problem.empty()) {
     up_ = true;
@@ -94,12 +114,18 @@ MonoNs Bus::Reopen(MonoNs by) {
   return now;
 }
 
+std::string Bus::OpenAll() {
+  std::string problem = settings_.lines == nullptr ? "" : settings_.lines->Open();
+  return problem.empty() ? link_.Open() : problem;
+}
+
 void Bus::Down(const Event& event) {
   const MonoNs now = event.received.last;
   const ByteLink::LineErrors errors = link_.Errors();
   closed_errors_.framing += errors.framing;
   closed_errors_.dropped += errors.dropped;
   link_.Close();
+  if (settings_.lines != nullptr) settings_.lines->Close();
   up_ = false;
   ++losses_;
   // A line that breaks again at once is not worth a fresh start.

@@ -21,7 +21,8 @@ class LinkObserver {
 
 struct BusSettings {
   ScheduleSettings schedule;
-  bool echo = false;  // the adapter hears its own transmission
+  bool echo = false;            // the adapter hears its own transmission
+  PulseLines* lines = nullptr;  // beside the bus; opened and closed with its line
   // Pause before the line is opened again; doubles with each failure.
   MonoNs reopen_first = 50 * kMillisecond;
   MonoNs reopen_most = 2 * kSecond;
@@ -56,7 +57,9 @@ class Bus {
  private:
   MonoNs Reopen(MonoNs by);
   void Down(const Event& event);
+  [[nodiscard]] std::string OpenAll();
   MonoNs Transmit(const Schedule::Choice& choice, const Exchange& exchange, MonoNs now);
+  MonoNs CarryOut(const Schedule::Choice& choice, MonoNs now, MonoNs by);
   MonoNs Deliver(const Event* event, std::size_t device, MonoNs now);
   void ToAll(const Event& event);
 

@@ -17,10 +17,30 @@ const Event* Medium::FindStray() {
 
 const Event* Medium::Run(const Exchange& exchange) {
   event_.request = exchange.request;
+  event_.secret = exchange.secret;
   event_.sent.first = clock_.Now();
-  if (!link_.Write(exchange.request)) return Lost();
+  if (!Ask(exchange)) return Lost();
   event_.sent.last = clock_.Now();
   return Collect(exchange, event_.sent.last + exchange.timeout);
+}
+
+bool Medium::Ask(const Exchange& exchange) {
+  return exchange.pulse ? Give(*exchange.pulse) : link_.Write(exchange.request);
+}
+
+const Event* Medium::Run(const Pulse& pulse) {
+  Interval sent{clock_.Now(), 0};
+  if (!Give(pulse)) return Lost();
+  sent.last = clock_.Now();
+  event_ = {.kind = Event::Kind::kPulsed, .sent = sent, .received = sent, .request = {}, .bytes = {}};
+  return &event_;
+}
+
+const Event* Medium::Run(const Retune& retune) {
+  if (!link_.SetBaud(retune.baud)) return Lost();
+  const MonoNs now = clock_.Now();
+  event_ = {.kind = Event::Kind::kRetuned, .sent = {}, .received = {now, now}, .request = {}, .bytes = {}};
+  return &event_;
 }
 
 const Event* Medium::Run(const Silence& silence) {
@@ -64,6 +84,7 @@ const Event* Medium::Collect(const Exchange& exchange, MonoNs deadline) {
     if (count <= skip) event_.received.first = event_.received.last;
     count += read.count;
     if (count <= skip) continue;
+    if (exchange.reply_length == nullptr) continue;
     const std::size_t length = exchange.reply_length({buffer_.data() + skip, count - skip});
     if (length != 0 && count - skip >= length) return Complete(skip, length, count);
   }
@@ -110,6 +131,7 @@ const Event* Medium::Excess() {
   event_.kind = Event::Kind::kStray;
   event_.sent = {};
   event_.request = {};
+  event_.secret = false;
   event_.bytes = std::exchange(excess_, {});
   return &event_;
 }

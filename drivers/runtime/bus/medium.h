@@ -6,6 +6,7 @@
 #include "drivers/runtime/core/byte_link.h"
 #include "drivers/runtime/core/clock.h"
 #include "drivers/runtime/core/event.h"
+#include "drivers/runtime/core/pulse_lines.h"
 #include "drivers/runtime/core/step.h"
 
 namespace axlecast {
@@ -18,13 +19,20 @@ class Medium {
  public:
   // With `echo` the adapter hears its own transmission: a reply then counts only after the request's own bytes, and
   // an echo that differs from the request ends the exchange as kTimeout with all bytes.
-  Medium(ByteLink& link, const Clock& clock, bool echo) : link_(link), clock_(clock), echo_(echo) {}
+  // `lines` may be null: a pulse then ends as kLinkDown.
+  Medium(ByteLink& link, const Clock& clock, bool echo, PulseLines* lines)
+      : link_(link), clock_(clock), echo_(echo), lines_(lines) {}
 
   // Bytes that nobody asked for and that have come by now: kStray; or kLinkDown. Before every exchange.
   [[nodiscard]] const Event* FindStray();
 
-  // Transmits the request, which must outlive the event, and collects the reply: kReply, kTimeout or kLinkDown.
+  // Transmits the request, which must outlive the event, or gives the pulse, and collects the reply: kReply,
+  // kTimeout or kLinkDown.
   [[nodiscard]] const Event* Run(const Exchange& exchange);
+  // kPulsed or kLinkDown.
+  [[nodiscard]] const Event* Run(const Pulse& pulse);
+  // kRetuned or kLinkDown.
+  [[nodiscard]] const Event* Run(const Retune& retune);
   // kSilent, kStray (more may follow: ask for silence again) or kLinkDown.
   [[nodiscard]] const Event* Run(const Silence& silence);
   // Returns at `by` at the latest, or when woken: null. Else kUnsolicited, kSilent at listen.until, or kLinkDown.
@@ -33,6 +41,8 @@ class Medium {
   [[nodiscard]] const Event* Sleep(MonoNs by);
 
  private:
+  [[nodiscard]] bool Ask(const Exchange& exchange);
+  [[nodiscard]] bool Give(const Pulse& pulse) { return lines_ != nullptr && lines_->Pulse(pulse.line, pulse.low); }
   [[nodiscard]] const Event* Collect(const Exchange& exchange, MonoNs deadline);
   [[nodiscard]] const Event* Complete(std::size_t skip, std::size_t length, std::size_t count);
   [[nodiscard]] const Event* TimedOut(std::size_t skip, std::size_t count);
@@ -45,6 +55,7 @@ class Medium {
   ByteLink& link_;
   const Clock& clock_;
   const bool echo_;
+  PulseLines* const lines_;
   Event event_;
   Bytes excess_;  // came with the last reply, beyond its length: stray at the next turn
   std::array<std::uint8_t, 2 * kMaxFrame> buffer_{};  // an echo and a reply

@@ -29,7 +29,7 @@ class MediumTest : public ::testing::Test {
 
   FakeClock clock_{kStart};
   ScriptedLink link_{clock_};
-  Medium medium_{link_, clock_, false};
+  Medium medium_{link_, clock_, false, nullptr};
   const Exchange exchange_{.request = {0x1A}, .reply_length = &FixedLength<4>, .timeout = 100 * kMicrosecond};
 };
 
@@ -143,7 +143,7 @@ TEST_F(MediumTest, LossIsSeenInEveryStep) {
 
 class EchoMediumTest : public MediumTest {
  protected:
-  Medium echoing_{link_, clock_, true};
+  Medium echoing_{link_, clock_, true, nullptr};
 };
 
 TEST_F(EchoMediumTest, TheRequestsOwnBytesAreNoReply) {

@@ -12,9 +12,10 @@ constexpr std::size_t kListenRank = 6;
 constexpr std::size_t kIdleRank = 7;
 
 std::size_t RankOf(const Step& step) {
-  if (std::holds_alternative<Exchange>(step.action)) return kFirstRank + static_cast<std::size_t>(step.priority);
+  if (std::holds_alternative<Idle>(step.action)) return kIdleRank;
+  if (std::holds_alternative<Listen>(step.action)) return kListenRank;
   if (std::holds_alternative<Silence>(step.action)) return kSilenceRank;
-  return std::holds_alternative<Listen>(step.action) ? kListenRank : kIdleRank;
+  return kFirstRank + static_cast<std::size_t>(step.priority);
 }
 
 }  // namespace
@@ -28,10 +29,16 @@ void Schedule::Start(MonoNs now) {
     entry.slots.Start(now);
     entry.timeouts = 0;
     entry.paused_until = 0;
+    entry.free_at = 0;
   }
+  free_at_ = 0;
 }
 
 const Schedule::Choice& Schedule::Choose(MonoNs now) {
+  if (now < free_at_) {
+    choice_ = {.device = 0, .step = {.action = Idle{free_at_}}, .until = free_at_, .live = false};
+    return choice_;
+  }
   if (ReservedTurn(now)) return choice_;
   choice_.until = kNever;
   Best best;
@@ -56,9 +63,15 @@ bool Schedule::ReservedTurn(MonoNs now) {
 
 void Schedule::Consider(std::size_t index, MonoNs now, bool live_due, Best& best) {
   Entry& entry = entries_[index];
+  if (now < entry.free_at) {
+    choice_.until = std::min(choice_.until, entry.free_at);
+    return;
+  }
   const Step step = entry.device->Next({.now = now, .live_due = live_due});
   const std::size_t rank = RankOf(step);
   AskAgain(entry, step, now, live_due);
+  // A silent device may be stopped, commanded and cleared up after; its readings wait for the end of the pause.
+  if (now < entry.paused_until && rank >= kLiveRank && rank < kListenRank) return;
   if (rank > best.rank || rank >= kIdleRank) return;
   const std::size_t first = next_[rank];
   const std::size_t distance = index >= first ? index - first : index + entries_.size() - first;
@@ -87,14 +100,26 @@ void Schedule::Started(MonoNs now) {
 
 void Schedule::Ended(std::size_t device, const Event& event, MonoNs now) {
   Entry& entry = entries_[device];
+  Pace(entry, event);
   if (event.kind != Event::Kind::kTimeout || !event.bytes.empty()) {
     entry.timeouts = 0;
     return;
   }
   if (++entry.timeouts < settings_.silent_after) return;
   const int doublings = std::min(entry.timeouts - settings_.silent_after, 30);
-  entry.paused_until = now + std::min(settings_.pause_first << doublings, settings_.pause_most);
+  const MonoNs cost = now + settings_.pacing.after_reply - event.sent.first;
+  entry.paused_until = now + std::max(std::min(settings_.pause_first << doublings, settings_.pause_most),
+                                      settings_.pause_costs * cost);
   entry.slots.Excuse(entry.paused_until);
+}
+
+void Schedule::Pace(Entry& entry, const Event& event) {
+  const Pacing& pacing = settings_.pacing;
+  const MonoNs request_end =
+      std::max(event.sent.last, event.sent.first + settings_.line.WireTime(event.request.size()));
+  free_at_ = std::max(request_end + pacing.after_request, event.received.last + pacing.after_reply);
+  if (pacing == Pacing{}) free_at_ = 0;
+  entry.free_at = pacing.unit_after_reply > 0 ? event.received.last + pacing.unit_after_reply : 0;
 }
 
 std::int64_t Schedule::late() const {

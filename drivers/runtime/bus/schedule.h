@@ -7,6 +7,7 @@
 
 #include "drivers/runtime/bus/slot_clock.h"
 #include "drivers/runtime/core/device.h"
+#include "drivers/runtime/core/line_format.h"
 
 namespace axlecast {
 
@@ -20,6 +21,10 @@ struct ScheduleSettings {
   int silent_after = 4;
   MonoNs pause_first = 1 * kMillisecond;
   MonoNs pause_most = 100 * kMillisecond;
+  // And never sooner than this many times what asking it in vain took: so a silent device costs the others little.
+  int pause_costs = 0;
+  Pacing pacing = {};
+  LineFormat line = {};  // how long a request takes on the wire
 };
 
 // Whose turn it is on a bus: a silence that somebody needs, then stop, command, live, trip, slow; round robin
@@ -43,7 +48,7 @@ class Schedule {
 
   // The chosen step is about to be carried out.
   void Started(MonoNs now);
-  // How the exchange of a device ended.
+  // How the exchange of a device ended; a broadcast, which nobody answers, is an exchange too.
   void Ended(std::size_t device, const Event& event, MonoNs now);
 
   [[nodiscard]] Device& device(std::size_t index) const { return *entries_[index].device; }
@@ -61,6 +66,7 @@ class Schedule {
     SlotClock slots;
     int timeouts = 0;  // in a row
     MonoNs paused_until = 0;
+    MonoNs free_at = 0;  // what Pacing asks for this device
   };
   struct Best {
     std::size_t rank = kRanks;
@@ -68,6 +74,7 @@ class Schedule {
   };
 
   [[nodiscard]] bool ReservedTurn(MonoNs now);
+  void Pace(Entry& entry, const Event& event);
   void Consider(std::size_t index, MonoNs now, bool live_due, Best& best);
   void AskAgain(Entry& entry, const Step& step, MonoNs now, bool live_due);
 
@@ -75,6 +82,7 @@ class Schedule {
   std::vector<Entry> entries_;
   Choice choice_;
   std::size_t rank_ = 0;                    // of the choice
+  MonoNs free_at_ = 0;                      // what Pacing asks for the whole bus
   std::array<std::size_t, kRanks> next_{};  // round robin within each class
   std::int64_t turns_ = 0;
 };

@@ -8,6 +8,8 @@ namespace {
 
 constexpr std::size_t kRecordBytes = 16;   // of a record without data
 constexpr std::size_t kMessageBytes = 72;  // of a message without records and without the bus's name
+// Of a frame that holds a secret only address and function are shown: its checksum would help to guess.
+constexpr std::size_t kShown = 2;
 constexpr std::size_t kMostRecords = (WireLog::kFlushBytes - kMessageBytes) / kRecordBytes;
 
 bool FitsInt32(MonoNs value) {
@@ -28,9 +30,19 @@ std::int8_t DirectionOf(Event::Kind kind) {
       return wire_record_t::DIRECTION_LINK_UP;
     case Event::Kind::kLinkDown:
       return wire_record_t::DIRECTION_LINK_DOWN;
+    case Event::Kind::kPulsed:
+      return wire_record_t::DIRECTION_PULSE;
+    case Event::Kind::kRetuned:
+      return wire_record_t::DIRECTION_RETUNED;
     default:
       return wire_record_t::DIRECTION_RECEIVE;
   }
+}
+
+std::int8_t FlagsOf(const Event& event, std::int8_t direction) {
+  const bool timed_out = event.kind == Event::Kind::kTimeout && direction == wire_record_t::DIRECTION_RECEIVE;
+  return static_cast<std::int8_t>((event.secret ? wire_record_t::FLAG_REDACTED : 0) |
+                                  (timed_out ? wire_record_t::FLAG_TIMEOUT : 0));
 }
 
 }  // namespace
@@ -54,14 +66,13 @@ void WireLog::Record(const Event& event) {
     size_ = kMessageBytes + message_.bus.size();
     due_ = first + kFlushAfter;
   }
-  const std::int8_t flags = event.kind == Event::Kind::kTimeout ? wire_record_t::FLAG_TIMEOUT : std::int8_t{0};
   const std::int16_t before = message_.n;
-  if (IsExchange(event) && !Add(event.sent, wire_record_t::DIRECTION_TRANSMIT, 0, event.request)) return;
-  if (!Add(event.received, DirectionOf(event.kind), flags, event.bytes)) message_.n = before;
+  if (IsExchange(event) && !Add(event, event.sent, wire_record_t::DIRECTION_TRANSMIT, event.request)) return;
+  if (!Add(event, event.received, DirectionOf(event.kind), event.bytes)) message_.n = before;
 }
 
 // False, and counted, when the instants cannot be written in the message's 32 bits.
-bool WireLog::Add(Interval at, std::int8_t direction, std::int8_t flags, Bytes bytes) {
+bool WireLog::Add(const Event& event, Interval at, std::int8_t direction, Bytes bytes) {
   const MonoNs after = at.first - message_.mono_ns;
   const MonoNs duration = at.last - at.first;
   if (!FitsInt32(after) || !FitsInt32(duration) || bytes.size() > kMaxFrame) {
@@ -72,9 +83,13 @@ bool WireLog::Add(Interval at, std::int8_t direction, std::int8_t flags, Bytes b
   record.dt_ns = static_cast<std::int32_t>(after);
   record.duration_ns = static_cast<std::int32_t>(duration);
   record.direction = direction;
-  record.flags = flags;
+  record.flags = FlagsOf(event, direction);
+  record.id = event.device;
   record.len = static_cast<std::int16_t>(bytes.size());
   std::copy(bytes.begin(), bytes.end(), record.data.begin());
+  if (event.secret && bytes.size() > kShown) {
+    std::fill_n(record.data.begin() + kShown, bytes.size() - kShown, std::uint8_t{0});
+  }
   size_ += kRecordBytes + bytes.size();
   return true;
 }

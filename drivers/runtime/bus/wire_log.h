@@ -29,7 +29,7 @@ class WireLog {
   [[nodiscard]] MonoNs due() const { return due_; }
 
  private:
-  [[nodiscard]] bool Add(Interval at, std::int8_t direction, std::int8_t flags, Bytes bytes);
+  [[nodiscard]] bool Add(const Event& event, Interval at, std::int8_t direction, Bytes bytes);
 
   const Timebase& time_;
   MessageSink& sink_;

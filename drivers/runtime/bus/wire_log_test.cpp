@@ -243,5 +243,31 @@ TEST_F(WireLogTest, ARecordedRunDecodedAgainGivesTheSameReadings) {
   }
 }
 
+TEST_F(WireLogTest, OfASecretOnlyAddressAndFunctionAreShown) {
+  const std::vector<std::uint8_t> request = {3, 0x10, 0x70, 0x61};
+  const std::vector<std::uint8_t> reply = {3, 0x10, 0x73};
+  log_.Record({.kind = Event::Kind::kReply,
+               .sent = {kStart, kStart + 1},
+               .received = {kStart + 2, kStart + 3},
+               .request = request,
+               .bytes = reply,
+               .secret = true});
+  log_.Record({.kind = Event::Kind::kStray,
+               .sent = {},
+               .received = {kStart + 4, kStart + 5},
+               .request = {},
+               .bytes = reply});
+  log_.Flush();
+  const auto messages = sink_.All<wire_t>(kChannel);
+  ASSERT_THAT(messages, SizeIs(1));
+  ASSERT_THAT(messages[0].records, SizeIs(3));
+  EXPECT_EQ(messages[0].records[0].data, (std::vector<std::uint8_t>{3, 0x10, 0, 0}));
+  EXPECT_EQ(messages[0].records[0].flags, wire_record_t::FLAG_REDACTED);
+  EXPECT_EQ(messages[0].records[1].data, (std::vector<std::uint8_t>{3, 0x10, 0}));
+  EXPECT_EQ(messages[0].records[1].flags, wire_record_t::FLAG_REDACTED);
+  EXPECT_EQ(messages[0].records[2].data, reply);
+  EXPECT_EQ(messages[0].records[2].flags, 0);
+}
+
 }  // namespace
 }  // namespace axlecast

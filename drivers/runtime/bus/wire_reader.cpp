@@ -24,6 +24,10 @@ std::optional<Event::Kind> KindOf(const wire_record_t& record, bool answers) {
       return Event::Kind::kLinkUp;
     case wire_record_t::DIRECTION_LINK_DOWN:
       return Event::Kind::kLinkDown;
+    case wire_record_t::DIRECTION_PULSE:
+      return Event::Kind::kPulsed;
+    case wire_record_t::DIRECTION_RETUNED:
+      return Event::Kind::kRetuned;
     default:
       return std::nullopt;
   }
@@ -47,7 +51,9 @@ void WireReader::Read(const wire_t& message, const Sink& sink) {
             .sent = answers ? IntervalOf(message, *request) : Interval{},
             .received = IntervalOf(message, record),
             .request = answers ? Bytes(request->data) : Bytes(),
-            .bytes = Bytes(record.data)});
+            .bytes = Bytes(record.data),
+            .secret = (record.flags & wire_record_t::FLAG_REDACTED) != 0,
+            .device = record.id});
     } else {
       ++unreadable_;
     }

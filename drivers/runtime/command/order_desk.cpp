@@ -25,7 +25,7 @@ constexpr MonoNs kProgressPeriod = 50 * kMillisecond;
 constexpr std::int32_t kMaxValidMs = 3'600'000;
 constexpr std::size_t kDevicesPerHello = 16;
 
-// One device's orders: those that wait, and the one that it holds.
+// One device's orders, the urgent ones apart: those that wait, and the one that it holds.
 struct Queue {
   std::deque<CommandId> waiting;
   std::optional<CommandId> held;
@@ -43,6 +43,14 @@ Order OrderOf(const driver_order_t& message, MonoNs now) {
   return order;
 }
 
+// Sorts the urgent queues of all devices first.
+struct QueueKey {
+  bool usual = true;
+  std::string device;
+
+  friend auto operator<=>(const QueueKey&, const QueueKey&) = default;
+};
+
 }  // namespace
 
 struct OrderDesk::State {
@@ -52,7 +60,9 @@ struct OrderDesk::State {
         context(std::move(its_context)),
         permits(bus),
         ledger(bus.name, context.boot_id, *context.clock, *context.sink, kMaxRemembered) {
-    for (const DeviceConfig& device : bus.devices) queues[device.name];
+    for (const DeviceConfig& device : bus.devices) {
+      for (const bool usual : {false, true}) queues[{usual, device.name}];
+    }
   }
 
   // All below: with `mutex` held.
@@ -61,7 +71,15 @@ struct OrderDesk::State {
   void Cancel(OrderLedger::Entry& entry);
   [[nodiscard]] std::optional<Refusal> Check(const driver_order_t& order) const;
   void ExpireWaiting(Queue& queue, MonoNs now);
-  Taken Hand(const std::string& device, Queue& queue);
+  Taken Hand(const QueueKey& key, Queue& queue);
+  [[nodiscard]] bool IsUrgent(const std::string& operation) const {
+    const OperationSpec* spec = FindOperation(family, operation);
+    return spec != nullptr && spec->urgent;
+  }
+  [[nodiscard]] Queue* QueueOf(const std::string& device, const std::string& operation) {
+    const auto queue = queues.find({!IsUrgent(operation), device});
+    return queue == queues.end() ? nullptr : &queue->second;
+  }
 
   const Family& family;
   const std::string bus_name;
@@ -74,8 +92,8 @@ struct OrderDesk::State {
   PermitBook permits;
   BridgeFence fence;
   OrderLedger ledger;
-  std::map<std::string, Queue> queues;
-  std::string served_last;  // the next device is asked first
+  std::map<QueueKey, Queue> queues;
+  QueueKey served_last;  // the next device is asked first
   bool stopping = false;
 };
 
@@ -90,10 +108,10 @@ void OrderDesk::State::Answer(const driver_order_t& order, std::int8_t state, st
 
 std::optional<Refusal> OrderDesk::State::Check(const driver_order_t& order) const {
   if (stopping) return Refusal{command_status_t::REASON_STOPPING, "the driver is stopping: send it again later"};
-  const auto queue = queues.find(order.device);
+  const auto queue = queues.find({!IsUrgent(order.operation), order.device});
   if (queue == queues.end()) {
     std::string known;
-    for (const auto& [name, unused] : queues) known += " " + name;
+    for (const auto& [key, unused] : queues) known += key.usual ? " " + key.device : "";
     return Refusal{command_status_t::REASON_UNKNOWN_DEVICE, "no such device on " + bus_name + "; it has:" + known};
   }
   const OperationSpec* operation = FindOperation(family, order.operation);
@@ -116,7 +134,7 @@ void OrderDesk::State::Execute(const driver_order_t& order) {
   if (refusal) return ledger.End(entry, command_status_t::STATE_REJECTED, refusal->reason, refusal->text);
   entry.order = OrderOf(order, ledger.Now());
   entry.status.state = command_status_t::STATE_ROUTED;
-  queues.at(order.device).waiting.push_back(entry.order.id);
+  QueueOf(order.device, order.operation)->waiting.push_back(entry.order.id);
   ledger.Publish(entry);
   ++waiting;
 }
@@ -124,7 +142,7 @@ void OrderDesk::State::Execute(const driver_order_t& order) {
 void OrderDesk::State::Cancel(OrderLedger::Entry& entry) {
   const CommandId id = IdOf(entry.status.id);
   if (IsFinalState(entry.status.state)) return ledger.Publish(entry);
-  Queue& queue = queues.at(entry.status.device);
+  Queue& queue = *QueueOf(entry.status.device, entry.status.operation);
   if (std::erase(queue.waiting, id) > 0) {
     --waiting;
     return ledger.End(entry, command_status_t::STATE_CANCELLED, command_status_t::REASON_CANCELLED,
@@ -146,17 +164,17 @@ void OrderDesk::State::ExpireWaiting(Queue& queue, MonoNs now) {
   });
 }
 
-OrderDesk::Taken OrderDesk::State::Hand(const std::string& device, Queue& queue) {
+OrderDesk::Taken OrderDesk::State::Hand(const QueueKey& key, Queue& queue) {
   queue.held = queue.waiting.front();
   queue.waiting.pop_front();
   queue.cancel_asked = queue.cancel_taken = false;
   --waiting;
-  served_last = device;
+  if (key.usual) served_last = key;
   OrderLedger::Entry& entry = ledger.At(*queue.held);
   entry.status.state = command_status_t::STATE_RUNNING;
   entry.status.started_utime = ledger.Utime();
   ledger.Publish(entry);
-  return {device, entry.order};
+  return {key.device, entry.order};
 }
 
 OrderDesk::OrderDesk(const BusConfig& bus, Context context)
@@ -205,12 +223,18 @@ std::optional<OrderDesk::Taken> OrderDesk::Take() {
   if (state_->waiting == 0) return std::nullopt;
   const std::lock_guard lock(state_->mutex);
   const MonoNs now = state_->ledger.Now();
-  auto queue = state_->queues.upper_bound(state_->served_last);
-  for (std::size_t i = 0; i < state_->queues.size(); ++i, ++queue) {
-    if (queue == state_->queues.end()) queue = state_->queues.begin();
-    state_->ExpireWaiting(queue->second, now);
-    if (queue->second.held || queue->second.waiting.empty()) continue;
-    return state_->Hand(queue->first, queue->second);
+  const auto ready = [&](Queue& queue) {
+    state_->ExpireWaiting(queue, now);
+    return !queue.held && !queue.waiting.empty();
+  };
+  const auto usual = state_->queues.lower_bound({true, ""});
+  for (auto urgent = state_->queues.begin(); urgent != usual; ++urgent) {
+    if (ready(urgent->second)) return state_->Hand(urgent->first, urgent->second);
+  }
+  auto next = state_->queues.upper_bound(state_->served_last);
+  for (auto i = usual; i != state_->queues.end(); ++i, ++next) {
+    if (next == state_->queues.end()) next = usual;
+    if (ready(next->second)) return state_->Hand(next->first, next->second);
   }
   return std::nullopt;
 }
@@ -218,10 +242,10 @@ std::optional<OrderDesk::Taken> OrderDesk::Take() {
 std::optional<OrderDesk::Taken> OrderDesk::TakeCancel() {
   if (!state_->cancels) return std::nullopt;
   const std::lock_guard lock(state_->mutex);
-  for (auto& [device, queue] : state_->queues) {
+  for (auto& [key, queue] : state_->queues) {
     if (!queue.held || !queue.cancel_asked || queue.cancel_taken) continue;
     queue.cancel_taken = true;
-    return Taken{device, state_->ledger.At(*queue.held).order};
+    return Taken{key.device, state_->ledger.At(*queue.held).order};
   }
   state_->cancels = false;
   return std::nullopt;
@@ -235,8 +259,12 @@ bool OrderDesk::HasPermit(const std::string& device, const std::string& operatio
 void OrderDesk::Report(const std::string& device, const CommandId& id, const Outcome& outcome,
                        std::int32_t epoch_after) {
   const std::lock_guard lock(state_->mutex);
-  const auto queue = state_->queues.find(device);
-  if (queue == state_->queues.end() || queue->second.held != id) return;
+  Queue* queue = nullptr;
+  for (const bool usual : {false, true}) {
+    const auto found = state_->queues.find({usual, device});
+    if (found != state_->queues.end() && found->second.held == id) queue = &found->second;
+  }
+  if (queue == nullptr) return;
   OrderLedger::Entry& entry = state_->ledger.At(id);
   entry.status.progress = outcome.progress;
   entry.status.verified = outcome.verified ? 1 : 0;
@@ -249,7 +277,7 @@ void OrderDesk::Report(const std::string& device, const CommandId& id, const Out
   }
   entry.status.n_changes = static_cast<std::int8_t>(entry.status.changes.size());
   if (outcome.IsFinal()) {
-    queue->second.held.reset();
+    queue->held.reset();
     return state_->ledger.End(entry, static_cast<std::int8_t>(outcome.state), outcome.reason, outcome.text);
   }
   entry.status.reason_code = outcome.reason;
@@ -277,7 +305,7 @@ void OrderDesk::Hello(std::span<const DeviceSummary> devices) {
 void OrderDesk::Goodbye() {
   const std::lock_guard lock(state_->mutex);
   state_->stopping = true;
-  for (auto& [device, queue] : state_->queues) {
+  for (auto& [key, queue] : state_->queues) {
     for (const CommandId& id : queue.waiting) {
       state_->ledger.End(state_->ledger.At(id), command_status_t::STATE_REJECTED, command_status_t::REASON_STOPPING,
                          "the driver stopped before it began: send it again later");

@@ -40,7 +40,8 @@ class OrderDesk {
   void OnDriverCommand(Bytes message);
   void OnPermit(const std::string& device, Bytes message);
 
-  // Bus's thread: the next order for any device that is not busy with one; expired ones are answered EXPIRED here.
+  // Bus's thread: the next order for any device that is not busy with one, urgent ones first and whatever the
+  // device is busy with; expired ones are answered EXPIRED here.
   struct Taken {
     std::string device;
     Order order;

@@ -92,7 +92,7 @@ TEST_F(OrderDeskTest, RefusesWithWhatWouldBeRight) {
   order = Bump(2);
   order.operation = "explode";
   EXPECT_EQ(Order(order).reason_code, S::REASON_UNKNOWN_OPERATION);
-  EXPECT_EQ(Last().text, "no such operation; operations of counting: bump write mark look set_datum");
+  EXPECT_EQ(Last().text, "no such operation; operations of counting: bump write mark halt look set_datum");
   order = Bump(3);
   order.operation = "write";
   order.arguments = {{"address", "1"}};

@@ -24,6 +24,7 @@ inline const Family& CountingFamily() {
        .help = "writes a note",
        .arguments = {{"note", "any"}, {"page", "1..9"}},
        .found_by = "look"},
+      {.name = "halt", .help = "stops at once", .urgent = true},
       {.name = "look", .help = "tells the count", .arguments = {{"after", "an operation", false}}},
   };
   static const Family family = {.name = "counting", .summary = "for tests", .operations = operations};

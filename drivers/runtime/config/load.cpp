@@ -112,10 +112,12 @@ class MachineLoader {
     LoadTiming(map, bus);
     bus.simulate = LoadSimulate(map);
     LoadLink(map.Map("link"), bus);
+    if (bus.family->parse_bus != nullptr) bus.family_bus = bus.family->parse_bus(map, bus);
     bus.capture = map.Bool("capture", false);
     LoadRealtime(map.Map("realtime"), bus.realtime);
     CheckNumberOfDevices(map, *bus.family, devices);
     for (auto& [device, device_map] : devices) bus.devices.push_back(LoadDevice(device, device_map, bus));
+    if (bus.family->check_bus != nullptr) bus.family->check_bus(map, bus);
     CheckRate(map, bus);
     map.Done();
     machine_.buses.push_back(std::move(bus));
@@ -139,7 +141,8 @@ class MachineLoader {
   }
 
   static void LoadTiming(ConfigMap& map, BusConfig& bus) {
-    bus.poll_hz = map.Number("poll_hz", bus.poll_hz, 0, kMostPolled, "Hz (0: as fast as the bus allows)");
+    bus.poll_hz =
+        map.Number("poll_hz", bus.family->default_poll_hz, 0, kMostPolled, "Hz (0: as fast as the bus allows)");
     if (!map.Has("phase_us")) return;
     if (bus.poll_hz <= 0) {
       map.Error("phase_us", "has no meaning without slots: set poll_hz");
@@ -158,7 +161,11 @@ class MachineLoader {
 
   void LoadLink(ConfigMap map, BusConfig& bus) {
     bus.link.port = map.String("port", "");
-    bus.link.baud = map.Integer("baud", bus.family->default_baud, kSlowestBaud, kFastestBaud, "baud");
+    const LineFormat& usual = bus.family->default_line;
+    bus.link.line.baud = map.Integer("baud", usual.baud, kSlowestBaud, kFastestBaud, "baud");
+    bus.link.line.parity =
+        static_cast<Parity>(map.Choice("parity", {"none", "even", "odd"}, static_cast<std::size_t>(usual.parity)));
+    bus.link.line.stop_bits = static_cast<int>(map.Integer("stop_bits", usual.stop_bits, 1, 2, "stop bits"));
     bus.link.echo = map.Bool("echo", false);
     map.Done();
     if (bus.simulate) {

@@ -108,6 +108,14 @@ void LoadTurns(ConfigMap& map, DeviceConfig& device) {
   datum.Done();
 }
 
+void LoadAxis(ConfigMap& map, DeviceConfig& device) {
+  device.direction = map.Choice("direction", {"ccw", "cw"}, 0) == 0 ? 1 : -1;
+  LoadUnit(map, device);
+  LoadRatio(map, device);
+  LoadLimits(map, device);
+  LoadTurns(map, device);
+}
+
 void LoadRates(ConfigMap& map, const BusConfig& bus, DeviceConfig& device) {
   if (bus.poll_hz > 0) device.publish_hz = std::min(device.publish_hz, bus.poll_hz);
   device.publish_hz = map.Number("publish_hz", device.publish_hz, 1e-3, kMostPublished, "Hz");
@@ -116,7 +124,7 @@ void LoadRates(ConfigMap& map, const BusConfig& bus, DeviceConfig& device) {
               "is above the bus's poll_hz: at most that many readings a second exist; lower it, or "
               "raise poll_hz");
   }
-  device.block = map.Bool("block", false);
+  if (bus.family->has_position) device.block = map.Bool("block", false);
 }
 
 }  // namespace
@@ -126,13 +134,9 @@ DeviceConfig LoadDevice(const std::string& name, ConfigMap& map, const BusConfig
   device.name = name;
   device.line = map.line();
   device.config_hash = ConfigHash(map.node());
-  device.settings = bus.family->parse(map);
+  device.settings = bus.family->parse(map, bus);
   device.model = device.settings->model;
-  device.direction = map.Choice("direction", {"ccw", "cw"}, 0) == 0 ? 1 : -1;
-  LoadUnit(map, device);
-  LoadRatio(map, device);
-  LoadLimits(map, device);
-  LoadTurns(map, device);
+  if (bus.family->has_position) LoadAxis(map, device);
   LoadRates(map, bus, device);
   device.permit_required = map.Choice("permit", {"required", "not_required"}, 0) == 0;
   map.Done();

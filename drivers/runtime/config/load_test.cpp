@@ -70,7 +70,7 @@ buses:
   ASSERT_NE(bus, nullptr);
   EXPECT_EQ(bus->family->name, "point");
   EXPECT_EQ(bus->link.port, "/dev/ttyUSB0");
-  EXPECT_EQ(bus->link.baud, 1'250'000);
+  EXPECT_EQ(bus->link.line.baud, 1'250'000);
   EXPECT_TRUE(bus->link.echo);
   EXPECT_FALSE(bus->simulate);
   EXPECT_TRUE(bus->capture);
@@ -108,7 +108,7 @@ TEST(LoadConfig, WhatIsLeftOutHasTheDocumentedDefault) {
   EXPECT_EQ(machine->lcm.command_url, "udpm://239.255.76.67:7668?ttl=0");
   EXPECT_FALSE(machine->bridge.allow_unsigned);
   const BusConfig& bus = machine->buses.at(0);
-  EXPECT_EQ(bus.link.baud, 2'500'000) << "the family's";
+  EXPECT_EQ(bus.link.line.baud, 2'500'000) << "the family's";
   EXPECT_FALSE(bus.link.echo);
   EXPECT_DOUBLE_EQ(bus.poll_hz, 1000);
   EXPECT_EQ(bus.realtime.priority, 0);

@@ -31,14 +31,11 @@ const BusConfig* MachineConfig::BusOf(std::string_view device) const {
 }
 
 MonoNs RoundTime(const BusConfig& bus) {
-  double time = 0;
+  MonoNs time = 0;
   for (const DeviceConfig& device : bus.devices) {
-    if (device.settings) time += static_cast<double>(device.settings->wire_time);
+    if (device.settings) time += device.settings->wire_time;
   }
-  if (bus.link.baud > 0 && bus.family != nullptr && bus.family->default_baud > 0) {
-    time *= static_cast<double>(bus.family->default_baud) / static_cast<double>(bus.link.baud);
-  }
-  return static_cast<MonoNs>(time);
+  return time;
 }
 
 std::string RunDirectory(const std::string& machine) {

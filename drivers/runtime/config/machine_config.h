@@ -20,7 +20,7 @@ struct LcmConfig {
 
 struct LinkConfig {
   std::string port;  // /dev/serial/by-id/...; of a simulated bus always the pty in the run directory
-  std::int64_t baud = 0;
+  LineFormat line;
   bool echo = false;  // the adapter hears its own transmission
 };
 
@@ -66,11 +66,11 @@ struct BusConfig {
   double poll_hz = 1000;  // 0: as fast as the bus allows
   MonoNs phase = 0;       // of the poll slots, from CLOCK_MONOTONIC's zero
   RealtimeConfig realtime;
+  std::shared_ptr<const FamilyBus> family_bus;  // the family's keys; null when it has none
   std::vector<DeviceConfig> devices;
 };
 
-// Shortest time in which every device of the bus is read once. Wire times hold at the family's usual rate and are
-// scaled to the bus's.
+// Shortest time in which every device of the bus is read once.
 [[nodiscard]] MonoNs RoundTime(const BusConfig& bus);
 
 struct BridgeConfig {

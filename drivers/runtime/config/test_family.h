@@ -5,6 +5,7 @@
 #include <string>
 
 #include "drivers/runtime/config/config_map.h"
+#include "drivers/runtime/config/machine_config.h"
 #include "drivers/runtime/core/family.h"
 
 // Two families for the tests of the configuration: "point" is point to point, "ring" holds up to four slow devices.
@@ -15,7 +16,7 @@ struct Settings final : DeviceSettings {
 };
 
 template <MonoNs kWireTime>
-std::unique_ptr<DeviceSettings> Parse(ConfigMap& device) {
+std::unique_ptr<DeviceSettings> Parse(ConfigMap& device, const BusConfig& bus) {
   auto settings = std::make_unique<Settings>();
   const bool multi_turn = device.Choice("model", {"st17", "mt17"}, 1) == 1;
   settings->model = multi_turn ? "mt17" : "st17";
@@ -23,7 +24,7 @@ std::unique_ptr<DeviceSettings> Parse(ConfigMap& device) {
   settings->turns_range = multi_turn ? 65'536 : 0;
   settings->max_speed_rpm = 6'000;
   settings->max_accel_rad_s2 = 80'000;
-  settings->wire_time = kWireTime;
+  settings->wire_time = kWireTime * bus.family->default_line.baud / bus.link.line.baud;
   settings->tag = device.HexBytes("tag");
   return settings;
 }
@@ -49,14 +50,14 @@ inline std::unique_ptr<Simulator> Simulate(const BusConfig&, ConfigMap& keys) {
 inline std::span<const Family* const> Table() {
   static const Family point{.name = "point",
                             .summary = "",
-                            .default_baud = 2'500'000,
+                            .default_line = {.baud = 2'500'000},
                             .max_devices_per_bus = 1,
                             .operations = {},
                             .parse = &Parse<51 * kMicrosecond>,
                             .make_simulator = &Simulate};
   static const Family ring{.name = "ring",
                            .summary = "",
-                           .default_baud = 9'600,
+                           .default_line = {.baud = 9'600},
                            .max_devices_per_bus = 4,
                            .operations = {},
                            .parse = &Parse<10 * kMillisecond>,

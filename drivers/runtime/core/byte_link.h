@@ -31,6 +31,9 @@ class ByteLink {
   virtual void Close() = 0;
   [[nodiscard]] virtual bool IsOpen() const = 0;
 
+  // Goes on at another rate, without closing; false when the port cannot.
+  [[nodiscard]] virtual bool SetBaud(std::int64_t baud) = 0;
+
   // Hands all bytes to the line; false when it is lost.
   [[nodiscard]] virtual bool Write(Bytes bytes) = 0;
 

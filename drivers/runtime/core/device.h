@@ -3,6 +3,7 @@
 #include <string_view>
 
 #include "drivers/runtime/core/event.h"
+#include "drivers/runtime/core/motor.h"
 #include "drivers/runtime/core/operation.h"
 #include "drivers/runtime/core/sample.h"
 #include "drivers/runtime/core/step.h"
@@ -34,6 +35,8 @@ class DeviceOutput {
   virtual ~DeviceOutput() = default;
 
   virtual void OnSample(const Sample& sample) = 0;        // a reading whose position was decoded
+  virtual void OnMotor(const MotorReading& reading) = 0;  // a reading of a motor monitor
+  virtual void OnTrip(const TripRecord& record) = 0;      // a trip whose curves were read
   virtual void OnError(ErrorKind kind, Interval at) = 0;  // a reading that gave none
   virtual void OnAlarm(const AlarmSpec& alarm, AlarmState state, MonoNs now) = 0;
   virtual void OnIdentity(std::int64_t identity, std::string_view serial, std::string_view firmware) = 0;
@@ -72,7 +75,8 @@ class Device {
   virtual void On(const Event& event) = 0;
 
   // Takes up an order whose operation the family declares and whose argument names fit. Answers through
-  // DeviceOutput::OnOutcome, at once when it refuses. One order at a time: the caller waits for a final outcome.
+  // DeviceOutput::OnOutcome, at once when it refuses. One order at a time: the caller waits for a final outcome;
+  // only one of an urgent operation may come while another is held, and goes first.
   virtual void Begin(const Order& order, MonoNs now) = 0;
   // Gives up an order that has not touched the device yet; false once it has.
   [[nodiscard]] virtual bool Cancel(const CommandId& id, MonoNs now) = 0;

@@ -14,6 +14,8 @@ struct Event {
     kStray,        // `bytes` came without having been asked for
     kUnsolicited,  // `bytes` came while the device listened
     kSilent,       // no byte came for the time asked for
+    kPulsed,       // the line was driven low and high again within `sent`
+    kRetuned,      // the line goes on at the rate asked for
     kLinkUp,
     kLinkDown,
   };
@@ -23,6 +25,8 @@ struct Event {
   Interval received;  // return of the first and of the last read
   Bytes request;
   Bytes bytes;
+  bool secret = false;  // request and bytes must not be shown
+  int device = -1;      // whose step it ends, by order on the bus; -1: an event of the whole bus
 };
 
 }  // namespace axlecast

@@ -10,6 +10,10 @@
 #include <vector>
 
 #include "drivers/runtime/core/device.h"
+#include "drivers/runtime/core/line_format.h"
+#include "drivers/runtime/core/parameter.h"
+#include "drivers/runtime/core/pulse_lines.h"
+#include "drivers/runtime/core/secret.h"
 #include "drivers/runtime/core/simulator.h"
 
 namespace axlecast {
@@ -29,7 +33,22 @@ struct DeviceSettings {
   double max_speed_rpm = 0;          // of the model
   double max_accel_rad_s2 = 0;       // of the model
   std::int64_t noise_counts = 0;     // error between two readings at rest, peak
-  MonoNs wire_time = 0;              // shortest time of one live reading on the wire
+  bool holds_secrets = false;        // its process must leave no core file
+  MonoNs wire_time = 0;              // shortest time of one live reading, with the pauses that the bus needs
+};
+
+// What a family knows of a configured bus as a whole: filled by Family::parse_bus, extended with the family's own.
+struct FamilyBus {
+  virtual ~FamilyBus() = default;
+
+  Pacing pacing;
+  std::vector<PulseLineConfig> lines;  // output lines beside the bus
+};
+
+// Which of drivers/io carries a family's frames.
+enum class LinkKind : std::uint8_t {
+  kSerial,  // an asynchronous line of bytes
+  kModbus,  // Modbus RTU
 };
 
 // What an offline decode needs: `--set key=value` pairs.
@@ -39,14 +58,23 @@ using DecodeSettings = std::vector<std::pair<std::string, std::string>>;
 struct Family {
   std::string_view name;     // as in the configuration
   std::string_view summary;  // one line for --help
-  std::int64_t default_baud = 0;
+  LinkKind link = LinkKind::kSerial;
+  LineFormat default_line = {};
+  double default_poll_hz = 1000;  // of each device; 0: as fast as the bus allows
   std::size_t max_devices_per_bus = 1;
+  bool has_position = true;  // false: a monitor; the configuration of axes does not apply
   std::span<const OperationSpec> operations;
+  std::span<const ParameterSpec> parameters = {};  // those that read_parameters and write_parameters know
 
-  // Reads the family's own keys of one device; errors go into the map's list. Never null.
-  std::unique_ptr<DeviceSettings> (*parse)(ConfigMap& device) = nullptr;
-  std::unique_ptr<Device> (*make_device)(const BusConfig& bus, const DeviceConfig& device,
-                                         DeviceOutput& output) = nullptr;
+  // Reads the family's own keys of a bus, before its devices; errors go into the map's list. Never null itself; a
+  // family without such keys leaves it out.
+  std::shared_ptr<const FamilyBus> (*parse_bus)(ConfigMap& map, const BusConfig& bus) = nullptr;
+  // Reads the family's own keys of one device, of a bus whose link and own keys are known. Never null.
+  std::unique_ptr<DeviceSettings> (*parse)(ConfigMap& device, const BusConfig& bus) = nullptr;
+  // What the devices of one bus must agree on; may be left out.
+  void (*check_bus)(ConfigMap& map, const BusConfig& bus) = nullptr;
+  std::unique_ptr<Device> (*make_device)(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output,
+                                         SecretSource& secrets) = nullptr;
   // Simulates all devices of the bus; reads the bus's `simulate` keys (checked by check-config too).
   // Null when a key is wrong: the errors are in the map's list.
   std::unique_ptr<Simulator> (*make_simulator)(const BusConfig& bus, ConfigMap& simulate) = nullptr;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -21,6 +22,12 @@ class Simulator {
 
   // The host's bytes arrived at `now`. `transmit` may be called at once.
   virtual void OnBytes(Bytes bytes, MonoNs now, const Transmit& transmit) = 0;
+
+  // A line beside the bus was driven low for `low` and high again, ending at `now`.
+  virtual void OnPulse([[maybe_unused]] std::uint8_t line, [[maybe_unused]] MonoNs low, [[maybe_unused]] MonoNs now,
+                       [[maybe_unused]] const Transmit& transmit) {}
+  // The host has set its port to this rate: a device at another one hears only noise. Before the first OnBytes too.
+  virtual void OnBaud([[maybe_unused]] std::int64_t baud) {}
 
   // Something (a delayed reply, a script step) is due at this instant; kNever when nothing is.
   [[nodiscard]] virtual MonoNs NextDue() const = 0;

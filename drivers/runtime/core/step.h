@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <variant>
 
 #include "drivers/runtime/core/inline_bytes.h"
@@ -19,12 +21,20 @@ constexpr std::size_t FixedLength(Bytes) {
   return N;
 }
 
+// One pulse on an output line beside the bus: low for `low`, then high again.
+struct Pulse {
+  std::uint8_t line = 0;  // index into FamilyBus::lines
+  MonoNs low = 0;
+};
+
 // Transmit `request` and collect a reply. Ends as kReply when the reply is complete, as kTimeout when `timeout`
 // has passed since the write returned.
 struct Exchange {
   Frame request;
-  ReplyLength reply_length = nullptr;
+  ReplyLength reply_length = nullptr;  // null: no reply is expected (a broadcast); ends as kTimeout
   MonoNs timeout = 0;
+  std::optional<Pulse> pulse = {};  // what asks for the reply instead of a request, which is empty then
+  bool secret = false;              // request and reply are masked in WIRE
 };
 
 // Transmit nothing until no byte has come for `quiet`; what comes is reported as stray. Ends as kSilent.
@@ -37,6 +47,11 @@ struct Listen {
   MonoNs until = 0;
 };
 
+// Go on at another baud rate. Ends as kRetuned, or as kLinkDown when the port cannot do it.
+struct Retune {
+  std::int64_t baud = 0;
+};
+
 // Nothing to do before `until`; a command may come earlier.
 struct Idle {
   MonoNs until = kNever;
@@ -44,7 +59,7 @@ struct Idle {
 
 // What a device wants from its bus next.
 struct Step {
-  std::variant<Idle, Exchange, Silence, Listen> action;
+  std::variant<Idle, Exchange, Silence, Listen, Pulse, Retune> action;
   Priority priority = Priority::kLive;
 };
 

@@ -1,9 +1,9 @@
-#include "drivers/tformat/arguments.h"
+#include "drivers/runtime/device/arguments.h"
 
 #include <charconv>
 #include <sstream>
 
-namespace axlecast::tformat {
+namespace axlecast {
 
 std::optional<std::string_view> FindArgument(const Arguments& arguments, std::string_view name) {
   for (const auto& [key, value] : arguments) {
@@ -12,13 +12,13 @@ std::optional<std::string_view> FindArgument(const Arguments& arguments, std::st
   return std::nullopt;
 }
 
-std::optional<std::size_t> ParseCount(std::string_view text, std::size_t min, std::size_t max) {
+std::optional<std::int64_t> ParseWhole(std::string_view text, std::int64_t min, std::int64_t max) {
   int base = 10;
   if (text.starts_with("0x")) {
     text.remove_prefix(2);
     base = 16;
   }
-  std::size_t value = 0;
+  std::int64_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);
   if (error != std::errc() || end != text.data() + text.size() || value < min || value > max) return std::nullopt;
   return value;
@@ -57,4 +57,4 @@ CommandLine ParseCommandLine(std::string_view text) {
   return line;
 }
 
-}  // namespace axlecast::tformat
+}  // namespace axlecast

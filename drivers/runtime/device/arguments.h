@@ -7,15 +7,15 @@
 #include <utility>
 #include <vector>
 
-namespace axlecast::tformat {
+namespace axlecast {
 
 using Arguments = std::vector<std::pair<std::string, std::string>>;
 
 // The value of an argument; nothing when it is not given.
 [[nodiscard]] std::optional<std::string_view> FindArgument(const Arguments& arguments, std::string_view name);
 
-// A decimal or 0x... number within [min, max]; nothing when it is none.
-[[nodiscard]] std::optional<std::size_t> ParseCount(std::string_view text, std::size_t min, std::size_t max);
+// A whole number, decimal or 0x..., within [min, max]; nothing when it is none.
+[[nodiscard]] std::optional<std::int64_t> ParseWhole(std::string_view text, std::int64_t min, std::int64_t max);
 
 // "A1 05" or "A105"; nothing when it is empty or no such thing.
 [[nodiscard]] std::optional<std::vector<std::uint8_t>> ParseHex(std::string_view text);
@@ -27,4 +27,4 @@ struct CommandLine {
 };
 [[nodiscard]] CommandLine ParseCommandLine(std::string_view text);
 
-}  // namespace axlecast::tformat
+}  // namespace axlecast

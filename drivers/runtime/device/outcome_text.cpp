@@ -1,4 +1,4 @@
-#include "drivers/tformat/outcome_text.h"
+#include "drivers/runtime/device/outcome_text.h"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <utility>
 
-namespace axlecast::tformat {
+namespace axlecast {
 
 std::string Text(const char* format, ...) {
   std::array<char, 201> buffer{};
@@ -45,10 +45,14 @@ Outcome Final(OrderState state, std::int32_t reason, std::string text) {
   return outcome;
 }
 
-Outcome Verified(std::string text) {
+Outcome Rejected(std::int32_t reason, std::string_view why) {
+  return Final(OrderState::kRejected, reason, "nothing was done: " + std::string(why));
+}
+
+Outcome Succeeded(bool verified, std::string text) {
   Outcome outcome = Final(OrderState::kSucceeded, command_status_t::REASON_NONE, std::move(text));
-  outcome.verified = true;
+  outcome.verified = verified;
   return outcome;
 }
 
-}  // namespace axlecast::tformat
+}  // namespace axlecast

@@ -2,11 +2,13 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include "drivers/runtime/core/inline_bytes.h"
 #include "drivers/runtime/core/operation.h"
 
-namespace axlecast::tformat {
+namespace axlecast {
 
 // printf's formats, cut to the 200 bytes that an outcome may have.
 [[nodiscard]] __attribute__((format(printf, 1, 2))) std::string Text(const char* format, ...);
@@ -21,6 +23,9 @@ namespace axlecast::tformat {
 [[nodiscard]] std::int64_t CircularDistance(std::int64_t a, std::int64_t b, std::int64_t counts_per_turn);
 
 [[nodiscard]] Outcome Final(OrderState state, std::int32_t reason, std::string text);
-[[nodiscard]] Outcome Verified(std::string text);
+// "nothing was done: " and why.
+[[nodiscard]] Outcome Rejected(std::int32_t reason, std::string_view why);
+[[nodiscard]] Outcome Succeeded(bool verified, std::string text);
+[[nodiscard]] inline Outcome Verified(std::string text) { return Succeeded(true, std::move(text)); }
 
-}  // namespace axlecast::tformat
+}  // namespace axlecast

@@ -7,6 +7,7 @@
 
 #include "drivers/runtime/driver/driver.h"
 #include "tests/support/fake_clock.h"
+#include "tests/support/fixed_secrets.h"
 #include "tests/support/polled_device.h"
 #include "tests/support/polled_family.h"
 
@@ -36,6 +37,7 @@ class SteadyLink final : public ByteLink {
   [[nodiscard]] std::string Open() override { return ""; }
   void Close() override {}
   [[nodiscard]] bool IsOpen() const override { return true; }
+  [[nodiscard]] bool SetBaud(std::int64_t) override { return true; }
   [[nodiscard]] bool Write(Bytes bytes) override {
     const std::uint8_t high = static_cast<std::uint8_t>(count_ >> 8);
     const std::uint8_t low = static_cast<std::uint8_t>(count_++);
@@ -71,6 +73,7 @@ class CountingSink final : public MessageSink {
 TEST(AllocationTest, NothingAllocatesPerReading) {
   FakeClock clock;
   SteadyLink link(clock);
+  FixedSecrets secrets;
   CountingSink data;
   CountingSink commands;
   BusConfig config = PolledBus(1);
@@ -79,6 +82,7 @@ TEST(AllocationTest, NothingAllocatesPerReading) {
   config.devices[0].block = true;
   Driver driver(config, 42,
                 {.link = &link,
+                 .secrets = &secrets,
                  .clock = &clock,
                  .data = &data,
                  .commands = &commands,

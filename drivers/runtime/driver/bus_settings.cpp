@@ -4,12 +4,25 @@
 
 namespace axlecast {
 
-BusSettings BusSettingsOf(const BusConfig& config) {
+namespace {
+
+// A silent device costs the others at most 1/33 of the bus, and less than twice that with the silence that follows.
+constexpr int kPauseCosts = 32;
+
+}  // namespace
+
+BusSettings BusSettingsOf(const BusConfig& config, PulseLines* lines) {
   BusSettings settings;
   if (config.poll_hz > 0) settings.schedule.period = std::llround(static_cast<double>(kSecond) / config.poll_hz);
   settings.schedule.phase = config.phase;
-  if (config.devices.size() > 1) settings.schedule.pause_most = 2 * kSecond;
+  if (config.devices.size() > 1) {
+    settings.schedule.pause_most = 2 * kSecond;
+    settings.schedule.pause_costs = kPauseCosts;
+  }
+  if (config.family_bus) settings.schedule.pacing = config.family_bus->pacing;
+  settings.schedule.line = config.link.line;
   settings.echo = config.link.echo;
+  settings.lines = lines;
   return settings;
 }
 

@@ -13,6 +13,7 @@
 #include "drivers/io/system_clock.h"
 #include "drivers/runtime/command/order_test_support.h"
 #include "drivers/runtime/core/decode_message.h"
+#include "tests/support/fixed_secrets.h"
 #include "tests/support/polled_device.h"
 #include "tests/support/polled_family.h"
 
@@ -27,6 +28,7 @@ class PromptLink final : public ByteLink {
   [[nodiscard]] std::string Open() override { return ""; }
   void Close() override {}
   [[nodiscard]] bool IsOpen() const override { return true; }
+  [[nodiscard]] bool SetBaud(std::int64_t) override { return true; }
   [[nodiscard]] bool Write(Bytes bytes) override {
     reply_ = PolledDevice::Reply(bytes[0], bytes[1], 1'000);
     return true;
@@ -57,6 +59,7 @@ class NullSink final : public MessageSink {
 TEST(CommandThreadTest, OrdersCrossTheThreads) {
   const SystemClock clock;
   PromptLink link;
+  FixedSecrets secrets;
   NullSink data;
   LcmPort port("memq://", "");
   ASSERT_EQ(port.problem(), "");
@@ -71,6 +74,7 @@ TEST(CommandThreadTest, OrdersCrossTheThreads) {
   config.poll_hz = 0;
   Driver driver(config, kBoot,
                 {.link = &link,
+                 .secrets = &secrets,
                  .clock = &clock,
                  .data = &data,
                  .commands = &port,

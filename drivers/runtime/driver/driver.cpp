@@ -28,7 +28,7 @@ Driver::Driver(const BusConfig& config, std::int64_t boot_id, DriverPorts ports)
                      .wake = [link = ports_.link] { link->Wake(); }}),
       operations_(*config.family, desk_, time_, ports_.log),
       wire_(MakeWireLog(config, boot_id, time_, *ports_.data)),
-      bus_(BusSettingsOf(config), *ports_.link, *ports_.clock, *this, wire_.get()),
+      bus_(BusSettingsOf(config, ports_.lines), *ports_.link, *ports_.clock, *this, wire_.get()),
       health_(config, boot_id, time_, *ports_.data),
       now_(ports_.clock->Now()),
       next_tick_(now_) {
@@ -36,7 +36,7 @@ Driver::Driver(const BusConfig& config, std::int64_t boot_id, DriverPorts ports)
   for (const DeviceConfig& device : config.devices) {
     Unit unit{.config = &device, .channel = nullptr, .device = nullptr, .said = {}};
     unit.channel = std::make_unique<Channel>(config, device, MakeChannelContext());
-    unit.device = config.family->make_device(config, device, *unit.channel);
+    unit.device = config.family->make_device(config, device, *unit.channel, *ports_.secrets);
     operations_.Add(device, *unit.channel, *unit.device);
     bus_.Add(*unit.device);
     units_.push_back(std::move(unit));

@@ -22,6 +22,8 @@ namespace axlecast {
 // What a driver stands on. All of it outlives the driver.
 struct DriverPorts {
   ByteLink* link = nullptr;
+  PulseLines* lines = nullptr;  // null: the family uses none
+  SecretSource* secrets = nullptr;
   const Clock* clock = nullptr;
   MessageSink* data = nullptr;
   MessageSink* commands = nullptr;

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "drivers/runtime/command/order_test_support.h"
+#include "tests/support/fixed_secrets.h"
 #include "tests/support/memory_sink.h"
 #include "tests/support/polled_device.h"
 #include "tests/support/polled_family.h"
@@ -37,6 +38,7 @@ class DriverTest : public ::testing::Test {
     driver_ = std::make_unique<Driver>(
         bus_, kBoot,
         DriverPorts{.link = &link_,
+                    .secrets = &secrets_,
                     .clock = &clock_,
                     .data = &data_,
                     .commands = &commands_,
@@ -75,6 +77,7 @@ class DriverTest : public ::testing::Test {
 
   FakeClock clock_{kStart};
   ScriptedLink link_{clock_, PolledDevices()};
+  FixedSecrets secrets_;
   MemorySink data_;
   MemorySink commands_;
   std::vector<std::string> log_;

@@ -41,8 +41,12 @@ bool IsOfRuntime(const OperationSpec& operation) {
 
 }  // namespace
 
+bool Operations::Holds(const Target& target, const CommandId& id) {
+  return std::find(target.held.begin(), target.held.end(), id) != target.held.end();
+}
+
 void Operations::Add(const DeviceConfig& config, Channel& channel, Device& device) {
-  targets_.push_back({.config = &config, .channel = &channel, .device = &device, .held = std::nullopt});
+  targets_.push_back({.config = &config, .channel = &channel, .device = &device, .held = {}});
 }
 
 void Operations::Poll(MonoNs now) {
@@ -57,7 +61,7 @@ void Operations::Poll(MonoNs now) {
 }
 
 void Operations::Begin(Target& target, const Order& order, MonoNs now) {
-  target.held = order.id;
+  target.held.push_back(order.id);
   log_(LogLevel::kDebug, target.config->name + ": " + order.operation + " begins, id " + IdText(order.id));
   const OperationSpec* operation = FindOperation(family_, order.operation);
   if (operation == nullptr) {
@@ -93,7 +97,8 @@ std::optional<Outcome> Operations::Refuse(const Target& target, const Order& ord
                     "no fresh PERMIT/" + target.config->name +
                         " from the control process names it; or set `permit: not_required` for this device");
   }
-  if (IsOfRuntime(operation)) return std::nullopt;
+  // What is urgent is tried on a device that seems to be gone, too.
+  if (IsOfRuntime(operation) || operation.urgent) return std::nullopt;
   if (now.state == device_info_t::STATE_OFFLINE) {
     return Rejected(command_status_t::REASON_DEVICE_OFFLINE,
                     "the device is offline: see DEVICE/" + target.config->name);
@@ -131,7 +136,7 @@ Outcome Operations::SetDatum(Target& target, const Order& order, MonoNs now) con
 }
 
 void Operations::Cancel(Target& target, const CommandId& id, std::int32_t reason, const char* text, MonoNs now) {
-  if (target.held != id || !target.device->Cancel(id, now)) return;
+  if (!Holds(target, id) || !target.device->Cancel(id, now)) return;
   OnOutcome(target.config->name, id,
             {.state = OrderState::kCancelled, .reason = reason, .text = text, .changes = {}});
 }
@@ -139,8 +144,7 @@ void Operations::Cancel(Target& target, const CommandId& id, std::int32_t reason
 void Operations::OnOutcome(const std::string& device, const CommandId& id, const Outcome& outcome) {
   Target* target = Find(device);
   if (target == nullptr) return;
-  if (outcome.IsFinal() && target->held == id) {
-    target->held.reset();
+  if (outcome.IsFinal() && std::erase(target->held, id) > 0) {
     log_(LogLevel::kInfo, device + ": id " + IdText(id) + ' ' +
                               std::string(StateName(static_cast<std::int8_t>(outcome.state))) + ": " +
                               outcome.text);
@@ -150,16 +154,16 @@ void Operations::OnOutcome(const std::string& device, const CommandId& id, const
 
 void Operations::Abandon(MonoNs now) {
   for (Target& target : targets_) {
-    if (!target.held) continue;
-    const CommandId id = *target.held;
-    Cancel(target, id, command_status_t::REASON_STOPPING, "the driver stopped before it began: send it again later",
-           now);
+    const std::vector<CommandId> held = target.held;
+    for (const CommandId& id : held) {
+      Cancel(target, id, command_status_t::REASON_STOPPING,
+             "the driver stopped before it began: send it again later", now);
+    }
   }
 }
 
 bool Operations::Busy() const {
-  return std::any_of(targets_.begin(), targets_.end(),
-                     [](const Target& target) { return target.held.has_value(); });
+  return std::any_of(targets_.begin(), targets_.end(), [](const Target& target) { return !target.held.empty(); });
 }
 
 Operations::Target* Operations::Find(const std::string& device) {

@@ -39,9 +39,10 @@ class Operations {
     const DeviceConfig* config;
     Channel* channel;
     Device* device;
-    std::optional<CommandId> held;
+    std::vector<CommandId> held;  // at most one, and an urgent one
   };
 
+  [[nodiscard]] static bool Holds(const Target& target, const CommandId& id);
   [[nodiscard]] Target* Find(const std::string& device);
   void Begin(Target& target, const Order& order, MonoNs now);
   void Cancel(Target& target, const CommandId& id, std::int32_t reason, const char* text, MonoNs now);

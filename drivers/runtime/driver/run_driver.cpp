@@ -3,13 +3,21 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <csignal>
+#include <functional>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "drivers/io/gpio_line.h"
 #include "drivers/io/lcm_port.h"
+#include "drivers/io/modbus_port.h"
 #include "drivers/io/process.h"
+#include "drivers/io/secret_file.h"
 #include "drivers/io/serial_port.h"
+#include "drivers/io/simulated_lines.h"
 #include "drivers/io/supervision.h"
 #include "drivers/io/system_clock.h"
 #include "drivers/runtime/driver/command_thread.h"
@@ -24,6 +32,46 @@ std::shared_ptr<spdlog::logger> MakeLog(const std::string& bus, bool verbose) {
   log->set_level(verbose ? spdlog::level::debug : spdlog::level::info);
   log->flush_on(spdlog::level::info);
   return log;
+}
+
+// What of drivers/io carries a bus.
+struct Ports {
+  std::unique_ptr<ByteLink> link;
+  std::unique_ptr<PulseLines> lines;  // null: the family uses none
+  std::function<std::vector<std::string>()> warnings;
+};
+
+template <typename Port>
+void OpenLink(const SerialSettings& settings, const Clock& clock, Ports& ports) {
+  auto port = std::make_unique<Port>(settings, clock);
+  ports.warnings = [known = port.get()] { return known->warnings(); };
+  ports.link = std::move(port);
+}
+
+Ports OpenPorts(const MachineConfig& machine, const BusConfig& bus, const Clock& clock) {
+  Ports ports;
+  SerialSettings settings;
+  settings.path = bus.link.port;
+  settings.format = bus.link.line;
+  if (bus.simulate) settings.format.parity = Parity::kNone;  // the kernel gives a pty none
+  if (bus.family->link == LinkKind::kModbus) {
+    OpenLink<ModbusPort>(settings, clock, ports);
+  } else {
+    OpenLink<SerialPort>(settings, clock, ports);
+  }
+  if (!bus.family_bus || bus.family_bus->lines.empty()) return ports;
+  if (bus.simulate) {
+    ports.lines =
+        std::make_unique<SimulatedLines>(RunDirectory(machine.machine) + '/' + bus.name + ".lines", clock);
+  } else {
+    ports.lines = std::make_unique<GpioLines>(bus.family_bus->lines, clock);
+  }
+  return ports;
+}
+
+bool HoldsSecrets(const BusConfig& bus) {
+  return std::any_of(bus.devices.begin(), bus.devices.end(),
+                     [](const DeviceConfig& device) { return device.settings->holds_secrets; });
 }
 
 // False when LCM cannot be used; says why.
@@ -67,19 +115,22 @@ int RunDriver(const MachineConfig& machine, const BusConfig& bus, bool verbose) 
   if (!Works(data, *log) || !Works(commands, *log)) return 1;
 
   const SystemClock clock;
-  SerialSettings line;
-  line.path = bus.link.port;
-  line.baud = bus.link.baud;
-  SerialPort port(line, clock);
+  if (HoldsSecrets(bus)) {
+    if (const std::string problem = ForbidCoreDumps(); !problem.empty()) log->warn("{}", problem);
+  }
+  const Ports ports = OpenPorts(machine, bus, clock);
+  SecretFiles secrets;
   const std::int64_t boot_id = RandomBootId();
   log->info("driver of {} ({}) starts, boot id {:016x}", bus.name, bus.family->name, boot_id);
   Driver driver(bus, boot_id,
-                {.link = &port,
+                {.link = ports.link.get(),
+                 .lines = ports.lines.get(),
+                 .secrets = &secrets,
                  .clock = &clock,
                  .data = &data,
                  .commands = &commands,
                  .log = [&log](LogLevel level, std::string_view text) { Write(*log, level, text); },
-                 .link_warnings = [&port] { return port.warnings(); }});
+                 .link_warnings = ports.warnings});
   const CommandThread command_thread(commands, bus, driver);
   // After the command thread has started: it keeps normal scheduling.
   const auto warnings = ApplyRealtime(bus.realtime.priority, bus.realtime.cpu, bus.realtime.lock_memory);

@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "drivers/runtime/motor/motor_output.h"
 #include "drivers/runtime/position/alarm_book.h"
 #include "drivers/runtime/position/axis.h"
 #include "drivers/runtime/position/device_health.h"
@@ -54,6 +55,8 @@ struct Channel::State {
         alarm_channel("ALARM/" + device.name),
         axis(device),
         output(bus, device, axis, OutputContext(bus, context)),
+        motor(device.name, device.publish_hz,
+              {context.boot_id, context.time, context.sink, bus.simulate, context.redecoded}),
         health(PollPeriod(bus)),
         report(bus, device, context.boot_id) {
     alarm_message.boot_id = context.boot_id;
@@ -76,6 +79,7 @@ struct Channel::State {
   std::string alarm_channel;
   Axis axis;
   PositionOutput output;
+  MotorOutput motor;
   DeviceHealth health;
   DeviceReport report;
   AlarmBook alarms;
@@ -165,6 +169,19 @@ void Channel::OnSample(const Sample& sample) {
   s.PublishDue();
 }
 
+void Channel::OnMotor(const MotorReading& reading) {
+  const MonoNs at = std::max(reading.analog_at.last, reading.status_at.last);
+  state_->See(at);
+  state_->health.OnGood(at);
+  state_->motor.Take(reading);
+  state_->PublishDue();
+}
+
+void Channel::OnTrip(const TripRecord& record) {
+  state_->See(record.at.last);
+  state_->motor.Take(record);
+}
+
 void Channel::OnError(ErrorKind kind, Interval at) {
   state_->See(at.last);
   state_->health.OnFailure(kind, at.last);
@@ -214,6 +231,7 @@ void Channel::Tick(MonoNs now) {
   state_->health.Tick(now);
   state_->JudgeMoments();
   state_->output.Tick(now);
+  state_->motor.Tick(now);
   state_->PublishDue();
 }
 

@@ -23,7 +23,8 @@ struct ChannelContext {
   bool redecoded = false;  // readings come from a WIRE recording
 };
 
-// One device towards LCM: samples become POSITION and POSITION_BLOCK, alarms ALARM, the rest DEVICE.
+// One device towards LCM: samples become POSITION and POSITION_BLOCK, readings of a monitor MOTOR and TRIP, alarms
+// ALARM, the rest DEVICE.
 // Used by the bus's thread only. Allocates nothing while readings go on.
 //
 // OnSample counts implausible readings (ErrorKind::kImplausible) and those that the device calls invalid
@@ -35,6 +36,8 @@ class Channel final : public DeviceOutput {
   ~Channel() override;
 
   void OnSample(const Sample& sample) override;
+  void OnMotor(const MotorReading& reading) override;
+  void OnTrip(const TripRecord& record) override;
   void OnError(ErrorKind kind, Interval at) override;
   void OnAlarm(const AlarmSpec& alarm, AlarmState state, MonoNs now) override;
   void OnIdentity(std::int64_t identity, std::string_view serial, std::string_view firmware) override;

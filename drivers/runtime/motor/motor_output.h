@@ -1,0 +1,49 @@
+#pragma once
+
+#include <axlecast/motor_health_t.hpp>
+#include <axlecast/trip_log_t.hpp>
+#include <cstdint>
+#include <string>
+
+#include "drivers/runtime/core/message_sink.h"
+#include "drivers/runtime/core/motor.h"
+#include "drivers/runtime/core/timebase.h"
+
+namespace axlecast {
+
+// Sends what a motor monitor says: MOTOR/<device> at most at the publish rate, and TRIP/<device> for each trip, the
+// newest again every minute. Allocates nothing while readings go on.
+class MotorOutput {
+ public:
+  static constexpr MonoNs kRepeatTrip = 60 * kSecond;
+
+  struct Context {
+    std::int64_t boot_id = 0;
+    const Timebase* time = nullptr;
+    MessageSink* sink = nullptr;
+    bool simulated = false;
+    bool redecoded = false;
+  };
+  MotorOutput(const std::string& device, double publish_hz, Context context);
+
+  void Take(const MotorReading& reading);
+  void Take(const TripRecord& record);
+  void Tick(MonoNs now);
+
+ private:
+  [[nodiscard]] std::int64_t Utime(MonoNs instant) const {
+    return instant == 0 ? 0 : context_.time->Utime(instant);
+  }
+
+  Context context_;
+  MonoNs period_;  // shortest between two MOTOR messages
+  std::string motor_channel_;
+  std::string trip_channel_;
+  motor_health_t motor_{};
+  trip_log_t trip_{};  // the newest
+  std::int64_t trip_seq_ = 0;
+  MonoNs motor_at_ = 0;
+  MonoNs trip_at_ = kNever;  // when the newest was sent; kNever none
+};
+
+}  // namespace axlecast

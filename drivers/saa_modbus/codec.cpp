@@ -1,0 +1,167 @@
+#include "drivers/saa_modbus/codec.h"
+
+#include <array>
+
+#include "drivers/runtime/modbus/adu.h"
+
+namespace axlecast::saa_modbus {
+namespace {
+
+struct Rate {
+  std::int64_t baud;
+  Parameter parameter;
+};
+constexpr std::array<Rate, 5> kRates = {{{2400, Parameter::kBaud2400},
+                                         {4800, Parameter::kBaud4800},
+                                         {9600, Parameter::kBaud9600},
+                                         {19200, Parameter::kBaud19200},
+                                         {57600, Parameter::kBaud57600}}};
+constexpr std::array<std::int64_t, 5> kBauds = {2400, 4800, 9600, 19200, 57600};
+
+constexpr std::size_t kReadRequestSize = 8;
+constexpr std::size_t kQuerySize = 4;
+constexpr std::size_t kWriteSize = 5;
+constexpr std::size_t kSetAddressReplySize = 4;
+constexpr std::size_t kShortReplySize = 5;  // of a query, of a parameter, of an exception
+constexpr std::size_t kReadOverhead = 5;    // address, function, byte count, CRC
+constexpr std::uint8_t kReadException = kReadPosition | 0x80;
+// (4): "two bytes (or three bytes), MSB first", and 4 by the table of (5) 2.
+constexpr std::uint8_t kLeastData = 2;
+constexpr std::uint8_t kMostData = 4;
+constexpr int kThreeByteBits = 24;
+
+std::optional<Parameter> KnownParameter(std::uint8_t byte) {
+  const auto parameter = static_cast<Parameter>(byte);
+  if (parameter == Parameter::kZero || parameter == Parameter::kPositive || parameter == Parameter::kNegative) {
+    return parameter;
+  }
+  return BaudOf(parameter) ? std::optional(parameter) : std::nullopt;
+}
+
+bool IsAddress(std::uint8_t byte) { return byte >= kLeastAddress && byte <= kMostAddress; }
+
+std::size_t LengthOf(std::uint8_t function, std::uint8_t third) {
+  if (function == kReadPosition && third >= kLeastData && third <= kMostData) return kReadOverhead + third;
+  return function == kSetAddress ? kSetAddressReplySize : kShortReplySize;
+}
+
+Reply Failed(ErrorKind kind) { return {.error = kind}; }
+
+bool FitsRegisters(std::uint8_t data, std::uint8_t registers, int bits) {
+  if (data == 2 * registers) return true;
+  return registers == 2 && data == 3 && bits > kOneRegisterBits && bits <= kThreeByteBits;
+}
+
+Reply CheckPosition(const Request& request, Bytes reply, int bits) {
+  if (reply[1] == kReadException) return {.error = ErrorKind::kException, .exception = reply[2]};
+  if (!FitsRegisters(reply[2], request.registers, bits)) return Failed(ErrorKind::kWrongEcho);
+  Reply checked;
+  for (const std::uint8_t byte : reply.subspan(3, reply[2])) checked.counts = checked.counts << 8U | byte;
+  if (checked.counts >> static_cast<unsigned>(bits) != 0) return Failed(ErrorKind::kRange);
+  return checked;
+}
+
+}  // namespace
+
+std::span<const std::int64_t> BaudRates() { return kBauds; }
+
+std::optional<Parameter> BaudParameter(std::int64_t baud) {
+  for (const Rate& rate : kRates) {
+    if (rate.baud == baud) return rate.parameter;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::int64_t> BaudOf(Parameter parameter) {
+  for (const Rate& rate : kRates) {
+    if (rate.parameter == parameter) return rate.baud;
+  }
+  return std::nullopt;
+}
+
+bool Request::moves_datum() const { return function == kSetParameter && !BaudOf(parameter); }
+
+Frame ReadRequest(std::uint8_t address, int registers) {
+  return modbus::Read(address, modbus::Function::kReadHoldingRegisters, 0, static_cast<std::uint16_t>(registers));
+}
+
+Frame QueryRequest() { return modbus::Sealed({kEveryone, kQueryAddress}); }
+
+Frame SetAddressRequest(std::uint8_t address, std::uint8_t new_address) {
+  return modbus::Sealed({address, kSetAddress, new_address});
+}
+
+Frame SetParameterRequest(std::uint8_t address, Parameter parameter) {
+  return modbus::Sealed({address, kSetParameter, static_cast<std::uint8_t>(parameter)});
+}
+
+std::optional<Request> ParseRequest(Bytes bytes) {
+  if (!modbus::IsSealed(bytes)) return std::nullopt;
+  Request request{.function = bytes[1], .address = bytes[0]};
+  if (request.function == kQueryAddress && bytes.size() == kQuerySize && bytes[0] == kEveryone) return request;
+  if (!IsAddress(request.address)) return std::nullopt;
+  if (request.function == kReadPosition && bytes.size() == kReadRequestSize) {
+    const bool from_zero = bytes[2] == 0 && bytes[3] == 0 && bytes[4] == 0;
+    if (!from_zero || (bytes[5] != 1 && bytes[5] != 2)) return std::nullopt;
+    request.registers = bytes[5];
+    return request;
+  }
+  if (bytes.size() != kWriteSize) return std::nullopt;
+  if (request.function == kSetAddress && IsAddress(bytes[2])) {
+    request.new_address = bytes[2];
+    return request;
+  }
+  const std::optional<Parameter> parameter = KnownParameter(bytes[2]);
+  if (request.function != kSetParameter || !parameter) return std::nullopt;
+  request.parameter = *parameter;
+  return request;
+}
+
+std::size_t ReplyLength(Bytes so_far) {
+  if (so_far.size() < 2) return 0;
+  if (so_far[1] == kReadPosition && so_far.size() < 3) return 0;
+  return LengthOf(so_far[1], so_far.size() < 3 ? std::uint8_t{0} : so_far[2]);
+}
+
+bool IsSealedEitherWay(Bytes bytes) {
+  if (modbus::IsSealed(bytes)) return true;
+  if (bytes.size() < 4) return false;
+  const std::uint16_t crc = modbus::Crc16(bytes.first(bytes.size() - 2));
+  return bytes[bytes.size() - 2] == crc >> 8U && bytes[bytes.size() - 1] == (crc & 0xFFU);
+}
+
+bool BeginsReplyTo(const Request& request, Bytes reply) {
+  if (reply.size() < 3) return false;
+  const std::uint8_t address = request.function == kSetAddress ? request.new_address : request.address;
+  if (reply[0] != address) return false;
+  if (request.function != kReadPosition) return reply[1] == request.function;
+  if (reply[1] == kReadException) return true;
+  return reply[1] == kReadPosition && reply[2] <= 2 * request.registers && reply[2] + 1 >= 2 * request.registers;
+}
+
+Reply Check(const Request& request, Bytes reply, int bits) {
+  const std::size_t length = ReplyLength(reply);
+  if (length == 0 || reply.size() < length) return Failed(ErrorKind::kShort);
+  if (reply.size() > length) return Failed(ErrorKind::kRange);
+  const bool query = request.function == kQueryAddress;
+  if (query && reply[1] == kQueryAddress ? !IsSealedEitherWay(reply) : !modbus::IsSealed(reply)) {
+    return Failed(ErrorKind::kChecksum);
+  }
+  const std::uint8_t address = request.function == kSetAddress ? request.new_address : request.address;
+  const bool exception = request.function == kReadPosition && reply[1] == kReadException;
+  if (reply[0] != address || (reply[1] != request.function && !exception)) return Failed(ErrorKind::kWrongEcho);
+  switch (request.function) {
+    case kReadPosition:
+      return CheckPosition(request, reply, bits);
+    case kQueryAddress:
+      if (!IsAddress(reply[2])) return Failed(ErrorKind::kRange);
+      return {.address = reply[2]};
+    case kSetParameter:
+      if (reply[2] != static_cast<std::uint8_t>(request.parameter)) return Failed(ErrorKind::kWrongEcho);
+      return {};
+    default:
+      return {};
+  }
+}
+
+}  // namespace axlecast::saa_modbus

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "drivers/runtime/core/inline_bytes.h"
+#include "drivers/runtime/core/sample.h"
+
+namespace axlecast::saa_modbus {
+
+// Frames of SAA encoders on Modbus RTU, both directions, free of I/O: SAA manual 5.1.7. Beside function 03 the
+// encoder has three functions of its own, which have no exception replies.
+
+inline constexpr std::uint8_t kReadPosition = 0x03;  // item 4, (5) 1 and 2
+inline constexpr std::uint8_t kQueryAddress = 0xA0;  // (5) 3
+inline constexpr std::uint8_t kSetAddress = 0xA1;    // (5) 4, there mistitled "Check Device Address"
+inline constexpr std::uint8_t kSetParameter = 0xCC;  // (5) 5
+
+inline constexpr std::uint8_t kEveryone = 0xFF;  // stands for the address in a query
+inline constexpr std::uint8_t kLeastAddress = 1;
+inline constexpr std::uint8_t kMostAddress = 247;  // Modbus over Serial Line V1.02, 2.2
+
+inline constexpr int kLeastBits = 10;  // 4.1
+inline constexpr int kMostBits = 26;
+// Up to so many bits one register holds the position.
+inline constexpr int kOneRegisterBits = 16;
+
+// (5) 5, "Definition of Setting".
+enum class Parameter : std::uint8_t {
+  kZero = 0x00,
+  kPositive = 0x01,
+  kNegative = 0x02,
+  kBaud2400 = 0x24,
+  kBaud4800 = 0x48,
+  kBaud9600 = 0x96,
+  kBaud19200 = 0x19,
+  kBaud57600 = 0x57,
+};
+// The rates of (2), slowest first.
+[[nodiscard]] std::span<const std::int64_t> BaudRates();
+[[nodiscard]] std::optional<Parameter> BaudParameter(std::int64_t baud);
+[[nodiscard]] std::optional<std::int64_t> BaudOf(Parameter parameter);
+
+// What a request says.
+struct Request {
+  std::uint8_t function = kReadPosition;
+  std::uint8_t address = 0;      // kEveryone in a query
+  std::uint8_t registers = 0;    // of kReadPosition: 1 or 2
+  std::uint8_t new_address = 0;  // of kSetAddress
+  Parameter parameter{};         // of kSetParameter
+
+  [[nodiscard]] bool writes() const { return function == kSetAddress || function == kSetParameter; }
+  // What it changes makes other counts of the same shaft angle.
+  [[nodiscard]] bool moves_datum() const;
+};
+
+[[nodiscard]] Frame ReadRequest(std::uint8_t address, int registers);
+[[nodiscard]] Frame QueryRequest();
+[[nodiscard]] Frame SetAddressRequest(std::uint8_t address, std::uint8_t new_address);
+[[nodiscard]] Frame SetParameterRequest(std::uint8_t address, Parameter parameter);
+// Nothing when the bytes are none of the four requests.
+[[nodiscard]] std::optional<Request> ParseRequest(Bytes bytes);
+
+// Length of the reply that begins so, by its function code; an axlecast::ReplyLength.
+[[nodiscard]] std::size_t ReplyLength(Bytes so_far);
+
+// What came back.
+struct Reply {
+  // kShort, kChecksum, kWrongEcho (another address, function, parameter or number of registers than asked for),
+  // kException, kRange (counts above the resolution, or an impossible address).
+  std::optional<ErrorKind> error = {};
+  std::uint8_t exception = 0;  // with kException
+  std::uint32_t counts = 0;    // of kReadPosition
+  std::uint8_t address = 0;    // of a query: the encoder's
+
+  [[nodiscard]] bool ok() const { return !error.has_value(); }
+};
+// The reply to `request` of an encoder with `bits`.
+[[nodiscard]] Reply Check(const Request& request, Bytes reply, int bits);
+// Whether these are the first bytes of the reply to `request`, whatever follows.
+[[nodiscard]] bool BeginsReplyTo(const Request& request, Bytes reply);
+
+// The CRC of a query's reply stands in either order: the manual says MSB first, for this reply alone, and its own
+// example of the request is LSB first.
+[[nodiscard]] bool IsSealedEitherWay(Bytes bytes);
+
+}  // namespace axlecast::saa_modbus

@@ -1,0 +1,44 @@
+#include "drivers/runtime/core/family.h"
+
+#include <memory>
+
+#include "drivers/runtime/config/config_map.h"
+#include "drivers/runtime/config/machine_config.h"
+#include "drivers/saa_modbus/decode.h"
+#include "drivers/saa_modbus/device.h"
+#include "drivers/saa_modbus/make_simulator.h"
+#include "drivers/saa_modbus/operations.h"
+#include "drivers/saa_modbus/settings.h"
+
+namespace axlecast {
+namespace {
+
+std::unique_ptr<Device> Make(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output,
+                             SecretSource&) {
+  return std::make_unique<saa_modbus::SaaModbusDevice>(bus, device, output);
+}
+
+}  // namespace
+
+const Family& saa_modbus_family();
+
+const Family& saa_modbus_family() {
+  static const Family kFamily = {
+      .name = "saa_modbus",
+      .summary = "SAA single-turn encoders on Modbus RTU (RS-485, 2,400 to 57,600 Bd), up to 32 per bus",
+      .link = LinkKind::kModbus,
+      .default_line = {.baud = 19'200},
+      .default_poll_hz = 0,
+      .max_devices_per_bus = saa_modbus::kMaxDevices,
+      .operations = saa_modbus::Operations(),
+      .parse_bus = &saa_modbus::ParseBus,
+      .parse = &saa_modbus::ParseSettings,
+      .check_bus = &saa_modbus::CheckBus,
+      .make_device = &Make,
+      .make_simulator = &saa_modbus::MakeSaaModbusSimulator,
+      .decode = &saa_modbus::Decode,
+  };
+  return kFamily;
+}
+
+}  // namespace axlecast

@@ -1,0 +1,58 @@
+#include "drivers/saa_modbus/interpreter.h"
+
+namespace axlecast::saa_modbus {
+
+Answer Interpreter::OnExchange(const Event& event) {
+  Answer answer = Interpret(event, settings_.bits);
+  if (answer.asked.writes()) OnWrite(answer.asked);
+  const bool own = answer.asked.address == connection_.address;
+  if (answer.ok()) {
+    silent_in_a_row_ = 0;
+    if (answer.asked.function == kReadPosition) OnPosition(answer, event);
+    return answer;
+  }
+  // Whether somebody answers elsewhere is a question, and silence there no fault.
+  if (own || answer.error != ErrorKind::kTimeout) output_.OnError(*answer.error, {event.sent.first, EndOf(event)});
+  if (!own || answer.asked.function != kReadPosition) return answer;
+  const bool silent = answer.unanswered && answer.error != ErrorKind::kException;
+  silent_in_a_row_ = silent ? silent_in_a_row_ + 1 : 0;
+  if (silent_in_a_row_ >= kGone) answering_ = false;
+  return answer;
+}
+
+void Interpreter::OnLost(Bytes request) {
+  const std::optional<Request> asked = ParseRequest(request);
+  if (asked && asked->writes()) OnWrite(*asked);
+}
+
+void Interpreter::OnLinkDown() {
+  answering_ = false;
+  silent_in_a_row_ = 0;
+}
+
+// Whatever came back: the request may have been carried out.
+void Interpreter::OnWrite(const Request& asked) {
+  output_.OnNonVolatileWrite();
+  if (asked.function == kSetAddress) new_address_ = asked.new_address;
+  if (!asked.moves_datum() || datum_changing_) return;
+  datum_changing_ = true;
+  output_.OnDatumChanging(true);
+}
+
+void Interpreter::OnPosition(const Answer& answer, const Event& event) {
+  if (new_address_ && answer.asked.address == *new_address_) connection_.address = *new_address_;
+  if (answer.asked.address != connection_.address) return;
+  new_address_.reset();
+  answering_ = true;
+  if (datum_changing_) {
+    datum_changing_ = false;
+    output_.OnDatumChanging(false);
+    output_.OnJump();
+  }
+  Sample sample;
+  sample.at = SamplingInstant(event, character_);
+  sample.counts = answer.reply.counts;
+  output_.OnSample(sample);
+}
+
+}  // namespace axlecast::saa_modbus

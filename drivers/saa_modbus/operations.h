@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "drivers/runtime/core/device.h"
+#include "drivers/runtime/core/operation.h"
+#include "drivers/saa_modbus/procedure.h"
+#include "drivers/saa_modbus/settings.h"
+
+namespace axlecast::saa_modbus {
+
+[[nodiscard]] std::span<const OperationSpec> Operations();
+// It names an operation of the table above.
+[[nodiscard]] const OperationSpec* FindOperation(std::string_view name);
+
+// The encoder may be where the file does not say: allowed even when it does not answer.
+[[nodiscard]] bool LooksElsewhere(const Order& order);
+// It writes the encoder's memory.
+[[nodiscard]] bool Writes(std::string_view operation);
+
+// What a procedure may know of the device and its bus. Outlives the procedure.
+struct Surroundings {
+  const SaaModbusSettings& settings;
+  const DeviceOutput& output;
+  Connection& connection;
+  const std::vector<std::uint8_t>& other_addresses;  // of the bus's other configured encoders
+};
+
+// The procedure that carries out an order, or why there is none: arguments are checked here.
+[[nodiscard]] std::variant<std::unique_ptr<Procedure>, Outcome> MakeProcedure(const Order& order,
+                                                                              const Surroundings& around);
+
+}  // namespace axlecast::saa_modbus

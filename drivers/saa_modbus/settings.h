@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "drivers/runtime/core/family.h"
+
+namespace axlecast::saa_modbus {
+
+// The family's keys of one device: README.md, "Configuration".
+struct SaaModbusSettings final : DeviceSettings {
+  int bits = 0;
+  int registers = 1;  // asked for in a live reading
+  std::uint8_t address = 1;
+  MonoNs timeout = 0;         // of an exchange; and the silence after one that failed
+  MonoNs late = 0;            // a reply may come so long after its request, and not later
+  MonoNs write_interval = 0;  // between two writes of the encoder's memory
+};
+
+// "The interval time between the beginning and the end of each frame is at least 3.5 bytes" (SAA manual 5.1.7).
+// Above 19,200 Bd it stays 1.75 ms (Modbus over Serial Line V1.02, 2.5.1.1), in case the encoders hold to that.
+[[nodiscard]] MonoNs SilentInterval(const LineFormat& line);
+// A read of two registers with its reply, and the silent interval between them.
+[[nodiscard]] MonoNs LongestExchange(const LineFormat& line);
+
+// "Set the current position to zero" says no tolerance: what a shaft that stands still may show.
+[[nodiscard]] std::int64_t ZeroToleranceCounts(int bits);
+
+// "counts 383, 8.4155 deg"
+[[nodiscard]] std::string PositionText(std::int64_t counts, int bits);
+
+[[nodiscard]] std::shared_ptr<const FamilyBus> ParseBus(ConfigMap& map, const BusConfig& bus);
+[[nodiscard]] std::unique_ptr<DeviceSettings> ParseSettings(ConfigMap& device, const BusConfig& bus);
+// Every address once.
+void CheckBus(ConfigMap& map, const BusConfig& bus);
+
+inline constexpr std::size_t kMaxDevices = 32;  // on one bus: a unit load each of an RS-485 line
+
+}  // namespace axlecast::saa_modbus

@@ -1,0 +1,111 @@
+#include "drivers/saa_serial/codec.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <string>
+
+#include "drivers/runtime/core/line_format.h"
+#include "drivers/runtime/device/outcome_text.h"
+#include "tests/support/golden_file.h"
+
+namespace axlecast::saa_serial {
+namespace {
+
+const std::map<std::string, ReplyHeader> kHeaders = {
+    {"either", ReplyHeader::kEither}, {"address", ReplyHeader::kAddress}, {"81", ReplyHeader::kFixed}};
+const std::map<ReplyError, std::string> kErrors = {
+    {ReplyError::kShort, "short"},       {ReplyError::kLong, "long"},     {ReplyError::kStart, "start"},
+    {ReplyError::kChecksum, "checksum"}, {ReplyError::kHeader, "header"}, {ReplyError::kRange, "range"}};
+
+TEST(SaaCodec, TheManualsExample) {
+  for (const GoldenRow& row : GoldenRows(__FILE__, "manual.txt", 4)) {
+    const int bits = std::stoi(row.columns[1]);
+    const Reply reply = ParseReply(GoldenBytes(row.columns[0]), {.bits = bits});
+    EXPECT_EQ(reply.error, ReplyError::kNone) << row.where;
+    EXPECT_EQ(reply.counts, std::stoul(row.columns[2])) << row.where;
+    EXPECT_NEAR(Degrees(reply.counts, bits), std::stod(row.columns[3]), 0.00005) << row.where;
+  }
+}
+
+// 5.1.1 (1) to 5.3.4 (1): "0xff 0x81 0xd0 ..." as bits on TXD+ and TXD-, and 5: start bit, 8 data bits LSB first, no
+// parity, one stop bit.
+TEST(SaaCodec, TheWaveformExampleIsThreeCharacters) {
+  const std::string plus = "0 1111 1111 1 0 1000 0001 1 0 0000 1011 1";
+  const std::string minus = "1 0000 0000 0 1 0111 1110 0 1 1111 0100 0";
+  const LineFormat line{.baud = 9'600};
+  std::string bits;
+  for (std::size_t i = 0; i < plus.size(); ++i) {
+    if (plus[i] == ' ') continue;
+    EXPECT_NE(plus[i], minus[i]);
+    bits += plus[i];
+  }
+  const auto character = static_cast<std::size_t>(line.BitsPerCharacter());
+  ASSERT_EQ(bits.size(), 3 * character);
+  std::vector<std::uint8_t> bytes;
+  for (std::size_t at = 0; at < bits.size(); at += character) {
+    EXPECT_EQ(bits[at], '0');
+    EXPECT_EQ(bits[at + 9], '1');
+    std::uint8_t byte = 0;
+    for (std::size_t i = 8; i > 0; --i) byte = static_cast<std::uint8_t>(byte << 1U | (bits[at + i] - '0'));
+    bytes.push_back(byte);
+  }
+  EXPECT_EQ(bytes, GoldenBytes("FF 81 D0"));
+}
+
+TEST(SaaCodec, EveryRowOfTheTables) {
+  for (const GoldenRow& row : GoldenRows(__FILE__, "replies.txt", 5)) {
+    Format format{.bits = std::stoi(row.columns[1]), .header = kHeaders.at(row.columns[2])};
+    format.address = GoldenBytes(row.columns[3]).at(0);
+    const Reply reply = ParseReply(GoldenBytes(row.columns[0]), format);
+    if (row.columns[4].starts_with("error=")) {
+      ASSERT_NE(reply.error, ReplyError::kNone) << row.where;
+      EXPECT_EQ(kErrors.at(reply.error), row.columns[4].substr(6)) << row.where;
+    } else {
+      EXPECT_EQ(reply.error, ReplyError::kNone) << row.where;
+      EXPECT_EQ(std::to_string(reply.counts), row.columns[4]) << row.where;
+    }
+  }
+}
+
+// Tables (2): "≤16bit", "17~24bit", ">24bit".
+TEST(SaaCodec, TheResolutionDecidesTheLength) {
+  for (int bits = kLeastBits; bits <= kMostBits; ++bits) {
+    EXPECT_EQ(ReplySize(bits), bits <= 16 ? 5U : bits <= 24 ? 6U : 7U) << bits;
+  }
+}
+
+TEST(SaaCodec, Requests) {
+  for (const GoldenRow& row : GoldenRows(__FILE__, "requests.txt", 2)) {
+    const auto bytes = GoldenBytes(row.columns[0]);
+    const std::uint8_t command = GoldenBytes(row.columns[1]).at(0);
+    EXPECT_EQ(ParseRequest(bytes), command) << row.where;
+    const Frame made = Request(command);
+    EXPECT_EQ(std::vector<std::uint8_t>(made.data(), made.data() + made.size()), bytes) << row.where;
+  }
+  for (const char* none : {"", "BC", "BC AA", "BC AB B1", "BB AA B1", "BC AA B1 00"}) {
+    EXPECT_FALSE(ParseRequest(GoldenBytes(none))) << none;
+  }
+}
+
+// The sum finds every single flipped bit, and every burst within one byte.
+TEST(SaaCodec, NoSingleDamagedBytePasses) {
+  const Format format{.bits = 24};
+  const std::vector<std::uint8_t> good = GoldenBytes("FF 81 12 34 56 1C");
+  for (std::size_t at = 0; at < good.size(); ++at) {
+    for (unsigned flips = 1; flips < 256; ++flips) {
+      std::vector<std::uint8_t> bad = good;
+      bad[at] = static_cast<std::uint8_t>(bad[at] ^ flips);
+      EXPECT_NE(ParseReply(bad, format).error, ReplyError::kNone) << at << ' ' << flips;
+    }
+  }
+}
+
+// What an 8-bit sum cannot see: swapped bytes, and changes that cancel. Plausibility has to.
+TEST(SaaCodec, TheSumIsBlindToSwapsAndToChangesThatCancel) {
+  EXPECT_EQ(ParseReply(GoldenBytes("FF 81 34 12 56 1C"), {.bits = 24}).error, ReplyError::kNone);
+  EXPECT_EQ(ParseReply(GoldenBytes("FF 81 13 33 56 1C"), {.bits = 24}).error, ReplyError::kNone);
+}
+
+}  // namespace
+}  // namespace axlecast::saa_serial

@@ -1,0 +1,113 @@
+#include "drivers/saa_serial/decode.h"
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "drivers/runtime/device/arguments.h"
+#include "drivers/runtime/device/outcome_text.h"
+#include "drivers/saa_serial/codec.h"
+#include "drivers/saa_serial/settings.h"
+
+namespace axlecast::saa_serial {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Options {
+  int bits = 0;  // 0: not said
+  std::optional<std::uint8_t> address;
+};
+
+// The maker's example (5.1.1 (4)); what a frame of five bytes is taken for when nobody says.
+constexpr int kExampleBits = 14;
+constexpr int kLargestX = 15;
+
+// What is wrong with the settings; empty when nothing is.
+std::string ReadOptions(const DecodeSettings& settings, Options& options) {
+  for (const auto& [key, value] : settings) {
+    if (key == "bits") {
+      options.bits = static_cast<int>(ParseWhole(value, kLeastBits, kMostBits).value_or(0));
+      if (options.bits == 0) return "bits=" + value + ": expected 10..26, the encoder's resolution";
+    } else if (key == "address") {
+      const std::optional<std::int64_t> number = ParseWhole(value, 0, 0xFE);
+      if (!number) return "address=" + value + ": expected X of BX, 0..15, or the whole byte up to 0xfe";
+      options.address = static_cast<std::uint8_t>(*number <= kLargestX ? kControlCommand | *number : *number);
+    } else {
+      return "unknown key '" + key + "': saa_serial knows bits and address";
+    }
+  }
+  return "";
+}
+
+std::string HexByte(std::uint8_t byte) { return Text("0x%02x", unsigned{byte}); }
+
+Json Bad(const std::string& kind, std::string_view error) {
+  return {{"ok", false}, {"kind", kind}, {"error", error}};
+}
+
+// 5.1.5 (1), 5.1.6 (1). Another command byte than BX and CX may have been ordered from the maker.
+Json DescribeRequest(std::uint8_t command) {
+  std::string kind = "request";
+  if ((command & 0xF0U) == kControlCommand) kind = "read_position_request";
+  if ((command & 0xF0U) == kZeroCommand) kind = "zero_request";
+  return {{"ok", true}, {"kind", kind}, {"command", HexByte(command)}};
+}
+
+const char* RequestErrorWord(std::size_t size) {
+  if (size == kRequestSize) return "header";
+  return size < kRequestSize ? "short" : "long";
+}
+
+const char* ErrorWord(ReplyError error) {
+  switch (error) {
+    case ReplyError::kShort:
+      return "short";
+    case ReplyError::kLong:
+      return "long";
+    case ReplyError::kHeader:
+      return "wrong_identity";
+    case ReplyError::kRange:
+      return "range";
+    default:
+      return "checksum";
+  }
+}
+
+// The resolution of an encoder that sends so many bytes, at most.
+int MostBitsOf(std::size_t size) {
+  if (size <= ReplySize(16)) return 16;
+  return size == ReplySize(24) ? 24 : kMostBits;
+}
+
+Json DescribeReply(Bytes frame, const Options& options) {
+  const std::string kind = "position_reply";
+  const int usual = frame.size() == ReplySize(kExampleBits) ? kExampleBits : 0;
+  const int bits = options.bits != 0 ? options.bits : usual;
+  Format format{.bits = bits != 0 ? bits : MostBitsOf(frame.size()), .header = ReplyHeader::kEither};
+  // Without an address any is right.
+  format.address = options.address.value_or(frame.size() > 1 ? frame[1] : 0);
+  const Reply reply = ParseReply(frame, format);
+  if (reply.error != ReplyError::kNone) return Bad(kind, ErrorWord(reply.error));
+  Json json = {{"ok", true}, {"kind", kind}, {"counts", reply.counts}};
+  if (bits != 0) json["angle_deg"] = Degrees(reply.counts, format.bits);
+  if (reply.header != kFixedHeader) json["address"] = HexByte(reply.header);
+  return json;
+}
+
+}  // namespace
+
+Json Decode(const DecodeSettings& settings, Bytes frame, bool* usable) {
+  Options options;
+  const std::string problem = ReadOptions(settings, options);
+  *usable = problem.empty();
+  if (!*usable) return {{"error", problem}};
+  if (frame.empty()) return Bad("unknown", "short");
+  if (const std::optional<std::uint8_t> command = ParseRequest(frame)) return DescribeRequest(*command);
+  if (frame[0] == kRequestStart) return Bad("request", RequestErrorWord(frame.size()));
+  if (frame[0] == kFrameStart) return DescribeReply(frame, options);
+  return Bad("unknown", "header");
+}
+
+}  // namespace axlecast::saa_serial

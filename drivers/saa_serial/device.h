@@ -1,0 +1,56 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string_view>
+
+#include "drivers/runtime/core/device.h"
+#include "drivers/saa_serial/interpreter.h"
+#include "drivers/saa_serial/procedure.h"
+
+namespace axlecast::saa_serial {
+
+// One encoder of the SAA series on an asynchronous line: when to listen, to pulse or to ask. What comes of it is the
+// Interpreter's.
+//
+// - Mode timing: it listens all the time, and transmits nothing but a pulse on CLR.
+// - Modes handshake and bus: one exchange in each live slot. A reading that failed is not repeated; whatever leaves
+//   the line unclear is followed by silence, so that a late reply meets no other request.
+class SaaDevice final : public Device {
+ public:
+  SaaDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
+
+  [[nodiscard]] Step Next(const Turn& turn) const override;
+  void OnStarted(const Step& step, MonoNs now) override;
+  void On(const Event& event) override;
+  void Begin(const Order& order, MonoNs now) override;
+  [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
+
+ private:
+  [[nodiscard]] Step Stream(const Turn& turn) const;
+  [[nodiscard]] Step Poll(const Turn& turn, Procedure::Want want) const;
+  [[nodiscard]] Exchange AskPosition() const;
+  [[nodiscard]] Step ZeroStep() const;
+  void OnLinkDown(MonoNs now);
+  void AdvanceProcedure(const Event& event);
+  [[nodiscard]] std::optional<Outcome> Refusal(const Order& order, MonoNs now) const;
+  [[nodiscard]] bool Expired(MonoNs now) const { return procedure_ && !procedure_->touched() && now >= begin_by_; }
+  void Report(const std::optional<Outcome>& outcome);
+
+  std::shared_ptr<const DeviceSettings> owned_;  // keeps settings_ alive
+  std::shared_ptr<const FamilyBus> owned_bus_;   // and bus_
+  const SaaBus& bus_;
+  const SaaSettings& settings_;
+  const LineFormat line_;
+  DeviceOutput& output_;
+  Interpreter interpreter_;
+
+  bool link_up_ = false;
+  std::unique_ptr<Procedure> procedure_;
+  CommandId order_{};
+  MonoNs begin_by_ = kNever;
+  bool zeroing_ = false;    // the request to clear to zero is under way
+  bool live_turn_ = false;  // the procedure had its turn: a live reading that is due goes first
+};
+
+}  // namespace axlecast::saa_serial

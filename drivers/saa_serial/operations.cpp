@@ -1,0 +1,65 @@
+#include "drivers/saa_serial/operations.h"
+
+#include <algorithm>
+#include <axlecast/command_status_t.hpp>
+#include <vector>
+
+#include "drivers/runtime/device/arguments.h"
+#include "drivers/runtime/device/outcome_text.h"
+#include "drivers/saa_serial/position_readout.h"
+#include "drivers/saa_serial/zero_procedure.h"
+
+namespace axlecast::saa_serial {
+namespace {
+
+using Reason = command_status_t;
+
+// For a reading: several periods of a slow stream, or several requests in vain.
+constexpr MonoNs kPatience = 2 * kSecond;
+constexpr int kPatiencePeriods = 20;
+
+}  // namespace
+
+std::span<const OperationSpec> Operations() {
+  static const std::vector<OperationSpec> kSpecs = {
+      {.name = kZeroName,
+       .help = "Makes the present shaft angle the encoder's 0: a pulse on CLR, or BC AA CX on a polled bus",
+       .arguments = {},
+       .destructive = true,
+       .needs_standstill = true,
+       .needs_permit = true,
+       .verification = "two readings in a row show 0 +- 0.2 degrees (or 2 counts)",
+       .found_by = kReadPositionName},
+      {.name = kReadPositionName,
+       .help = "Reads the single-turn position once",
+       .arguments = {{"after", "an operation, to see whether it took effect: zero", false}},
+       .verification = "the reading itself"},
+  };
+  return kSpecs;
+}
+
+std::variant<std::unique_ptr<Procedure>, Outcome> MakeProcedure(const Order& order, const SaaBus& bus,
+                                                                const SaaSettings& settings,
+                                                                const DeviceOutput& output, MonoNs now) {
+  const MonoNs patience = std::max(kPatience, kPatiencePeriods * bus.refresh);
+  if (order.operation == kZeroName) {
+    if (!bus.zero_clearing) {
+      return Rejected(
+          Reason::REASON_NOT_PERMITTED,
+          bus.mode == Mode::kBus
+              ? "the bus is configured without zero clearing; if the encoders have it, set zero_clearing: "
+                "true"
+              : "the bus has no CLR line in its configuration; if the encoder has one, name it: lines: "
+                "{clr: {chip, line}}");
+    }
+    return std::make_unique<ZeroProcedure>(settings, output, patience, now);
+  }
+  if (order.operation != kReadPositionName) {
+    return Rejected(Reason::REASON_UNKNOWN_OPERATION, "saa_serial has no operation " + order.operation);
+  }
+  const std::optional<std::string_view> after = FindArgument(order.arguments, "after");
+  if (after && after != kZeroName) return Rejected(Reason::REASON_BAD_ARGUMENT, "after must be zero");
+  return std::make_unique<PositionReadout>(after.has_value(), settings, output, patience, now);
+}
+
+}  // namespace axlecast::saa_serial

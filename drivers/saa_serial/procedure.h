@@ -1,0 +1,39 @@
+#pragma once
+
+#include <optional>
+
+#include "drivers/runtime/core/operation.h"
+#include "drivers/saa_serial/reading.h"
+
+namespace axlecast::saa_serial {
+
+// One order being carried out. It sees every reading, whoever asked for it. After a final outcome it is not used any
+// more.
+class Procedure {
+ public:
+  virtual ~Procedure() = default;
+
+  enum class Want : std::uint8_t {
+    kNothing,
+    kReading,  // a position, as soon as the bus allows
+    kZero,     // the encoder cleared to zero
+  };
+  [[nodiscard]] virtual Want Wants(MonoNs now) const = 0;
+  // It wants to be asked again by then.
+  [[nodiscard]] virtual MonoNs Due(MonoNs now) const = 0;
+
+  virtual std::optional<Outcome> OnReading(const Reading& reading, MonoNs now) = 0;
+  // Time has gone on without a reading.
+  virtual std::optional<Outcome> OnTime(MonoNs now) = 0;
+  // The request to clear to zero is about to go out.
+  virtual void OnZeroStarted() {}
+  // It is out; readings sampled from `effect_from` on show its effect. An outcome: progress.
+  virtual std::optional<Outcome> OnZeroed([[maybe_unused]] MonoNs effect_from) { return std::nullopt; }
+  // The link is gone.
+  [[nodiscard]] virtual Outcome OnLinkLost() const = 0;
+
+  // It may have changed something in the encoder.
+  [[nodiscard]] virtual bool touched() const { return false; }
+};
+
+}  // namespace axlecast::saa_serial

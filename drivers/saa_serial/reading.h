@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "drivers/runtime/core/event.h"
+#include "drivers/runtime/core/sample.h"
+#include "drivers/runtime/core/step.h"
+#include "drivers/saa_serial/settings.h"
+#include "drivers/saa_serial/stream_parser.h"
+
+namespace axlecast::saa_serial {
+
+// What one exchange, or one place in the stream, gave.
+struct Reading {
+  std::optional<ErrorKind> error;  // nothing: a position
+  std::uint32_t counts = 0;
+  Interval at;  // of a position: holds the sampling instant; else of the bytes
+};
+
+// The reply to a request for a position, or to a pulse on CLK: a function of the event alone. Bytes before the
+// frame's FF, as a line that changes its direction brings them, are passed over.
+struct PolledReading {
+  Reading reading;
+  std::size_t stray = 0;     // bytes before the frame
+  bool may_be_late = false;  // bytes of the reply may still be on their way
+};
+[[nodiscard]] PolledReading ReadReply(const Event& event, const Format& format, MonoNs character);
+
+// Length of the reply of an encoder of `bits`: its frame begins with the first FF that no other FF follows.
+[[nodiscard]] ReplyLength LengthRule(int bits);
+
+// How long what came unasked can have been under way: README.md, "Instant of a position".
+struct StreamTimes {
+  MonoNs character = 0;   // on the wire, at least; 0 where the wire is simulated and may be faster than a real one
+  MonoNs slowest = 0;     // a character on the wire, at most
+  MonoNs period = 0;      // of the frames
+  MonoNs processing = 0;  // longest time from sampling to the frame's first bit
+  MonoNs latency = 0;     // longest time that an adapter holds a byte back
+};
+[[nodiscard]] Interval StreamedInstant(const StreamParser::Found& found, std::size_t frame_size,
+                                       const StreamTimes& times);
+
+// When what the event tells was over.
+[[nodiscard]] MonoNs EndOf(const Event& event);
+
+}  // namespace axlecast::saa_serial

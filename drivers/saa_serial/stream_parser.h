@@ -1,0 +1,94 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "drivers/runtime/bus/inbox.h"
+#include "drivers/runtime/core/sample.h"
+#include "drivers/saa_serial/codec.h"
+
+namespace axlecast::saa_serial {
+
+// Finds the frames in the stream of an encoder that sends by itself (SAA manual 5.1.1, 5.1.2): FF, 81H, data within
+// the resolution, checksum, all in the N bytes that the resolution asks for. FF 81 and whole look-alikes of a frame
+// can stand inside the data. N bytes that pass all checks are a *candidate*; one that another candidate follows
+// without a gap is *followed*.
+//
+// The rules. What begins no candidate is given up byte by byte. A candidate is taken as soon as no later one can
+// overlap it: mostly with its last byte. Of candidates that overlap,
+//   1. one that is followed is right, and one that is not is a look-alike;
+//   2. where that does not tell: one that is followed and begins where the last found frame ended is right; else the
+//      one nearest the position found last, if that is at most kFlywheel frames ago;
+//   3. else none of those that are followed (ambiguous), and the last of those that are not: the ones before it hold
+//      the bad bytes.
+//
+// What follows:
+//   - Frames that are found come in their order in the stream, and never overlap; but a checksum of FF may turn out
+//     to be the begin of the next frame, where a byte was lost.
+//   - A candidate that overlaps no other one is always found, whatever came before it.
+//   - Up to 16 bits a good frame that a good frame follows is always found, whatever came before it: among good
+//     bytes only FF 81 02 FF 81 | FF 81 00 holds a look-alike, and none of a look-alike's neighbours is a candidate.
+//   - Above 16 bits the same, but for the few positions at rest of README.md, "Positions that can be read in two
+//     ways", as long as nothing was found within kFlywheel frames before.
+//
+// Allocates nothing. Holds back fewer than 3 N bytes.
+class StreamParser {
+ public:
+  static constexpr int kFlywheel = 3;
+
+  struct Found {
+    // No frame: none stood where one had to begin (kRange: but for bits above the resolution), once for each frame's
+    // length of bytes given up. Without it, the frame:
+    std::optional<ErrorKind> error;
+    std::uint32_t counts = 0;
+    std::int64_t position = 0;  // of its first byte since the start of the stream
+    Interval first;             // arrival of its first byte
+    Interval last;              // and of its last
+    // Bytes that came behind it in the same read; unknown of a frame that is older than the newest read.
+    std::optional<std::size_t> behind;
+  };
+
+  explicit StreamParser(int bits) : format_{.bits = bits}, size_(ReplySize(bits)) {}
+
+  // Bytes that arrived within `received`. Call Next until it has nothing left before the next Append.
+  void Append(Bytes bytes, Interval received);
+  [[nodiscard]] std::optional<Found> Next();
+  // The stream was interrupted: what follows does not continue it.
+  void Restart();
+
+  [[nodiscard]] std::int64_t skipped() const { return skipped_; }  // bytes that belong to no frame found
+  [[nodiscard]] std::int64_t ambiguous() const {
+    return ambiguous_;
+  }  // candidates that are followed and were not taken
+
+ private:
+  enum class Is : std::uint8_t { kNo, kOpen, kYes };  // kOpen: more bytes decide
+  [[nodiscard]] Is Candidate(Bytes rest, std::size_t at, std::uint32_t* counts = nullptr) const;
+  [[nodiscard]] bool Joined() const { return expected_ == position_; }  // begins where the last found frame ended
+  // The byte at hand is the last one of the found frame, FF.
+  [[nodiscard]] bool Shared() const { return expected_ && position_ < *expected_; }
+  [[nodiscard]] bool Recent() const;  // at most kFlywheel frames after the last found one
+  [[nodiscard]] std::int64_t FromLast(std::uint32_t counts) const;
+  enum class Verdict : std::uint8_t { kTake, kSkip, kWait };
+  [[nodiscard]] Verdict Judge(Bytes rest);
+  [[nodiscard]] Verdict JudgeAmongRivals(Bytes rest);
+  [[nodiscard]] std::optional<Found> Skip(Bytes rest);
+  [[nodiscard]] Found Take(std::uint32_t counts);
+
+  Format format_;
+  std::size_t size_;
+  Inbox inbox_;
+  std::size_t at_ = 0;                    // of the inbox's bytes: those before are done with
+  std::int64_t position_ = 0;             // of that byte in the stream
+  std::int64_t newest_ = 0;               // where the newest read begins in the stream
+  std::int64_t end_ = 0;                  // where the stream ends so far
+  std::optional<std::int64_t> expected_;  // where the last found frame ended
+  std::uint32_t last_ = 0;                // its counts
+  std::uint32_t counts_ = 0;              // of the candidate that Judge takes
+  std::int64_t run_ = 0;                  // bytes skipped since the last found frame
+  std::int64_t skipped_ = 0;
+  std::int64_t ambiguous_ = 0;
+};
+
+}  // namespace axlecast::saa_serial

@@ -1,0 +1,108 @@
+#include "drivers/tsubaki_sc/coil_order.h"
+
+#include <axlecast/command_status_t.hpp>
+
+#include "drivers/runtime/device/outcome_text.h"
+#include "drivers/tsubaki_sc/alarms.h"
+
+namespace axlecast::tsubaki_sc {
+
+using Reason = command_status_t;
+
+CoilOrder::CoilOrder(Kind kind, const Requests& requests)
+    : kind_(kind), requests_(requests), reader_(requests, {kStatus, kStopCoil}) {}
+
+Exchange CoilOrder::Next() const {
+  if (stage_ != Stage::kWrite) return reader_.Next();
+  return requests_.SetCoil(kind_ == Kind::kStartMotor ? kStartCoil : kClearTripCountCoil);
+}
+
+std::optional<Outcome> CoilOrder::OnAnswer(const Answer& answer) {
+  return stage_ == Stage::kWrite ? OnWritten(answer) : OnRead(answer);
+}
+
+std::optional<Outcome> CoilOrder::OnWritten(const Answer& answer) {
+  if (answer.refused()) {
+    sent_ = false;
+    return Final(OrderState::kFailed, Reason::REASON_DEVICE_REFUSED, "the unit refused it: " + CauseOf(answer));
+  }
+  confirmed_ = answer.ok();
+  stage_ = Stage::kAfter;
+  reader_.Restart();
+  return std::nullopt;
+}
+
+std::optional<Outcome> CoilOrder::OnRead(const Answer& answer) {
+  switch (reader_.OnAnswer(answer)) {
+    case BlockReader::Progress::kGoing:
+      return std::nullopt;
+    case BlockReader::Progress::kFailed:
+      return GiveUp(reader_.reason(), reader_.cause());
+    default:
+      if (stage_ == Stage::kBefore) return Before();
+      return kind_ == Kind::kStartMotor ? Started() : Cleared();
+  }
+}
+
+Outcome CoilOrder::Before() {
+  stage_ = Stage::kWrite;
+  count_before_ = reader_.Register(kStatus, 0);
+  stopped_before_ = reader_.Bit(kStopCoil);
+  const int status = reader_.Register(kStatus, 1);
+  if (kind_ == Kind::kStartMotor && (status & kTripBits) != 0) {
+    return Rejected(Reason::REASON_DEVICE_ALARM, "the motor is tripped (" + StatusText(status) +
+                                                     "), and does not start then; clear the cause first");
+  }
+  if (kind_ == Kind::kClearTripCount && count_before_ == 0) return Verified("the trip count is 0 already");
+  Outcome running;
+  running.text = Text("trip count %u, stop coil %d", count_before_, stopped_before_ ? 1 : 0);
+  if (kind_ == Kind::kStartMotor)
+    running.changes.push_back({"stop_coil", stopped_before_ ? "1" : "0", ""});
+  else
+    running.changes.push_back({"trip_count", std::to_string(count_before_), ""});
+  return running;
+}
+
+Outcome CoilOrder::Cleared() const {
+  const unsigned count = reader_.Register(kStatus, 0);
+  Outcome outcome = count == 0 ? Verified(Text("the trip count was %u and reads 0", count_before_))
+                               : Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+                                       Text("the trip count reads %u after the clear%s", count,
+                                            confirmed_ ? "" : ", whose reply was lost; repeat it"));
+  outcome.changes.push_back({"trip_count", std::to_string(count_before_), std::to_string(count)});
+  return outcome;
+}
+
+// "Running" is not to be read anywhere. What can be seen is that the stop is off (guideline 8), if it was on.
+Outcome CoilOrder::Started() const {
+  const bool stopped = reader_.Bit(kStopCoil);
+  const int status = reader_.Register(kStatus, 1);
+  Outcome outcome;
+  if (stopped) {
+    outcome = Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+                    Text("the stop coil still reads 1%s; motor status %s", confirmed_ ? "" : ", the reply was lost",
+                         StatusText(status).c_str()));
+  } else if ((status & kTripBits) != 0) {
+    outcome =
+        Final(OrderState::kFailed, Reason::REASON_DEVICE_ALARM, "the motor is tripped: " + StatusText(status));
+  } else if (stopped_before_) {
+    outcome = Verified("the stop coil reads 0; whether the motor turns cannot be read, look at the power");
+  } else if (confirmed_) {
+    outcome =
+        Verified("the unit took the start; nothing to be read tells whether the motor turns: look at the power");
+    outcome.verified = false;
+  } else {
+    outcome = Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+                    "the start's reply was lost, and the stop coil was 0 before: look at the motor");
+  }
+  outcome.changes.push_back({"stop_coil", stopped_before_ ? "1" : "0", stopped ? "1" : "0"});
+  return outcome;
+}
+
+Outcome CoilOrder::GiveUp(std::int32_t reason, const std::string& cause) const {
+  if (!sent_) return Final(OrderState::kFailed, reason, "nothing was done: " + cause);
+  return Final(OrderState::kIndeterminate, reason,
+               "it was sent, but what became of it could not be read: " + cause);
+}
+
+}  // namespace axlecast::tsubaki_sc

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "drivers/runtime/config/machine_config.h"
+#include "drivers/runtime/core/device.h"
+#include "drivers/tsubaki_sc/interpreter.h"
+#include "drivers/tsubaki_sc/login.h"
+#include "drivers/tsubaki_sc/operations.h"
+#include "drivers/tsubaki_sc/order_slot.h"
+#include "drivers/tsubaki_sc/slow_plan.h"
+
+namespace axlecast::tsubaki_sc {
+
+// One SC unit: what to ask next. What the replies mean is the Interpreter's.
+//
+// - The fence. A Modbus reply does not say which addresses it holds, so a late one could be taken for the reply to a
+//   later request of the same length: a block of a trip log for another. After whatever leaves that possible (timeout,
+//   damaged or foreign reply, link up) the unit is first asked for its mains frequency (function 02), which nothing
+//   else here asks for. A late reply to anything else does not fit it, is an error of its own, and the fence is asked
+//   once more. Only a stop does not wait for that: the echo of coil 100 has a shape of its own too.
+// - It transmits nothing while the line may still carry a reply.
+// - A live turn reads 100-106 or 200-204, in turns. The log of a new trip uses live turns too, as trip_fetch says, and
+//   so do the login and, every other one, the first look at a unit that has appeared.
+// - Error 04 (logged out) to an order: logs in once, and the same request goes out once more.
+class ScDevice final : public Device {
+ public:
+  ScDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output, SecretSource& secrets);
+
+  [[nodiscard]] Step Next(const Turn& turn) const override;
+  void OnStarted(const Step& step, MonoNs now) override;
+  void On(const Event& event) override;
+  void Begin(const Order& order, MonoNs now) override;
+  [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
+
+ private:
+  // Whose exchange it is.
+  enum class Work : std::uint8_t { kNone, kFence, kLogin, kUrgent, kOrder, kLive, kTrip, kSlow };
+
+  [[nodiscard]] Step BackgroundStep(MonoNs now) const;
+  [[nodiscard]] Step StepOf(Work work, Priority priority) const;
+  [[nodiscard]] Exchange ExchangeOf(Work work) const;
+  [[nodiscard]] Work WorkAt(Priority priority) const;
+  [[nodiscard]] Work OrderWork(const OrderSlot& slot, Work own) const;
+  [[nodiscard]] Work LiveWork() const;
+  [[nodiscard]] OrderSlot* SlotAt(Priority priority);
+
+  void OnExchange(const Event& event);
+  void Track(const Answer& answer);
+  void Settle(Work work, const Answer& answer);
+  void OnFence(const Answer& answer);
+  void OnOrderAnswer(OrderSlot& slot, const Answer& answer);
+  void OnLoginAnswer(const Answer& answer);
+  void StartLogin();
+  void EndLogin(bool logged_in, MonoNs now);
+  void LogInIfWanted(const Answer& answer);
+  void Disappear();
+  void OnLinkUp(MonoNs now);
+  void OnLinkDown();
+  [[nodiscard]] std::optional<Outcome> Refusal(const Order& order, MonoNs now) const;
+
+  std::shared_ptr<const DeviceSettings> owned_;  // keeps settings_ alive
+  const ScSettings& settings_;
+  const MonoNs character_;  // 0 on a simulated line
+  const bool saturated_;    // live data as fast as the bus allows
+  DeviceOutput& output_;
+  Requests requests_;
+  PasswordBook passwords_;
+  Login login_;
+  Interpreter interpreter_;
+  SlowPlan slow_;
+  OrderSlot urgent_;
+  OrderSlot order_;
+
+  bool link_up_ = false;
+  bool answering_ = false;
+  int silent_ = 0;  // exchanges in a row without a single byte
+  bool fence_ = false;
+  MonoNs quiet_until_ = 0;  // nothing is transmitted before
+  Work in_flight_ = Work::kNone;
+  Priority priority_ = Priority::kLive;  // of what is in flight
+  bool status_next_ = false;             // the second half of the live data
+  bool lent_ = false;                    // the last live turn was not used for live data
+  bool history_next_ = true;             // among the slow turns, between old logs and slow items
+};
+
+}  // namespace axlecast::tsubaki_sc

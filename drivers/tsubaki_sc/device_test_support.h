@@ -1,0 +1,219 @@
+#pragma once
+
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "drivers/runtime/config/config_map.h"
+#include "drivers/runtime/config/machine_config.h"
+#include "drivers/tsubaki_sc/device.h"
+#include "drivers/tsubaki_sc/unit_test_support.h"
+#include "tests/support/recording_output.h"
+
+namespace axlecast::tsubaki_sc {
+
+// Passwords by their file.
+class TestSecrets final : public SecretSource {
+ public:
+  [[nodiscard]] std::string Read(const SecretPlace& place, Secret& into) override {
+    ++reads;
+    const auto found = files.find(place.file);
+    if (found == files.end()) return place.file + " cannot be read: No such file or directory";
+    into = Secret(found->second);
+    return {};
+  }
+  std::map<std::string, std::string> files = {{"/p/old", "password"}, {"/p/new", "New-Secret~16chr"}};
+  int reads = 0;
+};
+
+class BenchOutput final : public RecordingOutput {
+ public:
+  void OnIdentity(std::int64_t its, std::string_view number, std::string_view version) override {
+    identity = its;
+    serial = number;
+    firmware = version;
+  }
+  void OnAlarm(const AlarmSpec& alarm, AlarmState state, MonoNs) override { alarm_states[alarm.name] = state; }
+  [[nodiscard]] AlarmState State(const std::string& name) const {
+    const auto found = alarm_states.find(name);
+    return found == alarm_states.end() ? AlarmState::kAbsent : found->second;
+  }
+  [[nodiscard]] int Errors(ErrorKind kind) const {
+    return static_cast<int>(
+        std::count_if(errors.begin(), errors.end(), [&](const auto& error) { return error.first == kind; }));
+  }
+  std::string serial;
+  std::string firmware;
+  std::map<std::string, AlarmState> alarm_states;
+};
+
+inline constexpr const char* kPlainKeys = "{address: 1}";
+inline constexpr const char* kFullKeys =
+    "{address: 1, motor_control: start_stop, passwords: {old: {file: /p/old}, new: {file: /p/new}}, password: old}";
+inline constexpr const char* kLoginKeys =
+    "{address: 1, passwords: {old: {file: /p/old}, new: {file: /p/new}}, password: old}";
+
+// A device with its unit on a wire at 9600 8E1 in virtual time, alone on a bus paced by reading A. One turn in 128
+// belongs to the slow items, as in drivers/runtime/bus/schedule.h.
+class Bench {
+ public:
+  struct Sent {
+    MonoNs at;
+    ByteList request;
+    Priority priority;
+    bool secret;
+  };
+  // What comes to a request; the unit's own answer may be asked for.
+  using Wire = std::function<ByteList(const ByteList& request)>;
+
+  explicit Bench(const std::string& keys = kPlainKeys, double poll_hz = 0) : errors_("test.yaml") {
+    bus_.poll_hz = poll_hz;
+    bus_.link.line = kUnitLine;
+    bus_.family_bus = std::make_shared<ScBus>();
+    ConfigMap map(YAML::Load(keys), "gm1", errors_);
+    config_.settings = ParseSettings(map, bus_);
+    map.Done();
+    EXPECT_TRUE(errors_.empty()) << errors_.Text();
+    device = std::make_unique<ScDevice>(bus_, config_, output, secrets);
+  }
+
+  void LinkUp() { Tell(Event::Kind::kLinkUp); }
+  void LinkDown() { Tell(Event::Kind::kLinkDown); }
+  void Stray(const ByteList& bytes) { Tell(Event::Kind::kStray, bytes); }
+
+  // What it wants, without asking for it.
+  [[nodiscard]] Step Peek(bool live_due = true) const { return device->Next({.now = now, .live_due = live_due}); }
+  [[nodiscard]] ByteList Offered(bool live_due = true) const {
+    const Step step = Peek(live_due);
+    const auto* exchange = std::get_if<Exchange>(&step.action);
+    if (exchange == nullptr) return {};
+    const Bytes request = exchange->request;
+    return {request.begin(), request.end()};
+  }
+
+  // One turn of the bus. False when it wants nothing.
+  bool Turn(bool live_due = true) {
+    const Step step = Peek(live_due);
+    if (const auto* silence = std::get_if<Silence>(&step.action)) {
+      device->OnStarted(step, now);
+      now += silence->quiet;
+      Tell(Event::Kind::kSilent);
+      return true;
+    }
+    if (const auto* exchange = std::get_if<Exchange>(&step.action)) {
+      device->OnStarted(step, now);
+      Carry(*exchange, step.priority);
+      return true;
+    }
+    return false;
+  }
+  // Turns as the schedule gives them on a full bus.
+  void Turns(int count) {
+    for (int i = 0; i < count; ++i) {
+      const bool reserved = turns_++ % 128 == 127;
+      if (!reserved || !Turn(false)) Turn(true);
+    }
+  }
+  void RunUntil(const std::function<bool()>& done, int most = 2000) {
+    for (int i = 0; i < most && !done(); ++i) Turns(1);
+    EXPECT_TRUE(done()) << "not reached in " << most << " turns";
+  }
+  // Online and looked at in full.
+  void GoOnline() {
+    LinkUp();
+    RunUntil([&] { return !output.motors.empty() && !output.firmware.empty() && Ready(); });
+    sent.clear();
+    output.motors.clear();
+  }
+
+  void Begin(const std::string& operation, std::vector<std::pair<std::string, std::string>> arguments = {},
+             MonoNs begin_by = kNever) {
+    Order order;
+    order.id = {++orders_};
+    order.operation = operation;
+    order.arguments = std::move(arguments);
+    order.begin_by = begin_by;
+    last_id = order.id;
+    device->Begin(order, now);
+  }
+  // Begins it and goes on until its final outcome.
+  const Outcome& Do(const std::string& operation, std::vector<std::pair<std::string, std::string>> arguments = {}) {
+    const std::size_t before = Finals();
+    Begin(operation, std::move(arguments));
+    RunUntil([&] { return Finals() > before; });
+    return Last();
+  }
+  [[nodiscard]] const Outcome& Last() const {
+    static const Outcome none;
+    return output.outcomes.empty() ? none : output.outcomes.back().second;
+  }
+  [[nodiscard]] std::size_t Finals() const {
+    return static_cast<std::size_t>(std::count_if(output.outcomes.begin(), output.outcomes.end(),
+                                                  [](const auto& one) { return one.second.IsFinal(); }));
+  }
+  // Requests sent that begin so, after the address.
+  [[nodiscard]] int Count(const ByteList& begin) const {
+    return static_cast<int>(std::count_if(sent.begin(), sent.end(), [&](const Sent& one) {
+      return one.request.size() > begin.size() && std::equal(begin.begin(), begin.end(), one.request.begin() + 1);
+    }));
+  }
+
+  TestUnit unit;
+  Wire wire = [this](const ByteList& request) { return unit.Answer(request); };
+  TestSecrets secrets;
+  BenchOutput output;
+  std::unique_ptr<ScDevice> device;
+  MonoNs now = 1000 * kSecond;
+  std::vector<Sent> sent;
+  CommandId last_id{};
+
+ private:
+  [[nodiscard]] bool Ready() const {
+    return output.motors.back().mains_hz != 0 && output.motors.back().logged_in >= 0;
+  }
+
+  void Carry(const Exchange& exchange, Priority priority) {
+    const Bytes bytes = exchange.request;
+    const ByteList request(bytes.begin(), bytes.end());
+    sent.push_back({now, request, priority, exchange.secret});
+    Event event{.kind = Event::Kind::kTimeout, .sent = {now, now}, .received = {}, .request = bytes, .bytes = {}};
+    const MonoNs end_of_request = now + kUnitLine.WireTime(request.size());
+    const ByteList reply = wire(request);
+    const std::size_t length = reply.empty() ? 0 : exchange.reply_length(reply);
+    if (!reply.empty()) {
+      const MonoNs first = end_of_request + kSilentInterval + kUnitLine.WireTime(1);
+      event.received = {first, end_of_request + kSilentInterval + kUnitLine.WireTime(reply.size())};
+      event.bytes = reply;
+    }
+    const bool whole = length != 0 && reply.size() >= length;
+    if (whole) {
+      event.kind = Event::Kind::kReply;
+      event.bytes = Bytes(reply).first(length);
+    } else if (reply.empty()) {
+      event.received = {now + exchange.timeout, now + exchange.timeout};
+    }
+    now = whole ? event.received.last : now + exchange.timeout;
+    device->On(event);
+    now += kCommandPause;
+  }
+
+  void Tell(Event::Kind kind, const ByteList& bytes = {}) {
+    device->On({.kind = kind, .sent = {}, .received = {now, now}, .request = {}, .bytes = bytes});
+  }
+
+  ConfigErrors errors_;
+  BusConfig bus_;
+  DeviceConfig config_;
+  std::uint8_t orders_ = 0;
+  int turns_ = 0;
+};
+
+}  // namespace axlecast::tsubaki_sc

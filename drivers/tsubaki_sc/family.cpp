@@ -1,0 +1,58 @@
+#include "drivers/runtime/core/family.h"
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "drivers/runtime/config/config_map.h"
+#include "drivers/runtime/config/machine_config.h"
+#include "drivers/tsubaki_sc/decode.h"
+#include "drivers/tsubaki_sc/device.h"
+#include "drivers/tsubaki_sc/operations.h"
+#include "drivers/tsubaki_sc/parameters.h"
+#include "drivers/tsubaki_sc/settings.h"
+#include "drivers/tsubaki_sc/simulator/make_simulator.h"
+
+namespace axlecast {
+namespace {
+
+std::unique_ptr<Device> Make(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output,
+                             SecretSource& secrets) {
+  return std::make_unique<tsubaki_sc::ScDevice>(bus, device, output, secrets);
+}
+
+std::unique_ptr<Simulator> Simulate(const BusConfig& bus, ConfigMap& simulate) {
+  std::vector<std::pair<std::string, std::uint8_t>> units;
+  for (const DeviceConfig& device : bus.devices) {
+    units.emplace_back(device.name, static_cast<const tsubaki_sc::ScSettings&>(*device.settings).address);
+  }
+  return tsubaki_sc::MakeSimulator(bus, simulate, units);
+}
+
+}  // namespace
+
+const Family& tsubaki_sc_family();
+
+const Family& tsubaki_sc_family() {
+  static const Family kFamily = {
+      .name = "tsubaki_sc",
+      .summary = "Tsubaki gear-motor SC units, monitors of motors (Modbus RTU, 9600 8E1), up to 16 per bus",
+      .link = LinkKind::kModbus,
+      .default_line = tsubaki_sc::kUnitLine,
+      .default_poll_hz = 0,
+      .max_devices_per_bus = tsubaki_sc::kLastAddress,
+      .has_position = false,
+      .operations = tsubaki_sc::Operations(),
+      .parameters = tsubaki_sc::Parameters(),
+      .parse_bus = &tsubaki_sc::ParseBusSettings,
+      .parse = &tsubaki_sc::ParseSettings,
+      .check_bus = &tsubaki_sc::CheckAddresses,
+      .make_device = &Make,
+      .make_simulator = &Simulate,
+      .decode = &tsubaki_sc::Decode,
+  };
+  return kFamily;
+}
+
+}  // namespace axlecast

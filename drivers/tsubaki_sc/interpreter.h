@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "drivers/runtime/core/device.h"
+#include "drivers/tsubaki_sc/answer.h"
+#include "drivers/tsubaki_sc/trip_reader.h"
+
+namespace axlecast::tsubaki_sc {
+
+// What the unit says, towards the outside: motor readings, alarms, identity, trips. All of it follows from the
+// answers alone, whoever asked and why; so a recorded sequence of events gives the same again.
+class Interpreter {
+ public:
+  Interpreter(CharacterOrder order, DeviceOutput& output) : order_(order), output_(output), trips_(output) {}
+
+  // The unit is gone: it may be logged out when it comes back, switched over, or be another one.
+  void Forget();
+  void OnAnswer(const Answer& answer);
+
+  [[nodiscard]] const MotorReading& reading() const { return reading_; }
+  [[nodiscard]] TripReader& trips() { return trips_; }
+  [[nodiscard]] const TripReader& trips() const { return trips_; }
+
+ private:
+  void OnRegisters(const Answer& answer);
+  void OnAnalog(const Answer& answer);
+  void OnStatus(const Answer& answer);
+  void OnIdentity(const Answer& answer);
+  void OnVersion(const Answer& answer);
+  void Publish();
+
+  const CharacterOrder order_;
+  DeviceOutput& output_;
+  TripReader trips_;
+  MotorReading reading_;
+  bool unpublished_ = false;  // the analog half is newer than the last published reading
+  std::int64_t product_ = -1;
+  std::string serial_;
+  std::string firmware_;
+};
+
+}  // namespace axlecast::tsubaki_sc

@@ -1,0 +1,222 @@
+#include <gmock/gmock.h>
+
+#include <axlecast/command_status_t.hpp>
+
+#include "drivers/tsubaki_sc/coil_order.h"
+#include "drivers/tsubaki_sc/device_test_support.h"
+#include "drivers/tsubaki_sc/motor_stop.h"
+
+namespace axlecast::tsubaki_sc {
+namespace {
+
+using Reason = command_status_t;
+using testing::HasSubstr;
+
+const ByteList kClear = {0x05, 0x00, 0x00, 0xFF, 0x00};
+const ByteList kStop = {0x05, 0x00, 0x64, 0xFF, 0x00};
+const ByteList kStart = {0x05, 0x00, 0xC8, 0xFF, 0x00};
+constexpr const char* kStopKeys =
+    "{address: 1, motor_control: stop, passwords: {old: {file: /p/old}}, password: old}";
+
+bool IsWrite(const ByteList& request) { return request[1] == 0x05; }
+
+// ---- clear_trip_count ----
+
+TEST(ClearTripCount, IsVerifiedByTheCount) {
+  Bench bench(kLoginKeys);
+  bench.GoOnline();
+  bench.unit.inputs[200] = 7;
+  EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kSucceeded) << bench.Last().text;
+  EXPECT_TRUE(bench.Last().verified);
+  ASSERT_EQ(bench.Last().changes.size(), 1U);
+  EXPECT_EQ(bench.Last().changes[0].before, "7");
+  EXPECT_EQ(bench.Last().changes[0].after, "0");
+  EXPECT_EQ(bench.unit.clears, 1);
+  EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.unit.clears, 1) << "it was 0 already";
+}
+
+TEST(ClearTripCount, IsWrittenOnceAndJudgedByReading) {
+  for (const bool done : {true, false}) {
+    Bench bench(kLoginKeys);
+    bench.unit.logged_in = true;
+    bench.GoOnline();
+    bench.unit.inputs[200] = 7;
+    bench.wire = [&](const ByteList& request) {
+      if (!IsWrite(request)) return bench.unit.Answer(request);
+      if (done) static_cast<void>(bench.unit.Answer(request));
+      return ByteList();
+    };
+    EXPECT_EQ(bench.Do("clear_trip_count").state, done ? OrderState::kSucceeded : OrderState::kFailed);
+    EXPECT_EQ(bench.Count(kClear), 1);
+    EXPECT_EQ(bench.Last().reason, done ? 0 : Reason::REASON_READ_BACK_DIFFERS);
+  }
+}
+
+TEST(ClearTripCount, IsIndeterminateWhenNothingCanBeReadAfterIt) {
+  Bench bench(kLoginKeys);
+  bench.unit.logged_in = true;
+  bench.GoOnline();
+  bench.unit.inputs[200] = 7;
+  bool written = false;
+  bench.wire = [&](const ByteList& request) {
+    written = written || IsWrite(request);
+    return written ? ByteList() : bench.unit.Answer(request);
+  };
+  EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kIndeterminate);
+  EXPECT_EQ(bench.Count(kClear), 1);
+}
+
+// ---- start_motor and stop_motor: who may ----
+
+TEST(MotorOrders, AreRefusedUnlessTheConfigurationAllowsThem) {
+  const struct {
+    const char* keys;
+    OrderState stop;
+    OrderState start;
+  } kCases[] = {{kLoginKeys, OrderState::kRejected, OrderState::kRejected},
+                {kStopKeys, OrderState::kSucceeded, OrderState::kRejected},
+                {kFullKeys, OrderState::kSucceeded, OrderState::kSucceeded}};
+  for (const auto& c : kCases) {
+    Bench bench(c.keys);
+    bench.GoOnline();
+    EXPECT_EQ(bench.Do("stop_motor").state, c.stop) << c.keys;
+    EXPECT_EQ(bench.Do("start_motor").state, c.start) << c.keys;
+    EXPECT_EQ(bench.unit.stops, c.stop == OrderState::kSucceeded ? 1 : 0);
+    EXPECT_EQ(bench.unit.starts, c.start == OrderState::kSucceeded ? 1 : 0);
+    if (c.start != OrderState::kRejected) continue;
+    EXPECT_EQ(bench.Last().reason, Reason::REASON_NOT_PERMITTED);
+    EXPECT_THAT(bench.Last().text, HasSubstr("motor_control"));
+  }
+}
+
+// ---- start_motor ----
+
+TEST(StartMotor, IsNotSentWhileTheMotorIsTripped) {
+  Bench bench(kFullKeys);
+  bench.GoOnline();
+  bench.unit.Trip(0x20, 1);
+  EXPECT_EQ(bench.Do("start_motor").state, OrderState::kRejected);
+  EXPECT_EQ(bench.Last().reason, Reason::REASON_DEVICE_ALARM);
+  EXPECT_THAT(bench.Last().text, HasSubstr("overheat"));
+  EXPECT_EQ(bench.Count(kStart), 0);
+}
+
+TEST(StartMotor, IsVerifiedByTheStopCoilIfThatWasOn) {
+  Bench bench(kFullKeys);
+  bench.unit.stop_coil = true;
+  bench.GoOnline();
+  EXPECT_EQ(bench.Do("start_motor").state, OrderState::kSucceeded);
+  EXPECT_TRUE(bench.Last().verified);
+  EXPECT_EQ(bench.Do("start_motor").state, OrderState::kSucceeded);
+  EXPECT_FALSE(bench.Last().verified) << "running is not to be read anywhere";
+}
+
+TEST(StartMotor, IsSentOnceAndIndeterminateWhenNothingTellsItsEffect) {
+  Bench bench(kFullKeys);
+  bench.GoOnline();
+  bench.RunUntil([&] { return bench.unit.logged_in; });
+  bench.wire = [&](const ByteList& request) { return IsWrite(request) ? ByteList() : bench.unit.Answer(request); };
+  EXPECT_EQ(bench.Do("start_motor").state, OrderState::kIndeterminate);
+  EXPECT_EQ(bench.Count(kStart), 1);
+  // With the stop coil on, the coil tells.
+  bench.unit.stop_coil = true;
+  EXPECT_EQ(bench.Do("start_motor").state, OrderState::kFailed);
+  EXPECT_EQ(bench.Last().reason, Reason::REASON_READ_BACK_DIFFERS);
+  EXPECT_EQ(bench.Count(kStart), 2);
+}
+
+// ---- stop_motor ----
+
+TEST(StopMotor, GoesOutNextAndBeforeAnOrderThatIsUnderWay) {
+  Bench bench(kFullKeys);
+  bench.GoOnline();
+  bench.RunUntil([&] { return bench.unit.logged_in; });
+  bench.Begin("read_parameters");
+  bench.Turns(1);
+  bench.sent.clear();
+  bench.Begin("stop_motor");
+  bench.Turns(1);
+  EXPECT_EQ(bench.sent[0].request, WithCrc({1, 0x05, 0x00, 0x64, 0xFF, 0x00}));
+  EXPECT_EQ(bench.sent[0].priority, Priority::kStop);
+  bench.RunUntil([&] { return bench.Finals() == 2; });
+  EXPECT_EQ(bench.output.outcomes.front().second.state, OrderState::kSucceeded);
+  EXPECT_TRUE(bench.output.outcomes.front().second.verified);
+  EXPECT_TRUE(bench.unit.stop_coil);
+  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded) << "the parameters are read all the same";
+}
+
+TEST(StopMotor, DoesNotWaitForTheFence) {
+  Bench bench(kFullKeys);
+  bench.GoOnline();
+  bench.RunUntil([&] { return bench.unit.logged_in; });
+  const auto answer = bench.wire;
+  bench.wire = [](const ByteList&) { return ByteList(); };
+  bench.Turn();
+  bench.wire = answer;
+  bench.sent.clear();
+  bench.Begin("stop_motor");
+  bench.Turns(1);
+  ASSERT_FALSE(bench.sent.empty());
+  EXPECT_EQ(bench.Count(kStop), 1);
+  bench.RunUntil([&] { return bench.Last().IsFinal(); });
+  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded) << bench.Last().text;
+  EXPECT_GE(bench.Count({0x02}), 1) << "its reading back does";
+}
+
+TEST(StopMotor, IsSentAgainUntilTheCoilReadsOn) {
+  Bench bench(kFullKeys);
+  bench.GoOnline();
+  bench.RunUntil([&] { return bench.unit.logged_in; });
+  int lost = 0;
+  bench.wire = [&](const ByteList& request) {
+    if (IsWrite(request) && lost < 2) {
+      ++lost;
+      return ByteList();
+    }
+    return bench.unit.Answer(request);
+  };
+  EXPECT_EQ(bench.Do("stop_motor").state, OrderState::kSucceeded) << bench.Last().text;
+  EXPECT_EQ(bench.Count(kStop), 3);
+  EXPECT_EQ(bench.unit.stops, 1);
+}
+
+TEST(StopMotor, SaysSoWhenTheUnitDoesNotTakeIt) {
+  Bench bench(kFullKeys);
+  bench.GoOnline();
+  bench.wire = [&](const ByteList& request) {
+    return IsWrite(request) ? WithCrc(request[0] == 1 ? ByteList{1, 0x85, 0x02} : ByteList())
+                            : bench.unit.Answer(request);
+  };
+  EXPECT_EQ(bench.Do("stop_motor").state, OrderState::kFailed);
+  EXPECT_THAT(bench.Last().text, HasSubstr("stop the motor by other means"));
+  bench.wire = [](const ByteList&) { return ByteList(); };
+  EXPECT_EQ(bench.Do("stop_motor").state, OrderState::kIndeterminate) << "it may have arrived";
+  EXPECT_THAT(bench.Last().text, HasSubstr("stop the motor by other means"));
+}
+
+TEST(StopMotor, LogsInFirstOnlyWhenItMust) {
+  Bench bench(kStopKeys);
+  bench.GoOnline();
+  bench.RunUntil([&] { return bench.unit.logged_in; });
+  bench.unit.PowerCycle();
+  bench.sent.clear();
+  EXPECT_EQ(bench.Do("stop_motor").state, OrderState::kSucceeded) << bench.Last().text;
+  EXPECT_EQ(bench.Count(kStop), 2);
+  EXPECT_EQ(bench.unit.stops, 1);
+  for (const Bench::Sent& one : bench.sent) EXPECT_EQ(one.priority, Priority::kStop) << "nothing came between";
+}
+
+TEST(StopMotor, IsTriedOnAUnitThatSeemsToBeGone) {
+  Bench bench(kFullKeys);
+  bench.GoOnline();
+  const auto answer = bench.wire;
+  bench.wire = [](const ByteList&) { return ByteList(); };
+  bench.Turns(10);
+  EXPECT_EQ(bench.Do("read_parameters").reason, Reason::REASON_DEVICE_OFFLINE);
+  bench.wire = answer;
+  EXPECT_EQ(bench.Do("stop_motor").state, OrderState::kSucceeded) << bench.Last().text;
+}
+
+}  // namespace
+}  // namespace axlecast::tsubaki_sc

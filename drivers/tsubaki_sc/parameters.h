@@ -1,0 +1,16 @@
+#pragma once
+
+#include <span>
+#include <string_view>
+
+#include "drivers/runtime/core/parameter.h"
+#include "drivers/runtime/device/parameter_value.h"
+
+namespace axlecast::tsubaki_sc {
+
+// The 55 settings of guideline 11, in the order of their addresses 0 to 54.
+[[nodiscard]] std::span<const ParameterSpec> Parameters();
+// Null when there is none of that name.
+[[nodiscard]] const ParameterSpec* FindParameter(std::string_view name);
+
+}  // namespace axlecast::tsubaki_sc

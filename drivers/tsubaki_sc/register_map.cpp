@@ -1,0 +1,65 @@
+#include "drivers/tsubaki_sc/register_map.h"
+
+namespace axlecast::tsubaki_sc {
+
+const char* ExceptionName(std::uint8_t code) {
+  switch (code) {
+    case 0x01:
+      return "function error";
+    case 0x02:
+      return "address error";
+    case 0x03:
+      return "data error";
+    case kLoginError:
+      return "login error";
+    default:
+      return "unknown error";
+  }
+}
+
+std::optional<LogPlace> LogPlaceOf(const Block& block) {
+  for (std::size_t log = 0; log < kLogs; ++log) {
+    for (std::size_t quantity = 0; quantity < kQuantities; ++quantity) {
+      if (block == LogBlock(log, quantity)) return LogPlace{log, quantity};
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<Block> BlockOf(Bytes request) {
+  constexpr std::size_t kReadSize = 8;
+  constexpr std::size_t kVersionSize = 4;
+  if (request.size() == kVersionSize &&
+      request[1] == static_cast<std::uint8_t>(modbus::Function::kReportServerId)) {
+    return kVersion;
+  }
+  if (request.size() != kReadSize) return std::nullopt;
+  const auto function = static_cast<modbus::Function>(request[1]);
+  if (function < modbus::Function::kReadCoils || function > modbus::Function::kReadInputRegisters) {
+    return std::nullopt;
+  }
+  const auto word = [&](std::size_t at) {
+    return static_cast<std::uint16_t>((request[at] << 8) | request[at + 1]);
+  };
+  return Block{function, word(2), word(4)};
+}
+
+std::string RegisterText(Bytes registers, CharacterOrder order) {
+  std::string text;
+  for (std::size_t i = 0; i + 1 < registers.size(); i += 2) {
+    const bool high_first = order == CharacterOrder::kHighFirst;
+    for (const std::size_t at : {high_first ? i : i + 1, high_first ? i + 1 : i}) {
+      const std::uint8_t c = registers[at];
+      text += c == 0 ? ' ' : c >= 0x20 && c < 0x7F ? static_cast<char>(c) : '?';
+    }
+  }
+  text.erase(text.find_last_not_of(' ') + 1);
+  return text;
+}
+
+std::string VersionText(Bytes version) {
+  const unsigned low = version[1];
+  return std::to_string(version[0]) + '.' + std::to_string(low >> 4U) + '.' + std::to_string(low & 0x0FU);
+}
+
+}  // namespace axlecast::tsubaki_sc

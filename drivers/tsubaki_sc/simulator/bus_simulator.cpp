@@ -1,0 +1,286 @@
+#include "drivers/tsubaki_sc/simulator/bus_simulator.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "drivers/tsubaki_sc/simulator/unit_request.h"
+
+namespace axlecast::tsubaki_sc::simulator {
+namespace {
+
+using Kind = SimulatedFault::Kind;
+
+constexpr std::int64_t kBitsPerCharacter = 11;  // start, 8 data, even parity, stop: guideline 2
+constexpr std::int64_t kBitsPerSecond = 9600;
+constexpr MonoNs kSilentInterval = 5 * kMillisecond;  // guideline 4, note 1
+constexpr MonoNs kCommandPause = 100 * kMillisecond;  // guideline 3
+constexpr MonoNs kLook = kSecond;                     // how often the units go on without being asked
+constexpr std::size_t kLongestFrame = 256;
+constexpr std::size_t kShortestFrame = 4;
+
+MonoNs Amount(const SimulatedFault& fault, Kind kind, MonoNs unit) {
+  return fault.kind == kind ? std::llround(fault.amount * static_cast<double>(unit)) : 0;
+}
+
+bool ErrorCheckFits(Bytes frame) {
+  const std::uint16_t check = ErrorCheck(frame.first(frame.size() - 2));
+  return frame[frame.size() - 2] == (check & 0xFFU) && frame[frame.size() - 1] == check >> 8U;
+}
+
+}  // namespace
+
+BusSimulator::BusSimulator(std::vector<Station> stations, const LineRules& rules)
+    : stations_(std::move(stations)), rules_(rules) {}
+
+MonoNs BusSimulator::WireTime(std::size_t bytes) const {
+  return rules_.paced ? static_cast<MonoNs>(bytes) * kBitsPerCharacter * kSecond / kBitsPerSecond : 0;
+}
+
+// ---- events ----
+
+void BusSimulator::CatchUp(MonoNs now) {
+  for (Station& station : stations_) {
+    if (!started_) station.script.Start(station.simulated, now);
+    station.script.Run(station.simulated, now);
+    station.simulated.Advance(now);
+  }
+  started_ = true;
+  next_look_ = now + kLook;
+}
+
+MonoNs BusSimulator::NextDue() const {
+  if (!started_) return 0;
+  MonoNs due = std::min(next_look_, frame_ends_);
+  for (const Station& station : stations_) due = std::min(due, station.script.NextDue());
+  for (const Response& response : responses_) due = std::min(due, response.due);
+  return due;
+}
+
+void BusSimulator::OnDue(MonoNs now, const Transmit& transmit) {
+  if (frame_ends_ <= now) FinishFrame(frame_ends_, transmit);
+  CatchUp(now);
+  SendDue(now, transmit);
+}
+
+void BusSimulator::OnBytes(Bytes bytes, MonoNs now, const Transmit& transmit) {
+  OnDue(now, transmit);
+  const bool echo = std::any_of(stations_.begin(), stations_.end(),
+                                [](const Station& s) { return s.simulated.fault.line.kind == Kind::kEcho; });
+  if (rules_.echo || echo) transmit(bytes);
+  if (!baud_fits_) {
+    ++counters_.dropped_baud;
+    return;
+  }
+  if (frame_.empty()) BeginFrame(now);
+  // One byte more than a frame can have says that it is too long.
+  const std::size_t room = kLongestFrame + 1 - frame_.size();
+  const Bytes kept = bytes.first(std::min(room, bytes.size()));
+  frame_.insert(frame_.end(), kept.begin(), kept.end());
+  frame_at_.last = std::max(now, frame_at_.last) + WireTime(bytes.size());
+  frame_ends_ = frame_at_.last + kSilentInterval;
+  Collide(frame_at_, collided_);
+  if (!rules_.paced && CommandLength(frame_) == frame_.size()) FinishFrame(now, transmit);
+}
+
+// ---- frames ----
+
+void BusSimulator::BeginFrame(MonoNs now) {
+  MonoNs quiet_since = quiet_since_;
+  for (const Response& response : responses_) {  // those that the adapter still holds back
+    if (response.on_wire.last <= now) quiet_since = std::max(quiet_since, response.on_wire.last);
+  }
+  frame_at_ = {now, now};
+  run_together_ = rules_.paced && now - quiet_since < kSilentInterval;
+  collided_ = false;
+}
+
+void BusSimulator::Collide(const Interval& with, bool& collided) {
+  const std::size_t hit = std::erase_if(responses_, [&](const Response& response) {
+    return response.on_wire.first < with.last && with.first < response.on_wire.last;
+  });
+  if (hit == 0) return;
+  ++counters_.collisions;
+  collided = true;
+}
+
+// Guideline 4, "No response". True when the frame is none.
+bool BusSimulator::CountBroken() {
+  if (collided_) return true;  // counted already
+  const std::size_t expected = CommandLength(frame_);
+  const bool cut = frame_.size() < std::max(expected, kShortestFrame);
+  const bool fits = !cut && frame_.size() <= kLongestFrame && ErrorCheckFits(frame_);
+  const bool two = !cut && !fits && expected != 0 && ErrorCheckFits(Bytes(frame_).first(expected));
+  if (run_together_ || two) {
+    ++counters_.dropped_silence;
+  } else if (cut) {
+    ++counters_.dropped_gap;
+  } else if (!fits) {
+    ++counters_.dropped_checksum;
+  }
+  return run_together_ || !fits;
+}
+
+void BusSimulator::FinishFrame(MonoNs now, const Transmit& transmit) {
+  frame_ends_ = kNever;
+  quiet_since_ = std::max(quiet_since_, frame_at_.last);
+  CatchUp(now);
+  if (!CountBroken()) Take(frame_, now, transmit);
+  frame_.clear();
+}
+
+void BusSimulator::Take(Bytes frame, MonoNs now, const Transmit& transmit) {
+  const std::uint8_t address = frame[0];
+  // Of a command that is dropped or not answered the pause counts from its own end.
+  const MonoNs tolerance = rules_.reading == LineRules::Reading::kL ? rules_.tolerance : 0;
+  bool anybody = address == 0;
+  for (Station& station : stations_) {
+    if (address != 0 && station.address != address) continue;
+    anybody = true;
+    const bool early = TooEarly(station);
+    station.ready = frame_at_.last + kCommandPause;
+    if (early) {
+      ++station.counters.dropped_early;
+    } else {
+      Offer(station, frame, now, transmit);
+    }
+  }
+  if (!anybody) ++counters_.foreign;
+  ready_ = std::max(ready_, frame_at_.last + kCommandPause - tolerance);
+  if (rules_.reading != LineRules::Reading::kA) return;
+  for (const Response& response : responses_) ready_ = std::max(ready_, response.on_wire.last + kCommandPause);
+}
+
+bool BusSimulator::TooEarly(const Station& station) const {
+  switch (rules_.reading) {
+    case LineRules::Reading::kA:
+    case LineRules::Reading::kL:
+      return frame_at_.first < ready_;
+    case LineRules::Reading::kW:
+      return frame_at_.first < station.ready;
+    case LineRules::Reading::kNone:
+      break;
+  }
+  return false;
+}
+
+// ---- units ----
+
+void BusSimulator::Offer(Station& station, Bytes frame, MonoNs now, const Transmit& transmit) {
+  const UnitFault& fault = station.simulated.fault;
+  if (!station.simulated.unit.powered() || fault.line.kind == Kind::kOff) {
+    ++station.counters.unanswered;
+    return;
+  }
+  if (fault.line.kind == Kind::kRequestFlip) {
+    std::vector<std::uint8_t> heard(frame.begin(), frame.end());
+    const bool hit = FlipBits(heard, 9, fault.line.amount, station.random);
+    // Parity and error check find it.
+    if (hit || !std::equal(heard.begin(), heard.end(), frame.begin())) {
+      ++station.counters.dropped_line;
+      return;
+    }
+  }
+  const bool broadcast = frame[0] == 0;
+  const Bytes command = frame.subspan(1, frame.size() - 3);
+  if (broadcast && !IsWrite(command[0])) return;
+  ++station.counters.commands;
+  if (broadcast) ++station.counters.broadcasts;
+  std::vector<std::uint8_t> response =
+      fault.exception != 0 ? ErrorResponse(command[0], fault.exception) : Execute(station.simulated.unit, command);
+  if (broadcast) return;
+  if ((response[0] & 0x80U) != 0 && response[1] < station.counters.errors.size()) {
+    ++station.counters.errors.at(response[1]);
+  }
+  if (fault.line.kind == Kind::kIntermittent && station.random.Share() < fault.line.amount) {
+    ++station.counters.unanswered;
+    return;
+  }
+  Respond(station, std::move(response), now, transmit);
+}
+
+void BusSimulator::Respond(Station& station, std::vector<std::uint8_t> bytes, MonoNs now,
+                           const Transmit& transmit) {
+  const UnitFault& fault = station.simulated.fault;
+  bytes.insert(bytes.begin(), fault.wrong_address != 0 ? fault.wrong_address : station.address);
+  const std::uint16_t check = ErrorCheck(bytes);
+  bytes.push_back(static_cast<std::uint8_t>(check));
+  bytes.push_back(static_cast<std::uint8_t>(check >> 8U));
+  const MonoNs later = Amount(fault.line, Kind::kSlow, kMicrosecond);
+  Response response;
+  response.on_wire.first = (rules_.paced ? frame_at_.last + rules_.reply_delay : now) + later;
+  response.on_wire.last = response.on_wire.first + WireTime(bytes.size());
+  response.due = response.on_wire.last + Amount(fault.line, Kind::kDelayed, kMillisecond);
+  station.ready = response.on_wire.last + kCommandPause;
+  bytes.resize(Damage(bytes, fault.line, station.random));
+  response.bytes = std::move(bytes);
+  ++station.counters.responses;
+  bool collided = false;
+  Collide(response.on_wire, collided);
+  if (collided) return;
+  responses_.push_back(std::move(response));
+  SendDue(now, transmit);
+}
+
+void BusSimulator::SendDue(MonoNs now, const Transmit& transmit) {
+  while (!responses_.empty()) {
+    const auto first = std::min_element(responses_.begin(), responses_.end(),
+                                        [](const Response& a, const Response& b) { return a.due < b.due; });
+    if (first->due > now) return;
+    const Response response = std::move(*first);
+    responses_.erase(first);
+    quiet_since_ = std::max(quiet_since_, response.on_wire.last);
+    if (!response.bytes.empty()) transmit(response.bytes);
+  }
+}
+
+// ---- whoever looks on ----
+
+std::size_t BusSimulator::Find(std::string_view device) const {
+  const auto found =
+      std::find_if(stations_.begin(), stations_.end(), [&](const Station& s) { return s.name == device; });
+  return static_cast<std::size_t>(found - stations_.begin());
+}
+
+std::string BusSimulator::Set(std::string_view device, std::string_view key, std::string_view value, MonoNs now) {
+  const std::size_t index = Find(device);
+  if (index == stations_.size()) {
+    std::string names;
+    for (const Station& s : stations_) names += (names.empty() ? "" : ", ") + s.name;
+    return "no simulated device '" + std::string(device) + "' here: there is " + names;
+  }
+  CatchUp(now);
+  Station& station = stations_[index];
+  const std::string problem = station.simulated.Set(key, value);
+  return problem.empty() ? "" : station.name + '.' + std::string(key) + ": " + problem;
+}
+
+std::vector<std::pair<std::string, std::string>> BusSimulator::State(std::string_view device, MonoNs now) const {
+  const std::size_t index = Find(device);
+  if (index == stations_.size()) return {};
+  const Station& station = stations_[index];
+  SimulatedUnit simulated = station.simulated;
+  simulated.Advance(now);
+  std::vector<std::pair<std::string, std::string>> list = Quantities(simulated);
+  const auto count = [&list](std::string_view name, std::int64_t value) {
+    list.emplace_back(name, std::to_string(value));
+  };
+  const Station::Counters& own = station.counters;
+  count("address", station.address);
+  count("commands", own.commands);
+  count("broadcasts", own.broadcasts);
+  count("responses", own.responses);
+  for (std::size_t code = 1; code < own.errors.size(); ++code)
+    count("errors_0" + std::to_string(code), own.errors[code]);
+  count("dropped_early", own.dropped_early);
+  count("dropped_line", own.dropped_line);
+  count("unanswered", own.unanswered);
+  count("bus_dropped_gap", counters_.dropped_gap);
+  count("bus_dropped_checksum", counters_.dropped_checksum);
+  count("bus_dropped_silence", counters_.dropped_silence);
+  count("bus_dropped_baud", counters_.dropped_baud);
+  count("bus_foreign", counters_.foreign);
+  count("bus_collisions", counters_.collisions);
+  return list;
+}
+
+}  // namespace axlecast::tsubaki_sc::simulator

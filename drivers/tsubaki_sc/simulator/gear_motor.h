@@ -1,0 +1,76 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "drivers/runtime/core/instant.h"
+#include "drivers/runtime/simulation/seeded_random.h"
+#include "drivers/tsubaki_sc/simulator/load_profile.h"
+
+namespace axlecast::tsubaki_sc::simulator {
+
+// A three-phase gear motor and what it drives. Time goes on in steps of kStep.
+class GearMotor {
+ public:
+  static constexpr MonoNs kStep = 10 * kMillisecond;
+  static constexpr MonoNs kShockLasts = 30 * kMillisecond;
+
+  struct Settings {
+    double torque_nm = 50;   // asked of the output shaft
+    double speed_rpm = 30;   // of the output shaft while it runs
+    double voltage_v = 200;  // between phases
+    double power_factor = 0.8;
+    double run_up_w = 600;  // drawn while it runs up, if more than the load
+    double run_up_s = 0.5;
+    double ambient_c = 25;
+    double heating_c_per_w = 0.15;  // above ambient in the end
+    double thermal_s = 0;           // time constant; 0: the temperature stays as it was set
+    std::array<double, 3> accel_mps2{};
+    double vibration_mps2 = 0;  // while it runs, either way on each axis
+  };
+  struct Reading {
+    double voltage_v = 0;
+    double current_a = 0;
+    double power_w = 0;
+    double temperature_c = 0;
+    std::array<double, 3> accel_mps2{};
+  };
+
+  Settings settings;
+
+  explicit GearMotor(std::uint64_t seed) : random_(seed) {}
+
+  void Start(MonoNs now);
+  void Stop() { running_ = false; }
+  [[nodiscard]] bool running() const { return running_; }
+
+  // Electric power at nominal speed, W; sets the torque.
+  void SetLoad(double watts);
+  [[nodiscard]] double load_w(MonoNs now) const;
+  void SetProfile(LoadProfile profile, MonoNs now);
+  [[nodiscard]] const LoadProfile& profile() const { return profile_; }
+  void SetTemperature(double celsius) { temperature_c_ = celsius; }
+  // A blow on axis 0, 1 or 2 for kShockLasts.
+  void Shock(std::size_t axis, double mps2, MonoNs now);
+
+  // Time went on by kStep to `now`.
+  void Step(MonoNs now);
+  [[nodiscard]] Reading At(MonoNs now) const;
+  [[nodiscard]] double SpeedAt(MonoNs now) const;
+
+ private:
+  [[nodiscard]] double PowerAt(MonoNs now) const;
+
+  bool running_ = false;
+  MonoNs started_at_ = 0;
+  LoadProfile profile_;
+  MonoNs profile_begin_ = 0;
+  double temperature_c_ = 40;
+  std::size_t shock_axis_ = 0;
+  double shock_mps2_ = 0;
+  MonoNs shock_until_ = 0;
+  std::array<double, 3> vibration_{};  // of the present step
+  SeededRandom random_;
+};
+
+}  // namespace axlecast::tsubaki_sc::simulator

@@ -1,0 +1,57 @@
+#include "drivers/tsubaki_sc/simulator/load_profile.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "drivers/runtime/simulation/quantity_text.h"
+
+namespace axlecast::tsubaki_sc::simulator {
+namespace {
+
+constexpr double kMostSeconds = 1e6;
+constexpr double kMostWatts = 10'000;
+constexpr std::string_view kNone = "none";
+
+}  // namespace
+
+std::string LoadProfile::Parse(std::string_view text) {
+  std::vector<Point> points;
+  const std::string whole(text);
+  if (text == kNone) text = {};
+  while (!text.empty()) {
+    const std::string_view part = text.substr(0, text.find(','));
+    text.remove_prefix(std::min(text.size(), part.size() + 1));
+    const std::size_t colon = part.find(':');
+    if (colon == std::string_view::npos)
+      return "'" + whole + "' is not S:W,S:W,... or none, e.g. 0:150,5:400,9:150";
+    Point point;
+    if (std::string p = ReadNumber(part.substr(0, colon), 0, kMostSeconds, "s", point.seconds); !p.empty())
+      return p;
+    if (std::string p = ReadNumber(part.substr(colon + 1), 0, kMostWatts, "W", point.watts); !p.empty()) return p;
+    const bool rises = points.empty() ? point.seconds == 0 : point.seconds > points.back().seconds;
+    if (!rises) return "'" + whole + "': the seconds must begin with 0 and rise";
+    points.push_back(point);
+  }
+  points_ = std::move(points);
+  return {};
+}
+
+double LoadProfile::At(double seconds) const {
+  const double period = points_.back().seconds;
+  if (period > 0) seconds = std::fmod(seconds, period);
+  const auto next = std::upper_bound(points_.begin(), points_.end(), seconds,
+                                     [](double at, const Point& point) { return at < point.seconds; });
+  if (next == points_.end()) return points_.back().watts;
+  const Point& from = *std::prev(next);
+  return from.watts + (next->watts - from.watts) * (seconds - from.seconds) / (next->seconds - from.seconds);
+}
+
+std::string LoadProfile::Text() const {
+  std::string text;
+  for (const Point& point : points_) {
+    text += (text.empty() ? "" : ",") + NumberText(point.seconds) + ':' + NumberText(point.watts);
+  }
+  return text.empty() ? std::string(kNone) : text;
+}
+
+}  // namespace axlecast::tsubaki_sc::simulator

@@ -1,0 +1,230 @@
+#include "drivers/tsubaki_sc/simulator/sc_unit.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace axlecast::tsubaki_sc::simulator {
+namespace {
+
+constexpr std::size_t kParametersPerSet = 13;
+constexpr std::uint16_t kLoggedIn = 0xFF00;
+
+// The guideline names no factory settings. These differ in every address, so that a mix-up is seen, and let the
+// default load run.
+std::array<std::uint16_t, kParameterCount> DeliveredParameters() {
+  std::array<std::uint16_t, kParameterCount> values{};
+  constexpr std::array<int, kParametersPerSet> kUsual = {4000, 4050, 7000, 7050, 500, 505, 200,
+                                                         205,  20,   10,   2,    30,  5};
+  for (std::size_t address = 0; address < kOverheatLimit; ++address) {
+    const auto set = static_cast<int>(address / kParametersPerSet);
+    const std::size_t in_set = address % kParametersPerSet;
+    values.at(address) = static_cast<std::uint16_t>(kUsual.at(in_set) + (in_set < 8 ? 10 * set : set));
+  }
+  values[kOverheatLimit] = 900;         // 90 C
+  values[kExcessiveShockLimit] = 5000;  // 50 m/s^2
+  values[kLogInterval] = 10;            // 1 s
+  return values;
+}
+
+std::uint8_t CharacterAt(const std::string& text, std::size_t index) {
+  return index < text.size() ? static_cast<std::uint8_t>(text[index]) : std::uint8_t{0};
+}
+
+}  // namespace
+
+ScUnit::ScUnit(std::uint64_t seed) : motor(seed), parameters_(DeliveredParameters()) {}
+
+// ---- time ----
+
+void ScUnit::Advance(MonoNs now) {
+  if (!begun_) {
+    begun_ = true;
+    now_ = stepped_ = now;
+    if (powered_) PowerOn();
+    return;
+  }
+  while (now - stepped_ >= GearMotor::kStep) {
+    stepped_ += GearMotor::kStep;
+    now_ = stepped_;
+    Step();
+  }
+  now_ = std::max(now_, now);
+}
+
+void ScUnit::Step() {
+  motor.Step(now_);
+  if (!powered_) return;
+  const Record record = RecordOf(motor.At(now_));
+  history_.Add(record);
+  if (!motor.running()) return;
+  const std::uint16_t causes = protection_.Judge(record, CurrentLimits(), now_);
+  if (causes != 0) Trip(causes);
+}
+
+void ScUnit::Trip(std::uint16_t causes) {
+  motor.Stop();
+  motor_status_ = causes;
+  if (trip_count_ < UINT16_MAX) ++trip_count_;
+  logs_.Shift(causes, history_, parameters_[kLogInterval]);
+}
+
+bool ScUnit::ForceTrip(std::uint16_t cause) {
+  if (!powered_ || !motor.running()) return false;
+  const Limits limits = CurrentLimits();
+  Record record = RecordOf(motor.At(now_));
+  const auto above = [](int limit, int present) {
+    return static_cast<std::uint16_t>(std::max(limit, present) + 1);
+  };
+  if (cause == kOverheat) {
+    record[kTemperatureIndex] = above(limits.overheat, static_cast<std::int16_t>(record[kTemperatureIndex]));
+  } else if (cause == kExcessiveShock) {
+    record[kAccelIndex] = above(limits.excessive_shock, 0);
+  } else if (cause == kUpperA || cause == kUpperB) {
+    record[kPowerIndex] = above(limits.power[cause == kUpperA ? 0 : 1], record[kPowerIndex]);
+  } else {
+    const std::uint16_t limit = limits.power[cause == kLowerA ? 2 : 3];
+    if (limit != 0)
+      record[kPowerIndex] = std::min<std::uint16_t>(record[kPowerIndex], static_cast<std::uint16_t>(limit - 1));
+  }
+  history_.ReplaceNewest(record);
+  Trip(cause);
+  return true;
+}
+
+// ---- power and motor ----
+
+void ScUnit::SetPower(bool on) {
+  if (on == powered_) return;
+  powered_ = on;
+  if (!begun_) return;
+  if (on) return PowerOn();
+  motor.Stop();
+  access.LogOut();
+}
+
+void ScUnit::PowerOn() {
+  stop_ = false;
+  motor_status_ = 0;
+  history_.Clear();
+  StartMotor();
+}
+
+void ScUnit::StartMotor() {
+  if (motor.running()) return;
+  ++effects.starts;
+  motor.Start(now_);
+  protection_.Begin(now_);
+}
+
+void ScUnit::SetStuck(bool stuck) {
+  if (!stuck) {
+    stuck_.reset();
+  } else if (!stuck_) {
+    stuck_ = RecordOf(motor.At(now_));
+  }
+}
+
+// ---- reading ----
+
+// Guideline 11: of each DIP switch setting, four power limits for 50 and 60 Hz by turns, the start time, four shock
+// times.
+std::uint16_t ScUnit::SetParameter(std::size_t index) const {
+  const std::size_t first = kParametersPerSet * (static_cast<std::size_t>(settings.dip_set) - 1);
+  const std::size_t mains = settings.mains_60_hz ? 1 : 0;
+  return parameters_.at(first + (index < 4 ? 2 * index + mains : index + 4));
+}
+
+Limits ScUnit::CurrentLimits() const {
+  Limits limits;
+  for (std::size_t i = 0; i < 4; ++i) {
+    limits.power.at(i) = SetParameter(i);
+    limits.shock_time.at(i) = SetParameter(5 + i);
+  }
+  limits.start_time = SetParameter(4);
+  limits.overheat = parameters_[kOverheatLimit];
+  limits.excessive_shock = parameters_[kExcessiveShockLimit];
+  return limits;
+}
+
+std::uint16_t ScUnit::LogSample(std::uint16_t address) const {
+  return logs_.sample(address / 1000U - 1U, address / 100U % 10U, address % 100U);
+}
+
+std::uint16_t ScUnit::InputRegister(std::uint16_t address) const {
+  if (address <= 8) return SetParameter(address);
+  if (address >= 1000) return LogSample(address);
+  if (address <= 106) return (stuck_ ? *stuck_ : RecordOf(motor.At(now_))).at(address - 100U);
+  switch (address) {
+    case 200:
+      return trip_count_;
+    case 201:
+      return motor_status_;
+    case 300:
+      return access.logged_in() ? kLoggedIn : 0;
+    default:
+      return logs_.factor(address - 202U);
+  }
+}
+
+std::uint16_t ScUnit::Pair(std::uint8_t first, std::uint8_t second) const {
+  if (settings.low_character_first) std::swap(first, second);
+  return static_cast<std::uint16_t>(first << 8U | second);
+}
+
+std::uint16_t ScUnit::HoldingRegister(std::uint16_t address) const {
+  if (address < kParameterCount) return parameters_[address];
+  if (address < kPassword) return 0;  // Login/Logout reads as NUL
+  if (address < kProductCode) {
+    const Characters characters = access.password();
+    const std::size_t at = 2 * static_cast<std::size_t>(address - kPassword);
+    return Pair(characters.at(at), characters.at(at + 1));
+  }
+  const bool product = address < kMfgNumber;
+  const std::string& text = product ? settings.product_code : settings.mfg_number;
+  const std::size_t at = 2 * static_cast<std::size_t>(address - (product ? kProductCode : kMfgNumber));
+  return Pair(CharacterAt(text, at), CharacterAt(text, at + 1));
+}
+
+// ---- writing ----
+
+void ScUnit::WriteCoil(std::uint16_t address, bool on) {
+  if (!on) return;
+  switch (address) {
+    case kCoilClearTripCount:
+      trip_count_ = 0;
+      ++effects.trip_count_clears;
+      break;
+    case kCoilStop:
+      if (motor.running()) ++effects.stops;
+      stop_ = true;
+      motor.Stop();
+      break;
+    default:
+      stop_ = false;
+      if (motor_status_ == 0) StartMotor();
+      break;
+  }
+}
+
+void ScUnit::WriteParameter(std::uint16_t address, std::uint16_t value) {
+  const Range range = ParameterRange(address);
+  ++effects.parameter_writes;
+  if (settings.out_of_range == OutOfRange::kKeep && (value < range.low || value > range.high)) return;
+  parameters_.at(address) = std::clamp(value, range.low, range.high);
+}
+
+bool ScUnit::WriteLogin(const std::string& password) {
+  if (!access.Authenticate(password)) {
+    ++effects.wrong_passwords;
+    return false;
+  }
+  ++(access.logged_in() ? effects.logins : effects.logouts);
+  return true;
+}
+
+void ScUnit::WritePassword(std::string password) {
+  access.SetPassword(std::move(password));
+  ++effects.password_changes;
+}
+
+}  // namespace axlecast::tsubaki_sc::simulator

@@ -1,0 +1,105 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "drivers/runtime/core/instant.h"
+#include "drivers/tsubaki_sc/simulator/access.h"
+#include "drivers/tsubaki_sc/simulator/data_address.h"
+#include "drivers/tsubaki_sc/simulator/gear_motor.h"
+#include "drivers/tsubaki_sc/simulator/protection.h"
+#include "drivers/tsubaki_sc/simulator/trip_log.h"
+
+namespace axlecast::tsubaki_sc::simulator {
+
+// One SC unit with its motor as the communication guideline describes it, without its line. What the guideline leaves
+// open is decided in README.md of this folder.
+class ScUnit {
+ public:
+  // What else can happen on a write of a parameter out of its range: the guideline does not say.
+  enum class OutOfRange : std::uint8_t { kRefuse, kKeep, kClamp };
+  struct Settings {
+    int dip_set = 1;  // 1..4
+    bool mains_60_hz = false;
+    std::array<std::uint8_t, 2> version{0x01, 0x00};  // upper, lower
+    std::string product_code = "SC01";                // 4 characters
+    std::string mfg_number = "0000000001";            // 10 characters
+    OutOfRange out_of_range = OutOfRange::kRefuse;
+    bool low_byte_first = false;       // of a register on the line
+    bool low_character_first = false;  // of the two characters in a register
+  };
+  // What was done to it since it came into being.
+  struct Effects {
+    std::int64_t starts = 0;
+    std::int64_t stops = 0;
+    std::int64_t logins = 0;
+    std::int64_t logouts = 0;  // by the password, not by power-off
+    std::int64_t wrong_passwords = 0;
+    std::int64_t password_changes = 0;
+    std::int64_t parameter_writes = 0;
+    std::int64_t trip_count_clears = 0;
+  };
+
+  Settings settings;
+  GearMotor motor;
+  Access access;
+  Effects effects;
+
+  explicit ScUnit(std::uint64_t seed);
+
+  // Time begins with the first call, and with it the unit is powered on; it never runs backwards.
+  void Advance(MonoNs now);
+  [[nodiscard]] MonoNs now() const { return now_; }
+
+  void SetPower(bool on);
+  [[nodiscard]] bool powered() const { return powered_; }
+  void ResetTrip() { motor_status_ = 0; }  // the motor stands until it is started
+  // Trips a running motor now by one cause, with a last log sample that shows it. False when none runs.
+  [[nodiscard]] bool ForceTrip(std::uint16_t cause);
+  // The instantaneous data stay as they are, whatever the motor does.
+  void SetStuck(bool stuck);
+  void PresetParameter(std::uint16_t address, std::uint16_t value) { parameters_.at(address) = value; }
+
+  // ---- data by address; each of them exists ----
+  [[nodiscard]] bool Coil(std::uint16_t address) const { return address == kCoilStop && stop_; }
+  [[nodiscard]] bool InputStatus() const { return settings.mains_60_hz; }
+  [[nodiscard]] std::uint16_t InputRegister(std::uint16_t address) const;
+  [[nodiscard]] std::uint16_t HoldingRegister(std::uint16_t address) const;
+  void WriteCoil(std::uint16_t address, bool on);
+  void WriteParameter(std::uint16_t address, std::uint16_t value);
+  // False, and nothing done, when it is not the password.
+  [[nodiscard]] bool WriteLogin(const std::string& password);
+  void WritePassword(std::string password);
+  // Eight registers of characters, as they stand in this unit.
+  [[nodiscard]] std::uint16_t Pair(std::uint8_t first, std::uint8_t second) const;
+
+  [[nodiscard]] Limits CurrentLimits() const;
+  [[nodiscard]] std::uint16_t motor_status() const { return motor_status_; }
+  [[nodiscard]] std::uint16_t trip_count() const { return trip_count_; }
+  [[nodiscard]] const TripLogs& logs() const { return logs_; }
+
+ private:
+  void PowerOn();
+  void StartMotor();
+  void Step();
+  void Trip(std::uint16_t causes);
+  [[nodiscard]] std::uint16_t SetParameter(std::size_t index) const;
+  [[nodiscard]] std::uint16_t LogSample(std::uint16_t address) const;
+
+  bool begun_ = false;
+  bool powered_ = true;
+  MonoNs now_ = 0;
+  MonoNs stepped_ = 0;  // the steps are a grid from the beginning on
+  std::array<std::uint16_t, kParameterCount> parameters_{};
+  bool stop_ = false;  // the coil
+  std::uint16_t motor_status_ = 0;
+  std::uint16_t trip_count_ = 0;
+  std::optional<Record> stuck_;
+  Protection protection_;
+  History history_;
+  TripLogs logs_;
+};
+
+}  // namespace axlecast::tsubaki_sc::simulator

@@ -1,0 +1,150 @@
+#include "drivers/tsubaki_sc/trip_reader.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "drivers/tsubaki_sc/procedure.h"
+
+namespace axlecast::tsubaki_sc {
+
+int TripsBetween(const TripStatus& before, const TripStatus& after) {
+  if (after.count > before.count) return after.count - before.count;
+  if (after.count == before.count && after.factors == before.factors) return 0;
+  return after.count;
+}
+
+void TripReader::Forget() {
+  status_.reset();
+  logs_ = {};
+  interval_us_ = 0;
+  interval_refused_ = false;
+  BeginAgain();
+}
+
+void TripReader::BeginAgain() {
+  begun_ = false;
+  tried_ = 0;
+  failures_ = 0;
+}
+
+std::size_t TripReader::Current() const {
+  const auto found = std::find_if(logs_.begin(), logs_.end(), [](const Log& log) { return log.wanted; });
+  return static_cast<std::size_t>(found - logs_.begin());
+}
+
+Block TripReader::Next() const {
+  if (interval_us_ == 0 && !interval_refused_) return kLogInterval;
+  if (tried_ == kAllQuantities) return kStatus;
+  return LogBlock(Current(), static_cast<std::size_t>(std::countr_one(tried_)));
+}
+
+void TripReader::OnStatus(const TripStatus& status, Interval at) {
+  if (!status_) {
+    WantHistory(status, at);
+  } else if (const int trips = TripsBetween(*status_, status); trips > 0) {
+    Shift(static_cast<std::size_t>(trips), status, at);
+  } else if (Complete()) {
+    Publish(status);
+  }
+  status_ = status;
+  status_at_ = at;
+}
+
+// What is there at the start happened at some time before.
+void TripReader::WantHistory(const TripStatus& status, Interval at) {
+  if (status.count == 0) return;
+  for (std::size_t i = 0; i < kLogs; ++i) {
+    const std::int32_t count = status.count - static_cast<std::int32_t>(i);
+    logs_[i] = {.wanted = status.factors[i] != 0,
+                .fresh = false,
+                .trip_count = std::max(count, 0),
+                .not_before = 0,
+                .not_after = at.last};
+  }
+}
+
+void TripReader::Shift(std::size_t trips, const TripStatus& status, Interval at) {
+  if (begun_) {
+    ++restarts_;
+    BeginAgain();
+  }
+  const std::size_t added = std::min(trips, kLogs);
+  std::shift_right(logs_.begin(), logs_.end(), static_cast<std::ptrdiff_t>(added));
+  for (std::size_t i = 0; i < added; ++i) {
+    logs_[i] = {.wanted = true,
+                .fresh = true,
+                .trip_count = status.count - static_cast<std::int32_t>(i),
+                .not_before = status_at_.first,
+                .not_after = at.last};
+  }
+}
+
+void TripReader::WantAll() {
+  if (!status_) return;
+  for (std::size_t i = 0; i < kLogs; ++i) {
+    const bool recorded = status_->factors[i] != 0 || status_->count > static_cast<std::int32_t>(i);
+    if (!recorded) continue;
+    if (logs_[i].not_after == 0) {  // recorded before the count was cleared, or never seen
+      logs_[i].trip_count = std::max(status_->count - static_cast<std::int32_t>(i), 0);
+      logs_[i].not_after = status_at_.last;
+    }
+    logs_[i].wanted = true;
+    logs_[i].fresh = true;
+  }
+  BeginAgain();
+  restarts_ = 0;
+}
+
+void TripReader::OnLogInterval(std::uint16_t tenths) {
+  constexpr std::int32_t kTenth = 100'000;  // us
+  interval_us_ = tenths * kTenth;
+  interval_refused_ = tenths == 0;
+}
+
+void TripReader::OnLog(const LogPlace& place, const modbus::Reply& reply, Interval at) {
+  if (!wanted() || place.log != Current()) return;
+  if (!begun_) record_ = {.at = at};
+  begun_ = true;
+  record_.at.last = at.last;
+  for (std::size_t i = 0; i < kLogSamples; ++i) {
+    record_.samples[place.quantity][i] = ToUnits(kQuantityTable[place.quantity], reply.Register(i));
+  }
+  const auto bit = static_cast<std::uint8_t>(1U << place.quantity);
+  record_.valid_mask |= bit;
+  tried_ |= bit;
+  failures_ = 0;
+}
+
+void TripReader::OnFailure(const Answer& answer) {
+  if (!answer.block) return;
+  const bool for_good = answer.refused() || ++failures_ >= kTries;
+  if (!for_good) return;
+  failures_ = 0;
+  if (*answer.block == kLogInterval) interval_refused_ = true;
+  const auto place = LogPlaceOf(*answer.block);
+  if (!place || place->log != Current()) return;
+  if (!begun_) record_ = {.at = answer.at};
+  begun_ = true;
+  tried_ |= static_cast<std::uint8_t>(1U << place->quantity);
+}
+
+void TripReader::Publish(const TripStatus& status) {
+  const std::size_t index = Current();
+  Log& log = logs_[index];
+  record_.log_index = static_cast<std::int8_t>(index + 1);
+  record_.trip_count = log.trip_count;
+  record_.factor_bits = status.factors[index];
+  record_.not_before = log.not_before;
+  record_.not_after = log.not_after;
+  record_.interval_us = interval_us_;
+  for (std::size_t q = 0; q < kQuantities; ++q) {
+    if ((record_.valid_mask >> q & 1U) == 0) record_.samples[q].fill(kUnknownQuantity);
+  }
+  log.wanted = false;
+  log.fresh = false;
+  if (!wanted()) restarts_ = 0;
+  BeginAgain();
+  if (record_.valid_mask != 0) output_.OnTrip(record_);
+}
+
+}  // namespace axlecast::tsubaki_sc

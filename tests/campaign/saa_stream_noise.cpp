@@ -1,0 +1,363 @@
+// A campaign: the stream of an SAA encoder in mode timing with noise on the line, through the parser and through the
+// whole device logic, in virtual time.
+//
+// Usage: saa_stream_noise BYTES [MODE...]; prints a few lines of figures per mode; exit 1 when a good frame that is not
+// adjacent to a bad byte was lost, a position outside the bound was published valid, or a rate disagrees with theory.
+//
+// Theory. A frame of N data bytes has 8 (N + 3) bits, each inverted with probability p. It passes as another position
+// when both header bytes are whole (16 bits) and the sum agrees. To leading order that takes two inverted bits of one
+// column k among the N data bytes and the checksum: two data bits that change the sum in opposite ways, or a data bit
+// and the checksum's that change in the same way. Either holds for half of all data, and always in column 7, because
+// +-128 is the same modulo 256. There are N (N + 1) / 2 pairs of bytes, hence
+//
+//   share of wrong frames = N (N + 1) / 2 * (7 / 2 + 1) * p^2 (1 - p)^(8 (N + 3) - 2)
+//
+// 1.30e-5 at p = 1e-3 and N = 2. The campaign compares with the exact sum that this is the begin of: for every
+// kLookEvery-th frame it tries all patterns of up to three inverted data bits, each with the checksum that makes it pass.
+// Those whose position lies within the bound of the last published one - 5,000 rpm over the time between, both
+// uncertainties included - are expected to be published: that residue is physics.
+
+#include <algorithm>
+#include <array>
+#include <axlecast/position_t.hpp>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <deque>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "drivers/runtime/config/load.h"
+#include "drivers/runtime/core/decode_message.h"
+#include "drivers/runtime/position/channel.h"
+#include "drivers/saa_serial/stream_parser.h"
+#include "tests/support/fixed_secrets.h"
+
+namespace axlecast {
+namespace {
+
+constexpr MonoNs kPeriod = 200 * kMicrosecond;
+constexpr double kMaxSpeedRpm = 5'000;  // SAA manual 4.2
+constexpr std::int64_t kLookEvery = 512;
+using saa_serial::StreamParser;
+using Long = long long;  // as printf wants it
+
+struct Mode {
+  const char* name;
+  unsigned bits;
+  double bit_error_rate;
+  double byte_fault_rate;  // of frames that lose or gain a byte
+  double tolerance;        // counts: the accuracy of SAA manual 4.1, 40" and 5", and rounding
+};
+constexpr std::array<Mode, 6> kModes = {{{"16_bits_1e-3", 16, 1e-3, 0, 4},
+                                         {"16_bits_1e-2", 16, 1e-2, 0, 4},
+                                         {"24_bits_1e-3", 24, 1e-3, 0, 66},
+                                         {"24_bits_1e-2", 24, 1e-2, 0, 66},
+                                         {"16_bits_1e-3_and_shifts", 16, 1e-3, 1e-2, 4},
+                                         {"24_bits_1e-2_and_shifts", 24, 1e-2, 1e-2, 66}}};
+
+std::string MachineText(unsigned bits) {
+  return "machine: campaign\nbuses:\n  b: {family: saa_serial, mode: timing, refresh_hz: 5000, simulate: true,\n"
+         "      link: {baud: 921600}, devices: {axis1: {bits: " +
+         std::to_string(bits) + ", processing_us: 0, latency_us: 0, unit: count, publish_hz: 20000}}}\n";
+}
+
+using ByteList = std::vector<std::uint8_t>;
+
+// SAA manual 5.1.1 (2), tables.
+std::uint8_t SumOf(std::uint32_t counts) {
+  return static_cast<std::uint8_t>(0xFF + 0x81 + (counts >> 16U) + (counts >> 8U) + counts);
+}
+
+ByteList FrameOf(std::uint32_t counts, unsigned bits) {
+  ByteList frame = {0xFF, 0x81};
+  for (unsigned byte = bits / 8; byte-- > 0;) frame.push_back(static_cast<std::uint8_t>(counts >> 8 * byte));
+  frame.push_back(SumOf(counts));
+  return frame;
+}
+
+// A frame as sent, and what became of its bytes.
+struct Sent {
+  std::int64_t position = 0;  // in the stream
+  MonoNs at = 0;
+  std::uint32_t counts = 0;
+  bool good = true;      // no byte of it was touched
+  bool isolated = true;  // nor the one before, nor the one behind
+};
+
+// What the parser alone made of the stream.
+struct Figures {
+  std::int64_t frames = 0, good = 0, lost = 0, lost_isolated = 0;
+  std::int64_t wrong = 0;      // found in its place, with another position
+  std::int64_t elsewhere = 0;  // found where no frame was sent, with a position that was not sent
+  double expected_wrong = 0, expected_published = 0;
+};
+
+// Judges every published position by the frames sent lately, and by where the shaft can be.
+class Referee final : public MessageSink {
+ public:
+  Referee(const Mode& mode, const std::deque<Sent>& sent)
+      : sent_(sent),
+        turn_(static_cast<double>(1U << mode.bits)),
+        per_ns_(kMaxSpeedRpm / 60 * turn_ * 1e-9),
+        tolerance_(mode.tolerance) {}
+
+  void Publish(const std::string& channel, Bytes message) override {
+    if (channel != "POSITION/axis1") return;
+    const auto position = DecodeMessage<position_t>(message);
+    if (!position || (position->flags & position_t::FLAG_VALID) == 0) {
+      ++withheld;
+      return;
+    }
+    ++valid;
+    const bool right = std::any_of(sent_.begin(), sent_.end(),
+                                   [&](const Sent& sent) { return sent.counts == position->raw_counts; });
+    if (!right) {
+      ++wrong;
+      outside += last_ && !Within(position->raw_counts, position->mono_ns + position->time_uncertainty_ns) ? 1 : 0;
+    }
+    if (right || !last_) last_ = position;
+  }
+
+  // Whether the shaft can be there at `at`, since it was last told correctly.
+  [[nodiscard]] bool Within(std::int64_t counts, MonoNs at) const {
+    if (!last_) return false;
+    const double elapsed = static_cast<double>(at - last_->mono_ns) + last_->time_uncertainty_ns;
+    const double way = std::remainder(static_cast<double>(counts - last_->raw_counts), turn_);
+    return std::abs(way) <= per_ns_ * elapsed + tolerance_;
+  }
+
+  std::int64_t withheld = 0, valid = 0, wrong = 0, outside = 0;
+
+ private:
+  const std::deque<Sent>& sent_;
+  const double turn_;
+  const double per_ns_;
+  const double tolerance_;
+  std::optional<position_t> last_;
+};
+
+class Campaign {
+ public:
+  Campaign(const MachineConfig& machine, const Mode& mode)
+      : mode_(mode),
+        flip_(mode.bit_error_rate),
+        shift_(mode.byte_fault_rate),
+        referee_(mode, sent_),
+        channel_(machine.buses[0], machine.buses[0].devices[0],
+                 {.boot_id = 1, .time = &time_, .sink = &referee_, .on_outcome = {}}),
+        device_(machine.buses[0].family->make_device(machine.buses[0], machine.buses[0].devices[0], channel_,
+                                                     secrets_)),
+        parser_(static_cast<int>(mode.bits)) {
+    until_flip_ = flip_(random_);
+    time_.Update(now_, 1'700'000'000'000'000);
+    channel_.OnLink(true, "", now_);
+    device_->On(
+        {.kind = Event::Kind::kLinkUp, .sent = {now_, now_}, .received = {now_, now_}, .request = {}, .bytes = {}});
+  }
+
+  void Run(std::int64_t bytes) {
+    while (position_ < bytes) {
+      Tick();
+      Send();
+      device_->On({.kind = Event::Kind::kUnsolicited,
+                   .sent = {},
+                   .received = {now_, now_},
+                   .request = {},
+                   .bytes = frame_});
+      parser_.Append(frame_, {now_, now_});
+      while (const auto found = parser_.Next()) Judge(*found);
+      now_ += kPeriod;
+    }
+  }
+
+  [[nodiscard]] const Figures& figures() const { return figures_; }
+  [[nodiscard]] const Referee& referee() const { return referee_; }
+  [[nodiscard]] const StreamParser& parser() const { return parser_; }
+
+ private:
+  // A shaft that turns within its limits, through all positions alike.
+  [[nodiscard]] std::uint32_t TruthCounts() const {
+    const double t = static_cast<double>(now_) * 1e-9;
+    const double turns = 31.7 * t + 4.0 * std::sin(t * 9.0);
+    return static_cast<std::uint32_t>((turns - std::floor(turns)) * static_cast<double>(1U << mode_.bits));
+  }
+
+  void Tick() {
+    if (now_ < next_tick_) return;
+    next_tick_ = now_ + 100 * kMillisecond;
+    time_.Update(now_, 1'700'000'000'000'000 + now_ / kMicrosecond);
+    channel_.Tick(now_);
+  }
+
+  void Send() {
+    Sent sent{.position = position_, .at = now_, .counts = TruthCounts()};
+    if (++figures_.frames % kLookEvery == 0) Expect(sent.counts);
+    frame_ = FrameOf(sent.counts, mode_.bits);
+    touched_.assign(frame_.size(), false);
+    Flip();
+    if (mode_.byte_fault_rate > 0 && shift_(random_)) Shift(sent);
+    sent.good = sent.good && std::none_of(touched_.begin(), touched_.end(), [](bool is) { return is; });
+    if (!sent_.empty() && touched_.front()) sent_.back().isolated = false;
+    sent.isolated = !last_touched_;
+    last_touched_ = touched_.back();
+    figures_.good += sent.good ? 1 : 0;
+    position_ += static_cast<std::int64_t>(frame_.size());
+    sent_.push_back(sent);
+  }
+
+  void Flip() {
+    const auto bits = static_cast<std::int64_t>(frame_.size()) * 8;
+    for (; until_flip_ < bits; until_flip_ += 1 + flip_(random_)) {
+      const auto byte = static_cast<std::size_t>(until_flip_ / 8);
+      frame_[byte] ^= static_cast<std::uint8_t>(1U << (until_flip_ % 8));
+      touched_[byte] = true;
+    }
+    until_flip_ -= bits;
+  }
+
+  // One byte is lost, which its neighbour in the frame stands for, or one comes in between.
+  void Shift(Sent& sent) {
+    const std::size_t at = random_() % frame_.size();
+    const auto offset = static_cast<std::ptrdiff_t>(at);
+    sent.good = false;
+    if (random_() % 2 == 0) {
+      frame_.erase(frame_.begin() + offset);
+      touched_.erase(touched_.begin() + offset);
+      touched_[std::min(at, touched_.size() - 1)] = true;
+    } else {
+      frame_.insert(frame_.begin() + offset, static_cast<std::uint8_t>(random_()));
+      touched_.insert(touched_.begin() + offset, true);
+    }
+  }
+
+  void Judge(const StreamParser::Found& found) {
+    if (found.error) return;
+    while (sent_.size() > 1 && sent_.front().position < found.position) {
+      if (sent_.front().good) Lose(sent_.front());
+      sent_.pop_front();
+    }
+    const Sent& sent = sent_.front();
+    if (sent.position != found.position) {
+      // A byte too many before or behind the frame leaves it whole.
+      figures_.elsewhere += Known(found.counts) ? 0 : 1;
+      return;
+    }
+    figures_.wrong += sent.counts != found.counts ? 1 : 0;
+    if (sent_.size() > 1)
+      sent_.pop_front();
+    else
+      sent_.front().good = false;  // it stays for the referee, and is not missed
+  }
+
+  [[nodiscard]] bool Known(std::uint32_t counts) const {
+    return std::any_of(sent_.begin(), sent_.end(), [counts](const Sent& sent) { return sent.counts == counts; });
+  }
+
+  void Lose(const Sent& sent) {
+    ++figures_.lost;
+    if (!sent.isolated) return;
+    ++figures_.lost_isolated;
+    std::printf("  lost: counts %X at byte %lld\n", sent.counts, Long{sent.position});
+  }
+
+  // All patterns of up to three inverted data bits of this frame, and the sum that each needs.
+  void Expect(std::uint32_t counts) {
+    const unsigned data = mode_.bits;
+    const int rest = 16 + static_cast<int>(data) + 8;
+    const unsigned sum = SumOf(counts);
+    const auto look = [&](std::uint32_t pattern, int flips) {
+      const std::uint32_t other = counts ^ pattern;
+      const int inverted = flips + std::popcount(sum ^ SumOf(other));
+      const double weight = std::pow(mode_.bit_error_rate, inverted) *
+                            std::pow(1 - mode_.bit_error_rate, rest - inverted) * static_cast<double>(kLookEvery);
+      figures_.expected_wrong += weight;
+      if (referee_.Within(other, now_)) figures_.expected_published += weight;
+    };
+    for (unsigned a = 0; a < data; ++a) {
+      look(1U << a, 1);
+      for (unsigned b = 0; b < a; ++b) {
+        look(1U << a | 1U << b, 2);
+        for (unsigned c = 0; c < b; ++c) look(1U << a | 1U << b | 1U << c, 3);
+      }
+    }
+  }
+
+  Mode mode_;
+  std::mt19937_64 random_{20'261'121};
+  std::geometric_distribution<std::int64_t> flip_;
+  std::bernoulli_distribution shift_;
+  std::int64_t until_flip_ = 0;
+  MonoNs now_ = 10 * kSecond;
+  MonoNs next_tick_ = 0;
+  std::int64_t position_ = 0;
+  ByteList frame_;
+  std::vector<bool> touched_;
+  bool last_touched_ = false;
+  std::deque<Sent> sent_;
+  Timebase time_;
+  Referee referee_;
+  Channel channel_;
+  FixedSecrets secrets_;
+  std::unique_ptr<Device> device_;
+  StreamParser parser_;
+  Figures figures_;
+};
+
+bool Agrees(std::int64_t seen, double expected) {
+  return std::abs(static_cast<double>(seen) - expected) <= 5 * std::sqrt(expected) + 0.05 * expected + 3;
+}
+
+bool RunMode(const Mode& mode, std::int64_t bytes) {
+  ConfigErrors errors("campaign");
+  const std::optional<MachineConfig> machine = ParseConfig(MachineText(mode.bits), errors);
+  if (!machine) {
+    std::fputs(errors.Text().c_str(), stderr);
+    return false;
+  }
+  Campaign campaign(*machine, mode);
+  campaign.Run(bytes);
+  const Figures& figures = campaign.figures();
+  const Referee& referee = campaign.referee();
+  std::printf(
+      "%s\n  frames %lld, of these good %lld; good ones lost %lld, of these not adjacent to a bad byte %lld\n",
+      mode.name, Long{figures.frames}, Long{figures.good}, Long{figures.lost}, Long{figures.lost_isolated});
+  std::printf("  found with another position: in its place %lld (theory %.0f), elsewhere %lld\n",
+              Long{figures.wrong}, figures.expected_wrong, Long{figures.elsewhere});
+  std::printf(
+      "  published valid %lld, withheld %lld; valid and wrong: outside the bound %lld, inside it %lld (theory "
+      "%.1f)\n",
+      Long{referee.valid}, Long{referee.withheld}, Long{referee.outside}, Long{referee.wrong - referee.outside},
+      figures.expected_published);
+  std::printf("  bytes of no frame %lld\n", Long{campaign.parser().skipped()});
+  std::fflush(stdout);
+  const bool theory = mode.byte_fault_rate > 0 || (Agrees(figures.wrong, figures.expected_wrong) &&
+                                                   Agrees(referee.wrong, figures.expected_published));
+  return theory && figures.lost_isolated == 0 && referee.outside == 0 && referee.valid > figures.frames / 4;
+}
+
+}  // namespace
+
+int CampaignMain(int argc, char** argv) {
+  const std::int64_t bytes = argc > 1 ? std::atoll(argv[1]) : 0;
+  if (bytes <= 0) {
+    std::fprintf(stderr, "usage: saa_stream_noise BYTES [MODE...]\n");
+    return 2;
+  }
+  const std::vector<std::string> wanted(argv + 2, argv + argc);
+  bool good = true;
+  for (const Mode& mode : kModes) {
+    if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), mode.name) == wanted.end()) continue;
+    good = RunMode(mode, bytes) && good;
+  }
+  std::printf("%s\n", good ? "no isolated good frame was lost, no position outside the bound was published valid"
+                           : "FAILED");
+  return good ? 0 : 1;
+}
+
+}  // namespace axlecast
+
+int main(int argc, char** argv) { return axlecast::CampaignMain(argc, argv); }

@@ -1,0 +1,171 @@
+#include <gmock/gmock.h>
+
+#include <axlecast/wire_t.hpp>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "drivers/runtime/bus/bus.h"
+#include "drivers/runtime/bus/wire_reader.h"
+#include "drivers/runtime/driver/bus_settings.h"
+#include "tests/conformance/example_buses.h"
+#include "tests/support/memory_sink.h"
+#include "tests/support/recording_output.h"
+#include "tests/support/simulator_link.h"
+
+namespace axlecast {
+namespace {
+
+class Indifferent final : public LinkObserver {
+  void OnLink(bool, std::string_view, MonoNs) override {}
+};
+
+// A shaft that stands, as far as the device is told.
+RecordingOutput AtRest() {
+  RecordingOutput output;
+  output.motion = {.known = true, .standstill = true};
+  return output;
+}
+
+std::string TextOf(const Step& step) {
+  std::string text = std::to_string(step.action.index()) + ' ' + std::to_string(static_cast<int>(step.priority));
+  if (const auto* exchange = std::get_if<Exchange>(&step.action)) {
+    for (const std::uint8_t byte : Bytes(exchange->request)) text += ' ' + std::to_string(byte);
+  }
+  if (const auto* idle = std::get_if<Idle>(&step.action)) text += ' ' + std::to_string(idle->until);
+  return text;
+}
+
+// Asks its device twice each time and notes when the answers differ.
+class AskedTwice final : public Device {
+ public:
+  explicit AskedTwice(std::unique_ptr<Device> device) : device_(std::move(device)) {}
+
+  [[nodiscard]] Step Next(const Turn& turn) const override {
+    Step step = device_->Next(turn);
+    if (TextOf(step) != TextOf(device_->Next(turn))) ++differing;
+    return step;
+  }
+  void OnStarted(const Step& step, MonoNs now) override { device_->OnStarted(step, now); }
+  void On(const Event& event) override { device_->On(event); }
+  void Begin(const Order& order, MonoNs now) override { device_->Begin(order, now); }
+  [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override { return device_->Cancel(id, now); }
+
+  mutable int differing = 0;
+
+ private:
+  std::unique_ptr<Device> device_;
+};
+
+class DeviceConformance : public ExampleTest {
+ protected:
+  void SetUp() override { ASSERT_TRUE(simulator_); }
+  [[nodiscard]] std::unique_ptr<Device> Make(std::size_t index, DeviceOutput& output) {
+    return bus_->family->make_device(*bus_, bus_->devices[index], output, secrets_);
+  }
+};
+
+TEST_P(DeviceConformance, AskingChangesNothing) {
+  FakeClock clock;
+  SimulatorLink link(clock, *simulator_, bus_->link.line.baud);
+  Indifferent observer;
+  Bus bus(BusSettingsOf(*bus_, &link), link, clock, observer, nullptr);
+  RecordingOutput output = AtRest();
+  std::vector<std::unique_ptr<AskedTwice>> devices;
+  for (std::size_t i = 0; i < bus_->devices.size(); ++i) {
+    devices.push_back(std::make_unique<AskedTwice>(Make(i, output)));
+    bus.Add(*devices.back());
+  }
+  const MonoNs end = clock.Now() + 10 * kSecond;
+  while (clock.Now() < end) bus.RunOnce(end);
+  for (const auto& device : devices) EXPECT_EQ(device->differing, 0);
+  EXPECT_GT(output.samples.size() + output.motors.size(), 1U);
+}
+
+TEST_P(DeviceConformance, WithoutALinkItWantsNothing) {
+  RecordingOutput output = AtRest();
+  const auto device = Make(0, output);
+  const Turn turn{.now = 1'000 * kSecond, .live_due = true};
+  EXPECT_TRUE(std::holds_alternative<Idle>(device->Next(turn).action));
+  device->On(
+      {.kind = Event::Kind::kLinkUp, .sent = {}, .received = {turn.now, turn.now}, .request = {}, .bytes = {}});
+  device->On(
+      {.kind = Event::Kind::kLinkDown, .sent = {}, .received = {turn.now, turn.now}, .request = {}, .bytes = {}});
+  EXPECT_TRUE(std::holds_alternative<Idle>(device->Next(turn).action));
+}
+
+// A recording, handed to fresh devices, gives the same readings: decoding uses the events alone.
+TEST_P(DeviceConformance, ARecordingDecodesToTheSameReadings) {
+  FakeClock clock;
+  SimulatorLink link(clock, *simulator_, bus_->link.line.baud);
+  Indifferent observer;
+  Timebase time;
+  time.Update(clock.Now(), clock.UtcMicroseconds());
+  MemorySink sink;
+  WireLog log(bus_->name, 1, time, sink);
+  Bus bus(BusSettingsOf(*bus_, &link), link, clock, observer, &log);
+  std::vector<RecordingOutput> live(bus_->devices.size(), AtRest());
+  std::vector<RecordingOutput> again = live;
+  std::vector<std::unique_ptr<Device>> devices;
+  std::vector<std::unique_ptr<Device>> fresh;
+  for (std::size_t i = 0; i < live.size(); ++i) {
+    devices.push_back(Make(i, live[i]));
+    fresh.push_back(Make(i, again[i]));
+    bus.Add(*devices.back());
+  }
+  const MonoNs end = clock.Now() + 20 * kSecond;
+  while (clock.Now() < end) bus.RunOnce(end);
+  log.Flush();
+
+  WireReader reader;
+  for (const wire_t& message : sink.All<wire_t>("WIRE/" + bus_->name)) {
+    reader.Read(message, [&](const Event& event) {
+      for (std::size_t i = 0; i < fresh.size(); ++i) {
+        if (event.device < 0 || static_cast<std::size_t>(event.device) == i) fresh[i]->On(event);
+      }
+    });
+  }
+  EXPECT_EQ(reader.unreadable(), 0);
+  for (std::size_t i = 0; i < live.size(); ++i) {
+    ASSERT_EQ(again[i].samples.size(), live[i].samples.size());
+    for (std::size_t k = 0; k < live[i].samples.size(); ++k) {
+      EXPECT_EQ(again[i].samples[k].at, live[i].samples[k].at);
+      EXPECT_EQ(again[i].samples[k].counts, live[i].samples[k].counts);
+      EXPECT_EQ(again[i].samples[k].turns, live[i].samples[k].turns);
+    }
+    ASSERT_EQ(again[i].motors.size(), live[i].motors.size());
+    for (std::size_t k = 0; k < live[i].motors.size(); ++k) {
+      EXPECT_EQ(again[i].motors[k].analog_at, live[i].motors[k].analog_at);
+      EXPECT_EQ(again[i].motors[k].voltage_v, live[i].motors[k].voltage_v);
+      EXPECT_EQ(again[i].motors[k].status_bits, live[i].motors[k].status_bits);
+    }
+  }
+}
+
+TEST_P(DeviceConformance, DecodingTakesAnyBytes) {
+  std::mt19937 random(11);
+  for (int i = 0; i < 20'000; ++i) {
+    std::vector<std::uint8_t> bytes(random() % 40);
+    for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
+    bool usable = false;
+    const nlohmann::ordered_json json = bus_->family->decode({}, bytes, &usable);
+    ASSERT_TRUE(json.is_object());
+    if (usable) {
+      ASSERT_TRUE(json.contains("ok")) << json.dump();
+    }
+  }
+}
+
+TEST_P(DeviceConformance, TheSimulatorNamesWhatItCannotSet) {
+  const std::string& device = bus_->devices[0].name;
+  simulator_->OnDue(kSecond, [](Bytes) {});
+  EXPECT_NE(simulator_->Set(device, "no_such_key", "1", kSecond), "");
+  EXPECT_NE(simulator_->Set("nobody", "fault", "none", kSecond), "");
+  EXPECT_NE(simulator_->Set(device, "fault", "no_such_fault", kSecond), "");
+  EXPECT_EQ(simulator_->Set(device, "fault", "none", kSecond), "");
+  EXPECT_FALSE(simulator_->State(device, kSecond).empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(Family, DeviceConformance, testing::ValuesIn(ExampleBuses()), NameOf);
+
+}  // namespace
+}  // namespace axlecast

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <CLI/App.hpp>
+
+#include "tools/axlecast/command_run.h"
+#include "tools/axlecast/config_option.h"
+
+namespace axlecast {
+
+inline constexpr const char* kCommandExitCodes =
+    "exit code: 0 done and verified, 2 usage, 3 rejected, expired or cancelled, 4 failed, 5 indeterminate, "
+    "6 no answer, 7 done but not verifiable";
+
+// What every command to a device takes: --config, --json, --valid-ms, --epoch, --reason; --yes where it asks first.
+void AddCommandOptions(CLI::App& command, ConfigOption& config, CommandWish& wish, bool asks);
+
+}  // namespace axlecast

@@ -1,0 +1,84 @@
+#include "tools/axlecast/motor_text.h"
+
+#include <cmath>
+#include <limits>
+
+#include "tools/axlecast/columns.h"
+#include "tools/axlecast/names.h"
+#include "tools/axlecast/table.h"
+
+namespace axlecast {
+namespace {
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+bool Has(const motor_health_t& motor, std::int32_t flag) { return (motor.flags & flag) != 0; }
+
+double Analog(const motor_health_t& motor, float value) {
+  return Has(motor, motor_health_t::FLAG_ANALOG_VALID) ? static_cast<double>(value) : kUnknown;
+}
+
+// Widths of the columns after name and state.
+std::string Columns(const std::string& volts, const std::string& amperes, const std::string& watts,
+                    const std::string& temperature, const std::string& accel, const std::string& trips,
+                    const std::string& age) {
+  return Right(volts, 8) + ' ' + Right(amperes, 8) + ' ' + Right(watts, 8) + ' ' + Right(temperature, 7) + ' ' +
+         Right(accel, 7) + ' ' + Right(trips, 6) + ' ' + Right(age, 7);
+}
+
+std::string FirstRow(const DeviceView& device, MonoNs now) {
+  const auto state = device.State(now);
+  const std::string head = Left(device.name, 12) + ' ' + Left(state ? DeviceStateName(*state) : "SILENT", 8) + ' ';
+  if (!device.motor) return head + Columns("-", "-", "-", "-", "-", "-", "-");
+  const motor_health_t& motor = *device.motor;
+  const std::string trips = Has(motor, motor_health_t::FLAG_STATUS_VALID) ? std::to_string(motor.trip_count) : "-";
+  return head + Columns(Decimal(Analog(motor, motor.voltage_v), 1), Decimal(Analog(motor, motor.current_a), 3),
+                        Decimal(Analog(motor, motor.power_w), 1), Decimal(Analog(motor, motor.temperature_c), 1),
+                        Decimal(AccelMagnitude(motor), 2), trips,
+                        Decimal(static_cast<double>(now - device.reading_at) / 1e9, 1));
+}
+
+}  // namespace
+
+double AccelMagnitude(const motor_health_t& motor) {
+  return std::hypot(Analog(motor, motor.accel_mps2[0]), Analog(motor, motor.accel_mps2[1]),
+                    Analog(motor, motor.accel_mps2[2]));
+}
+
+std::string MotorValueText(const motor_health_t& motor) {
+  return Decimal(Analog(motor, motor.power_w), 1) + " W " + Decimal(Analog(motor, motor.temperature_c), 1) +
+         " degC";
+}
+
+std::string MotorQuantities(const motor_health_t& motor) {
+  return Decimal(Analog(motor, motor.voltage_v), 1) + " V, " + Decimal(Analog(motor, motor.current_a), 3) + " A, " +
+         Decimal(Analog(motor, motor.power_w), 1) + " W, " + Decimal(Analog(motor, motor.temperature_c), 1) +
+         " degC, " + Decimal(AccelMagnitude(motor), 2) + " m/s2";
+}
+
+std::string MotorStatusText(const motor_health_t& motor) {
+  if (!Has(motor, motor_health_t::FLAG_STATUS_VALID)) return "status not read yet";
+  const std::string names = MotorStatusNames(motor.status_bits);
+  std::string text = names.empty() ? "no trip" : names;
+  if (motor.stop_coil == 1) text += ", stop commanded";
+  if (motor.stop_coil == 0) text += ", no stop commanded";
+  if (motor.logged_in == 1) text += ", logged in";
+  if (motor.logged_in == 0) text += ", logged out";
+  if (motor.mains_hz > 0) text += ", " + std::to_string(motor.mains_hz) + " Hz mains";
+  return text;
+}
+
+std::string MotorHeading() {
+  return "MOTOR        STATE    " + Columns("V", "A", "W", "degC", "m/s2", "TRIPS", "AGE s");
+}
+
+void AddMotorRows(const DeviceView& device, MonoNs now, std::vector<std::string>& lines) {
+  lines.push_back(FirstRow(device, now));
+  std::string note = device.motor ? MotorStatusText(*device.motor) : "";
+  const auto add = [&note](const std::string& text) { note += (note.empty() ? "" : "; ") + text; };
+  if (const std::string alarms = AlarmText(device, kTableWidth); !alarms.empty()) add("alarms: " + alarms);
+  if (!device.Online(now) && device.info && !device.info->reason.empty()) add(Printable(device.info->reason));
+  if (!note.empty()) lines.push_back(Clip("  " + note, kTableWidth));
+}
+
+}  // namespace axlecast

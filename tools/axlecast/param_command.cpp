@@ -1,0 +1,187 @@
+#include "tools/axlecast/param_command.h"
+
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <memory>
+
+#include "tools/axlecast/command_options.h"
+#include "tools/axlecast/confirmation.h"
+#include "tools/axlecast/do_request.h"
+#include "tools/axlecast/exit_code.h"
+#include "tools/axlecast/parameter_file.h"
+#include "tools/axlecast/parameter_text.h"
+#include "tools/axlecast/parameter_transfer.h"
+#include "tools/axlecast/screen.h"
+#include "tools/json/field.h"
+
+namespace axlecast {
+namespace {
+
+struct Options {
+  ConfigOption config;
+  CommandWish wish;
+  std::vector<std::string> words;  // NAME or NAME=VALUE
+  std::string file;
+};
+using SharedOptions = std::shared_ptr<Options>;
+
+// A device that has parameters.
+struct Place {
+  MachineConfig machine;
+  const Family* family = nullptr;
+};
+
+int Wrong(const std::string& problem, int exit_code = kExitUsage) {
+  std::cerr << problem << '\n';
+  return exit_code;
+}
+
+int Show(const nlohmann::ordered_json& json, const std::string& text, bool as_json) {
+  static_cast<void>(WriteOut(as_json ? JsonLine(json) + '\n' : text));
+  return kExitDone;
+}
+
+std::optional<Place> Find(const Options& options, int& exit_code) {
+  std::optional<MachineConfig> machine = options.config.Load(exit_code);
+  if (!machine) return std::nullopt;
+  const FoundOperation found = FindOperation(*machine, options.wish.device, "read_parameters");
+  if (found.problem.empty()) return Place{*machine, found.bus->family};
+  exit_code = Wrong(found.problem);
+  return std::nullopt;
+}
+
+// The values that the device holds; the exit code says why there are none.
+ParameterValues Present(const Place& place, const Options& options, int& exit_code) {
+  const ParameterReading reading = ReadParameters(place.machine, options.wish);
+  exit_code = ExitCode(reading.result);
+  if (exit_code != kExitDone) {
+    Show(ToJson(reading.result), ToText(reading.result), options.wish.json);
+  } else if (!reading.problem.empty()) {
+    exit_code = Wrong(reading.problem, kExitFailed);
+  }
+  return reading.values;
+}
+
+int List(const Options& options) {
+  int exit_code = kExitDone;
+  const auto place = Find(options, exit_code);
+  if (!place) return exit_code;
+  return Show(ListJson(place->family->parameters), ListText(place->family->parameters), options.wish.json);
+}
+
+int Get(const Options& options) {
+  int exit_code = kExitDone;
+  const auto place = Find(options, exit_code);
+  if (!place) return exit_code;
+  for (const std::string& name : options.words) {
+    if (FindParameter(place->family->parameters, name) == nullptr) {
+      return Wrong(UnknownParameter(place->family->parameters, name));
+    }
+  }
+  const ParameterValues values = Chosen(Present(*place, options, exit_code), options.words);
+  return exit_code == kExitDone ? Show(ToJson(options.wish.device, values), ToText(values), options.wish.json)
+                                : exit_code;
+}
+
+int Export(const Options& options) {
+  int exit_code = kExitDone;
+  const auto place = Find(options, exit_code);
+  if (!place) return exit_code;
+  const ParameterValues values = Present(*place, options, exit_code);
+  if (exit_code != kExitDone) return exit_code;
+  const std::string text = ParameterFileText(*place->family, options.wish.device, values);
+  if (options.file.empty()) return WriteOut(text) ? kExitDone : kExitBad;
+  std::ofstream out(options.file);
+  out << text;
+  out.close();
+  if (!out.good()) return Wrong("cannot write " + options.file, kExitBad);
+  return Show({{"device", options.wish.device}, {"file", options.file}, {"parameters", values.size()}},
+              std::to_string(values.size()) + " parameters in " + options.file + '\n', options.wish.json);
+}
+
+// Shows what differs from `wanted`, asks, and writes it.
+int Write(const Place& place, const Options& options, const ParameterValues& wanted) {
+  const std::string what = "writing parameters";
+  if (!options.wish.yes && !CanAsk(what)) return kExitUsage;
+  int exit_code = kExitDone;
+  const ParameterValues present = Present(place, options, exit_code);
+  if (exit_code != kExitDone) return exit_code;
+  const ParameterChanges changes = ParameterDiff(present, wanted);
+  std::cerr << options.wish.device << ": " << changes.size() << " of " << wanted.size() << " parameters differ\n"
+            << ToText(changes);
+  if (!changes.empty() && !options.wish.yes && !Confirmed()) return kExitRejected;
+  const std::vector<CommandResult> results = WriteParameters(place.machine, options.wish, changes);
+  Show(WriteJson(options.wish.device, changes, results), WriteText(options.wish.device, changes, results),
+       options.wish.json);
+  return results.empty() ? kExitDone : ExitCode(results.back());
+}
+
+int Set(const Options& options) {
+  int exit_code = kExitDone;
+  const auto place = Find(options, exit_code);
+  if (!place) return exit_code;
+  std::string problem;
+  const ParameterValues wanted = FromWords(place->family->parameters, options.words, problem);
+  return problem.empty() ? Write(*place, options, wanted) : Wrong(problem);
+}
+
+int Import(const Options& options) {
+  int exit_code = kExitDone;
+  const auto place = Find(options, exit_code);
+  if (!place) return exit_code;
+  std::ifstream stream(options.file, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  if (!stream.is_open() || stream.bad()) return Wrong("cannot read " + options.file, kExitBad);
+  ConfigErrors errors(options.file);
+  const ParameterValues wanted = ParseParameterFile(*place->family, text, errors);
+  if (errors.empty()) return Write(*place, options, wanted);
+  std::cerr << errors.Text();
+  return kExitBad;
+}
+
+// A verb of `param`; `arguments` adds what it takes besides the device.
+template <typename Arguments>
+void Add(CLI::App& param, int& exit_code, const char* name, const char* help, int (*run)(const Options&), bool asks,
+         const char* example, const Arguments& arguments) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = param.add_subcommand(name, help);
+  command->add_option("DEVICE", options->wish.device, "The device")->required();
+  arguments(*command, *options);
+  AddCommandOptions(*command, options->config, options->wish, asks);
+  command->footer(std::string(example) + '\n' + kCommandExitCodes);
+  command->callback([options, run, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace
+
+void AddParamCommand(CLI::App& app, int& exit_code) {
+  CLI::App* param = app.add_subcommand("param", "The settings that a device keeps: list, get, set, export, import");
+  param->require_subcommand(1);
+  Add(*param, exit_code, "list", "Names, units and ranges; asks no device", &List, false,
+      "example: axlecast param list gm3", [](CLI::App&, Options&) {});
+  Add(*param, exit_code, "get", "Reads values", &Get, false,
+      "examples:\n  axlecast param get gm3\n  axlecast param get gm3 log_interval start_time_1 --json",
+      [](CLI::App& command, Options& options) {
+        command.add_option("NAMES", options.words, "Only these; else all")->type_name("NAME");
+      });
+  Add(*param, exit_code, "set", "Shows what would change, asks, writes, and reads back", &Set, true,
+      "example: axlecast param set gm3 power_upper_a_1_50hz=125.0 log_interval=0.5",
+      [](CLI::App& command, Options& options) {
+        command.add_option("VALUES", options.words, "The new values, in the parameters' units")
+            ->type_name("NAME=VALUE")
+            ->required();
+      });
+  Add(*param, exit_code, "export", "Writes all values as YAML, to a file or standard output", &Export, false,
+      "example: axlecast param export gm3 --out gm3.yaml", [](CLI::App& command, Options& options) {
+        command.add_option("--out", options.file, "To this file")->type_name("FILE");
+      });
+  Add(*param, exit_code, "import", "Shows what differs from the file, asks, writes that, and reads back", &Import,
+      true, "examples:\n  axlecast param import gm3 gm3.yaml\n  axlecast param import gm4 gm3.yaml --yes --json",
+      [](CLI::App& command, Options& options) {
+        command.add_option("FILE", options.file, "As `param export` writes it; may leave parameters out")
+            ->required();
+      });
+}
+
+}  // namespace axlecast
