@@ -91,7 +91,10 @@ bool Pty::Write(Bytes bytes) {
 }
 
 void Pty::Discard() {
-  if (IsOpen()) static_cast<void>(ioctl(master_.get(), TCFLSH, TCOFLUSH));
+  if (!IsOpen()) return;
+  // Flushed at the host's end: what its line discipline already holds is out of the master's reach.
+  const Descriptor host_end(open(name_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (host_end.valid()) static_cast<void>(ioctl(host_end.get(), TCFLSH, TCIFLUSH));
 }
 
 std::int64_t Pty::Baud() const {

@@ -6,8 +6,8 @@
 namespace axlecast::saa_modbus {
 
 // Gives the encoder at `from` another address (A1); the reply comes from the new one. The encoder must answer
-// before, and nobody at the new address: two encoders with one address could not be separated again on the bus. The
-// request goes out once; then the place where the encoder answers decides.
+// before, and nobody, asked three times, at the new address: two encoders with one address could not be separated
+// again on the bus. The request goes out once; then the place where the encoder answers decides.
 class SetAddress final : public Procedure {
  public:
   SetAddress(std::uint8_t from, std::uint8_t to, Connection& connection);

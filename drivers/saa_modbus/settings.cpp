@@ -104,7 +104,7 @@ std::unique_ptr<DeviceSettings> ParseSettings(ConfigMap& device, const BusConfig
   ParseTimes(device, bus.link.line, *settings);
   const LineFormat& line = bus.link.line;
   const std::size_t reply = 5 + 2 * static_cast<std::size_t>(settings->registers);
-  settings->wire_time = line.WireTime(kReadCharacters + reply) + SilentInterval(line);
+  settings->wire_time = line.WireTime(kReadCharacters + reply) + 2 * SilentInterval(line);
   return settings;
 }
 

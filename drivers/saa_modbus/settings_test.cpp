@@ -40,8 +40,8 @@ TEST(SaaModbusSettings, KnowTheManualsDefaults) {
   EXPECT_GT(settings.timeout, 16 * kMillisecond) << "the latency timer of an adapter that nobody has set up";
   EXPECT_EQ(settings.late, 4 * settings.timeout);
   EXPECT_EQ(settings.write_interval, 10 * kSecond);
-  // 8 + 7 characters of 10 bits and 3.5 of silence at 19,200 Bd.
-  EXPECT_NEAR(static_cast<double>(settings.wire_time), 18.5 * 10 / 19'200 * 1e9, 10);
+  // 8 + 7 characters of 10 bits and twice 3.5 of silence at 19,200 Bd.
+  EXPECT_NEAR(static_cast<double>(settings.wire_time), 22.0 * 10 / 19'200 * 1e9, 10);
 }
 
 // 5.1.7 (5) 1 and 2.

@@ -15,7 +15,7 @@ using Json = nlohmann::ordered_json;
 
 Json Decoded(const std::string& hex, const DecodeSettings& settings = {}) {
   bool usable = false;
-  const Json json = Decode(settings, GoldenBytes(hex), &usable);
+  Json json = Decode(settings, GoldenBytes(hex), &usable);
   EXPECT_TRUE(usable) << json;
   return json;
 }

@@ -43,7 +43,12 @@ StreamParser::Is StreamParser::Candidate(Bytes rest, std::size_t at, std::uint32
 }
 
 bool StreamParser::Recent() const {
-  return expected_ && position_ - *expected_ <= kFlywheel * static_cast<std::int64_t>(size_);
+  return expected_ && position_ - *expected_ <= kRecent * static_cast<std::int64_t>(size_);
+}
+
+bool StreamParser::InStep(std::size_t at) const {
+  const auto begin = position_ + static_cast<std::int64_t>(at);
+  return expected_ && (begin - *expected_) % static_cast<std::int64_t>(size_) == 0;
 }
 
 std::int64_t StreamParser::FromLast(std::uint32_t counts) const {
@@ -68,21 +73,21 @@ StreamParser::Verdict StreamParser::JudgeAmongRivals(Bytes rest) {
   if (own == Is::kOpen) return Verdict::kWait;
   if (own == Is::kYes && Joined()) return Verdict::kTake;
   bool differs = false;
+  bool better = false;  // a rival is
   bool nearer = false;
-  bool weaker = false;
   for (std::size_t at = 1; at < size_; ++at) {
     std::uint32_t rival = 0;
     const Is is = Candidate(rest, at, &rival);
     if (is == Is::kNo) continue;
     const Is next = Candidate(rest, at + size_);
     if (is == Is::kOpen || next == Is::kOpen) return Verdict::kWait;
-    weaker = weaker || (own == Is::kNo && next == Is::kYes);
+    better = better || (own == Is::kNo && (next == Is::kYes || InStep(at)));
     if (own != next || rival == counts_) continue;
     differs = true;
     nearer = nearer || FromLast(rival) <= FromLast(counts_);
   }
-  if (weaker) return Verdict::kSkip;
-  if (!differs) return Verdict::kTake;
+  if (better) return Verdict::kSkip;
+  if (!differs || (own == Is::kNo && InStep(0))) return Verdict::kTake;
   if (Recent()) return nearer ? Verdict::kSkip : Verdict::kTake;
   if (own == Is::kYes) ++ambiguous_;
   return Verdict::kSkip;

@@ -18,10 +18,10 @@ namespace axlecast::saa_serial {
 // The rules. What begins no candidate is given up byte by byte. A candidate is taken as soon as no later one can
 // overlap it: mostly with its last byte. Of candidates that overlap,
 //   1. one that is followed is right, and one that is not is a look-alike;
-//   2. where that does not tell: one that is followed and begins where the last found frame ended is right; else the
-//      one nearest the position found last, if that is at most kFlywheel frames ago;
-//   3. else none of those that are followed (ambiguous), and the last of those that are not: the ones before it hold
-//      the bad bytes.
+//   2. where several are followed: the one that begins where the last found frame ended; else the one nearest the
+//      position found last, if that is at most kRecent frames ago; else none (ambiguous);
+//   3. where none is followed: the one that begins whole frames behind the last found one, because a damaged frame
+//      keeps its length; else the nearest, as in 2.; else the last, because the ones before it hold the bad bytes.
 //
 // What follows:
 //   - Frames that are found come in their order in the stream, and never overlap; but a checksum of FF may turn out
@@ -30,12 +30,12 @@ namespace axlecast::saa_serial {
 //   - Up to 16 bits a good frame that a good frame follows is always found, whatever came before it: among good
 //     bytes only FF 81 02 FF 81 | FF 81 00 holds a look-alike, and none of a look-alike's neighbours is a candidate.
 //   - Above 16 bits the same, but for the few positions at rest of README.md, "Positions that can be read in two
-//     ways", as long as nothing was found within kFlywheel frames before.
+//     ways", as long as nothing was found within kRecent frames before.
 //
 // Allocates nothing. Holds back fewer than 3 N bytes.
 class StreamParser {
  public:
-  static constexpr int kFlywheel = 3;
+  static constexpr int kRecent = 3;
 
   struct Found {
     // No frame: none stood where one had to begin (kRange: but for bits above the resolution), once for each frame's
@@ -68,7 +68,8 @@ class StreamParser {
   [[nodiscard]] bool Joined() const { return expected_ == position_; }  // begins where the last found frame ended
   // The byte at hand is the last one of the found frame, FF.
   [[nodiscard]] bool Shared() const { return expected_ && position_ < *expected_; }
-  [[nodiscard]] bool Recent() const;  // at most kFlywheel frames after the last found one
+  [[nodiscard]] bool Recent() const;                // at most kRecent frames after the last found one
+  [[nodiscard]] bool InStep(std::size_t at) const;  // whole frames after it
   [[nodiscard]] std::int64_t FromLast(std::uint32_t counts) const;
   enum class Verdict : std::uint8_t { kTake, kSkip, kWait };
   [[nodiscard]] Verdict Judge(Bytes rest);

@@ -65,10 +65,12 @@ Outcome CoilOrder::Before() {
 
 Outcome CoilOrder::Cleared() const {
   const unsigned count = reader_.Register(kStatus, 0);
-  Outcome outcome = count == 0 ? Verified(Text("the trip count was %u and reads 0", count_before_))
-                               : Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
-                                       Text("the trip count reads %u after the clear%s", count,
-                                            confirmed_ ? "" : ", whose reply was lost; repeat it"));
+  // It only rises by itself, so a lower one was cleared, and there was a trip since.
+  Outcome outcome = count < count_before_
+                        ? Verified(Text("the trip count was %u and reads %u", count_before_, count))
+                        : Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+                                Text("the trip count reads %u after the clear%s", count,
+                                     confirmed_ ? "" : ", whose reply was lost; repeat it"));
   outcome.changes.push_back({"trip_count", std::to_string(count_before_), std::to_string(count)});
   return outcome;
 }

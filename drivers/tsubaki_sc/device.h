@@ -18,8 +18,8 @@ namespace axlecast::tsubaki_sc {
 //
 // - The fence. A Modbus reply does not say which addresses it holds, so a late one could be taken for the reply to a
 //   later request of the same length: a block of a trip log for another. After whatever leaves that possible (timeout,
-//   damaged or foreign reply, link up) the unit is first asked for its mains frequency (function 02), which nothing
-//   else here asks for. A late reply to anything else does not fit it, is an error of its own, and the fence is asked
+//   damaged or foreign reply, link up) the unit is first asked for its mains frequency (function 02), whose
+//   reply has a shape of its own. A late reply to anything else does not fit it, is an error, and the fence is asked
 //   once more. Only a stop does not wait for that: the echo of coil 100 has a shape of its own too.
 // - It transmits nothing while the line may still carry a reply.
 // - A live turn reads 100-106 or 200-204, in turns. The log of a new trip uses live turns too, as trip_fetch says, and

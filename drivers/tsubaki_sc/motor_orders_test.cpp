@@ -34,6 +34,15 @@ TEST(ClearTripCount, IsVerifiedByTheCount) {
   EXPECT_EQ(bench.unit.clears, 1);
   EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kSucceeded);
   EXPECT_EQ(bench.unit.clears, 1) << "it was 0 already";
+  // The motor trips in between.
+  bench.unit.inputs[200] = 7;
+  bench.wire = [&](const ByteList& request) {
+    const ByteList reply = bench.unit.Answer(request);
+    if (IsWrite(request)) bench.unit.Trip(0x01, 1);
+    return reply;
+  };
+  EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Last().changes[0].after, "1");
 }
 
 TEST(ClearTripCount, IsWrittenOnceAndJudgedByReading) {

@@ -37,7 +37,7 @@ std::optional<Outcome> ParameterWrite::OnRead(const Answer& answer) {
   }
   if (stage_ == Stage::kAfter) return Done();
   for (const ParameterValue& value : values_) before_.push_back(ValueIn(reader_, *value.parameter));
-  if (const auto done = NextRun(0)) return done;
+  if (auto done = NextRun(0)) return done;
   Outcome running;
   running.text = "the present values are read";
   return WithChanges(std::move(running), nullptr);

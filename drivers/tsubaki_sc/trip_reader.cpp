@@ -17,7 +17,7 @@ void TripReader::Forget() {
   status_.reset();
   logs_ = {};
   interval_us_ = 0;
-  interval_refused_ = false;
+  interval_unknown_ = false;
   BeginAgain();
 }
 
@@ -33,7 +33,7 @@ std::size_t TripReader::Current() const {
 }
 
 Block TripReader::Next() const {
-  if (interval_us_ == 0 && !interval_refused_) return kLogInterval;
+  if (interval_us_ == 0 && !interval_unknown_) return kLogInterval;
   if (tried_ == kAllQuantities) return kStatus;
   return LogBlock(Current(), static_cast<std::size_t>(std::countr_one(tried_)));
 }
@@ -97,8 +97,10 @@ void TripReader::WantAll() {
 
 void TripReader::OnLogInterval(std::uint16_t tenths) {
   constexpr std::int32_t kTenth = 100'000;  // us
-  interval_us_ = tenths * kTenth;
-  interval_refused_ = tenths == 0;
+  constexpr std::uint16_t kLongest = 100;   // guideline 11: 1 to 100
+  const bool possible = tenths >= 1 && tenths <= kLongest;
+  interval_us_ = possible ? tenths * kTenth : 0;
+  interval_unknown_ = !possible;
 }
 
 void TripReader::OnLog(const LogPlace& place, const modbus::Reply& reply, Interval at) {
@@ -120,7 +122,7 @@ void TripReader::OnFailure(const Answer& answer) {
   const bool for_good = answer.refused() || ++failures_ >= kTries;
   if (!for_good) return;
   failures_ = 0;
-  if (*answer.block == kLogInterval) interval_refused_ = true;
+  if (*answer.block == kLogInterval) interval_unknown_ = true;
   const auto place = LogPlaceOf(*answer.block);
   if (!place || place->log != Current()) return;
   if (!begun_) record_ = {.at = answer.at};

@@ -72,7 +72,7 @@ class TripReader {
   Interval status_at_;
   std::array<Log, kLogs> logs_{};
   std::int32_t interval_us_ = 0;
-  bool interval_refused_ = false;
+  bool interval_unknown_ = false;  // it cannot be read, or is none
 
   TripRecord record_;       // of the current log
   bool begun_ = false;      // the record holds blocks

@@ -130,6 +130,16 @@ TEST(TripReader, ACurveThatTheUnitRefusesIsLeftOut) {
   EXPECT_FLOAT_EQ(bench.output.trips[0].samples[0][19], 5.5F);
 }
 
+TEST(TripReader, AnIntervalThatTheGuidelineDoesNotKnowIsUnknown) {
+  Bench bench;
+  bench.unit.holdings[54] = 37'008;
+  bench.GoOnline();
+  bench.unit.Trip(0x01, 55);
+  bench.RunUntil([&] { return !bench.output.trips.empty(); });
+  EXPECT_EQ(bench.output.trips[0].interval_us, 0);
+  EXPECT_EQ(bench.output.trips[0].valid_mask, 0x7F);
+}
+
 // ---- fetch_trip_logs ----
 
 TEST(FetchTripLogs, PublishesAllThatAreRecorded) {

@@ -4,7 +4,6 @@ process, no command line or environment, no core file and not in the driver's me
 import json
 import os
 import pathlib
-import re
 import resource
 import select
 import signal
@@ -39,7 +38,12 @@ def appearances(secret):
     return found
 
 
-PATTERN = re.compile(b"|".join(sorted(re.escape(a) for secret in (PASSWORD, OTHER, WRONG) for a in appearances(secret))))
+FORBIDDEN = sorted(set().union(*(appearances(secret) for secret in (PASSWORD, OTHER, WRONG))))
+
+
+def forbidden_in(data):
+    """What of it stands in `data`. Not one regular expression: Python's take a second for each megabyte."""
+    return [text for text in FORBIDDEN if text in data]
 
 
 def permit_core_files():
@@ -90,10 +94,10 @@ class Processes:
         self._thread.start()
 
     def _look(self):
-        while not self._stopped.wait(0.005):
+        while not self._stopped.wait(0.02):
             for place in [*pathlib.Path("/proc").glob("[0-9]*/cmdline"), *pathlib.Path("/proc").glob("[0-9]*/environ")]:
                 try:
-                    if PATTERN.search(place.read_bytes()):
+                    if forbidden_in(place.read_bytes()):
                         self.found.append(str(place))
                 except OSError:
                     continue  # it ended
@@ -130,7 +134,7 @@ buses:
         # Only the simulator, which is the unit, is told the password.
         simulated = self.write(self.FILE % (f'\n      gm1: {{password: "{PASSWORD}"}}', places), "etc/unit.yaml")
         self.config = self.write(self.FILE % ("", places))
-        self.assertTrue(PATTERN.search(simulated.read_bytes()), "the search finds what is there")
+        self.assertTrue(forbidden_in(simulated.read_bytes()), "the search finds what is there")
         self.datagrams = Datagrams()
         self.addCleanup(self.datagrams.close)
         for name, port in zip(("data", "command"), PORTS):
@@ -148,14 +152,14 @@ buses:
 
     def do(self, *words):
         code, out, err = self.axlecast("do", "gm1", *words, "--yes", "--config", self.config, "--json")
-        self.assertIsNone(PATTERN.search((out + err).encode()), "the CLI's own words")
+        self.assertEqual(forbidden_in((out + err).encode()), [], "the CLI's own words")
         self.assertTrue(out, err)
         return code, json.loads(out)
 
     def unit(self):
         code, out, err = self.axlecast("simulate", self.config, "--bus", "rs485-0", "--show", "--json")
         self.assertEqual(code, 0, err)
-        self.assertIsNone(PATTERN.search(out.encode()))
+        self.assertEqual(forbidden_in(out.encode()), [])
         return json.loads(out)["devices"]["gm1"]
 
     def use_passwords(self):
@@ -191,12 +195,12 @@ buses:
 
     def files_with_a_password(self):
         return [str(path) for path in self.folder.rglob("*")
-                if path.is_file() and path.parent.name != "etc" and PATTERN.search(path.read_bytes())]
+                if path.is_file() and path.parent.name != "etc" and forbidden_in(path.read_bytes())]
 
     def test_the_password_is_in_no_message_file_or_command_line(self):
         self.run_machine()
         self.use_passwords()
-        self.assertEqual([d for d in self.datagrams.data if PATTERN.search(d)], [])
+        self.assertEqual([d for d in self.datagrams.data if forbidden_in(d)], [])
         self.assertGreater(len(self.datagrams.data), 100)
         self.assertEqual(self.processes_seen.found, [])
         self.assertGreater(self.processes_seen.looks, 100)
@@ -247,8 +251,7 @@ buses:
                     data = memory.read(end - begin)
                 except OSError:
                     continue
-                found += [f"{line.split()[-1]} {match.group()!r} at {begin + match.start():x}" for match in
-                          PATTERN.finditer(data)]
+                found += [f"{line.split()[-1]}: {text!r} at {begin + data.find(text):x}" for text in forbidden_in(data)]
         return found
 
 

@@ -62,13 +62,15 @@ class Streamer(Pty):
         self.run(self._stream)
 
     def _stream(self):
-        begin = time.monotonic()
+        due = time.monotonic()
         n = 0
-        while not self.stopped.wait(max(0.0, begin + n * self._period - time.monotonic())):
+        while not self.stopped.wait(max(0.0, due - time.monotonic())):
             counts = self._counts_of(n)
             noise = self._noise(n)
             self.sent.append((time.monotonic_ns(), counts))
             os.write(self.master, noise + frame(counts, self._bits))
+            # An encoder does not make up for lost time, as this process could have to.
+            due = max(due + self._period, time.monotonic() + 0.5 * self._period)
             n += 1
 
 

@@ -1,5 +1,6 @@
 """SAA encoders on a serial line: a Python encoder against our driver, a Python reader against our simulator."""
 
+import json
 import os
 import select
 import time
@@ -7,7 +8,7 @@ import tty
 import unittest
 
 from lcm_listener import Listener
-from machine import BIN, Machine, wait_for
+from machine import Machine, wait_for
 from saa_serial import PolledEncoders, Streamer, data_bytes, frame, positions
 
 VALID = 0x1
@@ -61,7 +62,7 @@ buses:
         """Our driver's valid positions of such a stream, and what was sent from its first one on."""
         encoder = Streamer(bits, 200, counts_of, noise)
         self.addCleanup(encoder.close)
-        self.run_driver(encoder.path, "mode: timing\n    refresh_hz: 200", {"axis1": f"bits: {bits}, unit: deg"})
+        self.run_driver(encoder.path, "mode: timing\n    refresh_hz: 200", {"axis1": f"bits: {bits}, unit: deg, publish_hz: 20000"})
         wait_for(lambda: len(self.valid("axis1")) >= frames, lambda: f"{frames} positions, not {len(self.valid('axis1'))}")
         ours = self.valid("axis1")
         sent = {counts: when for when, counts in encoder.sent}
@@ -130,7 +131,7 @@ buses:
         encoders = PolledEncoders(20, units)
         self.addCleanup(encoders.close)
         self.run_driver(encoders.path, "mode: bus\n    zero_clearing: true",
-                        {f"axis{x & 15}": f"address: {x & 15}, bits: 20, unit: turn" for x in units})
+                        {f"axis{x & 15}": f"address: {x & 15}, bits: 20, unit: turn, limits: {{speed_rpm: 60}}" for x in units})
         for control, unit in units.items():
             axis = f"axis{control & 15}"
             wait_for(lambda: len(self.valid(axis)) > 100, f"positions of {axis}")
@@ -139,7 +140,7 @@ buses:
         # BC AA C1 zeroes the first and no other.
         self.bridge(self.config)
         code, out, err = self.axlecast("do", "axis1", "zero", "--yes", "--json", "--config", self.config)
-        self.assertEqual(code, 0, out + err)
+        self.assertEqual((code, json.loads(out)["verified"]), (0, 1), out + err)
         self.assertEqual([unit.origin for unit in units.values()], [12345, 0, 0])
         wait_for(lambda: self.valid("axis1")[-1].raw_counts == 0, "0 after the zero")
         self.assertEqual(self.valid("axis5")[-1].raw_counts, 77)

@@ -140,10 +140,16 @@ bool LooksUnquoted(const std::vector<std::string>& frames) {
          });
 }
 
+// As in the machine's file; the driver programs write its '_' as '-'.
+const Family* FamilyOf(std::string protocol) {
+  std::ranges::replace(protocol, '-', '_');
+  return FindFamily(protocol);
+}
+
 }  // namespace
 
 int RunDecode(const DecodeArguments& arguments, std::istream& in, std::ostream& out, std::ostream& err) {
-  const Family* family = FindFamily(arguments.protocol);
+  const Family* family = FamilyOf(arguments.protocol);
   if (family == nullptr || family->decode == nullptr) {
     err << "axlecast decode: unknown protocol '" << arguments.protocol << "'; known: " << KnownProtocols() << '\n';
     return kExitUsage;

@@ -31,6 +31,12 @@ MachineConfig Machine() {
   return OneAxis(&family);
 }
 
+TEST(FindOperation, AMonitorHasNoDatum) {
+  static const Family monitor{.name = "monitor", .summary = "", .has_position = false, .operations = Operations()};
+  EXPECT_EQ(FindOperation(OneAxis(&monitor), "axis1", "read").problem, "");
+  EXPECT_THAT(FindOperation(OneAxis(&monitor), "axis1", "set_datum").problem, HasSubstr("no operation"));
+}
+
 TEST(FindOperation, FindsTheFamilysAndTheRuntimes) {
   const MachineConfig machine = Machine();
   const FoundOperation zero = FindOperation(machine, "axis1", "zero");

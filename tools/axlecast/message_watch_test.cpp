@@ -2,9 +2,11 @@
 
 #include <gmock/gmock.h>
 
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "tools/axlecast/one_axis.h"
+#include "tools/axlecast/trip_test_log.h"
 
 namespace axlecast {
 namespace {
@@ -30,6 +32,21 @@ TEST(MessageWatch, LineForPeople) {
   position.utime = 1'700'000'000'000'042;
   EXPECT_EQ(watch.On("POSITION/axis1", Encoded(position)),
             "1700000000.000042 POSITION/axis1  62.500000 mm, turns 12.500000, rpm 60.0, valid,speed_valid\n");
+}
+
+TEST(MessageWatch, LinesOfAMotorAndItsTrip) {
+  MessageWatch watch(std::regex(""), false);
+  motor_health_t motor{};
+  motor.voltage_v = 230;
+  motor.power_w = std::numeric_limits<float>::quiet_NaN();
+  motor.trip_count = 5;
+  motor.status_bits = 1;
+  motor.flags = std::int32_t{motor_health_t::FLAG_ANALOG_VALID} | motor_health_t::FLAG_STATUS_VALID;
+  EXPECT_THAT(watch.On("MOTOR/gm3", Encoded(motor)).value_or(""),
+              HasSubstr("MOTOR/gm3  230.0 V, 0.000 A, - W, 0.0 degC, 0.00 m/s2, power upper A, no stop commanded, "
+                        "logged out, trips 5\n"));
+  EXPECT_THAT(watch.On("TRIP/gm3", Encoded(TripLog())).value_or(""),
+              HasSubstr("TRIP/gm3  trip 5, power upper A, log 1, a sample each 0.1 s\n"));
 }
 
 TEST(MessageWatch, FiltersByChannel) {

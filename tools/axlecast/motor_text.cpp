@@ -73,12 +73,11 @@ std::string MotorHeading() {
 }
 
 void AddMotorRows(const DeviceView& device, MonoNs now, std::vector<std::string>& lines) {
+  const auto add = [&lines](const std::string& note) { lines.push_back(Clip("  " + note, kTableWidth)); };
   lines.push_back(FirstRow(device, now));
-  std::string note = device.motor ? MotorStatusText(*device.motor) : "";
-  const auto add = [&note](const std::string& text) { note += (note.empty() ? "" : "; ") + text; };
+  if (device.motor) add(MotorStatusText(*device.motor));
   if (const std::string alarms = AlarmText(device, kTableWidth); !alarms.empty()) add("alarms: " + alarms);
   if (!device.Online(now) && device.info && !device.info->reason.empty()) add(Printable(device.info->reason));
-  if (!note.empty()) lines.push_back(Clip("  " + note, kTableWidth));
 }
 
 }  // namespace axlecast

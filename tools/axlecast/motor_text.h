@@ -24,7 +24,8 @@ namespace axlecast {
 // out; without a trip it begins with "no trip".
 [[nodiscard]] std::string MotorStatusText(const motor_health_t& motor);
 
-// Heading and rows of the live table, each at most kTableWidth columns; two rows a motor.
+// Heading and rows of the live table, each at most kTableWidth columns: quantities, status, and alarms where there are
+// any.
 [[nodiscard]] std::string MotorHeading();
 void AddMotorRows(const DeviceView& device, MonoNs now, std::vector<std::string>& lines);
 

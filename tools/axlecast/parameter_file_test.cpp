@@ -54,8 +54,8 @@ TEST(ParameterFile, EachMistakeHasItsLineAndWhatWouldBeRight) {
   EXPECT_THAT(ErrorsOf(head + "  power_limit: 5000\n"),
               HasSubstr("p.yaml:3:16: parameters.power_limit: power_limit "
                         "must be 0.0 to 1000.0 W"));
-  EXPECT_THAT(ErrorsOf(head + "  power_limt: 5\n"), HasSubstr("p.yaml:3:3: parameters: unknown key \"power_limt\"; "
-                                                              "did you mean \"power_limit\"?"));
+  EXPECT_THAT(ErrorsOf(head + "  power_limt: 5\n"), HasSubstr("p.yaml:3:3: parameters: unknown key 'power_limt'; "
+                                                              "did you mean 'power_limit'?"));
   EXPECT_THAT(ErrorsOf(head + "  power_limit: 1.25\n"), HasSubstr("steps of 0.1 W"));
   EXPECT_THAT(ErrorsOf(head + "  start_time: soon\n"), HasSubstr("start_time must be a number, 0.1 to 5.0 s"));
   EXPECT_THAT(ErrorsOf(head + "  start_time:\n"), HasSubstr("p.yaml:3:"));
@@ -63,12 +63,12 @@ TEST(ParameterFile, EachMistakeHasItsLineAndWhatWouldBeRight) {
   EXPECT_THAT(ErrorsOf(head + "  start_time: 1\n  start_time: 2\n"),
               AllOf(HasSubstr("p.yaml:4:"), HasSubstr("twice")));
   EXPECT_THAT(ErrorsOf("family: other\nparameters: {start_time: 1}\n"),
-              HasSubstr("p.yaml:1:9: family: \"other\" is not the device's family \"made_up\""));
+              HasSubstr("p.yaml:1:9: family: 'other' is not the device's family 'made_up'"));
   EXPECT_THAT(ErrorsOf("parameters: {start_time: 1}\n"), HasSubstr("family: is missing"));
   EXPECT_THAT(ErrorsOf("family: made_up\n"), HasSubstr("parameters: is missing"));
   EXPECT_THAT(ErrorsOf("family: made_up\nparameters: {}\n"), HasSubstr("p.yaml:2:13: parameters: holds none"));
   EXPECT_THAT(ErrorsOf("family: made_up\nmotor: gm3\nparameters: {start_time: 1}\n"),
-              HasSubstr("p.yaml:2:1: unknown key \"motor\""));
+              HasSubstr("p.yaml:2:1: unknown key 'motor'"));
   EXPECT_THAT(ErrorsOf("\n"), HasSubstr("the file is empty"));
   EXPECT_THAT(ErrorsOf("family: [\n"), HasSubstr("not YAML"));
   EXPECT_THAT(ErrorsOf("just text\n"), HasSubstr("where a mapping"));

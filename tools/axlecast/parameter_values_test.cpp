@@ -66,7 +66,7 @@ TEST(FromWords, AreInTheOrderOfTheFamily) {
 TEST(FromWords, EachMistakeIsNamedWithWhatWouldBeRight) {
   const std::vector<std::pair<std::string, std::string>> cases = {{"power_limit", "no NAME=VALUE"},
                                                                   {"=5", "no NAME=VALUE"},
-                                                                  {"power_limt=5", "did you mean \"power_limit\""},
+                                                                  {"power_limt=5", "did you mean 'power_limit'"},
                                                                   {"bogus=5", "param list"},
                                                                   {"power_limit=1000.1", "0.0 to 1000.0 W"},
                                                                   {"power_limit=1.25", "steps of 0.1 W"},

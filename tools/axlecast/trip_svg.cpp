@@ -1,6 +1,7 @@
 #include "tools/axlecast/trip_svg.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 
@@ -17,32 +18,36 @@ constexpr double kRight = 700;
 constexpr double kPlotHeight = 90;
 constexpr double kPanelHeight = 150;
 constexpr double kLegendRow = 20;
-constexpr std::size_t kColours = 3;  // c0 to c2, newest first
 
-constexpr const char* kStyle =
-    "<style>\n"
-    "text{font:12px sans-serif;fill:#222}.h{font-weight:bold}.e{text-anchor:end}.m{text-anchor:middle}\n"
-    ".g{fill:#fff}.a{stroke:#888;fill:none}.t{stroke:#888;stroke-dasharray:4 3}\n"
-    ".c0{stroke:#0060a8}.c1{stroke:#b04a00}.c2{stroke:#6a3d9a}.l{fill:none;stroke-width:1.5}\n"
-    ".l.c1{stroke-dasharray:6 2}.l.c2{stroke-dasharray:2 2}.p{fill:none;stroke-width:2}\n"
-    "@media(prefers-color-scheme:dark){text{fill:#ddd}.g{fill:#1c1c1c}"
-    ".c0{stroke:#6bb8ff}.c1{stroke:#ffa45c}.c2{stroke:#c9a6ff}}\n"
-    "</style>\n";
+// Of the curves, newest first. Attributes, so that a viewer without style sheets shows them too.
+constexpr std::array<const char*, 3> kStrokes = {"class=\"c0\" stroke=\"#0060a8\"",
+                                                 "class=\"c1\" stroke=\"#b04a00\" stroke-dasharray=\"6 2\"",
+                                                 "class=\"c2\" stroke=\"#6a3d9a\" stroke-dasharray=\"2 2\""};
+constexpr const char* kAxis = "stroke=\"#888\"";
+constexpr const char* kTripLine = "stroke=\"#888\" stroke-dasharray=\"4 3\"";
+constexpr const char* kBold = "font-weight=\"bold\"";
+constexpr const char* kCentred = "text-anchor=\"middle\"";
+constexpr const char* kToTheRight = "text-anchor=\"end\"";
+constexpr const char* kDark =
+    "<style>@media(prefers-color-scheme:dark){text{fill:#ddd}.ground{fill:#1c1c1c}"
+    ".c0{stroke:#6bb8ff}.c1{stroke:#ffa45c}.c2{stroke:#c9a6ff}}</style>\n";
 
 std::string Px(double value) { return Decimal(value, 1); }
 
+std::string Element(const std::string& attributes, const char* style) {
+  return "<" + attributes + ' ' + style + "/>\n";
+}
+
 std::string TextAt(double x, double y, const char* style, const std::string& text) {
-  return "<text x=\"" + Px(x) + "\" y=\"" + Px(y) + "\" class=\"" + style + "\">" + text + "</text>\n";
+  return "<text x=\"" + Px(x) + "\" y=\"" + Px(y) + "\" " + style + ">" + text + "</text>\n";
 }
 
 std::string Line(double x1, double y1, double x2, double y2, const char* style) {
-  return "<line x1=\"" + Px(x1) + "\" y1=\"" + Px(y1) + "\" x2=\"" + Px(x2) + "\" y2=\"" + Px(y2) + "\" class=\"" +
-         style + "\"/>\n";
+  return Element("line x1=\"" + Px(x1) + "\" y1=\"" + Px(y1) + "\" x2=\"" + Px(x2) + "\" y2=\"" + Px(y2) + '"',
+                 style);
 }
 
-std::string Style(const char* base, std::size_t trip) {
-  return std::string(base) + " c" + std::to_string(std::min(trip, kColours - 1));
-}
+const char* Stroke(std::size_t trip) { return kStrokes[std::min(trip, kStrokes.size() - 1)]; }
 
 struct Range {
   double low = 0;
@@ -83,20 +88,20 @@ struct Panel {
 std::string Axes(const Panel& panel, const TripQuantity& quantity, const char* time_unit) {
   const double bottom = panel.top + kPlotHeight;
   std::string text =
-      TextAt(kLeft, panel.top - 8, "h", std::string(quantity.name) + ", " + std::string(quantity.unit));
-  text += Line(kLeft, panel.top, kLeft, bottom, "a") + Line(kLeft, bottom, kRight, bottom, "a") +
-          Line(kRight, panel.top, kRight, bottom, "t");
+      TextAt(kLeft, panel.top - 8, kBold, std::string(quantity.name) + ", " + std::string(quantity.unit));
+  text += Line(kLeft, panel.top, kLeft, bottom, kAxis) + Line(kLeft, bottom, kRight, bottom, kAxis) +
+          Line(kRight, panel.top, kRight, bottom, kTripLine);
   for (int tick = 0; tick <= 4; ++tick) {
-    const double s = panel.first_s * (4 - tick) / 4;
-    text +=
-        Line(panel.X(s), bottom, panel.X(s), bottom + 4, "a") + TextAt(panel.X(s), bottom + 17, "m", Decimal(s, 2));
+    const double s = panel.first_s * (4 - tick) / 4 + 0.0;  // no -0
+    text += Line(panel.X(s), bottom, panel.X(s), bottom + 4, kAxis) +
+            TextAt(panel.X(s), bottom + 17, kCentred, Decimal(s, 2));
   }
-  text += TextAt((kLeft + kRight) / 2, bottom + 32, "m", std::string("time before the trip, ") + time_unit);
+  text += TextAt((kLeft + kRight) / 2, bottom + 32, kCentred, std::string("time before the trip, ") + time_unit);
   if (!panel.range.Known()) return text + TextAt(kLeft + 10, panel.top + kPlotHeight / 2, "", "not read");
   for (const double part : {0.0, 0.5, 1.0}) {
     const double value = panel.range.low + part * (panel.range.high - panel.range.low);
-    text += Line(kLeft - 4, panel.Y(value), kLeft, panel.Y(value), "a") +
-            TextAt(kLeft - 7, panel.Y(value) + 4, "e", Decimal(value, quantity.decimals));
+    text += Line(kLeft - 4, panel.Y(value), kLeft, panel.Y(value), kAxis) +
+            TextAt(kLeft - 7, panel.Y(value) + 4, kToTheRight, Decimal(value, quantity.decimals));
   }
   return text;
 }
@@ -113,11 +118,12 @@ std::string Curve(const Panel& panel, const trip_log_t& trip, std::size_t quanti
     drawing = std::isfinite(value);
   }
   if (path.empty()) return "";
-  std::string text = "<path class=\"" + Style("l", index) + "\" d=\"" + path + "\"/>\n";
+  std::string text = Element("path d=\"" + path + "\" fill=\"none\" stroke-width=\"1.5\"", Stroke(index));
   if (drawing) {
     const double last = TripSample(trip, quantity, kTripSamples - 1);
-    text += "<circle class=\"" + Style("p", index) + "\" cx=\"" + Px(panel.X(0)) + "\" cy=\"" + Px(panel.Y(last)) +
-            "\" r=\"4\"/>\n";
+    text += Element("circle cx=\"" + Px(panel.X(0)) + "\" cy=\"" + Px(panel.Y(last)) +
+                        "\" r=\"4\" fill=\"none\" stroke-width=\"2\"",
+                    Stroke(index));
   }
   return text;
 }
@@ -126,7 +132,7 @@ std::string Legend(const std::vector<trip_log_t>& trips) {
   std::string text;
   for (std::size_t i = 0; i < trips.size(); ++i) {
     const double y = 30 + kLegendRow * static_cast<double>(i + 1);
-    text += Line(kLeft, y - 4, kLeft + 30, y - 4, Style("l", i).c_str()) +
+    text += Line(kLeft, y - 4, kLeft + 30, y - 4, Stroke(i)) +
             TextAt(kLeft + 40, y, "", TripTitle(trips[i]) + (i == 0 ? " (newest)" : ""));
   }
   return text;
@@ -141,9 +147,11 @@ std::string TripSvg(const std::string& device, const std::vector<trip_log_t>& tr
   const double height = head + kPanelHeight * static_cast<double>(std::size(kTripQuantities));
   const std::string size =
       Px(kWidth) + "\" height=\"" + Px(height) + "\" viewBox=\"0 0 " + Px(kWidth) + ' ' + Px(height);
-  std::string text = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + size + "\" role=\"img\">\n<title>" +
-                     device + ": trips</title>\n" + kStyle + "<rect class=\"g\" width=\"100%\" height=\"100%\"/>\n";
-  text += TextAt(kLeft, 26, "h", device + ": what was before each trip; circles mark the trip") + Legend(trips);
+  std::string text = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + size +
+                     "\" role=\"img\" font-family=\"sans-serif\" font-size=\"12\" fill=\"#222\">\n<title>" +
+                     device + ": trips</title>\n" + kDark +
+                     Element("rect width=\"100%\" height=\"100%\"", "class=\"ground\" fill=\"#fff\"");
+  text += TextAt(kLeft, 26, kBold, device + ": what was before each trip; circles mark the trip") + Legend(trips);
   if (trips.empty()) return text + TextAt(kLeft, 50, "", "no trip is recorded") + "</svg>\n";
   const bool in_seconds = std::all_of(trips.begin(), trips.end(), [](const auto& t) { return t.interval_us > 0; });
   for (std::size_t quantity = 0; quantity < std::size(kTripQuantities); ++quantity) {

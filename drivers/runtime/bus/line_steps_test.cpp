@@ -86,10 +86,29 @@ TEST_F(LineStepsTest, ARequestThatNobodyAnswersTakesItsTimeAndKeepsWhatCame) {
   EXPECT_THAT(std::vector<int>(event->bytes.begin(), event->bytes.end()), ElementsAre(9));
 }
 
-TEST_F(LineStepsTest, OnlyTheExchangeItselfIsSecret) {
-  EXPECT_TRUE(medium_.Run(Exchange{.request = {1}, .reply_length = &FixedLength<1>, .secret = true})->secret);
-  EXPECT_FALSE(medium_.Run(Exchange{.request = {1}, .reply_length = &FixedLength<1>})->secret);
-  EXPECT_FALSE(medium_.Run(Silence{})->secret);
+// A late reply comes as a stray, or in place of the reply to somebody else; and what came in its own place may have
+// been late itself.
+TEST_F(LineStepsTest, WhatMayBeTheLateReplyToASecretIsSecretToo) {
+  const Exchange plain{.request = {2, 4}, .reply_length = &FixedLength<3>, .timeout = 10 * kMillisecond};
+  Exchange secret{.request = {1, 3}, .reply_length = &FixedLength<3>, .timeout = 10 * kMillisecond};
+  secret.secret = true;
+  EXPECT_FALSE(medium_.Run(plain)->secret);
+  for (const bool answered : {false, true}) {
+    if (answered) link_.ArriveAt(clock_.Now() + kMillisecond, {1, 3, 9});
+    EXPECT_TRUE(medium_.Run(secret)->secret);
+    link_.ArriveAt(clock_.Now() + kMillisecond, {1, 3, 9});
+    EXPECT_TRUE(medium_.Run(plain)->secret);
+    link_.ArriveAt(clock_.Now() + kMillisecond, {2, 4});
+    EXPECT_TRUE(medium_.Run(plain)->secret) << "a part of something";
+    link_.ArriveAt(clock_.Now() + kMillisecond, {2, 4, 9});
+    EXPECT_FALSE(medium_.Run(plain)->secret) << "its own reply";
+    link_.ArriveAt(clock_.Now(), {9});
+    const Event* stray = medium_.FindStray();
+    ASSERT_NE(stray, nullptr);
+    EXPECT_TRUE(stray->secret);
+    clock_.Advance(3 * kSecond);
+    EXPECT_FALSE(medium_.Run(plain)->secret);
+  }
 }
 
 }  // namespace

@@ -7,6 +7,21 @@ namespace axlecast {
 
 using Status = ByteLink::Status;
 
+namespace {
+
+// So long after a secret exchange, whatever may be a late reply to it is masked too: longer than any device or adapter
+// holds one back.
+constexpr MonoNs kMaskLate = 2 * kSecond;
+// Address and function, where frames have them: a reply that begins as its request does is no other's.
+constexpr std::size_t kHead = 2;
+
+bool BeginsAsRequest(const Event& event) {
+  return event.kind == Event::Kind::kReply && event.request.size() >= kHead && event.bytes.size() >= kHead &&
+         std::equal(event.request.begin(), event.request.begin() + kHead, event.bytes.begin());
+}
+
+}  // namespace
+
 const Event* Medium::FindStray() {
   if (!excess_.empty()) return Excess();
   const ByteLink::ReadResult read = link_.ReadNow({buffer_.data(), kMaxFrame});
@@ -17,11 +32,17 @@ const Event* Medium::FindStray() {
 
 const Event* Medium::Run(const Exchange& exchange) {
   event_.request = exchange.request;
-  event_.secret = exchange.secret;
   event_.sent.first = clock_.Now();
+  event_.secret = exchange.secret;
   if (!Ask(exchange)) return Lost();
   event_.sent.last = clock_.Now();
-  return Collect(exchange, event_.sent.last + exchange.timeout);
+  const Event* event = Collect(exchange, event_.sent.last + exchange.timeout);
+  if (exchange.secret) {
+    masked_until_ = clock_.Now() + kMaskLate;
+  } else if (event_.sent.first < masked_until_) {
+    event_.secret = !BeginsAsRequest(event_);
+  }
+  return event;
 }
 
 bool Medium::Ask(const Exchange& exchange) {
@@ -117,7 +138,12 @@ bool Medium::EchoMatches(std::size_t skip) const {
 
 const Event* Medium::Arrived(Event::Kind kind, std::size_t count) {
   const MonoNs now = clock_.Now();
-  event_ = {.kind = kind, .sent = {}, .received = {now, now}, .request = {}, .bytes = {buffer_.data(), count}};
+  event_ = {.kind = kind,
+            .sent = {},
+            .received = {now, now},
+            .request = {},
+            .bytes = {buffer_.data(), count},
+            .secret = now < masked_until_};
   return &event_;
 }
 
@@ -131,7 +157,6 @@ const Event* Medium::Excess() {
   event_.kind = Event::Kind::kStray;
   event_.sent = {};
   event_.request = {};
-  event_.secret = false;
   event_.bytes = std::exchange(excess_, {});
   return &event_;
 }

@@ -57,7 +57,8 @@ class Medium {
   const bool echo_;
   PulseLines* const lines_;
   Event event_;
-  Bytes excess_;  // came with the last reply, beyond its length: stray at the next turn
+  MonoNs masked_until_ = 0;  // what comes may be the late reply to a secret
+  Bytes excess_;             // came with the last reply, beyond its length: stray at the next turn
   std::array<std::uint8_t, 2 * kMaxFrame> buffer_{};  // an echo and a reply
 };
 

@@ -8,7 +8,8 @@ namespace {
 
 constexpr std::size_t kRecordBytes = 16;   // of a record without data
 constexpr std::size_t kMessageBytes = 72;  // of a message without records and without the bus's name
-// Of a frame that holds a secret only address and function are shown: its checksum would help to guess.
+// Of a frame that holds a secret only address and function are shown: its checksum would help to guess. Of bytes that
+// are no frame nothing is: they may begin anywhere in it.
 constexpr std::size_t kShown = 2;
 constexpr std::size_t kMostRecords = (WireLog::kFlushBytes - kMessageBytes) / kRecordBytes;
 
@@ -87,8 +88,11 @@ bool WireLog::Add(const Event& event, Interval at, std::int8_t direction, Bytes 
   record.id = event.device;
   record.len = static_cast<std::int16_t>(bytes.size());
   std::copy(bytes.begin(), bytes.end(), record.data.begin());
-  if (event.secret && bytes.size() > kShown) {
-    std::fill_n(record.data.begin() + kShown, bytes.size() - kShown, std::uint8_t{0});
+  if (event.secret) {
+    const bool whole = direction == wire_record_t::DIRECTION_TRANSMIT || event.kind == Event::Kind::kReply;
+    const std::size_t shown = whole ? std::min(kShown, bytes.size()) : 0;
+    std::fill(record.data.begin() + static_cast<std::ptrdiff_t>(shown),
+              record.data.begin() + static_cast<std::ptrdiff_t>(bytes.size()), std::uint8_t{0});
   }
   size_ += kRecordBytes + bytes.size();
   return true;

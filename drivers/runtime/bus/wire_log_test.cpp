@@ -269,5 +269,24 @@ TEST_F(WireLogTest, OfASecretOnlyAddressAndFunctionAreShown) {
   EXPECT_EQ(messages[0].records[2].flags, 0);
 }
 
+TEST_F(WireLogTest, OfBytesThatMayBeginAnywhereInASecretNothingIsShown) {
+  const std::vector<std::uint8_t> bytes = {0x70, 0x61, 0x73};
+  for (const Event::Kind kind : {Event::Kind::kStray, Event::Kind::kTimeout}) {
+    log_.Record({.kind = kind,
+                 .sent = {kStart, kStart},
+                 .received = {kStart, kStart},
+                 .request = {},
+                 .bytes = bytes,
+                 .secret = true});
+  }
+  log_.Flush();
+  const auto messages = sink_.All<wire_t>(kChannel);
+  ASSERT_THAT(messages, SizeIs(1));
+  for (const auto& record : messages[0].records) {
+    EXPECT_THAT(record.data, testing::Each(0));
+    EXPECT_EQ(record.flags & wire_record_t::FLAG_REDACTED, wire_record_t::FLAG_REDACTED);
+  }
+}
+
 }  // namespace
 }  // namespace axlecast

@@ -34,7 +34,7 @@ struct Exchange {
   ReplyLength reply_length = nullptr;  // null: no reply is expected (a broadcast); ends as kTimeout
   MonoNs timeout = 0;
   std::optional<Pulse> pulse = {};  // what asks for the reply instead of a request, which is empty then
-  bool secret = false;              // request and reply are masked in WIRE
+  bool secret = false;              // request and reply are masked in WIRE, and what may be a late reply
 };
 
 // Transmit nothing until no byte has come for `quiet`; what comes is reported as stray. Ends as kSilent.

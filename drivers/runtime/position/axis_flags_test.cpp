@@ -65,6 +65,22 @@ TEST_F(AxisTest, SpeedIsUnknownThenRight) {
   EXPECT_TRUE(std::isnan(axis_->SpeedRadS()));
 }
 
+// As on a Modbus line: far apart, and the instant known to a fifth of that only.
+TEST_F(AxisTest, SpeedFromReadingsWithUncertainInstants) {
+  Make();
+  constexpr MonoNs kApart = 25 * kMillisecond;
+  for (int i = 0; i < 20; ++i) {
+    t_ += kApart;
+    // 120 min-1 = 2 turns/s
+    (void)axis_->Take(ReadingAt(t_, kTurn * 2 * 25 * i / 1'000, 5 * kMillisecond));
+  }
+  EXPECT_NEAR(axis_->SpeedRadS(), 4 * std::numbers::pi, 0.02);
+  // Instants that are known to half a second tell no speed.
+  t_ += kApart;
+  (void)axis_->Take(ReadingAt(t_, kTurn, kSecond / 2));
+  EXPECT_TRUE(std::isnan(axis_->SpeedRadS()));
+}
+
 TEST_F(AxisTest, SpeedAtTheFullRateOfTheWire) {
   Make();
   t_ = kSecond;

@@ -13,21 +13,27 @@ void Speed::Add(const Fix& fix) {
   size_ = std::min(size_ + 1, kSize);
 }
 
+bool Speed::Known(std::size_t used) const {
+  if (used < 2) return false;
+  const Fix& oldest = Back(used - 1);
+  const MonoNs span = last_.at.Middle() - oldest.at.Middle();
+  return span >= kShortest && (last_.at.HalfWidth() + oldest.at.HalfWidth()) * 4 <= span;
+}
+
 std::size_t Speed::Used() const {
-  const MonoNs now = last_.at.Middle();
   std::size_t used = 0;
-  while (used < size_ && now - Back(used).at.Middle() <= kWindow) ++used;
-  if (used == 1 && size_ > 1 && now - Back(1).at.Middle() <= kLongest) used = 2;
+  while (used < size_) {
+    const MonoNs age = last_.at.Middle() - Back(used).at.Middle();
+    if (age > kLongest || (age > kWindow && Known(used))) break;
+    ++used;
+  }
   return used;
 }
 
 double Speed::CountsPerSecond() const {
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   const std::size_t used = Used();
-  if (used < 2) return kUnknown;
-  const Fix& oldest = Back(used - 1);
-  const MonoNs span = last_.at.Middle() - oldest.at.Middle();
-  if (span < kShortest || (last_.at.HalfWidth() + oldest.at.HalfWidth()) * 4 > span) return kUnknown;
+  if (!Known(used)) return kUnknown;
   // Least squares about the last reading; the last one counts even where it is not in the ring.
   double n = 0;
   double t_sum = 0;

@@ -9,8 +9,8 @@
 namespace axlecast {
 
 // The shaft's speed from its last good readings: the slope of the straight line that fits those of the last 8 ms
-// best (readings 0.5 ms or more apart, up to 16). From slower readings up to 20 ms, and at least the last two if
-// they are at most 0.5 s apart. So it is the speed of about half that time ago.
+// best (readings 0.5 ms or more apart, up to 16). From slower readings up to 20 ms, or as far back as it takes until
+// their instants are known well enough, at most 0.5 s. So it is the speed of about half that time ago.
 class Speed {
  public:
   void Add(const Fix& fix);
@@ -27,6 +27,8 @@ class Speed {
   static constexpr MonoNs kShortest = kMillisecond;
 
   [[nodiscard]] const Fix& Back(std::size_t i) const { return ring_[(newest_ + kSize - i) % kSize]; }
+  // The last `used` readings tell a speed.
+  [[nodiscard]] bool Known(std::size_t used) const;
   [[nodiscard]] std::size_t Used() const;
 
   std::array<Fix, kSize> ring_{};
