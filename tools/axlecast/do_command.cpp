@@ -69,6 +69,28 @@ void AddDo(CLI::App& app, int& exit_code) {
   command->callback([options, &exit_code] { exit_code = Do(*options); });
 }
 
+// The zero of a multi-turn encoder is of its single turn only, and its name says so.
+int Zero(Options& options) {
+  int exit_code = kExitDone;
+  const auto machine = options.config.Load(exit_code);
+  if (!machine) return exit_code;
+  options.wish.operation = "zero";
+  if (FindOperation(*machine, options.wish.device, "zero_single_turn").operation != nullptr) {
+    options.wish.operation = "zero_single_turn";
+  }
+  return RunCommand(*machine, options.wish);
+}
+
+void AddZero(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("zero", "Sets the single-turn position to zero, in the device");
+  command->add_option("DEVICE", options->wish.device, "The device")->required();
+  AddCommandOptions(*command, options->config, options->wish, true);
+  command->footer(std::string("short for: axlecast do DEVICE zero_single_turn, or zero, as its family calls it\n") +
+                  kCommandExitCodes);
+  command->callback([options, &exit_code] { exit_code = Zero(*options); });
+}
+
 // A command named by the effect of one operation without arguments.
 void AddAlias(CLI::App& app, int& exit_code, const char* name, const char* operation, const char* help) {
   auto options = std::make_shared<Options>();
@@ -149,7 +171,7 @@ void AddOutcome(CLI::App& app, int& exit_code) {
 
 void AddDoCommands(CLI::App& app, int& exit_code) {
   AddDo(app, exit_code);
-  AddAlias(app, exit_code, "zero", "zero_single_turn", "Sets the single-turn position to zero, in the device");
+  AddZero(app, exit_code);
   AddAlias(app, exit_code, "reset-turns", "reset_turns_and_errors",
            "Sets the multi-turn counter to zero and clears the errors, in the device");
   AddAlias(app, exit_code, "clear-errors", "clear_errors", "Clears the device's latched errors");

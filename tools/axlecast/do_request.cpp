@@ -31,8 +31,7 @@ bool Holds(const CommandRequest& request, std::string_view key) {
 std::vector<const OperationSpec*> OperationsOf(const BusConfig& bus) {
   std::vector<const OperationSpec*> operations;
   for (const OperationSpec& operation : bus.family->operations) operations.push_back(&operation);
-  if (!bus.family->has_position) return operations;
-  for (const OperationSpec& operation : RuntimeOperations()) {
+  for (const OperationSpec& operation : RuntimeOperations(*bus.family)) {
     if (!operation.internal) operations.push_back(&operation);
   }
   return operations;

@@ -4,6 +4,7 @@
 #include <iostream>
 #include <iterator>
 #include <memory>
+#include <optional>
 
 #include "tools/axlecast/command_options.h"
 #include "tools/axlecast/confirmation.h"
@@ -24,7 +25,6 @@ struct Options {
   std::vector<std::string> words;  // NAME or NAME=VALUE
   std::string file;
 };
-using SharedOptions = std::shared_ptr<Options>;
 
 // A device that has parameters.
 struct Place {
@@ -102,8 +102,7 @@ int Export(const Options& options) {
 
 // Shows what differs from `wanted`, asks, and writes it.
 int Write(const Place& place, const Options& options, const ParameterValues& wanted) {
-  const std::string what = "writing parameters";
-  if (!options.wish.yes && !CanAsk(what)) return kExitUsage;
+  if (!options.wish.yes && !CanAsk("writing parameters")) return kExitUsage;
   int exit_code = kExitDone;
   const ParameterValues present = Present(place, options, exit_code);
   if (exit_code != kExitDone) return exit_code;
@@ -140,7 +139,17 @@ int Import(const Options& options) {
   return kExitBad;
 }
 
-// A verb of `param`; `arguments` adds what it takes besides the device.
+void AddList(CLI::App& param, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = param.add_subcommand("list", "Names, units and ranges; asks no device");
+  command->add_option("DEVICE", options->wish.device, "The device")->required();
+  options->config.AddTo(*command, ConfigOption::Form::kOptionOnly);
+  command->add_flag("--json", options->wish.json, "One JSON object");
+  command->footer("example: axlecast param list gm3");
+  command->callback([options, &exit_code] { exit_code = List(*options); });
+}
+
+// A verb that asks the device; `arguments` adds what it takes besides the device.
 template <typename Arguments>
 void Add(CLI::App& param, int& exit_code, const char* name, const char* help, int (*run)(const Options&), bool asks,
          const char* example, const Arguments& arguments) {
@@ -158,8 +167,7 @@ void Add(CLI::App& param, int& exit_code, const char* name, const char* help, in
 void AddParamCommand(CLI::App& app, int& exit_code) {
   CLI::App* param = app.add_subcommand("param", "The settings that a device keeps: list, get, set, export, import");
   param->require_subcommand(1);
-  Add(*param, exit_code, "list", "Names, units and ranges; asks no device", &List, false,
-      "example: axlecast param list gm3", [](CLI::App&, Options&) {});
+  AddList(*param, exit_code);
   Add(*param, exit_code, "get", "Reads values", &Get, false,
       "examples:\n  axlecast param get gm3\n  axlecast param get gm3 log_interval start_time_1 --json",
       [](CLI::App& command, Options& options) {

@@ -12,7 +12,11 @@ namespace {
 constexpr std::size_t kMostArguments = 16;  // of a command
 
 CommandRequest Request(const CommandWish& wish, const char* operation) {
-  return {.device = wish.device, .operation = operation, .valid_ms = wish.valid_ms, .reason = wish.reason};
+  return {.device = wish.device,
+          .operation = operation,
+          .valid_ms = wish.valid_ms,
+          .expect_epoch = wish.epoch,
+          .reason = wish.reason};
 }
 
 }  // namespace

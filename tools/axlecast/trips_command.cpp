@@ -84,6 +84,7 @@ int Run(const Options& options) {
   CommandRequest request{.device = options.wish.device,
                          .operation = "fetch_trip_logs",
                          .valid_ms = options.wish.valid_ms,
+                         .expect_epoch = options.wish.epoch,
                          .reason = options.wish.reason};
   if (const FoundOperation found = FindOperation(*machine, request.device, request.operation);
       !found.problem.empty()) {

@@ -31,7 +31,7 @@ Refusal BadArgument(std::string text) { return {command_status_t::REASON_BAD_ARG
 
 }  // namespace
 
-std::span<const OperationSpec> RuntimeOperations() {
+std::span<const OperationSpec> RuntimeOperations(const Family& family) {
   static const std::vector<OperationSpec> kOperations = {
       {.name = "set_datum",
        .help = "Makes the present position read `value`, or makes `counts` the origin, in software; the device is "
@@ -44,12 +44,12 @@ std::span<const OperationSpec> RuntimeOperations() {
        .verification = "the driver's HELLO",
        .internal = true},
   };
-  return kOperations;
+  return family.has_position ? std::span<const OperationSpec>(kOperations) : std::span<const OperationSpec>();
 }
 
 const OperationSpec* FindOperation(const Family& family, std::string_view name) {
   const OperationSpec* own = FindIn(family.operations, name);
-  return own != nullptr ? own : FindIn(RuntimeOperations(), name);
+  return own != nullptr ? own : FindIn(RuntimeOperations(family), name);
 }
 
 std::string OperationNames(const Family& family) {
@@ -60,7 +60,7 @@ std::string OperationNames(const Family& family) {
     }
   };
   add(family.operations);
-  add(RuntimeOperations());
+  add(RuntimeOperations(family));
   return text;
 }
 

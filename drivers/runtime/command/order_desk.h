@@ -72,7 +72,7 @@ class OrderDesk {
 };
 
 // Operations that the runtime itself gives every encoder, beside its family's own: set_datum (exactly one of
-// `value` and `counts`) and, for the bridge only, mark_reference_lost.
-[[nodiscard]] std::span<const OperationSpec> RuntimeOperations();
+// `value` and `counts`) and, for the bridge only, mark_reference_lost. None where the family has no positions.
+[[nodiscard]] std::span<const OperationSpec> RuntimeOperations(const Family& family);
 
 }  // namespace axlecast

@@ -34,8 +34,8 @@ std::string Shown(double number) {
 }
 
 // Operations on the channel alone; they need no device.
-bool IsOfRuntime(const OperationSpec& operation) {
-  const auto own = RuntimeOperations();
+bool IsOfRuntime(const Family& family, const OperationSpec& operation) {
+  const auto own = RuntimeOperations(family);
   return &operation >= own.data() && &operation < own.data() + own.size();
 }
 
@@ -71,7 +71,7 @@ void Operations::Begin(Target& target, const Order& order, MonoNs now) {
   if (const auto refusal = Refuse(target, order, *operation)) {
     return OnOutcome(target.config->name, order.id, *refusal);
   }
-  if (!IsOfRuntime(*operation)) return target.device->Begin(order, now);
+  if (!IsOfRuntime(family_, *operation)) return target.device->Begin(order, now);
   if (order.operation == "set_datum") {
     return OnOutcome(target.config->name, order.id, SetDatum(target, order, now));
   }
@@ -98,7 +98,7 @@ std::optional<Outcome> Operations::Refuse(const Target& target, const Order& ord
                         " from the control process names it; or set `permit: not_required` for this device");
   }
   // What is urgent is tried on a device that seems to be gone, too.
-  if (IsOfRuntime(operation) || operation.urgent) return std::nullopt;
+  if (IsOfRuntime(family_, operation) || operation.urgent) return std::nullopt;
   if (now.state == device_info_t::STATE_OFFLINE) {
     return Rejected(command_status_t::REASON_DEVICE_OFFLINE,
                     "the device is offline: see DEVICE/" + target.config->name);

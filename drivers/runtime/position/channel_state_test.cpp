@@ -24,6 +24,8 @@ TEST_F(ChannelTest, DeviceAndAlarmComeOnceASecond) {
 }
 
 TEST_F(ChannelTest, DeviceTellsTheConfiguration) {
+  const Family family;
+  device_.bus.family = &family;
   device_.config.unit = position_t::UNIT_MM;
   device_.config.per_turn = 5;
   device_.config.ratio_den = 3;
@@ -62,6 +64,16 @@ TEST_F(ChannelTest, DeviceTellsTheConfiguration) {
   EXPECT_NE(std::find(info.operations.begin(), info.operations.end(), "set_datum"), info.operations.end());
   EXPECT_EQ(std::find(info.operations.begin(), info.operations.end(), "mark_reference_lost"),
             info.operations.end());
+}
+
+TEST_F(ChannelTest, WithoutPositionsThereIsNoDatumToSet) {
+  Family family;
+  family.has_position = false;
+  device_.bus.family = &family;
+  Make();
+  channel_->OnNonVolatileWrite();
+  Read(0, 2'000);
+  EXPECT_EQ(Infos().back().n_operations, 0);
 }
 
 TEST_F(ChannelTest, AFullDeviceMessageFitsOneDatagram) {

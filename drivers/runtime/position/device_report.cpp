@@ -54,8 +54,10 @@ DeviceReport::DeviceReport(const BusConfig& bus, const DeviceConfig& device, std
   info_.poll_us = Microseconds(Period(bus.poll_hz));
   info_.publish_us = Microseconds(publish);
   info_.max_age_us = Microseconds(MaxAge(PollPeriod(bus), publish));
-  if (bus.family != nullptr) AddOperations(bus.family->operations, info_);
-  AddOperations(RuntimeOperations(), info_);
+  if (bus.family != nullptr) {
+    AddOperations(bus.family->operations, info_);
+    AddOperations(RuntimeOperations(*bus.family), info_);
+  }
   info_.n_operations = static_cast<std::int8_t>(info_.operations.size());
 }
 
