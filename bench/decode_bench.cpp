@@ -58,6 +58,8 @@ class NullOutput final : public DeviceOutput {
   }
   void OnError(ErrorKind, Interval) override {}
   void OnAlarm(const AlarmSpec&, AlarmState, MonoNs) override {}
+  void OnMotor(const MotorReading&) override {}
+  void OnTrip(const TripRecord&) override {}
   void OnIdentity(std::int64_t, std::string_view, std::string_view) override {}
   void OnStarting(std::string_view) override {}
   void OnRefused(std::string_view) override {}

@@ -15,8 +15,9 @@ import tempfile
 import time
 
 import machine  # tests/e2e: how a machine under test is started
+import poll_efficiency
 
-TARGETS = ("unpaced", "slots", "latency", "cpu", "start", "commands", "decode")
+TARGETS = ("unpaced", "slots", "latency", "cpu", "start", "commands", "decode", "stream", "poll")
 WARM_UP = 0.25  # s, before CPU time is counted
 
 
@@ -254,16 +255,31 @@ buses:
                              f" ms; of it the driver's part, from DRIVER_COMMAND: p50 {order['p50_us'] * 1e-3:.2f}, "
                              f"p99 {order['p99_us'] * 1e-3:.2f}, max {order['max_us'] * 1e-3:.2f} ms")
 
-    def decode(self):
-        done = subprocess.run([self.programs / "decode_bench", "--benchmark_format=json",
+    def medians(self, program, figure):
+        """A figure of each benchmark in a program."""
+        done = subprocess.run([self.programs / program, "--benchmark_format=json",
                                "--benchmark_repetitions=5", "--benchmark_min_time=0.1"], stdout=subprocess.PIPE,
                               stderr=self.log, check=True, text=True)
-        times = {}
-        for run in json.loads(done.stdout)["benchmarks"]:
+        runs = json.loads(done.stdout)["benchmarks"]
+        for run in runs:
             if run.get("error_occurred"):
                 raise RuntimeError(f"{run['name']}: {run['error_message']}")
-            if run.get("aggregate_name") == "median":
-                times[run["run_name"]] = run["cpu_time"]
+        return {run["run_name"]: run[figure] for run in runs if run.get("aggregate_name") == "median"}
+
+    def stream(self):
+        rates = self.medians("saa_stream_bench", "bytes_per_second")
+        for name in (name for name in rates if name.startswith("Parser/")):
+            peer = rates[name.replace("Parser/", "NaiveRescan/")]
+            case = name.removeprefix("Parser/").replace("damaged_every:", "every ").replace("/", " ")
+            self.report.add(f"stream, {case}", "MB/s", rates[name] * 1e-6, 10, peer * 1e-6, at_most=False,
+                            note=f"ratio {rates[name] / peer:.2f}")
+
+    def poll(self):
+        for case, ideal, seen in poll_efficiency.measure(self, cycles=self.options.pairs):
+            self.report.add(f"poll, {case.name}", "s", seen, case.target, ideal, [ideal / seen], at_most=False)
+
+    def decode(self):
+        times = self.medians("decode_bench", "cpu_time")
         for name in ("ParseReply/id3", "ParseReply/id0"):
             self.report.add(f"decoding a frame, {name}", "ns", times.pop(name), 50)
         print("  " + ", ".join(f"{name} {time:.0f} ns" for name, time in times.items()))

@@ -158,6 +158,35 @@ buses:
         self.assertEqual((self.unit()["motor"], self.unit()["stop_coil"]), ("running", 0))
         self.assertEqual((self.unit("gm2")["stops"], self.unit("gm2")["starts"]), other)
 
+    def test_the_verbs_of_the_cli(self):
+        self.run_machine()
+        cli = lambda *words: self.axlecast(*words, "--config", self.config)
+        code, out, err = cli("motor", "stop", "gm1")
+        self.assertEqual((code, self.unit()["motor"]), (DONE, "stopped"), out + err)
+        code, out, err = cli("motor", "start", "gm1", "--yes")
+        self.assertEqual((code, self.unit()["motor"]), (DONE, "running"), out + err)
+
+        code, out, err = cli("param", "get", "gm1", "log_interval", "--json")
+        self.assertEqual((code, json.loads(out)["parameters"][0]["value"]), (DONE, 0.5), out + err)
+        code, out, err = cli("param", "set", "gm1", "log_interval=0.1", "overheat_limit=88.8")
+        self.assertEqual(code, 2, "asks first: " + out + err)
+        code, out, err = cli("param", "set", "gm1", "log_interval=0.1", "overheat_limit=88.8", "--yes")
+        self.assertEqual(code, DONE, out + err)
+        self.assertTrue(self.unit()["parameters"].endswith(" 888 5000 1"), self.unit()["parameters"])
+        saved = self.folder / "gm1.yaml"
+        code, out, err = cli("param", "export", "gm1", "--out", saved)
+        self.assertEqual(code, DONE, out + err)
+        code, out, err = cli("param", "import", "gm2", saved, "--yes")
+        self.assertEqual(code, DONE, out + err)
+        self.assertEqual(self.unit("gm2")["parameters"], self.unit("gm1")["parameters"])
+
+        self.set(trip="overheat")
+        self.wait_motor(lambda m: m["trip_count"] == 1, "the trip")
+        picture = self.folder / "trip.svg"
+        code, out, err = cli("trips", "gm1", "--json", "--svg", picture)
+        self.assertEqual((code, len(json.loads(out)["trips"])), (DONE, 1), out + err)
+        self.assertIn("<svg", picture.read_text())
+
     def test_a_tripped_motor_is_not_started(self):
         self.run_machine()
         self.set(trip="excessive_shock")

@@ -131,6 +131,8 @@ buses:
         code, outcome = self.do("hoist", "zero")
         self.assertEqual((code, outcome["reason_code"]), (REJECTED, NOT_STANDING_STILL), outcome)
         self.turns_at("table", 60)
+        # 2 rpm, although each instant is known to milliseconds only.
+        wait_for(lambda: abs((self.position("turret")["speed_rad_s"] or 0) - 2 / 60 * 6.2832) < 0.03, "2 rpm")
 
     def test_address_direction_and_interval_of_writes(self):
         self.up(self.write(self.MODBUS), "boom", "mast", "table")

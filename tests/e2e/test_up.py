@@ -23,19 +23,19 @@ class Up(Machine):
         code, out, err = self.axlecast("up", SOURCE / "config/demo.yaml", "--seconds", "10", "--json", limit=120)
         self.assertEqual(code, 0, out + err)
         summary = json.loads(out)
-        self.assertEqual(len(summary["devices"]), 4)
+        self.assertEqual(len(summary["devices"]), 9)
         wait_for(lambda: not processes(), lambda: f"no process left: {processes()}")
 
     def test_ctrl_c_ends_everything(self):
         up = self.start("up", BIN / "axlecast", "up", SOURCE / "config/demo.yaml", "--no-table")
-        wait_for(lambda: len(processes()) >= 7, lambda: f"simulator, 4 drivers, bridge: {processes()}")
+        wait_for(lambda: len(processes()) >= 10, lambda: f"simulator, 7 drivers, bridge: {processes()}")
         up.send_signal(signal.SIGINT)
         self.assertEqual(up.wait(20), 0, self.log("up"))
         wait_for(lambda: not processes(), lambda: f"no process left: {processes()}")
 
     def test_nothing_is_left_when_up_is_killed(self):
         up = self.start("up", BIN / "axlecast", "up", SOURCE / "config/demo.yaml", "--no-table")
-        wait_for(lambda: len(processes()) >= 7, lambda: f"simulator, 4 drivers, bridge: {processes()}")
+        wait_for(lambda: len(processes()) >= 10, lambda: f"simulator, 7 drivers, bridge: {processes()}")
         self.kill(up)
         wait_for(lambda: not processes(), lambda: f"no process left: {processes()}")
 

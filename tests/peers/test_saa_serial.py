@@ -139,7 +139,7 @@ buses:
             self.assertAlmostEqual(self.valid(axis)[-1].value, unit.value / 2**20, places=12)
         # BC AA C1 zeroes the first and no other.
         self.bridge(self.config)
-        code, out, err = self.axlecast("do", "axis1", "zero", "--yes", "--json", "--config", self.config)
+        code, out, err = self.axlecast("zero", "axis1", "--yes", "--json", "--config", self.config)
         self.assertEqual((code, json.loads(out)["verified"]), (0, 1), out + err)
         self.assertEqual([unit.origin for unit in units.values()], [12345, 0, 0])
         wait_for(lambda: self.valid("axis1")[-1].raw_counts == 0, "0 after the zero")

@@ -25,7 +25,6 @@ struct Options {
   std::string data;
   std::string id;  // of `outcome`
 };
-using SharedOptions = std::shared_ptr<Options>;
 
 int Run(const Options& options) {
   int exit_code = kExitDone;
