@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "drivers/runtime/simulation/quantity_table.h"
 #include "drivers/runtime/simulation/quantity_text.h"
 #include "drivers/runtime/simulation/shaft_motion.h"
 
@@ -137,16 +138,12 @@ std::string Either(bool second, Word first_word, Word second_word) {
   return std::string(second ? second_word : first_word);
 }
 
-struct Quantity {
-  Word name;
-  std::string (*set)(Encoder& encoder, Word value);
-  std::string (*show)(const Encoder& encoder);
-};
+using Quantity = SimulatedQuantity<SimulatedEncoder>;
 
 // Power and motion come last: the rest of the mapping holds when they begin.
-const std::vector<Quantity>& Table() {
+const QuantityTable<SimulatedEncoder>& Table() {
   using E = SimulatedEncoder;
-  static const std::vector<Quantity> kTable = {
+  static const QuantityTable<SimulatedEncoder> kTable = {
       {"address", SetAddress, [](const E& e) { return Whole(e.address); }},
       {"baud", SetBaud, [](const E& e) { return Whole(e.baud); }},
       {"counting", SetDirection, [](const E& e) { return Either(e.negative, "positive", "negative"); }},
@@ -170,21 +167,12 @@ const std::vector<Quantity>& Table() {
 }  // namespace
 
 const std::vector<std::string_view>& QuantityNames() {
-  static const std::vector<std::string_view> kNames = [] {
-    std::vector<std::string_view> names;
-    for (const Quantity& quantity : Table()) names.push_back(quantity.name);
-    return names;
-  }();
+  static const std::vector<std::string_view> kNames = NamesOf(Table());
   return kNames;
 }
 
 std::string SimulatedEncoder::Set(std::string_view name, std::string_view value) {
-  for (const Quantity& quantity : Table()) {
-    if (quantity.name == name) return quantity.set(*this, value);
-  }
-  std::string names;
-  for (const std::string_view known : QuantityNames()) names += (names.empty() ? "" : ", ") + std::string(known);
-  return "cannot be set while it runs: one of " + names;
+  return SetByName(Table(), *this, name, value);
 }
 
 std::uint32_t SimulatedEncoder::Position() {
@@ -199,8 +187,7 @@ std::uint32_t SimulatedEncoder::Position() {
 void SimulatedEncoder::SetZero() { zero = shaft.At(now).angle; }
 
 std::vector<std::pair<std::string, std::string>> Quantities(const SimulatedEncoder& encoder) {
-  std::vector<std::pair<std::string, std::string>> list;
-  for (const Quantity& quantity : Table()) list.emplace_back(quantity.name, quantity.show(encoder));
+  std::vector<std::pair<std::string, std::string>> list = Shown(Table(), encoder);
   SimulatedEncoder copy = encoder;  // looking must not draw from its random numbers
   list.emplace_back("angle_deg", NumberText(DegreesFromAngle(encoder.shaft.At(encoder.now).angle)));
   list.emplace_back("single_turn", std::to_string(copy.Position()));

@@ -3,21 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drivers/runtime/simulation/quantity_table.h"
 #include "drivers/runtime/simulation/quantity_text.h"
 #include "drivers/runtime/simulation/shaft_motion.h"
 
 namespace axlecast::saa_serial {
 
-// One thing that can be set of an encoder.
-struct EncoderQuantity {
+// What can be set of an encoder.
+struct EncoderQuantities {
   using E = SimulatedEncoder;
   using Text = std::string_view;
 
-  Text name;
-  std::string (*set)(E& encoder, Text value);
-  std::string (*show)(const E& encoder);
-
-  static const std::vector<EncoderQuantity>& Table();
+  static const QuantityTable<E>& Table();
 
   static std::string Choose(Text value, Text no, Text yes, bool& into) {
     if (value != no && value != yes) {
@@ -58,10 +55,9 @@ struct EncoderQuantity {
   }
 };
 
-const std::vector<EncoderQuantity>& EncoderQuantity::Table() {
-  const auto word = [](bool is, Text no, Text yes) { return std::string(is ? yes : no); };
-  static const auto kWord = word;
-  static const std::vector<EncoderQuantity> kTable = {
+const QuantityTable<SimulatedEncoder>& EncoderQuantities::Table() {
+  static const auto kWord = [](bool is, Text no, Text yes) { return std::string(is ? yes : no); };
+  static const QuantityTable<E> kTable = {
       {"pace", [](E& e, Text v) { return Choose(v, "wire", "unpaced", e.unpaced_); },
        [](const E& e) { return kWord(e.unpaced_, "wire", "unpaced"); }},
       {"reply_header", [](E& e, Text v) { return Choose(v, "81", "address", e.says_address_); },
@@ -84,27 +80,16 @@ const std::vector<EncoderQuantity>& EncoderQuantity::Table() {
 }
 
 const std::vector<std::string_view>& SimulatedEncoder::QuantityNames() {
-  static const std::vector<std::string_view> kNames = [] {
-    std::vector<std::string_view> names;
-    for (const EncoderQuantity& quantity : EncoderQuantity::Table()) names.push_back(quantity.name);
-    return names;
-  }();
+  static const std::vector<std::string_view> kNames = NamesOf(EncoderQuantities::Table());
   return kNames;
 }
 
 std::string SimulatedEncoder::Set(std::string_view name, std::string_view value) {
-  for (const EncoderQuantity& quantity : EncoderQuantity::Table()) {
-    if (quantity.name == name) return quantity.set(*this, value);
-  }
-  std::string names;
-  for (const std::string_view known : QuantityNames()) names += (names.empty() ? "" : ", ") + std::string(known);
-  return "cannot be set while it runs: one of " + names;
+  return SetByName(EncoderQuantities::Table(), *this, name, value);
 }
 
 std::vector<std::pair<std::string, std::string>> SimulatedEncoder::Quantities() const {
-  std::vector<std::pair<std::string, std::string>> list;
-  for (const EncoderQuantity& quantity : EncoderQuantity::Table())
-    list.emplace_back(quantity.name, quantity.show(*this));
+  std::vector<std::pair<std::string, std::string>> list = Shown(EncoderQuantities::Table(), *this);
   const ShaftAngle angle = shaft_.At(now_).angle;
   list.emplace_back("angle_deg", NumberText(DegreesFromAngle(angle)));
   list.emplace_back("single_turn", std::to_string(CountsAt(angle)));

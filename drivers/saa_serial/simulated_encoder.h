@@ -41,7 +41,7 @@ class SimulatedEncoder final : public SimulatedDevice {
   [[nodiscard]] std::int64_t zeroings() const { return zeroings_; }
 
  private:
-  friend struct EncoderQuantity;
+  friend struct EncoderQuantities;
 
   [[nodiscard]] std::uint32_t CountsAt(ShaftAngle angle) const;
 

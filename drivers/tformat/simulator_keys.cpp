@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "drivers/runtime/simulation/quantity_table.h"
 #include "drivers/runtime/simulation/quantity_text.h"
 #include "drivers/runtime/simulation/shaft_motion.h"
 
@@ -173,11 +174,7 @@ std::string SetAbnormalEcho(SimulatedAxis& axis, Text value) {
   return {};
 }
 
-struct Quantity {
-  Text name;
-  std::string (*set)(SimulatedAxis& axis, Text value);
-  std::string (*show)(const SimulatedAxis& axis);
-};
+using Quantity = SimulatedQuantity<SimulatedAxis>;
 
 double Speed(const SimulatedAxis& axis) { return axis.encoder.shaft().At(axis.encoder.now()).speed_rpm; }
 
@@ -203,9 +200,9 @@ std::string EepromText(const SimulatedAxis& axis) {
 }
 
 // Power and motion come last: the rest of the mapping holds when they begin.
-const std::vector<Quantity>& Table() {
+const QuantityTable<SimulatedAxis>& Table() {
   using A = SimulatedAxis;
-  static const std::vector<Quantity> kTable = {
+  static const QuantityTable<SimulatedAxis> kTable = {
       {"pace", SetPace, [](const A& a) { return std::string(kPaces.at(static_cast<std::size_t>(a.pace))); }},
       {"slot_us", SetSlot, [](const A& a) { return NumberText(a.slot_us); }},
       {"enid", SetEncoderId, [](const A& a) { return std::to_string(a.encoder.settings().encoder_id); }},
@@ -246,26 +243,16 @@ std::string AlarmText(const EncoderModel::Reading& reading) {
 }  // namespace
 
 const std::vector<std::string_view>& QuantityNames() {
-  static const std::vector<std::string_view> kNames = [] {
-    std::vector<std::string_view> names;
-    for (const Quantity& quantity : Table()) names.push_back(quantity.name);
-    return names;
-  }();
+  static const std::vector<std::string_view> kNames = NamesOf(Table());
   return kNames;
 }
 
 std::string SimulatedAxis::Set(std::string_view name, std::string_view value) {
-  for (const Quantity& quantity : Table()) {
-    if (quantity.name == name) return quantity.set(*this, value);
-  }
-  std::string names;
-  for (const std::string_view known : QuantityNames()) names += (names.empty() ? "" : ", ") + std::string(known);
-  return "cannot be set while it runs: one of " + names;
+  return SetByName(Table(), *this, name, value);
 }
 
 std::vector<std::pair<std::string, std::string>> Quantities(const SimulatedAxis& axis) {
-  std::vector<std::pair<std::string, std::string>> list;
-  for (const Quantity& quantity : Table()) list.emplace_back(quantity.name, quantity.show(axis));
+  std::vector<std::pair<std::string, std::string>> list = Shown(Table(), axis);
 
   EncoderModel encoder = axis.encoder;  // looking must not draw from its random numbers
   const EncoderModel::Reading reading = encoder.Read(encoder.now());

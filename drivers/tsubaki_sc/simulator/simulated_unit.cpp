@@ -6,6 +6,7 @@
 
 #include "drivers/runtime/device/arguments.h"
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/simulation/quantity_table.h"
 #include "drivers/runtime/simulation/quantity_text.h"
 #include "drivers/tsubaki_sc/simulator/unit_report.h"
 
@@ -194,11 +195,7 @@ std::string SetFault(SimulatedUnit& s, Text value) {
 
 // ---- the table ----
 
-struct Quantity {
-  Text name;
-  std::string (*set)(SimulatedUnit& s, Text value);
-  std::string (*show)(const SimulatedUnit& s);  // null: never shown, or an event
-};
+using Quantity = SimulatedQuantity<SimulatedUnit>;
 
 // A plain number of the motor.
 template <double GearMotor::Settings::*kMember, int kMin, int kMax>
@@ -222,10 +219,10 @@ std::string SetSpeed(SimulatedUnit& s, Text value) {
 }
 
 // Faults and power come last: the rest of the mapping holds when they begin.
-const std::vector<Quantity>& Table() {
+const QuantityTable<SimulatedUnit>& Table() {
   using S = SimulatedUnit;
   using M = GearMotor::Settings;
-  static const std::vector<Quantity> kTable = {
+  static const QuantityTable<SimulatedUnit> kTable = {
       {"password", SetPassword, nullptr},
       {"parameters", SetParameters, ShowParameters},
       {"dip_set", SetDipSet, [](const S& s) { return std::to_string(s.unit.settings.dip_set); }},
@@ -272,28 +269,16 @@ const std::vector<Quantity>& Table() {
 }  // namespace
 
 const std::vector<std::string_view>& QuantityNames() {
-  static const std::vector<std::string_view> kNames = [] {
-    std::vector<std::string_view> names;
-    for (const Quantity& quantity : Table()) names.push_back(quantity.name);
-    return names;
-  }();
+  static const std::vector<std::string_view> kNames = NamesOf(Table());
   return kNames;
 }
 
 std::string SimulatedUnit::Set(std::string_view name, std::string_view value) {
-  for (const Quantity& quantity : Table()) {
-    if (quantity.name == name) return quantity.set(*this, value);
-  }
-  std::string names;
-  for (const std::string_view known : QuantityNames()) names += (names.empty() ? "" : ", ") + std::string(known);
-  return "cannot be set while it runs: one of " + names;
+  return SetByName(Table(), *this, name, value);
 }
 
 std::vector<std::pair<std::string, std::string>> Quantities(const SimulatedUnit& simulated) {
-  std::vector<std::pair<std::string, std::string>> list;
-  for (const Quantity& quantity : Table()) {
-    if (quantity.show != nullptr) list.emplace_back(quantity.name, quantity.show(simulated));
-  }
+  std::vector<std::pair<std::string, std::string>> list = Shown(Table(), simulated);
   AddReport(simulated.unit, list);
   return list;
 }
