@@ -22,7 +22,7 @@ START = 60  # s until everything that is read once after a start is read
 class PolledUnits:
     """`units` simulated units on one bus, their driver, and the instants of their readings."""
 
-    def __init__(self, name, units, target, simulate="", without=None):
+    def __init__(self, name, units, target, simulate="", without=None):  # `name` also of the machine
         self.name, self.units, self.target, self.simulate, self.without = name, units, target, simulate, without
         self.readings = {}
 
@@ -63,9 +63,9 @@ buses:
 
 def measure(bench, cycles):
     """Each case with its theoretical and its mean live cycle in seconds."""
-    cases = [PolledUnits("1 unit", 1, 0.99), PolledUnits("4 units", 4, 0.99), PolledUnits("16 units", 16, 0.99),
-             PolledUnits("16 units, one dead", 16, 0.95, 'gm7: {fault: "off"}', without=7),
-             PolledUnits("16 units, 1 % damaged", 16, 0.95,
+    cases = [PolledUnits("one-unit", 1, 0.99), PolledUnits("four-units", 4, 0.99), PolledUnits("16-units", 16, 0.99),
+             PolledUnits("one-of-16-dead", 16, 0.95, 'gm7: {fault: "off"}', without=7),
+             PolledUnits("16-damaged", 16, 0.95,
                          ", ".join(f'gm{i}: {{fault: "bit_flip:{ONE_PERCENT:.7f}"}}' for i in range(1, 17)))]
     for i, case in enumerate(cases):
         case.start(bench, 7700 + 2 * i)

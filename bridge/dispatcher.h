@@ -22,8 +22,8 @@
 namespace axlecast {
 
 // The bridge without its I/O: takes commands, routes each to the driver of its device, one at a time per device
-// (urgent ones beside it), and gives every id exactly one final outcome. Publishes COMMAND_STATUS and DRIVER_COMMAND/<bus> to `sink`. One
-// thread.
+// (urgent ones beside it), and gives every id exactly one final outcome. Publishes COMMAND_STATUS and
+// DRIVER_COMMAND/<bus> to `sink`. One thread.
 class Dispatcher final : private LaneOutput {
  public:
   static constexpr MonoNs kFindWithin = 20 * kSecond;  // after an INDETERMINATE, then FINDING_CANNOT_TELL

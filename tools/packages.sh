@@ -8,8 +8,8 @@ packages_build="g++ cmake ninja-build pkg-config python3 libc6-dev linux-libc-de
   default-jdk-headless liblcm-java libjchart2d-java"
 packages_run="iproute2 util-linux"
 packages_test="libfaketime x11-utils clang-14 clang-tidy-14 clang-format-14 libclang-rt-14-dev procps git
-  xvfb xauth x11-apps imagemagick default-jre libxtst6 libxrender1 fonts-dejavu-core
-  python3-pymodbus python3-serial python3-serial-asyncio mbpoll socat"
+  xvfb xauth imagemagick default-jre libxtst6 libxrender1 fonts-dejavu-core
+  python3-pymodbus python3-serial python3-serial-asyncio mbpoll"
 
 # install_missing PACKAGE...: quiet when nothing is missing; fails loudly when apt does.
 install_missing() {

@@ -128,6 +128,7 @@ std::unique_ptr<DeviceSettings> ParseSettings(ConfigMap& device, const BusConfig
                       kMicrosecond;
   const auto& own = static_cast<const ScBus&>(*bus.family_bus);
   settings->wire_time = LiveCycle(own.reading, own.units);
+  settings->exchanges = 2;
   return settings;
 }
 

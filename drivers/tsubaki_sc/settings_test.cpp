@@ -79,6 +79,7 @@ TEST(Settings, ALiveCycleTakesWhatTheReadingOfThePauseMakesOfIt) {
   const Loaded loaded = Load("pacing: after_request", {"address: 1", "address: 2"});
   ASSERT_TRUE(loaded.machine) << loaded.problems;
   EXPECT_EQ(Unit(loaded).wire_time, LiveCycle(PacingReading::kAfterRequest, 2));
+  EXPECT_EQ(Unit(loaded).exchanges, 2);
   EXPECT_EQ(loaded.machine->buses[0].family_bus->pacing,
             (Pacing{.after_request = 100 * kMillisecond, .after_reply = 5 * kMillisecond}));
 }

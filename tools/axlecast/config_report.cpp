@@ -26,10 +26,16 @@ std::string Format(const char* format, double value) {
 
 double RefreshUs(const BusLoad& load) { return load.poll_hz > 0 ? 1e6 / load.poll_hz : 0; }
 
+// At most publish_hz, and no more often than it is read.
+double PublishedHz(const DeviceConfig& device, const BusLoad& load) {
+  return load.poll_hz > 0 ? std::min(device.publish_hz, load.poll_hz) : device.publish_hz;
+}
+
 double MessagesPerSecond(const MachineConfig& machine) {
   double sum = 0;
   for (const BusConfig& bus : machine.buses) {
-    for (const DeviceConfig& device : bus.devices) sum += device.publish_hz;
+    const BusLoad load = LoadOf(bus);
+    for (const DeviceConfig& device : bus.devices) sum += PublishedHz(device, load);
   }
   return sum;
 }
@@ -88,7 +94,7 @@ std::string BusText(const BusConfig& bus) {
   text += '\n';
   for (const DeviceConfig& device : bus.devices) {
     text += "    " + Left(device.name, 24) + ' ' + Left(device.model, 12) + " refreshed every " +
-            Format("%.6g", RefreshUs(load)) + " us, published at " + Format("%.6g", device.publish_hz) + " Hz" +
+            Format("%.6g", RefreshUs(load)) + " us, published at " + Format("%.4g", PublishedHz(device, load)) + " Hz" +
             (bus.family->has_position ? ", " + Travel(device) : "") +
             (device.permit_required ? "" : ", permit not required") + '\n';
   }
@@ -136,8 +142,7 @@ std::vector<std::string> ConfigWarnings(const MachineConfig& machine) {
   for (const BusConfig& bus : machine.buses) AddBusWarnings(bus, warnings);
   if (const double messages = MessagesPerSecond(machine); messages > kManyMessages) {
     warnings.push_back(Format("%.0f", messages) +
-                       " POSITION messages a second: every LCM process on the port receives all of them; lower "
-                       "publish_hz");
+                       " messages a second: every LCM process on the port receives all of them; lower publish_hz");
   }
   if (machine.bridge.allow_unsigned && ParseLcmUrl(machine.lcm.command_url).ttl > 0) {
     warnings.push_back(
@@ -151,7 +156,7 @@ std::string ConfigText(const MachineConfig& machine) {
   std::string text = "machine " + machine.machine + "\n    data     " + machine.lcm.url + "\n    commands " +
                      machine.lcm.command_url + '\n';
   for (const BusConfig& bus : machine.buses) text += BusText(bus);
-  text += Format("%.0f", MessagesPerSecond(machine)) + " POSITION messages a second at most\n";
+  text += Format("%.0f", MessagesPerSecond(machine)) + " POSITION and MOTOR messages a second at most\n";
   return text;
 }
 

@@ -67,7 +67,7 @@ TEST(ConfigText, NamesEveryBusAndDevice) {
   EXPECT_THAT(text,
               HasSubstr("polled at 500 Hz, one round takes 51 us: 2.5 % of the wire's time, at most 19608 Hz"));
   EXPECT_THAT(text, HasSubstr("refreshed every 2000 us, published at 500 Hz, 1 turn/turn"));
-  EXPECT_THAT(text, HasSubstr("500 POSITION messages a second at most"));
+  EXPECT_THAT(text, HasSubstr("500 POSITION and MOTOR messages a second at most"));
 }
 
 TEST(ConfigJson, HoldsTheSameOrTheErrors) {

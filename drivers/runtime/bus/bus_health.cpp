@@ -32,12 +32,14 @@ BusHealth::BusHealth(const BusConfig& config, std::int64_t boot_id, const Timeba
 
 double BusHealth::WireLimit(const BusConfig& config) {
   MonoNs sum = 0;
+  int exchanges = 0;
   for (const DeviceConfig& device : config.devices) {
     if (device.settings == nullptr || device.settings->wire_time <= 0) return 0;
     sum += device.settings->wire_time;
+    exchanges += device.settings->exchanges;
   }
   if (sum == 0) return 0;
-  return static_cast<double>(config.devices.size()) * static_cast<double>(kSecond) / static_cast<double>(sum);
+  return exchanges * static_cast<double>(kSecond) / static_cast<double>(sum);
 }
 
 void BusHealth::Publish(MonoNs now, Bus& bus, std::span<const DeviceTally> devices) {

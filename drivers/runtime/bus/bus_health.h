@@ -32,7 +32,7 @@ class BusHealth {
 
   void Publish(MonoNs now, Bus& bus, std::span<const DeviceTally> devices);
 
-  // Live readings a second that the wire's timing allows with these devices, each having its turn; 0 unknown.
+  // Exchanges a second that the wire's timing allows with these devices, each having its turn; 0 unknown.
   [[nodiscard]] static double WireLimit(const BusConfig& config);
 
  private:

@@ -35,6 +35,7 @@ struct DeviceSettings {
   std::int64_t noise_counts = 0;     // error between two readings at rest, peak
   bool holds_secrets = false;        // its process must leave no core file
   MonoNs wire_time = 0;              // shortest time of one live reading, with the pauses that the bus needs
+  int exchanges = 1;                 // of one live reading
 };
 
 // What a family knows of a configured bus as a whole: filled by Family::parse_bus, extended with the family's own.
