@@ -32,7 +32,6 @@ struct Board {
     unsigned line;
     bool high;
     MonoNs at;
-    friend bool operator==(const Change&, const Change&) = default;
   };
 
   std::map<unsigned, Line> lines = {{4, {}}, {17, {}}, {18, {"other-tool", false}}};
