@@ -248,6 +248,7 @@ TEST_F(DriverTest, LinkWarningsAreLogged) {
   driver_ = std::make_unique<Driver>(
       bus_, kBoot,
       DriverPorts{.link = &link_,
+                  .secrets = &secrets_,
                   .clock = &clock_,
                   .data = &data_,
                   .commands = &commands_,
