@@ -23,6 +23,25 @@ if(AXLECAST_FUZZERS)
   target_compile_options(axlecast_flags INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
+# axlecast_test(TARGET PREFIX SOURCES file... LIBRARIES target...)
+#
+# A GoogleTest program, its cases known to ctest as PREFIX.Suite.Case.
+function(axlecast_test target prefix)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
+  add_executable(${target} ${ARG_SOURCES})
+  set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/test)
+  # What is tested is optimised; optimising the tests would take twice their time to compile.
+  target_compile_options(${target} PRIVATE -O0 -g1)
+  target_link_libraries(${target} PRIVATE ${ARG_LIBRARIES} GTest::gmock GTest::gtest_main)
+  # GoogleMock's headers cost more than most tests.
+  list(LENGTH ARG_SOURCES count)
+  if(count GREATER 3)
+    target_precompile_headers(${target} PRIVATE <gmock/gmock.h> <gtest/gtest.h>)
+  endif()
+  add_dependencies(axlecast_unit_tests ${target})
+  gtest_discover_tests(${target} TEST_PREFIX ${prefix}. NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+endfunction()
+
 # axlecast_folder(TARGET [DEPENDS target...])
 #
 # The convention of every folder: its .cpp files are the library TARGET, its *_test.cpp files are the tests of
@@ -48,16 +67,7 @@ function(axlecast_folder target)
     target_link_libraries(${target} INTERFACE axlecast_flags ${ARG_DEPENDS})
   endif()
   if(tests AND AXLECAST_TESTS)
-    add_executable(${target}_test ${tests})
-    set_target_properties(${target}_test PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/test)
-    add_dependencies(axlecast_unit_tests ${target}_test)
-    target_link_libraries(${target}_test PRIVATE ${target} ${ARG_TEST_DEPENDS} GTest::gmock GTest::gtest_main)
-    # GoogleMock's headers cost more than most tests.
-    list(LENGTH tests count)
-    if(count GREATER 3)
-      target_precompile_headers(${target}_test PRIVATE <gmock/gmock.h> <gtest/gtest.h>)
-    endif()
-    gtest_discover_tests(${target}_test TEST_PREFIX ${target}. NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+    axlecast_test(${target}_test ${target} SOURCES ${tests} LIBRARIES ${target} ${ARG_TEST_DEPENDS})
   endif()
   if(AXLECAST_FUZZERS)
     foreach(fuzzer ${fuzzers})

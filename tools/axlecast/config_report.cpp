@@ -94,8 +94,8 @@ std::string BusText(const BusConfig& bus) {
   text += '\n';
   for (const DeviceConfig& device : bus.devices) {
     text += "    " + Left(device.name, 24) + ' ' + Left(device.model, 12) + " refreshed every " +
-            Format("%.6g", RefreshUs(load)) + " us, published at " + Format("%.4g", PublishedHz(device, load)) + " Hz" +
-            (bus.family->has_position ? ", " + Travel(device) : "") +
+            Format("%.6g", RefreshUs(load)) + " us, published at " + Format("%.4g", PublishedHz(device, load)) +
+            " Hz" + (bus.family->has_position ? ", " + Travel(device) : "") +
             (device.permit_required ? "" : ", permit not required") + '\n';
   }
   return text;
