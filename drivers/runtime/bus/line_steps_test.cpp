@@ -100,8 +100,9 @@ TEST_F(LineStepsTest, WhatMayBeTheLateReplyToASecretIsSecretToo) {
     EXPECT_TRUE(medium_.Run(plain)->secret);
     link_.ArriveAt(clock_.Now() + kMillisecond, {2, 4});
     EXPECT_TRUE(medium_.Run(plain)->secret) << "a part of something";
-    link_.ArriveAt(clock_.Now() + kMillisecond, {2, 4, 9});
+    link_.ArriveAt(clock_.Now() + kMillisecond, {2, 4, 9, 1, 3});
     EXPECT_FALSE(medium_.Run(plain)->secret) << "its own reply";
+    EXPECT_TRUE(medium_.FindStray()->secret) << "what came with it";
     link_.ArriveAt(clock_.Now(), {9});
     const Event* stray = medium_.FindStray();
     ASSERT_NE(stray, nullptr);

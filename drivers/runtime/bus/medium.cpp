@@ -155,6 +155,7 @@ const Event* Medium::Silent(MonoNs since) {
 
 const Event* Medium::Excess() {
   event_.kind = Event::Kind::kStray;
+  event_.secret = event_.secret || clock_.Now() < masked_until_;
   event_.sent = {};
   event_.request = {};
   event_.bytes = std::exchange(excess_, {});
