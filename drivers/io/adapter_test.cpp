@@ -9,6 +9,8 @@
 #include <fstream>
 #include <string>
 
+#include "tests/support/temporary_folder.h"
+
 namespace axlecast {
 namespace {
 
@@ -69,9 +71,6 @@ TEST(JudgeAdapter, AnUnknownChipIsNamedWhereItMatters) {
 class SysfsTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    std::string pattern = ::testing::TempDir() + "axlecast_sysfs_XXXXXX";
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    root_ = pattern;
     const std::filesystem::path device = root_ / "devices/usb1/1-2";
     port_ = device / "1-2:1.0/ttyUSB0";
     std::filesystem::create_directories(port_ / "tty/ttyUSB0");
@@ -82,9 +81,8 @@ class SysfsTest : public ::testing::Test {
     std::ofstream(device / "bcdDevice") << "0900\n";
     std::ofstream(port_ / "latency_timer") << "16\n";
   }
-  void TearDown() override { std::filesystem::remove_all(root_); }
-
-  std::filesystem::path root_;
+  const TemporaryFolder folder_;
+  const std::filesystem::path root_ = folder_.path();
   std::filesystem::path port_;
 };
 

@@ -14,6 +14,7 @@
 #include "drivers/io/pty.h"
 #include "drivers/io/serial_port.h"
 #include "drivers/io/system_clock.h"
+#include "tests/support/temporary_folder.h"
 
 namespace axlecast {
 namespace {
@@ -33,12 +34,9 @@ const Wire kReadCoils = {0x11, 0x01, 0x00, 0x13, 0x00, 0x25, 0x0E, 0x84};
 class ModbusPortTest : public ::testing::Test {
  protected:
   ModbusPortTest() {
-    std::string pattern = ::testing::TempDir() + "modbus_XXXXXX";
-    directory_ = mkdtemp(pattern.data());
     path_ = directory_ + "/bus.pty";
     EXPECT_EQ(far_.Open(path_), "");
   }
-  ~ModbusPortTest() override { std::filesystem::remove_all(directory_); }
 
   [[nodiscard]] SerialSettings Settings() const { return {.path = path_, .format = {.baud = 9'600}}; }
 
@@ -67,7 +65,8 @@ class ModbusPortTest : public ::testing::Test {
   }
 
   SystemClock clock_;
-  std::string directory_;
+  const TemporaryFolder folder_;
+  const std::string directory_ = folder_.path();
   std::string path_;
   Pty far_;
 };

@@ -14,17 +14,14 @@
 #include <utility>
 #include <vector>
 
+#include "tests/support/temporary_folder.h"
+
 namespace axlecast {
 namespace {
 
 class PtyTest : public testing::Test {
  protected:
-  PtyTest() {
-    std::string pattern = testing::TempDir() + "pty_XXXXXX";
-    directory_ = mkdtemp(pattern.data());
-    path_ = directory_ + "/bus.pty";
-  }
-  ~PtyTest() override { std::filesystem::remove_all(directory_); }
+  PtyTest() { path_ = directory_ + "/bus.pty"; }
 
   [[nodiscard]] Descriptor OpenHost() const { return Descriptor(open(path_.c_str(), O_RDWR | O_NOCTTY)); }
 
@@ -33,7 +30,8 @@ class PtyTest : public testing::Test {
     return poll(&wanted, 1, 1000) == 1 && (wanted.revents & POLLIN) != 0;
   }
 
-  std::string directory_;
+  const TemporaryFolder folder_;
+  const std::string directory_ = folder_.path();
   std::string path_;
   Pty pty_;
 };

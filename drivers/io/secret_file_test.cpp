@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "drivers/io/descriptor.h"
+#include "tests/support/temporary_folder.h"
 
 namespace axlecast {
 namespace {
@@ -22,15 +23,8 @@ constexpr const char* kContent = "tr0ub4dor";
 
 class SecretFilesTest : public ::testing::Test {
  protected:
-  SecretFilesTest() {
-    std::string pattern = ::testing::TempDir() + "secret_XXXXXX";
-    directory_ = mkdtemp(pattern.data());
-    file_ = directory_ + "/password";
-  }
-  ~SecretFilesTest() override {
-    unsetenv("CREDENTIALS_DIRECTORY");
-    std::filesystem::remove_all(directory_);
-  }
+  SecretFilesTest() { file_ = directory_ + "/password"; }
+  ~SecretFilesTest() override { unsetenv("CREDENTIALS_DIRECTORY"); }
 
   static void Put(const std::string& path, std::string_view content, mode_t mode) {
     std::filesystem::remove(path);
@@ -43,7 +37,8 @@ class SecretFilesTest : public ::testing::Test {
     return files_.Read({.file = {}, .credential = name}, secret_);
   }
 
-  std::string directory_;
+  const TemporaryFolder folder_;
+  const std::string directory_ = folder_.path();
   std::string file_;
   SecretFiles files_;
   Secret secret_;

@@ -16,6 +16,7 @@
 
 #include "drivers/io/pty.h"
 #include "drivers/io/system_clock.h"
+#include "tests/support/temporary_folder.h"
 
 namespace axlecast {
 namespace {
@@ -30,13 +31,9 @@ constexpr MonoNs kSoon = 5 * kSecond;  // far beyond what any step here needs
 class SerialPortTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    std::string pattern = ::testing::TempDir() + "axlecast_serial_XXXXXX";
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    directory_ = pattern;
     link_ = directory_ + "/bus.pty";
     PlugIn();
   }
-  void TearDown() override { std::filesystem::remove_all(directory_); }
 
   void PlugIn() {
     far_ = Descriptor(posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC));
@@ -78,7 +75,8 @@ class SerialPortTest : public ::testing::Test {
   SerialSettings Settings() const { return {.path = link_, .format = {.baud = 2'500'000}}; }
 
   SystemClock clock_;
-  std::string directory_;
+  const TemporaryFolder folder_;
+  const std::string directory_ = folder_.path();
   std::string link_;
   Descriptor far_;
 };

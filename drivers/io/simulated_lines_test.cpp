@@ -11,6 +11,7 @@
 
 #include "drivers/io/system_clock.h"
 #include "drivers/io/unix_address.h"
+#include "tests/support/temporary_folder.h"
 
 namespace axlecast {
 namespace {
@@ -19,15 +20,11 @@ using ::testing::HasSubstr;
 
 class SimulatedLinesTest : public ::testing::Test {
  protected:
-  SimulatedLinesTest() {
-    std::string pattern = ::testing::TempDir() + "lines_XXXXXX";
-    directory_ = mkdtemp(pattern.data());
-    path_ = directory_ + "/b0.lines";
-  }
-  ~SimulatedLinesTest() override { std::filesystem::remove_all(directory_); }
+  SimulatedLinesTest() { path_ = directory_ + "/b0.lines"; }
 
   SystemClock clock_;
-  std::string directory_;
+  const TemporaryFolder folder_;
+  const std::string directory_ = folder_.path();
   std::string path_;
 };
 

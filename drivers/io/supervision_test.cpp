@@ -12,6 +12,7 @@
 #include <string>
 
 #include "drivers/io/descriptor.h"
+#include "tests/support/temporary_folder.h"
 
 namespace axlecast {
 namespace {
@@ -20,10 +21,6 @@ namespace {
 class SupervisionTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    std::string pattern = ::testing::TempDir() + "axlecast_notify_XXXXXX";
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    directory_ = pattern;
-    path_ = directory_ + "/notify";
     socket_ = Descriptor(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
@@ -36,8 +33,6 @@ class SupervisionTest : public ::testing::Test {
   }
   void TearDown() override {
     for (const char* name : {"NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"}) unsetenv(name);
-    unlink(path_.c_str());
-    rmdir(directory_.c_str());
   }
   std::string Received() {
     std::array<char, 256> text;
@@ -45,8 +40,8 @@ class SupervisionTest : public ::testing::Test {
     return size < 0 ? "" : std::string(text.data(), static_cast<std::size_t>(size));
   }
 
-  std::string directory_;
-  std::string path_;
+  const TemporaryFolder folder_;
+  const std::string path_ = folder_.path() + "/notify";
   Descriptor socket_;
 };
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/temporary_folder.h"
 #include "tools/axlecast/do_command.h"
 #include "tools/axlecast/driver_command.h"
 #include "tools/axlecast/exit_code.h"
@@ -31,7 +32,6 @@ buses:
 class Commands : public ::testing::Test {
  protected:
   Commands() {
-    EXPECT_NE(mkdtemp(directory_.data()), nullptr);
     file_ = directory_ + "/machine.yaml";
     std::ofstream(file_) << kMachine;
     unsetenv("AXLECAST_CONFIG");
@@ -60,7 +60,8 @@ class Commands : public ::testing::Test {
     return exit_code;
   }
 
-  std::string directory_ = ::testing::TempDir() + "commandsXXXXXX";
+  const TemporaryFolder folder_;
+  const std::string directory_ = folder_.path();
   std::string file_;
 };
 

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "drivers/runtime/config/load.h"
+#include "tests/support/temporary_folder.h"
 #include "tools/axlecast/check_config_command.h"
 
 namespace axlecast {
@@ -90,13 +91,6 @@ TEST(ConfigJson, HoldsTheSameOrTheErrors) {
 
 class CheckConfigTest : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = ::testing::TempDir() + "axlecast_check_XXXXXX";
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    directory_ = pattern;
-  }
-  void TearDown() override { std::filesystem::remove_all(directory_); }
-
   int Check(const std::string& text) {
     const std::string file = directory_ + "/m.yaml";
     std::ofstream(file) << text;
@@ -107,7 +101,8 @@ class CheckConfigTest : public ::testing::Test {
     return exit_code;
   }
 
-  std::string directory_;
+  const TemporaryFolder folder_;
+  const std::string directory_ = folder_.path();
 };
 
 TEST_F(CheckConfigTest, EndsWithOneOnAnyErrorAlsoOfTheSimulator) {

@@ -10,17 +10,14 @@
 #include <string>
 #include <thread>
 
+#include "tests/support/temporary_folder.h"
+
 namespace axlecast {
 namespace {
 
 class ControlSocketTest : public testing::Test {
  protected:
-  ControlSocketTest() {
-    std::string pattern = testing::TempDir() + "ctl_XXXXXX";
-    directory_ = mkdtemp(pattern.data());
-    path_ = directory_ + "/bus.ctl";
-  }
-  ~ControlSocketTest() override { std::filesystem::remove_all(directory_); }
+  ControlSocketTest() { path_ = directory_ + "/bus.ctl"; }
 
   // Serves until `ask` has returned.
   std::string WhileServing(ControlSocket& socket, const std::function<std::string()>& ask) {
@@ -37,7 +34,8 @@ class ControlSocketTest : public testing::Test {
     return answer;
   }
 
-  std::string directory_;
+  const TemporaryFolder folder_;
+  const std::string directory_ = folder_.path();
   std::string path_;
 };
 

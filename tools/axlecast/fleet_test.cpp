@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "tests/support/fake_clock.h"
+#include "tests/support/temporary_folder.h"
 
 namespace axlecast {
 namespace {
@@ -22,12 +23,6 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
-
-std::string TemporaryDirectory() {
-  std::string path = ::testing::TempDir() + "fleetXXXXXX";
-  EXPECT_NE(mkdtemp(path.data()), nullptr);
-  return path;
-}
 
 std::vector<std::string> Shell(const std::string& script) { return {"/bin/sh", "-c", script}; }
 
@@ -53,7 +48,8 @@ class FleetTest : public ::testing::Test {
 
   FakeClock clock_;
   std::vector<std::string> told_;
-  std::string logs_ = TemporaryDirectory();
+  const TemporaryFolder folder_;
+  const std::string logs_ = folder_.path();
   Fleet fleet_{logs_, clock_, [this](const std::string& line) { told_.push_back(line); }};
 };
 

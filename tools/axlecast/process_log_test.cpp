@@ -2,16 +2,16 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <filesystem>
+
+#include "tests/support/temporary_folder.h"
 
 namespace axlecast {
 namespace {
 
 TEST(ProcessLog, KeepsAtMostTwoFilesOfTheLimit) {
-  std::string directory = ::testing::TempDir() + "logXXXXXX";
-  ASSERT_NE(mkdtemp(directory.data()), nullptr);
-  const std::string path = directory + "/driver.log";
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/driver.log";
   ProcessLog log(path, 100);
   for (int i = 0; i < 50; ++i) log.Write("123456789");
   EXPECT_LE(std::filesystem::file_size(path), 100U);

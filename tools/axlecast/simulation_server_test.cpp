@@ -15,6 +15,7 @@
 #include "drivers/io/descriptor.h"
 #include "drivers/io/serial_port.h"
 #include "drivers/io/system_clock.h"
+#include "tests/support/temporary_folder.h"
 
 namespace axlecast {
 namespace {
@@ -64,8 +65,6 @@ class PlusOne final : public Simulator {
 class SimulationServerTest : public testing::Test {
  protected:
   SimulationServerTest() {
-    std::string pattern = testing::TempDir() + "sim_XXXXXX";
-    directory_ = mkdtemp(pattern.data());
     place_ = {"b0",
               {"unit"},
               directory_ + "/b0.pty",
@@ -78,7 +77,6 @@ class SimulationServerTest : public testing::Test {
   ~SimulationServerTest() override {
     server_.Stop();
     thread_.join();
-    std::filesystem::remove_all(directory_);
   }
 
   [[nodiscard]] Descriptor OpenHost() const { return Descriptor(open(place_.pty.c_str(), O_RDWR | O_NOCTTY)); }
@@ -93,7 +91,8 @@ class SimulationServerTest : public testing::Test {
     return Json::parse(AskControlSocket(place_.control, question.dump()), nullptr, false);
   }
 
-  std::string directory_;
+  const TemporaryFolder folder_;
+  const std::string directory_ = folder_.path();
   SimulationServer::BusPlace place_;
   SystemClock clock_;
   SimulationServer server_{clock_};
