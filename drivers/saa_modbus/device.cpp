@@ -125,7 +125,7 @@ void SaaModbusDevice::On(const Event& event) {
     case Event::Kind::kLinkDown:
       OnLinkDown();
       break;
-    case Event::Kind::kPulsed:
+    default:  // of other kinds of line
       break;
   }
   ExpireIfLate(EndOf(event));

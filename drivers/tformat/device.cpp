@@ -100,9 +100,8 @@ void TFormatDevice::On(const Event& event) {
     case Event::Kind::kLinkDown:
       OnLinkDown();
       break;
-    case Event::Kind::kPulsed:
-    case Event::Kind::kRetuned:
-      break;  // never asked for
+    default:  // of other kinds of line
+      break;
   }
   ExpireIfLate(EndOf(event));
 }

@@ -1,24 +1,36 @@
 #include "drivers/runtime/bus/bus.h"
 
 #include <algorithm>
+#include <utility>
+
+#include "drivers/runtime/bus/frame_medium.h"
+#include "drivers/runtime/bus/line_medium.h"
 
 namespace axlecast {
 
-Bus::Bus(const BusSettings& settings, ByteLink& link, const Clock& clock, LinkObserver& observer, WireLog* wire)
+Bus::Bus(const BusSettings& settings, Link& link, std::unique_ptr<Medium> medium, const Clock& clock,
+         LinkObserver& observer, WireLog* wire)
     : settings_(settings),
       link_(link),
       clock_(clock),
       observer_(observer),
       wire_(wire),
-      medium_(link, clock, settings.echo, settings.lines),
+      medium_(std::move(medium)),
       schedule_(settings.schedule),
       reopen_pause_(settings.reopen_first) {}
+
+Bus::Bus(const BusSettings& settings, ByteLink& link, const Clock& clock, LinkObserver& observer, WireLog* wire)
+    : Bus(settings, link, std::make_unique<LineMedium>(link, clock, settings.echo, settings.lines), clock, observer,
+          wire) {}
+
+Bus::Bus(const BusSettings& settings, FrameLink& link, const Clock& clock, LinkObserver& observer, WireLog* wire)
+    : Bus(settings, link, std::make_unique<FrameMedium>(link, clock), clock, observer, wire) {}
 
 MonoNs Bus::RunOnce(MonoNs by) {
   if (!up_) return Reopen(by);
   const MonoNs now = clock_.Now();
   const Schedule::Choice& choice = schedule_.Choose(now);
-  if (const auto* exchange = std::get_if<Exchange>(&choice.step.action)) return Transmit(choice, *exchange, now);
+  if (std::holds_alternative<Exchange>(choice.step.action)) return Transmit(choice, now);
 
   by = std::min(by, choice.until);
   if (wire_ != nullptr) {
@@ -29,33 +41,20 @@ MonoNs Bus::RunOnce(MonoNs by) {
 }
 
 MonoNs Bus::CarryOut(const Schedule::Choice& choice, MonoNs now, MonoNs by) {
-  const auto begin = [&] {
+  const bool waits =
+      std::holds_alternative<Idle>(choice.step.action) || std::holds_alternative<Listen>(choice.step.action);
+  if (!waits) {
     schedule_.Started(now);
     schedule_.device(choice.device).OnStarted(choice.step, now);
-  };
-  if (const auto* silence = std::get_if<Silence>(&choice.step.action)) {
-    begin();
-    return Deliver(medium_.Run(*silence), choice.device, now);
   }
-  if (const auto* pulse = std::get_if<Pulse>(&choice.step.action)) {
-    begin();
-    return Deliver(medium_.Run(*pulse), choice.device, now);
-  }
-  if (const auto* retune = std::get_if<Retune>(&choice.step.action)) {
-    begin();
-    return Deliver(medium_.Run(*retune), choice.device, now);
-  }
-  if (const auto* listen = std::get_if<Listen>(&choice.step.action)) {
-    return Deliver(medium_.Run(*listen, by), choice.device, now);
-  }
-  return Deliver(medium_.Sleep(by), choice.device, now);
+  return Deliver(medium_->Run(choice.step, by), choice.device, now);
 }
 
-MonoNs Bus::Transmit(const Schedule::Choice& choice, const Exchange& exchange, MonoNs now) {
-  if (const Event* stray = medium_.FindStray()) return Deliver(stray, choice.device, now);
+MonoNs Bus::Transmit(const Schedule::Choice& choice, MonoNs now) {
+  if (const Event* stray = medium_->FindStray()) return Deliver(stray, choice.device, now);
   schedule_.Started(now);
   schedule_.device(choice.device).OnStarted(choice.step, now);
-  const Event* event = medium_.Run(exchange);
+  const Event* event = medium_->Run(choice.step, now);
   if (event->kind != Event::Kind::kLinkDown) {
     ++exchanges_;
     if (event->kind == Event::Kind::kReply) stats_.Add(event->received.last - event->sent.first);
@@ -66,21 +65,19 @@ MonoNs Bus::Transmit(const Schedule::Choice& choice, const Exchange& exchange, M
 
 MonoNs Bus::Deliver(const Event* event, std::size_t device, MonoNs now) {
   if (event == nullptr) return clock_.Now();
+  const bool of_bus = Event::IsOfBus(event->kind);
   if (wire_ != nullptr) {
     Event whose = *event;
-    const bool of_bus = event->kind == Event::Kind::kLinkDown || event->kind == Event::Kind::kStray;
     whose.device = of_bus ? -1 : static_cast<int>(device);
     wire_->Record(whose);
   }
-  switch (event->kind) {
-    case Event::Kind::kLinkDown:
-      Down(*event);
-      break;
-    case Event::Kind::kStray:
-      ToAll(*event);
-      break;
-    default:
-      schedule_.device(device).On(*event);
+  if (event->kind == Event::Kind::kFrame && (event->id & kCanError) == 0) ++exchanges_;
+  if (event->kind == Event::Kind::kLinkDown) {
+    Down(*event);
+  } else if (of_bus) {
+    ToAll(*event);
+  } else {
+    schedule_.device(device).On(*event);
   }
   return std::max(now, event->received.last);
 }
@@ -121,7 +118,7 @@ std::string Bus::OpenAll() {
 
 void Bus::Down(const Event& event) {
   const MonoNs now = event.received.last;
-  const ByteLink::LineErrors errors = link_.Errors();
+  const Link::LineErrors errors = link_.Errors();
   closed_errors_.framing += errors.framing;
   closed_errors_.dropped += errors.dropped;
   link_.Close();
@@ -148,7 +145,7 @@ Bus::Counters Bus::counters() const {
                     .reopens = std::max<std::int64_t>(0, opens_ - 1),
                     .line = closed_errors_};
   if (up_) {
-    const ByteLink::LineErrors now = link_.Errors();
+    const Link::LineErrors now = link_.Errors();
     counters.line.framing += now.framing;
     counters.line.dropped += now.dropped;
   }

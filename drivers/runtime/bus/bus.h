@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -8,6 +9,10 @@
 #include "drivers/runtime/bus/medium.h"
 #include "drivers/runtime/bus/schedule.h"
 #include "drivers/runtime/bus/wire_log.h"
+#include "drivers/runtime/core/byte_link.h"
+#include "drivers/runtime/core/clock.h"
+#include "drivers/runtime/core/frame_link.h"
+#include "drivers/runtime/core/pulse_lines.h"
 
 namespace axlecast {
 
@@ -34,6 +39,7 @@ class Bus {
  public:
   // `wire` may be null: nothing is recorded.
   Bus(const BusSettings& settings, ByteLink& link, const Clock& clock, LinkObserver& observer, WireLog* wire);
+  Bus(const BusSettings& settings, FrameLink& link, const Clock& clock, LinkObserver& observer, WireLog* wire);
 
   void Add(Device& device) { schedule_.Add(device); }
 
@@ -42,10 +48,10 @@ class Bus {
   MonoNs RunOnce(MonoNs by);
 
   struct Counters {
-    std::int64_t exchanges = 0;  // requests transmitted and answered, or not
+    std::int64_t exchanges = 0;  // requests transmitted and answered, or not; on CAN, frames that came
     std::int64_t losses = 0;     // times the open line was lost
     std::int64_t reopens = 0;    // opened again after the first time
-    ByteLink::LineErrors line;   // since start
+    Link::LineErrors line;       // since start
   };
   [[nodiscard]] Counters counters() const;
   [[nodiscard]] std::int64_t late() const { return schedule_.late(); }
@@ -55,20 +61,23 @@ class Bus {
   [[nodiscard]] ExchangeStats& stats() { return stats_; }                // completed exchanges
 
  private:
+  Bus(const BusSettings& settings, Link& link, std::unique_ptr<Medium> medium, const Clock& clock,
+      LinkObserver& observer, WireLog* wire);
+
   MonoNs Reopen(MonoNs by);
   void Down(const Event& event);
   [[nodiscard]] std::string OpenAll();
-  MonoNs Transmit(const Schedule::Choice& choice, const Exchange& exchange, MonoNs now);
+  MonoNs Transmit(const Schedule::Choice& choice, MonoNs now);
   MonoNs CarryOut(const Schedule::Choice& choice, MonoNs now, MonoNs by);
   MonoNs Deliver(const Event* event, std::size_t device, MonoNs now);
   void ToAll(const Event& event);
 
   BusSettings settings_;
-  ByteLink& link_;
+  Link& link_;
   const Clock& clock_;
   LinkObserver& observer_;
   WireLog* wire_;
-  Medium medium_;
+  std::unique_ptr<Medium> medium_;
   Schedule schedule_;
   ExchangeStats stats_;
 
@@ -80,7 +89,7 @@ class Bus {
   std::int64_t opens_ = 0;
   std::int64_t exchanges_ = 0;
   std::int64_t losses_ = 0;
-  ByteLink::LineErrors closed_errors_;  // of the times that the line was open before
+  Link::LineErrors closed_errors_;  // of the times that the line was open before
 };
 
 }  // namespace axlecast

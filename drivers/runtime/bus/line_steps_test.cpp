@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "drivers/runtime/bus/medium.h"
+#include "drivers/runtime/bus/line_medium.h"
 #include "tests/support/scripted_link.h"
 
 namespace axlecast {
@@ -40,7 +40,7 @@ class LineStepsTest : public ::testing::Test {
   FakeClock clock_{kStart};
   ScriptedLink link_{clock_};
   NotedLines lines_{clock_};
-  Medium medium_{link_, clock_, false, &lines_};
+  LineMedium medium_{link_, clock_, false, &lines_};
 };
 
 TEST_F(LineStepsTest, APulseAsksForAReply) {
@@ -66,7 +66,7 @@ TEST_F(LineStepsTest, APulseAloneIsDoneWithinItsInterval) {
 TEST_F(LineStepsTest, APulseThatCannotBeGivenIsALostLink) {
   lines_.works = false;
   EXPECT_EQ(medium_.Run(Pulse{})->kind, Event::Kind::kLinkDown);
-  Medium without{link_, clock_, false, nullptr};
+  LineMedium without{link_, clock_, false, nullptr};
   EXPECT_EQ(without.Run(Pulse{})->kind, Event::Kind::kLinkDown);
 }
 

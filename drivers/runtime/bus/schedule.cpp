@@ -73,10 +73,12 @@ void Schedule::Consider(std::size_t index, MonoNs now, bool live_due, Best& best
   // A silent device may be stopped, commanded and cleared up after; its readings wait for the end of the pause.
   if (now < entry.paused_until && rank >= kLiveRank && rank < kListenRank) return;
   if (rank > best.rank || rank >= kIdleRank) return;
+  const auto* listen = std::get_if<Listen>(&step.action);
+  if (listen != nullptr && rank == best.rank && listen->until >= best.until) return;
   const std::size_t first = next_[rank];
   const std::size_t distance = index >= first ? index - first : index + entries_.size() - first;
-  if (rank == best.rank && distance >= best.distance) return;
-  best = {.rank = rank, .distance = distance};
+  if (listen == nullptr && rank == best.rank && distance >= best.distance) return;
+  best = {.rank = rank, .distance = distance, .until = listen == nullptr ? kNever : listen->until};
   rank_ = rank;
   choice_.device = index;
   choice_.step = step;

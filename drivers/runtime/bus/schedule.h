@@ -28,7 +28,7 @@ struct ScheduleSettings {
 };
 
 // Whose turn it is on a bus: a silence that somebody needs, then stop, command, live, trip, slow; round robin
-// between the devices of one class.
+// between the devices of one class. Of those that only listen, the one that listens the shortest: all of them hear.
 class Schedule {
  public:
   explicit Schedule(const ScheduleSettings& settings) : settings_(settings) {}
@@ -71,6 +71,7 @@ class Schedule {
   struct Best {
     std::size_t rank = kRanks;
     std::size_t distance = 0;  // from the device that is next in its class
+    MonoNs until = kNever;     // of one that listens
   };
 
   [[nodiscard]] bool ReservedTurn(MonoNs now);

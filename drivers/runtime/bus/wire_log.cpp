@@ -35,6 +35,12 @@ std::int8_t DirectionOf(Event::Kind kind) {
       return wire_record_t::DIRECTION_PULSE;
     case Event::Kind::kRetuned:
       return wire_record_t::DIRECTION_RETUNED;
+    case Event::Kind::kSent:
+      return wire_record_t::DIRECTION_TRANSMIT;
+    case Event::Kind::kConfirmed:
+      return wire_record_t::DIRECTION_CONFIRMED;
+    case Event::Kind::kNotSent:
+      return wire_record_t::DIRECTION_NOT_SENT;
     default:
       return wire_record_t::DIRECTION_RECEIVE;
   }
@@ -48,11 +54,11 @@ std::int8_t FlagsOf(const Event& event, std::int8_t direction) {
 
 }  // namespace
 
-WireLog::WireLog(const std::string& bus, std::int64_t boot_id, const Timebase& time, MessageSink& sink)
-    : time_(time), sink_(sink), channel_("WIRE/" + bus), message_{} {
+WireLog::WireLog(const std::string& bus, std::int64_t boot_id, const Timebase& time, MessageSink& sink, Kind kind)
+    : time_(time), sink_(sink), kind_(kind), channel_("WIRE/" + bus), message_{} {
   message_.boot_id = boot_id;
   message_.bus = bus;
-  message_.kind = wire_t::KIND_SERIAL;
+  message_.kind = kind.kind;
   message_.records.resize(kMostRecords);
   for (wire_record_t& record : message_.records) record.data.resize(kMaxFrame);
 }
@@ -72,6 +78,11 @@ void WireLog::Record(const Event& event) {
   if (!Add(event, event.received, DirectionOf(event.kind), event.bytes)) message_.n = before;
 }
 
+std::int32_t WireLog::IdOf(const Event& event) const {
+  if (kind_.kind == wire_t::KIND_SPI) return kind_.clock_hz;
+  return Event::IsFrame(event.kind) ? static_cast<std::int32_t>(event.id) : event.device;
+}
+
 // False, and counted, when the instants cannot be written in the message's 32 bits.
 bool WireLog::Add(const Event& event, Interval at, std::int8_t direction, Bytes bytes) {
   const MonoNs after = at.first - message_.mono_ns;
@@ -85,7 +96,7 @@ bool WireLog::Add(const Event& event, Interval at, std::int8_t direction, Bytes 
   record.duration_ns = static_cast<std::int32_t>(duration);
   record.direction = direction;
   record.flags = FlagsOf(event, direction);
-  record.id = event.device;
+  record.id = IdOf(event);
   record.len = static_cast<std::int16_t>(bytes.size());
   std::copy(bytes.begin(), bytes.end(), record.data.begin());
   if (event.secret) {

@@ -11,7 +11,7 @@
 
 namespace axlecast {
 
-// Records the events of one serial bus as wire_t on "WIRE/<bus>": a message is sent when the next event would
+// Records the events of one bus as wire_t on "WIRE/<bus>": a message is sent when the next event would
 // lengthen it beyond 1300 bytes, or 10 ms after its first event. An exchange never spans two messages, so that a
 // lost message costs only its own events. Fixed buffers; allocates nothing after construction.
 class WireLog {
@@ -19,7 +19,12 @@ class WireLog {
   static constexpr std::size_t kFlushBytes = 1300;
   static constexpr MonoNs kFlushAfter = 10 * kMillisecond;
 
-  WireLog(const std::string& bus, std::int64_t boot_id, const Timebase& time, MessageSink& sink);
+  // What stands in wire_t: the kind of bus, and of SPI its clock.
+  struct Kind {
+    std::int8_t kind = wire_t::KIND_SERIAL;
+    std::int32_t clock_hz = 0;
+  };
+  WireLog(const std::string& bus, std::int64_t boot_id, const Timebase& time, MessageSink& sink, Kind kind);
 
   void Record(const Event& event);
   void FlushIfDue(MonoNs now) {
@@ -29,10 +34,12 @@ class WireLog {
   [[nodiscard]] MonoNs due() const { return due_; }
 
  private:
+  [[nodiscard]] std::int32_t IdOf(const Event& event) const;
   [[nodiscard]] bool Add(const Event& event, Interval at, std::int8_t direction, Bytes bytes);
 
   const Timebase& time_;
   MessageSink& sink_;
+  const Kind kind_;
   std::string channel_;
   wire_t message_;        // its records are all there; message_.n of them are in use
   std::size_t size_ = 0;  // bytes of the message so far

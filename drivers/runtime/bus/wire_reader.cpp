@@ -11,9 +11,16 @@ Interval IntervalOf(const wire_t& message, const wire_record_t& record) {
   return {first, first + record.duration_ns};
 }
 
-std::optional<Event::Kind> KindOf(const wire_record_t& record, bool answers) {
+std::optional<Event::Kind> KindOf(const wire_record_t& record, bool answers, bool can) {
   switch (record.direction) {
+    case wire_record_t::DIRECTION_TRANSMIT:
+      return Event::Kind::kSent;
+    case wire_record_t::DIRECTION_CONFIRMED:
+      return Event::Kind::kConfirmed;
+    case wire_record_t::DIRECTION_NOT_SENT:
+      return Event::Kind::kNotSent;
     case wire_record_t::DIRECTION_RECEIVE:
+      if (can) return Event::Kind::kFrame;
       if (!answers) return Event::Kind::kUnsolicited;
       return (record.flags & wire_record_t::FLAG_TIMEOUT) != 0 ? Event::Kind::kTimeout : Event::Kind::kReply;
     case wire_record_t::DIRECTION_STRAY:
@@ -33,27 +40,35 @@ std::optional<Event::Kind> KindOf(const wire_record_t& record, bool answers) {
   }
 }
 
+// Whose step the record ends: an SPI bus has one device.
+int DeviceOf(const wire_t& message, const wire_record_t& record, Event::Kind kind) {
+  if (Event::IsOfBus(kind)) return -1;
+  return message.kind == wire_t::KIND_SPI ? 0 : record.id;
+}
+
 }  // namespace
 
 void WireReader::Read(const wire_t& message, const Sink& sink) {
   Follow(message);
+  const bool can = message.kind == wire_t::KIND_CAN;
   const wire_record_t* request = nullptr;
   for (const wire_record_t& record : message.records) {
-    if (record.direction == wire_record_t::DIRECTION_TRANSMIT) {
+    if (record.direction == wire_record_t::DIRECTION_TRANSMIT && !can) {
       if (request != nullptr) ++unreadable_;
       request = &record;
       continue;
     }
     const bool answers = request != nullptr && record.direction == wire_record_t::DIRECTION_RECEIVE;
     if (request != nullptr && !answers) ++unreadable_;
-    if (const auto kind = KindOf(record, answers)) {
+    if (const auto kind = KindOf(record, answers, can)) {
       sink({.kind = *kind,
             .sent = answers ? IntervalOf(message, *request) : Interval{},
             .received = IntervalOf(message, record),
             .request = answers ? Bytes(request->data) : Bytes(),
             .bytes = Bytes(record.data),
             .secret = (record.flags & wire_record_t::FLAG_REDACTED) != 0,
-            .device = record.id});
+            .id = Event::IsFrame(*kind) ? static_cast<std::uint32_t>(record.id) : 0,
+            .device = DeviceOf(message, record, *kind)});
     } else {
       ++unreadable_;
     }

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "drivers/runtime/config/load_device.h"
+#include "drivers/runtime/config/load_link.h"
 #include "drivers/runtime/config/words.h"
 #include "drivers/runtime/config/yaml_text.h"
 #include "drivers/runtime/core/lcm_url.h"
@@ -19,8 +20,6 @@ namespace {
 constexpr std::size_t kLongestName = 24;
 constexpr std::size_t kLongestPrefix = 16;  // LCM's channel names end at 63 characters
 constexpr double kMostPolled = 20'000;      // T-format's wire limit is 19.6 kHz
-constexpr std::int64_t kSlowestBaud = 1'200;
-constexpr std::int64_t kFastestBaud = 12'000'000;
 
 bool ConsistsOf(std::string_view text, std::string_view characters) {
   return text.find_first_not_of(characters) == std::string_view::npos;
@@ -111,7 +110,8 @@ class MachineLoader {
     if (bus.family == nullptr) return;  // what its keys mean is unknown
     LoadTiming(map, bus);
     bus.simulate = LoadSimulate(map);
-    LoadLink(map.Map("link"), bus);
+    bus.link = LoadLink(map.Map("link"), *bus.family, bus.simulate, RunDirectory(machine_.machine) + '/' + name);
+    RegisterLink(map.Map("link"), bus);
     if (bus.family->parse_bus != nullptr) bus.family_bus = bus.family->parse_bus(map, bus);
     bus.capture = map.Bool("capture", false);
     LoadRealtime(map.Map("realtime"), bus.realtime);
@@ -159,26 +159,12 @@ class MachineLoader {
     return node["simulate"].IsMap() || map.Bool("simulate", false);
   }
 
-  void LoadLink(ConfigMap map, BusConfig& bus) {
-    bus.link.port = map.String("port", "");
-    const LineFormat& usual = bus.family->default_line;
-    bus.link.line.baud = map.Integer("baud", usual.baud, kSlowestBaud, kFastestBaud, "baud");
-    bus.link.line.parity =
-        static_cast<Parity>(map.Choice("parity", {"none", "even", "odd"}, static_cast<std::size_t>(usual.parity)));
-    bus.link.line.stop_bits = static_cast<int>(map.Integer("stop_bits", usual.stop_bits, 1, 2, "stop bits"));
-    bus.link.echo = map.Bool("echo", false);
-    map.Done();
-    if (bus.simulate) {
-      bus.link.port = RunDirectory(machine_.machine) + '/' + bus.name + ".pty";
-    } else if (bus.link.port.empty()) {
-      map.Error("port",
-                "is missing: name the serial port, best by its lasting name (ls -l /dev/serial/by-id/), "
-                "or set simulate: true");
-    } else if (!bus.link.port.starts_with('/')) {
-      map.Error("port", Quoted(bus.link.port) + " is no absolute path, e.g. /dev/ttyUSB0");
-    } else {
-      Register(ports_, bus.link.port, "bus " + bus.name, map, "port", "each bus has a port of its own");
-    }
+  // No two buses share a line.
+  void RegisterLink(ConfigMap map, const BusConfig& bus) {
+    if (bus.simulate || bus.link.port.empty()) return;
+    const char* key = LinkKey(bus.family->link);
+    Register(ports_, bus.link.port, "bus " + bus.name, map, key,
+             "each bus has a " + std::string(key) + " of its own");
   }
 
   static void LoadRealtime(ConfigMap map, RealtimeConfig& realtime) {
@@ -219,7 +205,7 @@ class MachineLoader {
   bool seen_only_bus_ = false;
   MachineConfig machine_;
   std::map<std::string, std::string> devices_;  // name -> bus
-  std::map<std::string, std::string> ports_;    // path -> bus
+  std::map<std::string, std::string> ports_;    // path or interface -> bus
 };
 
 }  // namespace

@@ -38,6 +38,18 @@ MonoNs RoundTime(const BusConfig& bus) {
   return time;
 }
 
+SpiSettings SpiOf(const BusConfig& bus) {
+  return bus.devices.empty() ? SpiSettings{} : bus.devices.front().settings->spi;
+}
+
+CanFilters CanFiltersOf(const BusConfig& bus) {
+  CanFilters filters;
+  for (const DeviceConfig& device : bus.devices) {
+    filters.insert(filters.end(), device.settings->can_filters.begin(), device.settings->can_filters.end());
+  }
+  return filters;
+}
+
 std::string RunDirectory(const std::string& machine) {
   std::string base = Environment("AXLECAST_RUN_DIR");
   if (base.empty()) {

@@ -19,9 +19,12 @@ struct LcmConfig {
 };
 
 struct LinkConfig {
-  std::string port;  // /dev/serial/by-id/...; of a simulated bus always the pty in the run directory
-  LineFormat line;
-  bool echo = false;  // the adapter hears its own transmission
+  // /dev/serial/by-id/..., can0 or /dev/spidev0.0; of a simulated bus the pty or socket in the run directory
+  std::string port;
+  LineFormat line;            // kSerial, kModbus
+  bool echo = false;          // the adapter hears its own transmission
+  std::int64_t bitrate = 0;   // kCan: bit/s that the interface must run at
+  std::int64_t clock_hz = 0;  // kSpi: at most; 0: the family chooses
 };
 
 struct RealtimeConfig {
@@ -69,6 +72,11 @@ struct BusConfig {
   std::shared_ptr<const FamilyBus> family_bus;  // the family's keys; null when it has none
   std::vector<DeviceConfig> devices;
 };
+
+// How the one device of an SPI bus is clocked.
+[[nodiscard]] SpiSettings SpiOf(const BusConfig& bus);
+// What the devices of a CAN bus want to hear, together.
+[[nodiscard]] CanFilters CanFiltersOf(const BusConfig& bus);
 
 // Shortest time in which every device of the bus is read once.
 [[nodiscard]] MonoNs RoundTime(const BusConfig& bus);

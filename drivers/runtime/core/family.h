@@ -9,12 +9,14 @@
 #include <utility>
 #include <vector>
 
+#include "drivers/runtime/core/can_frame.h"
 #include "drivers/runtime/core/device.h"
 #include "drivers/runtime/core/line_format.h"
 #include "drivers/runtime/core/parameter.h"
 #include "drivers/runtime/core/pulse_lines.h"
 #include "drivers/runtime/core/secret.h"
 #include "drivers/runtime/core/simulator.h"
+#include "drivers/runtime/core/spi_transfer.h"
 
 namespace axlecast {
 
@@ -36,6 +38,8 @@ struct DeviceSettings {
   bool holds_secrets = false;        // its process must leave no core file
   MonoNs wire_time = 0;              // shortest time of one live reading, with the pauses that the bus needs
   int exchanges = 1;                 // of one live reading
+  CanFilters can_filters;            // kCan: what it wants to hear
+  SpiSettings spi;                   // kSpi: how it is clocked
 };
 
 // What a family knows of a configured bus as a whole: filled by Family::parse_bus, extended with the family's own.
@@ -50,6 +54,8 @@ struct FamilyBus {
 enum class LinkKind : std::uint8_t {
   kSerial,  // an asynchronous line of bytes
   kModbus,  // Modbus RTU
+  kCan,     // frames of classical CAN
+  kSpi,     // one device on an SPI bus, which clocks it
 };
 
 // What an offline decode needs: `--set key=value` pairs.
@@ -60,8 +66,9 @@ struct Family {
   std::string_view name;     // as in the configuration
   std::string_view summary;  // one line for --help
   LinkKind link = LinkKind::kSerial;
-  LineFormat default_line = {};
-  double default_poll_hz = 1000;  // of each device; 0: as fast as the bus allows
+  LineFormat default_line = {};      // kSerial, kModbus
+  std::int64_t default_bitrate = 0;  // kCan: bit/s
+  double default_poll_hz = 1000;     // of each device; 0: as fast as the bus allows
   std::size_t max_devices_per_bus = 1;
   bool has_position = true;  // false: a monitor; the configuration of axes does not apply
   std::span<const OperationSpec> operations;

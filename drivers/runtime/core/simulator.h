@@ -3,30 +3,43 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "drivers/runtime/core/can_frame.h"
 #include "drivers/runtime/core/inline_bytes.h"
 #include "drivers/runtime/core/instant.h"
+#include "drivers/runtime/core/spi_transfer.h"
 
 namespace axlecast {
 
 // The devices on one simulated bus: strict, set in physical units, free of I/O. tools/simulate puts it on a pty.
 class Simulator {
  public:
-  using Transmit = std::function<void(Bytes bytes)>;  // puts bytes on the line now
+  using Transmit = std::function<void(Bytes bytes)>;  // puts bytes, or a CAN frame as its packet, on the line now
 
   virtual ~Simulator() = default;
 
-  // The host's bytes arrived at `now`. `transmit` may be called at once.
-  virtual void OnBytes(Bytes bytes, MonoNs now, const Transmit& transmit) = 0;
+  // What came from the host at `now`: one of these, as the family's link is. `transmit` may be called at once.
+  virtual void OnBytes([[maybe_unused]] Bytes bytes, [[maybe_unused]] MonoNs now,
+                       [[maybe_unused]] const Transmit& transmit) {}
+  // True when a node on the bus acknowledges the frame: one that runs at the host's bit rate.
+  [[nodiscard]] virtual bool OnFrame([[maybe_unused]] const CanFrame& frame, [[maybe_unused]] MonoNs now,
+                                     [[maybe_unused]] const Transmit& transmit) {
+    return false;
+  }
+  // Fills `rx`, as long as the transfer, with what the host clocks in; its first clock edge is at `now`.
+  virtual void OnTransfer([[maybe_unused]] const SpiTransfer& transfer, [[maybe_unused]] MonoNs now,
+                          [[maybe_unused]] std::span<std::uint8_t> rx) {}
 
   // A line beside the bus was driven low for `low` and high again, ending at `now`.
   virtual void OnPulse([[maybe_unused]] std::uint8_t line, [[maybe_unused]] MonoNs low, [[maybe_unused]] MonoNs now,
                        [[maybe_unused]] const Transmit& transmit) {}
-  // The host has set its port to this rate: a device at another one hears only noise. Before the first OnBytes too.
+  // The host has set its port to this rate, baud or bit/s: a device at another one hears only noise. Before the first
+  // of what comes from the host too.
   virtual void OnBaud([[maybe_unused]] std::int64_t baud) {}
 
   // Something (a delayed reply, a script step) is due at this instant; kNever when nothing is.

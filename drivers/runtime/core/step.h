@@ -5,6 +5,7 @@
 #include <optional>
 #include <variant>
 
+#include "drivers/runtime/core/can_frame.h"
 #include "drivers/runtime/core/inline_bytes.h"
 #include "drivers/runtime/core/instant.h"
 
@@ -37,12 +38,19 @@ struct Exchange {
   bool secret = false;              // request and reply are masked in WIRE, and what may be a late reply
 };
 
+// Transmit one CAN frame. Ends as kSent when it is in the controller's queue, as kNotSent when that is full; kConfirmed
+// comes later, when a node has acknowledged it.
+struct Send {
+  CanFrame frame;
+};
+
 // Transmit nothing until no byte has come for `quiet`; what comes is reported as stray. Ends as kSilent.
 struct Silence {
   MonoNs quiet = 0;
 };
 
-// Receive what comes unasked until `until`. Each read ends as kUnsolicited; kSilent when nothing came.
+// Receive what comes unasked until `until`. Each read ends as kUnsolicited, on CAN each frame as kFrame; kSilent when
+// nothing came.
 struct Listen {
   MonoNs until = 0;
 };
@@ -59,7 +67,7 @@ struct Idle {
 
 // What a device wants from its bus next.
 struct Step {
-  std::variant<Idle, Exchange, Silence, Listen, Pulse, Retune> action;
+  std::variant<Idle, Exchange, Send, Silence, Listen, Pulse, Retune> action;
   Priority priority = Priority::kLive;
 };
 

@@ -11,6 +11,19 @@ constexpr int kPauseCosts = 32;
 
 }  // namespace
 
+WireLog::Kind WireKindOf(const BusConfig& config) {
+  switch (config.family->link) {
+    case LinkKind::kCan:
+      return {.kind = wire_t::KIND_CAN, .clock_hz = 0};
+    case LinkKind::kSpi:
+      return {.kind = wire_t::KIND_SPI, .clock_hz = static_cast<std::int32_t>(SpiOf(config).clock_hz)};
+    case LinkKind::kSerial:
+    case LinkKind::kModbus:
+      return {};
+  }
+  return {};
+}
+
 BusSettings BusSettingsOf(const BusConfig& config, PulseLines* lines) {
   BusSettings settings;
   if (config.poll_hz > 0) settings.schedule.period = std::llround(static_cast<double>(kSecond) / config.poll_hz);

@@ -7,6 +7,8 @@ namespace axlecast {
 
 // How a configured bus is run. On a bus with several devices a silent one pauses for longer, because its timeouts
 // cost the others their turns; a device alone on its bus costs nobody, and is back within 100 ms.
+// How its recording names the kind of bus.
+[[nodiscard]] WireLog::Kind WireKindOf(const BusConfig& config);
 [[nodiscard]] BusSettings BusSettingsOf(const BusConfig& config, PulseLines* lines);
 
 }  // namespace axlecast

@@ -12,7 +12,7 @@ namespace {
 std::unique_ptr<WireLog> MakeWireLog(const BusConfig& config, std::int64_t boot_id, const Timebase& time,
                                      MessageSink& sink) {
   if (!config.capture) return nullptr;
-  return std::make_unique<WireLog>(config.name, boot_id, time, sink);
+  return std::make_unique<WireLog>(config.name, boot_id, time, sink, WireKindOf(config));
 }
 
 }  // namespace
@@ -22,13 +22,12 @@ Driver::Driver(const BusConfig& config, std::int64_t boot_id, DriverPorts ports)
       boot_id_(boot_id),
       ports_(std::move(ports)),
       duplicates_(boot_id, *ports_.clock),
-      desk_(config, {.boot_id = boot_id,
-                     .clock = ports_.clock,
-                     .sink = ports_.commands,
-                     .wake = [link = ports_.link] { link->Wake(); }}),
+      desk_(
+          config,
+          {.boot_id = boot_id, .clock = ports_.clock, .sink = ports_.commands, .wake = [this] { link().Wake(); }}),
       operations_(*config.family, desk_, time_, ports_.log),
       wire_(MakeWireLog(config, boot_id, time_, *ports_.data)),
-      bus_(BusSettingsOf(config, ports_.lines), *ports_.link, *ports_.clock, *this, wire_.get()),
+      bus_(MakeBus()),
       health_(config, boot_id, time_, *ports_.data),
       now_(ports_.clock->Now()),
       next_tick_(now_) {
@@ -46,6 +45,17 @@ Driver::Driver(const BusConfig& config, std::int64_t boot_id, DriverPorts ports)
 }
 
 Driver::~Driver() = default;
+
+Bus Driver::MakeBus() {
+  const BusSettings settings = BusSettingsOf(config_, ports_.lines);
+  if (ports_.frames != nullptr) return {settings, *ports_.frames, *ports_.clock, *this, wire_.get()};
+  return {settings, *ports_.link, *ports_.clock, *this, wire_.get()};
+}
+
+Link& Driver::link() const {
+  if (ports_.frames != nullptr) return *ports_.frames;
+  return *ports_.link;
+}
 
 ChannelContext Driver::MakeChannelContext() {
   ChannelContext context;
@@ -72,7 +82,7 @@ void Driver::Stop() {
   if (wire_) wire_->Flush();
   ReportHealth();
   desk_.Goodbye();
-  ports_.link->Close();
+  link().Close();
   FlushBlocks();
 }
 
@@ -80,7 +90,7 @@ void Driver::Stop() {
 void Driver::FlushBlocks() {
   if (std::none_of(units_.begin(), units_.end(), [](const Unit& unit) { return unit.config->block; })) return;
   const MonoNs due = ports_.clock->Now() + kTick;
-  while (ports_.clock->Now() < due) static_cast<void>(ports_.link->Wait(due));
+  while (ports_.clock->Now() < due) static_cast<void>(link().Wait(due));
   for (Unit& unit : units_) unit.channel->Tick(due);
 }
 

@@ -21,7 +21,8 @@ namespace axlecast {
 
 // What a driver stands on. All of it outlives the driver.
 struct DriverPorts {
-  ByteLink* link = nullptr;
+  ByteLink* link = nullptr;     // one of these two, as the family's link is
+  FrameLink* frames = nullptr;  // of a CAN bus
   PulseLines* lines = nullptr;  // null: the family uses none
   SecretSource* secrets = nullptr;
   const Clock* clock = nullptr;
@@ -72,6 +73,8 @@ class Driver final : private LinkObserver {
   void ReportHealth();
   [[nodiscard]] bool SummaryChanged() const;
   [[nodiscard]] ChannelContext MakeChannelContext();
+  [[nodiscard]] Bus MakeBus();
+  [[nodiscard]] Link& link() const;
 
   const BusConfig& config_;
   const std::int64_t boot_id_;

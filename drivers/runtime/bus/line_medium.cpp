@@ -1,7 +1,9 @@
-#include "drivers/runtime/bus/medium.h"
+#include "drivers/runtime/bus/line_medium.h"
 
 #include <algorithm>
+#include <type_traits>
 #include <utility>
+#include <variant>
 
 namespace axlecast {
 
@@ -22,7 +24,7 @@ bool BeginsAsRequest(const Event& event) {
 
 }  // namespace
 
-const Event* Medium::FindStray() {
+const Event* LineMedium::FindStray() {
   if (!excess_.empty()) return Excess();
   const ByteLink::ReadResult read = link_.ReadNow({buffer_.data(), kMaxFrame});
   if (read.status == Status::kOk && read.count > 0) return Arrived(Event::Kind::kStray, read.count);
@@ -30,7 +32,23 @@ const Event* Medium::FindStray() {
   return nullptr;
 }
 
-const Event* Medium::Run(const Exchange& exchange) {
+const Event* LineMedium::Run(const Step& step, MonoNs by) {
+  return std::visit(
+      [this, by](const auto& action) -> const Event* {
+        using Action = std::decay_t<decltype(action)>;
+        if constexpr (std::is_same_v<Action, Idle>)
+          return Sleep(by);
+        else if constexpr (std::is_same_v<Action, Listen>)
+          return Run(action, by);
+        else if constexpr (std::is_same_v<Action, Send>)
+          return Lost();
+        else
+          return Run(action);
+      },
+      step.action);
+}
+
+const Event* LineMedium::Run(const Exchange& exchange) {
   event_.request = exchange.request;
   event_.sent.first = clock_.Now();
   event_.secret = exchange.secret;
@@ -45,11 +63,11 @@ const Event* Medium::Run(const Exchange& exchange) {
   return event;
 }
 
-bool Medium::Ask(const Exchange& exchange) {
+bool LineMedium::Ask(const Exchange& exchange) {
   return exchange.pulse ? Give(*exchange.pulse) : link_.Write(exchange.request);
 }
 
-const Event* Medium::Run(const Pulse& pulse) {
+const Event* LineMedium::Run(const Pulse& pulse) {
   Interval sent{clock_.Now(), 0};
   if (!Give(pulse)) return Lost();
   sent.last = clock_.Now();
@@ -57,14 +75,14 @@ const Event* Medium::Run(const Pulse& pulse) {
   return &event_;
 }
 
-const Event* Medium::Run(const Retune& retune) {
+const Event* LineMedium::Run(const Retune& retune) {
   if (!link_.SetBaud(retune.baud)) return Lost();
   const MonoNs now = clock_.Now();
   event_ = {.kind = Event::Kind::kRetuned, .sent = {}, .received = {now, now}, .request = {}, .bytes = {}};
   return &event_;
 }
 
-const Event* Medium::Run(const Silence& silence) {
+const Event* LineMedium::Run(const Silence& silence) {
   if (!excess_.empty()) return Excess();
   const MonoNs since = clock_.Now();
   const ByteLink::ReadResult read = link_.Read({buffer_.data(), kMaxFrame}, since + silence.quiet);
@@ -73,7 +91,7 @@ const Event* Medium::Run(const Silence& silence) {
   return Silent(since);
 }
 
-const Event* Medium::Run(const Listen& listen, MonoNs by) {
+const Event* LineMedium::Run(const Listen& listen, MonoNs by) {
   if (!excess_.empty()) return Excess();
   const MonoNs since = clock_.Now();
   const Status status = link_.Wait(std::min(listen.until, by));
@@ -86,14 +104,14 @@ const Event* Medium::Run(const Listen& listen, MonoNs by) {
   return status == Status::kTimeout && listen.until <= by ? Silent(since) : nullptr;
 }
 
-const Event* Medium::Sleep(MonoNs by) {
+const Event* LineMedium::Sleep(MonoNs by) {
   if (!excess_.empty()) return Excess();
   const Status status = link_.Wait(by);
   if (status == Status::kLost) return Lost();
   return status == Status::kOk ? FindStray() : nullptr;
 }
 
-const Event* Medium::Collect(const Exchange& exchange, MonoNs deadline) {
+const Event* LineMedium::Collect(const Exchange& exchange, MonoNs deadline) {
   const std::size_t skip = echo_ ? exchange.request.size() : 0;
   std::size_t count = 0;
   while (count < skip + kMaxFrame) {
@@ -112,7 +130,7 @@ const Event* Medium::Collect(const Exchange& exchange, MonoNs deadline) {
   return TimedOut(skip, count);
 }
 
-const Event* Medium::Complete(std::size_t skip, std::size_t length, std::size_t count) {
+const Event* LineMedium::Complete(std::size_t skip, std::size_t length, std::size_t count) {
   if (!EchoMatches(skip)) return TimedOut(skip, count);
   event_.kind = Event::Kind::kReply;
   event_.bytes = {buffer_.data() + skip, length};
@@ -120,7 +138,7 @@ const Event* Medium::Complete(std::size_t skip, std::size_t length, std::size_t 
   return &event_;
 }
 
-const Event* Medium::TimedOut(std::size_t skip, std::size_t count) {
+const Event* LineMedium::TimedOut(std::size_t skip, std::size_t count) {
   const bool echoed = count >= skip && EchoMatches(skip);
   event_.kind = Event::Kind::kTimeout;
   event_.bytes = echoed ? Bytes(buffer_.data() + skip, count - skip) : Bytes(buffer_.data(), count);
@@ -131,12 +149,12 @@ const Event* Medium::TimedOut(std::size_t skip, std::size_t count) {
   return &event_;
 }
 
-bool Medium::EchoMatches(std::size_t skip) const {
+bool LineMedium::EchoMatches(std::size_t skip) const {
   return std::equal(event_.request.begin(), event_.request.begin() + static_cast<std::ptrdiff_t>(skip),
                     buffer_.begin());
 }
 
-const Event* Medium::Arrived(Event::Kind kind, std::size_t count) {
+const Event* LineMedium::Arrived(Event::Kind kind, std::size_t count) {
   const MonoNs now = clock_.Now();
   event_ = {.kind = kind,
             .sent = {},
@@ -147,13 +165,13 @@ const Event* Medium::Arrived(Event::Kind kind, std::size_t count) {
   return &event_;
 }
 
-const Event* Medium::Silent(MonoNs since) {
+const Event* LineMedium::Silent(MonoNs since) {
   event_ = {
       .kind = Event::Kind::kSilent, .sent = {}, .received = {since, clock_.Now()}, .request = {}, .bytes = {}};
   return &event_;
 }
 
-const Event* Medium::Excess() {
+const Event* LineMedium::Excess() {
   event_.kind = Event::Kind::kStray;
   event_.secret = event_.secret || clock_.Now() < masked_until_;
   event_.sent = {};
@@ -162,7 +180,7 @@ const Event* Medium::Excess() {
   return &event_;
 }
 
-const Event* Medium::Lost() {
+const Event* LineMedium::Lost() {
   excess_ = {};
   const MonoNs now = clock_.Now();
   event_ = {.kind = Event::Kind::kLinkDown, .sent = {}, .received = {now, now}, .request = {}, .bytes = {}};

@@ -1,4 +1,4 @@
-#include "drivers/runtime/bus/medium.h"
+#include "drivers/runtime/bus/line_medium.h"
 
 #include <gmock/gmock.h>
 
@@ -16,9 +16,9 @@ constexpr MonoNs kStart = 1'000 * kSecond;
 
 std::vector<std::uint8_t> Copy(Bytes bytes) { return {bytes.begin(), bytes.end()}; }
 
-class MediumTest : public ::testing::Test {
+class LineMediumTest : public ::testing::Test {
  protected:
-  MediumTest() {
+  LineMediumTest() {
     EXPECT_EQ(link_.Open(), "");
     link_.SetWriteTime(4 * kMicrosecond);
   }
@@ -29,11 +29,11 @@ class MediumTest : public ::testing::Test {
 
   FakeClock clock_{kStart};
   ScriptedLink link_{clock_};
-  Medium medium_{link_, clock_, false, nullptr};
+  LineMedium medium_{link_, clock_, false, nullptr};
   const Exchange exchange_{.request = {0x1A}, .reply_length = &FixedLength<4>, .timeout = 100 * kMicrosecond};
 };
 
-TEST_F(MediumTest, ReplyInPiecesCarriesTheInstantsOfItsFirstAndLastRead) {
+TEST_F(LineMediumTest, ReplyInPiecesCarriesTheInstantsOfItsFirstAndLastRead) {
   Answer({{10 * kMicrosecond, {1, 2}}, {30 * kMicrosecond, {3, 4}}});
   ASSERT_EQ(medium_.FindStray(), nullptr);
   const Event* event = medium_.Run(exchange_);
@@ -45,7 +45,7 @@ TEST_F(MediumTest, ReplyInPiecesCarriesTheInstantsOfItsFirstAndLastRead) {
   EXPECT_EQ(event->received, (Interval{kStart + 14 * kMicrosecond, kStart + 34 * kMicrosecond}));
 }
 
-TEST_F(MediumTest, NoReplyIsATimeoutCountedFromTheEndOfTheWrite) {
+TEST_F(LineMediumTest, NoReplyIsATimeoutCountedFromTheEndOfTheWrite) {
   const Event* event = medium_.Run(exchange_);
   EXPECT_EQ(event->kind, Event::Kind::kTimeout);
   EXPECT_THAT(event->bytes, IsEmpty());
@@ -53,7 +53,7 @@ TEST_F(MediumTest, NoReplyIsATimeoutCountedFromTheEndOfTheWrite) {
   EXPECT_EQ(event->received.last, kStart + 104 * kMicrosecond);
 }
 
-TEST_F(MediumTest, AShortReplyIsATimeoutWithWhatCame) {
+TEST_F(LineMediumTest, AShortReplyIsATimeoutWithWhatCame) {
   Answer({{10 * kMicrosecond, {1, 2, 3}}});
   const Event* event = medium_.Run(exchange_);
   EXPECT_EQ(event->kind, Event::Kind::kTimeout);
@@ -61,7 +61,7 @@ TEST_F(MediumTest, AShortReplyIsATimeoutWithWhatCame) {
   EXPECT_EQ(clock_.Now(), kStart + 104 * kMicrosecond);
 }
 
-TEST_F(MediumTest, BytesBeyondTheReplyAreStrayAtTheNextTurn) {
+TEST_F(LineMediumTest, BytesBeyondTheReplyAreStrayAtTheNextTurn) {
   Answer({{10 * kMicrosecond, {1, 2, 3, 4, 5, 6}}});
   EXPECT_THAT(Copy(medium_.Run(exchange_)->bytes), ElementsAre(1, 2, 3, 4));
   const Event* stray = medium_.FindStray();
@@ -71,7 +71,7 @@ TEST_F(MediumTest, BytesBeyondTheReplyAreStrayAtTheNextTurn) {
   EXPECT_EQ(medium_.FindStray(), nullptr);
 }
 
-TEST_F(MediumTest, ALateReplyIsStrayBeforeTheNextRequest) {
+TEST_F(LineMediumTest, ALateReplyIsStrayBeforeTheNextRequest) {
   Answer({{150 * kMicrosecond, {1, 2, 3, 4}}});
   EXPECT_EQ(medium_.Run(exchange_)->kind, Event::Kind::kTimeout);
   clock_.Advance(kMillisecond);
@@ -81,7 +81,7 @@ TEST_F(MediumTest, ALateReplyIsStrayBeforeTheNextRequest) {
   EXPECT_EQ(stray->received.last, clock_.Now());
 }
 
-TEST_F(MediumTest, ABabblingLineEndsAtTheBuffersEnd) {
+TEST_F(LineMediumTest, ABabblingLineEndsAtTheBuffersEnd) {
   Answer({{0, std::vector<std::uint8_t>(1'000, 0x55)}});
   const Exchange never{.request = {0x1A}, .reply_length = [](Bytes) { return std::size_t{0}; }, .timeout = kSecond};
   const Event* event = medium_.Run(never);
@@ -89,7 +89,7 @@ TEST_F(MediumTest, ABabblingLineEndsAtTheBuffersEnd) {
   EXPECT_EQ(event->bytes.size(), kMaxFrame);
 }
 
-TEST_F(MediumTest, SilenceHoldsUntilNoByteHasComeForThatLong) {
+TEST_F(LineMediumTest, SilenceHoldsUntilNoByteHasComeForThatLong) {
   link_.ArriveAt(kStart + 50 * kMicrosecond, {7});
   const Silence silence{.quiet = 80 * kMicrosecond};
   const Event* event = medium_.Run(silence);
@@ -100,7 +100,7 @@ TEST_F(MediumTest, SilenceHoldsUntilNoByteHasComeForThatLong) {
   EXPECT_EQ(event->received, (Interval{kStart + 50 * kMicrosecond, kStart + 130 * kMicrosecond}));
 }
 
-TEST_F(MediumTest, ListensForWhatComesUnasked) {
+TEST_F(LineMediumTest, ListensForWhatComesUnasked) {
   link_.ArriveAt(kStart + 10 * kMicrosecond, {1, 2});
   const Event* event = medium_.Run(Listen{kStart + kMillisecond}, kNever);
   ASSERT_NE(event, nullptr);
@@ -113,7 +113,7 @@ TEST_F(MediumTest, ListensForWhatComesUnasked) {
   EXPECT_EQ(clock_.Now(), kStart + kMillisecond);
 }
 
-TEST_F(MediumTest, ListeningIsInterruptedWithoutAnEvent) {
+TEST_F(LineMediumTest, ListeningIsInterruptedWithoutAnEvent) {
   link_.WakeAt(kStart + 10 * kMicrosecond);
   EXPECT_EQ(medium_.Run(Listen{kStart + kMillisecond}, kNever), nullptr);
   EXPECT_EQ(clock_.Now(), kStart + 10 * kMicrosecond);
@@ -121,7 +121,7 @@ TEST_F(MediumTest, ListeningIsInterruptedWithoutAnEvent) {
   EXPECT_EQ(clock_.Now(), kStart + 20 * kMicrosecond);
 }
 
-TEST_F(MediumTest, WhatComesDuringSleepIsStray) {
+TEST_F(LineMediumTest, WhatComesDuringSleepIsStray) {
   link_.ArriveAt(kStart + kMillisecond, {9});
   const Event* event = medium_.Sleep(kStart + kSecond);
   ASSERT_NE(event, nullptr);
@@ -130,7 +130,7 @@ TEST_F(MediumTest, WhatComesDuringSleepIsStray) {
   EXPECT_EQ(clock_.Now(), kStart + kSecond);
 }
 
-TEST_F(MediumTest, LossIsSeenInEveryStep) {
+TEST_F(LineMediumTest, LossIsSeenInEveryStep) {
   link_.LoseAt(kStart + 20 * kMicrosecond);
   EXPECT_EQ(medium_.Run(exchange_)->kind, Event::Kind::kLinkDown);  // while it waits for the reply
   EXPECT_EQ(clock_.Now(), kStart + 20 * kMicrosecond);
@@ -141,12 +141,12 @@ TEST_F(MediumTest, LossIsSeenInEveryStep) {
   EXPECT_EQ(medium_.Sleep(kNever)->kind, Event::Kind::kLinkDown);
 }
 
-class EchoMediumTest : public MediumTest {
+class EchoLineMediumTest : public LineMediumTest {
  protected:
-  Medium echoing_{link_, clock_, true, nullptr};
+  LineMedium echoing_{link_, clock_, true, nullptr};
 };
 
-TEST_F(EchoMediumTest, TheRequestsOwnBytesAreNoReply) {
+TEST_F(EchoLineMediumTest, TheRequestsOwnBytesAreNoReply) {
   Answer({{5 * kMicrosecond, {0x1A}}, {20 * kMicrosecond, {0x1A, 2, 3, 4}}});
   const Event* event = echoing_.Run(exchange_);
   EXPECT_EQ(event->kind, Event::Kind::kReply);
@@ -154,13 +154,13 @@ TEST_F(EchoMediumTest, TheRequestsOwnBytesAreNoReply) {
   EXPECT_EQ(event->received.first, kStart + 24 * kMicrosecond);
 }
 
-TEST_F(EchoMediumTest, EchoAndReplyInOneRead) {
+TEST_F(EchoLineMediumTest, EchoAndReplyInOneRead) {
   Answer({{20 * kMicrosecond, {0x1A, 1, 2, 3, 4, 5}}});
   EXPECT_THAT(Copy(echoing_.Run(exchange_)->bytes), ElementsAre(1, 2, 3, 4));
   EXPECT_THAT(Copy(echoing_.FindStray()->bytes), ElementsAre(5));
 }
 
-TEST_F(EchoMediumTest, OnlyTheEchoIsATimeoutWithoutBytes) {
+TEST_F(EchoLineMediumTest, OnlyTheEchoIsATimeoutWithoutBytes) {
   Answer({{5 * kMicrosecond, {0x1A}}});
   const Event* event = echoing_.Run(exchange_);
   EXPECT_EQ(event->kind, Event::Kind::kTimeout);
@@ -168,7 +168,7 @@ TEST_F(EchoMediumTest, OnlyTheEchoIsATimeoutWithoutBytes) {
   EXPECT_EQ(event->received.first, kStart + 104 * kMicrosecond);
 }
 
-TEST_F(EchoMediumTest, ADamagedEchoIsNoReply) {
+TEST_F(EchoLineMediumTest, ADamagedEchoIsNoReply) {
   Answer({{5 * kMicrosecond, {0x3A, 1, 2, 3, 4}}});
   const Event* event = echoing_.Run(exchange_);
   EXPECT_EQ(event->kind, Event::Kind::kTimeout);
