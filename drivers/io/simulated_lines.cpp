@@ -1,7 +1,6 @@
 #include "drivers/io/simulated_lines.h"
 
 #include <sys/socket.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -65,18 +64,9 @@ SimulatedLinesPort::~SimulatedLinesPort() {
 }
 
 std::string SimulatedLinesPort::Listen(const std::string& path) {
-  const std::optional<UnixAddress> address = UnixAddress::Of(path);
-  if (!address) return UnixAddress::TooLong(path);
-  if (unlink(path.c_str()) != 0 && errno != ENOENT) return path + ": " + std::strerror(errno);
-  Descriptor listener(socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-  // The mode of the socket before bind is that of the file from its first moment on.
-  if (!listener.valid() || fchmod(listener.get(), 0600) != 0 ||
-      bind(listener.get(), address->generic(), address->size()) != 0) {
-    return path + ": " + std::strerror(errno);
-  }
-  path_ = path;
-  socket_ = std::move(listener);
-  return "";
+  std::string problem = BindUnixSocket(path, SOCK_DGRAM, socket_);
+  if (problem.empty()) path_ = path;
+  return problem;
 }
 
 std::optional<Pulse> SimulatedLinesPort::Next() {

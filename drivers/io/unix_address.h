@@ -7,6 +7,8 @@
 #include <optional>
 #include <string>
 
+#include "drivers/io/descriptor.h"
+
 namespace axlecast {
 
 // The address of a local socket: a path, which must be short.
@@ -32,5 +34,9 @@ class UnixAddress {
 
   sockaddr_un address_{};
 };
+
+// A local socket of this type bound to `path`, taken over from a process that has gone, that only this user's processes
+// reach. Empty when `into` is it, else the cause and the remedy.
+[[nodiscard]] std::string BindUnixSocket(const std::string& path, int type, Descriptor& into);
 
 }  // namespace axlecast

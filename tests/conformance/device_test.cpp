@@ -4,13 +4,12 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "drivers/runtime/bus/bus.h"
 #include "drivers/runtime/bus/wire_reader.h"
 #include "drivers/runtime/driver/bus_settings.h"
 #include "tests/conformance/example_buses.h"
+#include "tests/conformance/example_link.h"
 #include "tests/support/memory_sink.h"
 #include "tests/support/recording_output.h"
-#include "tests/support/simulator_link.h"
 
 namespace axlecast {
 namespace {
@@ -31,6 +30,11 @@ std::string TextOf(const Step& step) {
   if (const auto* exchange = std::get_if<Exchange>(&step.action)) {
     for (const std::uint8_t byte : Bytes(exchange->request)) text += ' ' + std::to_string(byte);
   }
+  if (const auto* send = std::get_if<Send>(&step.action)) {
+    const CanPacket packet = ToPacket(send->frame);
+    for (const std::uint8_t byte : Bytes(packet)) text += ' ' + std::to_string(byte);
+  }
+  if (const auto* listen = std::get_if<Listen>(&step.action)) text += ' ' + std::to_string(listen->until);
   if (const auto* idle = std::get_if<Idle>(&step.action)) text += ' ' + std::to_string(idle->until);
   return text;
 }
@@ -66,9 +70,9 @@ class DeviceConformance : public ExampleTest {
 
 TEST_P(DeviceConformance, AskingChangesNothing) {
   FakeClock clock;
-  SimulatorLink link(clock, *simulator_, bus_->link.line.baud);
+  ExampleLink link(*bus_, clock, *simulator_);
   Indifferent observer;
-  Bus bus(BusSettingsOf(*bus_, &link), link, clock, observer, nullptr);
+  Bus bus = link.MakeBus(clock, observer, nullptr);
   RecordingOutput output = AtRest();
   std::vector<std::unique_ptr<AskedTwice>> devices;
   for (std::size_t i = 0; i < bus_->devices.size(); ++i) {
@@ -96,13 +100,13 @@ TEST_P(DeviceConformance, WithoutALinkItWantsNothing) {
 // A recording, handed to fresh devices, gives the same readings: decoding uses the events alone.
 TEST_P(DeviceConformance, ARecordingDecodesToTheSameReadings) {
   FakeClock clock;
-  SimulatorLink link(clock, *simulator_, bus_->link.line.baud);
+  ExampleLink link(*bus_, clock, *simulator_);
   Indifferent observer;
   Timebase time;
   time.Update(clock.Now(), clock.UtcMicroseconds());
   MemorySink sink;
   WireLog log(bus_->name, 1, time, sink, WireKindOf(*bus_));
-  Bus bus(BusSettingsOf(*bus_, &link), link, clock, observer, &log);
+  Bus bus = link.MakeBus(clock, observer, &log);
   std::vector<RecordingOutput> live(bus_->devices.size(), AtRest());
   std::vector<RecordingOutput> again = live;
   std::vector<std::unique_ptr<Device>> devices;

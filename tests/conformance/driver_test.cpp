@@ -14,8 +14,8 @@
 #include "drivers/runtime/command/order_ledger.h"
 #include "drivers/runtime/command/order_test_support.h"
 #include "tests/conformance/example_buses.h"
+#include "tests/conformance/example_link.h"
 #include "tests/support/memory_sink.h"
-#include "tests/support/simulator_link.h"
 
 namespace axlecast {
 namespace {
@@ -31,16 +31,15 @@ class DriverConformance : public ExampleTest {
  protected:
   DriverConformance() {
     if (!simulator_) return;
-    link_ = std::make_unique<SimulatorLink>(clock_, *simulator_, bus_->link.line.baud);
-    driver_ = std::make_unique<Driver>(*bus_, kBoot,
-                                       DriverPorts{.link = link_.get(),
-                                                   .lines = link_.get(),
-                                                   .secrets = &secrets_,
-                                                   .clock = &clock_,
-                                                   .data = &data_,
-                                                   .commands = &commands_,
-                                                   .log = [](LogLevel, std::string_view) {},
-                                                   .link_warnings = {}});
+    link_ = std::make_unique<ExampleLink>(*bus_, clock_, *simulator_);
+    DriverPorts ports{.secrets = &secrets_,
+                      .clock = &clock_,
+                      .data = &data_,
+                      .commands = &commands_,
+                      .log = [](LogLevel, std::string_view) {},
+                      .link_warnings = {}};
+    link_->PlugInto(ports);
+    driver_ = std::make_unique<Driver>(*bus_, kBoot, std::move(ports));
   }
   void SetUp() override { ASSERT_TRUE(driver_); }
 
@@ -81,7 +80,7 @@ class DriverConformance : public ExampleTest {
   FakeClock clock_;
   MemorySink data_;
   MemorySink commands_;
-  std::unique_ptr<SimulatorLink> link_;
+  std::unique_ptr<ExampleLink> link_;
   std::unique_ptr<Driver> driver_;
 };
 
@@ -106,28 +105,28 @@ TEST_P(DriverConformance, EveryDeviceIsReadWithoutAnError) {
 
 TEST_P(DriverConformance, APulledCableIsASilenceAndComesBack) {
   ASSERT_TRUE(Reach(device_info_t::STATE_ONLINE));
-  link_->Unplug();
+  link_->cable().Unplug();
   RunFor(5 * kSecond);
   EXPECT_TRUE(All(device_info_t::STATE_OFFLINE));
   data_.Clear();
-  const std::int64_t writes = link_->writes();
+  const std::int64_t writes = link_->cable().writes();
   RunFor(5 * kSecond);
-  EXPECT_EQ(link_->writes(), writes);
+  EXPECT_EQ(link_->cable().writes(), writes);
   for (const DeviceConfig& device : bus_->devices) EXPECT_EQ(Readings(device.name), 0);
-  link_->Plug();
+  link_->cable().Plug();
   EXPECT_TRUE(Reach(device_info_t::STATE_ONLINE));
 }
 
 TEST_P(DriverConformance, ALineThatSwallowsEverythingIsOfflineAndIsNotFlooded) {
   ASSERT_TRUE(Reach(device_info_t::STATE_ONLINE));
-  link_->SetDamage([](std::vector<std::uint8_t>& bytes) { bytes.clear(); });
+  link_->cable().SetDamage([](std::vector<std::uint8_t>& bytes) { bytes.clear(); });
   ASSERT_TRUE(Reach(device_info_t::STATE_OFFLINE));
-  const std::int64_t writes = link_->writes();
-  const std::int64_t waits = link_->waits();
+  const std::int64_t writes = link_->cable().writes();
+  const std::int64_t waits = link_->cable().waits();
   RunFor(10 * kSecond);
-  EXPECT_LT(link_->writes() - writes, 1'000);
-  EXPECT_LT(link_->waits() - waits, 100'000);
-  link_->SetDamage({});
+  EXPECT_LT(link_->cable().writes() - writes, 1'000);
+  EXPECT_LT(link_->cable().waits() - waits, 100'000);
+  link_->cable().SetDamage({});
   EXPECT_TRUE(Reach(device_info_t::STATE_ONLINE));
 }
 
@@ -135,7 +134,7 @@ TEST_P(DriverConformance, ALineThatSwallowsEverythingIsOfflineAndIsNotFlooded) {
 TEST_P(DriverConformance, NoiseIsCountedAndOver) {
   ASSERT_TRUE(Reach(device_info_t::STATE_ONLINE));
   std::mt19937 random(7);
-  link_->SetDamage([&random](std::vector<std::uint8_t>& bytes) {
+  link_->cable().SetDamage([&random](std::vector<std::uint8_t>& bytes) {
     for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
     if (random() % 3 == 0) bytes.resize(random() % 40);
   });
@@ -145,7 +144,7 @@ TEST_P(DriverConformance, NoiseIsCountedAndOver) {
     for (const std::int64_t count : Info(device.name).errors) errors += count;
   }
   EXPECT_GT(errors, 0);
-  link_->SetDamage({});
+  link_->cable().SetDamage({});
   EXPECT_TRUE(Reach(device_info_t::STATE_ONLINE));
 }
 
@@ -188,9 +187,9 @@ TEST_P(DriverConformance, AnOrderEndsAlsoWhenTheLineIsLost) {
     driver_->desk().OnDriverCommand(Enveloped(
         OrderMessage(kBoot, number, NumberedId(number), bus_->devices[0].name, std::string(operation.name))));
     RunFor(30 * kMillisecond);
-    link_->Unplug();
+    link_->cable().Unplug();
     RunFor(30 * kSecond);
-    link_->Plug();
+    link_->cable().Plug();
     ASSERT_FALSE(StatesOf(number).empty());
     EXPECT_TRUE(IsFinalState(StatesOf(number).back())) << operation.name;
     ASSERT_TRUE(Reach(device_info_t::STATE_ONLINE)) << operation.name;

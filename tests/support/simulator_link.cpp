@@ -5,7 +5,7 @@
 namespace axlecast {
 
 std::string SimulatorLink::Open() {
-  if (!plugged_) return "unplugged: plug it in";
+  if (!plugged()) return "unplugged: plug it in";
   open_ = true;
   received_.clear();
   simulator_.OnBaud(baud_);
@@ -20,7 +20,7 @@ bool SimulatorLink::SetBaud(std::int64_t baud) {
 
 bool SimulatorLink::Write(Bytes bytes) {
   if (Gone()) return false;
-  ++writes_;
+  CountWrite();
   simulator_.OnBytes(bytes, clock_.Now(), Receive());
   return true;
 }
@@ -41,8 +41,8 @@ ByteLink::ReadResult SimulatorLink::ReadNow(std::span<std::uint8_t> into) {
 }
 
 ByteLink::Status SimulatorLink::Wait(MonoNs until) {
-  ++waits_;
-  if (open_ && !plugged_) return Status::kLost;
+  CountWait();
+  if (open_ && !plugged()) return Status::kLost;
   RunUntil(until);
   return received_.empty() || !open_ ? Status::kTimeout : Status::kOk;
 }
@@ -57,8 +57,7 @@ bool SimulatorLink::Pulse(std::uint8_t line, MonoNs low) {
 Simulator::Transmit SimulatorLink::Receive() {
   return [this](Bytes bytes) {
     if (Gone()) return;
-    std::vector<std::uint8_t> copy(bytes.begin(), bytes.end());
-    if (damage_) damage_(copy);
+    const std::vector<std::uint8_t> copy = Damaged(bytes);
     received_.insert(received_.end(), copy.begin(), copy.end());
   };
 }

@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <sys/epoll.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
 #include <sys/time.h>
 #include <unistd.h>
 
@@ -47,15 +46,10 @@ ControlSocket::~ControlSocket() {
 }
 
 std::string ControlSocket::Listen(const std::string& path) {
-  const std::optional<UnixAddress> address = UnixAddress::Of(path);
-  if (!address) return UnixAddress::TooLong(path);
-  if (unlink(path.c_str()) != 0 && errno != ENOENT) return path + ": " + std::strerror(errno);
+  Descriptor listener;
+  if (std::string problem = BindUnixSocket(path, SOCK_SEQPACKET, listener); !problem.empty()) return problem;
   events_ = Descriptor(epoll_create1(EPOLL_CLOEXEC));
-  Descriptor listener(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-  // The mode of the socket before bind is that of the file from its first moment on.
-  if (!events_.valid() || !listener.valid() || fchmod(listener.get(), 0600) != 0 ||
-      bind(listener.get(), address->generic(), address->size()) != 0 || listen(listener.get(), kMostCallers) != 0 ||
-      !Watch(events_.get(), listener.get())) {
+  if (!events_.valid() || listen(listener.get(), kMostCallers) != 0 || !Watch(events_.get(), listener.get())) {
     return path + ": " + std::strerror(errno);
   }
   path_ = path;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "drivers/runtime/core/family.h"
+#include "tools/axlecast/bit_line.h"
 #include "tools/axlecast/exit_code.h"
 #include "tools/axlecast/hex_line.h"
 #include "tools/json/field.h"
@@ -24,36 +25,38 @@ constexpr const char* kExamples =
     "allowed.\n"
     "One quoted argument is one frame; without arguments, each line of standard input is one. Blank lines and "
     "what\n"
-    "follows a # are skipped.\n"
+    "follows a # are skipped. With --bits: the digits 0 and 1 in the order in which they were clocked in.\n"
     "\n"
     "Output: one JSON object per frame. Exit code: 0 all good, 1 any bad, 2 wrong usage.\n"
     "\n"
     "Examples:\n"
     "  axlecast decode tformat \"1A 00 A5 A5 00 17 88 88 00 00 0D\"\n"
     "  axlecast decode tformat --set bits=23 --set enid=0x17 0220D6431AAD \"EA 00 EA\"\n"
-    "  axlecast decode tformat --set bits=23 < capture.txt | jq .angle_deg";
+    "  axlecast decode tformat --set bits=23 < capture.txt | jq .angle_deg\n"
+    "  axlecast decode ssi --set bits=12 --bits 000111101111";
+
+// What a family is told of a frame that was written as bits: how many of its bytes' bits are of the frame.
+constexpr const char* kBitCount = "bit_count";
 
 // Decodes frames one by one with the settings of the call.
 class FrameDecoder {
  public:
-  FrameDecoder(const Family& family, DecodeSettings settings, std::ostream& out)
-      : family_(family), settings_(std::move(settings)), out_(out) {}
+  FrameDecoder(const Family& family, DecodeSettings settings, bool bits, std::ostream& out)
+      : family_(family), settings_(std::move(settings)), bits_(bits), out_(out) {}
 
   // Why the settings are no good; empty when they are.
   [[nodiscard]] std::string SettingsProblem() const {
     bool usable = true;
-    const nlohmann::ordered_json json = family_.decode(settings_, {}, &usable);
+    const nlohmann::ordered_json json = family_.decode(bits_ ? WithBitCount(0) : settings_, {}, &usable);
     return usable ? "" : json.at("error").get<std::string>();
   }
 
   // `where` says in front of a problem's column where the text stands.
   void Decode(const std::string& text, const std::string& where) {
+    if (bits_) return DecodeBits(text, where);
     const HexLine line = ParseHexLine(text);
     if (!line.problem.empty()) return Bad("not_hex", where + line.problem);
-    bool usable = true;
-    const nlohmann::ordered_json json = family_.decode(settings_, line.bytes, &usable);
-    all_good_ = all_good_ && json.at("ok").get<bool>();
-    out_ << JsonLine(json) << '\n';
+    Show(settings_, line.bytes);
   }
 
   void Bad(const std::string& error, const std::string& detail) {
@@ -65,8 +68,28 @@ class FrameDecoder {
   [[nodiscard]] bool can_write() const { return out_.good(); }
 
  private:
+  void DecodeBits(const std::string& text, const std::string& where) {
+    const BitLine line = ParseBitLine(text);
+    if (!line.problem.empty()) return Bad("not_bits", where + line.problem);
+    Show(WithBitCount(line.bits), line.bytes);
+  }
+
+  [[nodiscard]] DecodeSettings WithBitCount(std::size_t bits) const {
+    DecodeSettings settings = settings_;
+    settings.emplace_back(kBitCount, std::to_string(bits));
+    return settings;
+  }
+
+  void Show(const DecodeSettings& settings, Bytes frame) {
+    bool usable = true;
+    const nlohmann::ordered_json json = family_.decode(settings, frame, &usable);
+    all_good_ = all_good_ && json.at("ok").get<bool>();
+    out_ << JsonLine(json) << '\n';
+  }
+
   const Family& family_;
   DecodeSettings settings_;
+  const bool bits_;
   std::ostream& out_;
   bool all_good_ = true;
 };
@@ -124,19 +147,20 @@ std::optional<DecodeSettings> SplitSettings(const std::vector<std::string>& text
   return settings;
 }
 
-std::string KnownProtocols() {
+std::string KnownProtocols(std::optional<LinkKind> link = std::nullopt) {
   std::string names;
   for (const Family* family : Families()) {
-    if (family->decode == nullptr) continue;
+    if (family->decode == nullptr || (link && family->link != *link)) continue;
     names += (names.empty() ? "" : ", ") + std::string(family->name);
   }
   return names;
 }
 
 // A frame whose bytes were given as separate arguments.
-bool LooksUnquoted(const std::vector<std::string>& frames) {
-  return frames.size() > 1 && std::ranges::all_of(frames, [](const std::string& frame) {
-           return ParseHexLine(frame).bytes.size() == 1;
+bool LooksUnquoted(const DecodeArguments& arguments) {
+  constexpr std::size_t kLongestGroup = 8;
+  return arguments.frames.size() > 1 && std::ranges::all_of(arguments.frames, [&](const std::string& frame) {
+           return arguments.bits ? frame.size() <= kLongestGroup : ParseHexLine(frame).bytes.size() == 1;
          });
 }
 
@@ -154,9 +178,14 @@ int RunDecode(const DecodeArguments& arguments, std::istream& in, std::ostream& 
     err << "axlecast decode: unknown protocol '" << arguments.protocol << "'; known: " << KnownProtocols() << '\n';
     return kExitUsage;
   }
+  if (arguments.bits && family->link != LinkKind::kSpi) {
+    err << "axlecast decode: --bits is for devices that a clock reads bit by bit ("
+        << KnownProtocols(LinkKind::kSpi) << "); frames of " << family->name << " are bytes in hex\n";
+    return kExitUsage;
+  }
   std::optional<DecodeSettings> settings = SplitSettings(arguments.settings, err);
   if (!settings) return kExitUsage;
-  FrameDecoder decoder(*family, std::move(*settings), out);
+  FrameDecoder decoder(*family, std::move(*settings), arguments.bits, out);
   if (const std::string problem = decoder.SettingsProblem(); !problem.empty()) {
     err << "axlecast decode: --set " << problem << '\n';
     return kExitUsage;
@@ -172,8 +201,8 @@ int RunDecode(const DecodeArguments& arguments, std::istream& in, std::ostream& 
     return kExitFailed;
   }
   if (decoder.all_good()) return kExitDone;
-  if (LooksUnquoted(arguments.frames)) {
-    err << "axlecast decode: each argument is one frame; put the bytes of one frame between quotes\n";
+  if (LooksUnquoted(arguments)) {
+    err << "axlecast decode: each argument is one frame; put the groups of one frame between quotes\n";
   }
   return kExitBad;
 }
@@ -185,6 +214,7 @@ void AddDecodeCommand(CLI::App& app, int& exit_code) {
   command->add_option("--set", arguments->settings, "What the frame does not say, as key=value; may be repeated")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
+  command->add_flag("--bits", arguments->bits, "Frames are written as bits: 1010...; families on SPI");
   command->add_option("HEX", arguments->frames, "Frames; without any, they are read from standard input");
   command->footer(kExamples);
   command->callback([arguments, &exit_code] {

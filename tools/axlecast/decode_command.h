@@ -14,6 +14,7 @@ struct DecodeArguments {
   std::string protocol;
   std::vector<std::string> settings;  // key=value
   std::vector<std::string> frames;    // none: one frame a line from `in`
+  bool bits = false;                  // frames are written as bits
 };
 
 // One JSON object per frame to `out`, what is wrong with the call to `err`. Returns the exit code.

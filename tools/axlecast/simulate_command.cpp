@@ -25,6 +25,7 @@ struct SimulateOptions {
   ConfigOption config;
   std::vector<std::string> buses;
   std::vector<std::string> changes;
+  std::string interface;
   bool show = false;
   bool json = false;
   bool unplug = false;
@@ -68,25 +69,47 @@ void StopOnSignals(SimulationServer& server) {
   for (const int number : {SIGTERM, SIGINT}) static_cast<void>(sigaction(number, &action, nullptr));
 }
 
-std::string AddBus(SimulationServer& server, const MachineConfig& machine, const BusConfig& bus) {
+std::string AddBus(SimulationServer& server, const MachineConfig& machine, const BusConfig& bus,
+                   const std::string& interface) {
   ConfigErrors errors(machine.file);
   std::unique_ptr<Simulator> simulator = MakeSimulator(machine, bus, errors);
   if (!simulator) return errors.Text();
-  SimulationServer::BusPlace place{
-      bus.name, {}, bus.link.port, Place(machine, bus, ".ctl"), Place(machine, bus, ".sim")};
+  SimulationServer::BusPlace place{.bus = bus.name,
+                                   .devices = {},
+                                   .link = bus.family->link,
+                                   .port = bus.link.port,
+                                   .control = Place(machine, bus, ".ctl"),
+                                   .lock = Place(machine, bus, ".sim"),
+                                   .interface = interface};
   if (bus.family_bus && !bus.family_bus->lines.empty()) place.lines = Place(machine, bus, ".lines");
   for (const DeviceConfig& device : bus.devices) place.devices.push_back(device.name);
   return server.Add(std::move(place), std::move(simulator));
 }
 
-int RunSimulators(const MachineConfig& machine, const std::vector<const BusConfig*>& buses) {
+// Nodes on a real interface are those of one CAN bus. Says why when the choice makes no sense.
+bool FitsInterface(const std::vector<const BusConfig*>& buses, const std::string& interface) {
+  if (interface.empty()) return true;
+  if (buses.size() > 1) {
+    std::cerr << "--on " << interface << ": an interface stands for one bus; name it with --bus\n";
+  } else if (buses[0]->family->link != LinkKind::kCan) {
+    std::cerr << "--on " << interface << ": bus " << buses[0]->name << " is no CAN bus\n";
+  } else {
+    return true;
+  }
+  return false;
+}
+
+int RunSimulators(const MachineConfig& machine, const std::vector<const BusConfig*>& buses,
+                  const std::string& interface) {
   const SystemClock clock;
   SimulationServer server(clock);
   StopOnSignals(server);
   std::string problem = PrepareRunDirectory(RunDirectory(machine.machine));
   for (const BusConfig* bus : buses) {
-    if (problem.empty()) problem = AddBus(server, machine, *bus);
-    if (problem.empty()) std::cout << "simulating bus " << bus->name << " on " << bus->link.port << std::endl;
+    if (problem.empty()) problem = AddBus(server, machine, *bus, interface);
+    if (!problem.empty()) break;
+    std::cout << "simulating bus " << bus->name << " on " << (interface.empty() ? bus->link.port : interface)
+              << std::endl;
   }
   if (problem.empty()) problem = server.Run();
   if (problem.empty()) return kExitDone;
@@ -112,7 +135,7 @@ int Show(const MachineConfig& machine, const std::vector<const BusConfig*>& buse
       std::cout << state->dump() << '\n';
       continue;
     }
-    std::cout << bus->name << "  " << bus->link.port << "  "
+    std::cout << bus->name << "  " << state->value("port", "") << "  "
               << (!state->value("plugged", true) ? "unplugged"
                   : state->value("host", false)  ? "host"
                                                  : "no host")
@@ -187,7 +210,9 @@ int Simulate(const SimulateOptions& options) {
   if (exit_code != kExitDone || (changing && !options.show)) return exit_code;
   const std::vector<const BusConfig*> buses = SimulatedBuses(*machine, options.buses);
   if (buses.empty()) return kExitUsage;
-  return options.show ? Show(*machine, buses, options.json) : RunSimulators(*machine, buses);
+  if (options.show) return Show(*machine, buses, options.json);
+  if (!FitsInterface(buses, options.interface)) return kExitUsage;
+  return RunSimulators(*machine, buses, options.interface);
 }
 
 }  // namespace
@@ -200,18 +225,27 @@ void AddSimulateCommand(CLI::App& app, int& exit_code) {
   command->add_option("--bus", options->buses, "Only this bus (may be repeated); all simulated ones otherwise")
       ->type_name("NAME")
       ->allow_extra_args(false);
+  CLI::Option* on = command
+                        ->add_option("--on", options->interface,
+                                     "The nodes of one CAN bus stand on this interface of the machine instead of "
+                                     "a simulated bus")
+                        ->type_name("IFACE");
   command->add_option("--set", options->changes, "Changes a running simulator (may be repeated)")
       ->type_name("DEVICE.KEY=VALUE")
-      ->allow_extra_args(false);
-  command->add_flag("--show", options->show, "Prints what running simulators do and what was done to them");
+      ->allow_extra_args(false)
+      ->excludes(on);
+  command->add_flag("--show", options->show, "Prints what running simulators do and what was done to them")
+      ->excludes(on);
   command->add_flag("--json", options->json, "With --show: one JSON object per bus")->needs("--show");
-  CLI::Option* unplug = command->add_flag("--unplug", options->unplug, "Takes a running simulator's port away");
-  command->add_flag("--plug", options->plug, "Brings the port back")->excludes(unplug);
+  CLI::Option* unplug =
+      command->add_flag("--unplug", options->unplug, "Takes a running simulator's port away")->excludes(on);
+  command->add_flag("--plug", options->plug, "Brings the port back")->excludes(unplug)->excludes(on);
   command->footer(
       "examples:\n"
       "  axlecast simulate config/demo.yaml --bus rs485-0          until Ctrl-C\n"
       "  axlecast simulate config/demo.yaml --set axis1.speed_rpm=300 --set axis1.fault=bit_flip:0.001\n"
       "  axlecast simulate config/demo.yaml --show --json\n"
+      "  axlecast simulate nodes.yaml --bus can-0 --on can1        opposite a driver on can0\n"
       "keys, units and faults: docs/simulation.md");
   command->callback([options, &exit_code] { exit_code = Simulate(*options); });
 }

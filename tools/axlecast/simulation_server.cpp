@@ -11,10 +11,14 @@
 #include <optional>
 #include <span>
 
+#include "drivers/io/simulated_can.h"
+#include "drivers/io/simulated_spi.h"
+#include "drivers/io/wait_until.h"
+#include "tools/axlecast/simulated_interface.h"
+#include "tools/axlecast/simulated_pty.h"
+
 namespace axlecast {
 namespace {
-
-constexpr MonoNs kHostCheck = 10 * kMillisecond;  // how soon a host that opens the line is noticed
 
 using Json = nlohmann::ordered_json;
 
@@ -24,9 +28,19 @@ Json Value(const std::string& text) {
   return value.is_number() ? value : Json(text);
 }
 
-timespec Timeout(MonoNs wait) {
-  wait = std::max<MonoNs>(0, wait);
-  return {static_cast<time_t>(wait / kSecond), static_cast<long>(wait % kSecond)};
+std::unique_ptr<SimulatedPort> MakePort(const SimulationServer::BusPlace& place, Simulator& simulator,
+                                        const Clock& clock) {
+  if (!place.interface.empty()) return std::make_unique<SimulatedInterface>(place.interface, simulator, clock);
+  switch (place.link) {
+    case LinkKind::kCan:
+      return std::make_unique<SimulatedCanPort>(place.port, simulator, clock);
+    case LinkKind::kSpi:
+      return std::make_unique<SimulatedSpiPort>(place.port, simulator, clock);
+    case LinkKind::kSerial:
+    case LinkKind::kModbus:
+      break;
+  }
+  return std::make_unique<SimulatedPty>(place.port, simulator, clock);
 }
 
 }  // namespace
@@ -41,15 +55,12 @@ std::string SimulationServer::Add(BusPlace place, std::unique_ptr<Simulator> sim
   if (std::string held = bus->lock.Acquire(bus->place.lock); !held.empty()) {
     return "bus " + bus->place.bus + " is simulated already: " + held;
   }
-  if (std::string problem = bus->pty.Open(bus->place.pty); !problem.empty()) return problem;
+  bus->port = MakePort(bus->place, *bus->simulator, clock_);
+  if (std::string problem = bus->port->Plug(); !problem.empty()) return problem;
   if (!bus->place.lines.empty()) {
     if (std::string problem = bus->lines.Listen(bus->place.lines); !problem.empty()) return problem;
   }
   if (std::string problem = bus->control.Listen(bus->place.control); !problem.empty()) return problem;
-  bus->transmit = [b = bus.get()](Bytes bytes) {
-    // A line without a host, or with one that does not read, loses what is sent.
-    if (b->has_host) static_cast<void>(b->pty.Write(bytes));
-  };
   buses_.push_back(std::move(bus));
   return {};
 }
@@ -63,16 +74,15 @@ void SimulationServer::Stop() {
 
 MonoNs SimulationServer::NextDue() const {
   MonoNs due = kNever;
-  for (const auto& bus : buses_) due = std::min(due, bus->simulator->NextDue());
+  for (const auto& bus : buses_) due = std::min({due, bus->simulator->NextDue(), bus->port->NextDue()});
   return due;
 }
 
-// The stop event, then of each bus its pty, its lines and its control socket. A pty without a host would report that
-// at once, again and again: it is left out.
+// The stop event, then of each bus its port, its lines and its control socket.
 void SimulationServer::FillPolls(std::vector<pollfd>& polls) const {
   polls.assign(1, {stop_.get(), POLLIN, 0});
   for (const auto& bus : buses_) {
-    polls.push_back({bus->has_host ? bus->pty.FileDescriptor() : -1, POLLIN, 0});
+    polls.push_back({bus->port->FileDescriptor(), POLLIN, 0});
     polls.push_back({bus->lines.FileDescriptor(), POLLIN, 0});
     polls.push_back({bus->control.FileDescriptor(), POLLIN, 0});
   }
@@ -83,60 +93,30 @@ std::string SimulationServer::Run() {
   prctl(PR_SET_TIMERSLACK, 1UL);
   std::vector<pollfd> polls;
   while (true) {
-    bool all_hosts = true;
-    for (auto& bus : buses_) {
-      if (!bus->has_host) LookForHost(*bus);
-      all_hosts = all_hosts && bus->has_host;
-    }
     FillPolls(polls);
-    const MonoNs due = NextDue();
-    MonoNs wait = due == kNever ? kNever : due - clock_.Now();
-    if (!all_hosts) wait = std::min(wait, kHostCheck);
-    const timespec timeout = Timeout(wait);
-    const int count = ppoll(polls.data(), polls.size(), wait == kNever ? nullptr : &timeout, nullptr);
-    if (count < 0 && errno != EINTR) return std::string("cannot wait: ") + std::strerror(errno);
-    if (count < 0) continue;
+    if (PollUntil(polls, NextDue(), clock_) < 0) return std::string("cannot wait: ") + std::strerror(errno);
     if (polls[0].revents != 0) return {};
-    const MonoNs now = clock_.Now();
-    for (std::size_t i = 0; i < buses_.size(); ++i) {
-      Bus& bus = *buses_[i];
-      const std::span<const pollfd> ready = std::span(polls).subspan(1 + 3 * i, 3);
-      if (bus.simulator->NextDue() <= now) {
-        TellBaud(bus);
-        bus.simulator->OnDue(now, bus.transmit);
-      }
-      if (ready[0].revents != 0) OnPty(bus, ready[0], now);
-      if (ready[1].revents != 0) OnPulses(bus);
-      if (ready[2].revents != 0) bus.control.Serve([&](const std::string& q) { return Answer(bus, q); });
-    }
+    for (std::size_t i = 0; i < buses_.size(); ++i) ServeBus(*buses_[i], std::span(polls).subspan(1 + 3 * i, 3));
   }
 }
 
-void SimulationServer::LookForHost(Bus& bus) { bus.has_host = bus.pty.IsOpen() && bus.pty.HasHost(); }
-
-void SimulationServer::TellBaud(Bus& bus) {
-  const std::int64_t baud = bus.has_host ? bus.pty.Baud() : 0;
-  if (baud == 0 || baud == bus.baud) return;
-  bus.baud = baud;
-  bus.simulator->OnBaud(baud);
+void SimulationServer::ServeBus(Bus& bus, std::span<const pollfd> polls) {
+  const MonoNs now = clock_.Now();
+  if (bus.simulator->NextDue() <= now) {
+    bus.port->TellBaud();
+    bus.simulator->OnDue(now, [&bus](Bytes bytes) { bus.port->Transmit(bytes); });
+  }
+  if (polls[0].revents != 0 || bus.port->NextDue() <= now) bus.port->Serve();
+  if (polls[1].revents != 0) OnPulses(bus);
+  if (polls[2].revents != 0) bus.control.Serve([&](const std::string& question) { return Answer(bus, question); });
 }
 
 void SimulationServer::OnPulses(Bus& bus) {
-  TellBaud(bus);
+  bus.port->Serve();  // what came before the pulse, if only the host itself
+  bus.port->TellBaud();
   while (const std::optional<Pulse> pulse = bus.lines.Next()) {
-    bus.simulator->OnPulse(pulse->line, pulse->low, clock_.Now(), bus.transmit);
+    bus.simulator->OnPulse(pulse->line, pulse->low, clock_.Now(), [&bus](Bytes b) { bus.port->Transmit(b); });
   }
-}
-
-void SimulationServer::OnPty(Bus& bus, const pollfd& poll, MonoNs now) {
-  if ((poll.revents & POLLIN) != 0) {
-    TellBaud(bus);
-    const std::size_t count = bus.pty.Read(received_);
-    if (count > 0) return bus.simulator->OnBytes(Bytes(received_).first(count), now, bus.transmit);
-  }
-  if ((poll.revents & (POLLHUP | POLLERR)) == 0) return;
-  bus.has_host = false;
-  bus.pty.Discard();
 }
 
 // ---- questions from outside ----
@@ -161,9 +141,8 @@ Json SimulationServer::Change(Bus& bus, const Json& question) {
   }
   if (question.contains("plugged") && question["plugged"].is_boolean()) {
     bus.plugged = question["plugged"].get<bool>();
-    bus.has_host = false;
-    if (!bus.plugged) bus.pty.Close();
-    const std::string problem = bus.plugged ? bus.pty.Open(bus.place.pty) : "";
+    if (!bus.plugged) bus.port->Unplug();
+    const std::string problem = bus.plugged ? bus.port->Plug() : "";
     if (!problem.empty()) errors.push_back(problem);
   }
   return {{"errors", errors}};
@@ -176,9 +155,9 @@ Json SimulationServer::Show(const Bus& bus) const {
     for (const auto& [name, value] : bus.simulator->State(device, clock_.Now())) quantities[name] = Value(value);
   }
   return {{"bus", bus.place.bus},
-          {"pty", bus.place.pty},
+          {"port", bus.place.interface.empty() ? bus.place.port : bus.place.interface},
           {"plugged", bus.plugged},
-          {"host", bus.has_host},
+          {"host", bus.port->HasHost()},
           {"devices", devices}};
 }
 

@@ -1,6 +1,7 @@
 #include "drivers/runtime/bus/bus_health.h"
 
 #include <algorithm>
+#include <axlecast/alarm_entry_t.hpp>
 #include <limits>
 #include <numeric>
 
@@ -42,12 +43,13 @@ double BusHealth::WireLimit(const BusConfig& config) {
   return exchanges * static_cast<double>(kSecond) / static_cast<double>(sum);
 }
 
-void BusHealth::Publish(MonoNs now, Bus& bus, std::span<const DeviceTally> devices) {
+void BusHealth::Publish(MonoNs now, Bus& bus, std::span<const DeviceTally> devices, const CanHealth& can) {
   message_.mono_ns = now;
   message_.utime = time_.Utime(now);
   Count(bus, devices);
+  TakeCan(bus, can);
   Rates(now, bus);
-  LastError(now, bus, devices);
+  LastError(now, bus, devices, can.trouble);
   if (axlecast::Publish(sink_, channel_, message_)) ++message_.seq;
   previous_ = message_;
   seen_.assign(devices.begin(), devices.end());
@@ -81,6 +83,14 @@ void BusHealth::Count(const Bus& bus, std::span<const DeviceTally> devices) {
   }
 }
 
+void BusHealth::TakeCan(const Bus& bus, const CanHealth& can) {
+  constexpr int kMost = std::numeric_limits<std::int16_t>::max();
+  message_.can_tec = static_cast<std::int16_t>(std::min(can.tec, kMost));
+  message_.can_rec = static_cast<std::int16_t>(std::min(can.rec, kMost));
+  const bool worse = can.worst != nullptr && can.worst->severity >= alarm_entry_t::SEVERITY_WARNING;
+  if (bus.up() && worse) message_.state = bus_health_t::STATE_DEGRADED;
+}
+
 void BusHealth::Rates(MonoNs now, Bus& bus) {
   const MonoNs window = window_start_ > 0 ? now - window_start_ : 0;
   message_.window_us =
@@ -98,7 +108,8 @@ void BusHealth::Rates(MonoNs now, Bus& bus) {
   }
 }
 
-void BusHealth::LastError(MonoNs now, const Bus& bus, std::span<const DeviceTally> devices) {
+void BusHealth::LastError(MonoNs now, const Bus& bus, std::span<const DeviceTally> devices,
+                          std::string_view can_trouble) {
   std::string text;
   std::int64_t most = 0;
   for (std::size_t i = 0; i < devices.size(); ++i) {
@@ -111,6 +122,7 @@ void BusHealth::LastError(MonoNs now, const Bus& bus, std::span<const DeviceTall
              ErrorName(static_cast<ErrorKind>(kind));
     }
   }
+  if (!can_trouble.empty()) text = can_trouble;  // what fails there fails for this reason
   if (bus.problem() != seen_problem_) text = seen_problem_ = bus.problem();
   if (text.empty()) return;
   message_.last_error = CappedText(text, kErrorBytes);

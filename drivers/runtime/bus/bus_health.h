@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "drivers/runtime/bus/bus.h"
+#include "drivers/runtime/bus/can_watch.h"
 #include "drivers/runtime/config/machine_config.h"
 #include "drivers/runtime/core/message_sink.h"
 #include "drivers/runtime/core/sample.h"
@@ -23,14 +24,16 @@ struct DeviceTally {
   std::array<std::int64_t, kErrorKinds> errors{};
 };
 
-// The bus towards LCM: bus_health_t on "BUS/<bus>", to be called once a second.
+// The bus towards LCM: bus_health_t on "BUS/<bus>", to be called once a second, and when a CAN bus's state changes.
 //
-// DEGRADED: the line is open, but in this window more than 1 % of the readings failed, or every one.
+// DEGRADED: the line is open, but in this window more than 1 % of the readings failed, or every one; or a CAN bus has
+// an alarm of severity WARNING or above.
 class BusHealth {
  public:
   BusHealth(const BusConfig& config, std::int64_t boot_id, const Timebase& time, MessageSink& sink);
 
-  void Publish(MonoNs now, Bus& bus, std::span<const DeviceTally> devices);
+  // `can` of a CAN bus, else as it is.
+  void Publish(MonoNs now, Bus& bus, std::span<const DeviceTally> devices, const CanHealth& can = {});
 
   // Exchanges a second that the wire's timing allows with these devices, each having its turn; 0 unknown.
   [[nodiscard]] static double WireLimit(const BusConfig& config);
@@ -38,7 +41,8 @@ class BusHealth {
  private:
   void Count(const Bus& bus, std::span<const DeviceTally> devices);
   void Rates(MonoNs now, Bus& bus);
-  void LastError(MonoNs now, const Bus& bus, std::span<const DeviceTally> devices);
+  void TakeCan(const Bus& bus, const CanHealth& can);
+  void LastError(MonoNs now, const Bus& bus, std::span<const DeviceTally> devices, std::string_view can_trouble);
 
   const Timebase& time_;
   MessageSink& sink_;

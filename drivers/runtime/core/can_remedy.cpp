@@ -2,17 +2,18 @@
 
 namespace axlecast {
 
-std::string CanUpLine(std::string_view interface, std::int64_t bitrate) {
+std::string CanUpLine(std::string_view interface, std::int64_t bitrate, bool restarts) {
   return "ip link set " + std::string(interface) + " up type can bitrate " +
-         (bitrate > 0 ? std::to_string(bitrate) : std::string("BITRATE")) + " restart-ms 100";
+         (bitrate > 0 ? std::to_string(bitrate) : std::string("BITRATE")) + (restarts ? " restart-ms 100" : "");
 }
 
-std::string CanAgainLine(std::string_view interface, std::int64_t bitrate) {
-  return "ip link set " + std::string(interface) + " down; " + CanUpLine(interface, bitrate);
+std::string CanAgainLine(std::string_view interface, std::int64_t bitrate, bool restarts) {
+  return "ip link set " + std::string(interface) + " down; " + CanUpLine(interface, bitrate, restarts);
 }
 
 std::string CanRestartLine(std::string_view interface) {
-  return "ip link set " + std::string(interface) + " type can restart";
+  const std::string set = "ip link set " + std::string(interface);
+  return set + " down; " + set + " up";
 }
 
 }  // namespace axlecast

@@ -38,6 +38,7 @@ struct DeviceSettings {
   bool holds_secrets = false;        // its process must leave no core file
   MonoNs wire_time = 0;              // shortest time of one live reading, with the pauses that the bus needs
   int exchanges = 1;                 // of one live reading
+  MonoNs own_period = 0;             // of readings that it sends by itself; 0: it is asked for each
   CanFilters can_filters;            // kCan: what it wants to hear
   SpiSettings spi;                   // kSpi: how it is clocked
 };

@@ -32,6 +32,7 @@ Driver::Driver(const BusConfig& config, std::int64_t boot_id, DriverPorts ports)
       now_(ports_.clock->Now()),
       next_tick_(now_) {
   time_.Update(now_, ports_.clock->UtcMicroseconds());
+  if (ports_.frames != nullptr) can_watch_.emplace(config.link.port, config.link.bitrate);
   for (const DeviceConfig& device : config.devices) {
     Unit unit{.config = &device, .channel = nullptr, .device = nullptr, .said = {}};
     unit.channel = std::make_unique<Channel>(config, device, MakeChannelContext());
@@ -97,10 +98,11 @@ void Driver::FlushBlocks() {
 void Driver::Tick() {
   FollowUtc();
   WatchDuplicates();
+  const bool can_changed = WatchCan();
   for (Unit& unit : units_) unit.channel->Tick(now_);
   const bool second = ticks_++ % kTicksPerHello == 0;
   if (second || SummaryChanged()) SayHello();
-  if (second) ReportHealth();
+  if (second || can_changed) ReportHealth();
   next_tick_ += kTick;
   if (next_tick_ <= now_) next_tick_ = now_ + kTick;
 }
@@ -117,9 +119,27 @@ void Driver::WatchDuplicates() {
   duplicate_seen_ = present;
   ports_.log(LogLevel::kWarning,
              present ? "another driver answers for this bus: stop one of the two" : "the other driver is gone");
+  TellAll(runtime_alarms::kDuplicateDriver, present);
+}
+
+bool Driver::WatchCan() {
+  if (!can_watch_) return false;
+  const std::int64_t revision = can_watch_->revision();
+  const AlarmSpec* const worst = can_watch_->health().worst;
+  can_watch_->Update(ports_.frames->Controller(), now_);
+  if (can_watch_->revision() == revision) return false;
+  for (const CanWatch::Alarm& alarm : can_watch_->alarms()) TellAll(*alarm.spec, alarm.present);
+  const CanHealth health = can_watch_->health();
+  if (health.worst != nullptr && health.worst != worst) ports_.log(LogLevel::kWarning, health.trouble);
+  if (health.worst == nullptr && worst != nullptr) {
+    ports_.log(LogLevel::kInfo, config_.link.port + ": no more trouble on the bus");
+  }
+  return true;
+}
+
+void Driver::TellAll(const AlarmSpec& alarm, bool present) {
   for (Unit& unit : units_) {
-    unit.channel->OnAlarm(runtime_alarms::kDuplicateDriver, present ? AlarmState::kLive : AlarmState::kAbsent,
-                          now_);
+    unit.channel->OnAlarm(alarm, present ? AlarmState::kLive : AlarmState::kAbsent, now_);
   }
 }
 
@@ -154,7 +174,7 @@ void Driver::ReportHealth() {
       tally.errors[kind] = units_[i].channel->errors(static_cast<ErrorKind>(kind));
     }
   }
-  health_.Publish(now_, bus_, tallies_);
+  health_.Publish(now_, bus_, tallies_, can_watch_ ? can_watch_->health() : CanHealth());
 }
 
 void Driver::OnLink(bool up, std::string_view reason, MonoNs now) {

@@ -3,12 +3,14 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "drivers/runtime/bus/bus.h"
 #include "drivers/runtime/bus/bus_health.h"
+#include "drivers/runtime/bus/can_watch.h"
 #include "drivers/runtime/command/order_desk.h"
 #include "drivers/runtime/config/machine_config.h"
 #include "drivers/runtime/core/timebase.h"
@@ -69,6 +71,9 @@ class Driver final : private LinkObserver {
   void FlushBlocks();
   void FollowUtc();
   void WatchDuplicates();
+  // True when the bus's state or its alarms have changed.
+  [[nodiscard]] bool WatchCan();
+  void TellAll(const AlarmSpec& alarm, bool present);
   void SayHello();
   void ReportHealth();
   [[nodiscard]] bool SummaryChanged() const;
@@ -86,6 +91,7 @@ class Driver final : private LinkObserver {
   std::unique_ptr<WireLog> wire_;
   Bus bus_;
   BusHealth health_;
+  std::optional<CanWatch> can_watch_;  // of a CAN bus
   std::vector<Unit> units_;
   std::vector<DeviceTally> tallies_;
   std::vector<OrderDesk::DeviceSummary> summaries_;

@@ -5,23 +5,17 @@
 
 #include <algorithm>
 #include <csignal>
-#include <functional>
 #include <memory>
 #include <string>
-#include <utility>
-#include <vector>
 
-#include "drivers/io/gpio_line.h"
 #include "drivers/io/lcm_port.h"
-#include "drivers/io/modbus_port.h"
 #include "drivers/io/process.h"
 #include "drivers/io/secret_file.h"
-#include "drivers/io/serial_port.h"
-#include "drivers/io/simulated_lines.h"
 #include "drivers/io/supervision.h"
 #include "drivers/io/system_clock.h"
 #include "drivers/runtime/driver/command_thread.h"
 #include "drivers/runtime/driver/driver.h"
+#include "drivers/runtime/driver/ports.h"
 
 namespace axlecast {
 namespace {
@@ -32,41 +26,6 @@ std::shared_ptr<spdlog::logger> MakeLog(const std::string& bus, bool verbose) {
   log->set_level(verbose ? spdlog::level::debug : spdlog::level::info);
   log->flush_on(spdlog::level::info);
   return log;
-}
-
-// What of drivers/io carries a bus.
-struct Ports {
-  std::unique_ptr<ByteLink> link;
-  std::unique_ptr<PulseLines> lines;  // null: the family uses none
-  std::function<std::vector<std::string>()> warnings;
-};
-
-template <typename Port>
-void OpenLink(const SerialSettings& settings, const Clock& clock, Ports& ports) {
-  auto port = std::make_unique<Port>(settings, clock);
-  ports.warnings = [known = port.get()] { return known->warnings(); };
-  ports.link = std::move(port);
-}
-
-Ports OpenPorts(const MachineConfig& machine, const BusConfig& bus, const Clock& clock) {
-  Ports ports;
-  SerialSettings settings;
-  settings.path = bus.link.port;
-  settings.format = bus.link.line;
-  if (bus.simulate) settings.format.parity = Parity::kNone;  // the kernel gives a pty none
-  if (bus.family->link == LinkKind::kModbus) {
-    OpenLink<ModbusPort>(settings, clock, ports);
-  } else {
-    OpenLink<SerialPort>(settings, clock, ports);
-  }
-  if (!bus.family_bus || bus.family_bus->lines.empty()) return ports;
-  if (bus.simulate) {
-    ports.lines =
-        std::make_unique<SimulatedLines>(RunDirectory(machine.machine) + '/' + bus.name + ".lines", clock);
-  } else {
-    ports.lines = std::make_unique<GpioLines>(bus.family_bus->lines, clock);
-  }
-  return ports;
 }
 
 bool HoldsSecrets(const BusConfig& bus) {
@@ -118,12 +77,13 @@ int RunDriver(const MachineConfig& machine, const BusConfig& bus, bool verbose) 
   if (HoldsSecrets(bus)) {
     if (const std::string problem = ForbidCoreDumps(); !problem.empty()) log->warn("{}", problem);
   }
-  const Ports ports = OpenPorts(machine, bus, clock);
+  const Ports ports = MakePorts(machine, bus, clock);
   SecretFiles secrets;
   const std::int64_t boot_id = RandomBootId();
   log->info("driver of {} ({}) starts, boot id {:016x}", bus.name, bus.family->name, boot_id);
   Driver driver(bus, boot_id,
                 {.link = ports.link.get(),
+                 .frames = ports.frames.get(),
                  .lines = ports.lines.get(),
                  .secrets = &secrets,
                  .clock = &clock,

@@ -57,7 +57,7 @@ struct Channel::State {
         output(bus, device, axis, OutputContext(bus, context)),
         motor(device.name, device.publish_hz,
               {context.boot_id, context.time, context.sink, bus.simulate, context.redecoded}),
-        health(PollPeriod(bus)),
+        health(PollPeriod(bus, device)),
         report(bus, device, context.boot_id) {
     alarm_message.boot_id = context.boot_id;
     alarm_message.device = device.name;

@@ -27,7 +27,10 @@ void AddOperations(std::span<const OperationSpec> operations, device_info_t& inf
 
 }  // namespace
 
-MonoNs PollPeriod(const BusConfig& bus) { return bus.poll_hz > 0 ? Period(bus.poll_hz) : RoundTime(bus); }
+MonoNs PollPeriod(const BusConfig& bus, const DeviceConfig& device) {
+  if (device.settings->own_period > 0) return device.settings->own_period;
+  return bus.poll_hz > 0 ? Period(bus.poll_hz) : RoundTime(bus);
+}
 
 MonoNs DeviceReport::MaxAge(MonoNs poll, MonoNs publish) {
   return std::max(20 * kMillisecond, 3 * std::max(poll, publish));
@@ -53,7 +56,7 @@ DeviceReport::DeviceReport(const BusConfig& bus, const DeviceConfig& device, std
   info_.modulo = device.modulo;
   info_.poll_us = Microseconds(Period(bus.poll_hz));
   info_.publish_us = Microseconds(publish);
-  info_.max_age_us = Microseconds(MaxAge(PollPeriod(bus), publish));
+  info_.max_age_us = Microseconds(MaxAge(PollPeriod(bus, device), publish));
   if (bus.family != nullptr) {
     AddOperations(bus.family->operations, info_);
     AddOperations(RuntimeOperations(*bus.family), info_);

@@ -34,7 +34,7 @@ class DeviceReport {
   std::int64_t health_revision_ = -1;
 };
 
-// Time between two readings of one device: the configured one, or what the bus allows.
-[[nodiscard]] MonoNs PollPeriod(const BusConfig& bus);
+// Time between two readings of one device: its own, the configured one, or what the bus allows.
+[[nodiscard]] MonoNs PollPeriod(const BusConfig& bus, const DeviceConfig& device);
 
 }  // namespace axlecast

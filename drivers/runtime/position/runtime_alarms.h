@@ -33,4 +33,23 @@ inline constexpr AlarmSpec kLinkDown = {
 inline constexpr AlarmSpec kDuplicateDriver = {201, kBus, alarm_entry_t::SEVERITY_CRITICAL, "duplicate_driver",
                                                "Two drivers publish this device. Stop one of them."};
 
+// Of a CAN bus; what to type on this machine stands in BUS: last_error.
+inline constexpr AlarmSpec kCanBusOff = {210, kBus, alarm_entry_t::SEVERITY_ERROR, "can_bus_off",
+                                         "See BUS: last_error. Mend wiring or bit rate; restart the interface."};
+inline constexpr AlarmSpec kCanUnacknowledged = {
+    211, kBus, alarm_entry_t::SEVERITY_ERROR, "can_unacknowledged",
+    "No node answers: check its supply, the cable and the bit rate of both."};
+inline constexpr AlarmSpec kCanQueueFull = {212, kBus, alarm_entry_t::SEVERITY_WARNING, "can_queue_full",
+                                            "Bus dead or too busy: see BUS; or ip link set ... txqueuelen 100."};
+inline constexpr AlarmSpec kCanBusErrors = {213, kBus, alarm_entry_t::SEVERITY_WARNING, "can_bus_errors",
+                                            "Check bit rate, wiring, and 120 ohm at both ends of the cable."};
+inline constexpr AlarmSpec kCanErrorPassive = {214, kBus, alarm_entry_t::SEVERITY_WARNING, "can_error_passive",
+                                               "Check bit rate, wiring, and 120 ohm at both ends of the cable."};
+inline constexpr AlarmSpec kCanFramesLost = {
+    215, kBus, alarm_entry_t::SEVERITY_WARNING, "can_frames_lost",
+    "Bus too busy for this computer: see BUS; set realtime: priority, or spare load."};
+inline constexpr AlarmSpec kCanErrorWarning = {
+    216, kBus, alarm_entry_t::SEVERITY_INFO, "can_error_warning",
+    "Errors on the bus: check wiring and termination before it gets worse."};
+
 }  // namespace axlecast::runtime_alarms

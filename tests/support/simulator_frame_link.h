@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <string>
+
+#include "drivers/runtime/core/frame_link.h"
+#include "drivers/runtime/core/simulator.h"
+#include "tests/support/cable.h"
+#include "tests/support/fake_clock.h"
+
+namespace axlecast {
+
+// A CAN bus in virtual time to a simulator: sleeping moves the FakeClock from one thing that happens to the next. As with
+// a real controller a frame that no node acknowledges is sent again and again, also beyond Close; pulling the interface
+// out drops it. Damage changes the data of a frame that comes.
+class SimulatorFrameLink final : public FrameLink, public Cable {
+ public:
+  SimulatorFrameLink(FakeClock& clock, Simulator& simulator, std::int64_t bitrate)
+      : clock_(clock), simulator_(simulator), bitrate_(bitrate) {}
+
+  [[nodiscard]] std::string Open() override;
+  void Close() override;
+  [[nodiscard]] bool IsOpen() const override { return open_; }
+  [[nodiscard]] SendResult Send(const CanFrame& frame) override;
+  [[nodiscard]] Status Receive(Received& received) override;
+  [[nodiscard]] CanController Controller() override;
+  [[nodiscard]] Status Wait(MonoNs until) override;
+  void Wake() override {}
+  [[nodiscard]] LineErrors Errors() const override { return {}; }
+
+ private:
+  struct Waiting {
+    CanFrame frame;
+    bool own = true;     // sent since Open
+    bool tried = false;  // and nobody has acknowledged it
+  };
+
+  [[nodiscard]] bool Gone() const { return !open_ || !plugged(); }
+  [[nodiscard]] Simulator::Transmit Arrive();
+  void ArriveFrame(const CanFrame& frame, bool own);
+  void SendWaiting();
+  [[nodiscard]] bool Offer(Waiting& waiting);
+  void RunUntil(MonoNs until);
+
+  FakeClock& clock_;
+  Simulator& simulator_;
+  const std::int64_t bitrate_;
+  bool open_ = false;
+  std::deque<Waiting> waiting_;
+  std::deque<Received> received_;
+  CanController counts_;
+};
+
+}  // namespace axlecast
