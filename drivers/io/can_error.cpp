@@ -20,6 +20,11 @@ bool Unacknowledged(std::uint32_t classes, unsigned type, unsigned location) {
   return (classes & CAN_ERR_PROT) != 0 && location == CAN_ERR_PROT_LOC_ACK && (type & kErrorTypes) == 0;
 }
 
+// A room for frames was full: some drivers (slcan) give such a frame the class of bus errors too, without any.
+bool OnlyOverflow(unsigned status, unsigned type, unsigned location) {
+  return (status & (CAN_ERR_CRTL_RX_OVERFLOW | CAN_ERR_CRTL_TX_OVERFLOW)) != 0 && type == 0 && location == 0;
+}
+
 }  // namespace
 
 void CountCanError(const CanFrame& frame, CanController& controller) {
@@ -27,16 +32,17 @@ void CountCanError(const CanFrame& frame, CanController& controller) {
   const std::uint32_t classes = frame.id & kCanExtendedMask;
   const auto data = [&](std::size_t i) { return i < frame.data.size() ? unsigned{frame.data.data()[i]} : 0U; };
 
+  const unsigned status = (classes & CAN_ERR_CRTL) != 0 ? data(kControllerStatus) : 0;
   if ((classes & CAN_ERR_BUSOFF) != 0) ++controller.bus_offs;
   if ((classes & CAN_ERR_RESTARTED) != 0) ++controller.restarts;
   if (Unacknowledged(classes, data(kProtocolType), data(kProtocolLocation))) {
     ++controller.unacknowledged;
-  } else if ((classes & (CAN_ERR_PROT | CAN_ERR_BUSERROR)) != 0) {
+  } else if ((classes & (CAN_ERR_PROT | CAN_ERR_BUSERROR)) != 0 &&
+             !OnlyOverflow(status, data(kProtocolType), data(kProtocolLocation))) {
     ++controller.bus_errors;
   }
-  if ((classes & CAN_ERR_CRTL) != 0 && (data(kControllerStatus) & CAN_ERR_CRTL_RX_OVERFLOW) != 0) {
-    ++controller.overruns;
-  }
+  if ((status & CAN_ERR_CRTL_RX_OVERFLOW) != 0) ++controller.overruns;
+  if ((status & CAN_ERR_CRTL_TX_OVERFLOW) != 0) ++controller.queue_full;
   if ((classes & CAN_ERR_CNT) != 0 && frame.data.size() == CAN_ERR_DLC) {
     controller.tec = static_cast<int>(data(kTransmitErrors));
     controller.rec = static_cast<int>(data(kReceiveErrors));

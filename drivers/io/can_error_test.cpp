@@ -56,11 +56,23 @@ TEST(CanErrorTest, AMissingAcknowledgeIsToldInThreeWays) {
   EXPECT_EQ(Counted(ErrorFrame(0x88, {0, 0, 0x01, 0x19})).bus_errors, 1);
 }
 
-TEST(CanErrorTest, OverrunsOfTheReceiverOnly) {
-  EXPECT_EQ(Counted(ErrorFrame(0x04, {0, 0x01})).overruns, 1);
-  EXPECT_EQ(Counted(ErrorFrame(0x04, {0, 0x02})).overruns, 0);         // transmitter's
+TEST(CanErrorTest, OverflowsAreOfTheReceiverOrTheTransmitter) {
+  const CanController rx = Counted(ErrorFrame(0x04, {0, 0x01}));
+  EXPECT_EQ(rx.overruns, 1);
+  EXPECT_EQ(rx.queue_full, 0);
+  const CanController tx = Counted(ErrorFrame(0x04, {0, 0x02}));
+  EXPECT_EQ(tx.overruns, 0);
+  EXPECT_EQ(tx.queue_full, 1);
   EXPECT_EQ(Counted(ErrorFrame(0x04, {0, 0x04 | 0x08})).overruns, 0);  // warning levels
   EXPECT_EQ(Counted(ErrorFrame(0x08, {0, 0x01, 0, 0})).overruns, 0);   // data[1] is of another class
+}
+
+// slcan (slc_bump_err) marks all that its adapter reports as a bus error.
+TEST(CanErrorTest, AnOverflowThatIsMarkedAsABusErrorIsNone) {
+  const CanController lost = Counted(ErrorFrame(0x8C, {0, 0x01}));
+  EXPECT_EQ(lost.overruns, 1);
+  EXPECT_EQ(lost.bus_errors, 0);
+  EXPECT_EQ(Counted(ErrorFrame(0x8C, {0, 0x01, 0x04})).bus_errors, 1);  // and a stuff error
 }
 
 TEST(CanErrorTest, CountersOnlyWhereTheFrameHoldsThem) {

@@ -179,8 +179,7 @@ std::string CanSocket::Judge(const CanInterface& interface) {
   }
   if (settings_.bitrate > 0 && interface.bitrate > 0 &&
       std::abs(interface.bitrate - settings_.bitrate) > settings_.bitrate / kBitrateShare) {
-    return name + " runs at " + std::to_string(interface.bitrate) + " bit/s, not " +
-           std::to_string(settings_.bitrate) + again;
+    return name + " is at " + std::to_string(interface.bitrate) + " bit/s" + again;
   }
   if (interface.loopback) return name + " hears itself alone (loopback)" + again + " loopback off";
   if (interface.listen_only)

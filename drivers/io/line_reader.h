@@ -8,8 +8,8 @@
 
 namespace axlecast {
 
-// Waits on and reads from the file descriptor of a raw tty that does not block and whose VMIN is 1: how every port of
-// this folder hears. One thread uses it; Wake may be called from any.
+// Waits on a file descriptor that does not block, and reads from it where it is a raw tty whose VMIN is 1: how every port
+// of this folder hears. One thread uses it; Wake may be called from any.
 class LineReader {
  public:
   explicit LineReader(const Clock& clock);

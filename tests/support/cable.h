@@ -2,10 +2,13 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "drivers/runtime/core/inline_bytes.h"
+#include "drivers/runtime/core/instant.h"
 
 namespace axlecast {
 
@@ -27,18 +30,30 @@ class Cable {
 
   [[nodiscard]] bool plugged() const { return plugged_; }
   void CountWrite() { ++writes_; }
-  void CountWait() { ++waits_; }
-  [[nodiscard]] std::vector<std::uint8_t> Damaged(Bytes bytes) const {
+  // Throws when the driver waits again and again without letting time pass: virtual time would stand still for ever.
+  void CountWait(MonoNs now) {
+    ++waits_;
+    at_one_instant_ = now == last_wait_ ? at_one_instant_ + 1 : 0;
+    last_wait_ = now;
+    if (at_one_instant_ > kMostWaits) throw std::runtime_error("the driver turns in circles at one instant");
+  }
+  // Nothing when it is lost.
+  [[nodiscard]] std::optional<std::vector<std::uint8_t>> Damaged(Bytes bytes) const {
     std::vector<std::uint8_t> copy(bytes.begin(), bytes.end());
     if (damage_) damage_(copy);
+    if (damage_ && copy.empty()) return std::nullopt;
     return copy;
   }
 
  private:
+  static constexpr int kMostWaits = 10'000;
+
   Damage damage_;
   bool plugged_ = true;
   std::int64_t writes_ = 0;
   std::int64_t waits_ = 0;
+  MonoNs last_wait_ = 0;
+  int at_one_instant_ = 0;
 };
 
 }  // namespace axlecast

@@ -9,15 +9,15 @@ void ScriptedFrameLink::RefuseOpens(int times, std::string problem) {
   refusal_ = std::move(problem);
 }
 
-void ScriptedFrameLink::Arrive(MonoNs at, CanFrame frame, bool own) {
-  arrivals_.emplace(at, Arrival{std::move(frame), own});
+void ScriptedFrameLink::Arrive(MonoNs at, const CanFrame& frame, bool own) {
+  arrivals_.emplace(at, Arrival{frame, own});
 }
 
 // The frame is on the bus at `at`, acknowledged.
 void ScriptedFrameLink::Deliver(const CanFrame& frame, MonoNs at) {
   Arrive(at, frame, true);
   if (!peer_) return;
-  for (Answer& answer : peer_(frame)) Arrive(at + answer.after, std::move(answer.frame), false);
+  for (const Answer& answer : peer_(frame)) Arrive(at + answer.after, answer.frame, false);
 }
 
 void ScriptedFrameLink::Hear() {

@@ -30,7 +30,7 @@ class ScriptedFrameLink final : public FrameLink {
 
   // The script.
   void SetPeer(Peer peer) { peer_ = std::move(peer); }
-  void ArriveAt(MonoNs at, CanFrame frame) { Arrive(at, std::move(frame), false); }
+  void ArriveAt(MonoNs at, const CanFrame& frame) { Arrive(at, frame, false); }
   void SetSendTime(MonoNs time) { send_time_ = time; }  // from Send to the acknowledge; 0 unless told
   void Deafen() { deaf_ = true; }                       // nobody acknowledges what is sent from now on
   void Hear();  // what is still to be sent goes out now, and all that follows
@@ -69,7 +69,7 @@ class ScriptedFrameLink final : public FrameLink {
 
   [[nodiscard]] bool Gone() const { return !open_ || clock_.Now() >= lost_at_; }
   [[nodiscard]] MonoNs NextArrival() const { return arrivals_.empty() ? kNever : arrivals_.begin()->first; }
-  void Arrive(MonoNs at, CanFrame frame, bool own);
+  void Arrive(MonoNs at, const CanFrame& frame, bool own);
   void Deliver(const CanFrame& frame, MonoNs at);
 
   FakeClock& clock_;

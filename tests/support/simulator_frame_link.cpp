@@ -65,10 +65,9 @@ Simulator::Transmit SimulatorFrameLink::Arrive() {
   return [this](Bytes packet) {
     std::optional<CanFrame> frame = FromPacket(packet);
     if (!frame) return;
-    std::vector<std::uint8_t> data = Damaged(frame->data);
-    if (data.empty() && !frame->data.empty()) return;
-    data.resize(std::min(data.size(), kMaxCanData));
-    frame->data = InlineBytes<kMaxCanData>(data);
+    const auto data = Damaged(frame->data);
+    if (!data) return;
+    frame->data = InlineBytes<kMaxCanData>(Bytes(*data).first(std::min(data->size(), kMaxCanData)));
     ArriveFrame(*frame, false);
   };
 }
@@ -93,7 +92,7 @@ CanController SimulatorFrameLink::Controller() {
 }
 
 FrameLink::Status SimulatorFrameLink::Wait(MonoNs until) {
-  CountWait();
+  CountWait(clock_.Now());
   if (open_ && !plugged()) return Status::kLost;
   RunUntil(until);
   return received_.empty() || !open_ ? Status::kTimeout : Status::kOk;

@@ -41,7 +41,7 @@ ByteLink::ReadResult SimulatorLink::ReadNow(std::span<std::uint8_t> into) {
 }
 
 ByteLink::Status SimulatorLink::Wait(MonoNs until) {
-  CountWait();
+  CountWait(clock_.Now());
   if (open_ && !plugged()) return Status::kLost;
   RunUntil(until);
   return received_.empty() || !open_ ? Status::kTimeout : Status::kOk;
@@ -57,8 +57,8 @@ bool SimulatorLink::Pulse(std::uint8_t line, MonoNs low) {
 Simulator::Transmit SimulatorLink::Receive() {
   return [this](Bytes bytes) {
     if (Gone()) return;
-    const std::vector<std::uint8_t> copy = Damaged(bytes);
-    received_.insert(received_.end(), copy.begin(), copy.end());
+    const auto arrived = Damaged(bytes);
+    if (arrived) received_.insert(received_.end(), arrived->begin(), arrived->end());
   };
 }
 

@@ -28,7 +28,7 @@ bool SimulatorSpiLink::Write(Bytes bytes) {
   const MonoNs first_edge = clock_.Now();
   RunUntil(first_edge);
   simulator_.OnTransfer({.settings = settings_, .tx = bytes}, first_edge, rx);
-  std::vector<std::uint8_t> seen = Damaged(rx);
+  std::vector<std::uint8_t> seen = Damaged(rx).value_or(std::vector<std::uint8_t>());
   seen.resize(rx.size(), kRest);
   std::copy(seen.begin(), seen.end(), rx.begin());
   clock_.MoveTo(first_edge + settings_.ClockTime(static_cast<std::int64_t>(rx.size()) * 8));
@@ -45,7 +45,7 @@ ByteLink::ReadResult SimulatorSpiLink::ReadNow(std::span<std::uint8_t> into) {
 }
 
 Link::Status SimulatorSpiLink::Wait(MonoNs until) {
-  CountWait();
+  CountWait(clock_.Now());
   if (open_ && !plugged()) return Status::kLost;
   if (!clocked_in_.empty()) return Status::kOk;
   RunUntil(until);

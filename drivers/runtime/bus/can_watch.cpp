@@ -102,14 +102,14 @@ std::string CanWatch::Cause(Kind kind) const {
     case kBusErrors:
       return std::to_string(errors_per_second_) + " bus errors a second: check bit rate" + Rate() + ", " + kWiring;
     case kErrorPassive:
-      return CountersText("error-passive");
+      return StateText(State::kPassive, "error-passive");
     case kFramesLost:
       return LostText();
     case kErrorWarning:
     case kKinds:
       break;
   }
-  return CountersText("error-warning");
+  return StateText(State::kWarning, "error-warning");
 }
 
 std::string CanWatch::Rate() const {
@@ -139,11 +139,13 @@ std::string CanWatch::UnacknowledgedText() const {
   return text;
 }
 
-std::string CanWatch::CountersText(std::string_view state) const {
+std::string CanWatch::StateText(State state, std::string_view name) const {
   const int tec = controller_.tec;
   const int rec = controller_.rec;
-  std::string text(state);
-  if (tec >= 0 && rec >= 0) {
+  std::string text(name);
+  if (controller_.state != state) {
+    text = "was " + text;
+  } else if (tec >= 0 && rec >= 0) {
     text += " (tec " + std::to_string(tec) + ", rec " + std::to_string(rec) + "): what it " +
             (tec >= rec ? "sends" : "hears") + " is damaged";
   }

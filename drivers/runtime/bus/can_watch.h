@@ -76,7 +76,7 @@ class CanWatch {
   [[nodiscard]] std::string Cause(Kind kind) const;
   [[nodiscard]] std::string BusOffText() const;
   [[nodiscard]] std::string UnacknowledgedText() const;
-  [[nodiscard]] std::string CountersText(std::string_view state) const;
+  [[nodiscard]] std::string StateText(CanController::State state, std::string_view name) const;
   [[nodiscard]] std::string LostText() const;
   [[nodiscard]] std::string Rate() const;
 

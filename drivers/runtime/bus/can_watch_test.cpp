@@ -156,6 +156,11 @@ TEST_F(CanWatchTest, TheCountersSayWhetherSendingOrReceivingFails) {
   controller_.rec = 135;
   Tick();
   EXPECT_THAT(Trouble(), HasSubstr("hears"));
+  controller_.state = State::kActive;  // over; the alarm stays for a while
+  controller_.rec = 90;
+  Tick();
+  EXPECT_THAT(Codes(), ElementsAre(214));
+  EXPECT_THAT(Trouble(), AllOf(HasSubstr("was error-passive"), Not(HasSubstr("rec 90"))));
 }
 
 TEST_F(CanWatchTest, ErrorWarningIsForInformationAndGivesWayToWhatIsWorse) {

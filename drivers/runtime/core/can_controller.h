@@ -26,7 +26,7 @@ struct CanController {
   std::int64_t bus_errors = 0;      // error frames of the protocol: bit, stuff, form, CRC
   std::int64_t unacknowledged = 0;  // own frames that no node acknowledged
   std::int64_t overruns = 0;        // frames that the controller itself lost
-  std::int64_t queue_full = 0;      // own frames that the interface's queue did not take
+  std::int64_t queue_full = 0;      // own frames that the interface's queue or the controller did not take
   std::int64_t pending = 0;         // own frames sent and not yet acknowledged; the controller repeats them
   std::int64_t dropped = 0;         // received, and lost because the socket's buffer was full
 };

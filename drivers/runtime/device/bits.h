@@ -17,7 +17,13 @@ namespace axlecast {
 [[nodiscard]] constexpr std::uint64_t BitsAt(Bytes bytes, std::size_t first, std::size_t count) {
   assert(count <= 64 && first + count <= bytes.size() * 8);
   std::uint64_t value = 0;
-  for (std::size_t i = 0; i < count; ++i) value = value << 1 | (BitAt(bytes, first + i) ? 1U : 0U);
+  for (std::size_t at = first, left = count; left > 0;) {
+    const std::size_t in_byte = 8 - at % 8;
+    const std::size_t taken = in_byte < left ? in_byte : left;
+    value = value << taken | (bytes[at / 8] >> (in_byte - taken) & ((1U << taken) - 1));
+    at += taken;
+    left -= taken;
+  }
   return value;
 }
 
