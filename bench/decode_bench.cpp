@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 
+#include "bench/null_output.h"
 #include "drivers/runtime/config/load.h"
 #include "drivers/runtime/position/channel.h"
 #include "drivers/tformat/codec.h"
@@ -48,31 +49,6 @@ void ParseReply(benchmark::State& state, tformat::DataId id) {
 }
 BENCHMARK_CAPTURE(ParseReply, id3, tformat::DataId::kAll);
 BENCHMARK_CAPTURE(ParseReply, id0, tformat::DataId::kSingleTurn);
-
-// Takes what a device says and does nothing with it.
-class NullOutput final : public DeviceOutput {
- public:
-  void OnSample(const Sample& sample) override {
-    benchmark::DoNotOptimize(sample.counts);
-    ++samples;
-  }
-  void OnError(ErrorKind, Interval) override {}
-  void OnAlarm(const AlarmSpec&, AlarmState, MonoNs) override {}
-  void OnMotor(const MotorReading&) override {}
-  void OnTrip(const TripRecord&) override {}
-  void OnIdentity(std::int64_t, std::string_view, std::string_view) override {}
-  void OnStarting(std::string_view) override {}
-  void OnRefused(std::string_view) override {}
-  void OnNonVolatileWrite() override {}
-  void OnReferenceLost() override {}
-  void OnReferenceRestored() override {}
-  void OnJump() override {}
-  void OnDatumChanging(bool) override {}
-  void OnOutcome(const CommandId&, const Outcome&) override {}
-  [[nodiscard]] Motion MotionAt(MonoNs) const override { return {}; }
-
-  std::int64_t samples = 0;
-};
 
 class NullSink final : public MessageSink {
  public:

@@ -2,6 +2,7 @@
 
 #include "drivers/runtime/bus/bus.h"
 #include "drivers/runtime/config/machine_config.h"
+#include "drivers/runtime/driver/bus_settings.h"
 #include "drivers/runtime/driver/driver.h"
 #include "tests/support/simulator_frame_link.h"
 #include "tests/support/simulator_link.h"
@@ -18,11 +19,43 @@ class ExampleLink {
         frames_(clock, simulator, bus.link.bitrate),
         spi_(clock, simulator, SpiOf(bus)) {}
 
-  [[nodiscard]] Cable& cable();
-  // The bus on it, without devices.
-  [[nodiscard]] Bus MakeBus(const Clock& clock, LinkObserver& observer, WireLog* wire);
+  [[nodiscard]] Cable& cable() {
+    switch (bus_.family->link) {
+      case LinkKind::kCan:
+        return frames_;
+      case LinkKind::kSpi:
+        return spi_;
+      case LinkKind::kSerial:
+      case LinkKind::kModbus:
+        break;
+    }
+    return line_;
+  }
+
   // Puts it where a driver finds it.
-  void PlugInto(DriverPorts& ports);
+  void PlugInto(DriverPorts& ports) {
+    switch (bus_.family->link) {
+      case LinkKind::kCan:
+        ports.frames = &frames_;
+        return;
+      case LinkKind::kSpi:
+        ports.link = &spi_;
+        return;
+      case LinkKind::kSerial:
+      case LinkKind::kModbus:
+        ports.link = &line_;
+        ports.lines = &line_;
+    }
+  }
+
+  // The bus on it, without devices.
+  [[nodiscard]] Bus MakeBus(const Clock& clock, LinkObserver& observer, WireLog* wire) {
+    DriverPorts ports;
+    PlugInto(ports);
+    const BusSettings settings = BusSettingsOf(bus_, ports.lines);
+    if (ports.frames != nullptr) return {settings, *ports.frames, clock, observer, wire};
+    return {settings, *ports.link, clock, observer, wire};
+  }
 
  private:
   const BusConfig& bus_;
