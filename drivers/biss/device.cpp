@@ -1,0 +1,233 @@
+#include "drivers/biss/device.h"
+
+#include <algorithm>
+#include <array>
+#include <axlecast/command_status_t.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "drivers/biss/alarms.h"
+#include "drivers/runtime/device/outcome_text.h"
+
+namespace axlecast::biss {
+namespace {
+
+using Reason = command_status_t;
+
+// A transfer ends by itself; only one over a simulated line can stay away.
+constexpr MonoNs kTimeout = 100 * kMillisecond;
+// Transfers that read_position makes at most.
+constexpr int kAttempts = 5;
+// Transfers in a row that nobody acknowledged, after which nobody is there; then it is looked for less often.
+constexpr int kGone = 4;
+constexpr MonoNs kLookAgain = 100 * kMillisecond;
+
+// Each length of a transfer as the runtime wants it.
+template <std::size_t... N>
+constexpr std::array<ReplyLength, sizeof...(N)> Lengths(std::index_sequence<N...>) {
+  return {&FixedLength<N>...};
+}
+constexpr auto kLengths = Lengths(std::make_index_sequence<kMaxFrame + 1>());
+
+Exchange TransferOf(std::size_t bytes) {
+  Exchange exchange;
+  for (std::size_t i = 0; i < bytes; ++i) exchange.request.Append(std::uint8_t{0});
+  exchange.reply_length = kLengths.at(bytes);
+  exchange.timeout = kTimeout;
+  return exchange;
+}
+
+}  // namespace
+
+std::span<const OperationSpec> Operations() {
+  static const std::vector<OperationSpec> kSpecs = {
+      {.name = kReadPositionName,
+       .help = "Reads the position once, and shows where in the transfer the answer stood",
+       .verification = "the reading itself"},
+  };
+  return kSpecs;
+}
+
+ErrorKind KindOf(FrameError error) {
+  switch (error) {
+    case FrameError::kNoAck:
+      return ErrorKind::kTimeout;
+    case FrameError::kNoStart:
+      return ErrorKind::kBusy;
+    case FrameError::kShort:
+      return ErrorKind::kShort;
+    case FrameError::kCds:
+      return ErrorKind::kRange;
+    case FrameError::kChecksum:
+      return ErrorKind::kChecksum;
+    default:
+      return ErrorKind::kFraming;
+  }
+}
+
+BissDevice::BissDevice(const DeviceConfig& device, DeviceOutput& output)
+    : owned_(device.settings),
+      settings_(Own(device)),
+      reader_(settings_.format),
+      half_cycle_(settings_.spi.ClockTime(1) / 2),
+      on_wire_(settings_.spi.ClockTime(static_cast<std::int64_t>(8 * settings_.transfer_bytes) - 1)),
+      transfer_(TransferOf(settings_.transfer_bytes)),
+      output_(output) {}
+
+Step BissDevice::Next(const Turn& turn) const {
+  if (!link_up_) return {.action = Idle{kNever}, .priority = Priority::kLive};
+  // A live reading is an order's as well.
+  if (turn.live_due && turn.now >= not_before_) return {.action = transfer_, .priority = Priority::kLive};
+  if (order_ && !Expired(turn.now)) return {.action = transfer_, .priority = Priority::kCommand};
+  return {.action = Idle{turn.live_due ? not_before_ : kNever}, .priority = Priority::kLive};
+}
+
+void BissDevice::OnStarted(const Step&, MonoNs now) { ExpireIfLate(now); }
+
+void BissDevice::On(const Event& event) {
+  switch (event.kind) {
+    case Event::Kind::kReply:
+    case Event::Kind::kTimeout:
+      OnTransfer(event);
+      break;
+    case Event::Kind::kStray:
+    case Event::Kind::kUnsolicited:
+      output_.OnError(ErrorKind::kStray, event.received);
+      break;
+    case Event::Kind::kLinkUp:
+      link_up_ = true;
+      before_.reset();
+      start_.reset();
+      doubted_.reset();
+      unanswered_ = 0;
+      not_before_ = 0;
+      break;
+    case Event::Kind::kLinkDown:
+      link_up_ = false;
+      if (order_)
+        Finish(Final(OrderState::kFailed, Reason::REASON_NO_REPLY, "the link was lost before the reading"));
+      break;
+    default:
+      break;
+  }
+  ExpireIfLate(std::max(event.sent.last, event.received.last));
+}
+
+void BissDevice::OnTransfer(const Event& event) {
+  const Reply reply = reader_.ReadTransfer(event.bytes, 8 * event.bytes.size(), settings_.search);
+  unanswered_ = reply.error == FrameError::kNoAck ? std::min(unanswered_ + 1, kGone) : 0;
+  not_before_ = unanswered_ >= kGone ? event.received.last + kLookAgain : 0;
+  ErrorKind kind = event.bytes.empty() ? ErrorKind::kTimeout : KindOf(reply.error);
+  if (reply.error == FrameError::kNone) {
+    if (StartIsBelieved(reply.start)) return OnFrame(reply, event);
+    kind = ErrorKind::kFraming;
+  }
+  output_.OnError(kind, {event.sent.first, event.received.last});
+  FailedAttempt(kind);
+}
+
+bool BissDevice::StartIsBelieved(std::size_t start) {
+  const auto near = [&](const std::optional<std::size_t>& other) {
+    return other && std::max(start, *other) - std::min(start, *other) <= settings_.start_jitter;
+  };
+  const bool believed = !start_ || near(start_) || near(doubted_);
+  if (believed) {
+    start_ = start;
+    doubted_.reset();
+  } else {
+    doubted_ = start;
+  }
+  return believed;
+}
+
+void BissDevice::OnFrame(const Reply& reply, const Event& event) {
+  ReportAlarms(reply, event.received.last);
+  Sample sample;
+  sample.at = LatchInstant(event);
+  sample.counts = reply.counts;
+  sample.has_turns = settings_.turns_range > 0;
+  sample.turns = static_cast<std::int32_t>(reply.turns);
+  sample.error = reply.failed;
+  sample.warning = reply.warned;
+  sample.device_status = (reply.failed ? 0 : 2) | (reply.warned ? 0 : 1);  // nError, nWarning as sent
+  output_.OnSample(sample);
+  if (order_) Finish(Readout(reply));
+}
+
+// A bit counts when two frames in a row agree on it: a damaged one can pass the check bits.
+void BissDevice::ReportAlarms(const Reply& reply, MonoNs now) {
+  const std::optional<Reply> before = std::exchange(before_, reply);
+  if (!before) return;
+  const auto report = [&](const AlarmSpec& alarm, bool is, bool was, std::optional<bool>& reported) {
+    if (is != was || reported == is) return;
+    reported = is;
+    output_.OnAlarm(alarm, is ? AlarmState::kLive : AlarmState::kAbsent, now);
+  };
+  report(kErrorAlarm, reply.failed, before->failed, failed_);
+  report(kWarningAlarm, reply.warned, before->warned, warned_);
+}
+
+// 5.6: the first rising edge latches. It is half a cycle after the clock's first edge.
+Interval BissDevice::LatchInstant(const Event& event) const {
+  const MonoNs first = event.sent.first + half_cycle_;
+  return {first, std::max(first, event.sent.last - on_wire_)};
+}
+
+Outcome BissDevice::Readout(const Reply& reply) const {
+  const double degrees = Degrees(reply.counts, settings_.format.bits);
+  std::string text = Text("single-turn %u (%.4f deg)", reply.counts, degrees);
+  if (settings_.turns_range > 0) text += Text(", turns %u", reply.turns);
+  if (reply.warned) text += "; the encoder warns";
+  Outcome outcome = Verified(text);
+  if (reply.failed) {
+    outcome = Final(OrderState::kFailed, Reason::REASON_DEVICE_ALARM,
+                    text + "; the encoder reports an error: this position is not valid");
+  }
+  outcome.changes.push_back({"single_turn", "", std::to_string(reply.counts)});
+  if (settings_.turns_range > 0) outcome.changes.push_back({"turns", "", std::to_string(reply.turns)});
+  outcome.changes.push_back({"ack_at", "", std::to_string(reply.ack)});
+  outcome.changes.push_back({"start_at", "", std::to_string(reply.start)});
+  return outcome;
+}
+
+void BissDevice::FailedAttempt(ErrorKind error) {
+  if (!order_ || ++attempts_ < kAttempts) return;
+  Finish(Final(OrderState::kFailed, Reason::REASON_NO_REPLY,
+               Text("%d transfers brought no frame; the last one: %s (README of biss, Errors)", kAttempts,
+                    ErrorName(error))));
+}
+
+void BissDevice::Begin(const Order& order, MonoNs now) {
+  const auto answer = [&](const Outcome& outcome) { output_.OnOutcome(order.id, outcome); };
+  if (order.operation != kReadPositionName) {
+    return answer(Rejected(Reason::REASON_UNKNOWN_OPERATION, "biss has no operation " + order.operation));
+  }
+  if (order_) return answer(Rejected(Reason::REASON_BUSY, "another order is being carried out"));
+  if (now > order.begin_by) {
+    return answer(
+        Final(OrderState::kExpired, Reason::REASON_DEADLINE, "nothing was done: its time to begin was over"));
+  }
+  if (!link_up_) return answer(Rejected(Reason::REASON_DEVICE_OFFLINE, "the link is down"));
+  order_ = order.id;
+  begin_by_ = order.begin_by;
+  attempts_ = 0;
+}
+
+bool BissDevice::Cancel(const CommandId& id, MonoNs) {
+  if (order_ != id) return false;
+  order_.reset();
+  return true;
+}
+
+void BissDevice::ExpireIfLate(MonoNs now) {
+  if (!Expired(now)) return;
+  Finish(Final(OrderState::kExpired, Reason::REASON_DEADLINE,
+               "nothing was done: the encoder could not be asked before its time to begin was over"));
+}
+
+void BissDevice::Finish(const Outcome& outcome) {
+  output_.OnOutcome(*std::exchange(order_, std::nullopt), outcome);
+}
+
+}  // namespace axlecast::biss

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "drivers/biss/codec.h"
+#include "drivers/biss/settings.h"
+#include "drivers/runtime/core/device.h"
+
+namespace axlecast::biss {
+
+inline constexpr std::string_view kReadPositionName = "read_position";
+[[nodiscard]] std::span<const OperationSpec> Operations();
+
+// One encoder on BiSS-C, point to point: one transfer in each slot. The pause between transfers, in which the encoder
+// sees that a frame is over, is the bus's pacing.
+//
+// A failed reading is not repeated: the next slot brings another. Every frame is whole in its transfer, so nothing late
+// can be taken for an answer. A frame whose start bit stands elsewhere than in the one before is none until the next one
+// has it there too: one wrong sample can hide the start bit, or look like one, and of frames that are read shifted one in
+// 64 passes the check. While nobody is there it looks ten times a second.
+class BissDevice final : public Device {
+ public:
+  BissDevice(const DeviceConfig& device, DeviceOutput& output);
+
+  [[nodiscard]] Step Next(const Turn& turn) const override;
+  void OnStarted(const Step& step, MonoNs now) override;
+  void On(const Event& event) override;
+  void Begin(const Order& order, MonoNs now) override;
+  [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
+
+ private:
+  void OnTransfer(const Event& event);
+  [[nodiscard]] bool StartIsBelieved(std::size_t start);
+  void OnFrame(const Reply& reply, const Event& event);
+  void ReportAlarms(const Reply& reply, MonoNs now);
+  [[nodiscard]] Interval LatchInstant(const Event& event) const;
+  [[nodiscard]] Outcome Readout(const Reply& reply) const;
+  void FailedAttempt(ErrorKind error);
+  void Finish(const Outcome& outcome);
+  [[nodiscard]] bool Expired(MonoNs now) const { return order_ && attempts_ == 0 && now > begin_by_; }
+  void ExpireIfLate(MonoNs now);
+
+  std::shared_ptr<const DeviceSettings> owned_;  // keeps settings_ alive
+  const BissSettings& settings_;
+  const FrameReader reader_;
+  const MonoNs half_cycle_;
+  const MonoNs on_wire_;  // from the first rising edge of a transfer to its last, at least
+  Exchange transfer_;
+  DeviceOutput& output_;
+
+  bool link_up_ = false;
+  std::optional<std::size_t> start_;    // of the last frame believed
+  std::optional<std::size_t> doubted_;  // of one since then that was not
+  std::optional<Reply> before_;         // the good frame before
+  int unanswered_ = 0;                  // transfers in a row that nobody acknowledged
+  MonoNs not_before_ = 0;               // of a live reading
+  std::optional<bool> failed_;          // as the alarms say
+  std::optional<bool> warned_;
+  std::optional<CommandId> order_;  // read_position
+  MonoNs begin_by_ = kNever;
+  int attempts_ = 0;
+};
+
+// Why a transfer gave no position, as device_info_t counts it.
+[[nodiscard]] ErrorKind KindOf(FrameError error);
+
+}  // namespace axlecast::biss

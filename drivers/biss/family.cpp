@@ -1,0 +1,38 @@
+#include "drivers/runtime/core/family.h"
+
+#include <memory>
+
+#include "drivers/biss/decode.h"
+#include "drivers/biss/device.h"
+#include "drivers/biss/make_simulator.h"
+#include "drivers/biss/settings.h"
+
+namespace axlecast {
+namespace {
+
+std::unique_ptr<Device> Make(const BusConfig&, const DeviceConfig& device, DeviceOutput& output, SecretSource&) {
+  return std::make_unique<biss::BissDevice>(device, output);
+}
+
+}  // namespace
+
+const Family& biss_family();
+
+const Family& biss_family() {
+  static const Family kFamily = {
+      .name = "biss",
+      .summary = "BiSS-C encoders, point to point on SPI: Rongde SAA, and others with turns or another CRC",
+      .link = LinkKind::kSpi,
+      .default_poll_hz = 1000,
+      .max_devices_per_bus = 1,
+      .operations = biss::Operations(),
+      .parse_bus = &biss::ParseBus,
+      .parse = &biss::ParseDevice,
+      .make_device = &Make,
+      .make_simulator = &biss::MakeBissSimulator,
+      .decode = &biss::Decode,
+  };
+  return kFamily;
+}
+
+}  // namespace axlecast

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "drivers/biss/codec.h"
+#include "drivers/runtime/config/machine_config.h"
+
+namespace axlecast::biss {
+
+// The family's keys of a bus: README.md, "Configuration".
+struct BissBus final : FamilyBus {
+  MonoNs timeout = 0;     // of the encoder, between two frames
+  MonoNs line_delay = 0;  // longest way from the clock's edge at the controller to the answer there
+  int spi_mode = 2;
+};
+
+// The family's keys of one device.
+struct BissSettings final : DeviceSettings {
+  Format format;
+  Search search;
+  std::size_t transfer_bytes = 0;  // clocks / 8
+  std::size_t start_jitter = 1;    // clocks by which the start bit may move from one frame to the next
+};
+
+// Frames end when the clock rests for so long (5.6: "Timeout"). The manual gives no tolerance: the pause between two
+// transfers is a quarter longer.
+inline constexpr std::int64_t kTimeoutUs = 16;
+// 5.6: "TMAS: Minimum allowable clock cycle > 100 ns".
+inline constexpr std::int64_t kFastestHz = 10'000'000;
+// What spidev controllers have and RS-422 drivers carry far; a reading of 16 bits then takes some 50 us.
+inline constexpr std::int64_t kDefaultClockHz = 1'000'000;
+// "Tbusy: Minimum data output delay = 2 x TMAS".
+inline constexpr std::int64_t kLeastBusyClocks = 2;
+
+// For Family. Errors go into the map's list; never null.
+[[nodiscard]] std::shared_ptr<const FamilyBus> ParseBus(ConfigMap& map, const BusConfig& bus);
+[[nodiscard]] std::unique_ptr<DeviceSettings> ParseDevice(ConfigMap& device, const BusConfig& bus);
+
+[[nodiscard]] const BissBus& OwnBus(const BusConfig& bus);
+[[nodiscard]] const BissSettings& Own(const DeviceConfig& device);
+
+// Where acknowledgement and start bit are looked for, and how long a transfer has to be, at a clock.
+struct Reach {
+  Search search;
+  std::size_t bytes = 0;
+};
+[[nodiscard]] Reach ReachOf(const SpiSettings& spi, MonoNs line_delay, MonoNs busy, const Format& format);
+
+// What was given of a polynomial: with its highest term (x^6 + x + 1 = 0x43) or without it (0x03). 0 when it is none
+// of that many bits: without the term 1 it would not see every single wrong bit.
+[[nodiscard]] std::uint32_t Polynomial(std::int64_t given, int bits);
+
+// 4.1: no two readings of one place differ by more than twice the accuracy; one count below 16 bits, where the table
+// says nothing.
+[[nodiscard]] std::int64_t NoiseCounts(int bits);
+
+}  // namespace axlecast::biss

@@ -1,0 +1,221 @@
+#include "drivers/biss/simulator.h"
+
+#include <algorithm>
+
+namespace axlecast::biss {
+namespace {
+
+using Kind = SimulatedFault::Kind;
+using Wiring = SimulatedEncoder::Wiring;
+
+constexpr MonoNs kShortestCycle = 100;  // 5.6: TMAS, ns
+constexpr MonoNs kShortestHalf = 25;    // TMASh, TMASl, ns
+constexpr MonoNs kSlew = 10;            // "Digital driver maximum slew rate: 10 ns"
+
+void PushBits(std::vector<bool>& bits, std::uint64_t value, int count) {
+  for (int i = count - 1; i >= 0; --i) bits.push_back((value >> static_cast<unsigned>(i) & 1) != 0);
+}
+
+// The remainder of the message, followed by as many zeros as the polynomial has bits, by long division.
+std::vector<bool> CheckBits(const BissSimulator::Setup& setup, std::vector<bool> message) {
+  const auto width = static_cast<std::size_t>(setup.crc_bits);
+  message.insert(message.end(), width, false);
+  const auto term = [](std::uint32_t value, std::size_t power) { return (value >> power & 1U) != 0; };
+  for (std::size_t i = 0; i < width; ++i) message[i] = message[i] != term(setup.crc_start, width - 1 - i);
+  for (std::size_t i = 0; i + width < message.size(); ++i) {
+    if (!message[i]) continue;
+    for (std::size_t k = 0; k <= width; ++k) message[i + k] = message[i + k] != term(setup.polynomial, width - k);
+  }
+  std::vector<bool> remainder(message.end() - static_cast<std::ptrdiff_t>(width), message.end());
+  if (setup.crc_inverted) remainder.flip();
+  return remainder;
+}
+
+}  // namespace
+
+BissSimulator::BissSimulator(const Setup& setup, std::string name, const SimulatedEncoder& encoder, Script script)
+    : setup_(setup), name_(std::move(name)), encoder_(encoder), script_(std::move(script)) {
+  line_.push_back({INT64_MIN, true});
+}
+
+// ---- events ----
+
+void BissSimulator::CatchUp(MonoNs now) {
+  if (!started_) script_.Start(encoder_, now);
+  started_ = true;
+  script_.Run(encoder_, now);
+  encoder_.Advance(now);
+}
+
+MonoNs BissSimulator::NextDue() const { return started_ ? script_.NextDue() : 0; }
+
+void BissSimulator::OnDue(MonoNs now, const Transmit&) { CatchUp(now); }
+
+void BissSimulator::OnTransfer(const SpiTransfer& transfer, MonoNs now, std::span<std::uint8_t> rx) {
+  CatchUp(now);
+  ++counters_.transfers;
+  std::fill(rx.begin(), rx.end(), std::uint8_t{0xFF});  // nobody pulls the line low
+  const bool lost =
+      encoder_.fault().kind == Kind::kIntermittent && encoder_.random().Share() < encoder_.fault().amount;
+  if (!Usable(transfer)) return;
+  if (!encoder_.powered() || encoder_.fault().kind == Kind::kOff || lost) {
+    ++counters_.unanswered;
+    phase_ = Phase::kIdle;
+    line_ = {{INT64_MIN, true}};
+  } else {
+    Clock(transfer, now, rx);
+  }
+  Disturb(rx);
+}
+
+bool BissSimulator::Usable(const SpiTransfer& transfer) {
+  const std::int64_t clock = transfer.settings.clock_hz;
+  const bool idles_high = (transfer.settings.mode & 2) != 0;
+  const bool bytes = transfer.bits_per_word == 8;
+  const bool slow_enough = clock > 0 && kSecond >= kShortestCycle * clock && kSecond >= 2 * kShortestHalf * clock;
+  counters_.wrong_mode += idles_high ? 0 : 1;
+  counters_.wrong_words += bytes ? 0 : 1;
+  counters_.fast_clock += slow_enough ? 0 : 1;
+  return idles_high && bytes && slow_enough;
+}
+
+// ---- the lines ----
+
+void BissSimulator::Clock(const SpiTransfer& transfer, MonoNs now, std::span<std::uint8_t> rx) {
+  const SpiSettings& spi = transfer.settings;
+  const bool on_rising = (spi.mode & 1) != 0;
+  if (phase_ != Phase::kIdle && !TimedOut(now)) ++counters_.early;
+  for (std::size_t i = 0; i < rx.size() * 8; ++i) {
+    const auto clock = static_cast<std::int64_t>(i);
+    const MonoNs cycle = now + spi.ClockTime(clock) + clock / 8 * encoder_.byte_gap();
+    const MonoNs rising = cycle + spi.ClockTime(1) / 2;
+    if (TimedOut(cycle)) {
+      if (i > 0 && phase_ != Phase::kOver) ++counters_.slow_clock;
+      EndFrame();
+    }
+    bool level = !on_rising && LevelAt(cycle);
+    OnRisingEdge(rising);
+    if (on_rising) level = LevelAt(rising);
+    const auto bit = static_cast<std::uint8_t>(0x80U >> i % 8);
+    rx[i / 8] = static_cast<std::uint8_t>(level ? rx[i / 8] | bit : rx[i / 8] & ~bit);
+  }
+  if (phase_ != Phase::kIdle && phase_ != Phase::kOver) ++counters_.cut;
+}
+
+// The clock has rested: the frame is over and the line goes high again (5.6: "Timeout").
+bool BissSimulator::TimedOut(MonoNs at) const {
+  return phase_ != Phase::kIdle && at >= last_edge_ + encoder_.timeout();
+}
+
+void BissSimulator::EndFrame() {
+  Put(true, last_edge_ + encoder_.timeout());
+  phase_ = Phase::kIdle;
+}
+
+void BissSimulator::OnRisingEdge(MonoNs at) {
+  last_edge_ = at;
+  switch (phase_) {
+    case Phase::kIdle:  // "the first rising edge of MA+ latches the sensor status"
+      latched_ = at;
+      MakeFrame(at);
+      phase_ = Phase::kLatched;
+      break;
+    case Phase::kLatched:  // "the second rising edge makes the encoder pull SLO+ low"
+      Put(false, at);
+      acknowledged_ = 0;
+      phase_ = Phase::kBusy;
+      break;
+    case Phase::kBusy:  // "when SLO+ start bit St2 is high, data is ready"
+      ++acknowledged_;
+      if (acknowledged_ < encoder_.busy_clocks() || at - latched_ < encoder_.busy()) break;
+      Put(true, at);
+      phase_ = Phase::kSending;
+      break;
+    case Phase::kSending:
+      Send(at);
+      break;
+    case Phase::kOver:
+      Put(false, at);
+      break;
+  }
+}
+
+void BissSimulator::Send(MonoNs at) {
+  Put(frame_[sent_++], at);
+  if (sent_ < frame_.size()) return;
+  ++counters_.frames;
+  phase_ = Phase::kOver;
+}
+
+// "a fixed logic 0 bit", then "position data, error bit, warning bit, and 6-bit negative-logic CRC"; "CRC covers
+// position data, error bit and warning bit". Turns stand before the position, as BiSS has it.
+void BissSimulator::MakeFrame(MonoNs latched) {
+  const SimulatedEncoder::Latched value = encoder_.Latch(latched);
+  std::vector<bool> covered;
+  PushBits(covered, value.turns, encoder_.turn_bits());
+  PushBits(covered, value.position, encoder_.bits());
+  covered.push_back(!encoder_.error());
+  covered.push_back(!encoder_.warning());
+  const std::vector<bool> check = CheckBits(setup_, covered);
+  frame_.assign(1, encoder_.cds());
+  frame_.insert(frame_.end(), covered.begin(), covered.end());
+  frame_.insert(frame_.end(), check.begin(), check.end());
+  sent_ = 0;
+}
+
+void BissSimulator::Put(bool level, MonoNs at) {
+  if (line_.back().level != level) line_.push_back({at + encoder_.line_delay(), level});
+}
+
+bool BissSimulator::LevelAt(MonoNs at) {
+  while (line_.size() > 1 && line_[1].at + kSlew <= at) line_.pop_front();
+  const bool settled = line_.size() == 1 || line_[1].at - kSlew >= at;
+  if (settled) return line_.front().level;
+  ++counters_.near_edges;
+  return encoder_.random().Share() < 0.5;
+}
+
+// What the wiring and a fault make of it.
+void BissSimulator::Disturb(std::span<std::uint8_t> rx) {
+  const SimulatedFault& fault = encoder_.fault();
+  const std::size_t left = fault.kind == Kind::kOff ? rx.size() : Damage(rx, fault, encoder_.random());
+  // A frame that ends early: nobody pulls the line low any more.
+  std::fill(rx.begin() + static_cast<std::ptrdiff_t>(left), rx.end(), std::uint8_t{0xFF});
+  for (std::uint8_t& byte : rx) {
+    if (encoder_.wiring() == Wiring::kOpen) byte = 0xFF;
+    if (encoder_.wiring() == Wiring::kShorted) byte = 0x00;
+    if (encoder_.wiring() == Wiring::kSwapped) byte = static_cast<std::uint8_t>(~byte);
+  }
+}
+
+// ---- whoever looks on ----
+
+std::string BissSimulator::Set(std::string_view device, std::string_view key, std::string_view value, MonoNs now) {
+  CatchUp(now);
+  if (device != name_) return "no simulated device '" + std::string(device) + "' here";
+  const std::string problem = encoder_.Set(key, value);
+  return problem.empty() ? "" : name_ + '.' + std::string(key) + ": " + problem;
+}
+
+std::vector<std::pair<std::string, std::string>> BissSimulator::State(std::string_view device, MonoNs now) const {
+  if (device != name_) return {};
+  SimulatedEncoder encoder = encoder_;
+  encoder.Advance(now);
+  std::vector<std::pair<std::string, std::string>> list = encoder.Quantities();
+  const auto count = [&list](std::string_view name, std::int64_t value) {
+    list.emplace_back(name, std::to_string(value));
+  };
+  count("transfers", counters_.transfers);
+  count("frames", counters_.frames);
+  count("unanswered", counters_.unanswered);
+  count("wrong_mode", counters_.wrong_mode);
+  count("wrong_words", counters_.wrong_words);
+  count("fast_clock", counters_.fast_clock);
+  count("slow_clock", counters_.slow_clock);
+  count("early", counters_.early);
+  count("cut", counters_.cut);
+  count("near_edges", counters_.near_edges);
+  return list;
+}
+
+}  // namespace axlecast::biss
