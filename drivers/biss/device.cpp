@@ -1,13 +1,13 @@
 #include "drivers/biss/device.h"
 
 #include <algorithm>
-#include <array>
 #include <axlecast/command_status_t.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "drivers/biss/alarms.h"
+#include "drivers/runtime/device/clocked_exchange.h"
 #include "drivers/runtime/device/outcome_text.h"
 
 namespace axlecast::biss {
@@ -22,21 +22,6 @@ constexpr int kAttempts = 5;
 // Transfers in a row that nobody acknowledged, after which nobody is there; then it is looked for less often.
 constexpr int kGone = 4;
 constexpr MonoNs kLookAgain = 100 * kMillisecond;
-
-// Each length of a transfer as the runtime wants it.
-template <std::size_t... N>
-constexpr std::array<ReplyLength, sizeof...(N)> Lengths(std::index_sequence<N...>) {
-  return {&FixedLength<N>...};
-}
-constexpr auto kLengths = Lengths(std::make_index_sequence<kMaxFrame + 1>());
-
-Exchange TransferOf(std::size_t bytes) {
-  Exchange exchange;
-  for (std::size_t i = 0; i < bytes; ++i) exchange.request.Append(std::uint8_t{0});
-  exchange.reply_length = kLengths.at(bytes);
-  exchange.timeout = kTimeout;
-  return exchange;
-}
 
 }  // namespace
 
@@ -72,7 +57,7 @@ BissDevice::BissDevice(const DeviceConfig& device, DeviceOutput& output)
       reader_(settings_.format),
       half_cycle_(settings_.spi.ClockTime(1) / 2),
       on_wire_(settings_.spi.ClockTime(static_cast<std::int64_t>(8 * settings_.transfer_bytes) - 1)),
-      transfer_(TransferOf(settings_.transfer_bytes)),
+      transfer_(ClockedExchange(settings_.transfer_bytes, kTimeout)),
       output_(output) {}
 
 Step BissDevice::Next(const Turn& turn) const {

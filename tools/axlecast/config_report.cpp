@@ -24,11 +24,17 @@ std::string Format(const char* format, double value) {
   return text;
 }
 
-double RefreshUs(const BusLoad& load) { return load.poll_hz > 0 ? 1e6 / load.poll_hz : 0; }
+// As it sends by itself, or as it is asked; 0: not known.
+double RefreshUs(const DeviceConfig& device, const BusLoad& load) {
+  const MonoNs own = device.settings->own_period;
+  if (own > 0) return static_cast<double>(own) / static_cast<double>(kMicrosecond);
+  return load.poll_hz > 0 ? 1e6 / load.poll_hz : 0;
+}
 
 // At most publish_hz, and no more often than it is read.
 double PublishedHz(const DeviceConfig& device, const BusLoad& load) {
-  return load.poll_hz > 0 ? std::min(device.publish_hz, load.poll_hz) : device.publish_hz;
+  const double refresh_us = RefreshUs(device, load);
+  return refresh_us > 0 ? std::min(device.publish_hz, 1e6 / refresh_us) : device.publish_hz;
 }
 
 double MessagesPerSecond(const MachineConfig& machine) {
@@ -66,10 +72,44 @@ void AddBusWarnings(const BusConfig& bus, std::vector<std::string>& warnings) {
   }
 }
 
+bool SendByThemselves(const BusConfig& bus) {
+  return std::all_of(bus.devices.begin(), bus.devices.end(),
+                     [](const DeviceConfig& device) { return device.settings->own_period > 0; });
+}
+
+// Share of the wire's time that they take.
+double SentShare(const BusConfig& bus) {
+  double share = 0;
+  for (const DeviceConfig& device : bus.devices) {
+    share += static_cast<double>(device.settings->wire_time) / static_cast<double>(device.settings->own_period);
+  }
+  return share;
+}
+
+bool IsSerial(const BusConfig& bus) {
+  return bus.family->link == LinkKind::kSerial || bus.family->link == LinkKind::kModbus;
+}
+
 // "8E1"
 std::string FormatText(const LineFormat& line) {
   constexpr const char* kParity[] = {"8N", "8E", "8O"};
   return kParity[static_cast<std::size_t>(line.parity)] + std::to_string(line.stop_bits);
+}
+
+// "19200 baud 8N1", "250000 bit/s", "200000 Hz, SPI mode 2"
+std::string LineText(const BusConfig& bus) {
+  if (IsSerial(bus)) return std::to_string(bus.link.line.baud) + " baud " + FormatText(bus.link.line);
+  if (bus.family->link == LinkKind::kCan) return std::to_string(bus.link.bitrate) + " bit/s";
+  const SpiSettings spi = SpiOf(bus);
+  return std::to_string(spi.clock_hz) + " Hz, SPI mode " + std::to_string(spi.mode);
+}
+
+// What of the line only its kind has.
+Json LineJson(const BusConfig& bus) {
+  if (IsSerial(bus)) return {{"baud", bus.link.line.baud}, {"format", FormatText(bus.link.line)}};
+  if (bus.family->link == LinkKind::kCan) return {{"bitrate", bus.link.bitrate}};
+  const SpiSettings spi = SpiOf(bus);
+  return {{"clock_hz", spi.clock_hz}, {"spi_mode", spi.mode}};
 }
 
 std::string Travel(const DeviceConfig& device) {
@@ -83,9 +123,9 @@ std::string Travel(const DeviceConfig& device) {
 std::string BusText(const BusConfig& bus) {
   const BusLoad load = LoadOf(bus);
   std::string text = "bus " + Left(bus.name, 24) + ' ' + Left(std::string(bus.family->name), 10) + ' ' +
-                     (bus.simulate ? "simulated" : bus.link.port) + ", " + std::to_string(bus.link.line.baud) +
-                     " baud " + FormatText(bus.link.line) + '\n';
-  text += "    polled at " + Format("%.10g", load.poll_hz) + " Hz";
+                     (bus.simulate ? "simulated" : bus.link.port) + ", " + LineText(bus) + '\n';
+  text +=
+      SendByThemselves(bus) ? "    sent by the devices" : "    polled at " + Format("%.10g", load.poll_hz) + " Hz";
   if (load.round_us > 0) {
     text += ", one round takes " + Format("%.4g", load.round_us) +
             " us: " + Format("%.1f", load.utilisation * 100) + " % of the wire's time, at most " +
@@ -94,8 +134,9 @@ std::string BusText(const BusConfig& bus) {
   text += '\n';
   for (const DeviceConfig& device : bus.devices) {
     text += "    " + Left(device.name, 24) + ' ' + Left(device.model, 12) + " refreshed every " +
-            Format("%.6g", RefreshUs(load)) + " us, published at " + Format("%.4g", PublishedHz(device, load)) +
-            " Hz" + (bus.family->has_position ? ", " + Travel(device) : "") +
+            Format("%.6g", RefreshUs(device, load)) + " us, published at " +
+            Format("%.4g", PublishedHz(device, load)) + " Hz" +
+            (bus.family->has_position ? ", " + Travel(device) : "") +
             (device.permit_required ? "" : ", permit not required") + '\n';
   }
   return text;
@@ -104,24 +145,22 @@ std::string BusText(const BusConfig& bus) {
 Json DeviceJson(const DeviceConfig& device, const BusLoad& load) {
   char hash[20];
   std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(device.config_hash));
-  return {{"device", device.name},           {"model", device.model},         {"refresh_us", RefreshUs(load)},
-          {"publish_hz", device.publish_hz}, {"unit", UnitName(device.unit)}, {"per_turn", device.per_turn},
-          {"ratio_num", device.ratio_num},   {"ratio_den", device.ratio_den}, {"config_hash", hash}};
+  return {
+      {"device", device.name},           {"model", device.model},         {"refresh_us", RefreshUs(device, load)},
+      {"publish_hz", device.publish_hz}, {"unit", UnitName(device.unit)}, {"per_turn", device.per_turn},
+      {"ratio_num", device.ratio_num},   {"ratio_den", device.ratio_den}, {"config_hash", hash}};
 }
 
 Json BusJson(const BusConfig& bus) {
   const BusLoad load = LoadOf(bus);
-  Json json = {{"bus", bus.name},
-               {"family", bus.family->name},
-               {"simulate", bus.simulate},
-               {"port", bus.link.port},
-               {"baud", bus.link.line.baud},
-               {"format", FormatText(bus.link.line)},
-               {"poll_hz", bus.poll_hz},
+  Json json = {
+      {"bus", bus.name}, {"family", bus.family->name}, {"simulate", bus.simulate}, {"port", bus.link.port}};
+  json.update(LineJson(bus));
+  json.update({{"poll_hz", bus.poll_hz},
                {"round_us", load.round_us > 0 ? Json(load.round_us) : Json()},
                {"most_hz", load.round_us > 0 ? Json(load.most_hz) : Json()},
                {"utilisation", load.round_us > 0 ? Json(load.utilisation) : Json()},
-               {"devices", Json::array()}};
+               {"devices", Json::array()}});
   for (const DeviceConfig& device : bus.devices) json["devices"].push_back(DeviceJson(device, load));
   return json;
 }
@@ -134,6 +173,7 @@ BusLoad LoadOf(const BusConfig& bus) {
   if (load.round_us > 0) load.most_hz = 1e6 / load.round_us;
   load.poll_hz = bus.poll_hz > 0 ? bus.poll_hz : load.most_hz;
   if (load.most_hz > 0) load.utilisation = load.poll_hz / load.most_hz;
+  if (SendByThemselves(bus)) load.utilisation = SentShare(bus);
   return load;
 }
 

@@ -10,6 +10,7 @@
 
 #include "drivers/runtime/core/family.h"
 #include "tools/axlecast/bit_line.h"
+#include "tools/axlecast/can_notation.h"
 #include "tools/axlecast/exit_code.h"
 #include "tools/axlecast/hex_line.h"
 #include "tools/json/field.h"
@@ -25,7 +26,8 @@ constexpr const char* kExamples =
     "allowed.\n"
     "One quoted argument is one frame; without arguments, each line of standard input is one. Blank lines and "
     "what\n"
-    "follows a # are skipped. With --bits: the digits 0 and 1 in the order in which they were clocked in.\n"
+    "follows a # are skipped. CAN frames: ID#DATA, or a line of candump. With --bits: the digits 0 and 1 in the "
+    "order in which they were clocked in.\n"
     "\n"
     "Output: one JSON object per frame. Exit code: 0 all good, 1 any bad, 2 wrong usage.\n"
     "\n"
@@ -33,7 +35,8 @@ constexpr const char* kExamples =
     "  axlecast decode tformat \"1A 00 A5 A5 00 17 88 88 00 00 0D\"\n"
     "  axlecast decode tformat --set bits=23 --set enid=0x17 0220D6431AAD \"EA 00 EA\"\n"
     "  axlecast decode tformat --set bits=23 < capture.txt | jq .angle_deg\n"
-    "  axlecast decode ssi --set bits=12 --bits 000111101111";
+    "  axlecast decode ssi --set bits=12 --bits 000111101111\n"
+    "  axlecast decode saa-can \"120#4726000000000000\"";
 
 // What a family is told of a frame that was written as bits: how many of its bytes' bits are of the frame.
 constexpr const char* kBitCount = "bit_count";
@@ -54,7 +57,7 @@ class FrameDecoder {
   // `where` says in front of a problem's column where the text stands.
   void Decode(const std::string& text, const std::string& where) {
     if (bits_) return DecodeBits(text, where);
-    const HexLine line = ParseHexLine(text);
+    const HexLine line = ReadBytes(text);
     if (!line.problem.empty()) return Bad("not_hex", where + line.problem);
     Show(settings_, line.bytes);
   }
@@ -68,6 +71,13 @@ class FrameDecoder {
   [[nodiscard]] bool can_write() const { return out_.good(); }
 
  private:
+  [[nodiscard]] HexLine ReadBytes(const std::string& text) const {
+    if (family_.link == LinkKind::kCan) {
+      if (std::optional<HexLine> frame = ParseCanNotation(text)) return *std::move(frame);
+    }
+    return ParseHexLine(text);
+  }
+
   void DecodeBits(const std::string& text, const std::string& where) {
     const BitLine line = ParseBitLine(text);
     if (!line.problem.empty()) return Bad("not_bits", where + line.problem);

@@ -126,6 +126,51 @@ TEST(DecodeCommand, UnquotedBytesGetAHint) {
   EXPECT_THAT(DecodeWith({"tformat", {}, {"1A", "02"}}).err, IsEmpty());  // two good requests
 }
 
+// SAA manual 5.5 (4), Gray code, and a word that is not all there.
+TEST(DecodeCommand, BitsInTheOrderInWhichTheyWereClockedIn) {
+  DecodeArguments arguments{"ssi", {"bits=12"}, {"000111101111", "0001 1110 1111 # SAA", "1000_11"}};
+  arguments.bits = true;
+  const Result result = DecodeWith(arguments);
+  EXPECT_EQ(result.exit_code, 1);
+  ASSERT_EQ(result.objects.size(), 3U);
+  EXPECT_EQ(result.objects[0]["counts"], 495);
+  EXPECT_EQ(result.objects[1]["counts"], 495);
+  EXPECT_EQ(result.objects[2]["error"], "short");
+  arguments.frames = {};
+  const Result lines = DecodeWith(arguments, "000111101111\n\n# comment\n8F 78\n1\n");
+  ASSERT_EQ(lines.objects.size(), 3U);
+  EXPECT_EQ(lines.objects[0]["ok"], true);
+  EXPECT_EQ(lines.objects[1]["error"], "not_bits");
+  EXPECT_THAT(lines.objects[1]["detail"].get<std::string>(), HasSubstr("line 4, column 1: '8'"));
+}
+
+TEST(DecodeCommand, BitsOfOtherLinesAreWrongUsage) {
+  DecodeArguments arguments{"tformat", {}, {"0010"}};
+  arguments.bits = true;
+  const Result result = DecodeWith(arguments);
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("ssi"));
+  arguments = {"ssi", {"bits=99"}, {"0010"}};
+  arguments.bits = true;
+  EXPECT_EQ(DecodeWith(arguments).exit_code, 2);
+  arguments = {"ssi", {"bits=12"}, {"0001", "1110", "1111"}};
+  arguments.bits = true;
+  EXPECT_THAT(DecodeWith(arguments).err, HasSubstr("between quotes"));
+}
+
+// SAA manual 5.4.1 (5) as can-utils write it, and as a packet in hex.
+TEST(DecodeCommand, CanFramesAsCandumpPrintsThem) {
+  const Result result = DecodeWith({"saa-can", {}, {"120#4726000000000000", "00 00 01 20 47 26", "120#4"}});
+  EXPECT_EQ(result.exit_code, 1);
+  ASSERT_EQ(result.objects.size(), 3U);
+  EXPECT_EQ(result.objects[0]["counts"], 9799);
+  EXPECT_EQ(result.objects[1], result.objects[0]);
+  EXPECT_EQ(result.objects[2]["error"], "not_hex");
+  const Result lines = DecodeWith({"saa-can", {}, {}}, "# candump can0\n  can0  120   [2]  47 26\n");
+  ASSERT_EQ(lines.objects.size(), 1U);
+  EXPECT_EQ(lines.objects[0]["counts"], 9799);
+}
+
 // The grammar of the command line: --set takes one value, so that frames may follow it.
 TEST(DecodeCommand, CommandLine) {
   CLI::App app;
@@ -137,6 +182,9 @@ TEST(DecodeCommand, CommandLine) {
   EXPECT_EQ(exit_code, 0);
   EXPECT_THAT(out, HasSubstr("\"counts\":5817198,"));
   EXPECT_EQ(std::count(out.begin(), out.end(), '\n'), 2);
+  testing::internal::CaptureStdout();
+  app.parse("decode ssi --set bits=12 --bits 000111101111");
+  EXPECT_THAT(testing::internal::GetCapturedStdout(), HasSubstr("\"counts\":495,"));
   EXPECT_THROW(app.parse("decode"), CLI::RequiredError);
 }
 

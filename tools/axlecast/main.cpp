@@ -13,6 +13,7 @@
 #include "tools/axlecast/param_command.h"
 #include "tools/axlecast/simulate_command.h"
 #include "tools/axlecast/spy_command.h"
+#include "tools/axlecast/ssi_plan_command.h"
 #include "tools/axlecast/status_command.h"
 #include "tools/axlecast/trips_command.h"
 #include "tools/axlecast/up_command.h"
@@ -39,6 +40,7 @@ int RunCommandLine(int argc, char** argv) {
   AddDriverCommand(app, exit_code);
   AddSpyCommand(app, exit_code);
   AddDecodeCommand(app, exit_code);
+  AddSsiPlanCommand(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

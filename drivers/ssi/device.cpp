@@ -1,0 +1,127 @@
+#include "drivers/ssi/device.h"
+
+#include <algorithm>
+#include <axlecast/command_status_t.hpp>
+#include <utility>
+
+#include "drivers/runtime/device/clocked_exchange.h"
+#include "drivers/runtime/device/outcome_text.h"
+#include "drivers/ssi/alarms.h"
+
+namespace axlecast::ssi {
+namespace {
+
+// A transfer takes as long as its clocks, and the controller's driver ends it.
+constexpr MonoNs kTimeout = 10 * kMillisecond;
+constexpr int kAlarmAfter = 3;
+// Transfers in a row without an encoder, after which it counts as gone, and is looked for so often.
+constexpr int kGone = 10;
+constexpr MonoNs kLookAgain = 50 * kMillisecond;
+
+ErrorKind KindOf(WordError error) {
+  switch (error) {
+    case WordError::kShort:
+      return ErrorKind::kShort;
+    case WordError::kIdleLow:
+      return ErrorKind::kFraming;
+    case WordError::kNoZero:
+      return ErrorKind::kTimeout;  // nobody answers
+    case WordError::kPadding:
+    case WordError::kTrailing:
+      return ErrorKind::kRange;
+    default:
+      return ErrorKind::kChecksum;  // what is redundant in the transfer disagrees
+  }
+}
+
+MonoNs EndOf(const Event& event) { return std::max(event.sent.last, event.received.last); }
+
+}  // namespace
+
+SsiDevice::SsiDevice(const BusConfig&, const DeviceConfig& device, DeviceOutput& output)
+    : owned_(device.settings),
+      settings_(Own(device)),
+      size_(TransferSize(settings_.format)),
+      clocking_(settings_.spi.ClockTime(static_cast<std::int64_t>(size_) * 8)),
+      output_(output) {}
+
+Step SsiDevice::Next(const Turn& turn) const {
+  if (!link_up_ || !turn.live_due) return {.action = Idle{kNever}, .priority = Priority::kLive};
+  if (turn.now < not_before_) return {.action = Idle{not_before_}, .priority = Priority::kLive};
+  return {.action = ClockedExchange(size_, kTimeout), .priority = Priority::kLive};
+}
+
+void SsiDevice::On(const Event& event) {
+  switch (event.kind) {
+    case Event::Kind::kReply:
+      OnTransfer(event);
+      break;
+    case Event::Kind::kTimeout:
+      output_.OnError(event.bytes.empty() ? ErrorKind::kTimeout : ErrorKind::kShort,
+                      {event.sent.first, EndOf(event)});
+      break;
+    case Event::Kind::kStray:
+      output_.OnError(ErrorKind::kStray, event.received);
+      break;
+    case Event::Kind::kLinkUp:
+      link_up_ = true;
+      not_before_ = 0;
+      break;
+    case Event::Kind::kLinkDown:
+      link_up_ = false;
+      EndLineAlarm(EndOf(event));
+      break;
+    default:
+      break;
+  }
+}
+
+void SsiDevice::OnTransfer(const Event& event) {
+  // TWK SSI 4, SAA manual 5.5: the first falling edge stores the position. It comes after the request to clock, and all
+  // of the clocks come after it.
+  const Interval latch = {event.sent.first, std::max(event.sent.first, event.sent.last - clocking_)};
+  const Word word = ParseTransfer(event.bytes, event.bytes.size() * 8, settings_.format);
+  if (word.error != WordError::kNone) return OnWordError(word.error, latch);
+  EndLineAlarm(EndOf(event));
+  OnWord(word, latch);
+}
+
+void SsiDevice::OnWordError(WordError error, Interval at) {
+  output_.OnError(KindOf(error), at);
+  in_a_row_ = error == last_error_ ? std::min(in_a_row_ + 1, kGone) : 1;
+  last_error_ = error;
+  if (error == WordError::kNoZero && in_a_row_ == kGone) not_before_ = at.last + kLookAgain;
+  if (in_a_row_ < kAlarmAfter) return;
+  const AlarmSpec* alarm = LineAlarm(error);
+  if (line_alarm_ != nullptr && line_alarm_ != alarm) output_.OnAlarm(*line_alarm_, AlarmState::kAbsent, at.last);
+  line_alarm_ = alarm;
+  if (alarm != nullptr) output_.OnAlarm(*alarm, AlarmState::kLive, at.last);
+}
+
+void SsiDevice::EndLineAlarm(MonoNs now) {
+  last_error_ = WordError::kNone;
+  in_a_row_ = 0;
+  if (line_alarm_ != nullptr) output_.OnAlarm(*std::exchange(line_alarm_, nullptr), AlarmState::kAbsent, now);
+}
+
+void SsiDevice::OnWord(const Word& word, Interval at) {
+  Sample sample{.at = at, .counts = word.counts};
+  sample.turns = static_cast<std::int32_t>(word.turns);
+  sample.has_turns = settings_.format.turn_bits > 0;
+  for (std::size_t i = 0; i < settings_.status_bits.size(); ++i) {
+    const StatusBit& bit = settings_.status_bits[i];
+    const bool active = PlaceOf(settings_.format, word.value, bit.place) == bit.active_high;
+    output_.OnAlarm(StatusAlarm(bit, i), active ? AlarmState::kLive : AlarmState::kAbsent, at.last);
+    if (!active) continue;
+    sample.device_status |= std::int32_t{1} << i;
+    sample.error = sample.error || bit.is_error;
+    sample.warning = sample.warning || !bit.is_error;
+  }
+  output_.OnSample(sample);
+}
+
+void SsiDevice::Begin(const Order& order, MonoNs) {
+  output_.OnOutcome(order.id, Rejected(command_status_t::REASON_UNKNOWN_OPERATION, "SSI carries no commands"));
+}
+
+}  // namespace axlecast::ssi

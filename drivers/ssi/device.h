@@ -1,0 +1,42 @@
+#pragma once
+
+#include <memory>
+
+#include "drivers/runtime/core/device.h"
+#include "drivers/ssi/settings.h"
+
+namespace axlecast::ssi {
+
+// One encoder that is clocked out: one transfer in each live slot, and what it shows. A transfer that failed is not
+// repeated before the next slot; while there is no encoder it is looked for less often. There is nothing to order: SSI
+// carries no commands.
+class SsiDevice final : public Device {
+ public:
+  SsiDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
+
+  [[nodiscard]] Step Next(const Turn& turn) const override;
+  void OnStarted(const Step&, MonoNs) override {}
+  void On(const Event& event) override;
+  void Begin(const Order& order, MonoNs now) override;
+  [[nodiscard]] bool Cancel(const CommandId&, MonoNs) override { return false; }
+
+ private:
+  void OnTransfer(const Event& event);
+  void OnWordError(WordError error, Interval at);
+  void EndLineAlarm(MonoNs now);
+  void OnWord(const Word& word, Interval at);
+
+  std::shared_ptr<const DeviceSettings> owned_;  // keeps settings_ alive
+  const SsiSettings& settings_;
+  const std::size_t size_;  // bytes of a transfer
+  const MonoNs clocking_;   // time of its clocks, at least
+  DeviceOutput& output_;
+
+  bool link_up_ = false;
+  MonoNs not_before_ = 0;  // there was no encoder
+  WordError last_error_ = WordError::kNone;
+  int in_a_row_ = 0;                       // transfers that failed with last_error_
+  const AlarmSpec* line_alarm_ = nullptr;  // that is up
+};
+
+}  // namespace axlecast::ssi

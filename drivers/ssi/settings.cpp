@@ -1,0 +1,176 @@
+#include "drivers/ssi/settings.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "drivers/runtime/config/config_map.h"
+#include "drivers/runtime/device/outcome_text.h"
+#include "drivers/ssi/word_settings.h"
+
+namespace axlecast::ssi {
+namespace {
+
+// SAA manual 5.5 (2): "100kHz < f < 250kHz"; "Tcs > 4 us", which is taken as the clock's cycle and says the same.
+constexpr double kSaaLeastHz = 100e3;
+constexpr double kSaaMostHz = 250e3;
+// The same: "Tm > 500 us".
+constexpr double kSaaPauseUs = 500;
+constexpr double kSaaMaxRpm = 5'000;  // 4.2
+// TWK SSI 10: "15 us <= t_M <= 25 us" in the standard version.
+constexpr double kTwkMonoflopMinUs = 15;
+constexpr double kTwkMonoflopMaxUs = 25;
+// TWK's document gives no limit for the encoder's clock, nor a speed: ours.
+constexpr double kUsualMostHz = 1e6;
+constexpr double kUsualMaxRpm = 6'000;
+constexpr double kMostUs = 100'000;
+constexpr double kMostHz = 50e6;
+
+MonoNs FromUs(double us) { return std::llround(us * 1e3); }
+
+// The model of the bus's one device, whose own keys are read later: what its line is like depends on it.
+Maker PeekMaker(const ConfigMap& map) {
+  const YAML::Node bus = map.node();
+  if (!bus.IsMap()) return Maker::kSaa;
+  const YAML::Node devices = bus["devices"];
+  if (!devices.IsDefined() || !devices.IsMap() || devices.size() == 0) return Maker::kSaa;
+  const YAML::Node device = devices.begin()->second;
+  if (!device.IsMap() || !device["model"].IsDefined() || !device["model"].IsScalar()) return Maker::kSaa;
+  return MakerOf(device["model"].Scalar());
+}
+
+void ParseMonoflop(ConfigMap& map, Maker maker, SsiBus& own) {
+  if (maker == Maker::kCustom && !map.Has("monoflop_us")) {
+    map.Error("monoflop_us", "is missing: the encoder's monoflop time from its data sheet, {min: 15, max: 25}");
+  }
+  const double min_usual = maker == Maker::kTwk ? kTwkMonoflopMinUs : 0;
+  const double max_usual = maker == Maker::kTwk ? kTwkMonoflopMaxUs : kSaaPauseUs;
+  ConfigMap monoflop = map.Map("monoflop_us");
+  const double min = monoflop.Number("min", min_usual, 0, kMostUs, "us");
+  const double max = monoflop.Number("max", std::max(max_usual, min), min, kMostUs, "us, at least min");
+  monoflop.Done();
+  own.line.monoflop = FromUs(min);
+  own.monoflop_max = FromUs(max);
+}
+
+void ParsePause(ConfigMap& map, SsiBus& own) {
+  const double longest = static_cast<double>(own.monoflop_max) / 1e3;
+  const double pause = map.Number("pause_us", longest + 1, 0, kMostUs, "us");
+  own.pacing.after_reply = FromUs(pause);
+  if (own.pacing.after_reply > own.monoflop_max) return;
+  map.Error("pause_us", Text("%g is too short: the encoder takes the next clock for more of the old word until its "
+                             "monoflop has run down; above %g us, or say monoflop_us",
+                             pause, longest));
+}
+
+void ParseCable(ConfigMap& map, Maker maker, SsiBus& own) {
+  ClockedLine& line = own.line;
+  line.cable_m = map.Number("cable_m", 0, 0, 2'000, "m");
+  line.cable_ns_per_m = map.Number("cable_ns_per_m", line.cable_ns_per_m, 3.3, 20, "ns/m");
+  line.encoder_delay_ns = map.Number("encoder_delay_ns", line.encoder_delay_ns, 0, 100'000, "ns");
+  line.receiver_delay_ns = map.Number("receiver_delay_ns", line.receiver_delay_ns, 0, 100'000, "ns");
+  const bool saa = maker == Maker::kSaa;
+  line.least_hz = map.Number("min_clock_hz", saa ? kSaaLeastHz : 0, 0, kMostHz, "Hz");
+  line.most_hz = map.Number("max_clock_hz", saa ? kSaaMostHz : kUsualMostHz, 1, kMostHz, "Hz");
+}
+
+std::string LowestText(const SsiBus& own) {
+  const bool monoflop = own.line.monoflop > 0 && own.line.least_hz < own.plan.lowest_hz;
+  return monoflop ? Text("above %.0f Hz: its cycle must be shorter than the monoflop's %g us", own.plan.lowest_hz,
+                         static_cast<double>(own.line.monoflop) / 1e3)
+                  : Text("above %.0f Hz: min_clock_hz, which the encoder's maker says", own.plan.lowest_hz);
+}
+
+std::string HighestText(const SsiBus& own) {
+  const ClockPlan& plan = own.plan;
+  if (plan.highest_half_cycle_hz < plan.highest_hz) {
+    return Text(
+        "below %.0f Hz: half a cycle must be longer than the %.0f ns that clock and data take over %g m of "
+        "cable and through the electronics",
+        plan.highest_half_cycle_hz, plan.delay_ns, own.line.cable_m);
+  }
+  if (plan.highest_hz < own.line.most_hz) {
+    return Text("below %.0f Hz: what RS-422 allows over %g m of cable", plan.highest_hz, own.line.cable_m);
+  }
+  return Text("below %.0f Hz: max_clock_hz, which the encoder's maker says", plan.highest_hz);
+}
+
+void ChooseClock(ConfigMap& map, const BusConfig& bus, SsiBus& own) {
+  own.plan = PlanClock(own.line);
+  const std::int64_t asked = bus.link.clock_hz;
+  own.clock_hz = asked > 0 ? asked : own.plan.half_cycle_hz;
+  ConfigMap link = map.Map("link");
+  const auto clock = static_cast<double>(own.clock_hz);
+  if (own.clock_hz == 0) {
+    map.Error("cable_m",
+              "no clock is right for this line: " + LowestText(own) + "; but " + HighestText(own) +
+                  ". Shorten the cable, or use a controller that delays its reading (axlecast ssi-plan)");
+  } else if (clock <= own.plan.lowest_hz) {
+    link.Error("clock_hz", std::to_string(asked) + " is too slow, " + LowestText(own));
+  } else if (clock >= own.plan.highest_half_cycle_hz) {
+    link.Error("clock_hz", std::to_string(asked) + " is too fast, " + HighestText(own));
+  }
+}
+
+}  // namespace
+
+const std::vector<std::string_view>& ModelNames() {
+  static const std::vector<std::string_view> kNames = {
+      "saa", "saa37p8", "saa58p24", "saa70p30", "saa90p50", "saa130p90", "saa290p184", "twk", "custom"};
+  return kNames;
+}
+
+Maker MakerOf(std::string_view model) {
+  if (model == "twk") return Maker::kTwk;
+  return model == "custom" ? Maker::kCustom : Maker::kSaa;
+}
+
+std::shared_ptr<const FamilyBus> ParseBus(ConfigMap& map, const BusConfig& bus) {
+  auto own = std::make_shared<SsiBus>();
+  const Maker maker = PeekMaker(map);
+  ParseMonoflop(map, maker, *own);
+  ParsePause(map, *own);
+  ParseCable(map, maker, *own);
+  ChooseClock(map, bus, *own);
+  return own;
+}
+
+std::unique_ptr<DeviceSettings> ParseDevice(ConfigMap& device, const BusConfig& bus) {
+  const SsiBus& own = OwnBus(bus);
+  auto settings = std::make_unique<SsiSettings>();
+  if (!device.Has("model")) {
+    device.Error("model", "is missing: saa, twk, or custom with code and, at the bus, monoflop_us");
+  }
+  settings->model = ModelNames().at(device.Choice("model", ModelNames(), 0));
+  const Maker maker = MakerOf(settings->model);
+  ParseWordKeys(device, maker, *settings);
+  const Format& format = settings->format;
+  settings->counts_per_turn = std::int64_t{1} << format.bits;
+  settings->turns_range = format.turn_bits == 0 ? 0 : std::int64_t{1} << format.turn_bits;
+  settings->max_speed_rpm = kSaaMaxRpm;
+  settings->noise_counts = maker == Maker::kSaa ? SaaNoiseCounts(format.bits) : 1;
+  if (maker != Maker::kSaa) {
+    settings->max_speed_rpm = device.Number("max_speed_rpm", kUsualMaxRpm, 1, 100'000, "rpm");
+  } else if (device.Has("max_speed_rpm")) {
+    device.Error("max_speed_rpm", "is known of model " + settings->model + ": 5000; for less use limits");
+  }
+  settings->spi = {.mode = 2, .clock_hz = own.clock_hz};
+  const auto clocks = static_cast<std::int64_t>(TransferSize(format)) * 8;
+  settings->wire_time = settings->spi.ClockTime(clocks) + own.pacing.after_reply;
+  return settings;
+}
+
+const SsiBus& OwnBus(const BusConfig& bus) { return static_cast<const SsiBus&>(*bus.family_bus); }
+const SsiSettings& Own(const DeviceConfig& device) { return static_cast<const SsiSettings&>(*device.settings); }
+
+std::int64_t SaaNoiseCounts(int bits) {
+  constexpr std::array<int, 11> kArcSeconds = {40, 20, 20, 15, 15, 10, 8, 6, 5, 5, 5};  // 16 to 26 bits
+  constexpr int kFirst = 16;
+  constexpr std::int64_t kPerTurn = 360 * 3'600;
+  if (bits < kFirst) return 1;
+  const auto row = static_cast<std::size_t>(bits - kFirst);
+  const std::int64_t counts = std::int64_t{2} * kArcSeconds.at(std::min(row, kArcSeconds.size() - 1)) << bits;
+  return (counts + kPerTurn - 1) / kPerTurn;
+}
+
+}  // namespace axlecast::ssi
