@@ -1,0 +1,58 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string_view>
+
+#include "drivers/runtime/core/device.h"
+#include "drivers/saa_can/cia406/interpreter.h"
+#include "drivers/saa_can/cia406/procedure.h"
+
+namespace axlecast::saa_can::cia406 {
+
+// One standard encoder on a CAN bus: when to send, and what; else it listens. What comes of it is the
+// Interpreter's.
+class Cia406Device final : public Device {
+ public:
+  Cia406Device(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
+
+  [[nodiscard]] Step Next(const Turn& turn) const override;
+  void OnStarted(const Step& step, MonoNs now) override;
+  void On(const Event& event) override;
+  void Begin(const Order& order, MonoNs now) override;
+  [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
+
+ private:
+  [[nodiscard]] bool SyncIsDue(const Turn& turn) const;
+  // The transfer that is wanted now, and how urgently.
+  struct Transfer {
+    SdoRequest request;
+    Priority priority = Priority::kSlow;
+  };
+  [[nodiscard]] std::optional<Transfer> NextTransfer(const Turn& turn) const;
+  [[nodiscard]] std::optional<SdoRequest> Ordered(MonoNs now) const;
+  [[nodiscard]] Step Listening(MonoNs now) const;
+  void OnLinkDown(MonoNs now);
+  void OnNotSent(const Event& event);
+  void AdvanceProcedure(const std::optional<SdoResult>& result, MonoNs now);
+  [[nodiscard]] std::optional<Outcome> Refusal(const Order& order, MonoNs now) const;
+  [[nodiscard]] bool Expired(MonoNs now) const { return procedure_ && !procedure_->touched() && now >= begin_by_; }
+  void Report(const std::optional<Outcome>& outcome);
+
+  std::shared_ptr<const DeviceSettings> owned_;  // keeps settings_ alive
+  const Cia406Settings& settings_;
+  const bool produces_sync_;
+  DeviceOutput& output_;
+  Interpreter interpreter_;
+
+  bool link_up_ = false;
+  MonoNs hold_until_ = 0;  // the controller's queue is full
+  MonoNs sync_at_ = 0;     // of the last SYNC
+  std::unique_ptr<Procedure> procedure_;
+  CommandId order_{};
+  MonoNs begin_by_ = kNever;
+  bool live_turn_ = false;  // the procedure had its turn: a live reading that is due goes first
+  bool for_order_ = false;  // the request that is going out is the procedure's
+};
+
+}  // namespace axlecast::saa_can::cia406

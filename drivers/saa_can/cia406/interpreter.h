@@ -1,0 +1,107 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "drivers/runtime/bus/cadence.h"
+#include "drivers/runtime/core/device.h"
+#include "drivers/saa_can/cia406/node_alarms.h"
+#include "drivers/saa_can/cia406/node_facts.h"
+#include "drivers/saa_can/cia406/node_watch.h"
+#include "drivers/saa_can/cia406/position_reader.h"
+#include "drivers/saa_can/cia406/sdo_client.h"
+#include "drivers/saa_can/cia406/settings.h"
+
+namespace axlecast::saa_can::cia406 {
+
+// What one node says, towards the outside: who it is, how it is, where its shaft is; and what it must be asked or
+// told so that it goes on. All of it follows from the events alone, so a recorded sequence of events gives the same
+// again.
+//
+// Nothing is published before the node was identified, nor after it was silent or has started anew until it was
+// identified again: in between it may have been exchanged.
+class Interpreter {
+ public:
+  Interpreter(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
+
+  void OnLinkUp(MonoNs now);
+  void OnLinkDown(MonoNs now);
+  // Any other event. The SDO transfer that it ended, whoever had asked for it.
+  std::optional<SdoResult> Take(const Event& event);
+
+  // It is the configured encoder, and answers.
+  [[nodiscard]] bool running() const { return stage_ == Stage::kRunning; }
+  [[nodiscard]] const SdoClient& client() const { return client_; }
+  [[nodiscard]] const NodeFacts& facts() const { return facts_; }
+  [[nodiscard]] const NodeAlarms& alarms() const { return alarms_; }
+  [[nodiscard]] const NodeWatch& watch() const { return watch_; }
+
+  // To be sent as soon as the bus allows: the end of a transfer, an NMT command.
+  [[nodiscard]] std::optional<CanFrame> UrgentFrame(MonoNs now) const;
+  // The object to be read before all others: a fence, or a fact.
+  [[nodiscard]] std::optional<ObjectId> FirstObject(MonoNs now) const;
+  // Alarms or warnings, when it is time to read them again.
+  [[nodiscard]] std::optional<ObjectId> DiagnosticObject(MonoNs now) const;
+  // Some node was heard lately: sending SYNC is not in vain.
+  [[nodiscard]] bool BusIsAlive(MonoNs now) const { return now - heard_ < kDeadAfter; }
+  // When it wants to be asked again, or told that time has passed.
+  [[nodiscard]] MonoNs Due(MonoNs now) const;
+
+ private:
+  enum class Stage : std::uint8_t { kIdentifying, kRunning, kRefused };
+  static constexpr MonoNs kDeadAfter = 1 * kSecond;
+
+  void OnFrame(const Event& event);
+  void OnOwnFrame(const Event& event);
+  void OnHeartbeat(const Event& event);
+  void OnTpdo(const Event& event);
+  void OnSync(const Event& event, bool own);
+  void OnResult(const SdoResult& result);
+  void OnTime(MonoNs now);
+  void OnPresetResult(const SdoResult& result);
+  void OnDiagnostics(const SdoResult& result);
+  void Identify(MonoNs now);
+  void Judge(MonoNs now);
+  void Accept(MonoNs now);
+  void Refuse(const std::string& reason, MonoNs now);
+  void ShowNmtState(MonoNs now);
+  [[nodiscard]] std::optional<NmtCommand> WantedCommand() const;
+  // It sends positions, as far as is known.
+  [[nodiscard]] bool Operates() const;
+  // The same, by itself.
+  [[nodiscard]] bool Streams() const;
+  [[nodiscard]] bool Answers(ObjectId object) const { return facts_.Get(object).has_value(); }
+
+  const Cia406Settings& settings_;
+  const bool produces_sync_;
+  const FrameTime time_;
+  DeviceOutput& output_;
+  SdoClient client_;
+  NodeFacts facts_;
+  NodeAlarms alarms_;
+  NodeWatch watch_;
+  PositionReader positions_;
+  Cadence cadence_;
+
+  Stage stage_ = Stage::kIdentifying;
+  std::string refusal_;  // as it was told to the outside; empty: it was not
+  std::optional<std::uint32_t> last_serial_;
+  std::optional<std::uint32_t> last_product_;
+  std::optional<std::uint32_t> last_offset_;
+  bool identified_before_ = false;
+  MonoNs heard_ = 0;       // any node
+  MonoNs retry_at_ = 0;    // of a node that does not answer
+  MonoNs recheck_at_ = 0;  // of one that was refused
+  MonoNs command_at_ = 0;  // not before: NMT
+  MonoNs operate_by_ = 0;  // it counts as not operational from here on
+  bool not_operational_ = false;
+  bool second_sync_ = false;
+  int missed_syncs_ = 0;    // in a row
+  bool sync_open_ = false;  // a SYNC that no position has followed
+  MonoNs sync_sent_ = 0;
+  MonoNs diagnostics_at_ = 0;
+  bool warnings_next_ = false;
+};
+
+}  // namespace axlecast::saa_can::cia406

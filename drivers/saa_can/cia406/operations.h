@@ -1,0 +1,25 @@
+#pragma once
+
+#include <memory>
+#include <string_view>
+#include <variant>
+
+#include "drivers/runtime/core/device.h"
+#include "drivers/runtime/core/operation.h"
+#include "drivers/saa_can/cia406/interpreter.h"
+#include "drivers/saa_can/cia406/procedure.h"
+#include "drivers/saa_can/cia406/settings.h"
+
+namespace axlecast::saa_can::cia406 {
+
+// Whether the operation moves the datum.
+[[nodiscard]] bool MovesDatum(std::string_view operation);
+
+// The procedure that carries out an order, or why there is none.
+[[nodiscard]] std::variant<std::unique_ptr<Procedure>, Outcome> MakeProcedure(const Order& order,
+                                                                              const Cia406Settings& settings,
+                                                                              const Interpreter& interpreter,
+                                                                              const DeviceOutput& output,
+                                                                              MonoNs now);
+
+}  // namespace axlecast::saa_can::cia406

@@ -1,0 +1,90 @@
+#include "drivers/saa_can/codec.h"
+
+#include <algorithm>
+
+namespace axlecast::saa_can {
+namespace {
+
+struct BitTiming {
+  std::uint8_t code;
+  std::int64_t bitrate;
+};
+// (3) ③: "(00:1M, 02:500K, 03:250K)".
+constexpr std::array kBitTimings = {BitTiming{0x00, 1'000'000}, BitTiming{0x02, 500'000}, BitTiming{0x03, 250'000}};
+
+CanFrame EightBytes(std::uint32_t id, std::uint8_t d0, std::uint8_t d1, std::uint8_t d2) {
+  return {.id = id, .data = {d0, d1, d2, 0, 0, 0, 0, 0}};
+}
+
+}  // namespace
+
+Position ParsePosition(Bytes data, const Format& format) {
+  const std::size_t size = DataBytes(format.bits);
+  if (data.size() < size) return {.error = PositionError::kShort};
+  std::uint32_t counts = 0;
+  for (std::size_t i = 0; i < size; ++i) {
+    counts = counts << 8U | data[format.big_endian ? i : size - 1 - i];
+  }
+  if (counts >> static_cast<unsigned>(format.bits) != 0) return {.error = PositionError::kRange};
+  return {.counts = counts};
+}
+
+CanFrame CommandFrame(Command command, std::uint8_t node, std::uint8_t parameter) {
+  return EightBytes(RequestId(node), static_cast<std::uint8_t>(command), node, parameter);
+}
+
+std::optional<Request> ParseRequest(Bytes data) {
+  if (data.size() < 2) return std::nullopt;
+  const auto command = static_cast<Command>(data[0]);
+  const std::uint8_t parameter = data.size() > 2 ? data[2] : std::uint8_t{0};
+  switch (command) {
+    case Command::kStart:
+    case Command::kRead:
+    case Command::kZero:
+    case Command::kDirection:
+    case Command::kPeriod:
+      return Request{command, data[1], parameter};
+  }
+  return std::nullopt;
+}
+
+bool MayAcknowledge(Bytes data, Command command, int bits) {
+  if (data.size() < 2 || data[0] != static_cast<std::uint8_t>(command)) return false;
+  const Bytes rest = data.subspan(1, std::min(data.size(), DataBytes(bits)) - 1);
+  return std::all_of(rest.begin(), rest.end(), [](std::uint8_t byte) { return byte == 0; });
+}
+
+CanFrame ModeFrame(bool configuration) {
+  return EightBytes(kConfigureId, static_cast<std::uint8_t>(Service::kMode), configuration ? 1 : 0, 0);
+}
+
+CanFrame NodeFrame(std::uint8_t node) {
+  return EightBytes(kConfigureId, static_cast<std::uint8_t>(Service::kNode), node, 0);
+}
+
+CanFrame BitrateFrame(std::uint8_t code) {
+  return EightBytes(kConfigureId, static_cast<std::uint8_t>(Service::kBitrate), 0, code);
+}
+
+std::optional<ServiceReply> ParseServiceReply(Bytes data) {
+  if (data.size() < 2) return std::nullopt;
+  const auto service = static_cast<Service>(data[0]);
+  if (service != Service::kNode && service != Service::kBitrate) return std::nullopt;
+  return ServiceReply{service, data[1]};
+}
+
+std::optional<std::uint8_t> BitrateCode(std::int64_t bitrate) {
+  for (const BitTiming& timing : kBitTimings) {
+    if (timing.bitrate == bitrate) return timing.code;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::int64_t> BitrateOf(std::uint8_t code) {
+  for (const BitTiming& timing : kBitTimings) {
+    if (timing.code == code) return timing.bitrate;
+  }
+  return std::nullopt;
+}
+
+}  // namespace axlecast::saa_can

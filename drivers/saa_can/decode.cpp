@@ -1,0 +1,205 @@
+#include "drivers/saa_can/decode.h"
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "drivers/runtime/device/arguments.h"
+#include "drivers/runtime/device/outcome_text.h"
+#include "drivers/saa_can/cia406/cia406.h"
+#include "drivers/saa_can/codec.h"
+
+namespace axlecast::saa_can {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+enum class Taken : std::uint8_t { kEither, kPosition, kReply };
+
+struct Options {
+  int bits = 0;  // 0: not said
+  bool big_endian = false;
+  std::optional<std::uint8_t> node;
+  Taken taken = Taken::kEither;  // what a frame is that may be a position or a reply
+};
+
+// The maker's example (5.4.1 (5)); what a position is taken for when nobody says.
+constexpr int kExampleBits = 14;
+
+std::string ReadOption(const std::string& key, const std::string& value, Options& options) {
+  if (key == "bits") {
+    options.bits = static_cast<int>(ParseWhole(value, kLeastBits, kMostBits).value_or(0));
+    return options.bits != 0 ? "" : "bits=" + value + ": expected 10..26, the encoder's resolution";
+  }
+  if (key == "node") {
+    const std::optional<std::int64_t> node = ParseWhole(value, kLeastNode, kMostNode);
+    if (!node) return "node=" + value + ": expected NN, 1..255 or 0x01..0xff";
+    options.node = static_cast<std::uint8_t>(*node);
+    return "";
+  }
+  if (key == "byte_order") {
+    options.big_endian = value == "big";
+    return value == "big" || value == "little" ? "" : "byte_order=" + value + ": expected little or big";
+  }
+  if (key == "data") {
+    options.taken = value == "position" ? Taken::kPosition : Taken::kReply;
+    return value == "position" || value == "reply" ? "" : "data=" + value + ": expected position or reply";
+  }
+  if (key == "model") return value == "saa" ? "" : "model=" + value + ": expected saa or cia406";
+  return "unknown key '" + key + "': saa_can knows bits, node, byte_order, data and model";
+}
+
+// What is wrong with the settings; empty when nothing is.
+std::string ReadOptions(const DecodeSettings& settings, Options& options) {
+  for (const auto& [key, value] : settings) {
+    if (const std::string problem = ReadOption(key, value, options); !problem.empty()) return problem;
+  }
+  return "";
+}
+
+std::string HexByte(std::uint8_t byte) { return Text("0x%02x", unsigned{byte}); }
+
+Json Bad(std::string_view kind, std::string_view error) {
+  return {{"ok", false}, {"kind", kind}, {"error", error}};
+}
+
+const char* RequestKind(Command command) {
+  switch (command) {
+    case Command::kStart:
+      return "start_request";
+    case Command::kRead:
+      return "read_position_request";
+    case Command::kZero:
+      return "zero_request";
+    case Command::kDirection:
+      return "set_direction_request";
+    case Command::kPeriod:
+      break;
+  }
+  return "set_period_request";
+}
+
+const char* ReplyKind(Command command) {
+  switch (command) {
+    case Command::kZero:
+      return "zero_reply";
+    case Command::kDirection:
+      return "set_direction_reply";
+    default:
+      return "set_period_reply";
+  }
+}
+
+const char* PositionOrReply(Command command) {
+  switch (command) {
+    case Command::kZero:
+      return "position_or_zero_reply";
+    case Command::kDirection:
+      return "position_or_set_direction_reply";
+    default:
+      return "position_or_set_period_reply";
+  }
+}
+
+Json DescribeRequest(std::uint8_t node, Bytes data) {
+  if (data.size() < 2) return Bad("request", "short");
+  const std::optional<Request> request = ParseRequest(data);
+  if (!request) return Bad("request", "function");
+  const char* kind = RequestKind(request->command);
+  if (request->node != node) return Bad(kind, "wrong_identity");
+  Json json = {{"ok", true}, {"kind", kind}, {"node", node}};
+  if (request->command == Command::kPeriod) json["per_second"] = request->parameter;
+  if (request->command == Command::kDirection) json["parameter"] = HexByte(request->parameter);
+  return json;
+}
+
+// The command to which the data may be the reply.
+std::optional<Command> ReplyTo(Bytes data, int bits) {
+  for (const Command command : kAcknowledged) {
+    if (MayAcknowledge(data, command, bits)) return command;
+  }
+  return std::nullopt;
+}
+
+Json DescribeData(std::uint8_t node, Bytes data, const Options& options) {
+  const Format format{.bits = options.bits != 0 ? options.bits : kExampleBits, .big_endian = options.big_endian};
+  const std::optional<Command> reply = ReplyTo(data, format.bits);
+  if (reply && options.taken != Taken::kPosition) {
+    const char* kind = options.taken == Taken::kReply ? ReplyKind(*reply) : PositionOrReply(*reply);
+    return {{"ok", true}, {"kind", kind}, {"node", node}};
+  }
+  const Position position = ParsePosition(data, format);
+  if (position.error != PositionError::kNone) {
+    return Bad("position", position.error == PositionError::kShort ? "short" : "range");
+  }
+  return {{"ok", true},
+          {"kind", "position"},
+          {"node", node},
+          {"counts", position.counts},
+          {"angle_deg", Degrees(position.counts, format.bits)}};
+}
+
+// A reply has no more than its code and 00, and on 7E5 so has the request for 1 Mbit/s.
+Json DescribeService(std::uint32_t id, Bytes data) {
+  if (data.size() < 2) return Bad("service", "short");
+  const bool reply_only = id == kConfigureReplyId;
+  const std::uint8_t third = data.size() > 2 ? data[2] : std::uint8_t{0};
+  switch (static_cast<Service>(data[0])) {
+    case Service::kMode:
+      if (reply_only || data[1] > 1) return Bad("service", "range");
+      return {{"ok", true}, {"kind", data[1] == 1 ? "enter_configuration_request" : "leave_configuration_request"}};
+    case Service::kNode:
+      if (reply_only || data[1] == 0) {
+        return {{"ok", true}, {"kind", "set_node_id_reply"}, {"result", data[1]}};
+      }
+      return {{"ok", true}, {"kind", "set_node_id_request_or_refusal"}, {"new_node", data[1]}};
+    case Service::kBitrate:
+      break;
+    default:
+      return Bad("service", "function");
+  }
+  if (reply_only || data[1] != 0) return {{"ok", true}, {"kind", "set_bitrate_reply"}, {"result", data[1]}};
+  const std::optional<std::int64_t> bitrate = BitrateOf(third);
+  if (!bitrate) return Bad("set_bitrate_request", "range");
+  return {{"ok", true},
+          {"kind", third == 0 ? "set_bitrate_request_or_reply" : "set_bitrate_request"},
+          {"bitrate", *bitrate}};
+}
+
+Json Describe(const CanFrame& frame, const Options& options) {
+  if ((frame.id & ~kCanStandardMask) != 0) return Bad("unknown", "header");
+  if (frame.id == kConfigureId || frame.id == kConfigureReplyId) return DescribeService(frame.id, frame.data);
+  const std::uint32_t base = frame.id & ~kNodeMask;
+  const auto node = static_cast<std::uint8_t>(frame.id & kNodeMask);
+  if ((base != kDataBase && base != kCommandBase) || node < kLeastNode) return Bad("unknown", "header");
+  const char* kind = base == kDataBase ? "position" : "request";
+  if (options.node && options.node != node) return Bad(kind, "wrong_identity");
+  return base == kDataBase ? DescribeData(node, frame.data, options) : DescribeRequest(node, frame.data);
+}
+
+bool IsStandard(const DecodeSettings& settings) {
+  for (const auto& [key, value] : settings) {
+    if (key == "model" && value == cia406::kModel) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+Json Decode(const DecodeSettings& settings, Bytes packet, bool* usable) {
+  const std::optional<CanFrame> frame = FromPacket(packet);
+  if (IsStandard(settings)) {
+    Json json = cia406::Decode(settings, frame.value_or(CanFrame{}), usable);
+    if (frame || !*usable) return json;
+  } else {
+    Options options;
+    const std::string problem = ReadOptions(settings, options);
+    *usable = problem.empty();
+    if (!*usable) return {{"error", problem}};
+    if (frame) return Describe(*frame, options);
+  }
+  return Bad("unknown", packet.size() < 4 ? "short" : "long");
+}
+
+}  // namespace axlecast::saa_can

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "drivers/runtime/core/family.h"
+
+namespace axlecast::saa_can {
+
+// For Family::decode: one frame as its packet (core/can_frame.h), as the flat JSON object of docs/decode.md. With
+// `model=cia406` it is a standard encoder's.
+[[nodiscard]] nlohmann::ordered_json Decode(const DecodeSettings& settings, Bytes packet, bool* usable);
+
+}  // namespace axlecast::saa_can

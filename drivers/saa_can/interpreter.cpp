@@ -1,0 +1,183 @@
+#include "drivers/saa_can/interpreter.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace axlecast::saa_can {
+namespace {
+
+// The manual's own log shows a period of 106.4 ms where 100 ms is set: three nominal ones are two and more real ones.
+constexpr int kPeriodsToSilence = 3;
+// Requests in a row that bring nothing, after which the encoder counts as gone.
+constexpr int kGone = 2;
+
+// They move the position without motion, and are kept by the encoder: counted as wear, since the manual says nothing.
+bool MovesDatum(Command command) { return command == Command::kZero || command == Command::kDirection; }
+
+}  // namespace
+
+Interpreter::Interpreter(const SaaCanSettings& settings, DeviceOutput& output)
+    : settings_(settings),
+      output_(output),
+      period_(settings.period),
+      cadence_(period_ + settings.latency, kPeriodsToSilence) {}
+
+void Interpreter::OnLinkUp(MonoNs now) {
+  now_ = now;
+  answering_ = false;
+  silent_in_a_row_ = 0;
+  awaiting_until_ = kNever;
+  unconfirmed_ = false;
+  windows_.fill({});
+  if (settings_.mode == Mode::kCyclic) cadence_.Arrived(now);
+}
+
+void Interpreter::OnLinkDown(MonoNs now) {
+  // What was in the controller's queue is gone with the interface, or was on the bus.
+  if (jumping_ && effect_from_ == kNever) effect_from_ = now + settings_.zero_settle;
+  answering_ = false;
+  awaiting_until_ = kNever;
+  unconfirmed_ = false;
+}
+
+MonoNs Interpreter::due() const { return settings_.mode == Mode::kCyclic ? cadence_.due() : awaiting_until_; }
+
+Interpreter::Heard Interpreter::Take(const Event& event) {
+  now_ = std::max(now_, EndOf(event));
+  Heard heard;
+  switch (event.kind) {
+    case Event::Kind::kFrame:
+      if (event.id == DataId(settings_.node)) {
+        heard = OnData(event);
+      } else if (event.id == RequestId(settings_.node)) {
+        if (const auto request = ParseRequest(event.bytes)) OnCommand(*request, now_);
+      }
+      break;
+    case Event::Kind::kSent:
+      if (event.id == RequestId(settings_.node)) OnOwnSent(event);
+      break;
+    case Event::Kind::kConfirmed:
+      if (event.id == RequestId(settings_.node)) OnConfirmed(event);
+      break;
+    case Event::Kind::kNotSent:
+      if (event.id == RequestId(settings_.node)) output_.OnError(ErrorKind::kIo, event.sent);
+      break;
+    default:
+      break;
+  }
+  MissWhatIsDue(event);
+  return heard;
+}
+
+void Interpreter::OnOwnSent(const Event& event) {
+  const std::optional<Request> request = ParseRequest(event.bytes);
+  if (!request) return;
+  unconfirmed_ = true;
+  const bool asks = request->command == Command::kRead || request->command == Command::kStart;
+  if (asks && settings_.mode == Mode::kSingle) awaiting_until_ = now_ + settings_.timeout;
+  if (!asks) OnCommand(*request, kNever);
+}
+
+void Interpreter::OnConfirmed(const Event& event) {
+  unconfirmed_ = false;
+  const std::optional<Request> request = ParseRequest(event.bytes);
+  if (!request) return;
+  for (std::size_t i = 0; i < windows_.size(); ++i) {
+    if (kAcknowledged.at(i) == request->command) windows_.at(i).until = now_ + settings_.reply_window;
+  }
+  if (MovesDatum(request->command) && jumping_) effect_from_ = now_ + settings_.zero_settle;
+}
+
+// `on_bus_at`: kNever while it is only in the queue.
+void Interpreter::OnCommand(const Request& request, MonoNs on_bus_at) {
+  const auto after = [&](MonoNs time) { return on_bus_at == kNever ? kNever : on_bus_at + time; };
+  for (std::size_t i = 0; i < windows_.size(); ++i) {
+    if (kAcknowledged.at(i) == request.command) windows_.at(i) = {.until = after(settings_.reply_window)};
+  }
+  if (request.command == Command::kPeriod) {
+    per_second_ordered_ = request.parameter == settings_.stop_byte ? std::uint8_t{0} : request.parameter;
+  }
+  if (!MovesDatum(request.command)) return;
+  output_.OnNonVolatileWrite();
+  BeginJump(after(settings_.zero_settle));
+}
+
+Interpreter::Heard Interpreter::OnData(const Event& event) {
+  answering_ = true;
+  silent_in_a_row_ = 0;
+  awaiting_until_ = kNever;
+  if (settings_.mode == Mode::kCyclic) cadence_.Arrived(now_);
+  if (const auto command = Withhold(event)) return {.reading = {}, .acknowledged = command, .frame = true};
+  return OnPosition(event);
+}
+
+std::optional<Command> Interpreter::Withhold(const Event& event) {
+  for (std::size_t i = 0; i < windows_.size(); ++i) {
+    Window& window = windows_.at(i);
+    if (window.until <= event.received.first) continue;
+    if (!MayAcknowledge(event.bytes, kAcknowledged.at(i), settings_.format.bits)) continue;
+    if (std::exchange(window.answered, true)) {
+      output_.OnError(ErrorKind::kBusy, event.received);
+    } else {
+      OnAcknowledged(kAcknowledged.at(i));
+    }
+    return kAcknowledged.at(i);
+  }
+  return std::nullopt;
+}
+
+Interpreter::Heard Interpreter::OnPosition(const Event& event) {
+  const Position position = ParsePosition(event.bytes, settings_.format);
+  Reading reading{.error = {}, .counts = position.counts, .at = event.received};
+  if (position.error != PositionError::kNone) {
+    reading.error = position.error == PositionError::kShort ? ErrorKind::kShort : ErrorKind::kRange;
+    output_.OnError(*reading.error, event.received);
+    return {.reading = reading, .acknowledged = {}, .frame = true};
+  }
+  reading.at = SampledAt(event);
+  if (jumping_ && reading.at.first >= effect_from_) EndJump();
+  output_.OnSample({.at = reading.at, .counts = reading.counts});
+  return {.reading = reading, .acknowledged = {}, .frame = true};
+}
+
+// The kernel stamps a frame when its last bit but one was on the bus, or after that. The position was sampled before
+// its first bit: later than that by no more than `latency`, within which the frame also waits for a busy bus.
+Interval Interpreter::SampledAt(const Event& event) const {
+  const std::size_t size = event.bytes.size();
+  const MonoNs earliest = event.received.first - settings_.wire.Longest(size) - settings_.latency;
+  return {earliest, std::max(earliest, event.received.last - settings_.wire.Shortest(size))};
+}
+
+void Interpreter::MissWhatIsDue(const Event& event) {
+  if (settings_.mode == Mode::kCyclic) {
+    if (!cadence_.FellSilent(now_)) return;
+    ++silent_in_a_row_;
+    answering_ = false;
+    output_.OnError(ErrorKind::kSilent, event.received);
+    return;
+  }
+  if (now_ < awaiting_until_) return;
+  awaiting_until_ = kNever;
+  if (++silent_in_a_row_ >= kGone) answering_ = false;
+  output_.OnError(ErrorKind::kTimeout, event.received);
+}
+
+void Interpreter::OnAcknowledged(Command command) {
+  if (command != Command::kPeriod || per_second_ordered_ == 0 || settings_.mode != Mode::kCyclic) return;
+  period_ = kSecond / per_second_ordered_;
+  cadence_ = Cadence(period_ + settings_.latency, kPeriodsToSilence);
+  cadence_.Arrived(now_);
+}
+
+void Interpreter::BeginJump(MonoNs effect_from) {
+  effect_from_ = effect_from;
+  if (!std::exchange(jumping_, true)) output_.OnDatumChanging(true);
+}
+
+void Interpreter::EndJump() {
+  jumping_ = false;
+  output_.OnDatumChanging(false);
+  output_.OnJump();
+}
+
+}  // namespace axlecast::saa_can

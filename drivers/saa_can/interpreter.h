@@ -1,0 +1,100 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "drivers/runtime/bus/cadence.h"
+#include "drivers/runtime/core/device.h"
+#include "drivers/runtime/core/event.h"
+#include "drivers/saa_can/settings.h"
+
+namespace axlecast::saa_can {
+
+// A position, or why there is none.
+struct Reading {
+  std::optional<ErrorKind> error;
+  std::uint32_t counts = 0;
+  Interval at;  // of a position: holds the sampling instant; else of the frame
+};
+
+// When what the event tells was over.
+[[nodiscard]] constexpr MonoNs EndOf(const Event& event) {
+  return event.sent.last > event.received.last ? event.sent.last : event.received.last;
+}
+
+// What the encoder says, towards the outside: samples, errors by kind, and where its position jumps because it was
+// cleared to zero. All of it follows from the events alone, whoever sent the commands and why; so a recorded sequence
+// of events gives the same again.
+//
+// On 1NN positions and replies look alike (codec.h, MayAcknowledge). From the moment at which a command is handed to
+// the controller until `reply_window` after it was on the bus, whatever may be its reply is withheld: it is no sample.
+// The first such frame passes for the reply; every further one in that time was a position for sure, and is counted
+// as `busy`. Commands of another master on the bus, which are heard on 2NN, open the same window.
+class Interpreter {
+ public:
+  Interpreter(const SaaCanSettings& settings, DeviceOutput& output);
+
+  void OnLinkUp(MonoNs now);
+  void OnLinkDown(MonoNs now);
+
+  // What an event brought beside what was handed to the output.
+  struct Heard {
+    std::optional<Reading> reading;
+    std::optional<Command> acknowledged;  // withheld: the reply to this command, or a position that looks like it
+    bool frame = false;                   // of this encoder, whatever it said
+  };
+  Heard Take(const Event& event);
+
+  // Frames of the encoder come: not before the first one after the link came up, and no more after silence.
+  [[nodiscard]] bool answering() const { return answering_; }
+  // kSingle: a position was asked for, and has not come yet.
+  [[nodiscard]] bool awaiting() const { return awaiting_until_ != kNever; }
+  // An own frame is in the controller's queue: nobody has acknowledged it yet.
+  [[nodiscard]] bool unconfirmed() const { return unconfirmed_; }
+  // Of the positions, as the file says or as the last acknowledged command has set it.
+  [[nodiscard]] MonoNs period() const { return period_; }
+  // When the next thing must be missed.
+  [[nodiscard]] MonoNs due() const;
+  // Requests in a row that brought nothing, or silences.
+  [[nodiscard]] int silent_in_a_row() const { return silent_in_a_row_; }
+  // A reading sampled at or after this instant shows the effect of the last clearing to zero; kNever while that may
+  // still wait in the controller's queue.
+  [[nodiscard]] MonoNs effect_from() const { return effect_from_; }
+
+ private:
+  // The time in which a command may be answered.
+  struct Window {
+    MonoNs until = 0;       // kNever: it is not on the bus yet
+    bool answered = false;  // what passes for the reply has come
+  };
+
+  void OnOwnSent(const Event& event);
+  void OnConfirmed(const Event& event);
+  void OnCommand(const Request& request, MonoNs on_bus_at);
+  [[nodiscard]] Heard OnData(const Event& event);
+  [[nodiscard]] Heard OnPosition(const Event& event);
+  [[nodiscard]] std::optional<Command> Withhold(const Event& event);
+  void MissWhatIsDue(const Event& event);
+  void OnAcknowledged(Command command);
+  void BeginJump(MonoNs effect_from);
+  void EndJump();
+  [[nodiscard]] Interval SampledAt(const Event& event) const;
+
+  const SaaCanSettings& settings_;
+  DeviceOutput& output_;
+  MonoNs period_;
+  Cadence cadence_;
+
+  MonoNs now_ = 0;  // of the newest event: a frame that was acknowledged may be told before one that came earlier
+  bool answering_ = false;
+  int silent_in_a_row_ = 0;
+  MonoNs awaiting_until_ = kNever;
+  bool unconfirmed_ = false;
+  std::array<Window, kAcknowledged.size()> windows_;
+  std::uint8_t per_second_ordered_ = 0;  // TT of the last 31 NN; 0: none, or one that stops
+  bool jumping_ = false;
+  MonoNs effect_from_ = 0;
+};
+
+}  // namespace axlecast::saa_can

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <memory>
+
+#include "drivers/runtime/core/simulator.h"
+
+namespace axlecast {
+struct BusConfig;
+class ConfigMap;
+}  // namespace axlecast
+
+namespace axlecast::saa_can {
+
+// For Family::make_simulator: the encoders of the bus, of either kind, from its `simulate` mapping (README.md,
+// "Simulation"). Null when a key is wrong: the errors are in the map's list.
+[[nodiscard]] std::unique_ptr<Simulator> MakeSimulator(const BusConfig& bus, ConfigMap& simulate);
+
+}  // namespace axlecast::saa_can

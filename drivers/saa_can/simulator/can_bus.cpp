@@ -1,0 +1,81 @@
+#include "drivers/saa_can/simulator/can_bus.h"
+
+#include <algorithm>
+
+namespace axlecast::saa_can {
+namespace {
+
+// Nodes that answer each other at once without end are a mistake of theirs; the host must go on.
+constexpr int kMostRounds = 16;
+
+}  // namespace
+
+CanBus::CanBus(std::int64_t bitrate, std::vector<Unit> units)
+    : configured_(bitrate), units_(std::move(units)), host_(bitrate) {}
+
+std::int64_t CanBus::RateOf(const SimulatedNode& node) const {
+  return node.bitrate() == 0 ? configured_ : node.bitrate();
+}
+
+bool CanBus::Broadcast(const SimulatedNode* from, std::int64_t rate, const CanFrame& frame, MonoNs now) {
+  bool acknowledged = false;
+  for (Unit& unit : units_) {
+    if (unit.node.get() == from || !unit.node->present() || RateOf(*unit.node) != rate) continue;
+    acknowledged = true;
+    unit.node->OnFrame(frame, now);
+  }
+  return acknowledged;
+}
+
+bool CanBus::OnFrame(const CanFrame& frame, MonoNs now, const Transmit& transmit) {
+  OnDue(now, transmit);
+  const bool acknowledged = Broadcast(nullptr, host_, frame, now);
+  ++(acknowledged ? host_frames_ : unacknowledged_);
+  return acknowledged;
+}
+
+MonoNs CanBus::NextDue() const {
+  MonoNs due = kNever;
+  for (const Unit& unit : units_) due = std::min(due, unit.node->NextDue());
+  return due;
+}
+
+void CanBus::OnDue(MonoNs now, const Transmit& transmit) {
+  for (int round = 0; round < kMostRounds && NextDue() <= now; ++round) {
+    for (Unit& unit : units_) Serve(*unit.node, now, transmit);
+  }
+}
+
+void CanBus::Serve(SimulatedNode& node, MonoNs now, const Transmit& transmit) {
+  node.OnDue(now, [&](const CanFrame& frame) {
+    const std::int64_t rate = RateOf(node);
+    const bool taken = Broadcast(&node, rate, frame, now);
+    if (rate == host_) {
+      transmit(ToPacket(frame));
+    } else if (!taken) {
+      ++unheard_;
+    }
+  });
+}
+
+std::string CanBus::Set(std::string_view device, std::string_view key, std::string_view value, MonoNs now) {
+  const auto unit =
+      std::find_if(units_.begin(), units_.end(), [&](const Unit& candidate) { return candidate.name == device; });
+  if (unit == units_.end()) return "no simulated device '" + std::string(device) + "' here";
+  unit->node->Advance(now);
+  const std::string problem = unit->node->Set(key, value);
+  return problem.empty() ? "" : unit->name + '.' + std::string(key) + ": " + problem;
+}
+
+std::vector<std::pair<std::string, std::string>> CanBus::State(std::string_view device, MonoNs now) const {
+  const auto unit =
+      std::find_if(units_.begin(), units_.end(), [&](const Unit& candidate) { return candidate.name == device; });
+  if (unit == units_.end()) return {};
+  auto list = unit->node->State(now);
+  list.emplace_back("host_frames", std::to_string(host_frames_));
+  list.emplace_back("unacknowledged", std::to_string(unacknowledged_));
+  list.emplace_back("unheard", std::to_string(unheard_));
+  return list;
+}
+
+}  // namespace axlecast::saa_can

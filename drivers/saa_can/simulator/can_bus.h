@@ -1,0 +1,50 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "drivers/runtime/core/simulator.h"
+#include "drivers/saa_can/cia406/simulated_node.h"
+
+namespace axlecast::saa_can {
+
+// The nodes on one simulated CAN bus, and the bus between them and the host: every frame is heard by all others that
+// run at the same bit rate, and acknowledged when there is one.
+class CanBus final : public Simulator {
+ public:
+  struct Unit {
+    std::string name;
+    std::unique_ptr<SimulatedNode> node;
+  };
+  // `bitrate`: of the bus as configured.
+  CanBus(std::int64_t bitrate, std::vector<Unit> units);
+
+  [[nodiscard]] bool OnFrame(const CanFrame& frame, MonoNs now, const Transmit& transmit) override;
+  void OnBaud(std::int64_t bitrate) override { host_ = bitrate; }
+  [[nodiscard]] MonoNs NextDue() const override;
+  void OnDue(MonoNs now, const Transmit& transmit) override;
+  [[nodiscard]] std::string Set(std::string_view device, std::string_view key, std::string_view value,
+                                MonoNs now) override;
+  [[nodiscard]] std::vector<std::pair<std::string, std::string>> State(std::string_view device,
+                                                                       MonoNs now) const override;
+
+  [[nodiscard]] const SimulatedNode& node(std::size_t unit) const { return *units_[unit].node; }
+
+ private:
+  [[nodiscard]] std::int64_t RateOf(const SimulatedNode& node) const;
+  // Hands the frame of `from`, null for the host, to the other nodes; whether one of them took it.
+  bool Broadcast(const SimulatedNode* from, std::int64_t rate, const CanFrame& frame, MonoNs now);
+  void Serve(SimulatedNode& node, MonoNs now, const Transmit& transmit);
+
+  const std::int64_t configured_;
+  std::vector<Unit> units_;
+  std::int64_t host_;                // bit rate of the host
+  std::int64_t host_frames_ = 0;     // acknowledged
+  std::int64_t unacknowledged_ = 0;  // of the host
+  std::int64_t unheard_ = 0;         // of a node, with neither host nor node to acknowledge them
+};
+
+}  // namespace axlecast::saa_can
