@@ -17,7 +17,7 @@ import time
 import machine  # tests/e2e: how a machine under test is started
 import poll_efficiency
 
-TARGETS = ("unpaced", "slots", "latency", "cpu", "start", "commands", "decode", "stream", "poll")
+TARGETS = ("unpaced", "slots", "latency", "cpu", "start", "commands", "decode", "stream", "poll", "guest")
 WARM_UP = 0.25  # s, before CPU time is counted
 
 
@@ -277,6 +277,22 @@ buses:
     def poll(self):
         for case, ideal, seen in poll_efficiency.measure(self, cycles=self.options.pairs):
             self.report.add(f"poll, {case.name}", "s", seen, case.target, ideal, [ideal / seen], at_most=False)
+
+    def guest(self):
+        """In QEMU, which has CAN and SPI; only what stands side by side means something."""
+        source = pathlib.Path(__file__).resolve().parents[1]
+        suite = source / "tests/vm/guest/bench_frames.py"
+        done = subprocess.run([source / "tests/vm/run", "--build", self.programs.parent, suite], stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, text=True, check=False)
+        figures = [json.loads(line.split("figures: ", 1)[1]) for line in done.stdout.splitlines() if "figures: " in line]
+        if done.returncode != 0 or not figures:
+            raise RuntimeError(f"tests/vm/run {suite}: {done.stdout[-2000:]}")
+        for row in figures:
+            if row["what"] == "can":
+                self.report.add("CAN, CPU time of a frame", "us", row["driver_cpu_us_per_frame"], 10,
+                                row["candump_cpu_us_per_frame"], [row["ratio"]], judged=False)
+            print(f"  {row}")
+            self.report.rows.append(row)
 
     def decode(self):
         times = self.medians("decode_bench", "cpu_time")

@@ -53,7 +53,7 @@ std::string ReadOption(const std::string& key, const std::string& value, Options
 // What is wrong with the settings; empty when nothing is.
 std::string ReadOptions(const DecodeSettings& settings, Options& options) {
   for (const auto& [key, value] : settings) {
-    if (const std::string problem = ReadOption(key, value, options); !problem.empty()) return problem;
+    if (std::string problem = ReadOption(key, value, options); !problem.empty()) return problem;
   }
   return "";
 }

@@ -14,7 +14,7 @@ namespace {
 std::string Decoded(std::uint32_t id, const std::vector<std::uint8_t>& data, const DecodeSettings& settings = {}) {
   bool usable = false;
   const CanPacket packet = ToPacket({.id = id, .data = InlineBytes<kMaxCanData>(data)});
-  const std::string text = Decode(settings, packet, &usable).dump();
+  std::string text = Decode(settings, packet, &usable).dump();
   EXPECT_TRUE(usable) << text;
   return text;
 }

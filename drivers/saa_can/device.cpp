@@ -69,7 +69,7 @@ std::optional<CanFrame> SaaCanDevice::SetUp(MonoNs now) const {
 
 MonoNs SaaCanDevice::PollAt() const {
   if (interpreter_.awaiting()) return kNever;
-  return interpreter_.silent_in_a_row() < kGone ? 0 : sent_at_ + kAskGone;
+  return interpreter_.silent_in_a_row() < kGone ? interpreter_.next_request_at() : sent_at_ + kAskGone;
 }
 
 // One that was switched off and on may have to be started again: 01 NN brings a position too.

@@ -98,7 +98,15 @@ TEST(SaaCanSingle, NeverTwoRequestsAtOnce) {
   bus.Run(kSecond);
   EXPECT_EQ(bus.Errors(ErrorKind::kTimeout), 0);
   EXPECT_LE(bus.frames->sent().size(), bus.output().samples.size() + 1);
-  EXPECT_NEAR(static_cast<double>(bus.output().samples.size()), 110, 15);
+  EXPECT_NEAR(bus.frames->Sent(0x220, 0x80), 120, 15) << "8 ms each";
+}
+
+// Nor when positions come that nobody asked for: each would let one more request out.
+TEST(SaaCanSingle, AnEncoderThatSendsByItselfIsNotAskedMoreOften) {
+  SimulatedBus bus("a: {bits: 14, mode: single}", "a: {reply_us: 8000, cyclic: on, period_ms: 10}",
+                   "simulate: true, poll_hz: 900, ");
+  bus.Run(10 * kSecond);
+  EXPECT_LT(bus.frames->sent().size(), 1'400U);
 }
 
 TEST(SaaCanDevice, SeveralOnOneBusEachWithItsOwnFrames) {

@@ -27,6 +27,7 @@ void Interpreter::OnLinkUp(MonoNs now) {
   answering_ = false;
   silent_in_a_row_ = 0;
   awaiting_until_ = kNever;
+  pace_ = {};
   unconfirmed_ = false;
   windows_.fill({});
   if (settings_.mode == Mode::kCyclic) cadence_.Arrived(now);
@@ -74,7 +75,10 @@ void Interpreter::OnOwnSent(const Event& event) {
   if (!request) return;
   unconfirmed_ = true;
   const bool asks = request->command == Command::kRead || request->command == Command::kStart;
-  if (asks && settings_.mode == Mode::kSingle) awaiting_until_ = now_ + settings_.timeout;
+  if (asks && settings_.mode == Mode::kSingle) {
+    pace_.Asked(now_);
+    awaiting_until_ = now_ + settings_.timeout;
+  }
   if (!asks) OnCommand(*request, kNever);
 }
 
@@ -105,10 +109,16 @@ void Interpreter::OnCommand(const Request& request, MonoNs on_bus_at) {
 Interpreter::Heard Interpreter::OnData(const Event& event) {
   answering_ = true;
   silent_in_a_row_ = 0;
-  awaiting_until_ = kNever;
+  NoteAnswer();
   if (settings_.mode == Mode::kCyclic) cadence_.Arrived(now_);
   if (const auto command = Withhold(event)) return {.reading = {}, .acknowledged = command, .frame = true};
   return OnPosition(event);
+}
+
+void Interpreter::NoteAnswer() {
+  if (awaiting_until_ == kNever) return pace_.CameUnasked(now_);
+  awaiting_until_ = kNever;
+  pace_.Answered(now_);
 }
 
 std::optional<Command> Interpreter::Withhold(const Event& event) {

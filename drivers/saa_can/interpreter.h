@@ -7,6 +7,7 @@
 #include "drivers/runtime/bus/cadence.h"
 #include "drivers/runtime/core/device.h"
 #include "drivers/runtime/core/event.h"
+#include "drivers/saa_can/answer_pace.h"
 #include "drivers/saa_can/settings.h"
 
 namespace axlecast::saa_can {
@@ -50,6 +51,8 @@ class Interpreter {
   [[nodiscard]] bool answering() const { return answering_; }
   // kSingle: a position was asked for, and has not come yet.
   [[nodiscard]] bool awaiting() const { return awaiting_until_ != kNever; }
+  // kSingle: the next request may go out then.
+  [[nodiscard]] MonoNs next_request_at() const { return pace_.free_at(); }
   // An own frame is in the controller's queue: nobody has acknowledged it yet.
   [[nodiscard]] bool unconfirmed() const { return unconfirmed_; }
   // Of the positions, as the file says or as the last acknowledged command has set it.
@@ -70,6 +73,7 @@ class Interpreter {
   };
 
   void OnOwnSent(const Event& event);
+  void NoteAnswer();
   void OnConfirmed(const Event& event);
   void OnCommand(const Request& request, MonoNs on_bus_at);
   [[nodiscard]] Heard OnData(const Event& event);
@@ -90,6 +94,7 @@ class Interpreter {
   bool answering_ = false;
   int silent_in_a_row_ = 0;
   MonoNs awaiting_until_ = kNever;
+  AnswerPace pace_;
   bool unconfirmed_ = false;
   std::array<Window, kAcknowledged.size()> windows_;
   std::uint8_t per_second_ordered_ = 0;  // TT of the last 31 NN; 0: none, or one that stops

@@ -128,21 +128,26 @@ void SaaNode::OnService(const CanFrame& frame, MonoNs now) {
   const bool whole = data.size() == 8 && AllZero(data.subspan(3));
   if (whole && data[0] == 0x04 && data[1] <= 1 && data[2] == 0) {
     configuration_ = data[1] == 1;
-  } else if (!whole || !configuration_) {
+  } else if (!whole || !configuration_ || !Configure(data, now)) {
     ++counters_.ignored;
-  } else if (data[0] == 0x11 && data[1] != 0 && data[2] == 0) {
+  }
+}
+
+// False when it is none of ②③.
+bool SaaNode::Configure(Bytes data, MonoNs now) {
+  if (data[0] == 0x11 && data[1] != 0 && data[2] == 0) {
     next_node_ = data[1];
     ++counters_.changes;
     AnswerService(0x11, 0, now);
     if (!changes_at_power_on_) node_ = next_node_;
-  } else if (data[0] == 0x13 && data[1] == 0) {
-    const bool known = data[2] == 0x00 || data[2] == 0x02 || data[2] == 0x03;
-    if (known) next_bitrate_ = data[2] == 0x00 ? 1'000'000 : data[2] == 0x02 ? 500'000 : 250'000;
-    if (known) ++counters_.changes;
-    AnswerService(0x13, known ? 0 : 1, now);
-  } else {
-    ++counters_.ignored;
+    return true;
   }
+  if (data[0] != 0x13 || data[1] != 0) return false;
+  const bool known = data[2] == 0x00 || data[2] == 0x02 || data[2] == 0x03;
+  if (known) next_bitrate_ = data[2] == 0x00 ? 1'000'000 : data[2] == 0x02 ? 500'000 : 250'000;
+  if (known) ++counters_.changes;
+  AnswerService(0x13, known ? 0 : 1, now);
+  return true;
 }
 
 // ---- what it says ----

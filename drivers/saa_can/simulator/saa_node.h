@@ -78,6 +78,7 @@ class SaaNode final : public SimulatedNode {
   [[nodiscard]] bool Execute(const CanFrame& frame, MonoNs now);
   [[nodiscard]] bool TakePeriod(std::uint8_t per_second, MonoNs now);
   void OnService(const CanFrame& frame, MonoNs now);
+  [[nodiscard]] bool Configure(Bytes data, MonoNs now);
   void Answer(std::uint8_t code, MonoNs now);
   void AnswerService(std::uint8_t code, std::uint8_t result, MonoNs now);
   void AnswerPosition(MonoNs now);
