@@ -39,25 +39,6 @@ struct BissQuantities {
     if (problem.empty()) into = std::floor(into);
     return problem;
   }
-  static std::string SetAcceleration(E& e, Text value) {
-    double rad_s2 = 0;
-    std::string problem = ReadNumber(value, 1, 200'000, "rad/s^2", rad_s2);
-    if (problem.empty()) e.shaft_.SetAcceleration(rad_s2);
-    return problem;
-  }
-  static std::string SetMotion(E& e, Text value) {
-    std::string problem = OrderMotion(e.shaft_, value, e.now_);
-    if (problem.empty()) e.motion_ = value;
-    return problem;
-  }
-  static std::string SetSpeed(E& e, Text value) {
-    double rpm = 0;
-    std::string problem = ReadNumber(value, -20'000, 20'000, "rpm", rpm);
-    if (!problem.empty()) return problem;
-    e.shaft_.Run(rpm, e.now_);
-    e.motion_ = "constant";
-    return {};
-  }
   static std::string SetFault(E& e, Text value) {
     SimulatedFault fault;
     std::string problem = ParseFault(value, fault);
@@ -92,9 +73,12 @@ const QuantityTable<SimulatedEncoder>& BissQuantities::Table() {
        [](const E& e) { return std::string(kWirings.at(static_cast<std::size_t>(e.wiring_))); }},
       {"noise_counts", [](E& e, Text v) { return SetWhole(v, 0, 1'000, "counts", e.noise_counts_); },
        [](const E& e) { return NumberText(e.noise_counts_); }},
-      {"accel_rad_s2", SetAcceleration, [](const E& e) { return NumberText(e.shaft_.acceleration_rad_s2()); }},
-      {"motion", SetMotion, [](const E& e) { return e.motion_; }},
-      {"speed_rpm", SetSpeed, [](const E& e) { return NumberText(e.shaft_.At(e.now_).speed_rpm); }},
+      {"accel_rad_s2", [](E& e, Text v) { return OrderAcceleration(e.shaft_, v); },
+       [](const E& e) { return NumberText(e.shaft_.acceleration_rad_s2()); }},
+      {"motion", [](E& e, Text v) { return OrderMotion(e.shaft_, v, e.now_, e.motion_); },
+       [](const E& e) { return e.motion_; }},
+      {"speed_rpm", [](E& e, Text v) { return OrderSpeed(e.shaft_, v, e.now_, e.motion_); },
+       [](const E& e) { return NumberText(e.shaft_.At(e.now_).speed_rpm); }},
       {"fault", SetFault, [](const E& e) { return FaultText(e.fault_); }},
       {"power", [](E& e, Text v) { return OnOff(v, e.powered_); }, [](const E& e) { return Word(e.powered_); }},
   };

@@ -14,7 +14,6 @@ namespace {
 using Encoder = SimulatedEncoder;
 using Word = std::string_view;
 
-constexpr double kMostRpm = 20'000;
 constexpr double kMostAddress = 247;
 constexpr std::array<std::int64_t, 5> kRates = {2'400, 4'800, 9'600, 19'200, 57'600};
 
@@ -98,28 +97,6 @@ std::string SetBaudReply(Encoder& encoder, Word value) {
   return problem;
 }
 
-std::string SetAcceleration(Encoder& encoder, Word value) {
-  double rad_s2 = 0;
-  std::string problem = ReadNumber(value, 1, 200'000, "rad/s^2", rad_s2);
-  if (problem.empty()) encoder.shaft.SetAcceleration(rad_s2);
-  return problem;
-}
-
-std::string SetMotion(Encoder& encoder, Word value) {
-  std::string problem = OrderMotion(encoder.shaft, value, encoder.now);
-  if (problem.empty()) encoder.motion = value;
-  return problem;
-}
-
-std::string SetSpeed(Encoder& encoder, Word value) {
-  double rpm = 0;
-  std::string problem = ReadNumber(value, -kMostRpm, kMostRpm, "rpm", rpm);
-  if (!problem.empty()) return problem;
-  encoder.shaft.Run(rpm, encoder.now);
-  encoder.motion = "constant";
-  return {};
-}
-
 std::string SetFault(Encoder& encoder, Word value) {
   std::string problem = ParseFault(value, encoder.fault);
   if (problem.empty()) encoder.stuck_at = encoder.shaft.At(encoder.now).angle;
@@ -155,9 +132,12 @@ const QuantityTable<SimulatedEncoder>& Table() {
        [](const E& e) { return Either(e.two_points == E::TwoPoints::kIgnored, "padded", "ignored"); }},
       {"baud_reply", SetBaudReply,
        [](const E& e) { return Either(e.baud_reply == E::BaudReply::kNew, "old", "new"); }},
-      {"accel_rad_s2", SetAcceleration, [](const E& e) { return NumberText(e.shaft.acceleration_rad_s2()); }},
-      {"motion", SetMotion, [](const E& e) { return e.motion; }},
-      {"speed_rpm", SetSpeed, [](const E& e) { return NumberText(e.shaft.At(e.now).speed_rpm); }},
+      {"accel_rad_s2", [](E& e, Word v) { return OrderAcceleration(e.shaft, v); },
+       [](const E& e) { return NumberText(e.shaft.acceleration_rad_s2()); }},
+      {"motion", [](E& e, Word v) { return OrderMotion(e.shaft, v, e.now, e.motion); },
+       [](const E& e) { return e.motion; }},
+      {"speed_rpm", [](E& e, Word v) { return OrderSpeed(e.shaft, v, e.now, e.motion); },
+       [](const E& e) { return NumberText(e.shaft.At(e.now).speed_rpm); }},
       {"fault", SetFault, [](const E& e) { return FaultText(e.fault); }},
       {"power", SetPower, [](const E& e) { return Either(!e.powered, "on", "off"); }},
   };

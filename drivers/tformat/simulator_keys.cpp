@@ -13,7 +13,6 @@
 namespace axlecast::tformat {
 namespace {
 
-constexpr double kMostRpm = 20'000;
 constexpr double kMostVolts = 4.75;  // spec 5.3
 
 using Text = std::string_view;
@@ -42,28 +41,6 @@ std::string SetBattery(SimulatedAxis& axis, Text value) {
   std::string problem = ReadNumber(value, 0, kMostVolts, "V (0: no battery)", volts);
   if (problem.empty()) axis.encoder.SetBattery(volts, axis.encoder.now());
   return problem;
-}
-
-std::string SetAcceleration(SimulatedAxis& axis, Text value) {
-  double rad_s2 = 0;
-  std::string problem = ReadNumber(value, 1, 200'000, "rad/s^2", rad_s2);
-  if (problem.empty()) axis.encoder.Turn(axis.encoder.now()).SetAcceleration(rad_s2);
-  return problem;
-}
-
-std::string SetMotion(SimulatedAxis& axis, Text value) {
-  std::string problem = OrderMotion(axis.encoder.Turn(axis.encoder.now()), value, axis.encoder.now());
-  if (problem.empty()) axis.motion = value;
-  return problem;
-}
-
-std::string SetSpeed(SimulatedAxis& axis, Text value) {
-  double rpm = 0;
-  std::string problem = ReadNumber(value, -kMostRpm, kMostRpm, "rpm", rpm);
-  if (!problem.empty()) return problem;
-  axis.encoder.Turn(axis.encoder.now()).Run(rpm, axis.encoder.now());
-  axis.motion = "constant";
-  return {};
 }
 
 std::string SetCountingError(SimulatedAxis& axis, Text value) {
@@ -215,10 +192,14 @@ const QuantityTable<SimulatedAxis>& Table() {
       {"battery_v", SetBattery, [](const A& a) { return NumberText(a.encoder.battery_volts()); }},
       {"counting_error", SetCountingError, CountingErrorText},
       {"multi_turn_jump", SetJump, [](const A& a) { return std::to_string(a.encoder.turns_jumped()); }},
-      {"accel_rad_s2", SetAcceleration,
+      {"accel_rad_s2", [](A& a, Text v) { return OrderAcceleration(a.encoder.Turn(a.encoder.now()), v); },
        [](const A& a) { return NumberText(a.encoder.shaft().acceleration_rad_s2()); }},
-      {"motion", SetMotion, [](const A& a) { return a.motion; }},
-      {"speed_rpm", SetSpeed, [](const A& a) { return NumberText(Speed(a)); }},
+      {"motion",
+       [](A& a, Text v) { return OrderMotion(a.encoder.Turn(a.encoder.now()), v, a.encoder.now(), a.motion); },
+       [](const A& a) { return a.motion; }},
+      {"speed_rpm",
+       [](A& a, Text v) { return OrderSpeed(a.encoder.Turn(a.encoder.now()), v, a.encoder.now(), a.motion); },
+       [](const A& a) { return NumberText(Speed(a)); }},
       {"fault", SetFault, [](const A& a) { return FaultText(a.fault); }},
       {"power", SetPower, [](const A& a) { return std::string(a.encoder.powered() ? "on" : "off"); }},
   };

@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kMostDegrees = 1e8;
 constexpr double kMostRpm = 20'000;
+constexpr double kMostAcceleration = 200'000;  // rad/s^2
 
 std::vector<std::string_view> Split(std::string_view text) {
   std::vector<std::string_view> parts;
@@ -59,9 +60,7 @@ std::string OrderMove(Shaft& shaft, const std::vector<std::string_view>& parts, 
   return {};
 }
 
-}  // namespace
-
-std::string OrderMotion(Shaft& shaft, std::string_view text, MonoNs now) {
+std::string Begin(Shaft& shaft, std::string_view text, MonoNs now) {
   if (text == "stop") {
     shaft.Run(0, now);
     return {};
@@ -75,6 +74,30 @@ std::string OrderMotion(Shaft& shaft, std::string_view text, MonoNs now) {
   if (name == "move" && parts.size() == 2) return OrderMove(shaft, parts, now);
   return "'" + std::string(text) +
          "' is none of stop, sine:AMPLITUDE_DEG,PERIOD_S, shuttle:FROM_DEG,TO_DEG,RPM, move:TO_DEG,RPM";
+}
+
+}  // namespace
+
+std::string OrderMotion(Shaft& shaft, std::string_view text, MonoNs now, std::string& motion) {
+  std::string problem = Begin(shaft, text, now);
+  if (problem.empty()) motion = text;
+  return problem;
+}
+
+std::string OrderSpeed(Shaft& shaft, std::string_view text, MonoNs now, std::string& motion) {
+  double rpm = 0;
+  std::string problem = ReadNumber(text, -kMostRpm, kMostRpm, "rpm", rpm);
+  if (!problem.empty()) return problem;
+  shaft.Run(rpm, now);
+  motion = "constant";
+  return {};
+}
+
+std::string OrderAcceleration(Shaft& shaft, std::string_view text) {
+  double rad_s2 = 0;
+  std::string problem = ReadNumber(text, 1, kMostAcceleration, "rad/s^2", rad_s2);
+  if (problem.empty()) shaft.SetAcceleration(rad_s2);
+  return problem;
 }
 
 }  // namespace axlecast

@@ -18,25 +18,6 @@ struct NodeQuantities {
 
   static const QuantityTable<N>& Table();
 
-  static std::string SetAcceleration(N& n, Text value) {
-    double rad_s2 = 0;
-    std::string problem = ReadNumber(value, 1, 200'000, "rad/s^2", rad_s2);
-    if (problem.empty()) n.encoder_.shaft.SetAcceleration(rad_s2);
-    return problem;
-  }
-  static std::string SetMotion(N& n, Text value) {
-    std::string problem = OrderMotion(n.encoder_.shaft, value, n.now_);
-    if (problem.empty()) n.motion_ = value;
-    return problem;
-  }
-  static std::string SetSpeed(N& n, Text value) {
-    double rpm = 0;
-    std::string problem = ReadNumber(value, -20'000, 20'000, "rpm", rpm);
-    if (!problem.empty()) return problem;
-    n.encoder_.shaft.Run(rpm, n.now_);
-    n.motion_ = "constant";
-    return {};
-  }
   // A frame that was hit by noise reaches nobody: its CRC is wrong, and it is sent again.
   static std::string SetFault(N& n, Text value) {
     SimulatedFault fault;
@@ -133,10 +114,12 @@ const QuantityTable<Cia406Node>& NodeQuantities::Table() {
        [](const N& n) { return axlecast::Text("0x%04X", n.dictionary_.Get(0x6505, 0)); }},
       {"noise_counts", [](N& n, Text v) { return ReadNumber(v, 0, 1'000, "counts", n.encoder_.noise_counts); },
        [](const N& n) { return NumberText(n.encoder_.noise_counts); }},
-      {"accel_rad_s2", SetAcceleration,
+      {"accel_rad_s2", [](N& n, Text v) { return OrderAcceleration(n.encoder_.shaft, v); },
        [](const N& n) { return NumberText(n.encoder_.shaft.acceleration_rad_s2()); }},
-      {"motion", SetMotion, [](const N& n) { return n.motion_; }},
-      {"speed_rpm", SetSpeed, [](const N& n) { return NumberText(n.encoder_.shaft.At(n.now_).speed_rpm); }},
+      {"motion", [](N& n, Text v) { return OrderMotion(n.encoder_.shaft, v, n.now_, n.motion_); },
+       [](const N& n) { return n.motion_; }},
+      {"speed_rpm", [](N& n, Text v) { return OrderSpeed(n.encoder_.shaft, v, n.now_, n.motion_); },
+       [](const N& n) { return NumberText(n.encoder_.shaft.At(n.now_).speed_rpm); }},
       {"fault", SetFault, [](const N& n) { return FaultText(n.fault_); }},
       {"power", SetPower, [](const N& n) { return std::string(n.present() ? "on" : "off"); }},
       {"nmt", SetNmt, NmtText},

@@ -47,25 +47,6 @@ struct SaaNodeQuantities {
     if (problem.empty()) n.next_position_ = n.cyclic_ && n.running_ ? n.now_ + n.Period() : kNever;
     return problem;
   }
-  static std::string SetAcceleration(N& n, Text value) {
-    double rad_s2 = 0;
-    std::string problem = ReadNumber(value, 1, 200'000, "rad/s^2", rad_s2);
-    if (problem.empty()) n.shaft_.SetAcceleration(rad_s2);
-    return problem;
-  }
-  static std::string SetMotion(N& n, Text value) {
-    std::string problem = OrderMotion(n.shaft_, value, n.now_);
-    if (problem.empty()) n.motion_ = value;
-    return problem;
-  }
-  static std::string SetSpeed(N& n, Text value) {
-    double rpm = 0;
-    std::string problem = ReadNumber(value, -20'000, 20'000, "rpm", rpm);
-    if (!problem.empty()) return problem;
-    n.shaft_.Run(rpm, n.now_);
-    n.motion_ = "constant";
-    return {};
-  }
   static std::string SetFault(N& n, Text value) {
     SimulatedFault fault;
     std::string problem = ParseFault(value, fault);
@@ -110,9 +91,12 @@ const QuantityTable<SaaNode>& SaaNodeQuantities::Table() {
        [](const N& n) { return NumberText(n.noise_counts_); }},
       {"zero_error_deg", [](N& n, Text v) { return ReadNumber(v, -10, 10, "deg", n.zero_error_deg_); },
        [](const N& n) { return NumberText(n.zero_error_deg_); }},
-      {"accel_rad_s2", SetAcceleration, [](const N& n) { return NumberText(n.shaft_.acceleration_rad_s2()); }},
-      {"motion", SetMotion, [](const N& n) { return n.motion_; }},
-      {"speed_rpm", SetSpeed, [](const N& n) { return NumberText(n.shaft_.At(n.now_).speed_rpm); }},
+      {"accel_rad_s2", [](N& n, Text v) { return OrderAcceleration(n.shaft_, v); },
+       [](const N& n) { return NumberText(n.shaft_.acceleration_rad_s2()); }},
+      {"motion", [](N& n, Text v) { return OrderMotion(n.shaft_, v, n.now_, n.motion_); },
+       [](const N& n) { return n.motion_; }},
+      {"speed_rpm", [](N& n, Text v) { return OrderSpeed(n.shaft_, v, n.now_, n.motion_); },
+       [](const N& n) { return NumberText(n.shaft_.At(n.now_).speed_rpm); }},
       {"fault", SetFault, [](const N& n) { return FaultText(n.fault_); }},
       {"power", SetPower, [](const N& n) { return Word(n.powered_, "off", "on"); }},
   };
