@@ -19,7 +19,8 @@ class Unusable(Exception):
 
 def run(*command, cwd=None):
     try:
-        return subprocess.run([str(word) for word in command], cwd=cwd, check=True, capture_output=True, text=True).stdout
+        words = [str(word) for word in command]
+        return subprocess.run(words, cwd=cwd, check=True, capture_output=True, text=True).stdout
     except FileNotFoundError:
         raise Unusable(f"{command[0]} is missing: install the packages_vm of tools/packages.sh") from None
     except subprocess.CalledProcessError as error:

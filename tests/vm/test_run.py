@@ -61,13 +61,15 @@ class Run(unittest.TestCase):
         self.assertTrue(output.endswith("FAILED: the guest did not end within 4 s and was killed\n"), output)
 
     def test_an_unknown_suite_and_a_missing_program_are_refused(self):
-        done = subprocess.run([RUN, "--build", BUILD, "warp_drive"], capture_output=True, text=True, check=False)
-        self.assertEqual(done.returncode, 1)
-        self.assertRegex(done.stderr, "no suite test_warp_drive.py; there are: .*can_interface")
-        done = subprocess.run([RUN, "--build", BUILD, "can_interface"], capture_output=True, text=True, check=False,
-                              env={"PATH": "/nowhere"})
-        self.assertEqual(done.returncode, 1)
-        self.assertIn("is missing: ", done.stderr)
+        with tempfile.TemporaryDirectory(prefix="axlecast-vm-") as folder:
+            command = [RUN, "--build", BUILD, "--results", f"{folder}/results"]
+            done = subprocess.run([*command, "warp_drive"], capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 1)
+            self.assertRegex(done.stderr, "no suite test_warp_drive.py; there are: .*can_interface")
+            done = subprocess.run([*command, "can_interface"], capture_output=True, text=True, check=False,
+                                  env={"PATH": "/nowhere"})
+            self.assertEqual(done.returncode, 1)
+            self.assertIn("is missing: ", done.stderr)
 
 
 if __name__ == "__main__":

@@ -25,14 +25,16 @@ def is_error(line):
 
 def details(interface):
     """What `ip -details link show` tells of its controller: state, bittiming and so on."""
-    done = subprocess.run(["ip", "-details", "-json", "link", "show", interface], check=True, capture_output=True, text=True)
+    done = subprocess.run(["ip", "-details", "-json", "link", "show", interface], check=True, capture_output=True,
+                          text=True)
     return json.loads(done.stdout)[0]["linkinfo"]["info_data"]
 
 
 def ip_link(*lines):
     """`ip link set` with each of these, in one process; its complaint when one fails."""
     batch = "".join(f"link set {line}\n" for line in lines)
-    return subprocess.run(["ip", "-batch", "-"], input=batch, capture_output=True, text=True, check=False).stderr.strip()
+    done = subprocess.run(["ip", "-batch", "-"], input=batch, capture_output=True, text=True, check=False)
+    return done.stderr.strip()
 
 
 def up(interface, bitrate=250000, options=""):

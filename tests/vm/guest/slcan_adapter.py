@@ -1,5 +1,5 @@
-"""A CAN adapter on a serial line, which the kernel's own driver `slcan` makes into a CAN interface: what QEMU's bus does
-not model stands here. Its controller counts errors as ISO 11898-1 12.1.4 has it and tells the kernel of its states, so
+"""A CAN adapter on a serial line, which the kernel's own driver `slcan` makes into a CAN interface: what QEMU's bus
+does not model stands here. Its controller counts errors as ISO 11898-1 12.1.4 has it and tells the kernel of its states, so
 that a wrong bit rate, an open cable, a short circuit and lost frames look to the kernel as they do on a real adapter.
 
 The bus behind it is a CAN interface of the guest (`wire`): a simulator on the other controller is a node of it.
@@ -38,7 +38,7 @@ class SlcanAdapter:
         self.commands = []
         self.tec = self.rec = 0
         self.state = "a"
-        self.since = {}          # when each state was entered first, time.time_ns
+        self.since = {}          # when each state was entered first, and "e": the first error; time.time_ns
         self.lost_at = 0         # when the first frame was lost, likewise
         self.lost = False        # receives frames and has no room for them
         self.waiting = collections.deque()
@@ -133,6 +133,7 @@ class SlcanAdapter:
             self._say(line_of(frame))
 
     def _tell_errors(self, kinds):
+        self.since.setdefault("e", time.time_ns())
         # Three letters: slcan ignored shorter messages until Linux 6.14.
         self._say(f"e3{kinds}")
         self._tell_state()

@@ -59,8 +59,7 @@ class Spidev:
             rx = ctypes.create_string_buffer(length)
             kept.append(tx)
             received.append(rx)
-            array += struct.pack("=QQIIHBBBBBB", ctypes.addressof(tx) if tx else 0, ctypes.addressof(rx), length, hz, 0, bits,
-                                 0, 0, 0, 0, 0)
+            array += struct.pack("=QQIIHB5x", ctypes.addressof(tx) if tx else 0, ctypes.addressof(rx), length, hz, 0, bits)
         buffer = ctypes.create_string_buffer(array, len(array))
         total = ctypes.CDLL(None, use_errno=True).ioctl(self.file, ctypes.c_ulong(message(len(parts))), buffer)
         if total < 0:

@@ -5,7 +5,7 @@ import unittest
 
 import can_bus
 from can_bus import Candump, cansend
-from can_machine import OFFLINE, CanMachine
+from can_machine import OFFLINE, WITHIN, CanMachine
 from machine import wait_for
 from slcan_adapter import SlcanAdapter
 
@@ -127,7 +127,7 @@ class Driver(CanMachine):
 
     def test_an_open_cable_is_reported_and_over_when_it_is_plugged_in(self):
         self.adapter.plugged = False
-        began = wait_for(lambda: self.adapter.since.get("p"), "an order that nobody acknowledges")
+        began = wait_for(lambda: self.adapter.since.get("e"), "an order that nobody acknowledges")
         self.assertIn("cable", self.reported(began, f"{self.name}: nobody acknowledges")["last_error"])
         self.alarmed(began, "can_unacknowledged")
         self.wait_device(OFFLINE)
@@ -136,7 +136,7 @@ class Driver(CanMachine):
 
     def test_a_wrong_bit_rate_on_the_wire_is_reported_and_over_when_it_is_right(self):
         self.adapter.wire_bitrate = 500000
-        began = wait_for(lambda: self.adapter.since.get("p"), "errors")
+        began = wait_for(lambda: self.adapter.since.get("e"), "errors")
         self.assertIn("250000", self.reported(began, f"{self.name}: .*check bit rate")["last_error"])
         self.wait_device(OFFLINE)
         self.adapter.wire_bitrate = 250000
@@ -155,7 +155,7 @@ class Driver(CanMachine):
         began = time.time_ns()
         self.adapter.pull_out()
         # The kernel itself takes its time to unregister an interface.
-        self.reported(began, f"{self.name} does not exist", within=3)
+        self.reported(began, f"{self.name} does not exist", within=WITHIN + 2)
         self.adapter = SlcanAdapter("can0")
         self.assertEqual(self.adapter.name, self.name)
         can_bus.up(self.name, 250000)

@@ -1,5 +1,5 @@
-"""The guest itself: two controllers on one bus, seen by can-utils and by the kernel's own interface. If this fails, what
-the other suites say of our drivers means nothing."""
+"""The guest itself: two controllers on one bus, seen by can-utils and by the kernel's own interface. If this fails,
+what the other suites say of our drivers means nothing."""
 
 import errno
 import socket
@@ -35,8 +35,8 @@ class CanInterface(unittest.TestCase):
             self.assertEqual([f"{line.id}#{line.data}" for line in dump.wait(len(frames))], frames)
 
     def test_the_kernel_stamps_the_arrival(self):
-        """However late a frame is read. The kernel begins with it some time after it was first asked to: a frame that has
-        come before has the time at which it was read."""
+        """However late a frame is read. The kernel begins with it some time after it was first asked to: a frame that
+        has come before has the time at which it was read."""
         receiver, sender = self.raw("can0"), self.raw("can1")
         receiver.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPNS, 1)
 

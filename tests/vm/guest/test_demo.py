@@ -71,7 +71,8 @@ class Demo(Machine):
         def never_online():
             return [name for name in devices if not any(m["state"] == ONLINE for m in watch.of(f"DEVICE/{name}"))]
         wait_for(lambda: not never_online(),
-                 lambda: f"{[watch.last(f'DEVICE/{name}') or name for name in never_online()]}; {self.log('up')[-3000:]}")
+                 lambda: f"{[watch.last(f'DEVICE/{name}') or name for name in never_online()]}; "
+                         f"{self.log('up')[-3000:]}")
         for device, counts, turns in (("turret", 9799, 0), ("gate", 2048, 17), ("spindle", 35555, 0)):
             position = wait_for(lambda: watch.last(f"POSITION/{device}"), f"a position of {device}")
             self.assertEqual((position["raw_counts"], position["raw_turns"], position["flags"] & (VALID | SIMULATED)),

@@ -12,8 +12,8 @@ class Io(unittest.TestCase):
         for interface in ("can0", "can1"):
             can_bus.up(interface)
             self.addCleanup(can_bus.down, interface)
-        done = subprocess.run([PROGRAMS / "vm_io_test", "--gtest_brief=1"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                              text=True, check=False)
+        done = subprocess.run([PROGRAMS / "vm_io_test", "--gtest_brief=1"], stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, text=True, check=False)
         print(done.stdout)
         self.assertEqual(done.returncode, 0, done.stdout)
         self.assertNotIn("SKIPPED", done.stdout)

@@ -34,7 +34,8 @@ class Readings(CanMachine):
         wait_for(lambda: len(self.positions(mark)) > 30, "the positions that waited")
         # A frame of two bytes takes 44 bits, 53 with stuff bits: 0.2 ms. Slow enough that no two frames are alike.
         arrivals = {int(line.data[2:4] + line.data[:2], 16): line.time for line in dump.lines("120")}
-        compared = [(p["utime"] / 1e6, arrivals[p["raw_counts"]]) for p in self.positions(mark) if p["raw_counts"] in arrivals]
+        compared = [(p["utime"] / 1e6, arrivals[p["raw_counts"]]) for p in self.positions(mark)
+                    if p["raw_counts"] in arrivals]
         self.assertGreater(len(compared), 30)
         for sampled, arrived in compared:
             self.assertLess(abs(arrived - sampled), 0.002, compared)
@@ -58,11 +59,13 @@ class Readings(CanMachine):
         out, err = zero.communicate(timeout=60)
         self.assertEqual((zero.returncode, json.loads(out)["verified"]), (0, 1), out + err)
         self.wait_position(0)
-        self.assertEqual([p for p in self.positions() if p["raw_counts"] not in (9799, 0)], [], "the reply as a position")
+        self.assertEqual([p for p in self.positions() if p["raw_counts"] not in (9799, 0)], [],
+                         "the reply as a position")
         self.assertEqual({line.data[:4] for line in witness.lines("220")}, {"0120", "2020"})
 
     def order_zero(self, witness):
-        """An order of which the encoder has heard; nothing when the driver refused it: the shaft must stand still first."""
+        """An order of which the encoder has heard; nothing when the driver refused it: the shaft must stand still
+        first."""
         zero = subprocess.Popen([BIN / "axlecast", "do", "turret", "zero", "--yes", "--config", self.config, "--json"],
                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
@@ -75,7 +78,7 @@ class Readings(CanMachine):
         return None
 
     def test_single_readings_are_asked_for_one_by_one(self):
-        device = TURRET % ", mode: single, timeout_us: 200000"
+        device = TURRET % ", mode: single, timeout_us: 500000"
         self.encoder(device)
         witness = Candump("can1", test=self)
         self.up(device=device, keys="poll_hz: 5")
@@ -90,12 +93,12 @@ class Interface(CanMachine):
         self.up()
         boot_id = self.boot_id()
         began = time.time_ns()
-        can_bus.up("can0", 200000)
-        message = self.reported(began, "can0 .* 200000 bit/s")
+        can_bus.up("can0", 500000)
+        message = self.reported(began, "can0 .* 500000 bit/s")
         self.assertEqual(message["state"], DOWN)
         line = self.type_what_it_says(message["last_error"])
-        self.assertEqual(line, "ip link set can0 down; ip link set can0 up type can bitrate 220000 restart-ms 100")
-        self.assertEqual(can_bus.details("can0")["bittiming"]["bitrate"], 220000)
+        self.assertEqual(line, "ip link set can0 down; ip link set can0 up type can bitrate 250000 restart-ms 100")
+        self.assertEqual(can_bus.details("can0")["bittiming"]["bitrate"], 250000)
         self.assert_recovered(boot_id)
 
     def test_an_interface_that_goes_down_is_reported_and_comes_back(self):
@@ -109,7 +112,7 @@ class Interface(CanMachine):
         self.alarmed(began, "link_down")
         self.wait_device(OFFLINE)
         line = self.type_what_it_says(message["last_error"])
-        self.assertEqual(line, "ip link set can0 up type can bitrate 220000 restart-ms 100")
+        self.assertEqual(line, "ip link set can0 up type can bitrate 250000 restart-ms 100")
         self.assert_recovered(boot_id)
 
     def test_a_second_driver_on_the_interface_is_refused(self):
@@ -131,8 +134,8 @@ class Interface(CanMachine):
 
 
 class Load(CanMachine):
-    """The emulated controllers carry some 1000 frames a second, whatever their bit rate, and lose what comes faster: what
-    candump gets is what came."""
+    """The emulated controllers carry some 1000 frames a second, whatever their bit rate, and lose what comes faster:
+    what candump gets is what came."""
 
     def test_nothing_is_lost_beside_others_at_90_percent_load(self):
         """20 kbit/s, frames of 8 bytes of at least 111 bits: 180 a second fill the bus."""

@@ -13,8 +13,8 @@ VALID = 0x1
 
 
 class Peer:
-    """A simulator's end of drivers/io/simulated_spi.h that writes down every transfer, (mode, bits per word, Hz, bytes out),
-    and answers each byte's complement."""
+    """A simulator's end of drivers/io/simulated_spi.h that writes down every transfer, (mode, bits per word, Hz,
+    bytes out), and answers each byte's complement."""
 
     def __init__(self, path):
         self.transfers = []
@@ -122,7 +122,8 @@ class Encoder(Machine):
 
     def wait_counts(self, counts, turns=0):
         wait_for(lambda: (lambda p: p and (p["raw_counts"], p["raw_turns"]) == (counts, turns))(self.position()),
-                 lambda: f"{counts} in turn {turns}, not {self.data.last('POSITION/axis')}; {self.log('driver-spi-0')[-2000:]}")
+                 lambda: f"{counts} in turn {turns}, not {self.data.last('POSITION/axis')}; "
+                         f"{self.log('driver-spi-0')[-2000:]}")
 
     def encoder(self):
         return self.simulated(self.nodes, "spi-0")["devices"]["axis"]
