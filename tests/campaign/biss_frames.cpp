@@ -8,7 +8,6 @@
 // Usage: biss_frames TRANSFERS [MODE...]; prints some lines of figures per mode; exit 1 when a position outside the
 // bound was published valid, or a rate disagrees with theory.
 
-#include <algorithm>
 #include <array>
 #include <axlecast/position_t.hpp>
 #include <bit>
@@ -18,17 +17,15 @@
 #include <optional>
 #include <random>
 #include <string>
-#include <vector>
 
-#include "drivers/runtime/config/load.h"
-#include "drivers/runtime/core/decode_message.h"
-#include "drivers/runtime/position/channel.h"
-#include "tests/support/fixed_secrets.h"
+#include "tests/campaign/bit_flips.h"
+#include "tests/campaign/campaign_main.h"
+#include "tests/campaign/device_under_test.h"
+#include "tests/campaign/sweep.h"
+#include "tests/campaign/tally.h"
 
 namespace axlecast {
 namespace {
-
-using Long = long long;  // as printf wants it
 
 constexpr MonoNs kPeriod = kMillisecond;
 constexpr double kMaxSpeedRpm = 5'000;  // SAA manual 4.2
@@ -126,25 +123,20 @@ class Referee final : public MessageSink {
   }
 
   void Publish(const std::string& channel, Bytes message) override {
-    if (channel != "POSITION/axis1") return;
-    const auto position = DecodeMessage<position_t>(message);
-    if (!position || (position->flags & position_t::FLAG_VALID) == 0) {
-      ++withheld;
-      return;
-    }
-    ++valid;
+    const std::optional<position_t> position = tally.Count(channel, message);
+    if (!position) return;
     const bool right = position->raw_counts == truth;
     if (right || !bound.last) {
       bound.last = position;
       return;
     }
-    ++wrong;
-    outside += bound.Holds(position->raw_counts, position->mono_ns + position->time_uncertainty_ns) ? 0 : 1;
+    ++tally.wrong;
+    tally.outside += bound.Holds(position->raw_counts, position->mono_ns + position->time_uncertainty_ns) ? 0 : 1;
   }
 
   Bound bound;
   std::int64_t truth = 0;
-  std::int64_t withheld = 0, valid = 0, wrong = 0, outside = 0;
+  Tally tally;
 };
 
 struct Figures {
@@ -156,44 +148,30 @@ class Campaign {
  public:
   Campaign(const BusConfig& bus, const Mode& mode)
       : mode_(mode),
-        flip_(mode.bit_error_rate > 0 ? mode.bit_error_rate : 0.5),
+        flips_(mode.bit_error_rate, random_),
         noise_(mode.noise_rate),
         referee_(bus),
-        channel_(bus, bus.devices[0], {.boot_id = 1, .time = &time_, .sink = &referee_, .on_outcome = {}}),
-        device_(bus.family->make_device(bus, bus.devices[0], channel_, secrets_)) {
-    until_flip_ = flip_(random_);
-    time_.Update(now_, 1'700'000'000'000'000);
-    channel_.OnLink(true, "", now_);
-    device_->On(
-        {.kind = Event::Kind::kLinkUp, .sent = {now_, now_}, .received = {now_, now_}, .request = {}, .bytes = {}});
-    const Step step = device_->Next({.now = now_, .live_due = true});
+        axis_(bus, referee_, now_) {
+    const Step step = axis_.device().Next({.now = now_, .live_due = true});
     request_ = std::get<Exchange>(step.action).request;
   }
 
   void Run(std::int64_t transfers) {
     for (; figures_.transfers < transfers; now_ += kPeriod) {
-      if (now_ >= next_tick_) Tick();
+      axis_.Tick(now_);
       Transfer();
     }
   }
 
   [[nodiscard]] const Figures& figures() const { return figures_; }
   [[nodiscard]] const Referee& referee() const { return referee_; }
-  [[nodiscard]] const Channel& channel() const { return channel_; }
+  [[nodiscard]] const Channel& channel() const { return axis_.channel(); }
   [[nodiscard]] std::size_t samples() const { return request_.size() * 8; }
 
  private:
-  // A shaft that turns within its limits, through all positions alike.
   [[nodiscard]] std::uint64_t TruthCounts() const {
-    const double t = static_cast<double>(now_) * 1e-9;
-    const double turns = 31.7 * t + 4.0 * std::sin(t * 9.0);
+    const double turns = SweepTurns(now_);
     return static_cast<std::uint64_t>((turns - std::floor(turns)) * referee_.bound.turn);
-  }
-
-  void Tick() {
-    next_tick_ = now_ + 100 * kMillisecond;
-    time_.Update(now_, 1'700'000'000'000'000 + now_ / kMicrosecond);
-    channel_.Tick(now_);
   }
 
   void Transfer() {
@@ -208,19 +186,17 @@ class Campaign {
     std::array<std::uint8_t, 8> bytes{};
     for (unsigned i = 0; i < 8; ++i) bytes[i] = static_cast<std::uint8_t>(sent >> (56U - 8 * i));
     const MonoNs end = now_ + static_cast<MonoNs>(samples()) * kMicrosecond;
-    device_->On({.kind = Event::Kind::kReply,
-                 .sent = {now_, end},
-                 .received = {end, end},
-                 .request = request_,
-                 .bytes = Bytes(bytes).first(request_.size())});
+    axis_.device().On({.kind = Event::Kind::kReply,
+                       .sent = {now_, end},
+                       .received = {end, end},
+                       .request = request_,
+                       .bytes = Bytes(bytes).first(request_.size())});
   }
 
   Samples Damage(Samples samples) {
     if (mode_.noise_rate > 0) return noise_(random_) ? random_() & Mask() : samples;
-    for (; until_flip_ < static_cast<std::int64_t>(this->samples()); until_flip_ += 1 + flip_(random_)) {
-      samples ^= Samples{1} << (63U - static_cast<unsigned>(until_flip_));
-    }
-    until_flip_ -= static_cast<std::int64_t>(this->samples());
+    flips_.Over(static_cast<std::int64_t>(this->samples()),
+                [&](std::int64_t at) { samples ^= Samples{1} << (63U - static_cast<unsigned>(at)); });
     return samples;
   }
   [[nodiscard]] Samples Mask() const { return ~Samples{0} << (64U - static_cast<unsigned>(samples())); }
@@ -257,77 +233,45 @@ class Campaign {
 
   const Mode mode_;
   std::mt19937_64 random_{20'261'121};
-  std::geometric_distribution<std::int64_t> flip_;
+  BitFlips flips_;
   std::bernoulli_distribution noise_;
-  std::int64_t until_flip_ = 0;
   MonoNs now_ = 10 * kSecond;
-  MonoNs next_tick_ = 0;
-  Timebase time_;
   Referee referee_;
-  Channel channel_;
-  FixedSecrets secrets_;
-  std::unique_ptr<Device> device_;
+  DeviceUnderTest axis_;
   Frame request_;
   Figures figures_;
 };
 
-bool Agrees(std::int64_t seen, double expected) {
-  return std::abs(static_cast<double>(seen) - expected) <= 5 * std::sqrt(expected) + 0.05 * expected + 3;
-}
-
 bool RunMode(const Mode& mode, std::int64_t transfers) {
-  ConfigErrors errors("campaign");
-  const std::optional<MachineConfig> machine = ParseConfig(MachineText(mode.bits), errors);
-  if (!machine) {
-    std::fputs(errors.Text().c_str(), stderr);
-    return false;
-  }
+  const std::optional<MachineConfig> machine = CampaignMachine(MachineText(mode.bits));
+  if (!machine) return false;
   Campaign campaign(machine->buses[0], mode);
   campaign.Run(transfers);
   Figures figures = campaign.figures();
-  const Referee& referee = campaign.referee();
+  const Tally& tally = campaign.referee().tally;
   if (mode.noise_rate > 0) {
     // Two high, then one, two or three low, and 10; one frame in 64 has the right check bits. Half of these say that they
     // are valid, and their positions are anywhere.
     const double shape = 0.25 * (1.0 / 8 + 1.0 / 16 + 1.0 / 32);
     figures.expected_passing = static_cast<double>(figures.damaged) * shape / 64;
-    figures.expected_published = figures.expected_passing / 2 * referee.bound.ShareOfTurn(kPeriod);
+    figures.expected_published = figures.expected_passing / 2 * campaign.referee().bound.ShareOfTurn(kPeriod);
   }
   std::printf("%s\n  transfers %lld of %zu samples, damaged %lld; published valid %lld, withheld %lld\n", mode.name,
-              Long{figures.transfers}, campaign.samples(), Long{figures.damaged}, Long{referee.valid},
-              Long{referee.withheld});
+              Long{figures.transfers}, campaign.samples(), Long{figures.damaged}, Long{tally.valid},
+              Long{tally.withheld});
   std::printf("  wrong, passing the checks of one frame: %lld (theory %.0f)\n", Long{figures.passing},
               figures.expected_passing);
-  std::printf("  published valid and wrong: outside the bound %lld, inside it %lld (theory %.1f)\n  errors:",
-              Long{referee.outside}, Long{referee.wrong - referee.outside}, figures.expected_published);
-  for (std::size_t kind = 0; kind < kErrorKinds; ++kind) {
-    const std::int64_t count = campaign.channel().errors(static_cast<ErrorKind>(kind));
-    if (count > 0) std::printf(" %s %lld", ErrorName(static_cast<ErrorKind>(kind)), Long{count});
-  }
-  std::printf("\n");
-  std::fflush(stdout);
-  return referee.outside == 0 && referee.valid > figures.transfers / 4 &&
-         Agrees(figures.passing, figures.expected_passing) && Agrees(referee.wrong, figures.expected_published);
+  PrintWrong(tally, figures.expected_published);
+  PrintErrors(campaign.channel());
+  return tally.outside == 0 && tally.valid > figures.transfers / 4 &&
+         Agrees(figures.passing, figures.expected_passing) && Agrees(tally.wrong, figures.expected_published);
 }
 
 }  // namespace
-
-int CampaignMain(int argc, char** argv) {
-  const std::int64_t transfers = argc > 1 ? std::atoll(argv[1]) : 0;
-  if (transfers <= 0) {
-    std::fprintf(stderr, "usage: biss_frames TRANSFERS [MODE...]\n");
-    return 2;
-  }
-  const std::vector<std::string> wanted(argv + 2, argv + argc);
-  bool good = true;
-  for (const Mode& mode : kModes) {
-    if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), mode.name) == wanted.end()) continue;
-    good = RunMode(mode, transfers) && good;
-  }
-  std::printf("%s\n", good ? "no position outside the bound was published valid" : "FAILED");
-  return good ? 0 : 1;
-}
-
 }  // namespace axlecast
 
-int main(int argc, char** argv) { return axlecast::CampaignMain(argc, argv); }
+int main(int argc, char** argv) {
+  return axlecast::CampaignMain(argc, argv, "biss_frames TRANSFERS [MODE...]",
+                                "no position outside the bound was published valid", axlecast::kModes,
+                                axlecast::RunMode);
+}

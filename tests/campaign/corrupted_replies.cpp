@@ -10,22 +10,19 @@
 
 #include <algorithm>
 #include <array>
+#include <axlecast/position_t.hpp>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <functional>
-#include <numbers>
 #include <optional>
 #include <random>
 #include <string>
 #include <vector>
 
-#include <axlecast/position_t.hpp>
-
-#include "drivers/runtime/config/load.h"
-#include "drivers/runtime/core/decode_message.h"
-#include "drivers/runtime/position/channel.h"
-#include "tests/support/fixed_secrets.h"
+#include "tests/campaign/bit_flips.h"
+#include "tests/campaign/campaign_main.h"
+#include "tests/campaign/device_under_test.h"
+#include "tests/campaign/tally.h"
 
 namespace axlecast {
 namespace {
@@ -89,15 +86,12 @@ std::int64_t Position(const Reply& reply) {
 class Damage {
  public:
   Damage(double bit_error_rate, double byte_fault_rate, bool garbage)
-      : flips_(bit_error_rate > 0),
-        flip_(flips_ ? bit_error_rate : 0.5),
-        fault_(byte_fault_rate),
-        garbage_(garbage) {
-    until_flip_ = flip_(random_);
-  }
+      : flips_(bit_error_rate, random_), fault_(byte_fault_rate), garbage_(garbage) {}
 
   void Apply(Reply& reply) {
-    if (flips_) FlipBits(reply);
+    flips_.Over(static_cast<std::int64_t>(reply.size()) * 8, [&](std::int64_t bit) {
+      reply[static_cast<std::size_t>(bit / 8)] ^= static_cast<std::uint8_t>(1U << (bit % 8));
+    });
     if (!fault_(random_)) return;
     const std::size_t at = random_() % reply.size();
     const auto where = reply.begin() + static_cast<std::ptrdiff_t>(at);
@@ -117,45 +111,32 @@ class Damage {
   }
 
  private:
-  void FlipBits(Reply& reply) {
-    const std::int64_t bits = static_cast<std::int64_t>(reply.size()) * 8;
-    while (until_flip_ < bits) {
-      reply[static_cast<std::size_t>(until_flip_ / 8)] ^= static_cast<std::uint8_t>(1U << (until_flip_ % 8));
-      until_flip_ += 1 + flip_(random_);
-    }
-    until_flip_ -= bits;
-  }
-
   std::mt19937_64 random_{20'261'121};
-  bool flips_;
-  std::geometric_distribution<std::int64_t> flip_;
+  BitFlips flips_;
   std::bernoulli_distribution fault_;
   bool garbage_;
-  std::int64_t until_flip_ = 0;
 };
 
 // Judges every published position by the truth, and by where the shaft can be since it was last told correctly.
 class Referee final : public MessageSink {
  public:
   void Publish(const std::string& channel, Bytes message) override {
-    if (channel != "POSITION/axis1") return;
-    const auto position = DecodeMessage<position_t>(message);
-    if (position && (position->flags & position_t::FLAG_VALID) != 0) return Judge(*position);
-    ++withheld;
+    const std::optional<position_t> position = tally.Count(channel, message);
+    if (position) Judge(*position);
   }
 
-  std::int64_t withheld = 0, valid = 0, outside = 0, wrong = 0, wrong_close = 0;
+  Tally tally;
+  std::int64_t wrong_close = 0;
 
  private:
   void Judge(const position_t& position) {
-    ++valid;
     const double error = Distance(position, TruthCounts(position.mono_ns));
     // The uncertainty of the instant at full speed, and the rounding to a count.
     if (error <= 2 + kCountsPerNs * position.time_uncertainty_ns) {
       last_ = position;
       return;
     }
-    ++wrong;
+    ++tally.wrong;
     wrong_close += error <= 6 ? 1 : 0;
     if (!last_) return;
     const double elapsed = static_cast<double>(position.mono_ns - last_->mono_ns) + position.time_uncertainty_ns +
@@ -163,7 +144,9 @@ class Referee final : public MessageSink {
     // 16: twice the accumulated pitch error, +-8 LSB (spec 5.4.1); with FS the accuracy is 5 bits.
     const bool coarse = ((position.flags | last_->flags) & position_t::FLAG_LOW_ACCURACY) != 0;
     const double tolerance = 18 + (coarse ? static_cast<double>(kCountsPerTurn) / 32 : 0);
-    if (Distance(position, static_cast<double>(last_->counts)) > kCountsPerNs * elapsed + tolerance) ++outside;
+    if (Distance(position, static_cast<double>(last_->counts)) > kCountsPerNs * elapsed + tolerance) {
+      ++tally.outside;
+    }
   }
 
   // Without TURNS_VALID the whole turns are not claimed.
@@ -205,26 +188,17 @@ struct Figures {
 class Campaign {
  public:
   Campaign(const MachineConfig& machine, const Mode& mode)
-      : damage_(mode.bit_error_rate, mode.byte_fault_rate, mode.garbage),
-        channel_(machine.buses[0], machine.buses[0].devices[0],
-                 {.boot_id = 1, .time = &time_, .sink = &referee_, .on_outcome = {}}),
-        device_(machine.buses[0].family->make_device(machine.buses[0], machine.buses[0].devices[0], channel_,
-                                                     secrets_)) {
-    time_.Update(now_, 1'700'000'000'000'000);
-    channel_.OnLink(true, "", now_);
-    device_->On(
-        {.kind = Event::Kind::kLinkUp, .sent = {now_, now_}, .received = {now_, now_}, .request = {}, .bytes = {}});
-  }
+      : damage_(mode.bit_error_rate, mode.byte_fault_rate, mode.garbage), axis_(machine.buses[0], referee_, now_) {}
 
   void Run(std::int64_t exchanges) {
     while (figures_.exchanges < exchanges) {
-      Tick();
-      const Step step = device_->Next({.now = now_, .live_due = true});
+      axis_.Tick(now_);
+      const Step step = axis_.device().Next({.now = now_, .live_due = true});
       if (const auto* exchange = std::get_if<Exchange>(&step.action)) {
-        device_->OnStarted(step, now_);
+        axis_.device().OnStarted(step, now_);
         Answer(*exchange);
       } else if (const auto* silence = std::get_if<Silence>(&step.action)) {
-        device_->OnStarted(step, now_);
+        axis_.device().OnStarted(step, now_);
         now_ += silence->quiet;
         Tell(Event::Kind::kSilent, {}, {});
       } else if (const auto* idle = std::get_if<Idle>(&step.action)) {
@@ -235,16 +209,9 @@ class Campaign {
 
   [[nodiscard]] const Figures& figures() const { return figures_; }
   [[nodiscard]] const Referee& referee() const { return referee_; }
-  [[nodiscard]] const Channel& channel() const { return channel_; }
+  [[nodiscard]] const Channel& channel() const { return axis_.channel(); }
 
  private:
-  void Tick() {
-    if (now_ < next_tick_) return;
-    next_tick_ = now_ + 100 * kMillisecond;
-    time_.Update(now_, 1'700'000'000'000'000 + now_ / kMicrosecond);
-    channel_.Tick(now_);
-  }
-
   void Answer(const Exchange& exchange) {
     ++figures_.exchanges;
     sent_ = {now_, now_ + 4 * kMicrosecond};
@@ -271,80 +238,53 @@ class Campaign {
   }
 
   void Tell(Event::Kind kind, Bytes request, Bytes bytes) {
-    device_->On({.kind = kind, .sent = sent_, .received = {now_, now_}, .request = request, .bytes = bytes});
+    axis_.device().On({.kind = kind, .sent = sent_, .received = {now_, now_}, .request = request, .bytes = bytes});
   }
 
   MonoNs now_ = 10 * kSecond;
-  MonoNs next_tick_ = 0;
   Interval sent_;
-  Timebase time_;
   Damage damage_;
   Referee referee_;
-  Channel channel_;
-  FixedSecrets secrets_;
-  std::unique_ptr<Device> device_;
+  DeviceUnderTest axis_;
   Figures figures_;
   Reply reply_;
 };
 
-bool Agrees(std::int64_t seen, double share, std::int64_t exchanges) {
+bool AgreesWithShare(std::int64_t seen, double share, std::int64_t exchanges) {
   const double expected = share * static_cast<double>(exchanges);
   return expected == 0 ||
          std::abs(static_cast<double>(seen) - expected) <= 5 * std::sqrt(expected) + 0.02 * expected;
 }
 
-using Long = long long;  // as printf wants it
-
-bool RunMode(const MachineConfig& machine, const Mode& mode, std::int64_t exchanges) {
-  Campaign campaign(machine, mode);
+bool RunMode(const Mode& mode, std::int64_t exchanges) {
+  const std::optional<MachineConfig> machine = CampaignMachine(kMachine);
+  if (!machine) return false;
+  Campaign campaign(*machine, mode);
   campaign.Run(exchanges);
   const Figures& figures = campaign.figures();
-  const Referee& referee = campaign.referee();
+  const Tally& tally = campaign.referee().tally;
   std::printf("%s\n  replies %lld; published valid %lld, withheld %lld\n", mode.name, Long{figures.exchanges},
-              Long{referee.valid}, Long{referee.withheld});
+              Long{tally.valid}, Long{tally.withheld});
   std::printf("  published valid and wrong: outside the bound %lld, inside it %lld (within 4 counts %lld)\n",
-              Long{referee.outside}, Long{referee.wrong - referee.outside}, Long{referee.wrong_close});
+              Long{tally.outside}, Long{tally.wrong - tally.outside}, Long{campaign.referee().wrong_close});
   const auto per = [&](double share) { return share * static_cast<double>(figures.exchanges); };
   std::printf(
       "  wrong, passing the checks of one frame: %lld (theory %.0f); with SF and ALMC agreeing: %lld "
-      "(theory %.0f), of these within 4 counts %lld\n  errors:",
+      "(theory %.0f), of these within 4 counts %lld\n",
       Long{figures.static_wrong}, per(mode.theory_passing), Long{figures.agreeing}, per(mode.theory_agreeing),
       Long{figures.close});
-  for (std::size_t kind = 0; kind < kErrorKinds; ++kind) {
-    const std::int64_t count = campaign.channel().errors(static_cast<ErrorKind>(kind));
-    if (count > 0) std::printf(" %s %lld", ErrorName(static_cast<ErrorKind>(kind)), Long{count});
-  }
-  std::printf("\n");
-  std::fflush(stdout);
-  const bool useful = referee.valid > figures.exchanges / 4 && referee.wrong <= figures.static_wrong;
-  return referee.outside == 0 && useful && Agrees(figures.static_wrong, mode.theory_passing, figures.exchanges) &&
-         Agrees(figures.agreeing, mode.theory_agreeing, figures.exchanges);
+  PrintErrors(campaign.channel());
+  const bool useful = tally.valid > figures.exchanges / 4 && tally.wrong <= figures.static_wrong;
+  return tally.outside == 0 && useful &&
+         AgreesWithShare(figures.static_wrong, mode.theory_passing, figures.exchanges) &&
+         AgreesWithShare(figures.agreeing, mode.theory_agreeing, figures.exchanges);
 }
 
 }  // namespace
-
-int CampaignMain(int argc, char** argv) {
-  const std::int64_t exchanges = argc > 1 ? std::atoll(argv[1]) : 0;
-  if (exchanges <= 0) {
-    std::fprintf(stderr, "usage: corrupted_replies EXCHANGES [MODE...]\n");
-    return 2;
-  }
-  ConfigErrors errors("campaign");
-  const std::optional<MachineConfig> machine = ParseConfig(kMachine, errors);
-  if (!machine) {
-    std::fputs(errors.Text().c_str(), stderr);
-    return 1;
-  }
-  const std::vector<std::string> wanted(argv + 2, argv + argc);
-  bool good = true;
-  for (const Mode& mode : kModes) {
-    if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), mode.name) == wanted.end()) continue;
-    good = RunMode(*machine, mode, exchanges) && good;
-  }
-  std::printf("%s\n", good ? "no position outside the bound was published valid" : "FAILED");
-  return good ? 0 : 1;
-}
-
 }  // namespace axlecast
 
-int main(int argc, char** argv) { return axlecast::CampaignMain(argc, argv); }
+int main(int argc, char** argv) {
+  return axlecast::CampaignMain(argc, argv, "corrupted_replies EXCHANGES [MODE...]",
+                                "no position outside the bound was published valid", axlecast::kModes,
+                                axlecast::RunMode);
+}

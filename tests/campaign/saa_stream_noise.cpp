@@ -30,11 +30,12 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/config/load.h"
-#include "drivers/runtime/core/decode_message.h"
-#include "drivers/runtime/position/channel.h"
 #include "drivers/saa_serial/stream_parser.h"
-#include "tests/support/fixed_secrets.h"
+#include "tests/campaign/bit_flips.h"
+#include "tests/campaign/campaign_main.h"
+#include "tests/campaign/device_under_test.h"
+#include "tests/campaign/sweep.h"
+#include "tests/campaign/tally.h"
 
 namespace axlecast {
 namespace {
@@ -43,7 +44,6 @@ constexpr MonoNs kPeriod = 200 * kMicrosecond;
 constexpr double kMaxSpeedRpm = 5'000;  // SAA manual 4.2
 constexpr std::int64_t kLookEvery = 512;
 using saa_serial::StreamParser;
-using Long = long long;  // as printf wants it
 
 struct Mode {
   const char* name;
@@ -106,18 +106,14 @@ class Referee final : public MessageSink {
         tolerance_(mode.tolerance) {}
 
   void Publish(const std::string& channel, Bytes message) override {
-    if (channel != "POSITION/axis1") return;
-    const auto position = DecodeMessage<position_t>(message);
-    if (!position || (position->flags & position_t::FLAG_VALID) == 0) {
-      ++withheld;
-      return;
-    }
-    ++valid;
+    const std::optional<position_t> position = tally.Count(channel, message);
+    if (!position) return;
     const bool right = std::any_of(sent_.begin(), sent_.end(),
                                    [&](const Sent& sent) { return sent.counts == position->raw_counts; });
     if (!right) {
-      ++wrong;
-      outside += last_ && !Within(position->raw_counts, position->mono_ns + position->time_uncertainty_ns) ? 1 : 0;
+      ++tally.wrong;
+      tally.outside +=
+          last_ && !Within(position->raw_counts, position->mono_ns + position->time_uncertainty_ns) ? 1 : 0;
     }
     if (right || !last_) last_ = position;
   }
@@ -130,7 +126,7 @@ class Referee final : public MessageSink {
     return std::abs(way) <= per_ns_ * elapsed + tolerance_;
   }
 
-  std::int64_t withheld = 0, valid = 0, wrong = 0, outside = 0;
+  Tally tally;
 
  private:
   const std::deque<Sent>& sent_;
@@ -144,30 +140,21 @@ class Campaign {
  public:
   Campaign(const MachineConfig& machine, const Mode& mode)
       : mode_(mode),
-        flip_(mode.bit_error_rate),
+        flips_(mode.bit_error_rate, random_),
         shift_(mode.byte_fault_rate),
         referee_(mode, sent_),
-        channel_(machine.buses[0], machine.buses[0].devices[0],
-                 {.boot_id = 1, .time = &time_, .sink = &referee_, .on_outcome = {}}),
-        device_(machine.buses[0].family->make_device(machine.buses[0], machine.buses[0].devices[0], channel_,
-                                                     secrets_)),
-        parser_(static_cast<int>(mode.bits)) {
-    until_flip_ = flip_(random_);
-    time_.Update(now_, 1'700'000'000'000'000);
-    channel_.OnLink(true, "", now_);
-    device_->On(
-        {.kind = Event::Kind::kLinkUp, .sent = {now_, now_}, .received = {now_, now_}, .request = {}, .bytes = {}});
-  }
+        axis_(machine.buses[0], referee_, now_),
+        parser_(static_cast<int>(mode.bits)) {}
 
   void Run(std::int64_t bytes) {
     while (position_ < bytes) {
-      Tick();
+      axis_.Tick(now_);
       Send();
-      device_->On({.kind = Event::Kind::kUnsolicited,
-                   .sent = {},
-                   .received = {now_, now_},
-                   .request = {},
-                   .bytes = frame_});
+      axis_.device().On({.kind = Event::Kind::kUnsolicited,
+                         .sent = {},
+                         .received = {now_, now_},
+                         .request = {},
+                         .bytes = frame_});
       parser_.Append(frame_, {now_, now_});
       while (const auto found = parser_.Next()) Judge(*found);
       now_ += kPeriod;
@@ -179,18 +166,9 @@ class Campaign {
   [[nodiscard]] const StreamParser& parser() const { return parser_; }
 
  private:
-  // A shaft that turns within its limits, through all positions alike.
   [[nodiscard]] std::uint32_t TruthCounts() const {
-    const double t = static_cast<double>(now_) * 1e-9;
-    const double turns = 31.7 * t + 4.0 * std::sin(t * 9.0);
+    const double turns = SweepTurns(now_);
     return static_cast<std::uint32_t>((turns - std::floor(turns)) * static_cast<double>(1U << mode_.bits));
-  }
-
-  void Tick() {
-    if (now_ < next_tick_) return;
-    next_tick_ = now_ + 100 * kMillisecond;
-    time_.Update(now_, 1'700'000'000'000'000 + now_ / kMicrosecond);
-    channel_.Tick(now_);
   }
 
   void Send() {
@@ -210,13 +188,11 @@ class Campaign {
   }
 
   void Flip() {
-    const auto bits = static_cast<std::int64_t>(frame_.size()) * 8;
-    for (; until_flip_ < bits; until_flip_ += 1 + flip_(random_)) {
-      const auto byte = static_cast<std::size_t>(until_flip_ / 8);
-      frame_[byte] ^= static_cast<std::uint8_t>(1U << (until_flip_ % 8));
+    flips_.Over(static_cast<std::int64_t>(frame_.size()) * 8, [&](std::int64_t bit) {
+      const auto byte = static_cast<std::size_t>(bit / 8);
+      frame_[byte] ^= static_cast<std::uint8_t>(1U << (bit % 8));
       touched_[byte] = true;
-    }
-    until_flip_ -= bits;
+    });
   }
 
   // One byte is lost, which its neighbour in the frame stands for, or one comes in between.
@@ -288,40 +264,27 @@ class Campaign {
 
   Mode mode_;
   std::mt19937_64 random_{20'261'121};
-  std::geometric_distribution<std::int64_t> flip_;
+  BitFlips flips_;
   std::bernoulli_distribution shift_;
-  std::int64_t until_flip_ = 0;
   MonoNs now_ = 10 * kSecond;
-  MonoNs next_tick_ = 0;
   std::int64_t position_ = 0;
   ByteList frame_;
   std::vector<bool> touched_;
   bool last_touched_ = false;
   std::deque<Sent> sent_;
-  Timebase time_;
   Referee referee_;
-  Channel channel_;
-  FixedSecrets secrets_;
-  std::unique_ptr<Device> device_;
+  DeviceUnderTest axis_;
   StreamParser parser_;
   Figures figures_;
 };
 
-bool Agrees(std::int64_t seen, double expected) {
-  return std::abs(static_cast<double>(seen) - expected) <= 5 * std::sqrt(expected) + 0.05 * expected + 3;
-}
-
 bool RunMode(const Mode& mode, std::int64_t bytes) {
-  ConfigErrors errors("campaign");
-  const std::optional<MachineConfig> machine = ParseConfig(MachineText(mode.bits), errors);
-  if (!machine) {
-    std::fputs(errors.Text().c_str(), stderr);
-    return false;
-  }
+  const std::optional<MachineConfig> machine = CampaignMachine(MachineText(mode.bits));
+  if (!machine) return false;
   Campaign campaign(*machine, mode);
   campaign.Run(bytes);
   const Figures& figures = campaign.figures();
-  const Referee& referee = campaign.referee();
+  const Tally& tally = campaign.referee().tally;
   std::printf(
       "%s\n  frames %lld, of these good %lld; good ones lost %lld, of these not adjacent to a bad byte %lld\n",
       mode.name, Long{figures.frames}, Long{figures.good}, Long{figures.lost}, Long{figures.lost_isolated});
@@ -330,34 +293,20 @@ bool RunMode(const Mode& mode, std::int64_t bytes) {
   std::printf(
       "  published valid %lld, withheld %lld; valid and wrong: outside the bound %lld, inside it %lld (theory "
       "%.1f)\n",
-      Long{referee.valid}, Long{referee.withheld}, Long{referee.outside}, Long{referee.wrong - referee.outside},
+      Long{tally.valid}, Long{tally.withheld}, Long{tally.outside}, Long{tally.wrong - tally.outside},
       figures.expected_published);
   std::printf("  bytes of no frame %lld\n", Long{campaign.parser().skipped()});
-  std::fflush(stdout);
   const bool theory = mode.byte_fault_rate > 0 || (Agrees(figures.wrong, figures.expected_wrong) &&
-                                                   Agrees(referee.wrong, figures.expected_published));
-  return theory && figures.lost_isolated == 0 && referee.outside == 0 && referee.valid > figures.frames / 4;
+                                                   Agrees(tally.wrong, figures.expected_published));
+  return theory && figures.lost_isolated == 0 && tally.outside == 0 && tally.valid > figures.frames / 4;
 }
 
 }  // namespace
-
-int CampaignMain(int argc, char** argv) {
-  const std::int64_t bytes = argc > 1 ? std::atoll(argv[1]) : 0;
-  if (bytes <= 0) {
-    std::fprintf(stderr, "usage: saa_stream_noise BYTES [MODE...]\n");
-    return 2;
-  }
-  const std::vector<std::string> wanted(argv + 2, argv + argc);
-  bool good = true;
-  for (const Mode& mode : kModes) {
-    if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), mode.name) == wanted.end()) continue;
-    good = RunMode(mode, bytes) && good;
-  }
-  std::printf("%s\n", good ? "no isolated good frame was lost, no position outside the bound was published valid"
-                           : "FAILED");
-  return good ? 0 : 1;
-}
-
 }  // namespace axlecast
 
-int main(int argc, char** argv) { return axlecast::CampaignMain(argc, argv); }
+int main(int argc, char** argv) {
+  return axlecast::CampaignMain(
+      argc, argv, "saa_stream_noise BYTES [MODE...]",
+      "no isolated good frame was lost, no position outside the bound was published valid", axlecast::kModes,
+      axlecast::RunMode);
+}

@@ -21,24 +21,23 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <memory>
 #include <optional>
 #include <random>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "drivers/runtime/config/load.h"
-#include "drivers/runtime/core/decode_message.h"
-#include "drivers/runtime/position/channel.h"
-#include "tests/support/fixed_secrets.h"
+#include "tests/campaign/bit_flips.h"
+#include "tests/campaign/campaign_main.h"
+#include "tests/campaign/device_under_test.h"
+#include "tests/campaign/sweep.h"
+#include "tests/campaign/tally.h"
 
 namespace axlecast {
 namespace {
 
 constexpr MonoNs kPeriod = kMillisecond;
 constexpr std::int64_t kLookEvery = 512;
-using Long = long long;  // as printf wants it
 using Levels = std::vector<bool>;
 
 enum class Behind { kUnchecked, kZeros, kAgain, kAgainAtOnce };
@@ -123,27 +122,19 @@ class Referee final : public MessageSink {
 
   [[nodiscard]] std::int64_t Range() const { return std::int64_t{1} << (mode_.turn_bits + mode_.bits); }
 
-  // A shaft that turns within its limits: up to 68 turns a second, 4,060 rpm.
   [[nodiscard]] std::int64_t TruthAt(MonoNs at) const {
-    const double t = static_cast<double>(at - zero_) * 1e-9;
-    const double turns = 31.7 * t + 4.0 * std::sin(t * 9.0);
-    const auto counts = static_cast<std::int64_t>(std::floor(std::ldexp(turns, mode_.bits)));
+    const auto counts = static_cast<std::int64_t>(std::floor(std::ldexp(SweepTurns(at - zero_), mode_.bits)));
     return counts & (Range() - 1);
   }
 
   void Publish(const std::string& channel, Bytes message) override {
-    if (channel != "POSITION/axis1") return;
-    const auto position = DecodeMessage<position_t>(message);
-    if (!position || (position->flags & position_t::FLAG_VALID) == 0) {
-      ++withheld;
-      return;
-    }
-    ++valid;
+    const std::optional<position_t> position = tally.Count(channel, message);
+    if (!position) return;
     const std::int64_t told = static_cast<std::int64_t>(position->raw_turns) << mode_.bits | position->raw_counts;
     const bool right = told == TruthAt(position->mono_ns);
     if (!right) {
-      ++wrong;
-      outside += last_ && !Within(told, position->mono_ns) ? 1 : 0;
+      ++tally.wrong;
+      tally.outside += last_ && !Within(told, position->mono_ns) ? 1 : 0;
     } else {
       last_ = {told, position->mono_ns};
     }
@@ -157,7 +148,7 @@ class Referee final : public MessageSink {
     return std::abs(way) <= per_ns * static_cast<double>(at - last_->second) + kTolerance;
   }
 
-  std::int64_t withheld = 0, valid = 0, wrong = 0, outside = 0;
+  Tally tally;
 
  private:
   static constexpr double kTolerance = 4;  // counts: noise of both readings, and rounding
@@ -177,25 +168,17 @@ class Campaign {
  public:
   Campaign(const MachineConfig& machine, const Mode& mode)
       : mode_(mode),
-        flip_(mode.bit_error_rate > 0 ? mode.bit_error_rate : 0.5),
+        flips_(mode.bit_error_rate, random_),
         referee_(mode, now_),
-        channel_(machine.buses[0], machine.buses[0].devices[0],
-                 {.boot_id = 1, .time = &time_, .sink = &referee_, .on_outcome = {}}),
-        device_(machine.buses[0].family->make_device(machine.buses[0], machine.buses[0].devices[0], channel_,
-                                                     secrets_)),
-        spi_(machine.buses[0].devices[0].settings->spi) {
-    until_flip_ = flip_(random_);
-    time_.Update(now_, 1'700'000'000'000'000);
-    channel_.OnLink(true, "", now_);
-    Tell(Event::Kind::kLinkUp, {}, {});
-  }
+        axis_(machine.buses[0], referee_, now_),
+        spi_(machine.buses[0].devices[0].settings->spi) {}
 
   void Run(std::int64_t words) {
     while (figures_.words < words) {
-      Tick();
-      const Step step = device_->Next({.now = now_, .live_due = true});
+      axis_.Tick(now_);
+      const Step step = axis_.device().Next({.now = now_, .live_due = true});
       if (const auto* exchange = std::get_if<Exchange>(&step.action)) {
-        device_->OnStarted(step, now_);
+        axis_.device().OnStarted(step, now_);
         Transfer(exchange->request);
       }
       now_ += kPeriod;
@@ -204,16 +187,9 @@ class Campaign {
 
   [[nodiscard]] const Figures& figures() const { return figures_; }
   [[nodiscard]] const Referee& referee() const { return referee_; }
-  [[nodiscard]] const Channel& channel() const { return channel_; }
+  [[nodiscard]] const Channel& channel() const { return axis_.channel(); }
 
  private:
-  void Tick() {
-    if (now_ < next_tick_) return;
-    next_tick_ = now_ + 100 * kMillisecond;
-    time_.Update(now_, 1'700'000'000'000'000 + now_ / kMicrosecond);
-    channel_.Tick(now_);
-  }
-
   void Transfer(Bytes request) {
     if (places_.empty()) {
       places_ = PlacesOf(mode_, request.size() * 8);
@@ -237,15 +213,11 @@ class Campaign {
   // True when something was changed.
   bool Damage() {
     bool changed = false;
-    if (mode_.bit_error_rate > 0) {
-      const auto clocks = static_cast<std::int64_t>(sampled_.size());
-      for (; until_flip_ < clocks; until_flip_ += 1 + flip_(random_)) {
-        const auto at = static_cast<std::size_t>(until_flip_);
-        sampled_[at] = !sampled_[at];
-        changed = true;
-      }
-      until_flip_ -= clocks;
-    }
+    flips_.Over(static_cast<std::int64_t>(sampled_.size()), [&](std::int64_t bit) {
+      const auto at = static_cast<std::size_t>(bit);
+      sampled_[at] = !sampled_[at];
+      changed = true;
+    });
     const double chance = mode_.garbage_rate + mode_.slip_rate > 0 ? share_(random_) : 1;
     if (chance < mode_.garbage_rate) {
       for (std::size_t i = 0; i < sampled_.size(); ++i) sampled_[i] = random_() % 2 == 1;
@@ -270,7 +242,7 @@ class Campaign {
       if (first && sampled_[i]) ++ones;
       const bool padding = place < mode_.front || (place >= position_end && place < position_end + mode_.rear);
       if (padding && sampled_[i]) return false;
-      if (place >= 0 && sampled_[i] != sampled_[static_cast<std::size_t>(place + 1)]) return false;
+      if (place >= 0 && sampled_[i] != sampled_[static_cast<std::size_t>(place) + 1]) return false;
     }
     return !mode_.parity || ones % 2 == 0;
   }
@@ -279,7 +251,8 @@ class Campaign {
     bool bit = false;
     std::int64_t position = 0;
     for (int i = 0; i < mode_.turn_bits + mode_.bits; ++i) {
-      const bool sampled = sampled_[static_cast<std::size_t>(1 + mode_.front + i)];
+      const int clock = 1 + mode_.front + i;
+      const bool sampled = sampled_[static_cast<std::size_t>(clock)];
       bit = mode_.gray ? bit != sampled : sampled;
       position = position << 1 | (bit ? 1 : 0);
     }
@@ -320,79 +293,47 @@ class Campaign {
 
   void Tell(Event::Kind kind, Bytes request, Bytes bytes) {
     const Interval sent = {now_, now_ + spi_.ClockTime(static_cast<std::int64_t>(bytes.size()) * 8)};
-    device_->On(
+    axis_.device().On(
         {.kind = kind, .sent = sent, .received = {sent.last, sent.last}, .request = request, .bytes = bytes});
   }
 
   const Mode& mode_;
   std::mt19937_64 random_{20'261'121};
-  std::geometric_distribution<std::int64_t> flip_;
+  BitFlips flips_;
   std::uniform_real_distribution<double> share_{0, 1};
-  std::int64_t until_flip_ = 0;
   MonoNs now_ = 10 * kSecond;
-  MonoNs next_tick_ = 0;
   std::vector<int> places_;
   Levels sampled_;
   std::vector<std::uint8_t> bytes_;
-  Timebase time_;
   Referee referee_;
-  Channel channel_;
-  FixedSecrets secrets_;
-  std::unique_ptr<Device> device_;
+  DeviceUnderTest axis_;
   SpiSettings spi_;
   Figures figures_;
 };
 
-bool Agrees(std::int64_t seen, double expected) {
-  return std::abs(static_cast<double>(seen) - expected) <= 5 * std::sqrt(expected) + 0.05 * expected + 3;
-}
-
 bool RunMode(const Mode& mode, std::int64_t words) {
-  ConfigErrors errors("campaign");
-  const std::optional<MachineConfig> machine = ParseConfig(MachineText(mode), errors);
-  if (!machine) {
-    std::fputs(errors.Text().c_str(), stderr);
-    return false;
-  }
+  const std::optional<MachineConfig> machine = CampaignMachine(MachineText(mode));
+  if (!machine) return false;
   Campaign campaign(*machine, mode);
   campaign.Run(words);
   const Figures& figures = campaign.figures();
-  const Referee& referee = campaign.referee();
+  const Tally& tally = campaign.referee().tally;
   std::printf("%s\n  words %lld; published valid %lld, withheld %lld\n", mode.name, Long{figures.words},
-              Long{referee.valid}, Long{referee.withheld});
+              Long{tally.valid}, Long{tally.withheld});
   std::printf("  passing the checks of one transfer with another position %lld (theory %.1f)\n",
               Long{figures.static_wrong}, figures.expected_wrong);
-  std::printf("  published valid and wrong: outside the bound %lld, inside it %lld (theory %.1f)\n  errors:",
-              Long{referee.outside}, Long{referee.wrong - referee.outside}, figures.expected_published);
-  for (std::size_t kind = 0; kind < kErrorKinds; ++kind) {
-    const std::int64_t count = campaign.channel().errors(static_cast<ErrorKind>(kind));
-    if (count > 0) std::printf(" %s %lld", ErrorName(static_cast<ErrorKind>(kind)), Long{count});
-  }
-  std::printf("\n");
-  std::fflush(stdout);
+  PrintWrong(tally, figures.expected_published);
+  PrintErrors(campaign.channel());
   const bool theory = mode.bit_error_rate == 0 || (Agrees(figures.static_wrong, figures.expected_wrong) &&
-                                                   Agrees(referee.wrong, figures.expected_published));
-  return theory && referee.outside == 0 && referee.valid > figures.words / 4;
+                                                   Agrees(tally.wrong, figures.expected_published));
+  return theory && tally.outside == 0 && tally.valid > figures.words / 4;
 }
 
 }  // namespace
-
-int CampaignMain(int argc, char** argv) {
-  const std::int64_t words = argc > 1 ? std::atoll(argv[1]) : 0;
-  if (words <= 0) {
-    std::fprintf(stderr, "usage: ssi_corruption WORDS [MODE...]\n");
-    return 2;
-  }
-  const std::vector<std::string> wanted(argv + 2, argv + argc);
-  bool good = true;
-  for (const Mode& mode : kModes) {
-    if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), mode.name) == wanted.end()) continue;
-    good = RunMode(mode, words) && good;
-  }
-  std::printf("%s\n", good ? "no position outside the bound was published valid" : "FAILED");
-  return good ? 0 : 1;
-}
-
 }  // namespace axlecast
 
-int main(int argc, char** argv) { return axlecast::CampaignMain(argc, argv); }
+int main(int argc, char** argv) {
+  return axlecast::CampaignMain(argc, argv, "ssi_corruption WORDS [MODE...]",
+                                "no position outside the bound was published valid", axlecast::kModes,
+                                axlecast::RunMode);
+}

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <memory>
+
+#include "drivers/runtime/config/machine_config.h"
+#include "drivers/runtime/core/device.h"
+#include "drivers/runtime/core/message_sink.h"
+#include "drivers/runtime/core/timebase.h"
+#include "drivers/runtime/position/channel.h"
+#include "tests/support/fixed_secrets.h"
+
+namespace axlecast {
+
+// The first device of a bus with its channel, in virtual time: the campaign stands for the bus and the line.
+class DeviceUnderTest {
+ public:
+  // The link comes up at `now`. What the channel publishes goes to `sink`.
+  DeviceUnderTest(const BusConfig& bus, MessageSink& sink, MonoNs now);
+
+  // For every step of time; the channel's Tick comes every 100 ms.
+  void Tick(MonoNs now);
+
+  [[nodiscard]] Device& device() { return *device_; }
+  [[nodiscard]] const Channel& channel() const { return channel_; }
+
+ private:
+  MonoNs next_tick_ = 0;
+  Timebase time_;
+  Channel channel_;
+  FixedSecrets secrets_;
+  std::unique_ptr<Device> device_;
+};
+
+}  // namespace axlecast
