@@ -145,7 +145,7 @@ class Load(CanMachine):
         self.up(bitrate=20000)
         dump = Candump("can0", test=self)
         mark = self.data.mark()
-        load = cangen("can1", "-I", "3F0", "-L", 8, "-g", 5.5, "-p", 1000, "-n", 500)
+        load = cangen("can1", "-I", "3F0", "-L", 8, "-g", 4.5, "-p", 1000, "-n", 500)
         self.assertEqual(load.wait(), 0)
         frames = dump.lines("3F0")
         print(f"beside {len(frames) * 111 / 20000 / (frames[-1].time - frames[0].time):.0%} load")
