@@ -51,12 +51,12 @@ void Decode(benchmark::State& state, const std::string& bus, Event event) {
 Frame FromBits(std::string_view bits, std::size_t bytes, bool fill) {
   Frame frame;
   for (std::size_t i = 0; i < bytes; ++i) {
-    std::uint8_t byte = 0;
+    unsigned byte = 0;
     for (std::size_t j = 8 * i; j < 8 * i + 8; ++j) {
       const bool one = j < bits.size() ? bits[j] == '1' : fill;
-      byte = static_cast<std::uint8_t>(byte << 1U | (one ? 1U : 0U));
+      byte = byte << 1U | (one ? 1U : 0U);
     }
-    frame.Append(byte);
+    frame.Append(static_cast<std::uint8_t>(byte));
   }
   return frame;
 }
