@@ -11,6 +11,10 @@
 namespace axlecast::ssi {
 namespace {
 
+// A word has no checksum: at one wrong sample in a thousand the same bit of a word is wrong three times in a row once in
+// 10^9 words, five times once in 10^15.
+constexpr int kReadingsToBelieve = 5;
+
 // SAA manual 5.5 (2): "100kHz < f < 250kHz"; "Tcs > 4 us", which is taken as the clock's cycle and says the same.
 constexpr double kSaaLeastHz = 100e3;
 constexpr double kSaaMostHz = 250e3;
@@ -147,6 +151,7 @@ std::unique_ptr<DeviceSettings> ParseDevice(ConfigMap& device, const BusConfig& 
   const Format& format = settings->format;
   settings->counts_per_turn = std::int64_t{1} << format.bits;
   settings->turns_range = format.turn_bits == 0 ? 0 : std::int64_t{1} << format.turn_bits;
+  settings->readings_to_believe = kReadingsToBelieve;
   settings->max_speed_rpm = kSaaMaxRpm;
   settings->noise_counts = maker == Maker::kSaa ? SaaNoiseCounts(format.bits) : 1;
   if (maker != Maker::kSaa) {

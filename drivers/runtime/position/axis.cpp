@@ -10,7 +10,7 @@ Axis::Axis(const DeviceConfig& device)
       rad_per_count_(2 * std::numbers::pi / static_cast<double>(device.settings->counts_per_turn)),
       scale_(device),
       turns_(device, MotionLimits(device)),
-      plausibility_(MotionLimits(device)),
+      plausibility_(MotionLimits(device), device.settings->readings_to_believe),
       reference_(device),
       standstill_(device.settings->counts_per_turn, device.settings->noise_counts),
       begins_sure_(!device.datum_counts.has_value()) {}

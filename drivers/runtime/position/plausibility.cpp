@@ -51,7 +51,7 @@ Plausibility::Doubt Plausibility::TakeDoubtful(const Fix& fix) {
     Accept(fix, false);
     return Doubt::kBegun;
   }
-  if (hold_ || run_ < kRunToOverthrow) return Doubt::kImplausible;
+  if (hold_ || run_ < run_to_overthrow_) return Doubt::kImplausible;
   const bool repaired = has_before_ && limits_.SpeedAllows(before_, fix);
   Accept(fix, false);
   return repaired ? Doubt::kRepaired : Doubt::kNewTruth;

@@ -13,7 +13,8 @@ namespace axlecast {
 //
 // - A reading within reach of the last good one, by speed and by acceleration, is good. Reach grows with time:
 //   after a gap any place is good that the shaft can have come to.
-// - Another one is doubtful. Three doubtful ones in a row that agree among each other become the new truth.
+// - Another one is doubtful. So many doubtful ones in a row as the device needs, three of most, that agree among each
+//   other become the new truth.
 // - Without a last good reading (at the start, after an announced jump, or when readings of reduced accuracy turn
 //   out to have been further off than their 5 bits) the first reading waits for a second one that agrees.
 class Plausibility {
@@ -22,11 +23,13 @@ class Plausibility {
     kFirst,        // nothing to compare with yet
     kImplausible,  // out of reach
     kBegun,        // the second of two that agree at the start: accepted
-    kNewTruth,     // the third of three that agree: accepted; what the encoder says jumped
+    kNewTruth,     // the last of those that it takes: accepted; what the encoder says jumped
     kRepaired,     // likewise, but those before the last good one agree with it: the last good one was wrong
   };
 
-  explicit Plausibility(const MotionLimits& limits) : limits_(limits) {}
+  // `readings_to_believe`: as DeviceSettings has it, at least 2.
+  explicit Plausibility(const MotionLimits& limits, int readings_to_believe = 3)
+      : limits_(limits), run_to_overthrow_(readings_to_believe) {}
 
   // The reading by way of which the next one is to be unwrapped: the last good one; null when there is none.
   [[nodiscard]] const Fix* Last() const { return known_ ? &last_ : nullptr; }
@@ -52,9 +55,9 @@ class Plausibility {
   void PushAnchor(const Fix& fix);
 
   static constexpr int kRunToBegin = 2;
-  static constexpr int kRunToOverthrow = 3;
 
   MotionLimits limits_;
+  int run_to_overthrow_;
   bool known_ = false;
   bool hold_ = false;
   bool has_before_ = false;

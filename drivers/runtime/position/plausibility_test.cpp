@@ -160,6 +160,16 @@ TEST(Plausibility, ThreeThatAgreeBecomeTheTruth) {
   EXPECT_TRUE(judge.Agrees(At(t + 3 * kMillisecond, 60'003)));
 }
 
+TEST(Plausibility, ADeviceMayNeedMoreReadingsToBelieveAJump) {
+  Plausibility judge(Limits(), 5);
+  judge.Accept(At(kSecond, 1'000), false);
+  MonoNs t = kSecond + kMillisecond;
+  for (int i = 0; i < 4; ++i, t += kMillisecond) {
+    EXPECT_EQ(judge.TakeDoubtful(At(t, 60'000)), Plausibility::Doubt::kImplausible) << i;
+  }
+  EXPECT_EQ(judge.TakeDoubtful(At(t, 60'000)), Plausibility::Doubt::kNewTruth);
+}
+
 TEST(Plausibility, ReadingsThatDisagreeAmongEachOtherNeverDo) {
   Plausibility judge(Limits());
   Start(judge, At(kSecond, 0));
