@@ -10,7 +10,7 @@ import unittest
 import lcm_log
 from machine import BIN, Machine, one_axis, wait_for
 
-AXES = ("axis1", "axis2", "axis3", "axis4", "joint1", "joint2", "hoist")
+AXES = ("axis1", "axis2", "axis3", "axis4", "joint1", "joint2", "hoist", "boom", "winch", "gantry", "turntable")
 DATA_URL = "udpm://239.255.76.67:7667?ttl=0"
 
 

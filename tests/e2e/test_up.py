@@ -23,7 +23,7 @@ class Up(Machine):
         code, out, err = self.axlecast("up", SOURCE / "config/demo.yaml", "--seconds", "10", "--json", limit=120)
         self.assertEqual(code, 0, out + err)
         summary = json.loads(out)
-        self.assertEqual(len(summary["devices"]), 9)
+        self.assertEqual(len(summary["devices"]), 13)
         wait_for(lambda: not processes(), lambda: f"no process left: {processes()}")
 
     def test_ctrl_c_ends_everything(self):
