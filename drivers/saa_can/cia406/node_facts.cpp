@@ -73,7 +73,7 @@ std::string ScaledMismatch(const NodeFacts& facts, const Cia406Settings& setting
 std::string ResolutionMismatch(const NodeFacts& facts, const Cia406Settings& settings) {
   const auto status = facts.Get(kOperatingStatus);
   const bool physical = status && (*status & kScalingOn) == 0 && facts.Get(kPhysicalSteps);
-  const std::string problem = physical ? PhysicalMismatch(facts, settings) : ScaledMismatch(facts, settings);
+  std::string problem = physical ? PhysicalMismatch(facts, settings) : ScaledMismatch(facts, settings);
   if (!problem.empty() || !status) return problem;
   const bool ccw = (*status & kCounterClockwise) != 0;
   if (ccw == settings.ccw_increases) return "";
