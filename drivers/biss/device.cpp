@@ -9,6 +9,7 @@
 #include "drivers/biss/alarms.h"
 #include "drivers/runtime/device/clocked_exchange.h"
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/refusal.h"
 
 namespace axlecast::biss {
 namespace {
@@ -188,12 +189,7 @@ void BissDevice::Begin(const Order& order, MonoNs now) {
   if (order.operation != kReadPositionName) {
     return answer(Rejected(Reason::REASON_UNKNOWN_OPERATION, "biss has no operation " + order.operation));
   }
-  if (order_) return answer(Rejected(Reason::REASON_BUSY, "another order is being carried out"));
-  if (now > order.begin_by) {
-    return answer(
-        Final(OrderState::kExpired, Reason::REASON_DEADLINE, "nothing was done: its time to begin was over"));
-  }
-  if (!link_up_) return answer(Rejected(Reason::REASON_DEVICE_OFFLINE, "the link is down"));
+  if (const auto refusal = RefusalToBegin(order_.has_value(), order, now, link_up_)) return answer(*refusal);
   order_ = order.id;
   begin_by_ = order.begin_by;
   attempts_ = 0;
@@ -207,8 +203,7 @@ bool BissDevice::Cancel(const CommandId& id, MonoNs) {
 
 void BissDevice::ExpireIfLate(MonoNs now) {
   if (!Expired(now)) return;
-  Finish(Final(OrderState::kExpired, Reason::REASON_DEADLINE,
-               "nothing was done: the encoder could not be asked before its time to begin was over"));
+  Finish(NeverAsked());
 }
 
 void BissDevice::Finish(const Outcome& outcome) {

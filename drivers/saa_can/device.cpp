@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/refusal.h"
 #include "drivers/saa_can/operations.h"
 
 namespace axlecast::saa_can {
@@ -154,11 +155,7 @@ void SaaCanDevice::Begin(const Order& order, MonoNs now) {
 }
 
 std::optional<Outcome> SaaCanDevice::Refusal(const Order& order, MonoNs now) const {
-  if (procedure_) return Rejected(Reason::REASON_BUSY, "another order is being carried out");
-  if (now > order.begin_by) {
-    return Final(OrderState::kExpired, Reason::REASON_DEADLINE, "nothing was done: its time to begin was over");
-  }
-  if (!link_up_) return Rejected(Reason::REASON_DEVICE_OFFLINE, "the link is down");
+  if (auto refusal = RefusalToBegin(procedure_ != nullptr, order, now, link_up_)) return refusal;
   if (silenced_) {
     return Rejected(Reason::REASON_DEVICE_OFFLINE,
                     "the encoder may run at another bit rate since set_bitrate: set the interface to it");
@@ -168,9 +165,7 @@ std::optional<Outcome> SaaCanDevice::Refusal(const Order& order, MonoNs now) con
   }
   const OperationSpec* spec = FindOperation(order.operation);
   if (spec == nullptr || !spec->needs_standstill) return std::nullopt;
-  const Motion motion = output_.MotionAt(now);
-  if (motion.known && motion.standstill) return std::nullopt;
-  return Rejected(Reason::REASON_NOT_STANDING_STILL, MotionText(motion));
+  return RefusalInMotion(output_.MotionAt(now));
 }
 
 bool SaaCanDevice::Cancel(const CommandId& id, MonoNs) {

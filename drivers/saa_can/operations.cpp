@@ -223,11 +223,6 @@ const OperationSpec* FindOperation(std::string_view name) {
 
 bool LooksElsewhere(const Order& order) { return FindArgument(order.arguments, "after").has_value(); }
 
-std::string MotionText(const Motion& motion) {
-  if (!motion.known) return "too few fresh valid readings to see that the shaft rests";
-  return Text("the shaft turns at %.3g rpm; stop the axis and hold it", motion.speed_rpm);
-}
-
 Made MakeProcedure(const Order& order, const Surroundings& around, MonoNs now) {
   if (order.operation == kZeroName) return std::make_unique<Zero>(around, now);
   if (order.operation == kDirectionName) return MakeDirection(order, around, now);

@@ -21,9 +21,6 @@ namespace axlecast::saa_can {
 // The encoder may be where the file does not say: allowed even when it is not heard.
 [[nodiscard]] bool LooksElsewhere(const Order& order);
 
-// Why a shaft does not count as standing still.
-[[nodiscard]] std::string MotionText(const Motion& motion);
-
 // What a procedure may know of the device. Outlives the procedure.
 struct Surroundings {
   const SaaCanSettings& settings;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/refusal.h"
 #include "drivers/saa_can/ending.h"
 
 namespace axlecast::saa_can {

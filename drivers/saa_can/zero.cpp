@@ -4,6 +4,7 @@
 #include <axlecast/command_status_t.hpp>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/refusal.h"
 #include "drivers/saa_can/ending.h"
 
 namespace axlecast::saa_can {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/refusal.h"
 
 namespace axlecast::saa_modbus {
 
@@ -35,10 +36,7 @@ std::optional<Outcome> DatumWrite::OnStarted(Bytes request, MonoNs now) {
     sent_ = true;
     return std::nullopt;
   }
-  const Motion motion = output_.MotionAt(now);
-  return Rejected(Reason::REASON_NOT_STANDING_STILL,
-                  motion.known ? Text("the shaft turns at %.3g rpm; stop the axis and hold it", motion.speed_rpm)
-                               : "too few fresh valid readings to see that the shaft rests");
+  return Rejected(Reason::REASON_NOT_STANDING_STILL, MotionText(output_.MotionAt(now)));
 }
 
 std::optional<Outcome> DatumWrite::OnAnswer(const Answer& answer, MonoNs end) {

@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/refusal.h"
 #include "drivers/saa_modbus/alarms.h"
 
 namespace axlecast::saa_modbus {
@@ -201,11 +202,7 @@ void SaaModbusDevice::Begin(const Order& order, MonoNs now) {
 }
 
 std::optional<Outcome> SaaModbusDevice::Refusal(const Order& order, MonoNs now) const {
-  if (procedure_) return Rejected(Reason::REASON_BUSY, "another order is being carried out");
-  if (now > order.begin_by) {
-    return Final(OrderState::kExpired, Reason::REASON_DEADLINE, "nothing was done: its time to begin was over");
-  }
-  if (!link_up_) return Rejected(Reason::REASON_DEVICE_OFFLINE, "the link is down");
+  if (auto refusal = RefusalToBegin(procedure_ != nullptr, order, now, link_up_)) return refusal;
   if (!interpreter_.answering() && !LooksElsewhere(order)) {
     return Rejected(Reason::REASON_DEVICE_OFFLINE, "the encoder does not answer");
   }
@@ -242,8 +239,7 @@ bool SaaModbusDevice::Cancel(const CommandId& id, MonoNs) {
 
 void SaaModbusDevice::ExpireIfLate(MonoNs now) {
   if (!procedure_ || !Expired(now)) return;
-  Report(Final(OrderState::kExpired, Reason::REASON_DEADLINE,
-               "nothing was done: the encoder could not be asked before its time to begin was over"));
+  Report(NeverAsked());
 }
 
 void SaaModbusDevice::Report(const Outcome& outcome) {

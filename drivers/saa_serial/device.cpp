@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/refusal.h"
 #include "drivers/saa_serial/operations.h"
 
 namespace axlecast::saa_serial {
@@ -73,8 +74,7 @@ Step SaaDevice::ZeroStep() const {
 
 void SaaDevice::OnStarted(const Step& step, MonoNs now) {
   if (Expired(now)) {
-    Report(Final(OrderState::kExpired, Reason::REASON_DEADLINE,
-                 "nothing was done: the encoder could not be asked before its time to begin was over"));
+    Report(NeverAsked());
   }
   live_turn_ = step.priority == Priority::kCommand;
   const auto* exchange = std::get_if<Exchange>(&step.action);
@@ -120,8 +120,7 @@ void SaaDevice::AdvanceProcedure(const Event& event) {
   }
   if (!procedure_) return;
   if (Expired(now)) {
-    Report(Final(OrderState::kExpired, Reason::REASON_DEADLINE,
-                 "nothing was done: the encoder could not be asked before its time to begin was over"));
+    Report(NeverAsked());
   } else {
     Report(procedure_->OnTime(now));
   }
@@ -138,18 +137,10 @@ void SaaDevice::Begin(const Order& order, MonoNs now) {
 }
 
 std::optional<Outcome> SaaDevice::Refusal(const Order& order, MonoNs now) const {
-  if (procedure_) return Rejected(Reason::REASON_BUSY, "another order is being carried out");
-  if (now > order.begin_by) {
-    return Final(OrderState::kExpired, Reason::REASON_DEADLINE, "nothing was done: its time to begin was over");
-  }
-  if (!link_up_) return Rejected(Reason::REASON_DEVICE_OFFLINE, "the link is down");
+  if (auto refusal = RefusalToBegin(procedure_ != nullptr, order, now, link_up_)) return refusal;
   if (!interpreter_.answering()) return Rejected(Reason::REASON_DEVICE_OFFLINE, "the encoder is not heard");
   if (order.operation != kZeroName) return std::nullopt;
-  const Motion motion = output_.MotionAt(now);
-  if (motion.known && motion.standstill) return std::nullopt;
-  return Rejected(Reason::REASON_NOT_STANDING_STILL,
-                  motion.known ? Text("the shaft turns at %.3g rpm; stop the axis and hold it", motion.speed_rpm)
-                               : "too few fresh valid readings to see that the shaft rests");
+  return RefusalInMotion(output_.MotionAt(now));
 }
 
 bool SaaDevice::Cancel(const CommandId& id, MonoNs) {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/refusal.h"
 
 namespace axlecast::saa_serial {
 namespace {
@@ -99,11 +100,7 @@ Outcome ZeroProcedure::Judge(std::uint32_t counts) const {
 }
 
 Outcome ZeroProcedure::NotAtRest(MonoNs now) const {
-  const Motion motion = output_.MotionAt(now);
-  return Final(OrderState::kRejected, Reason::REASON_NOT_STANDING_STILL,
-               motion.known ? Text("nothing was done: the shaft turns at %.3g rpm; stop the axis and hold it",
-                                   motion.speed_rpm)
-                            : "nothing was done: too few fresh valid readings to see that the shaft rests");
+  return Rejected(Reason::REASON_NOT_STANDING_STILL, MotionText(output_.MotionAt(now)));
 }
 
 Outcome ZeroProcedure::OnLinkLost() const {

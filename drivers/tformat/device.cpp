@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/refusal.h"
 #include "drivers/tformat/operations.h"
 
 namespace axlecast::tformat {
@@ -164,11 +165,7 @@ void TFormatDevice::Begin(const Order& order, MonoNs now) {
 }
 
 std::optional<Outcome> TFormatDevice::Refusal(const Order& order, MonoNs now) const {
-  if (procedure_) return Rejected(Reason::REASON_BUSY, "another order is being carried out");
-  if (now > order.begin_by) {
-    return Final(OrderState::kExpired, Reason::REASON_DEADLINE, "nothing was done: its time to begin was over");
-  }
-  if (!link_up_) return Rejected(Reason::REASON_DEVICE_OFFLINE, "the link is down");
+  if (auto refusal = RefusalToBegin(procedure_ != nullptr, order, now, link_up_)) return refusal;
   if (!interpreter_.answering()) return Rejected(Reason::REASON_DEVICE_OFFLINE, "the encoder does not answer");
   if (!Alters(order.operation)) return std::nullopt;
   if (interpreter_.identity().refused()) {
@@ -178,11 +175,7 @@ std::optional<Outcome> TFormatDevice::Refusal(const Order& order, MonoNs now) co
     return Rejected(Reason::REASON_DEVICE_OFFLINE, "the encoder's identity is still being read, repeat");
   }
   if (!NeedsStandstill(order.operation)) return std::nullopt;
-  const Motion motion = output_.MotionAt(now);
-  if (motion.known && motion.standstill) return std::nullopt;
-  return Rejected(Reason::REASON_NOT_STANDING_STILL,
-                  motion.known ? Text("the shaft turns at %.3g rpm; stop the axis and hold it", motion.speed_rpm)
-                               : "too few fresh valid readings to see that the shaft rests");
+  return RefusalInMotion(output_.MotionAt(now));
 }
 
 bool TFormatDevice::Cancel(const CommandId& id, MonoNs) {
@@ -195,8 +188,7 @@ bool TFormatDevice::Cancel(const CommandId& id, MonoNs) {
 
 void TFormatDevice::ExpireIfLate(MonoNs now) {
   if (!procedure_ || !Expired(now)) return;
-  Report(Final(OrderState::kExpired, Reason::REASON_DEADLINE,
-               "nothing was done: the encoder could not be asked before its time to begin was over"));
+  Report(NeverAsked());
 }
 
 void TFormatDevice::Report(const Outcome& outcome) {

@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/refusal.h"
 #include "drivers/saa_can/cia406/cia406.h"
 #include "drivers/saa_can/cia406/objects.h"
 #include "drivers/saa_can/cia406/operations.h"
@@ -19,9 +20,6 @@ using Reason = command_status_t;
 constexpr MonoNs kQueueFull = 100 * kMillisecond;
 // SYNC on a bus where nobody is heard.
 constexpr MonoNs kIdleSync = 200 * kMillisecond;
-
-constexpr const char* kTooLate =
-    "nothing was done: the encoder could not be asked before its time to begin was over";
 
 }  // namespace
 
@@ -128,7 +126,7 @@ void Cia406Device::OnNotSent(const Event& event) {
 
 void Cia406Device::AdvanceProcedure(const std::optional<SdoResult>& result, MonoNs now) {
   if (procedure_ && Expired(now)) {
-    return Report(Final(OrderState::kExpired, Reason::REASON_DEADLINE, kTooLate));
+    return Report(NeverAsked());
   }
   if (procedure_ && result) Report(procedure_->OnResult(*result));
   if (procedure_) Report(procedure_->OnTime(now));
@@ -147,20 +145,12 @@ void Cia406Device::Begin(const Order& order, MonoNs now) {
 }
 
 std::optional<Outcome> Cia406Device::Refusal(const Order& order, MonoNs now) const {
-  if (procedure_) return Rejected(Reason::REASON_BUSY, "another order is being carried out");
-  if (now > order.begin_by) {
-    return Final(OrderState::kExpired, Reason::REASON_DEADLINE, "nothing was done: its time to begin was over");
-  }
-  if (!link_up_) return Rejected(Reason::REASON_DEVICE_OFFLINE, "the link is down");
+  if (auto refusal = RefusalToBegin(procedure_ != nullptr, order, now, link_up_)) return refusal;
   if (!interpreter_.running()) {
     return Rejected(Reason::REASON_DEVICE_OFFLINE, "the encoder is not heard, or not identified yet");
   }
   if (!MovesDatum(order.operation)) return std::nullopt;
-  const Motion motion = output_.MotionAt(now);
-  if (motion.known && motion.standstill) return std::nullopt;
-  return Rejected(Reason::REASON_NOT_STANDING_STILL,
-                  motion.known ? Text("the shaft turns at %.3g rpm; stop the axis and hold it", motion.speed_rpm)
-                               : "too few fresh valid readings to see that the shaft rests");
+  return RefusalInMotion(output_.MotionAt(now));
 }
 
 bool Cia406Device::Cancel(const CommandId& id, MonoNs) {

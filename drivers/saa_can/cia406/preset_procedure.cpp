@@ -3,6 +3,7 @@
 #include <axlecast/command_status_t.hpp>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/refusal.h"
 #include "drivers/saa_can/cia406/objects.h"
 #include "drivers/saa_can/cia406/readouts.h"
 
@@ -124,10 +125,7 @@ std::optional<Outcome> PresetProcedure::OnTime(MonoNs now) {
 }
 
 Outcome PresetProcedure::NotAtRest(MonoNs now) const {
-  const Motion motion = output_.MotionAt(now);
-  return Rejected(Reason::REASON_NOT_STANDING_STILL,
-                  motion.known ? Text("the shaft turns at %.3g rpm; stop the axis and hold it", motion.speed_rpm)
-                               : "too few fresh valid readings to see that the shaft rests");
+  return Rejected(Reason::REASON_NOT_STANDING_STILL, MotionText(output_.MotionAt(now)));
 }
 
 Outcome PresetProcedure::OnLinkLost() const {

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "drivers/runtime/core/device.h"
+
+namespace axlecast {
+
+// What every device refuses in the same words. Nothing when there is no reason.
+
+// An order that comes while another is carried out, too late, or without a link.
+[[nodiscard]] std::optional<Outcome> RefusalToBegin(bool busy, const Order& order, MonoNs now, bool link_up);
+
+// One that wants the shaft to stand still.
+[[nodiscard]] std::optional<Outcome> RefusalInMotion(const Motion& motion);
+// Why it is not seen to stand still.
+[[nodiscard]] std::string MotionText(const Motion& motion);
+
+// How an order ends whose device could not be asked before its time to begin was over.
+[[nodiscard]] Outcome NeverAsked();
+
+}  // namespace axlecast
