@@ -6,16 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/core/instant.h"
+#include "bridge/instant.h"
 #include "drivers/runtime/core/operation.h"
 
 namespace axlecast {
-
-// Both clocks, read together.
-struct Instant {
-  MonoNs mono = 0;
-  std::int64_t utime = 0;
-};
 
 // Something that a driver is to do for the bridge, from its acceptance to its one outcome.
 struct Task {

@@ -23,6 +23,7 @@ class SaaCanDevice final : public Device {
   [[nodiscard]] Step Next(const Turn& turn) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
+  [[nodiscard]] std::optional<Outcome> Refusal(const Order& order, MonoNs now) const override;
   void Begin(const Order& order, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
@@ -36,7 +37,6 @@ class SaaCanDevice final : public Device {
   void OnLink(const Event& event);
   void NoteOwn(const Event& event, MonoNs now);
   void AdvanceProcedure(const Event& event, const Interpreter::Heard& heard, MonoNs now);
-  [[nodiscard]] std::optional<Outcome> Refusal(const Order& order, MonoNs now) const;
   [[nodiscard]] bool Expired(MonoNs now) const { return procedure_ && !procedure_->touched() && now >= begin_by_; }
   void Report(const std::optional<Outcome>& outcome);
 

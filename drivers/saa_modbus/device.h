@@ -28,6 +28,7 @@ class SaaModbusDevice final : public Device {
   [[nodiscard]] Step Next(const Turn& turn) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
+  [[nodiscard]] std::optional<Outcome> Refusal(const Order& order, MonoNs now) const override;
   void Begin(const Order& order, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
@@ -41,7 +42,6 @@ class SaaModbusDevice final : public Device {
   void OnRetuned(MonoNs now);
   void OnLinkUp(MonoNs now);
   void OnLinkDown();
-  [[nodiscard]] std::optional<Outcome> Refusal(const Order& order, MonoNs now) const;
   [[nodiscard]] std::optional<Outcome> RefusalOfWrite(const OperationSpec& operation, MonoNs now) const;
   [[nodiscard]] bool Expired(MonoNs now) const { return !procedure_begun_ && now > begin_by_; }
   void ExpireIfLate(MonoNs now);

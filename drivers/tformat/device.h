@@ -26,6 +26,7 @@ class TFormatDevice final : public Device {
   [[nodiscard]] Step Next(const Turn& turn) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
+  [[nodiscard]] std::optional<Outcome> Refusal(const Order& order, MonoNs now) const override;
   void Begin(const Order& order, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
@@ -36,7 +37,6 @@ class TFormatDevice final : public Device {
   void OnLiveAnswer(const Answer& answer, MonoNs end);
   void OnLinkUp(MonoNs now);
   void OnLinkDown();
-  [[nodiscard]] std::optional<Outcome> Refusal(const Order& order, MonoNs now) const;
   [[nodiscard]] bool Expired(MonoNs now) const { return !procedure_begun_ && now > begin_by_; }
   void ExpireIfLate(MonoNs now);
   void Report(const Outcome& outcome);

@@ -32,6 +32,7 @@ class ScDevice final : public Device {
   [[nodiscard]] Step Next(const Turn& turn) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
+  [[nodiscard]] std::optional<Outcome> Refusal(const Order& order, MonoNs now) const override;
   void Begin(const Order& order, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
@@ -59,7 +60,6 @@ class ScDevice final : public Device {
   void Disappear();
   void OnLinkUp(MonoNs now);
   void OnLinkDown();
-  [[nodiscard]] std::optional<Outcome> Refusal(const Order& order, MonoNs now) const;
 
   std::shared_ptr<const DeviceSettings> owned_;  // keeps settings_ alive
   const ScSettings& settings_;

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 
 namespace axlecast {
@@ -57,6 +58,24 @@ std::string RunDirectory(const std::string& machine) {
     base = runtime.empty() ? "/tmp/axlecast-" + std::to_string(getuid()) : runtime + "/axlecast";
   }
   return base + '/' + machine;
+}
+
+std::string StateDirectory(const std::string& machine) {
+  std::string base = Environment("STATE_DIRECTORY");
+  if (base.empty()) {
+    const std::string state = Environment("XDG_STATE_HOME");
+    base = (state.empty() ? Environment("HOME") + "/.local/state" : state) + "/axlecast";
+  }
+  return base + '/' + machine;
+}
+
+std::string JournalFile(const MachineConfig& machine) {
+  return machine.bridge.journal.empty() ? StateDirectory(machine.machine) + "/journal.db" : machine.bridge.journal;
+}
+
+const KeyGrant* BridgeConfig::FindKey(std::int64_t id) const {
+  const auto found = std::find_if(keys.begin(), keys.end(), [id](const KeyGrant& grant) { return grant.id == id; });
+  return found == keys.end() ? nullptr : &*found;
 }
 
 }  // namespace axlecast

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "drivers/runtime/core/family.h"
+#include "drivers/runtime/core/key.h"
+#include "drivers/runtime/core/secret.h"
 
 namespace axlecast {
 
@@ -81,8 +83,39 @@ struct BusConfig {
 // Shortest time in which every device of the bus is read once.
 [[nodiscard]] MonoNs RoundTime(const BusConfig& bus);
 
+// What a key may do. Everybody may ask for the state of a command.
+enum class Role : std::uint8_t {
+  kObserver,    // operations that only read
+  kOperator,    // and those that are not destructive
+  kControl,     // a control process: as an operator, and it issues permits
+  kMaintainer,  // and the destructive ones
+};
+
+// Somebody whose signed commands or permits are obeyed.
+struct KeyGrant {
+  std::string name;
+  PublicKey key{};
+  std::int64_t id = 0;  // KeyId
+  Role role = Role::kObserver;
+  std::vector<std::string> devices;     // empty: all
+  std::vector<std::string> operations;  // empty: all that the role allows; never more than those
+  SecretPlace place;                    // of the secret key on this host; empty: it is elsewhere
+};
+
+// A key that a process of the machine signs with.
+struct OwnKey {
+  std::optional<PublicKey> public_key;
+  SecretPlace place;
+};
+
 struct BridgeConfig {
   bool allow_unsigned = false;  // unsigned_commands: allow
+  std::string journal;          // file; empty: journal.db in StateDirectory
+  OwnKey bridge;                // signs orders and statuses; without it drivers obey unsigned ones where allowed
+  OwnKey drivers;               // one for all drivers of the machine
+  std::vector<KeyGrant> keys;
+
+  [[nodiscard]] const KeyGrant* FindKey(std::int64_t id) const;
 };
 
 struct MachineConfig {
@@ -101,5 +134,11 @@ struct MachineConfig {
 // Where the pty of a simulated bus, its control socket and the lock of a driver stand:
 // $AXLECAST_RUN_DIR, else $XDG_RUNTIME_DIR/axlecast, else /tmp/axlecast-<uid>; then /<machine>.
 [[nodiscard]] std::string RunDirectory(const std::string& machine);
+
+// Where the bridge keeps what must outlive it: $STATE_DIRECTORY (systemd.exec(5)), else
+// $XDG_STATE_HOME/axlecast, else $HOME/.local/state/axlecast; then /<machine>.
+[[nodiscard]] std::string StateDirectory(const std::string& machine);
+// The journal's file: the configured one, else journal.db there.
+[[nodiscard]] std::string JournalFile(const MachineConfig& machine);
 
 }  // namespace axlecast

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string_view>
 
 #include "drivers/runtime/core/event.h"
@@ -74,6 +75,13 @@ class Device {
   // The outcome of its own step, and every link change and stray byte of the bus.
   virtual void On(const Event& event) = 0;
 
+  // Why an order of an operation that the family declares could not begin now, with its arguments' values judged;
+  // nothing when it could. Changes nothing.
+  [[nodiscard]] virtual std::optional<Outcome> Refusal(const Order& order, MonoNs now) const {
+    static_cast<void>(order);
+    static_cast<void>(now);
+    return std::nullopt;
+  }
   // Takes up an order whose operation the family declares and whose argument names fit. Answers through
   // DeviceOutput::OnOutcome, at once when it refuses. One order at a time: the caller waits for a final outcome;
   // only one of an urgent operation may come while another is held, and goes first.

@@ -35,13 +35,14 @@ struct DeviceSettings {
   double max_speed_rpm = 0;          // of the model
   double max_accel_rad_s2 = 0;       // of the model
   std::int64_t noise_counts = 0;     // error between two readings at rest, peak
-  int readings_to_believe = 3;  // that agree on a place which the shaft cannot have reached, until it is believed
-  bool holds_secrets = false;   // its process must leave no core file
-  MonoNs wire_time = 0;         // shortest time of one live reading, with the pauses that the bus needs
-  int exchanges = 1;            // of one live reading
-  MonoNs own_period = 0;        // of readings that it sends by itself; 0: it is asked for each
-  CanFilters can_filters;       // kCan: what it wants to hear
-  SpiSettings spi;              // kSpi: how it is clocked
+  int readings_to_believe = 3;    // that agree on a place which the shaft cannot have reached, until it is believed
+  bool holds_secrets = false;     // its process must leave no core file
+  std::int64_t write_budget = 0;  // rewrites of its memory that the maker allows in all; 0: none stated
+  MonoNs wire_time = 0;           // shortest time of one live reading, with the pauses that the bus needs
+  int exchanges = 1;              // of one live reading
+  MonoNs own_period = 0;          // of readings that it sends by itself; 0: it is asked for each
+  CanFilters can_filters;         // kCan: what it wants to hear
+  SpiSettings spi;                // kSpi: how it is clocked
 };
 
 // What a family knows of a configured bus as a whole: filled by Family::parse_bus, extended with the family's own.

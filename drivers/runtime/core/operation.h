@@ -21,6 +21,9 @@ struct ArgumentSpec {
   bool required = true;
 };
 
+// Keys and values, as a command carries them.
+using Arguments = std::vector<std::pair<std::string, std::string>>;
+
 // One operation of a family: named by its effect, never by its code on the wire.
 struct OperationSpec {
   std::string_view name;
@@ -29,6 +32,10 @@ struct OperationSpec {
   bool destructive = false;       // moves a datum or writes non-volatile memory: the CLI asks first
   bool needs_standstill = false;  // measured before each request
   bool needs_permit = false;      // a fresh PERMIT from the control process, unless the device says not_required
+  bool reads_only = false;        // changes nothing: passes without the journal, and an observer may order it
+  bool moves_datum = false;       // moves the device's own origin: a datum from before means nothing afterwards
+  // The writes of the device's limited memory that it takes at most; null: none.
+  std::int32_t (*writes)(const Arguments& arguments) = nullptr;
   std::string_view verification = {};  // how its effect is read back
   // The operation of the same family that looks, changing nothing, whether this one took effect. The bridge orders
   // it after an INDETERMINATE. It takes an optional argument `after`: this operation and its arguments
@@ -46,7 +53,7 @@ struct OperationSpec {
 struct Order {
   CommandId id{};
   std::string operation;
-  std::vector<std::pair<std::string, std::string>> arguments;
+  Arguments arguments;
   MonoNs begin_by = kNever;  // may begin until then
   std::int32_t expect_epoch = -1;
 };

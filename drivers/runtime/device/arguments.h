@@ -4,12 +4,11 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
-namespace axlecast {
+#include "drivers/runtime/core/operation.h"
 
-using Arguments = std::vector<std::pair<std::string, std::string>>;
+namespace axlecast {
 
 // The value of an argument; nothing when it is not given.
 [[nodiscard]] std::optional<std::string_view> FindArgument(const Arguments& arguments, std::string_view name);

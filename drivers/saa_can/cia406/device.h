@@ -19,6 +19,7 @@ class Cia406Device final : public Device {
   [[nodiscard]] Step Next(const Turn& turn) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
+  [[nodiscard]] std::optional<Outcome> Refusal(const Order& order, MonoNs now) const override;
   void Begin(const Order& order, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
@@ -35,7 +36,6 @@ class Cia406Device final : public Device {
   void OnLinkDown(MonoNs now);
   void OnNotSent(const Event& event);
   void AdvanceProcedure(const std::optional<SdoResult>& result, MonoNs now);
-  [[nodiscard]] std::optional<Outcome> Refusal(const Order& order, MonoNs now) const;
   [[nodiscard]] bool Expired(MonoNs now) const { return procedure_ && !procedure_->touched() && now >= begin_by_; }
   void Report(const std::optional<Outcome>& outcome);
 

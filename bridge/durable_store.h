@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "bridge/axis_store.h"
+#include "bridge/journal.h"
+
+namespace axlecast {
+
+// The bridge's memory that outlives it: commands and devices, in one place so that a crash leaves them agreeing.
+class DurableStore : public Journal, public AxisStore {
+ public:
+  // Those that an earlier bridge left without outcome, oldest first.
+  [[nodiscard]] virtual std::vector<OpenCommand> Open() const = 0;
+  // A number above every one that was ever reserved; the next `count` from it are the caller's. 0: it cannot.
+  [[nodiscard]] virtual std::int64_t ReserveEpochs(std::int64_t at_least, std::int64_t count) = 0;
+  // At least every 100 ms: writes what waits, tries again what failed.
+  virtual void Tick(Instant now) = 0;
+  // Why nothing can be made durable at present, and what would help; empty when all is well.
+  [[nodiscard]] virtual std::string problem() const = 0;
+};
+
+}  // namespace axlecast
