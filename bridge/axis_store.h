@@ -19,6 +19,8 @@ struct DatumRecord {
   std::string who;          // name of the key; "unsigned"
   CommandId command{};      // that set it
   std::string reason;
+  std::int64_t voided_utime = 0;  // us, UNIX time; 0: it was not made void
+  std::string void_reason;        // as given to VoidDatum
 };
 
 // Where a shaft was when it was seen last.
@@ -41,7 +43,7 @@ struct AxisRecord {
 struct AxisEvent {
   std::int64_t utime = 0;
   std::string device;  // empty: the bridge itself
-  std::string kind;    // moved_while_off, encoder_exchanged, reference_lost, datum_restored, datum_void, ...
+  std::string kind;    // "moved_while_away", "encoder_exchanged", "reference_lost", "datum_restored", ...
   std::string text;    // with the figures, for a person
 };
 
@@ -53,7 +55,8 @@ class AxisStore {
   [[nodiscard]] virtual AxisRecord Find(const std::string& device) const = 0;
 
   [[nodiscard]] virtual bool SetDatum(const std::string& device, const DatumRecord& datum) = 0;
-  // None is in force any more; the history stays. `why` stands in it.
+  // None is in force any more; the history stays, with `why`. The position is forgotten too: it was counted from the
+  // same origin.
   [[nodiscard]] virtual bool VoidDatum(const std::string& device, std::int64_t utime, const std::string& why) = 0;
   // Newest first, those that were voided too.
   [[nodiscard]] virtual std::vector<DatumRecord> Datums(const std::string& device) const = 0;

@@ -37,9 +37,10 @@ bool SaysTheSame(const driver_status_t& driver, const command_status_t& said) {
 
 }  // namespace
 
-bool DeviceLane::Holds(Task::Purpose purpose) const {
-  const auto is = [&](const Task& task) { return task.purpose == purpose; };
-  return (current_ && is(*current_)) || std::any_of(waiting_.begin(), waiting_.end(), is);
+void DeviceLane::Adopt(Task task, Instant now) {
+  current_ = std::move(task);
+  current_->adopted = current_->acknowledged = true;
+  current_->heard = current_->routed = current_->next_send = now.mono;
 }
 
 bool DeviceLane::Cancel(const CommandId& id, Instant now) {
@@ -75,6 +76,7 @@ void DeviceLane::OnStatus(const driver_status_t& status, Instant now) {
   if (!task.acknowledged) task.next_send = now.mono + kAsk;
   task.acknowledged = true;
   Copy(status, task.status);
+  task.nv_writes = status.nv_writes;
   if (!IsFinalState(status.state)) {
     if (!same) output_.OnStep(task, now);
     return;
@@ -88,6 +90,11 @@ void DeviceLane::OnUnknown(const driver_status_t& status, Instant now) {
   if (status.bridge_epoch < (task.asks_driver ? task.about_epoch : task.sent_epoch)) return;
   if (task.asks_driver) {
     return End(TakeCurrent(), S::STATE_EXPIRED, S::REASON_DRIVER_SILENT, "the driver never received it", now);
+  }
+  if (task.adopted) {
+    if (task.sent_epoch == 0) return;  // an answer to the bridge before
+    return End(TakeCurrent(), S::STATE_REJECTED, S::REASON_BRIDGE_RESTARTED,
+               "the bridge restarted before the driver had it: nothing was done; send it again", now);
   }
   if (now.mono >= task.begin_by) {
     return End(TakeCurrent(), S::STATE_EXPIRED, S::REASON_DEADLINE, "its time ran out before it reached the driver",
@@ -154,16 +161,20 @@ void DeviceLane::RouteNext(Instant now) {
   current_->acknowledged = false;
   current_->heard_seq = -1;
   current_->heard = current_->routed = current_->next_send = now.mono;
+  if (const auto refusal = output_.BeforeRoute(*current_, now)) {
+    return End(TakeCurrent(), S::STATE_REJECTED, refusal->reason, refusal->text, now);
+  }
   SendDue(*current_, now);
   output_.OnStep(*current_, now);
 }
 
 void DeviceLane::Follow(Instant now) {
   Task& task = *current_;
-  if (driver_.boot_id() != task.status.driver_boot_id) {
+  const bool unheard = task.adopted && driver_.boot_id() == 0;
+  if (!unheard && driver_.boot_id() != task.status.driver_boot_id) {
     return OnDriverLost(S::REASON_DRIVER_RESTARTED, "the driver restarted while it had this order", now);
   }
-  if (!driver_.IsRunning()) {
+  if (!unheard && !driver_.IsRunning()) {
     return OnDriverLost(S::REASON_STOPPING, "the driver stopped while it had this order", now);
   }
   if (now.mono - task.heard > kSilentAfter) {
@@ -184,17 +195,23 @@ void DeviceLane::SendDue(Task& task, Instant now) {
   if (task.cancel_asked) {
     output_.Send(task, driver_order_t::KIND_CANCEL, 1, now);
   } else if (task.acknowledged || task.asks_driver || now.mono >= task.begin_by) {
-    output_.Send(task, driver_order_t::KIND_QUERY, 1, now);
+    const std::int64_t epoch = output_.Send(task, driver_order_t::KIND_QUERY, 1, now);
+    if (task.adopted && task.sent_epoch == 0) task.sent_epoch = epoch;
   } else {
     const MonoNs left = std::min<MonoNs>(task.begin_by - now.mono, 3'600 * kSecond);
     const auto valid_ms = static_cast<std::int32_t>(std::max<MonoNs>(left / kMillisecond, 1));
-    task.sent_epoch = output_.Send(task, driver_order_t::KIND_EXECUTE, valid_ms, now);
+    task.sent_epoch = output_.Send(task, task.prepare ? driver_order_t::KIND_PREPARE : driver_order_t::KIND_EXECUTE,
+                                   valid_ms, now);
   }
 }
 
 void DeviceLane::OnDriverLost(std::int32_t reason, const std::string& text, Instant now) {
   Task task = TakeCurrent();
   if (task.purpose == Task::Purpose::kFinding) return PushFirst(std::move(task));  // until its time runs out
+  if (task.prepare || (task.operation != nullptr && task.operation->reads_only)) {
+    return End(std::move(task), S::STATE_REJECTED, reason, text + "; it would have changed nothing: repeat it",
+               now);
+  }
   End(std::move(task), S::STATE_INDETERMINATE, reason, text, now);
 }
 

@@ -9,6 +9,7 @@
 
 #include "bridge/driver_link.h"
 #include "bridge/task.h"
+#include "drivers/runtime/command/operation_check.h"
 
 namespace axlecast {
 
@@ -19,6 +20,8 @@ class LaneOutput {
   // Sends driver_order_t KIND_* for the task, with a new bridge epoch, which it returns.
   virtual std::int64_t Send(const Task& task, std::int8_t kind, std::int32_t valid_ms, Instant now) = 0;
   virtual CommandId NewId() = 0;  // for what the bridge itself orders
+  // The task is about to be sent to status.driver_boot_id. A reason, with its text, when that may not be.
+  virtual std::optional<Refusal> BeforeRoute(Task& task, Instant now) = 0;
   virtual void OnStep(Task& task, Instant now) = 0;
   // The task ended: its status holds the one outcome. It has left the lane.
   virtual void OnEnd(Task task, Instant now) = 0;
@@ -39,7 +42,9 @@ class DeviceLane {
   [[nodiscard]] bool IsFull() const { return waiting_.size() >= kMaxWaiting; }
   void Push(Task task) { waiting_.push_back(std::move(task)); }
   void PushFirst(Task task) { waiting_.push_front(std::move(task)); }
-  [[nodiscard]] bool Holds(Task::Purpose purpose) const;
+  [[nodiscard]] bool IsIdle() const { return !current_ && waiting_.empty(); }
+  // A task that an earlier bridge had routed: asks its driver what became of it. Nothing else may be under way.
+  void Adopt(Task task, Instant now);
 
   // Ends a waiting command as CANCELLED; asks the driver to give up a routed one. False when it is not here.
   bool Cancel(const CommandId& id, Instant now);

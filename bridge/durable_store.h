@@ -12,7 +12,7 @@ namespace axlecast {
 // The bridge's memory that outlives it: commands and devices, in one place so that a crash leaves them agreeing.
 class DurableStore : public Journal, public AxisStore {
  public:
-  // Those that an earlier bridge left without outcome, oldest first.
+  // Those that an earlier bridge left without outcome, or INDETERMINATE without finding; oldest first.
   [[nodiscard]] virtual std::vector<OpenCommand> Open() const = 0;
   // A number above every one that was ever reserved; the next `count` from it are the caller's. 0: it cannot.
   [[nodiscard]] virtual std::int64_t ReserveEpochs(std::int64_t at_least, std::int64_t count) = 0;

@@ -14,9 +14,9 @@ namespace axlecast {
 // Something that a driver is to do for the bridge, from its acceptance to its one outcome.
 struct Task {
   enum class Purpose : std::uint8_t {
-    kCommand,        // of a client
-    kFinding,        // what became of a command that ended INDETERMINATE
-    kReferenceLost,  // gives a restarted driver back that the reference is lost
+    kCommand,  // of a client
+    kFinding,  // what became of a command that ended INDETERMINATE
+    kRestore,  // gives a restarted driver back what it has forgotten
   };
 
   Purpose purpose = Purpose::kCommand;
@@ -24,6 +24,10 @@ struct Task {
   std::string device;
   const OperationSpec* operation = nullptr;  // null: kFinding of an operation that nothing can find
   std::vector<argument_t> arguments;
+  std::string who;       // name of the key that signed it
+  std::string reason;    // the client's
+  bool prepare = false;  // only asks what it would do
+  bool adopted = false;  // an earlier bridge had routed it
   std::int32_t expect_epoch = -1;
   MonoNs begin_by = kNever;
   bool cancel_asked = false;
@@ -37,6 +41,8 @@ struct Task {
   bool asks_driver = false;        // by KIND_QUERY; else by its operation
 
   // Since it was routed.
+  std::int32_t reserved_writes = 0;  // of the device's memory, counted before it was sent
+  std::int32_t nv_writes = 0;        // that the driver has reported
   bool acknowledged = false;
   std::int64_t sent_epoch = 0;  // of the newest order to do it
   std::int64_t heard_seq = -1;  // of the driver's newest status about it

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <axlecast/argument_t.hpp>
+#include <axlecast/driver_device_t.hpp>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "bridge/axis_store.h"
+#include "bridge/instant.h"
+#include "bridge/task.h"
+#include "drivers/runtime/command/operation_check.h"
+#include "drivers/runtime/config/machine_config.h"
+
+namespace axlecast {
+
+// An order that the bridge gives by itself, or in the place of a client's operation.
+struct BridgeOrder {
+  std::string operation;
+  std::vector<argument_t> arguments;
+};
+
+// What the bridge keeps of every device beyond the life of its driver: datum, reference, last position, identity,
+// wear. Notices what happened in between, and gives a restarted driver back what it has forgotten. Free of I/O but
+// for the store.
+class AxisKeeper {
+ public:
+  // `tell` hears each event as well as the store.
+  AxisKeeper(AxisStore& store, std::function<void(const AxisEvent&)> tell)
+      : store_(store), tell_(std::move(tell)) {}
+
+  // What a driver's boot says of a device in its HELLO. `idle`: no command is under way or waits for it. An order
+  // when it must be given something back; asked again with the next HELLO until it has it.
+  [[nodiscard]] std::optional<BridgeOrder> OnHello(const DeviceConfig& device, const driver_device_t& said,
+                                                   std::int64_t boot_id, bool idle, Instant now);
+
+  // Notes what must be durable before the task may touch its device; counts the wear that it may cause.
+  [[nodiscard]] std::optional<Refusal> BeforeRoute(const DeviceConfig& device, Task& task, Instant now);
+  // The task has its outcome: what it changed is kept, what it did not do is taken back. May add to the status.
+  void OnOutcome(const DeviceConfig& device, Task& task, Instant now);
+
+  // What carries out `undo_datum`: the datum before the present one, or none. Or why there is nothing to go back to.
+  [[nodiscard]] std::variant<BridgeOrder, Refusal> Undo(const std::string& device) const;
+
+  // Devices of which another encoder answers than the one that their datum belongs to.
+  [[nodiscard]] bool AnyExchanged() const;
+  // Devices that moved further than their encoders can tell, since the last datum.
+  [[nodiscard]] bool AnyDoubtful() const;
+
+ private:
+  // What this life of the bridge has seen of a device.
+  struct Seen {
+    std::int64_t boot = 0;  // of its driver
+    bool greeted = false;   // its place after the start was compared
+    bool said_lost = false;
+    bool restored = false;  // this boot has had a datum
+    bool exchanged = false;
+    bool doubtful = false;
+    std::string identity;
+  };
+
+  void Note(const std::string& device, const char* kind, std::string text, Instant now);
+  void Greet(const DeviceConfig& device, const driver_device_t& said, const AxisRecord& record, Seen& seen,
+             Instant now);
+  [[nodiscard]] bool TakeReference(const std::string& device, const driver_device_t& said, bool was_lost,
+                                   Seen& seen, Instant now);
+  void SettleWrites(Task& task, Instant now);
+  void KeepDatum(Task& task, Instant now);
+  void Reinstate(const Task& task);
+  void AcceptExchange(Task& task, Instant now);
+
+  AxisStore& store_;
+  std::function<void(const AxisEvent&)> tell_;
+  std::map<std::string, Seen> seen_;
+};
+
+}  // namespace axlecast
