@@ -1,7 +1,6 @@
 #pragma once
 
 #include <axlecast/command_body_t.hpp>
-#include <axlecast/command_t.hpp>
 #include <cstdint>
 #include <variant>
 
@@ -13,12 +12,13 @@ namespace axlecast {
 // A command that this bridge may take up: where it goes and what it does.
 struct Admitted {
   const BusConfig* bus = nullptr;
+  const DeviceConfig* device = nullptr;
   const OperationSpec* operation = nullptr;
 };
 
-// Whether a command (EXECUTE or CANCEL) may be taken up, by what it says alone. The answer never changes while the
-// bridge runs, so that a refused one need not be remembered.
+// Whether a command (any mode but QUERY) may be taken up, by what it says alone, whoever sent it. The answer never
+// changes while the bridge runs, so that a refused one need not be remembered.
 [[nodiscard]] std::variant<Admitted, Refusal> Admit(const MachineConfig& machine, std::int64_t bridge_boot_id,
-                                                    const command_t& envelope, const command_body_t& body);
+                                                    const command_body_t& body);
 
 }  // namespace axlecast

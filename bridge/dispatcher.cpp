@@ -1,7 +1,6 @@
 #include "bridge/dispatcher.h"
 
 #include <algorithm>
-#include <axlecast/driver_command_t.hpp>
 #include <axlecast/driver_order_t.hpp>
 #include <utility>
 
@@ -17,8 +16,9 @@ namespace {
 
 using S = command_status_t;
 
-constexpr std::size_t kTurnedAway = 1'024;
 constexpr std::string_view kDriverStatus = "DRIVER_STATUS/";
+constexpr std::int64_t kEpochs = std::int64_t{1} << 32;  // reserved at each start: never used up
+constexpr MonoNs kClockSlack = kSecond;                  // between a client's reckoning and this clock
 
 command_status_t StatusOf(const command_body_t& body, std::int64_t digest) {
   command_status_t status{};
@@ -30,28 +30,27 @@ command_status_t StatusOf(const command_body_t& body, std::int64_t digest) {
   return status;
 }
 
-Task TaskOf(const command_body_t& body, const Admitted& admitted, command_status_t status, MonoNs now) {
-  Task task;
-  task.id = IdOf(body.id);
-  task.device = body.device;
-  task.operation = admitted.operation;
-  task.arguments = body.arguments;
-  task.expect_epoch = body.expect_epoch;
-  task.begin_by = now + body.valid_ms * kMillisecond;
-  task.status = std::move(status);
-  return task;
+bool IsBrief(const command_body_t& body, const OperationSpec& operation) {
+  return body.mode == command_body_t::MODE_PREPARE || operation.reads_only;
+}
+
+// Epochs of this bridge, above those of every bridge before.
+std::int64_t FirstEpoch(DurableStore& store, Instant now) {
+  const std::int64_t reserved = store.ReserveEpochs(now.utime, kEpochs);
+  return reserved != 0 ? reserved : now.utime;
 }
 
 }  // namespace
 
-Dispatcher::Dispatcher(const MachineConfig& machine, std::int64_t boot_id, Journal& journal, MessageSink& sink,
-                       Instant now)
+Dispatcher::Dispatcher(const MachineConfig& machine, std::int64_t boot_id, BridgePorts ports, Instant now)
     : machine_(machine),
-      boot_id_(boot_id),
-      journal_(journal),
-      sink_(sink),
+      ports_(std::move(ports)),
+      store_(*ports_.store),
+      port_(*ports_.commands, boot_id, ports_.key, FirstEpoch(store_, now)),
+      authority_(machine.bridge),
       watch_(boot_id, now.mono),
-      epoch_(now.mono / kMicrosecond) {  // above every epoch of an earlier bridge on this host
+      alarms_(*ports_.data, boot_id),
+      axes_(store_, [this](const AxisEvent& event) { ports_.log(event.device + ": " + event.text); }) {
   for (const BusConfig& config : machine.buses) {
     Bus& bus = buses_[config.name];
     bus.config = &config;
@@ -61,58 +60,115 @@ Dispatcher::Dispatcher(const MachineConfig& machine, std::int64_t boot_id, Journ
       bus.urgent.try_emplace(device.name, bus.driver, static_cast<LaneOutput&>(*this));
     }
   }
+  for (const OpenCommand& command : store_.Open()) Resume(command, now);
+}
+
+// A command that an earlier bridge left: one that was never sent is refused; of one that was, its driver is asked.
+void Dispatcher::Resume(const OpenCommand& command, Instant now) {
+  Task task;
+  task.status = command.record.status;
+  task.id = IdOf(task.status.id);
+  task.device = task.status.device;
+  task.arguments = command.record.arguments;
+  task.who = command.record.who;
+  task.reason = command.record.reason;
+  const BusConfig* bus = machine_.BusOf(task.device);
+  task.operation = bus != nullptr ? FindOperation(*bus->family, task.status.operation) : nullptr;
+  const bool sent = task.status.driver_boot_id != 0;
+  if (task.operation == nullptr || !sent) {
+    task.status.state = sent ? S::STATE_INDETERMINATE : S::STATE_REJECTED;
+    task.status.finding = sent ? S::FINDING_CANNOT_TELL : S::FINDING_NONE;
+    task.status.reason_code = S::REASON_BRIDGE_RESTARTED;
+    task.status.text = sent ? "the bridge restarted, and the machine's file has this device or operation no more"
+                            : "the bridge restarted before it was sent: nothing was done; send it again";
+    task.status.finished_utime = now.utime;
+    return EndCommand(std::move(task), now);
+  }
+  if (task.operation->of_bridge) {
+    const auto order = task.operation->name == "undo_datum" ? "set_datum" : "clear_datum";
+    task.operation = FindOperation(*bus->family, order);
+  }
+  if (task.operation->writes != nullptr) task.reserved_writes = task.operation->writes(AsPairs(task.arguments));
+  if (task.status.state == S::STATE_INDETERMINATE) {
+    BeginFinding(task, task.status, now);
+    if (task.status.finding != S::FINDING_NONE) Remember(task.status, now);
+    return;
+  }
+  LaneOf(buses_.at(bus->name), task.device, task.operation).Adopt(std::move(task), now);
 }
 
 void Dispatcher::OnCommand(Bytes message, Instant now) {
   const auto envelope = DecodeMessage<command_t>(message);
   const auto body = envelope ? DecodeMessage<command_body_t>(envelope->body) : std::nullopt;
-  if (!body) {
-    ++malformed_;
+  if (!body) return OnForeign("a command that cannot be read", now);
+  if (watch_.IsListening(now.mono)) return;  // clients repeat
+  if (body->mode == command_body_t::MODE_QUERY) {
+    const auto known = Find(IdOf(body->id));
+    return port_.Tell(known ? *known : StatusOf(*body, 0), now);
+  }
+  command_status_t status = StatusOf(*body, BodyDigest(envelope->body));
+  auto caller = authority_.Identify(*envelope, *body);
+  if (const auto* refusal = std::get_if<Refusal>(&caller)) {
+    OnForeign("a command for " + status.device + ": " + refusal->text, now);
+    if (now.mono - refusals_from_ >= kSecond) refusals_from_ = now.mono, refusals_ = 0;
+    if (++refusals_ <= kRefusalsPerSecond) Refuse(std::move(status), *refusal, now);
     return;
   }
-  if (watch_.IsListening(now.mono)) return;  // clients repeat
-  if (body->mode != command_body_t::MODE_QUERY) return Execute(*envelope, *body, now);
-  const auto known = journal_.Find(IdOf(body->id));
-  Publish(known ? *known : StatusOf(*body, 0), now);
+  Execute({*body, std::get<Caller>(std::move(caller)), {}, std::move(status)}, now);
 }
 
-void Dispatcher::Execute(const command_t& envelope, const command_body_t& body, Instant now) {
-  command_status_t status = StatusOf(body, BodyDigest(envelope.body));
-  const auto known = journal_.Find(IdOf(body.id));
+void Dispatcher::Execute(Incoming incoming, Instant now) {
+  const command_body_t& body = incoming.body;
+  const auto known = Find(IdOf(body.id));
   const bool cancels = body.mode == command_body_t::MODE_CANCEL;
   if (known && !cancels) {
-    if (known->body_digest == status.body_digest) return Publish(*known, now);
-    return Refuse(status, {S::REASON_ID_REUSED, "this id was used with another body: take a new random id"}, now);
+    if (known->body_digest == incoming.status.body_digest) return port_.Tell(*known, now);
+    return Refuse(incoming.status,
+                  {S::REASON_ID_REUSED, "this id was used with another body: take a new random id"}, now);
   }
-  const auto admission = Admit(machine_, boot_id_, envelope, body);
-  if (const auto* refusal = std::get_if<Refusal>(&admission)) return Refuse(status, *refusal, now);
-  const Admitted& admitted = std::get<Admitted>(admission);
-  if (cancels) return Cancel(body, admitted, now);
-  status.is_unsigned = 1;  // what was admitted was not verified
-  Accept(body, admitted, std::move(status), now);
+  const auto admission = Admit(machine_, port_.boot_id(), body);
+  if (const auto* refusal = std::get_if<Refusal>(&admission)) return Refuse(incoming.status, *refusal, now);
+  incoming.admitted = std::get<Admitted>(admission);
+  if (cancels) return Cancel(incoming, now);
+  if (const auto refusal = authority_.Check(incoming.caller, body.device, *incoming.admitted.operation)) {
+    ports_.log(incoming.caller.who + " was denied " + body.operation + " of " + body.device + ": " + refusal->text);
+    return Refuse(incoming.status, *refusal, now);
+  }
+  incoming.begin_by = body.issued_mono_ns + body.valid_ms * kMillisecond;
+  if (body.issued_mono_ns > now.mono + kClockSlack) {
+    return Refuse(incoming.status,
+                  {S::REASON_MALFORMED, "issued_mono_ns lies ahead: it is mono_ns of a status of this bridge plus the "
+                                        "time since"},
+                  now);
+  }
+  Accept(std::move(incoming), now);
 }
 
-void Dispatcher::Cancel(const command_body_t& body, const Admitted& admitted, Instant now) {
-  Bus& bus = buses_.at(admitted.bus->name);
-  auto known = journal_.Find(IdOf(body.id));
-  if (!known) return Publish(StatusOf(body, 0), now);
-  DeviceLane& lane = admitted.operation->urgent ? bus.urgent.at(body.device) : bus.lanes.at(body.device);
-  if (!IsFinalState(known->state) && lane.Cancel(IdOf(body.id), now)) {
-    known = journal_.Find(IdOf(body.id));
+void Dispatcher::Cancel(const Incoming& incoming, Instant now) {
+  const CommandId id = IdOf(incoming.body.id);
+  auto known = Find(id);
+  if (!known) return port_.Tell(StatusOf(incoming.body, 0), now);
+  Bus& bus = buses_.at(incoming.admitted.bus->name);
+  DeviceLane& lane = LaneOf(bus, incoming.body.device, incoming.admitted.operation);
+  const auto sender = lane.SenderOf(id);
+  if (sender && !authority_.MayCancel(incoming.caller, *sender)) {
+    // The command goes on: its status is not touched.
+    known->text = "only who gave it, or a maintainer, may cancel it";
+    return port_.Tell(*known, now);
   }
+  if (!IsFinalState(known->state) && lane.Cancel(id, now)) known = Find(id);
   if (known && !IsFinalState(known->state)) known->text = "the driver was asked to give it up if it has not begun";
-  if (known) Publish(*known, now);
+  if (known) port_.Tell(*known, now);
 }
 
 std::optional<Refusal> Dispatcher::Busy(const Bus& bus, const DeviceLane& lane, MonoNs now) const {
-  if (const auto other = watch_.Other(now)) {
+  if (watch_.Other(now)) {
     return Refusal{S::REASON_FENCED, "another bridge serves this command port: stop one of the two"};
   }
   if (bus.driver.IsAbsent(now)) {
     return Refusal{S::REASON_DRIVER_ABSENT, "the driver of " + bus.config->name +
-                                                " is not running: start it (axlecast "
-                                                "driver " +
-                                                bus.config->name + ", or systemctl)"};
+                                                " is not running: start it (axlecast driver " + bus.config->name +
+                                                ", or systemctl)"};
   }
   if (lane.IsFull()) {
     return Refusal{S::REASON_QUEUE_FULL, std::to_string(DeviceLane::kMaxWaiting) +
@@ -121,40 +177,107 @@ std::optional<Refusal> Dispatcher::Busy(const Bus& bus, const DeviceLane& lane, 
   return std::nullopt;
 }
 
-void Dispatcher::Accept(const command_body_t& body, const Admitted& admitted, command_status_t status,
-                        Instant now) {
-  Bus& bus = buses_.at(admitted.bus->name);
-  const bool urgent = admitted.operation->urgent;
-  DeviceLane& lane = urgent ? bus.urgent.at(body.device) : bus.lanes.at(body.device);
-  const auto busy = Busy(bus, lane, now.mono);
-  status.state = busy ? S::STATE_REJECTED : S::STATE_ACCEPTED;
-  const MonoNs keep_until = now.mono + body.valid_ms * kMillisecond + Journal::kKeep;
-  const bool away = std::find(turned_away_.begin(), turned_away_.end(), IdOf(body.id)) != turned_away_.end();
-  const bool noted = !away && journal_.Accepted(status, now.mono, keep_until);
+// The task that carries the command out; why there is none.
+std::optional<Refusal> Dispatcher::MakeTask(const Incoming& incoming, Task& task, Instant now) {
+  const command_body_t& body = incoming.body;
+  task.id = IdOf(body.id);
+  task.device = body.device;
+  task.operation = incoming.admitted.operation;
+  task.arguments = body.arguments;
+  task.expect_epoch = body.expect_epoch;
+  task.begin_by = incoming.begin_by;
+  task.who = incoming.caller.who;
+  task.reason = CappedText(body.reason, kReasonBytes);
+  task.prepare = body.mode == command_body_t::MODE_PREPARE;
+  task.status = incoming.status;
+  if (body.mode == command_body_t::MODE_COMMIT) {
+    const auto epoch = tokens_.Redeem(body, task.who, now.mono);
+    if (const auto* refusal = std::get_if<Refusal>(&epoch)) return *refusal;
+    if (task.expect_epoch < 0) task.expect_epoch = std::get<std::int32_t>(epoch);
+  }
+  if (!task.operation->of_bridge) return std::nullopt;
+  BridgeOrder order{"clear_datum", {}};  // accept_exchange: the datum of the encoder that was here
+  if (task.operation->name == "undo_datum") {
+    auto undo = axes_.Undo(body.device);
+    if (const auto* refusal = std::get_if<Refusal>(&undo)) return *refusal;
+    order = std::get<BridgeOrder>(std::move(undo));
+  }
+  task.operation = FindOperation(*incoming.admitted.bus->family, order.operation);
+  task.arguments = std::move(order.arguments);
+  return std::nullopt;
+}
+
+void Dispatcher::Accept(Incoming incoming, Instant now) {
+  if (now.mono >= incoming.begin_by) {
+    incoming.status.state = S::STATE_EXPIRED;
+    return Refuse(incoming.status, {S::REASON_DEADLINE, "its time was over when it came: nothing was done"}, now);
+  }
+  Bus& bus = buses_.at(incoming.admitted.bus->name);
+  const OperationSpec& operation = *incoming.admitted.operation;
+  DeviceLane& lane = LaneOf(bus, incoming.body.device, &operation);
+  incoming.status.is_unsigned = incoming.caller.grant == nullptr ? 1 : 0;
+  Task task;
+  auto refusal = Busy(bus, lane, now.mono);
+  if (!refusal) refusal = MakeTask(incoming, task, now);
+  incoming.status.state = refusal ? S::STATE_REJECTED : S::STATE_ACCEPTED;
+  const bool brief = IsBrief(incoming.body, operation);
   // What is urgent does not wait for room in a journal.
-  if (!noted && (away || !urgent)) return TurnAway(status, now);
-  if (busy) return Refuse(status, *busy, now);
-  Publish(status, now);
-  lane.Push(TaskOf(body, admitted, std::move(status), now.mono));
+  if (!Note(incoming, brief, now) && (!operation.urgent || !Note(incoming, true, now))) {
+    const Refusal full{S::REASON_JOURNAL, "the journal cannot note it, so nothing is done: " + store_.problem()};
+    brief_.Put(incoming.status);
+    return Refuse(incoming.status, full, now);
+  }
+  if (refusal) return Refuse(incoming.status, *refusal, now);
+  task.status.state = S::STATE_ACCEPTED;
+  task.status.is_unsigned = incoming.status.is_unsigned;
+  port_.Tell(task.status, now);
+  lane.Push(std::move(task));
   lane.Tick(now);
 }
 
-// What was refused for want of room stays refused when there is room again.
-void Dispatcher::TurnAway(const command_status_t& status, Instant now) {
-  turned_away_.push_back(IdOf(status.id));
-  if (turned_away_.size() > kTurnedAway) turned_away_.pop_front();
-  Refuse(status, {S::REASON_JOURNAL, "the journal is full: nothing is done that could not be remembered"}, now);
+bool Dispatcher::Note(const Incoming& incoming, bool briefly, Instant now) {
+  if (briefly) {
+    brief_.Put(incoming.status);
+    return true;
+  }
+  CommandRecord record;
+  record.status = incoming.status;
+  record.arguments = incoming.body.arguments;
+  record.reason = CappedText(incoming.body.reason, kReasonBytes);
+  record.who = incoming.caller.who;
+  record.key_id = incoming.caller.key_id;
+  record.bridge_boot_id = port_.boot_id();
+  record.utime = now.utime;
+  record.begin_by_utime = now.utime + (incoming.begin_by - now.mono) / kMicrosecond;
+  return store_.Accepted(record, now);
 }
 
 void Dispatcher::Refuse(command_status_t status, const Refusal& refusal, Instant now) {
-  status.state = S::STATE_REJECTED;
+  if (status.state != S::STATE_EXPIRED) status.state = S::STATE_REJECTED;
   status.is_final = 1;
   status.reason_code = refusal.reason;
   status.text = CappedText(refusal.text, kTextBytes);
   status.finished_utime = now.utime;
-  const auto known = journal_.Find(IdOf(status.id));
-  if (known && known->body_digest == status.body_digest) journal_.Outcome(status);
-  Publish(status, now);
+  const auto known = Find(IdOf(status.id));
+  if (known && known->body_digest == status.body_digest && !IsFinalState(known->state)) Remember(status, now);
+  port_.Tell(std::move(status), now);
+}
+
+void Dispatcher::OnForeign(const std::string& what, Instant now) {
+  if (!foreign_.Count(now.mono)) return;
+  const std::string text = what + "; " + std::to_string(foreign_.count()) + " such messages so far";
+  store_.Note({now.utime, "", "foreign", text});
+  ports_.log("refused " + text);
+}
+
+void Dispatcher::OnCommandStatus(Bytes message, Instant now) {
+  const auto status = DecodeMessage<command_status_t>(message);
+  if (!status || status->boot_id == port_.boot_id()) return;
+  const auto& key = machine_.bridge.bridge.public_key;
+  if (key && !VerifyMessage(*key, Domain::kStatus, *status)) {
+    return OnForeign("a status that no bridge of this machine has signed", now);
+  }
+  watch_.OnOther(status->boot_id, now.mono);
 }
 
 void Dispatcher::OnDriverStatus(const std::string& channel, Bytes message, Instant now) {
@@ -162,13 +285,14 @@ void Dispatcher::OnDriverStatus(const std::string& channel, Bytes message, Insta
   const auto found = buses_.find(channel.substr(kDriverStatus.size()));
   if (found == buses_.end()) return;
   const auto status = DecodeMessage<driver_status_t>(message);
-  if (!status || status->bus != found->first) {
-    ++malformed_;
-    return;
+  const auto& key = machine_.bridge.drivers.public_key;
+  if (!status || status->bus != found->first || (key && !VerifyMessage(*key, Domain::kDriver, *status))) {
+    return OnForeign("a message on " + channel + " that no driver of this machine has signed", now);
   }
   Bus& bus = found->second;
   if (!bus.driver.On(*status, now.mono)) return;
-  if (status->kind == driver_status_t::KIND_HELLO) OnHello(bus, *status);
+  port_.Heard(status->bridge_epoch);
+  if (status->kind == driver_status_t::KIND_HELLO) OnHello(bus, *status, now);
   for (auto* lanes : {&bus.urgent, &bus.lanes}) {
     for (auto& [device, lane] : *lanes) {
       if (status->kind == driver_status_t::KIND_STATUS) lane.OnStatus(*status, now);
@@ -177,39 +301,45 @@ void Dispatcher::OnDriverStatus(const std::string& channel, Bytes message, Insta
   }
 }
 
-void Dispatcher::OnHello(Bus& bus, const driver_status_t& status) {
-  for (const driver_device_t& device : status.devices) {
-    const auto lane = bus.lanes.find(device.device);
+void Dispatcher::OnHello(Bus& bus, const driver_status_t& status, Instant now) {
+  for (const driver_device_t& said : status.devices) {
+    const auto lane = bus.lanes.find(said.device);
     if (lane == bus.lanes.end()) continue;
-    if (!references_.OnHello(device.device, status.boot_id, device.reference_lost != 0)) continue;
-    if (lane->second.Holds(Task::Purpose::kReferenceLost)) continue;
+    auto order = axes_.OnHello(*DeviceOf(said.device), said, status.boot_id, lane->second.IsIdle(), now);
+    if (!order || lane->second.Holds(Task::Purpose::kRestore)) continue;
     Task task;
-    task.purpose = Task::Purpose::kReferenceLost;
-    task.device = device.device;
-    task.operation = FindOperation(*bus.config->family, "mark_reference_lost");
+    task.purpose = Task::Purpose::kRestore;
+    task.device = said.device;
+    task.operation = FindOperation(*bus.config->family, order->operation);
+    task.arguments = std::move(order->arguments);
     lane->second.PushFirst(std::move(task));
   }
 }
 
 void Dispatcher::Tick(Instant now) {
-  if (auto question = watch_.Probe(now.mono)) {
-    question->utime = now.utime;
-    question->mono_ns = now.mono;
-    question->boot_id = boot_id_;
-    question->seq = seq_["COMMAND"]++;
-    axlecast::Publish(sink_, "COMMAND", *question);
-  }
+  if (const auto question = watch_.Probe(now.mono)) port_.Ask(*question, now);
   for (auto& [name, bus] : buses_) {
     for (auto& [device, lane] : bus.urgent) lane.Tick(now);
     for (auto& [device, lane] : bus.lanes) lane.Tick(now);
   }
+  store_.Tick(now);
+  SetAlarms(now);
+  alarms_.Tick(now);
+}
+
+void Dispatcher::SetAlarms(Instant now) {
+  alarms_.Set(bridge_alarms::kForeignCommands, foreign_.Recent(now.mono), now);
+  alarms_.Set(bridge_alarms::kJournalFails, !store_.problem().empty(), now);
+  alarms_.Set(bridge_alarms::kUnsignedAllowed, machine_.bridge.allow_unsigned, now);
+  alarms_.Set(bridge_alarms::kEncoderExchanged, axes_.AnyExchanged(), now);
+  alarms_.Set(bridge_alarms::kPlaceDoubtful, axes_.AnyDoubtful(), now);
+  alarms_.Set(bridge_alarms::kKeyMissing, machine_.bridge.bridge.public_key && ports_.key == nullptr, now);
+  alarms_.Set(bridge_alarms::kOtherBridge, watch_.Other(now.mono).has_value(), now);
 }
 
 std::int64_t Dispatcher::Send(const Task& task, std::int8_t kind, std::int32_t valid_ms, Instant now) {
   driver_order_t order{};
   order.driver_boot_id = task.status.driver_boot_id;
-  order.bridge_boot_id = boot_id_;
-  order.bridge_epoch = ++epoch_;
   const CommandId& id = task.asks_driver ? task.about : task.id;
   std::copy(id.begin(), id.end(), std::begin(order.id));
   order.kind = kind;
@@ -217,72 +347,99 @@ std::int64_t Dispatcher::Send(const Task& task, std::int8_t kind, std::int32_t v
   order.device = task.device;
   order.expect_epoch = task.expect_epoch;
   if (task.operation != nullptr) order.operation = task.operation->name;
-  if (kind == driver_order_t::KIND_EXECUTE) order.arguments = task.arguments;
-  order.n_arguments = static_cast<std::int8_t>(order.arguments.size());
-
-  driver_command_t envelope{};
-  envelope.utime = now.utime;
-  envelope.mono_ns = now.mono;
-  envelope.boot_id = boot_id_;
-  const std::string channel = "DRIVER_COMMAND/" + machine_.BusOf(task.device)->name;
-  envelope.seq = seq_[channel]++;
-  envelope.order.resize(static_cast<std::size_t>(order.getEncodedSize()));
-  order.encode(envelope.order.data(), 0, static_cast<int>(envelope.order.size()));
-  envelope.order_size = static_cast<std::int16_t>(envelope.order.size());
-  axlecast::Publish(sink_, channel, envelope);
-  return order.bridge_epoch;
+  const bool carries = kind == driver_order_t::KIND_EXECUTE || kind == driver_order_t::KIND_PREPARE;
+  if (carries) order.arguments = task.arguments;
+  return port_.Give(machine_.BusOf(task.device)->name, std::move(order), now);
 }
 
 CommandId Dispatcher::NewId() {
   CommandId id;
   const std::int64_t number = ++own_ids_;
   for (std::size_t i = 0; i < 8; ++i) {
-    id[i] = static_cast<std::uint8_t>(boot_id_ >> (8 * i));
+    id[i] = static_cast<std::uint8_t>(port_.boot_id() >> (8 * i));
     id[8 + i] = static_cast<std::uint8_t>(number >> (8 * i));
   }
   return id;
 }
 
+std::optional<Refusal> Dispatcher::BeforeRoute(Task& task, Instant now) {
+  if (task.purpose != Task::Purpose::kCommand) return std::nullopt;
+  if (auto refusal = axes_.BeforeRoute(*DeviceOf(task.device), task, now)) return refusal;
+  if (brief_.Find(task.id) != nullptr || store_.Routed(task.status, port_.epoch(), now)) return std::nullopt;
+  if (task.operation->urgent) {
+    brief_.Put(task.status);
+    return std::nullopt;
+  }
+  return Refusal{S::REASON_JOURNAL, "the journal cannot note that it is sent, so nothing is done: " + store_.problem()};
+}
+
 void Dispatcher::OnStep(Task& task, Instant now) {
   if (task.purpose != Task::Purpose::kCommand) return;
-  journal_.Step(task.status);
-  Publish(task.status, now);
+  if (brief_.Find(task.id) != nullptr) {
+    brief_.Put(task.status);
+  } else if (task.status.state != S::STATE_ROUTED) {
+    store_.Step(task.status, now);
+  }
+  port_.Tell(task.status, now);
 }
 
 void Dispatcher::OnEnd(Task task, Instant now) {
+  if (task.purpose == Task::Purpose::kFinding) return EndFinding(task, now);
   if (task.purpose == Task::Purpose::kCommand) return EndCommand(std::move(task), now);
-  if (task.purpose == Task::Purpose::kFinding) EndFinding(task, now);
+  axes_.OnOutcome(*DeviceOf(task.device), task, now);
 }
 
 void Dispatcher::EndCommand(Task task, Instant now) {
+  if (const DeviceConfig* device = DeviceOf(task.device)) axes_.OnOutcome(*device, task, now);
   command_status_t& status = task.status;
   status.is_final = 1;
-  if (status.state == S::STATE_INDETERMINATE) {
-    Bus& bus = buses_.at(machine_.BusOf(task.device)->name);
-    if (auto finding = FindingTask(task, *bus.config->family, now.mono + kFindWithin)) {
-      bus.lanes.at(task.device).PushFirst(std::move(*finding));
-    } else {
-      status.finding = S::FINDING_CANNOT_TELL;
-    }
+  if (task.prepare && status.state == S::STATE_SUCCEEDED) {
+    const Token token = ports_.random();
+    std::copy(token.begin(), token.end(), std::begin(status.token));
+    tokens_.Issue(token, {task.who, task.device, status.operation, task.arguments, status.epoch_after}, now.mono);
   }
-  journal_.Outcome(status);
-  Publish(status, now);
+  if (status.state == S::STATE_INDETERMINATE && status.finding == S::FINDING_NONE) BeginFinding(task, status, now);
+  Remember(status, now);
+  port_.Tell(status, now);
+}
+
+void Dispatcher::BeginFinding(const Task& task, command_status_t& status, Instant now) {
+  Bus& bus = buses_.at(machine_.BusOf(task.device)->name);
+  if (auto finding = FindingTask(task, *bus.config->family, now.mono + kFindWithin)) {
+    bus.lanes.at(task.device).PushFirst(std::move(*finding));
+  } else {
+    status.finding = S::FINDING_CANNOT_TELL;
+  }
 }
 
 void Dispatcher::EndFinding(const Task& task, Instant now) {
-  auto outcome = journal_.Find(task.about);
+  auto outcome = Find(task.about);
   if (!outcome) return;
   AddFinding(task, *outcome);
-  journal_.Outcome(*outcome);
-  Publish(*outcome, now);
+  Remember(*outcome, now);
+  port_.Tell(*outcome, now);
 }
 
-void Dispatcher::Publish(command_status_t status, Instant now) {
-  status.utime = now.utime;
-  status.mono_ns = now.mono;
-  status.boot_id = boot_id_;
-  status.seq = seq_["COMMAND_STATUS"]++;
-  axlecast::Publish(sink_, "COMMAND_STATUS", status);
+void Dispatcher::Remember(const command_status_t& status, Instant now) {
+  if (brief_.Find(IdOf(status.id)) != nullptr) return brief_.Put(status);
+  store_.Outcome(status, now);
+}
+
+std::optional<command_status_t> Dispatcher::Find(const CommandId& id) const {
+  if (const command_status_t* brief = brief_.Find(id)) return *brief;
+  return store_.Find(id);
+}
+
+DeviceLane& Dispatcher::LaneOf(Bus& bus, const std::string& device, const OperationSpec* operation) {
+  return operation->urgent ? bus.urgent.at(device) : bus.lanes.at(device);
+}
+
+const DeviceConfig* Dispatcher::DeviceOf(const std::string& name) const {
+  const BusConfig* bus = machine_.BusOf(name);
+  if (bus == nullptr) return nullptr;
+  const auto found = std::find_if(bus->devices.begin(), bus->devices.end(),
+                                  [&](const DeviceConfig& device) { return device.name == name; });
+  return &*found;
 }
 
 }  // namespace axlecast

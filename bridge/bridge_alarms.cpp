@@ -1,0 +1,23 @@
+#include "bridge/bridge_alarms.h"
+
+namespace axlecast {
+namespace {
+
+constexpr MonoNs kOnChange = 100 * kMillisecond;
+
+}  // namespace
+
+void BridgeAlarms::Tick(Instant now) {
+  const bool changed = book_.revision() != told_revision_;
+  if (now.mono - told_ < (changed ? kOnChange : kSecond) && told_ != 0) return;
+  told_ = now.mono;
+  told_revision_ = book_.revision();
+  message_.utime = now.utime;
+  message_.mono_ns = now.mono;
+  message_.device = "bridge";
+  book_.Write(message_, now.utime);
+  Publish(data_, "ALARM/bridge", message_);
+  ++message_.seq;
+}
+
+}  // namespace axlecast
