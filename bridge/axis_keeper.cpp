@@ -42,12 +42,6 @@ std::optional<std::int64_t> ParseInteger(const std::string& text) {
   return number;
 }
 
-Arguments AsPairs(const std::vector<argument_t>& arguments) {
-  Arguments pairs;
-  for (const argument_t& argument : arguments) pairs.emplace_back(argument.key, argument.value);
-  return pairs;
-}
-
 bool NothingWasDone(std::int8_t state) {
   return state == S::STATE_REJECTED || state == S::STATE_EXPIRED || state == S::STATE_CANCELLED;
 }
@@ -130,8 +124,7 @@ void AxisKeeper::Greet(const DeviceConfig& device, const driver_device_t& said, 
 
 std::optional<Refusal> AxisKeeper::BeforeRoute(const DeviceConfig& device, Task& task, Instant now) {
   const OperationSpec& operation = *task.operation;
-  if (operation.writes != nullptr) {
-    const std::int32_t writes = operation.writes(AsPairs(task.arguments));
+  if (const std::int32_t writes = task.WritesAtMost(); writes > 0) {
     const std::int64_t so_far = store_.Find(device.name).writes;
     const std::int64_t budget = device.settings ? device.settings->write_budget : 0;
     if (budget > 0 && so_far + writes > budget) {
@@ -209,7 +202,8 @@ void AxisKeeper::AcceptExchange(Task& task, Instant now) {
   const bool kept = store_.Exchange(task.device, seen.identity, now.utime);
   status.state = kept ? S::STATE_SUCCEEDED : S::STATE_FAILED;
   status.verified = kept ? 1 : 0;
-  status.reason_code = kept ? S::REASON_NONE : S::REASON_JOURNAL;
+  status.reason_code = std::int32_t{S::REASON_NONE};
+  if (!kept) status.reason_code = S::REASON_JOURNAL;
   status.changes = {{"identity", "", seen.identity}};
   status.n_changes = 1;
   status.text = !kept     ? "the journal could not note it: see ALARM/bridge, then repeat it"

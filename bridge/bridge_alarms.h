@@ -32,9 +32,8 @@ inline constexpr AlarmSpec kPlaceDoubtful = {
 inline constexpr AlarmSpec kKeyMissing = {
     305, kBridge, alarm_entry_t::SEVERITY_ERROR, "key_missing",
     "The bridge cannot sign: see its log; drivers and clients do not obey it."};
-inline constexpr AlarmSpec kOtherBridge = {
-    306, kBridge, alarm_entry_t::SEVERITY_CRITICAL, "other_bridge",
-    "Two bridges serve one command port: stop one of them."};
+inline constexpr AlarmSpec kOtherBridge = {306, kBridge, alarm_entry_t::SEVERITY_CRITICAL, "other_bridge",
+                                           "Two bridges serve one command port: stop one of them."};
 
 }  // namespace bridge_alarms
 

@@ -1,10 +1,7 @@
 #include "bridge/bridge_watch.h"
 
 #include <axlecast/command_body_t.hpp>
-#include <axlecast/command_status_t.hpp>
 #include <cstring>
-
-#include "drivers/runtime/core/decode_message.h"
 
 namespace axlecast {
 namespace {
@@ -13,10 +10,8 @@ constexpr MonoNs kProbePeriod = 100 * kMillisecond;
 
 }  // namespace
 
-void BridgeWatch::OnStatus(Bytes message, MonoNs now) {
-  const auto status = DecodeMessage<command_status_t>(message);
-  if (!status || status->boot_id == boot_id_) return;
-  other_ = status->boot_id;
+void BridgeWatch::OnOther(std::int64_t boot_id, MonoNs now) {
+  other_ = boot_id;
   heard_ = now;
 }
 

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <optional>
 
-#include "drivers/runtime/core/inline_bytes.h"
 #include "drivers/runtime/core/instant.h"
 
 namespace axlecast {
@@ -19,7 +18,7 @@ class BridgeWatch {
   BridgeWatch(std::int64_t boot_id, MonoNs now)
       : boot_id_(boot_id), serves_from_(now + kListen), next_probe_(now) {}
 
-  void OnStatus(Bytes message, MonoNs now);
+  void OnOther(std::int64_t boot_id, MonoNs now);
   // A question (MODE_QUERY) that any bridge answers; while listening, every 100 ms.
   [[nodiscard]] std::optional<command_t> Probe(MonoNs now);
 

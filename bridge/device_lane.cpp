@@ -37,6 +37,18 @@ bool SaysTheSame(const driver_status_t& driver, const command_status_t& said) {
 
 }  // namespace
 
+bool DeviceLane::Holds(Task::Purpose purpose) const {
+  const auto is = [&](const Task& task) { return task.purpose == purpose; };
+  return (current_ && is(*current_)) || std::any_of(waiting_.begin(), waiting_.end(), is);
+}
+
+std::optional<std::string> DeviceLane::SenderOf(const CommandId& id) const {
+  if (current_ && current_->id == id) return current_->who;
+  const auto found =
+      std::find_if(waiting_.begin(), waiting_.end(), [&](const Task& task) { return task.id == id; });
+  return found == waiting_.end() ? std::nullopt : std::optional(found->who);
+}
+
 void DeviceLane::Adopt(Task task, Instant now) {
   current_ = std::move(task);
   current_->adopted = current_->acknowledged = true;
@@ -92,7 +104,6 @@ void DeviceLane::OnUnknown(const driver_status_t& status, Instant now) {
     return End(TakeCurrent(), S::STATE_EXPIRED, S::REASON_DRIVER_SILENT, "the driver never received it", now);
   }
   if (task.adopted) {
-    if (task.sent_epoch == 0) return;  // an answer to the bridge before
     return End(TakeCurrent(), S::STATE_REJECTED, S::REASON_BRIDGE_RESTARTED,
                "the bridge restarted before the driver had it: nothing was done; send it again", now);
   }
@@ -195,8 +206,7 @@ void DeviceLane::SendDue(Task& task, Instant now) {
   if (task.cancel_asked) {
     output_.Send(task, driver_order_t::KIND_CANCEL, 1, now);
   } else if (task.acknowledged || task.asks_driver || now.mono >= task.begin_by) {
-    const std::int64_t epoch = output_.Send(task, driver_order_t::KIND_QUERY, 1, now);
-    if (task.adopted && task.sent_epoch == 0) task.sent_epoch = epoch;
+    output_.Send(task, driver_order_t::KIND_QUERY, 1, now);
   } else {
     const MonoNs left = std::min<MonoNs>(task.begin_by - now.mono, 3'600 * kSecond);
     const auto valid_ms = static_cast<std::int32_t>(std::max<MonoNs>(left / kMillisecond, 1));

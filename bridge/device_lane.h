@@ -46,6 +46,10 @@ class DeviceLane {
   // A task that an earlier bridge had routed: asks its driver what became of it. Nothing else may be under way.
   void Adopt(Task task, Instant now);
 
+  // Who gave a command that is here and has no outcome yet.
+  [[nodiscard]] std::optional<std::string> SenderOf(const CommandId& id) const;
+  [[nodiscard]] bool Holds(Task::Purpose purpose) const;
+
   // Ends a waiting command as CANCELLED; asks the driver to give up a routed one. False when it is not here.
   bool Cancel(const CommandId& id, Instant now);
   // A status from the driver's boot `status.boot_id` that DriverLink let pass.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "bridge/finding.h"
+#include "bridge/resume.h"
 #include "drivers/runtime/command/body_digest.h"
 #include "drivers/runtime/command/capped_text.h"
 #include "drivers/runtime/command/command_words.h"
@@ -47,6 +48,7 @@ Dispatcher::Dispatcher(const MachineConfig& machine, std::int64_t boot_id, Bridg
       ports_(std::move(ports)),
       store_(*ports_.store),
       port_(*ports_.commands, boot_id, ports_.key, FirstEpoch(store_, now)),
+      memory_(store_),
       authority_(machine.bridge),
       watch_(boot_id, now.mono),
       alarms_(*ports_.data, boot_id),
@@ -65,36 +67,20 @@ Dispatcher::Dispatcher(const MachineConfig& machine, std::int64_t boot_id, Bridg
 
 // A command that an earlier bridge left: one that was never sent is refused; of one that was, its driver is asked.
 void Dispatcher::Resume(const OpenCommand& command, Instant now) {
-  Task task;
-  task.status = command.record.status;
-  task.id = IdOf(task.status.id);
-  task.device = task.status.device;
-  task.arguments = command.record.arguments;
-  task.who = command.record.who;
-  task.reason = command.record.reason;
-  const BusConfig* bus = machine_.BusOf(task.device);
-  task.operation = bus != nullptr ? FindOperation(*bus->family, task.status.operation) : nullptr;
-  const bool sent = task.status.driver_boot_id != 0;
-  if (task.operation == nullptr || !sent) {
-    task.status.state = sent ? S::STATE_INDETERMINATE : S::STATE_REJECTED;
-    task.status.finding = sent ? S::FINDING_CANNOT_TELL : S::FINDING_NONE;
-    task.status.reason_code = S::REASON_BRIDGE_RESTARTED;
-    task.status.text = sent ? "the bridge restarted, and the machine's file has this device or operation no more"
-                            : "the bridge restarted before it was sent: nothing was done; send it again";
-    task.status.finished_utime = now.utime;
+  Task task = ResumedTask(machine_, command);
+  if (task.operation == nullptr || task.status.driver_boot_id == 0) {
+    GiveUp(task.status, now);
     return EndCommand(std::move(task), now);
   }
-  if (task.operation->of_bridge) {
-    const auto order = task.operation->name == "undo_datum" ? "set_datum" : "clear_datum";
-    task.operation = FindOperation(*bus->family, order);
-  }
-  if (task.operation->writes != nullptr) task.reserved_writes = task.operation->writes(AsPairs(task.arguments));
+  if (task.operation->of_bridge) Substitute(task);
+  task.sent_epoch = port_.epoch() + 1;  // of the first order that its driver can have of this bridge
+  task.reserved_writes = task.WritesAtMost();
   if (task.status.state == S::STATE_INDETERMINATE) {
     BeginFinding(task, task.status, now);
-    if (task.status.finding != S::FINDING_NONE) Remember(task.status, now);
+    if (task.status.finding != S::FINDING_NONE) memory_.Outcome(task.status, now);
     return;
   }
-  LaneOf(buses_.at(bus->name), task.device, task.operation).Adopt(std::move(task), now);
+  LaneOf(buses_.at(machine_.BusOf(task.device)->name), task.device, task.operation).Adopt(std::move(task), now);
 }
 
 void Dispatcher::OnCommand(Bytes message, Instant now) {
@@ -103,15 +89,14 @@ void Dispatcher::OnCommand(Bytes message, Instant now) {
   if (!body) return OnForeign("a command that cannot be read", now);
   if (watch_.IsListening(now.mono)) return;  // clients repeat
   if (body->mode == command_body_t::MODE_QUERY) {
-    const auto known = Find(IdOf(body->id));
+    const auto known = memory_.Find(IdOf(body->id));
     return port_.Tell(known ? *known : StatusOf(*body, 0), now);
   }
   command_status_t status = StatusOf(*body, BodyDigest(envelope->body));
   auto caller = authority_.Identify(*envelope, *body);
   if (const auto* refusal = std::get_if<Refusal>(&caller)) {
     OnForeign("a command for " + status.device + ": " + refusal->text, now);
-    if (now.mono - refusals_from_ >= kSecond) refusals_from_ = now.mono, refusals_ = 0;
-    if (++refusals_ <= kRefusalsPerSecond) Refuse(std::move(status), *refusal, now);
+    if (foreign_.MayAnswer(now.mono)) Refuse(std::move(status), *refusal, now);
     return;
   }
   Execute({*body, std::get<Caller>(std::move(caller)), {}, std::move(status)}, now);
@@ -119,7 +104,7 @@ void Dispatcher::OnCommand(Bytes message, Instant now) {
 
 void Dispatcher::Execute(Incoming incoming, Instant now) {
   const command_body_t& body = incoming.body;
-  const auto known = Find(IdOf(body.id));
+  const auto known = memory_.Find(IdOf(body.id));
   const bool cancels = body.mode == command_body_t::MODE_CANCEL;
   if (known && !cancels) {
     if (known->body_digest == incoming.status.body_digest) return port_.Tell(*known, now);
@@ -137,8 +122,9 @@ void Dispatcher::Execute(Incoming incoming, Instant now) {
   incoming.begin_by = body.issued_mono_ns + body.valid_ms * kMillisecond;
   if (body.issued_mono_ns > now.mono + kClockSlack) {
     return Refuse(incoming.status,
-                  {S::REASON_MALFORMED, "issued_mono_ns lies ahead: it is mono_ns of a status of this bridge plus the "
-                                        "time since"},
+                  {S::REASON_MALFORMED,
+                   "issued_mono_ns lies ahead: it is mono_ns of a status of this bridge plus the "
+                   "time since"},
                   now);
   }
   Accept(std::move(incoming), now);
@@ -146,7 +132,7 @@ void Dispatcher::Execute(Incoming incoming, Instant now) {
 
 void Dispatcher::Cancel(const Incoming& incoming, Instant now) {
   const CommandId id = IdOf(incoming.body.id);
-  auto known = Find(id);
+  auto known = memory_.Find(id);
   if (!known) return port_.Tell(StatusOf(incoming.body, 0), now);
   Bus& bus = buses_.at(incoming.admitted.bus->name);
   DeviceLane& lane = LaneOf(bus, incoming.body.device, incoming.admitted.operation);
@@ -156,7 +142,7 @@ void Dispatcher::Cancel(const Incoming& incoming, Instant now) {
     known->text = "only who gave it, or a maintainer, may cancel it";
     return port_.Tell(*known, now);
   }
-  if (!IsFinalState(known->state) && lane.Cancel(id, now)) known = Find(id);
+  if (!IsFinalState(known->state) && lane.Cancel(id, now)) known = memory_.Find(id);
   if (known && !IsFinalState(known->state)) known->text = "the driver was asked to give it up if it has not begun";
   if (known) port_.Tell(*known, now);
 }
@@ -195,14 +181,18 @@ std::optional<Refusal> Dispatcher::MakeTask(const Incoming& incoming, Task& task
     if (const auto* refusal = std::get_if<Refusal>(&epoch)) return *refusal;
     if (task.expect_epoch < 0) task.expect_epoch = std::get<std::int32_t>(epoch);
   }
-  if (!task.operation->of_bridge) return std::nullopt;
+  return task.operation->of_bridge ? Substitute(task) : std::nullopt;
+}
+
+// The driver's operation that carries out one of the bridge's own.
+std::optional<Refusal> Dispatcher::Substitute(Task& task) {
   BridgeOrder order{"clear_datum", {}};  // accept_exchange: the datum of the encoder that was here
   if (task.operation->name == "undo_datum") {
-    auto undo = axes_.Undo(body.device);
+    auto undo = axes_.Undo(task.device);
     if (const auto* refusal = std::get_if<Refusal>(&undo)) return *refusal;
     order = std::get<BridgeOrder>(std::move(undo));
   }
-  task.operation = FindOperation(*incoming.admitted.bus->family, order.operation);
+  task.operation = FindOperation(*machine_.BusOf(task.device)->family, order.operation);
   task.arguments = std::move(order.arguments);
   return std::nullopt;
 }
@@ -220,12 +210,10 @@ void Dispatcher::Accept(Incoming incoming, Instant now) {
   auto refusal = Busy(bus, lane, now.mono);
   if (!refusal) refusal = MakeTask(incoming, task, now);
   incoming.status.state = refusal ? S::STATE_REJECTED : S::STATE_ACCEPTED;
-  const bool brief = IsBrief(incoming.body, operation);
   // What is urgent does not wait for room in a journal.
-  if (!Note(incoming, brief, now) && (!operation.urgent || !Note(incoming, true, now))) {
-    const Refusal full{S::REASON_JOURNAL, "the journal cannot note it, so nothing is done: " + store_.problem()};
-    brief_.Put(incoming.status);
-    return Refuse(incoming.status, full, now);
+  if (!memory_.Note(RecordOf(incoming, now), IsBrief(incoming.body, operation), now)) {
+    memory_.Keep(incoming.status);
+    if (!operation.urgent) refusal = NotNoted();
   }
   if (refusal) return Refuse(incoming.status, *refusal, now);
   task.status.state = S::STATE_ACCEPTED;
@@ -235,21 +223,21 @@ void Dispatcher::Accept(Incoming incoming, Instant now) {
   lane.Tick(now);
 }
 
-bool Dispatcher::Note(const Incoming& incoming, bool briefly, Instant now) {
-  if (briefly) {
-    brief_.Put(incoming.status);
-    return true;
-  }
-  CommandRecord record;
-  record.status = incoming.status;
-  record.arguments = incoming.body.arguments;
-  record.reason = CappedText(incoming.body.reason, kReasonBytes);
-  record.who = incoming.caller.who;
-  record.key_id = incoming.caller.key_id;
-  record.bridge_boot_id = port_.boot_id();
-  record.utime = now.utime;
-  record.begin_by_utime = now.utime + (incoming.begin_by - now.mono) / kMicrosecond;
-  return store_.Accepted(record, now);
+CommandRecord Dispatcher::RecordOf(const Incoming& incoming, Instant now) const {
+  const command_body_t& body = incoming.body;
+  const std::int64_t left_us = (incoming.begin_by - now.mono) / kMicrosecond;
+  return {.status = incoming.status,
+          .arguments = body.arguments,
+          .reason = CappedText(body.reason, kReasonBytes),
+          .who = incoming.caller.who,
+          .key_id = incoming.caller.key_id,
+          .bridge_boot_id = port_.boot_id(),
+          .utime = now.utime,
+          .begin_by_utime = now.utime + left_us};
+}
+
+Refusal Dispatcher::NotNoted() const {
+  return {S::REASON_JOURNAL, "the journal cannot note it, so nothing is done: " + store_.problem()};
 }
 
 void Dispatcher::Refuse(command_status_t status, const Refusal& refusal, Instant now) {
@@ -258,8 +246,9 @@ void Dispatcher::Refuse(command_status_t status, const Refusal& refusal, Instant
   status.reason_code = refusal.reason;
   status.text = CappedText(refusal.text, kTextBytes);
   status.finished_utime = now.utime;
-  const auto known = Find(IdOf(status.id));
-  if (known && known->body_digest == status.body_digest && !IsFinalState(known->state)) Remember(status, now);
+  const auto known = memory_.Find(IdOf(status.id));
+  if (known && known->body_digest == status.body_digest && !IsFinalState(known->state))
+    memory_.Outcome(status, now);
   port_.Tell(std::move(status), now);
 }
 
@@ -365,21 +354,15 @@ CommandId Dispatcher::NewId() {
 std::optional<Refusal> Dispatcher::BeforeRoute(Task& task, Instant now) {
   if (task.purpose != Task::Purpose::kCommand) return std::nullopt;
   if (auto refusal = axes_.BeforeRoute(*DeviceOf(task.device), task, now)) return refusal;
-  if (brief_.Find(task.id) != nullptr || store_.Routed(task.status, port_.epoch(), now)) return std::nullopt;
-  if (task.operation->urgent) {
-    brief_.Put(task.status);
-    return std::nullopt;
-  }
-  return Refusal{S::REASON_JOURNAL, "the journal cannot note that it is sent, so nothing is done: " + store_.problem()};
+  if (memory_.Routed(task.status, port_.epoch(), now)) return std::nullopt;
+  if (!task.operation->urgent) return NotNoted();
+  memory_.Keep(task.status);
+  return std::nullopt;
 }
 
 void Dispatcher::OnStep(Task& task, Instant now) {
   if (task.purpose != Task::Purpose::kCommand) return;
-  if (brief_.Find(task.id) != nullptr) {
-    brief_.Put(task.status);
-  } else if (task.status.state != S::STATE_ROUTED) {
-    store_.Step(task.status, now);
-  }
+  memory_.Step(task.status, now);
   port_.Tell(task.status, now);
 }
 
@@ -396,10 +379,17 @@ void Dispatcher::EndCommand(Task task, Instant now) {
   if (task.prepare && status.state == S::STATE_SUCCEEDED) {
     const Token token = ports_.random();
     std::copy(token.begin(), token.end(), std::begin(status.token));
-    tokens_.Issue(token, {task.who, task.device, status.operation, task.arguments, status.epoch_after}, now.mono);
+    const bool substituted = task.operation->name != status.operation;
+    tokens_.Issue(token,
+                  {.who = task.who,
+                   .device = task.device,
+                   .operation = status.operation,
+                   .arguments = substituted ? std::vector<argument_t>{} : task.arguments,
+                   .epoch = status.epoch_after},
+                  now.mono);
   }
   if (status.state == S::STATE_INDETERMINATE && status.finding == S::FINDING_NONE) BeginFinding(task, status, now);
-  Remember(status, now);
+  memory_.Outcome(status, now);
   port_.Tell(status, now);
 }
 
@@ -413,21 +403,11 @@ void Dispatcher::BeginFinding(const Task& task, command_status_t& status, Instan
 }
 
 void Dispatcher::EndFinding(const Task& task, Instant now) {
-  auto outcome = Find(task.about);
+  auto outcome = memory_.Find(task.about);
   if (!outcome) return;
   AddFinding(task, *outcome);
-  Remember(*outcome, now);
+  memory_.Outcome(*outcome, now);
   port_.Tell(*outcome, now);
-}
-
-void Dispatcher::Remember(const command_status_t& status, Instant now) {
-  if (brief_.Find(IdOf(status.id)) != nullptr) return brief_.Put(status);
-  store_.Outcome(status, now);
-}
-
-std::optional<command_status_t> Dispatcher::Find(const CommandId& id) const {
-  if (const command_status_t* brief = brief_.Find(id)) return *brief;
-  return store_.Find(id);
 }
 
 DeviceLane& Dispatcher::LaneOf(Bus& bus, const std::string& device, const OperationSpec* operation) {

@@ -15,7 +15,7 @@
 #include "bridge/axis_keeper.h"
 #include "bridge/bridge_alarms.h"
 #include "bridge/bridge_watch.h"
-#include "bridge/brief_memory.h"
+#include "bridge/command_memory.h"
 #include "bridge/command_port.h"
 #include "bridge/device_lane.h"
 #include "bridge/driver_link.h"
@@ -44,7 +44,6 @@ struct BridgePorts {
 class Dispatcher final : private LaneOutput {
  public:
   static constexpr MonoNs kFindWithin = 20 * kSecond;  // after an INDETERMINATE, then FINDING_CANNOT_TELL
-  static constexpr int kRefusalsPerSecond = 100;       // told to those that are not known
 
   // Takes up what an earlier bridge has left in the store.
   Dispatcher(const MachineConfig& machine, std::int64_t boot_id, BridgePorts ports, Instant now);
@@ -82,8 +81,10 @@ class Dispatcher final : private LaneOutput {
   void Cancel(const Incoming& incoming, Instant now);
   void Accept(Incoming incoming, Instant now);
   [[nodiscard]] std::optional<Refusal> MakeTask(const Incoming& incoming, Task& task, Instant now);
+  std::optional<Refusal> Substitute(Task& task);
   [[nodiscard]] std::optional<Refusal> Busy(const Bus& bus, const DeviceLane& lane, MonoNs now) const;
-  [[nodiscard]] bool Note(const Incoming& incoming, bool briefly, Instant now);
+  [[nodiscard]] CommandRecord RecordOf(const Incoming& incoming, Instant now) const;
+  [[nodiscard]] Refusal NotNoted() const;
   void Refuse(command_status_t status, const Refusal& refusal, Instant now);
   void OnForeign(const std::string& what, Instant now);
   void OnHello(Bus& bus, const driver_status_t& status, Instant now);
@@ -92,8 +93,6 @@ class Dispatcher final : private LaneOutput {
   void EndFinding(const Task& task, Instant now);
   void Resume(const OpenCommand& command, Instant now);
   void SetAlarms(Instant now);
-  void Remember(const command_status_t& status, Instant now);
-  [[nodiscard]] std::optional<command_status_t> Find(const CommandId& id) const;
   [[nodiscard]] DeviceLane& LaneOf(Bus& bus, const std::string& device, const OperationSpec* operation);
   [[nodiscard]] const DeviceConfig* DeviceOf(const std::string& name) const;
 
@@ -107,17 +106,15 @@ class Dispatcher final : private LaneOutput {
   const BridgePorts ports_;
   DurableStore& store_;
   CommandPort port_;
+  CommandMemory memory_;
   Authority authority_;
   BridgeWatch watch_;
   BridgeAlarms alarms_;
   AxisKeeper axes_;
   TokenDesk tokens_;
-  BriefMemory brief_;
   ForeignWatch foreign_;
   std::map<std::string, Bus> buses_;
   std::int64_t own_ids_ = 0;
-  MonoNs refusals_from_ = 0;  // of those that are not known, within a second
-  int refusals_ = 0;
 };
 
 }  // namespace axlecast

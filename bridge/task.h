@@ -49,6 +49,9 @@ struct Task {
   MonoNs heard = 0;
   MonoNs routed = 0;
   MonoNs next_send = 0;
+
+  // Of the device's limited memory, by its arguments.
+  [[nodiscard]] std::int32_t WritesAtMost() const;
 };
 
 }  // namespace axlecast
