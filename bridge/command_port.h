@@ -25,8 +25,12 @@ class CommandPort {
   std::int64_t Give(const std::string& bus, driver_order_t order, Instant now);
   void Ask(command_t question, Instant now);
 
-  // A driver has heard an order of this epoch: those of this bridge go above it.
-  void Heard(std::int64_t epoch) { epoch_ = epoch > epoch_ ? epoch : epoch_; }
+  // A driver has heard an order of this epoch: those of this bridge go above it. One that no bridge could have
+  // reached is not believed.
+  void Heard(std::int64_t epoch) {
+    constexpr std::int64_t kHighest = std::int64_t{1} << 62;
+    if (epoch > epoch_ && epoch < kHighest) epoch_ = epoch;
+  }
   [[nodiscard]] std::int64_t epoch() const { return epoch_; }
   [[nodiscard]] std::int64_t boot_id() const { return boot_id_; }
 

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "bridge/dispatcher.h"
-#include "bridge/memory_journal.h"
+#include "bridge/memory_store.h"
 #include "drivers/runtime/command/order_desk.h"
 #include "drivers/runtime/command/order_ledger.h"
 #include "drivers/runtime/command/order_test_support.h"
@@ -135,7 +135,12 @@ class WorldDriver {
   void Hello() {
     next_hello_ = clock_.now + kSecond;
     std::vector<OrderDesk::DeviceSummary> devices;
-    for (const DeviceConfig& device : bus_.devices) devices.push_back({device.name, 1, 0, false});
+    for (const DeviceConfig& device : bus_.devices) {
+      OrderDesk::DeviceSummary summary;
+      summary.device = device.name;
+      summary.state = 1;
+      devices.push_back(summary);
+    }
     desk_->Hello(devices);
   }
 
@@ -218,7 +223,7 @@ class World {
   WorldClock clock_;
   WorldNetwork network_;
   MachineConfig machine_;
-  MemoryJournal journal_;
+  MemoryStore store_;
   std::unique_ptr<Dispatcher> bridge_;
   std::map<std::string, std::unique_ptr<WorldDriver>> drivers_;
   std::map<CommandId, WorldClient*> open_;

@@ -28,7 +28,13 @@ World::World(WorldSettings settings)
   for (const BusConfig& bus : machine_.buses) {
     drivers_[bus.name] = std::make_unique<WorldDriver>(bus, network_, clock_, random_, effects);
   }
-  bridge_ = std::make_unique<Dispatcher>(machine_, kBridgeBoot, journal_, network_, Now());
+  bridge_ = std::make_unique<Dispatcher>(machine_, kBridgeBoot,
+                                         BridgePorts{.store = &store_,
+                                                     .commands = &network_,
+                                                     .data = &network_,
+                                                     .log = [](const std::string&) {},
+                                                     .random = [] { return CommandId{}; }},
+                                         Now());
 }
 
 bool World::Run(std::uint32_t count) {
@@ -49,6 +55,7 @@ void World::StartOne(std::uint32_t number) {
   WorldClient& client = clients[id];
   std::copy(id.begin(), id.end(), std::begin(client.body.id));
   client.body.bridge_boot_id = kBridgeBoot;
+  client.body.issued_mono_ns = clock_.now;
   client.body.valid_ms = 20'000;
   if (network_.Happens(settings_.short_lived)) {
     client.body.valid_ms = std::uniform_int_distribution<std::int32_t>(1, 100)(random_);
@@ -82,6 +89,7 @@ void World::OnMessage(const std::string& channel, Bytes message) {
   if (channel == "COMMAND") return bridge_->OnCommand(message, Now());
   if (channel.starts_with("DRIVER_STATUS/")) return bridge_->OnDriverStatus(channel, message, Now());
   if (channel.starts_with("DRIVER_COMMAND/")) return drivers_.at(channel.substr(15))->OnMessage(message);
+  if (channel.starts_with("ALARM/")) return;
   const auto status = DecodeMessage<command_status_t>(message);
   ASSERT_TRUE(status);
   OnStatus(*status);

@@ -31,6 +31,16 @@ command_status_t StatusOf(const command_body_t& body, std::int64_t digest) {
   return status;
 }
 
+S Refused(S status, const Refusal& refusal, Instant now) {
+  const bool late = refusal.reason == S::REASON_DEADLINE;
+  status.state = late ? S::STATE_EXPIRED : S::STATE_REJECTED;
+  status.is_final = 1;
+  status.reason_code = refusal.reason;
+  status.text = CappedText(refusal.text, kTextBytes);
+  status.finished_utime = now.utime;
+  return status;
+}
+
 bool IsBrief(const command_body_t& body, const OperationSpec& operation) {
   return body.mode == command_body_t::MODE_PREPARE || operation.reads_only;
 }
@@ -199,7 +209,6 @@ std::optional<Refusal> Dispatcher::Substitute(Task& task) {
 
 void Dispatcher::Accept(Incoming incoming, Instant now) {
   if (now.mono >= incoming.begin_by) {
-    incoming.status.state = S::STATE_EXPIRED;
     return Refuse(incoming.status, {S::REASON_DEADLINE, "its time was over when it came: nothing was done"}, now);
   }
   Bus& bus = buses_.at(incoming.admitted.bus->name);
@@ -209,16 +218,17 @@ void Dispatcher::Accept(Incoming incoming, Instant now) {
   Task task;
   auto refusal = Busy(bus, lane, now.mono);
   if (!refusal) refusal = MakeTask(incoming, task, now);
-  incoming.status.state = refusal ? S::STATE_REJECTED : S::STATE_ACCEPTED;
+  incoming.status.state = S::STATE_ACCEPTED;
+  if (refusal) incoming.status = Refused(incoming.status, *refusal, now);
   // What is urgent does not wait for room in a journal.
   if (!memory_.Note(RecordOf(incoming, now), IsBrief(incoming.body, operation), now)) {
-    memory_.Keep(incoming.status);
     if (!operation.urgent) refusal = NotNoted();
+    if (refusal) incoming.status = Refused(incoming.status, *refusal, now);
+    memory_.Keep(incoming.status);
   }
-  if (refusal) return Refuse(incoming.status, *refusal, now);
-  task.status.state = S::STATE_ACCEPTED;
-  task.status.is_unsigned = incoming.status.is_unsigned;
-  port_.Tell(task.status, now);
+  port_.Tell(incoming.status, now);
+  if (refusal) return;
+  task.status = incoming.status;
   lane.Push(std::move(task));
   lane.Tick(now);
 }
@@ -241,15 +251,7 @@ Refusal Dispatcher::NotNoted() const {
 }
 
 void Dispatcher::Refuse(command_status_t status, const Refusal& refusal, Instant now) {
-  if (status.state != S::STATE_EXPIRED) status.state = S::STATE_REJECTED;
-  status.is_final = 1;
-  status.reason_code = refusal.reason;
-  status.text = CappedText(refusal.text, kTextBytes);
-  status.finished_utime = now.utime;
-  const auto known = memory_.Find(IdOf(status.id));
-  if (known && known->body_digest == status.body_digest && !IsFinalState(known->state))
-    memory_.Outcome(status, now);
-  port_.Tell(std::move(status), now);
+  port_.Tell(Refused(std::move(status), refusal, now), now);
 }
 
 void Dispatcher::OnForeign(const std::string& what, Instant now) {
@@ -395,6 +397,12 @@ void Dispatcher::EndCommand(Task task, Instant now) {
 
 void Dispatcher::BeginFinding(const Task& task, command_status_t& status, Instant now) {
   Bus& bus = buses_.at(machine_.BusOf(task.device)->name);
+  const bool gone = status.reason_code != S::REASON_DRIVER_SILENT;
+  if (gone && IsOfRuntime(*bus.config->family, *task.operation)) {
+    // It would have changed that driver alone, which is no more.
+    status.finding = S::FINDING_NO_EFFECT_SEEN;
+    return;
+  }
   if (auto finding = FindingTask(task, *bus.config->family, now.mono + kFindWithin)) {
     bus.lanes.at(task.device).PushFirst(std::move(*finding));
   } else {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "bridge/dispatcher.h"
-#include "bridge/memory_journal.h"
+#include "bridge/memory_store.h"
 #include "drivers/runtime/command/body_digest.h"
 #include "drivers/runtime/command/order_ledger.h"
 #include "drivers/runtime/command/order_test_support.h"
@@ -32,10 +32,19 @@ inline MachineConfig TestMachine(bool allow_unsigned) {
   return machine;
 }
 
+inline driver_device_t OnlineDevice(const std::string& name) {
+  driver_device_t device{};
+  device.device = name;
+  device.state = device_info_t::STATE_ONLINE;
+  return device;
+}
+
 // A bridge with one bus of two devices, of which the test is the client and the driver.
 class DispatcherTest : public testing::Test {
  protected:
-  explicit DispatcherTest(bool allow_unsigned = true) : machine_(TestMachine(allow_unsigned)) {
+  explicit DispatcherTest(bool allow_unsigned = true) : DispatcherTest(TestMachine(allow_unsigned), {}) {}
+  DispatcherTest(MachineConfig machine, std::optional<SigningKey> key)
+      : machine_(std::move(machine)), key_(std::move(key)), bridge_(MakeBridge(kBoot)) {
     Pass(BridgeWatch::kListen);
     Hello(kDriver);
     sink_.Clear();
@@ -48,7 +57,7 @@ class DispatcherTest : public testing::Test {
   void Step(MonoNs time) {
     now_.mono += time;
     now_.utime += time / kMicrosecond;
-    bridge_.Tick(now_);
+    bridge_->Tick(now_);
   }
   // A second in which the driver says HELLO every 100 ms.
   void PassWithDriver(MonoNs time) {
@@ -60,19 +69,29 @@ class DispatcherTest : public testing::Test {
     const CommandId id = NumberedId(number);
     std::copy(id.begin(), id.end(), std::begin(body.id));
     body.bridge_boot_id = kBoot;
+    body.issued_mono_ns = now_.mono;
     body.valid_ms = 1'000;
     body.device = "axis1";
     body.operation = operation;
     body.expect_epoch = -1;
     return body;
   }
-  S Send(const command_body_t& body) { return SendSigned(body, 0); }
-  S SendSigned(const command_body_t& body, std::uint8_t signature) {
+  S Send(const command_body_t& body) {
+    bridge_->OnCommand(Encoded(EnvelopeOf(body)), now_);
+    return Last();
+  }
+  static command_t EnvelopeOf(const command_body_t& body) {
     command_t envelope{};
     envelope.body = Encoded(body);
     envelope.body_size = static_cast<std::int16_t>(envelope.body.size());
-    envelope.sig[0] = signature;
-    bridge_.OnCommand(Encoded(envelope), now_);
+    return envelope;
+  }
+  S SendSigned(command_body_t body, const SigningKey& key) {
+    body.key_id = KeyId(key.public_key());
+    command_t envelope = EnvelopeOf(body);
+    const Signature signature = key.Sign(Domain::kCommand, envelope.body);
+    std::copy(signature.begin(), signature.end(), std::begin(envelope.sig));
+    bridge_->OnCommand(Encoded(envelope), now_);
     return Last();
   }
   S SendAs(command_body_t body, std::int8_t mode) {
@@ -97,13 +116,22 @@ class DispatcherTest : public testing::Test {
     driver_status_t hello{};
     hello.kind = kind;
     if (kind == driver_status_t::KIND_HELLO) {
-      hello.devices = {{"axis1", device_info_t::STATE_ONLINE, 0, static_cast<std::int8_t>(lost ? 1 : 0)},
-                       {"axis2", device_info_t::STATE_ONLINE, 0, 0}};
+      hello.devices = {OnlineDevice("axis1"), OnlineDevice("axis2")};
+      hello.devices[0].reference_lost = lost ? 1 : 0;
       hello.n_devices = 2;
     }
     FromDriver(hello);
   }
-  void Report(const driver_order_t& order, std::int8_t state, std::vector<change_t> changes = {}) {
+  void HelloWith(std::int64_t boot_id, const driver_device_t& axis1) {
+    driver_boot_ = boot_id;
+    driver_status_t hello{};
+    hello.kind = driver_status_t::KIND_HELLO;
+    hello.devices = {axis1};
+    hello.n_devices = 1;
+    FromDriver(hello);
+  }
+  void Report(const driver_order_t& order, std::int8_t state, std::vector<change_t> changes = {},
+              std::int32_t nv_writes = 0) {
     driver_status_t status{};
     status.kind = driver_status_t::KIND_STATUS;
     std::copy(std::begin(order.id), std::end(order.id), std::begin(status.id));
@@ -111,6 +139,8 @@ class DispatcherTest : public testing::Test {
     status.operation = order.operation;
     status.state = state;
     status.bridge_epoch = order.bridge_epoch;
+    status.nv_writes = nv_writes;
+    status.epoch_after = 3;
     status.changes = std::move(changes);
     status.n_changes = static_cast<std::int8_t>(status.changes.size());
     FromDriver(status);
@@ -119,14 +149,35 @@ class DispatcherTest : public testing::Test {
     status.bus = "b0";
     status.boot_id = driver_boot_;
     status.seq = driver_seq_++;
-    bridge_.OnDriverStatus("DRIVER_STATUS/b0", Encoded(status), now_);
+    bridge_->OnDriverStatus("DRIVER_STATUS/b0", Encoded(status), now_);
   }
 
   Instant now_{1'000 * kSecond, 1'700'000'000'000'000};
   MachineConfig machine_;
-  MemoryJournal journal_;
+  // As after kill -9: what the store holds is all that is left.
+  void RestartBridge(std::int64_t boot_id) {
+    bridge_.reset();
+    bridge_ = MakeBridge(boot_id);
+    sink_.Clear();
+    Pass(BridgeWatch::kListen);
+  }
+  std::unique_ptr<Dispatcher> MakeBridge(std::int64_t boot_id) {
+    return std::make_unique<Dispatcher>(machine_, boot_id,
+                                        BridgePorts{.store = &store_,
+                                                    .commands = &sink_,
+                                                    .data = &data_,
+                                                    .key = key_ ? &*key_ : nullptr,
+                                                    .log = [](const std::string&) {},
+                                                    .random = [this] { return NumberedId(1'000'000 + ++tokens_); }},
+                                        now_);
+  }
+
+  std::optional<SigningKey> key_;
+  std::uint32_t tokens_ = 0;
+  MemoryStore store_;
   MemorySink sink_;
-  Dispatcher bridge_{machine_, kBoot, journal_, sink_, now_};
+  MemorySink data_;
+  std::unique_ptr<Dispatcher> bridge_;
   std::int64_t driver_boot_ = kDriver;
   std::int64_t driver_seq_ = 0;
 };

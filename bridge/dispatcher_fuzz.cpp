@@ -3,7 +3,7 @@
 #include <axlecast/driver_order_t.hpp>
 
 #include "bridge/dispatcher.h"
-#include "bridge/memory_journal.h"
+#include "bridge/memory_store.h"
 #include "drivers/runtime/command/order_test_support.h"
 #include "drivers/runtime/core/decode_message.h"
 
@@ -43,7 +43,10 @@ class Fuzz {
     driver_status_t hello{};
     hello.boot_id = 7;
     hello.bus = "b0";
-    hello.devices = {{"axis1", device_info_t::STATE_ONLINE, 0, 0}};
+    driver_device_t device{};
+    device.device = "axis1";
+    device.state = device_info_t::STATE_ONLINE;
+    hello.devices = {device};
     hello.n_devices = 1;
     bridge_.OnDriverStatus("DRIVER_STATUS/b0", Encoded(hello), now_);
   }
@@ -60,6 +63,7 @@ class Fuzz {
     const std::string text(data.begin() + 2, data.end());
     command_body_t body{};
     body.bridge_boot_id = 42;
+    body.issued_mono_ns = now_.mono;
     body.valid_ms = 1'000;
     body.device = data[0] % 4 == 0 ? text : "axis1";
     body.operation = data[0] % 4 == 1 ? text : "write";
@@ -89,9 +93,16 @@ class Fuzz {
 
   Instant now_{1'000 * kSecond, 0};
   MachineConfig machine_ = Machine();
-  MemoryJournal journal_;
+  MemoryStore store_;
   FuzzSink sink_;
-  Dispatcher bridge_{machine_, 42, journal_, sink_, {0, 0}};
+  Dispatcher bridge_{machine_,
+                     42,
+                     {.store = &store_,
+                      .commands = &sink_,
+                      .data = &sink_,
+                      .log = [](const std::string&) {},
+                      .random = [] { return NumberedId(7); }},
+                     {0, 0}};
 };
 
 }  // namespace

@@ -52,6 +52,11 @@ const OperationSpec* FindOperation(const Family& family, std::string_view name) 
   return own != nullptr ? own : FindIn(RuntimeOperations(family), name);
 }
 
+bool IsOfRuntime(const Family& family, const OperationSpec& operation) {
+  const auto own = RuntimeOperations(family);
+  return &operation >= own.data() && &operation < own.data() + own.size();
+}
+
 std::string OperationNames(const Family& family) {
   std::string text = "operations of " + std::string(family.name) + ":";
   const auto add = [&](std::span<const OperationSpec> operations) {

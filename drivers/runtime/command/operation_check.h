@@ -22,6 +22,9 @@ struct Refusal {
 // The family's operation of that name, else the runtime's own, else null.
 [[nodiscard]] const OperationSpec* FindOperation(const Family& family, std::string_view name);
 
+// One of the runtime's own (RuntimeOperations): it works on the driver alone, and needs no device.
+[[nodiscard]] bool IsOfRuntime(const Family& family, const OperationSpec& operation);
+
 // For a refusal: "operations of tformat: clear_errors, ...". Leaves out the internal ones.
 [[nodiscard]] std::string OperationNames(const Family& family);
 

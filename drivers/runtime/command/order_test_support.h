@@ -25,7 +25,10 @@ inline const Family& CountingFamily() {
        .arguments = {{"note", "any"}, {"page", "1..9"}},
        .found_by = "look"},
       {.name = "halt", .help = "stops at once", .urgent = true},
-      {.name = "look", .help = "tells the count", .arguments = {{"after", "an operation", false}}},
+      {.name = "look",
+       .help = "tells the count",
+       .arguments = {{"after", "an operation", false}},
+       .reads_only = true},
   };
   static const Family family = {.name = "counting", .summary = "for tests", .operations = operations};
   return family;

@@ -33,12 +33,6 @@ std::string Shown(double number) {
   return error == std::errc() ? std::string(text, end) : std::string();
 }
 
-// Operations on the channel alone; they need no device.
-bool IsOfRuntime(const Family& family, const OperationSpec& operation) {
-  const auto own = RuntimeOperations(family);
-  return &operation >= own.data() && &operation < own.data() + own.size();
-}
-
 }  // namespace
 
 bool Operations::Holds(const Target& target, const CommandId& id) {
