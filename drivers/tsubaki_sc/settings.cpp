@@ -4,7 +4,9 @@
 #include <vector>
 
 #include "drivers/runtime/config/config_map.h"
+#include "drivers/runtime/config/load_place.h"
 #include "drivers/runtime/config/machine_config.h"
+#include "drivers/runtime/config/words.h"
 #include "drivers/tsubaki_sc/register_map.h"
 
 namespace axlecast::tsubaki_sc {
@@ -42,21 +44,11 @@ Pacing PacingOf(PacingReading reading) {
   }
 }
 
-bool IsPlainName(std::string_view name) {
-  constexpr std::size_t kLongest = 24;
-  return !name.empty() && name.size() <= kLongest &&
-         name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_-") == std::string_view::npos;
-}
-
 void ParsePlace(const std::string& name, ConfigMap& map, ScSettings& settings) {
-  if (!IsPlainName(name)) map.Error("", "is no name: 1 to 24 of a-z, 0-9, _ and -");
-  SecretPlace place{.file = map.String("file", ""), .credential = map.String("credential", "")};
-  if (place.file.empty() == place.credential.empty()) {
+  if (!IsName(name)) map.errors().Add(map.mark(), map.path() + ": " + Quoted(name) + kNameRule);
+  SecretPlace place = LoadPlace(map, "/etc/axlecast/gm3.password");
+  if (!map.Has("file") && !map.Has("credential")) {
     map.Error("file", "give exactly one of file: (an absolute path, mode 0600) and credential: (systemd's name)");
-  } else if (!place.file.empty() && place.file.front() != '/') {
-    map.Error("file", "is no absolute path, e.g. /etc/axlecast/gm3.password");
-  } else if (place.credential.find('/') != std::string::npos) {
-    map.Error("credential", "is a name below $CREDENTIALS_DIRECTORY, without '/'");
   }
   map.Done();
   settings.passwords.emplace(name, std::move(place));

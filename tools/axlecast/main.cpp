@@ -9,6 +9,7 @@
 #include "tools/axlecast/do_command.h"
 #include "tools/axlecast/driver_command.h"
 #include "tools/axlecast/exit_code.h"
+#include "tools/axlecast/keygen_command.h"
 #include "tools/axlecast/motor_command.h"
 #include "tools/axlecast/param_command.h"
 #include "tools/axlecast/simulate_command.h"
@@ -36,6 +37,7 @@ int RunCommandLine(int argc, char** argv) {
   AddTripsCommand(app, exit_code);
   AddParamCommand(app, exit_code);
   AddCheckConfigCommand(app, exit_code);
+  AddKeygenCommand(app, exit_code);
   AddSimulateCommand(app, exit_code);
   AddDriverCommand(app, exit_code);
   AddSpyCommand(app, exit_code);

@@ -1,0 +1,92 @@
+#include "drivers/io/new_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "tests/support/temporary_folder.h"
+
+namespace axlecast {
+namespace {
+
+using ::testing::HasSubstr;
+
+class NewFileTest : public ::testing::Test {
+ protected:
+  [[nodiscard]] std::string Content() const {
+    std::ifstream file(path_, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+  [[nodiscard]] mode_t Mode() const {
+    struct stat status {};
+    EXPECT_EQ(stat(path_.c_str(), &status), 0);
+    return status.st_mode & 07777U;
+  }
+  [[nodiscard]] auto FilesThere() const {
+    return std::distance(std::filesystem::directory_iterator(folder_.path()), {});
+  }
+
+  const TemporaryFolder folder_;
+  const std::string path_ = folder_.path() + "/a.key";
+};
+
+TEST_F(NewFileTest, HasItsContentAndItsModeWhateverTheUmask) {
+  for (const mode_t mask : {0U, 0777U}) {
+    std::filesystem::remove(path_);
+    const mode_t before = umask(mask);
+    const std::string problem = WriteNewFile(path_, "content\n", {}, false);
+    umask(before);
+    EXPECT_EQ(problem, "");
+    EXPECT_EQ(Content(), "content\n");
+    EXPECT_EQ(Mode(), 0600U);
+    EXPECT_EQ(FilesThere(), 1);
+  }
+}
+
+TEST_F(NewFileTest, ForAGroup) {
+  const gid_t group = getegid();
+  EXPECT_EQ(WriteNewFile(path_, "content\n", {.mode = 0640, .group = group}, false), "");
+  EXPECT_EQ(Mode(), 0640U);
+  struct stat status {};
+  ASSERT_EQ(stat(path_.c_str(), &status), 0);
+  EXPECT_EQ(status.st_gid, group);
+}
+
+TEST_F(NewFileTest, OneThatIsThereStaysUnlessItIsToBeReplaced) {
+  ASSERT_EQ(WriteNewFile(path_, "first", {}, false), "");
+  EXPECT_EQ(WriteNewFile(path_, "second", {}, false), path_ + " exists already, and is not replaced");
+  EXPECT_EQ(Content(), "first");
+  EXPECT_EQ(FilesThere(), 1);
+  EXPECT_EQ(WriteNewFile(path_, "second", {}, true), "");
+  EXPECT_EQ(Content(), "second");
+  EXPECT_EQ(FilesThere(), 1);
+}
+
+TEST_F(NewFileTest, ALinkOfThatNameIsNotFollowed) {
+  std::filesystem::create_symlink(folder_.path() + "/elsewhere", path_);
+  EXPECT_THAT(WriteNewFile(path_, "content", {}, false), HasSubstr("exists already"));
+  EXPECT_EQ(WriteNewFile(path_, "content", {}, true), "");
+  EXPECT_FALSE(std::filesystem::is_symlink(path_));
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() + "/elsewhere"));
+}
+
+TEST_F(NewFileTest, WhereItCannotBeTheCauseIsNamed) {
+  EXPECT_EQ(WriteNewFile(folder_.path() + "/no/a.key", "x", {}, false),
+            folder_.path() + "/no/a.key: No such file or directory");
+  std::filesystem::create_directory(path_);
+  EXPECT_THAT(WriteNewFile(path_, "x", {}, true), HasSubstr("Is a directory"));
+  EXPECT_EQ(FilesThere(), 1);
+}
+
+TEST(FindGroup, KnowsThoseOfTheSystem) {
+  EXPECT_EQ(FindGroup("root"), gid_t{0});
+  EXPECT_EQ(FindGroup("no-such-group"), std::nullopt);
+}
+
+}  // namespace
+}  // namespace axlecast
