@@ -128,14 +128,18 @@ bool NeedsLogin(std::string_view operation) {
   return found != specs.end() && !found->reads_only && operation != kLogInName;
 }
 
+Outcome RefusedByTrip(std::int32_t status) {
+  return Rejected(Reason::REASON_DEVICE_ALARM, "the motor is tripped (" + StatusText(status) +
+                                                   "), and does not start then; clear the cause first");
+}
+
 std::optional<Outcome> RefusalByState(std::string_view operation, const MotorReading& reading) {
   if (operation == kCheckPasswordName && reading.logged_in == 0) {
     return Rejected(Reason::REASON_DEVICE_REFUSED,
                     "the unit is logged out, and then does not tell its password: log_in first");
   }
-  if (operation != kStartMotorName || !reading.tripped) return std::nullopt;
-  return Rejected(Reason::REASON_DEVICE_ALARM, "the motor is tripped (" + StatusText(reading.status_bits) +
-                                                   "), and does not start then; clear the cause first");
+  return operation == kStartMotorName && reading.tripped ? std::optional(RefusedByTrip(reading.status_bits))
+                                                         : std::nullopt;
 }
 
 }  // namespace axlecast::tsubaki_sc

@@ -34,6 +34,8 @@ inline constexpr std::string_view kCheckPasswordName = "check_password";
 
 // Guideline 6, note 1: what the unit does only while it is logged in.
 [[nodiscard]] bool NeedsLogin(std::string_view operation);
+// How a start is refused by a motor with this status (AI 201).
+[[nodiscard]] Outcome RefusedByTrip(std::int32_t status);
 // Why the unit, as it was read last, forbids the operation.
 [[nodiscard]] std::optional<Outcome> RefusalByState(std::string_view operation, const MotorReading& reading);
 
