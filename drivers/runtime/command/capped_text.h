@@ -12,6 +12,7 @@ inline constexpr std::size_t kTextBytes = 200;
 inline constexpr std::size_t kReasonBytes = 160;
 inline constexpr std::size_t kArgumentBytes = 160;
 inline constexpr std::size_t kChangeBytes = 80;
+inline constexpr std::size_t kIdentityBytes = 64;
 inline constexpr std::size_t kMaxChanges = 4;
 inline constexpr std::size_t kMaxArguments = 16;
 

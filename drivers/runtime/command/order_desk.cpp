@@ -23,7 +23,7 @@ namespace {
 
 constexpr MonoNs kProgressPeriod = 50 * kMillisecond;
 constexpr std::int32_t kMaxValidMs = 3'600'000;
-constexpr std::size_t kDevicesPerHello = 16;
+constexpr std::size_t kDevicesPerHello = 8;
 
 // One device's orders, the urgent ones apart: those that wait, and the one that it holds.
 struct Queue {
@@ -41,6 +41,26 @@ Order OrderOf(const driver_order_t& message, MonoNs now) {
   order.begin_by = now + message.valid_ms * kMillisecond;
   order.expect_epoch = message.expect_epoch;
   return order;
+}
+
+driver_device_t MessageOf(const OrderDesk::DeviceSummary& device) {
+  driver_device_t message{};
+  message.device = CappedText(device.device, kNameBytes);
+  message.state = device.state;
+  message.datum_epoch = device.datum_epoch;
+  message.reference_lost = device.reference_lost ? 1 : 0;
+  message.identity = CappedText(device.identity, kIdentityBytes);
+  if (device.datum) {
+    message.has_datum = 1;
+    message.datum_counts = device.datum->counts;
+    message.datum_utime = device.datum->utime;
+  }
+  if (device.position) {
+    message.has_position = 1;
+    message.position = device.position->counts;
+    message.position_utime = device.position->utime;
+  }
+  return message;
 }
 
 // Sorts the urgent queues of all devices first.
@@ -293,8 +313,7 @@ void OrderDesk::Hello(std::span<const DeviceSummary> devices) {
     status.kind = driver_status_t::KIND_HELLO;
     status.epoch_after = -1;
     for (const DeviceSummary& device : part) {
-      status.devices.push_back({CappedText(device.device, kNameBytes), device.state, device.datum_epoch,
-                                static_cast<std::int8_t>(device.reference_lost ? 1 : 0)});
+      status.devices.push_back(MessageOf(device));
     }
     status.n_devices = static_cast<std::int8_t>(status.devices.size());
     state_->ledger.Send(status);

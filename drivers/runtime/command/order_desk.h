@@ -61,6 +61,17 @@ class OrderDesk {
     std::int8_t state = 0;
     std::int32_t datum_epoch = 0;
     bool reference_lost = false;
+    std::string identity;  // empty unknown
+    struct Datum {
+      std::int64_t counts = 0;  // after direction
+      std::int64_t utime = 0;   // us; 0 unknown, or from the file
+    };
+    std::optional<Datum> datum;
+    struct Position {
+      std::int64_t counts = 0;  // after direction, before the datum
+      std::int64_t utime = 0;   // us
+    };
+    std::optional<Position> position;  // of the last valid reading
   };
   void Hello(std::span<const DeviceSummary> devices);
   // Waiting orders are answered REJECTED, those that a device holds INDETERMINATE; later ones are REJECTED.

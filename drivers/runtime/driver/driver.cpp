@@ -15,6 +15,28 @@ std::unique_ptr<WireLog> MakeWireLog(const BusConfig& config, std::int64_t boot_
   return std::make_unique<WireLog>(config.name, boot_id, time, sink, WireKindOf(config));
 }
 
+OrderDesk::DeviceSummary SummaryOf(const DeviceConfig& config, const Channel::Summary& summary) {
+  OrderDesk::DeviceSummary said{.device = config.name,
+                                .state = summary.state,
+                                .datum_epoch = summary.datum_epoch,
+                                .reference_lost = summary.reference_lost,
+                                .identity = std::string(summary.identity),
+                                .datum = {},
+                                .position = {}};
+  if (summary.datum) said.datum = {summary.datum->counts, summary.datum->utime};
+  if (summary.position) said.position = {summary.position->counts, summary.position->utime};
+  return said;
+}
+
+// In more than the position, which changes with every reading.
+bool Differs(const OrderDesk::DeviceSummary& said, const Channel::Summary& now) {
+  const bool same_datum =
+      said.datum.has_value() == now.datum.has_value() &&
+      (!now.datum || (said.datum->counts == now.datum->counts && said.datum->utime == now.datum->utime));
+  return said.state != now.state || said.datum_epoch != now.datum_epoch ||
+         said.reference_lost != now.reference_lost || said.identity != now.identity || !same_datum;
+}
+
 }  // namespace
 
 Driver::Driver(const BusConfig& config, std::int64_t boot_id, DriverPorts ports)
@@ -34,7 +56,7 @@ Driver::Driver(const BusConfig& config, std::int64_t boot_id, DriverPorts ports)
   time_.Update(now_, ports_.clock->UtcMicroseconds());
   if (ports_.frames != nullptr) can_watch_.emplace(config.link.port, config.link.bitrate);
   for (const DeviceConfig& device : config.devices) {
-    Unit unit{.config = &device, .channel = nullptr, .device = nullptr, .said = {}};
+    Unit unit{.config = &device, .channel = nullptr, .device = nullptr};
     unit.channel = std::make_unique<Channel>(config, device, MakeChannelContext());
     unit.device = config.family->make_device(config, device, *unit.channel, *ports_.secrets);
     operations_.Add(device, *unit.channel, *unit.device);
@@ -144,23 +166,15 @@ void Driver::TellAll(const AlarmSpec& alarm, bool present) {
 }
 
 bool Driver::SummaryChanged() const {
-  for (const Unit& unit : units_) {
-    const Channel::Summary now = unit.channel->summary();
-    if (now.state != unit.said.state || now.datum_epoch != unit.said.datum_epoch ||
-        now.reference_lost != unit.said.reference_lost) {
-      return true;
-    }
+  for (std::size_t i = 0; i < units_.size(); ++i) {
+    if (Differs(summaries_[i], units_[i].channel->summary())) return true;
   }
   return false;
 }
 
 void Driver::SayHello() {
   for (std::size_t i = 0; i < units_.size(); ++i) {
-    units_[i].said = units_[i].channel->summary();
-    summaries_[i] = {.device = units_[i].config->name,
-                     .state = units_[i].said.state,
-                     .datum_epoch = units_[i].said.datum_epoch,
-                     .reference_lost = units_[i].said.reference_lost};
+    summaries_[i] = SummaryOf(*units_[i].config, units_[i].channel->summary());
   }
   desk_.Hello(summaries_);
 }

@@ -63,7 +63,6 @@ class Driver final : private LinkObserver {
     const DeviceConfig* config;
     std::unique_ptr<Channel> channel;
     std::unique_ptr<Device> device;
-    Channel::Summary said;  // in the last HELLO
   };
 
   void OnLink(bool up, std::string_view reason, MonoNs now) override;
@@ -94,7 +93,7 @@ class Driver final : private LinkObserver {
   std::optional<CanWatch> can_watch_;  // of a CAN bus
   std::vector<Unit> units_;
   std::vector<DeviceTally> tallies_;
-  std::vector<OrderDesk::DeviceSummary> summaries_;
+  std::vector<OrderDesk::DeviceSummary> summaries_;  // as the last HELLO said
   MonoNs now_;
   MonoNs next_tick_;
   int ticks_ = 0;

@@ -129,6 +129,14 @@ std::optional<std::int64_t> Axis::Counts() const {
   return Absolute(plausibility_.Last()->counts);
 }
 
+std::optional<Fix> Axis::LastValid() const {
+  const Fix* last = plausibility_.Last();
+  if (last == nullptr) return std::nullopt;
+  Fix valid = *last;
+  valid.counts *= sign_;
+  return valid;
+}
+
 void Axis::SetDatum(const Reference::Datum& datum, MonoNs set_at, MonoNs now) {
   const std::int32_t epoch = reference_.epoch();
   reference_.Set(datum, set_at, now);

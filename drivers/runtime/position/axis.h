@@ -6,6 +6,7 @@
 #include "drivers/runtime/config/machine_config.h"
 #include "drivers/runtime/core/device.h"
 #include "drivers/runtime/core/sample.h"
+#include "drivers/runtime/position/fix.h"
 #include "drivers/runtime/position/plausibility.h"
 #include "drivers/runtime/position/reference.h"
 #include "drivers/runtime/position/scale.h"
@@ -55,6 +56,8 @@ class Axis {
   [[nodiscard]] bool outside() const { return outside_; }
   // Counts after direction and datum of the last good reading; nothing before the first, or after a doubtful one.
   [[nodiscard]] std::optional<std::int64_t> Counts() const;
+  // The last good reading since the start or the last announced jump: counts after direction, before the datum.
+  [[nodiscard]] std::optional<Fix> LastValid() const;
   // Times that the counts changed without motion and without announcement.
   [[nodiscard]] std::int64_t surprises() const { return surprises_; }
 

@@ -257,8 +257,17 @@ std::optional<std::int64_t> Channel::DatumFor(double value) const {
 Channel::Summary Channel::summary() const {
   const Reference& reference = state_->axis.reference();
   const std::optional<std::int64_t> counts = state_->axis.Counts();
-  return {state_->health.state(), reference.epoch(), reference.lost(),
-          counts ? state_->axis.scale().Value(*counts) : std::numeric_limits<double>::quiet_NaN()};
+  Summary summary;
+  summary.state = state_->health.state();
+  summary.datum_epoch = reference.epoch();
+  summary.reference_lost = reference.lost();
+  summary.value = counts ? state_->axis.scale().Value(*counts) : std::numeric_limits<double>::quiet_NaN();
+  summary.identity = state_->report.identity();
+  if (reference.has_datum()) summary.datum = Reference::Datum{reference.datum(), reference.utime()};
+  if (const auto position = state_->axis.LastValid()) {
+    summary.position = {position->counts, state_->context.time->Utime(position->at.Middle())};
+  }
+  return summary;
 }
 
 std::int64_t Channel::good() const { return state_->health.good(); }

@@ -11,6 +11,7 @@
 #include "drivers/runtime/core/device.h"
 #include "drivers/runtime/core/message_sink.h"
 #include "drivers/runtime/core/timebase.h"
+#include "drivers/runtime/position/reference.h"
 
 namespace axlecast {
 
@@ -74,6 +75,14 @@ class Channel final : public DeviceOutput {
     std::int32_t datum_epoch = 0;
     bool reference_lost = false;
     double value = 0;  // last valid position in unit; NaN unknown
+    std::string_view
+        identity;  // as the device gave it, "17" or "17 SN0042"; empty unknown; until the next OnIdentity
+    std::optional<Reference::Datum> datum;
+    struct Position {
+      std::int64_t counts = 0;  // after direction, before the datum; absolute within the axis's turns mode
+      std::int64_t utime = 0;   // us
+    };
+    std::optional<Position> position;  // of the last valid reading
   };
   [[nodiscard]] Summary summary() const;
   [[nodiscard]] std::int64_t good() const;

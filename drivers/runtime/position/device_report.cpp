@@ -69,6 +69,8 @@ void DeviceReport::SetIdentity(std::int64_t identity, std::string_view serial, s
   info_.identity = identity;
   info_.serial = CappedText(serial, kSerialBytes);
   info_.firmware = CappedText(firmware, kSerialBytes);
+  identity_ = identity < 0 ? "" : std::to_string(identity);
+  if (!info_.serial.empty()) identity_ += (identity_.empty() ? "" : " ") + info_.serial;
   ++revision_;
 }
 

@@ -2,6 +2,7 @@
 
 #include <axlecast/device_info_t.hpp>
 #include <cstdint>
+#include <string>
 #include <string_view>
 
 #include "drivers/runtime/config/machine_config.h"
@@ -17,6 +18,8 @@ class DeviceReport {
   DeviceReport(const BusConfig& bus, const DeviceConfig& device, std::int64_t boot_id);
 
   void SetIdentity(std::int64_t identity, std::string_view serial, std::string_view firmware);
+  // What a person would tell it apart by: "17", "17 SN0042"; empty unknown.
+  [[nodiscard]] std::string_view identity() const { return identity_; }
   void CountNonVolatileWrite();
   // Increments with every change made here.
   [[nodiscard]] std::int64_t revision() const { return revision_; }
@@ -30,6 +33,7 @@ class DeviceReport {
 
  private:
   device_info_t info_;
+  std::string identity_;
   std::int64_t revision_ = 0;
   std::int64_t health_revision_ = -1;
 };
