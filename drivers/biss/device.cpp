@@ -30,6 +30,7 @@ std::span<const OperationSpec> Operations() {
   static const std::vector<OperationSpec> kSpecs = {
       {.name = kReadPositionName,
        .help = "Reads the position once, and shows where in the transfer the answer stood",
+       .reads_only = true,
        .verification = "the reading itself"},
   };
   return kSpecs;
@@ -184,12 +185,15 @@ void BissDevice::FailedAttempt(ErrorKind error) {
                     ErrorName(error))));
 }
 
-void BissDevice::Begin(const Order& order, MonoNs now) {
-  const auto answer = [&](const Outcome& outcome) { output_.OnOutcome(order.id, outcome); };
+std::optional<Outcome> BissDevice::Refusal(const Order& order, MonoNs now) const {
   if (order.operation != kReadPositionName) {
-    return answer(Rejected(Reason::REASON_UNKNOWN_OPERATION, "biss has no operation " + order.operation));
+    return Rejected(Reason::REASON_UNKNOWN_OPERATION, "biss has no operation " + order.operation);
   }
-  if (const auto refusal = RefusalToBegin(order_.has_value(), order, now, link_up_)) return answer(*refusal);
+  return RefusalToBegin(order_.has_value(), order, now, link_up_);
+}
+
+void BissDevice::Begin(const Order& order, MonoNs now) {
+  if (const auto refusal = Refusal(order, now)) return output_.OnOutcome(order.id, *refusal);
   order_ = order.id;
   begin_by_ = order.begin_by;
   attempts_ = 0;

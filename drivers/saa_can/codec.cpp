@@ -66,6 +66,12 @@ CanFrame BitrateFrame(std::uint8_t code) {
   return EightBytes(kConfigureId, static_cast<std::uint8_t>(Service::kBitrate), 0, code);
 }
 
+bool SetsParameter(Bytes data) {
+  if (data.empty()) return false;
+  return data[0] == static_cast<std::uint8_t>(Service::kNode) ||
+         data[0] == static_cast<std::uint8_t>(Service::kBitrate);
+}
+
 std::optional<ServiceReply> ParseServiceReply(Bytes data) {
   if (data.size() < 2) return std::nullopt;
   const auto service = static_cast<Service>(data[0]);

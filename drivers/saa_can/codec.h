@@ -88,6 +88,9 @@ enum class Service : std::uint8_t {
 [[nodiscard]] CanFrame NodeFrame(std::uint8_t node);
 [[nodiscard]] CanFrame BitrateFrame(std::uint8_t code);
 
+// The data of a frame 7E5 that was sent, which gives the encoder another node id or bit rate.
+[[nodiscard]] bool SetsParameter(Bytes data);
+
 struct ServiceReply {
   Service service = Service::kNode;
   std::uint8_t result = 0;  // 00: success

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "drivers/runtime/device/outcome_text.h"
-#include "drivers/runtime/device/refusal.h"
 #include "drivers/saa_can/operations.h"
 
 namespace axlecast::saa_can {
@@ -146,8 +145,7 @@ void SaaCanDevice::AdvanceProcedure(const Event& event, const Interpreter::Heard
 // ---- orders ----
 
 void SaaCanDevice::Begin(const Order& order, MonoNs now) {
-  if (const auto refusal = Refusal(order, now)) return output_.OnOutcome(order.id, *refusal);
-  auto made = MakeProcedure(order, {settings_, bench_, interpreter_, output_}, now);
+  auto made = Admit(order, now);
   if (const Outcome* refused = std::get_if<Outcome>(&made)) return output_.OnOutcome(order.id, *refused);
   procedure_ = std::move(std::get<std::unique_ptr<Procedure>>(made));
   order_ = order.id;
@@ -155,17 +153,32 @@ void SaaCanDevice::Begin(const Order& order, MonoNs now) {
 }
 
 std::optional<Outcome> SaaCanDevice::Refusal(const Order& order, MonoNs now) const {
+  return RefusalOf(Admit(order, now));
+}
+
+// What is wrong with the order itself comes first: it will not pass.
+Made<Procedure> SaaCanDevice::Admit(const Order& order, MonoNs now) const {
+  auto made = MakeProcedure(order, {settings_, bench_, interpreter_, output_}, now);
+  if (RefusalOf(made)) return made;
+  if (auto refusal = RefusalNow(order, now)) return *std::move(refusal);
+  return made;
+}
+
+std::optional<Outcome> SaaCanDevice::RefusalNow(const Order& order, MonoNs now) const {
   if (auto refusal = RefusalToBegin(procedure_ != nullptr, order, now, link_up_)) return refusal;
   if (silenced_) {
     return Rejected(Reason::REASON_DEVICE_OFFLINE,
                     "the encoder may run at another bit rate since set_bitrate: set the interface to it");
   }
   if (!interpreter_.answering() && !LooksElsewhere(order)) {
-    return Rejected(Reason::REASON_DEVICE_OFFLINE, "the encoder is not heard");
+    return Rejected(Reason::REASON_DEVICE_OFFLINE,
+                    "the encoder is not heard: check its power, its cable, node id and bit rate");
   }
   const OperationSpec* spec = FindOperation(order.operation);
   if (spec == nullptr || !spec->needs_standstill) return std::nullopt;
-  return RefusalInMotion(output_.MotionAt(now));
+  const Motion motion = output_.MotionAt(now);
+  if (auto refusal = RefusalInMotion(motion)) return refusal;
+  return RefusalAtPosition(order.operation, motion.counts, settings_);
 }
 
 bool SaaCanDevice::Cancel(const CommandId& id, MonoNs) {

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "drivers/runtime/core/device.h"
+#include "drivers/runtime/device/refusal.h"
 #include "drivers/saa_can/interpreter.h"
 #include "drivers/saa_can/procedure.h"
 
@@ -28,6 +29,9 @@ class SaaCanDevice final : public Device {
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
  private:
+  // The procedure that carries out the order, or why it cannot begin now.
+  [[nodiscard]] Made<Procedure> Admit(const Order& order, MonoNs now) const;
+  [[nodiscard]] std::optional<Outcome> RefusalNow(const Order& order, MonoNs now) const;
   [[nodiscard]] MonoNs FreeAt() const;  // another frame may be sent then
   [[nodiscard]] std::optional<Step> ForProcedure(const Turn& turn) const;
   [[nodiscard]] std::optional<CanFrame> SetUp(MonoNs now) const;

@@ -11,7 +11,9 @@ constexpr int kPeriodsToSilence = 3;
 // Requests in a row that bring nothing, after which the encoder counts as gone.
 constexpr int kGone = 2;
 
-// They move the position without motion, and are kept by the encoder: counted as wear, since the manual says nothing.
+// What the encoder may keep: counted as wear, since the manual does not say.
+bool MayBeKept(Command command) { return command != Command::kStart && command != Command::kRead; }
+// They move the position without motion.
 bool MovesDatum(Command command) { return command == Command::kZero || command == Command::kDirection; }
 
 }  // namespace
@@ -56,6 +58,7 @@ Interpreter::Heard Interpreter::Take(const Event& event) {
       break;
     case Event::Kind::kSent:
       if (event.id == RequestId(settings_.node)) OnOwnSent(event);
+      if (event.id == kConfigureId && SetsParameter(event.bytes)) output_.OnNonVolatileWrite();
       break;
     case Event::Kind::kConfirmed:
       if (event.id == RequestId(settings_.node)) OnConfirmed(event);
@@ -101,8 +104,8 @@ void Interpreter::OnCommand(const Request& request, MonoNs on_bus_at) {
   if (request.command == Command::kPeriod) {
     per_second_ordered_ = request.parameter == settings_.stop_byte ? std::uint8_t{0} : request.parameter;
   }
+  if (MayBeKept(request.command)) output_.OnNonVolatileWrite();
   if (!MovesDatum(request.command)) return;
-  output_.OnNonVolatileWrite();
   BeginJump(after(settings_.zero_settle));
 }
 

@@ -15,7 +15,7 @@
 namespace axlecast::saa_can {
 namespace {
 
-using Made = std::variant<std::unique_ptr<Procedure>, Outcome>;
+using Made = axlecast::Made<Procedure>;
 using Reason = command_status_t;
 
 constexpr std::string_view kZeroName = "zero";
@@ -38,11 +38,14 @@ const std::vector<OperationSpec>& Specs() {
        .destructive = true,
        .needs_standstill = true,
        .needs_permit = true,
+       .moves_datum = true,
+       .writes = &OneWrite,
        .verification = "the position reads 0 within 0.2 degrees or 2 counts",
        .found_by = kReadName},
       {.name = kReadName,
        .help = "Reads the position once",
        .arguments = {{"after", "an operation with its arguments, to see whether it took effect", false}},
+       .reads_only = true,
        .verification = "it is a reading"},
       {.name = kDirectionName,
        .help = "Sets which way the encoder counts (22 NN). Only with the bytes in the file: the manual prints both "
@@ -51,24 +54,29 @@ const std::vector<OperationSpec>& Specs() {
        .destructive = true,
        .needs_standstill = true,
        .needs_permit = true,
+       .moves_datum = true,
+       .writes = &OneWrite,
        .verification = "none: the reply says that it was accepted; only a motion shows it",
        .found_by = kReadName},
       {.name = kPeriodName,
        .help = "Sets how often the encoder sends by itself (31 NN TT); mode cyclic",
        .arguments = {{"period_ms", "1000 divided by 1 to 255: 4, 5, 8, 10, 20, 25, 40, 50, 100, ... 1000 ms"}},
        .destructive = true,
+       .writes = &OneWrite,
        .verification = "five periods are measured",
        .found_by = kReadName},
       {.name = kStopName,
        .help = "Stops an encoder that sends by itself (31 NN TT); mode single, and only with the byte in the file",
        .arguments = {},
        .destructive = true,
+       .writes = &OneWrite,
        .verification = "nothing comes by itself for 1.5 s"},
       {.name = kNodeName,
        .help = "Changes the encoder's node id (7E5). On a bench only: every node on the bus takes it",
        .arguments = {{"node", "1 to 255 (0x01 to 0xff)"}, kConfirm},
        .destructive = true,
        .needs_permit = true,
+       .writes = &OneWrite,
        .verification = "the encoder answers as the new node",
        .found_by = kReadName},
       {.name = kBitrateName,
@@ -76,6 +84,7 @@ const std::vector<OperationSpec>& Specs() {
        .arguments = {{"bitrate", "1000000, 500000 or 250000 bit/s"}, kConfirm},
        .destructive = true,
        .needs_permit = true,
+       .writes = &OneWrite,
        .verification = "none: the interface still has the old rate; the outcome says how to go on",
        .found_by = kReadName},
   };
@@ -219,6 +228,13 @@ const OperationSpec* FindOperation(std::string_view name) {
   const auto& specs = Specs();
   const auto found = std::find_if(specs.begin(), specs.end(), [&](const auto& spec) { return spec.name == name; });
   return found == specs.end() ? nullptr : &*found;
+}
+
+std::optional<Outcome> RefusalAtPosition(std::string_view operation, std::int64_t counts,
+                                         const SaaCanSettings& settings) {
+  if (operation != kDirectionName) return std::nullopt;
+  const std::int64_t turn = settings.counts_per_turn;
+  return RefusalOfDirectionAt((counts % turn + turn) % turn, settings);
 }
 
 bool LooksElsewhere(const Order& order) { return FindArgument(order.arguments, "after").has_value(); }

@@ -1,13 +1,15 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
-#include <variant>
 
 #include "drivers/runtime/core/device.h"
 #include "drivers/runtime/core/operation.h"
+#include "drivers/runtime/device/refusal.h"
 #include "drivers/saa_can/procedure.h"
 #include "drivers/saa_can/settings.h"
 
@@ -21,6 +23,10 @@ namespace axlecast::saa_can {
 // The encoder may be where the file does not say: allowed even when it is not heard.
 [[nodiscard]] bool LooksElsewhere(const Order& order);
 
+// Why the operation cannot be told from a position where the shaft stands: counts as MotionAt has them.
+[[nodiscard]] std::optional<Outcome> RefusalAtPosition(std::string_view operation, std::int64_t counts,
+                                                       const SaaCanSettings& settings);
+
 // What a procedure may know of the device. Outlives the procedure.
 struct Surroundings {
   const SaaCanSettings& settings;
@@ -30,8 +36,6 @@ struct Surroundings {
 };
 
 // The procedure that carries out an order, or why there is none: arguments are checked here.
-[[nodiscard]] std::variant<std::unique_ptr<Procedure>, Outcome> MakeProcedure(const Order& order,
-                                                                              const Surroundings& around,
-                                                                              MonoNs now);
+[[nodiscard]] Made<Procedure> MakeProcedure(const Order& order, const Surroundings& around, MonoNs now);
 
 }  // namespace axlecast::saa_can

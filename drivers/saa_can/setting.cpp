@@ -66,11 +66,7 @@ std::optional<Outcome> SetDirection::OnBefore(const Interpreter::Heard& heard, M
     if (!AtRest(around_.output, now)) {
       return Rejected(Reason::REASON_NOT_STANDING_STILL, MotionText(around_.output.MotionAt(now)));
     }
-    if (LooksLikeReply(before_, Command::kDirection, around_.settings)) {
-      return Rejected(Reason::REASON_NOT_PERMITTED,
-                      "the shaft stands where its position has the bytes of the reply (22 00): turn it a little");
-    }
-    return std::nullopt;
+    return RefusalOfDirectionAt(before_, around_.settings);
   }
   if (now < deadline_) return std::nullopt;
   return Rejected(Reason::REASON_NO_REPLY, "no position came to begin with");
@@ -84,6 +80,13 @@ Outcome SetDirection::OnLinkLost() const {
 Outcome SetDirection::WithCounts(Outcome outcome, const std::string& after) const {
   outcome.changes.push_back({"single_turn", std::to_string(before_), after});
   return outcome;
+}
+
+std::optional<Outcome> RefusalOfDirectionAt(std::int64_t counts, const SaaCanSettings& settings) {
+  if (!LooksLikeReply(counts, Command::kDirection, settings)) return std::nullopt;
+  return Rejected(Reason::REASON_NOT_PERMITTED, "the shaft stands at " +
+                                                    PositionText(counts, settings.format.bits) +
+                                                    ", which has the bytes of the reply (22 00): turn it a little");
 }
 
 // ---- SetPeriod ----

@@ -34,6 +34,9 @@ class SetDirection final : public Procedure {
   Delivery delivery_;
 };
 
+// Why a direction cannot be set where the shaft stands.
+[[nodiscard]] std::optional<Outcome> RefusalOfDirectionAt(std::int64_t counts, const SaaCanSettings& settings);
+
 // Sets how often the encoder sends by itself (31 NN TT, ⑦), and measures it.
 class SetPeriod final : public Procedure {
  public:

@@ -6,7 +6,6 @@
 #include <variant>
 
 #include "drivers/runtime/device/outcome_text.h"
-#include "drivers/runtime/device/refusal.h"
 #include "drivers/saa_modbus/alarms.h"
 
 namespace axlecast::saa_modbus {
@@ -38,6 +37,7 @@ SaaModbusDevice::SaaModbusDevice(const BusConfig& bus, const DeviceConfig& devic
       other_addresses_(OtherAddresses(bus, device)),
       output_(output),
       connection_{.address = settings_.address, .baud = line_.baud, .port_baud = line_.baud},
+      around_{settings_, output_, connection_, other_addresses_},
       interpreter_(settings_, CharacterTime(bus), connection_, output),
       guard_(settings_) {}
 
@@ -192,8 +192,7 @@ void SaaModbusDevice::CompareWithFile(MonoNs now) {
 // ---- orders ----
 
 void SaaModbusDevice::Begin(const Order& order, MonoNs now) {
-  if (const auto refusal = Refusal(order, now)) return output_.OnOutcome(order.id, *refusal);
-  auto made = MakeProcedure(order, {settings_, output_, connection_, other_addresses_});
+  auto made = Admit(order, now);
   if (const Outcome* refused = std::get_if<Outcome>(&made)) return output_.OnOutcome(order.id, *refused);
   procedure_ = std::move(std::get<std::unique_ptr<Procedure>>(made));
   order_ = order.id;
@@ -202,9 +201,22 @@ void SaaModbusDevice::Begin(const Order& order, MonoNs now) {
 }
 
 std::optional<Outcome> SaaModbusDevice::Refusal(const Order& order, MonoNs now) const {
+  return RefusalOf(Admit(order, now));
+}
+
+// What is wrong with the order itself comes first: it will not pass.
+Made<Procedure> SaaModbusDevice::Admit(const Order& order, MonoNs now) const {
+  auto made = MakeProcedure(order, around_);
+  if (RefusalOf(made)) return made;
+  if (auto refusal = RefusalNow(order, now)) return *std::move(refusal);
+  return made;
+}
+
+std::optional<Outcome> SaaModbusDevice::RefusalNow(const Order& order, MonoNs now) const {
   if (auto refusal = RefusalToBegin(procedure_ != nullptr, order, now, link_up_)) return refusal;
   if (!interpreter_.answering() && !LooksElsewhere(order)) {
-    return Rejected(Reason::REASON_DEVICE_OFFLINE, "the encoder does not answer");
+    return Rejected(Reason::REASON_DEVICE_OFFLINE,
+                    "the encoder does not answer: check its power, its cable, address and baud");
   }
   const OperationSpec* operation = FindOperation(order.operation);
   if (operation == nullptr || !Writes(order.operation)) return std::nullopt;
@@ -216,18 +228,13 @@ std::optional<Outcome> SaaModbusDevice::RefusalOfWrite(const OperationSpec& oper
   if (wait > 0) {
     return Rejected(
         Reason::REASON_WEAR,
-        Text("the maker warns of writing regularly: one write in %lld s (write_interval_s), the next in "
+        Text("the maker warns of writing regularly: one write in %lld s (write_interval_s); repeat it in "
              "%.1f s",
              static_cast<long long>(settings_.write_interval / kSecond),
              static_cast<double>(wait) / static_cast<double>(kSecond)));
   }
   if (!operation.needs_standstill) return std::nullopt;
-  const Motion motion = output_.MotionAt(now);
-  if (motion.known && motion.standstill) return std::nullopt;
-  return Rejected(Reason::REASON_NOT_STANDING_STILL,
-                  motion.known ? Text("the shaft turns at %.3g rpm; stop the axis and hold it", motion.speed_rpm)
-                               : "too few fresh valid readings to see that the shaft rests: poll faster, or set "
-                                 "limits: {speed_rpm: ...} for the axis");
+  return RefusalInMotion(output_.MotionAt(now));
 }
 
 bool SaaModbusDevice::Cancel(const CommandId& id, MonoNs) {

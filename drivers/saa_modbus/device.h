@@ -6,6 +6,7 @@
 
 #include "drivers/runtime/config/machine_config.h"
 #include "drivers/runtime/core/device.h"
+#include "drivers/runtime/device/refusal.h"
 #include "drivers/saa_modbus/interpreter.h"
 #include "drivers/saa_modbus/late_guard.h"
 #include "drivers/saa_modbus/operations.h"
@@ -33,6 +34,9 @@ class SaaModbusDevice final : public Device {
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
  private:
+  // The procedure that carries out the order, or why it cannot begin now.
+  [[nodiscard]] Made<Procedure> Admit(const Order& order, MonoNs now) const;
+  [[nodiscard]] std::optional<Outcome> RefusalNow(const Order& order, MonoNs now) const;
   [[nodiscard]] Step LiveStep(const Turn& turn) const;
   [[nodiscard]] Step CarryOut(const Want& want, MonoNs now) const;
   [[nodiscard]] Step Read(std::uint8_t address, MonoNs now, Priority priority) const;
@@ -52,9 +56,10 @@ class SaaModbusDevice final : public Device {
   const SaaModbusSettings& settings_;
   const LineFormat line_;  // as the file says
   const bool keeps_line_;  // it asks for silence after stray bytes: one device of a bus does
-  std::vector<std::uint8_t> other_addresses_;
+  const std::vector<std::uint8_t> other_addresses_;
   DeviceOutput& output_;
   Connection connection_;
+  const Surroundings around_;  // what procedures work on
   Interpreter interpreter_;
   LateGuard guard_;
 

@@ -13,7 +13,7 @@
 namespace axlecast::saa_modbus {
 namespace {
 
-using Made = std::variant<std::unique_ptr<Procedure>, Outcome>;
+using Made = axlecast::Made<Procedure>;
 using Reason = command_status_t;
 
 constexpr std::string_view kZero = "zero";
@@ -31,6 +31,8 @@ const std::vector<OperationSpec>& Specs() {
        .destructive = true,
        .needs_standstill = true,
        .needs_permit = true,
+       .moves_datum = true,
+       .writes = &OneWrite,
        .verification = "the position reads 0 within 0.1 degrees or 2 counts, and the encoder's accuracy",
        .found_by = kRead},
       {.name = kSetDirection,
@@ -39,6 +41,8 @@ const std::vector<OperationSpec>& Specs() {
        .destructive = true,
        .needs_standstill = true,
        .needs_permit = true,
+       .moves_datum = true,
+       .writes = &OneWrite,
        .verification = "none: the encoder's echo says that it was accepted; only a motion shows it",
        .found_by = kRead},
       {.name = kSetBaudRate,
@@ -46,6 +50,7 @@ const std::vector<OperationSpec>& Specs() {
        .arguments = {{"baud", "2400, 4800, 9600, 19200 or 57600"}},
        .destructive = true,
        .needs_permit = true,
+       .writes = &OneWrite,
        .verification = "the encoder answers at the new rate",
        .found_by = kRead},
       {.name = kNewAddress,
@@ -54,15 +59,18 @@ const std::vector<OperationSpec>& Specs() {
                      {"from", "address at which the encoder answers now, default where it is asked", false}},
        .destructive = true,
        .needs_permit = true,
+       .writes = &OneWrite,
        .verification = "the encoder answers at the new address",
        .found_by = kRead},
       {.name = kAskForAddress,
        .help = "Asks the encoder for its address, whatever it is (FF A0). Only when it is alone on its bus",
        .arguments = {},
+       .reads_only = true,
        .verification = "it is a reading"},
       {.name = kRead,
        .help = "Reads the position once",
        .arguments = {{"after", "an operation with its arguments, to see whether it took effect", false}},
+       .reads_only = true,
        .verification = "it is a reading"},
   };
   return kSpecs;

@@ -4,11 +4,11 @@
 #include <memory>
 #include <span>
 #include <string_view>
-#include <variant>
 #include <vector>
 
 #include "drivers/runtime/core/device.h"
 #include "drivers/runtime/core/operation.h"
+#include "drivers/runtime/device/refusal.h"
 #include "drivers/saa_modbus/procedure.h"
 #include "drivers/saa_modbus/settings.h"
 
@@ -32,7 +32,6 @@ struct Surroundings {
 };
 
 // The procedure that carries out an order, or why there is none: arguments are checked here.
-[[nodiscard]] std::variant<std::unique_ptr<Procedure>, Outcome> MakeProcedure(const Order& order,
-                                                                              const Surroundings& around);
+[[nodiscard]] Made<Procedure> MakeProcedure(const Order& order, const Surroundings& around);
 
 }  // namespace axlecast::saa_modbus

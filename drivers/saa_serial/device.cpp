@@ -6,7 +6,6 @@
 #include <variant>
 
 #include "drivers/runtime/device/outcome_text.h"
-#include "drivers/runtime/device/refusal.h"
 #include "drivers/saa_serial/operations.h"
 
 namespace axlecast::saa_serial {
@@ -127,8 +126,7 @@ void SaaDevice::AdvanceProcedure(const Event& event) {
 }
 
 void SaaDevice::Begin(const Order& order, MonoNs now) {
-  if (const auto refusal = Refusal(order, now)) return output_.OnOutcome(order.id, *refusal);
-  auto made = MakeProcedure(order, bus_, settings_, output_, now);
+  auto made = Admit(order, now);
   if (const Outcome* refused = std::get_if<Outcome>(&made)) return output_.OnOutcome(order.id, *refused);
   procedure_ = std::move(std::get<std::unique_ptr<Procedure>>(made));
   order_ = order.id;
@@ -137,8 +135,22 @@ void SaaDevice::Begin(const Order& order, MonoNs now) {
 }
 
 std::optional<Outcome> SaaDevice::Refusal(const Order& order, MonoNs now) const {
+  return RefusalOf(Admit(order, now));
+}
+
+// What is wrong with the order itself comes first: it will not pass.
+Made<Procedure> SaaDevice::Admit(const Order& order, MonoNs now) const {
+  auto made = MakeProcedure(order, bus_, settings_, output_, now);
+  if (RefusalOf(made)) return made;
+  if (auto refusal = RefusalNow(order, now)) return *std::move(refusal);
+  return made;
+}
+
+std::optional<Outcome> SaaDevice::RefusalNow(const Order& order, MonoNs now) const {
   if (auto refusal = RefusalToBegin(procedure_ != nullptr, order, now, link_up_)) return refusal;
-  if (!interpreter_.answering()) return Rejected(Reason::REASON_DEVICE_OFFLINE, "the encoder is not heard");
+  if (!interpreter_.answering())
+    return Rejected(Reason::REASON_DEVICE_OFFLINE,
+                    "the encoder is not heard: check its power, its cable and the mode");
   if (order.operation != kZeroName) return std::nullopt;
   return RefusalInMotion(output_.MotionAt(now));
 }

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "drivers/runtime/core/device.h"
+#include "drivers/runtime/device/refusal.h"
 #include "drivers/saa_serial/interpreter.h"
 #include "drivers/saa_serial/procedure.h"
 
@@ -28,6 +29,9 @@ class SaaDevice final : public Device {
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
  private:
+  // The procedure that carries out the order, or why it cannot begin now.
+  [[nodiscard]] Made<Procedure> Admit(const Order& order, MonoNs now) const;
+  [[nodiscard]] std::optional<Outcome> RefusalNow(const Order& order, MonoNs now) const;
   [[nodiscard]] Step Stream(const Turn& turn) const;
   [[nodiscard]] Step Poll(const Turn& turn, Procedure::Want want) const;
   [[nodiscard]] Exchange AskPosition() const;

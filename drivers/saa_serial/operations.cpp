@@ -28,19 +28,21 @@ std::span<const OperationSpec> Operations() {
        .destructive = true,
        .needs_standstill = true,
        .needs_permit = true,
+       .moves_datum = true,
+       .writes = &OneWrite,  // taken for one: the manual does not say where the zero is kept
        .verification = "two readings in a row show 0 +- 0.2 degrees (or 2 counts)",
        .found_by = kReadPositionName},
       {.name = kReadPositionName,
        .help = "Reads the single-turn position once",
        .arguments = {{"after", "an operation, to see whether it took effect: zero", false}},
+       .reads_only = true,
        .verification = "the reading itself"},
   };
   return kSpecs;
 }
 
-std::variant<std::unique_ptr<Procedure>, Outcome> MakeProcedure(const Order& order, const SaaBus& bus,
-                                                                const SaaSettings& settings,
-                                                                const DeviceOutput& output, MonoNs now) {
+Made<Procedure> MakeProcedure(const Order& order, const SaaBus& bus, const SaaSettings& settings,
+                              const DeviceOutput& output, MonoNs now) {
   const MonoNs patience = std::max(kPatience, kPatiencePeriods * bus.refresh);
   if (order.operation == kZeroName) {
     if (!bus.zero_clearing) {

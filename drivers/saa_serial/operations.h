@@ -3,10 +3,10 @@
 #include <memory>
 #include <span>
 #include <string_view>
-#include <variant>
 
 #include "drivers/runtime/core/device.h"
 #include "drivers/runtime/core/operation.h"
+#include "drivers/runtime/device/refusal.h"
 #include "drivers/saa_serial/procedure.h"
 #include "drivers/saa_serial/settings.h"
 
@@ -18,9 +18,7 @@ inline constexpr std::string_view kReadPositionName = "read_position";
 [[nodiscard]] std::span<const OperationSpec> Operations();
 
 // The procedure that carries out an order, or why there is none.
-[[nodiscard]] std::variant<std::unique_ptr<Procedure>, Outcome> MakeProcedure(const Order& order, const SaaBus& bus,
-                                                                              const SaaSettings& settings,
-                                                                              const DeviceOutput& output,
-                                                                              MonoNs now);
+[[nodiscard]] Made<Procedure> MakeProcedure(const Order& order, const SaaBus& bus, const SaaSettings& settings,
+                                            const DeviceOutput& output, MonoNs now);
 
 }  // namespace axlecast::saa_serial

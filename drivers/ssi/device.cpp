@@ -120,8 +120,11 @@ void SsiDevice::OnWord(const Word& word, Interval at) {
   output_.OnSample(sample);
 }
 
-void SsiDevice::Begin(const Order& order, MonoNs) {
-  output_.OnOutcome(order.id, Rejected(command_status_t::REASON_UNKNOWN_OPERATION, "SSI carries no commands"));
+std::optional<Outcome> SsiDevice::Refusal(const Order&, MonoNs) const {
+  return Rejected(command_status_t::REASON_UNKNOWN_OPERATION,
+                  "SSI carries no commands: set a datum in software (axlecast home)");
 }
+
+void SsiDevice::Begin(const Order& order, MonoNs now) { output_.OnOutcome(order.id, *Refusal(order, now)); }
 
 }  // namespace axlecast::ssi

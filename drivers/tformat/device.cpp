@@ -6,7 +6,6 @@
 #include <variant>
 
 #include "drivers/runtime/device/outcome_text.h"
-#include "drivers/runtime/device/refusal.h"
 #include "drivers/tformat/operations.h"
 
 namespace axlecast::tformat {
@@ -74,6 +73,7 @@ void TFormatDevice::OnStarted(const Step& step, MonoNs now) {
   ExpireIfLate(now);
   const Exchange* exchange = std::get_if<Exchange>(&step.action);
   if (exchange == nullptr) return;
+  sent_ = RequestId(exchange->request);
   procedure_in_flight_ = procedure_ != nullptr && step.priority == Priority::kCommand;
   live_turn_ = procedure_in_flight_;
   if (!procedure_in_flight_) return;
@@ -109,6 +109,7 @@ void TFormatDevice::On(const Event& event) {
 
 void TFormatDevice::OnExchange(const Event& event) {
   const Answer answer = interpreter_.OnExchange(event);
+  sent_.reset();
   line_unclear_ = answer.line_unclear;
   // Also another model's reply to ID 3 shows that the request has arrived.
   const bool arrived = answer.ok() || answer.error == ErrorKind::kWrongIdentity;
@@ -149,13 +150,12 @@ void TFormatDevice::OnLinkUp(MonoNs now) {
 void TFormatDevice::OnLinkDown() {
   link_up_ = false;
   procedure_in_flight_ = false;
-  interpreter_.OnLinkDown();
+  interpreter_.OnLinkDown(std::exchange(sent_, std::nullopt));
   if (procedure_) Report(procedure_->OnLinkLost());
 }
 
 void TFormatDevice::Begin(const Order& order, MonoNs now) {
-  if (const auto refusal = Refusal(order, now)) return output_.OnOutcome(order.id, *refusal);
-  auto made = MakeProcedure(order, settings_, output_);
+  auto made = Admit(order, now);
   if (const Outcome* refused = std::get_if<Outcome>(&made)) return output_.OnOutcome(order.id, *refused);
   procedure_ = std::move(std::get<std::unique_ptr<Procedure>>(made));
   order_ = order.id;
@@ -165,15 +165,30 @@ void TFormatDevice::Begin(const Order& order, MonoNs now) {
 }
 
 std::optional<Outcome> TFormatDevice::Refusal(const Order& order, MonoNs now) const {
+  return RefusalOf(Admit(order, now));
+}
+
+// What is wrong with the order itself comes first: it will not pass.
+Made<Procedure> TFormatDevice::Admit(const Order& order, MonoNs now) const {
+  auto made = MakeProcedure(order, settings_, output_);
+  if (RefusalOf(made)) return made;
+  if (auto refusal = RefusalNow(order, now)) return *std::move(refusal);
+  return made;
+}
+
+std::optional<Outcome> TFormatDevice::RefusalNow(const Order& order, MonoNs now) const {
   if (auto refusal = RefusalToBegin(procedure_ != nullptr, order, now, link_up_)) return refusal;
-  if (!interpreter_.answering()) return Rejected(Reason::REASON_DEVICE_OFFLINE, "the encoder does not answer");
+  if (!interpreter_.answering())
+    return Rejected(Reason::REASON_DEVICE_OFFLINE, "the encoder does not answer: check its power and its cable");
   if (!Alters(order.operation)) return std::nullopt;
   if (interpreter_.identity().refused()) {
-    return Rejected(Reason::REASON_WRONG_IDENTITY, "another encoder is connected than configured");
+    return Rejected(Reason::REASON_WRONG_IDENTITY,
+                    "another encoder is connected than configured: see its alarm wrong_identity");
   }
   if (!interpreter_.identity().accepted()) {
     return Rejected(Reason::REASON_DEVICE_OFFLINE, "the encoder's identity is still being read, repeat");
   }
+  if (auto refusal = RefusalByAlarm(order.operation, interpreter_.alarms())) return refusal;
   if (!NeedsStandstill(order.operation)) return std::nullopt;
   return RefusalInMotion(output_.MotionAt(now));
 }

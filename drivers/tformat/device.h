@@ -6,6 +6,7 @@
 
 #include "drivers/runtime/config/machine_config.h"
 #include "drivers/runtime/core/device.h"
+#include "drivers/runtime/device/refusal.h"
 #include "drivers/tformat/interpreter.h"
 #include "drivers/tformat/procedure.h"
 #include "drivers/tformat/settings.h"
@@ -33,6 +34,9 @@ class TFormatDevice final : public Device {
  private:
   [[nodiscard]] Step LiveStep(const Turn& turn) const;
   [[nodiscard]] DataId PlannedId() const;
+  // The procedure that carries out the order, or why it cannot begin now.
+  [[nodiscard]] Made<Procedure> Admit(const Order& order, MonoNs now) const;
+  [[nodiscard]] std::optional<Outcome> RefusalNow(const Order& order, MonoNs now) const;
   void OnExchange(const Event& event);
   void OnLiveAnswer(const Answer& answer, MonoNs end);
   void OnLinkUp(MonoNs now);
@@ -50,6 +54,7 @@ class TFormatDevice final : public Device {
   bool line_unclear_ = false;     // silence before the next request
   bool all_first_ = true;         // ID 3 before anything else
   int failures_ = 0;              // live exchanges in a row
+  std::optional<DataId> sent_;    // under way
   std::optional<DataId> repeat_;  // of the live exchange that failed
   MonoNs not_before_ = 0;         // of a live exchange outside its slot
   int since_all_ = 0;             // readings since the last ID 3

@@ -32,9 +32,11 @@ void Interpreter::OnLinkUp(MonoNs now) {
   output_.OnStarting("no answer yet: after power-on the encoder takes up to 1.5 s");
 }
 
-void Interpreter::OnLinkDown() {
+void Interpreter::OnLinkDown(std::optional<DataId> sent) {
   // The tenth request may have been under way.
   if (resets_in_a_row_ == kResetTimes - 1) reset_done_ = reset_;
+  const bool zeroing = reset_done_ == DataId::kZeroSingleTurn && resets_in_a_row_ == kResetTimes - 1;
+  if (sent == DataId::kEepromWrite || (zeroing && sent == reset_done_)) output_.OnNonVolatileWrite();
   resets_in_a_row_ = 0;
   silent_in_a_row_ = 0;
   Forget();

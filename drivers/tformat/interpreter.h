@@ -18,7 +18,8 @@ class Interpreter {
   Interpreter(const TFormatSettings& settings, const Expectation& expected, MonoNs character, DeviceOutput& output);
 
   void OnLinkUp(MonoNs now);
-  void OnLinkDown();
+  // `sent`: what was asked and is not answered.
+  void OnLinkDown(std::optional<DataId> sent);
   void OnStray(const Event& event);
   // An exchange is over: kReply or kTimeout.
   Answer OnExchange(const Event& event);
@@ -27,6 +28,8 @@ class Interpreter {
   // brought not a single byte: then another encoder may be there, or the same one after a power-off.
   [[nodiscard]] bool answering() const { return answering_; }
   [[nodiscard]] const IdentityCheck& identity() const { return identity_; }
+  // ALMC of the last reply to ID 3, while the encoder answers.
+  [[nodiscard]] std::optional<std::uint8_t> alarms() const { return alarms_; }
   // ALMC is out of date (the status field says so: TS5669 spec 6.3.2) or needs confirmation: ID 3 at once.
   [[nodiscard]] bool wants_all() const { return wants_all_; }
 

@@ -6,6 +6,7 @@
 
 #include "drivers/runtime/device/arguments.h"
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/tformat/alarms.h"
 #include "drivers/tformat/eeprom_read.h"
 #include "drivers/tformat/eeprom_write.h"
 #include "drivers/tformat/readout.h"
@@ -14,10 +15,16 @@
 namespace axlecast::tformat {
 namespace {
 
-using Made = std::variant<std::unique_ptr<Procedure>, Outcome>;
+using Made = axlecast::Made<Procedure>;
 using Reason = command_status_t;
 
 const ArgumentSpec kAfter = {"after", "an operation with its arguments, to see whether it took effect", false};
+
+// TS5669 spec 6.1.1: one rewrite for each cell that is written.
+std::int32_t CellWrites(const Arguments& arguments) {
+  const auto data = ParseHex(FindArgument(arguments, "data").value_or(""));
+  return data ? static_cast<std::int32_t>(data->size()) : 0;
+}
 
 const std::vector<OperationSpec>& Specs() {
   static const std::vector<OperationSpec> kSpecs = {
@@ -27,6 +34,8 @@ const std::vector<OperationSpec>& Specs() {
        .destructive = true,
        .needs_standstill = true,
        .needs_permit = true,
+       .moves_datum = true,
+       .writes = &OneWrite,
        .verification = "ID 3 reads single-turn 0 +- 0.35 degrees",
        .found_by = kReadAllName},
       {.name = kResetTurnsName,
@@ -35,6 +44,7 @@ const std::vector<OperationSpec>& Specs() {
        .destructive = true,
        .needs_standstill = true,
        .needs_permit = true,
+       .moves_datum = true,
        .verification = "ID 3 reads turns 0 and no latched error",
        .found_by = kReadAllName},
       {.name = kClearErrorsName,
@@ -48,6 +58,7 @@ const std::vector<OperationSpec>& Specs() {
        .arguments = {{"address", "0 to 79; needed unless `after` is given", false},
                      {"count", "1 to 80 cells, default 1", false},
                      kAfter},
+       .reads_only = true,
        .verification = "each cell by its own reply with ID D"},
       {.name = kEepromWriteName,
        .help =
@@ -55,23 +66,28 @@ const std::vector<OperationSpec>& Specs() {
            "first and reported",
        .arguments = {{"address", "0 to 79"}, {"data", "bytes in hex, e.g. \"A1 05\""}},
        .destructive = true,
+       .writes = &CellWrites,
        .verification = "each cell is read back with ID D",
        .found_by = kEepromReadName},
       {.name = kEepromBackupName,
        .help = "Reads all 80 cells of the user EEPROM",
        .arguments = {},
+       .reads_only = true,
        .verification = "each cell by its own reply with ID D"},
       {.name = kReadAllName,
        .help = "Reads position, turns, encoder ID and alarms once (ID 3)",
        .arguments = {kAfter},
+       .reads_only = true,
        .verification = "it is a reading"},
       {.name = kReadTurnsName,
        .help = "Reads the multi-turn counter once (ID 1)",
        .arguments = {},
+       .reads_only = true,
        .verification = "it is a reading"},
       {.name = kReadIdentityName,
        .help = "Reads the encoder ID once (ID 2), of whichever encoder is connected",
        .arguments = {},
+       .reads_only = true,
        .verification = "it is a reading"},
   };
   return kSpecs;
@@ -172,6 +188,13 @@ bool Alters(std::string_view operation) {
 bool NeedsStandstill(std::string_view operation) {
   const OperationSpec* spec = Find(operation);
   return spec != nullptr && spec->needs_standstill;
+}
+
+std::optional<Outcome> RefusalByAlarm(std::string_view operation, std::optional<std::uint8_t> alarms) {
+  const auto doubtful = static_cast<std::uint8_t>(alarms.value_or(0) & (kAlmCountingError | kAlmFullAbsolute));
+  if (operation != kZeroSingleTurnName || doubtful == 0) return std::nullopt;
+  return Rejected(Reason::REASON_DEVICE_ALARM,
+                  "the single-turn position is in doubt (ALMC " + AlarmText(*alarms) + "); clear the cause first");
 }
 
 }  // namespace axlecast::tformat

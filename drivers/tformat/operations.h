@@ -1,12 +1,14 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
-#include <variant>
 
 #include "drivers/runtime/core/device.h"
 #include "drivers/runtime/core/operation.h"
+#include "drivers/runtime/device/refusal.h"
 #include "drivers/tformat/procedure.h"
 #include "drivers/tformat/settings.h"
 
@@ -26,12 +28,14 @@ inline constexpr std::string_view kReadIdentityName = "read_identity";
 [[nodiscard]] std::span<const OperationSpec> Operations();
 
 // The procedure that carries out an order, or why there is none: arguments are checked here.
-[[nodiscard]] std::variant<std::unique_ptr<Procedure>, Outcome> MakeProcedure(const Order& order,
-                                                                              const TFormatSettings& settings,
-                                                                              const DeviceOutput& output);
+[[nodiscard]] Made<Procedure> MakeProcedure(const Order& order, const TFormatSettings& settings,
+                                            const DeviceOutput& output);
 
 // It can change something in the encoder: only for an encoder whose identity is accepted.
 [[nodiscard]] bool Alters(std::string_view operation);
 [[nodiscard]] bool NeedsStandstill(std::string_view operation);
+
+// Why the encoder's alarms forbid the operation: ALMC as it was read last, if it was.
+[[nodiscard]] std::optional<Outcome> RefusalByAlarm(std::string_view operation, std::optional<std::uint8_t> alarms);
 
 }  // namespace axlecast::tformat

@@ -6,6 +6,7 @@
 #include "drivers/runtime/device/outcome_text.h"
 #include "drivers/tformat/alarms.h"
 #include "drivers/tformat/model.h"
+#include "drivers/tformat/operations.h"
 #include "drivers/tformat/reset_rules.h"
 
 namespace axlecast::tformat {
@@ -60,11 +61,8 @@ std::optional<Outcome> ResetProcedure::OnBefore(const Answer& answer) {
                       ErrorName(*answer.error)));
   }
   before_ = answer.reply;
-  const std::uint8_t doubtful = *before_.alarms & (kAlmCountingError | kAlmFullAbsolute);
-  if (id_ == DataId::kZeroSingleTurn && doubtful != 0) {
-    return Final(OrderState::kRejected, Reason::REASON_DEVICE_ALARM,
-                 "nothing was done: the single-turn position is in doubt (ALMC " + AlarmText(*before_.alarms) +
-                     "); clear the cause first");
+  if (id_ == DataId::kZeroSingleTurn) {
+    if (auto refusal = RefusalByAlarm(kZeroSingleTurnName, before_.alarms)) return refusal;
   }
   stage_ = Stage::kSend;
   return std::nullopt;

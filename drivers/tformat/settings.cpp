@@ -16,6 +16,8 @@ constexpr std::int64_t kDefaultSilenceUs = 2'000;
 // The longest reply and its delay take 47 us (TS5669 spec 6.2, 7.1).
 constexpr std::int64_t kLeastSilenceUs = 50;
 constexpr std::int64_t kDefaultId3Every = 10;
+// "Total 100,000 times" (TS5669 spec 6.1.1): the user's cells and the stored zero (spec 9: ID 8) together.
+constexpr std::int64_t kRewrites = 100'000;
 
 void UseModel(const Model& model, TFormatSettings& settings) {
   settings.format = model.format;
@@ -92,6 +94,7 @@ std::unique_ptr<TFormatSettings> ParseSettings(ConfigMap& device, const LineForm
   const int turn_bits = settings->format.multi_turn_bits;
   settings->turns_range = settings->battery && turn_bits > 0 ? std::int64_t{1} << turn_bits : 0;
   settings->noise_counts = NoiseCounts(settings->format.single_turn_bits);
+  settings->write_budget = kRewrites;
   ParsePlan(device, *settings);
   ParseIdentity(device, *settings);
   settings->timeout = device.Integer("timeout_us", kDefaultTimeoutUs, 100, 1'000'000,

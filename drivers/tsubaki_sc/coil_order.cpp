@@ -4,6 +4,7 @@
 
 #include "drivers/runtime/device/outcome_text.h"
 #include "drivers/tsubaki_sc/alarms.h"
+#include "drivers/tsubaki_sc/operations.h"
 
 namespace axlecast::tsubaki_sc {
 
@@ -49,10 +50,7 @@ Outcome CoilOrder::Before() {
   count_before_ = reader_.Register(kStatus, 0);
   stopped_before_ = reader_.Bit(kStopCoil);
   const int status = reader_.Register(kStatus, 1);
-  if (kind_ == Kind::kStartMotor && (status & kTripBits) != 0) {
-    return Rejected(Reason::REASON_DEVICE_ALARM, "the motor is tripped (" + StatusText(status) +
-                                                     "), and does not start then; clear the cause first");
-  }
+  if (kind_ == Kind::kStartMotor && (status & kTripBits) != 0) return RefusedByTrip(status);
   if (kind_ == Kind::kClearTripCount && count_before_ == 0) return Verified("the trip count is 0 already");
   Outcome running;
   running.text = Text("trip count %u, stop coil %d", count_before_, stopped_before_ ? 1 : 0);

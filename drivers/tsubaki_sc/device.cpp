@@ -36,6 +36,7 @@ ScDevice::ScDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutpu
       passwords_(settings_, secrets),
       login_(requests_, passwords_, settings_.password_format),
       interpreter_(settings_.password_format.order, output),
+      shop_{settings_, requests_, passwords_, login_, interpreter_.trips(), output_},
       urgent_(output),
       order_(output) {}
 
@@ -294,28 +295,40 @@ void ScDevice::OnLinkDown() {
 }
 
 void ScDevice::Begin(const Order& order, MonoNs now) {
-  if (const auto refusal = Refusal(order, now)) return output_.OnOutcome(order.id, *refusal);
-  const Workshop shop{settings_, requests_, passwords_, login_, interpreter_.trips(), output_};
-  auto made = MakeProcedure(order, shop);
+  auto made = Admit(order, now);
   if (const Outcome* refused = std::get_if<Outcome>(&made)) return output_.OnOutcome(order.id, *refused);
   OrderSlot& slot = order.operation == kStopMotorName ? urgent_ : order_;
+  if (order.operation == kLogInName) login_.Allow();
   slot.Take(order, std::move(std::get<std::unique_ptr<Procedure>>(made)));
   if (slot.waits_for_login()) StartLogin();
 }
 
 std::optional<Outcome> ScDevice::Refusal(const Order& order, MonoNs now) const {
+  return RefusalOf(Admit(order, now));
+}
+
+// What is wrong with the order itself comes first: it will not pass.
+Made ScDevice::Admit(const Order& order, MonoNs now) const {
+  auto made = MakeProcedure(order, shop_);
+  if (RefusalOf(made)) return made;
+  if (auto refusal = RefusalNow(order, now)) return *std::move(refusal);
+  return made;
+}
+
+std::optional<Outcome> ScDevice::RefusalNow(const Order& order, MonoNs now) const {
   const bool urgent = order.operation == kStopMotorName;
-  if ((urgent ? urgent_ : order_).held()) {
-    return Rejected(Reason::REASON_BUSY,
-                    urgent ? "another stop is being carried out" : "another order is being carried out");
+  if (auto refusal = RefusalToBegin((urgent ? urgent_ : order_).held(), order, now, link_up_)) return refusal;
+  // A stop is tried on a unit that seems to be gone, too, and whatever it said last.
+  if (urgent) return std::nullopt;
+  if (!answering_) {
+    return Rejected(Reason::REASON_DEVICE_OFFLINE,
+                    "the unit does not answer: check its power, its cable and address");
   }
-  if (now > order.begin_by) {
-    return Final(OrderState::kExpired, Reason::REASON_DEADLINE, "nothing was done: its time to begin was over");
-  }
-  if (!link_up_) return Rejected(Reason::REASON_DEVICE_OFFLINE, "the link is down");
-  // A stop is tried on a unit that seems to be gone, too.
-  if (!urgent && !answering_) return Rejected(Reason::REASON_DEVICE_OFFLINE, "the unit does not answer");
-  return std::nullopt;
+  if (auto refusal = RefusalByState(order.operation, interpreter_.reading())) return refusal;
+  const bool logged_out = interpreter_.reading().logged_in == 0;
+  if (!logged_out || !NeedsLogin(order.operation)) return std::nullopt;
+  const std::string problem = login_.Obstacle();
+  return problem.empty() ? std::nullopt : std::optional(Rejected(Reason::REASON_DEVICE_REFUSED, problem));
 }
 
 bool ScDevice::Cancel(const CommandId& id, MonoNs) { return urgent_.Cancel(id) || order_.Cancel(id); }

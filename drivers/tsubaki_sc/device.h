@@ -40,6 +40,9 @@ class ScDevice final : public Device {
   // Whose exchange it is.
   enum class Work : std::uint8_t { kNone, kFence, kLogin, kUrgent, kOrder, kLive, kTrip, kSlow };
 
+  // The procedure that carries out the order, or why it cannot begin now.
+  [[nodiscard]] Made Admit(const Order& order, MonoNs now) const;
+  [[nodiscard]] std::optional<Outcome> RefusalNow(const Order& order, MonoNs now) const;
   [[nodiscard]] Step BackgroundStep(MonoNs now) const;
   [[nodiscard]] Step StepOf(Work work, Priority priority) const;
   [[nodiscard]] Exchange ExchangeOf(Work work) const;
@@ -71,6 +74,7 @@ class ScDevice final : public Device {
   Login login_;
   Interpreter interpreter_;
   SlowPlan slow_;
+  const Workshop shop_;
   OrderSlot urgent_;
   OrderSlot order_;
 

@@ -6,17 +6,20 @@
 
 namespace axlecast::tsubaki_sc {
 
+std::string Login::Obstacle() const {
+  if (passwords_.active().empty()) {
+    return "the unit is logged out, and the configuration names no password: add passwords and password";
+  }
+  if (!wrong_password_) return {};
+  return "the unit refused password " + passwords_.active() + " before; mend its file, then log_in";
+}
+
 bool Login::Start() {
   failures_ = 0;
-  if (passwords_.active().empty()) {
-    problem_ = "the unit is logged out, and the configuration names no password: add passwords and password";
-  } else if (wrong_password_) {
-    problem_ = "the unit refused password " + passwords_.active() + " before; mend its file, then log_in";
-  } else {
-    stage_ = Stage::kLook;
-    return true;
-  }
-  return false;
+  problem_ = Obstacle();
+  if (!problem_.empty()) return false;
+  stage_ = Stage::kLook;
+  return true;
 }
 
 Exchange Login::Next() const {

@@ -23,7 +23,9 @@ class Login {
   Login& operator=(const Login&) = delete;
 
   [[nodiscard]] bool active() const { return stage_ != Stage::kNone; }
-  // False when there is nothing to log in with: problem() says why.
+  // Why it has nothing to log in with; empty when it has.
+  [[nodiscard]] std::string Obstacle() const;
+  // False when there is an obstacle: problem() says it.
   [[nodiscard]] bool Start();
   [[nodiscard]] Exchange Next() const;
   [[nodiscard]] Result OnAnswer(const Answer& answer);

@@ -152,6 +152,11 @@ Made MakeCheckPassword(const Order& order, const Workshop& shop) {
       shop.requests, PasswordComparison(shop.passwords, shop.settings.password_format, std::move(name)));
 }
 
+Made MakeLogIn(const Workshop& shop) {
+  if (!shop.passwords.active().empty()) return std::make_unique<LogIn>(shop.requests);
+  return Rejected(Reason::REASON_NOT_PERMITTED, "the configuration names no password to log in with");
+}
+
 Made MakeReadout(const Workshop& shop, std::vector<Block> blocks, Readout::Show show) {
   return std::make_unique<Readout>(shop.requests, std::move(blocks), show, shop.settings.password_format.order, "");
 }
@@ -171,10 +176,7 @@ Made MakeProcedure(const Order& order, const Workshop& shop) {
   if (name == kReadParametersName) return MakeRead(order, shop);
   if (name == kWriteParameterName || name == kWriteParametersName) return MakeWrite(order, shop);
   if (name == kFetchTripLogsName) return std::make_unique<TripFetch>(shop.requests, shop.trips);
-  if (name == kLogInName) {
-    shop.login.Allow();
-    return std::make_unique<LogIn>(shop.requests);
-  }
+  if (name == kLogInName) return MakeLogIn(shop);
   if (name == kSetPasswordName) return MakeSetPassword(order, shop);
   if (name == kCheckPasswordName) return MakeCheckPassword(order, shop);
   return Rejected(Reason::REASON_UNKNOWN_OPERATION, "tsubaki_sc has no operation " + order.operation);

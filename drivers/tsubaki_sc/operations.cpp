@@ -1,11 +1,17 @@
 #include "drivers/tsubaki_sc/operations.h"
 
+#include <algorithm>
+#include <axlecast/command_status_t.hpp>
 #include <vector>
 
+#include "drivers/runtime/device/outcome_text.h"
+#include "drivers/tsubaki_sc/alarms.h"
 #include "drivers/tsubaki_sc/parameters.h"
 
 namespace axlecast::tsubaki_sc {
 namespace {
+
+using Reason = command_status_t;
 
 const ArgumentSpec kAfter = {"after", "an operation with its arguments, to see whether it took effect", false};
 
@@ -37,9 +43,11 @@ std::vector<OperationSpec> MotorOperations() {
       {.name = kReadStateName,
        .help = "Reads trip count, motor status, stop coil, login and mains frequency once",
        .arguments = {kAfter},
+       .reads_only = true,
        .verification = "it is a reading"},
       {.name = kFetchTripLogsName,
        .help = "Reads the curves of the last three trips at once and publishes them; live data of the bus wait",
+       .reads_only = true,
        .verification = "the trip count is the same before and after each log"},
   };
 }
@@ -48,14 +56,17 @@ std::vector<OperationSpec> ParameterOperations() {
   return {
       {.name = kReadSetValuesName,
        .help = "Reads the limits and times that hold at the present DIP switch setting and mains frequency",
+       .reads_only = true,
        .verification = "it is a reading"},
       {.name = kReadParameterName,
        .help = "Reads one parameter",
        .arguments = {{"name", "e.g. power_upper_a_1_50hz; the family's README lists all 55"}},
+       .reads_only = true,
        .verification = "it is a reading"},
       {.name = kReadParametersName,
        .help = "Reads up to four parameters, or all 55 as registers in hex",
        .arguments = {{"names", "up to four, e.g. start_time_1,log_interval; leave it out for all", false}, kAfter},
+       .reads_only = true,
        .verification = "it is a reading"},
       {.name = kWriteParameterName,
        .help = "Writes one parameter",
@@ -77,6 +88,7 @@ std::vector<OperationSpec> AccessOperations() {
   return {
       {.name = kReadIdentityName,
        .help = "Reads product code, MFG number and software version",
+       .reads_only = true,
        .verification = "it is a reading"},
       {.name = kLogInName,
        .help = "Logs the unit in with the password in use; also after one that was wrong",
@@ -91,6 +103,7 @@ std::vector<OperationSpec> AccessOperations() {
        .help = "Compares the unit's password with the one of this name; the unit must be logged in",
        .arguments = {{"name", "a NAME of passwords in the configuration; needed unless `after` is given", false},
                      kAfter},
+       .reads_only = true,
        .verification = "it is a reading"},
   };
 }
@@ -106,6 +119,27 @@ std::span<const OperationSpec> Operations() {
     return all;
   }();
   return kSpecs;
+}
+
+bool NeedsLogin(std::string_view operation) {
+  const auto specs = Operations();
+  const auto found =
+      std::find_if(specs.begin(), specs.end(), [&](const auto& spec) { return spec.name == operation; });
+  return found != specs.end() && !found->reads_only && operation != kLogInName;
+}
+
+Outcome RefusedByTrip(std::int32_t status) {
+  return Rejected(Reason::REASON_DEVICE_ALARM, "the motor is tripped (" + StatusText(status) +
+                                                   "), and does not start then; clear the cause first");
+}
+
+std::optional<Outcome> RefusalByState(std::string_view operation, const MotorReading& reading) {
+  if (operation == kCheckPasswordName && reading.logged_in == 0) {
+    return Rejected(Reason::REASON_DEVICE_REFUSED,
+                    "the unit is logged out, and then does not tell its password: log_in first");
+  }
+  return operation == kStartMotorName && reading.tripped ? std::optional(RefusedByTrip(reading.status_bits))
+                                                         : std::nullopt;
 }
 
 }  // namespace axlecast::tsubaki_sc

@@ -1,12 +1,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
-#include <variant>
 
 #include "drivers/runtime/core/device.h"
 #include "drivers/runtime/core/operation.h"
+#include "drivers/runtime/device/refusal.h"
 #include "drivers/tsubaki_sc/login.h"
 #include "drivers/tsubaki_sc/procedure.h"
 #include "drivers/tsubaki_sc/trip_reader.h"
@@ -31,7 +32,14 @@ inline constexpr std::string_view kCheckPasswordName = "check_password";
 
 [[nodiscard]] std::span<const OperationSpec> Operations();
 
-// What procedures work on.
+// Guideline 6, note 1: what the unit does only while it is logged in.
+[[nodiscard]] bool NeedsLogin(std::string_view operation);
+// How a start is refused by a motor with this status (AI 201).
+[[nodiscard]] Outcome RefusedByTrip(std::int32_t status);
+// Why the unit, as it was read last, forbids the operation.
+[[nodiscard]] std::optional<Outcome> RefusalByState(std::string_view operation, const MotorReading& reading);
+
+// What procedures work on. Outlives them.
 struct Workshop {
   const ScSettings& settings;
   const Requests& requests;
@@ -42,7 +50,7 @@ struct Workshop {
 };
 
 // The procedure that carries out an order, or why there is none: arguments are checked here.
-using Made = std::variant<std::unique_ptr<Procedure>, Outcome>;
+using Made = axlecast::Made<Procedure>;
 [[nodiscard]] Made MakeProcedure(const Order& order, const Workshop& shop);
 
 }  // namespace axlecast::tsubaki_sc

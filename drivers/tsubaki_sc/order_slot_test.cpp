@@ -127,7 +127,7 @@ TEST(SetPassword, IsWrittenOnceAndIndeterminateWhenItCannotBeReadBack) {
 TEST(CheckPassword, DoesNotLogIn) {
   Bench bench(kLoginKeys);
   bench.GoOnline();
-  EXPECT_EQ(bench.Do("check_password", {{"name", "old"}}).state, OrderState::kFailed);
+  EXPECT_EQ(bench.Do("check_password", {{"name", "old"}}).state, OrderState::kRejected);
   EXPECT_THAT(bench.Last().text, testing::HasSubstr("log_in first"));
   EXPECT_EQ(bench.unit.login_writes, 0);
 }

@@ -6,24 +6,11 @@
 
 #include "drivers/runtime/bus/wire_reader.h"
 #include "drivers/runtime/driver/bus_settings.h"
-#include "tests/conformance/example_buses.h"
-#include "tests/conformance/example_link.h"
+#include "tests/conformance/example_device.h"
 #include "tests/support/memory_sink.h"
-#include "tests/support/recording_output.h"
 
 namespace axlecast {
 namespace {
-
-class Indifferent final : public LinkObserver {
-  void OnLink(bool, std::string_view, MonoNs) override {}
-};
-
-// A shaft that stands, as far as the device is told.
-RecordingOutput AtRest() {
-  RecordingOutput output;
-  output.motion = {.known = true, .standstill = true};
-  return output;
-}
 
 std::string TextOf(const Step& step) {
   std::string text = std::to_string(step.action.index()) + ' ' + std::to_string(static_cast<int>(step.priority));

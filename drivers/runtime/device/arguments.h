@@ -19,6 +19,9 @@ namespace axlecast {
 // "A1 05" or "A105"; nothing when it is empty or no such thing.
 [[nodiscard]] std::optional<std::vector<std::uint8_t>> ParseHex(std::string_view text);
 
+// OperationSpec::writes of what writes once, whatever its arguments.
+[[nodiscard]] inline std::int32_t OneWrite(const Arguments&) { return 1; }
+
 // An operation with its arguments as on a command line: "eeprom_write address=72 data=A105".
 struct CommandLine {
   std::string operation;

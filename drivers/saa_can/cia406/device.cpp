@@ -6,7 +6,6 @@
 #include <variant>
 
 #include "drivers/runtime/device/outcome_text.h"
-#include "drivers/runtime/device/refusal.h"
 #include "drivers/saa_can/cia406/cia406.h"
 #include "drivers/saa_can/cia406/objects.h"
 #include "drivers/saa_can/cia406/operations.h"
@@ -135,8 +134,7 @@ void Cia406Device::AdvanceProcedure(const std::optional<SdoResult>& result, Mono
 // ---- orders ----
 
 void Cia406Device::Begin(const Order& order, MonoNs now) {
-  if (const auto refusal = Refusal(order, now)) return output_.OnOutcome(order.id, *refusal);
-  auto made = MakeProcedure(order, settings_, interpreter_, output_, now);
+  auto made = Admit(order, now);
   if (const Outcome* refused = std::get_if<Outcome>(&made)) return output_.OnOutcome(order.id, *refused);
   procedure_ = std::move(std::get<std::unique_ptr<Procedure>>(made));
   order_ = order.id;
@@ -145,9 +143,22 @@ void Cia406Device::Begin(const Order& order, MonoNs now) {
 }
 
 std::optional<Outcome> Cia406Device::Refusal(const Order& order, MonoNs now) const {
+  return RefusalOf(Admit(order, now));
+}
+
+// What is wrong with the order itself comes first: it will not pass.
+Made<Procedure> Cia406Device::Admit(const Order& order, MonoNs now) const {
+  auto made = MakeProcedure(order, settings_, interpreter_, output_, now);
+  if (RefusalOf(made)) return made;
+  if (auto refusal = RefusalNow(order, now)) return *std::move(refusal);
+  return made;
+}
+
+std::optional<Outcome> Cia406Device::RefusalNow(const Order& order, MonoNs now) const {
   if (auto refusal = RefusalToBegin(procedure_ != nullptr, order, now, link_up_)) return refusal;
   if (!interpreter_.running()) {
-    return Rejected(Reason::REASON_DEVICE_OFFLINE, "the encoder is not heard, or not identified yet");
+    return Rejected(Reason::REASON_DEVICE_OFFLINE,
+                    "the encoder is not heard, or not identified yet: check its power, its cable and node id");
   }
   if (!MovesDatum(order.operation)) return std::nullopt;
   return RefusalInMotion(output_.MotionAt(now));

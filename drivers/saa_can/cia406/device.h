@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "drivers/runtime/core/device.h"
+#include "drivers/runtime/device/refusal.h"
 #include "drivers/saa_can/cia406/interpreter.h"
 #include "drivers/saa_can/cia406/procedure.h"
 
@@ -24,6 +25,9 @@ class Cia406Device final : public Device {
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
  private:
+  // The procedure that carries out the order, or why it cannot begin now.
+  [[nodiscard]] Made<Procedure> Admit(const Order& order, MonoNs now) const;
+  [[nodiscard]] std::optional<Outcome> RefusalNow(const Order& order, MonoNs now) const;
   [[nodiscard]] bool SyncIsDue(const Turn& turn) const;
   // The transfer that is wanted now, and how urgently.
   struct Transfer {

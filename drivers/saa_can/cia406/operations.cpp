@@ -17,7 +17,7 @@ namespace axlecast::saa_can::cia406 {
 namespace {
 
 using Reason = command_status_t;
-using Made = std::variant<std::unique_ptr<Procedure>, Outcome>;
+using Made = axlecast::Made<Procedure>;
 
 constexpr std::string_view kZero = "zero";
 constexpr std::string_view kSetPosition = "set_position";
@@ -72,6 +72,8 @@ std::span<const OperationSpec> Operations() {
        .destructive = true,
        .needs_standstill = true,
        .needs_permit = true,
+       .moves_datum = true,
+       .writes = &OneWrite,  // some makers' encoders keep a preset at once
        .verification = "a reading shows 0 +- 0.2 degrees (or 2 counts)",
        .found_by = kReadPosition},
       {.name = kSetPosition,
@@ -80,24 +82,28 @@ std::span<const OperationSpec> Operations() {
        .destructive = true,
        .needs_standstill = true,
        .needs_permit = true,
+       .moves_datum = true,
+       .writes = &OneWrite,
        .verification = "a reading shows it, +- 0.2 degrees (or 2 counts)",
        .found_by = kReadPosition},
       {.name = kReadPosition,
        .help = "Reads the position once",
        .arguments = {{"after", "an operation, to see whether it took effect: zero, set_position counts=N", false}},
+       .reads_only = true,
        .verification = "the reading itself"},
       {.name = kReadIdentity,
        .help = "Reads device type, vendor, product, revision and serial number (1000h, 1018h)",
+       .reads_only = true,
        .verification = "the reading itself"},
       {.name = kReadState,
        .help = "Shows NMT state, error register, operating status, alarms, warnings and the last emergency message",
+       .reads_only = true,
        .verification = "the reading itself"},
       {.name = kSave,
        .help = "Has the encoder store its parameters, a preset among them (1010h sub 1)",
        .arguments = {},
        .destructive = true,
-       .needs_standstill = false,
-       .needs_permit = true,
+       .writes = &OneWrite,
        .verification = "the encoder's confirmation"},
   };
   return kSpecs;

@@ -2,10 +2,10 @@
 
 #include <memory>
 #include <string_view>
-#include <variant>
 
 #include "drivers/runtime/core/device.h"
 #include "drivers/runtime/core/operation.h"
+#include "drivers/runtime/device/refusal.h"
 #include "drivers/saa_can/cia406/interpreter.h"
 #include "drivers/saa_can/cia406/procedure.h"
 #include "drivers/saa_can/cia406/settings.h"
@@ -16,10 +16,7 @@ namespace axlecast::saa_can::cia406 {
 [[nodiscard]] bool MovesDatum(std::string_view operation);
 
 // The procedure that carries out an order, or why there is none.
-[[nodiscard]] std::variant<std::unique_ptr<Procedure>, Outcome> MakeProcedure(const Order& order,
-                                                                              const Cia406Settings& settings,
-                                                                              const Interpreter& interpreter,
-                                                                              const DeviceOutput& output,
-                                                                              MonoNs now);
+[[nodiscard]] Made<Procedure> MakeProcedure(const Order& order, const Cia406Settings& settings,
+                                            const Interpreter& interpreter, const DeviceOutput& output, MonoNs now);
 
 }  // namespace axlecast::saa_can::cia406
