@@ -45,8 +45,9 @@ struct OperationSpec {
   // keys) lets the bridge set them beside the readings, and turn an effect_seen of what read the same before into
   // cannot_tell.
   std::string_view found_by = {};
-  bool urgent = false;    // jumps every queue: does not wait for the order that its device works on
-  bool internal = false;  // between bridge and driver only: clients are not offered it
+  bool urgent = false;     // jumps every queue: does not wait for the order that its device works on
+  bool internal = false;   // between bridge and driver only: clients are not offered it
+  bool of_bridge = false;  // the bridge carries it out, with other operations of the driver or none
 };
 
 // An operation that the bridge has routed to this driver.
