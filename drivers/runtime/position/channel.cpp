@@ -270,7 +270,7 @@ Channel::Summary Channel::summary() const {
   summary.value = counts ? state_->axis.scale().Value(*counts) : std::numeric_limits<double>::quiet_NaN();
   summary.identity = state_->report.identity();
   if (reference.has_datum()) summary.datum = Reference::Datum{reference.datum(), reference.utime()};
-  summary.datum_of_file = reference.datum_is_of_file();
+  summary.file_datum = reference.of_file();
   if (const auto position = state_->axis.LastValid()) {
     summary.position = {position->counts, state_->context.time->Utime(position->at.Middle())};
   }

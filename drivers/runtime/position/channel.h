@@ -84,7 +84,7 @@ class Channel final : public DeviceOutput {
     std::string_view
         identity;  // as the device gave it, "17" or "17 SN0042"; empty unknown; until the next OnIdentity
     std::optional<Reference::Datum> datum;
-    bool datum_of_file = false;
+    std::optional<Reference::Datum> file_datum;  // of the machine's file, in force or not
     struct Position {
       std::int64_t counts = 0;  // after direction, before the datum; absolute within the axis's turns mode
       std::int64_t utime = 0;   // us

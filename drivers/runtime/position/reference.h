@@ -39,7 +39,7 @@ class Reference {
   [[nodiscard]] std::int64_t datum() const { return datum_ ? datum_->counts : 0; }  // 0 without one
   [[nodiscard]] std::int64_t utime() const { return datum_ ? datum_->utime : 0; }
   [[nodiscard]] bool has_datum() const { return datum_.has_value(); }
-  [[nodiscard]] bool datum_is_of_file() const { return datum_.has_value() && datum_ == of_file_; }
+  [[nodiscard]] const std::optional<Datum>& of_file() const { return of_file_; }
   [[nodiscard]] bool lost() const { return lost_; }
   [[nodiscard]] std::int32_t epoch() const { return epoch_; }
 
