@@ -69,6 +69,20 @@ TEST_F(SecretFilesTest, AFileThatOthersCanUseIsRefused) {
   }
 }
 
+TEST_F(SecretFilesTest, ItsGroupMayReadWhereThePlaceSaysSo) {
+  const SecretPlace place{.file = file_, .credential = {}, .group_may_read = true};
+  for (const mode_t mode : {0640U, 0440U, 0600U, 0400U}) {
+    Put(file_, kContent, mode);
+    EXPECT_EQ(files_.Read(place, secret_), "") << std::oct << mode;
+    EXPECT_EQ(secret_.text(), kContent);
+  }
+  for (const mode_t mode : {0644U, 0660U, 0650U, 0604U, 0641U, 0602U}) {
+    Put(file_, kContent, mode);
+    EXPECT_THAT(files_.Read(place, secret_), HasSubstr("is open to other users: chmod 640 '" + file_ + "'"))
+        << std::oct << mode;
+  }
+}
+
 TEST_F(SecretFilesTest, AFileOfSomebodyElseIsRefused) {
   if (geteuid() != 0) GTEST_SKIP() << "only root can give a file away";
   Put(file_, kContent, 0600);

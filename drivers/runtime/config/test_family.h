@@ -47,12 +47,20 @@ inline std::unique_ptr<Simulator> Simulate(const BusConfig&, ConfigMap& keys) {
   return std::make_unique<Nothing>();
 }
 
+inline std::span<const OperationSpec> Operations() {
+  static const std::array<OperationSpec, 4> operations = {
+      OperationSpec{.name = "look", .help = "", .reads_only = true}, OperationSpec{.name = "mark", .help = ""},
+      OperationSpec{.name = "zero", .help = "", .destructive = true},
+      OperationSpec{.name = "hidden", .help = "", .internal = true}};
+  return operations;
+}
+
 inline std::span<const Family* const> Table() {
   static const Family point{.name = "point",
                             .summary = "",
                             .default_line = {.baud = 2'500'000},
                             .max_devices_per_bus = 1,
-                            .operations = {},
+                            .operations = Operations(),
                             .parse = &Parse<51 * kMicrosecond>,
                             .make_simulator = &Simulate};
   static const Family ring{.name = "ring",
