@@ -6,18 +6,18 @@
 namespace axlecast {
 
 // Keeps orders of the past from acting: those of a bridge boot that was replaced, and those that a newer order of
-// the same bridge has overtaken.
+// any bridge has overtaken, so that a recorded order of a bridge that is long gone does not act either.
 class BridgeFence {
  public:
   enum class Verdict : std::uint8_t {
-    kNewest,  // from the present bridge, and newer than everything before; now the newest
-    kOlder,   // from the present bridge, but overtaken or repeated: only good for an answer
+    kNewest,  // newer than everything before, of whichever bridge; now the newest
+    kOlder,   // overtaken or repeated: only good for an answer, from which a new bridge learns newest()
     kFenced,  // from a bridge that was replaced
   };
 
-  // A boot id never seen before becomes the present bridge.
+  // A boot id never seen before becomes the present bridge with its first order above newest().
   [[nodiscard]] Verdict Judge(std::int64_t bridge_boot_id, std::int64_t bridge_epoch);
-  // Newest epoch accepted from the present bridge; 0 none.
+  // Newest epoch accepted from any bridge; 0 none.
   [[nodiscard]] std::int64_t newest() const { return newest_; }
 
  private:

@@ -14,7 +14,9 @@
 #include "drivers/runtime/command/capped_text.h"
 #include "drivers/runtime/command/command_words.h"
 #include "drivers/runtime/command/operation_check.h"
+#include "drivers/runtime/command/order_authority.h"
 #include "drivers/runtime/command/order_ledger.h"
+#include "drivers/runtime/command/order_queues.h"
 #include "drivers/runtime/command/permit_book.h"
 #include "drivers/runtime/core/decode_message.h"
 
@@ -23,15 +25,6 @@ namespace {
 
 constexpr MonoNs kProgressPeriod = 50 * kMillisecond;
 constexpr std::int32_t kMaxValidMs = 3'600'000;
-constexpr std::size_t kDevicesPerHello = 8;
-
-// One device's orders, the urgent ones apart: those that wait, and the one that it holds.
-struct Queue {
-  std::deque<CommandId> waiting;
-  std::optional<CommandId> held;
-  bool cancel_asked = false;  // of the held one
-  bool cancel_taken = false;
-};
 
 Order OrderOf(const driver_order_t& message, MonoNs now) {
   Order order;
@@ -43,77 +36,51 @@ Order OrderOf(const driver_order_t& message, MonoNs now) {
   return order;
 }
 
-driver_device_t MessageOf(const OrderDesk::DeviceSummary& device) {
-  driver_device_t message{};
-  message.device = CappedText(device.device, kNameBytes);
-  message.state = device.state;
-  message.datum_epoch = device.datum_epoch;
-  message.reference_lost = device.reference_lost ? 1 : 0;
-  message.identity = CappedText(device.identity, kIdentityBytes);
-  if (device.datum) {
-    message.has_datum = 1;
-    message.datum_counts = device.datum->counts;
-    message.datum_utime = device.datum->utime;
-  }
-  if (device.position) {
-    message.has_position = 1;
-    message.position = device.position->counts;
-    message.position_utime = device.position->utime;
-  }
-  return message;
+bool IsUrgent(const Family& family, const std::string& operation) {
+  const OperationSpec* spec = FindOperation(family, operation);
+  return spec != nullptr && spec->urgent;
 }
-
-// Sorts the urgent queues of all devices first.
-struct QueueKey {
-  bool usual = true;
-  std::string device;
-
-  friend auto operator<=>(const QueueKey&, const QueueKey&) = default;
-};
 
 }  // namespace
 
 struct OrderDesk::State {
-  State(const BusConfig& bus, Context its_context)
+  State(const BusConfig& bus, const BridgeConfig& bridge, Context its_context)
       : family(*bus.family),
         bus_name(bus.name),
         context(std::move(its_context)),
-        permits(bus),
-        ledger(bus.name, context.boot_id, *context.clock, *context.sink, kMaxRemembered) {
-    for (const DeviceConfig& device : bus.devices) {
-      for (const bool usual : {false, true}) queues[{usual, device.name}];
-    }
-  }
+        authority(bridge),
+        permits(bus, bridge),
+        ledger(bus.name, context.boot_id, *context.clock, {context.sink, context.key}, kMaxRemembered),
+        queues(bus) {}
 
   // All below: with `mutex` held.
+  // False when there is nothing new for the bus's thread.
+  [[nodiscard]] bool Admit(const driver_order_t& order);
+  void AnswerAgain(const driver_order_t& order, OrderLedger::Entry& entry);
   void Answer(const driver_order_t& order, std::int8_t state, std::int32_t reason, const char* text);
-  void Execute(const driver_order_t& order);
+  void Begin(const driver_order_t& order);
   void Cancel(OrderLedger::Entry& entry);
-  [[nodiscard]] std::optional<Refusal> Check(const driver_order_t& order) const;
-  void ExpireWaiting(Queue& queue, MonoNs now);
-  Taken Hand(const QueueKey& key, Queue& queue);
-  [[nodiscard]] bool IsUrgent(const std::string& operation) const {
-    const OperationSpec* spec = FindOperation(family, operation);
-    return spec != nullptr && spec->urgent;
-  }
-  [[nodiscard]] Queue* QueueOf(const std::string& device, const std::string& operation) {
-    const auto queue = queues.find({!IsUrgent(operation), device});
-    return queue == queues.end() ? nullptr : &queue->second;
-  }
+  [[nodiscard]] std::optional<Refusal> Check(const driver_order_t& order);
+  // Ends an order that waited too long.
+  [[nodiscard]] bool IsOver(const CommandId& id, MonoNs now);
+  static void Fill(OrderLedger::Entry& entry, const Outcome& outcome, std::int32_t epoch_after);
+  void Stop(const CommandId& id);
 
   const Family& family;
   const std::string bus_name;
   const Context context;
+  const OrderAuthority authority;
 
-  std::atomic<std::size_t> waiting = 0;  // in all queues: lets Take pass without the lock
+  std::atomic<std::int64_t> refused = 0;
   std::atomic<bool> cancels = false;
+  std::atomic<bool> prepares = false;
+  PermitBook permits;  // locks itself
 
   mutable std::mutex mutex;
-  PermitBook permits;
   BridgeFence fence;
   OrderLedger ledger;
-  std::map<QueueKey, Queue> queues;
-  QueueKey served_last;  // the next device is asked first
+  OrderQueues queues;
+  std::deque<CommandId> to_prepare;
   bool stopping = false;
 };
 
@@ -126,166 +93,190 @@ void OrderDesk::State::Answer(const driver_order_t& order, std::int8_t state, st
   ledger.Send(status);
 }
 
-std::optional<Refusal> OrderDesk::State::Check(const driver_order_t& order) const {
+std::optional<Refusal> OrderDesk::State::Check(const driver_order_t& order) {
   if (stopping) return Refusal{command_status_t::REASON_STOPPING, "the driver is stopping: send it again later"};
-  const auto queue = queues.find({!IsUrgent(order.operation), order.device});
-  if (queue == queues.end()) {
-    std::string known;
-    for (const auto& [key, unused] : queues) known += key.usual ? " " + key.device : "";
-    return Refusal{command_status_t::REASON_UNKNOWN_DEVICE, "no such device on " + bus_name + "; it has:" + known};
+  const OrderQueues::Queue* queue = queues.Find(order.device, IsUrgent(family, order.operation));
+  if (queue == nullptr) {
+    return Refusal{command_status_t::REASON_UNKNOWN_DEVICE,
+                   "no such device on " + bus_name + "; it has:" + queues.Devices()};
   }
   const OperationSpec* operation = FindOperation(family, order.operation);
   if (operation == nullptr) {
     return Refusal{command_status_t::REASON_UNKNOWN_OPERATION, "no such operation; " + OperationNames(family)};
   }
+  if (operation->of_bridge) {
+    return Refusal{command_status_t::REASON_UNKNOWN_OPERATION,
+                   "the bridge carries it out itself, no driver does: send it to the bridge"};
+  }
   if (auto refusal = CheckArguments(*operation, order.arguments)) return refusal;
   if (order.valid_ms < 1 || order.valid_ms > kMaxValidMs) {
-    return Refusal{command_status_t::REASON_MALFORMED, "valid_ms is outside 1..3600000"};
+    return Refusal{command_status_t::REASON_MALFORMED,
+                   "valid_ms is " + std::to_string(order.valid_ms) + ", outside 1..3600000"};
   }
-  if (queue->second.waiting.size() >= kMaxWaiting) {
+  const bool prepare = order.kind == driver_order_t::KIND_PREPARE;
+  if ((prepare ? to_prepare.size() : queue->waiting.size()) >= kMaxWaiting) {
     return Refusal{command_status_t::REASON_QUEUE_FULL, "16 orders wait for this device: send it again later"};
   }
   return std::nullopt;
 }
 
-void OrderDesk::State::Execute(const driver_order_t& order) {
+void OrderDesk::State::Begin(const driver_order_t& order) {
   const auto refusal = Check(order);
   OrderLedger::Entry& entry = ledger.Remember(order);
   if (refusal) return ledger.End(entry, command_status_t::STATE_REJECTED, refusal->reason, refusal->text);
   entry.order = OrderOf(order, ledger.Now());
   entry.status.state = command_status_t::STATE_ROUTED;
-  QueueOf(order.device, order.operation)->waiting.push_back(entry.order.id);
+  if (entry.prepare) {
+    to_prepare.push_back(entry.order.id);
+    prepares = true;
+  } else {
+    queues.Push(*queues.Find(order.device, IsUrgent(family, order.operation)), entry.order.id);
+  }
   ledger.Publish(entry);
-  ++waiting;
 }
 
 void OrderDesk::State::Cancel(OrderLedger::Entry& entry) {
   const CommandId id = IdOf(entry.status.id);
   if (IsFinalState(entry.status.state)) return ledger.Publish(entry);
-  Queue& queue = *QueueOf(entry.status.device, entry.status.operation);
-  if (std::erase(queue.waiting, id) > 0) {
-    --waiting;
+  OrderQueues::Queue& queue = *queues.Find(entry.status.device, IsUrgent(family, entry.status.operation));
+  if (entry.prepare ? std::erase(to_prepare, id) > 0 : queues.Drop(queue, id)) {
     return ledger.End(entry, command_status_t::STATE_CANCELLED, command_status_t::REASON_CANCELLED,
                       "cancelled before it began");
   }
-  queue.cancel_asked = true;
-  cancels = true;
+  if (queue.held == id) {
+    queue.cancel_asked = true;
+    cancels = true;
+  }
   ledger.Publish(entry);
 }
 
-void OrderDesk::State::ExpireWaiting(Queue& queue, MonoNs now) {
-  std::erase_if(queue.waiting, [&](const CommandId& id) {
-    OrderLedger::Entry& entry = ledger.At(id);
-    if (now <= entry.order.begin_by) return false;
-    --waiting;
-    ledger.End(entry, command_status_t::STATE_EXPIRED, command_status_t::REASON_DEADLINE,
-               "its time ran out while it waited for the device");
+bool OrderDesk::State::IsOver(const CommandId& id, MonoNs now) {
+  OrderLedger::Entry& entry = ledger.At(id);
+  if (now <= entry.order.begin_by) return false;
+  ledger.End(entry, command_status_t::STATE_EXPIRED, command_status_t::REASON_DEADLINE,
+             "its time ran out while it waited for the device");
+  return true;
+}
+
+void OrderDesk::State::AnswerAgain(const driver_order_t& order, OrderLedger::Entry& entry) {
+  const bool begins = order.kind == driver_order_t::KIND_EXECUTE || order.kind == driver_order_t::KIND_PREPARE;
+  if (begins && entry.prepare != (order.kind == driver_order_t::KIND_PREPARE)) {
+    return Answer(order, command_status_t::STATE_REJECTED, command_status_t::REASON_ID_REUSED,
+                  "this id was used for PREPARE or EXECUTE, and this is the other: use another id");
+  }
+  if (order.kind == driver_order_t::KIND_CANCEL) return Cancel(entry);
+  ledger.Publish(entry);
+}
+
+bool OrderDesk::State::Admit(const driver_order_t& order) {
+  const auto verdict = fence.Judge(order.bridge_boot_id, order.bridge_epoch);
+  ledger.set_bridge_epoch(fence.newest());
+  if (OrderLedger::Entry* const known = ledger.Find(IdOf(order.id))) {
+    AnswerAgain(order, *known);
+    return order.kind == driver_order_t::KIND_CANCEL;
+  }
+  if (verdict == BridgeFence::Verdict::kFenced) {
+    Answer(order, command_status_t::STATE_REJECTED, command_status_t::REASON_FENCED,
+           "another bridge has taken over this driver");
+  } else if (verdict == BridgeFence::Verdict::kOlder) {
+    Answer(order, command_status_t::STATE_UNKNOWN, command_status_t::REASON_FENCED,
+           "a newer order has overtaken this one");
+  } else if (order.kind == driver_order_t::KIND_QUERY) {
+    Answer(order, command_status_t::STATE_UNKNOWN, command_status_t::REASON_NONE,
+           "this boot of the driver never saw it");
+  } else if (order.kind == driver_order_t::KIND_CANCEL) {
+    ledger.End(ledger.Remember(order), command_status_t::STATE_CANCELLED, command_status_t::REASON_CANCELLED,
+               "cancelled before it arrived");
+  } else {
+    Begin(order);
     return true;
-  });
+  }
+  return false;
 }
 
-OrderDesk::Taken OrderDesk::State::Hand(const QueueKey& key, Queue& queue) {
-  queue.held = queue.waiting.front();
-  queue.waiting.pop_front();
-  queue.cancel_asked = queue.cancel_taken = false;
-  --waiting;
-  if (key.usual) served_last = key;
-  OrderLedger::Entry& entry = ledger.At(*queue.held);
-  entry.status.state = command_status_t::STATE_RUNNING;
-  entry.status.started_utime = ledger.Utime();
-  ledger.Publish(entry);
-  return {key.device, entry.order};
-}
-
-OrderDesk::OrderDesk(const BusConfig& bus, Context context)
-    : state_(std::make_unique<State>(bus, std::move(context))) {}
+OrderDesk::OrderDesk(const BusConfig& bus, const BridgeConfig& bridge, Context context)
+    : state_(std::make_unique<State>(bus, bridge, std::move(context))) {}
 OrderDesk::~OrderDesk() = default;
 
 void OrderDesk::OnDriverCommand(Bytes message) {
   const auto envelope = DecodeMessage<driver_command_t>(message);
-  if (!envelope) return;
-  const auto order = DecodeMessage<driver_order_t>(envelope->order);
-  if (!order || order->driver_boot_id != state_->context.boot_id) return;
-  if (order->kind < driver_order_t::KIND_EXECUTE || order->kind > driver_order_t::KIND_QUERY) return;
+  const auto order = envelope ? DecodeMessage<driver_order_t>(envelope->order) : std::nullopt;
+  if (!order || order->kind < driver_order_t::KIND_EXECUTE || order->kind > driver_order_t::KIND_PREPARE) {
+    ++state_->refused;
+    return;
+  }
+  // A bridge goes on until it has heard of the new boot; and the cheapest way to be rid of a recording.
+  if (order->driver_boot_id != state_->context.boot_id) return;
+  if (!state_->authority.Allows(*envelope)) {
+    ++state_->refused;
+    return;
+  }
+  bool news = false;
   {
     const std::lock_guard lock(state_->mutex);
-    const auto verdict = state_->fence.Judge(order->bridge_boot_id, order->bridge_epoch);
-    state_->ledger.set_bridge_epoch(state_->fence.newest());
-    OrderLedger::Entry* const known = state_->ledger.Find(IdOf(order->id));
-    if (known != nullptr) {
-      if (order->kind != driver_order_t::KIND_CANCEL) return state_->ledger.Publish(*known);
-      state_->Cancel(*known);
-    } else if (verdict == BridgeFence::Verdict::kFenced) {
-      return state_->Answer(*order, command_status_t::STATE_REJECTED, command_status_t::REASON_FENCED,
-                            "another bridge has taken over this driver");
-    } else if (verdict == BridgeFence::Verdict::kOlder) {
-      return state_->Answer(*order, command_status_t::STATE_UNKNOWN, command_status_t::REASON_FENCED,
-                            "a newer order has overtaken this one");
-    } else if (order->kind == driver_order_t::KIND_QUERY) {
-      return state_->Answer(*order, command_status_t::STATE_UNKNOWN, command_status_t::REASON_NONE,
-                            "this boot of the driver never saw it");
-    } else if (order->kind == driver_order_t::KIND_CANCEL) {
-      return state_->ledger.End(state_->ledger.Remember(*order), command_status_t::STATE_CANCELLED,
-                                command_status_t::REASON_CANCELLED, "cancelled before it arrived");
-    } else {
-      state_->Execute(*order);
-    }
+    news = state_->Admit(*order);
   }
-  state_->context.wake();
+  if (news) state_->context.wake();
 }
 
 void OrderDesk::OnPermit(const std::string& device, Bytes message) {
-  const std::lock_guard lock(state_->mutex);
-  state_->permits.Accept(device, message, state_->ledger.Now());
+  const Clock& clock = *state_->context.clock;
+  state_->permits.Accept(device, message, clock.Now(), clock.UtcMicroseconds());
 }
 
+std::int64_t OrderDesk::refused() const { return state_->refused; }
+
+std::string_view OrderDesk::Rule() const { return state_->authority.Rule(); }
+
 std::optional<OrderDesk::Taken> OrderDesk::Take() {
-  if (state_->waiting == 0) return std::nullopt;
+  if (!state_->queues.any_waiting()) return std::nullopt;
   const std::lock_guard lock(state_->mutex);
   const MonoNs now = state_->ledger.Now();
-  const auto ready = [&](Queue& queue) {
-    state_->ExpireWaiting(queue, now);
-    return !queue.held && !queue.waiting.empty();
-  };
-  const auto usual = state_->queues.lower_bound({true, ""});
-  for (auto urgent = state_->queues.begin(); urgent != usual; ++urgent) {
-    if (ready(urgent->second)) return state_->Hand(urgent->first, urgent->second);
-  }
-  auto next = state_->queues.upper_bound(state_->served_last);
-  for (auto i = usual; i != state_->queues.end(); ++i, ++next) {
-    if (next == state_->queues.end()) next = usual;
-    if (ready(next->second)) return state_->Hand(next->first, next->second);
-  }
-  return std::nullopt;
+  OrderQueues::Queue* queue = state_->queues.Next([&](const CommandId& id) { return state_->IsOver(id, now); });
+  if (queue == nullptr) return std::nullopt;
+  OrderLedger::Entry& entry = state_->ledger.At(state_->queues.Hold(*queue));
+  entry.status.state = command_status_t::STATE_RUNNING;
+  entry.status.started_utime = state_->ledger.Utime();
+  state_->ledger.Publish(entry);
+  return Taken{queue->device, entry.order};
 }
 
 std::optional<OrderDesk::Taken> OrderDesk::TakeCancel() {
   if (!state_->cancels) return std::nullopt;
   const std::lock_guard lock(state_->mutex);
-  for (auto& [key, queue] : state_->queues) {
+  for (OrderQueues::Queue& queue : state_->queues.all()) {
     if (!queue.held || !queue.cancel_asked || queue.cancel_taken) continue;
     queue.cancel_taken = true;
-    return Taken{key.device, state_->ledger.At(*queue.held).order};
+    return Taken{queue.device, state_->ledger.At(*queue.held).order};
   }
   state_->cancels = false;
   return std::nullopt;
 }
 
-bool OrderDesk::HasPermit(const std::string& device, const std::string& operation) const {
+std::optional<OrderDesk::Taken> OrderDesk::TakePrepare() {
+  if (!state_->prepares) return std::nullopt;
   const std::lock_guard lock(state_->mutex);
-  return state_->permits.Holds(device, operation, state_->ledger.Now());
+  const MonoNs now = state_->ledger.Now();
+  while (!state_->to_prepare.empty()) {
+    const CommandId id = state_->to_prepare.front();
+    state_->to_prepare.pop_front();
+    if (state_->IsOver(id, now)) continue;
+    const OrderLedger::Entry& entry = state_->ledger.At(id);
+    return Taken{entry.status.device, entry.order};
+  }
+  state_->prepares = false;
+  return std::nullopt;
 }
 
-void OrderDesk::Report(const std::string& device, const CommandId& id, const Outcome& outcome,
-                       std::int32_t epoch_after) {
-  const std::lock_guard lock(state_->mutex);
-  Queue* queue = nullptr;
-  for (const bool usual : {false, true}) {
-    const auto found = state_->queues.find({usual, device});
-    if (found != state_->queues.end() && found->second.held == id) queue = &found->second;
-  }
-  if (queue == nullptr) return;
-  OrderLedger::Entry& entry = state_->ledger.At(id);
+bool OrderDesk::HasPermit(const std::string& device, const std::string& operation) const {
+  return state_->permits.Holds(device, operation, state_->context.clock->Now());
+}
+
+std::string OrderDesk::WhyNoPermit(const std::string& device, const std::string& operation) const {
+  return state_->permits.Why(device, operation, state_->context.clock->Now());
+}
+
+void OrderDesk::State::Fill(OrderLedger::Entry& entry, const Outcome& outcome, std::int32_t epoch_after) {
   entry.status.progress = outcome.progress;
   entry.status.verified = outcome.verified ? 1 : 0;
   entry.status.epoch_after = epoch_after;
@@ -296,6 +287,16 @@ void OrderDesk::Report(const std::string& device, const CommandId& id, const Out
                                     CappedText(change.after, kChangeBytes)});
   }
   entry.status.n_changes = static_cast<std::int8_t>(entry.status.changes.size());
+}
+
+void OrderDesk::Report(const std::string& device, const CommandId& id, const Outcome& outcome,
+                       std::int32_t epoch_after, std::int32_t nv_writes) {
+  const std::lock_guard lock(state_->mutex);
+  OrderQueues::Queue* queue = state_->queues.Holding(device, id);
+  if (queue == nullptr) return;
+  OrderLedger::Entry& entry = state_->ledger.At(id);
+  State::Fill(entry, outcome, epoch_after);
+  entry.status.nv_writes = nv_writes;
   if (outcome.IsFinal()) {
     queue->held.reset();
     return state_->ledger.End(entry, static_cast<std::int8_t>(outcome.state), outcome.reason, outcome.text);
@@ -305,6 +306,14 @@ void OrderDesk::Report(const std::string& device, const CommandId& id, const Out
   if (state_->ledger.Now() - entry.published >= kProgressPeriod) state_->ledger.Publish(entry);
 }
 
+void OrderDesk::ReportPrepared(const CommandId& id, const Outcome& outcome, std::int32_t epoch_after) {
+  const std::lock_guard lock(state_->mutex);
+  OrderLedger::Entry* entry = state_->ledger.Find(id);
+  if (entry == nullptr || !entry->prepare || IsFinalState(entry->status.state)) return;
+  State::Fill(*entry, outcome, epoch_after);
+  state_->ledger.End(*entry, static_cast<std::int8_t>(outcome.state), outcome.reason, outcome.text);
+}
+
 void OrderDesk::Hello(std::span<const DeviceSummary> devices) {
   const std::lock_guard lock(state_->mutex);
   do {
@@ -312,25 +321,29 @@ void OrderDesk::Hello(std::span<const DeviceSummary> devices) {
     driver_status_t status{};
     status.kind = driver_status_t::KIND_HELLO;
     status.epoch_after = -1;
-    for (const DeviceSummary& device : part) {
-      status.devices.push_back(MessageOf(device));
-    }
+    for (const DeviceSummary& device : part) status.devices.push_back(MessageOf(device));
     status.n_devices = static_cast<std::int8_t>(status.devices.size());
     state_->ledger.Send(status);
     devices = devices.subspan(part.size());
   } while (!devices.empty());
 }
 
+void OrderDesk::State::Stop(const CommandId& id) {
+  ledger.End(ledger.At(id), command_status_t::STATE_REJECTED, command_status_t::REASON_STOPPING,
+             "the driver stopped before it began: send it again later");
+}
+
 void OrderDesk::Goodbye() {
   const std::lock_guard lock(state_->mutex);
   state_->stopping = true;
-  for (auto& [key, queue] : state_->queues) {
-    for (const CommandId& id : queue.waiting) {
-      state_->ledger.End(state_->ledger.At(id), command_status_t::STATE_REJECTED, command_status_t::REASON_STOPPING,
-                         "the driver stopped before it began: send it again later");
+  for (const CommandId& id : state_->to_prepare) state_->Stop(id);
+  state_->to_prepare.clear();
+  for (OrderQueues::Queue& queue : state_->queues.all()) {
+    while (!queue.waiting.empty()) {
+      const CommandId id = queue.waiting.front();
+      state_->Stop(id);
+      static_cast<void>(state_->queues.Drop(queue, id));
     }
-    state_->waiting -= queue.waiting.size();
-    queue.waiting.clear();
     if (!queue.held) continue;
     state_->ledger.End(state_->ledger.At(*queue.held), command_status_t::STATE_INDETERMINATE,
                        command_status_t::REASON_STOPPING,

@@ -15,13 +15,13 @@ driver_status_t StatusOf(const driver_order_t& order) {
   return status;
 }
 
-OrderLedger::OrderLedger(const std::string& bus, std::int64_t boot_id, const Clock& clock, MessageSink& sink,
+OrderLedger::OrderLedger(const std::string& bus, std::int64_t boot_id, const Clock& clock, Output output,
                          std::size_t capacity)
     : bus_(bus),
       channel_("DRIVER_STATUS/" + bus),
       boot_id_(boot_id),
       clock_(clock),
-      sink_(sink),
+      output_(output),
       capacity_(capacity) {
   time_.Update(clock_.Now(), clock_.UtcMicroseconds());
 }
@@ -37,6 +37,7 @@ OrderLedger::Entry& OrderLedger::Remember(const driver_order_t& order) {
   Entry& entry = entries_[id];
   oldest_first_.push_back(id);
   entry.status = StatusOf(order);
+  entry.prepare = order.kind == driver_order_t::KIND_PREPARE;
   return entry;
 }
 
@@ -76,7 +77,8 @@ void OrderLedger::Send(driver_status_t& status) {
   status.seq = seq_++;
   status.bus = bus_;
   status.bridge_epoch = bridge_epoch_;
-  axlecast::Publish(sink_, channel_, status);
+  if (output_.key != nullptr) SignMessage(*output_.key, Domain::kDriver, status);
+  axlecast::Publish(*output_.sink, channel_, status);
 }
 
 }  // namespace axlecast

@@ -9,6 +9,7 @@
 #include <map>
 #include <string>
 
+#include "drivers/runtime/command/signature.h"
 #include "drivers/runtime/core/clock.h"
 #include "drivers/runtime/core/message_sink.h"
 #include "drivers/runtime/core/operation.h"
@@ -22,11 +23,16 @@ class OrderLedger {
   struct Entry {
     driver_status_t status{};
     Order order;           // until it is finished
+    bool prepare = false;  // KIND_PREPARE
     MonoNs published = 0;  // last
   };
 
+  struct Output {
+    MessageSink* sink;
+    const SigningKey* key;  // null: statuses stay unsigned
+  };
   // Remembers at most `capacity` ids; the oldest finished one is forgotten first.
-  OrderLedger(const std::string& bus, std::int64_t boot_id, const Clock& clock, MessageSink& sink,
+  OrderLedger(const std::string& bus, std::int64_t boot_id, const Clock& clock, Output output,
               std::size_t capacity);
 
   [[nodiscard]] Entry* Find(const CommandId& id);
@@ -36,7 +42,7 @@ class OrderLedger {
   void Publish(Entry& entry);
   // The entry's final state, published.
   void End(Entry& entry, std::int8_t state, std::int32_t reason, const std::string& text);
-  // Fills the head and publishes.
+  // Fills the head, signs and publishes.
   void Send(driver_status_t& status);
 
   [[nodiscard]] MonoNs Now() const { return clock_.Now(); }
@@ -50,7 +56,7 @@ class OrderLedger {
   const std::string channel_;
   const std::int64_t boot_id_;
   const Clock& clock_;
-  MessageSink& sink_;
+  const Output output_;
   const std::size_t capacity_;
 
   Timebase time_;

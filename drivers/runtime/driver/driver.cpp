@@ -39,14 +39,17 @@ bool Differs(const OrderDesk::DeviceSummary& said, const Channel::Summary& now) 
 
 }  // namespace
 
-Driver::Driver(const BusConfig& config, std::int64_t boot_id, DriverPorts ports)
+Driver::Driver(const BusConfig& config, const BridgeConfig& bridge, std::int64_t boot_id, DriverPorts ports)
     : config_(config),
       boot_id_(boot_id),
       ports_(std::move(ports)),
       duplicates_(boot_id, *ports_.clock),
-      desk_(
-          config,
-          {.boot_id = boot_id, .clock = ports_.clock, .sink = ports_.commands, .wake = [this] { link().Wake(); }}),
+      desk_(config, bridge,
+            {.boot_id = boot_id,
+             .clock = ports_.clock,
+             .sink = ports_.commands,
+             .wake = [this] { link().Wake(); },
+             .key = ports_.key}),
       operations_(*config.family, desk_, time_, ports_.log),
       wire_(MakeWireLog(config, boot_id, time_, *ports_.data)),
       bus_(MakeBus()),
@@ -120,6 +123,7 @@ void Driver::FlushBlocks() {
 void Driver::Tick() {
   FollowUtc();
   WatchDuplicates();
+  WatchOrders();
   const bool can_changed = WatchCan();
   for (Unit& unit : units_) unit.channel->Tick(now_);
   const bool second = ticks_++ % kTicksPerHello == 0;
@@ -142,6 +146,15 @@ void Driver::WatchDuplicates() {
   ports_.log(LogLevel::kWarning,
              present ? "another driver answers for this bus: stop one of the two" : "the other driver is gone");
   TellAll(runtime_alarms::kDuplicateDriver, present);
+}
+
+void Driver::WatchOrders() {
+  if (!foreign_.Update(desk_.refused(), now_)) return;
+  if (foreign_.present()) {
+    ports_.log(LogLevel::kWarning, std::to_string(desk_.refused()) + " orders were refused unanswered: " +
+                                       std::string(desk_.Rule()) + "; find who sends them");
+  }
+  TellAll(runtime_alarms::kForeignOrder, foreign_.present());
 }
 
 bool Driver::WatchCan() {

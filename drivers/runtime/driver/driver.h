@@ -15,6 +15,7 @@
 #include "drivers/runtime/config/machine_config.h"
 #include "drivers/runtime/core/timebase.h"
 #include "drivers/runtime/driver/duplicate_watch.h"
+#include "drivers/runtime/driver/foreign_order_watch.h"
 #include "drivers/runtime/driver/log.h"
 #include "drivers/runtime/driver/operations.h"
 #include "drivers/runtime/position/channel.h"
@@ -30,6 +31,7 @@ struct DriverPorts {
   const Clock* clock = nullptr;
   MessageSink* data = nullptr;
   MessageSink* commands = nullptr;
+  const SigningKey* key = nullptr;  // signs what the bridge is told; null: it stays unsigned
   Log log;
   std::function<std::vector<std::string>()> link_warnings;  // what the last Open found wanting; may be empty
 };
@@ -43,7 +45,7 @@ class Driver final : private LinkObserver {
   // How long an order that has touched its device may go on when the driver is to stop.
   static constexpr MonoNs kGrace = 700 * kMillisecond;
 
-  Driver(const BusConfig& config, std::int64_t boot_id, DriverPorts ports);
+  Driver(const BusConfig& config, const BridgeConfig& bridge, std::int64_t boot_id, DriverPorts ports);
   ~Driver() override;
   Driver(const Driver&) = delete;
   Driver& operator=(const Driver&) = delete;
@@ -70,6 +72,7 @@ class Driver final : private LinkObserver {
   void FlushBlocks();
   void FollowUtc();
   void WatchDuplicates();
+  void WatchOrders();
   // True when the bus's state or its alarms have changed.
   [[nodiscard]] bool WatchCan();
   void TellAll(const AlarmSpec& alarm, bool present);
@@ -86,6 +89,7 @@ class Driver final : private LinkObserver {
   Timebase time_;
   DuplicateWatch duplicates_;
   OrderDesk desk_;
+  ForeignOrderWatch foreign_;
   Operations operations_;
   std::unique_ptr<WireLog> wire_;
   Bus bus_;

@@ -24,7 +24,7 @@ class Operations {
 
   void Add(const DeviceConfig& config, Channel& channel, Device& device);
 
-  // Takes what the bridge has ordered or cancelled since the last call; cheap when that is nothing.
+  // Takes what the bridge has ordered, asked or cancelled since the last call; cheap when that is nothing.
   void Poll(MonoNs now);
   // How an order stands, from the device that holds it.
   void OnOutcome(const std::string& device, const CommandId& id, const Outcome& outcome);
@@ -35,11 +35,15 @@ class Operations {
   [[nodiscard]] bool Busy() const;
 
  private:
+  struct Held {
+    CommandId id;
+    std::int64_t writes_before;  // of the device's limited memory, when the order began
+  };
   struct Target {
     const DeviceConfig* config;
     Channel* channel;
     Device* device;
-    std::vector<CommandId> held;  // at most one, and an urgent one
+    std::vector<Held> held;  // at most one, and an urgent one
   };
 
   [[nodiscard]] static bool Holds(const Target& target, const CommandId& id);
@@ -47,8 +51,9 @@ class Operations {
   void Begin(Target& target, const Order& order, MonoNs now);
   void Cancel(Target& target, const CommandId& id, std::int32_t reason, const char* text, MonoNs now);
   [[nodiscard]] std::optional<Outcome> Refuse(const Target& target, const Order& order,
-                                              const OperationSpec& operation) const;
-  [[nodiscard]] Outcome SetDatum(Target& target, const Order& order, MonoNs now) const;
+                                              const OperationSpec* operation) const;
+  // What Begin would say.
+  [[nodiscard]] Outcome Prepare(const Target& target, const Order& order, MonoNs now) const;
 
   const Family& family_;
   OrderDesk& desk_;

@@ -164,6 +164,12 @@ std::optional<std::int64_t> Axis::DatumFor(double value) const {
   return *counts + reference_.datum() - *wanted;
 }
 
+std::optional<double> Axis::ValueWith(std::int64_t datum) const {
+  const std::optional<std::int64_t> counts = Counts();
+  if (!counts) return std::nullopt;
+  return scale_.Value(*counts + reference_.datum() - datum);
+}
+
 void Axis::OnJump() {
   reference_.DropDatum();
   reference_.Jump();

@@ -63,7 +63,9 @@ class Axis {
 
   // As Channel's of the same names.
   void SetDatum(const Reference::Datum& datum, MonoNs set_at, MonoNs now);
+  void ClearDatum() { reference_.Clear(); }
   [[nodiscard]] std::optional<std::int64_t> DatumFor(double value) const;
+  [[nodiscard]] std::optional<double> ValueWith(std::int64_t datum) const;
   void OnReferenceLost(MonoNs now) { reference_.Lose(now); }
   void OnReferenceRestored() { reference_.Restore(); }
   void OnJump();

@@ -248,6 +248,12 @@ void Channel::SetDatum(std::int64_t counts, std::int64_t utime) {
   state_->axis.SetDatum({counts, utime}, state_->now + ago_us * kMicrosecond, state_->now);
 }
 
+void Channel::ClearDatum() { state_->axis.ClearDatum(); }
+
+std::optional<double> Channel::ValueWith(std::int64_t datum_counts) const {
+  return state_->axis.ValueWith(datum_counts);
+}
+
 std::optional<std::int64_t> Channel::DatumFor(double value) const {
   const std::int8_t state = state_->health.state();
   if (state != device_info_t::STATE_ONLINE && state != device_info_t::STATE_DEGRADED) return std::nullopt;
@@ -264,6 +270,7 @@ Channel::Summary Channel::summary() const {
   summary.value = counts ? state_->axis.scale().Value(*counts) : std::numeric_limits<double>::quiet_NaN();
   summary.identity = state_->report.identity();
   if (reference.has_datum()) summary.datum = Reference::Datum{reference.datum(), reference.utime()};
+  summary.file_datum = reference.of_file();
   if (const auto position = state_->axis.LastValid()) {
     summary.position = {position->counts, state_->context.time->Utime(position->at.Middle())};
   }
@@ -271,6 +278,8 @@ Channel::Summary Channel::summary() const {
 }
 
 std::int64_t Channel::good() const { return state_->health.good(); }
+
+std::int64_t Channel::nv_writes() const { return state_->report.nv_writes(); }
 
 std::int64_t Channel::errors(ErrorKind kind) const { return state_->health.errors(kind); }
 

@@ -69,6 +69,12 @@ class Channel final : public DeviceOutput {
   // nothing when no valid position is known.
   [[nodiscard]] std::optional<std::int64_t> DatumFor(double value) const;
 
+  // Takes away the datum that was set: new epoch; the file's is in force, or none, and then the axis is not
+  // REFERENCED. Does nothing where none was set.
+  void ClearDatum();
+  // What the present position would read with this datum; nothing when no valid position is known.
+  [[nodiscard]] std::optional<double> ValueWith(std::int64_t datum_counts) const;
+
   // For the driver's HELLO and for interlocks.
   struct Summary {
     std::int8_t state = 0;  // device_info_t STATE_*
@@ -78,6 +84,7 @@ class Channel final : public DeviceOutput {
     std::string_view
         identity;  // as the device gave it, "17" or "17 SN0042"; empty unknown; until the next OnIdentity
     std::optional<Reference::Datum> datum;
+    std::optional<Reference::Datum> file_datum;  // of the machine's file, in force or not
     struct Position {
       std::int64_t counts = 0;  // after direction, before the datum; absolute within the axis's turns mode
       std::int64_t utime = 0;   // us
@@ -86,6 +93,7 @@ class Channel final : public DeviceOutput {
   };
   [[nodiscard]] Summary summary() const;
   [[nodiscard]] std::int64_t good() const;
+  [[nodiscard]] std::int64_t nv_writes() const;  // of the device's limited memory
   [[nodiscard]] std::int64_t errors(ErrorKind kind) const;
 
  private:

@@ -21,6 +21,7 @@ class DeviceReport {
   // What a person would tell it apart by: "17", "17 SN0042"; empty unknown.
   [[nodiscard]] std::string_view identity() const { return identity_; }
   void CountNonVolatileWrite();
+  [[nodiscard]] std::int64_t nv_writes() const { return info_.nv_writes; }
   // Increments with every change made here.
   [[nodiscard]] std::int64_t revision() const { return revision_; }
 

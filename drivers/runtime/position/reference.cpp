@@ -23,7 +23,7 @@ bool Reference::Within(MonoNs instant, MonoNs since, MonoNs now) {
 void Reference::Set(const Datum& datum, MonoNs set_at, MonoNs now) {
   const Datum given{std::clamp(datum.counts, -kMostCounts, kMostCounts), datum.utime};
   if (lost_ && Within(set_at, lost_at_, now)) lost_ = false;
-  if (datum_ && datum_->counts == given.counts && datum_->utime == given.utime) return;
+  if (datum_ == given) return;
   datum_ = given;
   Jump();
 }
@@ -31,6 +31,12 @@ void Reference::Set(const Datum& datum, MonoNs set_at, MonoNs now) {
 void Reference::Lose(MonoNs now) {
   if (!lost_) lost_at_ = now;
   lost_ = true;
+}
+
+void Reference::Clear() {
+  if (!datum_ || datum_ == of_file_) return;
+  DropDatum();
+  Jump();
 }
 
 void Reference::DropDatum() { datum_ = of_file_; }

@@ -16,6 +16,8 @@ class Reference {
   struct Datum {
     std::int64_t counts = 0;
     std::int64_t utime = 0;  // 0: from the file, or unknown
+
+    friend bool operator==(const Datum&, const Datum&) = default;
   };
 
   // A datum, established at the instant `set_at`. One that was established before the reference was lost does not
@@ -29,12 +31,15 @@ class Reference {
   void Restore() { lost_ = false; }
   // Counts changed without motion.
   void Jump() { ++epoch_; }
+  // The datum that was set goes: the file's, or none, is in force.
+  void Clear();
   // The encoder's own zero was moved: a datum counted from the old one means nothing any more.
   void DropDatum();
 
   [[nodiscard]] std::int64_t datum() const { return datum_ ? datum_->counts : 0; }  // 0 without one
   [[nodiscard]] std::int64_t utime() const { return datum_ ? datum_->utime : 0; }
   [[nodiscard]] bool has_datum() const { return datum_.has_value(); }
+  [[nodiscard]] const std::optional<Datum>& of_file() const { return of_file_; }
   [[nodiscard]] bool lost() const { return lost_; }
   [[nodiscard]] std::int32_t epoch() const { return epoch_; }
 

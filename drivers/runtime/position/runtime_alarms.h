@@ -26,6 +26,9 @@ inline constexpr AlarmSpec kPositionJumped = {
 inline constexpr AlarmSpec kTurnsPassedEnd = {
     105, kDriver, alarm_entry_t::SEVERITY_ERROR, "turns_passed_end",
     "The axis is beyond the range that `turns` allows. Move back, or reset the turns."};
+inline constexpr AlarmSpec kForeignOrder = {
+    106, kDriver, alarm_entry_t::SEVERITY_WARNING, "foreign_order",
+    "Orders that the bridge's key did not sign: see the log; find who sends them."};
 
 inline constexpr AlarmSpec kLinkDown = {
     200, kBus, alarm_entry_t::SEVERITY_ERROR, "link_down",
