@@ -84,7 +84,7 @@ std::string CheckFile(const std::string& path, int flags) {
 // there for a reader.
 bool IsStill(const std::string& path) {
   return access((path + "-wal").c_str(), F_OK) != 0 &&
-         access(std::filesystem::absolute(path).parent_path().c_str(), W_OK) != 0;
+         faccessat(AT_FDCWD, std::filesystem::absolute(path).parent_path().c_str(), W_OK, AT_EACCESS) != 0;
 }
 
 // As SQLite's URI; https://sqlite.org/uri.html
@@ -243,13 +243,17 @@ bool Database::Transact(const std::function<bool()>& writes) {
 std::int64_t Database::changed_rows() const { return sqlite3_changes64(handle_); }
 std::int64_t Database::inserted_number() const { return sqlite3_last_insert_rowid(handle_); }
 
+bool Database::Moved() const {
+  int moved = 0;
+  return sqlite3_file_control(handle_, "main", SQLITE_FCNTL_HAS_MOVED, &moved) == SQLITE_OK && moved != 0;
+}
+
 void Database::Fail(int code) {
   const int primary = code & 0xFF;
   const bool system = primary == SQLITE_IOERR || primary == SQLITE_CANTOPEN || primary == SQLITE_PERM;
   const std::string what = handle_ == nullptr ? sqlite3_errstr(code) : sqlite3_errmsg(handle_);
   problem_ = Problem(path_, primary, system && handle_ != nullptr ? sqlite3_system_errno(handle_) : 0, what);
-  lost_ = primary == SQLITE_CORRUPT || primary == SQLITE_NOTADB || primary == SQLITE_CANTOPEN ||
-          primary == SQLITE_READONLY;
+  lost_ = primary == SQLITE_CORRUPT || primary == SQLITE_NOTADB || code == SQLITE_READONLY_DBMOVED;
 }
 
 }  // namespace axlecast

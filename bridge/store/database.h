@@ -78,6 +78,8 @@ class Database {
   [[nodiscard]] const std::string& problem() const { return problem_; }
   // The last failure was one that only another file, or opening it anew, can mend.
   [[nodiscard]] bool lost() const { return lost_; }
+  // The file no longer stands under its name: it was deleted, or another was put there.
+  [[nodiscard]] bool Moved() const;
 
  private:
   friend class Rows;

@@ -156,19 +156,22 @@ std::string PrepareSchema(Database& database, const std::string& path, const std
   const std::optional<std::int64_t> tables = CountTables(database, "%");
   if (!tables) return database.problem();
   if (*tables == 0) return Make(database, machine) ? "" : database.problem();
-  if (std::string problem = CheckSchema(database, path); !problem.empty()) return problem;
-  if (const std::string owner = MetaText(database, kMachineKey); owner != machine) {
-    return path + " is the journal of machine '" + owner + "', not of '" + machine +
-           "': name another file (bridge: journal)";
-  }
+  if (std::string problem = CheckSchema(database, path, machine); !problem.empty()) return problem;
   return database.Transact([&database] { return WriteWords(database); }) ? "" : database.problem();
 }
 
-std::string CheckSchema(Database& database, const std::string& path) {
+std::string CheckSchema(Database& database, const std::string& path, const std::string& machine) {
   const std::optional<std::int64_t> tables = CountTables(database, "meta");
   if (!tables) return database.problem();
   if (*tables == 0) return path + " is no journal of axlecast: name another file (bridge: journal)";
-  return CheckVersion(database, path);
+  if (std::string problem = CheckVersion(database, path); !problem.empty()) return problem;
+  if (const std::string owner = MachineOf(database); !machine.empty() && owner != machine) {
+    return path + " is the journal of machine '" + owner + "', not of '" + machine +
+           "': name another file (bridge: journal)";
+  }
+  return "";
 }
+
+std::string MachineOf(Database& database) { return MetaText(database, kMachineKey); }
 
 }  // namespace axlecast

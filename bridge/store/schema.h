@@ -13,7 +13,10 @@ inline constexpr std::int64_t kSchemaVersion = 1;
 // `machine`. Empty, or why it cannot be used and what would help.
 [[nodiscard]] std::string PrepareSchema(Database& database, const std::string& path, const std::string& machine);
 
-// The same for a reader, of any machine.
-[[nodiscard]] std::string CheckSchema(Database& database, const std::string& path);
+// The same for a reader; empty `machine`: of any.
+[[nodiscard]] std::string CheckSchema(Database& database, const std::string& path, const std::string& machine);
+
+// Whose it is, of a file that was checked.
+[[nodiscard]] std::string MachineOf(Database& database);
 
 }  // namespace axlecast

@@ -91,7 +91,7 @@ std::optional<CommandRecord> SqliteJournal::TakeRefused(const CommandId& id) {
 }
 
 SqliteJournal::Waiting& SqliteJournal::Keep(const CommandId& id, Waiting waiting) {
-  if (waiting.record) unnoted_order_.push_back(id);
+  if (!own_.contains(id)) unnoted_order_.push_back(id);
   if (unnoted_order_.size() > kMaxUnnoted) {
     waiting_.erase(unnoted_order_.front());
     unnoted_order_.pop_front();
@@ -101,10 +101,11 @@ SqliteJournal::Waiting& SqliteJournal::Keep(const CommandId& id, Waiting waiting
 
 bool SqliteJournal::Note(Database* database, const command_status_t& status, std::int64_t epoch, Instant now) {
   const CommandId id = IdOf(status.id);
-  auto found = waiting_.find(id);
+  const auto found = waiting_.find(id);
+  Waiting* kept = found == waiting_.end() ? nullptr : &found->second;
   std::optional<command_status_t> before;
-  if (found != waiting_.end()) {
-    before = found->second.status;
+  if (kept != nullptr) {
+    before = kept->status;
   } else {
     before = Find(database, id);
     std::optional<CommandRecord> record;
@@ -113,10 +114,9 @@ bool SqliteJournal::Note(Database* database, const command_status_t& status, std
     Waiting waiting;
     if (record) waiting.steps.push_back({record->utime, record->status});
     waiting.record = std::move(record);
-    Keep(id, std::move(waiting));
-    found = waiting_.find(id);
+    kept = &Keep(id, std::move(waiting));
   }
-  Waiting& waiting = found->second;
+  Waiting& waiting = *kept;
   waiting.status = status;
   waiting.sent_epoch = std::max(waiting.sent_epoch, epoch);
   if (IsFinalState(status.state)) own_.erase(id);
@@ -147,7 +147,7 @@ bool SqliteJournal::WriteWaiting(Database& database, const CommandId* first) {
 
 void SqliteJournal::Written() {
   for (const CommandId& id : batch_) {
-    if (waiting_.at(id).record) unnoted_order_.erase(std::find(unnoted_order_.begin(), unnoted_order_.end(), id));
+    std::erase(unnoted_order_, id);
     waiting_.erase(id);
   }
   batch_.clear();

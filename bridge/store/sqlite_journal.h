@@ -16,8 +16,8 @@ namespace axlecast {
 // The commands of SqliteStore: the tables `commands` and `steps`, and what waits to be written there.
 class SqliteJournal {
  public:
-  // Commands that are done although they could not be noted (urgent ones): so many are remembered until they can be
-  // written, then the oldest is forgotten.
+  // Commands that are done although they could not be noted (urgent ones), or of which nobody knows whether they
+  // were: so many are remembered until they can be written, then the oldest is forgotten.
   static constexpr std::size_t kMaxUnnoted = 10'000;
   // Commands written in one transaction, so that none keeps the bridge waiting.
   static constexpr std::size_t kBatch = 200;

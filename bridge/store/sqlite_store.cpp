@@ -10,7 +10,7 @@
 namespace axlecast {
 namespace {
 
-constexpr MonoNs kOpenAgain = 10 * kSecond;
+constexpr MonoNs kLookAgain = 10 * kSecond;
 constexpr MonoNs kPositionPeriod = kSecond;
 constexpr MonoNs kWritePeriod = 100 * kMillisecond;
 constexpr MonoNs kWriteAgain = kSecond;  // after a failure
@@ -37,13 +37,33 @@ SqliteStore::~SqliteStore() {
 
 void SqliteStore::OpenFile() {
   problem_.clear();
+  database_.reset();
   database_ = Database::Open(file_, Database::Access::kReadWrite, problem_);
   if (database_) problem_ = PrepareSchema(*database_, file_, machine_);
-  if (!problem_.empty()) database_.reset();
+  writable_ = database_ && problem_.empty();
+  if (!writable_) OpenToRead();
+}
+
+void SqliteStore::OpenToRead() {
+  std::string problem;  // problem_ says already why nothing can be written
+  database_ = Database::Open(file_, Database::Access::kReadOnly, problem);
+  if (database_ && !CheckSchema(*database_, file_, machine_).empty()) database_.reset();
+}
+
+// Deleted or replaced while it was open: it would be written, and nobody would find it.
+void SqliteStore::LookAfterFile(Instant now) {
+  if (writable_ && database_->lost()) Fail();
+  if (now.mono < look_again_) return;
+  look_again_ = now.mono + kLookAgain;
+  if (writable_ && !database_->Moved()) return;
+  if (writable_) {
+    axes_.Note({now.utime, "", "journal_replaced", file_ + " was moved or deleted while the bridge used it"});
+  }
+  OpenFile();
 }
 
 bool SqliteStore::Commit(const Writes& writes, const CommandId* first, Positions positions) {
-  if (!database_) return false;
+  if (!writable_) return false;
   const bool written = database_->Transact([&] {
     return journal_.WriteWaiting(*database_, first) && axes_.WriteWaiting(*database_, positions) &&
            writes(*database_);
@@ -60,7 +80,9 @@ bool SqliteStore::Commit(const Writes& writes, const CommandId* first, Positions
 
 void SqliteStore::Fail() {
   problem_ = database_->problem();
-  if (database_->lost()) database_.reset();
+  if (!database_->lost()) return;
+  writable_ = false;
+  database_.reset();
 }
 
 bool SqliteStore::Accepted(const CommandRecord& record, Instant now) {
@@ -113,12 +135,12 @@ bool SqliteStore::AddWrites(const std::string& device, std::int64_t writes, std:
 }
 
 bool SqliteStore::SetReferenceLost(const std::string& device, bool lost) {
-  if (database_ && Find(device).reference_lost == lost) return true;
+  if (writable_ && Find(device).reference_lost == lost) return true;
   return Commit([&](Database& database) { return SqliteAxes::SetReferenceLost(database, device, lost); });
 }
 
 bool SqliteStore::SetIdentity(const std::string& device, const std::string& identity) {
-  if (database_ && Find(device).identity == identity) return true;
+  if (writable_ && Find(device).identity == identity) return true;
   return Commit([&](Database& database) { return SqliteAxes::SetIdentity(database, device, identity); });
 }
 
@@ -162,11 +184,8 @@ std::int64_t SqliteStore::ReserveEpochs(std::int64_t at_least, std::int64_t coun
 }
 
 void SqliteStore::Tick(Instant now) {
-  if (!database_ && now.mono >= open_again_) {
-    open_again_ = now.mono + kOpenAgain;
-    OpenFile();
-  }
-  if (!database_ || now.mono < write_again_) return;
+  LookAfterFile(now);
+  if (!writable_ || now.mono < write_again_) return;
   const bool positions = now.mono >= positions_again_ && axes_.positions_wait();
   const bool failed = !problem_.empty();
   if (!positions && !failed && !journal_.waits() && !axes_.events_wait()) return;

@@ -15,7 +15,8 @@ namespace axlecast {
 
 // The bridge's memory in an SQLite file (docs/journal.md). It never forgets a command. What answers true is on the
 // disk. The file may be missing, full, read-only or damaged at any time: then problem() says so, what must be durable
-// answers false, and Tick tries again: to write every second, to open the file every 10 s.
+// answers false, what can be read is still answered, and Tick tries again: to write every second, to open the file
+// every 10 s.
 class SqliteStore final : public DurableStore {
  public:
   SqliteStore(std::string file, std::string machine);
@@ -53,6 +54,8 @@ class SqliteStore final : public DurableStore {
   using Writes = std::function<bool(Database& database)>;
 
   void OpenFile();
+  void OpenToRead();
+  void LookAfterFile(Instant now);
   // `writes` and what waits, in one transaction.
   [[nodiscard]] bool Commit(const Writes& writes, const CommandId* first = nullptr,
                             Positions positions = Positions::kNone);
@@ -61,10 +64,11 @@ class SqliteStore final : public DurableStore {
   const std::string file_;
   const std::string machine_;
   std::unique_ptr<Database> database_;  // null: it could not be opened, or was lost
+  bool writable_ = false;
   SqliteJournal journal_;
   SqliteAxes axes_;
   std::string problem_;
-  MonoNs open_again_ = 0;
+  MonoNs look_again_ = 0;
   MonoNs write_again_ = 0;
   MonoNs positions_again_ = 0;
 };
