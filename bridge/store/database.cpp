@@ -40,7 +40,9 @@ std::string Remedy(int code, int system, const std::string& path) {
     case SQLITE_LOCKED:
       return "another program keeps it locked: end its transaction (fuser " + path + " names it)";
     case SQLITE_IOERR:
-      return "its disk fails: look into the kernel's log (dmesg)";
+      // SQLite tells no errno of writing.
+      return "its disk fails, can only be read, or a quota or limit is reached: look at df " + path +
+             ", quota, and the kernel's log (dmesg)";
     default:
       return "";
   }
@@ -173,8 +175,8 @@ bool Database::Begin(Access access) {
   sqlite3_db_config(handle_, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(handle_, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
   const auto set = [this](const char* pragma) {
-    Rows rows = Select(pragma);
     problem_.clear();
+    Rows rows = Select(pragma);
     while (rows.Next()) continue;
     return problem_.empty();
   };

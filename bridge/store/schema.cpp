@@ -145,6 +145,7 @@ std::string MetaText(Database& database, std::string_view key) {
 std::string CheckVersion(Database& database, const std::string& path) {
   const std::string text = MetaText(database, kVersionKey);
   if (text == std::to_string(kSchemaVersion)) return "";
+  if (!database.problem().empty()) return database.problem();
   if (text.empty()) return path + " is no journal of axlecast: name another file (bridge: journal)";
   return path + " was written by a newer axlecast (its version is " + text + ", this program knows " +
          std::to_string(kSchemaVersion) + "): install that one, or name another file (bridge: journal)";

@@ -35,8 +35,8 @@ class SqliteStoreTest : public StoreTest {
     EXPECT_FALSE(store.SetDatum("axis1", {}));
     EXPECT_FALSE(store.VoidDatum("axis1", 0, ""));
     EXPECT_FALSE(store.AddWrites("axis1", 1, 0));
-    EXPECT_FALSE(store.SetReferenceLost("axis9", false));
-    EXPECT_FALSE(store.SetIdentity("axis9", ""));
+    EXPECT_FALSE(store.SetReferenceLost("axis9", true));
+    EXPECT_FALSE(store.SetIdentity("axis9", "17"));
     EXPECT_FALSE(store.Exchange("axis1", "", 0));
     EXPECT_EQ(store.ReserveEpochs(0, 1), 0);
   }
@@ -90,9 +90,11 @@ TEST_F(SqliteStoreTest, OnAFullDiskOutcomesAreRememberedAndWrittenLater) {
   auto store = OpenStore();
   ASSERT_TRUE(store->Accepted(Command(1), At(0)));
   ASSERT_TRUE(store->Routed(Moved(Command(1).status, S::STATE_ROUTED), 1, At(0)));
+  ASSERT_TRUE(store->SetDatum("axis1", {.counts = 7}));
   LimitFiles("4096");
   EXPECT_FALSE(store->Accepted(Command(2), At(1)));
-  EXPECT_THAT(store->problem(), AllOf(HasSubstr(file_ + ": File too large"), HasSubstr("make room on its disk")));
+  EXPECT_THAT(store->problem(),
+              AllOf(HasSubstr(file_ + ": disk I/O error"), HasSubstr("or a quota or limit is reached")));
   ExpectNothingDurable(*store);
   store->Outcome(Moved(Command(1).status, S::STATE_SUCCEEDED, "done"), At(2));
   EXPECT_EQ(store->Find(NumberedId(1))->state, S::STATE_SUCCEEDED);
