@@ -61,6 +61,7 @@ class AxisStore {
   // Newest first, those that were voided too.
   [[nodiscard]] virtual std::vector<DatumRecord> Datums(const std::string& device) const = 0;
 
+  // More, or fewer where they were counted beforehand and not made.
   [[nodiscard]] virtual bool AddWrites(const std::string& device, std::int64_t writes, std::int64_t utime) = 0;
   [[nodiscard]] virtual bool SetReferenceLost(const std::string& device, bool lost) = 0;
   [[nodiscard]] virtual bool SetIdentity(const std::string& device, const std::string& identity) = 0;

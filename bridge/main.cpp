@@ -6,12 +6,13 @@
 #include <string>
 
 #include "bridge/dispatcher.h"
-#include "bridge/logged_journal.h"
-#include "bridge/memory_journal.h"
+#include "bridge/store/sqlite_store.h"
 #include "drivers/io/lcm_port.h"
 #include "drivers/io/process.h"
+#include "drivers/io/secret_file.h"
 #include "drivers/io/supervision.h"
 #include "drivers/io/system_clock.h"
+#include "drivers/runtime/command/own_key.h"
 #include "drivers/runtime/config/load.h"
 #include "drivers/runtime/core/timebase.h"
 
@@ -28,13 +29,22 @@ class BridgeProgram {
  public:
   explicit BridgeProgram(const MachineConfig& machine)
       : port_(machine.lcm.command_url, machine.lcm.prefix),
+        data_(machine.lcm.url, machine.lcm.prefix),
         boot_id_(RandomBootId()),
-        journal_(memory_),
-        dispatcher_(machine, boot_id_, journal_, port_, Now()) {}
+        key_(LoadBridgeKey(machine.bridge)),
+        store_(JournalFile(machine), machine.machine),
+        dispatcher_(machine, boot_id_,
+                    {.store = &store_,
+                     .commands = &port_,
+                     .data = &data_,
+                     .key = key_ ? &*key_ : nullptr,
+                     .log = [](const std::string& line) { spdlog::info("{}", line); },
+                     .random = RandomId},
+                    Now()) {}
 
   int Run() {
-    if (!port_.problem().empty() || !Subscribe()) {
-      spdlog::error("{}", port_.problem());
+    if (!data_.problem().empty() || !port_.problem().empty() || !Subscribe()) {
+      spdlog::error("{}", data_.problem().empty() ? port_.problem() : data_.problem());
       return kFailed;
     }
     while (!stop_.Requested()) {
@@ -48,6 +58,7 @@ class BridgeProgram {
         dispatcher_.Tick(now);
       }
       if (!Serve(now)) return kFailed;
+      TellJournal();
       supervision_.Progress(now.mono);
     }
     supervision_.Stopping();
@@ -56,6 +67,17 @@ class BridgeProgram {
   }
 
  private:
+  // A bridge without its key serves all the same: what it says is not believed, and ALARM/bridge says why.
+  static std::optional<SigningKey> LoadBridgeKey(const BridgeConfig& config) {
+    SecretFiles secrets;
+    std::string problem;
+    auto key = LoadKey(config.bridge, secrets, problem);
+    if (!problem.empty()) spdlog::error("{}", problem);
+    if (key) problem = ForbidCoreDumps();
+    if (key && !problem.empty()) spdlog::warn("{}", problem);
+    return key;
+  }
+
   Instant Now() {
     const MonoNs mono = clock_.Now();
     time_.Update(mono, clock_.UtcMicroseconds());
@@ -97,18 +119,31 @@ class BridgeProgram {
     return true;
   }
 
+  void TellJournal() {
+    const std::string problem = store_.problem();
+    if (problem == told_problem_) return;
+    told_problem_ = problem;
+    if (problem.empty()) {
+      spdlog::info("the journal works again");
+    } else {
+      spdlog::error("commands that change a device are refused: {}", problem);
+    }
+  }
+
   SystemClock clock_;
   Timebase time_;
   StopSignal stop_;
   Supervision supervision_;
   LcmPort port_;
+  LcmPort data_;
   const std::int64_t boot_id_;
-  MemoryJournal memory_;
-  LoggedJournal journal_;
+  const std::optional<SigningKey> key_;
+  SqliteStore store_;
   Dispatcher dispatcher_;
   MonoNs next_tick_ = 0;
   bool serving_ = false;
   bool contested_ = false;
+  std::string told_problem_;
 };
 
 int BridgeMain(int argc, char** argv) {

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <initializer_list>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+
+struct sqlite3;
+struct sqlite3_stmt;
+
+namespace axlecast {
+
+// The only place that speaks to SQLite.
+
+// What a parameter of a statement is bound to; nothing is NULL.
+using SqlValue = std::variant<std::nullptr_t, std::int64_t, double, std::string_view>;
+[[nodiscard]] inline SqlValue OrNull(const std::optional<std::int64_t>& value) {
+  return value ? SqlValue(*value) : SqlValue(nullptr);
+}
+
+class Database;
+
+// The rows that a statement answers. Must go before its database, and before the same text is run again.
+class Rows {
+ public:
+  Rows(Rows&& other) noexcept;
+  Rows& operator=(Rows&&) = delete;
+  ~Rows();
+
+  // The next row, at first the first; false at their end, and when one cannot be read (Database::problem).
+  [[nodiscard]] bool Next();
+  // Of the present row, columns from 0. A NULL is 0 or empty.
+  [[nodiscard]] std::int64_t Integer(int column) const;
+  [[nodiscard]] double Real(int column) const;
+  [[nodiscard]] std::string Text(int column) const;
+  [[nodiscard]] bool IsNull(int column) const;
+
+ private:
+  friend class Database;
+  Rows(Database& database, sqlite3_stmt* statement) : database_(database), statement_(statement) {}
+
+  Database& database_;
+  sqlite3_stmt* statement_;  // null: it failed before the first row
+};
+
+// One open database file. Statements are prepared once and kept.
+class Database {
+ public:
+  enum class Access : std::uint8_t { kReadOnly, kReadWrite };
+
+  // To be written: made where it is missing, for its owner and group only (folders 0750, the file 0640); a commit is
+  // on the disk when it returns. Read-only: never changes what it holds. Null when it cannot be used: `problem` says
+  // why and what would help.
+  [[nodiscard]] static std::unique_ptr<Database> Open(const std::string& path, Access access, std::string& problem);
+  ~Database();
+  Database(const Database&) = delete;
+  Database& operator=(const Database&) = delete;
+
+  // Does a statement that answers no rows. False: problem() says why.
+  [[nodiscard]] bool Execute(std::string_view sql, std::span<const SqlValue> values);
+  [[nodiscard]] bool Execute(std::string_view sql, std::initializer_list<SqlValue> values = {});
+  [[nodiscard]] Rows Select(std::string_view sql, std::span<const SqlValue> values);
+  [[nodiscard]] Rows Select(std::string_view sql, std::initializer_list<SqlValue> values = {});
+
+  // Several statements at once, none or all of them: `writes` says whether to keep them. True when they are on the
+  // disk.
+  [[nodiscard]] bool Transact(const std::function<bool()>& writes);
+
+  [[nodiscard]] std::int64_t changed_rows() const;     // by the last statement
+  [[nodiscard]] std::int64_t inserted_number() const;  // INTEGER PRIMARY KEY of the last row inserted
+  // The last failure: the file, the cause, and what would help.
+  [[nodiscard]] const std::string& problem() const { return problem_; }
+  // The last failure was one that only another file, or opening it anew, can mend.
+  [[nodiscard]] bool lost() const { return lost_; }
+  // The file no longer stands under its name: it was deleted, or another was put there.
+  [[nodiscard]] bool Moved() const;
+
+ private:
+  friend class Rows;
+  Database(std::string path, sqlite3* handle);
+  [[nodiscard]] bool Begin(Access access);
+  [[nodiscard]] sqlite3_stmt* Prepared(std::string_view sql, std::span<const SqlValue> values);
+  void Fail(int code);
+
+  const std::string path_;
+  sqlite3* const handle_;
+  std::map<std::string, sqlite3_stmt*, std::less<>> statements_;
+  std::string problem_;
+  bool lost_ = false;
+};
+
+}  // namespace axlecast

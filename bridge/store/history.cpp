@@ -1,0 +1,175 @@
+#include "bridge/store/history.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <limits>
+#include <string_view>
+
+#include "bridge/store/axis_row.h"
+#include "bridge/store/schema.h"
+
+namespace axlecast {
+
+// SELECT with as many conditions as there are.
+class HistoryReader::Query {
+ public:
+  explicit Query(std::string select) : sql_(std::move(select)) {}
+
+  template <typename... Values>
+  void Where(std::string_view condition, Values... values) {
+    sql_ += values_.empty() ? " WHERE " : " AND ";
+    sql_ += condition;
+    (values_.emplace_back(values), ...);
+  }
+  void WhereEqual(std::string_view column, const std::string& value) {
+    if (!value.empty()) Where(std::string(column) + " = ?", std::string_view(value));
+  }
+  void WhereTime(std::string_view column, const HistoryFilter& filter) {
+    if (filter.since_utime) Where(std::string(column) + " >= ?", *filter.since_utime);
+    if (filter.until_utime) Where(std::string(column) + " < ?", *filter.until_utime);
+  }
+  // The newest `limit`, newest first.
+  Rows Run(Database& database, std::optional<std::int64_t> limit) {
+    sql_ += " ORDER BY number DESC LIMIT ?";
+    values_.push_back(limit.value_or(std::numeric_limits<std::int64_t>::max()));
+    return database.Select(sql_, values_);
+  }
+
+ private:
+  std::string sql_;
+  std::vector<SqlValue> values_;
+};
+
+HistoryReader::HistoryReader(const std::string& file) {
+  if (access(file.c_str(), F_OK) != 0 && errno == ENOENT) {
+    problem_ = file +
+               " does not exist: the bridge writes it, where the machine's file says `bridge: journal`; has it "
+               "run, with the same user and environment?";
+    return;
+  }
+  database_ = Database::Open(file, Database::Access::kReadOnly, problem_);
+  if (database_) problem_ = CheckSchema(*database_, file, "");
+  if (!problem_.empty()) database_.reset();
+}
+
+void HistoryReader::Check() {
+  if (!database_->problem().empty()) problem_ = database_->problem();
+}
+
+std::string HistoryReader::Machine() { return database_ ? MachineOf(*database_) : ""; }
+
+std::vector<CommandRow> HistoryReader::Select(Query& query, const HistoryFilter& filter) {
+  std::vector<CommandRow> commands;
+  if (!database_) return commands;
+  const std::string beyond = filter.id + 'g';  // behind every hex digit
+  if (!filter.id.empty()) {
+    query.Where("id >= ?", std::string_view(filter.id));
+    query.Where("id < ?", std::string_view(beyond));
+  }
+  query.WhereEqual("device", filter.device);
+  query.WhereEqual("operation", filter.operation);
+  query.WhereEqual("who", filter.who);
+  if (filter.state) query.Where("state = ?", std::int64_t{*filter.state});
+  query.WhereTime("accepted_utime", filter);
+  for (Rows rows = query.Run(*database_, filter.limit); rows.Next();) commands.push_back(CommandOf(rows));
+  std::reverse(commands.begin(), commands.end());
+  Check();
+  return commands;
+}
+
+std::vector<CommandRow> HistoryReader::Commands(const HistoryFilter& filter) {
+  Query query("SELECT " + std::string(kCommandColumns) + " FROM commands");
+  return Select(query, filter);
+}
+
+std::vector<CommandRow> HistoryReader::Commands(const HistoryFilter& filter, const Mark& from, const Mark& to) {
+  Query query("SELECT " + std::string(kCommandColumns) + " FROM commands");
+  query.Where("number IN (SELECT command FROM steps WHERE state >= 4 AND number > ? AND number <= ?)", from.step,
+              to.step);
+  return Select(query, filter);
+}
+
+std::vector<CommandStep> HistoryReader::Steps(std::int64_t command_number) {
+  std::vector<CommandStep> steps;
+  if (!database_) return steps;
+  for (Rows rows = database_->Select("SELECT utime, state, verified, finding, reason_code, text, progress, changes "
+                                     "FROM steps WHERE command = ? ORDER BY number",
+                                     {command_number});
+       rows.Next();) {
+    steps.push_back({.utime = rows.Integer(0),
+                     .state = static_cast<std::int8_t>(rows.Integer(1)),
+                     .verified = rows.Integer(2) != 0,
+                     .finding = static_cast<std::int8_t>(rows.Integer(3)),
+                     .reason_code = static_cast<std::int32_t>(rows.Integer(4)),
+                     .text = rows.Text(5),
+                     .progress = static_cast<float>(rows.Real(6)),
+                     .changes = ParseChanges(rows.Text(7))});
+  }
+  Check();
+  return steps;
+}
+
+std::vector<AxisEvent> HistoryReader::SelectEvents(Query& query, const HistoryFilter& filter) {
+  std::vector<AxisEvent> events;
+  if (!database_) return events;
+  query.WhereEqual("device", filter.device);
+  query.WhereTime("utime", filter);
+  for (Rows rows = query.Run(*database_, filter.limit); rows.Next();) {
+    events.push_back({rows.Integer(0), rows.Text(1), rows.Text(2), rows.Text(3)});
+  }
+  std::reverse(events.begin(), events.end());
+  Check();
+  return events;
+}
+
+std::vector<AxisEvent> HistoryReader::Events(const HistoryFilter& filter) {
+  Query query("SELECT utime, device, kind, text FROM events");
+  return SelectEvents(query, filter);
+}
+
+std::vector<AxisEvent> HistoryReader::Events(const HistoryFilter& filter, const Mark& from, const Mark& to) {
+  Query query("SELECT utime, device, kind, text FROM events");
+  query.Where("number > ?", from.event);
+  query.Where("number <= ?", to.event);
+  return SelectEvents(query, filter);
+}
+
+std::int64_t HistoryReader::Highest(const char* sql) {
+  if (!database_) return 0;
+  Rows rows = database_->Select(sql);
+  const std::int64_t highest = rows.Next() ? rows.Integer(0) : 0;
+  Check();
+  return highest;
+}
+
+HistoryReader::Mark HistoryReader::Now() {
+  return {.step = Highest("SELECT max(number) FROM steps"), .event = Highest("SELECT max(number) FROM events")};
+}
+
+std::vector<DeviceRecord> HistoryReader::Devices() {
+  static const std::string select =
+      "SELECT a.device, " + std::string(kAxisColumns) + " FROM " + std::string(kAxisTables) + " ORDER BY a.device";
+  std::vector<DeviceRecord> devices;
+  if (!database_) return devices;
+  for (Rows rows = database_->Select(select); rows.Next();) devices.push_back({rows.Text(0), AxisOf(rows, 1)});
+  Check();
+  return devices;
+}
+
+std::vector<DatumHistory> HistoryReader::Datums(const std::string& device) {
+  static const std::string select =
+      "SELECT number IN (SELECT datum FROM axes WHERE device = ?1), voided_utime, voided_why, " +
+      std::string(kDatumColumns) + " FROM datums WHERE device = ?1 ORDER BY number DESC";
+  std::vector<DatumHistory> datums;
+  if (!database_) return datums;
+  for (Rows rows = database_->Select(select, {device}); rows.Next();) {
+    datums.push_back({.datum = DatumOf(rows, 3), .in_force = rows.Integer(0) != 0, .voided_why = rows.Text(2)});
+    if (!rows.IsNull(1)) datums.back().voided_utime = rows.Integer(1);
+  }
+  Check();
+  return datums;
+}
+
+}  // namespace axlecast

@@ -1,0 +1,90 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bridge/axis_store.h"
+#include "bridge/store/command_row.h"
+#include "bridge/store/database.h"
+
+namespace axlecast {
+
+// Which commands or events; what is left out does not matter.
+struct HistoryFilter {
+  std::string id;  // of the command, or how it begins: lower-case hex
+  std::string device;
+  std::string operation;
+  std::string who;
+  std::optional<std::int8_t> state;         // command_status_t STATE_*
+  std::optional<std::int64_t> since_utime;  // us, UNIX time; that instant included
+  std::optional<std::int64_t> until_utime;  // not included
+  std::optional<std::int64_t> limit;        // the newest of those
+};
+
+// How a command stood, and since when.
+struct CommandStep {
+  std::int64_t utime = 0;  // us, UNIX time
+  std::int8_t state = 0;
+  bool verified = false;
+  std::int8_t finding = 0;
+  std::int32_t reason_code = 0;
+  std::string text;
+  float progress = 0;
+  std::vector<change_t> changes;
+};
+
+struct DeviceRecord {
+  std::string device;
+  AxisRecord axis;
+};
+
+struct DatumHistory {
+  DatumRecord datum;
+  bool in_force = false;
+  std::optional<std::int64_t> voided_utime;  // us, UNIX time; none: in force, or another was set after it
+  std::string voided_why;
+};
+
+// Reads the journal's file, while the bridge writes it or not.
+class HistoryReader {
+ public:
+  explicit HistoryReader(const std::string& file);
+
+  // Why it cannot be read, and what would help; empty when it could be so far.
+  [[nodiscard]] const std::string& problem() const { return problem_; }
+  [[nodiscard]] std::string Machine();
+
+  // Oldest first.
+  [[nodiscard]] std::vector<CommandRow> Commands(const HistoryFilter& filter);
+  [[nodiscard]] std::vector<CommandStep> Steps(std::int64_t command_number);
+  // Of these only device, times and limit matter. Oldest first.
+  [[nodiscard]] std::vector<AxisEvent> Events(const HistoryFilter& filter);
+
+  // A place in what was written: commands that ended, or got their finding, and events after it are new.
+  struct Mark {
+    std::int64_t step = 0;
+    std::int64_t event = 0;
+  };
+  [[nodiscard]] Mark Now();
+  [[nodiscard]] std::vector<CommandRow> Commands(const HistoryFilter& filter, const Mark& from, const Mark& to);
+  [[nodiscard]] std::vector<AxisEvent> Events(const HistoryFilter& filter, const Mark& from, const Mark& to);
+
+  [[nodiscard]] std::vector<DeviceRecord> Devices();
+  // Newest first.
+  [[nodiscard]] std::vector<DatumHistory> Datums(const std::string& device);
+
+ private:
+  class Query;
+  [[nodiscard]] std::vector<CommandRow> Select(Query& query, const HistoryFilter& filter);
+  [[nodiscard]] std::vector<AxisEvent> SelectEvents(Query& query, const HistoryFilter& filter);
+  [[nodiscard]] std::int64_t Highest(const char* sql);
+  void Check();
+
+  std::unique_ptr<Database> database_;
+  std::string problem_;
+};
+
+}  // namespace axlecast

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bridge/durable_store.h"
+#include "bridge/store/database.h"
+#include "bridge/store/sqlite_axes.h"
+#include "bridge/store/sqlite_journal.h"
+
+namespace axlecast {
+
+// The bridge's memory in an SQLite file (docs/journal.md). It never forgets a command. What answers true is on the
+// disk. The file may be missing, full, read-only or damaged at any time: then problem() says so, what must be durable
+// answers false, what can be read is still answered, and Tick tries again: to write every second, to open the file
+// every 10 s.
+class SqliteStore final : public DurableStore {
+ public:
+  SqliteStore(std::string file, std::string machine);
+  ~SqliteStore() override;  // writes what waits
+  SqliteStore(const SqliteStore&) = delete;
+  SqliteStore& operator=(const SqliteStore&) = delete;
+
+  // False, and no change, for an id that exists.
+  [[nodiscard]] bool Accepted(const CommandRecord& record, Instant now) override;
+  [[nodiscard]] bool Routed(const command_status_t& status, std::int64_t epoch, Instant now) override;
+  // Like Outcome, passes over a command for which Accepted was never called.
+  void Step(const command_status_t& status, Instant now) override;
+  void Outcome(const command_status_t& status, Instant now) override;
+  [[nodiscard]] std::optional<command_status_t> Find(const CommandId& id) const override;
+
+  [[nodiscard]] AxisRecord Find(const std::string& device) const override;
+  [[nodiscard]] bool SetDatum(const std::string& device, const DatumRecord& datum) override;
+  [[nodiscard]] bool VoidDatum(const std::string& device, std::int64_t utime, const std::string& why) override;
+  [[nodiscard]] std::vector<DatumRecord> Datums(const std::string& device) const override;
+  [[nodiscard]] bool AddWrites(const std::string& device, std::int64_t writes, std::int64_t utime) override;
+  [[nodiscard]] bool SetReferenceLost(const std::string& device, bool lost) override;
+  [[nodiscard]] bool SetIdentity(const std::string& device, const std::string& identity) override;
+  [[nodiscard]] bool Exchange(const std::string& device, const std::string& identity, std::int64_t utime) override;
+  void KeepPosition(const std::string& device, const LastPosition& position) override;
+  void Note(const AxisEvent& event) override;
+
+  // Also after the file could be opened at last: those that it holds.
+  [[nodiscard]] std::vector<OpenCommand> Open() const override;
+  [[nodiscard]] std::int64_t ReserveEpochs(std::int64_t at_least, std::int64_t count) override;
+  void Tick(Instant now) override;
+  [[nodiscard]] std::string problem() const override { return problem_; }
+
+ private:
+  using Positions = SqliteAxes::Positions;
+  using Writes = std::function<bool(Database& database)>;
+
+  void OpenFile();
+  void OpenToRead();
+  void LookAfterFile(Instant now);
+  // `writes` and what waits, in one transaction.
+  [[nodiscard]] bool Commit(const Writes& writes, const CommandId* first = nullptr,
+                            Positions positions = Positions::kNone);
+  void Fail();
+
+  const std::string file_;
+  const std::string machine_;
+  std::unique_ptr<Database> database_;  // null: it could not be opened, or was lost
+  bool writable_ = false;
+  SqliteJournal journal_;
+  SqliteAxes axes_;
+  std::string problem_;
+  MonoNs look_again_ = 0;
+  MonoNs write_again_ = 0;
+  MonoNs positions_again_ = 0;
+};
+
+}  // namespace axlecast
