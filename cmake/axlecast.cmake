@@ -42,13 +42,13 @@ function(axlecast_test target prefix)
   gtest_discover_tests(${target} TEST_PREFIX ${prefix}. NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
 endfunction()
 
-# axlecast_folder(TARGET [DEPENDS target...])
+# axlecast_folder(TARGET [DEPENDS target...] [EXCEPT file.cpp...])
 #
 # The convention of every folder: its .cpp files are the library TARGET, its *_test.cpp files are the tests of
 # TARGET_test, its *_fuzz.cpp files are one libFuzzer program each, and main.cpp is for the folder's own
-# CMakeLists.txt to name.
+# CMakeLists.txt to name, as are the files that EXCEPT names.
 function(axlecast_folder target)
-  cmake_parse_arguments(ARG "" "" "DEPENDS;TEST_DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "DEPENDS;TEST_DEPENDS;EXCEPT" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS *.cpp)
   file(GLOB tests CONFIGURE_DEPENDS *_test.cpp)
   if(AXLECAST_SANITIZE MATCHES thread)
@@ -59,6 +59,9 @@ function(axlecast_folder target)
   if(sources)
     list(FILTER sources EXCLUDE REGEX "_(test|fuzz)\\.cpp$|/main\\.cpp$")
   endif()
+  foreach(file ${ARG_EXCEPT})
+    list(REMOVE_ITEM sources ${CMAKE_CURRENT_SOURCE_DIR}/${file})
+  endforeach()
   if(sources)
     add_library(${target} STATIC ${sources})
     target_link_libraries(${target} PUBLIC axlecast_flags ${ARG_DEPENDS})

@@ -31,8 +31,22 @@ struct WipedBuffer {
 
 std::string Quoted(const std::string& path) { return "'" + path + "'"; }
 
-// Who may see the file. `closed_to`: the mode bits that must not be set.
-std::string CheckFile(int fd, const std::string& path, mode_t closed_to) {
+// How a file may be open to its group.
+enum class Group : std::uint8_t {
+  kNothing,
+  kRead,        // because the file's place says so
+  kCredential,  // because systemd's ACL for the unit's user shows as the group's
+};
+
+mode_t ClosedTo(Group group) { return group == Group::kNothing ? S_IRWXG | S_IRWXO : S_IWGRP | S_IXGRP | S_IRWXO; }
+
+// What makes the file readable for this process, or unreadable for others.
+std::string Chmod(const std::string& path, Group group) {
+  return (group == Group::kRead ? "chmod 640 " : "chmod 600 ") + Quoted(path);
+}
+
+// Who may see the file.
+std::string CheckFile(int fd, const std::string& path, Group group) {
   struct stat status {};
   if (fstat(fd, &status) != 0) return path + ": " + std::strerror(errno);
   if (!S_ISREG(status.st_mode)) return path + " is no regular file: name the file that holds the secret";
@@ -40,7 +54,7 @@ std::string CheckFile(int fd, const std::string& path, mode_t closed_to) {
     return path + " belongs to user " + std::to_string(status.st_uid) + ", who could read or change it: chown " +
            std::to_string(geteuid()) + " " + Quoted(path);
   }
-  if ((status.st_mode & closed_to) != 0) return path + " is open to other users: chmod 600 " + Quoted(path);
+  if ((status.st_mode & ClosedTo(group)) != 0) return path + " is open to other users: " + Chmod(path, group);
   return "";
 }
 
@@ -56,7 +70,12 @@ bool ReadAll(int fd, WipedBuffer& buffer) {
   return true;
 }
 
-std::string OpenProblem(const std::string& path, int error) {
+std::string OpenProblem(const std::string& path, Group group, int error) {
+  if (error == EACCES && group == Group::kRead) {
+    return path + ": permission denied to user " + std::to_string(geteuid()) +
+           ": become a member of the file's group (ls -l " + Quoted(path) +
+           " names it; as root: usermod -aG GROUP USER, then log in anew)";
+  }
   if (error == EACCES) {
     return path + ": permission denied; as root: chown " + std::to_string(geteuid()) + " " + Quoted(path) +
            " && chmod 600 " + Quoted(path);
@@ -65,11 +84,11 @@ std::string OpenProblem(const std::string& path, int error) {
   return path + ": " + std::strerror(error);
 }
 
-std::string ReadFile(const std::string& path, mode_t closed_to, Secret& into) {
+std::string ReadFile(const std::string& path, Group group, Secret& into) {
   // O_NONBLOCK: a FIFO under this name must not keep the driver waiting.
   const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK));
-  if (!file.valid()) return OpenProblem(path, errno);
-  if (std::string problem = CheckFile(file.get(), path, closed_to); !problem.empty()) return problem;
+  if (!file.valid()) return OpenProblem(path, group, errno);
+  if (std::string problem = CheckFile(file.get(), path, group); !problem.empty()) return problem;
   WipedBuffer buffer;
   if (!ReadAll(file.get(), buffer)) return path + ": " + std::strerror(errno);
   if (buffer.size > kLongestSecret) {
@@ -96,14 +115,13 @@ std::string ReadCredential(const std::string& name, Secret& into) {
     return "credential '" + name + "': systemd has passed none to this process; put LoadCredential=" + name +
            ":PATH into the unit's [Service] section, or name a file";
   }
-  // Where systemd opens a credential to the unit's user by an ACL, it shows as readable by the group.
-  return ReadFile(std::string(directory) + '/' + name, S_IRWXO | S_IWGRP | S_IXGRP, into);
+  return ReadFile(std::string(directory) + '/' + name, Group::kCredential, into);
 }
 
 }  // namespace
 
 std::string SecretFiles::Read(const SecretPlace& place, Secret& into) {
-  if (!place.file.empty()) return ReadFile(place.file, S_IRWXG | S_IRWXO, into);
+  if (!place.file.empty()) return ReadFile(place.file, place.group_may_read ? Group::kRead : Group::kNothing, into);
   if (!place.credential.empty()) return ReadCredential(place.credential, into);
   return "no place of a secret is configured: name a file or a credential";
 }

@@ -2,6 +2,8 @@
 
 #include <sodium.h>
 
+#include <stdexcept>
+
 #include "drivers/runtime/command/body_digest.h"
 
 namespace axlecast {
@@ -53,6 +55,7 @@ bool ParseHex(std::string_view text, std::uint8_t* bytes, std::size_t size) {
 }  // namespace
 
 SigningKey SigningKey::Generate() {
+  if (sodium_init() < 0) throw std::runtime_error("libsodium: no source of random numbers");
   SigningKey key;
   crypto_sign_keypair(key.public_key_.data(), key.secret_.data());
   return key;
@@ -111,7 +114,9 @@ std::string KeyText(const PublicKey& key) { return Hex(key.data(), key.size()); 
 
 std::optional<PublicKey> ParsePublicKey(std::string_view text) {
   PublicKey key{};
-  if (!ParseHex(text, key.data(), key.size())) return std::nullopt;
+  if (!ParseHex(text, key.data(), key.size()) || crypto_core_ed25519_is_valid_point(key.data()) == 0) {
+    return std::nullopt;
+  }
   return key;
 }
 

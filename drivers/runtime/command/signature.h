@@ -50,7 +50,8 @@ class SigningKey {
 // command_body_t.key_id: the first 8 bytes, big-endian, of BLAKE2b-256 of the key; never 0.
 [[nodiscard]] std::int64_t KeyId(const PublicKey& key);
 
-// A public key as 64 hex digits, and back.
+// A public key as 64 hex digits, and back. Nothing when it is something else, or no key that can verify: no point of
+// the curve's large group.
 [[nodiscard]] std::string KeyText(const PublicKey& key);
 [[nodiscard]] std::optional<PublicKey> ParsePublicKey(std::string_view text);
 

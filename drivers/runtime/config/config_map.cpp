@@ -1,5 +1,6 @@
 #include "drivers/runtime/config/config_map.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <sstream>
@@ -51,9 +52,7 @@ std::optional<std::int64_t> ParseInteger(std::string_view text) {
   return value;
 }
 
-std::vector<std::string> Strings(const std::vector<std::string_view>& views) {
-  return {views.begin(), views.end()};
-}
+std::vector<std::string> Words(const std::vector<std::string_view>& views) { return {views.begin(), views.end()}; }
 
 }  // namespace
 
@@ -142,7 +141,7 @@ std::int64_t ConfigMap::Integer(std::string_view key, std::int64_t fallback, std
 
 std::size_t ConfigMap::Choice(std::string_view key, const std::vector<std::string_view>& names,
                               std::size_t fallback) {
-  const std::vector<std::string> words = Strings(names);
+  const std::vector<std::string> words = Words(names);
   const std::optional<std::string> text = Scalar(key, "one of " + Listed(words));
   if (!text) return fallback;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -171,6 +170,27 @@ std::vector<std::int64_t> ConfigMap::Integers(std::string_view key, std::int64_t
       Wrong(item.Mark(), key, item.IsScalar() ? item.Scalar() : "", right);
     }
   }
+  return values;
+}
+
+std::vector<std::string> ConfigMap::Strings(std::string_view key) {
+  std::vector<std::string> values;
+  const Entry entry = Find(key);
+  if (!entry.value.IsDefined()) return values;
+  if (!entry.value.IsSequence()) {
+    Error(key, KindOf(entry.value) + " stands where a list is expected: [a, b]");
+    return values;
+  }
+  for (const auto& item : entry.value) {
+    if (!item.IsScalar()) {
+      Wrong(item.Mark(), key, "", "a text");
+    } else if (std::find(values.begin(), values.end(), item.Scalar()) != values.end()) {
+      errors_->Add(item.Mark(), Path(key) + ": " + Quoted(item.Scalar()) + " stands twice");
+    } else {
+      values.push_back(item.Scalar());
+    }
+  }
+  if (entry.value.size() == 0) Error(key, "is empty: name at least one, or leave the key out");
   return values;
 }
 

@@ -54,6 +54,8 @@ class ConfigMap {
   [[nodiscard]] std::size_t Choice(std::string_view key, const std::vector<std::string_view>& names,
                                    std::size_t fallback);
   [[nodiscard]] std::vector<std::int64_t> Integers(std::string_view key, std::int64_t min, std::int64_t max);
+  // A list of texts that holds at least one, and none twice.
+  [[nodiscard]] std::vector<std::string> Strings(std::string_view key);
   [[nodiscard]] std::vector<std::uint8_t> HexBytes(std::string_view key);  // "A1 05"
   // A mapping below; an empty one when the key is absent.
   [[nodiscard]] ConfigMap Map(std::string_view key);

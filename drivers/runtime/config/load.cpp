@@ -8,6 +8,7 @@
 #include <map>
 #include <sstream>
 
+#include "drivers/runtime/config/load_bridge.h"
 #include "drivers/runtime/config/load_device.h"
 #include "drivers/runtime/config/load_link.h"
 #include "drivers/runtime/config/words.h"
@@ -17,19 +18,12 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kLongestName = 24;
 constexpr std::size_t kLongestPrefix = 16;  // LCM's channel names end at 63 characters
 constexpr double kMostPolled = 20'000;      // T-format's wire limit is 19.6 kHz
 
 bool ConsistsOf(std::string_view text, std::string_view characters) {
   return text.find_first_not_of(characters) == std::string_view::npos;
 }
-
-bool IsName(std::string_view name) {
-  return !name.empty() && name.size() <= kLongestName && ConsistsOf(name, "abcdefghijklmnopqrstuvwxyz0123456789_-");
-}
-
-constexpr const char* kNameRule = " is no name: 1 to 24 of a-z, 0-9, _ and -";
 
 std::string Hertz(double hz) {
   std::ostringstream text;
@@ -52,9 +46,7 @@ class MachineLoader {
     if (buses.empty()) root.Error("buses", "is missing or empty: a machine needs at least one bus");
     for (auto& [name, map] : buses) LoadBus(name, map);
     if (!only_bus_.empty() && !seen_only_bus_) root.Error("buses", "there is no bus " + Quoted(only_bus_));
-    ConfigMap bridge = root.Map("bridge");
-    machine_.bridge.allow_unsigned = bridge.Choice("unsigned_commands", {"allow", "refuse"}, 1) == 0;
-    bridge.Done();
+    machine_.bridge = LoadBridge(root.Map("bridge"), families_);
     root.Done();
     return std::move(machine_);
   }
@@ -100,6 +92,7 @@ class MachineLoader {
                                            first->second +
                                            ": a device's name is its channel, one for the whole machine");
       }
+      families_.emplace(device, nullptr);
     }
     if (!only_bus_.empty() && name != only_bus_) return;
     seen_only_bus_ = true;
@@ -108,6 +101,7 @@ class MachineLoader {
     bus.name = name;
     bus.family = LoadFamily(map);
     if (bus.family == nullptr) return;  // what its keys mean is unknown
+    for (auto& [device, device_map] : devices) families_[device] = bus.family;
     LoadTiming(map, bus);
     bus.simulate = LoadSimulate(map);
     bus.link = LoadLink(map.Map("link"), *bus.family, bus.simulate, RunDirectory(machine_.machine) + '/' + name);
@@ -206,6 +200,7 @@ class MachineLoader {
   MachineConfig machine_;
   std::map<std::string, std::string> devices_;  // name -> bus
   std::map<std::string, std::string> ports_;    // path or interface -> bus
+  DeviceFamilies families_;
 };
 
 }  // namespace

@@ -67,4 +67,10 @@ std::string Quoted(std::string_view value) {
   return text;
 }
 
+bool IsName(std::string_view text) {
+  constexpr std::size_t kLongest = 24;
+  return !text.empty() && text.size() <= kLongest &&
+         text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_-") == std::string_view::npos;
+}
+
 }  // namespace axlecast

@@ -16,4 +16,8 @@ namespace axlecast {
 // A value of the file as an error message shows it: in quotes, shortened, control characters made visible.
 [[nodiscard]] std::string Quoted(std::string_view value);
 
+// Of machines, buses, devices, passwords and keys.
+[[nodiscard]] bool IsName(std::string_view text);
+inline constexpr const char* kNameRule = " is no name: 1 to 24 of a-z, 0-9, _ and -";
+
 }  // namespace axlecast

@@ -34,8 +34,11 @@ class Secret {
 
 // Where a secret is kept: a file that only its owner can read, or a systemd credential.
 struct SecretPlace {
-  std::string file;        // absolute path, mode 0600 or 0400
-  std::string credential;  // name below $CREDENTIALS_DIRECTORY (systemd.exec(5), LoadCredential=)
+  std::string file;             // absolute path, mode 0600 or 0400
+  std::string credential;       // name below $CREDENTIALS_DIRECTORY (systemd.exec(5), LoadCredential=)
+  bool group_may_read = false;  // the file's mode may be 0640 or 0440 as well
+
+  [[nodiscard]] bool empty() const { return file.empty() && credential.empty(); }
 };
 
 // Fetches secrets when they are needed. drivers/io/secret_file.h reads real ones.
