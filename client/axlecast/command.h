@@ -25,9 +25,9 @@ struct CommandRequest {
   std::string operation;                                            // docs/commands.md, "Operations"
   std::vector<std::pair<std::string, std::string>> arguments = {};  // at most 16
   std::int32_t valid_ms = 5'000;                                    // it may begin within this time, 1..3600000
-  std::int32_t expect_epoch = -1;           // refused when the device's datum_epoch differs; -1 any
-  std::string reason = {};                  // for the journal, at most 160 bytes
-  bool prepare = false;                     // only says what would happen; the result then holds a token
+  std::int32_t expect_epoch = -1;          // refused when the device's datum_epoch differs; -1 any
+  std::string reason = {};                 // for the journal, at most 160 bytes
+  bool prepare = false;                    // only says what would happen; the result then holds a token
   std::optional<CommandToken> token = {};  // does what was prepared: the same device, operation and arguments
 };
 

@@ -1,10 +1,10 @@
-#include "tools/axlecast/command_session.h"
+#include "client/command/command_session.h"
 
 #include <algorithm>
 #include <axlecast/command_body_t.hpp>
+#include <utility>
 
 #include "drivers/runtime/command/body_digest.h"
-#include "drivers/runtime/command/capped_text.h"
 #include "drivers/runtime/command/command_words.h"
 #include "drivers/runtime/command/order_ledger.h"
 
@@ -12,6 +12,9 @@ namespace axlecast {
 namespace {
 
 using S = command_status_t;
+
+constexpr const char* kForeignStatuses =
+    "statuses come, but their signature does not fit the bridge key of the machine's file";
 
 bool SaysTheSame(const S& one, const S& other) {
   return one.state == other.state && one.finding == other.finding && one.progress == other.progress &&
@@ -23,21 +26,37 @@ bool IsComplete(const S& status) {
   return status.is_final != 0 && (status.state != S::STATE_INDETERMINATE || status.finding != S::FINDING_NONE);
 }
 
+// A boot of the bridge for which the command was not meant.
+bool IsStale(const S& status) {
+  return status.state == S::STATE_REJECTED && status.reason_code == S::REASON_STALE_BRIDGE;
+}
+
 }  // namespace
 
-CommandSession::CommandSession(const CommandId& id, MonoNs now, MonoNs give_up)
-    : next_send_(now), heard_(now), give_up_(give_up) {
+CommandSession::CommandSession(const CommandId& id, const ClientKeys& keys, MonoNs now)
+    : keys_(keys), heard_(now), other_heard_(now), next_send_(now) {
   result_.id = id;
 }
 
-CommandSession::CommandSession(const CommandId& id, CommandRequest request, MonoNs now, MonoNs give_up)
-    : CommandSession(id, now, give_up) {
+CommandSession::CommandSession(const CommandId& id, CommandRequest request, const ClientKeys& keys, MonoNs now)
+    : CommandSession(id, keys, now) {
   request_ = std::move(request);
+  result_.prepare = request_.prepare;
 }
 
-CommandSession CommandSession::Query(const CommandId& id, MonoNs now, MonoNs give_up) {
-  CommandSession session(id, now, give_up);
+CommandSession CommandSession::Query(const CommandId& id, const CommandId& probe, const ClientKeys& keys,
+                                     MonoNs now) {
+  CommandSession session(id, keys, now);
   session.only_query_ = true;
+  session.probe_ = probe;
+  session.probing_ = keys.bridge.has_value();
+  return session;
+}
+
+CommandSession CommandSession::Refused(const CommandId& id, const std::string& problem, bool can_resend) {
+  CommandSession session(id, ClientKeys{}, 0);
+  session.EndNotAccepted(problem);
+  session.result_.can_resend = can_resend;
   return session;
 }
 
@@ -56,71 +75,152 @@ void CommandSession::Cancel(MonoNs now) {
   done_ = true;
 }
 
-std::optional<std::vector<std::uint8_t>> CommandSession::Next(MonoNs now) {
+std::int8_t CommandSession::Mode() const {
+  if (request_.prepare) return command_body_t::MODE_PREPARE;
+  return request_.token ? command_body_t::MODE_COMMIT : command_body_t::MODE_EXECUTE;
+}
+
+std::optional<SignedBody> CommandSession::Next(MonoNs now) {
   EndWhenHopeless(now);
   if (done_ || now < next_send_) return std::nullopt;
   next_send_ = now + (phase_ == Phase::kFollowing && !cancelling_ ? kAsk : kRepeat);
-  if (phase_ == Phase::kSending) return Body(command_body_t::MODE_EXECUTE);
-  if (phase_ == Phase::kFollowing && cancelling_) return Body(command_body_t::MODE_CANCEL);
-  return Body(command_body_t::MODE_QUERY);
+  if (phase_ == Phase::kSending) {
+    main_sent_ = now;
+    return main_;
+  }
+  if (phase_ == Phase::kFollowing && cancelling_) {
+    const BridgeInstant bridge{bridge_boot_id_, bridge_mono_ + (now - heard_)};
+    return MakeBody(result_.id, request_, command_body_t::MODE_CANCEL, bridge, keys_);
+  }
+  return QueryBody(probing_ ? probe_ : result_.id);
 }
 
+MonoNs CommandSession::NextAt() const { return done_ ? kNever : std::min(next_send_, HopelessAt()); }
+
 bool CommandSession::OnStatus(const command_status_t& status, MonoNs now) {
-  if (done_ || IdOf(status.id) != result_.id) return false;
+  if (done_ || IdOf(status.id) != (probing_ ? probe_ : result_.id)) return false;
+  if (keys_.bridge && !VerifyMessage(*keys_.bridge, Domain::kStatus, status)) {
+    ++disbelieved_;
+    return false;
+  }
+  if (only_query_) return OnQueried(status, now);
   if (phase_ == Phase::kLearning) {
+    Learn(status, now);
+    return false;
+  }
+  if (status.boot_id != bridge_boot_id_) return OnOtherBoot(status, now);
+  Hear(status, now);
+  if (status.body_digest == digest_) return Follow(status, now);
+  // The old boot lives after all: it was the other one that did not belong here.
+  if (phase_ == Phase::kAsking) phase_ = result_.answered ? Phase::kFollowing : Phase::kSending;
+  return false;
+}
+
+void CommandSession::Hear(const command_status_t& status, MonoNs now) {
+  heard_ = now;
+  bridge_mono_ = status.mono_ns;
+}
+
+bool CommandSession::OnQueried(const command_status_t& status, MonoNs now) {
+  if (probing_) {
+    probing_ = false;
     bridge_boot_id_ = status.boot_id;
-    heard_ = now;
-    if (only_query_) {
-      result_.status = status;
-      result_.answered = true;
-      done_ = true;
-      if (status.state == S::STATE_UNKNOWN)
-        End("the bridge does not know this id: it restarted since, or the "
-            "command never reached it; look at the device");
-      return true;
-    }
-    digest_ = BodyDigest(Body(command_body_t::MODE_EXECUTE));
-    phase_ = Phase::kSending;
+    Hear(status, now);
     next_send_ = now;
     return false;
   }
-  if (status.boot_id != bridge_boot_id_) {
-    other_bridge_ = true;
+  if (keys_.bridge && (status.boot_id != bridge_boot_id_ || status.mono_ns < bridge_mono_)) return false;
+  if (status.state == S::STATE_UNKNOWN) {
+    End("the bridge does not know this id: it never accepted such a command, or no longer keeps it");
+    return true;
+  }
+  result_.status = status;
+  result_.answered = true;
+  done_ = true;
+  if (status.is_final == 0) End("it is " + std::string(StateName(status.state)) + " still: ask for it later");
+  return true;
+}
+
+void CommandSession::Learn(const command_status_t& status, MonoNs now) {
+  bridge_boot_id_ = status.boot_id;
+  Hear(status, now);
+  main_ = MakeBody(result_.id, request_, Mode(), {bridge_boot_id_, bridge_mono_}, keys_);
+  digest_ = BodyDigest(main_.bytes);
+  phase_ = Phase::kSending;
+  next_send_ = now;
+}
+
+bool CommandSession::OnOtherBoot(const command_status_t& status, MonoNs now) {
+  if (std::find(former_boots_.begin(), former_boots_.end(), status.boot_id) != former_boots_.end()) return false;
+  other_heard_ = now;
+  if (status.body_digest == digest_ && !IsStale(status)) {  // it has our journal
+    former_boots_.push_back(bridge_boot_id_);
+    bridge_boot_id_ = status.boot_id;
+    bridge_seq_ = -1;
+    Hear(status, now);
+    return Follow(status, now);
+  }
+  // Two bridges may be there, and what was sent to the old one may be on its way.
+  if (phase_ == Phase::kAsking && now - std::max(heard_, main_sent_) >= kSettled) {
+    EndNotTakenOver();
     return false;
   }
-  heard_ = now;
-  return status.body_digest == digest_ && Follow(status, now);
+  if (phase_ != Phase::kAsking) next_send_ = now;
+  phase_ = Phase::kAsking;
+  return false;
+}
+
+void CommandSession::EndNotTakenOver() {
+  if (result_.status.is_final != 0) {
+    done_ = true;  // an INDETERMINATE; nobody makes its finding any more
+  } else if (result_.answered) {
+    End("the bridge restarted and its journal does not hold this command any more: look at the device before you "
+        "send "
+        "it again");
+  } else {
+    EndNotAccepted("the bridge restarted and never accepted it: nothing was done; send it again");
+  }
+}
+
+// The outcome stands; and what was sent before the newest is late.
+bool CommandSession::IsLate(const command_status_t& status) const {
+  if (status.seq < bridge_seq_) return true;
+  return result_.status.is_final != 0 && (status.is_final == 0 || status.finding == S::FINDING_NONE);
 }
 
 bool CommandSession::Follow(const command_status_t& status, MonoNs now) {
-  // A late message does not take an outcome back.
-  if (result_.status.is_final != 0 && (status.is_final == 0 || status.finding == S::FINDING_NONE)) return false;
+  if (IsLate(status)) return false;
+  bridge_seq_ = status.seq;
   const bool news = !result_.answered || !SaysTheSame(status, result_.status);
   if (!cancelling_ || phase_ != Phase::kFollowing) next_send_ = now + (cancelling_ ? 0 : kAsk);
   phase_ = Phase::kFollowing;
   result_.answered = true;
   result_.status = status;
+  if (status.is_final != 0) final_at_ = now;
   done_ = IsComplete(status);
   return news;
 }
 
+MonoNs CommandSession::HopelessAt() const {
+  const MonoNs silence =
+      std::max(heard_, other_heard_) + (phase_ == Phase::kLearning ? kNoBridge : kBridgeSilence) + 1;
+  return result_.status.is_final != 0 ? std::min(silence, final_at_ + kFindingWait) : silence;
+}
+
 void CommandSession::EndWhenHopeless(MonoNs now) {
-  if (done_) return;
-  const bool silent = now - heard_ > kBridgeSilence;
-  if (!silent && now < give_up_) return;
+  if (done_ || now < HopelessAt()) return;
   if (result_.status.is_final != 0) {
     done_ = true;  // an INDETERMINATE whose finding did not come
-    return;
+  } else if (phase_ != Phase::kLearning) {
+    End(std::string(disbelieved_ > 0 ? kForeignStatuses : "the bridge fell silent") +
+        ": ask for this id later, and look at the device");
+  } else if (disbelieved_ > 0) {
+    EndNotAccepted(std::string(kForeignStatuses) +
+                   " (bridge: key: public): put the running bridge's public key there; nothing was sent");
+  } else {
+    EndNotAccepted(
+        "no bridge answers on the command port: start axlecast-bridge (or axlecast up); nothing was sent");
   }
-  if (phase_ == Phase::kLearning) {
-    return End("no bridge answers on the command port: start axlecast-bridge (or axlecast up); nothing was sent");
-  }
-  if (silent && other_bridge_) {
-    return End("the bridge restarted and does not know this command: look at the device before you send it again");
-  }
-  if (silent) return End("the bridge fell silent: ask for this id later, and look at the device");
-  if (!result_.answered) return End("no status came in time: ask for this id later, and look at the device");
-  End("it is " + std::string(StateName(result_.status.state)) + " still: ask for this id later");
 }
 
 void CommandSession::End(std::string problem) {
@@ -128,21 +228,11 @@ void CommandSession::End(std::string problem) {
   done_ = true;
 }
 
-std::vector<std::uint8_t> CommandSession::Body(std::int8_t mode) const {
-  command_body_t body{};
-  std::copy(result_.id.begin(), result_.id.end(), std::begin(body.id));
-  body.bridge_boot_id = mode == command_body_t::MODE_QUERY ? 0 : bridge_boot_id_;
-  body.valid_ms = request_.valid_ms;
-  body.device = request_.device;
-  body.operation = request_.operation;
-  body.mode = mode;
-  body.expect_epoch = request_.expect_epoch;
-  for (const auto& [key, value] : request_.arguments) body.arguments.push_back({key, value});
-  body.n_arguments = static_cast<std::int8_t>(body.arguments.size());
-  body.reason = CappedText(request_.reason, kReasonBytes);
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(body.getEncodedSize()));
-  body.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return bytes;
+// A query says nothing of whether a command was accepted.
+void CommandSession::EndNotAccepted(std::string problem) {
+  result_.not_accepted = !only_query_;
+  result_.can_resend = !only_query_;
+  End(std::move(problem));
 }
 
 }  // namespace axlecast
