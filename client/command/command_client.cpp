@@ -9,6 +9,7 @@
 #include <array>
 #include <condition_variable>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <system_error>
 #include <thread>
@@ -73,6 +74,7 @@ struct CommandClient::State {
   bool Listen(MonoNs until);
   std::vector<command_status_t> TakeIn();
   CommandResult Wait(const CommandSessions::Key& key, std::int64_t timeout_ms);
+  std::optional<CommandResult> Ended(const CommandSessions::Key& key) const;
 
   const SystemClock clock;
   LcmPort port;
@@ -127,9 +129,9 @@ void CommandClient::State::Run() {
     std::unique_lock lock(mutex);
     const std::vector<command_status_t> news = TakeIn();
     next = sessions.Poll();
-    if (deadlines.erase(deadlines.begin(), deadlines.upper_bound(clock.Now())) != deadlines.end()) {
-      next = std::min(next, *deadlines.begin());
-    }
+    // Those who are told below take their own deadlines away.
+    const auto deadline = deadlines.upper_bound(clock.Now());
+    if (deadline != deadlines.end()) next = std::min(next, *deadline);
     changed.notify_all();
     if (stopping) return;
     const StatusCallback tell = news.empty() ? StatusCallback() : callback;
@@ -160,30 +162,37 @@ std::vector<command_status_t> CommandClient::State::TakeIn() {
   return news;
 }
 
-CommandResult CommandClient::State::Wait(const CommandSessions::Key& key, std::int64_t timeout_ms) {
-  const std::int64_t wait_ms = std::clamp<std::int64_t>(timeout_ms, 0, kLongestWaitMs);
-  std::unique_lock lock(mutex);
+// What a wait for it ends with, if it need not go on.
+std::optional<CommandResult> CommandClient::State::Ended(const CommandSessions::Key& key) const {
   const CommandSession* session = sessions.Find(key);
   if (session == nullptr) {
     return WithProblem(key.second, "this client does not know the id (any more): Query asks the bridge");
   }
-  if (std::this_thread::get_id() == thread.get_id()) return NotYet(session->result(), 0);
+  if (session->done()) return session->result();
+  if (problem.empty()) return std::nullopt;
+  CommandResult result = session->result();
+  result.problem = problem + ": ask for this id later";
+  return result;
+}
+
+CommandResult CommandClient::State::Wait(const CommandSessions::Key& key, std::int64_t timeout_ms) {
+  const bool own_thread = std::this_thread::get_id() == thread.get_id();  // it would wait for itself
+  const std::int64_t wait_ms = own_thread ? 0 : std::clamp<std::int64_t>(timeout_ms, 0, kLongestWaitMs);
+  std::unique_lock lock(mutex);
   const MonoNs deadline = clock.Now() + wait_ms * kMillisecond;
-  deadlines.insert(deadline);
+  const auto mine = deadlines.insert(deadline);
   Wake();
-  while (true) {
-    session = sessions.Find(key);
-    if (session == nullptr)
-      return WithProblem(key.second, "it ended, and so many others since that it is forgotten");
-    if (session->done()) return session->result();
-    if (!problem.empty()) {
-      CommandResult result = session->result();
-      result.problem = problem + ": ask for this id later";
-      return result;
+  std::optional<CommandResult> result = Ended(key);
+  while (!result) {
+    if (clock.Now() >= deadline) {
+      result = NotYet(sessions.Find(key)->result(), wait_ms);
+      break;
     }
-    if (clock.Now() >= deadline) return NotYet(session->result(), wait_ms);
     changed.wait(lock);
+    result = Ended(key);
   }
+  deadlines.erase(mine);
+  return *result;
 }
 
 CommandClient::CommandClient(const ClientSettings& settings) {

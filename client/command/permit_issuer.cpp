@@ -1,5 +1,6 @@
 #include "client/axlecast/permit_issuer.h"
 
+#include <map>
 #include <mutex>
 #include <utility>
 
@@ -29,8 +30,9 @@ struct PermitIssuer::State {
   std::string problem;
   ClientKeys keys;
   const std::int64_t boot_id;
-  std::mutex mutex;        // of `issue`
-  std::int64_t issue = 0;  // the last
+  std::mutex mutex;                          // of what follows
+  std::int64_t issue = 0;                    // the last
+  std::map<std::string, std::int64_t> sent;  // by device
 };
 
 // Locked until it is published, so that permits go out in the order of their numbers.
@@ -49,7 +51,7 @@ bool PermitIssuer::State::Issue(const std::string& device, const std::vector<std
   permit.utime = clock.UtcMicroseconds();
   permit.mono_ns = clock.Now();
   permit.boot_id = boot_id;
-  permit.seq = issue - 1;
+  permit.seq = sent[device]++;
   const std::int64_t unsent = port.unsent();
   return Publish(port, "PERMIT/" + device, permit) && port.unsent() == unsent;
 }
