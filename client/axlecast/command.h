@@ -53,6 +53,7 @@ struct CommandResult {
   bool not_accepted = false;  // no bridge has it and none ever will under this id: nothing was done
   bool can_resend = false;    // with not_accepted: it was nothing about the command itself
   bool prepare = false;       // it was asked what would happen
+  bool under_way = false;     // Await ended before the command did: it is still followed, and can be awaited again
 
   [[nodiscard]] CommandOutcome outcome() const;
   // Nothing was done, and the same request may be accepted later: a busy device, a driver that is absent, a shaft that

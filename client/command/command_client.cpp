@@ -41,14 +41,14 @@ CommandId RandomId() {
 }
 
 // What comes of a wait that ended before the command did.
-CommandResult NotYet(CommandResult result, std::int64_t waited_ms) {
+CommandResult NotYet(CommandResult result) {
+  result.under_way = true;
   if (result.answered && result.status.is_final != 0) return result;  // its finding is still to come
   const std::string stands =
-      result.answered ? "it is " + std::string(StateName(result.status.state)) + " still" : "no status came";
-  result.problem =
-      stands + " after " + std::to_string(waited_ms) +
-      " ms: it may still be done until its validity ends; ask for this id later, and do not send it again "
-      "before";
+      result.answered ? "it is " + std::string(StateName(result.status.state)) + " still" : "no status came yet";
+  result.problem = stands +
+                   ": it may be done until its validity ends; ask for this id later, and do not send it again "
+                   "before";
   return result;
 }
 
@@ -185,7 +185,7 @@ CommandResult CommandClient::State::Wait(const CommandSessions::Key& key, std::i
   std::optional<CommandResult> result = Ended(key);
   while (!result) {
     if (clock.Now() >= deadline) {
-      result = NotYet(sessions.Find(key)->result(), wait_ms);
+      result = NotYet(sessions.Find(key)->result());
       break;
     }
     changed.wait(lock);

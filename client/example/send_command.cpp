@@ -37,7 +37,7 @@ CommandResult AwaitWithPermit(const Axis& axis, const CommandId& id, const std::
   for (int cycle = 0; cycle < 300; ++cycle) {
     axis.issuer.Allow(axis.device, {operation}, 400);
     result = axis.client.Await(id, 100);
-    if (result.outcome() != CommandOutcome::kUnknown) break;
+    if (!result.under_way) break;
   }
   axis.issuer.Withdraw(axis.device);
   return result;

@@ -1,6 +1,7 @@
+#include "tools/axlecast/command_report.h"
+
 #include "drivers/runtime/command/capped_text.h"
 #include "drivers/runtime/command/command_words.h"
-#include "tools/axlecast/command_client.h"
 #include "tools/axlecast/exit_code.h"
 #include "tools/json/message_json.h"
 
@@ -9,12 +10,30 @@ namespace {
 
 using S = command_status_t;
 
-bool HasOutcome(const CommandResult& result) { return result.answered && result.status.is_final != 0; }
-
 std::string Upper(std::string_view word) {
   std::string text(word);
   for (char& c : text) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
   return text;
+}
+
+std::string_view OutcomeWord(const CommandResult& result) {
+  switch (result.outcome()) {
+    case CommandOutcome::kNotAccepted:
+      return "not_accepted";
+    case CommandOutcome::kPrepared:
+      return "prepared";
+    case CommandOutcome::kUnknown:
+      return "unknown";
+    default:
+      return StateName(result.status.state);
+  }
+}
+
+// Nothing was done, and trying again may or may not help.
+bool WasRefused(const CommandResult& result) {
+  const CommandOutcome what = result.outcome();
+  return what == CommandOutcome::kRejected || what == CommandOutcome::kExpired ||
+         what == CommandOutcome::kNotAccepted;
 }
 
 // What the network sent, made safe for a terminal.
@@ -23,30 +42,33 @@ std::string Shown(const std::string& text) { return CappedText(text, text.size()
 }  // namespace
 
 int ExitCode(const CommandResult& result) {
-  if (!HasOutcome(result)) return kExitNoAnswer;
-  switch (result.status.state) {
-    case S::STATE_SUCCEEDED:
-      return result.status.verified != 0 ? kExitDone : kExitUnverifiable;
-    case S::STATE_REJECTED:
-    case S::STATE_EXPIRED:
-    case S::STATE_CANCELLED:
+  switch (result.outcome()) {
+    case CommandOutcome::kDone:
+    case CommandOutcome::kPrepared:
+      return kExitDone;
+    case CommandOutcome::kDoneUnverified:
+      return kExitUnverifiable;
+    case CommandOutcome::kRejected:
+    case CommandOutcome::kExpired:
+    case CommandOutcome::kCancelled:
       return kExitRejected;
-    case S::STATE_FAILED:
+    case CommandOutcome::kFailed:
       return kExitFailed;
-    case S::STATE_INDETERMINATE:
+    case CommandOutcome::kIndeterminate:
       return kExitIndeterminate;
-    default:
+    case CommandOutcome::kNotAccepted:
+    case CommandOutcome::kUnknown:
       return kExitNoAnswer;
   }
+  return kExitNoAnswer;
 }
 
 nlohmann::ordered_json ToJson(const CommandResult& result) {
   nlohmann::ordered_json json;
-  json["outcome"] = HasOutcome(result) ? StateName(result.status.state) : "unknown";
-  if (result.answered) json["reason"] = ReasonName(result.status.reason_code);
-  if (result.answered && result.status.state == S::STATE_INDETERMINATE) {
-    json["found"] = FindingName(result.status.finding);
-  }
+  json["outcome"] = OutcomeWord(result);
+  if (result.answered) json["reason"] = result.reason();
+  if (WasRefused(result)) json["temporary"] = result.temporary();
+  if (result.outcome() == CommandOutcome::kIndeterminate) json["found"] = FindingName(result.status.finding);
   if (!result.problem.empty()) json["problem"] = result.problem;
   json["id"] = IdText(result.id);
   if (result.answered) json.update(ToJson(result.status));
@@ -58,8 +80,10 @@ std::string ToText(const CommandResult& result) {
   std::string text;
   if (result.answered) {
     const S& status = result.status;
-    text = Shown(status.device) + " " + Shown(status.operation) + ": " + Upper(StateName(status.state));
-    if (status.state == S::STATE_SUCCEEDED) text += status.verified != 0 ? ", verified" : ", not verifiable";
+    text = Shown(status.device) + " " + Shown(status.operation) + ": " +
+           Upper(result.outcome() == CommandOutcome::kPrepared ? "would be done" : StateName(status.state));
+    if (status.state == S::STATE_SUCCEEDED && !result.prepare)
+      text += status.verified != 0 ? ", verified" : ", not verifiable";
     if (status.reason_code != S::REASON_NONE) text += " (" + std::string(ReasonName(status.reason_code)) + ")";
     if (!status.text.empty()) text += ": " + Shown(status.text);
     text += "\n";
@@ -70,6 +94,13 @@ std::string ToText(const CommandResult& result) {
     }
   }
   if (!result.problem.empty()) text += result.problem + "\n";
+  if (result.outcome() == CommandOutcome::kRejected) {
+    text += result.temporary() ? "nothing was done; it may be accepted later as it is\n"
+                               : "nothing was done; it will be refused again as it is\n";
+  }
+  if (result.outcome() == CommandOutcome::kPrepared) {
+    text += "nothing was done yet; the same words with --commit " + IdText(result.token()) + " do it\n";
+  }
   if (ExitCode(result) == kExitNoAnswer || ExitCode(result) == kExitIndeterminate) {
     text += "id " + IdText(result.id) + "\n";
   }
