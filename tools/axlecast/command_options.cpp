@@ -6,6 +6,7 @@ namespace axlecast {
 
 void AddCommandOptions(CLI::App& command, ConfigOption& config, CommandWish& wish, bool asks) {
   config.AddTo(command, ConfigOption::Form::kOptionOnly);
+  AddKeyOption(command, wish.key);
   if (asks) command.add_flag("--yes", wish.yes, "Do not ask");
   command.add_flag("--json", wish.json, "The outcome as one JSON object");
   command.add_option("--valid-ms", wish.valid_ms, "It may begin within this time, else it expires; ms")
@@ -18,6 +19,26 @@ void AddCommandOptions(CLI::App& command, ConfigOption& config, CommandWish& wis
   command.add_option("--reason", wish.reason, "Why, for the journal; at most 160 bytes")
       ->check(CLI::Validator([](const std::string& text) { return text.size() <= 160 ? "" : "above 160 bytes"; },
                              "TEXT"));
+}
+
+void AddKeyOption(CLI::App& command, std::string& key) {
+  command
+      .add_option(
+          "--key", key,
+          "File of the secret key that signs; else $AXLECAST_KEY, else the first of the machine's keys that can "
+          "be read here")
+      ->type_name("FILE");
+}
+
+void AddTwoStepOptions(CLI::App& command, CommandWish& wish) {
+  CLI::Option* prepare =
+      command.add_flag("--prepare", wish.prepare, "Only say what would happen, and give a token for --commit");
+  command
+      .add_option("--commit", wish.commit,
+                  "Do what --prepare with the same words gave this token for; does not ask")
+      ->check(CLI::Validator(
+          [](const std::string& text) { return ParseId(text) ? "" : "a token is 32 hex digits"; }, "TOKEN"))
+      ->excludes(prepare);
 }
 
 }  // namespace axlecast

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/App.hpp>
+#include <string>
 
 #include "tools/axlecast/command_run.h"
 #include "tools/axlecast/config_option.h"
@@ -11,7 +12,14 @@ inline constexpr const char* kCommandExitCodes =
     "exit code: 0 done and verified, 2 usage, 3 rejected, expired or cancelled, 4 failed, 5 indeterminate, "
     "6 no answer, 7 done but not verifiable";
 
-// What every command to a device takes: --config, --json, --valid-ms, --epoch, --reason; --yes where it asks first.
+// What every command to a device takes: --config, --key, --json, --valid-ms, --epoch, --reason; --yes where it asks
+// first.
 void AddCommandOptions(CLI::App& command, ConfigOption& config, CommandWish& wish, bool asks);
+
+// --key.
+void AddKeyOption(CLI::App& command, std::string& key);
+
+// What a command that is one operation takes besides: --prepare and --commit.
+void AddTwoStepOptions(CLI::App& command, CommandWish& wish);
 
 }  // namespace axlecast

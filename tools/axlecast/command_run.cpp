@@ -6,6 +6,7 @@
 
 #include "drivers/io/system_clock.h"
 #include "tools/axlecast/columns.h"
+#include "tools/axlecast/command_report.h"
 #include "tools/axlecast/confirmation.h"
 #include "tools/axlecast/do_request.h"
 #include "tools/axlecast/exit_code.h"
@@ -99,10 +100,13 @@ int RunCommand(const MachineConfig& machine, const CommandWish& wish) {
   request.valid_ms = wish.valid_ms;
   request.expect_epoch = wish.epoch;
   request.reason = wish.reason;
-  if ((found.operation->destructive || wish.asks) && !wish.yes) {
+  request.prepare = wish.prepare;
+  if (!wish.commit.empty()) request.token = ParseId(wish.commit);
+  const bool sure = wish.yes || wish.prepare || request.token;
+  if ((found.operation->destructive || wish.asks) && !sure) {
     if (const auto refused = Ask(machine, found, wish, request)) return *refused;
   }
-  OperatorClient client(machine, !wish.json);
+  OperatorClient client(machine, wish.key, !wish.json);
   if (!client.problem().empty()) return Unreachable(client);
   return Tell(client.Execute(request), wish);
 }
@@ -110,7 +114,7 @@ int RunCommand(const MachineConfig& machine, const CommandWish& wish) {
 int RunQuery(const MachineConfig& machine, const CommandId& id, bool json) {
   CommandWish wish;
   wish.json = json;
-  OperatorClient client(machine, !json);
+  OperatorClient client(machine, "", !json);
   if (!client.problem().empty()) return Unreachable(client);
   return Tell(client.Query(id), wish);
 }

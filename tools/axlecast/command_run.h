@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "client/axlecast/command.h"
 #include "drivers/runtime/config/machine_config.h"
-#include "tools/axlecast/command_session.h"
 
 namespace axlecast {
 
@@ -17,10 +17,13 @@ struct CommandWish {
   std::int32_t valid_ms = 5'000;
   std::int32_t epoch = -1;  // datum_epoch that it is meant for; -1 the present one
   std::string reason;
-  bool asks = false;  // as a destructive operation does
-  bool yes = false;   // do not ask
-  bool json = false;  // the outcome as one JSON object, on standard output
-  std::string out;    // file for the bytes that were read; empty: none
+  bool asks = false;     // as a destructive operation does
+  bool yes = false;      // do not ask
+  bool json = false;     // the outcome as one JSON object, on standard output
+  std::string key;       // file of the secret key that signs; empty: OperatorSettings finds one
+  bool prepare = false;  // only say what would happen
+  std::string commit;    // the token of a prepare, 32 hex digits: do it
+  std::string out;       // file for the bytes that were read; empty: none
 };
 
 // Checks the wish, asks where it has to, has it done, tells the outcome. The command's exit code.

@@ -1,15 +1,14 @@
 #include "tools/axlecast/do_command.h"
 
-#include <algorithm>
 #include <iostream>
 #include <memory>
+#include <optional>
 
 #include "tools/axlecast/command_options.h"
 #include "tools/axlecast/command_run.h"
 #include "tools/axlecast/config_option.h"
 #include "tools/axlecast/do_request.h"
 #include "tools/axlecast/exit_code.h"
-#include "tools/axlecast/hex_line.h"
 #include "tools/axlecast/screen.h"
 #include "tools/axlecast/status_text.h"
 
@@ -60,10 +59,13 @@ void AddDo(CLI::App& app, int& exit_code) {
   command->add_option("ARGUMENTS", options->wish.words, "Its arguments")->type_name("KEY=VALUE");
   command->add_flag("--list", options->list, "List the device's operations");
   AddCommandOptions(*command, options->config, options->wish, true);
+  AddTwoStepOptions(*command, options->wish);
   command->footer(std::string("examples:\n"
                               "  axlecast do axis1 --list\n"
                               "  axlecast do axis1 eeprom_read address=0 count=8\n"
-                              "  axlecast do axis1 zero_single_turn --yes --json\n") +
+                              "  axlecast do axis1 zero_single_turn --yes --json\n"
+                              "  axlecast do axis1 zero_single_turn --prepare\n"
+                              "  axlecast do axis1 zero_single_turn --commit TOKEN\n") +
                   kCommandExitCodes);
   command->callback([options, &exit_code] { exit_code = Do(*options); });
 }
@@ -85,6 +87,7 @@ void AddZero(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("zero", "Sets the single-turn position to zero, in the device");
   command->add_option("DEVICE", options->wish.device, "The device")->required();
   AddCommandOptions(*command, options->config, options->wish, true);
+  AddTwoStepOptions(*command, options->wish);
   command->footer(std::string("short for: axlecast do DEVICE zero_single_turn, or zero, as its family calls it\n") +
                   kCommandExitCodes);
   command->callback([options, &exit_code] { exit_code = Zero(*options); });
@@ -97,6 +100,7 @@ void AddAlias(CLI::App& app, int& exit_code, const char* name, const char* opera
   CLI::App* command = app.add_subcommand(name, help);
   command->add_option("DEVICE", options->wish.device, "The device")->required();
   AddCommandOptions(*command, options->config, options->wish, true);
+  AddTwoStepOptions(*command, options->wish);
   command->footer(std::string("short for: axlecast do DEVICE ") + operation + '\n' + kCommandExitCodes);
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
@@ -109,6 +113,7 @@ void AddEepromRead(CLI::App& eeprom, int& exit_code) {
   command->add_option("ADDRESS", options->address, "First address")->required();
   command->add_option("COUNT", options->count, "Number of bytes");
   AddCommandOptions(*command, options->config, options->wish, false);
+  AddTwoStepOptions(*command, options->wish);
   command->footer(std::string("example: axlecast eeprom read axis1 0 8\n") + kCommandExitCodes);
   command->callback([options, &exit_code] {
     options->wish.words = {"address=" + options->address};
@@ -125,6 +130,7 @@ void AddEepromWrite(CLI::App& eeprom, int& exit_code) {
   command->add_option("ADDRESS", options->address, "First address")->required();
   command->add_option("HEX", options->data, "The bytes, e.g. \"A1 05\"")->required();
   AddCommandOptions(*command, options->config, options->wish, true);
+  AddTwoStepOptions(*command, options->wish);
   command->footer(std::string("example: axlecast eeprom write axis1 72 \"A1 05\"\n") + kCommandExitCodes);
   command->callback([options, &exit_code] {
     options->wish.words = {"address=" + options->address, "data=" + options->data};
@@ -139,21 +145,20 @@ void AddEepromBackup(CLI::App& eeprom, int& exit_code) {
   command->add_option("DEVICE", options->wish.device, "The device")->required();
   command->add_option("--out", options->wish.out, "Write what was read to this file")->type_name("FILE");
   AddCommandOptions(*command, options->config, options->wish, false);
+  AddTwoStepOptions(*command, options->wish);
   command->footer(std::string("example: axlecast eeprom backup axis1 --out axis1.eeprom\n") + kCommandExitCodes);
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 
 int Outcome(const Options& options) {
-  const HexLine line = ParseHexLine(options.id);
-  CommandId id{};
-  if (!line.problem.empty() || line.bytes.size() != id.size()) {
+  const std::optional<CommandId> id = ParseId(options.id);
+  if (!id) {
     std::cerr << "a command's id is 32 hex digits\n";
     return kExitUsage;
   }
-  std::copy(line.bytes.begin(), line.bytes.end(), id.begin());
   int exit_code = kExitDone;
   const auto machine = options.config.Load(exit_code);
-  return machine ? RunQuery(*machine, id, options.wish.json) : exit_code;
+  return machine ? RunQuery(*machine, *id, options.wish.json) : exit_code;
 }
 
 void AddOutcome(CLI::App& app, int& exit_code) {

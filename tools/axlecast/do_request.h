@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
+#include "client/axlecast/command.h"
 #include "drivers/runtime/config/machine_config.h"
 #include "drivers/runtime/core/operation.h"
-#include "tools/axlecast/command_session.h"
 
 namespace axlecast {
 

@@ -75,7 +75,8 @@ std::optional<std::int8_t> BusView::State(MonoNs now) const {
   return health->state;
 }
 
-MachineView::MachineView(const MachineConfig& machine) : machine_(machine.machine) {
+MachineView::MachineView(const MachineConfig& machine)
+    : machine_(machine.machine), allows_unsigned_(machine.bridge.allow_unsigned) {
   for (const BusConfig& bus : machine.buses) {
     buses_.push_back({.name = bus.name, .health = std::nullopt});
     for (const DeviceConfig& device : bus.devices) {

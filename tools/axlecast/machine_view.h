@@ -71,6 +71,7 @@ class MachineView {
   void Tick(MonoNs now);
 
   [[nodiscard]] const std::string& machine() const { return machine_; }
+  [[nodiscard]] bool allows_unsigned() const { return allows_unsigned_; }  // commands of anybody
   [[nodiscard]] const std::vector<DeviceView>& devices() const { return devices_; }
   [[nodiscard]] const std::vector<BusView>& buses() const { return buses_; }
   [[nodiscard]] std::size_t online(MonoNs now) const;
@@ -83,6 +84,7 @@ class MachineView {
   static void OnDevice(DeviceView& device, std::string_view kind, Bytes message, MonoNs now);
 
   std::string machine_;
+  bool allows_unsigned_;
   std::vector<DeviceView> devices_;
   std::vector<BusView> buses_;
   MonoNs window_start_ = 0;

@@ -28,6 +28,7 @@ CLI::App* Add(CLI::App& motor, int& exit_code, const char* name, const char* ope
   CLI::App* command = motor.add_subcommand(name, help);
   command->add_option("DEVICE", options->wish.device, "The motor's monitor")->required();
   AddCommandOptions(*command, options->config, options->wish, asks);
+  AddTwoStepOptions(*command, options->wish);
   command->callback([options, &exit_code] { exit_code = Run(*options); });
   return command;
 }

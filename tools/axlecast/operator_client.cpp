@@ -1,13 +1,18 @@
 #include "tools/axlecast/operator_client.h"
 
+#include <cstdlib>
 #include <iostream>
 
+#include "client/command/client_key.h"
+#include "drivers/io/secret_file.h"
+#include "drivers/io/system_clock.h"
 #include "tools/axlecast/columns.h"
 
 namespace axlecast {
 namespace {
 
 constexpr std::int64_t kWaitMs = 60'000;  // the longest operation reads or writes a whole EEPROM
+constexpr std::int64_t kLookMs = 50;      // for Ctrl-C
 
 void Tell(const command_status_t& status) {
   if (status.is_final != 0 || status.text.empty()) return;
@@ -16,20 +21,36 @@ void Tell(const command_status_t& status) {
 
 }  // namespace
 
-OperatorClient::OperatorClient(const MachineConfig& machine, bool tell)
-    : port_(machine.lcm.command_url, machine.lcm.prefix), client_(port_, clock_) {
-  options_.cancel = &CancelOnSignal::requested();
-  if (tell) options_.on_status = Tell;
+ClientSettings OperatorSettings(const MachineConfig& machine, const std::string& key_file,
+                                std::optional<Role> role) {
+  ClientSettings settings = SettingsOf(machine);
+  const char* const environment = std::getenv("AXLECAST_KEY");
+  settings.key_file = key_file.empty() && environment != nullptr ? environment : key_file;
+  if (!settings.key_file.empty()) return settings;
+  SecretFiles secrets;
+  if (const KeyGrant* grant = ReadableKey(machine, role, secrets)) {
+    settings.key_file = grant->place.file;
+    settings.key_credential = grant->place.credential;
+  }
+  return settings;
+}
+
+OperatorClient::OperatorClient(const MachineConfig& machine, const std::string& key_file, bool tell)
+    : client_(OperatorSettings(machine, key_file)) {
+  if (tell) client_.OnStatus(Tell);
 }
 
 CommandResult OperatorClient::Execute(const CommandRequest& request) {
-  options_.wait_ms = kWaitMs + request.valid_ms;
-  return client_.Execute(request, options_);
+  const SystemClock clock;
+  const MonoNs give_up = clock.Now() + (kWaitMs + request.valid_ms) * kMillisecond;
+  const CommandId id = client_.Send(request);
+  while (true) {
+    if (CancelOnSignal::requested()) client_.Cancel(id);
+    const CommandResult result = client_.Await(id, kLookMs);
+    if (!result.under_way || clock.Now() >= give_up) return result;
+  }
 }
 
-CommandResult OperatorClient::Query(const CommandId& id) {
-  options_.wait_ms = kWaitMs;
-  return client_.Query(id, options_);
-}
+CommandResult OperatorClient::Query(const CommandId& id) { return client_.Query(id, kWaitMs); }
 
 }  // namespace axlecast

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/axlecast/command_client.h"
+#include "tools/axlecast/command_report.h"
 #include "tools/axlecast/parameter_diff.h"
 #include "tools/axlecast/parameter_values.h"
 

@@ -22,7 +22,7 @@ CommandRequest Request(const CommandWish& wish, const char* operation) {
 }  // namespace
 
 ParameterReading ReadParameters(const MachineConfig& machine, const CommandWish& wish) {
-  OperatorClient client(machine, false);
+  OperatorClient client(machine, wish.key, false);
   ParameterReading reading;
   reading.result = client.Execute(Request(wish, "read_parameters"));
   if (ExitCode(reading.result) == kExitDone) {
@@ -34,7 +34,7 @@ ParameterReading ReadParameters(const MachineConfig& machine, const CommandWish&
 
 std::vector<CommandResult> WriteParameters(const MachineConfig& machine, const CommandWish& wish,
                                            const ParameterChanges& changes) {
-  OperatorClient client(machine, !wish.json);
+  OperatorClient client(machine, wish.key, !wish.json);
   std::vector<CommandResult> results;
   for (const CommandRequest& request : WriteRequests(wish, changes)) {
     results.push_back(client.Execute(request));

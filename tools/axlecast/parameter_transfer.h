@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "drivers/runtime/config/machine_config.h"
-#include "tools/axlecast/command_client.h"
+#include "tools/axlecast/command_report.h"
 #include "tools/axlecast/command_run.h"
 #include "tools/axlecast/parameter_diff.h"
 

@@ -15,6 +15,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr const char* kUnsignedWarning =
+    "unsigned commands are obeyed (bridge: unsigned_commands: allow): anybody on the network segment can command "
+    "it";
+
 std::string Row(std::string_view name, const std::string& value) { return Left(name, 18) + value + '\n'; }
 
 std::string AlarmRows(const DeviceView& device) {
@@ -64,6 +68,7 @@ std::string Period(std::int32_t us) { return us > 0 ? Decimal(1e6 / us, 1) + " H
 
 std::string StatusText(const MachineView& machine, MonoNs now) {
   std::string text;
+  if (machine.allows_unsigned()) text += "warning: " + std::string(kUnsignedWarning) + '\n';
   for (const DeviceView& device : machine.devices()) {
     const auto state = device.State(now);
     const std::string reason = device.info ? Printable(device.info->reason) : "no driver answers";
@@ -85,6 +90,8 @@ Json StatusJson(const MachineView& machine, MonoNs now) {
   Json json;
   json["machine"] = machine.machine();
   json["all_online"] = machine.AllOnline(now);
+  json["warnings"] = Json::array();
+  if (machine.allows_unsigned()) json["warnings"].push_back(kUnsignedWarning);
   json["devices"] = Json::array();
   for (const DeviceView& device : machine.devices()) {
     Json entry = {{"device", device.name},

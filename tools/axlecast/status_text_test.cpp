@@ -37,6 +37,16 @@ TEST(Status, NothingHeardIsNotOnline) {
   EXPECT_EQ(StatusJson(view, kNow)["devices"][0]["heard"], false);
 }
 
+TEST(Status, WarnsOfUnsignedCommands) {
+  EXPECT_THAT(StatusText(Online(), kNow), testing::Not(HasSubstr("warning")));
+  EXPECT_TRUE(StatusJson(Online(), kNow)["warnings"].empty());
+  MachineConfig machine = OneAxis();
+  machine.bridge.allow_unsigned = true;
+  const MachineView view(machine);
+  EXPECT_THAT(StatusText(view, kNow), HasSubstr("warning: unsigned commands are obeyed"));
+  EXPECT_EQ(StatusJson(view, kNow)["warnings"].size(), 1U);
+}
+
 TEST(Info, TextAndJson) {
   const MachineView view = Online();
   const DeviceView& device = view.devices()[0];

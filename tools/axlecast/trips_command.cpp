@@ -97,7 +97,7 @@ int Run(const Options& options) {
     static_cast<void>(port.Subscribe("TRIP/" + request.device,
                                      [&trips](const std::string&, Bytes message) { trips.On(message); }));
   }
-  OperatorClient client(*machine, !options.wish.json);
+  OperatorClient client(*machine, options.wish.key, !options.wish.json);
   if (!port.problem().empty() || !client.problem().empty()) {
     std::cerr << (port.problem().empty() ? client.problem() : port.problem()) << '\n';
     return kExitBad;

@@ -12,7 +12,7 @@ constexpr std::array<std::string_view, 10> kStates = {"unknown",   "accepted",  
                                                       "succeeded", "rejected",     "failed", "expired",
                                                       "cancelled", "indeterminate"};
 constexpr std::array<std::string_view, 4> kFindings = {"none", "effect_seen", "no_effect_seen", "cannot_tell"};
-constexpr std::array<std::string_view, 34> kReasons = {"none",
+constexpr std::array<std::string_view, 36> kReasons = {"none",
                                                        "unknown_device",
                                                        "unknown_operation",
                                                        "bad_argument",
@@ -45,7 +45,9 @@ constexpr std::array<std::string_view, 34> kReasons = {"none",
                                                        "wrong_identity",
                                                        "token",
                                                        "moved_during_sequence",
-                                                       "fenced"};
+                                                       "fenced",
+                                                       "no_datum",
+                                                       "bridge_restarted"};
 
 std::string_view Word(std::span<const std::string_view> words, std::int64_t index) {
   if (index < 0 || index >= static_cast<std::int64_t>(words.size())) return "unknown";
@@ -70,6 +72,27 @@ std::int8_t FindingOf(std::string_view word) {
   if (word == FindingName(command_status_t::FINDING_NO_EFFECT_SEEN))
     return command_status_t::FINDING_NO_EFFECT_SEEN;
   return command_status_t::FINDING_CANNOT_TELL;
+}
+
+bool IsTemporary(std::int32_t reason) {
+  switch (reason) {
+    case command_status_t::REASON_STALE_BRIDGE:  // the present boot of the bridge takes it
+    case command_status_t::REASON_QUEUE_FULL:
+    case command_status_t::REASON_BUSY:
+    case command_status_t::REASON_DRIVER_ABSENT:
+    case command_status_t::REASON_NOT_STANDING_STILL:
+    case command_status_t::REASON_NO_PERMIT:
+    case command_status_t::REASON_DEVICE_OFFLINE:
+    case command_status_t::REASON_JOURNAL:
+    case command_status_t::REASON_DEADLINE:
+    case command_status_t::REASON_STOPPING:
+    case command_status_t::REASON_MOVED_DURING_SEQUENCE:
+    case command_status_t::REASON_FENCED:
+    case command_status_t::REASON_BRIDGE_RESTARTED:
+      return true;
+    default:
+      return false;
+  }
 }
 
 bool IsFinalState(std::int8_t state) {

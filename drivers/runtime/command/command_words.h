@@ -17,6 +17,10 @@ namespace axlecast {
 // FINDING_* of a word; FINDING_CANNOT_TELL for any other.
 [[nodiscard]] std::int8_t FindingOf(std::string_view word);
 
+// Whether what was refused for this reason may be accepted later, as it is: the state of the machine is in the way, and
+// neither the command, nor who sends it, nor the machine's file. False for a reason that this version does not know.
+[[nodiscard]] bool IsTemporary(std::int32_t reason);
+
 [[nodiscard]] bool IsFinalState(std::int8_t state);
 
 // A command's id as 32 hex digits, and back.

@@ -1,0 +1,66 @@
+// Commands from a control process: send, follow, cancel, await the outcome, ask again later. docs/client.md.
+//
+//   std::string error;
+//   const auto settings = axlecast::ClientSettings::OfMachine("machine.yaml", "plc", error);
+//   axlecast::CommandClient client(*settings);
+//   axlecast::CommandRequest request;
+//   request.device = "axis1";
+//   request.operation = "zero_single_turn";
+//   const auto id = client.Send(request);
+//   const auto result = client.Await(id, 10'000);
+//   if (result.outcome() == axlecast::CommandOutcome::kDone) ...
+//
+// C++17; nothing of axlecast but the generated messages. Link axlecast_client.
+#pragma once
+
+#include <axlecast/client_settings.h>
+#include <axlecast/command.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace axlecast {
+
+// Every method may be called from any thread, and none throws. One thread of its own sends, repeats and listens.
+class CommandClient {
+ public:
+  using StatusCallback = std::function<void(const command_status_t& status)>;
+
+  // Takes up to 1 s where multicast does not work; see problem().
+  explicit CommandClient(const ClientSettings& settings);
+  // Ends at once; commands under way go on at the bridge. Not from the callback, nor while another thread is within a
+  // method.
+  ~CommandClient();
+  CommandClient(CommandClient&& other) noexcept;
+  CommandClient& operator=(CommandClient&& other) noexcept;
+
+  // Empty when commands can be sent, else the cause and the remedy; then every command is kNotAccepted.
+  [[nodiscard]] std::string problem() const;
+
+  // Returns at once; many may be under way. The id can be kept, to ask for the outcome later.
+  CommandId Send(const CommandRequest& request);
+
+  // `callback` is told each new state, progress and finding of every command of this client, from the client's own
+  // thread: it must return soon, must not throw, and must not Await or Query. It may Send and Cancel. An empty one ends
+  // that; a call that is under way then is still finished.
+  void OnStatus(StatusCallback callback);
+
+  // Waits for the outcome, and after an INDETERMINATE for its finding. When neither comes in time the outcome is
+  // kUnknown: the command may still act until its validity ends, and Await or Query tells later. The newest 4,096 that
+  // have ended are kept.
+  [[nodiscard]] CommandResult Await(const CommandId& id, std::int64_t timeout_ms);
+
+  // From now on asks for it to be given up. It still ends in its one outcome.
+  void Cancel(const CommandId& id);
+
+  // How the command `id` stands, whoever sent it; waits for the bridge's answer only. Needs no key.
+  [[nodiscard]] CommandResult Query(const CommandId& id, std::int64_t timeout_ms);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace axlecast

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "client/axlecast/client_settings.h"
+#include "client/command/client_keys.h"
+#include "drivers/runtime/config/machine_config.h"
+#include "drivers/runtime/core/secret.h"
+
+namespace axlecast {
+
+// The keys that `settings` name. Nothing, and a `problem`, when one of them cannot be used.
+[[nodiscard]] std::optional<ClientKeys> LoadClientKeys(const ClientSettings& settings, SecretSource& secrets,
+                                                       std::string& problem);
+
+// The settings of the machine's clients; the own key is left open.
+[[nodiscard]] ClientSettings SettingsOf(const MachineConfig& machine);
+
+// The first of the machine's keys, of `role` where one is given, whose secret half can be read here; null: none.
+[[nodiscard]] const KeyGrant* ReadableKey(const MachineConfig& machine, std::optional<Role> role,
+                                          SecretSource& secrets);
+
+}  // namespace axlecast

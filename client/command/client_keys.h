@@ -1,0 +1,17 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "drivers/runtime/command/signature.h"
+#include "drivers/runtime/core/key.h"
+
+namespace axlecast {
+
+// Who a client is, and whom it believes.
+struct ClientKeys {
+  std::shared_ptr<const SigningKey> own;  // null: what it sends is unsigned
+  std::optional<PublicKey> bridge;        // nothing: every status is believed
+};
+
+}  // namespace axlecast

@@ -1,0 +1,76 @@
+#include "client/command/command_body.h"
+
+#include <algorithm>
+#include <axlecast/command_body_t.hpp>
+#include <string_view>
+
+#include "drivers/runtime/command/capped_text.h"
+
+namespace axlecast {
+namespace {
+
+constexpr std::size_t kMostArguments = 16;
+constexpr std::size_t kMaxBody = 1'200;  // command_t.body_size
+constexpr std::int32_t kMaxValidMs = 3'600'000;
+
+command_body_t BodyOf(const CommandId& id) {
+  command_body_t body{};
+  std::copy(id.begin(), id.end(), std::begin(body.id));
+  return body;
+}
+
+std::vector<std::uint8_t> Encoded(const command_body_t& body) {
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(body.getEncodedSize()));
+  body.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return bytes;
+}
+
+bool HoldsNul(std::string_view text) { return text.find('\0') != std::string_view::npos; }
+
+}  // namespace
+
+SignedBody MakeBody(const CommandId& id, const CommandRequest& request, std::int8_t mode, BridgeInstant bridge,
+                    const ClientKeys& keys) {
+  command_body_t body = BodyOf(id);
+  body.bridge_boot_id = bridge.boot_id;
+  body.issued_mono_ns = bridge.mono;
+  body.valid_ms = request.valid_ms;
+  body.device = request.device;
+  body.operation = request.operation;
+  body.mode = mode;
+  if (request.token) std::copy(request.token->begin(), request.token->end(), std::begin(body.token));
+  body.expect_epoch = request.expect_epoch;
+  for (const auto& [key, value] : request.arguments) body.arguments.push_back({key, value});
+  body.n_arguments = static_cast<std::int8_t>(body.arguments.size());
+  body.reason = request.reason;
+  body.key_id = keys.own ? KeyId(keys.own->public_key()) : 0;
+  SignedBody made{Encoded(body)};
+  if (keys.own) made.signature = keys.own->Sign(Domain::kCommand, made.bytes);
+  return made;
+}
+
+SignedBody QueryBody(const CommandId& id) {
+  command_body_t body = BodyOf(id);
+  body.valid_ms = 1'000;
+  body.mode = command_body_t::MODE_QUERY;
+  body.expect_epoch = -1;
+  return {Encoded(body)};
+}
+
+std::string FormProblem(const CommandRequest& request) {
+  if (request.valid_ms < 1 || request.valid_ms > kMaxValidMs) {
+    return "valid_ms is " + std::to_string(request.valid_ms) + ": give 1 to 3600000";
+  }
+  if (request.arguments.size() > kMostArguments) return "it has more than 16 arguments";
+  if (request.reason.size() > kReasonBytes) return "its reason is longer than 160 bytes";
+  if (request.prepare && request.token) return "it prepares and commits at once: send the token without prepare";
+  bool nul = HoldsNul(request.device) || HoldsNul(request.operation) || HoldsNul(request.reason);
+  for (const auto& [key, value] : request.arguments) nul = nul || HoldsNul(key) || HoldsNul(value);
+  if (nul) return "a text of it holds a NUL byte";
+  if (MakeBody({}, request, command_body_t::MODE_EXECUTE, {}, {}).bytes.size() > kMaxBody) {
+    return "its texts are longer than a command carries, 1200 bytes in all";
+  }
+  return "";
+}
+
+}  // namespace axlecast

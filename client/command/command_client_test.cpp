@@ -1,0 +1,177 @@
+#include "client/axlecast/command_client.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <atomic>
+#include <fstream>
+#include <thread>
+#include <utility>
+
+#include "client/axlecast/permit_issuer.h"
+#include "client/command/permit_message.h"
+#include "drivers/runtime/core/decode_message.h"
+#include "tests/support/temporary_folder.h"
+
+namespace axlecast {
+namespace {
+
+using testing::HasSubstr;
+
+// Within this process, where no bridge is.
+ClientSettings Nowhere() {
+  ClientSettings settings;
+  settings.command_url = "memq://";
+  return settings;
+}
+
+CommandRequest Zero() { return {.device = "axis1", .operation = "zero"}; }
+
+TEST(CommandClient, ATimeOutMeansUnknown) {
+  CommandClient client(Nowhere());
+  ASSERT_EQ(client.problem(), "");
+  const CommandResult result = client.Await(client.Send(Zero()), 1);
+  EXPECT_EQ(result.outcome(), CommandOutcome::kUnknown);
+  EXPECT_FALSE(result.temporary());
+  EXPECT_TRUE(result.under_way);
+  EXPECT_THAT(result.problem, HasSubstr("ask for this id later"));
+}
+
+TEST(CommandClient, CancelledBeforeABridgeWasHeard) {
+  CommandClient client(Nowhere());
+  const CommandId id = client.Send(Zero());
+  client.Cancel(id);
+  EXPECT_EQ(client.Await(id, 60'000).outcome(), CommandOutcome::kCancelled);
+  EXPECT_EQ(client.Await(id, 0).outcome(), CommandOutcome::kCancelled);  // it is kept
+}
+
+TEST(CommandClient, ThreadsSendAndAwaitTogether) {
+  CommandClient client(Nowhere());
+  std::atomic<int> cancelled = 0;
+  const auto work = [&client, &cancelled] {
+    for (int i = 0; i < 50; ++i) {
+      const CommandId id = client.Send(Zero());
+      client.Cancel(id);
+      if (client.Await(id, 60'000).outcome() == CommandOutcome::kCancelled) ++cancelled;
+    }
+  };
+  std::thread one(work);
+  std::thread other(work);
+  one.join();
+  other.join();
+  EXPECT_EQ(cancelled, 100);
+}
+
+TEST(CommandClient, IsMovedWithWhatIsUnderWay) {
+  CommandClient first(Nowhere());
+  const CommandId id = first.Send(Zero());
+  CommandClient second(std::move(first));
+  second.Cancel(id);
+  EXPECT_EQ(second.Await(id, 60'000).outcome(), CommandOutcome::kCancelled);
+  second = CommandClient(Nowhere());
+  EXPECT_THAT(second.Await(id, 0).problem, HasSubstr("does not know the id"));
+}
+
+TEST(CommandClient, WithoutAPortNothingIsSent) {
+  ClientSettings settings;
+  settings.command_url = "udpm://nowhere";
+  CommandClient client(settings);
+  EXPECT_NE(client.problem(), "");
+  const CommandResult result = client.Await(client.Send(Zero()), 0);
+  EXPECT_EQ(result.outcome(), CommandOutcome::kNotAccepted);
+  EXPECT_NE(client.Query({1}, 0).problem, "");
+}
+
+TEST(CommandClient, AKeyThatCannotBeUsedIsAProblem) {
+  ClientSettings settings = Nowhere();
+  settings.bridge_key = "12";
+  EXPECT_THAT(CommandClient(settings).problem(), HasSubstr("64 hex digits"));
+  settings = Nowhere();
+  settings.key_file = "/nowhere/key";
+  EXPECT_THAT(CommandClient(settings).problem(), HasSubstr("/nowhere/key"));
+  EXPECT_THAT(PermitIssuer(settings).problem(), HasSubstr("/nowhere/key"));
+  EXPECT_FALSE(PermitIssuer(settings).Allow("axis1", {"zero"}, 500));
+}
+
+TEST(PermitIssuer, SendsOnlyWhatADriverAccepts) {
+  PermitIssuer issuer(Nowhere());
+  ASSERT_EQ(issuer.problem(), "");
+  EXPECT_TRUE(issuer.Allow("axis1", {"zero"}, 1));
+  EXPECT_TRUE(issuer.Allow("axis1", {"zero"}, 500));
+  EXPECT_TRUE(issuer.Withdraw("axis1"));
+  EXPECT_FALSE(issuer.Allow("axis1", {"zero"}, 0));
+  EXPECT_FALSE(issuer.Allow("axis1", {"zero"}, 501));
+  EXPECT_FALSE(issuer.Allow("axis1", std::vector<std::string>(25, "zero"), 500));
+  EXPECT_FALSE(issuer.Allow("axis1", std::vector<std::string>(24, std::string(60, 'x')), 500));  // > 1200 bytes
+  EXPECT_FALSE(issuer.Allow("", {"zero"}, 500));
+  EXPECT_FALSE(issuer.Allow("axis1", {""}, 500));
+}
+
+TEST(PermitMessage, IsSignedOverItsBody) {
+  const SigningKey key = SigningKey::Generate();
+  permit_body_t body{};
+  body.device = "axis1";
+  body.valid_ms = 200;
+  body.operations = {"zero", "reset"};
+  const permit_t permit = MakePermit(body, &key);
+  EXPECT_TRUE(Verify(key.public_key(), Domain::kPermit, permit.permit, SignatureOf(permit)));
+  const auto decoded = DecodeMessage<permit_body_t>(permit.permit);
+  ASSERT_TRUE(decoded);
+  EXPECT_EQ(decoded->n_operations, 2);
+  EXPECT_EQ(decoded->key_id, KeyId(key.public_key()));
+  EXPECT_EQ(MakePermit(body, nullptr).sig[0], 0);
+}
+
+class OfMachine : public testing::Test {
+ protected:
+  void Write(const std::string& name, const std::string& text) const {
+    std::ofstream(Path(name)) << text;
+    ASSERT_EQ(chmod(Path(name).c_str(), 0600), 0);
+  }
+  [[nodiscard]] std::string Path(const std::string& name) const { return folder_.path() + "/" + name; }
+  void WriteMachine() {
+    Write("plc.key", plc_.FileText());
+    Write("machine.yaml",
+          "machine: m\nlcm: {command_url: 'udpm://239.255.76.67:7777?ttl=0', prefix: p_}\n"
+          "bridge:\n  key: {public: " +
+              KeyText(bridge_.public_key()) +
+              ", file: /nowhere/b}\n"
+              "  keys:\n    far: {public: " +
+              KeyText(bridge_.public_key()) +
+              ", role: maintainer}\n"
+              "    plc: {public: " +
+              KeyText(plc_.public_key()) + ", role: control, file: " + Path("plc.key") +
+              "}\n"
+              "buses:\n  b:\n    family: tformat\n    link: {port: /dev/null, baud: 2500000}\n"
+              "    devices:\n      axis1: {model: ts5669n127}\n");
+  }
+
+  const TemporaryFolder folder_;
+  const SigningKey bridge_ = SigningKey::Generate();
+  const SigningKey plc_ = SigningKey::Generate();
+  std::string error_;
+};
+
+TEST_F(OfMachine, ReadsUrlPrefixAndKeys) {
+  WriteMachine();
+  const auto settings = ClientSettings::OfMachine(Path("machine.yaml"), "", error_);
+  ASSERT_TRUE(settings) << error_;
+  EXPECT_EQ(settings->command_url, "udpm://239.255.76.67:7777?ttl=0");
+  EXPECT_EQ(settings->prefix, "p_");
+  EXPECT_EQ(settings->bridge_key, KeyText(bridge_.public_key()));
+  EXPECT_EQ(settings->key_file, Path("plc.key"));
+}
+
+TEST_F(OfMachine, SaysWhatIsWrong) {
+  WriteMachine();
+  EXPECT_FALSE(ClientSettings::OfMachine(Path("machine.yaml"), "far", error_));
+  EXPECT_THAT(error_, HasSubstr("far"));
+  EXPECT_FALSE(ClientSettings::OfMachine(Path("machine.yaml"), "nobody", error_));
+  EXPECT_THAT(error_, HasSubstr("there are far, plc"));
+  EXPECT_FALSE(ClientSettings::OfMachine(Path("none.yaml"), "", error_));
+  EXPECT_THAT(error_, HasSubstr("none.yaml"));
+}
+
+}  // namespace
+}  // namespace axlecast

@@ -1,0 +1,238 @@
+#include "client/command/command_session.h"
+
+#include <algorithm>
+#include <axlecast/command_body_t.hpp>
+#include <utility>
+
+#include "drivers/runtime/command/body_digest.h"
+#include "drivers/runtime/command/command_words.h"
+#include "drivers/runtime/command/order_ledger.h"
+
+namespace axlecast {
+namespace {
+
+using S = command_status_t;
+
+constexpr const char* kForeignStatuses =
+    "statuses come, but their signature does not fit the bridge key of the machine's file";
+
+bool SaysTheSame(const S& one, const S& other) {
+  return one.state == other.state && one.finding == other.finding && one.progress == other.progress &&
+         one.text == other.text;
+}
+
+// A finding may still follow an INDETERMINATE.
+bool IsComplete(const S& status) {
+  return status.is_final != 0 && (status.state != S::STATE_INDETERMINATE || status.finding != S::FINDING_NONE);
+}
+
+// A boot of the bridge for which the command was not meant.
+bool IsStale(const S& status) {
+  return status.state == S::STATE_REJECTED && status.reason_code == S::REASON_STALE_BRIDGE;
+}
+
+}  // namespace
+
+CommandSession::CommandSession(const CommandId& id, const ClientKeys& keys, MonoNs now)
+    : keys_(keys), heard_(now), other_heard_(now), next_send_(now) {
+  result_.id = id;
+}
+
+CommandSession::CommandSession(const CommandId& id, CommandRequest request, const ClientKeys& keys, MonoNs now)
+    : CommandSession(id, keys, now) {
+  request_ = std::move(request);
+  result_.prepare = request_.prepare;
+}
+
+CommandSession CommandSession::Query(const CommandId& id, const CommandId& probe, const ClientKeys& keys,
+                                     MonoNs now) {
+  CommandSession session(id, keys, now);
+  session.only_query_ = true;
+  session.probe_ = probe;
+  session.probing_ = keys.bridge.has_value();
+  return session;
+}
+
+CommandSession CommandSession::Refused(const CommandId& id, const std::string& problem, bool can_resend) {
+  CommandSession session(id, ClientKeys{}, 0);
+  session.EndNotAccepted(problem);
+  session.result_.can_resend = can_resend;
+  return session;
+}
+
+void CommandSession::Cancel(MonoNs now) {
+  if (cancelling_ || only_query_ || done_) return;
+  cancelling_ = true;
+  next_send_ = now;
+  if (phase_ != Phase::kLearning) return;
+  result_.answered = true;
+  result_.status.device = request_.device;
+  result_.status.operation = request_.operation;
+  result_.status.state = S::STATE_CANCELLED;
+  result_.status.is_final = 1;
+  result_.status.reason_code = S::REASON_CANCELLED;
+  result_.status.text = "cancelled before it was sent";
+  done_ = true;
+}
+
+std::int8_t CommandSession::Mode() const {
+  if (request_.prepare) return command_body_t::MODE_PREPARE;
+  return request_.token ? command_body_t::MODE_COMMIT : command_body_t::MODE_EXECUTE;
+}
+
+std::optional<SignedBody> CommandSession::Next(MonoNs now) {
+  EndWhenHopeless(now);
+  if (done_ || now < next_send_) return std::nullopt;
+  next_send_ = now + (phase_ == Phase::kFollowing && !cancelling_ ? kAsk : kRepeat);
+  if (phase_ == Phase::kSending) {
+    main_sent_ = now;
+    return main_;
+  }
+  if (phase_ == Phase::kFollowing && cancelling_) {
+    const BridgeInstant bridge{bridge_boot_id_, bridge_mono_ + (now - heard_)};
+    return MakeBody(result_.id, request_, command_body_t::MODE_CANCEL, bridge, keys_);
+  }
+  return QueryBody(probing_ ? probe_ : result_.id);
+}
+
+MonoNs CommandSession::NextAt() const { return done_ ? kNever : std::min(next_send_, HopelessAt()); }
+
+bool CommandSession::OnStatus(const command_status_t& status, MonoNs now) {
+  if (done_ || IdOf(status.id) != (probing_ ? probe_ : result_.id)) return false;
+  if (keys_.bridge && !VerifyMessage(*keys_.bridge, Domain::kStatus, status)) {
+    ++disbelieved_;
+    return false;
+  }
+  if (only_query_) return OnQueried(status, now);
+  if (phase_ == Phase::kLearning) {
+    Learn(status, now);
+    return false;
+  }
+  if (status.boot_id != bridge_boot_id_) return OnOtherBoot(status, now);
+  Hear(status, now);
+  if (status.body_digest == digest_) return Follow(status, now);
+  // The old boot lives after all: it was the other one that did not belong here.
+  if (phase_ == Phase::kAsking) phase_ = result_.answered ? Phase::kFollowing : Phase::kSending;
+  return false;
+}
+
+void CommandSession::Hear(const command_status_t& status, MonoNs now) {
+  heard_ = now;
+  bridge_mono_ = status.mono_ns;
+}
+
+bool CommandSession::OnQueried(const command_status_t& status, MonoNs now) {
+  if (probing_) {
+    probing_ = false;
+    bridge_boot_id_ = status.boot_id;
+    Hear(status, now);
+    next_send_ = now;
+    return false;
+  }
+  if (keys_.bridge && (status.boot_id != bridge_boot_id_ || status.mono_ns < bridge_mono_)) return false;
+  if (status.state == S::STATE_UNKNOWN) {
+    End("the bridge does not know this id: it never accepted such a command, or no longer keeps it");
+    return true;
+  }
+  result_.status = status;
+  result_.answered = true;
+  done_ = true;
+  if (status.is_final == 0) End("it is " + std::string(StateName(status.state)) + " still: ask for it later");
+  return true;
+}
+
+void CommandSession::Learn(const command_status_t& status, MonoNs now) {
+  bridge_boot_id_ = status.boot_id;
+  Hear(status, now);
+  main_ = MakeBody(result_.id, request_, Mode(), {bridge_boot_id_, bridge_mono_}, keys_);
+  digest_ = BodyDigest(main_.bytes);
+  phase_ = Phase::kSending;
+  next_send_ = now;
+}
+
+bool CommandSession::OnOtherBoot(const command_status_t& status, MonoNs now) {
+  if (std::find(former_boots_.begin(), former_boots_.end(), status.boot_id) != former_boots_.end()) return false;
+  other_heard_ = now;
+  if (status.body_digest == digest_ && !IsStale(status)) {  // it has our journal
+    former_boots_.push_back(bridge_boot_id_);
+    bridge_boot_id_ = status.boot_id;
+    bridge_seq_ = -1;
+    Hear(status, now);
+    return Follow(status, now);
+  }
+  // Two bridges may be there, and what was sent to the old one may be on its way.
+  if (phase_ == Phase::kAsking && now - std::max(heard_, main_sent_) >= kSettled) {
+    EndNotTakenOver();
+    return false;
+  }
+  if (phase_ != Phase::kAsking) next_send_ = now;
+  phase_ = Phase::kAsking;
+  return false;
+}
+
+void CommandSession::EndNotTakenOver() {
+  if (result_.status.is_final != 0) {
+    done_ = true;  // an INDETERMINATE; nobody makes its finding any more
+  } else if (result_.answered) {
+    End("the bridge restarted and its journal does not hold this command any more: look at the device before you "
+        "send "
+        "it again");
+  } else {
+    EndNotAccepted("the bridge restarted and never accepted it: nothing was done; send it again");
+  }
+}
+
+// The outcome stands; and what was sent before the newest is late.
+bool CommandSession::IsLate(const command_status_t& status) const {
+  if (status.seq < bridge_seq_) return true;
+  return result_.status.is_final != 0 && (status.is_final == 0 || status.finding == S::FINDING_NONE);
+}
+
+bool CommandSession::Follow(const command_status_t& status, MonoNs now) {
+  if (IsLate(status)) return false;
+  bridge_seq_ = status.seq;
+  const bool news = !result_.answered || !SaysTheSame(status, result_.status);
+  if (!cancelling_ || phase_ != Phase::kFollowing) next_send_ = now + (cancelling_ ? 0 : kAsk);
+  phase_ = Phase::kFollowing;
+  result_.answered = true;
+  result_.status = status;
+  if (status.is_final != 0) final_at_ = now;
+  done_ = IsComplete(status);
+  return news;
+}
+
+MonoNs CommandSession::HopelessAt() const {
+  const MonoNs silence =
+      std::max(heard_, other_heard_) + (phase_ == Phase::kLearning ? kNoBridge : kBridgeSilence) + 1;
+  return result_.status.is_final != 0 ? std::min(silence, final_at_ + kFindingWait) : silence;
+}
+
+void CommandSession::EndWhenHopeless(MonoNs now) {
+  if (done_ || now < HopelessAt()) return;
+  if (result_.status.is_final != 0) {
+    done_ = true;  // an INDETERMINATE whose finding did not come
+  } else if (phase_ != Phase::kLearning) {
+    End(std::string(disbelieved_ > 0 ? kForeignStatuses : "the bridge fell silent") +
+        ": ask for this id later, and look at the device");
+  } else if (disbelieved_ > 0) {
+    EndNotAccepted(std::string(kForeignStatuses) +
+                   " (bridge: key: public): put the running bridge's public key there; nothing was sent");
+  } else {
+    EndNotAccepted(
+        "no bridge answers on the command port: start axlecast-bridge (or axlecast up); nothing was sent");
+  }
+}
+
+void CommandSession::End(std::string problem) {
+  result_.problem = std::move(problem);
+  done_ = true;
+}
+
+// A query says nothing of whether a command was accepted.
+void CommandSession::EndNotAccepted(std::string problem) {
+  result_.not_accepted = !only_query_;
+  result_.can_resend = !only_query_;
+  End(std::move(problem));
+}
+
+}  // namespace axlecast

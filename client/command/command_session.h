@@ -1,0 +1,98 @@
+#pragma once
+
+#include <axlecast/command_status_t.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/axlecast/command.h"
+#include "client/command/client_keys.h"
+#include "client/command/command_body.h"
+#include "drivers/runtime/core/instant.h"
+
+namespace axlecast {
+
+// The client's side of one command, free of I/O. It asks for the state of its own new id (MODE_QUERY): the answer
+// carries the bridge's boot id and clock. Then it repeats the command, the same bytes each time, until a status answers
+// them, asks again when the bridge falls silent, and ends with the one outcome or with why there is none. When another
+// boot of the bridge appears it asks that one for the id and follows it; it never sends a command under a second id:
+// whatever it sends, the device does it at most once.
+class CommandSession {
+ public:
+  static constexpr MonoNs kRepeat = 50 * kMillisecond;
+  static constexpr MonoNs kAsk = 500 * kMillisecond;  // without a word about an answered command
+  // Nothing from any bridge for so long ends it: before anything was sent; afterwards, when a bridge may be restarting.
+  static constexpr MonoNs kNoBridge = 3 * kSecond;
+  static constexpr MonoNs kBridgeSilence = 10 * kSecond;
+  // A new boot's "never heard of it" counts when nothing came from the old one, and nothing was sent, for so long.
+  static constexpr MonoNs kSettled = 500 * kMillisecond;
+  static constexpr MonoNs kFindingWait = 25 * kSecond;  // for the finding after an INDETERMINATE, which takes 20 s
+
+  // Executes, prepares or commits `request` under `id` (128 random bits).
+  CommandSession(const CommandId& id, CommandRequest request, const ClientKeys& keys, MonoNs now);
+  // Asks how the command `id` stands; sends nothing else. STATE_UNKNOWN ends it as "not known". Where the bridge signs,
+  // it first asks for the new id `probe`: what the bridge said of `id` before that answer is a replay, and not believed.
+  static CommandSession Query(const CommandId& id, const CommandId& probe, const ClientKeys& keys, MonoNs now);
+  // One that has ended before it began: nothing was sent. `can_resend` as in CommandResult.
+  static CommandSession Refused(const CommandId& id, const std::string& problem, bool can_resend);
+
+  // From now on asks for the command to be cancelled; it still ends with the command's one outcome.
+  void Cancel(MonoNs now);
+
+  // What to send now, if anything.
+  [[nodiscard]] std::optional<SignedBody> Next(MonoNs now);
+  // When Next has something, or ends it, at the latest; kNever when it has ended.
+  [[nodiscard]] MonoNs NextAt() const;
+  // True when the status is about this command and says something new.
+  bool OnStatus(const command_status_t& status, MonoNs now);
+
+  [[nodiscard]] bool done() const { return done_; }
+  [[nodiscard]] const CommandResult& result() const { return result_; }
+  // Statuses for this id that the bridge's key did not sign.
+  [[nodiscard]] std::int64_t disbelieved() const { return disbelieved_; }
+
+ private:
+  // kAsking: another boot of the bridge was heard; whether it has the command is being asked.
+  enum class Phase : std::uint8_t { kLearning, kSending, kFollowing, kAsking };
+
+  CommandSession(const CommandId& id, const ClientKeys& keys, MonoNs now);
+
+  [[nodiscard]] std::int8_t Mode() const;
+  void Learn(const command_status_t& status, MonoNs now);
+  bool OnQueried(const command_status_t& status, MonoNs now);
+  bool OnOtherBoot(const command_status_t& status, MonoNs now);
+  bool Follow(const command_status_t& status, MonoNs now);
+  void Hear(const command_status_t& status, MonoNs now);
+  [[nodiscard]] bool IsLate(const command_status_t& status) const;
+  [[nodiscard]] MonoNs HopelessAt() const;
+  void EndWhenHopeless(MonoNs now);
+  [[nodiscard]] std::string WhySilent() const;
+  void EndNotTakenOver();
+  void End(std::string problem);
+  void EndNotAccepted(std::string problem);
+
+  CommandRequest request_;
+  ClientKeys keys_;
+  CommandResult result_;
+  bool only_query_ = false;
+  CommandId probe_{};     // of a query
+  bool probing_ = false;  // its answer has not come yet
+  bool cancelling_ = false;
+  bool done_ = false;
+  Phase phase_ = Phase::kLearning;
+  SignedBody main_;          // the command, once the bridge is known
+  std::int64_t digest_ = 0;  // of main_
+  std::int64_t bridge_boot_id_ = 0;
+  std::vector<std::int64_t> former_boots_;  // what they still say is late
+  std::int64_t bridge_seq_ = -1;            // of the newest status followed
+  MonoNs bridge_mono_ = 0;                  // the bridge's clock in its newest status
+  MonoNs heard_ = 0;                        // that one's arrival
+  MonoNs other_heard_ = 0;                  // the newest of another boot
+  MonoNs main_sent_ = 0;                    // last
+  MonoNs final_at_ = 0;                     // an INDETERMINATE came
+  MonoNs next_send_ = 0;
+  std::int64_t disbelieved_ = 0;
+};
+
+}  // namespace axlecast

@@ -1,0 +1,73 @@
+#include "client/axlecast/permit_issuer.h"
+
+#include <map>
+#include <mutex>
+#include <utility>
+
+#include "client/command/client_key.h"
+#include "client/command/permit_message.h"
+#include "drivers/io/lcm_port.h"
+#include "drivers/io/process.h"
+#include "drivers/io/secret_file.h"
+#include "drivers/io/system_clock.h"
+
+namespace axlecast {
+
+struct PermitIssuer::State {
+  explicit State(const ClientSettings& settings)
+      : port(settings.command_url, settings.prefix), problem(port.problem()), boot_id(RandomBootId()) {
+    SecretFiles secrets;
+    std::string key_problem;
+    auto loaded = LoadClientKeys(settings, secrets, key_problem);
+    if (loaded) keys = std::move(*loaded);
+    if (problem.empty()) problem = key_problem;
+  }
+
+  bool Issue(const std::string& device, const std::vector<std::string>& operations, std::int32_t valid_ms);
+
+  const SystemClock clock;
+  LcmPort port;
+  std::string problem;
+  ClientKeys keys;
+  const std::int64_t boot_id;
+  std::mutex mutex;                          // of what follows
+  std::int64_t issue = 0;                    // the last
+  std::map<std::string, std::int64_t> sent;  // by device
+};
+
+// Locked until it is published, so that permits go out in the order of their numbers.
+bool PermitIssuer::State::Issue(const std::string& device, const std::vector<std::string>& operations,
+                                std::int32_t valid_ms) {
+  if (!problem.empty() || valid_ms < 1 || valid_ms > kMaxValidMs || !FitsPermit(device, operations)) return false;
+  const std::lock_guard lock(mutex);
+  permit_body_t body{};
+  body.device = device;
+  body.issuer_boot_id = boot_id;
+  body.issue = ++issue;
+  body.issued_utime = clock.UtcMicroseconds();
+  body.valid_ms = valid_ms;
+  body.operations = operations;
+  permit_t permit = MakePermit(std::move(body), keys.own.get());
+  permit.utime = clock.UtcMicroseconds();
+  permit.mono_ns = clock.Now();
+  permit.boot_id = boot_id;
+  permit.seq = sent[device]++;
+  const std::int64_t unsent = port.unsent();
+  return Publish(port, "PERMIT/" + device, permit) && port.unsent() == unsent;
+}
+
+PermitIssuer::PermitIssuer(const ClientSettings& settings) : state_(std::make_unique<State>(settings)) {}
+PermitIssuer::~PermitIssuer() = default;
+PermitIssuer::PermitIssuer(PermitIssuer&& other) noexcept = default;
+PermitIssuer& PermitIssuer::operator=(PermitIssuer&& other) noexcept = default;
+
+std::string PermitIssuer::problem() const { return state_ ? state_->problem : "this issuer was moved from"; }
+
+bool PermitIssuer::Allow(const std::string& device, const std::vector<std::string>& operations,
+                         std::int32_t valid_ms) {
+  return state_ && state_->Issue(device, operations, valid_ms);
+}
+
+bool PermitIssuer::Withdraw(const std::string& device) { return state_ && state_->Issue(device, {}, kMaxValidMs); }
+
+}  // namespace axlecast
