@@ -28,7 +28,7 @@ std::string TextOf(const Order& order) {
 std::optional<Outcome> AskAndBegin(ExampleDevice& rig, const Order& order) {
   SCOPED_TRACE(TextOf(order));
   const std::size_t told = rig.output.outcomes.size();
-  const auto refusal = rig.device->Refusal(order, rig.clock.Now());
+  auto refusal = rig.device->Refusal(order, rig.clock.Now());
   EXPECT_EQ(rig.output.outcomes.size(), told);
   const auto again = rig.device->Refusal(order, rig.clock.Now());
   EXPECT_EQ(again.has_value(), refusal.has_value()) << "asking changed something";
