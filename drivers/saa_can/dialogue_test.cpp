@@ -46,6 +46,7 @@ TEST_P(SaaCanNode, ItAnswersAsTheNewNode) {
   EXPECT_EQ(bus.State("a", "node"), "51");
   EXPECT_EQ(bus.State("a", "mode"), "waiting") << "it left configuration mode";
   EXPECT_EQ(bus.frames->Sent(0x7E5, 0x11), 1);
+  EXPECT_EQ(bus.output().nv_writes, 1);
 }
 
 INSTANTIATE_TEST_SUITE_P(Mode, SaaCanNode,

@@ -168,6 +168,7 @@ TEST(SaaCanStop, NothingComesByItselfAnyMore) {
   SimulatedBus bus("a: {bits: 14, mode: single, stop_byte: 0}", "a: {cyclic: on}", kPolled);
   bus.Run(kSecond);
   EXPECT_EQ(bus.Do("stop_cyclic").state, OrderState::kSucceeded);
+  EXPECT_EQ(bus.output().nv_writes, 1);
   EXPECT_EQ(bus.State("a", "cyclic"), "off");
 }
 

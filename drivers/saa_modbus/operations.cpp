@@ -188,7 +188,7 @@ bool LooksElsewhere(const Order& order) {
 
 bool Writes(std::string_view operation) {
   const OperationSpec* spec = FindOperation(operation);
-  return spec != nullptr && spec->destructive;
+  return spec != nullptr && spec->writes != nullptr;
 }
 
 Made MakeProcedure(const Order& order, const Surroundings& around) {

@@ -7,6 +7,7 @@
 
 #include "drivers/tformat/device_test_support.h"
 #include "drivers/tformat/make_simulator.h"
+#include "drivers/tformat/operations.h"
 #include "drivers/tformat/simulator.h"
 
 // The device against the simulated encoder in virtual time: what it reports must be what was really done.
@@ -188,6 +189,31 @@ TEST(DeviceAgainstModel, EachOperationHasItsEffectOnce) {
   EXPECT_EQ(machine.encoder().reset_counter().broken(), 0);
   EXPECT_EQ(machine.simulator().counters().collisions, 0);
   EXPECT_EQ(machine.bench.output.AllErrors(), 0);
+}
+
+// The worst case of each: every cell that is written held something else.
+TEST(DeviceAgainstModel, WearsTheMemoryAsOftenAsEachOperationSaysAndCountsEachWrite) {
+  std::string cells = "0";
+  std::string data = "55";
+  for (int cell = 1; cell < 80; ++cell) {
+    cells += ", " + std::to_string(cell);
+    data += "55";
+  }
+  for (const OperationSpec& spec : Operations()) {
+    Machine machine("{model: ts5669n127, eeprom_writable: [" + cells + "]}", "{start_deg: 63, start_turns: 4660}");
+    EXPECT_EQ(machine.bench.settings().write_budget, EncoderEeprom::kRewrites);
+    machine.Run(200 * kMillisecond);
+    Arguments arguments;
+    for (const ArgumentSpec& argument : spec.arguments) {
+      if (argument.name == "address") arguments.emplace_back("address", "0");
+      if (argument.name == "data") arguments.emplace_back("data", data);
+    }
+    EXPECT_EQ(machine.Do(std::string(spec.name), arguments).state, OrderState::kSucceeded) << spec.name;
+    const std::int32_t declared = spec.writes == nullptr ? 0 : spec.writes(arguments);
+    EXPECT_EQ(declared, spec.name == kZeroSingleTurnName ? 1 : spec.name == kEepromWriteName ? 80 : 0);
+    EXPECT_EQ(machine.encoder().eeprom().wear(), declared) << spec.name;
+    EXPECT_EQ(machine.bench.output.non_volatile_writes, declared) << spec.name;
+  }
 }
 
 TEST(DeviceAgainstModel, TurningBetweenAnyTwoRequestsStopsTheSequence) {

@@ -183,8 +183,10 @@ TEST(EepromWrite, OnALostLinkItDependsOnTheWrite) {
   Backup(bench);
   bench.Start(false);
   EXPECT_FALSE(bench.device->Cancel({1, 2, 3}, bench.now));
+  EXPECT_EQ(bench.output.non_volatile_writes, 0);
   bench.LinkDown();
   EXPECT_EQ(bench.Last().state, OrderState::kIndeterminate);
+  EXPECT_EQ(bench.output.non_volatile_writes, 1) << "it may have been taken";
 }
 
 TEST(EepromWrite, IsIndeterminateWhenTheCellCannotBeReadBack) {

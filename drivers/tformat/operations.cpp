@@ -182,7 +182,7 @@ Made MakeProcedure(const Order& order, const TFormatSettings& settings, const De
 
 bool Alters(std::string_view operation) {
   const OperationSpec* spec = Find(operation);
-  return spec != nullptr && (spec->destructive || operation == kClearErrorsName);
+  return spec != nullptr && !spec->reads_only;
 }
 
 bool NeedsStandstill(std::string_view operation) {

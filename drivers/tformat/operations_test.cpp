@@ -121,6 +121,30 @@ TEST(Operations, WaitForTheIdentityTag) {
   EXPECT_EQ(bench.Last().reason, Reason::REASON_DEVICE_OFFLINE);
 }
 
+TEST(Operations, AreRefusedWithTheInterlockThatForbidsThem) {
+  Bench bench("{model: ts5669n127, eeprom_writable: [0]}");
+  bench.GoOnline({.alarms = 0x04});
+  const auto refusal = [&](const char* operation, Arguments arguments = {}) {
+    Order order;
+    order.operation = operation;
+    order.arguments = std::move(arguments);
+    return bench.device->Refusal(order, bench.now).value_or(Outcome{});
+  };
+  EXPECT_EQ(refusal("zero_single_turn").reason, Reason::REASON_DEVICE_ALARM);
+  EXPECT_NE(refusal("zero_single_turn").text.find("ALMC 0x04"), std::string::npos);
+  EXPECT_EQ(refusal("reset_turns_and_errors").reason, Reason::REASON_NONE);
+  EXPECT_EQ(refusal("clear_errors").reason, Reason::REASON_NONE);
+  bench.output.motion = [](MonoNs) { return Motion{.known = true, .speed_rpm = 3}; };
+  EXPECT_NE(refusal("reset_turns_and_errors").text.find("3 rpm"), std::string::npos);
+  EXPECT_EQ(refusal("clear_errors").reason, Reason::REASON_NONE);
+  EXPECT_EQ(refusal("eeprom_write", {{"address", "0"}, {"data", "01"}}).reason, Reason::REASON_NONE);
+  EXPECT_NE(refusal("eeprom_write", {{"address", "0"}, {"data", "01 02"}}).text.find("address 1 "),
+            std::string::npos);
+  EXPECT_EQ(refusal("eeprom_write", {{"address", "80"}, {"data", "01"}}).reason, Reason::REASON_BAD_ARGUMENT);
+  EXPECT_EQ(refusal("eeprom_read", {{"address", "79"}, {"count", "2"}}).reason, Reason::REASON_BAD_ARGUMENT);
+  EXPECT_TRUE(bench.output.outcomes.empty());
+}
+
 TEST(Operations, OneAtATimeAndOnlyInTime) {
   Bench bench;
   bench.GoOnline();

@@ -141,6 +141,26 @@ TEST(ResetInterrupted, OnALostLinkItDependsOnTheTenthRequest) {
   }
 }
 
+TEST(ResetInterrupted, ATenthRequestThatALostLinkLeavesInDoubtCountsAsAWrite) {
+  for (const int answered : {8, 9}) {
+    for (const char* operation : {"zero_single_turn", "reset_turns_and_errors"}) {
+      Bench bench;
+      bench.GoOnline();
+      bench.Begin(operation);
+      bench.Give(kId3, All(), false);
+      const bool zero = std::string(operation) == "zero_single_turn";
+      bench.GiveResets(zero ? kId8 : kIdC, answered);
+      bench.PassIdle();
+      bench.Start();
+      bench.LinkDown();
+      EXPECT_EQ(bench.output.non_volatile_writes, zero && answered == 9 ? 1 : 0);
+      bench.LinkUp();
+      bench.LinkDown();
+      EXPECT_EQ(bench.output.non_volatile_writes, zero && answered == 9 ? 1 : 0);
+    }
+  }
+}
+
 TEST(ResetInterrupted, IsRejectedWhenTheReadingBeforeFails) {
   Bench bench;
   bench.GoOnline();

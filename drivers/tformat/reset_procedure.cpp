@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/refusal.h"
 #include "drivers/tformat/alarms.h"
 #include "drivers/tformat/model.h"
 #include "drivers/tformat/operations.h"
@@ -102,13 +103,11 @@ std::optional<Outcome> ResetProcedure::OnVerified(const Answer& answer) {
 
 Outcome ResetProcedure::NotAtRest(const Motion& motion) const {
   const bool begun = sent_ > 0;
-  const std::string cause = motion.known ? Text("the shaft turns at %.3g rpm", motion.speed_rpm)
-                                         : std::string("too few fresh valid readings to see that the shaft rests");
   std::int32_t reason = Reason::REASON_NOT_STANDING_STILL;
   if (begun && motion.known) reason = Reason::REASON_MOVED_DURING_SEQUENCE;
-  return Final(OrderState::kRejected, reason,
-               Text("nothing was done, stopped after %d of %d requests: ", sent_, kResetTimes) + cause +
-                   "; stop the axis and hold it");
+  return Final(
+      OrderState::kRejected, reason,
+      Text("nothing was done, stopped after %d of %d requests: ", sent_, kResetTimes) + MotionText(motion));
 }
 
 Outcome ResetProcedure::Moved(std::int64_t counts) const {

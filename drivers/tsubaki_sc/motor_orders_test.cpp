@@ -109,6 +109,12 @@ TEST(StartMotor, IsNotSentWhileTheMotorIsTripped) {
   EXPECT_EQ(bench.Last().reason, Reason::REASON_DEVICE_ALARM);
   EXPECT_THAT(bench.Last().text, HasSubstr("overheat"));
   EXPECT_EQ(bench.Count(kStart), 0);
+  // From now on it is known, and said at once.
+  Order order;
+  order.operation = "start_motor";
+  const auto refusal = bench.device->Refusal(order, bench.now);
+  ASSERT_TRUE(refusal);
+  EXPECT_EQ(refusal->text, bench.Last().text);
 }
 
 TEST(StartMotor, IsVerifiedByTheStopCoilIfThatWasOn) {
