@@ -34,12 +34,6 @@ using Kind = CommandSessions::Kind;
 constexpr std::int64_t kLongestWaitMs = 366LL * 86'400'000;
 constexpr const char* kNoClient = "this client was moved from";
 
-CommandId RandomId() {
-  CommandId id;
-  randombytes_buf(id.data(), id.size());
-  return id;
-}
-
 // What comes of a wait that ended before the command did.
 CommandResult NotYet(CommandResult result) {
   result.under_way = true;

@@ -49,6 +49,13 @@ std::int64_t RandomBootId() {
   return static_cast<std::int64_t>(id & INT64_MAX);
 }
 
+std::array<std::uint8_t, 16> RandomId() {
+  std::array<std::uint8_t, 16> id{};
+  while (getrandom(id.data(), id.size(), 0) != static_cast<ssize_t>(id.size())) {
+  }
+  return id;
+}
+
 std::vector<std::string> ApplyRealtime(int priority, int cpu, bool lock_memory) {
   std::vector<std::string> warnings;
   if (prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL) != 0) warnings.push_back("timer slack: " + Reason());

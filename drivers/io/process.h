@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -10,6 +11,9 @@ namespace axlecast {
 
 // A new identity for a process: random, > 0.
 [[nodiscard]] std::int64_t RandomBootId();
+
+// 128 random bits: the id of a command, or a token.
+[[nodiscard]] std::array<std::uint8_t, 16> RandomId();
 
 // Applies to the calling thread (priority, cpu) and the process (memory). SCHED_FIFO `priority` 1..99, 0: normal
 // scheduling; `cpu` -1: any. Also lets the calling thread's timers fire within 1 us instead of the usual 50 us.
