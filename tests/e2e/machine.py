@@ -74,6 +74,7 @@ class Machine(unittest.TestCase):
         self.folder = pathlib.Path(folder.name)
         self.run_dir = self.folder / "run"
         os.environ["AXLECAST_RUN_DIR"] = str(self.run_dir)
+        os.environ["XDG_STATE_HOME"] = str(self.folder / "state")
         self.processes = []
 
     def tearDown(self):
