@@ -101,7 +101,8 @@ class WorldDriver {
   // As after kill -9: what was under way may have touched the device or not.
   void Restart() {
     static std::int64_t boots = 100;
-    desk_ = std::make_unique<OrderDesk>(bus_, OrderDesk::Context{++boots, &clock_, &network_, [] {}});
+    desk_ =
+        std::make_unique<OrderDesk>(bus_, UnsignedBridge(), OrderDesk::Context{++boots, &clock_, &network_, [] {}});
     jobs_.clear();
     next_hello_ = clock_.now + kSecond;
   }

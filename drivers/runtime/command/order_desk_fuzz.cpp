@@ -25,7 +25,7 @@ void Run(Bytes data) {
   FuzzClock clock;
   FuzzSink sink;
   const BusConfig bus = CountingBus("b0", {"axis1", "axis2"});
-  OrderDesk desk(bus, {5, &clock, &sink, [] {}});
+  OrderDesk desk(bus, UnsignedBridge(), {5, &clock, &sink, [] {}});
   desk.OnDriverCommand(data);
   desk.OnPermit("axis1", data);
 

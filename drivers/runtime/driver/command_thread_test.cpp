@@ -72,7 +72,7 @@ TEST(CommandThreadTest, OrdersCrossTheThreads) {
   }));
   BusConfig config = PolledBus(1);
   config.poll_hz = 0;
-  Driver driver(config, kBoot,
+  Driver driver(config, UnsignedBridge(), kBoot,
                 {.link = &link,
                  .secrets = &secrets,
                  .clock = &clock,

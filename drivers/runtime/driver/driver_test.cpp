@@ -36,7 +36,7 @@ class DriverTest : public ::testing::Test {
  protected:
   void Make() {
     driver_ = std::make_unique<Driver>(
-        bus_, kBoot,
+        bus_, bridge_, kBoot,
         DriverPorts{.link = &link_,
                     .secrets = &secrets_,
                     .clock = &clock_,
@@ -82,6 +82,7 @@ class DriverTest : public ::testing::Test {
   MemorySink commands_;
   std::vector<std::string> log_;
   BusConfig bus_ = PolledBus(1);
+  BridgeConfig bridge_ = UnsignedBridge();
   std::unique_ptr<Driver> driver_;
 };
 
@@ -246,7 +247,7 @@ TEST_F(DriverTest, AnOrderThatDoesNotEndInTimeIsIndeterminate) {
 
 TEST_F(DriverTest, LinkWarningsAreLogged) {
   driver_ = std::make_unique<Driver>(
-      bus_, kBoot,
+      bus_, bridge_, kBoot,
       DriverPorts{.link = &link_,
                   .secrets = &secrets_,
                   .clock = &clock_,

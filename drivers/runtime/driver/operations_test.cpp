@@ -82,20 +82,18 @@ class OperationsTest : public ::testing::Test {
     body.device = "axis1";
     body.issuer_boot_id = 9;
     body.issue = ++number_;
+    body.issued_utime = clock_.UtcMicroseconds();
     body.valid_ms = 500;
     body.operations = {operation};
     body.n_operations = 1;
-    permit_t permit{};
-    permit.permit = Encoded(body);
-    permit.permit_size = static_cast<std::int16_t>(permit.permit.size());
-    desk_.OnPermit("axis1", Encoded(permit));
+    desk_.OnPermit("axis1", Enveloped(body));
   }
 
   FakeClock clock_;
   Timebase time_;
   MemorySink sink_;
   BusConfig bus_ = PolledBus(1);
-  OrderDesk desk_{bus_, {.boot_id = kBoot, .clock = &clock_, .sink = &sink_, .wake = [] {}}};
+  OrderDesk desk_{bus_, UnsignedBridge(), {.boot_id = kBoot, .clock = &clock_, .sink = &sink_, .wake = [] {}}};
   Operations operations_{PolledFamily(), desk_, time_, [](LogLevel, std::string_view) {}};
   Channel channel_{bus_,
                    bus_.devices[0],
