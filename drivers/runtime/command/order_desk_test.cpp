@@ -145,13 +145,20 @@ TEST_F(OrderDeskTest, ANewBridgeTakesOverAndTheOldOneIsRefused) {
   auto from_new = Bump(2);
   from_new.bridge_boot_id = 78;
   from_new.bridge_epoch = 1;
+  EXPECT_EQ(SendAsIs(from_new).state, S::STATE_UNKNOWN);
+  EXPECT_EQ(Last().reason_code, S::REASON_FENCED);
+  EXPECT_EQ(Last().bridge_epoch, 1'001);  // above which it must go
+  EXPECT_FALSE(woken_ > 1);
+  from_new.bridge_epoch = 1'002;
   EXPECT_EQ(SendAsIs(from_new).state, S::STATE_ROUTED);
-  EXPECT_EQ(Last().bridge_epoch, 1);
+  EXPECT_EQ(Last().bridge_epoch, 1'002);
+  epoch_ = 2'000;
   EXPECT_EQ(Order(Bump(3)).reason_code, S::REASON_FENCED);
+  EXPECT_EQ(Last().state, S::STATE_REJECTED);
   // What the old bridge began is answered to the new one.
   auto query = Of(Bump(1), driver_order_t::KIND_QUERY);
   query.bridge_boot_id = 78;
-  query.bridge_epoch = 2;
+  query.bridge_epoch = 1'003;
   EXPECT_EQ(SendAsIs(query).state, S::STATE_ROUTED);
 }
 
@@ -284,6 +291,7 @@ TEST_F(OrderDeskTest, BadBytesAreIgnored) {
   order.kind = 9;
   Order(order);
   EXPECT_EQ(Answers(), 0u);
+  EXPECT_EQ(desk_.refused(), 3);
 }
 
 // To be run under -fsanitize=thread as well: both threads at once, every order ends once.
