@@ -126,6 +126,17 @@ TEST_F(OperationsTest, WritesAreCountedFromTheBeginningOfTheOrder) {
   EXPECT_EQ(Answer(next).nv_writes, 0);
 }
 
+TEST_F(OperationsTest, AnOrderThatTheStopCutsOffTellsItsWrites) {
+  Online();
+  const auto order = MakeOrder("touch");
+  Send(order);
+  channel_.OnNonVolatileWrite();
+  operations_.CountWrites();
+  desk_.Goodbye();
+  EXPECT_EQ(Answer(order).state, Status::STATE_INDETERMINATE);
+  EXPECT_EQ(Answer(order).nv_writes, 1);
+}
+
 class PrepareOperationTest : public OperationsTest {
  protected:
   driver_status_t Prepare(const std::string& operation, const std::vector<argument_t>& arguments = {}) {
