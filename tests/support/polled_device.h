@@ -29,9 +29,12 @@ class PolledDevice final : public Device {
   bool wants_stop = false;
   MonoNs idle_until = 0;  // wants nothing before
 
+  std::optional<Outcome> refuses;  // any order
+
   [[nodiscard]] Step Next(const Turn& turn) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
+  [[nodiscard]] std::optional<Outcome> Refusal(const Order&, MonoNs) const override { return refuses; }
   void Begin(const Order& order, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 

@@ -306,6 +306,11 @@ void OrderDesk::Report(const std::string& device, const CommandId& id, const Out
   if (state_->ledger.Now() - entry.published >= kProgressPeriod) state_->ledger.Publish(entry);
 }
 
+void OrderDesk::CountWrites(const std::string& device, const CommandId& id, std::int32_t nv_writes) {
+  const std::lock_guard lock(state_->mutex);
+  if (state_->queues.Holding(device, id) != nullptr) state_->ledger.At(id).status.nv_writes = nv_writes;
+}
+
 void OrderDesk::ReportPrepared(const CommandId& id, const Outcome& outcome, std::int32_t epoch_after) {
   const std::lock_guard lock(state_->mutex);
   OrderLedger::Entry* entry = state_->ledger.Find(id);

@@ -70,6 +70,8 @@ class OrderDesk {
   // every 50 ms; the first four changes fit. `nv_writes`: of the device's limited memory since the order began.
   void Report(const std::string& device, const CommandId& id, const Outcome& outcome, std::int32_t epoch_after,
               std::int32_t nv_writes = 0);
+  // The writes of an order that has not ended, when it will not be reported any more.
+  void CountWrites(const std::string& device, const CommandId& id, std::int32_t nv_writes);
 
   // Once a second and on change: HELLO with the devices' summaries; GOODBYE at a clean stop.
   using DeviceSummary = axlecast::DeviceSummary;

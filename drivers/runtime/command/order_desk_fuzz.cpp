@@ -21,11 +21,27 @@ struct FuzzSink final : MessageSink {
   }
 };
 
+// Where the bridge has a key, nothing that it did not sign is answered or done.
+void RunSigned(Bytes data, const std::vector<std::uint8_t>& enveloped) {
+  FuzzClock clock;
+  struct : MessageSink {
+    void Publish(const std::string&, Bytes) override { __builtin_trap(); }
+  } silence;
+  const BusConfig bus = CountingBus("b0", {"axis1"});
+  static const SigningKey key = SigningKey::Generate();
+  BridgeConfig bridge;
+  bridge.bridge.public_key = key.public_key();
+  OrderDesk desk(bus, bridge, {5, &clock, &silence, [] {}});
+  desk.OnDriverCommand(data);
+  desk.OnDriverCommand(enveloped);
+  if (desk.Take() || desk.TakePrepare()) __builtin_trap();
+}
+
 void Run(Bytes data) {
   FuzzClock clock;
   FuzzSink sink;
   const BusConfig bus = CountingBus("b0", {"axis1", "axis2"});
-  OrderDesk desk(bus, {5, &clock, &sink, [] {}});
+  OrderDesk desk(bus, UnsignedBridge(), {5, &clock, &sink, [] {}});
   desk.OnDriverCommand(data);
   desk.OnPermit("axis1", data);
 
@@ -34,11 +50,12 @@ void Run(Bytes data) {
   envelope.order_size = static_cast<std::int16_t>(std::min<std::size_t>(data.size(), 1'200));
   envelope.order.resize(static_cast<std::size_t>(envelope.order_size));
   desk.OnDriverCommand(Encoded(envelope));
+  RunSigned(data, Encoded(envelope));
 
   driver_order_t order = OrderMessage(5, 9, NumberedId(data.empty() ? 0 : data[0]), "axis1", "bump");
   const std::string text(data.begin(), data.end());
   if (data.size() > 2) {
-    order.kind = static_cast<std::int8_t>(data[1] % 4);
+    order.kind = static_cast<std::int8_t>(data[1] % 5);
     if (data[2] % 4 == 0) order.device = text;
     if (data[2] % 4 == 1) order.operation = text;
     if (data[2] % 4 == 2) order.arguments = {{text, text}};
@@ -48,6 +65,9 @@ void Run(Bytes data) {
   if (const auto taken = desk.Take()) {
     desk.Report(taken->device, taken->order.id,
                 {.state = OrderState::kFailed, .text = text, .changes = {{text, text, text}}}, 1);
+  }
+  if (const auto asked = desk.TakePrepare()) {
+    desk.ReportPrepared(asked->order.id, {.state = OrderState::kSucceeded, .text = text}, 1);
   }
   clock.now += 10 * kSecond;
   (void)desk.TakeCancel();

@@ -46,7 +46,7 @@ class OrderDeskTest : public testing::Test {
   int woken_ = 0;
   std::int64_t epoch_ = 0;
   BusConfig bus_ = CountingBus("b0", {"axis1", "axis2"});
-  OrderDesk desk_{bus_, {kBoot, &clock_, &sink_, [this] { ++woken_; }}};
+  OrderDesk desk_{bus_, UnsignedBridge(), {kBoot, &clock_, &sink_, [this] { ++woken_; }}};
 };
 
 TEST_F(OrderDeskTest, AcknowledgesAtOnceAndHandsTheOrderOver) {
@@ -92,7 +92,9 @@ TEST_F(OrderDeskTest, RefusesWithWhatWouldBeRight) {
   order = Bump(2);
   order.operation = "explode";
   EXPECT_EQ(Order(order).reason_code, S::REASON_UNKNOWN_OPERATION);
-  EXPECT_EQ(Last().text, "no such operation; operations of counting: bump write mark halt look set_datum");
+  EXPECT_EQ(Last().text,
+            "no such operation; operations of counting: bump write mark halt look set_datum clear_datum "
+            "undo_datum accept_exchange");
   order = Bump(3);
   order.operation = "write";
   order.arguments = {{"address", "1"}};
@@ -143,13 +145,20 @@ TEST_F(OrderDeskTest, ANewBridgeTakesOverAndTheOldOneIsRefused) {
   auto from_new = Bump(2);
   from_new.bridge_boot_id = 78;
   from_new.bridge_epoch = 1;
+  EXPECT_EQ(SendAsIs(from_new).state, S::STATE_UNKNOWN);
+  EXPECT_EQ(Last().reason_code, S::REASON_FENCED);
+  EXPECT_EQ(Last().bridge_epoch, 1'001);  // above which it must go
+  EXPECT_FALSE(woken_ > 1);
+  from_new.bridge_epoch = 1'002;
   EXPECT_EQ(SendAsIs(from_new).state, S::STATE_ROUTED);
-  EXPECT_EQ(Last().bridge_epoch, 1);
+  EXPECT_EQ(Last().bridge_epoch, 1'002);
+  epoch_ = 2'000;
   EXPECT_EQ(Order(Bump(3)).reason_code, S::REASON_FENCED);
+  EXPECT_EQ(Last().state, S::STATE_REJECTED);
   // What the old bridge began is answered to the new one.
   auto query = Of(Bump(1), driver_order_t::KIND_QUERY);
   query.bridge_boot_id = 78;
-  query.bridge_epoch = 2;
+  query.bridge_epoch = 1'003;
   EXPECT_EQ(SendAsIs(query).state, S::STATE_ROUTED);
 }
 
@@ -248,11 +257,14 @@ TEST_F(OrderDeskTest, HelloNamesEveryDevice) {
   for (int i = 0; i < 20; ++i) devices.push_back({"unit" + std::to_string(i), 2, 7, i == 19});
   desk_.Hello(devices);
   const auto hellos = sink_.All<driver_status_t>("DRIVER_STATUS/b0");
-  ASSERT_EQ(hellos.size(), 2u);
+  ASSERT_EQ(hellos.size(), 3u);
   EXPECT_EQ(hellos[0].kind, driver_status_t::KIND_HELLO);
-  EXPECT_EQ(hellos[0].n_devices, 16);
-  EXPECT_EQ(hellos[1].devices[3].device, "unit19");
-  EXPECT_EQ(hellos[1].devices[3].reference_lost, 1);
+  EXPECT_EQ(hellos[0].n_devices, 8);
+  EXPECT_EQ(hellos[0].devices[0].has_datum, 0);
+  EXPECT_EQ(hellos[0].devices[0].has_position, 0);
+  EXPECT_EQ(hellos[2].n_devices, 4);
+  EXPECT_EQ(hellos[2].devices[3].device, "unit19");
+  EXPECT_EQ(hellos[2].devices[3].reference_lost, 1);
   EXPECT_EQ(hellos[1].seq, 1);
 }
 
@@ -279,6 +291,7 @@ TEST_F(OrderDeskTest, BadBytesAreIgnored) {
   order.kind = 9;
   Order(order);
   EXPECT_EQ(Answers(), 0u);
+  EXPECT_EQ(desk_.refused(), 3);
 }
 
 // To be run under -fsanitize=thread as well: both threads at once, every order ends once.
@@ -288,7 +301,7 @@ TEST(OrderDeskThreads, TwoThreads) {
   } sink;
   FakeClock clock;
   const BusConfig bus = CountingBus("b0", {"axis1", "axis2"});
-  OrderDesk desk(bus, {kBoot, &clock, &sink, [] {}});
+  OrderDesk desk(bus, UnsignedBridge(), {kBoot, &clock, &sink, [] {}});
   constexpr std::uint32_t kOrders = 5'000;
   std::atomic<bool> sent = false;
   std::thread bus_thread([&] {

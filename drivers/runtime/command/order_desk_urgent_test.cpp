@@ -33,7 +33,7 @@ class UrgentOrderTest : public testing::Test {
   MemorySink sink_;
   std::int64_t epoch_ = 0;
   BusConfig bus_ = CountingBus("b0", {"axis1", "axis2"});
-  OrderDesk desk_{bus_, {kBoot, &clock_, &sink_, [] {}}};
+  OrderDesk desk_{bus_, UnsignedBridge(), {kBoot, &clock_, &sink_, [] {}}};
 };
 
 TEST_F(UrgentOrderTest, OvertakesWhatWaitsAndWhatIsHeld) {

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <axlecast/driver_command_t.hpp>
 #include <axlecast/driver_order_t.hpp>
+#include <axlecast/permit_body_t.hpp>
+#include <axlecast/permit_t.hpp>
 #include <string>
 #include <vector>
 
+#include "drivers/runtime/command/signature.h"
 #include "drivers/runtime/config/machine_config.h"
 #include "drivers/runtime/core/family.h"
 
@@ -45,6 +48,13 @@ inline BusConfig CountingBus(const std::string& name, const std::vector<std::str
   return bus;
 }
 
+// As the demo's: everything unsigned is obeyed.
+inline BridgeConfig UnsignedBridge() {
+  BridgeConfig bridge;
+  bridge.allow_unsigned = true;
+  return bridge;
+}
+
 inline CommandId NumberedId(std::uint32_t number) {
   CommandId id{};
   for (std::size_t i = 0; i < 4; ++i) id[i] = static_cast<std::uint8_t>(number >> (8 * i));
@@ -73,10 +83,26 @@ inline driver_order_t OrderMessage(std::int64_t driver_boot_id, std::int64_t epo
   return order;
 }
 
-inline std::vector<std::uint8_t> Enveloped(const driver_order_t& order) {
+// Signed where there is a key.
+inline std::vector<std::uint8_t> Enveloped(const driver_order_t& order, const SigningKey* key = nullptr) {
   driver_command_t envelope{};
   envelope.order = Encoded(order);
   envelope.order_size = static_cast<std::int16_t>(envelope.order.size());
+  if (key != nullptr) {
+    const Signature signature = key->Sign(Domain::kOrder, envelope.order);
+    std::copy(signature.begin(), signature.end(), std::begin(envelope.sig));
+  }
+  return Encoded(envelope);
+}
+
+inline std::vector<std::uint8_t> Enveloped(const permit_body_t& body, const SigningKey* key = nullptr) {
+  permit_t envelope{};
+  envelope.permit = Encoded(body);
+  envelope.permit_size = static_cast<std::int16_t>(envelope.permit.size());
+  if (key != nullptr) {
+    const Signature signature = key->Sign(Domain::kPermit, envelope.permit);
+    std::copy(signature.begin(), signature.end(), std::begin(envelope.sig));
+  }
   return Encoded(envelope);
 }
 

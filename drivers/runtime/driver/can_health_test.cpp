@@ -83,7 +83,9 @@ class CanHealthTest : public ::testing::Test {
   std::vector<std::string> log_;
   CanController controller_{.state = State::kActive, .tec = 1, .rec = 2, .bitrate = 250'000, .restart_ms = 0};
   BusConfig bus_ = ListenerBus();
-  Driver driver_{bus_, 42,
+  Driver driver_{bus_,
+                 {},
+                 42,
                  DriverPorts{.frames = &link_,
                              .secrets = &secrets_,
                              .clock = &clock_,

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <atomic>
 #include <axlecast/command_status_t.hpp>
 #include <axlecast/driver_status_t.hpp>
@@ -72,7 +73,7 @@ TEST(CommandThreadTest, OrdersCrossTheThreads) {
   }));
   BusConfig config = PolledBus(1);
   config.poll_hz = 0;
-  Driver driver(config, kBoot,
+  Driver driver(config, UnsignedBridge(), kBoot,
                 {.link = &link,
                  .secrets = &secrets,
                  .clock = &clock,
@@ -101,6 +102,50 @@ TEST(CommandThreadTest, OrdersCrossTheThreads) {
     EXPECT_EQ(sent, kOrders);
   }
   EXPECT_EQ(done, 200);
+  driver.Stop();
+}
+
+// Forged orders as fast as they can be verified, on another thread: the bus's turns go on meanwhile, far more often
+// than signatures are verified.
+TEST(CommandThreadTest, AFloodOfForgedOrdersDoesNotDelayTheBus) {
+  const SystemClock clock;
+  PromptLink link;
+  FixedSecrets secrets;
+  NullSink sink;
+  const SigningKey bridge_key = SigningKey::Generate();
+  const SigningKey stranger = SigningKey::Generate();
+  BridgeConfig bridge;
+  bridge.bridge.public_key = bridge_key.public_key();
+  BusConfig config = PolledBus(1);
+  config.poll_hz = 0;
+  Driver driver(config, bridge, kBoot,
+                {.link = &link,
+                 .secrets = &secrets,
+                 .clock = &clock,
+                 .data = &sink,
+                 .commands = &sink,
+                 .log = [](LogLevel, std::string_view) {},
+                 .link_warnings = {}});
+  constexpr int kForged = 2'000;
+  const auto forged = Enveloped(OrderMessage(kBoot, 1, NumberedId(1), "axis1", "touch"), &stranger);
+  std::atomic<bool> flooding = true;
+  std::thread flood([&] {
+    for (int i = 0; i < kForged; ++i) driver.desk().OnDriverCommand(forged);
+    flooding = false;
+  });
+  std::vector<MonoNs> turns;
+  const MonoNs began = clock.Now();
+  while (flooding) {
+    const MonoNs before = clock.Now();
+    driver.RunOnce();
+    turns.push_back(clock.Now() - before);
+  }
+  const MonoNs one_order = (clock.Now() - began) / kForged;
+  flood.join();
+  EXPECT_EQ(driver.desk().refused(), kForged);
+  // The median, because a longest turn tells what else this computer does.
+  std::nth_element(turns.begin(), turns.begin() + static_cast<std::ptrdiff_t>(turns.size() / 2), turns.end());
+  EXPECT_LT(turns[turns.size() / 2], one_order / 2);
   driver.Stop();
 }
 

@@ -107,6 +107,7 @@ void Driver::Stop() {
   while (operations_.Busy() && now_ < deadline) RunOnce();
   if (wire_) wire_->Flush();
   ReportHealth();
+  operations_.CountWrites();
   desk_.Goodbye();
   link().Close();
   FlushBlocks();

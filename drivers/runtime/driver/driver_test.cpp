@@ -36,7 +36,7 @@ class DriverTest : public ::testing::Test {
  protected:
   void Make() {
     driver_ = std::make_unique<Driver>(
-        bus_, kBoot,
+        bus_, bridge_, kBoot,
         DriverPorts{.link = &link_,
                     .secrets = &secrets_,
                     .clock = &clock_,
@@ -82,6 +82,7 @@ class DriverTest : public ::testing::Test {
   MemorySink commands_;
   std::vector<std::string> log_;
   BusConfig bus_ = PolledBus(1);
+  BridgeConfig bridge_ = UnsignedBridge();
   std::unique_ptr<Driver> driver_;
 };
 
@@ -156,6 +157,57 @@ TEST_F(DriverTest, ASecondDriverOfTheBusIsAnAlarmForAsLongAsItIsHeard) {
   HearDriver(4711, driver_status_t::KIND_GOODBYE);
   RunUntil(5'300 * kMillisecond);
   EXPECT_FALSE(AlarmIsLive("duplicate_driver"));
+}
+
+TEST_F(DriverTest, OrdersOfStrangersAreAnAlarmAndALine) {
+  const SigningKey bridge_key = SigningKey::Generate();
+  bridge_.bridge.public_key = bridge_key.public_key();
+  Make();
+  RunUntil(kSecond);
+  EXPECT_FALSE(AlarmIsLive("foreign_order"));
+  const auto order = OrderMessage(kBoot, 1, NumberedId(1), "axis1", "touch");
+  for (int i = 0; i < 100; ++i) driver_->desk().OnDriverCommand(Enveloped(order));
+  RunUntil(1'300 * kMillisecond);
+  EXPECT_TRUE(AlarmIsLive("foreign_order"));
+  EXPECT_THAT(Said(driver_status_t::KIND_STATUS), IsEmpty());
+  EXPECT_THAT(log_, Contains(HasSubstr("100 orders were refused unanswered: orders count only when signed")));
+  driver_->desk().OnDriverCommand(Enveloped(order, &bridge_key));
+  RunUntil(1'400 * kMillisecond);
+  EXPECT_EQ(Said(driver_status_t::KIND_STATUS).back().state, command_status_t::STATE_SUCCEEDED);
+  RunUntil(12 * kSecond);
+  EXPECT_FALSE(AlarmIsLive("foreign_order"));
+}
+
+TEST_F(DriverTest, HelloCarriesThePositionAndIsNotSaidForIt) {
+  Make();
+  RunUntil(3 * kSecond);
+  const auto hello = Said(driver_status_t::KIND_HELLO);
+  EXPECT_LE(hello.size(), 5U);
+  ASSERT_EQ(hello.back().n_devices, 1);
+  const driver_device_t& device = hello.back().devices[0];
+  EXPECT_EQ(device.identity, "");
+  EXPECT_EQ(device.has_datum, 0);
+  ASSERT_EQ(device.has_position, 1);
+  bool read = false;  // at that instant
+  for (const position_t& position : data_.All<position_t>("POSITION/axis1")) {
+    read = read || (position.utime == device.position_utime && position.counts == device.position);
+  }
+  EXPECT_TRUE(read);
+}
+
+TEST_F(DriverTest, HelloComesAtOnceWithADatum) {
+  Make();
+  RunUntil(3'050 * kMillisecond);
+  const std::size_t before = Said(driver_status_t::KIND_HELLO).size();
+  auto order = OrderMessage(kBoot, 1, NumberedId(1), "axis1", "set_datum");
+  order.arguments = {{"counts", "7"}};
+  order.n_arguments = 1;
+  static_cast<void>(Order(order));
+  RunUntil(3'250 * kMillisecond);
+  const auto hello = Said(driver_status_t::KIND_HELLO);
+  ASSERT_EQ(hello.size(), before + 1);
+  EXPECT_EQ(hello.back().devices[0].has_datum, 1);
+  EXPECT_EQ(hello.back().devices[0].datum_counts, 7);
 }
 
 TEST_F(DriverTest, DamagedStatusMessagesAreNoDriver) {
@@ -246,7 +298,7 @@ TEST_F(DriverTest, AnOrderThatDoesNotEndInTimeIsIndeterminate) {
 
 TEST_F(DriverTest, LinkWarningsAreLogged) {
   driver_ = std::make_unique<Driver>(
-      bus_, kBoot,
+      bus_, bridge_, kBoot,
       DriverPorts{.link = &link_,
                   .secrets = &secrets_,
                   .clock = &clock_,

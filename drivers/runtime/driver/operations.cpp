@@ -25,6 +25,10 @@ std::string OrderText(const Order& order) {
 
 }  // namespace
 
+std::int32_t Operations::WritesOf(const Target& target, const Held& held) {
+  return static_cast<std::int32_t>(target.channel->nv_writes() - held.writes_before);
+}
+
 bool Operations::Holds(const Target& target, const CommandId& id) {
   return std::any_of(target.held.begin(), target.held.end(), [&](const Held& held) { return held.id == id; });
 }
@@ -121,7 +125,7 @@ void Operations::OnOutcome(const std::string& device, const CommandId& id, const
   const auto held = std::find_if(target->held.begin(), target->held.end(),
                                  [&](const Held& candidate) { return candidate.id == id; });
   if (held == target->held.end()) return;
-  const auto writes = static_cast<std::int32_t>(target->channel->nv_writes() - held->writes_before);
+  const std::int32_t writes = WritesOf(*target, *held);
   if (outcome.IsFinal()) {
     target->held.erase(held);
     log_(LogLevel::kInfo, device + ": id " + IdText(id) + ' ' +
@@ -138,6 +142,12 @@ void Operations::Abandon(MonoNs now) {
       Cancel(target, order.id, command_status_t::REASON_STOPPING,
              "the driver stopped before it began: send it again later", now);
     }
+  }
+}
+
+void Operations::CountWrites() {
+  for (const Target& target : targets_) {
+    for (const Held& held : target.held) desk_.CountWrites(target.config->name, held.id, WritesOf(target, held));
   }
 }
 

@@ -31,6 +31,8 @@ class Operations {
 
   // The driver stops: orders that have not touched their device yet are cancelled.
   void Abandon(MonoNs now);
+  // The driver says GOODBYE: what orders that have not ended wrote until now.
+  void CountWrites();
   // A device holds an order.
   [[nodiscard]] bool Busy() const;
 
@@ -46,6 +48,7 @@ class Operations {
     std::vector<Held> held;  // at most one, and an urgent one
   };
 
+  [[nodiscard]] static std::int32_t WritesOf(const Target& target, const Held& held);
   [[nodiscard]] static bool Holds(const Target& target, const CommandId& id);
   [[nodiscard]] Target* Find(const std::string& device);
   void Begin(Target& target, const Order& order, MonoNs now);

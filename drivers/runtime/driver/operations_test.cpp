@@ -2,112 +2,17 @@
 
 #include <gmock/gmock.h>
 
-#include <algorithm>
 #include <axlecast/command_status_t.hpp>
-#include <axlecast/device_info_t.hpp>
-#include <axlecast/driver_status_t.hpp>
-#include <axlecast/permit_body_t.hpp>
-#include <axlecast/permit_t.hpp>
 #include <axlecast/position_t.hpp>
-#include <memory>
 
-#include "drivers/runtime/command/order_test_support.h"
-#include "tests/support/fake_clock.h"
-#include "tests/support/memory_sink.h"
-#include "tests/support/polled_device.h"
-#include "tests/support/polled_family.h"
+#include "drivers/runtime/driver/datum_order.h"
+#include "drivers/runtime/driver/operations_fixture.h"
 
 namespace axlecast {
 namespace {
 
 using ::testing::HasSubstr;
 using Status = command_status_t;
-
-constexpr std::int64_t kBoot = 42;
-
-class OperationsTest : public ::testing::Test {
- protected:
-  OperationsTest() {
-    time_.Update(clock_.Now(), clock_.UtcMicroseconds());
-    operations_.Add(bus_.devices[0], channel_, device_);
-  }
-
-  // The device is ONLINE and stands at `counts`.
-  void Online(std::int64_t counts = 1'000) {
-    channel_.OnLink(true, "", clock_.Now());
-    for (int i = 0; i < 200; ++i) {
-      clock_.Advance(kMillisecond);
-      channel_.OnSample({.at = {clock_.Now(), clock_.Now()}, .counts = counts});
-    }
-    channel_.Tick(clock_.Now());
-    ASSERT_EQ(channel_.summary().state, device_info_t::STATE_ONLINE);
-  }
-
-  driver_order_t MakeOrder(const std::string& operation, const std::vector<argument_t>& arguments = {}) {
-    ++number_;
-    driver_order_t order =
-        OrderMessage(kBoot, number_, NumberedId(static_cast<std::uint32_t>(number_)), "axis1", operation);
-    order.arguments = arguments;
-    order.n_arguments = static_cast<std::int8_t>(arguments.size());
-    return order;
-  }
-  void Send(const driver_order_t& order) {
-    desk_.OnDriverCommand(Enveloped(order));
-    operations_.Poll(clock_.Now());
-  }
-  // The last word on the order.
-  driver_status_t Answer(const driver_order_t& order) {
-    driver_status_t last{};
-    for (const driver_status_t& status : sink_.All<driver_status_t>("DRIVER_STATUS/rs485-0")) {
-      if (std::equal(std::begin(order.id), std::end(order.id), std::begin(status.id))) last = status;
-    }
-    return last;
-  }
-  driver_status_t Do(const driver_order_t& order) {
-    Send(order);
-    return Answer(order);
-  }
-  void DeviceAnswers() {
-    const auto reply = PolledDevice::Reply(0, PolledDevice::kTouch, 1'000);
-    const Step step = device_.Next({.now = clock_.Now(), .live_due = true});
-    device_.OnStarted(step, clock_.Now());
-    device_.On({.kind = Event::Kind::kReply,
-                .sent = {clock_.Now(), clock_.Now()},
-                .received = {clock_.Now(), clock_.Now()},
-                .request = {},
-                .bytes = reply});
-  }
-  void Permit(const std::string& operation) {
-    permit_body_t body{};
-    body.device = "axis1";
-    body.issuer_boot_id = 9;
-    body.issue = ++number_;
-    body.valid_ms = 500;
-    body.operations = {operation};
-    body.n_operations = 1;
-    permit_t permit{};
-    permit.permit = Encoded(body);
-    permit.permit_size = static_cast<std::int16_t>(permit.permit.size());
-    desk_.OnPermit("axis1", Encoded(permit));
-  }
-
-  FakeClock clock_;
-  Timebase time_;
-  MemorySink sink_;
-  BusConfig bus_ = PolledBus(1);
-  OrderDesk desk_{bus_, {.boot_id = kBoot, .clock = &clock_, .sink = &sink_, .wake = [] {}}};
-  Operations operations_{PolledFamily(), desk_, time_, [](LogLevel, std::string_view) {}};
-  Channel channel_{bus_,
-                   bus_.devices[0],
-                   {.boot_id = kBoot,
-                    .time = &time_,
-                    .sink = &sink_,
-                    .on_outcome = [this](const std::string& device, const CommandId& id, const Outcome& outcome) {
-                      operations_.OnOutcome(device, id, outcome);
-                    }}};
-  PolledDevice device_{0, channel_};
-  std::int64_t number_ = 0;
-};
 
 TEST_F(OperationsTest, AnOrderGoesToItsDeviceAndItsOutcomeBack) {
   Online();
@@ -149,13 +54,16 @@ TEST_F(OperationsTest, AnotherEpochThanTheClientSawIsRefusedFirst) {
 TEST_F(OperationsTest, APermitIsNeededFreshAndForThisOperation) {
   Online();
   EXPECT_EQ(Do(MakeOrder("write")).reason_code, Status::REASON_NO_PERMIT);
+  EXPECT_THAT(Do(MakeOrder("write")).text, HasSubstr("no PERMIT/axis1 came"));
   Permit("something_else");
   EXPECT_EQ(Do(MakeOrder("write")).reason_code, Status::REASON_NO_PERMIT);
+  EXPECT_THAT(Do(MakeOrder("write")).text, HasSubstr("does not allow write"));
   Permit("write");
   EXPECT_EQ(Do(MakeOrder("write")).state, Status::STATE_RUNNING);
   DeviceAnswers();
   clock_.Advance(501 * kMillisecond);
   EXPECT_EQ(Do(MakeOrder("write")).reason_code, Status::REASON_NO_PERMIT);
+  EXPECT_THAT(Do(MakeOrder("write")).text, HasSubstr("ended 0.001 s ago"));
 }
 
 TEST_F(OperationsTest, NoPermitWhereTheConfigurationSaysSo) {
@@ -170,41 +78,6 @@ TEST_F(OperationsTest, ADeviceThatIsNotThereTakesNoOrder) {
   EXPECT_EQ(answer.state, Status::STATE_REJECTED);
   EXPECT_EQ(answer.reason_code, Status::REASON_DEVICE_OFFLINE);
   EXPECT_FALSE(operations_.Busy());
-}
-
-TEST_F(OperationsTest, SetDatumMakesThePresentPositionReadTheValue) {
-  bus_.devices[0].unit = position_t::UNIT_COUNT;
-  Online(1'000);
-  const std::int32_t epoch = channel_.summary().datum_epoch;
-  const driver_status_t answer = Do(MakeOrder("set_datum", {{"value", "0"}}));
-  EXPECT_EQ(answer.state, Status::STATE_SUCCEEDED);
-  EXPECT_EQ(answer.verified, 1);
-  EXPECT_EQ(answer.epoch_after, epoch + 1);
-  EXPECT_NEAR(channel_.summary().value, 0, 1e-9);
-}
-
-TEST_F(OperationsTest, SetDatumTakesCountsEvenBeforeTheDeviceAnswers) {
-  const driver_status_t answer = Do(MakeOrder("set_datum", {{"counts", "-12345"}}));
-  EXPECT_EQ(answer.state, Status::STATE_SUCCEEDED);
-  EXPECT_EQ(Do(MakeOrder("set_datum", {{"value", "1"}})).reason_code, Status::REASON_DEVICE_OFFLINE);
-}
-
-TEST_F(OperationsTest, SetDatumRefusesWhatIsNoNumber) {
-  Online();
-  for (const char* text : {"", "x", "1x", "nan", "inf", "1e300", " 1"}) {
-    EXPECT_EQ(Do(MakeOrder("set_datum", {{"value", text}})).reason_code, Status::REASON_BAD_ARGUMENT) << text;
-  }
-  for (const char* text : {"1.5", "9223372036854775807", "--1"}) {
-    EXPECT_EQ(Do(MakeOrder("set_datum", {{"counts", text}})).reason_code, Status::REASON_BAD_ARGUMENT) << text;
-  }
-  EXPECT_EQ(Do(MakeOrder("set_datum")).reason_code, Status::REASON_BAD_ARGUMENT);
-  EXPECT_EQ(Do(MakeOrder("set_datum", {{"value", "1"}, {"counts", "1"}})).reason_code, Status::REASON_BAD_ARGUMENT);
-}
-
-TEST_F(OperationsTest, TheBridgeTellsThatTheReferenceWasLost) {
-  Online();
-  EXPECT_EQ(Do(MakeOrder("mark_reference_lost")).state, Status::STATE_SUCCEEDED);
-  EXPECT_TRUE(channel_.summary().reference_lost);
 }
 
 TEST_F(OperationsTest, AnOrderThatHasNotTouchedItsDeviceCanBeCancelled) {
@@ -236,6 +109,96 @@ TEST_F(OperationsTest, AbandonCancelsWhatHasNotBegun) {
   operations_.Abandon(clock_.Now());
   EXPECT_EQ(Answer(order).state, Status::STATE_CANCELLED);
   EXPECT_EQ(Answer(order).reason_code, Status::REASON_STOPPING);
+}
+
+TEST_F(OperationsTest, WritesAreCountedFromTheBeginningOfTheOrder) {
+  Online();
+  channel_.OnNonVolatileWrite();
+  const auto order = MakeOrder("touch");
+  EXPECT_EQ(Do(order).nv_writes, 0);
+  channel_.OnNonVolatileWrite();
+  channel_.OnNonVolatileWrite();
+  DeviceAnswers();
+  EXPECT_EQ(Answer(order).nv_writes, 2);
+  const auto next = MakeOrder("touch");
+  Send(next);
+  DeviceAnswers();
+  EXPECT_EQ(Answer(next).nv_writes, 0);
+}
+
+TEST_F(OperationsTest, AnOrderThatTheStopCutsOffTellsItsWrites) {
+  Online();
+  const auto order = MakeOrder("touch");
+  Send(order);
+  channel_.OnNonVolatileWrite();
+  operations_.CountWrites();
+  desk_.Goodbye();
+  EXPECT_EQ(Answer(order).state, Status::STATE_INDETERMINATE);
+  EXPECT_EQ(Answer(order).nv_writes, 1);
+}
+
+class PrepareOperationTest : public OperationsTest {
+ protected:
+  driver_status_t Prepare(const std::string& operation, const std::vector<argument_t>& arguments = {}) {
+    auto order = MakeOrder(operation, arguments);
+    order.kind = driver_order_t::KIND_PREPARE;
+    const driver_status_t answer = Do(order);
+    EXPECT_EQ(answer.verified, 0);
+    EXPECT_FALSE(operations_.Busy());
+    return answer;
+  }
+};
+
+TEST_F(PrepareOperationTest, SaysWhatWouldBeDoneAndDoesNothing) {
+  Online();
+  const driver_status_t answer = Prepare("touch");
+  EXPECT_EQ(answer.state, Status::STATE_SUCCEEDED);
+  EXPECT_EQ(answer.text, "would do touch");
+  EXPECT_EQ(answer.epoch_after, channel_.summary().datum_epoch);
+  ASSERT_EQ(answer.n_changes, 1);
+  EXPECT_EQ(answer.changes[0].key, "position");
+  EXPECT_EQ(answer.changes[0].before, ValueText(channel_.summary().value));
+  EXPECT_EQ(answer.changes[0].after, "");
+  EXPECT_TRUE(device_.started.empty());
+}
+
+TEST_F(PrepareOperationTest, RefusesWhatExecuteWouldRefuse) {
+  EXPECT_EQ(Prepare("touch").reason_code, Status::REASON_DEVICE_OFFLINE);
+  Online();
+  EXPECT_EQ(Prepare("write").reason_code, Status::REASON_NO_PERMIT);
+  auto order = MakeOrder("touch");
+  order.kind = driver_order_t::KIND_PREPARE;
+  order.expect_epoch = channel_.summary().datum_epoch + 3;
+  EXPECT_EQ(Do(order).reason_code, Status::REASON_EPOCH);
+  device_.refuses = Outcome{.state = OrderState::kRejected,
+                            .reason = Status::REASON_DEVICE_ALARM,
+                            .text = "the battery is at 2.4 V",
+                            .changes = {}};
+  const driver_status_t answer = Prepare("touch");
+  EXPECT_EQ(answer.state, Status::STATE_REJECTED);
+  EXPECT_EQ(answer.reason_code, Status::REASON_DEVICE_ALARM);
+  EXPECT_EQ(answer.text, "the battery is at 2.4 V");
+}
+
+TEST_F(PrepareOperationTest, OfADatumShowsNowAndThen) {
+  bus_.devices[0].unit = position_t::UNIT_COUNT;
+  Online(1'000);
+  const std::int32_t epoch = channel_.summary().datum_epoch;
+  const driver_status_t set = Prepare("set_datum", {{"counts", "0"}});
+  EXPECT_EQ(set.state, Status::STATE_SUCCEEDED);
+  EXPECT_EQ(set.text, "would set the datum to 0 counts");
+  ASSERT_EQ(set.n_changes, 3);
+  EXPECT_EQ(set.changes[0].key, "value");
+  EXPECT_EQ(set.changes[0].before, set.changes[0].after);  // none and 0 read the same
+  EXPECT_EQ(set.changes[1].key, "datum_counts");
+  EXPECT_EQ(set.changes[1].before, "none");
+  EXPECT_EQ(set.changes[1].after, "0");
+  EXPECT_EQ(Prepare("set_datum", {{"counts", "1000"}}).changes.at(0).after, "0");
+  EXPECT_EQ(Prepare("set_datum", {{"value", "x"}}).reason_code, Status::REASON_BAD_ARGUMENT);
+  EXPECT_EQ(Prepare("clear_datum").reason_code, Status::REASON_NO_DATUM);
+  EXPECT_EQ(channel_.summary().datum_epoch, epoch);
+  EXPECT_EQ(Prepare("mark_reference_lost").text, "would mark the reference as lost");
+  EXPECT_FALSE(channel_.summary().reference_lost);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <csignal>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "drivers/io/lcm_port.h"
@@ -13,6 +14,7 @@
 #include "drivers/io/secret_file.h"
 #include "drivers/io/supervision.h"
 #include "drivers/io/system_clock.h"
+#include "drivers/runtime/command/own_key.h"
 #include "drivers/runtime/driver/command_thread.h"
 #include "drivers/runtime/driver/driver.h"
 #include "drivers/runtime/driver/ports.h"
@@ -28,8 +30,9 @@ std::shared_ptr<spdlog::logger> MakeLog(const std::string& bus, bool verbose) {
   return log;
 }
 
-bool HoldsSecrets(const BusConfig& bus) {
-  return std::any_of(bus.devices.begin(), bus.devices.end(),
+bool HoldsSecrets(const BusConfig& bus, const BridgeConfig& bridge) {
+  return !bridge.drivers.place.empty() ||
+         std::any_of(bus.devices.begin(), bus.devices.end(),
                      [](const DeviceConfig& device) { return device.settings->holds_secrets; });
 }
 
@@ -48,6 +51,19 @@ void Write(spdlog::logger& log, LogLevel level, std::string_view text) {
     case LogLevel::kWarning:
       return log.warn("{}", text);
   }
+}
+
+// The key that the driver signs with; without one the bridge may not believe it, but positions go on.
+std::optional<SigningKey> DriverKey(const BridgeConfig& bridge, SecretSource& secrets, spdlog::logger& log) {
+  std::string problem;
+  std::optional<SigningKey> key = LoadKey(bridge.drivers, secrets, problem);
+  if (!problem.empty()) {
+    log.warn(
+        "{}; the driver goes on without its key: positions are published, but the bridge believes none of its "
+        "answers and gives it no commands",
+        problem);
+  }
+  return key;
 }
 
 // The process's exit code.
@@ -74,14 +90,15 @@ int RunDriver(const MachineConfig& machine, const BusConfig& bus, bool verbose) 
   if (!Works(data, *log) || !Works(commands, *log)) return 1;
 
   const SystemClock clock;
-  if (HoldsSecrets(bus)) {
+  if (HoldsSecrets(bus, machine.bridge)) {
     if (const std::string problem = ForbidCoreDumps(); !problem.empty()) log->warn("{}", problem);
   }
   const Ports ports = MakePorts(machine, bus, clock);
   SecretFiles secrets;
+  const std::optional<SigningKey> key = DriverKey(machine.bridge, secrets, *log);
   const std::int64_t boot_id = RandomBootId();
   log->info("driver of {} ({}) starts, boot id {:016x}", bus.name, bus.family->name, boot_id);
-  Driver driver(bus, boot_id,
+  Driver driver(bus, machine.bridge, boot_id,
                 {.link = ports.link.get(),
                  .frames = ports.frames.get(),
                  .lines = ports.lines.get(),
@@ -89,8 +106,10 @@ int RunDriver(const MachineConfig& machine, const BusConfig& bus, bool verbose) 
                  .clock = &clock,
                  .data = &data,
                  .commands = &commands,
+                 .key = key ? &*key : nullptr,
                  .log = [&log](LogLevel level, std::string_view text) { Write(*log, level, text); },
                  .link_warnings = ports.warnings});
+  log->info("{}", driver.desk().Rule());
   const CommandThread command_thread(commands, bus, driver);
   // After the command thread has started: it keeps normal scheduling.
   const auto warnings = ApplyRealtime(bus.realtime.priority, bus.realtime.cpu, bus.realtime.lock_memory);
