@@ -149,22 +149,22 @@ HistoryReader::Mark HistoryReader::Now() {
 }
 
 std::vector<DeviceRecord> HistoryReader::Devices() {
-  static const std::string select =
+  static const std::string kSelect =
       "SELECT a.device, " + std::string(kAxisColumns) + " FROM " + std::string(kAxisTables) + " ORDER BY a.device";
   std::vector<DeviceRecord> devices;
   if (!database_) return devices;
-  for (Rows rows = database_->Select(select); rows.Next();) devices.push_back({rows.Text(0), AxisOf(rows, 1)});
+  for (Rows rows = database_->Select(kSelect); rows.Next();) devices.push_back({rows.Text(0), AxisOf(rows, 1)});
   Check();
   return devices;
 }
 
 std::vector<DatumHistory> HistoryReader::Datums(const std::string& device) {
-  static const std::string select =
+  static const std::string kSelect =
       "SELECT number IN (SELECT datum FROM axes WHERE device = ?1), voided_utime, voided_why, " +
       std::string(kDatumColumns) + " FROM datums WHERE device = ?1 ORDER BY number DESC";
   std::vector<DatumHistory> datums;
   if (!database_) return datums;
-  for (Rows rows = database_->Select(select, {device}); rows.Next();) {
+  for (Rows rows = database_->Select(kSelect, {device}); rows.Next();) {
     datums.push_back({.datum = DatumOf(rows, 3), .in_force = rows.Integer(0) != 0, .voided_why = rows.Text(2)});
     if (!rows.IsNull(1)) datums.back().voided_utime = rows.Integer(1);
   }

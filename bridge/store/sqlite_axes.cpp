@@ -8,11 +8,11 @@
 namespace axlecast {
 
 AxisRecord SqliteAxes::Find(Database* database, const std::string& device) const {
-  static const std::string select =
+  static const std::string kSelect =
       "SELECT " + std::string(kAxisColumns) + " FROM " + std::string(kAxisTables) + " WHERE a.device = ?";
   AxisRecord axis;
   if (database != nullptr) {
-    Rows rows = database->Select(select, {device});
+    Rows rows = database->Select(kSelect, {device});
     if (rows.Next()) axis = AxisOf(rows, 0);
   }
   if (const auto kept = positions_.find(device); kept != positions_.end()) axis.position = kept->second;
@@ -20,10 +20,10 @@ AxisRecord SqliteAxes::Find(Database* database, const std::string& device) const
 }
 
 std::vector<DatumRecord> SqliteAxes::Datums(Database& database, const std::string& device) {
-  static const std::string select =
+  static const std::string kSelect =
       "SELECT " + std::string(kDatumColumns) + " FROM datums WHERE device = ? ORDER BY number DESC";
   std::vector<DatumRecord> datums;
-  for (Rows rows = database.Select(select, {device}); rows.Next();) datums.push_back(DatumOf(rows, 0));
+  for (Rows rows = database.Select(kSelect, {device}); rows.Next();) datums.push_back(DatumOf(rows, 0));
   return datums;
 }
 

@@ -62,8 +62,8 @@ bool SetStatus(Database& database, const std::string& id, const command_status_t
 }
 
 std::optional<CommandRow> Row(Database& database, const CommandId& id) {
-  static const std::string select = "SELECT " + std::string(kCommandColumns) + " FROM commands WHERE id = ?";
-  Rows rows = database.Select(select, {IdText(id)});
+  static const std::string kSelect = "SELECT " + std::string(kCommandColumns) + " FROM commands WHERE id = ?";
+  Rows rows = database.Select(kSelect, {IdText(id)});
   return rows.Next() ? std::optional(CommandOf(rows)) : std::nullopt;
 }
 
@@ -162,10 +162,10 @@ std::optional<command_status_t> SqliteJournal::Find(Database* database, const Co
 }
 
 std::vector<OpenCommand> SqliteJournal::Open(Database& database) const {
-  static const std::string select =
-      "SELECT " + std::string(kCommandColumns) + " FROM commands WHERE state < 4 OR (state = 9 AND finding = 0) ORDER BY number";
+  static const std::string kSelect = "SELECT " + std::string(kCommandColumns) +
+                                     " FROM commands WHERE state < 4 OR (state = 9 AND finding = 0) ORDER BY number";
   std::vector<OpenCommand> open;
-  for (Rows rows = database.Select(select); rows.Next();) {
+  for (Rows rows = database.Select(kSelect); rows.Next();) {
     CommandRow row = CommandOf(rows);
     const CommandId id = IdOf(row.record.status.id);
     if (own_.contains(id)) continue;

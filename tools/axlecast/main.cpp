@@ -5,10 +5,12 @@
 #include <exception>
 
 #include "tools/axlecast/check_config_command.h"
+#include "tools/axlecast/datum_command.h"
 #include "tools/axlecast/decode_command.h"
 #include "tools/axlecast/do_command.h"
 #include "tools/axlecast/driver_command.h"
 #include "tools/axlecast/exit_code.h"
+#include "tools/axlecast/history_command.h"
 #include "tools/axlecast/keygen_command.h"
 #include "tools/axlecast/motor_command.h"
 #include "tools/axlecast/param_command.h"
@@ -36,6 +38,8 @@ int RunCommandLine(int argc, char** argv) {
   AddMotorCommand(app, exit_code);
   AddTripsCommand(app, exit_code);
   AddParamCommand(app, exit_code);
+  AddDatumCommands(app, exit_code);
+  AddHistoryCommand(app, exit_code);
   AddCheckConfigCommand(app, exit_code);
   AddKeygenCommand(app, exit_code);
   AddSimulateCommand(app, exit_code);

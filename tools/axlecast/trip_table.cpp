@@ -1,28 +1,17 @@
 #include "tools/axlecast/trip_table.h"
 
-#include <array>
 #include <cstdint>
-#include <ctime>
 #include <iterator>
 #include <limits>
 
 #include "tools/axlecast/columns.h"
 #include "tools/axlecast/names.h"
+#include "tools/axlecast/utc_text.h"
 
 namespace axlecast {
 namespace {
 
-// "2026-11-21 07:00:05 UTC"
-std::string TimeText(std::int64_t utime) {
-  const std::time_t seconds = utime / 1'000'000;
-  std::tm parts{};
-  std::array<char, 32> text{};
-  if (gmtime_r(&seconds, &parts) == nullptr ||
-      std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M:%S UTC", &parts) == 0) {
-    return "?";
-  }
-  return text.data();
-}
+std::string TimeText(std::int64_t utime) { return UtcText(utime) + " UTC"; }
 
 std::string Instant(const trip_log_t& trip) {
   if (trip.not_before_utime == 0 && trip.not_after_utime == 0) return "at an unknown time";

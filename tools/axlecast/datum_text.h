@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "bridge/store/history.h"
+
+namespace axlecast {
+
+// What `axlecast datum` says (docs/cli.md). Pure.
+
+// `write_budget`: rewrites of the device's memory that its maker allows; 0 none stated, or not known.
+[[nodiscard]] std::string DatumText(const DeviceRecord& device, std::int64_t write_budget);
+[[nodiscard]] nlohmann::ordered_json DatumJson(const DeviceRecord& device, std::int64_t write_budget);
+
+[[nodiscard]] std::string DatumHistoryHeading();
+[[nodiscard]] std::string DatumHistoryLine(const DatumHistory& entry);
+[[nodiscard]] nlohmann::ordered_json DatumHistoryJson(const std::string& device, const DatumHistory& entry);
+
+}  // namespace axlecast
