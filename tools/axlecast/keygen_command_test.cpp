@@ -71,6 +71,14 @@ TEST_F(KeygenTest, WritesAKeyThatOnlyItsOwnerCanRead) {
   EXPECT_THAT(out_, Not(HasSubstr(SeedIn(file_))));
 }
 
+TEST_F(KeygenTest, MakesTheFolderOfAKeyWhereItIsMissing) {
+  EXPECT_EQ(Run(machine_ + "/deeper/anna.key"), 0);
+  EXPECT_EQ(Mode(machine_ + "/deeper/anna.key"), 0600U);
+  EXPECT_EQ(Run(file_ + " --json"), 0);
+  EXPECT_EQ(Run(file_ + "/bob.key"), 1) << "a file is no folder";
+  EXPECT_THAT(err_, HasSubstr(file_));
+}
+
 TEST_F(KeygenTest, AKeyThatIsThereStaysUnlessForced) {
   ASSERT_EQ(Run(file_), 0);
   const std::string first = Content(file_);
