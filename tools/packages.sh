@@ -11,7 +11,7 @@ packages_run="iproute2 util-linux"
 packages_vm="qemu-system-x86 busybox-static cpio kmod can-utils libfuse3-dev"
 packages_test="libfaketime x11-utils clang-14 clang-tidy-14 clang-format-14 libclang-rt-14-dev procps git
   xvfb xauth imagemagick default-jre libxtst6 libxrender1 fonts-dejavu-core
-  sqlite3 python3-pymodbus python3-serial python3-serial-asyncio mbpoll
+  sqlite3 openssl python3-pymodbus python3-serial python3-serial-asyncio mbpoll
   $packages_vm"
 
 # install_missing PACKAGE...: quiet when nothing is missing; fails loudly when apt does.

@@ -54,9 +54,10 @@ int CheckConfig(const CheckOptions& options) {
 void AddCheckConfigCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<CheckOptions>();
   CLI::App* command = app.add_subcommand(
-      "check-config", "Checks a machine's file; prints refresh times and how busy each bus will be");
+      "check-config",
+      "Checks a machine's file; prints refresh times, how busy each bus will be, and who may command");
   options->config.AddTo(*command, ConfigOption::Form::kPositional);
-  command->add_flag("--json", options->json, "One JSON object: file, ok, errors, warnings, machine, buses");
+  command->add_flag("--json", options->json, "One JSON object: file, ok, errors, warnings, machine, buses, bridge");
   command->footer(
       "examples:\n"
       "  axlecast check-config config/demo.yaml\n"

@@ -2,8 +2,8 @@
 
 #include <cstdio>
 
-#include "drivers/runtime/core/lcm_url.h"
 #include "tools/axlecast/columns.h"
+#include "tools/axlecast/key_report.h"
 #include "tools/axlecast/names.h"
 
 namespace axlecast {
@@ -184,11 +184,7 @@ std::vector<std::string> ConfigWarnings(const MachineConfig& machine) {
     warnings.push_back(Format("%.0f", messages) +
                        " messages a second: every LCM process on the port receives all of them; lower publish_hz");
   }
-  if (machine.bridge.allow_unsigned && ParseLcmUrl(machine.lcm.command_url).ttl > 0) {
-    warnings.push_back(
-        "bridge.unsigned_commands is allow and lcm.command_url leaves this host (ttl): anybody on the network may "
-        "command this machine; set ttl=0, or refuse");
-  }
+  for (std::string& warning : KeyWarnings(machine)) warnings.push_back(std::move(warning));
   return warnings;
 }
 
@@ -197,7 +193,7 @@ std::string ConfigText(const MachineConfig& machine) {
                      machine.lcm.command_url + '\n';
   for (const BusConfig& bus : machine.buses) text += BusText(bus);
   text += Format("%.0f", MessagesPerSecond(machine)) + " POSITION and MOTOR messages a second at most\n";
-  return text;
+  return text + KeysText(machine);
 }
 
 Json ConfigJson(const std::string& file, const MachineConfig* machine, const ConfigErrors& errors) {
@@ -213,6 +209,7 @@ Json ConfigJson(const std::string& file, const MachineConfig* machine, const Con
   json["machine"] = machine->machine;
   json["buses"] = Json::array();
   for (const BusConfig& bus : machine->buses) json["buses"].push_back(BusJson(bus));
+  json["bridge"] = KeysJson(*machine);
   return json;
 }
 

@@ -21,10 +21,10 @@ struct BusLoad {
 // What is allowed but probably not meant, each with its remedy.
 [[nodiscard]] std::vector<std::string> ConfigWarnings(const MachineConfig& machine);
 
-// The machine for people: a line for each bus and device, with refresh times and utilisation.
+// The machine for people: a line for each bus and device, with refresh times and utilisation, and its keys.
 [[nodiscard]] std::string ConfigText(const MachineConfig& machine);
 
-// The same as one object: file, ok, errors, warnings, machine, buses. `machine` is null when there are errors.
+// The same as one object: file, ok, errors, warnings, machine, buses, bridge. `machine` is null when there are errors.
 [[nodiscard]] nlohmann::ordered_json ConfigJson(const std::string& file, const MachineConfig* machine,
                                                 const ConfigErrors& errors);
 

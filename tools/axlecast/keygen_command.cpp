@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "drivers/io/process.h"
 #include "drivers/runtime/command/role.h"
 #include "drivers/runtime/command/signature.h"
 #include "drivers/runtime/config/words.h"
@@ -85,10 +84,8 @@ std::string Write(const KeygenOptions& options, std::vector<KeyFile>& files) {
       return "there is no group " + Quoted(options.group) + "; as root: groupadd --system " + options.group;
     }
   }
-  if (!options.machine.empty()) {
-    const std::string directory = std::filesystem::path(files[0].file).parent_path().string();
-    if (std::string problem = MakeDirectory(directory); !problem.empty()) return problem;
-  }
+  const std::string directory = std::filesystem::path(files[0].file).parent_path().string();
+  if (std::string problem = MakeDirectory(directory); !problem.empty()) return problem;
   return WriteKeys(files, access, options.force);
 }
 
@@ -120,7 +117,6 @@ int Keygen(const KeygenOptions& options) {
     std::cerr << "axlecast keygen: " << problem << '\n';
     return kExitUsage;
   }
-  if (const std::string problem = ForbidCoreDumps(); !problem.empty()) std::cerr << "warning: " << problem << '\n';
   std::vector<KeyFile> files = FilesOf(options);
   if (const std::string problem = options.show ? ReadKeys(files) : Write(options, files); !problem.empty()) {
     std::cerr << problem << '\n';

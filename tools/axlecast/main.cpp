@@ -3,7 +3,9 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <string>
 
+#include "drivers/io/process.h"
 #include "tools/axlecast/check_config_command.h"
 #include "tools/axlecast/datum_command.h"
 #include "tools/axlecast/decode_command.h"
@@ -25,6 +27,10 @@
 namespace axlecast {
 namespace {
 
+void WarnOf(const std::string& problem) {
+  if (!problem.empty()) static_cast<void>(std::fprintf(stderr, "warning: %s\n", problem.c_str()));
+}
+
 int RunCommandLine(int argc, char** argv) {
   CLI::App app("Shaft positions and motor health over LCM.\nEvery command: axlecast COMMAND --help.", "axlecast");
   app.set_version_flag("--version", "axlecast " AXLECAST_VERSION);
@@ -42,6 +48,7 @@ int RunCommandLine(int argc, char** argv) {
   AddHistoryCommand(app, exit_code);
   AddCheckConfigCommand(app, exit_code);
   AddKeygenCommand(app, exit_code);
+  app.get_subcommand("keygen")->preparse_callback([](std::size_t) { WarnOf(ForbidCoreDumps()); });
   AddSimulateCommand(app, exit_code);
   AddDriverCommand(app, exit_code);
   AddSpyCommand(app, exit_code);
