@@ -138,7 +138,7 @@ class OfMachine : public testing::Test {
               KeyText(bridge_.public_key()) +
               ", file: /nowhere/b}\n"
               "  keys:\n    far: {public: " +
-              KeyText(bridge_.public_key()) +
+              KeyText(far_.public_key()) +
               ", role: maintainer}\n"
               "    plc: {public: " +
               KeyText(plc_.public_key()) + ", role: control, file: " + Path("plc.key") +
@@ -150,6 +150,7 @@ class OfMachine : public testing::Test {
   const TemporaryFolder folder_;
   const SigningKey bridge_ = SigningKey::Generate();
   const SigningKey plc_ = SigningKey::Generate();
+  const SigningKey far_ = SigningKey::Generate();
   std::string error_;
 };
 

@@ -144,9 +144,8 @@ TEST_F(CommandSessionTest, CancelledBeforeItWasSentIsNeverSent) {
 
 TEST(CommandSessionModes, PreparesAndCommits) {
   SessionBench prepares({.device = "axis1", .operation = "zero", .prepare = true});
-  prepares.Sent(kStart);
-  prepares.Answer(kStart, S::STATE_UNKNOWN);
-  EXPECT_EQ(prepares.Sent(kStart).mode, command_body_t::MODE_PREPARE);
+  prepares.SendIt();
+  EXPECT_EQ(DecodeMessage<command_body_t>(prepares.sent_.bytes)->mode, command_body_t::MODE_PREPARE);
   S status = prepares.Status(kStart, S::STATE_SUCCEEDED);
   status.token[0] = 7;
   EXPECT_TRUE(prepares.session_.OnStatus(status, kStart));
@@ -155,11 +154,11 @@ TEST(CommandSessionModes, PreparesAndCommits) {
   EXPECT_EQ(result.token(), (CommandToken{7}));
 
   SessionBench commits({.device = "axis1", .operation = "zero", .token = result.token()});
-  commits.Sent(kStart);
-  commits.Answer(kStart, S::STATE_UNKNOWN);
-  const auto body = commits.Sent(kStart);
-  EXPECT_EQ(body.mode, command_body_t::MODE_COMMIT);
-  EXPECT_EQ(body.token[0], 7);
+  commits.SendIt();
+  const auto body = DecodeMessage<command_body_t>(commits.sent_.bytes);
+  ASSERT_TRUE(body);
+  EXPECT_EQ(body->mode, command_body_t::MODE_COMMIT);
+  EXPECT_EQ(body->token[0], 7);
 }
 
 TEST(CommandSessionModes, APrepareThatIsRefusedIsRejected) {

@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -8,10 +9,14 @@
 #include <string>
 #include <vector>
 
+#include "drivers/runtime/command/signature.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/axlecast/do_command.h"
 #include "tools/axlecast/driver_command.h"
 #include "tools/axlecast/exit_code.h"
+#include "tools/axlecast/home_command.h"
+#include "tools/axlecast/offset_command.h"
+#include "tools/axlecast/permit_command.h"
 #include "tools/axlecast/spy_command.h"
 #include "tools/axlecast/status_command.h"
 #include "tools/axlecast/up_command.h"
@@ -49,6 +54,10 @@ class Commands : public ::testing::Test {
     AddStatusCommand(app, exit_code);
     AddInfoCommand(app, exit_code);
     AddDoCommands(app, exit_code);
+    AddHomeCommand(app, exit_code);
+    AddDatumUndo(*app.add_subcommand("datum"), exit_code);
+    AddOffsetCommand(app, exit_code);
+    AddPermitCommand(app, exit_code);
     AddDriverCommand(app, exit_code);
     AddSpyCommand(app, exit_code);
     std::reverse(words.begin(), words.end());  // as CLI::App::parse wants them
@@ -73,6 +82,11 @@ TEST_F(Commands, WrongUsage) {
   EXPECT_EQ(Run({"eeprom"}), kExitUsage);
   EXPECT_EQ(Run({"outcome", "123", "--config", file_}), kExitUsage);
   EXPECT_EQ(Run({"do", "axis1", "clear_errors", "--valid-ms", "3600001"}), kExitUsage);
+  EXPECT_EQ(Run({"do", "axis1", "clear_errors", "--commit", "12", "--config", file_}), kExitUsage);
+  EXPECT_EQ(Run({"zero", "axis1", "--prepare", "--commit", std::string(32, '0'), "--config", file_}), kExitUsage);
+  EXPECT_EQ(Run({"home", "axis1", "--config", file_}), kExitUsage);
+  EXPECT_EQ(Run({"permit", "axis1", "--config", file_}), kExitUsage);
+  EXPECT_EQ(Run({"permit", "axis1", "zero_single_turn", "--for", "-1s", "--config", file_}), kExitUsage);
 }
 
 TEST_F(Commands, AMachinesFileThatIsNotThereOrBad) {
@@ -89,12 +103,32 @@ TEST_F(Commands, NamesThatDoNotExist) {
   EXPECT_EQ(Run({"do", "axis1", "fly", "--config", file_}), kExitUsage);
   EXPECT_EQ(Run({"do", "axis1", "eeprom_read", "adress=0", "--config", file_}), kExitUsage);
   EXPECT_EQ(Run({"do", "axis1", "--config", file_}), kExitUsage);
+  EXPECT_EQ(Run({"home", "axis2", "--value", "1", "--yes", "--config", file_}), kExitUsage);
+  EXPECT_EQ(Run({"offset", "capture", "axis2", "--config", file_}), kExitUsage);
+  EXPECT_EQ(Run({"permit", "axis1", "fly", "--for", "1ms", "--config", file_}), kExitUsage);
 }
 
 TEST_F(Commands, DestructiveOnesDoNothingWithoutAnAnswer) {
   EXPECT_EQ(Run({"zero", "axis1", "--config", file_}), kExitUsage);
   EXPECT_EQ(Run({"reset-turns", "axis1", "--config", file_}), kExitUsage);
   EXPECT_EQ(Run({"eeprom", "write", "axis1", "0", "A1", "--config", file_}), kExitUsage);
+}
+
+// The file allows nothing unsigned and has no key of role control.
+TEST_F(Commands, PermitsNeedAKeyOfRoleControl) {
+  unsetenv("AXLECAST_KEY");
+  EXPECT_EQ(Run({"permit", "axis1", "zero_single_turn", "--for", "1ms", "--config", file_}), kExitBad);
+  const SigningKey key = SigningKey::Generate();
+  const std::string key_file = directory_ + "/key";
+  std::ofstream(key_file) << key.FileText();
+  ASSERT_EQ(chmod(key_file.c_str(), 0600), 0);
+  const auto permit = [&] {
+    return Run({"permit", "axis1", "zero_single_turn", "--for", "1ms", "--key", key_file, "--config", file_});
+  };
+  EXPECT_EQ(permit(), kExitBad);
+  std::ofstream(file_) << kMachine << "bridge: {keys: {op: {public: " << KeyText(key.public_key())
+                       << ", role: operator}}}\n";
+  EXPECT_EQ(permit(), kExitBad);
 }
 
 TEST_F(Commands, ListsAndPrintsWithoutARunningMachine) {
@@ -104,7 +138,8 @@ TEST_F(Commands, ListsAndPrintsWithoutARunningMachine) {
 }
 
 TEST_F(Commands, HelpIsNoError) {
-  for (const char* command : {"up", "watch", "status", "info", "do", "zero", "eeprom", "driver", "spy"}) {
+  for (const char* command :
+       {"up", "watch", "status", "info", "do", "zero", "eeprom", "home", "permit", "driver", "spy"}) {
     EXPECT_EQ(Run({command, "--help"}), kExitDone) << command;
   }
 }

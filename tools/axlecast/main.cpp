@@ -14,8 +14,11 @@
 #include "tools/axlecast/exit_code.h"
 #include "tools/axlecast/history_command.h"
 #include "tools/axlecast/keygen_command.h"
+#include "tools/axlecast/home_command.h"
 #include "tools/axlecast/motor_command.h"
+#include "tools/axlecast/offset_command.h"
 #include "tools/axlecast/param_command.h"
+#include "tools/axlecast/permit_command.h"
 #include "tools/axlecast/simulate_command.h"
 #include "tools/axlecast/spy_command.h"
 #include "tools/axlecast/ssi_plan_command.h"
@@ -41,6 +44,9 @@ int RunCommandLine(int argc, char** argv) {
   AddStatusCommand(app, exit_code);
   AddInfoCommand(app, exit_code);
   AddDoCommands(app, exit_code);
+  AddHomeCommand(app, exit_code);
+  AddOffsetCommand(app, exit_code);
+  AddPermitCommand(app, exit_code);
   AddMotorCommand(app, exit_code);
   AddTripsCommand(app, exit_code);
   AddParamCommand(app, exit_code);
