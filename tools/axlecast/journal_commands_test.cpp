@@ -31,6 +31,10 @@ buses:
     link: {port: /dev/null, baud: 2500000}
     devices:
       axis1: {model: ts5669n127}
+  rs485-1:
+    family: tformat
+    link: {port: /dev/zero, baud: 2500000}
+    devices:
       axis2: {model: ts5669n127}
 )";
 
