@@ -160,13 +160,12 @@ std::vector<DeviceRecord> HistoryReader::Devices() {
 
 std::vector<DatumHistory> HistoryReader::Datums(const std::string& device) {
   static const std::string kSelect =
-      "SELECT number IN (SELECT datum FROM axes WHERE device = ?1), voided_utime, voided_why, " +
+      "SELECT number IN (SELECT datum FROM axes WHERE device = ?1), " +
       std::string(kDatumColumns) + " FROM datums WHERE device = ?1 ORDER BY number DESC";
   std::vector<DatumHistory> datums;
   if (!database_) return datums;
   for (Rows rows = database_->Select(kSelect, {device}); rows.Next();) {
-    datums.push_back({.datum = DatumOf(rows, 3), .in_force = rows.Integer(0) != 0, .voided_why = rows.Text(2)});
-    if (!rows.IsNull(1)) datums.back().voided_utime = rows.Integer(1);
+    datums.push_back({.datum = DatumOf(rows, 1), .in_force = rows.Integer(0) != 0});
   }
   Check();
   return datums;

@@ -43,9 +43,7 @@ struct DeviceRecord {
 
 struct DatumHistory {
   DatumRecord datum;
-  bool in_force = false;
-  std::optional<std::int64_t> voided_utime;  // us, UNIX time; none: in force, or another was set after it
-  std::string voided_why;
+  bool in_force = false;  // else made void, or another was set after it
 };
 
 // Reads the journal's file, while the bridge writes it or not.

@@ -113,10 +113,10 @@ TEST_F(HistoryTest, DevicesAndTheirDatums) {
   const auto datums = reader.Datums("axis1");
   ASSERT_EQ(datums.size(), 3U);
   EXPECT_TRUE(datums[0].in_force);
-  EXPECT_FALSE(datums[1].in_force || datums[1].voided_utime);
+  EXPECT_FALSE(datums[1].in_force || datums[1].datum.voided_utime != 0);
   EXPECT_EQ(datums[2].datum.who, "plc");
-  EXPECT_EQ(datums[2].voided_utime, kStart + 1);
-  EXPECT_EQ(datums[2].voided_why, "zeroed");
+  EXPECT_EQ(datums[2].datum.voided_utime, kStart + 1);
+  EXPECT_EQ(datums[2].datum.void_reason, "zeroed");
   EXPECT_TRUE(reader.Datums("axis7").empty());
   ASSERT_EQ(reader.Events({.since_utime = kStart}).size(), 1U);
   EXPECT_EQ(reader.Events({})[0].kind, "moved_while_off");

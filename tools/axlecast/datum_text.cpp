@@ -42,7 +42,9 @@ Json ToJson(const DatumRecord& datum) {
 }
 
 std::string StateText(const DatumHistory& entry) {
-  if (entry.voided_utime) return "void since " + UtcText(*entry.voided_utime) + ": " + Shown(entry.voided_why);
+  if (entry.datum.voided_utime != 0) {
+    return "void since " + UtcText(entry.datum.voided_utime) + ": " + Shown(entry.datum.void_reason);
+  }
   return entry.in_force ? "in force" : "replaced";
 }
 
@@ -95,8 +97,9 @@ Json DatumHistoryJson(const std::string& device, const DatumHistory& entry) {
   Json json = {{"device", device}};
   json.update(ToJson(entry.datum));
   json["in_force"] = entry.in_force;
-  json["voided_utime"] = entry.voided_utime ? Json(*entry.voided_utime) : Json();
-  json["voided_why"] = entry.voided_utime ? Json(entry.voided_why) : Json();
+  const bool is_void = entry.datum.voided_utime != 0;
+  json["voided_utime"] = is_void ? Json(entry.datum.voided_utime) : Json();
+  json["voided_why"] = is_void ? Json(entry.datum.void_reason) : Json();
   return json;
 }
 
