@@ -49,12 +49,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (const auto status = axlecast::DecodeMessage<axlecast::command_status_t>(message)) {
       sessions.OnStatus(Fitted(*status, digest, (data[2] & 1) != 0), nullptr);
     } else if (length > 0) {
-      axlecast::command_status_t status{};
-      status.state = static_cast<std::int8_t>(message[0] % 12);
-      status.is_final = status.state >= axlecast::command_status_t::STATE_SUCCEEDED ? 1 : 0;
-      status.boot_id = data[2] % 3;
-      status.reason_code = data[2] % 40;
-      sessions.OnStatus(Fitted(status, digest, true), nullptr);
+      axlecast::command_status_t made{};
+      made.state = static_cast<std::int8_t>(message[0] % 12);
+      made.is_final = made.state >= axlecast::command_status_t::STATE_SUCCEEDED ? 1 : 0;
+      made.boot_id = data[2] % 3;
+      made.reason_code = data[2] % 40;
+      sessions.OnStatus(Fitted(made, digest, true), nullptr);
     }
     clock.Advance(data[3] * axlecast::kMillisecond * 10);
     sink.Clear();

@@ -8,6 +8,7 @@
 #include "drivers/io/lcm_port.h"
 #include "drivers/runtime/core/decode_message.h"
 #include "tools/axlecast/command_options.h"
+#include "tools/axlecast/command_report.h"
 #include "tools/axlecast/do_request.h"
 #include "tools/axlecast/exit_code.h"
 #include "tools/axlecast/operator_client.h"
