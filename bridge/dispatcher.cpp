@@ -72,6 +72,15 @@ Dispatcher::Dispatcher(const MachineConfig& machine, std::int64_t boot_id, Bridg
       bus.urgent.try_emplace(device.name, bus.driver, static_cast<LaneOutput&>(*this));
     }
   }
+  taken_up_ = store_.problem().empty();
+  for (const OpenCommand& command : store_.Open()) Resume(command, now);
+}
+
+// A store that could not be opened at the start can be now.
+void Dispatcher::TakeUpLate(Instant now) {
+  if (taken_up_ || !store_.problem().empty()) return;
+  taken_up_ = true;
+  port_.Heard(FirstEpoch(store_, now));
   for (const OpenCommand& command : store_.Open()) Resume(command, now);
 }
 
@@ -314,6 +323,7 @@ void Dispatcher::Tick(Instant now) {
     for (auto& [device, lane] : bus.lanes) lane.Tick(now);
   }
   store_.Tick(now);
+  TakeUpLate(now);
   SetAlarms(now);
   alarms_.Tick(now);
 }

@@ -92,6 +92,7 @@ class Dispatcher final : private LaneOutput {
   void BeginFinding(const Task& task, command_status_t& status, Instant now);
   void EndFinding(const Task& task, Instant now);
   void Resume(const OpenCommand& command, Instant now);
+  void TakeUpLate(Instant now);
   void SetAlarms(Instant now);
   [[nodiscard]] DeviceLane& LaneOf(Bus& bus, const std::string& device, const OperationSpec* operation);
   [[nodiscard]] const DeviceConfig* DeviceOf(const std::string& name) const;
@@ -115,6 +116,7 @@ class Dispatcher final : private LaneOutput {
   ForeignWatch foreign_;
   std::map<std::string, Bus> buses_;
   std::int64_t own_ids_ = 0;
+  bool taken_up_ = false;  // what earlier bridges left in the store
 };
 
 }  // namespace axlecast

@@ -14,14 +14,14 @@ namespace axlecast {
 
 // Which commands or events; what is left out does not matter.
 struct HistoryFilter {
-  std::string id;  // of the command, or how it begins: lower-case hex
-  std::string device;
-  std::string operation;
-  std::string who;
-  std::optional<std::int8_t> state;         // command_status_t STATE_*
-  std::optional<std::int64_t> since_utime;  // us, UNIX time; that instant included
-  std::optional<std::int64_t> until_utime;  // not included
-  std::optional<std::int64_t> limit;        // the newest of those
+  std::string id = {};  // of the command, or how it begins: lower-case hex
+  std::string device = {};
+  std::string operation = {};
+  std::string who = {};
+  std::optional<std::int8_t> state = {};         // command_status_t STATE_*
+  std::optional<std::int64_t> since_utime = {};  // us, UNIX time; that instant included
+  std::optional<std::int64_t> until_utime = {};  // not included
+  std::optional<std::int64_t> limit = {};        // the newest of those
 };
 
 // How a command stood, and since when.
