@@ -22,6 +22,7 @@ struct Order {
 
 struct Sum {
   std::map<std::string, std::int64_t> outcomes;
+  std::map<std::string, std::int64_t> reasons;
   std::int64_t effects = 0;
   std::int64_t bridge_kills = 0;
   std::int64_t driver_kills = 0;
@@ -35,6 +36,7 @@ void RunSeed(const Order& order, std::uint32_t seed, std::uint32_t count, Sum& s
   const bool ended = world.Run(count);
   const WorldTally tally = world.Judge();
   for (const auto& [outcome, number] : tally.outcomes) sum.outcomes[outcome] += number;
+  for (const auto& [reason, number] : tally.reasons) sum.reasons[reason] += number;
   sum.effects += tally.effects;
   sum.bridge_kills += tally.bridge_kills;
   sum.driver_kills += tally.driver_kills;
@@ -51,6 +53,8 @@ int Report(const Order& order, const Sum& sum) {
               sum.bridge_kills, sum.driver_kills, order.world.client_kills * 100);
   for (const auto& [outcome, number] : sum.outcomes) std::printf("  %10" PRId64 "  %s\n", number, outcome.c_str());
   std::printf("  %10" PRId64 "  effects on devices\n", sum.effects);
+  std::printf("why the others did not succeed:\n");
+  for (const auto& [reason, number] : sum.reasons) std::printf("  %10" PRId64 "  %s\n", number, reason.c_str());
   std::printf("%" PRId64 " breaches of: at most one effect, one outcome, in agreement with the device\n",
               sum.breaches);
   return sum.breaches == 0 ? 0 : 1;

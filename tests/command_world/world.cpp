@@ -134,9 +134,15 @@ void World::Millisecond() {
     driver->Step();
   }
   for (auto& [id, client] : open_) Advance(*client);
-  if (network_.Happens(settings_.bridge_kills_per_s / 1'000) && bridge_) bridge_.reset();
+  if (network_.Happens(settings_.bridge_kills_per_s / 1'000)) KillBridge();
   if (!bridge_ && clock_.now >= bridge_starts_) StartBridge();
   if (clock_.now / kMillisecond % 10 == 0) WithBridge([&] { bridge_->Tick(Now()); });
+}
+
+void World::KillBridge() {
+  if (!bridge_) return;
+  bridge_.reset();
+  bridge_starts_ = clock_.now + 300 * kMillisecond;  // a supervisor's; what the dead one sent has arrived by then
 }
 
 void World::StartBridge() {
@@ -161,8 +167,7 @@ void World::WithBridge(const Work& work) {
   try {
     work();
   } catch (const Killed&) {
-    bridge_.reset();
-    bridge_starts_ = clock_.now + 300 * kMillisecond;
+    KillBridge();
   }
 }
 
@@ -190,6 +195,7 @@ void World::JudgeOne(const CommandId& id, const Client& client, WorldTally& tall
   }
   if (journalled->is_final == 0) return breach("no outcome in the journal");
   ++tally.outcomes[std::string(StateName(journalled->state))];
+  if (journalled->state != S::STATE_SUCCEEDED) ++tally.reasons[std::string(ReasonName(journalled->reason_code))];
   if (!Agrees(*journalled, effects)) {
     breach(std::string(StateName(journalled->state)) + " " + std::string(FindingName(journalled->finding)) +
            " with " + std::to_string(effects) + " effects: " + journalled->text);
