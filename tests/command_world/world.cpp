@@ -120,7 +120,7 @@ void World::OnMessage(const std::string& channel, Bytes message) {
 void World::OnStatus(const S& status) {
   const auto found = clients_.find(IdOf(status.id));
   if (found == clients_.end()) return;
-  if (status.is_final != 0) found->second.outcomes.insert(status.state);
+  if (status.is_final != 0) found->second.outcomes[status.body_digest].insert(status.state);
   if (!found->second.session) return;
   found->second.session->OnStatus(status, clock_.now);
   found->second.result = found->second.session->result();
@@ -185,7 +185,9 @@ void World::JudgeOne(const CommandId& id, const Client& client, WorldTally& tall
   const int effects = marks == devices_.marks.end() ? 0 : marks->second;
   tally.effects += effects;
   if (effects > 1) breach("done " + std::to_string(effects) + " times");
-  if (client.outcomes.size() > 1) breach("told more than one outcome");
+  for (const auto& [digest, states] : client.outcomes) {
+    if (states.size() > 1) breach("told more than one outcome");
+  }
   const auto journalled = store_.Find(id);
   if (client.reads) return void(++tally.outcomes["read"]);
   if (!journalled) {
