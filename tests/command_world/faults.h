@@ -47,6 +47,15 @@ class FaultySink final : public MessageSink {
 
 // What the bridge makes durable.
 class FaultyStore final : public DurableStore {
+ private:
+  template <typename Change>
+  auto Around(const Change& change) {
+    faults_.Pass();
+    const auto result = change();
+    faults_.Pass();
+    return result;
+  }
+
  public:
   FaultyStore(DurableStore& store, Faults& faults) : store_(store), faults_(faults) {}
 
@@ -95,14 +104,6 @@ class FaultyStore final : public DurableStore {
   std::string problem() const override { return store_.problem(); }
 
  private:
-  template <typename Change>
-  auto Around(const Change& change) {
-    faults_.Pass();
-    const auto result = change();
-    faults_.Pass();
-    return result;
-  }
-
   DurableStore& store_;
   Faults& faults_;
 };

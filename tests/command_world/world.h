@@ -26,7 +26,7 @@ namespace axlecast {
 
 struct WorldSettings {
   std::uint32_t seed = 1;
-  NetworkSettings network;
+  NetworkSettings network = {};
   int buses = 5;
   int devices_per_bus = 4;
   double driver_kills_per_s = 0;  // of each
