@@ -76,6 +76,7 @@ class World {
   void OnStatus(const command_status_t& status);
   void Millisecond();
   void StartBridge();
+  void KillBridge();
   template <typename Work>
   void WithBridge(const Work& work);
   void JudgeOne(const CommandId& id, const Client& client, WorldTally& tally) const;
