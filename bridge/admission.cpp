@@ -37,7 +37,8 @@ std::string DeviceNames(const MachineConfig& machine) {
 
 std::variant<Admitted, Refusal> Admit(const MachineConfig& machine, std::int64_t bridge_boot_id,
                                       const command_body_t& body) {
-  if (body.bridge_boot_id != bridge_boot_id) {
+  // A cancellation can only end the command of its own id: it may come after a restart of the bridge.
+  if (body.mode != command_body_t::MODE_CANCEL && body.bridge_boot_id != bridge_boot_id) {
     return Refusal{S::REASON_STALE_BRIDGE,
                    "it is meant for another boot of the bridge: ask for the state of the "
                    "device, then send it again under a new id"};

@@ -131,7 +131,9 @@ void Dispatcher::Execute(Incoming incoming, Instant now) {
                   {S::REASON_ID_REUSED, "this id was used with another body: take a new random id"}, now);
   }
   const auto admission = Admit(machine_, port_.boot_id(), body);
-  if (const auto* refusal = std::get_if<Refusal>(&admission)) return Refuse(incoming.status, *refusal, now);
+  if (const auto* refusal = std::get_if<Refusal>(&admission)) {
+    return cancels ? TellKnown(incoming.body, refusal->text, now) : Refuse(incoming.status, *refusal, now);
+  }
   incoming.admitted = std::get<Admitted>(admission);
   if (cancels) return Cancel(incoming, now);
   if (const auto refusal = authority_.Check(incoming.caller, body.device, *incoming.admitted.operation)) {
@@ -151,19 +153,22 @@ void Dispatcher::Execute(Incoming incoming, Instant now) {
 
 void Dispatcher::Cancel(const Incoming& incoming, Instant now) {
   const CommandId id = IdOf(incoming.body.id);
-  auto known = memory_.Find(id);
-  if (!known) return port_.Tell(StatusOf(incoming.body, 0), now);
   Bus& bus = buses_.at(incoming.admitted.bus->name);
   DeviceLane& lane = LaneOf(bus, incoming.body.device, incoming.admitted.operation);
   const auto sender = lane.SenderOf(id);
-  if (sender && !authority_.MayCancel(incoming.caller, *sender)) {
-    // The command goes on: its status is not touched.
-    known->text = "only who gave it, or a maintainer, may cancel it";
-    return port_.Tell(*known, now);
+  if (!sender) return TellKnown(incoming.body, "", now);
+  if (!authority_.MayCancel(incoming.caller, *sender)) {
+    return TellKnown(incoming.body, "only who gave it, or a maintainer, may cancel it", now);
   }
-  if (!IsFinalState(known->state) && lane.Cancel(id, now)) known = memory_.Find(id);
-  if (known && !IsFinalState(known->state)) known->text = "the driver was asked to give it up if it has not begun";
-  if (known) port_.Tell(*known, now);
+  lane.Cancel(id, now);
+  TellKnown(incoming.body, "the driver was asked to give it up if it has not begun", now);
+}
+
+// How the command of a cancellation stands. `text` says what came of the latter, unless the command has ended.
+void Dispatcher::TellKnown(const command_body_t& body, const std::string& text, Instant now) {
+  auto known = memory_.Find(IdOf(body.id));
+  if (known && !IsFinalState(known->state)) known->text = text;
+  port_.Tell(known ? *known : StatusOf(body, 0), now);
 }
 
 std::optional<Refusal> Dispatcher::Busy(const Bus& bus, const DeviceLane& lane, MonoNs now) const {

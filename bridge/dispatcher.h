@@ -79,6 +79,7 @@ class Dispatcher final : private LaneOutput {
 
   void Execute(Incoming incoming, Instant now);
   void Cancel(const Incoming& incoming, Instant now);
+  void TellKnown(const command_body_t& body, const std::string& text, Instant now);
   void Accept(Incoming incoming, Instant now);
   [[nodiscard]] std::optional<Refusal> MakeTask(const Incoming& incoming, Task& task, Instant now);
   std::optional<Refusal> Substitute(Task& task);

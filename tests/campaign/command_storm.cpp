@@ -92,10 +92,10 @@ class Storm {
   }
 
   // Against what the bridge said to anybody and what it has written down.
-  void Compare(const std::map<StatusEar::Body, StatusEar::Told>& told) {
-    for (const auto& [body, heard] : told) {
+  void Compare(const std::map<CommandId, StatusEar::Told>& told) {
+    for (const auto& [id, heard] : told) {
       if (heard.states.size() > 1 || heard.findings.size() > 1) {
-        tally_.Breach(IdText(body.first) + ": the bridge told more than one outcome");
+        tally_.Breach(IdText(id) + ": the bridge told more than one outcome");
       }
     }
     HistoryReader history(order_.journal);

@@ -10,7 +10,7 @@ StatusEar::StatusEar(const std::string& url, const std::string& prefix) : port_(
     const auto status = DecodeMessage<command_status_t>(bytes);
     if (!status || status->is_final == 0) return;
     const std::lock_guard lock(mutex_);
-    Told& told = told_[{IdOf(status->id), status->body_digest}];
+    Told& told = told_[IdOf(status->id)];
     told.states.insert(status->state);
     if (status->finding != command_status_t::FINDING_NONE) told.findings.insert(status->finding);
   });
@@ -22,7 +22,7 @@ StatusEar::~StatusEar() {
   thread_.join();
 }
 
-std::map<StatusEar::Body, StatusEar::Told> StatusEar::told() const {
+std::map<CommandId, StatusEar::Told> StatusEar::told() const {
   const std::lock_guard lock(mutex_);
   return told_;
 }

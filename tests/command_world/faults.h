@@ -3,11 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
-#include <optional>
-#include <string>
-#include <type_traits>
 #include <utility>
-#include <vector>
 
 #include "bridge/durable_store.h"
 #include "drivers/runtime/core/message_sink.h"
@@ -57,6 +53,15 @@ class FaultySink final : public MessageSink {
 
 // What the bridge makes durable.
 class FaultyStore final : public DurableStore {
+ private:
+  template <typename Change>
+  auto Around(const Change& change) {
+    faults_.Pass();
+    const auto result = change();
+    faults_.Pass();
+    return result;
+  }
+
  public:
   FaultyStore(DurableStore& store, Faults& faults) : store_(store), faults_(faults) {}
 
@@ -98,25 +103,13 @@ class FaultyStore final : public DurableStore {
   }
   void Note(const AxisEvent& event) override { store_.Note(event); }
   void Tick(Instant now) override { store_.Tick(now); }
-  std::optional<command_status_t> Find(const CommandId& id) const override {
-    return static_cast<const Journal&>(store_).Find(id);
-  }
-  AxisRecord Find(const std::string& device) const override {
-    return static_cast<const AxisStore&>(store_).Find(device);
-  }
+  std::optional<command_status_t> Find(const CommandId& id) const override { return store_.Find(id); }
+  AxisRecord Find(const std::string& device) const override { return store_.Find(device); }
   std::vector<DatumRecord> Datums(const std::string& device) const override { return store_.Datums(device); }
   std::vector<OpenCommand> Open() const override { return store_.Open(); }
   std::string problem() const override { return store_.problem(); }
 
  private:
-  template <typename Change>
-  std::invoke_result_t<Change> Around(const Change& change) {
-    faults_.Pass();
-    const auto result = change();
-    faults_.Pass();
-    return result;
-  }
-
   DurableStore& store_;
   Faults& faults_;
 };

@@ -68,8 +68,7 @@ class World {
     CommandResult result;
     MonoNs cancel_at = kNever;
     MonoNs kill_at = kNever;
-    // Final states that any bridge ever told, by body: a cancel, or the same id with another body, may be refused.
-    std::map<std::int64_t, std::set<int>> outcomes;
+    std::set<int> outcomes;  // final states that any bridge ever told
   };
 
   void StartOne(std::uint32_t number);

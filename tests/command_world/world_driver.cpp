@@ -85,7 +85,7 @@ void WorldDriver::Hello() {
 
 void WorldDriver::Begin(const OrderDesk::Taken& taken) {
   const Order& order = taken.order;
-  Job job{.device = taken.device, .operation = order.operation, .note = {}, .touch = clock_.now + RandomMs(20)};
+  Job job{.device = taken.device, .operation = order.operation, .touch = clock_.now + RandomMs(20)};
   job.note = order.operation == "look" ? NoteOf(ArgumentOf(order.arguments, "after"))
                                        : ArgumentOf(order.arguments, "note");
   job.done = job.touch + RandomMs(40);

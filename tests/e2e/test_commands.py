@@ -162,7 +162,7 @@ class Commands(Machine):
         self.wait_online(self.data)
         code, outcome = self.command("do", "axis1", "read_all")
         self.assertEqual(code, REJECTED, outcome)
-        self.assertIn("unsigned_commands", outcome["text"])
+        self.assertIn("docs/keys.md", outcome["text"])
 
     def test_destructive_operations_ask_first(self):
         self.run_machine("{}")
@@ -179,7 +179,8 @@ class Commands(Machine):
         body = types.command_body_t()
         body.id = os.urandom(16)
         body.bridge_boot_id = int(first["boot_id"], 16)
-        body.valid_ms = 5000
+        body.issued_mono_ns = first["mono_ns"]
+        body.valid_ms = 60000
         body.device, body.operation = "axis1", "eeprom_write"
         body.token = bytes(16)
         body.expect_epoch = -1
