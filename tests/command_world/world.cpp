@@ -199,6 +199,7 @@ void World::JudgeOne(const CommandId& id, const Client& client, WorldTally& tall
   }
   if (journalled->is_final == 0) return breach("no outcome in the journal");
   ++tally.outcomes[std::string(StateName(journalled->state))];
+  if (journalled->state != S::STATE_SUCCEEDED) ++tally.reasons[std::string(ReasonName(journalled->reason_code))];
   if (!Agrees(*journalled, effects)) {
     breach(std::string(StateName(journalled->state)) + " " + std::string(FindingName(journalled->finding)) +
            " with " + std::to_string(effects) + " effects: " + journalled->text);

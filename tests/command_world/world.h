@@ -40,6 +40,7 @@ struct WorldSettings {
 // What became of the commands.
 struct WorldTally {
   std::map<std::string, int> outcomes;  // by word
+  std::map<std::string, int> reasons;   // by word, of those that did not succeed
   int effects = 0;                      // done to devices
   int bridge_kills = 0;
   int driver_kills = 0;
