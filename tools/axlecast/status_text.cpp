@@ -165,6 +165,19 @@ Json InfoJson(const DeviceView& device) {
   return json;
 }
 
+std::string PresentText(const DeviceView& device, MonoNs now) {
+  if (!device.has_position) {
+    if (!device.motor) return device.name + ": present state not known, no MOTOR came";
+    return device.name + ": " + MotorQuantities(*device.motor) + "; " + MotorStatusText(*device.motor);
+  }
+  if (!device.valid) return device.name + ": present position not known, no valid POSITION came";
+  std::string text = device.name + " is at " + ValueText(device) + " (" + Decimal(device.Turns(), 4) + " turns, " +
+                     Decimal(device.SpeedRpm(), 1) + " rpm), ";
+  text += device.Online(now) ? "ONLINE" : "not ONLINE";
+  const std::string alarms = AlarmText(device, 60);
+  return alarms.empty() ? text : text + ", alarms: " + alarms;
+}
+
 std::string UnknownDevice(const MachineConfig& machine, std::string_view name) {
   std::vector<std::string> names;
   for (const BusConfig& bus : machine.buses) {
