@@ -118,7 +118,8 @@ class Machine(unittest.TestCase):
 
     def simulator(self, config, bus):
         process = self.start(f"simulator-{bus}", BIN / "axlecast", "simulate", config, "--bus", bus)
-        wait_for(lambda: list(self.run_dir.glob(f"**/{bus}.pty")), f"the pty of {bus}")
+        ports = lambda: [port for kind in ("pty", "can", "spi") for port in self.run_dir.glob(f"**/{bus}.{kind}")]
+        wait_for(ports, f"the simulated port of {bus}")
         return process
 
     def driver(self, config, bus, family="tformat", name=None, env=None):
