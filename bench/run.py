@@ -82,6 +82,7 @@ class Bench:
         self.folder = pathlib.Path(folder)
         self.run_dir = self.folder / "run"
         os.environ["AXLECAST_RUN_DIR"] = str(self.run_dir)
+        os.environ["XDG_STATE_HOME"] = str(self.folder / "state")
         self.programs = pathlib.Path(os.environ["AXLECAST_BENCH"])
         self.url = "udpm://239.255.76.67:7667?ttl=0"
         self.command_url = "udpm://239.255.76.67:7668?ttl=0"
@@ -122,19 +123,20 @@ class Bench:
         out, _ = listener.communicate(timeout=20)
         return json.loads(out)
 
-    def machine(self, name, pace, poll_hz, bus="", block="true"):
+    def machine(self, name, pace, poll_hz, bus="", block="true", device="",
+                bridge="bridge: {unsigned_commands: allow}"):
         """The file of one machine, and its running simulator."""
         config = self.folder / f"{name}.yaml"
         config.write_text(f"""machine: {name}
-bridge: {{unsigned_commands: allow}}
+{bridge}
 buses:
   rs485-0:
     family: tformat
     poll_hz: {poll_hz}
     {bus}
-    simulate: {{axis1: {{speed_rpm: 600, {pace}}}}}
+    simulate: {{axis1: {{{'' if "speed_rpm" in pace else "speed_rpm: 600, "}{pace}}}}}
     devices:
-      axis1: {{model: ts5669n127, unit: deg, publish_hz: 1000, block: {block}, permit: not_required}}
+      axis1: {{model: ts5669n127, unit: deg, publish_hz: 1000, block: {block}, permit: not_required{', ' + device if device else ''}}}
 """)
         simulator = self.start(machine.BIN / "axlecast", "simulate", config, "--bus", "rs485-0")
         port = self.run_dir / name / "rs485-0.pty"
@@ -254,6 +256,39 @@ buses:
                         note=f"n {command['n']}, p50 {command['p50_us'] * 1e-3:.2f}, max {command['max_us'] * 1e-3:.2f}"
                              f" ms; of it the driver's part, from DRIVER_COMMAND: p50 {order['p50_us'] * 1e-3:.2f}, "
                              f"p99 {order['p99_us'] * 1e-3:.2f}, max {order['max_us'] * 1e-3:.2f} ms")
+
+        self.added()
+
+    def added(self):
+        """What client, bridge and driver add to the device's own time of a command, all signed, while the bus
+        is polled at 1 kHz."""
+        keys = subprocess.run([machine.BIN / "axlecast", "keygen", "--machine", "added", "--directory", self.folder / "keys",
+                               "--json"], stdout=subprocess.PIPE, stderr=self.log, check=True, text=True)
+        config, simulator, _ = self.machine("added", "pace: wire, speed_rpm: 0", 1000, bridge=json.loads(keys.stdout)["yaml"],
+                                            device="eeprom_writable: [10], timeout_us: 100000")
+        bridge = self.start(machine.BIN / "axlecast-bridge", "--config", config)
+        driver = self.driver(config)
+        status = [str(machine.BIN / "axlecast"), "status", str(config)]
+        machine.wait_for(lambda: subprocess.run(status, stdout=self.log, stderr=self.log, check=False).returncode == 0,
+                         "the machine online")
+        count = 50 * self.options.pairs
+        for what, words, target, n in (
+                ("eeprom_read", ("eeprom_read", "address=10"), 2, count),
+                ("eeprom_write, journalled", ("eeprom_write", "address=10", "data=A1|5E"), 20, min(count, 300))):
+            done = subprocess.run([self.programs / "command_times", config, str(n + 1), "axis1", *words],
+                                  stdout=subprocess.PIPE, stderr=self.log, text=True, check=False)
+            if done.returncode != 0:
+                raise RuntimeError(f"command_times ended with {done.returncode}:\n{self.said()}")
+            times = json.loads(done.stdout)
+            parts = ", ".join(f"{part} {times[part]['p50_us'] * 1e-3:.2f}/{times[part]['p99_us'] * 1e-3:.2f}"
+                              for part in ("accept", "route", "order", "outcome") if part in times)
+            self.report.add(f"{what}: added, p50", "ms", times["added"]["p50_us"] * 1e-3, target,
+                            judged=None if target == 2 else False,
+                            note=f"n {times['added']['n']}, p99 {times['added']['p99_us'] * 1e-3:.2f} ms; total p50 "
+                                 f"{times['total']['p50_us'] * 1e-3:.2f}, device p50 {times['device']['p50_us'] * 1e-3:.2f} "
+                                 f"ms; parts p50/p99: {parts} ms")
+        for process in (driver, bridge, simulator):
+            self.stop(process)
 
     def medians(self, program, figure):
         """A figure of each benchmark in a program."""

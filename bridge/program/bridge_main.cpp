@@ -74,12 +74,12 @@ class BridgeProgram {
  private:
   // A bridge without its key serves all the same: what it says is not believed, and ALARM/bridge says why.
   static std::optional<SigningKey> LoadBridgeKey(const BridgeConfig& config) {
+    if (config.bridge.place.empty()) return std::nullopt;
+    if (const std::string problem = ForbidCoreDumps(); !problem.empty()) spdlog::warn("{}", problem);
     SecretFiles secrets;
     std::string problem;
     auto key = LoadKey(config.bridge, secrets, problem);
     if (!problem.empty()) spdlog::error("{}", problem);
-    if (key) problem = ForbidCoreDumps();
-    if (key && !problem.empty()) spdlog::warn("{}", problem);
     return key;
   }
 

@@ -171,10 +171,9 @@ buses:
         self.wait_online(self.data, "gm1")
 
     def do(self, *words):
-        code, out, err = self.axlecast("do", "gm1", *words, "--yes", "--config", self.config, "--json")
-        self.assertEqual(forbidden_in((out + err).encode()), [], "the CLI's own words")
-        self.assertTrue(out, err)
-        return code, json.loads(out)
+        code, outcome = self.outcome("do", "gm1", *words, "--yes")
+        self.assertEqual(forbidden_in(json.dumps(outcome).encode()), [], "the CLI's own words")
+        return code, outcome
 
     def unit(self):
         code, out, err = self.axlecast("simulate", self.config, "--bus", "rs485-0", "--show", "--json")
@@ -187,7 +186,8 @@ buses:
         wait_for(lambda: self.unit()["logins"] == 1, "a login")
         code, outcome = self.do("write_parameter", "name=log_interval", "value=0.7")
         self.assertEqual(code, DONE, outcome)
-        self.assertEqual(self.do("check_password", "name=bad")[0], DONE)
+        code, outcome = self.do("check_password", "name=bad")
+        self.assertEqual(code, DONE, outcome)
         code, outcome = self.do("set_password", "name=next")
         self.assertEqual((code, outcome["verified"]), (DONE, 1), outcome)
         self.assertEqual(self.do("check_password", "name=next")[0], DONE)

@@ -16,7 +16,11 @@ void AddCommandOptions(CLI::App& command, ConfigOption& config, CommandWish& wis
   command.add_option("--epoch", wish.epoch, "Only if the device's datum_epoch is this one")
       ->check(CLI::Range(0, INT32_MAX))
       ->type_name("N");
-  command.add_option("--reason", wish.reason, "Why, for the journal; at most 160 bytes")
+  AddReasonOption(command, wish.reason);
+}
+
+void AddReasonOption(CLI::App& command, std::string& reason) {
+  command.add_option("--reason", reason, "Why, for the journal; at most 160 bytes")
       ->check(CLI::Validator([](const std::string& text) { return text.size() <= 160 ? "" : "above 160 bytes"; },
                              "TEXT"));
 }

@@ -16,6 +16,9 @@ inline constexpr const char* kCommandExitCodes =
 // first.
 void AddCommandOptions(CLI::App& command, ConfigOption& config, CommandWish& wish, bool asks);
 
+// --reason.
+void AddReasonOption(CLI::App& command, std::string& reason);
+
 // --key.
 void AddKeyOption(CLI::App& command, std::string& key);
 

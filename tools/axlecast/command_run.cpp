@@ -5,17 +5,15 @@
 #include <optional>
 
 #include "drivers/io/system_clock.h"
-#include "tools/axlecast/columns.h"
 #include "tools/axlecast/command_report.h"
 #include "tools/axlecast/confirmation.h"
 #include "tools/axlecast/do_request.h"
 #include "tools/axlecast/exit_code.h"
 #include "tools/axlecast/live_machine.h"
-#include "tools/axlecast/motor_text.h"
+#include "tools/axlecast/memory_cells.h"
 #include "tools/axlecast/operator_client.h"
 #include "tools/axlecast/screen.h"
 #include "tools/axlecast/status_text.h"
-#include "tools/axlecast/table.h"
 #include "tools/json/field.h"
 
 namespace axlecast {
@@ -23,20 +21,6 @@ namespace {
 
 // On a full bus a monitor is read every few seconds.
 MonoNs PresentValueWait(const Family& family) { return family.has_position ? 1500 * kMillisecond : 6 * kSecond; }
-
-// What the device says now, so that the operator sees what would be lost.
-std::string PresentText(const DeviceView& device, MonoNs now) {
-  if (!device.has_position) {
-    if (!device.motor) return device.name + ": present state not known, no MOTOR came";
-    return device.name + ": " + MotorQuantities(*device.motor) + "; " + MotorStatusText(*device.motor);
-  }
-  if (!device.valid) return device.name + ": present position not known, no valid POSITION came";
-  std::string text = device.name + " is at " + ValueText(device) + " (" + Decimal(device.Turns(), 4) + " turns, " +
-                     Decimal(device.SpeedRpm(), 1) + " rpm), ";
-  text += device.Online(now) ? "ONLINE" : "not ONLINE";
-  const std::string alarms = AlarmText(device, 60);
-  return alarms.empty() ? text : text + ", alarms: " + alarms;
-}
 
 // Shows the present value and asks. The exit code when it shall not be done. Binds the command to the epoch shown.
 std::optional<int> Ask(const MachineConfig& machine, const FoundOperation& found, const CommandWish& wish,
@@ -63,9 +47,7 @@ std::optional<int> Ask(const MachineConfig& machine, const FoundOperation& found
 // What a read brought, one "key: value" a line. False when the file cannot be written.
 bool WriteChanges(const std::string& file, const CommandResult& result) {
   std::ofstream out(file);
-  out << "# axlecast " << result.status.operation << " of " << result.status.device << ", command "
-      << HexDigits(result.id) << ", utime " << result.status.finished_utime << '\n';
-  for (const change_t& change : result.status.changes) out << change.key << ": " << change.after << '\n';
+  out << MemoryFileText(result);
   out.close();
   return out.good();
 }

@@ -8,6 +8,7 @@
 
 #include "tools/axlecast/datum_text.h"
 #include "tools/axlecast/exit_code.h"
+#include "tools/axlecast/home_command.h"
 #include "tools/axlecast/journal_option.h"
 #include "tools/axlecast/screen.h"
 #include "tools/axlecast/status_text.h"
@@ -25,14 +26,6 @@ struct Options {
 int Wrong(const std::string& problem, int exit_code) {
   std::cerr << problem << '\n';
   return exit_code;
-}
-
-std::int64_t WriteBudget(const std::optional<MachineConfig>& machine, const std::string& name) {
-  const BusConfig* bus = machine ? machine->BusOf(name) : nullptr;
-  if (bus == nullptr) return 0;
-  const auto device = std::find_if(bus->devices.begin(), bus->devices.end(),
-                                   [&name](const DeviceConfig& config) { return config.name == name; });
-  return device == bus->devices.end() || !device->settings ? 0 : device->settings->write_budget;
 }
 
 // `devices` are those of the journal that were asked for; one that is only in the machine's file has done nothing yet.
@@ -58,7 +51,7 @@ int Show(const Options& options) {
   if (devices.empty()) return NothingKnown(*place, options.device);
   std::string text;
   for (const DeviceRecord& device : devices) {
-    const std::int64_t budget = WriteBudget(place->machine, device.device);
+    const std::int64_t budget = place->machine ? WriteBudget(*place->machine, device.device) : 0;
     text += options.json ? JsonLine(DatumJson(device, budget)) + '\n' : DatumText(device, budget);
   }
   static_cast<void>(WriteOut(text));
@@ -116,10 +109,11 @@ void AddHistory(CLI::App& datum, int& exit_code) {
 }  // namespace
 
 void AddDatumCommands(CLI::App& app, int& exit_code) {
-  CLI::App* datum = app.add_subcommand("datum", "What positions count from: show, history");
+  CLI::App* datum = app.add_subcommand("datum", "What positions count from: show, history, undo");
   datum->require_subcommand(1);
   AddShow(*datum, exit_code);
   AddHistory(*datum, exit_code);
+  AddDatumUndo(*datum, exit_code);
 }
 
 }  // namespace axlecast

@@ -1,5 +1,7 @@
 #include "tools/axlecast/datum_text.h"
 
+#include <algorithm>
+
 #include "drivers/runtime/command/capped_text.h"
 #include "drivers/runtime/command/command_words.h"
 #include "tools/axlecast/columns.h"
@@ -55,6 +57,14 @@ std::string Row(const std::string& number, const std::string& time, const std::s
 }
 
 }  // namespace
+
+std::int64_t WriteBudget(const MachineConfig& machine, std::string_view device) {
+  const BusConfig* bus = machine.BusOf(device);
+  if (bus == nullptr) return 0;
+  const auto found = std::find_if(bus->devices.begin(), bus->devices.end(),
+                                  [device](const DeviceConfig& config) { return config.name == device; });
+  return found == bus->devices.end() || !found->settings ? 0 : found->settings->write_budget;
+}
 
 std::string DatumText(const DeviceRecord& device, std::int64_t write_budget) {
   const AxisRecord& axis = device.axis;

@@ -73,13 +73,21 @@ class JournalCommands : public StoreTest {
     store_->Outcome(status, At(3601));
     EXPECT_TRUE(store_->Accepted(Command(0xb3), At(7200)));
     store_->Note({kStart + 1'800'000'000, "axis1", "moved_while_off", "by 0.7 turns"});
-    EXPECT_TRUE(store_->SetDatum("axis1", {.counts = 1, .utime = kStart, .value = "0 mm", .who = "local"}));
+    EXPECT_TRUE(store_->SetDatum("axis1", {.counts = 1,
+                                           .utime = kStart,
+                                           .identity = {},
+                                           .value = "0 mm",
+                                           .who = "local",
+                                           .reason = {},
+                                           .void_reason = {}}));
     EXPECT_TRUE(store_->SetDatum("axis1", {.counts = 4711,
                                            .utime = kStart,
+                                           .identity = {},
                                            .value = "123.456 mm",
                                            .who = "plc",
                                            .command = NumberedId(0xa1),
-                                           .reason = "homing"}));
+                                           .reason = "homing",
+                                           .void_reason = {}}));
     EXPECT_TRUE(store_->AddWrites("axis2", 50, kStart));
     EXPECT_TRUE(store_->SetReferenceLost("axis2", true));
     store_->KeepPosition("axis2", {.counts = -7, .utime = kStart});

@@ -75,6 +75,8 @@ std::optional<std::int8_t> BusView::State(MonoNs now) const {
   return health->state;
 }
 
+bool BridgeView::Serves(MonoNs now) const { return heard && Fresh(at, now); }
+
 MachineView::MachineView(const MachineConfig& machine)
     : machine_(machine.machine), allows_unsigned_(machine.bridge.allow_unsigned) {
   for (const BusConfig& bus : machine.buses) {
@@ -103,7 +105,16 @@ void MachineView::OnMessage(std::string_view channel, Bytes message, MonoNs now)
     }
     return;
   }
+  if (channel == "ALARM/bridge") return OnBridge(message, now);
   if (DeviceView* device = Find(devices_, name); device != nullptr) OnDevice(*device, kind, message, now);
+}
+
+void MachineView::OnBridge(Bytes message, MonoNs now) {
+  auto alarm = DecodeMessage<alarm_t>(message);
+  if (!alarm) return;
+  bridge_.alarms = std::move(alarm->entries);
+  bridge_.at = now;
+  bridge_.heard = true;
 }
 
 void MachineView::OnDevice(DeviceView& device, std::string_view kind, Bytes message, MonoNs now) {

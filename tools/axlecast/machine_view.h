@@ -57,6 +57,15 @@ struct BusView {
   [[nodiscard]] bool Up(MonoNs now) const { return State(now) == bus_health_t::STATE_UP; }
 };
 
+// What the bridge says of itself, in ALARM/bridge.
+struct BridgeView {
+  std::vector<alarm_entry_t> alarms;
+  MonoNs at = 0;  // receipt of the newest
+  bool heard = false;
+
+  [[nodiscard]] bool Serves(MonoNs now) const;
+};
+
 // Messages come once a second; a state older than this is no state.
 inline constexpr MonoNs kStaleAfter = 2500 * kMillisecond;
 
@@ -74,6 +83,7 @@ class MachineView {
   [[nodiscard]] bool allows_unsigned() const { return allows_unsigned_; }  // commands of anybody
   [[nodiscard]] const std::vector<DeviceView>& devices() const { return devices_; }
   [[nodiscard]] const std::vector<BusView>& buses() const { return buses_; }
+  [[nodiscard]] const BridgeView& bridge() const { return bridge_; }
   [[nodiscard]] std::size_t online(MonoNs now) const;
   [[nodiscard]] bool AllOnline(MonoNs now) const;  // every device ONLINE, every bus UP
   [[nodiscard]] bool AllHeard() const;             // every device, and BUS of all
@@ -81,12 +91,14 @@ class MachineView {
   [[nodiscard]] const DeviceView* FindDevice(std::string_view name) const;
 
  private:
+  void OnBridge(Bytes message, MonoNs now);
   static void OnDevice(DeviceView& device, std::string_view kind, Bytes message, MonoNs now);
 
   std::string machine_;
   bool allows_unsigned_;
   std::vector<DeviceView> devices_;
   std::vector<BusView> buses_;
+  BridgeView bridge_;
   MonoNs window_start_ = 0;
   std::vector<std::int64_t> window_received_;  // readings of each device when the window began
 };

@@ -90,6 +90,22 @@ TEST(MachineView, RemembersAlarmsThatHaveGone) {
   EXPECT_EQ(view.devices()[0].alarms_seen.count("battery_alarm"), 1U);
 }
 
+TEST(MachineView, KnowsWhetherABridgeServesAndItsAlarms) {
+  MachineView view(OneAxis());
+  EXPECT_FALSE(view.bridge().Serves(kNow));
+  alarm_t alarm{};
+  alarm.n = 1;
+  alarm.entries.resize(1);
+  alarm.entries[0].name = "journal_fails";
+  view.OnMessage("ALARM/bridge", Encoded(alarm), kNow);
+  EXPECT_TRUE(view.bridge().Serves(kNow + kStaleAfter));
+  EXPECT_FALSE(view.bridge().Serves(kNow + kStaleAfter + 1));
+  ASSERT_EQ(view.bridge().alarms.size(), 1U);
+  EXPECT_EQ(view.bridge().alarms[0].name, "journal_fails");
+  view.OnMessage("ALARM/bridge", Encoded(position_t{}), kNow + 10 * kSecond);
+  EXPECT_FALSE(view.bridge().Serves(kNow + 10 * kSecond)) << "no alarm message";
+}
+
 TEST(MachineView, IgnoresWhatIsNotItsOwn) {
   MachineView view(OneAxis());
   const auto position = Encoded(PositionMessage(0));

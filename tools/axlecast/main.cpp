@@ -13,12 +13,13 @@
 #include "tools/axlecast/driver_command.h"
 #include "tools/axlecast/exit_code.h"
 #include "tools/axlecast/history_command.h"
-#include "tools/axlecast/keygen_command.h"
 #include "tools/axlecast/home_command.h"
+#include "tools/axlecast/keygen_command.h"
 #include "tools/axlecast/motor_command.h"
 #include "tools/axlecast/offset_command.h"
 #include "tools/axlecast/param_command.h"
 #include "tools/axlecast/permit_command.h"
+#include "tools/axlecast/replace_command.h"
 #include "tools/axlecast/simulate_command.h"
 #include "tools/axlecast/spy_command.h"
 #include "tools/axlecast/ssi_plan_command.h"
@@ -51,6 +52,7 @@ int RunCommandLine(int argc, char** argv) {
   AddTripsCommand(app, exit_code);
   AddParamCommand(app, exit_code);
   AddDatumCommands(app, exit_code);
+  AddReplaceCommand(app, exit_code);
   AddHistoryCommand(app, exit_code);
   AddCheckConfigCommand(app, exit_code);
   AddKeygenCommand(app, exit_code);

@@ -53,7 +53,8 @@ std::optional<Place> Find(const Options& options, int& exit_code) {
 
 // The values that the device holds; the exit code says why there are none.
 ParameterValues Present(const Place& place, const Options& options, int& exit_code) {
-  const ParameterReading reading = ReadParameters(place.machine, options.wish);
+  OperatorClient client(place.machine, options.wish.key, false);
+  const ParameterReading reading = ReadParameters(client, *place.family, options.wish);
   exit_code = ExitCode(reading.result);
   if (exit_code != kExitDone) {
     Show(ToJson(reading.result), ToText(reading.result), options.wish.json);
@@ -110,7 +111,8 @@ int Write(const Place& place, const Options& options, const ParameterValues& wan
   std::cerr << options.wish.device << ": " << changes.size() << " of " << wanted.size() << " parameters differ\n"
             << ToText(changes);
   if (!changes.empty() && !options.wish.yes && !Confirmed()) return kExitRejected;
-  const std::vector<CommandResult> results = WriteParameters(place.machine, options.wish, changes);
+  OperatorClient client(place.machine, options.wish.key, !options.wish.json);
+  const std::vector<CommandResult> results = WriteParameters(client, options.wish, changes);
   Show(WriteJson(options.wish.device, changes, results), WriteText(options.wish.device, changes, results),
        options.wish.json);
   return results.empty() ? kExitDone : ExitCode(results.back());

@@ -4,7 +4,6 @@
 
 #include "drivers/runtime/device/parameter_value.h"
 #include "tools/axlecast/exit_code.h"
-#include "tools/axlecast/operator_client.h"
 
 namespace axlecast {
 namespace {
@@ -21,20 +20,17 @@ CommandRequest Request(const CommandWish& wish, const char* operation) {
 
 }  // namespace
 
-ParameterReading ReadParameters(const MachineConfig& machine, const CommandWish& wish) {
-  OperatorClient client(machine, wish.key, false);
+ParameterReading ReadParameters(OperatorClient& client, const Family& family, const CommandWish& wish) {
   ParameterReading reading;
   reading.result = client.Execute(Request(wish, "read_parameters"));
   if (ExitCode(reading.result) == kExitDone) {
-    const Family& family = *machine.BusOf(wish.device)->family;
     reading.values = FromRegisters(family.parameters, reading.result.status.changes, reading.problem);
   }
   return reading;
 }
 
-std::vector<CommandResult> WriteParameters(const MachineConfig& machine, const CommandWish& wish,
+std::vector<CommandResult> WriteParameters(OperatorClient& client, const CommandWish& wish,
                                            const ParameterChanges& changes) {
-  OperatorClient client(machine, wish.key, !wish.json);
   std::vector<CommandResult> results;
   for (const CommandRequest& request : WriteRequests(wish, changes)) {
     results.push_back(client.Execute(request));

@@ -3,9 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/config/machine_config.h"
+#include "drivers/runtime/core/family.h"
 #include "tools/axlecast/command_report.h"
 #include "tools/axlecast/command_run.h"
+#include "tools/axlecast/operator_client.h"
 #include "tools/axlecast/parameter_diff.h"
 
 namespace axlecast {
@@ -17,10 +18,11 @@ struct ParameterReading {
   CommandResult result;    // of the command
   std::string problem;     // what was wrong besides the command's outcome
 };
-[[nodiscard]] ParameterReading ReadParameters(const MachineConfig& machine, const CommandWish& wish);
+[[nodiscard]] ParameterReading ReadParameters(OperatorClient& client, const Family& family,
+                                              const CommandWish& wish);
 
 // One command for at most 16 of them; ends with the first that is not verified.
-[[nodiscard]] std::vector<CommandResult> WriteParameters(const MachineConfig& machine, const CommandWish& wish,
+[[nodiscard]] std::vector<CommandResult> WriteParameters(OperatorClient& client, const CommandWish& wish,
                                                          const ParameterChanges& changes);
 
 // The commands of a write, each as far as an argument list goes.

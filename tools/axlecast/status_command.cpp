@@ -24,6 +24,9 @@ MonoNs LongestWait(const MachineConfig& machine) {
   return monitors ? 6 * kSecond : 2500 * kMillisecond;
 }
 
+// ALARM/bridge comes once a second.
+constexpr MonoNs kBridgeWait = 1200 * kMillisecond;
+
 struct Options {
   ConfigOption config;
   std::vector<std::string> names;  // of `info`: [CONFIG] DEVICE
@@ -41,8 +44,11 @@ int Status(const Options& options) {
   if (!machine) return exit_code;
   const SystemClock clock;
   LiveMachine live(*machine, clock);
-  if (!live.problem().empty() ||
-      !live.Gather(clock.Now() + LongestWait(*machine), [](const MachineView& view) { return view.AllHeard(); })) {
+  const MonoNs start = clock.Now();
+  const auto complete = [&](const MachineView& view) {
+    return view.AllHeard() && (view.bridge().heard || clock.Now() - start > kBridgeWait);
+  };
+  if (!live.problem().empty() || !live.Gather(start + LongestWait(*machine), complete)) {
     std::cerr << (live.problem().empty() ? "the LCM port failed" : live.problem()) << '\n';
     return kExitBad;
   }

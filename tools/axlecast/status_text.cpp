@@ -30,6 +30,24 @@ std::string AlarmRows(const DeviceView& device) {
   return text;
 }
 
+Json AlarmsJson(const std::vector<alarm_entry_t>& alarms) {
+  Json json = Json::array();
+  for (const alarm_entry_t& alarm : alarms) json.push_back(ToJson(alarm));
+  return json;
+}
+
+std::string BridgeRows(const BridgeView& bridge, MonoNs now) {
+  const std::string name = Left("bridge", 24) + ' ';
+  if (!bridge.Serves(now)) return name + "SILENT    (no bridge serves: nothing can be commanded)\n";
+  if (bridge.alarms.empty()) return name + "SERVING\n";
+  std::string text;
+  for (const alarm_entry_t& alarm : bridge.alarms) {
+    text += name + "SERVING   " + Printable(alarm.name) + " (" + std::string(SeverityName(alarm.severity)) +
+            "): " + Printable(alarm.action) + '\n';
+  }
+  return text;
+}
+
 std::string MotorRows(const DeviceView& device) {
   if (!device.motor) return Row("motor", "no reading yet");
   const motor_health_t& motor = *device.motor;
@@ -83,6 +101,7 @@ std::string StatusText(const MachineView& machine, MonoNs now) {
             (errors.empty() ? "" : "errors: " + errors) +
             (bus.health && !bus.Up(now) ? "  (" + Printable(bus.health->last_error) + ")" : "") + '\n';
   }
+  text += BridgeRows(machine.bridge(), now);
   return text + (machine.AllOnline(now) ? "all online\n" : "not all online\n");
 }
 
@@ -108,6 +127,7 @@ Json StatusJson(const MachineView& machine, MonoNs now) {
     if (bus.health) entry.update(ToJson(*bus.health));
     json["buses"].push_back(std::move(entry));
   }
+  json["bridge"] = {{"serves", machine.bridge().Serves(now)}, {"alarms", AlarmsJson(machine.bridge().alarms)}};
   return json;
 }
 
@@ -141,9 +161,21 @@ Json InfoJson(const DeviceView& device) {
   } else {
     json["motor"] = device.motor ? ToJson(*device.motor) : Json(nullptr);
   }
-  json["alarms"] = Json::array();
-  for (const alarm_entry_t& alarm : device.alarms) json["alarms"].push_back(ToJson(alarm));
+  json["alarms"] = AlarmsJson(device.alarms);
   return json;
+}
+
+std::string PresentText(const DeviceView& device, MonoNs now) {
+  if (!device.has_position) {
+    if (!device.motor) return device.name + ": present state not known, no MOTOR came";
+    return device.name + ": " + MotorQuantities(*device.motor) + "; " + MotorStatusText(*device.motor);
+  }
+  if (!device.valid) return device.name + ": present position not known, no valid POSITION came";
+  std::string text = device.name + " is at " + ValueText(device) + " (" + Decimal(device.Turns(), 4) + " turns, " +
+                     Decimal(device.SpeedRpm(), 1) + " rpm), ";
+  text += device.Online(now) ? "ONLINE" : "not ONLINE";
+  const std::string alarms = AlarmText(device, 60);
+  return alarms.empty() ? text : text + ", alarms: " + alarms;
 }
 
 std::string UnknownDevice(const MachineConfig& machine, std::string_view name) {

@@ -18,6 +18,9 @@ namespace axlecast {
 [[nodiscard]] std::string InfoText(const DeviceView& device, MonoNs now);
 [[nodiscard]] nlohmann::ordered_json InfoJson(const DeviceView& device);
 
+// What the device says now, in one line, so that an operator sees what would be lost.
+[[nodiscard]] std::string PresentText(const DeviceView& device, MonoNs now);
+
 // Why `name` is no device of the machine, and which there are.
 [[nodiscard]] std::string UnknownDevice(const MachineConfig& machine, std::string_view name);
 

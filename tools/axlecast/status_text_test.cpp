@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <axlecast/alarm_t.hpp>
+
 #include "tools/axlecast/one_axis.h"
 
 namespace axlecast {
@@ -45,6 +47,24 @@ TEST(Status, WarnsOfUnsignedCommands) {
   const MachineView view(machine);
   EXPECT_THAT(StatusText(view, kNow), HasSubstr("warning: unsigned commands are obeyed"));
   EXPECT_EQ(StatusJson(view, kNow)["warnings"].size(), 1U);
+}
+
+TEST(Status, ShowsTheBridgeAndItsAlarms) {
+  MachineView view = Online();
+  EXPECT_THAT(StatusText(view, kNow), HasSubstr("bridge                   SILENT"));
+  EXPECT_EQ(StatusJson(view, kNow)["bridge"]["serves"], false);
+  alarm_t alarm{};
+  view.OnMessage("ALARM/bridge", Encoded(alarm), kNow);
+  EXPECT_THAT(StatusText(view, kNow), HasSubstr("bridge                   SERVING\n"));
+  alarm.n = 1;
+  alarm.entries.resize(1);
+  alarm.entries[0].name = "journal_fails";
+  alarm.entries[0].severity = alarm_entry_t::SEVERITY_ERROR;
+  alarm.entries[0].action = "make room on disk.";
+  view.OnMessage("ALARM/bridge", Encoded(alarm), kNow);
+  EXPECT_THAT(StatusText(view, kNow),
+              HasSubstr("bridge                   SERVING   journal_fails (error): make room on disk.\n"));
+  EXPECT_EQ(StatusJson(view, kNow)["bridge"]["alarms"][0]["name"], "journal_fails");
 }
 
 TEST(Info, TextAndJson) {

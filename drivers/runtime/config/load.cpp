@@ -18,8 +18,9 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kLongestPrefix = 16;  // LCM's channel names end at 63 characters
-constexpr double kMostPolled = 20'000;      // T-format's wire limit is 19.6 kHz
+constexpr std::size_t kLongestPrefix = 16;          // LCM's channel names end at 63 characters
+constexpr double kMostPolled = 20'000;              // T-format's wire limit is 19.6 kHz
+constexpr std::string_view kBridgeName = "bridge";  // of ALARM/bridge
 
 bool ConsistsOf(std::string_view text, std::string_view characters) {
   return text.find_first_not_of(characters) == std::string_view::npos;
@@ -86,6 +87,11 @@ class MachineLoader {
     auto devices = map.Maps("devices");
     for (auto& [device, device_map] : devices) {
       if (!IsName(device)) errors_.Add(device_map.mark(), device_map.path() + ": " + Quoted(device) + kNameRule);
+      if (device == kBridgeName) {
+        errors_.Add(device_map.mark(), device_map.path() +
+                                           ": 'bridge' is the bridge's own name (ALARM/bridge): "
+                                           "give the device another one");
+      }
       const auto [first, added] = devices_.emplace(device, name);
       if (!added && first->second != name) {
         errors_.Add(device_map.mark(), device_map.path() + ": the name is taken by a device of bus " +
