@@ -13,12 +13,6 @@ PASSWORD = "Gm3!right-one"
 
 
 class Bridge(Machine):
-    def command(self, *words):
-        """Exit code and outcome."""
-        code, out, err = self.axlecast(*words, "--config", self.config, "--json")
-        self.assertTrue(out, err)
-        return code, json.loads(out)
-
     def lines(self, *words):
         """What a command that only reads the journal says."""
         code, out, err = self.axlecast(*words, "--config", self.config, "--json")
@@ -67,7 +61,7 @@ class Journal(Bridge):
 
     def write_byte(self):
         self.byte += 1
-        return self.command("eeprom", "write", "axis1", "10", f"{self.byte:02X}", "--yes")
+        return self.outcome("eeprom", "write", "axis1", "10", f"{self.byte:02X}", "--yes")
 
     def writes(self):
         return self.simulated(self.config, "rs485-0")["devices"]["axis1"]["eeprom_writes"]
@@ -88,10 +82,10 @@ class Journal(Bridge):
         self.assertEqual((code, outcome["reason"], outcome["temporary"]), (REJECTED, "journal", True), outcome)
         self.assertRegex(outcome["text"], cause)
         self.assertEqual(self.writes(), before)
-        self.assertEqual(self.command("zero", "axis1", "--yes")[1]["reason"], "journal")
-        code, outcome = self.command("eeprom", "read", "axis1", "10")
+        self.assertEqual(self.outcome("zero", "axis1", "--yes")[1]["reason"], "journal")
+        code, outcome = self.outcome("eeprom", "read", "axis1", "10")
         self.assertEqual(code, DONE, outcome)
-        code, outcome = self.command("do", "gm1", "stop_motor", "--yes")
+        code, outcome = self.outcome("do", "gm1", "stop_motor", "--yes")
         self.assertIn(code, (DONE, NOT_VERIFIED), outcome)
         mark = self.data.mark()
         wait_for(lambda: len(self.data.of("POSITION/axis1", since=mark)) > 50, "positions")
@@ -123,7 +117,7 @@ class Journal(Bridge):
         self.mount("-o", "remount,ro")
         self.bridge(self.config)
         self.check_refused("Read-only file system")
-        code, outcome = self.command("outcome", first["id"])
+        code, outcome = self.outcome("outcome", first["id"])
         self.assertEqual((code, outcome["outcome"]), (DONE, "succeeded"), "what the file holds is still answered")
         self.mount("-o", "remount,rw")
         self.check_works_again()
@@ -163,7 +157,7 @@ class Away(Bridge):
         return [line for line in self.lines("history", "--events", "--limit", "0") if line.get("event") == kind]
 
     def home(self, value):
-        code, outcome = self.command("home", "axis1", "--value", value, "--yes")
+        code, outcome = self.outcome("home", "axis1", "--value", value, "--yes")
         self.assertIn(code, (DONE, NOT_VERIFIED), outcome)
         return self.datum()
 
@@ -178,7 +172,7 @@ class Away(Bridge):
                  lambda: f"230 deg, referenced: {self.position()}")
         moved = wait_for(lambda: self.events("moved_while_away"), "the event")
         self.assertRegex(moved[-1]["text"], r"moved by 0\.0833 turns")
-        code, outcome = self.command("do", "axis1", "undo_datum", "--yes")
+        code, outcome = self.outcome("do", "axis1", "undo_datum", "--yes")
         self.assertIn(code, (DONE, NOT_VERIFIED), outcome)
         self.assertEqual(self.datum()["counts"], first["counts"])
         wait_for(lambda: abs(self.position()["value"] - 42.5) < 0.1, lambda: f"42.5 deg: {self.position()}")
@@ -204,7 +198,7 @@ buses:
         self.assertEqual([m for m in fresh if m["flags"] & REFERENCED], [])
         self.assertEqual(self.datum()["counts"], datum["counts"])  # kept: the old one may come back
         self.assertRegex(self.events("encoder_exchanged")[-1]["text"], "4712")
-        code, outcome = self.command("do", "axis1", "accept_exchange", "--yes")
+        code, outcome = self.outcome("do", "axis1", "accept_exchange", "--yes")
         self.assertIn(code, (DONE, NOT_VERIFIED), outcome)
         wait_for(lambda: "encoder_exchanged" not in self.alarms(self.data, "bridge"), "the alarm gone")
         self.assertIsNone(self.datum())
