@@ -12,6 +12,7 @@ namespace {
 using S = command_status_t;
 
 constexpr std::int32_t kMaxValidMs = 3'600'000;
+constexpr MonoNs kClockSlack = kSecond;  // between a client's reckoning and this clock
 
 std::optional<Refusal> CheckForm(const command_body_t& body) {
   if (body.mode < command_body_t::MODE_EXECUTE || body.mode > command_body_t::MODE_CANCEL) {
@@ -25,6 +26,15 @@ std::optional<Refusal> CheckForm(const command_body_t& body) {
   return std::nullopt;
 }
 
+std::optional<Refusal> CheckTime(const command_body_t& body, MonoNs begin_by, MonoNs now) {
+  if (body.issued_mono_ns > now + kClockSlack) {
+    return Refusal{S::REASON_MALFORMED,
+                   "issued_mono_ns lies ahead: it is mono_ns of a status of this bridge plus the time since"};
+  }
+  if (now < begin_by) return std::nullopt;
+  return Refusal{S::REASON_DEADLINE, "its time was over when it came: nothing was done"};
+}
+
 std::string DeviceNames(const MachineConfig& machine) {
   std::string text = "devices of " + machine.machine + ":";
   for (const BusConfig& bus : machine.buses) {
@@ -36,8 +46,10 @@ std::string DeviceNames(const MachineConfig& machine) {
 }  // namespace
 
 std::variant<Admitted, Refusal> Admit(const MachineConfig& machine, std::int64_t bridge_boot_id,
-                                      const command_body_t& body) {
-  if (body.bridge_boot_id != bridge_boot_id) {
+                                      const Authority& authority, const Caller& caller, const command_body_t& body,
+                                      MonoNs now) {
+  // A cancellation can only end the command of its own id: it may come after a restart of the bridge.
+  if (body.mode != command_body_t::MODE_CANCEL && body.bridge_boot_id != bridge_boot_id) {
     return Refusal{S::REASON_STALE_BRIDGE,
                    "it is meant for another boot of the bridge: ask for the state of the "
                    "device, then send it again under a new id"};
@@ -52,7 +64,12 @@ std::variant<Admitted, Refusal> Admit(const MachineConfig& machine, std::int64_t
     return Refusal{S::REASON_UNKNOWN_OPERATION, "no such operation; " + OperationNames(*bus->family)};
   }
   if (auto refusal = CheckArguments(*operation, body.arguments)) return *refusal;
-  return Admitted{bus, &*device, operation};
+  const MonoNs begin_by = body.issued_mono_ns + body.valid_ms * kMillisecond;
+  const Admitted admitted{bus, &*device, operation, begin_by};
+  if (body.mode == command_body_t::MODE_CANCEL) return admitted;
+  if (auto refusal = authority.Check(caller, body.device, *operation)) return *refusal;
+  if (auto refusal = CheckTime(body, begin_by, now)) return *refusal;
+  return admitted;
 }
 
 }  // namespace axlecast

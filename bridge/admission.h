@@ -4,8 +4,10 @@
 #include <cstdint>
 #include <variant>
 
+#include "bridge/access/authority.h"
 #include "drivers/runtime/command/operation_check.h"
 #include "drivers/runtime/config/machine_config.h"
+#include "drivers/runtime/core/instant.h"
 
 namespace axlecast {
 
@@ -14,11 +16,13 @@ struct Admitted {
   const BusConfig* bus = nullptr;
   const DeviceConfig* device = nullptr;
   const OperationSpec* operation = nullptr;
+  MonoNs begin_by = 0;
 };
 
-// Whether a command (any mode but QUERY) may be taken up, by what it says alone, whoever sent it. The answer never
-// changes while the bridge runs, so that a refused one need not be remembered.
+// Whether a command (any mode but QUERY) of `caller` may be taken up, by what it says alone. What is refused once is
+// refused for as long as the bridge runs, so that it need not be remembered.
 [[nodiscard]] std::variant<Admitted, Refusal> Admit(const MachineConfig& machine, std::int64_t bridge_boot_id,
-                                                    const command_body_t& body);
+                                                    const Authority& authority, const Caller& caller,
+                                                    const command_body_t& body, MonoNs now);
 
 }  // namespace axlecast

@@ -214,6 +214,19 @@ void AxisKeeper::AcceptExchange(Task& task, Instant now) {
   Note(task.device, "exchange_accepted", "by " + task.who + ": " + status.text, now);
 }
 
+std::optional<Refusal> AxisKeeper::Substitute(const Family& family, Task& task) const {
+  if (!task.operation->of_bridge) return std::nullopt;
+  BridgeOrder order{"clear_datum", {}};
+  if (task.operation->name == "undo_datum") {
+    auto undo = Undo(task.device);
+    if (const auto* refusal = std::get_if<Refusal>(&undo)) return *refusal;
+    order = std::get<BridgeOrder>(std::move(undo));
+  }
+  task.operation = FindOperation(family, order.operation);
+  task.arguments = std::move(order.arguments);
+  return std::nullopt;
+}
+
 std::variant<BridgeOrder, Refusal> AxisKeeper::Undo(const std::string& device) const {
   const auto present = store_.Find(device).datum;
   if (!present) {

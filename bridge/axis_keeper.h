@@ -43,8 +43,10 @@ class AxisKeeper {
   // The task has its outcome: what it changed is kept, what it did not do is taken back. May add to the status.
   void OnOutcome(const DeviceConfig& device, Task& task, Instant now);
 
-  // What carries out `undo_datum`: the datum before the present one, or none. Or why there is nothing to go back to.
-  [[nodiscard]] std::variant<BridgeOrder, Refusal> Undo(const std::string& device) const;
+  // Puts the driver's operation that carries it out in the place of one of the bridge's own (OperationSpec::of_bridge):
+  // undo_datum gives the datum before the present one, or none; accept_exchange clears the one of the encoder that was
+  // here. A reason when there is nothing to go back to.
+  [[nodiscard]] std::optional<Refusal> Substitute(const Family& family, Task& task) const;
 
   // Devices of which another encoder answers than the one that their datum belongs to.
   [[nodiscard]] bool AnyExchanged() const;
@@ -63,6 +65,7 @@ class AxisKeeper {
     std::string identity;
   };
 
+  [[nodiscard]] std::variant<BridgeOrder, Refusal> Undo(const std::string& device) const;
   void Note(const std::string& device, const char* kind, std::string text, Instant now);
   void Greet(const DeviceConfig& device, const driver_device_t& said, const AxisRecord& record, Seen& seen,
              Instant now);

@@ -14,13 +14,14 @@ struct DatumRecord {
   std::int64_t number = 0;  // 1, 2, ... in the order of their setting; given by the store
   std::int64_t counts = 0;  // after direction; they read 0
   std::int64_t utime = 0;   // us, UNIX time at which it was established
-  std::string identity;     // of the encoder that it belongs to, as driver_device_t.identity; empty: it tells none
-  std::string value;        // what the position was made to read, with its unit; empty unknown
-  std::string who;          // name of the key; "unsigned"
-  CommandId command{};      // that set it
-  std::string reason;
+  std::string identity =
+      {};                  // of the encoder that it belongs to, as driver_device_t.identity; empty: it tells none
+  std::string value = {};  // what the position was made to read, with its unit; empty unknown
+  std::string who = {};    // name of the key; "unsigned"
+  CommandId command{};     // that set it
+  std::string reason = {};
   std::int64_t voided_utime = 0;  // us, UNIX time; 0: it was not made void
-  std::string void_reason;        // as given to VoidDatum
+  std::string void_reason = {};   // as given to VoidDatum
 };
 
 // Where a shaft was when it was seen last.
@@ -31,20 +32,20 @@ struct LastPosition {
 
 // What the bridge knows of one device beyond the life of any process.
 struct AxisRecord {
-  std::string identity;  // as its driver said last; empty never
+  std::string identity = {};  // as its driver said last; empty never
   bool reference_lost = false;
   std::int64_t writes = 0;       // of its limited memory, at most
   std::int64_t since_utime = 0;  // us, UNIX time from which `writes` counts: the first command, or the exchange
-  std::optional<LastPosition> position;
-  std::optional<DatumRecord> datum;  // in force; none: never set, or the device's own origin was moved since
+  std::optional<LastPosition> position = {};
+  std::optional<DatumRecord> datum = {};  // in force; none: never set, or the device's own origin was moved since
 };
 
 // Something that happened to a device without anybody's command.
 struct AxisEvent {
   std::int64_t utime = 0;
-  std::string device;  // empty: the bridge itself
-  std::string kind;    // "moved_while_away", "encoder_exchanged", "reference_lost", "datum_restored", ...
-  std::string text;    // with the figures, for a person
+  std::string device = {};  // empty: the bridge itself
+  std::string kind = {};    // "moved_while_away", "encoder_exchanged", "reference_lost", "datum_restored", ...
+  std::string text = {};    // with the figures, for a person
 };
 
 // Durable memory of devices. False where a change could not be made durable: nothing that depends on it may be done.

@@ -7,7 +7,18 @@ constexpr MonoNs kOnChange = 100 * kMillisecond;
 
 }  // namespace
 
-void BridgeAlarms::Tick(Instant now) {
+void BridgeAlarms::Tick(const BridgeTroubles& troubles, Instant now) {
+  using namespace bridge_alarms;
+  const auto set = [&](const AlarmSpec& alarm, bool present) {
+    book_.Set(alarm, present ? AlarmState::kLive : AlarmState::kAbsent, now.utime);
+  };
+  set(kForeignCommands, troubles.foreign_commands);
+  set(kJournalFails, troubles.journal_fails);
+  set(kUnsignedAllowed, troubles.unsigned_allowed);
+  set(kEncoderExchanged, troubles.encoder_exchanged);
+  set(kPlaceDoubtful, troubles.place_doubtful);
+  set(kKeyMissing, troubles.key_missing);
+  set(kOtherBridge, troubles.other_bridge);
   const bool changed = book_.revision() != told_revision_;
   if (now.mono - told_ < (changed ? kOnChange : kSecond) && told_ != 0) return;
   told_ = now.mono;

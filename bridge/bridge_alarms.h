@@ -37,15 +37,23 @@ inline constexpr AlarmSpec kOtherBridge = {306, kBridge, alarm_entry_t::SEVERITY
 
 }  // namespace bridge_alarms
 
+// What of it holds at present.
+struct BridgeTroubles {
+  bool foreign_commands = false;
+  bool journal_fails = false;
+  bool unsigned_allowed = false;
+  bool encoder_exchanged = false;
+  bool place_doubtful = false;
+  bool key_missing = false;
+  bool other_bridge = false;
+};
+
 // ALARM/bridge on the data port: on change, at most ten times a second, and once a second.
 class BridgeAlarms {
  public:
   BridgeAlarms(MessageSink& data, std::int64_t boot_id) : data_(data) { message_.boot_id = boot_id; }
 
-  void Set(const AlarmSpec& alarm, bool present, Instant now) {
-    book_.Set(alarm, present ? AlarmState::kLive : AlarmState::kAbsent, now.utime);
-  }
-  void Tick(Instant now);
+  void Tick(const BridgeTroubles& troubles, Instant now);
 
  private:
   MessageSink& data_;

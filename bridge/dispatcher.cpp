@@ -6,6 +6,7 @@
 
 #include "bridge/finding.h"
 #include "bridge/resume.h"
+#include "bridge/status.h"
 #include "drivers/runtime/command/body_digest.h"
 #include "drivers/runtime/command/capped_text.h"
 #include "drivers/runtime/command/command_words.h"
@@ -19,27 +20,6 @@ using S = command_status_t;
 
 constexpr std::string_view kDriverStatus = "DRIVER_STATUS/";
 constexpr std::int64_t kEpochs = std::int64_t{1} << 32;  // reserved at each start: never used up
-constexpr MonoNs kClockSlack = kSecond;                  // between a client's reckoning and this clock
-
-command_status_t StatusOf(const command_body_t& body, std::int64_t digest) {
-  command_status_t status{};
-  std::copy(std::begin(body.id), std::end(body.id), std::begin(status.id));
-  status.body_digest = digest;
-  status.device = CappedText(body.device, kNameBytes);
-  status.operation = CappedText(body.operation, kNameBytes);
-  status.epoch_after = -1;
-  return status;
-}
-
-S Refused(S status, const Refusal& refusal, Instant now) {
-  const bool late = refusal.reason == S::REASON_DEADLINE;
-  status.state = late ? S::STATE_EXPIRED : S::STATE_REJECTED;
-  status.is_final = 1;
-  status.reason_code = refusal.reason;
-  status.text = CappedText(refusal.text, kTextBytes);
-  status.finished_utime = now.utime;
-  return status;
-}
 
 bool IsBrief(const command_body_t& body, const OperationSpec& operation) {
   return body.mode == command_body_t::MODE_PREPARE || operation.reads_only;
@@ -91,7 +71,7 @@ void Dispatcher::Resume(const OpenCommand& command, Instant now) {
     GiveUp(task.status, now);
     return EndCommand(std::move(task), now);
   }
-  if (task.operation->of_bridge) Substitute(task);
+  static_cast<void>(axes_.Substitute(*machine_.BusOf(task.device)->family, task));
   task.sent_epoch = port_.epoch() + 1;  // of the first order that its driver can have of this bridge
   task.reserved_writes = task.WritesAtMost();
   if (task.status.state == S::STATE_INDETERMINATE) {
@@ -130,40 +110,33 @@ void Dispatcher::Execute(Incoming incoming, Instant now) {
     return Refuse(incoming.status,
                   {S::REASON_ID_REUSED, "this id was used with another body: take a new random id"}, now);
   }
-  const auto admission = Admit(machine_, port_.boot_id(), body);
-  if (const auto* refusal = std::get_if<Refusal>(&admission)) return Refuse(incoming.status, *refusal, now);
+  const auto admission = Admit(machine_, port_.boot_id(), authority_, incoming.caller, body, now.mono);
+  if (const auto* refusal = std::get_if<Refusal>(&admission)) {
+    if (refusal->reason == S::REASON_DENIED) ports_.log(incoming.caller.who + ": " + refusal->text);
+    return cancels ? TellKnown(body, refusal->text, now) : Refuse(incoming.status, *refusal, now);
+  }
   incoming.admitted = std::get<Admitted>(admission);
-  if (cancels) return Cancel(incoming, now);
-  if (const auto refusal = authority_.Check(incoming.caller, body.device, *incoming.admitted.operation)) {
-    ports_.log(incoming.caller.who + " was denied " + body.operation + " of " + body.device + ": " + refusal->text);
-    return Refuse(incoming.status, *refusal, now);
-  }
-  incoming.begin_by = body.issued_mono_ns + body.valid_ms * kMillisecond;
-  if (body.issued_mono_ns > now.mono + kClockSlack) {
-    return Refuse(incoming.status,
-                  {S::REASON_MALFORMED,
-                   "issued_mono_ns lies ahead: it is mono_ns of a status of this bridge plus the "
-                   "time since"},
-                  now);
-  }
-  Accept(std::move(incoming), now);
+  return cancels ? Cancel(incoming, now) : Accept(std::move(incoming), now);
 }
 
 void Dispatcher::Cancel(const Incoming& incoming, Instant now) {
   const CommandId id = IdOf(incoming.body.id);
-  auto known = memory_.Find(id);
-  if (!known) return port_.Tell(StatusOf(incoming.body, 0), now);
   Bus& bus = buses_.at(incoming.admitted.bus->name);
   DeviceLane& lane = LaneOf(bus, incoming.body.device, incoming.admitted.operation);
   const auto sender = lane.SenderOf(id);
-  if (sender && !authority_.MayCancel(incoming.caller, *sender)) {
-    // The command goes on: its status is not touched.
-    known->text = "only who gave it, or a maintainer, may cancel it";
-    return port_.Tell(*known, now);
+  if (!sender) return TellKnown(incoming.body, "", now);
+  if (!authority_.MayCancel(incoming.caller, *sender)) {
+    return TellKnown(incoming.body, "only who gave it, or a maintainer, may cancel it", now);
   }
-  if (!IsFinalState(known->state) && lane.Cancel(id, now)) known = memory_.Find(id);
-  if (known && !IsFinalState(known->state)) known->text = "the driver was asked to give it up if it has not begun";
-  if (known) port_.Tell(*known, now);
+  lane.Cancel(id, now);
+  TellKnown(incoming.body, "the driver was asked to give it up if it has not begun", now);
+}
+
+// How the command of a cancellation stands. `text` says what came of the latter, unless the command has ended.
+void Dispatcher::TellKnown(const command_body_t& body, const std::string& text, Instant now) {
+  auto known = memory_.Find(IdOf(body.id));
+  if (known && !IsFinalState(known->state)) known->text = text;
+  port_.Tell(known ? *known : StatusOf(body, 0), now);
 }
 
 std::optional<Refusal> Dispatcher::Busy(const Bus& bus, const DeviceLane& lane, MonoNs now) const {
@@ -190,7 +163,7 @@ std::optional<Refusal> Dispatcher::MakeTask(const Incoming& incoming, Task& task
   task.operation = incoming.admitted.operation;
   task.arguments = body.arguments;
   task.expect_epoch = body.expect_epoch;
-  task.begin_by = incoming.begin_by;
+  task.begin_by = incoming.admitted.begin_by;
   task.who = incoming.caller.who;
   task.reason = CappedText(body.reason, kReasonBytes);
   task.prepare = body.mode == command_body_t::MODE_PREPARE;
@@ -200,26 +173,10 @@ std::optional<Refusal> Dispatcher::MakeTask(const Incoming& incoming, Task& task
     if (const auto* refusal = std::get_if<Refusal>(&epoch)) return *refusal;
     if (task.expect_epoch < 0) task.expect_epoch = std::get<std::int32_t>(epoch);
   }
-  return task.operation->of_bridge ? Substitute(task) : std::nullopt;
-}
-
-// The driver's operation that carries out one of the bridge's own.
-std::optional<Refusal> Dispatcher::Substitute(Task& task) {
-  BridgeOrder order{"clear_datum", {}};  // accept_exchange: the datum of the encoder that was here
-  if (task.operation->name == "undo_datum") {
-    auto undo = axes_.Undo(task.device);
-    if (const auto* refusal = std::get_if<Refusal>(&undo)) return *refusal;
-    order = std::get<BridgeOrder>(std::move(undo));
-  }
-  task.operation = FindOperation(*machine_.BusOf(task.device)->family, order.operation);
-  task.arguments = std::move(order.arguments);
-  return std::nullopt;
+  return axes_.Substitute(*incoming.admitted.bus->family, task);
 }
 
 void Dispatcher::Accept(Incoming incoming, Instant now) {
-  if (now.mono >= incoming.begin_by) {
-    return Refuse(incoming.status, {S::REASON_DEADLINE, "its time was over when it came: nothing was done"}, now);
-  }
   Bus& bus = buses_.at(incoming.admitted.bus->name);
   const OperationSpec& operation = *incoming.admitted.operation;
   DeviceLane& lane = LaneOf(bus, incoming.body.device, &operation);
@@ -244,7 +201,7 @@ void Dispatcher::Accept(Incoming incoming, Instant now) {
 
 CommandRecord Dispatcher::RecordOf(const Incoming& incoming, Instant now) const {
   const command_body_t& body = incoming.body;
-  const std::int64_t left_us = (incoming.begin_by - now.mono) / kMicrosecond;
+  const std::int64_t left_us = (incoming.admitted.begin_by - now.mono) / kMicrosecond;
   return {.status = incoming.status,
           .arguments = body.arguments,
           .reason = CappedText(body.reason, kReasonBytes),
@@ -324,18 +281,14 @@ void Dispatcher::Tick(Instant now) {
   }
   store_.Tick(now);
   TakeUpLate(now);
-  SetAlarms(now);
-  alarms_.Tick(now);
-}
-
-void Dispatcher::SetAlarms(Instant now) {
-  alarms_.Set(bridge_alarms::kForeignCommands, foreign_.Recent(now.mono), now);
-  alarms_.Set(bridge_alarms::kJournalFails, !store_.problem().empty(), now);
-  alarms_.Set(bridge_alarms::kUnsignedAllowed, machine_.bridge.allow_unsigned, now);
-  alarms_.Set(bridge_alarms::kEncoderExchanged, axes_.AnyExchanged(), now);
-  alarms_.Set(bridge_alarms::kPlaceDoubtful, axes_.AnyDoubtful(), now);
-  alarms_.Set(bridge_alarms::kKeyMissing, machine_.bridge.bridge.public_key && ports_.key == nullptr, now);
-  alarms_.Set(bridge_alarms::kOtherBridge, watch_.Other(now.mono).has_value(), now);
+  alarms_.Tick({.foreign_commands = foreign_.Recent(now.mono),
+                .journal_fails = !store_.problem().empty(),
+                .unsigned_allowed = machine_.bridge.allow_unsigned,
+                .encoder_exchanged = axes_.AnyExchanged(),
+                .place_doubtful = axes_.AnyDoubtful(),
+                .key_missing = machine_.bridge.bridge.public_key && ports_.key == nullptr,
+                .other_bridge = watch_.Other(now.mono).has_value()},
+               now);
 }
 
 std::int64_t Dispatcher::Send(const Task& task, std::int8_t kind, std::int32_t valid_ms, Instant now) {

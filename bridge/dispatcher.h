@@ -74,14 +74,13 @@ class Dispatcher final : private LaneOutput {
     Caller caller;
     Admitted admitted;
     command_status_t status;
-    MonoNs begin_by = 0;
   };
 
   void Execute(Incoming incoming, Instant now);
   void Cancel(const Incoming& incoming, Instant now);
+  void TellKnown(const command_body_t& body, const std::string& text, Instant now);
   void Accept(Incoming incoming, Instant now);
   [[nodiscard]] std::optional<Refusal> MakeTask(const Incoming& incoming, Task& task, Instant now);
-  std::optional<Refusal> Substitute(Task& task);
   [[nodiscard]] std::optional<Refusal> Busy(const Bus& bus, const DeviceLane& lane, MonoNs now) const;
   [[nodiscard]] CommandRecord RecordOf(const Incoming& incoming, Instant now) const;
   [[nodiscard]] Refusal NotNoted() const;
@@ -93,7 +92,6 @@ class Dispatcher final : private LaneOutput {
   void EndFinding(const Task& task, Instant now);
   void Resume(const OpenCommand& command, Instant now);
   void TakeUpLate(Instant now);
-  void SetAlarms(Instant now);
   [[nodiscard]] DeviceLane& LaneOf(Bus& bus, const std::string& device, const OperationSpec* operation);
   [[nodiscard]] const DeviceConfig* DeviceOf(const std::string& name) const;
 

@@ -12,6 +12,9 @@ namespace axlecast {
 // The bridge's memory that outlives it: commands and devices, in one place so that a crash leaves them agreeing.
 class DurableStore : public Journal, public AxisStore {
  public:
+  using AxisStore::Find;
+  using Journal::Find;
+
   // Those that an earlier bridge left without outcome, or INDETERMINATE without finding; oldest first.
   [[nodiscard]] virtual std::vector<OpenCommand> Open() const = 0;
   // A number above every one that was ever reserved; the next `count` from it are the caller's. 0: it cannot.

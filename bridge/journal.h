@@ -15,9 +15,9 @@ namespace axlecast {
 // A command as it was accepted or refused.
 struct CommandRecord {
   command_status_t status{};
-  std::vector<argument_t> arguments;
-  std::string reason;               // the client's, <= 160 bytes
-  std::string who;                  // name of the key that signed; "unsigned"
+  std::vector<argument_t> arguments = {};
+  std::string reason = {};          // the client's, <= 160 bytes
+  std::string who = {};             // name of the key that signed; "unsigned"
   std::int64_t key_id = 0;          // 0 unsigned
   std::int64_t bridge_boot_id = 0;  // of the bridge that took it up
   std::int64_t utime = 0;           // us, UNIX time of its acceptance
@@ -26,7 +26,7 @@ struct CommandRecord {
 
 // A command that was accepted and has no outcome yet.
 struct OpenCommand {
-  CommandRecord record;         // its status as noted last; driver_boot_id 0: it was never sent
+  CommandRecord record = {};    // its status as noted last; driver_boot_id 0: it was never sent
   std::int64_t sent_epoch = 0;  // no order for it has a higher bridge epoch
 };
 

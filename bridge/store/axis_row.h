@@ -10,7 +10,8 @@ namespace axlecast {
 // Rows of the tables `datums` and `axes`.
 
 // In the order in which DatumOf reads them.
-inline constexpr std::string_view kDatumColumns = "number, counts, utime, identity, value, who, command, reason, voided_utime, voided_why";
+inline constexpr std::string_view kDatumColumns =
+    "number, counts, utime, identity, value, who, command, reason, voided_utime, voided_why";
 // In the order in which AxisOf reads them, before those of the datum that is in force (of which the number may be
 // NULL).
 inline constexpr std::string_view kAxisColumns =

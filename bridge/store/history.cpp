@@ -159,9 +159,9 @@ std::vector<DeviceRecord> HistoryReader::Devices() {
 }
 
 std::vector<DatumHistory> HistoryReader::Datums(const std::string& device) {
-  static const std::string kSelect =
-      "SELECT number IN (SELECT datum FROM axes WHERE device = ?1), " +
-      std::string(kDatumColumns) + " FROM datums WHERE device = ?1 ORDER BY number DESC";
+  static const std::string kSelect = "SELECT number IN (SELECT datum FROM axes WHERE device = ?1), " +
+                                     std::string(kDatumColumns) +
+                                     " FROM datums WHERE device = ?1 ORDER BY number DESC";
   std::vector<DatumHistory> datums;
   if (!database_) return datums;
   for (Rows rows = database_->Select(kSelect, {device}); rows.Next();) {

@@ -45,8 +45,9 @@ bool SqliteAxes::VoidDatum(Database& database, const std::string& device, std::i
              "UPDATE datums SET voided_utime = ?, voided_why = ? "
              "WHERE number = (SELECT datum FROM axes WHERE device = ?)",
              {utime, why, device}) &&
-         database.Execute("UPDATE axes SET datum = NULL, position_counts = NULL, position_utime = NULL WHERE device = ?",
-                          {device});
+         database.Execute(
+             "UPDATE axes SET datum = NULL, position_counts = NULL, position_utime = NULL WHERE device = ?",
+             {device});
 }
 
 bool SqliteAxes::AddWrites(Database& database, const std::string& device, std::int64_t writes, std::int64_t utime) {

@@ -162,8 +162,9 @@ std::optional<command_status_t> SqliteJournal::Find(Database* database, const Co
 }
 
 std::vector<OpenCommand> SqliteJournal::Open(Database& database) const {
-  static const std::string kSelect = "SELECT " + std::string(kCommandColumns) +
-                                     " FROM commands WHERE state < 4 OR (state = 9 AND finding = 0) ORDER BY number";
+  static const std::string kSelect =
+      "SELECT " + std::string(kCommandColumns) +
+      " FROM commands WHERE state < 4 OR (state = 9 AND finding = 0) ORDER BY number";
   std::vector<OpenCommand> open;
   for (Rows rows = database.Select(kSelect); rows.Next();) {
     CommandRow row = CommandOf(rows);

@@ -122,7 +122,8 @@ bool SqliteStore::SetDatum(const std::string& device, const DatumRecord& datum) 
 }
 
 bool SqliteStore::VoidDatum(const std::string& device, std::int64_t utime, const std::string& why) {
-  if (!Commit([&](Database& database) { return SqliteAxes::VoidDatum(database, device, utime, why); })) return false;
+  if (!Commit([&](Database& database) { return SqliteAxes::VoidDatum(database, device, utime, why); }))
+    return false;
   axes_.Forget(device);
   return true;
 }

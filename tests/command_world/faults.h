@@ -1,6 +1,9 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
+#include <functional>
+#include <utility>
 
 #include "bridge/durable_store.h"
 #include "drivers/runtime/core/message_sink.h"
@@ -11,23 +14,26 @@ namespace axlecast {
 struct Killed {};
 
 // Counts the transitions of a process: the instants before and after each thing that it makes durable or sends. Kills
-// it at a chosen one.
+// it at a chosen one: in virtual time by throwing Killed, a real process by whatever `kill` does. Thread-safe.
 class Faults {
  public:
   static constexpr std::int64_t kNever = -1;
+
+  Faults() : kill_([] { throw Killed{}; }) {}
+  explicit Faults(std::function<void()> kill) : kill_(std::move(kill)) {}
 
   void KillAt(std::int64_t transition) { kill_at_ = transition; }
   [[nodiscard]] std::int64_t count() const { return count_; }
 
   void Pass() {
-    if (count_++ != kill_at_) return;
-    kill_at_ = kNever;
-    throw Killed{};
+    std::int64_t here = count_++;
+    if (kill_at_.compare_exchange_strong(here, kNever)) kill_();
   }
 
  private:
-  std::int64_t count_ = 0;
-  std::int64_t kill_at_ = kNever;
+  std::function<void()> kill_;
+  std::atomic<std::int64_t> count_ = 0;
+  std::atomic<std::int64_t> kill_at_ = kNever;
 };
 
 // What a process sends.
@@ -47,6 +53,15 @@ class FaultySink final : public MessageSink {
 
 // What the bridge makes durable.
 class FaultyStore final : public DurableStore {
+ private:
+  template <typename Change>
+  auto Around(const Change& change) {
+    faults_.Pass();
+    const auto result = change();
+    faults_.Pass();
+    return result;
+  }
+
  public:
   FaultyStore(DurableStore& store, Faults& faults) : store_(store), faults_(faults) {}
 
@@ -95,14 +110,6 @@ class FaultyStore final : public DurableStore {
   std::string problem() const override { return store_.problem(); }
 
  private:
-  template <typename Change>
-  auto Around(const Change& change) {
-    faults_.Pass();
-    const auto result = change();
-    faults_.Pass();
-    return result;
-  }
-
   DurableStore& store_;
   Faults& faults_;
 };

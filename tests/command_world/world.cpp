@@ -134,7 +134,7 @@ void World::Millisecond() {
     driver->Step();
   }
   for (auto& [id, client] : open_) Advance(*client);
-  if (network_.Happens(settings_.bridge_kills_per_s / 1'000) && bridge_) bridge_.reset();
+  if (network_.Happens(settings_.bridge_kills_per_s / 1'000) && bridge_) KillBridge();
   if (!bridge_ && clock_.now >= bridge_starts_) StartBridge();
   if (clock_.now / kMillisecond % 10 == 0) WithBridge([&] { bridge_->Tick(Now()); });
 }
@@ -161,9 +161,14 @@ void World::WithBridge(const Work& work) {
   try {
     work();
   } catch (const Killed&) {
-    bridge_.reset();
-    bridge_starts_ = clock_.now + 300 * kMillisecond;
+    KillBridge();
   }
+}
+
+// What it has sent is still under way for a while when the next one listens.
+void World::KillBridge() {
+  bridge_.reset();
+  bridge_starts_ = clock_.now + 300 * kMillisecond;
 }
 
 WorldTally World::Judge() const {
@@ -180,7 +185,11 @@ void World::JudgeOne(const CommandId& id, const Client& client, WorldTally& tall
   const int effects = marks == devices_.marks.end() ? 0 : marks->second;
   tally.effects += effects;
   if (effects > 1) breach("done " + std::to_string(effects) + " times");
-  if (client.outcomes.size() > 1) breach("told more than one outcome");
+  if (client.outcomes.size() > 1 && !client.reads) {
+    std::string told;
+    for (const int state : client.outcomes) told += " " + std::string(StateName(static_cast<std::int8_t>(state)));
+    breach("told more than one outcome:" + told);
+  }
   const auto journalled = store_.Find(id);
   if (client.reads) return void(++tally.outcomes["read"]);
   if (!journalled) {
@@ -190,6 +199,7 @@ void World::JudgeOne(const CommandId& id, const Client& client, WorldTally& tall
   }
   if (journalled->is_final == 0) return breach("no outcome in the journal");
   ++tally.outcomes[std::string(StateName(journalled->state))];
+  if (journalled->state != S::STATE_SUCCEEDED) ++tally.reasons[std::string(ReasonName(journalled->reason_code))];
   if (!Agrees(*journalled, effects)) {
     breach(std::string(StateName(journalled->state)) + " " + std::string(FindingName(journalled->finding)) +
            " with " + std::to_string(effects) + " effects: " + journalled->text);

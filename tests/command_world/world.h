@@ -26,7 +26,7 @@ namespace axlecast {
 
 struct WorldSettings {
   std::uint32_t seed = 1;
-  NetworkSettings network;
+  NetworkSettings network = {};
   int buses = 5;
   int devices_per_bus = 4;
   double driver_kills_per_s = 0;  // of each
@@ -40,6 +40,7 @@ struct WorldSettings {
 // What became of the commands.
 struct WorldTally {
   std::map<std::string, int> outcomes;  // by word
+  std::map<std::string, int> reasons;   // by word, of those that did not succeed
   int effects = 0;                      // done to devices
   int bridge_kills = 0;
   int driver_kills = 0;
@@ -76,6 +77,7 @@ class World {
   void OnStatus(const command_status_t& status);
   void Millisecond();
   void StartBridge();
+  void KillBridge();
   template <typename Work>
   void WithBridge(const Work& work);
   void JudgeOne(const CommandId& id, const Client& client, WorldTally& tally) const;

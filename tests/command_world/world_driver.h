@@ -35,7 +35,7 @@ class WorldDriver {
   struct Job {
     std::string device;
     std::string operation;
-    std::string note;  // `mark`: to be written; `look`: that is looked for
+    std::string note = {};  // `mark`: to be written; `look`: that is looked for
     MonoNs touch = 0;
     MonoNs done = 0;
     bool told = false;

@@ -42,12 +42,12 @@ TEST(CommandWorld, ThroughALossyNetwork) {
 TEST(CommandWorld, KilledAtAnyMoment) {
   World world({.seed = 3,
                .network = {.loss = 0.3, .duplication = 0.1, .max_delay_ms = 30},
-               .driver_kills_per_s = 0.05,
-               .bridge_kills_per_s = 0.1,
+               .driver_kills_per_s = 0.2,
+               .bridge_kills_per_s = 0.3,
                .client_kills = 0.1,
                .cancels = 0.05,
                .short_lived = 0.05});
-  const WorldTally tally = RunAndJudge(world, 1'000);
+  const WorldTally tally = RunAndJudge(world, 2'000);
   EXPECT_GT(Of(tally, "indeterminate"), 5);
   EXPECT_GT(tally.bridge_kills, 3);
   EXPECT_GT(tally.driver_kills, 3);

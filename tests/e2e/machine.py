@@ -6,6 +6,7 @@ import json
 import os
 import pathlib
 import signal
+import socket
 import subprocess
 import tempfile
 import threading
@@ -117,7 +118,8 @@ class Machine(unittest.TestCase):
 
     def simulator(self, config, bus):
         process = self.start(f"simulator-{bus}", BIN / "axlecast", "simulate", config, "--bus", bus)
-        wait_for(lambda: list(self.run_dir.glob(f"**/{bus}.pty")), f"the pty of {bus}")
+        ports = lambda: [port for kind in ("pty", "can", "spi") for port in self.run_dir.glob(f"**/{bus}.{kind}")]
+        wait_for(ports, f"the simulated port of {bus}")
         return process
 
     def driver(self, config, bus, family="tformat", name=None, env=None):
@@ -143,11 +145,30 @@ class Machine(unittest.TestCase):
                               stdin=subprocess.DEVNULL)
         return done.returncode, done.stdout, done.stderr
 
+    def outcome(self, *words):
+        """Exit code and outcome of a command's words. Given again while a busy machine has too few readings of the
+        device: it then counts as offline, or is not seen to rest, and nothing was done."""
+        def once():
+            code, out, err = self.axlecast(*words, "--config", self.config, "--json")
+            self.assertTrue(out, err)
+            outcome = json.loads(out)
+            starved = outcome.get("reason") == "device_offline" or "too few fresh" in outcome.get("text", "")
+            return None if starved else (code, outcome)
+        return wait_for(once, f"{words}: readings enough of the device")
+
     def set_simulated(self, config, bus, device="axis1", **quantities):
         """Changes quantities of a device while it runs: speed_rpm=300."""
         for key, value in quantities.items():
             code, out, err = self.axlecast("simulate", config, "--bus", bus, "--set", f"{device}.{key}={value}")
             self.assertEqual(code, 0, out + err)
+
+    def ask_simulator(self, bus, question):
+        """A simulator's answer without the CLI's start-up: for what must happen within some 100 ms."""
+        path = next(self.run_dir.glob(f"**/{bus}.ctl"))
+        with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as link:
+            link.connect(str(path))
+            link.send(json.dumps(question).encode())
+            return json.loads(link.recv(65536))
 
     def simulated(self, config, bus):
         code, out, err = self.axlecast("simulate", config, "--bus", bus, "--show", "--json")

@@ -1,6 +1,5 @@
 """SAA encoders end to end: both families' examples, zero verified, and the writes of the Modbus encoders."""
 
-import json
 import os
 import pathlib
 import unittest
@@ -37,9 +36,7 @@ class Saa(Machine):
         return position["raw_counts"] / position["counts_per_turn"] * 360
 
     def do(self, device, *words):
-        code, out, err = self.axlecast("do", device, *words, "--yes", "--config", self.config, "--json")
-        self.assertTrue(out, err)
-        return code, json.loads(out)
+        return self.outcome("do", device, *words, "--yes")
 
     def encoder(self, bus, device):
         return self.simulated(self.config, bus)["devices"][device]

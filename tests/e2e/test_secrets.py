@@ -1,6 +1,8 @@
 """A unit's password is to be found in its own file and nowhere else: in no message, WIRE included, no log or file of a
-process, no command line or environment, no core file and not in the driver's memory when it is not needed."""
+process, no command line or environment, no core file and not in the driver's memory when it is not needed. Secret keys
+likewise, but that a process keeps its own in memory."""
 
+import base64
 import json
 import os
 import pathlib
@@ -14,6 +16,7 @@ import unittest
 
 import lcm_log
 from machine import BIN, Machine, wait_for
+from signed_machine import SignedMachine
 
 DONE, REJECTED, FAILED = 0, 3, 4
 GROUP, PORTS = "239.255.76.67", (7667, 7668)
@@ -41,9 +44,25 @@ def appearances(secret):
 FORBIDDEN = sorted(set().union(*(appearances(secret) for secret in (PASSWORD, OTHER, WRONG))))
 
 
-def forbidden_in(data):
+def forbidden_in(data, texts=FORBIDDEN):
     """What of it stands in `data`. Not one regular expression: Python's take a second for each megabyte."""
-    return [text for text in FORBIDDEN if text in data]
+    return [text for text in texts if text in data]
+
+
+def parts_of_key(seed):
+    """Every way in which a part of a secret key could stand somewhere."""
+    found = set()
+    for begin in range(len(seed) - WINDOW + 1):
+        part = seed[begin:begin + WINDOW]
+        found |= {part, part[::-1], ", ".join(str(byte) for byte in part).encode()}
+        for separator in ("", " ", ":", ", ", "-"):
+            digits = separator.join(f"{byte:02x}" for byte in part)
+            found |= {digits.encode(), digits.upper().encode()}
+    # Each third byte begins a group of four characters.
+    for begin in range(3):
+        text = base64.b64encode(seed[begin:])
+        found |= {text[i:i + 8] for i in range(0, len(text) - 8, 4)}
+    return found
 
 
 def permit_core_files():
@@ -86,7 +105,8 @@ class Datagrams:
 class Processes:
     """Command lines and environments of all processes, again and again."""
 
-    def __init__(self):
+    def __init__(self, texts=FORBIDDEN):
+        self.texts = texts
         self.found = []
         self.looks = 0
         self._stopped = threading.Event()
@@ -97,7 +117,7 @@ class Processes:
         while not self._stopped.wait(0.02):
             for place in [*pathlib.Path("/proc").glob("[0-9]*/cmdline"), *pathlib.Path("/proc").glob("[0-9]*/environ")]:
                 try:
-                    if forbidden_in(place.read_bytes()):
+                    if forbidden_in(place.read_bytes(), self.texts):
                         self.found.append(str(place))
                 except OSError:
                     continue  # it ended
@@ -151,10 +171,9 @@ buses:
         self.wait_online(self.data, "gm1")
 
     def do(self, *words):
-        code, out, err = self.axlecast("do", "gm1", *words, "--yes", "--config", self.config, "--json")
-        self.assertEqual(forbidden_in((out + err).encode()), [], "the CLI's own words")
-        self.assertTrue(out, err)
-        return code, json.loads(out)
+        code, outcome = self.outcome("do", "gm1", *words, "--yes")
+        self.assertEqual(forbidden_in(json.dumps(outcome).encode()), [], "the CLI's own words")
+        return code, outcome
 
     def unit(self):
         code, out, err = self.axlecast("simulate", self.config, "--bus", "rs485-0", "--show", "--json")
@@ -167,7 +186,8 @@ buses:
         wait_for(lambda: self.unit()["logins"] == 1, "a login")
         code, outcome = self.do("write_parameter", "name=log_interval", "value=0.7")
         self.assertEqual(code, DONE, outcome)
-        self.assertEqual(self.do("check_password", "name=bad")[0], DONE)
+        code, outcome = self.do("check_password", "name=bad")
+        self.assertEqual(code, DONE, outcome)
         code, outcome = self.do("set_password", "name=next")
         self.assertEqual((code, outcome["verified"]), (DONE, 1), outcome)
         self.assertEqual(self.do("check_password", "name=next")[0], DONE)
@@ -253,6 +273,64 @@ buses:
                     continue
                 found += [f"{line.split()[-1]}: {text!r} at {begin + data.find(text):x}" for text in forbidden_in(data)]
         return found
+
+
+class Keys(SignedMachine):
+    def test_a_secret_key_is_in_no_message_file_or_command_line(self):
+        (self.folder / "etc").mkdir()
+        datagrams = Datagrams()
+        self.addCleanup(datagrams.close)
+        self.run_signed_axis()
+        files = sorted(self.keys.glob("*.key"))
+        self.assertEqual([path.stem for path in files], ["bridge", "drivers", "local", "plc"])
+        texts = sorted(set().union(*(parts_of_key(self.seed(path)) for path in files)))
+        self.assertTrue(all(forbidden_in(path.read_bytes(), texts) for path in files), "the search finds what is there")
+        processes = Processes(texts)
+        self.addCleanup(processes.close)
+        said = self.use_keys()
+        self.assertEqual(forbidden_in(said.encode(), texts), [], "the CLI's own words")
+        self.assertEqual([d for d in datagrams.data if forbidden_in(d, texts)], [])
+        self.assertGreater(len(datagrams.data), 100)
+        self.assertEqual(processes.found, [])
+        self.assertGreater(processes.looks, 10)
+        for process in reversed(self.processes):
+            process.terminate()
+            process.wait(20)
+        self.assertTrue(list(self.folder.rglob("journal.db")), "the journal is among the files")
+        found = [str(path) for path in self.folder.rglob("*")
+                 if path.is_file() and path.parent != self.keys and forbidden_in(path.read_bytes(), texts)]
+        self.assertEqual(found, [])
+
+    @staticmethod
+    def seed(path):
+        word, digits = path.read_text().split()
+        assert word == "axlecast-key-1"
+        return bytes.fromhex(digits)
+
+    def use_keys(self):
+        """Commands, permits, a refused key, what can be asked of the keys; all that the CLI said."""
+        said = ""
+        permits = self.start_permits("zero_single_turn")
+        for words in (("zero", "axis1", "--yes"), ("eeprom", "write", "axis1", "10", "A1", "--yes")):
+            code, outcome = self.command(*words)
+            self.assertEqual(code, DONE, outcome)
+            said += json.dumps(outcome)
+        permits.terminate()
+        permits.wait(20)
+        code, out, err = self.axlecast("zero", "axis1", "--yes", "--key", self.keys / "plc.key", "--config", self.config,
+                                       "--json")
+        self.assertEqual(json.loads(out)["reason"], "denied", err)
+        said += out + err
+        for words in (("check-config", self.config), ("keygen", "--show", "--machine", "test", "--directory", self.keys),
+                      ("history", "--limit", "0", "--config", self.config), ("status", self.config)):
+            for options in ((), ("--json",)):
+                code, out, err = self.axlecast(*words, *options)
+                self.assertEqual(code, 0, out + err)
+                said += out + err
+        self.keys.joinpath("local.key").chmod(0o644)  # one that others can read is refused
+        code, out, err = self.axlecast("zero", "axis1", "--yes", "--key", self.keys / "local.key", "--config", self.config)
+        self.assertNotEqual(code, DONE)
+        return said + out + err
 
 
 if __name__ == "__main__":

@@ -5,7 +5,6 @@
 #include <string>
 
 #include "drivers/runtime/config/load.h"
-#include "drivers/runtime/driver/run_driver.h"
 
 namespace axlecast {
 namespace {
@@ -15,7 +14,7 @@ constexpr int kUsage = 2;
 
 }  // namespace
 
-int DriverMain(const Family& family, int argc, char** argv) {
+int DriverMain(const Family& family, int argc, char** argv, const DriverInterposers& interposers) {
   std::string config;
   std::string bus_name;
   bool verbose = false;
@@ -44,7 +43,7 @@ int DriverMain(const Family& family, int argc, char** argv) {
               << ": start its own driver, or `axlecast driver " << bus_name << "`\n";
     return kBadConfig;
   }
-  return RunDriver(*machine, *bus, verbose);
+  return RunDriver(*machine, *bus, verbose, interposers);
 }
 
 }  // namespace axlecast

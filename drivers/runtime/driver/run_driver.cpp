@@ -81,7 +81,8 @@ int RunLoop(Driver& driver, const CommandThread& commands, const StopSignal& sto
 
 }  // namespace
 
-int RunDriver(const MachineConfig& machine, const BusConfig& bus, bool verbose) {
+int RunDriver(const MachineConfig& machine, const BusConfig& bus, bool verbose,
+              const DriverInterposers& interposers) {
   const auto log = MakeLog(bus.name, verbose);
   const StopSignal stop;
   static_cast<void>(signal(SIGPIPE, SIG_IGN));  // a log that nobody reads any more must not end a driver
@@ -94,18 +95,22 @@ int RunDriver(const MachineConfig& machine, const BusConfig& bus, bool verbose) 
     if (const std::string problem = ForbidCoreDumps(); !problem.empty()) log->warn("{}", problem);
   }
   const Ports ports = MakePorts(machine, bus, clock);
+  const auto interposed_link =
+      interposers.link && ports.link ? interposers.link(*ports.link) : std::unique_ptr<ByteLink>();
+  const auto interposed_port =
+      interposers.commands ? interposers.commands(commands) : std::unique_ptr<MessageSink>();
   SecretFiles secrets;
   const std::optional<SigningKey> key = DriverKey(machine.bridge, secrets, *log);
   const std::int64_t boot_id = RandomBootId();
   log->info("driver of {} ({}) starts, boot id {:016x}", bus.name, bus.family->name, boot_id);
   Driver driver(bus, machine.bridge, boot_id,
-                {.link = ports.link.get(),
+                {.link = interposed_link ? interposed_link.get() : ports.link.get(),
                  .frames = ports.frames.get(),
                  .lines = ports.lines.get(),
                  .secrets = &secrets,
                  .clock = &clock,
                  .data = &data,
-                 .commands = &commands,
+                 .commands = interposed_port ? interposed_port.get() : &commands,
                  .key = key ? &*key : nullptr,
                  .log = [&log](LogLevel level, std::string_view text) { Write(*log, level, text); },
                  .link_warnings = ports.warnings});

@@ -1,8 +1,11 @@
+#include "bridge/program/bridge_main.h"
+
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <iostream>
+#include <memory>
 #include <string>
 
 #include "bridge/dispatcher.h"
@@ -27,15 +30,17 @@ constexpr MonoNs kTick = 10 * kMillisecond;
 // The bridge with its ports and clocks.
 class BridgeProgram {
  public:
-  explicit BridgeProgram(const MachineConfig& machine)
+  BridgeProgram(const MachineConfig& machine, const BridgeInterposers& interposers)
       : port_(machine.lcm.command_url, machine.lcm.prefix),
         data_(machine.lcm.url, machine.lcm.prefix),
         boot_id_(RandomBootId()),
         key_(LoadBridgeKey(machine.bridge)),
         store_(JournalFile(machine), machine.machine),
+        interposed_store_(interposers.store ? interposers.store(store_) : nullptr),
+        interposed_port_(interposers.commands ? interposers.commands(port_) : nullptr),
         dispatcher_(machine, boot_id_,
-                    {.store = &store_,
-                     .commands = &port_,
+                    {.store = interposed_store_ ? interposed_store_.get() : &store_,
+                     .commands = interposed_port_ ? interposed_port_.get() : &port_,
                      .data = &data_,
                      .key = key_ ? &*key_ : nullptr,
                      .log = [](const std::string& line) { spdlog::info("{}", line); },
@@ -69,12 +74,12 @@ class BridgeProgram {
  private:
   // A bridge without its key serves all the same: what it says is not believed, and ALARM/bridge says why.
   static std::optional<SigningKey> LoadBridgeKey(const BridgeConfig& config) {
+    if (config.bridge.place.empty()) return std::nullopt;
+    if (const std::string problem = ForbidCoreDumps(); !problem.empty()) spdlog::warn("{}", problem);
     SecretFiles secrets;
     std::string problem;
     auto key = LoadKey(config.bridge, secrets, problem);
     if (!problem.empty()) spdlog::error("{}", problem);
-    if (key) problem = ForbidCoreDumps();
-    if (key && !problem.empty()) spdlog::warn("{}", problem);
     return key;
   }
 
@@ -139,6 +144,8 @@ class BridgeProgram {
   const std::int64_t boot_id_;
   const std::optional<SigningKey> key_;
   SqliteStore store_;
+  const std::unique_ptr<DurableStore> interposed_store_;
+  const std::unique_ptr<MessageSink> interposed_port_;
   Dispatcher dispatcher_;
   MonoNs next_tick_ = 0;
   bool serving_ = false;
@@ -146,7 +153,9 @@ class BridgeProgram {
   std::string told_problem_;
 };
 
-int BridgeMain(int argc, char** argv) {
+}  // namespace
+
+int BridgeMain(int argc, char** argv, const BridgeInterposers& interposers) {
   std::string config;
   CLI::App app{"Routes commands to the drivers and gives each exactly one outcome."};
   app.footer(
@@ -170,10 +179,7 @@ int BridgeMain(int argc, char** argv) {
   if (machine->bridge.allow_unsigned) {
     spdlog::warn("unsigned commands are allowed: anybody on this network segment can command the devices");
   }
-  return BridgeProgram(*machine).Run();
+  return BridgeProgram(*machine, interposers).Run();
 }
 
-}  // namespace
 }  // namespace axlecast
-
-int main(int argc, char** argv) { return axlecast::BridgeMain(argc, argv); }

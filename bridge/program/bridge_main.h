@@ -1,0 +1,21 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "bridge/durable_store.h"
+#include "drivers/runtime/core/message_sink.h"
+
+namespace axlecast {
+
+// What stands between the bridge and its journal and command port. Empty ones: nothing does.
+struct BridgeInterposers {
+  std::function<std::unique_ptr<DurableStore>(DurableStore&)> store;
+  std::function<std::unique_ptr<MessageSink>(MessageSink&)> commands;
+};
+
+// The main function of axlecast-bridge: `--config FILE`. Returns the process's exit code: 0 after a clean stop, 1 for a
+// mistake in the configuration, LCM or a second bridge, 2 for one on the command line.
+[[nodiscard]] int BridgeMain(int argc, char** argv, const BridgeInterposers& interposers);
+
+}  // namespace axlecast

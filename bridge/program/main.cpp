@@ -1,0 +1,3 @@
+#include "bridge/program/bridge_main.h"
+
+int main(int argc, char** argv) { return axlecast::BridgeMain(argc, argv, {}); }

@@ -1,0 +1,13 @@
+// axlecast-bridge that kills itself at a chosen transition: before or after it writes a thing into its journal or sends
+// one.
+#include "bridge/program/bridge_main.h"
+#include "tests/faulty_programs/kill_order.h"
+
+int main(int argc, char** argv) {
+  using namespace axlecast;
+  KillOrder order;
+  return BridgeMain(
+      argc, argv,
+      {.store = [&](DurableStore& store) { return std::make_unique<FaultyStore>(store, order.faults); },
+       .commands = [&](MessageSink& sink) { return std::make_unique<FaultySink>(sink, order.faults); }});
+}
