@@ -17,7 +17,7 @@ namespace axlecast {
 // For tests of the command path: a family whose devices count what is done to them, and its messages.
 
 inline const Family& CountingFamily() {
-  static const std::vector<OperationSpec> operations = {
+  static const std::vector<OperationSpec> kOperations = {
       {.name = "bump", .help = "adds one to the device's count", .destructive = true, .found_by = "look"},
       {.name = "write",
        .help = "writes bytes",
@@ -33,8 +33,8 @@ inline const Family& CountingFamily() {
        .arguments = {{"after", "an operation", false}},
        .reads_only = true},
   };
-  static const Family family = {.name = "counting", .summary = "for tests", .operations = operations};
-  return family;
+  static const Family kFamily = {.name = "counting", .summary = "for tests", .operations = kOperations};
+  return kFamily;
 }
 
 inline BusConfig CountingBus(const std::string& name, const std::vector<std::string>& devices) {
