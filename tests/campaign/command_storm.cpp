@@ -235,7 +235,6 @@ class Storm {
     const bool reads = kind.counter == nullptr;
     switch (result.outcome()) {
       case CommandOutcome::kDone:
-        return reads || effects == 1;
       case CommandOutcome::kDoneUnverified:
         return reads || effects == 1;
       case CommandOutcome::kIndeterminate:

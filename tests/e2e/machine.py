@@ -36,10 +36,13 @@ class Watch:
         self.lock = threading.Lock()
         self.process = subprocess.Popen([BIN / "axlecast", "watch", config, "--json", *options],
                                         stdout=subprocess.PIPE, text=True)
-        threading.Thread(target=self._read, daemon=True).start()
+        self.reader = threading.Thread(target=self._read, daemon=True)
+        self.reader.start()
 
     def _read(self):
         for line in self.process.stdout:
+            if not line.endswith("\n"):
+                return  # it was killed
             with self.lock:
                 self.messages.append(json.loads(line))
 
@@ -63,6 +66,7 @@ class Watch:
     def close(self):
         self.process.kill()
         self.process.wait()
+        self.reader.join()
         self.process.stdout.close()
 
 

@@ -16,6 +16,7 @@ from machine import BIN, LIMIT, Machine, one_axis, wait_for
 
 POINTS = int(os.environ.get("AXLECAST_KILL_POINTS", "8"))
 FAULTY = BIN.parent / "campaign"
+SPEED_VALID = 0x10
 NOTHING_DONE = {"rejected", "expired", "cancelled", "not_accepted"}
 COUNTERS = ("zeroings", "turn_resets", "error_clears", "eeprom_writes")
 
@@ -66,10 +67,20 @@ class Kills(Machine):
         self.set_simulated(self.config, "rs485-0", motion=f"move:{self.shaft_deg},300")
         angle = lambda: self.simulated(self.config, "rs485-0")["devices"]["axis1"]["angle_deg"]
         wait_for(lambda: abs(angle() - self.shaft_deg) < 0.01, lambda: f"the shaft at {self.shaft_deg}, not {angle()}")
-        stands = lambda m: m["flags"] & 0x10 and abs(m["speed_rad_s"]) < 1e-3
-        wait_for(lambda: [m for m in self.data.of("POSITION/axis1", since=mark)[-1:] if stands(m)], "standstill is seen")
+        self.wait_standstill(mark)
         if not 3000 < self.data.last("POSITION/axis1")["raw_counts"] < 128000:
             self.turn_away_from_zero()
+
+    def wait_standstill(self, mark, name=None):
+        """As readings after `mark` have it; `name` is started again if it is killed meanwhile."""
+        stands = lambda m: m["flags"] & SPEED_VALID and abs(m["speed_rad_s"]) < 1e-3
+
+        def seen():
+            if name:
+                self.revive(name)
+            return any(stands(m) for m in self.data.of("POSITION/axis1", since=mark)[-1:])
+
+        wait_for(seen, "standstill is seen")
 
     def datum(self):
         code, out, err = self.axlecast("datum", "show", "axis1", "--json", "--config", self.config)
@@ -148,10 +159,9 @@ class Kills(Machine):
         self.end_program(name)
         kills = self.kills
         self.run_program(name, kill_at)
-        other_ready = lambda: self.revive(name) or ((self.data.last("DEVICE/axis1") or {}).get("state") == 1)
-        wait_for(other_ready, "axis1 online")
         before = self.counters()
         for words, counter in self.scene():
+            self.wait_standstill(self.data.mark(), name)
             outcome = self.give(name, words)
             after = self.counters()
             self.judge(words, counter, outcome, before, after)
