@@ -78,7 +78,12 @@ class Keys(Machine):
         code, out, err = self.axlecast("history", outcome["id"], "--config", self.config, "--json")
         self.assertEqual(json.loads(out.splitlines()[0])["who"], "local", out + err)
         code, out, err = self.axlecast("status", self.config, "--json")
-        self.assertEqual(json.loads(out)["warnings"], [])
+        status = json.loads(out)
+        self.assertEqual((status["warnings"], status["bridge"]), ([], {"serves": True, "alarms": []}))
+        self.kill(self.serving)
+        code, out, err = self.axlecast("status", self.config)
+        self.assertEqual(code, DONE, out + err)
+        self.assertRegex(out, "bridge +SILENT")
 
     def test_without_a_key_it_is_refused_as_unsigned(self):
         self.run_machine()

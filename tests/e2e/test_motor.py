@@ -5,7 +5,7 @@ import os
 import pathlib
 import unittest
 
-from machine import Machine, wait_for
+from machine import BIN, LIMIT, Machine, wait_for
 
 EXAMPLE = pathlib.Path(os.environ["AXLECAST_SOURCE"], "drivers/tsubaki_sc/example.yaml")
 DONE, REJECTED, FAILED, NOT_VERIFIED = 0, 3, 4, 7
@@ -221,6 +221,24 @@ buses:
         self.assertEqual(self.unit()["motor"], "stopped")
 
     # -- login
+
+    def test_the_unit_of_an_exchange_gets_the_parameters_of_the_old_one(self):
+        self.run_machine()
+        before = self.unit()["parameters"]
+        backup = self.folder / "gm1.txt"
+        guide = self.start("replace", BIN / "axlecast", "replace", "gm1", "--yes", "--json", "--backup", backup, "--config",
+                           self.config)
+        wait_for(lambda: "Exchange gm1 now" in self.log("replace"), lambda: self.log("replace"))
+        self.assertIn("log_interval: 0.5", backup.read_text())
+        self.set(power="off")
+        self.wait_state(self.data, OFFLINE, "gm1")
+        self.set(parameters="54=7")
+        self.assertNotEqual(self.unit()["parameters"], before)
+        self.set(power="on")
+        self.assertEqual(guide.wait(LIMIT), DONE, self.log("replace"))
+        self.assertEqual(self.unit()["parameters"], before)
+        report = json.loads(self.log("replace").splitlines()[-1])
+        self.assertEqual((report["accepted"], report["next"], len(report["written"])), (None, None, 1), report)
 
     def test_parameters_are_written_after_a_login_and_again_after_a_power_off(self):
         self.run_machine("motor_control: none")

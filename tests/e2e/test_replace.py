@@ -143,6 +143,19 @@ class Replace(Machine):
         wait_for(lambda: abs(self.data.last("POSITION/axis1")["value"] - 7.5) < 0.1, "7.5 deg")
         self.assertEqual(self.encoder()["eeprom_writes"], 0)
 
+    def test_ctrl_c_at_a_question_is_a_no(self):
+        self.run_machine()
+        main, terminal = pty.openpty()
+        self.addCleanup(os.close, main)
+        guide = self.guide(terminal, "--already-exchanged")
+        os.close(terminal)
+        wait_for(lambda: "Do it?" in self.log("replace"), lambda: self.log("replace"))
+        guide.send_signal(signal.SIGINT)
+        code, report = self.finish(guide)
+        self.assertEqual((code, report["stopped_at"], report["accepted"]), (REJECTED, "accept", None), report)
+        self.assertEqual(report["next"], "axlecast replace axis1 --from accept")
+        self.assertEqual([m for m in self.data.of("COMMAND_STATUS") if m["operation"] == "accept_exchange"], [])
+
     def test_what_cannot_be_done_is_refused_before_anything(self):
         self.run_machine()
         code, _, err = self.axlecast("replace", "axis1", "--config", self.config)

@@ -169,7 +169,7 @@ INSTANTIATE_TEST_SUITE_P(
                   "m.yaml:3:49: buses.b0.devices.Axis: 'Axis' is no name"},
         WholeFile{
             "machine: a\nbuses:\n  b0: {family: point, simulate: true, devices: {bridge: {}}}\n",
-            "m.yaml:3:51: buses.b0.devices.bridge: 'bridge' is the bridge's own name (ALARM/bridge): give the "
+            "m.yaml:3:49: buses.b0.devices.bridge: 'bridge' is the bridge's own name (ALARM/bridge): give the "
             "device another one"},
         WholeFile{"machine: a\nbuses:\n  b0: {family: point, simulate: true, devices: {a: 5}}\n",
                   "m.yaml:3:49: buses.b0.devices.a: '5' stands where a mapping (key: value) is expected"}));
