@@ -75,9 +75,10 @@ TEST_F(SqliteAxesTest, WritesAddUpSinceTheFirst) {
   store = OpenStore();
   EXPECT_EQ(store->Find("axis1").writes, 7);
   EXPECT_EQ(store->Find("axis1").since_utime, kStart + 1);
-  EXPECT_FALSE(store->AddWrites("axis1", -1, kStart));
-  ASSERT_TRUE(store->AddWrites("axis1", INT64_MAX, kStart + 3));
-  EXPECT_EQ(store->Find("axis1").writes, INT64_MAX);
+  ASSERT_TRUE(store->AddWrites("axis1", -2, kStart + 3));  // counted beforehand, and not made
+  EXPECT_EQ(store->Find("axis1").writes, 5);
+  ASSERT_TRUE(store->AddWrites("axis1", -9, kStart + 4));
+  EXPECT_EQ(store->Find("axis1").writes, 0);
 }
 
 TEST_F(SqliteAxesTest, AnExchangeBeginsAnew) {
