@@ -4,8 +4,9 @@ namespace axlecast {
 namespace {
 
 TEST_F(DispatcherTest, ARestartedDriverLeavesItIndeterminateThenFound) {
-  Send(Body(1));
-  Report(Orders()[0], S::STATE_RUNNING);
+  const auto body = Body(1);
+  Send(body);
+  Report(Orders()[0], S::STATE_RUNNING, {{"count", "4", ""}});
   sink_.Clear();
   Hello(kDriver + 1);
   EXPECT_EQ(Last().state, S::STATE_INDETERMINATE);
@@ -25,7 +26,15 @@ TEST_F(DispatcherTest, ARestartedDriverLeavesItIndeterminateThenFound) {
   EXPECT_EQ(IdOf(Last().id), NumberedId(1));
   EXPECT_EQ(Last().changes[0].after, "5");
   EXPECT_EQ(Last().text, "the driver restarted while it had this order; afterwards: effect_seen");
-  EXPECT_EQ(Send(Body(1)).finding, S::FINDING_EFFECT_SEEN);
+  EXPECT_EQ(Send(body).finding, S::FINDING_EFFECT_SEEN);
+}
+
+TEST_F(DispatcherTest, WithoutAValueFromBeforeAnEffectIsNotClaimed) {
+  Send(Body(1));
+  Hello(kDriver + 1);
+  Report(Orders().back(), S::STATE_SUCCEEDED, {{"count", "", "5"}, {"finding", "", "effect_seen"}});
+  EXPECT_EQ(Last().finding, S::FINDING_CANNOT_TELL);
+  EXPECT_NE(Last().text.find("not known"), std::string::npos);
 }
 
 TEST_F(DispatcherTest, WhatReadTheSameBeforeTellsNothing) {

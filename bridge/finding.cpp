@@ -1,6 +1,7 @@
 #include "bridge/finding.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <string>
 #include <utility>
 
@@ -51,9 +52,17 @@ std::int8_t FindingOfChanges(const command_status_t& found) {
   return word == found.changes.end() ? S::FINDING_CANNOT_TELL : FindingOf(word->after);
 }
 
+// How what was found compares with what the lost driver had reported from before.
+enum class Comparison : std::uint8_t {
+  kNothing,  // there is nothing to compare
+  kUnknown,  // nothing is known from before
+  kSame,     // all that is known reads as before
+  kDiffers,
+};
+
 // Replaces `changes`, as the lost driver had reported them, by what was found, each with its value before where
-// that is known. True when some were known, and all of those read as before.
-bool SetBeside(const std::vector<change_t>& found, std::vector<change_t>& changes) {
+// that is known.
+Comparison SetBeside(const std::vector<change_t>& found, std::vector<change_t>& changes) {
   const std::vector<change_t> reported = std::exchange(changes, {});
   bool compared = false;
   bool differs = false;
@@ -68,7 +77,9 @@ bool SetBeside(const std::vector<change_t>& found, std::vector<change_t>& change
     }
     changes.push_back(change);
   }
-  return compared && !differs;
+  if (changes.empty()) return Comparison::kNothing;
+  if (!compared) return Comparison::kUnknown;
+  return differs ? Comparison::kDiffers : Comparison::kSame;
 }
 
 }  // namespace
@@ -108,10 +119,11 @@ void AddFinding(const Task& finding, command_status_t& outcome) {
     outcome.changes = found.changes;
   } else {
     outcome.finding = FindingOfChanges(found);
-    const bool unchanged = SetBeside(found.changes, outcome.changes);
-    if (unchanged && outcome.finding == S::FINDING_EFFECT_SEEN) {
+    const Comparison comparison = SetBeside(found.changes, outcome.changes);
+    const bool same = comparison == Comparison::kSame;
+    if (outcome.finding == S::FINDING_EFFECT_SEEN && (same || comparison == Comparison::kUnknown)) {
       outcome.finding = S::FINDING_CANNOT_TELL;
-      details = "it read the same before; " + details;
+      details = (same ? "it read the same before; " : "what it read before is not known; ") + details;
     }
   }
   outcome.n_changes = static_cast<std::int8_t>(outcome.changes.size());

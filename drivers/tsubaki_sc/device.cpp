@@ -324,9 +324,10 @@ std::optional<Outcome> ScDevice::RefusalNow(const Order& order, MonoNs now) cons
     return Rejected(Reason::REASON_DEVICE_OFFLINE,
                     "the unit does not answer: check its power, its cable and address");
   }
-  if (auto refusal = RefusalByState(order.operation, interpreter_.reading())) return refusal;
-  const bool logged_out = interpreter_.reading().logged_in == 0;
-  if (!logged_out || !NeedsLogin(order.operation)) return std::nullopt;
+  MotorReading state = interpreter_.reading();
+  if (login_.active()) state.logged_in = -1;  // a login is under way: what was read before it says nothing
+  if (auto refusal = RefusalByState(order.operation, state)) return refusal;
+  if (state.logged_in != 0 || !NeedsLogin(order.operation)) return std::nullopt;
   const std::string problem = login_.Obstacle();
   return problem.empty() ? std::nullopt : std::optional(Rejected(Reason::REASON_DEVICE_REFUSED, problem));
 }
