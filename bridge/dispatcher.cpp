@@ -79,7 +79,8 @@ void Dispatcher::Resume(const OpenCommand& command, Instant now) {
     if (task.status.finding != S::FINDING_NONE) memory_.Outcome(task.status, now);
     return;
   }
-  LaneOf(buses_.at(machine_.BusOf(task.device)->name), task.device, task.operation).Adopt(std::move(task), now);
+  DeviceLane& lane = LaneOf(buses_.at(machine_.BusOf(task.device)->name), task.device, task.operation);
+  lane.Adopt(std::move(task), now);
 }
 
 void Dispatcher::OnCommand(Bytes message, Instant now) {

@@ -37,6 +37,7 @@ World::World(WorldSettings settings)
   machine_.bridge.allow_unsigned = true;
   for (int bus = 0; bus < settings.buses; ++bus) {
     std::vector<std::string> devices;
+    devices.reserve(static_cast<std::size_t>(settings.devices_per_bus));
     for (int device = 0; device < settings.devices_per_bus; ++device) {
       devices.push_back("axis" + std::to_string(bus) + "-" + std::to_string(device));
     }
@@ -48,7 +49,8 @@ World::World(WorldSettings settings)
 }
 
 bool World::Run(std::uint32_t count) {
-  const auto at_a_time = static_cast<std::size_t>(2 * settings_.buses * settings_.devices_per_bus);
+  const auto buses = static_cast<std::size_t>(settings_.buses);
+  const std::size_t at_a_time = 2 * buses * static_cast<std::size_t>(settings_.devices_per_bus);
   for (int i = 0; i < 2'500; ++i) Millisecond();  // the drivers say HELLO
   std::uint32_t started = 0;
   MonoNs settled = kNever;
