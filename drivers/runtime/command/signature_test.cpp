@@ -13,6 +13,7 @@ constexpr Domain kDomains[] = {Domain::kCommand, Domain::kStatus, Domain::kOrder
 
 std::vector<std::uint8_t> FromHex(std::string_view text) {
   std::vector<std::uint8_t> bytes(text.size() / 2);
+  if (bytes.empty()) return bytes;
   EXPECT_EQ(sodium_hex2bin(bytes.data(), bytes.size(), text.data(), text.size(), nullptr, nullptr, nullptr), 0);
   return bytes;
 }
