@@ -56,9 +56,9 @@ TEST_F(SpiPortTest, WithoutRightsItNamesTheGroup) {
   ASSERT_EQ(chmod(folder_.path().c_str(), 0755), 0);
   // Root may open everything: nobody may not.
   const bool root = geteuid() == 0;
-  if (root) ASSERT_EQ(seteuid(65534), 0);
+  ASSERT_EQ(root ? seteuid(65534) : 0, 0);
   const std::string problem = Problem(file);
-  if (root) ASSERT_EQ(seteuid(0), 0);
+  ASSERT_EQ(root ? seteuid(0) : 0, 0);
   EXPECT_THAT(problem, HasSubstr("usermod -aG spi USER"));
 }
 
