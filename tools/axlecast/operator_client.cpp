@@ -46,7 +46,7 @@ CommandResult OperatorClient::Execute(const CommandRequest& request) {
   const CommandId id = client_.Send(request);
   while (true) {
     if (CancelOnSignal::requested()) client_.Cancel(id);
-    const CommandResult result = client_.Await(id, kLookMs);
+    CommandResult result = client_.Await(id, kLookMs);
     if (!result.under_way || clock.Now() >= give_up) return result;
   }
 }
