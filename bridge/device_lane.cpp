@@ -49,10 +49,9 @@ std::optional<std::string> DeviceLane::SenderOf(const CommandId& id) const {
   return found == waiting_.end() ? std::nullopt : std::optional(found->who);
 }
 
-void DeviceLane::Adopt(Task task, Instant now) {
-  current_ = std::move(task);
-  current_->adopted = current_->acknowledged = true;
-  current_->heard = current_->routed = current_->next_send = now.mono;
+void DeviceLane::Adopt(Task task) {
+  task.adopted = true;
+  PushFirst(std::move(task));
 }
 
 bool DeviceLane::Cancel(const CommandId& id, Instant now) {
@@ -132,7 +131,7 @@ void DeviceLane::DropWaiting(Instant now) {
   std::deque<Task> expired;
   std::deque<Task> absent;
   for (Task& task : waiting_) {
-    const bool needs_driver = task.purpose != Task::Purpose::kFinding;
+    const bool needs_driver = task.purpose != Task::Purpose::kFinding && !task.adopted;
     if (now.mono >= task.begin_by) {
       expired.push_back(std::move(task));
     } else if (needs_driver && driver_.IsAbsent(now.mono)) {
@@ -154,6 +153,13 @@ void DeviceLane::DropWaiting(Instant now) {
 
 void DeviceLane::RouteNext(Instant now) {
   Task& task = waiting_.front();
+  if (task.adopted) {
+    current_ = std::move(task);
+    waiting_.pop_front();
+    current_->acknowledged = true;
+    current_->heard = current_->routed = current_->next_send = now.mono;
+    return Follow(now);
+  }
   if (!driver_.IsPresent(now.mono)) return;
   if (task.purpose == Task::Purpose::kFinding) {
     task.asks_driver = task.about_silent && driver_.boot_id() == task.about_boot_id;

@@ -43,8 +43,8 @@ class DeviceLane {
   void Push(Task task) { waiting_.push_back(std::move(task)); }
   void PushFirst(Task task) { waiting_.push_front(std::move(task)); }
   [[nodiscard]] bool IsIdle() const { return !current_ && waiting_.empty(); }
-  // A task that an earlier bridge had routed: asks its driver what became of it. Nothing else may be under way.
-  void Adopt(Task task, Instant now);
+  // A task that an earlier bridge had routed: before any other, its driver is asked what became of it.
+  void Adopt(Task task);
 
   // Who gave a command that is here and has no outcome yet.
   [[nodiscard]] std::optional<std::string> SenderOf(const CommandId& id) const;

@@ -80,7 +80,7 @@ void Dispatcher::Resume(const OpenCommand& command, Instant now) {
     return;
   }
   DeviceLane& lane = LaneOf(buses_.at(machine_.BusOf(task.device)->name), task.device, task.operation);
-  lane.Adopt(std::move(task), now);
+  lane.Adopt(std::move(task));
 }
 
 void Dispatcher::OnCommand(Bytes message, Instant now) {

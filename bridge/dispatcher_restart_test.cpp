@@ -85,6 +85,25 @@ TEST_F(DispatcherTest, ACommandForTheBridgeBeforeIsAnsweredButNotDone) {
   EXPECT_EQ(Send(Body(2)).reason_code, S::REASON_STALE_BRIDGE);
 }
 
+TEST_F(DispatcherTest, AJournalThatOpensLateTakesNothingFromAReadThatIsUnderWay) {
+  Send(Body(1));
+  store_.fails = true;
+  RestartBridge(kBoot + 1);
+  Hello(kDriver);
+  sink_.Clear();
+  auto read = Body(2, "look");
+  read.bridge_boot_id = kBoot + 1;
+  EXPECT_EQ(Send(read).state, S::STATE_ROUTED);
+  const auto order = Orders().back();
+  store_.fails = false;
+  Step(10 * kMillisecond);
+  Report(order, S::STATE_SUCCEEDED);
+  EXPECT_EQ(IdOf(Last().id), NumberedId(2));
+  EXPECT_EQ(Last().state, S::STATE_SUCCEEDED);
+  EXPECT_EQ(IdOf(Orders().back().id), NumberedId(1)) << "then the driver is asked for what the first bridge left";
+  EXPECT_EQ(Orders().back().kind, driver_order_t::KIND_QUERY);
+}
+
 // -- the journal
 
 TEST_F(DispatcherTest, WithoutAJournalNothingIsChangedButReadsAndStopsPass) {

@@ -94,6 +94,7 @@ class MemoryStore final : public DurableStore {
 
   std::vector<OpenCommand> Open() const override {
     std::vector<OpenCommand> open;
+    if (fails) return open;
     for (const CommandId& id : order_) {
       const command_status_t& status = commands_.at(id).record.status;
       const bool unfound =
