@@ -6,7 +6,6 @@
 // (its mono_ns) and from the bridge's first DRIVER_COMMAND to the arrival of the driver's first DRIVER_STATUS of
 // that id.
 
-#include <array>
 #include <axlecast/command_body_t.hpp>
 #include <axlecast/command_t.hpp>
 #include <axlecast/driver_command_t.hpp>
@@ -20,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/command_id.h"
 #include "bench/distribution.h"
 #include "bench/monotonic.h"
 
@@ -27,15 +27,6 @@ namespace axlecast::bench {
 namespace {
 
 volatile std::sig_atomic_t stopped = 0;
-
-using Id = std::array<std::uint8_t, 16>;
-
-template <typename Message>
-Id IdOf(const Message& message) {
-  Id id;
-  for (std::size_t i = 0; i < id.size(); ++i) id[i] = message.id[i];
-  return id;
-}
 
 // First instants of one command; 0: not seen.
 struct Times {

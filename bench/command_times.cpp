@@ -16,7 +16,6 @@
 
 #include <axlecast/command_client.h>
 
-#include <array>
 #include <atomic>
 #include <axlecast/command_body_t.hpp>
 #include <axlecast/command_t.hpp>
@@ -32,20 +31,12 @@
 #include <thread>
 #include <vector>
 
+#include "bench/command_id.h"
 #include "bench/distribution.h"
 #include "bench/monotonic.h"
 
 namespace axlecast::bench {
 namespace {
-
-using Id = std::array<std::uint8_t, 16>;
-
-template <typename Message>
-Id IdOf(const Message& message) {
-  Id id;
-  for (std::size_t i = 0; i < id.size(); ++i) id[i] = message.id[i];
-  return id;
-}
 
 // Instants of one command, CLOCK_MONOTONIC; 0: not seen.
 struct Times {

@@ -1,6 +1,5 @@
 #include "bridge/admission.h"
 
-#include <algorithm>
 #include <axlecast/command_status_t.hpp>
 #include <optional>
 
@@ -57,15 +56,13 @@ std::variant<Admitted, Refusal> Admit(const MachineConfig& machine, std::int64_t
   if (auto refusal = CheckForm(body)) return *refusal;
   const BusConfig* bus = machine.BusOf(body.device);
   if (bus == nullptr) return Refusal{S::REASON_UNKNOWN_DEVICE, "no such device; " + DeviceNames(machine)};
-  const auto device = std::find_if(bus->devices.begin(), bus->devices.end(),
-                                   [&](const DeviceConfig& candidate) { return candidate.name == body.device; });
   const OperationSpec* operation = FindOperation(*bus->family, body.operation);
   if (operation == nullptr || operation->internal) {
     return Refusal{S::REASON_UNKNOWN_OPERATION, "no such operation; " + OperationNames(*bus->family)};
   }
   if (auto refusal = CheckArguments(*operation, body.arguments)) return *refusal;
   const MonoNs begin_by = body.issued_mono_ns + body.valid_ms * kMillisecond;
-  const Admitted admitted{bus, &*device, operation, begin_by};
+  const Admitted admitted{bus, operation, begin_by};
   if (body.mode == command_body_t::MODE_CANCEL) return admitted;
   if (auto refusal = authority.Check(caller, body.device, *operation)) return *refusal;
   if (auto refusal = CheckTime(body, begin_by, now)) return *refusal;

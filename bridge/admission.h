@@ -14,7 +14,6 @@ namespace axlecast {
 // A command that this bridge may take up: where it goes and what it does.
 struct Admitted {
   const BusConfig* bus = nullptr;
-  const DeviceConfig* device = nullptr;
   const OperationSpec* operation = nullptr;
   MonoNs begin_by = 0;
 };
