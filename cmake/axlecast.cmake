@@ -18,10 +18,43 @@ if(AXLECAST_SANITIZE)
   target_link_options(axlecast_flags INTERFACE -fsanitize=${AXLECAST_SANITIZE})
 endif()
 
+# What is tested is optimised and searched for undefined behaviour; doing that to the tests themselves would take twice
+# their time to compile. Linked last, so that these options are the last ones.
+add_library(axlecast_test_flags INTERFACE)
+target_compile_options(axlecast_test_flags INTERFACE -O0 -g1)
+if(AXLECAST_SANITIZE MATCHES undefined)
+  target_compile_options(axlecast_test_flags INTERFACE -fno-sanitize=undefined)
+endif()
+
 if(AXLECAST_FUZZERS)
   # The libraries too, so that the fuzzers see which of their branches an input reaches.
   target_compile_options(axlecast_flags INTERFACE -fsanitize=fuzzer-no-link)
+  target_compile_options(axlecast_test_flags INTERFACE -fno-sanitize=fuzzer-no-link)
 endif()
+
+# GoogleMock's headers cost more than most tests: they are compiled once for all.
+if(AXLECAST_TESTS)
+  file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/test_headers.cpp CONTENT "")
+  add_library(axlecast_test_headers OBJECT ${CMAKE_BINARY_DIR}/test_headers.cpp)
+  target_link_libraries(axlecast_test_headers PRIVATE axlecast_flags GTest::gmock axlecast_test_flags)
+  target_precompile_headers(axlecast_test_headers PRIVATE <gmock/gmock.h> <gtest/gtest.h>)
+endif()
+
+# axlecast_unity(TARGET file...): with AXLECAST_UNITY, compiles the target's files in groups.
+function(axlecast_unity target)
+  list(LENGTH ARGN count)
+  if(NOT AXLECAST_UNITY OR count LESS 2)
+    return()
+  endif()
+  execute_process(COMMAND ${Python3_EXECUTABLE} ${CMAKE_SOURCE_DIR}/cmake/unity_groups.py ${ARGN}
+    WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} OUTPUT_VARIABLE groups OUTPUT_STRIP_TRAILING_WHITESPACE
+    COMMAND_ERROR_IS_FATAL ANY)
+  string(REPLACE "\n" ";" groups "${groups}")
+  foreach(file group IN ZIP_LISTS ARGN groups)
+    set_source_files_properties(${file} PROPERTIES UNITY_GROUP ${target}_${group})
+  endforeach()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+endfunction()
 
 # axlecast_test(TARGET PREFIX SOURCES file... LIBRARIES target...)
 #
@@ -30,14 +63,9 @@ function(axlecast_test target prefix)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
   add_executable(${target} ${ARG_SOURCES})
   set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/test)
-  # What is tested is optimised; optimising the tests would take twice their time to compile.
-  target_compile_options(${target} PRIVATE -O0 -g1)
-  target_link_libraries(${target} PRIVATE ${ARG_LIBRARIES} GTest::gmock GTest::gtest_main)
-  # GoogleMock's headers cost more than most tests.
-  list(LENGTH ARG_SOURCES count)
-  if(count GREATER 3)
-    target_precompile_headers(${target} PRIVATE <gmock/gmock.h> <gtest/gtest.h>)
-  endif()
+  target_link_libraries(${target} PRIVATE ${ARG_LIBRARIES} GTest::gmock GTest::gtest_main axlecast_test_flags)
+  target_precompile_headers(${target} REUSE_FROM axlecast_test_headers)
+  axlecast_unity(${target} ${ARG_SOURCES})
   add_dependencies(axlecast_unit_tests ${target})
   gtest_discover_tests(${target} TEST_PREFIX ${prefix}. NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
 endfunction()
@@ -46,9 +74,10 @@ endfunction()
 #
 # The convention of every folder: its .cpp files are the library TARGET, its *_test.cpp files are the tests of
 # TARGET_test, its *_fuzz.cpp files are one libFuzzer program each, and main.cpp is for the folder's own
-# CMakeLists.txt to name, as are the files that EXCEPT names.
+# CMakeLists.txt to name, as are the files that EXCEPT names. A program that uses nothing of a file that ALONE names does
+# not link it either.
 function(axlecast_folder target)
-  cmake_parse_arguments(ARG "" "" "DEPENDS;TEST_DEPENDS;EXCEPT" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "DEPENDS;TEST_DEPENDS;EXCEPT;ALONE" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS *.cpp)
   file(GLOB tests CONFIGURE_DEPENDS *_test.cpp)
   if(AXLECAST_SANITIZE MATCHES thread)
@@ -64,6 +93,10 @@ function(axlecast_folder target)
   endforeach()
   if(sources)
     add_library(${target} STATIC ${sources})
+    if(ARG_ALONE)
+      set_source_files_properties(${ARG_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+    endif()
+    axlecast_unity(${target} ${sources})
     target_link_libraries(${target} PUBLIC axlecast_flags ${ARG_DEPENDS})
   else()
     add_library(${target} INTERFACE)

@@ -10,7 +10,7 @@ namespace {
 constexpr std::size_t kLongestName = 64;
 constexpr std::size_t kMaxPermit = 1'200;  // permit_t.permit_size
 
-bool IsName(const std::string& text) {
+bool IsPermitName(const std::string& text) {
   return !text.empty() && text.size() <= kLongestName && text.find('\0') == std::string::npos;
 }
 
@@ -30,8 +30,8 @@ permit_t MakePermit(permit_body_t body, const SigningKey* key) {
 }
 
 bool FitsPermit(const std::string& device, const std::vector<std::string>& operations) {
-  if (!IsName(device) || operations.size() > PermitIssuer::kMaxOperations) return false;
-  if (!std::all_of(operations.begin(), operations.end(), IsName)) return false;
+  if (!IsPermitName(device) || operations.size() > PermitIssuer::kMaxOperations) return false;
+  if (!std::all_of(operations.begin(), operations.end(), IsPermitName)) return false;
   permit_body_t body{};
   body.device = device;
   body.operations = operations;

@@ -78,10 +78,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (seal_reply) Seal(reply, msb_first);
   const auto asked = ParseRequest(request);
   if (asked) {
-    Require(Same(Made(*asked), request));
+    Require(Same(Encoded(*asked), request));
     CheckReply(*asked, reply, bits);
   }
-  if (const auto read = ParseRequest(reply)) Require(Same(Made(*read), reply));
+  if (const auto read = ParseRequest(reply)) Require(Same(Encoded(*read), reply));
   CheckReply({.address = 1, .registers = 2}, reply, bits);
   CheckEvent(request, reply, bits, complete);
   return 0;

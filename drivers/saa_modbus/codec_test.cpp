@@ -55,7 +55,7 @@ TEST(SaaModbusCodec, RequestsOfTheManual) {
     const std::optional<Request> request = ParseRequest(bytes);
     EXPECT_EQ(request ? Said(*request) : "-", row.columns[1]) << row.where;
     if (request) {
-      EXPECT_EQ(List(Made(*request)), bytes) << row.where;
+      EXPECT_EQ(List(Encoded(*request)), bytes) << row.where;
     }
   }
 }

@@ -5,7 +5,7 @@
 namespace axlecast::saa_modbus {
 
 // The frame that says this.
-inline Frame Made(const Request& request) {
+inline Frame Encoded(const Request& request) {
   switch (request.function) {
     case kReadPosition:
       return ReadRequest(request.address, request.registers);

@@ -1,5 +1,6 @@
 #include "drivers/tformat/settings.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 

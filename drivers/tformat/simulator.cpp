@@ -10,7 +10,7 @@ namespace {
 
 using Kind = SimulatedFault::Kind;
 
-constexpr MonoNs kReplyDelay = 3 * kMicrosecond;  // spec 7.1
+constexpr MonoNs kAnswerDelay = 3 * kMicrosecond;  // spec 7.1
 // On the wire a request ends where no start bit follows a delimiter; an adapter may hand it over in pieces.
 constexpr MonoNs kFrameGap = kMillisecond;
 
@@ -228,7 +228,7 @@ void TFormatSimulator::Deliver(ReplyBytes reply, MonoNs request_end, MonoNs now,
   const MonoNs later = Amount(axis_.fault, Kind::kSlow, kMicrosecond);
   MonoNs sent = now + later;
   if (axis_.pace == Pace::kWire) {
-    sent = request_end + kReplyDelay + later + line_.byte_time * static_cast<MonoNs>(reply.size());
+    sent = request_end + kAnswerDelay + later + line_.byte_time * static_cast<MonoNs>(reply.size());
   } else if (axis_.pace == Pace::kSlots) {
     const MonoNs slot = std::llround(axis_.slot_us * 1e3);
     sent = (now + later) / slot * slot + slot;

@@ -28,7 +28,7 @@ std::optional<std::string> Receive(int fd, int flags) {
   return message;
 }
 
-bool Send(int fd, const std::string& message) {
+bool SendLine(int fd, const std::string& message) {
   return send(fd, message.data(), message.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(message.size());
 }
 
@@ -79,7 +79,7 @@ void ControlSocket::Serve(const Handler& handler) {
     if (caller == callers_.end()) continue;
     const std::optional<std::string> question = Receive(fd, MSG_DONTWAIT);
     // A caller that has gone does not hear the answer: that is its own affair.
-    if (question && !question->empty()) static_cast<void>(Send(fd, handler(*question)));
+    if (question && !question->empty()) static_cast<void>(SendLine(fd, handler(*question)));
     callers_.erase(caller);
   }
 }
@@ -90,7 +90,7 @@ std::string AskControlSocket(const std::string& path, const std::string& questio
   const timeval patience{2, 0};
   if (!address || !caller.valid() ||
       setsockopt(caller.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience)) != 0 ||
-      connect(caller.get(), address->generic(), address->size()) != 0 || !Send(caller.get(), question)) {
+      connect(caller.get(), address->generic(), address->size()) != 0 || !SendLine(caller.get(), question)) {
     return {};
   }
   return Receive(caller.get(), 0).value_or("");

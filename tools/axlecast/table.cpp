@@ -20,7 +20,7 @@ int DecimalsOf(const device_info_t& info) {
   return static_cast<int>(std::clamp(std::ceil(-std::log10(std::abs(count))), 0.0, 6.0));
 }
 
-std::string Clock(MonoNs running) {
+std::string ClockTime(MonoNs running) {
   const long long seconds = running / kSecond;
   std::array<char, 32> text{};
   static_cast<void>(std::snprintf(text.data(), text.size(), "%02lld:%02lld:%02lld", seconds / 3600,
@@ -113,7 +113,7 @@ std::string AlarmText(const DeviceView& device, std::size_t width) {
 
 std::vector<std::string> RenderTable(const MachineView& machine, MonoNs now, MonoNs running,
                                      const std::deque<std::string>& events) {
-  const std::string title = "axlecast " + Printable(machine.machine()) + "  " + Clock(running) + "  " +
+  const std::string title = "axlecast " + Printable(machine.machine()) + "  " + ClockTime(running) + "  " +
                             std::to_string(machine.online(now)) + " of " +
                             std::to_string(machine.devices().size()) + " devices online";
   std::vector<std::string> lines;
@@ -136,7 +136,7 @@ std::string RenderLine(const MachineView& machine, MonoNs now, MonoNs running) {
     hz += device.reading_hz;
     lost += device.readings.lost();
   }
-  return Clock(running) + "  " + std::to_string(machine.online(now)) + " of " +
+  return ClockTime(running) + "  " + std::to_string(machine.online(now)) + " of " +
          std::to_string(machine.devices().size()) + " devices online, " + Decimal(hz, 0) + " readings/s, " +
          std::to_string(lost) + " lost";
 }

@@ -13,7 +13,7 @@ namespace {
 
 std::string TimeText(std::int64_t utime) { return UtcText(utime) + " UTC"; }
 
-std::string Instant(const trip_log_t& trip) {
+std::string StartText(const trip_log_t& trip) {
   if (trip.not_before_utime == 0 && trip.not_after_utime == 0) return "at an unknown time";
   if (trip.not_before_utime == 0) return "before " + TimeText(trip.not_after_utime);
   if (trip.not_after_utime == 0) return "after " + TimeText(trip.not_before_utime);
@@ -57,7 +57,7 @@ std::string TripTitle(const trip_log_t& trip) {
 std::string TripTable(const std::string& device, const std::vector<trip_log_t>& trips) {
   std::string text;
   for (const trip_log_t& trip : trips) {
-    text += (text.empty() ? "" : "\n") + device + ": " + TripTitle(trip) + ", " + Instant(trip) + '\n' +
+    text += (text.empty() ? "" : "\n") + device + ": " + TripTitle(trip) + ", " + StartText(trip) + '\n' +
             Heading(trip.interval_us > 0);
     for (std::size_t sample = 0; sample < kTripSamples; ++sample) text += SampleRow(trip, sample);
   }
