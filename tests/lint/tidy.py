@@ -41,7 +41,7 @@ def units_of(build):
 
 
 def missing(units):
-    """Sources that no unit holds. main.cpp.in and the like are no sources; generated ones are not the project's text."""
+    """Sources of the project that no unit holds."""
     listed = subprocess.run(["git", "ls-files", "*.cpp"], cwd=ROOT, check=True, capture_output=True, text=True)
     held = {source for _, sources in units.values() for source in sources}
     return [file for file in listed.stdout.split() if is_checked(file) and file not in held]

@@ -12,38 +12,19 @@
 #include "drivers/runtime/position/device_health.h"
 #include "drivers/runtime/position/device_report.h"
 #include "drivers/runtime/position/position_output.h"
+#include "drivers/runtime/position/repeated.h"
 #include "drivers/runtime/position/runtime_alarms.h"
 
 namespace axlecast {
 namespace {
 
-constexpr MonoNs kRepeat = kSecond;             // of DEVICE and ALARM
-constexpr MonoNs kSoonest = 20 * kMillisecond;  // between two of them that tell a change
-constexpr MonoNs kShown = 60 * kSecond;         // how long an alarm about a single moment stays
+constexpr MonoNs kShown = 60 * kSecond;  // how long an alarm about a single moment stays
 
 PositionOutput::Context OutputContext(const BusConfig& bus, const ChannelContext& context) {
   const std::int32_t simulated = bus.simulate ? position_t::FLAG_SIMULATED : 0;
   const std::int32_t redecoded = context.redecoded ? position_t::FLAG_REDECODED : 0;
   return {context.boot_id, context.time, context.sink, simulated | redecoded};
 }
-
-// When a message that repeats each second, and tells changes, was and will be sent.
-class Repeated {
- public:
-  // `revision`: of what the message tells.
-  [[nodiscard]] bool Due(std::int64_t revision, MonoNs now) {
-    if (sent_ && now - sent_at_ < (revision == told_ ? kRepeat : kSoonest)) return false;
-    sent_ = true;
-    sent_at_ = now;
-    told_ = revision;
-    return true;
-  }
-
- private:
-  bool sent_ = false;
-  MonoNs sent_at_ = 0;
-  std::int64_t told_ = 0;
-};
 
 }  // namespace
 
