@@ -70,6 +70,17 @@ TEST(LogSeal, OfAnotherSizeIsNone) {
   }
 }
 
+TEST(SealCount, CountsTheRecordsBehindTheLastSeal) {
+  const std::string_view digits = "123456789";  // the check value of CRC-32C in the catalogues of CRCs: 0xE3069283
+  const Bytes record(reinterpret_cast<const std::uint8_t*>(digits.data()), digits.size());
+  SealCount count;
+  count.Add(record.first(4));
+  count.Add(record.subspan(4));
+  EXPECT_EQ(count.seal(), (LogSeal{.bytes = 9, .events = 2, .crc32c = 0xE3069283}));
+  count.Reset();
+  EXPECT_EQ(count.seal(), LogSeal{});
+}
+
 TEST(LogHeader, KnowsItsChannels) {
   EXPECT_TRUE(IsLogChannel("AXLECAST/machine.yaml"));
   EXPECT_TRUE(IsLogChannel("AXLECAST/schema"));
