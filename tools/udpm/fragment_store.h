@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "drivers/runtime/core/instant.h"
-#include "tools/udpm/sender_address.h"
+#include "drivers/runtime/core/sender_address.h"
 #include "tools/udpm/udpm_packet.h"
 
 namespace axlecast {

@@ -8,7 +8,7 @@
 
 #include "tools/udpm/fragment_store.h"
 #include "tools/udpm/message_numbers.h"
-#include "tools/udpm/sender_address.h"
+#include "drivers/runtime/core/sender_address.h"
 
 namespace axlecast {
 

@@ -11,6 +11,7 @@ TEST(ParseLcmUrl, TakesGroupPortAndOptions) {
   EXPECT_EQ(url.group, "239.255.76.67");
   EXPECT_EQ(url.port, 7668);
   EXPECT_EQ(url.ttl, 1);
+  EXPECT_EQ(url.recv_buf_size, 2'097'152);
   EXPECT_FALSE(url.in_process);
   EXPECT_EQ(ParseLcmUrl("udpm://224.0.0.1:1").ttl, 0) << "LCM's default";
   EXPECT_TRUE(ParseLcmUrl("memq://").in_process);
