@@ -46,6 +46,8 @@ bool IsMulticast(const std::string& group) {
 
 }  // namespace
 
+bool IsOtherProvider(std::string_view url) { return url.starts_with("tcpq://") || url.starts_with("file://"); }
+
 LcmUrl ParseLcmUrl(std::string_view url) {
   LcmUrl parsed;
   if (url == "memq://") {

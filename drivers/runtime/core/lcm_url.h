@@ -19,4 +19,7 @@ struct LcmUrl {
 };
 [[nodiscard]] LcmUrl ParseLcmUrl(std::string_view url);
 
+// tcpq:// and file://: LCM's other providers. No machine runs over them, but tools may read from them.
+[[nodiscard]] bool IsOtherProvider(std::string_view url);
+
 }  // namespace axlecast

@@ -43,5 +43,13 @@ TEST(ParseLcmUrl, RefusesWhatLcmWouldPassOver) {
   }
 }
 
+TEST(IsOtherProvider, IsWhatOnlyToolsRead) {
+  EXPECT_TRUE(IsOtherProvider("tcpq://localhost:7700"));
+  EXPECT_TRUE(IsOtherProvider("file:///tmp/a.log?mode=r"));
+  EXPECT_FALSE(IsOtherProvider("udpm://239.255.76.67:7667"));
+  EXPECT_FALSE(IsOtherProvider("memq://"));
+  EXPECT_FALSE(IsOtherProvider("/tmp/a.log"));
+}
+
 }  // namespace
 }  // namespace axlecast
