@@ -13,42 +13,39 @@
 #include <axlecast/recorder_health_t.hpp>
 #include <axlecast/trip_log_t.hpp>
 #include <axlecast/wire_t.hpp>
+#include <optional>
 
-#include "tools/log/big_endian.h"
+#include "tools/json/field.h"
 
 namespace axlecast {
 namespace {
 
 constexpr std::size_t kMostChannels = 10'000;  // anybody may invent more
-// Behind the type's hash every type begins with utime, mono_ns, boot_id, seq.
-constexpr std::size_t kBootIdAt = 24;
-constexpr std::size_t kSeqAt = 32;
-constexpr std::size_t kHeadEnd = 40;
 
 // Types whose numbers run without gaps, as their .lcm says.
 bool IsNumbered(std::int64_t hash) {
   static const std::array<std::int64_t, 11> numbered = {
-      alarm_t::getHash(),        bus_health_t::getHash(), device_info_t::getHash(),
-      motor_health_t::getHash(), position_t::getHash(),   position_block_t::getHash(),
-      trip_log_t::getHash(),     wire_t::getHash(),       recorder_health_t::getHash(), command_status_t::getHash(), driver_status_t::getHash(),
+      alarm_t::getHash(),          bus_health_t::getHash(),    device_info_t::getHash(),
+      motor_health_t::getHash(),   position_t::getHash(),      position_block_t::getHash(),
+      trip_log_t::getHash(),       wire_t::getHash(),          recorder_health_t::getHash(),
+      command_status_t::getHash(), driver_status_t::getHash(),
   };
   return std::find(numbered.begin(), numbered.end(), hash) != numbered.end();
-}
-
-std::int64_t Int64At(Bytes data, std::size_t offset) {
-  return static_cast<std::int64_t>(ReadBigEndian<std::uint64_t>(data, offset));
 }
 
 }  // namespace
 
 void ChannelLosses::On(const LoggedMessage& message) {
-  if (message.data.size() < kHeadEnd || !IsNumbered(Int64At(message.data, 0))) return;
+  const std::optional<std::int64_t> hash = Fingerprint(message.data);
+  if (!hash || !IsNumbered(*hash)) return;
+  const std::optional<MessageHead> head = ReadHead(message.data);
+  if (!head) return;
   auto channel = channels_.find(message.channel);
   if (channel == channels_.end()) {
     if (channels_.size() >= kMostChannels) return;
     channel = channels_.emplace(message.channel, SequenceCount()).first;
   }
-  channel->second.On(Int64At(message.data, kBootIdAt), Int64At(message.data, kSeqAt));
+  channel->second.On(head->boot_id, head->seq);
 }
 
 std::vector<ChannelLoss> ChannelLosses::losses() const {

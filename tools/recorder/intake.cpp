@@ -12,9 +12,9 @@ namespace axlecast {
 namespace {
 
 constexpr MonoNs kCountDrops = 100 * kMillisecond;
-constexpr int kBatchesPerTurn = 16;      // so that no port starves another
-constexpr int kOthersQueue = 100'000;    // messages in LCM's own queue
-constexpr int kMostHandles = 1'000;      // at the end
+constexpr int kBatchesPerTurn = 16;    // so that no port starves another
+constexpr int kOthersQueue = 100'000;  // messages in LCM's own queue
+constexpr int kMostHandles = 1'000;    // at the end
 constexpr std::int64_t kAnyTime = std::numeric_limits<std::int64_t>::max();
 
 }  // namespace

@@ -18,11 +18,11 @@ namespace axlecast {
 
 // What came and what is missing.
 struct IntakeCounts {
-  std::int64_t received = 0;        // messages, wanted or not
-  std::int64_t lost = 0;            // by the gaps in the senders' numbers
-  std::int64_t overflow = 0;        // wanted ones that found no room in the queue
-  std::int64_t kernel_dropped = 0;  // datagrams; those whose gap shows are in `lost` as well
-  std::int64_t foreign = 0;         // datagrams that are none of LCM's
+  std::int64_t received = 0;         // messages, wanted or not
+  std::int64_t lost = 0;             // by the gaps in the senders' numbers
+  std::int64_t overflow = 0;         // wanted ones that found no room in the queue
+  std::int64_t kernel_dropped = 0;   // datagrams; those whose gap shows are in `lost` as well
+  std::int64_t foreign = 0;          // datagrams that are none of LCM's
   std::vector<SenderCount> senders;  // most lost first; overflow counts as lost
 };
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "tools/log/log_event.h"
+#include "tools/log/log_header.h"
 
 namespace axlecast {
 namespace {
@@ -38,14 +39,14 @@ std::string Remedy(int error) {
   }
 }
 
-// Bytes of the whole records among the first `limit` of `records`; `events` counts them.
-std::size_t WholeRecords(Bytes records, std::size_t limit, std::int64_t& events) {
+// Bytes of the whole records among the first `limit` of `records`; `messages` counts those that were heard.
+std::size_t WholeRecords(Bytes records, std::size_t limit, std::int64_t& messages) {
   std::size_t whole = 0;
   while (const auto event = ParseEvent(records.subspan(whole))) {
     const std::size_t size = EventSize(*event);
     if (whole + size > limit) break;
     whole += size;
-    ++events;
+    if (!IsLogChannel(event->channel)) ++messages;
   }
   return whole;
 }
@@ -62,7 +63,8 @@ std::vector<StoredLog> LogsIn(const std::string& folder) {
 
 }  // namespace
 
-LogWriter::LogWriter(LogWriterSettings settings, const Clock& clock) : settings_(std::move(settings)), clock_(clock) {}
+LogWriter::LogWriter(LogWriterSettings settings, const Clock& clock)
+    : settings_(std::move(settings)), clock_(clock) {}
 
 void LogWriter::Begin(std::int64_t utime) { pending_.push_back({utime, {}, false}); }
 
@@ -108,8 +110,8 @@ bool LogWriter::Drain(Pending& log) {
   std::size_t written = log.bytes.size() - rest.size();
   if (error != 0) {
     // Back to the last whole record, so that readers find the file whole.
-    std::int64_t events = 0;
-    const std::size_t whole = WholeRecords(log.bytes, written, events);
+    std::int64_t messages = 0;
+    const std::size_t whole = WholeRecords(log.bytes, written, messages);
     if (file_.CutTo(before + static_cast<std::int64_t>(whole)) == 0) written = whole;
     Fail(error);
   }
@@ -190,8 +192,8 @@ void LogWriter::KeepHouse() {
   const Retention& retention = settings_.retention;
   if (!settings_.file.empty() || (retention.quota_bytes == 0 && retention.keep_us == 0)) return;
   const std::string current = std::filesystem::path(status_.file).filename().string();
-  for (const std::string& file : ExpiredLogs(LogsIn(settings_.folder), settings_.name, current, retention,
-                                             clock_.UtcMicroseconds())) {
+  for (const std::string& file :
+       ExpiredLogs(LogsIn(settings_.folder), settings_.name, current, retention, clock_.UtcMicroseconds())) {
     std::error_code error;
     if (std::filesystem::remove(std::filesystem::path(settings_.folder) / file, error); !error) continue;
     status_.last_error = file + ": cannot be deleted: " + error.message();
@@ -202,12 +204,12 @@ void LogWriter::KeepHouse() {
 std::int64_t LogWriter::Finish() {
   Flush();
   if (file_.is_open()) CloseFile();
-  std::int64_t events = 0;
+  std::int64_t messages = 0;
   for (const Pending& log : pending_) {
-    static_cast<void>(WholeRecords(log.bytes, log.bytes.size(), events));
+    static_cast<void>(WholeRecords(log.bytes, log.bytes.size(), messages));
   }
   pending_.clear();
-  return events;
+  return messages;
 }
 
 }  // namespace axlecast

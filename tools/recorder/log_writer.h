@@ -8,15 +8,15 @@
 
 #include "drivers/io/log_file.h"
 #include "drivers/runtime/core/clock.h"
-#include "tools/recorder/log_output.h"
+#include "tools/recorder/log_sink.h"
 #include "tools/recorder/retention.h"
 
 namespace axlecast {
 
 struct LogWriterSettings {
-  std::string folder;  // of logs that the recorder names itself (retention.h)
-  std::string name;    // of these; may then be empty: `file`
-  std::string file;    // the first log; what it is split into is called <file>_001 and so on
+  std::string folder;                         // of logs that the recorder names itself (retention.h)
+  std::string name;                           // of these; may then be empty: `file`
+  std::string file;                           // the first log; what it is split into is called <file>_001 and so on
   MonoNs sync_interval = 100 * kMillisecond;  // what was written is on the disk so long after
   Retention retention;                        // of logs that it names itself
 };
@@ -35,7 +35,7 @@ struct LogWriterStatus {
 
 // Writes logs to files. What the disk does not take is kept and tried again each second: a file always ends with a whole
 // record. One thread; it waits for the disk.
-class LogWriter final : public LogOutput {
+class LogWriter final : public LogSink {
  public:
   LogWriter(LogWriterSettings settings, const Clock& clock);
 
@@ -51,7 +51,7 @@ class LogWriter final : public LogOutput {
   [[nodiscard]] MonoNs next_poll() const;
   // The disk takes nothing now: what is given is kept in memory.
   [[nodiscard]] bool blocked() const { return retry_at_ != kNever; }
-  // A last try. The number of events that could not be written.
+  // A last try. The number of messages that could not be written.
   [[nodiscard]] std::int64_t Finish();
 
   [[nodiscard]] const LogWriterStatus& status() const { return status_; }

@@ -25,7 +25,8 @@ std::optional<LoggedMessage> MessageBatch::Next() {
   const std::uint8_t* channel = bytes_.data() + position_ + sizeof head;
   position_ += sizeof head + head.channel_size + head.data_size;
   --left_;
-  return LoggedMessage{head.utime, {reinterpret_cast<const char*>(channel), head.channel_size},
+  return LoggedMessage{head.utime,
+                       {reinterpret_cast<const char*>(channel), head.channel_size},
                        Bytes(channel + head.channel_size, head.data_size)};
 }
 

@@ -15,7 +15,7 @@ Bytes BytesOf(const std::string& text) { return {reinterpret_cast<const std::uin
 
 }  // namespace
 
-Recorder::Recorder(RecorderSettings settings, LogOutput& output) : settings_(std::move(settings)), output_(output) {
+Recorder::Recorder(RecorderSettings settings, LogSink& output) : settings_(std::move(settings)), output_(output) {
   if (!settings_.pre_trigger) return;
   const PreTrigger& pre_trigger = *settings_.pre_trigger;
   trigger_.emplace(pre_trigger.trigger);

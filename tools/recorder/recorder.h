@@ -8,7 +8,7 @@
 #include "tools/recorder/channel_losses.h"
 #include "tools/recorder/event_stream.h"
 #include "tools/recorder/log_identity.h"
-#include "tools/recorder/log_output.h"
+#include "tools/recorder/log_sink.h"
 #include "tools/recorder/message_ring.h"
 #include "tools/recorder/trigger_watch.h"
 
@@ -16,10 +16,10 @@ namespace axlecast {
 
 // Records only around what triggers.
 struct PreTrigger {
-  std::regex trigger;                 // TriggerWatch
-  MonoNs before = 0;                  // what came so long before it,
-  MonoNs after = 0;                   // and so long after the last one
-  std::size_t memory = 256U << 20;    // bytes for what came before
+  std::regex trigger;               // TriggerWatch
+  MonoNs before = 0;                // what came so long before it,
+  MonoNs after = 0;                 // and so long after the last one
+  std::size_t memory = 256U << 20;  // bytes for what came before
 };
 
 struct RecorderSettings {
@@ -30,12 +30,12 @@ struct RecorderSettings {
 };
 
 // Turns messages into logs: header events, numbers, seals once a second and at the end, one log after the other. Pure:
-// time is an argument, and bytes go to a LogOutput.
+// time is an argument, and bytes go to a LogSink.
 class Recorder {
  public:
   static constexpr MonoNs kSealInterval = kSecond;
 
-  Recorder(RecorderSettings settings, LogOutput& output);
+  Recorder(RecorderSettings settings, LogSink& output);
 
   // Begins the first log; with a pre-trigger it begins when that fires.
   void Start(MonoNs now, std::int64_t utime);
@@ -49,7 +49,7 @@ class Recorder {
   // Completes the log.
   void End(std::int64_t utime);
 
-  [[nodiscard]] bool recording() const { return recording_; }  // else it waits for the trigger
+  [[nodiscard]] bool recording() const { return recording_; }        // else it waits for the trigger
   [[nodiscard]] std::int64_t messages() const { return messages_; }  // written, without header events and seals
   [[nodiscard]] std::int64_t bytes() const { return bytes_; }        // of all logs
   [[nodiscard]] std::int64_t early() const { return ring_ ? ring_->early() : 0; }  // MessageRing
@@ -64,7 +64,7 @@ class Recorder {
   void Write(Bytes record);
 
   RecorderSettings settings_;
-  LogOutput& output_;
+  LogSink& output_;
   EventStream stream_;
   std::optional<TriggerWatch> trigger_;
   std::optional<MessageRing> ring_;

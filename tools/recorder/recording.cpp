@@ -13,7 +13,7 @@
 namespace axlecast {
 namespace {
 
-constexpr std::int64_t kPollEvery = 256;  // messages between two looks at the clock and the disk
+constexpr std::int64_t kPollEvery = 4'096;  // messages between two looks at the clock and the disk
 
 }  // namespace
 
@@ -87,11 +87,7 @@ void Recording::Write() {
 void Recording::WriteBatch(MessageBatch& batch) {
   std::array<pollfd, 1> files = {{{stop_.get(), POLLIN, 0}}};
   while (batch.left() > 0) {
-    for (std::int64_t i = 0; i < kPollEvery && !writer_.blocked(); ++i) {
-      const auto message = batch.Next();
-      if (!message) break;
-      recorder_.On(*message, clock_.Now());
-    }
+    Record(batch, kPollEvery);
     recorder_.Poll(clock_.Now(), clock_.UtcMicroseconds());
     writer_.Poll();
     Share();
@@ -100,25 +96,33 @@ void Recording::WriteBatch(MessageBatch& batch) {
   }
 }
 
+// At most so many messages, and none while the disk takes nothing.
+void Recording::Record(MessageBatch& batch, std::int64_t most) {
+  const MonoNs now = clock_.Now();
+  for (std::int64_t i = 0; i < most && !writer_.blocked(); ++i) {
+    const auto message = batch.Next();
+    if (!message) return;
+    recorder_.On(*message, now);
+  }
+}
+
 void Recording::Finish(MessageBatch& batch) {
   std::int64_t unwritten = 0;
   // The reading thread ends first; what it still brings is written where the disk takes something again.
   std::array<pollfd, 1> files = {{{queue_.FileDescriptor(), POLLIN, 0}}};
   for (bool open = true; open;) {
-    while (!writer_.blocked()) {
-      const auto message = batch.Next();
-      if (!message) break;
-      recorder_.On(*message, clock_.Now());
-    }
+    Record(batch, batch.left());
     unwritten += batch.left();
     open = queue_.Take(batch);
     if (open && batch.left() == 0) static_cast<void>(PollUntil(files, clock_.Now() + kSecond, clock_));
   }
   recorder_.End(clock_.UtcMicroseconds());
-  unwritten += writer_.Finish();
+  const std::int64_t held = writer_.Finish();
   Share();
   const std::scoped_lock lock(mutex_);
-  shared_.unwritten = unwritten;
+  shared_.messages -= held;
+  shared_.unwritten = unwritten + held;
+  shared_.channels = recorder_.channels().losses();
 }
 
 void Recording::Share() {

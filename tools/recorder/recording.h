@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <regex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -27,13 +29,13 @@ struct RecordingSettings {
 struct RecordingStatus {
   IntakeCounts intake;
   LogWriterStatus disk;
-  bool recording = false;           // else it waits for the trigger
-  std::int64_t messages = 0;        // given to the disk, without header events and seals
-  std::int64_t bytes = 0;           // of all logs
-  std::int64_t early = 0;           // messages that left the memory of before the trigger early
-  std::int64_t unwritten = 0;       // events, at the end
-  std::vector<ChannelLoss> channels;
-  std::string failure;              // why it ended by itself
+  bool recording = false;             // else it waits for the trigger
+  std::int64_t messages = 0;          // given to the disk, without header events and seals
+  std::int64_t bytes = 0;             // of all logs
+  std::int64_t early = 0;             // messages that left the memory of before the trigger early
+  std::int64_t unwritten = 0;         // messages that the disk did not take, at the end
+  std::vector<ChannelLoss> channels;  // at the end
+  std::string failure;                // why it ended by itself
 
   // Messages that should be in a log and are not, as far as it is known.
   [[nodiscard]] std::int64_t Lost() const { return intake.lost + intake.overflow + unwritten; }
@@ -67,6 +69,7 @@ class Recording {
   void Read();
   void Write();
   void WriteBatch(MessageBatch& batch);
+  void Record(MessageBatch& batch, std::int64_t most);
   void Finish(MessageBatch& batch);
   void Share();
 

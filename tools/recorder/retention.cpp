@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <ctime>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
 namespace axlecast {
@@ -15,13 +16,14 @@ constexpr std::string_view kEnding = ".lcm";
 constexpr std::size_t kStamp = 16;  // 20261121T070005Z
 
 bool AreDigits(std::string_view text) {
-  return !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+  return !text.empty() &&
+         std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
 // us, UNIX time.
 std::optional<std::int64_t> ParseStamp(std::string_view stamp) {
-  if (stamp.size() != kStamp || !AreDigits(stamp.substr(0, 8)) || stamp[8] != 'T' || !AreDigits(stamp.substr(9, 6)) ||
-      stamp[15] != 'Z') {
+  if (stamp.size() != kStamp || !AreDigits(stamp.substr(0, 8)) || stamp[8] != 'T' ||
+      !AreDigits(stamp.substr(9, 6)) || stamp[15] != 'Z') {
     return std::nullopt;
   }
   std::tm date{};
