@@ -141,7 +141,7 @@ struct LcmPort::State {
 };
 
 LcmPort::LcmPort(const std::string& url, std::string prefix)
-    : state_(std::make_unique<State>()), problem_(MulticastProblem(url)) {
+    : state_(std::make_unique<State>()), problem_(IsOtherProvider(url) ? "" : MulticastProblem(url)) {
   state_->prefix = std::move(prefix);
   if (!problem_.empty()) return;
   state_->lcm = lcm_create(url.c_str());

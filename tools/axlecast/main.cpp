@@ -20,6 +20,7 @@
 #include "tools/axlecast/offset_command.h"
 #include "tools/axlecast/param_command.h"
 #include "tools/axlecast/permit_command.h"
+#include "tools/axlecast/record_command.h"
 #include "tools/axlecast/replace_command.h"
 #include "tools/axlecast/simulate_command.h"
 #include "tools/axlecast/spy_command.h"
@@ -55,6 +56,7 @@ int RunCommandLine(int argc, char** argv) {
   AddDatumCommands(app, exit_code);
   AddReplaceCommand(app, exit_code);
   AddHistoryCommand(app, exit_code);
+  AddRecordCommand(app, exit_code);
   AddCheckConfigCommand(app, exit_code);
   AddKeygenCommand(app, exit_code);
   app.get_subcommand("keygen")->preparse_callback([](std::size_t) { WarnOf(ForbidCoreDumps()); });

@@ -2,21 +2,15 @@
 
 #include <cstdint>
 #include <functional>
-#include <memory>
+#include <map>
 #include <string_view>
 #include <vector>
 
-#include "drivers/runtime/core/timebase.h"
-#include "tools/udpm/udpm_packet.h"
+#include "tools/udpm/fragment_store.h"
+#include "tools/udpm/message_numbers.h"
+#include "drivers/runtime/core/sender_address.h"
 
 namespace axlecast {
-
-// A sender's address: what the kernel says of the datagram.
-struct SenderAddress {
-  std::uint32_t address = 0;  // IPv4, host order
-  std::uint16_t port = 0;
-  auto operator<=>(const SenderAddress&) const = default;
-};
 
 // A datagram as it came.
 struct Datagram {
@@ -29,7 +23,7 @@ struct Datagram {
 // A whole message.
 struct ReceivedMessage {
   SenderAddress sender;
-  std::int64_t utime = 0;  // of its (first) datagram
+  std::int64_t utime = 0;  // of the datagram that completed it, as in LCM
   std::string_view channel;
   Bytes data;
 };
@@ -37,36 +31,45 @@ struct ReceivedMessage {
 struct SenderCount {
   SenderAddress sender;
   std::int64_t received = 0;  // messages
-  std::int64_t lost = 0;      // by the gaps in its numbers; of late ones that came after all, taken back
-  std::int64_t repeated =
-      0;  // the network's copies, or numbers that ran back: a restart is not told apart from one
+  std::int64_t lost = 0;      // by the gaps in its numbers; late ones that came after all are taken back
+  std::int64_t repeated = 0;  // the network's copies, or numbers that ran back a little
 };
 
-// Makes messages of datagrams, whatever their order: fragments are put together in bounded memory (`kFragmentMemory`
-// bytes over all senders, the oldest given up first, incomplete ones after `kFragmentAge`), and every message that is
-// missing by its sender's numbers is counted. Two numberings on one address and port (a program that was restarted on
-// it) begin anew where the number falls far back. Pure: no clock, no socket.
+// Makes messages of datagrams, whatever their order: fragments are put together in bounded memory (FragmentStore), and
+// every message that is missing by its sender's numbers is counted (MessageNumbers). Every message that came whole is
+// handed on, repeated ones too. Pure: no clock, no socket.
 class UdpmReceiver {
  public:
-  static constexpr std::size_t kFragmentMemory = 64U << 20;
-  static constexpr MonoNs kFragmentAge = 2 * kSecond;
   static constexpr std::size_t kMostSenders = 1'024;  // the one that is silent for longest is forgotten
 
   using Sink = std::function<void(const ReceivedMessage&)>;
 
-  UdpmReceiver();
-  ~UdpmReceiver();
-
   void On(const Datagram& datagram, const Sink& sink);
+  // Nothing more comes: incomplete messages are lost.
+  void End();
 
-  [[nodiscard]] std::vector<SenderCount> senders() const;  // most lost first
-  [[nodiscard]] std::int64_t received() const;             // messages
-  [[nodiscard]] std::int64_t lost() const;                 // over all senders, also forgotten ones
-  [[nodiscard]] std::int64_t foreign() const;              // datagrams that are none of LCM's
+  [[nodiscard]] std::vector<SenderCount> senders() const;            // most lost first
+  [[nodiscard]] std::int64_t received() const { return received_; }  // messages
+  [[nodiscard]] std::int64_t lost() const;                           // over all senders, also forgotten ones
+  [[nodiscard]] std::int64_t foreign() const { return foreign_; }    // datagrams that are none of LCM's
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  struct Sender {
+    MessageNumbers numbers;
+    std::int64_t received = 0;
+    MonoNs heard = 0;
+  };
+
+  Sender& Find(const Datagram& datagram);
+  void Forget();
+  void OnPacket(const Datagram& datagram, const ShortPacket& packet, const Sink& sink);
+  void OnPacket(const Datagram& datagram, const FragmentPacket& packet, const Sink& sink);
+
+  std::map<SenderAddress, Sender> senders_;
+  FragmentStore fragments_;
+  std::int64_t received_ = 0;
+  std::int64_t foreign_ = 0;
+  std::int64_t lost_of_forgotten_ = 0;
 };
 
 }  // namespace axlecast

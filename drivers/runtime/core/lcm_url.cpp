@@ -32,7 +32,9 @@ std::string TakeOption(LcmUrl& url, std::string_view option) {
     return ttl ? "" : "has a bad ttl: right is 0 (this host only) to 255";
   }
   if (name == "recv_buf_size") {
-    return Number(option, 4096, 1 << 30) ? "" : "has a bad recv_buf_size: right is 4096 to 1073741824 bytes";
+    const std::optional<std::int64_t> size = Number(option, 4096, 1 << 30);
+    url.recv_buf_size = size.value_or(0);
+    return size ? "" : "has a bad recv_buf_size: right is 4096 to 1073741824 bytes";
   }
   return "has the unknown option '" + std::string(name) + "': known are ttl and recv_buf_size";
 }
@@ -43,6 +45,8 @@ bool IsMulticast(const std::string& group) {
 }
 
 }  // namespace
+
+bool IsOtherProvider(std::string_view url) { return url.starts_with("tcpq://") || url.starts_with("file://"); }
 
 LcmUrl ParseLcmUrl(std::string_view url) {
   LcmUrl parsed;

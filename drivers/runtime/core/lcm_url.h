@@ -14,8 +14,12 @@ struct LcmUrl {
   std::string group;
   std::int64_t port = 0;
   int ttl = 0;          // 0: this host only
+  std::int64_t recv_buf_size = 0;  // bytes; 0: not given
   std::string problem;  // what is wrong and what would be right; empty when it is a good URL
 };
 [[nodiscard]] LcmUrl ParseLcmUrl(std::string_view url);
+
+// tcpq:// and file://: LCM's other providers. No machine runs over them, but tools may read from them.
+[[nodiscard]] bool IsOtherProvider(std::string_view url);
 
 }  // namespace axlecast

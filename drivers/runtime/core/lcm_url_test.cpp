@@ -11,6 +11,7 @@ TEST(ParseLcmUrl, TakesGroupPortAndOptions) {
   EXPECT_EQ(url.group, "239.255.76.67");
   EXPECT_EQ(url.port, 7668);
   EXPECT_EQ(url.ttl, 1);
+  EXPECT_EQ(url.recv_buf_size, 2'097'152);
   EXPECT_FALSE(url.in_process);
   EXPECT_EQ(ParseLcmUrl("udpm://224.0.0.1:1").ttl, 0) << "LCM's default";
   EXPECT_TRUE(ParseLcmUrl("memq://").in_process);
@@ -40,6 +41,14 @@ TEST(ParseLcmUrl, RefusesWhatLcmWouldPassOver) {
                           "memq://x"}) {
     EXPECT_NE(ParseLcmUrl(url).problem, "") << url;
   }
+}
+
+TEST(IsOtherProvider, IsWhatOnlyToolsRead) {
+  EXPECT_TRUE(IsOtherProvider("tcpq://localhost:7700"));
+  EXPECT_TRUE(IsOtherProvider("file:///tmp/a.log?mode=r"));
+  EXPECT_FALSE(IsOtherProvider("udpm://239.255.76.67:7667"));
+  EXPECT_FALSE(IsOtherProvider("memq://"));
+  EXPECT_FALSE(IsOtherProvider("/tmp/a.log"));
 }
 
 }  // namespace

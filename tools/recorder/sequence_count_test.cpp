@@ -1,4 +1,4 @@
-#include "tools/axlecast/sequence_count.h"
+#include "tools/recorder/sequence_count.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "drivers/io/descriptor.h"
+#include "drivers/runtime/core/inline_bytes.h"
+#include "drivers/runtime/core/lcm_url.h"
+#include "drivers/runtime/core/sender_address.h"
+
+namespace axlecast {
+
+// The only place that receives LCM's datagrams past LCM: with their senders and the kernel's times, and with what the
+// kernel dropped. Read-only: it sends nothing. One thread.
+class MulticastPort {
+ public:
+  static constexpr std::size_t kMostPerRead = 64;
+  static constexpr std::int64_t kDefaultBuffer = 32 << 20;  // bytes, unless the URL's recv_buf_size says otherwise
+
+  struct Received {
+    SenderAddress sender;
+    std::int64_t utime = 0;  // us, UNIX time at which the kernel received it
+    Bytes bytes;             // until the next Read
+  };
+
+  // `url` is a good udpm:// URL. Datagrams of other groups on its port are not received.
+  explicit MulticastPort(const LcmUrl& url);
+  ~MulticastPort();
+  MulticastPort(MulticastPort&&) noexcept;
+  MulticastPort& operator=(MulticastPort&&) noexcept;
+
+  // Empty when the port works, else the cause and the remedy.
+  [[nodiscard]] const std::string& problem() const { return problem_; }
+  // Empty, or: the buffer is smaller than asked for, and what mends that.
+  [[nodiscard]] const std::string& warning() const { return warning_; }
+  [[nodiscard]] int FileDescriptor() const { return socket_.get(); }  // readable when datagrams wait
+
+  // The datagrams that wait, at most kMostPerRead; does not wait, allocates nothing.
+  [[nodiscard]] std::span<const Received> Read();
+
+  // Datagrams that the kernel has dropped at this socket, up to now: for want of room in its buffer or as damaged.
+  [[nodiscard]] std::int64_t Dropped();
+
+ private:
+  struct Buffers;
+
+  void Join(const LcmUrl& url);
+  void SetBuffer(std::int64_t bytes);
+
+  Descriptor socket_;
+  std::unique_ptr<Buffers> buffers_;
+  std::uint32_t drop_counter_ = 0;  // the kernel's, which wraps around
+  std::int64_t dropped_ = 0;
+  std::string problem_;
+  std::string warning_;
+};
+
+}  // namespace axlecast

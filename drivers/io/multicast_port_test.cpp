@@ -1,0 +1,137 @@
+#include "drivers/io/multicast_port.h"
+
+#include <arpa/inet.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+
+#include <string>
+#include <vector>
+
+#include "drivers/io/lcm_port.h"
+#include "drivers/io/system_clock.h"
+
+namespace axlecast {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr const char* kGroup = "239.255.76.68";
+constexpr std::uint16_t kPort = 17'668;
+
+std::string Url(const std::string& options = "") {
+  return std::string("udpm://") + kGroup + ':' + std::to_string(kPort) + "?ttl=0" + options;
+}
+
+class Sender {
+ public:
+  Sender() : socket_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+    const unsigned char ttl = 0;
+    setsockopt(socket_.get(), IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof ttl);
+  }
+  [[nodiscard]] bool Send(const std::string& text, const char* group = kGroup) const {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(kPort);
+    inet_pton(AF_INET, group, &address.sin_addr);
+    return sendto(socket_.get(), text.data(), text.size(), 0, reinterpret_cast<const sockaddr*>(&address),
+                  sizeof address) == static_cast<ssize_t>(text.size());
+  }
+  [[nodiscard]] std::uint16_t port() const {
+    sockaddr_in own{};
+    socklen_t size = sizeof own;
+    getsockname(socket_.get(), reinterpret_cast<sockaddr*>(&own), &size);
+    return ntohs(own.sin_port);
+  }
+
+ private:
+  Descriptor socket_;
+};
+
+// Everything that waits; waits for the first.
+std::vector<std::string> Take(MulticastPort& port, std::vector<MulticastPort::Received>* details = nullptr) {
+  pollfd readable{port.FileDescriptor(), POLLIN, 0};
+  static_cast<void>(poll(&readable, 1, 2'000));
+  std::vector<std::string> taken;
+  for (auto batch = port.Read(); !batch.empty(); batch = port.Read()) {
+    for (const MulticastPort::Received& received : batch) {
+      taken.emplace_back(received.bytes.begin(), received.bytes.end());
+      if (details != nullptr) details->push_back(received);
+    }
+  }
+  return taken;
+}
+
+// Where this host has no multicast there is nothing to receive.
+class MulticastPortTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const std::string cause = MulticastProblem(Url());
+    if (!cause.empty()) GTEST_SKIP() << cause;
+  }
+};
+
+TEST_F(MulticastPortTest, TellsSenderKernelTimeAndBytes) {
+  MulticastPort port(ParseLcmUrl(Url()));
+  ASSERT_EQ(port.problem(), "");
+  const Sender sender;
+  const std::int64_t before = SystemClock().UtcMicroseconds();
+  ASSERT_TRUE(sender.Send("one"));
+  ASSERT_TRUE(sender.Send(""));
+  const std::int64_t after = SystemClock().UtcMicroseconds();
+  std::vector<MulticastPort::Received> details;
+  EXPECT_EQ(Take(port, &details), (std::vector<std::string>{"one", ""}));
+  ASSERT_EQ(details.size(), 2U);
+  for (const MulticastPort::Received& received : details) {
+    EXPECT_EQ(received.sender.port, sender.port());
+    EXPECT_GE(received.utime, before - 1);
+    EXPECT_LE(received.utime, after + 1);
+  }
+  EXPECT_EQ(port.Dropped(), 0);
+}
+
+TEST_F(MulticastPortTest, ReadsABurstWholeAndTheLargestDatagram) {
+  MulticastPort port(ParseLcmUrl(Url()));
+  const Sender sender;
+  std::vector<std::string> sent = {std::string(65'507, 'x')};
+  for (int i = 0; i < 100; ++i) sent.push_back(std::to_string(i));
+  for (const std::string& text : sent) ASSERT_TRUE(sender.Send(text));
+  EXPECT_EQ(Take(port), sent);
+}
+
+TEST_F(MulticastPortTest, AnotherGroupOnThePortIsNotHeard) {
+  MulticastPort port(ParseLcmUrl(Url()));
+  MulticastPort other(ParseLcmUrl("udpm://239.255.76.69:" + std::to_string(kPort)));
+  ASSERT_EQ(other.problem(), "");
+  const Sender sender;
+  ASSERT_TRUE(sender.Send("theirs", "239.255.76.69"));
+  ASSERT_TRUE(sender.Send("ours"));
+  EXPECT_EQ(Take(port), std::vector<std::string>{"ours"});
+  EXPECT_EQ(Take(other), std::vector<std::string>{"theirs"});
+}
+
+TEST_F(MulticastPortTest, CountsWhatTheKernelDroppedAlsoTheLastOnes) {
+  MulticastPort port(ParseLcmUrl(Url("&recv_buf_size=8192")));
+  const Sender sender;
+  constexpr std::int64_t kSent = 500;
+  for (std::int64_t i = 0; i < kSent; ++i) ASSERT_TRUE(sender.Send(std::string(500, 'x')));
+  const auto taken = static_cast<std::int64_t>(Take(port).size());
+  EXPECT_LT(taken, kSent);
+  EXPECT_EQ(port.Dropped(), kSent - taken);
+  EXPECT_EQ(port.Dropped(), kSent - taken);
+}
+
+TEST(MulticastPort, APortThatAnotherProgramHoldsIsAProblem) {
+  const Descriptor holder(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  sockaddr_in any{};
+  any.sin_family = AF_INET;
+  any.sin_port = htons(17'669);
+  ASSERT_EQ(bind(holder.get(), reinterpret_cast<const sockaddr*>(&any), sizeof any), 0);
+  const MulticastPort port(ParseLcmUrl("udpm://239.255.76.68:17669"));
+  EXPECT_THAT(port.problem(), HasSubstr("another program holds it"));
+}
+
+}  // namespace
+}  // namespace axlecast

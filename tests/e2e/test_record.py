@@ -1,0 +1,309 @@
+"""axlecast record: stock tools read what it writes; bursts, kills, full disks and kernel drops lose nothing that is not
+told, exactly."""
+
+import ctypes
+import json
+import signal
+import socket
+import struct
+import subprocess
+import unittest
+
+import lcm_log
+from machine import BIN, Machine, wait_for
+
+GROUP, PORT = "239.255.76.67", 7667
+URL = f"udpm://{GROUP}:{PORT}?ttl=0"
+DISK_FULL = 2  # recorder_health_t
+
+
+class Sender:
+    """One LCM process's sending side, with its numbers (short messages of the wire protocol)."""
+
+    def __init__(self, port=PORT):
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
+        self.address = (GROUP, port)
+        self.sent = 0
+
+    def send(self, count=1, channel="T", size=50):
+        for _ in range(count):
+            head = struct.pack(">II", 0x4C433032, self.sent) + channel.encode() + b"\0"
+            self.socket.sendto(head + struct.pack(">I", self.sent).ljust(size, b"."), self.address)
+            self.sent += 1
+
+    def own_port(self):
+        return self.socket.getsockname()[1]
+
+
+class StockEvent(ctypes.Structure):
+    """lcm_eventlog_event_t of lcm/eventlog.h."""
+    _fields_ = [("number", ctypes.c_int64), ("utime", ctypes.c_int64), ("channel_size", ctypes.c_int32),
+                ("data_size", ctypes.c_int32), ("channel", ctypes.c_char_p), ("data", ctypes.c_void_p)]
+
+
+def stock_events(path):
+    """(channel, data) of every event, read by stock liblcm."""
+    lcm = ctypes.CDLL("liblcm.so.1")
+    lcm.lcm_eventlog_create.restype = ctypes.c_void_p
+    lcm.lcm_eventlog_read_next_event.restype = ctypes.POINTER(StockEvent)
+    log = ctypes.c_void_p(lcm.lcm_eventlog_create(str(path).encode(), b"r"))
+    while event := lcm.lcm_eventlog_read_next_event(log):
+        yield event.contents.channel.decode(), ctypes.string_at(event.contents.data, event.contents.data_size)
+        lcm.lcm_eventlog_free_event(event)
+    lcm.lcm_eventlog_destroy(log)
+
+
+def numbers(events, channel="T"):
+    return [struct.unpack_from(">I", data)[0] for name, data in events if name == channel]
+
+
+class Record(Machine):
+    def setUp(self):
+        super().setUp()
+        self.log_path = self.folder / "a.lcm"
+        self.sender = Sender()
+
+    def record(self, *options, url=URL, name="record"):
+        """A recorder that listens."""
+        process = self.start(name, BIN / "axlecast", "record", *options, "--url", url, "--json", "--name", "test")
+        wait_for(lambda: self.lines(name, "start") or process.poll() is not None, "the recorder to listen")
+        self.assertIsNone(process.poll(), self.log(name))
+        return process
+
+    def lines(self, name, kind):
+        found = []
+        for line in self.log(name).splitlines():
+            if line.startswith("{") and (message := json.loads(line))["kind"] == kind:
+                found.append(message)
+        return found
+
+    def end(self, process, name="record"):
+        """Exit code and summary after Ctrl-C."""
+        process.send_signal(signal.SIGINT)
+        code = process.wait(30)
+        return code, self.lines(name, "end")[-1]
+
+    def recorded(self, path=None):
+        return numbers(lcm_log.events(path or self.log_path))
+
+    # -- what stock tools see
+
+    def test_bursts_are_recorded_whole_and_stock_tools_read_them(self):
+        process = self.record(self.log_path)
+        self.sender.send(1_000)
+        self.sender.send(10_000)
+        code, summary = self.end(process)
+        self.assertEqual(code, 0, summary)
+        self.assertTrue(summary["whole"])
+        self.assertEqual(self.recorded(), list(range(11_000)))
+        events = list(stock_events(self.log_path))
+        self.assertEqual(numbers(events), list(range(11_000)))
+        self.assertEqual(events[0][0], "AXLECAST/recorder")
+        self.assertIn(b"struct position_t", dict(events)["AXLECAST/schema"])
+        self.assertEqual(events, list(lcm_log.events(self.log_path)))
+
+        listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.addCleanup(listener.close)
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 64 << 20)
+        listener.bind((GROUP, 7700))
+        listener.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, socket.inet_aton(GROUP) + bytes(4))
+        played = subprocess.run(["lcm-logplayer", "-l", f"udpm://{GROUP}:7700?ttl=0", "-e", "AXLECAST/schema|T",
+                                 self.log_path], capture_output=True, text=True, timeout=120)
+        self.assertEqual(played.returncode, 0, played.stderr)
+        self.assertIn(b"AXLECAST/schema\0", listener.recv(65536))
+
+    def test_command_port_channels_and_filters(self):
+        other = Sender(port=7668)
+        both = self.start("both", BIN / "axlecast", "record", self.log_path, "--json", "--name", "both", "--channel", "^T$")
+        rest = self.record(self.folder / "rest.lcm", "--channel", "^T$", "--invert")
+        wait_for(lambda: self.lines("both", "start"), "the other recorder")
+        self.sender.send(3)
+        other.send(2)
+        self.sender.send(1, channel="TT")
+        self.assertEqual(self.end(rest)[0], 0)
+        self.assertEqual(self.end(both, "both")[0], 0)
+        self.assertEqual(sorted(self.recorded()), [0, 0, 1, 1, 2])
+        channels = [channel for channel, _ in lcm_log.events(self.folder / "rest.lcm")]
+        self.assertIn("TT", channels)
+        self.assertNotIn("T", channels)
+
+    # -- endings
+
+    def test_sigterm_writes_what_has_arrived(self):
+        process = self.record(self.log_path)
+        process.send_signal(signal.SIGSTOP)
+        self.sender.send(5_000)
+        process.send_signal(signal.SIGTERM)
+        process.send_signal(signal.SIGCONT)
+        self.assertEqual(process.wait(30), 0, self.log("record"))
+        self.assertEqual(self.recorded(), list(range(5_000)))
+
+    def test_a_killed_recording_is_continued(self):
+        process = self.record(self.log_path)
+        self.sender.send(100)
+        wait_for(lambda: self.readable() == 100, "100 messages in the file")
+        self.kill(process)
+        with open(self.log_path, "ab") as log:
+            log.write(struct.pack(">IqqII", lcm_log.SYNC, 1, 1, 1, 1000) + b"Tcut")
+        process = self.record(self.log_path, "--append", name="again")
+        self.assertIn("cuts off a torn end of 32 bytes", self.log("again"))
+        self.sender.send(100)
+        self.assertEqual(self.end(process, "again")[0], 0)
+        self.assertEqual(self.recorded(), list(range(200)))
+        self.assertEqual(numbers(stock_events(self.log_path)), list(range(200)))
+
+    def readable(self):
+        try:
+            return len(self.recorded())
+        except (ValueError, struct.error):
+            return 0
+
+    def test_an_existing_file_is_never_replaced(self):
+        self.log_path.write_bytes(b"precious")
+        for options in ((), ("--append",)):
+            code, _, err = self.axlecast("record", self.log_path, "--url", URL, *options)
+            self.assertEqual(code, 4, err)
+            self.assertIn("choose another name", err)
+        self.assertEqual(self.log_path.read_bytes(), b"precious")
+        self.assertEqual(self.axlecast("record", "--channel", "a(", "--url", URL)[0], 2)
+
+    # -- splitting
+
+    def test_split_logs_within_a_quota(self):
+        folder = self.folder / "logs"
+        folder.mkdir()
+        (folder / "mine.lcm").write_bytes(b"x" * 5_000_000)
+        process = self.record(f"{folder}/", "--split-size", "1MB", "--quota", "3MB")
+        for _ in range(20):
+            self.sender.send(1_000, size=400)
+            wait_for(lambda: self.recorded_in(folder)[-1:] == [self.sender.sent - 1], "them to be written")
+        code, summary = self.end(process)
+        self.assertEqual(code, 0, summary)
+        logs = sorted(folder.glob("test_*.lcm"))
+        self.assertGreater(len(logs), 1)
+        self.assertLessEqual(sum(log.stat().st_size for log in logs), 4 << 20)
+        self.assertTrue((folder / "mine.lcm").exists())
+        kept = []
+        for log in logs:
+            events = list(lcm_log.events(log))
+            self.assertEqual(events[0][0], "AXLECAST/recorder")
+            self.assertLessEqual(log.stat().st_size, 1 << 20)
+            kept += numbers(events)
+        self.assertEqual(kept, list(range(kept[0], 20_000)))
+
+    def recorded_in(self, folder):
+        """Of the newest log."""
+        logs = sorted(folder.glob("test_*.lcm"), key=lambda log: (log.name[:21], len(log.name), log.name))
+        try:
+            return self.recorded(logs[-1]) if logs else []
+        except (ValueError, struct.error):
+            return []
+
+    def test_only_what_surrounds_a_trigger(self):
+        process = self.record(f"{self.folder}/", "--trigger", "^ESTOP$", "--pre-trigger", "60", "--post-trigger", "60")
+        self.sender.send(10)
+        self.assertEqual(list(self.folder.glob("test_*.lcm")), [])
+        self.sender.send(1, channel="ESTOP")
+        self.sender.send(5)
+        code, summary = self.end(process)
+        self.assertEqual(code, 0, summary)
+        log, = self.folder.glob("test_*.lcm")
+        self.assertEqual(self.recorded(log), [*range(10), *range(11, 16)])
+
+    # -- disks
+
+    def small_disk(self):
+        disk = self.folder / "disk"
+        disk.mkdir()
+        subprocess.run(["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", disk], check=True)
+        self.addCleanup(subprocess.run, ["umount", disk], check=True)
+        return disk
+
+    def watch_health(self):
+        watch = self.watch(self.no_config(), "--url", URL, "--channel", "^RECORDER/test$")
+        return lambda: watch.last("RECORDER/test") or {}
+
+    def no_config(self):
+        return self.write("machine: test\nbuses: {b: {family: tformat, simulate: true, "
+                          "devices: {axis1: {model: ts5669n127, unit: deg}}}}\n")
+
+    def fill(self, health):
+        """Sends until the disk is full, and some more."""
+        for _ in range(400):
+            if health().get("state") == DISK_FULL:
+                break
+            self.sender.send(20, size=1_000)
+            wait_for(lambda before=health().get("seq"): health().get("seq") != before or self.sender.sent < 1_800,
+                     "the recorder's health")
+        wait_for(lambda: health().get("state") == DISK_FULL, lambda: f"a full disk, last {health()}")
+        self.assertIn("No space left", health()["last_error"])
+        self.sender.send(50, size=1_000)
+
+    def test_a_full_disk_is_told_and_keeps_what_it_took(self):
+        path = self.small_disk() / "a.lcm"
+        process = self.record(path)
+        self.fill(self.watch_health())
+        code, summary = self.end(process)
+        self.assertEqual(code, 4, summary)
+        self.assertIn("No space left", summary["error"])
+        self.assertIn("No space left", self.log("record"))
+        kept = self.recorded(path)
+        self.assertGreater(len(kept), 1_000)
+        self.assertEqual(kept, list(range(len(kept))))
+        # The recorder's own health is among the messages.
+        health = sum(channel == "RECORDER/test" for channel, _ in lcm_log.events(path))
+        self.assertEqual(summary["messages"], len(kept) + health)
+        self.assertGreaterEqual(summary["lost_at_disk"], self.sender.sent - len(kept))
+
+    def test_a_disk_with_room_again_loses_nothing(self):
+        disk = self.small_disk()
+        (disk / "ballast").write_bytes(b"x" * 1_200_000)
+        process = self.record(disk / "a.lcm")
+        self.fill(self.watch_health())
+        (disk / "ballast").unlink()
+        wait_for(lambda: "takes events again" in self.log("record"), "the disk to be used again")
+        code, summary = self.end(process)
+        self.assertEqual(code, 0, summary)
+        self.assertEqual(self.recorded(disk / "a.lcm"), list(range(self.sender.sent)))
+
+    # -- the kernel's drops
+
+    def test_kernel_drops_are_counted_exactly(self):
+        process = self.record(self.log_path, url=URL + "&recv_buf_size=8192")
+        self.sender.send(10)
+        wait_for(lambda: self.readable() == 10, "the first ones in the file")
+        process.send_signal(signal.SIGSTOP)
+        self.sender.send(2_000)
+        process.send_signal(signal.SIGCONT)
+        wait_for(lambda: self.readable() > 10, "the next ones in the file")
+        self.sender.send(1)
+        code, summary = self.end(process)
+        self.assertEqual(code, 3, summary)
+        kept = self.recorded()
+        self.assertEqual(kept[-1], 2_010)
+        missing = self.sender.sent - len(kept)
+        self.assertGreater(missing, 1_000)
+        own, = (sender for sender in summary["senders"] if sender["sender"].endswith(f":{self.sender.own_port()}"))
+        self.assertEqual(own["lost"], missing)
+        self.assertEqual(own["received"], len(kept))
+        self.assertEqual(summary["lost_by_number"], missing)
+        self.assertEqual(summary["kernel_dropped"], missing)
+
+    def test_drops_at_the_end_are_counted_though_no_number_tells_them(self):
+        process = self.record(self.log_path, url=URL + "&recv_buf_size=8192")
+        process.send_signal(signal.SIGSTOP)
+        self.sender.send(2_000)
+        process.send_signal(signal.SIGINT)
+        process.send_signal(signal.SIGCONT)
+        code = process.wait(30)
+        summary = self.lines("record", "end")[-1]
+        self.assertEqual(code, 3, summary)
+        missing = self.sender.sent - len(self.recorded())
+        self.assertGreater(missing, 1_000)
+        self.assertEqual(summary["kernel_dropped"], missing)
+        self.assertLess(summary["lost_by_number"], missing)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+#include <list>
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "drivers/io/lcm_port.h"
+#include "drivers/io/multicast_port.h"
+#include "drivers/runtime/core/clock.h"
+#include "tools/recorder/channel_filter.h"
+#include "tools/recorder/message_queue.h"
+#include "tools/udpm/udpm_receiver.h"
+
+namespace axlecast {
+
+// What came and what is missing.
+struct IntakeCounts {
+  std::int64_t received = 0;         // messages, wanted or not
+  std::int64_t lost = 0;             // by the gaps in the senders' numbers
+  std::int64_t overflow = 0;         // wanted ones that found no room in the queue
+  std::int64_t kernel_dropped = 0;   // datagrams; those whose gap shows are in `lost` as well
+  std::int64_t foreign = 0;          // datagrams that are none of LCM's
+  std::vector<SenderCount> senders;  // most lost first; overflow counts as lost
+};
+
+// The reading side: takes messages from LCM's ports as they come and puts those that are wanted into a queue. It never
+// waits for who takes them out. counts() is thread-safe; the rest belongs to one thread.
+class Intake {
+ public:
+  Intake(ChannelFilter filter, MessageQueue& queue, const Clock& clock);
+
+  // Empty when messages can come from there, else the cause and the remedy.
+  [[nodiscard]] std::string Listen(const std::string& url);
+  [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
+
+  // Reads until `stop` is readable, then what had come by that time. Empty, or why it ended by itself.
+  [[nodiscard]] std::string Run(int stop);
+
+  [[nodiscard]] IntakeCounts counts() const;
+
+ private:
+  struct Source {
+    MulticastPort port;
+    UdpmReceiver receiver;
+    std::int64_t dropped = 0;
+  };
+
+  [[nodiscard]] std::string ListenByLcm(const std::string& url);
+  // The number of datagrams that came no later than `until` (us, UNIX).
+  std::size_t ReadBatch(Source& source, std::int64_t until);
+  void ReadAll(std::int64_t until);
+  void CountDrops();
+  void Drain();
+  void Take(const ReceivedMessage& message);
+
+  ChannelFilter filter_;
+  MessageQueue& queue_;
+  const Clock& clock_;
+  std::list<Source> sources_;
+  std::list<LcmPort> others_;
+  std::vector<std::string> warnings_;
+  mutable std::mutex mutex_;
+  std::int64_t from_others_ = 0;
+  std::int64_t overflow_ = 0;
+  std::map<SenderAddress, std::int64_t> overflow_of_;
+};
+
+}  // namespace axlecast

@@ -1,0 +1,215 @@
+#include "tools/recorder/log_writer.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include "tools/log/log_event.h"
+#include "tools/log/log_header.h"
+
+namespace axlecast {
+namespace {
+
+constexpr std::size_t kFlushBytes = 1 << 20;
+constexpr MonoNs kRetry = kSecond;
+constexpr MonoNs kHousekeeping = kSecond;
+constexpr int kMostCopies = 9'999;  // of one name
+
+bool IsFull(int error) { return error == ENOSPC || error == EDQUOT; }
+
+std::string Remedy(int error) {
+  switch (error) {
+    case ENOSPC:
+      return "; free some space: recording goes on by itself";
+    case EDQUOT:
+      return "; raise the disk quota or free some space: recording goes on by itself";
+    case EEXIST:
+      return "; choose another name, or continue it with --append";
+    case EACCES:
+    case EPERM:
+    case EROFS:
+      return "; choose a folder that this user may write to";
+    case ENOENT:
+      return "; make the folder first";
+    default:
+      return "";
+  }
+}
+
+// Bytes of the whole records among the first `limit` of `records`; `messages` counts those that were heard.
+std::size_t WholeRecords(Bytes records, std::size_t limit, std::int64_t& messages) {
+  std::size_t whole = 0;
+  while (const auto event = ParseEvent(records.subspan(whole))) {
+    const std::size_t size = EventSize(*event);
+    if (whole + size > limit) break;
+    whole += size;
+    if (!IsLogChannel(event->channel)) ++messages;
+  }
+  return whole;
+}
+
+std::vector<StoredLog> LogsIn(const std::string& folder) {
+  std::vector<StoredLog> logs;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    if (!entry.is_regular_file(error)) continue;
+    logs.push_back({entry.path().filename().string(), static_cast<std::int64_t>(entry.file_size(error))});
+  }
+  return logs;
+}
+
+}  // namespace
+
+LogWriter::LogWriter(LogWriterSettings settings, const Clock& clock)
+    : settings_(std::move(settings)), clock_(clock) {}
+
+void LogWriter::Begin(std::int64_t utime) { pending_.push_back({utime, {}, false}); }
+
+void LogWriter::Write(Bytes record) {
+  Pending& log = pending_.back();
+  log.bytes.insert(log.bytes.end(), record.begin(), record.end());
+  if (log.bytes.size() >= kFlushBytes && !blocked()) Flush();
+}
+
+void LogWriter::End() { pending_.back().ended = true; }
+
+void LogWriter::Poll() {
+  const MonoNs now = clock_.Now();
+  if (!blocked() || now >= retry_at_) Flush();
+  if (unsynced_since_ != kNever && now - unsynced_since_ >= settings_.sync_interval) Sync();
+  if (now >= next_housekeeping_) KeepHouse();
+}
+
+MonoNs LogWriter::next_poll() const {
+  const MonoNs sync = unsynced_since_ == kNever ? kNever : unsynced_since_ + settings_.sync_interval;
+  return std::min({sync, retry_at_, next_housekeeping_});
+}
+
+void LogWriter::Flush() {
+  while (!pending_.empty()) {
+    Pending& log = pending_.front();
+    if (!file_.is_open() && !Open(log)) return;
+    if (!Drain(log)) return;
+    retry_at_ = kNever;
+    if (!status_.damaged) status_.state = DiskState::kGood;
+    if (!log.ended) return;
+    CloseFile();
+    pending_.pop_front();
+  }
+}
+
+bool LogWriter::Drain(Pending& log) {
+  if (log.bytes.empty()) return true;
+  const std::int64_t before = file_.size();
+  Bytes rest = log.bytes;
+  const int error = file_.Write(rest);
+  if (file_.size() > before && unsynced_since_ == kNever) unsynced_since_ = clock_.Now();
+  std::size_t written = log.bytes.size() - rest.size();
+  if (error != 0) {
+    // Back to the last whole record, so that readers find the file whole.
+    std::int64_t messages = 0;
+    const std::size_t whole = WholeRecords(log.bytes, written, messages);
+    if (file_.CutTo(before + static_cast<std::int64_t>(whole)) == 0) written = whole;
+    Fail(error);
+  }
+  log.bytes.erase(log.bytes.begin(), log.bytes.begin() + static_cast<std::ptrdiff_t>(written));
+  status_.file_bytes = file_.size();
+  return error == 0;
+}
+
+bool LogWriter::Open(const Pending& log) {
+  const int error = OpenFile(log);
+  if (error != 0) {
+    Fail(error);
+    return false;
+  }
+  status_.file_bytes = file_.size();
+  next_housekeeping_ = 0;
+  first_ = false;
+  return true;
+}
+
+int LogWriter::OpenFile(const Pending& log) {
+  if (!append_ || !first_) return CreateFile(log);
+  status_.file = settings_.file;
+  return file_.Continue(settings_.file, *append_);
+}
+
+int LogWriter::CreateFile(const Pending& log) {
+  int error = EEXIST;
+  for (int copy = 0; copy <= kMostCopies && error == EEXIST; ++copy) {
+    if (copy == 0 && !first_ && !settings_.file.empty()) continue;
+    status_.file = PathOf(log, copy);
+    error = file_.Create(status_.file);
+    if (first_ && !settings_.file.empty()) break;
+  }
+  return error;
+}
+
+std::string LogWriter::PathOf(const Pending& log, int copy) const {
+  if (settings_.file.empty()) {
+    return (std::filesystem::path(settings_.folder) / LogFileName(settings_.name, log.utime, copy)).string();
+  }
+  if (copy == 0) return settings_.file;
+  std::filesystem::path path(settings_.file);
+  const std::string number = std::to_string(copy);
+  const std::string suffix = '_' + std::string(number.size() < 3 ? 3 - number.size() : 0, '0') + number;
+  return (path.parent_path() / (path.stem().string() + suffix + path.extension().string())).string();
+}
+
+void LogWriter::CloseFile() {
+  unsynced_since_ = kNever;
+  if (const int error = file_.Close(); error != 0) Note(error);
+}
+
+void LogWriter::Sync() {
+  unsynced_since_ = kNever;
+  if (const int error = file_.Sync(); error != 0) Note(error);
+}
+
+// The disk refuses.
+void LogWriter::Fail(int error) {
+  retry_at_ = clock_.Now() + kRetry;
+  status_.state = IsFull(error) ? DiskState::kFull : DiskState::kFailed;
+  status_.last_error = status_.file + ": " + std::strerror(error) + Remedy(error);
+  status_.last_error_utime = clock_.UtcMicroseconds();
+}
+
+// What was written may not be there after all: nothing that follows makes that good.
+void LogWriter::Note(int error) {
+  status_.damaged = true;
+  status_.state = DiskState::kFailed;
+  status_.last_error = status_.file + ": what was written may not be on the disk: " + std::strerror(error);
+  status_.last_error_utime = clock_.UtcMicroseconds();
+}
+
+void LogWriter::KeepHouse() {
+  next_housekeeping_ = clock_.Now() + kHousekeeping;
+  if (file_.is_open()) status_.free_bytes = file_.FreeBytes();
+  const Retention& retention = settings_.retention;
+  if (!settings_.file.empty() || (retention.quota_bytes == 0 && retention.keep_us == 0)) return;
+  const std::string current = std::filesystem::path(status_.file).filename().string();
+  for (const std::string& file :
+       ExpiredLogs(LogsIn(settings_.folder), settings_.name, current, retention, clock_.UtcMicroseconds())) {
+    std::error_code error;
+    if (std::filesystem::remove(std::filesystem::path(settings_.folder) / file, error); !error) continue;
+    status_.last_error = file + ": cannot be deleted: " + error.message();
+    status_.last_error_utime = clock_.UtcMicroseconds();
+  }
+}
+
+std::int64_t LogWriter::Finish() {
+  Flush();
+  if (file_.is_open()) CloseFile();
+  std::int64_t messages = 0;
+  for (const Pending& log : pending_) {
+    static_cast<void>(WholeRecords(log.bytes, log.bytes.size(), messages));
+  }
+  pending_.clear();
+  return messages;
+}
+
+}  // namespace axlecast

@@ -1,0 +1,164 @@
+#include "tools/recorder/log_writer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "tests/support/fake_clock.h"
+#include "tests/support/temporary_folder.h"
+#include "tools/log/log_event.h"
+
+namespace axlecast {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+constexpr std::int64_t kUtime = 1'795'244'405'000'000;  // 2026-11-21 07:00:05
+
+std::vector<std::uint8_t> Record(std::int64_t number, const std::string& text = "x") {
+  std::vector<std::uint8_t> record;
+  AppendEvent(record, {number, kUtime, "A", {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}});
+  return record;
+}
+
+class LogWriterTest : public ::testing::Test {
+ protected:
+  LogWriter& Make(const std::string& file, const Retention& retention = {}) {
+    LogWriterSettings settings;
+    settings.folder = folder_.path();
+    settings.name = "m";
+    settings.file = file.empty() ? "" : folder_.path() + '/' + file;
+    settings.retention = retention;
+    return writer_.emplace(std::move(settings), clock_);
+  }
+  [[nodiscard]] std::vector<std::string> Files() const {
+    std::vector<std::string> files;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_.path())) {
+      files.push_back(entry.path().filename().string());
+    }
+    std::sort(files.begin(), files.end());
+    return files;
+  }
+  [[nodiscard]] std::size_t SizeOf(const std::string& file) const {
+    return std::filesystem::file_size(folder_.path() + '/' + file);
+  }
+
+  TemporaryFolder folder_;
+  FakeClock clock_;
+  std::optional<LogWriter> writer_;
+};
+
+TEST_F(LogWriterTest, NamesLogsByTheirTime) {
+  LogWriter& writer = Make("");
+  for (int i = 0; i < 3; ++i) {
+    writer.Begin(kUtime + i / 2 * 1'000'000);
+    writer.Write(Record(0));
+    writer.End();
+  }
+  EXPECT_EQ(writer.Finish(), 0);
+  EXPECT_THAT(Files(),
+              ElementsAre("m_20261121T070005Z.lcm", "m_20261121T070005Z_001.lcm", "m_20261121T070006Z.lcm"));
+  for (const std::string& file : Files()) EXPECT_EQ(SizeOf(file), Record(0).size());
+}
+
+TEST_F(LogWriterTest, NumbersTheLogsOfAGivenName) {
+  LogWriter& writer = Make("run7.log");
+  for (int i = 0; i < 3; ++i) {
+    writer.Begin(kUtime);
+    writer.Write(Record(0));
+    writer.End();
+  }
+  EXPECT_EQ(writer.Finish(), 0);
+  EXPECT_THAT(Files(), ElementsAre("run7.log", "run7_001.log", "run7_002.log"));
+}
+
+TEST_F(LogWriterTest, WritesAtOnceAndSyncsInTime) {
+  LogWriter& writer = Make("a.lcm");
+  writer.Begin(kUtime);
+  writer.Write(Record(0));
+  EXPECT_TRUE(Files().empty());
+  writer.Poll();
+  EXPECT_EQ(SizeOf("a.lcm"), Record(0).size());
+  EXPECT_EQ(writer.next_poll(), clock_.Now() + 100 * kMillisecond);
+  clock_.Advance(100 * kMillisecond);
+  writer.Poll();
+  EXPECT_GT(writer.next_poll(), clock_.Now() + 100 * kMillisecond) << "all is on the disk";
+  EXPECT_EQ(writer.status().file_bytes, static_cast<std::int64_t>(Record(0).size()));
+  EXPECT_GT(writer.status().free_bytes, 0);
+}
+
+TEST_F(LogWriterTest, WritesLargeAmountsWithoutBeingAsked) {
+  LogWriter& writer = Make("a.lcm");
+  writer.Begin(kUtime);
+  for (int i = 0; i < 30; ++i) writer.Write(Record(i, std::string(100'000, 'x')));
+  EXPECT_GT(SizeOf("a.lcm"), 1'000'000U);
+}
+
+TEST_F(LogWriterTest, GoesOnBehindWhatIsWhole) {
+  std::ofstream(folder_.path() + "/a.lcm") << "0123456789";
+  LogWriter& writer = Make("a.lcm");
+  writer.Append(4);
+  writer.Begin(kUtime);
+  writer.Write(Record(1));
+  EXPECT_EQ(writer.Finish(), 0);
+  EXPECT_EQ(SizeOf("a.lcm"), 4 + Record(1).size());
+}
+
+TEST_F(LogWriterTest, NeverReplacesAFile) {
+  std::ofstream(folder_.path() + "/a.lcm") << "precious";
+  LogWriter& writer = Make("a.lcm");
+  writer.Begin(kUtime);
+  writer.Write(Record(0));
+  writer.Poll();
+  EXPECT_TRUE(writer.blocked());
+  EXPECT_THAT(writer.status().last_error, HasSubstr("--append"));
+  EXPECT_EQ(SizeOf("a.lcm"), 8U);
+}
+
+TEST_F(LogWriterTest, KeepsWhatTheDiskDoesNotTakeAndTriesAgain) {
+  LogWriter& writer = Make("later/a.lcm");
+  writer.Begin(kUtime);
+  writer.Write(Record(0));
+  writer.Poll();
+  EXPECT_TRUE(writer.blocked());
+  EXPECT_EQ(writer.status().state, DiskState::kFailed);
+  EXPECT_THAT(writer.status().last_error, HasSubstr("make the folder first"));
+  std::filesystem::create_directory(folder_.path() + "/later");
+  writer.Poll();
+  EXPECT_TRUE(writer.blocked()) << "its time has not come";
+  clock_.Advance(kSecond);
+  writer.Poll();
+  EXPECT_FALSE(writer.blocked());
+  EXPECT_EQ(writer.status().state, DiskState::kGood);
+  EXPECT_EQ(writer.Finish(), 0);
+  EXPECT_EQ(SizeOf("later/a.lcm"), Record(0).size());
+}
+
+TEST_F(LogWriterTest, TellsWhatWasNeverWritten) {
+  LogWriter& writer = Make("none/a.lcm");
+  writer.Begin(kUtime);
+  for (int i = 0; i < 3; ++i) writer.Write(Record(i));
+  writer.Poll();
+  EXPECT_EQ(writer.Finish(), 3);
+}
+
+TEST_F(LogWriterTest, DeletesTheOldestLogsBeyondTheQuota) {
+  std::ofstream(folder_.path() + "/m_20201121T070005Z.lcm") << std::string(500, 'x');
+  std::ofstream(folder_.path() + "/m_20211121T070005Z.lcm") << std::string(500, 'x');
+  std::ofstream(folder_.path() + "/other_20201121T070005Z.lcm") << std::string(500, 'x');
+  LogWriter& writer = Make("", {.quota_bytes = 600});
+  writer.Begin(kUtime);
+  writer.Write(Record(0));
+  writer.Poll();
+  EXPECT_THAT(Files(),
+              ElementsAre("m_20211121T070005Z.lcm", "m_20261121T070005Z.lcm", "other_20201121T070005Z.lcm"));
+}
+
+}  // namespace
+}  // namespace axlecast

@@ -1,0 +1,76 @@
+#include "tools/recorder/message_queue.h"
+
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <utility>
+
+namespace axlecast {
+
+void MessageBatch::Add(const LoggedMessage& message) {
+  const Head head{message.utime, static_cast<std::uint32_t>(message.channel.size()),
+                  static_cast<std::uint32_t>(message.data.size())};
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(&head);
+  bytes_.insert(bytes_.end(), bytes, bytes + sizeof head);
+  bytes_.insert(bytes_.end(), message.channel.begin(), message.channel.end());
+  bytes_.insert(bytes_.end(), message.data.begin(), message.data.end());
+  ++left_;
+}
+
+std::optional<LoggedMessage> MessageBatch::Next() {
+  if (left_ == 0) return std::nullopt;
+  Head head;
+  std::memcpy(&head, bytes_.data() + position_, sizeof head);
+  const std::uint8_t* channel = bytes_.data() + position_ + sizeof head;
+  position_ += sizeof head + head.channel_size + head.data_size;
+  --left_;
+  return LoggedMessage{head.utime,
+                       {reinterpret_cast<const char*>(channel), head.channel_size},
+                       Bytes(channel + head.channel_size, head.data_size)};
+}
+
+void MessageBatch::Clear() {
+  bytes_.clear();
+  position_ = 0;
+  left_ = 0;
+}
+
+MessageQueue::MessageQueue(std::size_t limit) : limit_(limit), event_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
+
+bool MessageQueue::Add(const LoggedMessage& message) {
+  bool was_empty = false;
+  {
+    const std::scoped_lock lock(mutex_);
+    if (waiting_.bytes() + message.channel.size() + message.data.size() > limit_) return false;
+    was_empty = waiting_.left() == 0;
+    waiting_.Add(message);
+  }
+  if (was_empty) Wake();
+  return true;
+}
+
+void MessageQueue::Wake() const {
+  const std::uint64_t one = 1;
+  // A full counter means that it is readable already.
+  [[maybe_unused]] const ssize_t written = write(event_.get(), &one, sizeof one);
+}
+
+void MessageQueue::Close() {
+  {
+    const std::scoped_lock lock(mutex_);
+    closed_ = true;
+  }
+  Wake();
+}
+
+bool MessageQueue::Take(MessageBatch& batch) {
+  std::uint64_t wakes = 0;
+  [[maybe_unused]] const ssize_t taken = read(event_.get(), &wakes, sizeof wakes);
+  batch.Clear();
+  const std::scoped_lock lock(mutex_);
+  std::swap(batch, waiting_);
+  return batch.left() > 0 || !closed_;
+}
+
+}  // namespace axlecast

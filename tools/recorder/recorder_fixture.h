@@ -1,0 +1,69 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tools/log/log_header.h"
+#include "tools/log/log_reader.h"
+#include "tools/log/log_seal.h"
+#include "tools/recorder/log_sink.h"
+#include "tools/recorder/logged_message.h"
+
+namespace axlecast {
+
+inline LoggedMessage MessageOf(std::string_view channel, std::string_view text, std::int64_t utime) {
+  return {utime, channel, Bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size())};
+}
+
+// Logs in memory.
+class MemoryLogs final : public LogSink {
+ public:
+  struct Log {
+    std::int64_t utime = 0;
+    std::vector<std::uint8_t> bytes;
+    bool ended = false;
+  };
+
+  void Begin(std::int64_t utime) override {
+    EXPECT_TRUE(logs.empty() || logs.back().ended);
+    logs.push_back({utime, {}, false});
+  }
+  void Write(Bytes record) override {
+    EXPECT_TRUE(ParseEvent(record)) << "not one whole record";
+    logs.back().bytes.insert(logs.back().bytes.end(), record.begin(), record.end());
+  }
+  void End() override { logs.back().ended = true; }
+
+  std::vector<Log> logs;
+};
+
+// "CHANNEL=data" of every message in a log, without header events and seals. Checks that numbers run from 0 without a
+// gap, and every seal.
+inline std::vector<std::string> MessagesIn(Bytes log) {
+  std::vector<std::string> messages;
+  LogReader reader(log);
+  LogSeal expected;
+  std::int64_t number = 0;
+  while (const auto event = reader.Next()) {
+    EXPECT_EQ(event->number, number++);
+    if (event->channel == kSealChannel) {
+      EXPECT_EQ(ParseSeal(event->data), expected);
+      expected = {};
+      continue;
+    }
+    const Bytes record = log.subspan(reader.offset(), reader.position() - reader.offset());
+    expected.bytes += record.size();
+    ++expected.events;
+    expected.crc32c = Crc32c(expected.crc32c, record);
+    if (IsLogChannel(event->channel)) continue;
+    messages.push_back(std::string(event->channel) + '=' + std::string(event->data.begin(), event->data.end()));
+  }
+  EXPECT_TRUE(reader.damage().empty());
+  return messages;
+}
+
+}  // namespace axlecast

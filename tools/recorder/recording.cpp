@@ -1,0 +1,150 @@
+#include "tools/recorder/recording.h"
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "drivers/io/wait_until.h"
+
+namespace axlecast {
+namespace {
+
+constexpr std::int64_t kPollEvery = 4'096;  // messages between two looks at the clock and the disk
+
+}  // namespace
+
+Recording::Recording(RecordingSettings settings, const Clock& clock)
+    : clock_(clock),
+      urls_(std::move(settings.urls)),
+      queue_(settings.queue_bytes),
+      intake_(ChannelFilter(std::move(settings.channel), settings.invert), queue_, clock),
+      writer_(std::move(settings.writer), clock),
+      recorder_(std::move(settings.recorder), writer_),
+      stop_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
+
+Recording::~Recording() { Stop(); }
+
+void Recording::Append(const EventStream::Begin& begin) {
+  append_ = begin;
+  writer_.Append(static_cast<std::int64_t>(begin.bytes));
+}
+
+std::string Recording::Open() {
+  for (const std::string& url : urls_) {
+    if (std::string problem = intake_.Listen(url); !problem.empty()) return problem;
+  }
+  if (append_) {
+    recorder_.Continue(*append_, clock_.Now(), clock_.UtcMicroseconds());
+  } else {
+    recorder_.Start(clock_.Now(), clock_.UtcMicroseconds());
+  }
+  writer_.Poll();
+  Share();
+  return writer_.blocked() ? writer_.status().last_error : "";
+}
+
+void Recording::Start() {
+  reader_thread_ = std::thread([this] { Read(); });
+  writer_thread_ = std::thread([this] { Write(); });
+}
+
+void Recording::Stop() {
+  const std::uint64_t one = 1;
+  [[maybe_unused]] const ssize_t written = write(stop_.get(), &one, sizeof one);
+  if (reader_thread_.joinable()) reader_thread_.join();
+  if (writer_thread_.joinable()) writer_thread_.join();
+}
+
+void Recording::Read() {
+  std::string failure = intake_.Run(stop_.get());
+  {
+    const std::scoped_lock lock(mutex_);
+    shared_.failure = std::move(failure);
+  }
+  queue_.Close();
+}
+
+void Recording::Write() {
+  MessageBatch batch;
+  std::array<pollfd, 1> files = {{{queue_.FileDescriptor(), POLLIN, 0}}};
+  for (bool open = true; open;) {
+    static_cast<void>(PollUntil(files, std::min(writer_.next_poll(), recorder_.next_poll()), clock_));
+    open = queue_.Take(batch);
+    WriteBatch(batch);
+    recorder_.Poll(clock_.Now(), clock_.UtcMicroseconds());
+    writer_.Poll();
+    Share();
+    if (batch.left() > 0) break;
+  }
+  Finish(batch);
+}
+
+// Stands still while the disk takes nothing; leaves messages only when the recording ends meanwhile.
+void Recording::WriteBatch(MessageBatch& batch) {
+  std::array<pollfd, 1> files = {{{stop_.get(), POLLIN, 0}}};
+  while (batch.left() > 0) {
+    Record(batch, kPollEvery);
+    recorder_.Poll(clock_.Now(), clock_.UtcMicroseconds());
+    writer_.Poll();
+    Share();
+    if (!writer_.blocked()) continue;
+    if (PollUntil(files, writer_.next_poll(), clock_) > 0) return;
+  }
+}
+
+// At most so many messages, and none while the disk takes nothing.
+void Recording::Record(MessageBatch& batch, std::int64_t most) {
+  const MonoNs now = clock_.Now();
+  for (std::int64_t i = 0; i < most && !writer_.blocked(); ++i) {
+    const auto message = batch.Next();
+    if (!message) return;
+    recorder_.On(*message, now);
+  }
+}
+
+void Recording::Finish(MessageBatch& batch) {
+  std::int64_t unwritten = 0;
+  // The reading thread ends first; what it still brings is written where the disk takes something again.
+  std::array<pollfd, 1> files = {{{queue_.FileDescriptor(), POLLIN, 0}}};
+  for (bool open = true; open;) {
+    Record(batch, batch.left());
+    unwritten += batch.left();
+    open = queue_.Take(batch);
+    if (open && batch.left() == 0) static_cast<void>(PollUntil(files, clock_.Now() + kSecond, clock_));
+  }
+  recorder_.End(clock_.UtcMicroseconds());
+  const std::int64_t held = writer_.Finish();
+  Share();
+  const std::scoped_lock lock(mutex_);
+  shared_.messages -= held;
+  shared_.unwritten = unwritten + held;
+  shared_.channels = recorder_.channels().losses();
+}
+
+void Recording::Share() {
+  const std::scoped_lock lock(mutex_);
+  shared_.disk = writer_.status();
+  shared_.recording = recorder_.recording();
+  shared_.messages = recorder_.messages();
+  shared_.bytes = recorder_.bytes();
+  shared_.early = recorder_.early();
+}
+
+RecordingStatus Recording::status() const {
+  IntakeCounts intake = intake_.counts();
+  const std::scoped_lock lock(mutex_);
+  RecordingStatus status = shared_;
+  status.intake = std::move(intake);
+  return status;
+}
+
+bool Recording::failed() const {
+  const std::scoped_lock lock(mutex_);
+  return !shared_.failure.empty();
+}
+
+}  // namespace axlecast

@@ -1,0 +1,78 @@
+#include "tools/recorder/recording_health.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "drivers/runtime/command/capped_text.h"
+
+namespace axlecast {
+namespace {
+
+// As recorder_health_t.lcm says.
+constexpr std::size_t kFileBytes = 200;
+constexpr std::size_t kErrorBytes = 160;
+constexpr std::size_t kMostSenders = 16;
+
+std::int8_t StateOf(const RecordingStatus& status, bool stopping) {
+  if (status.Failed() || status.disk.state == DiskState::kFailed) return recorder_health_t::STATE_ERROR;
+  if (status.disk.state == DiskState::kFull) return recorder_health_t::STATE_DISK_FULL;
+  if (stopping) return recorder_health_t::STATE_STOPPING;
+  return status.recording ? recorder_health_t::STATE_RECORDING : recorder_health_t::STATE_PRE_TRIGGER;
+}
+
+// The end of a path tells more than its beginning.
+std::string EndOf(const std::string& path) {
+  return CappedText(path.size() <= kFileBytes ? path : path.substr(path.size() - kFileBytes), kFileBytes);
+}
+
+}  // namespace
+
+std::string SenderText(const SenderAddress& sender) {
+  std::string text;
+  for (int shift = 24; shift >= 0; shift -= 8) {
+    text += std::to_string(sender.address >> shift & 0xff);
+    text += shift > 0 ? '.' : ':';
+  }
+  return text + std::to_string(sender.port);
+}
+
+recorder_health_t RecordingHealth::Make(const RecordingStatus& status, MonoNs now, std::int64_t utime,
+                                        bool stopping) {
+  recorder_health_t health{};
+  health.utime = utime;
+  health.mono_ns = now;
+  health.boot_id = boot_id_;
+  health.seq = seq_++;
+  health.name = name_;
+  health.file = EndOf(status.disk.file);
+  health.state = StateOf(status, stopping);
+  health.file_bytes = status.disk.file_bytes;
+  health.total_bytes = status.bytes;
+  health.messages = status.messages;
+  health.lost = status.Lost();
+  health.kernel_dropped = status.intake.kernel_dropped;
+  health.free_bytes = std::max<std::int64_t>(status.disk.free_bytes, 0);
+  if (before_ != 0 && now > before_) {
+    const double seconds = static_cast<double>(now - before_) / 1e9;
+    health.messages_hz = static_cast<float>(static_cast<double>(status.messages - messages_before_) / seconds);
+    health.bytes_hz = static_cast<float>(static_cast<double>(status.bytes - bytes_before_) / seconds);
+  }
+  before_ = now;
+  messages_before_ = status.messages;
+  bytes_before_ = status.bytes;
+  const auto& senders = status.intake.senders;
+  health.total_senders =
+      static_cast<std::int16_t>(std::min<std::size_t>(senders.size(), std::numeric_limits<std::int16_t>::max()));
+  for (std::size_t i = 0; i < std::min(senders.size(), kMostSenders); ++i) {
+    sender_loss_t& sender = health.senders.emplace_back();
+    sender.sender = SenderText(senders[i].sender);
+    sender.received = senders[i].received;
+    sender.lost = senders[i].lost;
+  }
+  health.n_senders = static_cast<std::int8_t>(health.senders.size());
+  health.last_error = CappedText(status.disk.last_error, kErrorBytes);
+  health.last_error_utime = status.disk.last_error_utime;
+  return health;
+}
+
+}  // namespace axlecast

@@ -1,0 +1,72 @@
+#include "tools/recorder/recording_health.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "drivers/runtime/core/message_sink.h"
+
+namespace axlecast {
+namespace {
+
+RecordingStatus Status(std::int64_t messages) {
+  RecordingStatus status;
+  status.recording = true;
+  status.messages = messages;
+  status.bytes = messages * 100;
+  return status;
+}
+
+TEST(RecordingHealth, TellsRatesLossesAndSenders) {
+  RecordingHealth health("press3", 7);
+  static_cast<void>(health.Make(Status(100), kSecond, 1, false));
+  RecordingStatus status = Status(400);
+  status.intake.lost = 3;
+  status.intake.overflow = 2;
+  status.intake.kernel_dropped = 4;
+  status.intake.senders = {{{0x7f000001, 40'001}, 390, 5, 0}};
+  status.disk.file = "/var/log/press3.lcm";
+  const recorder_health_t made = health.Make(status, 3 * kSecond, 2, false);
+  EXPECT_EQ(made.seq, 1);
+  EXPECT_EQ(made.boot_id, 7);
+  EXPECT_FLOAT_EQ(made.messages_hz, 150);
+  EXPECT_FLOAT_EQ(made.bytes_hz, 15'000);
+  EXPECT_EQ(made.lost, 5);
+  EXPECT_EQ(made.kernel_dropped, 4);
+  ASSERT_EQ(made.n_senders, 1);
+  EXPECT_EQ(made.senders[0].sender, "127.0.0.1:40001");
+  EXPECT_EQ(made.senders[0].lost, 5);
+  EXPECT_EQ(made.file, "/var/log/press3.lcm");
+  EXPECT_EQ(made.state, recorder_health_t::STATE_RECORDING);
+}
+
+TEST(RecordingHealth, TellsWhatIsWrong) {
+  RecordingHealth health("m", 7);
+  const auto state_of = [&](const RecordingStatus& status, bool stopping = false) {
+    return static_cast<int>(health.Make(status, kSecond, 1, stopping).state);
+  };
+  RecordingStatus status = Status(1);
+  EXPECT_EQ(state_of(status, true), recorder_health_t::STATE_STOPPING);
+  status.recording = false;
+  EXPECT_EQ(state_of(status), recorder_health_t::STATE_PRE_TRIGGER);
+  status.disk.state = DiskState::kFull;
+  EXPECT_EQ(state_of(status, true), recorder_health_t::STATE_DISK_FULL);
+  status.disk.damaged = true;
+  EXPECT_EQ(state_of(status), recorder_health_t::STATE_ERROR);
+}
+
+TEST(RecordingHealth, AlwaysFitsADatagram) {
+  RecordingHealth health(std::string(24, 'n'), 7);
+  RecordingStatus status = Status(1);
+  status.disk.file = std::string(4'000, '/');
+  status.disk.last_error = std::string(4'000, 'e');
+  for (std::uint16_t i = 0; i < 1'000; ++i) status.intake.senders.push_back({{0xffffffff, 65'535}, 1, 1, 1});
+  const recorder_health_t made = health.Make(status, kSecond, 1, false);
+  EXPECT_EQ(made.n_senders, 16);
+  EXPECT_EQ(made.total_senders, 1'000);
+  EXPECT_EQ(made.file.size(), 200U);
+  EXPECT_LE(made.getEncodedSize(), kMaxMessage);
+}
+
+}  // namespace
+}  // namespace axlecast

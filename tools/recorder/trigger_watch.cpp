@@ -1,0 +1,46 @@
+#include "tools/recorder/trigger_watch.h"
+
+#include <axlecast/alarm_t.hpp>
+#include <utility>
+
+#include "drivers/runtime/core/decode_message.h"
+
+namespace axlecast {
+namespace {
+
+constexpr std::size_t kMostChannels = 10'000;  // anybody may invent more
+constexpr std::size_t kMostAlarms = 1'000;
+
+bool IsPresent(const alarm_entry_t& entry) {
+  return entry.state == alarm_entry_t::STATE_LIVE || entry.state == alarm_entry_t::STATE_DEVICE_LATCHED ||
+         entry.state == alarm_entry_t::STATE_DRIVER_LATCHED;
+}
+
+}  // namespace
+
+bool TriggerWatch::Fires(const LoggedMessage& message) {
+  const std::optional<alarm_t> alarms = DecodeMessage<alarm_t>(message.data);
+  if (!alarms) return std::regex_search(message.channel.begin(), message.channel.end(), trigger_);
+  auto known = standing_.find(message.channel);
+  const bool first = known == standing_.end();
+  if (first) {
+    if (standing_.size() >= kMostChannels) return false;
+    known = standing_.try_emplace(std::string(message.channel)).first;
+  }
+  bool fires = false;
+  std::set<std::string> standing;
+  for (const alarm_entry_t& entry : alarms->entries) {
+    const bool stood = known->second.contains(entry.name);
+    if (!IsPresent(entry) && !(stood && entry.state == alarm_entry_t::STATE_UNKNOWN)) continue;
+    standing.insert(entry.name);
+    const std::string text = known->first + ' ' + entry.name;
+    fires = fires || (!stood && !first && std::regex_search(text, trigger_));
+  }
+  // A message holds only the worst ones: what it does not name may stand still.
+  const bool all = std::cmp_less_equal(alarms->total, alarms->entries.size());
+  if (!all && known->second.size() < kMostAlarms) standing.merge(known->second);
+  known->second = std::move(standing);
+  return fires;
+}
+
+}  // namespace axlecast

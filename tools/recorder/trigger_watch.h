@@ -1,0 +1,27 @@
+#pragma once
+
+#include <map>
+#include <regex>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "tools/recorder/logged_message.h"
+
+namespace axlecast {
+
+// Says when something happens that a recording is about. An alarm triggers when it appears, if the expression is found
+// in "<channel> <alarm's name>", e.g. "ALARM/axis1 battery_error"; one that stands already in the first message of its
+// channel does not. A message of any other type triggers, each time, if the expression is found in its channel's name.
+class TriggerWatch {
+ public:
+  explicit TriggerWatch(std::regex trigger) : trigger_(std::move(trigger)) {}
+
+  [[nodiscard]] bool Fires(const LoggedMessage& message);
+
+ private:
+  std::regex trigger_;
+  std::map<std::string, std::set<std::string>, std::less<>> standing_;  // alarms of each channel
+};
+
+}  // namespace axlecast

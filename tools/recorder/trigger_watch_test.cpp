@@ -1,0 +1,76 @@
+#include "tools/recorder/trigger_watch.h"
+
+#include <gtest/gtest.h>
+
+#include <axlecast/alarm_t.hpp>
+#include <string>
+#include <vector>
+
+#include "tools/recorder/recorder_fixture.h"
+
+namespace axlecast {
+namespace {
+
+class TriggerWatchTest : public ::testing::Test {
+ protected:
+  // An ALARM message that holds these, each of `state`.
+  bool OnAlarms(const std::string& channel, const std::vector<std::string>& names,
+                std::int8_t state = alarm_entry_t::STATE_LIVE, int total = 0) {
+    alarm_t alarms{};
+    alarms.n = static_cast<std::int8_t>(names.size());
+    alarms.total = static_cast<std::int16_t>(total == 0 ? alarms.n : total);
+    for (const std::string& name : names) {
+      alarm_entry_t& entry = alarms.entries.emplace_back();
+      entry.state = state;
+      entry.name = name;
+    }
+    std::vector<std::uint8_t> data(static_cast<std::size_t>(alarms.getEncodedSize()));
+    alarms.encode(data.data(), 0, static_cast<int>(data.size()));
+    return watch_.Fires({0, channel, data});
+  }
+
+  TriggerWatch watch_{std::regex("^ALARM/axis1 battery|^ESTOP$")};
+};
+
+TEST_F(TriggerWatchTest, AnAlarmFiresWhenItAppears) {
+  EXPECT_FALSE(OnAlarms("ALARM/axis1", {}));
+  EXPECT_FALSE(OnAlarms("ALARM/axis1", {"over_speed"}));
+  EXPECT_TRUE(OnAlarms("ALARM/axis1", {"over_speed", "battery_error"}));
+  EXPECT_FALSE(OnAlarms("ALARM/axis1", {"over_speed", "battery_error"})) << "repeated each second";
+  EXPECT_FALSE(OnAlarms("ALARM/axis1", {}));
+  EXPECT_TRUE(OnAlarms("ALARM/axis1", {"battery_error"})) << "again";
+}
+
+TEST_F(TriggerWatchTest, OnlyTheAlarmsThatAreMeant) {
+  EXPECT_FALSE(OnAlarms("ALARM/axis2", {}));
+  EXPECT_FALSE(OnAlarms("ALARM/axis2", {"battery_error"}));
+}
+
+TEST_F(TriggerWatchTest, AnAlarmThatStandsAtTheBeginningDoesNot) {
+  EXPECT_FALSE(OnAlarms("ALARM/axis1", {"battery_error"}));
+  EXPECT_FALSE(OnAlarms("ALARM/axis1", {"battery_error"}));
+}
+
+TEST_F(TriggerWatchTest, AnAlarmThatIsGoneOrUnknownIsNone) {
+  EXPECT_FALSE(OnAlarms("ALARM/axis1", {}));
+  EXPECT_FALSE(OnAlarms("ALARM/axis1", {"battery_error"}, alarm_entry_t::STATE_UNACKNOWLEDGED));
+  EXPECT_TRUE(OnAlarms("ALARM/axis1", {"battery_error"}, alarm_entry_t::STATE_DEVICE_LATCHED));
+  EXPECT_FALSE(OnAlarms("ALARM/axis1", {"battery_error"}, alarm_entry_t::STATE_UNKNOWN));
+  EXPECT_FALSE(OnAlarms("ALARM/axis1", {"battery_error"})) << "back online, it was there all the time";
+}
+
+TEST_F(TriggerWatchTest, AnAlarmThatFoundNoRoomInAMessageMayStandStill) {
+  EXPECT_FALSE(OnAlarms("ALARM/axis1", {}));
+  EXPECT_TRUE(OnAlarms("ALARM/axis1", {"battery_error"}));
+  EXPECT_FALSE(OnAlarms("ALARM/axis1", {"worse"}, alarm_entry_t::STATE_LIVE, 2));
+  EXPECT_FALSE(OnAlarms("ALARM/axis1", {"battery_error"}));
+}
+
+TEST_F(TriggerWatchTest, OtherMessagesFireByTheirChannel) {
+  EXPECT_TRUE(watch_.Fires(MessageOf("ESTOP", "x", 0)));
+  EXPECT_TRUE(watch_.Fires(MessageOf("ESTOP", "x", 0)));
+  EXPECT_FALSE(watch_.Fires(MessageOf("ESTOP2", "x", 0)));
+}
+
+}  // namespace
+}  // namespace axlecast
