@@ -50,7 +50,13 @@ std::string ReplayChannels::Rename(const std::string& rule) {
 const ReplayChannels::Fate& ReplayChannels::Of(std::string_view channel) {
   if (const auto known = fates_.find(channel); known != fates_.end()) return known->second;
   const std::string name(channel);
-  return fates_.emplace(name, Decide(name)).first->second;
+  Fate fate;
+  try {
+    fate = Decide(name);
+  } catch (const std::regex_error&) {
+    // Too complex for this name: it is as if nothing were found.
+  }
+  return fates_.emplace(name, std::move(fate)).first->second;
 }
 
 ReplayChannels::Fate ReplayChannels::Decide(const std::string& channel) const {
