@@ -109,9 +109,7 @@ std::string ReplaySummary(const Replay& replay, const ReplayOutcome& outcome) {
 nlohmann::ordered_json ReplayJson(const Replay& replay, const ReplayOutcome& outcome) {
   const Replay::Counts& counts = replay.counts();
   const MergedLogs::DamageCount damage = replay.damage();
-  return {{"ended", !outcome.failure.empty() ? "failed"
-                    : outcome.stopped        ? "stopped"
-                                             : "end"},
+  return {{"ended", outcome.stopped ? "stopped" : "end"},
           {"played", counts.played},
           {"bytes", counts.bytes},
           {"not_selected", counts.not_selected},

@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "tools/log/channel_filter.h"
 #include "tools/replay/command_channel.h"
 
 namespace axlecast {
@@ -20,10 +21,13 @@ class ReplayChannels {
     CommandChannel command = CommandChannel::kNone;  // of that name
   };
 
-  // The default plays every channel under its own name. All three return an empty string, or what is wrong.
+  // The default plays every channel under its own name. Select and Rename return an empty string, or what is
+  // wrong.
 
   // Plays only channels in whose name the expression (ECMAScript) is found; inverted, only the others.
-  [[nodiscard]] std::string Select(const std::string& expression, bool invert);
+  [[nodiscard]] std::string Select(const std::string& expression, bool invert) {
+    return filter_.Set(expression, invert);
+  }
   // "OLD=NEW": where OLD (ECMAScript) is found in a name, NEW stands in its place; $1, $& as in ECMAScript. The first
   // '=' divides them. Several are applied one after the other.
   [[nodiscard]] std::string Rename(const std::string& rule);
@@ -34,11 +38,9 @@ class ReplayChannels {
   [[nodiscard]] const Fate& Of(std::string_view channel);
 
  private:
-  [[nodiscard]] Fate Decide(const std::string& channel) const;
+  [[nodiscard]] Fate Decide(const std::string& channel);
 
-  std::regex selected_;
-  bool selects_ = false;
-  bool invert_ = false;
+  ChannelFilter filter_;
   std::vector<std::pair<std::regex, std::string>> renames_;
   std::string prefix_;
 

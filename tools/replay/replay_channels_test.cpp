@@ -55,11 +55,11 @@ TEST(ReplayChannels, AreJudgedByTheNameUnderWhichTheyArePublished) {
 
 TEST(ReplayChannels, SayWhatIsWrongWithAnExpression) {
   ReplayChannels channels;
-  EXPECT_THAT(channels.Select("(POSITION", false), HasSubstr("'(POSITION' is no regular expression: "));
-  EXPECT_THAT(channels.Rename("[=x"), HasSubstr("'[' is no regular expression: "));
+  EXPECT_THAT(channels.Select("(POSITION", false), HasSubstr("'(POSITION' is no regular expression ("));
+  EXPECT_THAT(channels.Rename("[=x"), HasSubstr("'[' is no regular expression ("));
   EXPECT_THAT(channels.Rename("axis1"), HasSubstr("is not OLD=NEW"));
   EXPECT_THAT(channels.Rename("=x"), HasSubstr("is not OLD=NEW"));
-  EXPECT_THAT(channels.Select(std::string(100'000, '('), false), HasSubstr("more than 1000 characters"));
+  EXPECT_THAT(channels.Select(std::string(100'000, '('), false), HasSubstr("at most 1000 characters"));
 }
 
 }  // namespace
