@@ -27,6 +27,20 @@ def events(path):
         offset += data_size
 
 
+def record(utime, channel, data=b"", number=0):
+    """One event as lcm-logger writes it."""
+    name = channel.encode()
+    return struct.pack(">IqqII", SYNC, number, utime, len(name), len(data)) + name + data
+
+
+def write(path, events, begin=1_790_000_000_000_000):
+    """A log of (us since `begin`, channel, data)."""
+    path = pathlib.Path(path)
+    path.write_bytes(b"".join(record(begin + us, channel, data, number)
+                              for number, (us, channel, data) in enumerate(events)))
+    return path
+
+
 def generated_types():
     """The axlecast package as lcm-gen writes it for Python."""
     folder = tempfile.mkdtemp(prefix="axlecast-lcm-gen-")

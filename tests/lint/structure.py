@@ -13,7 +13,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 WORLDS = [
     ("LCM", r"#include [<\"]lcm/lcm[.-]", r"drivers/io/lcm_port\.cpp|client/example/.*|bench/.*"),
     ("LCM's datagrams", r"IP_ADD_MEMBERSHIP|\brecvmmsg", r"drivers/io/(lcm_port|multicast_port)\.cpp|bench/.*"),
-    ("serial line", r"termios|termbits|\bTIOC[A-Z]+", r"drivers/io/(tty|adapter|pty)(_test)?\.(cpp|h)|bench/.*"),
+    ("serial line", r"termios|termbits|\bTIOC[A-Z]+", r"drivers/io/(tty|adapter|pty|terminal_keys)(_test)?\.(cpp|h)|bench/.*"),
     ("clock", r"clock_gettime|std::chrono|\bgettimeofday|\bclock_nanosleep|std::this_thread::sleep",
      r"drivers/io/system_clock\.cpp|client/example/.*|bench/.*"),
     ("SPI", r"linux/spi", r"drivers/io/spi_port\.cpp|tests/vm/cuse_spidev\.cpp"),

@@ -22,6 +22,7 @@
 #include "tools/axlecast/permit_command.h"
 #include "tools/axlecast/record_command.h"
 #include "tools/axlecast/replace_command.h"
+#include "tools/axlecast/replay_command.h"
 #include "tools/axlecast/simulate_command.h"
 #include "tools/axlecast/spy_command.h"
 #include "tools/axlecast/ssi_plan_command.h"
@@ -63,6 +64,7 @@ int RunCommandLine(int argc, char** argv) {
   AddSimulateCommand(app, exit_code);
   AddDriverCommand(app, exit_code);
   AddSpyCommand(app, exit_code);
+  AddReplayCommand(app, exit_code);
   AddDecodeCommand(app, exit_code);
   AddSsiPlanCommand(app, exit_code);
   AddLogCommand(app, exit_code);

@@ -1,23 +1,38 @@
 #include "tools/log/channel_filter.h"
 
+#include <utility>
+
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kMostKnown = 10'000;  // anybody may invent channels
+constexpr std::size_t kMostKnown = 10'000;         // anybody may invent channels
+constexpr std::size_t kLongestExpression = 1'000;  // characters; the library's parser recurses
 
 }  // namespace
+
+std::optional<std::regex> CompileExpression(const std::string& text, std::string& problem) {
+  if (text.size() > kLongestExpression) {
+    problem = "a regular expression has at most " + std::to_string(kLongestExpression) + " characters";
+    return std::nullopt;
+  }
+  try {
+    return std::regex(text, std::regex::ECMAScript | std::regex::optimize);
+  } catch (const std::regex_error& error) {
+    problem =
+        "'" + text + "' is no regular expression (" + error.what() + "); for example ^POSITION/ or 'axis1$|axis2$'";
+    return std::nullopt;
+  }
+}
 
 std::string ChannelFilter::Set(const std::string& expression, bool invert) {
   invert_ = invert;
   known_.clear();
   if (expression.empty())
     return invert ? "without an expression, all channels are taken: there is nothing to invert" : "";
-  try {
-    expression_.emplace(expression);
-  } catch (const std::regex_error&) {
-    return "'" + expression + "' is no regular expression; for example ^POSITION/ or 'axis1$|axis2$'";
-  }
-  return "";
+  std::string problem;
+  std::optional<std::regex> compiled = CompileExpression(expression, problem);
+  if (compiled) expression_ = std::move(compiled);
+  return problem;
 }
 
 bool ChannelFilter::Takes(std::string_view channel) {

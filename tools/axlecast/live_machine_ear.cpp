@@ -1,0 +1,53 @@
+#include "tools/axlecast/live_machine_ear.h"
+
+#include <set>
+
+#include "drivers/io/lcm_port.h"
+#include "drivers/io/system_clock.h"
+#include "tools/axlecast/columns.h"
+#include "tools/json/message_json.h"
+
+namespace axlecast {
+namespace {
+
+constexpr MonoNs kListen = 1'200 * kMillisecond;
+constexpr int kSliceMs = 50;
+constexpr std::size_t kNamed = 6;
+
+bool IsOfMachine(Bytes message) {
+  std::string type;
+  return DecodeToJson(message, &type).has_value() && type != "recorder_health_t";
+}
+
+std::string Enumerate(const std::set<std::string>& channels) {
+  std::string text;
+  std::size_t named = 0;
+  for (const std::string& channel : channels) {
+    if (++named > kNamed) return text + " and " + std::to_string(channels.size() - kNamed) + " more";
+    text += (named > 1 ? ", " : "") + Printable(channel);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::optional<std::string> HearLiveMachine(const std::string& url, std::string& problem) {
+  LcmPort port(url, "");
+  std::set<std::string> channels;
+  const auto handler = [&channels](const std::string& channel, Bytes message) {
+    if (!channels.contains(channel) && IsOfMachine(message)) channels.insert(channel);
+  };
+  problem = port.problem();
+  if (problem.empty() && !port.Subscribe(".*", handler)) problem = "cannot subscribe on " + url;
+  if (!problem.empty()) return std::nullopt;
+  const SystemClock clock;
+  for (const MonoNs end = clock.Now() + kListen; clock.Now() < end;) {
+    if (!port.Handle(kSliceMs)) {
+      problem = "the LCM port failed";
+      return std::nullopt;
+    }
+  }
+  return Enumerate(channels);
+}
+
+}  // namespace axlecast

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <optional>
+
+#include "drivers/io/lcm_port.h"
+#include "drivers/io/process.h"
+#include "drivers/io/system_clock.h"
+#include "drivers/io/terminal_keys.h"
+#include "drivers/runtime/bus/exchange_stats.h"
+#include "tools/axlecast/replay_keys.h"
+#include "tools/axlecast/replay_text.h"
+#include "tools/replay/replay.h"
+
+namespace axlecast {
+
+// Plays a replay on LCM, led by the keyboard where there is a terminal, until its end, the operator's, or a signal's.
+class ReplayRun {
+ public:
+  // `commands`: where command and permit channels go. With `shows` progress stands on standard error.
+  ReplayRun(Replay& replay, LcmPort& data, LcmPort& commands, bool shows);
+
+  [[nodiscard]] ReplayOutcome Run();
+
+ private:
+  // Until something is due, or a key or a signal comes.
+  void Wait();
+  void PlayDue();
+  void TakeKeys();
+  void Obey(ReplayKey key);
+  void SeekBy(std::int64_t seconds);
+  void Show();
+
+  Replay& replay_;
+  LcmPort& data_;
+  LcmPort& commands_;
+  bool shows_;
+  SystemClock clock_;
+  StopSignal stop_;
+  TerminalKeys terminal_;
+  ReplayKeys keys_;
+  ExchangeStats late_;
+  MonoNs next_show_ = 0;
+  bool quit_ = false;
+};
+
+}  // namespace axlecast

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "tools/log/log_event.h"
+#include "tools/log/log_reader.h"
+
+namespace axlecast {
+
+// A place in several logs: the offset of the next record in each.
+using LogPosition = std::vector<std::size_t>;
+
+// One or several event logs as one sequence: the log whose next event is oldest comes next, of equal ones the log that
+// was named first. Each log's own order is kept, also where its times run back.
+class MergedLogs {
+ public:
+  explicit MergedLogs(const std::vector<Bytes>& logs);
+
+  // The next event; its views live in its log. Nothing at the end. Valid until the place changes.
+  [[nodiscard]] const LogEvent* Head() const {
+    return heap_.empty() ? nullptr : &lanes_[heap_.front()].head->event;
+  }
+  // When the event happened: its own time, but where one event alone bears another than its neighbours (damage leaves
+  // records with such), the nearest one of theirs. Bookkeeping of a log (IsLogChannel) is of the time of its neighbours.
+  // Within 36,000 years of 1970.
+  [[nodiscard]] std::int64_t HeadUtime() const { return lanes_[heap_.front()].utime; }
+  void Advance();
+
+  // Goes to `begin`; the end is where each log has reached `end`.
+  void Go(const LogPosition& begin, const LogPosition& end);
+  [[nodiscard]] LogPosition Position() const;  // of Head
+
+  [[nodiscard]] LogPosition Begin() const { return LogPosition(lanes_.size(), 0); }
+  [[nodiscard]] LogPosition End() const;
+  // In each log the first event that is not before `utime`, found by bisection.
+  [[nodiscard]] LogPosition Find(std::int64_t utime) const;
+  // Time of the last event; 0 without any.
+  [[nodiscard]] std::int64_t LastUtime() const;
+
+  // What was passed over so far because it is no event. What is passed twice counts once.
+  struct DamageCount {
+    std::int64_t regions = 0;
+    std::int64_t bytes = 0;
+    bool operator==(const DamageCount&) const = default;
+  };
+  [[nodiscard]] DamageCount damage() const;
+
+ private:
+  struct Place {
+    LogEvent event;
+    std::size_t offset = 0;
+  };
+  struct Lane {
+    Bytes log;
+    LogReader reader;
+    std::size_t body =
+        0;  // behind the bookkeeping that the log begins with, whose times may be later than the rest's
+    std::size_t end = 0;
+    std::optional<Place> head;
+    std::optional<Place> following;  // the log's next one, also behind `end`
+    std::int64_t utime = 0;          // of the head
+    std::size_t damage_seen = 0;     // of the reader's
+    std::map<std::size_t, std::size_t> damage;
+  };
+
+  [[nodiscard]] static std::optional<Place> Read(Lane& lane);
+  [[nodiscard]] static std::int64_t FirstTime(const Lane& lane);
+  static void Begin(Lane& lane, std::size_t begin, std::size_t end);
+  static void Advance(Lane& lane);
+  // Whether `one` comes later than `other`: a heap has its largest in front.
+  [[nodiscard]] bool Later(std::size_t one, std::size_t other) const;
+
+  std::vector<Lane> lanes_;
+  std::vector<std::size_t> heap_;  // of the lanes with a head
+};
+
+}  // namespace axlecast

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tools/replay/recorded_log.h"
+#include "tools/replay/replay.h"
+
+namespace axlecast {
+
+// What a player saw of a replay.
+struct PlayedMessage {
+  std::string channel;
+  std::string data;
+  MonoNs at = 0;
+  MonoNs due = 0;
+  bool operator==(const PlayedMessage&) const = default;
+};
+
+// A player that is never late: plays what is due until `until`, moving `now` along. Ends early at the end.
+inline std::vector<PlayedMessage> PlayUntil(Replay& replay, MonoNs& now, MonoNs until) {
+  std::vector<PlayedMessage> played;
+  while (replay.Due() <= until) {
+    now = std::max(now, replay.Due());
+    if (const auto message = replay.Take(now)) {
+      played.push_back({*message->channel, Text(message->data), now, message->due});
+    }
+  }
+  if (until != kNever - 1) now = std::max(now, until);
+  return played;
+}
+
+inline std::vector<PlayedMessage> PlayToTheEnd(Replay& replay, MonoNs& now) {
+  return PlayUntil(replay, now, kNever - 1);
+}
+
+inline std::string Channels(const std::vector<PlayedMessage>& played) {
+  std::string channels;
+  for (const PlayedMessage& message : played) channels += message.channel;
+  return channels;
+}
+
+}  // namespace axlecast
