@@ -1,5 +1,6 @@
 #include "tools/json/field.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -28,11 +29,17 @@ nlohmann::ordered_json BootIdField(std::int64_t boot_id) {
   return HexDigits(bytes);
 }
 
-std::optional<std::int64_t> Fingerprint(Bytes message) {
-  if (message.size() < 8) return std::nullopt;
-  std::uint64_t fingerprint = 0;
-  for (const std::uint8_t byte : message.first(8)) fingerprint = (fingerprint << 8U) | byte;
-  return static_cast<std::int64_t>(fingerprint);
+std::optional<std::int64_t> BigEndian64(Bytes bytes) {
+  if (bytes.size() < 8) return std::nullopt;
+  std::uint64_t value = 0;
+  for (const std::uint8_t byte : bytes.first(8)) value = (value << 8U) | byte;
+  return static_cast<std::int64_t>(value);
+}
+
+std::string MendedUtf8(std::string_view text) {
+  const bool ascii = std::all_of(text.begin(), text.end(), [](char c) { return (c & 0x80) == 0; });
+  if (ascii) return std::string(text);
+  return nlohmann::json::parse(JsonLine(nlohmann::ordered_json(text))).get<std::string>();
 }
 
 std::string JsonLine(const nlohmann::ordered_json& json) {

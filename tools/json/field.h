@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "drivers/runtime/core/decode_message.h"
@@ -61,8 +62,14 @@ template <typename Message>
   return DecodeField<Message>(bytes).value_or(nullptr);
 }
 
+// The first 8 bytes, as LCM encodes an int64_t.
+[[nodiscard]] std::optional<std::int64_t> BigEndian64(Bytes bytes);
+
 // The first 8 bytes of an encoded message: LCM's hash of its type.
-[[nodiscard]] std::optional<std::int64_t> Fingerprint(Bytes message);
+[[nodiscard]] inline std::optional<std::int64_t> Fingerprint(Bytes message) { return BigEndian64(message); }
+
+// The text with what is not UTF-8 replaced by U+FFFD.
+[[nodiscard]] std::string MendedUtf8(std::string_view text);
 
 // One line of text, without the newline. Text that is not UTF-8 (a message may hold any bytes) is mended, not
 // refused.
