@@ -81,7 +81,8 @@ class Rows {
     reached_[channel] = index;
     newest_ = std::max(newest_, index);
     const std::int64_t complete = *std::min_element(reached_.begin(), reached_.end());
-    while (!waiting_.empty() && good_ && (next_ < complete || (newest_ - next_) * period_us_ > kWaitUs)) WriteFirst();
+    while (!waiting_.empty() && good_ && (next_ < complete || (newest_ - next_) * period_us_ > kWaitUs))
+      WriteFirst();
   }
   void WriteRest() {
     while (!waiting_.empty() && good_) WriteFirst();
@@ -140,7 +141,8 @@ Conversion WriteCsvGrid(const EventRange& events, const EventRange& all, const T
     return done;
   }
   if (survey.first < 0 || survey.last / grid.period_us - survey.first / grid.period_us > kMostRows) {
-    done.problem = "the positions' times span more than 100,000,000 rows: choose a longer --grid, or --since and --until";
+    done.problem =
+        "the positions' times span more than 100,000,000 rows: choose a longer --grid, or --since and --until";
     return done;
   }
   struct Channel {

@@ -72,9 +72,8 @@ Conversion WriteCsvTable(const EventRange& events, const Output& out) {
       return true;
     }
     cells.assign(columns.names().size(), "");
-    VisitFields(*message, [&](const std::string& name, const auto& value) {
-      cells[columns.Place(name)] = CellText(value);
-    });
+    VisitFields(*message,
+                [&](const std::string& name, const auto& value) { cells[columns.Place(name)] = CellText(value); });
     cells[0] = std::to_string(event.utime);
     cells[1] = event.channel;
     ++done.written;

@@ -7,7 +7,7 @@ namespace axlecast {
 namespace {
 
 constexpr std::int64_t kNsPerUs = 1'000;
-constexpr std::int64_t kUsualMaxAge = 50'000;             // us
+constexpr std::int64_t kUsualMaxAge = 50'000;               // us
 constexpr std::int64_t kLatest = INT64_MAX / kNsPerUs / 2;  // us: 2116, far from where ns overflow
 
 std::int64_t MaxAge(std::int64_t wanted, const DeviceByBoot& devices) {

@@ -1,8 +1,8 @@
 #pragma once
 
+#include <axlecast/position_tracker.h>
 #include <axlecast/device_info_t.hpp>
 #include <axlecast/position_t.hpp>
-#include <axlecast/position_tracker.h>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -18,8 +18,8 @@ class GridChannel {
  public:
   // At one instant. Nothing is said of what is not known.
   struct Cell {
-    std::optional<double> value;       // in the device's unit; needs its DEVICE message
-    std::optional<double> counts;      // on the line between the readings around it
+    std::optional<double> value;        // in the device's unit; needs its DEVICE message
+    std::optional<double> counts;       // on the line between the readings around it
     std::optional<std::int32_t> flags;  // of the reading before, or at it, if not older than the maximum age
   };
   // `index`: of the instant, in periods of the grid since 1970.

@@ -67,7 +67,9 @@ class McapMaking {
     const bool json = event.channel == kRecorderChannel;
     writer_.Write(McapWriter::Attachment{
         .name = MendedUtf8(event.channel),
-        .media_type = yaml ? "application/yaml" : json ? "application/json" : "text/plain",
+        .media_type = yaml   ? "application/yaml"
+                      : json ? "application/json"
+                             : "text/plain",
         .log_ns = Nanoseconds(event.utime),
         .data = Text(event.data),
     });
