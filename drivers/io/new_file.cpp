@@ -10,8 +10,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-
-#include "drivers/io/descriptor.h"
+#include <utility>
 
 namespace axlecast {
 namespace {
@@ -28,16 +27,13 @@ bool WriteAll(int fd, std::string_view content) {
   return true;
 }
 
-// The content, and who may use it, on disk.
-std::string Fill(const Descriptor& file, const std::string& path, std::string_view content,
-                 const FileAccess& access) {
+// Who may use it, and its content on disk.
+std::string Settle(const Descriptor& file, const std::string& path, const FileAccess& access) {
   // The group first: the mode opens the file to it.
   if (access.group && fchown(file.get(), static_cast<uid_t>(-1), *access.group) != 0) {
     return Problem(path) + ": only root, or a member of the group, can give it to the group";
   }
-  if (fchmod(file.get(), access.mode) != 0 || !WriteAll(file.get(), content) || fsync(file.get()) != 0) {
-    return Problem(path);
-  }
+  if (fchmod(file.get(), access.mode) != 0 || fsync(file.get()) != 0) return Problem(path);
   return "";
 }
 
@@ -55,15 +51,39 @@ std::string Place(const std::string& fresh, const std::string& path, bool replac
 
 }  // namespace
 
+NewFile::NewFile(std::string path, const FileAccess& access, bool replace)
+    : path_(std::move(path)), fresh_(path_ + ".XXXXXX"), access_(access), replace_(replace) {
+  file_ = Descriptor(mkostemp(fresh_.data(), O_CLOEXEC));  // O_EXCL, mode 0600
+  if (!file_.valid()) problem_ = Problem(path_);
+}
+
+NewFile::~NewFile() {
+  if (file_.valid()) unlink(fresh_.c_str());  // gone already where it was renamed
+}
+
+bool NewFile::Write(std::string_view content) {
+  constexpr std::size_t kWaiting = 1U << 16;  // bytes for one write
+  waiting_ += content;
+  return problem_.empty() && (waiting_.size() < kWaiting || Flush());
+}
+
+bool NewFile::Flush() {
+  if (!WriteAll(file_.get(), waiting_)) problem_ = Problem(path_);
+  waiting_.clear();
+  return problem_.empty();
+}
+
+std::string NewFile::Keep() {
+  if (problem_.empty() && Flush()) problem_ = Settle(file_, path_, access_);
+  if (problem_.empty()) problem_ = Place(fresh_, path_, replace_);
+  return problem_;
+}
+
 std::string WriteNewFile(const std::string& path, std::string_view content, const FileAccess& access,
                          bool replace) {
-  std::string fresh = path + ".XXXXXX";
-  const Descriptor file(mkostemp(fresh.data(), O_CLOEXEC));  // O_EXCL, mode 0600
-  if (!file.valid()) return Problem(path);
-  std::string problem = Fill(file, path, content, access);
-  if (problem.empty()) problem = Place(fresh, path, replace);
-  unlink(fresh.c_str());  // gone already where it was renamed
-  return problem;
+  NewFile file(path, access, replace);
+  static_cast<void>(file.Write(content));
+  return file.Keep();
 }
 
 std::optional<gid_t> FindGroup(const std::string& name) {

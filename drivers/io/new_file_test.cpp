@@ -88,5 +88,26 @@ TEST(FindGroup, KnowsThoseOfTheSystem) {
   EXPECT_EQ(FindGroup("no-such-group"), std::nullopt);
 }
 
+TEST_F(NewFileTest, PieceByPieceStandsThereOnlyWhenItIsKept) {
+  const std::string piece(100'000, 'x');
+  {
+    NewFile file(path_, {.mode = 0644}, false);
+    EXPECT_TRUE(file.Write(piece));
+    EXPECT_TRUE(file.Write("y"));
+    EXPECT_FALSE(std::filesystem::exists(path_));
+    EXPECT_EQ(file.Keep(), "");
+  }
+  EXPECT_EQ(Content(), piece + "y");
+  EXPECT_EQ(Mode(), 0644U);
+  { EXPECT_TRUE(NewFile(path_ + "2", {}, false).Write("left")); }
+  EXPECT_EQ(FilesThere(), 1);
+}
+
+TEST_F(NewFileTest, WhatCannotBeMadeIsToldByTheFirstWrite) {
+  NewFile file("/dev/full/x", {}, false);
+  EXPECT_FALSE(file.Write("x"));
+  EXPECT_THAT(file.Keep(), HasSubstr("/dev/full/x"));
+}
+
 }  // namespace
 }  // namespace axlecast
