@@ -15,6 +15,7 @@
 #include "tools/axlecast/history_command.h"
 #include "tools/axlecast/home_command.h"
 #include "tools/axlecast/keygen_command.h"
+#include "tools/axlecast/log_command.h"
 #include "tools/axlecast/motor_command.h"
 #include "tools/axlecast/offset_command.h"
 #include "tools/axlecast/param_command.h"
@@ -54,6 +55,7 @@ int RunCommandLine(int argc, char** argv) {
   AddDatumCommands(app, exit_code);
   AddReplaceCommand(app, exit_code);
   AddHistoryCommand(app, exit_code);
+  AddLogCommand(app, exit_code);
   AddCheckConfigCommand(app, exit_code);
   AddKeygenCommand(app, exit_code);
   app.get_subcommand("keygen")->preparse_callback([](std::size_t) { WarnOf(ForbidCoreDumps()); });
