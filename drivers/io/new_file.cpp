@@ -27,14 +27,12 @@ bool WriteAll(int fd, std::string_view content) {
   return true;
 }
 
-// Who may use it, and its content on disk.
-std::string Settle(const Descriptor& file, const std::string& path, const FileAccess& access) {
-  // The group first: the mode opens the file to it.
+// Who may use it. The group first: the mode opens the file to it.
+std::string Open(const Descriptor& file, const std::string& path, const FileAccess& access) {
   if (access.group && fchown(file.get(), static_cast<uid_t>(-1), *access.group) != 0) {
     return Problem(path) + ": only root, or a member of the group, can give it to the group";
   }
-  if (fchmod(file.get(), access.mode) != 0 || fsync(file.get()) != 0) return Problem(path);
-  return "";
+  return fchmod(file.get(), access.mode) == 0 ? "" : Problem(path);
 }
 
 // The complete file under its own name, which lasts.
@@ -51,39 +49,32 @@ std::string Place(const std::string& fresh, const std::string& path, bool replac
 
 }  // namespace
 
-NewFile::NewFile(std::string path, const FileAccess& access, bool replace)
-    : path_(std::move(path)), fresh_(path_ + ".XXXXXX"), access_(access), replace_(replace) {
-  file_ = Descriptor(mkostemp(fresh_.data(), O_CLOEXEC));  // O_EXCL, mode 0600
-  if (!file_.valid()) problem_ = Problem(path_);
+NewFile::NewFile(std::string path, const FileAccess& access)
+    : path_(std::move(path)), fresh_(path_ + ".XXXXXX"), file_(mkostemp(fresh_.data(), O_CLOEXEC)) {  // mode 0600
+  problem_ = file_.valid() ? Open(file_, path_, access) : Problem(path_);
 }
 
 NewFile::~NewFile() {
   if (file_.valid()) unlink(fresh_.c_str());  // gone already where it was renamed
 }
 
-bool NewFile::Write(std::string_view content) {
-  constexpr std::size_t kWaiting = 1U << 16;  // bytes for one write
-  waiting_ += content;
-  return problem_.empty() && (waiting_.size() < kWaiting || Flush());
+std::string NewFile::Append(std::string_view content) {
+  if (problem_.empty() && !WriteAll(file_.get(), content)) problem_ = Problem(path_);
+  return problem_;
 }
 
-bool NewFile::Flush() {
-  if (!WriteAll(file_.get(), waiting_)) problem_ = Problem(path_);
-  waiting_.clear();
-  return problem_.empty();
-}
-
-std::string NewFile::Keep() {
-  if (problem_.empty() && Flush()) problem_ = Settle(file_, path_, access_);
-  if (problem_.empty()) problem_ = Place(fresh_, path_, replace_);
+std::string NewFile::Commit(bool replace, const std::string& keep) {
+  if (problem_.empty() && fsync(file_.get()) != 0) problem_ = Problem(path_);
+  if (problem_.empty() && !keep.empty() && link(path_.c_str(), keep.c_str()) != 0) problem_ = Problem(keep);
+  if (problem_.empty()) problem_ = Place(fresh_, path_, replace);
   return problem_;
 }
 
 std::string WriteNewFile(const std::string& path, std::string_view content, const FileAccess& access,
                          bool replace) {
-  NewFile file(path, access, replace);
-  static_cast<void>(file.Write(content));
-  return file.Keep();
+  NewFile file(path, access);
+  std::string problem = file.Append(content);
+  return problem.empty() ? file.Commit(replace) : problem;
 }
 
 std::optional<gid_t> FindGroup(const std::string& name) {

@@ -16,31 +16,26 @@ struct FileAccess {
   std::optional<gid_t> group = std::nullopt;  // none: this process's
 };
 
-// A file that is written piece by piece and stands at `path` only when it is whole: then in one step, on disk, with its
-// access. What was not kept leaves nothing behind.
+// A file that is written piece by piece and stands at `path` only once it is whole and on disk. Nobody ever sees a part
+// of it, or sees it more open than `access` says; without Commit nothing is left of it.
 class NewFile {
  public:
-  // Without `replace` a file that is there already stays.
-  NewFile(std::string path, const FileAccess& access, bool replace);
+  NewFile(std::string path, const FileAccess& access);
   ~NewFile();
   NewFile(const NewFile&) = delete;
   NewFile& operator=(const NewFile&) = delete;
 
-  // False when it cannot be written, now or before.
-  bool Write(std::string_view content);
-
-  // After it nothing can be written. An empty string, else the cause of the first failure, and the remedy.
-  [[nodiscard]] std::string Keep();
+  // Each: an empty string, else the cause and the remedy, which never hold the content. After a problem the file is
+  // given up.
+  [[nodiscard]] std::string Append(std::string_view content);
+  // Puts it in its place. Without `replace` a file that is there already stays. With `keep` such a file stays under
+  // that name, which must be a free one in the same folder; at any instant a whole file stands at `path`.
+  [[nodiscard]] std::string Commit(bool replace, const std::string& keep = "");
 
  private:
-  [[nodiscard]] bool Flush();
-
   std::string path_;
-  std::string fresh_;  // its name until it is kept
-  FileAccess access_;
-  bool replace_;
+  std::string fresh_;  // its name until then
   Descriptor file_;
-  std::string waiting_;
   std::string problem_;
 };
 

@@ -7,10 +7,12 @@ inline constexpr int kExitDone = 0;  // done, and verified
 inline constexpr int kExitBad = 1;   // some input is bad, or not everything is as it should be
 inline constexpr int kExitUsage = 2;
 inline constexpr int kExitRejected = 3;  // rejected, expired or cancelled: nothing was done
-inline constexpr int kExitLosses = 3;    // of logs: readable, but something is missing
 inline constexpr int kExitFailed = 4;
 inline constexpr int kExitIndeterminate = 5;
 inline constexpr int kExitNoAnswer = 6;
 inline constexpr int kExitUnverifiable = 7;  // done, but the device allows no read-back
+
+// Of `axlecast log`: kExitDone a whole log, kExitBad none that can be read.
+inline constexpr int kExitLosses = 3;  // readable, but something of it is lost
 
 }  // namespace axlecast

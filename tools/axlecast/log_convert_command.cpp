@@ -7,8 +7,8 @@
 #include <memory>
 #include <string>
 
+#include "tools/axlecast/conversion_output.h"
 #include "tools/axlecast/exit_code.h"
-#include "tools/axlecast/log_output.h"
 #include "tools/axlecast/log_selection.h"
 #include "tools/convert/candump.h"
 #include "tools/convert/csv_grid.h"
@@ -21,7 +21,7 @@ namespace {
 
 struct Options {
   LogSelection log;
-  LogOutput output;
+  ConversionOutput output;
   std::string format;
   double grid_s = 0;
   double max_age_s = 0;
@@ -52,7 +52,7 @@ int Run(Options& options) {
     return kExitBad;
   }
   const int exit_code = options.output.Keep(options.log);
-  if (exit_code == kExitBad) return exit_code;
+  if (exit_code == kExitFailed) return exit_code;
   const bool rows = options.grid_s > 0;
   std::cerr << done.written << (rows ? " rows" : " messages or frames") << " written";
   if (done.left_out > 0) std::cerr << "; " << done.left_out << " events left out: they are none of this format";

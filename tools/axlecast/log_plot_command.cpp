@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/axlecast/conversion_output.h"
 #include "tools/axlecast/exit_code.h"
-#include "tools/axlecast/log_output.h"
 #include "tools/axlecast/log_selection.h"
 #include "tools/convert/plot_picture.h"
 
@@ -16,7 +16,7 @@ namespace {
 
 struct Options {
   LogSelection log;
-  LogOutput output;
+  ConversionOutput output;
   std::vector<std::string> fields;
   std::string title;
 };
@@ -44,7 +44,7 @@ int Run(Options& options) {
       options.title.empty() ? std::filesystem::path(options.log.file()).filename().string() : options.title;
   const std::string picture = ending == ".svg" ? PlotSvg(title, data) : PlotPng(title, data);
   if (picture.empty()) return Wrong("the picture cannot be drawn: not enough memory", kExitBad);
-  options.output.Write(picture);
+  static_cast<void>(options.output.Write(picture));
   return options.output.Keep(options.log);
 }
 
@@ -67,7 +67,8 @@ void AddLogPlotCommand(CLI::App& log, int& exit_code) {
       "axis1.png\n"
       "  axlecast log plot press3.log --field MOTOR/gm1:current_a --field 'MOTOR/gm1:accel_mps2[0]' -o gm1.svg\n"
       "Curves of one unit share a panel. A gap in the readings is a gap in the curve.\n"
-      "Exit code 0: whole; 3: drawn, but the log is damaged; 1: nothing is drawn; 2: usage.");
+      "Exit code 0: whole; 3: drawn, but the log is damaged; 1: nothing is drawn; 2: usage;\n"
+      "4: the output cannot be written.");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

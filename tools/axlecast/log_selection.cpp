@@ -1,8 +1,6 @@
 #include "tools/axlecast/log_selection.h"
 
 #include <iostream>
-#include <map>
-#include <string_view>
 #include <utility>
 
 #include "drivers/io/system_clock.h"
@@ -16,16 +14,15 @@ void LogSelection::AddTo(CLI::App& command) {
   command.add_option("LOG", file_, "An LCM event log, of axlecast record or lcm-logger")->required();
   command.add_option("--channel", channel_, "Only channels in whose name this regular expression is found")
       ->type_name("REGEX");
+  command.add_flag("--invert", invert_, "Only the other channels");
   command.add_option("--since", since_, "Only what was received from then on: 2h (ago), 2026-11-21T07:00:05 (UTC)")
       ->type_name("T");
   command.add_option("--until", until_, "Only what was received before")->type_name("T");
 }
 
 std::optional<int> LogSelection::Open() {
-  try {
-    wanted_ = std::regex(channel_);
-  } catch (const std::regex_error&) {
-    std::cerr << "--channel '" << channel_ << "' is no regular expression\n";
+  if (const std::string problem = filter_.Set(channel_, invert_); !problem.empty()) {
+    std::cerr << "--channel " << problem << '\n';
     return kExitUsage;
   }
   const std::int64_t now = SystemClock().UtcMicroseconds();
@@ -38,13 +35,16 @@ std::optional<int> LogSelection::Open() {
     return kExitUsage;
   }
   log_ = std::make_unique<MappedFile>(file_);
-  if (log_->problem().empty()) return std::nullopt;
-  std::cerr << log_->problem() << '\n';
+  if (!log_->problem().empty()) {
+    std::cerr << log_->problem() << '\n';
+    return kExitBad;
+  }
+  if (log_->bytes().empty() || LogReader(log_->bytes()).Next()) return std::nullopt;
+  std::cerr << file_ << " holds no event of LCM's log format: is it a log?\n";
   return kExitBad;
 }
 
-void LogSelection::Visit(const EventVisitor& visit, const std::regex* channel) {
-  std::map<std::string, bool, std::less<>> chosen;
+void LogSelection::Visit(const EventVisitor& visit, bool filtered) {
   const std::size_t begin = since_utime_ ? SeekTime(log_->bytes(), *since_utime_) : 0;
   LogReader reader(log_->bytes(), begin);
   while (const std::optional<LogEvent> event = reader.Next()) {
@@ -52,14 +52,7 @@ void LogSelection::Visit(const EventVisitor& visit, const std::regex* channel) {
     // Times run back a little, never much.
     if (until_utime_ && event->utime > *until_utime_ + kSeekSlackUs) break;
     if (until_utime_ && event->utime >= *until_utime_) continue;
-    if (channel != nullptr) {
-      auto known = chosen.find(event->channel);
-      if (known == chosen.end()) {
-        const std::string name(event->channel);
-        known = chosen.emplace(name, std::regex_search(name, *channel)).first;
-      }
-      if (!known->second) continue;
-    }
+    if (filtered && !filter_.Takes(event->channel)) continue;
     if (!visit(*event)) return;
   }
   damaged_bytes_ = 0;
@@ -67,11 +60,11 @@ void LogSelection::Visit(const EventVisitor& visit, const std::regex* channel) {
 }
 
 EventRange LogSelection::events() {
-  return [this](const EventVisitor& visit) { Visit(visit, channel_.empty() ? nullptr : &wanted_); };
+  return [this](const EventVisitor& visit) { Visit(visit, true); };
 }
 
 EventRange LogSelection::all() {
-  return [this](const EventVisitor& visit) { Visit(visit, nullptr); };
+  return [this](const EventVisitor& visit) { Visit(visit, false); };
 }
 
 }  // namespace axlecast

@@ -4,15 +4,15 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <regex>
 #include <string>
 
 #include "drivers/io/mapped_file.h"
 #include "tools/convert/event_range.h"
+#include "tools/log/channel_filter.h"
 
 namespace axlecast {
 
-// The events of a log that a command is given: LOG, and of it --channel, --since, --until.
+// The events of a log that a command is given: LOG, and of it --channel, --invert, --since, --until.
 class LogSelection {
  public:
   // The object must outlive the parsing.
@@ -30,13 +30,14 @@ class LogSelection {
   [[nodiscard]] const std::string& file() const { return file_; }
 
  private:
-  void Visit(const EventVisitor& visit, const std::regex* channel);
+  void Visit(const EventVisitor& visit, bool filtered);
 
   std::string file_;
   std::string channel_;
+  bool invert_ = false;
   std::string since_;
   std::string until_;
-  std::regex wanted_;
+  ChannelFilter filter_;
   std::optional<std::int64_t> since_utime_;
   std::optional<std::int64_t> until_utime_;
   std::unique_ptr<MappedFile> log_;

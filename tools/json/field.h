@@ -62,11 +62,19 @@ template <typename Message>
   return DecodeField<Message>(bytes).value_or(nullptr);
 }
 
-// The first 8 bytes, as LCM encodes an int64_t.
-[[nodiscard]] std::optional<std::int64_t> BigEndian64(Bytes bytes);
-
 // The first 8 bytes of an encoded message: LCM's hash of its type.
-[[nodiscard]] inline std::optional<std::int64_t> Fingerprint(Bytes message) { return BigEndian64(message); }
+[[nodiscard]] std::optional<std::int64_t> Fingerprint(Bytes message);
+
+// What every published type begins with (lcmtypes/).
+struct MessageHead {
+  std::int64_t utime = 0;    // us, UNIX time
+  std::int64_t mono_ns = 0;  // CLOCK_MONOTONIC of the same instant
+  std::int64_t boot_id = 0;
+  std::int64_t seq = 0;
+};
+
+// The head of an encoded message whose type has one; nothing when it is cut.
+[[nodiscard]] std::optional<MessageHead> ReadHead(Bytes message);
 
 // The text with what is not UTF-8 replaced by U+FFFD.
 [[nodiscard]] std::string MendedUtf8(std::string_view text);

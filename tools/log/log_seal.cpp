@@ -67,4 +67,10 @@ std::uint32_t Crc32c(std::uint32_t crc, Bytes data) {
   return ~crc;
 }
 
+void SealCount::Add(Bytes record) {
+  seal_.bytes += record.size();
+  ++seal_.events;
+  seal_.crc32c = Crc32c(seal_.crc32c, record);
+}
+
 }  // namespace axlecast

@@ -28,4 +28,16 @@ struct LogSeal {
 // CRC-32C of `data`, continuing `crc` (0 at the start).
 [[nodiscard]] std::uint32_t Crc32c(std::uint32_t crc, Bytes data);
 
+// What the next seal tells: counts the records behind the last one, as they are written or read.
+class SealCount {
+ public:
+  // `record`: a whole one, of no seal.
+  void Add(Bytes record);
+  [[nodiscard]] const LogSeal& seal() const { return seal_; }
+  void Reset() { seal_ = {}; }  // behind a seal
+
+ private:
+  LogSeal seal_;
+};
+
 }  // namespace axlecast

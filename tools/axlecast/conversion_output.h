@@ -12,7 +12,7 @@
 namespace axlecast {
 
 // Where a command writes what it makes of a log: -o FILE, or - for standard output; --force.
-class LogOutput {
+class ConversionOutput {
  public:
   // The object must outlive the parsing.
   void AddTo(CLI::App& command);
@@ -30,10 +30,13 @@ class LogOutput {
   [[nodiscard]] const std::string& path() const { return path_; }
 
  private:
+  [[nodiscard]] bool Flush();
+
   std::string path_;
   bool force_ = false;
-  bool good_ = true;
   std::unique_ptr<NewFile> file_;  // null of standard output
+  std::string waiting_;
+  std::string problem_;
 };
 
 }  // namespace axlecast

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "tools/log/log_seal.h"
+
+namespace axlecast {
+
+// Where a recorder goes on in a log that is there already, and may be torn.
+struct LogTail {
+  std::size_t size = 0;          // of the log without a torn record at its end: what to cut it to
+  std::int64_t next_number = 0;  // of the next event
+  std::int64_t utime = 0;        // of the last event; 0 where there is none
+  SealCount open;                // the records that no seal covers yet
+};
+
+// Reads the log's end only, back to its last seal; a log without seals from its beginning.
+[[nodiscard]] LogTail FindTail(Bytes log);
+
+}  // namespace axlecast

@@ -1,0 +1,66 @@
+#include "tools/log/log_tail.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "tools/log/scripted_log.h"
+
+namespace axlecast {
+namespace {
+
+TEST(LogTail, OfAnEmptyLogIsItsBeginning) {
+  const LogTail tail = FindTail({});
+  EXPECT_EQ(tail.size, 0U);
+  EXPECT_EQ(tail.next_number, 0);
+  EXPECT_EQ(tail.open.seal(), LogSeal{});
+}
+
+TEST(LogTail, OfALogThatIsCutAnywhereIsItsLastWholeRecord) {
+  ScriptedLog log;
+  log.Add("A", "one").Add("B", "two").Add("A", "three");
+  for (std::size_t size = 0; size <= log.bytes().size(); ++size) {
+    std::size_t whole = 0;
+    while (whole < 3 && log.end(whole) <= size) ++whole;
+    const LogTail tail = FindTail(Bytes(log.bytes()).first(size));
+    EXPECT_EQ(tail.size, whole == 0 ? 0 : log.end(whole - 1)) << size;
+    EXPECT_EQ(tail.next_number, static_cast<std::int64_t>(whole)) << size;
+    EXPECT_EQ(tail.open.seal().crc32c, Crc32c(0, Bytes(log.bytes()).first(tail.size))) << size;
+  }
+}
+
+TEST(LogTail, TellsWhatTheNextSealHasToCover) {
+  ScriptedLog log;
+  log.Add("A", "one").Add(kSealChannel, EncodeSeal({})).Add("A", "two").Add("A", "three");
+  const LogTail tail = FindTail(log.bytes());
+  const Bytes open = Bytes(log.bytes()).subspan(log.offsets()[2]);
+  EXPECT_EQ(tail.open.seal(), (LogSeal{.bytes = open.size(), .events = 2, .crc32c = Crc32c(0, open)}));
+  EXPECT_EQ(tail.utime, ScriptedLog::kStart + 3'000);
+}
+
+TEST(LogTail, DamageBeforeTheEndIsNotItsConcern) {
+  ScriptedLog log;
+  log.Add("A", "one").Add("B", "two").Add("A", "three");
+  std::vector<std::uint8_t> bytes = log.bytes();
+  bytes[log.offsets()[1]] = 0;
+  EXPECT_EQ(FindTail(bytes).size, bytes.size());
+}
+
+// 300 MB: only its end is read where a seal stands there, all of it where none does.
+TEST(LogTail, OfALargeLog) {
+  const std::vector<std::uint8_t> large(kLargestLogData - 100);
+  for (const bool sealed : {true, false}) {
+    ScriptedLog log;
+    log.Add("FIRST", "x");
+    for (int i = 0; i < 5; ++i) log.Add("LARGE", large);
+    if (sealed) log.Add(kSealChannel, EncodeSeal({}));
+    log.Add("LAST", "x");
+    const LogTail tail = FindTail(log.bytes());
+    EXPECT_EQ(tail.size, log.bytes().size());
+    EXPECT_EQ(tail.next_number, sealed ? 8 : 7);
+    EXPECT_EQ(tail.open.seal().events, sealed ? 1U : 7U);
+  }
+}
+
+}  // namespace
+}  // namespace axlecast
