@@ -4,7 +4,7 @@
 
 #include "tools/axlecast/columns.h"
 #include "tools/axlecast/key_report.h"
-#include "tools/axlecast/names.h"
+#include "tools/json/names.h"
 
 namespace axlecast {
 namespace {

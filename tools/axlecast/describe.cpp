@@ -8,7 +8,7 @@
 
 #include "tools/axlecast/columns.h"
 #include "tools/axlecast/motor_text.h"
-#include "tools/axlecast/names.h"
+#include "tools/json/names.h"
 #include "tools/json/field.h"
 
 namespace axlecast {

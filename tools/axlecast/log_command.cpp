@@ -1,10 +1,12 @@
 #include "tools/axlecast/log_command.h"
 
 #include "tools/axlecast/log_cat_command.h"
+#include "tools/axlecast/log_convert_command.h"
 #include "tools/axlecast/log_filter_command.h"
 #include "tools/axlecast/log_info_command.h"
 #include "tools/axlecast/log_input.h"
 #include "tools/axlecast/log_merge_command.h"
+#include "tools/axlecast/log_plot_command.h"
 #include "tools/axlecast/log_repair_command.h"
 #include "tools/axlecast/log_verify_command.h"
 
@@ -20,6 +22,8 @@ void AddLogCommand(CLI::App& app, int& exit_code) {
   AddLogMergeCommand(*log, exit_code);
   AddLogRepairCommand(*log, exit_code);
   AddLogVerifyCommand(*log, exit_code);
+  AddLogConvertCommand(*log, exit_code);
+  AddLogPlotCommand(*log, exit_code);
   log->footer(
       std::string("Logs of axlecast record, of lcm-logger, and of any other program that writes LCM's format;"
                   " damaged ones too.\n") +

@@ -58,6 +58,7 @@ int RunCommandLine(int argc, char** argv) {
   AddReplaceCommand(app, exit_code);
   AddHistoryCommand(app, exit_code);
   AddRecordCommand(app, exit_code);
+  AddLogCommand(app, exit_code);
   AddCheckConfigCommand(app, exit_code);
   AddKeygenCommand(app, exit_code);
   app.get_subcommand("keygen")->preparse_callback([](std::size_t) { WarnOf(ForbidCoreDumps()); });

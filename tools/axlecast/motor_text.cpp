@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "tools/axlecast/columns.h"
-#include "tools/axlecast/names.h"
+#include "tools/json/names.h"
 #include "tools/axlecast/table.h"
 
 namespace axlecast {

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "tools/axlecast/columns.h"
-#include "tools/axlecast/names.h"
+#include "tools/json/names.h"
 
 namespace axlecast {
 namespace {

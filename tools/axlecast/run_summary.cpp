@@ -2,7 +2,7 @@
 
 #include "drivers/runtime/core/sample.h"
 #include "tools/axlecast/columns.h"
-#include "tools/axlecast/names.h"
+#include "tools/json/names.h"
 #include "tools/axlecast/table.h"
 #include "tools/json/field.h"
 #include "tools/json/message_json.h"

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "tools/axlecast/columns.h"
-#include "tools/axlecast/names.h"
+#include "tools/json/names.h"
 #include "tools/axlecast/utc_text.h"
 
 namespace axlecast {

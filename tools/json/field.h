@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "drivers/runtime/core/decode_message.h"
@@ -74,6 +75,9 @@ struct MessageHead {
 
 // The head of an encoded message whose type has one; nothing when it is cut.
 [[nodiscard]] std::optional<MessageHead> ReadHead(Bytes message);
+
+// The text with what is not UTF-8 replaced by U+FFFD.
+[[nodiscard]] std::string MendedUtf8(std::string_view text);
 
 // One line of text, without the newline. Text that is not UTF-8 (a message may hold any bytes) is mended, not
 // refused.

@@ -1,4 +1,4 @@
-#include "tools/axlecast/names.h"
+#include "tools/json/names.h"
 
 #include <gtest/gtest.h>
 

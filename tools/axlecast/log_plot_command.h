@@ -1,0 +1,10 @@
+#pragma once
+
+#include <CLI/App.hpp>
+
+namespace axlecast {
+
+// Adds `plot` to `axlecast log` (docs/convert.md). Sets `exit_code` when it has run.
+void AddLogPlotCommand(CLI::App& log, int& exit_code);
+
+}  // namespace axlecast

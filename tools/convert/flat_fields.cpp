@@ -1,0 +1,81 @@
+#include "tools/convert/flat_fields.h"
+
+#include <algorithm>
+#include <charconv>
+
+namespace axlecast {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+void Visit(const Json& value, std::string& name, const FieldVisitor& visit) {
+  const std::size_t length = name.size();
+  if (value.is_object()) {
+    for (const auto& [key, member] : value.items()) {
+      if (length > 0) name += '.';
+      name += key;
+      Visit(member, name, visit);
+      name.resize(length);
+    }
+  } else if (value.is_array()) {
+    for (std::size_t i = 0; i < value.size(); ++i) {
+      name += '[' + std::to_string(i) + ']';
+      Visit(value[i], name, visit);
+      name.resize(length);
+    }
+  } else {
+    visit(name, value);
+  }
+}
+
+// "[12]" at the start of `rest`, which is taken off.
+const Json* TakeElement(const Json& list, std::string_view& rest) {
+  std::size_t index = 0;
+  const char* const end = rest.data() + rest.size();
+  const auto [after, error] = std::from_chars(rest.data() + 1, end, index);
+  if (error != std::errc() || after == end || *after != ']') return nullptr;
+  rest.remove_prefix(static_cast<std::size_t>(after - rest.data()) + 1);
+  return list.is_array() && index < list.size() ? &list[index] : nullptr;
+}
+
+}  // namespace
+
+void VisitFields(const Json& message, const FieldVisitor& visit) {
+  std::string name;
+  Visit(message, name, visit);
+}
+
+const Json* FindField(const Json& message, std::string_view name) {
+  const Json* at = &message;
+  while (at != nullptr && !name.empty()) {
+    if (name.front() == '[') {
+      at = TakeElement(*at, name);
+      continue;
+    }
+    if (name.front() == '.') name.remove_prefix(1);
+    const std::size_t size = std::min(name.find_first_of(".["), name.size());
+    if (!at->is_object()) return nullptr;
+    const auto member = at->find(std::string(name.substr(0, size)));
+    at = member == at->end() ? nullptr : &*member;
+    name.remove_prefix(size);
+  }
+  return at;
+}
+
+bool AlwaysSameFields(std::string_view schema) {
+  bool same = true;
+  const std::function<void(const Json&)> look = [&](const Json& part) {
+    if (part.contains("anyOf")) same = false;
+    if (part.value("type", Json()) == "array") {
+      if (!part.contains("minItems")) same = false;
+      look(part["items"]);
+    }
+    if (part.contains("properties")) {
+      for (const auto& [name, member] : part["properties"].items()) look(member);
+    }
+  };
+  look(Json::parse(schema));
+  return same;
+}
+
+}  // namespace axlecast
