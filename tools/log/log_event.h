@@ -20,17 +20,19 @@ struct LogEvent {
 };
 
 inline constexpr std::uint32_t kEventSync = 0xEDA1DA01;
-inline constexpr std::size_t kEventHeader = 28;         // bytes before the channel
+inline constexpr std::size_t kEventHeader = 28;                  // bytes before the channel
+inline constexpr std::size_t kSmallestEvent = kEventHeader + 1;  // LCM has no channel without a name
 inline constexpr std::size_t kLongestLogChannel = 255;  // LCM sends at most 63; stock readers refuse 1,000 and more
 inline constexpr std::size_t kLargestLogData = 64U << 20;  // bytes; a longer length is taken for damage
 
-// Appends the event's record.
+// Appends the event's record. Its channel and data have lengths that ParseEvent takes.
 void AppendEvent(std::vector<std::uint8_t>& log, const LogEvent& event);
 
 // Bytes of the event's record.
 [[nodiscard]] std::size_t EventSize(const LogEvent& event);
 
-// The event whose record begins `log`; its views live in `log`. Nothing where no whole, plausible record begins there.
+// The event whose record begins `log`; its views live in `log`. Nothing where no whole, plausible record begins there
+// (a channel holds no NUL).
 [[nodiscard]] std::optional<LogEvent> ParseEvent(Bytes log);
 
 }  // namespace axlecast
