@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <axlecast/position_t.hpp>
 #include <axlecast/wire_t.hpp>
+#include <map>
 
 #include "drivers/runtime/command/order_test_support.h"
 #include "tests/conformance/example_buses.h"
@@ -99,6 +101,21 @@ TEST_P(RedecodeConformance, AGapIsNotedAndNothingWrongIsMadeOfIt) {
   ASSERT_EQ(redecoder.gaps().size(), 1U);
   EXPECT_EQ(redecoder.gaps()[0].messages, 5);
   EXPECT_EQ(redecoder.gaps()[0].utime, wire[from + 5].utime);
+  // What is decoded at all, the device said; turns that are counted begin anew.
+  std::int64_t common = 0;
+  for (const DeviceConfig& device : captured_.devices) {
+    std::map<MonoNs, position_t> recorded;
+    for (const auto& position : live_.All<position_t>("POSITION/" + device.name))
+      recorded[position.mono_ns] = position;
+    for (const auto& position : again.All<position_t>("POSITION/" + device.name)) {
+      const auto found = recorded.find(position.mono_ns);
+      if (found == recorded.end()) continue;
+      ++common;
+      EXPECT_EQ(position.raw_counts, found->second.raw_counts);
+      EXPECT_EQ(position.raw_turns, found->second.raw_turns);
+    }
+  }
+  EXPECT_TRUE(common > 1 || !captured_.family->has_position);
 }
 
 INSTANTIATE_TEST_SUITE_P(, RedecodeConformance, testing::ValuesIn(ExampleBuses()), NameOf);
