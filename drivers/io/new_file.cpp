@@ -10,8 +10,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-
-#include "drivers/io/descriptor.h"
+#include <utility>
 
 namespace axlecast {
 namespace {
@@ -28,17 +27,12 @@ bool WriteAll(int fd, std::string_view content) {
   return true;
 }
 
-// The content, and who may use it, on disk.
-std::string Fill(const Descriptor& file, const std::string& path, std::string_view content,
-                 const FileAccess& access) {
-  // The group first: the mode opens the file to it.
+// Who may use it. The group first: the mode opens the file to it.
+std::string Open(const Descriptor& file, const std::string& path, const FileAccess& access) {
   if (access.group && fchown(file.get(), static_cast<uid_t>(-1), *access.group) != 0) {
     return Problem(path) + ": only root, or a member of the group, can give it to the group";
   }
-  if (fchmod(file.get(), access.mode) != 0 || !WriteAll(file.get(), content) || fsync(file.get()) != 0) {
-    return Problem(path);
-  }
-  return "";
+  return fchmod(file.get(), access.mode) == 0 ? "" : Problem(path);
 }
 
 // The complete file under its own name, which lasts.
@@ -55,15 +49,32 @@ std::string Place(const std::string& fresh, const std::string& path, bool replac
 
 }  // namespace
 
+NewFile::NewFile(std::string path, const FileAccess& access)
+    : path_(std::move(path)), fresh_(path_ + ".XXXXXX"), file_(mkostemp(fresh_.data(), O_CLOEXEC)) {  // mode 0600
+  problem_ = file_.valid() ? Open(file_, path_, access) : Problem(path_);
+}
+
+NewFile::~NewFile() {
+  if (file_.valid()) unlink(fresh_.c_str());  // gone already where it was renamed
+}
+
+std::string NewFile::Append(std::string_view content) {
+  if (problem_.empty() && !WriteAll(file_.get(), content)) problem_ = Problem(path_);
+  return problem_;
+}
+
+std::string NewFile::Commit(bool replace, const std::string& keep) {
+  if (problem_.empty() && fsync(file_.get()) != 0) problem_ = Problem(path_);
+  if (problem_.empty() && !keep.empty() && link(path_.c_str(), keep.c_str()) != 0) problem_ = Problem(keep);
+  if (problem_.empty()) problem_ = Place(fresh_, path_, replace);
+  return problem_;
+}
+
 std::string WriteNewFile(const std::string& path, std::string_view content, const FileAccess& access,
                          bool replace) {
-  std::string fresh = path + ".XXXXXX";
-  const Descriptor file(mkostemp(fresh.data(), O_CLOEXEC));  // O_EXCL, mode 0600
-  if (!file.valid()) return Problem(path);
-  std::string problem = Fill(file, path, content, access);
-  if (problem.empty()) problem = Place(fresh, path, replace);
-  unlink(fresh.c_str());  // gone already where it was renamed
-  return problem;
+  NewFile file(path, access);
+  std::string problem = file.Append(content);
+  return problem.empty() ? file.Commit(replace) : problem;
 }
 
 std::optional<gid_t> FindGroup(const std::string& name) {

@@ -6,12 +6,37 @@
 #include <string>
 #include <string_view>
 
+#include "drivers/io/descriptor.h"
+
 namespace axlecast {
 
 // Who may use a file that is written.
 struct FileAccess {
   mode_t mode = 0600;
   std::optional<gid_t> group = std::nullopt;  // none: this process's
+};
+
+// A file that is written piece by piece and stands at `path` only once it is whole and on disk. Nobody ever sees a part
+// of it, or sees it more open than `access` says; without Commit nothing is left of it.
+class NewFile {
+ public:
+  NewFile(std::string path, const FileAccess& access);
+  ~NewFile();
+  NewFile(const NewFile&) = delete;
+  NewFile& operator=(const NewFile&) = delete;
+
+  // Each: an empty string, else the cause and the remedy, which never hold the content. After a problem the file is
+  // given up.
+  [[nodiscard]] std::string Append(std::string_view content);
+  // Puts it in its place. Without `replace` a file that is there already stays. With `keep` such a file stays under
+  // that name, which must be a free one in the same folder; at any instant a whole file stands at `path`.
+  [[nodiscard]] std::string Commit(bool replace, const std::string& keep = "");
+
+ private:
+  std::string path_;
+  std::string fresh_;  // its name until then
+  Descriptor file_;
+  std::string problem_;
 };
 
 // Puts a file with this content at `path` in one step, on disk when it returns: nobody ever sees a part of it, or sees

@@ -88,5 +88,44 @@ TEST(FindGroup, KnowsThoseOfTheSystem) {
   EXPECT_EQ(FindGroup("no-such-group"), std::nullopt);
 }
 
+TEST_F(NewFileTest, InPiecesStandsInItsPlaceOnlyWhenItIsWhole) {
+  {
+    NewFile file(path_, {});
+    EXPECT_EQ(file.Append("one "), "");
+    EXPECT_EQ(file.Append("two"), "");
+    EXPECT_FALSE(std::filesystem::exists(path_));
+    EXPECT_EQ(file.Commit(false), "");
+  }
+  EXPECT_EQ(Content(), "one two");
+  EXPECT_EQ(FilesThere(), 1);
+}
+
+TEST_F(NewFileTest, GivenUpLeavesNothing) {
+  {
+    NewFile file(path_, {});
+    EXPECT_EQ(file.Append("content"), "");
+  }
+  EXPECT_EQ(FilesThere(), 0);
+}
+
+TEST_F(NewFileTest, KeepsWhatItReplacesUnderAnotherName) {
+  const std::string kept = path_ + ".old";
+  ASSERT_EQ(WriteNewFile(path_, "old", {}, false), "");
+  for (const bool free : {true, false}) {
+    NewFile file(path_, {});
+    EXPECT_EQ(file.Append(free ? "new" : "newer"), "");
+    const std::string problem = file.Commit(true, kept);
+    if (free) {
+      EXPECT_EQ(problem, "");
+    } else {
+      EXPECT_THAT(problem, HasSubstr(kept + ": File exists"));
+    }
+    EXPECT_EQ(Content(), "new");
+  }
+  std::ifstream old(kept);
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(old), {}), "old");
+  EXPECT_EQ(FilesThere(), 2);
+}
+
 }  // namespace
 }  // namespace axlecast

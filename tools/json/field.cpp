@@ -4,6 +4,16 @@
 #include <cmath>
 
 namespace axlecast {
+namespace {
+
+// As LCM writes it: big-endian.
+std::int64_t ReadInt64(Bytes bytes, std::size_t offset) {
+  std::uint64_t value = 0;
+  for (const std::uint8_t byte : bytes.subspan(offset, 8)) value = (value << 8U) | byte;
+  return static_cast<std::int64_t>(value);
+}
+
+}  // namespace
 
 std::string HexDigits(Bytes bytes) {
   constexpr std::string_view kDigits = "0123456789abcdef";
@@ -30,9 +40,15 @@ nlohmann::ordered_json BootIdField(std::int64_t boot_id) {
 
 std::optional<std::int64_t> Fingerprint(Bytes message) {
   if (message.size() < 8) return std::nullopt;
-  std::uint64_t fingerprint = 0;
-  for (const std::uint8_t byte : message.first(8)) fingerprint = (fingerprint << 8U) | byte;
-  return static_cast<std::int64_t>(fingerprint);
+  return ReadInt64(message, 0);
+}
+
+std::optional<MessageHead> ReadHead(Bytes message) {
+  if (message.size() < 40) return std::nullopt;
+  return MessageHead{.utime = ReadInt64(message, 8),
+                     .mono_ns = ReadInt64(message, 16),
+                     .boot_id = ReadInt64(message, 24),
+                     .seq = ReadInt64(message, 32)};
 }
 
 std::string JsonLine(const nlohmann::ordered_json& json) {

@@ -64,6 +64,17 @@ template <typename Message>
 // The first 8 bytes of an encoded message: LCM's hash of its type.
 [[nodiscard]] std::optional<std::int64_t> Fingerprint(Bytes message);
 
+// What every published type begins with (lcmtypes/).
+struct MessageHead {
+  std::int64_t utime = 0;    // us, UNIX time
+  std::int64_t mono_ns = 0;  // CLOCK_MONOTONIC of the same instant
+  std::int64_t boot_id = 0;
+  std::int64_t seq = 0;
+};
+
+// The head of an encoded message whose type has one; nothing when it is cut.
+[[nodiscard]] std::optional<MessageHead> ReadHead(Bytes message);
+
 // One line of text, without the newline. Text that is not UTF-8 (a message may hold any bytes) is mended, not
 // refused.
 [[nodiscard]] std::string JsonLine(const nlohmann::ordered_json& json);

@@ -11,7 +11,7 @@ constexpr std::array<std::uint8_t, 4> kSync = {kEventSync >> 24U, kEventSync >> 
                                                kEventSync >> 8U & 0xFFU, kEventSync & 0xFFU};
 
 // Records in a row whose numbers tell nothing are believed from here on: fewer may be a log in a message's data.
-constexpr int kConvincingChain = 8;
+constexpr std::size_t kConvincingChain = 16;
 
 // An event that is a little later than the one before it, although recorders' clocks are slewed.
 constexpr std::int64_t kBackUs = 1'000'000;
@@ -29,10 +29,17 @@ bool Fits(std::int64_t before, std::size_t end, std::int64_t number, std::size_t
   return missing <= (offset - end) / kSmallestEvent;
 }
 
+// Whether `number` is the one that comes `steps` behind `before`.
+bool Follows(std::int64_t before, std::int64_t number, std::size_t steps = 1) {
+  return static_cast<std::uint64_t>(number) - static_cast<std::uint64_t>(before) == steps;
+}
+
 bool Near(std::int64_t before, std::int64_t utime) {
   const std::uint64_t since = static_cast<std::uint64_t>(utime) - static_cast<std::uint64_t>(before);
   return since + kBackUs <= kBackUs + kAheadUs;
 }
+
+bool NotBefore(std::int64_t before, std::int64_t utime) { return utime >= before || Near(before, utime); }
 
 }  // namespace
 
@@ -44,7 +51,7 @@ LogReader::LogReader(Bytes log, std::size_t begin)
 std::optional<LogEvent> LogReader::Next() {
   std::size_t offset = position_;
   std::optional<LogEvent> event = At(offset);
-  if (!event) {
+  if (!event || Foreign(*event)) {
     offset = Resume(position_);
     event = At(offset);
   }
@@ -79,14 +86,33 @@ bool LogReader::Plausible(const LogEvent& event, std::size_t offset) const {
   return event.number > anchor_->number && utime_ && Near(*utime_, event.utime);
 }
 
+// Whether the records from `offset` on lead to the number behind `number`.
+bool LogReader::LeadsBehind(std::int64_t number, std::size_t offset) const {
+  for (std::size_t i = 0; i < kConvincingChain; ++i) {
+    const std::optional<LogEvent> link = At(offset);
+    if (!link) return false;
+    if (Follows(number, link->number)) return true;
+    offset += EventSize(*link);
+  }
+  return false;
+}
+
+// Whether the record behind the last event is none of the log's: the one whose number follows comes after it. So it is
+// where a length was damaged to end before a record in its event's data.
+bool LogReader::Foreign(const LogEvent& event) const {
+  if (!anchor_ || anchor_->end != position_ || Plausible(event, position_) || event.utime >= utime_) return false;
+  return LeadsBehind(anchor_->number, position_);
+}
+
 // Whether a record that was found after damage is the log's, and not one in another record's data.
 bool LogReader::Believed(const LogEvent& event, std::size_t offset) const {
   if (anchor_ && !utime_) return true;  // the log's first: there is nothing that it has to follow on
   LogEvent link = event;
-  for (int i = 0; i < kConvincingChain; ++i) {
-    if (Plausible(link, offset)) return true;
+  for (std::size_t i = 0; i < kConvincingChain; ++i) {
+    // The log's own again: the ones before are so too where their numbers lead to it.
+    if (Plausible(link, offset)) return Follows(event.number, link.number, i);
     offset += EventSize(link);
-    if (offset == log_.size()) return i > 0 || !utime_;
+    if (offset == log_.size()) return !utime_ || (i > 0 && NotBefore(*utime_, event.utime));
     const std::optional<LogEvent> next = At(offset);
     if (!next) return false;
     link = *next;
@@ -106,58 +132,67 @@ std::size_t LogReader::Resume(std::size_t begin) const {
 
 // Follows the chain that begins with the event until a record that begins at `limit` or behind.
 LogReader::Chain LogReader::Follow(const LogEvent& event, std::size_t offset, std::size_t limit) {
-  std::optional<LogEvent> link = event;
-  while (true) {
-    const std::size_t next = offset + EventSize(*link);
-    if (next == log_.size()) return {offset, true};
+  Chain chain{.last = offset};
+  for (std::optional<LogEvent> link = event; link && chain.last < limit; --links_) {
+    const std::size_t next = chain.last + EventSize(*link);
+    chain.to_end = next == log_.size();
     link = At(next);
-    if (!link || links_ == 0 || offset >= limit) return {offset, false};
-    --links_;
-    offset = next;
+    if (!link || links_ == 0) break;
+    chain.last = next;
+    ++chain.links;
   }
+  return chain;
 }
 
 // The offset of a record that the event's length reaches over although it is the log's own, which shows that the length
 // is damaged. Not looked for where the next number follows.
 std::optional<std::size_t> LogReader::FindSwallowed(const LogEvent& event, std::size_t offset) {
   const std::size_t end = offset + EventSize(event);
-  if (const auto next = At(end); next && event.number < next->number && next->number - 1 == event.number) {
-    return std::nullopt;
-  }
+  if (LeadsBehind(event.number, end)) return std::nullopt;
   std::size_t candidate = FindSync(offset + kSmallestEvent, end);
   while (candidate < end) {
+    std::optional<LogEvent> inner = At(candidate);
     std::size_t behind = candidate;
-    if (const auto inner = At(candidate)) {
-      if (Disproves(event, offset, *inner, candidate)) return candidate;
-      behind = Follow(*inner, candidate, end).last;
+    if (inner) {
+      Chain chain = Follow(*inner, candidate, end);
+      while (inner && candidate < end) {
+        if (Disproves(event, offset, *inner, candidate, chain)) return candidate;
+        behind = candidate;
+        candidate += EventSize(*inner);
+        --chain.links;
+        if (candidate <= chain.last)
+          inner = At(candidate);
+        else
+          inner.reset();
+      }
     }
     candidate = FindSync(behind + 1, end);
   }
   return std::nullopt;
 }
 
-// Whether a record within the event's is the log's own. In the data of an undamaged event may stand records too, a whole
-// log even: but none that goes on behind the event, nor, where it ends with it, with numbers from between the event's
-// and the next one's.
+// Whether a record within the event's, of this chain, is the log's own. In the data of an undamaged event may stand
+// records too, a whole log even: but written before the event, none that goes on behind it, nor, where they end with it,
+// with numbers from between the event's and the next one's.
 bool LogReader::Disproves(const LogEvent& event, std::size_t offset, const LogEvent& inner,
-                          std::size_t inner_offset) {
+                          std::size_t inner_offset, const Chain& chain) const {
   const std::size_t end = offset + EventSize(event);
-  const Chain chain = Follow(inner, inner_offset, end);
-  const bool follows =
-      Fits(event.number, offset + kSmallestEvent, inner.number, inner_offset) ||
-      (anchor_ && anchor_->end == offset && Fits(anchor_->number, anchor_->end, inner.number, inner_offset));
-  if (end == log_.size()) return chain.to_end && follows;
+  const bool later = inner.utime >= event.utime;
+  const bool in_time = NotBefore(event.utime, inner.utime) || (utime_ && NotBefore(*utime_, inner.utime));
+  const bool follows = in_time && (Fits(event.number, offset + kSmallestEvent, inner.number, inner_offset) ||
+                                   (anchor_ && Fits(anchor_->number, anchor_->end, inner.number, inner_offset)));
+  if (end == log_.size()) return chain.to_end && (follows || later);
   const std::optional<LogEvent> next = At(end);
-  if (!next) return chain.last >= end || chain.to_end || follows;
-  const bool ordered = event.number < next->number;
-  if (!ordered && !anchor_) return false;
-  const std::int64_t before = ordered ? event.number : anchor_->number;
-  return chain.last >= end && before < inner.number && inner.number < next->number;
+  const bool behind = chain.last >= end || chain.to_end;
+  if (!next) return follows || (later && behind);
+  if (event.number < inner.number && inner.number < next->number)
+    return behind ? later || follows : later && follows;
+  return behind && (follows || (in_time && chain.last == end && Follows(inner.number, next->number, chain.links)));
 }
 
 void LogReader::Take(const LogEvent& event, std::size_t offset) {
   const std::optional<LogEvent> next = At(position_);
-  const bool confirmed = next && event.number < next->number && next->number - 1 == event.number;
+  const bool confirmed = next && Follows(event.number, next->number);
   if (confirmed || (anchor_ && Fits(anchor_->number, anchor_->end, event.number, offset))) {
     anchor_ = {event.number, position_};
   }

@@ -44,19 +44,22 @@ class LogReader {
   };
   // Where records follow each other without a gap.
   struct Chain {
-    std::size_t last = 0;  // the last one's offset
-    bool to_end = false;   // that one ends with the log
+    std::size_t last = 0;   // the last one's offset
+    std::size_t links = 0;  // from the first to the last
+    bool to_end = false;    // it ends with the log
   };
 
   [[nodiscard]] std::optional<LogEvent> At(std::size_t offset) const;
   [[nodiscard]] std::size_t FindSync(std::size_t begin, std::size_t end) const;
   [[nodiscard]] bool Plausible(const LogEvent& event, std::size_t offset) const;
+  [[nodiscard]] bool LeadsBehind(std::int64_t number, std::size_t offset) const;
+  [[nodiscard]] bool Foreign(const LogEvent& event) const;
   [[nodiscard]] bool Believed(const LogEvent& event, std::size_t offset) const;
   [[nodiscard]] std::size_t Resume(std::size_t begin) const;
   [[nodiscard]] Chain Follow(const LogEvent& event, std::size_t offset, std::size_t limit);
   [[nodiscard]] std::optional<std::size_t> FindSwallowed(const LogEvent& event, std::size_t offset);
   [[nodiscard]] bool Disproves(const LogEvent& event, std::size_t offset, const LogEvent& inner,
-                               std::size_t inner_offset);
+                               std::size_t inner_offset, const Chain& chain) const;
   void Take(const LogEvent& event, std::size_t offset);
 
   Bytes log_;
