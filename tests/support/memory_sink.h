@@ -26,6 +26,14 @@ class MemorySink final : public MessageSink {
     }
     return found;
   }
+  // The same, as they were published.
+  [[nodiscard]] std::vector<std::vector<std::uint8_t>> Messages(const std::string& channel) const {
+    std::vector<std::vector<std::uint8_t>> found;
+    for (const auto& [name, bytes] : messages_) {
+      if (name == channel) found.push_back(bytes);
+    }
+    return found;
+  }
   void Clear() { messages_.clear(); }
 
  private:

@@ -21,6 +21,7 @@
 #include "tools/axlecast/param_command.h"
 #include "tools/axlecast/permit_command.h"
 #include "tools/axlecast/record_command.h"
+#include "tools/axlecast/redecode_command.h"
 #include "tools/axlecast/replace_command.h"
 #include "tools/axlecast/replay_command.h"
 #include "tools/axlecast/simulate_command.h"
@@ -62,6 +63,7 @@ int RunCommandLine(int argc, char** argv) {
   AddCheckConfigCommand(app, exit_code);
   AddKeygenCommand(app, exit_code);
   app.get_subcommand("keygen")->preparse_callback([](std::size_t) { WarnOf(ForbidCoreDumps()); });
+  AddRedecodeCommand(app, exit_code);
   AddSimulateCommand(app, exit_code);
   AddDriverCommand(app, exit_code);
   AddSpyCommand(app, exit_code);
