@@ -59,18 +59,17 @@ int RunCommandLine(int argc, char** argv) {
   AddReplaceCommand(app, exit_code);
   AddHistoryCommand(app, exit_code);
   AddRecordCommand(app, exit_code);
+  AddReplayCommand(app, exit_code);
   AddLogCommand(app, exit_code);
+  AddRedecodeCommand(app, exit_code);
   AddCheckConfigCommand(app, exit_code);
   AddKeygenCommand(app, exit_code);
   app.get_subcommand("keygen")->preparse_callback([](std::size_t) { WarnOf(ForbidCoreDumps()); });
-  AddRedecodeCommand(app, exit_code);
   AddSimulateCommand(app, exit_code);
   AddDriverCommand(app, exit_code);
   AddSpyCommand(app, exit_code);
-  AddReplayCommand(app, exit_code);
   AddDecodeCommand(app, exit_code);
   AddSsiPlanCommand(app, exit_code);
-  AddLogCommand(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
