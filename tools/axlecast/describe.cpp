@@ -8,8 +8,8 @@
 
 #include "tools/axlecast/columns.h"
 #include "tools/axlecast/motor_text.h"
-#include "tools/json/names.h"
 #include "tools/json/field.h"
+#include "tools/json/names.h"
 
 namespace axlecast {
 namespace {

@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "tools/axlecast/columns.h"
-#include "tools/json/names.h"
 #include "tools/axlecast/table.h"
+#include "tools/json/names.h"
 
 namespace axlecast {
 namespace {

@@ -16,9 +16,9 @@
 #include "tools/axlecast/exchange_watch.h"
 #include "tools/axlecast/exit_code.h"
 #include "tools/axlecast/live_machine.h"
-#include "tools/json/names.h"
 #include "tools/axlecast/parameter_transfer.h"
 #include "tools/axlecast/status_text.h"
+#include "tools/json/names.h"
 
 namespace axlecast {
 namespace {

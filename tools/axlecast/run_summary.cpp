@@ -2,10 +2,10 @@
 
 #include "drivers/runtime/core/sample.h"
 #include "tools/axlecast/columns.h"
-#include "tools/json/names.h"
 #include "tools/axlecast/table.h"
 #include "tools/json/field.h"
 #include "tools/json/message_json.h"
+#include "tools/json/names.h"
 
 namespace axlecast {
 namespace {

@@ -6,9 +6,9 @@
 #include "drivers/runtime/config/words.h"
 #include "tools/axlecast/columns.h"
 #include "tools/axlecast/motor_text.h"
-#include "tools/json/names.h"
 #include "tools/axlecast/table.h"
 #include "tools/json/message_json.h"
+#include "tools/json/names.h"
 
 namespace axlecast {
 namespace {

@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "tools/axlecast/columns.h"
-#include "tools/json/names.h"
 #include "tools/axlecast/utc_text.h"
+#include "tools/json/names.h"
 
 namespace axlecast {
 namespace {
