@@ -83,7 +83,7 @@ class Client(Machine):
         self.assertEqual(code, DONE, outcome)
         permits.terminate()
         self.assertEqual(permits.wait(LIMIT), 0)
-        self.assertEqual(self.data.last("PERMIT/axis1")["permit_decoded"]["n_operations"], 0)
+        wait_for(lambda: self.data.last("PERMIT/axis1")["permit_decoded"]["n_operations"] == 0, "the permit taken back")
 
     def test_prepare_shows_and_commit_does(self):
         self.run_machine("{start_deg: 100}")

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "drivers/runtime/core/wipe_stack.h"
 #include "drivers/runtime/driver/bus_settings.h"
 #include "drivers/runtime/position/runtime_alarms.h"
 
@@ -64,6 +65,7 @@ Driver::Driver(const BusConfig& config, const BridgeConfig& bridge, std::int64_t
     unit.device = config.family->make_device(config, device, *unit.channel, *ports_.secrets);
     operations_.Add(device, *unit.channel, *unit.device);
     bus_.Add(*unit.device);
+    holds_secrets_ = holds_secrets_ || (device.settings && device.settings->holds_secrets);
     units_.push_back(std::move(unit));
   }
   tallies_.resize(units_.size());
@@ -95,10 +97,15 @@ ChannelContext Driver::MakeChannelContext() {
 }
 
 MonoNs Driver::RunOnce() {
+  TakeTurn();
+  if (holds_secrets_) WipeStack();
+  return now_;
+}
+
+void Driver::TakeTurn() {
   operations_.Poll(now_);
   if (now_ >= next_tick_) Tick();
   now_ = bus_.RunOnce(next_tick_);
-  return now_;
 }
 
 void Driver::Stop() {

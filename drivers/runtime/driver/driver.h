@@ -68,6 +68,8 @@ class Driver final : private LinkObserver {
   };
 
   void OnLink(bool up, std::string_view reason, MonoNs now) override;
+  // Not inlined: RunOnce can then wipe all that it left on the stack.
+  [[gnu::noinline]] void TakeTurn();
   void Tick();
   void FlushBlocks();
   void FollowUtc();
@@ -96,6 +98,7 @@ class Driver final : private LinkObserver {
   BusHealth health_;
   std::optional<CanWatch> can_watch_;  // of a CAN bus
   std::vector<Unit> units_;
+  bool holds_secrets_ = false;
   std::vector<DeviceTally> tallies_;
   std::vector<OrderDesk::DeviceSummary> summaries_;  // as the last HELLO said
   MonoNs now_;
