@@ -4,6 +4,7 @@
 #include <deque>
 #include <iostream>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
