@@ -139,13 +139,18 @@ int LogWriter::OpenFile(const Pending& log) {
 }
 
 int LogWriter::CreateFile(const Pending& log) {
+  const bool given = !settings_.file.empty();
+  // Names go up, also where the quota has deleted earlier ones of this second.
+  const std::string plain = PathOf(log, 0);
+  int copy = plain == newest_name_ ? newest_copy_ + 1 : 0;
   int error = EEXIST;
-  for (int copy = 0; copy <= kMostCopies && error == EEXIST; ++copy) {
-    if (copy == 0 && !first_ && !settings_.file.empty()) continue;
+  for (; copy <= kMostCopies && error == EEXIST; ++copy) {
     status_.file = PathOf(log, copy);
     error = file_.Create(status_.file);
-    if (first_ && !settings_.file.empty()) break;
+    if (error == 0) newest_copy_ = copy;
+    if (given && first_) break;
   }
+  newest_name_ = plain;
   return error;
 }
 
