@@ -144,14 +144,16 @@ int LogWriter::CreateFile(const Pending& log) {
   const std::string plain = PathOf(log, 0);
   int copy = plain == newest_name_ ? newest_copy_ + 1 : 0;
   int error = EEXIST;
-  for (; copy <= kMostCopies && error == EEXIST; ++copy) {
+  for (; copy <= kMostCopies; ++copy) {
     status_.file = PathOf(log, copy);
     error = file_.Create(status_.file);
-    if (error == 0) newest_copy_ = copy;
+    if (error != EEXIST) break;
     if (given && first_) break;
   }
+  if (error != 0) return error;
   newest_name_ = plain;
-  return error;
+  newest_copy_ = copy;
+  return 0;
 }
 
 std::string LogWriter::PathOf(const Pending& log, int copy) const {
