@@ -139,14 +139,21 @@ int LogWriter::OpenFile(const Pending& log) {
 }
 
 int LogWriter::CreateFile(const Pending& log) {
+  const bool given = !settings_.file.empty();
+  // Names go up, also where the quota has deleted earlier ones of this second.
+  const std::string plain = PathOf(log, 0);
+  int copy = plain == newest_name_ ? newest_copy_ + 1 : 0;
   int error = EEXIST;
-  for (int copy = 0; copy <= kMostCopies && error == EEXIST; ++copy) {
-    if (copy == 0 && !first_ && !settings_.file.empty()) continue;
+  for (; copy <= kMostCopies; ++copy) {
     status_.file = PathOf(log, copy);
     error = file_.Create(status_.file);
-    if (first_ && !settings_.file.empty()) break;
+    if (error != EEXIST) break;
+    if (given && first_) break;
   }
-  return error;
+  if (error != 0) return error;
+  newest_name_ = plain;
+  newest_copy_ = copy;
+  return 0;
 }
 
 std::string LogWriter::PathOf(const Pending& log, int copy) const {

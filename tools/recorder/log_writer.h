@@ -82,6 +82,8 @@ class LogWriter final : public LogSink {
   std::deque<Pending> pending_;
   std::optional<std::int64_t> append_;
   bool first_ = true;
+  std::string newest_name_;  // without the copy's number
+  int newest_copy_ = 0;
   MonoNs unsynced_since_ = kNever;
   MonoNs retry_at_ = kNever;
   MonoNs next_housekeeping_ = 0;

@@ -67,6 +67,18 @@ TEST_F(LogWriterTest, NamesLogsByTheirTime) {
   for (const std::string& file : Files()) EXPECT_EQ(SizeOf(file), Record(0).size());
 }
 
+TEST_F(LogWriterTest, NeverUsesANameTwice) {
+  LogWriter& writer = Make("");
+  for (int i = 0; i < 3; ++i) {
+    writer.Begin(kUtime);
+    writer.Write(Record(0));
+    writer.End();
+    writer.Poll();
+    std::filesystem::remove(folder_.path() + "/m_20261121T070005Z.lcm");
+  }
+  EXPECT_THAT(Files(), ElementsAre("m_20261121T070005Z_001.lcm", "m_20261121T070005Z_002.lcm"));
+}
+
 TEST_F(LogWriterTest, NumbersTheLogsOfAGivenName) {
   LogWriter& writer = Make("run7.log");
   for (int i = 0; i < 3; ++i) {

@@ -70,6 +70,7 @@ bool MessageQueue::Take(MessageBatch& batch) {
   batch.Clear();
   const std::scoped_lock lock(mutex_);
   std::swap(batch, waiting_);
+  if (closed_) Wake();  // that it is over is there to Take as well
   return batch.left() > 0 || !closed_;
 }
 

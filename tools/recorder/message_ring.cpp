@@ -17,11 +17,15 @@ void MessageRing::Add(const LoggedMessage& message, MonoNs now) {
   Entry entry{now, message.utime, std::string(message.channel), {message.data.begin(), message.data.end()}};
   bytes_ += Cost(entry);
   entries_.push_back(std::move(entry));
-  while (entries_.front().at < now - span_) Drop();
+  Expire(now);
   while (bytes_ > limit_ && !entries_.empty()) {
     ++early_;
     Drop();
   }
+}
+
+void MessageRing::Expire(MonoNs now) {
+  while (!entries_.empty() && entries_.front().at < now - span_) Drop();
 }
 
 void MessageRing::Drop() {

@@ -17,6 +17,8 @@ class MessageRing {
   MessageRing(MonoNs span, std::size_t limit) : span_(span), limit_(limit) {}
 
   void Add(const LoggedMessage& message, MonoNs now);
+  // Lets go what is older than the span.
+  void Expire(MonoNs now);
   // The oldest, which lives until the next call; nothing when the ring is empty.
   [[nodiscard]] bool Take(LoggedMessage& message);
   // Messages that went before their time for want of memory.

@@ -72,6 +72,7 @@ void Recorder::On(const LoggedMessage& message, MonoNs now) {
 }
 
 void Recorder::Fire(MonoNs now, std::int64_t utime) {
+  ring_->Expire(now);
   LoggedMessage message;
   bool more = ring_->Take(message);
   BeginLog(now, more ? message.utime : utime, {});

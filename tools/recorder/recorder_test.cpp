@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <utility>
 
 #include "tools/recorder/log_tail.h"
 #include "tools/recorder/recorder_fixture.h"
@@ -23,6 +24,12 @@ class RecorderTest : public ::testing::Test {
   void Start(RecorderSettings settings = {}) {
     recorder_.emplace(std::move(settings), logs_);
     recorder_->Start(now_, Utime());
+  }
+  void StartSplit(std::uint64_t bytes, MonoNs time) {
+    RecorderSettings settings;
+    settings.split_bytes = bytes;
+    settings.split_time = time;
+    Start(std::move(settings));
   }
   void On(std::string_view channel, std::string_view text) {
     recorder_->On(MessageOf(channel, text, Utime()), now_);
@@ -47,7 +54,9 @@ class RecorderTest : public ::testing::Test {
 };
 
 TEST_F(RecorderTest, WritesWhatComesBehindTheHeader) {
-  Start({.identity = {.name = "press3", .machine = "machine: press3\n", .urls = {"udpm://239.255.76.67:7667"}}});
+  RecorderSettings settings;
+  settings.identity.machine = "machine: press3\n";
+  Start(std::move(settings));
   On("A", "1");
   On("B", "");
   On("A", "1");
@@ -62,7 +71,11 @@ TEST_F(RecorderTest, WritesWhatComesBehindTheHeader) {
 }
 
 TEST_F(RecorderTest, TheHeaderHoldsEveryDefinitionAndWhoRecorded) {
-  Start({.identity = {.name = "press3", .host = "h\xff", .urls = {"udpm://239.255.76.67:7667"}}});
+  RecorderSettings settings;
+  settings.identity.name = "press3";
+  settings.identity.host = "h\xff";
+  settings.identity.urls = {"udpm://239.255.76.67:7667"};
+  Start(std::move(settings));
   LogReader reader(logs_.logs[0].bytes);
   const auto about = reader.Next();
   const std::string json(about->data.begin(), about->data.end());
@@ -94,7 +107,7 @@ TEST_F(RecorderTest, SealsEachSecondWhereSomethingCame) {
 
 TEST_F(RecorderTest, NoLogGrowsBeyondItsSize) {
   constexpr std::uint64_t kSize = 100'000;
-  Start({.split_bytes = kSize});
+  StartSplit(kSize, 0);
   const std::string kilobyte(1'000, 'x');
   for (int i = 0; i < 300; ++i) On("A", kilobyte + std::to_string(i));
   End();
@@ -110,7 +123,7 @@ TEST_F(RecorderTest, NoLogGrowsBeyondItsSize) {
 }
 
 TEST_F(RecorderTest, AMessageLargerThanTheLimitHasALogOfItsOwn) {
-  Start({.split_bytes = 50'000});
+  StartSplit(50'000, 0);
   On("A", std::string(200'000, 'x'));
   On("B", std::string(200'000, 'x'));
   End();
@@ -118,7 +131,7 @@ TEST_F(RecorderTest, AMessageLargerThanTheLimitHasALogOfItsOwn) {
 }
 
 TEST_F(RecorderTest, SplitsByTimeWhenTheNextMessageComes) {
-  Start({.split_time = 60 * kSecond});
+  StartSplit(0, 60 * kSecond);
   On("A", "1");
   Pass(600 * kSecond);
   EXPECT_THAT(logs_.logs, SizeIs(1)) << "no log without messages";

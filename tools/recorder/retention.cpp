@@ -43,7 +43,9 @@ std::vector<DatedLog> OwnLogs(std::vector<StoredLog> logs, std::string_view name
     if (const auto begin = LogFileBegin(name, log.file)) own.push_back({*begin, std::move(log)});
   }
   std::sort(own.begin(), own.end(), [](const DatedLog& one, const DatedLog& other) {
-    return std::tie(one.begin, one.log.file) < std::tie(other.begin, other.log.file);
+    const std::size_t one_size = one.log.file.size();  // _1000 comes after _999
+    const std::size_t other_size = other.log.file.size();
+    return std::tie(one.begin, one_size, one.log.file) < std::tie(other.begin, other_size, other.log.file);
   });
   return own;
 }

@@ -54,6 +54,12 @@ TEST_F(ExpiredLogsTest, TheOldestGoUntilTheRestFits) {
   EXPECT_THAT(Expired({}, Name(1)), IsEmpty());
 }
 
+TEST_F(ExpiredLogsTest, LogsOfOneSecondGoInTheirOrder) {
+  for (const int copy : {1'000, 999, 2, 0}) logs_.push_back({LogFileName("m", kNow, copy), 10});
+  EXPECT_THAT(Expired({.quota_bytes = 10}, ""),
+              ElementsAre(LogFileName("m", kNow, 0), LogFileName("m", kNow, 2), LogFileName("m", kNow, 999)));
+}
+
 TEST_F(ExpiredLogsTest, ALogGoesWhenItsLastMessageIsTooOld) {
   Add(30, 1);
   Add(20, 1);
