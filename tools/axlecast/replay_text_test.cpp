@@ -80,7 +80,8 @@ TEST_F(ReplayTextTest, SummaryTellsWhatWasNotPlayed) {
 }
 
 TEST_F(ReplayTextTest, JsonHoldsTheFigures) {
-  PlayUntil(10 * kSecond);
+  PlayUntil(kSecond);
+  PlayUntil(5 * kSecond);
   const auto json = ReplayJson(replay_, {.seconds = 5, .late_p99_us = 80});
   EXPECT_EQ(json["ended"], "end");
   EXPECT_EQ(json["played"], 2);
