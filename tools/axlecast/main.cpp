@@ -15,6 +15,7 @@
 #include "tools/axlecast/history_command.h"
 #include "tools/axlecast/home_command.h"
 #include "tools/axlecast/keygen_command.h"
+#include "tools/axlecast/log_command.h"
 #include "tools/axlecast/motor_command.h"
 #include "tools/axlecast/offset_command.h"
 #include "tools/axlecast/param_command.h"
@@ -64,6 +65,7 @@ int RunCommandLine(int argc, char** argv) {
   AddReplayCommand(app, exit_code);
   AddDecodeCommand(app, exit_code);
   AddSsiPlanCommand(app, exit_code);
+  AddLogCommand(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

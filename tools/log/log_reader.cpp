@@ -45,7 +45,7 @@ bool NotBefore(std::int64_t before, std::int64_t utime) { return utime >= before
 
 LogReader::LogReader(Bytes log, std::size_t begin)
     : log_(log), offset_(std::min(begin, log.size())), position_(offset_), links_(kFirstLinks) {
-  if (begin == 0) anchor_.emplace();
+  if (begin == 0) anchor_ = Anchor{};
 }
 
 std::optional<LogEvent> LogReader::Next() {
