@@ -12,4 +12,7 @@ inline constexpr int kExitIndeterminate = 5;
 inline constexpr int kExitNoAnswer = 6;
 inline constexpr int kExitUnverifiable = 7;  // done, but the device allows no read-back
 
+// Of `axlecast log`: kExitDone a whole log, kExitBad none that can be read.
+inline constexpr int kExitLosses = 3;  // readable, but something of it is lost
+
 }  // namespace axlecast
