@@ -16,8 +16,9 @@ import time
 
 import machine  # tests/e2e: how a machine under test is started
 import poll_efficiency
+import replay_bench
 
-TARGETS = ("unpaced", "slots", "latency", "cpu", "start", "commands", "decode", "stream", "poll", "guest")
+TARGETS = ("unpaced", "slots", "latency", "cpu", "start", "commands", "decode", "stream", "poll", "guest", "replay")
 WARM_UP = 0.25  # s, before CPU time is counted
 
 
@@ -312,6 +313,9 @@ buses:
     def poll(self):
         for case, ideal, seen in poll_efficiency.measure(self, cycles=self.options.pairs):
             self.report.add(f"poll, {case.name}", "s", seen, case.target, ideal, [ideal / seen], at_most=False)
+
+    def replay(self):
+        replay_bench.measure(self)
 
     def guest(self):
         """In QEMU, which has CAN and SPI; only what stands side by side means something."""

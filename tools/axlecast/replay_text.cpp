@@ -23,12 +23,17 @@ std::optional<std::int64_t> ParseSeconds(std::string_view text) {
   return std::llround(seconds * kMicroseconds);
 }
 
+// "15m": ends in a unit of time.
+bool IsAge(std::string_view text) {
+  return !text.empty() && std::string_view("smhdw").find(text.back()) != text.npos;
+}
+
 // A fraction of a second, ".25", at the end of a time of day: us; taken off.
 std::int64_t TakeFraction(std::string_view& text) {
   const bool zulu = text.ends_with('Z');
   const std::string_view body = text.substr(0, text.size() - (zulu ? 1 : 0));
   const std::size_t point = body.rfind('.');
-  if (point == std::string_view::npos || point < 3 || body[point - 3] != ':') return 0;
+  if (point == std::string_view::npos || point < 6 || body[point - 3] != ':' || body[point - 6] != ':') return 0;
   const auto fraction = ParseSeconds(body.substr(point));
   if (!fraction || *fraction < 0) return 0;
   text = text.substr(0, point);
@@ -57,9 +62,11 @@ std::optional<ReplayTime> ParseReplayTime(std::string_view text) {
   if (const auto us = ParseSeconds(text)) {
     return ReplayTime{false, text.starts_with('-') ? std::min<std::int64_t>(*us, -1) : *us};
   }
-  // Counted back from 0 an age is negative; a time of the calendar stands by itself.
   const bool before_end = text.starts_with('-');
-  if (const auto age = ParseUtc(before_end ? text.substr(1) : text, 0); age && *age <= 0 && text.size() < 12) {
+  if (IsAge(text)) {
+    // Counted back from 0 it is negative.
+    const auto age = ParseUtc(before_end ? text.substr(1) : text, 0);
+    if (!age) return std::nullopt;
     return ReplayTime{false, before_end ? std::min<std::int64_t>(*age, -1) : -*age};
   }
   const std::int64_t fraction = TakeFraction(text);
