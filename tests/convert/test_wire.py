@@ -45,12 +45,12 @@ class CanCapture(Converted):
         self.assertEqual(len(messages), len(FRAMES))
         for (dt, number, data), message in zip(FRAMES, messages, strict=True):
             self.assertAlmostEqual(message.timestamp, START / 1e6 + dt / 1e9, places=5)
-            self.assertEqual(message.channel, "can0")
             self.assertEqual(message.is_extended_id, number & EXTENDED != 0 if not number & ERROR else True)
             self.assertEqual(message.is_remote_frame, number & REMOTE != 0)
             self.assertEqual(message.is_error_frame, number & ERROR != 0)
             if not number & ERROR:
-                self.assertEqual((message.arbitration_id, bytes(message.data)), (number & 0x1FFFFFFF, data))
+                self.assertEqual((message.channel, message.arbitration_id, bytes(message.data)),
+                                 ("can0", number & 0x1FFFFFFF, data))
 
     def test_can_utils_read_it(self):
         lines = [line.split() for line in peer("log2asc", "-I", self.convert("candump"), "can0").splitlines()]

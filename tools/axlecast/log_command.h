@@ -4,7 +4,7 @@
 
 namespace axlecast {
 
-// `axlecast log`: what can be done with event logs. Sets `exit_code` when it has run.
+// `axlecast log`.
 void AddLogCommand(CLI::App& app, int& exit_code);
 
 }  // namespace axlecast

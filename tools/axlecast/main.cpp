@@ -55,7 +55,6 @@ int RunCommandLine(int argc, char** argv) {
   AddDatumCommands(app, exit_code);
   AddReplaceCommand(app, exit_code);
   AddHistoryCommand(app, exit_code);
-  AddLogCommand(app, exit_code);
   AddCheckConfigCommand(app, exit_code);
   AddKeygenCommand(app, exit_code);
   app.get_subcommand("keygen")->preparse_callback([](std::size_t) { WarnOf(ForbidCoreDumps()); });
@@ -64,6 +63,7 @@ int RunCommandLine(int argc, char** argv) {
   AddSpyCommand(app, exit_code);
   AddDecodeCommand(app, exit_code);
   AddSsiPlanCommand(app, exit_code);
+  AddLogCommand(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

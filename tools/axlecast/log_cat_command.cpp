@@ -1,0 +1,67 @@
+#include "tools/axlecast/log_cat_command.h"
+
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include "tools/axlecast/exit_code.h"
+#include "tools/axlecast/log_input.h"
+#include "tools/axlecast/log_line.h"
+#include "tools/axlecast/screen.h"
+
+namespace axlecast {
+namespace {
+
+constexpr std::size_t kBuffer = 64U << 10;
+
+struct Options {
+  std::string file;
+  LogChoice choice;
+  bool raw = false;
+};
+
+int Run(Options& options) {
+  const MappedFile file(options.file);
+  if (!file.problem().empty()) {
+    std::cerr << file.problem() << '\n';
+    return kExitBad;
+  }
+  const Bytes log = file.bytes();
+  if (const std::string problem = options.choice.Understand(LogStart(log)); !problem.empty()) {
+    std::cerr << problem << '\n';
+    return kExitUsage;
+  }
+  LogReader reader(log);
+  std::int64_t events = 0;
+  std::string lines;
+  for (auto event = reader.Next(); event; event = reader.Next()) {
+    ++events;
+    if (options.choice.Takes(*event)) lines += EventLine(*event, options.raw);
+    if (lines.size() < kBuffer) continue;
+    if (!WriteOut(lines)) return kExitDone;  // its reader has seen enough
+    lines.clear();
+  }
+  static_cast<void>(WriteOut(lines));
+  std::cerr << DamageText(options.file, reader.damage());
+  return LogExitCode(options.file, log, events, reader.damage());
+}
+
+}  // namespace
+
+void AddLogCatCommand(CLI::App& log, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = log.add_subcommand("cat", "The events of a log as JSON, one line each");
+  command->add_option("LOG", options->file, "The log")->required();
+  options->choice.AddTo(*command);
+  command->add_flag("--raw", options->raw, "Data in hex, also of messages that could be decoded");
+  command->footer(
+      std::string("received_utime is the recorder's time of reception, utime the message's own.\n"
+                  "examples:\n"
+                  "  axlecast log cat run.log --channel '^ALARM/'\n"
+                  "  axlecast log cat run.log --from 10 --to 12.5 --channel POSITION/axis1 | jq .value\n"
+                  "  axlecast log cat run.log --from 2026-11-21T07:00 --to 2026-11-21T07:05\n") +
+      kLogExitCodes);
+  command->callback([options, &exit_code] { exit_code = Run(*options); });
+}
+
+}  // namespace axlecast

@@ -1,0 +1,114 @@
+#include "tools/axlecast/log_repair_command.h"
+
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+#include "drivers/io/new_file.h"
+#include "tools/axlecast/exit_code.h"
+#include "tools/axlecast/log_input.h"
+
+namespace axlecast {
+namespace {
+
+struct Options {
+  std::string file;
+  std::string output;
+  bool force = false;
+};
+
+// A free name for the damaged log: LOG.damaged, else LOG.damaged.2, ...
+std::string KeptName(const std::string& file) {
+  std::string name = file + ".damaged";
+  for (int i = 2; std::filesystem::exists(std::filesystem::symlink_status(name)); ++i) {
+    name = file + ".damaged." + std::to_string(i);
+  }
+  return name;
+}
+
+// The stretches between the damage, as they are: numbers and seals stay, so that what is missing can be told.
+std::string WriteWhole(NewFile& out, Bytes log, const std::vector<LogReader::Damage>& damage) {
+  constexpr std::size_t kPiece = 8U << 20;  // at once: a signal may end it between two
+  LogProgress progress("writing", log.size());
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i <= damage.size(); ++i) {
+    const std::size_t end = i < damage.size() ? damage[i].offset : log.size();
+    while (begin < end) {
+      const Bytes piece = log.subspan(begin, std::min(end - begin, kPiece));
+      std::string problem = out.Append(std::string_view(reinterpret_cast<const char*>(piece.data()), piece.size()));
+      if (!problem.empty()) return problem;
+      progress.At(begin += piece.size());
+    }
+    if (i < damage.size()) begin = end + damage[i].size;
+  }
+  return "";
+}
+
+bool Grew(const std::string& file, std::size_t size) {
+  std::error_code error;
+  return std::filesystem::file_size(file, error) != size || error;
+}
+
+int Run(const Options& options) {
+  const MappedFile file(options.file);
+  if (!file.problem().empty()) {
+    std::cerr << file.problem() << '\n';
+    return kExitBad;
+  }
+  const Bytes log = file.bytes();
+  LogReader reader(log);
+  std::int64_t events = 0;
+  {
+    LogProgress progress("reading", log.size());
+    for (; reader.Next(); ++events) progress.At(reader.position());
+  }
+  const int exit_code = LogExitCode(options.file, log, events, reader.damage());
+  if (exit_code == kExitBad) return exit_code;
+  const bool in_place = options.output.empty();
+  if (exit_code == kExitDone && in_place) {
+    std::cout << options.file << ": " << events << " events, nothing to repair\n";
+    return kExitDone;
+  }
+  NewFile out(in_place ? options.file : options.output, {.mode = file.mode()});
+  std::string problem = WriteWhole(out, log, reader.damage());
+  const std::string kept = in_place ? KeptName(options.file) : "";
+  if (problem.empty() && Grew(options.file, log.size())) {
+    problem = options.file + " is being written: stop its recorder first";
+  }
+  if (problem.empty()) problem = out.Commit(in_place || options.force, kept);
+  if (!problem.empty()) {
+    std::cerr << problem << '\n';
+    return kExitFailed;
+  }
+  std::cout << DamageText(options.file, reader.damage()) << (in_place ? options.file : options.output) << ": "
+            << events << " events; " << DamagedBytes(reader.damage()) << " damaged bytes left out"
+            << (in_place ? "; as it was: " + kept : "") << '\n';
+  return exit_code;
+}
+
+}  // namespace
+
+void AddLogRepairCommand(CLI::App& log, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = log.add_subcommand("repair", "Leaves out what is damaged, so that every reader reads on");
+  command->add_option("LOG", options->file, "The log")->required();
+  CLI::Option* output =
+      command->add_option("--output", options->output, "Write the repaired log there, leave LOG as it is")
+          ->type_name("FILE");
+  command->add_flag("--force", options->force, "Replaces FILE when it is there already")->needs(output);
+  command->footer(
+      std::string("Without --output the repaired log takes LOG's place in one step, and the damaged one "
+                  "stays as LOG.damaged.\nNothing is changed when there is no damage. Events keep their "
+                  "numbers and seals: `axlecast log verify` goes\non telling what is missing.\n"
+                  "examples:\n"
+                  "  axlecast log repair run.log\n"
+                  "  axlecast log repair run.log --output whole.log\n"
+                  "Exit code: 0 nothing was damaged, 3 repaired, some bytes are left out, 1 it is no log "
+                  "or cannot be read,\n2 usage, 4 the repaired log could not be written.\n"));
+  command->callback([options, &exit_code] { exit_code = Run(*options); });
+}
+
+}  // namespace axlecast

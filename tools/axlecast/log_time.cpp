@@ -1,0 +1,64 @@
+#include "tools/axlecast/log_time.h"
+
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+#include "tools/axlecast/utc_text.h"
+
+namespace axlecast {
+namespace {
+
+constexpr double kSecondUs = 1e6;
+constexpr double kLongest = 4e9;  // s: beyond any log
+
+double UnitSeconds(char unit) {
+  switch (unit) {
+    case 's':
+      return 1;
+    case 'm':
+      return 60;
+    case 'h':
+      return 3'600;
+    case 'd':
+      return 86'400;
+    default:
+      return 0;
+  }
+}
+
+std::optional<std::int64_t> ParseSeconds(std::string_view text) {
+  double seconds = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, seconds, std::chars_format::fixed);
+  if (error != std::errc() || end - rest > 1) return std::nullopt;
+  if (rest != end) seconds *= UnitSeconds(*rest) > 0 ? UnitSeconds(*rest) : std::numeric_limits<double>::infinity();
+  if (!(seconds >= 0 && seconds <= kLongest)) return std::nullopt;
+  return static_cast<std::int64_t>(std::llround(seconds * kSecondUs));
+}
+
+// us of ".25" or ".25Z"; what stands before it goes to `before`.
+std::optional<std::int64_t> TakeFraction(std::string_view text, std::string_view& before) {
+  const std::size_t point = text.find('.');
+  before = text.substr(0, point);
+  if (point == std::string_view::npos) return 0;
+  std::string_view digits = text.substr(point + 1);
+  if (digits.ends_with('Z')) digits.remove_suffix(1);
+  if (digits.empty() || digits.find_first_not_of("0123456789") != std::string_view::npos) return std::nullopt;
+  std::int64_t us = 0;
+  for (std::size_t i = 0; i < 6; ++i) us = us * 10 + (i < digits.size() ? digits[i] - '0' : 0);
+  return us;
+}
+
+}  // namespace
+
+std::optional<std::int64_t> ParseLogTime(std::string_view text, std::int64_t start) {
+  if (const auto since = ParseSeconds(text)) return start + *since;
+  std::string_view whole;
+  const auto fraction = TakeFraction(text, whole);
+  if (!fraction || whole.find('-') == std::string_view::npos) return std::nullopt;
+  const auto seconds = ParseUtc(whole, 0);
+  return seconds ? std::optional(*seconds + *fraction) : std::nullopt;
+}
+
+}  // namespace axlecast

@@ -1,0 +1,64 @@
+#include "tools/axlecast/log_verify_command.h"
+
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include "tools/axlecast/exit_code.h"
+#include "tools/axlecast/log_check.h"
+#include "tools/axlecast/log_input.h"
+#include "tools/axlecast/screen.h"
+#include "tools/json/field.h"
+
+namespace axlecast {
+namespace {
+
+struct Options {
+  std::string file;
+  bool json = false;
+};
+
+int Run(const Options& options) {
+  const MappedFile file(options.file);
+  if (!file.problem().empty()) {
+    std::cerr << file.problem() << '\n';
+    return kExitBad;
+  }
+  const Bytes log = file.bytes();
+  LogCheck check;
+  LogReader reader(log);
+  {
+    LogProgress progress("verifying", log.size());
+    for (auto event = reader.Next(); event; event = reader.Next()) {
+      check.Add(*event, reader.offset(), log.subspan(reader.offset(), EventSize(*event)));
+      progress.At(reader.position());
+    }
+  }
+  check.Finish();
+  const int exit_code = LogExitCode(options.file, log, check.events(), reader.damage());
+  if (exit_code == kExitBad) return exit_code;
+  static_cast<void>(WriteOut(options.json ? JsonLine(CheckJson(options.file, check, reader.damage())) + '\n'
+                                          : CheckText(options.file, check, reader.damage())));
+  return check.sound() ? exit_code : kExitLosses;
+}
+
+}  // namespace
+
+void AddLogVerifyCommand(CLI::App& log, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = log.add_subcommand("verify", "Whether a log is sound: structure, numbers, times, seals");
+  command->add_option("LOG", options->file, "The log")->required();
+  command->add_flag("--json", options->json, "One JSON object");
+  command->footer(
+      std::string("LCM's log has no checksums: only where `axlecast record` left its seals can a changed "
+                  "content be found.\n"
+                  "Events that are missing, and messages that were lost before they were recorded, count "
+                  "as losses; numbers that\nbegin anew and times that run back are only told.\n"
+                  "examples:\n"
+                  "  axlecast log verify run.log\n"
+                  "  axlecast log verify run.log --json | jq .damage\n") +
+      kLogExitCodes);
+  command->callback([options, &exit_code] { exit_code = Run(*options); });
+}
+
+}  // namespace axlecast

@@ -1,0 +1,10 @@
+#pragma once
+
+#include <CLI/App.hpp>
+
+namespace axlecast {
+
+// `axlecast log verify`.
+void AddLogVerifyCommand(CLI::App& log, int& exit_code);
+
+}  // namespace axlecast
