@@ -44,7 +44,7 @@ std::optional<int> LogSelection::Open() {
 }
 
 void LogSelection::Visit(const EventVisitor& visit, bool filtered) {
-  const std::size_t begin = since_utime_ ? SeekTime(log_->bytes(), *since_utime_) : 0;
+  const std::size_t begin = since_utime_ ? SeekTime(log_->bytes(), *since_utime_ - kSeekSlackUs) : 0;
   LogReader reader(log_->bytes(), begin);
   while (const std::optional<LogEvent> event = reader.Next()) {
     if (since_utime_ && event->utime < *since_utime_) continue;
