@@ -18,7 +18,7 @@ TEST(McapWriter, AFileWithoutMessages) {
   McapWriter writer(output.sink());
   writer.Finish();
   const std::string hex = Hex(output.text);
-  EXPECT_EQ(hex.substr(0, 58),
+  EXPECT_EQ(hex.substr(0, 66),
             "894d434150300d0a"  // magic
             "01"
             "1000000000000000"  // header: 16 bytes
