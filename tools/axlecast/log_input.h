@@ -12,8 +12,6 @@
 
 namespace axlecast {
 
-inline constexpr int kExitLosses = 3;  // TMP-EXIT
-
 // How far the reading of a large log is: on standard error, when that is a terminal.
 class LogProgress {
  public:
