@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
@@ -36,14 +37,27 @@ MappedFile::MappedFile(MappedFile&& other) noexcept
     : data_(std::exchange(other.data_, nullptr)),
       size_(std::exchange(other.size_, 0)),
       mode_(other.mode_),
+      owner_(other.owner_),
+      group_(other.group_),
       problem_(std::move(other.problem_)) {}
 
 MappedFile& MappedFile::operator=(MappedFile&& other) noexcept {
   std::swap(data_, other.data_);
   std::swap(size_, other.size_);
   std::swap(mode_, other.mode_);
+  std::swap(owner_, other.owner_);
+  std::swap(group_, other.group_);
   std::swap(problem_, other.problem_);
   return *this;
+}
+
+FileAccess MappedFile::access() const {
+  FileAccess access{.mode = mode_};
+  if (geteuid() == 0) {
+    access.owner = owner_;
+    access.group = group_;
+  }
+  return access;
 }
 
 void MappedFile::Open(const std::string& path) {
@@ -61,6 +75,8 @@ void MappedFile::Open(const std::string& path) {
     return;
   }
   mode_ = status.st_mode & 0777U;
+  owner_ = status.st_uid;
+  group_ = status.st_gid;
   if (status.st_size == 0) return;
   const auto size = static_cast<std::size_t>(status.st_size);
   void* const data = mmap(nullptr, size, PROT_READ, MAP_SHARED, file.get(), 0);

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <utility>
@@ -34,6 +35,22 @@ TEST_F(MappedFileTest, ShowsTheContent) {
   EXPECT_EQ(file.problem(), "");
   EXPECT_THAT(file.bytes(), ElementsAre('a', 'b', 'c'));
   EXPECT_EQ(file.mode(), 0640U);
+}
+
+TEST_F(MappedFileTest, TellsWhatAFileInItsPlaceMustHave) {
+  const std::string path = Write("abc");
+  ASSERT_EQ(chmod(path.c_str(), 0604), 0);
+  const bool root = geteuid() == 0;
+  if (root) {
+    ASSERT_EQ(chown(path.c_str(), 1'234, 5'678), 0);
+  }
+  const FileAccess access = MappedFile(path).access();
+  EXPECT_EQ(WriteNewFile(path, "new", access, true), "");
+  struct stat status {};
+  ASSERT_EQ(stat(path.c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 0777U, 0604U);
+  EXPECT_EQ(status.st_uid, root ? 1'234U : geteuid());
+  EXPECT_EQ(status.st_gid, root ? 5'678U : getegid());
 }
 
 TEST_F(MappedFileTest, CanBeMoved) {

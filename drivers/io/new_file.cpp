@@ -29,7 +29,9 @@ bool WriteAll(int fd, std::string_view content) {
 
 // Who may use it. The group first: the mode opens the file to it.
 std::string Open(const Descriptor& file, const std::string& path, const FileAccess& access) {
-  if (access.group && fchown(file.get(), static_cast<uid_t>(-1), *access.group) != 0) {
+  const uid_t owner = access.owner.value_or(static_cast<uid_t>(-1));  // -1: stays
+  const gid_t group = access.group.value_or(static_cast<gid_t>(-1));
+  if ((access.owner || access.group) && fchown(file.get(), owner, group) != 0) {
     return Problem(path) + ": only root, or a member of the group, can give it to the group";
   }
   return fchmod(file.get(), access.mode) == 0 ? "" : Problem(path);

@@ -14,6 +14,7 @@ namespace axlecast {
 struct FileAccess {
   mode_t mode = 0600;
   std::optional<gid_t> group = std::nullopt;  // none: this process's
+  std::optional<uid_t> owner = std::nullopt;  // likewise; another one takes root
 };
 
 // A file that is written piece by piece and stands at `path` only once it is whole and on disk. Nobody ever sees a part

@@ -4,6 +4,7 @@
 #include <deque>
 #include <iostream>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -97,7 +98,7 @@ void AddLogMergeCommand(CLI::App& log, int& exit_code) {
   CLI::App* command = log.add_subcommand("merge", "Several logs as one, by time");
   command->add_option("LOG", options->files, "The logs, and last the new one")
       ->required()
-      ->expected(2, 10'000)
+      ->expected(2, -1)
       ->type_name("IN... OUT");
   command->add_flag("--force", options->force, "Replaces OUT when it is there already");
   command->footer(std::string("Events of equal times stand in the order of the logs; an event that is in two logs "

@@ -1,5 +1,6 @@
 #include "tools/axlecast/log_repair_command.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -31,7 +32,7 @@ std::string KeptName(const std::string& file) {
 
 // The stretches between the damage, as they are: numbers and seals stay, so that what is missing can be told.
 std::string WriteWhole(NewFile& out, Bytes log, const std::vector<LogReader::Damage>& damage) {
-  constexpr std::size_t kPiece = 8U << 20;  // at once: a signal may end it between two
+  constexpr std::size_t kPiece = 8U << 20;  // between two steps of the progress
   LogProgress progress("writing", log.size());
   std::size_t begin = 0;
   for (std::size_t i = 0; i <= damage.size(); ++i) {
@@ -72,7 +73,7 @@ int Run(const Options& options) {
     std::cout << options.file << ": " << events << " events, nothing to repair\n";
     return kExitDone;
   }
-  NewFile out(in_place ? options.file : options.output, {.mode = file.mode()});
+  NewFile out(in_place ? options.file : options.output, in_place ? file.access() : FileAccess{.mode = file.mode()});
   std::string problem = WriteWhole(out, log, reader.damage());
   const std::string kept = in_place ? KeptName(options.file) : "";
   if (problem.empty() && Grew(options.file, log.size())) {

@@ -109,6 +109,20 @@ TEST(MessageJson, TellsTheTypeByItsFingerprint) {
   EXPECT_EQ(*json, ToJson(Position()));
 }
 
+TEST(MessageJson, ReadsAHeadAlone) {
+  std::vector<std::uint8_t> message = Encoded(Position());
+  const auto head = HeadOf(message);
+  ASSERT_TRUE(head);
+  EXPECT_EQ(head->utime, 1'700'000'000'000'001);
+  EXPECT_EQ(head->mono_ns, 5);
+  EXPECT_EQ(head->boot_id, 0x00C0FFEE12345678);
+  EXPECT_EQ(head->seq, 7);
+  for (std::size_t size = 0; size < 40; ++size) EXPECT_FALSE(HeadOf(Bytes(message).first(size))) << size;
+  message[0] ^= 1U;
+  EXPECT_FALSE(HeadOf(message)) << "none of ours";
+  EXPECT_FALSE(HeadOf(Encoded(alarm_entry_t{}))) << "a type without a head";
+}
+
 TEST(MessageJson, MalformedMessagesAreNone) {
   std::string type;
   std::vector<std::uint8_t> bytes = Encoded(Position());

@@ -45,7 +45,7 @@ bool NotBefore(std::int64_t before, std::int64_t utime) { return utime >= before
 
 LogReader::LogReader(Bytes log, std::size_t begin)
     : log_(log), offset_(std::min(begin, log.size())), position_(offset_), links_(kFirstLinks) {
-  if (begin == 0) anchor_.emplace();
+  if (begin == 0) anchor_ = Anchor{-1, 0};  // before the first
 }
 
 std::optional<LogEvent> LogReader::Next() {
@@ -194,7 +194,7 @@ void LogReader::Take(const LogEvent& event, std::size_t offset) {
   const std::optional<LogEvent> next = At(position_);
   const bool confirmed = next && Follows(event.number, next->number);
   if (confirmed || (anchor_ && Fits(anchor_->number, anchor_->end, event.number, offset))) {
-    anchor_ = {event.number, position_};
+    anchor_ = Anchor{event.number, position_};
   }
   utime_ = event.utime;
   links_ += kLinksPerEvent;

@@ -39,8 +39,8 @@ class LogReader {
  private:
   // An event whose number is known to be right.
   struct Anchor {
-    std::int64_t number = -1;
-    std::size_t end = 0;  // behind its record
+    std::int64_t number;
+    std::size_t end;  // behind its record
   };
   // Where records follow each other without a gap.
   struct Chain {
