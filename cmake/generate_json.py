@@ -102,11 +102,13 @@ def struct_schema(struct, types):
 
 
 def to_json(struct, members):
-    lines = [f"nlohmann::ordered_json ToJson(const {struct}& message) {{", "  nlohmann::ordered_json json;"]
+    # Appended without a look for the name, which is a new one each time.
+    lines = [f"nlohmann::ordered_json ToJson(const {struct}& message) {{", "  nlohmann::ordered_json::object_t json;",
+             f"  json.reserve({len(members) + 1});"]
     for member in members:
-        lines.append(f'  json["{member.name}"] = {value(member)};')
+        lines.append(f'  json.emplace_back("{member.name}", {value(member)});')
         if nested := NESTED.get((struct, member.name)):
-            lines.append(f'  json["{member.name}_decoded"] = DecodedField<{nested}>(message.{member.name});')
+            lines.append(f'  json.emplace_back("{member.name}_decoded", DecodedField<{nested}>(message.{member.name}));')
     lines += ["  return json;", "}", ""]
     return lines
 

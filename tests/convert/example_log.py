@@ -30,7 +30,7 @@ class Log:
     def add(self, utime, channel, data):
         self.events.append((utime, channel, data if isinstance(data, bytes) else data.encode()))
 
-    def message(self, kind, at, seq, **fields):
+    def message(self, kind, at, seq, /, **fields):
         """A message of the type `kind` whose head says so; its numbers are 0 unless given."""
         message = getattr(self.types, kind)()
         message.utime, message.mono_ns, message.boot_id, message.seq = at, 1_000 * (at - START), BOOT, seq

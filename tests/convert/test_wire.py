@@ -15,7 +15,7 @@ DISSECTOR = Path(environ["AXLECAST_SOURCE"]) / "config/wireshark/axlecast_tforma
 # ns, identifier with its flags, data: what was on the bus.
 FRAMES = [(1_000, 0x123, bytes.fromhex("4726000000000000")), (2_501_000, 0x7FF, b""),
           (3_000_000, 0x1ABCDEF0 | EXTENDED, bytes.fromhex("DEADBEEF")), (4_000_000, 0x701 | REMOTE, b""),
-          (5_000_000, 0x4 | ERROR, bytes.fromhex("0001000000000000")), (6_000_000, 0x5 | EXTENDED, b"\x01")]
+          (5_000_000, 0x80 | ERROR, bytes.fromhex("0000010000000000")), (6_000_000, 0x5 | EXTENDED, b"\x01")]
 
 
 def signed(number):
@@ -45,12 +45,12 @@ class CanCapture(Converted):
         self.assertEqual(len(messages), len(FRAMES))
         for (dt, number, data), message in zip(FRAMES, messages, strict=True):
             self.assertAlmostEqual(message.timestamp, START / 1e6 + dt / 1e9, places=5)
-            self.assertEqual(message.channel, "can0")
             self.assertEqual(message.is_extended_id, number & EXTENDED != 0 if not number & ERROR else True)
             self.assertEqual(message.is_remote_frame, number & REMOTE != 0)
             self.assertEqual(message.is_error_frame, number & ERROR != 0)
             if not number & ERROR:
-                self.assertEqual((message.arbitration_id, bytes(message.data)), (number & 0x1FFFFFFF, data))
+                self.assertEqual((message.channel, message.arbitration_id, bytes(message.data)),
+                                 ("can0", number & 0x1FFFFFFF, data))
 
     def test_can_utils_read_it(self):
         lines = [line.split() for line in peer("log2asc", "-I", self.convert("candump"), "can0").splitlines()]
@@ -67,9 +67,9 @@ class CanCapture(Converted):
         for (dt, number, data), line in zip(FRAMES, lines, strict=True):
             time, number_text, xtd, rtr, err, size, content = line.split("|")
             self.assertEqual(time, f"{START // 1_000_000}.{dt:09}")
-            self.assertEqual((int(xtd), int(rtr), int(err)), (number >> 31 & 1, number >> 30 & 1, number >> 29 & 1))
-            self.assertEqual(int(size), len(data))
+            self.assertEqual((int(err), int(size)), (number >> 29 & 1, len(data)))
             if not number & ERROR:
+                self.assertEqual((int(xtd), int(rtr)), (number >> 31 & 1, number >> 30 & 1))
                 self.assertEqual((int(number_text), content), (number & 0x1FFFFFFF, data.hex()))
 
 

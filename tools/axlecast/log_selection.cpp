@@ -3,9 +3,9 @@
 #include <iostream>
 #include <utility>
 
-#include "drivers/io/system_clock.h"
 #include "tools/axlecast/exit_code.h"
-#include "tools/axlecast/utc_text.h"
+#include "tools/axlecast/log_input.h"
+#include "tools/axlecast/log_time.h"
 #include "tools/log/log_reader.h"
 
 namespace axlecast {
@@ -15,9 +15,9 @@ void LogSelection::AddTo(CLI::App& command) {
   command.add_option("--channel", channel_, "Only channels in whose name this regular expression is found")
       ->type_name("REGEX");
   command.add_flag("--invert", invert_, "Only the other channels");
-  command.add_option("--since", since_, "Only what was received from then on: 2h (ago), 2026-11-21T07:00:05 (UTC)")
+  command.add_option("--since,--from", since_, "From then on: seconds from the start (12.5), 15m, 2h, or UTC")
       ->type_name("T");
-  command.add_option("--until", until_, "Only what was received before")->type_name("T");
+  command.add_option("--until", until_, "Before then")->type_name("T");
 }
 
 std::optional<int> LogSelection::Open() {
@@ -25,27 +25,26 @@ std::optional<int> LogSelection::Open() {
     std::cerr << "--channel " << problem << '\n';
     return kExitUsage;
   }
-  const std::int64_t now = SystemClock().UtcMicroseconds();
-  since_utime_ = ParseUtc(since_, now);
-  until_utime_ = ParseUtc(until_, now);
-  for (const auto& [text, time] : {std::pair(since_, since_utime_), {until_, until_utime_}}) {
-    if (text.empty() || time) continue;
-    std::cerr << "'" << text
-              << "' is no time: write 90s, 15m, 2h, 3d (ago), 2026-11-21 or 2026-11-21T07:00:05 (UTC)\n";
-    return kExitUsage;
-  }
   log_ = std::make_unique<MappedFile>(file_);
   if (!log_->problem().empty()) {
     std::cerr << log_->problem() << '\n';
     return kExitBad;
   }
-  if (log_->bytes().empty() || LogReader(log_->bytes()).Next()) return std::nullopt;
-  std::cerr << file_ << " holds no event of LCM's log format: is it a log?\n";
-  return kExitBad;
+  const bool any = LogReader(log_->bytes()).Next().has_value();
+  if (LogExitCode(file_, log_->bytes(), any ? 1 : 0, {}) == kExitBad) return kExitBad;
+  const std::int64_t start = LogStart(log_->bytes());
+  since_utime_ = ParseLogTime(since_, start);
+  until_utime_ = ParseLogTime(until_, start);
+  for (const auto& [text, time] : {std::pair(since_, since_utime_), {until_, until_utime_}}) {
+    if (text.empty() || time) continue;
+    std::cerr << "'" << text << "' is no time: " << kLogTimeForms << '\n';
+    return kExitUsage;
+  }
+  return std::nullopt;
 }
 
 void LogSelection::Visit(const EventVisitor& visit, bool filtered) {
-  const std::size_t begin = since_utime_ ? SeekTime(log_->bytes(), *since_utime_) : 0;
+  const std::size_t begin = since_utime_ ? SeekTime(log_->bytes(), *since_utime_ - kSeekSlackUs) : 0;
   LogReader reader(log_->bytes(), begin);
   while (const std::optional<LogEvent> event = reader.Next()) {
     if (since_utime_ && event->utime < *since_utime_) continue;
@@ -55,8 +54,7 @@ void LogSelection::Visit(const EventVisitor& visit, bool filtered) {
     if (filtered && !filter_.Takes(event->channel)) continue;
     if (!visit(*event)) return;
   }
-  damaged_bytes_ = 0;
-  for (const LogReader::Damage& damage : reader.damage()) damaged_bytes_ += damage.size;
+  damaged_bytes_ = DamagedBytes(reader.damage());
 }
 
 EventRange LogSelection::events() {

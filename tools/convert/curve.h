@@ -11,9 +11,9 @@ struct CurvePoint {
   bool operator==(const CurvePoint&) const = default;
 };
 
-// A curve for a picture of so many columns of pixels, in memory that does not grow with the readings: of each column it
-// keeps the first, lowest, highest and last reading, which draw the same picture as all of them (U. Jugel et al., "M4: A
-// Visualization-Oriented Time Series Data Aggregation", VLDB 2014).
+// A curve for a picture of so many columns of pixels, in memory that does not grow with the readings: of each column
+// it keeps the first, lowest, highest and last reading, which draw the same picture as all of them (U. Jugel et al.,
+// "M4: A Visualization-Oriented Time Series Data Aggregation", VLDB 2014).
 class Curve {
  public:
   // Readings stand in [first_us, last_us]; others are drawn at its ends. No line joins readings that are further apart

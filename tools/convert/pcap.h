@@ -5,10 +5,9 @@
 
 namespace axlecast {
 
-// Wire captures (WIRE/<bus>) as a pcap file with times in ns (draft-ietf-opsawg-pcap):
-// either CAN, as LINKTYPE_CAN_SOCKETCAN (227), of the frames that were on the bus; or serial lines and SPI, as
-// LINKTYPE_USER0 (147), of everything that the driver did and heard. One file holds one of the two: captures of both are
-// a problem that says so.
+// Wire captures (WIRE/<bus>) as a pcap file with times in ns (draft-ietf-opsawg-pcap): either CAN, as
+// LINKTYPE_CAN_SOCKETCAN (227), of the frames that were on the bus; or serial lines and SPI, as LINKTYPE_USER0 (147), of
+// everything that the driver did and heard. One file holds one of the two: captures of both are a problem that says so.
 //
 // Before the data of a USER0 packet stands a header of ours, big-endian:
 //   0  version, 1

@@ -1,6 +1,7 @@
 #include "tools/convert/plot_data.h"
 
 #include <algorithm>
+#include <axlecast/position_block_t.hpp>
 #include <axlecast/position_t.hpp>
 #include <cmath>
 #include <limits>
@@ -8,6 +9,7 @@
 #include <optional>
 #include <set>
 
+#include "drivers/runtime/core/decode_message.h"
 #include "tools/convert/flat_fields.h"
 #include "tools/convert/message_gap.h"
 #include "tools/convert/sample_time.h"
@@ -18,6 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr std::int64_t kNsPerUs = 1'000;
 constexpr double kMost = 1e300;  // beyond it an axis cannot be computed
 
 // What is known before the curves are made.
@@ -27,6 +30,12 @@ struct Times {
   std::int64_t first = std::numeric_limits<std::int64_t>::max();
   std::int64_t last = 0;
 };
+
+// us, of the last reading of a message whose first is at `us`.
+std::int64_t LastReading(const LogEvent& event, std::int64_t us) {
+  const auto block = DecodeMessage<position_block_t>(event.data);
+  return block && !block->dt_ns.empty() ? us + std::max(block->dt_ns.back(), 0) / kNsPerUs : us;
+}
 
 Times Look(const EventRange& events, const std::vector<PlotField>& fields) {
   Times times;
@@ -42,7 +51,7 @@ Times Look(const EventRange& events, const std::vector<PlotField>& fields) {
     if (place == times.gaps.end()) place = times.gaps.try_emplace(std::string(event.channel)).first;
     place->second.On(us);
     times.first = std::min(times.first, us);
-    times.last = std::max(times.last, us);
+    times.last = std::max(times.last, LastReading(event, us));
     return true;
   });
   return times;
@@ -71,7 +80,7 @@ class CurveSource {
     const auto steps = message.find("dt_ns");
     if (value->is_array() && steps != message.end() && steps->is_array() && steps->size() == value->size()) {
       for (std::size_t i = 0; i < value->size(); ++i) {
-        const std::int64_t at = us + (*steps)[i].get<std::int64_t>() / 1'000;
+        const std::int64_t at = us + (*steps)[i].get<std::int64_t>() / kNsPerUs;
         Add(at, (*value)[i], flagged ? flags[i] : Json());
       }
     } else {
