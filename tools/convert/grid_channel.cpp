@@ -6,9 +6,9 @@
 namespace axlecast {
 namespace {
 
-constexpr std::int64_t kNsPerUs = 1'000;
-constexpr std::int64_t kUsualMaxAge = 50'000;               // us
-constexpr std::int64_t kLatest = INT64_MAX / kNsPerUs / 2;  // us: 2116, far from where ns overflow
+constexpr std::int64_t kNsPerMicrosecond = 1'000;
+constexpr std::int64_t kUsualMaxAge = 50'000;                               // us
+constexpr std::int64_t kLatestInstant = INT64_MAX / kNsPerMicrosecond / 2;  // us: 2116, far from where ns overflow
 
 std::int64_t MaxAge(std::int64_t wanted, const DeviceByBoot& devices) {
   if (wanted > 0) return wanted;
@@ -24,12 +24,12 @@ GridChannel::GridChannel(std::int64_t period_us, std::int64_t max_age_us, Device
     : period_us_(period_us),
       max_age_us_(MaxAge(max_age_us, devices)),
       devices_(std::move(devices)),
-      tracker_({.max_extrapolation_ns = 0, .max_gap_ns = max_age_us_ * kNsPerUs, .same_host = false}) {}
+      tracker_({.max_extrapolation_ns = 0, .max_gap_ns = max_age_us_ * kNsPerMicrosecond, .same_host = false}) {}
 
 void GridChannel::On(const position_t& position, const Sink& sink) {
   const std::int64_t at = position.utime;
-  if (at < 0 || at > kLatest) return;
-  const PositionTracker::News news = tracker_.OnPosition(position, at * kNsPerUs);
+  if (at < 0 || at > kLatestInstant) return;
+  const PositionTracker::News news = tracker_.OnPosition(position, at * kNsPerMicrosecond);
   if (!before_ || news.restarted) {
     before_.reset();
     const auto device = devices_.find(position.boot_id);
@@ -47,7 +47,7 @@ void GridChannel::On(const position_t& position, const Sink& sink) {
 }
 
 GridChannel::Cell GridChannel::At(std::int64_t utime, std::int32_t flags) const {
-  const PositionTracker::Position position = tracker_.At(utime * kNsPerUs);
+  const PositionTracker::Position position = tracker_.At(utime * kNsPerMicrosecond);
   Cell cell{.value = {}, .counts = {}, .flags = flags};
   if (!position) return cell;
   cell.counts = position.counts;

@@ -20,8 +20,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::int64_t kNsPerUs = 1'000;
 constexpr double kMost = 1e300;  // beyond it an axis cannot be computed
+
+std::int64_t ToMicroseconds(std::int64_t ns) { return ns / 1'000; }
 
 // What is known before the curves are made.
 struct Times {
@@ -34,7 +35,7 @@ struct Times {
 // us, of the last reading of a message whose first is at `us`.
 std::int64_t LastReading(const LogEvent& event, std::int64_t us) {
   const auto block = DecodeMessage<position_block_t>(event.data);
-  return block && !block->dt_ns.empty() ? us + std::max(block->dt_ns.back(), 0) / kNsPerUs : us;
+  return block && !block->dt_ns.empty() ? us + ToMicroseconds(std::max(block->dt_ns.back(), 0)) : us;
 }
 
 Times Look(const EventRange& events, const std::vector<PlotField>& fields) {
@@ -80,7 +81,7 @@ class CurveSource {
     const auto steps = message.find("dt_ns");
     if (value->is_array() && steps != message.end() && steps->is_array() && steps->size() == value->size()) {
       for (std::size_t i = 0; i < value->size(); ++i) {
-        const std::int64_t at = us + (*steps)[i].get<std::int64_t>() / kNsPerUs;
+        const std::int64_t at = us + ToMicroseconds((*steps)[i].get<std::int64_t>());
         Add(at, (*value)[i], flagged ? flags[i] : Json());
       }
     } else {

@@ -123,6 +123,19 @@ TEST(MessageJson, ReadsAHeadAlone) {
   EXPECT_FALSE(HeadOf(Encoded(alarm_entry_t{}))) << "a type without a head";
 }
 
+// That messages agree with their schemas in whole is checked in tests/convert, by somebody else's validator.
+TEST(MessageJson, SchemaNamesTheFieldsInTheirOrder) {
+  const MessageType* const type = FindMessageType(Encoded(Position()));
+  ASSERT_NE(type, nullptr);
+  const auto properties = nlohmann::ordered_json::parse(type->schema).at("properties");
+  const nlohmann::ordered_json json = ToJson(Position());
+  ASSERT_EQ(properties.size(), json.size());
+  auto field = json.begin();
+  for (const auto& [name, property] : properties.items()) EXPECT_EQ(name, (field++).key());
+  EXPECT_EQ(properties["spare"]["maxItems"], 2);
+  EXPECT_EQ(FindMessageType(Bytes()), nullptr);
+}
+
 TEST(MessageJson, MalformedMessagesAreNone) {
   std::string type;
   std::vector<std::uint8_t> bytes = Encoded(Position());
