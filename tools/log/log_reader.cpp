@@ -181,12 +181,12 @@ bool LogReader::Disproves(const LogEvent& event, std::size_t offset, const LogEv
   const bool in_time = NotBefore(event.utime, inner.utime) || (utime_ && NotBefore(*utime_, inner.utime));
   const bool follows = in_time && (Fits(event.number, offset + kSmallestEvent, inner.number, inner_offset) ||
                                    (anchor_ && Fits(anchor_->number, anchor_->end, inner.number, inner_offset)));
+  if (later && follows) return true;
   if (end == log_.size()) return chain.to_end && (follows || later);
   const std::optional<LogEvent> next = At(end);
   const bool behind = chain.last >= end || chain.to_end;
   if (!next) return follows || (later && behind);
-  if (event.number < inner.number && inner.number < next->number)
-    return behind ? later || follows : later && follows;
+  if (event.number < inner.number && inner.number < next->number) return behind && (later || follows);
   return behind && (follows || (in_time && chain.last == end && Follows(inner.number, next->number, chain.links)));
 }
 

@@ -5,9 +5,6 @@
 namespace axlecast {
 namespace {
 
-// Many times what stands between two seals; must hold the largest record, and more.
-constexpr std::size_t kFirstLook = 4 * kLargestLogData;
-
 // Whether the end could be judged from `begin` on: a seal stands there, or nothing is before.
 bool ReadTail(Bytes log, std::size_t begin, LogTail& tail) {
   bool sealed = begin == 0;
@@ -28,9 +25,9 @@ bool ReadTail(Bytes log, std::size_t begin, LogTail& tail) {
 
 }  // namespace
 
-LogTail FindTail(Bytes log) {
+LogTail FindTail(Bytes log, std::size_t look) {
   LogTail tail;
-  if (log.size() > kFirstLook && ReadTail(log, log.size() - kFirstLook, tail)) return tail;
+  if (log.size() > look && ReadTail(log, log.size() - look, tail)) return tail;
   tail = {};
   static_cast<void>(ReadTail(log, 0, tail));
   return tail;

@@ -15,7 +15,10 @@ struct LogTail {
   SealCount open;                // the records that no seal covers yet
 };
 
-// Reads the log's end only, back to its last seal; a log without seals from its beginning.
-[[nodiscard]] LogTail FindTail(Bytes log);
+// Many times what stands between two seals.
+inline constexpr std::size_t kTailLook = 4 * kLargestLogData;
+
+// Reads the log's last `look` bytes only where a seal stands in them, else all of it.
+[[nodiscard]] LogTail FindTail(Bytes log, std::size_t look = kTailLook);
 
 }  // namespace axlecast
