@@ -6,9 +6,9 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/runtime/core/sender_address.h"
 #include "tools/udpm/fragment_store.h"
 #include "tools/udpm/message_numbers.h"
-#include "drivers/runtime/core/sender_address.h"
 
 namespace axlecast {
 

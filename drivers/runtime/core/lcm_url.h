@@ -13,9 +13,9 @@ struct LcmUrl {
   bool in_process = false;  // memq://
   std::string group;
   std::int64_t port = 0;
-  int ttl = 0;          // 0: this host only
+  int ttl = 0;                     // 0: this host only
   std::int64_t recv_buf_size = 0;  // bytes; 0: not given
-  std::string problem;  // what is wrong and what would be right; empty when it is a good URL
+  std::string problem;             // what is wrong and what would be right; empty when it is a good URL
 };
 [[nodiscard]] LcmUrl ParseLcmUrl(std::string_view url);
 
