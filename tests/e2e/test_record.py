@@ -136,11 +136,11 @@ class Record(Machine):
     def test_sigterm_writes_what_has_arrived(self):
         process = self.record(self.log_path)
         process.send_signal(signal.SIGSTOP)
-        self.sender.send(5_000)
+        self.sender.send(300)
         process.send_signal(signal.SIGTERM)
         process.send_signal(signal.SIGCONT)
         self.assertEqual(process.wait(30), 0, self.log("record"))
-        self.assertEqual(self.recorded(), list(range(5_000)))
+        self.assertEqual(self.recorded(), list(range(300)))
 
     def test_a_killed_recording_is_continued(self):
         process = self.record(self.log_path)
@@ -277,6 +277,19 @@ class Record(Machine):
         health = sum(channel == "RECORDER/test" for channel, _ in lcm_log.events(path))
         self.assertEqual(summary["messages"], len(kept) + health)
         self.assertGreaterEqual(summary["lost_at_disk"], self.sender.sent - len(kept))
+
+    def test_what_waits_for_a_full_disk_is_bounded_and_counted(self):
+        path = self.small_disk() / "a.lcm"
+        process = self.record(path, "--buffer", "20kB")
+        self.fill(self.watch_health())
+        self.sender.send(200, size=1_000)
+        code, summary = self.end(process)
+        self.assertEqual(code, 4, summary)
+        self.assertGreater(summary["lost_in_memory"], 100)
+        received = sum(sender["received"] for sender in summary["senders"])
+        self.assertEqual(summary["messages"] + summary["lost_in_memory"] + summary["lost_at_disk"], received)
+        own, = (sender for sender in summary["senders"] if sender["sender"].endswith(f":{self.sender.own_port()}"))
+        self.assertEqual(own["received"], self.sender.sent)
 
     def test_a_disk_with_room_again_loses_nothing(self):
         disk = self.small_disk()
