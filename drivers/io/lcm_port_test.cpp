@@ -126,7 +126,7 @@ TEST(LcmPort, ASignalIsNoFailure) {
 
 TEST(LcmPort, AMalformedUrlIsAProblemAndNothingWorks) {
   for (const char* url : {"", "udpm:/239.255.76.67:7667", "udpm://239.255.76.67", "udpm://10.0.0.1:7667",
-                          "udpm://239.255.76.67:7667?tll=0", "udpm://239.255.76.67:0", "tcpq://localhost:7700"}) {
+                          "udpm://239.255.76.67:7667?tll=0", "udpm://239.255.76.67:0", "tcp://localhost:7700"}) {
     LcmPort port(url, "");
     EXPECT_THAT(port.problem(), HasSubstr("the LCM URL '" + std::string(url) + "'"));
     EXPECT_FALSE(port.Subscribe("A", [](const std::string&, Bytes) {}));

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/axlecast/sequence_count.h"
+#include "tools/recorder/sequence_count.h"
 #include "tools/log/log_reader.h"
 #include "tools/log/log_seal.h"
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <regex>
+#include <utility>
 #include <utility>
 
 namespace axlecast {
@@ -28,17 +28,6 @@ bool IsName(const std::string& name) {
   return !name.empty() && name.size() <= kLongestName &&
          name.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-") ==
              std::string::npos;
-}
-
-// False, with the plan's problem, when `text` is none.
-bool Compile(const char* option, const std::string& text, std::regex& compiled, RecordPlan& plan) {
-  try {
-    compiled = std::regex(text, std::regex::ECMAScript | std::regex::optimize);
-    return true;
-  } catch (const std::regex_error& error) {
-    plan.problem = std::string(option) + " '" + text + "' is no regular expression: " + error.what();
-    return false;
-  }
 }
 
 bool IsFolder(const std::string& path) {
@@ -144,7 +133,6 @@ RecordPlan MakeRecordPlan(const RecordOptions& options, const std::optional<Mach
   plan.prefix = lcm.prefix;
   settings.urls = options.urls.empty() ? std::vector<std::string>{lcm.url, lcm.command_url} : options.urls;
   identity.urls = settings.urls;
-  settings.invert = options.invert;
   settings.queue_bytes = options.queue_bytes;
 
   const bool names_logs = IsFolder(options.file);
@@ -152,10 +140,13 @@ RecordPlan MakeRecordPlan(const RecordOptions& options, const std::optional<Mach
   if (plan.problem.empty() && !IsName(identity.name)) {
     plan.problem = "--name '" + identity.name + "' is no name: 1 to 24 of letters, digits, _ and -";
   }
-  if (!plan.problem.empty() || !Compile("--channel", options.channel, settings.channel, plan)) return plan;
+  if (plan.problem.empty()) plan.problem = settings.filter.Set(options.channel, options.invert);
+  if (!plan.problem.empty()) return plan;
   if (!options.trigger.empty()) {
+    auto trigger = CompileExpression(options.trigger, plan.problem);
+    if (!trigger) return plan;
     PreTrigger& pre_trigger = settings.recorder.pre_trigger.emplace();
-    if (!Compile("--trigger", options.trigger, pre_trigger.trigger, plan)) return plan;
+    pre_trigger.trigger = std::move(*trigger);
     pre_trigger.before = Nanoseconds(options.before_s);
     pre_trigger.after = Nanoseconds(options.after_s);
   }

@@ -83,7 +83,7 @@ std::size_t Intake::ReadBatch(Source& source, std::int64_t until) {
 }
 
 void Intake::Take(const ReceivedMessage& message) {
-  if (!filter_.Wants(message.channel)) return;
+  if (!filter_.Takes(message.channel)) return;
   if (queue_.Add({message.utime, message.channel, message.data})) return;
   ++overflow_;
   if (overflow_of_.size() < UdpmReceiver::kMostSenders || overflow_of_.contains(message.sender)) {

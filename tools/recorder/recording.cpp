@@ -21,7 +21,7 @@ Recording::Recording(RecordingSettings settings, const Clock& clock)
     : clock_(clock),
       urls_(std::move(settings.urls)),
       queue_(settings.queue_bytes),
-      intake_(ChannelFilter(std::move(settings.channel), settings.invert), queue_, clock),
+      intake_(std::move(settings.filter), queue_, clock),
       writer_(std::move(settings.writer), clock),
       recorder_(std::move(settings.recorder), writer_),
       stop_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}

@@ -4,7 +4,6 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <regex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -20,8 +19,7 @@ struct RecordingSettings {
   RecorderSettings recorder;
   LogWriterSettings writer;
   std::vector<std::string> urls;
-  std::regex channel;
-  bool invert = false;
+  ChannelFilter filter;
   std::size_t queue_bytes = 64U << 20;  // between the network and the disk
 };
 
