@@ -13,7 +13,9 @@ using testing::IsEmpty;
 
 std::vector<std::uint8_t> Log(const std::vector<std::int64_t>& times) {
   std::vector<std::uint8_t> log;
-  for (const std::int64_t utime : times) AppendEvent(log, {.utime = utime, .channel = "A", .data = {}});
+  for (std::int64_t number = 0; const std::int64_t utime : times) {
+    AppendEvent(log, {.number = number++, .utime = utime, .channel = "A", .data = {}});
+  }
   return log;
 }
 
