@@ -7,8 +7,6 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <utility>
-#include <utility>
 
 namespace axlecast {
 namespace {

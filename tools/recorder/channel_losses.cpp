@@ -24,13 +24,13 @@ constexpr std::size_t kMostChannels = 10'000;  // anybody may invent more
 
 // Types whose numbers run without gaps, as their .lcm says.
 bool IsNumbered(std::int64_t hash) {
-  static const std::array<std::int64_t, 11> numbered = {
+  static const std::array<std::int64_t, 11> kNumbered = {
       alarm_t::getHash(),          bus_health_t::getHash(),    device_info_t::getHash(),
       motor_health_t::getHash(),   position_t::getHash(),      position_block_t::getHash(),
       trip_log_t::getHash(),       wire_t::getHash(),          recorder_health_t::getHash(),
       command_status_t::getHash(), driver_status_t::getHash(),
   };
-  return std::find(numbered.begin(), numbered.end(), hash) != numbered.end();
+  return std::find(kNumbered.begin(), kNumbered.end(), hash) != kNumbered.end();
 }
 
 }  // namespace
