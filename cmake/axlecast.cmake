@@ -18,8 +18,8 @@ if(AXLECAST_SANITIZE)
   target_link_options(axlecast_flags INTERFACE -fsanitize=${AXLECAST_SANITIZE})
 endif()
 
-# What is tested is optimised and searched for undefined behaviour; doing that to the tests themselves would take twice
-# their time to compile. Linked last, so that these options are the last ones.
+# Optimising the tests themselves, or searching them for undefined behaviour, would take twice their time to compile.
+# Linked last, so that these options are the last ones.
 add_library(axlecast_test_flags INTERFACE)
 target_compile_options(axlecast_test_flags INTERFACE -O0 -g1)
 if(AXLECAST_SANITIZE MATCHES undefined)

@@ -43,7 +43,7 @@ def declared(code, at):
     statement = ""
     for character in code[at:]:
         if depth == 0 and character in ";{}":
-            names |= set(name_of(statement))
+            names.add(name_of(statement))
             statement = ""
         if character == "}":
             depth -= 1
@@ -57,11 +57,11 @@ def declared(code, at):
 
 
 def name_of(statement):
-    """The name that a declaration's text, up to its first brace or semicolon, introduces, if any."""
+    """The name that a declaration's text, up to its first brace or semicolon, introduces, or None."""
     statement = re.sub(r"\[\[.*?\]\]|\[[^\]]*\]", " ", statement).split("=")[0]
     for not_private in (r"\s*using\s+[\w:]+::\w+\s*$", r"\s*(?:TYPED_)?TEST\w*\s*\(", r"\s*INSTANTIATE_\w*\s*\("):
         if re.match(not_private, statement):
-            return []
+            return None
     for form in (
         r"^\s*(?:template\s*<.*>\s*)?(?:struct|class|enum(?:\s+class)?|using|concept)\s+(\w+)",
         r"(\w+)\s*\(",
@@ -69,8 +69,8 @@ def name_of(statement):
     ):
         found = re.search(form, statement, re.DOTALL)
         if found:
-            return [found.group(1)]
-    return []
+            return found.group(1)
+    return None
 
 
 def groups_of(sources):

@@ -1,5 +1,6 @@
 #include "drivers/runtime/driver/bus_settings.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace axlecast {
@@ -37,6 +38,11 @@ BusSettings BusSettingsOf(const BusConfig& config, PulseLines* lines) {
   settings.echo = config.link.echo;
   settings.lines = lines;
   return settings;
+}
+
+bool HoldsSecrets(const BusConfig& config) {
+  return std::any_of(config.devices.begin(), config.devices.end(),
+                     [](const DeviceConfig& device) { return device.settings && device.settings->holds_secrets; });
 }
 
 }  // namespace axlecast

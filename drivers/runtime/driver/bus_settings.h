@@ -7,8 +7,10 @@ namespace axlecast {
 
 // How a configured bus is run. On a bus with several devices a silent one pauses for longer, because its timeouts
 // cost the others their turns; a device alone on its bus costs nobody, and is back within 100 ms.
+[[nodiscard]] BusSettings BusSettingsOf(const BusConfig& config, PulseLines* lines);
 // How its recording names the kind of bus.
 [[nodiscard]] WireLog::Kind WireKindOf(const BusConfig& config);
-[[nodiscard]] BusSettings BusSettingsOf(const BusConfig& config, PulseLines* lines);
+// Whether its driver handles passwords.
+[[nodiscard]] bool HoldsSecrets(const BusConfig& config);
 
 }  // namespace axlecast

@@ -55,6 +55,7 @@ Driver::Driver(const BusConfig& config, const BridgeConfig& bridge, std::int64_t
       wire_(MakeWireLog(config, boot_id, time_, *ports_.data)),
       bus_(MakeBus()),
       health_(config, boot_id, time_, *ports_.data),
+      holds_secrets_(HoldsSecrets(config)),
       now_(ports_.clock->Now()),
       next_tick_(now_) {
   time_.Update(now_, ports_.clock->UtcMicroseconds());
@@ -65,7 +66,6 @@ Driver::Driver(const BusConfig& config, const BridgeConfig& bridge, std::int64_t
     unit.device = config.family->make_device(config, device, *unit.channel, *ports_.secrets);
     operations_.Add(device, *unit.channel, *unit.device);
     bus_.Add(*unit.device);
-    holds_secrets_ = holds_secrets_ || (device.settings && device.settings->holds_secrets);
     units_.push_back(std::move(unit));
   }
   tallies_.resize(units_.size());

@@ -96,9 +96,9 @@ class Driver final : private LinkObserver {
   std::unique_ptr<WireLog> wire_;
   Bus bus_;
   BusHealth health_;
+  const bool holds_secrets_;
   std::optional<CanWatch> can_watch_;  // of a CAN bus
   std::vector<Unit> units_;
-  bool holds_secrets_ = false;
   std::vector<DeviceTally> tallies_;
   std::vector<OrderDesk::DeviceSummary> summaries_;  // as the last HELLO said
   MonoNs now_;

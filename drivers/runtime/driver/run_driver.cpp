@@ -3,7 +3,6 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <csignal>
 #include <memory>
 #include <optional>
@@ -15,6 +14,7 @@
 #include "drivers/io/supervision.h"
 #include "drivers/io/system_clock.h"
 #include "drivers/runtime/command/own_key.h"
+#include "drivers/runtime/driver/bus_settings.h"
 #include "drivers/runtime/driver/command_thread.h"
 #include "drivers/runtime/driver/driver.h"
 #include "drivers/runtime/driver/ports.h"
@@ -28,12 +28,6 @@ std::shared_ptr<spdlog::logger> MakeLog(const std::string& bus, bool verbose) {
   log->set_level(verbose ? spdlog::level::debug : spdlog::level::info);
   log->flush_on(spdlog::level::info);
   return log;
-}
-
-bool HoldsSecrets(const BusConfig& bus, const BridgeConfig& bridge) {
-  return !bridge.drivers.place.empty() ||
-         std::any_of(bus.devices.begin(), bus.devices.end(),
-                     [](const DeviceConfig& device) { return device.settings->holds_secrets; });
 }
 
 // False when LCM cannot be used; says why.
@@ -91,7 +85,7 @@ int RunDriver(const MachineConfig& machine, const BusConfig& bus, bool verbose,
   if (!Works(data, *log) || !Works(commands, *log)) return 1;
 
   const SystemClock clock;
-  if (HoldsSecrets(bus, machine.bridge)) {
+  if (HoldsSecrets(bus) || !machine.bridge.drivers.place.empty()) {
     if (const std::string problem = ForbidCoreDumps(); !problem.empty()) log->warn("{}", problem);
   }
   const Ports ports = MakePorts(machine, bus, clock);
