@@ -67,8 +67,9 @@ class Candump:
         self.log = open(name, encoding="ascii")
         self.begun, self.read = "", []
         filters = ",0:0,#FFFFFFFF" if errors else ""
-        # -r: 1 MiB of room, because at full load it may sleep for a while. -D: goes on when the interface was down.
-        self.process = subprocess.Popen(["candump", "-L", "-D", "-r", "1048576", f"{interface}{filters}"], stdout=log)
+        # -r: 8 MiB, room for 20,000 frames (some 800 bytes each in the kernel): at full load it may sleep for long.
+        # -D: goes on when the interface was down.
+        self.process = subprocess.Popen(["candump", "-L", "-D", "-r", "8388608", f"{interface}{filters}"], stdout=log)
         os.close(log)
         os.unlink(name)
         wait_for(self._listens, f"candump on {interface}")
