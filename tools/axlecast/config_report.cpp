@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "drivers/runtime/config/words.h"
 #include "tools/axlecast/columns.h"
 #include "tools/axlecast/key_report.h"
 #include "tools/json/names.h"
@@ -15,6 +16,7 @@ constexpr double kBusy = 0.9;
 constexpr double kUsbHz = 1'000;
 // Measured: here each LCM process that only listens in costs about a tenth of a core.
 constexpr double kManyMessages = 20'000;
+constexpr double kDayNs = 86'400e9;
 
 using Json = nlohmann::ordered_json;
 
@@ -165,6 +167,39 @@ Json BusJson(const BusConfig& bus) {
   return json;
 }
 
+std::string LogText(const LogConfig& log) {
+  std::string text =
+      "    " + Left(log.name, 24) + ' ' +
+      (log.channels.empty() ? "all channels"
+                            : (log.invert ? "all channels but " : "channels ") + Quoted(log.channels));
+  if (!log.trigger.empty()) text += ", around " + Quoted(log.trigger);
+  if (log.keep > 0) text += ", kept for " + Format("%.6g", static_cast<double>(log.keep) / kDayNs) + " days";
+  if (log.quota_bytes > 0) text += ", at most " + std::to_string(log.quota_bytes >> 20) + " MB";
+  if (log.keep == 0 && log.quota_bytes == 0) text += ", never deleted";
+  return text + '\n';
+}
+
+std::string RecorderText(const MachineConfig& machine) {
+  if (machine.recorder.logs.empty()) return "";
+  std::string text = "recorder, into " + LogDirectory(machine) + '\n';
+  for (const LogConfig& log : machine.recorder.logs) text += LogText(log);
+  return text;
+}
+
+Json RecorderJson(const MachineConfig& machine) {
+  if (machine.recorder.logs.empty()) return nullptr;
+  Json json = {{"directory", LogDirectory(machine)}, {"logs", Json::array()}};
+  for (const LogConfig& log : machine.recorder.logs) {
+    json["logs"].push_back({{"name", log.name},
+                            {"channels", log.channels},
+                            {"invert", log.invert},
+                            {"trigger", log.trigger},
+                            {"keep_s", static_cast<double>(log.keep) / 1e9},
+                            {"quota_bytes", log.quota_bytes}});
+  }
+  return json;
+}
+
 }  // namespace
 
 BusLoad LoadOf(const BusConfig& bus) {
@@ -193,7 +228,7 @@ std::string ConfigText(const MachineConfig& machine) {
                      machine.lcm.command_url + '\n';
   for (const BusConfig& bus : machine.buses) text += BusText(bus);
   text += Format("%.0f", MessagesPerSecond(machine)) + " POSITION and MOTOR messages a second at most\n";
-  return text + KeysText(machine);
+  return text + RecorderText(machine) + KeysText(machine);
 }
 
 Json ConfigJson(const std::string& file, const MachineConfig* machine, const ConfigErrors& errors) {
@@ -209,6 +244,7 @@ Json ConfigJson(const std::string& file, const MachineConfig* machine, const Con
   json["machine"] = machine->machine;
   json["buses"] = Json::array();
   for (const BusConfig& bus : machine->buses) json["buses"].push_back(BusJson(bus));
+  json["recorder"] = RecorderJson(*machine);
   json["bridge"] = KeysJson(*machine);
   return json;
 }

@@ -56,6 +56,21 @@ TEST(ConfigWarnings, AGoodMachineHasNone) {
   EXPECT_THAT(BusWarnings(Machine("simulate: true, poll_hz: 0")), IsEmpty()) << "as fast as possible is meant";
 }
 
+TEST(ConfigText, NamesTheRecordersLogs) {
+  const MachineConfig machine = Machine("simulate: true",
+                                        "recorder:\n"
+                                        "  directory: /data\n"
+                                        "  logs:\n"
+                                        "    events: {channels: ^POSITION, invert: true, keep: 2w}\n"
+                                        "    all: {quota: 20GB}\n");
+  const std::string text = ConfigText(machine);
+  EXPECT_THAT(text, HasSubstr("recorder, into /data\n"));
+  EXPECT_THAT(text, HasSubstr("all channels but '^POSITION', kept for 14 days\n"));
+  EXPECT_THAT(text, HasSubstr("all channels, at most 20480 MB\n"));
+  const auto json = ConfigJson("m.yaml", &machine, ConfigErrors("m.yaml"));
+  EXPECT_EQ(json["recorder"]["logs"][0]["keep_s"], 14.0 * 86'400);
+}
+
 TEST(ConfigWarnings, EachNamesCauseAndRemedy) {
   EXPECT_THAT(BusWarnings(Machine("simulate: true, poll_hz: 19000")),
               ElementsAre(HasSubstr("bus b0: readings take 97 % of the wire's time: commands and retries will cost "

@@ -83,6 +83,10 @@ void MachineRun::StartAll() {
                   {ProgramFolder() + "/axlecast", "simulate", file_, "--bus", bus.name});
   }
   if (AnySimulated(machine_)) AwaitSimulators();
+  if (!machine_.recorder.logs.empty()) {
+    fleet_->Start(Fleet::Role::kRecorder, "recorder",
+                  {ProgramFolder() + "/axlecast", "record", "--config", file_, "--json"});
+  }
   fleet_->Start(Fleet::Role::kBridge, "bridge", {CompanionProgram("bridge"), "--config", file_});
   for (const BusConfig& bus : machine_.buses) {
     fleet_->Start(Fleet::Role::kDriver, "driver " + bus.name,

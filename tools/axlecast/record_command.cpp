@@ -1,134 +1,156 @@
 #include "tools/axlecast/record_command.h"
 
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
 #include <iostream>
+#include <list>
 #include <memory>
+#include <system_error>
 #include <utility>
 
 #include "drivers/io/lcm_port.h"
-#include "drivers/io/mapped_file.h"
 #include "drivers/io/process.h"
+#include "drivers/io/run_directory.h"
 #include "drivers/io/system_clock.h"
 #include "tools/axlecast/exit_code.h"
+#include "tools/axlecast/log_recording.h"
 #include "tools/axlecast/record_options.h"
 #include "tools/axlecast/record_report.h"
 #include "tools/axlecast/screen.h"
-#include "tools/recorder/log_tail.h"
-#include "tools/recorder/recording_health.h"
 
 namespace axlecast {
 namespace {
 
-constexpr const char* kLineStart = "\r\x1b[K";
+// The live lines, one for each log; they are drawn over the ones before.
+class LiveLines {
+ public:
+  explicit LiveLines(bool shown) : shown_(shown) {}
+
+  void Draw(const std::string& lines) {
+    if (!shown_) return;
+    Clear();
+    static_cast<void>(WriteOut(lines));
+    height_ = std::count(lines.begin(), lines.end(), '\n');
+  }
+  void Clear() {
+    if (!shown_) return;
+    const std::string up = height_ > 0 ? "\x1b[" + std::to_string(height_) + 'A' : "";
+    static_cast<void>(WriteOut('\r' + up + "\x1b[J"));
+    height_ = 0;
+  }
+
+ private:
+  bool shown_;
+  std::ptrdiff_t height_ = 0;
+};
 
 // One run of the command.
 class RecordRun {
  public:
   RecordRun(const RecordOptions& options, RecordPlan plan)
       : options_(options),
-        name_(plan.settings.recorder.identity.name),
-        urls_(plan.settings.urls),
         live_(!options.json && Screen::Usable()),
-        health_port_(urls_.front(), std::move(plan.prefix)),
-        health_(name_, RandomBootId()),
-        recording_(std::move(plan.settings), clock_) {}
+        health_port_(plan.logs.front().urls.front(), std::move(plan.prefix)) {
+    for (RecordingSettings& settings : plan.logs) logs_.emplace_back(std::move(settings), clock_);
+  }
 
   int Run() {
     const StopSignal stop;
-    std::string problem = options_.append ? Continue() : "";
-    if (problem.empty()) problem = recording_.Open();
-    if (!problem.empty()) {
+    if (const std::string problem = Open(); !problem.empty()) {
       std::cerr << problem << '\n';
       return kExitFailed;
     }
-    for (const std::string& warning : recording_.warnings()) std::cerr << "warning: " << warning << '\n';
-    Announce();
-    recording_.Start();
-    while (!recording_.failed() && !stop.Wait(kRedrawMs)) Tell();
-    PublishHealth(true);
-    recording_.Stop();
+    for (LogRecording& log : logs_) log.Start();
+    while (!AnyFailed() && !stop.Wait(kRedrawMs)) {
+      if (clock_.Now() < next_health_) continue;
+      next_health_ = clock_.Now() + kSecond;
+      Tell(false);
+    }
+    Tell(true);
+    for (LogRecording& log : logs_) log.Stop();
     return End();
   }
 
  private:
-  // Goes on with the file. Empty, or why that cannot be.
-  std::string Continue() {
-    if (access(options_.file.c_str(), F_OK) != 0) return "";  // it begins a new one
-    const MappedFile file(options_.file);
-    if (!file.problem().empty()) return file.problem();
-    const LogTail tail = FindTail(file.bytes());
-    if (!file.bytes().empty() && tail.begin.events == 0) {
-      return options_.file + ": holds no event of LCM, and is left as it is; choose another name";
+  std::string Open() {
+    if (options_.append) {
+      if (std::string problem = logs_.front().Continue(options_.file); !problem.empty()) return problem;
     }
-    if (tail.torn > 0) std::cerr << options_.file << ": cuts off a torn end of " << tail.torn << " bytes\n";
-    if (tail.damaged > 0) {
-      std::cerr << options_.file << ": " << tail.damaged << " bytes before its end are damaged, and stay\n";
+    for (LogRecording& log : logs_) {
+      if (std::string problem = log.Open(); !problem.empty()) return problem;
     }
-    recording_.Append(tail.begin);
+    for (const std::string& warning : logs_.front().warnings()) std::cerr << "warning: " << warning << '\n';
+    for (const LogRecording& log : logs_) Announce(log);
     return "";
   }
 
-  void Announce() const {
+  void Announce(const LogRecording& log) const {
     if (options_.json) {
-      static_cast<void>(WriteOut(RecordStartJson(recording_.status(), urls_) + '\n'));
+      static_cast<void>(WriteOut(RecordStartJson(log.name(), log.status(), log.urls()) + '\n'));
       return;
     }
-    const std::string file = recording_.status().disk.file;
-    std::cerr << (file.empty() ? "waiting for the trigger" : "recording to " + file) << "; Ctrl-C ends it\n";
+    const std::string file = log.status().disk.file;
+    std::cerr << Title(log) << (file.empty() ? "waiting for the trigger" : "recording to " + file)
+              << "; Ctrl-C ends it\n";
   }
 
-  void Tell() {
-    const MonoNs now = clock_.Now();
-    if (now < next_health_) return;
-    next_health_ = now + kSecond;
-    PublishHealth(false);
+  [[nodiscard]] bool AnyFailed() const {
+    return std::any_of(logs_.begin(), logs_.end(), [](const LogRecording& log) { return log.failed(); });
   }
 
-  void PublishHealth(bool stopping) {
-    const RecordingStatus status = recording_.status();
-    const recorder_health_t health = health_.Make(status, clock_.Now(), clock_.UtcMicroseconds(), stopping);
-    static_cast<void>(Publish(health_port_, "RECORDER/" + name_, health));
-    TellError(status.disk);
-    if (live_) static_cast<void>(WriteOut(kLineStart + RecordStatusLine(health)));
-  }
-
-  // Once, when it appears and when it is over.
-  void TellError(const LogWriterStatus& disk) {
-    if (disk.last_error_utime != 0 && disk.last_error != told_) {
-      std::cerr << (live_ ? kLineStart : "") << disk.last_error << '\n';
-      told_ = disk.last_error;
-    } else if (disk.state == DiskState::kGood && bad_) {
-      std::cerr << (live_ ? kLineStart : "") << "the disk takes events again\n";
-      told_.clear();
+  void Tell(bool stopping) {
+    std::string lines;
+    std::vector<std::string> errors;
+    for (LogRecording& log : logs_) {
+      const recorder_health_t health = log.Tell(health_port_, stopping, errors);
+      lines += (lines.empty() ? "" : "\n") + Title(log) + RecordStatusLine(health);
     }
-    bad_ = disk.state != DiskState::kGood;
+    if (!errors.empty()) live_.Clear();
+    for (const std::string& error : errors) std::cerr << error << '\n';
+    live_.Draw(lines);
   }
 
+  // Which of several.
+  [[nodiscard]] std::string Title(const LogRecording& log) const {
+    return logs_.size() > 1 ? log.name() + ": " : "";
+  }
+
+  // The worst of them.
   int End() {
-    const RecordingStatus status = recording_.status();
-    if (live_) static_cast<void>(WriteOut(kLineStart));
-    if (options_.json) {
-      static_cast<void>(WriteOut(RecordEndJson(status) + '\n'));
-    } else {
-      std::cerr << RecordSummary(status);
+    live_.Clear();
+    int exit_code = kExitDone;
+    for (const LogRecording& log : logs_) {
+      const RecordingStatus status = log.status();
+      if (options_.json) {
+        static_cast<void>(WriteOut(RecordEndJson(log.name(), status) + '\n'));
+      } else {
+        std::cerr << Title(log) << RecordSummary(status);
+      }
+      exit_code = std::max(exit_code, RecordExitCode(status));
     }
-    return RecordExitCode(status);
+    return exit_code;
   }
 
   const RecordOptions& options_;
-  std::string name_;
-  std::vector<std::string> urls_;
-  bool live_;
+  LiveLines live_;
   SystemClock clock_;
   LcmPort health_port_;
-  RecordingHealth health_;
-  Recording recording_;
+  std::list<LogRecording> logs_;
   MonoNs next_health_ = 0;
-  std::string told_;
-  bool bad_ = false;
 };
+
+// Makes the folder of the machine's logs ours. Empty, or why it cannot be.
+std::string TakeFolder(const std::string& folder, const std::string& machine, LockFile& lock) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) return folder + ": cannot be made: " + error.message() + "; make it, or choose another `directory`";
+  const std::string holder = lock.Acquire(folder + "/." + machine + ".lock");
+  return holder.empty() ? ""
+                        : holder +
+                              ": only one recorder at a time writes the logs of the machine's file; name a FILE "
+                              "or a folder (. is this one) for one besides";
+}
 
 int RunRecord(const RecordOptions& options) {
   std::optional<MachineConfig> machine;
@@ -142,6 +164,13 @@ int RunRecord(const RecordOptions& options) {
     std::cerr << plan.problem << '\n';
     return kExitUsage;
   }
+  LockFile lock;
+  if (!plan.folder.empty()) {
+    if (const std::string problem = TakeFolder(plan.folder, machine->machine, lock); !problem.empty()) {
+      std::cerr << problem << '\n';
+      return kExitFailed;
+    }
+  }
   return RecordRun(options, std::move(plan)).Run();
 }
 
@@ -153,9 +182,11 @@ void AddRecordCommand(CLI::App& app, int& exit_code) {
   options->AddTo(*command);
   command->footer(
       "examples:\n"
-      "  axlecast record                                     everything, both ports, NAME_<time>.lcm here\n"
+      "  axlecast record                                     the logs of the machine's file (recorder:); where "
+      "that\n"
+      "                                                      has none, everything into NAME_<time>.lcm here\n"
       "  axlecast record run7.lcm --channel '^POSITION/' --json\n"
-      "  axlecast record /var/log/axlecast/ --split-size 100MB --quota 2GB\n"
+      "  axlecast record /var/log/axlecast/ --split-size 100MB --quota 2GB --keep 14d\n"
       "  axlecast record --trigger 'ALARM/.* battery' --pre-trigger 30s --post-trigger 10s\n"
       "  axlecast record run7.lcm --append\n"
       "Stock tools read the logs: lcm-logplayer run7.lcm. Ctrl-C or SIGTERM writes what has come, and ends.\n"

@@ -15,30 +15,33 @@ namespace axlecast {
 // What `axlecast record` was asked for.
 struct RecordOptions {
   ConfigOption config;
-  std::string file;  // or a folder; empty: the current one
+  std::string file;  // or a folder; empty: the current one, or the logs of the machine's file
   std::vector<std::string> urls;
-  std::string channel;
-  std::string name;
-  std::string trigger;
-  std::uint64_t split_bytes = 0;
-  std::uint64_t quota_bytes = 0;
-  std::uint64_t queue_bytes = 64U << 20;
+  LogConfig log;  // its name: of the recorder
   double split_s = 0;
+  double keep_s = 0;
   double before_s = 0;
   double after_s = 10;
   std::int64_t sync_ms = 100;
-  bool invert = false;
   bool append = false;
   bool json = false;
 
   void AddTo(CLI::App& command);
+  // Whether the logs are those that the machine's file names.
+  [[nodiscard]] bool MeansLogsOf(const std::optional<MachineConfig>& machine) const;
+  // Why it cannot be these, because an option says what a log is to be; empty: it can.
+  [[nodiscard]] std::string ShapesLog() const;
+
+ private:
+  const CLI::App* command_ = nullptr;
 };
 
-// What a recording needs, out of the options and the machine's file.
+// What the recordings need, out of the options and the machine's file.
 struct RecordPlan {
-  RecordingSettings settings;
-  std::string prefix;   // of the channel of its health
-  std::string problem;  // why the options cannot be used, and what would be right; empty: they can
+  std::vector<RecordingSettings> logs;  // at least one, unless there is a problem
+  std::string prefix;                   // of the channels of their health
+  std::string folder;                   // to be made when it is missing; empty: it must be there
+  std::string problem;                  // why the options cannot be used, and what would be right; empty: they can
 };
 [[nodiscard]] RecordPlan MakeRecordPlan(const RecordOptions& options, const std::optional<MachineConfig>& machine);
 

@@ -114,12 +114,14 @@ std::string RecordSummary(const RecordingStatus& status) {
   return text;
 }
 
-std::string RecordStartJson(const RecordingStatus& status, const std::vector<std::string>& urls) {
-  return JsonLine({{"kind", "start"}, {"file", status.disk.file}, {"urls", urls}});
+std::string RecordStartJson(const std::string& name, const RecordingStatus& status,
+                            const std::vector<std::string>& urls) {
+  return JsonLine({{"kind", "start"}, {"name", name}, {"file", status.disk.file}, {"urls", urls}});
 }
 
-std::string RecordEndJson(const RecordingStatus& status) {
+std::string RecordEndJson(const std::string& name, const RecordingStatus& status) {
   nlohmann::ordered_json json = {{"kind", "end"},
+                                 {"name", name},
                                  {"whole", status.Whole() && !status.Failed()},
                                  {"file", status.disk.file},
                                  {"messages", status.messages},

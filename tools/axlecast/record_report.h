@@ -14,8 +14,9 @@ namespace axlecast {
 [[nodiscard]] std::string RecordSummary(const RecordingStatus& status);
 
 // One object without a newline (docs/record.md): at the start and at the end.
-[[nodiscard]] std::string RecordStartJson(const RecordingStatus& status, const std::vector<std::string>& urls);
-[[nodiscard]] std::string RecordEndJson(const RecordingStatus& status);
+[[nodiscard]] std::string RecordStartJson(const std::string& name, const RecordingStatus& status,
+                                          const std::vector<std::string>& urls);
+[[nodiscard]] std::string RecordEndJson(const std::string& name, const RecordingStatus& status);
 
 // Exit code (exit_code.h) of a recording that has ended.
 [[nodiscard]] int RecordExitCode(const RecordingStatus& status);

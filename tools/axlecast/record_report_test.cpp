@@ -20,7 +20,7 @@ TEST(RecordReport, AWholeRecordingIsDone) {
   status.disk.file = "a.lcm";
   EXPECT_EQ(RecordExitCode(status), kExitDone);
   EXPECT_EQ(RecordSummary(status), "1234 messages, 5.6 MB, last in a.lcm\nnothing was lost\n");
-  EXPECT_TRUE(nlohmann::json::parse(RecordEndJson(status))["whole"]);
+  EXPECT_TRUE(nlohmann::json::parse(RecordEndJson("events", status))["whole"]);
 }
 
 TEST(RecordReport, LossesAreToldByTheirCause) {
@@ -38,7 +38,7 @@ TEST(RecordReport, LossesAreToldByTheirCause) {
   EXPECT_THAT(text, HasSubstr("at least 4 from senders of whom nothing came after"));
   EXPECT_THAT(text, HasSubstr("127.0.0.1:40001       7 lost, 100 received"));
   EXPECT_THAT(text, HasSubstr("POSITION/axis1        5 lost, 90 recorded"));
-  const auto json = nlohmann::json::parse(RecordEndJson(status));
+  const auto json = nlohmann::json::parse(RecordEndJson("events", status));
   EXPECT_EQ(json["lost"], 7);
   EXPECT_EQ(json["kernel_dropped"], 9);
   EXPECT_EQ(json["senders"][0]["lost"], 7);
@@ -54,7 +54,7 @@ TEST(RecordReport, ADiskThatKeptNothingIsAFailure) {
   RecordingStatus damaged;
   damaged.disk.damaged = true;
   EXPECT_EQ(RecordExitCode(damaged), kExitFailed);
-  EXPECT_FALSE(nlohmann::json::parse(RecordEndJson(damaged))["whole"]);
+  EXPECT_FALSE(nlohmann::json::parse(RecordEndJson("events", damaged))["whole"]);
 }
 
 TEST(RecordReport, TheStatusLineTellsHowLongTheDiskLasts) {

@@ -9,9 +9,6 @@
 
 namespace axlecast {
 
-// The regular expression (ECMAScript); nothing when `text` is none, `problem` then says why.
-[[nodiscard]] std::optional<std::regex> CompileExpression(const std::string& text, std::string& problem);
-
 // Chooses channels by a regular expression (ECMAScript) that is found anywhere in their names; `invert`: those in which
 // it is not. Without an expression, all.
 class ChannelFilter {

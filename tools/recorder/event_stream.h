@@ -5,6 +5,7 @@
 
 #include "tools/log/log_event.h"
 #include "tools/log/log_seal.h"
+#include "tools/log/log_tail.h"
 #include "tools/recorder/logged_message.h"
 
 namespace axlecast {
@@ -18,6 +19,9 @@ class EventStream {
     std::uint64_t bytes = 0;
     LogSeal unsealed;
   };
+
+  // Behind what a log holds.
+  [[nodiscard]] static Begin After(const LogTail& tail) { return {tail.next_number, tail.size, tail.open.seal()}; }
 
   EventStream() = default;
   explicit EventStream(const Begin& begin) : begin_(begin) {}

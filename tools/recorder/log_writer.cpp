@@ -7,8 +7,10 @@
 #include <system_error>
 #include <utility>
 
+#include "drivers/io/mapped_file.h"
 #include "tools/log/log_event.h"
 #include "tools/log/log_header.h"
+#include "tools/log/log_tail.h"
 
 namespace axlecast {
 namespace {
@@ -16,7 +18,8 @@ namespace {
 constexpr std::size_t kFlushBytes = 1 << 20;
 constexpr MonoNs kRetry = kSecond;
 constexpr MonoNs kHousekeeping = kSecond;
-constexpr int kMostCopies = 9'999;  // of one name
+constexpr int kMostCopies = 9'999;         // of one name
+constexpr std::size_t kEndLook = 1 << 20;  // where a log's last event is looked for first
 
 bool IsFull(int error) { return error == ENOSPC || error == EDQUOT; }
 
@@ -51,14 +54,10 @@ std::size_t WholeRecords(Bytes records, std::size_t limit, std::int64_t& message
   return whole;
 }
 
-std::vector<StoredLog> LogsIn(const std::string& folder) {
-  std::vector<StoredLog> logs;
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-    if (!entry.is_regular_file(error)) continue;
-    logs.push_back({entry.path().filename().string(), static_cast<std::int64_t>(entry.file_size(error))});
-  }
-  return logs;
+// Of the log's last event (us, UNIX time); 0: it holds none that can be read.
+std::int64_t LastUtime(const std::filesystem::path& path) {
+  const MappedFile file(path.string());
+  return file.problem().empty() ? FindTail(file.bytes(), kEndLook).utime : 0;
 }
 
 }  // namespace
@@ -193,14 +192,39 @@ void LogWriter::Note(int error) {
   status_.last_error_utime = clock_.UtcMicroseconds();
 }
 
+// What of the folder is the recorder's. Only logs that began before what is kept are read.
+std::vector<StoredLog> LogWriter::OwnLogs(std::int64_t utime) {
+  std::vector<StoredLog> logs;
+  std::map<std::string, std::int64_t> last_utimes;
+  const std::int64_t keep_us = settings_.retention.keep_us;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(settings_.folder, error)) {
+    std::string file = entry.path().filename().string();
+    const auto begin = LogFileBegin(settings_.name, file);
+    if (!begin || !entry.is_regular_file(error)) continue;
+    std::int64_t last = 0;
+    if (keep_us > 0 && *begin < utime - keep_us && file != CurrentName()) {
+      const auto known = last_utimes_.find(file);
+      last = known != last_utimes_.end() ? known->second : LastUtime(entry.path());
+      last_utimes.emplace(file, last);
+    }
+    logs.push_back({std::move(file), static_cast<std::int64_t>(entry.file_size(error)), last});
+  }
+  last_utimes_ = std::move(last_utimes);
+  return logs;
+}
+
+std::string LogWriter::CurrentName() const {
+  return file_.is_open() ? std::filesystem::path(status_.file).filename().string() : "";
+}
+
 void LogWriter::KeepHouse() {
   next_housekeeping_ = clock_.Now() + kHousekeeping;
   if (file_.is_open()) status_.free_bytes = file_.FreeBytes();
   const Retention& retention = settings_.retention;
   if (!settings_.file.empty() || (retention.quota_bytes == 0 && retention.keep_us == 0)) return;
-  const std::string current = std::filesystem::path(status_.file).filename().string();
-  for (const std::string& file :
-       ExpiredLogs(LogsIn(settings_.folder), settings_.name, current, retention, clock_.UtcMicroseconds())) {
+  const std::int64_t utime = clock_.UtcMicroseconds();
+  for (const std::string& file : ExpiredLogs(OwnLogs(utime), settings_.name, CurrentName(), retention, utime)) {
     std::error_code error;
     if (std::filesystem::remove(std::filesystem::path(settings_.folder) / file, error); !error) continue;
     status_.last_error = file + ": cannot be deleted: " + error.message();

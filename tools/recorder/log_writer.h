@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -75,6 +76,8 @@ class LogWriter final : public LogSink {
   void Fail(int error);
   void Note(int error);
   void KeepHouse();
+  [[nodiscard]] std::vector<StoredLog> OwnLogs(std::int64_t utime);
+  [[nodiscard]] std::string CurrentName() const;  // without the folder; empty: none is open
 
   LogWriterSettings settings_;
   const Clock& clock_;
@@ -87,6 +90,7 @@ class LogWriter final : public LogSink {
   MonoNs unsynced_since_ = kNever;
   MonoNs retry_at_ = kNever;
   MonoNs next_housekeeping_ = 0;
+  std::map<std::string, std::int64_t> last_utimes_;  // of logs that are old enough to ask
   LogWriterStatus status_;
 };
 

@@ -18,6 +18,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::UnorderedElementsAre;
 
 constexpr std::int64_t kUtime = 1'795'244'405'000'000;  // 2026-11-21 07:00:05
 
@@ -170,6 +171,43 @@ TEST_F(LogWriterTest, DeletesTheOldestLogsBeyondTheQuota) {
   writer.Poll();
   EXPECT_THAT(Files(),
               ElementsAre("m_20211121T070005Z.lcm", "m_20261121T070005Z.lcm", "other_20201121T070005Z.lcm"));
+}
+
+TEST_F(LogWriterTest, DeletesLogsWhoseLastEventIsTooOld) {
+  constexpr std::int64_t kHour = 3'600'000'000;
+  const auto store = [this](int begun, int ended, const std::string& name = "m") {
+    const std::int64_t now = clock_.UtcMicroseconds();
+    std::string file = LogFileName(name, now - begun * kHour, 0);
+    std::vector<std::uint8_t> log;
+    AppendEvent(log, {0, now - begun * kHour, "A", {}});
+    AppendEvent(log, {1, now - ended * kHour, "A", {}});
+    std::ofstream(folder_.path() + '/' + file)
+        .write(reinterpret_cast<const char*>(log.data()), static_cast<std::streamsize>(log.size()));
+    return file;
+  };
+  store(40, 30);
+  store(30, 25);
+  const std::string mixed = store(25, 10);
+  const std::string other = store(40, 30, "other");
+  LogWriter& writer = Make("", {.keep_us = 24 * kHour});
+  writer.Begin(clock_.UtcMicroseconds());
+  std::vector<std::uint8_t> record;
+  AppendEvent(record, {0, clock_.UtcMicroseconds(), "A", {}});
+  writer.Write(record);
+  writer.Poll();
+  const std::string current = std::filesystem::path(writer.status().file).filename().string();
+  EXPECT_THAT(Files(), UnorderedElementsAre(mixed, current, other));
+  clock_.Advance(15 * 3'600 * kSecond);
+  writer.Poll();
+  EXPECT_THAT(Files(), UnorderedElementsAre(current, other));
+  clock_.Advance(48 * 3'600 * kSecond);
+  writer.Poll();
+  EXPECT_THAT(Files(), UnorderedElementsAre(current, other)) << "it is being written";
+  writer.End();
+  writer.Poll();
+  clock_.Advance(kSecond);
+  writer.Poll();
+  EXPECT_THAT(Files(), ElementsAre(other)) << "an episode that ended";
 }
 
 }  // namespace

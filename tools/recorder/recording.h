@@ -50,7 +50,7 @@ class Recording {
   Recording(const Recording&) = delete;
   Recording& operator=(const Recording&) = delete;
 
-  // Goes on with the log that stands in `tail`.
+  // Goes on with a log that exists, behind `begin`.
   void Append(const EventStream::Begin& begin);
   // Joins the groups and opens the first log. Empty when both work, else the cause and the remedy.
   [[nodiscard]] std::string Open();

@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cstdio>
 #include <ctime>
+#include <limits>
 #include <numeric>
 #include <tuple>
 #include <utility>
@@ -50,6 +51,12 @@ std::vector<DatedLog> OwnLogs(std::vector<StoredLog> logs, std::string_view name
   return own;
 }
 
+// The latest that a log can have ended (us, UNIX time).
+std::int64_t EndOf(const std::vector<DatedLog>& logs, std::size_t i) {
+  if (logs[i].log.last_utime > 0) return logs[i].log.last_utime;
+  return i + 1 < logs.size() ? logs[i + 1].begin : std::numeric_limits<std::int64_t>::max();
+}
+
 }  // namespace
 
 std::string LogFileName(std::string_view name, std::int64_t utime, int copy) {
@@ -82,9 +89,8 @@ std::vector<std::string> ExpiredLogs(std::vector<StoredLog> logs, std::string_vi
   std::vector<std::string> expired;
   for (std::size_t i = 0; i < own.size(); ++i) {
     if (own[i].log.file == current) continue;
-    // A log ends at the latest when the next one begins.
-    const bool old = retention.keep_us > 0 && i + 1 < own.size() && own[i + 1].begin < utime - retention.keep_us;
-    const bool over = retention.quota_bytes > 0 && bytes > retention.quota_bytes;
+    const bool old = retention.keep_us > 0 && EndOf(own, i) < utime - retention.keep_us;
+    const bool over = retention.quota_bytes > 0 && bytes > retention.quota_bytes && i + 1 < own.size();
     if (!old && !over) continue;
     bytes -= own[i].log.bytes;
     expired.push_back(own[i].log.file);

@@ -20,6 +20,7 @@ namespace axlecast {
 struct StoredLog {
   std::string file;
   std::int64_t bytes = 0;
+  std::int64_t last_utime = 0;  // of its last event (us, UNIX time); 0: not known
 };
 
 struct Retention {
@@ -27,8 +28,9 @@ struct Retention {
   std::int64_t keep_us = 0;      // 0: for ever
 };
 
-// Which of the recorder's logs must go, oldest first: until the rest fits the quota, and those that end before the time
-// to keep them. Never `current`, never another file.
+// Which of the recorder's logs must go, oldest first: until the rest fits the quota, and those whose last event is older
+// than what is kept. Where that event is not known, a log ends when the next one begins. Never `current`, nor the newest
+// for the quota, nor another file.
 [[nodiscard]] std::vector<std::string> ExpiredLogs(std::vector<StoredLog> logs, std::string_view name,
                                                    std::string_view current, const Retention& retention,
                                                    std::int64_t utime);

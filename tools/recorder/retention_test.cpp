@@ -70,5 +70,14 @@ TEST_F(ExpiredLogsTest, ALogGoesWhenItsLastMessageIsTooOld) {
       << "when the newest ended is not known";
 }
 
+TEST_F(ExpiredLogsTest, ItsLastMessageDecidesWhereItIsKnown) {
+  Add(30, 1);
+  Add(20, 1);
+  logs_[0].last_utime = kNow - 14 * 3'600 * kSecondUs;
+  logs_[1].last_utime = kNow - 16 * 3'600 * kSecondUs;
+  EXPECT_THAT(Expired({.keep_us = 15 * 3'600 * kSecondUs}, "elsewhere"), ElementsAre(Name(20)))
+      << "the recorder stood still, and its clock had been set";
+}
+
 }  // namespace
 }  // namespace axlecast

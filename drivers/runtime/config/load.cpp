@@ -11,6 +11,7 @@
 #include "drivers/runtime/config/load_bridge.h"
 #include "drivers/runtime/config/load_device.h"
 #include "drivers/runtime/config/load_link.h"
+#include "drivers/runtime/config/load_recorder.h"
 #include "drivers/runtime/config/words.h"
 #include "drivers/runtime/config/yaml_text.h"
 #include "drivers/runtime/core/lcm_url.h"
@@ -48,6 +49,7 @@ class MachineLoader {
     for (auto& [name, map] : buses) LoadBus(name, map);
     if (!only_bus_.empty() && !seen_only_bus_) root.Error("buses", "there is no bus " + Quoted(only_bus_));
     machine_.bridge = LoadBridge(root.Map("bridge"), families_);
+    machine_.recorder = LoadRecorder(root.Map("recorder"));
     root.Done();
     return std::move(machine_);
   }

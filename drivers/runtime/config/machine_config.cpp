@@ -73,6 +73,12 @@ std::string JournalFile(const MachineConfig& machine) {
   return machine.bridge.journal.empty() ? StateDirectory(machine.machine) + "/journal.db" : machine.bridge.journal;
 }
 
+std::string LogDirectory(const MachineConfig& machine) {
+  if (!machine.recorder.directory.empty()) return machine.recorder.directory;
+  const std::string logs = Environment("LOGS_DIRECTORY");
+  return logs.empty() ? StateDirectory(machine.machine) + "/log" : logs + '/' + machine.machine;
+}
+
 const KeyGrant* BridgeConfig::FindKey(std::int64_t id) const {
   const auto found = std::find_if(keys.begin(), keys.end(), [id](const KeyGrant& grant) { return grant.id == id; });
   return found == keys.end() ? nullptr : &*found;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/runtime/config/recorder_config.h"
 #include "drivers/runtime/core/family.h"
 #include "drivers/runtime/core/key.h"
 #include "drivers/runtime/core/secret.h"
@@ -125,6 +126,7 @@ struct MachineConfig {
   LcmConfig lcm;
   std::vector<BusConfig> buses;
   BridgeConfig bridge;
+  RecorderConfig recorder;
 
   [[nodiscard]] const BusConfig* FindBus(std::string_view name) const;
   // The bus that holds the device, or null.
@@ -140,5 +142,9 @@ struct MachineConfig {
 [[nodiscard]] std::string StateDirectory(const std::string& machine);
 // The journal's file: the configured one, else journal.db there.
 [[nodiscard]] std::string JournalFile(const MachineConfig& machine);
+
+// Where the recorder's logs are: the configured folder, else $LOGS_DIRECTORY (systemd.exec(5)) and /<machine>, else log
+// in StateDirectory.
+[[nodiscard]] std::string LogDirectory(const MachineConfig& machine);
 
 }  // namespace axlecast

@@ -121,7 +121,7 @@ INSTANTIATE_TEST_SUITE_P(
         WholeFile{"buses: {}\n", "m.yaml:1:1: machine: is missing\n"},
         WholeFile{"machine: a\n", "m.yaml:1:1: buses: is missing or empty: a machine needs at least one bus"},
         WholeFile{"machine: Press 3\n", "m.yaml:1:10: machine: 'Press 3' is no name: 1 to 24 of a-z, 0-9, _ and -"},
-        WholeFile{"machine: a\nrecorder: {file: x}\n", "m.yaml:2:1: unknown key 'recorder'; known here: bridge, "},
+        WholeFile{"machine: a\nplotter: {file: x}\n", "m.yaml:2:1: unknown key 'plotter'; known here: bridge, "},
         WholeFile{"- a\n- b\n", "m.yaml:1:1: the file: a list stands where a mapping (key: value) is expected"},
         WholeFile{"just text\n", "m.yaml:1:1: the file: 'just text' stands where a mapping"},
         WholeFile{"machine: a\nbridge: {unsigned_commands: yes}\n",

@@ -1,0 +1,55 @@
+#include "tools/axlecast/log_recording.h"
+
+#include <unistd.h>
+
+#include <iostream>
+#include <utility>
+
+#include "drivers/io/mapped_file.h"
+#include "drivers/io/process.h"
+#include "tools/log/log_tail.h"
+
+namespace axlecast {
+
+LogRecording::LogRecording(RecordingSettings settings, const Clock& clock)
+    : name_(settings.recorder.identity.name),
+      urls_(settings.urls),
+      clock_(clock),
+      health_(name_, RandomBootId()),
+      recording_(std::move(settings), clock) {}
+
+std::string LogRecording::Continue(const std::string& file) {
+  if (access(file.c_str(), F_OK) != 0) return "";  // it begins a new one
+  const MappedFile log(file);
+  if (!log.problem().empty()) return log.problem();
+  const LogTail tail = FindTail(log.bytes());
+  if (!log.bytes().empty() && tail.size == 0) {
+    return file + ": holds no event of LCM, and is left as it is; choose another name";
+  }
+  if (const std::size_t torn = log.bytes().size() - tail.size; torn > 0) {
+    std::cerr << file << ": cuts off a torn end of " << torn << " bytes\n";
+  }
+  recording_.Append(EventStream::After(tail));
+  return "";
+}
+
+recorder_health_t LogRecording::Tell(LcmPort& port, bool stopping, std::vector<std::string>& errors) {
+  const RecordingStatus status = recording_.status();
+  recorder_health_t health = health_.Make(status, clock_.Now(), clock_.UtcMicroseconds(), stopping);
+  static_cast<void>(Publish(port, "RECORDER/" + name_, health));
+  TellErrors(status.disk, errors);
+  return health;
+}
+
+void LogRecording::TellErrors(const LogWriterStatus& disk, std::vector<std::string>& errors) {
+  if (disk.last_error_utime != 0 && disk.last_error != told_) {
+    errors.push_back(disk.last_error);
+    told_ = disk.last_error;
+  } else if (disk.state == DiskState::kGood && bad_) {
+    errors.push_back(disk.file + ": the disk takes events again");
+    told_.clear();
+  }
+  bad_ = disk.state != DiskState::kGood;
+}
+
+}  // namespace axlecast
