@@ -42,6 +42,20 @@ std::string OptionText(const LogFault& fault) {
   return (option == "channels" ? "--channel" : "--" + option) + ": " + fault.text;
 }
 
+// Where nothing can be heard.
+std::string UrlProblem(const std::vector<std::string>& urls) {
+  for (const std::string& url : urls) {
+    if (url.starts_with("file://")) {
+      return "--url " + url +
+             ": what is in a log is recorded already: `axlecast log filter` and `merge` make another "
+             "of it, `axlecast replay` plays it";
+    }
+    if (url.starts_with("memq://"))
+      return "--url " + url + ": stays within one process: nothing can be heard there";
+  }
+  return "";
+}
+
 std::string Contradiction(const RecordOptions& options, const LogConfig& log, bool names_logs) {
   if (options.append && names_logs) return "--append needs the file that it goes on with";
   if (options.append && !log.trigger.empty()) {
@@ -53,6 +67,7 @@ std::string Contradiction(const RecordOptions& options, const LogConfig& log, bo
     return "--quota and --keep delete only logs that record has named itself: give a folder instead of a file";
   }
   if (!IsName(log.name)) return "--name '" + log.name + "' is no name: 1 to 24 of letters, digits, _ and -";
+  if (std::string problem = UrlProblem(options.urls); !problem.empty()) return problem;
   const std::vector<LogFault> faults = FaultsOf(log);
   return faults.empty() ? "" : OptionText(faults.front());
 }

@@ -127,6 +127,8 @@ TEST(MakeRecordPlan, RefusesWhatContradictsItself) {
   EXPECT_THAT(Plan({"--quota", "1GB", "--split-size", "600MB"}).problem,
               HasSubstr("--split-size: is at most half"));
   EXPECT_THAT(Plan({"a.lcm", "--keep", "1d"}).problem, HasSubstr("give a folder"));
+  EXPECT_THAT(Plan({"--url", "file:///tmp/a.lcm?mode=r"}).problem, HasSubstr("axlecast replay"));
+  EXPECT_THAT(Plan({"--url", "memq://"}).problem, HasSubstr("nothing can be heard"));
   EXPECT_THAT(Plan({"--split-size", "1kB"}).problem, HasSubstr("at least"));
   EXPECT_THAT(Plan({"--trigger", "x"}).problem, HasSubstr("--trigger: needs a pre_trigger"));
   EXPECT_THAT(Plan({"--pre-trigger", "5"}).problem, HasSubstr("--pre-trigger: needs a trigger"));

@@ -1,0 +1,123 @@
+"""What the tests of `axlecast record` share: a sender of LCM messages, a recorder that listens, readers of logs."""
+
+import ctypes
+import json
+import signal
+import socket
+import struct
+import threading
+
+import lcm_log
+from machine import BIN, Machine, wait_for
+
+GROUP, PORT = "239.255.76.67", 7667
+URL = f"udpm://{GROUP}:{PORT}?ttl=0"
+
+
+class Sender:
+    """One LCM process's sending side, with its numbers (short messages of the wire protocol)."""
+
+    def __init__(self, port=PORT):
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
+        self.address = (GROUP, port)
+        self.sent = 0
+
+    def send(self, count=1, channel="T", size=50):
+        for _ in range(count):
+            head = struct.pack(">II", 0x4C433032, self.sent) + channel.encode() + b"\0"
+            self.socket.sendto(head + struct.pack(">I", self.sent).ljust(size, b"."), self.address)
+            self.sent += 1
+
+    def own_port(self):
+        return self.socket.getsockname()[1]
+
+
+class StockEvent(ctypes.Structure):
+    """lcm_eventlog_event_t of lcm/eventlog.h."""
+    _fields_ = [("number", ctypes.c_int64), ("utime", ctypes.c_int64), ("channel_size", ctypes.c_int32),
+                ("data_size", ctypes.c_int32), ("channel", ctypes.c_char_p), ("data", ctypes.c_void_p)]
+
+
+def stock_events(path):
+    """(channel, data) of every event, read by stock liblcm."""
+    lcm = ctypes.CDLL("liblcm.so.1")
+    lcm.lcm_eventlog_create.restype = ctypes.c_void_p
+    lcm.lcm_eventlog_read_next_event.restype = ctypes.POINTER(StockEvent)
+    log = ctypes.c_void_p(lcm.lcm_eventlog_create(str(path).encode(), b"r"))
+    while event := lcm.lcm_eventlog_read_next_event(log):
+        yield event.contents.channel.decode(), ctypes.string_at(event.contents.data, event.contents.data_size)
+        lcm.lcm_eventlog_free_event(event)
+    lcm.lcm_eventlog_destroy(log)
+
+
+def numbers(events, channel="T"):
+    return [struct.unpack_from(">I", data)[0] for name, data in events if name == channel]
+
+
+class Recorder(Machine):
+    """Base of the tests of `axlecast record`."""
+
+    def setUp(self):
+        super().setUp()
+        self.log_path = self.folder / "a.lcm"
+        self.sender = Sender()
+        self.addCleanup(self.sender.socket.close)
+
+    def record(self, *options, url=URL, name="record", env=None):
+        """A recorder that listens."""
+        return self.recorder(*options, "--url", url, "--name", "test", name=name, env=env)
+
+    def recorder(self, *options, name="record", env=None):
+        process = self.start(name, BIN / "axlecast", "record", *options, "--json", env=env)
+        wait_for(lambda: self.lines(name, "start") or process.poll() is not None, "the recorder to listen")
+        self.assertIsNone(process.poll(), self.log(name))
+        return process
+
+    def lines(self, name, kind):
+        found = []
+        for line in self.log(name).splitlines():
+            if line.startswith("{") and (message := json.loads(line))["kind"] == kind:
+                found.append(message)
+        return found
+
+    def end(self, process, name="record"):
+        """Exit code and summary after Ctrl-C."""
+        process.send_signal(signal.SIGINT)
+        code = process.wait(30)
+        return code, self.lines(name, "end")[-1]
+
+    def recorded(self, path=None):
+        return numbers(lcm_log.events(path or self.log_path))
+
+    def readable(self):
+        try:
+            return len(self.recorded())
+        except (ValueError, struct.error):
+            return 0
+
+    def watch_health(self):
+        """A function that gives the newest health, decoded by what lcm-gen makes."""
+        types = lcm_log.generated_types()
+        listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind((GROUP, PORT))
+        listener.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, socket.inet_aton(GROUP) + bytes(4))
+        listener.settimeout(0.2)
+        newest, end = [], threading.Event()
+
+        def listen():
+            while not end.is_set():
+                try:
+                    channel, data = listener.recv(65536)[8:].split(b"\0", 1)
+                except TimeoutError:
+                    continue
+                if channel == b"RECORDER/test":
+                    newest[:] = [types.recorder_health_t.decode(data)]
+
+        thread = threading.Thread(target=listen)
+        thread.start()
+        self.addCleanup(listener.close)
+        self.addCleanup(thread.join)
+        self.addCleanup(end.set)
+        return lambda: newest[0] if newest else None
