@@ -151,5 +151,11 @@ TEST(LcmPort, OverMulticastItWorksOrSaysWhatMendsIt) {
   EXPECT_THAT(received, ElementsAre(Carries("POSITION/axis1")));
 }
 
+TEST(LcmPort, WithoutATcpServerHasAProblem) {
+  const LcmPort port("tcpq://127.0.0.1:1", "");
+  EXPECT_THAT(port.problem(), HasSubstr("tcpq://127.0.0.1:1: no server answers there"));
+  EXPECT_EQ(port.FileDescriptor(), -1);
+}
+
 }  // namespace
 }  // namespace axlecast

@@ -18,12 +18,15 @@ Bytes BytesOf(const std::string& text) { return {reinterpret_cast<const std::uin
 Recorder::Recorder(RecorderSettings settings, LogSink& output) : settings_(std::move(settings)), output_(output) {
   if (!settings_.pre_trigger) return;
   const PreTrigger& pre_trigger = *settings_.pre_trigger;
-  trigger_.emplace(pre_trigger.trigger);
   ring_.emplace(pre_trigger.before, pre_trigger.memory);
 }
 
 void Recorder::Start(MonoNs now, std::int64_t utime) {
-  if (!trigger_) BeginLog(now, utime, {});
+  if (settings_.pre_trigger) {
+    trigger_.emplace(settings_.pre_trigger->trigger, utime);
+  } else {
+    BeginLog(now, utime, {});
+  }
 }
 
 void Recorder::Continue(const EventStream::Begin& begin, MonoNs now, std::int64_t utime) {

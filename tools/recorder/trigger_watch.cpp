@@ -30,11 +30,11 @@ bool TriggerWatch::Fires(const LoggedMessage& message) {
   bool fires = false;
   std::set<std::string> standing;
   for (const alarm_entry_t& entry : alarms->entries) {
-    const bool stood = known->second.contains(entry.name);
+    const bool stood = first ? entry.first_utime < began_ : known->second.contains(entry.name);
     if (!IsPresent(entry) && !(stood && entry.state == alarm_entry_t::STATE_UNKNOWN)) continue;
     standing.insert(entry.name);
     const std::string text = known->first + ' ' + entry.name;
-    fires = fires || (!stood && !first && std::regex_search(text, trigger_));
+    fires = fires || (!stood && std::regex_search(text, trigger_));
   }
   // A message holds only the worst ones: what it does not name may stand still.
   const bool all = std::cmp_less_equal(alarms->total, alarms->entries.size());

@@ -11,17 +11,21 @@
 namespace axlecast {
 namespace {
 
+constexpr std::int64_t kBegin = 1'700'000'000'000'000;
+
 class TriggerWatchTest : public ::testing::Test {
  protected:
   // An ALARM message that holds these, each of `state`.
   bool OnAlarms(const std::string& channel, const std::vector<std::string>& names,
-                std::int8_t state = alarm_entry_t::STATE_LIVE, int total = 0) {
+                std::int8_t state = alarm_entry_t::STATE_LIVE, int total = 0,
+                std::int64_t first_utime = kBegin - 1) {
     alarm_t alarms{};
     alarms.n = static_cast<std::int8_t>(names.size());
     alarms.total = static_cast<std::int16_t>(total == 0 ? alarms.n : total);
     for (const std::string& name : names) {
       alarm_entry_t& entry = alarms.entries.emplace_back();
       entry.state = state;
+      entry.first_utime = first_utime;
       entry.name = name;
     }
     std::vector<std::uint8_t> data(static_cast<std::size_t>(alarms.getEncodedSize()));
@@ -29,7 +33,7 @@ class TriggerWatchTest : public ::testing::Test {
     return watch_.Fires({0, channel, data});
   }
 
-  TriggerWatch watch_{std::regex("^ALARM/axis1 battery|^ESTOP$")};
+  TriggerWatch watch_{std::regex("^ALARM/axis1 battery|^ESTOP$"), kBegin};
 };
 
 TEST_F(TriggerWatchTest, AnAlarmFiresWhenItAppears) {
@@ -49,6 +53,11 @@ TEST_F(TriggerWatchTest, OnlyTheAlarmsThatAreMeant) {
 TEST_F(TriggerWatchTest, AnAlarmThatStandsAtTheBeginningDoesNot) {
   EXPECT_FALSE(OnAlarms("ALARM/axis1", {"battery_error"}));
   EXPECT_FALSE(OnAlarms("ALARM/axis1", {"battery_error"}));
+}
+
+TEST_F(TriggerWatchTest, AnAlarmThatAppearsBeforeTheFirstMessageIsHeardFires) {
+  EXPECT_TRUE(OnAlarms("ALARM/axis1", {"battery_error"}, alarm_entry_t::STATE_LIVE, 0, kBegin));
+  EXPECT_FALSE(OnAlarms("ALARM/axis1", {"battery_error"}, alarm_entry_t::STATE_LIVE, 0, kBegin));
 }
 
 TEST_F(TriggerWatchTest, AnAlarmThatIsGoneOrUnknownIsNone) {
