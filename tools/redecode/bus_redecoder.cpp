@@ -12,6 +12,13 @@ constexpr MonoNs kMostTicks =
     60 * kSecond;  // a longer silence is skipped: channels have said all that they have to say
 constexpr std::string_view kGapReason = "the recording has a gap here";
 
+// What a driver can have sent; arithmetic with it stays in range.
+bool IsInRange(const wire_t& message) {
+  const auto within = [](std::int64_t value, std::int64_t most) { return value >= 0 && value <= most; };
+  return within(message.mono_ns, kLatest) && within(message.utime, kLatest / kMicrosecond) &&
+         within(message.seq, kLatest) && within(message.dropped, kLatest);
+}
+
 Event LinkEvent(Event::Kind kind, MonoNs now) {
   return {.kind = kind, .sent = {}, .received = {now, now}, .request = {}, .bytes = {}};
 }
@@ -27,7 +34,7 @@ BusRedecoder::BusRedecoder(const BusConfig& bus, MessageSink& sink) : bus_(bus),
 
 void BusRedecoder::On(const wire_t& message) {
   ++messages_;
-  if (message.mono_ns < 0 || message.mono_ns > kLatest) {
+  if (!IsInRange(message)) {
     ++unreadable_;
     return;
   }
