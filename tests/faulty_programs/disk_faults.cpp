@@ -33,11 +33,11 @@ int Refuse() {
 }
 
 ssize_t Write(int file, const void* bytes, std::size_t size, off_t offset) {
-  static const auto real = Real<ssize_t(int, const void*, std::size_t, off_t)>("pwrite");
+  static const auto kReal = Real<ssize_t(int, const void*, std::size_t, off_t)>("pwrite");
   static bool half_written = false;  // one thread writes
-  if (!Fails("write", file)) return real(file, bytes, size, offset);
+  if (!Fails("write", file)) return kReal(file, bytes, size, offset);
   half_written = !half_written;
-  return half_written && size > 1 ? real(file, bytes, size / 2, offset) : Refuse();
+  return half_written && size > 1 ? kReal(file, bytes, size / 2, offset) : Refuse();
 }
 
 }  // namespace
@@ -53,8 +53,8 @@ ssize_t pwrite64(int file, const void* bytes, std::size_t size, off_t offset) {
 }
 
 int fdatasync(int file) {
-  static const auto real = Real<int(int)>("fdatasync");
-  return Fails("sync", file) ? Refuse() : real(file);
+  static const auto kReal = Real<int(int)>("fdatasync");
+  return Fails("sync", file) ? Refuse() : kReal(file);
 }
 
 }  // extern "C"

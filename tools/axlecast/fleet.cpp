@@ -13,6 +13,7 @@ constexpr MonoNs kFirstBackOff = 500 * kMillisecond;
 constexpr MonoNs kLongestBackOff = 10 * kSecond;
 constexpr MonoNs kRanWell = 30 * kSecond;
 constexpr MonoNs kPatience = 3 * kSecond;
+constexpr MonoNs kRecorderPatience = 60 * kSecond;  // it writes what waits in its memory, on any disk
 constexpr std::size_t kDeathsKept = 1000;
 
 std::string Seconds(MonoNs time) { return std::to_string(time / kSecond) + (time % kSecond == 0 ? " s" : ".5 s"); }
@@ -94,7 +95,7 @@ void Fleet::StopRole(Role role, const std::function<bool()>& hurry) {
     member.restart_at = kNever;
     member.child.Signal(SIGTERM);
   }
-  const MonoNs patience_ends = clock_.Now() + kPatience;
+  const MonoNs patience_ends = clock_.Now() + (role == Role::kRecorder ? kRecorderPatience : kPatience);
   bool killed = false;
   while (AnyRunning(role)) {
     const bool out_of_patience = clock_.Now() >= patience_ends || hurry();

@@ -29,7 +29,8 @@ class Fleet {
   void Poll();
   [[nodiscard]] std::vector<int> FileDescriptors() const;  // readable when Poll has work
 
-  // Ends all, drivers first, the recorder last: SIGTERM, after 3 s SIGKILL; SIGKILL at once when `hurry` says so.
+  // Ends all, drivers first, the recorder last: SIGTERM, after 3 s (the recorder: 60 s) SIGKILL; SIGKILL at once when
+  // `hurry` says so.
   void Stop(const std::function<bool()>& hurry);
 
   // "driver rs485-0: killed by signal 9 (Killed)" of each process that ended without having been asked to.

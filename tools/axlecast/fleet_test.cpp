@@ -88,18 +88,19 @@ TEST_F(FleetTest, AMissingProgramIsTold) {
   EXPECT_THAT(told_, Contains("d: cannot run /nonexistent/program: No such file or directory"));
 }
 
-TEST_F(FleetTest, StopEndsDriversBeforeSimulators) {
+TEST_F(FleetTest, StopEndsDriversFirstAndTheRecorderLast) {
   const std::string order = logs_ + "/order";
   const auto polite = [&order](const std::string& name) {
     return Shell("trap 'echo " + name + " >> " + order +
                  "; exit 0' TERM; echo ready >&2; while :; do sleep 0.01; done");
   };
+  fleet_.Start(Fleet::Role::kRecorder, "r", polite("recorder"));
   fleet_.Start(Fleet::Role::kSimulator, "s", polite("simulator"));
   fleet_.Start(Fleet::Role::kBridge, "b", polite("bridge"));
   fleet_.Start(Fleet::Role::kDriver, "d", polite("driver"));
-  PollUntil([this] { return told_.size() == 3; });
+  PollUntil([this] { return told_.size() == 4; });
   fleet_.Stop([] { return false; });
-  EXPECT_EQ(Content(order), "driver\nbridge\nsimulator\n");
+  EXPECT_EQ(Content(order), "driver\nbridge\nsimulator\nrecorder\n");
   EXPECT_THAT(fleet_.deaths(), IsEmpty());
 }
 
@@ -111,6 +112,21 @@ TEST_F(FleetTest, StopKillsWhatDoesNotEnd) {
     return false;
   });
   EXPECT_EQ(told_.back(), "d does not end: killed");
+}
+
+TEST_F(FleetTest, ARecorderMayTakeLongerToWriteWhatItHolds) {
+  const std::string late = logs_ + "/late";
+  fleet_.Start(Fleet::Role::kRecorder, "r",
+               Shell("trap 'while [ ! -e " + late +
+                     " ]; do sleep 0.01; done; exit 0' TERM; echo ready >&2; "
+                     "while :; do sleep 0.01; done"));
+  PollUntil([this] { return told_.size() == 1; });
+  fleet_.Stop([&] {
+    clock_.Advance(kSecond);
+    if (clock_.Now() > 1'010 * kSecond) std::ofstream(late).put('x');
+    return false;
+  });
+  EXPECT_THAT(told_, SizeIs(1)) << "not killed";
 }
 
 TEST(Child, DiesWithItsParent) {

@@ -218,9 +218,17 @@ std::string LogWriter::CurrentName() const {
   return file_.is_open() ? std::filesystem::path(status_.file).filename().string() : "";
 }
 
+std::int64_t LogWriter::FreeBytes() const {
+  if (file_.is_open()) return file_.FreeBytes();
+  if (settings_.folder.empty()) return -1;
+  std::error_code error;
+  const auto space = std::filesystem::space(settings_.folder, error);
+  return error ? -1 : static_cast<std::int64_t>(space.available);
+}
+
 void LogWriter::KeepHouse() {
   next_housekeeping_ = clock_.Now() + kHousekeeping;
-  if (file_.is_open()) status_.free_bytes = file_.FreeBytes();
+  status_.free_bytes = FreeBytes();
   const Retention& retention = settings_.retention;
   if (!settings_.file.empty() || (retention.quota_bytes == 0 && retention.keep_us == 0)) return;
   const std::int64_t utime = clock_.UtcMicroseconds();

@@ -77,6 +77,7 @@ class LogWriter final : public LogSink {
   void Note(int error);
   void KeepHouse();
   [[nodiscard]] std::vector<StoredLog> OwnLogs(std::int64_t utime);
+  [[nodiscard]] std::int64_t FreeBytes() const;
   [[nodiscard]] std::string CurrentName() const;  // without the folder; empty: none is open
 
   LogWriterSettings settings_;

@@ -18,6 +18,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::UnorderedElementsAre;
 
 constexpr std::int64_t kUtime = 1'795'244'405'000'000;  // 2026-11-21 07:00:05
@@ -171,6 +172,13 @@ TEST_F(LogWriterTest, DeletesTheOldestLogsBeyondTheQuota) {
   writer.Poll();
   EXPECT_THAT(Files(),
               ElementsAre("m_20211121T070005Z.lcm", "m_20261121T070005Z.lcm", "other_20201121T070005Z.lcm"));
+}
+
+TEST_F(LogWriterTest, KnowsTheDisksRoomBeforeThereIsALog) {
+  LogWriter& writer = Make("");
+  writer.Poll();
+  EXPECT_GT(writer.status().free_bytes, 0);
+  EXPECT_THAT(Files(), IsEmpty());
 }
 
 TEST_F(LogWriterTest, DeletesLogsWhoseLastEventIsTooOld) {
