@@ -2,6 +2,7 @@
 
 #include <axlecast/position_t.hpp>
 #include <axlecast/wire_t.hpp>
+#include <limits>
 #include <map>
 
 #include "drivers/runtime/command/order_test_support.h"
@@ -85,6 +86,23 @@ TEST_P(RedecodeConformance, AWholeRecordingGivesTheSameReadings) {
     }
   }
   EXPECT_GT(equal, 1);
+}
+
+TEST_P(RedecodeConformance, WhatNoDriverCanHaveSentIsUnreadable) {
+  Record(42, kSecond);
+  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
+  MemorySink again;
+  BusRedecoder redecoder(captured_, again);
+  std::int64_t sent = 0;
+  for (const std::int64_t number : {kMost, -kMost, std::int64_t{-1}}) {
+    for (std::int64_t wire_t::*field : {&wire_t::seq, &wire_t::dropped, &wire_t::mono_ns, &wire_t::utime}) {
+      wire_t message = Wire().at(0);
+      message.*field = number;
+      redecoder.On(message);
+      EXPECT_EQ(redecoder.unreadable(), ++sent);
+    }
+  }
+  EXPECT_EQ(redecoder.events(), 0);
 }
 
 TEST_P(RedecodeConformance, AGapIsNotedAndNothingWrongIsMadeOfIt) {

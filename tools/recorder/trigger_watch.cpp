@@ -1,6 +1,7 @@
 #include "tools/recorder/trigger_watch.h"
 
 #include <axlecast/alarm_t.hpp>
+#include <string_view>
 #include <utility>
 
 #include "drivers/runtime/core/decode_message.h"
@@ -10,17 +11,27 @@ namespace {
 
 constexpr std::size_t kMostChannels = 10'000;  // anybody may invent more
 constexpr std::size_t kMostAlarms = 1'000;
+constexpr std::size_t kLongestName = 24;  // alarm_entry_t.lcm; std::regex recurses for each character
 
 bool IsPresent(const alarm_entry_t& entry) {
+  if (entry.name.size() > kLongestName) return false;
   return entry.state == alarm_entry_t::STATE_LIVE || entry.state == alarm_entry_t::STATE_DEVICE_LATCHED ||
          entry.state == alarm_entry_t::STATE_DRIVER_LATCHED;
+}
+
+bool IsFound(const std::regex& expression, std::string_view text) {
+  try {
+    return std::regex_search(text.begin(), text.end(), expression);
+  } catch (const std::regex_error&) {
+    return false;  // too complex for this text
+  }
 }
 
 }  // namespace
 
 bool TriggerWatch::Fires(const LoggedMessage& message) {
   const std::optional<alarm_t> alarms = DecodeMessage<alarm_t>(message.data);
-  if (!alarms) return std::regex_search(message.channel.begin(), message.channel.end(), trigger_);
+  if (!alarms) return IsFound(trigger_, message.channel);
   auto known = standing_.find(message.channel);
   const bool first = known == standing_.end();
   if (first) {
@@ -33,8 +44,7 @@ bool TriggerWatch::Fires(const LoggedMessage& message) {
     const bool stood = first ? entry.first_utime < began_ : known->second.contains(entry.name);
     if (!IsPresent(entry) && !(stood && entry.state == alarm_entry_t::STATE_UNKNOWN)) continue;
     standing.insert(entry.name);
-    const std::string text = known->first + ' ' + entry.name;
-    fires = fires || (!stood && std::regex_search(text, trigger_));
+    fires = fires || (!stood && IsFound(trigger_, known->first + ' ' + entry.name));
   }
   // A message holds only the worst ones: what it does not name may stand still.
   const bool all = std::cmp_less_equal(alarms->total, alarms->entries.size());

@@ -75,6 +75,12 @@ TEST_F(TriggerWatchTest, AnAlarmThatFoundNoRoomInAMessageMayStandStill) {
   EXPECT_FALSE(OnAlarms("ALARM/axis1", {"battery_error"}));
 }
 
+TEST_F(TriggerWatchTest, ANameOfAnyLengthIsStood) {
+  watch_ = TriggerWatch(std::regex("ALARM/.* battery"), kBegin);
+  EXPECT_FALSE(OnAlarms("ALARM/axis1", {std::string(3'000'000, 'x')}, alarm_entry_t::STATE_LIVE, 0, kBegin));
+  EXPECT_TRUE(OnAlarms("ALARM/axis1", {"battery_error"}));
+}
+
 TEST_F(TriggerWatchTest, OtherMessagesFireByTheirChannel) {
   EXPECT_TRUE(watch_.Fires(MessageOf("ESTOP", "x", 0)));
   EXPECT_TRUE(watch_.Fires(MessageOf("ESTOP", "x", 0)));

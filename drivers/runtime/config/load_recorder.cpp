@@ -6,6 +6,8 @@
 namespace axlecast {
 namespace {
 
+constexpr std::size_t kMostLogs = 16;
+
 void LoadTime(ConfigMap& map, const char* key, MonoNs& time) {
   if (!map.Has(key)) return;
   const std::string text = map.String(key, "0s");  // after an error
@@ -56,7 +58,12 @@ RecorderConfig LoadRecorder(ConfigMap map) {
   if (stands && logs.empty()) {
     map.Error("logs", "is missing or empty: name at least one log, e.g. {all: {quota: 20GB}}");
   }
-  for (auto& [name, log] : logs) recorder.logs.push_back(LoadLog(name, log));
+  if (logs.size() > kMostLogs) {
+    map.Error("logs", std::to_string(logs.size()) + " logs: at most " + std::to_string(kMostLogs) +
+                          ", because each hears all messages by itself");
+  } else {
+    for (auto& [name, log] : logs) recorder.logs.push_back(LoadLog(name, log));
+  }
   map.Done();
   return recorder;
 }

@@ -118,6 +118,12 @@ TEST(LoadRecorder, NamesPlaceValueAndWhatIsRight) {
   }
 }
 
+TEST(LoadRecorder, RefusesMoreLogsThanAMachineCanHear) {
+  std::string logs;
+  for (int i = 0; i < 17; ++i) logs += "\n    log" + std::to_string(i) + ": {}";
+  EXPECT_THAT(Mistake("\n  logs:" + logs), HasSubstr("m.yaml:4:5: recorder.logs: 17 logs: at most 16"));
+}
+
 TEST(LogConfig, IsCutSoThatItCanBeDeleted) {
   LogConfig log;
   EXPECT_EQ(SplitBytes(log), 0);
