@@ -1,6 +1,7 @@
 #include "drivers/io/log_file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
@@ -13,6 +14,9 @@ namespace {
 constexpr std::int64_t kReserve = 16 << 20;  // bytes at once
 constexpr mode_t kMode = 0644;
 
+// Not every file system knows locks: there nobody is known to write it.
+bool IsLocked(const Descriptor& file) { return flock(file.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK; }
+
 int ResultOf(int result) { return result == 0 ? 0 : errno; }
 
 }  // namespace
@@ -20,6 +24,7 @@ int ResultOf(int result) { return result == 0 ? 0 : errno; }
 int LogFile::Create(const std::string& path) {
   Descriptor file(open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kMode));
   if (!file.valid()) return errno;
+  if (IsLocked(file)) return EBUSY;
   *this = LogFile();
   file_ = std::move(file);
   path_ = path;
@@ -29,11 +34,17 @@ int LogFile::Create(const std::string& path) {
 int LogFile::Continue(const std::string& path, std::int64_t size) {
   Descriptor file(open(path.c_str(), O_WRONLY | O_CLOEXEC));
   if (!file.valid()) return errno;
+  if (IsLocked(file)) return EBUSY;
   *this = LogFile();
   file_ = std::move(file);
   path_ = path;
   name_lasts_ = true;
   return CutTo(size);
+}
+
+bool LogFile::IsBeingWritten(const std::string& path) {
+  const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  return file.valid() && IsLocked(file);
 }
 
 int LogFile::Write(Bytes& bytes) {

@@ -12,6 +12,7 @@ namespace axlecast {
 // what was written. Results are errno values; 0: done.
 class LogFile {
  public:
+  // Both fail with EBUSY where somebody else writes the file by this class.
   // A new file, whose name lasts once Sync has returned. Fails with EEXIST where there is one.
   [[nodiscard]] int Create(const std::string& path);
   // Goes on at `size`; cuts off what stands behind it.
@@ -25,6 +26,9 @@ class LogFile {
   [[nodiscard]] int Sync();
   // Sync, and what is reserved is free again.
   [[nodiscard]] int Close();
+
+  // Somebody, this process too, writes it by this class.
+  [[nodiscard]] static bool IsBeingWritten(const std::string& path);
 
   [[nodiscard]] bool is_open() const { return file_.valid(); }
   [[nodiscard]] std::int64_t size() const { return size_; }

@@ -25,7 +25,8 @@ class RecordSources(Recorder):
         wait_for(lambda: len(watch.of("POSITION/axis1")) > seen + 100, "positions in the recorder's memory")
         self.assertEqual(list(self.folder.glob("test_*.lcm")), [], "nothing yet")
         self.set_simulated(config, "rs485-0", battery_v=0)
-        wait_for(lambda: any(name.startswith("battery") for name in self.alarms(watch)),lambda: f"the alarm: {self.alarms(watch)}")
+        wait_for(lambda: any(name.startswith("battery") for name in self.alarms(watch)),
+                 lambda: f"the alarm: {self.alarms(watch)}")
         seen = len(watch.of("POSITION/axis1"))
         wait_for(lambda: len(watch.of("POSITION/axis1")) > seen + 20, "positions behind it")
         code, summary = self.end(process)
@@ -88,7 +89,7 @@ class RecordSources(Recorder):
         process = self.record(self.log_path, url="tcpq://127.0.0.1:7700")
         self.kill(server)
         self.assertEqual(process.wait(30), 4, self.log("record"))
-        self.assertIn("LCM", self.lines("record", "end")[-1]["error"])
+        self.assertIn("LCM failed on tcpq://127.0.0.1:7700", self.lines("record", "end")[-1]["error"])
 
     def test_a_log_is_no_source(self):
         lcm_log.write(self.log_path, [(0, "T", b"1234")])

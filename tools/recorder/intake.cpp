@@ -32,7 +32,7 @@ std::string Intake::Listen(const std::string& url) {
 }
 
 std::string Intake::ListenByLcm(const std::string& url) {
-  LcmPort& port = others_.emplace_back(url, "");
+  LcmPort& port = others_.emplace_back(url).port;
   if (!port.problem().empty()) return port.problem();
   const auto handler = [this](const std::string& channel, Bytes data) {
     ++from_others_;
@@ -44,14 +44,14 @@ std::string Intake::ListenByLcm(const std::string& url) {
 std::string Intake::Run(int stop) {
   std::vector<pollfd> files = {{stop, POLLIN, 0}};
   for (const Source& source : sources_) files.push_back({source.port.FileDescriptor(), POLLIN, 0});
-  for (const LcmPort& port : others_) files.push_back({port.FileDescriptor(), POLLIN, 0});
+  for (const OtherSource& other : others_) files.push_back({other.port.FileDescriptor(), POLLIN, 0});
   MonoNs next_count = 0;
   while (files[0].revents == 0) {
     static_cast<void>(PollUntil(files, clock_.Now() + kCountDrops, clock_));
     ReadAll(kAnyTime);
-    for (LcmPort& port : others_) {
+    for (OtherSource& other : others_) {
       const std::scoped_lock lock(mutex_);
-      if (!port.Handle(0)) return "the LCM port failed";
+      if (!other.port.Handle(0)) return "LCM failed on " + other.url + ": start its server, and record again";
     }
     if (clock_.Now() < next_count) continue;
     CountDrops();
@@ -100,11 +100,11 @@ void Intake::Drain() {
   }
   CountDrops();
   const std::scoped_lock lock(mutex_);
-  for (LcmPort& port : others_) {
+  for (OtherSource& other : others_) {
     std::int64_t before = -1;
     for (int i = 0; i < kMostHandles && before != from_others_; ++i) {
       before = from_others_;
-      static_cast<void>(port.Handle(0));
+      static_cast<void>(other.port.Handle(0));
     }
   }
   for (Source& source : sources_) source.receiver.End();

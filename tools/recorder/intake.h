@@ -48,6 +48,14 @@ class Intake {
     std::int64_t dropped = 0;
   };
 
+  // Read through LCM.
+  struct OtherSource {
+    explicit OtherSource(const std::string& lcm_url) : url(lcm_url), port(lcm_url, "") {}
+
+    std::string url;
+    LcmPort port;
+  };
+
   [[nodiscard]] std::string ListenByLcm(const std::string& url);
   // The number of datagrams that came no later than `until` (us, UNIX).
   std::size_t ReadBatch(Source& source, std::int64_t until);
@@ -60,7 +68,7 @@ class Intake {
   MessageQueue& queue_;
   const Clock& clock_;
   std::list<Source> sources_;
-  std::list<LcmPort> others_;
+  std::list<OtherSource> others_;
   std::vector<std::string> warnings_;
   mutable std::mutex mutex_;
   std::int64_t from_others_ = 0;

@@ -31,6 +31,8 @@ std::string Remedy(int error) {
       return "; raise the disk quota or free some space: recording goes on by itself";
     case EEXIST:
       return "; choose another name, or continue it with --append";
+    case EBUSY:
+      return "; another recorder writes it: end that one, or choose another name";
     case EACCES:
     case EPERM:
     case EROFS:
@@ -233,8 +235,10 @@ void LogWriter::KeepHouse() {
   if (!settings_.file.empty() || (retention.quota_bytes == 0 && retention.keep_us == 0)) return;
   const std::int64_t utime = clock_.UtcMicroseconds();
   for (const std::string& file : ExpiredLogs(OwnLogs(utime), settings_.name, CurrentName(), retention, utime)) {
+    const std::filesystem::path path = std::filesystem::path(settings_.folder) / file;
+    if (LogFile::IsBeingWritten(path.string())) continue;  // by another recorder of this name
     std::error_code error;
-    if (std::filesystem::remove(std::filesystem::path(settings_.folder) / file, error); !error) continue;
+    if (std::filesystem::remove(path, error); !error) continue;
     status_.last_error = file + ": cannot be deleted: " + error.message();
     status_.last_error_utime = clock_.UtcMicroseconds();
   }

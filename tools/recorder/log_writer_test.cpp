@@ -174,6 +174,36 @@ TEST_F(LogWriterTest, DeletesTheOldestLogsBeyondTheQuota) {
               ElementsAre("m_20211121T070005Z.lcm", "m_20261121T070005Z.lcm", "other_20201121T070005Z.lcm"));
 }
 
+TEST_F(LogWriterTest, LeavesAloneWhatAnotherRecorderWrites) {
+  LogFile other;
+  ASSERT_EQ(other.Create(folder_.path() + "/m_20201121T070005Z.lcm"), 0);
+  const std::vector<std::uint8_t> content(500, 'x');
+  Bytes bytes = content;
+  ASSERT_EQ(other.Write(bytes), 0);
+  LogWriter& writer = Make("", {.quota_bytes = 100});
+  writer.Begin(kUtime);
+  writer.Write(Record(0));
+  writer.Poll();
+  EXPECT_THAT(Files(), ElementsAre("m_20201121T070005Z.lcm", "m_20261121T070005Z.lcm"));
+  ASSERT_EQ(other.Close(), 0);
+  clock_.Advance(kSecond);
+  writer.Poll();
+  EXPECT_THAT(Files(), ElementsAre("m_20261121T070005Z.lcm"));
+}
+
+TEST_F(LogWriterTest, DoesNotGoOnWithWhatAnotherRecorderWrites) {
+  LogFile other;
+  ASSERT_EQ(other.Create(folder_.path() + "/a.lcm"), 0);
+  LogWriter& writer = Make("a.lcm");
+  writer.Append(0);
+  writer.Begin(kUtime);
+  writer.Write(Record(0));
+  writer.Poll();
+  EXPECT_TRUE(writer.blocked());
+  EXPECT_THAT(writer.status().last_error, HasSubstr("another recorder writes it"));
+  EXPECT_EQ(SizeOf("a.lcm"), 0U);
+}
+
 TEST_F(LogWriterTest, KnowsTheDisksRoomBeforeThereIsALog) {
   LogWriter& writer = Make("");
   writer.Poll();
