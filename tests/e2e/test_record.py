@@ -91,6 +91,17 @@ class Record(Recorder):
         self.assertEqual(self.log_path.read_bytes(), b"precious")
         self.assertEqual(self.axlecast("record", "--channel", "a(", "--url", URL)[0], 2)
 
+    def test_a_log_that_is_being_written_is_not_continued(self):
+        process = self.record(self.log_path)
+        self.sender.send(100)
+        wait_for(lambda: self.readable() == 100, "100 messages in the file")
+        code, _, err = self.axlecast("record", self.log_path, "--append", "--url", URL)
+        self.assertEqual(code, 4, err)
+        self.assertIn("another recorder writes it", err)
+        self.sender.send(100)
+        self.assertEqual(self.end(process)[0], 0)
+        self.assertEqual(self.recorded(), list(range(200)))
+
     # -- splitting
 
     def test_split_logs_within_a_quota(self):
