@@ -16,7 +16,7 @@ namespace axlecast {
 // A value of the file as an error message shows it: in quotes, shortened, control characters made visible.
 [[nodiscard]] std::string Quoted(std::string_view value);
 
-// Of machines, buses, devices, passwords and keys.
+// Of machines, buses, devices, passwords, keys and logs.
 [[nodiscard]] bool IsName(std::string_view text);
 inline constexpr const char* kNameRule = " is no name: 1 to 24 of a-z, 0-9, _ and -";
 
