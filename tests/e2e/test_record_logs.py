@@ -86,12 +86,20 @@ recorder:
         code, out, err = self.axlecast("log", "verify", events, "--json")
         self.assertEqual(code, 0, out + err)
 
+    def test_a_folder_that_cannot_be_written_is_named(self):
+        self.logs.mkdir()
+        subprocess.run(["mount", "-t", "tmpfs", "-o", "ro", "tmpfs", self.logs], check=True)
+        self.addCleanup(subprocess.run, ["umount", self.logs], check=True)
+        code, _, err = self.axlecast("record", "--config", self.config)
+        self.assertEqual(code, 4, err)
+        self.assertIn(f"{self.logs}: Read-only file system; choose a `directory`", err)
+
     def test_a_folder_that_cannot_be_made_is_named(self):
         self.logs.write_text("a file")
         done = subprocess.run([BIN / "axlecast", "record", "--config", self.config], capture_output=True, text=True,
                               timeout=60)
         self.assertEqual(done.returncode, 4, done.stderr)
-        self.assertIn(str(self.logs), done.stderr)
+        self.assertIn(f"{self.logs}: cannot be made", done.stderr)
         code, out, _ = self.axlecast("check-config", self.config, "--json")
         self.assertEqual((code, json.loads(out)["recorder"]["directory"]), (0, str(self.logs)))
 

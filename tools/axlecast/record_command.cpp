@@ -1,7 +1,11 @@
 #include "tools/axlecast/record_command.h"
 
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <iostream>
 #include <list>
@@ -146,10 +150,13 @@ std::string TakeFolder(const std::string& folder, const std::string& machine, Lo
   std::filesystem::create_directories(folder, error);
   if (error) return folder + ": cannot be made: " + error.message() + "; make it, or choose another `directory`";
   const std::string holder = lock.Acquire(folder + "/." + machine + ".lock");
-  return holder.empty() ? ""
-                        : holder +
-                              ": only one recorder at a time writes the logs of the machine's file; name a FILE "
-                              "or a folder (. is this one) for one besides";
+  if (holder.empty()) return "";
+  if (access(folder.c_str(), W_OK) != 0) {
+    return folder + ": " + std::strerror(errno) + "; choose a `directory` that this user may write to";
+  }
+  return holder +
+         ": only one recorder at a time writes the logs of the machine's file; name a FILE or a folder (. is "
+         "this one) for one besides";
 }
 
 int RunRecord(const RecordOptions& options) {
