@@ -194,7 +194,7 @@ void AddRecordCommand(CLI::App& app, int& exit_code) {
       "                                                      has none, everything into NAME_<time>.lcm here\n"
       "  axlecast record run7.lcm --channel '^POSITION/' --json\n"
       "  axlecast record /var/log/axlecast/ --split-size 100MB --quota 2GB --keep 14d\n"
-      "  axlecast record --trigger 'ALARM/.* battery' --pre-trigger 30s --post-trigger 10s\n"
+      "  axlecast record . --trigger 'ALARM/.* battery' --pre-trigger 30s --post-trigger 10s\n"
       "  axlecast record run7.lcm --append\n"
       "Stock tools read the logs: lcm-logplayer run7.lcm. Ctrl-C or SIGTERM writes what has come, and ends.\n"
       "exit code: 0 whole, 1 the machine's file is bad, 2 usage, 3 something was lost (told by sender), 4 failed");

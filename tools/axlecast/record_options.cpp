@@ -131,7 +131,9 @@ void RecordOptions::AddTo(CLI::App& command) {
             {"s", 1}, {"m", 60}, {"h", 3'600}, {"d", 86'400}, {"w", 604'800}, {"y", 31'557'600}},
         CLI::AsNumberWithUnit::CASE_SENSITIVE, "TIME");
   };
-  command.add_option("FILE", file, "The log, or the folder of logs NAME_<time>.lcm (default: the current one)");
+  command.add_option(
+      "FILE", file,
+      "The log, or the folder of logs NAME_<time>.lcm (default: the logs of the machine's file, else here)");
   config.AddTo(command, ConfigOption::Form::kOptionOnly);
   command.add_option("--url", urls, "LCM URL instead of the file's two; again for more")->type_name("URL");
   command.add_option("--channel", log.channels, "Only channels in whose name this is found; ^ and $ anchor it")
