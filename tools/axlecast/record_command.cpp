@@ -15,7 +15,7 @@
 #include "tools/axlecast/record_options.h"
 #include "tools/axlecast/record_report.h"
 #include "tools/axlecast/screen.h"
-#include "tools/recorder/log_tail.h"
+#include "tools/log/log_tail.h"
 #include "tools/recorder/recording_health.h"
 
 namespace axlecast {
@@ -59,14 +59,12 @@ class RecordRun {
     const MappedFile file(options_.file);
     if (!file.problem().empty()) return file.problem();
     const LogTail tail = FindTail(file.bytes());
-    if (!file.bytes().empty() && tail.begin.events == 0) {
+    if (std::string loss = file.Loss(); !loss.empty()) return loss;
+    if (!file.bytes().empty() && tail.size == 0) {
       return options_.file + ": holds no event of LCM, and is left as it is; choose another name";
     }
     if (tail.torn > 0) std::cerr << options_.file << ": cuts off a torn end of " << tail.torn << " bytes\n";
-    if (tail.damaged > 0) {
-      std::cerr << options_.file << ": " << tail.damaged << " bytes before its end are damaged, and stay\n";
-    }
-    recording_.Append(tail.begin);
+    recording_.Append(tail);
     return "";
   }
 
