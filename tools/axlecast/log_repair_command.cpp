@@ -65,6 +65,7 @@ int Run(const Options& options) {
   input.Read("reading", [](const LogEvent&, std::size_t) { return true; });
   const int exit_code = input.ExitCode();
   if (exit_code == kExitBad) return exit_code;
+  if (!file.Loss().empty()) return kExitFailed;
   const bool in_place = options.output.empty();
   if (exit_code == kExitDone && in_place) {
     std::cout << options.file << ": " << input.events() << " events, nothing to repair\n";
