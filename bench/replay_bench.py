@@ -1,24 +1,30 @@
-"""axlecast replay against stock lcm-logplayer and a bare timer, in the same run: timing at speed 1, rate at full speed."""
+"""axlecast replay against stock lcm-logplayer, a bare timer and liblcm's own reader, in the same run: timing at speed 1, rate
+at full speed, seek in a large log."""
 
 import statistics
 import struct
 import subprocess
+import time
 
 import machine  # tests/e2e
 
 GROUP, PORT = "239.255.76.67", 7667
 PERIOD_US = 1000  # of the log that is timed
-BYTES = 200
+BYTES = 200  # of a message's data
 FULL_SPEED = 200_000  # messages
+SEEK_BYTES = 66  # of data: records of 100 bytes
 RELEVANT_P99 = 100  # us: the target holds where a bare timer reaches it
 
 
-def write_log(path, messages):
-    begin = 1_790_000_000_000_000
+BEGIN = 1_790_000_000_000_000  # us, of a log
+
+
+def write_log(path, messages, size=BYTES):
+    record = struct.Struct(f">IqqII6sq{size - 8}x").pack
     with open(path, "wb") as log:
         for i in range(messages):
-            data = struct.pack(">q", i * PERIOD_US).ljust(BYTES, b"\0")
-            log.write(struct.pack(">IqqII", 0xEDA1DA01, i, begin + i * PERIOD_US, 6, len(data)) + b"REPLAY" + data)
+            at = i * PERIOD_US
+            log.write(record(0xEDA1DA01, i, BEGIN + at, 6, size, b"REPLAY", at))
     return path
 
 
@@ -72,3 +78,28 @@ def measure(bench):
     bench.report.add("replay, full speed", "/s", statistics.median(ours), 1, statistics.median(stock),
                      [a / b for a, b in zip(ours, stock)], at_most=False,
                      note=f"{min(pair[0]['messages'] for pair in pairs)} of {FULL_SPEED} received at least")
+
+
+def first_message_ms(bench, *command):
+    """From the start of a process to its first message."""
+    started = time.time_ns()
+    return (heard(bench, *command)["first_ns"] - started) * 1e-6
+
+
+def measure_seek(bench):
+    events = 1_000_000 if bench.options.quick else 10_000_000
+    log = write_log(bench.folder / "seek.log", events, SEEK_BYTES)
+    at_us = (events - 1_000) * PERIOD_US
+    runs = [lambda: first_message_ms(bench, machine.BIN / "axlecast", "replay", log, "--from", at_us * 1e-6, "--speed", 0,
+                                     "--url", bench.url, "--allow-live", "--yes-allow-live"),
+            lambda: first_message_ms(bench, bench.programs / "bare_seek", "seek", log, BEGIN + at_us, bench.url),
+            lambda: first_message_ms(bench, bench.programs / "bare_seek", "read", log, BEGIN + at_us, bench.url)]
+    triples = []
+    for i in range(bench.options.pairs):
+        results = {(i + k) % 3: runs[(i + k) % 3]() for k in range(3)}
+        triples.append([results[k] for k in range(3)])
+    ours, seek, read = ([triple[k] for triple in triples] for k in range(3))
+    bench.report.add("seek / liblcm reads up to there", "ms", statistics.median(ours), 0.1, statistics.median(read),
+                     [a / b for a, b in zip(ours, read)], note=f"{events} events, {log.stat().st_size * 1e-6:.0f} MB")
+    bench.report.add("seek / liblcm's seek", "ms", statistics.median(ours), 1, statistics.median(seek),
+                     [a / b for a, b in zip(ours, seek)], judged=False, note="whole processes, from their start")

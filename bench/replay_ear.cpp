@@ -4,7 +4,8 @@
 //
 // Says "ready"; at SIGTERM prints one JSON object. The first 8 bytes of a message's data are its time in the log, us,
 // big-endian. The instant is the kernel's, which on loopback is within the sender's own call: how the receiver is scheduled
-// plays no part. A sender's origin is unknown: lateness is told against its most punctual message.
+// plays no part. A sender's origin is unknown: lateness is told against its most punctual message. `first_ns`:
+// CLOCK_REALTIME of the first message.
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -90,7 +91,8 @@ void Print(const std::vector<Heard>& heard) {
   const std::int64_t origin = late.empty() ? 0 : *std::min_element(late.begin(), late.end());
   for (std::int64_t& one : late) one -= origin;
   const double span = heard.empty() ? 0 : static_cast<double>(heard.back().sent - heard.front().sent) * 1e-9;
-  std::printf("{\"messages\": %zu, \"seconds\": %.9f, ", heard.size(), span);
+  const long long first = heard.empty() ? 0 : static_cast<long long>(heard.front().sent);
+  std::printf("{\"messages\": %zu, \"seconds\": %.9f, \"first_ns\": %lld, ", heard.size(), span, first);
   PrintDistribution("late", late);
   std::printf("}\n");
 }

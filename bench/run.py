@@ -18,7 +18,7 @@ import machine  # tests/e2e: how a machine under test is started
 import poll_efficiency
 import replay_bench
 
-TARGETS = ("unpaced", "slots", "latency", "cpu", "start", "commands", "decode", "stream", "poll", "guest", "replay")
+TARGETS = ("unpaced", "slots", "latency", "cpu", "start", "commands", "decode", "stream", "poll", "guest", "replay", "seek")
 WARM_UP = 0.25  # s, before CPU time is counted
 
 
@@ -316,6 +316,9 @@ buses:
 
     def replay(self):
         replay_bench.measure(self)
+
+    def seek(self):
+        replay_bench.measure_seek(self)
 
     def guest(self):
         """In QEMU, which has CAN and SPI; only what stands side by side means something."""

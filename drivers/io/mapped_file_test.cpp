@@ -3,10 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
 #include <fstream>
 #include <utility>
+#include <vector>
 
 #include "tests/support/temporary_folder.h"
 
@@ -75,6 +80,63 @@ TEST_F(MappedFileTest, WhatCannotBeReadIsNamed) {
   const std::string pipe = folder_.path() + "/pipe";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   EXPECT_THAT(MappedFile(pipe).problem(), HasSubstr("no regular file"));
+}
+
+constexpr std::size_t kLarge = 200'000;
+
+std::size_t CountOf(Bytes bytes, char c) {
+  return static_cast<std::size_t>(std::ranges::count(bytes, static_cast<std::uint8_t>(c)));
+}
+
+TEST_F(MappedFileTest, ZerosStandWhereTheFileIsCutWhileItIsRead) {
+  for (const std::size_t left : {std::size_t{0}, std::size_t{1}, std::size_t{4'096}, std::size_t{100'000}}) {
+    const std::string path = Write(std::string(kLarge, 'x'));
+    const MappedFile file(path);
+    EXPECT_EQ(CountOf(file.bytes().first(50'000), 'x'), 50'000U);
+    EXPECT_EQ(file.Loss(), "");
+    std::filesystem::resize_file(path, left);
+    EXPECT_EQ(CountOf(file.bytes(), 'x'), left);
+    EXPECT_EQ(CountOf(file.bytes(), '\0'), kLarge - left);
+    EXPECT_THAT(file.Loss(), HasSubstr("of its 200000 bytes " + std::to_string(left) + " are left"));
+  }
+}
+
+TEST_F(MappedFileTest, TellsThatItWasWrittenAnewWhileItWasRead) {
+  const std::string path = Write(std::string(kLarge, 'x'));
+  const MappedFile file(path);
+  std::filesystem::resize_file(path, 0);
+  EXPECT_EQ(file.bytes()[kLarge - 1], 0);
+  std::filesystem::resize_file(path, kLarge);
+  EXPECT_THAT(file.Loss(), HasSubstr("could not be read everywhere"));
+}
+
+TEST_F(MappedFileTest, OfSeveralThatAreCutEachKnows) {
+  std::vector<MappedFile> files;
+  for (const char* name : {"/a", "/b", "/c"}) {
+    std::ofstream(folder_.path() + name) << std::string(kLarge, 'x');
+    files.emplace_back(folder_.path() + name);
+  }
+  std::filesystem::resize_file(folder_.path() + "/b", 10);
+  for (const MappedFile& file : files) static_cast<void>(CountOf(file.bytes(), 'x'));
+  EXPECT_EQ(files[0].Loss() + files[2].Loss(), "");
+  EXPECT_THAT(files[1].Loss(), HasSubstr("/b was made shorter"));
+}
+
+TEST_F(MappedFileTest, GrowthIsNotSeen) {
+  const std::string path = Write("abc");
+  const MappedFile file(path);
+  std::ofstream(path, std::ios::app) << std::string(kLarge, 'x');
+  EXPECT_THAT(file.bytes(), ElementsAre('a', 'b', 'c'));
+  EXPECT_EQ(file.Loss(), "");
+}
+
+TEST_F(MappedFileTest, ABusErrorOfAnythingElseEndsTheProcessAsEver) {
+  EXPECT_EXIT(
+      {
+        const MappedFile file(Write("abc"));
+        static_cast<void>(raise(SIGBUS));
+      },
+      [](int status) { return !WIFEXITED(status) || WEXITSTATUS(status) != 0; }, "");
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ class AsItIs(Converted):
         for i in range(20):
             self.log.position("axis1", START + 1_000_000 * i, i, i)
             self.log.position("axis2", START + 1_000_000 * i, i, i)
-        found = rows(self.convert("csv", "--channel", "axis2$", "--since", "2025-11-21T16:00:05", "--until",
+        found = rows(self.convert("csv", "--channel", "axis2$", "--from", "2025-11-21T16:00:05", "--until",
                                   "2025-11-21T16:00:10"))
         self.assertEqual([(row["channel"], row["seq"]) for row in found],
                          [("POSITION/axis2", str(i)) for i in range(5, 10)])

@@ -143,11 +143,48 @@ class Log(Machine):
         log = self.save("run.log", log_of(100))
         numbers = lambda *options: [json.loads(line)["number"]
                                     for line in self.log_command("cat", log, *options)[0].splitlines()]
-        self.assertEqual(numbers("--from", "0.010", "--to", "0.012"), [10, 11])
+        self.assertEqual(numbers("--from", "0.010", "--until", "0.012"), [10, 11])
         self.assertEqual(numbers("--from", "2026-09-21T14:13:20.097"), [97, 98, 99])
-        self.assertEqual(numbers("--to", "0.002"), [0, 1])
+        self.assertEqual(numbers("--until", "0.002"), [0, 1])
         self.assertIn("is no time", self.log_command("cat", log, "--from", "noon", code=2)[1])
-        self.assertIn("nothing stands between", self.log_command("cat", log, "--from", "2", "--to", "1", code=2)[1])
+        self.assertIn("nothing stands between", self.log_command("cat", log, "--from", "2", "--until", "1", code=2)[1])
+
+    def reading(self, log):
+        """`log cat` that has begun to read, and waits for somebody to take its lines."""
+        cat = subprocess.Popen([BIN / "axlecast", "log", "cat", log], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                               bufsize=0)
+        self.processes.append(cat)
+        first = cat.stdout.readline()
+        wait_for(lambda: "S (sleeping)" in pathlib.Path(f"/proc/{cat.pid}/status").read_text(), "a full pipe")
+        return cat, first
+
+    def test_a_log_that_is_cut_while_it_is_read_is_read_up_to_there(self):
+        size = len(log_of(1)[0])
+        for left in (0, 20_000 * size + 7):
+            log = self.save("run.log", log_of(50_000))
+            cat, first = self.reading(log)
+            os.truncate(log, left)
+            out, err = cat.communicate(timeout=120)
+            self.assertEqual(cat.returncode, 3, err)
+            self.assertIn(f"of its {50_000 * size} bytes {left} are left", err.decode())
+            self.assertIn("on are damaged", err.decode())
+            lines = [first, *out.splitlines()]
+            self.assertEqual([json.loads(line)["number"] for line in lines], list(range(len(lines))))
+            self.assertTrue(left // size <= len(lines) < 50_000, len(lines))
+            self.assertEqual(lines[-1], self.line_of(len(lines) - 1))
+
+    def line_of(self, number):
+        path = self.save("one.log", [record(number, "TEST", bytes([number % 251]) * 40)])
+        return self.log_command("cat", path)[0].strip().encode()
+
+    def test_a_log_that_grows_while_it_is_read_is_read_as_it_was(self):
+        log = self.save("run.log", log_of(50_000))
+        cat, first = self.reading(log)
+        with open(log, "ab") as file:
+            file.write(b"".join(record(i, "NEW", b"x") for i in range(50_000, 60_000)))
+        out, err = cat.communicate(timeout=120)
+        self.assertEqual((cat.returncode, err), (0, b""))
+        self.assertEqual([json.loads(line)["number"] for line in [first, *out.splitlines()]], list(range(50_000)))
 
     def test_what_is_wrong_is_said(self):
         text = self.save("text.log", b"this is no log\n" * 100)

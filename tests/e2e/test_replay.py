@@ -108,7 +108,7 @@ class Content(Replay):
 
     def test_part_of_a_log_under_other_names(self):
         log = self.write_log([(i * 1_000_000, f"POSITION/axis{i % 2}", bytes([i])) for i in range(20)])
-        code, summary, err = self.replay(log, "--speed", 0, "--from", "4", "--to=-2", "--channel", "1$",
+        code, summary, err = self.replay(log, "--speed", 0, "--from", "4", "--until=-2", "--channel", "1$",
                                          "--rename", "axis([01])=joint$1", "--prefix", "old/")
         self.assertEqual(code, 0, err)
         self.assertEqual(self.heard(6), [("old/POSITION/joint1", bytes([i])) for i in range(5, 17, 2)])
@@ -128,6 +128,19 @@ class Content(Replay):
         self.assertEqual(self.heard(59), heard_of(events[:30] + events[31:]))
         self.assertEqual((summary["damaged_regions"], summary["played"]), (2, 59))
         self.assertIn("2 damaged regions", err)
+
+    def test_a_log_that_is_cut_ends_its_replay(self):
+        events = ramp(20_000)
+        log = self.write_log(events)
+        replay = self.start("replay", BIN / "axlecast", "replay", log, "--json", "--url", DATA_URL)
+        self.heard(10)
+        os.truncate(log, 0)
+        self.assertEqual(replay.wait(LIMIT), 3, self.log("replay"))
+        self.assertIn("was made shorter while it was read", self.log("replay"))
+        self.assertIn('"ended":"lost"', self.log("replay"))
+        heard = list(self.ear.messages)
+        self.assertLess(len(heard), len(events))
+        self.assertEqual(heard, heard_of(events)[:len(heard)])
 
     def test_loop_ends_by_sigterm_with_exit_code_0(self):
         log = self.write_log(ramp(10))

@@ -54,7 +54,9 @@ int ConversionOutput::Keep(const LogSelection& log) {
     std::cerr << problem_ << '\n';
     return kExitFailed;
   }
-  if (log.damaged_bytes() == 0) return kExitDone;
+  const std::string loss = log.Loss();
+  if (!loss.empty()) std::cerr << loss << '\n';
+  if (log.damaged_bytes() == 0) return loss.empty() ? kExitDone : kExitLosses;
   std::cerr << log.file() << ": " << log.damaged_bytes()
             << " bytes are damaged, and what they held is missing here; axlecast log verify tells where\n";
   return kExitLosses;

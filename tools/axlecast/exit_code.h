@@ -7,13 +7,12 @@ inline constexpr int kExitDone = 0;  // done, and verified
 inline constexpr int kExitBad = 1;   // some input is bad, or not everything is as it should be
 inline constexpr int kExitUsage = 2;
 inline constexpr int kExitRejected = 3;  // rejected, expired or cancelled: nothing was done
-inline constexpr int kExitLost = 3;      // of a recording: it is in order, but something is missing in it
 inline constexpr int kExitFailed = 4;
 inline constexpr int kExitIndeterminate = 5;
 inline constexpr int kExitNoAnswer = 6;
 inline constexpr int kExitUnverifiable = 7;  // done, but the device allows no read-back
 
-// Of `axlecast log`: kExitDone a whole log, kExitBad none that can be read.
-inline constexpr int kExitLosses = 3;  // readable, but something of it is lost
+// Of record, replay, log and redecode: done, but something is missing, damaged or, compared, different.
+inline constexpr int kExitLosses = 3;
 
 }  // namespace axlecast

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "tools/axlecast/exit_code.h"
+#include "tools/axlecast/log_choice.h"
 #include "tools/axlecast/log_input.h"
 #include "tools/axlecast/log_line.h"
 #include "tools/axlecast/screen.h"
@@ -21,29 +22,25 @@ struct Options {
 };
 
 int Run(Options& options) {
-  const MappedFile file(options.file);
-  if (!file.problem().empty()) {
-    std::cerr << file.problem() << '\n';
-    return kExitBad;
-  }
-  const Bytes log = file.bytes();
-  if (const std::string problem = options.choice.Understand(LogStart(log)); !problem.empty()) {
+  LogInput input;
+  if (!input.Open(options.file)) return kExitBad;
+  if (const std::string problem = options.choice.Understand(input.log()); !problem.empty()) {
     std::cerr << problem << '\n';
     return kExitUsage;
   }
-  LogReader reader(log);
-  std::int64_t events = 0;
   std::string lines;
-  for (auto event = reader.Next(); event; event = reader.Next()) {
-    ++events;
-    if (options.choice.Takes(*event)) lines += EventLine(*event, options.raw);
-    if (lines.size() < kBuffer) continue;
-    if (!WriteOut(lines)) return kExitDone;  // its reader has seen enough
+  bool wanted = true;
+  input.Read("", [&](const LogEvent& event, std::size_t) {
+    if (options.choice.Takes(event)) lines += EventLine(event, options.raw);
+    if (lines.size() < kBuffer) return true;
+    wanted = WriteOut(lines);
     lines.clear();
-  }
+    return wanted;
+  });
+  if (!wanted) return kExitDone;  // its reader has seen enough
   static_cast<void>(WriteOut(lines));
-  std::cerr << DamageText(options.file, reader.damage());
-  return LogExitCode(options.file, log, events, reader.damage());
+  std::cerr << DamageText(options.file, input.damage());
+  return input.ExitCode();
 }
 
 }  // namespace
@@ -58,8 +55,8 @@ void AddLogCatCommand(CLI::App& log, int& exit_code) {
       std::string("received_utime is the recorder's time of reception, utime the message's own.\n"
                   "examples:\n"
                   "  axlecast log cat run.log --channel '^ALARM/'\n"
-                  "  axlecast log cat run.log --from 10 --to 12.5 --channel POSITION/axis1 | jq .value\n"
-                  "  axlecast log cat run.log --from 2026-11-21T07:00 --to 2026-11-21T07:05\n") +
+                  "  axlecast log cat run.log --from 10 --until 12.5 --channel POSITION/axis1 | jq .value\n"
+                  "  axlecast log cat run.log --from 2026-11-21T07:00 --until 2026-11-21T07:05\n") +
       kLogExitCodes);
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "tools/axlecast/exit_code.h"
+#include "tools/axlecast/log_choice.h"
 #include "tools/axlecast/log_input.h"
 #include "tools/axlecast/log_output.h"
 #include "tools/log/log_header.h"
@@ -20,35 +21,26 @@ struct Options {
 };
 
 int Run(Options& options) {
-  const MappedFile file(options.in);
-  if (!file.problem().empty()) {
-    std::cerr << file.problem() << '\n';
-    return kExitBad;
-  }
-  const Bytes log = file.bytes();
-  if (const std::string problem = options.choice.Understand(LogStart(log)); !problem.empty()) {
+  LogInput input;
+  if (!input.Open(options.in)) return kExitBad;
+  if (const std::string problem = options.choice.Understand(input.log()); !problem.empty()) {
     std::cerr << problem << '\n';
     return kExitUsage;
   }
-  LogReader reader(log);
-  LogOutput out(options.out, file.mode());
-  std::int64_t events = 0;
-  {
-    LogProgress progress("filtering", log.size());
-    for (auto event = reader.Next(); event && out.problem().empty(); event = reader.Next()) {
-      ++events;
-      if (IsLogChannel(event->channel) || options.choice.Takes(*event)) out.Add(*event);
-      progress.At(reader.position());
-    }
-  }
-  if (events == 0 && !log.empty()) return LogExitCode(options.in, log, events, reader.damage());
+  LogOutput out(options.out, input.file().mode());
+  input.Read("filtering", [&](const LogEvent& event, std::size_t) {
+    if (IsLogChannel(event.channel) || options.choice.Takes(event)) out.Add(event);
+    return out.problem().empty();
+  });
+  const int exit_code = input.ExitCode();
+  if (exit_code == kExitBad) return exit_code;
   if (const std::string problem = out.Commit(options.force); !problem.empty()) {
     std::cerr << problem << '\n';
     return kExitFailed;
   }
-  std::cerr << DamageText(options.in, reader.damage()) << options.out << ": " << out.events() << " of " << events
-            << " events\n";
-  return LogExitCode(options.in, log, events, reader.damage());
+  std::cerr << DamageText(options.in, input.damage()) << options.out << ": " << out.events() << " of "
+            << input.events() << " events\n";
+  return exit_code;
 }
 
 }  // namespace
@@ -66,7 +58,7 @@ void AddLogFilterCommand(CLI::App& log, int& exit_code) {
                   "examples:\n"
                   "  axlecast log filter run.log axis1.log --channel '/axis1$'\n"
                   "  axlecast log filter run.log quiet.log --channel '^(POSITION|WIRE)' --invert\n"
-                  "  axlecast log filter run.log minute.log --from 5m --to 6m\n") +
+                  "  axlecast log filter run.log minute.log --from 5m --until 6m\n") +
       kLogExitCodes);
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }

@@ -38,27 +38,20 @@ int ShowHeader(const Options& options, const LogSummary& summary) {
 }
 
 int Run(const Options& options) {
-  const MappedFile file(options.file);
-  if (!file.problem().empty()) {
-    std::cerr << file.problem() << '\n';
-    return kExitBad;
-  }
-  const Bytes log = file.bytes();
+  LogInput input;
+  if (!input.Open(options.file)) return kExitBad;
   LogSummary summary;
-  LogReader reader(log);
-  {
-    LogProgress progress("reading", log.size());
-    for (auto event = reader.Next(); event; event = reader.Next()) {
-      summary.Add(*event);
-      progress.At(reader.position());
-    }
-  }
+  input.Read("reading", [&summary](const LogEvent& event, std::size_t) {
+    summary.Add(event);
+    return true;
+  });
   if (!options.show.empty()) return ShowHeader(options, summary);
-  const int exit_code = LogExitCode(options.file, log, summary.events(), reader.damage());
+  const int exit_code = input.ExitCode();
   if (exit_code == kExitBad) return exit_code;
+  const std::size_t size = input.log().size();
   static_cast<void>(WriteOut(options.json
-                                 ? JsonLine(SummaryJson(options.file, log.size(), summary, reader.damage())) + '\n'
-                                 : SummaryText(options.file, log.size(), summary, reader.damage())));
+                                 ? JsonLine(SummaryJson(options.file, size, summary, input.damage())) + '\n'
+                                 : SummaryText(options.file, size, summary, input.damage())));
   return exit_code;
 }
 

@@ -7,7 +7,6 @@
 #include <iostream>
 
 #include "tools/axlecast/exit_code.h"
-#include "tools/axlecast/log_time.h"
 
 namespace axlecast {
 namespace {
@@ -18,7 +17,7 @@ constexpr std::size_t kDamageShown = 10;
 }  // namespace
 
 LogProgress::LogProgress(const char* doing, std::size_t bytes)
-    : doing_(doing), bytes_(bytes >= kLarge && isatty(STDERR_FILENO) == 1 ? bytes : 0) {}
+    : doing_(doing), bytes_(*doing != 0 && bytes >= kLarge && isatty(STDERR_FILENO) == 1 ? bytes : 0) {}
 
 LogProgress::~LogProgress() {
   if (percent_ > 0) static_cast<void>(std::fputs("\r\x1b[K", stderr));
@@ -30,34 +29,25 @@ void LogProgress::At(std::size_t position) {
   static_cast<void>(std::fprintf(stderr, "\r%s: %zu %%\x1b[K", doing_, std::min<std::size_t>(percent_, 100)));
 }
 
-void LogChoice::AddTo(CLI::App& command) {
-  command.add_option("--channel", channel_, "Only channels in whose name this regular expression is found")
-      ->type_name("REGEX");
-  command.add_flag("--invert", invert_, "Only the other channels");
-  command.add_option("--from", from_text_, "From then on: seconds from the start (12.5), 15m, 2h, or UTC")
-      ->type_name("T");
-  command.add_option("--to", to_text_, "Before then")->type_name("T");
+bool LogInput::Open(const std::string& path) {
+  file_.emplace(path);
+  if (!file_->problem().empty()) std::cerr << file_->problem() << '\n';
+  return file_->problem().empty();
 }
 
-std::string LogChoice::Understand(std::int64_t start) {
-  if (std::string problem = filter_.Set(channel_, invert_); !problem.empty()) return "--channel " + problem;
-  for (const auto& [text, time] : {std::pair(&from_text_, &from_), {&to_text_, &to_}}) {
-    if (text->empty()) continue;
-    const auto parsed = ParseLogTime(*text, start);
-    if (!parsed) return "'" + *text + "' is no time: " + kLogTimeForms;
-    *time = *parsed;
+void LogInput::Read(const char* doing, const std::function<bool(const LogEvent&, std::size_t offset)>& visit) {
+  LogProgress progress(doing, log().size());
+  LogReader reader(log());
+  events_ = 0;
+  for (auto event = reader.Next(); event; event = reader.Next()) {
+    ++events_;
+    if (!visit(*event, reader.offset())) break;
+    progress.At(reader.position());
   }
-  return from_ < to_ ? "" : "--from is not before --to: nothing stands between";
+  damage_ = reader.damage();
 }
 
-bool LogChoice::Takes(const LogEvent& event) {
-  return event.utime >= from_ && event.utime < to_ && filter_.Takes(event.channel);
-}
-
-std::int64_t LogStart(Bytes log) {
-  const auto first = LogReader(log).Next();
-  return first ? first->utime : 0;
-}
+int LogInput::ExitCode() const { return LogExitCode(*file_, events_, damage_); }
 
 std::string DamageText(const std::string& file, const std::vector<LogReader::Damage>& damage) {
   std::string text;
@@ -79,13 +69,14 @@ std::size_t DamagedBytes(const std::vector<LogReader::Damage>& damage) {
   return bytes;
 }
 
-int LogExitCode(const std::string& file, Bytes log, std::int64_t events,
-                const std::vector<LogReader::Damage>& damage) {
-  if (events == 0 && !log.empty()) {
-    std::cerr << file << " holds no event of LCM's log format: is it a log?\n";
+int LogExitCode(const MappedFile& file, std::int64_t events, const std::vector<LogReader::Damage>& damage) {
+  const std::string loss = file.Loss();
+  if (!loss.empty()) std::cerr << loss << '\n';
+  if (events == 0 && !file.bytes().empty()) {
+    std::cerr << file.path() << " holds no event of LCM's log format: is it a log?\n";
     return kExitBad;
   }
-  return damage.empty() ? kExitDone : kExitLosses;
+  return loss.empty() && damage.empty() ? kExitDone : kExitLosses;
 }
 
 }  // namespace axlecast

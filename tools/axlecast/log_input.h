@@ -1,18 +1,18 @@
 #pragma once
 
-#include <CLI/App.hpp>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "drivers/io/mapped_file.h"
-#include "tools/log/channel_filter.h"
 #include "tools/log/log_reader.h"
 
 namespace axlecast {
 
-// How far the reading of a large log is: on standard error, when that is a terminal.
+// How far the reading of a large log is: on standard error, when that is a terminal. "": nowhere.
 class LogProgress {
  public:
   LogProgress(const char* doing, std::size_t bytes);
@@ -28,34 +28,36 @@ class LogProgress {
   std::size_t percent_ = 0;
 };
 
-// Which events of a log a command takes: --channel, --invert, --from, --to.
-class LogChoice {
+// The log that a command reads from its beginning to its end.
+class LogInput {
  public:
-  void AddTo(CLI::App& command);
+  // False when it cannot be opened, which is said on standard error.
+  [[nodiscard]] bool Open(const std::string& path);
+  [[nodiscard]] const MappedFile& file() const { return *file_; }
+  [[nodiscard]] Bytes log() const { return file_->bytes(); }
 
-  // Empty, or what is wrong with the options; `start`: us, UNIX time, of the log's first event.
-  [[nodiscard]] std::string Understand(std::int64_t start);
-  [[nodiscard]] bool Takes(const LogEvent& event);
+  // Shows all events in order, until `visit` says no; the offset is that of the event. `doing`: see LogProgress.
+  void Read(const char* doing, const std::function<bool(const LogEvent&, std::size_t offset)>& visit);
+
+  // Of what was read.
+  [[nodiscard]] std::int64_t events() const { return events_; }
+  [[nodiscard]] const std::vector<LogReader::Damage>& damage() const { return damage_; }
+  // What the command exits with: kExitBad where it is no log, kExitLosses where something of it is damaged or gone. The
+  // first, and what became of the file meanwhile, is said on standard error.
+  [[nodiscard]] int ExitCode() const;
 
  private:
-  std::string channel_;
-  bool invert_ = false;
-  std::string from_text_;
-  std::string to_text_;
-  ChannelFilter filter_;
-  std::int64_t from_ = INT64_MIN;
-  std::int64_t to_ = INT64_MAX;
+  std::optional<MappedFile> file_;
+  std::int64_t events_ = 0;
+  std::vector<LogReader::Damage> damage_;
 };
 
-// us, UNIX time, of the log's first event; 0 where there is none.
-[[nodiscard]] std::int64_t LogStart(Bytes log);
-
-// "damage: 57 bytes at byte 1234 are no event" for each of the first ones, and how many there are.
+// "run.log: 57 bytes from byte 1234 on are damaged" for each of the first ones, and how many there are.
 [[nodiscard]] std::string DamageText(const std::string& file, const std::vector<LogReader::Damage>& damage);
 [[nodiscard]] std::size_t DamagedBytes(const std::vector<LogReader::Damage>& damage);
 
-// What a command that has read the log to its end exits with: kExitBad with a word on standard error where it is none.
-[[nodiscard]] int LogExitCode(const std::string& file, Bytes log, std::int64_t events,
+// As LogInput::ExitCode, of a log in which so many events were found.
+[[nodiscard]] int LogExitCode(const MappedFile& file, std::int64_t events,
                               const std::vector<LogReader::Damage>& damage);
 
 inline constexpr const char* kLogExitCodes =

@@ -1,7 +1,6 @@
 #include "tools/axlecast/log_merge_command.h"
 
 #include <algorithm>
-#include <deque>
 #include <iostream>
 #include <memory>
 #include <span>
@@ -23,7 +22,7 @@ struct Options {
 };
 
 // The headers of all logs before everything else, as if received with the merged log's first event.
-void AddHeaders(const std::deque<MappedFile>& logs, LogOutput& out) {
+void AddHeaders(const std::vector<MappedFile>& logs, LogOutput& out) {
   std::vector<LogEvent> headers;
   std::int64_t start = INT64_MAX;
   for (const MappedFile& log : logs) {
@@ -41,47 +40,50 @@ void AddHeaders(const std::deque<MappedFile>& logs, LogOutput& out) {
 }
 
 // The worst of the logs', each told on standard error.
-int Report(const std::vector<std::string>& files, const std::deque<MappedFile>& logs, const LogMerge& merge,
-           const std::vector<std::int64_t>& events) {
+int Report(const std::vector<MappedFile>& logs, const LogMerge& merge, const std::vector<std::int64_t>& events) {
   int exit_code = kExitDone;
   for (std::size_t i = 0; i < logs.size(); ++i) {
-    const auto& damage = merge.readers()[i].damage();
-    const int of_log = LogExitCode(files[i], logs[i].bytes(), events[i], damage);
-    if (of_log != kExitBad) std::cerr << DamageText(files[i], damage);
+    const auto damage = merge.damage_of(i);
+    const int of_log = LogExitCode(logs[i], events[i], damage);
+    if (of_log != kExitBad) std::cerr << DamageText(logs[i].path(), damage);
     if (exit_code != kExitBad && of_log != kExitDone) exit_code = of_log;
   }
   return exit_code;
 }
 
+// Writes the events of all logs; how many each had.
+std::vector<std::int64_t> Merge(LogMerge& merge, std::size_t logs, std::size_t size, LogOutput& out) {
+  std::vector<std::int64_t> events(logs);
+  LogProgress progress("merging", size);
+  std::size_t done = 0;
+  for (; merge.Head() != nullptr && out.problem().empty(); merge.Advance()) {
+    ++events[merge.HeadLog()];
+    out.Add(*merge.Head());
+    progress.At(done += EventSize(*merge.Head()));
+  }
+  return events;
+}
+
 int Run(const Options& options) {
-  std::deque<MappedFile> logs;
-  std::vector<LogReader> readers;
+  std::vector<MappedFile> logs;
+  std::vector<Bytes> bytes;
   std::size_t size = 0;
+  mode_t mode = 0777;
   for (const std::string& file : std::span(options.files).first(options.files.size() - 1)) {
     const MappedFile& log = logs.emplace_back(file);
     if (!log.problem().empty()) {
       std::cerr << log.problem() << '\n';
       return kExitBad;
     }
-    readers.emplace_back(log.bytes());
+    bytes.push_back(log.bytes());
     size += log.bytes().size();
+    mode &= log.mode();  // none becomes more open than it was
   }
-  mode_t mode = 0777;
-  for (const MappedFile& log : logs) mode &= log.mode();  // none becomes more open than it was
   LogOutput out(options.files.back(), mode);
   AddHeaders(logs, out);
-  LogMerge merge(std::move(readers));
-  std::vector<std::int64_t> events(logs.size());
-  {
-    LogProgress progress("merging", size);
-    std::size_t done = 0;
-    for (auto next = merge.Next(); next && out.problem().empty(); next = merge.Next()) {
-      ++events[next->log];
-      out.Add(next->event);
-      progress.At(done += EventSize(next->event));
-    }
-  }
-  const int exit_code = Report(options.files, logs, merge, events);
+  LogMerge merge(bytes);
+  const std::vector<std::int64_t> events = Merge(merge, logs.size(), size, out);
+  const int exit_code = Report(logs, merge, events);
   if (exit_code == kExitBad) return exit_code;
   if (const std::string problem = out.Commit(options.force); !problem.empty()) {
     std::cerr << problem << '\n';

@@ -23,13 +23,12 @@ std::string LogRecording::Continue(const std::string& file) {
   const MappedFile log(file);
   if (!log.problem().empty()) return log.problem();
   const LogTail tail = FindTail(log.bytes());
+  if (std::string loss = log.Loss(); !loss.empty()) return loss;
   if (!log.bytes().empty() && tail.size == 0) {
     return file + ": holds no event of LCM, and is left as it is; choose another name";
   }
-  if (const std::size_t torn = log.bytes().size() - tail.size; torn > 0) {
-    std::cerr << file << ": cuts off a torn end of " << torn << " bytes\n";
-  }
-  recording_.Append(EventStream::After(tail));
+  if (tail.torn > 0) std::cerr << file << ": cuts off a torn end of " << tail.torn << " bytes\n";
+  recording_.Append(tail);
   return "";
 }
 

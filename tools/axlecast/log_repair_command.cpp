@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "drivers/io/new_file.h"
 #include "tools/axlecast/exit_code.h"
@@ -48,44 +49,39 @@ std::string WriteWhole(NewFile& out, Bytes log, const std::vector<LogReader::Dam
   return "";
 }
 
-bool Grew(const std::string& file, std::size_t size) {
+// Why the file is not what was read of it any more; else empty.
+std::string Changed(const MappedFile& file) {
+  if (std::string loss = file.Loss(); !loss.empty()) return loss;
   std::error_code error;
-  return std::filesystem::file_size(file, error) != size || error;
+  const auto size = std::filesystem::file_size(file.path(), error);
+  return size == file.bytes().size() && !error ? "" : file.path() + " is being written: stop its recorder first";
 }
 
 int Run(const Options& options) {
-  const MappedFile file(options.file);
-  if (!file.problem().empty()) {
-    std::cerr << file.problem() << '\n';
-    return kExitBad;
-  }
-  const Bytes log = file.bytes();
-  LogReader reader(log);
-  std::int64_t events = 0;
-  {
-    LogProgress progress("reading", log.size());
-    for (; reader.Next(); ++events) progress.At(reader.position());
-  }
-  const int exit_code = LogExitCode(options.file, log, events, reader.damage());
+  LogInput input;
+  if (!input.Open(options.file)) return kExitBad;
+  const MappedFile& file = input.file();
+  const Bytes log = input.log();
+  input.Read("reading", [](const LogEvent&, std::size_t) { return true; });
+  const int exit_code = input.ExitCode();
   if (exit_code == kExitBad) return exit_code;
+  if (!file.Loss().empty()) return kExitFailed;
   const bool in_place = options.output.empty();
   if (exit_code == kExitDone && in_place) {
-    std::cout << options.file << ": " << events << " events, nothing to repair\n";
+    std::cout << options.file << ": " << input.events() << " events, nothing to repair\n";
     return kExitDone;
   }
   NewFile out(in_place ? options.file : options.output, in_place ? file.access() : FileAccess{.mode = file.mode()});
-  std::string problem = WriteWhole(out, log, reader.damage());
+  std::string problem = WriteWhole(out, log, input.damage());
   const std::string kept = in_place ? KeptName(options.file) : "";
-  if (problem.empty() && Grew(options.file, log.size())) {
-    problem = options.file + " is being written: stop its recorder first";
-  }
+  if (std::string changed = Changed(file); !changed.empty()) problem = std::move(changed);
   if (problem.empty()) problem = out.Commit(in_place || options.force, kept);
   if (!problem.empty()) {
     std::cerr << problem << '\n';
     return kExitFailed;
   }
-  std::cout << DamageText(options.file, reader.damage()) << (in_place ? options.file : options.output) << ": "
-            << events << " events; " << DamagedBytes(reader.damage()) << " damaged bytes left out"
+  std::cout << DamageText(options.file, input.damage()) << (in_place ? options.file : options.output) << ": "
+            << input.events() << " events; " << DamagedBytes(input.damage()) << " damaged bytes left out"
             << (in_place ? "; as it was: " + kept : "") << '\n';
   return exit_code;
 }

@@ -1,18 +1,17 @@
 #pragma once
 
 #include <CLI/App.hpp>
-#include <cstdint>
-#include <memory>
+#include <cstddef>
 #include <optional>
 #include <string>
 
-#include "drivers/io/mapped_file.h"
+#include "tools/axlecast/log_choice.h"
+#include "tools/axlecast/log_input.h"
 #include "tools/convert/event_range.h"
-#include "tools/log/channel_filter.h"
 
 namespace axlecast {
 
-// The events of a log that a command is given: LOG, and of it --channel, --invert, --since, --until.
+// The events of a log that a command is given: LOG, and of it --channel, --invert, --from, --until.
 class LogSelection {
  public:
   // The object must outlive the parsing.
@@ -27,20 +26,16 @@ class LogSelection {
 
   // Of the last walk to the end: bytes that are no event, within the chosen time.
   [[nodiscard]] std::size_t damaged_bytes() const { return damaged_bytes_; }
+  // What became of the file meanwhile (MappedFile::Loss).
+  [[nodiscard]] std::string Loss() const { return input_.file().Loss(); }
   [[nodiscard]] const std::string& file() const { return file_; }
 
  private:
   void Visit(const EventVisitor& visit, bool filtered);
 
   std::string file_;
-  std::string channel_;
-  bool invert_ = false;
-  std::string since_;
-  std::string until_;
-  ChannelFilter filter_;
-  std::optional<std::int64_t> since_utime_;
-  std::optional<std::int64_t> until_utime_;
-  std::unique_ptr<MappedFile> log_;
+  LogChoice choice_;
+  LogInput input_;
   std::size_t damaged_bytes_ = 0;
 };
 

@@ -19,26 +19,18 @@ struct Options {
 };
 
 int Run(const Options& options) {
-  const MappedFile file(options.file);
-  if (!file.problem().empty()) {
-    std::cerr << file.problem() << '\n';
-    return kExitBad;
-  }
-  const Bytes log = file.bytes();
+  LogInput input;
+  if (!input.Open(options.file)) return kExitBad;
   LogCheck check;
-  LogReader reader(log);
-  {
-    LogProgress progress("verifying", log.size());
-    for (auto event = reader.Next(); event; event = reader.Next()) {
-      check.Add(*event, reader.offset(), log.subspan(reader.offset(), EventSize(*event)));
-      progress.At(reader.position());
-    }
-  }
+  input.Read("verifying", [&](const LogEvent& event, std::size_t offset) {
+    check.Add(event, offset, input.log().subspan(offset, EventSize(event)));
+    return true;
+  });
   check.Finish();
-  const int exit_code = LogExitCode(options.file, log, check.events(), reader.damage());
+  const int exit_code = input.ExitCode();
   if (exit_code == kExitBad) return exit_code;
-  static_cast<void>(WriteOut(options.json ? JsonLine(CheckJson(options.file, check, reader.damage())) + '\n'
-                                          : CheckText(options.file, check, reader.damage())));
+  static_cast<void>(WriteOut(options.json ? JsonLine(CheckJson(options.file, check, input.damage())) + '\n'
+                                          : CheckText(options.file, check, input.damage())));
   return check.sound() ? exit_code : kExitLosses;
 }
 

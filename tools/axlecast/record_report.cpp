@@ -146,7 +146,7 @@ std::string RecordEndJson(const std::string& name, const RecordingStatus& status
 
 int RecordExitCode(const RecordingStatus& status) {
   if (status.Failed()) return kExitFailed;
-  return status.Whole() ? kExitDone : kExitLost;
+  return status.Whole() ? kExitDone : kExitLosses;
 }
 
 }  // namespace axlecast

@@ -30,7 +30,7 @@ TEST(RecordReport, LossesAreToldByTheirCause) {
   status.intake.kernel_dropped = 9;
   status.intake.senders = {{{0x7f000001, 40'001}, 100, 7, 0}};
   status.channels = {{"POSITION/axis1", 90, 5}};
-  EXPECT_EQ(RecordExitCode(status), kExitLost);
+  EXPECT_EQ(RecordExitCode(status), kExitLosses);
   const std::string text = RecordSummary(status);
   EXPECT_THAT(text, HasSubstr("5 missing by their senders' numbers"));
   EXPECT_THAT(text, HasSubstr("2 found no room in memory"));

@@ -5,11 +5,11 @@
 #include <optional>
 #include <vector>
 
-#include "drivers/io/mapped_file.h"
 #include "drivers/io/new_file.h"
 #include "drivers/runtime/config/load.h"
 #include "tools/axlecast/config_option.h"
 #include "tools/axlecast/exit_code.h"
+#include "tools/axlecast/log_input.h"
 #include "tools/axlecast/screen.h"
 #include "tools/json/field.h"
 #include "tools/log/log_header.h"
@@ -80,26 +80,23 @@ class RedecodedLog {
   std::string problem_;
 };
 
-int Judge(const Options& options, const LogRedecoder& redecoder, bool damaged) {
-  bool whole = !damaged && redecoder.malformed() == 0;
+int Judge(const Options& options, const LogRedecoder& redecoder, bool readable_whole) {
+  bool whole = readable_whole && redecoder.malformed() == 0;
   for (const auto& [name, bus] : redecoder.buses()) whole = whole && bus->gaps().empty() && bus->unreadable() == 0;
   if (redecoder.buses().empty()) {
     std::cerr << options.log << " holds no capture" << (options.bus.empty() ? "" : " of bus " + options.bus)
               << ": record one with `capture: true` on the bus\n";
     return kExitBad;
   }
-  return whole && (!options.diff || redecoder.diff().same()) ? kExitDone : kExitRejected;
+  return whole && (!options.diff || redecoder.diff().same()) ? kExitDone : kExitLosses;
 }
 
 int Run(const Options& options) {
-  const MappedFile log(options.log);
-  if (!log.problem().empty()) {
-    std::cerr << log.problem() << '\n';
-    return kExitBad;
-  }
+  LogInput input;
+  if (!input.Open(options.log)) return kExitBad;
   int exit_code = kExitBad;
   const auto machine =
-      options.config.Given() ? options.config.Load(exit_code) : MachineOf(log.bytes(), options.log);
+      options.config.Given() ? options.config.Load(exit_code) : MachineOf(input.log(), options.log);
   if (!machine) return exit_code;
   if (!options.bus.empty() && machine->FindBus(options.bus) == nullptr) {
     std::cerr << "the machine has no bus " << options.bus << '\n';
@@ -107,19 +104,21 @@ int Run(const Options& options) {
   }
   RedecodedLog output(options.output);
   LogRedecoder redecoder(*machine, options.bus, [&output](const LogEvent& event) { output.Append(event); });
-  LogReader reader(log.bytes());
-  while (const auto event = reader.Next()) redecoder.On(*event);
+  input.Read("decoding", [&redecoder](const LogEvent& event, std::size_t) {
+    redecoder.On(event);
+    return true;
+  });
   redecoder.Finish();
+  const int readable = input.ExitCode();
+  if (readable == kExitBad) return kExitBad;
   if (const std::string problem = output.Commit(options.force); !problem.empty()) {
     std::cerr << problem << '\n';
     return kExitBad;
   }
-  for (const LogReader::Damage& damage : reader.damage()) {
-    std::cerr << options.log << ": " << damage.size << " damaged bytes at " << damage.offset << " were skipped\n";
-  }
+  std::cerr << DamageText(options.log, input.damage());
   static_cast<void>(
       WriteOut(options.json ? JsonLine(ToJson(redecoder, options.diff)) + '\n' : ToText(redecoder, options.diff)));
-  return Judge(options, redecoder, !reader.damage().empty());
+  return Judge(options, redecoder, readable == kExitDone);
 }
 
 }  // namespace

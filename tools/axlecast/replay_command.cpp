@@ -14,21 +14,19 @@
 #include "tools/axlecast/config_option.h"
 #include "tools/axlecast/exit_code.h"
 #include "tools/axlecast/live_machine_ear.h"
+#include "tools/axlecast/log_time.h"
 #include "tools/axlecast/replay_run.h"
 #include "tools/json/field.h"
 
 namespace axlecast {
 namespace {
 
-constexpr int kExitNotWhole = 3;  // played, but damage was skipped or a message could not be sent
-
 struct ReplayOptions {
   std::vector<std::string> logs;
   ConfigOption config;
   std::string url;
   std::string command_url;
-  std::string from;
-  std::string to;
+  LogTimeOptions time;
   ReplayWish wish;
   std::string channel;
   bool invert = false;
@@ -42,20 +40,6 @@ struct ReplayOptions {
 int Refuse(const std::string& problem, int exit_code) {
   std::cerr << problem << '\n';
   return exit_code;
-}
-
-std::string UnderstandTimes(ReplayOptions& options) {
-  for (const auto& [text, time] : {std::pair(&options.from, &options.wish.from), {&options.to, &options.wish.to}}) {
-    if (text->empty()) continue;
-    *time = ParseReplayTime(*text);
-    if (!*time) {
-      return "'" + *text +
-             "' is no time: write 12.5, 90s, 15m or 2h (from the log's first message), -10 (before its last one) "
-             "or "
-             "2026-11-21T07:00:05 (UTC)";
-    }
-  }
-  return "";
 }
 
 std::string UnderstandChannels(const ReplayOptions& options, ReplayChannels& channels) {
@@ -120,6 +104,7 @@ class Logs {
     }
     return "";
   }
+  [[nodiscard]] const std::vector<MappedFile>& files() const { return files_; }
   [[nodiscard]] const std::vector<Bytes>& bytes() const { return bytes_; }
 
  private:
@@ -142,19 +127,22 @@ int Finish(const Replay& replay, const ReplayOutcome& outcome, bool json) {
   if (json) std::cout << JsonLine(ReplayJson(replay, outcome)) << std::endl;
   std::cerr << ReplaySummary(replay, outcome);
   if (replay.counts().played == 0 && !outcome.stopped) return Refuse(NothingPlayed(replay), kExitBad);
-  return replay.damage().regions > 0 || outcome.unsent > 0 ? kExitNotWhole : kExitDone;
+  const bool whole = replay.damage().regions == 0 && outcome.unsent == 0 && outcome.loss.empty();
+  return whole ? kExitDone : kExitLosses;
 }
 
 int RunReplay(ReplayOptions options) {
   ReplayChannels channels;
-  std::string problem = UnderstandTimes(options);
-  if (problem.empty()) problem = UnderstandChannels(options, channels);
+  std::string problem = UnderstandChannels(options, channels);
   if (!problem.empty()) return Refuse(problem, kExitUsage);
   int exit_code = kExitDone;
   const std::optional<LcmConfig> lcm = FindUrls(options, exit_code);
   if (!lcm) return exit_code;
   Logs logs;
   if (problem = logs.Open(options.logs); !problem.empty()) return Refuse(problem, kExitBad);
+  if (problem = options.time.Understand(logs.bytes()); !problem.empty()) return Refuse(problem, kExitUsage);
+  options.wish.from = options.time.from();
+  options.wish.until = options.time.until();
   if (!AreFree(options, *lcm)) return kExitBad;
 
   LcmPort data(lcm->url, "");
@@ -166,16 +154,13 @@ int RunReplay(ReplayOptions options) {
   if (shows && TerminalKeys::Usable()) std::cerr << kReplayKeysHelp << '\n';
   const ReplayRange range = FindRange(logs.bytes(), options.wish);
   Replay replay(logs.bytes(), range, channels, options.replay, SystemClock().Now());
-  const ReplayOutcome outcome = ReplayRun(replay, data, commands, shows).Run();
+  const ReplayOutcome outcome = ReplayRun(replay, logs.files(), data, commands, shows).Run();
   return Finish(replay, outcome, options.json);
 }
 
 void AddRangeOptions(CLI::App& command, ReplayOptions& options) {
   const auto number = CLI::Range(std::int64_t{0}, std::int64_t{1} << 60);
-  command
-      .add_option("--from", options.from, "From this time on: 12.5, 15m, -10 (before the end), 2026-11-21T07:00")
-      ->type_name("T");
-  command.add_option("--to", options.to, "Up to this time")->type_name("T");
+  options.time.AddTo(command);
   command.add_option("--start-event", options.wish.start_event, "From this event on, counted from 0")
       ->check(number)
       ->type_name("N");
@@ -235,14 +220,14 @@ void AddReplayCommand(CLI::App& app, int& exit_code) {
       std::string("examples:\n"
                   "  axlecast replay monday.log\n"
                   "  axlecast replay a.log b.log --speed 0 --channel '^POSITION/'\n"
-                  "  axlecast replay monday.log --from 2026-11-21T07:00:05 --to 2026-11-21T07:01 --loop\n"
+                  "  axlecast replay monday.log --from 2026-11-21T07:00:05 --until 2026-11-21T07:01 --loop\n"
                   "  axlecast replay monday.log --from=-10 --prefix OLD/ --rename 'axis([12])=joint$1'\n"
                   "keys on a terminal: ") +
       kReplayKeysHelp +
       "\n"
-      "exit code: 0 all was played, or it was stopped; 3 played, but damage was skipped or a message "
-      "could\n"
-      "not be sent; 1 nothing was played; 2 usage. docs/replay.md");
+      "exit code: 0 all was played, or it was stopped; 3 played, but damage was skipped, the log was "
+      "cut\n"
+      "meanwhile or a message could not be sent; 1 nothing was played; 2 usage. docs/replay.md");
   command->callback([options, &exit_code] { exit_code = RunReplay(*options); });
 }
 

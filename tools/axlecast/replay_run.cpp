@@ -21,23 +21,27 @@ constexpr const char* kClearLine = "\r\x1b[K";
 
 }  // namespace
 
-ReplayRun::ReplayRun(Replay& replay, LcmPort& data, LcmPort& commands, bool shows)
-    : replay_(replay), data_(data), commands_(commands), shows_(shows) {
+ReplayRun::ReplayRun(Replay& replay, const std::vector<MappedFile>& logs, LcmPort& data, LcmPort& commands,
+                     bool shows)
+    : replay_(replay), logs_(logs), data_(data), commands_(commands), shows_(shows) {
   // Without priority; it makes the timers exact. A kernel without that only wakes up later.
   static_cast<void>(ApplyRealtime(0, -1, false));
 }
 
 ReplayOutcome ReplayRun::Run() {
   const MonoNs begin = clock_.Now();
-  while (!replay_.AtEnd() && !quit_ && !stop_.Requested()) {
+  std::string loss;
+  while (!replay_.AtEnd() && !quit_ && !stop_.Requested() && loss.empty()) {
     Show();
     Wait();
     TakeKeys();
-    if (!quit_ && !stop_.Requested()) PlayDue();
+    loss = Loss();
+    if (!quit_ && !stop_.Requested() && loss.empty()) PlayDue();
   }
   if (shows_) std::cerr << kClearLine << std::flush;
   const auto us = [](MonoNs duration) { return static_cast<double>(duration) / kMicrosecond; };
   ReplayOutcome outcome{.stopped = !replay_.AtEnd(),
+                        .loss = Loss(),
                         .unsent = data_.unsent() + commands_.unsent(),
                         .seconds = static_cast<double>(clock_.Now() - begin) / kSecond,
                         .late_max_us = us(late_.max())};
@@ -101,6 +105,12 @@ void ReplayRun::Obey(ReplayKey key) {
 void ReplayRun::SeekBy(std::int64_t seconds) {
   const MonoNs now = clock_.Now();
   replay_.Seek(replay_.Utime(now) + seconds * 1'000'000, now);
+}
+
+std::string ReplayRun::Loss() const {
+  std::string loss;
+  for (auto log = logs_.begin(); log != logs_.end() && loss.empty(); ++log) loss = log->Loss();
+  return loss;
 }
 
 void ReplayRun::Show() {

@@ -1,8 +1,10 @@
 #pragma once
 
-#include <optional>
+#include <string>
+#include <vector>
 
 #include "drivers/io/lcm_port.h"
+#include "drivers/io/mapped_file.h"
 #include "drivers/io/process.h"
 #include "drivers/io/system_clock.h"
 #include "drivers/io/terminal_keys.h"
@@ -16,8 +18,9 @@ namespace axlecast {
 // Plays a replay on LCM, led by the keyboard where there is a terminal, until its end, the operator's, or a signal's.
 class ReplayRun {
  public:
-  // `commands`: where command and permit channels go. With `shows` progress stands on standard error.
-  ReplayRun(Replay& replay, LcmPort& data, LcmPort& commands, bool shows);
+  // `logs`: what is replayed. `commands`: where command and permit channels go. With `shows` progress stands on standard
+  // error.
+  ReplayRun(Replay& replay, const std::vector<MappedFile>& logs, LcmPort& data, LcmPort& commands, bool shows);
 
   [[nodiscard]] ReplayOutcome Run();
 
@@ -29,8 +32,11 @@ class ReplayRun {
   void Obey(ReplayKey key);
   void SeekBy(std::int64_t seconds);
   void Show();
+  // What is gone of the logs. Nothing is played any more then: messages could be zeros by now.
+  [[nodiscard]] std::string Loss() const;
 
   Replay& replay_;
+  const std::vector<MappedFile>& logs_;
   LcmPort& data_;
   LcmPort& commands_;
   bool shows_;

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tools/replay/recorded_log.h"
+#include "tools/log/recorded_log.h"
 
 namespace axlecast {
 namespace {
@@ -13,38 +13,6 @@ using testing::Not;
 
 constexpr std::int64_t kS = 1'000'000;
 constexpr std::int64_t kBegin = 1'790'000'000 * kS;  // 2026-09-21 14:13:20 UTC
-
-TEST(ReplayTime, CountsFromTheFirstEvent) {
-  EXPECT_EQ(ParseReplayTime("0"), (ReplayTime{false, 0}));
-  EXPECT_EQ(ParseReplayTime("12.5"), (ReplayTime{false, 12'500'000}));
-  EXPECT_EQ(ParseReplayTime("0.000001"), (ReplayTime{false, 1}));
-  EXPECT_EQ(ParseReplayTime("90s"), (ReplayTime{false, 90 * kS}));
-  EXPECT_EQ(ParseReplayTime("15m"), (ReplayTime{false, 900 * kS}));
-  EXPECT_EQ(ParseReplayTime("2h"), (ReplayTime{false, 7'200 * kS}));
-}
-
-TEST(ReplayTime, CountsBackFromTheLastEvent) {
-  EXPECT_EQ(ParseReplayTime("-10"), (ReplayTime{false, -10 * kS}));
-  EXPECT_EQ(ParseReplayTime("-15m"), (ReplayTime{false, -900 * kS}));
-  EXPECT_LT(ParseReplayTime("-0")->us, 0);
-}
-
-TEST(ReplayTime, IsOfTheCalendar) {
-  EXPECT_EQ(ParseReplayTime("2026-09-21T14:13:20"), (ReplayTime{true, kBegin}));
-  EXPECT_EQ(ParseReplayTime("2026-09-21 14:13:20Z"), (ReplayTime{true, kBegin}));
-  EXPECT_EQ(ParseReplayTime("2026-09-21T14:13:20.25"), (ReplayTime{true, kBegin + 250'000}));
-  EXPECT_EQ(ParseReplayTime("2026-09-21T14:13:20.000001Z"), (ReplayTime{true, kBegin + 1}));
-  EXPECT_EQ(ParseReplayTime("1970-01-01"), (ReplayTime{true, 0}));
-  EXPECT_TRUE(ParseReplayTime("2026-09-21")->unix_time);
-}
-
-TEST(ReplayTime, IsNothingElse) {
-  for (const char* text :
-       {"", "-", ".", "noon", "1e9", "nan", "inf", "5x", "--5", "1 2", "-2026-09-21", "99999999999999",
-        "2026-09-21T14:13:20.", "2026-09-21T14:13.5", "2026-09-21T14:13:20.x", "2026-13-01"}) {
-    EXPECT_EQ(ParseReplayTime(text), std::nullopt) << text;
-  }
-}
 
 class ReplayTextTest : public testing::Test {
  protected:
@@ -77,6 +45,14 @@ TEST_F(ReplayTextTest, SummaryTellsWhatWasNotPlayed) {
   EXPECT_THAT(summary, HasSubstr("skipped: 1 damaged regions, 9 bytes"));
   EXPECT_THAT(summary, HasSubstr("not sent: 2 messages"));
   EXPECT_THAT(summary, Not(HasSubstr("held up")));
+}
+
+TEST_F(ReplayTextTest, TellsOfALogThatIsGone) {
+  const ReplayOutcome outcome{.stopped = true, .loss = "a.log was made shorter", .seconds = 1};
+  const std::string summary = ReplaySummary(replay_, outcome);
+  EXPECT_THAT(summary, HasSubstr("played in 1.000 s, up to where the log was lost\n"));
+  EXPECT_THAT(summary, HasSubstr("a.log was made shorter\n"));
+  EXPECT_EQ(ReplayJson(replay_, outcome)["ended"], "lost");
 }
 
 TEST_F(ReplayTextTest, JsonHoldsTheFigures) {

@@ -142,7 +142,7 @@ Conversion WriteCsvGrid(const EventRange& events, const EventRange& all, const T
   }
   if (survey.first < 0 || survey.last / grid.period_us - survey.first / grid.period_us > kMostRows) {
     done.problem =
-        "the positions' times span more than 100,000,000 rows: choose a longer --grid, or --since and --until";
+        "the positions' times span more than 100,000,000 rows: choose a longer --grid, or --from and --until";
     return done;
   }
   struct Channel {

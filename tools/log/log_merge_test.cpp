@@ -3,52 +3,109 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <string>
+#include "tools/log/recorded_log.h"
 
 namespace axlecast {
 namespace {
 
 using testing::ElementsAre;
-using testing::IsEmpty;
+using Channels = std::vector<std::string>;
 
-std::vector<std::uint8_t> Log(const std::vector<std::int64_t>& times) {
-  std::vector<std::uint8_t> log;
-  for (std::int64_t number = 0; const std::int64_t utime : times) {
-    AppendEvent(log, {.number = number++, .utime = utime, .channel = "A", .data = {}});
+Channels Rest(LogMerge& logs) {
+  Channels channels;
+  for (; logs.Head() != nullptr; logs.Advance()) channels.emplace_back(logs.Head()->channel);
+  return channels;
+}
+
+TEST(LogMerge, IsOneSequenceByTime) {
+  const RecordedLog one = RecordedLog().Add(10, "a").Add(30, "b").Add(50, "c");
+  const RecordedLog other = RecordedLog().Add(20, "x").Add(40, "y").Add(45, "z");
+  LogMerge logs({one.bytes(), other.bytes()});
+  EXPECT_THAT(Rest(logs), ElementsAre("a", "x", "b", "y", "z", "c"));
+}
+
+TEST(LogMerge, TakesTheFirstNamedLogFirstWhereTimesAreEqual) {
+  const RecordedLog one = RecordedLog().Add(10, "a").Add(20, "b");
+  const RecordedLog other = RecordedLog().Add(10, "x").Add(10, "y").Add(20, "z");
+  const RecordedLog third = RecordedLog().Add(10, "p");
+  LogMerge logs({one.bytes(), other.bytes(), third.bytes()});
+  EXPECT_THAT(Rest(logs), ElementsAre("a", "x", "y", "p", "b", "z"));
+}
+
+TEST(LogMerge, TellsOfWhichLogAnEventIs) {
+  const RecordedLog one = RecordedLog().Add(10, "a").Add(40, "d");
+  const RecordedLog other = RecordedLog().Add(20, "b").Add(30, "c");
+  std::vector<std::size_t> from;
+  for (LogMerge logs({one.bytes(), other.bytes()}); logs.Head() != nullptr; logs.Advance()) {
+    from.push_back(logs.HeadLog());
   }
-  return log;
+  EXPECT_THAT(from, ElementsAre(0, 1, 1, 0));
 }
 
-// "log:time" of each.
-std::vector<std::string> Merged(const std::vector<std::vector<std::uint8_t>>& logs) {
-  std::vector<LogReader> readers;
-  for (const auto& log : logs) readers.emplace_back(log);
-  LogMerge merge(std::move(readers));
-  std::vector<std::string> merged;
-  for (auto next = merge.Next(); next; next = merge.Next()) {
-    merged.push_back(std::to_string(next->log) + ':' + std::to_string(next->event.utime));
+TEST(LogMerge, KeepsTheOrderOfALogWhoseTimesRunBack) {
+  const RecordedLog one = RecordedLog().Add(10, "a").Add(5, "b").Add(7, "c");
+  const RecordedLog other = RecordedLog().Add(6, "x");
+  LogMerge logs({one.bytes(), other.bytes()});
+  const Channels rest = Rest(logs);
+  EXPECT_THAT(rest, testing::UnorderedElementsAre("a", "b", "c", "x"));
+  EXPECT_LT(std::find(rest.begin(), rest.end(), "a"), std::find(rest.begin(), rest.end(), "b"));
+  EXPECT_LT(std::find(rest.begin(), rest.end(), "b"), std::find(rest.begin(), rest.end(), "c"));
+}
+
+// Of three neighbours the middle one's time is damaged: it counts as one of the others', and its log is not put off.
+TEST(LogMerge, DoesNotBelieveATimeThatStandsAlone) {
+  for (const std::int64_t wrong : {INT64_MAX, INT64_MIN, INT64_C(0), INT64_C(1) << 55}) {
+    const RecordedLog one = RecordedLog().Add(1'000, "a").Add(wrong, "b").Add(3'000, "c");
+    const RecordedLog other = RecordedLog().Add(5'000, "x");
+    LogMerge logs({one.bytes(), other.bytes()});
+    std::vector<std::int64_t> times;
+    Channels channels;
+    for (; logs.Head() != nullptr; logs.Advance()) {
+      times.push_back(logs.HeadUtime());
+      channels.emplace_back(logs.Head()->channel);
+    }
+    EXPECT_THAT(channels, ElementsAre("a", "b", "c", "x"));
+    EXPECT_THAT(times, ElementsAre(1'000, testing::AnyOf(1'000, 3'000), 3'000, 5'000)) << wrong;
   }
-  return merged;
 }
 
-TEST(LogMerge, IsByTimeAndThenByLog) {
-  EXPECT_THAT(Merged({Log({1, 4, 4}), Log({2, 4}), Log({0, 9})}),
-              ElementsAre("2:0", "0:1", "1:2", "0:4", "0:4", "1:4", "2:9"));
+TEST(LogMerge, GoesToAPlaceAndEndsAtAnother) {
+  const RecordedLog one = RecordedLog().Add(10, "a").Add(30, "b").Add(50, "c");
+  const RecordedLog other = RecordedLog().Add(20, "x").Add(40, "y");
+  LogMerge logs({one.bytes(), other.bytes()});
+  const LogPosition begin = logs.Find(20);
+  const LogPosition end = logs.Find(50);
+  logs.Go(begin, end);
+  EXPECT_EQ(logs.Position(), begin);
+  EXPECT_THAT(Rest(logs), ElementsAre("x", "b", "y"));
+  EXPECT_EQ(logs.Position(), end);
+  logs.Go(logs.Find(51), logs.End());
+  EXPECT_EQ(logs.Head(), nullptr);
 }
 
-TEST(LogMerge, OfNothingIsNothing) {
-  EXPECT_THAT(Merged({}), IsEmpty());
-  EXPECT_THAT(Merged({Log({}), Log({})}), IsEmpty());
+TEST(LogMerge, PassesOverDamageAndCountsItOnce) {
+  const RecordedLog one = RecordedLog().Add(10, "a").AddDamage(7).Add(30, "b").Add(50, "c").AddDamage(3);
+  LogMerge logs({one.bytes()});
+  for (int round = 0; round < 3; ++round) {
+    logs.Go(logs.Begin(), logs.End());
+    EXPECT_THAT(Rest(logs), ElementsAre("a", "b", "c"));
+    EXPECT_EQ(logs.damage(), (LogMerge::DamageCount{2, 10}));
+    EXPECT_THAT(logs.damage_of(0), ElementsAre(LogReader::Damage{29, 7}, LogReader::Damage{94, 3}));
+  }
 }
 
-TEST(LogMerge, KeepsALogsOwnOrder) {
-  EXPECT_THAT(Merged({Log({5, 3, 7}), Log({4, 6})}), ElementsAre("1:4", "0:5", "0:3", "1:6", "0:7"));
+TEST(LogMerge, DoesNotCountDamageBehindTheEnd) {
+  const RecordedLog one = RecordedLog().Add(10, "a").Add(20, "b").Add(30, "c").AddDamage(7).Add(40, "d");
+  LogMerge logs({one.bytes()});
+  logs.Go(logs.Begin(), logs.Find(30));
+  EXPECT_THAT(Rest(logs), ElementsAre("a", "b"));
+  EXPECT_EQ(logs.damage(), LogMerge::DamageCount());
 }
 
-TEST(LogMerge, GoesOnPastDamage) {
-  std::vector<std::uint8_t> damaged = Log({1, 2, 3});
-  damaged[30] = 0;
-  EXPECT_THAT(Merged({damaged, Log({2})}), ElementsAre("0:1", "1:2", "0:3"));
+TEST(LogMerge, OfNothingIsAtItsEnd) {
+  LogMerge logs({Bytes(), Bytes()});
+  EXPECT_EQ(logs.Head(), nullptr);
+  EXPECT_EQ(logs.damage(), LogMerge::DamageCount());
 }
 
 }  // namespace

@@ -12,7 +12,6 @@ bool ReadTail(Bytes log, std::size_t begin, LogTail& tail) {
   for (auto event = reader.Next(); event; event = reader.Next()) {
     tail.size = reader.position();
     tail.next_number = event->number < 0 || event->number == INT64_MAX ? 0 : event->number + 1;
-    tail.utime = event->utime;
     if (event->channel == kSealChannel) {
       tail.open.Reset();
       sealed = true;
@@ -20,6 +19,7 @@ bool ReadTail(Bytes log, std::size_t begin, LogTail& tail) {
       tail.open.Add(log.subspan(reader.offset(), EventSize(*event)));
     }
   }
+  tail.torn = log.size() - tail.size;
   return sealed;
 }
 

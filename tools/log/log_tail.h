@@ -11,8 +11,8 @@ namespace axlecast {
 struct LogTail {
   std::size_t size = 0;          // of the log without a torn record at its end: what to cut it to
   std::int64_t next_number = 0;  // of the next event
-  std::int64_t utime = 0;        // of the last event; 0 where there is none
   SealCount open;                // the records that no seal covers yet
+  std::size_t torn = 0;          // bytes behind `size`
 };
 
 // Many times what stands between two seals.

@@ -29,13 +29,11 @@ void Recorder::Start(MonoNs now, std::int64_t utime) {
   }
 }
 
-void Recorder::Continue(const EventStream::Begin& begin, MonoNs now, std::int64_t utime) {
-  BeginLog(now, utime, begin);
-}
+void Recorder::Continue(const LogTail& tail, MonoNs now, std::int64_t utime) { BeginLog(now, utime, tail); }
 
-void Recorder::BeginLog(MonoNs now, std::int64_t utime, const EventStream::Begin& begin) {
+void Recorder::BeginLog(MonoNs now, std::int64_t utime, const LogTail& tail) {
   output_.Begin(utime);
-  stream_ = EventStream(begin);
+  stream_ = EventStream(tail);
   log_began_ = now;
   log_has_messages_ = false;
   next_seal_ = now + kSealInterval;

@@ -40,7 +40,7 @@ class Recorder {
   // Begins the first log; with a pre-trigger it begins when that fires.
   void Start(MonoNs now, std::int64_t utime);
   // Instead of Start, without a pre-trigger: goes on with a log that exists. Its header events are written there too.
-  void Continue(const EventStream::Begin& begin, MonoNs now, std::int64_t utime);
+  void Continue(const LogTail& tail, MonoNs now, std::int64_t utime);
 
   void On(const LoggedMessage& message, MonoNs now);
   // What is due.
@@ -56,7 +56,7 @@ class Recorder {
   [[nodiscard]] const ChannelLosses& channels() const { return channels_; }
 
  private:
-  void BeginLog(MonoNs now, std::int64_t utime, const EventStream::Begin& begin);
+  void BeginLog(MonoNs now, std::int64_t utime, const LogTail& tail);
   void EndLog(std::int64_t utime);
   void Fire(MonoNs now, std::int64_t utime);
   void Record(const LoggedMessage& message, MonoNs now);

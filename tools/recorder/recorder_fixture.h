@@ -46,19 +46,16 @@ class MemoryLogs final : public LogSink {
 inline std::vector<std::string> MessagesIn(Bytes log) {
   std::vector<std::string> messages;
   LogReader reader(log);
-  LogSeal expected;
+  SealCount expected;
   std::int64_t number = 0;
   while (const auto event = reader.Next()) {
     EXPECT_EQ(event->number, number++);
     if (event->channel == kSealChannel) {
-      EXPECT_EQ(ParseSeal(event->data), expected);
-      expected = {};
+      EXPECT_EQ(ParseSeal(event->data), expected.seal());
+      expected.Reset();
       continue;
     }
-    const Bytes record = log.subspan(reader.offset(), reader.position() - reader.offset());
-    expected.bytes += record.size();
-    ++expected.events;
-    expected.crc32c = Crc32c(expected.crc32c, record);
+    expected.Add(log.subspan(reader.offset(), EventSize(*event)));
     if (IsLogChannel(event->channel)) continue;
     messages.push_back(std::string(event->channel) + '=' + std::string(event->data.begin(), event->data.end()));
   }

@@ -151,11 +151,12 @@ TEST_F(RecorderTest, GoesOnWithALogThatWasTorn) {
   log.insert(log.end(), {0xed, 0xa1, 0xda, 0x01, 0, 0});
   const LogTail tail = FindTail(log);
   EXPECT_EQ(tail.size, whole);
+  EXPECT_EQ(tail.torn, 6U);
   EXPECT_EQ(tail.open.seal().events, 1U);
 
   MemoryLogs more;
   Recorder again({}, more);
-  again.Continue(EventStream::After(tail), now_, Utime());
+  again.Continue(tail, now_, Utime());
   again.On(MessageOf("A", "3", Utime()), now_);
   again.End(Utime());
   log.resize(whole);

@@ -28,9 +28,9 @@ Recording::Recording(RecordingSettings settings, const Clock& clock)
 
 Recording::~Recording() { Stop(); }
 
-void Recording::Append(const EventStream::Begin& begin) {
-  append_ = begin;
-  writer_.Append(static_cast<std::int64_t>(begin.bytes));
+void Recording::Append(const LogTail& tail) {
+  append_ = tail;
+  writer_.Append(static_cast<std::int64_t>(tail.size));
 }
 
 std::string Recording::Open() {

@@ -50,8 +50,8 @@ class Recording {
   Recording(const Recording&) = delete;
   Recording& operator=(const Recording&) = delete;
 
-  // Goes on with a log that exists, behind `begin`.
-  void Append(const EventStream::Begin& begin);
+  // Goes on with the log that stands in `tail`.
+  void Append(const LogTail& tail);
   // Joins the groups and opens the first log. Empty when both work, else the cause and the remedy.
   [[nodiscard]] std::string Open();
   [[nodiscard]] const std::vector<std::string>& warnings() const { return intake_.warnings(); }
@@ -77,7 +77,7 @@ class Recording {
   Intake intake_;
   LogWriter writer_;
   Recorder recorder_;
-  std::optional<EventStream::Begin> append_;
+  std::optional<LogTail> append_;
   Descriptor stop_;
   std::thread reader_thread_;
   std::thread writer_thread_;

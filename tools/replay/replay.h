@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "drivers/runtime/core/instant.h"
-#include "tools/replay/merged_logs.h"
+#include "tools/log/log_merge.h"
 #include "tools/replay/replay_channels.h"
 #include "tools/replay/replay_range.h"
 #include "tools/replay/timeline.h"
@@ -71,7 +71,7 @@ class Replay {
   [[nodiscard]] double speed() const { return timeline_.speed(); }
   [[nodiscard]] const Counts& counts() const { return counts_; }
   // Of what was read so far.
-  [[nodiscard]] MergedLogs::DamageCount damage() const { return logs_.damage(); }
+  [[nodiscard]] LogMerge::DamageCount damage() const { return logs_.damage(); }
 
  private:
   // Passes over what is not played; stops after many, so that no call takes long.
@@ -82,7 +82,7 @@ class Replay {
   void EndRound();
   [[nodiscard]] Message TakeHead(MonoNs now);
 
-  MergedLogs logs_;
+  LogMerge logs_;
   ReplayRange range_;
   ReplayChannels channels_;
   Options options_;

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "tools/replay/recorded_log.h"
+#include "tools/log/recorded_log.h"
 #include "tools/replay/replay.h"
 
 namespace axlecast {

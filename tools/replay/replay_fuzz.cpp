@@ -29,9 +29,8 @@ void Ask(Replay& replay, std::uint8_t what, MonoNs now) {
 
 void Play(const std::vector<Bytes>& logs, Bytes questions) {
   const auto from = questions.empty() ? 0 : questions[0];
-  const ReplayWish wish{.from = ReplayTime{from % 2 == 1, (from / 2 - 32) * INT64_C(1'000'000'000)},
-                        .start_event = from % 4,
-                        .end_event = 1'000};
+  const ReplayWish wish{
+      .from = (from / 2 - 32) * INT64_C(1'000'000'000), .start_event = from % 4, .end_event = 1'000};
   MonoNs now = kSecond;
   Replay replay(logs, FindRange(logs, wish), {}, {.loop = from % 8 == 7}, now);
   for (const std::uint8_t question : questions) {

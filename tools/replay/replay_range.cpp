@@ -2,12 +2,8 @@
 
 #include <algorithm>
 
-#include "tools/log/log_header.h"
-
 namespace axlecast {
 namespace {
-
-constexpr std::int64_t kFarthest = INT64_MAX / 8;  // us, as MergedLogs bounds its times
 
 void Greatest(LogPosition& one, const LogPosition& other) {
   for (std::size_t i = 0; i < one.size(); ++i) one[i] = std::max(one[i], other[i]);
@@ -17,32 +13,10 @@ void Least(LogPosition& one, const LogPosition& other) {
   for (std::size_t i = 0; i < one.size(); ++i) one[i] = std::min(one[i], other[i]);
 }
 
-std::int64_t FirstUtime(MergedLogs& logs) {
-  while (logs.Head() != nullptr && IsLogChannel(logs.Head()->channel)) logs.Advance();
-  return logs.Head() == nullptr ? 0 : logs.HeadUtime();
-}
-
-// Reckons what the user named from the logs' bounds.
-class Times {
- public:
-  explicit Times(MergedLogs& logs) : first_(FirstUtime(logs)), last_(logs.LastUtime()) {}
-
-  [[nodiscard]] std::int64_t Of(const ReplayTime& time) const {
-    const std::int64_t us = std::clamp(time.us, -kFarthest, kFarthest);
-    if (time.unix_time) return us;
-    return us < 0 ? last_ + us : first_ + us;
-  }
-  [[nodiscard]] std::int64_t last() const { return last_; }
-
- private:
-  std::int64_t first_;
-  std::int64_t last_;
-};
-
 // Counts events from the logs' beginning.
 class Walk {
  public:
-  explicit Walk(MergedLogs& logs) : logs_(logs) { logs.Go(logs.Begin(), logs.End()); }
+  explicit Walk(LogMerge& logs) : logs_(logs) { logs.Go(logs.Begin(), logs.End()); }
 
   // The place of the event of this number, which is not before the one of the last call.
   [[nodiscard]] LogPosition To(std::int64_t event) {
@@ -51,20 +25,19 @@ class Walk {
   }
 
  private:
-  MergedLogs& logs_;
+  LogMerge& logs_;
   std::int64_t number_ = 0;
 };
 
 }  // namespace
 
 ReplayRange FindRange(const std::vector<Bytes>& bytes, const ReplayWish& wish) {
-  MergedLogs logs(bytes);
+  LogMerge logs(bytes);
   ReplayRange range{.begin = logs.Begin(), .end = logs.End()};
-  const Times times(logs);
-  range.end_utime = times.last();
-  if (wish.from) Greatest(range.begin, logs.Find(times.Of(*wish.from)));
-  if (wish.to) {
-    range.end_utime = times.Of(*wish.to);
+  range.end_utime = SpanOf(bytes).last;
+  if (wish.from) Greatest(range.begin, logs.Find(*wish.from));
+  if (wish.until) {
+    range.end_utime = std::clamp(*wish.until, -kFarthestUtime, kFarthestUtime);
     Least(range.end, logs.Find(range.end_utime));
   }
   Walk walk(logs);
@@ -75,7 +48,7 @@ ReplayRange FindRange(const std::vector<Bytes>& bytes, const ReplayWish& wish) {
   }
   Greatest(range.end, range.begin);
   logs.Go(range.begin, range.end);
-  range.begin_utime = FirstUtime(logs);
+  range.begin_utime = logs.SkipBookkeeping().value_or(0);
   range.empty = logs.Head() == nullptr;
   return range;
 }

@@ -4,23 +4,16 @@
 #include <optional>
 #include <vector>
 
-#include "tools/replay/merged_logs.h"
+#include "tools/log/log_merge.h"
+#include "tools/log/log_span.h"
 
 namespace axlecast {
 
-// A time that a user named.
-struct ReplayTime {
-  // `us` is UNIX time; else it counts from the logs' first event, or if it is negative from their last one.
-  bool unix_time = false;
-  std::int64_t us = 0;
-  bool operator==(const ReplayTime&) const = default;
-};
-
 // The part of the logs that is wished for.
 struct ReplayWish {
-  std::optional<ReplayTime> from = std::nullopt;         // from the first event that is not before it
-  std::optional<ReplayTime> to = std::nullopt;           // up to the first event that is not before it
-  std::int64_t start_event = 0;                          // from this event on, counted from 0 over all of the logs
+  std::optional<std::int64_t> from = std::nullopt;   // us, UNIX time: from the first event that is not before it
+  std::optional<std::int64_t> until = std::nullopt;  // likewise: up to the first event that is not before it
+  std::int64_t start_event = 0;                      // from this event on, counted from 0 over all of the logs
   std::optional<std::int64_t> end_event = std::nullopt;  // up to this one, which is not played any more
 };
 
@@ -33,7 +26,7 @@ struct ReplayRange {
   bool empty = true;             // not a single event
 };
 
-// Bookkeeping events (IsLogChannel) count, but a time is not reckoned from them.
+// Bookkeeping events (IsLogChannel) count, but do not begin the range's time.
 [[nodiscard]] ReplayRange FindRange(const std::vector<Bytes>& logs, const ReplayWish& wish);
 
 }  // namespace axlecast

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tools/log/log_header.h"
-#include "tools/replay/recorded_log.h"
+#include "tools/log/recorded_log.h"
 
 namespace axlecast {
 namespace {
@@ -22,7 +22,7 @@ class ReplayRangeTest : public testing::Test {
 
   std::string Played(const ReplayWish& wish) {
     range_ = FindRange({log_.bytes()}, wish);
-    MergedLogs logs({log_.bytes()});
+    LogMerge logs({log_.bytes()});
     logs.Go(range_.begin, range_.end);
     std::string channels;
     for (; logs.Head() != nullptr; logs.Advance()) {
@@ -42,14 +42,14 @@ TEST_F(ReplayRangeTest, IsEverythingWithoutAWish) {
   EXPECT_EQ(range_.end_utime, kBegin + 9 * kS);
 }
 
-TEST_F(ReplayRangeTest, IsByTimeFromTheBeginningTheEndAndByTheCalendar) {
-  EXPECT_EQ(Played({.from = ReplayTime{false, 3 * kS}, .to = ReplayTime{false, 6 * kS}}), "345");
+TEST_F(ReplayRangeTest, IsByTime) {
+  EXPECT_EQ(Played({.from = kBegin + 3 * kS, .until = kBegin + 6 * kS}), "345");
   EXPECT_EQ(range_.begin_utime, kBegin + 3 * kS);
   EXPECT_EQ(range_.end_utime, kBegin + 6 * kS);
-  EXPECT_EQ(Played({.from = ReplayTime{false, -2 * kS}}), "789");
-  EXPECT_EQ(Played({.to = ReplayTime{false, -2 * kS}}), "0123456");
-  EXPECT_EQ(Played({.from = ReplayTime{true, kBegin + 8 * kS - 1}}), "89");
-  EXPECT_EQ(Played({.from = ReplayTime{true, kBegin + 8 * kS + 1}}), "9");
+  EXPECT_EQ(Played({.from = kBegin + 7 * kS}), "789");
+  EXPECT_EQ(Played({.until = kBegin + 7 * kS}), "0123456");
+  EXPECT_EQ(Played({.from = kBegin + 8 * kS - 1}), "89");
+  EXPECT_EQ(Played({.from = kBegin + 8 * kS + 1}), "9");
 }
 
 // The bookkeeping event is number 0, as in every stock reader.
@@ -61,17 +61,17 @@ TEST_F(ReplayRangeTest, IsByNumber) {
 }
 
 TEST_F(ReplayRangeTest, IsWhatBothTimeAndNumberAllow) {
-  EXPECT_EQ(Played({.from = ReplayTime{false, 3 * kS}, .start_event = 2, .end_event = 7}), "345");
+  EXPECT_EQ(Played({.from = kBegin + 3 * kS, .start_event = 2, .end_event = 7}), "345");
 }
 
 TEST_F(ReplayRangeTest, IsEmptyWhereNothingFits) {
-  EXPECT_EQ(Played({.from = ReplayTime{false, 100 * kS}}), "");
-  EXPECT_EQ(Played({.to = ReplayTime{true, 0}}), "");
+  EXPECT_EQ(Played({.from = kBegin + 100 * kS}), "");
+  EXPECT_EQ(Played({.until = 0}), "");
   EXPECT_EQ(Played({.start_event = 5, .end_event = 5}), "");
   EXPECT_EQ(Played({.start_event = 7, .end_event = 5}), "");
   EXPECT_EQ(Played({.start_event = 1'000}), "");
-  EXPECT_EQ(Played({.from = ReplayTime{false, 6 * kS}, .to = ReplayTime{false, 3 * kS}}), "");
-  EXPECT_EQ(Played({.from = ReplayTime{true, INT64_MAX}, .to = ReplayTime{false, INT64_MIN}}), "");
+  EXPECT_EQ(Played({.from = kBegin + 6 * kS, .until = kBegin + 3 * kS}), "");
+  EXPECT_EQ(Played({.from = INT64_MAX, .until = INT64_MIN}), "");
   EXPECT_TRUE(FindRange({Bytes()}, {}).empty);
 }
 
@@ -79,7 +79,7 @@ TEST_F(ReplayRangeTest, CountsOverSeveralLogs) {
   const RecordedLog other = RecordedLog().Add(kBegin + kS / 2, "a").Add(kBegin + kS * 5 / 2, "b");
   const std::vector<Bytes> both = {log_.bytes(), other.bytes()};
   const ReplayRange range = FindRange(both, {.start_event = 2, .end_event = 6});
-  MergedLogs logs(both);
+  LogMerge logs(both);
   logs.Go(range.begin, range.end);
   std::string channels;
   for (; logs.Head() != nullptr; logs.Advance()) channels += logs.Head()->channel;

@@ -143,7 +143,7 @@ TEST_F(ReplayTest, SeeksBothWaysPlayingAndPaused) {
 }
 
 TEST_F(ReplayTest, SeeksWithinItsRangeOnly) {
-  Replay& replay = Start({}, {.from = ReplayTime{false, 3 * kS}, .to = ReplayTime{false, 6 * kS}});
+  Replay& replay = Start({}, {.from = kBegin + 3 * kS, .until = kBegin + 6 * kS});
   replay.Seek(kBegin, now_);
   EXPECT_EQ(PlayFor(kSecond), "34");
   replay.Seek(kBegin + 9 * kS, now_);
@@ -152,7 +152,7 @@ TEST_F(ReplayTest, SeeksWithinItsRangeOnly) {
 }
 
 TEST_F(ReplayTest, LoopsWithTheRangesLengthAsItsPeriod) {
-  Replay& replay = Start({.loop = true}, {.from = ReplayTime{false, 7 * kS}, .to = ReplayTime{false, 10 * kS}});
+  Replay& replay = Start({.loop = true}, {.from = kBegin + 7 * kS, .until = kBegin + 10 * kS});
   const std::vector<PlayedMessage> played = PlayUntil(replay, now_, kStart + 3 * 1'000 * kSecond - 1);
   ASSERT_EQ(played.size(), 3'000);
   EXPECT_EQ(Channels(played).substr(0, 7), "7897897");
@@ -231,7 +231,7 @@ TEST_F(ReplayTest, PassesOverDamageAndTellsOfIt) {
   log_.AddDamage(20).Add(kBegin + 11 * kS, "a").AddDamage(5);
   Replay& replay = Start({.speed = 0});
   EXPECT_EQ(PlayFor(0), "0123456789a");
-  EXPECT_EQ(replay.damage(), (MergedLogs::DamageCount{2, 25}));
+  EXPECT_EQ(replay.damage(), (LogMerge::DamageCount{2, 25}));
 }
 
 // No single call takes long, however much lies between two messages that are played.
