@@ -3,6 +3,7 @@ told, exactly."""
 
 import ctypes
 import json
+import os
 import signal
 import socket
 import struct
@@ -90,6 +91,11 @@ class Record(Machine):
     def recorded(self, path=None):
         return numbers(lcm_log.events(path or self.log_path))
 
+    def stand_still(self, process):
+        """Stops it; returns when it does."""
+        process.send_signal(signal.SIGSTOP)
+        os.waitid(os.P_PID, process.pid, os.WSTOPPED)
+
     # -- what stock tools see
 
     def test_bursts_are_recorded_whole_and_stock_tools_read_them(self):
@@ -136,7 +142,7 @@ class Record(Machine):
 
     def test_sigterm_writes_what_has_arrived(self):
         process = self.record(self.log_path)
-        process.send_signal(signal.SIGSTOP)
+        self.stand_still(process)
         self.sender.send(300)
         process.send_signal(signal.SIGTERM)
         process.send_signal(signal.SIGCONT)
@@ -319,7 +325,7 @@ class Record(Machine):
         process = self.record(self.log_path, "--url", ELSEWHERE, url=URL + "&recv_buf_size=8192")
         self.sender.send(10)
         wait_for(lambda: self.readable() == 10, "the first ones in the file")
-        process.send_signal(signal.SIGSTOP)
+        self.stand_still(process)
         self.sender.send(2_000)
         process.send_signal(signal.SIGCONT)
         wait_for(lambda: self.readable() > 10, "the next ones in the file")
@@ -340,11 +346,11 @@ class Record(Machine):
         process = self.record(self.log_path, "--url", ELSEWHERE, url=URL + "&recv_buf_size=8192")
         self.sender.send(10)
         wait_for(lambda: self.readable() == 10, "the first ones in the file")
-        process.send_signal(signal.SIGSTOP)
+        self.stand_still(process)
         self.sender.send(2_000)
         process.send_signal(signal.SIGCONT)
         wait_for(lambda: self.readable() > 10, "the next ones in the file")
-        process.send_signal(signal.SIGSTOP)
+        self.stand_still(process)
         self.sender.send(2_000)
         process.send_signal(signal.SIGINT)
         process.send_signal(signal.SIGCONT)
