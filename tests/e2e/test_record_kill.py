@@ -70,11 +70,12 @@ class UnderLoad(Machine):
         began = self.delivered()
         wait_for(lambda: self.delivered() >= began + count, lambda: f"a load; {self.log('load')}")
 
-    def record(self, log):
+    def record(self, log, env=None):
         """A recorder that goes on with the log, and its name."""
         self.runs += 1
         name = f"record{self.runs}"
-        return self.start(name, BIN / "axlecast", "record", log, "--append", "--url", URL, "--json", "--name", "test"), name
+        return self.start(name, BIN / "axlecast", "record", log, "--append", "--url", URL, "--json", "--name", "test",
+                          env=env), name
 
     def said(self, name, kind):
         lines = (json.loads(line) for line in self.log(name).splitlines() if line.startswith("{"))
@@ -195,6 +196,21 @@ class RecordKill(UnderLoad):
         self.assertLessEqual(statistics.median(self.lost_ms), MEDIAN_MS)
         print(f"{killed} kills, {self.torn} torn ends; lost at the end, of {len(self.lost_ms)}: "
               f"median {statistics.median(self.lost_ms):.1f} ms, most {max(self.lost_ms):.1f} ms")
+
+
+class Start(UnderLoad):
+    def test_under_a_load_that_fills_the_socket_of_its_own_self_test(self):
+        load = self.load()
+        log = self.folder / "run.lcm"
+        process, name = self.record(log, {"LD_PRELOAD": str(BIN.parent / "campaign/axlecast_slow_send.so")})
+        self.listens(process, name)
+        self.wait_load(10)
+        load.terminate()
+        load.wait(10)
+        process.send_signal(signal.SIGINT)
+        self.assertEqual(process.wait(60), 0, self.log(name))
+        numbers = [number for number, _ in load_of(lcm_log.whole_records(log.read_bytes()))]
+        self.assertEqual(numbers, list(range(numbers[0], self.delivered())), "from its first message on without a gap")
 
 
 class Damage(UnderLoad):
