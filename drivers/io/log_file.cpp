@@ -1,7 +1,6 @@
 #include "drivers/io/log_file.h"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
@@ -16,15 +15,11 @@ constexpr mode_t kMode = 0644;
 
 int ResultOf(int result) { return result == 0 ? 0 : errno; }
 
-// One writer a file. Not every file system can say so.
-bool IsTaken(int fd) { return flock(fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK; }
-
 }  // namespace
 
 int LogFile::Create(const std::string& path) {
   Descriptor file(open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kMode));
   if (!file.valid()) return errno;
-  if (IsTaken(file.get())) return EBUSY;
   *this = LogFile();
   file_ = std::move(file);
   path_ = path;
@@ -34,7 +29,6 @@ int LogFile::Create(const std::string& path) {
 int LogFile::Continue(const std::string& path, std::int64_t size) {
   Descriptor file(open(path.c_str(), O_WRONLY | O_CLOEXEC));
   if (!file.valid()) return errno;
-  if (IsTaken(file.get())) return EBUSY;
   *this = LogFile();
   file_ = std::move(file);
   path_ = path;

@@ -9,12 +9,12 @@
 namespace axlecast {
 
 // A file that grows at its end. Space is reserved ahead of the end without making the file longer: readers see only
-// what was written. It has one writer at a time. Results are errno values; 0: done.
+// what was written. Results are errno values; 0: done.
 class LogFile {
  public:
   // A new file, whose name lasts once Sync has returned. Fails with EEXIST where there is one.
   [[nodiscard]] int Create(const std::string& path);
-  // Goes on at `size`; cuts off what stands behind it. Fails with EBUSY, and cuts nothing, while another writes it.
+  // Goes on at `size`; cuts off what stands behind it.
   [[nodiscard]] int Continue(const std::string& path, std::int64_t size);
 
   // Writes from the front of `bytes`, and takes off what was written: all of it, or what there was room for.

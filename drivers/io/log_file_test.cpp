@@ -73,17 +73,6 @@ TEST_F(LogFileTest, GoesOnBehindWhatIsKept) {
   EXPECT_EQ(ContentOf(path_), "onet");
 }
 
-TEST_F(LogFileTest, HasOneWriterAtATime) {
-  ASSERT_EQ(file_.Create(path_), 0);
-  ASSERT_EQ(WriteText(file_, "one"), 0);
-  LogFile other;
-  EXPECT_EQ(other.Continue(path_, 0), EBUSY);
-  EXPECT_FALSE(other.is_open());
-  EXPECT_EQ(ContentOf(path_), "one");
-  ASSERT_EQ(file_.Close(), 0);
-  EXPECT_EQ(other.Continue(path_, 3), 0);
-}
-
 TEST(LogFile, AFullDiskIsToldWithWhatWasWritten) {
   LogFile file;
   ASSERT_EQ(file.Continue("/dev/full", 0), EINVAL) << "a device cannot be cut";

@@ -109,7 +109,7 @@ class RecordKill(UnderLoad):
         if kind < 0.6:
             time.sleep(self.chance.uniform(0, 0.4))
             return listened, 0
-        process.send_signal(signal.SIGSTOP)
+        self.stand_still(process)
         began = time.monotonic_ns()
         time.sleep(self.chance.uniform(0.05, 0.2))
         process.send_signal(signal.SIGCONT)

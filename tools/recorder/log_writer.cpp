@@ -28,8 +28,6 @@ std::string Remedy(int error) {
       return "; raise the disk quota or free some space: recording goes on by itself";
     case EEXIST:
       return "; choose another name, or continue it with --append";
-    case EBUSY:
-      return "; another recorder writes it: choose another name";
     case EACCES:
     case EPERM:
     case EROFS:
