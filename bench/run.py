@@ -16,9 +16,12 @@ import time
 
 import machine  # tests/e2e: how a machine under test is started
 import poll_efficiency
+import record_bench
 import replay_bench
+from process_cost import cpu_seconds, resident_mb
 
-TARGETS = ("unpaced", "slots", "latency", "cpu", "start", "commands", "decode", "stream", "poll", "guest", "replay", "seek")
+TARGETS = ("unpaced", "slots", "latency", "cpu", "start", "commands", "decode", "stream", "poll", "guest", "replay", "seek",
+           "record")
 WARM_UP = 0.25  # s, before CPU time is counted
 
 
@@ -30,33 +33,20 @@ class Report:
         print(f"{'what':34} {'driver':>14} {'peer':>14} {'ratio (min..max)':>24} {'target':>10}")
 
     def add(self, what, unit, figure, target, peer=None, ratios=None, at_most=True, judged=None, note=""):
-        """Judges the median ratio where there are ratios, else the figure."""
+        """Judges the median ratio where there are ratios, else the figure; without a target, neither."""
         value = statistics.median(ratios) if ratios else figure
-        met = value <= target if at_most else value >= target
-        verdict = "not judged" if judged is False else "met" if met else "missed"
+        if target is None or judged is False:
+            verdict = "not judged"
+        else:
+            verdict = "met" if (value <= target if at_most else value >= target) else "missed"
         self.rows.append({"what": what, "unit": unit, "figure": figure, "peer": peer, "ratios": ratios,
                           "ratio": statistics.median(ratios) if ratios else None, "target": target,
                           "direction": "at most" if at_most else "at least", "verdict": verdict, "note": note})
         spread = f"{value:.3f} ({min(ratios):.3f}..{max(ratios):.3f})" if ratios else ""
         bare = f"{peer:.4g} {unit}" if peer is not None else ""
-        sign = "<=" if at_most else ">="
-        print(f"{what:34} {f'{figure:.4g} {unit}':>14} {bare:>14} {spread:>24} {f'{sign} {target:g}':>10}  {verdict}"
+        bound = "" if target is None else f"{'<=' if at_most else '>='} {target:g}"
+        print(f"{what:34} {f'{figure:.4g} {unit}':>14} {bare:>14} {spread:>24} {bound:>10}  {verdict}"
               f"{'; ' + note if note else ''}", flush=True)
-
-
-def cpu_seconds(pid):
-    """CPU time of all threads; in ns from the scheduler, because /proc/<pid>/stat counts in ticks of 10 ms."""
-    total = 0
-    for task in pathlib.Path(f"/proc/{pid}/task").iterdir():
-        total += int((task / "schedstat").read_text().split()[0])
-    return total * 1e-9
-
-
-def resident_mb(pid):
-    for line in pathlib.Path(f"/proc/{pid}/status").read_text().splitlines():
-        if line.startswith("VmRSS:"):
-            return int(line.split()[1]) / 1024
-    raise RuntimeError("no VmRSS")
 
 
 def interleaved(pairs, driver, peer):
@@ -319,6 +309,9 @@ buses:
 
     def seek(self):
         replay_bench.measure_seek(self)
+
+    def record(self):
+        record_bench.measure(self)
 
     def guest(self):
         """In QEMU, which has CAN and SPI; only what stands side by side means something."""

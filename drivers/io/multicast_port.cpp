@@ -82,16 +82,17 @@ void MulticastPort::Join(const LcmUrl& url) {
   inet_pton(AF_INET, url.group.c_str(), &group.sin_addr);
   ip_mreq membership{};
   membership.imr_multiaddr = group.sin_addr;
+  // Bound last: a port that hears before it is set up would hear a message or two, and then none until it has joined.
   if (!SetOption(socket_.get(), SOL_SOCKET, SO_REUSEADDR, on) ||
       !SetOption(socket_.get(), SOL_SOCKET, SO_TIMESTAMPNS, on)) {
     problem_ = Failed("a socket option of LCM's port cannot be set");
-  } else if (bind(socket_.get(), reinterpret_cast<const sockaddr*>(&group), sizeof group) != 0) {
-    problem_ = Failed("the port of LCM cannot be used") +
-               "; another program holds it without sharing (ss -ulpn shows which)";
   } else if (!SetOption(socket_.get(), IPPROTO_IP, IP_MULTICAST_ALL, off) ||
              !SetOption(socket_.get(), IPPROTO_IP, IP_ADD_MEMBERSHIP, membership)) {
     problem_ = Failed("the group " + url.group + " cannot be joined") +
                "; within this host (as root): ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo";
+  } else if (bind(socket_.get(), reinterpret_cast<const sockaddr*>(&group), sizeof group) != 0) {
+    problem_ = Failed("the port of LCM cannot be used") +
+               "; another program holds it without sharing (ss -ulpn shows which)";
   }
 }
 

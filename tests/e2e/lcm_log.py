@@ -1,6 +1,7 @@
-"""Reads an LCM event log by its published format, and decodes messages with the Python that lcm-gen makes: both
-independent of axlecast's own code."""
+"""Reads an LCM event log by its published format and by stock liblcm, and decodes messages with the Python that lcm-gen
+makes: all independent of axlecast's own code."""
 
+import ctypes
 import os
 import pathlib
 import socket
@@ -25,6 +26,36 @@ def events(path):
         offset += channel_size
         yield channel, data[offset:offset + data_size]
         offset += data_size
+
+
+def whole_records(data):
+    """The bytes of each record, up to where no whole one follows."""
+    offset = 0
+    while len(data) - offset >= 28:
+        sync, _, _, channel_size, data_size = struct.unpack_from(">IqqII", data, offset)
+        end = offset + 28 + channel_size + data_size
+        if sync != SYNC or end > len(data):
+            return
+        yield data[offset:end]
+        offset = end
+
+
+class StockEvent(ctypes.Structure):
+    """lcm_eventlog_event_t of lcm/eventlog.h."""
+    _fields_ = [("number", ctypes.c_int64), ("utime", ctypes.c_int64), ("channel_size", ctypes.c_int32),
+                ("data_size", ctypes.c_int32), ("channel", ctypes.c_char_p), ("data", ctypes.c_void_p)]
+
+
+def stock_events(path):
+    """(channel, data) of every event, read by stock liblcm."""
+    lcm = ctypes.CDLL("liblcm.so.1")
+    lcm.lcm_eventlog_create.restype = ctypes.c_void_p
+    lcm.lcm_eventlog_read_next_event.restype = ctypes.POINTER(StockEvent)
+    log = ctypes.c_void_p(lcm.lcm_eventlog_create(str(path).encode(), b"r"))
+    while event := lcm.lcm_eventlog_read_next_event(log):
+        yield event.contents.channel.decode(errors="replace"), ctypes.string_at(event.contents.data, event.contents.data_size)
+        lcm.lcm_eventlog_free_event(event)
+    lcm.lcm_eventlog_destroy(log)
 
 
 def record(utime, channel, data=b"", number=0):

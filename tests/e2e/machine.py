@@ -141,6 +141,11 @@ class Machine(unittest.TestCase):
         process.send_signal(signal.SIGKILL)
         process.wait()
 
+    def stand_still(self, process):
+        """Stops it; returns when it does."""
+        process.send_signal(signal.SIGSTOP)
+        os.waitid(os.P_PID, process.pid, os.WSTOPPED)
+
     # -- the CLI
 
     def axlecast(self, *arguments, limit=LIMIT):

@@ -14,6 +14,7 @@ namespace axlecast {
 namespace {
 
 constexpr std::int64_t kPollEvery = 4'096;  // messages between two looks at the clock and the disk
+constexpr MonoNs kTurn = 500'000;           // ns; what comes within it is written together
 
 }  // namespace
 
@@ -71,8 +72,11 @@ void Recording::Read() {
 void Recording::Write() {
   MessageBatch batch;
   std::array<pollfd, 1> files = {{{queue_.FileDescriptor(), POLLIN, 0}}};
+  MonoNs next_turn = clock_.Now();
   for (bool open = true; open;) {
     static_cast<void>(PollUntil(files, std::min(writer_.next_poll(), recorder_.next_poll()), clock_));
+    if (clock_.Now() < next_turn) static_cast<void>(PollUntil({}, next_turn, clock_));
+    next_turn = clock_.Now() + kTurn;
     open = queue_.Take(batch);
     WriteBatch(batch);
     recorder_.Poll(clock_.Now(), clock_.UtcMicroseconds());
