@@ -1,6 +1,5 @@
-"""What the tests of `axlecast record` share: a sender of LCM messages, a recorder that listens, readers of logs."""
+"""What the tests of `axlecast record` share: a sender of LCM messages, a recorder that listens, what a log holds of it."""
 
-import ctypes
 import json
 import signal
 import socket
@@ -31,24 +30,6 @@ class Sender:
 
     def own_port(self):
         return self.socket.getsockname()[1]
-
-
-class StockEvent(ctypes.Structure):
-    """lcm_eventlog_event_t of lcm/eventlog.h."""
-    _fields_ = [("number", ctypes.c_int64), ("utime", ctypes.c_int64), ("channel_size", ctypes.c_int32),
-                ("data_size", ctypes.c_int32), ("channel", ctypes.c_char_p), ("data", ctypes.c_void_p)]
-
-
-def stock_events(path):
-    """(channel, data) of every event, read by stock liblcm."""
-    lcm = ctypes.CDLL("liblcm.so.1")
-    lcm.lcm_eventlog_create.restype = ctypes.c_void_p
-    lcm.lcm_eventlog_read_next_event.restype = ctypes.POINTER(StockEvent)
-    log = ctypes.c_void_p(lcm.lcm_eventlog_create(str(path).encode(), b"r"))
-    while event := lcm.lcm_eventlog_read_next_event(log):
-        yield event.contents.channel.decode(), ctypes.string_at(event.contents.data, event.contents.data_size)
-        lcm.lcm_eventlog_free_event(event)
-    lcm.lcm_eventlog_destroy(log)
 
 
 def numbers(events, channel="T"):

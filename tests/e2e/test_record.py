@@ -9,7 +9,7 @@ import unittest
 
 import lcm_log
 from machine import BIN, wait_for
-from recording import GROUP, URL, Recorder, Sender, numbers, stock_events
+from recording import GROUP, URL, Recorder, Sender, numbers
 
 DISK_FULL = 2  # recorder_health_t
 
@@ -25,7 +25,7 @@ class Record(Recorder):
         self.assertEqual(code, 0, summary)
         self.assertTrue(summary["whole"])
         self.assertEqual(self.recorded(), list(range(11_000)))
-        events = list(stock_events(self.log_path))
+        events = list(lcm_log.stock_events(self.log_path))
         self.assertEqual(numbers(events), list(range(11_000)))
         self.assertEqual(events[0][0], "AXLECAST/recorder")
         self.assertIn(b"struct position_t", dict(events)["AXLECAST/schema"])
@@ -80,7 +80,7 @@ class Record(Recorder):
         self.sender.send(100)
         self.assertEqual(self.end(process, "again")[0], 0)
         self.assertEqual(self.recorded(), list(range(200)))
-        self.assertEqual(numbers(stock_events(self.log_path)), list(range(200)))
+        self.assertEqual(numbers(lcm_log.stock_events(self.log_path)), list(range(200)))
 
     def test_an_existing_file_is_never_replaced(self):
         self.log_path.write_bytes(b"precious")

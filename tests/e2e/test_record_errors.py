@@ -5,7 +5,7 @@ import unittest
 
 import lcm_log
 from machine import BIN, wait_for
-from recording import Recorder, numbers, stock_events
+from recording import Recorder, numbers
 
 ERROR = 3  # recorder_health_t
 
@@ -36,7 +36,7 @@ class RecordErrors(Recorder):
         code, summary = self.end(process)
         self.assertEqual((code, summary["whole"], summary["lost"]), (0, True, 0), summary)
         self.assertEqual(self.recorded(), list(range(400)))
-        self.assertEqual(numbers(stock_events(self.log_path)), list(range(400)))
+        self.assertEqual(numbers(lcm_log.stock_events(self.log_path)), list(range(400)))
         self.assertEqual(self.axlecast("log", "verify", self.log_path)[0], 0, "every seal holds")
 
     def test_what_a_failing_disk_never_took_is_counted(self):
