@@ -209,7 +209,7 @@ class Record(Recorder):
 
     # -- the kernel's drops
 
-    HEALTH_URL = f"udpm://{GROUP}:7668?ttl=0"  # the first one given: the recorder's own messages are not among those dropped
+    HEALTH_URL = f"udpm://{GROUP}:7668?ttl=0"  # the first one given: its own messages are not among those dropped
 
     def test_kernel_drops_are_counted_exactly(self):
         process = self.record(self.log_path, "--url", self.HEALTH_URL, url=URL + "&recv_buf_size=8192")
