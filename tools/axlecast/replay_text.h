@@ -15,7 +15,7 @@ namespace axlecast {
 // What came of it.
 struct ReplayOutcome {
   bool stopped = false;     // before the end: by the operator, or because of `loss`
-  std::string loss;         // what of the logs was gone when they were played (MappedFile::Loss)
+  std::string loss = {};    // what of the logs was gone when they were played (MappedFile::Loss)
   std::int64_t unsent = 0;  // messages that LCM did not take
   double seconds = 0;       // that it took
   double late_p50_us = 0;   // publishing less the instant that was due
