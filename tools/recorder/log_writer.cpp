@@ -10,7 +10,7 @@
 #include "drivers/io/mapped_file.h"
 #include "tools/log/log_event.h"
 #include "tools/log/log_header.h"
-#include "tools/log/log_tail.h"
+#include "tools/log/log_span.h"
 
 namespace axlecast {
 namespace {
@@ -19,7 +19,6 @@ constexpr std::size_t kFlushBytes = 1 << 20;
 constexpr MonoNs kRetry = kSecond;
 constexpr MonoNs kHousekeeping = kSecond;
 constexpr int kMostCopies = 9'999;         // of one name
-constexpr std::size_t kEndLook = 1 << 20;  // where a log's last event is looked for first
 
 bool IsFull(int error) { return error == ENOSPC || error == EDQUOT; }
 
@@ -59,7 +58,7 @@ std::size_t WholeRecords(Bytes records, std::size_t limit, std::int64_t& message
 // Of the log's last event (us, UNIX time); 0: it holds none that can be read.
 std::int64_t LastUtime(const std::filesystem::path& path) {
   const MappedFile file(path.string());
-  return file.problem().empty() ? FindTail(file.bytes(), kEndLook).utime : 0;
+  return file.problem().empty() ? SpanOf({file.bytes()}).last : 0;
 }
 
 }  // namespace
