@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kFlushBytes = 1 << 20;
 constexpr MonoNs kRetry = kSecond;
 constexpr MonoNs kHousekeeping = kSecond;
-constexpr int kMostCopies = 9'999;         // of one name
+constexpr int kMostCopies = 9'999;  // of one name
 
 bool IsFull(int error) { return error == ENOSPC || error == EDQUOT; }
 
