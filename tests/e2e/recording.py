@@ -11,6 +11,7 @@ from machine import BIN, Machine, wait_for
 
 GROUP, PORT = "239.255.76.67", 7667
 URL = f"udpm://{GROUP}:{PORT}?ttl=0"
+OWN = ("RECORDER/test", "ALARM/recorder/test")  # what a recorder says of itself
 
 
 class Sender:
@@ -78,7 +79,15 @@ class Recorder(Machine):
             return 0
 
     def watch_health(self):
-        """A function that gives the newest health, decoded by what lcm-gen makes."""
+        """A function that gives the recorder's newest health."""
+        return self.newest_of("RECORDER/test", "recorder_health_t")
+
+    def watch_alarms(self):
+        """A function that gives the recorder's newest alarms."""
+        return self.newest_of("ALARM/recorder/test", "alarm_t")
+
+    def newest_of(self, channel, kind):
+        """A function that gives the newest message, decoded by what lcm-gen makes; None before the first."""
         types = lcm_log.generated_types()
         listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -90,11 +99,11 @@ class Recorder(Machine):
         def listen():
             while not end.is_set():
                 try:
-                    channel, data = listener.recv(65536)[8:].split(b"\0", 1)
+                    of, data = listener.recv(65536)[8:].split(b"\0", 1)
                 except TimeoutError:
                     continue
-                if channel == b"RECORDER/test":
-                    newest[:] = [types.recorder_health_t.decode(data)]
+                if of == channel.encode():
+                    newest[:] = [getattr(types, kind).decode(data)]
 
         thread = threading.Thread(target=listen)
         thread.start()

@@ -5,7 +5,7 @@ import unittest
 
 import lcm_log
 from machine import BIN, wait_for
-from recording import Recorder, numbers
+from recording import OWN, Recorder, numbers
 
 ERROR = 3  # recorder_health_t
 
@@ -51,8 +51,8 @@ class RecordErrors(Recorder):
         self.assertGreaterEqual(len(kept), 100)
         self.assertEqual(kept, list(range(len(kept))))
         self.assertGreaterEqual(summary["lost_at_disk"], 600 - len(kept))
-        health_messages = sum(channel == "RECORDER/test" for channel, _ in lcm_log.events(self.log_path))
-        self.assertEqual(summary["messages"], len(kept) + health_messages)
+        own = sum(channel in OWN for channel, _ in lcm_log.events(self.log_path))
+        self.assertEqual(summary["messages"], len(kept) + own)
 
     def test_a_failed_sync_is_not_forgotten(self):
         process, fail, health = self.faulty()
@@ -60,6 +60,8 @@ class RecordErrors(Recorder):
         self.sender.send(100)
         wait_for(lambda: health() and health().state == ERROR, "the health to tell of it")
         self.assertIn("may not be on the disk", health().last_error)
+        alarms = self.watch_alarms()
+        wait_for(lambda: alarms() and [entry.name for entry in alarms().entries] == ["disk_fails"], "the alarm")
         fail("")
         self.sender.send(100)
         wait_for(lambda: self.readable() == 300, "recording goes on")

@@ -15,7 +15,9 @@ LogRecording::LogRecording(RecordingSettings settings, const Clock& clock)
     : name_(settings.recorder.identity.name),
       urls_(settings.urls),
       clock_(clock),
-      health_(name_, RandomBootId()),
+      boot_id_(RandomBootId()),
+      health_(name_, boot_id_),
+      alarms_(name_, boot_id_),
       recording_(std::move(settings), clock) {}
 
 std::string LogRecording::Continue(const std::string& file) {
@@ -34,8 +36,11 @@ std::string LogRecording::Continue(const std::string& file) {
 
 recorder_health_t LogRecording::Tell(LcmPort& port, bool stopping, std::vector<std::string>& errors) {
   const RecordingStatus status = recording_.status();
-  recorder_health_t health = health_.Make(status, clock_.Now(), clock_.UtcMicroseconds(), stopping);
+  const MonoNs now = clock_.Now();
+  const std::int64_t utime = clock_.UtcMicroseconds();
+  recorder_health_t health = health_.Make(status, now, utime, stopping);
   static_cast<void>(Publish(port, "RECORDER/" + name_, health));
+  static_cast<void>(Publish(port, "ALARM/recorder/" + name_, alarms_.Make(status, now, utime)));
   TellErrors(status.disk, errors);
   return health;
 }

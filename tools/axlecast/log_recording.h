@@ -7,6 +7,7 @@
 #include "drivers/io/lcm_port.h"
 #include "drivers/runtime/core/clock.h"
 #include "tools/recorder/recording.h"
+#include "tools/recorder/recording_alarms.h"
 #include "tools/recorder/recording_health.h"
 
 namespace axlecast {
@@ -24,7 +25,7 @@ class LogRecording {
   void Start() { recording_.Start(); }
   void Stop() { recording_.Stop(); }
 
-  // Publishes how it stands. `errors`: what has appeared or is over since the call before; each is told once.
+  // Publishes how it stands, and its alarms. `errors`: what has appeared or is over since the call before; each is told once.
   recorder_health_t Tell(LcmPort& port, bool stopping, std::vector<std::string>& errors);
 
   [[nodiscard]] const std::string& name() const { return name_; }
@@ -39,7 +40,9 @@ class LogRecording {
   std::string name_;
   std::vector<std::string> urls_;
   const Clock& clock_;
+  std::int64_t boot_id_;
   RecordingHealth health_;
+  RecordingAlarms alarms_;
   Recording recording_;
   std::string told_;
   bool bad_ = false;
