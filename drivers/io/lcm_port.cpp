@@ -173,8 +173,9 @@ LcmPort::LcmPort(const std::string& url, std::string prefix)
   if (!problem_.empty()) return;
   state_->lcm = lcm_create(url.c_str());
   if (state_->lcm == nullptr) problem_ = "LCM refuses the URL '" + url + "': see its own message above";
-  // Handling such a port would abort within LCM 1.3.
-  if (state_->lcm != nullptr && FileDescriptor() < 0) {
+  // Handling such a port would abort within LCM 1.3. Over UDP nobody must ask: a port that only publishes would begin to
+  // receive everything.
+  if (state_->lcm != nullptr && IsOtherProvider(url) && FileDescriptor() < 0) {
     lcm_destroy(std::exchange(state_->lcm, nullptr));
     problem_ = url + ": no server answers there; liblcm's own is started by\n" +
                "  java -cp /usr/share/java/lcm.jar lcm.lcm.TCPService PORT";
