@@ -18,6 +18,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <iterator>
 #include <vector>
 
 #include "bench/distribution.h"
@@ -87,7 +88,8 @@ bool Hear(int ear, std::vector<Heard>& heard) {
 
 void Print(const std::vector<Heard>& heard) {
   std::vector<std::int64_t> late;
-  for (const Heard& one : heard) late.push_back(one.sent - one.planned);
+  std::transform(heard.begin(), heard.end(), std::back_inserter(late),
+                 [](const Heard& one) { return one.sent - one.planned; });
   const std::int64_t origin = late.empty() ? 0 : *std::min_element(late.begin(), late.end());
   for (std::int64_t& one : late) one -= origin;
   const double span = heard.empty() ? 0 : static_cast<double>(heard.back().sent - heard.front().sent) * 1e-9;
