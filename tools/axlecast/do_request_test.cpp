@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-#include "tools/axlecast/one_axis.h"
+#include "tools/monitor/one_axis.h"
 
 namespace axlecast {
 namespace {

@@ -6,7 +6,7 @@
 #include "drivers/io/lcm_port.h"
 #include "drivers/runtime/config/machine_config.h"
 #include "drivers/runtime/core/clock.h"
-#include "tools/axlecast/machine_view.h"
+#include "tools/monitor/machine_view.h"
 
 namespace axlecast {
 

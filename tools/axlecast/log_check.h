@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "drivers/runtime/core/sequence_count.h"
 #include "tools/log/log_reader.h"
 #include "tools/log/log_seal.h"
-#include "tools/recorder/sequence_count.h"
 
 namespace axlecast {
 

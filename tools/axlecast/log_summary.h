@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "drivers/runtime/core/sequence_count.h"
 #include "tools/log/log_reader.h"
-#include "tools/recorder/sequence_count.h"
 
 namespace axlecast {
 

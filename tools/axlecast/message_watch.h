@@ -10,7 +10,7 @@
 
 #include "drivers/runtime/core/inline_bytes.h"
 #include "drivers/runtime/core/instant.h"
-#include "tools/recorder/sequence_count.h"
+#include "drivers/runtime/core/sequence_count.h"
 
 namespace axlecast {
 

@@ -5,8 +5,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "tools/axlecast/one_axis.h"
 #include "tools/axlecast/trip_test_log.h"
+#include "tools/monitor/one_axis.h"
 
 namespace axlecast {
 namespace {

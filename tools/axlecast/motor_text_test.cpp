@@ -4,11 +4,11 @@
 
 #include <limits>
 
-#include "tools/axlecast/one_axis.h"
 #include "tools/axlecast/parameter_test_family.h"
 #include "tools/axlecast/run_summary.h"
 #include "tools/axlecast/status_text.h"
 #include "tools/axlecast/table.h"
+#include "tools/monitor/one_axis.h"
 
 namespace axlecast {
 namespace {

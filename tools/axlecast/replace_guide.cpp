@@ -47,7 +47,7 @@ std::string EncoderText(const device_info_t& info) {
 }
 
 void TellAlarms(const DeviceView& device) {
-  for (const alarm_entry_t& alarm : device.alarms) {
+  for (const alarm_entry_t& alarm : device.alarms.entries()) {
     std::cerr << "  alarm " << Printable(alarm.name) << ": " << Printable(alarm.action) << '\n';
   }
 }
@@ -104,7 +104,7 @@ DeviceView ReplaceGuide::Look() {
   const std::string& name = report_.device;
   const auto known = [&name](const MachineView& view) {
     const DeviceView& device = *view.FindDevice(name);
-    return (device.Heard() && (device.position || !device.has_position) && device.alarms_at != 0) ||
+    return (device.Heard() && (device.position || !device.has_position) && device.alarms.heard()) ||
            CancelOnSignal::requested();
   };
   if (!live.problem().empty() || !live.Gather(clock_.Now() + kLook, known)) {

@@ -7,10 +7,10 @@
 #include "drivers/io/system_clock.h"
 #include "drivers/runtime/config/machine_config.h"
 #include "tools/axlecast/command_run.h"
-#include "tools/axlecast/machine_view.h"
 #include "tools/axlecast/operator_client.h"
 #include "tools/axlecast/replace_backup.h"
 #include "tools/axlecast/replace_report.h"
+#include "tools/monitor/machine_view.h"
 
 namespace axlecast {
 

@@ -64,7 +64,7 @@ Json DeviceJson(const DeviceView& device, MonoNs now, double seconds) {
     json["motor"] = device.motor ? ToJson(*device.motor) : Json(nullptr);
   }
   json["alarms_seen"] = Json::array();
-  for (const std::string& name : device.alarms_seen) json["alarms_seen"].push_back(name);
+  for (const std::string& name : device.alarms.seen()) json["alarms_seen"].push_back(name);
   return json;
 }
 
@@ -88,7 +88,7 @@ Json BusJson(const BusView& bus, MonoNs now) {
 
 std::string DeviceText(const DeviceView& device, MonoNs now, double seconds) {
   std::string alarms;
-  for (const std::string& name : device.alarms_seen) alarms += (alarms.empty() ? "" : ",") + Printable(name);
+  for (const std::string& name : device.alarms.seen()) alarms += (alarms.empty() ? "" : ",") + Printable(name);
   return Left(device.name, 12) + ' ' + Left(StateOf(device, now), 8) + ' ' +
          Right(std::to_string(device.readings.received()), 9) + ' ' + Right(Decimal(Rate(device, seconds), 1), 8) +
          ' ' + Right(std::to_string(device.readings.lost()), 6) + ' ' + Right(ValueText(device), 19) + ' ' +

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "drivers/runtime/core/instant.h"
-#include "tools/axlecast/machine_view.h"
+#include "tools/monitor/machine_view.h"
 
 namespace axlecast {
 

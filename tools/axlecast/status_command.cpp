@@ -46,7 +46,7 @@ int Status(const Options& options) {
   LiveMachine live(*machine, clock);
   const MonoNs start = clock.Now();
   const auto complete = [&](const MachineView& view) {
-    return view.AllHeard() && (view.bridge().heard || clock.Now() - start > kBridgeWait);
+    return view.AllHeard() && (view.bridge().heard() || clock.Now() - start > kBridgeWait);
   };
   if (!live.problem().empty() || !live.Gather(start + LongestWait(*machine), complete)) {
     std::cerr << (live.problem().empty() ? "the LCM port failed" : live.problem()) << '\n';
@@ -60,7 +60,7 @@ int Status(const Options& options) {
 
 // All that is told of a device at least once a second has come.
 bool Complete(const DeviceView& device) {
-  return device.Heard() && device.alarms_at != 0 && (device.position || !device.has_position);
+  return device.Heard() && device.alarms.heard() && (device.position || !device.has_position);
 }
 
 int Info(Options options) {

@@ -23,7 +23,7 @@ std::string Row(std::string_view name, const std::string& value) { return Left(n
 
 std::string AlarmRows(const DeviceView& device) {
   std::string text;
-  for (const alarm_entry_t& alarm : device.alarms) {
+  for (const alarm_entry_t& alarm : device.alarms.entries()) {
     text += Row("alarm", Printable(alarm.name) + " (" + std::string(SeverityName(alarm.severity)) + ", " +
                              std::string(AlarmStateName(alarm.state)) + "): " + Printable(alarm.action));
   }
@@ -36,12 +36,12 @@ Json AlarmsJson(const std::vector<alarm_entry_t>& alarms) {
   return json;
 }
 
-std::string BridgeRows(const BridgeView& bridge, MonoNs now) {
+std::string BridgeRows(const AlarmView& bridge, MonoNs now) {
   const std::string name = Left("bridge", 24) + ' ';
-  if (!bridge.Serves(now)) return name + "SILENT    (no bridge serves: nothing can be commanded)\n";
-  if (bridge.alarms.empty()) return name + "SERVING\n";
+  if (!bridge.Fresh(now)) return name + "SILENT    (no bridge serves: nothing can be commanded)\n";
+  if (bridge.entries().empty()) return name + "SERVING\n";
   std::string text;
-  for (const alarm_entry_t& alarm : bridge.alarms) {
+  for (const alarm_entry_t& alarm : bridge.entries()) {
     text += name + "SERVING   " + Printable(alarm.name) + " (" + std::string(SeverityName(alarm.severity)) +
             "): " + Printable(alarm.action) + '\n';
   }
@@ -127,7 +127,7 @@ Json StatusJson(const MachineView& machine, MonoNs now) {
     if (bus.health) entry.update(ToJson(*bus.health));
     json["buses"].push_back(std::move(entry));
   }
-  json["bridge"] = {{"serves", machine.bridge().Serves(now)}, {"alarms", AlarmsJson(machine.bridge().alarms)}};
+  json["bridge"] = {{"serves", machine.bridge().Fresh(now)}, {"alarms", AlarmsJson(machine.bridge().entries())}};
   return json;
 }
 
@@ -161,7 +161,7 @@ Json InfoJson(const DeviceView& device) {
   } else {
     json["motor"] = device.motor ? ToJson(*device.motor) : Json(nullptr);
   }
-  json["alarms"] = AlarmsJson(device.alarms);
+  json["alarms"] = AlarmsJson(device.alarms.entries());
   return json;
 }
 

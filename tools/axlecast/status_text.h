@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "drivers/runtime/config/machine_config.h"
-#include "tools/axlecast/machine_view.h"
+#include "tools/monitor/machine_view.h"
 
 namespace axlecast {
 

@@ -4,7 +4,7 @@
 
 #include <axlecast/alarm_t.hpp>
 
-#include "tools/axlecast/one_axis.h"
+#include "tools/monitor/one_axis.h"
 
 namespace axlecast {
 namespace {

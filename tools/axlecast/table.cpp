@@ -105,10 +105,11 @@ std::string ValueText(const DeviceView& device) {
 }
 
 std::string AlarmText(const DeviceView& device, std::size_t width) {
-  if (device.alarms.empty()) return "";
-  const std::string more = device.alarms.size() > 1 ? " +" + std::to_string(device.alarms.size() - 1) : "";
+  const std::vector<alarm_entry_t>& alarms = device.alarms.entries();
+  if (alarms.empty()) return "";
+  const std::string more = alarms.size() > 1 ? " +" + std::to_string(alarms.size() - 1) : "";
   const std::size_t room = width > more.size() ? width - more.size() : 0;
-  return Clip(Printable(device.alarms.front().name), room) + more;
+  return Clip(Printable(alarms.front().name), room) + more;
 }
 
 std::vector<std::string> RenderTable(const MachineView& machine, MonoNs now, MonoNs running,

@@ -4,7 +4,7 @@
 
 #include <axlecast/alarm_t.hpp>
 
-#include "tools/axlecast/one_axis.h"
+#include "tools/monitor/one_axis.h"
 
 namespace axlecast {
 namespace {
@@ -107,8 +107,13 @@ TEST(ValueText, HasTheDecimalsOfOneCount) {
 TEST(AlarmText, NamesTheWorstAndCountsTheRest) {
   DeviceView device;
   EXPECT_EQ(AlarmText(device, 18), "");
-  device.alarms.resize(3);
-  device.alarms[0].name = "battery_alarm";
+  alarm_t message{};
+  for (const char* name : {"battery_alarm", "counter_overflow", "over_speed"}) {
+    alarm_entry_t& entry = message.entries.emplace_back();
+    entry.code = static_cast<std::int32_t>(message.entries.size());
+    entry.name = name;
+  }
+  device.alarms.On(message, kNow);
   EXPECT_EQ(AlarmText(device, 18), "battery_alarm +2");
   EXPECT_EQ(AlarmText(device, 10), "batter~ +2");
 }

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/runtime/core/sequence_count.h"
 #include "tools/recorder/logged_message.h"
-#include "tools/recorder/sequence_count.h"
 
 namespace axlecast {
 

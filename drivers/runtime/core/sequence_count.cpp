@@ -1,4 +1,4 @@
-#include "tools/recorder/sequence_count.h"
+#include "drivers/runtime/core/sequence_count.h"
 
 #include <iterator>
 

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <axlecast/alarm_entry_t.hpp>
+#include <axlecast/alarm_t.hpp>
+#include <axlecast/bus_health_t.hpp>
+#include <axlecast/device_info_t.hpp>
+#include <axlecast/exchange_times_t.hpp>
+#include <axlecast/motor_health_t.hpp>
+#include <axlecast/position_t.hpp>
+#include <axlecast/trip_log_t.hpp>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "drivers/runtime/core/instant.h"
+#include "drivers/runtime/core/sequence_count.h"
+
+namespace axlecast {
+
+// Messages come once a second; a state older than this is no state.
+inline constexpr MonoNs kStaleAfter = 2500 * kMillisecond;
+
+// What the newest ALARM message of one sender says, and how it came to be so.
+class AlarmView {
+ public:
+  static constexpr std::size_t kMostChanges = 64;
+  static constexpr std::size_t kMostSeen = 100;  // anybody may publish names
+
+  struct Change {
+    std::int64_t utime = 0;  // of the message that told it
+    bool appeared = false;   // false: gone
+    alarm_entry_t entry;     // as it was last told
+  };
+
+  // True when the set or a state differs from what was known.
+  bool On(alarm_t message, MonoNs now);
+
+  [[nodiscard]] bool heard() const { return heard_; }
+  [[nodiscard]] bool Fresh(MonoNs now) const { return heard_ && now - at_ <= kStaleAfter; }
+  [[nodiscard]] const std::vector<alarm_entry_t>& entries() const { return entries_; }  // worst first
+  [[nodiscard]] std::size_t total() const { return total_; }  // those that did not fit the message too
+  [[nodiscard]] const std::deque<Change>& changes() const { return changes_; }  // the newest, oldest first
+  [[nodiscard]] const std::set<std::string>& seen() const { return seen_; }  // names, since the start
+
+ private:
+  void Keep(std::int64_t utime, bool appeared, const alarm_entry_t& entry);
+
+  std::vector<alarm_entry_t> entries_;
+  std::size_t total_ = 0;
+  std::deque<Change> changes_;
+  std::set<std::string> seen_;
+  MonoNs at_ = 0;
+  bool heard_ = false;
+};
+
+// What the messages so far say of one device.
+struct DeviceView {
+  static constexpr std::size_t kMostTrips = 16;
+
+  std::string name;
+  std::string bus;
+  bool listed = true;                   // in the machine's file; false: it was only heard
+  bool has_position = true;             // false: a monitor, whose readings are MOTOR
+  std::optional<position_t> position;   // the newest
+  std::optional<position_t> valid;      // the newest with FLAG_VALID
+  std::optional<motor_health_t> motor;  // the newest
+  std::optional<device_info_t> info;
+  AlarmView alarms;
+  std::vector<trip_log_t> trips;  // each once, the one heard last at the end
+  SequenceCount readings;         // POSITION or MOTOR messages
+  std::int64_t valid_readings = 0;
+  double reading_hz = 0;  // received, over the last full second
+  MonoNs reading_at = 0;  // receipt of the newest
+  MonoNs info_at = 0;     // receipt of `info`
+  bool was_online = false;
+
+  // The driver tells the state once a second; nothing when it has been silent for longer than kStaleAfter.
+  [[nodiscard]] std::optional<std::int8_t> State(MonoNs now) const;  // device_info_t STATE_*
+  [[nodiscard]] bool Online(MonoNs now) const { return State(now) == device_info_t::STATE_ONLINE; }
+  // Whole and part turns of the shaft after direction and datum; NaN before the first valid position.
+  [[nodiscard]] double Turns() const;
+  [[nodiscard]] double SpeedRpm() const;  // NaN when unknown
+  // Its DEVICE came, and of a monitor that answers a reading too: monitors may be read every few seconds only.
+  [[nodiscard]] bool Heard() const;
+};
+
+struct BusView {
+  std::string name;
+  bool listed = true;
+  std::optional<bus_health_t> health;
+  std::optional<exchange_times_t> times;  // since the driver started
+  MonoNs health_at = 0;
+  MonoNs times_at = 0;
+
+  [[nodiscard]] std::optional<std::int8_t> State(MonoNs now) const;  // bus_health_t STATE_*
+  [[nodiscard]] bool Up(MonoNs now) const { return State(now) == bus_health_t::STATE_UP; }
+};
+
+}  // namespace axlecast

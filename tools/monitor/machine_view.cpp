@@ -1,0 +1,214 @@
+#include "tools/monitor/machine_view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <ranges>
+#include <utility>
+
+#include "drivers/runtime/config/words.h"
+#include "drivers/runtime/core/decode_message.h"
+
+namespace axlecast {
+namespace {
+
+// `views` may be const.
+template <typename Views>
+auto* Find(Views& views, std::string_view name) {
+  const auto found =
+      std::find_if(views.begin(), views.end(), [name](const auto& view) { return view.name == name; });
+  return found == views.end() ? nullptr : &*found;
+}
+
+bool OnPosition(DeviceView& device, Bytes message, MonoNs now) {
+  const auto position = DecodeMessage<position_t>(message);
+  if (!position) return false;
+  device.readings.On(position->boot_id, position->seq);
+  device.position = position;
+  device.reading_at = now;
+  if ((position->flags & position_t::FLAG_VALID) == 0) return true;
+  device.valid = position;
+  ++device.valid_readings;
+  return true;
+}
+
+bool OnMotor(DeviceView& device, Bytes message, MonoNs now) {
+  const auto has = [](const motor_health_t& m, std::int32_t flag) { return (m.flags & flag) != 0; };
+  const auto motor = DecodeMessage<motor_health_t>(message);
+  if (!motor) return false;
+  device.readings.On(motor->boot_id, motor->seq);
+  device.motor = motor;
+  device.reading_at = now;
+  if (has(*motor, motor_health_t::FLAG_ANALOG_VALID) && has(*motor, motor_health_t::FLAG_STATUS_VALID)) {
+    ++device.valid_readings;
+  }
+  return true;
+}
+
+// True when the state or what it follows from is another one.
+bool OnInfo(DeviceView& device, device_info_t info, MonoNs now) {
+  const std::optional<device_info_t> before = std::exchange(device.info, std::move(info));
+  device.info_at = now;
+  device.was_online = device.was_online || device.info->state == device_info_t::STATE_ONLINE;
+  return !before || before->state != device.info->state || before->reason != device.info->reason ||
+         before->boot_id != device.info->boot_id || before->config_hash != device.info->config_hash;
+}
+
+// The unit numbers its trips anew after its count was cleared: only the curves tell them apart.
+bool SameTrip(const trip_log_t& one, const trip_log_t& other) {
+  const auto same = [](float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); };
+  return one.trip_count == other.trip_count && one.factor_bits == other.factor_bits &&
+         one.valid_mask == other.valid_mask &&
+         std::ranges::equal(std::views::join(one.samples), std::views::join(other.samples), same);
+}
+
+bool OnTrip(DeviceView& device, const trip_log_t& trip) {
+  const auto same = [&trip](const trip_log_t& known) { return SameTrip(known, trip); };
+  if (std::any_of(device.trips.begin(), device.trips.end(), same)) return false;
+  if (device.trips.size() == DeviceView::kMostTrips) device.trips.erase(device.trips.begin());
+  device.trips.push_back(trip);
+  return true;
+}
+
+}  // namespace
+
+MachineView::MachineView(const MachineConfig& machine, Unlisted unlisted)
+    : machine_(machine.machine), allows_unsigned_(machine.bridge.allow_unsigned), unlisted_(unlisted) {
+  for (const BusConfig& bus : machine.buses) {
+    buses_.emplace_back().name = bus.name;
+    for (const DeviceConfig& device : bus.devices) {
+      DeviceView& view = devices_.emplace_back();
+      view.name = device.name;
+      view.bus = bus.name;
+      view.has_position = bus.family == nullptr || bus.family->has_position;
+    }
+  }
+  listed_devices_ = devices_.size();
+  listed_buses_ = buses_.size();
+  window_received_.assign(devices_.size(), 0);
+}
+
+Heard MachineView::OnMessage(std::string_view channel, Bytes message, MonoNs now) {
+  const std::size_t slash = channel.find('/');
+  if (slash == std::string_view::npos) return {};
+  const std::string_view kind = channel.substr(0, slash);
+  const std::string_view name = channel.substr(slash + 1);
+  if (kind == "BUS" || kind == "BUS_TIMES") return OnBus(kind, name, message, now);
+  if (channel == "ALARM/bridge") {
+    auto alarm = DecodeMessage<alarm_t>(message);
+    if (!alarm) return {};
+    return {.kind = Heard::Kind::kBridgeAlarms, .news = bridge_.On(std::move(*alarm), now)};
+  }
+  return OnDevice(kind, name, message, now);
+}
+
+Heard MachineView::OnBus(std::string_view kind, std::string_view name, Bytes message, MonoNs now) {
+  std::optional<bus_health_t> health;
+  std::optional<exchange_times_t> times;
+  if (kind == "BUS") {
+    health = DecodeMessage<bus_health_t>(message);
+  } else {
+    times = DecodeMessage<exchange_times_t>(message);
+  }
+  BusView* bus = health || times ? BusOf(name) : nullptr;
+  if (bus == nullptr) return {};
+  const auto index = static_cast<std::size_t>(bus - buses_.data());
+  if (times) {
+    bus->times = std::move(times);
+    bus->times_at = now;
+    return {.kind = Heard::Kind::kExchangeTimes, .index = index};
+  }
+  const bool news = !bus->health || bus->health->state != health->state;
+  bus->health = std::move(health);
+  bus->health_at = now;
+  return {.kind = Heard::Kind::kBus, .index = index, .news = news};
+}
+
+Heard MachineView::OnDevice(std::string_view kind, std::string_view name, Bytes message, MonoNs now) {
+  // A device that the file does not list is known by its DEVICE alone, which names its bus.
+  auto info = kind == "DEVICE" ? DecodeMessage<device_info_t>(message) : std::nullopt;
+  DeviceView* device = info ? DeviceOf(name) : Find(devices_, name);
+  if (device == nullptr) return {};
+  Heard heard{.index = static_cast<std::size_t>(device - devices_.data())};
+  if (info) {
+    if (!device->listed) device->bus = IsName(info->bus) ? info->bus : "";
+    heard.kind = Heard::Kind::kDevice;
+    heard.news = OnInfo(*device, std::move(*info), now);
+  } else if (kind == "POSITION" && device->has_position) {
+    if (OnPosition(*device, message, now)) heard.kind = Heard::Kind::kPosition;
+  } else if (kind == "MOTOR" && (!device->has_position || (!device->listed && !device->position))) {
+    if (!OnMotor(*device, message, now)) return {};
+    device->has_position = false;
+    heard.kind = Heard::Kind::kMotor;
+  } else if (kind == "ALARM") {
+    auto alarm = DecodeMessage<alarm_t>(message);
+    if (!alarm) return {};
+    heard.kind = Heard::Kind::kDeviceAlarms;
+    heard.news = device->alarms.On(std::move(*alarm), now);
+  } else if (kind == "TRIP") {
+    const auto trip = DecodeMessage<trip_log_t>(message);
+    if (!trip) return {};
+    heard.kind = Heard::Kind::kTrip;
+    heard.news = OnTrip(*device, *trip);
+  }
+  return heard;
+}
+
+DeviceView* MachineView::DeviceOf(std::string_view name) {
+  DeviceView* known = Find(devices_, name);
+  const bool room = unlisted_ == Unlisted::kShown && devices_.size() - listed_devices_ < kMostUnlistedDevices;
+  if (known != nullptr || !room || !IsName(name)) return known;
+  DeviceView& device = devices_.emplace_back();
+  device.name = name;
+  device.listed = false;
+  window_received_.push_back(0);
+  return &device;
+}
+
+BusView* MachineView::BusOf(std::string_view name) {
+  BusView* known = Find(buses_, name);
+  const bool room = unlisted_ == Unlisted::kShown && buses_.size() - listed_buses_ < kMostUnlistedBuses;
+  if (known != nullptr || !room || !IsName(name)) return known;
+  BusView& bus = buses_.emplace_back();
+  bus.name = name;
+  bus.listed = false;
+  return &bus;
+}
+
+void MachineView::Tick(MonoNs now) {
+  if (window_start_ == 0) window_start_ = now;
+  const MonoNs window = now - window_start_;
+  if (window < kSecond) return;
+  for (std::size_t i = 0; i < devices_.size(); ++i) {
+    const std::int64_t received = devices_[i].readings.received();
+    devices_[i].reading_hz =
+        static_cast<double>(received - window_received_[i]) * 1e9 / static_cast<double>(window);
+    window_received_[i] = received;
+  }
+  window_start_ = now;
+}
+
+std::size_t MachineView::online(MonoNs now) const {
+  return static_cast<std::size_t>(std::count_if(devices_.begin(), devices_.end(),
+                                                [now](const DeviceView& device) { return device.Online(now); }));
+}
+
+bool MachineView::AllOnline(MonoNs now) const {
+  return online(now) == devices_.size() &&
+         std::all_of(buses_.begin(), buses_.end(), [now](const BusView& bus) { return bus.Up(now); });
+}
+
+bool MachineView::AllHeard() const {
+  return std::all_of(devices_.begin(), devices_.end(), [](const DeviceView& device) { return device.Heard(); }) &&
+         std::all_of(buses_.begin(), buses_.end(), [](const BusView& bus) { return bus.health.has_value(); });
+}
+
+bool MachineView::NoneHeard() const {
+  return std::none_of(devices_.begin(), devices_.end(),
+                      [](const DeviceView& device) { return device.info.has_value(); }) &&
+         std::none_of(buses_.begin(), buses_.end(), [](const BusView& bus) { return bus.health.has_value(); });
+}
+
+const DeviceView* MachineView::FindDevice(std::string_view name) const { return Find(devices_, name); }
+
+}  // namespace axlecast

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/runtime/config/machine_config.h"
+#include "drivers/runtime/core/inline_bytes.h"
+#include "drivers/runtime/core/instant.h"
+#include "tools/monitor/device_view.h"
+
+namespace axlecast {
+
+// What one message told.
+struct Heard {
+  enum class Kind : std::uint8_t {
+    kNothing,  // of no part of the machine, or malformed
+    kPosition,
+    kMotor,
+    kDevice,
+    kDeviceAlarms,
+    kTrip,
+    kBus,
+    kExchangeTimes,
+    kBridgeAlarms,
+    kRecorder,  // the rest by Monitor alone
+    kRecorderAlarms,
+    kCommand,
+  };
+  Kind kind = Kind::kNothing;
+  std::size_t index = 0;  // in devices(), buses() or recorders(); of a command in commands().newest()
+  bool news = false;      // false: a state, an alarm, a trip or an outcome that was known before
+};
+
+// Devices and buses that are heard but not in the machine's file.
+enum class Unlisted : std::uint8_t { kIgnored, kShown };
+
+// The machine as its messages show it: the devices and buses of its file, in the file's order, then those that are only
+// heard, in the order in which they came. Pure: fed with messages and instants. What it holds is bounded whatever is sent.
+class MachineView {
+ public:
+  static constexpr std::size_t kMostUnlistedDevices = 256;
+  static constexpr std::size_t kMostUnlistedBuses = 32;
+
+  explicit MachineView(const MachineConfig& machine, Unlisted unlisted = Unlisted::kIgnored);
+
+  Heard OnMessage(std::string_view channel, Bytes message, MonoNs now);
+  // At least a few times a second: closes the windows of the rates.
+  void Tick(MonoNs now);
+
+  [[nodiscard]] const std::string& machine() const { return machine_; }
+  [[nodiscard]] bool allows_unsigned() const { return allows_unsigned_; }  // commands of anybody
+  [[nodiscard]] const std::vector<DeviceView>& devices() const { return devices_; }
+  [[nodiscard]] const std::vector<BusView>& buses() const { return buses_; }
+  [[nodiscard]] const AlarmView& bridge() const { return bridge_; }  // while it serves, it says so in ALARM/bridge
+  [[nodiscard]] std::size_t online(MonoNs now) const;
+  [[nodiscard]] bool AllOnline(MonoNs now) const;  // every device ONLINE, every bus UP
+  [[nodiscard]] bool AllHeard() const;             // every device, and BUS of all
+  [[nodiscard]] bool NoneHeard() const;            // neither of any came
+  [[nodiscard]] const DeviceView* FindDevice(std::string_view name) const;
+
+ private:
+  DeviceView* DeviceOf(std::string_view name);
+  BusView* BusOf(std::string_view name);
+  Heard OnBus(std::string_view kind, std::string_view name, Bytes message, MonoNs now);
+  Heard OnDevice(std::string_view kind, std::string_view name, Bytes message, MonoNs now);
+
+  std::string machine_;
+  bool allows_unsigned_;
+  Unlisted unlisted_;
+  std::size_t listed_devices_ = 0;
+  std::size_t listed_buses_ = 0;
+  std::vector<DeviceView> devices_;
+  std::vector<BusView> buses_;
+  AlarmView bridge_;
+  MonoNs window_start_ = 0;
+  std::vector<std::int64_t> window_received_;  // readings of each device when the window began
+};
+
+}  // namespace axlecast

@@ -1,0 +1,121 @@
+#include "tools/monitor/machine_view.h"
+
+#include <gtest/gtest.h>
+
+#include <axlecast/alarm_t.hpp>
+#include <cmath>
+
+#include "tools/monitor/one_axis.h"
+
+namespace axlecast {
+namespace {
+
+constexpr MonoNs kNow = 100 * kSecond;
+
+TEST(MachineView, BeginsWithTheDevicesOfTheFile) {
+  const MachineView view(OneAxis());
+  ASSERT_EQ(view.devices().size(), 1U);
+  EXPECT_EQ(view.devices()[0].bus, "rs485-0");
+  EXPECT_FALSE(view.devices()[0].State(kNow));
+  EXPECT_FALSE(view.AllOnline(kNow));
+  EXPECT_FALSE(view.AllHeard());
+  EXPECT_TRUE(view.NoneHeard());
+  EXPECT_TRUE(std::isnan(view.devices()[0].Turns()));
+}
+
+TEST(MachineView, IsOnlineWhenDeviceAndBusSaySo) {
+  MachineView view(OneAxis());
+  view.OnMessage("DEVICE/axis1", Encoded(DeviceMessage(device_info_t::STATE_ONLINE)), kNow);
+  EXPECT_FALSE(view.AllOnline(kNow));
+  view.OnMessage("BUS/rs485-0", Encoded(BusMessage(bus_health_t::STATE_UP)), kNow);
+  EXPECT_TRUE(view.AllOnline(kNow));
+  EXPECT_TRUE(view.AllHeard());
+  view.OnMessage("BUS/rs485-0", Encoded(BusMessage(bus_health_t::STATE_DEGRADED)), kNow);
+  EXPECT_FALSE(view.AllOnline(kNow));
+}
+
+TEST(MachineView, AnOldStateIsNoState) {
+  MachineView view(OneAxis());
+  view.OnMessage("DEVICE/axis1", Encoded(DeviceMessage(device_info_t::STATE_ONLINE)), kNow);
+  EXPECT_TRUE(view.devices()[0].Online(kNow + kStaleAfter));
+  EXPECT_FALSE(view.devices()[0].Online(kNow + kStaleAfter + 1));
+  EXPECT_TRUE(view.devices()[0].was_online);
+}
+
+TEST(MachineView, TurnsAndSpeedInShaftUnits) {
+  MachineView view(OneAxis());
+  view.OnMessage("POSITION/axis1", Encoded(PositionMessage(0)), kNow);
+  EXPECT_DOUBLE_EQ(view.devices()[0].Turns(), 12.5);
+  EXPECT_NEAR(view.devices()[0].SpeedRpm(), 60, 1e-9);
+}
+
+TEST(MachineView, AnInvalidPositionKeepsTheLastValidOne) {
+  MachineView view(OneAxis());
+  view.OnMessage("POSITION/axis1", Encoded(PositionMessage(0)), kNow);
+  position_t doubtful = PositionMessage(1);
+  doubtful.flags = position_t::FLAG_IMPLAUSIBLE;
+  doubtful.counts = 0;
+  view.OnMessage("POSITION/axis1", Encoded(doubtful), kNow);
+  EXPECT_DOUBLE_EQ(view.devices()[0].Turns(), 12.5);
+  EXPECT_TRUE(std::isnan(view.devices()[0].SpeedRpm()));
+  EXPECT_EQ(view.devices()[0].valid_readings, 1);
+  EXPECT_EQ(view.devices()[0].readings.received(), 2);
+}
+
+TEST(MachineView, CountsWhatWasLostOnTheWay) {
+  MachineView view(OneAxis());
+  for (const std::int64_t seq : {10, 11, 15}) view.OnMessage("POSITION/axis1", Encoded(PositionMessage(seq)), kNow);
+  EXPECT_EQ(view.devices()[0].readings.lost(), 3);
+}
+
+TEST(MachineView, RateOverAFullSecond) {
+  MachineView view(OneAxis());
+  view.Tick(kNow);
+  for (std::int64_t seq = 0; seq < 50; ++seq) view.OnMessage("POSITION/axis1", Encoded(PositionMessage(seq)), kNow);
+  view.Tick(kNow + kSecond / 2);
+  EXPECT_DOUBLE_EQ(view.devices()[0].reading_hz, 0);
+  view.Tick(kNow + 2 * kSecond);
+  EXPECT_DOUBLE_EQ(view.devices()[0].reading_hz, 25);
+}
+
+TEST(MachineView, RemembersAlarmsThatHaveGone) {
+  MachineView view(OneAxis());
+  alarm_t alarm{};
+  alarm.n = 1;
+  alarm.entries.resize(1);
+  alarm.entries[0].name = "battery_alarm";
+  view.OnMessage("ALARM/axis1", Encoded(alarm), kNow);
+  view.OnMessage("ALARM/axis1", Encoded(alarm_t{}), kNow);
+  EXPECT_TRUE(view.devices()[0].alarms.entries().empty());
+  EXPECT_EQ(view.devices()[0].alarms.seen().count("battery_alarm"), 1U);
+}
+
+TEST(MachineView, KnowsWhetherABridgeServesAndItsAlarms) {
+  MachineView view(OneAxis());
+  EXPECT_FALSE(view.bridge().Fresh(kNow));
+  alarm_t alarm{};
+  alarm.n = 1;
+  alarm.entries.resize(1);
+  alarm.entries[0].name = "journal_fails";
+  view.OnMessage("ALARM/bridge", Encoded(alarm), kNow);
+  EXPECT_TRUE(view.bridge().Fresh(kNow + kStaleAfter));
+  EXPECT_FALSE(view.bridge().Fresh(kNow + kStaleAfter + 1));
+  ASSERT_EQ(view.bridge().entries().size(), 1U);
+  EXPECT_EQ(view.bridge().entries()[0].name, "journal_fails");
+  view.OnMessage("ALARM/bridge", Encoded(position_t{}), kNow + 10 * kSecond);
+  EXPECT_FALSE(view.bridge().Fresh(kNow + 10 * kSecond)) << "no alarm message";
+}
+
+TEST(MachineView, IgnoresWhatIsNotItsOwn) {
+  MachineView view(OneAxis());
+  const auto position = Encoded(PositionMessage(0));
+  view.OnMessage("POSITION/axis2", position, kNow);
+  view.OnMessage("POSITION", position, kNow);
+  view.OnMessage("DEVICE/axis1", position, kNow);
+  view.OnMessage("POSITION/axis1", Bytes(position).first(20), kNow);
+  EXPECT_EQ(view.devices()[0].readings.received(), 0);
+  EXPECT_TRUE(view.NoneHeard());
+}
+
+}  // namespace
+}  // namespace axlecast

@@ -1,0 +1,82 @@
+#include "tools/monitor/monitor.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "drivers/runtime/config/words.h"
+#include "drivers/runtime/core/decode_message.h"
+#include "tools/json/field.h"
+
+namespace axlecast {
+namespace {
+
+constexpr std::string_view kRecorder = "RECORDER/";
+constexpr std::string_view kRecorderAlarms = "ALARM/recorder/";
+
+}  // namespace
+
+std::optional<std::int8_t> RecorderView::State(MonoNs now) const {
+  if (!health || now - health_at > kStaleAfter) return std::nullopt;
+  return health->state;
+}
+
+Monitor::Monitor(const MachineConfig& machine) : machine_(machine, Unlisted::kShown) {}
+
+Heard Monitor::OnMessage(std::string_view channel, Bytes message, MonoNs now) {
+  const Heard heard = message.size() > kLargestMessage ? Heard{} : Take(channel, message, now);
+  if (heard.kind == Heard::Kind::kNothing) {
+    ++passed_over_;
+    return heard;
+  }
+  auto count = channels_.find(channel);
+  if (count == channels_.end()) count = channels_.emplace(channel, SequenceCount()).first;
+  if (const auto head = ReadHead(message)) count->second.On(head->boot_id, head->seq);
+  return heard;
+}
+
+Heard Monitor::Take(std::string_view channel, Bytes message, MonoNs now) {
+  if (channel == kCommandChannels) {
+    auto status = DecodeMessage<command_status_t>(message);
+    if (!status) return {};
+    const bool news = commands_.On(std::move(*status));
+    return {.kind = Heard::Kind::kCommand, .index = commands_.last(), .news = news};
+  }
+  if (channel.starts_with(kRecorder)) return OnRecorder(channel.substr(kRecorder.size()), message, now);
+  if (channel.starts_with(kRecorderAlarms)) {
+    return OnRecorderAlarms(channel.substr(kRecorderAlarms.size()), message, now);
+  }
+  return machine_.OnMessage(channel, message, now);
+}
+
+RecorderView* Monitor::RecorderOf(std::string_view name) {
+  const auto known = std::find_if(recorders_.begin(), recorders_.end(),
+                                  [name](const RecorderView& recorder) { return recorder.name == name; });
+  if (known != recorders_.end()) return &*known;
+  if (recorders_.size() == kMostRecorders || !IsName(name)) return nullptr;
+  RecorderView& recorder = recorders_.emplace_back();
+  recorder.name = name;
+  return &recorder;
+}
+
+Heard Monitor::OnRecorder(std::string_view name, Bytes message, MonoNs now) {
+  auto health = DecodeMessage<recorder_health_t>(message);
+  RecorderView* recorder = health ? RecorderOf(name) : nullptr;
+  if (recorder == nullptr) return {};
+  const bool news = !recorder->health || recorder->health->state != health->state;
+  recorder->health = std::move(health);
+  recorder->health_at = now;
+  return {.kind = Heard::Kind::kRecorder,
+          .index = static_cast<std::size_t>(recorder - recorders_.data()),
+          .news = news};
+}
+
+Heard Monitor::OnRecorderAlarms(std::string_view name, Bytes message, MonoNs now) {
+  auto alarm = DecodeMessage<alarm_t>(message);
+  RecorderView* recorder = alarm ? RecorderOf(name) : nullptr;
+  if (recorder == nullptr) return {};
+  return {.kind = Heard::Kind::kRecorderAlarms,
+          .index = static_cast<std::size_t>(recorder - recorders_.data()),
+          .news = recorder->alarms.On(std::move(*alarm), now)};
+}
+
+}  // namespace axlecast

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <axlecast/recorder_health_t.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/runtime/config/machine_config.h"
+#include "drivers/runtime/core/inline_bytes.h"
+#include "drivers/runtime/core/instant.h"
+#include "drivers/runtime/core/sequence_count.h"
+#include "tools/monitor/command_history.h"
+#include "tools/monitor/device_view.h"
+#include "tools/monitor/machine_view.h"
+
+namespace axlecast {
+
+struct RecorderView {
+  std::string name;
+  std::optional<recorder_health_t> health;
+  AlarmView alarms;
+  MonoNs health_at = 0;
+
+  [[nodiscard]] std::optional<std::int8_t> State(
+      MonoNs now) const;  // recorder_health_t STATE_*; nothing when stale
+};
+
+// Everything that a machine's messages show, for those who show it on: from live LCM or from a log. Pure: fed with
+// messages and instants; in a log, the events' own. What it holds is bounded whatever is sent.
+class Monitor {
+ public:
+  // What OnMessage takes in, as a pattern of LCM: on the data port, and on the command port.
+  static constexpr const char* kDataChannels = "(POSITION|MOTOR|DEVICE|ALARM|BUS|BUS_TIMES|TRIP|RECORDER)/.*";
+  static constexpr const char* kCommandChannels = "COMMAND_STATUS";
+  static constexpr std::size_t kMostRecorders = 16;
+  static constexpr std::size_t kLargestMessage = 8192;  // bytes; no message of axlecast comes near it
+
+  // Without a file (a log alone): MachineConfig{}; every device is then one that was only heard.
+  explicit Monitor(const MachineConfig& machine);
+
+  Heard OnMessage(std::string_view channel, Bytes message, MonoNs now);
+  // At least a few times a second: closes the windows of the rates.
+  void Tick(MonoNs now) { machine_.Tick(now); }
+
+  [[nodiscard]] const MachineView& machine() const { return machine_; }
+  [[nodiscard]] const std::vector<RecorderView>& recorders() const { return recorders_; }
+  [[nodiscard]] const CommandHistory& commands() const { return commands_; }
+  // Messages received and lost by their `seq`, by channel; of what the views hold alone.
+  [[nodiscard]] const std::map<std::string, SequenceCount, std::less<>>& channels() const { return channels_; }
+  [[nodiscard]] std::int64_t passed_over() const { return passed_over_; }  // messages that told nothing
+
+ private:
+  Heard Take(std::string_view channel, Bytes message, MonoNs now);
+  RecorderView* RecorderOf(std::string_view name);
+  Heard OnRecorder(std::string_view name, Bytes message, MonoNs now);
+  Heard OnRecorderAlarms(std::string_view name, Bytes message, MonoNs now);
+
+  MachineView machine_;
+  std::vector<RecorderView> recorders_;
+  CommandHistory commands_;
+  std::map<std::string, SequenceCount, std::less<>> channels_;
+  std::int64_t passed_over_ = 0;
+};
+
+}  // namespace axlecast
