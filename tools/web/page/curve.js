@@ -1,0 +1,89 @@
+// A curve's outline and its range of values, from Samples.
+
+// Draws readings first..last of `values` onto `path` (moveTo, lineTo). Of the readings of one pixel column the extremes
+// are kept, so that no peak is lost and no more is drawn than can be seen. The curve breaks at readings that were not valid
+// (NaN) and where `gap` seconds or more lie between two.
+export function traceCurve(path, time, values, first, last, axes, gap) {
+  const { left, perSecond, x0, low, perUnit, y0 } = axes;
+  let column = NaN; // where the first reading of the pixel column lies
+  let pixel = NaN;
+  let least = 0;
+  let most = 0;
+  let newest = 0;
+  let penDown = false;
+  let moved = false; // since the last moveTo something was drawn
+  let before = NaN;
+
+  const flush = () => {
+    if (!Number.isNaN(column) && least !== most) {
+      path.lineTo(column, least);
+      path.lineTo(column, most);
+      path.lineTo(column, newest);
+      moved = true;
+    }
+  };
+  const lift = () => {
+    flush();
+    if (penDown && !moved) path.lineTo(column + 1, newest); // a reading that stands alone is a dot
+    penDown = false;
+    column = NaN;
+    pixel = NaN;
+  };
+
+  for (let i = first; i <= last; i += 1) {
+    const value = values[i];
+    if (Number.isNaN(value) || time[i] - before >= gap) lift();
+    before = time[i];
+    if (Number.isNaN(value)) continue;
+    const x = x0 + (time[i] - left) * perSecond;
+    const y = y0 - (value - low) * perUnit;
+    if (Math.floor(x) === pixel) {
+      if (y < least) least = y;
+      if (y > most) most = y;
+    } else {
+      flush();
+      if (penDown) {
+        path.lineTo(x, y);
+        moved = true;
+      } else {
+        path.moveTo(x, y);
+        penDown = true;
+        moved = false;
+      }
+      column = x;
+      pixel = Math.floor(x);
+      least = y;
+      most = y;
+    }
+    newest = y;
+  }
+  lift();
+}
+
+// Least and most of values first..last into `range`, which is returned; NaN when there is none.
+export function extent(values, first, last, range) {
+  range.low = NaN;
+  range.high = NaN;
+  for (let i = first; i <= last; i += 1) {
+    const value = values[i];
+    if (value < range.low || (Number.isNaN(range.low) && !Number.isNaN(value))) range.low = value;
+    if (value > range.high || (Number.isNaN(range.high) && !Number.isNaN(value))) range.high = value;
+  }
+  return range;
+}
+
+const PADDING = 0.08;
+const SHRINK_BELOW = 0.55; // of the axis in use: below it the axis follows, above it stands still
+
+// Fits `axis` {low, high} to the curve's `range`: at once where the curve leaves it, otherwise only when it is much too
+// large, so that the axis does not swim. `least`: the smallest height of an axis.
+export function fitAxis(axis, range, least) {
+  if (Number.isNaN(range.low)) return axis;
+  const height = Math.max(range.high - range.low, least);
+  const inside = range.low >= axis.low && range.high <= axis.high;
+  if (inside && height > SHRINK_BELOW * (axis.high - axis.low)) return axis;
+  const middle = (range.low + range.high) / 2;
+  axis.low = middle - height * (0.5 + PADDING);
+  axis.high = middle + height * (0.5 + PADDING);
+  return axis;
+}

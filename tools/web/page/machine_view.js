@@ -1,0 +1,80 @@
+// The whole machine at a glance: a tile per device, beside it all alarms with what to do, and the buses.
+
+import { AlarmList } from "./alarm_list.js";
+import { DeviceTile } from "./device_tile.js";
+import { KeyedList, element, setAttribute, setHidden, setText } from "./dom.js";
+import { StateBadge } from "./icons.js";
+import { percent, rate } from "./numbers.js";
+import { stateLook } from "./words.js";
+
+class BusLine {
+  constructor(bus) {
+    this.badge = new StateBadge();
+    this.rate = element("span.bus-rate");
+    this.meter = element("span.meter-fill");
+    this.root = element("li", {}, element("a", { href: "#buses" }, element("strong", {}, bus.bus)), this.badge.root, this.rate,
+      element("span.meter", { "aria-hidden": "true" }, this.meter));
+  }
+
+  update({ state }) {
+    this.badge.update(state?.state);
+    setText(this.rate, state ? `${rate(state.rate_hz)}/s · ${percent(state.utilisation)}` : "");
+    this.meter.style.width = `${Math.min(100, (state?.utilisation ?? 0) * 100)}%`;
+  }
+}
+
+export class MachineView {
+  constructor(machine) {
+    this.machine = machine;
+    this.search = element("input", { type: "search", id: "device-filter", placeholder: "Filter", "aria-label": "Filter devices by name, bus or model" });
+    this.onlyTroubled = element("input", { type: "checkbox", id: "only-troubled" });
+    this.summary = element("p.summary", { role: "status" });
+    this.grid = element("div.tiles");
+    this.nothing = element("p.empty", { hidden: true }, "No device fits the filter.");
+    this.alarms = new AlarmList("No alarm. All devices say that they are well.");
+    this.alarmCount = element("span.count");
+    this.busList = element("ul.bus-lines", { role: "list" });
+    this.root = element("div.machine-view", {},
+      element("section.devices", { "aria-labelledby": "devices-title" },
+        element("div.section-head", {}, element("h2", { id: "devices-title" }, "Devices"), this.summary,
+          element("label.check", {}, this.onlyTroubled, element("span", {}, "Only what needs attention")), this.search),
+        this.grid, this.nothing),
+      element("aside.side", { "aria-label": "Alarms and buses" },
+        element("section.panel", { "aria-labelledby": "alarms-title" },
+          element("div.section-head", {}, element("h2", { id: "alarms-title" }, "Alarms"), this.alarmCount), this.alarms.root),
+        element("section.panel", { "aria-labelledby": "buses-title" },
+          element("div.section-head", {}, element("h2", { id: "buses-title" }, "Buses")), this.busList)));
+    this.tiles = new KeyedList(this.grid, (item) => `${item.device.device}/${item.device.kind}`, (item) => new DeviceTile(item.device));
+    this.busLines = new KeyedList(this.busList, (item) => item.bus.bus, (item) => new BusLine(item.bus));
+    for (const input of [this.search, this.onlyTroubled]) input.addEventListener("input", () => this.update());
+  }
+
+  update() {
+    const machine = this.machine;
+    const now = machine.state?.utime ?? 0;
+    const items = [...machine.devices.values()].map((device) => ({
+      device, now, state: machine.stateOf.device.get(device.device), alarms: machine.alarms.get(device.device),
+    }));
+    const shown = items.filter((item) => this.#fits(item));
+    this.tiles.update(shown);
+    setHidden(this.nothing, shown.length > 0 || items.length === 0);
+    this.#summarise(items);
+    const all = machine.allAlarms();
+    const total = [...machine.alarms.values()].reduce((sum, frame) => sum + frame.total, 0);
+    this.alarms.update(all, now, total - all.length);
+    setText(this.alarmCount, total === 0 ? "" : String(total));
+    this.busLines.update([...machine.buses.values()].map((bus) => ({ bus, state: machine.stateOf.bus.get(bus.bus) })));
+  }
+
+  #fits({ device, state, alarms }) {
+    if (this.onlyTroubled.checked && !alarms?.total && stateLook(state?.state) === "good" && !state?.reading?.stale) return false;
+    const wanted = this.search.value.trim().toLowerCase();
+    return [device.device, device.bus, device.model, device.family].some((text) => text.toLowerCase().includes(wanted));
+  }
+
+  #summarise(items) {
+    const good = items.filter((item) => stateLook(item.state?.state) === "good").length;
+    setText(this.summary, items.length === 0 ? "" : `${good} of ${items.length} online`);
+    setAttribute(this.summary, "data-all", good === items.length);
+  }
+}
