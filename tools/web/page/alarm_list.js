@@ -2,7 +2,7 @@
 
 import { KeyedList, element, setHidden, setText } from "./dom.js";
 import { severitySign } from "./icons.js";
-import { duration, timeOfDay } from "./numbers.js";
+import { timeOfDay } from "./numbers.js";
 import { alarmStateWord, readable, severityWord } from "./words.js";
 
 class AlarmItem {
@@ -18,13 +18,13 @@ class AlarmItem {
         this.action, this.state));
   }
 
-  update({ entry, now }) {
+  update({ entry }) {
     setText(this.action, entry.action);
     setHidden(this.action, entry.action === "");
     const times = entry.count > 1 ? ` · ${entry.count} times` : "";
     setText(this.when, timeOfDay(entry.first_utime));
     setText(this.state, `${severityWord(entry.severity)} · ${alarmStateWord(entry.state)}` +
-      ` · for ${duration(now - entry.first_utime)}${times} · code ${entry.code}`);
+      `${times} · code ${entry.code}`);
   }
 }
 
@@ -43,8 +43,8 @@ export class AlarmList {
   }
 
   // `hidden`: alarms that there are, but not in the list.
-  update(alarms, now, hidden = 0) {
-    this.items.update(alarms.map((alarm) => ({ ...alarm, now })));
+  update(alarms, hidden = 0) {
+    this.items.update(alarms);
     setHidden(this.empty, alarms.length + hidden > 0);
     setHidden(this.more, hidden === 0);
     setText(this.more, `and ${hidden} more`);

@@ -5,7 +5,7 @@ import { severitySign } from "./icons.js";
 import { readable, severityWord } from "./words.js";
 
 const SHOWN_MS = 8000;
-const AT_ONCE = 3;
+const AT_ONCE = 2;
 
 export class Announcer {
   constructor(place) {

@@ -61,7 +61,6 @@ class BusCard {
       const cells = [element("th", { scope: "row" }), element("td"), element("td.text")];
       return { root: element("tr", {}, ...cells), update: (row) => [row.who, row.times, row.kind].forEach((text, i) => setText(cells[i], text)) };
     });
-    this.noErrors = element("p.empty", {}, "No failed exchange.");
     this.table = element("table.errors", {}, element("caption", {}, "Failed exchanges by kind"), this.errorRows);
     this.lastError = element("p.last-error");
     this.root = element("article.panel.bus-card", { "data-bus": bus.bus },
@@ -69,7 +68,7 @@ class BusCard {
       element("div.bus-rate-block", {}, element("p.value", {}, this.rate, element("span.unit", {}, "exchanges/s")), element("span.meter.large", { "aria-hidden": "true" }, this.fill), this.limit),
       element("h4", {}, "Exchange times"), this.times.root,
       element("dl.figures", {}, ...Object.values(this.figures).map((each) => each.root)),
-      this.noErrors, this.table, this.lastError);
+      this.table, this.lastError);
   }
 
   update({ bus, state, devices, now }) {
@@ -100,7 +99,6 @@ class BusCard {
       for (const [kind, times] of Object.entries(device.errors ?? {})) rows.push({ who: device.device, kind, times });
     }
     this.errors.update(rows.map((row) => ({ key: `${row.who}/${row.kind}`, who: row.who, times: count(row.times), kind: errorWord(row.kind) })));
-    setHidden(this.noErrors, rows.length > 0);
     setHidden(this.table, rows.length === 0);
   }
 }

@@ -21,7 +21,7 @@ class CommandRow {
   update(command) {
     this.badge.show(outcomeLook(command.state), outcomeWord(command.state, command.verified));
     const reason = command.reason && command.reason !== "none" ? `${readable(command.reason)}. ` : "";
-    setText(this.text, reason + command.text);
+    setText(this.text, reason + readable(command.text));
     setText(this.changes, command.changes.map(({ key, before, after }) => `${readable(key)}: ${before || "?"} → ${after || "?"}`).join(" · "));
     setHidden(this.changes, command.changes.length === 0);
     const { started_utime: from, finished_utime: to } = command;

@@ -5,28 +5,28 @@
 // (NaN) and where `gap` seconds or more lie between two.
 export function traceCurve(path, time, values, first, last, axes, gap) {
   const { left, perSecond, x0, low, perUnit, y0 } = axes;
-  let column = NaN; // where the first reading of the pixel column lies
   let pixel = NaN;
+  let count = 0; // readings of this pixel column; where they began, their extremes, the newest
+  let begun = 0;
   let least = 0;
   let most = 0;
   let newest = 0;
+  let newestX = 0;
   let penDown = false;
   let moved = false; // since the last moveTo something was drawn
   let before = NaN;
 
   const flush = () => {
-    if (!Number.isNaN(column) && least !== most) {
-      path.lineTo(column, least);
-      path.lineTo(column, most);
-      path.lineTo(column, newest);
-      moved = true;
-    }
+    if (Number.isNaN(pixel) || count === 1) return;
+    if (least < Math.min(begun, newest)) path.lineTo(newestX, least);
+    if (most > Math.max(begun, newest)) path.lineTo(newestX, most);
+    path.lineTo(newestX, newest);
+    moved = true;
   };
   const lift = () => {
     flush();
-    if (penDown && !moved) path.lineTo(column + 1, newest); // a reading that stands alone is a dot
+    if (penDown && !moved) path.lineTo(newestX + 1, newest); // a reading that stands alone is a dot
     penDown = false;
-    column = NaN;
     pixel = NaN;
   };
 
@@ -50,12 +50,15 @@ export function traceCurve(path, time, values, first, last, axes, gap) {
         penDown = true;
         moved = false;
       }
-      column = x;
       pixel = Math.floor(x);
+      count = 0;
+      begun = y;
       least = y;
       most = y;
     }
+    count += 1;
     newest = y;
+    newestX = x;
   }
   lift();
 }

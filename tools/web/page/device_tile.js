@@ -1,7 +1,7 @@
 // One device on the machine's view: state, value, turns, speed, and its worst alarm.
 
 import { Dial } from "./dial.js";
-import { element, setAttribute, setHidden, setText } from "./dom.js";
+import { element, setAttribute, setHidden, setText, setUnit } from "./dom.js";
 import { StateBadge, severitySign } from "./icons.js";
 import { count, duration, fixed, quantity, rate, unitText } from "./numbers.js";
 import { Sparkline } from "./sparkline.js";
@@ -64,9 +64,9 @@ export class DeviceTile {
     this.badge.update(state?.state);
     const [value, unit] = this.face.update(reading);
     setText(this.value, value);
-    setText(this.unit, unit);
+    setUnit(this.unit, unit);
     setText(this.rate, state ? `${rate(state.rate_hz)}/s` : "");
-    this.root.classList.toggle("old", !reading || reading.stale || !reading.valid);
+    this.root.classList.toggle("old", !reading || reading.stale || !reading.valid || state.state === null);
     this.#tell(state, alarms, reading, now);
     setAttribute(this.root, "data-worst", alarms?.entries[0]?.severity ?? null);
     setAttribute(this.root, "aria-label", `${device.device}, ${this.badge.word}, ${value} ${unit}` +

@@ -3,7 +3,7 @@
 import { AlarmList } from "./alarm_list.js";
 import { channelsOf } from "./channels.js";
 import { Dial } from "./dial.js";
-import { KeyedList, element, setHidden, setText } from "./dom.js";
+import { KeyedList, element, setHidden, setText, setUnit } from "./dom.js";
 import { StateBadge, picture } from "./icons.js";
 import { UNKNOWN, count, duration, fixed, microseconds, quantity, rate, timeOfDay, unitText } from "./numbers.js";
 import { StripStack } from "./strip_stack.js";
@@ -92,8 +92,9 @@ export class DeviceView {
       element("header.device-head", {}, element("a.button.square", { href: "#machine", "aria-label": "Back to the machine", title: "Back to the machine" }, picture("back")),
         this.title, this.badge.root, this.reason),
       element("div.device-left", {},
-        element("section.panel.hero", {}, element("div.value", {}, this.value, this.unit), this.dial.root, this.flags, this.facts.root),
-        element("section.panel", {}, element("h3", {}, "Alarms"), this.alarms.root)),
+        element("section.panel.hero", {}, element("div.value", {}, this.value, this.unit), this.dial.root, this.flags),
+        element("section.panel", {}, element("h3", {}, "Alarms"), this.alarms.root),
+        element("section.panel", {}, element("h3", {}, "Reading"), this.facts.root)),
       this.stack.root,
       element("div.device-right", {},
         element("section.panel", {}, element("h3", {}, "Device"), this.device.root),
@@ -121,7 +122,7 @@ export class DeviceView {
     const state = this.machine.stateOf.device.get(this.name);
     const reading = state?.reading ?? null;
     this.badge.update(state?.state);
-    setText(this.reason, state?.reason ?? "");
+    setText(this.reason, readable(state?.reason));
     this.#showValue(device, state, reading);
     this.device.update(commonFacts(device, state));
     const errors = Object.entries(state?.errors ?? {}).map(([kind, times]) => [errorWord(kind), count(times)]);
@@ -129,7 +130,7 @@ export class DeviceView {
     setHidden(this.noErrors, errors.length > 0);
     const frame = this.machine.alarms.get(this.name);
     const entries = (frame?.entries ?? []).map((entry) => ({ device: this.name, entry }));
-    this.alarms.update(entries, this.machine.state?.utime ?? 0, (frame?.total ?? 0) - entries.length);
+    this.alarms.update(entries, (frame?.total ?? 0) - entries.length);
   }
 
   #chooseChannels(device) {
@@ -143,9 +144,8 @@ export class DeviceView {
   #showValue(device, state, reading) {
     const isMotor = device.kind === "motor";
     setText(this.value, isMotor ? quantity(reading?.power_w, "W") : quantity(reading?.value, reading?.unit));
-    setText(this.unit, isMotor ? "W" : unitText(reading?.unit ?? device.unit));
-    setHidden(this.dial.root, isMotor);
-    this.dial.root.style.display = isMotor ? "none" : "";
+    setUnit(this.unit, isMotor ? "W" : unitText(reading?.unit ?? device.unit));
+    this.dial.root.style.display = isMotor ? "none" : ""; // a drawing has no `hidden`
     if (!isMotor) this.dial.update(reading?.angle_deg, reading?.speed_rpm);
     const words = flagWords(reading?.flags ?? []);
     if (reading && !reading.valid) words.unshift("Not valid");

@@ -29,6 +29,12 @@ export function setText(node, text) {
   }
 }
 
+// A unit behind its number; the sign of degrees stands close to it.
+export function setUnit(node, text) {
+  setText(node, text);
+  node.classList.toggle("degree", text === "°");
+}
+
 export function setAttribute(node, name, value) {
   if (value === null || value === undefined || value === false) {
     if (node.hasAttribute(name)) node.removeAttribute(name);

@@ -61,7 +61,7 @@ export class MachineView {
     this.#summarise(items);
     const all = machine.allAlarms();
     const total = [...machine.alarms.values()].reduce((sum, frame) => sum + frame.total, 0);
-    this.alarms.update(all, now, total - all.length);
+    this.alarms.update(all, total - all.length);
     setText(this.alarmCount, total === 0 ? "" : String(total));
     this.busLines.update([...machine.buses.values()].map((bus) => ({ bus, state: machine.stateOf.bus.get(bus.bus) })));
   }

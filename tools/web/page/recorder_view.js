@@ -66,6 +66,6 @@ export class RecorderView {
     const serves = state?.bridge?.serves;
     this.bridge.show(serves ? "good" : "silent", serves ? "Serves commands" : "Not heard");
     const own = [...alarms.values()].filter((frame) => /^(bridge$|recorder\/)/.test(frame.device));
-    this.alarms.update(own.flatMap((frame) => frame.entries.map((entry) => ({ device: frame.device, entry }))), now);
+    this.alarms.update(own.flatMap((frame) => frame.entries.map((entry) => ({ device: frame.device, entry }))));
   }
 }

@@ -2,7 +2,7 @@
 
 import uPlot from "./uPlot.esm.js";
 import { extent, fitAxis, traceCurve } from "./curve.js";
-import { element, setHidden, setText } from "./dom.js";
+import { element, setHidden, setText, setUnit } from "./dom.js";
 import { UNKNOWN, count, quantity, timeOfDay, unitText } from "./numbers.js";
 import { stepDigits, timeMarks, timeStep } from "./time_axis.js";
 import { columnWord } from "./words.js";
@@ -37,6 +37,8 @@ export class Strip {
     this.value = element("span.number");
     this.swatch = element("span.swatch", { "aria-hidden": "true" });
     this.quantity = element("p.quantity", {}, columnWord(column));
+    this.unit = element("span.unit");
+    setUnit(this.unit, unitText(unit));
     this.low = element("dd");
     this.high = element("dd");
     this.left = element("p.left-out", { hidden: true });
@@ -44,7 +46,7 @@ export class Strip {
     this.root = element("div.strip", { "data-channel": this.channel.key },
       element("div.readout", {},
         element("h3", {}, this.swatch, element("span", {}, device)), this.quantity,
-        element("p.value", {}, this.value, element("span.unit", {}, unitText(unit))),
+        element("p.value", {}, this.value, this.unit),
         element("dl.range", {}, element("div", {}, element("dt", {}, "min"), this.low), element("div", {}, element("dt", {}, "max"), this.high)),
         this.left),
       this.plotPlace);

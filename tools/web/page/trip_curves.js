@@ -4,8 +4,9 @@ import { drawing, element, setAttribute, setText } from "./dom.js";
 import { fixed, quantity, unitText } from "./numbers.js";
 import { columnWord } from "./words.js";
 
-const WIDTH = 300;
+const WIDTH = 250;
 const HEIGHT = 110;
+const GUTTER = 48; // for the scale
 const LAST = 19;
 
 const x = (index) => (index / LAST) * WIDTH;
@@ -23,8 +24,8 @@ class Panel {
     this.dot = drawing("circle", { class: "dot", r: 4 });
     this.cursor = drawing("path", { class: "cursor" });
     const older = curves.slice(1).map((curve) => drawing("path", { class: "older", d: this.#outline(curve) }));
-    const labels = [high, low].map((value) => drawing("text", { class: "scale", x: 4, y: this.y(value) + (value === high ? 14 : -5) }, quantity(value, unit)));
-    this.picture = drawing("svg", { viewBox: `-6 0 ${WIDTH + 14} ${HEIGHT + 18}`, class: "trip-curve", role: "img",
+    const labels = [high, low].map((value) => drawing("text", { class: "scale", x: -6, y: this.y(value) + 4, "text-anchor": "end" }, quantity(value, unit)));
+    this.picture = drawing("svg", { viewBox: `${-GUTTER} 0 ${GUTTER + WIDTH + 8} ${HEIGHT + 18}`, class: "trip-curve", role: "img",
       "aria-label": `${columnWord(name)}: ${quantity(this.samples[LAST], unit)} ${unit} at the trip` },
     drawing("path", { class: "base", d: `M0 ${this.y(low).toFixed(1)}H${WIDTH}` }), ...labels, ...older,
     drawing("path", { class: "curve", d: this.#outline(this.samples) }), this.cursor, this.dot,
@@ -83,7 +84,7 @@ export class TripCurves {
     const picture = event.target.closest(".trip-curve");
     if (!picture) return;
     const rect = picture.getBoundingClientRect();
-    this.#point(Math.round((((event.clientX - rect.left) / rect.width) * (WIDTH + 14) - 6) / WIDTH * LAST));
+    this.#point(Math.round(((((event.clientX - rect.left) / rect.width) * (GUTTER + WIDTH + 8) - GUTTER) / WIDTH) * LAST));
   }
 
   #point(index) {

@@ -104,8 +104,8 @@ export function outcomeLook(state) {
   return "starting";
 }
 
-// snake_case as a sentence's beginning: "counter_overflow" is "Counter overflow".
+// A name, or a text, as a sentence's beginning: "counter_overflow" is "Counter overflow".
 export function readable(name) {
-  const words = String(name ?? "").replaceAll("_", " ").toLowerCase();
+  const words = String(name ?? "").replaceAll("_", " ");
   return words.charAt(0).toUpperCase() + words.slice(1);
 }
