@@ -7,6 +7,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <axlecast/device_info_t.hpp>
 #include <axlecast/driver_status_t.hpp>
+#include <axlecast/exchange_times_t.hpp>
 #include <axlecast/motor_health_t.hpp>
 #include <axlecast/position_block_t.hpp>
 #include <axlecast/position_t.hpp>
@@ -24,11 +25,11 @@ constexpr std::size_t kMostChannels = 10'000;  // anybody may invent more
 
 // Types whose numbers run without gaps, as their .lcm says.
 bool IsNumbered(std::int64_t hash) {
-  static const std::array<std::int64_t, 11> kNumbered = {
+  static const std::array<std::int64_t, 12> kNumbered = {
       alarm_t::getHash(),          bus_health_t::getHash(),    device_info_t::getHash(),
       motor_health_t::getHash(),   position_t::getHash(),      position_block_t::getHash(),
       trip_log_t::getHash(),       wire_t::getHash(),          recorder_health_t::getHash(),
-      command_status_t::getHash(), driver_status_t::getHash(),
+      command_status_t::getHash(), driver_status_t::getHash(), exchange_times_t::getHash(),
   };
   return std::find(kNumbered.begin(), kNumbered.end(), hash) != kNumbered.end();
 }

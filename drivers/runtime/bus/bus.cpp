@@ -57,7 +57,10 @@ MonoNs Bus::Transmit(const Schedule::Choice& choice, MonoNs now) {
   const Event* event = medium_->Run(choice.step, now);
   if (event->kind != Event::Kind::kLinkDown) {
     ++exchanges_;
-    if (event->kind == Event::Kind::kReply) stats_.Add(event->received.last - event->sent.first);
+    if (event->kind == Event::Kind::kReply) {
+      stats_.Add(event->received.last - event->sent.first);
+      times_.Add(event->received.last - event->sent.first);
+    }
     schedule_.Ended(choice.device, *event, event->received.last);
   }
   return Deliver(event, choice.device, now);

@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "drivers/runtime/bus/exchange_histogram.h"
 #include "drivers/runtime/bus/exchange_stats.h"
 #include "drivers/runtime/bus/medium.h"
 #include "drivers/runtime/bus/schedule.h"
@@ -57,8 +58,9 @@ class Bus {
   [[nodiscard]] std::int64_t late() const { return schedule_.late(); }
   [[nodiscard]] bool up() const { return up_; }
   [[nodiscard]] bool ever_up() const { return opens_ > 0; }
-  [[nodiscard]] const std::string& problem() const { return problem_; }  // why the line is down or was last
-  [[nodiscard]] ExchangeStats& stats() { return stats_; }                // completed exchanges
+  [[nodiscard]] const std::string& problem() const { return problem_; }    // why the line is down or was last
+  [[nodiscard]] ExchangeStats& stats() { return stats_; }                  // completed exchanges
+  [[nodiscard]] const ExchangeHistogram& times() const { return times_; }  // the same, since the start
 
  private:
   Bus(const BusSettings& settings, Link& link, std::unique_ptr<Medium> medium, const Clock& clock,
@@ -80,6 +82,7 @@ class Bus {
   std::unique_ptr<Medium> medium_;
   Schedule schedule_;
   ExchangeStats stats_;
+  ExchangeHistogram times_;
 
   bool up_ = false;
   MonoNs up_since_ = 0;

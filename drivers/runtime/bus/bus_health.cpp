@@ -20,7 +20,13 @@ std::int64_t Sum(std::span<const std::int64_t> values) {
 }  // namespace
 
 BusHealth::BusHealth(const BusConfig& config, std::int64_t boot_id, const Timebase& time, MessageSink& sink)
-    : time_(time), sink_(sink), channel_("BUS/" + config.name), message_{}, wire_limit_hz_(WireLimit(config)) {
+    : time_(time),
+      sink_(sink),
+      channel_("BUS/" + config.name),
+      message_{},
+      times_channel_("BUS_TIMES/" + config.name),
+      times_{},
+      wire_limit_hz_(WireLimit(config)) {
   message_.boot_id = boot_id;
   message_.bus = config.name;
   message_.family = config.family != nullptr ? std::string(config.family->name) : std::string();
@@ -29,6 +35,11 @@ BusHealth::BusHealth(const BusConfig& config, std::int64_t boot_id, const Timeba
   message_.can_rec = -1;
   message_.wire_limit_hz = static_cast<float>(wire_limit_hz_);
   previous_ = message_;
+  times_.boot_id = boot_id;
+  times_.bus = config.name;
+  times_.bound_us.assign(ExchangeHistogram::kBoundsUs.begin(), ExchangeHistogram::kBoundsUs.end());
+  times_.n = static_cast<std::int8_t>(times_.bound_us.size());
+  times_.within.resize(times_.bound_us.size());
 }
 
 double BusHealth::WireLimit(const BusConfig& config) {
@@ -51,10 +62,20 @@ void BusHealth::Publish(MonoNs now, Bus& bus, std::span<const DeviceTally> devic
   Rates(now, bus);
   LastError(now, bus, devices, can.trouble);
   if (axlecast::Publish(sink_, channel_, message_)) ++message_.seq;
+  PublishTimes(bus);
   previous_ = message_;
   seen_.assign(devices.begin(), devices.end());
   bus.stats().Clear();
   window_start_ = now;
+}
+
+void BusHealth::PublishTimes(const Bus& bus) {
+  times_.mono_ns = message_.mono_ns;
+  times_.utime = message_.utime;
+  times_.total = bus.times().total();
+  times_.sum_us = bus.times().sum() / kMicrosecond;
+  std::ranges::copy(bus.times().Within(), times_.within.begin());
+  if (axlecast::Publish(sink_, times_channel_, times_)) ++times_.seq;
 }
 
 void BusHealth::Count(const Bus& bus, std::span<const DeviceTally> devices) {

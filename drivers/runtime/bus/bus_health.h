@@ -2,6 +2,7 @@
 
 #include <array>
 #include <axlecast/bus_health_t.hpp>
+#include <axlecast/exchange_times_t.hpp>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -24,7 +25,8 @@ struct DeviceTally {
   std::array<std::int64_t, kErrorKinds> errors{};
 };
 
-// The bus towards LCM: bus_health_t on "BUS/<bus>", to be called once a second, and when a CAN bus's state changes.
+// The bus towards LCM: bus_health_t on "BUS/<bus>" and exchange_times_t on "BUS_TIMES/<bus>", to be called once a second,
+// and when a CAN bus's state changes.
 //
 // DEGRADED: the line is open, but in this window more than 1 % of the readings failed, or every one; or a CAN bus has
 // an alarm of severity WARNING or above.
@@ -42,6 +44,7 @@ class BusHealth {
   void Count(const Bus& bus, std::span<const DeviceTally> devices);
   void Rates(MonoNs now, Bus& bus);
   void TakeCan(const Bus& bus, const CanHealth& can);
+  void PublishTimes(const Bus& bus);
   void LastError(MonoNs now, const Bus& bus, std::span<const DeviceTally> devices, std::string_view can_trouble);
 
   const Timebase& time_;
@@ -49,6 +52,8 @@ class BusHealth {
   std::string channel_;
   bus_health_t message_;
   bus_health_t previous_;
+  std::string times_channel_;
+  exchange_times_t times_;
   double wire_limit_hz_;
   MonoNs window_start_ = 0;
   std::string seen_problem_;

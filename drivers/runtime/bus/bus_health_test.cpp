@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -93,6 +94,25 @@ TEST_F(BusHealthTest, RatesCoverTheWindowSinceTheLastMessage) {
   EXPECT_EQ(message.boot_id, 42);
   EXPECT_EQ(message.can_tec, -1);
   EXPECT_THAT(message.last_error, IsEmpty());
+}
+
+TEST_F(BusHealthTest, ExchangeTimesAreThoseSinceTheStart) {
+  static_cast<void>(RunUntil(kSecond));
+  static_cast<void>(RunUntil(2 * kSecond));
+  const auto messages = sink_.All<exchange_times_t>("BUS_TIMES/rs485-0");
+  ASSERT_EQ(messages.size(), 2U);
+  const exchange_times_t& times = messages.back();
+  EXPECT_EQ(times.bus, "rs485-0");
+  EXPECT_EQ(times.boot_id, 42);
+  EXPECT_EQ(times.seq, 1);
+  EXPECT_EQ(times.mono_ns, clock_.Now());
+  EXPECT_EQ(times.total, 2'000);
+  EXPECT_EQ(times.sum_us, 2'000 * 100);
+  const auto bound = std::find(times.bound_us.begin(), times.bound_us.end(), 100);
+  ASSERT_NE(bound, times.bound_us.end());
+  const auto i = static_cast<std::size_t>(bound - times.bound_us.begin());
+  EXPECT_EQ(times.within[i], 2'000);
+  EXPECT_EQ(times.within[i - 1], 0);
 }
 
 TEST_F(BusHealthTest, TimesAreThoseOfTheWindowAlone) {
