@@ -43,7 +43,7 @@ class AlarmView {
   [[nodiscard]] const std::vector<alarm_entry_t>& entries() const { return entries_; }  // worst first
   [[nodiscard]] std::size_t total() const { return total_; }  // those that did not fit the message too
   [[nodiscard]] const std::deque<Change>& changes() const { return changes_; }  // the newest, oldest first
-  [[nodiscard]] const std::set<std::string>& seen() const { return seen_; }  // names, since the start
+  [[nodiscard]] const std::set<std::string>& seen() const { return seen_; }     // names, since the start
 
  private:
   void Keep(std::int64_t utime, bool appeared, const alarm_entry_t& entry);

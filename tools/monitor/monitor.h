@@ -13,6 +13,7 @@
 #include "drivers/runtime/config/machine_config.h"
 #include "drivers/runtime/core/inline_bytes.h"
 #include "drivers/runtime/core/instant.h"
+#include "drivers/runtime/core/message_sink.h"
 #include "drivers/runtime/core/sequence_count.h"
 #include "tools/monitor/command_history.h"
 #include "tools/monitor/device_view.h"
@@ -38,7 +39,7 @@ class Monitor {
   static constexpr const char* kDataChannels = "(POSITION|MOTOR|DEVICE|ALARM|BUS|BUS_TIMES|TRIP|RECORDER)/.*";
   static constexpr const char* kCommandChannels = "COMMAND_STATUS";
   static constexpr std::size_t kMostRecorders = 16;
-  static constexpr std::size_t kLargestMessage = 8192;  // bytes; no message of axlecast comes near it
+  static constexpr std::size_t kLargestMessage = kMaxMessage;  // bytes; longer ones are nobody's of axlecast
 
   // Without a file (a log alone): MachineConfig{}; every device is then one that was only heard.
   explicit Monitor(const MachineConfig& machine);
