@@ -70,6 +70,7 @@ class FakeServer:
         self.stop_listening()
         self.loop.call_soon_threadsafe(self.loop.stop)
         self.thread.join(20)
+        self.loop.close()
 
     async def _to_all(self, data):
         for writer in list(self.writers):

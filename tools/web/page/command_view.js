@@ -3,7 +3,7 @@
 import { KeyedList, element, setHidden, setText } from "./dom.js";
 import { StateBadge } from "./icons.js";
 import { dateText, duration, timeOfDay } from "./numbers.js";
-import { outcomeLook, outcomeWord, readable } from "./words.js";
+import { outcomeLook, outcomeWord, readable, sentence } from "./words.js";
 
 class CommandRow {
   constructor(command) {
@@ -21,7 +21,7 @@ class CommandRow {
   update(command) {
     this.badge.show(outcomeLook(command.state), outcomeWord(command.state, command.verified));
     const reason = command.reason && command.reason !== "none" ? `${readable(command.reason)}. ` : "";
-    setText(this.text, reason + readable(command.text));
+    setText(this.text, reason + sentence(command.text));
     setText(this.changes, command.changes.map(({ key, before, after }) => `${readable(key)}: ${before || "?"} → ${after || "?"}`).join(" · "));
     setHidden(this.changes, command.changes.length === 0);
     const { started_utime: from, finished_utime: to } = command;

@@ -36,7 +36,7 @@ export function setUnit(node, text) {
 }
 
 export function setAttribute(node, name, value) {
-  if (value === null || value === undefined || value === false) {
+  if (value === null || value === undefined) {
     if (node.hasAttribute(name)) node.removeAttribute(name);
   } else if (node.getAttribute(name) !== String(value)) {
     node.setAttribute(name, String(value));

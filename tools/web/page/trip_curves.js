@@ -11,11 +11,20 @@ const LAST = 19;
 
 const x = (index) => (index / LAST) * WIDTH;
 
+// Loads are seen against nothing; of the rest the change matters, but not each flicker of it.
+const LEAST_SPAN = { V: 20, "°C": 5, "m/s²": 2 };
+
+function rangeOf(values, unit) {
+  const [low, high] = [Math.min(...values), Math.max(...values)];
+  if (!(unit in LEAST_SPAN)) return [Math.min(0, low), Math.max(high, 1e-3)];
+  const spare = Math.max(0, LEAST_SPAN[unit] - (high - low)) / 2;
+  return [low - spare, high + spare];
+}
+
 class Panel {
   constructor(name, unit, curves, seconds) {
     const known = curves.flat().filter((value) => typeof value === "number");
-    const low = Math.min(0, ...known);
-    const high = Math.max(...known, low + 1e-3);
+    const [low, high] = rangeOf(known, unit);
     const pad = (high - low) * 0.08;
     this.unit = unit;
     this.samples = curves[0];

@@ -104,8 +104,12 @@ export function outcomeLook(state) {
   return "starting";
 }
 
-// A name, or a text, as a sentence's beginning: "counter_overflow" is "Counter overflow".
+// A name as a sentence's beginning: "counter_overflow" is "Counter overflow".
 export function readable(name) {
-  const words = String(name ?? "").replaceAll("_", " ");
-  return words.charAt(0).toUpperCase() + words.slice(1);
+  return sentence(String(name ?? "").replaceAll("_", " "));
+}
+
+// A text with a capital first, except where it begins with a name: those stay as they are.
+export function sentence(text) {
+  return /^\w*_/.test(text) ? text : text.charAt(0).toUpperCase() + text.slice(1);
 }
