@@ -79,3 +79,8 @@ test("channels are found by what stands in the address, also of devices with a d
   assert.deepEqual(channelsOf(made, "a").map((channel) => channel.key), ["a.value", "a.speed_rpm"]);
   assert.deepEqual(firstChannels(made), ["a.value", "a.speed_rpm", "gm.power_w"]);
 });
+
+test("what came and went since the page was opened is noted, newest first", () => {
+  const made = machine(alarms("a", [entry("x", "error")], ["x"]), alarms("a", [entry("y", "error")], ["y"], ["x"]));
+  assert.deepEqual(made.notes.map((note) => [note.name, note.change]), [["y", "appeared"], ["x", "cleared"]]);
+});

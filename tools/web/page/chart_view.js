@@ -45,10 +45,6 @@ export class ChartView {
     this.stack.draw();
   }
 
-  recolour() {
-    this.stack.recolour();
-  }
-
   #offer() {
     const chosen = new Set(this.keys);
     this.choices.replaceChildren(...[...this.machine.devices.keys()].map((device) =>

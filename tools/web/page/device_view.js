@@ -158,8 +158,4 @@ export class DeviceView {
   draw() {
     this.stack.draw();
   }
-
-  recolour() {
-    this.stack.recolour();
-  }
 }

@@ -31,7 +31,7 @@ export class Machine {
     this.trips = new Map(); // "device/count" -> frame
     this.commands = new Map(); // id -> frame, oldest first
     this.samples = new Map(); // device -> Samples
-    this.notes = []; // what appeared and went, newest first
+    this.notes = []; // alarms that appeared or went, newest first
     for (const kind of ["alarms", "trips", "commands"]) this.revision[kind] += 1;
   }
 

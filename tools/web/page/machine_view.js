@@ -4,8 +4,10 @@ import { AlarmList } from "./alarm_list.js";
 import { DeviceTile } from "./device_tile.js";
 import { KeyedList, element, setAttribute, setHidden, setText } from "./dom.js";
 import { StateBadge } from "./icons.js";
-import { percent, rate } from "./numbers.js";
-import { stateLook } from "./words.js";
+import { percent, rate, timeOfDay } from "./numbers.js";
+import { readable, stateLook } from "./words.js";
+
+const SHOWN_NOTES = 6;
 
 class BusLine {
   constructor(bus) {
@@ -23,6 +25,16 @@ class BusLine {
   }
 }
 
+// An alarm that came or went since the page was opened.
+class Note {
+  constructor({ utime, device, name, change }) {
+    this.root = element("li", {}, element("span.note-when", {}, timeOfDay(utime)),
+      element("span", {}, `${device}: ${readable(name)}`), element("span.note-change", {}, change === "appeared" ? "came" : "gone"));
+  }
+
+  update() {}
+}
+
 export class MachineView {
   constructor(machine) {
     this.machine = machine;
@@ -33,6 +45,9 @@ export class MachineView {
     this.nothing = element("p.empty", { hidden: true }, "No device fits the filter.");
     this.alarms = new AlarmList("No alarm. All devices say that they are well.");
     this.alarmCount = element("span.count");
+    this.noteList = element("ul.notes", { role: "list" });
+    this.notePanel = element("section.panel", { "aria-labelledby": "notes-title" },
+      element("div.section-head", {}, element("h2", { id: "notes-title" }, "Came and gone")), this.noteList);
     this.busList = element("ul.bus-lines", { role: "list" });
     this.root = element("div.machine-view", {},
       element("section.devices", { "aria-labelledby": "devices-title" },
@@ -42,10 +57,12 @@ export class MachineView {
       element("aside.side", { "aria-label": "Alarms and buses" },
         element("section.panel", { "aria-labelledby": "alarms-title" },
           element("div.section-head", {}, element("h2", { id: "alarms-title" }, "Alarms"), this.alarmCount), this.alarms.root),
+        this.notePanel,
         element("section.panel", { "aria-labelledby": "buses-title" },
           element("div.section-head", {}, element("h2", { id: "buses-title" }, "Buses")), this.busList)));
     this.tiles = new KeyedList(this.grid, (item) => `${item.device.device}/${item.device.kind}`, (item) => new DeviceTile(item.device));
     this.busLines = new KeyedList(this.busList, (item) => item.bus.bus, (item) => new BusLine(item.bus));
+    this.notes = new KeyedList(this.noteList, (note) => `${note.utime}/${note.device}/${note.name}/${note.change}`, (note) => new Note(note));
     for (const input of [this.search, this.onlyTroubled]) input.addEventListener("input", () => this.update());
   }
 
@@ -63,6 +80,8 @@ export class MachineView {
     const total = [...machine.alarms.values()].reduce((sum, frame) => sum + frame.total, 0);
     this.alarms.update(all, total - all.length);
     setText(this.alarmCount, total === 0 ? "" : String(total));
+    this.notes.update(machine.notes.slice(0, SHOWN_NOTES));
+    setHidden(this.notePanel, machine.notes.length === 0);
     this.busLines.update([...machine.buses.values()].map((bus) => ({ bus, state: machine.stateOf.bus.get(bus.bus) })));
   }
 

@@ -21,7 +21,7 @@ const LOOK_MS = 250; // how often texts that depend on time alone are renewed
 
 const machine = new Machine();
 const clock = new ServerClock();
-const time = { now: () => clock.at(performance.now()) / 1e6 };
+const time = { now: () => clock.at(performance.now()) / 1e6, speed: () => clock.speed };
 const navigate = (address) => {
   location.hash = address;
 };
@@ -39,7 +39,7 @@ const views = {
 const main = document.getElementById("main");
 const announcer = new Announcer(document.getElementById("announcements"));
 const head = new PageHead(machine, () => link, themeButton(() => {
-  for (const name of ["charts", "device"]) views[name].recolour();
+  for (const view of [views.charts, views.device]) view.stack.recolour();
 }));
 const playback = new PlaybackBar(machine, clock, (text) => link.send(text));
 document.getElementById("head").append(head.root);
@@ -86,6 +86,7 @@ const handlers = {
   reset: () => {
     announcer.forget();
     clock.forget();
+    for (const view of [views.charts, views.device]) view.stack.follow();
   },
 };
 

@@ -18,13 +18,13 @@ export class Strip {
   // `channel`: {key, device, column, unit, colour}; colour is the number of a hue of the style sheet.
   constructor(channel, { width, height, withTime }) {
     this.channel = channel;
-    this.samples = null;
+    this.samples = undefined;
     this.axis = { low: 0, high: 1 };
     this.yRange = [0, 1];
     this.xRange = [0, 1];
     this.range = { low: 0, high: 0 };
     this.colours = {};
-    this.seen = -1;
+    this.seen = undefined;
     this.#makeParts();
     this.plot = this.#makePlot(width, height, withTime);
     this.cursor = element("div.cursor", { hidden: true });
@@ -113,11 +113,11 @@ export class Strip {
     this.gap = Math.max(SHORTEST_GAP_S, (3 * (maxAge ?? 0)) / 1e6);
     this.xRange[0] = from;
     this.xRange[1] = to;
-    const isNew = samples && (samples !== this.samples || samples.version !== this.seen);
+    const isNew = samples !== this.samples || samples?.version !== this.seen;
     if (isNew) {
       this.samples = samples;
-      this.seen = samples.version;
-      this.data = [samples.time.subarray(0, samples.length), samples.column(this.channel.column).subarray(0, samples.length)];
+      this.seen = samples?.version;
+      this.data = samples ? [samples.time, samples.column(this.channel.column)].map((column) => column.subarray(0, samples.length)) : [[], []];
     }
     if (this.samples) this.#fit();
     this.plot.batch(() => {

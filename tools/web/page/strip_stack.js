@@ -16,7 +16,7 @@ const TIME_HEIGHT = 26;
 const MOST_HEIGHT = 420;
 
 export class StripStack {
-  // `time`: {now(): the server's instant in s}.
+  // `time`: {now(): the server's instant in s, 0 unknown; speed(): of its time against ours}.
   constructor(machine, time) {
     this.machine = machine;
     this.time = time;
@@ -35,7 +35,7 @@ export class StripStack {
   }
 
   get now() {
-    return this.time.now() - BEHIND_S;
+    return this.time.now() - BEHIND_S * Math.max(1, this.time.speed());
   }
 
   #button(name, label, act) {
@@ -93,6 +93,10 @@ export class StripStack {
     this.#change(() => (this.window.following ? this.window.hold(this.now) : this.window.follow()));
   }
 
+  follow() {
+    this.#change(() => this.window.follow());
+  }
+
   #change(act) {
     act();
     this.stale = true;
@@ -111,7 +115,7 @@ export class StripStack {
 
   // Once a frame.
   draw() {
-    if (this.strips.length === 0) return;
+    if (this.strips.length === 0 || this.time.now() === 0) return;
     const now = this.now;
     const width = this.strips[0].plot.bbox.width;
     const pixel = this.window.span / Math.max(1, width);
@@ -172,7 +176,7 @@ export class StripStack {
     body.addEventListener("pointermove", (event) => this.#move(event));
     for (const end of ["pointerup", "pointercancel"]) body.addEventListener(end, (event) => this.pointers.delete(event.pointerId));
     body.addEventListener("pointerleave", () => this.#setCursor(null));
-    body.addEventListener("dblclick", () => this.#change(() => this.window.follow()));
+    body.addEventListener("dblclick", () => this.follow());
     body.addEventListener("keydown", (event) => this.#key(event));
   }
 
@@ -215,7 +219,7 @@ export class StripStack {
       "+": () => this.#zoom(ZOOM_STEP),
       "=": () => this.#zoom(ZOOM_STEP),
       "-": () => this.#zoom(1 / ZOOM_STEP),
-      End: () => this.#change(() => this.window.follow()),
+      End: () => this.follow(),
       ",": () => this.#setCursor(Math.max(0, (this.cursorShare ?? 1) - 0.01)),
       ".": () => this.#setCursor(Math.min(1, (this.cursorShare ?? 0) + 0.01)),
       Escape: () => this.#setCursor(null),
