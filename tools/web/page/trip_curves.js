@@ -5,7 +5,7 @@ import { fixed, quantity, unitText } from "./numbers.js";
 import { columnWord } from "./words.js";
 
 const WIDTH = 250;
-const HEIGHT = 110;
+const HEIGHT = 136;
 const GUTTER = 48; // for the scale
 const LAST = 19;
 
