@@ -41,8 +41,8 @@ export class ChartView {
     this.#offer();
   }
 
-  draw() {
-    this.stack.draw();
+  draw(frameMs) {
+    this.stack.draw(frameMs);
   }
 
   #offer() {

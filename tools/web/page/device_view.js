@@ -155,7 +155,7 @@ export class DeviceView {
     this.facts.update(isMotor ? motorFacts(state, reading) : encoderFacts(state, reading));
   }
 
-  draw() {
-    this.stack.draw();
+  draw(frameMs) {
+    this.stack.draw(frameMs);
   }
 }

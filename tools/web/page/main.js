@@ -128,7 +128,7 @@ function frame(now) {
     head.update(clock.at(now));
     subscribe();
   }
-  current.draw?.();
+  current.draw?.(now);
   playback.draw(now);
 }
 

@@ -1,5 +1,5 @@
 // Strips above one another with one axis of time: follows the newest, is paused, panned and zoomed by pointer, touch, keys
-// and buttons. Draws at most once a frame, and only when something has moved by a pixel.
+// and buttons. Draws only when something has moved by a pixel.
 
 import { element, setAttribute, setHidden, setText } from "./dom.js";
 import { picture } from "./icons.js";
@@ -10,6 +10,7 @@ import { TimeWindow } from "./time_window.js";
 const BEHIND_S = 0.12; // the right edge is as old as the newest readings are on their way
 const LONGEST_S = 600;
 const SPANS = [2, 5, 10, 30, 60, 120, 300, 600];
+const DRAW_EVERY_MS = 30;
 const ZOOM_STEP = 0.7;
 const LEAST_HEIGHT = 104;
 const TIME_HEIGHT = 26;
@@ -26,6 +27,7 @@ export class StripStack {
     this.cursorShare = null; // place of the cursor, 0 left to 1 right
     this.pointers = new Map();
     this.stale = true;
+    this.drawnMs = 0;
     this.body = element("div.strips", { tabIndex: 0, role: "group",
       "aria-label": "Strip charts. Space: pause. Arrow keys: move. Plus and minus: zoom. Comma and full stop: cursor. End: newest." });
     this.empty = element("p.empty", {}, "No channel chosen.");
@@ -113,9 +115,10 @@ export class StripStack {
 
   // -- drawing
 
-  // Once a frame.
-  draw() {
+  // Once a frame, of which `frameMs` is the time. Thirty pictures a second are smooth, and leave a tablet its battery.
+  draw(frameMs) {
     if (this.strips.length === 0 || this.time.now() === 0) return;
+    if (!this.stale && frameMs - this.drawnMs < DRAW_EVERY_MS) return;
     const now = this.now;
     const width = this.strips[0].plot.bbox.width;
     const pixel = this.window.span / Math.max(1, width);
@@ -123,6 +126,7 @@ export class StripStack {
     const version = this.strips.reduce((sum, strip) => sum + (this.machine.samples.get(strip.channel.device)?.version ?? 0), 0);
     const isNew = this.stale || right !== this.right || version !== this.version;
     if (!isNew) return;
+    this.drawnMs = frameMs;
     this.right = right;
     this.version = version;
     this.stale = false;
