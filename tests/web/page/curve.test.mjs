@@ -21,20 +21,47 @@ const AXES = { left: 0, perSecond: 10, x0: 0, low: 0, perUnit: 1, y0: 100 };
 
 function trace(points, gap = 1e9) {
   const pen = new Pen();
-  traceCurve(pen, Float64Array.from(points, ([time]) => time), Float64Array.from(points, ([, value]) => value), 0, points.length - 1, AXES, gap);
+  traceCurve(
+    pen,
+    Float64Array.from(points, ([time]) => time),
+    Float64Array.from(points, ([, value]) => value),
+    0,
+    points.length - 1,
+    AXES,
+    gap,
+  );
   return pen.strokes;
 }
 
 test("readings that are apart are joined where they are", () => {
-  assert.deepEqual(trace([[0, 0], [1, 10], [2, 5]]), [[[0, 100], [10, 90], [20, 95]]]);
+  assert.deepEqual(
+    trace([
+      [0, 0],
+      [1, 10],
+      [2, 5],
+    ]),
+    [
+      [
+        [0, 100],
+        [10, 90],
+        [20, 95],
+      ],
+    ],
+  );
 });
 
 test("of the readings of one pixel the extremes are kept", () => {
   const points = Array.from({ length: 1000 }, (_, i) => [i / 10000, i === 500 ? 77 : i === 600 ? -20 : 0]);
   const [stroke] = trace(points);
   assert.ok(stroke.length <= 8, `${stroke.length} points for one pixel`);
-  assert.ok(stroke.some(([, y]) => y === 23), "the peak");
-  assert.ok(stroke.some(([, y]) => y === 120), "the trough");
+  assert.ok(
+    stroke.some(([, y]) => y === 23),
+    "the peak",
+  );
+  assert.ok(
+    stroke.some(([, y]) => y === 120),
+    "the trough",
+  );
 });
 
 test("a million readings become few points", () => {
@@ -43,20 +70,78 @@ test("a million readings become few points", () => {
 });
 
 test("the curve breaks where readings were not valid", () => {
-  assert.deepEqual(trace([[0, 1], [1, 1], [2, NaN], [3, 2], [4, 2]]), [[[0, 99], [10, 99]], [[30, 98], [40, 98]]]);
+  assert.deepEqual(
+    trace([
+      [0, 1],
+      [1, 1],
+      [2, NaN],
+      [3, 2],
+      [4, 2],
+    ]),
+    [
+      [
+        [0, 99],
+        [10, 99],
+      ],
+      [
+        [30, 98],
+        [40, 98],
+      ],
+    ],
+  );
 });
 
 test("the curve breaks where time is missing", () => {
-  assert.equal(trace([[0, 1], [0.1, 1], [5, 1], [5.1, 1]], 1).length, 2);
-  assert.equal(trace([[0, 1], [0.1, 1], [5, 1], [5.1, 1]], 10).length, 1);
+  assert.equal(
+    trace(
+      [
+        [0, 1],
+        [0.1, 1],
+        [5, 1],
+        [5.1, 1],
+      ],
+      1,
+    ).length,
+    2,
+  );
+  assert.equal(
+    trace(
+      [
+        [0, 1],
+        [0.1, 1],
+        [5, 1],
+        [5.1, 1],
+      ],
+      10,
+    ).length,
+    1,
+  );
 });
 
 test("a reading that stands alone is a dot", () => {
-  assert.deepEqual(trace([[0, NaN], [1, 4], [2, NaN]]), [[[10, 96], [11, 96]]]);
+  assert.deepEqual(
+    trace([
+      [0, NaN],
+      [1, 4],
+      [2, NaN],
+    ]),
+    [
+      [
+        [10, 96],
+        [11, 96],
+      ],
+    ],
+  );
 });
 
 test("nothing valid draws nothing", () => {
-  assert.deepEqual(trace([[0, NaN], [1, NaN]]), []);
+  assert.deepEqual(
+    trace([
+      [0, NaN],
+      [1, NaN],
+    ]),
+    [],
+  );
 });
 
 test("the extent leaves out what is not valid", () => {

@@ -8,14 +8,22 @@ function world() {
   const timers = [];
   const heard = [];
   const made = { time: 0, sockets, timers, heard };
-  made.link = new Link({
-    open: () => {
-      sockets.push({ sent: [], send(text) { this.sent.push(text); } });
-      return sockets.at(-1);
+  made.link = new Link(
+    {
+      open: () => {
+        sockets.push({
+          sent: [],
+          send(text) {
+            this.sent.push(text);
+          },
+        });
+        return sockets.at(-1);
+      },
+      after: (ms, act) => timers.push({ ms, act }),
+      now: () => made.time,
     },
-    after: (ms, act) => timers.push({ ms, act }),
-    now: () => made.time,
-  }, { open: () => {}, frame: (frame) => heard.push(frame), change: () => {} });
+    { open: () => {}, frame: (frame) => heard.push(frame), change: () => {} },
+  );
   return made;
 }
 

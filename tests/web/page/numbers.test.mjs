@@ -2,11 +2,33 @@ import assert from "node:assert/strict";
 import test from "node:test";
 
 process.env.TZ = "Asia/Kolkata"; // UTC+5:30 all year
-const { bytes, count, dateText, duration, fixed, microseconds, percent, quantity, rate, timeOfDay, unitText, zoneText } =
-  await import("../../../tools/web/page/numbers.js");
+const {
+  bytes,
+  count,
+  dateText,
+  duration,
+  fixed,
+  microseconds,
+  percent,
+  quantity,
+  rate,
+  timeOfDay,
+  unitText,
+  zoneText,
+} = await import("../../../tools/web/page/numbers.js");
 
 test("what is not known is a dash, never 0", () => {
-  for (const write of [(x) => fixed(x, 2), count, rate, percent, bytes, microseconds, duration, timeOfDay, (x) => quantity(x, "mm")]) {
+  for (const write of [
+    (x) => fixed(x, 2),
+    count,
+    rate,
+    percent,
+    bytes,
+    microseconds,
+    duration,
+    timeOfDay,
+    (x) => quantity(x, "mm"),
+  ]) {
     for (const unknown of [null, undefined, NaN, Infinity]) assert.equal(write(unknown), "–");
   }
   assert.equal(timeOfDay(0), "–");
@@ -34,10 +56,30 @@ test("large numbers are grouped", () => {
 });
 
 test("sizes and times have the unit that fits", () => {
-  assert.deepEqual([0, 999, 1000, 1500000, 12e9, 5e15].map(bytes), ["0 B", "999 B", "1.0 kB", "1.5 MB", "12.0 GB", "5000 TB"]);
-  assert.deepEqual([5.25, 51, 999, 1500, 25000, 2.5e6].map(microseconds), ["5.3 µs", "51 µs", "999 µs", "1.50 ms", "25.0 ms", "2.50 s"]);
-  assert.deepEqual([-5, 400000, 12e6, 185e6, 7.8e9, 356400e6].map(duration),
-    ["0.0 s", "0.4 s", "12 s", "3 min 05 s", "2 h 10 min", "4 d 03 h"]);
+  assert.deepEqual([0, 999, 1000, 1500000, 12e9, 5e15].map(bytes), [
+    "0 B",
+    "999 B",
+    "1.0 kB",
+    "1.5 MB",
+    "12.0 GB",
+    "5000 TB",
+  ]);
+  assert.deepEqual([5.25, 51, 999, 1500, 25000, 2.5e6].map(microseconds), [
+    "5.3 µs",
+    "51 µs",
+    "999 µs",
+    "1.50 ms",
+    "25.0 ms",
+    "2.50 s",
+  ]);
+  assert.deepEqual([-5, 400000, 12e6, 185e6, 7.8e9, 356400e6].map(duration), [
+    "0.0 s",
+    "0.4 s",
+    "12 s",
+    "3 min 05 s",
+    "2 h 10 min",
+    "4 d 03 h",
+  ]);
 });
 
 test("instants are those of the reader's clock", () => {

@@ -11,11 +11,18 @@ class AlarmItem {
     this.when = element("span.alarm-when");
     this.state = element("span.alarm-state");
     this.action = element("p.alarm-action");
-    this.root = element(`li.alarm.${entry.severity}`, { "data-alarm": `${device}/${entry.name}` },
+    this.root = element(
+      `li.alarm.${entry.severity}`,
+      { "data-alarm": `${device}/${entry.name}` },
       severitySign(entry.severity),
-      element("div.alarm-text", {},
+      element(
+        "div.alarm-text",
+        {},
         element("div.alarm-head", {}, element("strong", {}, readable(entry.name)), this.device, this.when),
-        this.action, this.state));
+        this.action,
+        this.state,
+      ),
+    );
   }
 
   update({ entry }) {
@@ -23,8 +30,10 @@ class AlarmItem {
     setHidden(this.action, entry.action === "");
     const times = entry.count > 1 ? ` · ${entry.count} times` : "";
     setText(this.when, timeOfDay(entry.first_utime));
-    setText(this.state, `${severityWord(entry.severity)} · ${alarmStateWord(entry.state)}` +
-      `${times} · code ${entry.code}`);
+    setText(
+      this.state,
+      `${severityWord(entry.severity)} · ${alarmStateWord(entry.state)}` + `${times} · code ${entry.code}`,
+    );
   }
 }
 
@@ -38,8 +47,11 @@ export class AlarmList {
     this.empty = element("p.empty", {}, emptyText);
     this.more = element("p.more");
     this.root = element("div", {}, this.empty, this.list, this.more);
-    this.items = new KeyedList(this.list, (alarm) => `${alarm.device}/${alarm.entry.code}/${alarm.entry.severity}`,
-      (alarm) => new AlarmItem(alarm));
+    this.items = new KeyedList(
+      this.list,
+      (alarm) => `${alarm.device}/${alarm.entry.code}/${alarm.entry.severity}`,
+      (alarm) => new AlarmItem(alarm),
+    );
   }
 
   // `hidden`: alarms that there are, but not in the list.

@@ -27,9 +27,17 @@ export class Announcer {
   }
 
   #show(device, entry) {
-    const card = element(`div.toast.${entry.severity}`, {}, severitySign(entry.severity),
-      element("div", {}, element("strong", {}, `${device}: ${readable(entry.name)}`),
-        element("p", {}, `${severityWord(entry.severity)}. ${entry.action}`)));
+    const card = element(
+      `div.toast.${entry.severity}`,
+      {},
+      severitySign(entry.severity),
+      element(
+        "div",
+        {},
+        element("strong", {}, `${device}: ${readable(entry.name)}`),
+        element("p", {}, `${severityWord(entry.severity)}. ${entry.action}`),
+      ),
+    );
     while (this.place.childElementCount >= AT_ONCE) this.place.firstChild.remove();
     this.place.append(card);
     setTimeout(() => card.remove(), SHOWN_MS);

@@ -12,10 +12,17 @@ export class ChartView {
     this.keys = null; // nothing chosen yet
     this.stack = new StripStack(machine, time);
     this.choices = element("div.choices");
-    this.root = element("div.chart-view", {},
-      element("details.panel.chooser", { open: matchMedia("(min-width: 1200px)").matches },
-        element("summary", {}, "Channels"), this.choices),
-      this.stack.root);
+    this.root = element(
+      "div.chart-view",
+      {},
+      element(
+        "details.panel.chooser",
+        { open: matchMedia("(min-width: 1200px)").matches },
+        element("summary", {}, "Channels"),
+        this.choices,
+      ),
+      this.stack.root,
+    );
   }
 
   // The part of the address behind #charts/.
@@ -47,8 +54,16 @@ export class ChartView {
 
   #offer() {
     const chosen = new Set(this.keys);
-    this.choices.replaceChildren(...[...this.machine.devices.keys()].map((device) =>
-      element("fieldset", {}, element("legend", {}, device), ...channelsOf(this.machine, device).map((channel) => this.#choice(channel, chosen)))));
+    this.choices.replaceChildren(
+      ...[...this.machine.devices.keys()].map((device) =>
+        element(
+          "fieldset",
+          {},
+          element("legend", {}, device),
+          ...channelsOf(this.machine, device).map((channel) => this.#choice(channel, chosen)),
+        ),
+      ),
+    );
   }
 
   #choice(channel, chosen) {

@@ -11,18 +11,37 @@ class CommandRow {
     this.text = element("p");
     this.changes = element("p.changes");
     this.took = element("td.took");
-    this.root = element("tr", { "data-command": command.id },
+    this.root = element(
+      "tr",
+      { "data-command": command.id },
       element("td.when", { title: dateText(command.utime) }, timeOfDay(command.started_utime || command.utime)),
-      element("th", { scope: "row" }, element("a", { href: `#device/${encodeURIComponent(command.device)}` }, command.device)),
-      element("td.operation", {}, readable(command.operation), ...(command.unsigned ? [element("span.tag", { title: "Accepted without a signature" }, "unsigned")] : [])),
-      element("td.outcome", {}, this.badge.root), element("td.text", {}, this.text, this.changes), this.took);
+      element(
+        "th",
+        { scope: "row" },
+        element("a", { href: `#device/${encodeURIComponent(command.device)}` }, command.device),
+      ),
+      element(
+        "td.operation",
+        {},
+        readable(command.operation),
+        ...(command.unsigned ? [element("span.tag", { title: "Accepted without a signature" }, "unsigned")] : []),
+      ),
+      element("td.outcome", {}, this.badge.root),
+      element("td.text", {}, this.text, this.changes),
+      this.took,
+    );
   }
 
   update(command) {
     this.badge.show(outcomeLook(command.state), outcomeWord(command.state, command.verified));
     const reason = command.reason && command.reason !== "none" ? `${readable(command.reason)}. ` : "";
     setText(this.text, reason + sentence(command.text));
-    setText(this.changes, command.changes.map(({ key, before, after }) => `${readable(key)}: ${before || "?"} → ${after || "?"}`).join(" · "));
+    setText(
+      this.changes,
+      command.changes
+        .map(({ key, before, after }) => `${readable(key)}: ${before || "?"} → ${after || "?"}`)
+        .join(" · "),
+    );
     setHidden(this.changes, command.changes.length === 0);
     const { started_utime: from, finished_utime: to } = command;
     setText(this.took, from && to ? duration(to - from) : "");
@@ -33,18 +52,38 @@ export class CommandView {
   constructor(machine) {
     this.machine = machine;
     this.rows = element("tbody");
-    this.list = new KeyedList(this.rows, (command) => command.id, (command) => new CommandRow(command));
+    this.list = new KeyedList(
+      this.rows,
+      (command) => command.id,
+      (command) => new CommandRow(command),
+    );
     const heads = ["Time", "Device", "Operation", "Outcome", "What happened", "Took"];
-    this.table = element("table.commands", {}, element("thead", {}, element("tr", {}, ...heads.map((head) => element("th", { scope: "col" }, head)))), this.rows);
-    this.empty = element("p.empty", {}, "No command was seen. Commands are given with the axlecast program, for example: axlecast zero axis1");
-    this.root = element("div.command-view", {}, element("h2", {}, "Commands"), this.empty, element("div.panel.scroll", {}, this.table));
+    this.table = element(
+      "table.commands",
+      {},
+      element("thead", {}, element("tr", {}, ...heads.map((head) => element("th", { scope: "col" }, head)))),
+      this.rows,
+    );
+    this.empty = element(
+      "p.empty",
+      {},
+      "No command was seen. Commands are given with the axlecast program, for example: axlecast zero axis1",
+    );
+    this.root = element(
+      "div.command-view",
+      {},
+      element("h2", {}, "Commands"),
+      this.empty,
+      element("div.panel.scroll", {}, this.table),
+    );
   }
 
   update() {
     if (this.shown === this.machine.revision.commands) return;
     this.shown = this.machine.revision.commands;
-    const commands = [...this.machine.commands.values()].sort((a, b) =>
-      (b.started_utime || b.utime) - (a.started_utime || a.utime));
+    const commands = [...this.machine.commands.values()].sort(
+      (a, b) => (b.started_utime || b.utime) - (a.started_utime || a.utime),
+    );
     this.list.update(commands);
     setHidden(this.empty, commands.length > 0);
     setHidden(this.table, commands.length === 0);

@@ -16,8 +16,12 @@ class EncoderFace {
   constructor() {
     this.dial = new Dial();
     this.facts = { turns: fact("Turns"), speed: fact("Speed") };
-    this.root = element("div.face", {}, this.dial.root,
-      element("dl.facts", {}, this.facts.turns.row, this.facts.speed.row));
+    this.root = element(
+      "div.face",
+      {},
+      this.dial.root,
+      element("dl.facts", {}, this.facts.turns.row, this.facts.speed.row),
+    );
   }
 
   update(reading) {
@@ -33,7 +37,12 @@ class MotorFace {
     this.spark = new Sparkline();
     this.facts = { voltage: fact("V"), current: fact("A"), temperature: fact("°C") };
     const { voltage, current, temperature } = this.facts;
-    this.root = element("div.face.motor", {}, element("dl.facts.row", {}, voltage.row, current.row, temperature.row), this.spark.root);
+    this.root = element(
+      "div.face.motor",
+      {},
+      element("dl.facts.row", {}, voltage.row, current.row, temperature.row),
+      this.spark.root,
+    );
   }
 
   update(reading) {
@@ -53,10 +62,15 @@ export class DeviceTile {
     this.face = device.kind === "motor" ? new MotorFace() : new EncoderFace();
     this.note = element("p.tile-note");
     this.rate = element("span");
-    this.root = element("a.tile", { href: `#device/${device.device}`, "data-device": device.device },
+    this.root = element(
+      "a.tile",
+      { href: `#device/${device.device}`, "data-device": device.device },
       element("header", {}, element("h3", {}, device.device), this.badge.root),
-      element("div.value", {}, this.value, this.unit), this.face.root, this.note,
-      element("footer", {}, element("span", {}, `${device.bus} · ${device.model}`), this.rate));
+      element("div.value", {}, this.value, this.unit),
+      this.face.root,
+      this.note,
+      element("footer", {}, element("span", {}, `${device.bus} · ${device.model}`), this.rate),
+    );
   }
 
   update({ device, state, alarms, now }) {
@@ -69,8 +83,12 @@ export class DeviceTile {
     this.root.classList.toggle("old", !reading || reading.stale || !reading.valid || state.state === null);
     this.#tell(state, alarms, reading, now);
     setAttribute(this.root, "data-worst", alarms?.entries[0]?.severity ?? null);
-    setAttribute(this.root, "aria-label", `${device.device}, ${this.badge.word}, ${value} ${unit}` +
-      (alarms?.total ? `, ${count(alarms.total)} alarms` : ""));
+    setAttribute(
+      this.root,
+      "aria-label",
+      `${device.device}, ${this.badge.word}, ${value} ${unit}` +
+        (alarms?.total ? `, ${count(alarms.total)} alarms` : ""),
+    );
   }
 
   // One line: the worst alarm, else why the value is not to be trusted.

@@ -60,10 +60,17 @@ function commonFacts(device, state) {
 class Facts {
   constructor() {
     this.root = element("dl.fact-list");
-    this.rows = new KeyedList(this.root, ([label]) => label, ([label]) => {
-      const value = element("dd");
-      return { root: element("div", {}, element("dt", {}, label), value), update: ([, text]) => setText(value, text) };
-    });
+    this.rows = new KeyedList(
+      this.root,
+      ([label]) => label,
+      ([label]) => {
+        const value = element("dd");
+        return {
+          root: element("div", {}, element("dt", {}, label), value),
+          update: ([, text]) => setText(value, text),
+        };
+      },
+    );
   }
 
   update(facts) {
@@ -88,17 +95,36 @@ export class DeviceView {
     this.noErrors = element("p.empty", {}, "No failed reading since the driver started.");
     this.alarms = new AlarmList("No alarm.");
     this.stack = new StripStack(machine, time);
-    this.root = element("div.device-view", {},
-      element("header.device-head", {}, element("a.button.square", { href: "#machine", "aria-label": "Back to the machine", title: "Back to the machine" }, picture("back")),
-        this.title, this.badge.root, this.reason),
-      element("div.device-left", {},
+    this.root = element(
+      "div.device-view",
+      {},
+      element(
+        "header.device-head",
+        {},
+        element(
+          "a.button.square",
+          { href: "#machine", "aria-label": "Back to the machine", title: "Back to the machine" },
+          picture("back"),
+        ),
+        this.title,
+        this.badge.root,
+        this.reason,
+      ),
+      element(
+        "div.device-left",
+        {},
         element("section.panel.hero", {}, element("div.value", {}, this.value, this.unit), this.dial.root, this.flags),
         element("section.panel", {}, element("h3", {}, "Alarms"), this.alarms.root),
-        element("section.panel", {}, element("h3", {}, "Reading"), this.facts.root)),
+        element("section.panel", {}, element("h3", {}, "Reading"), this.facts.root),
+      ),
       this.stack.root,
-      element("div.device-right", {},
+      element(
+        "div.device-right",
+        {},
         element("section.panel", {}, element("h3", {}, "Device"), this.device.root),
-        element("section.panel", {}, element("h3", {}, "Failed readings by kind"), this.noErrors, this.errors.root)));
+        element("section.panel", {}, element("h3", {}, "Failed readings by kind"), this.noErrors, this.errors.root),
+      ),
+    );
   }
 
   open(name) {

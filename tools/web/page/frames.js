@@ -8,7 +8,14 @@ const REQUIRED = {
   state: { utime: "number", devices: "array", buses: "array", recorders: "array" },
   alarms: { device: "string", utime: "number", total: "number", entries: "array", appeared: "array", cleared: "array" },
   samples: { device: "string", dropped: "number", t0_utime: "number", dt_us: "array", columns: "object" },
-  trip: { device: "string", utime: "number", trip_count: "number", factors: "array", quantities: "array", samples: "array" },
+  trip: {
+    device: "string",
+    utime: "number",
+    trip_count: "number",
+    factors: "array",
+    quantities: "array",
+    samples: "array",
+  },
   command: { id: "string", utime: "number", device: "string", operation: "string", state: "string", changes: "array" },
   playback: { utime: "number", playing: "boolean", speed: "number" },
   reset: {},
@@ -30,7 +37,8 @@ export function decode(text) {
   if (kindOf(frame) !== "object" || typeof frame.type !== "string") throw new BadFrame("a frame has no type");
   if (!Object.hasOwn(REQUIRED, frame.type)) return null;
   for (const [field, kind] of Object.entries(REQUIRED[frame.type])) {
-    if (kindOf(frame[field]) !== kind) throw new BadFrame(`${frame.type}.${field} is ${kindOf(frame[field])}, not ${kind}`);
+    if (kindOf(frame[field]) !== kind)
+      throw new BadFrame(`${frame.type}.${field} is ${kindOf(frame[field])}, not ${kind}`);
   }
   return frame;
 }

@@ -36,8 +36,11 @@ const PICTURES = {
 };
 
 function svg(name, ...children) {
-  return drawing("svg", { viewBox: "0 0 16 16", class: `icon icon-${name}`, "aria-hidden": "true", focusable: "false" },
-    ...children);
+  return drawing(
+    "svg",
+    { viewBox: "0 0 16 16", class: `icon icon-${name}`, "aria-hidden": "true", focusable: "false" },
+    ...children,
+  );
 }
 
 export function picture(name) {
@@ -46,7 +49,11 @@ export function picture(name) {
 
 export function severitySign(severity) {
   const [shape, mark] = SHAPES[severity] ?? SHAPES.info;
-  const sign = svg(`severity ${severity}`, drawing("path", { d: shape, class: "shape" }), drawing("path", { d: mark, class: "mark" }));
+  const sign = svg(
+    `severity ${severity}`,
+    drawing("path", { d: shape, class: "shape" }),
+    drawing("path", { d: mark, class: "mark" }),
+  );
   sign.removeAttribute("aria-hidden");
   sign.setAttribute("role", "img");
   sign.setAttribute("aria-label", severityWord(severity));

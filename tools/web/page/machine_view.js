@@ -14,8 +14,14 @@ class BusLine {
     this.badge = new StateBadge();
     this.rate = element("span.bus-rate");
     this.meter = element("span.meter-fill");
-    this.root = element("li", {}, element("a", { href: "#buses" }, element("strong", {}, bus.bus)), this.badge.root, this.rate,
-      element("span.meter", { "aria-hidden": "true" }, this.meter));
+    this.root = element(
+      "li",
+      {},
+      element("a", { href: "#buses" }, element("strong", {}, bus.bus)),
+      this.badge.root,
+      this.rate,
+      element("span.meter", { "aria-hidden": "true" }, this.meter),
+    );
   }
 
   update({ state }) {
@@ -28,8 +34,13 @@ class BusLine {
 // An alarm that came or went since the page was opened.
 class Note {
   constructor({ utime, device, name, change }) {
-    this.root = element("li", {}, element("span.note-when", {}, timeOfDay(utime)),
-      element("span", {}, `${device}: ${readable(name)}`), element("span.note-change", {}, change === "appeared" ? "came" : "gone"));
+    this.root = element(
+      "li",
+      {},
+      element("span.note-when", {}, timeOfDay(utime)),
+      element("span", {}, `${device}: ${readable(name)}`),
+      element("span.note-change", {}, change === "appeared" ? "came" : "gone"),
+    );
   }
 
   update() {}
@@ -38,7 +49,12 @@ class Note {
 export class MachineView {
   constructor(machine) {
     this.machine = machine;
-    this.search = element("input", { type: "search", id: "device-filter", placeholder: "Filter", "aria-label": "Filter devices by name, bus or model" });
+    this.search = element("input", {
+      type: "search",
+      id: "device-filter",
+      placeholder: "Filter",
+      "aria-label": "Filter devices by name, bus or model",
+    });
     this.onlyTroubled = element("input", { type: "checkbox", id: "only-troubled" });
     this.summary = element("p.summary", { role: "status" });
     this.grid = element("div.tiles");
@@ -46,23 +62,63 @@ export class MachineView {
     this.alarms = new AlarmList("No alarm. All devices say that they are well.");
     this.alarmCount = element("span.count");
     this.noteList = element("ul.notes", { role: "list" });
-    this.notePanel = element("section.panel", { "aria-labelledby": "notes-title" },
-      element("div.section-head", {}, element("h2", { id: "notes-title" }, "Came and gone")), this.noteList);
+    this.notePanel = element(
+      "section.panel",
+      { "aria-labelledby": "notes-title" },
+      element("div.section-head", {}, element("h2", { id: "notes-title" }, "Came and gone")),
+      this.noteList,
+    );
     this.busList = element("ul.bus-lines", { role: "list" });
-    this.root = element("div.machine-view", {},
-      element("section.devices", { "aria-labelledby": "devices-title" },
-        element("div.section-head", {}, element("h2", { id: "devices-title" }, "Devices"), this.summary,
-          element("label.check", {}, this.onlyTroubled, element("span", {}, "Only what needs attention")), this.search),
-        this.grid, this.nothing),
-      element("aside.side", { "aria-label": "Alarms and buses" },
-        element("section.panel", { "aria-labelledby": "alarms-title" },
-          element("div.section-head", {}, element("h2", { id: "alarms-title" }, "Alarms"), this.alarmCount), this.alarms.root),
+    this.root = element(
+      "div.machine-view",
+      {},
+      element(
+        "section.devices",
+        { "aria-labelledby": "devices-title" },
+        element(
+          "div.section-head",
+          {},
+          element("h2", { id: "devices-title" }, "Devices"),
+          this.summary,
+          element("label.check", {}, this.onlyTroubled, element("span", {}, "Only what needs attention")),
+          this.search,
+        ),
+        this.grid,
+        this.nothing,
+      ),
+      element(
+        "aside.side",
+        { "aria-label": "Alarms and buses" },
+        element(
+          "section.panel",
+          { "aria-labelledby": "alarms-title" },
+          element("div.section-head", {}, element("h2", { id: "alarms-title" }, "Alarms"), this.alarmCount),
+          this.alarms.root,
+        ),
         this.notePanel,
-        element("section.panel", { "aria-labelledby": "buses-title" },
-          element("div.section-head", {}, element("h2", { id: "buses-title" }, "Buses")), this.busList)));
-    this.tiles = new KeyedList(this.grid, (item) => `${item.device.device}/${item.device.kind}`, (item) => new DeviceTile(item.device));
-    this.busLines = new KeyedList(this.busList, (item) => item.bus.bus, (item) => new BusLine(item.bus));
-    this.notes = new KeyedList(this.noteList, (note) => `${note.utime}/${note.device}/${note.name}/${note.change}`, (note) => new Note(note));
+        element(
+          "section.panel",
+          { "aria-labelledby": "buses-title" },
+          element("div.section-head", {}, element("h2", { id: "buses-title" }, "Buses")),
+          this.busList,
+        ),
+      ),
+    );
+    this.tiles = new KeyedList(
+      this.grid,
+      (item) => `${item.device.device}/${item.device.kind}`,
+      (item) => new DeviceTile(item.device),
+    );
+    this.busLines = new KeyedList(
+      this.busList,
+      (item) => item.bus.bus,
+      (item) => new BusLine(item.bus),
+    );
+    this.notes = new KeyedList(
+      this.noteList,
+      (note) => `${note.utime}/${note.device}/${note.name}/${note.change}`,
+      (note) => new Note(note),
+    );
     for (const input of [this.search, this.onlyTroubled]) input.addEventListener("input", () => this.update());
   }
 
@@ -70,7 +126,10 @@ export class MachineView {
     const machine = this.machine;
     const now = machine.state?.utime ?? 0;
     const items = [...machine.devices.values()].map((device) => ({
-      device, now, state: machine.stateOf.device.get(device.device), alarms: machine.alarms.get(device.device),
+      device,
+      now,
+      state: machine.stateOf.device.get(device.device),
+      alarms: machine.alarms.get(device.device),
     }));
     const shown = items.filter((item) => this.#fits(item));
     this.tiles.update(shown);
@@ -86,7 +145,8 @@ export class MachineView {
   }
 
   #fits({ device, state, alarms }) {
-    if (this.onlyTroubled.checked && !alarms?.total && stateLook(state?.state) === "good" && !state?.reading?.stale) return false;
+    if (this.onlyTroubled.checked && !alarms?.total && stateLook(state?.state) === "good" && !state?.reading?.stale)
+      return false;
     const wanted = this.search.value.trim().toLowerCase();
     return [device.device, device.bus, device.model, device.family].some((text) => text.toLowerCase().includes(wanted));
   }

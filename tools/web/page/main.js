@@ -38,9 +38,13 @@ const views = {
 
 const main = document.getElementById("main");
 const announcer = new Announcer(document.getElementById("announcements"));
-const head = new PageHead(machine, () => link, themeButton(() => {
-  for (const view of [views.charts, views.device]) view.stack.recolour();
-}));
+const head = new PageHead(
+  machine,
+  () => link,
+  themeButton(() => {
+    for (const view of [views.charts, views.device]) view.stack.recolour();
+  }),
+);
 const playback = new PlaybackBar(machine, clock, (text) => link.send(text));
 document.getElementById("head").append(head.root);
 document.getElementById("foot").append(playback.root);
@@ -90,25 +94,29 @@ const handlers = {
   },
 };
 
-const link = new Link({
-  open: () => new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`, "axlecast-web-1"),
-  after: (ms, act) => setTimeout(act, ms),
-  now: () => performance.now(),
-}, {
-  open: () => {
-    machine.connected();
-    announcer.forget();
-    clock.forget();
+const link = new Link(
+  {
+    open: () =>
+      new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`, "axlecast-web-1"),
+    after: (ms, act) => setTimeout(act, ms),
+    now: () => performance.now(),
   },
-  frame: (frame) => {
-    machine.apply(frame);
-    handlers[frame.type]?.(frame);
-    isNew = true;
+  {
+    open: () => {
+      machine.connected();
+      announcer.forget();
+      clock.forget();
+    },
+    frame: (frame) => {
+      machine.apply(frame);
+      handlers[frame.type]?.(frame);
+      isNew = true;
+    },
+    change: () => {
+      isNew = true;
+    },
   },
-  change: () => {
-    isNew = true;
-  },
-});
+);
 
 let lookedAt = 0;
 let revisions = "";

@@ -4,7 +4,22 @@ export const UNKNOWN = "–";
 const MINUS = "−";
 
 // Digits behind the point that are worth reading, by unit.
-const DIGITS = { mm: 3, deg: 3, rad: 4, turn: 4, m: 4, um: 1, inch: 4, count: 0, rpm: 1, V: 1, A: 3, W: 1, "°C": 1, "m/s²": 2 };
+const DIGITS = {
+  mm: 3,
+  deg: 3,
+  rad: 4,
+  turn: 4,
+  m: 4,
+  um: 1,
+  inch: 4,
+  count: 0,
+  rpm: 1,
+  V: 1,
+  A: 3,
+  W: 1,
+  "°C": 1,
+  "m/s²": 2,
+};
 const SHOWN_UNITS = { deg: "°", count: "counts", turn: "turns", um: "µm", inch: "in", rpm: "rpm" };
 
 const isNumber = (value) => typeof value === "number" && Number.isFinite(value);

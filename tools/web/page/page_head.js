@@ -5,7 +5,14 @@ import { picture, severitySign } from "./icons.js";
 import { count, timeOfDay, zoneText } from "./numbers.js";
 import { SEVERITIES, severityWord } from "./words.js";
 
-const VIEWS = [["machine", "Machine"], ["charts", "Charts"], ["buses", "Buses"], ["trips", "Trips"], ["commands", "Commands"], ["recorders", "Recording"]];
+const VIEWS = [
+  ["machine", "Machine"],
+  ["charts", "Charts"],
+  ["buses", "Buses"],
+  ["trips", "Trips"],
+  ["commands", "Commands"],
+  ["recorders", "Recording"],
+];
 
 export class PageHead {
   constructor(machine, link, themeButton) {
@@ -20,10 +27,27 @@ export class PageHead {
     this.freshness = element("span.freshness");
     this.clock = element("span.clock");
     this.notice = document.getElementById("notice");
-    this.root = element("div.head-row", {},
-      element("a.brand", { href: "#machine", "aria-label": "axlecast, machine" }, logo(), element("span", {}, "axlecast")), this.name,
+    this.root = element(
+      "div.head-row",
+      {},
+      element(
+        "a.brand",
+        { href: "#machine", "aria-label": "axlecast, machine" },
+        logo(),
+        element("span", {}, "axlecast"),
+      ),
+      this.name,
       element("nav", { "aria-label": "Views" }, ...this.links.values()),
-      element("div.head-end", {}, this.dropped, this.simulated, this.alarms, element("span.live", {}, this.freshness, this.clock), themeButton));
+      element(
+        "div.head-end",
+        {},
+        this.dropped,
+        this.simulated,
+        this.alarms,
+        element("span.live", {}, this.freshness, this.clock),
+        themeButton,
+      ),
+    );
   }
 
   goTo(view) {
@@ -53,9 +77,15 @@ export class PageHead {
     const counts = new Map();
     for (const { entry } of this.machine.allAlarms()) counts.set(entry.severity, (counts.get(entry.severity) ?? 0) + 1);
     const parts = SEVERITIES.filter((severity) => counts.has(severity));
-    this.alarms.replaceChildren(...parts.map((severity) => element("span.alarm-count", {}, severitySign(severity), String(counts.get(severity)))));
+    this.alarms.replaceChildren(
+      ...parts.map((severity) => element("span.alarm-count", {}, severitySign(severity), String(counts.get(severity)))),
+    );
     setHidden(this.alarms, parts.length === 0);
-    setAttribute(this.alarms, "aria-label", `Alarms: ${parts.map((severity) => `${counts.get(severity)} ${severityWord(severity)}`).join(", ")}`);
+    setAttribute(
+      this.alarms,
+      "aria-label",
+      `Alarms: ${parts.map((severity) => `${counts.get(severity)} ${severityWord(severity)}`).join(", ")}`,
+    );
   }
 
   // Says why what is shown may be old, where it is.
@@ -64,7 +94,10 @@ export class PageHead {
     if (link.state === "refused") text = link.text;
     else if (!isFresh && this.machine.state) {
       const until = `What is shown is of ${timeOfDay(this.machine.state.utime)}.`;
-      text = link.state === "open" ? `Nothing comes from the server. ${until}` : `${link.text} Connection lost: tries again. ${until}`.trim();
+      text =
+        link.state === "open"
+          ? `Nothing comes from the server. ${until}`
+          : `${link.text} Connection lost: tries again. ${until}`.trim();
     } else if (link.state === "lost") text = "No connection to the server: tries again.";
     else if (link.badFrames > 0) text = `${link.text} (${link.badFrames} times)`;
     setText(this.notice, text);

@@ -16,11 +16,30 @@ export class PlaybackBar {
     this.send = send;
     this.dragging = false;
     this.play = element("button.primary.square", { type: "button", "data-act": "play" });
-    this.slider = element("input", { type: "range", min: 0, max: 1, step: 0.01, value: 0, "aria-label": "Place in the log" });
+    this.slider = element("input", {
+      type: "range",
+      min: 0,
+      max: 1,
+      step: 0.01,
+      value: 0,
+      "aria-label": "Place in the log",
+    });
     this.place = element("output.place");
     this.ends = element("span.log-name");
-    this.speed = element("select", { "aria-label": "Speed" }, ...SPEEDS.map((factor) => element("option", { value: String(factor), selected: factor === 1 }, `${factor} ×`)));
-    this.root = element("div.playback", { hidden: true, role: "group", "aria-label": "Log" }, this.play, this.place, this.slider, this.ends, this.speed);
+    this.speed = element(
+      "select",
+      { "aria-label": "Speed" },
+      ...SPEEDS.map((factor) => element("option", { value: String(factor), selected: factor === 1 }, `${factor} ×`)),
+    );
+    this.root = element(
+      "div.playback",
+      { hidden: true, role: "group", "aria-label": "Log" },
+      this.play,
+      this.place,
+      this.slider,
+      this.ends,
+      this.speed,
+    );
     this.play.addEventListener("click", () => send(this.machine.playback?.playing ? encode.pause() : encode.play()));
     this.speed.addEventListener("change", () => send(encode.speed(Number(this.speed.value))));
     this.slider.addEventListener("input", () => this.#drag());
@@ -62,7 +81,8 @@ export class PlaybackBar {
     const { playback } = this.machine;
     if (!playback) return;
     this.#showPlay(playback.playing);
-    if (document.activeElement !== this.speed && Number(this.speed.value) !== playback.speed) this.speed.value = String(playback.speed);
+    if (document.activeElement !== this.speed && Number(this.speed.value) !== playback.speed)
+      this.speed.value = String(playback.speed);
     setAttribute(this.root, "data-seeking", playback.seeking ? "true" : null);
   }
 
@@ -80,7 +100,10 @@ export class PlaybackBar {
   #show(utime) {
     setText(this.place, `${dateText(utime)} ${timeOfDay(utime, 1)}`);
     setAttribute(this.slider, "aria-valuetext", timeOfDay(utime));
-    this.slider.style.setProperty("--share", `${this.length > 0 ? ((utime - this.first) / 1e4 / this.length).toFixed(2) : 0}%`);
+    this.slider.style.setProperty(
+      "--share",
+      `${this.length > 0 ? ((utime - this.first) / 1e4 / this.length).toFixed(2) : 0}%`,
+    );
   }
 
   #showPlay(playing) {

@@ -12,20 +12,40 @@ class RecorderCard {
     this.lost = element("span.number");
     this.lostText = element("span.unit", {}, "messages missing");
     this.figures = element("dl.figures");
-    this.facts = new KeyedList(this.figures, ([label]) => label, ([label]) => {
-      const value = element("dd");
-      return { root: element("div", {}, element("dt", {}, label), value), update: ([, text]) => setText(value, text) };
-    });
+    this.facts = new KeyedList(
+      this.figures,
+      ([label]) => label,
+      ([label]) => {
+        const value = element("dd");
+        return {
+          root: element("div", {}, element("dt", {}, label), value),
+          update: ([, text]) => setText(value, text),
+        };
+      },
+    );
     this.rows = element("tbody");
-    this.senders = new KeyedList(this.rows, (sender) => sender.sender, (sender) => {
-      const lost = element("td");
-      return { root: element("tr", {}, element("th", { scope: "row" }, sender.sender), lost), update: ({ lost: number }) => setText(lost, count(number)) };
-    });
+    this.senders = new KeyedList(
+      this.rows,
+      (sender) => sender.sender,
+      (sender) => {
+        const lost = element("td");
+        return {
+          root: element("tr", {}, element("th", { scope: "row" }, sender.sender), lost),
+          update: ({ lost: number }) => setText(lost, count(number)),
+        };
+      },
+    );
     this.table = element("table.errors", {}, element("caption", {}, "Missing by sender"), this.rows);
     this.error = element("p.last-error");
-    this.root = element("article.panel.recorder-card", { "data-recorder": recorder.recorder },
+    this.root = element(
+      "article.panel.recorder-card",
+      { "data-recorder": recorder.recorder },
       element("header", {}, element("h3", {}, recorder.recorder), this.badge.root, this.file),
-      element("p.value", {}, this.lost, this.lostText), this.figures, this.table, this.error);
+      element("p.value", {}, this.lost, this.lostText),
+      this.figures,
+      this.table,
+      this.error,
+    );
   }
 
   update({ recorder, now }) {
@@ -34,14 +54,21 @@ class RecorderCard {
     setText(this.lost, count(recorder.lost));
     this.root.classList.toggle("losing", recorder.lost > 0);
     this.facts.update([
-      ["Messages", count(recorder.messages)], ["Rate", `${rate(recorder.messages_hz)}/s`], ["Written", `${bytes(recorder.bytes_hz)}/s`],
-      ["This file", bytes(recorder.file_bytes)], ["Since the start", bytes(recorder.total_bytes)], ["Free on the disk", bytes(recorder.free_bytes)],
+      ["Messages", count(recorder.messages)],
+      ["Rate", `${rate(recorder.messages_hz)}/s`],
+      ["Written", `${bytes(recorder.bytes_hz)}/s`],
+      ["This file", bytes(recorder.file_bytes)],
+      ["Since the start", bytes(recorder.total_bytes)],
+      ["Free on the disk", bytes(recorder.free_bytes)],
       ["Dropped by the host", count(recorder.kernel_dropped)],
     ]);
     const losing = recorder.senders.filter((sender) => sender.lost > 0);
     this.senders.update(losing);
     setHidden(this.table, losing.length === 0);
-    setText(this.error, recorder.last_error ? `Last error, ${duration(now - recorder.last_error_utime)} ago: ${recorder.last_error}` : "");
+    setText(
+      this.error,
+      recorder.last_error ? `Last error, ${duration(now - recorder.last_error_utime)} ago: ${recorder.last_error}` : "",
+    );
   }
 }
 
@@ -50,11 +77,26 @@ export class RecorderView {
     this.machine = machine;
     this.grid = element("div.bus-cards");
     this.empty = element("p.empty", {}, "No recorder runs. Start one with: axlecast record run.lcm");
-    this.cards = new KeyedList(this.grid, ({ recorder }) => recorder.recorder, (item) => new RecorderCard(item));
+    this.cards = new KeyedList(
+      this.grid,
+      ({ recorder }) => recorder.recorder,
+      (item) => new RecorderCard(item),
+    );
     this.bridge = new StateBadge();
     this.alarms = new AlarmList("No alarm of a recorder or of the bridge.");
-    this.root = element("div.recorder-view", {}, element("h2", {}, "Recording"), this.empty, this.grid,
-      element("section.panel.bridge", {}, element("header", {}, element("h3", {}, "Bridge"), this.bridge.root), this.alarms.root));
+    this.root = element(
+      "div.recorder-view",
+      {},
+      element("h2", {}, "Recording"),
+      this.empty,
+      this.grid,
+      element(
+        "section.panel.bridge",
+        {},
+        element("header", {}, element("h3", {}, "Bridge"), this.bridge.root),
+        this.alarms.root,
+      ),
+    );
   }
 
   update() {

@@ -19,7 +19,8 @@ export class ServerClock {
     const predicted = this.at(now);
     const jumped = !this.known || speed !== this.speed || Math.abs(utime - predicted) > 1e6 * Math.max(1, speed);
     if (jumped || speed === 0) this.utime = utime;
-    else if (utime >= predicted) this.utime = utime; // the least delayed message is the truest
+    else if (utime >= predicted)
+      this.utime = utime; // the least delayed message is the truest
     else this.utime = predicted + (utime - predicted) * Math.min(1, (now - this.heard) / FORGET_MS);
     this.heard = now;
     this.speed = speed;

@@ -12,8 +12,12 @@ export class Sparkline {
     this.line = drawing("path", { class: "spark-line" });
     this.area = drawing("path", { class: "spark-area" });
     this.end = drawing("circle", { class: "spark-end", r: 2.2 });
-    this.root = drawing("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "spark", preserveAspectRatio: "none", "aria-hidden": "true" },
-      this.area, this.line);
+    this.root = drawing(
+      "svg",
+      { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "spark", preserveAspectRatio: "none", "aria-hidden": "true" },
+      this.area,
+      this.line,
+    );
   }
 
   add(utime, value) {

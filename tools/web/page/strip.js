@@ -12,7 +12,18 @@ const AXIS_WIDTH = 64;
 const AXIS_HEIGHT = 26;
 const SHORTEST_GAP_S = 0.25;
 // The least that an axis spans, so that the noise of a standing shaft does not fill it.
-const LEAST_SPAN = { mm: 0.01, deg: 0.02, rad: 0.0005, turn: 0.0005, rpm: 1, V: 2, A: 0.05, W: 5, "°C": 1, "m/s²": 0.5 };
+const LEAST_SPAN = {
+  mm: 0.01,
+  deg: 0.02,
+  rad: 0.0005,
+  turn: 0.0005,
+  rpm: 1,
+  V: 2,
+  A: 0.05,
+  W: 5,
+  "°C": 1,
+  "m/s²": 0.5,
+};
 
 export class Strip {
   // `channel`: {key, device, column, unit, colour}; colour is the number of a hue of the style sheet.
@@ -43,13 +54,25 @@ export class Strip {
     this.high = element("dd");
     this.left = element("p.left-out", { hidden: true });
     this.plotPlace = element("div.strip-plot");
-    this.root = element("div.strip", { "data-channel": this.channel.key },
-      element("div.readout", {},
-        element("h3", {}, this.swatch, element("span", {}, device)), this.quantity,
+    this.root = element(
+      "div.strip",
+      { "data-channel": this.channel.key },
+      element(
+        "div.readout",
+        {},
+        element("h3", {}, this.swatch, element("span", {}, device)),
+        this.quantity,
         element("p.value", {}, this.value, this.unit),
-        element("dl.range", {}, element("div", {}, element("dt", {}, "min"), this.low), element("div", {}, element("dt", {}, "max"), this.high)),
-        this.left),
-      this.plotPlace);
+        element(
+          "dl.range",
+          {},
+          element("div", {}, element("dt", {}, "min"), this.low),
+          element("div", {}, element("dt", {}, "max"), this.high),
+        ),
+        this.left,
+      ),
+      this.plotPlace,
+    );
     this.root.classList.add(`hue-${this.channel.colour}`);
   }
 
@@ -59,20 +82,49 @@ export class Strip {
     const font = "12px Inter, system-ui, sans-serif";
     const stroke = () => this.colours.label;
     const options = {
-      width, height, legend: { show: false }, cursor: { show: false }, padding: [8, 12, withTime ? 0 : 8, 0],
+      width,
+      height,
+      legend: { show: false },
+      cursor: { show: false },
+      padding: [8, 12, withTime ? 0 : 8, 0],
       scales: {
         x: { time: false, auto: false, range: () => this.xRange },
         y: { range: () => this.yRange },
       },
       axes: [
-        { size: withTime ? AXIS_HEIGHT : 0, grid, ticks, font, stroke, gap: 6,
+        {
+          size: withTime ? AXIS_HEIGHT : 0,
+          grid,
+          ticks,
+          font,
+          stroke,
+          gap: 6,
           splits: (plot, index, left, right) => this.#timeMarks(plot, left, right),
-          values: (plot, marks) => (withTime ? marks.map((mark) => timeOfDay(Math.round(mark * 1e6), this.digits)) : marks.map(() => "")) },
-        { size: AXIS_WIDTH, grid, ticks, font, stroke, space: 30, gap: 8,
-          values: (plot, marks, axis, space, step) => marks.map((mark) => axisText(mark, step)) },
+          values: (plot, marks) =>
+            withTime ? marks.map((mark) => timeOfDay(Math.round(mark * 1e6), this.digits)) : marks.map(() => ""),
+        },
+        {
+          size: AXIS_WIDTH,
+          grid,
+          ticks,
+          font,
+          stroke,
+          space: 30,
+          gap: 8,
+          values: (plot, marks, axis, space, step) => marks.map((mark) => axisText(mark, step)),
+        },
       ],
-      series: [{}, { auto: false, scale: "y", width: 1.6, stroke: () => this.colours.curve, points: { show: false },
-        paths: (plot) => this.#outline(plot) }],
+      series: [
+        {},
+        {
+          auto: false,
+          scale: "y",
+          width: 1.6,
+          stroke: () => this.colours.curve,
+          points: { show: false },
+          paths: (plot) => this.#outline(plot),
+        },
+      ],
     };
     return new uPlot(options, [[], []], this.plotPlace);
   }
@@ -89,10 +141,22 @@ export class Strip {
     const [from, to] = this.xRange;
     const first = Math.max(0, this.samples.lowerBound(from) - 1);
     const last = Math.min(this.samples.length - 1, this.samples.lowerBound(to));
-    traceCurve(stroke, this.samples.time, this.samples.column(this.channel.column), first, last, {
-      left: from, perSecond: width / (to - from), x0: left,
-      low: this.yRange[0], perUnit: height / (this.yRange[1] - this.yRange[0]), y0: top + height,
-    }, this.gap);
+    traceCurve(
+      stroke,
+      this.samples.time,
+      this.samples.column(this.channel.column),
+      first,
+      last,
+      {
+        left: from,
+        perSecond: width / (to - from),
+        x0: left,
+        low: this.yRange[0],
+        perUnit: height / (this.yRange[1] - this.yRange[0]),
+        y0: top + height,
+      },
+      this.gap,
+    );
     return { stroke, fill: null, clip: null, band: null, gaps: null, flags: 0 };
   }
 
@@ -100,7 +164,9 @@ export class Strip {
   readColours() {
     const colour = (node, property) => getComputedStyle(node)[property];
     this.colours = {
-      curve: colour(this.swatch, "backgroundColor"), grid: colour(this.plotPlace, "color"), label: colour(this.quantity, "color"),
+      curve: colour(this.swatch, "backgroundColor"),
+      grid: colour(this.plotPlace, "color"),
+      label: colour(this.quantity, "color"),
     };
   }
 
@@ -117,7 +183,9 @@ export class Strip {
     if (isNew) {
       this.samples = samples;
       this.seen = samples?.version;
-      this.data = samples ? [samples.time, samples.column(this.channel.column)].map((column) => column.subarray(0, samples.length)) : [[], []];
+      this.data = samples
+        ? [samples.time, samples.column(this.channel.column)].map((column) => column.subarray(0, samples.length))
+        : [[], []];
     }
     if (this.samples) this.#fit();
     this.plot.batch(() => {
@@ -175,5 +243,8 @@ export class Strip {
 // A mark of the value axis: as many digits as its step needs.
 function axisText(mark, step) {
   const digits = Math.max(0, Math.min(6, -Math.floor(Math.log10(step) + 1e-9)));
-  return mark.toFixed(digits).replace("-", "−").replace(/^−(0(\.0+)?)$/, "$1");
+  return mark
+    .toFixed(digits)
+    .replace("-", "−")
+    .replace(/^−(0(\.0+)?)$/, "$1");
 }

@@ -28,8 +28,12 @@ export class StripStack {
     this.pointers = new Map();
     this.stale = true;
     this.drawnMs = 0;
-    this.body = element("div.strips", { tabIndex: 0, role: "group",
-      "aria-label": "Strip charts. Space: pause. Arrow keys: move. Plus and minus: zoom. Comma and full stop: cursor. End: newest." });
+    this.body = element("div.strips", {
+      tabIndex: 0,
+      role: "group",
+      "aria-label":
+        "Strip charts. Space: pause. Arrow keys: move. Plus and minus: zoom. Comma and full stop: cursor. End: newest.",
+    });
     this.empty = element("p.empty", {}, "No channel chosen.");
     this.root = element("div.strip-stack", {}, this.#makeTools(), this.body, this.empty);
     this.#listen();
@@ -41,7 +45,11 @@ export class StripStack {
   }
 
   #button(name, label, act) {
-    const button = element("button.square", { type: "button", title: label, "aria-label": label, "data-act": name }, picture(name));
+    const button = element(
+      "button.square",
+      { type: "button", title: label, "aria-label": label, "data-act": name },
+      picture(name),
+    );
     button.addEventListener("click", act);
     return button;
   }
@@ -50,12 +58,31 @@ export class StripStack {
     this.pause = element("button.primary", { type: "button", "data-act": "pause" });
     this.pause.addEventListener("click", () => this.togglePause());
     this.span = element("select", { "aria-label": "Time shown", "data-act": "span" });
-    this.span.addEventListener("change", () => this.#change(() => this.window.zoom(Number(this.span.value) / this.window.span, this.window.right(this.now), this.now)));
+    this.span.addEventListener("change", () =>
+      this.#change(() =>
+        this.window.zoom(Number(this.span.value) / this.window.span, this.window.right(this.now), this.now),
+      ),
+    );
     this.where = element("p.where", { role: "status" });
-    return element("div.tools", { role: "toolbar", "aria-label": "Charts" }, this.pause, this.span,
-      element("span.group", {}, this.#button("back", "Move back", () => this.#pan(-0.25)), this.#button("forth", "Move forth", () => this.#pan(0.25))),
-      element("span.group", {}, this.#button("farther", "Zoom out", () => this.#zoom(1 / ZOOM_STEP)), this.#button("closer", "Zoom in", () => this.#zoom(ZOOM_STEP))),
-      this.where);
+    return element(
+      "div.tools",
+      { role: "toolbar", "aria-label": "Charts" },
+      this.pause,
+      this.span,
+      element(
+        "span.group",
+        {},
+        this.#button("back", "Move back", () => this.#pan(-0.25)),
+        this.#button("forth", "Move forth", () => this.#pan(0.25)),
+      ),
+      element(
+        "span.group",
+        {},
+        this.#button("farther", "Zoom out", () => this.#zoom(1 / ZOOM_STEP)),
+        this.#button("closer", "Zoom in", () => this.#zoom(ZOOM_STEP)),
+      ),
+      this.where,
+    );
   }
 
   // The channels to show, in their order.
@@ -87,7 +114,8 @@ export class StripStack {
     const room = this.body.clientHeight - TIME_HEIGHT - this.strips.length;
     const height = Math.floor(Math.min(MOST_HEIGHT, Math.max(LEAST_HEIGHT, room / this.strips.length)));
     this.strips.forEach((strip, index) =>
-      strip.resize(place.clientWidth, height + (index === this.strips.length - 1 ? TIME_HEIGHT : 0)));
+      strip.resize(place.clientWidth, height + (index === this.strips.length - 1 ? TIME_HEIGHT : 0)),
+    );
     this.stale = true;
   }
 
@@ -123,7 +151,10 @@ export class StripStack {
     const width = this.strips[0].plot.bbox.width;
     const pixel = this.window.span / Math.max(1, width);
     const right = Math.floor(this.window.right(now) / pixel) * pixel;
-    const version = this.strips.reduce((sum, strip) => sum + (this.machine.samples.get(strip.channel.device)?.version ?? 0), 0);
+    const version = this.strips.reduce(
+      (sum, strip) => sum + (this.machine.samples.get(strip.channel.device)?.version ?? 0),
+      0,
+    );
     const isNew = this.stale || right !== this.right || version !== this.version;
     if (!isNew) return;
     this.drawnMs = frameMs;
@@ -132,8 +163,12 @@ export class StripStack {
     this.stale = false;
     const from = right - this.window.span;
     for (const strip of this.strips) {
-      strip.draw(this.machine.samples.get(strip.channel.device), from, right,
-        this.machine.stateOf.device.get(strip.channel.device)?.max_age_us);
+      strip.draw(
+        this.machine.samples.get(strip.channel.device),
+        from,
+        right,
+        this.machine.stateOf.device.get(strip.channel.device)?.max_age_us,
+      );
     }
     this.#read(from, now);
   }
@@ -151,15 +186,21 @@ export class StripStack {
     const { following, span } = this.window;
     if (this.shownFollowing !== following) {
       this.shownFollowing = following;
-      this.pause.replaceChildren(picture(following ? "pause" : "live"), element("span", {}, following ? "Pause" : "Go to newest"));
+      this.pause.replaceChildren(
+        picture(following ? "pause" : "live"),
+        element("span", {}, following ? "Pause" : "Go to newest"),
+      );
       setAttribute(this.root, "data-following", following);
     }
     if (this.shownSpan === span) return;
     this.shownSpan = span;
     setAttribute(this.root, "data-span", span.toFixed(3));
     const choices = SPANS.includes(span) ? SPANS : [...SPANS, span].sort((a, b) => a - b);
-    this.span.replaceChildren(...choices.map((choice) =>
-      element("option", { value: String(choice), selected: choice === span }, spanText(choice))));
+    this.span.replaceChildren(
+      ...choices.map((choice) =>
+        element("option", { value: String(choice), selected: choice === span }, spanText(choice)),
+      ),
+    );
   }
 
   // -- pointer, touch and keys
@@ -171,14 +212,19 @@ export class StripStack {
 
   #listen() {
     const { body } = this;
-    body.addEventListener("wheel", (event) => {
-      if (!event.target.closest(".strip-plot")) return;
-      event.preventDefault();
-      this.#zoom(1.0015 ** event.deltaY, this.window.following ? 1 : this.#share(event));
-    }, { passive: false });
+    body.addEventListener(
+      "wheel",
+      (event) => {
+        if (!event.target.closest(".strip-plot")) return;
+        event.preventDefault();
+        this.#zoom(1.0015 ** event.deltaY, this.window.following ? 1 : this.#share(event));
+      },
+      { passive: false },
+    );
     body.addEventListener("pointerdown", (event) => this.#press(event));
     body.addEventListener("pointermove", (event) => this.#move(event));
-    for (const end of ["pointerup", "pointercancel"]) body.addEventListener(end, (event) => this.pointers.delete(event.pointerId));
+    for (const end of ["pointerup", "pointercancel"])
+      body.addEventListener(end, (event) => this.pointers.delete(event.pointerId));
     body.addEventListener("pointerleave", () => this.#setCursor(null));
     body.addEventListener("dblclick", () => this.follow());
     body.addEventListener("keydown", (event) => this.#key(event));

@@ -1,7 +1,9 @@
 // Where the marks of a time axis stand, and what they say.
 
-const STEPS = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600,
-  7200, 14400, 43200, 86400];
+const STEPS = [
+  0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200,
+  14400, 43200, 86400,
+];
 
 // The shortest of the usual steps, in seconds, that leaves at most `marks` of them in `span`.
 export function timeStep(span, marks) {

@@ -33,16 +33,37 @@ class Panel {
     this.dot = drawing("circle", { class: "dot", r: 4 });
     this.cursor = drawing("path", { class: "cursor" });
     const older = curves.slice(1).map((curve) => drawing("path", { class: "older", d: this.#outline(curve) }));
-    const labels = [high, low].map((value) => drawing("text", { class: "scale", x: -6, y: this.y(value) + 4, "text-anchor": "end" }, quantity(value, unit)));
-    this.picture = drawing("svg", { viewBox: `${-GUTTER} 0 ${GUTTER + WIDTH + 8} ${HEIGHT + 18}`, class: "trip-curve", role: "img",
-      "aria-label": `${columnWord(name)}: ${quantity(this.samples[LAST], unit)} ${unit} at the trip` },
-    drawing("path", { class: "base", d: `M0 ${this.y(low).toFixed(1)}H${WIDTH}` }), ...labels, ...older,
-    drawing("path", { class: "curve", d: this.#outline(this.samples) }), this.cursor, this.dot,
-    drawing("text", { class: "scale", x: 0, y: HEIGHT + 14 }, `${fixed(-LAST * seconds, 1)} s`),
-    drawing("text", { class: "scale", x: WIDTH, y: HEIGHT + 14, "text-anchor": "end" }, "trip"));
-    this.root = element("figure.trip-panel", { "data-quantity": name },
-      element("figcaption", {}, element("span", {}, columnWord(name)), element("span.reading", {}, this.reading, element("span.unit", {}, unitText(unit)))),
-      this.picture);
+    const labels = [high, low].map((value) =>
+      drawing("text", { class: "scale", x: -6, y: this.y(value) + 4, "text-anchor": "end" }, quantity(value, unit)),
+    );
+    this.picture = drawing(
+      "svg",
+      {
+        viewBox: `${-GUTTER} 0 ${GUTTER + WIDTH + 8} ${HEIGHT + 18}`,
+        class: "trip-curve",
+        role: "img",
+        "aria-label": `${columnWord(name)}: ${quantity(this.samples[LAST], unit)} ${unit} at the trip`,
+      },
+      drawing("path", { class: "base", d: `M0 ${this.y(low).toFixed(1)}H${WIDTH}` }),
+      ...labels,
+      ...older,
+      drawing("path", { class: "curve", d: this.#outline(this.samples) }),
+      this.cursor,
+      this.dot,
+      drawing("text", { class: "scale", x: 0, y: HEIGHT + 14 }, `${fixed(-LAST * seconds, 1)} s`),
+      drawing("text", { class: "scale", x: WIDTH, y: HEIGHT + 14, "text-anchor": "end" }, "trip"),
+    );
+    this.root = element(
+      "figure.trip-panel",
+      { "data-quantity": name },
+      element(
+        "figcaption",
+        {},
+        element("span", {}, columnWord(name)),
+        element("span.reading", {}, this.reading, element("span.unit", {}, unitText(unit))),
+      ),
+      this.picture,
+    );
     this.point(LAST);
   }
 
@@ -78,8 +99,11 @@ export class TripCurves {
       return trip.samples[i] ? [new Panel(name, unit, curves, this.seconds)] : [];
     });
     this.where = element("p.where", { role: "status" });
-    const grid = element("div.trip-panels", { tabIndex: 0, role: "group", "aria-label": "Curves of the trip. Arrow keys move the read-out." },
-      ...this.panels.map((panel) => panel.root));
+    const grid = element(
+      "div.trip-panels",
+      { tabIndex: 0, role: "group", "aria-label": "Curves of the trip. Arrow keys move the read-out." },
+      ...this.panels.map((panel) => panel.root),
+    );
     this.root = element("div", {}, this.where, grid);
     this.#point(LAST);
     grid.addEventListener("pointermove", (event) => this.#follow(event));
@@ -93,7 +117,9 @@ export class TripCurves {
     const picture = event.target.closest(".trip-curve");
     if (!picture) return;
     const rect = picture.getBoundingClientRect();
-    this.#point(Math.round(((((event.clientX - rect.left) / rect.width) * (GUTTER + WIDTH + 8) - GUTTER) / WIDTH) * LAST));
+    this.#point(
+      Math.round(((((event.clientX - rect.left) / rect.width) * (GUTTER + WIDTH + 8) - GUTTER) / WIDTH) * LAST),
+    );
   }
 
   #point(index) {

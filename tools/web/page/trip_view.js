@@ -23,8 +23,13 @@ class TripItem {
   constructor(trip, choose) {
     this.cause = element("span.trip-cause");
     this.when = element("span.trip-when");
-    this.button = element("button.trip-item", { type: "button", "data-trip": keyOf(trip) },
-      element("strong", {}, `${trip.device}, trip ${trip.trip_count}`), this.cause, this.when);
+    this.button = element(
+      "button.trip-item",
+      { type: "button", "data-trip": keyOf(trip) },
+      element("strong", {}, `${trip.device}, trip ${trip.trip_count}`),
+      this.cause,
+      this.when,
+    );
     this.button.addEventListener("click", () => choose(keyOf(trip)));
     this.root = element("li", {}, this.button);
   }
@@ -41,14 +46,27 @@ export class TripView {
     this.machine = machine;
     this.chosen = null;
     this.list = element("ul.trip-list", { role: "list" });
-    this.items = new KeyedList(this.list, ({ trip }) => keyOf(trip), ({ trip }) =>
-      new TripItem(trip, (key) => navigate(`#trips/${key}`)));
-    this.empty = element("p.empty", {}, "No trip has been recorded. When a motor trips, its monitor keeps the last 20 samples of each quantity; they are shown here.");
+    this.items = new KeyedList(
+      this.list,
+      ({ trip }) => keyOf(trip),
+      ({ trip }) => new TripItem(trip, (key) => navigate(`#trips/${key}`)),
+    );
+    this.empty = element(
+      "p.empty",
+      {},
+      "No trip has been recorded. When a motor trips, its monitor keeps the last 20 samples of each quantity; they are shown here.",
+    );
     this.title = element("h3");
     this.when = element("p");
     this.curves = element("div");
     this.detail = element("section.panel.trip-detail", {}, this.title, this.when, this.curves);
-    this.root = element("div.trip-view", {}, element("h2", {}, "Trips"), this.empty, element("div.columns", {}, this.list, this.detail));
+    this.root = element(
+      "div.trip-view",
+      {},
+      element("h2", {}, "Trips"),
+      this.empty,
+      element("div.columns", {}, this.list, this.detail),
+    );
   }
 
   open(key) {
@@ -57,8 +75,9 @@ export class TripView {
   }
 
   update() {
-    const trips = [...this.machine.trips.values()].sort((a, b) =>
-      (b.not_after_utime || b.utime) - (a.not_after_utime || a.utime) || b.trip_count - a.trip_count);
+    const trips = [...this.machine.trips.values()].sort(
+      (a, b) => (b.not_after_utime || b.utime) - (a.not_after_utime || a.utime) || b.trip_count - a.trip_count,
+    );
     setHidden(this.empty, trips.length > 0);
     const chosen = trips.find((trip) => keyOf(trip) === this.chosen) ?? trips[0];
     this.items.update(trips.map((trip) => ({ trip, isChosen: trip === chosen })));
@@ -67,7 +86,9 @@ export class TripView {
     this.shown = chosen;
     setText(this.title, `${chosen.device}: ${causeText(chosen)}`);
     setText(this.when, `Trip ${chosen.trip_count}. ${whenText(chosen)}. Older trips of this motor are drawn dashed.`);
-    const older = trips.filter((trip) => trip.device === chosen.device && trip.trip_count < chosen.trip_count).slice(0, 2);
+    const older = trips
+      .filter((trip) => trip.device === chosen.device && trip.trip_count < chosen.trip_count)
+      .slice(0, 2);
     this.curves.replaceChildren(new TripCurves(chosen, older).root);
   }
 }

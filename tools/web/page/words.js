@@ -3,7 +3,11 @@
 const DEVICE_STATES = { ONLINE: "Online", DEGRADED: "Degraded", OFFLINE: "Offline", STARTING: "Starting" };
 const BUS_STATES = { UP: "Up", DEGRADED: "Degraded", DOWN: "Down", STARTING: "Starting" };
 const RECORDER_STATES = {
-  RECORDING: "Recording", PRE_TRIGGER: "Waits for its trigger", DISK_FULL: "Disk full", ERROR: "Error", STOPPING: "Stopping",
+  RECORDING: "Recording",
+  PRE_TRIGGER: "Waits for its trigger",
+  DISK_FULL: "Disk full",
+  ERROR: "Error",
+  STOPPING: "Stopping",
 };
 
 export function stateWord(state) {
@@ -65,11 +69,22 @@ export function flagWords(flags) {
 }
 
 const ERRORS = {
-  timeout: "no reply", short: "reply ended early", framing: "character error", checksum: "wrong checksum",
-  wrong_echo: "answers another request", communication_alarm: "device misread the request",
-  abnormal_reply: "device refused the request", wrong_identity: "another device", range: "value out of range",
-  implausible: "implausible", device: "device says not valid", stray: "bytes nobody asked for", busy: "busy",
-  io: "refused by the system", exception: "protocol exception", silent: "fell silent",
+  timeout: "no reply",
+  short: "reply ended early",
+  framing: "character error",
+  checksum: "wrong checksum",
+  wrong_echo: "answers another request",
+  communication_alarm: "device misread the request",
+  abnormal_reply: "device refused the request",
+  wrong_identity: "another device",
+  range: "value out of range",
+  implausible: "implausible",
+  device: "device says not valid",
+  stray: "bytes nobody asked for",
+  busy: "busy",
+  io: "refused by the system",
+  exception: "protocol exception",
+  silent: "fell silent",
 };
 
 export function errorWord(kind) {
@@ -77,8 +92,15 @@ export function errorWord(kind) {
 }
 
 const COLUMNS = {
-  value: "Position", turns: "Turns", speed_rpm: "Speed", voltage_v: "Voltage", current_a: "Current", power_w: "Power",
-  temperature_c: "Temperature", accel_x_mps2: "Acceleration x", accel_y_mps2: "Acceleration y",
+  value: "Position",
+  turns: "Turns",
+  speed_rpm: "Speed",
+  voltage_v: "Voltage",
+  current_a: "Current",
+  power_w: "Power",
+  temperature_c: "Temperature",
+  accel_x_mps2: "Acceleration x",
+  accel_y_mps2: "Acceleration y",
   accel_z_mps2: "Acceleration z",
 };
 
@@ -87,8 +109,15 @@ export function columnWord(name) {
 }
 
 const OUTCOMES = {
-  accepted: "Accepted", routed: "On its way", running: "Running", succeeded: "Done", rejected: "Rejected", failed: "Failed",
-  expired: "Expired", cancelled: "Cancelled", indeterminate: "Cannot tell",
+  accepted: "Accepted",
+  routed: "On its way",
+  running: "Running",
+  succeeded: "Done",
+  rejected: "Rejected",
+  failed: "Failed",
+  expired: "Expired",
+  cancelled: "Cancelled",
+  indeterminate: "Cannot tell",
 };
 
 // The state of a command: `verified` says that its effect was read back.
