@@ -54,6 +54,10 @@ class MotorFace {
   }
 }
 
+function silenceText(heard, now) {
+  return heard ? `Nothing heard for ${duration(now - heard)}` : "Not heard yet";
+}
+
 export class DeviceTile {
   constructor(device) {
     this.badge = new StateBadge();
@@ -96,7 +100,7 @@ export class DeviceTile {
     const worst = alarms?.entries[0];
     let text = "";
     if (worst) text = readable(worst.name) + (alarms.total > 1 ? ` and ${alarms.total - 1} more` : "");
-    else if (state?.state === null) text = `Nothing heard for ${duration(now - state.heard_utime)}`;
+    else if (state?.state === null) text = silenceText(state.heard_utime, now);
     else if (reading?.stale) text = `Value is ${duration(reading.age_us)} old`;
     else if (reading && !reading.valid) text = "Reading is not valid";
     else if (state?.reason) text = state.reason;

@@ -50,7 +50,7 @@ class RecorderCard {
 
   update({ recorder, now }) {
     this.badge.update(recorder.state);
-    setText(this.file, recorder.file);
+    setText(this.file, recorder.file ?? "");
     setText(this.lost, count(recorder.lost));
     this.root.classList.toggle("losing", recorder.lost > 0);
     this.facts.update([
@@ -62,7 +62,7 @@ class RecorderCard {
       ["Free on the disk", bytes(recorder.free_bytes)],
       ["Dropped by the host", count(recorder.kernel_dropped)],
     ]);
-    const losing = recorder.senders.filter((sender) => sender.lost > 0);
+    const losing = (recorder.senders ?? []).filter((sender) => sender.lost > 0);
     this.senders.update(losing);
     setHidden(this.table, losing.length === 0);
     setText(
