@@ -12,6 +12,7 @@
 #include "drivers/runtime/config/load_device.h"
 #include "drivers/runtime/config/load_link.h"
 #include "drivers/runtime/config/load_recorder.h"
+#include "drivers/runtime/config/load_web.h"
 #include "drivers/runtime/config/words.h"
 #include "drivers/runtime/config/yaml_text.h"
 #include "drivers/runtime/core/lcm_url.h"
@@ -50,6 +51,7 @@ class MachineLoader {
     if (!only_bus_.empty() && !seen_only_bus_) root.Error("buses", "there is no bus " + Quoted(only_bus_));
     machine_.bridge = LoadBridge(root.Map("bridge"), families_);
     machine_.recorder = LoadRecorder(root.Map("recorder"));
+    machine_.web = LoadWeb(root.Map("web"));
     root.Done();
     return std::move(machine_);
   }

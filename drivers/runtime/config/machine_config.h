@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "drivers/runtime/config/recorder_config.h"
+#include "drivers/runtime/config/web_config.h"
 #include "drivers/runtime/core/family.h"
 #include "drivers/runtime/core/key.h"
 #include "drivers/runtime/core/secret.h"
@@ -127,6 +128,7 @@ struct MachineConfig {
   std::vector<BusConfig> buses;
   BridgeConfig bridge;
   RecorderConfig recorder;
+  WebConfig web;
 
   [[nodiscard]] const BusConfig* FindBus(std::string_view name) const;
   // The bus that holds the device, or null.
