@@ -23,6 +23,7 @@ WORLDS = [
     ("process", r"sys/(prctl|resource|mman)\.h|\bsched_set[a-z]+\(",
      r"drivers/io/(process(_test)?|mapped_region)\.cpp|tools/axlecast/(child|simulation_server)\.cpp|bench/.*"),
     ("SQLite", r"sqlite3\.h", r"bridge/store/database\.cpp"),
+    ("HTTP and WebSockets", r"libwebsockets\.h", r"drivers/io/web_server\.cpp"),
     ("systemd", r"systemd/", r"drivers/io/supervision\.cpp"),
 ]
 MAX_LINES = 400

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace axlecast {
+
+// One HTTP request, as it was sent: nothing of it is trusted.
+struct WebRequest {
+  std::string method = {};  // "GET", "HEAD", "POST"; else what there is no answer to
+  std::string path = {};    // without the query
+  std::string host = {};
+  std::string origin = {};
+  std::string cookie = {};
+  std::string authorization = {};
+  std::string if_none_match = {};
+  std::string body = {};
+};
+
+struct WebAnswer {
+  int status = 200;
+  std::string type = "text/plain; charset=utf-8";
+  std::string body = {};
+  std::vector<std::pair<std::string, std::string>> headers = {};
+};
+
+// What a WebSocket is to do next: nothing, send a text, or close with a code.
+struct WebFrame {
+  std::optional<std::string> text = std::nullopt;
+  int close = 0;
+  std::string reason = {};  // <= 120 bytes
+};
+
+using WebConnection = std::uint64_t;  // one WebSocket; never used again
+
+// What a server serves. Called on its thread.
+class WebServices {
+ public:
+  virtual ~WebServices() = default;
+
+  [[nodiscard]] virtual WebAnswer OnRequest(const WebRequest& request) = 0;
+  // Whether a WebSocket may open: 0, or the HTTP status that it is refused with.
+  [[nodiscard]] virtual int OnUpgrade(const WebRequest& request) = 0;
+  virtual void OnOpen(WebConnection connection) = 0;
+  virtual void OnFrame(WebConnection connection, std::string_view text) = 0;
+  // Asked whenever the connection takes another frame: back-pressure is the absence of this call.
+  [[nodiscard]] virtual WebFrame NextFrame(WebConnection connection) = 0;
+  virtual void OnClose(WebConnection connection) = 0;
+  // Every kTickMs. False ends the server.
+  [[nodiscard]] virtual bool OnTick() = 0;
+};
+
+struct WebServerSettings {
+  std::string address = "127.0.0.1";
+  int port = 0;             // 0: any free one
+  std::string certificate;  // PEM files; empty: no TLS
+  std::string key;
+  int most_connections = 64;  // of all kinds
+  // Sent with every answer, also with those of the library.
+  std::vector<std::pair<std::string, std::string>> headers;
+};
+
+// HTTP and WebSockets: the only place that touches libwebsockets. One thread; one server in a process.
+class WebServer {
+ public:
+  static constexpr int kTickMs = 50;
+  static constexpr std::size_t kLongestFrame = 16 << 10;  // of a WebSocket's peer
+  static constexpr std::size_t kLongestBody = 4 << 10;    // of a request
+  static constexpr const char* kSubprotocol = "axlecast-web-1";
+
+  // `services` outlives it.
+  WebServer(const WebServerSettings& settings, WebServices& services);
+  ~WebServer();
+  WebServer(const WebServer&) = delete;
+  WebServer& operator=(const WebServer&) = delete;
+
+  // Empty when it listens, else the cause and the remedy.
+  [[nodiscard]] const std::string& problem() const { return problem_; }
+  [[nodiscard]] int port() const;
+
+  // Serves until OnTick says no. False when the library failed.
+  [[nodiscard]] bool Run();
+
+ private:
+  struct State;
+
+  std::unique_ptr<State> state_;
+  std::string problem_;
+};
+
+}  // namespace axlecast
