@@ -1,0 +1,20 @@
+#include <cmath>
+#include <cstdlib>
+
+#include "tools/web/page_request.h"
+
+// Whatever a browser sends is refused with a text or lies within its limits.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const axlecast::PageRequest request =
+      axlecast::ParsePageRequest(std::string_view(reinterpret_cast<const char*>(data), size));
+  if (const auto* bad = std::get_if<axlecast::BadRequest>(&request)) {
+    if (bad->text.empty()) std::abort();
+  } else if (const auto* subscribe = std::get_if<axlecast::SubscribeRequest>(&request)) {
+    if (subscribe->devices.size() > axlecast::kMostSubscribed || !(subscribe->history_s >= 0)) std::abort();
+  } else if (const auto* seek = std::get_if<axlecast::SeekRequest>(&request)) {
+    if (seek->utime < 0) std::abort();
+  } else if (const auto* speed = std::get_if<axlecast::SpeedRequest>(&request)) {
+    if (!(speed->factor >= axlecast::kSlowestPlay && speed->factor <= axlecast::kFastestPlay)) std::abort();
+  }
+  return 0;
+}

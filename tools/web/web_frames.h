@@ -1,0 +1,67 @@
+#pragma once
+
+#include <axlecast/command_status_t.hpp>
+#include <axlecast/trip_log_t.hpp>
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/runtime/config/machine_config.h"
+#include "drivers/runtime/core/instant.h"
+#include "tools/monitor/monitor.h"
+#include "tools/web/sample_history.h"
+
+namespace axlecast {
+
+// The frames of docs/web_protocol.md, as one line of JSON each.
+
+// The same instant on both clocks; in a log, of the event that is shown.
+struct WebInstant {
+  MonoNs mono = 0;
+  std::int64_t utime = 0;
+};
+
+struct WebLogFacts {
+  std::vector<std::string> files;
+  std::int64_t first_utime = 0;
+  std::int64_t last_utime = 0;
+};
+
+// Names and units of what a row of samples holds.
+struct WebColumn {
+  std::string_view name;
+  std::string unit;
+};
+[[nodiscard]] std::vector<WebColumn> ColumnsOf(const DeviceView& device, std::int8_t unit);
+
+// `machine` is the one of the file; devices that it does not list were only heard.
+[[nodiscard]] std::string HelloFrame(const Monitor& monitor, const MachineConfig& machine, std::string_view version,
+                                     const std::optional<WebLogFacts>& log);
+[[nodiscard]] std::string StateFrame(const Monitor& monitor, WebInstant now);
+// `before`: the names that the frame before it held.
+[[nodiscard]] std::string AlarmsFrame(std::string_view device, const AlarmView& alarms, std::int64_t utime,
+                                      const std::set<std::string>& before);
+[[nodiscard]] std::string TripFrame(const trip_log_t& trip);
+[[nodiscard]] std::string CommandFrame(const command_status_t& status);
+[[nodiscard]] std::string ErrorFrame(std::string_view text);
+[[nodiscard]] std::string ResetFrame();
+
+struct WebPlayback {
+  std::int64_t utime = 0;
+  bool playing = false;
+  double speed = 1;
+  bool at_end = false;
+  bool seeking = false;
+  bool operator==(const WebPlayback&) const = default;
+};
+[[nodiscard]] std::string PlaybackFrame(const WebPlayback& playback);
+
+// The rows [begin, end) of `history`, at least one.
+[[nodiscard]] std::string SamplesFrame(std::string_view device, const std::vector<WebColumn>& columns,
+                                       const SampleHistory& history, std::uint64_t begin, std::uint64_t end,
+                                       std::uint64_t dropped);
+
+}  // namespace axlecast
