@@ -86,7 +86,9 @@ bool Fleet::AnyRunning(Role role) const {
 }
 
 void Fleet::Stop(const std::function<bool()>& hurry) {
-  for (const Role role : {Role::kDriver, Role::kBridge, Role::kSimulator, Role::kRecorder}) StopRole(role, hurry);
+  for (const Role role : {Role::kWeb, Role::kDriver, Role::kBridge, Role::kSimulator, Role::kRecorder}) {
+    StopRole(role, hurry);
+  }
 }
 
 void Fleet::StopRole(Role role, const std::function<bool()>& hurry) {

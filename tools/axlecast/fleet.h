@@ -16,7 +16,7 @@ namespace axlecast {
 class Fleet {
  public:
   // In the order in which they end.
-  enum class Role : std::uint8_t { kDriver, kBridge, kSimulator, kRecorder };
+  enum class Role : std::uint8_t { kWeb, kDriver, kBridge, kSimulator, kRecorder };
 
   // `log_directory` exists. `tell` takes the lines that an operator should see.
   Fleet(std::string log_directory, const Clock& clock, std::function<void(const std::string& line)> tell);
@@ -29,7 +29,7 @@ class Fleet {
   void Poll();
   [[nodiscard]] std::vector<int> FileDescriptors() const;  // readable when Poll has work
 
-  // Ends all, drivers first, the recorder last: SIGTERM, after 3 s (the recorder: 60 s) SIGKILL; SIGKILL at once when
+  // Ends all in the order of their roles: SIGTERM, after 3 s (the recorder: 60 s) SIGKILL; SIGKILL at once when
   // `hurry` says so.
   void Stop(const std::function<bool()>& hurry);
 

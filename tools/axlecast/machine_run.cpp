@@ -92,6 +92,7 @@ void MachineRun::StartAll() {
     fleet_->Start(Fleet::Role::kDriver, "driver " + bus.name,
                   {DriverProgram(bus.family->name), "--config", file_, "--bus", bus.name});
   }
+  if (web_) fleet_->Start(Fleet::Role::kWeb, "web", {ProgramFolder() + "/axlecast", "web", "--config", file_});
 }
 
 void MachineRun::AwaitSimulators() {

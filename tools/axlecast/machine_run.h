@@ -30,6 +30,9 @@ class MachineRun {
   // A line that stays below the table.
   void AddNote(std::string line) { notes_.push_back(std::move(line)); }
 
+  // `axlecast web` is to run, too.
+  void AddWeb() { web_ = true; }
+
   // Starts all, and runs until a signal asks to stop or `seconds` have passed (0: no end). The summary is of the
   // moment before the processes are ended.
   [[nodiscard]] RunSummary Run(double seconds);
@@ -45,6 +48,7 @@ class MachineRun {
   std::string file_;
   bool table_;
   bool quiet_;
+  bool web_ = false;
   SystemClock clock_;
   LockFile lock_;
   std::unique_ptr<StopSignal> stop_;

@@ -31,6 +31,9 @@
 #include "tools/axlecast/trips_command.h"
 #include "tools/axlecast/up_command.h"
 #include "tools/axlecast/watch_command.h"
+#if AXLECAST_WEB
+#include "tools/axlecast/web_command.h"
+#endif
 
 namespace axlecast {
 namespace {
@@ -62,6 +65,11 @@ int RunCommandLine(int argc, char** argv) {
   AddReplayCommand(app, exit_code);
   AddLogCommand(app, exit_code);
   AddRedecodeCommand(app, exit_code);
+#if AXLECAST_WEB
+  AddWebCommand(app, exit_code);
+#else
+  app.get_subcommand("up")->remove_option(app.get_subcommand("up")->get_option("--web"));
+#endif
   AddCheckConfigCommand(app, exit_code);
   AddKeygenCommand(app, exit_code);
   app.get_subcommand("keygen")->preparse_callback([](std::size_t) { WarnOf(ForbidCoreDumps()); });

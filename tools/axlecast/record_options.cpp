@@ -1,16 +1,14 @@
 #include "tools/axlecast/record_options.h"
 
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
 #include <map>
 #include <utility>
 
 #include "drivers/runtime/core/expression.h"
+#include "tools/axlecast/host_name.h"
 
 namespace axlecast {
 namespace {
@@ -18,11 +16,6 @@ namespace {
 constexpr std::size_t kLongestName = 24;
 
 MonoNs Nanoseconds(double seconds) { return static_cast<MonoNs>(std::llround(seconds * 1e9)); }
-
-std::string HostName() {
-  std::array<char, 256> host{};
-  return gethostname(host.data(), host.size() - 1) == 0 ? host.data() : "";
-}
 
 bool IsName(const std::string& name) {
   return !name.empty() && name.size() <= kLongestName &&

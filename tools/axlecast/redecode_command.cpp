@@ -3,17 +3,16 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "drivers/io/new_file.h"
-#include "drivers/runtime/config/load.h"
 #include "tools/axlecast/config_option.h"
 #include "tools/axlecast/exit_code.h"
 #include "tools/axlecast/log_input.h"
+#include "tools/axlecast/log_machine.h"
 #include "tools/axlecast/screen.h"
 #include "tools/json/field.h"
-#include "tools/log/log_header.h"
-#include "tools/log/log_reader.h"
 #include "tools/redecode/redecode_report.h"
 
 namespace axlecast {
@@ -31,24 +30,6 @@ struct Options {
   bool diff = false;
   bool json = false;
 };
-
-// The machine's file that the log begins with. A recorder writes it before all that it hears.
-std::optional<MachineConfig> MachineOf(Bytes log, const std::string& file) {
-  constexpr int kHeaderEvents = 100;
-  LogReader reader(log);
-  for (int i = 0; i < kHeaderEvents; ++i) {
-    const auto event = reader.Next();
-    if (!event) break;
-    if (event->channel != kMachineChannel) continue;
-    ConfigErrors errors(file + ": " + std::string(kMachineChannel));
-    auto machine = ParseConfig(std::string(event->data.begin(), event->data.end()), errors);
-    if (!machine) std::cerr << errors.Text();
-    return machine;
-  }
-  std::cerr << file
-            << " does not hold the machine's file, as a log of `axlecast record` does: give it by --config\n";
-  return std::nullopt;
-}
 
 // The log that the devices' messages become.
 class RedecodedLog {
@@ -95,8 +76,10 @@ int Run(const Options& options) {
   LogInput input;
   if (!input.Open(options.log)) return kExitBad;
   int exit_code = kExitBad;
+  std::string no_machine;
   const auto machine =
-      options.config.Given() ? options.config.Load(exit_code) : MachineOf(input.log(), options.log);
+      options.config.Given() ? options.config.Load(exit_code) : MachineOf(input.log(), options.log, no_machine);
+  std::cerr << no_machine;
   if (!machine) return exit_code;
   if (!options.bus.empty() && machine->FindBus(options.bus) == nullptr) {
     std::cerr << "the machine has no bus " << options.bus << '\n';

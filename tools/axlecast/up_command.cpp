@@ -5,6 +5,7 @@
 
 #include "tools/axlecast/config_option.h"
 #include "tools/axlecast/exit_code.h"
+#include "tools/axlecast/host_name.h"
 #include "tools/axlecast/isolation.h"
 #include "tools/axlecast/machine_run.h"
 
@@ -17,6 +18,7 @@ struct UpOptions {
   bool isolated = false;
   bool no_table = false;
   bool json = false;
+  bool web = false;
 };
 
 int Up(const UpOptions& options) {
@@ -34,6 +36,12 @@ int Up(const UpOptions& options) {
   const bool table = !options.no_table && !options.json && Screen::Usable();
   MachineRun run(*machine, options.config.File(), table, options.json);
   if (options.isolated) run.AddNote("isolated; get in: " + EntryLine("lcm-logger"));
+  if (options.web) {
+    const std::string page = "page: " + WebUrl(machine->web, HostName());
+    std::cerr << page << '\n';
+    run.AddNote(page);
+    run.AddWeb();
+  }
   if (const std::string problem = run.Prepare(); !problem.empty()) {
     std::cerr << problem << '\n';
     return kExitBad;
@@ -59,9 +67,11 @@ void AddUpCommand(CLI::App& app, int& exit_code) {
   command->add_flag("--isolated", options->isolated, "In a network namespace of its own");
   command->add_flag("--no-table", options->no_table, "A line every 5 s instead of the live table");
   command->add_flag("--json", options->json, "The summary as one JSON object; no table");
+  command->add_flag("--web", options->web, "With its page for browsers (axlecast web)");
   command->footer(
       "examples:\n"
       "  axlecast up config/demo.yaml                 live until Ctrl-C\n"
+      "  axlecast up config/demo.yaml --web           with its page in the browser\n"
       "  axlecast up config/demo.yaml --seconds 10    no terminal needed\n"
       "  axlecast up config/demo.yaml --isolated      where multicast is not usable");
   command->callback([options, &exit_code] { exit_code = Up(*options); });
