@@ -14,8 +14,8 @@ bool SameId(const command_status_t& one, const command_status_t& other) {
 }  // namespace
 
 bool CommandHistory::On(command_status_t status) {
-  if (status.state <= command_status_t::STATE_UNKNOWN || static_cast<std::size_t>(status.state) >= kStates)
-    return false;
+  const auto state = static_cast<std::uint8_t>(status.state);
+  if (state == command_status_t::STATE_UNKNOWN || state >= kStates) return false;
   const bool is_final = status.is_final != 0;
   const auto known = std::find_if(newest_.rbegin(), newest_.rend(),
                                   [&status](const command_status_t& other) { return SameId(other, status); });
@@ -23,7 +23,7 @@ bool CommandHistory::On(command_status_t status) {
     if (newest_.size() == kMost) newest_.pop_front();
     newest_.push_back(std::move(status));
     last_ = newest_.size() - 1;
-    if (is_final) ++outcomes_[static_cast<std::size_t>(newest_.back().state)];
+    if (is_final) ++outcomes_[state];
     return true;
   }
   // An outcome never changes; only a finding may follow it.
@@ -33,7 +33,7 @@ bool CommandHistory::On(command_status_t status) {
   if (same || (was_final && known->state != status.state)) return false;
   *known = std::move(status);
   last_ = static_cast<std::size_t>(std::distance(known, newest_.rend())) - 1;
-  if (is_final && !was_final) ++outcomes_[static_cast<std::size_t>(known->state)];
+  if (is_final && !was_final) ++outcomes_[state];
   return true;
 }
 

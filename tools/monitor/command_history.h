@@ -23,7 +23,7 @@ class CommandHistory {
   [[nodiscard]] std::size_t last() const { return last_; }
   // Commands whose one outcome was heard, by state.
   [[nodiscard]] std::int64_t outcomes(std::int8_t state) const {
-    return outcomes_.at(static_cast<std::size_t>(state));
+    return outcomes_.at(static_cast<std::uint8_t>(state));
   }
 
  private:

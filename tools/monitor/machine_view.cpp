@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
-#include <ranges>
 #include <utility>
 
 #include "drivers/runtime/config/words.h"
@@ -57,9 +57,12 @@ bool OnInfo(DeviceView& device, device_info_t info, MonoNs now) {
 // The unit numbers its trips anew after its count was cleared: only the curves tell them apart.
 bool SameTrip(const trip_log_t& one, const trip_log_t& other) {
   const auto same = [](float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); };
+  for (std::size_t q = 0; q < std::size(one.samples); ++q) {
+    if (!std::equal(std::begin(one.samples[q]), std::end(one.samples[q]), std::begin(other.samples[q]), same))
+      return false;
+  }
   return one.trip_count == other.trip_count && one.factor_bits == other.factor_bits &&
-         one.valid_mask == other.valid_mask &&
-         std::ranges::equal(std::views::join(one.samples), std::views::join(other.samples), same);
+         one.valid_mask == other.valid_mask;
 }
 
 bool OnTrip(DeviceView& device, const trip_log_t& trip) {
