@@ -18,6 +18,10 @@ class PageTest(Machine):
         """The whole machine, simulated."""
         return self.start("up", BIN / "axlecast", "up", config, "--no-table")
 
+    def battery(self, volts):
+        """Of the demo's axis4; its script leaves it alone from 20 s on, for 100 s."""
+        self.set_simulated(DEMO, "rs485-3", "axis4", battery_v=volts)
+
     def serve(self, *options, name="web"):
         """`axlecast web`; returns the address of its page."""
         process = self.start(name, BIN / "axlecast", "web", *options, "--port", "0")

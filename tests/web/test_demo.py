@@ -37,9 +37,12 @@ class Live(PageTest):
 
     def test_an_alarm_appears_and_is_explained(self):
         browser = self.browser
+        lost = '[data-alarm="axis4/reference_lost"]'
+        browser.wait("return document.querySelector(arguments[0])", "the script's quiet part", lost)
         self.go(browser, "buses")  # not where all alarms are listed: a new one is shown wherever one looks
         battery = "return document.querySelector('#announcements')?.innerText.match(/axis4: Battery alarm[^]*Check or replace the battery/)"
-        browser.wait(battery, "the battery's alarm, announced", limit=150)  # once in two minutes, in case this was late
+        self.battery(2.9)
+        browser.wait(battery, "the battery's alarm, announced")
         self.go(browser, "machine")
         alarm = '[data-alarm="axis4/battery_alarm"]'
         browser.wait("return document.querySelector(arguments[0])", "it stands in the list", alarm)
@@ -47,6 +50,7 @@ class Live(PageTest):
         self.assertIn("Warning", browser.text(alarm))
         self.assertTrue(browser.run("return document.querySelector('[data-device=axis4] .tile-note .icon') !== null"))
         self.picture(browser, "alarm")
+        self.battery(3.6)
         browser.wait("return !document.querySelector(arguments[0])", "it goes when the battery is well again", alarm)
 
     def span(self):
@@ -114,7 +118,7 @@ class Live(PageTest):
         browser = self.browser
         self.go(browser, "commands")
         wait_for(lambda: self.axlecast("status", DEMO)[0] in (0, 1), "the machine runs")
-        code, _, err = self.axlecast("motor", "stop", "conveyor", "--config", DEMO, "--yes")
+        code, _, err = self.axlecast("motor", "stop", "conveyor", "--config", DEMO)
         self.assertEqual(code, 3, err)  # the demo's file does not allow it
         row = browser.wait("return document.querySelector('[data-command]')?.innerText", "the command")
         for word in ("conveyor", "Stop motor", "Rejected", "Not permitted"):
@@ -126,10 +130,14 @@ class Recorded(PageTest):
         """Some seconds of the demo, with the battery's alarm in it."""
         self.up()
         path = self.folder / "run.lcm"
-        config = self.watch(DEMO, "--channel", "^ALARM/axis4$")
+        alarms = self.watch(DEMO, "--channel", "^ALARM/axis4$")
         recorder = self.start("record", BIN / "axlecast", "record", path, "--config", DEMO)
-        wait_for(lambda: "battery_alarm" in self.alarms(config, "axis4"), "the battery's alarm", 150)
-        wait_for(lambda: "battery_alarm" not in self.alarms(config, "axis4"), "the battery is well again")
+        wait_for(lambda: "reference_lost" in self.alarms(alarms, "axis4"), "the script's quiet part")
+        wait_for(lambda: "battery_alarm" not in self.alarms(alarms, "axis4"), "the battery is well")
+        self.battery(2.9)
+        wait_for(lambda: "battery_alarm" in self.alarms(alarms, "axis4"), "the battery's alarm")
+        self.battery(3.6)
+        wait_for(lambda: "battery_alarm" not in self.alarms(alarms, "axis4"), "the battery is well again")
         recorder.terminate()
         recorder.wait(30)
         for process in self.processes:
