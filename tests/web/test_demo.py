@@ -104,7 +104,7 @@ class Live(PageTest):
         browser.wait("return document.querySelector('[data-trip^=\"conveyor/\"]')", "the conveyor's trip", limit=180)
         browser.click("[data-trip]")
         browser.wait("return document.querySelectorAll('.trip-panel').length === 7", "a panel for each quantity")
-        self.assertIn("Power upper B", browser.text(".trip-detail h3"))
+        self.assertIn("Power upper A", browser.text(".trip-detail h3"))
         power = '[data-quantity="power_w"]'
         at_trip = self.number(browser, f"{power} .number")
         self.assertGreater(at_trip, 400)  # W: the limit that it tripped over
@@ -220,6 +220,7 @@ SMALL = """return [...document.querySelectorAll('button, select, summary, nav a,
 
 # What can be used, and has no name that could be read out.
 UNNAMED = """return [...document.querySelectorAll('button, select, input, a')]
+  .filter((node) => node.getClientRects().length > 0)
   .filter((node) => !(node.getAttribute('aria-label') || node.innerText.trim() || node.closest('label')?.innerText.trim()))
   .map((node) => node.outerHTML.slice(0, 80))"""
 

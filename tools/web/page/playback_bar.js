@@ -15,7 +15,7 @@ export class PlaybackBar {
     this.clock = clock;
     this.send = send;
     this.dragging = false;
-    this.play = element("button.primary.square", { type: "button", "data-act": "play" });
+    this.play = element("button.primary.square", { type: "button", "data-act": "play", "aria-label": "Play" });
     this.slider = element("input", {
       type: "range",
       min: 0,

@@ -1,17 +1,17 @@
-// The last minute or two of a slow quantity, from the states that came.
+// The last two minutes of a slow quantity, from the states that came while one looked.
 
 import { drawing, setAttribute } from "./dom.js";
 
 const WIDTH = 120;
 const HEIGHT = 32;
 const KEPT_S = 120;
+const GAP_S = 10; // nobody looked, or the motor was silent: what was then is not known
 
 export class Sparkline {
   constructor() {
     this.points = []; // {time in s, value}
     this.line = drawing("path", { class: "spark-line" });
     this.area = drawing("path", { class: "spark-area" });
-    this.end = drawing("circle", { class: "spark-end", r: 2.2 });
     this.root = drawing(
       "svg",
       { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "spark", preserveAspectRatio: "none", "aria-hidden": "true" },
@@ -21,6 +21,7 @@ export class Sparkline {
   }
 
   add(utime, value) {
+    if (typeof value !== "number") return;
     const time = utime / 1e6;
     const last = this.points.at(-1);
     if (last && time < last.time) this.points = [];
@@ -31,15 +32,28 @@ export class Sparkline {
   }
 
   #draw(now) {
-    const known = this.points.filter((point) => typeof point.value === "number");
-    if (known.length < 2) return;
-    const most = Math.max(...known.map((point) => point.value), 0) * 1.1 || 1;
-    const least = Math.min(...known.map((point) => point.value), 0);
-    const place = ({ time, value }) =>
-      `${(WIDTH * (1 - (now - time) / KEPT_S)).toFixed(1)} ${(HEIGHT - 1 - ((value - least) / (most - least)) * (HEIGHT - 3)).toFixed(1)}`;
-    const line = `M${known.map(place).join("L")}`;
-    setAttribute(this.line, "d", line);
-    const left = (WIDTH * (1 - (now - known[0].time) / KEPT_S)).toFixed(1);
-    setAttribute(this.area, "d", `${line}L${WIDTH} ${HEIGHT}L${left} ${HEIGHT}z`);
+    const values = this.points.map((point) => point.value);
+    const most = Math.max(...values, 0) * 1.1 || 1;
+    const least = Math.min(...values, 0);
+    const x = (time) => (WIDTH * (1 - (now - time) / KEPT_S)).toFixed(1);
+    const y = (value) => (HEIGHT - 1 - ((value - least) / (most - least)) * (HEIGHT - 3)).toFixed(1);
+    const outlines = this.#runs().map((run) => run.map((point) => `${x(point.time)} ${y(point.value)}`).join("L"));
+    setAttribute(this.line, "d", outlines.map((outline) => `M${outline}`).join(""));
+    const areas = this.#runs().map(
+      (run, i) => `M${outlines[i]}L${x(run.at(-1).time)} ${HEIGHT}L${x(run[0].time)} ${HEIGHT}z`,
+    );
+    setAttribute(this.area, "d", areas.join(""));
+  }
+
+  // The points in stretches without a gap.
+  #runs() {
+    const runs = [];
+    let before = -Infinity;
+    for (const point of this.points) {
+      if (point.time - before > GAP_S) runs.push([]);
+      runs.at(-1).push(point);
+      before = point.time;
+    }
+    return runs;
   }
 }
