@@ -118,6 +118,7 @@ struct WebServer::State {
 
 WebServer::State::State(WebServerSettings the_settings, WebServices& the_services)
     : settings(std::move(the_settings)), services(the_services) {
+  for (auto& [name, value] : settings.headers) name += ':';  // as the library wants them
   timer.state = this;
   protocols[0].name = kSubprotocol;
   protocols[0].callback = &State::OnEvent;
