@@ -221,7 +221,7 @@ SMALL = """return [...document.querySelectorAll('button, select, summary, nav a,
 # What can be used, and has no name that could be read out.
 UNNAMED = """return [...document.querySelectorAll('button, select, input, a')]
   .filter((node) => node.getClientRects().length > 0)
-  .filter((node) => !(node.getAttribute('aria-label') || node.innerText.trim() || node.closest('label')?.innerText.trim()))
+  .filter((node) => !(node.getAttribute('aria-label') || node.textContent.trim() || node.closest('label')?.textContent.trim()))
   .map((node) => node.outerHTML.slice(0, 80))"""
 
 
