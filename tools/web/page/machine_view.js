@@ -2,7 +2,7 @@
 
 import { AlarmList } from "./alarm_list.js";
 import { DeviceTile } from "./device_tile.js";
-import { KeyedList, element, setAttribute, setHidden, setText } from "./dom.js";
+import { KeyedList, element, setHidden, setText } from "./dom.js";
 import { StateBadge } from "./icons.js";
 import { percent, rate, timeOfDay } from "./numbers.js";
 import { readable, stateLook } from "./words.js";
@@ -59,7 +59,7 @@ export class MachineView {
     this.summary = element("p.summary", { role: "status" });
     this.grid = element("div.tiles");
     this.nothing = element("p.empty", { hidden: true }, "No device fits the filter.");
-    this.alarms = new AlarmList("No alarm. All devices say that they are well.");
+    this.alarms = new AlarmList("No alarm.");
     this.alarmCount = element("span.count");
     this.noteList = element("ul.notes", { role: "list" });
     this.notePanel = element(
@@ -154,6 +154,7 @@ export class MachineView {
   #summarise(items) {
     const good = items.filter((item) => stateLook(item.state?.state) === "good").length;
     setText(this.summary, items.length === 0 ? "" : `${good} of ${items.length} online`);
-    setAttribute(this.summary, "data-all", good === items.length);
+    const isWell = good === items.length;
+    setText(this.alarms.empty, isWell ? "No alarm. All devices say that they are well." : "No alarm is known.");
   }
 }

@@ -85,10 +85,11 @@ export class TripView {
     if (!chosen || this.shown === chosen) return;
     this.shown = chosen;
     setText(this.title, `${chosen.device}: ${causeText(chosen)}`);
-    setText(this.when, `Trip ${chosen.trip_count}. ${whenText(chosen)}. Older trips of this motor are drawn dashed.`);
     const older = trips
       .filter((trip) => trip.device === chosen.device && trip.trip_count < chosen.trip_count)
       .slice(0, 2);
+    const legend = older.length > 0 ? " Older trips of this motor are drawn dashed." : "";
+    setText(this.when, `Trip ${chosen.trip_count}. ${whenText(chosen)}.${legend}`);
     this.curves.replaceChildren(new TripCurves(chosen, older).root);
   }
 }
