@@ -15,8 +15,12 @@ PICTURES = os.environ.get("AXLECAST_PICTURES")  # a folder: screenshots are kept
 
 class PageTest(Machine):
     def up(self, config=DEMO):
-        """The whole machine, simulated."""
-        return self.start("up", BIN / "axlecast", "up", config, "--no-table")
+        """The whole machine, simulated; returns when it is heard."""
+        process = self.start("up", BIN / "axlecast", "up", config, "--no-table")
+        silent, answers = 6, lambda: self.axlecast("status", config)[0]
+        wait_for(lambda: process.poll() is not None or answers() != silent, lambda: f"the machine: {self.log('up')}")
+        self.assertIsNone(process.poll(), self.log("up"))
+        return process
 
     def battery(self, volts):
         """Of the demo's axis4; its script leaves it alone from 20 s on, for 100 s."""
