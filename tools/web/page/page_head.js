@@ -60,7 +60,7 @@ export class PageHead {
     setHidden(this.simulated, !machine.isSimulated);
     const { dropped } = machine;
     setHidden(this.dropped, dropped === 0);
-    setText(this.dropped, `${count(dropped)} readings left out`);
+    setText(this.dropped, dropped === 0 ? "" : `${count(dropped)} readings left out`);
     this.dropped.title = "This browser was too slow for them. Alarms and states are never left out.";
     this.#countAlarms();
     const isFresh = link().state === "open" && !link().isSilent;
