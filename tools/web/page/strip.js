@@ -210,7 +210,8 @@ export class Strip {
     const { unit } = channel;
     let at = -1;
     if (samples?.length > 0) at = cursor === null ? samples.lowerBound(this.xRange[1]) - 1 : samples.nearest(cursor);
-    const value = at < 0 ? NaN : samples.column(channel.column)[at];
+    const isNear = at >= 0 && (cursor === null || Math.abs(samples.time[at] - cursor) <= this.gap);
+    const value = isNear ? samples.column(channel.column)[at] : NaN;
     setText(this.value, quantity(value, unit));
     setText(this.low, samples ? quantity(this.range.low, unit) : UNKNOWN);
     setText(this.high, samples ? quantity(this.range.high, unit) : UNKNOWN);
