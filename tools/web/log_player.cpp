@@ -46,9 +46,11 @@ bool LogPlayer::Advance(MonoNs now) {
     }
     if (replay_.Due() > now) break;
     const auto message = replay_.Take(now);
-    if (message) scene_->OnMessage(*message->channel, message->data, LogInstant(message->utime));
+    if (!message) continue;
+    const WebInstant at = LogInstant(message->utime);
+    scene_->OnMessage(*message->channel, message->data, at);
+    scene_->Tick(at.mono);
   }
-  scene_->Tick(Now(now).mono);
   if (!seeking_ && replay_.AtEnd()) playing_ = false;
   return false;
 }

@@ -170,8 +170,8 @@ TEST_F(WebFramesTest, ACommandHoldsItsOutcome) {
 
 TEST_F(WebFramesTest, SamplesAreNumbersThatKeepTheirDigits) {
   SampleHistory history(3, 10);
-  history.Add(kUtime, std::array{123456.7891, 1e-9, -0.5});
-  history.Add(kUtime + 10'001, std::array{NAN, INFINITY, 1e20});
+  history.Add(kUtime, std::array<double, 3>{123456.7891, 1e-9, -0.5});
+  history.Add(kUtime + 10'001, std::array<double, 3>{NAN, INFINITY, 1e20});
   DeviceView device;
   const Json frame = Json::parse(SamplesFrame("axis1", ColumnsOf(device, position_t::UNIT_MM), history, 0, 2, 5));
   EXPECT_EQ(frame["t0_utime"], kUtime);

@@ -72,7 +72,8 @@ void WebScene::OnMessage(std::string_view channel, Bytes message, WebInstant now
 }
 
 const std::string& WebScene::State(WebInstant now) {
-  if (state_.empty() || now.mono - state_at_ >= kStateLasts || now.mono < state_at_) {
+  // A log's scene has one browser, and its time may stand still.
+  if (log_ || state_.empty() || now.mono - state_at_ >= kStateLasts || now.mono < state_at_) {
     state_ = StateFrame(monitor_, now);
     state_at_ = now.mono;
   }

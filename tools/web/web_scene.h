@@ -38,7 +38,7 @@ class WebScene {
   // Increases when hello says something else.
   [[nodiscard]] std::uint64_t layout() const { return layout_; }
   [[nodiscard]] std::string Hello() const { return HelloFrame(monitor_, machine_, version_, log_); }
-  // Of an instant that is at most 200 ms before `now`.
+  // Of a live machine, of an instant that is at most 200 ms before `now`.
   [[nodiscard]] const std::string& State(WebInstant now);
 
   // What a new browser is told: all alarms, and the trips and commands that are remembered.

@@ -218,7 +218,6 @@ export class Strip {
     setHidden(this.left, !samples?.dropped);
     setText(this.left, samples?.dropped ? `${count(samples.dropped)} left out` : "");
     this.#placeCursor(cursor, at, value);
-    return at < 0 ? null : samples.time[at];
   }
 
   #placeCursor(cursor, at, value) {
