@@ -132,7 +132,7 @@ class Web(Machine):
 
     def test_secrets_that_others_can_read_are_refused(self):
         certificate, key = self.certificate()
-        for text, mode, why in ((TOKEN, 0o644, "0600"), ("short", 0o600, "could be guessed")):
+        for text, mode, why in ((TOKEN, 0o644, "open to other users"), ("short", 0o600, "could be guessed")):
             token = self.secret("token", text, mode)
             code, _, err = self.axlecast("web", self.config, "--port", "0", "--token-file", token)
             self.assertEqual(code, 1, err)

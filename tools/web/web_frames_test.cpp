@@ -51,7 +51,7 @@ TEST_F(WebFramesTest, StateSaysWhatIsKnownOfADevice) {
   EXPECT_EQ(reading["value"], 62.5);
   EXPECT_EQ(reading["unit"], "mm");
   EXPECT_EQ(reading["turns"], 12.5);
-  EXPECT_EQ(reading["speed_rpm"], 60);
+  EXPECT_NEAR(reading["speed_rpm"].get<double>(), 60, 1e-9);
   EXPECT_EQ(reading["flags"], Json({"valid", "speed_valid"}));
   EXPECT_EQ(reading["age_us"], 1000);
   EXPECT_EQ(reading["stale"], false);
@@ -87,8 +87,11 @@ TEST_F(WebFramesTest, StateSaysWhatIsKnownOfAMonitor) {
   motor.stop_coil = -1;
   motor.mains_hz = 50;
   motor.flags = std::int32_t{motor_health_t::FLAG_ANALOG_VALID} | motor_health_t::FLAG_TRIPPED;
+  Hear("DEVICE/gm1", DeviceMessage(device_info_t::STATE_ONLINE));
   Hear("MOTOR/gm1", motor);
-  const Json device = State()["devices"][1];
+  const Json state = State();
+  ASSERT_EQ(state["devices"].size(), 2U);
+  const Json& device = state["devices"][1];
   EXPECT_EQ(device["device"], "gm1");
   const Json reading = device["reading"];
   EXPECT_EQ(reading["voltage_v"], 200);

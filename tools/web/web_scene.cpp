@@ -139,6 +139,7 @@ void WebScene::FollowLayout() {
   std::size_t parts = machine.devices().size() + machine.buses().size();
   for (const DeviceView& device : machine.devices()) {
     if (!device.listed && device.info) ++parts;
+    if (!device.listed && !device.has_position) ++parts;
   }
   for (const BusView& bus : machine.buses()) {
     if (!bus.listed && bus.health) ++parts;
