@@ -31,7 +31,8 @@ void CheckSimulators(const MachineConfig& machine, ConfigErrors& errors) {
 // One name a line, for scripts: completion and the generator of systemd units read it.
 std::string Names(const MachineConfig& machine, const std::string& list) {
   std::string lines;
-  for (const std::string& name : list == "units" ? MachineUnits(machine) : MachineNames(machine, list == "devices")) {
+  for (const std::string& name :
+       list == "units" ? MachineUnits(machine) : MachineNames(machine, list == "devices")) {
     lines += name + '\n';
   }
   return lines;
@@ -71,10 +72,11 @@ void AddCheckConfigCommand(CLI::App& app, int& exit_code) {
       "check-config",
       "Checks a machine's file; prints refresh times, how busy each bus will be, and who may command");
   options->config.AddTo(*command, ConfigOption::Form::kPositional);
-  CLI::Option* list = command
-                          ->add_option("--list", options->list,
-                                       "Only these names, one a line; units: of systemd, which the machine consists of")
-                          ->check(CLI::IsMember({"buses", "devices", "units"}));
+  CLI::Option* list =
+      command
+          ->add_option("--list", options->list,
+                       "Only these names, one a line; units: of systemd, which the machine consists of")
+          ->check(CLI::IsMember({"buses", "devices", "units"}));
   command->add_flag("--json", options->json, "One JSON object: file, ok, errors, warnings, machine, buses, bridge")
       ->excludes(list);
   command->footer(

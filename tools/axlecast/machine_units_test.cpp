@@ -11,12 +11,13 @@ using ::testing::ElementsAre;
 
 MachineConfig Machine(const std::string& top, const std::string& simulate) {
   ConfigErrors errors("m.yaml");
-  const auto machine = ParseConfig("machine: press3\n" + top +
-                                       "buses:\n"
-                                       "  b-0: {family: tformat, link: {port: /dev/ttyS0}, devices: {a: {}}}\n"
-                                       "  b1: {family: tformat, link: {port: /dev/ttyS1}, simulate: " +
-                                       simulate + ", devices: {b: {}}}\n",
-                                   errors);
+  const auto machine =
+      ParseConfig("machine: press3\n" + top +
+                      "buses:\n"
+                      "  b-0: {family: tformat, link: {port: /dev/ttyS0}, devices: {a: {model: ts5669n127}}}\n"
+                      "  b1: {family: tformat, link: {port: /dev/ttyS1}, simulate: " +
+                      simulate + ", devices: {b: {model: ts5669n127}}}\n",
+                  errors);
   EXPECT_EQ(errors.Text(), "");
   return machine.value_or(MachineConfig{});
 }
