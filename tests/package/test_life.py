@@ -114,7 +114,7 @@ class Life(unittest.TestCase):
         self.assertGreaterEqual(sum(name.startswith("axlecast-driver@") for name in started), 10)
         self.await_online()
         answer = json.loads(self.inside("axlecast", "eeprom", "read", "axis1", "0", "2", "--json"))
-        self.assertEqual(answer["outcome"], "done")
+        self.assertEqual(answer["outcome"], "succeeded")
         self.stop_units()
 
     def test_installed_run_upgraded_removed_and_purged(self):
