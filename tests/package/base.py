@@ -35,31 +35,32 @@ def real(name):
 
 def wanted(debs):
     """The packages that ours depend on; of alternatives the first."""
-    names = {"python3-minimal", "iproute2", "bash-completion"}
+    names = {"python3-minimal"}
     for deb in debs:
         if deb.name.startswith(("axlecast_", "python3-")):
             depends = out("dpkg-deb", "--field", str(deb), "Depends")
-            names |= {real(re.match(r"[a-z0-9.+-]+", item.strip())[0]) for item in depends.split(",")}
+            names |= {re.match(r"[a-z0-9.+-]+", item.strip())[0] for item in depends.split(",")}
     return sorted(names)
 
 
 def main():
     folder = pathlib.Path(sys.argv[1])
-    names = ",".join(wanted(sorted((folder / "debs").glob("*.deb"))))
+    names = wanted((folder / "debs").glob("*.deb"))
     tar, root, recipe = folder / "base.tar", folder / "base", folder / "base.recipe"
-    if tar.exists() and recipe.exists() and recipe.read_text() == names:
+    if tar.exists() and recipe.exists() and recipe.read_text().split() == names:
         return
     shutil.rmtree(root, ignore_errors=True)
     log = folder / "base.log"
+    include = ",".join(map(real, names))
     with open(log, "w") as stream:
-        result = subprocess.run(["debootstrap", "--variant=minbase", f"--include={names}", SUITE, str(root), archive()],
+        result = subprocess.run(["debootstrap", "--variant=minbase", f"--include={include}", SUITE, str(root), archive()],
                                 stdout=stream, stderr=subprocess.STDOUT)
     if result.returncode != 0:
         sys.exit(f"debootstrap failed:\n{log.read_text()[-2000:]}")
     shutil.rmtree(root / "var/cache/apt")
     out("tar", "--create", "--numeric-owner", "--one-file-system", "--directory", str(root), "--file", str(tar), ".")
     shutil.rmtree(root)
-    recipe.write_text(names)
+    recipe.write_text(" ".join(names))
 
 
 if __name__ == "__main__":
