@@ -11,6 +11,10 @@ import unittest
 PACKAGES = pathlib.Path(os.environ["AXLECAST_PACKAGES"])
 DEBS = sorted((PACKAGES / "debs").glob("*.deb"))
 MOST_EXPOSURE = 2.0
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
+# Of what tools/packages.sh installs for a build: every Debian builds with the first three; the rest is for tests.
+NOT_FOR_PACKAGES = {"g++", "libc6-dev", "linux-libc-dev", "libgtest-dev", "libgmock-dev", "libbenchmark-dev",
+                    "libjchart2d-java"}
 SHELL = r"""
 . /usr/share/bash-completion/bash_completion
 . "$1"
@@ -46,6 +50,14 @@ class Contents(unittest.TestCase):
     def test_lintian_finds_no_error_and_no_warning(self):
         result = run("lintian", "--fail-on", "error,warning", *DEBS)
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+
+    def test_the_build_depends_on_what_the_tools_install(self):
+        shell = (SOURCE / "tools/packages.sh").read_text()
+        installed = set(re.search(r'^packages_build="([^"]*)"', shell, re.MULTILINE)[1].split())
+        control = (SOURCE / "debian/control").read_text()
+        field = re.search(r"^Build-Depends:(.*?)^\S", control, re.MULTILINE | re.DOTALL)[1]
+        named = {re.match(r"[a-z0-9.+-]+", item.strip())[0] for item in field.split(",")}
+        self.assertEqual(installed - named - NOT_FOR_PACKAGES, set())
 
     def test_every_command_and_option_is_described(self):
         for name, command in self.commands():
