@@ -1,7 +1,7 @@
 # Debian packages by purpose, and the function that installs what is missing. Sourced by tools/demo, tools/test and
 # tools/campaign. README.md says in one line what each library is for.
 
-packages_build="g++ cmake ninja-build pkg-config python3 libc6-dev linux-libc-dev
+packages_build="g++ cmake ninja-build pkg-config python3 lowdown libc6-dev linux-libc-dev
   liblcm-dev liblcm-bin libyaml-cpp-dev libspdlog-dev libcli11-dev nlohmann-json3-dev libsystemd-dev libsodium-dev
   libsqlite3-dev libmodbus-dev libgpiod-dev libcairo2-dev zlib1g-dev libwebsockets-dev
   libgtest-dev libgmock-dev libbenchmark-dev
@@ -10,6 +10,7 @@ packages_run="iproute2 util-linux"
 # tests/vm. Its kernel, the package that linux-image-amd64 depends on, is fetched by tests/vm/run and not installed.
 packages_vm="qemu-system-x86 busybox-static cpio kmod can-utils libfuse3-dev"
 packages_test="libfaketime x11-utils clang-14 clang-tidy-14 clang-format-14 libclang-rt-14-dev procps git
+  dpkg-dev debhelper dh-python lintian debootstrap mandoc man-db bash-completion systemd
   xvfb xauth imagemagick default-jre libxtst6 libxrender1 fonts-dejavu-core
   sqlite3 openssl python3-pymodbus python3-serial python3-serial-asyncio mbpoll
   tshark python3-can python3-jsonschema chromium chromium-driver prometheus

@@ -1,5 +1,6 @@
 #include "tools/axlecast/check_config_command.h"
 
+#include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -9,6 +10,7 @@
 #include "tools/axlecast/config_option.h"
 #include "tools/axlecast/config_report.h"
 #include "tools/axlecast/exit_code.h"
+#include "tools/axlecast/machine_units.h"
 
 namespace axlecast {
 namespace {
@@ -16,6 +18,7 @@ namespace {
 struct CheckOptions {
   ConfigOption config;
   bool json = false;
+  std::string list;
 };
 
 // The keys under `simulate` are the family's: building the simulator is what checks them.
@@ -23,6 +26,16 @@ void CheckSimulators(const MachineConfig& machine, ConfigErrors& errors) {
   for (const BusConfig& bus : machine.buses) {
     if (bus.simulate) static_cast<void>(MakeSimulator(machine, bus, errors));
   }
+}
+
+// One name a line, for scripts: completion and the generator of systemd units read it.
+std::string Names(const MachineConfig& machine, const std::string& list) {
+  std::string lines;
+  for (const std::string& name :
+       list == "units" ? MachineUnits(machine) : MachineNames(machine, list == "devices")) {
+    lines += name + '\n';
+  }
+  return lines;
 }
 
 int CheckConfig(const CheckOptions& options) {
@@ -36,7 +49,9 @@ int CheckConfig(const CheckOptions& options) {
   const std::optional<MachineConfig> machine = LoadConfig(file, errors);
   if (machine) CheckSimulators(*machine, errors);
   const bool good = machine && errors.empty();
-  if (options.json) {
+  if (good && !options.list.empty()) {
+    std::cout << Names(*machine, options.list);
+  } else if (options.json) {
     const auto json = ConfigJson(file, good ? &*machine : nullptr, errors);
     std::cout << json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
   } else if (good) {
@@ -57,11 +72,18 @@ void AddCheckConfigCommand(CLI::App& app, int& exit_code) {
       "check-config",
       "Checks a machine's file; prints refresh times, how busy each bus will be, and who may command");
   options->config.AddTo(*command, ConfigOption::Form::kPositional);
-  command->add_flag("--json", options->json, "One JSON object: file, ok, errors, warnings, machine, buses, bridge");
+  CLI::Option* list =
+      command
+          ->add_option("--list", options->list,
+                       "Only these names, one a line; units: of systemd, which the machine consists of")
+          ->check(CLI::IsMember({"buses", "devices", "units"}));
+  command->add_flag("--json", options->json, "One JSON object: file, ok, errors, warnings, machine, buses, bridge")
+      ->excludes(list);
   command->footer(
       "examples:\n"
       "  axlecast check-config config/demo.yaml\n"
       "  axlecast check-config --json machine.yaml | jq '.errors[].text'\n"
+      "  axlecast check-config --list devices\n"
       "Exit code 0: good (warnings or none), 1: errors. Every key: docs/configuration.md");
   command->callback([options, &exit_code] { exit_code = CheckConfig(*options); });
 }

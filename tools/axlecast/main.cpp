@@ -7,6 +7,7 @@
 
 #include "drivers/io/process.h"
 #include "tools/axlecast/check_config_command.h"
+#include "tools/axlecast/cli_tree.h"
 #include "tools/axlecast/datum_command.h"
 #include "tools/axlecast/decode_command.h"
 #include "tools/axlecast/do_command.h"
@@ -78,6 +79,7 @@ int RunCommandLine(int argc, char** argv) {
   AddSpyCommand(app, exit_code);
   AddDecodeCommand(app, exit_code);
   AddSsiPlanCommand(app, exit_code);
+  AddCliTreeOption(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

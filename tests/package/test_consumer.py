@@ -1,0 +1,63 @@
+"""Programs of other people against the installed development files, below a folder that is not /usr."""
+
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PACKAGES = pathlib.Path(os.environ["AXLECAST_PACKAGES"])
+HERE = pathlib.Path(__file__).resolve().parent
+
+
+def out(*command, **options):
+    result = subprocess.run([str(word) for word in command], capture_output=True, text=True, **options)
+    if result.returncode != 0:
+        raise AssertionError(f"{command[0]}: exit code {result.returncode}\n{result.stdout}\n{result.stderr}")
+    return result.stdout
+
+
+class Consumer(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+        for package in ("libaxlecast-dev_*.deb", "python3-axlecast_*.deb"):
+            deb, = PACKAGES.glob("debs/" + package)
+            out("dpkg-deb", "--extract", deb, self.folder / "root")
+        self.usr = self.folder / "root/usr"
+        self.examples = self.usr / "share/doc/libaxlecast-dev/examples"
+
+    def assert_usable(self, folder):
+        """The programs run as far as they come without a machine: they ask for what they miss."""
+        for program in ("print_position", "send_command"):
+            result = subprocess.run([folder / program], capture_output=True, text=True)
+            self.assertIn("usage", (result.stdout + result.stderr).lower(), program)
+
+    def test_cmake_finds_the_package(self):
+        build = self.folder / "build"
+        out("cmake", "-S", HERE / "consumer", "-B", build, f"-DCMAKE_PREFIX_PATH={self.usr}",
+            f"-DEXAMPLES={self.examples}")
+        out("cmake", "--build", build)
+        self.assert_usable(build)
+
+    def test_pkg_config_finds_the_libraries(self):
+        found, = self.usr.glob("lib/*/pkgconfig")
+        environment = dict(os.environ, PKG_CONFIG_PATH=str(found))
+        for module, example in (("axlecast", "print_position"), ("axlecast-client", "send_command")):
+            flags = out("pkg-config", "--cflags", "--libs", module, env=environment).split()
+            out("c++", "-std=c++17", self.examples / f"{example}.cpp", *flags, "-o", self.folder / example)
+        self.assert_usable(self.folder)
+
+    def test_python_types_need_no_binding_of_lcm(self):
+        script = ("import axlecast\n"
+                  "sent = axlecast.alarm_entry_t()\n"
+                  "sent.name = 'battery'\n"
+                  "print(axlecast.alarm_entry_t.decode(sent.encode()).name)\n")
+        modules = self.usr / "lib/python3/dist-packages"
+        self.assertEqual(out(sys.executable, "-B", "-c", script, env={"PYTHONPATH": str(modules)}), "battery\n")
+
+
+if __name__ == "__main__":
+    unittest.main()
