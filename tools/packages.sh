@@ -12,7 +12,7 @@ packages_vm="qemu-system-x86 busybox-static cpio kmod can-utils libfuse3-dev"
 packages_test="libfaketime x11-utils clang-14 clang-tidy-14 clang-format-14 libclang-rt-14-dev procps git
   xvfb xauth imagemagick default-jre libxtst6 libxrender1 fonts-dejavu-core
   sqlite3 openssl python3-pymodbus python3-serial python3-serial-asyncio mbpoll
-  tshark python3-can python3-jsonschema
+  tshark python3-can python3-jsonschema nftables
   $packages_vm"
 # MCAP's own reader comes from npm (tests/convert/mcap_reader); Node.js of another origin brings npm along.
 command -v npm >/dev/null || packages_test="$packages_test nodejs npm"

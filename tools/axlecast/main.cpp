@@ -31,6 +31,7 @@
 #include "tools/axlecast/trips_command.h"
 #include "tools/axlecast/up_command.h"
 #include "tools/axlecast/watch_command.h"
+#include "tools/doctor/doctor_command.h"
 
 namespace axlecast {
 namespace {
@@ -63,6 +64,7 @@ int RunCommandLine(int argc, char** argv) {
   AddLogCommand(app, exit_code);
   AddRedecodeCommand(app, exit_code);
   AddCheckConfigCommand(app, exit_code);
+  AddDoctorCommand(app, exit_code);
   AddKeygenCommand(app, exit_code);
   app.get_subcommand("keygen")->preparse_callback([](std::size_t) { WarnOf(ForbidCoreDumps()); });
   AddSimulateCommand(app, exit_code);
