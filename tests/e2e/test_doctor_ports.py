@@ -120,13 +120,13 @@ class Ports(DoctorMachine):
 
     def test_realtime_priority(self):
         config = self.on_port(bus="realtime: {priority: 60}")
-        self.assert_found("realtime_priority", config, "priority 60", before=self.as_nobody("--rtprio=10"))
-        self.assert_quiet("realtime_priority", config, before=self.as_nobody("--rtprio=60"))
+        self.assert_found("realtime_priority", config, "asks for priority 60", before=self.as_nobody("--rtprio=0"))
+        self.assert_quiet("realtime_priority", config)  # root may have any
 
     def test_realtime_memory(self):
         config = self.on_port(bus="realtime: {lock_memory: true}")
         self.assert_found("realtime_memory", config, "64 kB", before=self.as_nobody("--memlock=65536"))
-        self.assert_quiet("realtime_memory", config, before=self.as_nobody("--memlock=unlimited"))
+        self.assert_quiet("realtime_memory", config)
 
     def test_realtime_cpu(self):
         self.put("sys/devices/system/cpu/online", "0-1,4")

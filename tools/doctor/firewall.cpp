@@ -15,7 +15,8 @@ using Json = nlohmann::json;
 enum class Match : std::uint8_t { kNo, kPerhaps, kYes };
 enum class Verdict : std::uint8_t { kNone, kPass, kDrop };  // kPass: accepted, or perhaps accepted
 
-constexpr int kDeepest = 16;  // of chains that jump to one another, as the kernel has it
+constexpr int kDeepest = 16;         // of chains that jump to one another, as the kernel has it
+constexpr int kMostRules = 100'000;  // that are looked at for one packet
 
 std::string Text(const Json& object, const char* key) {
   const auto found = object.find(key);
@@ -112,10 +113,11 @@ class Ruleset {
  public:
   Ruleset(const Json& objects, const FirewallPacket& packet) : objects_(objects), packet_(packet) {}
 
-  [[nodiscard]] Verdict Walk(const Place& place, int depth) const {
+  [[nodiscard]] Verdict Walk(const Place& place, int depth) {
     if (depth > kDeepest) return Verdict::kPass;
     for (const Json& object : objects_) {
       const auto rule = object.find("rule");
+      if (++seen_ > kMostRules) return Verdict::kPass;
       if (rule == object.end() || !rule->is_object()) continue;
       if (Place{Text(*rule, "family"), Text(*rule, "table"), Text(*rule, "chain")} != place) continue;
       const auto expressions = rule->find("expr");
@@ -130,7 +132,7 @@ class Ruleset {
 
  private:
   // One rule. `returns`: the rest of the chain does not count.
-  Verdict Judge(const Json& expressions, const Place& place, int depth, bool& returns) const {
+  Verdict Judge(const Json& expressions, const Place& place, int depth, bool& returns) {
     Match match = Match::kYes;
     for (const Json& expression : expressions) {
       if (!expression.is_object() || expression.empty()) return Verdict::kNone;
@@ -157,7 +159,7 @@ class Ruleset {
   }
 
   Verdict Apply(const std::string& kind, const Json& content, Match match, const Place& place, int depth,
-                bool& returns) const {
+                bool& returns) {
     const bool sure = match == Match::kYes;
     if (kind == "accept") return Verdict::kPass;
     if (kind == "drop" || kind == "reject") return sure ? Verdict::kDrop : Verdict::kNone;
@@ -172,7 +174,7 @@ class Ruleset {
   }
 
   // A verdict map: the verdict that stands at the packet's value.
-  Verdict Choose(const Json& map, Match match, const Place& place, int depth, bool& returns) const {
+  Verdict Choose(const Json& map, Match match, const Place& place, int depth, bool& returns) {
     if (!map.is_object() || !map.contains("key") || !map.contains("data") || !map["data"].is_object() ||
         !map["data"].contains("set") || !map["data"]["set"].is_array()) {
       return Verdict::kPass;
@@ -192,6 +194,7 @@ class Ruleset {
 
   const Json& objects_;
   const FirewallPacket& packet_;
+  int seen_ = 0;
 };
 
 bool IsInput(const Json& chain) {
@@ -205,7 +208,7 @@ std::optional<FirewallChain> DroppingChain(const std::string& ruleset, const Fir
   const Json root = Json::parse(ruleset, nullptr, false);
   if (!root.is_object() || !root.contains("nftables") || !root["nftables"].is_array()) return std::nullopt;
   const Json& objects = root["nftables"];
-  const Ruleset rules(objects, packet);
+  Ruleset rules(objects, packet);
   for (const Json& object : objects) {
     if (!object.is_object()) return std::nullopt;
   }
