@@ -5,9 +5,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -29,7 +29,7 @@ std::string FindProgram(const std::string& name) {
   const char* const given = std::getenv("PATH");
   std::istringstream folders(std::string(given == nullptr ? "" : given) + ":/usr/sbin:/sbin:/usr/bin:/bin");
   for (std::string folder; std::getline(folders, folder, ':');) {
-    const std::string path = folder + '/' + name;
+    std::string path = folder + '/' + name;
     if (!folder.empty() && access(path.c_str(), X_OK) == 0) return path;
   }
   return "";
@@ -46,9 +46,10 @@ std::string ReadToEnd(int fd) {
   }
 }
 
-// Standard output and error of the child go into one pipe each way of the caller's choice.
+// Its standard output and error go into these descriptors. Gives the errno of a failure.
 int Spawn(const std::string& program, const std::vector<std::string>& words, int output, int errors, pid_t& id) {
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
   posix_spawn_file_actions_t files;

@@ -1,7 +1,7 @@
 """What the tests of `axlecast doctor` share: hosts that are as they should be, until a test spoils one thing."""
 
 import json
-import os
+import pathlib
 import subprocess
 
 from machine import BIN, Machine
@@ -96,9 +96,13 @@ class DoctorMachine(Machine):
 
     # -- ways to run it
 
+    def need_users(self):
+        if int(pathlib.Path("/proc/self/uid_map").read_text().split()[2]) == 1:
+            self.skipTest("only root has other users")
+
     def as_nobody(self, *limits):
         """As a user without any group; `limits` of prlimit(1)."""
-        self.assertEqual(os.geteuid(), 0, "this test needs root, to be another user")
+        self.need_users()
         prlimit = ["prlimit", *limits] if limits else []
         return [*prlimit, "setpriv", "--reuid", "65534", "--regid", "65534", "--clear-groups", "env",
                 f"XDG_STATE_HOME={self.folder}/nobody"]

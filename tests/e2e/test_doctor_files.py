@@ -87,6 +87,7 @@ class Keys(DoctorMachine):
         self.assertEqual((self.keys / "bridge.key").stat().st_mode & 0o777, 0o600)
 
     def test_key_mode_of_a_group_that_may_read(self):
+        self.need_users()
         os.chown(self.keys / "local.key", 0, 20)
         (self.keys / "local.key").chmod(0o664)
         self.assert_mended("key_mode", self.config)
@@ -94,12 +95,14 @@ class Keys(DoctorMachine):
 
     def test_key_owner(self):
         self.assert_quiet("key_owner", self.config)
+        self.need_users()
         os.chown(self.keys / "bridge.key", 65534, 0)
         self.assert_found("key_owner", self.config, "belongs to nobody")
         self.assert_mended("key_owner", self.config)
 
     def test_key_permission(self):
         self.assert_quiet("key_permission", self.config)
+        self.need_users()
         os.chown(self.keys / "local.key", 0, 20)
         (self.keys / "local.key").chmod(0o640)
         finding = self.assert_found("key_permission", self.config, "the group dialout can read", before=self.as_nobody())

@@ -55,6 +55,7 @@ class Ports(DoctorMachine):
     def test_port_permission_of_a_service_is_judged_for_root(self):
         path = self.line()
         config = self.on_port(path)
+        self.need_users()
         os.chown(path, 0, 0)
         os.chmod(path, 0o660)
         finding = self.assert_found("port_permission", config, "root:root with mode 0660")

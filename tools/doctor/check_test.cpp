@@ -29,7 +29,7 @@ TEST(Check, AGoodHostIsToldNothing) { EXPECT_THAT(Diagnose(OneAxis(), GoodHost()
 
 TEST(Check, WhatIsNotWantedIsNotRun) {
   HostFacts host = GoodHost();
-  host.ports["/dev/ttyUSB0"].file = {.path = "/dev/ttyUSB0", .error = ENOENT};
+  host.ports["/dev/ttyUSB0"].file = Unseen("/dev/ttyUSB0", ENOENT);
   host.clock.synchronised = false;
   const auto all = Diagnose(OneAxis(), host, &All);
   ASSERT_EQ(all.size(), 2U);
@@ -44,7 +44,8 @@ TEST(Check, WhatIsNotWantedIsNotRun) {
 }
 
 TEST(Remedy, LinesAreTypedAsTheyStand) {
-  EXPECT_EQ(LineOf(Run({"chmod", "640", "/etc/axle cast/it's.key"})), R"(chmod 640 '/etc/axle cast/it'\''s.key')");
+  EXPECT_EQ(LineOf(axlecast::Run({"chmod", "640", "/etc/axle cast/it's.key"})),
+            R"(chmod 640 '/etc/axle cast/it'\''s.key')");
   EXPECT_EQ(LineOf(Write("/proc/sys/x", "2097152")), "echo 2097152 > /proc/sys/x");
   EXPECT_EQ(LineOf(Append("/etc/a.rules", R"(A=="b")")), R"(echo 'A=="b"' >> /etc/a.rules)");
   EXPECT_EQ(LineOf(Tell("as it is; with a #")), "as it is; with a #");

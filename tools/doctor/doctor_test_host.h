@@ -26,6 +26,14 @@ inline MachineConfig OneAxis(const std::string& keys = "", const std::string& re
                    keys + "\n    devices: {axis1: {model: ts5669n127, unit: deg, publish_hz: 100}}\n");
 }
 
+// A path that cannot be looked at, with the errno why.
+inline HostFile Unseen(const std::string& path, int error) {
+  HostFile file;
+  file.path = path;
+  file.error = error;
+  return file;
+}
+
 // A host on which all is well for it.
 inline HostFacts GoodHost() {
   HostFacts host;

@@ -10,8 +10,7 @@ namespace axlecast {
 struct FirewallPacket {
   std::string group;
   std::int64_t port = 0;
-  std::string interface;   // by which it comes; empty: not known
-  bool from_here = false;  // this host has sent it
+  std::string interface;  // by which it comes; empty: not known
 };
 
 struct FirewallChain {

@@ -7,7 +7,7 @@
 namespace axlecast {
 namespace {
 
-const FirewallPacket kFromNetwork{.group = "239.255.76.67", .port = 7667, .interface = "eth0", .from_here = false};
+const FirewallPacket kFromNetwork{.group = "239.255.76.67", .port = 7667, .interface = "eth0"};
 
 // The chain `input` of the table inet f with this policy, its rules' expressions, and other objects behind it.
 std::string Ruleset(const std::string& policy, const std::vector<std::string>& rules,

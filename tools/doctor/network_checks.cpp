@@ -10,6 +10,7 @@
 #include "drivers/io/multicast_port.h"
 #include "drivers/runtime/config/words.h"
 #include "drivers/runtime/core/lcm_url.h"
+#include "tools/axlecast/columns.h"
 #include "tools/doctor/firewall.h"
 #include "tools/doctor/message_rate.h"
 
@@ -141,8 +142,7 @@ Findings CheckFirewall(const MachineConfig& machine, const HostFacts& host) {
   for (const Group& group : GroupsOf(machine, host)) {
     const FirewallPacket packet{.group = group.url.group,
                                 .port = group.url.port,
-                                .interface = group.url.ttl == 0 ? "lo" : group.facts->route.interface,
-                                .from_here = group.url.ttl == 0};
+                                .interface = group.url.ttl == 0 ? "lo" : group.facts->route.interface};
     const std::optional<FirewallChain> chain = DroppingChain(host.network.firewall, packet);
     if (!chain) continue;
     const std::string accept =
@@ -196,7 +196,7 @@ Findings CheckOtherMachine(const MachineConfig& machine, const HostFacts& host) 
   }
   if (others.empty()) return {};
   return {{.found = "drivers that the file does not know are heard on " + machine.lcm.command_url + ": " +
-                    Listed({others.begin(), others.end()}),
+                    Printable(Listed({others.begin(), others.end()})),
            .remedies = {Tell("give one of the machines other ports in its file:"),
                         Tell("lcm: {url: \"udpm://239.255.76.67:7677?ttl=0\", command_url: "
                              "\"udpm://239.255.76.67:7678?ttl=0\"}")},

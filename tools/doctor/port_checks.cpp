@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "drivers/runtime/core/inline_bytes.h"
+#include "tools/axlecast/columns.h"
 
 namespace axlecast {
 namespace {
@@ -98,7 +99,7 @@ void LookForHolders(const PortUse& use, const PortFacts& port, Findings& finding
   for (const HostProcess& holder : port.holders) {
     if (IsOwnDriver(holder, use.bus)) continue;
     const std::string id = std::to_string(holder.id);
-    findings.push_back({.found = Name(use) + " is open in process " + id + " (" + holder.name + ')',
+    findings.push_back({.found = Name(use) + " is open in process " + id + " (" + Printable(holder.name) + ')',
                         .remedies = {Tell("ps -fp " + id + "    # what it is; end it: kill " + id)},
                         .safe = false});
   }

@@ -24,7 +24,7 @@ TEST(PortChecks, AGoodPortIsToldNothingOf) {
 
 TEST(PortChecks, WhatCannotBeLookedAtSaysWhy) {
   HostFacts host = GoodHost();
-  PortOf(host).file = {.path = "/dev/ttyUSB0", .error = EACCES};
+  PortOf(host).file = Unseen("/dev/ttyUSB0", EACCES);
   EXPECT_THAT(CheckPortMissing(OneAxis(), host).at(0).found, HasSubstr("Permission denied"));
   EXPECT_THAT(CheckPortPermission(OneAxis(), host), IsEmpty()) << "one finding is enough";
 }
@@ -91,7 +91,7 @@ TEST(PortChecks, AnAdapterThatFitsIsNoFinding) {
 
 TEST(PortChecks, ASimulatedBusNeedsNoPort) {
   HostFacts host = GoodHost();
-  PortOf(host).file = {.path = "/dev/ttyUSB0", .error = ENOENT};
+  PortOf(host).file = Unseen("/dev/ttyUSB0", ENOENT);
   EXPECT_THAT(CheckPortMissing(OneAxis("simulate: true"), host), IsEmpty());
   EXPECT_EQ(CheckPortMissing(OneAxis(), host).size(), 1U);
 }
