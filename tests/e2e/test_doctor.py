@@ -92,6 +92,10 @@ class Doctor(DoctorMachine):
         self.assertIn("not done: ", done.stderr)
         self.assertIn("receive_buffer_max", done.stdout)
 
+    def test_checks_may_be_named_before_the_file(self):
+        code, told = self.doctor("--only", "key_missing,port_missing", "--skip", "key_missing", self.on_port("/dev/none"))
+        self.assertEqual((code, [finding["name"] for finding in told["findings"]]), (1, ["port_missing"]))
+
     def test_a_misspelt_check_is_refused(self):
         code, _, err = self.axlecast("doctor", "--only", "multicast_rout")
         self.assertEqual(code, 2)

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "drivers/runtime/config/words.h"
@@ -145,8 +146,11 @@ void AddDoctorCommand(CLI::App& app, int& exit_code) {
   options->config.AddTo(*command, ConfigOption::Form::kPositional);
   command->add_flag("--fix", options->fix, "Applies the remedies that are safe, each after a question");
   command->add_flag("--yes", options->yes, "With --fix: asks nothing");
-  command->add_option("--only", options->only, "Only these checks, with commas between")->delimiter(',');
-  command->add_option("--skip", options->skip, "All but these")->delimiter(',');
+  for (const auto& [name, names, what] :
+       {std::tuple{"--only", &options->only, "Only these checks, with commas between"},
+        std::tuple{"--skip", &options->skip, "All but these"}}) {
+    command->add_option(name, *names, what)->delimiter(',')->allow_extra_args(false)->type_name("CHECK,...");
+  }
   command->add_option("--listen", options->listen_s, "Seconds to listen for other machines; 0: not at all")
       ->check(CLI::Range(0.0, 60.0))
       ->capture_default_str();
