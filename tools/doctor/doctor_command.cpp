@@ -6,7 +6,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <tuple>
 #include <vector>
 
 #include "drivers/runtime/config/words.h"
@@ -137,6 +136,11 @@ int Doctor(const DoctorOptions& options) {
   return diagnoses.empty() ? kExitDone : kExitBad;
 }
 
+// One word, so that the machine's file may follow.
+void AddNames(CLI::App& command, const char* option, std::vector<std::string>& names, const char* what) {
+  command.add_option(option, names, what)->delimiter(',')->allow_extra_args(false)->type_name("CHECK,...");
+}
+
 }  // namespace
 
 void AddDoctorCommand(CLI::App& app, int& exit_code) {
@@ -146,11 +150,8 @@ void AddDoctorCommand(CLI::App& app, int& exit_code) {
   options->config.AddTo(*command, ConfigOption::Form::kPositional);
   command->add_flag("--fix", options->fix, "Applies the remedies that are safe, each after a question");
   command->add_flag("--yes", options->yes, "With --fix: asks nothing");
-  for (const auto& [name, names, what] :
-       {std::tuple{"--only", &options->only, "Only these checks, with commas between"},
-        std::tuple{"--skip", &options->skip, "All but these"}}) {
-    command->add_option(name, *names, what)->delimiter(',')->allow_extra_args(false)->type_name("CHECK,...");
-  }
+  AddNames(*command, "--only", options->only, "Only these checks, with commas between");
+  AddNames(*command, "--skip", options->skip, "All but these");
   command->add_option("--listen", options->listen_s, "Seconds to listen for other machines; 0: not at all")
       ->check(CLI::Range(0.0, 60.0))
       ->capture_default_str();
