@@ -85,7 +85,9 @@ TEST(PortChecks, AnAdapterThatFitsIsNoFinding) {
   HostFacts host = GoodHost();
   PortOf(host).usb = {.vendor = 0x0403, .product = 0x6014, .release = 0x0900};  // FT232H: 2.526 of 2.5 Mbaud
   EXPECT_THAT(CheckAdapterRate(OneAxis(), host), IsEmpty());
-  PortOf(host).usb->release = 0x0600;  // FT232R
+  PortOf(host).usb->vendor = 0x1234;  // not known
+  EXPECT_THAT(CheckAdapterRate(OneAxis(), host), IsEmpty());
+  PortOf(host).usb = {.vendor = 0x0403, .product = 0x6001, .release = 0x0600};  // FT232R
   EXPECT_THAT(CheckAdapterRate(OneAxis(), host).at(0).found, HasSubstr("FT232R"));
 }
 
