@@ -13,7 +13,7 @@ packages_test="libfaketime x11-utils clang-14 clang-tidy-14 clang-format-14 libc
   dpkg-dev debhelper dh-python lintian debootstrap mandoc man-db bash-completion systemd
   xvfb xauth imagemagick default-jre libxtst6 libxrender1 fonts-dejavu-core
   sqlite3 openssl python3-pymodbus python3-serial python3-serial-asyncio mbpoll
-  tshark python3-can python3-jsonschema chromium chromium-driver prometheus
+  tshark python3-can python3-jsonschema chromium chromium-driver prometheus nftables
   $packages_vm"
 # The page of axlecast web has uPlot from npm, and the tests MCAP's own reader (tests/convert/mcap_reader); Node.js of
 # another origin brings npm along.

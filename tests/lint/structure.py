@@ -21,7 +21,7 @@ WORLDS = [
     ("Modbus", r"#include <modbus", r"drivers/io/modbus_port\.cpp"),
     ("GPIO", r"gpiod\.h", r"drivers/io/gpio_line(_test)?\.cpp"),
     ("process", r"sys/(prctl|resource|mman)\.h|\bsched_set[a-z]+\(",
-     r"drivers/io/(process(_test)?|mapped_region)\.cpp|tools/axlecast/(child|simulation_server)\.cpp|bench/.*"),
+     r"drivers/io/(process(_test)?|host_system|mapped_region)\.cpp|tools/axlecast/(child|simulation_server)\.cpp|bench/.*"),
     ("SQLite", r"sqlite3\.h", r"bridge/store/database\.cpp"),
     ("HTTP and WebSockets", r"libwebsockets\.h", r"drivers/io/web_server\.cpp"),
     ("systemd", r"systemd/", r"drivers/io/supervision\.cpp"),

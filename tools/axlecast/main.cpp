@@ -35,6 +35,7 @@
 #if AXLECAST_WEB
 #include "tools/axlecast/web_command.h"
 #endif
+#include "tools/doctor/doctor_command.h"
 
 namespace axlecast {
 namespace {
@@ -72,6 +73,7 @@ int RunCommandLine(int argc, char** argv) {
   app.get_subcommand("up")->remove_option(app.get_subcommand("up")->get_option("--web"));
 #endif
   AddCheckConfigCommand(app, exit_code);
+  AddDoctorCommand(app, exit_code);
   AddKeygenCommand(app, exit_code);
   app.get_subcommand("keygen")->preparse_callback([](std::size_t) { WarnOf(ForbidCoreDumps()); });
   AddSimulateCommand(app, exit_code);

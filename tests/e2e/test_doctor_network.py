@@ -1,0 +1,126 @@
+"""`axlecast doctor`: what stands between the processes of a machine and LCM. Each test creates its condition in a network
+of its own."""
+
+import subprocess
+import unittest
+
+from doctor_machine import DoctorMachine
+from machine import wait_for
+
+
+def run(*words):
+    subprocess.run(words, check=True)
+
+
+class Network(DoctorMachine):
+    def setUp(self):
+        super().setUp()
+        self.config = self.machine()
+        self.far = self.machine(rest='lcm: {url: "udpm://239.255.76.67:7667?ttl=1"}', name="far.yaml")
+
+    def veth(self):
+        """An interface towards other hosts."""
+        run("ip", "link", "add", "eth7", "type", "veth", "peer", "name", "eth8")
+        run("ip", "addr", "add", "10.9.8.1/24", "dev", "eth7")
+        run("ip", "link", "set", "eth7", "up")
+        run("ip", "link", "set", "eth8", "up")
+
+    def nft(self, *commands):
+        run("nft", "add table inet plant")
+        for command in commands:
+            run("nft", command)
+
+    def test_multicast_route(self):
+        self.assert_quiet("multicast_route", self.config)
+        run("ip", "route", "del", "224.0.0.0/4", "dev", "lo")
+        finding = self.assert_found("multicast_route", self.config, "239.255.76.67")
+        self.assertEqual(finding["severity"], "error")
+        self.assert_mended("multicast_route", self.config)
+        self.assert_quiet("multicast_silent", self.config)
+
+    def test_multicast_route_towards_other_hosts_is_the_operators_choice(self):
+        run("ip", "route", "del", "224.0.0.0/4", "dev", "lo")
+        finding = self.assert_found("multicast_route", self.far, "239.255.76.67")
+        self.assertFalse(finding["safe"])
+        self.assertIn("dev INTERFACE", finding["mend"][0])
+
+    def test_loopback_multicast(self):
+        self.assert_quiet("loopback_multicast", self.config)
+        run("ip", "link", "set", "lo", "multicast", "off")
+        self.assert_found("loopback_multicast", self.config, "no MULTICAST flag")
+        self.assert_mended("loopback_multicast", self.config)
+
+    def test_loopback_multicast_of_an_interface_that_is_down(self):
+        run("ip", "link", "set", "lo", "down")
+        self.assert_found("loopback_multicast", self.config, "is down")
+        self.assert_mended("loopback_multicast", self.config)
+        self.assert_mended("multicast_route", self.config)
+
+    def test_multicast_interface(self):
+        self.assert_quiet("multicast_interface", self.config)
+        self.veth()
+        run("ip", "route", "replace", "224.0.0.0/4", "dev", "eth7")
+        self.assert_found("multicast_interface", self.config, "goes by eth7")
+        self.assert_mended("multicast_interface", self.config)
+        self.assert_found("multicast_interface", self.far, "goes by lo")
+
+    def test_multicast_silent(self):
+        self.assert_quiet("multicast_silent", self.config)
+        self.nft("add chain inet plant out { type filter hook output priority 0; }",
+                 "add rule inet plant out udp dport 7668 drop")
+        finding = self.assert_found("multicast_silent", self.config, ":7668")
+        self.assertIn("7668", finding["mend"][0])
+
+    def test_firewall(self):
+        self.nft("add chain inet plant input { type filter hook input priority 0; policy drop; }",
+                 "add rule inet plant input ct state established,related accept",
+                 "add rule inet plant input tcp dport 22 accept", "add rule inet plant input iif lo accept")
+        self.assert_quiet("firewall", self.config)  # what is for this host comes by lo
+        self.veth()
+        run("ip", "route", "replace", "224.0.0.0/4", "dev", "eth7")
+        finding = self.assert_found("firewall", self.far, "chain input of the table inet plant")
+        self.assertFalse(finding["safe"])
+        run("sh", "-c", finding["mend"][0])  # the line does what it promises
+        self.assert_quiet("firewall", self.far)
+
+    def test_receive_buffer_max(self):
+        self.put("proc/sys/net/core/rmem_max", 212992)
+        config = self.machine(rest='lcm: {url: "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152"}')
+        self.assert_found("receive_buffer_max", config, "212992", "--root", self.root)
+        self.assert_mended("receive_buffer_max", config, "--root", self.root)
+        self.assertEqual(self.text("proc/sys/net/core/rmem_max"), "2097152\n")
+        self.assertEqual(self.text("etc/sysctl.d/60-axlecast.conf"), "net.core.rmem_max = 2097152\n")
+        recorded = self.machine(rest="recorder: {logs: {all: {quota: 20MB}}}")
+        self.assert_found("receive_buffer_max", recorded, "33554432", "--root", self.root)
+        self.assert_quiet("receive_buffer_max", self.machine(), "--root", self.root)
+
+    def test_receive_buffer_default(self):
+        self.put("proc/sys/net/core/rmem_default", 212992)
+        self.assert_quiet("receive_buffer_default", self.config, "--root", self.root)
+        fast = self.machine(bus="poll_hz: 2000", device="{model: ts5669n127, unit: deg, publish_hz: 2000}")
+        self.assert_found("receive_buffer_default", fast, "2000 messages a second", "--root", self.root)
+        self.assert_mended("receive_buffer_default", fast, "--root", self.root)
+        self.assertEqual(self.text("etc/sysctl.d/60-axlecast.conf"), "net.core.rmem_default = 2097152\n")
+
+    def other_driver(self, bus, name):
+        text = self.config.read_text().replace("rs485-0", bus).replace("axis1", "axis-" + name)
+        self.driver(self.write(text.replace("machine: test", f"machine: {name}"), f"{name}.yaml"), bus, name=name)
+
+    def test_other_machine(self):
+        self.assert_quiet("other_machine", self.config)
+        self.driver(self.config, "rs485-0")
+        self.other_driver("rs485-9", "press4")
+        finding = wait_for(lambda: self.found("other_machine", self.config), "a driver of another machine")[0]
+        self.assertIn("DRIVER_STATUS/rs485-9", finding["found"])
+        self.assertNotIn("rs485-0", finding["found"])
+
+    def test_duplicate_driver(self):
+        self.driver(self.config, "rs485-0")
+        self.assert_quiet("duplicate_driver", self.config)
+        self.other_driver("rs485-0", "press4")
+        finding = wait_for(lambda: self.found("duplicate_driver", self.config), "two drivers of one bus")[0]
+        self.assertIn("2 drivers of bus rs485-0", finding["found"])
+
+
+if __name__ == "__main__":
+    unittest.main()

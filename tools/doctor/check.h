@@ -1,0 +1,37 @@
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tools/doctor/finding.h"
+#include "tools/doctor/host_facts.h"
+
+namespace axlecast {
+
+using Findings = std::vector<Finding>;
+
+// One thing that a host must have right for a machine. Its texts are those of docs/doctor.md.
+struct Check {
+  std::string_view name;  // stable: scripts know it
+  Severity severity;
+  std::string_view looks_at;  // what is right
+  std::string_view effect;    // of a finding, for the machine
+  Findings (*run)(const MachineConfig& machine, const HostFacts& host);
+};
+
+// All of them, by area: network, ports, CAN, real time, disk, keys.
+[[nodiscard]] std::span<const Check> Checks();
+[[nodiscard]] const Check* FindCheck(std::string_view name);
+
+struct Diagnosis {
+  const Check* check = nullptr;
+  Finding finding;
+};
+// Runs the checks that `wanted` takes.
+[[nodiscard]] std::vector<Diagnosis> Diagnose(const MachineConfig& machine, const HostFacts& host,
+                                              const std::function<bool(const Check&)>& wanted);
+
+}  // namespace axlecast

@@ -1,0 +1,136 @@
+#include "tools/doctor/disk_checks.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <string_view>
+
+#include "tools/doctor/message_rate.h"
+#include "tools/log/channel_filter.h"
+
+namespace axlecast {
+namespace {
+
+// Bytes of an event in a log: POSITION with its header and channel, and what every device and bus says once a second.
+constexpr double kPositionBytes = 180;
+constexpr double kStateBytes = 400;
+constexpr double kUnlimitedDays = 7;  // that a log without limit shall have room for
+constexpr double kSecondsPerDay = 86'400;
+constexpr std::int64_t kJournalRoom = 64 << 20;
+
+std::string Size(double bytes) {
+  static constexpr std::array<const char*, 5> kUnits = {"B", "kB", "MB", "GB", "TB"};
+  std::size_t unit = 0;
+  while (bytes >= 1'024 && unit + 1 < kUnits.size()) {
+    bytes /= 1'024;
+    ++unit;
+  }
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g %s", bytes, kUnits[unit]);
+  return text.data();
+}
+
+// Bytes a second that a log takes in, at most.
+double RateOf(const MachineConfig& machine, const LogConfig& log) {
+  ChannelFilter filter;
+  if (!filter.Set(log.channels, log.invert).empty()) return 0;
+  const auto takes = [&](const char* kind, const std::string& name) {
+    return filter.Takes(machine.lcm.prefix + kind + '/' + name);
+  };
+  double rate = 0;
+  for (const BusConfig& bus : machine.buses) {
+    if (takes("BUS", bus.name)) rate += kStateBytes;
+    for (const DeviceConfig& device : bus.devices) {
+      if (takes(bus.family->has_position ? "POSITION" : "MOTOR", device.name)) {
+        rate += MessageRate(bus, device) * kPositionBytes;
+      }
+      if (takes("DEVICE", device.name)) rate += kStateBytes;
+      if (takes("ALARM", device.name)) rate += kStateBytes;
+    }
+  }
+  return rate;
+}
+
+// Bytes that the log may grow to.
+double NeedOf(const MachineConfig& machine, const LogConfig& log) {
+  const auto quota = static_cast<double>(log.quota_bytes);
+  if (!log.trigger.empty()) return quota;  // records only now and then
+  const double days = log.keep > 0 ? static_cast<double>(log.keep) / 1e9 / kSecondsPerDay : kUnlimitedDays;
+  const double by_time = RateOf(machine, log) * days * kSecondsPerDay;
+  return quota > 0 ? std::min(quota, by_time) : by_time;
+}
+
+Findings Unwritable(const HostFolder& folder, const std::string& what, const std::string& key) {
+  if (folder.path.empty() || (folder.is_folder && folder.writable)) return {};
+  const std::string why = !folder.is_folder ? folder.existing + " is no folder"
+                          : folder.existing == folder.path
+                              ? "this user may not write there"
+                              : "it does not exist, and this user may not make it in " + folder.existing;
+  return {{.found = folder.path + ", " + what + ": " + why,
+           .remedies = {Tell("install -d -o USER -g axlecast -m 2775 " + folder.path +
+                             "    # USER: whom it runs as; or correct " + key + " in the machine's file")},
+           .safe = false}};
+}
+
+bool IsMemory(const HostFolder& folder) { return folder.file_system == "tmpfs" || folder.file_system == "ramfs"; }
+
+Findings OnFileSystem(const HostFolder& folder, const std::string& what, const std::string& key) {
+  if (folder.path.empty() || folder.file_system.empty()) return {};
+  return {{.found = folder.path + ", " + what + ", is on " + folder.file_system +
+                    (IsMemory(folder) ? ", which is memory" : ""),
+           .remedies = {Tell("set " + key +
+                             " in the machine's file to a folder on a disk of this host, as "
+                             "/var/lib/axlecast or /var/log/axlecast")},
+           .safe = false}};
+}
+
+}  // namespace
+
+Findings CheckLogFolder(const MachineConfig&, const HostFacts& host) {
+  return Unwritable(host.logs, "the folder of the recorder's logs", "recorder.directory");
+}
+
+Findings CheckLogSpace(const MachineConfig& machine, const HostFacts& host) {
+  if (host.logs.path.empty()) return {};
+  double need = 0;
+  double used = 0;
+  bool unlimited = false;
+  for (const LogConfig& log : machine.recorder.logs) {
+    need += NeedOf(machine, log);
+    unlimited = unlimited || (log.keep == 0 && log.quota_bytes == 0);
+    const auto bytes = host.log_bytes.find(log.name);
+    if (bytes != host.log_bytes.end()) used += static_cast<double>(bytes->second);
+  }
+  const auto free = static_cast<double>(host.logs.free_bytes);
+  // Logs without a limit grow beside what there is; the others replace it.
+  if (free + (unlimited ? 0 : used) >= need) return {};
+  return {{.found = "the recorder's logs may need " + Size(need) + (unlimited ? " in a week" : "") + "; " +
+                    host.logs.existing + " has " + Size(free) + " free, and they take " + Size(used) + " now",
+           .remedies = {Tell(
+               "set recorder.logs.*.quota in the machine's file (quota: " +
+               std::to_string(std::max<std::int64_t>(2, static_cast<std::int64_t>((free + used) * 0.8) >> 20)) +
+               "MB for all together), a shorter keep, or recorder.directory on a larger disk")},
+           .safe = false}};
+}
+
+Findings CheckLogFileSystem(const MachineConfig&, const HostFacts& host) {
+  return OnFileSystem(host.logs, "the folder of the recorder's logs", "recorder.directory");
+}
+
+Findings CheckJournalFolder(const MachineConfig&, const HostFacts& host) {
+  return Unwritable(host.journal, "the folder of the bridge's journal", "bridge.journal");
+}
+
+Findings CheckJournalSpace(const MachineConfig&, const HostFacts& host) {
+  if (host.journal.path.empty() || host.journal.free_bytes >= kJournalRoom) return {};
+  return {{.found = host.journal.existing + ", where the bridge's journal is, has " +
+                    Size(static_cast<double>(host.journal.free_bytes)) + " free",
+           .remedies = {Tell("du -xh " + host.journal.existing + " | sort -h | tail    # what takes the room")},
+           .safe = false}};
+}
+
+Findings CheckJournalFileSystem(const MachineConfig&, const HostFacts& host) {
+  return OnFileSystem(host.journal, "the folder of the bridge's journal", "bridge.journal");
+}
+
+}  // namespace axlecast

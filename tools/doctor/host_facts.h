@@ -1,0 +1,93 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "drivers/io/adapter.h"
+#include "drivers/io/can_netlink.h"
+#include "drivers/io/host_files.h"
+#include "drivers/io/host_folder.h"
+#include "drivers/io/host_network.h"
+#include "drivers/io/host_system.h"
+#include "drivers/runtime/config/machine_config.h"
+
+namespace axlecast {
+
+// Readings of a host, as far as a machine's file asks for them. Checks see nothing else.
+
+// One LCM URL of the machine.
+struct GroupFacts {
+  MulticastRoute route;
+  std::string silence;  // why a datagram to oneself did not come back; empty: it did, or was not sent
+};
+
+struct NetworkFacts {
+  std::map<std::string, GroupFacts> groups;  // by URL
+  LoopbackState loopback;
+  std::string firewall;                                       // `nft --json list ruleset`; empty: cannot be read
+  std::optional<std::int64_t> receive_max;                    // net.core.rmem_max
+  std::optional<std::int64_t> receive_default;                // net.core.rmem_default
+  std::vector<std::pair<std::string, std::int64_t>> drivers;  // heard on the command port: channel, boot id
+};
+
+// A serial port, SPI device or GPIO chip.
+struct PortFacts {
+  HostFile file;
+  std::vector<HostProcess> holders;
+  std::string lasting_name;  // of /dev/serial/by-id, or by-path; empty: none leads here
+  std::optional<UsbAdapter> usb;
+  std::string latency_timer;  // path, where the adapter has one
+  std::optional<std::int64_t> latency_ms;
+};
+
+struct ProcessorFacts {
+  std::string online;                                          // "0-3,6"; empty: not known
+  std::vector<std::pair<std::string, std::string>> governors;  // path of the setting, its value
+  std::string clock_source;                                    // tsc, hpet, ...
+};
+
+struct HostFacts {
+  uid_t user = 0;  // of this process
+  [[nodiscard]] bool IsRoot() const { return user == 0; }
+  std::vector<HostProcess> processes;
+  NetworkFacts network;
+  std::map<std::string, PortFacts> ports;          // by path
+  std::optional<std::int64_t> spi_buffer;          // bytes of one transfer that spidev takes
+  std::map<std::string, CanInterfaceReply> can;    // by name
+  std::map<std::string, std::int64_t> can_queues;  // frames that an interface queues at most, by name
+  RealtimeLimits limits;
+  ProcessorFacts processors;
+  ClockSync clock;
+  HostFolder logs;
+  std::map<std::string, std::int64_t> log_bytes;  // on the disk already, by name of the log
+  HostFolder journal;                             // of its file
+  std::map<std::string, HostFile> secrets;        // files of keys, by path
+  HostFile config;                                // the machine's file
+};
+
+// "0640"
+[[nodiscard]] std::string ModeText(const HostFile& file);
+
+// A port of a bus that is not simulated.
+struct PortUse {
+  enum class Kind : std::uint8_t { kSerial, kSpi, kGpio };
+
+  Kind kind = Kind::kSerial;
+  std::string bus;
+  std::string path;
+  std::int64_t baud = 0;  // kSerial
+};
+[[nodiscard]] std::vector<PortUse> PortsOf(const MachineConfig& machine);
+
+// CAN buses that are not simulated.
+[[nodiscard]] std::vector<const BusConfig*> CanBusesOf(const MachineConfig& machine);
+
+// The files that hold the machine's own keys, and those of who may command.
+[[nodiscard]] std::vector<std::string> OwnKeyFiles(const MachineConfig& machine);
+[[nodiscard]] std::vector<std::string> GrantKeyFiles(const MachineConfig& machine);
+
+}  // namespace axlecast

@@ -1,0 +1,221 @@
+#include "tools/doctor/network_checks.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <map>
+#include <set>
+#include <string>
+
+#include "drivers/io/multicast_port.h"
+#include "drivers/runtime/config/words.h"
+#include "drivers/runtime/core/lcm_url.h"
+#include "tools/axlecast/columns.h"
+#include "tools/doctor/firewall.h"
+#include "tools/doctor/message_rate.h"
+
+namespace axlecast {
+namespace {
+
+constexpr const char* kSysctlFile = "/etc/sysctl.d/60-axlecast.conf";
+// A message of some 150 bytes as the kernel accounts for it in a socket's buffer.
+constexpr double kDatagramCost = 1'280;
+// That a process may sleep on a busy host without losing messages.
+constexpr double kRoom = 0.1;  // s
+constexpr std::int64_t kUsualBuffer = 2 << 20;
+
+struct Group {
+  std::string text;  // of the machine's file
+  LcmUrl url;
+  const GroupFacts* facts = nullptr;
+};
+
+std::vector<Group> GroupsOf(const MachineConfig& machine, const HostFacts& host) {
+  std::vector<Group> groups;
+  for (const std::string& text : {machine.lcm.url, machine.lcm.command_url}) {
+    const auto facts = host.network.groups.find(text);
+    if (facts != host.network.groups.end()) groups.push_back({text, ParseLcmUrl(text), &facts->second});
+  }
+  return groups;
+}
+
+Finding RouteFinding(const Group& group) {
+  Finding finding{.found = "there is no route to the multicast group " + group.url.group + " (" +
+                           std::strerror(group.facts->route.error) + ')',
+                  .remedies = {},
+                  .safe = group.url.ttl == 0};
+  if (finding.safe) {
+    finding.remedies = {Run({"ip", "link", "set", "lo", "up", "multicast", "on"}),
+                        Run({"ip", "route", "replace", "224.0.0.0/4", "dev", "lo"})};
+  } else {
+    finding.remedies = {Tell("ip route add 224.0.0.0/4 dev INTERFACE    # the one that leads to the other hosts")};
+  }
+  return finding;
+}
+
+Finding InterfaceFinding(const Group& group) {
+  const std::string& interface = group.facts->route.interface;
+  if (group.url.ttl == 0) {
+    return {.found = group.text + " stays on this host (ttl=0), but goes by " + interface,
+            .remedies = {Run({"ip", "link", "set", "lo", "up", "multicast", "on"}),
+                         Run({"ip", "route", "replace", group.url.group + "/32", "dev", "lo"})},
+            .safe = true};
+  }
+  return {.found = group.text + " is for other hosts (ttl=" + std::to_string(group.url.ttl) + "), but goes by lo",
+          .remedies = {Tell("ip route replace " + group.url.group +
+                            "/32 dev INTERFACE    # the one that leads to the other hosts")},
+          .safe = false};
+}
+
+// The two URLs of a machine mostly have one group: it is told once.
+template <typename Wrong>
+Findings ByGroup(const std::vector<Group>& groups, Wrong wrong, Finding (*tell)(const Group&)) {
+  Findings findings;
+  std::set<std::string> told;
+  for (const Group& group : groups) {
+    if (wrong(group) && told.insert(group.url.group).second) findings.push_back(tell(group));
+  }
+  return findings;
+}
+
+Finding BufferFinding(const char* name, std::int64_t found, std::int64_t wanted, const std::string& why) {
+  const std::string key = std::string("net.core.") + name;
+  return {.found = key + " is " + std::to_string(found) + " bytes: " + why,
+          .remedies = {Write(std::string("/proc/sys/net/core/") + name, std::to_string(wanted)),
+                       Append(kSysctlFile, key + " = " + std::to_string(wanted))},
+          .safe = true};
+}
+
+// DRIVER_STATUS/<bus> without the prefix of whoever sent it.
+std::string BusOfChannel(const std::string& channel) { return channel.substr(channel.rfind('/') + 1); }
+
+bool IsOurs(const MachineConfig& machine, const std::string& channel) {
+  return channel.starts_with(machine.lcm.prefix + "DRIVER_STATUS/") &&
+         machine.FindBus(BusOfChannel(channel)) != nullptr;
+}
+
+}  // namespace
+
+Findings CheckMulticastRoute(const MachineConfig& machine, const HostFacts& host) {
+  return ByGroup(
+      GroupsOf(machine, host), [](const Group& group) { return group.facts->route.error != 0; }, &RouteFinding);
+}
+
+Findings CheckLoopbackMulticast(const MachineConfig& machine, const HostFacts& host) {
+  const LoopbackState& loopback = host.network.loopback;
+  if (!loopback.known || (loopback.up && loopback.multicast)) return {};
+  const std::vector<Group> groups = GroupsOf(machine, host);
+  const bool used = std::any_of(groups.begin(), groups.end(), [](const Group& group) {
+    return group.url.ttl == 0 && (group.facts->route.error != 0 || group.facts->route.interface == "lo");
+  });
+  if (!used) return {};
+  return {{.found = loopback.up ? "the loopback interface lo has no MULTICAST flag"
+                                : "the loopback interface lo is down",
+           .remedies = {Run({"ip", "link", "set", "lo", "up", "multicast", "on"})},
+           .safe = true}};
+}
+
+Findings CheckMulticastInterface(const MachineConfig& machine, const HostFacts& host) {
+  const auto wrong = [](const Group& group) {
+    const std::string& interface = group.facts->route.interface;
+    return !interface.empty() && (group.url.ttl == 0) != (interface == "lo");
+  };
+  return ByGroup(GroupsOf(machine, host), wrong, &InterfaceFinding);
+}
+
+Findings CheckMulticastSilent(const MachineConfig& machine, const HostFacts& host) {
+  Findings findings;
+  for (const Group& group : GroupsOf(machine, host)) {
+    if (group.facts->route.error != 0 || group.facts->silence.empty()) continue;
+    const std::string& why = group.facts->silence;
+    findings.push_back(
+        {.found = "nothing that is sent to " + group.text + " comes back: " + why.substr(0, why.find('\n')),
+         .remedies = {Tell("nft list ruleset    # a rule of the firewall drops udp port " +
+                           std::to_string(group.url.port) + '?')},
+         .safe = false});
+  }
+  return findings;
+}
+
+Findings CheckFirewall(const MachineConfig& machine, const HostFacts& host) {
+  Findings findings;
+  for (const Group& group : GroupsOf(machine, host)) {
+    const FirewallPacket packet{.group = group.url.group,
+                                .port = group.url.port,
+                                .interface = group.url.ttl == 0 ? "lo" : group.facts->route.interface};
+    const std::optional<FirewallChain> chain = DroppingChain(host.network.firewall, packet);
+    if (!chain) continue;
+    const std::string accept =
+        "udp dport " + std::to_string(group.url.port) + " ip daddr " + group.url.group + " accept";
+    findings.push_back({.found = "the chain " + chain->name + " of the table " + chain->family + ' ' +
+                                 chain->table + " drops what comes for " + group.text,
+                        .remedies = {Tell("nft insert rule " + chain->family + ' ' + chain->table + ' ' +
+                                          chain->name + ' ' + accept)},
+                        .safe = false});
+  }
+  return findings;
+}
+
+Findings CheckReceiveBufferMax(const MachineConfig& machine, const HostFacts& host) {
+  if (!host.network.receive_max) return {};
+  std::int64_t wanted = 0;
+  for (const std::string& text : {machine.lcm.url, machine.lcm.command_url}) {
+    const LcmUrl url = ParseLcmUrl(text);
+    wanted = std::max(wanted, url.recv_buf_size);
+    const bool recorded = !machine.recorder.logs.empty() && url.recv_buf_size == 0 && !url.in_process;
+    if (recorded) wanted = std::max(wanted, MulticastPort::kDefaultBuffer);
+  }
+  if (*host.network.receive_max >= wanted) return {};
+  const std::string who =
+      machine.recorder.logs.empty() ? "recv_buf_size of lcm asks for " : "the recorder asks for ";
+  return {BufferFinding("rmem_max", *host.network.receive_max, wanted, who + std::to_string(wanted))};
+}
+
+Findings CheckReceiveBufferDefault(const MachineConfig& machine, const HostFacts& host) {
+  const LcmUrl url = ParseLcmUrl(machine.lcm.url);
+  if (!host.network.receive_default || url.in_process || url.recv_buf_size > 0) return {};
+  const double rate = MessageRate(machine);
+  const double needed = rate * kRoom * kDatagramCost;
+  const auto has = static_cast<double>(*host.network.receive_default);
+  if (has >= needed) return {};
+  const auto wanted = std::max<std::int64_t>(
+      kUsualBuffer, static_cast<std::int64_t>(std::bit_ceil(static_cast<std::uint64_t>(needed))));
+  Finding finding =
+      BufferFinding("rmem_default", *host.network.receive_default, wanted,
+                    std::to_string(static_cast<int>(1'000 * has / kDatagramCost / rate)) + " ms of the machine's " +
+                        std::to_string(static_cast<int>(rate)) + " messages a second");
+  finding.remedies.push_back(Tell("or in the machine's file, lcm.url: ?recv_buf_size=" + std::to_string(wanted) +
+                                  "    # and net.core.rmem_max as much"));
+  return {finding};
+}
+
+Findings CheckOtherMachine(const MachineConfig& machine, const HostFacts& host) {
+  std::set<std::string> others;
+  for (const auto& [channel, boot_id] : host.network.drivers) {
+    if (!IsOurs(machine, channel)) others.insert(channel);
+  }
+  if (others.empty()) return {};
+  return {{.found = "drivers that the file does not know are heard on " + machine.lcm.command_url + ": " +
+                    Printable(Listed({others.begin(), others.end()})),
+           .remedies = {Tell("give one of the machines other ports in its file:"),
+                        Tell("lcm: {url: \"udpm://239.255.76.67:7677?ttl=0\", command_url: "
+                             "\"udpm://239.255.76.67:7678?ttl=0\"}")},
+           .safe = false}};
+}
+
+Findings CheckDuplicateDriver(const MachineConfig& machine, const HostFacts& host) {
+  std::map<std::string, std::set<std::int64_t>> boots;
+  for (const auto& [channel, boot_id] : host.network.drivers) {
+    if (IsOurs(machine, channel)) boots[BusOfChannel(channel)].insert(boot_id);
+  }
+  Findings findings;
+  for (const auto& [bus, ids] : boots) {
+    if (ids.size() < 2) continue;
+    findings.push_back({.found = std::to_string(ids.size()) + " drivers of bus " + bus + " are running",
+                        .remedies = {Tell("pgrep -af -- '--bus " + bus + "'    # on each host; end all but one")},
+                        .safe = false});
+  }
+  return findings;
+}
+
+}  // namespace axlecast

@@ -1,0 +1,120 @@
+#include "tools/doctor/network_checks.h"
+
+#include <gmock/gmock.h>
+
+#include <cerrno>
+
+#include "tools/doctor/doctor_test_host.h"
+
+namespace axlecast {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr const char* kData = "udpm://239.255.76.67:7667?ttl=0";
+
+std::vector<std::string> LinesOf(const Finding& finding) {
+  std::vector<std::string> lines;
+  for (const Remedy& remedy : finding.remedies) lines.push_back(LineOf(remedy));
+  return lines;
+}
+
+TEST(NetworkChecks, AMissingRouteIsToldOnceForBothPorts) {
+  HostFacts host = GoodHost();
+  for (auto& [url, group] : host.network.groups) group.route = {.error = ENETUNREACH, .interface = ""};
+  const Findings findings = CheckMulticastRoute(OneAxis(), host);
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_TRUE(findings[0].safe);
+  EXPECT_THAT(LinesOf(findings[0]),
+              ElementsAre("ip link set lo up multicast on", "ip route replace 224.0.0.0/4 dev lo"));
+  EXPECT_THAT(CheckMulticastInterface(OneAxis(), host), IsEmpty()) << "nothing is said of what is not there";
+  EXPECT_THAT(CheckMulticastSilent(OneAxis(), host), IsEmpty());
+}
+
+TEST(NetworkChecks, TheFlagOfLoopbackMattersWhereMessagesGoByIt) {
+  HostFacts host = GoodHost();
+  host.network.loopback.multicast = false;
+  EXPECT_EQ(CheckLoopbackMulticast(OneAxis(), host).size(), 1U);
+  for (auto& [url, group] : host.network.groups) group.route.interface = "eth0";
+  EXPECT_THAT(CheckLoopbackMulticast(OneAxis(), host), IsEmpty());
+  EXPECT_THAT(LinesOf(CheckMulticastInterface(OneAxis(), host).at(0)),
+              ElementsAre("ip link set lo up multicast on", "ip route replace 239.255.76.67/32 dev lo"));
+}
+
+TEST(NetworkChecks, WithATtlMessagesMustLeaveTheHost) {
+  const MachineConfig machine = OneAxis("", "lcm: {url: \"udpm://239.255.76.67:7667?ttl=1\"}");
+  HostFacts host = GoodHost();
+  host.network.groups[machine.lcm.url] = host.network.groups[kData];
+  const Findings findings = CheckMulticastInterface(machine, host);
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_THAT(findings[0].found, HasSubstr("goes by lo"));
+  EXPECT_FALSE(findings[0].safe) << "which interface leads to the others is not known";
+}
+
+TEST(NetworkChecks, SilenceIsToldOfEachPort) {
+  HostFacts host = GoodHost();
+  host.network.groups[kData].silence = "multicast on this host is not usable: it did not come back\nMend it";
+  const Findings findings = CheckMulticastSilent(OneAxis(), host);
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_THAT(findings[0].found, AllOf(HasSubstr(":7667"), Not(HasSubstr("Mend"))));
+}
+
+struct BufferCase {
+  const char* lcm;
+  const char* recorder;
+  std::int64_t max;
+  std::int64_t wanted;  // 0: nothing is found
+};
+
+TEST(NetworkChecks, TheLargestBufferThatIsAskedForMustBeAllowed) {
+  const BufferCase cases[] = {
+      {"", "", 4096, 0},
+      {"lcm: {url: \"udpm://239.255.76.67:7667?recv_buf_size=8192\"}", "", 4096, 8192},
+      {"lcm: {url: \"udpm://239.255.76.67:7667?recv_buf_size=8192\"}", "", 8192, 0},
+      {"", "recorder: {logs: {a: {quota: 2MB}}}", 33'554'431, 33'554'432},
+      {"", "recorder: {logs: {a: {quota: 2MB}}}", 33'554'432, 0},
+  };
+  for (const BufferCase& one : cases) {
+    HostFacts host = GoodHost();
+    host.network.receive_max = one.max;
+    const Findings findings = CheckReceiveBufferMax(OneAxis("", std::string(one.lcm) + '\n' + one.recorder), host);
+    ASSERT_EQ(findings.size(), one.wanted > 0 ? 1U : 0U) << one.lcm << one.recorder << one.max;
+    if (one.wanted == 0) continue;
+    EXPECT_EQ(LineOf(findings[0].remedies[0]),
+              "echo " + std::to_string(one.wanted) + " > /proc/sys/net/core/rmem_max");
+  }
+  HostFacts unknown = GoodHost();
+  unknown.network.receive_max = std::nullopt;
+  EXPECT_THAT(CheckReceiveBufferMax(OneAxis("", "recorder: {logs: {a: {quota: 2MB}}}"), unknown), IsEmpty());
+}
+
+TEST(NetworkChecks, ATenthOfASecondFitsTheDefaultBuffer) {
+  HostFacts host = GoodHost();
+  host.network.receive_default = 12'800;  // 100 messages a second of 1280 bytes each
+  EXPECT_THAT(CheckReceiveBufferDefault(OneAxis(), host), IsEmpty());
+  host.network.receive_default = 12'799;
+  const Findings findings = CheckReceiveBufferDefault(OneAxis(), host);
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(LineOf(findings[0].remedies[1]),
+            "echo 'net.core.rmem_default = 2097152' >> /etc/sysctl.d/60-axlecast.conf");
+}
+
+TEST(NetworkChecks, DriversOfOthersAndTwoOfOne) {
+  HostFacts host = GoodHost();
+  host.network.drivers = {{"DRIVER_STATUS/b0", 1}};
+  EXPECT_THAT(CheckOtherMachine(OneAxis(), host), IsEmpty());
+  EXPECT_THAT(CheckDuplicateDriver(OneAxis(), host), IsEmpty());
+  host.network.drivers = {
+      {"DRIVER_STATUS/b0", 1}, {"DRIVER_STATUS/b0", 2}, {"DRIVER_STATUS/b7", 3}, {"far/DRIVER_STATUS/b0", 4}};
+  const Findings others = CheckOtherMachine(OneAxis(), host);
+  ASSERT_EQ(others.size(), 1U);
+  EXPECT_THAT(others[0].found, HasSubstr("DRIVER_STATUS/b7, far/DRIVER_STATUS/b0"));
+  const Findings twins = CheckDuplicateDriver(OneAxis(), host);
+  ASSERT_EQ(twins.size(), 1U);
+  EXPECT_THAT(twins[0].found, HasSubstr("2 drivers of bus b0"));
+}
+
+}  // namespace
+}  // namespace axlecast

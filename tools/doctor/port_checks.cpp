@@ -1,0 +1,203 @@
+#include "tools/doctor/port_checks.h"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+
+#include "drivers/runtime/core/inline_bytes.h"
+#include "tools/axlecast/columns.h"
+
+namespace axlecast {
+namespace {
+
+constexpr const char* kRulesFile = "/etc/udev/rules.d/99-axlecast.rules";
+constexpr std::int64_t kShortLatency = 1;  // ms
+
+// What differs between the kinds of ports.
+struct PortKind {
+  const char* what;
+  const char* key;    // of the machine's file
+  const char* group;  // that has such devices on Debian, or gets them by a rule
+  const char* list;   // what shows which there are
+  const char* rule;   // of udev, that gives them to the group
+};
+
+const PortKind& KindOf(const PortUse& use) {
+  static constexpr std::array<PortKind, 3> kKinds = {{
+      {"serial port", "link.port", "dialout", "ls -l /dev/serial/by-id/ /dev/ttyS*",
+       R"(SUBSYSTEM=="tty", KERNEL=="ttyUSB*|ttyACM*|ttyS*", GROUP="dialout", MODE="0660")"},
+      {"SPI device", "link.spidev", "spi", "ls -l /dev/spidev*",
+       R"(SUBSYSTEM=="spidev", GROUP="spi", MODE="0660")"},
+      {"GPIO chip", "lines.*.chip", "gpio", "gpiodetect", R"(SUBSYSTEM=="gpio", GROUP="gpio", MODE="0660")"},
+  }};
+  return kKinds[static_cast<std::size_t>(use.kind)];
+}
+
+std::string Name(const PortUse& use) { return "bus " + use.bus + ": the " + KindOf(use).what + ' ' + use.path; }
+
+// Calls tell(use, facts, findings) for each port of the machine that was looked at.
+template <typename Look>
+Findings ForEachPort(const MachineConfig& machine, const HostFacts& host, Look look) {
+  Findings findings;
+  for (const PortUse& use : PortsOf(machine)) {
+    const auto facts = host.ports.find(use.path);
+    if (facts != host.ports.end()) look(use, facts->second, findings);
+  }
+  return findings;
+}
+
+bool IsThere(const PortFacts& port) { return port.file.kind == HostFile::Kind::kCharacter; }
+
+Finding MissingFinding(const PortUse& use, const PortFacts& port) {
+  const PortKind& kind = KindOf(use);
+  Finding finding{.found = {}, .remedies = {}, .safe = false};
+  if (port.file.error != 0 && port.file.error != ENOENT) {
+    finding.found = Name(use) + " cannot be looked at: " + std::strerror(port.file.error);
+  } else {
+    finding.found = Name(use) + (port.file.error == 0 ? " is no device" : " does not exist");
+  }
+  finding.remedies.push_back(
+      Tell(std::string(kind.list) + "    # what there is; then correct " + kind.key + " in the machine's file"));
+  if (use.kind == PortUse::Kind::kSpi) finding.remedies.push_back(Run({"modprobe", "spidev"}));
+  return finding;
+}
+
+// Drivers run without privileges: what only root can open is of no use to them.
+bool OthersMayUse(const HostFile& file) {
+  const bool by_group = file.gid != 0 && (file.mode & 060) == 060;
+  return by_group || (file.mode & 06) == 06;
+}
+
+Finding PermissionFinding(const PortUse& use, const HostFile& file) {
+  const PortKind& kind = KindOf(use);
+  Finding finding{
+      .found = Name(use) + " belongs to " + file.owner + ':' + file.group + " with mode " + ModeText(file),
+      .remedies = {},
+      .safe = false};
+  if (!OthersMayUse(file)) {
+    finding.remedies = {Run({"groupadd", "--force", "--system", kind.group}), Append(kRulesFile, kind.rule),
+                        Run({"udevadm", "control", "--reload"}), Run({"udevadm", "trigger", "--action=add"})};
+  }
+  finding.remedies.push_back(Tell(std::string("usermod -aG ") +
+                                  (OthersMayUse(file) ? file.group.c_str() : kind.group) +
+                                  " USER    # then log in again; of a systemd unit: SupplementaryGroups="));
+  return finding;
+}
+
+bool IsOwnDriver(const HostProcess& process, const std::string& bus) {
+  if (process.words.empty() || process.words[0].find("axlecast-") == std::string::npos) return false;
+  const auto option = std::find(process.words.begin(), process.words.end(), "--bus");
+  return option != process.words.end() && option + 1 != process.words.end() && *(option + 1) == bus;
+}
+
+void LookForHolders(const PortUse& use, const PortFacts& port, Findings& findings) {
+  if (use.kind == PortUse::Kind::kGpio) return;  // a chip may be open to many; a line's holder shows in gpioinfo
+  for (const HostProcess& holder : port.holders) {
+    if (IsOwnDriver(holder, use.bus)) continue;
+    const std::string id = std::to_string(holder.id);
+    findings.push_back({.found = Name(use) + " is open in process " + id + " (" + Printable(holder.name) + ')',
+                        .remedies = {Tell("ps -fp " + id + "    # what it is; end it: kill " + id)},
+                        .safe = false});
+  }
+}
+
+void LookAtName(const PortUse& use, const PortFacts& port, Findings& findings) {
+  const bool changes = use.path.starts_with("/dev/ttyUSB") || use.path.starts_with("/dev/ttyACM");
+  if (!changes || port.lasting_name.empty()) return;
+  findings.push_back({.found = Name(use) + " is named by the order of plugging in",
+                      .remedies = {Tell("in the machine's file: port: " + port.lasting_name)},
+                      .safe = false});
+}
+
+bool IsProber(const HostProcess& process) { return process.name == "ModemManager" || process.name == "brltty"; }
+
+std::string HexId(std::uint16_t number) {
+  std::array<char, 8> text{};
+  std::snprintf(text.data(), text.size(), "%04x", unsigned{number});
+  return text.data();
+}
+
+}  // namespace
+
+Findings CheckPortMissing(const MachineConfig& machine, const HostFacts& host) {
+  return ForEachPort(machine, host, [](const PortUse& use, const PortFacts& port, Findings& findings) {
+    if (!IsThere(port)) findings.push_back(MissingFinding(use, port));
+  });
+}
+
+Findings CheckPortPermission(const MachineConfig& machine, const HostFacts& host) {
+  return ForEachPort(machine, host, [&host](const PortUse& use, const PortFacts& port, Findings& findings) {
+    const HostFile& file = port.file;
+    if (!IsThere(port)) return;
+    const bool usable = host.IsRoot() ? OthersMayUse(file) : file.readable && file.writable;
+    if (!usable) findings.push_back(PermissionFinding(use, file));
+  });
+}
+
+Findings CheckPortHeld(const MachineConfig& machine, const HostFacts& host) {
+  return ForEachPort(machine, host, &LookForHolders);
+}
+
+Findings CheckPortName(const MachineConfig& machine, const HostFacts& host) {
+  return ForEachPort(machine, host, &LookAtName);
+}
+
+Findings CheckPortProber(const MachineConfig& machine, const HostFacts& host) {
+  const auto prober = std::find_if(host.processes.begin(), host.processes.end(), &IsProber);
+  if (prober == host.processes.end()) return {};
+  return ForEachPort(machine, host, [&](const PortUse& use, const PortFacts& port, Findings& findings) {
+    if (!port.usb) return;
+    const std::string usb =
+        R"(ATTRS{idVendor}==")" + HexId(port.usb->vendor) + R"(", ATTRS{idProduct}==")" + HexId(port.usb->product);
+    findings.push_back({.found = prober->name + " runs, and opens " + use.path + " of bus " + use.bus +
+                                 " whenever it is plugged in",
+                        .remedies = {Append(kRulesFile, usb + R"(", ENV{ID_MM_DEVICE_IGNORE}="1")"),
+                                     Run({"udevadm", "control", "--reload"}),
+                                     Run({"systemctl", "disable", "--now", prober->name})},
+                        .safe = false});
+  });
+}
+
+Findings CheckUsbLatency(const MachineConfig& machine, const HostFacts& host) {
+  return ForEachPort(machine, host, [](const PortUse& use, const PortFacts& port, Findings& findings) {
+    if (!port.latency_ms || *port.latency_ms <= kShortLatency) return;
+    findings.push_back(
+        {.found = Name(use) + " has a latency timer of " + std::to_string(*port.latency_ms) + " ms: some " +
+                  std::to_string(1'000 / *port.latency_ms) + " exchanges a second",
+         .remedies =
+             {Write(port.latency_timer, "1"),
+              Append(kRulesFile,
+                     R"(ACTION=="add", SUBSYSTEM=="usb-serial", DRIVER=="ftdi_sio", ATTR{latency_timer}="1")")},
+         .safe = true});
+  });
+}
+
+Findings CheckAdapterRate(const MachineConfig& machine, const HostFacts& host) {
+  return ForEachPort(machine, host, [](const PortUse& use, const PortFacts& port, Findings& findings) {
+    if (use.kind != PortUse::Kind::kSerial || !port.usb) return;
+    const AdapterVerdict verdict = JudgeAdapter(*port.usb, use.baud);
+    if (verdict.fits) return;  // or not known here: the driver tells that at its start
+    findings.push_back({.found = "bus " + use.bus + ": " + verdict.text,
+                        .remedies = {Tell("plug in an adapter with an FT232H, FT2232H or FT4232H")},
+                        .safe = false});
+  });
+}
+
+Findings CheckSpiBuffer(const MachineConfig& machine, const HostFacts& host) {
+  const std::vector<PortUse> ports = PortsOf(machine);
+  const bool used =
+      std::any_of(ports.begin(), ports.end(), [](const PortUse& use) { return use.kind == PortUse::Kind::kSpi; });
+  constexpr auto kNeeded = static_cast<std::int64_t>(kMaxFrame);
+  if (!used || !host.spi_buffer || *host.spi_buffer >= kNeeded) return {};
+  return {{.found = "spidev takes transfers of at most " + std::to_string(*host.spi_buffer) + " bytes; up to " +
+                    std::to_string(kNeeded) + " may be needed",
+           .remedies = {Append("/etc/modprobe.d/axlecast.conf", "options spidev bufsiz=4096"),
+                        Tell("reboot, or with all drivers stopped: modprobe -r spidev; modprobe spidev")},
+           .safe = false}};
+}
+
+}  // namespace axlecast

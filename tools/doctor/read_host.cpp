@@ -1,0 +1,155 @@
+#include "tools/doctor/read_host.h"
+
+#include <unistd.h>
+
+#include <axlecast/driver_status_t.hpp>
+#include <filesystem>
+#include <set>
+#include <system_error>
+
+#include "drivers/io/host_change.h"
+#include "drivers/io/lcm_port.h"
+#include "drivers/io/system_clock.h"
+#include "drivers/runtime/core/decode_message.h"
+#include "drivers/runtime/core/lcm_url.h"
+
+namespace axlecast {
+namespace {
+
+void ReadGroups(const MachineConfig& machine, NetworkFacts& network) {
+  for (const std::string& text : {machine.lcm.url, machine.lcm.command_url}) {
+    const LcmUrl url = ParseLcmUrl(text);
+    if (url.in_process || !url.problem.empty()) continue;
+    GroupFacts facts{.route = FindMulticastRoute(url.group), .silence = {}};
+    if (facts.route.error == 0) facts.silence = MulticastProblem(text);
+    network.groups.emplace(text, std::move(facts));
+  }
+}
+
+// Drivers that say HELLO meanwhile, of whatever machine.
+void HearDrivers(const MachineConfig& machine, MonoNs listen, NetworkFacts& network) {
+  const auto group = network.groups.find(machine.lcm.command_url);
+  if (listen <= 0 || group == network.groups.end() || group->second.route.error != 0) return;
+  if (!group->second.silence.empty()) return;
+  LcmPort port(machine.lcm.command_url, "");
+  if (!port.problem().empty()) return;
+  std::set<std::pair<std::string, std::int64_t>> heard;
+  const auto hear = [&heard](const std::string& channel, Bytes message) {
+    if (const auto status = DecodeMessage<driver_status_t>(message)) heard.emplace(channel, status->boot_id);
+  };
+  if (!port.Subscribe(".*DRIVER_STATUS/.*", hear)) return;
+  const SystemClock clock;
+  for (const MonoNs end = clock.Now() + listen; clock.Now() < end;) {
+    const MonoNs left = (end - clock.Now()) / kMillisecond + 1;
+    if (!port.Handle(static_cast<int>(left))) break;
+  }
+  network.drivers.assign(heard.begin(), heard.end());
+}
+
+NetworkFacts ReadNetwork(const MachineConfig& machine, const ReadHostOptions& options) {
+  NetworkFacts network;
+  ReadGroups(machine, network);
+  network.loopback = ReadLoopback();
+  if (geteuid() == 0) network.firewall = RunProgram({"nft", "--json", "list", "ruleset"}).output;
+  network.receive_max = options.files.Number("/proc/sys/net/core/rmem_max");
+  network.receive_default = options.files.Number("/proc/sys/net/core/rmem_default");
+  if (!machine.buses.empty()) HearDrivers(machine, options.listen, network);
+  return network;
+}
+
+// A link below `folder` that leads to the device.
+std::string LinkTo(const HostFiles& files, const std::string& folder, const HostFile& device) {
+  for (const std::string& name : files.Names(folder)) {
+    const HostFile file = files.Look(folder + '/' + name);
+    if (file.kind == device.kind && file.major == device.major && file.minor == device.minor) return file.path;
+  }
+  return "";
+}
+
+PortFacts ReadPort(const HostFiles& files, const PortUse& use) {
+  PortFacts port;
+  port.file = files.Look(use.path);
+  if (port.file.kind != HostFile::Kind::kCharacter) return port;
+  port.holders = files.Holders(use.path);
+  if (use.kind != PortUse::Kind::kSerial) return port;
+  for (const char* folder : {"/dev/serial/by-id", "/dev/serial/by-path"}) {
+    if (port.lasting_name.empty()) port.lasting_name = LinkTo(files, folder, port.file);
+  }
+  const std::string sysfs = files.Place("/sys");
+  const TtyFacts tty = ReadTtyFacts(sysfs, port.file.major, port.file.minor);
+  port.usb = tty.usb;
+  if (tty.latency_timer.empty()) return port;
+  std::error_code error;
+  const std::string real = std::filesystem::canonical(sysfs, error).string();
+  port.latency_timer = "/sys" + tty.latency_timer.substr(real.size());
+  port.latency_ms = files.Number(port.latency_timer);
+  return port;
+}
+
+ProcessorFacts ReadProcessors(const HostFiles& files) {
+  const std::string folder = "/sys/devices/system/cpu";
+  ProcessorFacts processors;
+  processors.online = files.Text(folder + "/online").value_or("");
+  for (const std::string& name : files.Names(folder)) {
+    const std::string path = folder + '/' + name + "/cpufreq/scaling_governor";
+    if (const auto governor = files.Text(path)) processors.governors.emplace_back(path, *governor);
+  }
+  processors.clock_source =
+      files.Text("/sys/devices/system/clocksource/clocksource0/current_clocksource").value_or("");
+  return processors;
+}
+
+// Its files are <machine>-<log>_<time>.lcm.
+std::int64_t BytesOfLog(const std::string& folder, const std::string& begin) {
+  std::int64_t bytes = 0;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    if (!entry.path().filename().string().starts_with(begin)) continue;
+    const auto size = entry.file_size(error);
+    if (!error) bytes += static_cast<std::int64_t>(size);
+  }
+  return bytes;
+}
+
+void ReadDisks(const MachineConfig& machine, HostFacts& host) {
+  host.journal = LookAtFolder(std::filesystem::path(JournalFile(machine)).parent_path().string());
+  if (machine.recorder.logs.empty()) return;
+  const std::string folder = LogDirectory(machine);
+  host.logs = LookAtFolder(folder);
+  for (const LogConfig& log : machine.recorder.logs) {
+    host.log_bytes[log.name] = BytesOfLog(folder, machine.machine + '-' + log.name + '_');
+  }
+}
+
+}  // namespace
+
+HostFacts ReadHost(const MachineConfig& machine, const ReadHostOptions& options) {
+  const HostFiles& files = options.files;
+  HostFacts host;
+  host.user = geteuid();
+  host.processes = files.Processes();
+  host.network = ReadNetwork(machine, options);
+  for (const PortUse& use : PortsOf(machine)) host.ports.emplace(use.path, ReadPort(files, use));
+  host.spi_buffer = files.Number("/sys/module/spidev/parameters/bufsiz");
+  CanNetlink netlink;
+  if (netlink.Open().empty()) {
+    for (const BusConfig* bus : CanBusesOf(machine)) host.can.emplace(bus->link.port, netlink.Ask(bus->link.port));
+  }
+  for (const BusConfig* bus : CanBusesOf(machine)) {
+    const std::string& name = bus->link.port;
+    if (const auto queue = files.Number("/sys/class/net/" + name + "/tx_queue_len")) host.can_queues[name] = *queue;
+  }
+  host.limits = ReadRealtimeLimits();
+  host.processors = ReadProcessors(files);
+  host.clock = ReadClockSync();
+  if (machine.file.empty()) return host;
+  ReadDisks(machine, host);
+  const HostFiles own;
+  for (const auto& paths : {OwnKeyFiles(machine), GrantKeyFiles(machine)}) {
+    for (const std::string& path : paths) host.secrets.emplace(path, own.Look(path));
+  }
+  host.config = own.Look(machine.file);
+  return host;
+}
+
+}  // namespace axlecast

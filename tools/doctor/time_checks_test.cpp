@@ -1,0 +1,70 @@
+#include "tools/doctor/time_checks.h"
+
+#include <gmock/gmock.h>
+
+#include "tools/doctor/doctor_test_host.h"
+
+namespace axlecast {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+TEST(TimeChecks, LimitsAreAskedForOnlyWhereTheFileNeedsThem) {
+  HostFacts host = GoodHost();
+  host.limits = {.priority = 0, .locked_bytes = 65'536};
+  EXPECT_THAT(CheckRealtimePriority(OneAxis(), host), IsEmpty());
+  EXPECT_THAT(CheckRealtimeMemory(OneAxis(), host), IsEmpty());
+  const MachineConfig machine = OneAxis("realtime: {priority: 60, lock_memory: true}");
+  EXPECT_THAT(CheckRealtimePriority(machine, host).at(0).remedies.at(0).text, HasSubstr("LimitRTPRIO=60"));
+  EXPECT_THAT(CheckRealtimeMemory(machine, host).at(0).found, HasSubstr("64 kB"));
+  host.limits = {.priority = 60, .locked_bytes = -1};
+  EXPECT_THAT(CheckRealtimePriority(machine, host), IsEmpty());
+  EXPECT_THAT(CheckRealtimeMemory(machine, host), IsEmpty());
+}
+
+TEST(TimeChecks, ProcessorsAreReadAsTheKernelListsThem) {
+  struct Case {
+    const char* online;
+    int cpu;
+    bool found;
+  };
+  for (const Case& one : {Case{"0", 0, false}, Case{"0", 1, true}, Case{"0-3,6", 3, false}, Case{"0-3,6", 6, false},
+                          Case{"0-3,6", 5, true}, Case{"", 5, false}, Case{"x,-,7", 7, false}}) {
+    HostFacts host = GoodHost();
+    host.processors.online = one.online;
+    const MachineConfig machine = OneAxis("realtime: {cpu: " + std::to_string(one.cpu) + "}");
+    EXPECT_EQ(CheckRealtimeCpu(machine, host).size(), one.found ? 1U : 0U) << one.online << ' ' << one.cpu;
+  }
+}
+
+TEST(TimeChecks, GovernorAndClockMatterToAFastBusAlone) {
+  HostFacts host = GoodHost();
+  host.processors.governors = {{"/sys/cpu0", "schedutil"}, {"/sys/cpu1", "performance"}};
+  host.processors.clock_source = "hpet";
+  for (const char* slow : {"poll_hz: 999", "simulate: true"}) {
+    EXPECT_THAT(CheckCpuGovernor(OneAxis(slow), host), IsEmpty()) << slow;
+    EXPECT_THAT(CheckClockSource(OneAxis(slow), host), IsEmpty()) << slow;
+  }
+  const Findings governor = CheckCpuGovernor(OneAxis("poll_hz: 1000"), host);
+  ASSERT_EQ(governor.size(), 1U);
+  ASSERT_EQ(governor[0].remedies.size(), 2U) << "the processor that is right already is left alone";
+  EXPECT_EQ(LineOf(governor[0].remedies[0]), "echo performance > /sys/cpu0");
+  EXPECT_EQ(CheckClockSource(OneAxis("poll_hz: 1000"), host).size(), 1U);
+  host.processors.clock_source = "kvm-clock";
+  EXPECT_THAT(CheckClockSource(OneAxis("poll_hz: 1000"), host), IsEmpty());
+}
+
+TEST(TimeChecks, AnUnsynchronisedClockNamesWhoShouldKeepIt) {
+  HostFacts host = GoodHost();
+  EXPECT_THAT(CheckClockSync(OneAxis(), host), IsEmpty());
+  host.clock.synchronised = false;
+  EXPECT_THAT(CheckClockSync(OneAxis(), host).at(0).found, HasSubstr("nothing keeps"));
+  host.processes = {{1, "systemd", {}}, {2, "chronyd", {}}};
+  EXPECT_THAT(CheckClockSync(OneAxis(), host).at(0).found, HasSubstr("though chronyd runs"));
+  host.clock.known = false;
+  EXPECT_THAT(CheckClockSync(OneAxis(), host), IsEmpty());
+}
+
+}  // namespace
+}  // namespace axlecast
