@@ -24,6 +24,7 @@
 #include "tools/axlecast/redecode_command.h"
 #include "tools/axlecast/replace_command.h"
 #include "tools/axlecast/replay_command.h"
+#include "tools/axlecast/scan_command.h"
 #include "tools/axlecast/simulate_command.h"
 #include "tools/axlecast/spy_command.h"
 #include "tools/axlecast/ssi_plan_command.h"
@@ -62,6 +63,7 @@ int RunCommandLine(int argc, char** argv) {
   AddReplayCommand(app, exit_code);
   AddLogCommand(app, exit_code);
   AddRedecodeCommand(app, exit_code);
+  AddScanCommand(app, exit_code);
   AddCheckConfigCommand(app, exit_code);
   AddKeygenCommand(app, exit_code);
   app.get_subcommand("keygen")->preparse_callback([](std::size_t) { WarnOf(ForbidCoreDumps()); });

@@ -1,0 +1,31 @@
+#include "tools/scan/serial_scan_line.h"
+
+#include "drivers/io/port_holder.h"
+
+namespace axlecast {
+namespace {
+
+// Every port makes it; each trial sets its own.
+constexpr LineFormat kAtFirst = {.baud = 9'600};
+
+}  // namespace
+
+SerialScanLine::SerialScanLine(const std::string& path, bool echo, const Clock& clock)
+    : path_(path), port_({.path = path, .format = kAtFirst}, clock), medium_(port_, clock, echo, nullptr) {}
+
+std::string SerialScanLine::Open() {
+  std::string problem = port_.Open();
+  if (problem.empty()) return problem;
+  const std::string holder = PortHolder(path_);
+  return holder.empty() ? problem : problem + " (" + holder + " has it open)";
+}
+
+bool SerialScanLine::Set(const ProbeTrial& trial) {
+  if (!port_.SetFormat(trial.line)) return false;
+  while (const Event* stray = medium_.FindStray()) {         // what came at the rate before
+    if (stray->kind == Event::Kind::kLinkDown) return true;  // the next step says so
+  }
+  return true;
+}
+
+}  // namespace axlecast
