@@ -14,7 +14,8 @@ namespace {
 
 constexpr MonoNs kPatience = 30 * kMillisecond;  // beyond the wire: the encoder, and an adapter's 16 ms
 constexpr int kConfirmations = 2;
-constexpr int kAttempts = 2;  // of a question whose answer came damaged
+constexpr std::size_t kThreeByteReply = 8;  // with 17 to 24 bits of position
+constexpr int kAttempts = 2;                // of a question whose answer came damaged
 // A bus is rarely fuller, and these addresses are asked at every rate before the others.
 constexpr int kUsualAddresses = static_cast<int>(kMaxDevices);
 
@@ -72,7 +73,7 @@ void SaaModbusProbe::Judge(const Event& event) {
 }
 
 void SaaModbusProbe::JudgePosition(const Event& event) {
-  const Answer answer = Interpret(event, kMostBits);
+  const Answer answer = Interpret(event, event.bytes.size() == kThreeByteReply ? 24 : kMostBits);
   if (answer.error == ErrorKind::kException) {
     AddStranger("it refuses to give its position, and SAA encoders refuse nothing");
     return NextAddress();
@@ -102,8 +103,7 @@ void SaaModbusProbe::JudgeForeign(const Event& event) {
 }
 
 void SaaModbusProbe::AddEncoder() {
-  constexpr std::size_t kThreeBytes = 8;  // a reply with 24 bits of position
-  const int most = registers_ == 1 ? kOneRegisterBits : reply_size_ == kThreeBytes ? 24 : kMostBits;
+  const int most = registers_ == 1 ? kOneRegisterBits : reply_size_ == kThreeByteReply ? 24 : kMostBits;
   const int least =
       std::max({registers_ == 1 ? kLeastBits : kOneRegisterBits + 1, static_cast<int>(std::bit_width(positions_))});
   Finding finding;

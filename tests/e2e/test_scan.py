@@ -20,11 +20,11 @@ POLLED = ("family: saa_serial\n    mode: bus\n    zero_clearing: true\n    link:
 
 
 class Scan(Machine):
-    def simulate(self, bus):
+    def simulate(self, bus, keys="true", kind="pty"):
         """The bus's simulated port."""
-        self.config = self.write(f"machine: sim\nbuses:\n  line:\n    simulate: true\n    {bus}\n", "sim.yaml")
+        self.config = self.write(f"machine: sim\nbuses:\n  line:\n    simulate: {keys}\n    {bus}\n", "sim.yaml")
         self.simulator(self.config, "line")
-        return next(self.run_dir.glob("**/line.pty"))
+        return next(self.run_dir.glob(f"**/line.{kind}"))
 
     def scan(self, port, *options, expect=DONE):
         run = subprocess.run([BIN / "axlecast", "scan", port, "--json", *options], capture_output=True, text=True,
@@ -75,6 +75,26 @@ class Scan(Machine):
 
     def test_a_polled_bus_at_a_named_rate(self):
         self.found_and_run(POLLED, "saa_serial", ["axis1", "axis2"], "--sole-master", "--baud", "115200")
+
+    def test_can_nodes_among_wrong_bit_rates_without_sending_a_frame(self):
+        port = self.simulate("family: saa_can\n    link: {bitrate: 125000}\n"
+                             "    devices: {a: {bits: 14, node: 0x21, period_ms: 50}, b: {bits: 24, node: 0x22}}", kind="can")
+        report = self.scan(port, "--sole-master")
+        self.assertEqual({(d["keys"]["node"], d["link"]["bitrate"]) for d in report["found"]},
+                         {("0x21", 125000), ("0x22", 125000)})
+        self.assertEqual(self.counted("host_frames") + self.counted("unacknowledged"), 0)
+
+    def test_a_turning_biss_encoder_is_sure(self):
+        port = self.simulate("family: biss\n    devices: {a: {model: saa, bits: 18}}", "{a: {speed_rpm: 60}}", "spi")
+        found, = self.scan(port, "--sole-master")["found"]
+        self.assertEqual((found["family"], found["confidence"], found["keys"]["bits"]), ("biss", "sure", 18))
+
+    def test_of_ssi_little_is_known(self):
+        port = self.simulate("family: ssi\n    devices: {a: {model: saa58p24, bits: 12}}",
+                             '{a: {motion: "shuttle:10,350,60"}}', "spi")
+        found, = self.scan(port, "--sole-master")["found"]
+        self.assertEqual((found["family"], found["confidence"], found["keys"]["bits"]), ("ssi", "likely", 12))
+        self.assertIn("code", found["check"])
 
     def test_without_a_terminal_and_without_the_option_it_only_listens(self):
         port = self.simulate(TFORMAT)

@@ -18,6 +18,8 @@ using ByteList = std::vector<std::uint8_t>;
 // A line in virtual time whose other end answers requests by a table, and what a probe makes of it.
 class ProbeBench {
  public:
+  ProbeBench() { EXPECT_EQ(link.Open(), ""); }
+
   // Answers `reply`, 5 ms after the request.
   void Answer(const ByteList& request, const ByteList& reply) { replies_[request] = reply; }
   // Whatever else is asked is answered so.
@@ -31,7 +33,6 @@ class ProbeBench {
       if (reply.empty()) return {};
       return {{5 * kMillisecond, reply}};
     });
-    EXPECT_EQ(link.Open(), "");
     const MonoNs begin = clock.Now();
     const std::unique_ptr<Probe> probe = trial.make(begin);
     const MonoNs give_up = begin + 10 * trial.longest;

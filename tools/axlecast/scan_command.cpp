@@ -17,8 +17,10 @@
 #include "tools/axlecast/exit_code.h"
 #include "tools/axlecast/scan_progress.h"
 #include "tools/json/field.h"
+#include "tools/scan/can_scan_line.h"
 #include "tools/scan/scan_text.h"
 #include "tools/scan/serial_scan_line.h"
+#include "tools/scan/spi_scan_line.h"
 
 namespace axlecast {
 namespace {
@@ -47,6 +49,8 @@ constexpr const char* kExamples =
     "  axlecast scan /dev/ttyUSB0 --sole-master --write machine.yaml && axlecast up machine.yaml\n"
     "  axlecast scan /dev/ttyUSB0 --baud 115200    # at this rate alone; it is also asked for polled encoders "
     "then\n"
+    "  sudo axlecast scan can0                     # every bit rate, listening only, where can0 is down\n"
+    "  axlecast scan /dev/spidev0.0 --sole-master\n"
     "  axlecast scan /dev/ttyUSB0 --sole-master --json | jq -r '.found[].device'";
 
 // ---- the command line ----
@@ -80,23 +84,36 @@ std::string Usage(ScanOptions& options) {
   return "";
 }
 
+// By its name: can0, /dev/spidev0.0; the sockets of simulated buses by their ending.
+ScanLineKind KindOf(const std::string& port) {
+  if (port.find('/') == std::string::npos || port.ends_with(".can")) return ScanLineKind::kCan;
+  std::error_code ignored;
+  const std::string path = std::filesystem::weakly_canonical(port, ignored).string();
+  const bool spi = path.starts_with("/dev/spidev") || port.ends_with(".spi");
+  return spi ? ScanLineKind::kSpi : ScanLineKind::kSerial;
+}
+
 // ---- asking the operator ----
+
+bool Agreed(const std::string& question) {
+  if (isatty(STDIN_FILENO) != 1) {
+    std::cerr << "standard input is no terminal: without --sole-master nothing is sent or set\n";
+    return false;
+  }
+  std::cerr << question;
+  std::string answer;
+  std::getline(std::cin, answer);
+  return answer == "y" || answer == "Y" || answer == "yes";
+}
 
 bool MayAsk(const ScanOptions& options, ScanProgress& progress) {
   if (options.sole_master) return true;
   progress.Clear();
-  if (isatty(STDIN_FILENO) != 1) {
-    std::cerr << "standard input is no terminal: without --sole-master nothing is sent\n";
-    return false;
-  }
-  std::cerr
-      << "Nothing speaks on " << options.place.port
-      << ". To look further it must be asked: reads, never a write.\n"
-         "If another master (a PLC, a drive, another program) is on this line, it is disturbed, and interface\n"
-         "circuits may be destroyed. Is this computer the only master on the line? [y/N] ";
-  std::string answer;
-  std::getline(std::cin, answer);
-  return answer == "y" || answer == "Y" || answer == "yes";
+  return Agreed(
+      "Nothing speaks on " + options.place.port +
+      ". To look further it must be asked: reads, never a write.\n"
+      "If another master (a PLC, a drive, another program) is on this line, it is disturbed, and interface\n"
+      "circuits may be destroyed. Is this computer the only master on the line? [y/N] ");
 }
 
 // ---- the scan ----
@@ -126,26 +143,70 @@ int Tell(const ScanOptions& options, const ScanReport& report) {
   return kExitBad;
 }
 
-int ScanSerial(ScanOptions& options) {
-  const SystemClock clock;
-  SerialScanLine line(options.place.port, options.place.echo, clock);
+ScanReport Run(ScanLine& line, const Clock& clock, std::vector<PlannedTrial> plan, const ScanOptions& options) {
+  ScanProgress progress(options.place.kind, clock);
+  const CancelOnSignal cancel;
+  ScanHooks hooks;
+  hooks.stop = [] { return CancelOnSignal::requested().load(); };
+  hooks.may_ask = [&] { return MayAsk(options, progress); };
+  hooks.progress = [&](const PlannedTrial& planned, double done, MonoNs left) {
+    progress.Show(planned, done, left);
+  };
+  return RunScan(line, clock, std::move(plan), hooks);
+}
+
+template <typename Line>
+int ScanBytes(const ScanOptions& options, Line& line, const Clock& clock) {
   if (const std::string problem = line.Open(); !problem.empty()) {
     std::cerr << problem << '\n';
     return kExitBad;
   }
-  ScanReport report;
-  {
-    ScanProgress progress(options.place.kind, clock);
-    const CancelOnSignal cancel;
-    ScanHooks hooks;
-    hooks.stop = [] { return CancelOnSignal::requested().load(); };
-    hooks.may_ask = [&] { return MayAsk(options, progress); };
-    hooks.progress = [&](const PlannedTrial& planned, double done, MonoNs left) {
-      progress.Show(planned, done, left);
-    };
-    report = RunScan(line, clock, PlanScan(FamilyProbes(), options.place.kind, options.scope), hooks);
+  return Tell(options, Run(line, clock, PlanScan(FamilyProbes(), options.place.kind, options.scope), options));
+}
+
+// The bit rates to listen at; none: says why, and what to type.
+std::vector<std::int64_t> BitratesOf(const ScanOptions& options, CanScanLine& line) {
+  if (line.is_up()) return {line.bitrate()};
+  const std::string& port = options.place.port;
+  if (!line.MayConfigure()) {
+    std::cerr << port << " is down. As root `axlecast scan " << port
+              << "` sets it to each bit rate in turn, listening only; or type, as root,\n  " << line.ListenLine()
+              << "\nand scan again\n";
+    return {};
   }
-  return Tell(options, report);
+  const std::string question = port +
+                               " is down. To listen it is set to one bit rate after the other, listening only: it\n"
+                               "sends and acknowledges nothing. At the end it is set down again.";
+  if (!options.sole_master && !Agreed(question + " Go on? [y/N] ")) return {};
+  return options.scope.rates.empty() ? CanBitrates() : options.scope.rates;
+}
+
+int ScanCan(const ScanOptions& options, const Clock& clock) {
+  CanScanLine line(options.place.port, clock);
+  if (const std::string problem = line.Open(); !problem.empty()) {
+    std::cerr << problem << '\n';
+    return kExitBad;
+  }
+  const std::vector<std::int64_t> bitrates = BitratesOf(options, line);
+  if (bitrates.empty()) return kExitBad;
+  const std::vector<PlannedTrial> plan = PlanScan(FamilyProbes(), options.place.kind, options.scope);
+  return Tell(options, Run(line, clock, AtBitrates(plan, bitrates), options));
+}
+
+int ScanPort(const ScanOptions& options) {
+  const SystemClock clock;
+  switch (options.place.kind) {
+    case ScanLineKind::kCan:
+      return ScanCan(options, clock);
+    case ScanLineKind::kSpi: {
+      SpiScanLine line(options.place.port, clock);
+      return ScanBytes(options, line, clock);
+    }
+    case ScanLineKind::kSerial:
+      break;
+  }
+  SerialScanLine line(options.place.port, options.place.echo, clock);
+  return ScanBytes(options, line, clock);
 }
 
 int RunScanCommand(ScanOptions& options) {
@@ -157,7 +218,8 @@ int RunScanCommand(ScanOptions& options) {
     std::cerr << options.write << " exists: choose another name, or replace it with --force\n";
     return kExitBad;
   }
-  return ScanSerial(options);
+  options.place.kind = KindOf(options.place.port);
+  return ScanPort(options);
 }
 
 }  // namespace
@@ -166,10 +228,13 @@ void AddScanCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ScanOptions>();
   CLI::App* command =
       app.add_subcommand("scan", "Finds what is attached to a port, and writes the machine's file for it");
-  command->add_option("PORT", options->place.port, "A serial port")->required();
+  command->add_option("PORT", options->place.port, "A serial port, a CAN interface (can0), or a spidev")
+      ->required();
   command->add_flag("--sole-master", options->sole_master, "No other master is on the line: it may be asked");
-  command->add_option("--baud", options->scope.rates, "Only this rate; several: --baud 9600 --baud 19200")
-      ->check(CLI::Range(1'200, 12'000'000));
+  command
+      ->add_option("--baud,--bitrate,--clock", options->scope.rates,
+                   "Only this rate: Bd, bit/s or Hz; several: --baud 9600 --baud 19200")
+      ->check(CLI::Range(1'200, 50'000'000));
   command->add_option("--parity", options->parity, "Of what is asked at --baud, where it is made to order")
       ->check(CLI::IsMember({"none", "even", "odd"}))
       ->capture_default_str();

@@ -27,16 +27,20 @@ class ScanRun {
   }
 
   ScanReport Run() {
+    if (asking_.empty()) {
+      Try(listening_);
+      return std::move(report_);
+    }
     if (!listening_.empty() && Speaks()) {
       Try(listening_);
-      if (report_.complete && report_.found.empty() && !asking_.empty()) {
+      if (report_.complete && report_.found.empty()) {
         Note(
             "bytes come unasked that no probe knows: another master, or a device at a rate that was not tried. So "
             "nothing was asked. Name the rate with --baud, or disconnect what speaks");
       }
       return std::move(report_);
     }
-    if (report_.complete && !asking_.empty()) Ask();
+    if (report_.complete) Ask();
     return std::move(report_);
   }
 

@@ -67,7 +67,7 @@ Finding::Keys LinkOf(const ScanPlace& place, const FoundDevice& device) {
       if (place.echo) keys.emplace_back("echo", "true");
       break;
     case ScanLineKind::kCan:
-      keys.emplace_back("bitrate", std::to_string(trial.bitrate));
+      if (trial.bitrate > 0) keys.emplace_back("bitrate", std::to_string(trial.bitrate));
       break;
     case ScanLineKind::kSpi:
       keys.emplace_back("clock_hz", std::to_string(trial.spi.clock_hz));

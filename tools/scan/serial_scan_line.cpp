@@ -21,11 +21,10 @@ std::string SerialScanLine::Open() {
 }
 
 bool SerialScanLine::Set(const ProbeTrial& trial) {
-  if (!port_.SetFormat(trial.line)) return false;
-  while (const Event* stray = medium_.FindStray()) {         // what came at the rate before
-    if (stray->kind == Event::Kind::kLinkDown) return true;  // the next step says so
-  }
-  return true;
+  const bool set = port_.SetFormat(trial.line);
+  const Event* stray = medium_.FindStray();  // what came at the rate before goes
+  while (stray != nullptr && stray->kind != Event::Kind::kLinkDown) stray = medium_.FindStray();
+  return set || stray != nullptr;  // the next step says that it is lost
 }
 
 }  // namespace axlecast
