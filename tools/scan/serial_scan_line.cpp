@@ -7,6 +7,7 @@ namespace {
 
 // Every port makes it; each trial sets its own.
 constexpr LineFormat kAtFirst = {.baud = 9'600};
+constexpr int kMostReads = 100;  // a line that never rests must not hold a scan up
 
 }  // namespace
 
@@ -22,9 +23,13 @@ std::string SerialScanLine::Open() {
 
 bool SerialScanLine::Set(const ProbeTrial& trial) {
   const bool set = port_.SetFormat(trial.line);
-  const Event* stray = medium_.FindStray();  // what came at the rate before goes
-  while (stray != nullptr && stray->kind != Event::Kind::kLinkDown) stray = medium_.FindStray();
-  return set || stray != nullptr;  // the next step says that it is lost
+  bool lost = false;
+  for (int i = 0; i < kMostReads && !lost; ++i) {  // what came at the rate before
+    const Event* stray = medium_.FindStray();
+    if (stray == nullptr) break;
+    lost = stray->kind == Event::Kind::kLinkDown;
+  }
+  return set || lost;  // of a lost line the next step tells
 }
 
 }  // namespace axlecast
