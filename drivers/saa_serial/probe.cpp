@@ -90,7 +90,7 @@ std::optional<Finding> StreamProbe::Judge(const Reading& reading) const {
   // At another rate, or of another device, whole frames are a rare accident.
   if (!reading.first || reading.frames < kFewFrames || 2 * framed < bytes_) return std::nullopt;
   const double seconds = static_cast<double>(reading.last->last.last - reading.first->last.last) / 1e9;
-  const auto periods = static_cast<double>((reading.last->position - reading.first->position) / size);
+  const std::int64_t periods = (reading.last->position - reading.first->position) / size;
   if (seconds <= 0) return std::nullopt;
   Finding finding;
   const bool sure = reading.frames >= kManyFrames && 10 * framed >= 9 * bytes_;
@@ -99,7 +99,7 @@ std::optional<Finding> StreamProbe::Judge(const Reading& reading) const {
   finding.reason =
       Text("%lld frames with the right sum make %lld of %lld bytes heard", static_cast<long long>(reading.frames),
            static_cast<long long>(framed), static_cast<long long>(bytes_));
-  finding.bus = {{"mode", "timing"}, {"refresh_hz", RateText(periods / seconds)}};
+  finding.bus = {{"mode", "timing"}, {"refresh_hz", RateText(static_cast<double>(periods) / seconds)}};
   finding.keys = {{"bits", std::to_string(reading.bits)}};
   finding.check =
       BitsText(reading.bits, reading.positions) + "; refresh_hz: as measured, the order says it exactly";

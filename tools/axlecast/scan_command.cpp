@@ -121,7 +121,7 @@ bool MayAsk(const ScanOptions& options, ScanProgress& progress) {
 std::string Write(const ScanOptions& options, const ScanReport& report) {
   const std::string yaml = ScanYaml(options.place, report);
   if (yaml.empty()) return "there is nothing to write into " + options.write;
-  const std::string problem = WriteNewFile(options.write, yaml, {.mode = 0644}, options.force);
+  std::string problem = WriteNewFile(options.write, yaml, {.mode = 0644}, options.force);
   if (problem.empty())
     std::cerr << "written: " << options.write << "; try it: axlecast up " << options.write << '\n';
   return problem;
