@@ -127,6 +127,9 @@ function(axlecast_family name)
   axlecast_folder(family_${name} DEPENDS runtime_core runtime_config lcmtypes nlohmann_json::nlohmann_json ${ARG_DEPENDS}
     TEST_DEPENDS tests_support)
   set_property(GLOBAL APPEND PROPERTY AXLECAST_FAMILIES ${name})
+  if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/probe.cpp)
+    set_property(GLOBAL APPEND PROPERTY AXLECAST_PROBES ${name})
+  endif()
   string(REPLACE _ - program ${name})
   file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/main.cpp
     "#include \"drivers/runtime/driver/driver_main.h\"\n\n"
@@ -159,6 +162,36 @@ namespace axlecast {
 std::span<const Family* const> Families() {
   static const std::array<const Family*, @count@> families = {@entries@};
   return families;
+}
+
+}  // namespace axlecast
+")
+  add_library(${target} OBJECT ${CMAKE_CURRENT_BINARY_DIR}/${target}.cpp)
+  target_link_libraries(${target} PUBLIC axlecast_flags ${libraries})
+  target_sources(${target} INTERFACE $<TARGET_OBJECTS:${target}>)
+endfunction()
+
+# axlecast_probe_table(TARGET NAME...): defines FamilyProbes() for a program that looks for devices of these families.
+function(axlecast_probe_table target)
+  set(declarations "")
+  set(entries "")
+  foreach(name ${ARGN})
+    string(APPEND declarations
+      "const Family& ${name}_family();\nstd::vector<ProbeTrial> ${name}_probe(const ProbeScope& scope);\n")
+    string(APPEND entries "{&${name}_family(), &${name}_probe}, ")
+    list(APPEND libraries family_${name})
+  endforeach()
+  list(LENGTH ARGN count)
+  file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/${target}.cpp @ONLY CONTENT
+"#include <array>
+
+#include \"drivers/runtime/core/probe.h\"
+
+namespace axlecast {
+@declarations@
+std::span<const FamilyProbe> FamilyProbes() {
+  static const std::array<FamilyProbe, @count@> probes = {{@entries@}};
+  return probes;
 }
 
 }  // namespace axlecast

@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cstring>
 #include <string_view>
+#include <vector>
 
 namespace axlecast {
 namespace {
@@ -115,6 +116,54 @@ struct Question {
 };
 static_assert(sizeof(Question) == 16 + 16 + 4 + 16 + 4 + 4, "as netlink lays it out");
 
+// An order about an interface, put together attribute by attribute; the kernel acknowledges it.
+class Order {
+ public:
+  Order(std::uint16_t type, int index, std::uint32_t sequence) {
+    header_.nlmsg_type = type;
+    header_.nlmsg_flags = NLM_F_REQUEST | NLM_F_ACK;
+    header_.nlmsg_seq = sequence;
+    info_.ifi_index = index;
+    bytes_.resize(sizeof header_ + sizeof info_);
+  }
+
+  void SetFlags(unsigned flags, unsigned mask) {
+    info_.ifi_flags = flags;
+    info_.ifi_change = mask;
+  }
+  void Put(unsigned type, const void* value, std::size_t size) {
+    const std::size_t at = Begin(type);
+    const auto* bytes = static_cast<const std::uint8_t*>(value);
+    bytes_.insert(bytes_.end(), bytes, bytes + size);
+    End(at);
+  }
+  // An attribute that holds those that follow, until End.
+  [[nodiscard]] std::size_t Begin(unsigned type) {
+    const std::size_t at = bytes_.size();
+    const rtattr header{.rta_len = 0, .rta_type = static_cast<std::uint16_t>(type)};
+    const auto* bytes = reinterpret_cast<const std::uint8_t*>(&header);
+    bytes_.insert(bytes_.end(), bytes, bytes + sizeof header);
+    return at;
+  }
+  void End(std::size_t at) {
+    const auto size = static_cast<std::uint16_t>(bytes_.size() - at);
+    std::memcpy(bytes_.data() + at, &size, sizeof size);  // rta_len
+    bytes_.resize(Aligned(bytes_.size()));
+  }
+
+  [[nodiscard]] Bytes bytes() {
+    header_.nlmsg_len = static_cast<std::uint32_t>(bytes_.size());
+    std::memcpy(bytes_.data(), &header_, sizeof header_);
+    std::memcpy(bytes_.data() + sizeof header_, &info_, sizeof info_);
+    return bytes_;
+  }
+
+ private:
+  nlmsghdr header_{};
+  ifinfomsg info_{};
+  std::vector<std::uint8_t> bytes_;
+};
+
 }  // namespace
 
 CanInterfaceReply ParseCanInterface(Bytes reply) {
@@ -156,15 +205,18 @@ int CanNetlink::Send(const std::string& interface) {
   question.name_header = {sizeof(rtattr) + IFNAMSIZ, IFLA_IFNAME};
   interface.copy(question.name.data(), interface.size());
   question.mask_header = {sizeof(rtattr) + sizeof question.mask, IFLA_EXT_MASK};
+  return SendBytes(&question, sizeof question);
+}
+
+int CanNetlink::SendBytes(const void* bytes, std::size_t size) {
   sockaddr_nl kernel{};
   kernel.nl_family = AF_NETLINK;
-  const ssize_t sent = sendto(socket_.get(), &question, sizeof question, 0,
-                              reinterpret_cast<const sockaddr*>(&kernel), sizeof kernel);
+  const ssize_t sent =
+      sendto(socket_.get(), bytes, size, 0, reinterpret_cast<const sockaddr*>(&kernel), sizeof kernel);
   return sent < 0 ? errno : 0;
 }
 
-CanInterfaceReply CanNetlink::Ask(const std::string& interface) {
-  if (const int error = Send(interface); error != 0) return error;
+std::variant<Bytes, int> CanNetlink::Receive() {
   // The kernel answers before the send returns.
   while (true) {
     const ssize_t size = recv(socket_.get(), reply_.data(), reply_.size(), MSG_DONTWAIT | MSG_TRUNC);
@@ -172,8 +224,51 @@ CanInterfaceReply CanNetlink::Ask(const std::string& interface) {
     if (size < 0) return errno;
     if (static_cast<std::size_t>(size) > reply_.size()) return EMSGSIZE;
     const Bytes reply(reply_.data(), static_cast<std::size_t>(size));
-    if (Load<nlmsghdr>(reply).nlmsg_seq == sequence_) return ParseCanInterface(reply);
+    if (Load<nlmsghdr>(reply).nlmsg_seq == sequence_) return reply;
   }
+}
+
+CanInterfaceReply CanNetlink::Ask(const std::string& interface) {
+  if (const int error = Send(interface); error != 0) return error;
+  const std::variant<Bytes, int> reply = Receive();
+  if (const int* error = std::get_if<int>(&reply)) return *error;
+  return ParseCanInterface(std::get<Bytes>(reply));
+}
+
+// ---- changes ----
+
+int CanNetlink::Configure(const CanInterface& interface, std::int64_t bitrate, bool listen_only) {
+  can_ctrlmode mode{};
+  mode.mask = CAN_CTRLMODE_LISTENONLY;
+  mode.flags = listen_only ? CAN_CTRLMODE_LISTENONLY : 0;
+  can_bittiming timing{};  // the kernel works out the rest
+  timing.bitrate = static_cast<std::uint32_t>(bitrate);
+  Order order(RTM_NEWLINK, interface.index, ++sequence_);
+  const std::size_t info = order.Begin(IFLA_LINKINFO);
+  order.Put(IFLA_INFO_KIND, "can", 3);
+  const std::size_t data = order.Begin(IFLA_INFO_DATA);
+  order.Put(IFLA_CAN_CTRLMODE, &mode, sizeof mode);
+  if (bitrate > 0) order.Put(IFLA_CAN_BITTIMING, &timing, sizeof timing);
+  order.End(data);
+  order.End(info);
+  return Do(order.bytes());
+}
+
+int CanNetlink::Switch(const CanInterface& interface, bool up) {
+  Order order(RTM_NEWLINK, interface.index, ++sequence_);
+  order.SetFlags(up ? IFF_UP : 0, IFF_UP);
+  return Do(order.bytes());
+}
+
+int CanNetlink::Do(Bytes order) {
+  if (const int error = SendBytes(order.data(), order.size()); error != 0) return error;
+  const std::variant<Bytes, int> reply = Receive();
+  if (const int* error = std::get_if<int>(&reply)) return *error;
+  const Bytes bytes = std::get<Bytes>(reply);
+  if (Load<nlmsghdr>(bytes).nlmsg_type != NLMSG_ERROR || bytes.size() < sizeof(nlmsghdr) + sizeof(nlmsgerr)) {
+    return EBADMSG;
+  }
+  return -Load<nlmsgerr>(bytes.subspan(sizeof(nlmsghdr))).error;
 }
 
 }  // namespace axlecast

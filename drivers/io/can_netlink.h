@@ -46,8 +46,17 @@ class CanNetlink {
   // ENODEV: there is no such interface.
   [[nodiscard]] CanInterfaceReply Ask(const std::string& interface);
 
+  // Changes a CAN controller that is down, or switches it; takes CAP_NET_ADMIN. 0, or the errno: EPERM, EBUSY (it is
+  // up), EINVAL (no such bit rate), EOPNOTSUPP (it cannot listen only). `bitrate` 0 leaves that as it is.
+  [[nodiscard]] int Configure(const CanInterface& interface, std::int64_t bitrate, bool listen_only);
+  [[nodiscard]] int Switch(const CanInterface& interface, bool up);
+
  private:
   [[nodiscard]] int Send(const std::string& interface);
+  [[nodiscard]] int SendBytes(const void* bytes, std::size_t size);
+  // The next message that answers the last question; an errno.
+  [[nodiscard]] std::variant<Bytes, int> Receive();
+  [[nodiscard]] int Do(Bytes order);
 
   Descriptor socket_;
   std::uint32_t sequence_ = 0;

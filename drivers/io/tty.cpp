@@ -173,7 +173,11 @@ std::string Tty::CheckFormat(const LineFormat& format) const {
 bool Tty::ChangeBaud(std::int64_t baud) {
   LineFormat format = settings_.format;
   format.baud = baud;
-  return CanMake(baud) && Drain() && Apply(format).empty();
+  return ChangeFormat(format);
+}
+
+bool Tty::ChangeFormat(const LineFormat& format) {
+  return CanMake(format.baud) && Drain() && Apply(format).empty();
 }
 
 bool Tty::Drain() {

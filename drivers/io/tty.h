@@ -47,6 +47,8 @@ class Tty {
   [[nodiscard]] std::string AdoptFormat(const LineFormat& format);
   // Another rate from now on, once all is sent; false when the adapter or the driver does not make it.
   [[nodiscard]] bool ChangeBaud(std::int64_t baud);
+  // The same for rate, parity and stop bits.
+  [[nodiscard]] bool ChangeFormat(const LineFormat& format);
   [[nodiscard]] bool CanMake(std::int64_t baud) const;
   // Returns when all that was written is on the wire; false when the line takes nothing.
   [[nodiscard]] bool Drain();

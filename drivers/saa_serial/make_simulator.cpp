@@ -35,6 +35,7 @@ std::unique_ptr<Simulator> MakeSaaSimulator(const BusConfig& bus, ConfigMap& sim
   if (own.clk) setup.clk = own.clk->index;
   if (own.clr) setup.clr = own.clr->index;
   setup.refresh = own.refresh;
+  setup.baud = bus.link.line.baud;
   setup.character = bus.link.line.WireTime(1);
   setup.echo = bus.link.echo;
   std::vector<SaaSimulator::Unit> units;

@@ -48,6 +48,10 @@ void SaaSimulator::OnDue(MonoNs now, const Transmit& transmit) {
 void SaaSimulator::OnBytes(Bytes bytes, MonoNs now, const Transmit& transmit) {
   OnDue(now, transmit);
   if (setup_.echo || units_.front().encoder.fault().kind == Kind::kEcho) transmit(bytes);
+  if (!baud_fits_) {
+    counters_.noise += static_cast<std::int64_t>(bytes.size());
+    return;
+  }
   std::vector<std::uint8_t> heard(bytes.begin(), bytes.end());
   for (Unit& unit : units_) {
     const SimulatedFault& fault = unit.encoder.fault();
@@ -177,8 +181,10 @@ void SaaSimulator::Answer(Unit& unit, MonoNs at, MonoNs now) {
 void SaaSimulator::SendDue(MonoNs now, const Transmit& transmit) {
   while (!pending_.empty() && pending_.front().due <= now) {
     ++counters_.frames;
-    const std::vector<std::uint8_t> bytes = std::move(pending_.front().bytes);
+    std::vector<std::uint8_t> bytes = std::move(pending_.front().bytes);
     pending_.erase(pending_.begin());
+    SeededRandom& random = units_.front().encoder.random();
+    if (!baud_fits_) std::ranges::generate(bytes, [&random] { return static_cast<std::uint8_t>(random.Next()); });
     if (!bytes.empty()) transmit(bytes);
   }
 }
@@ -216,6 +222,7 @@ std::vector<std::pair<std::string, std::string>> SaaSimulator::State(std::string
   count("collisions", counters_.collisions);
   count("short_pulses", counters_.short_pulses);
   count("fast_pulses", counters_.fast_pulses);
+  count("noise", counters_.noise);
   return list;
 }
 

@@ -27,6 +27,7 @@ class SaaSimulator final : public Simulator {
     MonoNs refresh = kMillisecond;    // timing: T3 of 5.1.1
     MonoNs character = kMillisecond;  // on the wire
     bool echo = false;                // the adapter hears its own transmission
+    std::int64_t baud = 0;            // of the encoders; 0: whatever the host's is
   };
   struct Unit {
     std::string name;
@@ -39,6 +40,7 @@ class SaaSimulator final : public Simulator {
   SaaSimulator(const Setup& setup, std::vector<Unit> units);
 
   void OnBytes(Bytes bytes, MonoNs now, const Transmit& transmit) override;
+  void OnBaud(std::int64_t baud) override { baud_fits_ = setup_.baud == 0 || baud == setup_.baud; }
   void OnPulse(std::uint8_t line, MonoNs low, MonoNs now, const Transmit& transmit) override;
   [[nodiscard]] MonoNs NextDue() const override;
   void OnDue(MonoNs now, const Transmit& transmit) override;
@@ -56,6 +58,7 @@ class SaaSimulator final : public Simulator {
     std::int64_t collisions = 0;    // bytes sent while an encoder transmits
     std::int64_t short_pulses = 0;  // on CLK or CLR, below 10 us
     std::int64_t fast_pulses = 0;   // on CLK, while the encoder still works on the last one
+    std::int64_t noise = 0;         // bytes at another baud rate
   };
   [[nodiscard]] const Counters& counters() const { return counters_; }
   [[nodiscard]] const SimulatedEncoder& encoder(std::size_t unit) const { return units_[unit].encoder; }
@@ -82,6 +85,7 @@ class SaaSimulator final : public Simulator {
   std::vector<Unit> units_;
   Counters counters_;
   bool started_ = false;
+  bool baud_fits_ = true;
   std::vector<std::uint8_t> request_;
   MonoNs next_frame_ = kNever;  // timing
   MonoNs busy_until_ = INT64_MIN;

@@ -48,7 +48,8 @@ std::unique_ptr<Simulator> MakeTFormatSimulator(const BusConfig& bus, ConfigMap&
   TFormatSimulator::Line line;
   line.echo = bus.link.echo;
   line.seed = axis.encoder.settings().seed;
-  if (bus.link.line.baud > 0) line.byte_time = bus.link.line.WireTime(1);
+  line.baud = bus.link.line.baud;
+  if (line.baud > 0) line.byte_time = bus.link.line.WireTime(1);
   return std::make_unique<TFormatSimulator>(device.name, axis, std::move(script), line);
 }
 

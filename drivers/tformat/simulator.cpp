@@ -80,6 +80,10 @@ void TFormatSimulator::OnDue(MonoNs now, const Transmit& transmit) {
 void TFormatSimulator::OnBytes(Bytes bytes, MonoNs now, const Transmit& transmit) {
   OnDue(now, transmit);
   if (line_.echo || axis_.fault.kind == Kind::kEcho) transmit(bytes);
+  if (!baud_fits_) {
+    counters_.noise += static_cast<std::int64_t>(bytes.size());
+    return;
+  }
   if (axis_.fault.kind != Kind::kRequestFlip) return Take(bytes, false, now, transmit);
   std::vector<std::uint8_t> damaged(bytes.begin(), bytes.end());
   const bool delimiter_error = FlipBits(damaged, 9, axis_.fault.amount, random_);
@@ -169,6 +173,7 @@ TFormatSimulator::ReplyBytes TFormatSimulator::Execute(const SimulatedRequest& r
     return PositionReply(field, 0x3, alarms, at);
   }
   ++counters_.requests;
+  if (request.data_id >= 0x6 && request.data_id != 0xD) ++counters_.writes;
   switch (request.data_id) {
     case 0x6:
     case 0xD:
@@ -296,6 +301,8 @@ std::vector<std::pair<std::string, std::string>> TFormatSimulator::State(std::st
   count("bad_sync", counters_.bad_sync);
   count("unanswered", counters_.unanswered);
   count("collisions", counters_.collisions);
+  count("noise", counters_.noise);
+  count("writes", counters_.writes);
   return list;
 }
 

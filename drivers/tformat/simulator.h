@@ -24,11 +24,13 @@ class TFormatSimulator final : public Simulator {
     bool echo = false;                    // the adapter hears its own transmission
     MonoNs byte_time = 4 * kMicrosecond;  // 10 bits at 2.5 Mbit/s, spec 6.1
     std::uint64_t seed = 1;               // of the faults
+    std::int64_t baud = 0;                // of the encoder; 0: whatever the host's is
   };
 
   TFormatSimulator(std::string device, const SimulatedAxis& axis, Script script, const Line& line);
 
   void OnBytes(Bytes bytes, MonoNs now, const Transmit& transmit) override;
+  void OnBaud(std::int64_t baud) override { baud_fits_ = line_.baud == 0 || baud == line_.baud; }
   [[nodiscard]] MonoNs NextDue() const override;
   void OnDue(MonoNs now, const Transmit& transmit) override;
   [[nodiscard]] std::string Set(std::string_view device, std::string_view key, std::string_view value,
@@ -44,6 +46,8 @@ class TFormatSimulator final : public Simulator {
     std::int64_t bad_sync = 0;    // bytes that began no frame
     std::int64_t unanswered = 0;  // off, in standby, or by a fault
     std::int64_t collisions = 0;  // addressed while it transmits: a real interface circuit may be destroyed
+    std::int64_t noise = 0;       // bytes at another baud rate
+    std::int64_t writes = 0;      // requests that change something in the encoder, resets and the EEPROM
   };
   [[nodiscard]] const Counters& counters() const { return counters_; }
   [[nodiscard]] const EncoderModel& encoder() const { return axis_.encoder; }
@@ -82,6 +86,7 @@ class TFormatSimulator final : public Simulator {
   Counters counters_;
 
   bool started_ = false;
+  bool baud_fits_ = true;
   InlineBytes<kLongestRequest> frame_;  // of a request that has begun
   MonoNs frame_ends_ = kNever;          // no further byte until then: the request ends as it is
   bool delimiter_error_ = false;        // in that request

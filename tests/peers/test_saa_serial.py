@@ -3,6 +3,7 @@
 import json
 import os
 import select
+import termios
 import time
 import tty
 import unittest
@@ -172,6 +173,9 @@ buses:
         port = os.open(next(self.run_dir.glob("**/rs485-0.pty")), os.O_RDWR | os.O_NOCTTY)
         self.addCleanup(os.close, port)
         tty.setraw(port)
+        mode = termios.tcgetattr(port)
+        mode[4] = mode[5] = termios.B115200  # at another rate both hear noise
+        termios.tcsetattr(port, termios.TCSANOW, mode)
         return port
 
     def read(self, port, size, limit=20.0):

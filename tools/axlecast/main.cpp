@@ -25,6 +25,7 @@
 #include "tools/axlecast/redecode_command.h"
 #include "tools/axlecast/replace_command.h"
 #include "tools/axlecast/replay_command.h"
+#include "tools/axlecast/scan_command.h"
 #include "tools/axlecast/simulate_command.h"
 #include "tools/axlecast/spy_command.h"
 #include "tools/axlecast/ssi_plan_command.h"
@@ -72,6 +73,7 @@ int RunCommandLine(int argc, char** argv) {
 #else
   app.get_subcommand("up")->remove_option(app.get_subcommand("up")->get_option("--web"));
 #endif
+  AddScanCommand(app, exit_code);
   AddCheckConfigCommand(app, exit_code);
   AddDoctorCommand(app, exit_code);
   AddKeygenCommand(app, exit_code);

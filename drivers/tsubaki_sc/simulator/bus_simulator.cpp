@@ -185,6 +185,7 @@ void BusSimulator::Offer(Station& station, Bytes frame, MonoNs now, const Transm
   if (broadcast && !IsWrite(command[0])) return;
   ++station.counters.commands;
   if (broadcast) ++station.counters.broadcasts;
+  if (IsWrite(command[0])) ++station.counters.writes;
   std::vector<std::uint8_t> response =
       fault.exception != 0 ? ErrorResponse(command[0], fault.exception) : Execute(station.simulated.unit, command);
   if (broadcast) return;
@@ -268,6 +269,7 @@ std::vector<std::pair<std::string, std::string>> BusSimulator::State(std::string
   count("address", station.address);
   count("commands", own.commands);
   count("broadcasts", own.broadcasts);
+  count("writes", own.writes);
   count("responses", own.responses);
   for (std::size_t code = 1; code < own.errors.size(); ++code)
     count("errors_0" + std::to_string(code), own.errors[code]);

@@ -42,6 +42,7 @@ struct Station {
   struct Counters {
     std::int64_t commands = 0;  // carried out or refused, broadcasts too
     std::int64_t broadcasts = 0;
+    std::int64_t writes = 0;               // that would change something, carried out or refused
     std::int64_t responses = 0;            // handed to the line, damaged or not
     std::array<std::int64_t, 5> errors{};  // answered, by error code
     std::int64_t dropped_early = 0;        // sooner than 0.1 s

@@ -1,0 +1,11 @@
+// Any answers, strays and silences.
+#include "drivers/saa_modbus/probe.h"
+
+#include "tests/fuzz/probe_fuzzing.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  FuzzedDataProvider input(data, size);
+  axlecast::ProbeFuzz fuzz(axlecast::saa_modbus_probe({}), input);
+  fuzz.Run([](axlecast::Bytes request) { return request[1] == 0x03 || request[1] == 0x04; });
+  return 0;
+}

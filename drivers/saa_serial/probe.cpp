@@ -1,0 +1,213 @@
+#include "drivers/saa_serial/probe.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <memory>
+
+#include "drivers/runtime/device/outcome_text.h"
+
+namespace axlecast::saa_serial {
+namespace {
+
+constexpr MonoNs kListen = kSecond;              // ten frames of the slowest stream that is found
+constexpr MonoNs kSettle = 200 * kMillisecond;   // what the port had kept back comes faster than it was sent
+constexpr MonoNs kPatience = 30 * kMillisecond;  // of a reply, beyond the wire: an adapter's 16 ms
+constexpr MonoNs kQuiet = 10 * kMillisecond;
+constexpr int kAttempts = 3;
+constexpr std::int64_t kFewFrames = 3;
+constexpr std::int64_t kManyFrames = 10;
+constexpr int kLastX = 15;
+
+// The manual gives none: the maker sets the rate to order.
+const std::vector<std::int64_t> kUsualRates = {115'200, 9'600,   19'200,    38'400,    57'600,    230'400, 460'800,
+                                               921'600, 500'000, 1'000'000, 2'000'000, 2'500'000, 4'800,   2'400};
+
+// The resolutions whose frames have as many data bytes as those of `most`.
+std::string BitsText(int most, std::uint32_t positions) {
+  const int least = most == 16 ? kLeastBits : most == 24 ? 17 : 25;
+  return Text("bits: %d to %d by its frames; the encoder's label says which",
+              std::max(least, static_cast<int>(std::bit_width(positions))), most);
+}
+
+// As an order has it: two digits where they say it within the error of the measurement, else three.
+std::string RateText(double hz) {
+  constexpr double kError = 0.02;
+  const double round = std::stod(Text("%.2g", hz));
+  return Text("%.10g", std::abs(round - hz) <= kError * hz ? round : std::stod(Text("%.3g", hz)));
+}
+
+// The whole answer is looked at, whatever its length.
+std::size_t UntilTimeout(Bytes) { return 0; }
+
+int BitsOfSize(std::size_t size) {
+  for (const int bits : {16, 24, kMostBits}) {
+    if (ReplySize(bits) == size) return bits;
+  }
+  return 0;
+}
+
+// A line that changes its direction may bring bytes before the frame.
+Bytes FromStart(Bytes bytes) {
+  const auto start = std::find(bytes.begin(), bytes.end(), kFrameStart);
+  return bytes.subspan(static_cast<std::size_t>(start - bytes.begin()));
+}
+
+}  // namespace
+
+// ---- streams ----
+
+StreamProbe::StreamProbe(MonoNs now)
+    : until_(now + kListen), now_(now), readings_{Reading(16), Reading(24), Reading(kMostBits)} {}
+
+std::optional<Step> StreamProbe::Next(MonoNs now) const {
+  if (lost_ || now >= until_) return std::nullopt;
+  return Step{.action = Listen{until_}};
+}
+
+void StreamProbe::On(const Event& event) {
+  lost_ = lost_ || event.kind == Event::Kind::kLinkDown;
+  now_ = std::max(now_, event.received.last);
+  if (event.kind != Event::Kind::kUnsolicited && event.kind != Event::Kind::kStray) return;
+  bytes_ += static_cast<std::int64_t>(event.bytes.size());
+  for (Reading& reading : readings_) Take(reading, event.bytes, event.received);
+}
+
+void StreamProbe::Take(Reading& reading, Bytes bytes, Interval at) {
+  reading.parser.Append(bytes, at);
+  while (const std::optional<StreamParser::Found> found = reading.parser.Next()) {
+    if (found->error) continue;
+    ++reading.frames;
+    reading.positions |= found->counts;
+    if (!reading.first && found->last.last >= until_ - kListen + kSettle) reading.first = found;
+    reading.last = found;
+  }
+}
+
+std::optional<Finding> StreamProbe::Judge(const Reading& reading) const {
+  const auto size = static_cast<std::int64_t>(ReplySize(reading.bits));
+  const std::int64_t framed = reading.frames * size;
+  // At another rate, or of another device, whole frames are a rare accident.
+  if (!reading.first || reading.frames < kFewFrames || 2 * framed < bytes_) return std::nullopt;
+  const double seconds = static_cast<double>(reading.last->last.last - reading.first->last.last) / 1e9;
+  const std::int64_t periods = (reading.last->position - reading.first->position) / size;
+  if (seconds <= 0) return std::nullopt;
+  Finding finding;
+  const bool sure = reading.frames >= kManyFrames && 10 * framed >= 9 * bytes_;
+  finding.confidence = sure ? Confidence::kSure : Confidence::kLikely;
+  finding.device = "SAA encoder that sends by itself";
+  finding.reason =
+      Text("%lld frames with the right sum make %lld of %lld bytes heard", static_cast<long long>(reading.frames),
+           static_cast<long long>(framed), static_cast<long long>(bytes_));
+  finding.bus = {{"mode", "timing"}, {"refresh_hz", RateText(static_cast<double>(periods) / seconds)}};
+  finding.keys = {{"bits", std::to_string(reading.bits)}};
+  finding.check =
+      BitsText(reading.bits, reading.positions) + "; refresh_hz: as measured, the order says it exactly";
+  return finding;
+}
+
+std::vector<Finding> StreamProbe::Findings() const {
+  std::vector<Finding> findings;
+  for (const Reading& reading : readings_) {
+    if (std::optional<Finding> finding = Judge(reading)) findings.push_back(std::move(*finding));
+  }
+  return findings.size() == 1 ? findings : std::vector<Finding>();  // one line has one encoder that streams
+}
+
+double StreamProbe::Progress() const {
+  return 1 - static_cast<double>(std::clamp<MonoNs>(until_ - now_, 0, kListen)) / static_cast<double>(kListen);
+}
+
+// ---- polled bus ----
+
+std::optional<AskingProbe::Question> PolledProbe::Ask() const {
+  if (x_ > last_) return std::nullopt;
+  const auto command = static_cast<std::uint8_t>(kControlCommand | x_);
+  const MonoNs timeout = line_.WireTime(kRequestSize + kLongestReply) + kPatience;
+  return Question{.exchange = {.request = Request(command), .reply_length = &UntilTimeout, .timeout = timeout},
+                  .quiet = kQuiet + line_.WireTime(kLongestReply)};
+}
+
+void PolledProbe::Judge(const Event& event) {
+  ++tries_;
+  const Bytes frame = FromStart(event.bytes);
+  const int bits = BitsOfSize(frame.size());
+  const auto command = static_cast<std::uint8_t>(kControlCommand | x_);
+  if (bits != 0) {
+    const Reply reply = ParseReply(frame, {.bits = bits, .header = ReplyHeader::kEither, .address = command});
+    const bool alike = answered_ == 0 || (bits == bits_ && reply.header == header_);
+    if (reply.error == ReplyError::kNone && alike) {
+      ++answered_;
+      bits_ = bits;
+      header_ = reply.header;
+      positions_ |= reply.counts;
+    }
+  }
+  if (!event.bytes.empty() && tries_ < kAttempts) return;
+  if (answered_ > 0) Add();
+  ++x_;
+  tries_ = answered_ = 0;
+  positions_ = 0;
+}
+
+void PolledProbe::Add() {
+  const bool own = header_ != kFixedHeader;
+  Finding finding;
+  finding.confidence = answered_ < kAttempts ? Confidence::kPossible
+                       : own                 ? Confidence::kSure
+                                             : Confidence::kLikely;
+  finding.device = Text("SAA encoder on a polled bus, address %d", x_);
+  finding.reason = Text("%d of %d requests were answered by a frame with the right sum and %s", answered_, tries_,
+                        own ? "its address" : "the header 81");
+  finding.bus = {{"mode", "bus"}};
+  finding.keys = {{"bits", std::to_string(bits_)},
+                  {"address", std::to_string(x_)},
+                  {"reply_header", own ? "address" : "\"81\""}};
+  finding.check = BitsText(bits_, positions_);
+  findings_.push_back(std::move(finding));
+}
+
+double PolledProbe::Progress() const {
+  return static_cast<double>(x_ - first_) / static_cast<double>(last_ - first_ + 1);
+}
+
+// ---- what is tried ----
+
+namespace {
+
+std::vector<ProbeTrial> ProbeTrials(const ProbeScope& scope) {
+  std::vector<ProbeTrial> trials;
+  for (const std::int64_t baud : scope.rates.empty() ? kUsualRates : scope.rates) {
+    for (const Parity parity : {Parity::kNone, Parity::kEven, Parity::kOdd}) {
+      ProbeTrial trial;
+      trial.what = "SAA frames that come by themselves";
+      trial.line = {.baud = baud, .parity = parity};
+      trial.longest = kListen;
+      trial.make = [](MonoNs now) { return std::make_unique<StreamProbe>(now); };
+      trials.push_back(std::move(trial));
+    }
+  }
+  const int first = std::max(0, scope.first_address);
+  const int last = std::min(kLastX, scope.last_address);
+  for (const std::int64_t baud : scope.rates) {
+    const LineFormat line = {.baud = baud, .parity = scope.parity};
+    ProbeTrial trial;
+    trial.what = Text("SAA polled bus, addresses %d to %d", first, last);
+    trial.asks = true;
+    trial.line = line;
+    trial.longest = (last - first + 1) * (line.WireTime(kRequestSize + kLongestReply) + kPatience + kQuiet);
+    trial.make = [line, first, last](MonoNs) { return std::make_unique<PolledProbe>(line, first, last); };
+    if (first <= last) trials.push_back(std::move(trial));
+  }
+  return trials;
+}
+
+}  // namespace
+
+}  // namespace axlecast::saa_serial
+
+namespace axlecast {
+
+std::vector<ProbeTrial> saa_serial_probe(const ProbeScope& scope) { return saa_serial::ProbeTrials(scope); }
+
+}  // namespace axlecast

@@ -1,0 +1,105 @@
+#include "drivers/tformat/probe.h"
+
+#include <algorithm>
+#include <bit>
+#include <memory>
+
+#include "drivers/runtime/device/outcome_text.h"
+#include "drivers/tformat/answer.h"
+#include "drivers/tformat/model.h"
+
+namespace axlecast::tformat {
+namespace {
+
+constexpr MonoNs kPatience = 30 * kMillisecond;  // beyond the 16 ms of an adapter that nobody has set up
+constexpr MonoNs kQuiet = 20 * kMillisecond;     // a late reply is over by then
+constexpr std::int64_t kBaud = 2'500'000;        // spec 6.1
+constexpr Format kAnyModel = {.single_turn_bits = 24, .multi_turn_bits = 24};
+
+// ID 3 first: it ends what a dead process may have left unfinished (README.md, "Start").
+DataId IdOf(int question) { return question % 2 == 0 ? DataId::kAll : DataId::kEncoderId; }
+
+const Model* ModelOf(std::uint8_t encoder_id) {
+  const auto models = Models();
+  const auto found = std::find_if(models.begin(), models.end(),
+                                  [=](const Model& model) { return model.encoder_id == encoder_id; });
+  return found == models.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+std::optional<AskingProbe::Question> TFormatProbe::Ask() const {
+  if (asked_ >= kQuestions || (answered_ == 0 && asked_ >= kVain)) return std::nullopt;
+  return Question{.exchange = tformat::Ask(IdOf(asked_), kPatience), .quiet = kQuiet};
+}
+
+void TFormatProbe::Judge(const Event& event) {
+  ++asked_;
+  if (event.bytes.empty()) return;
+  const Reply reply = ParseReply(event.request, event.bytes, kAnyModel);
+  const bool same = !encoder_id_ || encoder_id_ == reply.encoder_id;
+  if (reply.error != ReplyError::kNone || !reply.encoder_id || !same) {
+    ++refused_;
+    return;
+  }
+  encoder_id_ = reply.encoder_id;
+  positions_ |= reply.single_turn.value_or(0);
+  ++answered_;
+}
+
+double TFormatProbe::Progress() const {
+  return static_cast<double>(asked_) / (answered_ == 0 && refused_ == 0 ? kVain : kQuestions);
+}
+
+std::vector<Finding> TFormatProbe::Findings() const {
+  if (!encoder_id_) return {};
+  const Model* model = ModelOf(*encoder_id_);
+  const bool fits = model == nullptr || positions_ >> model->format.single_turn_bits == 0;
+  const bool sound = answered_ >= 3 && answered_ > refused_ && fits;
+  Finding finding;
+  finding.confidence = sound ? Confidence::kSure : answered_ >= 2 ? Confidence::kLikely : Confidence::kPossible;
+  finding.device = Text("T-format encoder, ENID 0x%02x", *encoder_id_);
+  finding.reason =
+      Text("%d of %d readouts came back with control field, CRC and this ENID right", answered_, asked_);
+  if (model != nullptr && fits) {
+    finding.keys = {{"model", std::string(model->name)}};
+    finding.reason += "; the ENID is that of " + std::string(model->name);
+    return {finding};
+  }
+  finding.keys = {{"model", std::string(kCustomModel)},
+                  {"bits", "24"},
+                  {"turn_bits", "16"},
+                  {"enid", Text("0x%02x", *encoder_id_)}};
+  finding.reason += Text("; no model of this ENID is known; its position took %d bits so far",
+                         static_cast<int>(std::bit_width(positions_)));
+  finding.check = "bits and turn_bits: the line does not tell them; see the encoder's label";
+  return {finding};
+}
+
+// ---- what is tried ----
+
+namespace {
+
+std::vector<ProbeTrial> ProbeTrials(const ProbeScope& scope) {
+  std::vector<ProbeTrial> trials;
+  for (const std::int64_t baud : scope.RatesOf({kBaud})) {
+    ProbeTrial trial;
+    trial.what = "T-format, 2.5 Mbit/s: data ID 3 and 2";
+    trial.asks = true;
+    trial.line = {.baud = baud};
+    trial.longest = 4 * (kPatience + kQuiet);
+    trial.make = [](MonoNs) { return std::make_unique<TFormatProbe>(); };
+    trials.push_back(std::move(trial));
+  }
+  return trials;
+}
+
+}  // namespace
+
+}  // namespace axlecast::tformat
+
+namespace axlecast {
+
+std::vector<ProbeTrial> tformat_probe(const ProbeScope& scope) { return tformat::ProbeTrials(scope); }
+
+}  // namespace axlecast

@@ -1,0 +1,12 @@
+#pragma once
+
+namespace CLI {
+class App;
+}
+
+namespace axlecast {
+
+// Adds `axlecast scan`.
+void AddScanCommand(CLI::App& app, int& exit_code);
+
+}  // namespace axlecast

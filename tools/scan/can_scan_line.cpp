@@ -1,0 +1,77 @@
+#include "tools/scan/can_scan_line.h"
+
+#include <variant>
+
+#include "drivers/io/can_socket.h"
+#include "drivers/io/simulated_can.h"
+
+namespace axlecast {
+
+CanScanLine::~CanScanLine() {
+  medium_.reset();
+  link_.reset();
+  if (!touched_) return;
+  // What cannot be put back now is told by the interface itself: it stays down, or listens only.
+  static_cast<void>(netlink_.Switch(found_, false));
+  static_cast<void>(netlink_.Configure(found_, found_.bitrate, found_.listen_only));
+}
+
+std::string CanScanLine::Open() {
+  if (IsSimulated()) return SimulatedCan(interface_, CanBitrates().front(), clock_).Open();
+  if (std::string problem = netlink_.Open(); !problem.empty()) return problem;
+  const CanInterfaceReply reply = netlink_.Ask(interface_);
+  if (const auto* interface = std::get_if<CanInterface>(&reply)) found_ = *interface;
+  if (found_.is_controller && !found_.up) return "";
+  // It says why another one will not do; and it shows whether a driver has it.
+  CanSocket socket({.interface = interface_, .bitrate = 0, .filters = {}}, clock_);
+  return socket.Open();
+}
+
+bool CanScanLine::MayConfigure() { return IsSimulated() || netlink_.Switch(found_, false) == 0; }
+
+std::string CanScanLine::ListenLine() const {
+  return "ip link set " + interface_ + " up type can bitrate BITRATE listen-only on";
+}
+
+bool CanScanLine::ListenAt(std::int64_t bitrate) {
+  touched_ = true;
+  return netlink_.Switch(found_, false) == 0 && netlink_.Configure(found_, bitrate, true) == 0 &&
+         netlink_.Switch(found_, true) == 0;
+}
+
+bool CanScanLine::Set(const ProbeTrial& trial) {
+  if (link_ && (is_up() || trial.bitrate == current_)) return true;
+  medium_.reset();
+  link_.reset();
+  current_ = trial.bitrate;
+  if (IsSimulated()) {
+    link_ = std::make_unique<SimulatedCan>(interface_, trial.bitrate, clock_);
+  } else {
+    if (!is_up() && !ListenAt(trial.bitrate)) return false;
+    link_ = std::make_unique<CanSocket>(CanSettings{.interface = interface_, .bitrate = 0, .filters = {}}, clock_);
+  }
+  medium_ = std::make_unique<FrameMedium>(*link_, clock_);
+  if (link_->Open().empty()) return true;
+  link_.reset();
+  return false;
+}
+
+std::vector<PlannedTrial> AtBitrates(const std::vector<PlannedTrial>& plan,
+                                     const std::vector<std::int64_t>& bitrates) {
+  std::vector<PlannedTrial> all;
+  for (const std::int64_t bitrate : bitrates) {
+    for (PlannedTrial planned : plan) {
+      planned.trial.bitrate = bitrate;
+      all.push_back(std::move(planned));
+    }
+  }
+  return all;
+}
+
+const std::vector<std::int64_t>& CanBitrates() {
+  static const std::vector<std::int64_t> kBitrates = {500'000, 250'000, 125'000, 1'000'000, 800'000,
+                                                      100'000, 50'000,  20'000,  10'000};
+  return kBitrates;
+}
+
+}  // namespace axlecast

@@ -1,0 +1,139 @@
+#include "tools/scan/scan.h"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include "drivers/runtime/bus/run_probe.h"
+
+namespace axlecast {
+namespace {
+
+constexpr MonoNs kHear = 1'500 * kMillisecond;  // longer than the pauses of anything that speaks by itself
+constexpr MonoNs kLook = 50 * kMillisecond;
+
+bool SameLine(const ProbeTrial& a, const ProbeTrial& b) {
+  return a.line.baud == b.line.baud && a.line.parity == b.line.parity && a.line.stop_bits == b.line.stop_bits &&
+         a.bitrate == b.bitrate && a.spi == b.spi;
+}
+
+class ScanRun {
+ public:
+  ScanRun(ScanLine& line, const Clock& clock, std::vector<PlannedTrial> plan, const ScanHooks& hooks)
+      : line_(line), clock_(clock), hooks_(hooks) {
+    const auto asking = std::find_if(plan.begin(), plan.end(), [](const auto& p) { return p.trial.asks; });
+    listening_.assign(std::make_move_iterator(plan.begin()), std::make_move_iterator(asking));
+    asking_.assign(std::make_move_iterator(asking), std::make_move_iterator(plan.end()));
+  }
+
+  ScanReport Run() {
+    if (asking_.empty()) {
+      Try(listening_);
+      return std::move(report_);
+    }
+    if (!listening_.empty() && Speaks()) {
+      Try(listening_);
+      if (report_.complete && report_.found.empty()) {
+        Note(
+            "bytes come unasked that no probe knows: another master, or a device at a rate that was not tried. So "
+            "nothing was asked. Name the rate with --baud, or disconnect what speaks");
+      }
+      return std::move(report_);
+    }
+    if (report_.complete) Ask();
+    return std::move(report_);
+  }
+
+ private:
+  // Whether anything comes unasked.
+  bool Speaks() {
+    if (!line_.Set(listening_.front().trial)) return true;  // each trial says for itself that it cannot be made
+    const MonoNs until = clock_.Now() + kHear;
+    while (clock_.Now() < until && !Stopped()) {
+      hooks_.progress(listening_.front(), 0, until - clock_.Now());
+      const Event* event = line_.medium().Run(Step{.action = Listen{until}}, clock_.Now() + kLook);
+      if (event == nullptr) continue;
+      if (event->kind == Event::Kind::kLinkDown) return Lost();
+      if (!event->bytes.empty()) return true;
+    }
+    return false;
+  }
+
+  void Ask() {
+    if (!hooks_.may_ask()) {
+      return Note(
+          "the line is quiet, and nothing was asked on it: only devices that speak by themselves could be found");
+    }
+    report_.asked = true;
+    Try(asking_);
+  }
+
+  void Try(std::span<PlannedTrial> trials) {
+    for (std::size_t i = 0; i < trials.size() && report_.complete && !disturbed_; ++i) {
+      if (Worthwhile(trials[i])) TryOne(trials[i], LongestOf(trials.subspan(i + 1)));
+    }
+  }
+
+  // Something that is there for sure has made up its mind about rate and family.
+  [[nodiscard]] bool Worthwhile(const PlannedTrial& planned) const {
+    const auto settles = [](const FoundDevice& device) {
+      return device.finding.confidence != Confidence::kPossible && !device.finding.keys.empty();
+    };
+    const auto first = std::find_if(report_.found.begin(), report_.found.end(), settles);
+    return first == report_.found.end() ||
+           (first->family == planned.family && SameLine(first->trial, planned.trial));
+  }
+
+  void TryOne(const PlannedTrial& planned, MonoNs behind) {
+    if (!line_.Set(planned.trial)) return CannotMake(planned.trial);
+    const std::unique_ptr<Probe> probe = planned.trial.make(clock_.Now());
+    const bool kept = RunProbe(*probe, line_.medium(), clock_, [&] {
+      const double done = std::clamp(probe->Progress(), 0.0, 1.0);
+      const auto left = static_cast<MonoNs>((1 - done) * static_cast<double>(planned.trial.longest));
+      hooks_.progress(planned, done, left + behind);
+      return Stopped();
+    });
+    if (!kept) static_cast<void>(Lost());
+    for (Finding& finding : probe->Findings()) {
+      report_.found.push_back({planned.family, planned.trial, std::move(finding)});
+    }
+    if (!probe->Disturbed()) return;
+    disturbed_ = true;
+    Note("somebody else speaks on the line while it is asked: another master? Nothing more was asked");
+  }
+
+  void CannotMake(const ProbeTrial& trial) {
+    Note("the port cannot make what this needs, so it was not tried: " + trial.what);
+  }
+
+  bool Stopped() {
+    if (hooks_.stop()) report_.complete = false;
+    return !report_.complete;
+  }
+  bool Lost() {
+    report_.complete = false;
+    Note("the line was lost: unplugged?");
+    return false;
+  }
+  void Note(std::string text) {
+    if (std::find(report_.notes.begin(), report_.notes.end(), text) == report_.notes.end()) {
+      report_.notes.push_back(std::move(text));
+    }
+  }
+
+  ScanLine& line_;
+  const Clock& clock_;
+  const ScanHooks& hooks_;
+  std::vector<PlannedTrial> listening_;
+  std::vector<PlannedTrial> asking_;
+  ScanReport report_;
+  bool disturbed_ = false;
+};
+
+}  // namespace
+
+ScanReport RunScan(ScanLine& line, const Clock& clock, std::vector<PlannedTrial> plan, const ScanHooks& hooks) {
+  return ScanRun(line, clock, std::move(plan), hooks).Run();
+}
+
+}  // namespace axlecast
