@@ -132,6 +132,7 @@ void MachineView::OnDevice(DeviceView& device, std::string_view kind, Bytes mess
     auto alarm = DecodeMessage<alarm_t>(message);
     if (!alarm) return;
     device.alarms = std::move(alarm->entries);
+    device.alarms_total = alarm->total;
     device.alarms_at = now;
     for (const alarm_entry_t& entry : device.alarms) {
       if (device.alarms_seen.size() < kAlarmsSeen) device.alarms_seen.insert(entry.name);

@@ -29,6 +29,7 @@ struct DeviceView {
   std::optional<motor_health_t> motor;  // the newest
   std::optional<device_info_t> info;
   std::vector<alarm_entry_t> alarms;  // as the newest ALARM says
+  int alarms_total = 0;               // with those that had no room in it
   std::set<std::string> alarms_seen;  // names, since the start
   SequenceCount readings;             // POSITION or MOTOR messages
   std::int64_t valid_readings = 0;
