@@ -90,7 +90,8 @@ TEST(DeviceBackup, AnotherUnitIsToldByWhatBothSay) {
 }
 
 TEST(DeviceBackup, ParametersThatTheFamilyDoesNotKnowAreRefused) {
-  const Family family{.name = "tformat"};
+  Family family;
+  family.name = "tformat";
   std::string problem;
   static_cast<void>(ContentsOf(Sample(), family, problem));
   EXPECT_THAT(problem, HasSubstr("no parameter 'log_interval'"));

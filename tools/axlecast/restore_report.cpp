@@ -46,6 +46,7 @@ void Settle(RestoreLine& line, const CommandResult& result) {
 }
 
 std::string ToText(const RestoreReport& report) {
+  if (!report.compared) return "";
   std::string text =
       report.device + ": " + std::to_string(report.lines.size()) + " differences from " + report.file + '\n';
   for (const RestoreLine& line : report.lines) {

@@ -30,6 +30,7 @@ struct RestoreReport {
   std::string other_unit;          // why it is another unit than the one that was backed up; empty: it is not
   std::vector<RestoreLine> lines;  // what differs
   std::vector<std::string> kept;   // what the file holds and nobody can write back, with the reason
+  bool compared = false;           // else it was refused before
   bool dry_run = false;
   std::optional<bool> reads_back;  // after writing: all that could be written reads as in the backup
 };

@@ -45,10 +45,12 @@ int RestoreRun::Run(const DeviceBackup& backup, const device_info_t& info) {
   wanted_ = ContentsOf(backup, family_, problem);
   if (!problem.empty()) return Refuse(problem, kExitBad);
   ListKept(backup);
-  if (BackupOperation(family_) == nullptr) return kExitDone;
+  report_.compared = BackupOperation(family_) == nullptr;
+  if (report_.compared) return kExitDone;
   BackupContents present;
   if (const int exit_code = Read(present); exit_code != kExitDone) return exit_code;
   if (const int exit_code = Compare(present); exit_code != kExitDone) return exit_code;
+  report_.compared = true;
   if (!AnyPending() || wish_.dry_run) return kExitDone;
   std::cerr << ToText(report_);
   if (!wish_.command.yes && !Confirmed()) return kExitRejected;
@@ -143,15 +145,12 @@ int RestoreRun::WriteValues() {
 int RestoreRun::ReadBack() {
   BackupContents present;
   if (const int exit_code = Read(present); exit_code != kExitDone) return exit_code;
-  std::vector<std::string> differ;
-  for (const CellRun& run : CellRuns(present.cells, wanted_.cells, 1)) differ.push_back(LineOf(run).what);
-  for (const ParameterChange& change : ParameterDiff(present.values, wanted_.values)) {
-    differ.push_back(LineOf(change).what);
-  }
+  const std::size_t differ =
+      CellRuns(present.cells, wanted_.cells, 1).size() + ParameterDiff(present.values, wanted_.values).size();
   const auto impossible = std::count_if(report_.lines.begin(), report_.lines.end(), [](const RestoreLine& line) {
     return line.state == RestoreLine::State::kImpossible;
   });
-  report_.reads_back = differ.size() == static_cast<std::size_t>(impossible);
+  report_.reads_back = differ == static_cast<std::size_t>(impossible);
   return *report_.reads_back ? kExitDone : kExitFailed;
 }
 
