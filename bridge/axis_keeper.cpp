@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <axlecast/device_info_t.hpp>
-#include <charconv>
 #include <utility>
 
 #include "bridge/shaft_travel.h"
+#include "bridge/task_text.h"
 #include "drivers/runtime/command/capped_text.h"
 #include "drivers/runtime/command/command_words.h"
 
@@ -21,25 +21,6 @@ BridgeOrder Restoring(const DatumRecord& datum) {
                     {{"counts", std::to_string(datum.counts)}, {"utime", std::to_string(datum.utime)}}};
   if (!datum.identity.empty()) order.arguments.push_back({"identity", datum.identity});
   return order;
-}
-
-std::string ArgumentOf(const Task& task, std::string_view key) {
-  const auto found = std::find_if(task.arguments.begin(), task.arguments.end(),
-                                  [&](const argument_t& argument) { return argument.key == key; });
-  return found == task.arguments.end() ? "" : found->value;
-}
-
-std::string After(const S& status, std::string_view key) {
-  const auto found = std::find_if(status.changes.begin(), status.changes.end(),
-                                  [&](const change_t& change) { return change.key == key; });
-  return found == status.changes.end() ? "" : found->after;
-}
-
-std::optional<std::int64_t> ParseInteger(const std::string& text) {
-  std::int64_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
 }
 
 bool NothingWasDone(std::int8_t state) {
@@ -170,13 +151,13 @@ void AxisKeeper::SettleWrites(Task& task, Instant now) {
 }
 
 void AxisKeeper::KeepDatum(Task& task, Instant now) {
-  const auto counts = ParseInteger(After(task.status, "datum_counts"));
+  const auto counts = ParseInteger(ChangedTo(task.status, "datum_counts"));
   if (!counts) return;
   DatumRecord datum;
   datum.counts = *counts;
   datum.utime = ParseInteger(ArgumentOf(task, "utime")).value_or(now.utime);
-  datum.identity = After(task.status, "identity");
-  datum.value = After(task.status, "value");
+  datum.identity = ChangedTo(task.status, "identity");
+  datum.value = ChangedTo(task.status, "value");
   datum.who = task.who;
   datum.command = task.id;
   datum.reason = task.reason;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <axlecast/argument_t.hpp>
 #include <axlecast/driver_device_t.hpp>
 #include <cstdint>
 #include <functional>
@@ -11,18 +10,13 @@
 #include <vector>
 
 #include "bridge/axis_store.h"
+#include "bridge/bridge_order.h"
 #include "bridge/instant.h"
 #include "bridge/task.h"
 #include "drivers/runtime/command/operation_check.h"
 #include "drivers/runtime/config/machine_config.h"
 
 namespace axlecast {
-
-// An order that the bridge gives by itself, or in the place of a client's operation.
-struct BridgeOrder {
-  std::string operation;
-  std::vector<argument_t> arguments;
-};
 
 // What the bridge keeps of every device beyond the life of its driver: datum, reference, last position, identity,
 // wear. Notices what happened in between, and gives a restarted driver back what it has forgotten. Free of I/O but

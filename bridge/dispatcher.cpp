@@ -42,7 +42,8 @@ Dispatcher::Dispatcher(const MachineConfig& machine, std::int64_t boot_id, Bridg
       authority_(machine.bridge),
       watch_(boot_id, now.mono),
       alarms_(*ports_.data, boot_id),
-      axes_(store_, [this](const AxisEvent& event) { ports_.log(event.device + ": " + event.text); }) {
+      axes_(store_, [this](const AxisEvent& event) { ports_.log(event.device + ": " + event.text); }),
+      marks_(store_) {
   for (const BusConfig& config : machine.buses) {
     Bus& bus = buses_[config.name];
     bus.config = &config;
@@ -251,6 +252,7 @@ void Dispatcher::OnDriverStatus(const std::string& channel, Bytes message, Insta
   if (!bus.driver.On(*status, now.mono)) return;
   port_.Heard(status->bridge_epoch);
   if (status->kind == driver_status_t::KIND_HELLO) OnHello(bus, *status, now);
+  if (status->kind == driver_status_t::KIND_ACKNOWLEDGED) marks_.OnAcknowledged(*status);
   for (auto* lanes : {&bus.urgent, &bus.lanes}) {
     for (auto& [device, lane] : *lanes) {
       if (status->kind == driver_status_t::KIND_STATUS) lane.OnStatus(*status, now);
@@ -263,7 +265,8 @@ void Dispatcher::OnHello(Bus& bus, const driver_status_t& status, Instant now) {
   for (const driver_device_t& said : status.devices) {
     const auto lane = bus.lanes.find(said.device);
     if (lane == bus.lanes.end()) continue;
-    auto order = axes_.OnHello(*DeviceOf(said.device), said, status.boot_id, lane->second.IsIdle(), now);
+    auto order = axes_.OnHello(*machine_.FindDevice(said.device), said, status.boot_id, lane->second.IsIdle(), now);
+    if (!order) order = marks_.OnHello(said.device, status.boot_id, now);
     if (!order || lane->second.Holds(Task::Purpose::kRestore)) continue;
     Task task;
     task.purpose = Task::Purpose::kRestore;
@@ -319,7 +322,7 @@ CommandId Dispatcher::NewId() {
 
 std::optional<Refusal> Dispatcher::BeforeRoute(Task& task, Instant now) {
   if (task.purpose != Task::Purpose::kCommand) return std::nullopt;
-  if (auto refusal = axes_.BeforeRoute(*DeviceOf(task.device), task, now)) return refusal;
+  if (auto refusal = axes_.BeforeRoute(*machine_.FindDevice(task.device), task, now)) return refusal;
   if (memory_.Routed(task.status, port_.epoch(), now)) return std::nullopt;
   if (!task.operation->urgent) return NotNoted();
   memory_.Keep(task.status);
@@ -335,11 +338,13 @@ void Dispatcher::OnStep(Task& task, Instant now) {
 void Dispatcher::OnEnd(Task task, Instant now) {
   if (task.purpose == Task::Purpose::kFinding) return EndFinding(task, now);
   if (task.purpose == Task::Purpose::kCommand) return EndCommand(std::move(task), now);
-  axes_.OnOutcome(*DeviceOf(task.device), task, now);
+  axes_.OnOutcome(*machine_.FindDevice(task.device), task, now);
+  marks_.OnOutcome(task);
 }
 
 void Dispatcher::EndCommand(Task task, Instant now) {
-  if (const DeviceConfig* device = DeviceOf(task.device)) axes_.OnOutcome(*device, task, now);
+  if (const DeviceConfig* device = machine_.FindDevice(task.device)) axes_.OnOutcome(*device, task, now);
+  marks_.OnOutcome(task);
   command_status_t& status = task.status;
   status.is_final = 1;
   if (task.prepare && status.state == S::STATE_SUCCEEDED) {
@@ -384,14 +389,6 @@ void Dispatcher::EndFinding(const Task& task, Instant now) {
 
 DeviceLane& Dispatcher::LaneOf(Bus& bus, const std::string& device, const OperationSpec* operation) {
   return operation->urgent ? bus.urgent.at(device) : bus.lanes.at(device);
-}
-
-const DeviceConfig* Dispatcher::DeviceOf(const std::string& name) const {
-  const BusConfig* bus = machine_.BusOf(name);
-  if (bus == nullptr) return nullptr;
-  const auto found = std::find_if(bus->devices.begin(), bus->devices.end(),
-                                  [&](const DeviceConfig& device) { return device.name == name; });
-  return &*found;
 }
 
 }  // namespace axlecast

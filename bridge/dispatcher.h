@@ -12,6 +12,7 @@
 
 #include "bridge/access/authority.h"
 #include "bridge/admission.h"
+#include "bridge/alarm_keeper.h"
 #include "bridge/axis_keeper.h"
 #include "bridge/bridge_alarms.h"
 #include "bridge/bridge_watch.h"
@@ -93,7 +94,6 @@ class Dispatcher final : private LaneOutput {
   void Resume(const OpenCommand& command, Instant now);
   void TakeUpLate(Instant now);
   [[nodiscard]] DeviceLane& LaneOf(Bus& bus, const std::string& device, const OperationSpec* operation);
-  [[nodiscard]] const DeviceConfig* DeviceOf(const std::string& name) const;
 
   std::int64_t Send(const Task& task, std::int8_t kind, std::int32_t valid_ms, Instant now) override;
   CommandId NewId() override;
@@ -110,6 +110,7 @@ class Dispatcher final : private LaneOutput {
   BridgeWatch watch_;
   BridgeAlarms alarms_;
   AxisKeeper axes_;
+  AlarmKeeper marks_;
   TokenDesk tokens_;
   ForeignWatch foreign_;
   std::map<std::string, Bus> buses_;

@@ -12,6 +12,7 @@
 #include "bridge/dispatcher.h"
 #include "bridge/memory_store.h"
 #include "drivers/runtime/command/body_digest.h"
+#include "drivers/runtime/command/command_words.h"
 #include "drivers/runtime/command/order_ledger.h"
 #include "drivers/runtime/command/order_test_support.h"
 #include "drivers/runtime/core/decode_message.h"
@@ -140,6 +141,7 @@ class DispatcherTest : public testing::Test {
     status.state = state;
     status.bridge_epoch = order.bridge_epoch;
     status.nv_writes = nv_writes;
+    if (IsFinalState(state)) status.finished_utime = now_.utime;
     status.epoch_after = 3;
     status.changes = std::move(changes);
     status.n_changes = static_cast<std::int8_t>(status.changes.size());

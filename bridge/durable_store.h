@@ -4,13 +4,14 @@
 #include <string>
 #include <vector>
 
+#include "bridge/alarm_store.h"
 #include "bridge/axis_store.h"
 #include "bridge/journal.h"
 
 namespace axlecast {
 
-// The bridge's memory that outlives it: commands and devices, in one place so that a crash leaves them agreeing.
-class DurableStore : public Journal, public AxisStore {
+// The bridge's memory that outlives it: commands, devices and alarms, in one place so that a crash leaves them agreeing.
+class DurableStore : public Journal, public AxisStore, public AlarmStore {
  public:
   using AxisStore::Find;
   using Journal::Find;

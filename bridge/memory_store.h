@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "bridge/durable_store.h"
@@ -92,6 +93,24 @@ class MemoryStore final : public DurableStore {
   }
   void Note(const AxisEvent& event) override { events.push_back(event); }
 
+  bool SetMark(const std::string& device, const AlarmMark& mark) override {
+    if (fails) return false;
+    marks_[{device, mark.kind, mark.alarm}] = mark;
+    return true;
+  }
+  bool EndMark(const std::string& device, AlarmMark::Kind kind, const std::string& alarm) override {
+    if (fails) return false;
+    marks_.erase({device, kind, alarm});
+    return true;
+  }
+  std::vector<AlarmMark> Marks(const std::string& device) const override {
+    std::vector<AlarmMark> found;
+    for (const auto& [key, mark] : marks_) {
+      if (std::get<0>(key) == device) found.push_back(mark);
+    }
+    return found;
+  }
+
   std::vector<OpenCommand> Open() const override {
     std::vector<OpenCommand> open;
     if (fails) return open;
@@ -126,6 +145,7 @@ class MemoryStore final : public DurableStore {
   std::map<CommandId, OpenCommand> commands_;
   std::vector<CommandId> order_;
   std::map<std::string, std::vector<DatumRecord>> datums_;
+  std::map<std::tuple<std::string, AlarmMark::Kind, std::string>, AlarmMark> marks_;
   std::int64_t reserved_ = 0;
 };
 

@@ -9,6 +9,7 @@
 
 #include "bridge/store/axis_row.h"
 #include "bridge/store/schema.h"
+#include "bridge/store/sqlite_alarms.h"
 
 namespace axlecast {
 
@@ -156,6 +157,14 @@ std::vector<DeviceRecord> HistoryReader::Devices() {
   for (Rows rows = database_->Select(kSelect); rows.Next();) devices.push_back({rows.Text(0), AxisOf(rows, 1)});
   Check();
   return devices;
+}
+
+std::vector<AlarmMark> HistoryReader::AlarmMarks(const std::string& device) {
+  // An older bridge's journal has none.
+  if (!database_ || !HasAlarmMarks(*database_)) return {};
+  std::vector<AlarmMark> marks = sqlite_alarms::Of(*database_, device);
+  Check();
+  return marks;
 }
 
 std::vector<DatumHistory> HistoryReader::Datums(const std::string& device) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "bridge/alarm_store.h"
 #include "bridge/axis_store.h"
 #include "bridge/store/command_row.h"
 #include "bridge/store/database.h"
@@ -71,6 +72,8 @@ class HistoryReader {
   [[nodiscard]] std::vector<AxisEvent> Events(const HistoryFilter& filter, const Mark& from, const Mark& to);
 
   [[nodiscard]] std::vector<DeviceRecord> Devices();
+  // What was said of its alarms, and holds.
+  [[nodiscard]] std::vector<AlarmMark> AlarmMarks(const std::string& device);
   // Newest first.
   [[nodiscard]] std::vector<DatumHistory> Datums(const std::string& device);
 

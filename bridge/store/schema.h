@@ -16,6 +16,9 @@ inline constexpr std::int64_t kSchemaVersion = 1;
 // The same for a reader; empty `machine`: of any.
 [[nodiscard]] std::string CheckSchema(Database& database, const std::string& path, const std::string& machine);
 
+// A file that no bridge has opened since these were added has none.
+[[nodiscard]] bool HasAlarmMarks(Database& database);
+
 // Whose it is, of a file that was checked.
 [[nodiscard]] std::string MachineOf(Database& database);
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "bridge/store/schema.h"
+#include "bridge/store/sqlite_alarms.h"
 #include "drivers/runtime/command/order_ledger.h"
 
 namespace axlecast {
@@ -152,6 +153,18 @@ bool SqliteStore::Exchange(const std::string& device, const std::string& identit
   }
   axes_.Forget(device);
   return true;
+}
+
+bool SqliteStore::SetMark(const std::string& device, const AlarmMark& mark) {
+  return Commit([&](Database& database) { return sqlite_alarms::Set(database, device, mark); });
+}
+
+bool SqliteStore::EndMark(const std::string& device, AlarmMark::Kind kind, const std::string& alarm) {
+  return Commit([&](Database& database) { return sqlite_alarms::End(database, device, kind, alarm); });
+}
+
+std::vector<AlarmMark> SqliteStore::Marks(const std::string& device) const {
+  return database_ ? sqlite_alarms::Of(*database_, device) : std::vector<AlarmMark>();
 }
 
 void SqliteStore::KeepPosition(const std::string& device, const LastPosition& position) {

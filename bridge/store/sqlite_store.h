@@ -40,6 +40,9 @@ class SqliteStore final : public DurableStore {
   [[nodiscard]] bool SetReferenceLost(const std::string& device, bool lost) override;
   [[nodiscard]] bool SetIdentity(const std::string& device, const std::string& identity) override;
   [[nodiscard]] bool Exchange(const std::string& device, const std::string& identity, std::int64_t utime) override;
+  [[nodiscard]] bool SetMark(const std::string& device, const AlarmMark& mark) override;
+  [[nodiscard]] bool EndMark(const std::string& device, AlarmMark::Kind kind, const std::string& alarm) override;
+  [[nodiscard]] std::vector<AlarmMark> Marks(const std::string& device) const override;
   void KeepPosition(const std::string& device, const LastPosition& position) override;
   void Note(const AxisEvent& event) override;
 

@@ -95,6 +95,13 @@ class FaultyStore final : public DurableStore {
   bool Exchange(const std::string& device, const std::string& identity, std::int64_t utime) override {
     return Around([&] { return store_.Exchange(device, identity, utime); });
   }
+  bool SetMark(const std::string& device, const AlarmMark& mark) override {
+    return Around([&] { return store_.SetMark(device, mark); });
+  }
+  bool EndMark(const std::string& device, AlarmMark::Kind kind, const std::string& alarm) override {
+    return Around([&] { return store_.EndMark(device, kind, alarm); });
+  }
+  std::vector<AlarmMark> Marks(const std::string& device) const override { return store_.Marks(device); }
   std::int64_t ReserveEpochs(std::int64_t at_least, std::int64_t count) override {
     return Around([&] { return store_.ReserveEpochs(at_least, count); });
   }

@@ -6,6 +6,8 @@
 #include <string>
 
 #include "drivers/io/process.h"
+#include "tools/axlecast/alarms_command.h"
+#include "tools/axlecast/backup_command.h"
 #include "tools/axlecast/check_config_command.h"
 #include "tools/axlecast/cli_tree.h"
 #include "tools/axlecast/datum_command.h"
@@ -54,6 +56,7 @@ int RunCommandLine(int argc, char** argv) {
   AddWatchCommand(app, exit_code);
   AddStatusCommand(app, exit_code);
   AddInfoCommand(app, exit_code);
+  AddAlarmCommands(app, exit_code);
   AddDoCommands(app, exit_code);
   AddHomeCommand(app, exit_code);
   AddOffsetCommand(app, exit_code);
@@ -62,6 +65,7 @@ int RunCommandLine(int argc, char** argv) {
   AddTripsCommand(app, exit_code);
   AddParamCommand(app, exit_code);
   AddDatumCommands(app, exit_code);
+  AddBackupCommands(app, exit_code);
   AddReplaceCommand(app, exit_code);
   AddHistoryCommand(app, exit_code);
   AddRecordCommand(app, exit_code);

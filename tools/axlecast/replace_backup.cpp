@@ -62,13 +62,13 @@ BackupContents ParseBackup(const Family& family, const std::string& device, cons
   return contents;
 }
 
-std::string BackupFileName(const std::string& device, std::int64_t utime) {
+std::string BackupFileName(const std::string& device, std::int64_t utime, const std::string& ending) {
   std::string time;
   for (const char c : UtcText(utime)) {
     if (c == ' ') time += 'T';
     if (c >= '0' && c <= '9') time += c;
   }
-  return device + '-' + time + "Z.txt";
+  return device + '-' + time + 'Z' + ending;
 }
 
 }  // namespace axlecast

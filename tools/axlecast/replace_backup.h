@@ -35,6 +35,6 @@ struct BackupReading {
                                          const std::string& text, std::string& problem, std::string& note);
 
 // "axis1-20261121T070005Z.txt"
-[[nodiscard]] std::string BackupFileName(const std::string& device, std::int64_t utime);
+[[nodiscard]] std::string BackupFileName(const std::string& device, std::int64_t utime, const std::string& ending);
 
 }  // namespace axlecast

@@ -16,6 +16,7 @@
 #include "tools/axlecast/exchange_watch.h"
 #include "tools/axlecast/exit_code.h"
 #include "tools/axlecast/live_machine.h"
+#include "tools/axlecast/memory_transfer.h"
 #include "tools/axlecast/parameter_transfer.h"
 #include "tools/axlecast/status_text.h"
 #include "tools/json/names.h"
@@ -23,8 +24,7 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kLongestRun = 16;  // cells of one write
-constexpr MonoNs kLook = 3 * kSecond;    // DEVICE comes once a second
+constexpr MonoNs kLook = 3 * kSecond;  // DEVICE comes once a second
 
 bool Answers(const DeviceView& device, MonoNs now) {
   const auto state = device.State(now);
@@ -185,7 +185,7 @@ ReplaceGuide::End ReplaceGuide::ReadBackup() {
     return kExitFailed;
   }
   const std::string file =
-      wish_.backup.empty() ? BackupFileName(report_.device, clock_.UtcMicroseconds()) : wish_.backup;
+      wish_.backup.empty() ? BackupFileName(report_.device, clock_.UtcMicroseconds(), ".txt") : wish_.backup;
   std::ofstream out(file);
   out << reading.text;
   out.close();
@@ -258,44 +258,22 @@ ReplaceGuide::End ReplaceGuide::WriteCells() {
     std::cerr << "write: " << present.problem << '\n';
     return kExitFailed;
   }
-  End end;
-  const MemoryCells permitted = Permitted(present.contents.cells, backup_->cells, end);
-  if (end) return end;
-  const std::vector<CellRun> runs = CellRuns(present.contents.cells, permitted, kLongestRun);
+  const PermittedCells permitted = AskPermitted(client_, wish_.command, present.contents.cells, backup_->cells);
+  report_.not_permitted = permitted.not_permitted;
+  if (permitted.failed) return Stopped(*permitted.failed);
+  const std::vector<CellRun> runs = CellRuns(present.contents.cells, permitted.cells, kLongestWrite);
   if (runs.empty()) std::cerr << "write: nothing that may be written differs from the backup\n";
   for (const CellRun& run : runs) {
-    if ((end = WriteRun(run))) return end;
+    if (End end = WriteRun(run)) return end;
   }
   return std::nullopt;
-}
-
-// The driver knows which addresses the machine's file lists: it is asked what it would do.
-MemoryCells ReplaceGuide::Permitted(const MemoryCells& present, const MemoryCells& wanted, End& end) {
-  MemoryCells permitted;
-  for (const CellRun& cell : CellRuns(present, wanted, 1)) {
-    CommandRequest request = Request("eeprom_write");
-    request.arguments = {{"address", std::to_string(cell.address)}, {"data", HexText(cell.after)}};
-    request.prepare = true;
-    const CommandResult result = client_.Execute(request);
-    if (result.outcome() == CommandOutcome::kPrepared) {
-      permitted[cell.address] = cell.after.front();
-    } else if (result.answered && result.status.reason_code == command_status_t::REASON_NOT_PERMITTED) {
-      report_.not_permitted.push_back(cell.address);
-    } else {
-      end = Stopped(result);
-      return permitted;
-    }
-  }
-  return permitted;
 }
 
 ReplaceGuide::End ReplaceGuide::WriteRun(const CellRun& run) {
   std::cerr << "write: address " << run.address << ": " << HexText(run.before) << " -> " << HexText(run.after)
             << '\n';
   if (!Agreed()) return CancelOnSignal::requested() ? End(kExitRejected) : std::nullopt;
-  CommandRequest request = Request("eeprom_write");
-  request.arguments = {{"address", std::to_string(run.address)}, {"data", HexText(run.after)}};
-  report_.written.push_back(client_.Execute(request));
+  report_.written.push_back(axlecast::WriteCells(client_, wish_.command, run));
   return Done(report_.written.back()) ? std::nullopt : End(Stopped(report_.written.back()));
 }
 

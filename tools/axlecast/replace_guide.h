@@ -46,8 +46,6 @@ class ReplaceGuide {
   [[nodiscard]] End WriteCells();
   [[nodiscard]] End WriteRun(const CellRun& run);
   [[nodiscard]] End WriteValues();
-  // Those cells of `wanted` that may be written; the others are noted.
-  [[nodiscard]] MemoryCells Permitted(const MemoryCells& present, const MemoryCells& wanted, End& end);
   [[nodiscard]] std::string AskValue() const;
   // The device as its messages show it, after at most a few seconds.
   [[nodiscard]] DeviceView Look();

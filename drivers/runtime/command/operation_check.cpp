@@ -33,6 +33,25 @@ Refusal BadArgument(std::string text) { return {command_status_t::REASON_BAD_ARG
 
 std::span<const OperationSpec> RuntimeOperations(const Family& family) {
   static const std::vector<OperationSpec> kOperations = {
+      {.name = kAcknowledgeAlarm,
+       .help = "Notes that somebody has seen the alarm; nothing is cleared in the device",
+       .arguments = {{"alarm", "its name, as ALARM says it"}},
+       .verification = "the next ALARM"},
+      {.name = kShelveAlarm,
+       .help = "Puts an alarm aside for a time: it is listed as shelved; nothing is cleared in the device",
+       .arguments = {{"alarm", "its name, as ALARM says it"},
+                     {"seconds", "for how long, at most 86400; give this or `until`", false},
+                     {"until", "us, UNIX time of its end", false},
+                     {"up_to", "info, warning, error or critical: not when it is worse; default: as it is", false}},
+       .verification = "the next ALARM"},
+      {.name = kUnshelveAlarm,
+       .help = "Takes an alarm off its shelf before its time",
+       .arguments = {{"alarm", "its name"}},
+       .verification = "the next ALARM"},
+      {.name = kRestoreAcknowledgement,
+       .help = "Tells a restarted driver that an alarm was acknowledged while it was present",
+       .arguments = {{"alarm", "its name"}},
+       .internal = true},
       {.name = "set_datum",
        .help = "Makes the present position read `value`, or makes `counts` the origin, in software; the device is "
                "not written",
@@ -57,12 +76,19 @@ std::span<const OperationSpec> RuntimeOperations(const Family& family) {
        .verification = "the driver's HELLO",
        .internal = true},
   };
-  return family.has_position ? std::span<const OperationSpec>(kOperations) : std::span<const OperationSpec>();
+  constexpr std::size_t kOfAlarms = 4;  // the first; the others are about the datum of an axis
+  const std::span<const OperationSpec> all = kOperations;
+  return family.has_position ? all : all.first(kOfAlarms);
 }
 
 const OperationSpec* FindOperation(const Family& family, std::string_view name) {
   const OperationSpec* own = FindIn(family.operations, name);
   return own != nullptr ? own : FindIn(RuntimeOperations(family), name);
+}
+
+bool IsAboutAlarms(std::string_view operation) {
+  return operation == kAcknowledgeAlarm || operation == kShelveAlarm || operation == kUnshelveAlarm ||
+         operation == kRestoreAcknowledgement;
 }
 
 bool IsOfRuntime(const Family& family, const OperationSpec& operation) {

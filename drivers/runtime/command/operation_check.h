@@ -25,6 +25,13 @@ struct Refusal {
 // One of the runtime's own (RuntimeOperations): it works on the driver alone, and needs no device.
 [[nodiscard]] bool IsOfRuntime(const Family& family, const OperationSpec& operation);
 
+// Those of the runtime's own that are about alarms.
+inline constexpr std::string_view kAcknowledgeAlarm = "acknowledge_alarm";
+inline constexpr std::string_view kShelveAlarm = "shelve_alarm";
+inline constexpr std::string_view kUnshelveAlarm = "unshelve_alarm";
+inline constexpr std::string_view kRestoreAcknowledgement = "restore_acknowledgement";
+[[nodiscard]] bool IsAboutAlarms(std::string_view operation);
+
 // For a refusal: "operations of tformat: clear_errors, ...". Leaves out the internal ones.
 [[nodiscard]] std::string OperationNames(const Family& family);
 

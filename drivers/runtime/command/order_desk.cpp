@@ -333,6 +333,16 @@ void OrderDesk::Hello(std::span<const DeviceSummary> devices) {
   } while (!devices.empty());
 }
 
+void OrderDesk::TellAcknowledged(const std::string& device, std::span<const std::string> alarms) {
+  driver_status_t status{};
+  status.kind = driver_status_t::KIND_ACKNOWLEDGED;
+  status.epoch_after = -1;
+  status.device = CappedText(device, kNameBytes);
+  status.text = WordsWithin(alarms, kTextBytes);
+  const std::lock_guard lock(state_->mutex);
+  state_->ledger.Send(status);
+}
+
 void OrderDesk::State::Stop(const CommandId& id) {
   ledger.End(ledger.At(id), command_status_t::STATE_REJECTED, command_status_t::REASON_STOPPING,
              "the driver stopped before it began: send it again later");

@@ -76,6 +76,8 @@ class OrderDesk {
   // Once a second and on change: HELLO with the devices' summaries; GOODBYE at a clean stop.
   using DeviceSummary = axlecast::DeviceSummary;
   void Hello(std::span<const DeviceSummary> devices);
+  // Once a second and on change, after an alarm of the device was acknowledged: those that are.
+  void TellAcknowledged(const std::string& device, std::span<const std::string> alarms);
   // Waiting orders are answered REJECTED, those that a device holds INDETERMINATE; later ones are REJECTED.
   void Goodbye();
 
@@ -84,8 +86,8 @@ class OrderDesk {
   std::unique_ptr<State> state_;
 };
 
-// Operations beside a family's own that every encoder has; none where the family has no positions. The driver carries
-// out set_datum, clear_datum and, for the bridge only, mark_reference_lost; the bridge undo_datum and accept_exchange.
+// Operations beside a family's own: those about alarms, which every device has, and those about the datum, which every
+// encoder has. The driver carries out all of them but undo_datum and accept_exchange, which are the bridge's.
 [[nodiscard]] std::span<const OperationSpec> RuntimeOperations(const Family& family);
 
 }  // namespace axlecast

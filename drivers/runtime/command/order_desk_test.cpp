@@ -93,8 +93,8 @@ TEST_F(OrderDeskTest, RefusesWithWhatWouldBeRight) {
   order.operation = "explode";
   EXPECT_EQ(Order(order).reason_code, S::REASON_UNKNOWN_OPERATION);
   EXPECT_EQ(Last().text,
-            "no such operation; operations of counting: bump write mark halt look set_datum clear_datum "
-            "undo_datum accept_exchange");
+            "no such operation; operations of counting: bump write mark halt look acknowledge_alarm shelve_alarm "
+            "unshelve_alarm set_datum clear_datum undo_datum accept_exchange");
   order = Bump(3);
   order.operation = "write";
   order.arguments = {{"address", "1"}};

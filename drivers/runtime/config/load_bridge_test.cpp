@@ -185,10 +185,12 @@ INSTANTIATE_TEST_SUITE_P(
                 "mean 'zero'?"},
         Mistake{"  keys: {a: {public: " KEY1 ", role: control, devices: [ring1], operations: [zero]}}",
                 "m.yaml:3:133: bridge.keys.a.operations: no device of this grant has an operation 'zero'; known "
-                "here: accept_exchange, clear_datum, set_datum, undo_datum"},
+                "here: accept_exchange, acknowledge_alarm, clear_datum, set_datum, shelve_alarm, undo_datum, "
+                "unshelve_alarm"},
         Mistake{"  keys: {a: {public: " KEY1 ", role: maintainer, operations: [hidden]}}",
                 "m.yaml:3:118: bridge.keys.a.operations: no device of this grant has an operation 'hidden'; known "
-                "here: accept_exchange, clear_datum, look, mark, set_datum, undo_datum, zero"},
+                "here: accept_exchange, acknowledge_alarm, clear_datum, look, mark, set_datum, shelve_alarm, "
+                "undo_datum, unshelve_alarm, zero"},
         Mistake{
             "  keys: {a: {public: " KEY1 ", role: operator, operations: [zero]}}",
             "m.yaml:3:116: bridge.keys.a.operations: 'zero' is not for role operator: leave it out, or give the "

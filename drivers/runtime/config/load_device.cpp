@@ -139,6 +139,9 @@ DeviceConfig LoadDevice(const std::string& name, ConfigMap& map, const BusConfig
   if (bus.family->has_position) LoadAxis(map, device);
   LoadRates(map, bus, device);
   device.permit_required = map.Choice("permit", {"required", "not_required"}, 0) == 0;
+  std::vector<std::string_view> severities(kSeverityNames.begin(), kSeverityNames.end());
+  severities.emplace_back("never");
+  device.alarm_stays_from = static_cast<std::uint8_t>(map.Choice("acknowledge", severities, kNoSeverity));
   map.Done();
   return device;
 }

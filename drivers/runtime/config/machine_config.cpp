@@ -13,6 +13,12 @@ std::string Environment(const char* name) {
   return value == nullptr ? "" : value;
 }
 
+const DeviceConfig* FindIn(const BusConfig& bus, std::string_view name) {
+  const auto found = std::find_if(bus.devices.begin(), bus.devices.end(),
+                                  [name](const DeviceConfig& device) { return device.name == name; });
+  return found == bus.devices.end() ? nullptr : &*found;
+}
+
 }  // namespace
 
 const BusConfig* MachineConfig::FindBus(std::string_view name) const {
@@ -24,9 +30,14 @@ const BusConfig* MachineConfig::FindBus(std::string_view name) const {
 
 const BusConfig* MachineConfig::BusOf(std::string_view device) const {
   for (const BusConfig& bus : buses) {
-    for (const DeviceConfig& candidate : bus.devices) {
-      if (candidate.name == device) return &bus;
-    }
+    if (FindIn(bus, device) != nullptr) return &bus;
+  }
+  return nullptr;
+}
+
+const DeviceConfig* MachineConfig::FindDevice(std::string_view name) const {
+  for (const BusConfig& bus : buses) {
+    if (const DeviceConfig* device = FindIn(bus, name)) return device;
   }
   return nullptr;
 }

@@ -11,6 +11,7 @@
 #include "drivers/runtime/core/family.h"
 #include "drivers/runtime/core/key.h"
 #include "drivers/runtime/core/secret.h"
+#include "drivers/runtime/core/severity.h"
 
 namespace axlecast {
 
@@ -59,6 +60,7 @@ struct DeviceConfig {
   double speed_rpm = 0;                      // limits: 0 the model's
   double accel_rad_s2 = 0;
   bool permit_required = true;
+  std::uint8_t alarm_stays_from = kNoSeverity;  // until acknowledged: alarm_entry_t SEVERITY_*
   std::int64_t config_hash = 0;
   int line = 0;                                    // in the file
   std::shared_ptr<const DeviceSettings> settings;  // the family's
@@ -133,6 +135,7 @@ struct MachineConfig {
   [[nodiscard]] const BusConfig* FindBus(std::string_view name) const;
   // The bus that holds the device, or null.
   [[nodiscard]] const BusConfig* BusOf(std::string_view device) const;
+  [[nodiscard]] const DeviceConfig* FindDevice(std::string_view name) const;
 };
 
 // Where the pty of a simulated bus, its control socket and the lock of a driver stand:

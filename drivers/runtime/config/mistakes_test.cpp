@@ -71,9 +71,9 @@ INSTANTIATE_TEST_SUITE_P(
                 "m.yaml:6:31: buses.b0.devices.axis1.permit: 'false' is not one of required, not_required"},
         Mistake{"simulate: true", "tag: A1 5",
                 "m.yaml:6:28: buses.b0.devices.axis1.tag: 'A1 5' is not bytes in hex"},
-        Mistake{
-            "simulate: true", "polarity: 1",
-            "m.yaml:6:23: buses.b0.devices.axis1: unknown key 'polarity'; known here: block, datum, direction, "}));
+        Mistake{"simulate: true", "polarity: 1",
+                "m.yaml:6:23: buses.b0.devices.axis1: unknown key 'polarity'; known here: acknowledge, block, "
+                "datum, "}));
 
 INSTANTIATE_TEST_SUITE_P(
     Bus, MistakeTest,

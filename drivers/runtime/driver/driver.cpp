@@ -61,7 +61,7 @@ Driver::Driver(const BusConfig& config, const BridgeConfig& bridge, std::int64_t
   time_.Update(now_, ports_.clock->UtcMicroseconds());
   if (ports_.frames != nullptr) can_watch_.emplace(config.link.port, config.link.bitrate);
   for (const DeviceConfig& device : config.devices) {
-    Unit unit{.config = &device, .channel = nullptr, .device = nullptr};
+    Unit unit{.config = &device};
     unit.channel = std::make_unique<Channel>(config, device, MakeChannelContext());
     unit.device = config.family->make_device(config, device, *unit.channel, *ports_.secrets);
     operations_.Add(device, *unit.channel, *unit.device);
@@ -136,6 +136,7 @@ void Driver::Tick() {
   for (Unit& unit : units_) unit.channel->Tick(now_);
   const bool second = ticks_++ % kTicksPerHello == 0;
   if (second || SummaryChanged()) SayHello();
+  TellAcknowledged(second);
   if (second || can_changed) ReportHealth();
   next_tick_ += kTick;
   if (next_tick_ <= now_) next_tick_ = now_ + kTick;
@@ -198,6 +199,16 @@ void Driver::SayHello() {
     summaries_[i] = SummaryOf(*units_[i].config, units_[i].channel->summary());
   }
   desk_.Hello(summaries_);
+}
+
+void Driver::TellAcknowledged(bool second) {
+  for (Unit& unit : units_) {
+    const AlarmBook& alarms = unit.channel->alarms();
+    const bool changed = alarms.acknowledged_revision() != unit.acknowledged_told;
+    if (!changed && (!second || unit.acknowledged_told == 0)) continue;
+    unit.acknowledged_told = alarms.acknowledged_revision();
+    desk_.TellAcknowledged(unit.config->name, alarms.Acknowledged());
+  }
 }
 
 void Driver::ReportHealth() {

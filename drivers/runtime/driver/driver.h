@@ -63,8 +63,9 @@ class Driver final : private LinkObserver {
  private:
   struct Unit {
     const DeviceConfig* config;
-    std::unique_ptr<Channel> channel;
-    std::unique_ptr<Device> device;
+    std::unique_ptr<Channel> channel = nullptr;
+    std::unique_ptr<Device> device = nullptr;
+    std::int64_t acknowledged_told = 0;  // AlarmBook::acknowledged_revision
   };
 
   void OnLink(bool up, std::string_view reason, MonoNs now) override;
@@ -79,6 +80,7 @@ class Driver final : private LinkObserver {
   [[nodiscard]] bool WatchCan();
   void TellAll(const AlarmSpec& alarm, bool present);
   void SayHello();
+  void TellAcknowledged(bool second);
   void ReportHealth();
   [[nodiscard]] bool SummaryChanged() const;
   [[nodiscard]] ChannelContext MakeChannelContext();

@@ -7,6 +7,7 @@
 #include "drivers/runtime/command/command_words.h"
 #include "drivers/runtime/command/operation_check.h"
 #include "drivers/runtime/device/refusal.h"
+#include "drivers/runtime/driver/alarm_order.h"
 #include "drivers/runtime/driver/datum_order.h"
 
 namespace axlecast {
@@ -62,16 +63,20 @@ void Operations::Begin(Target& target, const Order& order, MonoNs now) {
     return OnOutcome(target.config->name, order.id, *refusal);
   }
   if (!IsOfRuntime(family_, *operation)) return target.device->Begin(order, now);
-  const DatumOrder datum(*target.channel, order, time_.Utime(now));
-  OnOutcome(target.config->name, order.id, datum.refusal() ? *datum.refusal() : datum.Apply(*target.channel));
+  const auto apply = [&](const auto& own) {
+    OnOutcome(target.config->name, order.id, own.refusal() ? *own.refusal() : own.Apply(*target.channel));
+  };
+  if (IsAboutAlarms(order.operation)) return apply(AlarmOrder(*target.channel, order, time_.Utime(now)));
+  apply(DatumOrder(*target.channel, order, time_.Utime(now)));
 }
 
 Outcome Operations::Prepare(const Target& target, const Order& order, MonoNs now) const {
   const OperationSpec* operation = FindOperation(family_, order.operation);
   if (auto refusal = Refuse(target, order, operation)) return std::move(*refusal);
   if (IsOfRuntime(family_, *operation)) {
-    const DatumOrder datum(*target.channel, order, time_.Utime(now));
-    return datum.refusal() ? *datum.refusal() : datum.Prepared();
+    const auto prepared = [](const auto& own) { return own.refusal() ? *own.refusal() : own.Prepared(); };
+    if (IsAboutAlarms(order.operation)) return prepared(AlarmOrder(*target.channel, order, time_.Utime(now)));
+    return prepared(DatumOrder(*target.channel, order, time_.Utime(now)));
   }
   if (auto refusal = target.device->Refusal(order, now)) return std::move(*refusal);
   if (operation->needs_standstill) {

@@ -1,6 +1,7 @@
 #include "drivers/runtime/position/alarm_book.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "drivers/runtime/command/capped_text.h"
 
@@ -8,20 +9,6 @@ namespace axlecast {
 namespace {
 
 constexpr std::size_t kActionBytes = 80;
-
-std::int8_t StateCode(AlarmState state, bool unknown) {
-  if (unknown) return alarm_entry_t::STATE_UNKNOWN;
-  switch (state) {
-    case AlarmState::kDeviceLatched:
-      return alarm_entry_t::STATE_DEVICE_LATCHED;
-    case AlarmState::kDriverLatched:
-      return alarm_entry_t::STATE_DRIVER_LATCHED;
-    case AlarmState::kAbsent:
-    case AlarmState::kLive:
-      break;
-  }
-  return alarm_entry_t::STATE_LIVE;
-}
 
 }  // namespace
 
@@ -40,14 +27,39 @@ void AlarmBook::Set(const AlarmSpec& alarm, AlarmState state, std::int64_t utime
   }
   if (state != entry->state || entry->unknown) ++revision_;
   if (state != AlarmState::kAbsent) {
-    if (entry->state == AlarmState::kAbsent) {
-      entry->first_utime = utime;
-      ++entry->count;
-    }
+    if (alarm.severity != entry->spec.severity) Regrade(*entry, alarm);
+    if (entry->state == AlarmState::kAbsent) Appear(*entry, utime);
     entry->last_utime = utime;
+  } else if (entry->state != AlarmState::kAbsent) {
+    Vanish(*entry);
   }
   entry->state = state;
   entry->unknown = false;
+}
+
+void AlarmBook::Appear(Entry& entry, std::int64_t utime) {
+  entry.first_utime = utime;
+  ++entry.count;
+  entry.gone = false;
+  if (TakeExpected(entry.spec.name, utime)) entry.acknowledged = true;
+}
+
+void AlarmBook::Vanish(Entry& entry) {
+  entry.gone = entry.spec.severity >= stays_from_ && !entry.acknowledged && !shelves_.Hides(entry.spec);
+  SetAcknowledged(entry, false);
+}
+
+// What got worse is new to whoever has acknowledged it.
+void AlarmBook::Regrade(Entry& entry, const AlarmSpec& alarm) {
+  if (alarm.severity > entry.spec.severity) SetAcknowledged(entry, false);
+  entry.spec = alarm;
+  ++revision_;
+}
+
+void AlarmBook::SetAcknowledged(Entry& entry, bool acknowledged) {
+  if (entry.acknowledged == acknowledged) return;
+  entry.acknowledged = acknowledged;
+  ++acknowledged_revision_;
 }
 
 void AlarmBook::SetOffline(bool offline) {
@@ -75,12 +87,98 @@ bool AlarmBook::Worse(const Entry* a, const Entry* b) {
   return a->spec.code < b->spec.code;
 }
 
+int AlarmBook::Rank(const Entry& entry) const {
+  if (shelves_.Hides(entry.spec)) return 2;
+  return entry.gone ? 1 : 0;
+}
+
+std::int8_t AlarmBook::StateCode(const Entry& entry) const {
+  if (shelves_.Hides(entry.spec)) return alarm_entry_t::STATE_SHELVED;
+  if (entry.gone) return alarm_entry_t::STATE_UNACKNOWLEDGED;
+  if (entry.unknown) return alarm_entry_t::STATE_UNKNOWN;
+  if (entry.state == AlarmState::kDeviceLatched) return alarm_entry_t::STATE_DEVICE_LATCHED;
+  if (entry.state == AlarmState::kDriverLatched) return alarm_entry_t::STATE_DRIVER_LATCHED;
+  return alarm_entry_t::STATE_LIVE;
+}
+
+AlarmBook::Standing AlarmBook::Look(std::string_view name) const {
+  Standing standing;
+  for (const Entry& entry : entries_) {
+    if (entry.spec.name != name) continue;
+    standing.known = true;
+    standing.severity = std::max(standing.severity, entry.spec.severity);
+    standing.present = standing.present || entry.state != AlarmState::kAbsent;
+    standing.gone = standing.gone || entry.gone;
+    standing.acknowledged = standing.acknowledged || entry.acknowledged;
+  }
+  return standing;
+}
+
+void AlarmBook::Acknowledge(std::string_view name) {
+  for (Entry& entry : entries_) {
+    if (entry.spec.name != name || !IsListed(entry)) continue;
+    if (entry.gone) ++revision_;
+    entry.gone = false;
+    if (entry.state != AlarmState::kAbsent) SetAcknowledged(entry, true);
+  }
+}
+
+void AlarmBook::AcknowledgeAgain(std::string_view name, std::int64_t until_utime) {
+  if (Look(name).present) return Acknowledge(name);
+  static_cast<void>(TakeExpected(name, until_utime));
+  expected_.push_back({std::string(name), until_utime});
+  ++acknowledged_revision_;
+}
+
+bool AlarmBook::TakeExpected(std::string_view name, std::int64_t utime) {
+  return std::erase_if(expected_, [&](const Expected& expected) {
+           return expected.alarm == name && utime <= expected.until_utime;
+         }) > 0;
+}
+
+std::vector<std::string> AlarmBook::Acknowledged() const {
+  std::vector<std::string> names;
+  for (const Entry& entry : entries_) {
+    if (entry.acknowledged) names.emplace_back(entry.spec.name);
+  }
+  for (const Expected& expected : expected_) names.push_back(expected.alarm);
+  return names;
+}
+
+void AlarmBook::Shelve(AlarmShelves::Shelf shelf) {
+  for (Entry& entry : entries_) {
+    if (entry.spec.name == shelf.alarm && entry.spec.severity <= shelf.up_to) entry.gone = false;
+  }
+  shelves_.Put(std::move(shelf));
+  ++revision_;
+}
+
+void AlarmBook::Unshelve(std::string_view name) {
+  if (shelves_.Remove(name)) ++revision_;
+}
+
+void AlarmBook::Tick(std::int64_t utime) {
+  if (shelves_.Expire(utime)) ++revision_;
+  const auto late = [utime](const Expected& expected) { return utime > expected.until_utime; };
+  if (std::erase_if(expected_, late) > 0) ++acknowledged_revision_;
+}
+
+std::string AlarmBook::Names() const {
+  std::string names;
+  for (const Entry& entry : entries_) {
+    if (IsListed(entry)) names += (names.empty() ? "" : ", ") + std::string(entry.spec.name);
+  }
+  return names;
+}
+
 void AlarmBook::Arrange(alarm_t& message) {
   shown_.clear();
   for (const Entry& entry : entries_) {
-    if (entry.state != AlarmState::kAbsent) shown_.push_back(&entry);
+    if (IsListed(entry)) shown_.push_back(&entry);
   }
-  std::sort(shown_.begin(), shown_.end(), Worse);
+  std::sort(shown_.begin(), shown_.end(), [this](const Entry* a, const Entry* b) {
+    return Rank(*a) != Rank(*b) ? Rank(*a) < Rank(*b) : Worse(a, b);
+  });
   message.total = static_cast<std::int16_t>(shown_.size());
   shown_.resize(std::min<std::size_t>(shown_.size(), alarm_t::MAX_ENTRIES));
   message.n = static_cast<std::int8_t>(shown_.size());
@@ -91,7 +189,7 @@ void AlarmBook::Arrange(alarm_t& message) {
     out.code = entry.spec.code;
     out.source = static_cast<std::int8_t>(entry.spec.source);
     out.severity = static_cast<std::int8_t>(entry.spec.severity);
-    out.state = StateCode(entry.state, entry.unknown);
+    out.state = StateCode(entry);
     out.first_utime = entry.first_utime;
     out.count = entry.count;
     out.name = CappedText(entry.spec.name, kNameBytes);

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "drivers/runtime/motor/motor_output.h"
-#include "drivers/runtime/position/alarm_book.h"
 #include "drivers/runtime/position/axis.h"
 #include "drivers/runtime/position/device_health.h"
 #include "drivers/runtime/position/device_report.h"
@@ -39,7 +38,8 @@ struct Channel::State {
         motor(device.name, device.publish_hz,
               {context.boot_id, context.time, context.sink, bus.simulate, context.redecoded}),
         health(PollPeriod(bus, device)),
-        report(bus, device, context.boot_id) {
+        report(bus, device, context.boot_id),
+        alarms(device.alarm_stays_from) {
     alarm_message.boot_id = context.boot_id;
     alarm_message.device = device.name;
   }
@@ -112,6 +112,7 @@ void Channel::State::JudgeMoments() {
   RaiseWhile(now < surprise_until, runtime_alarms::kPositionJumped);
   RaiseWhile(now < clock_stepped_until, runtime_alarms::kClockStepped);
   RaiseWhile(health.implausible_burst(), runtime_alarms::kImplausibleBurst);
+  alarms.Tick(Utime());
 }
 
 void Channel::State::PublishDue() {
@@ -257,6 +258,9 @@ Channel::Summary Channel::summary() const {
   }
   return summary;
 }
+
+AlarmBook& Channel::alarms() { return state_->alarms; }
+const AlarmBook& Channel::alarms() const { return state_->alarms; }
 
 std::int64_t Channel::good() const { return state_->health.good(); }
 

@@ -11,6 +11,7 @@
 #include "drivers/runtime/core/device.h"
 #include "drivers/runtime/core/message_sink.h"
 #include "drivers/runtime/core/timebase.h"
+#include "drivers/runtime/position/alarm_book.h"
 #include "drivers/runtime/position/reference.h"
 
 namespace axlecast {
@@ -74,6 +75,10 @@ class Channel final : public DeviceOutput {
   void ClearDatum();
   // What the present position would read with this datum; nothing when no valid position is known.
   [[nodiscard]] std::optional<double> ValueWith(std::int64_t datum_counts) const;
+
+  // For what operators say of its alarms.
+  [[nodiscard]] AlarmBook& alarms();
+  [[nodiscard]] const AlarmBook& alarms() const;
 
   // For the driver's HELLO and for interlocks.
   struct Summary {

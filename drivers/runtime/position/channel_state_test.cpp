@@ -73,7 +73,8 @@ TEST_F(ChannelTest, WithoutPositionsThereIsNoDatumToSet) {
   Make();
   channel_->OnNonVolatileWrite();
   Read(0, 2'000);
-  EXPECT_EQ(Infos().back().n_operations, 0);
+  EXPECT_EQ(Infos().back().operations,
+            (std::vector<std::string>{"acknowledge_alarm", "shelve_alarm", "unshelve_alarm"}));
 }
 
 TEST_F(ChannelTest, AFullDeviceMessageFitsOneDatagram) {
