@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/runtime/config/mqtt_config.h"
 #include "drivers/runtime/config/recorder_config.h"
 #include "drivers/runtime/core/family.h"
 #include "drivers/runtime/core/key.h"
@@ -127,6 +128,7 @@ struct MachineConfig {
   std::vector<BusConfig> buses;
   BridgeConfig bridge;
   RecorderConfig recorder;
+  MqttConfig mqtt;
 
   [[nodiscard]] const BusConfig* FindBus(std::string_view name) const;
   // The bus that holds the device, or null.
