@@ -66,8 +66,8 @@ Json Published() {
 // The last will holds state and boot_id only.
 Json Status() {
   Json schema = {{"title", "status"}, {"type", "object"}, {"properties", Json::object()}};
-  for (const auto& [key, value] : MqttStatusJson("online", 0, 0, {}).items())
-    schema["properties"][key] = SchemaOf(value);
+  const Json status = MqttStatusJson("online", 0, 0, {});
+  for (const auto& [key, value] : status.items()) schema["properties"][key] = SchemaOf(value);
   schema["properties"]["state"] = {{"enum", {"online", "offline", "ended"}}};
   schema["required"] = {"state", "boot_id"};
   schema["additionalProperties"] = false;
