@@ -145,11 +145,11 @@ void MqttRun::Tell() {
 
 void MqttRun::TellChanges(const MqttStatus& status) {
   const BrokerStatus& broker = status.broker;
-  if (broker.connected && !told_connected_) std::cerr << BrokerText(machine_.mqtt) << ": connected\n";
-  if (!broker.problem.empty() && (broker.problem != told_problem_ || (told_connected_ && !broker.connected))) {
-    std::cerr << BrokerText(machine_.mqtt) << ": " << broker.problem << '\n';
-  }
-  told_connected_ = broker.connected;
+  if (broker.connections != told_connections_) std::cerr << BrokerText(machine_.mqtt) << ": connected\n";
+  const bool news = broker.problem != told_problem_ || broker.connections != told_connections_;
+  if (!broker.problem.empty() && news) std::cerr << BrokerText(machine_.mqtt) << ": " << broker.problem << '\n';
+  if (broker.connections != told_connections_ && told_connections_ > 0) intake_.feed().TellStatesAnew();
+  told_connections_ = broker.connections;
   told_problem_ = broker.problem;
 }
 

@@ -31,6 +31,7 @@ class MqttIntake {
   // Calls `each` a few times a second. False when a port failed.
   [[nodiscard]] bool Run(MonoNs end, const std::function<bool()>& each);
 
+  [[nodiscard]] MqttFeed& feed() { return feed_; }
   [[nodiscard]] const MqttFeed& feed() const { return feed_; }
   [[nodiscard]] LcmPort& data() { return data_; }
 
@@ -73,7 +74,7 @@ class MqttRun {
   Descriptor stop_;
   std::thread carrier_;
   MonoNs next_tell_ = 0;
-  bool told_connected_ = false;
+  std::int64_t told_connections_ = 0;
   std::string told_problem_;
 };
 

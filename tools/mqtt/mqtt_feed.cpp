@@ -95,6 +95,12 @@ void MqttFeed::Flush() {
   }
 }
 
+void MqttFeed::TellStatesAnew() {
+  for (auto& [channel, stream] : streams_) {
+    if (stream.topic.retain) stream.published.reset();
+  }
+}
+
 void MqttFeed::PublishHeld(Stream& stream, MonoNs now) {
   Publish(stream, stream.held);
   stream.held.clear();

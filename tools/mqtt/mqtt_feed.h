@@ -41,6 +41,8 @@ class MqttFeed {
   void Poll(MonoNs now);
   // Publishes what waits for its time yet.
   void Flush();
+  // A broker that was away may have forgotten what it kept: the next message of each state is published.
+  void TellStatesAnew();
 
   [[nodiscard]] const TopicMap& topics() const { return topics_; }
   [[nodiscard]] MqttFeedCounts counts() const;

@@ -160,6 +160,17 @@ TEST_F(MqttFeedTest, AStateWhenItChangesElseOnceAMinute) {
   EXPECT_EQ(Json(published_[3]).at("publication"), 3);
 }
 
+TEST_F(MqttFeedTest, StatesAreToldAnewToABrokerThatMayHaveForgottenThem) {
+  Alarm(1);
+  Position(1);
+  feed().TellStatesAnew();
+  now_ += kMillisecond;
+  Alarm(1);
+  Position(1);
+  ASSERT_EQ(published_.size(), 3U);
+  EXPECT_EQ(published_[2].topic, "plant/a/press3/alarm/axis1");
+}
+
 TEST_F(MqttFeedTest, NamesThatAreNotTheMachinesGoNowhere) {
   Alarm(1, "axis3");
   Alarm(1, "a/+/#");
