@@ -13,6 +13,7 @@ from machine import BIN, LIMIT, one_axis, wait_for
 from mqtt_broker import PORT, RELAY_PORT, MqttMachine, gaps
 
 BASE = "axlecast/test/"
+WINDOW = 20  # messages on their way at a time
 DONE, USAGE, REJECTED, LOSSES, FAILED, NO_ANSWER = 0, 2, 3, 3, 4, 6
 
 
@@ -141,6 +142,11 @@ class BrokerAway(Mqtt):
         self.wait_connected(2)
         return before, meanwhile
 
+    def check_losses(self, missing, counted):
+        """Each loss is counted, and no more than that, but for a window whose confirmations the cut has swallowed."""
+        self.assertLessEqual(missing, counted)
+        self.assertLessEqual(counted - missing, WINDOW)
+
     def subscriber_ready(self):
         subprocess.run(["mosquitto_pub", "-p", str(PORT), "-t", "ready", "-m", "1"], check=True)
         return "ready" in self.subscriber.topics()
@@ -171,7 +177,7 @@ class BrokerAway(Mqtt):
         self.assertGreater(summary["shed_samples"], 100)
         self.assertEqual([summary["shed_events"], summary["shed_states"]], [0, 0])
         positions = self.subscriber_before.of(BASE + "position/axis1") + self.positions()
-        self.assertEqual(gaps(positions), summary["shed_samples"], "each loss is counted")
+        self.check_losses(gaps(positions), summary["shed_samples"])
         self.assertEqual(self.subscriber.of(BASE + "device/axis1")[-1]["state_name"], "ONLINE")
         self.assertIn("mqtt_messages_shed",
                       {entry["name"] for entry in self.data.last("ALARM/mqtt/test")["entries"]})
@@ -205,7 +211,7 @@ class BrokerAway(Mqtt):
         wait_for(lambda: (self.subscriber.last(BASE + "status") or {}).get("waiting", 99) <= 20, "it has caught up")
         self.assertEqual(self.end(self.process), LOSSES)
         wait_for(lambda: (self.subscriber.last(BASE + "status") or {}).get("state") == "ended", "the farewell")
-        self.assertEqual(gaps(self.positions()), self.summary()["shed_samples"])
+        self.check_losses(gaps(self.positions()), self.summary()["shed_samples"])
 
     def test_it_ends_at_once_while_the_broker_is_away(self):
         self.run_bridge()
