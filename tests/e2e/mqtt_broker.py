@@ -131,7 +131,8 @@ class MqttMachine(Machine):
         self.brokers += 1
         listener = "" if any(line.startswith("listener") for line in lines) else f"listener {port} 127.0.0.1\n"
         access = "" if any(line.startswith("allow_anonymous") for line in lines) else "allow_anonymous true\n"
-        user = "user root\n"
+        # A subscriber that is slow on a busy machine shall not lose what the broker has.
+        user = "user root\nmax_queued_messages 0\nmax_inflight_messages 0\n"
         config = self.write(listener + access + user + "\n".join(lines) + "\n", f"broker{self.brokers}.conf")
         process = self.start("broker", "mosquitto", "-c", config)
         if wait:
