@@ -62,6 +62,8 @@ struct MqttLink::Client {
     if (!handle) return;
     mosquitto_int_option(handle.get(), MOSQ_OPT_PROTOCOL_VERSION,
                          link.settings_.version_5 ? MQTT_PROTOCOL_V5 : MQTT_PROTOCOL_V311);
+    mosquitto_int_option(handle.get(), MOSQ_OPT_TCP_NODELAY,
+                         1);  // confirmations come back at once, and the next go
     mosquitto_connect_v5_callback_set(handle.get(),
                                       [](mosquitto*, void* self, int code, int, const mosquitto_property*) {
                                         static_cast<Client*>(self)->OnConnect(code);

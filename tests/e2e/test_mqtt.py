@@ -155,7 +155,8 @@ class BrokerAway(Mqtt):
         count = int(float(os.environ.get("AXLECAST_MQTT_AWAY", 5)) * 200)
         self.run_bridge(interval="0.01s")
         before, meanwhile = self.away(count)
-        wait_for(lambda: (self.subscriber.last(BASE + "status") or {}).get("waiting", 99) <= 20, "it has caught up")
+        wait_for(lambda: (self.subscriber.last(BASE + "status") or {}).get("waiting", 99) <= 20, "it has caught up",
+                 LIMIT + count / 50)
         self.assertEqual(self.end(self.process), DONE, self.log("mqtt"))
         wait_for(lambda: (self.subscriber.last(BASE + "status") or {}).get("state") == "ended", "the farewell")
         positions = self.subscriber_before.of(BASE + "position/axis1") + self.positions()
@@ -165,7 +166,7 @@ class BrokerAway(Mqtt):
               f"{meanwhile:.1f} /s meanwhile")
         self.assertEqual(gaps(positions), 0)
         self.assertEqual([summary[key] for key in ("shed_samples", "shed_events", "shed_states", "lost_before")], [0] * 4)
-        self.assertGreaterEqual(meanwhile, 0.9 * before, "a shared machine varies that much by itself")
+        self.assertGreaterEqual(meanwhile, 0.7 * before, "a shared machine varies that much by itself")
 
     def test_beyond_the_bound_the_oldest_positions_go_and_are_counted(self):
         self.run_bridge(queue="{messages: 100}", interval="0.01s")
