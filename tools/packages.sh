@@ -3,7 +3,8 @@
 
 packages_build="g++ cmake ninja-build pkg-config python3 lowdown libc6-dev linux-libc-dev
   liblcm-dev liblcm-bin libyaml-cpp-dev libspdlog-dev libcli11-dev nlohmann-json3-dev libsystemd-dev libsodium-dev
-  libsqlite3-dev libmodbus-dev libgpiod-dev libcairo2-dev zlib1g-dev libwebsockets-dev
+  libsqlite3-dev libmodbus-dev libgpiod-dev libmosquitto-dev libwebsockets-dev libcairo2-dev
+  zlib1g-dev
   libgtest-dev libgmock-dev libbenchmark-dev
   default-jdk-headless liblcm-java libjchart2d-java"
 packages_run="iproute2 util-linux"
@@ -12,8 +13,8 @@ packages_vm="qemu-system-x86 busybox-static cpio kmod can-utils libfuse3-dev"
 packages_test="libfaketime x11-utils clang-14 clang-tidy-14 clang-format-14 libclang-rt-14-dev procps git
   dpkg-dev debhelper dh-python lintian debootstrap mandoc man-db bash-completion systemd
   xvfb xauth imagemagick default-jre libxtst6 libxrender1 fonts-dejavu-core
-  sqlite3 openssl python3-pymodbus python3-serial python3-serial-asyncio mbpoll
-  tshark python3-can python3-jsonschema chromium chromium-driver prometheus nftables
+  sqlite3 openssl mosquitto mosquitto-clients python3-pymodbus python3-serial python3-serial-asyncio
+  mbpoll tshark python3-can python3-jsonschema chromium chromium-driver prometheus nftables
   $packages_vm"
 # The page of axlecast web has uPlot from npm, and the tests MCAP's own reader (tests/convert/mcap_reader); Node.js of
 # another origin brings npm along.

@@ -19,6 +19,7 @@ WORLDS = [
     ("SPI", r"linux/spi", r"drivers/io/spi_port\.cpp|tests/vm/cuse_spidev\.cpp"),
     ("CAN", r"#include <linux/can", r"drivers/io/can_(socket|netlink|error)\.cpp"),
     ("Modbus", r"#include <modbus", r"drivers/io/modbus_port\.cpp"),
+    ("MQTT", r"#include <(mosquitto|mqtt_protocol)\.h", r"drivers/io/mqtt_link\.cpp"),
     ("GPIO", r"gpiod\.h", r"drivers/io/gpio_line(_test)?\.cpp"),
     ("process", r"sys/(prctl|resource|mman)\.h|\bsched_set[a-z]+\(",
      r"drivers/io/(process(_test)?|host_system|mapped_region)\.cpp|tools/axlecast/(child|simulation_server)\.cpp|bench/.*"),

@@ -200,6 +200,20 @@ Json RecorderJson(const MachineConfig& machine) {
   return json;
 }
 
+std::string MqttText(const MachineConfig& machine) {
+  const MqttConfig& mqtt = machine.mqtt;
+  if (mqtt.host.empty()) return "";
+  return "mqtt, to " + BrokerText(mqtt) + (mqtt.tls ? " with TLS" : " without TLS") + ", topics " + mqtt.prefix +
+         '/' + machine.machine + "/...\n";
+}
+
+Json MqttJson(const MachineConfig& machine) {
+  const MqttConfig& mqtt = machine.mqtt;
+  if (mqtt.host.empty()) return nullptr;
+  return {
+      {"broker", BrokerText(mqtt)}, {"tls", mqtt.tls.has_value()}, {"topics", mqtt.prefix + '/' + machine.machine}};
+}
+
 }  // namespace
 
 BusLoad LoadOf(const BusConfig& bus) {
@@ -228,7 +242,7 @@ std::string ConfigText(const MachineConfig& machine) {
                      machine.lcm.command_url + '\n';
   for (const BusConfig& bus : machine.buses) text += BusText(bus);
   text += Format("%.0f", MessagesPerSecond(machine)) + " POSITION and MOTOR messages a second at most\n";
-  return text + RecorderText(machine) + KeysText(machine);
+  return text + RecorderText(machine) + MqttText(machine) + KeysText(machine);
 }
 
 Json ConfigJson(const std::string& file, const MachineConfig* machine, const ConfigErrors& errors) {
@@ -245,6 +259,7 @@ Json ConfigJson(const std::string& file, const MachineConfig* machine, const Con
   json["buses"] = Json::array();
   for (const BusConfig& bus : machine->buses) json["buses"].push_back(BusJson(bus));
   json["recorder"] = RecorderJson(*machine);
+  json["mqtt"] = MqttJson(*machine);
   json["bridge"] = KeysJson(*machine);
   return json;
 }

@@ -12,7 +12,7 @@ inline constexpr int kExitIndeterminate = 5;
 inline constexpr int kExitNoAnswer = 6;
 inline constexpr int kExitUnverifiable = 7;  // done, but the device allows no read-back
 
-// Of record, replay, log and redecode: done, but something is missing, damaged or, compared, different.
+// Of record, replay, log, redecode and mqtt: done, but something is missing, damaged or, compared, different.
 inline constexpr int kExitLosses = 3;
 
 }  // namespace axlecast

@@ -87,6 +87,10 @@ void MachineRun::StartAll() {
     fleet_->Start(Fleet::Role::kRecorder, "recorder",
                   {ProgramFolder() + "/axlecast", "record", "--config", file_, "--json"});
   }
+  if (!machine_.mqtt.host.empty()) {
+    fleet_->Start(Fleet::Role::kRecorder, "mqtt",
+                  {ProgramFolder() + "/axlecast", "mqtt", "--config", file_, "--json"});
+  }
   fleet_->Start(Fleet::Role::kBridge, "bridge", {CompanionProgram("bridge"), "--config", file_});
   for (const BusConfig& bus : machine_.buses) {
     fleet_->Start(Fleet::Role::kDriver, "driver " + bus.name,

@@ -20,6 +20,7 @@
 #include "tools/axlecast/keygen_command.h"
 #include "tools/axlecast/log_command.h"
 #include "tools/axlecast/motor_command.h"
+#include "tools/axlecast/mqtt_command.h"
 #include "tools/axlecast/offset_command.h"
 #include "tools/axlecast/param_command.h"
 #include "tools/axlecast/permit_command.h"
@@ -70,6 +71,7 @@ int RunCommandLine(int argc, char** argv) {
   AddHistoryCommand(app, exit_code);
   AddRecordCommand(app, exit_code);
   AddReplayCommand(app, exit_code);
+  AddMqttCommand(app, exit_code);
   AddLogCommand(app, exit_code);
   AddRedecodeCommand(app, exit_code);
 #if AXLECAST_WEB

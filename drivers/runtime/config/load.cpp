@@ -11,6 +11,7 @@
 #include "drivers/runtime/config/load_bridge.h"
 #include "drivers/runtime/config/load_device.h"
 #include "drivers/runtime/config/load_link.h"
+#include "drivers/runtime/config/load_mqtt.h"
 #include "drivers/runtime/config/load_recorder.h"
 #include "drivers/runtime/config/load_web.h"
 #include "drivers/runtime/config/words.h"
@@ -52,11 +53,18 @@ class MachineLoader {
     machine_.bridge = LoadBridge(root.Map("bridge"), families_);
     machine_.recorder = LoadRecorder(root.Map("recorder"));
     machine_.web = LoadWeb(root.Map("web"));
+    machine_.mqtt = LoadMqtt(root.Map("mqtt"), DeviceNames());
     root.Done();
     return std::move(machine_);
   }
 
  private:
+  [[nodiscard]] std::vector<std::string> DeviceNames() const {
+    std::vector<std::string> names;
+    for (const auto& [name, bus] : devices_) names.push_back(name);
+    return names;
+  }
+
   void LoadLcm(ConfigMap map) {
     LcmConfig& lcm = machine_.lcm;
     lcm.url = map.String("url", lcm.url);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/runtime/config/mqtt_config.h"
 #include "drivers/runtime/config/recorder_config.h"
 #include "drivers/runtime/config/web_config.h"
 #include "drivers/runtime/core/family.h"
@@ -131,6 +132,7 @@ struct MachineConfig {
   BridgeConfig bridge;
   RecorderConfig recorder;
   WebConfig web;
+  MqttConfig mqtt;
 
   [[nodiscard]] const BusConfig* FindBus(std::string_view name) const;
   // The bus that holds the device, or null.

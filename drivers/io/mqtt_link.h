@@ -1,0 +1,63 @@
+#pragma once
+
+#include <poll.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drivers/runtime/core/broker_link.h"
+#include "drivers/runtime/core/secret.h"
+
+namespace axlecast {
+
+struct MqttLinkSettings {
+  std::string host;
+  int port = 1883;
+  bool version_5 = true;  // else 3.1.1
+  std::string client_id;
+  std::string user;      // empty: none
+  SecretPlace password;  // read at each Connect
+  bool tls = false;
+  std::string ca;  // PEM files; empty: the system's certificates, none, none
+  std::string certificate;
+  std::string key;
+  int keep_alive_s = 15;  // a broker that is silent for twice as long is down
+};
+
+// The only place that touches libmosquitto. Messages go with QoS 1, and nothing is ever subscribed.
+class MqttLink final : public BrokerLink {
+ public:
+  MqttLink(MqttLinkSettings settings, SecretSource& secrets);
+  ~MqttLink() override;
+  MqttLink(const MqttLink&) = delete;
+  MqttLink& operator=(const MqttLink&) = delete;
+
+  void Connect(const BrokerMessage& will) override;
+  void Drop() override;
+  void Disconnect() override;
+  [[nodiscard]] int Send(const BrokerMessage& message) override;
+  [[nodiscard]] std::vector<BrokerEvent> Poll() override;
+
+  // What Poll waits for; fd -1 without a connection.
+  [[nodiscard]] pollfd Waiting() const;
+
+ private:
+  struct Client;
+
+  [[nodiscard]] std::string Prepare(const BrokerMessage& will);
+  void Check(int result);
+  void Down(std::string text);
+
+  MqttLinkSettings settings_;
+  SecretSource& secrets_;
+  std::unique_ptr<Client> client_;
+  std::vector<BrokerEvent> events_;
+  bool down_ = true;
+  int refused_ = 0;  // counts downwards: numbers of messages that were not even sent
+};
+
+// Why files and password of the settings cannot be used, and what would mend it; empty when they can.
+[[nodiscard]] std::string MqttCredentialsProblem(const MqttLinkSettings& settings, SecretSource& secrets);
+
+}  // namespace axlecast

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <axlecast/alarm_t.hpp>
+#include <cstdint>
+#include <string>
+
+#include "drivers/runtime/core/instant.h"
+#include "drivers/runtime/position/alarm_book.h"
+#include "tools/mqtt/mqtt_status.h"
+
+namespace axlecast {
+
+// Alarms of the bridge to a broker: docs/alarms.md. Codes never change.
+namespace mqtt_alarms {
+
+inline constexpr std::uint8_t kMqtt = alarm_entry_t::SOURCE_MQTT;
+
+inline constexpr AlarmSpec kBrokerAway = {500, kMqtt, alarm_entry_t::SEVERITY_WARNING, "broker_away",
+                                          "No connection to the MQTT broker: axlecast mqtt says why on its log."};
+inline constexpr AlarmSpec kMessagesShed = {
+    501, kMqtt, alarm_entry_t::SEVERITY_WARNING, "mqtt_messages_shed",
+    "What waits for the broker exceeds mqtt.queue: the oldest positions are shed."};
+inline constexpr AlarmSpec kMessagesRefused = {502, kMqtt, alarm_entry_t::SEVERITY_WARNING, "mqtt_refused",
+                                               "The broker refuses messages: check its access list and limits."};
+
+}  // namespace mqtt_alarms
+
+// What the bridge to a broker publishes on ALARM/mqtt/<machine>.
+class MqttAlarms {
+ public:
+  static constexpr MonoNs kAway = 10 * kSecond;  // a broker's restart is no alarm
+
+  // `name`: MqttAlarmName; `start`: since when the broker could be there.
+  MqttAlarms(std::string name, std::int64_t boot_id, MonoNs start);
+
+  // `utime`: us, UNIX time of `now`. The message is valid until the next call.
+  [[nodiscard]] const alarm_t& Make(const MqttStatus& status, MonoNs now, std::int64_t utime);
+
+ private:
+  AlarmBook book_;
+  alarm_t message_{};
+  MonoNs start_;
+  std::int64_t shed_before_ = 0;
+  std::int64_t refused_before_ = 0;
+};
+
+}  // namespace axlecast

@@ -1,0 +1,57 @@
+#include "tools/mqtt/mqtt_status.h"
+
+#include "tools/json/field.h"
+
+namespace axlecast {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::int64_t Shed(const OutboxCounts& counts, Keeping keeping) {
+  return counts.shed[static_cast<std::size_t>(keeping)];
+}
+
+}  // namespace
+
+Json MqttStatusJson(const char* state, std::int64_t boot_id) {
+  return {{"state", state}, {"boot_id", BootIdField(boot_id)}};
+}
+
+Json MqttStatusJson(const char* state, std::int64_t boot_id, std::int64_t utime, const MqttStatus& status) {
+  Json json = MqttStatusJson(state, boot_id);
+  json.update({{"utime", utime},
+               {"version", AXLECAST_VERSION},
+               {"connections", status.broker.connections},
+               {"received", status.feed.received},
+               {"published", status.feed.published},
+               {"delivered", status.outbox.taken},
+               {"waiting", status.outbox.messages},
+               {"waiting_bytes", status.outbox.bytes},
+               {"replaced", status.outbox.replaced},
+               {"shed_samples", Shed(status.outbox, Keeping::kSamples)},
+               {"shed_events", Shed(status.outbox, Keeping::kEvents)},
+               {"shed_states", Shed(status.outbox, Keeping::kNewest)},
+               {"refused", status.outbox.refused},
+               {"too_long", status.feed.too_long},
+               {"lost_before", status.feed.lost},
+               {"foreign", status.feed.foreign}});
+  return json;
+}
+
+std::string MqttStatusLine(const MqttStatus& status) {
+  std::string text = status.broker.connected ? "connected, " : "not connected, ";
+  text += std::to_string(status.outbox.taken) + " messages delivered, " + std::to_string(status.outbox.messages) +
+          " wait";
+  const auto add = [&text](std::int64_t count, const char* of) {
+    if (count > 0) text += "; " + std::to_string(count) + ' ' + of;
+  };
+  add(Shed(status.outbox, Keeping::kSamples), "samples shed");
+  add(Shed(status.outbox, Keeping::kEvents), "events shed");
+  add(Shed(status.outbox, Keeping::kNewest), "states shed");
+  add(status.outbox.refused, "refused by the broker");
+  add(status.feed.too_long, "too long");
+  add(status.feed.lost, "lost on LCM");
+  return text;
+}
+
+}  // namespace axlecast

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+
+#include "drivers/runtime/config/machine_config.h"
+#include "tools/mqtt/outbox.h"
+
+namespace axlecast {
+
+// How one of LCM's channels goes to the broker.
+struct MqttTopic {
+  std::string topic;
+  std::string_view type;  // of the messages that belong there: "position_t"
+  Keeping keeping = Keeping::kNewest;
+  bool retain = false;
+  PositionPace pace;  // shortest and longest distance of two messages
+};
+
+// Which topics there are: those of the devices and buses of the machine's file, of its bridge, and of a few recorders.
+// Anybody may send on LCM, but names nothing here.
+class TopicMap {
+ public:
+  explicit TopicMap(const MachineConfig& machine);
+
+  // Nothing for channels that are not for the broker. COMMAND_STATUS is one topic for each device: CommandTopic.
+  [[nodiscard]] std::optional<MqttTopic> Find(std::string_view channel);
+  [[nodiscard]] std::optional<MqttTopic> CommandTopic(std::string_view device) const;
+  [[nodiscard]] const std::string& status() const { return status_; }
+
+ private:
+  [[nodiscard]] bool IsRecorder(const std::string& name);
+
+  std::string base_;  // "axlecast/press3/"
+  std::string status_;
+  std::map<std::string, PositionPace, std::less<>> devices_;
+  std::set<std::string, std::less<>> buses_;
+  std::set<std::string, std::less<>> recorders_;
+  std::string own_;  // of ALARM: this program's
+};
+
+// The channel, below ALARM/, of the alarms of who carries the machine's messages to its broker.
+[[nodiscard]] std::string MqttAlarmName(const MachineConfig& machine);
+
+// On which LCM channels the messages come, as regular expressions.
+inline constexpr const char* kMqttDataChannels = "(POSITION|MOTOR|DEVICE|ALARM|BUS|TRIP|RECORDER)/.*";
+inline constexpr const char* kMqttCommandChannels = "COMMAND_STATUS";
+
+}  // namespace axlecast
