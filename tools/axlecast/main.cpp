@@ -13,6 +13,7 @@
 #include "tools/axlecast/driver_command.h"
 #include "tools/axlecast/exit_code.h"
 #include "tools/axlecast/history_command.h"
+#include "tools/axlecast/hwtest_command.h"
 #include "tools/axlecast/home_command.h"
 #include "tools/axlecast/keygen_command.h"
 #include "tools/axlecast/log_command.h"
@@ -24,6 +25,7 @@
 #include "tools/axlecast/redecode_command.h"
 #include "tools/axlecast/replace_command.h"
 #include "tools/axlecast/replay_command.h"
+#include "tools/axlecast/report_command.h"
 #include "tools/axlecast/simulate_command.h"
 #include "tools/axlecast/spy_command.h"
 #include "tools/axlecast/ssi_plan_command.h"
@@ -58,6 +60,8 @@ int RunCommandLine(int argc, char** argv) {
   AddDatumCommands(app, exit_code);
   AddReplaceCommand(app, exit_code);
   AddHistoryCommand(app, exit_code);
+  AddHwtestCommand(app, exit_code);
+  AddReportCommand(app, exit_code);
   AddRecordCommand(app, exit_code);
   AddReplayCommand(app, exit_code);
   AddLogCommand(app, exit_code);
