@@ -96,6 +96,7 @@ class Hwtest(Service):
         self.assertEqual((of["state"]["verdict"], of["alarms"]["verdict"]), ("good", "good"))
         self.assertRegex(of["turnaround"]["value"], r"min \d+ us, p50 \d+ us, p99 \d+ us")
         self.assertTrue([what for what in of if what.startswith("eeprom_backup")], "its memory was read")
+        self.assertFalse([what for what, finding in of.items() if "nothing was done" in finding["value"]])
         self.assertIn("this says nothing about hardware", self.page(path))
 
     def test_a_noisy_line_and_an_alarm(self):

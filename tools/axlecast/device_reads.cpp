@@ -45,6 +45,8 @@ std::vector<DeviceRead> ReadEverything(OperatorClient& client, const BusConfig& 
         {std::string(operation->name),
          client.Execute({.device = device, .operation = std::string(operation->name), .reason = kReason})});
     if (!reads.back().result.answered) break;  // no bridge: it will not answer the next one either
+    // It needs one of several arguments.
+    if (reads.back().result.status.reason_code == command_status_t::REASON_BAD_ARGUMENT) reads.pop_back();
   }
   return reads;
 }

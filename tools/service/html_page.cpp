@@ -20,6 +20,7 @@ th, td { text-align: left; vertical-align: top; padding: 1mm 2mm; border-bottom:
 th { background: #eef2f6; font-weight: 600; }
 tr { break-inside: avoid; }
 thead { display: table-header-group; }
+th, .good, .attention, .bad, .muted, table:not(.facts) td:first-child { white-space: nowrap; }
 .number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
 .good { color: #1b6e33; font-weight: 600; }
 .attention { color: #8a5a00; font-weight: 600; }
