@@ -113,7 +113,7 @@ class Acceptance {
            watch_.position() ? "run it at a terminal, with the shaft free" : "there is no valid position"});
       return group;
     }
-    const int direction = watch_.info()->direction;
+    const std::int8_t direction = watch_.info()->direction;
     std::cerr << "Turn the shaft by hand one turn " << (direction >= 0 ? "counter-clockwise" : "clockwise")
               << ", seen from the shaft end, then press Enter.\n";
     const std::int64_t before = watch_.position()->counts;

@@ -73,7 +73,7 @@ std::string_view ErrorAdvice(std::size_t kind) {
   }
 }
 
-Finding JudgeRotation(double turns, int direction) {
+Finding JudgeRotation(double turns, std::int8_t direction) {
   Finding finding{"one turn by hand", Print("%+.3f turns", turns), Verdict::kGood, ""};
   const char* const positive = direction >= 0 ? "counter-clockwise" : "clockwise";
   if (std::abs(turns) < 0.05) {
