@@ -1,5 +1,8 @@
 #include "drivers/io/adapter.h"
 
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -135,6 +138,14 @@ TtyFacts ReadTtyFacts(const std::string& sysfs, unsigned major, unsigned minor) 
   }
   return facts;
 }
+
+std::optional<TtyFacts> ReadTtyFacts(const std::string& path) {
+  struct stat status {};
+  if (stat(path.c_str(), &status) != 0 || !S_ISCHR(status.st_mode)) return std::nullopt;
+  return ReadTtyFacts("/sys", major(status.st_rdev), minor(status.st_rdev));
+}
+
+int ReadLatency(const std::string& latency_timer) { return latency_timer.empty() ? -1 : ReadNumber(latency_timer); }
 
 std::string ShortenLatency(const std::string& latency_timer) {
   const int before = ReadNumber(latency_timer);

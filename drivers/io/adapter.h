@@ -28,6 +28,11 @@ struct TtyFacts {
 };
 [[nodiscard]] TtyFacts ReadTtyFacts(const std::string& sysfs, unsigned major, unsigned minor);
 
+// The same of a path, whoever holds the line; nothing where it leads to no tty.
+[[nodiscard]] std::optional<TtyFacts> ReadTtyFacts(const std::string& path);
+// In ms; -1: not told.
+[[nodiscard]] int ReadLatency(const std::string& latency_timer);
+
 // Sets the latency timer to 1 ms: at the usual 16 ms a bus makes about 62 exchanges a second. An empty string when
 // it is 1 ms now, else the cause and the lines that mend it.
 [[nodiscard]] std::string ShortenLatency(const std::string& latency_timer);

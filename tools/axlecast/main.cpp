@@ -17,6 +17,7 @@
 #include "tools/axlecast/exit_code.h"
 #include "tools/axlecast/history_command.h"
 #include "tools/axlecast/home_command.h"
+#include "tools/axlecast/hwtest_command.h"
 #include "tools/axlecast/keygen_command.h"
 #include "tools/axlecast/log_command.h"
 #include "tools/axlecast/motor_command.h"
@@ -28,6 +29,7 @@
 #include "tools/axlecast/redecode_command.h"
 #include "tools/axlecast/replace_command.h"
 #include "tools/axlecast/replay_command.h"
+#include "tools/axlecast/report_command.h"
 #include "tools/axlecast/scan_command.h"
 #include "tools/axlecast/simulate_command.h"
 #include "tools/axlecast/spy_command.h"
@@ -69,6 +71,8 @@ int RunCommandLine(int argc, char** argv) {
   AddBackupCommands(app, exit_code);
   AddReplaceCommand(app, exit_code);
   AddHistoryCommand(app, exit_code);
+  AddHwtestCommand(app, exit_code);
+  AddReportCommand(app, exit_code);
   AddRecordCommand(app, exit_code);
   AddReplayCommand(app, exit_code);
   AddMqttCommand(app, exit_code);

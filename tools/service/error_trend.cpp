@@ -1,0 +1,56 @@
+#include "tools/service/error_trend.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace axlecast {
+namespace {
+
+constexpr std::size_t kMostBuses = 64;         // a damaged log names no more
+constexpr std::size_t kMostEntries = 24 * 92;  // three months of each
+
+// What has come since `before` in the same life of the driver.
+void AddDifference(ErrorTrend::Entry& to, const ErrorTrend::Entry& before, const ErrorTrend::Entry& now) {
+  to.exchanges += now.exchanges - before.exchanges;
+  to.reopens += now.reopens - before.reopens;
+  for (std::size_t kind = 0; kind < kErrorKinds; ++kind) to.errors[kind] += now.errors[kind] - before.errors[kind];
+  to.p99_us = std::max(to.p99_us, now.p99_us);
+}
+
+}  // namespace
+
+std::int64_t ErrorTrend::Entry::Failed() const {
+  return std::accumulate(errors.begin(), errors.end(), std::int64_t{0});
+}
+
+void ErrorTrend::OnBus(const bus_health_t& health) {
+  if (buses_.size() >= kMostBuses && !buses_.contains(health.bus)) return;
+  Bus& bus = buses_[health.bus];
+  Entry now;
+  now.exchanges = health.exchanges;
+  now.reopens = health.reopens;
+  std::copy(std::begin(health.errors), std::end(health.errors), now.errors.begin());
+  now.p99_us = std::isfinite(health.exchange_us[2]) ? health.exchange_us[2] : 0;
+  if (bus.seq >= 0 && bus.boot_id == health.boot_id && health.seq <= bus.seq) return;  // told again, or late
+  const bool same_life = bus.seq >= 0 && bus.boot_id == health.boot_id;
+  const std::int64_t span = health.utime - health.utime % kSpan;
+  if (bus.entries.size() >= kMostEntries && !bus.entries.contains(span)) bus.entries.erase(bus.entries.begin());
+  AddDifference(bus.entries[span], same_life ? bus.counted : Entry{}, now);
+  bus.port = health.port;
+  bus.boot_id = health.boot_id;
+  bus.seq = health.seq;
+  bus.counted = now;
+}
+
+std::string KindsText(const std::array<std::int64_t, kErrorKinds>& errors) {
+  std::string text;
+  for (std::size_t kind = 0; kind < kErrorKinds; ++kind) {
+    if (errors[kind] == 0) continue;
+    text += (text.empty() ? "" : ", ") + std::string(ErrorName(static_cast<ErrorKind>(kind))) + ' ' +
+            std::to_string(errors[kind]);
+  }
+  return text.empty() ? "none" : text;
+}
+
+}  // namespace axlecast

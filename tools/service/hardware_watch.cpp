@@ -1,0 +1,241 @@
+#include "tools/service/hardware_watch.h"
+
+#include <algorithm>
+#include <array>
+#include <axlecast/alarm_t.hpp>
+#include <cmath>
+#include <cstdio>
+
+#include "drivers/runtime/core/decode_message.h"
+#include "drivers/runtime/core/sample.h"
+#include "tools/json/names.h"
+
+namespace axlecast {
+namespace {
+
+constexpr double kBadShare = 1e-3;  // of failed readings
+
+template <typename... Values>
+std::string Print(const char* format, Values... values) {
+  std::array<char, 160> text{};
+  static_cast<void>(std::snprintf(text.data(), text.size(), format, values...));
+  return text.data();
+}
+
+std::string OrNone(const std::string& text) { return text.empty() ? "not told by the device" : text; }
+
+Verdict OfSeverity(std::int8_t severity) {
+  if (severity >= alarm_entry_t::SEVERITY_ERROR) return Verdict::kBad;
+  return severity == alarm_entry_t::SEVERITY_WARNING ? Verdict::kAttention : Verdict::kUnjudged;
+}
+
+float Median(std::vector<float> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::int64_t Failed(const device_info_t& first, const device_info_t& last) {
+  std::int64_t sum = 0;
+  for (std::size_t kind = 0; kind < kErrorKinds; ++kind) sum += last.errors[kind] - first.errors[kind];
+  return sum;
+}
+
+Finding StateFinding(const char* what, bool good, std::string_view state, const std::string& reason) {
+  return {what, std::string(state) + (reason.empty() ? "" : ": " + reason), good ? Verdict::kGood : Verdict::kBad,
+          good ? "" : "mend this first: the rest says little until then"};
+}
+
+}  // namespace
+
+std::string_view ErrorAdvice(std::size_t kind) {
+  switch (kind) {
+    case device_info_t::ERROR_TIMEOUT:
+    case device_info_t::ERROR_SILENT:
+      return "wires A and B, supply, address and rate of the device";
+    case device_info_t::ERROR_SHORT:
+    case device_info_t::ERROR_FRAMING:
+    case device_info_t::ERROR_CHECKSUM:
+      return "noise or a wrong rate: shield, 120 ohm at both ends, common ground, cable away from the motor's";
+    case device_info_t::ERROR_WRONG_ECHO:
+    case device_info_t::ERROR_STRAY:
+      return "somebody else speaks on the line, or link.echo is wrong";
+    case device_info_t::ERROR_WRONG_IDENTITY:
+      return "another model or unit than the machine's file says";
+    case device_info_t::ERROR_IO:
+      return "the adapter: plug, USB cable, kernel log (dmesg)";
+    case device_info_t::ERROR_IMPLAUSIBLE:
+    case device_info_t::ERROR_RANGE:
+      return "model, resolution and limits in the machine's file; else noise";
+    default:
+      return "the device says so itself: its alarms and its manual";
+  }
+}
+
+Finding JudgeRotation(double turns, std::int8_t direction) {
+  Finding finding{"one turn by hand", Print("%+.3f turns", turns), Verdict::kGood, ""};
+  const char* const positive = direction >= 0 ? "counter-clockwise" : "clockwise";
+  if (std::abs(turns) < 0.05) {
+    finding.verdict = Verdict::kBad;
+    finding.advice = "nothing moved: is it this encoder's shaft, and is its coupling tight?";
+  } else if (turns < 0) {
+    finding.verdict = Verdict::kBad;
+    finding.advice = std::string("it counts backwards: turned ") + positive +
+                     " it must rise; set direction: " + (direction >= 0 ? "cw" : "ccw") +
+                     " or turn the other way round";
+  } else if (turns < 0.85 || turns > 1.15) {
+    finding.verdict = Verdict::kAttention;
+    finding.advice =
+        "not one turn: a gear in between (ratio), a slipping coupling, or another resolution than configured";
+  }
+  return finding;
+}
+
+void HardwareWatch::OnMessage(std::string_view channel, Bytes message) {
+  if (channel == "DEVICE/" + device_.name) {
+    if (auto info = DecodeMessage<device_info_t>(message)) {
+      if (!first_info_ || first_info_->boot_id != info->boot_id) first_info_ = info;
+      info_ = std::move(info);
+      ++infos_;
+    }
+  } else if (channel == "BUS/" + bus_config_.name) {
+    if (auto bus = DecodeMessage<bus_health_t>(message)) {
+      if (!first_bus_ || first_bus_->boot_id != bus->boot_id) first_bus_ = bus;
+      const auto& us = bus->exchange_us;
+      if (buses_ > 0 && std::isfinite(us[0])) {  // the first window may be from before
+        fastest_us_ = fastest_us_ == 0 ? us[0] : std::min(fastest_us_, us[0]);
+        slowest_p99_us_ = std::max(slowest_p99_us_, us[2]);
+        p50_us_.push_back(us[1]);
+      }
+      bus_ = std::move(bus);
+      ++buses_;
+    }
+  } else if (channel == "ALARM/" + device_.name) {
+    if (const auto alarms = DecodeMessage<alarm_t>(message)) {
+      alarms_ = alarms->entries;
+      alarms_heard_ = true;
+    }
+  } else if (channel == "POSITION/" + device_.name) {
+    if (const auto position = DecodeMessage<position_t>(message)) {
+      ++positions_;
+      if ((position->flags & position_t::FLAG_VALID) != 0) {
+        position_ = position;
+      } else {
+        ++not_valid_;
+      }
+    }
+  }
+}
+
+std::int64_t HardwareWatch::readings() const { return info_ ? info_->good - first_info_->good : 0; }
+std::int64_t HardwareWatch::errors() const { return info_ ? Failed(*first_info_, *info_) : 0; }
+
+Findings HardwareWatch::Judge() const {
+  Findings findings;
+  JudgeIdentity(findings);
+  JudgeReadings(findings);
+  JudgeBus(findings);
+  JudgeAlarms(findings);
+  return findings;
+}
+
+void HardwareWatch::JudgeIdentity(Findings& findings) const {
+  FindingGroup& group = findings.emplace_back(FindingGroup{"Device", {}});
+  if (!info_) return;
+  const bool online = info_->state == device_info_t::STATE_ONLINE;
+  group.findings.push_back(StateFinding("state", online, DeviceStateName(info_->state), info_->reason));
+  const bool other = info_->errors[device_info_t::ERROR_WRONG_IDENTITY] > 0;
+  group.findings.push_back({"model", info_->family + ", " + info_->model, other ? Verdict::kBad : Verdict::kGood,
+                            other ? std::string(ErrorAdvice(device_info_t::ERROR_WRONG_IDENTITY)) : ""});
+  group.findings.push_back({"serial number", OrNone(info_->serial), Verdict::kUnjudged, ""});
+  group.findings.push_back({"firmware", OrNone(info_->firmware), Verdict::kUnjudged, ""});
+  if (info_->identity >= 0) {
+    group.findings.push_back(
+        {"identity", Print("0x%llX", static_cast<long long>(info_->identity)), Verdict::kUnjudged, ""});
+  }
+  if (info_->counts_per_turn > 0) {
+    group.findings.push_back(
+        {"resolution",
+         std::to_string(info_->counts_per_turn) + " counts a turn, " +
+             (info_->turns_range > 0 ? std::to_string(info_->turns_range) + " turns" : "single-turn"),
+         Verdict::kUnjudged, ""});
+  }
+  if (device_.settings && info_->reference_lost != 0) {
+    group.findings.push_back({"reference", "lost", Verdict::kAttention, "home it: axlecast home " + device_.name});
+  }
+}
+
+void HardwareWatch::JudgeReadings(Findings& findings) const {
+  FindingGroup& group = findings.emplace_back(FindingGroup{"Readings", {}});
+  const std::int64_t good = readings();
+  const std::int64_t failed = errors();
+  const double share = good + failed > 0 ? static_cast<double>(failed) / static_cast<double>(good + failed) : 1;
+  Finding all{"good readings", std::to_string(good) + " of " + std::to_string(good + failed), Verdict::kGood, ""};
+  if (failed > 0 || good == 0) all.verdict = share > kBadShare ? Verdict::kBad : Verdict::kAttention;
+  if (good == 0) all.advice = "no reading came: see the device's state";
+  group.findings.push_back(std::move(all));
+  if (!info_) return;
+  for (std::size_t kind = 0; kind < kErrorKinds; ++kind) {
+    const std::int64_t count = info_->errors[kind] - first_info_->errors[kind];
+    if (count == 0) continue;
+    group.findings.push_back({"failed: " + std::string(ErrorName(static_cast<ErrorKind>(kind))),
+                              std::to_string(count), share > kBadShare ? Verdict::kBad : Verdict::kAttention,
+                              std::string(ErrorAdvice(kind))});
+  }
+  if (positions_ == 0) return;
+  group.findings.push_back(
+      {"positions not valid", std::to_string(not_valid_) + " of " + std::to_string(positions_),
+       not_valid_ == 0 ? Verdict::kGood : Verdict::kAttention,
+       not_valid_ == 0 ? "" : "axlecast watch --channel POSITION/" + device_.name + " shows their flags"});
+}
+
+void HardwareWatch::JudgeBus(Findings& findings) const {
+  FindingGroup& group = findings.emplace_back(FindingGroup{"Bus " + bus_config_.name, {}});
+  if (!bus_) return;
+  const bool up = bus_->state == bus_health_t::STATE_UP;
+  group.findings.push_back(StateFinding("state", up, BusStateName(bus_->state), up ? "" : bus_->last_error));
+  const float p50 = Median(p50_us_);
+  if (fastest_us_ > 0) {
+    const double wire_us = bus_->wire_limit_hz > 0 ? 1e6 / static_cast<double>(bus_->wire_limit_hz) : 0;
+    const bool slow = wire_us > 0 && static_cast<double>(p50) > 5 * wire_us + 1'000;
+    const bool uneven = slowest_p99_us_ > 10 * p50 + 1'000;
+    Finding turnaround{"turnaround",
+                       Print("min %.0f us, p50 %.0f us, p99 %.0f us", static_cast<double>(fastest_us_),
+                             static_cast<double>(p50), static_cast<double>(slowest_p99_us_)),
+                       slow || uneven ? Verdict::kAttention : Verdict::kGood, ""};
+    if (slow)
+      turnaround.advice =
+          "slow for the wire: the USB adapter's latency timer (1 ms), or a device that takes its time";
+    if (uneven && !slow) turnaround.advice = "uneven: the host is late (realtime.priority), or others load it";
+    group.findings.push_back(std::move(turnaround));
+  }
+  const std::int64_t late = bus_->late - first_bus_->late;
+  const std::int64_t exchanges = std::max<std::int64_t>(bus_->exchanges - first_bus_->exchanges, 1);
+  group.findings.push_back({"rate",
+                            Print("%.1f exchanges/s, the wire allows %.1f", static_cast<double>(bus_->rate_hz),
+                                  static_cast<double>(bus_->wire_limit_hz)),
+                            late * 100 > exchanges ? Verdict::kAttention : Verdict::kGood,
+                            late * 100 > exchanges ? std::to_string(late) + " slots missed: lower poll_hz" : ""});
+  const std::int64_t reopens = bus_->reopens - first_bus_->reopens;
+  const std::int64_t dropped = bus_->rx_dropped - first_bus_->rx_dropped;
+  group.findings.push_back({"line",
+                            std::to_string(reopens) + " times opened again, " + std::to_string(dropped) +
+                                " bytes lost by host or adapter",
+                            reopens + dropped == 0 ? Verdict::kGood : Verdict::kBad,
+                            reopens + dropped == 0 ? "" : "plug, USB cable and hub; dmesg"});
+}
+
+void HardwareWatch::JudgeAlarms(Findings& findings) const {
+  FindingGroup& group = findings.emplace_back(FindingGroup{"Alarms", {}});
+  if (!alarms_heard_)
+    group.findings.push_back({"alarms", "not heard", Verdict::kAttention, "is its driver running?"});
+  if (alarms_heard_ && alarms_.empty()) group.findings.push_back({"alarms", "none", Verdict::kGood, ""});
+  for (const alarm_entry_t& alarm : alarms_) {
+    group.findings.push_back(
+        {alarm.name, std::string(SeverityName(alarm.severity)) + ", " + std::string(AlarmStateName(alarm.state)),
+         OfSeverity(alarm.severity), alarm.action});
+  }
+}
+
+}  // namespace axlecast

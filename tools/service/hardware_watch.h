@@ -1,0 +1,64 @@
+#pragma once
+
+#include <axlecast/alarm_entry_t.hpp>
+#include <axlecast/bus_health_t.hpp>
+#include <axlecast/device_info_t.hpp>
+#include <axlecast/position_t.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/runtime/config/machine_config.h"
+#include "drivers/runtime/core/inline_bytes.h"
+#include "tools/service/finding.h"
+
+namespace axlecast {
+
+// One device and its bus over a stretch of time, as their messages tell, judged for an acceptance. Pure.
+class HardwareWatch {
+ public:
+  HardwareWatch(const BusConfig& bus, const DeviceConfig& device) : bus_config_(bus), device_(device) {}
+
+  void OnMessage(std::string_view channel, Bytes message);
+  // DEVICE and BUS have come at least twice.
+  [[nodiscard]] bool Heard() const { return infos_ >= 2 && buses_ >= 2; }
+  [[nodiscard]] std::int64_t readings() const;  // good ones, since the watch began
+  [[nodiscard]] std::int64_t errors() const;    // failed ones
+  [[nodiscard]] const std::optional<position_t>& position() const { return position_; }  // the newest valid one
+  [[nodiscard]] const std::optional<device_info_t>& info() const { return info_; }
+
+  [[nodiscard]] Findings Judge() const;
+
+ private:
+  void JudgeIdentity(Findings& findings) const;
+  void JudgeReadings(Findings& findings) const;
+  void JudgeBus(Findings& findings) const;
+  void JudgeAlarms(Findings& findings) const;
+
+  const BusConfig& bus_config_;
+  const DeviceConfig& device_;
+  int infos_ = 0;
+  int buses_ = 0;
+  std::optional<device_info_t> first_info_;
+  std::optional<device_info_t> info_;
+  std::optional<bus_health_t> first_bus_;
+  std::optional<bus_health_t> bus_;
+  std::optional<position_t> position_;
+  std::int64_t positions_ = 0;
+  std::int64_t not_valid_ = 0;
+  float fastest_us_ = 0;  // of all windows; 0: none yet
+  float slowest_p99_us_ = 0;
+  std::vector<float> p50_us_;  // of each window
+  std::vector<alarm_entry_t> alarms_;
+  bool alarms_heard_ = false;
+};
+
+// What to do about failed readings of this kind (device_info_t ERROR_*).
+[[nodiscard]] std::string_view ErrorAdvice(std::size_t kind);
+
+// A shaft that was turned by hand once: `turns` in the device's direction.
+[[nodiscard]] Finding JudgeRotation(double turns, std::int8_t direction);
+
+}  // namespace axlecast
