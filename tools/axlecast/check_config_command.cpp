@@ -6,6 +6,7 @@
 #include <string>
 
 #include "drivers/runtime/config/load.h"
+#include "tools/axlecast/config_keys.h"
 #include "tools/axlecast/config_option.h"
 #include "tools/axlecast/config_report.h"
 #include "tools/axlecast/exit_code.h"
@@ -16,6 +17,7 @@ namespace {
 struct CheckOptions {
   ConfigOption config;
   bool json = false;
+  bool keys = false;
 };
 
 // The keys under `simulate` are the family's: building the simulator is what checks them.
@@ -36,7 +38,9 @@ int CheckConfig(const CheckOptions& options) {
   const std::optional<MachineConfig> machine = LoadConfig(file, errors);
   if (machine) CheckSimulators(*machine, errors);
   const bool good = machine && errors.empty();
-  if (options.json) {
+  if (options.keys && good) {
+    std::cout << (options.json ? ConfigKeysJson(errors.keys()).dump() + '\n' : ConfigKeysText(errors.keys()));
+  } else if (options.json) {
     const auto json = ConfigJson(file, good ? &*machine : nullptr, errors);
     std::cout << json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
   } else if (good) {
@@ -58,9 +62,13 @@ void AddCheckConfigCommand(CLI::App& app, int& exit_code) {
       "Checks a machine's file; prints refresh times, how busy each bus will be, and who may command");
   options->config.AddTo(*command, ConfigOption::Form::kPositional);
   command->add_flag("--json", options->json, "One JSON object: file, ok, errors, warnings, machine, buses, bridge");
+  command->add_flag(
+      "--keys", options->keys,
+      "Lists every key that such a file may have, with its range and default, in place of the report");
   command->footer(
       "examples:\n"
       "  axlecast check-config config/demo.yaml\n"
+      "  axlecast check-config --keys drivers/ssi/example.yaml | grep simulate\n"
       "  axlecast check-config --json machine.yaml | jq '.errors[].text'\n"
       "Exit code 0: good (warnings or none), 1: errors. Every key: docs/configuration.md");
   command->callback([options, &exit_code] { exit_code = CheckConfig(*options); });
