@@ -11,7 +11,7 @@ std::unique_ptr<Simulator> MakeBissSimulator(const BusConfig& bus, ConfigMap& si
   const DeviceConfig& device = bus.devices.front();
   const Format& format = Own(device).format;
   const std::size_t errors = simulate.errors().list().size();
-  ConfigMap map = simulate.Map(device.name);
+  ConfigMap map = simulate.Named(device.name);
   const auto seed = static_cast<std::uint64_t>(map.Integer("seed", 1, 0, INT64_MAX, ""));
   const double start_deg = map.Number("start_deg", 0, 0, 360, "deg");
   const std::int64_t most_turns = (std::int64_t{1} << static_cast<unsigned>(format.turn_bits)) - 1;

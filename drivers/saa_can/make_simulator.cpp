@@ -39,7 +39,7 @@ std::unique_ptr<Simulator> MakeSimulator(const BusConfig& bus, ConfigMap& simula
   const std::size_t errors = simulate.errors().list().size();
   std::vector<CanBus::Unit> units;
   for (const DeviceConfig& device : bus.devices) {
-    ConfigMap map = simulate.Map(device.name);
+    ConfigMap map = simulate.Named(device.name);
     units.push_back(
         {device.name, cia406::IsOwn(device) ? cia406::MakeNode(device, map) : MakeNode(bus, device, map)});
   }

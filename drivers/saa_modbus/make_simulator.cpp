@@ -29,7 +29,7 @@ std::unique_ptr<Simulator> MakeSaaModbusSimulator(const BusConfig& bus, ConfigMa
   line.paced = simulate.Choice("pace", {"wire", "unpaced"}, 0) == 0;
   auto simulator = std::make_unique<SaaModbusSimulator>(line);
   for (const DeviceConfig& device : bus.devices) {
-    ConfigMap map = simulate.Map(device.name);
+    ConfigMap map = simulate.Named(device.name);
     const SimulatedEncoder encoder = Described(bus, device, map);
     SimulatedEncoder tried = encoder;
     Script script = ReadScript(map, QuantityNames(), tried);

@@ -39,7 +39,7 @@ std::unique_ptr<Simulator> MakeSaaSimulator(const BusConfig& bus, ConfigMap& sim
   setup.character = bus.link.line.WireTime(1);
   setup.echo = bus.link.echo;
   std::vector<SaaSimulator::Unit> units;
-  for (const DeviceConfig& device : bus.devices) units.push_back(MakeUnit(device, simulate.Map(device.name)));
+  for (const DeviceConfig& device : bus.devices) units.push_back(MakeUnit(device, simulate.Named(device.name)));
   if (simulate.errors().list().size() != errors) return nullptr;
   return std::make_unique<SaaSimulator>(setup, std::move(units));
 }

@@ -61,7 +61,7 @@ std::unique_ptr<Simulator> MakeSsiSimulator(const BusConfig& bus, ConfigMap& sim
   if (bus.devices.empty()) return nullptr;  // already an error of the file
   const DeviceConfig& device = bus.devices.front();
   const std::size_t errors = simulate.errors().list().size();
-  ConfigMap map = simulate.Map(device.name);
+  ConfigMap map = simulate.Named(device.name);
   const SimulatedEncoder encoder = DescribedEncoder(bus, Own(device), map);
   SimulatedEncoder tried = encoder;
   Script script = ReadScript(map, SimulatedEncoder::QuantityNames(), tried);

@@ -38,7 +38,7 @@ std::unique_ptr<Simulator> MakeTFormatSimulator(const BusConfig& bus, ConfigMap&
   if (bus.devices.empty()) return nullptr;  // already an error of the file
   const DeviceConfig& device = bus.devices.front();
   const std::size_t errors = simulate.errors().list().size();
-  ConfigMap map = simulate.Map(device.name);
+  ConfigMap map = simulate.Named(device.name);
   const SimulatedAxis axis = DescribedAxis(device, map);
   SimulatedAxis tried = axis;
   Script script = ReadScript(map, QuantityNames(), tried);

@@ -131,7 +131,7 @@ void CheckAddresses(ConfigMap& map, const BusConfig& bus) {
     const auto [first, added] = taken.emplace(address, device.name);
     if (!added) {
       map.Map("devices")
-          .Map(device.name)
+          .Named(device.name)
           .Error("address", std::to_string(address) + " is " + first->second +
                                 "'s already: two units would answer at once; set another on the DIP switches");
     }

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "drivers/runtime/config/load.h"
+#include "tools/axlecast/config_keys.h"
 #include "tools/axlecast/config_option.h"
 #include "tools/axlecast/config_report.h"
 #include "tools/axlecast/exit_code.h"
@@ -19,6 +20,7 @@ struct CheckOptions {
   ConfigOption config;
   bool json = false;
   std::string list;
+  bool keys = false;
 };
 
 // The keys under `simulate` are the family's: building the simulator is what checks them.
@@ -51,6 +53,8 @@ int CheckConfig(const CheckOptions& options) {
   const bool good = machine && errors.empty();
   if (good && !options.list.empty()) {
     std::cout << Names(*machine, options.list);
+  } else if (good && options.keys) {
+    std::cout << (options.json ? ConfigKeysJson(errors.keys()).dump() + '\n' : ConfigKeysText(errors.keys()));
   } else if (options.json) {
     const auto json = ConfigJson(file, good ? &*machine : nullptr, errors);
     std::cout << json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
@@ -79,9 +83,14 @@ void AddCheckConfigCommand(CLI::App& app, int& exit_code) {
           ->check(CLI::IsMember({"buses", "devices", "units"}));
   command->add_flag("--json", options->json, "One JSON object: file, ok, errors, warnings, machine, buses, bridge")
       ->excludes(list);
+  command
+      ->add_flag("--keys", options->keys,
+                 "Lists every key that such a file may have, with its range and default, in place of the report")
+      ->excludes(list);
   command->footer(
       "examples:\n"
       "  axlecast check-config config/demo.yaml\n"
+      "  axlecast check-config --keys drivers/ssi/example.yaml | grep simulate\n"
       "  axlecast check-config --json machine.yaml | jq '.errors[].text'\n"
       "  axlecast check-config --list devices\n"
       "Exit code 0: good (warnings or none), 1: errors. Every key: docs/configuration.md");

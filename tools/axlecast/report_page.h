@@ -6,7 +6,7 @@
 
 #include "bridge/store/history.h"
 #include "drivers/runtime/config/machine_config.h"
-#include "tools/axlecast/machine_view.h"
+#include "tools/monitor/machine_view.h"
 #include "tools/service/error_trend.h"
 #include "tools/service/finding.h"
 

@@ -10,6 +10,8 @@
 namespace axlecast {
 namespace {
 
+constexpr std::string_view kGivenName = "<name>";
+
 std::string KindOf(const YAML::Node& node) {
   if (node.IsMap()) return "a mapping";
   if (node.IsSequence()) return "a list";
@@ -22,6 +24,10 @@ std::string Plain(double number) {
   text.precision(12);
   text << number;
   return text.str();
+}
+
+std::string Below(const std::string& outer, std::string_view key) {
+  return (outer.empty() ? "" : outer + '.') + std::string(key);
 }
 
 std::string Range(const std::string& min, const std::string& max, std::string_view unit) {
@@ -57,10 +63,10 @@ std::vector<std::string> Words(const std::vector<std::string_view>& views) { ret
 }  // namespace
 
 ConfigMap::ConfigMap(YAML::Node node, std::string path, ConfigErrors& errors)
-    : ConfigMap(Entry{node, node.IsDefined() ? node.Mark() : YAML::Mark::null_mark()}, std::move(path), errors) {}
+    : ConfigMap(Entry{node, node.IsDefined() ? node.Mark() : YAML::Mark::null_mark()}, path, path, errors) {}
 
-ConfigMap::ConfigMap(const Entry& entry, std::string path, ConfigErrors& errors)
-    : node_(entry.value), mark_(entry.mark), path_(std::move(path)), errors_(&errors) {
+ConfigMap::ConfigMap(const Entry& entry, std::string path, std::string place, ConfigErrors& errors)
+    : node_(entry.value), mark_(entry.mark), path_(std::move(path)), place_(std::move(place)), errors_(&errors) {
   if (!node_.IsDefined() || node_.IsNull() || node_.IsMap()) return;
   errors_->Add(mark_, (path_.empty() ? "the file" : path_) + ": " + KindOf(node_) +
                           " stands where a mapping (key: value) is expected");
@@ -87,8 +93,13 @@ std::optional<std::string> ConfigMap::Scalar(std::string_view key, std::string_v
   return std::nullopt;
 }
 
-std::string ConfigMap::Path(std::string_view key) const {
-  return (path_.empty() ? "" : path_ + '.') + std::string(key);
+std::string ConfigMap::Path(std::string_view key) const { return Below(path_, key); }
+
+void ConfigMap::Asked(std::string_view key, std::string kind, std::string range, std::string fallback) {
+  errors_->Asked({.place = Below(place_, key),
+                  .kind = std::move(kind),
+                  .range = std::move(range),
+                  .fallback = std::move(fallback)});
 }
 
 void ConfigMap::Wrong(const YAML::Mark& mark, std::string_view key, std::string_view value,
@@ -96,13 +107,18 @@ void ConfigMap::Wrong(const YAML::Mark& mark, std::string_view key, std::string_
   errors_->Add(mark, Path(key) + ": " + Quoted(value) + " is not " + right);
 }
 
-bool ConfigMap::Has(std::string_view key) { return Find(key).value.IsDefined(); }
+bool ConfigMap::Has(std::string_view key) {
+  Asked(key, {});
+  return Find(key).value.IsDefined();
+}
 
 std::string ConfigMap::String(std::string_view key, std::string fallback) {
+  Asked(key, "text", {}, fallback);
   return Scalar(key, "a text").value_or(std::move(fallback));
 }
 
 std::string ConfigMap::RequiredString(std::string_view key) {
+  errors_->Asked({.place = Below(place_, key), .required = true});
   if (!Has(key)) {
     Error(key, "is missing");
     return {};
@@ -111,6 +127,7 @@ std::string ConfigMap::RequiredString(std::string_view key) {
 }
 
 bool ConfigMap::Bool(std::string_view key, bool fallback) {
+  Asked(key, "true or false", {}, fallback ? "true" : "false");
   const std::optional<std::string> text = Scalar(key, "true or false");
   if (!text) return fallback;
   if (*text == "true") return true;
@@ -120,6 +137,7 @@ bool ConfigMap::Bool(std::string_view key, bool fallback) {
 
 double ConfigMap::Number(std::string_view key, double fallback, double min, double max, std::string_view unit) {
   const std::string range = Range(Plain(min), Plain(max), unit);
+  Asked(key, "number", range, Plain(fallback));
   const std::optional<std::string> text = Scalar(key, "a number (" + range + ")");
   if (!text) return fallback;
   const std::optional<double> value = ParseNumber(*text);
@@ -131,6 +149,7 @@ double ConfigMap::Number(std::string_view key, double fallback, double min, doub
 std::int64_t ConfigMap::Integer(std::string_view key, std::int64_t fallback, std::int64_t min, std::int64_t max,
                                 std::string_view unit) {
   const std::string range = Range(std::to_string(min), std::to_string(max), unit);
+  Asked(key, "whole number", range, std::to_string(fallback));
   const std::optional<std::string> text = Scalar(key, "a whole number (" + range + ")");
   if (!text) return fallback;
   const std::optional<std::int64_t> value = ParseInteger(*text);
@@ -142,6 +161,7 @@ std::int64_t ConfigMap::Integer(std::string_view key, std::int64_t fallback, std
 std::size_t ConfigMap::Choice(std::string_view key, const std::vector<std::string_view>& names,
                               std::size_t fallback) {
   const std::vector<std::string> words = Words(names);
+  Asked(key, "word", Listed(words), fallback < words.size() ? words[fallback] : std::string());
   const std::optional<std::string> text = Scalar(key, "one of " + Listed(words));
   if (!text) return fallback;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -155,6 +175,7 @@ std::size_t ConfigMap::Choice(std::string_view key, const std::vector<std::strin
 
 std::vector<std::int64_t> ConfigMap::Integers(std::string_view key, std::int64_t min, std::int64_t max) {
   std::vector<std::int64_t> values;
+  Asked(key, "list of whole numbers", Range(std::to_string(min), std::to_string(max), ""));
   const Entry entry = Find(key);
   if (!entry.value.IsDefined()) return values;
   const std::string right = "a whole number (" + Range(std::to_string(min), std::to_string(max), "") + ")";
@@ -175,6 +196,7 @@ std::vector<std::int64_t> ConfigMap::Integers(std::string_view key, std::int64_t
 
 std::vector<std::string> ConfigMap::Strings(std::string_view key) {
   std::vector<std::string> values;
+  Asked(key, "list of texts");
   const Entry entry = Find(key);
   if (!entry.value.IsDefined()) return values;
   if (!entry.value.IsSequence()) {
@@ -197,6 +219,7 @@ std::vector<std::string> ConfigMap::Strings(std::string_view key) {
 std::vector<std::uint8_t> ConfigMap::HexBytes(std::string_view key) {
   constexpr const char* kRight = "bytes in hex, two digits each: \"A1 05\"";
   std::vector<std::uint8_t> bytes;
+  Asked(key, "bytes", "two hex digits each");
   const std::optional<std::string> text = Scalar(key, kRight);
   if (!text) return bytes;
   std::istringstream words(*text);
@@ -213,7 +236,18 @@ std::vector<std::uint8_t> ConfigMap::HexBytes(std::string_view key) {
   return bytes;
 }
 
-ConfigMap ConfigMap::Map(std::string_view key) { return {Find(key), Path(key), *errors_}; }
+ConfigMap ConfigMap::Map(std::string_view key) {
+  Asked(key, "mapping");
+  return {Find(key), Path(key), Below(place_, key), *errors_};
+}
+
+ConfigMap ConfigMap::Named(std::string_view name) {
+  return {Find(name), Path(name), Below(place_, kGivenName), *errors_};
+}
+
+ConfigMap ConfigMap::Empty(std::string_view key) {
+  return {Entry{YAML::Node(), mark_}, Path(key), Below(place_, key), *errors_};
+}
 
 std::vector<std::pair<std::string, ConfigMap>> ConfigMap::Maps(std::string_view key) {
   std::vector<std::pair<std::string, ConfigMap>> maps;
@@ -226,13 +260,14 @@ std::vector<std::pair<std::string, ConfigMap>> ConfigMap::Maps(std::string_view 
     const std::string path = outer.path_ + '.' + name;
     const Entry entry{pair.second, pair.first.Mark()};
     if (pair.second.IsNull()) errors_->Add(entry.mark, path + ": is empty; a mapping (key: value) is expected");
-    maps.emplace_back(name, ConfigMap(entry, path, *errors_));
+    maps.emplace_back(name, ConfigMap(entry, path, Below(outer.place_, kGivenName), *errors_));
   }
   return maps;
 }
 
 std::vector<ConfigMap> ConfigMap::List(std::string_view key) {
   std::vector<ConfigMap> list;
+  Asked(key, "list of mappings");
   const Entry entry = Find(key);
   if (!entry.value.IsDefined()) return list;
   if (!entry.value.IsSequence()) {
@@ -240,7 +275,8 @@ std::vector<ConfigMap> ConfigMap::List(std::string_view key) {
     return list;
   }
   for (const YAML::Node& item : entry.value) {
-    list.push_back(ConfigMap(item, Path(key) + '[' + std::to_string(list.size()) + ']', *errors_));
+    list.push_back(ConfigMap(Entry{item, item.Mark()}, Path(key) + '[' + std::to_string(list.size()) + ']',
+                             Below(place_, key) + "[]", *errors_));
   }
   return list;
 }

@@ -19,7 +19,17 @@ struct ConfigError {
   std::string text;  // names the key, the value found and what would be right
 };
 
-// The errors of one file, in the order of its lines.
+// A key that was asked for, whether the file has it or not.
+struct ConfigKey {
+  std::string place;  // "buses.<name>.link.baud": names that the file gives are <name>
+  std::string kind =
+      {};  // "number", "whole number", "text", "mapping", ...; empty while only its presence was asked for
+  std::string range = {};     // with its unit, or the words allowed; empty: any
+  std::string fallback = {};  // what holds without it; empty: nothing, or it is required
+  bool required = false;
+};
+
+// The errors of one file, in the order of its lines; and which keys it was asked for, in the order of asking.
 class ConfigErrors {
  public:
   explicit ConfigErrors(std::string file, int first_line = 1) : file_(std::move(file)), first_line_(first_line) {}
@@ -27,11 +37,15 @@ class ConfigErrors {
   [[nodiscard]] bool empty() const { return errors_.empty(); }
   [[nodiscard]] const std::vector<ConfigError>& list() const { return errors_; }
   [[nodiscard]] std::string Text() const;  // one "file:line:column: text" a line
+  // Once for each place: what a later asking knows is added to what an earlier one knew.
+  void Asked(ConfigKey key);
+  [[nodiscard]] const std::vector<ConfigKey>& keys() const { return keys_; }
 
  private:
   std::string file_;
   int first_line_;  // of the YAML text within the file
   std::vector<ConfigError> errors_;
+  std::vector<ConfigKey> keys_;
 };
 
 // One YAML mapping, read strictly: every key must be asked for, or Done() reports it as unknown with the nearest
@@ -59,6 +73,10 @@ class ConfigMap {
   [[nodiscard]] std::vector<std::uint8_t> HexBytes(std::string_view key);  // "A1 05"
   // A mapping below; an empty one when the key is absent.
   [[nodiscard]] ConfigMap Map(std::string_view key);
+  // The same of a mapping whose key is a name that the file gives, such as a device's.
+  [[nodiscard]] ConfigMap Named(std::string_view name);
+  // An empty mapping, whatever the file has at `key`.
+  [[nodiscard]] ConfigMap Empty(std::string_view key);
   // The mappings of a mapping, in file order: name and content.
   [[nodiscard]] std::vector<std::pair<std::string, ConfigMap>> Maps(std::string_view key);
   [[nodiscard]] std::vector<ConfigMap> List(std::string_view key);  // a sequence of mappings
@@ -78,18 +96,21 @@ class ConfigMap {
     YAML::Node value;  // undefined when the key is absent
     YAML::Mark mark;   // of the value, or of the mapping
   };
-  ConfigMap(const Entry& entry, std::string path, ConfigErrors& errors);
+  ConfigMap(const Entry& entry, std::string path, std::string place, ConfigErrors& errors);
 
   [[nodiscard]] Entry Find(std::string_view key);
   // The text of a scalar; nothing, after an error, when the key holds something else than `expected`.
   [[nodiscard]] std::optional<std::string> Scalar(std::string_view key, std::string_view expected);
   [[nodiscard]] std::string Path(std::string_view key) const;
+  // Tells the errors' list what `key` may be.
+  void Asked(std::string_view key, std::string kind, std::string range = {}, std::string fallback = {});
   void Wrong(const YAML::Mark& mark, std::string_view key, std::string_view value, const std::string& right);
   void ReportUnknown(const std::string& key, const YAML::Mark& mark);
 
   YAML::Node node_;
   YAML::Mark mark_;  // where the mapping begins
   std::string path_;
+  std::string place_;  // as in ConfigKey
   ConfigErrors* errors_;
   std::set<std::string, std::less<>> known_;
 };

@@ -203,5 +203,39 @@ TEST(ParseYaml, EndsOnSizeDepthAndAliasBombs) {
   EXPECT_THAT(TextErrors(bomb), HasSubstr("more than 100000 values"));
 }
 
+const ConfigKey* Find(const ConfigErrors& errors, const std::string& place) {
+  for (const ConfigKey& key : errors.keys()) {
+    if (key.place == place) return &key;
+  }
+  return nullptr;
+}
+
+TEST_F(ConfigMapTest, TellsWhichKeysItWasAskedFor) {
+  ConfigMap map = Of("buses: {a: {hz: 5}, b: {}}\nlist: [{x: 1}]\n");
+  static_cast<void>(map.RequiredString("machine"));
+  for (auto& [name, bus] : map.Maps("buses")) {
+    static_cast<void>(bus.Has("hz"));
+    static_cast<void>(bus.Number("hz", 2.5, 0, 1e3, "Hz"));
+    static_cast<void>(bus.Has("hz"));
+    static_cast<void>(bus.Choice("sense", {"ccw", "cw"}, 1));
+    static_cast<void>(bus.Map("link").Bool("echo", false));
+    static_cast<void>(bus.Empty("simulate").Named("axis1").Integer("rpm", 0, -1, 1, ""));
+  }
+  for (ConfigMap& item : map.List("list")) static_cast<void>(item.String("x", "d"));
+
+  std::vector<std::string> places;
+  for (const ConfigKey& key : errors_.keys()) places.push_back(key.place);
+  EXPECT_THAT(places,
+              ElementsAre("machine", "buses", "buses.<name>.hz", "buses.<name>.sense", "buses.<name>.link",
+                          "buses.<name>.link.echo", "buses.<name>.simulate.<name>.rpm", "list", "list[].x"));
+  EXPECT_TRUE(Find(errors_, "machine")->required);
+  EXPECT_EQ(Find(errors_, "machine")->kind, "text");
+  EXPECT_EQ(Find(errors_, "buses.<name>.hz")->kind, "number");
+  EXPECT_EQ(Find(errors_, "buses.<name>.hz")->range, "0 to 1000 Hz");
+  EXPECT_EQ(Find(errors_, "buses.<name>.hz")->fallback, "2.5");
+  EXPECT_EQ(Find(errors_, "buses.<name>.sense")->range, "ccw, cw");
+  EXPECT_EQ(Find(errors_, "buses.<name>.sense")->fallback, "cw");
+}
+
 }  // namespace
 }  // namespace axlecast

@@ -250,10 +250,10 @@ std::unique_ptr<Simulator> MakeSimulator(const MachineConfig& machine, const Bus
   const YAML::Node document = ParseYaml(machine.text, errors);
   if (!document.IsDefined()) return nullptr;
   ConfigMap root(document, "", errors);
-  ConfigMap map = root.Map("buses").Map(bus.name);
+  ConfigMap map = root.Map("buses").Named(bus.name);
   const YAML::Node node = map.node();
   const bool has_keys = node.IsMap() && node["simulate"].IsDefined() && node["simulate"].IsMap();
-  ConfigMap keys = has_keys ? map.Map("simulate") : ConfigMap(YAML::Node(), map.path() + ".simulate", errors);
+  ConfigMap keys = has_keys ? map.Map("simulate") : map.Empty("simulate");
   std::unique_ptr<Simulator> simulator = bus.family->make_simulator(bus, keys);
   keys.Done();
   return errors.empty() ? std::move(simulator) : nullptr;

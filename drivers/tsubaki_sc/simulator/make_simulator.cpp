@@ -61,7 +61,7 @@ std::unique_ptr<Simulator> MakeSimulator(const BusConfig& bus, ConfigMap& simula
       simulate.Error(name, "is the line's timing here: a unit with this name cannot be simulated");
       continue;
     }
-    stations.push_back(ReadStation(simulate.Map(name), name, address));
+    stations.push_back(ReadStation(simulate.Named(name), name, address));
   }
   if (stations.empty() || simulate.errors().list().size() != errors) return nullptr;
   return std::make_unique<BusSimulator>(std::move(stations), rules);
