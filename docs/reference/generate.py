@@ -90,22 +90,25 @@ def key_rows(keys):
     rows = []
     for key in keys:
         default = "required" if key["required"] else (f"`{cell(key['default'])}`" if key["default"] else "")
-        rows.append([f"`{key['place']}`", key["kind"], default, cell(key["range"] or "")])
+        rows.append([f"`{key['place']}`", key["kind"] or "", default, cell(key["range"] or "")])
     return table(["key", "kind", "default", "range, unit"], rows)
 
 
 def configuration(axlecast):
-    files = sorted((TOP / "docs" / "reference" / "keys").glob("*.yaml"))
-    families = {file.stem: keys_of(axlecast, file) for file in files}
-    common = set.intersection(*(set(keys) for keys in families.values()))
-    first = next(iter(families.values()))
+    every = keys_of(axlecast, TOP / "docs" / "reference" / "every_key.yaml")
+    examples = sorted((TOP / "drivers").glob("*/example.yaml"))
+    families = {file.parent.name: keys_of(axlecast, file) for file in examples}
+    of_all = set.intersection(*(set(keys) for keys in families.values()))
+    of_axes = set.intersection(*(set(keys) for keys in families.values() if any(p.endswith(".direction") for p in keys)))
+    common = {place for place in every if not place.startswith("buses.")} | of_all | (of_axes & set(every))
     text = MADE + "# Keys of the machine's file\n\nEvery key as the programs read it, with kind, default and range; what each is for"
     text += " stands in [configuration.md](../configuration.md) and in the families' READMEs. `<name>` is a name that the file"
     text += " gives. The list of one file: `axlecast check-config --keys FILE`.\n\n## All families\n\n"
-    text += key_rows([first[place] for place in first if place in common])
+    text += key_rows([every[place] for place in every if place in common])
     for family, keys in families.items():
         own = [key for place, key in keys.items() if place not in common]
-        text += f"\n## {family}\n\nMeaning: [the family's README](../../drivers/{family}/README.md#configuration).\n\n"
+        text += f"\n## {family}\n\nMeaning: [the family's README](../../drivers/{family}/README.md#configuration); what is"
+        text += " below `simulate`: [simulation.md](../simulation.md).\n\n"
         text += key_rows(own)
     return text
 

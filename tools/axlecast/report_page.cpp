@@ -105,8 +105,8 @@ void AddAlarms(HtmlPage& page, const MachineView& view) {
                       {alarm.action}});
     }
   };
-  for (const DeviceView& device : view.devices()) add(device.name, device.alarms);
-  add("bridge", view.bridge().alarms);
+  for (const DeviceView& device : view.devices()) add(device.name, device.alarms.entries());
+  add("bridge", view.bridge().entries());
   if (rows.empty()) return page.Paragraph("None.");
   page.Table({"of", "alarm", "how", "since (UTC)", "what to do"}, rows);
 }
