@@ -82,6 +82,10 @@ def run(program, *words):
     return done.stdout
 
 
+# Of every axis, though the ends of their ranges are the model's or the unit's.
+MODEL_DECIDES = {"per_turn", "modulo", "speed_rpm", "accel_rad_s2", "phase_us"}
+
+
 def keys_of(axlecast, file):
     return {key["place"]: key for key in json.loads(run(axlecast, "check-config", "--keys", "--json", file))}
 
@@ -94,16 +98,25 @@ def key_rows(keys):
     return table(["key", "kind", "default", "range, unit"], rows)
 
 
+def alike(place, families):
+    """Whether the key is the same in all of them; where its value was not asked for, nothing speaks against it."""
+    asked = [keys[place] for keys in families if keys[place]["kind"]]
+    return len({(key["kind"], key["range"]) for key in asked}) <= 1 or place.split(".")[-1] in MODEL_DECIDES
+
+
 def configuration(axlecast):
     every = keys_of(axlecast, TOP / "docs" / "reference" / "every_key.yaml")
     examples = sorted((TOP / "drivers").glob("*/example.yaml"))
     families = {file.parent.name: keys_of(axlecast, file) for file in examples}
-    of_all = set.intersection(*(set(keys) for keys in families.values()))
-    of_axes = set.intersection(*(set(keys) for keys in families.values() if any(p.endswith(".direction") for p in keys)))
-    common = {place for place in every if not place.startswith("buses.")} | of_all | (of_axes & set(every))
+    axes = [keys for keys in families.values() if "buses.<name>.devices.<name>.direction" in keys]
+    common = {place for place in every if all(place in keys for keys in axes) and alike(place, axes)}
+    common |= {place for place in every if not place.startswith("buses.")}
+    for place in ("buses.<name>.poll_hz", "buses.<name>.devices.<name>.publish_hz"):
+        every[place]["default"] = "the family's"
     text = MADE + "# Keys of the machine's file\n\nEvery key as the programs read it, with kind, default and range; what each is for"
     text += " stands in [configuration.md](../configuration.md) and in the families' READMEs. `<name>` is a name that the file"
-    text += " gives. The list of one file: `axlecast check-config --keys FILE`.\n\n## All families\n\n"
+    text += " gives. Where a README says that a key must be given, its default holds only beside the error that names it. The"
+    text += " list of one file: `axlecast check-config --keys FILE`.\n\n## All families\n\n"
     text += key_rows([every[place] for place in every if place in common])
     for family, keys in families.items():
         own = [key for place, key in keys.items() if place not in common]
@@ -133,7 +146,7 @@ def option_rows(options):
 def command_text(command, path):
     name = " ".join([*path, command["name"]])
     text = f"\n## {name}\n\n{cell(command['description'])}\n"
-    listed = command["arguments"] + command["options"]
+    listed = command["arguments"] + [option for option in command["options"] if "--help" not in option["names"]]
     if listed:
         text += "\n" + option_rows(listed)
     if "footer" in command:

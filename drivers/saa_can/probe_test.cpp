@@ -25,7 +25,7 @@ class Bench {
       link_.ArriveAt(clock_.Now() + at, {.id = id, .data = InlineBytes<kMaxCanData>(data)});
     }
   }
-  std::vector<Finding> Run() {
+  std::vector<ProbeFinding> Run() {
     FrameMedium medium(link_, clock_);
     const std::unique_ptr<Probe> probe = saa_can_probe({}).at(0).make(clock_.Now());
     EXPECT_TRUE(RunProbe(*probe, medium, clock_, [] { return false; }));
@@ -41,7 +41,7 @@ class Bench {
 TEST(SaaCanProbe, FindsTheEncoderOfTheManualsLog) {
   Bench bench;  // SAA manual 5.4.1 (1): 120# 47 26, each 106.4 ms
   bench.Send(0x120, {0x47, 0x26, 0, 0, 0, 0, 0, 0}, 106'400 * kMicrosecond);
-  const std::vector<Finding> found = bench.Run();
+  const std::vector<ProbeFinding> found = bench.Run();
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(found[0].confidence, Confidence::kLikely) << found[0].reason;
   EXPECT_EQ(ValueOf(found[0].keys, "node"), "0x20");
@@ -54,7 +54,7 @@ TEST(SaaCanProbe, TakesAHeartbeatAndItsProcessDataForACanopenNode) {
   Bench bench;
   bench.Send(0x185, {0x10, 0x27, 0x00, 0x00}, 50 * kMillisecond);
   bench.Send(0x705, {0x05}, 500 * kMillisecond);
-  const std::vector<Finding> found = bench.Run();
+  const std::vector<ProbeFinding> found = bench.Run();
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(found[0].device, "CANopen node 5");
   EXPECT_THAT(found[0].keys, IsEmpty());
@@ -63,7 +63,7 @@ TEST(SaaCanProbe, TakesAHeartbeatAndItsProcessDataForACanopenNode) {
 TEST(SaaCanProbe, WithoutAHeartbeatTheSharedIdentifiersAreOnlyPossible) {
   Bench bench;
   bench.Send(0x185, {0x10, 0x27}, 50 * kMillisecond);
-  const std::vector<Finding> found = bench.Run();
+  const std::vector<ProbeFinding> found = bench.Run();
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(found[0].confidence, Confidence::kPossible);
   EXPECT_EQ(ValueOf(found[0].keys, "node"), "0x85");

@@ -106,7 +106,7 @@ void SaaModbusProbe::AddEncoder() {
   const int most = registers_ == 1 ? kOneRegisterBits : reply_size_ == kThreeByteReply ? 24 : kMostBits;
   const int least =
       std::max({registers_ == 1 ? kLeastBits : kOneRegisterBits + 1, static_cast<int>(std::bit_width(positions_))});
-  Finding finding;
+  ProbeFinding finding;
   finding.confidence = confirmed_ == kConfirmations ? Confidence::kLikely : Confidence::kPossible;
   finding.device = Text("SAA encoder on Modbus, address %d", address_);
   finding.reason = Text(

@@ -17,7 +17,7 @@ class SaaModbusProbe final : public AskingProbe {
   SaaModbusProbe(const LineFormat& line, int first, int last)
       : line_(line), first_(first), last_(last), address_(first) {}
 
-  [[nodiscard]] std::vector<Finding> Findings() const override { return findings_; }
+  [[nodiscard]] std::vector<ProbeFinding> Findings() const override { return findings_; }
   [[nodiscard]] double Progress() const override;
 
  protected:
@@ -45,7 +45,7 @@ class SaaModbusProbe final : public AskingProbe {
   int confirmed_ = 0;
   std::uint32_t positions_ = 0;  // every bit that was ever set
   std::size_t reply_size_ = 0;   // bytes of its last answer
-  std::vector<Finding> findings_;
+  std::vector<ProbeFinding> findings_;
 };
 
 }  // namespace axlecast::saa_modbus

@@ -84,7 +84,7 @@ void StreamProbe::Take(Reading& reading, Bytes bytes, Interval at) {
   }
 }
 
-std::optional<Finding> StreamProbe::Judge(const Reading& reading) const {
+std::optional<ProbeFinding> StreamProbe::Judge(const Reading& reading) const {
   const auto size = static_cast<std::int64_t>(ReplySize(reading.bits));
   const std::int64_t framed = reading.frames * size;
   // At another rate, or of another device, whole frames are a rare accident.
@@ -92,7 +92,7 @@ std::optional<Finding> StreamProbe::Judge(const Reading& reading) const {
   const double seconds = static_cast<double>(reading.last->last.last - reading.first->last.last) / 1e9;
   const std::int64_t periods = (reading.last->position - reading.first->position) / size;
   if (seconds <= 0) return std::nullopt;
-  Finding finding;
+  ProbeFinding finding;
   const bool sure = reading.frames >= kManyFrames && 10 * framed >= 9 * bytes_;
   finding.confidence = sure ? Confidence::kSure : Confidence::kLikely;
   finding.device = "SAA encoder that sends by itself";
@@ -106,12 +106,12 @@ std::optional<Finding> StreamProbe::Judge(const Reading& reading) const {
   return finding;
 }
 
-std::vector<Finding> StreamProbe::Findings() const {
-  std::vector<Finding> findings;
+std::vector<ProbeFinding> StreamProbe::Findings() const {
+  std::vector<ProbeFinding> findings;
   for (const Reading& reading : readings_) {
-    if (std::optional<Finding> finding = Judge(reading)) findings.push_back(std::move(*finding));
+    if (std::optional<ProbeFinding> finding = Judge(reading)) findings.push_back(std::move(*finding));
   }
-  return findings.size() == 1 ? findings : std::vector<Finding>();  // one line has one encoder that streams
+  return findings.size() == 1 ? findings : std::vector<ProbeFinding>();  // one line has one encoder that streams
 }
 
 double StreamProbe::Progress() const {
@@ -152,7 +152,7 @@ void PolledProbe::Judge(const Event& event) {
 
 void PolledProbe::Add() {
   const bool own = header_ != kFixedHeader;
-  Finding finding;
+  ProbeFinding finding;
   finding.confidence = answered_ < kAttempts ? Confidence::kPossible
                        : own                 ? Confidence::kSure
                                              : Confidence::kLikely;

@@ -68,10 +68,10 @@ void SsiProbe::Judge(const Event& event) {
   }
 }
 
-Finding SsiProbe::FindingOf(int bits, AfterWord after) const {
+ProbeFinding SsiProbe::FindingOf(int bits, AfterWord after) const {
   const bool tree = bits == kTreeWord && after != AfterWord::kWord;
   const bool turned = words_.size() >= kVaried;
-  Finding finding;
+  ProbeFinding finding;
   finding.confidence = after != AfterWord::kZeros && turned ? Confidence::kLikely : Confidence::kPossible;
   finding.device = Text("encoder on SSI, a word of %d bits%s", bits, after == AfterWord::kZeros ? " or more" : "");
   const char* behind = after == AfterWord::kWord           ? "the word came again at once"
@@ -89,7 +89,7 @@ Finding SsiProbe::FindingOf(int bits, AfterWord after) const {
   return finding;
 }
 
-std::vector<Finding> SsiProbe::Findings() const {
+std::vector<ProbeFinding> SsiProbe::Findings() const {
   if (answered_ < kTransfers / 2) return {};
   for (const Length& length : lengths_) {
     if (length.repeats) return {FindingOf(length.bits, AfterWord::kWord)};

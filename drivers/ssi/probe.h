@@ -16,7 +16,7 @@ class SsiProbe final : public AskingProbe {
  public:
   SsiProbe();
 
-  [[nodiscard]] std::vector<Finding> Findings() const override;
+  [[nodiscard]] std::vector<ProbeFinding> Findings() const override;
   [[nodiscard]] double Progress() const override;
 
  protected:
@@ -31,7 +31,7 @@ class SsiProbe final : public AskingProbe {
     bool zero_repeats = true;  // after one zero
   };
 
-  [[nodiscard]] Finding FindingOf(int bits, AfterWord after) const;
+  [[nodiscard]] ProbeFinding FindingOf(int bits, AfterWord after) const;
 
   Exchange transfer_;
   int asked_ = 0;

@@ -51,12 +51,12 @@ double TFormatProbe::Progress() const {
   return static_cast<double>(asked_) / (answered_ == 0 && refused_ == 0 ? kVain : kQuestions);
 }
 
-std::vector<Finding> TFormatProbe::Findings() const {
+std::vector<ProbeFinding> TFormatProbe::Findings() const {
   if (!encoder_id_) return {};
   const Model* model = ModelOf(*encoder_id_);
   const bool fits = model == nullptr || positions_ >> model->format.single_turn_bits == 0;
   const bool sound = answered_ >= 3 && answered_ > refused_ && fits;
-  Finding finding;
+  ProbeFinding finding;
   finding.confidence = sound ? Confidence::kSure : answered_ >= 2 ? Confidence::kLikely : Confidence::kPossible;
   finding.device = Text("T-format encoder, ENID 0x%02x", *encoder_id_);
   finding.reason =

@@ -13,7 +13,7 @@ namespace axlecast::tformat {
 // end one that somebody has left unfinished.
 class TFormatProbe final : public AskingProbe {
  public:
-  [[nodiscard]] std::vector<Finding> Findings() const override;
+  [[nodiscard]] std::vector<ProbeFinding> Findings() const override;
   [[nodiscard]] double Progress() const override;
 
  protected:

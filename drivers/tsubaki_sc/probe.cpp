@@ -51,7 +51,7 @@ void ScProbe::Judge(const Event& event) {
 
 void ScProbe::Add() {
   constexpr int kAll = static_cast<int>(kBlocks.size());
-  Finding finding;
+  ProbeFinding finding;
   finding.confidence = answered_ == kAll ? Confidence::kSure
                        : answered_ > 1   ? Confidence::kLikely
                                          : Confidence::kPossible;

@@ -16,7 +16,7 @@ class ScProbe final : public AskingProbe {
  public:
   ScProbe(int first, int last) : first_(first), last_(last), address_(first) {}
 
-  [[nodiscard]] std::vector<Finding> Findings() const override { return findings_; }
+  [[nodiscard]] std::vector<ProbeFinding> Findings() const override { return findings_; }
   [[nodiscard]] double Progress() const override;
 
  protected:
@@ -34,7 +34,7 @@ class ScProbe final : public AskingProbe {
   int tries_ = 0;
   int answered_ = 0;   // blocks
   std::string named_;  // what the unit says of itself
-  std::vector<Finding> findings_;
+  std::vector<ProbeFinding> findings_;
 };
 
 }  // namespace axlecast::tsubaki_sc

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from links import FENCE
 
-COMMAND = re.compile(r"(?:^|[\s$`(])axlecast(?=\s)([^`]*)")
+COMMAND = re.compile(r"(?:^\s*|\$ |sudo |&& |\| |\$\(|[A-Z_]+=\S* )axlecast(?=\s)([^`]*)")
 OPTION = re.compile(r"(?<![\w-])(--?[a-zA-Z][\w-]*)")
 END = re.compile(r"\s(?:\||&&|\|\||;|>|<|#)(?:\s|$)|\)\s|;\s")
 
@@ -46,8 +46,8 @@ def walk(tree, words):
 
 def problem(tree, text):
     words = text.split()
-    if not words or words[0] in ("COMMAND", "...") or re.match(r"^[|.0-9(]", words[0]):
-        return None  # "axlecast COMMAND", a version
+    if not words or words[0] in ("COMMAND", "...") or re.match(r"^[|.0-9(]", words[0]) or words[0].endswith(":"):
+        return None  # "axlecast COMMAND", a version, an error message
     if words[0].startswith("-"):
         command, options, _ = walk(tree, [])
     else:

@@ -32,7 +32,8 @@ class ProbeFuzz {
       Check(!std::holds_alternative<Send>(step->action));
       End(*step);
     }
-    for (const Finding& finding : probe_->Findings()) Check(!finding.device.empty() && !finding.reason.empty());
+    for (const ProbeFinding& finding : probe_->Findings())
+      Check(!finding.device.empty() && !finding.reason.empty());
     Check(probe_->Progress() >= 0);
   }
 

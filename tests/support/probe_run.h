@@ -26,7 +26,7 @@ class ProbeBench {
   void AnswerAll(const ByteList& reply) { usual_ = reply; }
 
   // Runs the probe to its end. A trial that does not end within ten times its own time fails the test.
-  std::vector<Finding> Run(const ProbeTrial& trial) {
+  std::vector<ProbeFinding> Run(const ProbeTrial& trial) {
     link.SetPeer([this](Bytes bytes) -> std::vector<ScriptedLink::Burst> {
       const auto found = replies_.find(ByteList(bytes.begin(), bytes.end()));
       const ByteList reply = found == replies_.end() ? usual_ : found->second;
@@ -55,7 +55,7 @@ class ProbeBench {
 };
 
 // The value of a key; empty when the finding has none.
-inline std::string ValueOf(const Finding::Keys& keys, const std::string& name) {
+inline std::string ValueOf(const ProbeFinding::Keys& keys, const std::string& name) {
   for (const auto& [key, value] : keys) {
     if (key == name) return value;
   }

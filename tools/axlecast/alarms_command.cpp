@@ -67,7 +67,7 @@ int List(const ListOptions& options) {
   const auto view = Look(*machine, clock, [&](const MachineView& seen) {
     const bool devices = std::all_of(seen.devices().begin(), seen.devices().end(),
                                      [](const DeviceView& device) { return device.info && device.alarms.heard(); });
-    return devices && (seen.bridge().heard || clock.Now() - start > kBridgeWait);
+    return devices && (seen.bridge().heard() || clock.Now() - start > kBridgeWait);
   });
   if (!view) return kExitBad;
   std::string problem;

@@ -122,7 +122,7 @@ class Acceptance {
     const auto per_turn = static_cast<double>(watch_.position()->counts_per_turn);
     const double turns = static_cast<double>(watch_.position()->counts - before) / per_turn;
     group.findings.push_back(pressed ? JudgeRotation(turns, direction)
-                                     : Finding{"one turn by hand", "given up", Verdict::kUnjudged, ""});
+                                     : HardwareFinding{"one turn by hand", "given up", Verdict::kUnjudged, ""});
     return group;
   }
 

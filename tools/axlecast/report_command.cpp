@@ -73,7 +73,7 @@ int RunReport(const Options& options) {
   ReportContents contents;
   if (!ReadLogs(options, machine->lcm.prefix, contents)) return kExitBad;
   LiveMachine live(*machine, clock);
-  const auto all = [](const MachineView& view) { return view.AllHeard() && view.bridge().heard; };
+  const auto all = [](const MachineView& view) { return view.AllHeard() && view.bridge().heard(); };
   if (!live.problem().empty() || !live.Gather(clock.Now() + kLongestWait, all)) {
     std::cerr << (live.problem().empty() ? "the LCM port failed" : live.problem()) << '\n';
     return kExitFailed;

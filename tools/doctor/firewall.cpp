@@ -13,7 +13,7 @@ namespace {
 using Json = nlohmann::json;
 
 enum class Match : std::uint8_t { kNo, kPerhaps, kYes };
-enum class Verdict : std::uint8_t { kNone, kPass, kDrop };  // kPass: accepted, or perhaps accepted
+enum class RuleVerdict : std::uint8_t { kNone, kPass, kDrop };  // kPass: accepted, or perhaps accepted
 
 constexpr int kDeepest = 16;         // of chains that jump to one another, as the kernel has it
 constexpr int kMostRules = 100'000;  // that are looked at for one packet
@@ -113,35 +113,35 @@ class Ruleset {
  public:
   Ruleset(const Json& objects, const FirewallPacket& packet) : objects_(objects), packet_(packet) {}
 
-  [[nodiscard]] Verdict Walk(const Place& place, int depth) {
-    if (depth > kDeepest) return Verdict::kPass;
+  [[nodiscard]] RuleVerdict Walk(const Place& place, int depth) {
+    if (depth > kDeepest) return RuleVerdict::kPass;
     for (const Json& object : objects_) {
       const auto rule = object.find("rule");
-      if (++seen_ > kMostRules) return Verdict::kPass;
+      if (++seen_ > kMostRules) return RuleVerdict::kPass;
       if (rule == object.end() || !rule->is_object()) continue;
       if (Place{Text(*rule, "family"), Text(*rule, "table"), Text(*rule, "chain")} != place) continue;
       const auto expressions = rule->find("expr");
       if (expressions == rule->end() || !expressions->is_array()) continue;
       bool returns = false;
-      const Verdict verdict = Judge(*expressions, place, depth, returns);
-      if (verdict != Verdict::kNone) return verdict;
+      const RuleVerdict verdict = Judge(*expressions, place, depth, returns);
+      if (verdict != RuleVerdict::kNone) return verdict;
       if (returns) break;
     }
-    return Verdict::kNone;
+    return RuleVerdict::kNone;
   }
 
  private:
   // One rule. `returns`: the rest of the chain does not count.
-  Verdict Judge(const Json& expressions, const Place& place, int depth, bool& returns) {
+  RuleVerdict Judge(const Json& expressions, const Place& place, int depth, bool& returns) {
     Match match = Match::kYes;
     for (const Json& expression : expressions) {
-      if (!expression.is_object() || expression.empty()) return Verdict::kNone;
+      if (!expression.is_object() || expression.empty()) return RuleVerdict::kNone;
       const std::string kind = expression.begin().key();
       const Json& content = expression.begin().value();
       if (kind == "counter" || kind == "log") continue;
       if (kind == "match") {
         match = std::min(match, content.is_object() ? MatchOf(content, packet_) : Match::kPerhaps);
-        if (match == Match::kNo) return Verdict::kNone;
+        if (match == Match::kNo) return RuleVerdict::kNone;
       } else if (kind == "vmap") {
         return Choose(content, match, place, depth, returns);
       } else if (IsVerdict(kind)) {
@@ -150,7 +150,7 @@ class Ruleset {
         match = Match::kPerhaps;  // a limit, iptables' extensions, ...
       }
     }
-    return Verdict::kNone;
+    return RuleVerdict::kNone;
   }
 
   static bool IsVerdict(const std::string& kind) {
@@ -158,38 +158,39 @@ class Ruleset {
            kind == "goto";
   }
 
-  Verdict Apply(const std::string& kind, const Json& content, Match match, const Place& place, int depth,
-                bool& returns) {
+  RuleVerdict Apply(const std::string& kind, const Json& content, Match match, const Place& place, int depth,
+                    bool& returns) {
     const bool sure = match == Match::kYes;
-    if (kind == "accept") return Verdict::kPass;
-    if (kind == "drop" || kind == "reject") return sure ? Verdict::kDrop : Verdict::kNone;
+    if (kind == "accept") return RuleVerdict::kPass;
+    if (kind == "drop" || kind == "reject") return sure ? RuleVerdict::kDrop : RuleVerdict::kNone;
     if (kind == "return") {
       returns = sure;
-      return sure ? Verdict::kNone : Verdict::kPass;
+      return sure ? RuleVerdict::kNone : RuleVerdict::kPass;
     }
-    if (!content.is_object()) return Verdict::kPass;
-    const Verdict verdict = Walk({place.family, place.table, Text(content, "target")}, depth + 1);
+    if (!content.is_object()) return RuleVerdict::kPass;
+    const RuleVerdict verdict = Walk({place.family, place.table, Text(content, "target")}, depth + 1);
     returns = kind == "goto" && sure;
-    return verdict == Verdict::kDrop && !sure ? Verdict::kNone : verdict;
+    return verdict == RuleVerdict::kDrop && !sure ? RuleVerdict::kNone : verdict;
   }
 
   // A verdict map: the verdict that stands at the packet's value.
-  Verdict Choose(const Json& map, Match match, const Place& place, int depth, bool& returns) {
+  RuleVerdict Choose(const Json& map, Match match, const Place& place, int depth, bool& returns) {
     if (!map.is_object() || !map.contains("key") || !map.contains("data") || !map["data"].is_object() ||
         !map["data"].contains("set") || !map["data"]["set"].is_array()) {
-      return Verdict::kPass;
+      return RuleVerdict::kPass;
     }
     const Json value = ValueOf(map["key"], packet_);
-    if (value.is_null()) return IsForeign(map["key"]) ? Verdict::kNone : Verdict::kPass;
+    if (value.is_null()) return IsForeign(map["key"]) ? RuleVerdict::kNone : RuleVerdict::kPass;
     for (const Json& pair : map["data"]["set"]) {
-      if (!pair.is_array() || pair.size() != 2 || !pair[1].is_object() || pair[1].empty()) return Verdict::kPass;
+      if (!pair.is_array() || pair.size() != 2 || !pair[1].is_object() || pair[1].empty())
+        return RuleVerdict::kPass;
       const Match holds = std::min(match, Holds(value, pair[0]));
       if (holds == Match::kNo) continue;
       const auto verdict = pair[1].begin();
       return IsVerdict(verdict.key()) ? Apply(verdict.key(), verdict.value(), holds, place, depth, returns)
-                                      : Verdict::kNone;
+                                      : RuleVerdict::kNone;
     }
-    return Verdict::kNone;
+    return RuleVerdict::kNone;
   }
 
   const Json& objects_;
@@ -216,9 +217,9 @@ std::optional<FirewallChain> DroppingChain(const std::string& ruleset, const Fir
     const auto chain = object.find("chain");
     if (chain == object.end() || !chain->is_object() || !IsInput(*chain)) continue;
     const Place place{Text(*chain, "family"), Text(*chain, "table"), Text(*chain, "name")};
-    Verdict verdict = rules.Walk(place, 0);
-    if (verdict == Verdict::kNone && Text(*chain, "policy") == "drop") verdict = Verdict::kDrop;
-    if (verdict == Verdict::kDrop) return FirewallChain{place.family, place.table, place.chain};
+    RuleVerdict verdict = rules.Walk(place, 0);
+    if (verdict == RuleVerdict::kNone && Text(*chain, "policy") == "drop") verdict = RuleVerdict::kDrop;
+    if (verdict == RuleVerdict::kDrop) return FirewallChain{place.family, place.table, place.chain};
   }
   return std::nullopt;
 }

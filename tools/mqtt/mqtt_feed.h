@@ -12,10 +12,10 @@
 #include "drivers/runtime/config/machine_config.h"
 #include "drivers/runtime/core/broker_link.h"
 #include "drivers/runtime/core/inline_bytes.h"
+#include "drivers/runtime/core/sequence_count.h"
 #include "tools/mqtt/novelty.h"
 #include "tools/mqtt/outbox.h"
 #include "tools/mqtt/topic_map.h"
-#include "tools/recorder/sequence_count.h"
 
 namespace axlecast {
 

@@ -94,7 +94,7 @@ class ScanRun {
       return Stopped();
     });
     if (!kept) static_cast<void>(Lost());
-    for (Finding& finding : probe->Findings()) {
+    for (ProbeFinding& finding : probe->Findings()) {
       report_.found.push_back({planned.family, planned.trial, std::move(finding)});
     }
     if (!probe->Disturbed()) return;

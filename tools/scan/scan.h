@@ -33,7 +33,7 @@ struct ScanHooks {
 struct FoundDevice {
   const Family* family = nullptr;
   ProbeTrial trial;  // that found it
-  Finding finding;
+  ProbeFinding finding;
 };
 
 struct ScanReport {

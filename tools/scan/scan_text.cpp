@@ -49,14 +49,14 @@ Json JsonOf(const std::string& scalar) {
   return json.is_discarded() ? Json(scalar) : json;
 }
 
-std::string Flow(const Finding::Keys& keys) {
+std::string Flow(const ProbeFinding::Keys& keys) {
   std::string text;
   for (const auto& [key, value] : keys) text += (text.empty() ? "" : ", ") + key + ": " + value;
   return '{' + text + '}';
 }
 
-Finding::Keys LinkOf(const ScanPlace& place, const FoundDevice& device) {
-  Finding::Keys keys = {{LinkKey(device.family->link), QuotedYaml(place.port)}};
+ProbeFinding::Keys LinkOf(const ScanPlace& place, const FoundDevice& device) {
+  ProbeFinding::Keys keys = {{LinkKey(device.family->link), QuotedYaml(place.port)}};
   const ProbeTrial& trial = device.trial;
   switch (place.kind) {
     case ScanLineKind::kSerial:
@@ -139,7 +139,7 @@ std::string ScanText(const ScanPlace& place, const ScanReport& report) {
 Json ScanJson(const ScanPlace& place, const ScanReport& report) {
   Json found = Json::array();
   for (const FoundDevice& device : report.found) {
-    const auto object = [](const Finding::Keys& keys) {
+    const auto object = [](const ProbeFinding::Keys& keys) {
       Json json = Json::object();
       for (const auto& [key, value] : keys) json[key] = JsonOf(value);
       return json;

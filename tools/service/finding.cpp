@@ -24,7 +24,7 @@ std::string_view VerdictName(Verdict verdict) {
 Verdict Worst(const Findings& findings) {
   Verdict worst = Verdict::kGood;
   for (const FindingGroup& group : findings) {
-    for (const Finding& finding : group.findings) worst = std::max(worst, finding.verdict);
+    for (const HardwareFinding& finding : group.findings) worst = std::max(worst, finding.verdict);
   }
   return worst;
 }
@@ -33,7 +33,7 @@ std::string FindingsText(const Findings& findings) {
   std::string text;
   for (const FindingGroup& group : findings) {
     text += group.title + '\n';
-    for (const Finding& finding : group.findings) {
+    for (const HardwareFinding& finding : group.findings) {
       text += "  " + Padded(std::string(VerdictName(finding.verdict)), kVerdictWidth) +
               Padded(finding.what, kWhatWidth) + finding.value + '\n';
       if (!finding.advice.empty()) text += std::string(2 + kVerdictWidth, ' ') + "-> " + finding.advice + '\n';
@@ -45,7 +45,7 @@ std::string FindingsText(const Findings& findings) {
 nlohmann::ordered_json FindingsJson(const Findings& findings) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const FindingGroup& group : findings) {
-    for (const Finding& finding : group.findings) {
+    for (const HardwareFinding& finding : group.findings) {
       list.push_back({{"group", group.title},
                       {"what", finding.what},
                       {"value", finding.value},
@@ -60,7 +60,7 @@ void AddFindings(HtmlPage& page, const Findings& findings) {
   for (const FindingGroup& group : findings) {
     page.Heading(group.title);
     std::vector<HtmlPage::Row> rows;
-    for (const Finding& finding : group.findings) {
+    for (const HardwareFinding& finding : group.findings) {
       const std::string_view mark = finding.verdict == Verdict::kUnjudged ? "muted" : VerdictName(finding.verdict);
       rows.push_back(
           {{finding.what}, {finding.value}, {std::string(VerdictName(finding.verdict)), mark}, {finding.advice}});

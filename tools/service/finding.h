@@ -19,7 +19,7 @@ enum class Verdict : std::uint8_t {
 [[nodiscard]] std::string_view VerdictName(Verdict verdict);  // "good"
 
 // One line of an acceptance report.
-struct Finding {
+struct HardwareFinding {
   std::string what;   // "turnaround"
   std::string value;  // what was seen
   Verdict verdict = Verdict::kUnjudged;
@@ -28,7 +28,7 @@ struct Finding {
 
 struct FindingGroup {
   std::string title;
-  std::vector<Finding> findings;
+  std::vector<HardwareFinding> findings;
 };
 using Findings = std::vector<FindingGroup>;
 

@@ -59,6 +59,6 @@ class HardwareWatch {
 [[nodiscard]] std::string_view ErrorAdvice(std::size_t kind);
 
 // A shaft that was turned by hand once: `turns` in the device's direction.
-[[nodiscard]] Finding JudgeRotation(double turns, std::int8_t direction);
+[[nodiscard]] HardwareFinding JudgeRotation(double turns, std::int8_t direction);
 
 }  // namespace axlecast

@@ -43,9 +43,9 @@ class HardwareWatchTest : public ::testing::Test {
     bus_.exchanges += good + timeouts;
     Send();
   }
-  Finding Of(const std::string& what) const {
+  HardwareFinding Of(const std::string& what) const {
     for (const FindingGroup& group : watch_.Judge()) {
-      for (const Finding& finding : group.findings) {
+      for (const HardwareFinding& finding : group.findings) {
         if (finding.what == what) return finding;
       }
     }

@@ -24,7 +24,7 @@ enum class Confidence : std::uint8_t {
 };
 
 // A device that a probe believes to have found.
-struct Finding {
+struct ProbeFinding {
   using Keys = std::vector<std::pair<std::string, std::string>>;  // a key and its value as YAML
 
   Confidence confidence = Confidence::kPossible;
@@ -47,7 +47,7 @@ class Probe {
   virtual void On(const Event& event) = 0;
 
   // So far.
-  [[nodiscard]] virtual std::vector<Finding> Findings() const = 0;
+  [[nodiscard]] virtual std::vector<ProbeFinding> Findings() const = 0;
   // Somebody else speaks on the line: nothing more must be asked on it.
   [[nodiscard]] virtual bool Disturbed() const { return false; }
   // How much of the whole is done, 0 to 1.
