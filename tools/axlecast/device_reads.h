@@ -5,7 +5,7 @@
 
 #include "drivers/runtime/config/machine_config.h"
 #include "tools/axlecast/operator_client.h"
-#include "tools/service/finding.h"
+#include "tools/service/hardware_finding.h"
 
 namespace axlecast {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "drivers/runtime/config/machine_config.h"
-#include "tools/service/finding.h"
+#include "tools/service/hardware_finding.h"
 
 namespace axlecast {
 

@@ -8,7 +8,7 @@
 #include "drivers/runtime/config/machine_config.h"
 #include "tools/monitor/machine_view.h"
 #include "tools/service/error_trend.h"
-#include "tools/service/finding.h"
+#include "tools/service/hardware_finding.h"
 
 namespace axlecast {
 

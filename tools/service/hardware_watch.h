@@ -12,7 +12,7 @@
 
 #include "drivers/runtime/config/machine_config.h"
 #include "drivers/runtime/core/inline_bytes.h"
-#include "tools/service/finding.h"
+#include "tools/service/hardware_finding.h"
 
 namespace axlecast {
 

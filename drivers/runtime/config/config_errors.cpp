@@ -29,7 +29,8 @@ void ConfigErrors::Add(const YAML::Mark& mark, std::string text) {
 }
 
 void ConfigErrors::Asked(ConfigKey key) {
-  const auto same = std::find_if(keys_.begin(), keys_.end(), [&](const ConfigKey& k) { return k.place == key.place; });
+  const auto same =
+      std::find_if(keys_.begin(), keys_.end(), [&](const ConfigKey& k) { return k.place == key.place; });
   if (same == keys_.end()) return keys_.push_back(std::move(key));
   const bool required = same->required || key.required;
   if (!key.kind.empty()) *same = std::move(key);

@@ -118,7 +118,7 @@ std::string ConfigMap::String(std::string_view key, std::string fallback) {
 }
 
 std::string ConfigMap::RequiredString(std::string_view key) {
-  errors_->Asked({.place = Below(place_, key), .required = true});
+  errors_->Asked({.place = Below(place_, key), .kind = "text", .required = true});
   if (!Has(key)) {
     Error(key, "is missing");
     return {};

@@ -1,4 +1,4 @@
-#include "tools/service/finding.h"
+#include "tools/service/hardware_finding.h"
 
 #include <algorithm>
 #include <array>
