@@ -50,8 +50,8 @@ void BrokerSession::On(const BrokerEvent& event, MonoNs now) {
       if (found == sent_.end()) return;
       const Sent sent = found->second;
       sent_.erase(found);
-      if (event.kind == BrokerEvent::Kind::kRefused) return OnRefused(sent, event.text);
       if (sent.id == suspect_) suspect_ = -1;
+      if (event.kind == BrokerEvent::Kind::kRefused) return OnRefused(sent, event.text);
       outbox_.Confirm(sent.id);
       return;
   }
@@ -59,8 +59,9 @@ void BrokerSession::On(const BrokerEvent& event, MonoNs now) {
 
 void BrokerSession::OnRefused(const Sent& sent, const std::string& text) {
   outbox_.Refuse(sent.id);
+  refusal_ = "the broker refuses messages: " + text;
   const std::scoped_lock lock(mutex_);
-  status_.problem = "the broker refuses messages: " + text;
+  status_.problem = refusal_;
 }
 
 void BrokerSession::OnDown(const std::string& text, MonoNs now) {
@@ -72,8 +73,9 @@ void BrokerSession::OnDown(const std::string& text, MonoNs now) {
   link_.Drop();
   {
     const std::scoped_lock lock(mutex_);
-    status_.problem = text;
+    status_.problem = refusal_.empty() ? text : text + "; before, " + refusal_;
   }
+  refusal_.clear();
   if (was_connected) Tell(false, now);
   state_ = end_ == kNever ? State::kWaiting : State::kEnded;
   deadline_ = now + pause_;
@@ -97,8 +99,14 @@ void BrokerSession::SendOwn(std::string payload, MonoNs now) {
   sent_[link_.Send({own_.topic, std::move(payload), true})] = {kOwn, now};
 }
 
+// One alone while there is a suspect: of a connection that a broker closes with bytes unread its answer is lost.
+bool BrokerSession::HasRoom() const {
+  if (suspect_ < 0) return sent_.size() < kWindow;
+  return std::all_of(sent_.begin(), sent_.end(), [](const auto& sent) { return sent.second.id == kOwn; });
+}
+
 void BrokerSession::SendWaiting(MonoNs now) {
-  while (sent_.size() < kWindow && now < end_) {
+  while (HasRoom() && now < end_) {
     const std::optional<Outbox::Next> next = outbox_.Take();
     if (!next) return;
     sent_[link_.Send(next->message)] = {next->id, now};

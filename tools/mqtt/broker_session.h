@@ -50,7 +50,7 @@ class BrokerSession {
   [[nodiscard]] bool ended() const { return state_ == State::kEnded; }
 
   // Whether it would take something from the outbox now.
-  [[nodiscard]] bool WantsMore() const { return state_ == State::kConnected && sent_.size() < kWindow; }
+  [[nodiscard]] bool WantsMore() const { return state_ == State::kConnected && HasRoom(); }
 
   [[nodiscard]] BrokerStatus status() const;
 
@@ -66,6 +66,7 @@ class BrokerSession {
   void OnDown(const std::string& text, MonoNs now);
   void OnRefused(const Sent& sent, const std::string& text);
   void SendOwn(std::string payload, MonoNs now);
+  [[nodiscard]] bool HasRoom() const;
   void SendWaiting(MonoNs now);
   void Leave(MonoNs now);
   void CheckAnswers(MonoNs now);
@@ -83,6 +84,7 @@ class BrokerSession {
   MonoNs end_ = kNever;
   std::map<int, Sent> sent_;   // by the link's number
   std::int64_t suspect_ = -1;  // the oldest on its way when a connection ended
+  std::string refusal_;        // of this connection, the newest
   int tries_ = 0;              // connections that ended so, one after the other
   mutable std::mutex mutex_;
   BrokerStatus status_;

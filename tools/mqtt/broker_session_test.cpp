@@ -128,6 +128,9 @@ TEST_F(BrokerSessionTest, SendsAgainInOrderWhatALostConnectionMayHaveSwallowed) 
   Step(BrokerSession::kFirstPause);
   link_.Happens(Kind::kConnected);
   Step();
+  EXPECT_THAT(link_.sent, ElementsAre("online", "2"));
+  link_.Happens(Kind::kTaken, link_.next_number - 1);
+  Step();
   EXPECT_THAT(link_.sent, ElementsAre("online", "2", "3", "4"));
   EXPECT_EQ(session_.status().connections, 2);
 }
@@ -185,6 +188,26 @@ TEST_F(BrokerSessionTest, AMessageOverWhichEachConnectionEndsIsGivenUp) {
   }
   EXPECT_EQ(outbox_.counts().refused, 1);
   EXPECT_EQ(link_.sent.back(), "good");
+}
+
+// mosquitto 2.0.11 closes the connection after it has refused a message; what it has not read by then takes its answer along.
+TEST_F(BrokerSessionTest, SendsTheSuspectAloneSoThatItsRefusalArrives) {
+  Connected();
+  Put("forbidden");
+  Put("good");
+  Step();
+  ConnectionEnds();
+  Step(BrokerSession::kLongestPause);
+  link_.Happens(Kind::kConnected);
+  Step();
+  EXPECT_EQ(link_.sent.back(), "forbidden");
+  link_.Happens(Kind::kRefused, link_.next_number - 1, "Not authorized");
+  Step();
+  EXPECT_EQ(outbox_.counts().refused, 1);
+  EXPECT_EQ(link_.sent.back(), "good");
+  ConnectionEnds("Connection reset by peer");
+  EXPECT_EQ(session_.status().problem,
+            "Connection reset by peer; before, the broker refuses messages: Not authorized");
 }
 
 TEST_F(BrokerSessionTest, TellsWhatTheBrokerRefuses) {

@@ -121,15 +121,16 @@ std::string HelloFrame(const Monitor& monitor, const MachineConfig& machine, std
 
 std::string AlarmsFrame(std::string_view device, const AlarmView& alarms, std::int64_t utime,
                         const std::set<std::string>& before) {
-  static constexpr std::array<std::string_view, 5> kSources = {"device", "driver", "bus", "bridge", "recorder"};
+  static constexpr std::array<std::string_view, 6> kSources = {"device", "driver",   "bus",
+                                                               "bridge", "recorder", "mqtt"};
   Json entries = Json::array();
   Json appeared = Json::array();
   std::set<std::string> gone = before;
   for (const alarm_entry_t& entry : alarms.entries()) {
-    const auto source = static_cast<std::size_t>(entry.source);
+    const std::size_t source = static_cast<std::uint8_t>(entry.source);
     entries.push_back({{"name", entry.name},
                        {"code", entry.code},
-                       {"source", entry.source >= 0 && source < kSources.size() ? kSources.at(source) : "?"},
+                       {"source", source < kSources.size() ? kSources.at(source) : "?"},
                        {"severity", SeverityName(entry.severity)},
                        {"state", AlarmStateName(entry.state)},
                        {"first_utime", entry.first_utime},
