@@ -120,7 +120,8 @@ class Live(PageTest):
         wait_for(lambda: self.axlecast("status", DEMO)[0] in (0, 1), "the machine runs")
         code, _, err = self.axlecast("motor", "stop", "conveyor", "--config", DEMO)
         self.assertEqual(code, 3, err)  # the demo's file does not allow it
-        row = browser.wait("return document.querySelector('[data-command]')?.innerText", "the command")
+        row = browser.wait("const row = document.querySelector('[data-command]')?.innerText;"
+                           "return row?.includes('Rejected') && row", "the command's outcome")
         for word in ("conveyor", "Stop motor", "Rejected", "Not permitted"):
             self.assertIn(word, row)
 
