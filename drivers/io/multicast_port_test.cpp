@@ -6,6 +6,7 @@
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
 #include <string>
 #include <vector>
@@ -19,10 +20,11 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr const char* kGroup = "239.255.76.68";
-constexpr std::uint16_t kPort = 17'668;
+// Of this process: ctest runs other cases meanwhile.
+std::uint16_t Port() { return static_cast<std::uint16_t>(17'668 + getpid() % 10'000); }
 
 std::string Url(const std::string& options = "") {
-  return std::string("udpm://") + kGroup + ':' + std::to_string(kPort) + "?ttl=0" + options;
+  return std::string("udpm://") + kGroup + ':' + std::to_string(Port()) + "?ttl=0" + options;
 }
 
 class Sender {
@@ -34,7 +36,7 @@ class Sender {
   [[nodiscard]] bool Send(const std::string& text, const char* group = kGroup) const {
     sockaddr_in address{};
     address.sin_family = AF_INET;
-    address.sin_port = htons(kPort);
+    address.sin_port = htons(Port());
     inet_pton(AF_INET, group, &address.sin_addr);
     return sendto(socket_.get(), text.data(), text.size(), 0, reinterpret_cast<const sockaddr*>(&address),
                   sizeof address) == static_cast<ssize_t>(text.size());
@@ -103,7 +105,7 @@ TEST_F(MulticastPortTest, ReadsABurstWholeAndTheLargestDatagram) {
 
 TEST_F(MulticastPortTest, AnotherGroupOnThePortIsNotHeard) {
   MulticastPort port(ParseLcmUrl(Url()));
-  MulticastPort other(ParseLcmUrl("udpm://239.255.76.69:" + std::to_string(kPort)));
+  MulticastPort other(ParseLcmUrl("udpm://239.255.76.69:" + std::to_string(Port())));
   ASSERT_EQ(other.problem(), "");
   const Sender sender;
   ASSERT_TRUE(sender.Send("theirs", "239.255.76.69"));

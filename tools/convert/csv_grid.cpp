@@ -154,7 +154,8 @@ Conversion WriteCsvGrid(const EventRange& events, const EventRange& all, const T
     channels.emplace(name, Channel{channels.size(), GridChannel(grid.period_us, grid.max_age_us, devices)});
   }
   if (!out(Header(survey))) return done;
-  Rows rows((survey.first + grid.period_us - 1) / grid.period_us, grid.period_us, channels.size(), out);
+  const std::int64_t first = survey.first / grid.period_us + (survey.first % grid.period_us == 0 ? 0 : 1);
+  Rows rows(first, grid.period_us, channels.size(), out);
   events([&](const LogEvent& event) {
     const auto position = DecodeMessage<position_t>(event.data);
     if (position) {

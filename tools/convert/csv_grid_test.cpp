@@ -83,5 +83,11 @@ TEST(CsvGrid, WhatCannotBeOne) {
   EXPECT_THAT(Grid(late), HasSubstr("--grid"));
 }
 
+TEST(CsvGrid, AnInstantThatNoClockHasGivesNoRow) {
+  TestEvents events;
+  events.Add(0, "POSITION/a", TestPosition(INT64_MAX, 0, 100));
+  EXPECT_EQ(Grid(events), "utime,POSITION/a:value,POSITION/a:counts,POSITION/a:flags\r\n");
+}
+
 }  // namespace
 }  // namespace axlecast
