@@ -27,7 +27,7 @@ def machine_of(devices):
     for first in range(0, devices, A_BUS):
         names = [f"d{i:02}" for i in range(first, min(first + A_BUS, devices))]
         lines += [f"  can-{first // A_BUS}:", "    family: saa_can", "    link: {bitrate: 1000000}", "    simulate:"]
-        lines += [f"      {name}: {{motion: 'sine:{20 + i},{3 + i % 7}', accel_rad_s2: 50}}" for i, name in enumerate(names)]
+        lines += [f"      {name}: {{motion: 'sine:{20 + i},{3 + i % 7}', accel_rad_s2: 50, period_factor: 1}}" for i, name in enumerate(names)]
         lines += ["    devices:"]
         lines += [f"      {name}: {{model: saa58p24, bits: 16, node: {16 + i}, period_ms: {1000 // HZ}, unit: deg,"
                   " limits: {speed_rpm: 500}}" for i, name in enumerate(names)]
