@@ -14,6 +14,7 @@
 #include "drivers/io/descriptor.h"
 #include "drivers/io/host_change.h"
 #include "drivers/io/host_folder.h"
+#include "tests/support/temporary_folder.h"
 
 namespace axlecast {
 namespace {
@@ -24,19 +25,14 @@ using testing::IsEmpty;
 
 class HostFilesTest : public testing::Test {
  protected:
-  HostFilesTest() {
-    std::string pattern = testing::TempDir() + "axlecast-host-XXXXXX";
-    root_ = mkdtemp(pattern.data());
-  }
-  ~HostFilesTest() override { std::filesystem::remove_all(root_); }
-
   void Put(const std::string& path, const std::string& text) {
     std::filesystem::create_directories(std::filesystem::path(root_ + path).parent_path());
     std::ofstream(root_ + path) << text;
   }
   std::string Content(const std::string& path) { return HostFiles(root_).Text(path).value_or("none"); }
 
-  std::string root_;
+  TemporaryFolder folder_;
+  const std::string root_ = folder_.path();
 };
 
 TEST_F(HostFilesTest, TextAndNumbersAreReadBelowTheRoot) {

@@ -5,6 +5,7 @@
 #include "drivers/runtime/config/words.h"
 #include "tools/axlecast/columns.h"
 #include "tools/axlecast/key_report.h"
+#include "tools/axlecast/message_rate.h"
 #include "tools/json/names.h"
 
 namespace axlecast {
@@ -31,21 +32,6 @@ double RefreshUs(const DeviceConfig& device, const BusLoad& load) {
   const MonoNs own = device.settings->own_period;
   if (own > 0) return static_cast<double>(own) / static_cast<double>(kMicrosecond);
   return load.poll_hz > 0 ? 1e6 / load.poll_hz : 0;
-}
-
-// At most publish_hz, and no more often than it is read.
-double PublishedHz(const DeviceConfig& device, const BusLoad& load) {
-  const double refresh_us = RefreshUs(device, load);
-  return refresh_us > 0 ? std::min(device.publish_hz, 1e6 / refresh_us) : device.publish_hz;
-}
-
-double MessagesPerSecond(const MachineConfig& machine) {
-  double sum = 0;
-  for (const BusConfig& bus : machine.buses) {
-    const BusLoad load = LoadOf(bus);
-    for (const DeviceConfig& device : bus.devices) sum += PublishedHz(device, load);
-  }
-  return sum;
 }
 
 bool IsUsb(const std::string& port) {
@@ -137,7 +123,7 @@ std::string BusText(const BusConfig& bus) {
   for (const DeviceConfig& device : bus.devices) {
     text += "    " + Left(device.name, 24) + ' ' + Left(device.model, 12) + " refreshed every " +
             Format("%.6g", RefreshUs(device, load)) + " us, published at " +
-            Format("%.4g", PublishedHz(device, load)) + " Hz" +
+            Format("%.4g", MessageRate(bus, device)) + " Hz" +
             (bus.family->has_position ? ", " + Travel(device) : "") +
             (device.permit_required ? "" : ", permit not required") + '\n';
   }
@@ -229,7 +215,7 @@ BusLoad LoadOf(const BusConfig& bus) {
 std::vector<std::string> ConfigWarnings(const MachineConfig& machine) {
   std::vector<std::string> warnings;
   for (const BusConfig& bus : machine.buses) AddBusWarnings(bus, warnings);
-  if (const double messages = MessagesPerSecond(machine); messages > kManyMessages) {
+  if (const double messages = MessageRate(machine); messages > kManyMessages) {
     warnings.push_back(Format("%.0f", messages) +
                        " messages a second: every LCM process on the port receives all of them; lower publish_hz");
   }
@@ -241,7 +227,7 @@ std::string ConfigText(const MachineConfig& machine) {
   std::string text = "machine " + machine.machine + "\n    data     " + machine.lcm.url + "\n    commands " +
                      machine.lcm.command_url + '\n';
   for (const BusConfig& bus : machine.buses) text += BusText(bus);
-  text += Format("%.0f", MessagesPerSecond(machine)) + " POSITION and MOTOR messages a second at most\n";
+  text += Format("%.0f", MessageRate(machine)) + " POSITION and MOTOR messages a second at most\n";
   return text + RecorderText(machine) + MqttText(machine) + KeysText(machine);
 }
 

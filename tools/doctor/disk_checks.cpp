@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <string_view>
 
-#include "tools/doctor/message_rate.h"
+#include "tools/axlecast/message_rate.h"
 #include "tools/log/channel_filter.h"
 
 namespace axlecast {

@@ -11,8 +11,8 @@
 #include "drivers/runtime/config/words.h"
 #include "drivers/runtime/core/lcm_url.h"
 #include "tools/axlecast/columns.h"
+#include "tools/axlecast/message_rate.h"
 #include "tools/doctor/firewall.h"
-#include "tools/doctor/message_rate.h"
 
 namespace axlecast {
 namespace {

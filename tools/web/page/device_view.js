@@ -3,7 +3,7 @@
 import { AlarmList } from "./alarm_list.js";
 import { channelsOf } from "./channels.js";
 import { Dial } from "./dial.js";
-import { KeyedList, element, setHidden, setText, setUnit } from "./dom.js";
+import { element, factList, setHidden, setText, setUnit } from "./dom.js";
 import { StateBadge, picture } from "./icons.js";
 import { UNKNOWN, count, duration, fixed, microseconds, quantity, rate, timeOfDay, unitText } from "./numbers.js";
 import { StripStack } from "./strip_stack.js";
@@ -60,17 +60,7 @@ function commonFacts(device, state) {
 class Facts {
   constructor() {
     this.root = element("dl.fact-list");
-    this.rows = new KeyedList(
-      this.root,
-      ([label]) => label,
-      ([label]) => {
-        const value = element("dd");
-        return {
-          root: element("div", {}, element("dt", {}, label), value),
-          update: ([, text]) => setText(value, text),
-        };
-      },
-    );
+    this.rows = factList(this.root);
   }
 
   update(facts) {

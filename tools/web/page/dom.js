@@ -74,3 +74,18 @@ export class KeyedList {
     }
   }
 }
+
+/** What is known of something, a label and its text each: `update` takes [label, text] pairs. */
+export function factList(root) {
+  return new KeyedList(
+    root,
+    ([label]) => label,
+    ([label]) => {
+      const value = element("dd");
+      return {
+        root: element("div", {}, element("dt", {}, label), value),
+        update: ([, text]) => setText(value, text),
+      };
+    },
+  );
+}

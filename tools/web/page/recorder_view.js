@@ -1,7 +1,7 @@
 // What is recorded, what is missing in it and by whose fault, and the bridge.
 
 import { AlarmList } from "./alarm_list.js";
-import { KeyedList, element, setHidden, setText } from "./dom.js";
+import { KeyedList, element, factList, setHidden, setText } from "./dom.js";
 import { StateBadge } from "./icons.js";
 import { bytes, count, duration, rate } from "./numbers.js";
 
@@ -12,17 +12,7 @@ class RecorderCard {
     this.lost = element("span.number");
     this.lostText = element("span.unit", {}, "messages missing");
     this.figures = element("dl.figures");
-    this.facts = new KeyedList(
-      this.figures,
-      ([label]) => label,
-      ([label]) => {
-        const value = element("dd");
-        return {
-          root: element("div", {}, element("dt", {}, label), value),
-          update: ([, text]) => setText(value, text),
-        };
-      },
-    );
+    this.facts = factList(this.figures);
     this.rows = element("tbody");
     this.senders = new KeyedList(
       this.rows,

@@ -1,4 +1,4 @@
-#include "tools/doctor/message_rate.h"
+#include "tools/axlecast/message_rate.h"
 
 #include <algorithm>
 
