@@ -2,6 +2,7 @@
 
 import json
 import pathlib
+import shutil
 import subprocess
 
 from machine import BIN, Machine
@@ -20,10 +21,11 @@ class DoctorMachine(Machine):
         self.folder.chmod(0o755)  # other users run the doctor too
         self.root = self.folder / "root"
         self.root.mkdir()
+        self.program = BIN / "axlecast"
 
     def doctor(self, *words, before=()):
         """(exit code, the JSON); `before` begins the command line: another user, another mount."""
-        done = subprocess.run([*map(str, before), BIN / "axlecast", "doctor", *map(str, words), "--json"],
+        done = subprocess.run([*map(str, before), self.program, "doctor", *map(str, words), "--json"],
                               capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL, check=False)
         self.assertIn(done.returncode, (0, 1), done.stderr + done.stdout)
         return done.returncode, json.loads(done.stdout)
@@ -97,8 +99,10 @@ class DoctorMachine(Machine):
     # -- ways to run it
 
     def need_users(self):
+        """Skips without other users; from now on the program is where these can reach it: a checkout may be closed."""
         if int(pathlib.Path("/proc/self/uid_map").read_text().split()[2]) == 1:
             self.skipTest("only root has other users")
+        self.program = shutil.copy(BIN / "axlecast", self.folder)
 
     def as_nobody(self, *limits):
         """As a user without any group; `limits` of prlimit(1)."""
@@ -111,4 +115,4 @@ class DoctorMachine(Machine):
         """With a file system of this size at `place`, which nobody else sees."""
         place.mkdir(parents=True, exist_ok=True)
         mount = f'mount -t tmpfs -o size={size} small "$0" && exec "$@"'
-        return ["unshare", "--mount", "sh", "-c", f"mount --make-rprivate / 2>&- ; {mount}", place]
+        return ["unshare", "--mount", "--propagation", "unchanged", "sh", "-c", f"mount --make-rprivate / 2>&- ; {mount}", place]

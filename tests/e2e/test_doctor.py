@@ -85,7 +85,7 @@ class Doctor(DoctorMachine):
         self.put("proc/sys/net/core/rmem_max", 1).chmod(0o444)
         (self.root / "etc").write_text("no folder")
         config = self.machine(rest='lcm: {url: "udpm://239.255.76.67:7667?recv_buf_size=2097152"}')
-        done = subprocess.run([BIN / "axlecast", "doctor", config, "--only", "receive_buffer_max", "--root", self.root,
+        done = subprocess.run([self.program, "doctor", config, "--only", "receive_buffer_max", "--root", self.root,
                                "--fix", "--yes"], capture_output=True, text=True, timeout=60, check=False,
                               preexec_fn=lambda: os.setuid(65534))
         self.assertEqual(done.returncode, 1, done.stdout + done.stderr)

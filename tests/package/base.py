@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""A minimal Debian with what our packages depend on, as FOLDER/base.tar: base.py FOLDER
+"""A minimal Debian with systemd and what our packages depend on, as FOLDER/base.tar: base.py FOLDER
 
 Made once, by debootstrap from the archive that apt uses here; again when what the packages depend on changes."""
 
@@ -10,6 +10,7 @@ import subprocess
 import sys
 
 SUITE = "bookworm"
+HOST = {"systemd-sysv", "udev", "kmod", "iproute2"}  # what a Debian that boots has
 
 
 def out(*command):
@@ -35,7 +36,7 @@ def real(name):
 
 def wanted(debs):
     """The packages that ours depend on; of alternatives the first."""
-    names = {"python3-minimal"}
+    names = set(HOST)
     for deb in debs:
         if deb.name.startswith(("axlecast_", "python3-")):
             depends = out("dpkg-deb", "--field", str(deb), "Depends")

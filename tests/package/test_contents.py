@@ -139,7 +139,7 @@ class Contents(unittest.TestCase):
     def test_udev_rules_are_well_formed(self):
         rules = self.root / "lib/udev/rules.d/70-axlecast.rules"
         for line in rules.read_text().splitlines():
-            self.assertRegex(line, r'^(#.*|([A-Z]+(\{\w+\})?(==|=|\+=)"[^"]*"(, )?)+|)$')
+            self.assertRegex(line, r'^(#.*|([A-Z]+(\{\w+\})?(==|!=|=|\+=)"[^"]*"(, )?)+|)$')
 
 
 if __name__ == "__main__":

@@ -7,7 +7,6 @@ import importlib.util
 import json
 import os
 import pathlib
-import subprocess
 import sys
 import time
 import traceback
@@ -73,8 +72,6 @@ def load(path):
 
 
 def main():
-    for command in ("ip link set lo up multicast on", "ip route add 224.0.0.0/4 dev lo"):
-        subprocess.run(command.split(), check=True)
     faulthandler.enable()
     record = Record()
     for path in map(pathlib.Path, sys.argv[1:]):

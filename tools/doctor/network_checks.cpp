@@ -39,6 +39,8 @@ std::vector<Group> GroupsOf(const MachineConfig& machine, const HostFacts& host)
   return groups;
 }
 
+Remedy AtEveryStart() { return Tell("systemctl enable axlecast-multicast    # of the package: at every start"); }
+
 Finding RouteFinding(const Group& group) {
   Finding finding{.found = "there is no route to the multicast group " + group.url.group + " (" +
                            std::strerror(group.facts->route.error) + ')',
@@ -46,7 +48,7 @@ Finding RouteFinding(const Group& group) {
                   .safe = group.url.ttl == 0};
   if (finding.safe) {
     finding.remedies = {Run({"ip", "link", "set", "lo", "up", "multicast", "on"}),
-                        Run({"ip", "route", "replace", "224.0.0.0/4", "dev", "lo"})};
+                        Run({"ip", "route", "replace", "224.0.0.0/4", "dev", "lo"}), AtEveryStart()};
   } else {
     finding.remedies = {Tell("ip route add 224.0.0.0/4 dev INTERFACE    # the one that leads to the other hosts")};
   }
@@ -58,7 +60,7 @@ Finding InterfaceFinding(const Group& group) {
   if (group.url.ttl == 0) {
     return {.found = group.text + " stays on this host (ttl=0), but goes by " + interface,
             .remedies = {Run({"ip", "link", "set", "lo", "up", "multicast", "on"}),
-                         Run({"ip", "route", "replace", group.url.group + "/32", "dev", "lo"})},
+                         Run({"ip", "route", "replace", group.url.group + "/32", "dev", "lo"}), AtEveryStart()},
             .safe = true};
   }
   return {.found = group.text + " is for other hosts (ttl=" + std::to_string(group.url.ttl) + "), but goes by lo",
@@ -111,7 +113,7 @@ Findings CheckLoopbackMulticast(const MachineConfig& machine, const HostFacts& h
   if (!used) return {};
   return {{.found = loopback.up ? "the loopback interface lo has no MULTICAST flag"
                                 : "the loopback interface lo is down",
-           .remedies = {Run({"ip", "link", "set", "lo", "up", "multicast", "on"})},
+           .remedies = {Run({"ip", "link", "set", "lo", "up", "multicast", "on"}), AtEveryStart()},
            .safe = true}};
 }
 

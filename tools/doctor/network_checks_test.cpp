@@ -12,6 +12,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::StartsWith;
 
 constexpr const char* kData = "udpm://239.255.76.67:7667?ttl=0";
 
@@ -28,7 +29,8 @@ TEST(NetworkChecks, AMissingRouteIsToldOnceForBothPorts) {
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_TRUE(findings[0].safe);
   EXPECT_THAT(LinesOf(findings[0]),
-              ElementsAre("ip link set lo up multicast on", "ip route replace 224.0.0.0/4 dev lo"));
+              ElementsAre("ip link set lo up multicast on", "ip route replace 224.0.0.0/4 dev lo",
+                          StartsWith("systemctl enable axlecast-multicast")));
   EXPECT_THAT(CheckMulticastInterface(OneAxis(), host), IsEmpty()) << "nothing is said of what is not there";
   EXPECT_THAT(CheckMulticastSilent(OneAxis(), host), IsEmpty());
 }
@@ -40,7 +42,8 @@ TEST(NetworkChecks, TheFlagOfLoopbackMattersWhereMessagesGoByIt) {
   for (auto& [url, group] : host.network.groups) group.route.interface = "eth0";
   EXPECT_THAT(CheckLoopbackMulticast(OneAxis(), host), IsEmpty());
   EXPECT_THAT(LinesOf(CheckMulticastInterface(OneAxis(), host).at(0)),
-              ElementsAre("ip link set lo up multicast on", "ip route replace 239.255.76.67/32 dev lo"));
+              ElementsAre("ip link set lo up multicast on", "ip route replace 239.255.76.67/32 dev lo",
+                          StartsWith("systemctl enable axlecast-multicast")));
 }
 
 TEST(NetworkChecks, WithATtlMessagesMustLeaveTheHost) {

@@ -1,0 +1,34 @@
+#!/usr/bin/python3
+"""Boots the minimal Debian of base.py, its own systemd first, and runs guest/test_*.py in it: guest.py BUILD FOLDER
+
+The packages are in the guest's /packages and not installed. FOLDER/guest-results/results.json says what came of each case."""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+HERE = pathlib.Path(__file__).resolve().parent
+RUN = HERE.parent / "vm/run"
+LIMIT = 400  # s
+
+
+def main():
+    build, folder = (pathlib.Path(word).resolve() for word in sys.argv[1:])
+    root = folder / "guest"
+    shutil.rmtree(root, ignore_errors=True)
+    (root / "packages/newer").mkdir(parents=True)
+    subprocess.run(["tar", "--extract", "--numeric-owner", "--directory", root, "--file", folder / "base.tar"], check=True)
+    shutil.copy(next(folder.glob("debs/axlecast_*.deb")), root / "packages")
+    shutil.copy(folder / "newer/axlecast.deb", root / "packages/newer")
+    suites = sorted(HERE.glob("guest/test_*.py"))
+    result = subprocess.run([RUN, "--build", build, "--root", root, "--results", folder / "guest-results", "--limit", str(LIMIT),
+                             "--no-verdict", *suites],
+                            env={**os.environ, "AXLECAST_VM_CASE_LIMIT": "240"})
+    shutil.rmtree(root)
+    sys.exit(result.returncode)
+
+
+if __name__ == "__main__":
+    main()
