@@ -65,7 +65,8 @@ std::string SimulatedSocket::Connect(const std::string& path, std::string_view p
     return path + ": " + std::strerror(errno);
   }
   if (connect(fresh.get(), address->generic(), address->size()) != 0) {
-    return "no simulator serves this bus (" + path + ": " + std::strerror(errno) + ')' + HowToStart(path);
+    const std::string cause = path + ": " + std::strerror(errno);
+    return "no simulator serves this bus" + HowToStart(path) + " (" + cause + ')';
   }
   pollfd greeting{fresh.get(), POLLIN, 0};
   if (PollUntil({&greeting, 1}, clock.Now() + kGreetingTime, clock) <= 0) {

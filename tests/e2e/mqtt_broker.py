@@ -64,7 +64,8 @@ class Relay:
         self.listener.bind(("127.0.0.1", port))
         self.listener.listen()
         self.accepted = 0
-        threading.Thread(target=self._accept, daemon=True).start()
+        self.acceptor = threading.Thread(target=self._accept, daemon=True)
+        self.acceptor.start()
 
     def _accept(self):
         while True:
@@ -115,6 +116,8 @@ class Relay:
             link.close()
 
     def close(self):
+        self.listener.shutdown(socket.SHUT_RDWR)  # ends the waiting accept, which would keep the port
+        self.acceptor.join()
         self.listener.close()
         self.cut()
 

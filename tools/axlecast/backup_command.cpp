@@ -1,13 +1,13 @@
 #include "tools/axlecast/backup_command.h"
 
 #include <CLI/CLI.hpp>
-#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <iterator>
 #include <memory>
 #include <optional>
 
+#include "drivers/io/new_file.h"
 #include "drivers/io/system_clock.h"
 #include "tools/axlecast/command_options.h"
 #include "tools/axlecast/command_report.h"
@@ -55,20 +55,6 @@ std::optional<MachineView> Look(const MachineConfig& machine, const std::string&
   return std::nullopt;
 }
 
-// Never half a file, and never one in the place of another.
-std::string WriteNew(const std::string& file, const std::string& text) {
-  const std::string part = file + ".part";
-  if (std::filesystem::exists(file)) return file + " exists: name another file (--out)";
-  std::ofstream out(part, std::ios::binary | std::ios::trunc);
-  out << text;
-  out.close();
-  std::error_code error;
-  if (out.good()) std::filesystem::rename(part, file, error);
-  if (out.good() && !error) return "";
-  std::filesystem::remove(part, error);
-  return "cannot write " + file;
-}
-
 int Backup(const Options& options) {
   int exit_code = kExitDone;
   const auto machine = options.config.Load(exit_code);
@@ -91,8 +77,8 @@ int Backup(const Options& options) {
   backup.written_by = options.program;
   const std::string file =
       options.wish.file.empty() ? BackupFileName(wish.device, backup.utime, ".json") : options.wish.file;
-  if (const std::string problem = WriteNew(file, ToFileText(backup)); !problem.empty())
-    return Wrong(problem, kExitBad);
+  const std::string problem = WriteNewFile(file, ToFileText(backup), {.mode = 0644}, false);
+  if (!problem.empty()) return Wrong(problem, kExitBad);
   const nlohmann::ordered_json json = {{"device", wish.device},
                                        {"file", file},
                                        {"cells", backup.cells.size()},

@@ -178,7 +178,7 @@ DeviceBackup ParseDeviceBackup(std::string_view text, std::string& problem) {
     problem = "it is longer than " + std::to_string(kMostBackupBytes) + " bytes: no backup of a device is";
     return backup;
   }
-  const Json json = Json::parse(text, nullptr, false);
+  const Json json = ParseOutsideJson(text);
   problem = json.is_discarded() ? "it is no JSON: it was damaged, or is another file" : CheckForm(json);
   if (!problem.empty()) return backup;
   Reader reader(json, problem);

@@ -73,6 +73,8 @@ TEST(DeviceBackup, WhatIsNoBackupIsSaid) {
   EXPECT_THAT(ProblemOf("{\"axlecast_backup\": 2}"), HasSubstr("version is 2"));
   EXPECT_THAT(ProblemOf("{\"axlecast_backup\": \"1\"}"), HasSubstr("version is \"1\""));
   EXPECT_THAT(ProblemOf(std::string(kMostBackupBytes + 1, ' ')), HasSubstr("longer than"));
+  const std::string deep = std::string(500'000, '[') + std::string(500'000, ']');
+  EXPECT_THAT(ProblemOf(R"({"axlecast_backup": 1, "alarms": )" + deep + '}'), HasSubstr("sha256"));
 }
 
 TEST(DeviceBackup, AnotherUnitIsToldByWhatBothSay) {

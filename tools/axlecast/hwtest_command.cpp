@@ -116,6 +116,7 @@ class Acceptance {
     const std::int8_t direction = watch_.info()->direction;
     std::cerr << "Turn the shaft by hand one turn " << (direction >= 0 ? "counter-clockwise" : "clockwise")
               << ", seen from the shaft end, then press Enter.\n";
+    while (EnterWasPressed()) continue;  // what was typed before says nothing
     const std::int64_t before = watch_.position()->counts;
     const bool pressed = Gather(
         kLongestTurn, [] { return EnterWasPressed(); }, "");
@@ -130,7 +131,7 @@ class Acceptance {
     pollfd file{STDIN_FILENO, POLLIN, 0};
     if (poll(&file, 1, 0) <= 0) return false;
     std::array<char, 256> line{};
-    return read(STDIN_FILENO, line.data(), line.size()) >= 0;
+    return read(STDIN_FILENO, line.data(), line.size()) > 0;
   }
 
   int Report(const Findings& findings) {

@@ -4,6 +4,7 @@
 #include "tools/axlecast/log_input.h"
 #include "tools/axlecast/log_summary.h"
 #include "tools/axlecast/utc_text.h"
+#include "tools/json/field.h"
 #include "tools/log/log_header.h"
 
 namespace axlecast {
@@ -100,7 +101,7 @@ Json SummaryJson(const std::string& file, std::size_t bytes, const LogSummary& s
   json["machine"] = machine ? Json(MachineName(*machine)) : Json(nullptr);
   json["has_schema"] = summary.Header(kSchemaChannel).has_value();
   const auto recorder = summary.Header(kRecorderChannel);
-  json["recorder"] = recorder ? Json::parse(*recorder, nullptr, false) : Json(nullptr);
+  json["recorder"] = recorder ? ParseOutsideJson(*recorder) : Json(nullptr);
   if (json["recorder"].is_discarded()) json["recorder"] = *recorder;
   json["lost"] = summary.lost();
   json["damage"] = DamageJson(damage);

@@ -16,6 +16,7 @@
 #include "drivers/io/wait_until.h"
 #include "tools/axlecast/simulated_interface.h"
 #include "tools/axlecast/simulated_pty.h"
+#include "tools/json/field.h"
 
 namespace axlecast {
 namespace {
@@ -122,7 +123,7 @@ void SimulationServer::OnPulses(Bus& bus) {
 // ---- questions from outside ----
 
 std::string SimulationServer::Answer(Bus& bus, const std::string& text) {
-  const Json question = Json::parse(text, nullptr, false);
+  const Json question = ParseOutsideJson(text);
   if (!question.is_object()) return Json{{"errors", {"the question is no JSON object"}}}.dump();
   return (question.contains("show") ? Show(bus) : Change(bus, question)).dump();
 }

@@ -37,7 +37,8 @@ int Up(const UpOptions& options) {
   MachineRun run(*machine, options.config.File(), table, options.json);
   if (options.isolated) run.AddNote("isolated; get in: " + EntryLine("lcm-logger"));
   if (options.web) {
-    const std::string page = "page: " + WebUrl(machine->web, HostName());
+    const std::string page =
+        "page: " + WebUrl(machine->web, HostName()) + (options.isolated ? " (for a browser that gets in)" : "");
     std::cerr << page << '\n';
     run.AddNote(page);
     run.AddWeb();

@@ -213,8 +213,9 @@ int RunWeb(const WebOptions& options) {
     if (!machine) return exit_code;
   }
   const WebConfig web = options.Over(machine ? machine->web : WebConfig{});
-  for (const WebFault& fault : FaultsOf(web))
-    return Refuse(std::string("web: ") + fault.key + ": " + fault.text, kExitUsage);
+  const std::vector<WebFault> faults = FaultsOf(web);
+  for (const WebFault& fault : faults) std::cerr << "web: " << fault.key << ": " << fault.text << '\n';
+  if (!faults.empty()) return kExitUsage;
   return options.logs.empty() ? ServeLive(options, web, *machine) : ServeLog(options, web, std::move(machine));
 }
 

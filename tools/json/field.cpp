@@ -58,6 +58,12 @@ std::string MendedUtf8(std::string_view text) {
   return nlohmann::json::parse(JsonLine(nlohmann::ordered_json(text))).get<std::string>();
 }
 
+nlohmann::ordered_json ParseOutsideJson(std::string_view text) {
+  using Json = nlohmann::ordered_json;
+  const auto shallow = [](int depth, Json::parse_event_t, Json&) { return depth < kDeepestJson; };
+  return Json::parse(text, shallow, false);
+}
+
 std::string JsonLine(const nlohmann::ordered_json& json) {
   return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }

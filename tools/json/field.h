@@ -79,6 +79,11 @@ struct MessageHead {
 // The text with what is not UTF-8 replaced by U+FFFD.
 [[nodiscard]] std::string MendedUtf8(std::string_view text);
 
+// What a text from outside holds; `is_discarded()` where it is no JSON. What is nested deeper than kDeepestJson is left
+// out: to copy or print it would need a stack as deep.
+inline constexpr int kDeepestJson = 16;
+[[nodiscard]] nlohmann::ordered_json ParseOutsideJson(std::string_view text);
+
 // One line of text, without the newline. Text that is not UTF-8 (a message may hold any bytes) is mended, not
 // refused.
 [[nodiscard]] std::string JsonLine(const nlohmann::ordered_json& json);

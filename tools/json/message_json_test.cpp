@@ -152,5 +152,14 @@ TEST(MessageJson, LineMendsTextThatIsNotUtf8) {
   EXPECT_NE(JsonLine(ToJson(alarm)).find("\xEF\xBF\xBD"), std::string::npos);
 }
 
+TEST(ParseOutsideJson, WhatIsNestedDeeperIsLeftOut) {
+  const std::string deep(1'000'000, '[');
+  EXPECT_TRUE(ParseOutsideJson(deep).is_discarded());
+  const std::string text = R"({"a":)" + deep + std::string(deep.size(), ']') + R"(,"b":[{"c":1}]})";
+  const nlohmann::ordered_json json = ParseOutsideJson(text);
+  EXPECT_EQ(json["b"], nlohmann::ordered_json::parse(R"([{"c":1}])"));
+  EXPECT_LT(JsonLine(json).size(), 100U);
+}
+
 }  // namespace
 }  // namespace axlecast

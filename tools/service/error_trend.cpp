@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "tools/service/growth.h"
+
 namespace axlecast {
 namespace {
 
@@ -12,9 +14,13 @@ constexpr std::size_t kMostEntries = 24 * 92;  // three months of each
 
 // What has come since `before` in the same life of the driver.
 void AddDifference(ErrorTrend::Entry& to, const ErrorTrend::Entry& before, const ErrorTrend::Entry& now) {
-  to.exchanges += now.exchanges - before.exchanges;
-  to.reopens += now.reopens - before.reopens;
-  for (std::size_t kind = 0; kind < kErrorKinds; ++kind) to.errors[kind] += now.errors[kind] - before.errors[kind];
+  const auto add = [](std::int64_t& sum, std::int64_t from, std::int64_t until) {
+    sum = std::min(sum + Growth(from, until), kMostCounts);
+  };
+  add(to.exchanges, before.exchanges, now.exchanges);
+  add(to.reopens, before.reopens, now.reopens);
+  for (std::size_t kind = 0; kind < kErrorKinds; ++kind)
+    add(to.errors[kind], before.errors[kind], now.errors[kind]);
   to.p99_us = std::max(to.p99_us, now.p99_us);
 }
 

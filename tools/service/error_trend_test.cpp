@@ -45,6 +45,15 @@ TEST(ErrorTrend, ADriverThatStartsAnewCountsFromItsZero) {
   EXPECT_EQ(entry.Failed(), 6);
 }
 
+TEST(ErrorTrend, CountersOfADamagedMessageStayNumbers) {
+  ErrorTrend trend;
+  std::int64_t boot = 0;
+  for (const std::int64_t counts : {INT64_MIN, INT64_MAX, std::int64_t{-1}, INT64_MAX, INT64_MAX}) {
+    trend.OnBus(Health(kStart, ++boot, 0, counts, counts));
+  }
+  EXPECT_EQ(trend.buses().at("rs485-0").entries.at(kStart).exchanges, std::int64_t{1} << 50);
+}
+
 TEST(ErrorTrend, WhatIsToldTwiceCountsOnce) {
   ErrorTrend trend;
   for (int i = 0; i < 3; ++i) trend.OnBus(Health(kStart, 1, 7, 1'000, 5));

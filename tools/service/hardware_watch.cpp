@@ -9,6 +9,7 @@
 #include "drivers/runtime/core/decode_message.h"
 #include "drivers/runtime/core/sample.h"
 #include "tools/json/names.h"
+#include "tools/service/growth.h"
 
 namespace axlecast {
 namespace {
@@ -38,7 +39,7 @@ float Median(std::vector<float> values) {
 
 std::int64_t Failed(const device_info_t& first, const device_info_t& last) {
   std::int64_t sum = 0;
-  for (std::size_t kind = 0; kind < kErrorKinds; ++kind) sum += last.errors[kind] - first.errors[kind];
+  for (std::size_t kind = 0; kind < kErrorKinds; ++kind) sum += Growth(first.errors[kind], last.errors[kind]);
   return sum;
 }
 
@@ -128,7 +129,7 @@ void HardwareWatch::OnMessage(std::string_view channel, Bytes message) {
   }
 }
 
-std::int64_t HardwareWatch::readings() const { return info_ ? info_->good - first_info_->good : 0; }
+std::int64_t HardwareWatch::readings() const { return info_ ? Growth(first_info_->good, info_->good) : 0; }
 std::int64_t HardwareWatch::errors() const { return info_ ? Failed(*first_info_, *info_) : 0; }
 
 Findings HardwareWatch::Judge() const {
@@ -178,7 +179,7 @@ void HardwareWatch::JudgeReadings(Findings& findings) const {
   group.findings.push_back(std::move(all));
   if (!info_) return;
   for (std::size_t kind = 0; kind < kErrorKinds; ++kind) {
-    const std::int64_t count = info_->errors[kind] - first_info_->errors[kind];
+    const std::int64_t count = Growth(first_info_->errors[kind], info_->errors[kind]);
     if (count == 0) continue;
     group.findings.push_back({"failed: " + std::string(ErrorName(static_cast<ErrorKind>(kind))),
                               std::to_string(count), share > kBadShare ? Verdict::kBad : Verdict::kAttention,
@@ -211,15 +212,15 @@ void HardwareWatch::JudgeBus(Findings& findings) const {
     if (uneven && !slow) turnaround.advice = "uneven: the host is late (realtime.priority), or others load it";
     group.findings.push_back(std::move(turnaround));
   }
-  const std::int64_t late = bus_->late - first_bus_->late;
-  const std::int64_t exchanges = std::max<std::int64_t>(bus_->exchanges - first_bus_->exchanges, 1);
+  const std::int64_t late = Growth(first_bus_->late, bus_->late);
+  const std::int64_t exchanges = std::max<std::int64_t>(Growth(first_bus_->exchanges, bus_->exchanges), 1);
   group.findings.push_back({"rate",
                             Print("%.1f exchanges/s, the wire allows %.1f", static_cast<double>(bus_->rate_hz),
                                   static_cast<double>(bus_->wire_limit_hz)),
                             late * 100 > exchanges ? Verdict::kAttention : Verdict::kGood,
                             late * 100 > exchanges ? std::to_string(late) + " slots missed: lower poll_hz" : ""});
-  const std::int64_t reopens = bus_->reopens - first_bus_->reopens;
-  const std::int64_t dropped = bus_->rx_dropped - first_bus_->rx_dropped;
+  const std::int64_t reopens = Growth(first_bus_->reopens, bus_->reopens);
+  const std::int64_t dropped = Growth(first_bus_->rx_dropped, bus_->rx_dropped);
   group.findings.push_back({"line",
                             std::to_string(reopens) + " times opened again, " + std::to_string(dropped) +
                                 " bytes lost by host or adapter",

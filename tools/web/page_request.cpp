@@ -3,20 +3,13 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "tools/json/field.h"
 #include "tools/log/log_span.h"
 
 namespace axlecast {
 namespace {
 
-using Json = nlohmann::json;
-
-constexpr int kDeepest = 4;
-
-// The frame's object; null where it is none. Deep nesting costs no stack.
-Json ParseFlat(std::string_view text) {
-  const auto shallow = [](int depth, Json::parse_event_t, Json&) { return depth < kDeepest; };
-  return Json::parse(text, shallow, false);
-}
+using Json = nlohmann::ordered_json;
 
 // The finite number that stands at `key`, within the range.
 bool ReadNumber(const Json& json, const char* key, double min, double max, double& value) {
@@ -58,7 +51,7 @@ PageRequest ParseSpeed(const Json& json) {
 }  // namespace
 
 PageRequest ParsePageRequest(std::string_view text) {
-  const Json json = ParseFlat(text);
+  const Json json = ParseOutsideJson(text);
   if (!json.is_object()) return BadRequest{"no JSON object"};
   const auto type = json.find("type");
   if (type == json.end() || !type->is_string()) return BadRequest{"an object without a type"};
