@@ -79,6 +79,14 @@ std::string WriteNewFile(const std::string& path, std::string_view content, cons
   return problem.empty() ? file.Commit(replace) : problem;
 }
 
+std::string WriteOutput(const std::string& path, std::string_view content) {
+  struct stat there {};
+  const bool is_file = lstat(path.c_str(), &there) != 0 || S_ISREG(there.st_mode);
+  if (is_file) return WriteNewFile(path, content, {.mode = 0644}, true);
+  const Descriptor file(open(path.c_str(), O_WRONLY | O_TRUNC | O_CLOEXEC | O_NOCTTY));
+  return file.valid() && WriteAll(file.get(), content) ? "" : Problem(path);
+}
+
 std::optional<gid_t> FindGroup(const std::string& name) {
   const group* const found = getgrnam(name.c_str());
   return found == nullptr ? std::nullopt : std::optional(found->gr_gid);

@@ -46,6 +46,10 @@ class NewFile {
 [[nodiscard]] std::string WriteNewFile(const std::string& path, std::string_view content, const FileAccess& access,
                                        bool replace);
 
+// Puts a result where an operator wants it: a file in one step, in the place of one that is there; into anything else
+// (/dev/stdout, a pipe, where a link leads) it is written. An empty string, else the cause.
+[[nodiscard]] std::string WriteOutput(const std::string& path, std::string_view content);
+
 // The group's id; nothing when there is none of that name.
 [[nodiscard]] std::optional<gid_t> FindGroup(const std::string& name);
 

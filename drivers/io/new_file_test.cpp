@@ -127,5 +127,19 @@ TEST_F(NewFileTest, KeepsWhatItReplacesUnderAnotherName) {
   EXPECT_EQ(FilesThere(), 2);
 }
 
+TEST_F(NewFileTest, AResultReplacesAFileAndGoesWhereALinkOrADeviceLeads) {
+  EXPECT_EQ(WriteOutput(path_, "first, longer"), "");
+  EXPECT_EQ(WriteOutput(path_, "second"), "");
+  EXPECT_EQ(Content(), "second");
+  const std::string link = folder_.path() + "/link";
+  std::filesystem::create_symlink(path_, link);
+  EXPECT_EQ(WriteOutput(link, "third"), "");
+  EXPECT_TRUE(std::filesystem::is_symlink(link));
+  EXPECT_EQ(Content(), "third");
+  EXPECT_EQ(WriteOutput("/dev/null", "gone"), "");
+  EXPECT_THAT(WriteOutput("/dev/full", "no room"), HasSubstr("/dev/full: No space left"));
+  EXPECT_THAT(WriteOutput(folder_.path(), "a folder"), HasSubstr("Is a directory"));
+}
+
 }  // namespace
 }  // namespace axlecast

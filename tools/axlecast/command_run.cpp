@@ -1,9 +1,9 @@
 #include "tools/axlecast/command_run.h"
 
-#include <fstream>
 #include <iostream>
 #include <optional>
 
+#include "drivers/io/new_file.h"
 #include "drivers/io/system_clock.h"
 #include "tools/axlecast/command_report.h"
 #include "tools/axlecast/confirmation.h"
@@ -44,20 +44,13 @@ std::optional<int> Ask(const MachineConfig& machine, const FoundOperation& found
   return std::nullopt;
 }
 
-// What a read brought, one "key: value" a line. False when the file cannot be written.
-bool WriteChanges(const std::string& file, const CommandResult& result) {
-  std::ofstream out(file);
-  out << MemoryFileText(result);
-  out.close();
-  return out.good();
-}
-
 int Tell(const CommandResult& result, const CommandWish& wish) {
   static_cast<void>(WriteOut(wish.json ? JsonLine(ToJson(result)) + '\n' : ToText(result)));
   const int exit_code = ExitCode(result);
   if (wish.out.empty() || (exit_code != kExitDone && exit_code != kExitUnverifiable)) return exit_code;
-  if (WriteChanges(wish.out, result)) return exit_code;
-  std::cerr << "cannot write " << wish.out << '\n';
+  const std::string problem = WriteOutput(wish.out, MemoryFileText(result));
+  if (problem.empty()) return exit_code;
+  std::cerr << problem << '\n';
   return kExitBad;
 }
 

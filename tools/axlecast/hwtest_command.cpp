@@ -7,12 +7,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <optional>
 
 #include "drivers/io/lcm_port.h"
+#include "drivers/io/new_file.h"
 #include "drivers/io/process.h"
 #include "drivers/io/system_clock.h"
 #include "tools/axlecast/config_option.h"
@@ -137,10 +137,6 @@ class Acceptance {
   int Report(const Findings& findings) {
     const Verdict worst = Worst(findings);
     const std::int64_t now = clock_.UtcMicroseconds();
-    if (!options_.html.empty() && !WritePage(findings, worst, now)) {
-      std::cerr << options_.html << ": cannot be written\n";
-      return kExitFailed;
-    }
     if (options_.json) {
       nlohmann::ordered_json json = {{"machine", machine_.machine},
                                      {"device", options_.device},
@@ -155,10 +151,17 @@ class Acceptance {
       static_cast<void>(
           WriteOut(FindingsText(findings) + options_.device + ": " + std::string(VerdictName(worst)) + '\n'));
     }
+    if (!options_.html.empty()) {
+      const std::string problem = WriteOutput(options_.html, Page(findings, worst, now));
+      if (!problem.empty()) {
+        std::cerr << problem << '\n';
+        return kExitFailed;
+      }
+    }
     return worst == Verdict::kBad ? kExitBad : kExitDone;
   }
 
-  bool WritePage(const Findings& findings, Verdict worst, std::int64_t now) {
+  std::string Page(const Findings& findings, Verdict worst, std::int64_t now) {
     HtmlPage page("Acceptance of " + options_.device + ", machine " + machine_.machine);
     page.Facts({{{"device"}, {options_.device + " on " + bus_.name + " (" + std::string(bus_.family->name) + ")"}},
                 {{"verdict"},
@@ -170,10 +173,7 @@ class Acceptance {
     AddFindings(page, findings);
     page.Heading("Signed");
     page.Facts({{{"name, date"}, {""}}, {{"signature"}, {""}}});
-    std::ofstream file(options_.html, std::ios::binary | std::ios::trunc);
-    file << page.Text();
-    file.close();
-    return file.good();
+    return page.Text();
   }
 
   const Options& options_;

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "drivers/io/new_file.h"
 #include "tools/axlecast/command_options.h"
 #include "tools/axlecast/confirmation.h"
 #include "tools/axlecast/do_request.h"
@@ -93,10 +94,8 @@ int Export(const Options& options) {
   if (exit_code != kExitDone) return exit_code;
   const std::string text = ParameterFileText(*place->family, options.wish.device, values);
   if (options.file.empty()) return WriteOut(text) ? kExitDone : kExitBad;
-  std::ofstream out(options.file);
-  out << text;
-  out.close();
-  if (!out.good()) return Wrong("cannot write " + options.file, kExitBad);
+  if (const std::string problem = WriteOutput(options.file, text); !problem.empty())
+    return Wrong(problem, kExitBad);
   return Show({{"device", options.wish.device}, {"file", options.file}, {"parameters", values.size()}},
               std::to_string(values.size()) + " parameters in " + options.file + '\n', options.wish.json);
 }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bridge/store/history.h"
+#include "drivers/io/new_file.h"
 #include "drivers/runtime/device/outcome_text.h"
 #include "tools/axlecast/columns.h"
 #include "tools/axlecast/command_report.h"
@@ -186,11 +187,8 @@ ReplaceGuide::End ReplaceGuide::ReadBackup() {
   }
   const std::string file =
       wish_.backup.empty() ? BackupFileName(report_.device, clock_.UtcMicroseconds(), ".txt") : wish_.backup;
-  std::ofstream out(file);
-  out << reading.text;
-  out.close();
-  if (!out.good()) {
-    std::cerr << "cannot write " << file << '\n';
+  if (const std::string problem = WriteOutput(file, reading.text); !problem.empty()) {
+    std::cerr << problem << '\n';
     return kExitBad;
   }
   backup_ = std::move(reading.contents);

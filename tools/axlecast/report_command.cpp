@@ -3,10 +3,10 @@
 #include <sys/utsname.h>
 
 #include <CLI/CLI.hpp>
-#include <fstream>
 #include <iostream>
 #include <memory>
 
+#include "drivers/io/new_file.h"
 #include "drivers/io/system_clock.h"
 #include "drivers/runtime/core/decode_message.h"
 #include "tools/axlecast/config_option.h"
@@ -92,14 +92,10 @@ int RunReport(const Options& options) {
   if (!options.no_reads && !live.view().NoneHeard()) ReadDevices(options, *machine, contents);
   const std::string page = ReportPage(*machine, live.view(), heard_at, contents);
   if (options.html.empty()) return WriteOut(page) ? kExitDone : kExitFailed;
-  std::ofstream file(options.html, std::ios::binary | std::ios::trunc);
-  file << page;
-  file.close();
-  if (!file.good()) {
-    std::cerr << options.html << ": cannot be written\n";
-    return kExitFailed;
-  }
-  return kExitDone;
+  const std::string problem = WriteOutput(options.html, page);
+  if (problem.empty()) return kExitDone;
+  std::cerr << problem << '\n';
+  return kExitFailed;
 }
 
 }  // namespace

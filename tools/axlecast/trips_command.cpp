@@ -1,11 +1,11 @@
 #include "tools/axlecast/trips_command.h"
 
-#include <fstream>
 #include <iostream>
 #include <map>
 #include <memory>
 
 #include "drivers/io/lcm_port.h"
+#include "drivers/io/new_file.h"
 #include "drivers/runtime/core/decode_message.h"
 #include "tools/axlecast/command_options.h"
 #include "tools/axlecast/command_report.h"
@@ -70,11 +70,9 @@ int Tell(const Options& options, const CommandResult& result, const std::vector<
   const int exit_code = ExitCode(result);
   if (exit_code != kExitDone && !trips.empty() && !options.wish.json) std::cerr << ToText(result);
   if (options.svg.empty() || exit_code != kExitDone) return exit_code;
-  std::ofstream out(options.svg);
-  out << TripSvg(options.wish.device, trips);
-  out.close();
-  if (out.good()) return exit_code;
-  std::cerr << "cannot write " << options.svg << '\n';
+  const std::string problem = WriteOutput(options.svg, TripSvg(options.wish.device, trips));
+  if (problem.empty()) return exit_code;
+  std::cerr << problem << '\n';
   return kExitBad;
 }
 
