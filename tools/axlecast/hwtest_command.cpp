@@ -114,9 +114,9 @@ class Acceptance {
       return group;
     }
     const std::int8_t direction = watch_.info()->direction;
+    while (EnterWasPressed()) continue;  // what was typed before says nothing
     std::cerr << "Turn the shaft by hand one turn " << (direction >= 0 ? "counter-clockwise" : "clockwise")
               << ", seen from the shaft end, then press Enter.\n";
-    while (EnterWasPressed()) continue;  // what was typed before says nothing
     const std::int64_t before = watch_.position()->counts;
     const bool pressed = Gather(
         kLongestTurn, [] { return EnterWasPressed(); }, "");
