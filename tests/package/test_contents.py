@@ -59,6 +59,16 @@ class Contents(unittest.TestCase):
         named = {re.match(r"[a-z0-9.+-]+", item.strip())[0] for item in field.split(",")}
         self.assertEqual(installed - named - NOT_FOR_PACKAGES, set())
 
+    def test_a_build_of_debhelper_installs_below_usr(self):
+        with tempfile.TemporaryDirectory() as folder:
+            words = ["-DCMAKE_INSTALL_PREFIX=/usr", "-DCMAKE_INSTALL_LIBDIR=lib/triplet", "-DAXLECAST_TESTS=OFF",
+                     "-DAXLECAST_BENCH=OFF"]  # as dh_auto_configure and debian/rules have them
+            result = run("cmake", "-G", "Ninja", "-S", SOURCE, "-B", folder, *words)
+            self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+            script = pathlib.Path(folder, "packaging/client/cmake_install.cmake").read_text()
+        self.assertIn('"${CMAKE_INSTALL_PREFIX}/lib/triplet/pkgconfig"', script)
+        self.assertNotIn(f'DESTINATION "{folder}', script)
+
     def test_every_command_and_option_is_described(self):
         for name, command in self.commands():
             self.assertTrue(command["description"], name)
