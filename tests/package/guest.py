@@ -11,7 +11,7 @@ import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 RUN = HERE.parent / "vm/run"
-LIMIT = 400  # s
+LIMIT = 900  # s
 
 
 def main():
