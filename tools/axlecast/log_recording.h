@@ -33,6 +33,7 @@ class LogRecording {
   [[nodiscard]] const std::vector<std::string>& warnings() const { return recording_.warnings(); }
   [[nodiscard]] RecordingStatus status() const { return recording_.status(); }
   [[nodiscard]] bool failed() const { return recording_.failed(); }
+  [[nodiscard]] bool Reads() { return recording_.Reads(); }
 
  private:
   void TellErrors(const LogWriterStatus& disk, std::vector<std::string>& errors);

@@ -16,6 +16,7 @@
 #include "drivers/io/lcm_port.h"
 #include "drivers/io/process.h"
 #include "drivers/io/run_directory.h"
+#include "drivers/io/supervision.h"
 #include "drivers/io/system_clock.h"
 #include "tools/axlecast/exit_code.h"
 #include "tools/axlecast/log_recording.h"
@@ -66,11 +67,14 @@ class RecordRun {
       return kExitFailed;
     }
     for (LogRecording& log : logs_) log.Start();
+    supervision_.Ready();
     while (!AnyFailed() && !stop.Wait(kRedrawMs)) {
+      if (AllRead()) supervision_.Progress(clock_.Now());
       if (clock_.Now() < next_health_) continue;
       next_health_ = clock_.Now() + kSecond;
       Tell(false);
     }
+    supervision_.Stopping();
     Tell(true);
     for (LogRecording& log : logs_) log.Stop();
     return End();
@@ -101,6 +105,10 @@ class RecordRun {
 
   [[nodiscard]] bool AnyFailed() const {
     return std::any_of(logs_.begin(), logs_.end(), [](const LogRecording& log) { return log.failed(); });
+  }
+
+  [[nodiscard]] bool AllRead() {
+    return std::all_of(logs_.begin(), logs_.end(), [](LogRecording& log) { return log.Reads(); });
   }
 
   void Tell(bool stopping) {
@@ -139,6 +147,7 @@ class RecordRun {
   const RecordOptions& options_;
   LiveLines live_;
   SystemClock clock_;
+  Supervision supervision_;
   LcmPort health_port_;
   std::list<LogRecording> logs_;
   MonoNs next_health_ = 0;

@@ -46,7 +46,7 @@ std::string Intake::Run(int stop) {
   for (const Source& source : sources_) files.push_back({source.port.FileDescriptor(), POLLIN, 0});
   for (const OtherSource& other : others_) files.push_back({other.port.FileDescriptor(), POLLIN, 0});
   MonoNs next_count = 0;
-  while (files[0].revents == 0) {
+  for (; files[0].revents == 0; ++turns_) {
     static_cast<void>(PollUntil(files, clock_.Now() + kCountDrops, clock_));
     ReadAll(kAnyTime);
     for (OtherSource& other : others_) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <list>
 #include <map>
@@ -27,7 +28,7 @@ struct IntakeCounts {
 };
 
 // The reading side: takes messages from LCM's ports as they come and puts those that are wanted into a queue. It never
-// waits for who takes them out. counts() is thread-safe; the rest belongs to one thread.
+// waits for who takes them out. counts() and turns() are thread-safe; the rest belongs to one thread.
 class Intake {
  public:
   Intake(ChannelFilter filter, MessageQueue& queue, const Clock& clock);
@@ -40,6 +41,8 @@ class Intake {
   [[nodiscard]] std::string Run(int stop);
 
   [[nodiscard]] IntakeCounts counts() const;
+  // Of the loop of Run: at least ten in a second, unless it hangs.
+  [[nodiscard]] std::uint64_t turns() const { return turns_; }
 
  private:
   struct Source {
@@ -70,6 +73,7 @@ class Intake {
   std::list<Source> sources_;
   std::list<OtherSource> others_;
   std::vector<std::string> warnings_;
+  std::atomic<std::uint64_t> turns_ = 0;
   mutable std::mutex mutex_;
   std::int64_t from_others_ = 0;
   std::int64_t overflow_ = 0;

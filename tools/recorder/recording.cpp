@@ -146,6 +146,11 @@ RecordingStatus Recording::status() const {
   return status;
 }
 
+bool Recording::Reads() {
+  const std::uint64_t turns = intake_.turns();
+  return std::exchange(turns_, turns) != turns;
+}
+
 bool Recording::failed() const {
   const std::scoped_lock lock(mutex_);
   return !shared_.failure.empty();

@@ -62,6 +62,9 @@ class Recording {
 
   [[nodiscard]] RecordingStatus status() const;
   [[nodiscard]] bool failed() const;  // it ended by itself
+  // Whether the reading thread has got on since the call before. A disk that stands still does not count: what comes
+  // meanwhile is kept, and a restart would lose it.
+  [[nodiscard]] bool Reads();
 
  private:
   void Read();
@@ -82,7 +85,8 @@ class Recording {
   std::thread reader_thread_;
   std::thread writer_thread_;
   mutable std::mutex mutex_;
-  RecordingStatus shared_;  // what the writing thread and the end of the reading one tell
+  std::uint64_t turns_ = 0;  // of the reading thread, at the last Reads
+  RecordingStatus shared_;   // what the writing thread and the end of the reading one tell
 };
 
 }  // namespace axlecast

@@ -154,11 +154,13 @@ class Installed(unittest.TestCase):
         os.kill(before, signal.SIGKILL)
         wait_for_another(DRIVERS[0], before)
 
-    def test_a_driver_that_stands_still_is_restarted(self):
-        before = pid(DRIVERS[1])
-        os.kill(before, signal.SIGSTOP)
-        wait_for_another(DRIVERS[1], before)
-        self.assertIn("Watchdog timeout", journal(DRIVERS[1]))
+    def test_what_stands_still_is_restarted(self):
+        before = {unit: pid(unit) for unit in (DRIVERS[1], "axlecast-record.service")}
+        for process in before.values():
+            os.kill(process, signal.SIGSTOP)
+        for unit, process in before.items():
+            wait_for_another(unit, process)
+            self.assertIn("Watchdog timeout", journal(unit))
 
     def test_a_killed_bridge_comes_back_with_its_journal(self):
         before = pid(SERVICES[0])
