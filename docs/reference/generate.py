@@ -115,8 +115,9 @@ def configuration(axlecast):
         every[place]["default"] = "the family's"
     text = MADE + "# Keys of the machine's file\n\nEvery key as the programs read it, with kind, default and range; what each is for"
     text += " stands in [configuration.md](../configuration.md) and in the families' READMEs. `<name>` is a name that the file"
-    text += " gives. Where a README says that a key must be given, its default holds only beside the error that names it. The"
-    text += " list of one file: `axlecast check-config --keys FILE`.\n\n## All families\n\n"
+    text += " gives. What is required is so where the mapping that it belongs to stands. Where a README says that a key"
+    text += " must be given, its default holds only beside the error that names it. The list of one file:"
+    text += " `axlecast check-config --keys FILE`.\n\n## All families\n\n"
     text += key_rows([every[place] for place in every if place in common])
     for family, keys in families.items():
         own = [key for place, key in keys.items() if place not in common]

@@ -84,7 +84,7 @@ CanFilters FiltersOf(std::uint8_t node, bool bench) {
 std::unique_ptr<DeviceSettings> ParseOwn(ConfigMap& device, const BusConfig& bus) {
   auto settings = std::make_unique<SaaCanSettings>();
   settings->model = Models()[device.Choice("model", Models(), 0)];
-  if (!device.Has("bits")) device.Error("bits", "is missing: the resolution, 10 to 26, as on the encoder's label");
+  device.Require("bits", "the resolution, 10 to 26, as on the encoder's label");
   settings->format.bits = static_cast<int>(device.Integer("bits", 14, kLeastBits, kMostBits, "bits"));
   settings->format.big_endian = device.Choice("byte_order", {"little", "big"}, 0) == 1;
   settings->node =

@@ -89,7 +89,7 @@ std::shared_ptr<const FamilyBus> ParseBus(ConfigMap& map, const BusConfig& bus) 
 std::unique_ptr<DeviceSettings> ParseSettings(ConfigMap& device, const BusConfig& bus) {
   auto settings = std::make_unique<SaaModbusSettings>();
   settings->model = kModels.at(device.Choice("model", {kModels.begin(), kModels.end()}, 0));
-  if (!device.Has("bits")) device.Error("bits", "is missing: the encoder's resolution, 10 to 26 bits");
+  device.Require("bits", "the encoder's resolution, 10 to 26 bits");
   settings->bits = static_cast<int>(device.Integer("bits", kOneRegisterBits, kLeastBits, kMostBits, "bits"));
   const int needed = settings->bits <= kOneRegisterBits ? 1 : 2;
   settings->registers = static_cast<int>(device.Integer("registers", needed, 1, 2, "registers"));

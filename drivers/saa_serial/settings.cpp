@@ -103,7 +103,7 @@ void CheckCommands(ConfigMap& map, const BusConfig& bus) {
 
 std::shared_ptr<const FamilyBus> ParseBus(ConfigMap& map, const BusConfig& bus) {
   auto own = std::make_shared<SaaBus>();
-  if (!map.Has("mode")) map.Error("mode", "is missing: timing, handshake or bus, as the encoder was ordered");
+  map.Require("mode", "timing, handshake or bus, as the encoder was ordered");
   own->mode = static_cast<Mode>(map.Choice("mode", {"timing", "handshake", "bus"}, 2));
   if (bus.link.line.baud == 0) {
     map.Error("link", "needs baud: the maker sets it to order, there is no usual one");
@@ -126,7 +126,7 @@ std::unique_ptr<DeviceSettings> ParseDevice(ConfigMap& device, const BusConfig& 
   const std::vector<std::string_view> models = {"saa",      "saa37p8",   "saa58p24",  "saa70p30",
                                                 "saa90p50", "saa130p90", "saa290p184"};
   settings->model = models[device.Choice("model", models, 0)];
-  if (!device.Has("bits")) device.Error("bits", "is missing: the resolution, 10 to 26, as on the encoder's label");
+  device.Require("bits", "the resolution, 10 to 26, as on the encoder's label");
   settings->format.bits = static_cast<int>(device.Integer("bits", 14, kLeastBits, kMostBits, "bits"));
   ParseAddress(device, own, *settings);
   ParseTimes(device, own, *settings);

@@ -30,9 +30,7 @@ void ParseModel(ConfigMap& device, TFormatSettings& settings) {
   std::vector<std::string_view> names;
   for (const Model& model : Models()) names.push_back(model.name);
   names.push_back(kCustomModel);
-  if (!device.Has("model")) {
-    device.Error("model", "is missing: " + std::string(names[0]) + ", or custom with bits, turn_bits and enid");
-  }
+  device.Require("model", std::string(names[0]) + ", or custom with bits, turn_bits and enid");
   const std::size_t choice = device.Choice("model", names, 0);
   settings.model = names[choice];
   UseModel(Models()[choice < Models().size() ? choice : 0], settings);

@@ -39,7 +39,7 @@ Json ConfigKeysJson(const std::vector<ConfigKey>& keys) {
     list.push_back({{"place", key.place},
                     {"kind", OrNull(key.kind)},
                     {"range", OrNull(key.range)},
-                    {"default", OrNull(key.fallback)},
+                    {"default", OrNull(key.required ? "" : key.fallback)},
                     {"required", key.required}});
   }
   return list;

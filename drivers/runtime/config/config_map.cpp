@@ -5,6 +5,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "drivers/runtime/config/quantity.h"
 #include "drivers/runtime/config/words.h"
 
 namespace axlecast {
@@ -112,17 +113,24 @@ bool ConfigMap::Has(std::string_view key) {
   return Find(key).value.IsDefined();
 }
 
+void ConfigMap::MarkRequired(std::string_view key) {
+  errors_->Asked({.place = Below(place_, key), .required = true});
+}
+
+bool ConfigMap::Require(std::string_view key, const std::string& right) {
+  MarkRequired(key);
+  const bool given = Has(key);
+  if (!given) Error(key, "is missing" + (right.empty() ? "" : ": " + right));
+  return given;
+}
+
 std::string ConfigMap::String(std::string_view key, std::string fallback) {
   Asked(key, "text", {}, fallback);
   return Scalar(key, "a text").value_or(std::move(fallback));
 }
 
 std::string ConfigMap::RequiredString(std::string_view key) {
-  errors_->Asked({.place = Below(place_, key), .kind = "text", .required = true});
-  if (!Has(key)) {
-    Error(key, "is missing");
-    return {};
-  }
+  Require(key, "");
   return String(key, {});
 }
 
@@ -137,7 +145,7 @@ bool ConfigMap::Bool(std::string_view key, bool fallback) {
 
 double ConfigMap::Number(std::string_view key, double fallback, double min, double max, std::string_view unit) {
   const std::string range = Range(Plain(min), Plain(max), unit);
-  Asked(key, "number", range, Plain(fallback));
+  Asked(key, "number", range, fallback < min || fallback > max ? "" : Plain(fallback));
   const std::optional<std::string> text = Scalar(key, "a number (" + range + ")");
   if (!text) return fallback;
   const std::optional<double> value = ParseNumber(*text);
@@ -149,13 +157,31 @@ double ConfigMap::Number(std::string_view key, double fallback, double min, doub
 std::int64_t ConfigMap::Integer(std::string_view key, std::int64_t fallback, std::int64_t min, std::int64_t max,
                                 std::string_view unit) {
   const std::string range = Range(std::to_string(min), std::to_string(max), unit);
-  Asked(key, "whole number", range, std::to_string(fallback));
+  Asked(key, "whole number", range, fallback < min || fallback > max ? "" : std::to_string(fallback));
   const std::optional<std::string> text = Scalar(key, "a whole number (" + range + ")");
   if (!text) return fallback;
   const std::optional<std::int64_t> value = ParseInteger(*text);
   if (value && *value >= min && *value <= max) return *value;
   Wrong(Find(key).mark, key, *text, value ? "within " + range : "a whole number (" + range + ")");
   return fallback;
+}
+
+MonoNs ConfigMap::Time(std::string_view key, MonoNs fallback) {
+  Asked(key, "time", {}, fallback == 0 ? "" : TimeText(fallback));
+  const std::optional<std::string> text = Scalar(key, "a time");
+  if (!text) return fallback;
+  const std::optional<MonoNs> value = ParseTime(*text);
+  if (!value) Wrong(Find(key).mark, key, *text, kTimeRule);
+  return value.value_or(fallback);
+}
+
+std::int64_t ConfigMap::Size(std::string_view key, std::int64_t fallback) {
+  Asked(key, "size", {}, fallback == 0 ? "" : SizeText(fallback));
+  const std::optional<std::string> text = Scalar(key, "a size");
+  if (!text) return fallback;
+  const std::optional<std::int64_t> value = ParseSize(*text);
+  if (!value) Wrong(Find(key).mark, key, *text, kSizeRule);
+  return value.value_or(fallback);
 }
 
 std::size_t ConfigMap::Choice(std::string_view key, const std::vector<std::string_view>& names,

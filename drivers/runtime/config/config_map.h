@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "drivers/runtime/core/instant.h"
+
 namespace axlecast {
 
 struct ConfigError {
@@ -57,6 +59,10 @@ class ConfigMap {
   ConfigMap& operator=(const ConfigMap&) = delete;  // YAML::Node's would change the document
 
   [[nodiscard]] bool Has(std::string_view key);
+  // Tells only the list of keys that it must be given.
+  void MarkRequired(std::string_view key);
+  // An error, with what it should be, when the key is absent. Whether it is there.
+  bool Require(std::string_view key, const std::string& right);
   [[nodiscard]] std::string String(std::string_view key, std::string fallback);
   [[nodiscard]] std::string RequiredString(std::string_view key);
   [[nodiscard]] bool Bool(std::string_view key, bool fallback);
@@ -64,6 +70,9 @@ class ConfigMap {
   [[nodiscard]] double Number(std::string_view key, double fallback, double min, double max, std::string_view unit);
   [[nodiscard]] std::int64_t Integer(std::string_view key, std::int64_t fallback, std::int64_t min,
                                      std::int64_t max, std::string_view unit);
+  // As ParseTime and ParseSize have them, "90s" and "20GB"; a fallback of 0 is none.
+  [[nodiscard]] MonoNs Time(std::string_view key, MonoNs fallback);
+  [[nodiscard]] std::int64_t Size(std::string_view key, std::int64_t fallback);
   // Index into `names`; the fallback when the key is absent or wrong.
   [[nodiscard]] std::size_t Choice(std::string_view key, const std::vector<std::string_view>& names,
                                    std::size_t fallback);

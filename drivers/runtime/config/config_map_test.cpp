@@ -87,8 +87,10 @@ TEST_F(ConfigMapTest, EveryMistakeNamesPlaceValueAndWhatIsRight) {
   EXPECT_EQ(map.Integer("l", 4, 0, 9, ""), 4);
   EXPECT_EQ(map.Map("m").String("inner", "x"), "x");
   EXPECT_EQ(map.RequiredString("z"), "");
+  EXPECT_FALSE(map.Require("y", "one of p, q"));
   EXPECT_EQ(errors_.Text(),
             "f.yaml:1:1: z: is missing\n"
+            "f.yaml:1:1: y: is missing: one of p, q\n"
             "f.yaml:1:4: a: 'yes' is not true or false\n"
             "f.yaml:2:6: b: '12x' is not a number (0 to 20000 Hz)\n"
             "f.yaml:3:4: c: '7001' is not within 0 to 6000 rpm\n"
@@ -217,6 +219,7 @@ TEST_F(ConfigMapTest, TellsWhichKeysItWasAskedFor) {
     static_cast<void>(bus.Has("hz"));
     static_cast<void>(bus.Number("hz", 2.5, 0, 1e3, "Hz"));
     static_cast<void>(bus.Has("hz"));
+    bus.Require("sense", "");
     static_cast<void>(bus.Choice("sense", {"ccw", "cw"}, 1));
     static_cast<void>(bus.Map("link").Bool("echo", false));
     static_cast<void>(bus.Empty("simulate").Named("axis1").Integer("rpm", 0, -1, 1, ""));
@@ -229,12 +232,47 @@ TEST_F(ConfigMapTest, TellsWhichKeysItWasAskedFor) {
               ElementsAre("machine", "buses", "buses.<name>.hz", "buses.<name>.sense", "buses.<name>.link",
                           "buses.<name>.link.echo", "buses.<name>.simulate.<name>.rpm", "list", "list[].x"));
   EXPECT_TRUE(Find(errors_, "machine")->required);
+  EXPECT_TRUE(Find(errors_, "buses.<name>.sense")->required);
   EXPECT_EQ(Find(errors_, "machine")->kind, "text");
   EXPECT_EQ(Find(errors_, "buses.<name>.hz")->kind, "number");
   EXPECT_EQ(Find(errors_, "buses.<name>.hz")->range, "0 to 1000 Hz");
   EXPECT_EQ(Find(errors_, "buses.<name>.hz")->fallback, "2.5");
   EXPECT_EQ(Find(errors_, "buses.<name>.sense")->range, "ccw, cw");
   EXPECT_EQ(Find(errors_, "buses.<name>.sense")->fallback, "cw");
+}
+
+TEST_F(ConfigMapTest, ADefaultThatNobodyCouldWriteIsNone) {
+  ConfigMap map = Of("x: 1\n");
+  map.MarkRequired("bits");
+  static_cast<void>(map.Integer("bits", 16, 10, 26, "bits"));
+  static_cast<void>(map.Integer("port", 0, 1, 65'535, ""));
+  static_cast<void>(map.Number("modulo", 0, 1e-9, 1, "mm"));
+  static_cast<void>(map.Time("keep", 0));
+  static_cast<void>(map.Time("interval", 10 * kSecond));
+  static_cast<void>(map.Size("quota", 0));
+  static_cast<void>(map.Size("buffer", 64 << 20));
+  EXPECT_TRUE(Find(errors_, "bits")->required);
+  EXPECT_EQ(Find(errors_, "bits")->kind, "whole number");
+  EXPECT_EQ(Find(errors_, "port")->fallback, "");
+  EXPECT_EQ(Find(errors_, "modulo")->fallback, "");
+  EXPECT_EQ(Find(errors_, "keep")->fallback, "");
+  EXPECT_EQ(Find(errors_, "interval")->fallback, "10s");
+  EXPECT_EQ(Find(errors_, "quota")->fallback, "");
+  EXPECT_EQ(Find(errors_, "buffer")->fallback, "64MB");
+  EXPECT_EQ(errors_.Text(), "");
+}
+
+TEST_F(ConfigMapTest, ReadsTimesAndSizes) {
+  ConfigMap map = Of("keep: 2h\nquota: 20GB\nshort: 5\nsmall: 1 GB\nlist: [1s]\n");
+  EXPECT_EQ(map.Time("keep", 0), 7'200 * kSecond);
+  EXPECT_EQ(map.Size("quota", 0), std::int64_t{20} << 30);
+  EXPECT_EQ(map.Time("short", kSecond), kSecond);
+  EXPECT_EQ(map.Size("small", 7), 7);
+  EXPECT_EQ(map.Time("list", kSecond), kSecond);
+  EXPECT_EQ(errors_.Text(),
+            "f.yaml:3:8: short: '5' is not a time: 90s, 15m, 1h, 14d, 2w or 5y\n"
+            "f.yaml:4:8: small: '1 GB' is not a size: 512kB, 100MB, 20GB or 1TB\n"
+            "f.yaml:5:7: list: a list stands where a time is expected\n");
 }
 
 }  // namespace

@@ -46,6 +46,7 @@ class MachineLoader {
       root.Error("machine", Quoted(machine_.machine) + kNameRule);
     }
     LoadLcm(root.Map("lcm"));
+    root.MarkRequired("buses");
     auto buses = root.Maps("buses");
     if (buses.empty()) root.Error("buses", "is missing or empty: a machine needs at least one bus");
     for (auto& [name, map] : buses) LoadBus(name, map);
@@ -96,6 +97,7 @@ class MachineLoader {
 
   void LoadBus(const std::string& name, ConfigMap& map) {
     if (!IsName(name)) errors_.Add(map.mark(), map.path() + ": " + Quoted(name) + kNameRule);
+    map.MarkRequired("devices");
     auto devices = map.Maps("devices");
     for (auto& [device, device_map] : devices) {
       if (!IsName(device)) errors_.Add(device_map.mark(), device_map.path() + ": " + Quoted(device) + kNameRule);
@@ -138,10 +140,7 @@ class MachineLoader {
   static const Family* LoadFamily(ConfigMap& map) {
     std::vector<std::string> known;
     for (const Family* family : Families()) known.emplace_back(family->name);
-    if (!map.Has("family")) {
-      map.Error("family", "is missing: one of " + Listed(known));
-      return nullptr;
-    }
+    if (!map.Require("family", "one of " + Listed(known))) return nullptr;
     const std::string name = map.String("family", "");
     const Family* family = FindFamily(name);
     if (family == nullptr && !name.empty()) {

@@ -82,9 +82,7 @@ class BridgeLoader {
       grant.id = KeyId(*key);
     }
     const std::vector<std::string_view> roles(kRoleNames.begin(), kRoleNames.end());
-    if (!map.Has("role")) {
-      map.Error("role", "is missing: one of " + Listed({kRoleNames.begin(), kRoleNames.end()}));
-    }
+    map.Require("role", "one of " + Listed({kRoleNames.begin(), kRoleNames.end()}));
     grant.role = static_cast<Role>(map.Choice("role", roles, 0));
     grant.devices = LoadDevices(map);
     grant.operations = LoadOperations(map, grant);

@@ -3,21 +3,12 @@
 #include <algorithm>
 
 #include "drivers/runtime/config/load_place.h"
-#include "drivers/runtime/config/quantity.h"
 #include "drivers/runtime/config/words.h"
 
 namespace axlecast {
 namespace {
 
 constexpr double kMostDeadband = 1e12;
-
-void LoadTime(ConfigMap& map, const char* key, MonoNs& time) {
-  if (!map.Has(key)) return;
-  const std::string text = map.String(key, "1s");  // after an error
-  const auto value = ParseTime(text);
-  if (!value) map.Error(key, Quoted(text) + " is not " + kTimeRule);
-  time = value.value_or(time);
-}
 
 std::string LoadFile(ConfigMap& map, const char* key) {
   std::string file = map.String(key, "");
@@ -43,9 +34,9 @@ SecretPlace LoadPassword(ConfigMap& map) {
 
 // What stands in `pace` is the default.
 PositionPace LoadPace(ConfigMap& map, PositionPace pace) {
-  LoadTime(map, "interval", pace.interval);
+  pace.interval = map.Time("interval", pace.interval);
   pace.deadband = map.Number("deadband", pace.deadband, 0, kMostDeadband, "(in the device's unit)");
-  LoadTime(map, "longest", pace.longest);
+  pace.longest = map.Time("longest", pace.longest);
   if (!map.Has("longest")) pace.longest = std::max(pace.longest, pace.interval);
   for (const MqttFault& fault : FaultsOf(pace)) map.Error(fault.key, fault.text);
   return pace;
@@ -76,12 +67,7 @@ void LoadTls(ConfigMap map, MqttConfig& mqtt) {
 
 void LoadQueue(ConfigMap map, MqttConfig& mqtt) {
   mqtt.queue_messages = map.Integer("messages", mqtt.queue_messages, kLeastQueueMessages, 10'000'000, "messages");
-  if (map.Has("size")) {
-    const std::string text = map.String("size", "16MB");  // after an error
-    const auto size = ParseSize(text);
-    if (!size) map.Error("size", Quoted(text) + " is not " + kSizeRule);
-    mqtt.queue_bytes = size.value_or(mqtt.queue_bytes);
-  }
+  mqtt.queue_bytes = map.Size("size", mqtt.queue_bytes);
   map.Done();
 }
 
@@ -90,6 +76,7 @@ void LoadQueue(ConfigMap map, MqttConfig& mqtt) {
 MqttConfig LoadMqtt(ConfigMap map, const std::vector<std::string>& devices) {
   MqttConfig mqtt;
   const bool stands = map.node().IsDefined() && (map.node().IsMap() || map.node().IsNull());
+  map.MarkRequired("host");
   mqtt.host = map.String("host", "");
   mqtt.port = map.Integer("port", 0, 1, 65'535, "(1883, with tls 8883)");
   mqtt.version_5 = map.Choice("protocol", {"5", "3.1.1"}, 0) == 0;

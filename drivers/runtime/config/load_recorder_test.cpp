@@ -98,7 +98,7 @@ TEST(LoadRecorder, NamesPlaceValueAndWhatIsRight) {
       {"\n  logs: {Events: {}}", "m.yaml:3:10: recorder.logs.Events: 'Events' is no name"},
       {"\n  logs: {a: {keap: 1d}}", "m.yaml:3:14: recorder.logs.a: unknown key 'keap'; did you mean 'keep'?"},
       {"\n  logs: {a: {keep: 14}}", "m.yaml:3:20: recorder.logs.a.keep: '14' is not a time: 90s, 15m, 1h, 14d"},
-      {"\n  logs: {a: {keep: [1d]}}", "m.yaml:3:20: recorder.logs.a.keep: a list stands where a text is expected"},
+      {"\n  logs: {a: {keep: [1d]}}", "m.yaml:3:20: recorder.logs.a.keep: a list stands where a time is expected"},
       {"\n  logs: {a: {keep: 1s}}", "m.yaml:3:20: recorder.logs.a.keep: is at least 1m"},
       {"\n  logs: {a: {quota: 20}}", "recorder.logs.a.quota: '20' is not a size: 512kB, 100MB, 20GB or 1TB"},
       {"\n  logs: {a: {quota: 1MB}}", "recorder.logs.a.quota: is at least 2MB"},

@@ -21,6 +21,14 @@ TEST(ParseTime, RefusesWhatIsNone) {
   }
 }
 
+TEST(TimeText, TakesTheLargestUnitThatLeavesNoFraction) {
+  EXPECT_EQ(TimeText(10 * kSecond), "10s");
+  EXPECT_EQ(TimeText(900 * kSecond), "15m");
+  EXPECT_EQ(TimeText(5'400 * kSecond), "90m");
+  EXPECT_EQ(TimeText(kSecond / 10), "0.1s");
+  EXPECT_EQ(TimeText(*ParseTime("5y")), "5y");
+}
+
 TEST(ParseSize, CountsInPowersOf1024) {
   EXPECT_EQ(ParseSize("1kB"), 1'024);
   EXPECT_EQ(ParseSize("1.5MB"), 3 << 19);
@@ -32,6 +40,12 @@ TEST(ParseSize, RefusesWhatIsNone) {
   for (const char* text : {"", "100", "MB", "100 MB", "100M", "-1MB", "1e3MB", "1025TB", "nanMB"}) {
     EXPECT_FALSE(ParseSize(text)) << text;
   }
+}
+
+TEST(SizeText, TakesTheLargestUnitThatLeavesNoFraction) {
+  EXPECT_EQ(SizeText(16 << 20), "16MB");
+  EXPECT_EQ(SizeText(3 << 19), "1536kB");
+  EXPECT_EQ(SizeText(std::int64_t{20} << 30), "20GB");
 }
 
 }  // namespace

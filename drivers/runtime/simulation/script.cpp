@@ -35,7 +35,7 @@ std::vector<Script::Step> ReadSteps(ConfigMap& map, std::span<const std::string_
                                     SimulatedDevice& trial) {
   std::vector<Script::Step> steps;
   for (ConfigMap& entry : map.List("script")) {
-    if (!entry.Has("at_s")) entry.Error("at_s", "is missing: the time of this step after the start, in seconds");
+    entry.Require("at_s", "the time of this step after the start, in seconds");
     Script::Step step;
     step.at = std::llround(entry.Number("at_s", 0, 0, kMostSeconds, "s") * 1e9);
     if (!steps.empty() && step.at < steps.back().at) {

@@ -32,7 +32,7 @@ std::int64_t CountsOf(double degrees, int bits) {
 }
 
 void ParseResolution(ConfigMap& device, Cia406Settings& settings) {
-  if (!device.Has("bits")) device.Error("bits", "is missing: single-turn resolution, 2^bits = object 6001h");
+  device.Require("bits", "single-turn resolution, 2^bits = object 6001h");
   settings.bits = static_cast<int>(device.Integer("bits", 13, kLeastBits, kMostBits, "bits"));
   settings.turn_bits = static_cast<int>(device.Integer("turn_bits", 0, 0, kMostTurnsBits, "bits"));
   if (settings.total_bits() > kPositionBits) {
@@ -131,7 +131,7 @@ std::int64_t PresetToleranceCounts(int bits) {
 std::unique_ptr<DeviceSettings> ParseDevice(ConfigMap& device, const BusConfig& bus) {
   auto settings = std::make_unique<Cia406Settings>();
   settings->model = kModel;
-  if (!device.Has("node")) device.Error("node", "is missing: the encoder's node id, 1 to 127");
+  device.Require("node", "the encoder's node id, 1 to 127");
   settings->node = static_cast<std::uint8_t>(device.Integer("node", kLeastNode, kLeastNode, kMostNode, ""));
   ParseResolution(device, *settings);
   ParseMode(device, bus, *settings);
