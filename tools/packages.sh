@@ -13,7 +13,7 @@ packages_vm="qemu-system-x86 busybox-static cpio kmod can-utils libfuse3-dev"
 packages_test="libfaketime x11-utils clang-14 clang-tidy-14 clang-format-14 libclang-rt-14-dev procps git
   build-essential dpkg-dev debhelper dh-python lintian debootstrap mandoc man-db bash-completion systemd
   xvfb xauth imagemagick default-jre libxtst6 libxrender1 fonts-dejavu-core
-  sqlite3 openssl mosquitto mosquitto-clients python3-pymodbus python3-serial python3-serial-asyncio
+  sqlite3 openssl mosquitto mosquitto-clients libnss-wrapper python3-pymodbus python3-serial python3-serial-asyncio
   mbpoll tshark python3-can python3-jsonschema chromium chromium-driver prometheus nftables
   $packages_vm"
 # The page of axlecast web has uPlot from npm, and the tests MCAP's own reader (tests/convert/mcap_reader); Node.js of

@@ -3,9 +3,11 @@
 #include <fcntl.h>
 #include <mosquitto.h>
 #include <mqtt_protocol.h>
+#include <netdb.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <utility>
@@ -38,6 +40,34 @@ std::string DisconnectText(int code) {
     return "another client has taken the session over: give each bridge a client_id of its own";
   }
   return std::string("the broker ends the connection: ") + mosquitto_reason_string(code);
+}
+
+// Of a host's addresses, in the order in which they should be tried; none when it is not known.
+std::vector<int> FamiliesOf(const std::string& host) {
+  addrinfo hints{};
+  hints.ai_socktype = SOCK_STREAM;
+  addrinfo* found = nullptr;
+  if (getaddrinfo(host.c_str(), nullptr, &hints, &found) != 0) return {};
+  const std::unique_ptr<addrinfo, decltype(&freeaddrinfo)> addresses(found, freeaddrinfo);
+  std::vector<int> families;
+  for (const addrinfo* address = found; address != nullptr; address = address->ai_next) {
+    if (std::find(families.begin(), families.end(), address->ai_family) == families.end()) {
+      families.push_back(address->ai_family);
+    }
+  }
+  return families;
+}
+
+// Why a socket that hangs up is of no use; empty while there may be something to read.
+std::string SocketProblem(int socket) {
+  int error = 0;
+  socklen_t size = sizeof error;
+  if (getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size) == 0 && error != 0) return std::strerror(error);
+  // OpenSSL has taken the error of a connection that was refused at once, and libmosquitto does not tell it.
+  sockaddr_storage peer{};
+  size = sizeof peer;
+  const bool connected = getpeername(socket, reinterpret_cast<sockaddr*>(&peer), &size) == 0;
+  return connected ? "" : std::strerror(ECONNREFUSED);
 }
 
 std::string FileProblem(const std::string& file, bool secret) {
@@ -85,6 +115,7 @@ struct MqttLink::Client {
 
   void OnConnect(int code) {
     if (code == 0) {
+      --link.attempts_;
       link.events_.push_back({BrokerEvent::Kind::kConnected, 0, ""});
     } else {
       link.Down(RefusalText(code, link.settings_.version_5));
@@ -118,7 +149,16 @@ void MqttLink::Connect(const BrokerMessage& will) {
   client_ = std::make_unique<Client>(*this);
   if (std::string problem = Prepare(will); !problem.empty()) return Down(std::move(problem));
   Check(mosquitto_connect_bind_async(client_->handle.get(), settings_.host.c_str(), settings_.port,
-                                     settings_.keep_alive_s, nullptr));
+                                     settings_.keep_alive_s, NextFamily()));
+}
+
+// libmosquitto tries a name's first address only, which nobody may listen at: it takes the first one to which the
+// address that it is to bind could connect.
+const char* MqttLink::NextFamily() {
+  const std::vector<int> families = FamiliesOf(settings_.host);
+  const std::size_t attempt = attempts_++;
+  if (families.size() < 2) return nullptr;
+  return families[attempt % families.size()] == AF_INET6 ? "::" : "0.0.0.0";
 }
 
 // Empty, or why nothing can be tried.
@@ -173,11 +213,8 @@ int MqttLink::Send(const BrokerMessage& message) {
 std::vector<BrokerEvent> MqttLink::Poll() {
   if (client_ && !down_) Check(mosquitto_loop_misc(client_->handle.get()));
   if (pollfd waiting = Waiting(); waiting.fd >= 0 && poll(&waiting, 1, 0) > 0) {
-    int error = 0;
-    socklen_t size = sizeof error;
-    if ((waiting.revents & (POLLERR | POLLHUP)) != 0 &&
-        getsockopt(waiting.fd, SOL_SOCKET, SO_ERROR, &error, &size) == 0 && error != 0) {
-      Down(std::strerror(error));
+    if ((waiting.revents & (POLLERR | POLLHUP)) != 0) {
+      if (std::string problem = SocketProblem(waiting.fd); !problem.empty()) Down(std::move(problem));
     }
     if (!down_) Check(mosquitto_loop_read(client_->handle.get(), 1));
     if (!down_ && mosquitto_want_write(client_->handle.get()))

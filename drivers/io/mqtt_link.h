@@ -46,6 +46,7 @@ class MqttLink final : public BrokerLink {
   struct Client;
 
   [[nodiscard]] std::string Prepare(const BrokerMessage& will);
+  [[nodiscard]] const char* NextFamily();
   void Check(int result);
   void Down(std::string text);
 
@@ -54,7 +55,8 @@ class MqttLink final : public BrokerLink {
   std::unique_ptr<Client> client_;
   std::vector<BrokerEvent> events_;
   bool down_ = true;
-  int refused_ = 0;  // counts downwards: numbers of messages that were not even sent
+  std::size_t attempts_ = 0;  // that did not end in a connection
+  int refused_ = 0;           // counts downwards: numbers of messages that were not even sent
 };
 
 // Why files and password of the settings cannot be used, and what would mend it; empty when they can.

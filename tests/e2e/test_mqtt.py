@@ -282,7 +282,7 @@ class Access(Mqtt):
         for authority in ("ca", "other"):
             openssl("req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2",
                     "-subj", f"/CN={authority}", "-keyout", f"{authority}.key", "-out", f"{authority}.pem")
-        (self.folder / "names").write_text("subjectAltName=DNS:localhost\n")
+        (self.folder / "names").write_text("subjectAltName=DNS:localhost,DNS:broker.example\n")
         for name in ("broker", "client"):
             openssl("req", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-subj",
                     f"/CN={name}", "-keyout", f"{name}.key", "-out", f"{name}.csr")
@@ -313,6 +313,34 @@ class Access(Mqtt):
                 self.assertIn(cause, self.log(name))
                 self.assertNotIn(": connected", self.log(name))
                 self.end(process)
+
+    def resolving(self):
+        """An environment in which a name has two addresses."""
+        hosts = self.write("::1 broker.example\n127.0.0.1 broker.example\n", "hosts")
+        return {"LD_PRELOAD": "libnss_wrapper.so", "NSS_WRAPPER_HOSTS": str(hosts)}
+
+    def test_of_a_names_addresses_the_one_with_the_broker_is_found(self):
+        self.certificates()
+        tls = [f"cafile {self.folder}/ca.pem", f"certfile {self.folder}/broker.pem", f"keyfile {self.folder}/broker.key"]
+        self.config = self.write(one_axis())
+        for port, (address, lines, options) in enumerate((
+                ("::1", [], []), ("127.0.0.1", [], []),
+                ("::1", tls, ["--ca", self.folder / "ca.pem"]), ("127.0.0.1", tls, ["--ca", self.folder / "ca.pem"])), 8890):
+            name = f"mqtt-{port}"
+            with self.subTest(address=address, tls=bool(lines)):
+                self.broker(f"listener {port} {address}", *lines, wait=False)
+                process = self.mqtt("--broker", f"broker.example:{port}", *options, name=name, env=self.resolving())
+                self.wait_connected(name=name)
+                self.end(process)
+
+    def test_a_broker_that_is_not_there_is_told_at_once_with_tls_too(self):
+        self.config = self.write(one_axis())
+        self.certificates()
+        for name, options in (("plain", []), ("tls", ["--ca", self.folder / "ca.pem"])):
+            process = self.mqtt("--broker", "127.0.0.1:8899", *options, name=name)
+            wait_for(lambda: self.log(name).count("\n") > 1, "the cause")
+            self.assertIn("Connection refused", self.log(name))
+            self.end(process)
 
     def test_what_the_brokers_access_list_forbids_is_counted(self):
         rights = self.write("topic readwrite axlecast/test/status\ntopic read #\n", "rights")
