@@ -167,7 +167,7 @@ std::int64_t ConfigMap::Integer(std::string_view key, std::int64_t fallback, std
 }
 
 MonoNs ConfigMap::Time(std::string_view key, MonoNs fallback) {
-  Asked(key, "time", {}, fallback == 0 ? "" : TimeText(fallback));
+  Asked(key, "time", {}, fallback == 0 ? "" : FormatTime(fallback));
   const std::optional<std::string> text = Scalar(key, "a time");
   if (!text) return fallback;
   const std::optional<MonoNs> value = ParseTime(*text);
@@ -176,7 +176,7 @@ MonoNs ConfigMap::Time(std::string_view key, MonoNs fallback) {
 }
 
 std::int64_t ConfigMap::Size(std::string_view key, std::int64_t fallback) {
-  Asked(key, "size", {}, fallback == 0 ? "" : SizeText(fallback));
+  Asked(key, "size", {}, fallback == 0 ? "" : FormatSize(fallback));
   const std::optional<std::string> text = Scalar(key, "a size");
   if (!text) return fallback;
   const std::optional<std::int64_t> value = ParseSize(*text);

@@ -55,10 +55,10 @@ std::string Text(std::int64_t value, const std::array<Unit, kUnits>& units) {
 
 std::optional<MonoNs> ParseTime(std::string_view text) { return Parse(text, kTimes, kMostTime); }
 
-std::string TimeText(MonoNs time) { return Text(time, kTimes); }
+std::string FormatTime(MonoNs time) { return Text(time, kTimes); }
 
 std::optional<std::int64_t> ParseSize(std::string_view text) { return Parse(text, kSizes, kMostSize); }
 
-std::string SizeText(std::int64_t bytes) { return Text(bytes, kSizes); }
+std::string FormatSize(std::int64_t bytes) { return Text(bytes, kSizes); }
 
 }  // namespace axlecast

@@ -21,12 +21,12 @@ TEST(ParseTime, RefusesWhatIsNone) {
   }
 }
 
-TEST(TimeText, TakesTheLargestUnitThatLeavesNoFraction) {
-  EXPECT_EQ(TimeText(10 * kSecond), "10s");
-  EXPECT_EQ(TimeText(900 * kSecond), "15m");
-  EXPECT_EQ(TimeText(5'400 * kSecond), "90m");
-  EXPECT_EQ(TimeText(kSecond / 10), "0.1s");
-  EXPECT_EQ(TimeText(*ParseTime("5y")), "5y");
+TEST(FormatTime, TakesTheLargestUnitThatLeavesNoFraction) {
+  EXPECT_EQ(FormatTime(10 * kSecond), "10s");
+  EXPECT_EQ(FormatTime(900 * kSecond), "15m");
+  EXPECT_EQ(FormatTime(5'400 * kSecond), "90m");
+  EXPECT_EQ(FormatTime(kSecond / 10), "0.1s");
+  EXPECT_EQ(FormatTime(*ParseTime("5y")), "5y");
 }
 
 TEST(ParseSize, CountsInPowersOf1024) {
@@ -42,10 +42,10 @@ TEST(ParseSize, RefusesWhatIsNone) {
   }
 }
 
-TEST(SizeText, TakesTheLargestUnitThatLeavesNoFraction) {
-  EXPECT_EQ(SizeText(16 << 20), "16MB");
-  EXPECT_EQ(SizeText(3 << 19), "1536kB");
-  EXPECT_EQ(SizeText(std::int64_t{20} << 30), "20GB");
+TEST(FormatSize, TakesTheLargestUnitThatLeavesNoFraction) {
+  EXPECT_EQ(FormatSize(16 << 20), "16MB");
+  EXPECT_EQ(FormatSize(3 << 19), "1536kB");
+  EXPECT_EQ(FormatSize(std::int64_t{20} << 30), "20GB");
 }
 
 }  // namespace
