@@ -21,8 +21,10 @@ class MulticastPort {
 
   struct Received {
     SenderAddress sender;
-    std::int64_t utime = 0;  // us, UNIX time at which the kernel received it
-    Bytes bytes;             // until the next Read
+    // us, UNIX time at which the kernel received it. Where no other socket of the host asks for such times, the kernel
+    // begins with them a moment after the port was opened; what came before bears the time at which it was read.
+    std::int64_t utime = 0;
+    Bytes bytes;  // until the next Read
   };
 
   // `url` is a good udpm:// URL. Datagrams of other groups on its port are not received.
