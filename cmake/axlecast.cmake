@@ -56,10 +56,10 @@ function(axlecast_unity target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
 endfunction()
 
-# axlecast_test(TARGET PREFIX SOURCES file... LIBRARIES target...)
+# axlecast_test_program(TARGET SOURCES file... LIBRARIES target...)
 #
-# A GoogleTest program, its cases known to ctest as PREFIX.Suite.Case.
-function(axlecast_test target prefix)
+# A GoogleTest program that ctest does not know.
+function(axlecast_test_program target)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
   add_executable(${target} ${ARG_SOURCES})
   set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/test)
@@ -67,6 +67,13 @@ function(axlecast_test target prefix)
   target_precompile_headers(${target} REUSE_FROM axlecast_test_headers)
   axlecast_unity(${target} ${ARG_SOURCES})
   add_dependencies(axlecast_unit_tests ${target})
+endfunction()
+
+# axlecast_test(TARGET PREFIX SOURCES file... LIBRARIES target...)
+#
+# A GoogleTest program, its cases known to ctest as PREFIX.Suite.Case.
+function(axlecast_test target prefix)
+  axlecast_test_program(${target} ${ARGN})
   gtest_discover_tests(${target} TEST_PREFIX ${prefix}. NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
 endfunction()
 
@@ -90,6 +97,7 @@ function(axlecast_folder target)
   endif()
   foreach(file ${ARG_EXCEPT})
     list(REMOVE_ITEM sources ${CMAKE_CURRENT_SOURCE_DIR}/${file})
+    list(REMOVE_ITEM tests ${CMAKE_CURRENT_SOURCE_DIR}/${file})
   endforeach()
   if(sources)
     add_library(${target} STATIC ${sources})

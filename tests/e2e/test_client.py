@@ -95,7 +95,7 @@ class Client(Machine):
         self.assertEqual(code, DONE, outcome)
         self.assertEqual(self.encoder()["zeroings"], 1)
         self.set_simulated(self.config, "rs485-0", speed_rpm=30)
-        wait_for(lambda: self.data.last("POSITION/axis1")["speed_rad_s"] > 1, "turning")
+        wait_for(lambda: (self.data.last("POSITION/axis1")["speed_rad_s"] or 0) > 1, "turning")
         self.assertEqual(self.command("zero", "axis1", "--prepare")[0], REJECTED)
 
     def test_home_and_the_datum_for_the_file(self):
@@ -109,7 +109,7 @@ class Client(Machine):
         code, out, err = self.axlecast("offset", "capture", "axis1", "--config", self.config)
         self.assertTrue(re.search(r"^datum: \{counts: -?\d+\}$", out, re.MULTILINE), out)
         self.set_simulated(self.config, "rs485-0", speed_rpm=30)
-        wait_for(lambda: self.data.last("POSITION/axis1")["speed_rad_s"] > 1, "turning")
+        wait_for(lambda: (self.data.last("POSITION/axis1")["speed_rad_s"] or 0) > 1, "turning")
         code, out, err = self.axlecast("offset", "capture", "axis1", "--config", self.config)
         self.assertEqual(code, REJECTED)
         self.assertRegex(err, r"turns, at \d+\.\d+ rpm")

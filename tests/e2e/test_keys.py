@@ -159,7 +159,7 @@ class Keys(Machine):
         encoder = self.encoder()
         self.assertEqual((encoder["eeprom_writes"], encoder["zeroings"]), (1, 0))
         self.set_simulated(self.config, "rs485-0", speed_rpm=30)
-        wait_for(lambda: self.data.last("POSITION/axis1")["speed_rad_s"] > 1, "turning")
+        wait_for(lambda: (self.data.last("POSITION/axis1")["speed_rad_s"] or 0) > 1, "turning")
         self.assertIn("rpm", self.refused("not_standing_still", "zero", "axis1", "--prepare"))
 
     # -- restarts

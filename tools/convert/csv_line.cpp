@@ -2,7 +2,7 @@
 
 #include <string_view>
 
-#include "tools/json/field.h"
+#include "tools/text/utf8.h"
 
 namespace axlecast {
 namespace {

@@ -12,6 +12,7 @@
 #include "tools/json/message_json.h"
 #include "tools/log/log_header.h"
 #include "tools/log/log_seal.h"
+#include "tools/text/utf8.h"
 
 namespace axlecast {
 namespace {

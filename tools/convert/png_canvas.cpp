@@ -5,7 +5,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "tools/json/field.h"
+#include "tools/text/utf8.h"
 
 namespace axlecast {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <iterator>
 
-#include "tools/json/field.h"
+#include "tools/text/markup.h"
 
 namespace axlecast {
 namespace {
@@ -13,27 +13,6 @@ std::string Px(double value) {
   std::array<char, 40> text{};
   static_cast<void>(std::snprintf(text.data(), text.size(), "%.1f", value));
   return text.data();
-}
-
-// Text within XML: no markup, no control characters, UTF-8.
-std::string Escaped(std::string_view text) {
-  std::string escaped;
-  for (const char c : MendedUtf8(text)) {
-    switch (c) {
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '&':
-        escaped += "&amp;";
-        break;
-      default:
-        escaped += c >= 0 && c < ' ' ? '?' : c;
-    }
-  }
-  return escaped;
 }
 
 const char* AnchorWord(Canvas::Anchor anchor) {
@@ -65,8 +44,9 @@ SvgCanvas::SvgCanvas(Size size, std::string_view title) {
   const std::string height = Px(size.height);
   text_ = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + width + "\" height=\"" + height +
           "\" viewBox=\"0 0 " + width + ' ' + height +
-          "\" role=\"img\" font-family=\"sans-serif\" font-size=\"12\" fill=\"#222\">\n<title>" + Escaped(title) +
-          "</title>\n" + DarkStyle() + "<rect width=\"100%\" height=\"100%\" class=\"ground\" fill=\"#fff\"/>\n";
+          "\" role=\"img\" font-family=\"sans-serif\" font-size=\"12\" fill=\"#222\">\n<title>" +
+          EscapedMarkup(title) + "</title>\n" + DarkStyle() +
+          "<rect width=\"100%\" height=\"100%\" class=\"ground\" fill=\"#fff\"/>\n";
 }
 
 void SvgCanvas::Line(Point from, Point to, Stroke stroke) {
@@ -87,7 +67,7 @@ void SvgCanvas::Curve(const std::vector<Point>& points, std::size_t number) {
 
 void SvgCanvas::Text(Point at, std::string_view text, Style style) {
   text_ += "<text x=\"" + Px(at.x) + "\" y=\"" + Px(at.y) + "\" text-anchor=\"" + AnchorWord(style.anchor) + '"' +
-           (style.bold ? " font-weight=\"bold\"" : "") + '>' + Escaped(text) + "</text>\n";
+           (style.bold ? " font-weight=\"bold\"" : "") + '>' + EscapedMarkup(text) + "</text>\n";
 }
 
 }  // namespace axlecast

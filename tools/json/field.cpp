@@ -1,6 +1,5 @@
 #include "tools/json/field.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -50,12 +49,6 @@ std::optional<MessageHead> ReadHead(Bytes message) {
                      .mono_ns = ReadInt64(message, 16),
                      .boot_id = ReadInt64(message, 24),
                      .seq = ReadInt64(message, 32)};
-}
-
-std::string MendedUtf8(std::string_view text) {
-  const bool ascii = std::all_of(text.begin(), text.end(), [](char c) { return (c & 0x80) == 0; });
-  if (ascii) return std::string(text);
-  return nlohmann::json::parse(JsonLine(nlohmann::ordered_json(text))).get<std::string>();
 }
 
 nlohmann::ordered_json ParseOutsideJson(std::string_view text) {

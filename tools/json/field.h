@@ -76,9 +76,6 @@ struct MessageHead {
 // The head of an encoded message whose type has one; nothing when it is cut.
 [[nodiscard]] std::optional<MessageHead> ReadHead(Bytes message);
 
-// The text with what is not UTF-8 replaced by U+FFFD.
-[[nodiscard]] std::string MendedUtf8(std::string_view text);
-
 // What a text from outside holds; `is_discarded()` where it is no JSON. What is nested deeper than kDeepestJson is left
 // out: to copy or print it would need a stack as deep.
 inline constexpr int kDeepestJson = 16;

@@ -4,7 +4,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "tools/json/field.h"
+#include "tools/text/utf8.h"
 
 namespace axlecast {
 namespace {

@@ -1,6 +1,6 @@
 #include "tools/service/html_page.h"
 
-#include "tools/json/field.h"
+#include "tools/text/markup.h"
 
 namespace axlecast {
 namespace {
@@ -33,7 +33,7 @@ pre { font: 8.5pt/1.35 "DejaVu Sans Mono", "Liberation Mono", monospace; backgro
 )";
 
 std::string Element(std::string_view name, std::string_view text) {
-  return '<' + std::string(name) + '>' + HtmlEscaped(text) + "</" + std::string(name) + ">\n";
+  return '<' + std::string(name) + '>' + EscapedMarkup(text) + "</" + std::string(name) + ">\n";
 }
 
 std::string Rows(const std::vector<HtmlPage::Row>& rows) {
@@ -42,43 +42,14 @@ std::string Rows(const std::vector<HtmlPage::Row>& rows) {
     text += "<tr>";
     for (const HtmlPage::Cell& cell : row) {
       text += cell.mark.empty() ? "<td>" : "<td class=\"" + std::string(cell.mark) + "\">";
-      text += HtmlEscaped(cell.text) + "</td>";
+      text += EscapedMarkup(cell.text) + "</td>";
     }
     text += "</tr>\n";
   }
   return text + "</tbody>\n</table>\n";
 }
 
-// What neither HTML nor a reader takes: control characters but for tab and newline.
-bool IsPrintable(char c) { return c == '\t' || c == '\n' || (static_cast<unsigned char>(c) >= 0x20 && c != 0x7F); }
-
 }  // namespace
-
-std::string HtmlEscaped(std::string_view text) {
-  std::string escaped;
-  for (const char c : MendedUtf8(text)) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      case '\'':
-        escaped += "&#39;";
-        break;
-      default:
-        escaped += IsPrintable(c) ? std::string(1, c) : "\xEF\xBF\xBD";
-    }
-  }
-  return escaped;
-}
 
 HtmlPage::HtmlPage(std::string_view title) : title_(title), body_(Element("h1", title)) {}
 
@@ -89,7 +60,7 @@ void HtmlPage::Listing(std::string_view text) { body_ += Element("pre", text); }
 
 void HtmlPage::Table(const std::vector<std::string>& head, const std::vector<Row>& rows) {
   body_ += "<table>\n<thead><tr>";
-  for (const std::string& column : head) body_ += "<th>" + HtmlEscaped(column) + "</th>";
+  for (const std::string& column : head) body_ += "<th>" + EscapedMarkup(column) + "</th>";
   body_ += "</tr></thead>\n" + Rows(rows);
 }
 
@@ -100,7 +71,7 @@ std::string HtmlPage::Text() const {
          "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src &#39;none&#39;; style-src "
          "&#39;unsafe-inline&#39;\">\n"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
-         HtmlEscaped(title_) + "</title>\n<style>" + std::string(kStyle) + "</style>\n</head>\n<body>\n" + body_ +
+         EscapedMarkup(title_) + "</title>\n<style>" + std::string(kStyle) + "</style>\n</head>\n<body>\n" + body_ +
          "</body>\n</html>\n";
 }
 

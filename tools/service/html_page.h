@@ -33,7 +33,4 @@ class HtmlPage {
   std::string body_;
 };
 
-// Text within an element or a quoted attribute: what is no UTF-8 is mended, what no page may hold becomes U+FFFD.
-[[nodiscard]] std::string HtmlEscaped(std::string_view text);
-
 }  // namespace axlecast

@@ -22,15 +22,6 @@ TEST(HtmlPage, EscapesWhateverItIsGiven) {
   EXPECT_THAT(page.Text(), HasSubstr("&lt;script&gt;alert(&#39;1&#39;)&lt;/script&gt;&quot;&amp;"));
 }
 
-TEST(HtmlPage, MendsWhatNoPageMayHold) {
-  EXPECT_EQ(HtmlEscaped("a\tb\nc"), "a\tb\nc");
-  EXPECT_EQ(HtmlEscaped(std::string("a\0b\x1B[2J\x7F", 8)),
-            "a\xEF\xBF\xBD"
-            "b\xEF\xBF\xBD[2J\xEF\xBF\xBD");
-  EXPECT_EQ(HtmlEscaped("\xFFz"), "\xEF\xBF\xBDz");
-  EXPECT_EQ(HtmlEscaped("\xC2\xB5m"), "\xC2\xB5m");
-}
-
 TEST(HtmlPage, LoadsNothing) {
   HtmlPage page("t");
   EXPECT_THAT(page.Text(), HasSubstr("default-src &#39;none&#39;"));
