@@ -211,5 +211,5 @@ buses:
     simulate:
       axis1: {simulate}
     devices:
-      axis1: {{model: ts5669n127, unit: deg, publish_hz: 200, permit: not_required, timeout_us: 100000{', ' + device if device else ''}}}
+      axis1: {{model: ts5669n127, unit: deg, publish_hz: 200, permit: not_required, timeout_us: 500000{', ' + device if device else ''}}}
 """

@@ -34,7 +34,7 @@ buses:
     simulate:
       axis1: {{start_deg: 100}}
     devices:
-      axis1: {{model: ts5669n127, unit: deg, publish_hz: 100, permit: required, timeout_us: 100000, eeprom_writable: [10]}}
+      axis1: {{model: ts5669n127, unit: deg, publish_hz: 100, permit: required, timeout_us: 500000, eeprom_writable: [10]}}
 """)
         self.data = self.watch(self.config, "--commands")
         self.simulator(self.config, "rs485-0")

@@ -39,6 +39,6 @@ def many_axes(count):
     simulate:
       axis{axis}: {{start_deg: 100}}
     devices:
-      axis{axis}: {{model: ts5669n127, unit: deg, publish_hz: 1, permit: not_required, timeout_us: 100000, eeprom_writable: [10]}}
+      axis{axis}: {{model: ts5669n127, unit: deg, publish_hz: 1, permit: not_required, timeout_us: 500000, eeprom_writable: [10]}}
 """
     return text

@@ -23,7 +23,7 @@ buses:
     simulate:
       axis1: {{start_deg: 100}}
     devices:
-      axis1: {{model: ts5669n127, unit: deg, publish_hz: 100, timeout_us: 100000, acknowledge: warning}}
+      axis1: {{model: ts5669n127, unit: deg, publish_hz: 100, timeout_us: 500000, acknowledge: warning}}
 """)
         self.data = self.watch(self.config, "--commands")
         self.simulator(self.config, "rs485-0")

@@ -71,7 +71,8 @@ class StockTools(Machine):
     def test_lcm_spy_shows_positions_decoded(self):
         """lcm-spy under Xvfb: its window is there and lists our channels. AXLECAST_SCREENSHOTS=FOLDER keeps the picture."""
         display = ":77"
-        self.start("xvfb", "Xvfb", display, "-screen", "0", "1000x700x24", "-nolisten", "tcp")
+        self.start("xvfb", "Xvfb", display, "-screen", "0", "1000x700x24", "-nolisten", "tcp",
+                   "-noreset")  # it would, when the client that asks for it below has gone
         watch = self.watch(self.config)
         self.start("up", BIN / "axlecast", "up", self.config, "--no-table")
         self.wait_online(watch)

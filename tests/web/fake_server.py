@@ -31,7 +31,7 @@ class FakeServer:
         self.devices = devices
         self.talking = True
         self.heard = []  # frames from the page
-        self.writers = set()
+        self.speakers = {}  # by the writer of their connection
         self.loop = asyncio.new_event_loop()
         self.thread = threading.Thread(target=self.loop.run_forever, daemon=True)
         self.thread.start()
@@ -53,13 +53,18 @@ class FakeServer:
         self._run(self._to_all(framed(1, text.encode())))
 
     def hang_up(self, code):
-        self._run(self._to_all(framed(8, struct.pack("!H", code))))
+        """Nothing may follow a close frame (RFC 6455, 5.5.1)."""
+        async def close():
+            for writer, speaker in self.speakers.items():
+                speaker.cancel()
+                writer.write(framed(8, struct.pack("!H", code)))
+        self._run(close())
 
     def stop_listening(self):
         """Like a server that is gone: no new connection, the old ones cut."""
         async def stop():
             self.server.close()
-            for writer in list(self.writers):
+            for writer in self.speakers:
                 writer.transport.abort()
         self._run(stop())
 
@@ -73,7 +78,7 @@ class FakeServer:
         self.loop.close()
 
     async def _to_all(self, data):
-        for writer in list(self.writers):
+        for writer in self.speakers:
             writer.write(data)
 
     async def _serve(self, reader, writer):
@@ -104,8 +109,7 @@ class FakeServer:
         answer = base64.b64encode(hashlib.sha1((fields["Sec-WebSocket-Key"] + GUID).encode()).digest()).decode()
         writer.write((f"HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
                       f"Sec-WebSocket-Accept: {answer}\r\nSec-WebSocket-Protocol: axlecast-web-1\r\n\r\n").encode())
-        self.writers.add(writer)
-        speaker = asyncio.ensure_future(self._speak(writer))
+        self.speakers[writer] = asyncio.ensure_future(self._speak(writer))
         try:
             while True:
                 kind, payload = await read_frame(reader)
@@ -114,8 +118,7 @@ class FakeServer:
                 if kind == 1:
                     self.heard.append(json.loads(payload))
         finally:
-            speaker.cancel()
-            self.writers.discard(writer)
+            self.speakers.pop(writer).cancel()
 
     async def _speak(self, writer):
         writer.write(framed(1, json.dumps(self.hello()).encode()))
