@@ -223,7 +223,7 @@ buses:
         self.assertEqual([d for d in self.datagrams.data if forbidden_in(d)], [])
         self.assertGreater(len(self.datagrams.data), 100)
         self.assertEqual(self.processes_seen.found, [])
-        self.assertGreater(self.processes_seen.looks, 100)
+        self.assertGreater(self.processes_seen.looks, 10)
         for process in reversed(self.processes):
             process.terminate()
             process.wait(20)
