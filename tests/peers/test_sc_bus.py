@@ -13,7 +13,7 @@ ANALOG_VALID, STATUS_VALID, TRIPPED = 0x1, 0x2, 0x4  # lcmtypes/motor_health_t.l
 TRIP_BITS = {0x01: "power upper A", 0x02: "power upper B", 0x04: "power lower A", 0x08: "power lower B",
              0x20: "overheat", 0x40: "excessive shock"}  # guideline 10, note 1
 ONLINE, DEGRADED = 1, 2
-TIMEOUT, STRAY = 0, 11  # lcmtypes/device_info_t.lcm
+PATIENT = ", timeout_us: 1000000"  # with a unit in Python on a host that is busy
 PAUSE = 0.1  # s, guideline 3
 SILENCE = 0.005  # s, guideline 4, note 1
 
@@ -102,7 +102,7 @@ buses:
         self.assertLess(abs(message.analog_mono_ns - message.status_mono_ns), 60_000_000_000)
 
     def test_sixteen_units_are_read_as_the_document_says(self):
-        self.run_bus({address: unit_at(address) for address in range(1, 17)}, "per_unit")
+        self.run_bus({address: unit_at(address) for address in range(1, 17)}, "per_unit", PATIENT)
         for address, unit in self.units.items():
             self.check_motor(address, self.whole(address))
             info = self.listener.wait(f"DEVICE/gm{address}", lambda d: d.firmware and d.serial and d.identity >= 0,
@@ -111,8 +111,7 @@ buses:
             self.assertEqual(info.serial, f"MFG{address:07d}")
             high, low = unit.registers(HOLDING, 300, 2)
             self.assertEqual(info.identity, high << 16 | low)
-            late = info.errors[TIMEOUT] + info.errors[STRAY]  # what a busy host makes of a reply in Python
-            self.assertEqual(sum(info.errors), late, list(info.errors))
+            self.assertEqual(sum(info.errors), 0, list(info.errors))
         # Guideline 12: 01 00 is Ver.1.0.0.
         self.assertEqual(self.listener.last("DEVICE/gm16").firmware, "16.0.0")
         for address in self.units:
