@@ -20,7 +20,7 @@ import record_bench
 import replay_bench
 from process_cost import cpu_seconds, resident_mb
 
-TARGETS = ("unpaced", "slots", "latency", "cpu", "start", "commands", "decode", "stream", "poll", "guest", "replay", "seek",
+TARGETS = ("unpaced", "slots", "latency", "receive", "cpu", "start", "commands", "decode", "stream", "poll", "guest", "replay", "seek",
            "record")
 WARM_UP = 0.25  # s, before CPU time is counted
 
@@ -207,6 +207,24 @@ buses:
             self.report.add(f"last read to subscriber, {key[:3]}", "us", median(ours), target, median(theirs),
                             [a / b for a, b in zip(ours, theirs)], judged=judged,
                             note="" if judged else "the bare p99 is not below 500 us")
+
+    def receive(self):
+        """What LcmPort takes to hand a message over, against liblcm; the sender is the same."""
+        def through(program):
+            receiver = self.listener(program, self.url)
+            sender = self.start(self.programs / "bare_publish", self.url, self.options.seconds)
+            if sender.wait(self.options.seconds + 20) != 0:
+                raise RuntimeError("bare_publish failed")
+            seconds = cpu_seconds(receiver.pid)
+            return {**self.heard(receiver)["latency"], "cpu_us": seconds * 1e6 / (1000 * self.options.seconds)}
+
+        pairs = interleaved(self.options.pairs, lambda: through("port_receiver"), lambda: through("receiver"))
+        for key, what in (("p50_us", "publish to handler, p50"), ("p99_us", "publish to handler, p99"),
+                          ("cpu_us", "CPU time of a received message")):
+            ours, theirs = [port[key] for port, _ in pairs], [peer[key] for _, peer in pairs]
+            judged = key == "p50_us" or (key == "p99_us" and median(theirs) < 500)
+            self.report.add(what, "us", median(ours), 1.0 if key == "p50_us" else 1.2 if key == "p99_us" else None,
+                            median(theirs), [a / b for a, b in zip(ours, theirs)], judged=judged)
 
     def cpu(self):
         config, simulator, port = self.machine("cpu", "pace: wire", 1000)

@@ -4,18 +4,23 @@
 
 namespace axlecast {
 
-void BriefMemory::Put(const command_status_t& status) {
-  const auto [entry, added] = statuses_.insert_or_assign(IdOf(status.id), status);
+void BriefMemory::Put(const command_status_t& status, MonoNs begin_by) {
+  const auto [entry, added] = commands_.insert_or_assign(IdOf(status.id), KnownCommand{status, status, begin_by});
   if (!added) return;
   oldest_first_.push_back(entry->first);
   if (oldest_first_.size() <= capacity_) return;
-  statuses_.erase(oldest_first_.front());
+  commands_.erase(oldest_first_.front());
   oldest_first_.pop_front();
 }
 
-const command_status_t* BriefMemory::Find(const CommandId& id) const {
-  const auto found = statuses_.find(id);
-  return found == statuses_.end() ? nullptr : &found->second;
+void BriefMemory::Update(const command_status_t& status) {
+  const auto found = commands_.find(IdOf(status.id));
+  if (found != commands_.end()) found->second.latest = found->second.told = status;
+}
+
+const KnownCommand* BriefMemory::Find(const CommandId& id) const {
+  const auto found = commands_.find(id);
+  return found == commands_.end() ? nullptr : &found->second;
 }
 
 }  // namespace axlecast

@@ -1,37 +1,64 @@
 #include "bridge/command_memory.h"
 
+#include <utility>
+
 #include "drivers/runtime/command/order_ledger.h"
 
 namespace axlecast {
+namespace {
 
-std::optional<command_status_t> CommandMemory::Find(const CommandId& id) const {
-  if (const command_status_t* brief = brief_.Find(id)) return *brief;
-  return journal_.Find(id);
+using S = command_status_t;
+
+bool HasEnded(const S& status) {
+  return status.is_final != 0 && (status.state != S::STATE_INDETERMINATE || status.finding != S::FINDING_NONE);
 }
 
-bool CommandMemory::Note(const CommandRecord& record, bool briefly, Instant now) {
-  if (!briefly) return journal_.Accepted(record, now);
-  brief_.Put(record.status);
-  return true;
+}  // namespace
+
+const KnownCommand* CommandMemory::Find(const CommandId& id) const {
+  const auto found = known_.find(id);
+  return found == known_.end() ? brief_.Find(id) : &found->second;
 }
 
-bool CommandMemory::Routed(const command_status_t& status, std::int64_t epoch, Instant now) {
-  return IsBrief(status) || journal_.Routed(status, epoch, now);
+bool CommandMemory::IsFull(MonoNs now) {
+  Shed(now);
+  return known_.size() >= kMaxKept;
 }
 
-void CommandMemory::Step(const command_status_t& status, Instant now) {
-  if (IsBrief(status)) return brief_.Put(status);
-  // Routed has noted that already.
-  if (status.state != command_status_t::STATE_ROUTED) journal_.Step(status, now);
+void CommandMemory::Begin(const S& status, MonoNs begin_by) {
+  const CommandId id = IdOf(status.id);
+  KnownCommand known{status, status, begin_by};
+  known.told.state = S::STATE_UNKNOWN;
+  if (known_.insert_or_assign(id, std::move(known)).second) oldest_first_.push_back(id);
 }
 
-void CommandMemory::Outcome(const command_status_t& status, Instant now) {
-  if (IsBrief(status)) return brief_.Put(status);
-  journal_.Outcome(status, now);
+void CommandMemory::Update(const S& status) {
+  const CommandId id = IdOf(status.id);
+  if (const auto found = known_.find(id); found != known_.end()) {
+    found->second.latest = status;
+  } else {
+    brief_.Update(status);
+  }
 }
 
-bool CommandMemory::IsBrief(const command_status_t& status) const {
-  return brief_.Find(IdOf(status.id)) != nullptr;
+void CommandMemory::Tell(const S& status) {
+  if (const auto found = known_.find(IdOf(status.id)); found != known_.end()) found->second.told = status;
+}
+
+// Forgets the oldest, a few at a time. Those that are open still, or valid, go to the end of the queue.
+void CommandMemory::Shed(MonoNs now) {
+  constexpr int kAtOnce = 16;
+  for (int looked = 0; looked < kAtOnce && oldest_first_.size() > kMinKept; ++looked) {
+    const CommandId id = oldest_first_.front();
+    oldest_first_.pop_front();
+    const auto found = known_.find(id);
+    if (found == known_.end()) continue;
+    if (HasEnded(found->second.latest) && found->second.begin_by < now) {
+      known_.erase(found);
+    } else {
+      oldest_first_.push_back(id);
+    }
+  }
 }
 
 }  // namespace axlecast

@@ -1,32 +1,45 @@
 #pragma once
 
 #include <axlecast/command_status_t.hpp>
-#include <optional>
+#include <cstddef>
+#include <deque>
+#include <map>
 
 #include "bridge/brief_memory.h"
 #include "bridge/instant.h"
-#include "bridge/journal.h"
 
 namespace axlecast {
 
-// How every command stands that the bridge has taken up: durably in the journal, or briefly.
+// How every command stands that this bridge has taken up. One that may act is remembered until its validity is over
+// and it has ended, whatever becomes of the journal: so no message of this boot acts twice. What only reads is
+// remembered briefly.
 class CommandMemory {
  public:
-  explicit CommandMemory(Journal& journal) : journal_(journal) {}
+  // With less than this many, those that ended are kept longer, to be answered without the journal.
+  static constexpr std::size_t kMinKept = 4'096;
+  static constexpr std::size_t kMaxKept = 20'000;  // then IsFull
 
-  [[nodiscard]] std::optional<command_status_t> Find(const CommandId& id) const;
-  // False when it had to go into the journal and could not.
-  [[nodiscard]] bool Note(const CommandRecord& record, bool briefly, Instant now);
-  [[nodiscard]] bool Routed(const command_status_t& status, std::int64_t epoch, Instant now);
-  void Step(const command_status_t& status, Instant now);
-  void Outcome(const command_status_t& status, Instant now);
-  // From now on it is remembered briefly, because the journal cannot.
-  void Keep(const command_status_t& status) { brief_.Put(status); }
+  // Null: this bridge has not taken it up, or has forgotten it since.
+  [[nodiscard]] const KnownCommand* Find(const CommandId& id) const;
+  [[nodiscard]] bool IsFull(MonoNs now);
+
+  // One that only reads or is only prepared; told at once.
+  void PutBrief(const command_status_t& status, MonoNs begin_by) { brief_.Put(status, begin_by); }
+  [[nodiscard]] bool IsBrief(const CommandId& id) const { return brief_.Find(id) != nullptr; }
+  // One that may act. It is told nothing of yet.
+  void Begin(const command_status_t& status, MonoNs begin_by);
+  // It stands otherwise now.
+  void Update(const command_status_t& status);
+  // It may be told so.
+  void Tell(const command_status_t& status);
+  // It was never taken up.
+  void Forget(const CommandId& id) { known_.erase(id); }
 
  private:
-  [[nodiscard]] bool IsBrief(const command_status_t& status) const;
+  void Shed(MonoNs now);
 
-  Journal& journal_;
+  std::map<CommandId, KnownCommand> known_;
+  std::deque<CommandId> oldest_first_;
   BriefMemory brief_;
 };
 

@@ -31,6 +31,13 @@ void Copy(const driver_status_t& from, command_status_t& to) {
   to.n_changes = static_cast<std::int8_t>(to.changes.size());
 }
 
+using Noting = Task::Noting;
+
+// The journal must write something before it goes on.
+bool WaitsForJournal(const Task& task) {
+  return task.noting == Noting::kAccepted || task.noting == Noting::kRouted;
+}
+
 bool SaysTheSame(const driver_status_t& driver, const command_status_t& said) {
   return driver.state == said.state && driver.progress == said.progress && driver.text == said.text;
 }
@@ -130,17 +137,28 @@ void DeviceLane::DropWaiting(Instant now) {
   std::deque<Task> kept;
   std::deque<Task> expired;
   std::deque<Task> absent;
+  std::deque<std::pair<Task, Refusal>> unnoted;
   for (Task& task : waiting_) {
+    auto too_slow = WaitsForJournal(task) ? output_.JournalTooSlow(task, now) : std::nullopt;
+    if (WaitsForJournal(task) && task.operation->urgent && now.mono - task.noting_since > kOvertaken) {
+      task.noting = task.noting == Noting::kAccepted ? Noting::kNone : Noting::kReady;
+      too_slow.reset();
+    }
     const bool needs_driver = task.purpose != Task::Purpose::kFinding && !task.adopted;
     if (now.mono >= task.begin_by) {
       expired.push_back(std::move(task));
     } else if (needs_driver && driver_.IsAbsent(now.mono)) {
       absent.push_back(std::move(task));
+    } else if (too_slow) {
+      unnoted.emplace_back(std::move(task), std::move(*too_slow));
     } else {
       kept.push_back(std::move(task));
     }
   }
   waiting_ = std::move(kept);
+  for (auto& [task, refusal] : unnoted) {
+    End(std::move(task), S::STATE_REJECTED, refusal.reason, refusal.text, now);
+  }
   for (Task& task : expired) {
     End(std::move(task), S::STATE_EXPIRED, S::REASON_DEADLINE, "its time ran out while it waited for its turn",
         now);
@@ -151,36 +169,87 @@ void DeviceLane::DropWaiting(Instant now) {
   }
 }
 
+void DeviceLane::PushFirst(Task task) {
+  task.noting = Noting::kNone;
+  waiting_.push_front(std::move(task));
+}
+
+Task DeviceLane::Take(std::deque<Task>::iterator task) {
+  Task taken = std::move(*task);
+  waiting_.erase(task);
+  return taken;
+}
+
+bool DeviceLane::IsNoting(const CommandId& id) const {
+  return std::any_of(waiting_.begin(), waiting_.end(),
+                     [&](const Task& task) { return task.id == id && task.noting == Noting::kAccepted; });
+}
+
+std::optional<Task> DeviceLane::Withdraw(const CommandId& id) {
+  const auto found = std::find_if(waiting_.begin(), waiting_.end(), [&](const Task& task) {
+    return task.id == id && task.noting == Noting::kAccepted;
+  });
+  return found == waiting_.end() ? std::nullopt : std::optional(Take(found));
+}
+
+void DeviceLane::OnNoted(const CommandId& id, Noting what, bool written, const Refusal& not_written, Instant now) {
+  const auto found = std::find_if(waiting_.begin(), waiting_.end(),
+                                  [&](const Task& task) { return task.id == id && task.noting == what; });
+  if (found == waiting_.end()) return;
+  if (!written && !found->operation->urgent) {
+    return End(Take(found), S::STATE_REJECTED, not_written.reason, not_written.text, now);
+  }
+  found->noting = what == Noting::kAccepted ? Noting::kNone : Noting::kReady;
+}
+
+// The task whose turn it is: the first, or, while that waits for a slow journal, the first read behind it.
+std::deque<Task>::iterator DeviceLane::Next(Instant now) {
+  const auto first = waiting_.begin();
+  if (!WaitsForJournal(*first) || now.mono - first->noting_since <= kOvertaken) return first;
+  return std::find_if(first, waiting_.end(), [](const Task& task) {
+    return !WaitsForJournal(task) && (task.prepare || (task.operation != nullptr && task.operation->reads_only));
+  });
+}
+
 void DeviceLane::RouteNext(Instant now) {
-  Task& task = waiting_.front();
+  const auto next = Next(now);
+  if (next == waiting_.end() || next->noting == Noting::kAccepted) return;
+  Task& task = *next;
   if (task.adopted) {
-    current_ = std::move(task);
-    waiting_.pop_front();
+    current_ = Take(next);
     current_->acknowledged = true;
     current_->heard = current_->routed = current_->next_send = now.mono;
     return Follow(now);
   }
-  if (!driver_.IsPresent(now.mono)) return;
+  if (!driver_.IsPresent(now.mono) || now.mono < task.not_before) return;
   if (task.purpose == Task::Purpose::kFinding) {
     task.asks_driver = task.about_silent && driver_.boot_id() == task.about_boot_id;
     if (!task.asks_driver && task.operation == nullptr) {
-      Task hopeless = std::move(task);
-      waiting_.pop_front();
-      return End(std::move(hopeless), S::STATE_FAILED, S::REASON_NONE, "no operation can tell", now);
+      return End(Take(next), S::STATE_FAILED, S::REASON_NONE, "no operation can tell", now);
     }
     if (!task.asks_driver && !driver_.IsAnswering(task.device)) return;
   }
-  if (task.purpose != Task::Purpose::kCommand) task.id = output_.NewId();
+  if (task.noting == Noting::kNone) {
+    if (task.purpose != Task::Purpose::kCommand) task.id = output_.NewId();
+    task.status.state = S::STATE_ROUTED;
+    task.status.driver_boot_id = driver_.boot_id();
+    task.noting_since = now.mono;
+    if (const auto refusal = output_.BeforeRoute(task, now)) {
+      return End(Take(next), S::STATE_REJECTED, refusal->reason, refusal->text, now);
+    }
+  }
+  if (task.status.driver_boot_id != driver_.boot_id()) {
+    return End(Take(next), S::STATE_REJECTED, S::REASON_DRIVER_RESTARTED,
+               "the driver restarted before this was sent to it: nothing was done; send it again", now);
+  }
+  if (task.noting == Noting::kReady) Route(Take(next), now);
+}
+
+void DeviceLane::Route(Task task, Instant now) {
   current_ = std::move(task);
-  waiting_.pop_front();
-  current_->status.state = S::STATE_ROUTED;
-  current_->status.driver_boot_id = driver_.boot_id();
   current_->acknowledged = false;
   current_->heard_seq = -1;
   current_->heard = current_->routed = current_->next_send = now.mono;
-  if (const auto refusal = output_.BeforeRoute(*current_, now)) {
-    return End(TakeCurrent(), S::STATE_REJECTED, refusal->reason, refusal->text, now);
-  }
   SendDue(*current_, now);
   output_.OnStep(*current_, now);
 }

@@ -20,8 +20,11 @@ class LaneOutput {
   // Sends driver_order_t KIND_* for the task, with a new bridge epoch, which it returns.
   virtual std::int64_t Send(const Task& task, std::int8_t kind, std::int32_t valid_ms, Instant now) = 0;
   virtual CommandId NewId() = 0;  // for what the bridge itself orders
-  // The task is about to be sent to status.driver_boot_id. A reason, with its text, when that may not be.
+  // The task is about to be sent to status.driver_boot_id. A reason, with its text, when that may not be. Else sets
+  // task.noting: kReady, or kRouted when the journal must note it first (DeviceLane::OnNoted).
   virtual std::optional<Refusal> BeforeRoute(Task& task, Instant now) = 0;
+  // Why a task that waits for the journal must not wait longer; nothing: it may.
+  virtual std::optional<Refusal> JournalTooSlow(const Task& task, Instant now) = 0;
   virtual void OnStep(Task& task, Instant now) = 0;
   // The task ended: its status holds the one outcome. It has left the lane.
   virtual void OnEnd(Task task, Instant now) = 0;
@@ -36,12 +39,13 @@ class DeviceLane {
   static constexpr MonoNs kSlowRepeat = 200 * kMillisecond;  // after a second without
   static constexpr MonoNs kAsk = 250 * kMillisecond;         // a driver that works on it
   static constexpr MonoNs kSilentAfter = 5 * kSecond;        // a routed task without a word: INDETERMINATE
+  static constexpr MonoNs kOvertaken = 50 * kMillisecond;    // a task that waits for the journal: reads pass it
 
   DeviceLane(const DriverLink& driver, LaneOutput& output) : driver_(driver), output_(output) {}
 
   [[nodiscard]] bool IsFull() const { return waiting_.size() >= kMaxWaiting; }
   void Push(Task task) { waiting_.push_back(std::move(task)); }
-  void PushFirst(Task task) { waiting_.push_front(std::move(task)); }
+  void PushFirst(Task task);
   [[nodiscard]] bool IsIdle() const { return !current_ && waiting_.empty(); }
   // A task that an earlier bridge had routed: before any other, its driver is asked what became of it.
   void Adopt(Task task);
@@ -49,6 +53,14 @@ class DeviceLane {
   // Who gave a command that is here and has no outcome yet.
   [[nodiscard]] std::optional<std::string> SenderOf(const CommandId& id) const;
   [[nodiscard]] bool Holds(Task::Purpose purpose) const;
+
+  // The journal has noted (`written`), or cannot note, what this command waits for. Nothing happens when it waits no
+  // more.
+  void OnNoted(const CommandId& id, Task::Noting what, bool written, const Refusal& not_written, Instant now);
+  // The acceptance of this command is being written.
+  [[nodiscard]] bool IsNoting(const CommandId& id) const;
+  // Takes out a command whose acceptance is being written.
+  [[nodiscard]] std::optional<Task> Withdraw(const CommandId& id);
 
   // Ends a waiting command as CANCELLED; asks the driver to give up a routed one. False when it is not here.
   bool Cancel(const CommandId& id, Instant now);
@@ -59,6 +71,9 @@ class DeviceLane {
  private:
   void DropWaiting(Instant now);
   void RouteNext(Instant now);
+  [[nodiscard]] std::deque<Task>::iterator Next(Instant now);
+  [[nodiscard]] Task Take(std::deque<Task>::iterator task);
+  void Route(Task task, Instant now);
   void Follow(Instant now);
   void SendDue(Task& task, Instant now);
   void OnUnknown(const driver_status_t& status, Instant now);

@@ -21,53 +21,105 @@ using S = command_status_t;
 constexpr std::string_view kDriverStatus = "DRIVER_STATUS/";
 constexpr std::int64_t kEpochs = std::int64_t{1} << 32;  // reserved at each start: never used up
 
-bool IsBrief(const command_body_t& body, const OperationSpec& operation) {
-  return body.mode == command_body_t::MODE_PREPARE || operation.reads_only;
-}
-
-// Epochs of this bridge, above those of every bridge before.
-std::int64_t FirstEpoch(DurableStore& store, Instant now) {
-  const std::int64_t reserved = store.ReserveEpochs(now.utime, kEpochs);
-  return reserved != 0 ? reserved : now.utime;
-}
-
 }  // namespace
 
 Dispatcher::Dispatcher(const MachineConfig& machine, std::int64_t boot_id, BridgePorts ports, Instant now)
     : machine_(machine),
       ports_(std::move(ports)),
-      store_(*ports_.store),
-      port_(*ports_.commands, boot_id, ports_.key, FirstEpoch(store_, now)),
-      memory_(store_),
+      now_(now),
+      queue_(*ports_.journal),
+      devices_(queue_),
+      port_(*ports_.commands, boot_id, ports_.key, now.utime),
       authority_(machine.bridge),
       watch_(boot_id, now.mono),
       alarms_(*ports_.data, boot_id),
-      axes_(store_, [this](const AxisEvent& event) { ports_.log(event.device + ": " + event.text); }),
-      marks_(store_) {
+      axes_(devices_, [this](const AxisEvent& event) { ports_.log(event.device + ": " + event.text); }),
+      marks_(devices_) {
+  devices_.AdvanceTime(now.mono);
   for (const BusConfig& config : machine.buses) {
     Bus& bus = buses_[config.name];
     bus.config = &config;
     bus.driver.ListenFrom(now.mono);
+    bus.driver.Expect(bus.config->devices);
     for (const DeviceConfig& device : config.devices) {
       bus.lanes.try_emplace(device.name, bus.driver, static_cast<LaneOutput&>(*this));
       bus.urgent.try_emplace(device.name, bus.driver, static_cast<LaneOutput&>(*this));
     }
   }
-  taken_up_ = store_.problem().empty();
-  for (const OpenCommand& command : store_.Open()) Resume(command, now);
+  LoadJournal();
+  Settle();
 }
 
-// A store that could not be opened at the start can be now.
-void Dispatcher::TakeUpLate(Instant now) {
-  if (taken_up_ || !store_.problem().empty()) return;
-  taken_up_ = true;
-  port_.Heard(FirstEpoch(store_, now));
-  for (const OpenCommand& command : store_.Open()) Resume(command, now);
+// Each entry ends with this: what the journal's thread has done meanwhile goes on.
+void Dispatcher::Settle() {
+  queue_.Settle();
+  TellOverdue();
+}
+
+// Reads what an earlier bridge left, and reserves epochs above those of every bridge before.
+void Dispatcher::LoadJournal() {
+  if (loading_ || (loaded_ && (reserved_ || !queue_.Problem(now_.mono).empty()))) return;
+  loading_ = true;
+  std::vector<std::string> names;
+  for (const BusConfig& bus : machine_.buses) {
+    for (const DeviceConfig& device : bus.devices) names.push_back(device.name);
+  }
+  const auto snapshot = std::make_shared<Snapshot>();
+  queue_.Ask(
+      [snapshot, names = std::move(names), utime = now_.utime](DurableStore& store) {
+        snapshot->first_epoch = store.ReserveEpochs(utime, kEpochs);
+        if (!store.readable()) return false;
+        for (const std::string& name : names) snapshot->devices.Load(name, store);
+        snapshot->open = store.Open();
+        return true;
+      },
+      [this, snapshot](bool read) {
+        loading_ = false;
+        reserved_ = reserved_ || snapshot->first_epoch != 0;
+        port_.Heard(snapshot->first_epoch);
+        if (read && !loaded_) TakeUp(std::move(*snapshot));
+      },
+      now_.mono);
+}
+
+void Dispatcher::TakeUp(Snapshot snapshot) {
+  loaded_ = true;
+  devices_.Load(std::move(snapshot.devices));
+  for (const OpenCommand& command : snapshot.open) {
+    if (memory_.Find(IdOf(command.record.status.id)) == nullptr) Resume(command, now_);
+  }
+}
+
+void Dispatcher::Settle(Instant now) {
+  now_ = now;
+  devices_.AdvanceTime(now.mono);
+  Settle();
+}
+
+// What is due in the journal's thread: one at a time.
+void Dispatcher::TickJournal() {
+  if (ticking_) return;
+  ticking_ = true;
+  queue_.Ask(
+      [now = now_, positions = devices_.TakePositions()](DurableStore& store) {
+        for (const auto& [device, position] : positions) store.KeepPosition(device, position);
+        store.Tick(now);
+        return true;
+      },
+      [this](bool /*written*/) { ticking_ = false; }, now_.mono);
+}
+
+std::string Dispatcher::JournalProblem(MonoNs now) const {
+  std::string problem = queue_.Problem(now);
+  if (problem.empty() && !loaded_) problem = "it has not been read yet: send this again in a second";
+  return problem;
 }
 
 // A command that an earlier bridge left: one that was never sent is refused; of one that was, its driver is asked.
 void Dispatcher::Resume(const OpenCommand& command, Instant now) {
   Task task = ResumedTask(machine_, command);
+  memory_.Begin(task.status, now.mono);
+  memory_.Tell(task.status);
   if (task.operation == nullptr || task.status.driver_boot_id == 0) {
     GiveUp(task.status, now);
     return EndCommand(std::move(task), now);
@@ -77,159 +129,16 @@ void Dispatcher::Resume(const OpenCommand& command, Instant now) {
   task.reserved_writes = task.WritesAtMost();
   if (task.status.state == S::STATE_INDETERMINATE) {
     BeginFinding(task, task.status, now);
-    if (task.status.finding != S::FINDING_NONE) memory_.Outcome(task.status, now);
+    if (task.status.finding != S::FINDING_NONE) Conclude(task.status, now);
     return;
   }
   DeviceLane& lane = LaneOf(buses_.at(machine_.BusOf(task.device)->name), task.device, task.operation);
   lane.Adopt(std::move(task));
 }
 
-void Dispatcher::OnCommand(Bytes message, Instant now) {
-  const auto envelope = DecodeMessage<command_t>(message);
-  const auto body = envelope ? DecodeMessage<command_body_t>(envelope->body) : std::nullopt;
-  if (!body) return OnForeign("a command that cannot be read", now);
-  if (watch_.IsListening(now.mono)) return;  // clients repeat
-  if (body->mode == command_body_t::MODE_QUERY) {
-    const auto known = memory_.Find(IdOf(body->id));
-    return port_.Tell(known ? *known : StatusOf(*body, 0), now);
-  }
-  command_status_t status = StatusOf(*body, BodyDigest(envelope->body));
-  auto caller = authority_.Identify(*envelope, *body);
-  if (const auto* refusal = std::get_if<Refusal>(&caller)) {
-    OnForeign("a command for " + status.device + ": " + refusal->text, now);
-    if (foreign_.MayAnswer(now.mono)) Refuse(std::move(status), *refusal, now);
-    return;
-  }
-  Execute({*body, std::get<Caller>(std::move(caller)), {}, std::move(status)}, now);
-}
-
-void Dispatcher::Execute(Incoming incoming, Instant now) {
-  const command_body_t& body = incoming.body;
-  const auto known = memory_.Find(IdOf(body.id));
-  const bool cancels = body.mode == command_body_t::MODE_CANCEL;
-  if (known && !cancels) {
-    if (known->body_digest == incoming.status.body_digest) return port_.Tell(*known, now);
-    return Refuse(incoming.status,
-                  {S::REASON_ID_REUSED, "this id was used with another body: take a new random id"}, now);
-  }
-  const auto admission = Admit(machine_, port_.boot_id(), authority_, incoming.caller, body, now.mono);
-  if (const auto* refusal = std::get_if<Refusal>(&admission)) {
-    if (refusal->reason == S::REASON_DENIED) ports_.log(incoming.caller.who + ": " + refusal->text);
-    return cancels ? TellKnown(body, refusal->text, now) : Refuse(incoming.status, *refusal, now);
-  }
-  incoming.admitted = std::get<Admitted>(admission);
-  return cancels ? Cancel(incoming, now) : Accept(std::move(incoming), now);
-}
-
-void Dispatcher::Cancel(const Incoming& incoming, Instant now) {
-  const CommandId id = IdOf(incoming.body.id);
-  Bus& bus = buses_.at(incoming.admitted.bus->name);
-  DeviceLane& lane = LaneOf(bus, incoming.body.device, incoming.admitted.operation);
-  const auto sender = lane.SenderOf(id);
-  if (!sender) return TellKnown(incoming.body, "", now);
-  if (!authority_.MayCancel(incoming.caller, *sender)) {
-    return TellKnown(incoming.body, "only who gave it, or a maintainer, may cancel it", now);
-  }
-  lane.Cancel(id, now);
-  TellKnown(incoming.body, "the driver was asked to give it up if it has not begun", now);
-}
-
-// How the command of a cancellation stands. `text` says what came of the latter, unless the command has ended.
-void Dispatcher::TellKnown(const command_body_t& body, const std::string& text, Instant now) {
-  auto known = memory_.Find(IdOf(body.id));
-  if (known && !IsFinalState(known->state)) known->text = text;
-  port_.Tell(known ? *known : StatusOf(body, 0), now);
-}
-
-std::optional<Refusal> Dispatcher::Busy(const Bus& bus, const DeviceLane& lane, MonoNs now) const {
-  if (watch_.Other(now)) {
-    return Refusal{S::REASON_FENCED, "another bridge serves this command port: stop one of the two"};
-  }
-  if (bus.driver.IsAbsent(now)) {
-    return Refusal{S::REASON_DRIVER_ABSENT, "the driver of " + bus.config->name +
-                                                " is not running: start it (axlecast driver " + bus.config->name +
-                                                ", or systemctl)"};
-  }
-  if (lane.IsFull()) {
-    return Refusal{S::REASON_QUEUE_FULL, std::to_string(DeviceLane::kMaxWaiting) +
-                                             " commands wait for this device already: send it again later"};
-  }
-  return std::nullopt;
-}
-
-// The task that carries the command out; why there is none.
-std::optional<Refusal> Dispatcher::MakeTask(const Incoming& incoming, Task& task, Instant now) {
-  const command_body_t& body = incoming.body;
-  task.id = IdOf(body.id);
-  task.device = body.device;
-  task.operation = incoming.admitted.operation;
-  task.arguments = body.arguments;
-  task.expect_epoch = body.expect_epoch;
-  task.begin_by = incoming.admitted.begin_by;
-  task.who = incoming.caller.who;
-  task.reason = CappedText(body.reason, kReasonBytes);
-  task.prepare = body.mode == command_body_t::MODE_PREPARE;
-  task.status = incoming.status;
-  if (body.mode == command_body_t::MODE_COMMIT) {
-    const auto epoch = tokens_.Redeem(body, task.who, now.mono);
-    if (const auto* refusal = std::get_if<Refusal>(&epoch)) return *refusal;
-    if (task.expect_epoch < 0) task.expect_epoch = std::get<std::int32_t>(epoch);
-  }
-  return axes_.Substitute(*incoming.admitted.bus->family, task);
-}
-
-void Dispatcher::Accept(Incoming incoming, Instant now) {
-  Bus& bus = buses_.at(incoming.admitted.bus->name);
-  const OperationSpec& operation = *incoming.admitted.operation;
-  DeviceLane& lane = LaneOf(bus, incoming.body.device, &operation);
-  incoming.status.is_unsigned = incoming.caller.grant == nullptr ? 1 : 0;
-  Task task;
-  auto refusal = Busy(bus, lane, now.mono);
-  if (!refusal) refusal = MakeTask(incoming, task, now);
-  incoming.status.state = S::STATE_ACCEPTED;
-  if (refusal) incoming.status = Refused(incoming.status, *refusal, now);
-  // What is urgent does not wait for room in a journal.
-  if (!memory_.Note(RecordOf(incoming, now), IsBrief(incoming.body, operation), now)) {
-    if (!operation.urgent) refusal = NotNoted();
-    if (refusal) incoming.status = Refused(incoming.status, *refusal, now);
-    memory_.Keep(incoming.status);
-  }
-  port_.Tell(incoming.status, now);
-  if (refusal) return;
-  task.status = incoming.status;
-  lane.Push(std::move(task));
-  lane.Tick(now);
-}
-
-CommandRecord Dispatcher::RecordOf(const Incoming& incoming, Instant now) const {
-  const command_body_t& body = incoming.body;
-  const std::int64_t left_us = (incoming.admitted.begin_by - now.mono) / kMicrosecond;
-  return {.status = incoming.status,
-          .arguments = body.arguments,
-          .reason = CappedText(body.reason, kReasonBytes),
-          .who = incoming.caller.who,
-          .key_id = incoming.caller.key_id,
-          .bridge_boot_id = port_.boot_id(),
-          .utime = now.utime,
-          .begin_by_utime = now.utime + left_us};
-}
-
-Refusal Dispatcher::NotNoted() const {
-  return {S::REASON_JOURNAL, "the journal cannot note it, so nothing is done: " + store_.problem()};
-}
-
-void Dispatcher::Refuse(command_status_t status, const Refusal& refusal, Instant now) {
-  port_.Tell(Refused(std::move(status), refusal, now), now);
-}
-
-void Dispatcher::OnForeign(const std::string& what, Instant now) {
-  if (!foreign_.Count(now.mono)) return;
-  const std::string text = what + "; " + std::to_string(foreign_.count()) + " such messages so far";
-  store_.Note({now.utime, "", "foreign", text});
-  ports_.log("refused " + text);
-}
-
 void Dispatcher::OnCommandStatus(Bytes message, Instant now) {
+  now_ = now;
+  devices_.AdvanceTime(now.mono);
   const auto status = DecodeMessage<command_status_t>(message);
   if (!status || status->boot_id == port_.boot_id()) return;
   const auto& key = machine_.bridge.bridge.public_key;
@@ -240,6 +149,8 @@ void Dispatcher::OnCommandStatus(Bytes message, Instant now) {
 }
 
 void Dispatcher::OnDriverStatus(const std::string& channel, Bytes message, Instant now) {
+  now_ = now;
+  devices_.AdvanceTime(now.mono);
   if (!channel.starts_with(kDriverStatus)) return;
   const auto found = buses_.find(channel.substr(kDriverStatus.size()));
   if (found == buses_.end()) return;
@@ -251,14 +162,15 @@ void Dispatcher::OnDriverStatus(const std::string& channel, Bytes message, Insta
   Bus& bus = found->second;
   if (!bus.driver.On(*status, now.mono)) return;
   port_.Heard(status->bridge_epoch);
-  if (status->kind == driver_status_t::KIND_HELLO) OnHello(bus, *status, now);
-  if (status->kind == driver_status_t::KIND_ACKNOWLEDGED) marks_.OnAcknowledged(*status);
+  if (status->kind == driver_status_t::KIND_HELLO && loaded_) OnHello(bus, *status, now);
+  if (status->kind == driver_status_t::KIND_ACKNOWLEDGED && loaded_) marks_.OnAcknowledged(*status);
   for (auto* lanes : {&bus.urgent, &bus.lanes}) {
     for (auto& [device, lane] : *lanes) {
       if (status->kind == driver_status_t::KIND_STATUS) lane.OnStatus(*status, now);
       lane.Tick(now);
     }
   }
+  Settle();
 }
 
 void Dispatcher::OnHello(Bus& bus, const driver_status_t& status, Instant now) {
@@ -278,15 +190,19 @@ void Dispatcher::OnHello(Bus& bus, const driver_status_t& status, Instant now) {
 }
 
 void Dispatcher::Tick(Instant now) {
+  now_ = now;
+  devices_.AdvanceTime(now.mono);
+  TickJournal();
+  Settle();
+  LoadJournal();
   if (const auto question = watch_.Probe(now.mono)) port_.Ask(*question, now);
   for (auto& [name, bus] : buses_) {
     for (auto& [device, lane] : bus.urgent) lane.Tick(now);
     for (auto& [device, lane] : bus.lanes) lane.Tick(now);
   }
-  store_.Tick(now);
-  TakeUpLate(now);
+  Settle();
   alarms_.Tick({.foreign_commands = foreign_.Recent(now.mono),
-                .journal_fails = !store_.problem().empty(),
+                .journal_fails = !JournalProblem(now.mono).empty(),
                 .unsigned_allowed = machine_.bridge.allow_unsigned,
                 .encoder_exchanged = axes_.AnyExchanged(),
                 .place_doubtful = axes_.AnyDoubtful(),
@@ -321,18 +237,44 @@ CommandId Dispatcher::NewId() {
 }
 
 std::optional<Refusal> Dispatcher::BeforeRoute(Task& task, Instant now) {
+  task.noting = Task::Noting::kReady;
   if (task.purpose != Task::Purpose::kCommand) return std::nullopt;
+  const bool brief = memory_.IsBrief(task.id);
+  if (!brief) {
+    if (auto refusal = NoRoom(*task.operation, now.mono); refusal && refusal->reason == S::REASON_JOURNAL) {
+      return refusal;
+    }
+  }
   if (auto refusal = axes_.BeforeRoute(*machine_.FindDevice(task.device), task, now)) return refusal;
-  if (memory_.Routed(task.status, port_.epoch(), now)) return std::nullopt;
-  if (!task.operation->urgent) return NotNoted();
-  memory_.Keep(task.status);
+  if (brief || (task.operation->urgent && queue_.IsFull())) return std::nullopt;
+  const bool waits = !task.operation->urgent || !queue_.IsSlow(now.mono);
+  if (waits) task.noting = Task::Noting::kRouted;
+  DeviceLane& lane = LaneOf(buses_.at(machine_.BusOf(task.device)->name), task.device, task.operation);
+  queue_.Give([status = task.status, epoch = port_.epoch(),
+               now](DurableStore& store) { return store.Routed(status, epoch, now); },
+              [this, id = task.id, &lane](bool written) {
+                lane.OnNoted(id, Task::Noting::kRouted, written, NotNoted(now_.mono), now_);
+                lane.Tick(now_);
+              },
+              now.mono);
   return std::nullopt;
+}
+
+std::optional<Refusal> Dispatcher::JournalTooSlow(const Task& task, Instant now) {
+  if (now.mono - task.noting_since <= JournalQueue::kStalled) return std::nullopt;
+  return NotNoted(now.mono);
 }
 
 void Dispatcher::OnStep(Task& task, Instant now) {
   if (task.purpose != Task::Purpose::kCommand) return;
-  memory_.Step(task.status, now);
-  port_.Tell(task.status, now);
+  const command_status_t& status = task.status;
+  memory_.Update(status);
+  memory_.Tell(status);
+  // Routed has noted the first step already.
+  if (!memory_.IsBrief(task.id) && status.state != S::STATE_ROUTED && !queue_.IsHalfFull()) {
+    queue_.Ask([status, now](DurableStore& store) { return store.Step(status, now), true; }, nullptr, now.mono);
+  }
+  port_.Tell(status, now);
 }
 
 void Dispatcher::OnEnd(Task task, Instant now) {
@@ -360,8 +302,42 @@ void Dispatcher::EndCommand(Task task, Instant now) {
                   now.mono);
   }
   if (status.state == S::STATE_INDETERMINATE && status.finding == S::FINDING_NONE) BeginFinding(task, status, now);
-  memory_.Outcome(status, now);
-  port_.Tell(status, now);
+  Conclude(status, now);
+}
+
+// An outcome, or its finding: it is told when it is on the disk, or when that takes too long or fails.
+void Dispatcher::Conclude(const command_status_t& status, Instant now) {
+  memory_.Update(status);
+  if (memory_.IsBrief(IdOf(status.id))) return port_.Tell(status, now);
+  auto outcome = std::make_shared<Untold>(Untold{status, now.mono});
+  if (queue_.IsOverfull()) return TellOutcome(*outcome);
+  if (queue_.IsFull() || queue_.IsStalled(now.mono)) TellOutcome(*outcome);
+  if (!outcome->told) untold_.push_back(outcome);
+  queue_.Ask([status, now](DurableStore& store) { return store.Outcome(status, now), true; },
+             [this, outcome](bool /*written*/) {
+               TellOutcome(*outcome);
+               untold_.remove(outcome);
+             },
+             now.mono);
+}
+
+void Dispatcher::TellOutcome(Untold& outcome) {
+  if (std::exchange(outcome.told, true)) return;
+  memory_.Tell(outcome.status);
+  port_.Tell(outcome.status, now_);
+}
+
+// What waits for a disk that does not answer is told without it.
+void Dispatcher::TellOverdue() {
+  for (const auto& outcome : untold_) {
+    if (now_.mono - outcome->since > JournalQueue::kStalled) TellOutcome(*outcome);
+  }
+  std::erase_if(untold_, [](const auto& outcome) { return outcome->told; });
+  for (const auto& lookup : lookups_) {
+    if (lookup->answered || now_.mono - lookup->since <= JournalQueue::kSlow) continue;
+    lookup->answered = true;
+    lookup->answer(std::nullopt, false);
+  }
 }
 
 void Dispatcher::BeginFinding(const Task& task, command_status_t& status, Instant now) {
@@ -380,11 +356,14 @@ void Dispatcher::BeginFinding(const Task& task, command_status_t& status, Instan
 }
 
 void Dispatcher::EndFinding(const Task& task, Instant now) {
-  auto outcome = memory_.Find(task.about);
-  if (!outcome) return;
-  AddFinding(task, *outcome);
-  memory_.Outcome(*outcome, now);
-  port_.Tell(*outcome, now);
+  if (auto again = NextLook(task, now.mono)) {
+    return buses_.at(machine_.BusOf(task.device)->name).lanes.at(task.device).PushFirst(std::move(*again));
+  }
+  const KnownCommand* const known = memory_.Find(task.about);
+  if (known == nullptr) return;
+  command_status_t outcome = known->latest;
+  AddFinding(task, outcome);
+  Conclude(outcome, now);
 }
 
 DeviceLane& Dispatcher::LaneOf(Bus& bus, const std::string& device, const OperationSpec* operation) {

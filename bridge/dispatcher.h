@@ -6,9 +6,12 @@
 #include <axlecast/driver_status_t.hpp>
 #include <cstdint>
 #include <functional>
+#include <list>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "bridge/access/authority.h"
 #include "bridge/admission.h"
@@ -19,9 +22,10 @@
 #include "bridge/command_memory.h"
 #include "bridge/command_port.h"
 #include "bridge/device_lane.h"
+#include "bridge/device_store.h"
 #include "bridge/driver_link.h"
-#include "bridge/durable_store.h"
 #include "bridge/foreign_watch.h"
+#include "bridge/journal_queue.h"
 #include "bridge/task.h"
 #include "bridge/token_desk.h"
 #include "drivers/runtime/config/machine_config.h"
@@ -31,7 +35,7 @@ namespace axlecast {
 
 // What the bridge stands on. All of it outlives the bridge.
 struct BridgePorts {
-  DurableStore* store = nullptr;
+  JournalWorker* journal = nullptr;
   MessageSink* commands = nullptr;
   MessageSink* data = nullptr;
   const SigningKey* key = nullptr;  // null: what it says stays unsigned
@@ -41,12 +45,16 @@ struct BridgePorts {
 
 // The bridge without its I/O: takes commands of those who may give them, notes them, routes each to the driver of
 // its device, one at a time per device (urgent ones beside it), and gives every id exactly one final outcome.
-// Publishes COMMAND_STATUS, DRIVER_COMMAND/<bus> and ALARM/bridge. One thread.
+// Publishes COMMAND_STATUS, DRIVER_COMMAND/<bus> and ALARM/bridge. One thread, which never waits for the journal: a
+// command that must be noted waits in its lane for at most JournalQueue::kStalled, and others pass it.
 class Dispatcher final : private LaneOutput {
  public:
   static constexpr MonoNs kFindWithin = 20 * kSecond;  // after an INDETERMINATE, then FINDING_CANNOT_TELL
 
-  // Takes up what an earlier bridge has left in the store.
+  // Questions that the journal must answer, at one time; a client repeats its question.
+  static constexpr std::size_t kMaxLookups = 100;
+
+  // Takes up what an earlier bridge has left in the journal, as soon as that can be read.
   Dispatcher(const MachineConfig& machine, std::int64_t boot_id, BridgePorts ports, Instant now);
   Dispatcher(const Dispatcher&) = delete;
   Dispatcher& operator=(const Dispatcher&) = delete;
@@ -56,8 +64,14 @@ class Dispatcher final : private LaneOutput {
   void OnCommandStatus(Bytes message, Instant now);
   // At least every 20 ms.
   void Tick(Instant now);
+  // Goes on with what the journal's thread has done meanwhile; every other call does this too.
+  void Settle(Instant now);
 
   [[nodiscard]] const BridgeWatch& watch() const { return watch_; }
+  // Why no command that changes a device is accepted; empty when all is well.
+  [[nodiscard]] std::string JournalProblem(MonoNs now) const;
+  // The journal's thread has work whose end is awaited: call Tick within a millisecond or two.
+  [[nodiscard]] bool WaitsForJournal(MonoNs now) const { return queue_.IsWaiting() && !queue_.IsSlow(now); }
   // Messages that could not be read, or were not from whom they should be.
   [[nodiscard]] std::int64_t foreign() const { return foreign_.count(); }
 
@@ -77,33 +91,70 @@ class Dispatcher final : private LaneOutput {
     command_status_t status;
   };
 
+  // What the journal holds, as its thread has read it.
+  struct Snapshot {
+    DeviceMemory devices;
+    std::vector<OpenCommand> open;
+    std::int64_t first_epoch = 0;  // 0: none could be reserved
+  };
+  // A question that the journal must answer.
+  struct Lookup {
+    // `known`: as the journal has it. `can_tell`: it could be asked.
+    std::function<void(std::optional<command_status_t> known, bool can_tell)> answer;
+    MonoNs since = 0;
+    bool answered = false;
+  };
+  // An outcome that is being written, to be told then.
+  struct Untold {
+    command_status_t status;
+    MonoNs since = 0;
+    bool told = false;
+  };
+
+  void Settle();
+  void LoadJournal();
+  void TakeUp(Snapshot snapshot);
+  void TickJournal();
   void Execute(Incoming incoming, Instant now);
+  void Query(const command_body_t& body, Instant now);
+  void RefuseUnlessKnown(const command_status_t& status, const Refusal& refusal, Instant now);
+  void LookUp(const CommandId& id, decltype(Lookup::answer) answer);
   void Cancel(const Incoming& incoming, Instant now);
   void TellKnown(const command_body_t& body, const std::string& text, Instant now);
   void Accept(Incoming incoming, Instant now);
+  void AcceptBriefly(const Incoming& incoming, Task task, const std::optional<Refusal>& refusal, Instant now);
+  void NoteAccepted(const Incoming& incoming, DeviceLane& lane, Instant now);
+  void OnAccepted(DeviceLane& lane, const command_status_t& status, bool passes,
+                  const std::optional<command_status_t>& known);
   [[nodiscard]] std::optional<Refusal> MakeTask(const Incoming& incoming, Task& task, Instant now);
   [[nodiscard]] std::optional<Refusal> Busy(const Bus& bus, const DeviceLane& lane, MonoNs now) const;
+  [[nodiscard]] std::optional<Refusal> NoRoom(const OperationSpec& operation, MonoNs now);
   [[nodiscard]] CommandRecord RecordOf(const Incoming& incoming, Instant now) const;
-  [[nodiscard]] Refusal NotNoted() const;
+  [[nodiscard]] Refusal NotNoted(MonoNs now) const;
   void Refuse(command_status_t status, const Refusal& refusal, Instant now);
   void OnForeign(const std::string& what, Instant now);
   void OnHello(Bus& bus, const driver_status_t& status, Instant now);
   void EndCommand(Task task, Instant now);
   void BeginFinding(const Task& task, command_status_t& status, Instant now);
   void EndFinding(const Task& task, Instant now);
+  void Conclude(const command_status_t& status, Instant now);
+  void TellOutcome(Untold& outcome);
+  void TellOverdue();
   void Resume(const OpenCommand& command, Instant now);
-  void TakeUpLate(Instant now);
   [[nodiscard]] DeviceLane& LaneOf(Bus& bus, const std::string& device, const OperationSpec* operation);
 
   std::int64_t Send(const Task& task, std::int8_t kind, std::int32_t valid_ms, Instant now) override;
   CommandId NewId() override;
   std::optional<Refusal> BeforeRoute(Task& task, Instant now) override;
+  std::optional<Refusal> JournalTooSlow(const Task& task, Instant now) override;
   void OnStep(Task& task, Instant now) override;
   void OnEnd(Task task, Instant now) override;
 
   const MachineConfig& machine_;
   const BridgePorts ports_;
-  DurableStore& store_;
+  Instant now_;  // of the present call
+  JournalQueue queue_;
+  DeviceStore devices_;
   CommandPort port_;
   CommandMemory memory_;
   Authority authority_;
@@ -115,7 +166,12 @@ class Dispatcher final : private LaneOutput {
   ForeignWatch foreign_;
   std::map<std::string, Bus> buses_;
   std::int64_t own_ids_ = 0;
-  bool taken_up_ = false;  // what earlier bridges left in the store
+  std::list<std::shared_ptr<Lookup>> lookups_;
+  std::list<std::shared_ptr<Untold>> untold_;
+  bool loading_ = false;   // the journal is being read
+  bool loaded_ = false;    // what the journal holds has been taken up
+  bool reserved_ = false;  // epochs are above those of every bridge before
+  bool ticking_ = false;   // the journal's thread has its Tick
 };
 
 }  // namespace axlecast

@@ -1,4 +1,5 @@
 #include "bridge/dispatcher_fixture.h"
+#include "bridge/finding.h"
 
 namespace axlecast {
 namespace {
@@ -20,7 +21,7 @@ TEST_F(DispatcherTest, ARestartedDriverLeavesItIndeterminateThenFound) {
   EXPECT_EQ(look.arguments[0].key, "after");
   EXPECT_EQ(look.arguments[0].value, "bump");
   EXPECT_NE(IdOf(look.id), NumberedId(1));
-  Report(look, S::STATE_SUCCEEDED, {{"count", "", "5"}, {"finding", "", "effect_seen"}});
+  Report(look, S::STATE_SUCCEEDED, {{"count", "", "5"}, {"finding", "", "reads_as_after"}});
   EXPECT_EQ(Last().state, S::STATE_INDETERMINATE);
   EXPECT_EQ(Last().finding, S::FINDING_EFFECT_SEEN);
   EXPECT_EQ(IdOf(Last().id), NumberedId(1));
@@ -32,7 +33,7 @@ TEST_F(DispatcherTest, ARestartedDriverLeavesItIndeterminateThenFound) {
 TEST_F(DispatcherTest, WithoutAValueFromBeforeAnEffectIsNotClaimed) {
   Send(Body(1));
   Hello(kDriver + 1);
-  Report(Orders().back(), S::STATE_SUCCEEDED, {{"count", "", "5"}, {"finding", "", "effect_seen"}});
+  Report(Orders().back(), S::STATE_SUCCEEDED, {{"count", "", "5"}, {"finding", "", "reads_as_after"}});
   EXPECT_EQ(Last().finding, S::FINDING_CANNOT_TELL);
   EXPECT_NE(Last().text.find("not known"), std::string::npos);
 }
@@ -41,7 +42,7 @@ TEST_F(DispatcherTest, WhatReadTheSameBeforeTellsNothing) {
   Send(Body(1));
   Report(Orders()[0], S::STATE_RUNNING, {{"count", "5", ""}});
   Hello(kDriver + 1);
-  Report(Orders().back(), S::STATE_SUCCEEDED, {{"count", "", "5"}, {"finding", "", "effect_seen"}});
+  Report(Orders().back(), S::STATE_SUCCEEDED, {{"count", "", "5"}, {"finding", "", "reads_as_after"}});
   EXPECT_EQ(Last().finding, S::FINDING_CANNOT_TELL);
   ASSERT_EQ(Last().n_changes, 1);
   EXPECT_EQ(Last().changes[0].before, "5");
@@ -50,7 +51,23 @@ TEST_F(DispatcherTest, WhatReadTheSameBeforeTellsNothing) {
   Send(Body(2));
   Report(Orders().back(), S::STATE_RUNNING, {{"count", "5", ""}});
   Hello(kDriver + 2);
-  Report(Orders().back(), S::STATE_SUCCEEDED, {{"count", "", "6"}, {"finding", "", "effect_seen"}});
+  Report(Orders().back(), S::STATE_SUCCEEDED, {{"count", "", "6"}, {"finding", "", "reads_as_after"}});
+  EXPECT_EQ(Last().finding, S::FINDING_EFFECT_SEEN);
+}
+
+// A position that flickers about 0 reads differently each time: only the driver could tell whether it read so before.
+TEST_F(DispatcherTest, TheDriversJudgementOfBeforeDecides) {
+  Send(Body(1));
+  Report(Orders()[0], S::STATE_RUNNING, {{"count", "5", ""}, {"finding", "reads_as_after", ""}});
+  Hello(kDriver + 1);
+  Report(Orders().back(), S::STATE_SUCCEEDED, {{"count", "", "6"}, {"finding", "", "reads_as_after"}});
+  EXPECT_EQ(Last().finding, S::FINDING_CANNOT_TELL);
+  EXPECT_NE(Last().text.find("it read the same before"), std::string::npos);
+
+  Send(Body(2));
+  Report(Orders().back(), S::STATE_RUNNING, {{"finding", "no_effect_seen", ""}});
+  Hello(kDriver + 2);
+  Report(Orders().back(), S::STATE_SUCCEEDED, {{"finding", "", "reads_as_after"}});
   EXPECT_EQ(Last().finding, S::FINDING_EFFECT_SEEN);
 }
 
@@ -82,6 +99,43 @@ TEST_F(DispatcherTest, NothingElseIsDoneToTheDeviceBeforeTheFinding) {
   EXPECT_EQ(sink_.All<S>("COMMAND_STATUS")[1].finding, S::FINDING_CANNOT_TELL);  // no change `finding`
   ASSERT_EQ(Orders().size(), 2u);
   EXPECT_EQ(IdOf(Orders()[1].id), NumberedId(2));
+}
+
+// An encoder whose memory is busy says nothing of its cells: it is looked at again during the whole time promised.
+TEST_F(DispatcherTest, ALookThatCannotReadIsRepeatedUntilItsTimeIsOver) {
+  Send(Body(1));
+  Report(Orders()[0], S::STATE_RUNNING, {{"count", "4", ""}});
+  Hello(kDriver + 1);
+  for (int look = 0; look < 3; ++look) {
+    const std::size_t orders = Orders().size();
+    ReportFailure(Orders().back(), S::REASON_NO_REPLY);
+    EXPECT_EQ(Last().finding, S::FINDING_NONE);
+    PassWithDriver(kLookAgain + 100 * kMillisecond);
+    ASSERT_GT(Orders().size(), orders) << look;
+    EXPECT_EQ(Orders().back().operation, "look");
+  }
+  Report(Orders().back(), S::STATE_SUCCEEDED, {{"count", "", "5"}, {"finding", "", "reads_as_after"}});
+  EXPECT_EQ(Last().finding, S::FINDING_EFFECT_SEEN);
+}
+
+TEST_F(DispatcherTest, ALookThatNeverReadsEndsWithItsTime) {
+  Send(Body(1));
+  Hello(kDriver + 1);
+  const MonoNs begun = now_.mono;
+  while (Last().finding == S::FINDING_NONE && now_.mono < begun + 2 * Dispatcher::kFindWithin) {
+    ReportFailure(Orders().back(), S::REASON_NO_REPLY);
+    PassWithDriver(kLookAgain + 100 * kMillisecond);
+  }
+  EXPECT_EQ(Last().finding, S::FINDING_CANNOT_TELL);
+  EXPECT_GT(now_.mono, begun + Dispatcher::kFindWithin - 2 * kSecond);
+  EXPECT_LE(now_.mono, begun + Dispatcher::kFindWithin + kSecond);
+}
+
+TEST_F(DispatcherTest, WhatADeviceRefusesToTellIsNotLookedForAgain) {
+  Send(Body(1));
+  Hello(kDriver + 1);
+  ReportFailure(Orders().back(), S::REASON_DEVICE_REFUSED);
+  EXPECT_EQ(Last().finding, S::FINDING_CANNOT_TELL);
 }
 
 TEST_F(DispatcherTest, WhatNothingCanFindIsSaidAtOnce) {
@@ -116,6 +170,16 @@ TEST_F(DispatcherTest, ADriverThatWasSilentIsAskedWhenItIsHeardAgain) {
   Report(Orders()[0], S::STATE_SUCCEEDED);
   EXPECT_EQ(Last().state, S::STATE_INDETERMINATE);
   EXPECT_EQ(Last().finding, S::FINDING_EFFECT_SEEN);
+}
+
+// What the driver itself could not verify is no effect that was seen.
+TEST_F(DispatcherTest, WhatTheSilentDriverCouldNotVerifyIsNoEffectSeen) {
+  Send(Body(1));
+  Pass(DeviceLane::kSilentAfter + 20 * kMillisecond);
+  sink_.Clear();
+  Hello(kDriver);
+  Report(Orders()[0], S::STATE_SUCCEEDED, {}, 0, false);
+  EXPECT_EQ(Last().finding, S::FINDING_CANNOT_TELL);
 }
 
 }  // namespace

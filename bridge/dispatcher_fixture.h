@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bridge/dispatcher.h"
+#include "bridge/inline_journal.h"
 #include "bridge/memory_store.h"
 #include "drivers/runtime/command/body_digest.h"
 #include "drivers/runtime/command/command_words.h"
@@ -132,19 +133,31 @@ class DispatcherTest : public testing::Test {
     FromDriver(hello);
   }
   void Report(const driver_order_t& order, std::int8_t state, std::vector<change_t> changes = {},
-              std::int32_t nv_writes = 0) {
+              std::int32_t nv_writes = 0, bool verified = true) {
     driver_status_t status{};
     status.kind = driver_status_t::KIND_STATUS;
     std::copy(std::begin(order.id), std::end(order.id), std::begin(status.id));
     status.device = order.device;
     status.operation = order.operation;
     status.state = state;
+    status.verified = state == S::STATE_SUCCEEDED && verified ? 1 : 0;
     status.bridge_epoch = order.bridge_epoch;
     status.nv_writes = nv_writes;
     if (IsFinalState(state)) status.finished_utime = now_.utime;
     status.epoch_after = 3;
     status.changes = std::move(changes);
     status.n_changes = static_cast<std::int8_t>(status.changes.size());
+    FromDriver(status);
+  }
+  void ReportFailure(const driver_order_t& order, std::int32_t reason) {
+    driver_status_t status{};
+    status.kind = driver_status_t::KIND_STATUS;
+    std::copy(std::begin(order.id), std::end(order.id), std::begin(status.id));
+    status.device = order.device;
+    status.operation = order.operation;
+    status.state = S::STATE_FAILED;
+    status.reason_code = reason;
+    status.bridge_epoch = order.bridge_epoch;
     FromDriver(status);
   }
   void FromDriver(driver_status_t status) {
@@ -163,9 +176,11 @@ class DispatcherTest : public testing::Test {
     sink_.Clear();
     Pass(BridgeWatch::kListen);
   }
-  std::unique_ptr<Dispatcher> MakeBridge(std::int64_t boot_id) {
+  std::unique_ptr<Dispatcher> MakeBridge(std::int64_t boot_id, bool stalled = false) {
+    journal_ = std::make_unique<InlineJournal>(store_);
+    if (stalled) journal_->Stall();
     return std::make_unique<Dispatcher>(machine_, boot_id,
-                                        BridgePorts{.store = &store_,
+                                        BridgePorts{.journal = journal_.get(),
                                                     .commands = &sink_,
                                                     .data = &data_,
                                                     .key = key_ ? &*key_ : nullptr,
@@ -179,6 +194,7 @@ class DispatcherTest : public testing::Test {
   MemoryStore store_;
   MemorySink sink_;
   MemorySink data_;
+  std::unique_ptr<InlineJournal> journal_;
   std::unique_ptr<Dispatcher> bridge_;
   std::int64_t driver_boot_ = kDriver;
   std::int64_t driver_seq_ = 0;

@@ -3,6 +3,7 @@
 #include <axlecast/driver_order_t.hpp>
 
 #include "bridge/dispatcher.h"
+#include "bridge/inline_journal.h"
 #include "bridge/memory_store.h"
 #include "drivers/runtime/command/order_test_support.h"
 #include "drivers/runtime/core/decode_message.h"
@@ -95,9 +96,10 @@ class Fuzz {
   MachineConfig machine_ = Machine();
   MemoryStore store_;
   FuzzSink sink_;
+  InlineJournal journal_{store_};
   Dispatcher bridge_{machine_,
                      42,
-                     {.store = &store_,
+                     {.journal = &journal_,
                       .commands = &sink_,
                       .data = &sink_,
                       .log = [](const std::string&) {},

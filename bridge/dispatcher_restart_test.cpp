@@ -51,7 +51,7 @@ TEST_F(DispatcherTest, WhenTheDriverIsAnotherTooItIsIndeterminateThenFound) {
   Hello(kDriver + 1);
   EXPECT_EQ(store_.Find(NumberedId(1))->state, S::STATE_INDETERMINATE);
   EXPECT_EQ(Orders().back().operation, "look");
-  Report(Orders().back(), S::STATE_SUCCEEDED, {{"finding", "", "effect_seen"}});
+  Report(Orders().back(), S::STATE_SUCCEEDED, {{"finding", "", "reads_as_after"}});
   EXPECT_EQ(Last().finding, S::FINDING_EFFECT_SEEN);
 }
 

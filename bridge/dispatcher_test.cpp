@@ -221,8 +221,9 @@ TEST_F(DispatcherTest, ASecondBridgeStopsNewCommands) {
 TEST_F(DispatcherTest, AsksForOtherBridgesBeforeItServes) {
   Instant now = now_;
   MemorySink sink;
+  InlineJournal journal(store_);
   Dispatcher young(machine_, kBoot + 1,
-                   {.store = &store_, .commands = &sink, .data = &data_, .log = {}, .random = {}}, now);
+                   {.journal = &journal, .commands = &sink, .data = &data_, .log = {}, .random = {}}, now);
   young.Tick(now);
   const auto questions = sink.All<command_t>("COMMAND");
   ASSERT_EQ(questions.size(), 1u);

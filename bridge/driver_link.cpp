@@ -5,6 +5,10 @@
 
 namespace axlecast {
 
+void DriverLink::Expect(const std::vector<DeviceConfig>& devices) {
+  for (const DeviceConfig& device : devices) states_[device.name] = device_info_t::STATE_STARTING;
+}
+
 bool DriverLink::On(const driver_status_t& status, MonoNs now) {
   if (status.boot_id != boot_id_) {
     if (status.kind != driver_status_t::KIND_HELLO || status.boot_id == 0) return false;
@@ -17,7 +21,9 @@ bool DriverLink::On(const driver_status_t& status, MonoNs now) {
   if (gone_) return status.kind == driver_status_t::KIND_STATUS;
   heard_ = now;
   gone_ = status.kind == driver_status_t::KIND_GOODBYE;
-  for (const driver_device_t& device : status.devices) states_[device.device] = device.state;
+  for (const driver_device_t& device : status.devices) {
+    if (const auto known = states_.find(device.device); known != states_.end()) known->second = device.state;
+  }
   return true;
 }
 
@@ -33,7 +39,7 @@ void DriverLink::Replace(std::int64_t boot_id) {
   if (replaced_.size() > kRemembered) replaced_.pop_front();
   boot_id_ = boot_id;
   gone_ = false;
-  states_.clear();
+  for (auto& [device, state] : states_) state = device_info_t::STATE_STARTING;
 }
 
 }  // namespace axlecast

@@ -5,7 +5,9 @@
 #include <deque>
 #include <map>
 #include <string>
+#include <vector>
 
+#include "drivers/runtime/config/machine_config.h"
 #include "drivers/runtime/core/instant.h"
 
 namespace axlecast {
@@ -14,6 +16,9 @@ namespace axlecast {
 class DriverLink {
  public:
   static constexpr MonoNs kAbsentAfter = 3 * kSecond;  // without a word; a driver says HELLO once a second
+
+  // Before anything else: the devices of the bus. What a message says of others is passed over.
+  void Expect(const std::vector<DeviceConfig>& devices);
 
   // False when the message is from a boot that was replaced, or from one that has not said HELLO yet.
   [[nodiscard]] bool On(const driver_status_t& status, MonoNs now);
@@ -27,6 +32,7 @@ class DriverLink {
   [[nodiscard]] std::int64_t boot_id() const { return boot_id_; }
   // The device can be asked: ONLINE or DEGRADED in the last HELLO.
   [[nodiscard]] bool IsAnswering(const std::string& device) const;
+  [[nodiscard]] std::size_t devices() const { return states_.size(); }
 
  private:
   static constexpr std::size_t kRemembered = 64;  // replaced boots
@@ -36,7 +42,7 @@ class DriverLink {
   std::int64_t boot_id_ = 0;  // 0 never heard
   bool gone_ = false;
   MonoNs heard_ = 0;
-  std::map<std::string, std::int8_t> states_;
+  std::map<std::string, std::int8_t> states_;  // of the bus's devices, all of them
   std::deque<std::int64_t> replaced_;
 };
 

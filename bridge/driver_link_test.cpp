@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <axlecast/device_info_t.hpp>
+#include <string>
+
 namespace axlecast {
 namespace {
 
@@ -25,6 +28,28 @@ TEST(DriverLinkTest, AGoodbyeIsAbsenceAtOnce) {
   hello.kind = driver_status_t::KIND_GOODBYE;
   ASSERT_TRUE(link.On(hello, 2 * kSecond));
   EXPECT_TRUE(link.IsAbsent(2 * kSecond));
+}
+
+// Anybody may send DRIVER_STATUS where commands may be unsigned; each name in it cost memory for ever.
+TEST(DriverLinkTest, KnowsOnlyTheDevicesOfItsBusHoweverManyNamesCome) {
+  DriverLink link;
+  DeviceConfig axis;
+  axis.name = "axis1";
+  link.Expect({axis});
+  link.ListenFrom(0);
+  driver_status_t hello{};
+  hello.boot_id = 7;
+  hello.kind = driver_status_t::KIND_HELLO;
+  for (int i = 0; i < 10'000; ++i) {
+    driver_device_t device{};
+    device.device = i == 5'000 ? "axis1" : "x" + std::to_string(i);
+    device.state = device_info_t::STATE_ONLINE;
+    hello.devices = {device};
+    ASSERT_TRUE(link.On(hello, kSecond));
+  }
+  EXPECT_EQ(link.devices(), 1U);
+  EXPECT_TRUE(link.IsAnswering("axis1"));
+  EXPECT_FALSE(link.IsAnswering("x9999"));
 }
 
 }  // namespace

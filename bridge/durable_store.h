@@ -22,6 +22,8 @@ class DurableStore : public Journal, public AxisStore, public AlarmStore {
   [[nodiscard]] virtual std::int64_t ReserveEpochs(std::int64_t at_least, std::int64_t count) = 0;
   // At least every 100 ms: writes what waits, tries again what failed.
   virtual void Tick(Instant now) = 0;
+  // What was written before can be read: an id that is not found is not there.
+  [[nodiscard]] virtual bool readable() const = 0;
   // Why nothing can be made durable at present, and what would help; empty when all is well.
   [[nodiscard]] virtual std::string problem() const = 0;
 };

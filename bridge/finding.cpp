@@ -31,11 +31,11 @@ std::optional<std::string> Described(const Task& command) {
   return text;
 }
 
-// The driver that had been silent tells in the end.
-std::int8_t FindingOfOutcome(std::int8_t state) {
-  switch (state) {
+// The driver that had been silent tells in the end. What it could not verify is no effect that was seen.
+std::int8_t FindingOfOutcome(const command_status_t& outcome) {
+  switch (outcome.state) {
     case S::STATE_SUCCEEDED:
-      return S::FINDING_EFFECT_SEEN;
+      return outcome.verified != 0 ? S::FINDING_EFFECT_SEEN : S::FINDING_CANNOT_TELL;
     case S::STATE_REJECTED:
     case S::STATE_EXPIRED:
     case S::STATE_CANCELLED:
@@ -64,6 +64,8 @@ enum class Comparison : std::uint8_t {
 // that is known.
 Comparison SetBeside(const std::vector<change_t>& found, std::vector<change_t>& changes) {
   const std::vector<change_t> reported = std::exchange(changes, {});
+  const auto judged = std::find_if(reported.begin(), reported.end(),
+                                   [](const change_t& one) { return one.key == "finding" && !one.before.empty(); });
   bool compared = false;
   bool differs = false;
   for (change_t change : found) {
@@ -76,6 +78,10 @@ Comparison SetBeside(const std::vector<change_t>& found, std::vector<change_t>& 
       differs = differs || change.before != change.after;
     }
     changes.push_back(change);
+  }
+  // The lost driver knew its device's tolerances: its own judgement of before decides.
+  if (judged != reported.end()) {
+    return FindingOf(judged->before) == S::FINDING_EFFECT_SEEN ? Comparison::kSame : Comparison::kDiffers;
   }
   if (changes.empty()) return Comparison::kNothing;
   if (!compared) return Comparison::kUnknown;
@@ -109,13 +115,26 @@ std::optional<Task> FindingTask(const Task& command, const Family& family, MonoN
   return task;
 }
 
+std::optional<Task> NextLook(const Task& finding, MonoNs now) {
+  const command_status_t& found = finding.status;
+  const bool unread = found.state == S::STATE_FAILED && found.reason_code == S::REASON_NO_REPLY;
+  const bool refused = found.state == S::STATE_REJECTED && IsTemporary(found.reason_code);
+  const bool looked = !finding.asks_driver && finding.operation != nullptr;
+  if (!looked || !(unread || refused) || now + kLookAgain >= finding.begin_by) return std::nullopt;
+  Task task = finding;
+  task.not_before = now + kLookAgain;
+  task.status = {};
+  task.nv_writes = 0;
+  return task;
+}
+
 void AddFinding(const Task& finding, command_status_t& outcome) {
   const command_status_t& found = finding.status;
   const bool never_routed = found.driver_boot_id == 0;
   std::string details = found.text;
   if (finding.asks_driver) {
     const bool untold = found.state == S::STATE_EXPIRED && found.reason_code == S::REASON_DEADLINE;
-    outcome.finding = untold ? S::FINDING_CANNOT_TELL : FindingOfOutcome(found.state);
+    outcome.finding = untold ? S::FINDING_CANNOT_TELL : FindingOfOutcome(found);
     outcome.changes = found.changes;
   } else {
     outcome.finding = FindingOfChanges(found);

@@ -11,6 +11,11 @@ namespace axlecast {
 // What has to be done to find out what became of a command that ended INDETERMINATE; nothing when nobody can tell.
 [[nodiscard]] std::optional<Task> FindingTask(const Task& command, const Family& family, MonoNs give_up);
 
+// Another look, after kLookAgain, where the finished task could not read for a reason that may pass: an encoder whose
+// memory is busy, or that is read badly. Nothing when its time would be over.
+inline constexpr MonoNs kLookAgain = 500 * kMillisecond;
+[[nodiscard]] std::optional<Task> NextLook(const Task& finding, MonoNs now);
+
 // Adds to the command's outcome what the finished task found.
 void AddFinding(const Task& finding, command_status_t& outcome);
 

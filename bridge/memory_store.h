@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <map>
 #include <string>
-#include <tuple>
 #include <vector>
 
+#include "bridge/device_memory.h"
 #include "bridge/durable_store.h"
 #include "drivers/runtime/command/command_words.h"
 #include "drivers/runtime/command/order_ledger.h"
@@ -17,7 +17,13 @@ class MemoryStore final : public DurableStore {
  public:
   bool fails = false;
   std::vector<AxisEvent> events;
-  std::map<std::string, AxisRecord> axes;
+  DeviceMemory devices;
+
+  // As when the file is replaced by an older one, or an empty one.
+  void LoseCommands() {
+    commands_.clear();
+    order_.clear();
+  }
 
   bool Accepted(const CommandRecord& record, Instant) override {
     if (fails) return false;
@@ -28,8 +34,9 @@ class MemoryStore final : public DurableStore {
   }
   bool Routed(const command_status_t& status, std::int64_t epoch, Instant) override {
     if (fails) return false;
-    commands_.at(IdOf(status.id)) = {WithStatus(status), epoch};
-    return true;
+    const auto found = commands_.find(IdOf(status.id));
+    if (found != commands_.end()) found->second = {WithStatus(status), epoch};
+    return found != commands_.end();
   }
   void Step(const command_status_t& status, Instant) override { Put(status); }
   void Outcome(const command_status_t& status, Instant) override { Put(status); }
@@ -38,78 +45,38 @@ class MemoryStore final : public DurableStore {
     return found == commands_.end() ? std::nullopt : std::optional(found->second.record.status);
   }
 
-  AxisRecord Find(const std::string& device) const override {
-    const auto found = axes.find(device);
-    return found == axes.end() ? AxisRecord{} : found->second;
-  }
+  AxisRecord Find(const std::string& device) const override { return devices.Find(device); }
   bool SetDatum(const std::string& device, const DatumRecord& datum) override {
-    if (fails) return false;
-    auto& datums = datums_[device];
-    datums.insert(datums.begin(), datum);
-    datums.front().number = static_cast<std::int64_t>(datums.size());
-    datums.front().voided_utime = 0;
-    datums.front().void_reason.clear();
-    axes[device].datum = datums.front();
-    return true;
+    return !fails && devices.SetDatum(device, datum);
   }
   bool VoidDatum(const std::string& device, std::int64_t utime, const std::string& why) override {
-    if (fails) return false;
-    AxisRecord& axis = axes[device];
-    if (axis.datum) {
-      datums_[device].front().voided_utime = utime;
-      datums_[device].front().void_reason = why;
-    }
-    axis.datum.reset();
-    axis.position.reset();
-    return true;
+    return !fails && devices.VoidDatum(device, utime, why);
   }
-  std::vector<DatumRecord> Datums(const std::string& device) const override {
-    const auto found = datums_.find(device);
-    return found == datums_.end() ? std::vector<DatumRecord>{} : found->second;
-  }
-  bool AddWrites(const std::string& device, std::int64_t writes, std::int64_t) override {
-    if (fails) return false;
-    axes[device].writes += writes;
-    return true;
+  std::vector<DatumRecord> Datums(const std::string& device) const override { return devices.Datums(device); }
+  bool AddWrites(const std::string& device, std::int64_t writes, std::int64_t utime) override {
+    return !fails && devices.AddWrites(device, writes, utime);
   }
   bool SetReferenceLost(const std::string& device, bool lost) override {
-    axes[device].reference_lost = lost;
-    return true;
+    return !fails && devices.SetReferenceLost(device, lost);
   }
   bool SetIdentity(const std::string& device, const std::string& identity) override {
-    axes[device].identity = identity;
-    return true;
+    return !fails && devices.SetIdentity(device, identity);
   }
   bool Exchange(const std::string& device, const std::string& identity, std::int64_t utime) override {
-    if (fails || !VoidDatum(device, utime, "exchanged")) return false;
-    AxisRecord axis;
-    axis.identity = identity;
-    axis.since_utime = utime;
-    axes[device] = axis;
-    return true;
+    return !fails && devices.Exchange(device, identity, utime);
   }
   void KeepPosition(const std::string& device, const LastPosition& position) override {
-    axes[device].position = position;
+    devices.KeepPosition(device, position);
   }
   void Note(const AxisEvent& event) override { events.push_back(event); }
 
   bool SetMark(const std::string& device, const AlarmMark& mark) override {
-    if (fails) return false;
-    marks_[{device, mark.kind, mark.alarm}] = mark;
-    return true;
+    return !fails && devices.SetMark(device, mark);
   }
   bool EndMark(const std::string& device, AlarmMark::Kind kind, const std::string& alarm) override {
-    if (fails) return false;
-    marks_.erase({device, kind, alarm});
-    return true;
+    return !fails && devices.EndMark(device, kind, alarm);
   }
-  std::vector<AlarmMark> Marks(const std::string& device) const override {
-    std::vector<AlarmMark> found;
-    for (const auto& [key, mark] : marks_) {
-      if (std::get<0>(key) == device) found.push_back(mark);
-    }
-    return found;
-  }
+  std::vector<AlarmMark> Marks(const std::string& device) const override { return devices.Marks(device); }
 
   std::vector<OpenCommand> Open() const override {
     std::vector<OpenCommand> open;
@@ -129,6 +96,7 @@ class MemoryStore final : public DurableStore {
     return first;
   }
   void Tick(Instant) override {}
+  bool readable() const override { return !fails; }
   std::string problem() const override { return fails ? "the disk is full" : ""; }
 
  private:
@@ -144,8 +112,6 @@ class MemoryStore final : public DurableStore {
 
   std::map<CommandId, OpenCommand> commands_;
   std::vector<CommandId> order_;
-  std::map<std::string, std::vector<DatumRecord>> datums_;
-  std::map<std::tuple<std::string, AlarmMark::Kind, std::string>, AlarmMark> marks_;
   std::int64_t reserved_ = 0;
 };
 

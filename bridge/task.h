@@ -33,12 +33,23 @@ struct Task {
   bool cancel_asked = false;
   command_status_t status{};  // how it stands; published only of kCommand
 
+  // What it waits for in the journal.
+  enum class Noting : std::uint8_t {
+    kNone,      // nothing
+    kAccepted,  // its acceptance is being written
+    kRouted,    // that it is about to be sent is being written
+    kReady,     // that is written: it may be sent
+  };
+  Noting noting = Noting::kNone;
+  MonoNs noting_since = 0;
+
   // kFinding: the command that it is about.
   CommandId about{};
   std::int64_t about_boot_id = 0;  // the driver that it had been routed to
   std::int64_t about_epoch = 0;    // of the newest order to do it
   bool about_silent = false;       // that driver fell silent: it may still be able to tell
   bool asks_driver = false;        // by KIND_QUERY; else by its operation
+  MonoNs not_before = 0;           // a look that could not read is repeated then
 
   // Since it was routed.
   std::int32_t reserved_writes = 0;  // of the device's memory, counted before it was sent

@@ -33,3 +33,14 @@ else()
   target_include_directories(axlecast_lcm SYSTEM INTERFACE ${LCM_INCLUDE_DIR})
   target_link_libraries(axlecast_lcm INTERFACE ${LCM_LIBRARY})
 endif()
+
+# The font of axlecast web's page, and what cuts it down. Debian's Python: another one on PATH does not see its packages.
+if(AXLECAST_WEB)
+  find_path(AXLECAST_INTER Inter-Regular.otf PATHS /usr/share/fonts/opentype/inter)
+  find_program(AXLECAST_FONT_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)
+  execute_process(COMMAND ${AXLECAST_FONT_PYTHON} -c "import brotli, fontTools.subset" RESULT_VARIABLE failed ERROR_QUIET)
+  if(failed OR NOT AXLECAST_INTER)
+    message(FATAL_ERROR "the page of axlecast web needs the font Inter and its tools: "
+      "apt-get install fonts-inter python3-fonttools python3-brotli, or configure with -DAXLECAST_WEB=OFF")
+  endif()
+endif()

@@ -2,6 +2,12 @@
 """Writes message_json.h and message_json.cpp: every type of lcmtypes/ as JSON, under the field names of its .lcm, and the
 JSON Schema of that JSON (draft 2020-12), with the comments of the .lcm as descriptions.
 
+A number whose comment names constants (`STATE_*`, `position_t FLAG_*`) is followed by its names:
+
+    int8_t  unit;        // position_t UNIT_*       "unit":4,"unit_name":"mm"
+    int32_t flags;       // FLAG_*                  "flags":1,"flag_names":["valid"]
+    int64_t errors[16];  // by ERROR_*              "errors":[0,2,...],"errors_by_name":{"timeout":0,"short":2,...}
+
 usage: generate_json.py HEADER SOURCE INCLUDE_OF_HEADER LCM_FILE...
 """
 import json
@@ -18,22 +24,53 @@ NESTED = {
     ("permit_t", "permit"): "permit_body_t",
 }
 
+# Constants that are bits of a number; those of another prefix are its values.
+BITS = {"FLAG", "STATUS"}
+# Names in capitals, as every table and page shows the states of devices, buses and recorders.
+CAPITALS = {("device_info_t", "STATE"), ("bus_health_t", "STATE"), ("recorder_health_t", "STATE")}
+
 # The head with which every published type begins.
 HEAD = [("int64_t", "utime"), ("int64_t", "mono_ns"), ("int64_t", "boot_id"), ("int64_t", "seq")]
 
+CONSTANTS = re.compile(r"^const \w+ (.*)$")
+REFERENCE = re.compile(r"(\bby )?(?:\b(\w+_t) )?\b([A-Z]+)_\*")
 MEMBER = re.compile(r"^(\w+)\s+(\w+)((?:\s*\[\s*\w+\s*\])*)$")
 REMARK = re.compile(r"^\s*(?!const\b)\w+\s+(\w+)\s*[\w\[\]\s]*;\s*//\s*(.*(?:\n\s*//.*)*)", re.MULTILINE)
 
 
+class Names:
+    """What a member's comment says of its numbers: the constants of which struct and prefix, and where they stand."""
+
+    def __init__(self, struct, prefix, is_index):
+        self.struct, self.prefix, self.is_index = struct, prefix, is_index
+        self.is_bits = prefix in BITS
+        self.table = f"kNames_{struct}_{prefix}"
+        self.words = []  # (number, name), filled when all constants are known
+
+    def key(self, member):
+        """The name of the field with the names."""
+        if self.is_index:
+            return member + "_by_name"
+        stem = re.sub(r"_code$|_bits$", "", member)
+        return re.sub(r"s$", "", stem) + "_names" if self.is_bits and not stem.endswith("status") else \
+            stem + ("_names" if self.is_bits else "_name")
+
+
 class Member:
-    """One member of a struct: its type, name, dimensions (numbers, or names of members) and comment."""
+    """One member of a struct: its type, name, dimensions (numbers, or names of members), comment, and the names of its
+    numbers (none: null)."""
 
-    def __init__(self, kind, name, dimensions, remark):
-        self.kind, self.name, self.dimensions, self.remark = kind, name, dimensions, remark
+    def __init__(self, kind, name, dimensions, remark, names):
+        self.kind, self.name, self.dimensions, self.remark, self.names = kind, name, dimensions, remark, names
 
 
-def parse(path):
-    """The name of a file's one struct and its members in order."""
+def names_of(struct, kind, remark):
+    reference = REFERENCE.search(remark or "") if kind.startswith("int") else None
+    return Names(reference.group(2) or struct, reference.group(3), bool(reference.group(1))) if reference else None
+
+
+def parse(path, constants):
+    """The name of a file's one struct and its members in order; its constants go to `constants`."""
     source = path.read_text(encoding="utf-8")
     remarks = {name: re.sub(r"\s*\n\s*//\s*", " ", text).strip() for name, text in REMARK.findall(source)}
     text = re.sub(r"//[^\n]*|/\*.*?\*/", "", source, flags=re.DOTALL)
@@ -43,14 +80,33 @@ def parse(path):
     members = []
     for statement in struct.group(2).split(";"):
         statement = " ".join(statement.split())
-        if not statement or statement.startswith("const "):
+        if not statement:
+            continue
+        if constant := CONSTANTS.match(statement):
+            for assignment in constant.group(1).split(","):
+                prefix, word, number = re.match(r"\s*([A-Z]+)_(\w+) = (\w+)\s*$", assignment).groups()
+                capitals = (struct.group(1), prefix) in CAPITALS
+                constants.setdefault((struct.group(1), prefix), []).append(
+                    (int(number, 0), word if capitals else word.lower()))
             continue
         member = MEMBER.match(statement)
         if not member:
             sys.exit(f"{path}: cannot read the member `{statement}`")
         name = member.group(2)
-        members.append(Member(member.group(1), name, re.findall(r"\w+", member.group(3)), remarks.get(name)))
+        members.append(Member(member.group(1), name, re.findall(r"\w+", member.group(3)), remarks.get(name),
+                              names_of(struct.group(1), member.group(1), remarks.get(name))))
     return struct.group(1), members
+
+
+def find_names(types, constants):
+    """Gives each member the words of its constants."""
+    for struct, members in types:
+        for member in members:
+            if member.names is None:
+                continue
+            member.names.words = constants.get((member.names.struct, member.names.prefix))
+            if not member.names.words:
+                sys.exit(f"{struct}.{member.name}: {member.names.struct} has no constants {member.names.prefix}_*")
 
 
 def is_boot_id(member):
@@ -92,10 +148,29 @@ def member_schema(member, types):
     return {**schema, "description": member.remark} if member.remark else schema
 
 
+def names_schema(member):
+    """What the names of a member's numbers look like."""
+    words = [word for _, word in member.names.words]
+    if member.names.is_index:
+        properties = {word: {"type": "integer"} for word in words}
+        return {"type": "object", "properties": properties, "required": words, "additionalProperties": False}
+    if member.names.is_bits:
+        schema = {"type": "array", "items": {"anyOf": [{"enum": words}, {"type": "string", "pattern": "^0x[0-9a-f]+$"}]},
+                  "uniqueItems": True}
+    else:
+        schema = {"enum": [*words, None]}
+    for size in reversed(member.dimensions):
+        fixed = {"minItems": int(size), "maxItems": int(size)} if size.isdigit() else {}
+        schema = {"type": "array", "items": schema, **fixed}
+    return schema
+
+
 def struct_schema(struct, types):
     properties = {}
     for member in types[struct]:
         properties[member.name] = member_schema(member, types)
+        if member.names:
+            properties[member.names.key(member.name)] = names_schema(member)
         if nested := NESTED.get((struct, member.name)):
             properties[member.name + "_decoded"] = {"anyOf": [struct_schema(nested, types), {"type": "null"}]}
     return {"title": struct, "type": "object", "properties": properties, "required": list(properties)}
@@ -104,18 +179,35 @@ def struct_schema(struct, types):
 def to_json(struct, members):
     # Appended without a look for the name, which is a new one each time.
     lines = [f"nlohmann::ordered_json ToJson(const {struct}& message) {{", "  nlohmann::ordered_json::object_t json;",
-             f"  json.reserve({len(members) + 1});"]
+             f"  json.reserve({len(members) + sum(member.names is not None for member in members) + 1});"]
     for member in members:
         lines.append(f'  json.emplace_back("{member.name}", {value(member)});')
+        if names := member.names:
+            make = "CountsByName" if names.is_index else "BitNamesField" if names.is_bits else "NameField"
+            number = f"message.{member.name}"
+            if names.is_bits and not member.dimensions:
+                number = f"static_cast<std::u{member.kind}>({number})"  # so that the highest bit stays one bit
+            lines.append(f'  json.emplace_back("{names.key(member.name)}", {make}({number}, {names.table}));')
         if nested := NESTED.get((struct, member.name)):
             lines.append(f'  json.emplace_back("{member.name}_decoded", DecodedField<{nested}>(message.{member.name}));')
     lines += ["  return json;", "}", ""]
     return lines
 
 
+def name_tables(types):
+    """The constants that members name, each table once."""
+    tables = {member.names.table: member.names.words for _, members in types for member in members if member.names}
+    for table, words in sorted(tables.items()):
+        yield f"constexpr NumberName {table}[] = {{"
+        yield from (f'    {{{number}, "{word}"}},' for number, word in words)
+        yield "};"
+
+
 def main():
     header, source, include = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3]
-    types = [parse(Path(file)) for file in sorted(sys.argv[4:])]
+    constants = {}
+    types = [parse(Path(file), constants) for file in sorted(sys.argv[4:])]
+    find_names(types, constants)
     names = {name for name, _ in types}
     for name, members in types:
         for member in members:
@@ -130,7 +222,7 @@ def main():
     head += ["#include <nlohmann/json.hpp>", "#include <optional>", "#include <string>", "#include <string_view>", "",
              '#include "drivers/runtime/core/inline_bytes.h"', '#include "tools/json/field.h"', "", "namespace axlecast {", "",
              "// One flat object: the message's fields, by name and in order. Boot ids are 16 hex digits, bytes are hex,",
-             "// unknown numbers (NaN) null; states, flags and units stay numbers."]
+             "// unknown numbers (NaN) null; a state, a unit or flags are followed by their names."]
     head += [f"[[nodiscard]] nlohmann::ordered_json ToJson(const {name}& message);" for name, _ in types]
     head += ["", "// A type of message.", "struct MessageType {", "  std::int64_t fingerprint;", "  std::string_view name;",
              "  // JSON Schema (draft 2020-12) of the type's JSON.", "  std::string_view schema;",
@@ -146,7 +238,8 @@ def main():
              "}  // namespace axlecast", ""]
 
     body = ["// Generated by cmake/generate_json.py.", f'#include "{include}"', "", "#include <array>", "#include <string_view>",
-            "", '#include "tools/json/field.h"', "", "namespace axlecast {", ""]
+            "", '#include "tools/json/field.h"', "", "namespace axlecast {", "namespace {", "", *name_tables(types), "",
+            "}  // namespace", ""]
     for name, members in types:
         body += to_json(name, members)
     body += ["namespace {", ""]

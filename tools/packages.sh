@@ -4,7 +4,7 @@
 packages_build="g++ cmake ninja-build pkg-config python3 lowdown libc6-dev linux-libc-dev
   liblcm-dev liblcm-bin libyaml-cpp-dev libspdlog-dev libcli11-dev nlohmann-json3-dev libsystemd-dev libsodium-dev
   libsqlite3-dev libmodbus-dev libgpiod-dev libmosquitto-dev libwebsockets-dev libcairo2-dev
-  zlib1g-dev
+  zlib1g-dev fonts-inter python3-fonttools python3-brotli
   libgtest-dev libgmock-dev libbenchmark-dev
   default-jdk-headless liblcm-java libjchart2d-java"
 packages_run="iproute2 util-linux"
@@ -16,9 +16,9 @@ packages_test="libfaketime x11-utils clang-14 clang-tidy-14 clang-format-14 libc
   sqlite3 openssl mosquitto mosquitto-clients libnss-wrapper python3-pymodbus python3-serial python3-serial-asyncio
   mbpoll tshark python3-can python3-jsonschema chromium chromium-driver prometheus nftables
   $packages_vm"
-# The page of axlecast web has uPlot from npm, and the tests MCAP's own reader (tests/convert/mcap_reader); Node.js of
-# another origin brings npm along.
-command -v npm >/dev/null || packages_build="$packages_build nodejs npm"
+# The tests have MCAP's own reader (tests/convert/mcap_reader) and uPlot from npm; Node.js of another origin brings npm along.
+# A build without npm is a build without the curves of axlecast web.
+command -v npm >/dev/null || packages_test="$packages_test nodejs npm"
 
 # install_missing PACKAGE...: quiet when nothing is missing; fails loudly when apt does.
 install_missing() {

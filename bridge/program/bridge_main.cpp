@@ -1,20 +1,25 @@
 #include "bridge/program/bridge_main.h"
 
-#include <spdlog/sinks/stdout_color_sinks.h>
+#include <poll.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <atomic>
+#include <cstdlib>
 #include <iostream>
 #include <memory>
 #include <string>
 
 #include "bridge/dispatcher.h"
+#include "bridge/store/journal_thread.h"
 #include "bridge/store/sqlite_store.h"
 #include "drivers/io/lcm_port.h"
 #include "drivers/io/process.h"
 #include "drivers/io/secret_file.h"
 #include "drivers/io/supervision.h"
 #include "drivers/io/system_clock.h"
+#include "drivers/io/terminal_log.h"
+#include "drivers/io/terminal_output.h"
 #include "drivers/runtime/command/own_key.h"
 #include "drivers/runtime/config/load.h"
 #include "drivers/runtime/core/timebase.h"
@@ -26,6 +31,14 @@ constexpr int kStopped = 0;
 constexpr int kFailed = 1;
 constexpr int kUsage = 2;
 constexpr MonoNs kTick = 10 * kMillisecond;
+constexpr MonoNs kJournalLook = kMillisecond;  // while the end of a write is awaited
+constexpr int kJournalSeconds = 5;             // for the last writes
+
+// A time that passes is no other problem.
+std::string WithoutFigures(std::string text) {
+  std::erase_if(text, [](char character) { return character >= '0' && character <= '9'; });
+  return text;
+}
 
 // The bridge with its ports and clocks.
 class BridgeProgram {
@@ -35,11 +48,16 @@ class BridgeProgram {
         data_(machine.lcm.url, machine.lcm.prefix),
         boot_id_(RandomBootId()),
         key_(LoadBridgeKey(machine.bridge)),
-        store_(JournalFile(machine), machine.machine),
-        interposed_store_(interposers.store ? interposers.store(store_) : nullptr),
+        journal_([this, file = JournalFile(machine), name = machine.machine, interpose = interposers.store] {
+          auto made = std::make_unique<SqliteStore>(file, name);
+          if (made->in_use()) taken_by_ = made->problem();
+          taken_ = made->in_use();
+          std::unique_ptr<DurableStore> store = std::move(made);
+          return interpose ? interpose(std::move(store)) : std::move(store);
+        }),
         interposed_port_(interposers.commands ? interposers.commands(port_) : nullptr),
         dispatcher_(machine, boot_id_,
-                    {.store = interposed_store_ ? interposed_store_.get() : &store_,
+                    {.journal = &journal_,
                      .commands = interposed_port_ ? interposed_port_.get() : &port_,
                      .data = &data_,
                      .key = key_ ? &*key_ : nullptr,
@@ -53,20 +71,28 @@ class BridgeProgram {
       return kFailed;
     }
     while (!stop_.Requested()) {
-      if (!port_.Handle(static_cast<int>(kTick / kMillisecond))) {
+      const MonoNs wait = dispatcher_.WaitsForJournal(clock_.Now()) ? kJournalLook : kTick;
+      if (!port_.Handle(static_cast<int>(wait / kMillisecond))) {
         spdlog::error("the command port failed: the bridge stops, to be started again by its supervisor");
         return kFailed;
       }
+      if (taken_) {
+        spdlog::error("{}", taken_by_);
+        return kFailed;
+      }
       const Instant now = Now();
+      dispatcher_.Settle(now);
       if (now.mono >= next_tick_) {
         next_tick_ = now.mono + kTick;
         dispatcher_.Tick(now);
       }
       if (!Serve(now)) return kFailed;
-      TellJournal();
+      TellJournal(now.mono);
+      TellReception(now.mono);
       supervision_.Progress(now.mono);
     }
     supervision_.Stopping();
+    EndJournal();
     spdlog::info("stopped");
     return kStopped;
   }
@@ -124,9 +150,26 @@ class BridgeProgram {
     return true;
   }
 
-  void TellJournal() {
-    const std::string problem = store_.problem();
-    if (problem == told_problem_) return;
+  void TellReception(MonoNs now) {
+    const std::string lost = reception_.Next(port_.received(), now, port_.warning());
+    if (!lost.empty()) spdlog::warn("{}", lost);
+  }
+
+  // A thread that a disk holds cannot be ended: the process ends without it.
+  void EndJournal() {
+    journal_.Finish();
+    const MonoNs end = clock_.Now() + kJournalSeconds * kSecond;
+    while (!journal_.ended() && clock_.Now() < end) poll(nullptr, 0, 5);
+    if (journal_.ended()) return;
+    spdlog::error("the journal's disk has not answered for {} s: what it has not written is lost", kJournalSeconds);
+    spdlog::shutdown();
+    std::_Exit(kFailed);
+  }
+
+  void TellJournal(MonoNs now) {
+    if (!serving_) return;  // it is being read
+    const std::string problem = dispatcher_.JournalProblem(now);
+    if (WithoutFigures(problem) == WithoutFigures(told_problem_)) return;
     told_problem_ = problem;
     if (problem.empty()) {
       spdlog::info("the journal works again");
@@ -143,10 +186,12 @@ class BridgeProgram {
   LcmPort data_;
   const std::int64_t boot_id_;
   const std::optional<SigningKey> key_;
-  SqliteStore store_;
-  const std::unique_ptr<DurableStore> interposed_store_;
+  std::string taken_by_;             // written before taken_ is true
+  std::atomic<bool> taken_ = false;  // another bridge has the journal
+  JournalThread journal_;
   const std::unique_ptr<MessageSink> interposed_port_;
   Dispatcher dispatcher_;
+  ReceptionReport reception_;
   MonoNs next_tick_ = 0;
   bool serving_ = false;
   bool contested_ = false;
@@ -159,10 +204,12 @@ int BridgeMain(int argc, char** argv, const BridgeInterposers& interposers) {
   std::string config;
   CLI::App app{"Routes commands to the drivers and gives each exactly one outcome."};
   app.footer(
-      "Runs until SIGTERM or SIGINT. Exit codes: 0 clean stop, 1 configuration, LCM or a second bridge, "
+      "Runs until SIGTERM or SIGINT. Exit codes: 0 clean stop, 1 configuration, LCM, or another bridge on the port "
+      "or with the journal, "
       "2 usage.");
   app.set_version_flag("--version", AXLECAST_VERSION);
   app.add_option("--config", config, "The machine's file")->required();
+  const TerminalOutput safe;
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -174,7 +221,7 @@ int BridgeMain(int argc, char** argv, const BridgeInterposers& interposers) {
     std::cerr << errors.Text();
     return kFailed;
   }
-  spdlog::set_default_logger(spdlog::stderr_color_mt("bridge"));
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>("bridge", std::make_shared<TerminalLogSink>()));
   spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %^%l%$ %n: %v", spdlog::pattern_time_type::utc);
   if (machine->bridge.allow_unsigned) {
     spdlog::warn("unsigned commands are allowed: anybody on this network segment can command the devices");

@@ -10,7 +10,7 @@ namespace axlecast {
 
 // What stands between the bridge and its journal and command port. Empty ones: nothing does.
 struct BridgeInterposers {
-  std::function<std::unique_ptr<DurableStore>(DurableStore&)> store;
+  std::function<std::unique_ptr<DurableStore>(std::unique_ptr<DurableStore>)> store;  // in the journal's thread
   std::function<std::unique_ptr<MessageSink>(MessageSink&)> commands;
 };
 

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "drivers/io/descriptor.h"
+#include "drivers/io/foreign_link.h"
 
 namespace axlecast {
 namespace {
@@ -120,6 +121,12 @@ struct Binder {
 
 }  // namespace
 
+std::string PrepareFile(const std::string& path) {
+  std::string problem = ForeignLinkProblem(path);
+  if (problem.empty()) problem = MakeFolders(path);
+  return problem.empty() ? CheckFile(path, O_RDWR | O_CREAT) : problem;
+}
+
 Rows::Rows(Rows&& other) noexcept
     : database_(other.database_), statement_(std::exchange(other.statement_, nullptr)) {}
 
@@ -155,8 +162,7 @@ Database::~Database() {
 
 std::unique_ptr<Database> Database::Open(const std::string& path, Access access, std::string& problem) {
   const bool writes = access == Access::kReadWrite;
-  if (writes) problem = MakeFolders(path);
-  if (!writes || problem.empty()) problem = CheckFile(path, writes ? O_RDWR | O_CREAT : O_RDONLY);
+  problem = writes ? PrepareFile(path) : CheckFile(path, O_RDONLY);
   if (!problem.empty()) return nullptr;
   sqlite3* handle = nullptr;
   const int flags = (writes ? SQLITE_OPEN_READWRITE : SQLITE_OPEN_READONLY) | SQLITE_OPEN_URI;
@@ -244,11 +250,6 @@ bool Database::Transact(const std::function<bool()>& writes) {
 
 std::int64_t Database::changed_rows() const { return sqlite3_changes64(handle_); }
 std::int64_t Database::inserted_number() const { return sqlite3_last_insert_rowid(handle_); }
-
-bool Database::Moved() const {
-  int moved = 0;
-  return sqlite3_file_control(handle_, "main", SQLITE_FCNTL_HAS_MOVED, &moved) == SQLITE_OK && moved != 0;
-}
 
 void Database::Fail(int code) {
   const int primary = code & 0xFF;

@@ -49,6 +49,10 @@ class Rows {
   sqlite3_stmt* statement_;  // null: it failed before the first row
 };
 
+// Makes the folders of a file to be written (0750), and the file (0640) where it is missing. Empty, or why that file
+// cannot be used and what would help.
+[[nodiscard]] std::string PrepareFile(const std::string& path);
+
 // One open database file. Statements are prepared once and kept.
 class Database {
  public:
@@ -78,8 +82,6 @@ class Database {
   [[nodiscard]] const std::string& problem() const { return problem_; }
   // The last failure was one that only another file, or opening it anew, can mend.
   [[nodiscard]] bool lost() const { return lost_; }
-  // The file no longer stands under its name: it was deleted, or another was put there.
-  [[nodiscard]] bool Moved() const;
 
  private:
   friend class Rows;

@@ -72,6 +72,7 @@ TEST_F(SqliteAxesTest, WritesAddUpSinceTheFirst) {
   auto store = OpenStore();
   ASSERT_TRUE(store->AddWrites("axis1", 3, kStart + 1));
   ASSERT_TRUE(store->AddWrites("axis1", 4, kStart + 2));
+  store.reset();
   store = OpenStore();
   EXPECT_EQ(store->Find("axis1").writes, 7);
   EXPECT_EQ(store->Find("axis1").since_utime, kStart + 1);
@@ -91,6 +92,7 @@ TEST_F(SqliteAxesTest, AnExchangeBeginsAnew) {
   EXPECT_TRUE(store->Find("axis1").reference_lost);
   EXPECT_EQ(store->Find("axis1").identity, "17 SN0042");
   ASSERT_TRUE(store->Exchange("axis1", "17 SN0043", kStart + 9));
+  store.reset();
   store = OpenStore();
   const AxisRecord axis = store->Find("axis1");
   EXPECT_EQ(axis.identity, "17 SN0043");

@@ -35,6 +35,7 @@ TEST_F(SqliteJournalTest, AnswersWhatItWasToldAlsoAfterARestart) {
     EXPECT_EQ(Encoded(*found), Encoded(last));
     EXPECT_FALSE(store->Find(NumberedId(2)));
     store.reset();
+    store.reset();
     store = OpenStore();
   }
 }
@@ -101,6 +102,7 @@ TEST_F(SqliteJournalTest, OpenAreThoseOfAnEarlierBridgeOldestFirst) {
   ASSERT_TRUE(store->Routed(Moved(Command(5).status, S::STATE_ROUTED), 3, At(1)));
   ASSERT_TRUE(store->Routed(Moved(Command(5).status, S::STATE_ROUTED), 7, At(1)));
   EXPECT_TRUE(store->Open().empty());  // its own
+  store.reset();
   store = OpenStore();
   ASSERT_TRUE(store->Accepted(Command(11), At(2)));
   const auto open = store->Open();
@@ -125,6 +127,7 @@ TEST_F(SqliteJournalTest, EpochsAreReservedOnce) {
   auto store = OpenStore();
   EXPECT_EQ(store->ReserveEpochs(0, 100), 1);
   EXPECT_EQ(store->ReserveEpochs(0, 100), 101);
+  store.reset();
   store = OpenStore();
   EXPECT_EQ(store->ReserveEpochs(50, 10), 201);
   EXPECT_EQ(store->ReserveEpochs(1'000, 10), 1'000);

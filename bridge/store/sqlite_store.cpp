@@ -26,7 +26,7 @@ bool Probe(Database& database) {
 }  // namespace
 
 SqliteStore::SqliteStore(std::string file, std::string machine)
-    : file_(std::move(file)), machine_(std::move(machine)) {
+    : file_(std::move(file)), machine_(std::move(machine)), guard_(file_) {
   OpenFile();
 }
 
@@ -37,18 +37,26 @@ SqliteStore::~SqliteStore() {
 }
 
 void SqliteStore::OpenFile() {
-  problem_.clear();
   database_.reset();
-  database_ = Database::Open(file_, Database::Access::kReadWrite, problem_);
+  problem_ = guard_.Take();
+  if (problem_.empty()) database_ = Database::Open(file_, Database::Access::kReadWrite, problem_);
   if (database_) problem_ = PrepareSchema(*database_, file_, machine_);
+  if (database_ && problem_.empty()) problem_ = guard_.Compare(*database_);
+  if (database_ && problem_.empty()) problem_ = guard_.Adopt(*database_);
   writable_ = database_ && problem_.empty();
   if (!writable_) OpenToRead();
 }
 
+// What is not the journal that was written last is not read either: its datums are of another time.
 void SqliteStore::OpenToRead() {
+  database_.reset();
+  if (guard_.Replaced()) return;
   std::string problem;  // problem_ says already why nothing can be written
   database_ = Database::Open(file_, Database::Access::kReadOnly, problem);
-  if (database_ && !CheckSchema(*database_, file_, machine_).empty()) database_.reset();
+  if (!database_) return;
+  if (!CheckSchema(*database_, file_, machine_).empty() || !guard_.Compare(*database_).empty()) {
+    database_.reset();
+  }
 }
 
 // Deleted or replaced while it was open: it would be written, and nobody would find it.
@@ -56,23 +64,28 @@ void SqliteStore::LookAfterFile(Instant now) {
   if (writable_ && database_->lost()) Fail();
   if (now.mono < look_again_) return;
   look_again_ = now.mono + kLookAgain;
-  if (writable_ && !database_->Moved()) return;
-  if (writable_) {
-    axes_.Note({now.utime, "", "journal_replaced", file_ + " was moved or deleted while the bridge used it"});
-  }
+  if (writable_ && !guard_.Replaced()) return;
   OpenFile();
 }
 
 bool SqliteStore::Commit(const Writes& writes, const CommandId* first, Positions positions) {
   if (!writable_) return false;
+  if (guard_.Replaced()) {
+    GiveUp(guard_.ReplacedProblem());
+    return false;
+  }
+  bool counted = false;
   const bool written = database_->Transact([&] {
-    return journal_.WriteWaiting(*database_, first) && axes_.WriteWaiting(*database_, positions) &&
+    counted = guard_.Count(*database_);
+    return counted && journal_.WriteWaiting(*database_, first) && axes_.WriteWaiting(*database_, positions) &&
            writes(*database_);
   });
   if (!written) {
     Fail();
+    if (!counted && problem_.empty()) GiveUp(file_ + " was changed by another program: stop that one");
     return false;
   }
+  guard_.Committed();
   journal_.Written();
   axes_.Written();
   problem_.clear();
@@ -81,7 +94,11 @@ bool SqliteStore::Commit(const Writes& writes, const CommandId* first, Positions
 
 void SqliteStore::Fail() {
   problem_ = database_->problem();
-  if (!database_->lost()) return;
+  if (database_->lost()) GiveUp(problem_);
+}
+
+void SqliteStore::GiveUp(std::string problem) {
+  problem_ = std::move(problem);
   writable_ = false;
   database_.reset();
 }

@@ -8,6 +8,7 @@
 
 #include "bridge/durable_store.h"
 #include "bridge/store/database.h"
+#include "bridge/store/journal_guard.h"
 #include "bridge/store/sqlite_axes.h"
 #include "bridge/store/sqlite_journal.h"
 
@@ -16,7 +17,8 @@ namespace axlecast {
 // The bridge's memory in an SQLite file (docs/journal.md). It never forgets a command. What answers true is on the
 // disk. The file may be missing, full, read-only or damaged at any time: then problem() says so, what must be durable
 // answers false, what can be read is still answered, and Tick tries again: to write every second, to open the file
-// every 10 s.
+// every 10 s. A file that another bridge uses, that is older than what was written, or that is no longer the one that
+// was opened is not used (JournalGuard).
 class SqliteStore final : public DurableStore {
  public:
   SqliteStore(std::string file, std::string machine);
@@ -50,6 +52,9 @@ class SqliteStore final : public DurableStore {
   [[nodiscard]] std::vector<OpenCommand> Open() const override;
   [[nodiscard]] std::int64_t ReserveEpochs(std::int64_t at_least, std::int64_t count) override;
   void Tick(Instant now) override;
+  // Another process has this journal: this one cannot ever use it while that runs.
+  [[nodiscard]] bool in_use() const { return guard_.held_by_other(); }
+  [[nodiscard]] bool readable() const override { return database_ != nullptr; }
   [[nodiscard]] std::string problem() const override { return problem_; }
 
  private:
@@ -63,9 +68,11 @@ class SqliteStore final : public DurableStore {
   [[nodiscard]] bool Commit(const Writes& writes, const CommandId* first = nullptr,
                             Positions positions = Positions::kNone);
   void Fail();
+  void GiveUp(std::string problem);
 
   const std::string file_;
   const std::string machine_;
+  JournalGuard guard_;
   std::unique_ptr<Database> database_;  // null: it could not be opened, or was lost
   bool writable_ = false;
   SqliteJournal journal_;

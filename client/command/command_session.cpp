@@ -26,6 +26,11 @@ bool IsComplete(const S& status) {
   return status.is_final != 0 && (status.state != S::STATE_INDETERMINATE || status.finding != S::FINDING_NONE);
 }
 
+// The bridge cannot ask its journal at present: it teaches its boot id, and tells nothing of the command.
+bool TellsNothing(const S& status) {
+  return status.state == S::STATE_UNKNOWN && status.reason_code == S::REASON_JOURNAL;
+}
+
 // A boot of the bridge for which the command was not meant.
 bool IsStale(const S& status) {
   return status.state == S::STATE_REJECTED && status.reason_code == S::REASON_STALE_BRIDGE;
@@ -108,6 +113,7 @@ bool CommandSession::OnStatus(const command_status_t& status, MonoNs now) {
     Learn(status, now);
     return false;
   }
+  if (TellsNothing(status)) return false;
   if (status.boot_id != bridge_boot_id_) return OnOtherBoot(status, now);
   Hear(status, now);
   if (status.body_digest == digest_) return Follow(status, now);
@@ -130,6 +136,7 @@ bool CommandSession::OnQueried(const command_status_t& status, MonoNs now) {
     return false;
   }
   if (keys_.bridge && (status.boot_id != bridge_boot_id_ || status.mono_ns < bridge_mono_)) return false;
+  if (TellsNothing(status)) return false;
   if (status.state == S::STATE_UNKNOWN) {
     End("the bridge does not know this id: it never accepted such a command, or no longer keeps it");
     return true;

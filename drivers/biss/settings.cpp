@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "drivers/runtime/config/config_map.h"
+#include "drivers/runtime/device/accuracy.h"
 #include "drivers/runtime/device/outcome_text.h"
 
 namespace axlecast::biss {
@@ -40,10 +41,10 @@ void CheckClock(ConfigMap& map, const BusConfig& bus, MonoNs timeout) {
   ConfigMap link = map.Map("link");
   const std::int64_t clock = ClockOf(bus);
   const std::int64_t least = kSecond / timeout + 1;
-  if (clock > kFastestHz) {
+  if (clock >= kTooFastHz) {
     link.Error("clock_hz", std::to_string(clock) +
-                               " Hz: a cycle must be 100 ns or longer (SAA manual 5.6, TMAS), " +
-                               std::to_string(kFastestHz) + " Hz at most");
+                               " Hz: a cycle must be longer than 100 ns (SAA manual 5.6, TMAS), below " +
+                               std::to_string(kTooFastHz) + " Hz");
   } else if (clock < least) {
     link.Error("clock_hz", std::to_string(clock) + " Hz: a cycle would be as long as timeout_us, after which the " +
                                "encoder takes the frame for ended; " + std::to_string(least) + " Hz at least");
@@ -122,11 +123,9 @@ std::int64_t NoiseCounts(int bits) {
   // Arc seconds, either way, of 16 to 26 bits; beyond 26 as at 26.
   constexpr std::array<int, 11> kAccuracy = {40, 20, 20, 15, 15, 10, 8, 6, 5, 5, 5};
   constexpr int kFirst = 16;
-  constexpr std::int64_t kPerTurn = 360 * 3'600;
   if (bits < kFirst) return 1;
   const std::size_t index = std::min<std::size_t>(static_cast<std::size_t>(bits - kFirst), kAccuracy.size() - 1);
-  const std::int64_t counts = 2 * std::int64_t{kAccuracy.at(index)} << static_cast<unsigned>(bits);
-  return (counts + kPerTurn - 1) / kPerTurn;
+  return NoiseOfAccuracy(kAccuracy.at(index), bits);
 }
 
 std::shared_ptr<const FamilyBus> ParseBus(ConfigMap& map, const BusConfig& bus) {
@@ -149,7 +148,7 @@ std::unique_ptr<DeviceSettings> ParseDevice(ConfigMap& device, const BusConfig& 
   settings->counts_per_turn = std::int64_t{1} << static_cast<unsigned>(settings->format.bits);
   const int turn_bits = settings->format.turn_bits;
   settings->turns_range = turn_bits == 0 ? 0 : std::int64_t{1} << static_cast<unsigned>(turn_bits);
-  settings->spi = {.mode = own.spi_mode, .clock_hz = std::min(ClockOf(bus), kFastestHz)};
+  settings->spi = {.mode = own.spi_mode, .clock_hz = std::min(ClockOf(bus), kTooFastHz - 1)};
   const MonoNs busy =
       device.Integer("busy_us", kDefaultBusyUs, 0, kMostBusyUs, "us, the longest time to prepare a frame") *
       kMicrosecond;

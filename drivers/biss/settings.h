@@ -27,8 +27,9 @@ struct BissSettings final : DeviceSettings {
 // Frames end when the clock rests for so long (5.6: "Timeout"). The manual gives no tolerance: the pause between two
 // transfers is a quarter longer.
 inline constexpr std::int64_t kTimeoutUs = 16;
-// 5.6: "TMAS: Minimum allowable clock cycle > 100 ns".
-inline constexpr std::int64_t kFastestHz = 10'000'000;
+// 5.6: "TMAS: Minimum allowable clock cycle > 100 ns". The limit itself is not allowed, as in the maker's note on SSI
+// (5.5: "T_cs > 4 us; 100 kHz < f_clk < 250 kHz").
+inline constexpr std::int64_t kTooFastHz = 10'000'000;
 // What spidev controllers have and RS-422 drivers carry far; a reading of 16 bits then takes some 50 us.
 inline constexpr std::int64_t kDefaultClockHz = 1'000'000;
 // "Tbusy: Minimum data output delay = 2 x TMAS".

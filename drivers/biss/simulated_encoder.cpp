@@ -44,7 +44,8 @@ struct BissQuantities {
     std::string problem = ParseFault(value, fault);
     if (!problem.empty()) return problem;
     using Kind = SimulatedFault::Kind;
-    if (fault.kind == Kind::kRequestFlip || fault.kind == Kind::kDelayed || fault.kind == Kind::kEcho) {
+    if (fault.kind == Kind::kRequestFlip || fault.kind == Kind::kDelayed || fault.kind == Kind::kLate ||
+        fault.kind == Kind::kScattered || fault.kind == Kind::kEcho) {
       return "'" + std::string(value) +
              "' has no meaning here: the encoder is asked by its clock, and answers with it";
     }

@@ -72,7 +72,7 @@ bool BissSimulator::Usable(const SpiTransfer& transfer) {
   const std::int64_t clock = transfer.settings.clock_hz;
   const bool idles_high = (transfer.settings.mode & 2) != 0;
   const bool bytes = transfer.bits_per_word == 8;
-  const bool slow_enough = clock > 0 && kSecond >= kShortestCycle * clock && kSecond >= 2 * kShortestHalf * clock;
+  const bool slow_enough = clock > 0 && kSecond > kShortestCycle * clock && kSecond > 2 * kShortestHalf * clock;
   counters_.wrong_mode += idles_high ? 0 : 1;
   counters_.wrong_words += bytes ? 0 : 1;
   counters_.fast_clock += slow_enough ? 0 : 1;

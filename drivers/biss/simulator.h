@@ -47,7 +47,7 @@ class BissSimulator final : public Simulator {
     std::int64_t unanswered = 0;   // off, without power, or by a fault
     std::int64_t wrong_mode = 0;   // the clock idles low: modes 0 and 1
     std::int64_t wrong_words = 0;  // words of other than 8 bits
-    std::int64_t fast_clock = 0;   // a cycle below 100 ns (TMAS), a half below 25 ns (TMASh, TMASl)
+    std::int64_t fast_clock = 0;   // a cycle of 100 ns or less (TMAS), a half of 25 ns or less
     std::int64_t slow_clock = 0;   // the clock rests for the time-out within a transfer
     std::int64_t early = 0;        // begun before the time-out of the last one was over
     std::int64_t cut = 0;          // ended while the encoder was in its frame

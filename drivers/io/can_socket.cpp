@@ -20,6 +20,7 @@
 
 #include "drivers/io/can_error.h"
 #include "drivers/runtime/core/can_remedy.h"
+#include "drivers/runtime/core/line_held.h"
 
 namespace axlecast {
 namespace {
@@ -203,7 +204,7 @@ std::string CanSocket::Claim() {
   lock_ = Descriptor(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
   if (lock_.valid() && bind(lock_.get(), reinterpret_cast<const sockaddr*>(&address), size) == 0) return "";
-  if (errno == EADDRINUSE) return settings_.interface + ": another process holds it: is a second driver running?";
+  if (errno == EADDRINUSE) return settings_.interface + ": " + std::string(kLineHeld);
   return settings_.interface + " cannot be locked: " + std::strerror(errno);
 }
 

@@ -1,33 +1,29 @@
 #include "drivers/io/lcm_port.h"
 
-#include <arpa/inet.h>
 #include <lcm/lcm.h>
-#include <linux/filter.h>
-#include <netinet/in.h>
 #include <poll.h>
-#include <sys/random.h>
-#include <sys/socket.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <list>
+#include <optional>
 #include <regex>
 #include <utility>
 
-#include "drivers/io/descriptor.h"
+#include "drivers/io/lcm_receiver.h"
+#include "drivers/io/multicast_probe.h"
 #include "drivers/io/system_clock.h"
-#include "drivers/io/wait_until.h"
 #include "drivers/runtime/core/lcm_url.h"
+#include "drivers/runtime/udpm/channel_subscriptions.h"
 
 namespace axlecast {
 namespace {
 
-constexpr MonoNs kProbeTime = kSecond;
-constexpr std::size_t kTokenAt = 22;         // in a self test: behind header, channel and NUL
-constexpr int kMostPerHandle = 1'000;        // so that Handle returns under any load
-constexpr std::size_t kLongestChannel = 63;  // LCM's
+constexpr std::size_t kMostPerHandle = 1'000;  // so that Handle returns under any load
+constexpr std::size_t kLongestName = 63;       // LCM's
 
 // As a regular expression that matches exactly `text`.
 std::string Escaped(const std::string& text) {
@@ -49,105 +45,7 @@ bool IsRegularExpression(const std::string& text) {
   }
 }
 
-std::string MulticastRemedy(const std::string& cause) {
-  return "multicast on this host is not usable: " + cause +
-         "\nMend it (as root), for LCM within this host:\n"
-         "  ip link set lo up multicast on\n"
-         "  ip route add 224.0.0.0/4 dev lo\n"
-         "A firewall must let the group's UDP port pass.";
-}
-
-std::string SystemProblem(const char* action) {
-  return MulticastRemedy(std::string(action) + ": " + std::strerror(errno));
-}
-
-using SelfTestDatagram = std::array<std::uint8_t, 30>;
-
-// What every LCM process sends itself when it first subscribes; others know it and pass over it.
-SelfTestDatagram SelfTest() {
-  SelfTestDatagram datagram{'L', 'C', '0', '2', 0, 0, 0, 0};  // short header, sequence number 0
-  std::memcpy(datagram.data() + 8, "LCM_SELF_TEST", 14);
-  if (getrandom(datagram.data() + kTokenAt, 8, 0) != 8) datagram[kTokenAt] = 1;
-  return datagram;
-}
-
-// Joins the group like any LCM process. An empty string, or the problem.
-std::string JoinGroup(int receiver, const sockaddr_in& group) {
-  const int on = 1;
-  if (setsockopt(receiver, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) != 0) return SystemProblem("SO_REUSEADDR");
-  sockaddr_in any = group;
-  any.sin_addr.s_addr = htonl(INADDR_ANY);
-  if (bind(receiver, reinterpret_cast<const sockaddr*>(&any), sizeof any) != 0) {
-    return std::string("the port of LCM cannot be used: ") + std::strerror(errno) +
-           "; another program holds it without sharing (ss -ulpn shows which)";
-  }
-  ip_mreq membership{};
-  membership.imr_multiaddr = group.sin_addr;
-  if (setsockopt(receiver, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership) != 0) {
-    return SystemProblem("joining the group");
-  }
-  return "";
-}
-
-// Leaves the group's traffic out, which would fill the socket's buffer before the self test comes. A kernel that cannot
-// leaves it in.
-void TakeOnly(int receiver, const SelfTestDatagram& datagram) {
-  constexpr std::uint32_t kUdpHeader = 8;
-  std::uint32_t token = 0;
-  std::memcpy(&token, datagram.data() + kTokenAt, sizeof token);
-  std::array<sock_filter, 4> steps = {{BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kUdpHeader + kTokenAt),
-                                       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, ntohl(token), 0, 1),
-                                       BPF_STMT(BPF_RET | BPF_K, 0xFFFFFFFF), BPF_STMT(BPF_RET | BPF_K, 0)}};
-  const sock_fprog program{steps.size(), steps.data()};
-  static_cast<void>(setsockopt(receiver, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program));
-}
-
-bool Comes(int receiver, const SelfTestDatagram& datagram) {
-  const SystemClock clock;
-  const MonoNs deadline = clock.Now() + kProbeTime;
-  std::array<pollfd, 1> files = {{{receiver, POLLIN, 0}}};
-  while (clock.Now() < deadline && PollUntil(files, deadline, clock) > 0) {
-    std::array<std::uint8_t, 64> received;
-    const ssize_t size = recv(receiver, received.data(), received.size(), MSG_DONTWAIT);
-    if (size == static_cast<ssize_t>(datagram.size()) &&
-        std::equal(datagram.begin(), datagram.end(), received.begin())) {
-      return true;
-    }
-  }
-  return false;
-}
-
-std::string ProbeGroup(const LcmUrl& url) {
-  sockaddr_in group{};
-  group.sin_family = AF_INET;
-  group.sin_port = htons(static_cast<std::uint16_t>(url.port));
-  inet_pton(AF_INET, url.group.c_str(), &group.sin_addr);
-
-  const Descriptor receiver(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-  const Descriptor sender(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-  if (!receiver.valid() || !sender.valid()) return SystemProblem("opening a socket");
-  const SelfTestDatagram datagram = SelfTest();
-  TakeOnly(receiver.get(), datagram);
-  if (std::string problem = JoinGroup(receiver.get(), group); !problem.empty()) return problem;
-  const auto ttl = static_cast<unsigned char>(url.ttl);
-  if (setsockopt(sender.get(), IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof ttl) != 0) {
-    return SystemProblem("IP_MULTICAST_TTL");
-  }
-  if (sendto(sender.get(), datagram.data(), datagram.size(), 0, reinterpret_cast<const sockaddr*>(&group),
-             sizeof group) < 0) {
-    return SystemProblem("sending to the group");
-  }
-  if (Comes(receiver.get(), datagram)) return "";
-  return MulticastRemedy("a datagram to " + url.group + " did not come back within 1 s");
-}
-
 }  // namespace
-
-std::string MulticastProblem(const std::string& url) {
-  const LcmUrl parsed = ParseLcmUrl(url);
-  if (!parsed.problem.empty()) return "the LCM URL '" + url + "' " + parsed.problem;
-  return parsed.in_process ? "" : ProbeGroup(parsed);
-}
 
 struct LcmPort::State {
   struct Subscription {
@@ -161,20 +59,30 @@ struct LcmPort::State {
                    Bytes(static_cast<const std::uint8_t*>(message->data), message->data_size));
   }
 
-  std::string prefix;
-  lcm_t* lcm = nullptr;
-  std::list<Subscription> subscriptions;  // LCM keeps their addresses
+  explicit State(const std::string& name_prefix) : prefix(name_prefix), subscribed(name_prefix) {}
+
+  bool SubscribeByLcm(const std::string& channel, Handler handler, int capacity);
+  bool HandleByLcm(int timeout_ms) const;
+  bool HandleGroup(int timeout_ms);
+
+  const SystemClock clock;
+  const std::string prefix;
   std::atomic<std::int64_t> unsent{0};
+  lcm_t* lcm = nullptr;
+  std::list<Subscription> subscriptions;  // by liblcm, which keeps their addresses
+  std::optional<LcmUrl> group;            // of udpm://
+  ChannelSubscriptions subscribed;        // to it
+  std::optional<LcmReceiver> receiver;    // of it, from the first subscription on
 };
 
-LcmPort::LcmPort(const std::string& url, std::string prefix)
-    : state_(std::make_unique<State>()), problem_(IsOtherProvider(url) ? "" : MulticastProblem(url)) {
-  state_->prefix = std::move(prefix);
+LcmPort::LcmPort(const std::string& url, const std::string& prefix)
+    : state_(std::make_unique<State>(prefix)), problem_(IsOtherProvider(url) ? "" : MulticastProblem(url)) {
   if (!problem_.empty()) return;
+  if (LcmUrl parsed = ParseLcmUrl(url); !IsOtherProvider(url) && !parsed.in_process)
+    state_->group = std::move(parsed);
   state_->lcm = lcm_create(url.c_str());
   if (state_->lcm == nullptr) problem_ = "LCM refuses the URL '" + url + "': see its own message above";
-  // Handling such a port would abort within LCM 1.3. Over UDP nobody must ask: a port that only publishes would begin to
-  // receive everything.
+  // Handling such a port would abort within LCM 1.3.
   if (state_->lcm != nullptr && IsOtherProvider(url) && FileDescriptor() < 0) {
     lcm_destroy(std::exchange(state_->lcm, nullptr));
     problem_ = url + ": no server answers there; liblcm's own is started by\n" +
@@ -187,9 +95,9 @@ LcmPort::~LcmPort() {
 }
 
 void LcmPort::Publish(const std::string& channel, Bytes message) {
-  std::array<char, kLongestChannel + 1> name;
+  std::array<char, kLongestName + 1> name;
   const std::size_t size = state_->prefix.size() + channel.size();
-  if (state_->lcm == nullptr || size > kLongestChannel) {
+  if (state_->lcm == nullptr || size > kLongestName) {
     ++state_->unsent;
     return;
   }
@@ -201,14 +109,20 @@ void LcmPort::Publish(const std::string& channel, Bytes message) {
 }
 
 bool LcmPort::Subscribe(const std::string& channel, Handler handler, int capacity) {
-  if (state_->lcm == nullptr || !IsRegularExpression(channel)) return false;
-  state_->subscriptions.push_back({state_->prefix.size(), std::move(handler)});
-  State::Subscription& target = state_->subscriptions.back();
+  if (state_->lcm == nullptr || !problem_.empty() || !IsRegularExpression(channel)) return false;
+  if (!state_->group) return state_->SubscribeByLcm(channel, std::move(handler), capacity);
+  if (!state_->receiver) state_->receiver.emplace(*state_->group);
+  problem_ = state_->receiver->problem();
+  return problem_.empty() && state_->subscribed.Add(channel, std::move(handler));
+}
+
+bool LcmPort::State::SubscribeByLcm(const std::string& channel, Handler handler, int capacity) {
+  subscriptions.push_back({prefix.size(), std::move(handler)});
   // LCM puts ^ and $ around it; the group keeps an alternative within them.
-  const std::string pattern = Escaped(state_->prefix) + "(?:" + channel + ')';
-  lcm_subscription_t* subscription = lcm_subscribe(state_->lcm, pattern.c_str(), &State::Dispatch, &target);
+  const std::string pattern = Escaped(prefix) + "(?:" + channel + ')';
+  lcm_subscription_t* subscription = lcm_subscribe(lcm, pattern.c_str(), &State::Dispatch, &subscriptions.back());
   if (subscription == nullptr) {
-    state_->subscriptions.pop_back();
+    subscriptions.pop_back();
     return false;
   }
   return lcm_subscription_set_queue_capacity(subscription, capacity) == 0;
@@ -216,13 +130,47 @@ bool LcmPort::Subscribe(const std::string& channel, Handler handler, int capacit
 
 bool LcmPort::Handle(int timeout_ms) {
   if (state_->lcm == nullptr) return false;
+  return state_->group ? state_->HandleGroup(timeout_ms) : state_->HandleByLcm(timeout_ms);
+}
+
+bool LcmPort::State::HandleByLcm(int timeout_ms) const {
   errno = 0;
-  int handled = lcm_handle_timeout(state_->lcm, timeout_ms);
-  for (int i = 1; handled > 0 && i < kMostPerHandle; ++i) handled = lcm_handle_timeout(state_->lcm, 0);
+  int handled = lcm_handle_timeout(lcm, timeout_ms);
+  for (std::size_t i = 1; handled > 0 && i < kMostPerHandle; ++i) handled = lcm_handle_timeout(lcm, 0);
   return handled >= 0 || errno == EINTR;  // a signal is no failure; LCM reports it as one
 }
 
-int LcmPort::FileDescriptor() const { return state_->lcm == nullptr ? -1 : lcm_get_fileno(state_->lcm); }
+// As liblcm does, it waits on until a handler was called: messages of other channels do not end the wait.
+bool LcmPort::State::HandleGroup(int timeout_ms) {
+  const MonoNs deadline = clock.Now() + timeout_ms * kMillisecond;
+  std::size_t called = 0;
+  std::size_t read = 0;
+  for (MonoNs left = timeout_ms * kMillisecond;; left = deadline - clock.Now()) {
+    pollfd readable = {receiver ? receiver->FileDescriptor() : -1, POLLIN, 0};
+    const auto left_ms = static_cast<int>((std::max<MonoNs>(left, 0) + kMillisecond - 1) / kMillisecond);
+    if (left_ms > 0 && called == 0 && poll(&readable, 1, left_ms) < 0)
+      return errno == EINTR;  // a signal is no failure
+    if ((readable.revents & POLLNVAL) != 0) return false;
+    const std::size_t batch = receiver ? receiver->Read([this, &called](std::string_view channel, Bytes message) {
+      called += subscribed.Dispatch(channel, message);
+    })
+                                       : 0;
+    read += batch;
+    const bool over = called > 0 || left <= 0;
+    if (over && (batch < LcmReceiver::kPerRead || read >= kMostPerHandle)) return true;
+  }
+}
+
+int LcmPort::FileDescriptor() const {
+  if (state_->group) return state_->receiver ? state_->receiver->FileDescriptor() : -1;
+  return state_->lcm == nullptr ? -1 : lcm_get_fileno(state_->lcm);
+}
+
+ReceptionCounts LcmPort::received() const {
+  return state_->receiver ? state_->receiver->counts() : ReceptionCounts();
+}
+
+std::string LcmPort::warning() const { return state_->receiver ? state_->receiver->warning() : ""; }
 
 std::int64_t LcmPort::unsent() const { return state_->unsent; }
 

@@ -84,8 +84,10 @@ std::string ModbusPort::Connect(std::int64_t baud) {
   format.baud = baud;
   // A pty refuses parity (glibc's tcsetattr reads back and reports EINVAL).
   const char parity = tty_.IsPty() ? 'N' : ParityLetter(format.parity);
+  // By the claimed line, not by the path: that can lead to another terminal by now.
+  const std::string line_path = "/proc/self/fd/" + std::to_string(tty_.FileDescriptor());
   session_ = std::make_unique<Session>(
-      modbus_new_rtu(tty_.settings().path.c_str(), static_cast<int>(baud), parity, 8, format.stop_bits));
+      modbus_new_rtu(line_path.c_str(), static_cast<int>(baud), parity, 8, format.stop_bits));
   if (session_->modbus == nullptr || modbus_connect(session_->modbus) != 0) return tty_.OpenProblem(errno);
   const int line = modbus_get_socket(session_->modbus);
   if (!tty_.IsBehind(line)) return tty_.OpenProblem(ENXIO);

@@ -29,6 +29,7 @@ class ModbusPort final : public ByteLink {
   [[nodiscard]] bool SetBaud(std::int64_t baud) override;
   // One request: 4 to 256 bytes, the last two its CRC. libmodbus puts its own there. A frame whose CRC is another
   // is not sent: false.
+  [[nodiscard]] bool HasWire() const override { return !tty_.IsPty(); }
   [[nodiscard]] bool Write(Bytes frame) override;
   [[nodiscard]] ReadResult Read(std::span<std::uint8_t> into, MonoNs deadline) override {
     return reader_.Read(into, deadline);

@@ -115,7 +115,7 @@ struct MqttLink::Client {
 
   void OnConnect(int code) {
     if (code == 0) {
-      --link.attempts_;
+      --link.settings_.attempts;
       link.events_.push_back({BrokerEvent::Kind::kConnected, 0, ""});
     } else {
       link.Down(RefusalText(code, link.settings_.version_5));
@@ -156,7 +156,7 @@ void MqttLink::Connect(const BrokerMessage& will) {
 // address that it is to bind could connect.
 const char* MqttLink::NextFamily() {
   const std::vector<int> families = FamiliesOf(settings_.host);
-  const std::size_t attempt = attempts_++;
+  const std::size_t attempt = settings_.attempts++;
   if (families.size() < 2) return nullptr;
   return families[attempt % families.size()] == AF_INET6 ? "::" : "0.0.0.0";
 }
@@ -235,13 +235,15 @@ void MqttLink::Check(int result) {
                      : result == MOSQ_ERR_EAI ? "the name cannot be resolved"
                                               : mosquitto_strerror(result);
   if (!client_->error.empty()) text += " (" + client_->error + ")";
-  Down(std::move(text));
+  const bool fault = result == MOSQ_ERR_PROTOCOL || result == MOSQ_ERR_MALFORMED_PACKET ||
+                     result == MOSQ_ERR_MALFORMED_UTF8 || result == MOSQ_ERR_NOMEM;
+  Down(std::move(text), fault);
 }
 
-void MqttLink::Down(std::string text) {
+void MqttLink::Down(std::string text, bool fault) {
   if (down_) return;
   down_ = true;
-  events_.push_back({BrokerEvent::Kind::kDown, 0, std::move(text)});
+  events_.push_back({BrokerEvent::Kind::kDown, 0, std::move(text), fault});
 }
 
 std::string MqttCredentialsProblem(const MqttLinkSettings& settings, SecretSource& secrets) {

@@ -2,6 +2,7 @@
 
 #include <poll.h>
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,9 +24,12 @@ struct MqttLinkSettings {
   std::string certificate;
   std::string key;
   int keep_alive_s = 15;  // a broker that is silent for twice as long is down
+  std::uint32_t attempts =
+      0;  // before this one, that did not end in a connection: they choose among a name's addresses
 };
 
-// The only place that touches libmosquitto. Messages go with QoS 1, and nothing is ever subscribed.
+// The only place that touches libmosquitto. Messages go with QoS 1, and nothing is ever subscribed. A broker can end the
+// process that holds it: tools/axlecast/mqtt_process.h gives it one of its own.
 class MqttLink final : public BrokerLink {
  public:
   MqttLink(MqttLinkSettings settings, SecretSource& secrets);
@@ -48,15 +52,14 @@ class MqttLink final : public BrokerLink {
   [[nodiscard]] std::string Prepare(const BrokerMessage& will);
   [[nodiscard]] const char* NextFamily();
   void Check(int result);
-  void Down(std::string text);
+  void Down(std::string text, bool fault = false);
 
   MqttLinkSettings settings_;
   SecretSource& secrets_;
   std::unique_ptr<Client> client_;
   std::vector<BrokerEvent> events_;
   bool down_ = true;
-  std::size_t attempts_ = 0;  // that did not end in a connection
-  int refused_ = 0;           // counts downwards: numbers of messages that were not even sent
+  int refused_ = 0;  // counts downwards: numbers of messages that were not even sent
 };
 
 // Why files and password of the settings cannot be used, and what would mend it; empty when they can.

@@ -1,7 +1,10 @@
 #include "drivers/io/multicast_port.h"
 
 #include <arpa/inet.h>
+#include <linux/filter.h>
+#include <linux/if_packet.h>
 #include <linux/sock_diag.h>
+#include <net/if_arp.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 
@@ -36,31 +39,57 @@ std::int64_t StampOf(msghdr& message) {
   return 0;
 }
 
+// Cuts datagrams of other hosts to nothing. The kernel marks what it loops back (PACKET_LOOPBACK), where the group's route
+// leads to a network; where it leads to lo, no other host can reach that interface. The checksum was verified before.
+bool TakeOnlyOwnHost(int fd) {
+  constexpr std::uint32_t kUdpHeader = 8;  // what remains of those of others
+  constexpr auto kExtra = static_cast<std::uint32_t>(SKF_AD_OFF);
+  std::array<sock_filter, 6> steps = {{BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kExtra + SKF_AD_PKTTYPE),
+                                       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, PACKET_LOOPBACK, 2, 0),
+                                       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kExtra + SKF_AD_HATYPE),
+                                       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, ARPHRD_LOOPBACK, 0, 1),
+                                       BPF_STMT(BPF_RET | BPF_K, 0xFFFFFFFF),
+                                       BPF_STMT(BPF_RET | BPF_K, kUdpHeader)}};
+  const sock_fprog program{steps.size(), steps.data()};
+  return SetOption(fd, SOL_SOCKET, SO_ATTACH_FILTER, program);
+}
+
 }  // namespace
 
 struct MulticastPort::Buffers {
-  Buffers() : bytes(kMostPerRead * kLargestDatagram) {
-    for (std::size_t i = 0; i < kMostPerRead; ++i) {
-      places[i] = {bytes.data() + i * kLargestDatagram, kLargestDatagram};
+  explicit Buffers(std::size_t count)
+      : bytes(std::make_unique_for_overwrite<std::uint8_t[]>(count * kLargestDatagram)),
+        places(count),
+        senders(count),
+        control(count),
+        messages(count),
+        received(count) {
+    for (std::size_t i = 0; i < count; ++i) {
+      places[i] = {bytes.get() + i * kLargestDatagram, kLargestDatagram};
       msghdr& header = messages[i].msg_hdr;
       header.msg_iov = &places[i];
       header.msg_iovlen = 1;
       header.msg_name = &senders[i];
-      header.msg_control = control[i].data();
+      header.msg_control = control[i].bytes.data();
     }
   }
 
-  std::vector<std::uint8_t> bytes;
-  std::array<iovec, kMostPerRead> places{};
-  std::array<sockaddr_in, kMostPerRead> senders{};
-  alignas(cmsghdr) std::array<std::array<std::uint8_t, kControlSize>, kMostPerRead> control{};
-  std::array<mmsghdr, kMostPerRead> messages{};
-  std::array<Received, kMostPerRead> received{};
+  struct Control {
+    alignas(cmsghdr) std::array<std::uint8_t, kControlSize> bytes;
+  };
+
+  std::unique_ptr<std::uint8_t[]> bytes;  // not cleared: what no datagram has filled takes no memory
+  std::vector<iovec> places;
+  std::vector<sockaddr_in> senders;
+  std::vector<Control> control;
+  std::vector<mmsghdr> messages;
+  std::vector<Received> received;
 };
 
 MulticastPort::MulticastPort(const LcmUrl& url)
     : socket_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)),
-      buffers_(std::make_unique<Buffers>()) {
+      buffers_(std::make_unique<Buffers>(kMostPerRead)),
+      own_host_only_(url.ttl == 0) {
   if (!socket_.valid()) {
     problem_ = Failed("no UDP socket can be made");
     return;
@@ -84,7 +113,8 @@ void MulticastPort::Join(const LcmUrl& url) {
   membership.imr_multiaddr = group.sin_addr;
   // Bound last: a port that hears before it is set up would hear a message or two, and then none until it has joined.
   if (!SetOption(socket_.get(), SOL_SOCKET, SO_REUSEADDR, on) ||
-      !SetOption(socket_.get(), SOL_SOCKET, SO_TIMESTAMPNS, on)) {
+      !SetOption(socket_.get(), SOL_SOCKET, SO_TIMESTAMPNS, on) ||
+      (own_host_only_ && !TakeOnlyOwnHost(socket_.get()))) {
     problem_ = Failed("a socket option of LCM's port cannot be set");
   } else if (!SetOption(socket_.get(), IPPROTO_IP, IP_MULTICAST_ALL, off) ||
              !SetOption(socket_.get(), IPPROTO_IP, IP_ADD_MEMBERSHIP, membership)) {
@@ -116,7 +146,8 @@ std::span<const MulticastPort::Received> MulticastPort::Read() {
     message.msg_hdr.msg_namelen = sizeof(sockaddr_in);
     message.msg_hdr.msg_controllen = kControlSize;
   }
-  const int count = recvmmsg(socket_.get(), buffers_->messages.data(), kMostPerRead, MSG_DONTWAIT, nullptr);
+  const int count = recvmmsg(socket_.get(), buffers_->messages.data(),
+                             static_cast<unsigned>(buffers_->messages.size()), MSG_DONTWAIT, nullptr);
   const auto read = static_cast<std::size_t>(std::max(count, 0));
   for (std::size_t i = 0; i < read; ++i) {
     mmsghdr& message = buffers_->messages[i];
@@ -125,6 +156,7 @@ std::span<const MulticastPort::Received> MulticastPort::Read() {
     buffers_->received[i] = {{ntohl(from.sin_addr.s_addr), ntohs(from.sin_port)},
                              StampOf(message.msg_hdr),
                              Bytes(bytes, message.msg_len)};
+    if (own_host_only_ && message.msg_len == 0) ++outside_;
   }
   return std::span(buffers_->received).first(read);
 }

@@ -12,11 +12,13 @@
 
 namespace axlecast {
 
-// The only place that receives LCM's datagrams past LCM: with their senders and the kernel's times, and with what the
-// kernel dropped. Read-only: it sends nothing. One thread.
+// The only place that receives LCM's datagrams: with their senders and the kernel's times, and with what the kernel
+// dropped. It takes only what was sent to the group, never a datagram to this host's own address. With ttl=0 it takes only
+// what this host sent: the kernel itself tells it (a copy that it looped back, or one that came by lo), not the sender's
+// address, which can be forged. Read-only: it sends nothing. One thread.
 class MulticastPort {
  public:
-  static constexpr std::size_t kMostPerRead = 64;
+  static constexpr std::size_t kMostPerRead = 16;  // 1 MiB of room: a flood of the longest ones cannot touch more
   static constexpr std::int64_t kDefaultBuffer = 32 << 20;  // bytes, unless the URL's recv_buf_size says otherwise
 
   struct Received {
@@ -27,7 +29,8 @@ class MulticastPort {
     Bytes bytes;  // until the next Read
   };
 
-  // `url` is a good udpm:// URL. Datagrams of other groups on its port are not received.
+  // `url` is a good udpm:// URL. Datagrams of other groups on its port are not received. At most kMostPerRead
+  // datagrams are read at once, each with 64 KiB of room, which costs memory only as far as datagrams have filled it.
   explicit MulticastPort(const LcmUrl& url);
   ~MulticastPort();
   MulticastPort(MulticastPort&&) noexcept;
@@ -39,11 +42,14 @@ class MulticastPort {
   [[nodiscard]] const std::string& warning() const { return warning_; }
   [[nodiscard]] int FileDescriptor() const { return socket_.get(); }  // readable when datagrams wait
 
-  // The datagrams that wait, at most kMostPerRead; does not wait, allocates nothing.
+  // The datagrams that wait, at most kMostPerRead; does not wait, allocates nothing. One that
+  // another host sent although ttl=0 is empty.
   [[nodiscard]] std::span<const Received> Read();
 
   // Datagrams that the kernel has dropped at this socket, up to now: for want of room in its buffer or as damaged.
   [[nodiscard]] std::int64_t Dropped();
+  // Datagrams of other hosts that were refused because of ttl=0, and empty ones.
+  [[nodiscard]] std::int64_t outside() const { return outside_; }
 
  private:
   struct Buffers;
@@ -55,6 +61,8 @@ class MulticastPort {
   std::unique_ptr<Buffers> buffers_;
   std::uint32_t drop_counter_ = 0;  // the kernel's, which wraps around
   std::int64_t dropped_ = 0;
+  bool own_host_only_;
+  std::int64_t outside_ = 0;
   std::string problem_;
   std::string warning_;
 };

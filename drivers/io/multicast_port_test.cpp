@@ -112,6 +112,16 @@ TEST(MulticastPort, ReadsABurstWholeAndTheLargestDatagram) {
   EXPECT_EQ(Take(port, std::ssize(sent)), sent);
 }
 
+// liblcm's sockets, bound to 0.0.0.0, take them: any host could reach a machine of ttl=0 past its group.
+TEST(MulticastPort, WhatIsSentToThisHostsOwnAddressIsNotReceived) {
+  MulticastPort port(ParseLcmUrl(Url()));
+  const Sender sender;
+  ASSERT_TRUE(sender.Send("unicast", "127.0.0.1"));
+  ASSERT_TRUE(sender.Send("group"));
+  EXPECT_EQ(Take(port, 1), std::vector<std::string>{"group"});
+  EXPECT_EQ(port.outside(), 0);
+}
+
 TEST(MulticastPort, AnotherGroupOnThePortIsNotHeard) {
   MulticastPort port(ParseLcmUrl(Url()));
   MulticastPort other(ParseLcmUrl("udpm://239.255.76.69:" + std::to_string(kPort)));

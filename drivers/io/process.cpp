@@ -93,6 +93,22 @@ std::string ForbidCoreDumps() {
   return "";
 }
 
+#if defined(__has_feature)
+#define AXLECAST_HAS_FEATURE(name) __has_feature(name)
+#else
+#define AXLECAST_HAS_FEATURE(name) 0
+#endif
+std::string LimitMemory(std::size_t bytes) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || AXLECAST_HAS_FEATURE(address_sanitizer) || \
+    AXLECAST_HAS_FEATURE(thread_sanitizer)
+  static_cast<void>(bytes);
+  return "";
+#else
+  const rlimit limit{bytes, bytes};
+  return setrlimit(RLIMIT_DATA, &limit) == 0 ? "" : "cannot limit the memory: " + Reason();
+#endif
+}
+
 StopSignal::StopSignal() : event_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
   stop_count = 0;
   stop_event = event_.get();

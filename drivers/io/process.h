@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -23,6 +24,10 @@ namespace axlecast {
 // For a process that holds passwords: neither a core dump nor a debugger without privilege shows its memory. An empty
 // string when done, else the cause. The process's own files in /proc belong to root from then on.
 [[nodiscard]] std::string ForbidCoreDumps();
+
+// This process gets no more memory than `bytes` for its data: it is for one that takes lengths from strangers. Empty when
+// done, else the cause. Without effect under a sanitizer, which maps far more than it uses.
+[[nodiscard]] std::string LimitMemory(std::size_t bytes);
 
 // Takes SIGINT and SIGTERM as a request to stop, for as long as it lives. One at a time in a process. Blocks no
 // signal: threads and children start with the mask and, after exec, the actions that they always had.

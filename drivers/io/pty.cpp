@@ -14,6 +14,8 @@
 #include <cstring>
 #include <filesystem>
 
+#include "drivers/io/pty_mark.h"
+
 namespace axlecast {
 namespace {
 
@@ -31,11 +33,12 @@ bool MakeRaw(int fd) {
   return ioctl(fd, TCSETS2, &mode) == 0;
 }
 
-// A host finds the old link or the new one, never none.
-bool ReplaceLink(const std::string& target, const std::string& path) {
+// A host finds the old link or the new one, never none; and never a new one whose terminal has not its mark yet.
+bool ReplaceLink(const std::string& target, const std::string& path, int terminal) {
   const std::string fresh = path + ".new";
   if (unlink(fresh.c_str()) != 0 && errno != ENOENT) return false;
-  return symlink(target.c_str(), fresh.c_str()) == 0 && std::rename(fresh.c_str(), path.c_str()) == 0;
+  return symlink(target.c_str(), fresh.c_str()) == 0 && WriteMark(terminal, MarkOfLink(fresh)) &&
+         std::rename(fresh.c_str(), path.c_str()) == 0;
 }
 
 bool IsLinkOrAbsent(const std::string& path) {
@@ -60,7 +63,9 @@ std::string Pty::Open(const std::string& path) {
   // Opened and closed once: from now on "no host" shows, before the first host as after the last.
   const Descriptor first_host(open(name.data(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (!first_host.valid()) return Problem(std::string("cannot open ") + name.data());
-  if (!ReplaceLink(name.data(), path)) return Problem("cannot link " + path + " to " + name.data());
+  if (!ReplaceLink(name.data(), path, master.get())) {
+    return Problem("cannot link " + path + " to " + name.data());
+  }
   master_ = std::move(master);
   path_ = path;
   name_ = name.data();

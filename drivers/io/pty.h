@@ -20,8 +20,8 @@ class Pty {
   Pty& operator=(const Pty&) = delete;
 
   // Creates one and links it under `path`, in place of what was linked there; the directory exists. An empty string
-  // when it is open, else the cause and the remedy. An open one is closed first: the host loses its line, as with
-  // an adapter that is pulled out.
+  // when it is open, else the cause and the remedy. An open one is closed first: the host loses its line, as with an
+  // adapter that is pulled out. The terminal is raw before the link names it, and has the link's mark (pty_mark.h).
   [[nodiscard]] std::string Open(const std::string& path);
   // Ends the line; the link goes if it is still ours.
   void Close();

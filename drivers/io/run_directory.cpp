@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <filesystem>
 
@@ -70,6 +71,16 @@ std::string LockFile::Acquire(const std::string& path) {
   }
   file_ = std::move(file);
   return "";
+}
+
+pid_t LockFile::Holder(const std::string& path) {
+  const Descriptor file(open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC));
+  if (!file.valid() || flock(file.get(), LOCK_SH | LOCK_NB) == 0) return 0;
+  std::array<char, 16> text{};
+  const ssize_t size = pread(file.get(), text.data(), text.size() - 1, 0);
+  pid_t holder = 0;
+  if (size > 0) std::from_chars(text.data(), text.data() + size, holder);
+  return holder;
 }
 
 }  // namespace axlecast

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <sys/types.h>
+
 #include <string>
 
 #include "drivers/io/descriptor.h"
@@ -15,6 +17,8 @@ class LockFile {
  public:
   // An empty string when the lock is ours, else who holds it (its process id).
   [[nodiscard]] std::string Acquire(const std::string& path);
+  // The process that holds it; 0 when none does.
+  [[nodiscard]] static pid_t Holder(const std::string& path);
   void Release() { file_.Reset(); }
 
  private:

@@ -24,6 +24,7 @@ class SerialPort final : public ByteLink {
   // What was written goes out at the old rate first.
   [[nodiscard]] bool SetBaud(std::int64_t baud) override { return IsOpen() && tty_.ChangeBaud(baud); }
   [[nodiscard]] bool SetFormat(const LineFormat& format) { return IsOpen() && tty_.ChangeFormat(format); }
+  [[nodiscard]] bool HasWire() const override { return !tty_.IsPty(); }
   [[nodiscard]] bool Write(Bytes bytes) override;
   [[nodiscard]] ReadResult Read(std::span<std::uint8_t> into, MonoNs deadline) override {
     return reader_.Read(into, deadline);

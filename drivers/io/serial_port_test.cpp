@@ -72,7 +72,9 @@ class SerialPortTest : public ::testing::Test {
     return all;
   }
 
-  SerialSettings Settings() const { return {.path = link_, .format = {.baud = 2'500'000}}; }
+  SerialSettings Settings() const {
+    return {.path = link_, .format = {.baud = 2'500'000}, .pty = {.foreign = true}};
+  }
 
   SystemClock clock_;
   const TemporaryFolder folder_;

@@ -13,6 +13,7 @@
 
 #include "drivers/io/unix_address.h"
 #include "drivers/io/wait_until.h"
+#include "drivers/runtime/core/line_held.h"
 
 namespace axlecast {
 namespace {
@@ -74,7 +75,7 @@ std::string SimulatedSocket::Connect(const std::string& path, std::string_view p
   }
   std::array<std::uint8_t, kLongestSimulatedPacket> said{};
   const ssize_t size = ReceiveWhole(fresh.get(), said);
-  if (size <= 0) return path + ": another process holds it: is a second driver running?";
+  if (size <= 0) return path + ": " + std::string(kLineHeld);
   const Bytes wanted = AsBytes(protocol);
   if (size != static_cast<ssize_t>(wanted.size()) || !std::equal(wanted.begin(), wanted.end(), said.begin())) {
     return "what serves " + path + " is not this version's simulator: stop it" + HowToStart(path);

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "drivers/io/wait_until.h"
+#include "drivers/runtime/core/line_held.h"
 
 namespace axlecast {
 namespace {
@@ -69,7 +70,7 @@ std::string SpiPort::Claim() {
   Descriptor device(open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (!device.valid()) return errno == EISDIR ? OpenProblem(ENOTTY) : OpenProblem(errno);
   if (flock(device.get(), LOCK_EX | LOCK_NB) != 0) {
-    return path_ + ": another process holds it: is a second driver running?";
+    return path_ + ": " + std::string(kLineHeld);
   }
   device_ = std::move(device);
   return "";

@@ -17,13 +17,13 @@
 
 #include "drivers/io/adapter.h"
 #include "drivers/io/wait_until.h"
+#include "drivers/runtime/core/line_held.h"
 
 namespace axlecast {
 namespace {
 
 constexpr double kRateTolerance = 0.02;
 
-constexpr const char* kSecondDriver = "another process holds it: is a second driver running?";
 constexpr const char* kNoSerialPort = " is no serial port: correct link.port";
 
 dev_t DeviceOf(int fd) {
@@ -48,6 +48,20 @@ termios2 RawMode(const LineFormat& format) {
   return mode;
 }
 
+// No echo, no line editing, no change of any byte; the rate and the character format stay. Until the port is locked it
+// may be that of another driver of ours: one that is raw already is left as it is.
+bool MakeRaw(int line) {
+  termios2 mode{};
+  if (ioctl(line, TCGETS2, &mode) != 0) return false;
+  if (mode.c_lflag == 0 && mode.c_oflag == 0) return true;
+  mode.c_iflag = 0;
+  mode.c_oflag = 0;
+  mode.c_lflag = 0;
+  mode.c_cc[VMIN] = 1;
+  mode.c_cc[VTIME] = 0;
+  return ioctl(line, TCSETS2, &mode) == 0;
+}
+
 // Asks the driver to hand bytes over at once; the drivers that know it do so for an unprivileged user too.
 void AskForLowLatency(int line) {
   serial_struct serial{};
@@ -63,6 +77,8 @@ std::string Tty::OpenProblem(int error) const {
   const std::string& path = settings_.path;
   switch (error) {
     case ENOENT:
+      if (settings_.pty.simulated)
+        return path + " does not exist: no simulator runs; start it with `axlecast simulate`";
       return path +
              " does not exist: plug the adapter in, or correct link.port; lasting names stand in "
              "/dev/serial/by-id/";
@@ -71,7 +87,7 @@ std::string Tty::OpenProblem(int error) const {
              ": permission denied; let the user use serial ports (as root: usermod -aG dialout USER) and log "
              "in again";
     case EBUSY:
-      return path + ": " + kSecondDriver;
+      return path + ": " + std::string(kLineHeld);
     case ENXIO:
     case EIO:
     case ENODEV:
@@ -81,27 +97,30 @@ std::string Tty::OpenProblem(int error) const {
   }
 }
 
+std::string Tty::OpenLine(Descriptor& line) const {
+  LineGuard guard(settings_.path, settings_.pty);
+  if (std::string problem = guard.Before(); !problem.empty()) return problem;
+  line = Descriptor(open(settings_.path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (!line.valid()) return OpenProblem(errno);
+  if (DeviceOf(line.get()) == 0) return settings_.path + kNoSerialPort;
+  if (std::string problem = guard.After(line.get()); !problem.empty()) return problem;
+  if (MakeRaw(line.get())) return "";
+  return errno == ENOTTY ? settings_.path + kNoSerialPort : OpenProblem(errno);
+}
+
 std::string Tty::Claim() {
   warnings_.clear();
   Release();
-  Descriptor line(open(settings_.path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
-  if (!line.valid()) return OpenProblem(errno);
-  termios2 mode{};
-  if (DeviceOf(line.get()) == 0) return settings_.path + kNoSerialPort;
-  if (ioctl(line.get(), TCGETS2, &mode) != 0) {
-    return errno == ENOTTY ? settings_.path + kNoSerialPort : OpenProblem(errno);
-  }
-  if (flock(line.get(), LOCK_EX | LOCK_NB) != 0) return settings_.path + ": " + kSecondDriver;
+  Descriptor line;
+  if (std::string problem = OpenLine(line); !problem.empty()) return problem;
+  if (flock(line.get(), LOCK_EX | LOCK_NB) != 0) return settings_.path + ": " + std::string(kLineHeld);
   line_ = std::move(line);
   std::string problem = IsPty() ? "" : JudgeHardware();
   if (!problem.empty()) Release();
   return problem;
 }
 
-bool Tty::IsPty() const {
-  const unsigned number = major(DeviceOf(line_.get()));
-  return number >= 136 && number <= 143;  // Documentation/admin-guide/devices.txt: Unix98 PTY slaves
-}
+bool Tty::IsPty() const { return IsPtyDevice(DeviceOf(line_.get())); }
 
 bool Tty::IsBehind(int fd) const {
   const dev_t device = DeviceOf(fd);

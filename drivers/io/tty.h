@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "drivers/io/descriptor.h"
+#include "drivers/io/line_guard.h"
 #include "drivers/runtime/core/byte_link.h"
 #include "drivers/runtime/core/clock.h"
 #include "drivers/runtime/core/line_format.h"
@@ -20,6 +21,7 @@ struct SerialSettings {
   LineFormat format;           // of every Open; a pty carries 8 bits without parity, whatever stands here
   bool low_latency = true;     // asks the driver for 1 ms latency where it can
   std::string sysfs = "/sys";  // tests bring their own
+  PtyStatement pty = {};
 };
 
 // A tty or pty that this process has claimed: what is the same for all ports that sit on one. Every problem is a
@@ -28,7 +30,9 @@ class Tty {
  public:
   Tty(SerialSettings settings, const Clock& clock) : settings_(std::move(settings)), clock_(clock) {}
 
-  // Opens it, locks it against a second user of ours (flock), and judges the adapter behind it.
+  // Opens it, refuses what is not the line (line_guard.h), and sets it raw before anything else, so that the echo of a
+  // terminal sends nothing back to the devices. Then locks it against a second user of ours (flock), and judges the
+  // adapter behind it.
   [[nodiscard]] std::string Claim();
   void Release() { line_.Reset(); }
   [[nodiscard]] bool IsClaimed() const { return line_.valid(); }
@@ -63,6 +67,7 @@ class Tty {
   [[nodiscard]] std::string OpenProblem(int error) const;
 
  private:
+  [[nodiscard]] std::string OpenLine(Descriptor& line) const;
   [[nodiscard]] std::string JudgeHardware();
   [[nodiscard]] std::string Apply(const LineFormat& format);
   [[nodiscard]] std::string CheckFormat(const LineFormat& format) const;

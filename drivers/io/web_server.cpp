@@ -1,11 +1,19 @@
 #include "drivers/io/web_server.h"
 
+#include <arpa/inet.h>
 #include <libwebsockets.h>
+#include <netdb.h>
+#include <strings.h>
 #include <sys/socket.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <cstring>
 #include <map>
+
+#include "drivers/io/descriptor.h"
+#include "drivers/io/web_connections.h"
 
 namespace axlecast {
 namespace {
@@ -18,6 +26,7 @@ constexpr std::uint16_t kPingSeconds = 15;
 constexpr std::uint16_t kGoneSeconds = 60;
 constexpr unsigned kRequestSeconds = 10;
 constexpr int kIdleSeconds = 15;
+constexpr int kSpareDescriptors = 16;  // the listener's, and those of connections that are about to close
 
 std::string& LibraryErrors() {
   static std::string errors;
@@ -54,6 +63,24 @@ WebRequest ReadRequest(lws* wsi) {
   return request;
 }
 
+MonoNs Now() { return lws_now_usecs() * kMicrosecond; }
+
+// Whom the socket's other end belongs to, as WebConnections counts.
+std::string AddressOf(lws_sockfd_type socket) {
+  std::array<char, 64> text{};
+  sockaddr_storage peer{};
+  socklen_t size = sizeof peer;
+  if (getpeername(socket, reinterpret_cast<sockaddr*>(&peer), &size) != 0) return "?";
+  const void* address = peer.ss_family == AF_INET6
+                            ? static_cast<const void*>(&reinterpret_cast<const sockaddr_in6*>(&peer)->sin6_addr)
+                            : &reinterpret_cast<const sockaddr_in*>(&peer)->sin_addr;
+  if (inet_ntop(peer.ss_family, address, text.data(), text.size()) == nullptr) return "?";
+  return WebAddressKey(text.data());
+}
+
+// Ends a connection as soon as the library's loop comes by.
+void CloseSoon(lws* wsi) { lws_set_timeout(wsi, PENDING_TIMEOUT_USER_REASON_BASE, LWS_TO_KILL_ASYNC); }
+
 // Bytes with the room before them that the library asks for.
 class OutBuffer {
  public:
@@ -89,6 +116,7 @@ struct WebServer::State {
   static int OnEvent(lws* wsi, lws_callback_reasons reason, void* user, void* in, std::size_t size);
   static void OnTimer(lws_sorted_usec_list_t* timer);
 
+  int OnNewcomer(lws_sockfd_type socket);
   int OnHttp(lws* wsi, Peer& peer);
   int OnBody(lws* wsi, Peer& peer, std::string_view part);
   int OnUpgrade(lws* wsi);
@@ -96,6 +124,7 @@ struct WebServer::State {
   int OnWritable(lws* wsi, Peer& peer);
   int Answer(lws* wsi, Peer& peer);
   int SendBody(lws* wsi, Peer& peer);
+  int Completed(lws* wsi);
   void Forget(lws* wsi);
   void Listen();
 
@@ -109,6 +138,7 @@ struct WebServer::State {
   lws_context* context = nullptr;
   lws_vhost* vhost = nullptr;
   std::map<lws*, Peer> peers;
+  WebConnections connections;
   WebConnection last_connection = 0;
   bool ended = false;
   std::vector<lws_protocol_vhost_options> headers;
@@ -117,7 +147,10 @@ struct WebServer::State {
 };
 
 WebServer::State::State(WebServerSettings the_settings, WebServices& the_services)
-    : settings(std::move(the_settings)), services(the_services) {
+    : settings(std::move(the_settings)),
+      services(the_services),
+      connections({.total = static_cast<std::size_t>(settings.most_connections),
+                   .per_address = static_cast<std::size_t>(settings.most_per_address)}) {
   for (auto& [name, value] : settings.headers) name += ':';  // as the library wants them
   timer.state = this;
   protocols[0].name = kSubprotocol;
@@ -148,7 +181,7 @@ void WebServer::State::Listen() {
                  LWS_SERVER_OPTION_EXPLICIT_VHOSTS;
   info.timeout_secs = kRequestSeconds;
   info.keepalive_timeout = kIdleSeconds;
-  info.fd_limit_per_thread = static_cast<unsigned>(settings.most_connections);
+  info.fd_limit_per_thread = static_cast<unsigned>(settings.most_connections + kSpareDescriptors);
   info.retry_and_idle_policy = &liveness;
   info.alpn = "http/1.1";
   if (!settings.certificate.empty()) {
@@ -166,6 +199,7 @@ void WebServer::State::OnTimer(lws_sorted_usec_list_t* list) {
   for (const auto& [wsi, peer] : state.peers) {
     if (peer.connection != 0) lws_callback_on_writable(wsi);
   }
+  for (const void* slow : state.connections.ToClose(Now())) CloseSoon(static_cast<lws*>(const_cast<void*>(slow)));
   if (state.ended) return lws_cancel_service(state.context);
   lws_sul_schedule(state.context, 0, list, &State::OnTimer, kTickMs * LWS_US_PER_MS);
 }
@@ -175,6 +209,14 @@ int WebServer::State::OnEvent(lws* wsi, lws_callback_reasons reason, void* /*use
   State& state = *static_cast<State*>(lws_context_user(lws_get_context(wsi)));
   const std::string_view part(in == nullptr ? "" : static_cast<const char*>(in), in == nullptr ? 0 : size);
   switch (reason) {
+    case LWS_CALLBACK_FILTER_NETWORK_CONNECTION:
+      return state.OnNewcomer(static_cast<lws_sockfd_type>(reinterpret_cast<std::intptr_t>(in)));
+    case LWS_CALLBACK_SERVER_NEW_CLIENT_INSTANTIATED:
+      state.connections.Add(wsi, AddressOf(lws_get_socket_fd(wsi)), Now());
+      return 0;
+    case LWS_CALLBACK_RAW_ADOPT:  // a CONNECT request
+    case LWS_CALLBACK_RAW_RX:
+      return -1;
     case LWS_CALLBACK_HTTP:
       return state.OnHttp(wsi, state.peers[wsi]);
     case LWS_CALLBACK_HTTP_BODY:
@@ -188,6 +230,7 @@ int WebServer::State::OnEvent(lws* wsi, lws_callback_reasons reason, void* /*use
     case LWS_CALLBACK_ESTABLISHED: {
       Peer& peer = state.peers[wsi] = {};
       peer.connection = ++state.last_connection;
+      state.connections.OnWebSocket(wsi, Now());
       static_cast<void>(
           setsockopt(lws_get_socket_fd(wsi), SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer));
       state.services.OnOpen(peer.connection);
@@ -208,6 +251,12 @@ int WebServer::State::OnEvent(lws* wsi, lws_callback_reasons reason, void* /*use
   }
 }
 
+int WebServer::State::OnNewcomer(lws_sockfd_type socket) {
+  const WebConnections::Admission admission = connections.Admit(AddressOf(socket), Now());
+  if (admission.close != nullptr) CloseSoon(static_cast<lws*>(const_cast<void*>(admission.close)));
+  return admission.admitted ? 0 : 1;
+}
+
 int WebServer::State::OnHttp(lws* wsi, Peer& peer) {
   peer = {};
   peer.request = ReadRequest(wsi);
@@ -226,7 +275,13 @@ int WebServer::State::OnBody(lws* wsi, Peer& peer, std::string_view part) {
   return 0;
 }
 
+int WebServer::State::Completed(lws* wsi) {
+  connections.OnAnswered(wsi, Now());
+  return lws_http_transaction_completed(wsi) != 0 ? -1 : 0;
+}
+
 int WebServer::State::Answer(lws* wsi, Peer& peer) {
+  connections.OnWholeRequest(wsi, Now());
   WebAnswer answer = services.OnRequest(peer.request);
   OutBuffer buffer(4096 + kChunk);
   unsigned char* at = buffer.begin();
@@ -245,7 +300,7 @@ int WebServer::State::Answer(lws* wsi, Peer& peer) {
   if (lws_finalize_write_http_header(wsi, buffer.begin(), &at, buffer.end()) != 0) return -1;
   peer.text = std::move(answer.body);
   peer.sent = 0;
-  if (peer.request.method == "HEAD" || peer.text.empty()) return lws_http_transaction_completed(wsi) != 0 ? -1 : 0;
+  if (peer.request.method == "HEAD" || peer.text.empty()) return Completed(wsi);
   lws_callback_on_writable(wsi);
   return 0;
 }
@@ -257,12 +312,20 @@ int WebServer::State::SendBody(lws* wsi, Peer& peer) {
   const bool last = peer.sent == peer.text.size();
   OutBuffer buffer(chunk);
   if (lws_write(wsi, buffer.begin(), chunk.size(), last ? LWS_WRITE_HTTP_FINAL : LWS_WRITE_HTTP) < 0) return -1;
-  if (last) return lws_http_transaction_completed(wsi) != 0 ? -1 : 0;
+  if (last) return Completed(wsi);
   lws_callback_on_writable(wsi);
   return 0;
 }
 
+// The library has HTTP/2 in the clear (h2c) built in, which ends in an assertion when what follows is malformed.
 int WebServer::State::OnUpgrade(lws* wsi) {
+  const std::string protocol = Header(wsi, WSI_TOKEN_UPGRADE);
+  if (strcasecmp(protocol.c_str(), "websocket") != 0) {
+    // Others than h2c the library has refused itself, before it asks.
+    if (strcasecmp(protocol.c_str(), "h2c") == 0)
+      static_cast<void>(lws_return_http_status(wsi, HTTP_STATUS_FORBIDDEN, nullptr));
+    return -1;
+  }
   const int refused = services.OnUpgrade(ReadRequest(wsi));
   if (refused == 0) return 0;
   return lws_return_http_status(wsi, static_cast<unsigned>(refused), nullptr) != 0 ? -1 : 1;
@@ -298,6 +361,7 @@ int WebServer::State::OnWritable(lws* wsi, Peer& peer) {
 }
 
 void WebServer::State::Forget(lws* wsi) {
+  connections.Remove(wsi);
   const auto found = peers.find(wsi);
   if (found == peers.end()) return;
   const WebConnection connection = found->second.connection;
@@ -305,11 +369,46 @@ void WebServer::State::Forget(lws* wsi) {
   if (connection != 0) services.OnClose(connection);
 }
 
+namespace {
+
+// Why the kernel gives the address to nobody, with what to change. The library has only a number for it, in a log line.
+// Empty: it would give it.
+std::string WhyNotBound(const WebServerSettings& settings) {
+  addrinfo hints{};
+  hints.ai_flags = AI_NUMERICHOST | AI_NUMERICSERV | AI_PASSIVE;
+  hints.ai_socktype = SOCK_STREAM;
+  addrinfo* found = nullptr;
+  const std::string port = std::to_string(settings.port);
+  if (getaddrinfo(settings.address.c_str(), port.c_str(), &hints, &found) != 0) return "";
+  const Descriptor probe(socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  const int on = 1;  // as the library has it: a port that rests after its server's end is free
+  static_cast<void>(setsockopt(probe.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on));
+  const bool bound = bind(probe.get(), found->ai_addr, found->ai_addrlen) == 0 && listen(probe.get(), 1) == 0;
+  const int error = bound ? 0 : errno;
+  freeaddrinfo(found);
+  switch (error) {
+    case 0:
+      return "";
+    case EADDRINUSE:
+      return "another program listens there (ss -ltnp 'sport = :" + port +
+             "' names it); end it, or take another port";
+    case EACCES:
+      return "ports below 1024 are root's; take another port";
+    case EADDRNOTAVAIL:
+      return "this host has no such address (ip address shows those that it has)";
+    default:
+      return std::strerror(error);
+  }
+}
+
+}  // namespace
+
 WebServer::WebServer(const WebServerSettings& settings, WebServices& services)
     : state_(std::make_unique<State>(settings, services)) {
   if (state_->vhost != nullptr) return;
-  problem_ = "cannot serve on " + settings.address + " port " + std::to_string(settings.port) + ": " +
-             (LibraryErrors().empty() ? "the library does not say why" : LibraryErrors());
+  std::string why = WhyNotBound(settings);
+  if (why.empty()) why = LibraryErrors().empty() ? "the library does not say why" : LibraryErrors();
+  problem_ = "cannot serve on " + settings.address + " port " + std::to_string(settings.port) + ": " + why;
   while (problem_.ends_with('\n')) problem_.pop_back();
 }
 

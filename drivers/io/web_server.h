@@ -61,6 +61,7 @@ struct WebServerSettings {
   std::string certificate;  // PEM files; empty: no TLS
   std::string key;
   int most_connections = 64;  // of all kinds
+  int most_per_address = 32;  // of these, from one address of another host
   // Sent with every answer, also with those of the library.
   std::vector<std::pair<std::string, std::string>> headers;
 };

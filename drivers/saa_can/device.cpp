@@ -52,6 +52,7 @@ Step SaaCanDevice::Next(const Turn& turn) const {
 
 std::optional<Step> SaaCanDevice::ForProcedure(const Turn& turn) const {
   if (!procedure_ || Expired(turn.now)) return std::nullopt;
+  if (turn.reserved && !procedure_->alone()) return std::nullopt;
   const Procedure::Want want = procedure_->Wants(turn.now);
   if (const auto* frame = std::get_if<CanFrame>(&want)) return Sending(*frame, Priority::kCommand);
   const bool asks = std::holds_alternative<Procedure::Position>(want) && settings_.mode == Mode::kSingle;

@@ -64,7 +64,7 @@ TEST(SaaCanDialogue, ANodeIdThatHoldsFromTheNextPowerOnIsNotVerified) {
   bus.Run(kSecond);
   bus.Set("a", "power", "on");
   bus.Run(kSecond);
-  EXPECT_EQ(After(bus.Do("read_position", {{"after", "set_node_id node=0x33"}}), "finding"), "effect_seen");
+  EXPECT_EQ(After(bus.Do("read_position", {{"after", "set_node_id node=0x33"}}), "finding"), "reads_as_after");
 }
 
 // Somebody else is heard, whoever it is, before or within the dialogue.

@@ -31,6 +31,7 @@ const Family& saa_can_family() {
       .default_poll_hz = 0,  // as they come
       .max_devices_per_bus = saa_can::kMostDevices,
       .operations = saa_can::Operations(),
+      .permits = &saa_can::Permits,
       .parse_bus = &saa_can::ParseBus,
       .parse = &saa_can::ParseDevice,
       .check_bus = &saa_can::CheckBus,

@@ -4,6 +4,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <vector>
 
+#include "drivers/runtime/config/machine_config.h"
 #include "drivers/runtime/device/arguments.h"
 #include "drivers/runtime/device/outcome_text.h"
 #include "drivers/saa_can/cia406/cia406.h"
@@ -40,7 +41,7 @@ const std::vector<OperationSpec>& Specs() {
        .needs_permit = true,
        .moves_datum = true,
        .writes = &OneWrite,
-       .verification = "the position reads 0 within 0.2 degrees or 2 counts",
+       .verification = "the position reads 0 within 0.2 degrees or 2 counts, if it read otherwise before",
        .found_by = kReadName},
       {.name = kReadName,
        .help = "Reads the position once",
@@ -228,6 +229,19 @@ const OperationSpec* FindOperation(std::string_view name) {
   const auto& specs = Specs();
   const auto found = std::find_if(specs.begin(), specs.end(), [&](const auto& spec) { return spec.name == name; });
   return found == specs.end() ? nullptr : &*found;
+}
+
+bool Permits(const BusConfig& bus, const DeviceConfig& device, std::string_view operation) {
+  const auto has = [&](std::span<const OperationSpec> specs) {
+    return std::any_of(specs.begin(), specs.end(), [&](const auto& spec) { return spec.name == operation; });
+  };
+  if (cia406::IsOwn(device)) return has(cia406::Operations());
+  const SaaCanSettings& settings = Own(device);
+  if (operation == kDirectionName) return settings.positive_byte || settings.negative_byte;
+  if (operation == kPeriodName) return settings.mode == Mode::kCyclic;
+  if (operation == kStopName) return settings.mode == Mode::kSingle && settings.stop_byte;
+  if (operation == kNodeName || operation == kBitrateName) return OwnBus(bus).bench;
+  return has(Specs());
 }
 
 std::optional<Outcome> RefusalAtPosition(std::string_view operation, std::int64_t counts,

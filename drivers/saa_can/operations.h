@@ -17,6 +17,8 @@ namespace axlecast::saa_can {
 
 // Of the family: those of SAA encoders, then those that only cia406 has.
 [[nodiscard]] std::span<const OperationSpec> Operations();
+// Whether the configuration of a device permits an operation of the family.
+[[nodiscard]] bool Permits(const BusConfig& bus, const DeviceConfig& device, std::string_view operation);
 // Of an SAA encoder; null for another name.
 [[nodiscard]] const OperationSpec* FindOperation(std::string_view name);
 

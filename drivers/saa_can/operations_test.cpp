@@ -106,7 +106,7 @@ TEST(SaaCanZero, NothingHeardAfterwardsIsInDoubt) {
   EXPECT_EQ(bus.State("a", "zeroings"), "1");
   bus.Set("a", "fault", "none");
   bus.Run(3 * kSecond);
-  EXPECT_EQ(After(bus.Do("read_position", {{"after", "zero"}}), "finding"), "effect_seen");
+  EXPECT_EQ(After(bus.Do("read_position", {{"after", "zero"}}), "finding"), "reads_as_after");
   EXPECT_EQ(bus.output().jumps, 1);
 }
 
@@ -186,7 +186,7 @@ TEST(SaaCanPeriod, IsMeasured) {
   EXPECT_EQ(bus.Do("set_period", {{"period_ms", "1000"}}).state, OrderState::kSucceeded);
   bus.Run(5 * kSecond);
   EXPECT_EQ(bus.Errors(ErrorKind::kSilent), 0);
-  EXPECT_EQ(After(bus.Do("read_position", {{"after", "set_period period_ms=1000"}}), "finding"), "effect_seen");
+  EXPECT_EQ(After(bus.Do("read_position", {{"after", "set_period period_ms=1000"}}), "finding"), "reads_as_after");
   EXPECT_EQ(After(bus.Do("read_position", {{"after", "set_period period_ms=100"}}), "finding"), "no_effect_seen");
 }
 

@@ -3,6 +3,7 @@
 #include <axlecast/command_status_t.hpp>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/read_back.h"
 #include "drivers/saa_can/ending.h"
 
 namespace axlecast::saa_can {
@@ -24,7 +25,7 @@ std::optional<Outcome> ReadPosition::On(const Event&, const Interpreter::Heard& 
     const std::int64_t counts = heard.reading->counts;
     Outcome outcome = Verified("the position is " + PositionText(counts, around_.settings.format.bits));
     outcome.changes.push_back({"single_turn", "", std::to_string(counts)});
-    if (after_ != After::kNothing) outcome.changes.push_back({"finding", "", Finding(counts, now)});
+    if (after_ != After::kNothing) outcome.changes.push_back(FindingChange(Finding(counts, now)));
     return outcome;
   }
   if (now < deadline_) return std::nullopt;
@@ -34,9 +35,9 @@ std::optional<Outcome> ReadPosition::On(const Event&, const Interpreter::Heard& 
 // A shaft that turns may have left the place where it was zeroed; a direction does not show at rest; an encoder that is
 // heard at the present bit rate was not given another one, or has not taken it up yet.
 const char* ReadPosition::Finding(std::int64_t counts, MonoNs now) const {
-  if (after_ != After::kZero) return after_ == After::kBitrate ? "no_effect_seen" : "cannot_tell";
-  if (IsNearZero(counts, around_.settings)) return "effect_seen";
-  return AtRest(around_.output, now) ? "no_effect_seen" : "cannot_tell";
+  if (after_ != After::kZero) return after_ == After::kBitrate ? kNoEffectSeen : kCannotTell;
+  if (IsNearZero(counts, around_.settings)) return kReadsAsAfter;
+  return AtRest(around_.output, now) ? kNoEffectSeen : kCannotTell;
 }
 
 Outcome ReadPosition::OnLinkLost() const { return NothingRead("the link was lost before a position came"); }
@@ -53,7 +54,7 @@ std::optional<Outcome> LookForPeriod::On(const Event& event, const Interpreter::
   const double measured = static_cast<double>(meter_.Mean()) / static_cast<double>(kMillisecond);
   Outcome outcome = Verified(Text("a position comes every %.1f ms", measured));
   outcome.changes.push_back({"period_ms", "", Text("%.1f", measured)});
-  outcome.changes.push_back({"finding", "", meter_.Fits(period_) ? "effect_seen" : "no_effect_seen"});
+  outcome.changes.push_back(FindingChange(FindingWord(meter_.Fits(period_))));
   return outcome;
 }
 
@@ -84,7 +85,7 @@ std::optional<Outcome> LookForNode::On(const Event& event, const Interpreter::He
   Outcome outcome = Verified(Text("the encoder answers as node 0x%02X", found));
   if (changed) outcome.text += Text(": put node: 0x%02x into the file and restart the driver", found);
   outcome.changes.push_back({"node", "", Text("0x%02x", found)});
-  outcome.changes.push_back({"finding", "", changed ? "effect_seen" : "no_effect_seen"});
+  outcome.changes.push_back(FindingChange(FindingWord(changed)));
   return outcome;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "drivers/runtime/config/config_map.h"
+#include "drivers/runtime/device/accuracy.h"
 #include "drivers/runtime/device/outcome_text.h"
 #include "drivers/saa_can/cia406/cia406.h"
 
@@ -96,7 +97,7 @@ std::unique_ptr<DeviceSettings> ParseOwn(ConfigMap& device, const BusConfig& bus
   ParseTimes(device, *settings);
   settings->counts_per_turn = std::int64_t{1} << settings->format.bits;
   settings->max_speed_rpm = kMaxSpeedRpm;
-  settings->noise_counts = AccuracyCounts(settings->format.bits);
+  settings->noise_counts = NoiseCounts(settings->format.bits);
   settings->own_period = settings->period;
   const cia406::FrameTime wire{bus.link.bitrate};
   settings->wire_time = wire.Longest(kSentSize) * (settings->mode == Mode::kSingle ? 2 : 1);
@@ -180,14 +181,12 @@ std::optional<std::uint8_t> PerSecond(std::int64_t period_ms) {
   return static_cast<std::uint8_t>(1'000 / period_ms);
 }
 
-std::int64_t AccuracyCounts(int bits) {
-  // 4.1, in arc seconds, from 16 bits on.
+std::int64_t NoiseCounts(int bits) {
+  // 4.1, in arc seconds, either way, from 16 bits on.
   constexpr std::array<int, 11> kArcSeconds = {40, 20, 20, 15, 15, 10, 8, 6, 5, 5, 5};
   constexpr int kFirst = 16;
-  constexpr std::int64_t kPerTurn = 360 * 3'600;
   if (bits < kFirst) return 1;
-  const std::int64_t counts = std::int64_t{kArcSeconds.at(static_cast<std::size_t>(bits - kFirst))} << bits;
-  return (counts + kPerTurn - 1) / kPerTurn;
+  return NoiseOfAccuracy(kArcSeconds.at(static_cast<std::size_t>(bits - kFirst)), bits);
 }
 
 std::int64_t ZeroToleranceCounts(int bits) {

@@ -88,12 +88,12 @@ TEST(SaaCanSettings, ResolutionsOfTheTable) {
 }
 
 // 4.1: accuracy, arc seconds, in counts rounded up.
-TEST(SaaCanSettings, AccuracyOfTheTable) {
-  EXPECT_EQ(AccuracyCounts(14), 1);
-  EXPECT_EQ(AccuracyCounts(16), 3);    // 40" of 19.8"
-  EXPECT_EQ(AccuracyCounts(17), 3);    // 20" of 9.89"
-  EXPECT_EQ(AccuracyCounts(20), 13);   // 15" of 1.236"
-  EXPECT_EQ(AccuracyCounts(26), 259);  // 5" of 0.0193"
+TEST(SaaCanSettings, TheNoiseIsTwiceTheAccuracyOfTheTable) {
+  EXPECT_EQ(NoiseCounts(14), 1);
+  EXPECT_EQ(NoiseCounts(16), 5);    // 80" of 19.8"
+  EXPECT_EQ(NoiseCounts(17), 5);    // 40" of 9.89"
+  EXPECT_EQ(NoiseCounts(20), 25);   // 30" of 1.236"
+  EXPECT_EQ(NoiseCounts(26), 518);  // 10" of 0.0193"
   EXPECT_EQ(ZeroToleranceCounts(10), 2);
   EXPECT_EQ(ZeroToleranceCounts(14), 9);
 }

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <axlecast/command_status_t.hpp>
+#include <utility>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/read_back.h"
 #include "drivers/runtime/device/refusal.h"
 #include "drivers/saa_can/ending.h"
 
@@ -106,15 +108,15 @@ Outcome Zero::Judge(std::int64_t counts) const {
     return WithCounts(
         Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS, reply + ", but " + text + ", not 0"), after);
   }
-  const bool reply_is_sure = acknowledged_ && !LooksLikeReply(before_, Command::kZero, around_.settings);
-  if (!reply_is_sure && IsNearZero(before_, around_.settings)) {
-    return WithCounts(
-        Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
-              text + ": near 0 both times, and " +
-                  (acknowledged_ ? "what came may have been a position instead of its reply" : reply)),
-        after);
-  }
-  return WithCounts(Verified(text + "; " + reply), after);
+  const bool may_be_position = LooksLikeReply(before_, Command::kZero, around_.settings);
+  const std::string heard = may_be_position && acknowledged_ ? "what came as its reply may be a position" : reply;
+  const ReadBack read_back = {.same_before = SameBefore(), .confirmed = acknowledged_ && !may_be_position};
+  return WithCounts(JudgeReadBack(read_back, text + "; " + heard), after);
+}
+
+bool Zero::SameBefore() const {
+  return CannotBeToldApart(before_, 0, ZeroToleranceCounts(around_.settings.format.bits),
+                           around_.settings.counts_per_turn);
 }
 
 Outcome Zero::OnLinkLost() const {
@@ -123,7 +125,7 @@ Outcome Zero::OnLinkLost() const {
 
 Outcome Zero::WithCounts(Outcome outcome, const std::string& after) const {
   outcome.changes.push_back({"single_turn", std::to_string(before_), after});
-  return outcome;
+  return WithFindingBefore(std::move(outcome), SameBefore());
 }
 
 }  // namespace axlecast::saa_can

@@ -25,6 +25,7 @@ class Zero final : public Procedure {
   std::optional<Outcome> OnBefore(const Interpreter::Heard& heard, MonoNs now);
   std::optional<Outcome> OnDelivery(const Event& event, MonoNs now);
   std::optional<Outcome> OnVerify(const Interpreter::Heard& heard, MonoNs now);
+  [[nodiscard]] bool SameBefore() const;
   [[nodiscard]] Outcome Judge(std::int64_t counts) const;
   [[nodiscard]] Outcome WithCounts(Outcome outcome, const std::string& after) const;
 

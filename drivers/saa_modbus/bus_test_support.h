@@ -111,7 +111,8 @@ class Machine final : public LinkObserver {
  public:
   // `devices`: "axis1: {bits: 16, ...}, axis2: ..."; `simulate` likewise.
   explicit Machine(const std::string& devices = "axis1: {bits: 16}", const std::string& simulate = "",
-                   std::int64_t baud = 19'200) {
+                   std::int64_t baud = 19'200, MonoNs late = 0) {
+    config_.late = late;
     ConfigErrors errors("test.yaml");
     ConfigMap map(YAML::Load("{link: {baud: " + std::to_string(baud) + "}, devices: {" + devices +
                              "}, simulate: {" + simulate + "}}"),
@@ -140,6 +141,7 @@ class Machine final : public LinkObserver {
   // A new driver process on the same line.
   void Start() {
     BusSettings settings;
+    settings.late = config_.late;
     settings.schedule.pacing = config_.family_bus->pacing;
     settings.schedule.line = config_.link.line;
     settings.schedule.period = 0;

@@ -139,6 +139,34 @@ bool BeginsReplyTo(const Request& request, Bytes reply) {
   return reply[1] == kReadPosition && reply[2] <= 2 * request.registers && reply[2] + 1 >= 2 * request.registers;
 }
 
+ReplyMatch MatchReply(Bytes request, Bytes reply) {
+  const std::optional<Request> asked = ParseRequest(request);
+  if (!asked) return ReplyMatch::kNo;
+  const Reply checked = Check(*asked, reply, kMostBits);
+  if (checked.ok()) return ReplyMatch::kYes;
+  if (checked.error == ErrorKind::kException) return ReplyMatch::kRefusal;
+  if (checked.error == ErrorKind::kRange) {
+    return reply.size() == ReplyLength(reply) ? ReplyMatch::kYes : ReplyMatch::kNo;
+  }
+  if (checked.error != ErrorKind::kChecksum && checked.error != ErrorKind::kShort) return ReplyMatch::kNo;
+  const std::uint8_t address = asked->function == kSetAddress ? asked->new_address : asked->address;
+  auto third = static_cast<std::uint8_t>(asked->parameter);
+  if (asked->function == kReadPosition) third = static_cast<std::uint8_t>(2 * asked->registers);
+  return modbus::MatchBegin(reply, {address, asked->function, third});
+}
+
+ReplyShape ReplyShapeOf(Bytes request) {
+  const Request asked = ParseRequest(request).value_or(Request{});
+  const std::uint8_t address = asked.function == kSetAddress ? asked.new_address : asked.address;
+  const std::uint32_t head = std::uint32_t{address} << 24U | std::uint32_t{asked.function} << 16U;
+  const bool read = asked.function == kReadPosition;
+  ReplyShape shape{.match = &MatchReply};
+  shape.reply = head | (read ? asked.registers : static_cast<std::uint32_t>(asked.parameter));
+  shape.refusal = read ? head | std::uint32_t{kReadException} << 16U : shape.reply;
+  shape.exact = asked.writes();
+  return shape;
+}
+
 Reply Check(const Request& request, Bytes reply, int bits) {
   const std::size_t length = ReplyLength(reply);
   if (length == 0 || reply.size() < length) return Failed(ErrorKind::kShort);

@@ -6,6 +6,7 @@
 
 #include "drivers/runtime/core/inline_bytes.h"
 #include "drivers/runtime/core/sample.h"
+#include "drivers/runtime/core/step.h"
 
 namespace axlecast::saa_modbus {
 
@@ -80,6 +81,11 @@ struct Reply {
 [[nodiscard]] Reply Check(const Request& request, Bytes reply, int bits);
 // Whether these are the first bytes of the reply to `request`, whatever follows.
 [[nodiscard]] bool BeginsReplyTo(const Request& request, Bytes reply);
+
+// Whether `reply` is the reply to `request`, of an encoder of any resolution: an axlecast::MatchReply.
+[[nodiscard]] ReplyMatch MatchReply(Bytes request, Bytes reply);
+// Tells replies apart by address, function, and number of registers or parameter.
+[[nodiscard]] ReplyShape ReplyShapeOf(Bytes request);
 
 // The CRC of a query's reply stands in either order: the manual says MSB first, for this reply alone, and its own
 // example of the request is LSB first.

@@ -14,9 +14,9 @@
 namespace axlecast::saa_modbus {
 namespace {
 
-using ByteList = std::vector<std::uint8_t>;
+using FrameBytes = std::vector<std::uint8_t>;
 
-ByteList List(Bytes frame) { return {frame.begin(), frame.end()}; }
+FrameBytes List(Bytes frame) { return {frame.begin(), frame.end()}; }
 
 // 5.1.7, "the steps of calculating the CRC code", as they read.
 std::uint16_t NaiveCrc(Bytes bytes) {
@@ -51,7 +51,7 @@ std::string Said(const Request& request) {
 
 TEST(SaaModbusCodec, RequestsOfTheManual) {
   for (const GoldenRow& row : GoldenRows(__FILE__, "requests.txt", 2)) {
-    const ByteList bytes = GoldenBytes(row.columns[0]);
+    const FrameBytes bytes = GoldenBytes(row.columns[0]);
     const std::optional<Request> request = ParseRequest(bytes);
     EXPECT_EQ(request ? Said(*request) : "-", row.columns[1]) << row.where;
     if (request) {
@@ -71,7 +71,7 @@ TEST(SaaModbusCodec, RepliesOfTheManual) {
   for (const GoldenRow& row : GoldenRows(__FILE__, "replies.txt", 4)) {
     const std::optional<Request> request = ParseRequest(GoldenBytes(row.columns[0]));
     ASSERT_TRUE(request) << row.where;
-    const ByteList bytes = GoldenBytes(row.columns[1]);
+    const FrameBytes bytes = GoldenBytes(row.columns[1]);
     EXPECT_EQ(Said(*request, Check(*request, bytes, std::stoi(row.columns[2]))), row.columns[3]) << row.where;
   }
 }
@@ -80,7 +80,7 @@ TEST(SaaModbusCodec, RepliesOfTheManual) {
 TEST(SaaModbusCodec, TheLengthOfAReplyFollowsFromItsFirstBytes) {
   for (const GoldenRow& row : GoldenRows(__FILE__, "replies.txt", 4)) {
     if (row.columns[3] == "error=short") continue;
-    ByteList bytes = GoldenBytes(row.columns[1]);
+    FrameBytes bytes = GoldenBytes(row.columns[1]);
     if (row.columns[1].ends_with("F8 34 00")) bytes.pop_back();
     for (std::size_t count = 0; count <= bytes.size(); ++count) {
       const std::size_t length = ReplyLength(Bytes(bytes).first(count));
@@ -92,7 +92,7 @@ TEST(SaaModbusCodec, TheLengthOfAReplyFollowsFromItsFirstBytes) {
 TEST(SaaModbusCodec, ADamagedHeadEndsAtOnce) {
   for (unsigned function = 0; function < 256; ++function) {
     for (unsigned third = 0; third < 256; ++third) {
-      const ByteList head = {1, static_cast<std::uint8_t>(function), static_cast<std::uint8_t>(third)};
+      const FrameBytes head = {1, static_cast<std::uint8_t>(function), static_cast<std::uint8_t>(third)};
       const bool position = function == kReadPosition && third >= 2 && third <= 4;
       EXPECT_EQ(ReplyLength(head), position ? 5 + third : function == kSetAddress ? 4U : 5U);
     }
@@ -102,11 +102,11 @@ TEST(SaaModbusCodec, ADamagedHeadEndsAtOnce) {
 TEST(SaaModbusCodec, CrcAfterTheManualsSteps) {
   std::mt19937 random(1);
   for (int i = 0; i < 2'000; ++i) {
-    ByteList bytes(1 + random() % 12);
+    FrameBytes bytes(1 + random() % 12);
     for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
     const std::uint16_t crc = NaiveCrc(bytes);
     EXPECT_EQ(modbus::Crc16(bytes), crc);
-    ByteList msb_first = bytes;
+    FrameBytes msb_first = bytes;
     msb_first.push_back(static_cast<std::uint8_t>(crc >> 8U));
     msb_first.push_back(static_cast<std::uint8_t>(crc));
     EXPECT_EQ(IsSealedEitherWay(msb_first), msb_first.size() >= 4);
@@ -121,16 +121,16 @@ TEST(SaaModbusCodec, CrcAfterTheManualsSteps) {
 // A CRC of 16 bits with this polynomial finds every error of up to 3 bits in frames as short as these.
 TEST(SaaModbusCodec, NoReplyWithUpToThreeWrongBitsIsRead) {
   for (const char* text : {"01 03 02 01 7F F8 34", "01 03 04 00 03 0D 40 0F 53"}) {
-    const ByteList good = GoldenBytes(text);
+    const FrameBytes good = GoldenBytes(text);
     const Request asked{.address = 1, .registers = static_cast<std::uint8_t>(good[2] / 2)};
     const std::size_t bits = 8 * good.size();
-    const auto flip = [](ByteList& bytes, std::size_t bit) {
+    const auto flip = [](FrameBytes& bytes, std::size_t bit) {
       bytes[bit / 8] = static_cast<std::uint8_t>(bytes[bit / 8] ^ (1U << (bit % 8)));
     };
     for (std::size_t a = 0; a < bits; ++a) {
       for (std::size_t b = a; b < bits; ++b) {
         for (std::size_t c = b; c < bits; ++c) {
-          ByteList bad = good;
+          FrameBytes bad = good;
           flip(bad, a);
           if (b > a) flip(bad, b);
           if (c > b) flip(bad, c);

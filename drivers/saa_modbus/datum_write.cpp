@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/read_back.h"
 #include "drivers/runtime/device/refusal.h"
 
 namespace axlecast::saa_modbus {
@@ -21,6 +22,10 @@ bool DatumWrite::AtRest(MonoNs now) const {
 
 bool DatumWrite::IsZero(std::int64_t counts) const {
   return CircularDistance(counts, 0, settings_.counts_per_turn) <= ZeroToleranceCounts(settings_.bits);
+}
+
+bool DatumWrite::SameBefore() const {
+  return CannotBeToldApart(before_, 0, ZeroToleranceCounts(settings_.bits), settings_.counts_per_turn);
 }
 
 Want DatumWrite::Next(MonoNs now) const {
@@ -71,11 +76,11 @@ std::optional<Outcome> DatumWrite::OnBefore(const Answer& answer) {
 std::optional<Outcome> DatumWrite::OnAfter(const Answer& answer, MonoNs end) {
   if (!answer.ok()) {
     if (++failures_ < kReadsAfter) return std::nullopt;
-    return Final(
-        OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
-        Text("the request was sent%s, but the reading after it failed (%s): read_position when the encoder "
-             "answers again",
-             accepted_ ? " and echoed" : "", ErrorName(*answer.error)));
+    return WithCounts(Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+                            Text("the request was sent%s, but the reading after it failed (%s): read_position when "
+                                 "the encoder answers again",
+                                 accepted_ ? " and echoed" : "", ErrorName(*answer.error))),
+                      "");
   }
   const std::int64_t counts = answer.reply.counts;
   if (parameter_ != Parameter::kZero) return JudgeDirection(counts);
@@ -94,12 +99,9 @@ Outcome DatumWrite::JudgeZero(std::int64_t counts) const {
     const char* echo = accepted_ ? "the encoder accepted it, but " : "the encoder's echo did not come, and ";
     return WithCounts(Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS, echo + text + ", not 0"), after);
   }
-  if (!accepted_ && IsZero(before_)) {
-    return WithCounts(Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
-                            "the encoder's echo did not come, and " + text + ": near 0 both times"),
-                      after);
-  }
-  return WithCounts(Succeeded(true, text + (accepted_ ? "" : "; the echo did not come")), after);
+  return WithCounts(JudgeReadBack({.same_before = SameBefore(), .confirmed = accepted_},
+                                  text + (accepted_ ? "" : "; the echo did not come")),
+                    after);
 }
 
 Outcome DatumWrite::JudgeDirection(std::int64_t counts) const {
@@ -118,17 +120,18 @@ Outcome DatumWrite::JudgeDirection(std::int64_t counts) const {
 
 Outcome DatumWrite::OnLinkLost() const {
   if (sent_) {
-    return Final(
-        OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
-        "the link was lost after the request and before its effect could be read: read_position when it is "
-        "back");
+    return WithCounts(Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+                            "the link was lost after the request and before its effect could be read: "
+                            "read_position when it is back"),
+                      "");
   }
   return Final(OrderState::kFailed, Reason::REASON_NO_REPLY, "nothing was done: the link was lost");
 }
 
 Outcome DatumWrite::WithCounts(Outcome outcome, const std::string& after) const {
   outcome.changes.push_back({"single_turn", std::to_string(before_), after});
-  return outcome;
+  if (parameter_ != Parameter::kZero) return outcome;  // a direction cannot be found by looking
+  return WithFindingBefore(std::move(outcome), SameBefore());
 }
 
 }  // namespace axlecast::saa_modbus

@@ -35,6 +35,7 @@ class DatumWrite final : public Procedure {
 
   [[nodiscard]] bool AtRest(MonoNs now) const;
   [[nodiscard]] bool IsZero(std::int64_t counts) const;
+  [[nodiscard]] bool SameBefore() const;
   std::optional<Outcome> OnBefore(const Answer& answer);
   std::optional<Outcome> OnAfter(const Answer& answer, MonoNs end);
   [[nodiscard]] Outcome JudgeZero(std::int64_t counts) const;

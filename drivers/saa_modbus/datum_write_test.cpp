@@ -149,7 +149,7 @@ TEST_F(DatumWriteTest, ALinkLostAfterTheRequestIsIndeterminateAndIsLookedInto) {
   machine_.Run(5 * kSecond);
   const Outcome found = machine_.Do("read_position", {{"after", "zero"}});
   EXPECT_EQ(found.state, OrderState::kSucceeded) << found.text;
-  EXPECT_EQ(ChangeOf(found, "finding").after, "effect_seen");
+  EXPECT_EQ(ChangeOf(found, "finding").after, "reads_as_after");
 }
 
 // The link goes while the request is on its way: it may have been carried out.

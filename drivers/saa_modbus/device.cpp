@@ -17,7 +17,8 @@ const SaaModbusSettings& Own(const DeviceConfig& device) {
   return static_cast<const SaaModbusSettings&>(*device.settings);
 }
 
-MonoNs CharacterTime(const BusConfig& bus) { return bus.simulate ? 0 : bus.link.line.WireTime(1); }
+// A simulated wire may be faster than a real one.
+LineFormat WireOf(const BusConfig& bus) { return bus.simulate ? LineFormat{} : bus.link.line; }
 
 std::vector<std::uint8_t> OtherAddresses(const BusConfig& bus, const DeviceConfig& own) {
   std::vector<std::uint8_t> addresses;
@@ -38,16 +39,16 @@ SaaModbusDevice::SaaModbusDevice(const BusConfig& bus, const DeviceConfig& devic
       output_(output),
       connection_{.address = settings_.address, .baud = line_.baud, .port_baud = line_.baud},
       around_{settings_, output_, connection_, other_addresses_},
-      interpreter_(settings_, CharacterTime(bus), connection_, output),
-      guard_(settings_) {}
+      interpreter_(settings_, WireOf(bus), connection_, output) {}
 
 Step SaaModbusDevice::Next(const Turn& turn) const {
   const auto idle = [](MonoNs until) { return Step{.action = Idle{until}, .priority = Priority::kLive}; };
   if (!link_up_) return idle(kNever);
   if (line_unclear_) return {.action = Silence{Patience()}, .priority = Priority::kLive};
   if (turn.now < not_before_) return idle(not_before_);
-  if (!procedure_ || Expired(turn.now)) return LiveStep(turn);
-  return CarryOut(procedure_->Next(turn.now), turn.now);
+  // An order that has begun is not interrupted: it may change the address or the rate, and it takes readings itself.
+  if (!procedure_ || Expired(turn.now) || (turn.reserved && !procedure_begun_)) return LiveStep(turn);
+  return CarryOut(procedure_->Next(turn.now), turn);
 }
 
 Step SaaModbusDevice::LiveStep(const Turn& turn) const {
@@ -55,28 +56,31 @@ Step SaaModbusDevice::LiveStep(const Turn& turn) const {
     return {.action = Retune{connection_.baud}, .priority = Priority::kLive};
   }
   if (!turn.live_due && !repeat_) return {.action = Idle{kNever}, .priority = Priority::kLive};
-  return Read(connection_.address, turn.now, Priority::kLive);
+  return Read(connection_.address, turn, Priority::kLive);
 }
 
-Step SaaModbusDevice::CarryOut(const Want& want, MonoNs now) const {
+Step SaaModbusDevice::CarryOut(const Want& want, const Turn& turn) const {
   if (const auto* wait = std::get_if<WaitUntil>(&want)) {
     return {.action = Idle{wait->until}, .priority = Priority::kCommand};
   }
-  if (const auto* read = std::get_if<ReadAt>(&want)) return Read(read->address, now, Priority::kCommand);
+  if (const auto* read = std::get_if<ReadAt>(&want)) return Read(read->address, turn, Priority::kCommand);
   if (const auto* port = std::get_if<PortBaud>(&want)) {
     return {.action = Retune{port->baud}, .priority = Priority::kCommand};
   }
-  const Exchange exchange{
-      .request = std::get<Send>(want).request, .reply_length = &ReplyLength, .timeout = Patience()};
-  return {.action = exchange, .priority = Priority::kCommand};
+  return {.action = Ask(std::get<Send>(want).request), .priority = Priority::kCommand};
 }
 
-Step SaaModbusDevice::Read(std::uint8_t address, MonoNs now, Priority priority) const {
-  const LateGuard::Choice choice = guard_.Next(now);
-  if (now < choice.not_before) return {.action = Idle{choice.not_before}, .priority = priority};
-  const Exchange exchange{
-      .request = ReadRequest(address, choice.registers), .reply_length = &ReplyLength, .timeout = Patience()};
-  return {.action = exchange, .priority = priority};
+Step SaaModbusDevice::Read(std::uint8_t address, const Turn& turn, Priority priority) const {
+  const Exchange usual = Ask(ReadRequest(address, settings_.registers));
+  if (turn.MaySend(usual) || settings_.bits > kOneRegisterBits) return {.action = usual, .priority = priority};
+  const Exchange other = Ask(ReadRequest(address, 3 - settings_.registers));
+  return {.action = turn.MaySend(other) ? other : usual, .priority = priority};
+}
+
+Exchange SaaModbusDevice::Ask(const Frame& request) const {
+  Exchange exchange{.request = request, .reply_length = &ReplyLength, .timeout = Patience()};
+  exchange.shape = ReplyShapeOf(request);
+  return exchange;
 }
 
 // At a slower rate than the file's an exchange takes longer.
@@ -135,7 +139,6 @@ void SaaModbusDevice::On(const Event& event) {
 void SaaModbusDevice::OnExchange(const Event& event) {
   const MonoNs end = EndOf(event);
   const Answer answer = interpreter_.OnExchange(event);
-  guard_.On(answer, end);
   sent_.Clear();
   line_unclear_ = answer.unanswered || answer.error == ErrorKind::kChecksum;
   LineFormat present = line_;
@@ -169,7 +172,6 @@ void SaaModbusDevice::OnLinkUp(MonoNs now) {
   failures_ = 0;
   not_before_ = now;
   connection_.port_baud = line_.baud;  // a port is opened as the file says
-  guard_.Forget();
   output_.OnStarting("no answer yet");
 }
 

@@ -8,7 +8,6 @@
 #include "drivers/runtime/core/device.h"
 #include "drivers/runtime/device/refusal.h"
 #include "drivers/saa_modbus/interpreter.h"
-#include "drivers/saa_modbus/late_guard.h"
 #include "drivers/saa_modbus/operations.h"
 #include "drivers/saa_modbus/procedure.h"
 #include "drivers/saa_modbus/settings.h"
@@ -17,8 +16,9 @@ namespace axlecast::saa_modbus {
 
 // One encoder on a Modbus bus: what to ask next. What the replies mean is the Interpreter's.
 //
-// - After whatever leaves the line unclear it asks for silence for `timeout_us`; a reply that comes even later is
-//   kept apart by the LateGuard.
+// - After whatever leaves the line unclear it asks for silence for `timeout_us`.
+// - While a late reply could be taken for the one to a request (StaleReplyGuard), an encoder up to 16 bits is asked for
+//   the other number of registers (SAA manual 5.1.7: "the reading points could be 01 or 02").
 // - A reading that failed is asked for once more at once; then in the next slot.
 // - An order's exchanges come before live readings: they are few, and their readings are published as well.
 // - Where the encoder took on another address or baud rate it follows, until the driver is started again.
@@ -38,8 +38,9 @@ class SaaModbusDevice final : public Device {
   [[nodiscard]] Made<Procedure> Admit(const Order& order, MonoNs now) const;
   [[nodiscard]] std::optional<Outcome> RefusalNow(const Order& order, MonoNs now) const;
   [[nodiscard]] Step LiveStep(const Turn& turn) const;
-  [[nodiscard]] Step CarryOut(const Want& want, MonoNs now) const;
-  [[nodiscard]] Step Read(std::uint8_t address, MonoNs now, Priority priority) const;
+  [[nodiscard]] Step CarryOut(const Want& want, const Turn& turn) const;
+  [[nodiscard]] Step Read(std::uint8_t address, const Turn& turn, Priority priority) const;
+  [[nodiscard]] Exchange Ask(const Frame& request) const;
   [[nodiscard]] MonoNs Patience() const;
   void OnExchange(const Event& event);
   void OnStray(const Event& event);
@@ -61,7 +62,6 @@ class SaaModbusDevice final : public Device {
   Connection connection_;
   const Surroundings around_;  // what procedures work on
   Interpreter interpreter_;
-  LateGuard guard_;
 
   bool link_up_ = false;
   bool line_unclear_ = false;  // silence before the next request

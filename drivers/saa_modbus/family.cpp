@@ -31,6 +31,7 @@ const Family& saa_modbus_family() {
       .default_poll_hz = 0,
       .max_devices_per_bus = saa_modbus::kMaxDevices,
       .operations = saa_modbus::Operations(),
+      .permits = &saa_modbus::Permits,
       .parse_bus = &saa_modbus::ParseBus,
       .parse = &saa_modbus::ParseSettings,
       .check_bus = &saa_modbus::CheckBus,

@@ -50,7 +50,9 @@ void Interpreter::OnPosition(const Answer& answer, const Event& event) {
     output_.OnJump();
   }
   Sample sample;
-  sample.at = SamplingInstant(event, character_);
+  LineFormat present = wire_;
+  if (wire_.baud > 0) present.baud = connection_.port_baud;
+  sample.at = SamplingInstant(event, present.ShortestCharacter());
   sample.counts = answer.reply.counts;
   output_.OnSample(sample);
 }

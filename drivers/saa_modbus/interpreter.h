@@ -15,8 +15,10 @@ namespace axlecast::saa_modbus {
 class Interpreter {
  public:
   // Follows the encoder to the address that it was given: `connection` is changed then.
-  Interpreter(const SaaModbusSettings& settings, MonoNs character, Connection& connection, DeviceOutput& output)
-      : settings_(settings), character_(character), connection_(connection), output_(output) {}
+  // `wire` has no baud where the line is simulated.
+  Interpreter(const SaaModbusSettings& settings, const LineFormat& wire, Connection& connection,
+              DeviceOutput& output)
+      : settings_(settings), wire_(wire), connection_(connection), output_(output) {}
 
   // An exchange is over: kReply or kTimeout.
   Answer OnExchange(const Event& event);
@@ -35,7 +37,7 @@ class Interpreter {
   static constexpr int kGone = 2;
 
   const SaaModbusSettings& settings_;
-  const MonoNs character_;
+  const LineFormat wire_;
   Connection& connection_;
   DeviceOutput& output_;
   bool answering_ = false;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <axlecast/command_status_t.hpp>
 
+#include "drivers/runtime/config/machine_config.h"
 #include "drivers/runtime/device/arguments.h"
 #include "drivers/runtime/device/outcome_text.h"
 #include "drivers/saa_modbus/datum_write.h"
@@ -33,7 +34,8 @@ const std::vector<OperationSpec>& Specs() {
        .needs_permit = true,
        .moves_datum = true,
        .writes = &OneWrite,
-       .verification = "the position reads 0 within 0.1 degrees or 2 counts, and the encoder's accuracy",
+       .verification = "the position reads 0 within 0.1 degrees or 2 counts, and the encoder's accuracy, if it "
+                       "read otherwise before",
        .found_by = kRead},
       {.name = kSetDirection,
        .help = "Sets which way the encoder counts (CC 01 or 02); writes its memory. The position may jump",
@@ -174,6 +176,11 @@ Made MakeLook(const std::string& text, const Surroundings& around) {
 }  // namespace
 
 std::span<const OperationSpec> Operations() { return Specs(); }
+
+// The other encoders of the bus would take what is sent to all of them, or would not follow a new rate.
+bool Permits(const BusConfig& bus, const DeviceConfig&, std::string_view operation) {
+  return (operation != kSetBaudRate && operation != kAskForAddress) || bus.devices.size() <= 1;
+}
 
 const OperationSpec* FindOperation(std::string_view name) {
   const auto& specs = Specs();

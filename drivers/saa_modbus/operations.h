@@ -15,6 +15,8 @@
 namespace axlecast::saa_modbus {
 
 [[nodiscard]] std::span<const OperationSpec> Operations();
+// Whether the configuration of a device permits an operation of the family.
+[[nodiscard]] bool Permits(const BusConfig& bus, const DeviceConfig& device, std::string_view operation);
 // It names an operation of the table above.
 [[nodiscard]] const OperationSpec* FindOperation(std::string_view name);
 

@@ -22,7 +22,7 @@ struct Connection {
 struct WaitUntil {
   MonoNs until = 0;
 };
-struct ReadAt {  // the position; how many registers are asked for is the LateGuard's
+struct ReadAt {  // the position; the device decides how many registers are asked for
   std::uint8_t address = 0;
 };
 struct Send {

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/read_back.h"
 
 namespace axlecast::saa_modbus {
 namespace {
@@ -32,17 +33,17 @@ std::optional<Outcome> ReadPosition::OnAnswer(const Answer& answer, MonoNs end) 
   if (!answer.ok()) return OnFailure(answer, failures_);
   Outcome outcome = Succeeded(true, PositionText(answer.reply.counts, settings_.bits));
   AddPosition(outcome, answer.reply.counts);
-  if (after_) outcome.changes.push_back({"finding", "", Finding(answer.reply.counts, end)});
+  if (after_) outcome.changes.push_back(FindingChange(Finding(answer.reply.counts, end)));
   return outcome;
 }
 
 // A shaft that turns may have left the place where it was zeroed; a direction does not show at rest.
 const char* ReadPosition::Finding(std::int64_t counts, MonoNs now) const {
-  if (after_ != Parameter::kZero) return "cannot_tell";
+  if (after_ != Parameter::kZero) return kCannotTell;
   if (CircularDistance(counts, 0, settings_.counts_per_turn) <= ZeroToleranceCounts(settings_.bits))
-    return "effect_seen";
+    return kReadsAsAfter;
   const Motion motion = output_.MotionAt(now);
-  return motion.known && motion.standstill ? "no_effect_seen" : "cannot_tell";
+  return motion.known && motion.standstill ? kNoEffectSeen : kCannotTell;
 }
 
 Outcome ReadPosition::OnLinkLost() const { return LinkLost(); }
@@ -75,7 +76,7 @@ std::optional<Outcome> FindEncoder::OnAnswer(const Answer& answer, MonoNs) {
   AddPosition(outcome, search_.counts());
   outcome.changes.push_back({"address", "", std::to_string(connection_.address)});
   outcome.changes.push_back({"baud", "", std::to_string(connection_.baud)});
-  outcome.changes.push_back({"finding", "", changed ? "effect_seen" : "no_effect_seen"});
+  outcome.changes.push_back(FindingChange(FindingWord(changed)));
   return outcome;
 }
 

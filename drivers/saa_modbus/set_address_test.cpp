@@ -78,7 +78,7 @@ TEST_F(SetAddressTest, SaysThatItLostTheEncoderAndFindsItAgain) {
   EXPECT_THAT(outcome.text, HasSubstr("read_position after=\"set_address address=2\""));
   machine_.Set("axis1", "power", "on");
   const Outcome found = machine_.Do("read_position", {{"after", "set_address address=2"}});
-  EXPECT_EQ(ChangeOf(found, "finding").after, "effect_seen");
+  EXPECT_EQ(ChangeOf(found, "finding").after, "reads_as_after");
   EXPECT_EQ(ChangeOf(found, "address").after, "2");
   machine_.Run(kSecond);
   EXPECT_EQ(machine_.output().samples.back().counts, 16'384);
@@ -89,7 +89,7 @@ TEST(SetAddress, LookingForTheChangeFindsTheEncoderInANewProcess) {
   Machine machine("axis1: {bits: 16}", "axis1: {address: 2, start_deg: 90}");
   machine.Run(kSecond);
   const Outcome found = machine.Do("read_position", {{"after", "set_address address=2"}});
-  EXPECT_EQ(ChangeOf(found, "finding").after, "effect_seen");
+  EXPECT_EQ(ChangeOf(found, "finding").after, "reads_as_after");
   machine.Run(kSecond);
   ASSERT_FALSE(machine.output().samples.empty());
   EXPECT_EQ(machine.output().samples.back().counts, 16'384);

@@ -101,7 +101,7 @@ TEST_F(SetBaudTest, SaysThatItLostTheEncoderAndFindsItAgain) {
   EXPECT_EQ(machine_.encoder().baud, 57'600);
   const Outcome found = machine_.Do("read_position", {{"after", "set_baud baud=57600"}});
   EXPECT_EQ(found.state, OrderState::kSucceeded) << found.text;
-  EXPECT_EQ(ChangeOf(found, "finding").after, "effect_seen");
+  EXPECT_EQ(ChangeOf(found, "finding").after, "reads_as_after");
   ExpectReadings();
   EXPECT_EQ(machine_.Alarm(), AlarmState::kLive);
 }

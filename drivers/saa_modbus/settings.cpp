@@ -8,6 +8,7 @@
 
 #include "drivers/runtime/config/config_map.h"
 #include "drivers/runtime/config/machine_config.h"
+#include "drivers/runtime/device/accuracy.h"
 #include "drivers/runtime/device/outcome_text.h"
 #include "drivers/saa_modbus/codec.h"
 
@@ -22,19 +23,16 @@ constexpr std::size_t kReplyCharacters = 9;
 
 // The encoder's own time is not documented; a USB adapter's latency timer takes 16 ms by default.
 constexpr MonoNs kPatience = 50 * kMillisecond;
-constexpr std::int64_t kLateTimeouts = 4;
 constexpr double kStandstillDeg = 0.1;
 constexpr std::int64_t kMostUs = 10'000'000;
 
 // SAA manual 4.1: accuracy in arc-seconds, either way, of 16 to 26 bits; below 16 bits the table says nothing.
-constexpr std::array<double, 11> kAccuracy = {40, 20, 20, 15, 15, 10, 8, 6, 5, 5, 5};
+constexpr std::array<int, 11> kAccuracy = {40, 20, 20, 15, 15, 10, 8, 6, 5, 5, 5};
 
 // Repeatability is not documented: no two readings of one place differ by more than twice the accuracy.
 std::int64_t NoiseCounts(int bits) {
-  constexpr double kTurn = 360.0 * 3600.0;
-  const double counts_per_second = std::ldexp(1.0, bits) / kTurn;
   const std::size_t index = static_cast<std::size_t>(std::max(bits, 16) - 16);
-  return static_cast<std::int64_t>(std::ceil(std::max(1.0, 2 * kAccuracy.at(index) * counts_per_second)));
+  return NoiseOfAccuracy(kAccuracy.at(index), bits);
 }
 
 constexpr std::array<std::string_view, 7> kModels = {"saa",      "saa37p8",   "saa58p24",  "saa70p30",
@@ -46,10 +44,7 @@ void ParseTimes(ConfigMap& device, const LineFormat& line, SaaModbusSettings& se
   settings.timeout = device.Integer("timeout_us", usual / kMicrosecond, least / kMicrosecond, kMostUs,
                                     "us, longer than one exchange at this baud rate and the adapter's latency") *
                      kMicrosecond;
-  settings.late =
-      device.Integer("late_us", kLateTimeouts * settings.timeout / kMicrosecond,
-                     2 * settings.timeout / kMicrosecond, 10 * kMostUs, "us, at least twice timeout_us") *
-      kMicrosecond;
+  settings.reply_timeout = settings.timeout;
   settings.write_interval = device.Integer("write_interval_s", 10, 1, 86'400, "s") * kSecond;
 }
 

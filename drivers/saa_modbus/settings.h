@@ -14,7 +14,6 @@ struct SaaModbusSettings final : DeviceSettings {
   int registers = 1;  // asked for in a live reading
   std::uint8_t address = 1;
   MonoNs timeout = 0;         // of an exchange; and the silence after one that failed
-  MonoNs late = 0;            // a reply may come so long after its request, and not later
   MonoNs write_interval = 0;  // between two writes of the encoder's memory
 };
 

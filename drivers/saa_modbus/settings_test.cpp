@@ -38,7 +38,7 @@ TEST(SaaModbusSettings, KnowTheManualsDefaults) {
   EXPECT_EQ(settings.max_speed_rpm, 5'000);
   EXPECT_EQ(settings.registers, 1);
   EXPECT_GT(settings.timeout, 16 * kMillisecond) << "the latency timer of an adapter that nobody has set up";
-  EXPECT_EQ(settings.late, 4 * settings.timeout);
+  EXPECT_EQ(settings.reply_timeout, settings.timeout);
   EXPECT_EQ(settings.write_interval, 10 * kSecond);
   // 8 + 7 characters of 10 bits and twice 3.5 of silence at 19,200 Bd.
   EXPECT_NEAR(static_cast<double>(settings.wire_time), 22.0 * 10 / 19'200 * 1e9, 10);
@@ -73,13 +73,12 @@ TEST(SaaModbusSettings, TheNoiseIsTheManualsAccuracy) {
 
 TEST(SaaModbusSettings, TakeEveryKey) {
   const Parsed parsed = Parse(
-      "{model: saa90p50, bits: 20, registers: 2, address: 0xF7, timeout_us: 40000, late_us: 90000, "
+      "{model: saa90p50, bits: 20, registers: 2, address: 0xF7, timeout_us: 40000, "
       "write_interval_s: 60}");
   EXPECT_EQ(parsed.errors, "");
   EXPECT_EQ(parsed.settings->model, "saa90p50");
   EXPECT_EQ(parsed.settings->address, 247);
   EXPECT_EQ(parsed.settings->timeout, 40 * kMillisecond);
-  EXPECT_EQ(parsed.settings->late, 90 * kMillisecond);
   EXPECT_EQ(parsed.settings->write_interval, 60 * kSecond);
 }
 
@@ -93,7 +92,6 @@ TEST(SaaModbusSettings, RefuseWhatIsWrongAndSayWhatWouldBeRight) {
       {"{bits: 16, address: 0}", "axis1.address: '0' is not within 1 to 247"},
       {"{bits: 16, address: 248}", "axis1.address: '248' is not within 1 to 247"},
       {"{bits: 16, timeout_us: 1000}", "longer than one exchange at this baud rate"},
-      {"{bits: 16, timeout_us: 50000, late_us: 99999}", "at least twice timeout_us"},
       {"{bits: 16, write_interval_s: 0}", "axis1.write_interval_s: '0' is not within 1 to 86400 s"},
       {"{model: saa100, bits: 16}", "axis1.model: 'saa100'"},
       {"{bits: 16, adress: 2}", "did you mean 'address'"},

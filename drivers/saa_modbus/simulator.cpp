@@ -223,7 +223,7 @@ void SaaModbusSimulator::Reply(std::size_t index, const Answer& answer, MonoNs r
   const MonoNs own_time = line_.paced ? std::llround(encoder.reply_us * 1e3) : 0;
   pending.begins = request_end + own_time + Amount(encoder.fault, Kind::kSlow, kMicrosecond);
   pending.ends = pending.begins + WireTime(answer.bytes.size(), answer.baud);
-  pending.due = pending.ends + Amount(encoder.fault, Kind::kDelayed, kMillisecond);
+  pending.due = adapter_.Due(pending.ends, encoder.fault, encoder.random);
   pending.baud = answer.baud;
   Collide(pending);
   pending_.push_back(pending);

@@ -95,6 +95,7 @@ class SaaModbusSimulator final : public Simulator {
   MonoNs frame_ends_ = kNever;             // with its silence
   MonoNs busy_until_ = 0;                  // last character on the wire, of whomever
   std::vector<Pending> pending_;
+  LateAdapter adapter_;
   std::int64_t short_gaps_ = 0;
 };
 

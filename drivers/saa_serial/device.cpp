@@ -31,7 +31,7 @@ Step SaaDevice::Next(const Turn& turn) const {
     return {.action = Silence{interpreter_.quiet_needed()}, .priority = Priority::kLive};
   }
   const Want want = procedure_ && !Expired(turn.now) ? procedure_->Wants(turn.now) : Want::kNothing;
-  if (want == Want::kZero) return ZeroStep();
+  if (want == Want::kZero && !turn.reserved) return ZeroStep();
   return bus_.mode == Mode::kTiming ? Stream(turn) : Poll(turn, want);
 }
 
@@ -42,7 +42,7 @@ Step SaaDevice::Stream(const Turn& turn) const {
 }
 
 Step SaaDevice::Poll(const Turn& turn, Want want) const {
-  const bool live = turn.live_due && (want != Want::kReading || live_turn_);
+  const bool live = turn.live_due && (want != Want::kReading || live_turn_ || turn.reserved);
   if (live) return {.action = AskPosition(), .priority = Priority::kLive};
   if (want == Want::kReading) return {.action = AskPosition(), .priority = Priority::kCommand};
   const MonoNs until = procedure_ ? procedure_->Due(turn.now) : kNever;
@@ -52,6 +52,8 @@ Step SaaDevice::Poll(const Turn& turn, Want want) const {
 Exchange SaaDevice::AskPosition() const {
   Exchange exchange;
   exchange.reply_length = LengthRule(settings_.format.bits);
+  exchange.reply_begin = &BeginOfReply;
+  exchange.shape = ShapeOf(settings_.format);
   exchange.timeout = settings_.timeout + line_.WireTime(kRequestSize + ReplySize(settings_.format.bits));
   if (bus_.mode == Mode::kHandshake) {
     exchange.pulse = Pulse{bus_.clk->index, bus_.clk->low};

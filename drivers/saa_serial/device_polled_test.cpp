@@ -95,14 +95,15 @@ TEST(SaaBusMode, TheReplysHeaderIsCheckedAsConfigured) {
 }
 
 // An adapter hands a reply over when the next unit was asked already, unless the driver waits. All three have the same
-// resolution and the fixed header, so that nothing in the bytes tells them apart: the driver waits for as long again
-// as a reply may take.
+// resolution and the fixed header, so that nothing in the bytes tells them apart: nobody is asked before the late reply
+// has come, or can come no more.
 TEST(SaaBusMode, ALateReplyNeverBecomesAnotherUnitsValue) {
   const std::string fixed = ", bits: 14, reply_header: 81, timeout_us: 5000, silence_us: 2000}";
   for (int held_ms = 1; held_ms < 10; ++held_ms) {
     SimulatedBus bus(kBus, "a: {address: 1" + fixed + ", b: {address: 2" + fixed + ", c: {address: 3" + fixed,
                      "a: {start_deg: 90, fault: 'delayed:" + std::to_string(held_ms) +
-                         "'}, b: {start_deg: 180}, c: {start_deg: 270}");
+                         "'}, b: {start_deg: 180}, c: {start_deg: 270}",
+                     0, 500 * kMillisecond);
     bus.Run(2 * kSecond);
     for (const Sample& sample : bus.outputs["b"].samples) ASSERT_EQ(sample.counts, 8'192) << held_ms;
     for (const Sample& sample : bus.outputs["c"].samples) ASSERT_EQ(sample.counts, 12'288) << held_ms;
@@ -233,7 +234,7 @@ TEST(SaaBusMode, ReadPositionAfterZeroSaysWhetherItTookEffect) {
   bus.Begin(1, "read_position", {{"after", "zero"}});
   bus.Run(kSecond);
   EXPECT_EQ(bus.outputs["a"].outcomes.back().second.changes.at(1).after, "no_effect_seen");
-  EXPECT_EQ(bus.outputs["b"].outcomes.back().second.changes.at(1).after, "effect_seen");
+  EXPECT_EQ(bus.outputs["b"].outcomes.back().second.changes.at(1).after, "reads_as_after");
   bus.outputs["a"].motion.standstill = false;
   bus.Begin(0, "read_position", {{"after", "zero"}});
   bus.Run(kSecond);

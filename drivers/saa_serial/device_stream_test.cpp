@@ -187,7 +187,7 @@ TEST(SaaStream, ALinkThatIsLostWithThePulseLeavesItOpen) {
   bus.Run(kSecond);
   const Outcome& finding = bus.output().outcomes.back().second;
   EXPECT_EQ(finding.state, OrderState::kSucceeded);
-  EXPECT_EQ(finding.changes.at(1).after, "effect_seen");
+  EXPECT_EQ(finding.changes.at(1).after, "reads_as_after");
 }
 
 }  // namespace

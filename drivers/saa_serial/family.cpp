@@ -30,6 +30,7 @@ const Family& saa_serial_family() {
       .default_poll_hz = 0,  // nor is there a usual rate of readings
       .max_devices_per_bus = 16,
       .operations = saa_serial::Operations(),
+      .permits = &saa_serial::Permits,
       .parse_bus = &saa_serial::ParseBus,
       .parse = &saa_serial::ParseDevice,
       .check_bus = &saa_serial::CheckBus,

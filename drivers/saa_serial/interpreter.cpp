@@ -11,7 +11,7 @@ constexpr int kGone = 2;
 // Periods without a byte, after which a stream counts as silent.
 constexpr int kPeriodsToSilence = 3;
 
-MonoNs CharacterTime(const BusConfig& bus) { return bus.simulate ? 0 : bus.link.line.WireTime(1); }
+MonoNs CharacterTime(const BusConfig& bus) { return bus.simulate ? 0 : bus.link.line.ShortestCharacter(); }
 
 bool IsFirst(const BusConfig& bus, const SaaSettings& settings) {
   return bus.devices.empty() || bus.devices.front().settings.get() == &settings;
@@ -96,10 +96,7 @@ void Interpreter::OnPolled(const Event& event) {
   polled_ = polled.reading;
   if (polled.stray > 0) output_.OnError(ErrorKind::kStray, event.received);
   quiet_needed_ = 0;
-  if (polled.reading.error) {
-    // What is late comes within the time that the reply had.
-    quiet_needed_ = polled.may_be_late ? std::max(settings_.silence, settings_.timeout) : settings_.silence;
-  }
+  if (polled.reading.error) quiet_needed_ = settings_.silence;
   const bool silent = polled.reading.error == ErrorKind::kTimeout;
   silent_in_a_row_ = silent ? silent_in_a_row_ + 1 : 0;
   if (silent_in_a_row_ >= kGone) answering_ = false;

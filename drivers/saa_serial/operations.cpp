@@ -4,6 +4,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <vector>
 
+#include "drivers/runtime/config/machine_config.h"
 #include "drivers/runtime/device/arguments.h"
 #include "drivers/runtime/device/outcome_text.h"
 #include "drivers/saa_serial/position_readout.h"
@@ -30,7 +31,8 @@ std::span<const OperationSpec> Operations() {
        .needs_permit = true,
        .moves_datum = true,
        .writes = &OneWrite,  // taken for one: the manual does not say where the zero is kept
-       .verification = "two readings in a row show 0 +- 0.2 degrees (or 2 counts)",
+       .verification =
+           "two readings in a row show 0 +- 0.2 degrees (or 2 counts), if the shaft stood elsewhere before",
        .found_by = kReadPositionName},
       {.name = kReadPositionName,
        .help = "Reads the single-turn position once",
@@ -39,6 +41,10 @@ std::span<const OperationSpec> Operations() {
        .verification = "the reading itself"},
   };
   return kSpecs;
+}
+
+bool Permits(const BusConfig& bus, const DeviceConfig&, std::string_view operation) {
+  return operation != kZeroName || static_cast<const SaaBus&>(*bus.family_bus).zero_clearing;
 }
 
 Made<Procedure> MakeProcedure(const Order& order, const SaaBus& bus, const SaaSettings& settings,

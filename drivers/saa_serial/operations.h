@@ -16,6 +16,8 @@ inline constexpr std::string_view kZeroName = "zero";
 inline constexpr std::string_view kReadPositionName = "read_position";
 
 [[nodiscard]] std::span<const OperationSpec> Operations();
+// Whether the configuration of a device permits an operation of the family.
+[[nodiscard]] bool Permits(const BusConfig& bus, const DeviceConfig& device, std::string_view operation);
 
 // The procedure that carries out an order, or why there is none.
 [[nodiscard]] Made<Procedure> MakeProcedure(const Order& order, const SaaBus& bus, const SaaSettings& settings,

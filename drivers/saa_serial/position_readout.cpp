@@ -3,6 +3,7 @@
 #include <axlecast/command_status_t.hpp>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/read_back.h"
 #include "drivers/saa_serial/zero_procedure.h"
 
 namespace axlecast::saa_serial {
@@ -18,7 +19,7 @@ std::optional<Outcome> PositionReadout::OnReading(const Reading& reading, MonoNs
                           Text("single-turn %u (%.4f deg)", reading.counts, Degrees(reading.counts, bits)));
   outcome.verified = true;
   outcome.changes.push_back({"single_turn", "", std::to_string(reading.counts)});
-  if (look_) outcome.changes.push_back({"finding", "", Finding(reading.counts, now)});
+  if (look_) outcome.changes.push_back(FindingChange(Finding(reading.counts, now)));
   return outcome;
 }
 
@@ -33,9 +34,9 @@ Outcome PositionReadout::OnLinkLost() const {
 
 // A shaft that turns may have left the place where it was zeroed.
 const char* PositionReadout::Finding(std::uint32_t counts, MonoNs now) const {
-  if (IsNearZero(counts, settings_)) return "effect_seen";
+  if (IsNearZero(counts, settings_)) return kReadsAsAfter;
   const Motion motion = output_.MotionAt(now);
-  return motion.known && motion.standstill ? "no_effect_seen" : "cannot_tell";
+  return motion.known && motion.standstill ? kNoEffectSeen : kCannotTell;
 }
 
 }  // namespace axlecast::saa_serial

@@ -1,6 +1,7 @@
 #include "drivers/saa_serial/reading.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace axlecast::saa_serial {
 namespace {
@@ -32,6 +33,56 @@ ErrorKind KindOf(ReplyError error) {
   }
 }
 
+// A frame with one or two inverted bits in its header, or without one byte of it, is still this encoder's: it sends no
+// other. The request, empty for a pulse, names the address.
+template <std::size_t kSize, ReplyHeader kHeader>
+ReplyMatch MatchFrame(Bytes request, Bytes reply) {
+  constexpr int kInvertedAtMost = 2;
+  constexpr int kHeaderBits = 16;
+  const std::uint8_t address = ParseRequest(request).value_or(kFixedHeader);
+  constexpr int kBits = kSize == ReplySize(kLeastBits) ? 16 : kSize == ReplySize(24) ? 24 : kMostBits;
+  const Format format{.bits = kBits, .header = kHeader, .address = address};
+  const ReplyError error = ParseReply(reply, format).error;
+  if (error == ReplyError::kNone || error == ReplyError::kRange) return ReplyMatch::kYes;
+  if (reply.size() != kSize && reply.size() + 1 != kSize) return ReplyMatch::kNo;
+  const auto inverted = [&](std::uint8_t wanted) {
+    return std::popcount(static_cast<unsigned>(reply[0] ^ kFrameStart)) +
+           std::popcount(static_cast<unsigned>(reply[1] ^ wanted));
+  };
+  const int as_fixed = kHeader != ReplyHeader::kAddress ? inverted(kFixedHeader) : kHeaderBits;
+  const int as_address = kHeader != ReplyHeader::kFixed ? inverted(address) : kHeaderBits;
+  const int least = std::min(as_fixed, as_address);
+  if (reply.size() == kSize) {
+    if (least == 0) return ReplyMatch::kDamaged;
+    return least <= kInvertedAtMost && error != ReplyError::kHeader ? ReplyMatch::kNearly : ReplyMatch::kNo;
+  }
+  const bool lost_start = reply[0] == kFixedHeader || reply[0] == address;
+  return reply[0] == kFrameStart || lost_start ? ReplyMatch::kNearly : ReplyMatch::kNo;
+}
+
+template <std::size_t kSize>
+MatchReply MatchRule(ReplyHeader header) {
+  switch (header) {
+    case ReplyHeader::kAddress:
+      return &MatchFrame<kSize, ReplyHeader::kAddress>;
+    case ReplyHeader::kFixed:
+      return &MatchFrame<kSize, ReplyHeader::kFixed>;
+    default:
+      return &MatchFrame<kSize, ReplyHeader::kEither>;
+  }
+}
+
+MatchReply MatchRule(const Format& format) {
+  switch (DataBytes(format.bits)) {
+    case 2:
+      return MatchRule<ReplySize(kLeastBits)>(format.header);
+    case 3:
+      return MatchRule<ReplySize(24)>(format.header);
+    default:
+      return MatchRule<ReplySize(kMostBits)>(format.header);
+  }
+}
+
 MonoNs Characters(std::size_t count, MonoNs character) { return static_cast<MonoNs>(count) * character; }
 
 // It samples after the request, or the falling edge, and before the first bit of its reply.
@@ -56,11 +107,18 @@ ReplyLength LengthRule(int bits) {
   }
 }
 
+std::size_t BeginOfReply(Bytes so_far) { return FrameBegin(so_far).value_or(so_far.size()); }
+
+ReplyShape ShapeOf(const Format& format) {
+  constexpr std::uint32_t kAnyAddress = 0;
+  const std::uint32_t reply = format.header == ReplyHeader::kAddress ? format.address : kAnyAddress;
+  return {.reply = reply, .refusal = reply, .match = MatchRule(format)};
+}
+
 PolledReading ReadReply(const Event& event, const Format& format, MonoNs character) {
   PolledReading polled;
   Reading& reading = polled.reading;
   reading.at = {event.sent.first, EndOf(event)};
-  polled.may_be_late = event.kind == Event::Kind::kTimeout;
   if (event.bytes.empty()) {
     reading.error = ErrorKind::kTimeout;
     return polled;

@@ -23,13 +23,16 @@ struct Reading {
 // frame's FF, as a line that changes its direction brings them, are passed over.
 struct PolledReading {
   Reading reading;
-  std::size_t stray = 0;     // bytes before the frame
-  bool may_be_late = false;  // bytes of the reply may still be on their way
+  std::size_t stray = 0;  // bytes before the frame
 };
 [[nodiscard]] PolledReading ReadReply(const Event& event, const Format& format, MonoNs character);
 
 // Length of the reply of an encoder of `bits`: its frame begins with the first FF that no other FF follows.
 [[nodiscard]] ReplyLength LengthRule(int bits);
+// Where that frame begins.
+[[nodiscard]] std::size_t BeginOfReply(Bytes so_far);
+// What tells the encoder's replies from others on its bus: its address, where it must be in the reply.
+[[nodiscard]] ReplyShape ShapeOf(const Format& format);
 
 // How long what came unasked can have been under way: README.md, "Instant of a position".
 struct StreamTimes {

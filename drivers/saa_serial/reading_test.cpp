@@ -69,7 +69,6 @@ TEST(SaaReading, EachDamageHasItsKind) {
     const Exchanged exchanged = Replied(hex, kMillisecond, kMillisecond, Event::Kind::kTimeout);
     const PolledReading read = ReadReply(exchanged.event, kFormat, kCharacter);
     EXPECT_EQ(read.reading.error, kind) << hex;
-    EXPECT_TRUE(read.may_be_late) << hex;
   }
 }
 

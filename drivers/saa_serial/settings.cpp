@@ -7,6 +7,7 @@
 #include <string>
 
 #include "drivers/runtime/config/config_map.h"
+#include "drivers/runtime/device/accuracy.h"
 #include "drivers/runtime/device/outcome_text.h"
 #include "drivers/saa_serial/lines.h"
 
@@ -78,6 +79,7 @@ void ParseTimes(ConfigMap& device, const SaaBus& bus, SaaSettings& settings) {
   } else {
     const char* longer = "us, longer than the adapter's latency timer";
     settings.timeout = device.Integer("timeout_us", kDefaultTimeoutUs, 100, 1'000'000, longer) * kMicrosecond;
+    settings.reply_timeout = settings.timeout;
     settings.silence = device.Integer("silence_us", kDefaultHeldUs, 50, 1'000'000, longer) * kMicrosecond;
   }
   settings.zero_settle = device.Integer("zero_settle_ms", kDefaultSettleMs, 1, 10'000, "ms") * kMillisecond;
@@ -132,7 +134,7 @@ std::unique_ptr<DeviceSettings> ParseDevice(ConfigMap& device, const BusConfig& 
   ParseTimes(device, own, *settings);
   settings->counts_per_turn = std::int64_t{1} << settings->format.bits;
   settings->max_speed_rpm = kMaxSpeedRpm;
-  settings->noise_counts = AccuracyCounts(settings->format.bits);
+  settings->noise_counts = NoiseCounts(settings->format.bits);
   const std::size_t characters = ReplySize(settings->format.bits) + (own.mode == Mode::kBus ? kRequestSize : 0);
   const MonoNs on_wire = bus.link.line.WireTime(characters);
   settings->wire_time = std::max(on_wire, own.refresh);
@@ -155,14 +157,12 @@ void CheckBus(ConfigMap& map, const BusConfig& bus) {
 const SaaBus& OwnBus(const BusConfig& bus) { return static_cast<const SaaBus&>(*bus.family_bus); }
 const SaaSettings& Own(const DeviceConfig& device) { return static_cast<const SaaSettings&>(*device.settings); }
 
-std::int64_t AccuracyCounts(int bits) {
-  // 4.1, in arc seconds, from 16 bits on.
+std::int64_t NoiseCounts(int bits) {
+  // 4.1, in arc seconds, either way, from 16 bits on.
   constexpr std::array<int, 11> kArcSeconds = {40, 20, 20, 15, 15, 10, 8, 6, 5, 5, 5};
   constexpr int kFirst = 16;
-  constexpr std::int64_t kPerTurn = 360 * 3'600;
   if (bits < kFirst) return 1;
-  const std::int64_t counts = std::int64_t{kArcSeconds.at(static_cast<std::size_t>(bits - kFirst))} << bits;
-  return (counts + kPerTurn - 1) / kPerTurn;
+  return NoiseOfAccuracy(kArcSeconds.at(static_cast<std::size_t>(bits - kFirst)), bits);
 }
 
 std::int64_t ZeroToleranceCounts(int bits) {

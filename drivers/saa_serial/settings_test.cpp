@@ -88,13 +88,13 @@ TEST(SaaSettings, ParityCountsOnTheWire) {
 }
 
 // 4.1, in counts.
-TEST(SaaSettings, AccuracyOfTheTable) {
-  EXPECT_EQ(AccuracyCounts(10), 1);
-  EXPECT_EQ(AccuracyCounts(15), 1);
-  EXPECT_EQ(AccuracyCounts(16), 3);   // 40" of 19.8" each
-  EXPECT_EQ(AccuracyCounts(17), 3);   // 20" of 9.9"
-  EXPECT_EQ(AccuracyCounts(20), 13);  // 15" of 1.24"
-  EXPECT_EQ(AccuracyCounts(26), 259);
+TEST(SaaSettings, TheNoiseIsTwiceTheAccuracyOfTheTable) {
+  EXPECT_EQ(NoiseCounts(10), 1);
+  EXPECT_EQ(NoiseCounts(15), 1);
+  EXPECT_EQ(NoiseCounts(16), 5);   // 80" of 19.8" each
+  EXPECT_EQ(NoiseCounts(17), 5);   // 40" of 9.9"
+  EXPECT_EQ(NoiseCounts(20), 25);  // 30" of 1.24"
+  EXPECT_EQ(NoiseCounts(26), 518);
 }
 
 TEST(SaaSettings, ResolutionsOfTheTable) {

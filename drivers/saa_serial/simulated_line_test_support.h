@@ -120,7 +120,7 @@ class SimulatedLine final : public ByteLink, public PulseLines {
 class SimulatedBus : LinkObserver, SecretSource {
  public:
   SimulatedBus(const std::string& keys, const std::string& devices, const std::string& simulate = "",
-               MonoNs hold = 0)
+               MonoNs hold = 0, MonoNs late = 0)
       : machine_(LoadMachine(keys, devices)) {
     BusConfig& config = machine_.buses.at(0);
     ConfigErrors errors("simulate.yaml");
@@ -132,6 +132,7 @@ class SimulatedBus : LinkObserver, SecretSource {
     if (config.poll_hz > 0) settings.schedule.period = static_cast<MonoNs>(1e9 / config.poll_hz);
     settings.schedule.line = config.link.line;
     settings.echo = config.link.echo;
+    settings.late = late;
     settings.lines = line.get();
     LinkObserver& observer = *this;
     bus_ = std::make_unique<Bus>(settings, *line, clock, observer, nullptr);

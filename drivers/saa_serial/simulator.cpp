@@ -172,10 +172,16 @@ void SaaSimulator::Answer(Unit& unit, MonoNs at, MonoNs now) {
   if (!encoder.unpaced()) sent = at + encoder.processing() + setup_.character * static_cast<MonoNs>(frame.size());
   busy_until_ = sent;
   frame.resize(Damage(std::span(frame), fault, encoder.random()));
-  const MonoNs held = fault.kind == Kind::kDelayed ? std::llround(fault.amount * 1e6) : 0;
+  const MonoNs due = adapter_.Due(sent, fault, encoder.random());
   // The adapter hands everything over in the order in which the line carried it.
   const MonoNs before = pending_.empty() ? 0 : pending_.back().due;
-  pending_.push_back({std::max(sent + held, before), sent, std::move(frame)});
+  if (fault.kind != Kind::kScattered) {
+    pending_.push_back({std::max(due, before), sent, std::move(frame)});
+    return;
+  }
+  const auto behind =
+      std::find_if(pending_.begin(), pending_.end(), [due](const Pending& p) { return p.due > due; });
+  pending_.insert(behind, {due, sent, std::move(frame)});
 }
 
 void SaaSimulator::SendDue(MonoNs now, const Transmit& transmit) {

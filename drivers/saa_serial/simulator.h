@@ -90,6 +90,7 @@ class SaaSimulator final : public Simulator {
   MonoNs next_frame_ = kNever;  // timing
   MonoNs busy_until_ = INT64_MIN;
   std::vector<Pending> pending_;
+  LateAdapter adapter_;
 };
 
 }  // namespace axlecast::saa_serial

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/read_back.h"
 #include "drivers/runtime/device/refusal.h"
 
 namespace axlecast::saa_serial {
@@ -24,6 +25,11 @@ bool IsNearZero(std::uint32_t counts, const SaaSettings& settings) {
 
 ZeroProcedure::ZeroProcedure(const SaaSettings& settings, const DeviceOutput& output, MonoNs patience, MonoNs now)
     : settings_(settings), output_(output), patience_(patience), deadline_(now + patience) {}
+
+// Nothing answers a request to clear to zero: where the shaft stood near 0 already, nothing shows its effect.
+bool ZeroProcedure::SameBefore() const {
+  return CannotBeToldApart(before_, 0, ZeroToleranceCounts(settings_.format.bits), settings_.counts_per_turn);
+}
 
 bool ZeroProcedure::AtRest(MonoNs now) const {
   const Motion motion = output_.MotionAt(now);
@@ -57,10 +63,11 @@ std::optional<Outcome> ZeroProcedure::OnTime(MonoNs now) {
   if (!touched()) {
     return Final(OrderState::kRejected, Reason::REASON_NO_REPLY, "nothing was done: no reading came to begin with");
   }
-  return Final(
-      OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
-      "the request to clear to zero went out, but no reading came that shows its effect: read_position when "
-      "the encoder is heard again");
+  return WithBefore(
+      Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+            "the request to clear to zero went out, but no reading came that shows its effect: read_position when "
+            "the encoder is heard again"),
+      "");
 }
 
 std::optional<Outcome> ZeroProcedure::OnZeroed(MonoNs effect_from) {
@@ -71,8 +78,7 @@ std::optional<Outcome> ZeroProcedure::OnZeroed(MonoNs effect_from) {
   running.text = "the request to clear to zero went out; waiting for a reading that shows its effect";
   running.progress = 0.5F;
   // Should this process die: what is found afterwards says something only beside what was before.
-  running.changes = {{"single_turn", std::to_string(before_), ""}};
-  return running;
+  return WithBefore(std::move(running), "");
 }
 
 std::optional<Outcome> ZeroProcedure::Verify(const Reading& reading) {
@@ -89,14 +95,17 @@ Outcome ZeroProcedure::Judge(std::uint32_t counts) const {
   const bool near = near_in_a_row_ >= kNearToSucceed;
   const std::string was =
       Text("single-turn was %.3f deg and reads %.3f deg", Degrees(before_, bits), Degrees(counts, bits));
-  Outcome outcome = near ? Final(OrderState::kSucceeded, Reason::REASON_NONE, was + Text(" (0 +- %.2f)", allowed))
+  Outcome outcome = near ? JudgeReadBack({.same_before = SameBefore()}, was + Text(" (0 +- %.2f)", allowed))
                          : Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                                  was + Text(", not 0 +- %.2f: hold the axis; is it the variant with zero clearing, "
                                             "and is its line or command right?",
                                             allowed));
-  outcome.verified = near;
-  outcome.changes.push_back({"single_turn", std::to_string(before_), std::to_string(counts)});
-  return outcome;
+  return WithBefore(std::move(outcome), std::to_string(counts));
+}
+
+Outcome ZeroProcedure::WithBefore(Outcome outcome, const std::string& after) const {
+  outcome.changes.push_back({"single_turn", std::to_string(before_), after});
+  return WithFindingBefore(std::move(outcome), SameBefore());
 }
 
 Outcome ZeroProcedure::NotAtRest(MonoNs now) const {
@@ -107,9 +116,10 @@ Outcome ZeroProcedure::OnLinkLost() const {
   if (!touched()) {
     return Final(OrderState::kFailed, Reason::REASON_NO_REPLY, "nothing was done: the link was lost before it");
   }
-  return Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
-               "the link was lost after the request to clear to zero and before its effect could be read: "
-               "read_position when the link is back");
+  return WithBefore(Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+                          "the link was lost after the request to clear to zero and before its effect could be "
+                          "read: read_position when the link is back"),
+                    "");
 }
 
 }  // namespace axlecast::saa_serial

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "drivers/runtime/core/device.h"
 #include "drivers/saa_serial/procedure.h"
 #include "drivers/saa_serial/settings.h"
@@ -29,9 +31,11 @@ class ZeroProcedure final : public Procedure {
   enum class Stage : std::uint8_t { kReadBefore, kSend, kSent, kSettle };
 
   [[nodiscard]] bool AtRest(MonoNs now) const;
+  [[nodiscard]] bool SameBefore() const;
   [[nodiscard]] Outcome NotAtRest(MonoNs now) const;
   [[nodiscard]] std::optional<Outcome> Verify(const Reading& reading);
   [[nodiscard]] Outcome Judge(std::uint32_t counts) const;
+  [[nodiscard]] Outcome WithBefore(Outcome outcome, const std::string& after) const;
 
   const SaaSettings& settings_;
   const DeviceOutput& output_;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "drivers/runtime/config/config_map.h"
+#include "drivers/runtime/device/accuracy.h"
 #include "drivers/runtime/device/outcome_text.h"
 #include "drivers/ssi/word_settings.h"
 
@@ -171,11 +172,9 @@ const SsiSettings& Own(const DeviceConfig& device) { return static_cast<const Ss
 std::int64_t SaaNoiseCounts(int bits) {
   constexpr std::array<int, 11> kArcSeconds = {40, 20, 20, 15, 15, 10, 8, 6, 5, 5, 5};  // 16 to 26 bits
   constexpr int kFirst = 16;
-  constexpr std::int64_t kPerTurn = 360 * 3'600;
   if (bits < kFirst) return 1;
   const auto row = static_cast<std::size_t>(bits - kFirst);
-  const std::int64_t counts = std::int64_t{2} * kArcSeconds.at(std::min(row, kArcSeconds.size() - 1)) << bits;
-  return (counts + kPerTurn - 1) / kPerTurn;
+  return NoiseOfAccuracy(kArcSeconds.at(std::min(row, kArcSeconds.size() - 1)), bits);
 }
 
 }  // namespace axlecast::ssi

@@ -89,7 +89,8 @@ struct EncoderQuantities {
     SimulatedFault fault;
     std::string problem = ParseFault(value, fault);
     if (!problem.empty()) return problem;
-    if (fault.kind == SimulatedFault::Kind::kDelayed) {
+    using Kind = SimulatedFault::Kind;
+    if (fault.kind == Kind::kDelayed || fault.kind == Kind::kLate || fault.kind == Kind::kScattered) {
       return "'" + std::string(value) +
              "': nothing is held back on a line that the host clocks; for late data slow:US";
     }

@@ -1,6 +1,9 @@
 #include "drivers/tformat/answer.h"
 
 #include <algorithm>
+#include <bit>
+
+#include "drivers/tformat/reset_rules.h"
 
 namespace axlecast::tformat {
 namespace {
@@ -31,6 +34,38 @@ ReplyLength LengthRule(DataId id) {
     default:
       return &LengthOfReply<DataId::kZeroSingleTurn>;  // all resets answer alike
   }
+}
+
+// The model's always-zero bits are not looked at: what a reply answers does not depend on them.
+ReplyMatch MatchReply(Bytes request, Bytes reply) {
+  constexpr Format kAnyModel = {.single_turn_bits = 24, .multi_turn_bits = 24};
+  switch (ParseReply(request, reply, kAnyModel).error) {
+    case ReplyError::kNone:
+    case ReplyError::kRange:
+      return ReplyMatch::kYes;
+    case ReplyError::kCommunicationAlarm:
+    case ReplyError::kAbnormalReply:
+      return ReplyMatch::kRefusal;
+    case ReplyError::kChecksum: {
+      constexpr int kInvertedAtMost = 2;
+      if (reply[0] == request[0]) return ReplyMatch::kDamaged;
+      const int inverted = std::popcount(static_cast<unsigned>(reply[0] ^ request[0]));
+      return inverted <= kInvertedAtMost ? ReplyMatch::kNearly : ReplyMatch::kNo;
+    }
+    default:
+      return ReplyMatch::kNo;
+  }
+}
+
+// An encoder that misread the request answers with ID 3's data, so that a refusal looks like ID 3's reply.
+ReplyShape ShapeOf(DataId id, std::uint8_t address = 0) {
+  const auto shape = [](DataId of, std::uint8_t at) { return std::uint32_t{at} << 8U | ControlField(of); };
+  return {.reply = shape(id, address),
+          .refusal = shape(DataId::kAll, 0),
+          .match = &MatchReply,
+          // The ENID is the same whenever it is asked for.
+          .interchangeable = id == DataId::kEncoderId,
+          .exact = IsReset(id) || id == DataId::kEepromWrite};
 }
 
 // A reply that is too long holds bytes nobody asked for; where the adapter echoes, it holds an echo that differs
@@ -102,18 +137,24 @@ Interval SamplingInstant(const Event& event, MonoNs character) {
 }
 
 Exchange Ask(DataId id, MonoNs timeout) {
-  return {.request = Request(id), .reply_length = LengthRule(id), .timeout = timeout};
+  Exchange exchange{.request = Request(id), .reply_length = LengthRule(id), .timeout = timeout};
+  exchange.shape = ShapeOf(id);
+  return exchange;
 }
 
 Exchange AskCell(std::uint8_t address, MonoNs timeout) {
-  return {
+  Exchange exchange{
       .request = EepromReadRequest(address), .reply_length = LengthRule(DataId::kEepromRead), .timeout = timeout};
+  exchange.shape = ShapeOf(DataId::kEepromRead, address);
+  return exchange;
 }
 
 Exchange WriteCell(std::uint8_t address, std::uint8_t data, MonoNs timeout) {
-  return {.request = EepromWriteRequest(address, data),
-          .reply_length = LengthRule(DataId::kEepromWrite),
-          .timeout = timeout};
+  Exchange exchange{.request = EepromWriteRequest(address, data),
+                    .reply_length = LengthRule(DataId::kEepromWrite),
+                    .timeout = timeout};
+  exchange.shape = ShapeOf(DataId::kEepromWrite, address);
+  return exchange;
 }
 
 std::optional<DataId> RequestId(Bytes request) {

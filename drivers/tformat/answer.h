@@ -37,7 +37,8 @@ struct Answer {
 // one).
 [[nodiscard]] Interval SamplingInstant(const Event& event, MonoNs character);
 
-// Exchanges, with the rule by which their replies end. An encoder that misread the request answers with ID 3's 11
+// Exchanges, with the rule by which their replies end and with what tells those apart: the control field; of the EEPROM
+// the address too. An encoder that misread the request answers with ID 3's 11
 // bytes.
 [[nodiscard]] Exchange Ask(DataId id, MonoNs timeout);
 [[nodiscard]] Exchange AskCell(std::uint8_t address, MonoNs timeout);

@@ -16,13 +16,16 @@ constexpr MonoNs kAskAgain = 50 * kMillisecond;
 // A tag that cannot be read because the encoder writes: spec 8.1, 18 ms at most.
 constexpr MonoNs kBusyAgain = 2 * kMillisecond;
 
+// Requests in a row that bring not a single byte, after which only the ENID is asked for.
+constexpr int kSilent = 2;
+
 using Reason = command_status_t;
 
 Expectation ExpectationOf(const TFormatSettings& settings, const LinkConfig& link) {
   return {.format = settings.format, .encoder_id = settings.encoder_id, .echo = link.echo};
 }
 
-MonoNs CharacterTime(const BusConfig& bus) { return bus.simulate ? 0 : bus.link.line.WireTime(1); }
+MonoNs CharacterTime(const BusConfig& bus) { return bus.simulate ? 0 : bus.link.line.ShortestCharacter(); }
 
 const TFormatSettings& Own(const DeviceConfig& device) {
   return static_cast<const TFormatSettings&>(*device.settings);
@@ -37,9 +40,37 @@ TFormatDevice::TFormatDevice(const BusConfig& bus, const DeviceConfig& device, D
       interpreter_(settings_, ExpectationOf(settings_, bus.link), CharacterTime(bus), output) {}
 
 Step TFormatDevice::Next(const Turn& turn) const {
+  const Step step = PlannedStep(turn);
+  const auto* exchange = std::get_if<Exchange>(&step.action);
+  const bool of_procedure = procedure_ && step.priority == Priority::kCommand;
+  if (exchange == nullptr || turn.pending == nullptr || (of_procedure && procedure_->exclusive())) return step;
+  if (silent_ >= kSilent && !of_procedure) return WatchStep(turn);
+  return turn.MaySend(*exchange) ? step : OtherStep(turn);
+}
+
+// In place of a request whose reply could be taken for a late one: a position all the same where that is possible.
+Step TFormatDevice::OtherStep(const Turn& turn) const {
+  const Exchange position = Ask(DataId::kSingleTurn, settings_.timeout);
+  return turn.MaySend(position) ? Step{.action = position, .priority = Priority::kLive} : WatchStep(turn);
+}
+
+// Looks whether the encoder answers: its ENID is the same whenever it was asked for, so that nothing waits for the reply.
+// Where not even ID 1 may be asked for, an earlier process may have asked: a cell that it has hardly asked for.
+Step TFormatDevice::WatchStep(const Turn& turn) const {
+  if (turn.now < watch_again_) return {.action = Idle{watch_again_}, .priority = Priority::kLive};
+  Exchange watch = Ask(DataId::kEncoderId, settings_.timeout);
+  if (!turn.MaySend(Ask(DataId::kMultiTurn, settings_.timeout))) {
+    watch = AskCell(fresh_cell_, settings_.timeout);
+    watch.shape.fresh = true;
+  }
+  return {.action = watch, .priority = Priority::kLive};
+}
+
+Step TFormatDevice::PlannedStep(const Turn& turn) const {
   if (!link_up_) return {.action = Idle{kNever}, .priority = Priority::kLive};
   if (line_unclear_) return {.action = Silence{settings_.silence}, .priority = Priority::kLive};
   if (!procedure_ || Expired(turn.now)) return LiveStep(turn);
+  if (turn.reserved && !procedure_->exclusive()) return LiveStep(turn);
   const Step step = procedure_->Next(turn.now);
   if (procedure_->exclusive()) return step;
   const bool wants = std::holds_alternative<Exchange>(step.action);
@@ -74,6 +105,7 @@ void TFormatDevice::OnStarted(const Step& step, MonoNs now) {
   const Exchange* exchange = std::get_if<Exchange>(&step.action);
   if (exchange == nullptr) return;
   sent_ = RequestId(exchange->request);
+  if (exchange->shape.fresh) fresh_cell_ = static_cast<std::uint8_t>((fresh_cell_ + 1) % kEepromCells);
   procedure_in_flight_ = procedure_ != nullptr && step.priority == Priority::kCommand;
   live_turn_ = procedure_in_flight_;
   if (!procedure_in_flight_) return;
@@ -111,6 +143,9 @@ void TFormatDevice::OnExchange(const Event& event) {
   const Answer answer = interpreter_.OnExchange(event);
   sent_.reset();
   line_unclear_ = answer.line_unclear;
+  silent_ = answer.error == ErrorKind::kTimeout ? silent_ + 1 : 0;
+  const bool watched = answer.asked == DataId::kEncoderId || answer.asked == DataId::kEepromRead;
+  watch_again_ = watched ? EndOf(event) + kAskAgain : 0;
   // Also another model's reply to ID 3 shows that the request has arrived.
   const bool arrived = answer.ok() || answer.error == ErrorKind::kWrongIdentity;
   if (arrived && answer.asked == DataId::kAll) {
@@ -139,8 +174,11 @@ void TFormatDevice::OnLiveAnswer(const Answer& answer, MonoNs end) {
 
 void TFormatDevice::OnLinkUp(MonoNs now) {
   link_up_ = true;
+  fresh_cell_ = static_cast<std::uint8_t>(now / kMillisecond % kEepromCells);
   line_unclear_ = true;
   all_first_ = true;
+  silent_ = 0;
+  watch_again_ = 0;
   failures_ = 0;
   repeat_.reset();
   not_before_ = 0;

@@ -18,6 +18,8 @@ namespace axlecast::tformat {
 // - Its first request is ID 3: after a start, after the link came up, after the encoder was gone, and after a reset
 //   sequence that did not come to its end, so that the nine requests of a dead process are never completed by one
 //   more.
+// - While a late reply could be taken for the one to a request (StaleReplyGuard), it asks for ID 0, which is a
+//   position too, then only whether the encoder answers (ID 2). So it does with a silent encoder. After the start of the process that is an EEPROM cell that changes from start to start.
 // - It never transmits while the encoder may transmit: after whatever leaves the line unclear it asks for silence.
 // - A reading that failed is asked for once more at once; then in the next slot.
 class TFormatDevice final : public Device {
@@ -32,6 +34,9 @@ class TFormatDevice final : public Device {
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
  private:
+  [[nodiscard]] Step PlannedStep(const Turn& turn) const;
+  [[nodiscard]] Step OtherStep(const Turn& turn) const;
+  [[nodiscard]] Step WatchStep(const Turn& turn) const;
   [[nodiscard]] Step LiveStep(const Turn& turn) const;
   [[nodiscard]] DataId PlannedId() const;
   // The procedure that carries out the order, or why it cannot begin now.
@@ -58,6 +63,9 @@ class TFormatDevice final : public Device {
   std::optional<DataId> repeat_;  // of the live exchange that failed
   MonoNs not_before_ = 0;         // of a live exchange outside its slot
   int since_all_ = 0;             // readings since the last ID 3
+  int silent_ = 0;                // exchanges in a row without a byte
+  MonoNs watch_again_ = 0;        // of looking whether it answers
+  std::uint8_t fresh_cell_ = 0;   // hardly one that an earlier process has asked for
 
   std::unique_ptr<Procedure> procedure_;
   CommandId order_{};

@@ -21,21 +21,27 @@ TEST(TFormatDevice, BeginsWithSilenceAndId3WhateverThePlan) {
   EXPECT_EQ(bench.Offered(false), kId3);
 }
 
+// Spec 5.4: the standby lasts 1 s with an external battery, 1.5 s without; note 2: the line may be undefined meanwhile.
 TEST(TFormatDevice, IsStartingWhileTheEncoderStandsBy) {
-  Bench bench;
-  bench.LinkUp();
-  const MonoNs up = bench.now;
-  while (bench.now - up < 1'450 * kMillisecond) {
+  for (const auto& [keys, standby] :
+       {std::pair{"{model: ts5669n127}", kSecond}, {"{model: ts5669n127, battery: false}", 1'500 * kMillisecond}}) {
+    Bench bench(keys);
+    bench.LinkUp();
+    const MonoNs up = bench.now;
+    const std::vector<ByteList> heard = {{}, {0x55}, {0x1A, 0x00, 1, 2, 3, 4, 5, 6, 7, 8, 9}, {}};
+    for (std::size_t i = 0; bench.now - up < standby - 50 * kMillisecond; ++i) {
+      if (i % 4 == 3) bench.Stray({0x00, 0xFF});
+      bench.PassSilence();
+      bench.Give(kId3, heard[i % 4]);
+      bench.now += 40 * kMillisecond;
+    }
+    EXPECT_EQ(bench.output.AllErrors(), 0) << keys;
+    EXPECT_GT(bench.output.starting, 10);
+    bench.now = up + standby + kMillisecond;
     bench.PassSilence();
     bench.Give(kId3, {});
-    bench.now += 50 * kMillisecond;
+    EXPECT_EQ(bench.output.errors[ErrorKind::kTimeout], 1) << keys;
   }
-  EXPECT_EQ(bench.output.AllErrors(), 0);
-  EXPECT_GT(bench.output.starting, 10);
-  bench.now = up + 1'501 * kMillisecond;
-  bench.PassSilence();
-  bench.Give(kId3, {});
-  EXPECT_EQ(bench.output.errors[ErrorKind::kTimeout], 1);
 }
 
 TEST(TFormatDevice, AsksAnEncoderThatDoesNotAnswerEvery50Ms) {
@@ -73,8 +79,9 @@ TEST(TFormatDevice, BoundsTheSamplingInstantByTheWire) {
   bench.GoOnline();
   const MonoNs start = bench.now;
   bench.Give(kId3, All());
-  // The request takes 4 us; the reply had 11 bytes of 4 us when its last read returned after 60 us.
-  EXPECT_EQ(bench.output.samples.back().at, (Interval{start + 4 * kMicrosecond, start + 16 * kMicrosecond}));
+  // The request takes 4 us; the reply had 11 bytes of 4 us when its last read returned after 60 us. A rate that is 3 %
+  // too fast is allowed for.
+  EXPECT_EQ(bench.output.samples.back().at, (Interval{start + 3'880, start + 60'000 - 11 * 3'880}));
 }
 
 TEST(TFormatDevice, ASimulatedWireMayBeFasterThanARealOne) {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/read_back.h"
 
 namespace axlecast::tformat {
 
@@ -35,7 +36,7 @@ Outcome EepromRead::Done() const {
     const bool equal = std::equal(expected_->begin(), expected_->end(), cells_.begin() + static_cast<int>(first_));
     constexpr std::size_t kRoomForCells = 3;  // an outcome holds four changes
     if (outcome.changes.size() > kRoomForCells) outcome.changes.resize(kRoomForCells);
-    outcome.changes.push_back({"finding", "", equal ? "effect_seen" : "no_effect_seen"});
+    outcome.changes.push_back(FindingChange(FindingWord(equal)));
   }
   return outcome;
 }

@@ -1,9 +1,11 @@
 #include "drivers/tformat/eeprom_write.h"
 
+#include <algorithm>
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/read_back.h"
 #include "drivers/tformat/reset_rules.h"
 
 namespace axlecast::tformat {
@@ -20,7 +22,7 @@ Step EepromWrite::Next(MonoNs now) const {
 }
 
 std::optional<Outcome> EepromWrite::OnStarted(Bytes, MonoNs) {
-  if (stage_ == Stage::kWrite) in_doubt_ = true;
+  if (stage_ == Stage::kWrite) begun_ = in_doubt_ = true;
   return std::nullopt;
 }
 
@@ -49,14 +51,14 @@ std::optional<Outcome> EepromWrite::OnBackup(const Answer& answer, MonoNs end) {
 std::optional<Outcome> EepromWrite::OnWritten(const Answer& answer, MonoNs end) {
   const bool busy = answer.ok() && answer.reply.busy.value_or(false);
   if (busy || answer.not_taken) {
-    in_doubt_ = false;
+    begun_ = in_doubt_ = false;
     due_ = busy ? end + kBusyPause : 0;
     ++(busy ? busy_ : misunderstood_);
     if (busy_ < kBusyTimes && misunderstood_ < kTries) return std::nullopt;
     return WithChanges(Final(OrderState::kFailed, Reason::REASON_DEVICE_REFUSED,
-                             Text("the encoder did not take the write to EEPROM %zu (%s); ", cell(),
+                             Text("the encoder did not take the write to EEPROM %zu (%s): ", cell(),
                                   busy ? "busy" : ErrorName(*answer.error)) +
-                                 Written()));
+                                 Cells()));
   }
   reply_lost_ = !answer.ok();
   ReadBackAt(end + kWriteTime);
@@ -72,17 +74,14 @@ void EepromWrite::ReadBackAt(MonoNs due) {
 std::optional<Outcome> EepromWrite::OnReadBack(const Answer& answer, MonoNs end) {
   const CellReader::Progress progress = reader_.OnAnswer(answer, end, now_);
   if (progress == CellReader::Progress::kGoing) return std::nullopt;
-  if (progress == CellReader::Progress::kFailed) {
-    return WithChanges(Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
-                             Text("EEPROM %zu was written, but not read back: ", cell()) + reader_.Failure()));
-  }
+  if (progress == CellReader::Progress::kFailed) return NotReadBack();
   in_doubt_ = false;
   ++writes_;
   if (now_[cell()] != data_[done_]) {
     return WithChanges(
         Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
-              Text("EEPROM %zu reads %02X, not %02X%s; before it %s", cell(), unsigned{now_[cell()]},
-                   unsigned{data_[done_]}, reply_lost_ ? ", the write's reply was lost" : "", Written().c_str())));
+              Text("EEPROM %zu reads %02X, not %02X%s: %s", cell(), unsigned{now_[cell()]}, unsigned{data_[done_]},
+                   reply_lost_ ? ", the write's reply was lost" : "", Cells().c_str())));
   }
   ++done_;
   return NextCell();
@@ -91,34 +90,66 @@ std::optional<Outcome> EepromWrite::OnReadBack(const Answer& answer, MonoNs end)
 std::optional<Outcome> EepromWrite::NextCell() {
   while (done_ < data_.size() && now_[cell()] == data_[done_]) ++done_;
   if (done_ == data_.size()) {
-    return WithChanges(Verified(Text("EEPROM %zu to %zu read back; ", address_, cell() - 1) + Written()));
+    const std::string cells = Text("EEPROM %zu to %zu ", address_, cell() - 1);
+    if (writes_ == 0) return WithChanges(Verified(cells + "held these values already: nothing was written"));
+    return WithChanges(Verified(cells + Text("read back; %d of %zu cells were written, the others held their value",
+                                             writes_, data_.size())));
   }
   stage_ = Stage::kWrite;
+  begun_ = false;
   busy_ = 0;
   misunderstood_ = 0;
   due_ = 0;
   Outcome running;
   running.text = Text("%zu of %zu cells hold their value", done_, data_.size());
   running.progress = static_cast<float>(done_) / static_cast<float>(data_.size());
-  return running;
+  return WithChanges(std::move(running));
+}
+
+Outcome EepromWrite::NotReadBack() const {
+  const char* known = reply_lost_ ? "was sent, its reply was lost" : "was accepted";
+  return WithChanges(Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+                           Text("the write to EEPROM %zu %s, but is not known to be done: %s; %s", cell(), known,
+                                reader_.Failure().c_str(), Cells().c_str())));
 }
 
 Outcome EepromWrite::OnLinkLost() const {
   if (in_doubt_) {
     return WithChanges(Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
-                             Text("the link was lost before EEPROM %zu could be read back", cell())));
+                             Text("the link was lost before EEPROM %zu could be read back: ", cell()) + Cells()));
   }
-  const Outcome outcome =
-      Final(OrderState::kFailed, Reason::REASON_NO_REPLY, "the link was lost; before that " + Written());
+  const Outcome outcome = Final(OrderState::kFailed, Reason::REASON_NO_REPLY, "the link was lost: " + Cells());
   return stage_ == Stage::kBackup ? outcome : WithChanges(outcome);
 }
 
-std::string EepromWrite::Written() const { return Text("%d of %zu cells were written", writes_, data_.size()); }
+// "10 to 11 hold their value, 12 begun, 13 not begun"
+std::string EepromWrite::Cells() const {
+  std::string text;
+  const auto add = [&](std::size_t first, std::size_t count, const char* what) {
+    if (count == 0) return;
+    text += text.empty() ? "" : ", ";
+    text += count == 1 ? Text("%zu %s", first, what) : Text("%zu to %zu %s", first, first + count - 1, what);
+  };
+  const std::size_t begun = begun_ ? 1 : 0;
+  add(address_, done_, done_ == 1 ? "holds its value" : "hold their value");
+  add(cell(), begun, "begun");
+  add(cell() + begun, data_.size() - done_ - begun, "not begun");
+  return text;
+}
 
-// The backup and what the cells hold now, as far as it was read.
+// The backup and what the cells hold now, as far as it was read. While cells are in doubt: the rows that they are in, and
+// what a look would have found before. A row has 20 cells, and an outcome holds four changes.
 Outcome EepromWrite::WithChanges(Outcome outcome) const {
-  outcome.changes = CellChanges(0, kEepromCells, &backup_, now_);
-  return outcome;
+  constexpr std::size_t kRow = 20;
+  constexpr std::size_t kRowsBesideTheFinding = 3;
+  std::size_t first = 0;
+  std::size_t rows = kEepromCells / kRow;
+  if (outcome.state == OrderState::kRunning || outcome.state == OrderState::kIndeterminate) {
+    first = address_ / kRow;
+    rows = std::min((address_ + data_.size() - 1) / kRow + 1 - first, kRowsBesideTheFinding);
+  }
+  outcome.changes = CellChanges(first * kRow, rows * kRow, &backup_, now_);
+  return WithFindingBefore(std::move(outcome), false);  // nothing is written that the cells hold already
 }
 
 }  // namespace axlecast::tformat

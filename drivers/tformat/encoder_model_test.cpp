@@ -245,6 +245,12 @@ TEST_F(EncoderModelTest, AnOverflowThatComesBackBetweenTwoLooksIsSeen) {
   EXPECT_TRUE(Read().counter_overflow);
 }
 
+TEST_F(EncoderModelTest, AShuttleFromTurnZeroAndBackIsNoOverflow) {
+  encoder_.Turn(now_).Shuttle(0, 10 * kShaftTurn, 300, now_);
+  Pass(600 * kSecond);
+  EXPECT_FALSE(Read().counter_overflow);
+}
+
 TEST_F(EncoderModelTest, AStartBeyondTheFirstRangeIsNoOverflow) {
   EncoderModel encoder(EncoderModel::Settings(), -5 * kShaftTurn);
   EXPECT_FALSE(encoder.Read(kStart).counter_overflow);

@@ -33,6 +33,7 @@ const Family& tformat_family() {
       .default_line = {.baud = 2'500'000},
       .max_devices_per_bus = 1,
       .operations = tformat::Operations(),
+      .permits = &tformat::Permits,
       .parse = &Parse,
       .check_bus = &tformat::CheckLine,
       .make_device = &Make,

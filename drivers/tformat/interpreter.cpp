@@ -6,8 +6,9 @@
 namespace axlecast::tformat {
 namespace {
 
-// "Standby period at power turning-on": 1.5 s at most, without a battery (TS5669 spec 5.4).
-constexpr MonoNs kStandby = 1'500 * kMillisecond;
+// "Standby period at power turning-on" (TS5669 spec 5.4): "External battery existed", "No external battery".
+constexpr MonoNs kStandbyWithBattery = kSecond;
+constexpr MonoNs kStandbyWithoutBattery = 1'500 * kMillisecond;
 // Requests in a row that bring not a single byte, after which the encoder counts as gone.
 constexpr int kGone = 2;
 
@@ -24,12 +25,19 @@ Interpreter::Interpreter(const TFormatSettings& settings, const Expectation& exp
       character_(character),
       alarm_mask_(AlarmMask(settings)),
       output_(output),
+      standby_(settings.turns_range > 0 ? kStandbyWithBattery : kStandbyWithoutBattery),
       identity_(settings, output) {}
 
 void Interpreter::OnLinkUp(MonoNs now) {
   link_up_ = now;
   answered_since_link_up_ = false;
-  output_.OnStarting("no answer yet: after power-on the encoder takes up to 1.5 s");
+  ReportStarting();
+}
+
+void Interpreter::ReportStarting() {
+  output_.OnStarting(standby_ == kStandbyWithBattery
+                         ? "no answer yet: after power-on the encoder takes up to 1 s"
+                         : "no answer yet: after power-on the encoder takes up to 1.5 s without a battery");
 }
 
 void Interpreter::OnLinkDown(std::optional<DataId> sent) {
@@ -51,7 +59,10 @@ void Interpreter::Forget() {
   doubted_ = 0;
 }
 
-void Interpreter::OnStray(const Event& event) { output_.OnError(ErrorKind::kStray, event.received); }
+void Interpreter::OnStray(const Event& event) {
+  if (InStandby(EndOf(event))) return ReportStarting();
+  output_.OnError(ErrorKind::kStray, event.received);
+}
 
 Answer Interpreter::OnExchange(const Event& event) {
   if (!link_up_) link_up_ = event.sent.first;
@@ -84,15 +95,17 @@ Answer Interpreter::OnExchange(const Event& event) {
 }
 
 bool Interpreter::InStandby(MonoNs now) const {
-  return !answered_since_link_up_ && link_up_ && now - *link_up_ <= kStandby;
+  return !answered_since_link_up_ && link_up_ && now - *link_up_ <= standby_;
 }
 
 void Interpreter::OnFailure(const Answer& answer, const Event& event) {
   const MonoNs now = EndOf(event);
   const bool silent = answer.error == ErrorKind::kTimeout;
-  // Without a battery the line is undefined during the standby: fragments are no fault either.
-  if ((silent || answer.error == ErrorKind::kShort) && InStandby(now)) {
-    output_.OnStarting("no answer yet: after power-on the encoder takes up to 1.5 s");
+  // Nothing drives the line during the standby, or without a battery it is undefined (spec 5.4, note 2): fragments and
+  // other bytes that are no reply are no fault either.
+  const bool whole = answer.not_taken || answer.error == ErrorKind::kWrongIdentity;
+  if (!whole && InStandby(now)) {
+    ReportStarting();
   } else {
     output_.OnError(*answer.error, {event.sent.first, now});
   }

@@ -35,6 +35,7 @@ class Interpreter {
 
  private:
   [[nodiscard]] bool InStandby(MonoNs now) const;
+  void ReportStarting();
   void Forget();
   void OnFailure(const Answer& answer, const Event& event);
   void TrackResets(const Answer& answer);
@@ -52,6 +53,7 @@ class Interpreter {
   const MonoNs character_;
   const std::uint8_t alarm_mask_;  // of ALMC: without turns the multi-turn bits mean nothing
   DeviceOutput& output_;
+  const MonoNs standby_;
   IdentityCheck identity_;
 
   std::optional<MonoNs> link_up_;

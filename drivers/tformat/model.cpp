@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "drivers/runtime/device/accuracy.h"
+
 namespace axlecast::tformat {
 namespace {
 
@@ -13,6 +15,9 @@ constexpr std::array<Model, 2> kModels = {{
     {"smart_abs_23", {.single_turn_bits = 23, .multi_turn_bits = 16}, 0x17, 6'000, 80'000},
 }};
 
+// Spec 5.4.1, "Adjoining pitch error", either way.
+constexpr int kPitchErrorArcSeconds = 40;
+
 }  // namespace
 
 std::span<const Model> Models() { return kModels; }
@@ -22,10 +27,7 @@ const Model* FindModel(std::string_view name) {
   return found == kModels.end() ? nullptr : found;
 }
 
-std::int64_t NoiseCounts(int single_turn_bits) {
-  constexpr double kNoiseDeg = 2 * 40.0 / 3600;
-  return static_cast<std::int64_t>(kNoiseDeg / 360 * static_cast<double>(std::int64_t{1} << single_turn_bits)) + 1;
-}
+std::int64_t NoiseCounts(int single_turn_bits) { return NoiseOfAccuracy(kPitchErrorArcSeconds, single_turn_bits); }
 
 std::int64_t ZeroToleranceCounts(int single_turn_bits) {
   return static_cast<std::int64_t>(kZeroToleranceDeg / 360 *

@@ -4,6 +4,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <vector>
 
+#include "drivers/runtime/config/machine_config.h"
 #include "drivers/runtime/device/arguments.h"
 #include "drivers/runtime/device/outcome_text.h"
 #include "drivers/tformat/alarms.h"
@@ -36,7 +37,7 @@ const std::vector<OperationSpec>& Specs() {
        .needs_permit = true,
        .moves_datum = true,
        .writes = &OneWrite,
-       .verification = "ID 3 reads single-turn 0 +- 0.35 degrees",
+       .verification = "ID 3 reads single-turn 0 +- 0.35 degrees, if it read otherwise before",
        .found_by = kReadAllName},
       {.name = kResetTurnsName,
        .help = "Sets the multi-turn counter to 0 and clears all latched errors (ID C, ten requests)",
@@ -45,13 +46,13 @@ const std::vector<OperationSpec>& Specs() {
        .needs_standstill = true,
        .needs_permit = true,
        .moves_datum = true,
-       .verification = "ID 3 reads turns 0 and no latched error",
+       .verification = "ID 3 reads turns 0 and no latched error, if it read otherwise before",
        .found_by = kReadAllName},
       {.name = kClearErrorsName,
        .help =
            "Clears all latched errors (ID 7, ten requests); position and turns stay, and so does a lost reference",
        .arguments = {},
-       .verification = "ID 3 reads no latched error",
+       .verification = "ID 3 reads no latched error, if one stood before",
        .found_by = kReadAllName},
       {.name = kEepromReadName,
        .help = "Reads cells of the user EEPROM",
@@ -159,6 +160,11 @@ const OperationSpec* Find(std::string_view name) {
 }
 
 }  // namespace
+
+bool Permits(const BusConfig&, const DeviceConfig& device, std::string_view operation) {
+  return operation != kEepromWriteName ||
+         static_cast<const TFormatSettings&>(*device.settings).eeprom_writable.any();
+}
 
 std::span<const OperationSpec> Operations() { return Specs(); }
 

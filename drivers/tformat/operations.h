@@ -26,6 +26,8 @@ inline constexpr std::string_view kReadTurnsName = "read_turns";
 inline constexpr std::string_view kReadIdentityName = "read_identity";
 
 [[nodiscard]] std::span<const OperationSpec> Operations();
+// Whether the configuration of a device permits an operation of the family.
+[[nodiscard]] bool Permits(const BusConfig& bus, const DeviceConfig& device, std::string_view operation);
 
 // The procedure that carries out an order, or why there is none: arguments are checked here.
 [[nodiscard]] Made<Procedure> MakeProcedure(const Order& order, const TFormatSettings& settings,

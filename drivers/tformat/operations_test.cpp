@@ -65,12 +65,12 @@ TEST(Operations, ReadAllFindsTheEffectOfAReset) {
     bool rests;
     const char* finding;
   };
-  for (const Case& c : {Case{"zero_single_turn", {.single_turn = 10}, true, "effect_seen"},
+  for (const Case& c : {Case{"zero_single_turn", {.single_turn = 10}, true, "reads_as_after"},
                         Case{"zero_single_turn", {.single_turn = 1000}, true, "no_effect_seen"},
                         Case{"zero_single_turn", {.single_turn = 1000}, false, "cannot_tell"},
-                        Case{"reset_turns_and_errors", {.turns = 0}, true, "effect_seen"},
+                        Case{"reset_turns_and_errors", {.turns = 0}, true, "reads_as_after"},
                         Case{"reset_turns_and_errors", {.turns = 7}, true, "no_effect_seen"},
-                        Case{"clear_errors", {.alarms = 0x82}, false, "effect_seen"},
+                        Case{"clear_errors", {.alarms = 0x82}, false, "reads_as_after"},
                         Case{"clear_errors", {.alarms = 0x08}, false, "no_effect_seen"}}) {
     Bench bench;
     bench.GoOnline();

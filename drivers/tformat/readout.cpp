@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/read_back.h"
 #include "drivers/tformat/alarms.h"
 #include "drivers/tformat/cell_reader.h"
 #include "drivers/tformat/operations.h"
@@ -57,19 +58,19 @@ Outcome Readout::ShowAll(const Reply& reply) const {
   if (after_.empty())
     outcome.changes.push_back({"encoder_id", "", Text("0x%02X", unsigned{*reply.encoder_id})});
   else
-    outcome.changes.push_back({"finding", "", Finding(reply, end_)});
+    outcome.changes.push_back(FindingChange(Finding(reply, end_)));
   return outcome;
 }
 
 // A shaft that turns may have left the place where it was zeroed.
 const char* Readout::Finding(const Reply& all, MonoNs now) const {
   const Motion motion = output_.MotionAt(now);
-  const char* not_seen = motion.known && motion.standstill ? "no_effect_seen" : "cannot_tell";
+  const char* not_seen = motion.known && motion.standstill ? kNoEffectSeen : kCannotTell;
   const int latched = settings_.turns_range > 0 ? kLatchedAlarms : kLatchedAlarms & ~kMultiTurnAlarms;
   const bool clear = (*all.alarms & latched) == 0;
-  if (after_ == kZeroSingleTurnName) return IsZero(all, settings_) ? "effect_seen" : not_seen;
-  if (after_ == kResetTurnsName) return TurnsAreReset(all, settings_) && clear ? "effect_seen" : not_seen;
-  return clear ? "effect_seen" : "no_effect_seen";
+  if (after_ == kZeroSingleTurnName) return IsZero(all, settings_) ? kReadsAsAfter : not_seen;
+  if (after_ == kResetTurnsName) return TurnsAreReset(all, settings_) && clear ? kReadsAsAfter : not_seen;
+  return clear ? kReadsAsAfter : kNoEffectSeen;
 }
 
 }  // namespace axlecast::tformat

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/read_back.h"
 #include "drivers/runtime/device/refusal.h"
 #include "drivers/tformat/alarms.h"
 #include "drivers/tformat/model.h"
@@ -38,8 +39,10 @@ bool ResetProcedure::MayGoOn(MonoNs now) const {
 
 std::optional<Outcome> ResetProcedure::OnStarted(Bytes request, MonoNs now) {
   if (stage_ != Stage::kSend) return std::nullopt;
-  if (RequestId(request) != id_) return NotAtRest(output_.MotionAt(now));
-  in_flight_ = true;
+  in_flight_ = RequestId(request) == id_;
+  if (in_flight_) return std::nullopt;
+  if (!MayBeDone()) return NotAtRest(output_.MotionAt(now));
+  stage_ = Stage::kVerify;  // the effect itself may be what looks like a motion
   return std::nullopt;
 }
 
@@ -69,45 +72,62 @@ std::optional<Outcome> ResetProcedure::OnBefore(const Answer& answer) {
   return std::nullopt;
 }
 
+void ResetProcedure::VerifyAt(MonoNs due) {
+  stage_ = Stage::kVerify;
+  due_ = due;
+}
+
+// Why the sequence ends with this answer, before the tenth request.
+std::optional<Outcome> ResetProcedure::Ended(const Answer& answer) const {
+  if (!answer.ok()) return Unanswered(answer);
+  const std::int64_t moved =
+      CircularDistance(*answer.reply.single_turn, *before_.single_turn, settings_.counts_per_turn);
+  if (!NeedsStandstill() || moved <= ZeroToleranceCounts(settings_.format.single_turn_bits)) return std::nullopt;
+  return Moved(moved);
+}
+
 std::optional<Outcome> ResetProcedure::OnSent(const Answer& answer, MonoNs end) {
   in_flight_ = false;
-  ++sent_;
-  if (sent_ < kResetTimes) {
-    if (!answer.ok()) return Unanswered(answer);
-    const std::int64_t moved =
-        CircularDistance(*answer.reply.single_turn, *before_.single_turn, settings_.counts_per_turn);
-    if (NeedsStandstill() && moved > ZeroToleranceCounts(settings_.format.single_turn_bits)) return Moved(moved);
+  const bool alarmed = answer.error == ErrorKind::kCommunicationAlarm;
+  ++(alarmed ? alarmed_ : sent_);
+  const bool again = alarmed && alarmed_ <= kMaxAlarmedRequests;
+  due_ = end + kResetInterval;
+  if (sent_ == kResetTimes) {
+    tenth_lost_ = !answer.ok();
+    VerifyAt(end + kWriteTime);
+  } else if (!again) {
+    const std::optional<Outcome> ended = Ended(answer);
+    if (ended && !MayBeDone()) return ended;
+    if (ended) VerifyAt(end + kWriteTime);
   }
-  tenth_lost_ = sent_ == kResetTimes && !answer.ok();
-  stage_ = sent_ == kResetTimes ? Stage::kVerify : Stage::kSend;
-  due_ = end + (sent_ == kResetTimes ? kWriteTime : kResetInterval);
   Outcome running;
-  running.text = Text("request %d of %d answered", sent_, kResetTimes);
+  running.text = Text("request %d of %d answered%s", sent_, kResetTimes, alarmed ? "; one is sent again" : "");
   running.progress = static_cast<float>(sent_) / static_cast<float>(kResetTimes + 1);
   // Should this process die: what is found afterwards says something only beside what was before.
   running.changes = {{"single_turn", std::to_string(*before_.single_turn), ""},
                      {"turns", std::to_string(*before_.multi_turn), ""},
                      {"alarms", AlarmText(*before_.alarms), ""}};
-  return running;
+  return WithFindingBefore(std::move(running), SameBefore());
 }
 
 std::optional<Outcome> ResetProcedure::OnVerified(const Answer& answer) {
   if (answer.ok()) return Judge(answer.reply);
   if (++failed_reads_ < kReadsBefore + kReadsAfter) return std::nullopt;
-  return Final(
-      OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
-      Text("all %d requests were sent, but the reading that shows their effect failed (%s): read_all when the "
-           "encoder answers again",
-           kResetTimes, ErrorName(*answer.error)));
+  return WithFindingBefore(
+      Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+            Text("all %d requests were sent, but the reading that shows their effect failed (%s): read_all when "
+                 "the encoder answers again",
+                 kResetTimes, ErrorName(*answer.error))),
+      SameBefore());
 }
 
 Outcome ResetProcedure::NotAtRest(const Motion& motion) const {
-  const bool begun = sent_ > 0;
+  const bool begun = sent_ + alarmed_ > 0;
   std::int32_t reason = Reason::REASON_NOT_STANDING_STILL;
   if (begun && motion.known) reason = Reason::REASON_MOVED_DURING_SEQUENCE;
-  return Final(
-      OrderState::kRejected, reason,
-      Text("nothing was done, stopped after %d of %d requests: ", sent_, kResetTimes) + MotionText(motion));
+  return Final(OrderState::kRejected, reason,
+               Text("nothing was done, stopped after %d of %d requests: ", sent_ + alarmed_, kResetTimes) +
+                   MotionText(motion));
 }
 
 Outcome ResetProcedure::Moved(std::int64_t counts) const {
@@ -115,7 +135,7 @@ Outcome ResetProcedure::Moved(std::int64_t counts) const {
       OrderState::kRejected, Reason::REASON_MOVED_DURING_SEQUENCE,
       Text("nothing was done, stopped after %d of %d requests: the shaft moved %.3f deg since the first, at "
            "most %.2f are allowed; hold the axis",
-           sent_, kResetTimes, Degrees(counts, settings_.format.single_turn_bits), kZeroToleranceDeg));
+           sent_ + alarmed_, kResetTimes, Degrees(counts, settings_.format.single_turn_bits), kZeroToleranceDeg));
 }
 
 Outcome ResetProcedure::Unanswered(const Answer& answer) const {
@@ -125,16 +145,17 @@ Outcome ResetProcedure::Unanswered(const Answer& answer) const {
       OrderState::kFailed, reason,
       Text("nothing was done, stopped after %d of %d requests: the reply to the last one was no good (%s); "
            "check the line and repeat",
-           sent_, kResetTimes, ErrorName(*answer.error)));
+           sent_ + alarmed_, kResetTimes, ErrorName(*answer.error)));
 }
 
 Outcome ResetProcedure::OnLinkLost() const {
-  const int possible = sent_ + (in_flight_ ? 1 : 0);
+  const int possible = sent_ + alarmed_ + (in_flight_ ? 1 : 0);
   if (possible >= kResetTimes) {
-    return Final(
-        OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
-        "the link was lost after the tenth request and before its effect could be read: read_all when the link "
-        "is back");
+    return WithFindingBefore(
+        Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+              "the link was lost after the tenth request and before its effect could be read: read_all when the "
+              "link is back"),
+        SameBefore());
   }
   return Final(OrderState::kFailed, Reason::REASON_NO_REPLY,
                Text("nothing was done: the link was lost after %d of %d requests", possible, kResetTimes));
@@ -151,6 +172,23 @@ Outcome ResetProcedure::Judge(const Reply& after) const {
   }
 }
 
+// Ten good replies say that the encoder took the sequence.
+Outcome ResetProcedure::Fitting(const std::string& text) const {
+  return WithFindingBefore(
+      JudgeReadBack({.same_before = SameBefore(), .confirmed = sent_ == kResetTimes && !tenth_lost_},
+                    text + Lost()),
+      SameBefore());
+}
+
+bool ResetProcedure::SameBefore() const {
+  if (id_ == DataId::kZeroSingleTurn) {
+    return CannotBeToldApart(*before_.single_turn, 0, ZeroToleranceCounts(settings_.format.single_turn_bits),
+                             settings_.counts_per_turn);
+  }
+  if (id_ == DataId::kResetTurnsAndErrors && !TurnsAreReset(before_, settings_)) return false;
+  return StillLatched(before_) == 0;
+}
+
 std::string ResetProcedure::Lost() const { return tenth_lost_ ? "; the tenth reply was lost" : ""; }
 
 Outcome ResetProcedure::JudgeZero(const Reply& after) const {
@@ -159,8 +197,7 @@ Outcome ResetProcedure::JudgeZero(const Reply& after) const {
   const double is = Degrees(*after.single_turn, bits);
   Outcome outcome =
       IsZero(after, settings_)
-          ? Verified(Text("single-turn was %.3f deg and reads %.3f deg (0 +- %.2f)", was, is, kZeroToleranceDeg) +
-                     Lost())
+          ? Fitting(Text("single-turn was %.3f deg and reads %.3f deg (0 +- %.2f)", was, is, kZeroToleranceDeg))
           : Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                   Text("single-turn was %.3f deg and reads %.3f deg, not 0 +- %.2f", was, is, kZeroToleranceDeg) +
                       Lost() + ": hold the axis, repeat");
@@ -179,7 +216,7 @@ Outcome ResetProcedure::JudgeTurns(const Reply& after) const {
       Text("turns were %u and read %u, ALMC was %s and is %s", *before_.multi_turn, *after.multi_turn,
            AlarmText(*before_.alarms).c_str(), AlarmText(*after.alarms).c_str());
   const bool done = TurnsAreReset(after, settings_) && StillLatched(after) == 0;
-  Outcome outcome = done ? Verified(turns + Lost())
+  Outcome outcome = done ? Fitting(turns)
                          : Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                                  turns + Lost() + ": see the alarms' actions, hold the axis, repeat");
   outcome.changes.push_back({"turns", std::to_string(*before_.multi_turn), std::to_string(*after.multi_turn)});
@@ -194,7 +231,7 @@ Outcome ResetProcedure::JudgeErrors(const Reply& after) const {
   const char* live =
       (*after.alarms & ~latched) != 0 ? ": what is left is live and clears itself with its cause" : "";
   Outcome outcome = latched == 0
-                        ? Verified(alarms + Lost() + live)
+                        ? Fitting(alarms + live)
                         : Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                                 alarms + Lost() + ": still set " + AlarmText(latched) + ", remove its cause");
   outcome.changes.push_back({"alarms", AlarmText(*before_.alarms), AlarmText(*after.alarms)});

@@ -6,6 +6,7 @@
 
 #include "drivers/runtime/core/device.h"
 #include "drivers/tformat/procedure.h"
+#include "drivers/tformat/reset_rules.h"
 #include "drivers/tformat/settings.h"
 
 namespace axlecast::tformat {
@@ -14,8 +15,12 @@ namespace axlecast::tformat {
 // reading by ID 3, which shows the state before and ends whatever sequence another process left unfinished. The two
 // resets that move the position need a shaft at rest before each of the ten requests.
 //
-// A request without a good reply, or a shaft that moves, ends the sequence before the tenth: nothing is done then.
-// The driver's next request is ID 3, so that nobody completes it.
+// A request that is answered with a communication alarm is sent again after the same interval (spec 6.3.2 (4)), a few
+// times, as long as the shaft rests. It is not counted among the ten. Whether the encoder counts it is not documented:
+// from ten requests on, alarmed ones included, a reading decides what was done.
+//
+// Any other request without a good reply, or a shaft that moves, ends the sequence before the tenth: nothing is done
+// then. The driver's next request is ID 3, so that nobody completes it.
 class ResetProcedure final : public Procedure {
  public:
   // `id`: kClearErrors, kZeroSingleTurn or kResetTurnsAndErrors.
@@ -26,7 +31,7 @@ class ResetProcedure final : public Procedure {
   std::optional<Outcome> OnAnswer(const Answer& answer, MonoNs end) override;
   [[nodiscard]] Outcome OnLinkLost() const override;
   [[nodiscard]] bool exclusive() const override { return stage_ != Stage::kReadBefore; }
-  [[nodiscard]] bool touched() const override { return sent_ > 0 || in_flight_; }
+  [[nodiscard]] bool touched() const override { return sent_ + alarmed_ > 0 || in_flight_; }
 
  private:
   enum class Stage : std::uint8_t { kReadBefore, kSend, kVerify };
@@ -35,6 +40,10 @@ class ResetProcedure final : public Procedure {
   [[nodiscard]] bool MayGoOn(MonoNs now) const;
   std::optional<Outcome> OnBefore(const Answer& answer);
   std::optional<Outcome> OnSent(const Answer& answer, MonoNs end);
+  [[nodiscard]] std::optional<Outcome> Ended(const Answer& answer) const;
+  void VerifyAt(MonoNs due);
+  // So many requests have gone out that the encoder may have done it, however it counts.
+  [[nodiscard]] bool MayBeDone() const { return sent_ + alarmed_ >= kResetTimes; }
   std::optional<Outcome> OnVerified(const Answer& answer);
   [[nodiscard]] Outcome NotAtRest(const Motion& motion) const;
   [[nodiscard]] Outcome Moved(std::int64_t counts) const;
@@ -45,13 +54,16 @@ class ResetProcedure final : public Procedure {
   [[nodiscard]] Outcome JudgeErrors(const Reply& after) const;
   [[nodiscard]] std::uint8_t StillLatched(const Reply& after) const;
   [[nodiscard]] std::string Lost() const;
+  [[nodiscard]] Outcome Fitting(const std::string& text) const;
+  [[nodiscard]] bool SameBefore() const;
 
   const DataId id_;
   const TFormatSettings& settings_;
   const DeviceOutput& output_;
   Stage stage_ = Stage::kReadBefore;
   MonoNs due_ = 0;
-  int sent_ = 0;
+  int sent_ = 0;     // and not answered with a communication alarm
+  int alarmed_ = 0;  // answered with one
   bool in_flight_ = false;
   bool tenth_lost_ = false;
   int failed_reads_ = 0;

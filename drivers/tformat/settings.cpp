@@ -98,6 +98,7 @@ std::unique_ptr<TFormatSettings> ParseSettings(ConfigMap& device, const LineForm
   settings->timeout = device.Integer("timeout_us", kDefaultTimeoutUs, 100, 1'000'000,
                                      "us, longer than the adapter's latency timer") *
                       kMicrosecond;
+  settings->reply_timeout = settings->timeout;
   settings->silence = device.Integer("silence_us", kDefaultSilenceUs, kLeastSilenceUs, 1'000'000,
                                      "us, longer than the adapter's latency timer") *
                       kMicrosecond;

@@ -167,8 +167,9 @@ TFormatSimulator::ReplyBytes TFormatSimulator::Execute(const SimulatedRequest& r
   encoder.Advance(at);
   if (request.verdict != SimulatedRequest::Verdict::kGood) {
     ++counters_.abnormal;
-    encoder.OnOtherRequest();
     const auto alarms = static_cast<std::uint8_t>(Bit(request.parity_error, kCa0) | Bit(delimiter_error_, kCa1));
+    // "transmit the same Request signal again" (spec 6.3.2 (4)): the sequence of a reset goes on with it.
+    if (alarms == 0) encoder.OnOtherRequest();
     const std::uint8_t field = axis_.abnormal_echo ? request.field : TableControlField(0x3);
     return PositionReply(field, 0x3, alarms, at);
   }
@@ -245,7 +246,7 @@ void TFormatSimulator::Deliver(ReplyBytes reply, MonoNs request_end, MonoNs now,
   const std::size_t left = Damage(std::span(bytes.data(), reply.size()), axis_.fault, random_);
   reply = ReplyBytes(Bytes(bytes.data(), left));
 
-  const MonoNs due = sent + Amount(axis_.fault, Kind::kDelayed, kMillisecond);
+  const MonoNs due = adapter_.Due(sent, axis_.fault, random_);
   if (due <= now) return Send(reply, transmit);
   for (Pending& pending : pending_) {
     if (pending.due != kNever) continue;

@@ -55,7 +55,7 @@ class TFormatSimulator final : public Simulator {
  private:
   static constexpr std::size_t kLongestRequest = 4;
   static constexpr std::size_t kLongestReply = 11;
-  static constexpr std::size_t kMostPending = 8;
+  static constexpr std::size_t kMostPending = 32;
   using ReplyBytes = InlineBytes<kLongestReply>;
   struct Pending {
     MonoNs due = kNever;            // the host gets it
@@ -93,6 +93,7 @@ class TFormatSimulator final : public Simulator {
   MonoNs transmitting_until_ = INT64_MIN;
   std::array<Pending, kMostPending> pending_;
   MonoNs next_pending_ = kNever;
+  LateAdapter adapter_;
 };
 
 }  // namespace axlecast::tformat

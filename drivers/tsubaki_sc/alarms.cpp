@@ -36,6 +36,9 @@ const AlarmSpec kWrongPassword = {0x210, kDriver, kWarning, "wrong_password",
 const AlarmSpec kLoginFailed = {0x211, kDriver, kWarning, "login_failed",
                                 "motor_control wants the unit logged in, but it is not: run `log_in` to see why"};
 
+const AlarmSpec kStillLoggedIn = {0x212, kDriver, kWarning, "still_logged_in",
+                                  "The unit could not be logged out: run `log_out` to see why"};
+
 std::string StatusText(std::int32_t bits) {
   std::string text = Text("0x%02X", static_cast<unsigned>(bits));
   for (const MotorAlarm& alarm : kAlarms) {

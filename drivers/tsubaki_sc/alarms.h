@@ -22,6 +22,7 @@ inline constexpr std::uint16_t kTripBits = 0x6F;
 
 extern const AlarmSpec kWrongPassword;
 extern const AlarmSpec kLoginFailed;
+extern const AlarmSpec kStillLoggedIn;
 
 // "0x02 power_upper_limit_b"
 [[nodiscard]] std::string StatusText(std::int32_t bits);

@@ -3,6 +3,7 @@
 #include <axlecast/command_status_t.hpp>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/read_back.h"
 #include "drivers/tsubaki_sc/alarms.h"
 #include "drivers/tsubaki_sc/operations.h"
 
@@ -51,7 +52,8 @@ Outcome CoilOrder::Before() {
   stopped_before_ = reader_.Bit(kStopCoil);
   const int status = reader_.Register(kStatus, 1);
   if (kind_ == Kind::kStartMotor && (status & kTripBits) != 0) return RefusedByTrip(status);
-  if (kind_ == Kind::kClearTripCount && count_before_ == 0) return Verified("the trip count is 0 already");
+  if (kind_ == Kind::kClearTripCount && count_before_ == 0)
+    return Verified("the trip count is 0 already: nothing was sent");
   Outcome running;
   running.text = Text("trip count %u, stop coil %d", count_before_, stopped_before_ ? 1 : 0);
   if (kind_ == Kind::kStartMotor)
@@ -85,15 +87,9 @@ Outcome CoilOrder::Started() const {
   } else if ((status & kTripBits) != 0) {
     outcome =
         Final(OrderState::kFailed, Reason::REASON_DEVICE_ALARM, "the motor is tripped: " + StatusText(status));
-  } else if (stopped_before_) {
-    outcome = Verified("the stop coil reads 0; whether the motor turns cannot be read, look at the power");
-  } else if (confirmed_) {
-    outcome =
-        Verified("the unit took the start; nothing to be read tells whether the motor turns: look at the power");
-    outcome.verified = false;
   } else {
-    outcome = Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
-                    "the start's reply was lost, and the stop coil was 0 before: look at the motor");
+    outcome = JudgeReadBack({.same_before = !stopped_before_, .confirmed = confirmed_},
+                            "whether the motor turns cannot be read, look at the power; the stop coil reads 0");
   }
   outcome.changes.push_back({"stop_coil", stopped_before_ ? "1" : "0", stopped ? "1" : "0"});
   return outcome;

@@ -16,6 +16,8 @@ using Reason = command_status_t;
 // Within a reply the bytes follow each other at once (guideline 4), but an adapter's latency timer may hold them back
 // for 16 ms.
 constexpr MonoNs kQuiet = 25 * kMillisecond;
+// A stop waits no longer than that for an idle line.
+constexpr MonoNs kPatience = kQuiet;
 constexpr int kSilentAfter = 2;
 // Trips that follow each other faster than a log is read must not take the live data away.
 constexpr int kMostSuspensions = 2;
@@ -29,12 +31,12 @@ bool Same(Bytes a, Bytes b) { return std::equal(a.begin(), a.end(), b.begin(), b
 ScDevice::ScDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output, SecretSource& secrets)
     : owned_(device.settings),
       settings_(Own(device)),
-      character_(bus.simulate ? 0 : bus.link.line.WireTime(1)),
+      character_(bus.simulate ? 0 : bus.link.line.ShortestCharacter()),
       saturated_(bus.poll_hz <= 0),
       output_(output),
       requests_(settings_.address, settings_.timeout),
       passwords_(settings_, secrets),
-      login_(requests_, passwords_, settings_.password_format),
+      login_(requests_, passwords_, settings_.password_format, settings_.log_out),
       interpreter_(settings_.password_format.order, output),
       shop_{settings_, requests_, passwords_, login_, interpreter_.trips(), output_},
       urgent_(output),
@@ -42,36 +44,53 @@ ScDevice::ScDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutpu
 
 Step ScDevice::Next(const Turn& turn) const {
   if (!link_up_) return {.action = Idle{kNever}, .priority = Priority::kLive};
-  if (turn.now < quiet_until_) return {.action = Silence{quiet_until_ - turn.now}, .priority = Priority::kLive};
-  if (urgent_.Wants(turn.now)) return StepOf(WorkAt(Priority::kStop), Priority::kStop);
-  if (order_.Wants(turn.now)) return StepOf(WorkAt(Priority::kCommand), Priority::kCommand);
-  if (turn.live_due) return StepOf(WorkAt(Priority::kLive), Priority::kLive);
+  const bool urgent = !turn.reserved && urgent_.Wants(turn.now);
+  if (turn.now < quiet_until_ && !(urgent && turn.now >= busy_since_ + kPatience)) {
+    return {.action = Silence{quiet_until_ - turn.now}, .priority = Priority::kLive};
+  }
+  if (urgent) return UrgentStep(turn.now);
+  // The password follows the reading of the login state at once.
+  const bool commands = !turn.reserved && (order_.Wants(turn.now) || (login_.writing() && !fence_));
+  if (commands) return StepOf(WorkAt(Priority::kCommand), Priority::kCommand, turn.now);
+  if (turn.live_due) return StepOf(WorkAt(Priority::kLive), Priority::kLive, turn.now);
   return BackgroundStep(turn.now);
+}
+
+Step ScDevice::UrgentStep(MonoNs now) const {
+  Step step = StepOf(WorkAt(Priority::kStop), Priority::kStop, now);
+  std::get<Exchange>(step.action).regardless = now < quiet_until_;
+  return step;
+}
+
+// Orders move it on; else the live turns of the unit do.
+bool ScDevice::LoginOfOrder() const {
+  return (urgent_.held() && urgent_.login_goal()) || (order_.held() && order_.login_goal());
 }
 
 // Between its live turns: on a bus that is not full, and in the turns that are kept for it.
 Step ScDevice::BackgroundStep(MonoNs now) const {
   const TripReader& trips = interpreter_.trips();
-  if (fence_ || !answering_ || login_.active()) return {.action = Idle{kNever}, .priority = Priority::kLive};
+  if (fence_ || !answering_ || (login_.active() && !LoginOfOrder()))
+    return {.action = Idle{kNever}, .priority = Priority::kLive};
   // A slot for each half would halve the rate that the configuration asks for.
-  if (!saturated_ && status_next_) return StepOf(Work::kLive, Priority::kLive);
-  if (trips.fresh()) return StepOf(Work::kTrip, Priority::kTrip);
+  if (!saturated_ && status_next_) return StepOf(Work::kLive, Priority::kLive, now);
+  if (trips.fresh()) return StepOf(Work::kTrip, Priority::kTrip, now);
   const bool slow_due = now >= slow_.due();
-  if (trips.wanted() && (history_next_ || !slow_due)) return StepOf(Work::kTrip, Priority::kSlow);
-  if (slow_due) return StepOf(Work::kSlow, Priority::kSlow);
+  if (trips.wanted() && (history_next_ || !slow_due)) return StepOf(Work::kTrip, Priority::kSlow, now);
+  if (slow_due) return StepOf(Work::kSlow, Priority::kSlow, now);
   return {.action = Idle{slow_.due()}, .priority = Priority::kSlow};
 }
 
-Step ScDevice::StepOf(Work work, Priority priority) const {
-  return {.action = ExchangeOf(work), .priority = priority};
+Step ScDevice::StepOf(Work work, Priority priority, MonoNs now) const {
+  return {.action = ExchangeOf(work, now), .priority = priority};
 }
 
-Exchange ScDevice::ExchangeOf(Work work) const {
+Exchange ScDevice::ExchangeOf(Work work, MonoNs now) const {
   switch (work) {
     case Work::kFence:
       return requests_.Read(kMains);
     case Work::kLogin:
-      return login_.Next();
+      return login_.Next(now);
     case Work::kUrgent:
       return urgent_.procedure().Next();
     case Work::kOrder:
@@ -90,7 +109,7 @@ ScDevice::Work ScDevice::WorkAt(Priority priority) const {
     case Priority::kStop:
       return OrderWork(urgent_, Work::kUrgent);
     case Priority::kCommand:
-      return OrderWork(order_, Work::kOrder);
+      return login_.writing() && !fence_ ? Work::kLogin : OrderWork(order_, Work::kOrder);
     case Priority::kLive:
       return LiveWork();
     case Priority::kTrip:
@@ -101,15 +120,15 @@ ScDevice::Work ScDevice::WorkAt(Priority priority) const {
 }
 
 ScDevice::Work ScDevice::OrderWork(const OrderSlot& slot, Work own) const {
-  if (!slot.waits_for_login() && slot.procedure().unfenced()) return own;
+  if (!slot.login_goal() && slot.procedure().unfenced()) return own;
   if (fence_) return Work::kFence;
-  return slot.waits_for_login() ? Work::kLogin : own;
+  return slot.login_goal() ? Work::kLogin : own;
 }
 
 ScDevice::Work ScDevice::LiveWork() const {
   const TripReader& trips = interpreter_.trips();
   if (fence_ || !answering_) return Work::kFence;
-  if (login_.active()) return Work::kLogin;
+  if (login_.active() && !LoginOfOrder() && !lent_) return Work::kLogin;
   if (slow_.identity_first()) return Work::kSlow;
   if (trips.fresh()) {
     const bool suspend = settings_.trip_fetch == TripFetchMode::kSuspendLive && trips.log() == 0 &&
@@ -125,20 +144,21 @@ OrderSlot* ScDevice::SlotAt(Priority priority) {
   return priority == Priority::kStop ? &urgent_ : priority == Priority::kCommand ? &order_ : nullptr;
 }
 
-void ScDevice::OnStarted(const Step& step, MonoNs) {
+void ScDevice::OnStarted(const Step& step, MonoNs now) {
   const auto* exchange = std::get_if<Exchange>(&step.action);
   if (exchange == nullptr) return;
   priority_ = step.priority;
   in_flight_ = WorkAt(priority_);
   const bool background = priority_ == Priority::kSlow && interpreter_.trips().wanted();
-  if (background && Same(exchange->request, ExchangeOf(Work::kTrip).request)) in_flight_ = Work::kTrip;
+  if (background && Same(exchange->request, ExchangeOf(Work::kTrip, now).request)) in_flight_ = Work::kTrip;
   // The second half between two slots.
-  if (priority_ == Priority::kLive && Same(exchange->request, ExchangeOf(Work::kLive).request)) {
+  if (priority_ == Priority::kLive && Same(exchange->request, ExchangeOf(Work::kLive, now).request)) {
     in_flight_ = Work::kLive;
   }
   if (priority_ == Priority::kLive) lent_ = in_flight_ != Work::kLive;
   if (OrderSlot* slot = SlotAt(priority_)) {
-    if (in_flight_ == Work::kUrgent || in_flight_ == Work::kOrder) slot->OnStarted();
+    const bool login = in_flight_ == Work::kLogin && slot->held() && slot->login_goal();
+    if (login || in_flight_ == Work::kUrgent || in_flight_ == Work::kOrder) slot->OnStarted();
   }
 }
 
@@ -153,6 +173,7 @@ void ScDevice::On(const Event& event) {
     case Event::Kind::kUnsolicited:
       // Which unit it came from cannot be told; that of the late reply will notice it itself, by its fence.
       output_.OnError(ErrorKind::kStray, event.received);
+      if (now > quiet_until_) busy_since_ = now;
       quiet_until_ = std::max(quiet_until_, now + kQuiet);
       break;
     case Event::Kind::kSilent:
@@ -169,6 +190,7 @@ void ScDevice::On(const Event& event) {
   }
   urgent_.ExpireIfLate(now);
   order_.ExpireIfLate(now);
+  if (link_up_) PursueLogin(now);
 }
 
 void ScDevice::OnExchange(const Event& event) {
@@ -179,6 +201,7 @@ void ScDevice::OnExchange(const Event& event) {
   const bool asked_by_order = work == Work::kOrder || work == Work::kUrgent || work == Work::kLogin;
   if (!answer.ok() && !(answer.refused() && asked_by_order)) output_.OnError(*answer.error, answer.at);
   interpreter_.OnAnswer(answer);
+  if (answer.ok() && answer.block == kLoginStatus) OnLoginStatus(work, answer);
   Settle(work, answer);
   if (work != Work::kLogin) LogInIfWanted(answer);
 }
@@ -186,7 +209,9 @@ void ScDevice::OnExchange(const Event& event) {
 void ScDevice::Track(const Answer& answer) {
   if (answer.unclear) {
     fence_ = true;
+    if (answer.end > quiet_until_) busy_since_ = answer.end;
     quiet_until_ = answer.end + kQuiet;
+    login_.OnDoubt();
   }
   if (answer.error == ErrorKind::kTimeout) {
     if (++silent_ == kSilentAfter) Disappear();
@@ -229,51 +254,86 @@ void ScDevice::OnFence(const Answer& answer) {
     fence_ = false;
     if (slot != nullptr) slot->OnFencePassed();
   } else if (slot != nullptr) {
-    slot->OnFenceFailed(CauseOf(answer));
+    slot->OnFenceFailed(answer);
   }
 }
 
 void ScDevice::OnOrderAnswer(OrderSlot& slot, const Answer& answer) {
-  if (slot.held() && slot.TakeLogin(answer)) return StartLogin();
+  if (slot.held() && !slot.ended() && slot.TakeLogin(answer)) {
+    // A logout that is under way waits for the login.
+    if (login_.active() && login_.goal() == LoginGoal::kOut) login_.Abort("an order needs the login");
+    return;
+  }
   slot.OnAnswer(answer);
 }
 
-// Somebody waits for it, or motor_control wants it.
-void ScDevice::StartLogin() {
-  if (!login_.active() && !login_.Start()) EndLogin(false, 0);
+// Somebody waits for a login or a logout, or one is owed.
+void ScDevice::PursueLogin(MonoNs now) {
+  if (login_.active()) return;
+  for (OrderSlot* slot : {&urgent_, &order_}) {
+    if (!slot->held() || !slot->login_goal()) continue;
+    // The procedure made sure that the unit stays logged in.
+    if (slot->ended() && !login_.owes_log_out())
+      slot->Release("");
+    else
+      return StartLogin(*slot->login_goal(), now);
+  }
+  const bool background = answering_ && login_.owes_log_out() && !log_out_failed_;
+  if (background && !urgent_.held() && !order_.held()) StartLogin(LoginGoal::kOut, now);
+}
+
+void ScDevice::StartLogin(LoginGoal goal, MonoNs now) {
+  if (!login_.Start(goal)) EndLogin(false, now);
 }
 
 void ScDevice::OnLoginAnswer(const Answer& answer) {
   const Login::Result result = login_.OnAnswer(answer);
-  if (result != Login::Result::kGoing) EndLogin(result == Login::Result::kLoggedIn, answer.end);
+  if (result != Login::Result::kGoing) EndLogin(result == Login::Result::kDone, answer.end);
 }
 
-void ScDevice::EndLogin(bool logged_in, MonoNs now) {
-  if (logged_in || login_.wrong_password()) {
-    output_.OnAlarm(kWrongPassword, logged_in ? AlarmState::kAbsent : AlarmState::kDriverLatched, now);
+void ScDevice::EndLogin(bool done, MonoNs now) {
+  const LoginGoal goal = login_.goal();
+  const bool in = goal == LoginGoal::kIn;
+  if (login_.wrong_password() || (in && done)) {
+    const auto state = login_.wrong_password() ? AlarmState::kDriverLatched : AlarmState::kAbsent;
+    output_.OnAlarm(kWrongPassword, state, now);
   }
-  const bool missed = !logged_in && settings_.motor_control != MotorControl::kNone;
-  output_.OnAlarm(kLoginFailed, missed ? AlarmState::kLive : AlarmState::kAbsent, now);
+  if (in) {
+    const bool missed = !done && settings_.StaysLoggedIn();
+    output_.OnAlarm(kLoginFailed, missed ? AlarmState::kLive : AlarmState::kAbsent, now);
+  } else {
+    log_out_failed_ = !done;
+    output_.OnAlarm(kStillLoggedIn, done ? AlarmState::kAbsent : AlarmState::kLive, now);
+  }
   for (OrderSlot* slot : {&urgent_, &order_}) {
-    if (!slot->held() || !slot->waits_for_login()) continue;
-    if (logged_in)
-      slot->OnLoggedIn();
+    if (!slot->held() || slot->login_goal() != goal) continue;
+    if (done && in && !slot->ended() && slot->procedure().begins_with()) login_.Keep();
+    if (done)
+      slot->OnLoginDone(in && login_.owes_log_out() && slot == &order_);
     else
-      slot->GiveUp(Reason::REASON_DEVICE_REFUSED, login_.problem());
+      slot->OnLoginFailed(login_.problem());
   }
+}
+
+void ScDevice::OnLoginStatus(Work work, const Answer& answer) {
+  const bool logged_in = interpreter_.reading().logged_in == 1;
+  login_.OnStatusRead(logged_in);
+  if (!logged_in) output_.OnAlarm(kStillLoggedIn, AlarmState::kAbsent, answer.end);
+  if (work == Work::kSlow) log_out_failed_ = false;
 }
 
 // So that a stop needs no login first.
 void ScDevice::LogInIfWanted(const Answer& answer) {
   const bool logged_out = answer.ok() && answer.block == kLoginStatus && interpreter_.reading().logged_in == 0;
-  if (!logged_out || settings_.motor_control == MotorControl::kNone || login_.wrong_password()) return;
-  StartLogin();
+  if (!logged_out || !settings_.StaysLoggedIn() || login_.wrong_password()) return;
+  if (!login_.active()) StartLogin(LoginGoal::kIn, answer.end);
 }
 
 void ScDevice::Disappear() {
   answering_ = false;
   status_next_ = false;
   login_.Abort("the unit does not answer");
+  log_out_failed_ = false;
   interpreter_.Forget();
   slow_.Restart();
 }
@@ -298,9 +358,9 @@ void ScDevice::Begin(const Order& order, MonoNs now) {
   auto made = Admit(order, now);
   if (const Outcome* refused = std::get_if<Outcome>(&made)) return output_.OnOutcome(order.id, *refused);
   OrderSlot& slot = order.operation == kStopMotorName ? urgent_ : order_;
-  if (order.operation == kLogInName) login_.Allow();
+  if (order.operation == kLogInName || order.operation == kLogOutName) login_.Allow();
   slot.Take(order, std::move(std::get<std::unique_ptr<Procedure>>(made)));
-  if (slot.waits_for_login()) StartLogin();
+  PursueLogin(now);
 }
 
 std::optional<Outcome> ScDevice::Refusal(const Order& order, MonoNs now) const {

@@ -21,10 +21,12 @@ namespace axlecast::tsubaki_sc {
 //   damaged or foreign reply, link up) the unit is first asked for its mains frequency (function 02), whose
 //   reply has a shape of its own. A late reply to anything else does not fit it, is an error, and the fence is asked
 //   once more. Only a stop does not wait for that: the echo of coil 100 has a shape of its own too.
-// - It transmits nothing while the line may still carry a reply.
+// - It transmits nothing while the line may still carry a reply; but a stop waits 25 ms for that at most, and then goes
+//   out on a busy line too.
 // - A live turn reads 100-106 or 200-204, in turns. The log of a new trip uses live turns too, as trip_fetch says, and
 //   so do the login and, every other one, the first look at a unit that has appeared.
-// - Error 04 (logged out) to an order: logs in once, and the same request goes out once more.
+// - Error 04 (logged out) to an order: logs in once, and the same request goes out once more. Unless the configuration
+//   says log_out: false, the unit is logged out again before the order's outcome is reported; after a stop, later.
 class ScDevice final : public Device {
  public:
   ScDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output, SecretSource& secrets);
@@ -44,8 +46,9 @@ class ScDevice final : public Device {
   [[nodiscard]] Made Admit(const Order& order, MonoNs now) const;
   [[nodiscard]] std::optional<Outcome> RefusalNow(const Order& order, MonoNs now) const;
   [[nodiscard]] Step BackgroundStep(MonoNs now) const;
-  [[nodiscard]] Step StepOf(Work work, Priority priority) const;
-  [[nodiscard]] Exchange ExchangeOf(Work work) const;
+  [[nodiscard]] Step UrgentStep(MonoNs now) const;
+  [[nodiscard]] Step StepOf(Work work, Priority priority, MonoNs now) const;
+  [[nodiscard]] Exchange ExchangeOf(Work work, MonoNs now) const;
   [[nodiscard]] Work WorkAt(Priority priority) const;
   [[nodiscard]] Work OrderWork(const OrderSlot& slot, Work own) const;
   [[nodiscard]] Work LiveWork() const;
@@ -57,8 +60,11 @@ class ScDevice final : public Device {
   void OnFence(const Answer& answer);
   void OnOrderAnswer(OrderSlot& slot, const Answer& answer);
   void OnLoginAnswer(const Answer& answer);
-  void StartLogin();
-  void EndLogin(bool logged_in, MonoNs now);
+  void PursueLogin(MonoNs now);
+  void StartLogin(LoginGoal goal, MonoNs now);
+  void EndLogin(bool done, MonoNs now);
+  [[nodiscard]] bool LoginOfOrder() const;
+  void OnLoginStatus(Work work, const Answer& answer);
   void LogInIfWanted(const Answer& answer);
   void Disappear();
   void OnLinkUp(MonoNs now);
@@ -83,10 +89,12 @@ class ScDevice final : public Device {
   int silent_ = 0;  // exchanges in a row without a single byte
   bool fence_ = false;
   MonoNs quiet_until_ = 0;  // nothing is transmitted before
+  MonoNs busy_since_ = 0;   // with quiet_until_: since when the line has not been idle
   Work in_flight_ = Work::kNone;
   Priority priority_ = Priority::kLive;  // of what is in flight
   bool status_next_ = false;             // the second half of the live data
   bool lent_ = false;                    // the last live turn was not used for live data
+  bool log_out_failed_ = false;          // it is tried again when the login state is read anew
   bool history_next_ = true;             // among the slow turns, between old logs and slow items
 };
 

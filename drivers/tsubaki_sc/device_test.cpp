@@ -1,5 +1,7 @@
 #include "drivers/tsubaki_sc/device.h"
 
+#include <cmath>
+
 #include "drivers/tsubaki_sc/device_test_support.h"
 
 namespace axlecast::tsubaki_sc {
@@ -29,15 +31,17 @@ TEST(ScDevice, ReadsEverythingOnceAtTheStartBesideTheLiveData) {
   bench.unit.mains_60hz = true;
   bench.unit.stop_coil = true;
   bench.LinkUp();
-  bench.Turns(20);
+  bench.Turns(28);
   for (const ByteList& item :
-       {ByteList{0x01, 0, 100, 0, 1}, ByteList{0x04, 1, 0x2C, 0, 1}, ByteList{0x03, 0, 54, 0, 1},
+       {ByteList{0x01, 0, 100, 0, 1}, ByteList{0x04, 1, 0x2C, 0, 1}, ByteList{0x04, 0, 0, 0, 9},
+        ByteList{0x03, 0, 0, 0, 19}, ByteList{0x03, 0, 19, 0, 18}, ByteList{0x03, 0, 37, 0, 18},
         ByteList{0x03, 1, 0x2C, 0, 2}, ByteList{0x03, 1, 0x5E, 0, 5}, ByteList{0x11}}) {
     EXPECT_EQ(bench.Count(item), 1) << int{item[0]};
   }
   EXPECT_EQ(bench.output.serial, "T123456789");
   EXPECT_EQ(bench.output.firmware, "1.0.0");
   EXPECT_EQ(bench.output.identity, 0x53433032);  // "SC02"
+  EXPECT_EQ(bench.output.product_code, "SC02");  // ASCII: guideline 11
   ASSERT_FALSE(bench.output.motors.empty());
   const MotorReading& last = bench.output.motors.back();
   EXPECT_EQ(last.mains_hz, 60);
@@ -64,6 +68,41 @@ TEST(ScDevice, PublishesLiveDataInSiUnits) {
   EXPECT_FALSE(motor.tripped);
 }
 
+TEST(ScDevice, TellsWhatTripsTheMotor) {
+  Bench bench(kLoginKeys);
+  bench.unit.holdings[52] = 905;    // 90.5 degrees C
+  bench.unit.holdings[53] = 12345;  // 123.45 m/s^2
+  bench.GoOnline();
+  ASSERT_FALSE(bench.output.limits.empty());
+  const MotorLimits limits = bench.output.limits.back();
+  EXPECT_FLOAT_EQ(limits.power_upper_w[0], 100.0F);  // AI 0 to 8 hold 1000 to 1008
+  EXPECT_FLOAT_EQ(limits.power_upper_w[1], 100.1F);
+  EXPECT_FLOAT_EQ(limits.power_lower_w[0], 100.2F);
+  EXPECT_FLOAT_EQ(limits.power_lower_w[1], 100.3F);
+  EXPECT_FLOAT_EQ(limits.start_time_s, 100.4F);
+  EXPECT_FLOAT_EQ(limits.shock_time_upper_s[0], 100.5F);
+  EXPECT_FLOAT_EQ(limits.shock_time_upper_s[1], 100.6F);
+  EXPECT_FLOAT_EQ(limits.shock_time_lower_s[0], 100.7F);
+  EXPECT_FLOAT_EQ(limits.shock_time_lower_s[1], 100.8F);
+  EXPECT_FLOAT_EQ(limits.overheat_c, 90.5F);
+  EXPECT_FLOAT_EQ(limits.shock_mps2, 123.45F);
+  EXPECT_FLOAT_EQ(limits.log_interval_s, 0.2F);
+  for (unsigned i = 0; i <= 51; ++i)
+    EXPECT_FLOAT_EQ(limits.parameters[i], 1.0F + 0.1F * static_cast<float>(i)) << i;
+  EXPECT_FLOAT_EQ(limits.parameters[53], 123.45F);
+  // A write is read back, and so is known at once.
+  EXPECT_EQ(bench.Do("write_parameter", {{"name", "overheat_limit"}, {"value", "80"}}).state,
+            OrderState::kSucceeded);
+  EXPECT_FLOAT_EQ(bench.output.limits.back().overheat_c, 80.0F);
+  // Another unit at the same address has its own.
+  bench.unit.SetText(350, "T987654321");
+  bench.RunUntil([&] { return bench.output.serial == "T987654321"; }, 128 * 20);
+  const std::size_t before = bench.output.limits.size();
+  bench.RunUntil([&] { return bench.output.limits.size() > before; }, 128 * 20);
+  const MotorLimits& other = bench.output.limits.back();
+  EXPECT_TRUE(std::isnan(other.overheat_c) || std::isnan(other.power_upper_w[0])) << "one block was read so far";
+}
+
 // device-facts: 267 ms a cycle, 3.74 Hz.
 TEST(ScDevice, ALiveCycleTakesTwoExchangesAtReadingA) {
   Bench bench;
@@ -79,10 +118,10 @@ TEST(ScDevice, ALiveCycleTakesTwoExchangesAtReadingA) {
 TEST(ScDevice, OneTurnIn128IsForASlowItemAndNoMore) {
   Bench bench;
   bench.GoOnline();
-  bench.Turns(128 * 7);
+  bench.Turns(128 * 10);
   EXPECT_EQ(bench.Count({0x04}) - bench.Count(kAskAnalog) - bench.Count(kAskStatus) + bench.Count({0x01}) +
                 bench.Count({0x02}) + bench.Count({0x03}) + bench.Count({0x11}),
-            7);
+            10);
   EXPECT_EQ(bench.Count({0x01, 0, 100}), 1);
   EXPECT_EQ(bench.Count({0x02}), 1);
 }

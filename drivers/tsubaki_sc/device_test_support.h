@@ -4,6 +4,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <map>
 #include <memory>
@@ -58,6 +59,8 @@ class BenchOutput final : public RecordingOutput {
 inline constexpr const char* kPlainKeys = "{address: 1}";
 inline constexpr const char* kFullKeys =
     "{address: 1, motor_control: start_stop, passwords: {old: {file: /p/old}, new: {file: /p/new}}, password: old}";
+inline constexpr const char* kKeptKeys =
+    "{address: 1, passwords: {old: {file: /p/old}, new: {file: /p/new}}, password: old, log_out: false}";
 inline constexpr const char* kLoginKeys =
     "{address: 1, passwords: {old: {file: /p/old}, new: {file: /p/new}}, password: old}";
 
@@ -130,6 +133,8 @@ class Bench {
   void GoOnline() {
     LinkUp();
     RunUntil([&] { return !output.motors.empty() && !output.firmware.empty() && Ready(); });
+    constexpr std::uint8_t kStatusAddress = 200;
+    if (Offered()[3] == kStatusAddress) Turns(1);  // so that a live cycle begins
     sent.clear();
     output.motors.clear();
   }
@@ -177,7 +182,9 @@ class Bench {
 
  private:
   [[nodiscard]] bool Ready() const {
-    return output.motors.back().mains_hz != 0 && output.motors.back().logged_in >= 0;
+    constexpr std::size_t kReadLast = 19;  // a parameter of the last slow item
+    return output.motors.back().mains_hz != 0 && output.motors.back().logged_in >= 0 && !output.limits.empty() &&
+           !std::isnan(output.limits.back().parameters[kReadLast]);
   }
 
   void Carry(const Exchange& exchange, Priority priority) {

@@ -45,6 +45,7 @@ const Family& tsubaki_sc_family() {
       .has_position = false,
       .operations = tsubaki_sc::Operations(),
       .parameters = tsubaki_sc::Parameters(),
+      .permits = &tsubaki_sc::Permits,
       .parse_bus = &tsubaki_sc::ParseBusSettings,
       .parse = &tsubaki_sc::ParseSettings,
       .check_bus = &tsubaki_sc::CheckAddresses,

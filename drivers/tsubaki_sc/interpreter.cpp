@@ -1,6 +1,7 @@
 #include "drivers/tsubaki_sc/interpreter.h"
 
 #include "drivers/tsubaki_sc/alarms.h"
+#include "drivers/tsubaki_sc/parameters.h"
 
 namespace axlecast::tsubaki_sc {
 
@@ -38,10 +39,36 @@ void Interpreter::OnRegisters(const Answer& answer) {
   if (block == kMfgNumber || block == kProductCode) return OnIdentity(answer);
   if (block == kVersion) return OnVersion(answer);
   if (const auto place = LogPlaceOf(block)) return trips_.OnLog(*place, answer.reply, answer.at);
-  const std::size_t end = std::size_t{block.first} + block.count;
-  if (block.read == kLogInterval.read && block.first <= kLogIntervalAddress && end > kLogIntervalAddress) {
-    trips_.OnLogInterval(answer.reply.Register(std::size_t{kLogIntervalAddress} - block.first));
+  if (block == kSetValues) return OnSetValues(answer);
+  if (block.read == kLogInterval.read && block.first <= kLogIntervalAddress) OnParameters(answer);
+}
+
+// Guideline 10: electric power upper limit A and B, lower limit A and B, start time, shock times in the same order.
+void Interpreter::OnSetValues(const Answer& answer) {
+  const auto tenths = [&](std::size_t index) { return static_cast<float>(answer.reply.Register(index)) / 10.0F; };
+  limits_.at = answer.at;
+  limits_.power_upper_w = {tenths(0), tenths(1)};
+  limits_.power_lower_w = {tenths(2), tenths(3)};
+  limits_.start_time_s = tenths(4);
+  limits_.shock_time_upper_s = {tenths(5), tenths(6)};
+  limits_.shock_time_lower_s = {tenths(7), tenths(8)};
+  output_.OnMotorLimits(limits_);
+}
+
+void Interpreter::OnParameters(const Answer& answer) {
+  limits_.at = answer.at;
+  for (const ParameterSpec& parameter : Parameters()) {
+    const std::size_t address = parameter.address;
+    if (address < answer.block->first || address >= std::size_t{answer.block->first} + answer.block->count)
+      continue;
+    const std::uint16_t value = answer.reply.Register(address - answer.block->first);
+    limits_.parameters[address] = static_cast<float>(value) / (parameter.decimals == 2 ? 100.0F : 10.0F);
+    if (address == kLogIntervalAddress) trips_.OnLogInterval(value);
   }
+  limits_.overheat_c = limits_.parameters[kOverheatLimitAddress];
+  limits_.shock_mps2 = limits_.parameters[kShockLimitAddress];
+  limits_.log_interval_s = limits_.parameters[kLogIntervalAddress];
+  output_.OnMotorLimits(limits_);
 }
 
 void Interpreter::OnAnalog(const Answer& answer) {
@@ -81,9 +108,13 @@ void Interpreter::Publish() {
 void Interpreter::OnIdentity(const Answer& answer) {
   if (*answer.block == kProductCode) {
     product_ = (std::int64_t{answer.reply.Register(0)} << 16) | answer.reply.Register(1);
+    output_.OnProductCode(RegisterText(answer.reply.data, order_));
   } else {
     std::string serial = RegisterText(answer.reply.data, order_);
-    if (!serial_.empty() && serial != serial_) trips_.Forget();
+    if (!serial_.empty() && serial != serial_) {
+      trips_.Forget();
+      limits_ = {};
+    }
     serial_ = std::move(serial);
   }
   output_.OnIdentity(product_, serial_, firmware_);

@@ -9,7 +9,7 @@
 
 namespace axlecast::tsubaki_sc {
 
-// What the unit says, towards the outside: motor readings, alarms, identity, trips. All of it follows from the
+// What the unit says, towards the outside: motor readings, limits, alarms, identity, trips. All of it follows from the
 // answers alone, whoever asked and why; so a recorded sequence of events gives the same again.
 class Interpreter {
  public:
@@ -27,6 +27,8 @@ class Interpreter {
   void OnRegisters(const Answer& answer);
   void OnAnalog(const Answer& answer);
   void OnStatus(const Answer& answer);
+  void OnSetValues(const Answer& answer);
+  void OnParameters(const Answer& answer);
   void OnIdentity(const Answer& answer);
   void OnVersion(const Answer& answer);
   void Publish();
@@ -35,6 +37,7 @@ class Interpreter {
   DeviceOutput& output_;
   TripReader trips_;
   MotorReading reading_;
+  MotorLimits limits_;
   bool unpublished_ = false;  // the analog half is newer than the last published reading
   std::int64_t product_ = -1;
   std::string serial_;

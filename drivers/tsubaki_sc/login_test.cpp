@@ -69,7 +69,7 @@ TEST(Login, AWrongPasswordIsWrittenOnceAndNeverAgain) {
 }
 
 TEST(Login, IsLostWithThePowerAndMadeOnceMoreForTheSameWrite) {
-  Bench bench(kLoginKeys);
+  Bench bench(kKeptKeys);
   bench.GoOnline();
   bench.unit.inputs[200] = 5;
   EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kSucceeded) << bench.Last().text;
@@ -87,7 +87,7 @@ TEST(Login, IsLostWithThePowerAndMadeOnceMoreForTheSameWrite) {
 
 // A unit that refuses although it says logged in: one login, one repetition, no more.
 TEST(Login, IsMadeOnceForAnOrderAtMost) {
-  Bench bench(kLoginKeys);
+  Bench bench(kKeptKeys);
   bench.GoOnline();
   bench.unit.inputs[200] = 5;
   bench.wire = [&](const ByteList& request) {

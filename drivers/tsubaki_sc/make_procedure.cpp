@@ -125,9 +125,6 @@ Made MakeMotor(const Order& order, const Workshop& shop) {
 Made MakeSetPassword(const Order& order, const Workshop& shop) {
   const std::string name(FindArgument(order.arguments, "name").value_or(""));
   if (!shop.passwords.Has(name)) return BadArgument("name must be a NAME of passwords in the configuration");
-  if (shop.passwords.active().empty()) {
-    return Rejected(Reason::REASON_NOT_PERMITTED, "the configuration names no password to log in with");
-  }
   Secret secret;
   const std::string problem = shop.passwords.Read(name, secret);
   if (!problem.empty()) return Rejected(Reason::REASON_NOT_PERMITTED, problem);
@@ -149,12 +146,20 @@ Made MakeCheckPassword(const Order& order, const Workshop& shop) {
   }
   if (!shop.passwords.Has(name)) return BadArgument("name must be a NAME of passwords in the configuration");
   return std::make_unique<PasswordCheck>(
-      shop.requests, PasswordComparison(shop.passwords, shop.settings.password_format, std::move(name)));
+      shop.requests, PasswordComparison(shop.passwords, shop.settings.password_format, std::move(name)),
+      shop.passwords);
 }
 
-Made MakeLogIn(const Workshop& shop) {
-  if (!shop.passwords.active().empty()) return std::make_unique<LogIn>(shop.requests);
-  return Rejected(Reason::REASON_NOT_PERMITTED, "the configuration names no password to log in with");
+Made MakeLogIn(const Workshop& shop, LoginGoal goal) {
+  if (shop.passwords.active().empty()) {
+    return Rejected(Reason::REASON_NOT_PERMITTED, "the configuration names no password to log in or out with");
+  }
+  if (goal == LoginGoal::kOut && shop.settings.StaysLoggedIn()) {
+    return Rejected(
+        Reason::REASON_NOT_PERMITTED,
+        "motor_control keeps the unit logged in, so that a stop needs no login first: set log_out: true");
+  }
+  return std::make_unique<LogIn>(shop.requests, goal);
 }
 
 Made MakeReadout(const Workshop& shop, std::vector<Block> blocks, Readout::Show show) {
@@ -166,6 +171,11 @@ Made MakeReadout(const Workshop& shop, std::vector<Block> blocks, Readout::Show 
 Made MakeProcedure(const Order& order, const Workshop& shop) {
   const std::string_view name = order.operation;
   if (name == kStopMotorName || name == kStartMotorName) return MakeMotor(order, shop);
+  const bool password = NeedsLogin(name) || name == kCheckPasswordName;
+  if (password && shop.passwords.active().empty()) {
+    return Rejected(Reason::REASON_NOT_PERMITTED,
+                    "the configuration names no password: add passwords and password");
+  }
   if (name == kClearTripCountName) {
     return std::make_unique<CoilOrder>(CoilOrder::Kind::kClearTripCount, shop.requests);
   }
@@ -176,7 +186,8 @@ Made MakeProcedure(const Order& order, const Workshop& shop) {
   if (name == kReadParametersName) return MakeRead(order, shop);
   if (name == kWriteParameterName || name == kWriteParametersName) return MakeWrite(order, shop);
   if (name == kFetchTripLogsName) return std::make_unique<TripFetch>(shop.requests, shop.trips);
-  if (name == kLogInName) return MakeLogIn(shop);
+  if (name == kLogInName) return MakeLogIn(shop, LoginGoal::kIn);
+  if (name == kLogOutName) return MakeLogIn(shop, LoginGoal::kOut);
   if (name == kSetPasswordName) return MakeSetPassword(order, shop);
   if (name == kCheckPasswordName) return MakeCheckPassword(order, shop);
   return Rejected(Reason::REASON_UNKNOWN_OPERATION, "tsubaki_sc has no operation " + order.operation);

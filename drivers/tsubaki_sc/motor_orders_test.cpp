@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 
 #include <axlecast/command_status_t.hpp>
+#include <functional>
+#include <variant>
 
 #include "drivers/tsubaki_sc/coil_order.h"
 #include "drivers/tsubaki_sc/device_test_support.h"
@@ -208,6 +210,96 @@ TEST(StopMotor, SaysSoWhenTheUnitDoesNotTakeIt) {
   bench.wire = [](const ByteList&) { return ByteList(); };
   EXPECT_EQ(bench.Do("stop_motor").state, OrderState::kIndeterminate) << "it may have arrived";
   EXPECT_THAT(bench.Last().text, HasSubstr("stop the motor by other means"));
+}
+
+// Bytes of somebody else, one each 5 ms without end, until `done`.
+void RunOnABusyLine(Bench& bench, const std::function<bool()>& done) {
+  for (int i = 0; i < 10'000 && !done(); ++i) {
+    bench.Stray({0x55});
+    if (std::holds_alternative<Exchange>(bench.Peek().action))
+      bench.Turn();
+    else
+      bench.now += 5 * kMillisecond;
+  }
+  EXPECT_TRUE(done());
+}
+
+TEST(StopMotor, GoesOutOnALineThatIsNeverIdle) {
+  Bench bench(kFullKeys);
+  bench.GoOnline();
+  bench.RunUntil([&] { return bench.unit.logged_in; });
+  bench.sent.clear();
+  const MonoNs quiet = bench.now + kSecond;
+  RunOnABusyLine(bench, [&] { return bench.now >= quiet; });
+  EXPECT_TRUE(bench.sent.empty()) << "nothing else is transmitted";
+  bench.Begin("stop_motor");
+  const MonoNs asked = bench.now;
+  RunOnABusyLine(bench, [&] { return !bench.sent.empty(); });
+  EXPECT_EQ(bench.Count(kStop), 1);
+  EXPECT_LE(bench.sent[0].at - asked, 25 * kMillisecond);
+  EXPECT_TRUE(bench.unit.stop_coil);
+  RunOnABusyLine(bench, [&] { return bench.Last().IsFinal(); });
+  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded) << bench.Last().text << ": replies come through";
+  EXPECT_TRUE(bench.Last().verified);
+}
+
+TEST(StopMotor, WaitsForASilentLineNoLongerThan25Milliseconds) {
+  Bench bench(kFullKeys);
+  bench.GoOnline();
+  bench.RunUntil([&] { return bench.unit.logged_in; });
+  bench.Stray({0x55});
+  bench.Begin("stop_motor");
+  ASSERT_TRUE(std::holds_alternative<Silence>(bench.Peek().action)) << "bytes may end soon";
+  bench.now += 20 * kMillisecond;
+  bench.Stray({0x55});
+  ASSERT_TRUE(std::holds_alternative<Silence>(bench.Peek().action));
+  bench.now += 5 * kMillisecond;
+  const Step step = bench.Peek();
+  ASSERT_TRUE(std::holds_alternative<Exchange>(step.action));
+  EXPECT_TRUE(std::get<Exchange>(step.action).regardless);
+}
+
+TEST(StopMotor, IsRepeatedFor5SecondsAndIndeterminateWhenNothingCanBeRead) {
+  Bench bench(kFullKeys);
+  bench.GoOnline();
+  bench.RunUntil([&] { return bench.unit.logged_in; });
+  bench.sent.clear();
+  bool garbled = true;
+  bench.wire = [&](const ByteList& request) {
+    const ByteList reply = bench.unit.Answer(request);
+    return garbled ? ByteList{0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55, 0x55} : reply;
+  };
+  const MonoNs begun = bench.now;
+  bench.Begin("stop_motor");
+  RunOnABusyLine(bench, [&] { return bench.Last().IsFinal(); });
+  EXPECT_EQ(bench.Last().state, OrderState::kIndeterminate);
+  EXPECT_THAT(bench.Last().text, HasSubstr("bytes came that are no answer"));
+  EXPECT_THAT(bench.Last().text, HasSubstr("stop the motor by other means"));
+  EXPECT_FALSE(bench.Last().verified);
+  EXPECT_GE(bench.now - begun, 5 * kSecond);
+  EXPECT_LE(bench.now - begun, 7 * kSecond);
+  EXPECT_GE(bench.Count(kStop), 10);
+  // When the line becomes readable meanwhile, it is verified.
+  bench.Begin("stop_motor");
+  bench.sent.clear();
+  RunOnABusyLine(bench, [&] { return bench.Count(kStop) >= 5; });
+  garbled = false;
+  RunOnABusyLine(bench, [&] { return bench.Finals() == 2; });
+  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded) << bench.Last().text;
+}
+
+TEST(StopMotor, IsRepeatedWhileTheCoilReadsOffAndThenFails) {
+  Bench bench(kFullKeys);
+  bench.GoOnline();
+  bench.RunUntil([&] { return bench.unit.logged_in; });
+  bench.wire = [&](const ByteList& request) {
+    const ByteList reply = bench.unit.Answer(request);
+    bench.unit.stop_coil = false;
+    return reply;
+  };
+  EXPECT_EQ(bench.Do("stop_motor").state, OrderState::kFailed);
+  EXPECT_EQ(bench.Last().reason, Reason::REASON_READ_BACK_DIFFERS);
+  EXPECT_GT(bench.Count(kStop), 3);
 }
 
 TEST(StopMotor, LogsInFirstOnlyWhenItMust) {

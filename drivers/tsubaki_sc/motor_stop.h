@@ -7,8 +7,9 @@
 
 namespace axlecast::tsubaki_sc {
 
-// stop_motor: sets coil 100 at once, then reads it. A stop whose reply is lost, or that reads 0 afterwards, is sent
-// again: stopping twice does no harm. The first ones do not wait until an unclear line is cleared up.
+// stop_motor: sets coil 100 at once, then reads it. A stop whose reply is lost, that cannot be read back, or that reads
+// 0 afterwards is sent again, for 5 s: stopping twice does no harm. It does not wait until an unclear line is cleared
+// up; only its reading back does.
 // Not an emergency stop: it takes a bus, a program and a unit that work.
 class MotorStop final : public Procedure {
  public:
@@ -18,19 +19,29 @@ class MotorStop final : public Procedure {
   void OnStarted() override { sent_ = sent_ || !verifying_; }
   void OnLoggedOut() override { sent_ = writes_ > 0; }
   std::optional<Outcome> OnAnswer(const Answer& answer) override;
+  std::optional<Outcome> OnFenceFailed(const Answer& answer) override;
   [[nodiscard]] Outcome GiveUp(std::int32_t reason, const std::string& cause) const override;
   [[nodiscard]] bool touched() const override { return sent_; }
   [[nodiscard]] bool unfenced() const override { return !verifying_; }
+  [[nodiscard]] bool repeats() const override { return true; }
 
  private:
   std::optional<Outcome> OnWritten(const Answer& answer);
   std::optional<Outcome> OnCoil(const Answer& answer);
 
+  // Sends it again, or ends when its time is over.
+  std::optional<Outcome> Repeat(const Answer& answer);
+  [[nodiscard]] bool IsOver(MonoNs now) const { return now - begun_at_ >= kTime; }
+
+  static constexpr MonoNs kTime = 5 * kSecond;
+
   const Requests& requests_;
   bool verifying_ = false;
   bool sent_ = false;
+  MonoNs begun_at_ = kNever;  // about: the end of its first exchange
   int writes_ = 0;
-  int failures_ = 0;
+  int unanswered_ = 0;     // in a row
+  bool seen_off_ = false;  // the coil read 0 after the last stop that was answered
 };
 
 }  // namespace axlecast::tsubaki_sc

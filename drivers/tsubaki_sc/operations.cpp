@@ -4,6 +4,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <vector>
 
+#include "drivers/runtime/config/machine_config.h"
 #include "drivers/runtime/device/outcome_text.h"
 #include "drivers/tsubaki_sc/alarms.h"
 #include "drivers/tsubaki_sc/parameters.h"
@@ -91,8 +92,11 @@ std::vector<OperationSpec> AccessOperations() {
        .reads_only = true,
        .verification = "it is a reading"},
       {.name = kLogInName,
-       .help = "Logs the unit in with the password in use; also after one that was wrong",
+       .help = "Logs the unit in with the password in use, until log_out; also after one that was wrong",
        .verification = "AI 300 reads FF00"},
+      {.name = kLogOutName,
+       .help = "Logs the unit out with the password in use",
+       .verification = "AI 300 reads 0000"},
       {.name = kSetPasswordName,
        .help = "Gives the unit the password that the configuration knows by this name, and uses it from then on",
        .arguments = {{"name", "a NAME of passwords in the configuration, never a password"}},
@@ -125,7 +129,17 @@ bool NeedsLogin(std::string_view operation) {
   const auto specs = Operations();
   const auto found =
       std::find_if(specs.begin(), specs.end(), [&](const auto& spec) { return spec.name == operation; });
-  return found != specs.end() && !found->reads_only && operation != kLogInName;
+  return found != specs.end() && !found->reads_only && operation != kLogInName && operation != kLogOutName;
+}
+
+bool Permits(const BusConfig&, const DeviceConfig& device, std::string_view operation) {
+  const auto& settings = static_cast<const ScSettings&>(*device.settings);
+  if (operation == kStopMotorName) return settings.motor_control != MotorControl::kNone;
+  if (operation == kStartMotorName) return settings.motor_control == MotorControl::kStartStop;
+  if (operation == kLogOutName && settings.StaysLoggedIn()) return false;
+  const bool password = NeedsLogin(operation) || operation == kLogInName || operation == kLogOutName ||
+                        operation == kCheckPasswordName;
+  return !password || !settings.password.empty();
 }
 
 Outcome RefusedByTrip(std::int32_t status) {
@@ -134,10 +148,6 @@ Outcome RefusedByTrip(std::int32_t status) {
 }
 
 std::optional<Outcome> RefusalByState(std::string_view operation, const MotorReading& reading) {
-  if (operation == kCheckPasswordName && reading.logged_in == 0) {
-    return Rejected(Reason::REASON_DEVICE_REFUSED,
-                    "the unit is logged out, and then does not tell its password: log_in first");
-  }
   return operation == kStartMotorName && reading.tripped ? std::optional(RefusedByTrip(reading.status_bits))
                                                          : std::nullopt;
 }

@@ -27,6 +27,7 @@ inline constexpr std::string_view kWriteParameterName = "write_parameter";
 inline constexpr std::string_view kWriteParametersName = "write_parameters";
 inline constexpr std::string_view kFetchTripLogsName = "fetch_trip_logs";
 inline constexpr std::string_view kLogInName = "log_in";
+inline constexpr std::string_view kLogOutName = "log_out";
 inline constexpr std::string_view kSetPasswordName = "set_password";
 inline constexpr std::string_view kCheckPasswordName = "check_password";
 
@@ -34,6 +35,8 @@ inline constexpr std::string_view kCheckPasswordName = "check_password";
 
 // Guideline 6, note 1: what the unit does only while it is logged in.
 [[nodiscard]] bool NeedsLogin(std::string_view operation);
+// Whether the configuration of a unit permits an operation of the family.
+[[nodiscard]] bool Permits(const BusConfig& bus, const DeviceConfig& device, std::string_view operation);
 // How a start is refused by a motor with this status (AI 201).
 [[nodiscard]] Outcome RefusedByTrip(std::int32_t status);
 // Why the unit, as it was read last, forbids the operation.

@@ -12,39 +12,58 @@ void OrderSlot::Take(const Order& order, std::unique_ptr<Procedure> procedure) {
   id_ = order.id;
   begin_by_ = order.begin_by;
   begun_ = false;
-  waits_for_login_ = procedure_->begins_with_login();
-  login_taken_ = waits_for_login_;
+  login_goal_ = procedure_->begins_with();
+  login_taken_ = login_goal_.has_value();
+  logs_out_after_ = false;
   fence_failures_ = 0;
 }
 
 void OrderSlot::OnStarted() {
   begun_ = true;
-  if (!waits_for_login_) procedure_->OnStarted();
+  if (!login_goal_) procedure_->OnStarted();
 }
 
 bool OrderSlot::TakeLogin(const Answer& answer) {
   if (!answer.refused_for_login() || login_taken_ || !procedure_->may_log_in()) return false;
   login_taken_ = true;
-  waits_for_login_ = true;
+  login_goal_ = LoginGoal::kIn;
   procedure_->OnLoggedOut();
   return true;
 }
 
 void OrderSlot::OnAnswer(const Answer& answer) {
-  if (!held()) return;  // cancelled meanwhile
+  if (!held() || ended()) return;  // cancelled meanwhile
   if (const auto outcome = procedure_->OnAnswer(answer)) Report(*outcome);
 }
 
-void OrderSlot::OnLoggedIn() {
-  waits_for_login_ = false;
-  if (const auto outcome = procedure_->OnLoggedIn()) Report(*outcome);
+void OrderSlot::OnLoginDone(bool log_out_after) {
+  if (ended()) return Release("; logged out again");
+  login_goal_.reset();
+  logs_out_after_ = log_out_after;
+  if (const auto outcome = procedure_->OnLoginDone()) Report(*outcome);
 }
 
-void OrderSlot::OnFenceFailed(const std::string& cause) {
-  if (held() && ++fence_failures_ >= kTries) GiveUp(command_status_t::REASON_NO_REPLY, cause);
+void OrderSlot::OnLoginFailed(const std::string& problem) {
+  if (ended()) return Release("; still logged in: " + problem);
+  GiveUp(command_status_t::REASON_DEVICE_REFUSED, problem);
+}
+
+void OrderSlot::OnFenceFailed(const Answer& answer) {
+  if (!held()) return;
+  ++fence_failures_;
+  if (ended()) {
+    if (fence_failures_ >= kTries) Release("; whether it is logged in is not known: " + CauseOf(answer));
+    return;
+  }
+  if (const auto outcome = procedure_->OnFenceFailed(answer)) return Report(*outcome);
+  if (!procedure_->repeats() && fence_failures_ >= kTries) {
+    GiveUp(command_status_t::REASON_NO_REPLY, CauseOf(answer));
+  }
 }
 
 void OrderSlot::GiveUp(std::int32_t reason, const std::string& cause) {
+  if (ended()) return Release("; whether it is logged in is not known: " + cause);
+  logs_out_after_ = false;
   if (held()) Report(procedure_->GiveUp(reason, cause));
 }
 
@@ -55,13 +74,31 @@ void OrderSlot::ExpireIfLate(MonoNs now) {
 }
 
 bool OrderSlot::Cancel(const CommandId& id) {
-  if (!held() || id != id_ || procedure_->touched()) return false;
+  if (!held() || ended() || id != id_ || procedure_->touched()) return false;
   procedure_.reset();
+  login_goal_.reset();
   return true;
 }
 
 void OrderSlot::Report(const Outcome& outcome) {
-  if (outcome.IsFinal()) procedure_.reset();
+  if (!outcome.IsFinal() || !logs_out_after_) return Emit(outcome);
+  held_outcome_ = outcome;
+  login_goal_ = LoginGoal::kOut;
+  fence_failures_ = 0;
+}
+
+void OrderSlot::Release(const std::string& note) {
+  if (!ended()) return;
+  Outcome outcome = *std::exchange(held_outcome_, std::nullopt);
+  outcome.text += note;
+  Emit(outcome);
+}
+
+void OrderSlot::Emit(const Outcome& outcome) {
+  if (outcome.IsFinal()) {
+    procedure_.reset();
+    login_goal_.reset();
+  }
   output_.OnOutcome(id_, outcome);
 }
 

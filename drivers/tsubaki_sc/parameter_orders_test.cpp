@@ -71,9 +71,9 @@ TEST(ReadParameters, SaysWhetherAWriteTookEffect) {
     bench.Do("read_parameters", {{"after", after}});
     return After(bench.Last(), "finding");
   };
-  EXPECT_EQ(finding("write_parameter name=log_interval value=0.2"), "effect_seen");
-  EXPECT_EQ(finding("write_parameter name=log_interval value=0.2 s"), "effect_seen");
-  EXPECT_EQ(finding("write_parameters log_interval=0.2 start_time_1=1.8"), "effect_seen");
+  EXPECT_EQ(finding("write_parameter name=log_interval value=0.2"), "reads_as_after");
+  EXPECT_EQ(finding("write_parameter name=log_interval value=0.2 s"), "reads_as_after");
+  EXPECT_EQ(finding("write_parameters log_interval=0.2 start_time_1=1.8"), "reads_as_after");
   EXPECT_EQ(finding("write_parameters log_interval=0.2 start_time_1=1.9"), "no_effect_seen");
   EXPECT_EQ(finding("clear_trip_count"), "(none)");
   EXPECT_EQ(bench.Last().reason, Reason::REASON_BAD_ARGUMENT);

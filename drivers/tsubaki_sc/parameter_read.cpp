@@ -4,6 +4,7 @@
 #include <axlecast/command_status_t.hpp>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/read_back.h"
 #include "drivers/tsubaki_sc/parameters.h"
 
 namespace axlecast::tsubaki_sc {
@@ -60,7 +61,7 @@ Outcome ParameterRead::ShowSome() const {
   outcome.changes = std::move(changes);
   const std::size_t most = expected_ ? kMostChanges - 1 : kMostChanges;
   if (outcome.changes.size() > most) outcome.changes.resize(most);
-  if (expected_) outcome.changes.push_back({"finding", "", equal ? "effect_seen" : "no_effect_seen"});
+  if (expected_) outcome.changes.push_back(FindingChange(FindingWord(equal)));
   return outcome;
 }
 

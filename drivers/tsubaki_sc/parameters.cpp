@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <deque>
+#include <string>
 #include <vector>
 
 namespace axlecast::tsubaki_sc {
@@ -29,6 +30,11 @@ struct Table {
   }
 };
 
+// "upper limit A" of upper_a.
+std::string Words(const std::string& limit) {
+  return limit.substr(0, limit.size() - 2) + " limit " + (limit.ends_with('a') ? "A" : "B");
+}
+
 // Guideline 11: 13 registers for each DIP switch setting, then the three that hold for all.
 Table MakeTable() {
   Table table;
@@ -37,14 +43,15 @@ Table MakeTable() {
     for (const char* limit : {"upper_a", "upper_b", "lower_a", "lower_b"}) {
       for (const char* mains : {"50", "60"}) {
         table.Add(std::string("power_") + limit + "_" + number + "_" + mains + "hz", "W", 1, 0, 10'000, true,
-                  "power limit at " + std::string(mains) + " Hz, DIP set " + number + "; 0: no trip");
+                  "trip at this power, " + Words(limit) + ", mains of " + mains + " Hz, DIP switch setting " +
+                      number + "; 0: no trip");
       }
     }
     table.Add("start_time_" + number, "s", 1, 1, 50, false,
-              "time after the start without trips, DIP set " + number);
+              "no trip for this time after the start, DIP switch setting " + number);
     for (const char* limit : {"upper_a", "upper_b", "lower_a", "lower_b"}) {
       table.Add(std::string("shock_time_") + limit + "_" + number, "s", 1, 0, 300, false,
-                "how long the limit may be passed, DIP set " + number);
+                "trip after this time beyond " + Words(limit) + ", DIP switch setting " + number);
     }
   }
   table.Add("overheat_limit", "degC", 1, 0, 1'250, true, "temperature at which it trips; 0: no trip");

@@ -3,6 +3,8 @@
 #include <axlecast/command_status_t.hpp>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/read_back.h"
+#include "drivers/runtime/device/refusal.h"
 
 namespace axlecast::tsubaki_sc {
 
@@ -63,8 +65,11 @@ std::optional<Outcome> PasswordChange::OnReadBack(const Answer& answer) {
 
 Outcome PasswordChange::GiveUp(std::int32_t reason, const std::string& cause) const {
   if (!sent_) return Final(OrderState::kFailed, reason, "the password is as it was: " + cause);
+  // Which password would log the unit out is not known.
+  login_.Keep();
   return Final(OrderState::kIndeterminate, reason,
-               "the new password was sent, but could not be read back: " + cause + "; check_password tells");
+               "the new password was sent, but could not be read back: " + cause +
+                   "; the unit stays logged in: check_password, then log_out");
 }
 
 std::optional<Outcome> PasswordCheck::OnAnswer(const Answer& answer) {
@@ -73,11 +78,18 @@ std::optional<Outcome> PasswordCheck::OnAnswer(const Answer& answer) {
     const bool login = answer.refused_for_login();
     return GiveUp(ReasonOf(answer), login ? "the unit is logged out: log_in first" : CauseOf(answer));
   }
+  if (!looked_) {
+    looked_ = answer.reply.Register(0) == kSaysLoggedIn;
+    if (looked_) return std::nullopt;
+    return Rejected(Reason::REASON_DEVICE_REFUSED,
+                    "the unit is logged out, and then does not tell its password: log_in first");
+  }
   const std::optional<bool> holds = comparison_.Holds(answer.reply.data);
   if (!holds) return GiveUp(Reason::REASON_NOT_PERMITTED, comparison_.problem());
+  if (*holds) passwords_.Use(comparison_.name());
   Outcome outcome =
       Verified((*holds ? "the unit has password " : "the unit has another password than ") + comparison_.name());
-  outcome.changes.push_back({"finding", "", *holds ? "effect_seen" : "no_effect_seen"});
+  outcome.changes.push_back(FindingChange(FindingWord(*holds)));
   return outcome;
 }
 

@@ -62,13 +62,16 @@ class PasswordChange final : public Procedure {
   int failures_ = 0;
 };
 
-// check_password: reads AO 200-207 and compares, changing nothing; so it does not log in for it.
+// check_password: reads AI 300, and when that says logged in AO 200-207, and compares. It changes nothing, so it does
+// not log in for it. The password that the unit turns out to have is used for logins from then on.
 class PasswordCheck final : public Procedure {
  public:
-  PasswordCheck(const Requests& requests, PasswordComparison comparison)
-      : requests_(requests), comparison_(std::move(comparison)) {}
+  PasswordCheck(const Requests& requests, PasswordComparison comparison, PasswordBook& passwords)
+      : requests_(requests), comparison_(std::move(comparison)), passwords_(passwords) {}
 
-  [[nodiscard]] Exchange Next() const override { return ReadPassword(requests_); }
+  [[nodiscard]] Exchange Next() const override {
+    return looked_ ? ReadPassword(requests_) : requests_.Read(kLoginStatus);
+  }
   std::optional<Outcome> OnAnswer(const Answer& answer) override;
   [[nodiscard]] Outcome GiveUp(std::int32_t reason, const std::string& cause) const override;
   [[nodiscard]] bool may_log_in() const override { return false; }
@@ -76,6 +79,8 @@ class PasswordCheck final : public Procedure {
  private:
   const Requests& requests_;
   PasswordComparison comparison_;
+  PasswordBook& passwords_;
+  bool looked_ = false;  // it says logged in
   int failures_ = 0;
 };
 

@@ -3,6 +3,7 @@
 #include <axlecast/command_status_t.hpp>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/read_back.h"
 #include "drivers/tsubaki_sc/alarms.h"
 #include "drivers/tsubaki_sc/operations.h"
 
@@ -12,13 +13,11 @@ namespace {
 constexpr std::size_t kTripCount = 0;  // registers of kStatus
 constexpr std::size_t kMotorStatus = 1;
 
-const char* Finding(bool seen) { return seen ? "effect_seen" : "no_effect_seen"; }
-
 // What an operation leaves behind when it took effect: guideline 8.
 const char* FindingAfter(const std::string& after, bool stopped, unsigned count) {
-  if (after == kStopMotorName) return Finding(stopped);
-  if (after == kStartMotorName) return Finding(!stopped);
-  return Finding(count == 0);
+  if (after == kStopMotorName) return FindingWord(stopped);
+  if (after == kStartMotorName) return FindingWord(!stopped);
+  return FindingWord(count == 0);
 }
 
 }  // namespace
@@ -54,7 +53,7 @@ Outcome ShowState(const BlockReader& read, CharacterOrder, const std::string& af
   if (after.empty())
     outcome.changes.push_back({"logged_in", "", logged_in ? "1" : "0"});
   else
-    outcome.changes.push_back({"finding", "", FindingAfter(after, stopped, count)});
+    outcome.changes.push_back(FindingChange(FindingAfter(after, stopped, count)));
   return outcome;
 }
 

@@ -37,6 +37,8 @@ inline constexpr Block kAnalog = {modbus::Function::kReadInputRegisters, 100, 7}
 inline constexpr Block kStatus = {modbus::Function::kReadInputRegisters, 200, 5};
 inline constexpr Block kLoginStatus = {modbus::Function::kReadInputRegisters, 300, 1};
 // Holding registers: guideline 11. The last four are read and written whole only.
+inline constexpr std::uint16_t kOverheatLimitAddress = 52;
+inline constexpr std::uint16_t kShockLimitAddress = 53;
 inline constexpr std::uint16_t kLogIntervalAddress = 54;
 inline constexpr Block kLogInterval = {modbus::Function::kReadHoldingRegisters, kLogIntervalAddress, 1};
 inline constexpr Block kLoginBlock = {modbus::Function::kReadHoldingRegisters, 100, 8};

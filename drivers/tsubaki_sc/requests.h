@@ -22,6 +22,8 @@ class Requests {
   [[nodiscard]] Exchange Secret(const Frame& request) const;
 
  private:
+  [[nodiscard]] Exchange Ask(const Frame& request) const;
+
   std::uint8_t address_;
   MonoNs timeout_;
 };

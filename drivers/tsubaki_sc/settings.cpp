@@ -94,8 +94,9 @@ std::shared_ptr<const FamilyBus> ParseBusSettings(ConfigMap& map, const BusConfi
   }
   ConfigMap link = map.Map("link");
   if (bus.link.line.baud != kUnitLine.baud) link.Error("baud", "the unit's rate is fixed: 9600");
-  if (bus.link.line.parity == Parity::kOdd) {
-    link.Error("parity", "the unit's parity is fixed: even (none only where the port is a pty)");
+  if (bus.link.line.parity != Parity::kEven && !(bus.simulate && bus.link.line.parity == Parity::kNone)) {
+    link.Error("parity",
+               "the unit's parity is fixed: even; leave the key out (a pty runs without parity by itself)");
   }
   if (bus.link.line.stop_bits != kUnitLine.stop_bits) link.Error("stop_bits", "the unit has 1");
   return settings;
@@ -113,11 +114,15 @@ std::unique_ptr<DeviceSettings> ParseSettings(ConfigMap& device, const BusConfig
   if (settings->motor_control != MotorControl::kNone && settings->passwords.empty()) {
     device.Error("motor_control", "needs passwords and password: the unit takes no writes without a login");
   }
+  const bool says_log_out = device.Has("log_out");
+  settings->log_out =
+      device.Bool("log_out", true) && (says_log_out || settings->motor_control == MotorControl::kNone);
   settings->trip_fetch = static_cast<TripFetchMode>(device.Choice("trip_fetch", {"suspend_live", "alternate"}, 0));
   const MonoNs longest = kUnitLine.WireTime(kReadRequest + ReplySize(LogBlock(0, 0))) + kTimeoutMargin;
   settings->timeout = device.Integer("timeout_us", longest / kMicrosecond, 80'000, 2'000'000,
                                      "us; the longest reply takes 61,000 on the wire") *
                       kMicrosecond;
+  settings->reply_timeout = settings->timeout;
   const auto& own = static_cast<const ScBus&>(*bus.family_bus);
   settings->wire_time = LiveCycle(own.reading, own.units);
   settings->exchanges = 2;

@@ -44,8 +44,12 @@ struct ScSettings final : DeviceSettings {
   std::map<std::string, SecretPlace, std::less<>> passwords;
   std::string password;  // the one in use; empty: none
   PasswordFormat password_format;
+  bool log_out = true;  // after each order that logged the unit in
   TripFetchMode trip_fetch = TripFetchMode::kSuspendLive;
   MonoNs timeout = 0;
+
+  // The driver logs the unit in by itself, and it is never logged out.
+  [[nodiscard]] bool StaysLoggedIn() const { return motor_control != MotorControl::kNone && !log_out; }
 };
 
 [[nodiscard]] std::shared_ptr<const FamilyBus> ParseBusSettings(ConfigMap& map, const BusConfig& bus);

@@ -127,7 +127,8 @@ TEST(Settings, AnotherLineIsRefused) {
   const struct {
     const char* link;
     const char* problem;
-  } kCases[] = {{"baud: 19200", "9600"}, {"parity: odd", "even"}, {"stop_bits: 2", "has 1"}};
+  } kCases[] = {
+      {"baud: 19200", "9600"}, {"parity: odd", "even"}, {"parity: none", "even"}, {"stop_bits: 2", "has 1"}};
   for (const auto& c : kCases) {
     ConfigErrors errors("m.yaml");
     const std::string text = std::string(

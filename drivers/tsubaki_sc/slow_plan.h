@@ -26,8 +26,10 @@ class SlowPlan {
  private:
   void Advance(MonoNs now);
 
-  static constexpr std::array<Block, 7> kItems = {kMfgNumber, kStopCoil,    kLoginStatus, kLogInterval,
-                                                  kMains,     kProductCode, kVersion};
+  // The log interval stands in the last of the parameters' blocks.
+  static constexpr std::array<Block, 10> kItems = {
+      kMfgNumber,   kStopCoil, kLoginStatus, kParameterBlocks[2], kMains,
+      kProductCode, kVersion,  kSetValues,   kParameterBlocks[0], kParameterBlocks[1]};
   static constexpr MonoNs kPeriod = 1 * kSecond;
 
   std::size_t next_ = 0;

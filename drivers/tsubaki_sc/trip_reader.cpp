@@ -50,9 +50,8 @@ void TripReader::OnStatus(const TripStatus& status, Interval at) {
   status_at_ = at;
 }
 
-// What is there at the start happened at some time before.
+// What is there at the start happened at some time before. Factors and logs outlive a clear of the count.
 void TripReader::WantHistory(const TripStatus& status, Interval at) {
-  if (status.count == 0) return;
   for (std::size_t i = 0; i < kLogs; ++i) {
     const std::int32_t count = status.count - static_cast<std::int32_t>(i);
     logs_[i] = {.wanted = status.factors[i] != 0,

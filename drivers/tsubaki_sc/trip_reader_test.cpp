@@ -85,6 +85,22 @@ TEST(TripReader, WhatIsRecordedAtTheStartIsHistory) {
   ExpectMark(bench.output.trips[1], 11);
 }
 
+// Factors and logs stay when the count is cleared (guideline 8).
+TEST(TripReader, WhatIsRecordedBeforeAClearIsHistoryToo) {
+  Bench bench;
+  bench.unit.Trip(0x01, 11);
+  bench.unit.Trip(0x02, 22);
+  bench.unit.ClearTrip();
+  bench.unit.inputs[200] = 0;
+  bench.LinkUp();
+  bench.RunUntil([&] { return bench.output.trips.size() == 2; }, 128 * 60);
+  EXPECT_EQ(bench.output.trips[0].factor_bits, 0x02);
+  EXPECT_EQ(bench.output.trips[0].trip_count, 0) << "not known any more";
+  ExpectMark(bench.output.trips[0], 22);
+  EXPECT_EQ(bench.output.trips[1].factor_bits, 0x01);
+  ExpectMark(bench.output.trips[1], 11);
+}
+
 // Wherever the next trip falls: the logs shift under the reader's hands.
 TEST(TripReader, ASecondTripNeverMixesSamples) {
   for (int after = 0; after < 12; ++after) {

@@ -1,12 +1,15 @@
 // A campaign: damaged replies through the whole device logic, in virtual time.
 //
-// An encoder turns at up to its model's limits; every reply to the driver may be damaged on the wire. Each
-// published position is compared with where the shaft really was, and with what is possible since the position
-// published before. The checks of a single frame are repeated here from the document, naively, to compare their
-// residue with theory.
+// An encoder turns at up to its limits; every reply to the driver may be damaged on the wire. Each published position is
+// compared with where the shaft really was, and with what is possible since the position published before. The checks of
+// a single frame are repeated here from the document, naively, to compare their residue with theory.
+//
+// Two axes: one that turns as fast as the model allows, and knows its sampling instants within one exchange (a simulated
+// line); and a real one, whose `limits` are in the file, on a line whose characters take their time.
 //
 // Usage: corrupted_replies EXCHANGES [MODE...]; prints one line of figures per mode; exit 1 when a position outside
-// the bound was published valid, or a rate disagrees with theory.
+// the bound was published valid, a good reading was withheld, more wrong ones were published than the goal allows, or a
+// rate disagrees with theory.
 
 #include <algorithm>
 #include <array>
@@ -29,28 +32,44 @@ namespace {
 
 constexpr std::int64_t kCountsPerTurn = 131'072;  // TS5669, 17 bits
 constexpr MonoNs kExchangeTime = 51 * kMicrosecond;
-constexpr double kMaxSpeedRpm = 6'000;
 
-constexpr const char* kMachine = R"(
+struct Shaft {
+  const char* machine;
+  double max_rpm;
+  double sweep;        // turns: a slow one over many turns, with a fast oscillation on it
+  double oscillation;  // turns
+  double accuracy;     // counts: what the encoder may be off by, which is no error of the line
+};
+
+constexpr Shaft kModelLimits = {R"(
 machine: campaign
 buses:
   b: {family: tformat, poll_hz: 0, simulate: true,
       devices: {axis1: {model: ts5669n127, unit: count, publish_hz: 20000}}}
-)";
+)",
+                                6'000, 500, 3, 0};
 
-// Where the shaft is: a slow sweep over many turns with a fast oscillation on it, within 6,000 min-1 and 80,000
-// rad/s2.
-double TruthCounts(MonoNs at) {
+// 2,900 min-1 and 660 rad/s2 at most.
+constexpr Shaft kRealAxis = {R"(
+machine: campaign
+buses:
+  b: {family: tformat, poll_hz: 0, link: {port: /dev/null},
+      devices: {axis1: {model: ts5669n127, unit: count, publish_hz: 20000,
+                        limits: {speed_rpm: 3000, accel_rad_s2: 1000}}}}
+)",
+                             3'000, 400, 0.7, 8};
+
+double TruthCounts(const Shaft& shaft, MonoNs at) {
   const double t = static_cast<double>(at) * 1e-9;
-  const double turns = 2'000.0 + 500.0 * std::sin(t * 0.1) + 3.0 * std::sin(t * 12.0);
+  const double turns = 2'000.0 + shaft.sweep * std::sin(t * 0.1) + shaft.oscillation * std::sin(t * 12.0);
   return turns * static_cast<double>(kCountsPerTurn);
 }
 
 using Reply = std::vector<std::uint8_t>;
 
 // Spec 6.3: CF SF ABS0-2 ENID ABM0-2 ALMC CRC.
-void TrueReply(MonoNs at, Reply& reply) {
-  const auto counts = static_cast<std::int64_t>(std::floor(TruthCounts(at)));
+void TrueReply(const Shaft& shaft, MonoNs at, Reply& reply) {
+  const auto counts = static_cast<std::int64_t>(std::floor(TruthCounts(shaft, at)));
   const auto single = static_cast<std::uint32_t>(counts % kCountsPerTurn);
   const auto turns = static_cast<std::uint32_t>(counts / kCountsPerTurn);
   const auto byte = [](std::uint32_t value, unsigned index) {
@@ -120,6 +139,8 @@ class Damage {
 // Judges every published position by the truth, and by where the shaft can be since it was last told correctly.
 class Referee final : public MessageSink {
  public:
+  explicit Referee(const Shaft& shaft) : shaft_(shaft) {}
+
   void Publish(const std::string& channel, Bytes message) override {
     const std::optional<position_t> position = tally.Count(channel, message);
     if (position) Judge(*position);
@@ -130,9 +151,12 @@ class Referee final : public MessageSink {
 
  private:
   void Judge(const position_t& position) {
-    const double error = Distance(position, TruthCounts(position.mono_ns));
-    // The uncertainty of the instant at full speed, and the rounding to a count.
-    if (error <= 2 + kCountsPerNs * position.time_uncertainty_ns) {
+    const double error = Distance(position, TruthCounts(shaft_, position.mono_ns));
+    // What the position claims: the uncertainty of its instant at full speed, the encoder's accuracy (5 bits where it is
+    // flagged so), and the rounding to a count.
+    const bool five_bits = shaft_.accuracy > 0 && (position.flags & position_t::FLAG_LOW_ACCURACY) != 0;
+    const double accuracy = five_bits ? static_cast<double>(kCountsPerTurn) / 32 : shaft_.accuracy;
+    if (error <= 2 + accuracy + counts_per_ns_ * position.time_uncertainty_ns) {
       last_ = position;
       return;
     }
@@ -144,7 +168,7 @@ class Referee final : public MessageSink {
     // 16: twice the accumulated pitch error, +-8 LSB (spec 5.4.1); with FS the accuracy is 5 bits.
     const bool coarse = ((position.flags | last_->flags) & position_t::FLAG_LOW_ACCURACY) != 0;
     const double tolerance = 18 + (coarse ? static_cast<double>(kCountsPerTurn) / 32 : 0);
-    if (Distance(position, static_cast<double>(last_->counts)) > kCountsPerNs * elapsed + tolerance) {
+    if (Distance(position, static_cast<double>(last_->counts)) > counts_per_ns_ * elapsed + tolerance) {
       ++tally.outside;
     }
   }
@@ -156,12 +180,14 @@ class Referee final : public MessageSink {
     return std::abs(std::remainder(difference, static_cast<double>(kCountsPerTurn)));
   }
 
-  static constexpr double kCountsPerNs = kMaxSpeedRpm / 60 * static_cast<double>(kCountsPerTurn) * 1e-9;
+  const Shaft& shaft_;
+  const double counts_per_ns_ = shaft_.max_rpm / 60 * static_cast<double>(kCountsPerTurn) * 1e-9;
   std::optional<position_t> last_;
 };
 
 struct Mode {
   const char* name;
+  const Shaft& shaft;
   double bit_error_rate;
   double byte_fault_rate;
   bool garbage;
@@ -170,25 +196,37 @@ struct Mode {
   // change the position, 98 of them leave SF and ALMC in agreement: pairs x p^2 (1-p)^86.
   double theory_passing;
   double theory_agreeing;
+  double goal;  // share of replies that may be published valid and wrong; 0: none is set
 };
 
-constexpr std::array<Mode, 5> kModes = {{{"bit_flips_1e-3", 1e-3, 0, false, 11'195e-8, 9'009e-8},
-                                         {"bit_flips_1e-2", 1e-2, 0, false, 514'000e-8, 414'000e-8},
-                                         {"drops_doubles_inserts", 0, 1e-2, false, 0, 0},
-                                         {"garbage", 0, 1e-2, true, 0, 0},
-                                         {"all_together", 1e-3, 1e-2, false, 0, 0}}};
+constexpr std::array<Mode, 7> kModes = {
+    {{"bit_flips_1e-3", kModelLimits, 1e-3, 0, false, 11'195e-8, 9'009e-8, 0},
+     {"bit_flips_1e-2", kModelLimits, 1e-2, 0, false, 514'000e-8, 414'000e-8, 0},
+     {"drops_doubles_inserts", kModelLimits, 0, 1e-2, false, 0, 0, 0},
+     {"garbage", kModelLimits, 0, 1e-2, true, 0, 0, 0},
+     {"all_together", kModelLimits, 1e-3, 1e-2, false, 0, 0, 0},
+     {"real_axis_1e-3", kRealAxis, 1e-3, 0, false, 11'195e-8, 9'009e-8, 60e-8},
+     {"real_axis_1e-2", kRealAxis, 1e-2, 0, false, 514'000e-8, 414'000e-8, 0}}};
 
 struct Figures {
   std::int64_t exchanges = 0;
   std::int64_t static_wrong = 0;  // damaged, but passing every static check, with another position
   std::int64_t agreeing = 0;      // of these, with SF and ALMC in agreement
   std::int64_t close = 0;         // of those, within 4 counts
+  std::int64_t good_doubted = 0;  // undamaged replies that were called implausible
+  std::int64_t blameless = 0;     // of these, with no damaged reply believed among the last ones
 };
+
+// So many readings after a damaged one that was believed may be doubted because of it.
+constexpr std::int64_t kAftermath = 200;
 
 class Campaign {
  public:
   Campaign(const MachineConfig& machine, const Mode& mode)
-      : damage_(mode.bit_error_rate, mode.byte_fault_rate, mode.garbage), axis_(machine.buses[0], referee_, now_) {}
+      : shaft_(mode.shaft),
+        damage_(mode.bit_error_rate, mode.byte_fault_rate, mode.garbage),
+        referee_(mode.shaft),
+        axis_(machine.buses[0], referee_, now_) {}
 
   void Run(std::int64_t exchanges) {
     while (figures_.exchanges < exchanges) {
@@ -215,9 +253,12 @@ class Campaign {
   void Answer(const Exchange& exchange) {
     ++figures_.exchanges;
     sent_ = {now_, now_ + 4 * kMicrosecond};
-    TrueReply(sent_.last, reply_);
+    // It latches as the request ends: 4 us after it began to be sent, and 3 us before the reply begins.
+    TrueReply(shaft_, sent_.last, reply_);
     const std::int64_t truth = Position(reply_);
+    const Reply undamaged = reply_;
     damage_.Apply(reply_);
+    const std::int64_t doubted = axis_.channel().errors(ErrorKind::kImplausible);
     if (PassesStaticChecks(reply_) && Position(reply_) != truth) {
       ++figures_.static_wrong;
       if (StatusAgrees(reply_)) {
@@ -234,6 +275,12 @@ class Campaign {
     }
     now_ += kExchangeTime;
     Tell(Event::Kind::kReply, exchange.request, bytes.first(length));
+    const bool is_doubted = axis_.channel().errors(ErrorKind::kImplausible) != doubted;
+    if (reply_ != undamaged && PassesStaticChecks(reply_) && !is_doubted) believed_at_ = figures_.exchanges;
+    if (reply_ == undamaged && is_doubted) {
+      ++figures_.good_doubted;
+      figures_.blameless += figures_.exchanges - believed_at_ > kAftermath ? 1 : 0;
+    }
     if (bytes.size() > length) Tell(Event::Kind::kStray, {}, bytes.subspan(length));
   }
 
@@ -242,7 +289,9 @@ class Campaign {
   }
 
   MonoNs now_ = 10 * kSecond;
+  const Shaft& shaft_;
   Interval sent_;
+  std::int64_t believed_at_ = -kAftermath - 1;  // the last exchange whose damaged reply was believed
   Damage damage_;
   Referee referee_;
   DeviceUnderTest axis_;
@@ -257,7 +306,7 @@ bool AgreesWithShare(std::int64_t seen, double share, std::int64_t exchanges) {
 }
 
 bool RunMode(const Mode& mode, std::int64_t exchanges) {
-  const std::optional<MachineConfig> machine = CampaignMachine(kMachine);
+  const std::optional<MachineConfig> machine = CampaignMachine(mode.shaft.machine);
   if (!machine) return false;
   Campaign campaign(*machine, mode);
   campaign.Run(exchanges);
@@ -273,9 +322,13 @@ bool RunMode(const Mode& mode, std::int64_t exchanges) {
       "(theory %.0f), of these within 4 counts %lld\n",
       Long{figures.static_wrong}, per(mode.theory_passing), Long{figures.agreeing}, per(mode.theory_agreeing),
       Long{figures.close});
+  std::printf("  undamaged replies that were doubted: %lld, of these with no damaged one believed before %lld\n",
+              Long{figures.good_doubted}, Long{figures.blameless});
   PrintErrors(campaign.channel());
+  const bool in_goal =
+      mode.goal == 0 || (static_cast<double>(tally.wrong) <= per(mode.goal) + 3 && figures.blameless == 0);
   const bool useful = tally.valid > figures.exchanges / 4 && tally.wrong <= figures.static_wrong;
-  return tally.outside == 0 && useful &&
+  return tally.outside == 0 && useful && in_goal &&
          AgreesWithShare(figures.static_wrong, mode.theory_passing, figures.exchanges) &&
          AgreesWithShare(figures.agreeing, mode.theory_agreeing, figures.exchanges);
 }

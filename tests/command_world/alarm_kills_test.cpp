@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bridge/dispatcher.h"
+#include "bridge/inline_journal.h"
 #include "bridge/memory_store.h"
 #include "drivers/runtime/command/command_words.h"
 #include "drivers/runtime/command/order_test_support.h"
@@ -128,7 +129,8 @@ class AlarmKills {
   static constexpr std::int64_t kFirstBoot = 41;
 
   void StartBridge() {
-    const BridgePorts ports{.store = &faulty_store_,
+    journal_ = std::make_unique<InlineJournal>(faulty_store_);
+    const BridgePorts ports{.journal = journal_.get(),
                             .commands = &faulty_sink_,
                             .data = &network_,
                             .key = nullptr,
@@ -166,6 +168,7 @@ class AlarmKills {
   Faults faults_;
   FaultyStore faulty_store_{store_, faults_};
   FaultySink faulty_sink_{network_, faults_};
+  std::unique_ptr<InlineJournal> journal_;
   std::unique_ptr<Dispatcher> bridge_;
   std::int64_t boots_ = kFirstBoot;
   std::int64_t driver_boots_ = 100;

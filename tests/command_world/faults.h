@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <utility>
 
 #include "bridge/durable_store.h"
@@ -64,6 +65,8 @@ class FaultyStore final : public DurableStore {
 
  public:
   FaultyStore(DurableStore& store, Faults& faults) : store_(store), faults_(faults) {}
+  FaultyStore(std::unique_ptr<DurableStore> store, Faults& faults)
+      : owned_(std::move(store)), store_(*owned_), faults_(faults) {}
 
   bool Accepted(const CommandRecord& record, Instant now) override {
     return Around([&] { return store_.Accepted(record, now); });
@@ -114,9 +117,11 @@ class FaultyStore final : public DurableStore {
   AxisRecord Find(const std::string& device) const override { return store_.Find(device); }
   std::vector<DatumRecord> Datums(const std::string& device) const override { return store_.Datums(device); }
   std::vector<OpenCommand> Open() const override { return store_.Open(); }
+  bool readable() const override { return store_.readable(); }
   std::string problem() const override { return store_.problem(); }
 
  private:
+  const std::unique_ptr<DurableStore> owned_;
   DurableStore& store_;
   Faults& faults_;
 };

@@ -144,8 +144,9 @@ void World::Millisecond() {
 void World::StartBridge() {
   bridge_starts_ = clock_.now + 300 * kMillisecond;
   try {
+    journal_ = std::make_unique<InlineJournal>(faulty_store_);
     bridge_ = std::make_unique<Dispatcher>(machine_, kFirstBoot + bridge_boots_++,
-                                           BridgePorts{.store = &faulty_store_,
+                                           BridgePorts{.journal = journal_.get(),
                                                        .commands = &faulty_sink_,
                                                        .data = &network_,
                                                        .key = nullptr,

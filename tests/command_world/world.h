@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bridge/dispatcher.h"
+#include "bridge/inline_journal.h"
 #include "bridge/memory_store.h"
 #include "client/command/command_session.h"
 #include "drivers/runtime/command/order_test_support.h"
@@ -91,6 +92,7 @@ class World {
   MemoryStore store_;
   FaultyStore faulty_store_{store_, bridge_faults};
   FaultySink faulty_sink_{network_, bridge_faults};
+  std::unique_ptr<InlineJournal> journal_;
   std::unique_ptr<Dispatcher> bridge_;  // null: killed
   std::int64_t bridge_boots_ = 0;
   MonoNs bridge_starts_ = 0;

@@ -110,7 +110,7 @@ void WorldDriver::Touch(Job& job) {
   std::string& note = devices_.note[job.device];
   if (job.operation == "look") {
     job.outcome.changes = {{"note", "", note},
-                           {"finding", "", note == job.note ? "effect_seen" : "no_effect_seen"}};
+                           {"finding", "", note == job.note ? "reads_as_after" : "no_effect_seen"}};
     return;
   }
   faults.Pass();

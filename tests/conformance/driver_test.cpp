@@ -120,7 +120,7 @@ TEST_P(DriverConformance, APulledCableIsASilenceAndComesBack) {
 TEST_P(DriverConformance, ALineThatSwallowsEverythingIsOfflineAndIsNotFlooded) {
   ASSERT_TRUE(Reach(device_info_t::STATE_ONLINE));
   link_->cable().SetDamage([](std::vector<std::uint8_t>& bytes) { bytes.clear(); });
-  ASSERT_TRUE(Reach(device_info_t::STATE_OFFLINE));
+  ASSERT_TRUE(Reach(device_info_t::STATE_OFFLINE)) << Info(bus_->devices[0].name).reason;
   const std::int64_t writes = link_->cable().writes();
   const std::int64_t waits = link_->cable().waits();
   RunFor(10 * kSecond);
@@ -154,6 +154,7 @@ TEST_P(DriverConformance, EveryOperationHasExactlyOneOutcome) {
   std::uint32_t number = 0;
   for (const OperationSpec& operation : bus_->family->operations) {
     for (const bool with_arguments : {false, true}) {
+      if (with_arguments && operation.arguments.empty()) continue;
       ++number;
       driver_order_t order =
           OrderMessage(kBoot, number, NumberedId(number), bus_->devices[0].name, std::string(operation.name));

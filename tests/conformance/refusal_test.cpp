@@ -177,6 +177,29 @@ TEST_P(RefusalConformance, WhatComesTooLateOrWithoutALinkIsRefused) {
   }
 }
 
+// Whether some of many arguments leads to anything but a refusal by the configuration.
+bool PassesTheConfiguration(ExampleDevice& rig, const OperationSpec& operation) {
+  const auto forbidden = [&](const Arguments& arguments) {
+    const auto refusal = rig.device->Refusal(rig.MakeOrder(operation.name, arguments), rig.clock.Now());
+    return refusal &&
+           (refusal->reason == S::REASON_NOT_PERMITTED || refusal->reason == S::REASON_UNKNOWN_OPERATION);
+  };
+  if (GoodArguments(rig, operation)) return true;
+  return operation.arguments.empty() && !forbidden({});
+}
+
+// DEVICE.operations lists what a device takes as it is configured, and nothing else.
+TEST_P(RefusalConformance, TheFamilyPermitsWhatTheDeviceTakes) {
+  const Family& family = *bus_->family;
+  const auto rig = Online();
+  for (const OperationSpec& operation : family.operations) {
+    SCOPED_TRACE(operation.name);
+    const bool permitted =
+        family.permits == nullptr || family.permits(*bus_, bus_->devices.front(), operation.name);
+    EXPECT_EQ(permitted, PassesTheConfiguration(*rig, operation));
+  }
+}
+
 // What an operation says of itself holds when it is carried out.
 TEST_P(RefusalConformance, NothingIsWrittenOrMovedThatIsNotDeclared) {
   for (const OperationSpec& operation : bus_->family->operations) {

@@ -129,8 +129,8 @@ class Machine(unittest.TestCase):
     def driver(self, config, bus, family="tformat", name=None, env=None):
         return self.start(name or f"driver-{bus}", BIN / f"axlecast-{family}", "--config", config, "--bus", bus, env=env)
 
-    def bridge(self, config):
-        return self.start("bridge", BIN / "axlecast-bridge", "--config", config)
+    def bridge(self, config, name="bridge", env=None):
+        return self.start(name, BIN / "axlecast-bridge", "--config", config, env=env)
 
     def watch(self, config, *options):
         watch = Watch(config, *options)

@@ -5,7 +5,7 @@ import json
 import subprocess
 import unittest
 
-from machine import BIN, Machine, one_axis, wait_for
+from machine import BIN, LIMIT, Machine, one_axis, wait_for
 
 DONE, REJECTED, NOT_VERIFIED = 0, 3, 7
 REFERENCED = 0x8
@@ -23,8 +23,8 @@ class Bridge(Machine):
         return self.data.last(f"POSITION/{device}")
 
 
-class Journal(Bridge):
-    """The state directory is a file system of 1 MiB of its own."""
+class JournalMachine(Bridge):
+    """An encoder and a motor; the state directory is a file system of 1 MiB of its own."""
 
     def mount(self, *options):
         subprocess.run(["mount", *options, self.state], check=True)
@@ -96,6 +96,10 @@ class Journal(Bridge):
         code, outcome = self.write_byte()
         self.assertEqual(code, DONE, (outcome, self.log("bridge")[-2000:]))
 
+
+class Journal(JournalMachine):
+    """The journal cannot be written."""
+
     def test_a_full_disk_refuses_changes_only_and_recovers(self):
         self.run_machine()
         self.assertEqual(self.write_byte()[0], DONE)
@@ -121,6 +125,64 @@ class Journal(Bridge):
         self.assertEqual((code, outcome["outcome"]), (DONE, "succeeded"), "what the file holds is still answered")
         self.mount("-o", "remount,rw")
         self.check_works_again()
+
+
+class StalledDisk(JournalMachine):
+    """fsync and fdatasync do not return while a file exists."""
+
+    def mount(self, *options):
+        pass  # no file system of its own
+
+    def bridge(self, config, **options):
+        self.stalls = self.folder / "stalls"
+        library = BIN.parent / "campaign" / "axlecast_stalled_disk.so"
+        return super().bridge(config, env={"LD_PRELOAD": str(library), "AXLECAST_DISK_STALLS": str(self.stalls)})
+
+    def test_a_disk_that_does_not_answer_holds_up_neither_stops_nor_reads(self):
+        self.run_machine()
+        self.assertEqual(self.write_byte()[0], DONE)
+        self.stalls.touch()
+        # All of this happens while the disk does not answer. The first write finds it out.
+        code, outcome = self.write_byte()
+        self.assertEqual((code, outcome["reason"]), (REJECTED, "journal"), outcome)
+        self.check_refused("its disk has not answered for")
+        done = self.writes()
+        self.stalls.unlink()
+        self.check_works_again()
+        self.assertEqual(self.writes(), done + 1, "what was refused is not done later")
+
+
+class Second(Bridge):
+    """A second bridge with the same journal, and a second driver on the same line."""
+
+    def test_a_second_bridge_does_not_get_the_journal_and_says_who_has_it(self):
+        journal = self.folder / "journal.db"
+        text = one_axis("{start_deg: 100}").replace("unsigned_commands: allow", f"unsigned_commands: allow, journal: {journal}")
+        self.assertIn("journal:", text)
+        first = self.bridge(self.write(text))
+        wait_for(lambda: "serving commands" in self.log("bridge"), "the first bridge serves")
+        other = self.write("lcm: {prefix: other/}\n" + text, "other.yaml")
+        second = self.bridge(other, name="second")
+        self.assertEqual(second.wait(LIMIT), 1)
+        self.assertRegex(self.log("second"), rf"journal of another bridge, which runs: .*process {first.pid};")
+        self.kill(first)
+        self.bridge(other, name="third")
+        wait_for(lambda: "serving commands" in self.log("third"), "a killed bridge's lock has gone with it")
+
+    def test_a_second_driver_publishes_nothing_and_ends_with_the_reason(self):
+        config = self.write(one_axis("{start_deg: 100}"))
+        self.data = self.watch(config)
+        self.simulator(config, "rs485-0")
+        first = self.driver(config, "rs485-0")
+        self.wait_online(self.data)
+        boots = {self.position()["boot_id"]}
+        second = self.driver(config, "rs485-0", name="second")
+        self.assertEqual(second.wait(LIMIT), 1)
+        self.assertIn(f"process {first.pid}); this driver ends and leaves bus rs485-0 to that one", self.log("second"))
+        mark = self.data.mark()
+        wait_for(lambda: self.data.of("POSITION/axis1", since=mark)[20:], "positions of the first")
+        self.assertEqual({m["boot_id"] for m in self.data.since(0) if "boot_id" in m and m["channel"].endswith("axis1")},
+                         boots)
 
 
 class Away(Bridge):

@@ -100,6 +100,22 @@ class Keys(DoctorMachine):
         self.assert_found("key_owner", self.config, "belongs to nobody")
         self.assert_mended("key_owner", self.config)
 
+    def test_key_access(self):
+        self.assert_quiet("key_access", self.config, "--root", self.root)
+        self.put("etc/group", "axlecast-bridge:x:990:\naxlecast-drivers:x:991:\naxlecast-web:x:992:")
+        findings = self.found("key_access", self.config, "--root", self.root)
+        self.assertEqual([finding["mend"][0].split()[:2] for finding in findings],
+                         [["chgrp", "axlecast-bridge"], ["chgrp", "axlecast-drivers"]], findings)
+
+    def test_group_members(self):
+        self.put("etc/group", "axlecast:x:989:anna,bob\naxlecast-drivers:x:991:\ndialout:x:20:carol")
+        self.assert_quiet("group_members", self.config, "--root", self.root)
+        self.put("etc/group", "axlecast:x:989:anna,bob\naxlecast-drivers:x:991:\ndialout:x:20:carol,bob")
+        finding = self.assert_found("group_members", self.config, "bob is in the group dialout", "--root", self.root)
+        self.assertIn("gpasswd --delete bob dialout", finding["mend"][0])
+        self.put("etc/group", "axlecast-drivers:x:991:anna")
+        self.assert_found("group_members", self.config, "anna is in the group axlecast-drivers", "--root", self.root)
+
     def test_key_permission(self):
         self.assert_quiet("key_permission", self.config)
         self.need_users()

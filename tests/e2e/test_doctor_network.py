@@ -56,6 +56,15 @@ class Network(DoctorMachine):
         self.assert_mended("loopback_multicast", self.config)
         self.assert_mended("multicast_route", self.config)
 
+    def test_lcm_library(self):
+        (self.root / "usr/lib/x86_64-linux-gnu").mkdir(parents=True)
+        self.assert_quiet("lcm_library", self.config, "--root", self.root)
+        for name in ("liblcm.so.1", "liblcm.so.1.3.4", "liblcms2.so.2.0.14"):
+            self.put(f"usr/lib/x86_64-linux-gnu/{name}", "")
+        finding = self.assert_found("lcm_library", self.config, "liblcm.so.1.3.4: one forged datagram", "--root", self.root)
+        self.assertEqual(finding["severity"], "advice")
+        self.assertIn("iifname != lo udp dport 7668 drop", finding["mend"][1])
+
     def test_multicast_interface(self):
         self.assert_quiet("multicast_interface", self.config)
         self.veth()

@@ -1,6 +1,7 @@
 """`axlecast doctor`: ports, and what the timing of a bus stands on. A host below a folder has the adapters that this one
 lacks."""
 
+import contextlib
 import os
 import pathlib
 import subprocess
@@ -74,12 +75,19 @@ class Ports(DoctorMachine):
         finding = self.assert_found("port_held", config, f"process {holder.pid} (sleep)")
         self.assertIn(f"kill {holder.pid}", finding["mend"][0])
 
+    @staticmethod
+    def open_files(pid):
+        files = []
+        for link in pathlib.Path(f"/proc/{pid}/fd").iterdir():
+            with contextlib.suppress(FileNotFoundError):  # closed meanwhile
+                files.append(os.readlink(link))
+        return files
+
     def test_port_held_by_the_bus_own_driver_is_right(self):
         path = self.line()
         config = self.on_port(path)
         driver = self.driver(config, "rs485-0")
-        opened = lambda: path in [os.readlink(link) for link in pathlib.Path(f"/proc/{driver.pid}/fd").iterdir()]
-        wait_for(opened, "the driver on its port")
+        wait_for(lambda: path in self.open_files(driver.pid), "the driver on its port")
         self.assert_quiet("port_held", config)
 
     def test_port_name(self):

@@ -4,15 +4,18 @@ who is let in, and that the drivers feel nothing of it."""
 import json
 import os
 import pathlib
+import random
 import subprocess
 import unittest
 
 import jsonschema
+from hostile_broker import UNKNOWN_PROPERTY, HostileBroker, hostile_packets
 from lcm_ear import LcmEar
 from machine import BIN, LIMIT, one_axis, wait_for
 from mqtt_broker import PORT, RELAY_PORT, MqttMachine, gaps
 
 BASE = "axlecast/test/"
+HOSTILE = int(os.environ.get("AXLECAST_MQTT_HOSTILE", 0))  # packets of a hostile broker beside those that are always sent
 WINDOW = 20  # messages on their way at a time
 DONE, USAGE, REJECTED, LOSSES, FAILED, NO_ANSWER = 0, 2, 3, 3, 4, 6
 
@@ -95,6 +98,33 @@ class Publishing(Mqtt):
     def test_nothing_to_print_without_a_machine(self):
         self.config = self.write(one_axis())
         self.assertEqual(self.axlecast("mqtt", self.config, "--print", "--seconds", "1")[0], NO_ANSWER)
+
+
+class Hostile(Mqtt):
+    def test_a_hostile_broker_costs_the_connection_and_nothing_that_waits(self):
+        unknown = bytes([0x50, 5, 0, 1, 0, 0x25, 0x67])  # a PUBREC with a property that there is not
+        huge = b"\x30\xff\xff\xff\x7f" + b"\0" * 100_000  # a message of 256 MB
+        packets = [("SUBACK", UNKNOWN_PROPERTY), ("PUBREC", unknown), ("PUBLISH", huge)]
+        more = list(hostile_packets())
+        random.Random(2).shuffle(more)
+        packets += more[:HOSTILE]
+        broker = HostileBroker(packets, PORT)
+        self.run_machine("{host: 127.0.0.1, positions: {interval: 0.1s}}")
+        process = self.mqtt("--json")
+        # An attempt comes at the latest 8 s after the one before, which is given up after 30 s.
+        wait_for(lambda: len(broker.sent) >= len(packets), lambda: f"a connection each, not {broker.sent}: " + self.log("mqtt"),
+                 LIMIT + 40 * HOSTILE)
+        broker.close()
+        self.broker()
+        subscriber = self.subscribe()
+        wait_for(lambda: subscriber.of(BASE + "device/axis1"), "a state")
+        # What was published while the hostile broker had the connection comes first, and nothing is missing.
+        wait_for(lambda: len(subscriber.of(BASE + "position/axis1")) >= 40, "positions")
+        self.assertIsNone(process.poll(), self.log("mqtt"))
+        self.assertIn("libmosquitto", self.log("mqtt"))
+        if HOSTILE == 0:  # else the queue's bounds and brokers that only hang up cost some
+            self.assertEqual(gaps(subscriber.of(BASE + "position/axis1")), 0)
+            self.assertEqual(self.end(process), DONE, self.log("mqtt"))
 
 
 class BrokerAway(Mqtt):

@@ -59,6 +59,23 @@ class Up(Machine):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertIn("nsenter", done.stdout + done.stderr)
 
+    def test_a_shell_finds_an_isolated_machine(self):
+        config = self.write(one_axis("{speed_rpm: 60}"))
+        code, _, err = self.axlecast("shell", config, "--print")
+        self.assertEqual(code, 6, err)
+        up = self.start("up", BIN / "axlecast", "up", config, "--no-table", "--isolated")
+        wait_for(lambda: "shell inside" in self.log("up"), lambda: self.log("up"))
+        line = self.log("up").split("shell inside", 1)[1].splitlines()[1].strip()
+        self.assertRegex(line, rf"^nsenter --target {up.pid} --net.* /\S+$")
+        status = (BIN / "axlecast", "status", config)
+        wait_for(lambda: self.axlecast("shell", config, "--run", *status)[0] == 0, lambda: self.log("up"))
+        self.assertEqual(self.axlecast("status", config)[0], 6, "from outside nothing is heard")
+
+    def test_the_programs_bring_the_types_of_spy(self):
+        build = BIN.parent
+        inputs = subprocess.run(["ninja", "-C", build, "-t", "query", "axlecast_programs"], capture_output=True, text=True)
+        self.assertIn("lcmtypes/java/lcmtypes_jar", inputs.stdout, inputs.stderr)
+
     def test_status_and_info(self):
         config = self.write(one_axis("{speed_rpm: 60}"))
         code, out, _ = self.axlecast("status", config)

@@ -4,6 +4,7 @@ import contextlib
 import json
 import os
 import re
+import struct
 import subprocess
 import unittest
 
@@ -98,16 +99,65 @@ class Web(Machine):
                 self.send_bad(port, bad)
         self.assertEqual(request(port, "/healthz")[0], 200)
 
+    @staticmethod
+    def is_open(link):
+        link.socket.setblocking(False)
+        try:
+            return link.socket.recv(1) != b""
+        except BlockingIOError:
+            return True
+        except OSError:
+            return False
+
     def send_bad(self, port, data):
         link = Link(port)
         self.addCleanup(link.close)
+        answer = b""
         try:
             link.send(data)
             link.socket.shutdown(1)
             while True:
-                link.read(1)
+                answer += link.read(1)
         except (Closed, OSError):
-            pass
+            return answer
+
+    def test_no_upgrade_but_to_a_websocket(self):
+        """libwebsockets 4.1 has HTTP/2 in the clear built in, and malformed HTTP/2 ends it in an assertion."""
+        port = self.web(self.config)
+        preface = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"
+        # A SETTINGS frame, then frames of all types on all kinds of streams, cut, oversized and of random bytes.
+        frames = b"\0\0\0\4\0\0\0\0\0" + b"".join(
+            struct.pack(">I", size)[1:] + bytes([kind, 0xFF]) + struct.pack(">I", stream) + os.urandom(min(size, 64))
+            for kind in range(12) for stream in (0, 1, 2**31 - 1) for size in (0, 5, 64))
+        h2c = "Connection: Upgrade, HTTP2-Settings\r\nUpgrade: {}\r\nHTTP2-Settings: AAMAAABkAAQAAP__\r\n"
+        for upgrade in ("h2c", "H2C", "h2c, websocket", "TLS/1.0", "foo", ""):
+            head = f"GET / HTTP/1.1\r\nHost: localhost\r\n{h2c.format(upgrade)}\r\n".encode()
+            for data in (head, head + preface + frames, head + os.urandom(5000)):
+                with self.subTest(upgrade):
+                    self.assertNotIn(b"101", self.send_bad(port, data)[:20])
+        for data in (preface + frames, preface, b"CONNECT localhost:1 HTTP/1.1\r\nHost: localhost\r\n\r\n" + frames):
+            self.send_bad(port, data)
+        self.assertEqual(request(port, "/healthz")[0], 200)
+        self.assertIsNone(self.process.poll(), self.log("web"))
+        self.assertEqual(self.socket(port).receive()["type"], "hello")
+
+    def test_those_who_trickle_keep_nobody_out(self):
+        port = self.web(self.config, "--clients", "2")
+        starts = (b"", b"GET", b"GET / HTTP/1.1\r\nHost: local", b"POST /login HTTP/1.1\r\nHost: localhost\r\nContent-Length: 4000\r\n\r\nx")
+        links = []
+        for i in range(200):
+            link = Link(port)
+            self.addCleanup(link.close)
+            with contextlib.suppress(OSError):
+                link.send(starts[i % len(starts)])
+            links.append(link)
+            if i % 50 == 49:
+                self.assertEqual(request(port, "/healthz")[0], 200)
+                self.assertEqual(request(port, "/metrics")[0], 200)
+                # Answered at once, and not when those before had run out of their time.
+                self.assertTrue(self.is_open(links[i - 25]), i)
+        self.assertFalse(self.is_open(links[0]), "the oldest had to go")
+        self.assertEqual(self.socket(port).receive()["type"], "hello")
 
     def test_tells_prometheus_and_its_health(self):
         self.live_axis()

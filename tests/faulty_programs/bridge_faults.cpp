@@ -8,6 +8,9 @@ int main(int argc, char** argv) {
   KillOrder order;
   return BridgeMain(
       argc, argv,
-      {.store = [&](DurableStore& store) { return std::make_unique<FaultyStore>(store, order.faults); },
+      {.store =
+           [&](std::unique_ptr<DurableStore> store) {
+             return std::make_unique<FaultyStore>(std::move(store), order.faults);
+           },
        .commands = [&](MessageSink& sink) { return std::make_unique<FaultySink>(sink, order.faults); }});
 }

@@ -4,6 +4,7 @@
 #include <axlecast/device_info_t.hpp>
 #include <axlecast/driver_status_t.hpp>
 #include <axlecast/motor_health_t.hpp>
+#include <axlecast/motor_limits_t.hpp>
 #include <axlecast/trip_log_t.hpp>
 #include <random>
 
@@ -224,6 +225,100 @@ TEST_F(MotorBusTest, AStopGoesOutInTheVeryNextSlot) {
   EXPECT_LT(StatusOf(2).finished_utime - StatusOf(2).started_utime, 400'000) << "no login came first";
   RunFor(20 * kSecond);
   EXPECT_EQ(StatusOf(1).state, S::STATE_SUCCEEDED) << StatusOf(1).text;
+}
+
+// ---- a stream of orders ----
+
+class OrderStreamTest : public MotorBusTest, public testing::WithParamInterface<const char*> {};
+
+// gm1 gets one order after the other, as fast as it takes them.
+TEST_P(OrderStreamTest, StarvesNeitherTheOtherUnitNorItsOwn) {
+  constexpr MonoNs kTime = 40 * kSecond;
+  Make(2, ", motor_control: start_stop, log_out: true");
+  Settle();
+  std::uint32_t number = 0;
+  for (const MonoNs end = clock_.Now() + kTime; clock_.Now() < end; driver_->RunOnce()) {
+    const bool free = number == 0 || StatusOf(number).state >= S::STATE_SUCCEEDED;
+    if (!free) continue;
+    if (std::string(GetParam()) == "write_parameter") {
+      const std::string value = ++number % 2 == 0 ? "2.0" : "3.0";
+      Order(number, GetParam(), {{"name", "start_time_1"}, {"value", value}});
+    } else {
+      Order(++number, GetParam());
+    }
+  }
+  EXPECT_GT(number, 10U);
+  // At least every third slot is a live one, under stops without end every ninth; each unit has half of them, and a reading
+  // takes two.
+  const bool stops = std::string(GetParam()) == "stop_motor";
+  const std::size_t least = static_cast<std::size_t>(kTime / kLiveCycle / 2 / (stops ? 10 : 3));
+  EXPECT_GE(Motor(1).size(), least);
+  EXPECT_GE(Motor(2).size(), least);
+  for (const char* device : {"DEVICE/gm1", "DEVICE/gm2"}) {
+    for (const auto& info : data_.All<device_info_t>(device)) {
+      // Stops without end leave it one slot in nine: its readings are old then, but it has not failed.
+      if (stops) {
+        EXPECT_NE(info.state, device_info_t::STATE_OFFLINE) << device << ' ' << info.reason;
+      } else {
+        EXPECT_EQ(info.state, device_info_t::STATE_ONLINE) << device << ' ' << info.reason;
+      }
+    }
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Operations, OrderStreamTest,
+                         testing::Values("read_parameters", "write_parameter", "stop_motor"),
+                         [](const auto& each) { return std::string(each.param); });
+
+TEST_F(MotorBusTest, AWholeBusIsBackSoonAfterItsPower) {
+  Make(4);
+  Settle();
+  for (const MonoNs out : {2 * kSecond, 20 * kSecond, 200 * kSecond}) {
+    SCOPED_TRACE(out / kSecond);
+    for (const char* unit : {"gm1", "gm2", "gm3", "gm4"}) Set(unit, "power", "off");
+    RunFor(out);
+    for (const char* unit : {"gm1", "gm2", "gm3", "gm4"}) Set(unit, "power", "on");
+    data_.Clear();
+    RunFor(4'500 * kMillisecond);
+    for (int unit = 1; unit <= 4; ++unit) EXPECT_FALSE(Motor(unit).empty()) << unit;
+    RunFor(60 * kSecond);
+  }
+}
+
+TEST_F(MotorBusTest, DeviceListsTheOperationsThatItsConfigurationPermits) {
+  const auto operations = [&](const std::string& keys) {
+    Make(1, keys);
+    RunFor(2 * kSecond);
+    return data_.All<device_info_t>("DEVICE/gm1").back().operations;
+  };
+  using testing::Contains;
+  using testing::Not;
+  const auto plain = operations("");
+  EXPECT_THAT(plain, Contains("write_parameter"));
+  EXPECT_THAT(plain, Contains("log_out"));
+  EXPECT_THAT(plain, Not(Contains("stop_motor")));
+  const auto stops = operations(", motor_control: stop");
+  EXPECT_THAT(stops, Contains("stop_motor"));
+  EXPECT_THAT(stops, Not(Contains("start_motor")));
+  EXPECT_THAT(stops, Not(Contains("log_out")));
+  EXPECT_THAT(operations(", motor_control: start_stop, log_out: true"),
+              testing::IsSupersetOf({"start_motor", "log_out"}));
+}
+
+TEST_F(MotorBusTest, TheLimitsComeWhenTheyChangeAndOnceAMinute) {
+  Make(1);
+  RunFor(10 * kSecond);
+  const auto limits = [&] { return data_.All<motor_limits_t>("LIMITS/gm1"); };
+  ASSERT_FALSE(limits().empty());
+  EXPECT_GT(limits().back().power_upper_w[0], 0);
+  EXPECT_FLOAT_EQ(limits().back().overheat_c, limits().back().parameters[52]);
+  RunFor(120 * kSecond);
+  data_.Clear();
+  RunFor(180 * kSecond);
+  EXPECT_EQ(limits().size(), 3U);
+  Order(1, "write_parameter", {{"name", "overheat_limit"}, {"value", "77.5"}});
+  RunFor(5 * kSecond);
+  ASSERT_EQ(StatusOf(1).state, S::STATE_SUCCEEDED) << StatusOf(1).text;
+  EXPECT_FLOAT_EQ(limits().back().overheat_c, 77.5F);
 }
 
 }  // namespace

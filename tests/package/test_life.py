@@ -16,6 +16,7 @@ import unittest
 PACKAGES = pathlib.Path(os.environ["AXLECAST_PACKAGES"])
 LIMIT = float(os.environ.get("AXLECAST_LIMIT", 60))  # s, generous: a slow, shared machine must pass
 CONFIG = "/etc/axlecast/machine.yaml"
+ACCOUNTS = [f"axlecast-{name}" for name in ("bridge", "drivers", "record", "web", "mqtt", "multicast")]
 # What dpkg and its helpers keep of their own: their database, logs and caches.
 OTHERS = re.compile(r"var/lib/(dpkg|apt|systemd|ucf)/|var/log/(dpkg\.log|alternatives\.log)$|var/cache/|etc/\.pwd\.lock$|"
                     r"etc/(passwd|group|shadow|gshadow)-$|(tmp|proc|dev|sys|root)/|packages/")
@@ -82,11 +83,14 @@ class Life(unittest.TestCase):
     def start(self, unit, instance, name):
         command = re.search(r"^ExecStart=(.*)$", unit, re.MULTILINE)[1].replace("%i", instance).split()
         environment = re.search(r"^Environment=(.*)$", unit, re.MULTILINE)[1].split()
+        account = re.search(r"^User=(.*)$", unit, re.MULTILINE)[1]
         log = open(self.root / f"tmp/{name}.log", "w")
         self.addCleanup(log.close)
-        words = ["chroot", self.root, "setpriv", "--reuid=axlecast", "--regid=axlecast", "--init-groups", "env", "-i",
-                 "PATH=/usr/bin:/bin", "STATE_DIRECTORY=/var/lib/axlecast", "LOGS_DIRECTORY=/var/log/axlecast"]
+        words = ["chroot", self.root, *self.as_account(account), "env", "-i", "PATH=/usr/bin:/bin"]
         self.processes.append(subprocess.Popen([*words, *environment, *command], stdout=log, stderr=log))
+
+    def as_account(self, name):
+        return ["setpriv", f"--reuid={name}", f"--regid={name}", "--init-groups"]
 
     def stop_units(self):
         for process in self.processes:
@@ -120,7 +124,8 @@ class Life(unittest.TestCase):
     def test_installed_run_upgraded_removed_and_purged(self):
         before = self.files()
         self.install("axlecast_*.deb")
-        self.assertIn(":/var/lib/axlecast:", (self.root / "etc/passwd").read_text())
+        for account in ACCOUNTS:
+            self.assertRegex((self.root / "etc/passwd").read_text(), f"(?m)^{account}:")
         self.assertFalse((self.root / CONFIG[1:]).exists(), "no machine is shipped live")
         self.use_demo()
         self.run_machine()
@@ -139,6 +144,45 @@ class Life(unittest.TestCase):
         self.assertEqual(self.status(), "")
         self.assertEqual(sorted(self.files() - before), ["etc/axlecast", CONFIG[1:]], "the operator's file only")
         self.assertEqual(sorted(before - self.files()), [])
+
+    def may_read(self, account, path):
+        result = subprocess.run(["chroot", self.root, *self.as_account(account), "cat", path], capture_output=True)
+        return result.returncode == 0
+
+    def readers(self, path):
+        return {account for account in [*ACCOUNTS, "nobody"] if self.may_read(account, path)}
+
+    def test_each_account_reads_its_own_key_only(self):
+        self.install("axlecast_*.deb")
+        self.inside("axlecast", "keygen", "--machine", "press3", "--group", "axlecast")
+        keys = "/etc/axlecast/press3"
+        self.assertEqual(self.readers(f"{keys}/bridge.key"), {"axlecast-bridge"})
+        self.assertEqual(self.readers(f"{keys}/drivers.key"), {"axlecast-drivers"})
+        self.assertEqual(self.readers(f"{keys}/local.key"), set(), "operators are persons")
+        (self.root / CONFIG[1:]).write_text("machine: press3\n")
+        self.assertEqual(len(self.readers(CONFIG)), len(ACCOUNTS) + 1, "the machine's file is no secret")
+        self.inside("useradd", "--groups", "axlecast", "anna")
+        self.assertTrue(self.may_read("anna", f"{keys}/local.key"))
+        self.assertFalse(self.may_read("anna", f"{keys}/bridge.key"))
+
+    def test_an_upgrade_hands_over_what_the_former_account_had(self):
+        """One account, axlecast, ran everything before each process had its own."""
+        self.install("axlecast_*.deb")
+        self.inside("useradd", "--system", "--gid", "axlecast", "axlecast")
+        self.inside("axlecast", "keygen", "--machine", "press3", "--group", "axlecast")
+        for command in ("chgrp axlecast /etc/axlecast/press3/bridge.key /etc/axlecast/press3/drivers.key",
+                        "mkdir -p /var/lib/axlecast/press3 /var/log/axlecast/press3", "touch /var/lib/axlecast/press3/journal.db",
+                        "chown -R axlecast:axlecast /var/lib/axlecast /var/log/axlecast",
+                        "chmod 0640 /var/lib/axlecast/press3/journal.db", "chmod 0750 /var/lib/axlecast /var/lib/axlecast/press3"):
+            self.inside(*command.split())
+        self.inside("dpkg", "--install", "/packages/axlecast.deb")
+        self.assertEqual(self.readers("/etc/axlecast/press3/bridge.key"), {"axlecast-bridge"})
+        self.assertEqual(self.readers("/etc/axlecast/press3/drivers.key"), {"axlecast-drivers"})
+        self.assertEqual(self.readers("/var/lib/axlecast/press3/journal.db"), {"axlecast-bridge"})
+        self.inside("useradd", "--groups", "axlecast", "anna")
+        self.assertTrue(self.may_read("anna", "/var/lib/axlecast/press3/journal.db"), "operators read the journal")
+        owner = self.inside("stat", "--format", "%U:%G", "/var/log/axlecast/press3").strip()
+        self.assertEqual(owner, "axlecast-record:axlecast")
 
     def test_nothing_is_left_of_one_that_was_never_used(self):
         before = self.files()

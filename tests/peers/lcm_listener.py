@@ -38,7 +38,7 @@ class Listener:
             if magic != SHORT_MESSAGE:
                 continue  # none of ours is longer than one datagram
             channel, _, data = packet[8:].partition(b"\0")
-            kind = {b"MOTOR": "motor_health_t", b"TRIP": "trip_log_t", b"DEVICE": "device_info_t",
+            kind = {b"MOTOR": "motor_health_t", b"TRIP": "trip_log_t", b"LIMITS": "motor_limits_t", b"DEVICE": "device_info_t",
                     b"POSITION": "position_t", b"BUS": "bus_health_t", b"ALARM": "alarm_t"}.get(channel.split(b"/")[0])
             if kind is None:
                 continue

@@ -48,7 +48,7 @@ bridge: {{unsigned_commands: allow}}
 buses:
   rs485-0:
     family: saa_serial
-    link: {{port: {port}, baud: 115200}}
+    link: {{port: {port}, pty: true, baud: 115200}}
     {bus}
     devices:
 {lines}""")

@@ -62,7 +62,7 @@ bridge: {{unsigned_commands: allow}}
 buses:
   rs485-0:
     family: tsubaki_sc
-    link: {{port: {self.cable.host}, parity: none}}
+    link: {{port: {self.cable.host}, pty: true}}
     pacing: {pacing}
     poll_hz: {poll_hz}
     devices:
@@ -223,7 +223,11 @@ buses:
         code, outcome = self.command("do", "gm7", "write_parameters", "overheat_limit=87.5", "shock_time_lower_b_4=30.0")
         self.assertEqual((code, outcome["verified"]), (0, 1), outcome)
         self.assertEqual((unit.registers(HOLDING, 52, 1), unit.registers(HOLDING, 51, 1)), ([875], [300]))
-        self.assertTrue(unit.logged_in)
+        self.assertFalse(unit.logged_in, "the driver logs out again")
+        limits = self.listener.wait("LIMITS/gm7", lambda m: m.overheat_c == 87.5, "the new limit")
+        self.assertAlmostEqual(limits.parameters[51], 30.0, places=5)
+        self.assertAlmostEqual(limits.parameters[53], 150.0, places=5)
+        self.assertIn("logged out again", outcome["text"])
         # Both ends of a range are taken, what is beyond is sent to nobody (guideline 11).
         written = len(unit.writes)
         for assignment in ("overheat_limit=125.1", "start_time_1=0", "log_interval=10.1", "shock_time_upper_a_1=30.1"):

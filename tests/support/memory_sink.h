@@ -34,6 +34,7 @@ class MemorySink final : public MessageSink {
     }
     return found;
   }
+  [[nodiscard]] std::size_t size() const { return messages_.size(); }
   void Clear() { messages_.clear(); }
 
  private:

@@ -24,10 +24,16 @@ Step PolledDevice::Ask(std::uint8_t kind, Priority priority) const {
 }
 
 Step PolledDevice::Next(const Turn& turn) const {
+  if (wants_stop && stops_regardless && !turn.reserved) {
+    Step stop = Ask(kStop, Priority::kStop);
+    std::get<axlecast::Exchange>(stop.action).regardless = true;
+    return stop;
+  }
   if (wants_silence_) return {.action = Silence{kQuiet}};
   if (turn.now < idle_until) return {.action = Idle{idle_until}};
-  if (wants_stop) return Ask(kStop, Priority::kStop);
-  if (order_) return Ask(kTouch, Priority::kCommand);
+  const bool orders = !(turn.reserved && leaves_reserved_turns);
+  if (wants_stop && orders) return Ask(kStop, Priority::kStop);
+  if (order_ && orders) return Ask(kTouch, Priority::kCommand);
   if (turn.live_due) return Ask(kRead, Priority::kLive);
   if (wants_slow) return Ask(kSlowRead, Priority::kSlow);
   return {.action = Idle{}};

@@ -27,7 +27,9 @@ class PolledDevice final : public Device {
   // What it wants besides live readings.
   bool wants_slow = false;
   bool wants_stop = false;
-  MonoNs idle_until = 0;  // wants nothing before
+  bool stops_regardless = false;      // its stop goes out on a busy line too
+  bool leaves_reserved_turns = true;  // its orders can wait
+  MonoNs idle_until = 0;              // wants nothing before
 
   std::optional<Outcome> refuses;  // any order
 

@@ -15,6 +15,8 @@ class RecordingOutput : public DeviceOutput {
   void OnSample(const Sample& sample) override { samples.push_back(sample); }
   void OnMotor(const MotorReading& reading) override { motors.push_back(reading); }
   void OnTrip(const TripRecord& record) override { trips.push_back(record); }
+  void OnMotorLimits(const MotorLimits& its) override { limits.push_back(its); }
+  void OnProductCode(std::string_view code) override { product_code = code; }
   void OnError(ErrorKind kind, Interval at) override { errors.emplace_back(kind, at); }
   void OnAlarm(const AlarmSpec& alarm, AlarmState state, MonoNs) override {
     alarms.emplace_back(alarm.code, state);
@@ -34,6 +36,8 @@ class RecordingOutput : public DeviceOutput {
   std::vector<Sample> samples;
   std::vector<MotorReading> motors;
   std::vector<TripRecord> trips;
+  std::vector<MotorLimits> limits;
+  std::string product_code;
   std::vector<std::pair<ErrorKind, Interval>> errors;
   std::vector<std::pair<std::int32_t, AlarmState>> alarms;
   std::vector<std::string> starting;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "drivers/runtime/config/load.h"
+#include "drivers/runtime/config/simulator_maker.h"
 #include "tools/axlecast/config_keys.h"
 #include "tools/axlecast/config_option.h"
 #include "tools/axlecast/config_report.h"
@@ -25,8 +26,9 @@ struct CheckOptions {
 
 // The keys under `simulate` are the family's: building the simulator is what checks them.
 void CheckSimulators(const MachineConfig& machine, ConfigErrors& errors) {
+  SimulatorMaker maker(machine, errors);
   for (const BusConfig& bus : machine.buses) {
-    if (bus.simulate) static_cast<void>(MakeSimulator(machine, bus, errors));
+    if (bus.simulate) static_cast<void>(maker.Make(bus));
   }
 }
 

@@ -8,14 +8,15 @@ namespace axlecast {
 
 // Text in columns, for terminals.
 
-// Bytes from the network as text that cannot steer a terminal: what is not printable ASCII becomes '?'.
+// Bytes from the network as text that cannot steer a terminal: what is not printable ASCII becomes '?',
+// but for the mark of a text that was cut.
 [[nodiscard]] std::string Printable(std::string_view text);
 
-// Exactly `width` columns; longer text is cut and ends in '~'.
+// Exactly `width` columns; longer text is cut, after a word where it has blanks (capped_text.h).
 [[nodiscard]] std::string Left(std::string_view text, std::size_t width);
 [[nodiscard]] std::string Right(std::string_view text, std::size_t width);
 
-// At most `width` columns; longer text is cut and ends in '~'.
+// At most `width` columns; longer text is cut, after a word where it has blanks (capped_text.h).
 [[nodiscard]] std::string Clip(std::string_view text, std::size_t width);
 
 // Fixed point, "-" when the value is not known (NaN, infinite). Beyond 10^12 in scientific notation.

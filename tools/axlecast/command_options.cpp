@@ -2,6 +2,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "drivers/runtime/config/words.h"
+
 namespace axlecast {
 
 void AddCommandOptions(CLI::App& command, ConfigOption& config, CommandWish& wish, bool asks) {
@@ -32,6 +34,20 @@ void AddKeyOption(CLI::App& command, std::string& key) {
           "File of the secret key that signs; else $AXLECAST_KEY, else the first of the machine's keys that can "
           "be read here")
       ->type_name("FILE");
+}
+
+CLI::Validator PlainNumber() {
+  return CLI::Validator(
+      [](const std::string& text) -> std::string {
+        if (CLI::Number(text).empty()) return "";
+        const std::size_t digits = text.find_first_not_of("+-.0123456789");
+        const std::string number = text.substr(0, digits);
+        if (digits == 0 || !CLI::Number(number).empty()) return Quoted(text) + " is no number, e.g. 123.456";
+        return Quoted(text) +
+               " is no number: leave the unit out (it is the device's, see `axlecast info DEVICE`), " +
+               "and write " + number;
+      },
+      "NUMBER");
 }
 
 void AddTwoStepOptions(CLI::App& command, CommandWish& wish) {

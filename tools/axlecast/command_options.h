@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/App.hpp>
+#include <CLI/Validators.hpp>
 #include <string>
 
 #include "tools/axlecast/command_run.h"
@@ -21,6 +22,9 @@ void AddReasonOption(CLI::App& command, std::string& reason);
 
 // --key.
 void AddKeyOption(CLI::App& command, std::string& key);
+
+// A number alone, for a value in the device's own unit. Of "100mm" it says to leave the unit out.
+[[nodiscard]] CLI::Validator PlainNumber();
 
 // What a command that is one operation takes besides: --prepare and --commit.
 void AddTwoStepOptions(CLI::App& command, CommandWish& wish);

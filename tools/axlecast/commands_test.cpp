@@ -17,6 +17,7 @@
 #include "tools/axlecast/home_command.h"
 #include "tools/axlecast/offset_command.h"
 #include "tools/axlecast/permit_command.h"
+#include "tools/axlecast/shell_command.h"
 #include "tools/axlecast/spy_command.h"
 #include "tools/axlecast/status_command.h"
 #include "tools/axlecast/up_command.h"
@@ -60,6 +61,7 @@ class Commands : public ::testing::Test {
     AddPermitCommand(app, exit_code);
     AddDriverCommand(app, exit_code);
     AddSpyCommand(app, exit_code);
+    AddShellCommand(app, exit_code);
     std::reverse(words.begin(), words.end());  // as CLI::App::parse wants them
     try {
       app.parse(words);

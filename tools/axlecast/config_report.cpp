@@ -108,6 +108,16 @@ std::string Travel(const DeviceConfig& device) {
   return text;
 }
 
+bool HasOwnLimits(const DeviceConfig& device) { return device.speed_rpm > 0 && device.accel_rad_s2 > 0; }
+
+// The narrower the limits, the more damaged readings are recognised.
+std::string LimitsText(const DeviceConfig& device) {
+  if (!HasOwnLimits(device))
+    return ", limits of the model only: `axlecast hwtest " + device.name + "` proposes its own";
+  return ", at most " + Format("%.6g", device.speed_rpm) + " rpm and " + Format("%.6g", device.accel_rad_s2) +
+         " rad/s2";
+}
+
 std::string BusText(const BusConfig& bus) {
   const BusLoad load = LoadOf(bus);
   std::string text = "bus " + Left(bus.name, 24) + ' ' + Left(std::string(bus.family->name), 10) + ' ' +
@@ -124,19 +134,21 @@ std::string BusText(const BusConfig& bus) {
     text += "    " + Left(device.name, 24) + ' ' + Left(device.model, 12) + " refreshed every " +
             Format("%.6g", RefreshUs(device, load)) + " us, published at " +
             Format("%.4g", MessageRate(bus, device)) + " Hz" +
-            (bus.family->has_position ? ", " + Travel(device) : "") +
+            (bus.family->has_position ? ", " + Travel(device) + LimitsText(device) : "") +
             (device.permit_required ? "" : ", permit not required") + '\n';
   }
   return text;
 }
 
-Json DeviceJson(const DeviceConfig& device, const BusLoad& load) {
+Json DeviceJson(const BusConfig& bus, const DeviceConfig& device, const BusLoad& load) {
   char hash[20];
   std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(device.config_hash));
-  return {
+  Json json = {
       {"device", device.name},           {"model", device.model},         {"refresh_us", RefreshUs(device, load)},
       {"publish_hz", device.publish_hz}, {"unit", UnitName(device.unit)}, {"per_turn", device.per_turn},
       {"ratio_num", device.ratio_num},   {"ratio_den", device.ratio_den}, {"config_hash", hash}};
+  if (bus.family->has_position) json["own_limits"] = HasOwnLimits(device);
+  return json;
 }
 
 Json BusJson(const BusConfig& bus) {
@@ -149,7 +161,7 @@ Json BusJson(const BusConfig& bus) {
                {"most_hz", load.round_us > 0 ? Json(load.most_hz) : Json()},
                {"utilisation", load.round_us > 0 ? Json(load.utilisation) : Json()},
                {"devices", Json::array()}});
-  for (const DeviceConfig& device : bus.devices) json["devices"].push_back(DeviceJson(device, load));
+  for (const DeviceConfig& device : bus.devices) json["devices"].push_back(DeviceJson(bus, device, load));
   return json;
 }
 

@@ -56,6 +56,20 @@ TEST(ConfigWarnings, AGoodMachineHasNone) {
   EXPECT_THAT(BusWarnings(Machine("simulate: true, poll_hz: 0")), IsEmpty()) << "as fast as possible is meant";
 }
 
+TEST(ConfigText, PointsOutAnAxisThatHasOnlyTheModelsLimits) {
+  const MachineConfig only = Machine("simulate: true");
+  EXPECT_THAT(ConfigText(only), HasSubstr("limits of the model only: `axlecast hwtest a` proposes its own"));
+  ConfigErrors errors("m.yaml");
+  const auto own = ParseConfig(
+      "machine: press3\nbuses:\n  b0: {family: tformat, simulate: true, devices: {a: {model: ts5669n127, "
+      "limits: {speed_rpm: 3000, accel_rad_s2: 1000}}}}\n",
+      errors);
+  ASSERT_TRUE(own) << errors.Text();
+  EXPECT_THAT(ConfigText(*own), HasSubstr("at most 3000 rpm and 1000 rad/s2"));
+  EXPECT_EQ(ConfigJson("m.yaml", &only, errors)["buses"][0]["devices"][0]["own_limits"], false);
+  EXPECT_EQ(ConfigJson("m.yaml", &*own, errors)["buses"][0]["devices"][0]["own_limits"], true);
+}
+
 TEST(ConfigText, NamesTheRecordersLogs) {
   const MachineConfig machine = Machine("simulate: true",
                                         "recorder:\n"

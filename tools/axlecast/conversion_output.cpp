@@ -1,5 +1,7 @@
 #include "tools/axlecast/conversion_output.h"
 
+#include <unistd.h>
+
 #include <filesystem>
 #include <iostream>
 
@@ -41,7 +43,7 @@ bool ConversionOutput::Write(std::string_view part) {
 bool ConversionOutput::Flush() {
   if (file_ != nullptr) {
     problem_ = file_->Append(waiting_);
-  } else if (!WriteOut(waiting_)) {
+  } else if (!(isatty(STDOUT_FILENO) == 1 ? WriteOut(waiting_) : WriteBytes(waiting_))) {
     problem_ = "standard output was closed";
   }
   waiting_.clear();

@@ -81,6 +81,7 @@ class FrameDecoder {
   void DecodeBits(const std::string& text, const std::string& where) {
     const BitLine line = ParseBitLine(text);
     if (!line.problem.empty()) return Bad("not_bits", where + line.problem);
+    bit_count_ = line.bits;
     Show(WithBitCount(line.bits), line.bytes);
   }
 
@@ -92,15 +93,42 @@ class FrameDecoder {
 
   void Show(const DecodeSettings& settings, Bytes frame) {
     bool usable = true;
-    const nlohmann::ordered_json json = family_.decode(settings, frame, &usable);
+    nlohmann::ordered_json json = family_.decode(settings, frame, &usable);
+    if (json.value("error", "") == "short") json["detail"] = ShortText(frame);
     all_good_ = all_good_ && json.at("ok").get<bool>();
     out_ << JsonLine(json) << '\n';
+  }
+
+  // How much came, and how much is needed: the family itself tells, when it is given more and more.
+  [[nodiscard]] std::string ShortText(Bytes frame) const {
+    constexpr std::size_t kMostMore = 300;  // bytes; more than the longest frame has
+    std::vector<std::uint8_t> longer(frame.begin(), frame.end());
+    const char* const unit = bits_ ? " bits" : " bytes";
+    const std::size_t came = bits_ ? bit_count_ : frame.size() - HeadBytes(frame);
+    for (std::size_t more = 1; more <= (bits_ ? 8 : 1) * kMostMore; ++more) {
+      longer.resize(bits_ ? std::max(frame.size(), (came + more + 7) / 8) : frame.size() + more);
+      bool usable = true;
+      const nlohmann::ordered_json json =
+          family_.decode(bits_ ? WithBitCount(came + more) : settings_, longer, &usable);
+      if (json.value("error", "") == "short") continue;
+      const std::string kind = json.value("kind", "unknown");
+      return std::to_string(came) + unit + " came, at least " + std::to_string(came + more) + " are needed" +
+             (kind == "unknown" ? "" : " for a " + kind);
+    }
+    return std::to_string(came) + unit + " came, more are needed";
+  }
+
+  // Bytes of a CAN frame's identifier, which are not of its data.
+  [[nodiscard]] std::size_t HeadBytes(Bytes frame) const {
+    constexpr std::size_t kIdentifier = 4;
+    return family_.link == LinkKind::kCan && frame.size() >= kIdentifier ? kIdentifier : 0;
   }
 
   const Family& family_;
   DecodeSettings settings_;
   const bool bits_;
   std::ostream& out_;
+  std::size_t bit_count_ = 0;  // of the frame that is shown
   bool all_good_ = true;
 };
 

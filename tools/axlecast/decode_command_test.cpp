@@ -51,6 +51,7 @@ TEST(DecodeCommand, OneObjectPerLineOfInput) {
   EXPECT_EQ(result.objects[0]["ok"], true);
   EXPECT_EQ(result.objects[1]["kind"], "read_single_turn_request");
   EXPECT_EQ(result.objects[2]["error"], "short");
+  EXPECT_THAT(result.objects[2]["detail"], ::testing::HasSubstr(" came, at least "));
   EXPECT_EQ(result.objects[3]["address"], 0);  // the last line has no end
 }
 

@@ -90,6 +90,23 @@ std::string TripText(const Json& message) {
          " s";
 }
 
+// What trips the motor: of a limit of 0 and of one that is not known nothing is said.
+std::string LimitsText(const Json& message) {
+  std::string text;
+  const auto add = [&](const char* what, const Json& value, const char* unit, int decimals) {
+    const double limit = NumberOf(value);
+    if (!(limit > 0)) return;
+    text += (text.empty() ? "trips at " : ", ") + std::string(what) + Decimal(limit, decimals) + unit;
+  };
+  constexpr std::array<const char*, 2> kAbove = {"power A above ", "power B above "};
+  constexpr std::array<const char*, 2> kBelow = {"power A below ", "power B below "};
+  for (std::size_t i = 0; i < kAbove.size(); ++i) add(kAbove[i], message.at("power_upper_w").at(i), " W", 1);
+  for (std::size_t i = 0; i < kBelow.size(); ++i) add(kBelow[i], message.at("power_lower_w").at(i), " W", 1);
+  add("", message.at("overheat_c"), " degC", 1);
+  add("", message.at("shock_mps2"), " m/s2", 2);
+  return text.empty() ? "no limit is known" : text;
+}
+
 // Any other message: its fields after the head, as JSON.
 std::string FieldsText(const Json& message) {
   constexpr std::array<std::string_view, 5> kHead = {"utime", "mono_ns", "boot_id", "seq", "spare"};
@@ -109,6 +126,7 @@ std::string Describe(const std::string& type, const Json& message) {
   if (type == "bus_health_t") return Printable(BusText(message));
   if (type == "motor_health_t") return MotorText(message);
   if (type == "trip_log_t") return TripText(message);
+  if (type == "motor_limits_t") return LimitsText(message);
   return Printable(FieldsText(message));
 }
 

@@ -26,6 +26,48 @@ bool Holds(const CommandRequest& request, std::string_view key) {
                      [key](const auto& argument) { return argument.first == key; });
 }
 
+bool Has(const BusConfig& bus, std::string_view operation) {
+  return std::any_of(bus.family->operations.begin(), bus.family->operations.end(),
+                     [operation](const OperationSpec& known) { return known.name == operation; });
+}
+
+// The machine's devices that have an operation.
+std::string WhoHas(const MachineConfig& machine, std::string_view operation) {
+  std::vector<std::string> names;
+  for (const BusConfig& bus : machine.buses) {
+    if (!Has(bus, operation)) continue;
+    for (const DeviceConfig& device : bus.devices) names.push_back(device.name);
+  }
+  return names.empty() ? "no device of this machine has it"
+                       : "devices of this machine that have it: " + Listed(names);
+}
+
+bool HasZero(const Family& family) {
+  return std::any_of(family.operations.begin(), family.operations.end(),
+                     [](const OperationSpec& known) { return known.name.starts_with("zero"); });
+}
+
+bool IsOfSomeFamily(const std::string& operation) {
+  return std::any_of(Families().begin(), Families().end(), [&operation](const Family* family) {
+    return std::any_of(family->operations.begin(), family->operations.end(),
+                       [&operation](const OperationSpec& known) { return known.name == operation; });
+  });
+}
+
+// What leads further than a list of operations: for a zero that only software can give, and for an operation of other
+// devices. Empty: nothing.
+std::string BetterWay(const MachineConfig& machine, const BusConfig& bus, const std::string& device,
+                      const std::string& operation) {
+  const Family& family = *bus.family;
+  if (operation.starts_with("zero") && family.has_position && !HasZero(family)) {
+    return ": encoders of " + std::string(family.name) + " keep no zero. Set one in software: axlecast home " +
+           device + " --value 0";
+  }
+  if (!IsOfSomeFamily(operation)) return "";
+  return std::string(family.has_position ? ": it is an encoder (" : ": it is a monitor of motors (") +
+         std::string(family.name) + "); " + WhoHas(machine, operation);
+}
+
 }  // namespace
 
 std::vector<const OperationSpec*> OperationsOf(const BusConfig& bus) {
@@ -51,6 +93,10 @@ FoundOperation FindOperation(const MachineConfig& machine, const std::string& de
     names.emplace_back(candidate->name);
   }
   if (found.operation != nullptr) return found;
+  if (std::string better = BetterWay(machine, *found.bus, device, operation); !better.empty()) {
+    found.problem = device + " has no operation " + Quoted(operation) + better;
+    return found;
+  }
   const std::optional<std::string> nearest = NearestWord(operation, names);
   found.problem = device + " has no operation " + Quoted(operation) +
                   (nearest ? "; did you mean " + *nearest + '?' : "") + "\noperations: " + Listed(names);

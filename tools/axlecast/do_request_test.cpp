@@ -53,6 +53,27 @@ TEST(FindOperation, NamesWhatIsValid) {
   EXPECT_THAT(problem, HasSubstr("operations: zero, read, "));
 }
 
+TEST(FindOperation, PointsToHomeWhereTheDeviceKeepsNoZero) {
+  static const Family plain{.name = "plain", .summary = "", .operations = {}};
+  for (const char* zero : {"zero", "zero_single_turn"}) {
+    EXPECT_THAT(FindOperation(OneAxis(&plain), "axis1", zero).problem, HasSubstr("axlecast home axis1 --value 0"));
+  }
+}
+
+TEST(FindOperation, TellsWhichDevicesHaveTheOperationOfAnotherKind) {
+  const MachineConfig machine = Machine();
+  EXPECT_EQ(
+      FindOperation(machine, "axis1", "fetch_trip_logs").problem,
+      "axis1 has no operation 'fetch_trip_logs': it is an encoder (made_up); no device of this machine has it");
+  MachineConfig both = Machine();
+  both.buses.push_back(both.buses[0]);
+  both.buses[1].family = FindFamily("tsubaki_sc");
+  both.buses[1].devices[0].name = "gm3";
+  EXPECT_THAT(FindOperation(both, "axis1", "fetch_trip_logs").problem,
+              HasSubstr("devices of this machine that have it: gm3"));
+  EXPECT_THAT(FindOperation(both, "gm3", "zero").problem, HasSubstr("it is a monitor of motors (tsubaki_sc)"));
+}
+
 TEST(SetArguments, KeepsOrderAndEmptyValues) {
   CommandRequest request;
   EXPECT_EQ(SetArguments(Operations()[1], {"count=", "address=3=4"}, request), "");

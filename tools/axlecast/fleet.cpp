@@ -49,7 +49,11 @@ void Fleet::OnEnd(Member& member, const std::string& how) {
                         ? kFirstBackOff
                         : std::min(2 * member.back_off, kLongestBackOff);
   member.restart_at = now + member.back_off;
-  if (deaths_.size() < kDeathsKept) deaths_.push_back(member.name + ": " + how);
+  if (deaths_.size() < kDeathsKept) {
+    const bool by_itself = how.starts_with("exit code") && !member.last_words.empty();
+    deaths_.push_back(member.name + ": " + how + (by_itself ? ": " + member.last_words : ""));
+  }
+  member.last_words.clear();
   member.log.Write("== ended: " + how);
   tell_(member.name + " ended: " + how + "; starting it again in " + Seconds(member.back_off));
 }
@@ -57,7 +61,9 @@ void Fleet::OnEnd(Member& member, const std::string& how) {
 void Fleet::ReadLog(Member& member) {
   for (const std::string& line : member.child.ReadLines()) {
     member.log.Write(line);
-    if (WorthShowing(line)) tell_(member.name + ": " + line);
+    if (!WorthShowing(line)) continue;
+    member.last_words = line;
+    tell_(member.name + ": " + line);
   }
 }
 
@@ -78,6 +84,13 @@ std::vector<int> Fleet::FileDescriptors() const {
     if (member.child.FileDescriptor() >= 0) descriptors.push_back(member.child.FileDescriptor());
   }
   return descriptors;
+}
+
+// Its exit code tells of what it could not do, as that of the bridge to a broker that never took anything.
+void Fleet::OnStopped(Member& member, const Child::End& end) {
+  member.log.Write("== ended: " + end.text);
+  if (end.clean || !end.text.starts_with("exit code") || deaths_.size() >= kDeathsKept) return;
+  deaths_.push_back(member.name + ": " + end.text + " at its end: " + member.log.path() + " says why");
 }
 
 bool Fleet::AnyRunning(Role role) const {
@@ -108,7 +121,11 @@ void Fleet::StopRole(Role role, const std::function<bool()>& hurry) {
       }
       // The others' output is read too, so that none of them waits for us.
       ReadLog(member);
-      if (member.role == role && member.child.Reap()) ReadLog(member);
+      if (member.role != role) continue;
+      if (const auto end = member.child.Reap()) {
+        ReadLog(member);
+        OnStopped(member, *end);
+      }
     }
     killed = killed || out_of_patience;
     if (AnyRunning(role)) poll(nullptr, 0, 5);

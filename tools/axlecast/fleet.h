@@ -33,7 +33,9 @@ class Fleet {
   // `hurry` says so.
   void Stop(const std::function<bool()>& hurry);
 
-  // "driver rs485-0: killed by signal 9 (Killed)" of each process that ended without having been asked to.
+  // "driver rs485-0: killed by signal 9 (Killed)" of each process that ended without having been asked to, or with an
+  // exit code that is not 0; of one that ended itself with the cause, its last warning or error: "recorder: exit code 1:
+  // cannot write into /var/log".
   [[nodiscard]] const std::vector<std::string>& deaths() const { return deaths_; }
 
  private:
@@ -43,6 +45,7 @@ class Fleet {
     std::vector<std::string> argv;
     ProcessLog log;
     Child child;
+    std::string last_words = {};  // the last line that was worth showing
     MonoNs started = 0;
     MonoNs restart_at = kNever;
     MonoNs back_off = 0;
@@ -50,6 +53,7 @@ class Fleet {
 
   void Launch(Member& member);
   void OnEnd(Member& member, const std::string& how);
+  void OnStopped(Member& member, const Child::End& end);
   void ReadLog(Member& member);
   void StopRole(Role role, const std::function<bool()>& hurry);
   [[nodiscard]] bool AnyRunning(Role role) const;

@@ -59,7 +59,7 @@ TEST_F(FleetTest, LogsAllAndShowsWarnings) {
       Fleet::Role::kDriver, "driver a",
       Shell("echo result; echo '[info] quiet' >&2; echo '[warning] loud' >&2; printf unfinished >&2; exit 3"));
   PollUntil([this] { return !fleet_.deaths().empty(); });
-  EXPECT_THAT(fleet_.deaths(), ElementsAre("driver a: exit code 3"));
+  EXPECT_THAT(fleet_.deaths(), ElementsAre("driver a: exit code 3: unfinished")) << "with its last words";
   EXPECT_THAT(told_, ElementsAre("driver a: [warning] loud", "driver a: unfinished",
                                  "driver a ended: exit code 3; starting it again in 0.5 s"));
   EXPECT_THAT(Content(logs_ + "/driver-a.log"),

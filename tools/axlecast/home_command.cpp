@@ -33,7 +33,7 @@ void AddHomeCommand(CLI::App& app, int& exit_code) {
   command->add_option("DEVICE", options->wish.device, "The device")->required();
   command->add_option("--value", options->value, "What it shall read, in the device's unit")
       ->required()
-      ->check(CLI::Number)
+      ->check(PlainNumber())
       ->type_name("V");
   AddCommandOptions(*command, options->config, options->wish, true);
   AddTwoStepOptions(*command, options->wish);

@@ -15,6 +15,7 @@
 #include "drivers/io/new_file.h"
 #include "drivers/io/process.h"
 #include "drivers/io/system_clock.h"
+#include "drivers/io/terminal_output.h"
 #include "tools/axlecast/config_option.h"
 #include "tools/axlecast/device_reads.h"
 #include "tools/axlecast/exit_code.h"
@@ -95,7 +96,8 @@ class Acceptance {
     while (clock_.Now() - begin < time && !enough()) {
       if (stop_.Requested() || !port_.Handle(static_cast<int>(kSlice / kMillisecond))) return false;
       if (shows) {
-        std::cerr << '\r' << doing << ' ' << (clock_.Now() - begin) / kSecond << " of " << time / kSecond << " s, "
+        SteerTerminal("\r");
+        std::cerr << doing << ' ' << (clock_.Now() - begin) / kSecond << " of " << time / kSecond << " s, "
                   << watch_.readings() << " readings, " << watch_.errors() << " failed" << std::flush;
       }
     }

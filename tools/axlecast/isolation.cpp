@@ -11,6 +11,7 @@
 
 #include <cerrno>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 
 #include "drivers/io/descriptor.h"
@@ -77,9 +78,16 @@ std::string EnterIsolation() {
   return "";
 }
 
-std::string EntryLine(const std::string& command) {
-  const std::string target = "nsenter --target " + std::to_string(getpid());
-  return geteuid() == 0 ? target + " --net " + command : target + " --user --preserve-credentials --net " + command;
+std::vector<std::string> EntryArguments(pid_t process, const std::vector<std::string>& command) {
+  std::vector<std::string> line = {"nsenter", "--target", std::to_string(process), "--net"};
+  if (geteuid() != 0) line.insert(line.end(), {"--user", "--preserve-credentials"});
+  line.insert(line.end(), command.begin(), command.end());
+  return line;
+}
+
+std::string LoginShell() {
+  const char* const shell = std::getenv("SHELL");
+  return shell != nullptr && *shell == '/' ? shell : "/bin/sh";
 }
 
 }  // namespace axlecast

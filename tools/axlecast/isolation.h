@@ -1,6 +1,9 @@
 #pragma once
 
+#include <sys/types.h>
+
 #include <string>
+#include <vector>
 
 namespace axlecast {
 
@@ -9,7 +12,9 @@ namespace axlecast {
 // Call it before any thread is started. An empty string when done, else the cause and the remedy.
 [[nodiscard]] std::string EnterIsolation();
 
-// The line that runs `command` in the namespace of this process, from outside.
-[[nodiscard]] std::string EntryLine(const std::string& command);
+// What runs `command` in the namespace of `process`, from outside, with this folder and environment.
+[[nodiscard]] std::vector<std::string> EntryArguments(pid_t process, const std::vector<std::string>& command);
+// $SHELL, else /bin/sh.
+[[nodiscard]] std::string LoginShell();
 
 }  // namespace axlecast

@@ -36,7 +36,7 @@ constexpr const char* kExamples =
     "Exit code: 0 done, 1 a file exists, cannot be written or read, or is no key, 2 usage.\n"
     "\n"
     "Examples:\n"
-    "  sudo axlecast keygen --machine press3 --group axlecast    # the first keys of a machine, and its `bridge:`\n"
+    "  sudo axlecast keygen --machine press3    # the first keys of a machine, and its `bridge:`\n"
     "  axlecast keygen ~/.config/axlecast/anna.key --role maintainer    # a key for one more person\n"
     "  axlecast keygen --show /etc/axlecast/press3/local.key\n"
     "  axlecast keygen --show --machine press3 --json | jq -r '.keys[].public'";
@@ -76,17 +76,25 @@ std::string MakeDirectory(const std::string& path) {
   return error ? path + ": " + error.message() : "";
 }
 
+std::optional<gid_t> NoGroup(const std::string& /*name*/) { return std::nullopt; }
+
 std::string Write(const KeygenOptions& options, std::vector<KeyFile>& files) {
-  FileAccess access;
+  std::optional<gid_t> group;
   if (!options.group.empty()) {
-    access = {.mode = 0640, .group = FindGroup(options.group)};
-    if (!access.group) {
+    group = FindGroup(options.group);
+    if (!group) {
       return "there is no group " + Quoted(options.group) + "; as root: groupadd --system " + options.group;
     }
   }
+  if (options.machine.empty()) {
+    if (group) files[0].access = {.mode = 0640, .group = group};
+  } else {
+    // Only root can give a file to a group that he is not in.
+    GiveToReaders(files, group, geteuid() == 0 ? &FindGroup : &NoGroup);
+  }
   const std::string directory = std::filesystem::path(files[0].file).parent_path().string();
   if (std::string problem = MakeDirectory(directory); !problem.empty()) return problem;
-  return WriteKeys(files, access, options.force);
+  return WriteKeys(files, options.force);
 }
 
 std::string YamlOf(const KeygenOptions& options, const std::vector<KeyFile>& files) {
@@ -137,7 +145,8 @@ void AddKeygenCommand(CLI::App& app, int& exit_code) {
                       "Instead: bridge.key, drivers.key and local.key of this machine");
   command->add_option("--directory", options->directory,
                       "Where those are; else /etc/axlecast/MACHINE for root, $XDG_CONFIG_HOME/axlecast/MACHINE");
-  command->add_option("--group", options->group, "Members of this group may read the files (mode 0640)");
+  command->add_option("--group", options->group,
+                      "Members of this group may read FILE, or with --machine local.key (mode 0640)");
   command->add_option("--role", options->role, "Of FILE's key, in the line for the machine's file")
       ->check(CLI::IsMember(std::vector<std::string>(kRoleNames.begin(), kRoleNames.end())))
       ->capture_default_str();

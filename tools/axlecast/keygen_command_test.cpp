@@ -155,7 +155,7 @@ TEST_F(KeygenTest, AMachinesKeysAreMadeTogetherOrNotAtAll) {
   EXPECT_FALSE(std::filesystem::exists(machine_ + "/bridge.key"));
   // A name that no file can get ends it half way: what was made goes again.
   std::vector<KeyFile> files = {{"a", folder_.path() + "/a.key", {}}, {"b", folder_.path() + "/no/b.key", {}}};
-  EXPECT_THAT(WriteKeys(files, {}, false), HasSubstr("No such file or directory"));
+  EXPECT_THAT(WriteKeys(files, false), HasSubstr("No such file or directory"));
   EXPECT_FALSE(std::filesystem::exists(folder_.path() + "/a.key"));
 }
 
@@ -169,7 +169,32 @@ TEST_F(KeygenTest, MembersOfAGroupMayRead) {
   ASSERT_EQ(stat((machine_ + "/local.key").c_str(), &status), 0);
   EXPECT_EQ(status.st_mode & 07777U, 0640U);
   EXPECT_EQ(status.st_gid, FindGroup("daemon"));
+  for (const char* own : {"/bridge.key", "/drivers.key"}) {
+    ASSERT_EQ(stat((machine_ + own).c_str(), &status), 0);
+    EXPECT_NE(status.st_gid, FindGroup("daemon")) << own;
+  }
   EXPECT_EQ(Run("--show " + machine_ + "/local.key"), 0);
+}
+
+TEST_F(KeygenTest, EachProcessMayReadItsOwnKeyOnly) {
+  const auto find = [](const std::string& name) -> std::optional<gid_t> {
+    if (name == "axlecast-bridge") return 901;
+    if (name == "axlecast-drivers") return 902;
+    return std::nullopt;
+  };
+  std::vector<KeyFile> files = MachineKeyFiles(machine_);
+  GiveToReaders(files, std::nullopt, find);
+  EXPECT_EQ(files.at(0).access.group, 901U);
+  EXPECT_EQ(files.at(1).access.group, 902U);
+  EXPECT_EQ(files.at(0).access.mode, 0640U);
+  EXPECT_EQ(files.at(2).name, "local");
+  EXPECT_EQ(files.at(2).access.mode, 0600U) << "a maintainer's";
+  GiveToReaders(files, 1'000, find);
+  EXPECT_EQ(files.at(0).access.group, 901U) << "operators read no key of a process";
+  EXPECT_EQ(files.at(2).access.group, 1'000U);
+  std::vector<KeyFile> desk = MachineKeyFiles(machine_);
+  GiveToReaders(desk, std::nullopt, [](const std::string&) -> std::optional<gid_t> { return std::nullopt; });
+  for (const KeyFile& file : desk) EXPECT_EQ(file.access.mode, 0600U) << file.name;
 }
 
 TEST_F(KeygenTest, WrongUsage) {

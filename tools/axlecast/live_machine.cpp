@@ -22,6 +22,7 @@ bool LiveMachine::Gather(MonoNs deadline, const std::function<bool(const Machine
     if (now >= deadline || enough(view_)) return true;
     const MonoNs wait = std::min(deadline - now, kLongestWait);
     if (!port_.Handle(static_cast<int>((wait + kMillisecond - 1) / kMillisecond))) return false;
+    view_.OnReception(port_.received());
   }
 }
 

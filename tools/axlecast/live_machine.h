@@ -18,6 +18,8 @@ class LiveMachine {
   // Empty when messages can come, else the cause and the lines that mend it.
   [[nodiscard]] const std::string& problem() const { return problem_; }
   [[nodiscard]] const MachineView& view() const { return view_; }
+  // Empty, or why the kernel's buffer is smaller than it should be, and what mends that.
+  [[nodiscard]] std::string warning() const { return port_.warning(); }
 
   // Takes in what comes until `deadline` or until `enough` says so. False when the port failed.
   [[nodiscard]] bool Gather(MonoNs deadline, const std::function<bool(const MachineView&)>& enough);

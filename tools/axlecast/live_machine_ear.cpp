@@ -13,6 +13,7 @@ namespace {
 constexpr MonoNs kListen = 1'200 * kMillisecond;
 constexpr int kSliceMs = 50;
 constexpr std::size_t kNamed = 6;
+constexpr std::size_t kMostChannels = 1'000;
 
 bool IsOfMachine(Bytes message) {
   std::string type;
@@ -35,7 +36,8 @@ std::optional<std::string> HearLiveMachine(const std::string& url, std::string& 
   LcmPort port(url, "");
   std::set<std::string> channels;
   const auto handler = [&channels](const std::string& channel, Bytes message) {
-    if (!channels.contains(channel) && IsOfMachine(message)) channels.insert(channel);
+    if (channels.size() < kMostChannels && !channels.contains(channel) && IsOfMachine(message))
+      channels.insert(channel);
   };
   problem = port.problem();
   if (problem.empty() && !port.Subscribe(".*", handler)) problem = "cannot subscribe on " + url;

@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "drivers/io/multicast_probe.h"
 #include "tools/axlecast/columns.h"
 #include "tools/axlecast/program.h"
 #include "tools/axlecast/table.h"
@@ -66,9 +67,10 @@ RunSummary MachineRun::Run(double seconds) {
   StartAll();
   Follow(seconds > 0 ? started_ + static_cast<MonoNs>(std::llround(seconds * 1e9)) : kNever);
   const MonoNs now = clock_.Now();
-  RunSummary summary = Summarize(live_->view(), fleet_->deaths(), now, now - started_);
   const int asked = stop_->Count();
   fleet_->Stop([this, asked] { return stop_->Count() > asked + 1; });
+  // As it stood before it was stopped; how the processes ended belongs to it.
+  RunSummary summary = Summarize(live_->view(), fleet_->deaths(), now, now - started_);
   if (screen_) {
     screen_.reset();
     for (const std::string& event : events_) std::cerr << Printable(event) << '\n';
@@ -115,6 +117,9 @@ void MachineRun::Follow(MonoNs end) {
     if (now >= end) return;
     fleet_->Poll();
     if (now >= next_show_) Show(now);
+    if (const std::string lost = reception_.Next(live_->view().reception(), now, live_->warning()); !lost.empty()) {
+      Tell("up: " + lost);
+    }
     const MonoNs slice = std::min({end, next_show_, now + 50 * kMillisecond});
     if (!live_->Gather(slice, [this](const MachineView&) { return stop_->Requested(); })) {
       if (!stop_->Requested()) Tell("the LCM port failed: " + machine_.lcm.url);

@@ -57,6 +57,7 @@ class MachineRun {
   std::unique_ptr<Screen> screen_;
   std::deque<std::string> events_;  // newest last
   std::vector<std::string> notes_;
+  ReceptionReport reception_;
   MonoNs started_ = 0;
   MonoNs next_show_ = 0;
 };

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "drivers/io/process.h"
+#include "drivers/io/terminal_output.h"
 #include "tools/axlecast/alarms_command.h"
 #include "tools/axlecast/backup_command.h"
 #include "tools/axlecast/check_config_command.h"
@@ -22,6 +23,7 @@
 #include "tools/axlecast/log_command.h"
 #include "tools/axlecast/motor_command.h"
 #include "tools/axlecast/mqtt_command.h"
+#include "tools/axlecast/mqtt_process.h"
 #include "tools/axlecast/offset_command.h"
 #include "tools/axlecast/param_command.h"
 #include "tools/axlecast/permit_command.h"
@@ -31,11 +33,13 @@
 #include "tools/axlecast/replay_command.h"
 #include "tools/axlecast/report_command.h"
 #include "tools/axlecast/scan_command.h"
+#include "tools/axlecast/shell_command.h"
 #include "tools/axlecast/simulate_command.h"
 #include "tools/axlecast/spy_command.h"
 #include "tools/axlecast/ssi_plan_command.h"
 #include "tools/axlecast/status_command.h"
 #include "tools/axlecast/trips_command.h"
+#include "tools/axlecast/unknown_command.h"
 #include "tools/axlecast/up_command.h"
 #include "tools/axlecast/watch_command.h"
 #if AXLECAST_WEB
@@ -91,9 +95,14 @@ int RunCommandLine(int argc, char** argv) {
   AddSimulateCommand(app, exit_code);
   AddDriverCommand(app, exit_code);
   AddSpyCommand(app, exit_code);
+  AddShellCommand(app, exit_code);
   AddDecodeCommand(app, exit_code);
   AddSsiPlanCommand(app, exit_code);
   AddCliTreeOption(app);
+  if (const std::string problem = UnknownCommand(app, {argv + 1, argv + argc}); !problem.empty()) {
+    static_cast<void>(std::fprintf(stderr, "%s\n", problem.c_str()));
+    return kExitUsage;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -108,6 +117,8 @@ int RunCommandLine(int argc, char** argv) {
 int main(int argc, char** argv) {
   static_cast<void>(signal(SIGPIPE, SIG_IGN));  // a reader that leaves is told by write()
   try {
+    if (argc == 2 && std::string_view(argv[1]) == axlecast::kMqttLinkOption) return axlecast::ServeMqttLink();
+    const axlecast::TerminalOutput safe;
     return axlecast::RunCommandLine(argc, argv);
   } catch (const std::exception& error) {  // of the libraries: memory or a file system that fails
     static_cast<void>(std::fprintf(stderr, "axlecast: %s\n", error.what()));

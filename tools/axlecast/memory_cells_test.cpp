@@ -11,7 +11,7 @@ using ::testing::HasSubstr;
 TEST(MemoryCells, FromWhatWasRead) {
   std::string problem;
   const MemoryCells cells = CellsOf(
-      std::vector<change_t>{{"eeprom_0", "", "A1 05"}, {"eeprom_20", "", "FF"}, {"finding", "", "effect_seen"}},
+      std::vector<change_t>{{"eeprom_0", "", "A1 05"}, {"eeprom_20", "", "FF"}, {"finding", "", "reads_as_after"}},
       problem);
   EXPECT_EQ(problem, "");
   EXPECT_EQ(cells, (MemoryCells{{0, 0xA1}, {1, 0x05}, {20, 0xFF}}));

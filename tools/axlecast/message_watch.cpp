@@ -13,6 +13,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr std::size_t kOthersKept = 100;
+constexpr std::size_t kOthersNamed = 8;
 constexpr std::size_t kRowWidth = 200;  // a wide terminal shows more
 
 bool Matches(const std::regex& pattern, const std::string& channel) {
@@ -44,7 +46,10 @@ std::string Line(const std::string& channel, const std::string& type, const Json
 }  // namespace
 
 std::optional<std::string> MessageWatch::On(const std::string& channel, Bytes message) {
-  if (!Matches(channel_, channel)) return std::nullopt;
+  if (!Matches(channel_, channel)) {
+    if (shown_ == 0 && others_.size() < kOthersKept) others_.insert(channel);
+    return std::nullopt;
+  }
   std::string type;
   const std::optional<Json> json = DecodeToJson(message, &type);
   if (!json || !json->contains("seq")) {
@@ -52,12 +57,25 @@ std::optional<std::string> MessageWatch::On(const std::string& channel, Bytes me
     return std::nullopt;
   }
   ++shown_;
-  Seen& seen = channels_[channel];
-  seen.sequence.On(static_cast<std::int64_t>(std::stoull(json->at("boot_id").get<std::string>(), nullptr, 16)),
-                   json->at("seq").get<std::int64_t>());
+  const std::string newest = json_ ? "" : Describe(type, *json);
+  Count(channel, static_cast<std::int64_t>(std::stoull(json->at("boot_id").get<std::string>(), nullptr, 16)),
+        json->at("seq").get<std::int64_t>(), newest);
   if (json_) return Line(channel, type, *json);
-  seen.newest = Describe(type, *json);
-  return Time(*json) + ' ' + Printable(channel) + "  " + seen.newest + '\n';
+  return Time(*json) + ' ' + Printable(channel) + "  " + newest + '\n';
+}
+
+void MessageWatch::Count(const std::string& channel, std::int64_t boot_id, std::int64_t seq,
+                         const std::string& newest) {
+  auto seen = channels_.find(channel);
+  if (seen == channels_.end()) {
+    if (channels_.size() >= kMostChannels) {
+      ++uncounted_;
+      return;
+    }
+    seen = channels_.try_emplace(channel).first;
+  }
+  seen->second.sequence.On(boot_id, seq);
+  seen->second.newest = newest;
 }
 
 std::vector<std::string> MessageWatch::Table(MonoNs now) {
@@ -77,6 +95,16 @@ std::vector<std::string> MessageWatch::Table(MonoNs now) {
   return lines;
 }
 
+std::string MessageWatch::OtherChannels() const {
+  std::string text;
+  std::size_t named = 0;
+  for (const std::string& channel : others_) {
+    if (named == kOthersNamed) return text + " and more";
+    text += (named++ == 0 ? "" : ", ") + Printable(channel);
+  }
+  return text;
+}
+
 std::vector<std::string> MessageWatch::Losses() const {
   std::vector<std::string> lines;
   for (const auto& [channel, seen] : channels_) {
@@ -84,6 +112,10 @@ std::vector<std::string> MessageWatch::Losses() const {
     lines.push_back(Printable(channel) + ": " + std::to_string(seen.sequence.lost()) + " of " +
                     std::to_string(seen.sequence.lost() + seen.sequence.received()) +
                     " messages lost on the way here");
+  }
+  if (uncounted_ > 0) {
+    lines.push_back(std::to_string(uncounted_) + " messages were of channels beyond the first " +
+                    std::to_string(kMostChannels) + ": what of those was lost was not counted");
   }
   if (foreign_ > 0) lines.push_back(std::to_string(foreign_) + " messages that are not axlecast's were not shown");
   return lines;

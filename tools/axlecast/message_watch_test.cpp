@@ -26,6 +26,18 @@ TEST(MessageWatch, JsonLineHasChannelTypeAndFields) {
   EXPECT_EQ(json["boot_id"], "0000000000000007");
 }
 
+TEST(MessageWatch, ChannelsWithoutEndAreShownButNotRemembered) {
+  MessageWatch watch(std::regex(""), true);
+  const auto position = Encoded(PositionMessage(3));
+  const std::size_t sent = MessageWatch::kMostChannels + 1'000;
+  for (std::size_t i = 0; i < sent; ++i) {
+    ASSERT_TRUE(watch.On("POSITION/x" + std::to_string(i), position));
+  }
+  EXPECT_EQ(watch.shown(), static_cast<std::int64_t>(sent));
+  EXPECT_EQ(watch.channels(), MessageWatch::kMostChannels);
+  EXPECT_THAT(watch.Losses(), ElementsAre(StartsWith("1000 messages were of channels beyond the first 4096")));
+}
+
 TEST(MessageWatch, LineForPeople) {
   MessageWatch watch(std::regex(""), false);
   position_t position = PositionMessage(3);
@@ -55,6 +67,15 @@ TEST(MessageWatch, FiltersByChannel) {
   EXPECT_FALSE(watch.On("POSITION/axis10", Encoded(PositionMessage(0))));
   EXPECT_EQ(watch.shown(), 1);
   EXPECT_TRUE(watch.Losses().empty());
+}
+
+TEST(MessageWatch, NamesTheChannelsThatAnExpressionDoesNotFind) {
+  MessageWatch watch(std::regex("^POSITON/"), true);
+  EXPECT_EQ(watch.OtherChannels(), "");
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(watch.On("POSITION/axis" + std::to_string(i % 2), {}), std::nullopt);
+  EXPECT_EQ(watch.OtherChannels(), "POSITION/axis0, POSITION/axis1");
+  for (int i = 0; i < 1'000; ++i) EXPECT_EQ(watch.On("CHANNEL" + std::to_string(i), {}), std::nullopt);
+  EXPECT_THAT(watch.OtherChannels(), ::testing::EndsWith(" and more"));
 }
 
 TEST(MessageWatch, TellsWhatWasLostAndWhatIsForeign) {

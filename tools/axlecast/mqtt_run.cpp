@@ -77,13 +77,19 @@ bool MqttIntake::Run(MonoNs end, const std::function<bool()>& each) {
   return true;
 }
 
+std::string MqttIntake::Lost(MonoNs now) {
+  ReceptionCounts counts = data_.received();
+  counts += command_.received();
+  return reception_.Next(counts, now, data_.warning());
+}
+
 MqttRun::MqttRun(const MachineConfig& machine)
     : machine_(machine),
       boot_id_(RandomBootId()),
       outbox_(LimitsOf(machine.mqtt)),
       intake_(machine, clock_,
               [this](BrokerMessage message, Keeping keeping) { outbox_.Put(std::move(message), keeping); }),
-      link_(LinkSettingsOf(machine), secrets_),
+      link_(LinkSettingsOf(machine)),
       session_(
           link_, outbox_,
           {intake_.feed().topics().status(), JsonLine(MqttStatusJson("offline", boot_id_)),
@@ -137,6 +143,7 @@ void MqttRun::Tell() {
   if (now < next_tell_) return;
   next_tell_ = now + kSecond;
   const MqttStatus status = this->status();
+  if (const std::string lost = intake_.Lost(now); !lost.empty()) std::cerr << lost << '\n';
   static_cast<void>(Publish(intake_.data(), "ALARM/" + MqttAlarmName(machine_),
                             alarms_.Make(status, now, clock_.UtcMicroseconds())));
   supervision_.Status(MqttStatusLine(status));

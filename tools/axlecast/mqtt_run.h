@@ -8,12 +8,12 @@
 
 #include "drivers/io/descriptor.h"
 #include "drivers/io/lcm_port.h"
-#include "drivers/io/mqtt_link.h"
 #include "drivers/io/process.h"
 #include "drivers/io/secret_file.h"
 #include "drivers/io/supervision.h"
 #include "drivers/io/system_clock.h"
 #include "drivers/runtime/config/machine_config.h"
+#include "tools/axlecast/mqtt_process.h"
 #include "tools/mqtt/broker_session.h"
 #include "tools/mqtt/mqtt_alarms.h"
 #include "tools/mqtt/mqtt_feed.h"
@@ -34,12 +34,15 @@ class MqttIntake {
   [[nodiscard]] MqttFeed& feed() { return feed_; }
   [[nodiscard]] const MqttFeed& feed() const { return feed_; }
   [[nodiscard]] LcmPort& data() { return data_; }
+  // What LCM brought and lost, in a line for people, at most once in 10 s; else empty.
+  [[nodiscard]] std::string Lost(MonoNs now);
 
  private:
   const Clock& clock_;
   LcmPort data_;
   LcmPort command_;
   MqttFeed feed_;
+  ReceptionReport reception_;
 };
 
 // The bridge to a broker from its start to its end. The calling thread reads from LCM and never waits for the broker, a
@@ -67,7 +70,7 @@ class MqttRun {
   std::int64_t boot_id_;
   Outbox outbox_;
   MqttIntake intake_;
-  MqttLink link_;
+  MqttProcess link_;
   BrokerSession session_;
   MqttAlarms alarms_;
   Supervision supervision_;

@@ -54,20 +54,27 @@ std::vector<KeyFile> MachineKeyFiles(const std::string& directory) {
   return files;
 }
 
+void GiveToReaders(std::vector<KeyFile>& files, std::optional<gid_t> operators, GroupFinder find) {
+  for (KeyFile& file : files) {
+    const std::optional<gid_t> group = file.name == "local" ? operators : find("axlecast-" + file.name);
+    if (group) file.access = {.mode = 0640, .group = group};
+  }
+}
+
 std::string KeyDirectory(const std::string& machine) {
   if (geteuid() == 0) return "/etc/axlecast/" + machine;
   const std::string config = Environment("XDG_CONFIG_HOME");
   return (config.empty() ? Environment("HOME") + "/.config" : config) + "/axlecast/" + machine;
 }
 
-std::string WriteKeys(std::vector<KeyFile>& files, const FileAccess& access, bool replace) {
+std::string WriteKeys(std::vector<KeyFile>& files, bool replace) {
   if (!replace) {
     if (std::string problem = Existing(files); !problem.empty()) return problem;
   }
   for (std::size_t i = 0; i < files.size(); ++i) {
     const SigningKey key = SigningKey::Generate();
     const Secret text(key.FileText());
-    std::string problem = WriteNewFile(files[i].file, text.text(), access, replace);
+    std::string problem = WriteNewFile(files[i].file, text.text(), files[i].access, replace);
     files[i].key = key.public_key();
     if (problem.empty()) continue;
     // What was replaced cannot come back; what is new goes again.

@@ -7,6 +7,7 @@
 #include "drivers/io/lcm_port.h"
 #include "drivers/io/system_clock.h"
 #include "drivers/runtime/core/decode_message.h"
+#include "tools/axlecast/command_options.h"
 #include "tools/axlecast/config_option.h"
 #include "tools/axlecast/exit_code.h"
 #include "tools/axlecast/offset_capture.h"
@@ -86,6 +87,7 @@ void AddOffsetCommand(CLI::App& app, int& exit_code) {
       offset->add_subcommand("capture", "Averages readings at rest and prints the datum; changes nothing");
   command->add_option("DEVICE", options->device, "The device")->required();
   command->add_option("--value", options->value, "What the present position shall read, in the device's unit")
+      ->check(PlainNumber())
       ->type_name("V")
       ->capture_default_str();
   command->add_option("--samples", options->samples, "Valid readings to average")

@@ -25,6 +25,7 @@ struct Options {
   CommandWish wish;
   std::vector<std::string> words;  // NAME or NAME=VALUE
   std::string file;
+  bool no_reads = false;
 };
 
 // A device that has parameters.
@@ -65,11 +66,24 @@ ParameterValues Present(const Place& place, const Options& options, int& exit_co
   return reading.values;
 }
 
+// What the device holds now. Where it cannot be asked, the list comes without; why is said on standard error.
+ParameterValues PresentOrNone(const Place& place, const Options& options) {
+  if (options.no_reads) return {};
+  OperatorClient client(place.machine, options.wish.key, false);
+  const ParameterReading reading = ReadParameters(client, *place.family, options.wish);
+  if (ExitCode(reading.result) == kExitDone && reading.problem.empty()) return reading.values;
+  std::cerr << "without the present values: "
+            << (reading.problem.empty() ? ToText(reading.result) : reading.problem + '\n');
+  return {};
+}
+
 int List(const Options& options) {
   int exit_code = kExitDone;
   const auto place = Find(options, exit_code);
   if (!place) return exit_code;
-  return Show(ListJson(place->family->parameters), ListText(place->family->parameters), options.wish.json);
+  const ParameterValues values = PresentOrNone(*place, options);
+  return Show(ListJson(place->family->parameters, values), ListText(place->family->parameters, values),
+              options.wish.json);
 }
 
 int Get(const Options& options) {
@@ -142,11 +156,15 @@ int Import(const Options& options) {
 
 void AddList(CLI::App& param, int& exit_code) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = param.add_subcommand("list", "Names, units and ranges; asks no device");
+  CLI::App* command = param.add_subcommand("list", "Names, present values, units, ranges and meanings");
   command->add_option("DEVICE", options->wish.device, "The device")->required();
   options->config.AddTo(*command, ConfigOption::Form::kOptionOnly);
+  AddKeyOption(*command, options->wish.key);
+  command->add_flag("--no-reads", options->no_reads, "Asks no device: without the present values");
   command->add_flag("--json", options->wish.json, "One JSON object");
-  command->footer("example: axlecast param list gm3");
+  command->footer(
+      "examples:\n  axlecast param list gm3\n  axlecast param list gm3 --no-reads\n"
+      "A value that cannot be read is -; why is said on standard error. Exit code: 0, or 2 usage");
   command->callback([options, &exit_code] { exit_code = List(*options); });
 }
 

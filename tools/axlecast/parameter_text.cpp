@@ -10,6 +10,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr std::size_t kValueWidth = 12;  // "1000.0 W"
+
 std::size_t NameWidth(const ParameterValues& values) {
   std::size_t width = 0;
   for (const ParameterValue& value : values) width = std::max(width, value.parameter->name.size());
@@ -26,24 +28,40 @@ Json SpecJson(const ParameterSpec& parameter) {
           {"help", parameter.help}};
 }
 
+// Null when the device's value is not known.
+const ParameterValue* ValueOf(const ParameterSpec& parameter, const ParameterValues& values) {
+  const auto found = std::find_if(values.begin(), values.end(), [&parameter](const ParameterValue& value) {
+    return value.parameter->name == parameter.name;
+  });
+  return found == values.end() ? nullptr : &*found;
+}
+
 bool AllVerified(const std::vector<CommandResult>& results) {
   return results.empty() || ExitCode(results.back()) == kExitDone;
 }
 
 }  // namespace
 
-std::string ListText(Parameters parameters) {
+std::string ListText(Parameters parameters, const ParameterValues& values) {
+  std::size_t width = 0;
+  for (const ParameterSpec& parameter : parameters) width = std::max(width, parameter.name.size());
   std::string text;
   for (const ParameterSpec& parameter : parameters) {
-    text += std::string(parameter.name) + "\n    " + RangeText(parameter) + "\n    " + std::string(parameter.help) +
-            '\n';
+    const ParameterValue* const value = ValueOf(parameter, values);
+    text += Left(parameter.name, width) + "  " + Left(value != nullptr ? ValueText(*value) : "-", kValueWidth) +
+            "  " + RangeText(parameter) + "\n    " + std::string(parameter.help) + '\n';
   }
   return text;
 }
 
-Json ListJson(Parameters parameters) {
+Json ListJson(Parameters parameters, const ParameterValues& values) {
   Json json = {{"parameters", Json::array()}};
-  for (const ParameterSpec& parameter : parameters) json["parameters"].push_back(SpecJson(parameter));
+  for (const ParameterSpec& parameter : parameters) {
+    const ParameterValue* const value = ValueOf(parameter, values);
+    Json entry = SpecJson(parameter);
+    entry["value"] = value != nullptr ? Json(NumberOf(parameter, value->raw)) : Json(nullptr);
+    json["parameters"].push_back(std::move(entry));
+  }
   return json;
 }
 

@@ -12,9 +12,9 @@ namespace axlecast {
 
 // What the `param` verbs print.
 
-// Names, ranges, meanings.
-[[nodiscard]] std::string ListText(Parameters parameters);
-[[nodiscard]] nlohmann::ordered_json ListJson(Parameters parameters);
+// Names, present values, ranges, meanings. `values`: those that the device holds; of the others "-" and null.
+[[nodiscard]] std::string ListText(Parameters parameters, const ParameterValues& values);
+[[nodiscard]] nlohmann::ordered_json ListJson(Parameters parameters, const ParameterValues& values);
 
 // Only those of these names, in their order; all when there are none.
 [[nodiscard]] ParameterValues Chosen(const ParameterValues& values, const std::vector<std::string>& names);

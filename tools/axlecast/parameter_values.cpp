@@ -85,7 +85,9 @@ ParameterValues FromWords(Parameters parameters, std::span<const std::string> wo
     const std::size_t equals = word.find('=');
     const std::string name = word.substr(0, equals);
     if (equals == std::string::npos || equals == 0) {
-      problem = Quoted(word) + " is no NAME=VALUE";
+      const bool known = FindParameter(parameters, name) != nullptr;
+      problem = Quoted(word) + " is no NAME=VALUE: write " + (known ? name : "NAME") +
+                "=VALUE, with the = and without blanks";
       return {};
     }
     const ParameterSpec* parameter = FindParameter(parameters, name);

@@ -47,7 +47,7 @@ TEST(FromRegisters, WhatIsMalformedOrMissingIsToldNotGuessed) {
       {Read("registers 0-99999", "04E20005"), "no registers"},
       {Read("registers -", ""), "no registers"},
       {Read("registers ", ""), "no registers"},
-      {Read("finding", "effect_seen"), "no registers"},
+      {Read("finding", "reads_as_after"), "no registers"},
       {Read("registers 0-1", "04E20005"), "did not tell shock_limit"}};
   for (const auto& [change, says] : cases) {
     std::string problem;
@@ -64,16 +64,17 @@ TEST(FromWords, AreInTheOrderOfTheFamily) {
 }
 
 TEST(FromWords, EachMistakeIsNamedWithWhatWouldBeRight) {
-  const std::vector<std::pair<std::string, std::string>> cases = {{"power_limit", "no NAME=VALUE"},
-                                                                  {"=5", "no NAME=VALUE"},
-                                                                  {"power_limt=5", "did you mean 'power_limit'"},
-                                                                  {"bogus=5", "param list"},
-                                                                  {"power_limit=1000.1", "0.0 to 1000.0 W"},
-                                                                  {"power_limit=1.25", "steps of 0.1 W"},
-                                                                  {"start_time=0", "0.1 to 5.0 s"},
-                                                                  {"start_time=fast", "must be a number"},
-                                                                  {"start_time=-1", "must be a number"},
-                                                                  {"start_time=", "must be a number"}};
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"power_limit", "no NAME=VALUE: write power_limit=VALUE"},
+      {"=5", "no NAME=VALUE"},
+      {"power_limt=5", "did you mean 'power_limit'"},
+      {"bogus=5", "param list"},
+      {"power_limit=1000.1", "0.0 to 1000.0 W"},
+      {"power_limit=1.25", "steps of 0.1 W"},
+      {"start_time=0", "0.1 to 5.0 s"},
+      {"start_time=fast", "must be a number"},
+      {"start_time=-1", "must be a number"},
+      {"start_time=", "must be a number"}};
   for (const auto& [word, says] : cases) {
     std::string problem;
     EXPECT_THAT(FromWords(ParameterFamily().parameters, std::vector{word}, problem), IsEmpty()) << word;

@@ -17,6 +17,7 @@ class ProcessLog {
 
   // Adds a line. A disk that is full or a directory that is gone loses the line, never the process.
   void Write(std::string_view line);
+  [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] int FileDescriptor() const { return file_.get(); }  // for a process that writes by itself; or -1
 
  private:

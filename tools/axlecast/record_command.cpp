@@ -13,6 +13,7 @@
 #include <system_error>
 #include <utility>
 
+#include "drivers/io/foreign_link.h"
 #include "drivers/io/lcm_port.h"
 #include "drivers/io/process.h"
 #include "drivers/io/run_directory.h"
@@ -41,7 +42,7 @@ class LiveLines {
   void Clear() {
     if (!shown_) return;
     const std::string up = height_ > 0 ? "\x1b[" + std::to_string(height_) + 'A' : "";
-    static_cast<void>(WriteOut('\r' + up + "\x1b[J"));
+    static_cast<void>(WriteBytes('\r' + up + "\x1b[J"));
     height_ = 0;
   }
 
@@ -155,6 +156,7 @@ class RecordRun {
 
 // Makes the folder of the machine's logs ours. Empty, or why it cannot be.
 std::string TakeFolder(const std::string& folder, const std::string& machine, LockFile& lock) {
+  if (std::string problem = ForeignLinkProblem(folder); !problem.empty()) return problem;
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) return folder + ": cannot be made: " + error.message() + "; make it, or choose another `directory`";

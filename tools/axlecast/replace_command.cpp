@@ -52,7 +52,7 @@ void AddOptions(CLI::App& command, Options& options) {
                   "The backup's file: taken when it is there, else written; default DEVICE-UTC.txt in this folder")
       ->type_name("FILE");
   command.add_option("--value", wish.value, "What the axis reads after the exchange, in its unit")
-      ->check(CLI::Number)
+      ->check(PlainNumber())
       ->type_name("V");
   CLI::Option* from =
       command.add_option("--from", options.from, "Begin at this step")

@@ -6,6 +6,7 @@
 #include <array>
 #include <iostream>
 
+#include "drivers/io/terminal_output.h"
 #include "drivers/io/wait_until.h"
 #include "tools/axlecast/screen.h"
 
@@ -38,7 +39,7 @@ ReplayOutcome ReplayRun::Run() {
     loss = Loss();
     if (!quit_ && !stop_.Requested() && loss.empty()) PlayDue();
   }
-  if (shows_) std::cerr << kClearLine << std::flush;
+  if (shows_) SteerTerminal(kClearLine);
   const auto us = [](MonoNs duration) { return static_cast<double>(duration) / kMicrosecond; };
   ReplayOutcome outcome{.stopped = !replay_.AtEnd(),
                         .loss = Loss(),
@@ -116,7 +117,8 @@ std::string ReplayRun::Loss() const {
 void ReplayRun::Show() {
   const MonoNs now = clock_.Now();
   if (!shows_ || now < next_show_) return;
-  std::cerr << kClearLine << ReplayProgress(replay_, now) << std::flush;
+  SteerTerminal(kClearLine);
+  std::cerr << ReplayProgress(replay_, now) << std::flush;
   next_show_ = now + kRedrawMs * kMillisecond;
 }
 

@@ -46,15 +46,25 @@ bool ReadLogs(const Options& options, const std::string& prefix, ReportContents&
   return true;
 }
 
+// On standard error, which a page on standard output leaves alone.
+void Progress(const std::string& text) { std::cerr << text << '\n'; }
+
 void ReadDevices(const Options& options, const MachineConfig& machine, ReportContents& contents) {
   OperatorClient client(machine, options.key, false);
+  std::size_t devices = 0;
+  for (const BusConfig& bus : machine.buses) devices += bus.devices.size();
+  std::size_t number = 0;
   for (const BusConfig& bus : machine.buses) {
     for (const DeviceConfig& device : bus.devices) {
+      Progress("reading parameters and memory of " + device.name + " (" + std::to_string(++number) + " of " +
+               std::to_string(devices) + ")");
       const std::vector<DeviceRead> reads = ReadEverything(client, bus, device.name);
       FindingGroup group = ReadFindings(bus, reads);
       group.title = "Parameters and memory of " + device.name;
       contents.reads.push_back(std::move(group));
-      if (!reads.empty() && !reads.back().result.answered) return;  // there is no bridge
+      if (!reads.empty() && !reads.back().result.answered) {
+        return Progress("no bridge answers: parameters and memory are left out");
+      }
     }
   }
 }
@@ -72,6 +82,7 @@ int RunReport(const Options& options) {
   const SystemClock clock;
   ReportContents contents;
   if (!ReadLogs(options, machine->lcm.prefix, contents)) return kExitBad;
+  Progress("listening to the machine, at most " + std::to_string(kLongestWait / kSecond) + " s");
   LiveMachine live(*machine, clock);
   const auto all = [](const MachineView& view) { return view.AllHeard() && view.bridge().heard(); };
   if (!live.problem().empty() || !live.Gather(clock.Now() + kLongestWait, all)) {
@@ -93,9 +104,8 @@ int RunReport(const Options& options) {
   const std::string page = ReportPage(*machine, live.view(), heard_at, contents);
   if (options.html.empty()) return WriteOut(page) ? kExitDone : kExitFailed;
   const std::string problem = WriteOutput(options.html, page);
-  if (problem.empty()) return kExitDone;
-  std::cerr << problem << '\n';
-  return kExitFailed;
+  Progress(problem.empty() ? "written: " + options.html : problem);
+  return problem.empty() ? kExitDone : kExitFailed;
 }
 
 }  // namespace

@@ -2,10 +2,12 @@
 
 #include "drivers/runtime/core/sample.h"
 #include "tools/axlecast/columns.h"
+#include "tools/axlecast/status_text.h"
 #include "tools/axlecast/table.h"
 #include "tools/json/field.h"
 #include "tools/json/message_json.h"
 #include "tools/json/names.h"
+#include "tools/monitor/machine_faults.h"
 
 namespace axlecast {
 namespace {
@@ -22,17 +24,9 @@ std::string StateOf(const BusView& bus, MonoNs now) {
   return state ? std::string(BusStateName(*state)) : "SILENT";
 }
 
-void AddFaults(const DeviceView& device, MonoNs now, std::vector<std::string>& faults) {
-  const std::string reason =
-      device.info && !device.info->reason.empty() ? " (" + Printable(device.info->reason) + ")" : "";
-  if (!device.info) {
-    faults.push_back(device.name + ": its driver was never heard");
-  } else if (!device.was_online) {
-    faults.push_back(device.name + ": never ONLINE" + reason);
-  } else if (const auto state = device.State(now);
-             state != device_info_t::STATE_ONLINE && state != device_info_t::STATE_DEGRADED) {
-    faults.push_back(device.name + ": " + StateOf(device, now) + " at the end" + reason);
-  }
+// Beyond MachineFaults: what the whole run says.
+void AddFaults(const DeviceView& device, std::vector<std::string>& faults) {
+  if (device.info && !device.was_online) faults.push_back(device.name + ": was never ONLINE");
   const std::string reading = device.has_position ? "position" : "reading";
   if (device.valid_readings == 0) faults.push_back(device.name + ": no valid " + reading);
   if (device.readings.lost() > 0) {
@@ -112,7 +106,8 @@ std::string Text(const MachineView& machine, const std::vector<std::string>& fau
   for (const DeviceView& device : machine.devices()) text += DeviceText(device, now, seconds);
   text += "BUS          STATE    EXCHANGES       /s   WIRE   LATE  ERRORS\n";
   for (const BusView& bus : machine.buses()) text += BusText(bus, now);
-  if (faults.empty()) return text + "good: every device online, nothing lost, no process died\n";
+  if (const std::string lost = ReceptionText(machine.reception(), ""); !lost.empty()) text += lost + '\n';
+  if (faults.empty()) return text + "good: every device ONLINE, every bus UP, nothing lost, no process failed\n";
   text += "not good:\n";
   for (const std::string& fault : faults) text += "  " + Printable(fault) + '\n';
   return text;
@@ -124,10 +119,8 @@ RunSummary Summarize(const MachineView& machine, const std::vector<std::string>&
                      MonoNs running) {
   const double seconds = static_cast<double>(running) / 1e9;
   RunSummary summary;
-  for (const DeviceView& device : machine.devices()) AddFaults(device, now, summary.faults);
-  for (const BusView& bus : machine.buses()) {
-    if (!bus.health) summary.faults.push_back(bus.name + ": the bus never reported");
-  }
+  summary.faults = MachineFaults(machine, now);
+  for (const DeviceView& device : machine.devices()) AddFaults(device, summary.faults);
   summary.faults.insert(summary.faults.end(), deaths.begin(), deaths.end());
 
   Json json;
@@ -138,6 +131,7 @@ RunSummary Summarize(const MachineView& machine, const std::vector<std::string>&
   for (const DeviceView& device : machine.devices()) json["devices"].push_back(DeviceJson(device, now, seconds));
   json["buses"] = Json::array();
   for (const BusView& bus : machine.buses()) json["buses"].push_back(BusJson(bus, now));
+  json["reception"] = ReceptionJson(machine.reception());
   json["deaths"] = deaths;
   json["faults"] = summary.faults;
   summary.json = JsonLine(json);

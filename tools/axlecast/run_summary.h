@@ -17,8 +17,8 @@ struct RunSummary {
   [[nodiscard]] bool Good() const { return faults.empty(); }
 };
 
-// A good run: every device was ONLINE, delivered valid readings and still answers, no reading was lost, every bus
-// reported, no process died. `running` is its length, `deaths` as Fleet tells them.
+// A good run ends with a good machine (MachineFaults); every device delivered valid readings, none was lost, and no
+// process failed. `running` is its length, `deaths` as Fleet tells them.
 [[nodiscard]] RunSummary Summarize(const MachineView& machine, const std::vector<std::string>& deaths, MonoNs now,
                                    MonoNs running);
 

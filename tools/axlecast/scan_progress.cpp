@@ -5,12 +5,14 @@
 #include <cmath>
 #include <iostream>
 
+#include "drivers/io/terminal_output.h"
 #include "tools/scan/scan_text.h"
 
 namespace axlecast {
 namespace {
 
 constexpr MonoNs kRedraw = 200 * kMillisecond;
+constexpr const char* kClearLine = "\r\x1b[K";
 
 std::string WhatOf(const PlannedTrial& planned, ScanLineKind kind) {
   const std::string line = LineText(planned.trial, kind);
@@ -35,12 +37,13 @@ void ScanProgress::Show(const PlannedTrial& planned, double done, MonoNs left) {
   if (!fresh && now - drawn_at_ < kRedraw) return;
   drawn_at_ = now;
   drawn_ = true;
-  std::cerr << "\r\033[K" << what << "  " << std::lround(100 * done) << " %, at most "
-            << (left + kSecond - 1) / kSecond << " s left" << std::flush;
+  SteerTerminal(kClearLine);
+  std::cerr << what << "  " << std::lround(100 * done) << " %, at most " << (left + kSecond - 1) / kSecond
+            << " s left" << std::flush;
 }
 
 void ScanProgress::Clear() {
-  if (drawn_) std::cerr << "\r\033[K" << std::flush;
+  if (drawn_) SteerTerminal(kClearLine);
   drawn_ = false;
 }
 

@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "drivers/runtime/core/terminal_text.h"
+
 namespace axlecast {
 namespace {
 
@@ -15,17 +17,17 @@ constexpr const char* kLeave = "\x1b[?25h\x1b[?7h\x1b[?1049l";
 
 }  // namespace
 
-Screen::Screen() { static_cast<void>(WriteOut(kEnter)); }
+Screen::Screen() { static_cast<void>(WriteBytes(kEnter)); }
 
-Screen::~Screen() { static_cast<void>(WriteOut(kLeave)); }
+Screen::~Screen() { static_cast<void>(WriteBytes(kLeave)); }
 
 void Screen::Draw(const std::vector<std::string>& lines) {
   std::string text;
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    text += "\x1b[" + std::to_string(i + 1) + ";1H" + lines[i] + "\x1b[K";
+    text += "\x1b[" + std::to_string(i + 1) + ";1H" + TerminalText(lines[i]) + "\x1b[K";
   }
   text += "\x1b[J";
-  static_cast<void>(WriteOut(text));
+  static_cast<void>(WriteBytes(text));
 }
 
 bool Screen::Usable() {
@@ -33,8 +35,10 @@ bool Screen::Usable() {
   return isatty(STDOUT_FILENO) == 1 && terminal != nullptr && std::string_view(terminal) != "dumb";
 }
 
-bool WriteOut(const std::string& text) {
-  std::string_view rest = text;
+bool WriteOut(std::string_view text) { return WriteBytes(TerminalText(text)); }
+
+bool WriteBytes(std::string_view bytes) {
+  std::string_view rest = bytes;
   while (!rest.empty()) {
     const ssize_t written = write(STDOUT_FILENO, rest.data(), rest.size());
     if (written < 0 && errno == EINTR) continue;

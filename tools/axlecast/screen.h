@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace axlecast {
@@ -23,7 +24,10 @@ class Screen {
 // One redraw of the picture: five times a second.
 inline constexpr int kRedrawMs = 200;
 
-// Writes all of `text` to standard output; false when its reader is gone.
-[[nodiscard]] bool WriteOut(const std::string& text);
+// Writes all of `text` to standard output, as TerminalText: for what a person may read. False when its reader is gone.
+[[nodiscard]] bool WriteOut(std::string_view text);
+
+// The same byte for byte: for data, and for what steers the terminal.
+[[nodiscard]] bool WriteBytes(std::string_view bytes);
 
 }  // namespace axlecast

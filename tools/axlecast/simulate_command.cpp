@@ -11,7 +11,7 @@
 
 #include "drivers/io/run_directory.h"
 #include "drivers/io/system_clock.h"
-#include "drivers/runtime/config/load.h"
+#include "drivers/runtime/config/simulator_maker.h"
 #include "tools/axlecast/config_option.h"
 #include "tools/axlecast/exit_code.h"
 #include "tools/axlecast/simulation_server.h"
@@ -70,9 +70,8 @@ void StopOnSignals(SimulationServer& server) {
 }
 
 std::string AddBus(SimulationServer& server, const MachineConfig& machine, const BusConfig& bus,
-                   const std::string& interface) {
-  ConfigErrors errors(machine.file);
-  std::unique_ptr<Simulator> simulator = MakeSimulator(machine, bus, errors);
+                   SimulatorMaker& maker, const ConfigErrors& errors, const std::string& interface) {
+  std::unique_ptr<Simulator> simulator = maker.Make(bus);
   if (!simulator) return errors.Text();
   SimulationServer::BusPlace place{.bus = bus.name,
                                    .devices = {},
@@ -105,8 +104,10 @@ int RunSimulators(const MachineConfig& machine, const std::vector<const BusConfi
   SimulationServer server(clock);
   StopOnSignals(server);
   std::string problem = PrepareRunDirectory(RunDirectory(machine.machine));
+  ConfigErrors errors(machine.file);
+  SimulatorMaker maker(machine, errors);
   for (const BusConfig* bus : buses) {
-    if (problem.empty()) problem = AddBus(server, machine, *bus, interface);
+    if (problem.empty()) problem = AddBus(server, machine, *bus, maker, errors, interface);
     if (!problem.empty()) break;
     std::cout << "simulating bus " << bus->name << " on " << (interface.empty() ? bus->link.port : interface)
               << std::endl;

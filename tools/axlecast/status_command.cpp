@@ -12,6 +12,7 @@
 #include "tools/axlecast/screen.h"
 #include "tools/axlecast/status_text.h"
 #include "tools/json/field.h"
+#include "tools/monitor/machine_faults.h"
 
 namespace axlecast {
 namespace {
@@ -54,7 +55,7 @@ int Status(const Options& options) {
   }
   const MonoNs now = clock.Now();
   Show(StatusJson(live.view(), now), StatusText(live.view(), now), options.json);
-  if (live.view().AllOnline(now)) return kExitDone;
+  if (MachineFaults(live.view(), now).empty()) return kExitDone;
   return live.view().NoneHeard() ? kExitNoAnswer : kExitBad;
 }
 
@@ -96,8 +97,8 @@ void AddStatusCommand(CLI::App& app, int& exit_code) {
   options->config.AddTo(*command, ConfigOption::Form::kPositional);
   command->add_flag("--json", options->json, "One JSON object");
   command->footer(
-      "example: axlecast status machine.yaml && echo all online\n"
-      "exit code 0 when every device is ONLINE and every bus UP, 1 when not, 6 when nothing answers");
+      "example: axlecast status machine.yaml && echo good\n"
+      "exit code 0 when the machine is good (docs/cli.md), 1 when not, 6 when nothing answers");
   command->callback([options, &exit_code] { exit_code = Status(*options); });
 }
 

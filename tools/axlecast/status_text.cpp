@@ -9,6 +9,7 @@
 #include "tools/axlecast/table.h"
 #include "tools/json/message_json.h"
 #include "tools/json/names.h"
+#include "tools/monitor/machine_faults.h"
 
 namespace axlecast {
 namespace {
@@ -84,6 +85,10 @@ std::string Period(std::int32_t us) { return us > 0 ? Decimal(1e6 / us, 1) + " H
 
 }  // namespace
 
+Json ReceptionJson(const ReceptionCounts& counts) {
+  return {{"dropped", counts.dropped}, {"outside", counts.outside}, {"malformed", counts.malformed}};
+}
+
 std::string StatusText(const MachineView& machine, MonoNs now) {
   std::string text;
   if (machine.allows_unsigned()) text += "warning: " + std::string(kUnsignedWarning) + '\n';
@@ -102,13 +107,21 @@ std::string StatusText(const MachineView& machine, MonoNs now) {
             (bus.health && !bus.Up(now) ? "  (" + Printable(bus.health->last_error) + ")" : "") + '\n';
   }
   text += BridgeRows(machine.bridge(), now);
-  return text + (machine.AllOnline(now) ? "all online\n" : "not all online\n");
+  if (const std::string lost = ReceptionText(machine.reception(), ""); !lost.empty()) text += lost + '\n';
+  const std::vector<std::string> faults = MachineFaults(machine, now);
+  if (faults.empty()) return text + "good: every device ONLINE, every bus UP\n";
+  text += "not good:\n";
+  for (const std::string& fault : faults) text += "  " + Printable(fault) + '\n';
+  return text;
 }
 
 Json StatusJson(const MachineView& machine, MonoNs now) {
   Json json;
   json["machine"] = machine.machine();
   json["all_online"] = machine.AllOnline(now);
+  const std::vector<std::string> faults = MachineFaults(machine, now);
+  json["good"] = faults.empty();
+  json["faults"] = faults;
   json["warnings"] = Json::array();
   if (machine.allows_unsigned()) json["warnings"].push_back(kUnsignedWarning);
   json["devices"] = Json::array();
@@ -127,6 +140,7 @@ Json StatusJson(const MachineView& machine, MonoNs now) {
     if (bus.health) entry.update(ToJson(*bus.health));
     json["buses"].push_back(std::move(entry));
   }
+  json["reception"] = ReceptionJson(machine.reception());
   json["bridge"] = {{"serves", machine.bridge().Fresh(now)}, {"alarms", AlarmsJson(machine.bridge().entries())}};
   return json;
 }
@@ -144,6 +158,7 @@ std::string InfoText(const DeviceView& device, MonoNs now) {
          (device.has_position ? PositionRows(device) : MotorRows(device)) + AlarmRows(device) +
          Row("model", Printable(info.family + ' ' + info.model)) + Row("serial", or_none(info.serial)) +
          Row("firmware", or_none(info.firmware)) +
+         (info.product_code.empty() ? "" : Row("product code", Printable(info.product_code))) +
          Row("identity", info.identity < 0 ? "-" : std::to_string(info.identity)) +
          (device.has_position ? ScaleRows(info) : "") + Row("poll", Period(info.poll_us)) +
          Row("publish", "at most " + Period(info.publish_us)) +

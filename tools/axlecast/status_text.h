@@ -14,6 +14,9 @@ namespace axlecast {
 [[nodiscard]] std::string StatusText(const MachineView& machine, MonoNs now);
 [[nodiscard]] nlohmann::ordered_json StatusJson(const MachineView& machine, MonoNs now);
 
+// What this process lost and refused of LCM's datagrams, as `status --json` and `up --json` show it.
+[[nodiscard]] nlohmann::ordered_json ReceptionJson(const ReceptionCounts& counts);
+
 // `device` has its DEVICE message.
 [[nodiscard]] std::string InfoText(const DeviceView& device, MonoNs now);
 [[nodiscard]] nlohmann::ordered_json InfoJson(const DeviceView& device);

@@ -23,9 +23,10 @@ MachineView Online() {
 
 TEST(Status, AllOnline) {
   const MachineView view = Online();
-  EXPECT_THAT(StatusText(view, kNow), HasSubstr("all online\n"));
+  EXPECT_THAT(StatusText(view, kNow), HasSubstr("good: every device ONLINE, every bus UP\n"));
   const auto json = StatusJson(view, kNow);
   EXPECT_EQ(json["all_online"], true);
+  EXPECT_EQ(json["good"], true);
   EXPECT_EQ(json["devices"][0]["device"], "axis1");
   EXPECT_EQ(json["devices"][0]["online"], true);
   EXPECT_EQ(json["devices"][0]["counts_per_turn"], 131072);
@@ -35,7 +36,7 @@ TEST(Status, AllOnline) {
 TEST(Status, NothingHeardIsNotOnline) {
   const MachineView view(OneAxis());
   EXPECT_THAT(StatusText(view, kNow), HasSubstr("no driver answers"));
-  EXPECT_THAT(StatusText(view, kNow), HasSubstr("not all online\n"));
+  EXPECT_THAT(StatusText(view, kNow), HasSubstr("not good:\n  axis1: its driver was never heard\n"));
   EXPECT_EQ(StatusJson(view, kNow)["devices"][0]["heard"], false);
 }
 
@@ -65,6 +66,8 @@ TEST(Status, ShowsTheBridgeAndItsAlarms) {
   EXPECT_THAT(StatusText(view, kNow),
               HasSubstr("bridge                   SERVING   journal_fails (error): make room on disk.\n"));
   EXPECT_EQ(StatusJson(view, kNow)["bridge"]["alarms"][0]["name"], "journal_fails");
+  EXPECT_EQ(StatusJson(view, kNow)["good"], false);
+  EXPECT_EQ(StatusJson(view, kNow)["faults"][0], "bridge: journal_fails: make room on disk.");
 }
 
 TEST(Info, TextAndJson) {

@@ -7,6 +7,8 @@
 
 #include "tools/axlecast/columns.h"
 #include "tools/axlecast/trip_table.h"
+#include "tools/convert/plot_ticks.h"
+#include "tools/text/markup.h"
 
 namespace axlecast {
 namespace {
@@ -39,7 +41,7 @@ std::string Element(const std::string& attributes, const char* style) {
 }
 
 std::string TextAt(double x, double y, const char* style, const std::string& text) {
-  return "<text x=\"" + Px(x) + "\" y=\"" + Px(y) + "\" " + style + ">" + text + "</text>\n";
+  return "<text x=\"" + Px(x) + "\" y=\"" + Px(y) + "\" " + style + ">" + EscapedMarkup(text) + "</text>\n";
 }
 
 std::string Line(double x1, double y1, double x2, double y2, const char* style) {
@@ -49,59 +51,51 @@ std::string Line(double x1, double y1, double x2, double y2, const char* style) 
 
 const char* Stroke(std::size_t trip) { return kStrokes[std::min(trip, kStrokes.size() - 1)]; }
 
-struct Range {
-  double low = 0;
-  double high = 0;
-  [[nodiscard]] bool Known() const { return low < high; }
-};
-
-// Of all samples of a quantity, widened where they are all the same. Not known when there is none.
-Range RangeOf(const std::vector<trip_log_t>& trips, std::size_t quantity) {
-  Range range{INFINITY, -INFINITY};
+// Around all samples of a quantity, between round numbers; without ticks when nothing was read.
+RoundAxis AxisOf(const std::vector<trip_log_t>& trips, std::size_t quantity) {
+  constexpr int kTicks = 3;
+  double low = INFINITY;
+  double high = -INFINITY;
   for (const trip_log_t& trip : trips) {
     for (std::size_t sample = 0; sample < kTripSamples; ++sample) {
       const double value = TripSample(trip, quantity, sample);
       if (!std::isfinite(value)) continue;
-      range.low = std::min(range.low, value);
-      range.high = std::max(range.high, value);
+      low = std::min(low, value);
+      high = std::max(high, value);
     }
   }
-  if (range.low == range.high) {
-    const double margin = std::max(std::abs(range.low) * 0.05, 0.5);
-    return {range.low - margin, range.high + margin};
-  }
-  return range;
+  return low <= high ? MakeRoundAxis(low, high, kTicks) : RoundAxis{};
 }
 
 // A panel's place and scales.
 struct Panel {
-  double top;  // of the plot
-  double first_s;
-  Range range;
+  double top;      // of the plot
+  double first_s;  // of the oldest sample, negative
+  RoundAxis values;
 
   [[nodiscard]] double X(double s) const { return kRight - s / first_s * (kRight - kLeft); }
   [[nodiscard]] double Y(double value) const {
-    return top + kPlotHeight * (range.high - value) / (range.high - range.low);
+    return top + kPlotHeight * (values.high - value) / (values.high - values.low);
   }
 };
 
 std::string Axes(const Panel& panel, const TripQuantity& quantity, const char* time_unit) {
+  constexpr int kTimeTicks = 5;
   const double bottom = panel.top + kPlotHeight;
   std::string text =
       TextAt(kLeft, panel.top - 8, kBold, std::string(quantity.name) + ", " + std::string(quantity.unit));
   text += Line(kLeft, panel.top, kLeft, bottom, kAxis) + Line(kLeft, bottom, kRight, bottom, kAxis) +
           Line(kRight, panel.top, kRight, bottom, kTripLine);
-  for (int tick = 0; tick <= 4; ++tick) {
-    const double s = panel.first_s * (4 - tick) / 4 + 0.0;  // no -0
-    text += Line(panel.X(s), bottom, panel.X(s), bottom + 4, kAxis) +
-            TextAt(panel.X(s), bottom + 17, kCentred, Decimal(s, 2));
+  for (const Tick& tick : MakeRoundAxis(panel.first_s, 0, kTimeTicks).ticks) {
+    if (tick.at < panel.first_s * (1 + 1e-9)) continue;  // before the oldest sample
+    text += Line(panel.X(tick.at), bottom, panel.X(tick.at), bottom + 4, kAxis) +
+            TextAt(panel.X(tick.at), bottom + 17, kCentred, tick.label);
   }
   text += TextAt((kLeft + kRight) / 2, bottom + 32, kCentred, std::string("time before the trip, ") + time_unit);
-  if (!panel.range.Known()) return text + TextAt(kLeft + 10, panel.top + kPlotHeight / 2, "", "not read");
-  for (const double part : {0.0, 0.5, 1.0}) {
-    const double value = panel.range.low + part * (panel.range.high - panel.range.low);
-    text += Line(kLeft - 4, panel.Y(value), kLeft, panel.Y(value), kAxis) +
-            TextAt(kLeft - 7, panel.Y(value) + 4, kToTheRight, Decimal(value, quantity.decimals));
+  if (panel.values.ticks.empty()) return text + TextAt(kLeft + 10, panel.top + kPlotHeight / 2, "", "not read");
+  for (const Tick& tick : panel.values.ticks) {
+    text += Line(kLeft - 4, panel.Y(tick.at), kLeft, panel.Y(tick.at), kAxis) +
+            TextAt(kLeft - 7, panel.Y(tick.at) + 4, kToTheRight, tick.label);
   }
   return text;
 }
@@ -149,13 +143,13 @@ std::string TripSvg(const std::string& device, const std::vector<trip_log_t>& tr
       Px(kWidth) + "\" height=\"" + Px(height) + "\" viewBox=\"0 0 " + Px(kWidth) + ' ' + Px(height);
   std::string text = "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + size +
                      "\" role=\"img\" font-family=\"sans-serif\" font-size=\"12\" fill=\"#222\">\n<title>" +
-                     device + ": trips</title>\n" + kDark +
+                     EscapedMarkup(device) + ": trips</title>\n" + kDark +
                      Element("rect width=\"100%\" height=\"100%\"", "class=\"ground\" fill=\"#fff\"");
   text += TextAt(kLeft, 26, kBold, device + ": what was before each trip; circles mark the trip") + Legend(trips);
   if (trips.empty()) return text + TextAt(kLeft, 50, "", "no trip is recorded") + "</svg>\n";
   const bool in_seconds = std::all_of(trips.begin(), trips.end(), [](const auto& t) { return t.interval_us > 0; });
   for (std::size_t quantity = 0; quantity < std::size(kTripQuantities); ++quantity) {
-    const Panel panel{head + kPanelHeight * static_cast<double>(quantity), first_s, RangeOf(trips, quantity)};
+    const Panel panel{head + kPanelHeight * static_cast<double>(quantity), first_s, AxisOf(trips, quantity)};
     text += Axes(panel, kTripQuantities[quantity], in_seconds ? "s" : "samples");
     for (std::size_t i = 0; i < trips.size(); ++i) text += Curve(panel, trips[i], quantity, i);
   }

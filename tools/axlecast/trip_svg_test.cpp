@@ -66,17 +66,20 @@ TEST(TripSvg, HasSevenPanelsWithUnitsAndMarksTheTrip) {
   EXPECT_LT(svg.size(), 16'000U);
 }
 
-// 20 samples from -1.9 s at x = 80 to the trip at x = 700; the power rises from the lower end of its axis to the upper.
+// 20 samples from -1.9 s at x = 80 to the trip at x = 700; the power rises from 100 W, the lower end of its axis,
+// to 290 W.
 TEST(TripSvg, ACurveRunsFromTheOldestSampleToTheTrip) {
   const std::string svg = TripSvg("gm3", {TripLog()});
   const std::size_t power = svg.find("<path", svg.find(">power, W<"));
   const std::string path = svg.substr(power, svg.find("/>", power) - power);
   EXPECT_EQ(Count(path, "M") + Count(path, "L"), 20U);
-  EXPECT_THAT(path, HasSubstr("d=\"M80.0 480.0L112.6 475.3"));
-  EXPECT_THAT(path, HasSubstr("L700.0 390.0\""));
-  EXPECT_THAT(svg, HasSubstr(">100.0<"));
-  EXPECT_THAT(svg, HasSubstr(">195.0<"));
-  EXPECT_THAT(svg, HasSubstr(">290.0<"));
+  EXPECT_THAT(path, HasSubstr("d=\"M80.0 480.0L112.6 475.5"));
+  EXPECT_THAT(path, HasSubstr("L700.0 394.5\""));
+  const std::string panel = svg.substr(svg.find(">power, W<"), svg.find(">temperature") - svg.find(">power, W<"));
+  for (const char* round : {"100", "200", "300", "-1.5", "-1.0", "-0.5", "0.0"}) {
+    EXPECT_EQ(Count(panel, std::string(">") + round + "<"), 1U) << round;
+  }
+  EXPECT_EQ(Count(panel, "<text "), 9U) << "and the titles of the time and of the next panel: no other mark";
 }
 
 TEST(TripSvg, ThreeTripsInOnePicture) {
@@ -88,7 +91,7 @@ TEST(TripSvg, ThreeTripsInOnePicture) {
   for (const char* style : {"c0", "c1", "c2"}) {
     EXPECT_EQ(Count(svg, std::string("class=\"") + style + '"'), 15U) << "7 curves, 7 trips, the legend";
   }
-  EXPECT_THAT(svg, HasSubstr(">-9.50<")) << "the axis holds the longest";
+  EXPECT_THAT(svg, HasSubstr(">-8<")) << "the axis holds the longest, 9.5 s";
 }
 
 TEST(TripSvg, WhatWasNotReadIsLeftOut) {
@@ -102,6 +105,13 @@ TEST(TripSvg, WhatWasNotReadIsLeftOut) {
   const std::size_t begin = svg.find("<path");
   EXPECT_EQ(Count(svg.substr(begin, svg.find("/>", begin) - begin), "M"), 2U) << "a gap, no line across it";
   EXPECT_THAT(svg, Not(HasSubstr("nan")));
+}
+
+TEST(TripSvg, ANameIsNeverMarkup) {
+  const std::string svg = TripSvg("<script>&\x1b\xEF\xBF\xBF", {TripLog()});
+  EXPECT_THAT(svg, Not(HasSubstr("<script>")));
+  EXPECT_THAT(svg, HasSubstr("&lt;script&gt;&amp;"));
+  EXPECT_TRUE(IsValidSvg(svg));
 }
 
 TEST(TripSvg, ValuesFromTheNetworkCannotBreakIt) {

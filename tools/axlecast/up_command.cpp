@@ -1,5 +1,7 @@
 #include "tools/axlecast/up_command.h"
 
+#include <unistd.h>
+
 #include <iostream>
 #include <memory>
 
@@ -8,6 +10,7 @@
 #include "tools/axlecast/host_name.h"
 #include "tools/axlecast/isolation.h"
 #include "tools/axlecast/machine_run.h"
+#include "tools/axlecast/program.h"
 
 namespace axlecast {
 namespace {
@@ -21,6 +24,9 @@ struct UpOptions {
   bool web = false;
 };
 
+// The line that gives a shell in this process's network.
+std::string Entry() { return ShellText(EntryArguments(getpid(), {LoginShell()})); }
+
 int Up(const UpOptions& options) {
   int exit_code = kExitDone;
   const auto machine = options.config.Load(exit_code);
@@ -30,12 +36,12 @@ int Up(const UpOptions& options) {
       std::cerr << problem << '\n';
       return kExitBad;
     }
-    std::cerr << "isolated: other programs get in with, for example,\n  " << EntryLine("lcm-logger demo.lcm")
-              << "\n  " << EntryLine("axlecast watch " + options.config.File()) << '\n';
+    std::cerr << "isolated: a shell inside, in which every program reaches the machine (later: axlecast shell "
+              << options.config.File() << "):\n  " << Entry() << '\n';
   }
   const bool table = !options.no_table && !options.json && Screen::Usable();
   MachineRun run(*machine, options.config.File(), table, options.json);
-  if (options.isolated) run.AddNote("isolated; get in: " + EntryLine("lcm-logger"));
+  if (options.isolated) run.AddNote("isolated; a shell inside: " + Entry());
   if (options.web) {
     const std::string page =
         "page: " + WebUrl(machine->web, HostName()) + (options.isolated ? " (for a browser that gets in)" : "");

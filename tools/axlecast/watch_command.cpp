@@ -12,6 +12,7 @@
 #include "drivers/io/lcm_port.h"
 #include "drivers/io/process.h"
 #include "drivers/io/system_clock.h"
+#include "drivers/runtime/config/words.h"
 #include "tools/axlecast/config_option.h"
 #include "tools/axlecast/exit_code.h"
 #include "tools/axlecast/message_watch.h"
@@ -60,6 +61,7 @@ class Watch {
       for (LcmPort& port : ports_) {
         if (!done_ && !port.Handle(0)) return Fail("the LCM port failed");
       }
+      Report();
       Draw();
     }
     return End();
@@ -80,6 +82,19 @@ class Watch {
     next_draw_ = clock_.Now() + kRedrawMs * kMillisecond;
   }
 
+  ReceptionCounts Received() const {
+    ReceptionCounts counts;
+    for (const LcmPort& port : ports_) counts += port.received();
+    return counts;
+  }
+
+  // At once where lines scroll by; a table's loss is named at its end.
+  void Report() {
+    if (screen_) return;
+    const std::string lost = reception_.Next(Received(), clock_.Now(), ports_.front().warning());
+    if (!lost.empty()) std::cerr << lost << '\n';
+  }
+
   int Fail(const std::string& problem) {
     screen_.reset();
     std::cerr << problem << '\n';
@@ -89,15 +104,25 @@ class Watch {
   int End() {
     screen_.reset();
     for (const std::string& line : messages_.Losses()) std::cerr << line << '\n';
+    const std::string lost = ReceptionText(Received(), ports_.front().warning());
+    if (!lost.empty()) std::cerr << lost << '\n';
     if (reader_gone_ || (messages_.shown() > 0 && messages_.shown() >= options_.count)) return kExitDone;
-    std::cerr << (messages_.shown() == 0 ? "no message came: is the machine up, on this URL?\n"
-                                         : "fewer messages came than asked for\n");
+    std::cerr << Shortage() << '\n';
     return kExitNoAnswer;
+  }
+
+  [[nodiscard]] std::string Shortage() const {
+    if (messages_.shown() > 0) return "fewer messages came than asked for";
+    const std::string others = messages_.OtherChannels();
+    if (others.empty()) return "no message came: is the machine up, on this URL?";
+    return "--channel " + Quoted(options_.channel) + " is found in the name of no channel; messages came on " +
+           others;
   }
 
   const WatchOptions& options_;
   SystemClock clock_;
   MessageWatch messages_;
+  ReceptionReport reception_;
   std::list<LcmPort> ports_;
   std::optional<Screen> screen_;
   MonoNs next_draw_ = 0;

@@ -53,7 +53,14 @@ class LiveSource {
         if (!port.Handle(0)) problem_ = "the LCM port failed";
       }
     }
-    scene_.Tick(clock_.Now());
+    ReceptionCounts counts;
+    for (const LcmPort& port : ports_) counts += port.received();
+    scene_.OnReception(counts);
+    const MonoNs now = clock_.Now();
+    scene_.Tick(now);
+    if (const std::string lost = reception_.Next(counts, now, ports_.front().warning()); !lost.empty()) {
+      std::cerr << lost << '\n';
+    }
   }
 
  private:
@@ -69,6 +76,7 @@ class LiveSource {
   const Clock& clock_;
   WebScene scene_;
   std::list<LcmPort> ports_;
+  ReceptionReport reception_;
   std::string problem_;
 };
 
@@ -159,11 +167,13 @@ int Serve(const WebOptions& options, WebConfig web, const std::string& title, We
     return gather() && !stop.Requested();
   };
   WebSite site(std::move(parts));
+  const int most_connections = static_cast<int>(options.clients) + kSpareConnections;
   WebServer server({.address = web.bind,
                     .port = web.port,
                     .certificate = web.certificate,
                     .key = web.key,
-                    .most_connections = static_cast<int>(options.clients) + kSpareConnections,
+                    .most_connections = most_connections,
+                    .most_per_address = most_connections / 2,
                     .headers = WebSite::SecurityHeaders()},
                    site);
   if (!server.problem().empty()) return Refuse(server.problem(), kExitFailed);

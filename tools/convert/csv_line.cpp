@@ -1,11 +1,25 @@
 #include "tools/convert/csv_line.h"
 
+#include <charconv>
 #include <string_view>
+#include <system_error>
 
 #include "tools/text/utf8.h"
 
 namespace axlecast {
 namespace {
+
+bool IsNumber(std::string_view cell) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+  return error == std::errc() && end == cell.data() + cell.size();
+}
+
+// As OWASP's "CSV Injection" has it.
+bool IsFormula(std::string_view cell) {
+  constexpr std::string_view kBeginnings = "=+-@\t\r";
+  return !cell.empty() && kBeginnings.find(cell.front()) != std::string_view::npos && !IsNumber(cell);
+}
 
 void AppendCell(std::string& line, std::string_view cell) {
   if (cell.find_first_of(",\"\r\n") == std::string_view::npos) {
@@ -31,7 +45,7 @@ std::string CsvLine(const std::vector<std::string>& cells) {
     for (std::size_t at = 0; (at = text.find('\0', at)) != std::string::npos; at += kReplacement.size()) {
       text.replace(at, 1, kReplacement);
     }
-    AppendCell(line, text);
+    AppendCell(line, IsFormula(text) ? '\'' + text : text);
   }
   return line + "\r\n";
 }

@@ -13,6 +13,13 @@ TEST(CsvLine, QuotesWhatNeedsIt) {
   EXPECT_EQ(CsvLine({"", ""}), ",\r\n");
 }
 
+// OWASP, "CSV Injection".
+TEST(CsvLine, HasNoFormulas) {
+  EXPECT_EQ(CsvLine({"=1+1", "+A1", "@SUM(A1)", "-2+3", "\tx"}), "'=1+1,'+A1,'@SUM(A1),'-2+3,'\tx\r\n");
+  EXPECT_EQ(CsvLine({"\r=1", "=HYPERLINK(\"http://x\",1)"}), "\"'\r=1\",\"'=HYPERLINK(\"\"http://x\"\",1)\"\r\n");
+  EXPECT_EQ(CsvLine({"-12.5", "-1e-05", "-0", "12", "a=b", "-"}), "-12.5,-1e-05,-0,12,a=b,'-\r\n");
+}
+
 TEST(CsvLine, IsAlwaysText) {
   EXPECT_EQ(CsvLine({"\xFF", std::string("a\0b", 3)}),
             "\xEF\xBF\xBD,a\xEF\xBF\xBD"

@@ -8,8 +8,23 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr std::string_view kNames = "_names";
+
+// The names of one number's flags: a list of texts in "flag_names", "trip_factor_names[1]".
+bool IsNames(const Json& value, std::string_view name) {
+  return value.is_array() && name.substr(0, name.find('[', name.rfind('.') + 1)).ends_with(kNames) &&
+         std::all_of(value.begin(), value.end(), [](const Json& word) { return word.is_string(); });
+}
+
+Json Joined(const Json& words) {
+  std::string text;
+  for (const Json& word : words) text += (text.empty() ? "" : " ") + word.get<std::string>();
+  return text;
+}
+
 void Visit(const Json& value, std::string& name, const FieldVisitor& visit) {
   const std::size_t length = name.size();
+  if (IsNames(value, name)) return visit(name, Joined(value));
   if (value.is_object()) {
     for (const auto& [key, member] : value.items()) {
       if (length > 0) name += '.';
@@ -71,7 +86,14 @@ bool AlwaysSameFields(std::string_view schema) {
       look(part["items"]);
     }
     if (part.contains("properties")) {
-      for (const auto& [name, member] : part["properties"].items()) look(member);
+      for (const auto& [name, member] : part["properties"].items()) {
+        const Json* of_one = &member;  // the names of one number's flags, however many, are one value
+        while (name.ends_with(kNames) && of_one->at("items").contains("items")) {
+          if (!of_one->contains("minItems")) same = false;
+          of_one = &of_one->at("items");
+        }
+        if (!name.ends_with(kNames)) look(member);
+      }
     }
   };
   look(Json::parse(schema));

@@ -8,7 +8,8 @@
 
 namespace axlecast {
 
-// A message's JSON as one list of names and plain values: "value", "spare[1]", "entries[0].code".
+// A message's JSON as one list of names and plain values: "value", "spare[1]", "entries[0].code". The names of flags are
+// one value: "valid turns_valid".
 using FieldVisitor = std::function<void(const std::string& name, const nlohmann::ordered_json& value)>;
 void VisitFields(const nlohmann::ordered_json& message, const FieldVisitor& visit);
 

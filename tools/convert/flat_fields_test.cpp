@@ -21,6 +21,16 @@ TEST(FlatFields, NamesEveryPlainValueInOrder) {
   EXPECT_THAT(names, testing::ElementsAre("a=1", "list[0][0]=2", "list[0][1]=3", "in.b=\"x\""));
 }
 
+TEST(FlatFields, TheNamesOfOneNumbersFlagsAreOneValue) {
+  const auto message = nlohmann::ordered_json::parse(
+      R"({"flags": 3, "flag_names": ["valid", "simulated"], "trip_factor_names": [["overheat"], []]})");
+  std::vector<std::string> names;
+  VisitFields(message,
+              [&](const std::string& name, const auto& value) { names.push_back(name + '=' + value.dump()); });
+  EXPECT_THAT(names, testing::ElementsAre("flags=3", "flag_names=\"valid simulated\"",
+                                          "trip_factor_names[0]=\"overheat\"", "trip_factor_names[1]=\"\""));
+}
+
 TEST(FlatFields, FindsWhatItNames) {
   VisitFields(kMessage, [&](const std::string& name, const auto& value) {
     ASSERT_NE(FindField(kMessage, name), nullptr) << name;

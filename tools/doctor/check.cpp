@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "tools/doctor/account_checks.h"
 #include "tools/doctor/can_checks.h"
 #include "tools/doctor/disk_checks.h"
 #include "tools/doctor/key_checks.h"
@@ -36,6 +37,11 @@ constexpr auto kChecks = std::to_array<Check>({
      &CheckReceiveBufferMax},
     {"receive_buffer_default", kWarning, "net.core.rmem_default has room for 0.1 s of the machine's messages",
      "A process that sleeps for longer on a busy host loses messages.", &CheckReceiveBufferDefault},
+    {"lcm_library", kAdvice, "no program of this host can receive through a liblcm that forged datagrams break",
+     "axlecast's own programs do not receive through it. Others of this host (lcm-logger, your own) can be ended "
+     "by anybody "
+     "whose datagrams reach their port, also with ttl=0.",
+     &CheckLcmLibrary},
     {"other_machine", kWarning, "no other machine is heard on the command port",
      "Every process receives the messages of both, equal names are mixed up, and each raises the other's alarms.",
      &CheckOtherMachine},
@@ -106,6 +112,10 @@ constexpr auto kChecks = std::to_array<Check>({
      "The key is refused; and whoever has read it may command until another takes its place.", &CheckKeyMode},
     {"key_owner", kError, "the machine's own keys belong to root or its service",
      "The bridge and the drivers refuse the key: their owner could read and change it.", &CheckKeyOwner},
+    {"key_access", kError, "each process can read its own key, and no other",
+     "One process that is taken over can sign as another; or a process cannot sign at all.", &CheckKeyAccess},
+    {"group_members", kWarning, "who commands is in no process's group, and can open no device",
+     "Interlocks, limits and the journal can be passed by.", &CheckGroupMembers},
     {"key_permission", kWarning, "this user can read a key that may command",
      "Commands of this user are rejected: they are not signed.", &CheckKeyPermission},
     {"config_mode", kError, "not everybody may write the machine's file",

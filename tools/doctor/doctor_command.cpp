@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/runtime/config/load_shared.h"
 #include "drivers/runtime/config/words.h"
 #include "tools/axlecast/config_option.h"
 #include "tools/axlecast/confirmation.h"
@@ -118,11 +119,14 @@ int Doctor(const DoctorOptions& options) {
     std::cout << (options.json ? JsonLine(CheckListJson()) + '\n' : CheckListText());
     return kExitDone;
   }
-  int exit_code = kExitDone;
   MachineConfig machine;
   if (!options.config.File().empty()) {
-    std::optional<MachineConfig> loaded = options.config.Load(exit_code);
-    if (!loaded) return exit_code;
+    ConfigErrors errors(options.config.File());
+    std::optional<MachineConfig> loaded = LoadSharedConfig(options.config.File(), errors);
+    if (!loaded) {
+      std::cerr << errors.Text();
+      return kExitBad;
+    }
     machine = std::move(*loaded);
   }
   std::vector<Diagnosis> diagnoses = Examine(options, machine);
@@ -133,7 +137,10 @@ int Doctor(const DoctorOptions& options) {
     if (!mended.empty()) diagnoses = Examine(options, machine);
   }
   Report(options, machine, diagnoses, mended);
-  return diagnoses.empty() ? kExitDone : kExitBad;
+  // Advice alone is no fault: a script would otherwise never see a good host.
+  const bool good = std::all_of(diagnoses.begin(), diagnoses.end(),
+                                [](const Diagnosis& one) { return one.check->severity == Severity::kAdvice; });
+  return good ? kExitDone : kExitBad;
 }
 
 // One word, so that the machine's file may follow.

@@ -31,6 +31,7 @@ struct NetworkFacts {
   std::string firewall;                                       // `nft --json list ruleset`; empty: cannot be read
   std::optional<std::int64_t> receive_max;                    // net.core.rmem_max
   std::optional<std::int64_t> receive_default;                // net.core.rmem_default
+  std::vector<std::string> lcm_libraries;                     // files of liblcm
   std::vector<std::pair<std::string, std::int64_t>> drivers;  // heard on the command port: channel, boot id
 };
 
@@ -63,10 +64,12 @@ struct HostFacts {
   ProcessorFacts processors;
   ClockSync clock;
   HostFolder logs;
-  std::map<std::string, std::int64_t> log_bytes;  // on the disk already, by name of the log
-  HostFolder journal;                             // of its file
-  std::map<std::string, HostFile> secrets;        // files of keys, by path
-  HostFile config;                                // the machine's file
+  std::map<std::string, std::int64_t> log_bytes;           // on the disk already, by name of the log
+  HostFolder journal;                                      // of its file
+  std::map<std::string, HostFile> secrets;                 // files of keys, by path
+  HostFile config;                                         // the machine's file
+  bool config_shared = false;                              // others than its owner may write it
+  std::map<std::string, std::vector<std::string>> groups;  // of /etc/group, with their members
 };
 
 // "0640"

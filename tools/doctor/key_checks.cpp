@@ -41,8 +41,7 @@ Findings CheckKeyMissing(const MachineConfig& machine, const HostFacts& host) {
     findings.push_back(
         {.found = "the key " + file.path + (file.error == 0 ? " is no regular file" : " does not exist"),
          .remedies = {Tell("bring it back from where it was made, or make all anew: axlecast keygen --machine " +
-                           machine.machine +
-                           " --group axlecast    # and put what it prints into the machine's file")},
+                           machine.machine + "    # and put what it prints into the machine's file")},
          .safe = false});
   });
 }
@@ -78,7 +77,7 @@ Findings CheckKeyPermission(const MachineConfig& machine, const HostFacts& host)
 
 Findings CheckConfigMode(const MachineConfig& machine, const HostFacts& host) {
   const HostFile& file = host.config;
-  if (machine.file.empty() || file.error != 0 || (file.mode & 02) == 0) return {};
+  if (machine.file.empty() || file.error != 0 || ((file.mode & 02) == 0 && !host.config_shared)) return {};
   return {{.found = "the machine's file " + file.path + " has mode " + ModeText(file),
            .remedies = {Run({"chmod", "go-w", file.path})},
            .safe = true}};

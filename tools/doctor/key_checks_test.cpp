@@ -91,6 +91,8 @@ TEST(KeyChecks, TheFileIsNotEverybodysToWrite) {
   HostFacts host = GoodHost();
   host.config = KeyFile("m.yaml", 0664);
   EXPECT_THAT(CheckConfigMode(OneAxis(), host), IsEmpty());
+  host.config_shared = true;  // with a group that is more than its owner
+  EXPECT_EQ(CheckConfigMode(OneAxis(), host).size(), 1U);
   host.config.mode = 0666;
   EXPECT_EQ(LineOf(CheckConfigMode(OneAxis(), host).at(0).remedies.at(0)), "chmod go-w m.yaml");
 }

@@ -191,6 +191,27 @@ Findings CheckReceiveBufferDefault(const MachineConfig& machine, const HostFacts
   return {finding};
 }
 
+// No release has the repair: 1.5.2 is the newest that was looked at. A file's name tells its ABI's version, not the release.
+Findings CheckLcmLibrary(const MachineConfig& machine, const HostFacts& host) {
+  if (host.network.lcm_libraries.empty()) return {};
+  Finding finding{.found = Listed(host.network.lcm_libraries) +
+                           ": one forged datagram makes a program that receives through it write out of bounds "
+                           "(LCM's pull request 628, not in any release up to 1.5.2)",
+                  .remedies = {},
+                  .safe = false};
+  for (const std::string& text : {machine.lcm.url, machine.lcm.command_url}) {
+    const LcmUrl url = ParseLcmUrl(text);
+    if (url.in_process || !url.problem.empty() || url.ttl > 0) continue;
+    finding.remedies.push_back(Tell("nft add rule inet filter input iifname != lo udp dport " +
+                                    std::to_string(url.port) +
+                                    " drop    # ttl=0: nothing for it comes from outside"));
+  }
+  if (finding.remedies.empty()) {
+    finding.remedies.push_back(Tell("let only hosts that you trust onto the segment (ttl above 0)"));
+  }
+  return {finding};
+}
+
 Findings CheckOtherMachine(const MachineConfig& machine, const HostFacts& host) {
   std::set<std::string> others;
   for (const auto& [channel, boot_id] : host.network.drivers) {

@@ -12,6 +12,7 @@ namespace axlecast {
 [[nodiscard]] Findings CheckFirewall(const MachineConfig& machine, const HostFacts& host);
 [[nodiscard]] Findings CheckReceiveBufferMax(const MachineConfig& machine, const HostFacts& host);
 [[nodiscard]] Findings CheckReceiveBufferDefault(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Findings CheckLcmLibrary(const MachineConfig& machine, const HostFacts& host);
 [[nodiscard]] Findings CheckOtherMachine(const MachineConfig& machine, const HostFacts& host);
 [[nodiscard]] Findings CheckDuplicateDriver(const MachineConfig& machine, const HostFacts& host);
 

@@ -56,6 +56,17 @@ TEST(NetworkChecks, WithATtlMessagesMustLeaveTheHost) {
   EXPECT_FALSE(findings[0].safe) << "which interface leads to the others is not known";
 }
 
+TEST(NetworkChecks, ALibraryThatForgedDatagramsBreakIsNamed) {
+  HostFacts host = GoodHost();
+  EXPECT_THAT(CheckLcmLibrary(OneAxis(), host), IsEmpty());
+  host.network.lcm_libraries = {"/usr/lib/x86_64-linux-gnu/liblcm.so.1.3.4"};
+  const Findings findings = CheckLcmLibrary(OneAxis(), host);
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_THAT(findings[0].found, HasSubstr("liblcm.so.1.3.4: one forged datagram"));
+  EXPECT_THAT(LinesOf(findings[0]),
+              ElementsAre(HasSubstr("udp dport 7667 drop"), HasSubstr("udp dport 7668 drop")));
+}
+
 TEST(NetworkChecks, SilenceIsToldOfEachPort) {
   HostFacts host = GoodHost();
   host.network.groups[kData].silence = "multicast on this host is not usable: it did not come back\nMend it";

@@ -10,6 +10,7 @@
 
 #include "drivers/runtime/core/inline_bytes.h"
 #include "tools/axlecast/columns.h"
+#include "tools/doctor/account_checks.h"
 
 namespace axlecast {
 namespace {
@@ -88,6 +89,25 @@ Finding PermissionFinding(const PortUse& use, const HostFile& file) {
   return finding;
 }
 
+// By the groups of axlecast-driver@.service. Whoever runs this check needs no right of his own.
+bool DriversMayUse(const HostFile& file) {
+  const bool by_group = (file.group == kDriversAccount || file.group == "dialout") && (file.mode & 060) == 060;
+  return by_group || file.owner == kDriversAccount || (file.mode & 06) == 06;
+}
+
+Finding DriversFinding(const PortUse& use, const HostFile& file) {
+  std::string rule = KindOf(use).rule;
+  if (use.kind != PortUse::Kind::kSerial) {  // serial ports are dialout's, which the drivers have
+    const std::string own = KindOf(use).group;
+    rule.replace(rule.find(own, rule.find("GROUP=")), own.size(), kDriversAccount);
+  }
+  return {.found = Name(use) + " belongs to " + file.owner + ':' + file.group + " with mode " + ModeText(file) +
+                   ": the drivers (group " + kDriversAccount + ") cannot open it",
+          .remedies = {Append(kRulesFile, rule), Run({"udevadm", "control", "--reload"}),
+                       Run({"udevadm", "trigger", "--action=add"})},
+          .safe = false};
+}
+
 bool IsOwnDriver(const HostProcess& process, const std::string& bus) {
   if (process.words.empty() || process.words[0].find("axlecast-") == std::string::npos) return false;
   const auto option = std::find(process.words.begin(), process.words.end(), "--bus");
@@ -130,9 +150,14 @@ Findings CheckPortMissing(const MachineConfig& machine, const HostFacts& host) {
 }
 
 Findings CheckPortPermission(const MachineConfig& machine, const HostFacts& host) {
-  return ForEachPort(machine, host, [&host](const PortUse& use, const PortFacts& port, Findings& findings) {
+  const bool by_account = RunsUnderAccounts(machine, host);
+  return ForEachPort(machine, host, [&](const PortUse& use, const PortFacts& port, Findings& findings) {
     const HostFile& file = port.file;
     if (!IsThere(port)) return;
+    if (by_account) {
+      if (!DriversMayUse(file)) findings.push_back(DriversFinding(use, file));
+      return;
+    }
     const bool usable = host.IsRoot() ? OthersMayUse(file) : file.readable && file.writable;
     if (!usable) findings.push_back(PermissionFinding(use, file));
   });

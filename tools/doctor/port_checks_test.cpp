@@ -98,5 +98,23 @@ TEST(PortChecks, ASimulatedBusNeedsNoPort) {
   EXPECT_EQ(CheckPortMissing(OneAxis(), host).size(), 1U);
 }
 
+// An operator who runs the doctor needs no right to the device: he shall not have it.
+TEST(PortPermission, UnderSystemdTheDriversAccountCounts) {
+  MachineConfig machine = OneAxis();
+  machine.file = "/etc/axlecast/machine.yaml";
+  HostFacts host = GoodHost();
+  host.groups["axlecast-drivers"] = {};
+  HostFile& file = host.ports["/dev/ttyUSB0"].file;
+  file.readable = file.writable = false;
+  EXPECT_TRUE(CheckPortPermission(machine, host).empty());
+  file.readable = file.writable = true;
+  file.group = "anna";
+  const Findings findings = CheckPortPermission(machine, host);
+  ASSERT_EQ(findings.size(), 1U);
+  for (const Remedy& remedy : findings[0].remedies) EXPECT_EQ(LineOf(remedy).find("usermod"), std::string::npos);
+  file.group = "axlecast-drivers";
+  EXPECT_TRUE(CheckPortPermission(machine, host).empty());
+}
+
 }  // namespace
 }  // namespace axlecast

@@ -2,14 +2,18 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <axlecast/driver_status_t.hpp>
 #include <filesystem>
 #include <set>
+#include <sstream>
 #include <system_error>
 
 #include "drivers/io/host_change.h"
 #include "drivers/io/lcm_port.h"
+#include "drivers/io/multicast_probe.h"
 #include "drivers/io/system_clock.h"
+#include "drivers/runtime/config/config_file.h"
 #include "drivers/runtime/core/decode_message.h"
 #include "drivers/runtime/core/lcm_url.h"
 
@@ -46,6 +50,25 @@ void HearDrivers(const MachineConfig& machine, MonoNs listen, NetworkFacts& netw
   network.drivers.assign(heard.begin(), heard.end());
 }
 
+// liblcm.so.1.3.4, not the links to it.
+bool IsLcmLibrary(const std::string& name) {
+  return name.starts_with("liblcm.so.") && std::count(name.begin(), name.end(), '.') > 2;
+}
+
+std::vector<std::string> FindLcmLibraries(const HostFiles& files) {
+  std::vector<std::string> folders = {"/usr/local/lib", "/usr/lib"};
+  for (const std::string& name : files.Names("/usr/lib")) {
+    if (name.ends_with("-linux-gnu")) folders.push_back("/usr/lib/" + name);
+  }
+  std::vector<std::string> found;
+  for (const std::string& folder : folders) {
+    for (const std::string& name : files.Names(folder)) {
+      if (IsLcmLibrary(name)) found.push_back(folder + '/' + name);
+    }
+  }
+  return found;
+}
+
 NetworkFacts ReadNetwork(const MachineConfig& machine, const ReadHostOptions& options) {
   NetworkFacts network;
   ReadGroups(machine, network);
@@ -53,6 +76,7 @@ NetworkFacts ReadNetwork(const MachineConfig& machine, const ReadHostOptions& op
   if (geteuid() == 0) network.firewall = RunProgram({"nft", "--json", "list", "ruleset"}).output;
   network.receive_max = options.files.Number("/proc/sys/net/core/rmem_max");
   network.receive_default = options.files.Number("/proc/sys/net/core/rmem_default");
+  network.lcm_libraries = FindLcmLibraries(options.files);
   if (!machine.buses.empty()) HearDrivers(machine, options.listen, network);
   return network;
 }
@@ -121,6 +145,26 @@ void ReadDisks(const MachineConfig& machine, HostFacts& host) {
   }
 }
 
+// name:password:number:member,member
+std::map<std::string, std::vector<std::string>> ReadGroups(const HostFiles& files) {
+  std::map<std::string, std::vector<std::string>> groups;
+  std::istringstream lines(files.Text("/etc/group").value_or(""));
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream fields(line);
+    std::string name;
+    std::string ignored;
+    std::string members;
+    std::getline(fields, name, ':');
+    std::getline(fields, ignored, ':');
+    std::getline(fields, ignored, ':');
+    std::getline(fields, members);
+    std::istringstream list(members);
+    std::vector<std::string>& group = groups[name];
+    for (std::string member; std::getline(list, member, ',');) group.push_back(member);
+  }
+  return groups;
+}
+
 }  // namespace
 
 HostFacts ReadHost(const MachineConfig& machine, const ReadHostOptions& options) {
@@ -142,6 +186,7 @@ HostFacts ReadHost(const MachineConfig& machine, const ReadHostOptions& options)
   host.limits = ReadRealtimeLimits();
   host.processors = ReadProcessors(files);
   host.clock = ReadClockSync();
+  host.groups = ReadGroups(files);
   if (machine.file.empty()) return host;
   ReadDisks(machine, host);
   const HostFiles own;
@@ -149,6 +194,7 @@ HostFacts ReadHost(const MachineConfig& machine, const ReadHostOptions& options)
     for (const std::string& path : paths) host.secrets.emplace(path, own.Look(path));
   }
   host.config = own.Look(machine.file);
+  host.config_shared = OthersMayWriteConfig(machine.file);
   return host;
 }
 

@@ -2,6 +2,9 @@
 
 #include <array>
 #include <cmath>
+#include <cstdio>
+
+#include "drivers/runtime/core/terminal_text.h"
 
 namespace axlecast {
 namespace {
@@ -38,6 +41,36 @@ nlohmann::ordered_json BootIdField(std::int64_t boot_id) {
   return HexDigits(bytes);
 }
 
+nlohmann::ordered_json NameField(std::int64_t number, NumberNames names) {
+  for (const NumberName& known : names) {
+    if (known.number == number) return known.name;
+  }
+  return nullptr;
+}
+
+nlohmann::ordered_json BitNamesField(std::uint32_t bits, NumberNames names) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  std::uint32_t rest = bits;
+  for (const NumberName& known : names) {
+    const auto mask = static_cast<std::uint32_t>(known.number);
+    if ((rest & mask) == 0) continue;
+    rest &= ~mask;
+    list.push_back(known.name);
+  }
+  if (rest == 0) return list;
+  std::array<char, 16> hex{};
+  static_cast<void>(std::snprintf(hex.data(), hex.size(), "0x%x", rest));
+  list.push_back(hex.data());
+  return list;
+}
+
+nlohmann::ordered_json CountsByName(std::span<const std::int64_t> counts, NumberNames names) {
+  nlohmann::ordered_json object = nlohmann::ordered_json::object();
+  for (const NumberName& known : names)
+    object[std::string(known.name)] = counts[static_cast<std::size_t>(known.number)];
+  return object;
+}
+
 std::optional<std::int64_t> Fingerprint(Bytes message) {
   if (message.size() < 8) return std::nullopt;
   return ReadInt64(message, 0);
@@ -57,8 +90,18 @@ nlohmann::ordered_json ParseOutsideJson(std::string_view text) {
   return Json::parse(text, shallow, false);
 }
 
+// What could steer a terminal is escaped, which changes no value: JSON goes to terminals too.
 std::string JsonLine(const nlohmann::ordered_json& json) {
-  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  const std::string text = json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  std::string line;
+  std::size_t done = 0;
+  while (const auto part = FindUnsafe(text, done)) {
+    std::array<char, 8> escape{};
+    static_cast<void>(std::snprintf(escape.data(), escape.size(), "\\u%04x", static_cast<unsigned>(part->code)));
+    line += text.substr(done, part->begin - done) + escape.data();
+    done = part->begin + part->size;
+  }
+  return line + text.substr(done);
 }
 
 }  // namespace axlecast

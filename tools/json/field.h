@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,6 +27,27 @@ namespace axlecast {
 
 [[nodiscard]] nlohmann::ordered_json BootIdField(std::int64_t boot_id);  // 16 hex digits
 [[nodiscard]] inline nlohmann::ordered_json HexField(Bytes bytes) { return HexDigits(bytes); }
+
+// A constant of a .lcm file: UNIT_MM = 4 is {4, "mm"}.
+struct NumberName {
+  std::int32_t number;
+  std::string_view name;
+};
+using NumberNames = std::span<const NumberName>;
+
+// The number's name; null when it has none, e.g. that of a newer version.
+[[nodiscard]] nlohmann::ordered_json NameField(std::int64_t number, NumberNames names);
+// The names of the bits that are set; bits without a name as one hexadecimal number at the end.
+[[nodiscard]] nlohmann::ordered_json BitNamesField(std::uint32_t bits, NumberNames names);
+template <typename Numbers>
+requires requires(const Numbers& numbers) { numbers[0]; }
+[[nodiscard]] nlohmann::ordered_json BitNamesField(const Numbers& numbers, NumberNames names) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const std::int32_t bits : numbers) list.push_back(BitNamesField(static_cast<std::uint32_t>(bits), names));
+  return list;
+}
+// Each of the counters under the name of its index.
+[[nodiscard]] nlohmann::ordered_json CountsByName(std::span<const std::int64_t> counts, NumberNames names);
 
 // A message within a message.
 template <typename Message>

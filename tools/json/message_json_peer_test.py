@@ -17,6 +17,40 @@ NESTED = {"command_t": ("body", "command_body_t"), "driver_command_t": ("order",
           "permit_t": ("permit", "permit_body_t")}
 
 
+# (struct, field): the field with the names, and the constants: of which struct, with which prefix.
+NAMES = {
+    ("alarm_entry_t", "source"): ("source_name", "alarm_entry_t", "SOURCE_"),
+    ("alarm_entry_t", "severity"): ("severity_name", "alarm_entry_t", "SEVERITY_"),
+    ("alarm_entry_t", "state"): ("state_name", "alarm_entry_t", "STATE_"),
+    ("bus_health_t", "state"): ("state_name", "bus_health_t", "STATE_"),
+    ("bus_health_t", "errors"): ("errors_by_name", "device_info_t", "ERROR_"),
+    ("command_body_t", "mode"): ("mode_name", "command_body_t", "MODE_"),
+    ("command_status_t", "state"): ("state_name", "command_status_t", "STATE_"),
+    ("command_status_t", "finding"): ("finding_name", "command_status_t", "FINDING_"),
+    ("command_status_t", "reason_code"): ("reason_name", "command_status_t", "REASON_"),
+    ("device_info_t", "state"): ("state_name", "device_info_t", "STATE_"),
+    ("device_info_t", "unit"): ("unit_name", "position_t", "UNIT_"),
+    ("device_info_t", "errors"): ("errors_by_name", "device_info_t", "ERROR_"),
+    ("driver_device_t", "state"): ("state_name", "device_info_t", "STATE_"),
+    ("driver_order_t", "kind"): ("kind_name", "driver_order_t", "KIND_"),
+    ("driver_status_t", "kind"): ("kind_name", "driver_status_t", "KIND_"),
+    ("driver_status_t", "state"): ("state_name", "command_status_t", "STATE_"),
+    ("driver_status_t", "reason_code"): ("reason_name", "command_status_t", "REASON_"),
+    ("motor_health_t", "flags"): ("flag_names", "motor_health_t", "FLAG_"),
+    ("motor_health_t", "status_bits"): ("status_names", "motor_health_t", "STATUS_"),
+    ("motor_health_t", "trip_factor"): ("trip_factor_names", "motor_health_t", "STATUS_"),
+    ("position_block_t", "unit"): ("unit_name", "position_t", "UNIT_"),
+    ("position_block_t", "flags"): ("flag_names", "position_t", "FLAG_"),
+    ("position_t", "unit"): ("unit_name", "position_t", "UNIT_"),
+    ("position_t", "flags"): ("flag_names", "position_t", "FLAG_"),
+    ("recorder_health_t", "state"): ("state_name", "recorder_health_t", "STATE_"),
+    ("trip_log_t", "factor_bits"): ("factor_names", "motor_health_t", "STATUS_"),
+    ("wire_record_t", "direction"): ("direction_name", "wire_record_t", "DIRECTION_"),
+    ("wire_record_t", "flags"): ("flag_names", "wire_record_t", "FLAG_"),
+    ("wire_t", "kind"): ("kind_name", "wire_t", "KIND_"),
+}
+IN_CAPITALS = {("device_info_t", "STATE_"), ("bus_health_t", "STATE_"), ("recorder_health_t", "STATE_")}
+
 MEMBER = re.compile(r"^(\w+)\s+(\w+)\s*((?:\[\w+\]\s*)*)$")
 
 
@@ -60,6 +94,8 @@ class Peer:
             return [self.value(message, kind, dims[1:]) for _ in range(count)]
         if kind.startswith("int"):
             bits = int(kind[3:-2])
+            if self.pick.randrange(2):
+                return self.pick.randrange(32)  # many a number has a name
             return self.pick.randrange(-(1 << (bits - 1)), 1 << (bits - 1))
         if kind in ("float", "double"):
             return self.pick.choice([0.0, -1.5, 0.015625, float("nan"), float("inf")])
@@ -68,7 +104,31 @@ class Peer:
         return self.make(kind)
 
 
-def expected(message):
+def words_of(package, struct, prefix):
+    """LCM's own constants: number to name."""
+    given = {getattr(getattr(package, struct), name): name.removeprefix(prefix)
+             for name in dir(getattr(package, struct)) if name.startswith(prefix)}
+    return given if (struct, prefix) in IN_CAPITALS else {number: name.lower() for number, name in given.items()}
+
+
+def named(package, struct, field, value, width):
+    """The field that stands behind this one, and what is in it."""
+    key, of, prefix = NAMES[struct, field]
+    words = words_of(package, of, prefix)
+
+    def bits(number):
+        number &= (1 << width) - 1
+        rest = number & ~sum(words)
+        return [words[bit] for bit in sorted(words) if number & bit] + ([hex(rest)] if rest else [])
+
+    if key.endswith("_by_name"):
+        return key, {word: value[index] for index, word in words.items()}
+    if key.endswith("_names"):
+        return key, [bits(number) for number in value] if isinstance(value, (list, tuple)) else bits(value)
+    return key, words.get(value)
+
+
+def expected(message, peer):
     """The message as our JSON should show it."""
     def show(name, value):
         if isinstance(value, bytes):
@@ -81,9 +141,17 @@ def expected(message):
             return f"{value & (1 << 64) - 1:016x}" if name == "boot_id" or name.endswith("_boot_id") else value
         if isinstance(value, str):
             return value
-        return expected(value)
+        return expected(value, peer)
 
-    return {name: show(name, getattr(message, name)) for name in message.__slots__}
+    struct = type(message).__name__
+    kinds = {name: kind for kind, name, _ in peer.members[struct]}
+    fields = {}
+    for name in message.__slots__:
+        fields[name] = show(name, getattr(message, name))
+        if (struct, name) in NAMES:
+            key, value = named(peer.package, struct, name, getattr(message, name), int(kinds[name][3:-2]))
+            fields[key] = value
+    return fields
 
 
 def main():
@@ -112,11 +180,11 @@ def main():
     for (name, message), line in zip(messages, output):
         told, _, text = line.partition(" ")
         assert told == name, f"{name} was taken for {told}"
-        found, wanted = json.loads(text), expected(message)
+        found, wanted = json.loads(text), expected(message, peer)
         if name in NESTED:
             field, body = NESTED[name]
             decoded = getattr(package, body).decode(getattr(message, field))
-            assert found.pop(field + "_decoded") == expected(decoded), f"{name}: {line}"
+            assert found.pop(field + "_decoded") == expected(decoded, peer), f"{name}: {line}"
         assert list(found) == list(wanted), f"{name}: fields {list(found)}, not {list(wanted)}"
         assert found == wanted, f"{name}: {found} is not {wanted}"
     print(f"{len(messages)} messages of {len(types)} types agree")

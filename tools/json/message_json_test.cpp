@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tools/json/field.h"
+#include "tools/json/names.h"
 
 namespace axlecast {
 namespace {
@@ -42,7 +43,55 @@ TEST(MessageJson, IsFlatAndKeepsNamesAndOrder) {
             "{\"utime\":1700000000000001,\"mono_ns\":5,\"boot_id\":\"00c0ffee12345678\",\"seq\":7,"
             "\"time_uncertainty_ns\":0,\"missed\":0,\"raw_counts\":42405,\"raw_turns\":34952,"
             "\"counts_per_turn\":131072,\"counts\":-1,\"angle_rad\":0.5,\"value\":-2.25,\"unit\":4,"
-            "\"speed_rad_s\":null,\"device_status\":0,\"datum_epoch\":0,\"flags\":1,\"spare\":[0,0]}");
+            "\"unit_name\":\"mm\",\"speed_rad_s\":null,\"device_status\":0,\"datum_epoch\":0,\"flags\":1,"
+            "\"flag_names\":[\"valid\"],\"spare\":[0,0]}");
+}
+
+TEST(MessageJson, NumbersHaveTheirNamesBesideThem) {
+  position_t position = Position();
+  position.flags = std::int32_t{position_t::FLAG_SIMULATED} | position_t::FLAG_VALID | 0x40000000 | INT32_MIN;
+  EXPECT_EQ(ToJson(position)["flag_names"].dump(), R"(["valid","simulated","0xc0000000"])");
+  position.unit = 100;
+  EXPECT_TRUE(ToJson(position)["unit_name"].is_null()) << "of a newer version";
+
+  device_info_t device{};
+  device.state = device_info_t::STATE_DEGRADED;
+  device.errors[device_info_t::ERROR_CHECKSUM] = 3;
+  EXPECT_EQ(ToJson(device)["state_name"], "DEGRADED");
+  EXPECT_EQ(ToJson(device)["errors_by_name"]["checksum"], 3);
+  EXPECT_EQ(ToJson(device)["errors_by_name"].size(), 16U);
+
+  motor_health_t motor{};
+  motor.trip_factor[1] = motor_health_t::STATUS_OVERHEAT;
+  EXPECT_EQ(ToJson(motor)["trip_factor_names"].dump(), R"([[],["overheat"],[]])");
+  EXPECT_EQ(ToJson(motor)["status_names"].dump(), "[]");
+
+  command_status_t status{};
+  status.reason_code = command_status_t::REASON_NO_PERMIT;
+  EXPECT_EQ(ToJson(status)["reason_name"], "no_permit");
+  EXPECT_EQ(ToJson(status)["finding_name"], "none");
+}
+
+TEST(MessageJson, TheNamesAreTheWordsOfTablesAndPages) {
+  position_t position{};
+  device_info_t device{};
+  bus_health_t bus{};
+  alarm_entry_t alarm{};
+  for (std::int8_t number = 0; number < 8; ++number) {
+    position.unit = device.state = bus.state = alarm.state = alarm.severity = number;
+    const auto same = [](const nlohmann::ordered_json& name, std::string_view word) {
+      EXPECT_EQ(name.is_null() ? "?" : name.get<std::string>(), word);
+    };
+    same(ToJson(position)["unit_name"], UnitName(number));
+    same(ToJson(device)["state_name"], DeviceStateName(number));
+    same(ToJson(bus)["state_name"], BusStateName(number));
+    same(ToJson(alarm)["state_name"], AlarmStateName(number));
+    same(ToJson(alarm)["severity_name"], SeverityName(number));
+  }
+  for (int bit = 0; bit < 15; ++bit) {
+    position.flags = 1 << bit;
+    EXPECT_EQ(ToJson(position)["flag_names"][0], FlagNames(position.flags));
+  }
 }
 
 TEST(MessageJson, InfinityIsNull) {
@@ -150,6 +199,20 @@ TEST(MessageJson, LineMendsTextThatIsNotUtf8) {
   alarm_t alarm{};
   alarm.device = "\xFF\xFE";
   EXPECT_NE(JsonLine(ToJson(alarm)).find("\xEF\xBF\xBD"), std::string::npos);
+}
+
+// Unicode's bidi controls, C1 and DEL are valid in JSON as they are, and steer the terminal that a line is printed on.
+TEST(MessageJson, LineEscapesWhatSteersATerminal) {
+  alarm_t alarm{};
+  alarm.device =
+      "a\x7f\xC2\x9B"
+      "b\xE2\x80\xAE\x1b\xC2\xB5";
+  const std::string line = JsonLine(ToJson(alarm));
+  EXPECT_NE(line.find(R"(a\u007f\u009bb\u202e\u001b)"
+                      "\xC2\xB5"),
+            std::string::npos)
+      << line;
+  EXPECT_EQ(nlohmann::json::parse(line).at("device"), alarm.device);
 }
 
 TEST(ParseOutsideJson, WhatIsNestedDeeperIsLeftOut) {

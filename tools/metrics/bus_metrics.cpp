@@ -20,7 +20,7 @@ constexpr std::array<std::string_view, 5> kStates = {"starting", "up", "degraded
 template <typename Value>
 void Each(Exposition& out, const MachineView& machine, Value value) {
   for (const BusView& bus : machine.buses()) {
-    if (bus.health) out.Add({{"bus", bus.name}}, value(*bus.health));
+    if (bus.listed && bus.health) out.Add({{"bus", bus.name}}, value(*bus.health));
   }
 }
 
@@ -28,7 +28,7 @@ void Each(Exposition& out, const MachineView& machine, Value value) {
 template <typename Value>
 void EachNow(Exposition& out, const MachineView& machine, MonoNs now, Value value) {
   for (const BusView& bus : machine.buses()) {
-    if (!bus.State(now)) continue;
+    if (!bus.listed || !bus.State(now)) continue;
     const auto number = static_cast<double>(value(*bus.health));
     if (!std::isnan(number)) out.Add({{"bus", bus.name}}, number);
   }
@@ -37,7 +37,7 @@ void EachNow(Exposition& out, const MachineView& machine, MonoNs now, Value valu
 void AddInfo(Exposition& out, const MachineView& machine) {
   out.Family("axlecast_bus_info", Type::kGauge, "What a bus is; always 1.");
   for (const BusView& bus : machine.buses()) {
-    if (!bus.health) continue;
+    if (!bus.listed || !bus.health) continue;
     out.Add({{"bus", bus.name}, {"family", bus.health->family}, {"port", bus.health->port}}, std::int64_t{1});
   }
 }
@@ -51,7 +51,7 @@ void AddCounters(Exposition& out, const MachineView& machine) {
       "axlecast_bus_errors_total", Type::kCounter,
       "What failed, by kind: readings of its devices, damaged characters (framing), losses of the line (io).");
   for (const BusView& bus : machine.buses()) {
-    if (!bus.health) continue;
+    if (!bus.listed || !bus.health) continue;
     for (std::size_t kind = 0; kind < kErrorKinds; ++kind) {
       out.Add({{"bus", bus.name}, {"kind", ErrorName(static_cast<ErrorKind>(kind))}}, bus.health->errors[kind]);
     }
@@ -92,7 +92,7 @@ void AddTimes(Exposition& out, const MachineView& machine) {
   out.Family("axlecast_bus_exchange_seconds", Type::kHistogram,
              "How long answered exchanges took, from before the write to after the last read.");
   for (const BusView& bus : machine.buses()) {
-    if (!bus.times || !MakesSense(*bus.times)) continue;
+    if (!bus.listed || !bus.times || !MakesSense(*bus.times)) continue;
     const exchange_times_t& times = *bus.times;
     for (std::size_t i = 0; i < times.bound_us.size(); ++i) {
       out.Add("_bucket", {{"bus", bus.name}, {"le", MetricNumber(times.bound_us[i] / 1e6)}}, times.within[i]);
@@ -109,7 +109,9 @@ void AddBusMetrics(Exposition& out, const MachineView& machine, MonoNs now) {
   AddInfo(out, machine);
   out.Family("axlecast_bus_state", Type::kGauge,
              "1 for the state the bus is in, else 0; silent: its driver tells nothing.");
-  for (const BusView& bus : machine.buses()) AddStateSet(out, "bus", bus.name, kStates, bus.State(now));
+  for (const BusView& bus : machine.buses()) {
+    if (bus.listed) AddStateSet(out, "bus", bus.name, kStates, bus.State(now));
+  }
   AddCounters(out, machine);
   AddRates(out, machine, now);
   AddTimes(out, machine);

@@ -26,14 +26,14 @@ bool Answers(const DeviceView& device, MonoNs now) {
 template <typename Value>
 void Each(Exposition& out, const MachineView& machine, Value value) {
   for (const DeviceView& device : machine.devices()) {
-    if (device.info) out.Add({{"device", device.name}}, value(*device.info));
+    if (device.listed && device.info) out.Add({{"device", device.name}}, value(*device.info));
   }
 }
 
 void AddInfo(Exposition& out, const MachineView& machine) {
   out.Family("axlecast_device_info", Type::kGauge, "What a device says it is; always 1.");
   for (const DeviceView& device : machine.devices()) {
-    if (!device.info) continue;
+    if (!device.listed || !device.info) continue;
     const device_info_t& info = *device.info;
     out.Add({{"device", device.name},
              {"bus", device.bus},
@@ -49,7 +49,7 @@ void AddErrors(Exposition& out, const MachineView& machine) {
   out.Family("axlecast_device_reading_errors_total", Type::kCounter,
              "Readings that failed since the driver started, by kind.");
   for (const DeviceView& device : machine.devices()) {
-    if (!device.info) continue;
+    if (!device.listed || !device.info) continue;
     for (std::size_t kind = 0; kind < kErrorKinds; ++kind) {
       out.Add({{"device", device.name}, {"kind", ErrorName(static_cast<ErrorKind>(kind))}},
               device.info->errors[kind]);
@@ -60,7 +60,7 @@ void AddErrors(Exposition& out, const MachineView& machine) {
 template <typename Value>
 void EachPosition(Exposition& out, const MachineView& machine, MonoNs now, Value value) {
   for (const DeviceView& device : machine.devices()) {
-    if (!device.position || !Answers(device, now)) continue;
+    if (!device.listed || !device.position || !Answers(device, now)) continue;
     const double number = value(device);
     if (!std::isnan(number)) out.Add({{"device", device.name}}, number);
   }
@@ -83,10 +83,15 @@ void AddPositions(Exposition& out, const MachineView& machine, MonoNs now) {
                [](const DeviceView& device) { return device.SpeedRpm() * 2 * std::numbers::pi / 60; });
 }
 
+// Whether the motor's readings of `flag` hold.
+bool HasMotor(const DeviceView& device, MonoNs now, std::int32_t flag) {
+  return device.listed && device.motor && Answers(device, now) && (device.motor->flags & flag) != 0;
+}
+
 template <typename Value>
 void EachMotor(Exposition& out, const MachineView& machine, MonoNs now, std::int32_t flag, Value value) {
   for (const DeviceView& device : machine.devices()) {
-    if (!device.motor || !Answers(device, now) || (device.motor->flags & flag) == 0) continue;
+    if (!HasMotor(device, now, flag)) continue;
     const auto number = static_cast<double>(value(*device.motor));
     if (!std::isnan(number)) out.Add({{"device", device.name}}, number);
   }
@@ -97,8 +102,7 @@ void AddAcceleration(Exposition& out, const MachineView& machine, MonoNs now) {
   out.Family("axlecast_motor_acceleration_meters_per_second_squared", Type::kGauge,
              "Instantaneous acceleration by axis of the unit; no vibration analysis.");
   for (const DeviceView& device : machine.devices()) {
-    if (!device.motor || !Answers(device, now) || (device.motor->flags & motor_health_t::FLAG_ANALOG_VALID) == 0)
-      continue;
+    if (!HasMotor(device, now, motor_health_t::FLAG_ANALOG_VALID)) continue;
     for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
       const double value = device.motor->accel_mps2[axis];
       if (!std::isnan(value)) out.Add({{"device", device.name}, {"axis", kAxes[axis]}}, value);
@@ -113,7 +117,7 @@ void AddDeviceMetrics(Exposition& out, const MachineView& machine, MonoNs now) {
   out.Family("axlecast_device_state", Type::kGauge,
              "1 for the state the device is in, else 0; silent: its driver tells nothing.");
   for (const DeviceView& device : machine.devices()) {
-    AddStateSet(out, "device", device.name, kStates, device.State(now));
+    if (device.listed) AddStateSet(out, "device", device.name, kStates, device.State(now));
   }
   out.Family("axlecast_device_readings_total", Type::kCounter, "Good readings since the driver started.");
   Each(out, machine, [](const device_info_t& info) { return info.good; });

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "drivers/runtime/core/terminal_text.h"
 #include "tools/text/utf8.h"
 
 namespace axlecast {
@@ -16,7 +17,7 @@ std::string_view TypeName(Exposition::Type type) {
 
 std::string Escaped(std::string_view value) {
   std::string text;
-  for (const char c : MendedUtf8(value)) {
+  for (const char c : TerminalText(MendedUtf8(value))) {
     if (c == '\n') {
       text += "\\n";
       continue;

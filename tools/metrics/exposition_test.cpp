@@ -38,6 +38,14 @@ TEST(ExpositionTest, LabelValuesAreEscaped) {
   EXPECT_NE(out.text().find("a{l=\"a\\\\b\\\"c\\nd\xEF\xBF\xBD\"} 1\n"), std::string::npos) << out.text();
 }
 
+TEST(ExpositionTest, LabelValuesDoNotSteerTheTerminalOfWhoReadsThem) {
+  Exposition out;
+  out.Family("a", Type::kGauge, "x");
+  out.Add({{"l", "\x1b[2J\r\xE2\x80\xAE"}}, std::int64_t{1});
+  EXPECT_NE(out.text().find("a{l=\"\xEF\xBF\xBD[2J\xEF\xBF\xBD\xEF\xBF\xBD\"} 1\n"), std::string::npos)
+      << out.text();
+}
+
 TEST(ExpositionTest, ASampleOccursOnce) {
   Exposition out;
   out.Family("a", Type::kGauge, "x");

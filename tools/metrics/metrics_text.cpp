@@ -1,5 +1,6 @@
 #include "tools/metrics/metrics_text.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -15,8 +16,9 @@ namespace {
 using Type = Exposition::Type;
 
 // recorder_health_t STATE_*, and for one that says nothing.
-constexpr std::array<std::string_view, 6> kRecorderStates = {"recording", "pre_trigger", "disk_full",
-                                                             "error",     "stopping",    "silent"};
+constexpr std::array<std::string_view, 7> kRecorderStates = {"recording", "pre_trigger", "disk_full", "error",
+                                                             "stopping",  "ended",       "silent"};
+constexpr std::int8_t kRecorderEnded = 5;
 
 // command_status_t STATE_*, of those that are final.
 struct Outcome {
@@ -33,7 +35,9 @@ constexpr std::array<Outcome, 6> kOutcomes = {{{command_status_t::STATE_SUCCEEDE
 // Whose alarms: `origin` is device, bridge or recorder.
 template <typename Use>
 void EachSender(const Monitor& monitor, Use use) {
-  for (const DeviceView& device : monitor.machine().devices()) use("device", device.name, device.alarms);
+  for (const DeviceView& device : monitor.machine().devices()) {
+    if (device.listed) use("device", device.name, device.alarms);
+  }
   use("bridge", "bridge", monitor.machine().bridge());
   for (const RecorderView& recorder : monitor.recorders()) use("recorder", recorder.name, recorder.alarms);
 }
@@ -66,9 +70,10 @@ void EachRecorder(Exposition& out, const Monitor& monitor, Value value) {
 
 void AddRecorders(Exposition& out, const Monitor& monitor, MonoNs now) {
   out.Family("axlecast_recorder_state", Type::kGauge,
-             "1 for the state the recorder is in, else 0; silent: it tells nothing.");
+             "1 for the state the recorder is in, else 0; ended: it was stopped; silent: it tells nothing.");
   for (const RecorderView& recorder : monitor.recorders()) {
-    AddStateSet(out, "recorder", recorder.name, kRecorderStates, recorder.State(now));
+    const auto state = recorder.Ended(now) ? kRecorderEnded : recorder.State(now);
+    AddStateSet(out, "recorder", recorder.name, kRecorderStates, state);
   }
   out.Family("axlecast_recorder_messages_total", Type::kCounter, "Messages recorded since the recorder started.");
   EachRecorder(out, monitor, [](const recorder_health_t& health) { return health.messages; });
@@ -93,16 +98,49 @@ void AddCommands(Exposition& out, const Monitor& monitor) {
   }
 }
 
+template <typename Views>
+std::int64_t CountUnlisted(const Views& views) {
+  return std::count_if(views.begin(), views.end(), [](const auto& view) { return !view.listed; });
+}
+
+// Channels of devices and buses that are not in the machine's file have no series: anybody may make up names.
+bool HasSeries(const Monitor& monitor, std::string_view channel) {
+  const std::string_view name = channel.substr(std::min(channel.find('/'), channel.size() - 1) + 1);
+  const auto is_unlisted = [name](const auto& view) { return !view.listed && view.name == name; };
+  if (channel.starts_with("BUS/") || channel.starts_with("BUS_TIMES/"))
+    return std::ranges::none_of(monitor.machine().buses(), is_unlisted);
+  return std::ranges::none_of(monitor.machine().devices(), is_unlisted);
+}
+
+void AddChannels(Exposition& out, const Monitor& monitor, std::int64_t (SequenceCount::*value)() const) {
+  for (const auto& [channel, count] : monitor.channels()) {
+    if (HasSeries(monitor, channel)) out.Add({{"channel", channel}}, (count.*value)());
+  }
+}
+
 void AddHearing(Exposition& out, const Monitor& monitor) {
   out.Family("axlecast_messages_received_total", Type::kCounter,
              "Messages that this process received, by channel.");
-  for (const auto& [channel, count] : monitor.channels()) out.Add({{"channel", channel}}, count.received());
+  AddChannels(out, monitor, &SequenceCount::received);
   out.Family("axlecast_messages_lost_total", Type::kCounter,
              "Messages that did not reach this process, by the gaps in their sequence numbers.");
-  for (const auto& [channel, count] : monitor.channels()) out.Add({{"channel", channel}}, count.lost());
+  AddChannels(out, monitor, &SequenceCount::lost);
   out.Family("axlecast_messages_unusable_total", Type::kCounter,
              "Messages that were malformed or of no device, bus or recorder that there was room for.");
   out.Add({}, monitor.passed_over());
+  out.Family("axlecast_unlisted_senders", Type::kGauge,
+             "Devices and buses that are heard and not in the machine's file; they have no series of their own.");
+  out.Add({{"kind", "device"}}, CountUnlisted(monitor.machine().devices()));
+  out.Add({{"kind", "bus"}}, CountUnlisted(monitor.machine().buses()));
+  const ReceptionCounts& reception = monitor.machine().reception();
+  out.Family("axlecast_kernel_dropped_datagrams_total", Type::kCounter,
+             "Datagrams that the kernel dropped because this process's receive buffer was full.");
+  out.Add({}, reception.dropped);
+  out.Family(
+      "axlecast_refused_datagrams_total", Type::kCounter,
+      "Datagrams that this process refused: of other hosts although the URL says ttl=0, or not made by LCM.");
+  out.Add({{"cause", "other_host"}}, reception.outside);
+  out.Add({{"cause", "malformed"}}, reception.malformed);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <initializer_list>
 #include <sstream>
@@ -160,6 +161,27 @@ TEST_F(MetricsTextTest, RecordersCommandsAndWhatDidNotReachUs) {
   EXPECT_EQ(Value("axlecast_messages_received_total{channel=\"POSITION/axis1\"}"), "3");
   EXPECT_EQ(Value("axlecast_messages_lost_total{channel=\"POSITION/axis1\"}"), "2");
   EXPECT_EQ(Value("axlecast_messages_unusable_total"), "1");
+}
+
+// Anybody may publish names: each would be a series for ever in Prometheus.
+TEST_F(MetricsTextTest, NamesThatTheFileDoesNotListAreCountedAndGetNoSeries) {
+  const auto lines = [this] {
+    const std::string text = MetricsText(monitor_, kBusyNow, "1.2.3");
+    return std::count(text.begin(), text.end(), '\n');
+  };
+  const auto before = lines();
+  for (int i = 0; i < 1000; ++i) {
+    const std::string name = "forged-" + std::to_string(i);
+    Hear("DEVICE/" + name, DeviceMessage(device_info_t::STATE_ONLINE));
+    Hear("POSITION/" + name, PositionMessage(i));
+    Hear("ALARM/" + name, BusyAlarm());
+    Hear("BUS/" + name, BusMessage(bus_health_t::STATE_UP));
+    Hear("BUS_TIMES/" + name, BusyTimes());
+  }
+  EXPECT_EQ(lines(), before);
+  EXPECT_EQ(Value("axlecast_unlisted_senders{kind=\"device\"}"), std::to_string(MachineView::kFewUnlisted));
+  EXPECT_EQ(Value("axlecast_unlisted_senders{kind=\"bus\"}"), std::to_string(MachineView::kFewUnlisted));
+  EXPECT_EQ(Value("axlecast_device_readings_total{device=\"axis1\"}"), "5000");
 }
 
 }  // namespace

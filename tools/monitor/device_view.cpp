@@ -54,8 +54,13 @@ void AlarmView::Keep(std::int64_t utime, bool appeared, const alarm_entry_t& ent
 }
 
 std::optional<std::int8_t> DeviceView::State(MonoNs now) const {
-  if (!info || now - info_at > kStaleAfter) return std::nullopt;
-  return info->state;
+  if (info && now - info_at <= kStaleAfter) return info->state;
+  if (valid_at && now - *valid_at <= kStaleAfter) {
+    const bool degraded = info && info->state == device_info_t::STATE_DEGRADED;
+    return degraded ? device_info_t::STATE_DEGRADED : device_info_t::STATE_ONLINE;
+  }
+  if (info && readings.received() > 0 && now - reading_at <= kStaleAfter) return info->state;
+  return std::nullopt;
 }
 
 double DeviceView::Turns() const {
@@ -74,8 +79,9 @@ bool DeviceView::Heard() const {
 }
 
 std::optional<std::int8_t> BusView::State(MonoNs now) const {
-  if (!health || now - health_at > kStaleAfter) return std::nullopt;
-  return health->state;
+  if (health && now - health_at <= kStaleAfter) return health->state;
+  if (valid_at && now - *valid_at <= kStaleAfter) return bus_health_t::STATE_UP;
+  return std::nullopt;
 }
 
 }  // namespace axlecast

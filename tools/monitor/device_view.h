@@ -72,12 +72,16 @@ struct DeviceView {
   std::vector<trip_log_t> trips;  // each once, the one heard last at the end
   SequenceCount readings;         // POSITION or MOTOR messages
   std::int64_t valid_readings = 0;
-  double reading_hz = 0;  // received, over the last full second
-  MonoNs reading_at = 0;  // receipt of the newest
-  MonoNs info_at = 0;     // receipt of `info`
+  double reading_hz = 0;              // received, over the last full second
+  MonoNs reading_at = 0;              // receipt of the newest
+  std::optional<MonoNs> valid_at;     // of the newest valid one
+  std::optional<std::size_t> on_bus;  // its bus's place in MachineView::buses()
+  MonoNs info_at = 0;                 // receipt of `info`
   bool was_online = false;
 
-  // The driver tells the state once a second; nothing when it has been silent for longer than kStaleAfter.
+  // The driver reports the state once a second. When that message is missing for longer than kStaleAfter while readings
+  // come, they are the state: ONLINE if valid ones come (DEGRADED if it was last), else what was reported last. Nothing
+  // when neither came.
   [[nodiscard]] std::optional<std::int8_t> State(MonoNs now) const;  // device_info_t STATE_*
   [[nodiscard]] bool Online(MonoNs now) const { return State(now) == device_info_t::STATE_ONLINE; }
   // Whole and part turns of the shaft after direction and datum; NaN before the first valid position.
@@ -94,8 +98,10 @@ struct BusView {
   std::optional<exchange_times_t> times;  // since the driver started
   MonoNs health_at = 0;
   MonoNs times_at = 0;
+  std::optional<MonoNs> valid_at;  // receipt of the newest valid reading of one of its devices
 
-  [[nodiscard]] std::optional<std::int8_t> State(MonoNs now) const;  // bus_health_t STATE_*
+  // bus_health_t STATE_*, reported once a second. When that message is missing, UP while valid readings come.
+  [[nodiscard]] std::optional<std::int8_t> State(MonoNs now) const;
   [[nodiscard]] bool Up(MonoNs now) const { return State(now) == bus_health_t::STATE_UP; }
 };
 

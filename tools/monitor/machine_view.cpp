@@ -28,6 +28,7 @@ bool OnPosition(DeviceView& device, Bytes message, MonoNs now) {
   device.reading_at = now;
   if ((position->flags & position_t::FLAG_VALID) == 0) return true;
   device.valid = position;
+  device.valid_at = now;
   ++device.valid_readings;
   return true;
 }
@@ -40,6 +41,7 @@ bool OnMotor(DeviceView& device, Bytes message, MonoNs now) {
   device.motor = motor;
   device.reading_at = now;
   if (has(*motor, motor_health_t::FLAG_ANALOG_VALID) && has(*motor, motor_health_t::FLAG_STATUS_VALID)) {
+    device.valid_at = now;
     ++device.valid_readings;
   }
   return true;
@@ -83,6 +85,7 @@ MachineView::MachineView(const MachineConfig& machine, Unlisted unlisted)
       DeviceView& view = devices_.emplace_back();
       view.name = device.name;
       view.bus = bus.name;
+      view.on_bus = buses_.size() - 1;
       view.has_position = bus.family == nullptr || bus.family->has_position;
     }
   }
@@ -101,6 +104,10 @@ Heard MachineView::OnMessage(std::string_view channel, Bytes message, MonoNs now
     auto alarm = DecodeMessage<alarm_t>(message);
     if (!alarm) return {};
     return {.kind = Heard::Kind::kBridgeAlarms, .news = bridge_.On(std::move(*alarm), now)};
+  }
+  if (kind == "ALARM" && name.starts_with("mqtt/") && name.substr(5) == machine_) {
+    if (auto alarm = DecodeMessage<alarm_t>(message)) broker_.On(std::move(*alarm), now);
+    return {};
   }
   return OnDevice(kind, name, message, now);
 }
@@ -138,11 +145,14 @@ Heard MachineView::OnDevice(std::string_view kind, std::string_view name, Bytes 
     heard.kind = Heard::Kind::kDevice;
     heard.news = OnInfo(*device, std::move(*info), now);
   } else if (kind == "POSITION" && device->has_position) {
-    if (OnPosition(*device, message, now)) heard.kind = Heard::Kind::kPosition;
+    if (!OnPosition(*device, message, now)) return {};
+    heard.kind = Heard::Kind::kPosition;
+    FollowReading(*device, now);
   } else if (kind == "MOTOR" && (!device->has_position || (!device->listed && !device->position))) {
     if (!OnMotor(*device, message, now)) return {};
     device->has_position = false;
     heard.kind = Heard::Kind::kMotor;
+    FollowReading(*device, now);
   } else if (kind == "ALARM") {
     auto alarm = DecodeMessage<alarm_t>(message);
     if (!alarm) return {};
@@ -157,10 +167,21 @@ Heard MachineView::OnDevice(std::string_view kind, std::string_view name, Bytes 
   return heard;
 }
 
+// A valid reading shows that its bus works and, where DEVICE did not come, that the device is online.
+void MachineView::FollowReading(DeviceView& device, MonoNs now) {
+  if (device.valid_at != now) return;
+  if (device.on_bus) buses_[*device.on_bus].valid_at = now;
+  device.was_online = device.was_online || device.Online(now);
+}
+
 DeviceView* MachineView::DeviceOf(std::string_view name) {
   DeviceView* known = Find(devices_, name);
-  const bool room = unlisted_ == Unlisted::kShown && devices_.size() - listed_devices_ < kMostUnlistedDevices;
-  if (known != nullptr || !room || !IsName(name)) return known;
+  const bool room = devices_.size() - listed_devices_ < RoomFor(kMostUnlistedDevices);
+  if (known != nullptr || unlisted_ == Unlisted::kIgnored || !IsName(name)) return known;
+  if (!room) {
+    ++turned_away_;
+    return nullptr;
+  }
   DeviceView& device = devices_.emplace_back();
   device.name = name;
   device.listed = false;
@@ -170,12 +191,21 @@ DeviceView* MachineView::DeviceOf(std::string_view name) {
 
 BusView* MachineView::BusOf(std::string_view name) {
   BusView* known = Find(buses_, name);
-  const bool room = unlisted_ == Unlisted::kShown && buses_.size() - listed_buses_ < kMostUnlistedBuses;
-  if (known != nullptr || !room || !IsName(name)) return known;
+  const bool room = buses_.size() - listed_buses_ < RoomFor(kMostUnlistedBuses);
+  if (known != nullptr || unlisted_ == Unlisted::kIgnored || !IsName(name)) return known;
+  if (!room) {
+    ++turned_away_;
+    return nullptr;
+  }
   BusView& bus = buses_.emplace_back();
   bus.name = name;
   bus.listed = false;
   return &bus;
+}
+
+// A file that lists devices makes others strangers: a few are shown, so that somebody notices them.
+std::size_t MachineView::RoomFor(std::size_t most) const {
+  return listed_devices_ == 0 ? most : std::min(most, kFewUnlisted);
 }
 
 void MachineView::Tick(MonoNs now) {
@@ -208,7 +238,7 @@ bool MachineView::AllHeard() const {
 
 bool MachineView::NoneHeard() const {
   return std::none_of(devices_.begin(), devices_.end(),
-                      [](const DeviceView& device) { return device.info.has_value(); }) &&
+                      [](const DeviceView& device) { return device.info || device.readings.received() > 0; }) &&
          std::none_of(buses_.begin(), buses_.end(), [](const BusView& bus) { return bus.health.has_value(); });
 }
 

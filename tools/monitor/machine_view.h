@@ -9,6 +9,7 @@
 #include "drivers/runtime/config/machine_config.h"
 #include "drivers/runtime/core/inline_bytes.h"
 #include "drivers/runtime/core/instant.h"
+#include "drivers/runtime/udpm/reception_report.h"
 #include "tools/monitor/device_view.h"
 
 namespace axlecast {
@@ -41,29 +42,38 @@ enum class Unlisted : std::uint8_t { kIgnored, kShown };
 // heard, in the order in which they came. Pure: fed with messages and instants. What it holds is bounded whatever is sent.
 class MachineView {
  public:
-  static constexpr std::size_t kMostUnlistedDevices = 256;
+  static constexpr std::size_t kMostUnlistedDevices = 256;  // without a file that lists any: all of a log
   static constexpr std::size_t kMostUnlistedBuses = 32;
+  static constexpr std::size_t kFewUnlisted = 16;  // of each, beside those of a file
 
   explicit MachineView(const MachineConfig& machine, Unlisted unlisted = Unlisted::kIgnored);
 
   Heard OnMessage(std::string_view channel, Bytes message, MonoNs now);
   // At least a few times a second: closes the windows of the rates.
   void Tick(MonoNs now);
+  // What the process that feeds it received of LCM, and lost.
+  void OnReception(const ReceptionCounts& counts) { reception_ = counts; }
 
   [[nodiscard]] const std::string& machine() const { return machine_; }
   [[nodiscard]] bool allows_unsigned() const { return allows_unsigned_; }  // commands of anybody
   [[nodiscard]] const std::vector<DeviceView>& devices() const { return devices_; }
   [[nodiscard]] const std::vector<BusView>& buses() const { return buses_; }
   [[nodiscard]] const AlarmView& bridge() const { return bridge_; }  // while it serves, it says so in ALARM/bridge
+  [[nodiscard]] const AlarmView& broker() const { return broker_; }  // ALARM/mqtt/<machine>
   [[nodiscard]] std::size_t online(MonoNs now) const;
   [[nodiscard]] bool AllOnline(MonoNs now) const;  // every device ONLINE, every bus UP
   [[nodiscard]] bool AllHeard() const;             // every device, and BUS of all
   [[nodiscard]] bool NoneHeard() const;            // neither of any came
   [[nodiscard]] const DeviceView* FindDevice(std::string_view name) const;
+  [[nodiscard]] const ReceptionCounts& reception() const { return reception_; }
+  // Messages of devices and buses that are not in the file and found no room among those that are shown.
+  [[nodiscard]] std::int64_t turned_away() const { return turned_away_; }
 
  private:
   DeviceView* DeviceOf(std::string_view name);
   BusView* BusOf(std::string_view name);
+  [[nodiscard]] std::size_t RoomFor(std::size_t most) const;
+  void FollowReading(DeviceView& device, MonoNs now);
   Heard OnBus(std::string_view kind, std::string_view name, Bytes message, MonoNs now);
   Heard OnDevice(std::string_view kind, std::string_view name, Bytes message, MonoNs now);
 
@@ -75,6 +85,9 @@ class MachineView {
   std::vector<DeviceView> devices_;
   std::vector<BusView> buses_;
   AlarmView bridge_;
+  std::int64_t turned_away_ = 0;
+  ReceptionCounts reception_;
+  AlarmView broker_;
   MonoNs window_start_ = 0;
   std::vector<std::int64_t> window_received_;  // readings of each device when the window began
 };

@@ -42,6 +42,35 @@ TEST(MachineView, AnOldStateIsNoState) {
   EXPECT_TRUE(view.devices()[0].was_online);
 }
 
+// DEVICE comes once a second: where it alone was lost, a device whose positions came was called SILENT.
+TEST(MachineView, ADeviceWhosePositionsComeIsNotSilent) {
+  MachineView view(OneAxis());
+  view.OnMessage("POSITION/axis1", Encoded(PositionMessage(0)), kNow);
+  EXPECT_EQ(view.devices()[0].State(kNow), device_info_t::STATE_ONLINE);
+  EXPECT_TRUE(view.devices()[0].was_online);
+  EXPECT_TRUE(view.AllOnline(kNow)) << "its bus works, too";
+  EXPECT_FALSE(view.NoneHeard());
+  view.OnMessage("DEVICE/axis1", Encoded(DeviceMessage(device_info_t::STATE_DEGRADED)), kNow);
+  const MonoNs later = kNow + kStaleAfter + 1;
+  EXPECT_FALSE(view.devices()[0].State(later));
+  view.OnMessage("POSITION/axis1", Encoded(PositionMessage(1)), later);
+  EXPECT_EQ(view.devices()[0].State(later), device_info_t::STATE_DEGRADED);
+  EXPECT_FALSE(view.devices()[0].State(later + kStaleAfter + 1));
+  EXPECT_FALSE(view.buses()[0].State(later + kStaleAfter + 1));
+}
+
+TEST(MachineView, InvalidPositionsKeepTheStateThatWasReportedLast) {
+  MachineView view(OneAxis());
+  position_t invalid = PositionMessage(0);
+  invalid.flags = 0;
+  view.OnMessage("POSITION/axis1", Encoded(invalid), kNow);
+  EXPECT_FALSE(view.devices()[0].State(kNow));
+  view.OnMessage("DEVICE/axis1", Encoded(DeviceMessage(device_info_t::STATE_OFFLINE)), kNow);
+  view.OnMessage("POSITION/axis1", Encoded(invalid), kNow + kStaleAfter + 1);
+  EXPECT_EQ(view.devices()[0].State(kNow + kStaleAfter + 1), device_info_t::STATE_OFFLINE);
+  EXPECT_FALSE(view.buses()[0].State(kNow));
+}
+
 TEST(MachineView, TurnsAndSpeedInShaftUnits) {
   MachineView view(OneAxis());
   view.OnMessage("POSITION/axis1", Encoded(PositionMessage(0)), kNow);

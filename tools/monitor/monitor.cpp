@@ -20,6 +20,10 @@ std::optional<std::int8_t> RecorderView::State(MonoNs now) const {
   return health->state;
 }
 
+bool RecorderView::Ended(MonoNs now) const {
+  return health && !State(now) && health->state == recorder_health_t::STATE_STOPPING;
+}
+
 Monitor::Monitor(const MachineConfig& machine) : machine_(machine, Unlisted::kShown) {}
 
 Heard Monitor::OnMessage(std::string_view channel, Bytes message, MonoNs now) {

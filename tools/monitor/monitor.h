@@ -27,8 +27,10 @@ struct RecorderView {
   AlarmView alarms;
   MonoNs health_at = 0;
 
-  [[nodiscard]] std::optional<std::int8_t> State(
-      MonoNs now) const;  // recorder_health_t STATE_*; nothing when stale
+  // recorder_health_t STATE_*; nothing when stale.
+  [[nodiscard]] std::optional<std::int8_t> State(MonoNs now) const;
+  // It is no longer heard because it has ended: the last that it published is that it was stopping.
+  [[nodiscard]] bool Ended(MonoNs now) const;
 };
 
 // Everything that a machine's messages show, for those who show it on: from live LCM or from a log. Pure: fed with
@@ -47,6 +49,7 @@ class Monitor {
   Heard OnMessage(std::string_view channel, Bytes message, MonoNs now);
   // At least a few times a second: closes the windows of the rates.
   void Tick(MonoNs now) { machine_.Tick(now); }
+  void OnReception(const ReceptionCounts& counts) { machine_.OnReception(counts); }
 
   [[nodiscard]] const MachineView& machine() const { return machine_; }
   [[nodiscard]] const std::vector<RecorderView>& recorders() const { return recorders_; }

@@ -187,14 +187,27 @@ TEST_F(MonitorTest, HoldsNoMoreWhateverIsSent) {
     Hear("COMMAND_STATUS", status);
   }
   const MachineView& machine = monitor_.machine();
-  EXPECT_THAT(machine.devices(), SizeIs(1 + MachineView::kMostUnlistedDevices));
-  EXPECT_THAT(machine.buses(), SizeIs(1 + MachineView::kMostUnlistedBuses));
+  EXPECT_THAT(machine.devices(), SizeIs(1 + MachineView::kFewUnlisted));
+  EXPECT_THAT(machine.buses(), SizeIs(1 + MachineView::kFewUnlisted));
+  EXPECT_EQ(machine.turned_away(), 2 * (1'000 - static_cast<std::int64_t>(MachineView::kFewUnlisted)));
   EXPECT_THAT(monitor_.recorders(), SizeIs(Monitor::kMostRecorders));
   EXPECT_THAT(monitor_.commands().newest(), SizeIs(CommandHistory::kMost));
   EXPECT_THAT(device().alarms.changes(), SizeIs(AlarmView::kMostChanges));
   EXPECT_THAT(device().alarms.seen(), SizeIs(AlarmView::kMostSeen));
   EXPECT_LE(monitor_.channels().size(), 5 * machine.devices().size());
   EXPECT_GT(monitor_.passed_over(), 1'000);
+}
+
+TEST(MonitorWithoutAFileTest, ShowsWhatALogHoldsBoundedToo) {
+  Monitor monitor{MachineConfig{}};
+  const auto info = Encoded(DeviceMessage(device_info_t::STATE_ONLINE));
+  const auto bus = Encoded(BusMessage(bus_health_t::STATE_UP));
+  for (int i = 0; i < 1'000; ++i) {
+    monitor.OnMessage("DEVICE/x" + std::to_string(i), info, kSecond);
+    monitor.OnMessage("BUS/x" + std::to_string(i), bus, kSecond);
+  }
+  EXPECT_THAT(monitor.machine().devices(), SizeIs(MachineView::kMostUnlistedDevices));
+  EXPECT_THAT(monitor.machine().buses(), SizeIs(MachineView::kMostUnlistedBuses));
 }
 
 TEST_F(MonitorTest, PassesOverWhatIsNoNameTooLongOrMalformed) {

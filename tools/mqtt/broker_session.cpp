@@ -36,13 +36,14 @@ MonoNs BrokerSession::Step(MonoNs now) {
 void BrokerSession::On(const BrokerEvent& event, MonoNs now) {
   switch (event.kind) {
     case BrokerEvent::Kind::kConnected:
+      if (state_ != State::kConnecting) return;
       state_ = State::kConnected;
-      pause_ = kFirstPause;
+      connected_at_ = now;
       next_status_ = now;
       Tell(true, now);
       return;
     case BrokerEvent::Kind::kDown:
-      OnDown(event.text, now);
+      OnDown(event.text, now, event.fault);
       return;
     case BrokerEvent::Kind::kTaken:
     case BrokerEvent::Kind::kRefused:
@@ -64,10 +65,12 @@ void BrokerSession::OnRefused(const Sent& sent, const std::string& text) {
   status_.problem = refusal_;
 }
 
-void BrokerSession::OnDown(const std::string& text, MonoNs now) {
+void BrokerSession::OnDown(const std::string& text, MonoNs now, bool fault) {
   if (state_ == State::kEnded) return;
   const bool was_connected = state_ == State::kConnected || state_ == State::kLeaving;
-  if (was_connected) SuspectOldest();
+  // A broker that breaks the protocol would break it over any message: none of them is to blame, and none is given up.
+  if (was_connected && !fault) SuspectOldest();
+  if (was_connected && now - connected_at_ >= kStable) pause_ = kFirstPause;
   sent_.clear();
   outbox_.Return();
   link_.Drop();

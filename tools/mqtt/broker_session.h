@@ -37,6 +37,7 @@ class BrokerSession {
   static constexpr MonoNs kConfirmation = 30 * kSecond;
   static constexpr MonoNs kFirstPause = kSecond / 2;  // between two attempts, doubling
   static constexpr MonoNs kLongestPause = 8 * kSecond;
+  static constexpr MonoNs kStable = 10 * kSecond;  // a connection that lasted so long resets the pause
   static constexpr MonoNs kStatusEvery = 10 * kSecond;
   static constexpr int kMostTries = 5;  // connections that ended over one and the same message
 
@@ -63,7 +64,7 @@ class BrokerSession {
   static constexpr std::int64_t kOwn = -1;
 
   void On(const BrokerEvent& event, MonoNs now);
-  void OnDown(const std::string& text, MonoNs now);
+  void OnDown(const std::string& text, MonoNs now, bool fault = false);
   void OnRefused(const Sent& sent, const std::string& text);
   void SendOwn(std::string payload, MonoNs now);
   [[nodiscard]] bool HasRoom() const;
@@ -80,6 +81,7 @@ class BrokerSession {
   State state_ = State::kWaiting;
   MonoNs deadline_ = 0;  // of the pause, or of the broker's answer
   MonoNs pause_ = kFirstPause;
+  MonoNs connected_at_ = 0;
   MonoNs next_status_ = 0;
   MonoNs end_ = kNever;
   std::map<int, Sent> sent_;   // by the link's number

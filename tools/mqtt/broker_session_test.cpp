@@ -34,7 +34,7 @@ class ScriptedLink final : public BrokerLink {
   std::vector<BrokerEvent> Poll() override { return std::exchange(events, {}); }
 
   void Happens(BrokerEvent::Kind kind, int message = 0, std::string text = "") {
-    events.push_back({kind, message, std::move(text)});
+    events.push_back({kind, message, std::move(text), false});
   }
 
   int connects = 0;
@@ -150,6 +150,12 @@ TEST_F(BrokerSessionTest, PausesLongerAndLongerBetweenAttempts) {
   link_.Happens(Kind::kConnected);
   Step();
   ConnectionEnds();
+  EXPECT_EQ(next_, now_ + BrokerSession::kLongestPause) << "a connection that ends at once is none";
+  Step(BrokerSession::kLongestPause);
+  link_.Happens(Kind::kConnected);
+  Step();
+  Step(BrokerSession::kStable);
+  ConnectionEnds();
   EXPECT_EQ(next_, now_ + BrokerSession::kFirstPause) << "a connection that held begins anew";
 }
 
@@ -188,6 +194,31 @@ TEST_F(BrokerSessionTest, AMessageOverWhichEachConnectionEndsIsGivenUp) {
   }
   EXPECT_EQ(outbox_.counts().refused, 1);
   EXPECT_EQ(link_.sent.back(), "good");
+}
+
+// A broker that breaks the protocol, or with it the process of the connection, does so whatever it is sent.
+TEST_F(BrokerSessionTest, NoMessageIsGivenUpForABrokerThatBreaksTheProtocol) {
+  Connected();
+  Put("good");
+  for (int i = 0; i < 3 * BrokerSession::kMostTries; ++i) {
+    Step();
+    link_.events.push_back({Kind::kDown, 0, "killed by signal 6", true});
+    Step();
+    Step(BrokerSession::kLongestPause);
+    link_.Happens(Kind::kConnected);
+    Step();
+  }
+  EXPECT_EQ(outbox_.counts().refused, 0);
+  EXPECT_EQ(outbox_.counts().messages, 1);
+}
+
+TEST_F(BrokerSessionTest, ASecondAnswerToTheConnectionTellsNothing) {
+  Connected();
+  const std::size_t before = link_.sent.size();
+  for (int i = 0; i < 100; ++i) link_.Happens(Kind::kConnected);
+  Step();
+  EXPECT_EQ(session_.status().connections, 1);
+  EXPECT_EQ(link_.sent.size(), before);
 }
 
 // mosquitto 2.0.11 closes the connection after it has refused a message; what it has not read by then takes its answer along.

@@ -5,6 +5,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <axlecast/device_info_t.hpp>
 #include <axlecast/motor_health_t.hpp>
+#include <axlecast/motor_limits_t.hpp>
 #include <axlecast/position_t.hpp>
 #include <axlecast/recorder_health_t.hpp>
 #include <axlecast/trip_log_t.hpp>
@@ -35,8 +36,17 @@ Novelty Of(const position_t& m) { return {Mark(m.boot_id, m.datum_epoch, m.flags
 Novelty Of(const motor_health_t& m) { return {Mark(m.boot_id, m.seq), 0}; }
 Novelty Of(const alarm_t& m) { return {Mark(m.boot_id, m.revision), 0}; }
 Novelty Of(const device_info_t& m) {
-  return {Mark(m.boot_id, m.state, m.reason, m.model, m.serial, m.firmware, m.identity, m.config_hash,
-               m.datum_epoch, m.reference_lost, m.nv_writes),
+  return {Mark(m.boot_id, m.state, m.reason, m.model, m.serial, m.firmware, m.product_code, m.identity,
+               m.config_hash, m.datum_epoch, m.reference_lost, m.nv_writes),
+          0};
+}
+Novelty Of(const motor_limits_t& m) {
+  std::string values(sizeof m.parameters, '\0');
+  std::memcpy(values.data(), m.parameters, sizeof m.parameters);
+  return {Mark(m.boot_id, m.power_upper_w[0], m.power_upper_w[1], m.power_lower_w[0], m.power_lower_w[1],
+               m.start_time_s, m.shock_time_upper_s[0], m.shock_time_upper_s[1], m.shock_time_lower_s[0],
+               m.shock_time_lower_s[1]) +
+              values,
           0};
 }
 Novelty Of(const bus_health_t& m) { return {Mark(m.boot_id, m.state, m.reopens), 0}; }
@@ -65,6 +75,7 @@ std::optional<Novelty> Decoded(Bytes bytes) {
 std::optional<Novelty> NoveltyOf(std::string_view type, Bytes message) {
   if (type == "position_t") return Decoded<position_t>(message);
   if (type == "motor_health_t") return Decoded<motor_health_t>(message);
+  if (type == "motor_limits_t") return Decoded<motor_limits_t>(message);
   if (type == "alarm_t") return Decoded<alarm_t>(message);
   if (type == "device_info_t") return Decoded<device_info_t>(message);
   if (type == "bus_health_t") return Decoded<bus_health_t>(message);

@@ -19,9 +19,10 @@ struct Kind {
   bool retain;
 };
 
-constexpr std::array<Kind, 7> kKinds = {{
+constexpr std::array<Kind, 8> kKinds = {{
     {"POSITION", "position/", "position_t", Keeping::kSamples, false},
     {"MOTOR", "motor/", "motor_health_t", Keeping::kSamples, false},
+    {"LIMITS", "limits/", "motor_limits_t", Keeping::kNewest, true},
     {"DEVICE", "device/", "device_info_t", Keeping::kNewest, true},
     {"BUS", "bus/", "bus_health_t", Keeping::kNewest, true},
     {"ALARM", "alarm/", "alarm_t", Keeping::kNewest, true},

@@ -9,6 +9,7 @@
 #include <axlecast/driver_status_t.hpp>
 #include <axlecast/exchange_times_t.hpp>
 #include <axlecast/motor_health_t.hpp>
+#include <axlecast/motor_limits_t.hpp>
 #include <axlecast/position_block_t.hpp>
 #include <axlecast/position_t.hpp>
 #include <axlecast/recorder_health_t.hpp>
@@ -21,15 +22,16 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kMostChannels = 10'000;  // anybody may invent more
+constexpr std::size_t kMostChannels = 4'096;  // anybody may invent more
 
 // Types whose numbers run without gaps, as their .lcm says.
 bool IsNumbered(std::int64_t hash) {
-  static const std::array<std::int64_t, 12> kNumbered = {
+  static const std::array<std::int64_t, 13> kNumbered = {
       alarm_t::getHash(),          bus_health_t::getHash(),    device_info_t::getHash(),
       motor_health_t::getHash(),   position_t::getHash(),      position_block_t::getHash(),
       trip_log_t::getHash(),       wire_t::getHash(),          recorder_health_t::getHash(),
       command_status_t::getHash(), driver_status_t::getHash(), exchange_times_t::getHash(),
+      motor_limits_t::getHash(),
   };
   return std::find(kNumbered.begin(), kNumbered.end(), hash) != kNumbered.end();
 }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "drivers/io/multicast_probe.h"
 #include "drivers/io/wait_until.h"
 
 namespace axlecast {
@@ -26,7 +27,7 @@ std::string Intake::Listen(const std::string& url) {
   const LcmUrl parsed = ParseLcmUrl(url);
   if (IsOtherProvider(url) || parsed.in_process) return ListenByLcm(url);
   if (std::string problem = MulticastProblem(url); !problem.empty()) return problem;
-  Source& source = sources_.emplace_back(Source{MulticastPort(parsed), {}, 0});
+  Source& source = sources_.emplace_back(Source{MulticastPort(parsed), UdpmReceiver(), 0});
   if (!source.port.warning().empty()) warnings_.push_back(url + ": " + source.port.warning());
   return source.port.problem().empty() ? "" : url + ": " + source.port.problem();
 }

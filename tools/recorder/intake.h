@@ -11,9 +11,9 @@
 #include "drivers/io/lcm_port.h"
 #include "drivers/io/multicast_port.h"
 #include "drivers/runtime/core/clock.h"
+#include "drivers/runtime/udpm/udpm_receiver.h"
 #include "tools/log/channel_filter.h"
 #include "tools/recorder/message_queue.h"
-#include "tools/udpm/udpm_receiver.h"
 
 namespace axlecast {
 

@@ -9,8 +9,9 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kMostChannels = 10'000;  // anybody may invent more
-constexpr std::size_t kMostAlarms = 1'000;
+// Anybody may invent more of both; together about 6 MB.
+constexpr std::size_t kMostChannels = 1'000;
+constexpr std::size_t kMostAlarms = 64;   // of a channel; a message of axlecast holds fewer
 constexpr std::size_t kLongestName = 24;  // alarm_entry_t.lcm; std::regex recurses for each character
 
 bool IsPresent(const alarm_entry_t& entry) {
@@ -43,14 +44,20 @@ bool TriggerWatch::Fires(const LoggedMessage& message) {
   for (const alarm_entry_t& entry : alarms->entries) {
     const bool stood = first ? entry.first_utime < began_ : known->second.contains(entry.name);
     if (!IsPresent(entry) && !(stood && entry.state == alarm_entry_t::STATE_UNKNOWN)) continue;
-    standing.insert(entry.name);
+    if (standing.size() < kMostAlarms) standing.insert(entry.name);
     fires = fires || (!stood && IsFound(trigger_, known->first + ' ' + entry.name));
   }
   // A message holds only the worst ones: what it does not name may stand still.
   const bool all = std::cmp_less_equal(alarms->total, alarms->entries.size());
-  if (!all && known->second.size() < kMostAlarms) standing.merge(known->second);
+  if (!all && standing.size() + known->second.size() <= kMostAlarms) standing.merge(known->second);
   known->second = std::move(standing);
   return fires;
+}
+
+std::size_t TriggerWatch::remembered() const {
+  std::size_t names = 0;
+  for (const auto& [channel, alarms] : standing_) names += alarms.size();
+  return names;
 }
 
 }  // namespace axlecast

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <regex>
@@ -20,6 +21,7 @@ class TriggerWatch {
   TriggerWatch(std::regex trigger, std::int64_t utime) : trigger_(std::move(trigger)), began_(utime) {}
 
   [[nodiscard]] bool Fires(const LoggedMessage& message);
+  [[nodiscard]] std::size_t remembered() const;  // names of alarms, over all channels
 
  private:
   std::regex trigger_;

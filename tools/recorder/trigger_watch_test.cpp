@@ -81,6 +81,16 @@ TEST_F(TriggerWatchTest, ANameOfAnyLengthIsStood) {
   EXPECT_TRUE(OnAlarms("ALARM/axis1", {"battery_error"}));
 }
 
+// 10,000 channels of 1,000 alarms each could be remembered: about 1 GB.
+TEST_F(TriggerWatchTest, RemembersNoMoreWhateverChannelsAndAlarmsCome) {
+  for (int channel = 0; channel < 1'500; ++channel) {
+    std::vector<std::string> names;
+    for (int i = 0; i < 120; ++i) names.push_back(std::to_string(i));
+    EXPECT_FALSE(OnAlarms("ALARM/x" + std::to_string(channel), names));
+  }
+  EXPECT_LE(watch_.remembered(), 64'000U);
+}
+
 TEST_F(TriggerWatchTest, OtherMessagesFireByTheirChannel) {
   EXPECT_TRUE(watch_.Fires(MessageOf("ESTOP", "x", 0)));
   EXPECT_TRUE(watch_.Fires(MessageOf("ESTOP", "x", 0)));

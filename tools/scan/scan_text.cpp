@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "drivers/io/line_guard.h"
 #include "drivers/runtime/config/load_link.h"
 
 namespace axlecast {
@@ -65,6 +66,7 @@ ProbeFinding::Keys LinkOf(const ScanPlace& place, const FoundDevice& device) {
         keys.emplace_back("parity", Of(kParities, trial.line.parity));
       }
       if (place.echo) keys.emplace_back("echo", "true");
+      if (IsPtyByNumber(place.port)) keys.emplace_back("pty", "true");
       break;
     case ScanLineKind::kCan:
       if (trial.bitrate > 0) keys.emplace_back("bitrate", std::to_string(trial.bitrate));

@@ -12,7 +12,9 @@ constexpr int kMostReads = 100;  // a line that never rests must not hold a scan
 }  // namespace
 
 SerialScanLine::SerialScanLine(const std::string& path, bool echo, const Clock& clock)
-    : path_(path), port_({.path = path, .format = kAtFirst}, clock), medium_(port_, clock, echo, nullptr) {}
+    : path_(path),
+      port_({.path = path, .format = kAtFirst, .pty = {.foreign = IsPtyByNumber(path)}}, clock),
+      medium_(port_, clock, echo, nullptr) {}
 
 std::string SerialScanLine::Open() {
   std::string problem = port_.Open();

@@ -48,27 +48,68 @@ HardwareFinding StateFinding(const char* what, bool good, std::string_view state
           good ? "" : "mend this first: the rest says little until then"};
 }
 
+// Not one reply: what is wrong for good.
+std::string NothingAnswers(LinkKind link) {
+  switch (link) {
+    case LinkKind::kCan:
+      return "nothing comes: CAN_H and CAN_L, 120 ohm at both ends, supply, node ID and bit rate of the device";
+    case LinkKind::kSpi:
+      return "nothing is clocked in: clock and data lines, supply, level of the interface, chip select";
+    case LinkKind::kSerial:
+    case LinkKind::kModbus:
+      break;
+  }
+  return "nothing answers: wires A and B (crossed?), supply, address and rate of the device";
+}
+
+// It answers, but not always.
+std::string Intermittent(LinkKind link) {
+  if (link == LinkKind::kCan) return "it answers, not always: a loose contact, or a bus load that holds frames up";
+  if (link == LinkKind::kSpi) return "it answers, not always: a loose contact, or a clock too fast for the cable";
+  return "it answers, not always: a loose contact at A and B, noise that destroys requests, or a timeout too short "
+         "for the adapter's latency";
+}
+
+std::string Noise(LinkKind link) {
+  if (link == LinkKind::kSpi)
+    return "noise or a clock too fast for the cable: shield, twisted pairs, lower clock_hz";
+  return "noise or a wrong rate: shield, 120 ohm at both ends, common ground, cable away from the motor's";
+}
+
 }  // namespace
 
-std::string_view ErrorAdvice(std::size_t kind) {
+std::string ErrorAdvice(std::size_t kind, const Family* family, bool some_good) {
+  const LinkKind link = family != nullptr ? family->link : LinkKind::kSerial;
   switch (kind) {
     case device_info_t::ERROR_TIMEOUT:
     case device_info_t::ERROR_SILENT:
-      return "wires A and B, supply, address and rate of the device";
+      return some_good ? Intermittent(link) : NothingAnswers(link);
     case device_info_t::ERROR_SHORT:
     case device_info_t::ERROR_FRAMING:
     case device_info_t::ERROR_CHECKSUM:
-      return "noise or a wrong rate: shield, 120 ohm at both ends, common ground, cable away from the motor's";
+      return some_good ? Noise(link) : Noise(link) + "; every reading fails: rate, parity and model first";
     case device_info_t::ERROR_WRONG_ECHO:
     case device_info_t::ERROR_STRAY:
-      return "somebody else speaks on the line, or link.echo is wrong";
+      if (link == LinkKind::kSpi) return "another process clocks this device, or the model is another";
+      return link == LinkKind::kCan ? "another node has the same node ID, or answers late"
+                                    : "somebody else speaks on the line, or link.echo is wrong";
     case device_info_t::ERROR_WRONG_IDENTITY:
       return "another model or unit than the machine's file says";
     case device_info_t::ERROR_IO:
-      return "the adapter: plug, USB cable, kernel log (dmesg)";
+      return link == LinkKind::kSpi ? "the SPI driver refuses: rights of the spidev node, kernel log (dmesg)"
+                                    : "the adapter: plug, USB cable, kernel log (dmesg)";
     case device_info_t::ERROR_IMPLAUSIBLE:
+      return some_good
+                 ? "single readings far from the others: noise, or limits in the machine's file that are too tight"
+                 : "model, resolution and limits in the machine's file";
     case device_info_t::ERROR_RANGE:
-      return "model, resolution and limits in the machine's file; else noise";
+      return "model and resolution in the machine's file; else noise";
+    case device_info_t::ERROR_BUSY:
+      return "the device is at work (a write to its memory): wait, and test again";
+    case device_info_t::ERROR_COMMUNICATION_ALARM:
+      return "the device misread the request: noise on the way to it, or two masters on the line";
+    case device_info_t::ERROR_EXCEPTION:
+      return "the device refuses the request: address, model and register numbers, its manual";
     default:
       return "the device says so itself: its alarms and its manual";
   }
@@ -122,6 +163,7 @@ void HardwareWatch::OnMessage(std::string_view channel, Bytes message) {
       ++positions_;
       if ((position->flags & position_t::FLAG_VALID) != 0) {
         position_ = position;
+        motion_.On(*position);
       } else {
         ++not_valid_;
       }
@@ -138,6 +180,7 @@ Findings HardwareWatch::Judge() const {
   JudgeReadings(findings);
   JudgeBus(findings);
   JudgeAlarms(findings);
+  if (position_) findings.push_back(motion_.Judge(device_));
   return findings;
 }
 
@@ -147,8 +190,9 @@ void HardwareWatch::JudgeIdentity(Findings& findings) const {
   const bool online = info_->state == device_info_t::STATE_ONLINE;
   group.findings.push_back(StateFinding("state", online, DeviceStateName(info_->state), info_->reason));
   const bool other = info_->errors[device_info_t::ERROR_WRONG_IDENTITY] > 0;
-  group.findings.push_back({"model", info_->family + ", " + info_->model, other ? Verdict::kBad : Verdict::kGood,
-                            other ? std::string(ErrorAdvice(device_info_t::ERROR_WRONG_IDENTITY)) : ""});
+  group.findings.push_back(
+      {"model", info_->family + ", " + info_->model, other ? Verdict::kBad : Verdict::kGood,
+       other ? ErrorAdvice(device_info_t::ERROR_WRONG_IDENTITY, bus_config_.family, true) : ""});
   group.findings.push_back({"serial number", OrNone(info_->serial), Verdict::kUnjudged, ""});
   group.findings.push_back({"firmware", OrNone(info_->firmware), Verdict::kUnjudged, ""});
   if (info_->identity >= 0) {
@@ -175,7 +219,7 @@ void HardwareWatch::JudgeReadings(Findings& findings) const {
   HardwareFinding all{"good readings", std::to_string(good) + " of " + std::to_string(good + failed),
                       Verdict::kGood, ""};
   if (failed > 0 || good == 0) all.verdict = share > kBadShare ? Verdict::kBad : Verdict::kAttention;
-  if (good == 0) all.advice = "no reading came: see the device's state";
+  if (good == 0) all.advice = WhyNoReading();
   group.findings.push_back(std::move(all));
   if (!info_) return;
   for (std::size_t kind = 0; kind < kErrorKinds; ++kind) {
@@ -183,13 +227,19 @@ void HardwareWatch::JudgeReadings(Findings& findings) const {
     if (count == 0) continue;
     group.findings.push_back({"failed: " + std::string(ErrorName(static_cast<ErrorKind>(kind))),
                               std::to_string(count), share > kBadShare ? Verdict::kBad : Verdict::kAttention,
-                              std::string(ErrorAdvice(kind))});
+                              ErrorAdvice(kind, bus_config_.family, good > 0)});
   }
   if (positions_ == 0) return;
   group.findings.push_back(
       {"positions not valid", std::to_string(not_valid_) + " of " + std::to_string(positions_),
        not_valid_ == 0 ? Verdict::kGood : Verdict::kAttention,
        not_valid_ == 0 ? "" : "axlecast watch --channel POSITION/" + device_.name + " shows their flags"});
+}
+
+std::string HardwareWatch::WhyNoReading() const {
+  if (bus_ && bus_->state == bus_health_t::STATE_DOWN) return "the bus is down: " + bus_->last_error;
+  if (!info_) return "its driver is not heard: is it running (axlecast status)?";
+  return info_->reason.empty() ? "no reading came in this time: watch longer (--seconds)" : info_->reason;
 }
 
 void HardwareWatch::JudgeBus(Findings& findings) const {

@@ -13,6 +13,7 @@
 #include "drivers/runtime/config/machine_config.h"
 #include "drivers/runtime/core/inline_bytes.h"
 #include "tools/service/hardware_finding.h"
+#include "tools/service/motion_watch.h"
 
 namespace axlecast {
 
@@ -34,6 +35,7 @@ class HardwareWatch {
  private:
   void JudgeIdentity(Findings& findings) const;
   void JudgeReadings(Findings& findings) const;
+  [[nodiscard]] std::string WhyNoReading() const;
   void JudgeBus(Findings& findings) const;
   void JudgeAlarms(Findings& findings) const;
 
@@ -48,6 +50,7 @@ class HardwareWatch {
   std::optional<position_t> position_;
   std::int64_t positions_ = 0;
   std::int64_t not_valid_ = 0;
+  MotionWatch motion_;
   float fastest_us_ = 0;  // of all windows; 0: none yet
   float slowest_p99_us_ = 0;
   std::vector<float> p50_us_;  // of each window
@@ -55,8 +58,9 @@ class HardwareWatch {
   bool alarms_heard_ = false;
 };
 
-// What to do about failed readings of this kind (device_info_t ERROR_*).
-[[nodiscard]] std::string_view ErrorAdvice(std::size_t kind);
+// What to do about failed readings of this kind (device_info_t ERROR_*) on a bus of this family. `some_good`: other readings
+// of the same time were good, so that wiring and settings are not all wrong. `family` may be null: a serial line.
+[[nodiscard]] std::string ErrorAdvice(std::size_t kind, const Family* family, bool some_good);
 
 // A shaft that was turned by hand once: `turns` in the device's direction.
 [[nodiscard]] HardwareFinding JudgeRotation(double turns, std::int8_t direction);

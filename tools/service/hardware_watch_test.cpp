@@ -11,6 +11,7 @@ namespace axlecast {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 template <typename Message>
 std::vector<std::uint8_t> Encoded(const Message& message) {
@@ -94,6 +95,26 @@ TEST_F(HardwareWatchTest, FailedReadingsByKindWithAdvice) {
 TEST_F(HardwareWatchTest, NoReadingAtAll) {
   After(0);
   EXPECT_EQ(Of("good readings").verdict, Verdict::kBad);
+  EXPECT_THAT(Of("good readings").advice, HasSubstr("watch longer"));
+  info_.reason = "no reply for 3 s";
+  After(0);
+  EXPECT_EQ(Of("good readings").advice, "no reply for 3 s");
+  bus_.state = bus_health_t::STATE_DOWN;
+  bus_.last_error = "/dev/ttyUSB0 does not exist: plug the adapter in";
+  After(0);
+  EXPECT_EQ(Of("good readings").advice, "the bus is down: /dev/ttyUSB0 does not exist: plug the adapter in");
+}
+
+TEST_F(HardwareWatchTest, AdviceFollowsTheLineAndWhetherSomeReadingsAreGood) {
+  After(0, 100);
+  EXPECT_THAT(Of("failed: timeout").advice, HasSubstr("nothing answers: wires A and B"));
+  After(1'000, 1);
+  EXPECT_THAT(Of("failed: timeout").advice, HasSubstr("it answers, not always: a loose contact"));
+  for (const auto& [link, says] : {std::pair{LinkKind::kCan, "CAN_H"}, {LinkKind::kSpi, "clock and data lines"}}) {
+    const Family family{.name = "made_up", .summary = "", .link = link, .operations = {}};
+    EXPECT_THAT(ErrorAdvice(device_info_t::ERROR_TIMEOUT, &family, false), HasSubstr(says));
+    EXPECT_THAT(ErrorAdvice(device_info_t::ERROR_TIMEOUT, &family, false), Not(HasSubstr("A and B")));
+  }
 }
 
 TEST_F(HardwareWatchTest, ASlowAdapter) {

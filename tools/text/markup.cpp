@@ -1,18 +1,24 @@
 #include "tools/text/markup.h"
 
+#include "drivers/runtime/core/terminal_text.h"
 #include "tools/text/utf8.h"
 
 namespace axlecast {
 namespace {
 
-// What neither markup nor a reader takes: control characters but for tab and newline.
-bool IsPrintable(char c) { return c == '\t' || c == '\n' || (static_cast<unsigned char>(c) >= 0x20 && c != 0x7F); }
+// U+FFFE and U+FFFF, which XML 1.0, 2.2, leaves out.
+std::string WithoutNoncharacters(std::string text) {
+  for (const std::string_view code : {"\xEF\xBF\xBE", "\xEF\xBF\xBF"}) {
+    for (std::size_t at = 0; (at = text.find(code, at)) != std::string::npos;) text.replace(at, 3, "\xEF\xBF\xBD");
+  }
+  return text;
+}
 
 }  // namespace
 
 std::string EscapedMarkup(std::string_view text) {
   std::string escaped;
-  for (const char c : MendedUtf8(text)) {
+  for (const char c : WithoutNoncharacters(TerminalText(MendedUtf8(text)))) {
     switch (c) {
       case '&':
         escaped += "&amp;";
@@ -30,7 +36,7 @@ std::string EscapedMarkup(std::string_view text) {
         escaped += "&#39;";
         break;
       default:
-        escaped += IsPrintable(c) ? std::string(1, c) : "\xEF\xBF\xBD";
+        escaped += c;
     }
   }
   return escaped;

@@ -16,6 +16,11 @@ TEST(EscapedMarkup, MendsWhatNoPageMayHold) {
             "b\xEF\xBF\xBD[2J\xEF\xBF\xBD");
   EXPECT_EQ(EscapedMarkup("\xFFz"), "\xEF\xBF\xBDz");
   EXPECT_EQ(EscapedMarkup("\xC2\xB5m"), "\xC2\xB5m");
+  EXPECT_EQ(EscapedMarkup("a\rb\xC2\x85"),
+            "a\xEF\xBF\xBD"
+            "b\xEF\xBF\xBD");
+  EXPECT_EQ(EscapedMarkup("\xEF\xBF\xBE\xEF\xBF\xBF"), "\xEF\xBF\xBD\xEF\xBF\xBD") << "not of XML's Char";
+  EXPECT_EQ(EscapedMarkup("\xE2\x80\xAE"), "\xEF\xBF\xBD") << "it would write what follows from right to left";
 }
 
 }  // namespace

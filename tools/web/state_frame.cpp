@@ -114,6 +114,7 @@ Json InfoPart(const device_info_t& info) {
   return {{"model", info.model},
           {"serial", info.serial},
           {"firmware", info.firmware},
+          {"product_code", info.product_code},
           {"identity", info.identity < 0 ? Json(nullptr) : Json(info.identity)},
           {"good", info.good},
           {"errors", ErrorsJson(info.errors)},
@@ -185,9 +186,10 @@ Json RecorderJson(const RecorderView& recorder, WebInstant now) {
   const auto state = recorder.State(now.mono);
   const bool known = state && *state >= 0 && static_cast<std::size_t>(*state) < kStates.size();
   Json json = {{"recorder", recorder.name},
-               {"state", known   ? Json(kStates.at(static_cast<std::size_t>(*state)))
-                         : state ? Json("?")
-                                 : Json(nullptr)},
+               {"state", known                      ? Json(kStates.at(static_cast<std::size_t>(*state)))
+                         : state                    ? Json("?")
+                         : recorder.Ended(now.mono) ? Json("ENDED")
+                                                    : Json(nullptr)},
                {"heard_utime", HeardUtime(recorder.health_at, now)}};
   if (!recorder.health) return json;
   const recorder_health_t& health = *recorder.health;
@@ -216,12 +218,18 @@ Json ListOf(const Views& views, const Describe& describe, WebInstant now) {
 }  // namespace
 
 std::string StateFrame(const Monitor& monitor, WebInstant now) {
+  const ReceptionCounts& reception = monitor.machine().reception();
   return JsonLine({{"type", "state"},
                    {"utime", now.utime},
                    {"devices", ListOf(monitor.machine().devices(), DeviceJson, now)},
                    {"buses", ListOf(monitor.machine().buses(), BusJson, now)},
                    {"recorders", ListOf(monitor.recorders(), RecorderJson, now)},
-                   {"bridge", {{"serves", monitor.machine().bridge().Fresh(now.mono)}}}});
+                   {"bridge", {{"serves", monitor.machine().bridge().Fresh(now.mono)}}},
+                   {"reception",
+                    {{"dropped", reception.dropped},
+                     {"outside", reception.outside},
+                     {"malformed", reception.malformed},
+                     {"turned_away", monitor.machine().turned_away()}}}});
 }
 
 }  // namespace axlecast

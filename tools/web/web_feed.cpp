@@ -19,7 +19,7 @@ void WebFeed::Start(WebScene& scene, WebInstant now, bool reset) {
   said_.push_back(scene.Hello());
   said_.push_back(scene.State(now));
   state_sent_ = now.mono;
-  for (std::string& frame : scene.Past()) said_.push_back(std::move(frame));
+  for (std::string& frame : scene.Past(now.utime)) said_.push_back(std::move(frame));
   next_event_ = scene.events_end();
   for (auto place = places_.begin(); place != places_.end();) {
     const auto device = scene.IndexOf(place->first);

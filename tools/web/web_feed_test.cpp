@@ -147,6 +147,31 @@ TEST_F(WebFeedTest, KnowsWhenAnAlarmWouldBeLost) {
   EXPECT_FALSE(feed_.fell_behind(scene_));
 }
 
+// A frame of a forged ALARM is as long as 127 entries make it: 4,096 of them took 40 MB.
+TEST_F(WebFeedTest, WhatWaitsForBrowsersIsBoundedInBytes) {
+  std::vector<std::string> names;
+  for (int i = 0; i < 25; ++i) names.push_back("a_long_name_of_an_alarm_" + std::to_string(i));
+  for (int i = 0; i < 4'000; ++i) {
+    std::vector<std::string> some(names.begin(), names.end() - i % 2);
+    Hear("ALARM/axis1", AlarmMessage(i, some));
+    ASSERT_LE(scene_.event_bytes(), WebScene::kMostEventBytes);
+  }
+  EXPECT_LT(scene_.events_end() - scene_.events_begin(), 4'000U);
+}
+
+// A few strangers are shown beside the file's devices, with short curves: their rows took 1.4 MB each.
+TEST_F(WebFeedTest, ADeviceThatTheFileDoesNotListHasFewRows) {
+  Hear("DEVICE/stranger", DeviceMessage(device_info_t::STATE_ONLINE));
+  for (std::size_t i = 0; i < 2 * WebScene::kStrangersRows; ++i) {
+    position_t position = PositionMessage(static_cast<std::int64_t>(i));
+    position.utime = static_cast<std::int64_t>(i);
+    Hear("POSITION/stranger", position);
+  }
+  const SampleHistory* rows = scene_.samples(*scene_.IndexOf("stranger"));
+  ASSERT_NE(rows, nullptr);
+  EXPECT_EQ(rows->end() - rows->begin(), WebScene::kStrangersRows);
+}
+
 TEST_F(WebFeedTest, TellsSamplesOfSubscribedDevicesOnly) {
   HearReadings(10);
   EXPECT_THAT(Read("samples"), IsEmpty());

@@ -207,6 +207,28 @@ std::string PlaybackFrame(const WebPlayback& playback) {
                    {"seeking", playback.seeking}});
 }
 
+std::string TrendFrame(std::string_view device, const std::vector<WebColumn>& columns, const SampleHistory& history,
+                       std::int64_t utime) {
+  static constexpr std::string_view kColumn = "power_w";
+  constexpr std::int64_t kStepUs = 1'000'000;
+  const auto named = [](const WebColumn& column) { return column.name == kColumn; };
+  const auto column =
+      static_cast<std::size_t>(std::find_if(columns.begin(), columns.end(), named) - columns.begin());
+  Json times = Json::array();
+  Json values = Json::array();
+  std::int64_t next = utime - kTrendUs;
+  for (std::uint64_t row = history.Find(next); row < history.end(); row = history.Find(next)) {
+    times.push_back(history.utime(row));
+    values.push_back(Field(history.value(row, column)));
+    next = std::max(next, history.utime(row)) + kStepUs;
+  }
+  return JsonLine({{"type", "trend"},
+                   {"device", device},
+                   {"column", kColumn},
+                   {"utimes", std::move(times)},
+                   {"values", std::move(values)}});
+}
+
 std::string SamplesFrame(std::string_view device, const std::vector<WebColumn>& columns,
                          const SampleHistory& history, std::uint64_t begin, std::uint64_t end,
                          std::uint64_t dropped) {

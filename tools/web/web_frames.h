@@ -59,6 +59,11 @@ struct WebPlayback {
 };
 [[nodiscard]] std::string PlaybackFrame(const WebPlayback& playback);
 
+// The power of a motor over the last kTrendUs before `utime`, at most one reading a second: what a small curve begins with.
+inline constexpr std::int64_t kTrendUs = 120'000'000;
+[[nodiscard]] std::string TrendFrame(std::string_view device, const std::vector<WebColumn>& columns,
+                                     const SampleHistory& history, std::int64_t utime);
+
 // The rows [begin, end) of `history`, at least one.
 [[nodiscard]] std::string SamplesFrame(std::string_view device, const std::vector<WebColumn>& columns,
                                        const SampleHistory& history, std::uint64_t begin, std::uint64_t end,

@@ -129,6 +129,11 @@ TEST_F(WebFramesTest, StateSaysWhatIsKnownOfBusesAndRecorders) {
   EXPECT_EQ(bus["can_tec"], nullptr);
   EXPECT_EQ(state["recorders"][0]["state"], "DISK_FULL");
   EXPECT_EQ(state["recorders"][0]["senders"][0]["lost"], 7);
+  EXPECT_EQ(State(kStaleAfter + 1)["recorders"][0]["state"], nullptr);
+  recorder.state = recorder_health_t::STATE_STOPPING;
+  Hear("RECORDER/main", recorder);
+  EXPECT_EQ(State()["recorders"][0]["state"], "STOPPING");
+  EXPECT_EQ(State(kStaleAfter + 1)["recorders"][0]["state"], "ENDED") << "it said that it was stopping";
   EXPECT_EQ(state["bridge"]["serves"], false);
 }
 
@@ -187,6 +192,23 @@ TEST_F(WebFramesTest, SamplesAreNumbersThatKeepTheirDigits) {
 
 TEST_F(WebFramesTest, TextThatIsNoUtf8IsMended) {
   EXPECT_EQ(Json::parse(ErrorFrame("a\xff\"b"))["text"], "a\xef\xbf\xbd\"b");
+}
+
+TEST_F(WebFramesTest, TrendIsTheLastTwoMinutesOfAMotorsPowerOnceASecond) {
+  DeviceView motor;
+  motor.has_position = false;
+  SampleHistory history(7, 10'000);
+  for (std::int64_t i = 0; i < 3000; ++i) {  // 300 s at 10 Hz
+    const auto power = i == 2990 ? NAN : static_cast<double>(i);
+    history.Add(kUtime + i * 100'000, std::array<double, 7>{0, 0, power, 0, 0, 0, 0});
+  }
+  const Json trend = Json::parse(TrendFrame("gm1", ColumnsOf(motor, 0), history, kUtime + 300'000'000));
+  EXPECT_EQ(trend["device"], "gm1");
+  EXPECT_EQ(trend["column"], "power_w");
+  ASSERT_EQ(trend["utimes"].size(), 120U);
+  EXPECT_EQ(trend["utimes"][0], kUtime + 180'000'000);
+  EXPECT_EQ(trend["values"][0], 1800);
+  EXPECT_EQ(trend["values"][119], nullptr) << "not known";
 }
 
 }  // namespace

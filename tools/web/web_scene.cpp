@@ -80,11 +80,11 @@ const std::string& WebScene::State(WebInstant now) {
   return state_;
 }
 
-std::vector<std::string> WebScene::Past() const {
+std::vector<std::string> WebScene::Past(std::int64_t utime) const {
   std::vector<std::string> frames;
   const auto add = [&frames](const std::string& name, const AlarmView& alarms) {
-    const std::int64_t utime = alarms.changes().empty() ? 0 : alarms.changes().back().utime;
-    if (alarms.heard()) frames.push_back(AlarmsFrame(name, alarms, utime, {}));
+    const std::int64_t changed = alarms.changes().empty() ? 0 : alarms.changes().back().utime;
+    if (alarms.heard()) frames.push_back(AlarmsFrame(name, alarms, changed, {}));
   };
   for (const DeviceView& device : monitor_.machine().devices()) add(device.name, device.alarms);
   add("bridge", monitor_.machine().bridge());
@@ -93,6 +93,11 @@ std::vector<std::string> WebScene::Past() const {
     for (const trip_log_t& trip : device.trips) frames.push_back(TripFrame(trip));
   }
   for (const command_status_t& status : monitor_.commands().newest()) frames.push_back(CommandFrame(status));
+  for (std::size_t i = 0; i < monitor_.machine().devices().size(); ++i) {
+    const DeviceView& device = monitor_.machine().devices()[i];
+    const SampleHistory* history = device.has_position ? nullptr : samples(i);
+    if (history != nullptr) frames.push_back(TrendFrame(device.name, columns(i), *history, utime));
+  }
   return frames;
 }
 
@@ -115,16 +120,26 @@ std::vector<WebColumn> WebScene::columns(std::size_t device) const {
 void WebScene::Add(std::size_t device, std::int64_t utime, std::span<const double> row) {
   if (device >= samples_.size()) samples_.resize(device + 1);
   if (!samples_[device]) {
-    samples_[device] = std::make_unique<SampleHistory>(row.size(), device < kManyRows ? kMostRows : kFewRows);
+    samples_[device] = std::make_unique<SampleHistory>(row.size(), RowsFor(device));
   }
   // A device that was only heard may turn out to be of the other kind: its first readings then tell nothing.
   if (samples_[device]->columns() == row.size()) samples_[device]->Add(utime, row);
 }
 
+std::size_t WebScene::RowsFor(std::size_t device) const {
+  const bool stranger = !machine_.buses.empty() && !monitor_.machine().devices()[device].listed;
+  if (stranger) return kStrangersRows;
+  return device < kManyRows ? kMostRows : kFewRows;
+}
+
 void WebScene::Tell(std::string frame) {
+  event_bytes_ += frame.size();
   events_.push_back(std::move(frame));
   ++events_end_;
-  if (events_.size() > kMostEvents) events_.pop_front();
+  while (events_.size() > kMostEvents || (event_bytes_ > kMostEventBytes && events_.size() > 1)) {
+    event_bytes_ -= events_.front().size();
+    events_.pop_front();
+  }
 }
 
 void WebScene::TellAlarms(const std::string& device, const AlarmView& alarms, std::int64_t utime) {

@@ -25,7 +25,9 @@ class WebScene {
   static constexpr std::size_t kMostRows = 30'000;  // of samples a device: 5 min at 100 Hz
   static constexpr std::size_t kFewRows = 3'000;    // of the devices behind the first kManyRows
   static constexpr std::size_t kManyRows = 64;
+  static constexpr std::size_t kStrangersRows = 500;  // of a device that a file with others does not list
   static constexpr std::size_t kMostEvents = 4096;
+  static constexpr std::size_t kMostEventBytes = 4U << 20;  // of their frames; the newest is always kept
 
   // `machine` outlives it.
   WebScene(const MachineConfig& machine, std::string version, std::optional<WebLogFacts> log);
@@ -33,6 +35,7 @@ class WebScene {
   void OnMessage(std::string_view channel, Bytes message, WebInstant now);
   // At least a few times a second.
   void Tick(MonoNs now) { monitor_.Tick(now); }
+  void OnReception(const ReceptionCounts& counts) { monitor_.OnReception(counts); }
 
   [[nodiscard]] const Monitor& monitor() const { return monitor_; }
   // Increases when hello says something else.
@@ -41,11 +44,12 @@ class WebScene {
   // Of a live machine, of an instant that is at most 200 ms before `now`.
   [[nodiscard]] const std::string& State(WebInstant now);
 
-  // What a new browser is told: all alarms, and the trips and commands that are remembered.
-  [[nodiscard]] std::vector<std::string> Past() const;
+  // What a new browser is told: all alarms, the trips and commands that are remembered, and the trends of motors.
+  [[nodiscard]] std::vector<std::string> Past(std::int64_t utime) const;
   // What happened since: alarms, trips and commands, numbered.
   [[nodiscard]] std::uint64_t events_begin() const { return events_end_ - events_.size(); }
   [[nodiscard]] std::uint64_t events_end() const { return events_end_; }
+  [[nodiscard]] std::size_t event_bytes() const { return event_bytes_; }
   [[nodiscard]] const std::string& event(std::uint64_t number) const {
     return events_[static_cast<std::size_t>(number - events_begin())];
   }
@@ -57,6 +61,7 @@ class WebScene {
   [[nodiscard]] std::vector<WebColumn> columns(std::size_t device) const;
 
  private:
+  [[nodiscard]] std::size_t RowsFor(std::size_t device) const;
   void Add(std::size_t device, std::int64_t utime, std::span<const double> row);
   void Tell(std::string frame);
   void TellAlarms(const std::string& device, const AlarmView& alarms, std::int64_t utime);
@@ -69,6 +74,7 @@ class WebScene {
   std::vector<std::unique_ptr<SampleHistory>> samples_;
   std::map<std::string, std::set<std::string>> alarm_names_;  // as told last
   std::deque<std::string> events_;
+  std::size_t event_bytes_ = 0;
   std::uint64_t events_end_ = 0;
   std::uint64_t layout_ = 1;
   std::size_t parts_ = 0;  // devices and buses, and what is known of unlisted ones

@@ -11,6 +11,8 @@ namespace {
 constexpr int kPolicyViolation = 1008;  // RFC 6455, 7.4.1
 constexpr int kTryAgainLater = 1013;    // IANA's registry of WebSocket close codes
 constexpr MonoNs kPlaybackPeriod = 250 * kMillisecond;
+// A place that stands still is told again, so that a browser can tell a log that is paused from a server that is gone.
+constexpr MonoNs kPlaybackRepeat = kSecond;
 
 WebAnswer Plain(int status, std::string text) { return {.status = status, .body = std::move(text) + '\n'}; }
 
@@ -176,8 +178,9 @@ bool WebSite::TellsPlayback(Client& client) const {
   const WebPlayback playback = client.player->Playback(now);
   WebPlayback before = client.told;
   before.utime = playback.utime;
-  const bool moved = client.told != playback && now - client.told_at >= kPlaybackPeriod;
-  if (playback == before && !moved) return false;
+  const MonoNs age = now - client.told_at;
+  const bool due = age >= kPlaybackRepeat || (client.told != playback && age >= kPlaybackPeriod);
+  if (playback == before && !due) return false;
   client.told = playback;
   client.told_at = now;
   return true;

@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/fake_clock.h"
+#include "tools/log/log_span.h"
+#include "tools/log/recorded_log.h"
 #include "tools/monitor/one_axis.h"
 
 namespace axlecast {
@@ -143,6 +145,34 @@ TEST_F(WebSiteTest, TakesAsManyBrowsersAsItMay) {
   site_->OnClose(1);
   EXPECT_EQ(Upgrade(request), 0);
   EXPECT_EQ(Upgrade({.path = "/socket", .host = "localhost"}), 404);
+}
+
+// A page takes 2 s without a frame for a server that is gone.
+TEST_F(WebSiteTest, ALogThatStandsStillIsToldOfOnceASecond) {
+  RecordedLog log;
+  for (std::int64_t i = 0; i < 10; ++i) {
+    const std::vector<std::uint8_t> bytes = Encoded(PositionMessage(i));
+    log.Add(1'790'000'000'000'000 + i * 1'000'000, "POSITION/axis1", {bytes.begin(), bytes.end()});
+  }
+  const std::vector<Bytes> logs = {log.bytes()};
+  const LogSpan span = SpanOf(logs);
+  const WebLogFacts facts = {.files = {"run.lcm"}, .first_utime = span.first, .last_utime = span.last};
+  WebSiteParts parts;
+  parts.clock = &clock_;
+  parts.access = access_.get();
+  parts.files = files_;
+  parts.tick = [] { return true; };
+  parts.open_log = [&] { return std::make_unique<LogPlayer>(logs, machine_, "1", facts, clock_.Now()); };
+  site_ = std::make_unique<WebSite>(std::move(parts));
+  site_->OnOpen(1);
+  int heard = 0;
+  for (int tick = 0; tick < 200; ++tick) {  // 10 s
+    clock_.Advance(50 * kMillisecond);
+    EXPECT_TRUE(site_->OnTick());
+    for (std::string type = NextType(1); !type.empty(); type = NextType(1)) heard += type == "playback" ? 1 : 0;
+  }
+  EXPECT_GE(heard, 9);
+  EXPECT_LE(heard, 15);
 }
 
 TEST_F(WebSiteTest, AnswersWhatAPageAsksFor) {

@@ -7,6 +7,12 @@
 #include "drivers/runtime/bus/line_medium.h"
 
 namespace axlecast {
+namespace {
+
+// Reads that empty the line before a request that does not wait for an idle line; more bytes come meanwhile.
+constexpr int kReadsBeforeTransmitting = 4;
+
+}  // namespace
 
 Bus::Bus(const BusSettings& settings, Link& link, std::unique_ptr<Medium> medium, const Clock& clock,
          LinkObserver& observer, WireLog* wire)
@@ -16,12 +22,13 @@ Bus::Bus(const BusSettings& settings, Link& link, std::unique_ptr<Medium> medium
       observer_(observer),
       wire_(wire),
       medium_(std::move(medium)),
-      schedule_(settings.schedule),
+      guard_(std::make_unique<StaleReplyGuard>(settings.late)),
+      schedule_(settings.schedule, guard_.get()),
       reopen_pause_(settings.reopen_first) {}
 
 Bus::Bus(const BusSettings& settings, ByteLink& link, const Clock& clock, LinkObserver& observer, WireLog* wire)
-    : Bus(settings, link, std::make_unique<LineMedium>(link, clock, settings.echo, settings.lines), clock, observer,
-          wire) {}
+    : Bus(settings, link, std::make_unique<LineMedium>(link, clock, settings.echo, settings.lines, settings.wire),
+          clock, observer, wire) {}
 
 Bus::Bus(const BusSettings& settings, FrameLink& link, const Clock& clock, LinkObserver& observer, WireLog* wire)
     : Bus(settings, link, std::make_unique<FrameMedium>(link, clock), clock, observer, wire) {}
@@ -51,10 +58,18 @@ MonoNs Bus::CarryOut(const Schedule::Choice& choice, MonoNs now, MonoNs by) {
 }
 
 MonoNs Bus::Transmit(const Schedule::Choice& choice, MonoNs now) {
-  if (const Event* stray = medium_->FindStray()) return Deliver(stray, choice.device, now);
+  const bool regardless = std::get<Exchange>(choice.step.action).regardless;
+  for (int reads = 0; reads < kReadsBeforeTransmitting; ++reads) {
+    const Event* stray = medium_->FindStray();
+    if (stray == nullptr) break;
+    const bool lost = stray->kind == Event::Kind::kLinkDown;
+    const MonoNs after = Deliver(stray, choice.device, now);
+    if (lost || !regardless) return after;
+  }
   schedule_.Started(now);
   schedule_.device(choice.device).OnStarted(choice.step, now);
   const Event* event = medium_->Run(choice.step, now);
+  guard_->Ended(std::get<Exchange>(choice.step.action), choice.device, *event);
   if (event->kind != Event::Kind::kLinkDown) {
     ++exchanges_;
     if (event->kind == Event::Kind::kReply) {
@@ -74,6 +89,8 @@ MonoNs Bus::Deliver(const Event* event, std::size_t device, MonoNs now) {
     whose.device = of_bus ? -1 : static_cast<int>(device);
     wire_->Record(whose);
   }
+  if (event->kind == Event::Kind::kStray && !event->early && !event->secret)
+    guard_->CameUnexpected(event->bytes, event->received.last);
   if (event->kind == Event::Kind::kFrame && (event->id & kCanError) == 0) ++exchanges_;
   if (event->kind == Event::Kind::kLinkDown) {
     Down(*event);
@@ -99,6 +116,7 @@ MonoNs Bus::Reopen(MonoNs by) {
     up_since_ = now;
     ++opens_;
     schedule_.Start(now);
+    guard_->Start(now);
     const Event event{.kind = Event::Kind::kLinkUp, .sent = {}, .received = {now, now}, .request = {}, .bytes = {}};
     if (wire_ != nullptr) wire_->Record(event);
     observer_.OnLink(true, "", now);

@@ -9,6 +9,7 @@
 #include "drivers/runtime/bus/exchange_stats.h"
 #include "drivers/runtime/bus/medium.h"
 #include "drivers/runtime/bus/schedule.h"
+#include "drivers/runtime/bus/stale_reply_guard.h"
 #include "drivers/runtime/bus/wire_log.h"
 #include "drivers/runtime/core/byte_link.h"
 #include "drivers/runtime/core/clock.h"
@@ -27,7 +28,9 @@ class LinkObserver {
 
 struct BusSettings {
   ScheduleSettings schedule;
+  LineFormat wire = {};         // of a real line; without baud replies may come faster than a wire carries them
   bool echo = false;            // the adapter hears its own transmission
+  MonoNs late = 0;              // a reply comes at most so long after its request; 0: never late
   PulseLines* lines = nullptr;  // beside the bus; opened and closed with its line
   // Pause before the line is opened again; doubles with each failure.
   MonoNs reopen_first = 50 * kMillisecond;
@@ -42,7 +45,10 @@ class Bus {
   Bus(const BusSettings& settings, ByteLink& link, const Clock& clock, LinkObserver& observer, WireLog* wire);
   Bus(const BusSettings& settings, FrameLink& link, const Clock& clock, LinkObserver& observer, WireLog* wire);
 
-  void Add(Device& device) { schedule_.Add(device); }
+  void Add(Device& device) {
+    schedule_.Add(device);
+    guard_->AddDevice();
+  }
 
   // Gets on by one step, or sleeps until something is due, until `by`, or until the link is woken. Returns the
   // present instant. Never waits longer than one exchange beyond `by`.
@@ -56,6 +62,8 @@ class Bus {
   };
   [[nodiscard]] Counters counters() const;
   [[nodiscard]] std::int64_t late() const { return schedule_.late(); }
+  // Late replies of a device, by order of Add, that were recognised.
+  [[nodiscard]] std::int64_t late_replies(std::size_t device) const { return guard_->late(device); }
   [[nodiscard]] bool up() const { return up_; }
   [[nodiscard]] bool ever_up() const { return opens_ > 0; }
   [[nodiscard]] const std::string& problem() const { return problem_; }    // why the line is down or was last
@@ -80,6 +88,7 @@ class Bus {
   LinkObserver& observer_;
   WireLog* wire_;
   std::unique_ptr<Medium> medium_;
+  std::unique_ptr<StaleReplyGuard> guard_;  // the schedule looks at it
   Schedule schedule_;
   ExchangeStats stats_;
   ExchangeHistogram times_;

@@ -115,6 +115,26 @@ TEST_F(BusTest, NeverTransmitsOverStrayBytes) {
             100 * kMicrosecond + PolledDevice::kQuiet);
 }
 
+TEST_F(BusTest, OneThatDoesNotWaitGoesOutBetweenBytesAndBeforeTheSilenceOfOthers) {
+  Make(2);
+  RunUntil(kStart + kMillisecond);
+  const MonoNs babble = clock_.Now();
+  for (MonoNs at = 0; at < kSecond; at += 100 * kMicrosecond) link_.ArriveAt(babble + at, {0x55});
+  const std::size_t before = link_.written().size();
+  RunUntil(babble + 100 * kMillisecond);
+  ASSERT_EQ(link_.written().size(), before) << "nothing else is transmitted";
+  devices_[0]->stops_regardless = true;
+  devices_[0]->wants_stop = true;
+  devices_[1]->told.clear();
+  const MonoNs wanted = clock_.Now();
+  link_.ArriveAt(wanted, {0x66});
+  bus_->RunOnce(kNever);
+  ASSERT_EQ(link_.written().size(), before + 1);
+  EXPECT_EQ(link_.written().back()[1], PolledDevice::kStop);
+  EXPECT_EQ(link_.write_times().back(), wanted);
+  EXPECT_THAT(devices_[1]->told, Contains(Event::Kind::kStray)) << "what came before is told all the same";
+}
+
 TEST_F(BusTest, StrayBytesAreToldToAllButAnOutcomeOnlyToItsDevice) {
   Make(2, Every(kSecond));
   bus_->RunOnce(kNever);
@@ -199,7 +219,7 @@ TEST_F(BusTest, AClosedLinesSleepEndsWhenWoken) {
 TEST_F(BusTest, OneDeadUnitCostsTheOthersLittle) {
   constexpr MonoNs kTime = 10 * kSecond;
   BusSettings settings;
-  settings.schedule.pause_most = 2 * kSecond;
+  settings.schedule.pause_most_shared = 2 * kSecond;
   link_.SetPeer(PolledDevices({2}));
   Make(16, settings);
   RunUntil(kStart + kTime);

@@ -14,18 +14,18 @@ namespace {
 // So long after a secret exchange, whatever may be a late reply to it is masked too: longer than any device or adapter
 // holds one back.
 constexpr MonoNs kMaskLate = 2 * kSecond;
-// Address and function, where frames have them: a reply that begins as its request does is no other's.
+// Address and function, where frames have them.
 constexpr std::size_t kHead = 2;
 
-bool BeginsAsRequest(const Event& event) {
-  return event.kind == Event::Kind::kReply && event.request.size() >= kHead && event.bytes.size() >= kHead &&
-         std::equal(event.request.begin(), event.request.begin() + kHead, event.bytes.begin());
+bool BeginsAs(Bytes request, Bytes bytes) {
+  return request.size() >= kHead && bytes.size() >= kHead &&
+         std::equal(request.begin(), request.begin() + kHead, bytes.begin());
 }
 
 }  // namespace
 
 const Event* LineMedium::FindStray() {
-  if (!excess_.empty()) return Excess();
+  if (HasExcess()) return Excess();
   const ByteLink::ReadResult read = link_.ReadNow({buffer_.data(), kMaxFrame});
   if (read.status == Status::kOk && read.count > 0) return Arrived(Event::Kind::kStray, read.count);
   if (read.status == Status::kLost) return Lost();
@@ -52,13 +52,18 @@ const Event* LineMedium::Run(const Exchange& exchange) {
   event_.request = exchange.request;
   event_.sent.first = clock_.Now();
   event_.secret = exchange.secret;
+  event_.early = false;
   if (!Ask(exchange)) return Lost();
   event_.sent.last = clock_.Now();
   const Event* event = Collect(exchange, event_.sent.last + exchange.timeout);
   if (exchange.secret) {
     masked_until_ = clock_.Now() + kMaskLate;
+    const Bytes request = exchange.request;
+    masked_head_ = Frame(request.first(std::min(request.size(), kHead)));
   } else if (event_.sent.first < masked_until_) {
-    event_.secret = !BeginsAsRequest(event_);
+    // A reply that begins as its request does is no other's, unless the secret request began so too.
+    const bool own = event_.kind == Event::Kind::kReply && BeginsAs(event_.request, event_.bytes);
+    event_.secret = !own || BeginsAs(masked_head_, event_.bytes);
   }
   return event;
 }
@@ -78,12 +83,13 @@ const Event* LineMedium::Run(const Pulse& pulse) {
 const Event* LineMedium::Run(const Retune& retune) {
   if (!link_.SetBaud(retune.baud)) return Lost();
   const MonoNs now = clock_.Now();
+  if (opened_.baud > 0) line_.baud = retune.baud;
   event_ = {.kind = Event::Kind::kRetuned, .sent = {}, .received = {now, now}, .request = {}, .bytes = {}};
   return &event_;
 }
 
 const Event* LineMedium::Run(const Silence& silence) {
-  if (!excess_.empty()) return Excess();
+  if (HasExcess()) return Excess();
   const MonoNs since = clock_.Now();
   const ByteLink::ReadResult read = link_.Read({buffer_.data(), kMaxFrame}, since + silence.quiet);
   if (read.status == Status::kOk) return Arrived(Event::Kind::kStray, read.count);
@@ -92,7 +98,7 @@ const Event* LineMedium::Run(const Silence& silence) {
 }
 
 const Event* LineMedium::Run(const Listen& listen, MonoNs by) {
-  if (!excess_.empty()) return Excess();
+  if (HasExcess()) return Excess();
   const MonoNs since = clock_.Now();
   const Status status = link_.Wait(std::min(listen.until, by));
   if (status == Status::kLost) return Lost();
@@ -105,43 +111,76 @@ const Event* LineMedium::Run(const Listen& listen, MonoNs by) {
 }
 
 const Event* LineMedium::Sleep(MonoNs by) {
-  if (!excess_.empty()) return Excess();
+  if (HasExcess()) return Excess();
   const Status status = link_.Wait(by);
   if (status == Status::kLost) return Lost();
   return status == Status::kOk ? FindStray() : nullptr;
 }
 
 const Event* LineMedium::Collect(const Exchange& exchange, MonoNs deadline) {
-  const std::size_t skip = echo_ ? exchange.request.size() : 0;
+  const std::size_t echo = EchoSize();
+  std::size_t begin = echo;  // of the reply: behind the echo, and behind what came too early
   std::size_t count = 0;
-  while (count < skip + kMaxFrame) {
-    const std::span<std::uint8_t> room(buffer_.data() + count, skip + kMaxFrame - count);
+  read_count_ = 0;
+  while (count < echo + kMaxFrame) {
+    const std::span<std::uint8_t> room(buffer_.data() + count, echo + kMaxFrame - count);
     const ByteLink::ReadResult read = link_.Read(room, deadline);
     if (read.status == Status::kLost) return Lost();
-    if (read.status != Status::kOk) return TimedOut(skip, count);
-    event_.received.last = clock_.Now();
-    if (count <= skip) event_.received.first = event_.received.last;
+    if (read.status != Status::kOk) return TimedOut(begin, count);
     count += read.count;
-    if (count <= skip) continue;
-    if (exchange.reply_length == nullptr) continue;
-    const std::size_t length = exchange.reply_length({buffer_.data() + skip, count - skip});
-    if (length != 0 && count - skip >= length) return Complete(skip, length, count);
+    NoteRead(count);
+    while (count > begin && exchange.reply_length != nullptr) {
+      const std::size_t length = exchange.reply_length({buffer_.data() + begin, count - begin});
+      if (length == 0 || count - begin < length) break;
+      if (!TooEarly(exchange, begin, length)) return Complete(begin, length, count);
+      early_ = Frame(Bytes(buffer_.data() + begin, std::min(length, kMaxFrame)));
+      early_waits_ = true;
+      begin += length;
+    }
   }
-  return TimedOut(skip, count);
+  return TimedOut(begin, count);
 }
 
-const Event* LineMedium::Complete(std::size_t skip, std::size_t length, std::size_t count) {
-  if (!EchoMatches(skip)) return TimedOut(skip, count);
+void LineMedium::NoteRead(std::size_t end) {
+  event_.received.last = clock_.Now();
+  // Of many small reads the newest share the latest time, which is no earlier than the true one.
+  if (read_count_ < reads_.size()) ++read_count_;
+  reads_[read_count_ - 1] = {end, event_.received.last};
+}
+
+MonoNs LineMedium::ArrivalOf(std::size_t index) const {
+  for (std::size_t i = 0; i < read_count_; ++i) {
+    if (reads_[i].end > index) return reads_[i].at;
+  }
+  return event_.received.last;
+}
+
+bool LineMedium::TooEarly(const Exchange& exchange, std::size_t begin, std::size_t length) {
+  const Bytes reply(buffer_.data() + begin, length);
+  const std::size_t own = exchange.reply_begin == nullptr ? 0 : exchange.reply_begin(reply);
+  event_.received.first = ArrivalOf(begin + own);
+  const auto too_early = [&](MonoNs at, std::size_t characters) {
+    const auto carried = static_cast<MonoNs>(event_.request.size() + characters);
+    return at - event_.sent.first < carried * line_.ShortestCharacter();
+  };
+  // Asked last: it looks at the port.
+  return EchoMatches() && (too_early(event_.received.first, 1) || too_early(event_.received.last, length - own)) &&
+         link_.HasWire();
+}
+
+const Event* LineMedium::Complete(std::size_t begin, std::size_t length, std::size_t count) {
+  if (!EchoMatches()) return TimedOut(begin, count);
   event_.kind = Event::Kind::kReply;
-  event_.bytes = {buffer_.data() + skip, length};
-  excess_ = {buffer_.data() + skip + length, count - skip - length};
+  event_.bytes = {buffer_.data() + begin, length};
+  excess_ = {buffer_.data() + begin + length, count - begin - length};
   return &event_;
 }
 
-const Event* LineMedium::TimedOut(std::size_t skip, std::size_t count) {
-  const bool echoed = count >= skip && EchoMatches(skip);
+const Event* LineMedium::TimedOut(std::size_t begin, std::size_t count) {
+  const bool echoed = count >= begin && EchoMatches();
   event_.kind = Event::Kind::kTimeout;
-  event_.bytes = echoed ? Bytes(buffer_.data() + skip, count - skip) : Bytes(buffer_.data(), count);
+  event_.bytes = echoed ? Bytes(buffer_.data() + begin, count - begin) : Bytes(buffer_.data(), count);
+  event_.received.first = ArrivalOf(echoed ? begin : 0);
   if (event_.bytes.empty()) {
     event_.received.last = clock_.Now();
     event_.received.first = event_.received.last;
@@ -149,8 +188,8 @@ const Event* LineMedium::TimedOut(std::size_t skip, std::size_t count) {
   return &event_;
 }
 
-bool LineMedium::EchoMatches(std::size_t skip) const {
-  return std::equal(event_.request.begin(), event_.request.begin() + static_cast<std::ptrdiff_t>(skip),
+bool LineMedium::EchoMatches() const {
+  return std::equal(event_.request.begin(), event_.request.begin() + static_cast<std::ptrdiff_t>(EchoSize()),
                     buffer_.begin());
 }
 
@@ -173,15 +212,18 @@ const Event* LineMedium::Silent(MonoNs since) {
 
 const Event* LineMedium::Excess() {
   event_.kind = Event::Kind::kStray;
+  event_.early = early_waits_;
   event_.secret = event_.secret || clock_.Now() < masked_until_;
   event_.sent = {};
   event_.request = {};
-  event_.bytes = std::exchange(excess_, {});
+  event_.bytes = std::exchange(early_waits_, false) ? Bytes(early_) : std::exchange(excess_, {});
   return &event_;
 }
 
 const Event* LineMedium::Lost() {
   excess_ = {};
+  early_waits_ = false;
+  line_ = opened_;
   const MonoNs now = clock_.Now();
   event_ = {.kind = Event::Kind::kLinkDown, .sent = {}, .received = {now, now}, .request = {}, .bytes = {}};
   return &event_;

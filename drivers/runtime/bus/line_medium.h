@@ -6,6 +6,7 @@
 #include "drivers/runtime/bus/medium.h"
 #include "drivers/runtime/core/byte_link.h"
 #include "drivers/runtime/core/clock.h"
+#include "drivers/runtime/core/line_format.h"
 #include "drivers/runtime/core/pulse_lines.h"
 
 namespace axlecast {
@@ -16,8 +17,11 @@ class LineMedium final : public Medium {
   // With `echo` the adapter hears its own transmission: a reply then counts only after the request's own bytes, and
   // an echo that differs from the request ends the exchange as kTimeout with all bytes.
   // `lines` may be null: a pulse then ends as kLinkDown.
-  LineMedium(ByteLink& link, const Clock& clock, bool echo, PulseLines* lines)
-      : link_(link), clock_(clock), echo_(echo), lines_(lines) {}
+  // `line` is the format at which the link opens; without baud nothing is known of it. What looks like a reply but has
+  // come sooner than the wire can carry request and reply answers an earlier request: it becomes stray, and the
+  // exchange goes on.
+  LineMedium(ByteLink& link, const Clock& clock, bool echo, PulseLines* lines, const LineFormat& line = {})
+      : link_(link), clock_(clock), echo_(echo), lines_(lines), opened_(line), line_(line) {}
 
   [[nodiscard]] const Event* FindStray() override;
   [[nodiscard]] const Event* Run(const Step& step, MonoNs by) override;
@@ -40,21 +44,38 @@ class LineMedium final : public Medium {
   [[nodiscard]] bool Ask(const Exchange& exchange);
   [[nodiscard]] bool Give(const Pulse& pulse) { return lines_ != nullptr && lines_->Pulse(pulse.line, pulse.low); }
   [[nodiscard]] const Event* Collect(const Exchange& exchange, MonoNs deadline);
-  [[nodiscard]] const Event* Complete(std::size_t skip, std::size_t length, std::size_t count);
-  [[nodiscard]] const Event* TimedOut(std::size_t skip, std::size_t count);
+  [[nodiscard]] const Event* Complete(std::size_t begin, std::size_t length, std::size_t count);
+  [[nodiscard]] const Event* TimedOut(std::size_t begin, std::size_t count);
+  // The reply is buffer_[begin, begin + length); sets event_.received.
+  [[nodiscard]] bool TooEarly(const Exchange& exchange, std::size_t begin, std::size_t length);
+  void NoteRead(std::size_t end);
+  [[nodiscard]] MonoNs ArrivalOf(std::size_t index) const;
   [[nodiscard]] const Event* Arrived(Event::Kind kind, std::size_t count);
   [[nodiscard]] const Event* Silent(MonoNs since);
   [[nodiscard]] const Event* Excess();
   [[nodiscard]] const Event* Lost();
-  [[nodiscard]] bool EchoMatches(std::size_t skip) const;
+  [[nodiscard]] std::size_t EchoSize() const { return echo_ ? event_.request.size() : 0; }
+  [[nodiscard]] bool EchoMatches() const;
+  [[nodiscard]] bool HasExcess() const { return early_waits_ || !excess_.empty(); }
 
   ByteLink& link_;
   const Clock& clock_;
   const bool echo_;
   PulseLines* const lines_;
+  const LineFormat opened_;
+  LineFormat line_;  // now
   Event event_;
+  struct Read {
+    std::size_t end = 0;  // index behind its last byte
+    MonoNs at = 0;
+  };
+  std::array<Read, 64> reads_{};  // of the exchange
+  std::size_t read_count_ = 0;
   MonoNs masked_until_ = 0;  // what comes may be the late reply to a secret
-  Bytes excess_;             // came with the last reply, beyond its length: stray at the next turn
+  Frame masked_head_;        // how the secret's request began: address and function
+  Frame early_;              // came too early; stray at the next turn
+  bool early_waits_ = false;
+  Bytes excess_;  // came with the last reply, beyond its length: stray at the next turn
   std::array<std::uint8_t, 2 * kMaxFrame> buffer_{};  // an echo and a reply
 };
 

@@ -81,6 +81,51 @@ TEST_F(LineMediumTest, ALateReplyIsStrayBeforeTheNextRequest) {
   EXPECT_EQ(stray->received.last, clock_.Now());
 }
 
+// One character of 10 bits at 2.5 MBd takes 4 us, 3.88 us at least: request and reply 19.4 us.
+TEST_F(LineMediumTest, AReplyThatTheWireCannotHaveCarriedIsStrayAndTheExchangeGoesOn) {
+  LineMedium medium(link_, clock_, false, nullptr, {.baud = 2'500'000});
+  Answer({{10 * kMicrosecond, {1, 2, 3, 4}}, {40 * kMicrosecond, {5, 6, 7, 8}}});
+  const Event* event = medium.Run(exchange_);
+  EXPECT_EQ(event->kind, Event::Kind::kReply);
+  EXPECT_THAT(Copy(event->bytes), ElementsAre(5, 6, 7, 8));
+  EXPECT_EQ(event->received, (Interval{kStart + 44 * kMicrosecond, kStart + 44 * kMicrosecond}));
+  const Event* stray = medium.FindStray();
+  ASSERT_NE(stray, nullptr);
+  EXPECT_TRUE(stray->early);
+  EXPECT_THAT(Copy(stray->bytes), ElementsAre(1, 2, 3, 4));
+  EXPECT_EQ(medium.FindStray(), nullptr);
+}
+
+TEST_F(LineMediumTest, AReplyWhoseFirstByteIsTooEarlyIsNoneEither) {
+  LineMedium medium(link_, clock_, false, nullptr, {.baud = 2'500'000});
+  Answer({{kMicrosecond, {1}}, {40 * kMicrosecond, {2, 3, 4}}});
+  EXPECT_EQ(medium.Run(exchange_)->kind, Event::Kind::kTimeout);
+}
+
+TEST_F(LineMediumTest, ARateThatIsALittleFasterIsAllowedFor) {
+  LineMedium medium(link_, clock_, false, nullptr, {.baud = 2'500'000});
+  Answer({{15'500, {1, 2, 3, 4}}});
+  EXPECT_EQ(medium.Run(exchange_)->kind, Event::Kind::kReply);
+}
+
+TEST_F(LineMediumTest, ASlowerRateTakesLonger) {
+  LineMedium medium(link_, clock_, false, nullptr, {.baud = 2'500'000});
+  ASSERT_EQ(medium.Run(Retune{1'250'000})->kind, Event::Kind::kRetuned);
+  Answer({{30 * kMicrosecond, {1, 2, 3, 4}}});
+  EXPECT_EQ(medium.Run(exchange_)->kind, Event::Kind::kTimeout);
+}
+
+// Bytes before the reply came earlier: the reply's instant is that of its own first byte.
+TEST_F(LineMediumTest, AReplyBehindStrayBytesIsAsOldAsItsOwnFirstByte) {
+  Exchange exchange = exchange_;
+  exchange.reply_length = [](Bytes so_far) { return so_far.size() < 2 ? std::size_t{0} : std::size_t{4}; };
+  exchange.reply_begin = [](Bytes) { return std::size_t{2}; };
+  Answer({{10 * kMicrosecond, {9, 9}}, {30 * kMicrosecond, {1}}, {50 * kMicrosecond, {2}}});
+  const Event* event = medium_.Run(exchange);
+  EXPECT_EQ(event->kind, Event::Kind::kReply);
+  EXPECT_EQ(event->received, (Interval{kStart + 34 * kMicrosecond, kStart + 54 * kMicrosecond}));
+}
+
 TEST_F(LineMediumTest, ABabblingLineEndsAtTheBuffersEnd) {
   Answer({{0, std::vector<std::uint8_t>(1'000, 0x55)}});
   const Exchange never{.request = {0x1A}, .reply_length = [](Bytes) { return std::size_t{0}; }, .timeout = kSecond};

@@ -5,23 +5,36 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kSilenceRank = 0;
-constexpr std::size_t kFirstRank = 1;  // of Priority::kStop
+constexpr std::size_t kRegardlessRank = 0;
+constexpr std::size_t kSilenceRank = 1;
+constexpr std::size_t kFirstRank = 2;  // of Priority::kStop
+constexpr std::size_t kStopRank = kFirstRank + static_cast<std::size_t>(Priority::kStop);
+constexpr std::size_t kCommandRank = kFirstRank + static_cast<std::size_t>(Priority::kCommand);
 constexpr std::size_t kLiveRank = kFirstRank + static_cast<std::size_t>(Priority::kLive);
-constexpr std::size_t kListenRank = 6;
-constexpr std::size_t kIdleRank = 7;
+constexpr std::size_t kListenRank = 7;
+constexpr std::size_t kIdleRank = 8;
+
+// Turns of orders that a device whose reading is due lets pass, for each device of the bus.
+constexpr std::size_t kCommandTurns = 1;
+constexpr std::size_t kStopTurns = 4;
 
 std::size_t RankOf(const Step& step) {
   if (std::holds_alternative<Idle>(step.action)) return kIdleRank;
   if (std::holds_alternative<Listen>(step.action)) return kListenRank;
   if (std::holds_alternative<Silence>(step.action)) return kSilenceRank;
+  const auto* exchange = std::get_if<Exchange>(&step.action);
+  if (exchange != nullptr && exchange->regardless) return kRegardlessRank;
   return kFirstRank + static_cast<std::size_t>(step.priority);
 }
+
+bool IsStop(std::size_t rank) { return rank == kRegardlessRank || rank == kStopRank; }
+bool IsOrder(std::size_t rank) { return IsStop(rank) || rank == kCommandRank; }
 
 }  // namespace
 
 void Schedule::Add(Device& device) {
   entries_.push_back({.device = &device, .slots = SlotClock(settings_.period, settings_.phase)});
+  answering_ = entries_.size();
 }
 
 void Schedule::Start(MonoNs now) {
@@ -29,8 +42,11 @@ void Schedule::Start(MonoNs now) {
     entry.slots.Start(now);
     entry.timeouts = 0;
     entry.paused_until = 0;
+    entry.soon_until = 0;
     entry.free_at = 0;
+    entry.orders = 0;
   }
+  answering_ = entries_.size();
   free_at_ = 0;
 }
 
@@ -39,46 +55,86 @@ const Schedule::Choice& Schedule::Choose(MonoNs now) {
     choice_ = {.device = 0, .step = {.action = Idle{free_at_}}, .until = free_at_, .live = false};
     return choice_;
   }
-  if (ReservedTurn(now)) return choice_;
-  choice_.until = kNever;
-  Best best;
-  for (std::size_t i = 0; i < entries_.size(); ++i) {
-    const Entry& entry = entries_[i];
-    Consider(i, now, now >= entry.paused_until && entry.slots.Due(now), best);
-  }
+  const Best best = Find(Look::kAll, now);
   if (best.rank >= kIdleRank) choice_.step.action = Idle{choice_.until};
+  const bool slow_share = turns_ % settings_.reserve_every == settings_.reserve_every - 1;
+  const bool shares = slow_share || IsOrder(best.rank);
+  if (!shares || best.rank == kSilenceRank || best.rank >= kListenRank) return choice_;
+  const Choice first = choice_;
+  const std::size_t rank = rank_;
+  if (TakeShare(best, now)) return choice_;
+  choice_ = first;
+  rank_ = rank;
   return choice_;
 }
 
-// Offers nobody a live slot, to see whether a slower item waits. False when none does.
-bool Schedule::ReservedTurn(MonoNs now) {
-  if (turns_ % settings_.reserve_every != settings_.reserve_every - 1) return false;
-  choice_.until = kNever;
-  Best best;
-  for (std::size_t i = 0; i < entries_.size(); ++i) Consider(i, now, false, best);
-  if (best.rank < kListenRank) return true;
-  ++turns_;
-  return false;
+// Gives the turn to a slow item whose share has come, or to a reading that is overdue. False: `best` keeps the turn.
+bool Schedule::TakeShare(const Best& best, MonoNs now) {
+  if (!IsStop(best.rank) && turns_ % settings_.reserve_every == settings_.reserve_every - 1) {
+    if (Find(Look::kSlow, now).rank < kListenRank) return true;
+    ++turns_;
+  }
+  const bool overdue = IsOrder(best.rank) && std::any_of(entries_.begin(), entries_.end(), [&](const Entry& entry) {
+                         return Overdue(entry, best.rank) && LiveDue(entry, now);
+                       });
+  return overdue && Find(IsStop(best.rank) ? Look::kOverdueByStops : Look::kOverdue, now).rank == kLiveRank;
 }
 
-void Schedule::Consider(std::size_t index, MonoNs now, bool live_due, Best& best) {
+// When a whole bus falls silent, its devices fail in turns: none of them counts as answering while the others still
+// collect their failures. One lost reply is not enough to tell.
+int Schedule::FailuresOfTheMissing() const { return std::min(2, settings_.silent_after); }
+
+bool Schedule::Overdue(const Entry& entry, std::size_t rank) const {
+  return entry.orders >= (IsStop(rank) ? kStopTurns : kCommandTurns) * entries_.size();
+}
+
+// A device that does not answer is asked rarely only for the sake of devices that do.
+MonoNs Schedule::PausedUntil(const Entry& entry) const {
+  return answering_ > 0 ? entry.paused_until : entry.soon_until;
+}
+
+bool Schedule::LiveDue(const Entry& entry, MonoNs now) const {
+  return now >= PausedUntil(entry) && entry.slots.Due(now);
+}
+
+Schedule::Best Schedule::Find(Look look, MonoNs now) {
+  choice_.until = kNever;
+  Best best;
+  for (std::size_t i = 0; i < entries_.size(); ++i) Consider(i, now, look, best);
+  return best;
+}
+
+// What the device wants; it waits in place of an exchange that a late reply could seem to answer.
+Step Schedule::Ask(const Entry& entry, MonoNs now, bool live_due, bool reserved) const {
+  Step step = entry.device->Next({.now = now, .live_due = live_due, .reserved = reserved, .pending = pending_});
+  const auto* exchange = std::get_if<Exchange>(&step.action);
+  if (pending_ == nullptr || exchange == nullptr || exchange->regardless) return step;
+  const MonoNs free_at = pending_->FreeAt(*exchange, now);
+  if (free_at > now) step.action = Idle{free_at};
+  return step;
+}
+
+void Schedule::Consider(std::size_t index, MonoNs now, Look look, Best& best) {
   Entry& entry = entries_[index];
   if (now < entry.free_at) {
     choice_.until = std::min(choice_.until, entry.free_at);
     return;
   }
-  const Step step = entry.device->Next({.now = now, .live_due = live_due});
+  const bool live_due = look != Look::kSlow && LiveDue(entry, now);
+  if (look == Look::kOverdue && !(live_due && Overdue(entry, kCommandRank))) return;
+  if (look == Look::kOverdueByStops && !(live_due && Overdue(entry, kStopRank))) return;
+  const Step step = Ask(entry, now, live_due, look != Look::kAll);
   const std::size_t rank = RankOf(step);
   AskAgain(entry, step, now, live_due);
+  if (look == Look::kSlow ? rank <= kLiveRank : look != Look::kAll && rank != kLiveRank) return;
   // A silent device may be stopped, commanded and cleared up after; its readings wait for the end of the pause.
-  if (now < entry.paused_until && rank >= kLiveRank && rank < kListenRank) return;
+  if (now < PausedUntil(entry) && rank >= kLiveRank && rank < kListenRank) return;
   if (rank > best.rank || rank >= kIdleRank) return;
   const auto* listen = std::get_if<Listen>(&step.action);
   if (listen != nullptr && rank == best.rank && listen->until >= best.until) return;
-  const std::size_t first = next_[rank];
-  const std::size_t distance = index >= first ? index - first : index + entries_.size() - first;
-  if (listen == nullptr && rank == best.rank && distance >= best.distance) return;
-  best = {.rank = rank, .distance = distance, .until = listen == nullptr ? kNever : listen->until};
+  const std::int64_t asked = entry.asked[rank];
+  if (listen == nullptr && rank == best.rank && asked >= best.asked) return;
+  best = {.rank = rank, .asked = asked, .until = listen == nullptr ? kNever : listen->until};
   rank_ = rank;
   choice_.device = index;
   choice_.step = step;
@@ -86,7 +142,7 @@ void Schedule::Consider(std::size_t index, MonoNs now, bool live_due, Best& best
 }
 
 void Schedule::AskAgain(Entry& entry, const Step& step, MonoNs now, bool live_due) {
-  if (!live_due) choice_.until = std::min(choice_.until, std::max(entry.slots.next(), entry.paused_until));
+  if (!live_due) choice_.until = std::min(choice_.until, std::max(entry.slots.next(), PausedUntil(entry)));
   const Idle* idle = std::get_if<Idle>(&step.action);
   if (idle == nullptr) return;
   const MonoNs until = std::max(idle->until, now + kShortestIdle);
@@ -96,23 +152,57 @@ void Schedule::AskAgain(Entry& entry, const Step& step, MonoNs now, bool live_du
 
 void Schedule::Started(MonoNs now) {
   ++turns_;
-  next_[rank_] = choice_.device + 1 < entries_.size() ? choice_.device + 1 : 0;
-  if (choice_.live) entries_[choice_.device].slots.Take(now);
+  entries_[choice_.device].asked[rank_] = turns_;
+  if (IsOrder(rank_)) {
+    for (Entry& entry : entries_) ++entry.orders;
+  }
+  if (!choice_.live) return;
+  entries_[choice_.device].slots.Take(now);
+  entries_[choice_.device].orders = 0;
 }
 
 void Schedule::Ended(std::size_t device, const Event& event, MonoNs now) {
   Entry& entry = entries_[device];
   Pace(entry, event);
-  if (event.kind != Event::Kind::kTimeout || !event.bytes.empty()) {
-    entry.timeouts = 0;
-    return;
-  }
-  if (++entry.timeouts < settings_.silent_after) return;
+  if (event.kind == Event::Kind::kTimeout && event.bytes.empty())
+    OnSilent(entry, event, now);
+  else
+    OnAnswered(entry);
+}
+
+void Schedule::OnSilent(Entry& entry, const Event& event, MonoNs now) {
+  if (++entry.timeouts == FailuresOfTheMissing()) --answering_;
+  if (entry.timeouts < settings_.silent_after) return;
   const int doublings = std::min(entry.timeouts - settings_.silent_after, 30);
-  const MonoNs cost = now + settings_.pacing.after_reply - event.sent.first;
-  entry.paused_until = now + std::max(std::min(settings_.pause_first << doublings, settings_.pause_most),
-                                      settings_.pause_costs * cost);
-  entry.slots.Excuse(entry.paused_until);
+  const MonoNs pause = settings_.pause_first << doublings;
+  const MonoNs cost = now + settings_.pacing.after_reply - event.sent.first + HeldBack(entry, now);
+  entry.soon_until = now + std::min(pause, settings_.pause_most);
+  entry.paused_until =
+      answering_ == 0 ? entry.soon_until
+                      : now + std::max(std::min(pause, settings_.pause_most_shared), settings_.pause_costs * cost);
+  entry.slots.Excuse(PausedUntil(entry));
+}
+
+// How long the other devices wait, because the reply that did not come could be taken for theirs.
+MonoNs Schedule::HeldBack(const Entry& silent, MonoNs now) const {
+  MonoNs longest = 0;
+  for (const Entry& other : entries_) {
+    if (&other == &silent || pending_ == nullptr) continue;
+    const Step step = other.device->Next({.now = now, .live_due = true, .pending = pending_});
+    const auto* exchange = std::get_if<Exchange>(&step.action);
+    if (exchange != nullptr) longest = std::max(longest, pending_->FreeAt(*exchange, now) - now);
+  }
+  return longest;
+}
+
+// The first answer after none at all is that of a bus that has come back: every device is asked at once.
+void Schedule::OnAnswered(Entry& entry) {
+  if (answering_ == 0) {
+    for (Entry& other : entries_) other.paused_until = 0;
+  }
+  if (entry.timeouts >= FailuresOfTheMissing()) ++answering_;
+  entry.timeouts = 0;
+  entry.paused_until = 0;
 }
 
 void Schedule::Pace(Entry& entry, const Event& event) {

@@ -21,17 +21,26 @@ struct ScheduleSettings {
   int silent_after = 4;
   MonoNs pause_first = 1 * kMillisecond;
   MonoNs pause_most = 100 * kMillisecond;
-  // And never sooner than this many times what asking it in vain took: so a silent device costs the others little.
+  // While another device of the bus answers, the pause doubles up to this instead, and is never shorter than
+  // `pause_costs` times the time that the vain request took: a silent device costs the others little.
+  MonoNs pause_most_shared = 100 * kMillisecond;
   int pause_costs = 0;
   Pacing pacing = {};
   LineFormat line = {};  // how long a request takes on the wire
 };
 
-// Whose turn it is on a bus: a silence that somebody needs, then stop, command, live, trip, slow; round robin
-// between the devices of one class. Of those that only listen, the one that listens the shortest: all of them hear.
+// Whose turn it is on a bus: a stop that waits for no idle line, a silence that somebody needs, then stop, command,
+// live, trip, slow; round robin between the devices of one class. Of those that only listen, the one that listens the
+// shortest: all of them hear.
+//
+// Orders never starve readings. Between two live turns of a device, while a live reading of that device is due:
+// - orders take at most one turn for each device of the bus; then the device is read before the next order.
+// - stops go before readings, but take at most four turns for each device of the bus.
 class Schedule {
  public:
-  explicit Schedule(const ScheduleSettings& settings) : settings_(settings) {}
+  // `pending` holds exchanges back, and may be null.
+  explicit Schedule(const ScheduleSettings& settings, const PendingReplies* pending = nullptr)
+      : settings_(settings), pending_(pending) {}
 
   void Add(Device& device);
   // The link came up: slots and pauses begin afresh.
@@ -59,32 +68,49 @@ class Schedule {
   static constexpr MonoNs kShortestIdle = 50 * kMicrosecond;
 
  private:
-  static constexpr std::size_t kRanks = 8;
+  static constexpr std::size_t kRanks = 9;
 
   struct Entry {
     Device* device;
     SlotClock slots;
-    int timeouts = 0;  // in a row
-    MonoNs paused_until = 0;
-    MonoNs free_at = 0;  // what Pacing asks for this device
+    // The turn at which it was asked last in each class: who has waited for longest goes first.
+    std::array<std::int64_t, kRanks> asked{};
+    int timeouts = 0;         // in a row
+    MonoNs paused_until = 0;  // while another device answers
+    MonoNs soon_until = 0;    // the pause while no device answers
+    MonoNs free_at = 0;       // what Pacing asks for this device
+    std::size_t orders = 0;   // turns of orders since its last live turn
   };
   struct Best {
     std::size_t rank = kRanks;
-    std::size_t distance = 0;  // from the device that is next in its class
-    MonoNs until = kNever;     // of one that listens
+    std::int64_t asked = 0;  // the turn at which it was asked last in its class
+    MonoNs until = kNever;   // of one that listens
   };
 
-  [[nodiscard]] bool ReservedTurn(MonoNs now);
+  // Which steps are looked for.
+  enum class Look : std::uint8_t { kAll, kOverdue, kOverdueByStops, kSlow };
+
+  [[nodiscard]] Best Find(Look look, MonoNs now);
+  [[nodiscard]] bool TakeShare(const Best& best, MonoNs now);
+  [[nodiscard]] int FailuresOfTheMissing() const;
+  [[nodiscard]] bool Overdue(const Entry& entry, std::size_t rank) const;
+  [[nodiscard]] MonoNs PausedUntil(const Entry& entry) const;
+  [[nodiscard]] bool LiveDue(const Entry& entry, MonoNs now) const;
+  void OnSilent(Entry& entry, const Event& event, MonoNs now);
+  [[nodiscard]] MonoNs HeldBack(const Entry& silent, MonoNs now) const;
+  void OnAnswered(Entry& entry);
   void Pace(Entry& entry, const Event& event);
-  void Consider(std::size_t index, MonoNs now, bool live_due, Best& best);
+  void Consider(std::size_t index, MonoNs now, Look look, Best& best);
   void AskAgain(Entry& entry, const Step& step, MonoNs now, bool live_due);
+  [[nodiscard]] Step Ask(const Entry& entry, MonoNs now, bool live_due, bool reserved) const;
 
   ScheduleSettings settings_;
+  const PendingReplies* pending_;
   std::vector<Entry> entries_;
   Choice choice_;
-  std::size_t rank_ = 0;                    // of the choice
-  MonoNs free_at_ = 0;                      // what Pacing asks for the whole bus
-  std::array<std::size_t, kRanks> next_{};  // round robin within each class
+  std::size_t rank_ = 0;       // of the choice
+  std::size_t answering_ = 0;  // devices with fewer failures in a row than FailuresOfTheMissing
+  MonoNs free_at_ = 0;         // what Pacing asks for the whole bus
   std::int64_t turns_ = 0;
 };
 

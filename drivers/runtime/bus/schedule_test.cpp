@@ -199,7 +199,7 @@ TEST_F(BackOffTest, CommandsGoToASilentDeviceAtOnce) {
 }
 
 TEST_F(BackOffTest, ASilentDeviceLeavesItsTurnsToTheOthers) {
-  Make(4, {.silent_after = 2, .pause_first = 10 * kMillisecond, .pause_most = kSecond});
+  Make(4, {.silent_after = 2, .pause_first = 10 * kMillisecond, .pause_most_shared = kSecond});
   std::map<int, int> turns;
   MonoNs now = kStart;
   for (int i = 0; i < 4'000; ++i, now += kMillisecond) {

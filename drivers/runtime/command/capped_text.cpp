@@ -1,41 +1,29 @@
 #include "drivers/runtime/command/capped_text.h"
 
+#include <algorithm>
 #include <cstdint>
 
+#include "drivers/runtime/core/utf8.h"
+
 namespace axlecast {
-namespace {
-
-bool IsContinuation(char c) { return (static_cast<std::uint8_t>(c) & 0xC0) == 0x80; }
-
-// Bytes of the well-formed character at the beginning of `text` (RFC 3629, section 4); 0 when there is none.
-std::size_t CharacterLength(std::string_view text) {
-  const auto first = static_cast<std::uint8_t>(text[0]);
-  if (first < 0x80) return 1;
-  const std::size_t length = first >= 0xC2 && first <= 0xDF   ? 2
-                             : first >= 0xE0 && first <= 0xEF ? 3
-                             : first >= 0xF0 && first <= 0xF4 ? 4
-                                                              : 0;
-  if (length == 0 || text.size() < length) return 0;
-  for (std::size_t i = 1; i < length; ++i) {
-    if (!IsContinuation(text[i])) return 0;
-  }
-  const auto second = static_cast<std::uint8_t>(text[1]);
-  const bool overlong = (first == 0xE0 && second < 0xA0) || (first == 0xF0 && second < 0x90);
-  const bool surrogate = first == 0xED && second > 0x9F;
-  const bool beyond = first == 0xF4 && second > 0x8F;
-  return overlong || surrogate || beyond ? 0 : length;
+std::string CutText(std::string_view text, std::size_t room) {
+  while (room > 0 && IsContinuation(text[room])) --room;
+  const std::size_t blank = text.rfind(' ', room);
+  const bool long_word = blank == std::string_view::npos || blank < room / 2;
+  return std::string(text.substr(0, long_word ? room : blank)) + std::string(kCutMark);
 }
-
-}  // namespace
 
 std::string CappedText(std::string_view text, std::size_t bytes) {
   std::string capped;
   while (!text.empty()) {
-    const std::size_t length = CharacterLength(text);
+    const std::size_t length = FirstCharacter(text).size;
     const auto first = static_cast<std::uint8_t>(text[0]);
     const bool shown = length > 1 || (length == 1 && first >= 0x20 && first != 0x7F);
     const std::string_view character = shown ? text.substr(0, length) : std::string_view("?");
-    if (capped.size() + character.size() > bytes) break;
+    if (capped.size() + character.size() > bytes) {
+      const bool sentence = capped.find(' ') != std::string::npos && bytes > kCutMark.size();
+      return sentence ? CutText(capped, std::min(bytes - kCutMark.size(), capped.size() - 1)) : capped;
+    }
     capped += character;
     text.remove_prefix(length == 0 ? 1 : length);
   }

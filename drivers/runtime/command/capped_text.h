@@ -17,8 +17,16 @@ inline constexpr std::size_t kIdentityBytes = 64;
 inline constexpr std::size_t kMaxChanges = 4;
 inline constexpr std::size_t kMaxArguments = 16;
 
-// The longest beginning of `text` within `bytes` that ends between two UTF-8 characters. Bytes that are no UTF-8
-// and control characters become '?', so that the result can be shown and logged wherever it came from.
+// Ends what was cut.
+inline constexpr std::string_view kCutMark = "\u2026";  // three bytes
+
+// The whole words in the first `room` bytes of a longer text, then the mark. A word that fills half of the room (a path)
+// is cut itself, because little would be left without it. The one place where sentences are cut.
+[[nodiscard]] std::string CutText(std::string_view text, std::size_t room);
+
+// `text` within `bytes`. Bytes that are no UTF-8 and control characters become '?', so that the result can be shown and
+// logged wherever it came from. A sentence that is too long is cut as by CutText. A single word (a name) ends between two
+// UTF-8 characters, without a mark.
 [[nodiscard]] std::string CappedText(std::string_view text, std::size_t bytes);
 
 // The words with a blank between them; where they have not all room within `bytes`, those that have, then kAndMore.

@@ -14,6 +14,18 @@ TEST(CappedText, CutsBetweenCharacters) {
   EXPECT_EQ(CappedText("x", 0), "");
 }
 
+TEST(CappedText, ASentenceEndsAfterAWholeWord) {
+  const std::string text = "the line is down: plug the adapter in";
+  EXPECT_EQ(CappedText(text, text.size()), text);
+  EXPECT_EQ(CappedText(text, text.size() - 1), "the line is down: plug the\u2026");
+  EXPECT_EQ(CappedText(text, 26), "the line is down: plug\u2026")
+      << "22 bytes and 3 of the mark; \"the\" has no room";
+  EXPECT_EQ(CappedText(text, 25), "the line is down: plug\u2026");
+  EXPECT_EQ(CappedText(text, 24), "the line is down:\u2026");
+  for (std::size_t bytes = 0; bytes <= text.size(); ++bytes) EXPECT_LE(CappedText(text, bytes).size(), bytes);
+  EXPECT_EQ(CappedText("in /a/very/long/path/of/a/file", 20), "in /a/very/long/p\u2026") << "rather than \"in\"";
+}
+
 TEST(CappedText, BytesThatAreNoUtf8AreReplaced) {
   EXPECT_EQ(CappedText("a\xFFz", 9), "a?z");
   EXPECT_EQ(CappedText("\xC0\x80", 9), "??");            // overlong NUL

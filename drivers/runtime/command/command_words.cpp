@@ -68,7 +68,7 @@ std::string_view ReasonName(std::int32_t reason) { return Word(kReasons, reason)
 std::string_view FindingName(std::int8_t finding) { return Word(kFindings, finding); }
 
 std::int8_t FindingOf(std::string_view word) {
-  if (word == FindingName(command_status_t::FINDING_EFFECT_SEEN)) return command_status_t::FINDING_EFFECT_SEEN;
+  if (word == "reads_as_after") return command_status_t::FINDING_EFFECT_SEEN;
   if (word == FindingName(command_status_t::FINDING_NO_EFFECT_SEEN))
     return command_status_t::FINDING_NO_EFFECT_SEEN;
   return command_status_t::FINDING_CANNOT_TELL;

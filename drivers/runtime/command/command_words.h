@@ -14,7 +14,7 @@ namespace axlecast {
 [[nodiscard]] std::string_view StateName(std::int8_t state);
 [[nodiscard]] std::string_view ReasonName(std::int32_t reason);
 [[nodiscard]] std::string_view FindingName(std::int8_t finding);
-// FINDING_* of a word; FINDING_CANNOT_TELL for any other.
+// FINDING_* of a change `finding` (OperationSpec::found_by); FINDING_CANNOT_TELL for any other word.
 [[nodiscard]] std::int8_t FindingOf(std::string_view word);
 
 // Whether what was refused for this reason may be accepted later, as it is: the state of the machine is in the way, and

@@ -43,7 +43,7 @@ TEST(CommandWords, EveryReasonHasAWordAndIsTemporaryOrNot) {
 }
 
 TEST(CommandWords, FindingOfAnyOtherWordIsCannotTell) {
-  EXPECT_EQ(FindingOf("effect_seen"), command_status_t::FINDING_EFFECT_SEEN);
+  EXPECT_EQ(FindingOf("reads_as_after"), command_status_t::FINDING_EFFECT_SEEN);
   EXPECT_EQ(FindingOf("no_effect_seen"), command_status_t::FINDING_NO_EFFECT_SEEN);
   EXPECT_EQ(FindingOf("maybe"), command_status_t::FINDING_CANNOT_TELL);
   EXPECT_EQ(FindingOf("none"), command_status_t::FINDING_CANNOT_TELL);

@@ -71,6 +71,17 @@ std::string PermitBook::Untimely(const Permit& last, const permit_body_t& body, 
          " before the last one of another control process";
 }
 
+std::string PermitBook::SetBack(const permit_body_t& body, MonoNs now, std::int64_t utime) {
+  const std::int64_t mono_us = now / kMicrosecond;
+  latest_offset_us_ = std::max(latest_offset_us_, utime - mono_us);
+  const std::int64_t latest = latest_offset_us_ + mono_us;
+  const std::int64_t age = latest - std::clamp(body.issued_utime, -kFarUs, kFarUs);
+  if (age <= body.valid_ms * INT64_C(1'000) + kClockToleranceUs || latest - utime <= kClockToleranceUs) return "";
+  return "was issued " + Seconds(static_cast<double>(age) / 1e6) +
+         " ago, before this computer's clock was set back by " +
+         Seconds(static_cast<double>(latest - utime) / 1e6) + ": when the clock is right, start the driver again";
+}
+
 void PermitBook::Take(Permit& permit, const permit_body_t& body, const KeyGrant& grant, MonoNs now) {
   permit.came = true;
   permit.issuer_boot_id = body.issuer_boot_id;
@@ -98,7 +109,8 @@ void PermitBook::Accept(std::string_view device, Bytes message, MonoNs now, std:
   const auto found = devices_.find(device);
   if (found == devices_.end()) return;
   Permit& permit = found->second;
-  if (grant != nullptr) trouble = Untimely(permit, *body, utime);
+  if (grant != nullptr) trouble = SetBack(*body, now, utime);
+  if (grant != nullptr && trouble.empty()) trouble = Untimely(permit, *body, utime);
   if (trouble.empty()) return Take(permit, *body, *grant, now);
   permit.trouble = std::move(trouble);
   permit.trouble_at = now;

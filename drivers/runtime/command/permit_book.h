@@ -28,7 +28,8 @@ class PermitBook {
   // Takes a permit that came on PERMIT/<device> at `now`, which is `utime` (us, UNIX time). Ignores a malformed one,
   // one for another device, one that is valid for less than 1 or more than 500 ms, one that was issued further from
   // `utime` than its validity and the clocks' tolerance explain, one that its issuer has overtaken already, and one
-  // of another issuer that was not issued after the last that counted.
+  // of another issuer that was not issued after the last that counted. A clock that is set back makes no old permit
+  // young: it is judged by the latest time that this host has had.
   void Accept(std::string_view device, Bytes message, MonoNs now, std::int64_t utime);
   // A fresh permit names the operation, or the device's configuration says `permit: not_required`.
   [[nodiscard]] bool Holds(std::string_view device, std::string_view operation, MonoNs now) const;
@@ -52,6 +53,7 @@ class PermitBook {
   [[nodiscard]] const KeyGrant* GrantOf(const permit_t& envelope, const permit_body_t& body,
                                         std::string& trouble) const;
   // Empty when it counts.
+  [[nodiscard]] std::string SetBack(const permit_body_t& body, MonoNs now, std::int64_t utime);
   [[nodiscard]] static std::string Untimely(const Permit& last, const permit_body_t& body, std::int64_t utime);
   void Take(Permit& permit, const permit_body_t& body, const KeyGrant& grant, MonoNs now);
 
@@ -59,6 +61,7 @@ class PermitBook {
   const KeyGrant anybody_;
   mutable std::mutex mutex_;
   std::map<std::string, Permit, std::less<>> devices_;
+  std::int64_t latest_offset_us_ = INT64_MIN;  // greatest UNIX time minus monotonic time so far
 };
 
 }  // namespace axlecast

@@ -43,6 +43,26 @@ TEST_F(PermitBookTest, HoldsForItsTimeAndItsOperations) {
   EXPECT_FALSE(book_.Holds("axis2", "bump", kSecond));
 }
 
+TEST_F(PermitBookTest, AClockThatIsSetBackMakesNoCapturedPermitYoung) {
+  constexpr MonoNs kHour = 3'600 * kSecond;
+  permit_body_t seen = Body("axis1", 1, 500);
+  Accept(seen);
+  seen.issue = 3;
+  seen.issued_utime = kUtime + kHour / kMicrosecond;
+  Accept(seen, kHour);                             // the clock is right
+  permit_body_t captured = Body("axis1", 4, 500);  // held back by somebody, and sent after the clock was set back
+  captured.issued_utime = kUtime + kHour / kMicrosecond;
+  captured.issuer_boot_id = 4;
+  captured.issued_utime += 1'000'000;
+  book_.Accept("axis1", Enveloped(captured), 2 * kHour, kUtime + kHour / kMicrosecond + 1'000'000);
+  EXPECT_FALSE(Holds(2 * kHour + 1));
+  book_.Accept("axis1", {}, 2 * kHour, kUtime + 2 * kHour / kMicrosecond);
+  Accept(seen, 2 * kHour);
+  book_.Accept("axis1", Enveloped(captured), 3 * kHour, kUtime + kHour / kMicrosecond + 1'000'000);
+  EXPECT_FALSE(Holds(3 * kHour + 1));
+  EXPECT_THAT(Why(3 * kHour + 1), HasSubstr("before this computer's clock was set back by"));
+}
+
 TEST_F(PermitBookTest, IgnoresWhatIsMalformedForeignOrOvertaken) {
   Accept(Body("axis1", 1, 501));
   Accept(Body("axis1", 1, 0));

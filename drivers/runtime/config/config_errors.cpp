@@ -2,6 +2,7 @@
 #include <iterator>
 
 #include "drivers/runtime/config/config_map.h"
+#include "drivers/runtime/core/visible_text.h"
 
 namespace axlecast {
 namespace {
@@ -18,7 +19,7 @@ void ConfigErrors::Add(const YAML::Mark& mark, std::string text) {
     error.line = mark.line + first_line_;
     error.column = mark.column + 1;
   }
-  error.text = std::move(text);
+  error.text = VisibleText(text);  // keys and values of the file may hold anything
   const auto place = std::upper_bound(errors_.begin(), errors_.end(), error, [](const auto& a, const auto& b) {
     return std::pair(a.line, a.column) < std::pair(b.line, b.column);
   });
@@ -38,9 +39,10 @@ void ConfigErrors::Asked(ConfigKey key) {
 }
 
 std::string ConfigErrors::Text() const {
+  const std::string file = VisibleText(file_);
   std::string text;
   for (const ConfigError& error : errors_) {
-    text += file_;
+    text += file;
     if (error.line > 0) text += ':' + std::to_string(error.line) + ':' + std::to_string(error.column);
     text += ": " + error.text + '\n';
   }

@@ -1,19 +1,19 @@
 #include "drivers/runtime/config/load.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <map>
 #include <sstream>
 
+#include "drivers/runtime/config/config_file.h"
 #include "drivers/runtime/config/load_bridge.h"
 #include "drivers/runtime/config/load_device.h"
 #include "drivers/runtime/config/load_link.h"
 #include "drivers/runtime/config/load_mqtt.h"
 #include "drivers/runtime/config/load_recorder.h"
+#include "drivers/runtime/config/load_shared.h"
 #include "drivers/runtime/config/load_web.h"
+#include "drivers/runtime/config/simulator_maker.h"
 #include "drivers/runtime/config/words.h"
 #include "drivers/runtime/config/yaml_text.h"
 #include "drivers/runtime/core/lcm_url.h"
@@ -21,8 +21,12 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kLongestPrefix = 16;          // LCM's channel names end at 63 characters
-constexpr double kMostPolled = 20'000;              // T-format's wire limit is 19.6 kHz
+constexpr std::size_t kLongestPrefix = 16;  // LCM's channel names end at 63 characters
+constexpr double kMostPolled = 20'000;      // T-format's wire limit is 19.6 kHz
+// The longest delay of a reply that a busy computer or a USB adapter was seen to add stays well below this.
+constexpr MonoNs kUsualLate = 500 * kMillisecond;
+constexpr std::int64_t kLateTimeouts = 12;
+constexpr std::int64_t kMostLateUs = 100'000'000;
 constexpr std::string_view kBridgeName = "bridge";  // of ALARM/bridge
 
 bool ConsistsOf(std::string_view text, std::string_view characters) {
@@ -131,6 +135,7 @@ class MachineLoader {
     LoadRealtime(map.Map("realtime"), bus.realtime);
     CheckNumberOfDevices(map, *bus.family, devices);
     for (auto& [device, device_map] : devices) bus.devices.push_back(LoadDevice(device, device_map, bus));
+    LoadLate(map, bus);
     if (bus.family->check_bus != nullptr) bus.family->check_bus(map, bus);
     CheckRate(map, bus);
     map.Done();
@@ -161,6 +166,19 @@ class MachineLoader {
     }
     const double period_us = 1e6 / bus.poll_hz;
     bus.phase = std::llround(map.Number("phase_us", 0, 0, period_us, "us (one period of poll_hz)") * 1e3);
+  }
+
+  static void LoadLate(ConfigMap& map, BusConfig& bus) {
+    MonoNs timeout = 0;
+    for (const DeviceConfig& device : bus.devices) timeout = std::max(timeout, device.settings->reply_timeout);
+    if (timeout == 0) {
+      if (map.Has("late_us")) map.Error("late_us", "has no meaning here: no reply of this bus can come late");
+      return;
+    }
+    const std::int64_t usual = std::min(std::max(kUsualLate, kLateTimeouts * timeout) / kMicrosecond, kMostLateUs);
+    bus.late =
+        map.Integer("late_us", usual, 2 * timeout / kMicrosecond, kMostLateUs, "us, at least twice timeout_us") *
+        kMicrosecond;
   }
 
   static bool LoadSimulate(ConfigMap& map) {
@@ -232,30 +250,42 @@ std::optional<MachineConfig> ParseConfig(const std::string& text, ConfigErrors& 
 }
 
 std::optional<MachineConfig> LoadConfig(const std::string& file, ConfigErrors& errors, std::string_view only_bus) {
-  errno = 0;
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  if (!stream || !(text << stream.rdbuf())) {
-    errors.Add(YAML::Mark::null_mark(),
-               std::string("cannot be read: ") + (errno != 0 ? std::strerror(errno) : "it is empty or no file"));
-    return std::nullopt;
-  }
-  std::optional<MachineConfig> machine = ParseConfig(text.str(), errors, only_bus);
+  std::string text;
+  if (!ReadConfigFile(file, text, errors)) return std::nullopt;
+  std::optional<MachineConfig> machine = ParseConfig(text, errors, only_bus);
   if (machine) machine->file = file;
   return machine;
 }
 
-std::unique_ptr<Simulator> MakeSimulator(const MachineConfig& machine, const BusConfig& bus, ConfigErrors& errors) {
+std::optional<MachineConfig> LoadSharedConfig(const std::string& file, ConfigErrors& errors) {
+  std::string text;
+  if (!ReadSharedConfigFile(file, text, errors)) return std::nullopt;
+  std::optional<MachineConfig> machine = ParseConfig(text, errors);
+  if (machine) machine->file = file;
+  return machine;
+}
+
+SimulatorMaker::SimulatorMaker(const MachineConfig& machine, ConfigErrors& errors) : errors_(&errors) {
   const YAML::Node document = ParseYaml(machine.text, errors);
-  if (!document.IsDefined()) return nullptr;
+  if (!document.IsDefined()) return;
   ConfigMap root(document, "", errors);
-  ConfigMap map = root.Map("buses").Named(bus.name);
+  for (auto& [name, map] : root.Maps("buses")) buses_.emplace(name, map);
+}
+
+std::unique_ptr<Simulator> SimulatorMaker::Make(const BusConfig& bus) {
+  const auto found = buses_.find(bus.name);
+  if (found == buses_.end()) return nullptr;
+  ConfigMap& map = found->second;
   const YAML::Node node = map.node();
   const bool has_keys = node.IsMap() && node["simulate"].IsDefined() && node["simulate"].IsMap();
   ConfigMap keys = has_keys ? map.Map("simulate") : map.Empty("simulate");
   std::unique_ptr<Simulator> simulator = bus.family->make_simulator(bus, keys);
   keys.Done();
-  return errors.empty() ? std::move(simulator) : nullptr;
+  return errors_->empty() ? std::move(simulator) : nullptr;
+}
+
+std::unique_ptr<Simulator> MakeSimulator(const MachineConfig& machine, const BusConfig& bus, ConfigErrors& errors) {
+  return SimulatorMaker(machine, errors).Make(bus);
 }
 
 }  // namespace axlecast

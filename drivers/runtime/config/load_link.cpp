@@ -59,6 +59,7 @@ void LoadLine(ConfigMap& map, const LineFormat& usual, LinkConfig& link) {
       static_cast<Parity>(map.Choice("parity", {"none", "even", "odd"}, static_cast<std::size_t>(usual.parity)));
   link.line.stop_bits = static_cast<int>(map.Integer("stop_bits", usual.stop_bits, 1, 2, "stop bits"));
   link.echo = map.Bool("echo", false);
+  link.pty = map.Bool("pty", false);
 }
 
 }  // namespace

@@ -34,6 +34,8 @@ TEST(LoadLink, ASerialLineHasAPortAndAFormat) {
   EXPECT_EQ(read.link.port, "/dev/ttyUSB0");
   EXPECT_EQ(read.link.line.baud, 19'200);
   EXPECT_EQ(read.link.line.parity, Parity::kNone);
+  EXPECT_FALSE(read.link.pty);
+  EXPECT_TRUE(ReadLink(LinkKind::kSerial, "{port: /dev/pts/3, pty: true}").link.pty);
 }
 
 TEST(LoadLink, ACanBusHasAnInterfaceAndABitrate) {

@@ -200,7 +200,7 @@ TEST(LoadConfig, AFileThatCannotBeReadSaysWhy) {
   EXPECT_EQ(errors.Text(), "/nowhere/m.yaml: cannot be read: No such file or directory\n");
   ConfigErrors directory("/tmp");
   EXPECT_FALSE(LoadConfig("/tmp", directory));
-  EXPECT_THAT(directory.Text(), HasSubstr("/tmp: cannot be read: Is a directory"));
+  EXPECT_THAT(directory.Text(), HasSubstr("/tmp: cannot be read: it is a directory"));
 }
 
 TEST(MakeSimulator, ReadsTheKeysWhereTheyStandInTheFile) {

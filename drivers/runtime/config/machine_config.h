@@ -29,6 +29,7 @@ struct LinkConfig {
   std::string port;
   LineFormat line;            // kSerial, kModbus
   bool echo = false;          // the adapter hears its own transmission
+  bool pty = false;           // the port may be a pseudo-terminal of another program
   std::int64_t bitrate = 0;   // kCan: bit/s that the interface must run at
   std::int64_t clock_hz = 0;  // kSpi: at most; 0: the family chooses
 };
@@ -75,6 +76,7 @@ struct BusConfig {
   bool capture = false;   // publish WIRE/<bus>
   double poll_hz = 1000;  // 0: as fast as the bus allows
   MonoNs phase = 0;       // of the poll slots, from CLOCK_MONOTONIC's zero
+  MonoNs late = 0;        // a reply comes at most so long after its request; 0: replies cannot be late
   RealtimeConfig realtime;
   std::shared_ptr<const FamilyBus> family_bus;  // the family's keys; null when it has none
   std::vector<DeviceConfig> devices;

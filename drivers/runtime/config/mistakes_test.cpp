@@ -12,6 +12,7 @@ namespace axlecast {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 std::string ErrorsOf(const std::string& text) {
   ConfigErrors errors("m.yaml");
@@ -173,6 +174,16 @@ INSTANTIATE_TEST_SUITE_P(
             "device another one"},
         WholeFile{"machine: a\nbuses:\n  b0: {family: point, simulate: true, devices: {a: 5}}\n",
                   "m.yaml:3:49: buses.b0.devices.a: '5' stands where a mapping (key: value) is expected"}));
+
+// CSI as one character of two bytes, an escape sequence, and a mark that turns the direction of text.
+TEST(Mistake, KeysAndValuesCannotControlATerminal) {
+  const std::string text = ErrorsOf(
+      "machine: a\nbuses:\n  \"b\\e[2J\\u009b3J\\u202e\": {family: point, simulate: true, devices: {a: {unit: "
+      "\"\\u2066m\"}}}\n");
+  EXPECT_THAT(text, HasSubstr("buses.b?[2J?3J?: "));
+  for (const char* bad : {"\x1B", "\xC2\x9B", "\xE2\x80\xAE", "\xE2\x81\xA6"})
+    EXPECT_THAT(text, Not(HasSubstr(bad)));
+}
 
 }  // namespace
 }  // namespace axlecast

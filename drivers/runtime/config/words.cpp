@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <numeric>
 
+#include "drivers/runtime/core/visible_text.h"
+
 namespace axlecast {
 namespace {
 
@@ -58,13 +60,8 @@ std::string Listed(const std::vector<std::string>& words) {
 
 std::string Quoted(std::string_view value) {
   constexpr std::size_t kShown = 40;
-  std::string text = "'";
-  for (const char c : value.substr(0, kShown)) {
-    const bool printable = static_cast<unsigned char>(c) >= 0x20 && c != 0x7F;
-    text += printable ? c : '?';
-  }
-  text += value.size() > kShown ? "...'" : "'";
-  return text;
+  const std::string_view begin = Shortened(value, kShown);
+  return "'" + VisibleText(begin) + (begin.size() < value.size() ? "...'" : "'");
 }
 
 bool IsName(std::string_view text) {

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "drivers/runtime/config/words.h"
+#include "drivers/runtime/config/yaml_quotes.h"
 
 namespace axlecast {
 namespace {
@@ -16,13 +17,22 @@ constexpr std::size_t kLargestText = 512UL * 1024;
 constexpr int kDeepest = 32;
 constexpr int kMostNodes = 100'000;  // aliases can make a small text a huge tree
 
+void AddOpenQuote(const OpenQuote& open, const std::string& found, ConfigErrors& errors) {
+  YAML::Mark mark;
+  mark.line = open.line;
+  mark.column = open.column;
+  errors.Add(mark, std::string("not YAML: the quote ") + open.quote +
+                       " that opens here is not closed in its line (" + found + ")");
+}
+
 class TreeCheck {
  public:
-  explicit TreeCheck(ConfigErrors& errors) : errors_(errors) {}
+  TreeCheck(const std::string& text, ConfigErrors& errors) : errors_(errors), open_(FindOpenQuote(text)) {}
 
   // False when the walk was given up.
   bool Walk(const YAML::Node& node, int depth) {
     if (++nodes_ > kMostNodes) return GiveUp(node, "more than " + std::to_string(kMostNodes) + " values");
+    CheckEnd(node);
     if (depth > kDeepest) return GiveUp(node, "nested deeper than " + std::to_string(kDeepest) + " levels");
     if (node.IsSequence()) {
       for (const auto& item : node) {
@@ -36,6 +46,7 @@ class TreeCheck {
   bool WalkMap(const YAML::Node& node, int depth) {
     std::map<std::string, YAML::Mark, std::less<>> seen;
     for (const auto& pair : node) {
+      CheckEnd(pair.first);
       if (!pair.first.IsScalar()) {
         errors_.Add(pair.first.Mark(), "a key must be plain text");
       } else if (const auto [first, added] = seen.emplace(pair.first.Scalar(), pair.first.Mark()); !added) {
@@ -48,12 +59,20 @@ class TreeCheck {
     return true;
   }
 
+  // yaml-cpp takes the end of the text for the end of a quoted value, whose tag is "!".
+  void CheckEnd(const YAML::Node& node) {
+    if (!open_ || open_->closed || !node.IsScalar() || node.Tag() != "!") return;
+    if (node.Mark().line != open_->line || node.Mark().column != open_->column) return;
+    AddOpenQuote(*open_, "nor in a later one", errors_);
+  }
+
   bool GiveUp(const YAML::Node& node, const std::string& why) {
     errors_.Add(node.Mark(), why + ": this is no machine's file");
     return false;
   }
 
   ConfigErrors& errors_;
+  std::optional<OpenQuote> open_;
   int nodes_ = 0;
 };
 
@@ -68,6 +87,15 @@ std::string Remedy(const std::string& text, const YAML::Mark& mark) {
   const std::size_t end = text.find_first_not_of(" \t", begin);
   const std::string indentation = text.substr(begin, end == std::string::npos ? end : end - begin);
   return indentation.find('\t') == std::string::npos ? "" : " (a tab stands in the indentation: use spaces)";
+}
+
+void AddSyntaxError(const std::string& text, const YAML::Exception& error, ConfigErrors& errors) {
+  const std::optional<OpenQuote> open = FindOpenQuote(text);
+  if (open && (error.mark.is_null() || open->line <= error.mark.line)) {
+    AddOpenQuote(*open, "found in line " + std::to_string(error.mark.line + 1) + ": " + error.msg, errors);
+  } else {
+    errors.Add(error.mark, "not YAML: " + error.msg + Remedy(text, error.mark));
+  }
 }
 
 class DocumentStarts final : public YAML::EventHandler {
@@ -123,9 +151,9 @@ YAML::Node ParseYaml(const std::string& text, ConfigErrors& errors) {
   }
   try {
     const YAML::Node document = LoadDocument(text, errors);
-    return document.IsDefined() && TreeCheck(errors).Walk(document, 0) ? document : nothing;
+    return document.IsDefined() && TreeCheck(text, errors).Walk(document, 0) ? document : nothing;
   } catch (const YAML::Exception& error) {
-    errors.Add(error.mark, "not YAML: " + error.msg + Remedy(text, error.mark));
+    AddSyntaxError(text, error, errors);
   } catch (const std::exception& error) {
     errors.Add(YAML::Mark::null_mark(), std::string("not YAML: ") + error.what());
   }

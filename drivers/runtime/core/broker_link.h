@@ -22,7 +22,8 @@ struct BrokerEvent {
   };
   Kind kind = Kind::kDown;
   int message = 0;  // of BrokerLink::Send
-  std::string text;
+  std::string text = {};
+  bool fault = false;  // kDown: the broker broke the protocol or the connection's process; no message is to blame
 };
 
 // A connection to a broker. drivers/io/mqtt_link.h is the real one. One thread.

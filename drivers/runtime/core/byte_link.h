@@ -21,6 +21,9 @@ class ByteLink : public Link {
   // Goes on at another rate, without closing; false when the port cannot.
   [[nodiscard]] virtual bool SetBaud(std::int64_t baud) = 0;
 
+  // False where bytes may come faster than the rate says: a pty.
+  [[nodiscard]] virtual bool HasWire() const { return true; }
+
   // Hands all bytes to the line; false when it is lost.
   [[nodiscard]] virtual bool Write(Bytes bytes) = 0;
 

@@ -38,9 +38,11 @@ class DeviceOutput {
   virtual void OnSample(const Sample& sample) = 0;        // a reading whose position was decoded
   virtual void OnMotor(const MotorReading& reading) = 0;  // a reading of a motor monitor
   virtual void OnTrip(const TripRecord& record) = 0;      // a trip whose curves were read
+  virtual void OnMotorLimits(const MotorLimits&) {}       // limits of a motor monitor were read, changed or not
   virtual void OnError(ErrorKind kind, Interval at) = 0;  // a reading that gave none
   virtual void OnAlarm(const AlarmSpec& alarm, AlarmState state, MonoNs now) = 0;
   virtual void OnIdentity(std::int64_t identity, std::string_view serial, std::string_view firmware) = 0;
+  virtual void OnProductCode(std::string_view) {}        // of the device's maker, where the device tells one
   virtual void OnStarting(std::string_view reason) = 0;  // powered on, not yet able to answer
   virtual void OnRefused(std::string_view reason) = 0;   // answers, but must not be trusted (wrong identity)
   virtual void OnNonVolatileWrite() = 0;                 // one write of the device's limited memory
@@ -53,10 +55,28 @@ class DeviceOutput {
   [[nodiscard]] virtual Motion MotionAt(MonoNs now) const = 0;
 };
 
+// Requests of the bus whose replies have not come, but may come late.
+class PendingReplies {
+ public:
+  virtual ~PendingReplies() = default;
+  // From when on no late reply can be taken for the reply to this exchange. Not after `now`: it may be sent.
+  [[nodiscard]] virtual MonoNs FreeAt(const Exchange& exchange, MonoNs now) const = 0;
+};
+
 // The bus's offer to a device.
 struct Turn {
   MonoNs now = 0;
   bool live_due = false;  // the slot of the device's next live reading has come
+  // This slot is kept for readings: an order that can wait must wait. A device whose order must not be interrupted
+  // returns the order's step all the same.
+  bool reserved = false;
+  const PendingReplies* pending = nullptr;
+
+  // Whether the exchange may be sent now. The bus holds back one that may not; a device that can ask for a reply of
+  // another shape loses no time.
+  [[nodiscard]] bool MaySend(const Exchange& exchange) const {
+    return pending == nullptr || pending->FreeAt(exchange, now) <= now;
+  }
 };
 
 // The logic of one device, free of I/O and clocks: it says what it wants, and is told what happened.

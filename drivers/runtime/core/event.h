@@ -29,13 +29,14 @@ struct Event {
 
   Kind kind = Kind::kSilent;
   Interval sent;  // before the write began, after it returned
-  // Return of the first and of the last read. Of a CAN frame that came, the kernel's time of its arrival; of one that
+  // Return of the read that brought the reply's own first byte, and of the last read. Of a CAN frame that came, the kernel's time of its arrival; of one that
   // was sent, how long handing it over took.
   Interval received;
   Bytes request;
   Bytes bytes;
   bool secret = false;   // request and bytes must not be shown
   std::uint32_t id = 0;  // of a CAN frame, with its flags
+  bool early = false;    // kStray: the wire cannot have carried it in reply to the request that was under way
   int device = -1;       // whose step it ends, by order on the bus; -1: an event of the whole bus
 
   // Whether it tells of a CAN frame.

@@ -40,6 +40,7 @@ struct DeviceSettings {
   std::int64_t write_budget = 0;  // rewrites of its memory that the maker allows in all; 0: none stated
   MonoNs wire_time = 0;           // shortest time of one live reading, with the pauses that the bus needs
   int exchanges = 1;              // of one live reading
+  MonoNs reply_timeout = 0;       // of one exchange on a line where a reply may come late; 0: none can
   MonoNs own_period = 0;          // of readings that it sends by itself; 0: it is asked for each
   CanFilters can_filters;         // kCan: what it wants to hear
   SpiSettings spi;                // kSpi: how it is clocked
@@ -76,6 +77,9 @@ struct Family {
   bool has_position = true;  // false: a monitor; the configuration of axes does not apply
   std::span<const OperationSpec> operations;
   std::span<const ParameterSpec> parameters = {};  // those that read_parameters and write_parameters know
+  // Returns whether the configuration of a device permits an operation of the family with at least some arguments.
+  // Null: every operation. An operation that is not permitted is refused with REASON_NOT_PERMITTED.
+  bool (*permits)(const BusConfig& bus, const DeviceConfig& device, std::string_view operation) = nullptr;
 
   // Reads the family's own keys of a bus, before its devices; errors go into the map's list. Never null itself; a
   // family without such keys leaves it out.

@@ -35,6 +35,25 @@ struct MotorReading {
   [[nodiscard]] bool has_status() const { return status_at.last != 0; }
 };
 
+// What trips a motor, as its monitor keeps it, in SI units: the content of motor_limits_t. A limit of 0 never trips.
+struct MotorLimits {
+  static constexpr std::size_t kParameters = 55;
+
+  Interval at;  // of the newest register that was read
+  // In force at the present switch setting and mains frequency.
+  std::array<float, 2> power_upper_w{kUnknownQuantity, kUnknownQuantity};  // A, B
+  std::array<float, 2> power_lower_w{kUnknownQuantity, kUnknownQuantity};
+  float start_time_s = kUnknownQuantity;
+  std::array<float, 2> shock_time_upper_s{kUnknownQuantity, kUnknownQuantity};
+  std::array<float, 2> shock_time_lower_s{kUnknownQuantity, kUnknownQuantity};
+  float overheat_c = kUnknownQuantity;
+  float shock_mps2 = kUnknownQuantity;
+  float log_interval_s = kUnknownQuantity;
+  std::array<float, kParameters> parameters{};  // all that the device keeps, in the order of its registers
+
+  MotorLimits() { parameters.fill(kUnknownQuantity); }
+};
+
 // One trip with its recorded curves: the content of trip_log_t.
 struct TripRecord {
   static constexpr std::size_t kQuantities = 7;  // V, A, W, degrees C, m/s^2 x y z

@@ -40,10 +40,10 @@ struct OperationSpec {
   // The operation of the same family that looks, changing nothing, whether this one took effect. The bridge orders
   // it after an INDETERMINATE. It takes an optional argument `after`: this operation and its arguments
   // ("eeprom_write address=72 data=A1 05"), and answers with its readings as changes and, where the device can
-  // judge, a change `finding` whose `after` is effect_seen, no_effect_seen or cannot_tell. A new driver does not
-  // know what was before: an operation that reports the values before it as changes of its kRunning outcomes (same
-  // keys) lets the bridge set them beside the readings, and turn an effect_seen of what read the same before into
-  // cannot_tell.
+  // judge, a change `finding` whose `after` is reads_as_after, no_effect_seen or cannot_tell. The bridge finds an
+  // effect only where the device read differently before. An operation reports that in its outcomes that leave the
+  // effect open: as the values before (same keys) or, where values flicker, as the `before` of a change `finding`
+  // (drivers/runtime/device/read_back.h).
   std::string_view found_by = {};
   bool urgent = false;     // jumps every queue: does not wait for the order that its device works on
   bool of_bridge = false;  // the bridge carries it out, with other operations of the driver or none

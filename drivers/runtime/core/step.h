@@ -22,6 +22,33 @@ constexpr std::size_t FixedLength(Bytes) {
   return N;
 }
 
+// Where the reply begins in `so_far`, behind bytes that belong to none; so_far.size() while it has not begun.
+using ReplyBegin = std::size_t (*)(Bytes so_far);
+
+// What bytes are to the request whose reply they may be.
+enum class ReplyMatch : std::uint8_t {
+  kNo,       // not its reply, or a part of it
+  kNearly,   // begins almost as its reply begins: too damaged to be told from the reply to another request
+  kDamaged,  // begins as its reply begins and has its length, but fails the checksum
+  kRefusal,  // whole, and says that a request failed, but not which one
+  kYes,      // its reply
+};
+using MatchReply = ReplyMatch (*)(Bytes request, Bytes reply);
+
+// What tells the replies of a bus's requests apart, so that none is taken for the reply to another request when it
+// comes late (drivers/runtime/bus/stale_reply_guard.h). A family that leaves it as it is gets one exchange at a time.
+struct ReplyShape {
+  std::uint32_t reply = 0;     // equal for requests whose replies cannot be told apart
+  std::uint32_t refusal = 0;   // `reply` of those whose replies look like a refusal of this one, or any number
+  MatchReply match = nullptr;  // null: every complete reply is its own
+  // A late reply to an earlier request of the same shape is as good: nothing depends on when it was made.
+  bool interchangeable = false;
+  // Not even a refusal of another request may be taken for its own.
+  bool exact = false;
+  // No request of this shape is under way from an earlier process: its reply shows that all those have been answered.
+  bool fresh = false;
+};
+
 // One pulse on an output line beside the bus: low for `low`, then high again.
 struct Pulse {
   std::uint8_t line = 0;  // index into FamilyBus::lines
@@ -36,6 +63,11 @@ struct Exchange {
   MonoNs timeout = 0;
   std::optional<Pulse> pulse = {};  // what asks for the reply instead of a request, which is empty then
   bool secret = false;              // request and reply are masked in WIRE, and what may be a late reply
+  // Transmit even if the line is not idle: unexpected bytes are reported first, and the request follows. It also goes
+  // before the idle line that other devices wait for.
+  bool regardless = false;
+  ReplyShape shape = {};
+  ReplyBegin reply_begin = nullptr;  // null: with the first byte that comes
 };
 
 // Transmit one CAN frame. Ends as kSent when it is in the controller's queue, as kNotSent when that is full; kConfirmed

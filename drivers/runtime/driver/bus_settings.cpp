@@ -30,12 +30,14 @@ BusSettings BusSettingsOf(const BusConfig& config, PulseLines* lines) {
   if (config.poll_hz > 0) settings.schedule.period = std::llround(static_cast<double>(kSecond) / config.poll_hz);
   settings.schedule.phase = config.phase;
   if (config.devices.size() > 1) {
-    settings.schedule.pause_most = 2 * kSecond;
+    settings.schedule.pause_most_shared = 2 * kSecond;
     settings.schedule.pause_costs = kPauseCosts;
   }
   if (config.family_bus) settings.schedule.pacing = config.family_bus->pacing;
   settings.schedule.line = config.link.line;
   settings.echo = config.link.echo;
+  settings.late = config.late;
+  if (!config.simulate) settings.wire = config.link.line;
   settings.lines = lines;
   return settings;
 }

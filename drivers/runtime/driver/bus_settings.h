@@ -5,8 +5,8 @@
 
 namespace axlecast {
 
-// How a configured bus is run. On a bus with several devices a silent one pauses for longer, because its timeouts
-// cost the others their turns; a device alone on its bus costs nobody, and is back within 100 ms.
+// How a configured bus is run. On a bus with several devices a silent one pauses for longer while others answer,
+// because its timeouts cost them their turns. While no device answers, each is asked again within 100 ms of its turn.
 [[nodiscard]] BusSettings BusSettingsOf(const BusConfig& config, PulseLines* lines);
 // How its recording names the kind of bus.
 [[nodiscard]] WireLog::Kind WireKindOf(const BusConfig& config);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "drivers/runtime/core/line_held.h"
 #include "drivers/runtime/core/wipe_stack.h"
 #include "drivers/runtime/driver/bus_settings.h"
 #include "drivers/runtime/position/runtime_alarms.h"
@@ -28,6 +29,8 @@ OrderDesk::DeviceSummary SummaryOf(const DeviceConfig& config, const Channel::Su
   if (summary.position) said.position = {summary.position->counts, summary.position->utime};
   return said;
 }
+
+constexpr MonoNs kLateShown = 60 * kSecond;  // the alarm stays so long after the last late reply
 
 // In more than the position, which changes with every reading.
 bool Differs(const OrderDesk::DeviceSummary& said, const Channel::Summary& now) {
@@ -102,7 +105,14 @@ MonoNs Driver::RunOnce() {
   return now_;
 }
 
+std::string Driver::LineTaken() const {
+  return !line_held_.empty() && now_ - held_since_ >= kLineHeldFor ? line_held_ : "";
+}
+
 void Driver::TakeTurn() {
+  // Nothing is published before it is known whether the line is another driver's.
+  if (!std::exchange(line_tried_, true)) now_ = bus_.RunOnce(now_);
+  if (!line_held_.empty()) next_tick_ = now_ + kTick;
   operations_.Poll(now_);
   if (now_ >= next_tick_) Tick();
   now_ = bus_.RunOnce(next_tick_);
@@ -132,6 +142,7 @@ void Driver::Tick() {
   FollowUtc();
   WatchDuplicates();
   WatchOrders();
+  WatchLateReplies();
   const bool can_changed = WatchCan();
   for (Unit& unit : units_) unit.channel->Tick(now_);
   const bool second = ticks_++ % kTicksPerHello == 0;
@@ -164,6 +175,26 @@ void Driver::WatchOrders() {
                                        std::string(desk_.Rule()) + "; find who sends them");
   }
   TellAll(runtime_alarms::kForeignOrder, foreign_.present());
+}
+
+void Driver::WatchLateReplies() {
+  for (std::size_t i = 0; i < units_.size(); ++i) {
+    Unit& unit = units_[i];
+    const std::int64_t late = bus_.late_replies(i);
+    const bool was = unit.late_until > 0;
+    if (late != unit.late_replies) unit.late_until = now_ + kLateShown;
+    if (now_ >= unit.late_until) unit.late_until = 0;
+    unit.late_replies = late;
+    const bool is = unit.late_until > 0;
+    if (is == was) continue;
+    if (is) {
+      ports_.log(LogLevel::kWarning,
+                 unit.config->name +
+                     ": replies come after their timeout and are not used: raise timeout_us, set the "
+                     "adapter's latency timer to 1 ms, or spare the computer");
+    }
+    unit.channel->OnAlarm(runtime_alarms::kLateReplies, is ? AlarmState::kLive : AlarmState::kAbsent, now_);
+  }
 }
 
 bool Driver::WatchCan() {
@@ -224,6 +255,12 @@ void Driver::ReportHealth() {
 }
 
 void Driver::OnLink(bool up, std::string_view reason, MonoNs now) {
+  line_held_ = !up && reason.ends_with(kLineHeld) ? std::string(reason) : "";
+  if (!line_held_.empty()) {
+    held_since_ = now;
+    ports_.log(LogLevel::kWarning, reason);
+    return;
+  }
   if (up) {
     ports_.log(LogLevel::kInfo, "the line is open: " + config_.link.port);
   } else {

@@ -58,6 +58,10 @@ class Driver final : private LinkObserver {
   void Stop();
 
   [[nodiscard]] OrderDesk& desk() { return desk_; }
+  // Why this driver must end: another process has had the line for kLineHeldFor. Empty else. While another process has
+  // the line, nothing is published.
+  static constexpr MonoNs kLineHeldFor = 2 * kSecond;
+  [[nodiscard]] std::string LineTaken() const;
   [[nodiscard]] DuplicateWatch& duplicates() { return duplicates_; }
 
  private:
@@ -66,6 +70,8 @@ class Driver final : private LinkObserver {
     std::unique_ptr<Channel> channel = nullptr;
     std::unique_ptr<Device> device = nullptr;
     std::int64_t acknowledged_told = 0;  // AlarmBook::acknowledged_revision
+    std::int64_t late_replies = 0;       // by the last tick
+    MonoNs late_until = 0;               // the alarm stays
   };
 
   void OnLink(bool up, std::string_view reason, MonoNs now) override;
@@ -76,6 +82,7 @@ class Driver final : private LinkObserver {
   void FollowUtc();
   void WatchDuplicates();
   void WatchOrders();
+  void WatchLateReplies();
   // True when the bus's state or its alarms have changed.
   [[nodiscard]] bool WatchCan();
   void TellAll(const AlarmSpec& alarm, bool present);
@@ -107,6 +114,9 @@ class Driver final : private LinkObserver {
   MonoNs next_tick_;
   int ticks_ = 0;
   bool duplicate_seen_ = false;
+  bool line_tried_ = false;
+  std::string line_held_;  // the cause, while another process has the line
+  MonoNs held_since_ = 0;
 };
 
 }  // namespace axlecast

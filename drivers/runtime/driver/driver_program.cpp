@@ -4,6 +4,7 @@
 #include <iostream>
 #include <string>
 
+#include "drivers/io/terminal_output.h"
 #include "drivers/runtime/config/load.h"
 
 namespace axlecast {
@@ -15,6 +16,7 @@ constexpr int kUsage = 2;
 }  // namespace
 
 int DriverMain(const Family& family, int argc, char** argv, const DriverInterposers& interposers) {
+  const TerminalOutput safe;
   std::string config;
   std::string bus_name;
   bool verbose = false;

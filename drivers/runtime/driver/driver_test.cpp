@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "drivers/runtime/command/order_test_support.h"
+#include "drivers/runtime/core/line_held.h"
 #include "tests/support/fixed_secrets.h"
 #include "tests/support/memory_sink.h"
 #include "tests/support/polled_device.h"
@@ -103,6 +104,26 @@ TEST_F(DriverTest, PublishesWhatItShouldAsOftenAsItShould) {
   EXPECT_EQ(health.state, bus_health_t::STATE_UP);
   EXPECT_NEAR(health.rate_hz, 1'000, 1);
   EXPECT_EQ(health.late, 0);
+}
+
+TEST_F(DriverTest, PublishesNothingOfABusWhoseLineAnotherProcessHasAndEnds) {
+  const std::string held = "/dev/ttyUSB0: " + std::string(kLineHeld);
+  link_.RefuseOpens(1'000, held);
+  Make();
+  RunUntil(kSecond);
+  EXPECT_EQ(driver_->LineTaken(), "") << "the other one may be ending";
+  RunUntil(Driver::kLineHeldFor + kSecond);
+  EXPECT_EQ(driver_->LineTaken(), held);
+  EXPECT_EQ(data_.size(), 0U);
+  EXPECT_EQ(commands_.size(), 0U);
+}
+
+TEST_F(DriverTest, TakesALineThatItsPredecessorReleasesInTime) {
+  link_.RefuseOpens(2, "/dev/ttyUSB0: " + std::string(kLineHeld));
+  Make();
+  RunUntil(4 * kSecond);
+  EXPECT_EQ(driver_->LineTaken(), "");
+  EXPECT_EQ(LastInfo().state, device_info_t::STATE_ONLINE);
 }
 
 TEST_F(DriverTest, PhaseAndPeriodOfTheSlotsAreConfigured) {

@@ -17,6 +17,7 @@ void MakeLine(const BusConfig& bus, const Clock& clock, Ports& ports) {
   SerialSettings settings;
   settings.path = bus.link.port;
   settings.format = bus.link.line;
+  settings.pty = {.simulated = bus.simulate, .foreign = bus.link.pty};
   if (bus.simulate) settings.format.parity = Parity::kNone;  // the kernel gives a pty none
   auto port = std::make_unique<Port>(settings, clock);
   ports.warnings = [known = port.get()] { return known->warnings(); };

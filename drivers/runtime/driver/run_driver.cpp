@@ -1,6 +1,5 @@
 #include "drivers/runtime/driver/run_driver.h"
 
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <csignal>
@@ -9,10 +8,12 @@
 #include <string>
 
 #include "drivers/io/lcm_port.h"
+#include "drivers/io/port_holder.h"
 #include "drivers/io/process.h"
 #include "drivers/io/secret_file.h"
 #include "drivers/io/supervision.h"
 #include "drivers/io/system_clock.h"
+#include "drivers/io/terminal_log.h"
 #include "drivers/runtime/command/own_key.h"
 #include "drivers/runtime/driver/bus_settings.h"
 #include "drivers/runtime/driver/command_thread.h"
@@ -23,7 +24,7 @@ namespace axlecast {
 namespace {
 
 std::shared_ptr<spdlog::logger> MakeLog(const std::string& bus, bool verbose) {
-  auto log = std::make_shared<spdlog::logger>(bus, std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
+  auto log = std::make_shared<spdlog::logger>(bus, std::make_shared<TerminalLogSink>());
   log->set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %^%l%$ %n: %v", spdlog::pattern_time_type::utc);
   log->set_level(verbose ? spdlog::level::debug : spdlog::level::info);
   log->flush_on(spdlog::level::info);
@@ -61,11 +62,26 @@ std::optional<SigningKey> DriverKey(const BridgeConfig& bridge, SecretSource& se
 }
 
 // The process's exit code.
-int RunLoop(Driver& driver, const CommandThread& commands, const StopSignal& stop, spdlog::logger& log) {
+int RunLoop(Driver& driver, const BusConfig& bus, const CommandThread& commands, const LcmPort& port,
+            const StopSignal& stop, spdlog::logger& log) {
   Supervision supervision;
+  ReceptionReport reception;
   supervision.Ready();
-  while (!stop.Requested() && !commands.failed()) supervision.Progress(driver.RunOnce());
+  while (!stop.Requested() && !commands.failed() && driver.LineTaken().empty()) {
+    const MonoNs now = driver.RunOnce();
+    supervision.Progress(now);
+    if (reception.Changed(port.received())) {
+      const std::string lost = reception.Next(port.received(), now, port.warning());
+      if (!lost.empty()) log.warn("{}", lost);
+    }
+  }
   supervision.Stopping();
+  if (const std::string taken = driver.LineTaken(); !taken.empty()) {
+    const std::string holder = PortHolder(bus.link.port);
+    log.error("{}{}; this driver ends and leaves bus {} to that one", taken,
+              holder.empty() ? "" : " (" + holder + ")", bus.name);
+    return 1;
+  }
   if (commands.failed()) log.error("the command port hands over no more messages: start the driver again");
   log.info("stopping");
   driver.Stop();
@@ -113,7 +129,7 @@ int RunDriver(const MachineConfig& machine, const BusConfig& bus, bool verbose,
   // After the command thread has started: it keeps normal scheduling.
   const auto warnings = ApplyRealtime(bus.realtime.priority, bus.realtime.cpu, bus.realtime.lock_memory);
   for (const std::string& warning : warnings) log->warn("{}", warning);
-  return RunLoop(driver, command_thread, stop, *log);
+  return RunLoop(driver, bus, command_thread, commands, stop, *log);
 }
 
 }  // namespace axlecast

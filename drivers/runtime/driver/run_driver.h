@@ -16,7 +16,7 @@ struct DriverInterposers {
 };
 
 // Runs the driver of one bus until SIGTERM or SIGINT. Returns the process's exit code: 0 after a clean stop, 1 when
-// LCM cannot be used (any more). A missing port is a state, not an exit.
+// LCM cannot be used (any more), or when another process has the line. A missing port is a state, not an exit.
 [[nodiscard]] int RunDriver(const MachineConfig& machine, const BusConfig& bus, bool verbose,
                             const DriverInterposers& interposers);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cassert>
 
 namespace axlecast::modbus {
@@ -39,6 +40,28 @@ Frame TwoWords(std::uint8_t address, Function function, std::uint16_t first, std
 bool SameStart(Bytes a, Bytes b, std::size_t count) {
   return a.size() >= count && b.size() >= count &&
          std::equal(a.begin(), a.begin() + static_cast<std::ptrdiff_t>(count), b.begin());
+}
+
+bool IsWrite(std::uint8_t function) {
+  switch (static_cast<Function>(function)) {
+    case Function::kWriteCoil:
+    case Function::kWriteRegister:
+    case Function::kWriteCoils:
+    case Function::kWriteRegisters:
+      return true;
+    default:
+      return false;
+  }
+}
+
+// The third byte of a good reply: the byte count of a read, the high byte of a write's first address.
+std::uint8_t ThirdOfReply(Bytes request) {
+  if (IsWrite(request[1])) return request[2];
+  if (request.size() < kEchoSize) return 0;
+  const auto function = static_cast<Function>(request[1]);
+  const bool bits = function == Function::kReadCoils || function == Function::kReadDiscreteInputs;
+  const unsigned count = Word(request, 4);
+  return static_cast<std::uint8_t>(bits ? (count + 7) / 8 : 2 * count);
 }
 
 Reply Failed(ErrorKind kind, std::uint8_t exception = 0) { return {.error = kind, .exception = exception}; }
@@ -135,6 +158,35 @@ std::size_t ReplyLength(Bytes so_far) {
       return kEchoSize;
   }
   return kExceptionSize;
+}
+
+ReplyMatch MatchBegin(Bytes reply, std::array<std::uint8_t, 3> head) {
+  constexpr int kInvertedAtMost = 2;
+  if (reply.size() < kExceptionSize) return ReplyMatch::kNo;
+  int inverted = 0;
+  for (std::size_t i = 0; i < head.size(); ++i)
+    inverted += std::popcount(static_cast<unsigned>(reply[i] ^ head[i]));
+  if (inverted > kInvertedAtMost) return ReplyMatch::kNo;
+  return inverted == 0 ? ReplyMatch::kDamaged : ReplyMatch::kNearly;
+}
+
+ReplyMatch MatchReply(Bytes request, Bytes reply) {
+  if (request.size() < 4) return ReplyMatch::kNo;
+  const Reply checked = Check(request, reply);
+  if (checked.ok()) return ReplyMatch::kYes;
+  if (checked.error == ErrorKind::kException) return ReplyMatch::kRefusal;
+  if (checked.error != ErrorKind::kChecksum && checked.error != ErrorKind::kShort) return ReplyMatch::kNo;
+  return MatchBegin(reply, {request[0], request[1], ThirdOfReply(request)});
+}
+
+ReplyShape ShapeOf(Bytes request) {
+  const std::uint32_t head = std::uint32_t{request[0]} << 24U | std::uint32_t{request[1]} << 16U;
+  const bool counted = !IsWrite(request[1]) && request.size() >= kEchoSize;
+  const std::uint32_t rest = counted ? ThirdOfReply(request) : request.size() < kEchoSize ? 0 : Word(request, 2);
+  return {.reply = head | rest,
+          .refusal = head | std::uint32_t{kExceptionBit} << 16U,
+          .match = &MatchReply,
+          .exact = IsWrite(request[1])};
 }
 
 Reply Check(Bytes request, Bytes reply) {

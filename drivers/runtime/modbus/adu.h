@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -7,6 +8,7 @@
 
 #include "drivers/runtime/core/inline_bytes.h"
 #include "drivers/runtime/core/sample.h"
+#include "drivers/runtime/core/step.h"
 
 namespace axlecast::modbus {
 
@@ -47,6 +49,15 @@ inline constexpr std::uint16_t kCoilOff = 0x0000;
 // bytes are needed; an unknown function or an impossible byte count is given the length of an exception, so that a
 // damaged reply ends at once.
 [[nodiscard]] std::size_t ReplyLength(Bytes so_far);
+
+// Whether `reply` is the reply to `request`, both of the standard functions: an axlecast::MatchReply. A reply that
+// fails its checksum is judged by MatchBegin.
+[[nodiscard]] ReplyMatch MatchReply(Bytes request, Bytes reply);
+// What a reply that fails its checksum is, by how it begins: kDamaged, kNearly with at most two inverted bits, or kNo.
+[[nodiscard]] ReplyMatch MatchBegin(Bytes reply, std::array<std::uint8_t, 3> head);
+// Tells replies apart by address, function, and what of the request is in the reply: number of registers or bits,
+// first address of a write.
+[[nodiscard]] ReplyShape ShapeOf(Bytes request);
 
 // What came back for a request of the standard functions, checked in this order: too short, CRC, too long, address,
 // exception, function, byte count (kRange) or echo. The byte count of Report Server ID is the device's own.

@@ -1,6 +1,7 @@
 #include "drivers/runtime/motor/motor_output.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "drivers/runtime/command/capped_text.h"
 #include "drivers/runtime/command/order_desk.h"
@@ -17,15 +18,32 @@ std::int32_t FlagsOf(const MotorReading& reading) {
          (reading.tripped ? motor_health_t::FLAG_TRIPPED : 0);
 }
 
+// Unknown values, which are NaN, are the same.
+template <std::size_t N>
+bool Same(const float (&a)[N], const float (&b)[N]) {
+  return std::memcmp(a, b, sizeof a) == 0;
+}
+bool Same(float a, float b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+
+bool SameLimits(const motor_limits_t& a, const motor_limits_t& b) {
+  return Same(a.power_upper_w, b.power_upper_w) && Same(a.power_lower_w, b.power_lower_w) &&
+         Same(a.start_time_s, b.start_time_s) && Same(a.shock_time_upper_s, b.shock_time_upper_s) &&
+         Same(a.shock_time_lower_s, b.shock_time_lower_s) && Same(a.overheat_c, b.overheat_c) &&
+         Same(a.shock_mps2, b.shock_mps2) && Same(a.log_interval_s, b.log_interval_s) &&
+         Same(a.parameters, b.parameters);
+}
+
 }  // namespace
 
 MotorOutput::MotorOutput(const std::string& device, double publish_hz, Context context)
     : context_(context),
       period_(publish_hz > 0 ? static_cast<MonoNs>(kEarly * static_cast<double>(kSecond) / publish_hz) : 0),
       motor_channel_("MOTOR/" + device),
-      trip_channel_("TRIP/" + device) {
+      trip_channel_("TRIP/" + device),
+      limits_channel_("LIMITS/" + device) {
   motor_.boot_id = context.boot_id;
   trip_.boot_id = context.boot_id;
+  limits_.boot_id = context.boot_id;
   trip_.device = CappedText(device, kNameBytes);
 }
 
@@ -74,8 +92,34 @@ void MotorOutput::Take(const TripRecord& record) {
   trip_at_ = record.at.last;
 }
 
+void MotorOutput::Take(const MotorLimits& limits, MonoNs now) {
+  motor_limits_t message = limits_;
+  std::copy(limits.power_upper_w.begin(), limits.power_upper_w.end(), message.power_upper_w);
+  std::copy(limits.power_lower_w.begin(), limits.power_lower_w.end(), message.power_lower_w);
+  message.start_time_s = limits.start_time_s;
+  std::copy(limits.shock_time_upper_s.begin(), limits.shock_time_upper_s.end(), message.shock_time_upper_s);
+  std::copy(limits.shock_time_lower_s.begin(), limits.shock_time_lower_s.end(), message.shock_time_lower_s);
+  message.overheat_c = limits.overheat_c;
+  message.shock_mps2 = limits.shock_mps2;
+  message.log_interval_s = limits.log_interval_s;
+  std::copy(limits.parameters.begin(), limits.parameters.end(), message.parameters);
+  message.flags = (context_.simulated ? motor_limits_t::FLAG_SIMULATED : 0) |
+                  (context_.redecoded ? motor_limits_t::FLAG_REDECODED : 0);
+  const bool changed = limits_at_ == kNever || !SameLimits(message, limits_);
+  message.mono_ns = limits.at.Middle();
+  message.utime = Utime(message.mono_ns);
+  limits_ = message;
+  if (changed) SendLimits(now);
+}
+
+void MotorOutput::SendLimits(MonoNs now) {
+  limits_at_ = now;
+  if (Publish(*context_.sink, limits_channel_, limits_)) ++limits_.seq;
+}
+
 void MotorOutput::Tick(MonoNs now) {
-  if (trip_at_ == kNever || now - trip_at_ < kRepeatTrip) return;
+  if (limits_at_ != kNever && now - limits_at_ >= kRepeat) SendLimits(now);
+  if (trip_at_ == kNever || now - trip_at_ < kRepeat) return;
   trip_at_ = now;
   trip_.seq = trip_seq_;
   if (Publish(*context_.sink, trip_channel_, trip_)) ++trip_seq_;

@@ -117,5 +117,74 @@ TEST_F(MotorOutputTest, EveryTripOnceAndTheNewestEachMinute) {
   EXPECT_EQ(Trips()[3].seq, 3);
 }
 
+// ---- limits ----
+
+class MotorLimitsTest : public MotorOutputTest {
+ protected:
+  std::vector<motor_limits_t> Limits() const { return sink_.All<motor_limits_t>("LIMITS/gm3"); }
+
+  static MotorLimits At(MonoNs at, float watts) {
+    MotorLimits limits;
+    limits.at = {at, at + 2 * kMillisecond};
+    limits.power_upper_w = {watts, 2 * watts};
+    limits.overheat_c = 90;
+    limits.parameters[52] = 90;
+    return limits;
+  }
+};
+
+TEST_F(MotorLimitsTest, AreSentWhenOneChangesAndOnceAMinute) {
+  output_.Tick(kStart);
+  EXPECT_THAT(Limits(), SizeIs(0)) << "none are known";
+  for (int i = 0; i < 50; ++i) output_.Take(At(kStart + i * kSecond, 150), kStart + i * kSecond);
+  ASSERT_THAT(Limits(), SizeIs(1));
+  const motor_limits_t first = Limits()[0];
+  EXPECT_EQ(first.boot_id, 5);
+  EXPECT_EQ(first.seq, 0);
+  EXPECT_EQ(first.mono_ns, kStart + kMillisecond);
+  EXPECT_EQ(first.utime, kUtcAtZero + first.mono_ns / kMicrosecond);
+  EXPECT_FLOAT_EQ(first.power_upper_w[0], 150);
+  EXPECT_FLOAT_EQ(first.power_upper_w[1], 300);
+  EXPECT_TRUE(std::isnan(first.power_lower_w[0]));
+  EXPECT_TRUE(std::isnan(first.start_time_s));
+  EXPECT_FLOAT_EQ(first.overheat_c, 90);
+  EXPECT_FLOAT_EQ(first.parameters[52], 90);
+  EXPECT_TRUE(std::isnan(first.parameters[0]));
+  EXPECT_EQ(first.flags, motor_limits_t::FLAG_SIMULATED);
+  output_.Tick(kStart + 59 * kSecond);
+  EXPECT_THAT(Limits(), SizeIs(1));
+  output_.Tick(kStart + 60 * kSecond);
+  ASSERT_THAT(Limits(), SizeIs(2));
+  EXPECT_EQ(Limits()[1].seq, 1);
+  EXPECT_EQ(Limits()[1].mono_ns, kStart + 49 * kSecond + kMillisecond) << "of the newest reading";
+  output_.Take(At(kStart + 61 * kSecond, 151), kStart + 61 * kSecond);
+  EXPECT_THAT(Limits(), SizeIs(3));
+  output_.Tick(kStart + 120 * kSecond);
+  EXPECT_THAT(Limits(), SizeIs(3));
+  output_.Tick(kStart + 121 * kSecond);
+  EXPECT_THAT(Limits(), SizeIs(4));
+}
+
+TEST_F(MotorLimitsTest, EachValueCountsAsAChange) {
+  const auto changed = [&](auto change) {
+    MotorLimits limits = At(kStart, 150);
+    output_.Take(limits, kStart);
+    const std::size_t before = Limits().size();
+    change(limits);
+    output_.Take(limits, kStart);
+    return Limits().size() == before + 1;
+  };
+  EXPECT_TRUE(changed([](MotorLimits& l) { l.power_upper_w[1] = 1; }));
+  EXPECT_TRUE(changed([](MotorLimits& l) { l.power_lower_w[0] = 1; }));
+  EXPECT_TRUE(changed([](MotorLimits& l) { l.start_time_s = 1; }));
+  EXPECT_TRUE(changed([](MotorLimits& l) { l.shock_time_upper_s[0] = 1; }));
+  EXPECT_TRUE(changed([](MotorLimits& l) { l.shock_time_lower_s[1] = 1; }));
+  EXPECT_TRUE(changed([](MotorLimits& l) { l.overheat_c = 1; }));
+  EXPECT_TRUE(changed([](MotorLimits& l) { l.shock_mps2 = 1; }));
+  EXPECT_TRUE(changed([](MotorLimits& l) { l.log_interval_s = 1; }));
+  EXPECT_TRUE(changed([](MotorLimits& l) { l.parameters[54] = 1; }));
+  EXPECT_FALSE(changed([](MotorLimits& l) { l.at.last += kSecond; }));
+}
+
 }  // namespace
 }  // namespace axlecast

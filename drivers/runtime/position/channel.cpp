@@ -112,6 +112,7 @@ void Channel::State::JudgeMoments() {
   RaiseWhile(now < surprise_until, runtime_alarms::kPositionJumped);
   RaiseWhile(now < clock_stepped_until, runtime_alarms::kClockStepped);
   RaiseWhile(health.implausible_burst(), runtime_alarms::kImplausibleBurst);
+  RaiseWhile(health.stray_burst(), runtime_alarms::kUnexpectedBytes);
   alarms.Tick(Utime());
 }
 
@@ -163,6 +164,13 @@ void Channel::OnTrip(const TripRecord& record) {
   state_->See(record.at.last);
   state_->motor.Take(record);
 }
+
+void Channel::OnMotorLimits(const MotorLimits& limits) {
+  state_->See(limits.at.last);
+  state_->motor.Take(limits, state_->now);
+}
+
+void Channel::OnProductCode(std::string_view code) { state_->report.SetProductCode(code); }
 
 void Channel::OnError(ErrorKind kind, Interval at) {
   state_->See(at.last);

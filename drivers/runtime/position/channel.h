@@ -25,7 +25,7 @@ struct ChannelContext {
   bool redecoded = false;  // readings come from a WIRE recording
 };
 
-// One device towards LCM: samples become POSITION and POSITION_BLOCK, readings of a monitor MOTOR and TRIP, alarms
+// One device towards LCM: samples become POSITION and POSITION_BLOCK, readings of a monitor MOTOR, TRIP and LIMITS, alarms
 // ALARM, the rest DEVICE.
 // Used by the bus's thread only. Allocates nothing while readings go on.
 //
@@ -40,6 +40,8 @@ class Channel final : public DeviceOutput {
   void OnSample(const Sample& sample) override;
   void OnMotor(const MotorReading& reading) override;
   void OnTrip(const TripRecord& record) override;
+  void OnMotorLimits(const MotorLimits& limits) override;
+  void OnProductCode(std::string_view code) override;
   void OnError(ErrorKind kind, Interval at) override;
   void OnAlarm(const AlarmSpec& alarm, AlarmState state, MonoNs now) override;
   void OnIdentity(std::int64_t identity, std::string_view serial, std::string_view firmware) override;

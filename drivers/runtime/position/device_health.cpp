@@ -15,6 +15,7 @@ constexpr double kDegradedShare = 0.01;
 constexpr double kRecoveredShare = 0.005;
 constexpr MonoNs kNoValidFor = 100 * kMillisecond;
 constexpr int kNoValidCount = 3;
+constexpr int kDecodedToReturn = 3;
 
 // Bytes that nobody asked for are no reading.
 bool IsReading(ErrorKind kind) { return kind != ErrorKind::kStray; }
@@ -23,17 +24,23 @@ bool IsReading(ErrorKind kind) { return kind != ErrorKind::kStray; }
 
 void DeviceHealth::Count(ErrorKind kind) {
   ++errors_[static_cast<std::size_t>(kind)];
-  if (IsReading(kind)) ++window_errors_[static_cast<std::size_t>(kind)];
+  if (IsReading(kind)) {
+    ++window_errors_[static_cast<std::size_t>(kind)];
+  } else {
+    ++window_strays_;
+  }
 }
 
 void DeviceHealth::OnGood(MonoNs at) {
   ++good_;
   ++window_good_;
   last_good_ = at;
-  heard_ = at;
   told_ = at;
+  if (!AnswersAgain()) return;
+  heard_ = at;
   failures_ = 0;
   doubtful_ = 0;
+  SetUnasked(false);
   if (mode_ == Mode::kAnswering && !no_valid_) return;
   no_valid_ = false;
   Enter(Mode::kAnswering, "", at);
@@ -41,10 +48,12 @@ void DeviceHealth::OnGood(MonoNs at) {
 
 void DeviceHealth::OnDoubtful(ErrorKind kind, MonoNs at) {
   Count(kind);
-  heard_ = at;
   told_ = at;
+  if (!AnswersAgain()) return;
+  heard_ = at;
   failures_ = 0;
   ++doubtful_;
+  SetUnasked(false);
   const MonoNs since = std::max(last_good_ == kNever ? entered_ : last_good_, entered_);
   const bool no_valid = no_valid_ || (doubtful_ >= kNoValidCount && at - since >= kNoValidFor);
   if (mode_ == Mode::kAnswering && no_valid == no_valid_) return;
@@ -53,11 +62,22 @@ void DeviceHealth::OnDoubtful(ErrorKind kind, MonoNs at) {
   Enter(Mode::kAnswering, "", at);
 }
 
+bool DeviceHealth::AnswersAgain() {
+  if (!babbles_) return true;
+  if (++decoded_ < kDecodedToReturn) return false;
+  babbles_ = false;
+  share_ = std::string("it answers again after failures with ") + ErrorName(last_failure_);
+  window_begin_ = 0;
+  return true;
+}
+
 void DeviceHealth::OnFailure(ErrorKind kind, MonoNs at) {
   Count(kind);
   if (!IsReading(kind)) return;
+  decoded_ = 0;
   told_ = at;
-  ++failures_;
+  if (failures_++ == 0) first_failure_ = at;
+  SetUnasked(false);
   last_failure_ = kind;
   JudgeSilence(at);
 }
@@ -69,8 +89,10 @@ void DeviceHealth::JudgeSilence(MonoNs now) {
   const MonoNs lasted = now - std::max(heard_, entered_);
   const bool silent =
       starting ? failures_ >= 3 && lasted >= 2 * kSecond
-               : (failures_ >= 10 && lasted >= 100 * kMillisecond) || (failures_ >= 3 && lasted >= kSecond);
+               : (failures_ >= 10 && lasted >= 100 * kMillisecond) || (failures_ >= 3 && lasted >= kSecond) ||
+                     (failures_ > 0 && last_failure_ == ErrorKind::kSilent && now - first_failure_ >= Longest());
   if (!silent) return;
+  babbles_ = last_failure_ != ErrorKind::kTimeout && last_failure_ != ErrorKind::kSilent;
   Enter(Mode::kSilent, std::string("no usable answer; the last reading failed with ") + ErrorName(last_failure_),
         now);
 }
@@ -102,9 +124,16 @@ void DeviceHealth::SetAlarm(std::string_view name) {
 void DeviceHealth::Tick(MonoNs now) {
   if (window_begin_ == 0) window_begin_ = now;
   if (now - window_begin_ >= kWindow) CloseWindow(now);
-  const MonoNs longest = kSecond + 10 * poll_period_;
-  if (mode_ != Mode::kAnswering || now - std::max(told_, entered_) < longest) return;
-  Enter(Mode::kSilent, "nothing was read for a second", now);
+  // A stream that fell silent fails once.
+  if (failures_ > 0) JudgeSilence(now);
+  SetUnasked(mode_ == Mode::kAnswering && now - std::max(told_, entered_) >= Longest());
+}
+
+// A device that was not asked has not failed to answer.
+void DeviceHealth::SetUnasked(bool unasked) {
+  if (unasked == unasked_) return;
+  unasked_ = unasked;
+  Evaluate();
 }
 
 void DeviceHealth::CloseWindow(MonoNs now) {
@@ -120,6 +149,8 @@ void DeviceHealth::CloseWindow(MonoNs now) {
     share_ = text.data();
   }
   implausible_burst_ = window_errors_[static_cast<std::size_t>(ErrorKind::kImplausible)] >= kBurst;
+  stray_burst_ = window_strays_ >= kBurst;
+  window_strays_ = 0;
   window_begin_ = now;
   window_good_ = 0;
   window_errors_.fill(0);
@@ -128,8 +159,10 @@ void DeviceHealth::CloseWindow(MonoNs now) {
 
 void DeviceHealth::Enter(Mode mode, std::string_view reason, MonoNs now) {
   if (mode != mode_ || entered_ == 0) entered_ = now;
+  unasked_ = false;
   if (mode != Mode::kAnswering) no_valid_ = false;
   if (mode != mode_ && mode != Mode::kSilent) failures_ = 0;
+  if (mode != Mode::kSilent) babbles_ = false;
   mode_ = mode;
   mode_reason_ = reason;
   Evaluate();
@@ -149,6 +182,10 @@ void DeviceHealth::Evaluate() {
   if (no_valid_) {
     return Publish(device_info_t::STATE_DEGRADED,
                    std::string("it answers, but no position is valid: ") + ErrorName(last_failure_));
+  }
+  if (unasked_) {
+    return Publish(device_info_t::STATE_DEGRADED,
+                   "it was not asked for a second: the line is not idle, or other requests took every turn");
   }
   if (!alarm_.empty()) return Publish(device_info_t::STATE_DEGRADED, "alarm " + alarm_);
   if (!share_.empty()) return Publish(device_info_t::STATE_DEGRADED, share_);

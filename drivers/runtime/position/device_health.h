@@ -16,10 +16,13 @@ namespace axlecast {
 //   ONLINE    it answers, and its position may be used
 //   DEGRADED  it answers, but more than 1 % of its readings (three or more) failed or were implausible in the last
 //             second (until less than 0.5 % do), or none has been valid for 100 ms, or an alarm of severity ERROR
-//             or above is present
+//             or above is present, or it was not asked for 1 s and ten poll periods: its readings are old
 //   OFFLINE   the link is down; or the device is refused; or it is silent: ten failures in a row lasting 100 ms, or
-//             three lasting 1 s; while starting, three lasting 2 s (an encoder without battery answers 1.5 s after
-//             power-on, TS5669 spec 5.4); or nothing at all was read or failed for 1 s and ten poll periods
+//             three lasting 1 s, or a stream's silence for 1 s and ten poll periods; while starting, three lasting 2 s
+//             (an encoder without battery answers 1.5 s after power-on, TS5669 spec 5.4)
+//
+// After bytes that were no answer have made it OFFLINE, one that can be decoded may be chance: it answers again after
+// three in a row, and is DEGRADED until a second has passed with few failures.
 class DeviceHealth {
  public:
   explicit DeviceHealth(MonoNs poll_period) : poll_period_(poll_period) {}
@@ -40,6 +43,8 @@ class DeviceHealth {
   [[nodiscard]] std::int64_t revision() const { return revision_; }
   // Ten or more implausible readings within the last full second.
   [[nodiscard]] bool implausible_burst() const { return implausible_burst_; }
+  // Bytes that nobody asked for came ten times or more within the last full second.
+  [[nodiscard]] bool stray_burst() const { return stray_burst_; }
 
   [[nodiscard]] std::int64_t good() const { return good_; }
   [[nodiscard]] MonoNs last_good() const { return last_good_; }  // kNever: there was none
@@ -49,9 +54,13 @@ class DeviceHealth {
   enum class Mode : std::uint8_t { kStarting, kAnswering, kSilent, kRefused, kLinkDown };
 
   void Count(ErrorKind kind);
+  void SetUnasked(bool unasked);
   void Enter(Mode mode, std::string_view reason, MonoNs now);
   void JudgeSilence(MonoNs now);
+  // A reading was decoded; false while that may be chance.
+  [[nodiscard]] bool AnswersAgain();
   void CloseWindow(MonoNs now);
+  [[nodiscard]] MonoNs Longest() const { return kSecond + 10 * poll_period_; }
   void Evaluate();
   void Publish(std::int8_t state, std::string_view reason);
 
@@ -62,6 +71,7 @@ class DeviceHealth {
   std::string alarm_;
   std::string share_;      // "2.5 % of the readings fail, ..."; empty when few do
   bool no_valid_ = false;  // it answers, but nothing valid
+  bool unasked_ = false;   // nothing was read, and no reading failed, for a long time
   ErrorKind last_failure_ = ErrorKind::kTimeout;
 
   std::int64_t good_ = 0;
@@ -70,12 +80,17 @@ class DeviceHealth {
   MonoNs heard_ = 0;           // last decoded reading, or start of the mode
   MonoNs told_ = 0;            // last reading or failure
   std::int64_t failures_ = 0;  // in a row
+  MonoNs first_failure_ = 0;   // of these
   int doubtful_ = 0;           // in a row
 
   MonoNs window_begin_ = 0;
   std::int64_t window_good_ = 0;
   std::array<std::int32_t, kErrorKinds> window_errors_{};
   bool implausible_burst_ = false;
+  std::int32_t window_strays_ = 0;
+  bool stray_burst_ = false;
+  bool babbles_ = false;  // silent, but bytes come
+  int decoded_ = 0;       // in a row, while it babbles
 
   std::int8_t state_ = 0;
   std::string reason_ = mode_reason_;

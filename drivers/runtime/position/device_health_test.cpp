@@ -67,11 +67,30 @@ TEST_F(DeviceHealthTest, ASlowBusNeedsThreeFailuresOverASecond) {
   EXPECT_EQ(State(), kOffline);
 }
 
-TEST_F(DeviceHealthTest, NothingAtAllIsOffline) {
+// Other work may have taken its turns: nothing says that it would not answer.
+TEST_F(DeviceHealthTest, ADeviceThatIsNotAskedIsDegradedAndNeverOffline) {
   health_.OnGood(t_);
   health_.Tick(t_ + 900 * kMillisecond);
   EXPECT_EQ(State(), kOnline);
   health_.Tick(t_ + 1'100 * kMillisecond);
+  EXPECT_EQ(State(), kDegraded);
+  EXPECT_NE(health_.reason().find("not asked"), std::string::npos);
+  health_.Tick(t_ + 3'600 * kSecond);
+  EXPECT_EQ(State(), kDegraded);
+  health_.OnFailure(ErrorKind::kTimeout, t_ += 3'601 * kSecond);
+  EXPECT_EQ(State(), kOnline) << "one failure is no silence";
+  health_.Tick(t_ += 2 * kSecond);
+  EXPECT_EQ(State(), kDegraded);
+  health_.OnGood(t_);
+  EXPECT_EQ(State(), kOnline);
+}
+
+TEST_F(DeviceHealthTest, FailuresCountFromTheLastReadingHoweverRareTheyAre) {
+  health_.OnGood(t_);
+  for (int i = 0; i < 3; ++i) {
+    health_.Tick(t_ += 60 * kSecond);
+    health_.OnFailure(ErrorKind::kTimeout, t_);
+  }
   EXPECT_EQ(State(), kOffline);
 }
 
@@ -92,6 +111,50 @@ TEST_F(DeviceHealthTest, StrayBytesAreNoFailedReading) {
   health_.OnGood(t_);
   EXPECT_EQ(State(), kOnline);
   EXPECT_EQ(health_.errors(ErrorKind::kStray), 300);
+}
+
+// Garbage without pause, of which one reading in two hundred passes every check by chance.
+TEST_F(DeviceHealthTest, GarbageWithoutPauseDoesNotFlap) {
+  Run(1'000, 0);
+  int changes = 0;
+  int last = State();
+  for (int i = 1; i <= 60'000; ++i) {
+    t_ += kMillisecond;
+    if (i % 200 == 0) {
+      health_.OnGood(t_);
+    } else {
+      health_.OnFailure(ErrorKind::kChecksum, t_);
+    }
+    if (i % 100 == 0) health_.Tick(t_);
+    changes += State() != last ? 1 : 0;
+    last = State();
+  }
+  EXPECT_EQ(State(), kOffline);
+  EXPECT_LE(changes, 2);
+  Run(500, 0);
+  EXPECT_EQ(State(), kDegraded) << "it answers again";
+  Run(3'000, 0);
+  EXPECT_EQ(State(), kOnline);
+}
+
+TEST_F(DeviceHealthTest, ASilentDeviceIsBackWithItsFirstReading) {
+  Run(1'000, 0);
+  Run(1'000, 100, ErrorKind::kTimeout);
+  EXPECT_EQ(State(), kOffline);
+  Run(1, 0);
+  EXPECT_NE(State(), kOffline);
+}
+
+TEST_F(DeviceHealthTest, ManyStrayBytesAreABurst) {
+  Run(1'000, 0);
+  for (int i = 0; i < 9; ++i) health_.OnFailure(ErrorKind::kStray, t_);
+  Run(1'100, 0);
+  EXPECT_FALSE(health_.stray_burst());
+  for (int i = 0; i < 20; ++i) health_.OnFailure(ErrorKind::kStray, t_);
+  Run(1'100, 0);
+  EXPECT_TRUE(health_.stray_burst());
+  Run(2'000, 0);
+  EXPECT_FALSE(health_.stray_burst());
 }
 
 TEST_F(DeviceHealthTest, AnAlarmDegrades) {

@@ -18,9 +18,11 @@ std::int32_t Microseconds(MonoNs ns) {
   return static_cast<std::int32_t>(std::min<MonoNs>(ns / kMicrosecond, INT32_MAX));
 }
 
-void AddOperations(std::span<const OperationSpec> operations, device_info_t& info) {
+// Those that `permits` returns true for.
+template <typename Permits>
+void AddOperations(std::span<const OperationSpec> operations, Permits permits, device_info_t& info) {
   for (const OperationSpec& operation : operations) {
-    if (operation.internal || info.operations.size() == kMostOperations) continue;
+    if (operation.internal || !permits(operation.name) || info.operations.size() == kMostOperations) continue;
     info.operations.push_back(CappedText(operation.name, kNameBytes));
   }
 }
@@ -58,8 +60,12 @@ DeviceReport::DeviceReport(const BusConfig& bus, const DeviceConfig& device, std
   info_.publish_us = Microseconds(publish);
   info_.max_age_us = Microseconds(MaxAge(PollPeriod(bus, device), publish));
   if (bus.family != nullptr) {
-    AddOperations(bus.family->operations, info_);
-    AddOperations(RuntimeOperations(*bus.family), info_);
+    const auto permits = [&](std::string_view operation) {
+      return bus.family->permits == nullptr || bus.family->permits(bus, device, operation);
+    };
+    AddOperations(bus.family->operations, permits, info_);
+    AddOperations(
+        RuntimeOperations(*bus.family), [](std::string_view) { return true; }, info_);
   }
   info_.n_operations = static_cast<std::int8_t>(info_.operations.size());
 }
@@ -71,6 +77,12 @@ void DeviceReport::SetIdentity(std::int64_t identity, std::string_view serial, s
   info_.firmware = CappedText(firmware, kSerialBytes);
   identity_ = identity < 0 ? "" : std::to_string(identity);
   if (!info_.serial.empty()) identity_ += (identity_.empty() ? "" : " ") + info_.serial;
+  ++revision_;
+}
+
+void DeviceReport::SetProductCode(std::string_view code) {
+  if (code == info_.product_code) return;
+  info_.product_code = CappedText(code, kSerialBytes);
   ++revision_;
 }
 

@@ -20,6 +20,7 @@ class DeviceReport {
   void SetIdentity(std::int64_t identity, std::string_view serial, std::string_view firmware);
   // What a person would tell it apart by: "17", "17 SN0042"; empty unknown.
   [[nodiscard]] std::string_view identity() const { return identity_; }
+  void SetProductCode(std::string_view code);
   void CountNonVolatileWrite();
   [[nodiscard]] std::int64_t nv_writes() const { return info_.nv_writes; }
   // Increments with every change made here.

@@ -61,7 +61,7 @@ bool MotionLimits::SpeedAllows(const Fix& from, const Fix& to) const {
 bool MotionLimits::AccelerationAllows(const Fix& a, const Fix& b, const Fix& c) const {
   const MonoNs shortest_1 = b.at.first - a.at.last;
   const MonoNs shortest_2 = c.at.first - b.at.last;
-  if (shortest_1 < kShortestStretch || shortest_2 < kShortestStretch) return true;
+  if (shortest_1 <= 0 || shortest_2 <= 0) return true;
   const auto longest_1 = static_cast<double>(b.at.last - a.at.first);
   const auto longest_2 = static_cast<double>(c.at.last - b.at.first);
   const SpeedRange before =

@@ -23,12 +23,11 @@ class MotionLimits {
   [[nodiscard]] double Reach(const Fix& from, const Fix& to) const;
   [[nodiscard]] bool SpeedAllows(const Fix& from, const Fix& to) const;
 
-  // Whether one motion within the acceleration limit passes through all three, a before b before c. Judged only
-  // where both stretches last 1 ms or more: below, a single count is a huge acceleration (one count of 17 bits
-  // within 51 us is 18,400 rad/s2).
+  // Whether one motion within the acceleration limit passes through all three, a before b before c. Holds for stretches
+  // of any length: within 51 us a single count of 17 bits is 18,400 rad/s2, but the noise of both readings allows far
+  // more. The tightest judgement of a near c comes from a far a: about the error of one reading. True where the intervals
+  // of two of them overlap.
   [[nodiscard]] bool AccelerationAllows(const Fix& a, const Fix& b, const Fix& c) const;
-
-  static constexpr MonoNs kShortestStretch = kMillisecond;
 
  private:
   [[nodiscard]] double Error(const Fix& a, const Fix& b) const;

@@ -5,9 +5,11 @@
 namespace axlecast {
 namespace {
 
-bool FarApart(const Fix& from, const Fix& to) {
-  return to.at.first - from.at.last >= MotionLimits::kShortestStretch;
-}
+// Anchors are so far apart: the longer the way to one, the better it tells the speed; the shorter, the less it has
+// changed since. The noise of an encoder against 1,000 to 80,000 rad/s2 is best at 0.1 to 1.5 ms.
+constexpr MonoNs kBetweenAnchors = kMillisecond;
+
+bool FarApart(const Fix& from, const Fix& to) { return to.at.first - from.at.last >= kBetweenAnchors; }
 
 }  // namespace
 
@@ -16,6 +18,10 @@ bool Plausibility::Agrees(const Fix& fix) const {
 }
 
 bool Plausibility::AccelerationAllows(const Fix& fix) const {
+  if (has_before_ && !limits_.AccelerationAllows(before_, last_, fix)) return false;
+  for (std::size_t i = 0; i < anchor_count_; ++i) {
+    if (!limits_.AccelerationAllows(anchors_[i], last_, fix)) return false;
+  }
   if (anchor_count_ == 0) return true;
   const std::size_t newest = FarApart(anchors_[0], fix) ? 0 : 1;
   if (newest + 1 >= anchor_count_) return true;

@@ -12,7 +12,9 @@ namespace axlecast {
 // Judges readings against the last good one.
 //
 // - A reading within reach of the last good one, by speed and by acceleration, is good. Reach grows with time:
-//   after a gap any place is good that the shaft can have come to.
+//   after a gap any place is good that the shaft can have come to. By acceleration it is judged against several earlier
+//   readings: the last two, and up to three that are 1 ms or more apart. They tell how fast the shaft turns, and so where
+//   it can be now, also when the last good reading is only microseconds old.
 // - Another one is doubtful. So many doubtful ones in a row as the device needs, three of most, that agree among each
 //   other become the new truth.
 // - Without a last good reading (at the start, after an announced jump, or when readings of reduced accuracy turn

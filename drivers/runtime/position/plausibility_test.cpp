@@ -103,12 +103,38 @@ TEST(MotionLimits, AccelerationBoundHoldsEveryMotionOfABruteForce) {
   }
 }
 
-TEST(MotionLimits, AccelerationIsNotJudgedBelowOneMillisecond) {
+TEST(MotionLimits, AccelerationIsJudgedBelowOneMillisecondToo) {
   const Fix a = At(kSecond, 0);
-  const Fix b = At(kSecond + 999 * kMicrosecond, 0);
-  EXPECT_TRUE(Limits().AccelerationAllows(a, b, At(kSecond + 3 * kMillisecond, 20'000)));
-  EXPECT_FALSE(
-      Limits().AccelerationAllows(a, At(kSecond + kMillisecond, 0), At(kSecond + 3 * kMillisecond, 20'000)));
+  const Fix b = At(kSecond + 2 * kMillisecond, 0);
+  const MonoNs soon = kSecond + 2 * kMillisecond + 51 * kMicrosecond;
+  // 80,000 rad/s2 for 2 ms, the noise, and 51 us: 5 + 0.13 + 87 counts.
+  EXPECT_TRUE(Limits().AccelerationAllows(a, b, At(soon, 90)));
+  EXPECT_FALSE(Limits().AccelerationAllows(a, b, At(soon, 95)));
+  EXPECT_TRUE(Limits().AccelerationAllows(a, At(kSecond + 2 * kMillisecond, 0, kMillisecond), At(soon, 5'000)))
+      << "their intervals overlap";
+}
+
+// 3,000 min-1, 1,000 rad/s2, a reading every 51 us: one that is off by more than the noise and the instants is doubted,
+// and no good one.
+TEST(Plausibility, OfASlowerAxisDoubtsWhatIsLittleOff) {
+  constexpr std::int64_t kStep = 334;  // 3,000 min-1
+  for (const std::int64_t per_reading : {std::int64_t{0}, std::int64_t{100}, kStep - 1}) {
+    Plausibility judge(MotionLimits(kTurn, 3'000, 1'000, kNoise));
+    MonoNs t = kSecond;
+    std::int64_t counts = 0;
+    Start(judge, At(t, 0, 100));
+    for (int i = 0; i < 200; ++i) {
+      t += 51 * kMicrosecond;
+      counts += per_reading;
+      const Fix fix = At(t, counts, 100);
+      ASSERT_TRUE(judge.Agrees(fix)) << per_reading << ' ' << i;
+      if (i > 100) {
+        EXPECT_FALSE(judge.Agrees(At(t, counts + 16, 100))) << per_reading << ' ' << i;
+        EXPECT_FALSE(judge.Agrees(At(t, counts - 16, 100))) << per_reading << ' ' << i;
+      }
+      judge.Accept(fix, true);
+    }
+  }
 }
 
 // A shaft within its limits, read at any rate, with noise and instants anywhere in their intervals, is never
@@ -207,21 +233,22 @@ TEST(Plausibility, WithoutATruthTwoMustAgree) {
 
 TEST(Plausibility, AWrongReadingWithinReachIsRepairedWithoutAJump) {
   Plausibility judge(Limits());
-  // Turning at full speed, 13,107 counts per ms; one reading is damaged to the far side of its reach.
+  // Turning at full speed, 13,107 counts per ms; the first reading after a gap of 5 ms is damaged.
   Start(judge, At(kSecond, 0));
   for (int i = 1; i <= 5; ++i) {
     ASSERT_TRUE(judge.Agrees(At(kSecond + i * 51 * kMicrosecond, i * 668)));
     judge.Accept(At(kSecond + i * 51 * kMicrosecond, i * 668), true);
   }
-  const Fix wrong = At(kSecond + 6 * 51 * kMicrosecond, 5 * 668 - 600);
+  EXPECT_FALSE(judge.Agrees(At(kSecond + 6 * 51 * kMicrosecond, 5 * 668 - 600))) << "without the gap it is seen";
+  const Fix wrong = At(kSecond + 103 * 51 * kMicrosecond, 103 * 668 - 15'000);
   ASSERT_TRUE(judge.Agrees(wrong));
   judge.Accept(wrong, true);
-  for (int i = 7; i < 9; ++i) {
+  for (int i = 104; i < 106; ++i) {
     const Fix fix = At(kSecond + i * 51 * kMicrosecond, i * 668);
     ASSERT_FALSE(judge.Agrees(fix));
     EXPECT_EQ(judge.TakeDoubtful(fix), Plausibility::Doubt::kImplausible);
   }
-  EXPECT_EQ(judge.TakeDoubtful(At(kSecond + 9 * 51 * kMicrosecond, 9 * 668)), Plausibility::Doubt::kRepaired);
+  EXPECT_EQ(judge.TakeDoubtful(At(kSecond + 106 * 51 * kMicrosecond, 106 * 668)), Plausibility::Doubt::kRepaired);
 }
 
 // TS5669 spec 6.4, FS: 5 bits, then a jump to the full resolution.

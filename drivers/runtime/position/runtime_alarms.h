@@ -36,6 +36,13 @@ inline constexpr AlarmSpec kLinkDown = {
 inline constexpr AlarmSpec kDuplicateDriver = {201, kBus, alarm_entry_t::SEVERITY_CRITICAL, "duplicate_driver",
                                                "Two drivers publish this device. Stop one of them."};
 
+inline constexpr AlarmSpec kLateReplies = {
+    202, kBus, alarm_entry_t::SEVERITY_WARNING, "late_replies",
+    "Raise timeout_us; set the adapter's latency timer to 1 ms; spare the computer."};
+inline constexpr AlarmSpec kUnexpectedBytes = {
+    203, kBus, alarm_entry_t::SEVERITY_WARNING, "unexpected_bytes",
+    "Look for a second master, an address used twice, an adapter that echoes."};
+
 // Of a CAN bus; what to type on this machine stands in BUS: last_error.
 inline constexpr AlarmSpec kCanBusOff = {210, kBus, alarm_entry_t::SEVERITY_ERROR, "can_bus_off",
                                          "See BUS: last_error. Mend wiring or bit rate; restart the interface."};

@@ -70,6 +70,8 @@ void Shaft::AddRamp(double to_speed) {
 void Shaft::AddMove(ShaftAngle target, double speed) {
   const auto distance = static_cast<double>(target - end_.from);
   const double accel = AccelFromRadians(accel_rad_s2_);
+  const auto [lowest, highest] = std::minmax({end_.from, target});
+  const std::size_t first = plan_.size();
   const double peak = std::min(speed, std::sqrt(std::abs(distance) * accel));
   if (peak == 0) return;
   AddRamp(std::copysign(peak, distance));
@@ -80,6 +82,10 @@ void Shaft::AddMove(ShaftAngle target, double speed) {
   end_.from = Sum(end_.from, Travel(end_.speed, cruise.duration));
   AddRamp(0);
   end_.from = target;
+  for (std::size_t i = first; i < plan_.size(); ++i) {
+    plan_[i].lowest = lowest;
+    plan_[i].highest = highest;
+  }
 }
 
 void Shaft::AddRest() {
@@ -151,9 +157,10 @@ Shaft::State Shaft::InPhase(const Phase& phase, MonoNs elapsed) {
     return {Sum(phase.from, std::llround(phase.swing * (1 - std::cos(turned)))),
             swing_rad * omega * std::sin(turned) / kTwoPi * 60, swing_rad * omega * omega * std::cos(turned)};
   }
-  if (phase.accel == 0) return {Sum(phase.from, Travel(phase.speed, elapsed)), phase.speed / kTurn * 60, 0};
+  const auto within = [&phase](ShaftAngle angle) { return std::clamp(angle, phase.lowest, phase.highest); };
+  if (phase.accel == 0) return {within(Sum(phase.from, Travel(phase.speed, elapsed))), phase.speed / kTurn * 60, 0};
   const double t = Seconds(elapsed);
-  return {Sum(phase.from, std::llround((phase.speed + phase.accel * t / 2) * t)),
+  return {within(Sum(phase.from, std::llround((phase.speed + phase.accel * t / 2) * t))),
           (phase.speed + phase.accel * t) / kTurn * 60, phase.accel / kTurn * kTwoPi};
 }
 

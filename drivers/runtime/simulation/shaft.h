@@ -60,6 +60,9 @@ class Shaft {
     double speed = 0;  // 2^-30 turn/s at its begin
     double accel = 0;  // 2^-30 turn/s^2
     double swing = 0;  // 2^-30 turn
+    // A move never leaves the way from its start to its target; rounded parabolas alone would, by some 2^-30 turn.
+    ShaftAngle lowest = INT64_MIN;
+    ShaftAngle highest = INT64_MAX;
   };
 
   [[nodiscard]] static State InPhase(const Phase& phase, MonoNs elapsed);

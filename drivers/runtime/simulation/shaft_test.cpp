@@ -97,6 +97,20 @@ TEST(ShaftTest, ShuttlesForEver) {
   EXPECT_NEAR(Degrees(shaft, static_cast<MonoNs>(2'000 * one_way * 1e9)), 0, 1e-3);
 }
 
+// The rounding of each ramp once led some 2^-30 turn beyond the ends: a counter of turns passed its end and said so, and
+// no position ever showed it.
+TEST(ShaftTest, AShuttleNeverLeavesItsEnds) {
+  for (const double to_deg : {360.0, 720.0, 3'600.0, 123.4}) {
+    for (const double rpm : {59.7, 300.0, 3'000.0}) {
+      Shaft shaft;
+      shaft.Shuttle(0, AngleFromDegrees(to_deg), rpm, 0);
+      const Shaft::Extent extent = shaft.Over(0, kHour);
+      EXPECT_EQ(extent.lowest, 0) << to_deg << " deg at " << rpm << " rpm";
+      EXPECT_EQ(extent.highest, AngleFromDegrees(to_deg)) << to_deg << " deg at " << rpm << " rpm";
+    }
+  }
+}
+
 TEST(ShaftTest, SwingsAboutTheAngleWhereItStood) {
   Shaft shaft(AngleFromDegrees(100));
   const MonoNs period = 2 * kSecond;

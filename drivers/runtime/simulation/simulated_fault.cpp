@@ -18,7 +18,7 @@ struct FaultName {
   double usual = 0;
   double most = 0;
 };
-constexpr std::array<FaultName, 11> kFaults = {{
+constexpr std::array<FaultName, 13> kFaults = {{
     {Kind::kNone, "none", ""},
     {Kind::kOff, "off", ""},
     {Kind::kStuck, "stuck", ""},
@@ -28,6 +28,8 @@ constexpr std::array<FaultName, 11> kFaults = {{
     {Kind::kShort, "short", "of the replies", 1, 1},
     {Kind::kSlow, "slow", "us", 200, 1e6},
     {Kind::kDelayed, "delayed", "ms", 5, 10'000},
+    {Kind::kLate, "late", "ms", 100, 10'000},
+    {Kind::kScattered, "scattered", "ms", 100, 10'000},
     {Kind::kIntermittent, "intermittent", "of the requests", 0.1, 1},
     {Kind::kEcho, "echo", ""},
 }};
@@ -68,6 +70,16 @@ std::string FaultText(const SimulatedFault& fault) {
   std::string text(name.name);
   if (!name.unit.empty()) text += ':' + NumberText(fault.amount);
   return text;
+}
+
+MonoNs LateAdapter::Due(MonoNs sent, const SimulatedFault& fault, SeededRandom& random) {
+  const double amount = fault.amount * static_cast<double>(kMillisecond);
+  if (fault.kind == Kind::kDelayed) return sent + std::llround(amount);
+  if (fault.kind == Kind::kScattered) return sent + std::llround(amount * random.Share());
+  const MonoNs held = fault.kind == Kind::kLate ? std::llround(amount * random.Share()) : 0;
+  const MonoNs due = std::max(sent + held, latest_ + 1);
+  if (held > 0) latest_ = due;
+  return due;
 }
 
 bool FlipBits(std::span<std::uint8_t> bytes, int bits_per_byte, double rate, SeededRandom& random) {

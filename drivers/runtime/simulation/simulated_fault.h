@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "drivers/runtime/core/instant.h"
 #include "drivers/runtime/simulation/seeded_random.h"
 
 namespace axlecast {
@@ -22,6 +23,8 @@ struct SimulatedFault {
     kShort,         // amount: share of replies that end early
     kSlow,          // amount: us by which the reply begins later
     kDelayed,       // amount: ms by which the adapter hands the reply over later
+    kLate,          // amount: ms up to which the adapter hands each reply over later, by chance, in their order
+    kScattered,     // as kLate, but each by a time of its own: later ones may overtake
     kIntermittent,  // amount: share of requests that are not answered
     kEcho,          // the adapter hears its own transmission
   };
@@ -33,6 +36,22 @@ struct SimulatedFault {
 // right.
 [[nodiscard]] std::string ParseFault(std::string_view text, SimulatedFault& fault);
 [[nodiscard]] std::string FaultText(const SimulatedFault& fault);
+
+// Whether each reply is late by a time of its own. CAN has no such fault: a frame's instant is that of its arrival.
+[[nodiscard]] constexpr bool ByChance(SimulatedFault::Kind kind) {
+  return kind == SimulatedFault::Kind::kLate || kind == SimulatedFault::Kind::kScattered;
+}
+inline constexpr const char* kNotByChance = "late and scattered are of serial lines: on CAN use delayed";
+
+// Hands replies over as an adapter does that holds them back.
+class LateAdapter {
+ public:
+  // When the host gets the reply that was on the line until `sent`.
+  [[nodiscard]] MonoNs Due(MonoNs sent, const SimulatedFault& fault, SeededRandom& random);
+
+ private:
+  MonoNs latest_ = 0;  // of the replies that were held back by chance: no later one comes before it
+};
 
 // Inverts each bit with probability `rate`. `bits_per_byte` above 8 counts the delimiter too: returns true when a
 // delimiter was hit.

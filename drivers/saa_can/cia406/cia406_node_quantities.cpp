@@ -26,6 +26,7 @@ struct NodeQuantities {
     if (fault.kind == Kind::kBitFlip || fault.kind == Kind::kRequestFlip || fault.kind == Kind::kEcho) {
       return "CAN has no such fault: its controllers drop damaged frames and send them again; use intermittent";
     }
+    if (ByChance(fault.kind)) return kNotByChance;
     n.fault_ = fault;
     n.encoder_.stuck = fault.kind == Kind::kStuck;
     n.encoder_.stuck_at = n.encoder_.shaft.At(n.now_).angle;

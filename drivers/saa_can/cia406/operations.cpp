@@ -74,7 +74,7 @@ std::span<const OperationSpec> Operations() {
        .needs_permit = true,
        .moves_datum = true,
        .writes = &OneWrite,  // some makers' encoders keep a preset at once
-       .verification = "a reading shows 0 +- 0.2 degrees (or 2 counts)",
+       .verification = "a reading shows 0 +- 0.2 degrees (or 2 counts), if it read otherwise before",
        .found_by = kReadPosition},
       {.name = kSetPosition,
        .help = "Makes the encoder read this position at the present shaft angle: preset value 6003h",
@@ -84,7 +84,7 @@ std::span<const OperationSpec> Operations() {
        .needs_permit = true,
        .moves_datum = true,
        .writes = &OneWrite,
-       .verification = "a reading shows it, +- 0.2 degrees (or 2 counts)",
+       .verification = "a reading shows it, +- 0.2 degrees (or 2 counts), if it read otherwise before",
        .found_by = kReadPosition},
       {.name = kReadPosition,
        .help = "Reads the position once",

@@ -137,9 +137,9 @@ TEST_F(Cia406OperationsTest, ReadPositionLooksWhetherAPresetTookEffect) {
   EXPECT_EQ(finding(), "cannot_tell");
   output().motion.standstill = true;
   EXPECT_EQ(Do("zero").state, OrderState::kSucceeded);
-  EXPECT_EQ(finding(), "effect_seen");
+  EXPECT_EQ(finding(), "reads_as_after");
   look.arguments = {{"after", "set_position counts=0"}};
-  EXPECT_EQ(finding(), "effect_seen");
+  EXPECT_EQ(finding(), "reads_as_after");
 }
 
 TEST_F(Cia406OperationsTest, BadArgumentsAreNamed) {

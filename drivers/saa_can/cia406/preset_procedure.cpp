@@ -1,8 +1,10 @@
 #include "drivers/saa_can/cia406/preset_procedure.h"
 
 #include <axlecast/command_status_t.hpp>
+#include <utility>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/read_back.h"
 #include "drivers/runtime/device/refusal.h"
 #include "drivers/saa_can/cia406/objects.h"
 #include "drivers/saa_can/cia406/readouts.h"
@@ -70,10 +72,12 @@ std::optional<Outcome> PresetProcedure::OnResult(const SdoResult& result) {
 std::optional<Outcome> PresetProcedure::OnRead(const SdoResult& result) {
   if (stage_ != Stage::kReadBefore && stage_ != Stage::kVerify) return std::nullopt;
   if (result.kind != Kind::kValue) {
-    const OrderState state = touched() ? OrderState::kIndeterminate : OrderState::kRejected;
-    return Final(state, Reason::REASON_DEVICE_REFUSED,
-                 touched() ? "the preset went out, but the encoder does not let its position 6004h be read"
-                           : "nothing was done: the encoder does not let its position 6004h be read");
+    if (!touched()) {
+      return Rejected(Reason::REASON_DEVICE_REFUSED, "the encoder does not let its position 6004h be read");
+    }
+    return WithBefore(Final(OrderState::kIndeterminate, Reason::REASON_DEVICE_REFUSED,
+                            "the preset went out, but the encoder does not let its position 6004h be read"),
+                      "");
   }
   if (stage_ == Stage::kVerify) {
     if (result.sent.first < effect_from_) return std::nullopt;
@@ -91,6 +95,7 @@ std::optional<Outcome> PresetProcedure::OnWritten(const SdoResult& result) {
                  Text("nothing was changed: the encoder refuses the preset: %s (0x%08X)", AbortText(result.value),
                       result.value));
   }
+  confirmed_ = result.kind == Kind::kWritten;
   stage_ = Stage::kVerify;
   effect_from_ = result.received.last + settings_.preset_settle;
   deadline_ = effect_from_ + kPatience + 4 * settings_.sdo_timeout;
@@ -98,19 +103,27 @@ std::optional<Outcome> PresetProcedure::OnWritten(const SdoResult& result) {
   running.text = "the preset went out; waiting for a reading that shows its effect";
   running.progress = 0.5F;
   // Should this process die: what is found afterwards says something only beside what was before.
-  running.changes = {{"position", std::to_string(before_), ""}};
-  return running;
+  return WithBefore(std::move(running), "");
 }
 
 std::optional<Outcome> PresetProcedure::Verify(std::uint32_t position) {
   const bool near = IsNear(position, target_, settings_);
   if (!near && ++readings_ < kMostReadings) return std::nullopt;
   const std::string was = Text("the position was %u and reads %u, set to %u", before_, position, target_);
-  Outcome outcome = near ? Verified(was)
+  Outcome outcome = near ? JudgeReadBack({.same_before = SameBefore(), .confirmed = confirmed_}, was)
                          : Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                                  was + ": hold the axis; does the encoder take a preset?");
-  outcome.changes.push_back({"position", std::to_string(before_), std::to_string(position)});
-  return outcome;
+  return WithBefore(std::move(outcome), std::to_string(position));
+}
+
+Outcome PresetProcedure::WithBefore(Outcome outcome, const std::string& after) const {
+  outcome.changes.push_back({"position", std::to_string(before_), after});
+  return WithFindingBefore(std::move(outcome), SameBefore());
+}
+
+bool PresetProcedure::SameBefore() const {
+  return CannotBeToldApart(before_, target_, PresetToleranceCounts(settings_.bits),
+                           std::int64_t{1} << settings_.total_bits());
 }
 
 std::optional<Outcome> PresetProcedure::OnTime(MonoNs now) {
@@ -119,9 +132,10 @@ std::optional<Outcome> PresetProcedure::OnTime(MonoNs now) {
   if (!touched()) {
     return Final(OrderState::kRejected, Reason::REASON_NO_REPLY, "nothing was done: the encoder did not answer");
   }
-  return Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
-               "the preset went out, but no reading came that shows its effect: read_position when the encoder "
-               "answers again");
+  return WithBefore(Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+                          "the preset went out, but no reading came that shows its effect: read_position when the "
+                          "encoder answers again"),
+                    "");
 }
 
 Outcome PresetProcedure::NotAtRest(MonoNs now) const {
@@ -132,10 +146,10 @@ Outcome PresetProcedure::OnLinkLost() const {
   if (!touched()) {
     return Final(OrderState::kFailed, Reason::REASON_NO_REPLY, "nothing was done: the link was lost before it");
   }
-  return Final(
-      OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
-      "the link was lost after the preset and before its effect could be read: read_position when the link "
-      "is back");
+  return WithBefore(Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+                          "the link was lost after the preset and before its effect could be read: read_position "
+                          "when the link is back"),
+                    "");
 }
 
 }  // namespace axlecast::saa_can::cia406

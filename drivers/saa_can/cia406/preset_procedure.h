@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "drivers/runtime/core/device.h"
 #include "drivers/saa_can/cia406/procedure.h"
 #include "drivers/saa_can/cia406/settings.h"
@@ -28,6 +30,8 @@ class PresetProcedure final : public Procedure {
   [[nodiscard]] std::optional<Outcome> OnRead(const SdoResult& result);
   [[nodiscard]] std::optional<Outcome> OnWritten(const SdoResult& result);
   [[nodiscard]] std::optional<Outcome> Verify(std::uint32_t position);
+  [[nodiscard]] bool SameBefore() const;
+  [[nodiscard]] Outcome WithBefore(Outcome outcome, const std::string& after) const;
   [[nodiscard]] bool AtRest(MonoNs now) const;
   [[nodiscard]] Outcome NotAtRest(MonoNs now) const;
 
@@ -38,7 +42,8 @@ class PresetProcedure final : public Procedure {
   MonoNs deadline_;
   MonoNs effect_from_ = 0;
   std::uint32_t before_ = 0;
-  int readings_ = 0;  // after the write
+  bool confirmed_ = false;  // the encoder answered that it took the write
+  int readings_ = 0;        // after the write
 };
 
 }  // namespace axlecast::saa_can::cia406

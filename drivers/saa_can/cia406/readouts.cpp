@@ -4,6 +4,7 @@
 #include <axlecast/command_status_t.hpp>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/runtime/device/read_back.h"
 #include "drivers/saa_can/cia406/objects.h"
 
 namespace axlecast::saa_can::cia406 {
@@ -49,7 +50,7 @@ Outcome PositionReadout::Show(const Values& values, MonoNs now) const {
   const Motion motion = output_.MotionAt(now);
   const bool rests = motion.known && motion.standstill;
   const bool near = IsNear(*values[0], *target_, settings_);
-  outcome.changes.push_back({"finding", "", near ? "effect_seen" : rests ? "no_effect_seen" : "cannot_tell"});
+  outcome.changes.push_back(FindingChange(near ? kReadsAsAfter : rests ? kNoEffectSeen : kCannotTell));
   return outcome;
 }
 

@@ -210,7 +210,7 @@ void BusSimulator::Respond(Station& station, std::vector<std::uint8_t> bytes, Mo
   Response response;
   response.on_wire.first = (rules_.paced ? frame_at_.last + rules_.reply_delay : now) + later;
   response.on_wire.last = response.on_wire.first + WireTime(bytes.size());
-  response.due = response.on_wire.last + Amount(fault.line, Kind::kDelayed, kMillisecond);
+  response.due = adapter_.Due(response.on_wire.last, fault.line, station.random);
   station.ready = response.on_wire.last + kCommandPause;
   bytes.resize(Damage(bytes, fault.line, station.random));
   response.bytes = std::move(bytes);

@@ -115,6 +115,7 @@ class BusSimulator final : public Simulator {
   MonoNs quiet_since_ = INT64_MIN / 2;
   MonoNs ready_ = INT64_MIN;  // readings A and L
   std::vector<Response> responses_;
+  LateAdapter adapter_;
 };
 
 }  // namespace axlecast::tsubaki_sc::simulator

@@ -4,6 +4,8 @@ but systemd starts a process of ours here, within the sandboxes of the units."""
 import json
 import os
 import pathlib
+import re
+import shutil
 import signal
 import subprocess
 import unittest
@@ -16,6 +18,8 @@ NEWER = "/packages/newer/axlecast.deb"
 LIMIT = 120  # s: an emulated machine on a busy host
 CONFIG = pathlib.Path("/etc/axlecast/machine.yaml")
 DRIVERS = ["axlecast-driver@line.service", "axlecast-driver@motors.service"]
+ACCOUNTS = {"axlecast-bridge": "axlecast-bridge", "axlecast-driver": "axlecast-drivers", "axlecast-record": "axlecast-record",
+            "axlecast-simulate": "axlecast-drivers", "axlecast-web": "axlecast-web"}
 SERVICES = ["axlecast-bridge.service", *DRIVERS, "axlecast-record.service", "axlecast-simulate.service"]
 MACHINE = """\
 machine: press3
@@ -96,7 +100,7 @@ class Installed(unittest.TestCase):
     def setUpClass(cls):
         run("dpkg", "--install", str(PACKAGE))
         cls.began_with = active("axlecast.target"), [active(unit) for unit in SERVICES]
-        keys = json.loads(run("axlecast", "keygen", "--machine", "press3", "--group", "axlecast", "--json"))
+        keys = json.loads(run("axlecast", "keygen", "--machine", "press3", "--json"))
         CONFIG.write_text(MACHINE.format(bridge=keys["yaml"].rstrip()))
         run("axlecast", "check-config")
         run("systemctl", "daemon-reload")
@@ -120,7 +124,7 @@ class Installed(unittest.TestCase):
             self.assertRegex(status, r"CapEff:\s*0+\n", unit)
             self.assertRegex(status, r"NoNewPrivs:\s*1\n", unit)
             self.assertRegex(status, r"Seccomp:\s*2\n", unit)
-            self.assertEqual(pathlib.Path(f"/proc/{pid(unit)}").owner(), "axlecast")
+            self.assertEqual(pathlib.Path(f"/proc/{pid(unit)}").owner(), ACCOUNTS[re.sub(r"@.*|\.service", "", unit)])
 
     def test_the_multicast_route_is_there(self):
         self.assertIn("dev lo", run("ip", "route", "get", "239.255.76.67"))
@@ -153,6 +157,31 @@ class Installed(unittest.TestCase):
         before = pid(DRIVERS[0])
         os.kill(before, signal.SIGKILL)
         wait_for_another(DRIVERS[0], before)
+
+    def test_a_unit_that_keeps_failing_is_tried_for_ever_and_ever_more_slowly(self):
+        unit = DRIVERS[1]
+        folder = pathlib.Path(f"/run/systemd/system/{unit}.d")
+        folder.mkdir()
+        (folder / "broken.conf").write_text("[Service]\nExecStart=\nExecStart=/bin/false\n")
+        run("systemctl", "daemon-reload")
+        before = int(show(unit, "NRestarts"))
+        os.kill(pid(unit), signal.SIGKILL)
+        failures = pathlib.Path("/run/axlecast-restart/axlecast-driver@motors/failures")
+        wait_for(lambda: failures.exists() and int(failures.read_text() or 0) >= 4, lambda: journal(unit), LIMIT)
+        self.assertGreaterEqual(int(show(unit, "NRestarts")), before + 3)
+        self.assertNotEqual(active(unit), "failed")
+        shutil.rmtree(folder)
+        run("systemctl", "daemon-reload")
+        wait_for_another(unit, 0)
+
+    def test_memory_is_bounded(self):
+        for unit in [*SERVICES, "axlecast-web.service"]:
+            self.assertLessEqual(int(show(unit, "MemoryMax")), 512 << 20, unit)
+
+    def test_keys_are_readable_for_their_process_only(self):
+        owners = {path.name: path.group() for path in pathlib.Path("/etc/axlecast/press3").glob("*.key")}
+        self.assertEqual(owners, {"bridge.key": "axlecast-bridge", "drivers.key": "axlecast-drivers", "local.key": "root"})
+        self.assertEqual(run("axlecast", "doctor", "--only", "key_access,group_members,key_mode,key_owner"), "")
 
     def test_what_stands_still_is_restarted(self):
         before = {unit: pid(unit) for unit in (DRIVERS[1], "axlecast-record.service")}
@@ -221,7 +250,7 @@ class Removed(unittest.TestCase):
     def test_nothing_runs_and_nothing_is_left(self):
         run("dpkg", "--remove", "axlecast")
         owners = {path.owner() for path in pathlib.Path("/proc").glob("[0-9]*")}
-        self.assertNotIn("axlecast", owners)
+        self.assertEqual([owner for owner in owners if owner.startswith("axlecast")], [])
         self.assertEqual([unit for unit in SERVICES if active(unit) not in ("inactive", "failed")], [])
         self.assertTrue(list(pathlib.Path("/var/log/axlecast").rglob("*.lcm")), "what was recorded outlives a removal")
         run("dpkg", "--purge", "axlecast")

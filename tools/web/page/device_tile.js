@@ -45,10 +45,12 @@ class MotorFace {
     );
   }
 
-  update(reading) {
+  update(reading, trend) {
     setText(this.facts.voltage.value, quantity(reading?.voltage_v, "V"));
     setText(this.facts.current.value, quantity(reading?.current_a, "A"));
     setText(this.facts.temperature.value, quantity(reading?.temperature_c, "°C"));
+    if (trend && trend !== this.trend) this.spark.begin(trend);
+    this.trend = trend;
     if (reading) this.spark.add(reading.utime, reading.power_w);
     return [quantity(reading?.power_w, "W"), "W"];
   }
@@ -77,10 +79,10 @@ export class DeviceTile {
     );
   }
 
-  update({ device, state, alarms, now }) {
+  update({ device, state, alarms, trend, now }) {
     const reading = state?.reading ?? null;
     this.badge.update(state?.state);
-    const [value, unit] = this.face.update(reading);
+    const [value, unit] = this.face.update(reading, trend);
     setText(this.value, value);
     setUnit(this.unit, unit);
     setText(this.rate, state ? `${rate(state.rate_hz)}/s` : "");

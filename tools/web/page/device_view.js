@@ -48,6 +48,7 @@ function commonFacts(device, state) {
     ["Model", state?.model || device.model],
     ...(state?.serial ? [["Serial number", state.serial]] : []),
     ...(state?.firmware ? [["Firmware", state.firmware]] : []),
+    ...(state?.product_code ? [["Product code", state.product_code]] : []),
     ["Readings", `${rate(state?.rate_hz)}/s`],
     ["Polled every", state?.poll_us ? microseconds(state.poll_us) : "as fast as the bus allows"],
     ["Good readings", count(state?.good)],

@@ -8,6 +8,7 @@ const REQUIRED = {
   state: { utime: "number", devices: "array", buses: "array", recorders: "array" },
   alarms: { device: "string", utime: "number", total: "number", entries: "array", appeared: "array", cleared: "array" },
   samples: { device: "string", dropped: "number", t0_utime: "number", dt_us: "array", columns: "object" },
+  trend: { device: "string", column: "string", utimes: "array", values: "array" },
   trip: {
     device: "string",
     utime: "number",

@@ -31,6 +31,7 @@ export class Machine {
     this.trips = new Map(); // "device/count" -> frame
     this.commands = new Map(); // id -> frame, oldest first
     this.samples = new Map(); // device -> Samples
+    this.trends = new Map(); // device -> frame
     this.notes = []; // alarms that appeared or went, newest first
     for (const kind of ["alarms", "trips", "commands"]) this.revision[kind] += 1;
   }
@@ -44,6 +45,7 @@ export class Machine {
     state: (frame) => this.#onState(frame),
     alarms: (frame) => this.#onAlarms(frame),
     samples: (frame) => this.#onSamples(frame),
+    trend: (frame) => this.trends.set(frame.device, frame),
     trip: (frame) => this.#onTrip(frame),
     command: (frame) => this.#onCommand(frame),
     playback: (frame) => {

@@ -130,6 +130,7 @@ export class MachineView {
       now,
       state: machine.stateOf.device.get(device.device),
       alarms: machine.alarms.get(device.device),
+      trend: machine.trends.get(device.device),
     }));
     const shown = items.filter((item) => this.#fits(item));
     this.tiles.update(shown);

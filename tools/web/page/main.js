@@ -13,6 +13,7 @@ import { PageHead } from "./page_head.js";
 import { PlaybackBar } from "./playback_bar.js";
 import { RecorderView } from "./recorder_view.js";
 import { ServerClock } from "./server_clock.js";
+import { hasCurves } from "./strip.js";
 import { themeButton } from "./theme.js";
 import { TripView } from "./trip_view.js";
 
@@ -70,7 +71,7 @@ function show() {
 let asked = "";
 function subscribe() {
   const wanted = new Set([...views.charts.devices, ...(current === views.device ? views.device.devices : [])]);
-  const devices = [...wanted].sort();
+  const devices = hasCurves ? [...wanted].sort() : [];
   if (devices.join() === asked || link.state !== "open" || !machine.hello) return;
   asked = devices.join();
   machine.subscribe(devices);

@@ -62,6 +62,17 @@ class RecorderCard {
   }
 }
 
+// What the page's server lost or refused of LCM's datagrams; empty when nothing.
+function receptionText(reception) {
+  const parts = [
+    [reception?.dropped, "lost because the page's server was too slow"],
+    [reception?.outside, "from other hosts refused"],
+    [reception?.malformed, "malformed"],
+  ].filter(([number]) => number > 0);
+  if (parts.length === 0) return "";
+  return `Datagrams at the page's server: ${parts.map(([number, what]) => `${count(number)} ${what}`).join(", ")}.`;
+}
+
 export class RecorderView {
   constructor(machine) {
     this.machine = machine;
@@ -74,6 +85,7 @@ export class RecorderView {
     );
     this.bridge = new StateBadge();
     this.alarms = new AlarmList("No alarm of a recorder or of the bridge.");
+    this.reception = element("p.reception");
     this.root = element(
       "div.recorder-view",
       {},
@@ -86,6 +98,7 @@ export class RecorderView {
         element("header", {}, element("h3", {}, "Bridge"), this.bridge.root),
         this.alarms.root,
       ),
+      this.reception,
     );
   }
 
@@ -97,6 +110,7 @@ export class RecorderView {
     setHidden(this.empty, recorders.length > 0);
     const serves = state?.bridge?.serves;
     this.bridge.show(serves ? "good" : "silent", serves ? "Serves commands" : "Not heard");
+    setText(this.reception, receptionText(state?.reception));
     const own = [...alarms.values()].filter((frame) => /^(bridge$|recorder\/)/.test(frame.device));
     this.alarms.update(own.flatMap((frame) => frame.entries.map((entry) => ({ device: frame.device, entry }))));
   }

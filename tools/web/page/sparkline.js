@@ -1,4 +1,4 @@
-// The last two minutes of a slow quantity, from the states that came while one looked.
+// The last two minutes of a slow quantity: those that the server remembers, then the states that came while one looked.
 
 import { drawing, setAttribute } from "./dom.js";
 
@@ -18,6 +18,12 @@ export class Sparkline {
       this.area,
       this.line,
     );
+  }
+
+  // What the server remembers, a `trend` frame.
+  begin({ utimes, values }) {
+    this.points = [];
+    utimes.forEach((utime, i) => this.add(utime, values[i]));
   }
 
   add(utime, value) {

@@ -25,6 +25,9 @@ const LEAST_SPAN = {
   "m/s²": 0.5,
 };
 
+// False in a build without uPlot: there are no strips then.
+export const hasCurves = uPlot !== null;
+
 export class Strip {
   // `channel`: {key, device, column, unit, colour}; colour is the number of a hue of the style sheet.
   constructor(channel, { width, height, withTime }) {

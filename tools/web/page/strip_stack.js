@@ -4,7 +4,7 @@
 import { element, setAttribute, setHidden, setText } from "./dom.js";
 import { picture } from "./icons.js";
 import { duration, timeOfDay } from "./numbers.js";
-import { Strip } from "./strip.js";
+import { Strip, hasCurves } from "./strip.js";
 import { TimeWindow } from "./time_window.js";
 
 const BEHIND_S = 0.12; // the right edge is as old as the newest readings are on their way
@@ -15,6 +15,9 @@ const ZOOM_STEP = 0.7;
 const LEAST_HEIGHT = 104;
 const TIME_HEIGHT = 26;
 const MOST_HEIGHT = 420;
+const NO_CURVES =
+  "This build draws no curves: uPlot was not there when axlecast was built. Everything else works. " +
+  "To add them, build again with -DAXLECAST_UPLOT=npm or -DAXLECAST_UPLOT=FOLDER; docs/web.md describes both.";
 
 export class StripStack {
   // `time`: {now(): the server's instant in s, 0 unknown; speed(): of its time against ours}.
@@ -34,8 +37,9 @@ export class StripStack {
       "aria-label":
         "Strip charts. Space: pause. Arrow keys: move. Plus and minus: zoom. Comma and full stop: cursor. End: newest.",
     });
-    this.empty = element("p.empty", {}, "No channel chosen.");
+    this.empty = element("p.empty", {}, hasCurves ? "No channel chosen." : NO_CURVES);
     this.root = element("div.strip-stack", {}, this.#makeTools(), this.body, this.empty);
+    this.root.classList.toggle("without-curves", !hasCurves);
     this.#listen();
     new ResizeObserver(() => this.#layOut()).observe(this.body);
   }
@@ -86,7 +90,8 @@ export class StripStack {
   }
 
   // The channels to show, in their order.
-  show(channels) {
+  show(wantedChannels) {
+    const channels = hasCurves ? wantedChannels : [];
     const wanted = new Set(channels.map((channel) => channel.key));
     const known = new Map(this.strips.map((strip) => [strip.channel.key, strip]));
     for (const [key, strip] of known) if (!wanted.has(key)) strip.destroy();

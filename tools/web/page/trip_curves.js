@@ -6,7 +6,7 @@ import { columnWord } from "./words.js";
 
 const WIDTH = 250;
 const HEIGHT = 136;
-const GUTTER = 48; // for the scale
+const GUTTER = 58; // for the scale
 const LAST = 19;
 
 const x = (index) => (index / LAST) * WIDTH;

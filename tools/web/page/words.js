@@ -8,6 +8,7 @@ const RECORDER_STATES = {
   DISK_FULL: "Disk full",
   ERROR: "Error",
   STOPPING: "Stopping",
+  ENDED: "Ended",
 };
 
 export function stateWord(state) {
@@ -18,7 +19,7 @@ export function stateWord(state) {
 // How a state is drawn: "good", "starting", "warning", "bad" or "silent".
 export function stateLook(state) {
   if (state === null || state === undefined) return "silent";
-  if (state === "ONLINE" || state === "UP" || state === "RECORDING" || state === "PRE_TRIGGER") return "good";
+  if (state === "ONLINE" || state === "UP" || state === "RECORDING" || state === "PRE_TRIGGER" || state === "ENDED") return "good";
   if (state === "STARTING" || state === "STOPPING") return "starting";
   return state === "DEGRADED" ? "warning" : "bad";
 }

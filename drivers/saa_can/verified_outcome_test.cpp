@@ -1,0 +1,32 @@
+// No operation claims an effect that its read-back would have shown without it (docs/commands.md).
+#include <gtest/gtest.h>
+
+#include "drivers/saa_can/bus_test_support.h"
+
+namespace axlecast::saa_can {
+namespace {
+
+// The reply `20 00` has the bytes of the position 32 (0.7 degrees at 14 bits): beside it, it cannot be told apart.
+TEST(VerifiedOutcome, AZeroIsVerifiedOnlyWhereItsEffectCanBeSeen) {
+  struct Case {
+    const char* simulated;
+    OrderState state;
+    bool verified;
+  };
+  for (const Case& c : {Case{"start_deg: 123", OrderState::kSucceeded, true},
+                        {"start_deg: 0.7", OrderState::kSucceeded, true},
+                        {"start_deg: 0", OrderState::kSucceeded, false},
+                        {"start_deg: 0.1", OrderState::kSucceeded, false},
+                        {"start_deg: 359.7", OrderState::kSucceeded, false}}) {
+    SimulatedBus bus("a: {bits: 14}", std::string("a: {") + c.simulated + "}");
+    bus.Run(kSecond);
+    const Outcome outcome = bus.Do("zero");
+    EXPECT_EQ(outcome.state, c.state) << c.simulated << ": " << outcome.text;
+    EXPECT_EQ(outcome.verified, c.verified) << c.simulated << ": " << outcome.text;
+    EXPECT_LE(outcome.text.size(), 200U);
+    EXPECT_EQ(bus.State("a", "zeroings"), "1");
+  }
+}
+
+}  // namespace
+}  // namespace axlecast::saa_can

@@ -1,0 +1,48 @@
+// No operation claims an effect that its read-back would have shown without it (docs/commands.md).
+#include <gtest/gtest.h>
+
+#include "drivers/tsubaki_sc/device_test_support.h"
+
+namespace axlecast::tsubaki_sc {
+namespace {
+
+bool IsWrite(const ByteList& request) { return request[1] == 0x05 || request[1] == 0x10 || request[1] == 0x06; }
+
+TEST(VerifiedOutcome, AStartIsVerifiedOnlyWhereTheStopCoilGoesOff) {
+  struct Case {
+    bool stopped;
+    bool reply;
+    OrderState state;
+    bool verified;
+  };
+  for (const Case& c : {Case{true, true, OrderState::kSucceeded, true},
+                        {true, false, OrderState::kSucceeded, true},
+                        {false, true, OrderState::kSucceeded, false},
+                        {false, false, OrderState::kIndeterminate, false}}) {
+    Bench bench("{address: 1, motor_control: start_stop, passwords: {old: {file: /p/old}}, password: old}");
+    bench.unit.logged_in = true;
+    bench.GoOnline();
+    bench.unit.stop_coil = c.stopped;
+    bench.wire = [&](const ByteList& request) {
+      ByteList reply = bench.unit.Answer(request);
+      return IsWrite(request) && !c.reply ? ByteList() : reply;
+    };
+    EXPECT_EQ(bench.Do("start_motor").state, c.state) << bench.Last().text;
+    EXPECT_EQ(bench.Last().verified, c.verified) << bench.Last().text;
+    EXPECT_LE(bench.Last().text.size(), 200U);
+  }
+}
+
+// What holds already is not written, and the outcome says so.
+TEST(VerifiedOutcome, WhatHeldAlreadyIsNamedSo) {
+  Bench bench(kLoginKeys);
+  bench.unit.logged_in = true;
+  bench.GoOnline();
+  bench.unit.inputs[200] = 0;
+  EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kSucceeded);
+  EXPECT_NE(bench.Last().text.find("0 already: nothing was sent"), std::string::npos);
+  EXPECT_EQ(bench.unit.clears, 0);
+}
+
+}  // namespace
+}  // namespace axlecast::tsubaki_sc

@@ -1,0 +1,20 @@
+#include <cstdlib>
+
+#include "tools/mqtt/link_frames.h"
+
+// Whatever a damaged link process writes is refused, or reads back as the same event or order.
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  axlecast::FrameBuffer buffer(1 << 16);
+  buffer.Add({reinterpret_cast<const char*>(data), size});
+  while (const auto body = buffer.Next()) {
+    if (const auto event = axlecast::DecodeEvent(*body)) {
+      const std::string again = axlecast::EncodeEvent(*event);
+      if (!axlecast::DecodeEvent(std::string_view(again).substr(4))) std::abort();
+    }
+    if (const auto order = axlecast::DecodeOrder(*body)) {
+      const std::string again = axlecast::EncodeOrder(*order);
+      if (!axlecast::DecodeOrder(std::string_view(again).substr(4))) std::abort();
+    }
+  }
+  return 0;
+}

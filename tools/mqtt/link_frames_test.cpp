@@ -1,0 +1,99 @@
+#include "tools/mqtt/link_frames.h"
+
+#include <gtest/gtest.h>
+
+namespace axlecast {
+namespace {
+
+constexpr std::size_t kLongest = 1000;
+
+// The one body that a stream of frames holds.
+std::string BodyOf(const std::string& stream) {
+  FrameBuffer buffer(kLongest);
+  buffer.Add(stream);
+  return buffer.Next().value_or("");
+}
+
+LinkOrder Connect() {
+  LinkOrder order{.kind = LinkOrder::Kind::kConnect, .message = {"a/status", "gone", true}};
+  order.settings = {.host = "broker.example",
+                    .port = 8883,
+                    .version_5 = false,
+                    .client_id = "id",
+                    .user = "press3",
+                    .password = {.file = "/p", .credential = "c", .group_may_read = true},
+                    .tls = true,
+                    .ca = "/ca",
+                    .certificate = "/cert",
+                    .key = "/key",
+                    .keep_alive_s = 7,
+                    .attempts = 3};
+  return order;
+}
+
+TEST(LinkFramesTest, AnOrderToConnectCarriesEverySetting) {
+  const auto order = DecodeOrder(BodyOf(EncodeOrder(Connect())));
+  ASSERT_TRUE(order);
+  EXPECT_EQ(order->kind, LinkOrder::Kind::kConnect);
+  EXPECT_EQ(order->message.topic, "a/status");
+  EXPECT_TRUE(order->message.retain);
+  const MqttLinkSettings& settings = order->settings;
+  EXPECT_EQ(settings.host, "broker.example");
+  EXPECT_EQ(settings.port, 8883);
+  EXPECT_FALSE(settings.version_5);
+  EXPECT_EQ(settings.client_id, "id");
+  EXPECT_EQ(settings.user, "press3");
+  EXPECT_EQ(settings.password.file, "/p");
+  EXPECT_EQ(settings.password.credential, "c");
+  EXPECT_TRUE(settings.password.group_may_read);
+  EXPECT_TRUE(settings.tls);
+  EXPECT_EQ(settings.ca + settings.certificate + settings.key, "/ca/cert/key");
+  EXPECT_EQ(settings.keep_alive_s, 7);
+  EXPECT_EQ(settings.attempts, 3U);
+}
+
+TEST(LinkFramesTest, MessagesAndEventsComeThroughWhateverBytesTheyHold) {
+  const std::string bytes("a\0\xff\n", 4);
+  const auto order =
+      DecodeOrder(BodyOf(EncodeOrder({.kind = LinkOrder::Kind::kSend, .message = {"t", bytes, false}, .id = 41})));
+  ASSERT_TRUE(order);
+  EXPECT_EQ(order->id, 41);
+  EXPECT_EQ(order->message.payload, bytes);
+  for (const auto kind : {BrokerEvent::Kind::kConnected, BrokerEvent::Kind::kTaken, BrokerEvent::Kind::kRefused,
+                          BrokerEvent::Kind::kDown}) {
+    const auto event = DecodeEvent(BodyOf(EncodeEvent({kind, -3, bytes, true})));
+    ASSERT_TRUE(event);
+    EXPECT_EQ(event->kind, kind);
+    EXPECT_EQ(event->message, -3);
+    EXPECT_EQ(event->text, bytes);
+    EXPECT_TRUE(event->fault);
+  }
+}
+
+TEST(LinkFramesTest, FramesComeInPiecesAndSeveralAtOnce) {
+  const std::string stream =
+      EncodeEvent({BrokerEvent::Kind::kTaken, 1, ""}) + EncodeEvent({BrokerEvent::Kind::kTaken, 2, "two"});
+  FrameBuffer buffer(kLongest);
+  std::vector<int> numbers;
+  for (const char byte : stream) {
+    buffer.Add({&byte, 1});
+    while (const auto body = buffer.Next()) numbers.push_back(DecodeEvent(*body).value().message);
+  }
+  EXPECT_EQ(numbers, (std::vector{1, 2}));
+}
+
+TEST(LinkFramesTest, WhatIsCutOrTooLongOrOfNoKindIsRefused) {
+  const std::string body = BodyOf(EncodeOrder(Connect()));
+  for (std::size_t size = 0; size < body.size(); ++size) EXPECT_FALSE(DecodeOrder(body.substr(0, size))) << size;
+  EXPECT_FALSE(DecodeOrder(body + "x"));
+  EXPECT_FALSE(DecodeOrder(std::string(4, '\x7f')));
+  const std::string event = BodyOf(EncodeEvent({BrokerEvent::Kind::kDown, 0, "why"}));
+  for (std::size_t size = 0; size < event.size(); ++size) EXPECT_FALSE(DecodeEvent(event.substr(0, size))) << size;
+  FrameBuffer buffer(kLongest);
+  buffer.Add(std::string("\xff\xff\xff\x7f", 4));
+  EXPECT_FALSE(buffer.Next());
+  EXPECT_TRUE(buffer.bad());
+}
+
+}  // namespace
+}  // namespace axlecast
