@@ -10,21 +10,21 @@
 
 namespace axlecast {
 
-// A command as the bridge remembers it.
+// The status of a command that the bridge keeps.
 struct KnownCommand {
-  command_status_t latest{};  // how it stands
-  command_status_t told{};    // what may be told of it; STATE_UNKNOWN until its acceptance is durable
+  command_status_t latest{};  // the newest status
+  command_status_t told{};    // the status that may be published; STATE_UNKNOWN until the acceptance is on disk
   MonoNs begin_by = 0;
 };
 
-// How commands stand that need no journal: what only reads, and what is only prepared. The oldest are forgotten
-// first: one of them that comes again has expired by then, or reads again.
+// Statuses of commands that are not journalled: read-only commands and PREPARE. If the store is full, the oldest
+// status is dropped. If its command arrives again, it has expired by then, or it only reads again.
 class BriefMemory {
  public:
   explicit BriefMemory(std::size_t capacity = 4'096) : capacity_(capacity) {}
 
   void Put(const command_status_t& status, MonoNs begin_by);
-  // How one that is known stands now.
+  // Replaces the status of a stored command. Does nothing for other commands.
   void Update(const command_status_t& status);
   [[nodiscard]] const KnownCommand* Find(const CommandId& id) const;
 

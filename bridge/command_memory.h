@@ -10,29 +10,29 @@
 
 namespace axlecast {
 
-// How every command stands that this bridge has taken up. One that may act is remembered until its validity is over
-// and it has ended, whatever becomes of the journal: so no message of this boot acts twice. What only reads is
-// remembered briefly.
+// Statuses of all commands that this bridge has received. The status of a command that may act is kept until the
+// command has ended and its validity is over, even if the journal is lost: no message of this boot acts twice.
+// Statuses of read-only commands are kept in BriefMemory.
 class CommandMemory {
  public:
-  // With less than this many, those that ended are kept longer, to be answered without the journal.
+  // Up to this many, ended commands are kept longer, so that queries are answered without the journal.
   static constexpr std::size_t kMinKept = 4'096;
-  static constexpr std::size_t kMaxKept = 20'000;  // then IsFull
+  static constexpr std::size_t kMaxKept = 20'000;  // IsFull returns true from here on
 
-  // Null: this bridge has not taken it up, or has forgotten it since.
+  // Returns null if this bridge has not received the command, or has dropped its status.
   [[nodiscard]] const KnownCommand* Find(const CommandId& id) const;
   [[nodiscard]] bool IsFull(MonoNs now);
 
-  // One that only reads or is only prepared; told at once.
+  // Adds a read-only or PREPARE command. Its status may be published immediately.
   void PutBrief(const command_status_t& status, MonoNs begin_by) { brief_.Put(status, begin_by); }
   [[nodiscard]] bool IsBrief(const CommandId& id) const { return brief_.Find(id) != nullptr; }
-  // One that may act. It is told nothing of yet.
+  // Adds a command that may act. No status of it may be published before Tell.
   void Begin(const command_status_t& status, MonoNs begin_by);
-  // It stands otherwise now.
+  // Replaces the newest status of a stored command.
   void Update(const command_status_t& status);
-  // It may be told so.
+  // Marks the status as published.
   void Tell(const command_status_t& status);
-  // It was never taken up.
+  // Removes a command whose acceptance was not completed.
   void Forget(const CommandId& id) { known_.erase(id); }
 
  private:

@@ -33,7 +33,7 @@ void Copy(const driver_status_t& from, command_status_t& to) {
 
 using Noting = Task::Noting;
 
-// The journal must write something before it goes on.
+// Returns true if the task continues only after the journal has written its entry.
 bool WaitsForJournal(const Task& task) {
   return task.noting == Noting::kAccepted || task.noting == Noting::kRouted;
 }

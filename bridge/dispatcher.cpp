@@ -50,7 +50,7 @@ Dispatcher::Dispatcher(const MachineConfig& machine, std::int64_t boot_id, Bridg
   Settle();
 }
 
-// Each entry ends with this: what the journal's thread has done meanwhile goes on.
+// Continues what the journal's thread has finished in the meantime. Every public function ends with this call.
 void Dispatcher::Settle() {
   queue_.Settle();
   TellOverdue();
@@ -305,7 +305,7 @@ void Dispatcher::EndCommand(Task task, Instant now) {
   Conclude(status, now);
 }
 
-// An outcome, or its finding: it is told when it is on the disk, or when that takes too long or fails.
+// Publishes an outcome or its finding after the journal has written it, or after the journal failed or stalled.
 void Dispatcher::Conclude(const command_status_t& status, Instant now) {
   memory_.Update(status);
   if (memory_.IsBrief(IdOf(status.id))) return port_.Tell(status, now);
@@ -327,7 +327,7 @@ void Dispatcher::TellOutcome(Untold& outcome) {
   port_.Tell(outcome.status, now_);
 }
 
-// What waits for a disk that does not answer is told without it.
+// Publishes the outcomes whose journal entries have waited longer than JournalQueue::kStalled.
 void Dispatcher::TellOverdue() {
   for (const auto& outcome : untold_) {
     if (now_.mono - outcome->since > JournalQueue::kStalled) TellOutcome(*outcome);

@@ -104,7 +104,7 @@ class Dispatcher final : private LaneOutput {
     MonoNs since = 0;
     bool answered = false;
   };
-  // An outcome that is being written, to be told then.
+  // An outcome that the journal is writing. It is published afterwards.
   struct Untold {
     command_status_t status;
     MonoNs since = 0;

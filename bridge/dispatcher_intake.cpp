@@ -151,7 +151,7 @@ std::optional<Refusal> Dispatcher::Busy(const Bus& bus, const DeviceLane& lane, 
   return std::nullopt;
 }
 
-// The task that carries the command out; why there is none.
+// Fills `task` for a command. Returns the refusal if the command cannot be carried out.
 std::optional<Refusal> Dispatcher::MakeTask(const Incoming& incoming, Task& task, Instant now) {
   const command_body_t& body = incoming.body;
   task.id = IdOf(body.id);
@@ -219,7 +219,7 @@ void Dispatcher::AcceptBriefly(const Incoming& incoming, Task task, const std::o
   lane.Tick(now);
 }
 
-// Has the journal note the command, accepted or refused. A refusal is told at once while the journal is slow.
+// Writes the acceptance or refusal to the journal. If the journal is slow, a refusal is published without waiting.
 void Dispatcher::NoteAccepted(const Incoming& incoming, DeviceLane& lane, Instant now) {
   const command_status_t& status = incoming.status;
   const bool urgent = incoming.admitted.operation->urgent;
