@@ -73,6 +73,9 @@ function(axlecast_test_program target)
   target_precompile_headers(${target} REUSE_FROM axlecast_test_headers)
   axlecast_unity(${target} ${ARG_SOURCES})
   add_dependencies(axlecast_unit_tests ${target})
+  if(NOT AXLECAST_UNIT_TESTS)
+    set_target_properties(${target} PROPERTIES EXCLUDE_FROM_ALL ON)
+  endif()
 endfunction()
 
 # axlecast_test(TARGET PREFIX SOURCES file... LIBRARIES target...)
@@ -80,7 +83,11 @@ endfunction()
 # A GoogleTest program, its cases known to ctest as PREFIX.Suite.Case.
 function(axlecast_test target prefix)
   axlecast_test_program(${target} ${ARGN})
-  gtest_discover_tests(${target} TEST_PREFIX ${prefix}. NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+  if(NOT AXLECAST_UNIT_TESTS)
+    return()
+  endif()
+  gtest_discover_tests(${target} TEST_PREFIX ${prefix}. NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60
+    PROPERTIES TIMEOUT 300 LABELS unit)
 endfunction()
 
 # axlecast_folder(TARGET [DEPENDS target...] [EXCEPT file.cpp...])
