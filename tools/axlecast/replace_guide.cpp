@@ -27,7 +27,9 @@ namespace {
 
 constexpr MonoNs kLook = 3 * kSecond;  // DEVICE comes once a second
 
+// Returns true if the device is online or degraded and its DEVICE message was received.
 bool Answers(const DeviceView& device, MonoNs now) {
+  if (!device.info) return false;
   const auto state = device.State(now);
   return state == device_info_t::STATE_ONLINE || state == device_info_t::STATE_DEGRADED;
 }
@@ -35,7 +37,7 @@ bool Answers(const DeviceView& device, MonoNs now) {
 std::string StateText(const DeviceView& device, MonoNs now) {
   const auto state = device.State(now);
   if (!state) return "SILENT (its driver is not heard)";
-  const std::string reason = Printable(device.info->reason);
+  const std::string reason = device.info ? Printable(device.info->reason) : "";
   return std::string(DeviceStateName(*state)) + (reason.empty() ? "" : " (" + reason + ")");
 }
 

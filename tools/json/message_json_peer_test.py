@@ -37,6 +37,7 @@ NAMES = {
     ("driver_status_t", "state"): ("state_name", "command_status_t", "STATE_"),
     ("driver_status_t", "reason_code"): ("reason_name", "command_status_t", "REASON_"),
     ("motor_health_t", "flags"): ("flag_names", "motor_health_t", "FLAG_"),
+    ("motor_limits_t", "flags"): ("flag_names", "motor_limits_t", "FLAG_"),
     ("motor_health_t", "status_bits"): ("status_names", "motor_health_t", "STATUS_"),
     ("motor_health_t", "trip_factor"): ("trip_factor_names", "motor_health_t", "STATUS_"),
     ("position_block_t", "unit"): ("unit_name", "position_t", "UNIT_"),

@@ -28,8 +28,9 @@ void Each(Exposition& out, const MachineView& machine, Value value) {
 template <typename Value>
 void EachNow(Exposition& out, const MachineView& machine, MonoNs now, Value value) {
   for (const BusView& bus : machine.buses()) {
-    if (!bus.listed || !bus.State(now)) continue;
-    const auto number = static_cast<double>(value(*bus.health));
+    const bus_health_t* health = bus.listed ? bus.FreshHealth(now) : nullptr;
+    if (health == nullptr) continue;
+    const auto number = static_cast<double>(value(*health));
     if (!std::isnan(number)) out.Add({{"bus", bus.name}}, number);
   }
 }

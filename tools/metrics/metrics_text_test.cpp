@@ -163,6 +163,13 @@ TEST_F(MetricsTextTest, RecordersCommandsAndWhatDidNotReachUs) {
   EXPECT_EQ(Value("axlecast_messages_unusable_total"), "1");
 }
 
+// Valid readings make a bus UP whose BUS message has not come: its numbers are not known then.
+TEST_F(MetricsTextTest, ABusWhoseOwnMessageIsMissingHasNoNumbers) {
+  EXPECT_EQ(Value("axlecast_bus_state{bus=\"rs485-1\",state=\"up\"}"), "1");
+  EXPECT_EQ(Value("axlecast_bus_exchange_rate_hertz{bus=\"rs485-1\"}"), "");
+  EXPECT_EQ(Value("axlecast_bus_can_transmit_errors{bus=\"rs485-1\"}"), "");
+}
+
 // Anybody may publish names: each would be a series for ever in Prometheus.
 TEST_F(MetricsTextTest, NamesThatTheFileDoesNotListAreCountedAndGetNoSeries) {
   const auto lines = [this] {

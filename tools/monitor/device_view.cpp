@@ -78,8 +78,12 @@ bool DeviceView::Heard() const {
   return info->state != device_info_t::STATE_ONLINE && info->state != device_info_t::STATE_DEGRADED;
 }
 
+const bus_health_t* BusView::FreshHealth(MonoNs now) const {
+  return health && now - health_at <= kStaleAfter ? &*health : nullptr;
+}
+
 std::optional<std::int8_t> BusView::State(MonoNs now) const {
-  if (health && now - health_at <= kStaleAfter) return health->state;
+  if (const bus_health_t* fresh = FreshHealth(now)) return fresh->state;
   if (valid_at && now - *valid_at <= kStaleAfter) return bus_health_t::STATE_UP;
   return std::nullopt;
 }

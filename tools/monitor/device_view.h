@@ -102,6 +102,8 @@ struct BusView {
 
   // bus_health_t STATE_*, reported once a second. When that message is missing, UP while valid readings come.
   [[nodiscard]] std::optional<std::int8_t> State(MonoNs now) const;
+  // Returns the newest BUS message, or null if none was received in the last kStaleAfter.
+  [[nodiscard]] const bus_health_t* FreshHealth(MonoNs now) const;
   [[nodiscard]] bool Up(MonoNs now) const { return State(now) == bus_health_t::STATE_UP; }
 };
 
