@@ -60,7 +60,7 @@ std::string MqttIntake::Open() {
   };
   const auto command = [this](const std::string&, Bytes message) { feed_.OnCommandStatus(message, clock_.Now()); };
   const bool hears =
-      data_.Subscribe(kMqttDataChannels, data, kQueue) && command_.Subscribe(kMqttCommandChannels, command, kQueue);
+      data_.Subscribe(MqttDataChannels(), data, kQueue) && command_.Subscribe(kMqttCommandChannels, command, kQueue);
   return hears ? "" : "cannot subscribe on LCM";
 }
 

@@ -36,6 +36,12 @@ constexpr std::string_view kRecorderLevel = "recorder/";
 
 std::string MqttAlarmName(const MachineConfig& machine) { return "mqtt/" + machine.machine; }
 
+std::string MqttDataChannels() {
+  std::string kinds;
+  for (const Kind& kind : kKinds) kinds += (kinds.empty() ? "" : "|") + std::string(kind.channel);
+  return '(' + kinds + ")/.*";
+}
+
 TopicMap::TopicMap(const MachineConfig& machine)
     : base_(machine.mqtt.prefix + '/' + machine.machine + '/'),
       status_(base_ + "status"),

@@ -46,8 +46,8 @@ class TopicMap {
 // The channel, below ALARM/, of the alarms of who carries the machine's messages to its broker.
 [[nodiscard]] std::string MqttAlarmName(const MachineConfig& machine);
 
-// On which LCM channels the messages come, as regular expressions.
-inline constexpr const char* kMqttDataChannels = "(POSITION|MOTOR|DEVICE|ALARM|BUS|TRIP|RECORDER)/.*";
+// Return the LCM channels on which TopicMap's messages come, as regular expressions: on the data port, on the command port.
+[[nodiscard]] std::string MqttDataChannels();
 inline constexpr const char* kMqttCommandChannels = "COMMAND_STATUS";
 
 }  // namespace axlecast
