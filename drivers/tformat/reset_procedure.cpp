@@ -96,7 +96,7 @@ std::optional<Outcome> ResetProcedure::OnSent(const Answer& answer, MonoNs end) 
     tenth_lost_ = !answer.ok();
     VerifyAt(end + kWriteTime);
   } else if (!again) {
-    const std::optional<Outcome> ended = Ended(answer);
+    std::optional<Outcome> ended = Ended(answer);
     if (ended && !MayBeDone()) return ended;
     if (ended) VerifyAt(end + kWriteTime);
   }

@@ -259,7 +259,8 @@ buses:
         fresh = wait_for(lambda: self.data.of("POSITION/axis1", since=mark)[20:], "positions")
         self.assertEqual([m for m in fresh if m["flags"] & REFERENCED], [])
         self.assertEqual(self.datum()["counts"], datum["counts"])  # kept: the old one may come back
-        self.assertRegex(self.events("encoder_exchanged")[-1]["text"], "4712")
+        exchanged = wait_for(lambda: self.events("encoder_exchanged"), "the event")
+        self.assertRegex(exchanged[-1]["text"], "4712")
         code, outcome = self.outcome("do", "axis1", "accept_exchange", "--yes")
         self.assertIn(code, (DONE, NOT_VERIFIED), outcome)
         wait_for(lambda: "encoder_exchanged" not in self.alarms(self.data, "bridge"), "the alarm gone")

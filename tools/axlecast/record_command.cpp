@@ -57,7 +57,7 @@ class RecordRun {
   RecordRun(const RecordOptions& options, RecordPlan plan)
       : options_(options),
         live_(!options.json && Screen::Usable()),
-        health_port_(plan.logs.front().urls.front(), std::move(plan.prefix)) {
+        health_port_(plan.logs.front().urls.front(), plan.prefix) {
     for (RecordingSettings& settings : plan.logs) logs_.emplace_back(std::move(settings), clock_);
   }
 

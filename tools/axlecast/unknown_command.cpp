@@ -23,6 +23,7 @@ bool TakesArguments(const CLI::App& app) {
 std::string Problem(const std::string& path, const std::vector<const CLI::App*>& commands,
                     const std::string& word) {
   std::vector<std::string> names;
+  names.reserve(commands.size());
   for (const CLI::App* command : commands) names.push_back(command->get_name());
   const std::optional<std::string> near = NearestWord(word, names);
   return path + ": there is no command " + Quoted(word) + (near ? "; did you mean " + Quoted(*near) + "?" : "") +

@@ -1,7 +1,8 @@
 #include "drivers/runtime/motor/motor_output.h"
 
 #include <algorithm>
-#include <cstring>
+#include <cmath>
+#include <iterator>
 
 #include "drivers/runtime/command/capped_text.h"
 #include "drivers/runtime/command/order_desk.h"
@@ -18,12 +19,12 @@ std::int32_t FlagsOf(const MotorReading& reading) {
          (reading.tripped ? motor_health_t::FLAG_TRIPPED : 0);
 }
 
-// Unknown values, which are NaN, are the same.
+// Returns true if both values are equal or both are unknown (NaN).
+bool Same(float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 template <std::size_t N>
 bool Same(const float (&a)[N], const float (&b)[N]) {
-  return std::memcmp(a, b, sizeof a) == 0;
+  return std::equal(std::begin(a), std::end(a), std::begin(b), [](float x, float y) { return Same(x, y); });
 }
-bool Same(float a, float b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
 bool SameLimits(const motor_limits_t& a, const motor_limits_t& b) {
   return Same(a.power_upper_w, b.power_upper_w) && Same(a.power_lower_w, b.power_lower_w) &&
