@@ -90,7 +90,8 @@ class Life(unittest.TestCase):
         self.processes.append(subprocess.Popen([*words, *environment, *command], stdout=log, stderr=log))
 
     def as_account(self, name):
-        return ["setpriv", f"--reuid={name}", f"--regid={name}", "--init-groups"]
+        group = "nogroup" if name == "nobody" else name
+        return ["setpriv", f"--reuid={name}", f"--regid={group}", "--init-groups"]
 
     def stop_units(self):
         for process in self.processes:
