@@ -47,7 +47,7 @@ class TopicMap {
 [[nodiscard]] std::string MqttAlarmName(const MachineConfig& machine);
 
 // On which LCM channels the messages come, as regular expressions.
-inline constexpr const char* kMqttDataChannels = "(POSITION|MOTOR|DEVICE|ALARM|BUS|TRIP|RECORDER)/.*";
+inline constexpr const char* kMqttDataChannels = "(POSITION|MOTOR|LIMITS|DEVICE|ALARM|BUS|TRIP|RECORDER)/.*";
 inline constexpr const char* kMqttCommandChannels = "COMMAND_STATUS";
 
 }  // namespace axlecast

@@ -7,6 +7,7 @@
 #include "drivers/runtime/core/sample.h"
 #include "tools/json/field.h"
 #include "tools/json/names.h"
+#include "tools/monitor/trip_margins.h"
 #include "tools/web/web_frames.h"
 
 namespace axlecast {
@@ -91,6 +92,14 @@ Json MotorJson(const motor_health_t& motor) {
           {"mains_hz", motor.mains_hz == 0 ? Json(nullptr) : Json(motor.mains_hz)}};
 }
 
+// What trips a motor, beside the reading; null until LIMITS was received.
+Json LimitsJson(const DeviceView& device, WebInstant now) {
+  if (!device.limits) return nullptr;
+  return {{"utime", device.limits->utime},
+          {"heard_utime", HeardUtime(device.limits_at, now)},
+          {"margins", MarginsJson(TripMargins(device.motor.value_or(motor_health_t{}), *device.limits))}};
+}
+
 Json ReadingJson(const DeviceView& device, WebInstant now) {
   if (device.has_position ? !device.position : !device.motor) return nullptr;
   const std::int64_t age_us = std::max<MonoNs>(now.mono - device.reading_at, 0) / kMicrosecond;
@@ -140,6 +149,7 @@ Json DeviceJson(const DeviceView& device, WebInstant now) {
                {"lost", device.readings.lost()},
                {"alarms", device.alarms.total()},
                {"worst", WorstAlarm(device.alarms)}};
+  if (!device.has_position) json["limits"] = LimitsJson(device, now);
   if (device.info) json.update(InfoPart(*device.info));
   return json;
 }

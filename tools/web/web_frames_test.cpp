@@ -103,6 +103,31 @@ TEST_F(WebFramesTest, StateSaysWhatIsKnownOfAMonitor) {
   EXPECT_EQ(reading["stop_coil"], nullptr);
 }
 
+TEST_F(WebFramesTest, StateShowsHowFarAMotorIsFromItsTripLimits) {
+  Hear("DEVICE/gm1", DeviceMessage(device_info_t::STATE_ONLINE));
+  motor_health_t motor{};
+  motor.power_w = 250;
+  motor.temperature_c = 45;
+  motor.flags = motor_health_t::FLAG_ANALOG_VALID;
+  Hear("MOTOR/gm1", motor);
+  EXPECT_EQ(State()["devices"][1]["limits"], nullptr) << "not received yet";
+  EXPECT_FALSE(Device().contains("limits")) << "an encoder has none";
+  motor_limits_t limits{};
+  limits.utime = kUtime - 1;
+  limits.power_upper_w[0] = 300;
+  limits.power_upper_w[1] = NAN;
+  Hear("LIMITS/gm1", limits);
+  const Json shown = State(kMillisecond)["devices"][1]["limits"];
+  EXPECT_EQ(shown["utime"], kUtime - 1);
+  EXPECT_EQ(shown["heard_utime"], kUtime);
+  ASSERT_EQ(shown["margins"].size(), 6U);
+  EXPECT_EQ(shown["margins"][0],
+            Json({{"name", "power_upper_a"}, {"unit", "W"}, {"measured", 250}, {"limit", 300}, {"margin", 50}}));
+  EXPECT_EQ(shown["margins"][1]["limit"], nullptr) << "not read yet";
+  EXPECT_EQ(shown["margins"][4]["limit"], 0) << "never trips";
+  EXPECT_EQ(shown["margins"][4]["margin"], nullptr);
+}
+
 TEST_F(WebFramesTest, StateSaysWhatIsKnownOfBusesAndRecorders) {
   bus_health_t health = BusMessage(bus_health_t::STATE_UP);
   health.errors[0] = 5;
