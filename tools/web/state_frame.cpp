@@ -6,6 +6,7 @@
 
 #include "drivers/runtime/core/sample.h"
 #include "tools/json/field.h"
+#include "tools/json/message_json.h"
 #include "tools/json/names.h"
 #include "tools/monitor/trip_margins.h"
 #include "tools/web/web_frames.h"
@@ -76,6 +77,7 @@ Json MotorJson(const motor_health_t& motor) {
   const auto has = [&motor](std::int32_t flag) { return (motor.flags & flag) != 0; };
   Json factors = Json::array();
   for (const std::int32_t bits : motor.trip_factor) factors.push_back(WordsOf(MotorStatusNames(bits)));
+  const Json message = ToJson(motor);  // has the names of every other JSON of axlecast
   return {{"valid", has(motor_health_t::FLAG_ANALOG_VALID) && has(motor_health_t::FLAG_STATUS_VALID)},
           {"flags", MotorFlags(motor.flags)},
           {"voltage_v", Field(motor.voltage_v)},
@@ -86,7 +88,9 @@ Json MotorJson(const motor_health_t& motor) {
           {"trip_count", motor.trip_count},
           {"tripped", has(motor_health_t::FLAG_TRIPPED)},
           {"status", WordsOf(MotorStatusNames(motor.status_bits))},
+          {"status_names", message.at("status_names")},
           {"trip_factors", std::move(factors)},
+          {"trip_factor_names", message.at("trip_factor_names")},
           {"stop_coil", motor.stop_coil < 0 ? Json(nullptr) : Json(motor.stop_coil)},
           {"logged_in", motor.logged_in < 0 ? Json(nullptr) : Json(motor.logged_in)},
           {"mains_hz", motor.mains_hz == 0 ? Json(nullptr) : Json(motor.mains_hz)}};
