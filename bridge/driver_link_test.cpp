@@ -52,5 +52,17 @@ TEST(DriverLinkTest, KnowsOnlyTheDevicesOfItsBusHoweverManyNamesCome) {
   EXPECT_FALSE(link.IsAnswering("x9999"));
 }
 
+// Anybody may invent boots, too. The newest replaced ones are remembered: a late message of theirs brings none back.
+TEST(DriverLinkTest, RemembersTheLastReplacedBootsAlone) {
+  DriverLink link;
+  link.ListenFrom(0);
+  driver_status_t hello{};
+  hello.kind = driver_status_t::KIND_HELLO;
+  for (hello.boot_id = 1; hello.boot_id <= 1'000; ++hello.boot_id) ASSERT_TRUE(link.On(hello, kSecond));
+  int remembered = 0;
+  for (hello.boot_id = 999; hello.boot_id > 0 && !link.On(hello, kSecond); --hello.boot_id) ++remembered;
+  EXPECT_EQ(remembered, 64);
+}
+
 }  // namespace
 }  // namespace axlecast

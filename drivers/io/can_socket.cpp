@@ -19,6 +19,7 @@
 #include <variant>
 
 #include "drivers/io/can_error.h"
+#include "drivers/io/port_holder.h"
 #include "drivers/runtime/core/can_remedy.h"
 #include "drivers/runtime/core/line_held.h"
 
@@ -197,7 +198,7 @@ std::string CanSocket::Judge(const CanInterface& interface) {
 // An abstract name belongs to a network namespace, as interfaces do, and goes with the process.
 std::string CanSocket::Claim() {
   if (!settings_.sole) return "";
-  const std::string name = "axlecast-can/" + settings_.interface;
+  const std::string name = CanLockName(settings_.interface);
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   name.copy(&address.sun_path[1], sizeof address.sun_path - 1);

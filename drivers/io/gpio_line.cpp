@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "drivers/io/wait_until.h"
+#include "drivers/runtime/core/line_held.h"
 
 namespace axlecast {
 namespace {
@@ -67,9 +68,8 @@ class GpioLines::Line {
     if (error != EBUSY) return ChipProblem(config, error);
     // The name may have been read before the other one took the line.
     const char* const consumer = gpiod_line_update(line_) == 0 ? gpiod_line_consumer(line_) : nullptr;
-    return Name(config) + " is held by " +
-           (consumer == nullptr ? "another consumer" : "'" + std::string(consumer) + "'") +
-           ": end it (is a second driver running?), or use another line";
+    return Name(config) + (consumer == nullptr ? "" : ", taken by '" + std::string(consumer) + "'") + ": " +
+           std::string(kLineHeld);
   }
 
   gpiod_chip* chip_;

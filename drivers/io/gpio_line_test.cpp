@@ -13,12 +13,14 @@
 #include <string_view>
 
 #include "drivers/io/system_clock.h"
+#include "drivers/runtime/core/line_held.h"
 
 namespace axlecast {
 namespace {
 
 using ::testing::AllOf;
 using ::testing::ElementsAre;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -201,8 +203,9 @@ TEST_F(GpioLinesTest, NoPulseWithoutItsLine) {
 }
 
 TEST_F(GpioLinesTest, NamesTheLineTheCauseAndTheRemedy) {
-  EXPECT_THAT(Problem({"clr", "/dev/gpiochip0", 18}),
-              AllOf(HasSubstr("line clr (/dev/gpiochip0 18)"), HasSubstr("is held by 'other-tool': end it")));
+  EXPECT_THAT(
+      Problem({"clr", "/dev/gpiochip0", 18}),
+      AllOf(HasSubstr("line clr (/dev/gpiochip0 18)"), HasSubstr(", taken by 'other-tool'"), EndsWith(kLineHeld)));
   EXPECT_THAT(Problem({"clr", "/dev/gpiochip0", 32}), AllOf(HasSubstr("lines 0 to 31"), HasSubstr("gpioinfo")));
   EXPECT_THAT(Problem({"clr", "/dev/gpiochip0", -1}), HasSubstr("lines 0 to 31"));
   EXPECT_THAT(Problem({"clr", "/dev/gpiochip1", 0}),
@@ -213,7 +216,7 @@ TEST_F(GpioLinesTest, NamesTheLineTheCauseAndTheRemedy) {
 
 TEST_F(GpioLinesTest, ClaimsAllOrNone) {
   GpioLines lines({Clk(), {"clr", "/dev/gpiochip0", 18}}, clock_);
-  EXPECT_THAT(lines.Open(), HasSubstr("held by"));
+  EXPECT_THAT(lines.Open(), EndsWith(kLineHeld));
   EXPECT_EQ(board.lines[4].consumer, "");
   EXPECT_EQ(board.lines[18].consumer, "other-tool");
   EXPECT_EQ(board.open_chips, 0);

@@ -159,7 +159,7 @@ TEST_F(ModbusPortTest, OneUserWhicheverPort) {
   ModbusPort second(Settings(), clock_);
   SerialPort third(Settings(), clock_);
   ASSERT_EQ(first.Open(), "");
-  EXPECT_THAT(second.Open(), HasSubstr("another process holds it: is a second driver running?"));
+  EXPECT_THAT(second.Open(), HasSubstr("another process holds it: end that one (is a second driver running?)"));
   EXPECT_THAT(third.Open(), HasSubstr("another process holds it"));
   ASSERT_TRUE(first.SetBaud(19'200));
   EXPECT_THAT(second.Open(), HasSubstr("another process holds it")) << "after a change of rate too";

@@ -133,7 +133,7 @@ TEST_F(SerialPortTest, ASecondUserIsRefused) {
   SerialPort first(Settings(), clock_);
   SerialPort second(Settings(), clock_);
   ASSERT_EQ(first.Open(), "");
-  EXPECT_THAT(second.Open(), HasSubstr("another process holds it: is a second driver running?"));
+  EXPECT_THAT(second.Open(), HasSubstr("another process holds it: end that one (is a second driver running?)"));
   EXPECT_FALSE(second.IsOpen());
   first.Close();
   EXPECT_EQ(second.Open(), "");

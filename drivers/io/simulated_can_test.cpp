@@ -11,6 +11,7 @@
 #include "drivers/io/simulated_port_test_support.h"
 #include "drivers/io/system_clock.h"
 #include "drivers/io/unix_address.h"
+#include "drivers/runtime/core/line_held.h"
 #include "tests/support/temporary_folder.h"
 
 namespace axlecast {
@@ -230,7 +231,7 @@ TEST_F(SimulatedCanTest, ANewHostBringsItsOwnBitRate) {
 
 TEST_F(SimulatedCanTest, OneHostAtATime) {
   SimulatedCan second(path_, 250'000, clock_);
-  EXPECT_THAT(Open(second), HasSubstr("is a second driver running?"));
+  EXPECT_THAT(Open(second), ::testing::EndsWith(kLineHeld));
   EXPECT_EQ(can_.Send(Frame(1)), SendResult::kQueued);
   port_.Serve();
   EXPECT_EQ(Received().size(), 2U) << "the first goes on";

@@ -9,6 +9,7 @@
 
 #include "drivers/io/simulated_port_test_support.h"
 #include "drivers/io/system_clock.h"
+#include "drivers/runtime/core/line_held.h"
 #include "tests/support/temporary_folder.h"
 
 namespace axlecast {
@@ -159,7 +160,7 @@ TEST_F(SimulatedSpiTest, ASimulatorThatDoesNotAnswerIsLost) {
 
 TEST_F(SimulatedSpiTest, OneHostAtATime) {
   SimulatedSpi second(path_, {}, clock_);
-  EXPECT_THAT(Open(second), HasSubstr("is a second driver running?"));
+  EXPECT_THAT(Open(second), ::testing::EndsWith(kLineHeld));
   EXPECT_TRUE(Write(std::array<std::uint8_t, 1>{}));
   spi_.Close();
   EXPECT_EQ(Open(second), "") << "at once, however little the simulator has seen of the first one's end";

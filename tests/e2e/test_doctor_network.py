@@ -130,6 +130,26 @@ class Network(DoctorMachine):
         finding = wait_for(lambda: self.found("duplicate_driver", self.config), "two drivers of one bus")[0]
         self.assertIn("2 drivers of bus rs485-0", finding["found"])
 
+    def test_machine_faults(self):
+        """What `status` calls not good, `doctor` does, too; a machine that does not run is no fault of the host."""
+        only = ("--only", "machine_faults")
+        self.config = self.machine(device="{model: ts5669n127, unit: deg, publish_hz: 100, timeout_us: 500000}")  # a busy host
+        self.assertEqual(self.axlecast("status", self.config)[0], 6)
+        self.assertEqual(self.doctor(self.config, *only), (0, {"file": str(self.config), "ok": True, "findings": [], "mended": []}))
+        driver = self.driver(self.config, "rs485-0")
+        code, text, _ = self.axlecast("status", self.config)
+        self.assertEqual(code, 1, text)
+        findings = wait_for(lambda: self.found("machine_faults", self.config), "no simulator: the bus is not UP")
+        for part in ("axis1: ", "rs485-0: "):
+            self.assertTrue(any(part in finding["found"] for finding in findings), findings)
+        self.assertEqual(self.doctor(self.config, *only, "--listen", "0")[0], 0, "it was told not to listen")
+        self.simulator(self.config, "rs485-0")
+        wait_for(lambda: self.axlecast("status", self.config)[0] == 0, "a machine that is good")
+        wait_for(lambda: not self.found("machine_faults", self.config), "a doctor that finds the same")
+        driver.kill()
+        driver.wait(30)
+        self.assert_quiet("machine_faults", self.config)
+
 
 if __name__ == "__main__":
     unittest.main()

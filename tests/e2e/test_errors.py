@@ -37,6 +37,33 @@ class Errors(Machine):
                 for text in texts:
                     self.assertIn(text, err)
 
+    def test_spy_names_what_is_missing(self):
+        """default-jdk-headless, which the build needs, brings a Java that opens no window: it ended in a stack trace."""
+        config = self.write(one_axis())
+        home = self.folder / "jvm"
+        (home / "bin").mkdir(parents=True)
+        (home / "lib").mkdir()
+        (home / "lib/libawt_headless.so").touch()
+        java = home / "bin/java"
+        java.write_text("#!/bin/sh\nexit 0\n")
+        java.chmod(0o755)
+        (self.folder / "java").symlink_to(java)  # as /usr/bin/java leads through /etc/alternatives
+
+        def spy(path, display):
+            done = subprocess.run([BIN / "axlecast", "spy", config], capture_output=True, text=True, timeout=60, check=False,
+                                  env={"PATH": str(path), "DISPLAY": display})
+            return done.returncode, done.stderr
+
+        self.assertEqual(spy("/nonexistent", ":1"), (1, "java is missing: sudo apt-get install default-jre\n"))
+        self.assertEqual(spy(self.folder, ":1"), (1, f"the Java of this host ({self.folder / 'java'}) can open no window, "
+                                                  "lcm-spy needs one: sudo apt-get install default-jre\n"))
+        (home / "lib/libawt_xawt.so").touch()
+        code, err = spy(self.folder, "")
+        self.assertEqual(code, 1)
+        for text in ("DISPLAY is not set", "ssh -X", f"xvfb-run axlecast spy {config}"):
+            self.assertIn(text, err)
+        self.assertEqual(spy(self.folder, ":1"), (0, ""), "all is there: it becomes java")
+
     def test_a_short_frame(self):
         for family, frame, detail in (
                 ("tformat", "1A 00 A5", "3 bytes came, at least 11 are needed for a read_all_reply"),

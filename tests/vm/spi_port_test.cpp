@@ -21,6 +21,7 @@
 #include "drivers/io/simulated_spi.h"
 #include "drivers/io/system_clock.h"
 #include "drivers/io/wait_until.h"
+#include "drivers/runtime/core/line_held.h"
 #include "tests/support/temporary_folder.h"
 
 namespace axlecast {
@@ -194,7 +195,7 @@ TEST_F(SpiPortOnADevice, OneDriverPerDevice) {
   SpiPort first = Port();
   ASSERT_EQ(first.Open(), "");
   SpiPort second = Port();
-  EXPECT_THAT(second.Open(), HasSubstr("is a second driver running?"));
+  EXPECT_THAT(second.Open(), ::testing::EndsWith(kLineHeld));
   first.Close();
   EXPECT_EQ(second.Open(), "");
 }

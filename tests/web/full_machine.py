@@ -25,6 +25,10 @@ class FullMachine(FakeServer):
             "utime": t, "age_us": 1, "stale": False, "valid": True, "flags": ["analog_valid"], "voltage_v": 200.0, "current_a": 1.5,
             "power_w": 300.0, "temperature_c": 40.0, "accel_mps2": [0.1, 0.0, 9.8], "trip_count": 2, "tripped": False,
             "status": ["overheat"], "trip_factors": [["power upper A"], [], []], "stop_coil": 0, "logged_in": 1, "mains_hz": 50}}
+        motor["limits"] = {"utime": t - 7_000_000, "heard_utime": t - 7_000_000, "margins": [
+            margin("power_upper_a", "W", 300.0, 10000.0), margin("power_upper_b", "W", 300.0, 290.0),
+            margin("power_lower_a", "W", 300.0, 100.0, -1), margin("power_lower_b", "W", 300.0, 0.0),
+            margin("overheat", "°C", 40.0, 90.0), margin("excessive_shock", "m/s²", 9.81, None)]}
         state["devices"].append(motor)
         axis.update(counts_per_turn=131072, turns_range=65536, direction="ccw", poll_us=1000, publish_us=10000, good=123456789,
                     nv_writes=2, reference_lost=False, last_good_utime=t, firmware="1.23", serial="TS5669N127-000123",
@@ -57,6 +61,10 @@ class FullMachine(FakeServer):
                       "state": state, "is_final": True, "verified": True, "unsigned": True, "reason": "", "text": text,
                       "started_utime": t, "finished_utime": t + 1234567,
                       "changes": [{"key": "single_turn", "before": "131071", "after": "0"}]})
+
+
+def margin(name, unit, measured, limit, sign=1):
+    return {"name": name, "unit": unit, "measured": measured, "limit": limit, "margin": sign * (limit - measured) if limit else None}
 
 
 def alarm(name, severity, action):

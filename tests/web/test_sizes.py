@@ -65,6 +65,28 @@ class Sizes(unittest.TestCase):
                 self.assertLessEqual(browser.run("return document.documentElement.scrollWidth"), PHONE[0])
         self.assertEqual(browser.complaints(), [])
 
+    def test_a_motor_shows_how_far_it_is_from_each_trip_limit(self):
+        rows = """return Object.fromEntries([...document.querySelectorAll('.limits tbody tr')].map((row) =>
+          [row.dataset.limit, [...row.cells].map((cell) => cell.innerText)]))"""
+        for size in (PHONE, DESKTOP):
+            browser = self.browse(size)
+            self.go(browser, "device/conveyor")
+            browser.wait("return document.querySelectorAll('.limits tbody tr').length === 6", "a row for each limit")
+            shown = browser.run(rows)
+            self.assertEqual(shown["power_upper_a"], ["Power above A, W", "300.0", "10000.0", "9700.0"])
+            self.assertEqual(shown["power_upper_b"][3], "−10.0", "beyond its limit")
+            self.assertEqual(shown["power_lower_a"], ["Power below A, W", "300.0", "100.0", "200.0"])
+            self.assertEqual(shown["power_lower_b"][2:], ["Off", "–"])
+            self.assertEqual(shown["overheat"], ["Overheat, °C", "40.0", "90.0", "50.0"])
+            self.assertEqual(shown["excessive_shock"][2:], ["–", "–"], "not read yet")
+            self.assertTrue(browser.run("return document.querySelector('.limits [data-beyond]').dataset.limit === 'power_upper_b'"))
+            self.assertIn("received 7.0 s ago", browser.text(".limits-note"))
+            self.assertEqual(browser.run(CUT_OFF), [])
+            self.picture(browser, f"limits-{size[0]}")
+            self.go(browser, "device/axis1")
+            browser.wait("return document.querySelector('.limits').getClientRects().length === 0", "an encoder, which has none")
+            self.assertEqual(browser.complaints(), [])
+
     def test_a_new_alarm_covers_no_data(self):
         browser = self.browse(DESKTOP)
         for view in ("charts", "buses", "device/axis1"):

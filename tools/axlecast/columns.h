@@ -8,8 +8,8 @@ namespace axlecast {
 
 // Text in columns, for terminals.
 
-// Bytes from the network as text that cannot steer a terminal: what is not printable ASCII becomes '?',
-// but for the mark of a text that was cut.
+// Returns bytes from the network as text for a column: each byte that is not printable ASCII becomes '?', but for the mark of a
+// text that was cut. Unlike TerminalText it leaves no character of an unknown width.
 [[nodiscard]] std::string Printable(std::string_view text);
 
 // Exactly `width` columns; longer text is cut, after a word where it has blanks (capped_text.h).

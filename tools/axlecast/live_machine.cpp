@@ -10,8 +10,19 @@ LiveMachine::LiveMachine(const MachineConfig& machine, const Clock& clock)
   const auto handler = [this](const std::string& channel, Bytes message) {
     view_.OnMessage(channel, message, clock_.Now());
   };
-  if (!port_.Subscribe("(POSITION|MOTOR|DEVICE|ALARM|BUS)/.*", handler))
+  if (!port_.Subscribe("(POSITION|MOTOR|LIMITS|DEVICE|ALARM|BUS)/.*", handler))
     problem_ = "cannot subscribe on " + machine.lcm.url;
+}
+
+bool LiveMachine::GatherAll(const MachineConfig& machine) {
+  constexpr MonoNs kAlarmWait =
+      1200 * kMillisecond;  // ALARM of the bridge and of mqtt: once a second, where they run
+  const MonoNs start = clock_.Now();
+  const bool has_broker = !machine.mqtt.host.empty();
+  return Gather(start + GatherTime(machine), [&](const MachineView& view) {
+    const bool alarms = view.bridge().heard() && (view.broker().heard() || !has_broker);
+    return view.AllHeard() && (alarms || clock_.Now() - start > kAlarmWait);
+  });
 }
 
 bool LiveMachine::Gather(MonoNs deadline, const std::function<bool(const MachineView&)>& enough) {
@@ -24,6 +35,12 @@ bool LiveMachine::Gather(MonoNs deadline, const std::function<bool(const Machine
     if (!port_.Handle(static_cast<int>((wait + kMillisecond - 1) / kMillisecond))) return false;
     view_.OnReception(port_.received());
   }
+}
+
+MonoNs GatherTime(const MachineConfig& machine) {
+  const bool monitors = std::any_of(machine.buses.begin(), machine.buses.end(),
+                                    [](const BusConfig& bus) { return !bus.family->has_position; });
+  return monitors ? 6 * kSecond : 2500 * kMillisecond;
 }
 
 }  // namespace axlecast

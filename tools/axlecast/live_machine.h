@@ -21,6 +21,10 @@ class LiveMachine {
   // Empty, or why the kernel's buffer is smaller than it should be, and what mends that.
   [[nodiscard]] std::string warning() const { return port_.warning(); }
 
+  // Receives until everything that a running machine reports once a second has come, at most for GatherTime. False when the
+  // port failed.
+  [[nodiscard]] bool GatherAll(const MachineConfig& machine);
+
   // Takes in what comes until `deadline` or until `enough` says so. False when the port failed.
   [[nodiscard]] bool Gather(MonoNs deadline, const std::function<bool(const MachineView&)>& enough);
 
@@ -30,5 +34,9 @@ class LiveMachine {
   MachineView view_;
   std::string problem_;
 };
+
+// Returns how long it takes at most until everything that reports once a second has been received. A reading of each
+// monitor that answers is part of it: on a full bus each is read every few seconds.
+[[nodiscard]] MonoNs GatherTime(const MachineConfig& machine);
 
 }  // namespace axlecast

@@ -1,7 +1,5 @@
 #include "tools/axlecast/live_machine_ear.h"
 
-#include <set>
-
 #include "drivers/io/lcm_port.h"
 #include "drivers/io/system_clock.h"
 #include "tools/axlecast/columns.h"
@@ -13,32 +11,33 @@ namespace {
 constexpr MonoNs kListen = 1'200 * kMillisecond;
 constexpr int kSliceMs = 50;
 constexpr std::size_t kNamed = 6;
-constexpr std::size_t kMostChannels = 1'000;
 
 bool IsOfMachine(Bytes message) {
   std::string type;
   return DecodeToJson(message, &type).has_value() && type != "recorder_health_t";
 }
 
-std::string Enumerate(const std::set<std::string>& channels) {
+}  // namespace
+
+void LiveChannels::On(const std::string& channel, Bytes message) {
+  if (channels_.size() >= kMostChannels || channels_.contains(channel)) return;
+  if (IsOfMachine(message)) channels_.insert(channel);
+}
+
+std::string LiveChannels::Text() const {
   std::string text;
   std::size_t named = 0;
-  for (const std::string& channel : channels) {
-    if (++named > kNamed) return text + " and " + std::to_string(channels.size() - kNamed) + " more";
+  for (const std::string& channel : channels_) {
+    if (++named > kNamed) return text + " and " + std::to_string(channels_.size() - kNamed) + " more";
     text += (named > 1 ? ", " : "") + Printable(channel);
   }
   return text;
 }
 
-}  // namespace
-
 std::optional<std::string> HearLiveMachine(const std::string& url, std::string& problem) {
   LcmPort port(url, "");
-  std::set<std::string> channels;
-  const auto handler = [&channels](const std::string& channel, Bytes message) {
-    if (channels.size() < kMostChannels && !channels.contains(channel) && IsOfMachine(message))
-      channels.insert(channel);
-  };
+  LiveChannels channels;
+  const auto handler = [&channels](const std::string& channel, Bytes message) { channels.On(channel, message); };
   problem = port.problem();
   if (problem.empty() && !port.Subscribe(".*", handler)) problem = "cannot subscribe on " + url;
   if (!problem.empty()) return std::nullopt;
@@ -49,7 +48,7 @@ std::optional<std::string> HearLiveMachine(const std::string& url, std::string& 
       return std::nullopt;
     }
   }
-  return Enumerate(channels);
+  return channels.Text();
 }
 
 }  // namespace axlecast

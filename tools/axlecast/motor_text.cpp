@@ -1,11 +1,13 @@
 #include "tools/axlecast/motor_text.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include "tools/axlecast/columns.h"
 #include "tools/axlecast/table.h"
 #include "tools/json/names.h"
+#include "tools/monitor/trip_margins.h"
 
 namespace axlecast {
 namespace {
@@ -24,6 +26,33 @@ std::string Columns(const std::string& volts, const std::string& amperes, const 
                     const std::string& age) {
   return Right(volts, 8) + ' ' + Right(amperes, 8) + ' ' + Right(watts, 8) + ' ' + Right(temperature, 7) + ' ' +
          Right(accel, 7) + ' ' + Right(trips, 6) + ' ' + Right(age, 7);
+}
+
+std::string Amount(const TripMargin& margin, double value) {
+  switch (margin.status_bit) {
+    case motor_health_t::STATUS_OVERHEAT:
+      return Decimal(value, 1) + " degC";
+    case motor_health_t::STATUS_EXCESSIVE_SHOCK:
+      return Decimal(value, 2) + " m/s2";
+    default:
+      return Decimal(value, 1) + " W";
+  }
+}
+
+std::string LimitText(const TripMargin& margin) {
+  const std::string name = MotorStatusNames(margin.status_bit);
+  if (!std::isfinite(margin.limit)) return name + " not read yet";
+  if (margin.limit <= 0) return name + " off";
+  const bool below = (margin.status_bit & (std::int32_t{motor_health_t::STATUS_POWER_LOWER_A} |
+                                           motor_health_t::STATUS_POWER_LOWER_B)) != 0;
+  const std::string left =
+      margin.margin < 0 ? Amount(margin, -margin.margin) + " beyond" : Amount(margin, margin.margin) + " left";
+  return name + (below ? " below " : " above ") + Amount(margin, margin.limit) + ": now " +
+         Amount(margin, margin.measured) + ", " + left;
+}
+
+std::array<TripMargin, 6> MarginsOf(const DeviceView& device) {
+  return TripMargins(device.motor.value_or(motor_health_t{}), *device.limits);
 }
 
 std::string FirstRow(const DeviceView& device, MonoNs now) {
@@ -68,6 +97,24 @@ std::string MotorStatusText(const motor_health_t& motor) {
   return text;
 }
 
+std::string MarginsText(const DeviceView& device) {
+  if (!device.limits) return "";
+  std::string text;
+  for (const TripMargin& margin : MarginsOf(device)) {
+    if (!(margin.limit > 0)) continue;
+    text += (text.empty() ? "to trip: " : ", ") + MotorStatusNames(margin.status_bit) + ' ' +
+            Amount(margin, margin.margin);
+  }
+  return text;
+}
+
+std::vector<std::string> LimitTexts(const DeviceView& device) {
+  std::vector<std::string> texts;
+  if (!device.limits) return texts;
+  for (const TripMargin& margin : MarginsOf(device)) texts.push_back(LimitText(margin));
+  return texts;
+}
+
 std::string MotorHeading() {
   return "MOTOR        STATE    " + Columns("V", "A", "W", "degC", "m/s2", "TRIPS", "AGE s");
 }
@@ -76,6 +123,7 @@ void AddMotorRows(const DeviceView& device, MonoNs now, std::vector<std::string>
   const auto add = [&lines](const std::string& note) { lines.push_back(Clip("  " + note, kTableWidth)); };
   lines.push_back(FirstRow(device, now));
   if (device.motor) add(MotorStatusText(*device.motor));
+  if (const std::string margins = MarginsText(device); !margins.empty()) add(margins);
   if (const std::string alarms = AlarmText(device, kTableWidth); !alarms.empty()) add("alarms: " + alarms);
   if (!device.Online(now) && device.info && !device.info->reason.empty()) add(Printable(device.info->reason));
 }

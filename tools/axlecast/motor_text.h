@@ -24,8 +24,15 @@ namespace axlecast {
 // out; without a trip it begins with "no trip".
 [[nodiscard]] std::string MotorStatusText(const motor_health_t& motor);
 
-// Heading and rows of the live table, each at most kTableWidth columns: quantities, status, and alarms where there are
-// any.
+// What is left to each trip limit that is in force: "to trip: power upper A 180.0 W, overheat 45.0 degC". Empty when no limit
+// is known.
+[[nodiscard]] std::string MarginsText(const DeviceView& device);
+
+// Each trip limit in a text of its own: "power upper A above 300.0 W: now 120.0 W, 180.0 W left". Empty before LIMITS came.
+[[nodiscard]] std::vector<std::string> LimitTexts(const DeviceView& device);
+
+// Heading and rows of the live table, each at most kTableWidth columns: quantities, status, and margins to the
+// trip limits and alarms where there are any.
 [[nodiscard]] std::string MotorHeading();
 void AddMotorRows(const DeviceView& device, MonoNs now, std::vector<std::string>& lines);
 

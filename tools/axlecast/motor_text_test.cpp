@@ -99,9 +99,53 @@ TEST(MotorRows, StandInTheTableWithinItsWidth) {
   absurd.status_bits = -1;
   absurd.trip_count = INT32_MIN;
   absurd.voltage_v = std::numeric_limits<float>::max();
-  const std::vector<std::string> lines = RenderTable(Monitor(absurd), kNow, kSecond, {});
+  MachineView view = Monitor(absurd);
+  motor_limits_t limits{};
+  for (float* limit :
+       {&limits.power_upper_w[0], &limits.power_upper_w[1], &limits.power_lower_w[0], &limits.overheat_c}) {
+    *limit = std::numeric_limits<float>::max();
+  }
+  view.OnMessage("LIMITS/axis1", Encoded(limits), kNow);
+  const std::vector<std::string> lines = RenderTable(view, kNow, kSecond, {});
   for (const std::string& line : lines) EXPECT_EQ(Clip(line, kTableWidth), line);
   EXPECT_THAT(lines, ::testing::Contains(MotorHeading()));
+}
+
+motor_limits_t Limits() {
+  motor_limits_t limits{};
+  limits.power_upper_w[0] = 300;
+  limits.power_upper_w[1] = 240;
+  limits.power_lower_w[0] = 100;
+  limits.overheat_c = std::numeric_limits<float>::quiet_NaN();
+  limits.shock_mps2 = 50;
+  return limits;
+}
+
+TEST(MotorLimits, EachIsShownWithTheReadingAndWhatIsLeft) {
+  MachineView view = Monitor(Motor());
+  EXPECT_EQ(MarginsText(view.devices()[0]), "");
+  EXPECT_THAT(InfoText(view.devices()[0], kNow), HasSubstr("trip limits       not received yet"));
+  EXPECT_TRUE(InfoJson(view.devices()[0]).at("limits").is_null());
+  EXPECT_TRUE(InfoJson(view.devices()[0]).at("margins").is_null());
+  view.OnMessage("LIMITS/axis1", Encoded(Limits()), kNow);
+  const DeviceView& device = view.devices()[0];
+  EXPECT_EQ(
+      MarginsText(device),
+      "to trip: power upper A 50.0 W, power upper B -10.0 W, power lower A 150.0 W, excessive shock 40.19 m/s2");
+  EXPECT_THAT(LimitTexts(device), ElementsAre("power upper A above 300.0 W: now 250.0 W, 50.0 W left",
+                                              "power upper B above 240.0 W: now 250.0 W, 10.0 W beyond",
+                                              "power lower A below 100.0 W: now 250.0 W, 150.0 W left",
+                                              "power lower B off", "overheat not read yet",
+                                              "excessive shock above 50.00 m/s2: now 9.81 m/s2, 40.19 m/s2 left"));
+  EXPECT_THAT(InfoText(device, kNow), HasSubstr("\ntrip limit        power upper A above 300.0 W: now 250.0 W"));
+  EXPECT_THAT(StatusText(view, kNow), HasSubstr("\n                         to trip: power upper A 50.0 W"));
+  for (const nlohmann::ordered_json& json : {InfoJson(device), StatusJson(view, kNow).at("devices").at(0)}) {
+    EXPECT_EQ(json.at("limits").at("power_upper_w").at(0), 300);
+    EXPECT_EQ(json.at("margins").at(0).at("margin"), 50);
+    EXPECT_TRUE(json.at("margins").at(3).at("margin").is_null());
+  }
+  EXPECT_THAT(RenderTable(view, kNow, kSecond, {}),
+              ::testing::Contains(StartsWith("  to trip: power upper A 50.0 W")));
 }
 
 TEST(MotorSummary, AMonitorIsGoodWithReadingsOfBothHalves) {

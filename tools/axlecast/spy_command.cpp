@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <system_error>
 
 #include "tools/axlecast/config_option.h"
 #include "tools/axlecast/exit_code.h"
@@ -37,23 +38,41 @@ std::string TypesJar() {
                         "/usr/share/" + name, "/usr/local/share/" + name});
 }
 
-bool OnPath(const std::string& program) {
+// The program's file, as a shell finds it; empty when there is none.
+std::string OnPath(const std::string& program) {
   const char* value = std::getenv("PATH");
   std::string path = value == nullptr ? "/usr/bin:/bin" : value;
   path += ':';
   for (std::size_t start = 0, end = 0; (end = path.find(':', start)) != std::string::npos; start = end + 1) {
-    if (access((path.substr(start, end - start) + '/' + program).c_str(), X_OK) == 0) return true;
+    const std::string file = path.substr(start, end - start) + '/' + program;
+    if (access(file.c_str(), X_OK) == 0) return file;
   }
-  return false;
+  return "";
+}
+
+// True for a Java that can open no window, as default-jdk-headless and default-jre-headless bring it.
+bool IsHeadless(const std::string& java) {
+  std::error_code error;
+  const std::filesystem::path program = std::filesystem::canonical(java, error);
+  if (error) return false;
+  const std::string libraries = program.parent_path().parent_path().string() + "/lib/";
+  return access((libraries + "libawt_headless.so").c_str(), F_OK) == 0 &&
+         access((libraries + "libawt_xawt.so").c_str(), F_OK) != 0;
 }
 
 // What is missing and the line that brings it; empty when nothing is.
 std::string Missing(const std::string& types) {
   if (types.empty()) {
-    return "lcmtypes_axlecast.jar is missing: build it (ninja lcmtypes_jar; needs default-jdk-headless "
-           "liblcm-java)";
+    return "lcmtypes_axlecast.jar is missing: install the package axlecast-java; in a build folder: sudo apt-get "
+           "install "
+           "default-jdk-headless liblcm-java, then cmake -DAXLECAST_JAVA=ON . && ninja lcmtypes_jar";
   }
-  if (!OnPath("java")) return "java is missing: sudo apt-get install default-jre";
+  const std::string java = OnPath("java");
+  if (java.empty()) return "java is missing: sudo apt-get install default-jre";
+  if (IsHeadless(java)) {
+    return "the Java of this host (" + java +
+           ") can open no window, lcm-spy needs one: sudo apt-get install default-jre";
+  }
   if (Jar("lcm.jar").empty()) return "lcm.jar is missing: sudo apt-get install liblcm-java";
   if (Jar("jchart2d.jar").empty()) return "jchart2d.jar is missing: sudo apt-get install libjchart2d-java";
   return "";

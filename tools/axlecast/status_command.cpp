@@ -1,6 +1,7 @@
 #include "tools/axlecast/status_command.h"
 
 #include <algorithm>
+#include <functional>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -17,20 +18,15 @@
 namespace axlecast {
 namespace {
 
-// DEVICE and BUS come once a second. Of a monitor that answers a reading shall be seen too: on a full bus each is read
-// every few seconds.
-MonoNs LongestWait(const MachineConfig& machine) {
-  const bool monitors = std::any_of(machine.buses.begin(), machine.buses.end(),
-                                    [](const BusConfig& bus) { return !bus.family->has_position; });
-  return monitors ? 6 * kSecond : 2500 * kMillisecond;
-}
+constexpr MonoNs kLimitsWait = 65 * kSecond;  // LIMITS comes once a minute
+constexpr const char* kLimitsHelp = "Wait for the trip limits of motors too: they come once a minute";
 
-// ALARM/bridge comes once a second.
-constexpr MonoNs kBridgeWait = 1200 * kMillisecond;
+bool KnowsLimits(const DeviceView& device) { return !device.motor || device.limits; }
 
 struct Options {
   ConfigOption config;
   std::vector<std::string> names;  // of `info`: [CONFIG] DEVICE
+  bool limits = false;
   bool json = false;
 };
 
@@ -39,17 +35,22 @@ int Show(const nlohmann::ordered_json& json, const std::string& text, bool as_js
   return kExitDone;
 }
 
+// False when the port failed.
+bool GatherLimits(const Options& options, LiveMachine& live, const Clock& clock,
+                  const std::function<bool(const MachineView&)>& known) {
+  return !options.limits || live.Gather(clock.Now() + kLimitsWait, known);
+}
+
 int Status(const Options& options) {
   int exit_code = kExitDone;
   const auto machine = options.config.Load(exit_code);
   if (!machine) return exit_code;
   const SystemClock clock;
   LiveMachine live(*machine, clock);
-  const MonoNs start = clock.Now();
-  const auto complete = [&](const MachineView& view) {
-    return view.AllHeard() && (view.bridge().heard() || clock.Now() - start > kBridgeWait);
-  };
-  if (!live.problem().empty() || !live.Gather(start + LongestWait(*machine), complete)) {
+  if (!live.problem().empty() || !live.GatherAll(*machine) ||
+      !GatherLimits(options, live, clock, [](const MachineView& view) {
+        return std::all_of(view.devices().begin(), view.devices().end(), &KnowsLimits);
+      })) {
     std::cerr << (live.problem().empty() ? "the LCM port failed" : live.problem()) << '\n';
     return kExitBad;
   }
@@ -77,7 +78,9 @@ int Info(Options options) {
   const SystemClock clock;
   LiveMachine live(*machine, clock);
   const auto complete = [&name](const MachineView& view) { return Complete(*view.FindDevice(name)); };
-  if (!live.problem().empty() || !live.Gather(clock.Now() + LongestWait(*machine), complete)) {
+  const auto knows = [&name](const MachineView& view) { return KnowsLimits(*view.FindDevice(name)); };
+  if (!live.problem().empty() || !live.Gather(clock.Now() + GatherTime(*machine), complete) ||
+      !GatherLimits(options, live, clock, knows)) {
     std::cerr << (live.problem().empty() ? "the LCM port failed" : live.problem()) << '\n';
     return kExitBad;
   }
@@ -95,6 +98,7 @@ void AddStatusCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("status", "Is everything online?");
   options->config.AddTo(*command, ConfigOption::Form::kPositional);
+  command->add_flag("--limits", options->limits, kLimitsHelp);
   command->add_flag("--json", options->json, "One JSON object");
   command->footer(
       "example: axlecast status machine.yaml && echo good\n"
@@ -110,6 +114,7 @@ void AddInfoCommand(CLI::App& app, int& exit_code) {
       ->required()
       ->expected(1, 2)
       ->type_name("[CONFIG] DEVICE");
+  command->add_flag("--limits", options->limits, kLimitsHelp);
   command->add_flag("--json", options->json, "One JSON object");
   command->footer("example: axlecast info machine.yaml axis1");
   command->callback([options, &exit_code] { exit_code = Info(*options); });

@@ -10,6 +10,7 @@
 #include "tools/json/message_json.h"
 #include "tools/json/names.h"
 #include "tools/monitor/machine_faults.h"
+#include "tools/monitor/trip_margins.h"
 
 namespace axlecast {
 namespace {
@@ -49,6 +50,21 @@ std::string BridgeRows(const AlarmView& bridge, MonoNs now) {
   return text;
 }
 
+// LIMITS and what is left to them, into a device's JSON.
+void AddLimits(const DeviceView& device, Json& json) {
+  json["limits"] = device.limits ? ToJson(*device.limits) : Json(nullptr);
+  json["margins"] =
+      device.limits && device.motor ? MarginsJson(TripMargins(*device.motor, *device.limits)) : Json(nullptr);
+}
+
+std::string LimitRows(const DeviceView& device) {
+  if (!device.limits)
+    return Row("trip limits", "not received yet, they come once a minute: --limits waits for them");
+  std::string text;
+  for (const std::string& limit : LimitTexts(device)) text += Row("trip limit", limit);
+  return text;
+}
+
 std::string MotorRows(const DeviceView& device) {
   if (!device.motor) return Row("motor", "no reading yet");
   const motor_health_t& motor = *device.motor;
@@ -58,7 +74,7 @@ std::string MotorRows(const DeviceView& device) {
     const std::string factors = MotorStatusNames(motor.trip_factor[i]);
     if (!factors.empty()) text += Row("trip " + std::to_string(i + 1), factors + (i == 0 ? " (newest)" : ""));
   }
-  return text;
+  return text + LimitRows(device);
 }
 
 std::string PositionRows(const DeviceView& device) {
@@ -98,6 +114,8 @@ std::string StatusText(const MachineView& machine, MonoNs now) {
     text += Left(device.name, 24) + ' ' + Left(state ? DeviceStateName(*state) : "SILENT", 9) + ' ' +
             Right(ValueText(device), 22) + "  " + AlarmText(device, 24) +
             (device.Online(now) || reason.empty() ? "" : "  (" + reason + ")") + '\n';
+    if (const std::string margins = MarginsText(device); !margins.empty())
+      text += std::string(25, ' ') + margins + '\n';
   }
   for (const BusView& bus : machine.buses()) {
     const auto state = bus.State(now);
@@ -132,6 +150,7 @@ Json StatusJson(const MachineView& machine, MonoNs now) {
                   {"online", device.Online(now)}};
     if (device.info) entry.update(ToJson(*device.info));
     if (device.motor) entry["motor"] = ToJson(*device.motor);
+    if (!device.has_position) AddLimits(device, entry);
     json["devices"].push_back(std::move(entry));
   }
   json["buses"] = Json::array();
@@ -175,6 +194,7 @@ Json InfoJson(const DeviceView& device) {
     json["position"] = device.position ? ToJson(*device.position) : Json(nullptr);
   } else {
     json["motor"] = device.motor ? ToJson(*device.motor) : Json(nullptr);
+    AddLimits(device, json);
   }
   json["alarms"] = AlarmsJson(device.alarms.entries());
   return json;

@@ -47,6 +47,8 @@ constexpr auto kChecks = std::to_array<Check>({
      &CheckOtherMachine},
     {"duplicate_driver", kError, "each bus has one driver",
      "Two drivers disturb each other on the line; the alarm duplicate_driver is raised.", &CheckDuplicateDriver},
+    {"machine_faults", kError, "the machine, where it runs, is good as status and up judge it",
+     "Positions or commands of what is named are missing, or not to be relied on.", &CheckMachineFaults},
     {"port_missing", kError, "every port of the file exists", "The bus stays DOWN and its devices OFFLINE.",
      &CheckPortMissing},
     {"port_permission", kError, "this user, or as root a unit without privileges, may use every port",
@@ -130,6 +132,11 @@ const Check* FindCheck(std::string_view name) {
   const auto* const found =
       std::find_if(kChecks.begin(), kChecks.end(), [name](const Check& check) { return check.name == name; });
   return found == kChecks.end() ? nullptr : found;
+}
+
+bool AdviceAlone(const std::vector<Diagnosis>& diagnoses) {
+  return std::all_of(diagnoses.begin(), diagnoses.end(),
+                     [](const Diagnosis& one) { return one.check->severity == Severity::kAdvice; });
 }
 
 std::vector<Diagnosis> Diagnose(const MachineConfig& machine, const HostFacts& host,

@@ -22,7 +22,7 @@ struct Check {
   Findings (*run)(const MachineConfig& machine, const HostFacts& host);
 };
 
-// All of them, by area: network, ports, CAN, real time, disk, keys.
+// All of them, by area: network and machine, ports, CAN, real time, disk, keys.
 [[nodiscard]] std::span<const Check> Checks();
 [[nodiscard]] const Check* FindCheck(std::string_view name);
 
@@ -30,6 +30,10 @@ struct Diagnosis {
   const Check* check = nullptr;
   Finding finding;
 };
+// Returns true if there is no error and no warning. This is the exit code 0 of doctor (docs/cli.md, "Good"): advice is no
+// fault, because a script would otherwise never see a good host.
+[[nodiscard]] bool AdviceAlone(const std::vector<Diagnosis>& diagnoses);
+
 // Runs the checks that `wanted` takes.
 [[nodiscard]] std::vector<Diagnosis> Diagnose(const MachineConfig& machine, const HostFacts& host,
                                               const std::function<bool(const Check&)>& wanted);

@@ -43,6 +43,18 @@ TEST(Check, WhatIsNotWantedIsNotRun) {
   EXPECT_EQ(json["mended"][0], "a line");
 }
 
+// Its exit code and its JSON agree: advice alone is no fault.
+TEST(Check, AdviceAloneIsGood) {
+  const Check* advice = FindCheck("lcm_library");
+  const Check* warning = FindCheck("clock_sync");
+  ASSERT_EQ(advice->severity, Severity::kAdvice);
+  EXPECT_TRUE(AdviceAlone({}));
+  EXPECT_TRUE(AdviceAlone({{advice, {}}, {advice, {}}}));
+  EXPECT_FALSE(AdviceAlone({{advice, {}}, {warning, {}}}));
+  EXPECT_EQ(DoctorJson("", {{advice, {}}}, {})["ok"], true);
+  EXPECT_EQ(DoctorJson("", {{warning, {}}}, {})["ok"], false);
+}
+
 TEST(Remedy, LinesAreTypedAsTheyStand) {
   EXPECT_EQ(LineOf(axlecast::Run({"chmod", "640", "/etc/axle cast/it's.key"})),
             R"(chmod 640 '/etc/axle cast/it'\''s.key')");

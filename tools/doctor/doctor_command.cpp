@@ -38,7 +38,7 @@ constexpr const char* kExamples =
     "It opens no port and changes nothing, unless --fix says so. Without a machine's file only the host is looked "
     "at.\n"
     "Each check, its effect and what mends it: docs/doctor.md.\n"
-    "Exit code: 0 nothing found, 1 findings, or the file has mistakes, 2 usage.\n"
+    "Exit code: 0 nothing found but advice, 1 an error or a warning, or the file has mistakes, 2 usage.\n"
     "\n"
     "Examples:\n"
     "  axlecast doctor machine.yaml\n"
@@ -71,7 +71,8 @@ std::vector<Diagnosis> Examine(const DoctorOptions& options, const MachineConfig
   };
   const auto listens = [&wanted](const char* name) { return wanted(*FindCheck(name)); };
   ReadHostOptions reading{.files = HostFiles(options.root)};
-  reading.listen = listens("other_machine") || listens("duplicate_driver")
+  reading.hear_machine = listens("machine_faults");
+  reading.listen = listens("other_machine") || listens("duplicate_driver") || reading.hear_machine
                        ? static_cast<MonoNs>(options.listen_s * static_cast<double>(kSecond))
                        : 0;
   return Diagnose(machine, ReadHost(machine, reading), wanted);
@@ -137,10 +138,7 @@ int Doctor(const DoctorOptions& options) {
     if (!mended.empty()) diagnoses = Examine(options, machine);
   }
   Report(options, machine, diagnoses, mended);
-  // Advice alone is no fault: a script would otherwise never see a good host.
-  const bool good = std::all_of(diagnoses.begin(), diagnoses.end(),
-                                [](const Diagnosis& one) { return one.check->severity == Severity::kAdvice; });
-  return good ? kExitDone : kExitBad;
+  return AdviceAlone(diagnoses) ? kExitDone : kExitBad;
 }
 
 // One word, so that the machine's file may follow.
@@ -159,7 +157,9 @@ void AddDoctorCommand(CLI::App& app, int& exit_code) {
   command->add_flag("--yes", options->yes, "With --fix: asks nothing");
   AddNames(*command, "--only", options->only, "Only these checks, with commas between");
   AddNames(*command, "--skip", options->skip, "All but these");
-  command->add_option("--listen", options->listen_s, "Seconds to listen for other machines; 0: not at all")
+  command
+      ->add_option("--listen", options->listen_s,
+                   "Seconds to listen for drivers, of this machine and of others; 0: not at all")
       ->check(CLI::Range(0.0, 60.0))
       ->capture_default_str();
   command->add_option("--root", options->root, "Reads and mends /proc, /sys, /dev and /etc below this folder")

@@ -53,7 +53,7 @@ std::string CountText(const std::vector<Diagnosis>& diagnoses) {
 Json DoctorJson(const std::string& file, const std::vector<Diagnosis>& diagnoses,
                 const std::vector<std::string>& mended) {
   Json json = {
-      {"file", file.empty() ? Json() : Json(file)}, {"ok", diagnoses.empty()}, {"findings", Json::array()}};
+      {"file", file.empty() ? Json() : Json(file)}, {"ok", AdviceAlone(diagnoses)}, {"findings", Json::array()}};
   for (const Diagnosis& diagnosis : diagnoses) json["findings"].push_back(FindingJson(diagnosis));
   json["mended"] = mended;
   return json;

@@ -26,6 +26,30 @@ std::vector<PortUse> PortsOf(const MachineConfig& machine) {
   return ports;
 }
 
+void HeardDrivers::On(const std::string& channel, std::int64_t boot_id) {
+  if (IsDriverOf(machine_, channel)) {
+    std::set<std::int64_t>& boots = ours_[channel];
+    if (boots.size() < kMostBoots) boots.insert(boot_id);
+  } else if (others_.size() < kMostOthers) {
+    others_.emplace(channel, boot_id);
+  }
+}
+
+std::vector<std::pair<std::string, std::int64_t>> HeardDrivers::All() const {
+  std::vector<std::pair<std::string, std::int64_t>> all(others_.begin(), others_.end());
+  for (const auto& [channel, boots] : ours_) {
+    for (const std::int64_t boot_id : boots) all.emplace_back(channel, boot_id);
+  }
+  return all;
+}
+
+std::string BusOfChannel(const std::string& channel) { return channel.substr(channel.rfind('/') + 1); }
+
+bool IsDriverOf(const MachineConfig& machine, const std::string& channel) {
+  return channel.starts_with(machine.lcm.prefix + "DRIVER_STATUS/") &&
+         machine.FindBus(BusOfChannel(channel)) != nullptr;
+}
+
 std::vector<const BusConfig*> CanBusesOf(const MachineConfig& machine) {
   std::vector<const BusConfig*> buses;
   for (const BusConfig& bus : machine.buses) {

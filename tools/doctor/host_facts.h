@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,6 +34,7 @@ struct NetworkFacts {
   std::optional<std::int64_t> receive_default;                // net.core.rmem_default
   std::vector<std::string> lcm_libraries;                     // files of liblcm
   std::vector<std::pair<std::string, std::int64_t>> drivers;  // heard on the command port: channel, boot id
+  std::vector<std::string> machine_faults;                    // of the machine, where it runs: MachineFaults
 };
 
 // A serial port, SPI device or GPIO chip.
@@ -85,6 +87,29 @@ struct PortUse {
   std::int64_t baud = 0;  // kSerial
 };
 [[nodiscard]] std::vector<PortUse> PortsOf(const MachineConfig& machine);
+
+// The drivers that report on the command port: channel and boot id. Anybody may invent both. Those of this machine are always
+// among them.
+class HeardDrivers {
+ public:
+  static constexpr std::size_t kMostBoots = 8;     // of one bus; two are a finding
+  static constexpr std::size_t kMostOthers = 100;  // of buses that the machine does not have
+
+  explicit HeardDrivers(const MachineConfig& machine) : machine_(machine) {}
+
+  void On(const std::string& channel, std::int64_t boot_id);
+  [[nodiscard]] std::vector<std::pair<std::string, std::int64_t>> All() const;
+
+ private:
+  const MachineConfig& machine_;
+  std::map<std::string, std::set<std::int64_t>> ours_;  // boot ids by channel
+  std::map<std::string, std::int64_t> others_;          // a boot id by channel
+};
+
+// Whether a driver that was heard is one of this machine, by the channel of its DRIVER_STATUS.
+[[nodiscard]] bool IsDriverOf(const MachineConfig& machine, const std::string& channel);
+// The bus of such a channel, without the prefix of whoever sent it.
+[[nodiscard]] std::string BusOfChannel(const std::string& channel);
 
 // CAN buses that are not simulated.
 [[nodiscard]] std::vector<const BusConfig*> CanBusesOf(const MachineConfig& machine);

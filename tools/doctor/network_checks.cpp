@@ -88,14 +88,6 @@ Finding BufferFinding(const char* name, std::int64_t found, std::int64_t wanted,
           .safe = true};
 }
 
-// DRIVER_STATUS/<bus> without the prefix of whoever sent it.
-std::string BusOfChannel(const std::string& channel) { return channel.substr(channel.rfind('/') + 1); }
-
-bool IsOurs(const MachineConfig& machine, const std::string& channel) {
-  return channel.starts_with(machine.lcm.prefix + "DRIVER_STATUS/") &&
-         machine.FindBus(BusOfChannel(channel)) != nullptr;
-}
-
 }  // namespace
 
 Findings CheckMulticastRoute(const MachineConfig& machine, const HostFacts& host) {
@@ -215,11 +207,18 @@ Findings CheckLcmLibrary(const MachineConfig& machine, const HostFacts& host) {
 Findings CheckOtherMachine(const MachineConfig& machine, const HostFacts& host) {
   std::set<std::string> others;
   for (const auto& [channel, boot_id] : host.network.drivers) {
-    if (!IsOurs(machine, channel)) others.insert(channel);
+    if (!IsDriverOf(machine, channel)) others.insert(channel);
   }
   if (others.empty()) return {};
+  constexpr std::size_t kNamed = 6;
+  std::vector<std::string> named(others.begin(), others.end());
+  std::string more;
+  if (named.size() > kNamed) {
+    more = " and " + std::to_string(named.size() - kNamed) + " more";
+    named.resize(kNamed);
+  }
   return {{.found = "drivers that the file does not know are heard on " + machine.lcm.command_url + ": " +
-                    Printable(Listed({others.begin(), others.end()})),
+                    Printable(Listed(named)) + more,
            .remedies = {Tell("give one of the machines other ports in its file:"),
                         Tell("lcm: {url: \"udpm://239.255.76.67:7677?ttl=0\", command_url: "
                              "\"udpm://239.255.76.67:7678?ttl=0\"}")},
@@ -229,13 +228,24 @@ Findings CheckOtherMachine(const MachineConfig& machine, const HostFacts& host) 
 Findings CheckDuplicateDriver(const MachineConfig& machine, const HostFacts& host) {
   std::map<std::string, std::set<std::int64_t>> boots;
   for (const auto& [channel, boot_id] : host.network.drivers) {
-    if (IsOurs(machine, channel)) boots[BusOfChannel(channel)].insert(boot_id);
+    if (IsDriverOf(machine, channel)) boots[BusOfChannel(channel)].insert(boot_id);
   }
   Findings findings;
   for (const auto& [bus, ids] : boots) {
     if (ids.size() < 2) continue;
     findings.push_back({.found = std::to_string(ids.size()) + " drivers of bus " + bus + " are running",
                         .remedies = {Tell("pgrep -af -- '--bus " + bus + "'    # on each host; end all but one")},
+                        .safe = false});
+  }
+  return findings;
+}
+
+Findings CheckMachineFaults(const MachineConfig& machine, const HostFacts& host) {
+  Findings findings;
+  for (const std::string& fault : host.network.machine_faults) {
+    findings.push_back({.found = "the machine runs and is not good: " + Printable(fault),
+                        .remedies = {Tell("axlecast status " + machine.file + "    # all of it, at any time"),
+                                     Tell("what to do about it: docs/troubleshooting.md")},
                         .safe = false});
   }
   return findings;

@@ -4,7 +4,7 @@
 
 namespace axlecast {
 
-// LCM between the processes of a machine: routes, loopback, firewall, buffers, neighbours.
+// LCM between the processes of a machine: routes, loopback, firewall, buffers, neighbours, and what the machine reports.
 [[nodiscard]] Findings CheckMulticastRoute(const MachineConfig& machine, const HostFacts& host);
 [[nodiscard]] Findings CheckLoopbackMulticast(const MachineConfig& machine, const HostFacts& host);
 [[nodiscard]] Findings CheckMulticastInterface(const MachineConfig& machine, const HostFacts& host);
@@ -15,5 +15,6 @@ namespace axlecast {
 [[nodiscard]] Findings CheckLcmLibrary(const MachineConfig& machine, const HostFacts& host);
 [[nodiscard]] Findings CheckOtherMachine(const MachineConfig& machine, const HostFacts& host);
 [[nodiscard]] Findings CheckDuplicateDriver(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Findings CheckMachineFaults(const MachineConfig& machine, const HostFacts& host);
 
 }  // namespace axlecast

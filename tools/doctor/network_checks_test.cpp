@@ -115,6 +115,35 @@ TEST(NetworkChecks, ATenthOfASecondFitsTheDefaultBuffer) {
             "echo 'net.core.rmem_default = 2097152' >> /etc/sysctl.d/60-axlecast.conf");
 }
 
+// Seen: every boot id that somebody invented was kept, and every name was printed.
+TEST(NetworkChecks, InventedDriversAreBoundedAndDisplaceNone) {
+  HostFacts host = GoodHost();
+  const MachineConfig machine = OneAxis();
+  HeardDrivers heard(machine);
+  for (int i = 0; i < 10'000; ++i) {
+    heard.On("DRIVER_STATUS/x" + std::to_string(i), i);
+    if (i > 5'000) heard.On("DRIVER_STATUS/b0", i);
+  }
+  host.network.drivers = heard.All();
+  EXPECT_EQ(host.network.drivers.size(), HeardDrivers::kMostOthers + HeardDrivers::kMostBoots);
+  EXPECT_EQ(CheckDuplicateDriver(machine, host).size(), 1U);
+  const Findings others = CheckOtherMachine(machine, host);
+  ASSERT_EQ(others.size(), 1U);
+  EXPECT_LT(others[0].found.size(), 300U);
+  EXPECT_THAT(others[0].found, HasSubstr("and 94 more"));
+}
+
+TEST(NetworkChecks, EachFaultOfTheRunningMachineIsFound) {
+  HostFacts host = GoodHost();
+  EXPECT_THAT(CheckMachineFaults(OneAxis(), host), IsEmpty());
+  host.network.machine_faults = {"axis1: DEGRADED (battery\x1b)", "b0: DOWN"};
+  const Findings findings = CheckMachineFaults(OneAxis(), host);
+  ASSERT_EQ(findings.size(), 2U);
+  EXPECT_EQ(findings[0].found, "the machine runs and is not good: axis1: DEGRADED (battery?)");
+  EXPECT_EQ(LineOf(findings[1].remedies[0]), "axlecast status m.yaml    # all of it, at any time");
+  EXPECT_FALSE(findings[0].safe);
+}
+
 TEST(NetworkChecks, DriversOfOthersAndTwoOfOne) {
   HostFacts host = GoodHost();
   host.network.drivers = {{"DRIVER_STATUS/b0", 1}};

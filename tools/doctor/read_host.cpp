@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <axlecast/driver_status_t.hpp>
 #include <filesystem>
-#include <set>
 #include <sstream>
 #include <system_error>
 
@@ -16,6 +15,8 @@
 #include "drivers/runtime/config/config_file.h"
 #include "drivers/runtime/core/decode_message.h"
 #include "drivers/runtime/core/lcm_url.h"
+#include "tools/axlecast/live_machine.h"
+#include "tools/monitor/machine_faults.h"
 
 namespace axlecast {
 namespace {
@@ -37,9 +38,9 @@ void HearDrivers(const MachineConfig& machine, MonoNs listen, NetworkFacts& netw
   if (!group->second.silence.empty()) return;
   LcmPort port(machine.lcm.command_url, "");
   if (!port.problem().empty()) return;
-  std::set<std::pair<std::string, std::int64_t>> heard;
+  HeardDrivers heard(machine);
   const auto hear = [&heard](const std::string& channel, Bytes message) {
-    if (const auto status = DecodeMessage<driver_status_t>(message)) heard.emplace(channel, status->boot_id);
+    if (const auto status = DecodeMessage<driver_status_t>(message)) heard.On(channel, status->boot_id);
   };
   if (!port.Subscribe(".*DRIVER_STATUS/.*", hear)) return;
   const SystemClock clock;
@@ -47,7 +48,20 @@ void HearDrivers(const MachineConfig& machine, MonoNs listen, NetworkFacts& netw
     const MonoNs left = (end - clock.Now()) / kMillisecond + 1;
     if (!port.Handle(static_cast<int>(left))) break;
   }
-  network.drivers.assign(heard.begin(), heard.end());
+  network.drivers = heard.All();
+}
+
+// What the machine reports of itself, if one of its drivers runs.
+void HearMachine(const MachineConfig& machine, NetworkFacts& network) {
+  const auto ours = [&machine](const auto& driver) { return IsDriverOf(machine, driver.first); };
+  const auto group = network.groups.find(machine.lcm.url);
+  if (std::none_of(network.drivers.begin(), network.drivers.end(), ours)) return;
+  if (group == network.groups.end() || group->second.route.error != 0 || !group->second.silence.empty()) return;
+  const SystemClock clock;
+  LiveMachine live(machine, clock);
+  if (live.problem().empty() && live.GatherAll(machine) && !live.view().NoneHeard()) {
+    network.machine_faults = MachineFaults(live.view(), clock.Now());
+  }
 }
 
 // liblcm.so.1.3.4, not the links to it.
@@ -78,6 +92,7 @@ NetworkFacts ReadNetwork(const MachineConfig& machine, const ReadHostOptions& op
   network.receive_default = options.files.Number("/proc/sys/net/core/rmem_default");
   network.lcm_libraries = FindLcmLibraries(options.files);
   if (!machine.buses.empty()) HearDrivers(machine, options.listen, network);
+  if (options.hear_machine) HearMachine(machine, network);
   return network;
 }
 

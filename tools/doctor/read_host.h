@@ -7,7 +7,8 @@ namespace axlecast {
 
 struct ReadHostOptions {
   HostFiles files;
-  MonoNs listen = 1'500 * kMillisecond;  // for other drivers, which speak once a second; 0: does not
+  MonoNs listen = 1'500 * kMillisecond;  // for drivers, which report once a second; 0: does not
+  bool hear_machine = true;              // where one of its drivers was heard, also for what the machine reports
 };
 
 // Reads what the checks want to know of this host for this machine. Opens no port and sends nothing but a datagram to

@@ -6,6 +6,7 @@
 #include <axlecast/device_info_t.hpp>
 #include <axlecast/exchange_times_t.hpp>
 #include <axlecast/motor_health_t.hpp>
+#include <axlecast/motor_limits_t.hpp>
 #include <axlecast/position_t.hpp>
 #include <axlecast/trip_log_t.hpp>
 #include <cstdint>
@@ -62,11 +63,12 @@ struct DeviceView {
 
   std::string name;
   std::string bus;
-  bool listed = true;                   // in the machine's file; false: it was only heard
-  bool has_position = true;             // false: a monitor, whose readings are MOTOR
-  std::optional<position_t> position;   // the newest
-  std::optional<position_t> valid;      // the newest with FLAG_VALID
-  std::optional<motor_health_t> motor;  // the newest
+  bool listed = true;                    // in the machine's file; false: it was only heard
+  bool has_position = true;              // false: a monitor, whose readings are MOTOR
+  std::optional<position_t> position;    // the newest
+  std::optional<position_t> valid;       // the newest with FLAG_VALID
+  std::optional<motor_health_t> motor;   // the newest
+  std::optional<motor_limits_t> limits;  // of a motor: the newest
   std::optional<device_info_t> info;
   AlarmView alarms;
   std::vector<trip_log_t> trips;  // each once, the one heard last at the end
@@ -77,6 +79,7 @@ struct DeviceView {
   std::optional<MonoNs> valid_at;     // of the newest valid one
   std::optional<std::size_t> on_bus;  // its bus's place in MachineView::buses()
   MonoNs info_at = 0;                 // receipt of `info`
+  MonoNs limits_at = 0;               // receipt of `limits`
   bool was_online = false;
 
   // The driver reports the state once a second. When that message is missing for longer than kStaleAfter while readings

@@ -47,6 +47,14 @@ bool OnMotor(DeviceView& device, Bytes message, MonoNs now) {
   return true;
 }
 
+bool OnLimits(DeviceView& device, Bytes message, MonoNs now) {
+  auto limits = DecodeMessage<motor_limits_t>(message);
+  if (!limits) return false;
+  device.limits = std::move(limits);
+  device.limits_at = now;
+  return true;
+}
+
 // True when the state or what it follows from is another one.
 bool OnInfo(DeviceView& device, device_info_t info, MonoNs now) {
   const std::optional<device_info_t> before = std::exchange(device.info, std::move(info));
@@ -153,6 +161,9 @@ Heard MachineView::OnDevice(std::string_view kind, std::string_view name, Bytes 
     device->has_position = false;
     heard.kind = Heard::Kind::kMotor;
     FollowReading(*device, now);
+  } else if (kind == "LIMITS" && !device->has_position) {
+    if (!OnLimits(*device, message, now)) return {};
+    heard.kind = Heard::Kind::kMotorLimits;
   } else if (kind == "ALARM") {
     auto alarm = DecodeMessage<alarm_t>(message);
     if (!alarm) return {};

@@ -20,6 +20,7 @@ struct Heard {
     kNothing,  // of no part of the machine, or malformed
     kPosition,
     kMotor,
+    kMotorLimits,
     kDevice,
     kDeviceAlarms,
     kTrip,

@@ -97,6 +97,25 @@ TEST(MachineView, CountsWhatWasLostOnTheWay) {
   EXPECT_EQ(view.devices()[0].readings.lost(), 3);
 }
 
+TEST(MachineView, KeepsTheTripLimitsOfAMotor) {
+  MachineConfig machine = OneAxis();
+  MachineView view(machine, Unlisted::kShown);
+  motor_limits_t limits{};
+  limits.overheat_c = 90;
+  EXPECT_EQ(view.OnMessage("LIMITS/axis1", Encoded(limits), kNow).kind, Heard::Kind::kNothing) << "an encoder";
+  EXPECT_EQ(view.OnMessage("LIMITS/gm1", Encoded(limits), kNow).kind, Heard::Kind::kNothing) << "not known yet";
+  view.OnMessage("DEVICE/gm1", Encoded(DeviceMessage(device_info_t::STATE_ONLINE)), kNow);
+  view.OnMessage("MOTOR/gm1", Encoded(motor_health_t{}), kNow);
+  EXPECT_EQ(view.OnMessage("LIMITS/gm1", Encoded(limits), kNow).kind, Heard::Kind::kMotorLimits);
+  limits.overheat_c = 80;
+  view.OnMessage("LIMITS/gm1", Encoded(limits), kNow + kSecond);
+  ASSERT_TRUE(view.devices()[1].limits);
+  EXPECT_EQ(view.devices()[1].limits->overheat_c, 80);
+  EXPECT_EQ(view.devices()[1].limits_at, kNow + kSecond);
+  view.OnMessage("LIMITS/gm1", Encoded(position_t{}), kNow + 2 * kSecond);
+  EXPECT_EQ(view.devices()[1].limits_at, kNow + kSecond) << "of another type";
+}
+
 TEST(MachineView, RateOverAFullSecond) {
   MachineView view(OneAxis());
   view.Tick(kNow);

@@ -38,7 +38,8 @@ struct RecorderView {
 class Monitor {
  public:
   // What OnMessage takes in, as a pattern of LCM: on the data port, and on the command port.
-  static constexpr const char* kDataChannels = "(POSITION|MOTOR|DEVICE|ALARM|BUS|BUS_TIMES|TRIP|RECORDER)/.*";
+  static constexpr const char* kDataChannels =
+      "(POSITION|MOTOR|LIMITS|DEVICE|ALARM|BUS|BUS_TIMES|TRIP|RECORDER)/.*";
   static constexpr const char* kCommandChannels = "COMMAND_STATUS";
   static constexpr std::size_t kMostRecorders = 16;
   static constexpr std::size_t kLargestMessage = kMaxMessage;  // bytes; longer ones are nobody's of axlecast

@@ -5,140 +5,136 @@
 namespace axlecast {
 namespace {
 
-void Put(std::string& body, std::uint32_t number) {
-  body.append(reinterpret_cast<const char*>(&number), sizeof number);
-}
+// Appends fields to a body. Numbers are of 32 bits, texts a size and their bytes.
+class Writer {
+ public:
+  void operator()(std::uint32_t number) { body_.append(reinterpret_cast<const char*>(&number), sizeof number); }
+  void operator()(int number) { (*this)(static_cast<std::uint32_t>(number)); }
+  void operator()(bool flag) { (*this)(std::uint32_t{flag}); }
+  void operator()(const std::string& text) {
+    (*this)(static_cast<std::uint32_t>(text.size()));
+    body_ += text;
+  }
+  template <typename Kind>
+  void Choice(Kind kind, Kind) {
+    (*this)(static_cast<std::uint32_t>(kind));
+  }
 
-void Put(std::string& body, std::string_view text) {
-  Put(body, static_cast<std::uint32_t>(text.size()));
-  body += text;
-}
+  // The body behind its size.
+  [[nodiscard]] std::string Frame() const {
+    Writer frame;
+    frame(body_);
+    return frame.body_;
+  }
 
-std::string Framed(std::string_view body) {
-  std::string frame;
-  Put(frame, body);
-  return frame;
-}
+ private:
+  std::string body_;
+};
 
+// Takes the fields out of a body again. After the first that is cut or out of range all are left as they are.
 class Reader {
  public:
   explicit Reader(std::string_view body) : rest_(body) {}
 
-  std::uint32_t Number() {
-    std::uint32_t number = 0;
-    if (rest_.size() < sizeof number) {
-      good_ = false;
-      return 0;
-    }
+  void operator()(std::uint32_t& number) {
+    good_ = good_ && rest_.size() >= sizeof number;
+    if (!good_) return;
     std::memcpy(&number, rest_.data(), sizeof number);
     rest_.remove_prefix(sizeof number);
-    return number;
   }
-
-  std::string Text() {
+  void operator()(int& number) { number = static_cast<int>(Number()); }
+  void operator()(bool& flag) { flag = Number() != 0; }
+  void operator()(std::string& text) {
     const std::uint32_t size = Number();
-    if (!good_ || size > rest_.size()) {
-      good_ = false;
-      return "";
-    }
-    std::string text(rest_.substr(0, size));
+    good_ = good_ && size <= rest_.size();
+    if (!good_) return;
+    text = rest_.substr(0, size);
     rest_.remove_prefix(size);
-    return text;
+  }
+  template <typename Kind>
+  void Choice(Kind& kind, Kind last) {
+    const std::uint32_t number = Number();
+    good_ = good_ && number <= static_cast<std::uint32_t>(last);
+    if (good_) kind = static_cast<Kind>(number);
   }
 
-  bool Flag() { return Number() != 0; }
   [[nodiscard]] bool AtGoodEnd() const { return good_ && rest_.empty(); }
 
  private:
+  std::uint32_t Number() {
+    std::uint32_t number = 0;
+    (*this)(number);
+    return number;
+  }
+
   std::string_view rest_;
   bool good_ = true;
 };
 
-void Put(std::string& body, const MqttLinkSettings& settings) {
-  Put(body, settings.host);
-  Put(body, static_cast<std::uint32_t>(settings.port));
-  Put(body, std::uint32_t{settings.version_5});
-  Put(body, settings.client_id);
-  Put(body, settings.user);
-  Put(body, settings.password.file);
-  Put(body, settings.password.credential);
-  Put(body, std::uint32_t{settings.password.group_may_read});
-  Put(body, std::uint32_t{settings.tls});
-  Put(body, settings.ca);
-  Put(body, settings.certificate);
-  Put(body, settings.key);
-  Put(body, static_cast<std::uint32_t>(settings.keep_alive_s));
-  Put(body, settings.attempts);
+// What follows names each field once, for both directions: `take` is a Writer or a Reader.
+
+template <typename Taker, typename Settings>
+void VisitSettings(Taker& take, Settings& settings) {
+  take(settings.host);
+  take(settings.port);
+  take(settings.version_5);
+  take(settings.client_id);
+  take(settings.user);
+  take(settings.password.file);
+  take(settings.password.credential);
+  take(settings.password.group_may_read);
+  take(settings.tls);
+  take(settings.ca);
+  take(settings.certificate);
+  take(settings.key);
+  take(settings.keep_alive_s);
+  take(settings.attempts);
 }
 
-MqttLinkSettings TakeSettings(Reader& reader) {
-  MqttLinkSettings settings;
-  settings.host = reader.Text();
-  settings.port = static_cast<int>(reader.Number());
-  settings.version_5 = reader.Flag();
-  settings.client_id = reader.Text();
-  settings.user = reader.Text();
-  settings.password.file = reader.Text();
-  settings.password.credential = reader.Text();
-  settings.password.group_may_read = reader.Flag();
-  settings.tls = reader.Flag();
-  settings.ca = reader.Text();
-  settings.certificate = reader.Text();
-  settings.key = reader.Text();
-  settings.keep_alive_s = static_cast<int>(reader.Number());
-  settings.attempts = reader.Number();
-  return settings;
+template <typename Taker, typename Order>
+void VisitOrder(Taker& take, Order& order) {
+  take.Choice(order.kind, LinkOrder::Kind::kDisconnect);
+  if (order.kind == LinkOrder::Kind::kConnect) VisitSettings(take, order.settings);
+  if (order.kind == LinkOrder::Kind::kDisconnect) return;
+  take(order.id);
+  take(order.message.topic);
+  take(order.message.payload);
+  take(order.message.retain);
+}
+
+template <typename Taker, typename Event>
+void VisitEvent(Taker& take, Event& event) {
+  take.Choice(event.kind, BrokerEvent::Kind::kDown);
+  take(event.message);
+  take(event.text);
+  take(event.fault);
 }
 
 }  // namespace
 
 std::string EncodeOrder(const LinkOrder& order) {
-  std::string body;
-  Put(body, static_cast<std::uint32_t>(order.kind));
-  if (order.kind == LinkOrder::Kind::kConnect) Put(body, order.settings);
-  if (order.kind != LinkOrder::Kind::kDisconnect) {
-    Put(body, static_cast<std::uint32_t>(order.id));
-    Put(body, order.message.topic);
-    Put(body, order.message.payload);
-    Put(body, std::uint32_t{order.message.retain});
-  }
-  return Framed(body);
+  Writer writer;
+  VisitOrder(writer, order);
+  return writer.Frame();
 }
 
 std::optional<LinkOrder> DecodeOrder(std::string_view body) {
   Reader reader(body);
   LinkOrder order;
-  const std::uint32_t kind = reader.Number();
-  if (kind > static_cast<std::uint32_t>(LinkOrder::Kind::kDisconnect)) return std::nullopt;
-  order.kind = static_cast<LinkOrder::Kind>(kind);
-  if (order.kind == LinkOrder::Kind::kConnect) order.settings = TakeSettings(reader);
-  if (order.kind != LinkOrder::Kind::kDisconnect) {
-    order.id = static_cast<std::int32_t>(reader.Number());
-    order.message.topic = reader.Text();
-    order.message.payload = reader.Text();
-    order.message.retain = reader.Flag();
-  }
+  VisitOrder(reader, order);
   return reader.AtGoodEnd() ? std::optional(order) : std::nullopt;
 }
 
 std::string EncodeEvent(const BrokerEvent& event) {
-  std::string body;
-  Put(body, static_cast<std::uint32_t>(event.kind));
-  Put(body, static_cast<std::uint32_t>(event.message));
-  Put(body, event.text);
-  Put(body, std::uint32_t{event.fault});
-  return Framed(body);
+  Writer writer;
+  VisitEvent(writer, event);
+  return writer.Frame();
 }
 
 std::optional<BrokerEvent> DecodeEvent(std::string_view body) {
   Reader reader(body);
   BrokerEvent event;
-  const std::uint32_t kind = reader.Number();
-  if (kind > static_cast<std::uint32_t>(BrokerEvent::Kind::kDown)) return std::nullopt;
-  event.kind = static_cast<BrokerEvent::Kind>(kind);
-  event.message = static_cast<int>(reader.Number());
-  event.text = reader.Text();
-  event.fault = reader.Flag();
+  VisitEvent(reader, event);
   return reader.AtGoodEnd() ? std::optional(event) : std::nullopt;
 }
 

@@ -3,16 +3,20 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <axlecast/alarm_t.hpp>
 #include <axlecast/command_status_t.hpp>
 #include <axlecast/position_t.hpp>
 #include <axlecast/trip_log_t.hpp>
+#include <cctype>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <vector>
 
 #include "drivers/runtime/command/signature.h"
+#include "tools/mqtt/mqtt_schema.h"
 
 namespace axlecast {
 namespace {
@@ -84,6 +88,21 @@ class MqttFeedTest : public ::testing::Test {
   MonoNs now_ = 1'000 * kSecond;
   std::int64_t seq_ = 0;
 };
+
+// LIMITS had a topic and a schema, and was never received.
+TEST_F(MqttFeedTest, EachKindOfTopicIsAmongTheChannelsThatAreReceived) {
+  std::size_t kinds = 0;
+  const nlohmann::ordered_json schemas = MqttSchemas();
+  for (const auto& [kind, schema] : schemas.at("$defs").items()) {
+    if (kind == "command" || kind == "status") continue;
+    std::string channel = kind + "/axis1";
+    std::transform(kind.begin(), kind.end(), channel.begin(),
+                   [](char c) { return static_cast<char>(std::toupper(c)); });
+    EXPECT_TRUE(std::regex_match(channel, std::regex(kMqttDataChannels))) << channel;
+    ++kinds;
+  }
+  EXPECT_EQ(kinds, 8U);
+}
 
 TEST_F(MqttFeedTest, APositionAsJsonUnderItsTopic) {
   Position(12.5);

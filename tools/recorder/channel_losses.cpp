@@ -22,8 +22,6 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kMostChannels = 4'096;  // anybody may invent more
-
 // Types whose numbers run without gaps, as their .lcm says.
 bool IsNumbered(std::int64_t hash) {
   static const std::array<std::int64_t, 13> kNumbered = {

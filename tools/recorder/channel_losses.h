@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -21,6 +22,8 @@ struct ChannelLoss {
 // Messages of other types are passed over.
 class ChannelLosses {
  public:
+  static constexpr std::size_t kMostChannels = 4'096;  // anybody may invent more
+
   void On(const LoggedMessage& message);
 
   [[nodiscard]] std::vector<ChannelLoss> losses() const;  // channels that lost something, most first

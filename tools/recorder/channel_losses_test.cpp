@@ -4,6 +4,7 @@
 
 #include <axlecast/command_t.hpp>
 #include <axlecast/position_t.hpp>
+#include <string>
 #include <vector>
 
 namespace axlecast {
@@ -32,6 +33,20 @@ TEST(ChannelLosses, CountsTheGapsOfEachChannel) {
   EXPECT_EQ(found[0].received, 3);
   EXPECT_EQ(found[1].channel, "POSITION/axis1");
   EXPECT_EQ(found[1].lost, 2);
+}
+
+TEST(ChannelLosses, CountsThoseThatCameFirstHoweverManyChannelsAreInvented) {
+  ChannelLosses losses;
+  On<position_t>(losses, "POSITION/axis1", 0);
+  for (int i = 0; i < 10'000; ++i) {
+    const std::string channel = "POSITION/x" + std::to_string(i);
+    for (const std::int64_t seq : {0, 2}) On<position_t>(losses, channel.c_str(), seq);
+  }
+  On<position_t>(losses, "POSITION/axis1", 9);
+  const auto found = losses.losses();
+  EXPECT_EQ(found.size(), ChannelLosses::kMostChannels);
+  EXPECT_EQ(found[0].channel, "POSITION/axis1");
+  EXPECT_EQ(found[0].lost, 8);
 }
 
 TEST(ChannelLosses, PassesOverWhatHasNoNumbers) {

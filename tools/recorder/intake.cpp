@@ -87,9 +87,7 @@ void Intake::Take(const ReceivedMessage& message) {
   if (!filter_.Takes(message.channel)) return;
   if (queue_.Add({message.utime, message.channel, message.data})) return;
   ++overflow_;
-  if (overflow_of_.size() < UdpmReceiver::kMostSenders || overflow_of_.contains(message.sender)) {
-    ++overflow_of_[message.sender];
-  }
+  overflow_of_.On(message.sender);
 }
 
 // Everything that had come when the stop was asked for; live traffic would have no end.
@@ -129,11 +127,7 @@ IntakeCounts Intake::counts() const {
     const std::vector<SenderCount> senders = source.receiver.senders();
     counts.senders.insert(counts.senders.end(), senders.begin(), senders.end());
   }
-  for (SenderCount& sender : counts.senders) {
-    if (const auto overflow = overflow_of_.find(sender.sender); overflow != overflow_of_.end()) {
-      sender.lost += overflow->second;
-    }
-  }
+  for (SenderCount& sender : counts.senders) sender.lost += overflow_of_.Of(sender.sender);
   std::stable_sort(counts.senders.begin(), counts.senders.end(),
                    [](const SenderCount& one, const SenderCount& other) { return one.lost > other.lost; });
   return counts;

@@ -27,6 +27,22 @@ struct IntakeCounts {
   std::vector<SenderCount> senders;  // most lost first; overflow counts as lost
 };
 
+// Messages of each sender that found no room in the queue. Anybody may invent senders: further ones are not counted.
+class OverflowTally {
+ public:
+  void On(const SenderAddress& sender) {
+    if (counts_.size() < UdpmReceiver::kMostSenders || counts_.contains(sender)) ++counts_[sender];
+  }
+  [[nodiscard]] std::int64_t Of(const SenderAddress& sender) const {
+    const auto found = counts_.find(sender);
+    return found == counts_.end() ? 0 : found->second;
+  }
+  [[nodiscard]] std::size_t senders() const { return counts_.size(); }
+
+ private:
+  std::map<SenderAddress, std::int64_t> counts_;
+};
+
 // The reading side: takes messages from LCM's ports as they come and puts those that are wanted into a queue. It never
 // waits for who takes them out. counts() and turns() are thread-safe; the rest belongs to one thread.
 class Intake {
@@ -77,7 +93,7 @@ class Intake {
   mutable std::mutex mutex_;
   std::int64_t from_others_ = 0;
   std::int64_t overflow_ = 0;
-  std::map<SenderAddress, std::int64_t> overflow_of_;
+  OverflowTally overflow_of_;
 };
 
 }  // namespace axlecast

@@ -6,7 +6,9 @@
 
 #include "drivers/runtime/core/sample.h"
 #include "tools/json/field.h"
+#include "tools/json/message_json.h"
 #include "tools/json/names.h"
+#include "tools/monitor/trip_margins.h"
 #include "tools/web/web_frames.h"
 
 namespace axlecast {
@@ -75,6 +77,7 @@ Json MotorJson(const motor_health_t& motor) {
   const auto has = [&motor](std::int32_t flag) { return (motor.flags & flag) != 0; };
   Json factors = Json::array();
   for (const std::int32_t bits : motor.trip_factor) factors.push_back(WordsOf(MotorStatusNames(bits)));
+  const Json message = ToJson(motor);  // has the names of every other JSON of axlecast
   return {{"valid", has(motor_health_t::FLAG_ANALOG_VALID) && has(motor_health_t::FLAG_STATUS_VALID)},
           {"flags", MotorFlags(motor.flags)},
           {"voltage_v", Field(motor.voltage_v)},
@@ -85,10 +88,20 @@ Json MotorJson(const motor_health_t& motor) {
           {"trip_count", motor.trip_count},
           {"tripped", has(motor_health_t::FLAG_TRIPPED)},
           {"status", WordsOf(MotorStatusNames(motor.status_bits))},
+          {"status_names", message.at("status_names")},
           {"trip_factors", std::move(factors)},
+          {"trip_factor_names", message.at("trip_factor_names")},
           {"stop_coil", motor.stop_coil < 0 ? Json(nullptr) : Json(motor.stop_coil)},
           {"logged_in", motor.logged_in < 0 ? Json(nullptr) : Json(motor.logged_in)},
           {"mains_hz", motor.mains_hz == 0 ? Json(nullptr) : Json(motor.mains_hz)}};
+}
+
+// What trips a motor, beside the reading; null until LIMITS was received.
+Json LimitsJson(const DeviceView& device, WebInstant now) {
+  if (!device.limits) return nullptr;
+  return {{"utime", device.limits->utime},
+          {"heard_utime", HeardUtime(device.limits_at, now)},
+          {"margins", MarginsJson(TripMargins(device.motor.value_or(motor_health_t{}), *device.limits))}};
 }
 
 Json ReadingJson(const DeviceView& device, WebInstant now) {
@@ -140,6 +153,7 @@ Json DeviceJson(const DeviceView& device, WebInstant now) {
                {"lost", device.readings.lost()},
                {"alarms", device.alarms.total()},
                {"worst", WorstAlarm(device.alarms)}};
+  if (!device.has_position) json["limits"] = LimitsJson(device, now);
   if (device.info) json.update(InfoPart(*device.info));
   return json;
 }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <axlecast/alarm_t.hpp>
+#include <axlecast/recorder_health_t.hpp>
 #include <nlohmann/json.hpp>
 
 #include "tools/monitor/one_axis.h"
@@ -157,6 +158,26 @@ TEST_F(WebFeedTest, WhatWaitsForBrowsersIsBoundedInBytes) {
     ASSERT_LE(scene_.event_bytes(), WebScene::kMostEventBytes);
   }
   EXPECT_LT(scene_.events_end() - scene_.events_begin(), 4'000U);
+}
+
+// 600,000 names cost 180 MB: what a new browser is told of the past has an end, and the file's device is in it.
+TEST_F(WebFeedTest, InventedDevicesBusesAndRecordersAreFew) {
+  Hear("ALARM/axis1", AlarmMessage(1, {"battery_alarm"}));
+  recorder_health_t recorder{};
+  for (int i = 0; i < 2'000; ++i) {
+    const std::string name = "x" + std::to_string(i);
+    Hear("DEVICE/" + name, DeviceMessage(device_info_t::STATE_ONLINE));
+    Hear("ALARM/" + name, AlarmMessage(1, {"forged"}));
+    Hear("BUS/" + name, BusMessage(bus_health_t::STATE_UP));
+    Hear("RECORDER/" + name, recorder);
+    Hear("ALARM/recorder/" + name, AlarmMessage(1, {"forged"}));
+  }
+  const std::size_t devices = scene_.monitor().machine().devices().size();
+  EXPECT_EQ(devices, 1 + MachineView::kFewUnlisted);
+  EXPECT_EQ(scene_.monitor().machine().buses().size(), 1 + MachineView::kFewUnlisted);
+  EXPECT_EQ(scene_.Past(Now().utime).size(), devices + Monitor::kMostRecorders + 1)
+      << "alarms of each, and the bridge's";
+  EXPECT_THAT(scene_.Past(Now().utime)[0], HasSubstr("battery_alarm"));
 }
 
 // A few strangers are shown beside the file's devices, with short curves: their rows took 1.4 MB each.

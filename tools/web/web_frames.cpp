@@ -7,6 +7,7 @@
 
 #include "drivers/runtime/command/command_words.h"
 #include "tools/json/field.h"
+#include "tools/json/message_json.h"
 #include "tools/json/names.h"
 
 namespace axlecast {
@@ -166,6 +167,7 @@ std::string TripFrame(const trip_log_t& trip) {
                    {"log_index", trip.log_index},
                    {"trip_count", trip.trip_count},
                    {"factors", std::move(factors)},
+                   {"factor_names", ToJson(trip).at("factor_names")},
                    {"not_before_utime", trip.not_before_utime == 0 ? Json(nullptr) : Json(trip.not_before_utime)},
                    {"not_after_utime", trip.not_after_utime == 0 ? Json(nullptr) : Json(trip.not_after_utime)},
                    {"interval_us", trip.interval_us},

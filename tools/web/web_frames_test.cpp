@@ -3,10 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "tools/json/message_json.h"
 #include "tools/monitor/one_axis.h"
 
 namespace axlecast {
@@ -99,8 +101,35 @@ TEST_F(WebFramesTest, StateSaysWhatIsKnownOfAMonitor) {
   EXPECT_EQ(reading["valid"], false);  // the status was not read
   EXPECT_EQ(reading["tripped"], true);
   EXPECT_EQ(reading["status"], Json({"power upper A", "overheat"}));
+  EXPECT_EQ(reading["status_names"], Json({"power_upper_a", "overheat"}));
   EXPECT_EQ(reading["trip_factors"][0], Json({"excessive shock"}));
+  EXPECT_EQ(reading["trip_factor_names"][0], Json({"excessive_shock"}));
   EXPECT_EQ(reading["stop_coil"], nullptr);
+}
+
+TEST_F(WebFramesTest, StateShowsHowFarAMotorIsFromItsTripLimits) {
+  Hear("DEVICE/gm1", DeviceMessage(device_info_t::STATE_ONLINE));
+  motor_health_t motor{};
+  motor.power_w = 250;
+  motor.temperature_c = 45;
+  motor.flags = motor_health_t::FLAG_ANALOG_VALID;
+  Hear("MOTOR/gm1", motor);
+  EXPECT_EQ(State()["devices"][1]["limits"], nullptr) << "not received yet";
+  EXPECT_FALSE(Device().contains("limits")) << "an encoder has none";
+  motor_limits_t limits{};
+  limits.utime = kUtime - 1;
+  limits.power_upper_w[0] = 300;
+  limits.power_upper_w[1] = NAN;
+  Hear("LIMITS/gm1", limits);
+  const Json shown = State(kMillisecond)["devices"][1]["limits"];
+  EXPECT_EQ(shown["utime"], kUtime - 1);
+  EXPECT_EQ(shown["heard_utime"], kUtime);
+  ASSERT_EQ(shown["margins"].size(), 6U);
+  EXPECT_EQ(shown["margins"][0],
+            Json({{"name", "power_upper_a"}, {"unit", "W"}, {"measured", 250}, {"limit", 300}, {"margin", 50}}));
+  EXPECT_EQ(shown["margins"][1]["limit"], nullptr) << "not read yet";
+  EXPECT_EQ(shown["margins"][4]["limit"], 0) << "never trips";
+  EXPECT_EQ(shown["margins"][4]["margin"], nullptr);
 }
 
 TEST_F(WebFramesTest, StateSaysWhatIsKnownOfBusesAndRecorders) {
@@ -148,12 +177,68 @@ TEST_F(WebFramesTest, ATripHoldsItsCurves) {
   trip.samples[1][19] = 8.5F;
   const Json frame = Json::parse(TripFrame(trip));
   EXPECT_EQ(frame["factors"], Json({"power upper A", "power upper B"}));
+  EXPECT_EQ(frame["factor_names"], Json({"power_upper_a", "power_upper_b"}));
   EXPECT_EQ(frame["not_before_utime"], nullptr);
   EXPECT_EQ(frame["not_after_utime"], kUtime);
   ASSERT_EQ(frame["samples"].size(), 7U);
   EXPECT_EQ(frame["samples"][1][19], 8.5);
   EXPECT_EQ(frame["samples"][2], nullptr);
   EXPECT_EQ(frame["quantities"][1], Json({{"name", "current_a"}, {"unit", "A"}}));
+}
+
+// Where a message has a number with a name behind it, a frame has the name alone, and it is the same.
+TEST_F(WebFramesTest, NamesAreThoseOfTheMessagesJson) {
+  const auto all_bits = static_cast<std::int32_t>((1U << 15U) - 1);
+  position_t position = PositionMessage(0);
+  position.flags = all_bits;
+  for (std::int8_t unit = 0; unit < 8; ++unit) {
+    position.unit = unit;
+    Hear("POSITION/axis1", position);
+    EXPECT_EQ(Device()["reading"]["unit"], Json(ToJson(position).at("unit_name")));
+  }
+  EXPECT_EQ(Device()["reading"]["flags"], Json(ToJson(position).at("flag_names")));
+  for (std::int8_t state = 0; state < 4; ++state) {
+    const device_info_t info = DeviceMessage(state);
+    Hear("DEVICE/axis1", info);
+    Hear("BUS/rs485-0", BusMessage(state));
+    EXPECT_EQ(Device()["state"], Json(ToJson(info).at("state_name")));
+    EXPECT_EQ(State()["buses"][0]["state"], Json(ToJson(BusMessage(state)).at("state_name")));
+  }
+  device_info_t info = DeviceMessage(0);
+  std::fill(std::begin(info.errors), std::end(info.errors), 1);
+  Hear("DEVICE/axis1", info);
+  EXPECT_EQ(Device()["errors"], Json(ToJson(info).at("errors_by_name")));
+  for (std::int8_t state = 0; state < 5; ++state) {
+    recorder_health_t recorder{};
+    recorder.state = state;
+    Hear("RECORDER/main", recorder);
+    EXPECT_EQ(State()["recorders"][0]["state"], Json(ToJson(recorder).at("state_name")));
+  }
+}
+
+TEST_F(WebFramesTest, NamesOfAlarmsAndCommandsAreThoseOfTheMessagesJson) {
+  for (std::int8_t number = 0; number < 6; ++number) {
+    alarm_t alarm{};
+    alarm.n = 1;
+    alarm.entries.resize(1);
+    alarm_entry_t& entry = alarm.entries[0];
+    entry.state = entry.source = number;
+    entry.severity = static_cast<std::int8_t>(number % 4);
+    AlarmView view;
+    view.On(alarm, kMono);
+    const Json shown = Json::parse(AlarmsFrame("axis1", view, 0, {}))["entries"][0];
+    for (const char* name : {"state", "source", "severity"}) {
+      EXPECT_EQ(shown[name], Json(ToJson(entry).at(std::string(name) + "_name"))) << name << ' ' << int{number};
+    }
+  }
+  for (std::int8_t number = 1; number < 36; ++number) {
+    command_status_t status{};
+    status.state = static_cast<std::int8_t>(number % 10);
+    status.reason_code = number;
+    const Json shown = Json::parse(CommandFrame(status));
+    EXPECT_EQ(shown["state"], Json(ToJson(status).at("state_name")));
+    EXPECT_EQ(shown["reason"], Json(ToJson(status).at("reason_name")));
+  }
 }
 
 TEST_F(WebFramesTest, ACommandHoldsItsOutcome) {

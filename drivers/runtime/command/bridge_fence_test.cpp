@@ -33,6 +33,9 @@ TEST(BridgeFence, ARecordingOfABridgeThatIsLongForgottenDoesNotAct) {
   BridgeFence fence;
   for (std::int64_t boot = 1; boot <= 1'000; ++boot) EXPECT_EQ(fence.Judge(boot, boot), Verdict::kNewest);
   for (std::int64_t boot = 1; boot < 1'000; ++boot) EXPECT_NE(fence.Judge(boot, boot), Verdict::kNewest) << boot;
+  EXPECT_EQ(fence.Judge(999, 999), Verdict::kFenced);
+  EXPECT_EQ(fence.Judge(936, 936), Verdict::kFenced);
+  EXPECT_EQ(fence.Judge(935, 935), Verdict::kOlder) << "64 replaced bridges are remembered, whoever invents more";
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 #include <iterator>
 
 #include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/core/visible_text.h"
+#include "drivers/runtime/core/terminal_text.h"
 
 namespace axlecast {
 namespace {
@@ -19,7 +19,7 @@ void ConfigErrors::Add(const YAML::Mark& mark, std::string text) {
     error.line = mark.line + first_line_;
     error.column = mark.column + 1;
   }
-  error.text = VisibleText(text);  // keys and values of the file may hold anything
+  error.text = TerminalText(text, TextShape::kOneLine);  // keys and values of the file may hold anything
   const auto place = std::upper_bound(errors_.begin(), errors_.end(), error, [](const auto& a, const auto& b) {
     return std::pair(a.line, a.column) < std::pair(b.line, b.column);
   });
@@ -39,7 +39,7 @@ void ConfigErrors::Asked(ConfigKey key) {
 }
 
 std::string ConfigErrors::Text() const {
-  const std::string file = VisibleText(file_);
+  const std::string file = TerminalText(file_, TextShape::kOneLine);
   std::string text;
   for (const ConfigError& error : errors_) {
     text += file;

@@ -4,7 +4,8 @@
 #include <cstddef>
 #include <numeric>
 
-#include "drivers/runtime/core/visible_text.h"
+#include "drivers/runtime/core/terminal_text.h"
+#include "drivers/runtime/core/utf8.h"
 
 namespace axlecast {
 namespace {
@@ -61,7 +62,7 @@ std::string Listed(const std::vector<std::string>& words) {
 std::string Quoted(std::string_view value) {
   constexpr std::size_t kShown = 40;
   const std::string_view begin = Shortened(value, kShown);
-  return "'" + VisibleText(begin) + (begin.size() < value.size() ? "...'" : "'");
+  return "'" + TerminalText(begin, TextShape::kOneLine) + (begin.size() < value.size() ? "...'" : "'");
 }
 
 bool IsName(std::string_view text) {

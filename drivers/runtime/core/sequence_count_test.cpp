@@ -42,5 +42,16 @@ TEST(SequenceCount, NumbersFromAStrangerDoNotOverflow) {
   EXPECT_EQ(count.lost(), 2);
 }
 
+TEST(SequenceCount, RemembersAFewPublishersHoweverManyBootIdsCome) {
+  SequenceCount count;
+  for (std::int64_t boot = 1; boot <= 10'000; ++boot) count.On(boot, 0);
+  for (std::int64_t boot = 1; boot <= 9'900; ++boot) count.On(boot, 5);  // of each that is forgotten, the beginning
+  EXPECT_EQ(count.lost(), 0);
+  SequenceCount few;
+  for (std::int64_t boot = 1; boot <= 64; ++boot) few.On(boot, 0);
+  for (std::int64_t boot = 1; boot <= 64; ++boot) few.On(boot, 5);
+  EXPECT_EQ(few.lost(), 64 * 4);
+}
+
 }  // namespace
 }  // namespace axlecast

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "drivers/runtime/core/utf8.h"
+
 namespace axlecast {
 namespace {
 
@@ -45,6 +47,27 @@ TEST(TerminalText, TakesAwayWhatIsNoUtf8) {
   EXPECT_EQ(FindUnsafe("\xE0\x82\x9B")->code, 0xFFFDU) << "overlong";
   EXPECT_EQ(FindUnsafe("\xED\xA0\x80")->code, 0xFFFDU) << "a surrogate";
   EXPECT_EQ(FindUnsafe("\xF4\x90\x80\x80")->code, 0xFFFDU) << "above U+10FFFF";
+}
+
+TEST(TerminalText, OfOneLineHasNoBreakAndNothingHidden) {
+  const auto one_line = [](std::string_view text) { return TerminalText(text, TextShape::kOneLine); };
+  EXPECT_EQ(one_line("axis1: 5 \xC2\xB0, \xE2\x82\xAC, \xF0\x9F\x98\x80"),
+            "axis1: 5 \xC2\xB0, \xE2\x82\xAC, \xF0\x9F\x98\x80");
+  EXPECT_EQ(one_line("a\r\n\tb"), std::string("a") + kMark + kMark + kMark + "b");
+  for (const char* hidden : {"\xC2\xAD", "\xE2\x80\x8B", "\xE2\x80\x8D", "\xE2\x81\xA0", "\xEF\xBB\xBF",
+                             "\xEF\xBF\xB9", "\xF3\xA0\x80\xA0"}) {
+    const std::string text = std::string("a") + hidden + "b";
+    EXPECT_EQ(one_line(text), std::string("a") + kMark + "b");
+    EXPECT_EQ(TerminalText(text), text) << "some scripts need it";
+  }
+  EXPECT_EQ(one_line("\xE2\x80\xAE"), kMark) << "and what is unsafe anywhere";
+}
+
+TEST(Shortened, EndsBetweenTwoCharacters) {
+  EXPECT_EQ(Shortened("abc", 3), "abc");
+  EXPECT_EQ(Shortened("abc", 2), "ab");
+  EXPECT_EQ(Shortened("a\xE2\x82\xAC", 3), "a");
+  EXPECT_EQ(Shortened("\xE2\x82\xAC", 2), "");
 }
 
 TEST(UnfinishedBytes, AreThoseOfACharacterThatMayGoOn) {

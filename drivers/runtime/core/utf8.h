@@ -24,4 +24,11 @@ struct Utf8Character {
   return (static_cast<std::uint8_t>(byte) & 0xC0U) == 0x80U;
 }
 
+// Returns the beginning of `text`, at most `size` bytes, that ends between two characters.
+[[nodiscard]] constexpr std::string_view Shortened(std::string_view text, std::size_t size) {
+  if (text.size() <= size) return text;
+  while (size > 0 && IsContinuation(text[size])) --size;
+  return text.substr(0, size);
+}
+
 }  // namespace axlecast

@@ -119,8 +119,9 @@ class Interface(CanMachine):
         self.encoder()
         self.up()
         other = self.write(self.config.read_text().replace("machine: test", "machine: other"), "other.yaml")
-        self.driver(other, "can-0", "saa-can", name="second")
-        wait_for(lambda: "another process holds it" in self.log("second"), lambda: f"a refusal; {self.log('second')}")
+        second = self.driver(other, "can-0", "saa-can", name="second")
+        self.assertEqual(second.wait(60), 1)
+        self.assertRegex(self.log("second"), r"another process holds it: .* \(axlecast-saa-ca, process \d+\); this driver ends")
         self.wait_more_positions()
 
     def test_an_encoder_that_falls_silent_is_reported_and_comes_back(self):

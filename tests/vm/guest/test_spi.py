@@ -175,8 +175,7 @@ class Encoder(Machine):
         other = machine_file("spi-1", "ssi", "{other: {model: saa58p24, bits: 12, unit: deg}}",
                              link="{spidev: /dev/spidev0.0}").replace("machine: test", "machine: other")
         config = self.write(other, "other.yaml")
-        watch = self.watch(config)
-        self.driver(config, "spi-1", "ssi")
-        wait_for(lambda: "another process holds it" in (watch.last("BUS/spi-1") or {}).get("last_error", ""),
-                 lambda: f"a refusal, not {watch.last('BUS/spi-1')}; {self.log('driver-spi-1')}")
+        second = self.driver(config, "spi-1", "ssi")
+        self.assertEqual(second.wait(60), 1)
+        self.assertRegex(self.log("driver-spi-1"), r"another process holds it: .* \(axlecast-ssi, process \d+\); this driver ends")
         self.wait_counts(495)

@@ -7,6 +7,7 @@ import { element, factList, setHidden, setText, setUnit } from "./dom.js";
 import { StateBadge, picture } from "./icons.js";
 import { UNKNOWN, count, duration, fixed, microseconds, quantity, rate, timeOfDay, unitText } from "./numbers.js";
 import { StripStack } from "./strip_stack.js";
+import { TripLimits } from "./trip_limits.js";
 import { errorWord, flagWords, readable } from "./words.js";
 
 const FIRST_COLUMNS = { position: ["value", "speed_rpm"], motor: ["power_w", "current_a", "temperature_c"] };
@@ -85,6 +86,7 @@ export class DeviceView {
     this.errors = new Facts();
     this.noErrors = element("p.empty", {}, "No failed reading since the driver started.");
     this.alarms = new AlarmList("No alarm.");
+    this.limits = new TripLimits();
     this.stack = new StripStack(machine, time);
     this.root = element(
       "div.device-view",
@@ -106,6 +108,7 @@ export class DeviceView {
         {},
         element("section.panel.hero", {}, element("div.value", {}, this.value, this.unit), this.dial.root, this.flags),
         element("section.panel", {}, element("h3", {}, "Alarms"), this.alarms.root),
+        this.limits.root,
         element("section.panel", {}, element("h3", {}, "Reading"), this.facts.root),
       ),
       this.stack.root,
@@ -141,6 +144,7 @@ export class DeviceView {
     this.badge.update(state?.state);
     setText(this.reason, readable(state?.reason));
     this.#showValue(device, state, reading);
+    this.limits.update(state?.limits, this.machine.state?.utime ?? 0);
     this.device.update(commonFacts(device, state));
     const errors = Object.entries(state?.errors ?? {}).map(([kind, times]) => [errorWord(kind), count(times)]);
     this.errors.update(errors);

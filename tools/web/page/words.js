@@ -109,6 +109,19 @@ export function columnWord(name) {
   return COLUMNS[name] ?? readable(name);
 }
 
+const LIMITS = {
+  power_upper_a: "Power above A",
+  power_upper_b: "Power above B",
+  power_lower_a: "Power below A",
+  power_lower_b: "Power below B",
+  overheat: "Overheat",
+  excessive_shock: "Shock",
+};
+
+export function limitWord(name) {
+  return LIMITS[name] ?? readable(name);
+}
+
 const OUTCOMES = {
   accepted: "Accepted",
   routed: "On its way",
