@@ -98,7 +98,7 @@ TEST_F(MqttFeedTest, EachKindOfTopicIsAmongTheChannelsThatAreReceived) {
     std::string channel = kind + "/axis1";
     std::transform(kind.begin(), kind.end(), channel.begin(),
                    [](char c) { return static_cast<char>(std::toupper(c)); });
-    EXPECT_TRUE(std::regex_match(channel, std::regex(kMqttDataChannels))) << channel;
+    EXPECT_TRUE(std::regex_match(channel, std::regex(MqttDataChannels()))) << channel;
     ++kinds;
   }
   EXPECT_EQ(kinds, 8U);
