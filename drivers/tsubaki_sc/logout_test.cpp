@@ -66,7 +66,7 @@ TEST(LogOut, FollowsEveryOrderThatLoggedIn) {
     if (c.writes == 0) continue;
     EXPECT_THAT(bench.Last().text, EndsWith("; logged out again"));
     EXPECT_TRUE(IsLoginRead(bench.sent.back().request)) << "it is verified";
-    bench.RunUntil([&] { return bench.output.motors.back().logged_in == 0; }, 60);
+    bench.RunUntil([&] { return !bench.output.motors.empty() && bench.output.motors.back().logged_in == 0; }, 60);
   }
 }
 
