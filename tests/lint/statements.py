@@ -3,8 +3,9 @@
 file:line: name; exits 1 on any.
 
 In the tables under "## … statements" (of the maker, of the standards) a test is `Suite.Case`, or `.Case` of the suite that
-was named last in its row; `Suite.*` is the whole suite, and `…` at the end stands for the rest of a long name. A README
-introduces an abbreviation of a suite as "`M` = Suite in file", or of a single test as "`D` = Suite.Case"."""
+was named last in its row; `Suite.*` is the whole suite (a bare `Suite` is refused), and `…` at the end stands for the rest
+of a long name. A README introduces an abbreviation of a suite as "`M` = Suite in file", or of a single test as
+"`D` = Suite.Case"."""
 
 import pathlib
 import re
@@ -15,6 +16,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 TEST = re.compile(r"\bTEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\)")
 HEADING = re.compile(r"^## .*[Ss]tatements", re.MULTILINE)
 NAMED = re.compile(r"(?<![\w./(])(?:(\w*[A-Z]\w*)\.(\*|[A-Z]\w*)|\.([A-Z]\w*))(…?)")
+BARE = re.compile(r"(?<![\w./])(\w+)(?![\w.])")
 ABBREVIATION = re.compile(r"`(\w+)` = (\w+)(?:\.(\w+))?")
 
 
@@ -47,7 +49,10 @@ def missing(text, known):
         if not within or not line.startswith("|"):
             continue
         suite = None
-        for own, case, more, cut in NAMED.findall(line.rsplit("|", 2)[1]):
+        proof = line.rsplit("|", 2)[1]
+        for bare in set(BARE.findall(proof)) & set(known):
+            yield number, f"that a bare {bare} names"
+        for own, case, more, cut in NAMED.findall(proof):
             suite = short.get(own, own) if own else suite
             named.append(case or more)
             if suite is None or not exists(known, suite, case or more, bool(cut)):
