@@ -1,4 +1,5 @@
 include(GoogleTest)
+include(product_code)
 
 # What tools/demo, tools/test and tools/campaign ask for by name.
 add_custom_target(axlecast_programs)
@@ -126,6 +127,7 @@ function(axlecast_folder target)
   if(tests AND AXLECAST_TESTS)
     axlecast_test(${target}_test ${target} SOURCES ${tests} LIBRARIES ${target} ${ARG_TEST_DEPENDS})
   endif()
+  axlecast_check_product_code(${target})
   if(AXLECAST_FUZZERS)
     foreach(fuzzer ${fuzzers})
       get_filename_component(name ${fuzzer} NAME_WE)

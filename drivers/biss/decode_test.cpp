@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "drivers/biss/bits_test_support.h"
+#include "drivers/saa/table_test_support.h"
 #include "tests/support/golden_file.h"
 
 namespace axlecast::biss {
@@ -43,6 +44,16 @@ TEST(BissDecode, TheManualsExample) {
   EXPECT_EQ(Bits("1000101011100011 10 001010", {{"bits", "16"}}), decoded);
   EXPECT_EQ(Hex("8A E3 8A", {{"bits", "16"}}), decoded);
   EXPECT_EQ(Hex("8A E3 8A"), decoded) << "16 bits when nobody says";
+}
+
+// 4.1, "Angular Resolution": one count is what each column of the table prints.
+TEST(BissDecode, OneCountIsTheResolutionOfTheTable) {
+  for (const saa::TableColumn& column : saa::kTable41) {
+    const nlohmann::json json =
+        nlohmann::json::parse(Bits(FrameText(1, column.bits), {{"bits", std::to_string(column.bits)}}));
+    ASSERT_EQ(json.at("counts"), 1) << json;
+    EXPECT_TRUE(saa::IsPrintedResolution(column, json.at("angle_deg").get<double>() * 3'600)) << json;
+  }
 }
 
 TEST(BissDecode, EveryCapture) {

@@ -1,14 +1,13 @@
 #include "drivers/biss/settings.h"
 
 #include <algorithm>
-#include <array>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/device/accuracy.h"
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/saa/data_sheet.h"
 
 namespace axlecast::biss {
 namespace {
@@ -26,11 +25,17 @@ constexpr std::int64_t kDefaultBusyUs = 10;
 constexpr std::int64_t kMostBusyUs = 150;
 constexpr std::int64_t kDefaultJitterUs = 1;
 
-constexpr double kSaaMaxRpm = 5'000;  // SAA manual 4.2
-constexpr int kSaaMostBits = 26;      // 4.1
 constexpr std::string_view kCustom = "custom";
-const std::vector<std::string_view> kModels = {"saa",      "saa37p8",   "saa58p24",   "saa70p30",
-                                               "saa90p50", "saa130p90", "saa290p184", kCustom};
+
+// kCustom is the last.
+const std::vector<std::string_view>& Models() {
+  static const std::vector<std::string_view> kModels = [] {
+    std::vector<std::string_view> models(saa::kModels.begin(), saa::kModels.end());
+    models.push_back(kCustom);
+    return models;
+  }();
+  return kModels;
+}
 
 // Clocks that are not over before so much time has passed.
 std::int64_t ClocksIn(MonoNs time, std::int64_t clock_hz) { return (time * clock_hz + kSecond - 1) / kSecond; }
@@ -52,9 +57,9 @@ void CheckClock(ConfigMap& map, const BusConfig& bus, MonoNs timeout) {
 }
 
 void ParseModel(ConfigMap& device, BissSettings& settings) {
-  settings.model = kModels[device.Choice("model", kModels, 0)];
+  settings.model = Models()[device.Choice("model", Models(), 0)];
   const bool custom = settings.model == kCustom;
-  const int most = custom ? kMostBits : kSaaMostBits;
+  const int most = custom ? kMostBits : saa::kMostBits;
   if (!device.Has("bits")) {
     device.Error("bits", Text("is missing: the resolution, %d to %d, as on the encoder's label", kLeastBits, most));
   }
@@ -64,8 +69,8 @@ void ParseModel(ConfigMap& device, BissSettings& settings) {
     device.Error("turn_bits", Text("%d and bits %d are more than %d: counts would not be exact",
                                    settings.format.turn_bits, settings.format.bits, kMostPositionBits));
   }
-  settings.max_speed_rpm = kSaaMaxRpm;
-  settings.noise_counts = NoiseCounts(settings.format.bits);
+  settings.max_speed_rpm = saa::kMaxSpeedRpm;
+  settings.noise_counts = saa::NoiseCounts(settings.format.bits);
   for (const char* key : {"max_speed_rpm", "noise_counts"}) {
     if (!custom && device.Has(key)) device.Error(key, "is known of SAA encoders: only model custom takes it");
   }
@@ -73,7 +78,7 @@ void ParseModel(ConfigMap& device, BissSettings& settings) {
   if (!device.Has("max_speed_rpm")) {
     device.Error("max_speed_rpm", "is missing: the fastest that the encoder may turn, from its data sheet");
   }
-  settings.max_speed_rpm = device.Number("max_speed_rpm", kSaaMaxRpm, 0.001, 1e6, "rpm");
+  settings.max_speed_rpm = device.Number("max_speed_rpm", saa::kMaxSpeedRpm, 0.001, 1e6, "rpm");
   settings.noise_counts = device.Integer("noise_counts", settings.noise_counts, 0, 1'000'000'000, "counts");
 }
 
@@ -117,15 +122,6 @@ std::uint32_t Polynomial(std::int64_t given, int bits) {
   const std::int64_t highest = std::int64_t{1} << static_cast<unsigned>(bits);
   if (given <= 0 || given >= 2 * highest || given % 2 == 0) return 0;
   return static_cast<std::uint32_t>(given | highest);
-}
-
-std::int64_t NoiseCounts(int bits) {
-  // Arc seconds, either way, of 16 to 26 bits; beyond 26 as at 26.
-  constexpr std::array<int, 11> kAccuracy = {40, 20, 20, 15, 15, 10, 8, 6, 5, 5, 5};
-  constexpr int kFirst = 16;
-  if (bits < kFirst) return 1;
-  const std::size_t index = std::min<std::size_t>(static_cast<std::size_t>(bits - kFirst), kAccuracy.size() - 1);
-  return NoiseOfAccuracy(kAccuracy.at(index), bits);
 }
 
 std::shared_ptr<const FamilyBus> ParseBus(ConfigMap& map, const BusConfig& bus) {

@@ -53,8 +53,4 @@ struct Reach {
 // of that many bits: without the term 1 it would not see every single wrong bit.
 [[nodiscard]] std::uint32_t Polynomial(std::int64_t given, int bits);
 
-// 4.1: no two readings of one place differ by more than twice the accuracy; one count below 16 bits, where the table
-// says nothing.
-[[nodiscard]] std::int64_t NoiseCounts(int bits);
-
 }  // namespace axlecast::biss

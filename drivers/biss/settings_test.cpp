@@ -6,6 +6,7 @@
 #include <array>
 
 #include "drivers/biss/machine_test_support.h"
+#include "drivers/saa/table_test_support.h"
 
 namespace axlecast {
 
@@ -92,24 +93,14 @@ TEST(BissSettings, APolynomialWithItsHighestTermOrWithout) {
   EXPECT_EQ(Polynomial(0, 6), 0U);
 }
 
-// 4.1, in arc seconds. 25 bits are 0.0386" (the table prints 0.03").
-TEST(BissSettings, ResolutionsOfTheTable) {
-  const std::array<double, 11> seconds = {20, 10, 5, 2.5, 1.2, 0.6, 0.3, 0.15, 0.08, 0.0386, 0.019};
-  for (int bits = 16; bits <= 26; ++bits) {
-    const BissSettings settings = SettingsOf("", "bits: " + std::to_string(bits));
-    const double resolution = 360.0 * 3600 / static_cast<double>(settings.counts_per_turn);
-    const double printed = seconds.at(static_cast<std::size_t>(bits - 16));
-    EXPECT_NEAR(resolution, printed, 0.04 * printed) << bits;
-  }
-}
-
+// 4.1, every column of the table; another maker's encoder of more bits is taken to be as good as the best.
 TEST(BissSettings, TheNoiseIsTwiceTheAccuracyOfTheTable) {
-  EXPECT_EQ(NoiseCounts(10), 1);
-  EXPECT_EQ(NoiseCounts(15), 1);
-  EXPECT_EQ(NoiseCounts(16), 5) << "80\" of 19.8\" each";
-  EXPECT_EQ(NoiseCounts(20), 25) << "30\" of 1.24\" each";
-  EXPECT_EQ(NoiseCounts(26), 518);
-  EXPECT_EQ(NoiseCounts(32), 33'141);
+  const auto noise = [](const std::string& keys) { return SettingsOf("", keys).noise_counts; };
+  for (const saa::TableColumn& column : saa::kTable41) {
+    EXPECT_EQ(noise("bits: " + std::to_string(column.bits)), column.noise) << column.bits;
+  }
+  for (int bits = 10; bits < 16; ++bits) EXPECT_EQ(noise("bits: " + std::to_string(bits)), 1) << "none is given";
+  EXPECT_EQ(noise("model: custom, max_speed_rpm: 1, bits: 32"), 33'141);
 }
 
 TEST(BissMistake, EachIsNamedWithWhatWouldBeRight) {

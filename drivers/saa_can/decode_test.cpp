@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/saa/table_test_support.h"
 #include "tests/support/golden_file.h"
 
 namespace axlecast::saa_can {
@@ -29,6 +30,16 @@ TEST(SaaCanDecode, PositionsOfTheManual) {
     EXPECT_EQ(json["node"], id & 0xFFU) << row.where;
     EXPECT_EQ(json["counts"], std::stoi(row.columns[3])) << row.where;
     EXPECT_NEAR(json["angle_deg"].get<double>(), std::stod(row.columns[4]), 5e-5) << row.where;
+  }
+}
+
+// 4.1, "Angular Resolution": one count is what each column of the table prints.
+TEST(SaaCanDecode, OneCountIsTheResolutionOfTheTable) {
+  for (const saa::TableColumn& column : saa::kTable41) {
+    const auto json =
+        nlohmann::json::parse(Decoded(0x120, {1, 0, 0, 0, 0, 0, 0, 0}, {{"bits", std::to_string(column.bits)}}));
+    ASSERT_EQ(json.at("counts"), 1) << json;
+    EXPECT_TRUE(saa::IsPrintedResolution(column, json.at("angle_deg").get<double>() * 3'600)) << json;
   }
 }
 

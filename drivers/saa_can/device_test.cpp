@@ -2,7 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <string>
+
 #include "drivers/saa_can/bus_test_support.h"
+#include "tests/support/golden_file.h"
 
 namespace axlecast::saa_can {
 namespace {
@@ -20,6 +24,30 @@ TEST(SaaCanCyclic, IsStartedAndHeard) {
   EXPECT_THAT(bus.output().errors, IsEmpty()) << "106.4 ms is not silence";
   EXPECT_EQ(bus.output().samples.back().counts, 9799);
   EXPECT_FALSE(bus.output().samples.back().has_turns);
+}
+
+// 5.4.1 (1): the six frames of the manual's log at their own times, 106.4 ms apart where 100 ms is set: six positions,
+// and no silence. An encoder that then stops is silent three periods later.
+TEST(SaaCanCyclic, TheManualsLogIsSlowerThanItsSettingAndNoSilence) {
+  SimulatedBus bus("a: {bits: 14, node: 0xff, start: false, latency_us: 0}", "a: {power: off}", kReal);
+  bus.Run(kMillisecond);
+  double last_ms = 0;
+  for (const GoldenRow& row : GoldenRows(__FILE__, "log_times.txt", 2)) {
+    const double ms = std::stod(row.columns[1]);
+    if (last_ms > 0) bus.Run(std::llround((ms - last_ms) * 1e6) - kMillisecond);
+    last_ms = ms;
+    bus.frames->Inject({.id = 0x1FF, .data = {0x02, 0x2B, 0, 0, 0, 0, 0, 0}});
+    bus.Run(kMillisecond);
+  }
+  ASSERT_EQ(bus.output().samples.size(), 6U);
+  EXPECT_THAT(bus.output().errors, IsEmpty());
+  EXPECT_EQ(bus.output().samples.back().counts, 0x2B02);
+  const MonoNs between = bus.output().samples[5].at.last - bus.output().samples[4].at.last;
+  EXPECT_NEAR(static_cast<double>(between) / 1e6, 106.4, 0.05);
+  bus.Run(298 * kMillisecond);
+  EXPECT_THAT(bus.output().errors, IsEmpty());
+  bus.Run(3 * kMillisecond);
+  EXPECT_EQ(bus.Errors(ErrorKind::kSilent), 1);
 }
 
 TEST(SaaCanCyclic, WithoutStartItIsOnlyHeard) {

@@ -1,13 +1,12 @@
 #include "drivers/saa_can/settings.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <vector>
 
 #include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/device/accuracy.h"
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/saa/data_sheet.h"
 #include "drivers/saa_can/cia406/cia406.h"
 
 namespace axlecast::saa_can {
@@ -15,8 +14,11 @@ namespace {
 
 // cia406 is the last.
 const std::vector<std::string_view>& Models() {
-  static const std::vector<std::string_view> kModels = {"saa",      "saa37p8",   "saa58p24",   "saa70p30",
-                                                        "saa90p50", "saa130p90", "saa290p184", cia406::kModel};
+  static const std::vector<std::string_view> kModels = [] {
+    std::vector<std::string_view> models(saa::kModels.begin(), saa::kModels.end());
+    models.push_back(cia406::kModel);
+    return models;
+  }();
   return kModels;
 }
 
@@ -96,8 +98,8 @@ std::unique_ptr<DeviceSettings> ParseOwn(ConfigMap& device, const BusConfig& bus
   ParseUnprinted(device, *settings);
   ParseTimes(device, *settings);
   settings->counts_per_turn = std::int64_t{1} << settings->format.bits;
-  settings->max_speed_rpm = kMaxSpeedRpm;
-  settings->noise_counts = NoiseCounts(settings->format.bits);
+  settings->max_speed_rpm = saa::kMaxSpeedRpm;
+  settings->noise_counts = saa::NoiseCounts(settings->format.bits);
   settings->own_period = settings->period;
   const cia406::FrameTime wire{bus.link.bitrate};
   settings->wire_time = wire.Longest(kSentSize) * (settings->mode == Mode::kSingle ? 2 : 1);
@@ -179,14 +181,6 @@ const SaaCanSettings& Own(const DeviceConfig& device) {
 std::optional<std::uint8_t> PerSecond(std::int64_t period_ms) {
   if (period_ms <= 0 || 1'000 % period_ms != 0 || 1'000 / period_ms > 0xFF) return std::nullopt;
   return static_cast<std::uint8_t>(1'000 / period_ms);
-}
-
-std::int64_t NoiseCounts(int bits) {
-  // 4.1, in arc seconds, either way, from 16 bits on.
-  constexpr std::array<int, 11> kArcSeconds = {40, 20, 20, 15, 15, 10, 8, 6, 5, 5, 5};
-  constexpr int kFirst = 16;
-  if (bits < kFirst) return 1;
-  return NoiseOfAccuracy(kArcSeconds.at(static_cast<std::size_t>(bits - kFirst)), bits);
 }
 
 std::int64_t ZeroToleranceCounts(int bits) {

@@ -57,11 +57,6 @@ void CheckBus(ConfigMap& map, const BusConfig& bus);
 
 inline constexpr std::size_t kMostDevices = 32;  // on one bus
 
-// "4.2: Max. Rotational Speed".
-inline constexpr double kMaxSpeedRpm = 5'000;
-// "4.1: Accuracy", either way, between two readings of one place, in counts rounded up; one count below 16 bits, of
-// which the manual gives none.
-[[nodiscard]] std::int64_t NoiseCounts(int bits);
 // How near to 0 an encoder at rest must read after clearing to zero: 0.2 degrees, or two counts where these are more.
 // The manual gives no tolerance; a shaft counts as at rest within 0.1 degrees.
 [[nodiscard]] std::int64_t ZeroToleranceCounts(int bits);

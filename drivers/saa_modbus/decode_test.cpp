@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "drivers/saa/table_test_support.h"
 #include "tests/support/golden_file.h"
 
 namespace axlecast::saa_modbus {
@@ -28,6 +29,16 @@ TEST(SaaModbusDecode, TheManualsExample) {
   EXPECT_EQ(Decoded("01 03 02 01 7F F8 34"),
             Json::parse(R"({"ok":true,"kind":"read_position_reply","address":1,"counts":383})"))
       << "the resolution is not in the frame";
+}
+
+// 4.1, "Angular Resolution": one count is what each column of the table prints.
+TEST(SaaModbusDecode, OneCountIsTheResolutionOfTheTable) {
+  for (const saa::TableColumn& column : saa::kTable41) {
+    const char* reply = column.bits <= 16 ? "01 03 02 00 01 79 84" : "01 03 04 00 00 00 01 3B F3";
+    const Json json = Decoded(reply, {{"bits", std::to_string(column.bits)}});
+    ASSERT_EQ(json["counts"], 1) << json;
+    EXPECT_TRUE(saa::IsPrintedResolution(column, json["angle_deg"].get<double>() * 3'600)) << json;
+  }
 }
 
 TEST(SaaModbusDecode, PositionsOfTwoToFourBytes) {

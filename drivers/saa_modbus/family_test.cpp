@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "drivers/saa_modbus/alarms.h"
 #include "drivers/saa_modbus/operations.h"
 
 namespace axlecast {
@@ -32,11 +31,6 @@ TEST(SaaModbusFamily, WhatWritesIsAskedForFirstAndCanBeLookedInto) {
     EXPECT_FALSE(operation.verification.empty()) << operation.name;
     EXPECT_EQ(operation.needs_standstill, operation.name == "zero" || operation.name == "set_direction");
   }
-}
-
-TEST(SaaModbusAlarm, FitsTheMessage) {
-  EXPECT_LE(std::string_view(saa_modbus::kConfigurationDiffers.name).size(), 24U);
-  EXPECT_LE(std::string_view(saa_modbus::kConfigurationDiffers.action).size(), 80U);
 }
 
 }  // namespace

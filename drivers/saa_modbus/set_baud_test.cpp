@@ -3,7 +3,9 @@
 
 #include <gmock/gmock.h>
 
+#include <axlecast/alarm_entry_t.hpp>
 #include <axlecast/command_status_t.hpp>
+#include <string>
 
 #include "drivers/saa_modbus/bus_test_support.h"
 
@@ -53,6 +55,18 @@ TEST_F(SetBaudTest, TheDriverFollowsToEveryRateAndBack) {
 
 TEST_F(SetBaudTest, SaysWhatToPutIntoTheFile) {
   EXPECT_THAT(Change(57'600).text, HasSubstr("put link.baud: 57600 into the file"));
+}
+
+// README.md, "Alarms": what the operator is told to do, in a text that fits its message.
+TEST_F(SetBaudTest, TheAlarmNamesWhatToChange) {
+  EXPECT_EQ(Change(57'600).state, OrderState::kSucceeded);
+  ASSERT_EQ(machine_.Alarm(), AlarmState::kLive);
+  const AlarmSpec& alarm = machine_.output().alarm_specs.at(0x200);
+  EXPECT_STREQ(alarm.name, "configuration_differs");
+  EXPECT_EQ(alarm.severity, alarm_entry_t::SEVERITY_WARNING);
+  const std::string action = alarm.action;
+  for (const char* part : {"link.baud", "address", "in the file", "restart"}) EXPECT_THAT(action, HasSubstr(part));
+  EXPECT_LE(action.size(), 80U);
 }
 
 // At which rate the reply comes is not documented.

@@ -1,21 +1,19 @@
 #include "drivers/saa_modbus/settings.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <string>
 
 #include "drivers/runtime/config/config_map.h"
 #include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/device/accuracy.h"
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/saa/data_sheet.h"
 #include "drivers/saa_modbus/codec.h"
 
 namespace axlecast::saa_modbus {
 namespace {
 
-constexpr double kMaxRpm = 5'000;  // SAA manual 4.2
 constexpr MonoNs kFixedInterval = 1'750 * kMicrosecond;
 constexpr std::int64_t kFastestCounted = 19'200;
 constexpr std::size_t kReadCharacters = 8;
@@ -25,18 +23,6 @@ constexpr std::size_t kReplyCharacters = 9;
 constexpr MonoNs kPatience = 50 * kMillisecond;
 constexpr double kStandstillDeg = 0.1;
 constexpr std::int64_t kMostUs = 10'000'000;
-
-// SAA manual 4.1: accuracy in arc-seconds, either way, of 16 to 26 bits; below 16 bits the table says nothing.
-constexpr std::array<int, 11> kAccuracy = {40, 20, 20, 15, 15, 10, 8, 6, 5, 5, 5};
-
-// Repeatability is not documented: no two readings of one place differ by more than twice the accuracy.
-std::int64_t NoiseCounts(int bits) {
-  const std::size_t index = static_cast<std::size_t>(std::max(bits, 16) - 16);
-  return NoiseOfAccuracy(kAccuracy.at(index), bits);
-}
-
-constexpr std::array<std::string_view, 7> kModels = {"saa",      "saa37p8",   "saa58p24",  "saa70p30",
-                                                     "saa90p50", "saa130p90", "saa290p184"};
 
 void ParseTimes(ConfigMap& device, const LineFormat& line, SaaModbusSettings& settings) {
   const MonoNs usual = LongestExchange(line) + kPatience;
@@ -61,7 +47,7 @@ MonoNs LongestExchange(const LineFormat& line) {
 
 std::int64_t ZeroToleranceCounts(int bits) {
   const double counts = std::ldexp(kStandstillDeg / 360.0, bits);
-  return std::max<std::int64_t>(2, std::llround(counts)) + NoiseCounts(bits);
+  return std::max<std::int64_t>(2, std::llround(counts)) + saa::NoiseCounts(bits);
 }
 
 std::string PositionText(std::int64_t counts, int bits) {
@@ -83,7 +69,7 @@ std::shared_ptr<const FamilyBus> ParseBus(ConfigMap& map, const BusConfig& bus) 
 
 std::unique_ptr<DeviceSettings> ParseSettings(ConfigMap& device, const BusConfig& bus) {
   auto settings = std::make_unique<SaaModbusSettings>();
-  settings->model = kModels.at(device.Choice("model", {kModels.begin(), kModels.end()}, 0));
+  settings->model = saa::kModels.at(device.Choice("model", {saa::kModels.begin(), saa::kModels.end()}, 0));
   device.Require("bits", "the encoder's resolution, 10 to 26 bits");
   settings->bits = static_cast<int>(device.Integer("bits", kOneRegisterBits, kLeastBits, kMostBits, "bits"));
   const int needed = settings->bits <= kOneRegisterBits ? 1 : 2;
@@ -94,8 +80,8 @@ std::unique_ptr<DeviceSettings> ParseSettings(ConfigMap& device, const BusConfig
   settings->address =
       static_cast<std::uint8_t>(device.Integer("address", kLeastAddress, kLeastAddress, kMostAddress, ""));
   settings->counts_per_turn = std::int64_t{1} << settings->bits;
-  settings->max_speed_rpm = kMaxRpm;
-  settings->noise_counts = NoiseCounts(settings->bits);
+  settings->max_speed_rpm = saa::kMaxSpeedRpm;
+  settings->noise_counts = saa::NoiseCounts(settings->bits);
   ParseTimes(device, bus.link.line, *settings);
   const LineFormat& line = bus.link.line;
   const std::size_t reply = 5 + 2 * static_cast<std::size_t>(settings->registers);

@@ -5,6 +5,7 @@
 
 #include "drivers/runtime/config/config_map.h"
 #include "drivers/runtime/config/machine_config.h"
+#include "drivers/saa/table_test_support.h"
 
 namespace axlecast::saa_modbus {
 namespace {
@@ -53,22 +54,11 @@ TEST(SaaModbusSettings, AskForTwoRegistersAbove16Bits) {
   EXPECT_EQ(Parse("{bits: 14, registers: 2}").settings->registers, 2) << "02 is for certain protocols";
 }
 
-// 4.1: twice the accuracy of the table, in counts; its angular resolution of 25 bits is misprinted (0.03":
-// 0.0386").
-TEST(SaaModbusSettings, TheNoiseIsTheManualsAccuracy) {
+// 4.1, every column of the table: twice the accuracy, in counts.
+TEST(SaaModbusSettings, TheNoiseIsTwiceTheAccuracyOfTheTable) {
   const auto noise = [](int bits) { return Parse("{bits: " + std::to_string(bits) + "}").settings->noise_counts; };
-  EXPECT_EQ(noise(10), 1);
-  EXPECT_EQ(noise(16), 5);    // 80" of 19.8"
-  EXPECT_EQ(noise(17), 5);    // 40" of 9.89"
-  EXPECT_EQ(noise(18), 9);    // 40" of 4.94"
-  EXPECT_EQ(noise(19), 13);   // 30" of 2.47"
-  EXPECT_EQ(noise(20), 25);   // 30" of 1.24"
-  EXPECT_EQ(noise(21), 33);   // 20" of 0.618"
-  EXPECT_EQ(noise(22), 52);   // 16" of 0.309"
-  EXPECT_EQ(noise(23), 78);   // 12" of 0.154"
-  EXPECT_EQ(noise(24), 130);  // 10" of 0.0772"
-  EXPECT_EQ(noise(25), 259);  // 10" of 0.0386"
-  EXPECT_EQ(noise(26), 518);  // 10" of 0.0193"
+  for (const saa::TableColumn& column : saa::kTable41) EXPECT_EQ(noise(column.bits), column.noise) << column.bits;
+  for (int bits = 10; bits < 16; ++bits) EXPECT_EQ(noise(bits), 1) << "the table gives none";
 }
 
 TEST(SaaModbusSettings, TakeEveryKey) {

@@ -7,6 +7,7 @@
 
 #include "drivers/runtime/core/line_format.h"
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/saa_serial/reading.h"
 #include "tests/support/golden_file.h"
 
 namespace axlecast::saa_serial {
@@ -51,6 +52,12 @@ TEST(SaaCodec, TheWaveformExampleIsThreeCharacters) {
     bytes.push_back(byte);
   }
   EXPECT_EQ(bytes, GoldenBytes("FF 81 D0"));
+  // They begin a frame: D0 is the top byte of its position. At 16 bits the sum behind D000 is 50.
+  EXPECT_EQ(LengthRule(16)(bytes), 5U);
+  bytes.insert(bytes.end(), {0x00, 0x50});
+  const Reply reply = ParseReply(bytes, {.bits = 16});
+  EXPECT_EQ(reply.error, ReplyError::kNone);
+  EXPECT_EQ(reply.counts, 0xD000U);
 }
 
 TEST(SaaCodec, EveryRowOfTheTables) {
@@ -70,8 +77,19 @@ TEST(SaaCodec, EveryRowOfTheTables) {
 
 // Tables (2): "≤16bit", "17~24bit", ">24bit".
 TEST(SaaCodec, TheResolutionDecidesTheLength) {
-  for (int bits = kLeastBits; bits <= kMostBits; ++bits) {
-    EXPECT_EQ(ReplySize(bits), bits <= 16 ? 5U : bits <= 24 ? 6U : 7U) << bits;
+  for (int bits = 10; bits <= 26; ++bits) {
+    const std::size_t size = bits <= 16 ? 5 : bits <= 24 ? 6 : 7;
+    EXPECT_EQ(ReplySize(bits), size) << bits;
+    for (std::size_t length = 3; length < 10; ++length) {
+      std::vector<std::uint8_t> frame(length, 0);  // position 0, and its sum
+      frame[0] = 0xFF;
+      frame[1] = 0x81;
+      frame.back() = 0x80;
+      const ReplyError expected = length < size   ? ReplyError::kShort
+                                  : length > size ? ReplyError::kLong
+                                                  : ReplyError::kNone;
+      EXPECT_EQ(ParseReply(frame, {.bits = bits}).error, expected) << bits << " bits, " << length << " bytes";
+    }
   }
 }
 

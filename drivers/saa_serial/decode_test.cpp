@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "drivers/saa/table_test_support.h"
 #include "tests/support/golden_file.h"
 
 namespace axlecast::saa_serial {
@@ -50,6 +51,18 @@ TEST(SaaDecode, RepliesWithAnAddress) {
   EXPECT_EQ(Decoded("FF B1 01 7F 30", {{"address", "1"}})["ok"], true);
   EXPECT_EQ(Decoded("FF B2 01 7F 31", {{"address", "1"}})["error"], "wrong_identity");
   EXPECT_EQ(Decoded("FF 81 01 7F 00", {{"address", "1"}})["ok"], true);
+}
+
+// 4.1, "Angular Resolution": one count is what each column of the table prints.
+TEST(SaaDecode, OneCountIsTheResolutionOfTheTable) {
+  for (const saa::TableColumn& column : saa::kTable41) {
+    const char* frame = column.bits <= 16   ? "FF 81 00 01 81"
+                        : column.bits <= 24 ? "FF 81 00 00 01 81"
+                                            : "FF 81 00 00 00 01 81";
+    const Json json = Decoded(frame, {{"bits", std::to_string(column.bits)}});
+    ASSERT_EQ(json["counts"], 1) << json;
+    EXPECT_TRUE(saa::IsPrintedResolution(column, json["angle_deg"].get<double>() * 3'600)) << json;
+  }
 }
 
 // Six and seven bytes do not say their resolution: counts, but no angle.

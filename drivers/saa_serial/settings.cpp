@@ -1,14 +1,13 @@
 #include "drivers/saa_serial/settings.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <string>
 
 #include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/device/accuracy.h"
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/saa/data_sheet.h"
 #include "drivers/saa_serial/lines.h"
 
 namespace axlecast::saa_serial {
@@ -125,16 +124,14 @@ std::shared_ptr<const FamilyBus> ParseBus(ConfigMap& map, const BusConfig& bus) 
 std::unique_ptr<DeviceSettings> ParseDevice(ConfigMap& device, const BusConfig& bus) {
   const SaaBus& own = OwnBus(bus);
   auto settings = std::make_unique<SaaSettings>();
-  const std::vector<std::string_view> models = {"saa",      "saa37p8",   "saa58p24",  "saa70p30",
-                                                "saa90p50", "saa130p90", "saa290p184"};
-  settings->model = models[device.Choice("model", models, 0)];
+  settings->model = saa::kModels.at(device.Choice("model", {saa::kModels.begin(), saa::kModels.end()}, 0));
   device.Require("bits", "the resolution, 10 to 26, as on the encoder's label");
   settings->format.bits = static_cast<int>(device.Integer("bits", 14, kLeastBits, kMostBits, "bits"));
   ParseAddress(device, own, *settings);
   ParseTimes(device, own, *settings);
   settings->counts_per_turn = std::int64_t{1} << settings->format.bits;
-  settings->max_speed_rpm = kMaxSpeedRpm;
-  settings->noise_counts = NoiseCounts(settings->format.bits);
+  settings->max_speed_rpm = saa::kMaxSpeedRpm;
+  settings->noise_counts = saa::NoiseCounts(settings->format.bits);
   const std::size_t characters = ReplySize(settings->format.bits) + (own.mode == Mode::kBus ? kRequestSize : 0);
   const MonoNs on_wire = bus.link.line.WireTime(characters);
   settings->wire_time = std::max(on_wire, own.refresh);
@@ -156,14 +153,6 @@ void CheckBus(ConfigMap& map, const BusConfig& bus) {
 
 const SaaBus& OwnBus(const BusConfig& bus) { return static_cast<const SaaBus&>(*bus.family_bus); }
 const SaaSettings& Own(const DeviceConfig& device) { return static_cast<const SaaSettings&>(*device.settings); }
-
-std::int64_t NoiseCounts(int bits) {
-  // 4.1, in arc seconds, either way, from 16 bits on.
-  constexpr std::array<int, 11> kArcSeconds = {40, 20, 20, 15, 15, 10, 8, 6, 5, 5, 5};
-  constexpr int kFirst = 16;
-  if (bits < kFirst) return 1;
-  return NoiseOfAccuracy(kArcSeconds.at(static_cast<std::size_t>(bits - kFirst)), bits);
-}
 
 std::int64_t ZeroToleranceCounts(int bits) {
   const double counts = kZeroToleranceDeg / 360 * static_cast<double>(std::int64_t{1} << bits);

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/saa/table_test_support.h"
 #include "drivers/saa_serial/machine_test_support.h"
 
 namespace axlecast {
@@ -87,25 +88,14 @@ TEST(SaaSettings, ParityCountsOnTheWire) {
   }
 }
 
-// 4.1, in counts.
+// 4.1, every column of the table, in counts.
 TEST(SaaSettings, TheNoiseIsTwiceTheAccuracyOfTheTable) {
-  EXPECT_EQ(NoiseCounts(10), 1);
-  EXPECT_EQ(NoiseCounts(15), 1);
-  EXPECT_EQ(NoiseCounts(16), 5);   // 80" of 19.8" each
-  EXPECT_EQ(NoiseCounts(17), 5);   // 40" of 9.9"
-  EXPECT_EQ(NoiseCounts(20), 25);  // 30" of 1.24"
-  EXPECT_EQ(NoiseCounts(26), 518);
-}
-
-TEST(SaaSettings, ResolutionsOfTheTable) {
-  const auto arc_seconds = [](int bits) { return Degrees(1, bits) * 3'600; };
-  const std::array<double, 11> printed = {20, 10, 5, 2.5, 1.2, 0.6, 0.3, 0.15, 0.08, 0.03, 0.019};
-  for (int bits = 16; bits <= 26; ++bits) {
-    // The manual's 25-bit entry, 0.03", is cut from 0.0386".
-    const double tolerance = bits == 25 ? 0.3 : 0.06;
-    const double is = printed[static_cast<std::size_t>(bits - 16)];
-    EXPECT_NEAR(arc_seconds(bits) / is, 1, tolerance) << bits;
-  }
+  const auto noise = [](int bits) {
+    const MachineConfig machine = LoadMachine(kTiming, "a: {bits: " + std::to_string(bits) + "}");
+    return Own(machine.buses.at(0).devices.at(0)).noise_counts;
+  };
+  for (const saa::TableColumn& column : saa::kTable41) EXPECT_EQ(noise(column.bits), column.noise) << column.bits;
+  for (int bits = 10; bits < 16; ++bits) EXPECT_EQ(noise(bits), 1) << "the table gives none";
 }
 
 struct Mistake {

@@ -44,13 +44,15 @@ TEST(SsiCodec, EveryRowOfTheTreeTable) {
 
 // Gray code, from its definition: one bit differs between neighbours, and every code occurs once.
 TEST(SsiCodec, GrayNeighboursDifferInOneBit) {
+  const Format format = {.word_bits = 12, .bits = 12, .gray = true};
   std::vector<std::uint32_t> code_of(1U << 12U, 0);
-  for (std::uint32_t code = 0; code < code_of.size(); ++code) code_of.at(GrayToBinary(code)) = code;
+  for (std::uint32_t code = 0; code < code_of.size(); ++code) code_of.at(ParseWord(code, format).counts) = code;
   EXPECT_EQ(code_of[0], 0U);
   for (std::size_t i = 1; i < code_of.size(); ++i) {
     EXPECT_EQ(__builtin_popcount(code_of[i] ^ code_of[i - 1]), 1) << i;
   }
-  EXPECT_EQ(GrayToBinary(0x8000'0000U), 0xFFFF'FFFFU);
+  const Format longest = {.word_bits = 32, .bits = 32, .gray = true};
+  EXPECT_EQ(ParseWord(0x8000'0000U, longest).counts, 0xFFFF'FFFFU);
 }
 
 // Converting the padding too would give copies of the last bit behind it.

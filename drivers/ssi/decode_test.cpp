@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "drivers/saa/table_test_support.h"
 #include "drivers/ssi/test_support.h"
 #include "tests/support/golden_file.h"
 
@@ -55,10 +56,21 @@ TEST(SsiDecode, TheDocumentsWords) {
   }
 }
 
-// The document cuts off after four digits. SAA manual 5.5, its formula: "theta = 360 a / 2^14, theta = 360 a / 4096": only the second gives 43.5058.
+// SAA manual 5.5 (4), its formula for 12 bits: "theta = 360 a / 2^14, theta = 360 a / 4096". What it prints as the result,
+// 43.5058 (cut off after four digits), follows from 12 bits; 2^14 would be that of an encoder of 14 bits.
 TEST(SsiDecode, TheFormulasMisprint) {
-  EXPECT_NEAR(495 * 360.0 / 4096, 43.5058, 6e-5);
-  EXPECT_NEAR(495 * 360.0 / 16384, 10.8765, 5e-5);
+  EXPECT_NEAR(DecodeBits("bits=12", "000111101111")["angle_deg"].get<double>(), 43.5058, 6e-5);
+  EXPECT_NEAR(DecodeBits("bits=14", "00000111101111")["angle_deg"].get<double>(), 10.8765, 5e-5);
+}
+
+// SAA manual 4.1, "Angular Resolution": one count is what each column of the table prints.
+TEST(SsiDecode, OneCountIsTheResolutionOfTheTable) {
+  for (const saa::TableColumn& column : saa::kTable41) {
+    const std::string word = std::string(static_cast<std::size_t>(column.bits) - 1, '0') + "1";
+    const nlohmann::json json = DecodeBits("bits=" + std::to_string(column.bits), word);
+    ASSERT_EQ(json["counts"], 1) << json;
+    EXPECT_TRUE(saa::IsPrintedResolution(column, json["angle_deg"].get<double>() * 3'600)) << json;
+  }
 }
 
 // SAA manual 5.5: "12 bits SSI encoder sends 14 bits clock reads the data, the maximum angle values of thousands of

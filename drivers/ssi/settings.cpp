@@ -1,12 +1,11 @@
 #include "drivers/ssi/settings.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/device/accuracy.h"
 #include "drivers/runtime/device/outcome_text.h"
+#include "drivers/saa/data_sheet.h"
 #include "drivers/ssi/word_settings.h"
 
 namespace axlecast::ssi {
@@ -21,7 +20,6 @@ constexpr double kSaaLeastHz = 100e3;
 constexpr double kSaaMostHz = 250e3;
 // The same: "Tm > 500 us".
 constexpr double kSaaPauseUs = 500;
-constexpr double kSaaMaxRpm = 5'000;  // 4.2
 // TWK SSI 10: "15 us <= t_M <= 25 us" in the standard version.
 constexpr double kTwkMonoflopMinUs = 15;
 constexpr double kTwkMonoflopMaxUs = 25;
@@ -120,8 +118,11 @@ void ChooseClock(ConfigMap& map, const BusConfig& bus, SsiBus& own) {
 }  // namespace
 
 const std::vector<std::string_view>& ModelNames() {
-  static const std::vector<std::string_view> kNames = {
-      "saa", "saa37p8", "saa58p24", "saa70p30", "saa90p50", "saa130p90", "saa290p184", "twk", "custom"};
+  static const std::vector<std::string_view> kNames = [] {
+    std::vector<std::string_view> names(saa::kModels.begin(), saa::kModels.end());
+    names.insert(names.end(), {"twk", "custom"});
+    return names;
+  }();
   return kNames;
 }
 
@@ -153,8 +154,8 @@ std::unique_ptr<DeviceSettings> ParseDevice(ConfigMap& device, const BusConfig& 
   settings->counts_per_turn = std::int64_t{1} << format.bits;
   settings->turns_range = format.turn_bits == 0 ? 0 : std::int64_t{1} << format.turn_bits;
   settings->readings_to_believe = kReadingsToBelieve;
-  settings->max_speed_rpm = kSaaMaxRpm;
-  settings->noise_counts = maker == Maker::kSaa ? SaaNoiseCounts(format.bits) : 1;
+  settings->max_speed_rpm = saa::kMaxSpeedRpm;
+  settings->noise_counts = maker == Maker::kSaa ? saa::NoiseCounts(format.bits) : 1;
   if (maker != Maker::kSaa) {
     settings->max_speed_rpm = device.Number("max_speed_rpm", kUsualMaxRpm, 1, 100'000, "rpm");
   } else if (device.Has("max_speed_rpm")) {
@@ -168,13 +169,5 @@ std::unique_ptr<DeviceSettings> ParseDevice(ConfigMap& device, const BusConfig& 
 
 const SsiBus& OwnBus(const BusConfig& bus) { return static_cast<const SsiBus&>(*bus.family_bus); }
 const SsiSettings& Own(const DeviceConfig& device) { return static_cast<const SsiSettings&>(*device.settings); }
-
-std::int64_t SaaNoiseCounts(int bits) {
-  constexpr std::array<int, 11> kArcSeconds = {40, 20, 20, 15, 15, 10, 8, 6, 5, 5, 5};  // 16 to 26 bits
-  constexpr int kFirst = 16;
-  if (bits < kFirst) return 1;
-  const auto row = static_cast<std::size_t>(bits - kFirst);
-  return NoiseOfAccuracy(kArcSeconds.at(std::min(row, kArcSeconds.size() - 1)), bits);
-}
 
 }  // namespace axlecast::ssi

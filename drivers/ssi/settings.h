@@ -53,7 +53,4 @@ struct SsiSettings final : DeviceSettings {
 [[nodiscard]] const std::vector<std::string_view>& ModelNames();
 [[nodiscard]] Maker MakerOf(std::string_view model);
 
-// SAA manual 4.1, "Accuracy", both ways, in counts rounded up; one count below 16 bits, of which it gives none.
-[[nodiscard]] std::int64_t SaaNoiseCounts(int bits);
-
 }  // namespace axlecast::ssi

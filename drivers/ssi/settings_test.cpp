@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "drivers/saa/table_test_support.h"
 #include "drivers/ssi/test_support.h"
 
 namespace axlecast::ssi {
@@ -113,14 +114,16 @@ TEST(SsiSettings, RepeatAndTrailing) {
   EXPECT_EQ(Loaded("model: saa, bits: 12, repeat: no_gap").settings().format.after, AfterWord::kWord);
 }
 
-// SAA manual 4.1: "Accuracy <=", 16 to 26 bits; two readings of one place differ by twice that at most.
-TEST(SsiSettings, AccuracyOfTheTable) {
-  const double seconds[] = {40, 20, 20, 15, 15, 10, 8, 6, 5, 5, 5};
-  for (int bits = 16; bits <= 26; ++bits) {
-    const double counts = 2 * seconds[bits - 16] / (360.0 * 3600) * std::ldexp(1.0, bits);
-    EXPECT_EQ(SaaNoiseCounts(bits), static_cast<std::int64_t>(std::ceil(counts))) << bits;
+// SAA manual 4.1: "Accuracy <=", every column; two readings of one place differ by twice that at most. TWK gives none.
+TEST(SsiSettings, TheNoiseIsTwiceTheAccuracyOfTheTable) {
+  const auto noise = [](const std::string& device) { return Loaded(device).settings().noise_counts; };
+  for (const saa::TableColumn& column : saa::kTable41) {
+    EXPECT_EQ(noise("model: saa, bits: " + std::to_string(column.bits)), column.noise) << column.bits;
   }
-  for (int bits = 10; bits < 16; ++bits) EXPECT_EQ(SaaNoiseCounts(bits), 1);
+  for (int bits = 10; bits < 16; ++bits) {
+    EXPECT_EQ(noise("model: saa, bits: " + std::to_string(bits)), 1) << "the table gives none";
+  }
+  EXPECT_EQ(noise("model: twk, format: plain, bits: 20"), 1);
 }
 
 struct Mistake {

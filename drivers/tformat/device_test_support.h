@@ -67,7 +67,10 @@ class RecordingOutput final : public DeviceOutput {
   void OnMotor(const MotorReading&) override { ++monitor_readings; }
   void OnTrip(const TripRecord&) override { ++monitor_readings; }
   void OnError(ErrorKind kind, Interval) override { ++errors[kind]; }
-  void OnAlarm(const AlarmSpec& alarm, AlarmState state, MonoNs) override { alarms[alarm.name] = state; }
+  void OnAlarm(const AlarmSpec& alarm, AlarmState state, MonoNs) override {
+    alarms[alarm.name] = state;
+    if (state != AlarmState::kAbsent) alarm_specs.insert_or_assign(alarm.name, alarm);
+  }
   void OnIdentity(std::int64_t id, std::string_view, std::string_view) override { identities.push_back(id); }
   void OnStarting(std::string_view) override { ++starting; }
   void OnRefused(std::string_view reason) override { refusals.emplace_back(reason); }
@@ -92,6 +95,7 @@ class RecordingOutput final : public DeviceOutput {
   std::vector<Sample> samples;
   std::map<ErrorKind, int> errors;
   std::map<std::string, AlarmState> alarms;
+  std::map<std::string, AlarmSpec> alarm_specs;  // of those that were up
   std::vector<std::int64_t> identities;
   std::vector<std::string> refusals;
   std::vector<bool> datum_changing;

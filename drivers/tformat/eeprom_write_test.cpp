@@ -25,9 +25,14 @@ void Wait(Bench& bench) {
   if (bench.IsIdle(false)) bench.now = bench.IdleUntil(false);
 }
 
-TEST(EepromWrite, TheMakersExampleBytes) {
-  EXPECT_EQ(WriteRequest(0, 0x55), (ByteList{0x32, 0x00, 0x55, 0x67}));
-  EXPECT_EQ(ReadRequest(0), (ByteList{0xEA, 0x00, 0xEA}));
+// Spec 6.2.2, 6.2.3, 6.3.4: to write 55 to address 0, byte by byte, with the CRC worked by hand.
+TEST(EepromWrite, TheBytesOfAWriteToAddressZero) {
+  Bench bench("{model: ts5669n127, eeprom_writable: [0]}");
+  bench.GoOnline();
+  bench.Begin("eeprom_write", {{"address", "0"}, {"data", "55"}});
+  EXPECT_EQ(bench.Offered(false), (ByteList{0xEA, 0x00, 0xEA})) << "the backup begins";
+  Backup(bench);
+  EXPECT_EQ(bench.Offered(false), (ByteList{0x32, 0x00, 0x55, 0x67}));
 }
 
 TEST(EepromWrite, BacksUpWritesEachCellOnceAndReadsItBack) {

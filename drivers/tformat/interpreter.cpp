@@ -102,9 +102,10 @@ void Interpreter::OnFailure(const Answer& answer, const Event& event) {
   const MonoNs now = EndOf(event);
   const bool silent = answer.error == ErrorKind::kTimeout;
   // Nothing drives the line during the standby, or without a battery it is undefined (spec 5.4, note 2): fragments and
-  // other bytes that are no reply are no fault either.
+  // other bytes that are no reply are no fault either. A request that was sent during the standby is not accepted,
+  // even where the time for its reply ends later.
   const bool whole = answer.not_taken || answer.error == ErrorKind::kWrongIdentity;
-  if (!whole && InStandby(now)) {
+  if (!whole && InStandby(event.sent.first)) {
     ReportStarting();
   } else {
     output_.OnError(*answer.error, {event.sent.first, now});

@@ -1,6 +1,10 @@
 #include "drivers/tformat/interpreter.h"
 
+#include <gmock/gmock.h>
+
 #include <axlecast/alarm_entry_t.hpp>
+#include <string>
+#include <vector>
 
 #include "drivers/tformat/alarms.h"
 #include "drivers/tformat/device_test_support.h"
@@ -12,12 +16,45 @@ struct Flag {
   std::uint8_t bit;
   const char* name;
   bool latched;  // spec 6.4: "(Latched)" or "(Non-latched)"
+  std::uint8_t severity;
+  std::vector<const char*> action;  // what spec 6.4 and 9 order, in the words of ours
 };
-// Spec 6.3.3, Table 3, and 6.4.
-const Flag kFlags[] = {{0x01, "over_speed", true},       {0x02, "full_absolute_status", false},
-                       {0x04, "counting_error", false},  {0x08, "counter_overflow", true},
-                       {0x20, "multi_turn_error", true}, {0x40, "battery_error", true},
-                       {0x80, "battery_alarm", false}};
+// Spec 6.3.3, Table 3, and 6.4, column "Action":
+// OS "Reset error"; 5.4.2, note 5: the turns may be wrong, "reset is needed".
+// FS "Make the rotational speed slow down to less than 100 min-1, and wait until the flag is automatically released".
+// CE "Stop the servo system immediately"; "Turn off and on the power supply".
+// OF "Reset error": the counter goes on as a cyclic one, 0 to 65,535.
+// ME "Return to the origin position. Reset error."
+// BE "Reset error and multi-turn data"; "It is necessary to check or replace the external battery".
+// BA "Error status is automatically released"; "It is necessary to check or replace the external battery".
+const Flag kFlags[] = {
+    {0x01, "over_speed", true, alarm_entry_t::SEVERITY_ERROR, {"Turns may be wrong", "reset turns and errors"}},
+    {0x02,
+     "full_absolute_status",
+     false,
+     alarm_entry_t::SEVERITY_WARNING,
+     {"slow down below 100 rpm", "wait until it clears itself"}},
+    {0x04,
+     "counting_error",
+     false,
+     alarm_entry_t::SEVERITY_CRITICAL,
+     {"Stop the servo system at once", "turn the power off and on"}},
+    {0x08, "counter_overflow", true, alarm_entry_t::SEVERITY_WARNING, {"65535", "clear the errors"}},
+    {0x20,
+     "multi_turn_error",
+     true,
+     alarm_entry_t::SEVERITY_ERROR,
+     {"Return to the origin position", "reset turns and errors"}},
+    {0x40,
+     "battery_error",
+     true,
+     alarm_entry_t::SEVERITY_ERROR,
+     {"Check or replace the battery", "reset turns and errors"}},
+    {0x80,
+     "battery_alarm",
+     false,
+     alarm_entry_t::SEVERITY_WARNING,
+     {"Check or replace the battery", "clears itself"}}};
 
 std::uint8_t StatusFor(std::uint8_t alarms) {
   return static_cast<std::uint8_t>(((alarms & 0x04) != 0 ? 0x10 : 0) | ((alarms & 0xE0) != 0 ? 0x20 : 0));
@@ -25,20 +62,36 @@ std::uint8_t StatusFor(std::uint8_t alarms) {
 
 AllFields With(std::uint8_t alarms) { return {.alarms = alarms, .status = StatusFor(alarms)}; }
 
-TEST(Alarms, HaveTheMakersNamesAndFitTheMessage) {
-  ASSERT_EQ(DeviceAlarms().size(), std::size(kFlags));
-  for (std::size_t i = 0; i < DeviceAlarms().size(); ++i) {
-    const DeviceAlarm& alarm = DeviceAlarms()[i];
-    EXPECT_EQ(alarm.bit, kFlags[i].bit);
-    EXPECT_STREQ(alarm.spec.name, kFlags[i].name);
-    EXPECT_EQ(alarm.latched, kFlags[i].latched);
-    EXPECT_EQ(1 << (alarm.spec.code - 0x100), alarm.bit);
-    EXPECT_EQ(alarm.spec.source, alarm_entry_t::SOURCE_DEVICE);
-    EXPECT_LE(std::string(alarm.spec.name).size(), 24u);
-    EXPECT_LE(std::string(alarm.spec.action).size(), 80u);
+// What an operator is told when the encoder raises a flag, and that it fits alarm_entry_t.
+TEST(Alarms, TellWhatTheSpecOrdersForEachFlag) {
+  for (const Flag& flag : kFlags) {
+    Bench bench;
+    bench.GoOnline(With(flag.bit));
+    ASSERT_TRUE(bench.output.alarm_specs.contains(flag.name)) << flag.name;
+    const AlarmSpec& alarm = bench.output.alarm_specs.at(flag.name);
+    EXPECT_EQ(1 << (alarm.code - 0x100), flag.bit) << flag.name;
+    EXPECT_EQ(alarm.source, alarm_entry_t::SOURCE_DEVICE);
+    EXPECT_EQ(alarm.severity, flag.severity) << flag.name;
+    for (const char* part : flag.action)
+      EXPECT_THAT(std::string(alarm.action), testing::HasSubstr(part)) << flag.name;
+    EXPECT_LE(std::string(alarm.name).size(), 24u);
+    EXPECT_LE(std::string(alarm.action).size(), 80u);
   }
-  EXPECT_LE(std::string(kWrongIdentity.action).size(), 80u);
-  EXPECT_LE(std::string(kMisreadRequest.action).size(), 80u);
+  EXPECT_EQ(DeviceAlarms().size(), std::size(kFlags));
+}
+
+// Spec 6.3.2 (4), and an encoder that is another one than the file's.
+TEST(Alarms, OfTheDriverTellWhatToDo) {
+  Bench bench;
+  bench.GoOnline();
+  bench.Give(kId3, All({.status = 0x40}));
+  EXPECT_THAT(std::string(bench.output.alarm_specs.at("communication_alarm").action),
+              testing::HasSubstr("check cable, shield and termination"));
+  bench.Give(kId3, All(), false);
+  for (int i = 0; i < 3; ++i) bench.Give(kId3, All({.encoder_id = 0x17}), i != 1);
+  const AlarmSpec& wrong = bench.output.alarm_specs.at("wrong_identity");
+  EXPECT_THAT(std::string(wrong.action), testing::HasSubstr("check cables and configuration"));
+  EXPECT_EQ(wrong.severity, alarm_entry_t::SEVERITY_CRITICAL);
 }
 
 TEST(Interpreter, ReportsEachAlarmLiveOrLatchedAndItsEnd) {

@@ -6,9 +6,14 @@
 
 #include "drivers/runtime/config/config_map.h"
 #include "drivers/runtime/config/machine_config.h"
+#include "drivers/runtime/core/family.h"
 #include "drivers/tformat/model.h"
 
-namespace axlecast::tformat {
+namespace axlecast {
+
+const Family& tformat_family();
+
+namespace tformat {
 namespace {
 
 struct Parsed {
@@ -100,6 +105,16 @@ TEST(Settings, RefuseWhatIsWrongAndNameTheKey) {
   }
 }
 
+// Spec 6.1: 2.5 Mbps; 6.3: each field is a start bit, 8 data bits and the delimiter. Without addresses: one encoder.
+TEST(TFormatFamily, TheLineIsThatOfTheSpec) {
+  const Family& family = tformat_family();
+  EXPECT_EQ(family.link, LinkKind::kSerial);
+  EXPECT_EQ(family.default_line.baud, 2'500'000);
+  EXPECT_EQ(family.default_line.parity, Parity::kNone);
+  EXPECT_EQ(family.default_line.BitsPerCharacter(), 10);
+  EXPECT_EQ(family.max_devices_per_bus, 1U);
+}
+
 TEST(CheckLine, RefusesOtherCharactersThan8N1) {
   BusConfig bus;
   bus.link.line = {.baud = 2'500'000, .parity = Parity::kEven, .stop_bits = 2};
@@ -111,4 +126,5 @@ TEST(CheckLine, RefusesOtherCharactersThan8N1) {
 }
 
 }  // namespace
-}  // namespace axlecast::tformat
+}  // namespace tformat
+}  // namespace axlecast

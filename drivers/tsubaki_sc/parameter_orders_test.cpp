@@ -49,6 +49,25 @@ TEST(ReadParameters, ShowsAllAsFourHexDigitsARegister) {
   }
 }
 
+// Guideline 7: an address that does not exist is an error, so no request may span a gap. 0 to 54 are asked for once each,
+// and no more at a time than a log has: more in one request is not documented.
+TEST(ReadParameters, NoRequestSpansAGap) {
+  Bench bench;
+  bench.GoOnline();
+  bench.sent.clear();
+  EXPECT_EQ(bench.Do("read_parameters").state, OrderState::kSucceeded);
+  std::vector<int> asked(55, 0);
+  for (const Bench::Sent& one : bench.sent) {
+    if (one.request[1] != 0x03) continue;
+    const unsigned first = TestUnit::Word(one.request, 2);
+    const unsigned count = TestUnit::Word(one.request, 4);
+    EXPECT_LE(count, 20U);
+    ASSERT_LE(first + count, 55U);
+    for (unsigned i = first; i < first + count; ++i) ++asked.at(i);
+  }
+  EXPECT_THAT(asked, testing::Each(1));
+}
+
 TEST(ReadParameters, ShowsUpToFourByName) {
   Bench bench;
   bench.GoOnline();

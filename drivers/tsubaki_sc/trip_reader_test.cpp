@@ -55,6 +55,31 @@ TEST(TripReader, FetchesANewTripByItselfWithLiveDataSuspended) {
   ExpectMark(trip, 123);
 }
 
+// Guideline 10, note 2: xx00 is 19 times the log acquisition time before the trip, xx19 the trip. Every register of the
+// log holds another value.
+TEST(TripReader, SampleNineteenIsTheTripAndSampleZeroTheOldest) {
+  Bench bench;
+  bench.unit.holdings[54] = 7;  // 0.7 s
+  bench.GoOnline();
+  bench.unit.Trip(0x08, 0);
+  const auto value = [](std::size_t quantity, std::size_t sample) {
+    return static_cast<std::uint16_t>(1'000 * quantity + 10 * sample + 1);
+  };
+  for (unsigned q = 0; q < 7; ++q) {
+    for (unsigned i = 0; i < 20; ++i) bench.unit.inputs[1000 + 100 * q + i] = value(q, i);
+  }
+  bench.RunUntil([&] { return !bench.output.trips.empty(); });
+  const TripRecord& trip = bench.output.trips[0];
+  EXPECT_EQ(trip.interval_us, 700'000);
+  const float divisors[] = {10, 1000, 10, 10, 100, 100, 100};  // guideline 10: 0.1 V, mA, 0.1 W, 0.1 C, 0.01 m/s2
+  for (std::size_t q = 0; q < 7; ++q) {
+    ASSERT_EQ(trip.samples[q].size(), 20U);
+    for (std::size_t i = 0; i < 20; ++i) {
+      EXPECT_FLOAT_EQ(trip.samples[q][i], static_cast<float>(value(q, i)) / divisors[q]) << q << ' ' << i;
+    }
+  }
+}
+
 TEST(TripReader, AlternatesWithLiveDataWhereTheConfigurationSaysSo) {
   Bench bench("{address: 1, trip_fetch: alternate}");
   bench.GoOnline();

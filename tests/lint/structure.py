@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Checks the rules of docs/architecture.md that a compiler does not see: every external world is reached from one
-place, the runtime names no device, a family does no I/O. Prints each breach as file:line: rule; exits 1 on any."""
+place, the runtime names no device, a family does no I/O and includes no other one. Prints each breach as file:line: rule;
+exits 1 on any."""
 
 import pathlib
 import re
@@ -47,7 +48,7 @@ def breaches(path, text, family_names):
     if len(lines) > limit:
         yield 1, f"{len(lines)} lines, at most {limit}: is this still one concept?"
     family_neutral = re.match(r"(drivers/(runtime|io)|bridge|client|tools)/", path) and not path.endswith("_test.cpp")
-    in_family = any(path.startswith(f"drivers/{name}/") for name in family_names)
+    own = next((name for name in family_names if path.startswith(f"drivers/{name}/")), None)
     for number, line in enumerate(lines, 1):
         for world, pattern, allowed in WORLDS:
             if re.search(pattern, line) and not re.fullmatch(allowed, path):
@@ -59,8 +60,11 @@ def breaches(path, text, family_names):
                     yield number, f"names the family {name}"
             if re.search(rf"#include \"drivers/({'|'.join(family_names)})/", code):
                 yield number, "includes a family"
-        if in_family and re.search(r"#include \"drivers/io/", code) and not path.endswith("_test.cpp"):
+        if own and re.search(r"#include \"drivers/io/", code) and not path.endswith("_test.cpp"):
             yield number, "a family does no I/O"
+        other = re.match(rf"#include \"drivers/({'|'.join(family_names)})/", code)
+        if own and other and other[1] != own:
+            yield number, f"includes another family, {other[1]}"
 
 
 def main():

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -20,6 +21,7 @@ class RecordingOutput : public DeviceOutput {
   void OnError(ErrorKind kind, Interval at) override { errors.emplace_back(kind, at); }
   void OnAlarm(const AlarmSpec& alarm, AlarmState state, MonoNs) override {
     alarms.emplace_back(alarm.code, state);
+    alarm_specs.insert_or_assign(alarm.code, alarm);
   }
   void OnIdentity(std::int64_t its, std::string_view, std::string_view) override { identity = its; }
   void OnStarting(std::string_view reason) override { starting.emplace_back(reason); }
@@ -40,6 +42,7 @@ class RecordingOutput : public DeviceOutput {
   std::string product_code;
   std::vector<std::pair<ErrorKind, Interval>> errors;
   std::vector<std::pair<std::int32_t, AlarmState>> alarms;
+  std::map<std::int32_t, AlarmSpec> alarm_specs;  // of every alarm that was told, by code
   std::vector<std::string> starting;
   std::vector<std::string> refused;
   std::vector<std::pair<CommandId, Outcome>> outcomes;

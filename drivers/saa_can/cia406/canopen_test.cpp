@@ -6,7 +6,6 @@
 
 #include "drivers/runtime/device/outcome_text.h"
 #include "drivers/saa_can/cia406/cia406.h"
-#include "drivers/saa_can/cia406/frame_time.h"
 #include "drivers/saa_can/cia406/objects.h"
 #include "tests/support/golden_file.h"
 
@@ -132,16 +131,6 @@ TEST(Cia406Codec, ForeignFramesAreNotDescribed) {
   EXPECT_THAT(Decode({{"bits", "40"}}, {}, &usable)["error"].get<std::string>(), HasSubstr("bits=40"));
   EXPECT_FALSE(usable);
   EXPECT_THAT(Decode({{"colour", "4"}}, {}, &usable)["error"].get<std::string>(), HasSubstr("colour"));
-}
-
-// ISO 11898-1: a data frame of 8 bytes has 108 bits, 111 with the pause behind it, and at most 24 stuff bits: 135
-// in all.
-TEST(Cia406Codec, TheTimeOfAFrame) {
-  const FrameTime wire{1'000'000};
-  EXPECT_EQ(wire.Longest(8), 135 * kMicrosecond);
-  EXPECT_EQ(wire.Longest(0), 55 * kMicrosecond);
-  EXPECT_EQ(wire.Shortest(8), 107 * kMicrosecond);
-  EXPECT_EQ(FrameTime{}.Longest(8), 0) << "a simulated wire";
 }
 
 }  // namespace

@@ -44,6 +44,14 @@ TEST(Cia406Settings, TheDefaultsAreTheStandards) {
   EXPECT_EQ(settings.heartbeat, 0);
 }
 
+// ISO 11898-1 10.4 at 250 kbit/s, 4 us a bit: frames of 0, 4 and 8 bytes have 44, 76 and 108 bits, 3 between frames and at
+// most 8, 16 and 24 stuff bits. TPDO1; SYNC and TPDO1; an SDO request and its answer.
+TEST(Cia406Settings, TimesOnTheWire) {
+  EXPECT_EQ(Parsed("node: 5, bits: 13").wire_time, 4 * 95 * kMicrosecond);
+  EXPECT_EQ(Parsed("node: 5, bits: 13, transmission: sync", 100).wire_time, 4 * (55 + 95) * kMicrosecond);
+  EXPECT_EQ(Parsed("node: 5, bits: 13, mode: sdo", 100).wire_time, 4 * 2 * 135 * kMicrosecond);
+}
+
 TEST(Cia406Settings, ASingleTurnEncoderHasNoTurns) { EXPECT_EQ(Parsed("node: 1, bits: 16").turns_range, 0); }
 
 TEST(Cia406Settings, OnlyItsOwnFramesPassTheFilters) {
