@@ -11,7 +11,7 @@ import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 RUN = HERE.parent / "vm/run"
-LIMIT = 900  # s
+LIMIT = 1500  # s
 
 
 def main():
