@@ -109,6 +109,18 @@ buses:
         self.set(fault="none")
         self.wait_state(self.data, ONLINE, "gm1")
 
+    # -- trip limits
+
+    def test_info_waits_for_the_trip_limits_and_shows_what_is_left(self):
+        self.run_machine()
+        code, out, err = self.axlecast("info", self.config, "gm1", "--json")
+        self.assertEqual(code, DONE, err)
+        self.assertEqual({"limits", "margins"} - set(json.loads(out)), set())
+        info = self.start("info", BIN / "axlecast", "info", self.config, "gm1", "--limits")
+        self.do("gm1", "write_parameters", "overheat_limit=88.8")  # LIMITS comes when one changes, else once a minute
+        self.assertEqual(info.wait(LIMIT + 65), DONE)
+        self.assertRegex(self.log("info"), r"overheat above [0-9.]+ degC: now -?[0-9.]+ degC, -?[0-9.]+ degC left\n")
+
     # -- trips
 
     def test_a_trip_raises_its_alarm_and_brings_its_log(self):

@@ -175,8 +175,7 @@ TEST_F(WebFeedTest, InventedDevicesBusesAndRecordersAreFew) {
   const std::size_t devices = scene_.monitor().machine().devices().size();
   EXPECT_EQ(devices, 1 + MachineView::kFewUnlisted);
   EXPECT_EQ(scene_.monitor().machine().buses().size(), 1 + MachineView::kFewUnlisted);
-  EXPECT_EQ(scene_.Past(Now().utime).size(), devices + Monitor::kMostRecorders + 1)
-      << "alarms of each, and the bridge's";
+  EXPECT_EQ(scene_.Past(Now().utime).size(), devices + Monitor::kMostRecorders) << "the alarms of each";
   EXPECT_THAT(scene_.Past(Now().utime)[0], HasSubstr("battery_alarm"));
 }
 
