@@ -1,5 +1,5 @@
-// A campaign: replies that come up to ten timeouts late, always, for half of the time and rarely, on every bus of every
-// family whose replies can be late, in virtual time.
+// A campaign: replies that come up to ten timeouts late, and frames of streams that stall, always, for half of the time and
+// rarely, on every bus of every family on which something can be late, in virtual time.
 //
 // Usage: late_replies_in_virtual_time EXCHANGES [FAMILY...]; prints a line of figures per bus and mix; exit 1 when the
 // interval of a reading missed the instant at which the device had that value.
