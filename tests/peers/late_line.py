@@ -129,7 +129,9 @@ class LateLine:
 
 class LateStream(LateLine):
     """An encoder that sends by itself, once a period. Its cable stalls now and then for up to `longest_ns`; then everything comes
-    at once. `frame(now)` returns the frame of a sample taken at `now`. `requests` counts frames."""
+    at once, in a piece for each frame. `frame(now)` returns the frame of a sample taken at `now`. `requests` counts frames."""
+
+    PIECE_S = 0.0005  # so that the driver reads every piece
 
     def __init__(self, frame, period_ns, character_ns, behaviour):
         self._frame, self._period_ns = frame, period_ns
@@ -138,16 +140,18 @@ class LateStream(LateLine):
 
     def _run(self):
         due = time.monotonic_ns()
-        held = b""
+        held = []
         while not select.select([self._stop], [], [], max(0.0, (due - time.monotonic_ns()) / 1e9))[0]:
             now = time.monotonic_ns()
             self.requests += 1
             frame = self._behaviour.bytes_of(self._frame(now))
             time.sleep(len(frame) * self._character_ns / 1e9)
-            held += frame
-            if now >= self._clear_at and held:
-                os.write(self._master, held)
-                held = b""
+            held.append(frame)
+            if now >= self._clear_at:
+                for piece in held:
+                    os.write(self._master, piece)
+                    time.sleep(self.PIECE_S)
+                held.clear()
                 if self._behaviour.random.random() < self._behaviour.share:
                     self._clear_at = now + int(self._behaviour.random.random() * self._behaviour.longest_ns)
             due = now + self._period_ns  # an encoder does not make up for lost time
