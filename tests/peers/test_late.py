@@ -16,6 +16,7 @@ VALID = 0x1
 ANALOG_VALID = 0x1
 FEW = 10  # readings that a run needs at least
 MS = 1_000_000  # ns
+SECOND = 1_000 * MS
 ROUNDED = 1_000  # ns: messages hold whole ns, the Python clock is asked before the value is computed
 
 
@@ -53,13 +54,17 @@ buses:
                 for m in self.listener.of(f"POSITION/{name}") if m.flags & VALID]
 
     def voltages(self, timeout_ns):
-        """Analog readings, each once. Their messages give the middle of the interval alone: a reply within the timeout is at
-        most half of it away."""
+        """Analog readings, each once. Their messages give the middle of the interval alone: its ends are at most half of an
+        exchange away. An exchange is over within the timeout, or, where the host let the driver sleep, within the longest one
+        that BUS names of that second."""
+        longest = [(m.mono_ns - 1000 * m.window_us - SECOND, m.mono_ns + SECOND, int(1000 * m.exchange_us[3]))
+                   for m in self.listener.of("BUS/rs485-0") if m.exchange_us[3] * 1000 > timeout_ns]
         found = {}
         for name in self.devices:
             for m in self.listener.of(f"MOTOR/{name}"):
                 if m.flags & ANALOG_VALID:
-                    found[name, m.analog_mono_ns] = (name, round(m.voltage_v * 10), m.analog_mono_ns, timeout_ns // 2)
+                    exchange = max([timeout_ns] + [most for begin, end, most in longest if begin <= m.analog_mono_ns <= end])
+                    found[name, m.analog_mono_ns] = (name, round(m.voltage_v * 10), m.analog_mono_ns, exchange // 2)
         return list(found.values())
 
     def missed(self, readings):
