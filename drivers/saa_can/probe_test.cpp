@@ -28,7 +28,8 @@ class Bench {
   std::vector<ProbeFinding> Run() {
     FrameMedium medium(link_, clock_);
     const std::unique_ptr<Probe> probe = saa_can_probe({}).at(0).make(clock_.Now());
-    EXPECT_TRUE(RunProbe(*probe, medium, clock_, [] { return false; }));
+    StaleReplyGuard guard(kLatestProbeReply);
+    EXPECT_TRUE(RunProbe(*probe, medium, clock_, guard, [] { return false; }));
     EXPECT_THAT(link_.sent(), IsEmpty());
     return probe->Findings();
   }

@@ -142,7 +142,10 @@ bool BeginsReplyTo(const Request& request, Bytes reply) {
 ReplyMatch MatchReply(Bytes request, Bytes reply) {
   const std::optional<Request> asked = ParseRequest(request);
   if (!asked) return ReplyMatch::kNo;
-  const Reply checked = Check(*asked, reply, kMostBits);
+  // Of 17 to 24 bits two registers may be answered with three bytes.
+  constexpr std::uint8_t kThreeBytes = 3;
+  const bool three_bytes = asked->registers == 2 && reply.size() > 2 && reply[2] == kThreeBytes;
+  const Reply checked = Check(*asked, reply, three_bytes ? 24 : kMostBits);
   if (checked.ok()) return ReplyMatch::kYes;
   if (checked.error == ErrorKind::kException) return ReplyMatch::kRefusal;
   if (checked.error == ErrorKind::kRange) {
@@ -151,7 +154,8 @@ ReplyMatch MatchReply(Bytes request, Bytes reply) {
   if (checked.error != ErrorKind::kChecksum && checked.error != ErrorKind::kShort) return ReplyMatch::kNo;
   const std::uint8_t address = asked->function == kSetAddress ? asked->new_address : asked->address;
   auto third = static_cast<std::uint8_t>(asked->parameter);
-  if (asked->function == kReadPosition) third = static_cast<std::uint8_t>(2 * asked->registers);
+  if (asked->function == kReadPosition)
+    third = three_bytes ? kThreeBytes : static_cast<std::uint8_t>(2 * asked->registers);
   return modbus::MatchBegin(reply, {address, asked->function, third});
 }
 

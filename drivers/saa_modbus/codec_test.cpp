@@ -119,6 +119,18 @@ TEST(SaaModbusCodec, CrcAfterTheManualsSteps) {
 }
 
 // A CRC of 16 bits with this polynomial finds every error of up to 3 bits in frames as short as these.
+// Encoders of 17 to 24 bits may answer two registers with three bytes: that, too, is the request's own reply, whole or damaged.
+TEST(SaaModbusCodec, AReplyOfThreeBytesEndsTheWaitForItsRequest) {
+  const Frame two = ReadRequest(1, 2);
+  const auto match = ReplyShapeOf(two).match;
+  std::vector<std::uint8_t> reply = {0x01, 0x03, 0x03, 0x01, 0xE2, 0x40, 0x5D, 0x1E};  // golden/replies.txt
+  EXPECT_EQ(match(two, reply), ReplyMatch::kYes);
+  EXPECT_EQ(match(ReadRequest(1, 1), reply), ReplyMatch::kNo);
+  EXPECT_EQ(match(ReadRequest(2, 2), reply), ReplyMatch::kNo);
+  reply.back() ^= 0x01;
+  EXPECT_EQ(match(two, reply), ReplyMatch::kDamaged);
+}
+
 TEST(SaaModbusCodec, NoReplyWithUpToThreeWrongBitsIsRead) {
   for (const char* text : {"01 03 02 01 7F F8 34", "01 03 04 00 03 0D 40 0F 53"}) {
     const FrameBytes good = GoldenBytes(text);

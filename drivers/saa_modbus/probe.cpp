@@ -20,8 +20,11 @@ constexpr int kAttempts = 2;                // of a question whose answer came d
 constexpr int kUsualAddresses = static_cast<int>(kMaxDevices);
 
 AskingProbe::Question QuestionOf(const Frame& request, axlecast::ReplyLength length, const LineFormat& line) {
-  return {.exchange = {.request = request, .reply_length = length, .timeout = LongestExchange(line) + kPatience},
-          .quiet = 2 * SilentInterval(line)};
+  AskingProbe::Question question{
+      .exchange = {.request = request, .reply_length = length, .timeout = LongestExchange(line) + kPatience},
+      .quiet = 2 * SilentInterval(line)};
+  question.exchange.shape = length == &modbus::ReplyLength ? modbus::ShapeOf(request) : ReplyShapeOf(request);
+  return question;
 }
 
 void AddTrials(const ProbeScope& scope, int first, int last, std::vector<ProbeTrial>& trials) {

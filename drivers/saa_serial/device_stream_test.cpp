@@ -71,6 +71,58 @@ INSTANTIATE_TEST_SUITE_P(Each, SaaStreamInstant,
                                             ::testing::Values(0, 1'000, 16'000),
                                             ::testing::Values(0, 3'000, 30'000)));
 
+// An adapter that stalls hands several frames over late and at once, some of them in pieces: each must still be as old as
+// its interval allows.
+class SaaStreamLate : public ::testing::TestWithParam<std::tuple<int, const char*>> {};
+
+TEST_P(SaaStreamLate, FramesThatComeLateLieWithinTheirIntervals) {
+  const auto [refresh_hz, fault] = GetParam();
+  constexpr double kRpm = 30;
+  SimulatedBus bus("link: {port: /dev/ttyX, baud: 921600}, mode: timing, refresh_hz: " + std::to_string(refresh_hz),
+                   "a: {bits: 26, latency_us: 1000, processing_us: 20}",
+                   "a: {accel_rad_s2: 200000, speed_rpm: " + std::to_string(kRpm) + "}");
+  bus.Run(300 * kMillisecond);
+  const MonoNs from = bus.clock.Now();
+  double angle = 0;
+  for (const auto& [key, value] : bus.wire().State("a", from)) {
+    if (key == "angle_deg") angle = std::stod(value);
+  }
+  // Returns how far the interval is from the instant at which the shaft stood where the sample says.
+  const auto beyond = [&](const Sample& sample) {
+    const double expected = angle + static_cast<double>(sample.at.Middle() - from) * 1e-9 * kRpm * 6;
+    const double off = std::remainder(Degrees(sample.counts, 26) - expected, 360.0);
+    const auto sampled = sample.at.Middle() + static_cast<MonoNs>(off / (kRpm * 6) * 1e9);
+    return std::max(sample.at.first - sampled, sampled - sample.at.last);
+  };
+  bus.output().samples.clear();
+  MonoNs widest = 0;
+  for (int i = 0; i < 40; ++i) {
+    bus.Set("a", "fault", i % 2 == 0 ? fault : "none");
+    bus.Run((37 + 11 * (i % 7)) * kMillisecond);
+    for (const Sample& sample : bus.output().samples) {
+      ASSERT_LE(beyond(sample), kMicrosecond) << i;
+      widest = std::max(widest, sample.at.last - sample.at.first);
+    }
+    bus.output().samples.clear();
+  }
+  EXPECT_LE(widest, 510 * kMillisecond + 2 * kSecond / refresh_hz) << "never wider than late_us and a frame";
+  // The last late frame comes 0.4 s after the fault, and late_us (0.5 s) after its pause no frame can be late any more: the
+  // intervals are as narrow as before.
+  bus.Set("a", "fault", "none");
+  bus.Run(kSecond);
+  bus.output().samples.clear();
+  bus.Run(100 * kMillisecond);
+  ASSERT_FALSE(bus.output().samples.empty());
+  for (const Sample& sample : bus.output().samples) {
+    ASSERT_LE(beyond(sample), kMicrosecond);
+    ASSERT_LE(sample.at.last - sample.at.first, kSecond / refresh_hz + 2 * kMillisecond);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, SaaStreamLate,
+                         ::testing::Combine(::testing::Values(50, 1'000, 5'000),
+                                            ::testing::Values("late:25", "late:80", "delayed:30", "late:400")));
+
 TEST(SaaStream, SilenceIsReportedOnceAndItsEndIsFound) {
   SimulatedBus bus(kReal, "a: {bits: 14, latency_us: 0}");
   bus.Run(100 * kMillisecond);

@@ -24,9 +24,11 @@ Interpreter::Interpreter(const BusConfig& bus, const SaaSettings& settings, Devi
       settings_(settings),
       guards_line_(IsFirst(bus, settings)),
       character_(CharacterTime(bus)),
-      times_{character_, bus.link.line.WireTime(1), OwnBus(bus).refresh, settings.processing, settings.latency},
+      times_{character_,          bus.link.line.WireTime(1), OwnBus(bus).refresh,
+             settings.processing, settings.latency,          bus.late},
       output_(output),
       parser_(settings.format.bits),
+      stalled_(times_),
       cadence_(times_.period + settings.latency, kPeriodsToSilence) {}
 
 void Interpreter::OnLinkUp(MonoNs now) {
@@ -34,6 +36,7 @@ void Interpreter::OnLinkUp(MonoNs now) {
   silent_in_a_row_ = 0;
   emptied_ = now;
   parser_.Restart();
+  stalled_.Restart(now);
   polled_.reset();
   if (mode_ == Mode::kTiming) {
     cadence_.Arrived(now);
@@ -85,6 +88,7 @@ void Interpreter::Take(const Event& event) {
 void Interpreter::OnStream(const Event& event) {
   const MonoNs now = event.received.last;
   parser_.Append(event.bytes, {std::min(emptied_, now), now});
+  stalled_.Arrived(now);
   // A read that was filled to the brim may have left bytes on the line.
   all_read_ = event.bytes.size() < kMaxFrame;
   if (all_read_) emptied_ = now;
@@ -118,7 +122,7 @@ std::optional<Reading> Interpreter::NextOfStream() {
   if (!found) return std::nullopt;
   if (!all_read_) found->behind.reset();
   if (found->error) return Reading{.error = found->error, .counts = 0, .at = found->first};
-  const Interval at = StreamedInstant(*found, ReplySize(settings_.format.bits), times_);
+  const Interval at = stalled_.Widened(StreamedInstant(*found, ReplySize(settings_.format.bits), times_));
   return Reading{.error = {}, .counts = found->counts, .at = at};
 }
 

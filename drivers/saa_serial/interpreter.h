@@ -49,6 +49,7 @@ class Interpreter {
   DeviceOutput& output_;
 
   StreamParser parser_;
+  StalledFrames stalled_;
   Cadence cadence_;
   MonoNs emptied_ = 0;             // all bytes from before this instant had been read then
   bool all_read_ = true;           // by the newest read

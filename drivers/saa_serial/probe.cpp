@@ -53,6 +53,26 @@ Bytes FromStart(Bytes bytes) {
   return bytes.subspan(static_cast<std::size_t>(start - bytes.begin()));
 }
 
+Reply ParseAnyFrame(Bytes frame, int bits, std::uint8_t command) {
+  return ParseReply(frame, {.bits = bits, .header = ReplyHeader::kEither, .address = command});
+}
+
+// The reply of an encoder whose resolution is not known: a frame of any length.
+ReplyMatch MatchAnyFrame(Bytes request, Bytes reply) {
+  const Bytes frame = FromStart(reply);
+  const int bits = BitsOfSize(frame.size());
+  if (bits == 0) return ReplyMatch::kNo;
+  switch (ParseAnyFrame(frame, bits, ParseRequest(request).value_or(kFixedHeader)).error) {
+    case ReplyError::kNone:
+    case ReplyError::kRange:
+      return ReplyMatch::kYes;
+    case ReplyError::kHeader:
+      return ReplyMatch::kNo;
+    default:
+      return ReplyMatch::kDamaged;
+  }
+}
+
 }  // namespace
 
 // ---- streams ----
@@ -124,8 +144,11 @@ std::optional<AskingProbe::Question> PolledProbe::Ask() const {
   if (x_ > last_) return std::nullopt;
   const auto command = static_cast<std::uint8_t>(kControlCommand | x_);
   const MonoNs timeout = line_.WireTime(kRequestSize + kLongestReply) + kPatience;
-  return Question{.exchange = {.request = Request(command), .reply_length = &UntilTimeout, .timeout = timeout},
-                  .quiet = kQuiet + line_.WireTime(kLongestReply)};
+  Question question{.exchange = {.request = Request(command), .reply_length = &UntilTimeout, .timeout = timeout},
+                    .quiet = kQuiet + line_.WireTime(kLongestReply)};
+  question.exchange.shape.match =
+      &MatchAnyFrame;  // every encoder may answer with the header 81: all replies look alike
+  return question;
 }
 
 void PolledProbe::Judge(const Event& event) {
@@ -134,7 +157,7 @@ void PolledProbe::Judge(const Event& event) {
   const int bits = BitsOfSize(frame.size());
   const auto command = static_cast<std::uint8_t>(kControlCommand | x_);
   if (bits != 0) {
-    const Reply reply = ParseReply(frame, {.bits = bits, .header = ReplyHeader::kEither, .address = command});
+    const Reply reply = ParseAnyFrame(frame, bits, command);
     const bool alike = answered_ == 0 || (bits == bits_ && reply.header == header_);
     if (reply.error == ReplyError::kNone && alike) {
       ++answered_;
@@ -195,7 +218,7 @@ std::vector<ProbeTrial> ProbeTrials(const ProbeScope& scope) {
     trial.what = Text("SAA polled bus, addresses %d to %d", first, last);
     trial.asks = true;
     trial.line = line;
-    trial.longest = (last - first + 1) * (line.WireTime(kRequestSize + kLongestReply) + kPatience + kQuiet);
+    trial.longest = (last - first + 1) * (line.WireTime(kRequestSize + kLongestReply) + kQuiet + kLatestProbeReply);
     trial.make = [line, first, last](MonoNs) { return std::make_unique<PolledProbe>(line, first, last); };
     if (first <= last) trials.push_back(std::move(trial));
   }

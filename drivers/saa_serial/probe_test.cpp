@@ -88,6 +88,19 @@ TEST(SaaPolledProbe, FindsEncodersByTheirRepliesAndAsksForPositionsAlone) {
   }
 }
 
+// The header 81 is that of every encoder, so nothing but time tells whose answer came.
+TEST(SaaPolledProbe, ALateAnswerIsNotTakenForThatOfTheNextAddress) {
+  for (const MonoNs late : {45 * kMillisecond, 70 * kMillisecond, 130 * kMillisecond, 490 * kMillisecond}) {
+    ProbeBench bench;
+    bench.Answer({0xBC, 0xAA, 0xB1}, {0xFF, 0x81, 0x01, 0x7F, 0x00}, late);
+    bench.Answer({0xBC, 0xAA, 0xB7}, {0xFF, 0x81, 0x03, 0x0D, 0x40, 0xD0});
+    const std::vector<ProbeFinding> found = bench.Run(Polled(0, 15));
+    ASSERT_THAT(found, SizeIs(1)) << late;
+    EXPECT_EQ(ValueOf(found[0].keys, "address"), "7");
+    EXPECT_EQ(found[0].confidence, Confidence::kLikely) << found[0].reason;
+  }
+}
+
 TEST(SaaPolledProbe, AnAnswerWithAnotherAddressOrAWrongSumIsNone) {
   ProbeBench bench;
   bench.Answer({0xBC, 0xAA, 0xB1}, {0xFF, 0xB2, 0x01, 0x7F, 0x31});

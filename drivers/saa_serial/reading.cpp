@@ -155,6 +155,30 @@ Interval StreamedInstant(const StreamParser::Found& found, std::size_t frame_siz
   return {earliest, std::max(earliest, latest)};
 }
 
+void StalledFrames::Restart(MonoNs now) {
+  arrived_ = now;
+  until_ = 0;
+  earliest_.reset();
+}
+
+void StalledFrames::Arrived(MonoNs now) {
+  if (now - arrived_ > times_.period + times_.latency) until_ = now + times_.late;
+  arrived_ = now;
+}
+
+Interval StalledFrames::Widened(Interval at) {
+  if (earliest_ && arrived_ < until_) {
+    // The encoder's clock may be this much faster than its refresh rate says.
+    const MonoNs shortest_period = times_.period / 100 * 99;
+    const MonoNs longest_stall = at.first - std::max<MonoNs>(0, times_.late - times_.latency);
+    const MonoNs earliest = std::max(*earliest_ + shortest_period, longest_stall);
+    if (earliest >= at.first) until_ = 0;  // nothing can be late any more
+    at.first = std::min(at.first, earliest);
+  }
+  earliest_ = at.first;
+  return at;
+}
+
 MonoNs EndOf(const Event& event) { return std::max(event.sent.last, event.received.last); }
 
 }  // namespace axlecast::saa_serial

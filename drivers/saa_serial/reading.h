@@ -40,10 +40,32 @@ struct StreamTimes {
   MonoNs slowest = 0;     // a character on the wire, at most
   MonoNs period = 0;      // of the frames
   MonoNs processing = 0;  // longest time from sampling to the frame's first bit
-  MonoNs latency = 0;     // longest time that an adapter holds a byte back
+  MonoNs latency = 0;     // longest time that an adapter holds a byte back, but for a stall
+  MonoNs late = 0;        // the same in a stall, which shows as a pause longer than period and latency
 };
 [[nodiscard]] Interval StreamedInstant(const StreamParser::Found& found, std::size_t frame_size,
                                        const StreamTimes& times);
+
+// Widens the intervals of frames that an adapter hands over late, several at once, after a stall. Frames come in the order
+// of their samples, one period apart: so a frame is at least one period younger than the frame before, however late it is.
+// Nothing is widened while frames come in time.
+class StalledFrames {
+ public:
+  explicit StalledFrames(const StreamTimes& times) : times_(times) {}
+
+  // The line was opened at `now`; what came before does not continue.
+  void Restart(MonoNs now);
+  // Bytes came.
+  void Arrived(MonoNs now);
+  // Returns the interval of the next frame found in them. `at` is its StreamedInstant.
+  [[nodiscard]] Interval Widened(Interval at);
+
+ private:
+  const StreamTimes times_;
+  MonoNs arrived_ = 0;              // the newest bytes
+  MonoNs until_ = 0;                // frames may be late until then
+  std::optional<MonoNs> earliest_;  // of the frame before
+};
 
 // When what the event tells was over.
 [[nodiscard]] MonoNs EndOf(const Event& event);

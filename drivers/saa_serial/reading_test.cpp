@@ -116,5 +116,43 @@ TEST(SaaReading, FramesReadTogetherAreAsOldAsWhatCameBehindThem) {
   EXPECT_EQ(StreamedInstant(found, 5, kTimes).first, kSecond - 4'100 * kMicrosecond) << "nothing is known of it";
 }
 
+// README.md, "Instant of a position": the second frame of a stall is one period, less 1 %, younger than the one before it.
+TEST(SaaReading, FramesOfAStallBeginOnePeriodAfterTheOneBefore) {
+  StreamTimes times = kTimes;
+  times.late = 100 * kMillisecond;
+  const auto usual = [&](MonoNs arrived) {
+    return Interval{arrived - times.period - times.latency - times.processing, arrived};
+  };
+  StalledFrames frames(times);
+  frames.Restart(kSecond);
+  const auto widened = [&](MonoNs arrived) {
+    frames.Arrived(arrived);
+    return frames.Widened(usual(arrived)).first;
+  };
+  MonoNs now = kSecond;
+  for (int i = 0; i < 3; ++i) {
+    now += times.period + times.latency;
+    EXPECT_EQ(widened(now), usual(now).first) << "in time";
+  }
+  const MonoNs before = usual(now).first;
+  now += 45 * kMillisecond;
+  constexpr MonoNs kShortest = 9'900 * kMicrosecond;
+  EXPECT_EQ(widened(now), before + kShortest);
+  EXPECT_EQ(widened(now + kMillisecond), before + 2 * kShortest);
+  EXPECT_EQ(widened(now + 2 * kMillisecond), before + 3 * kShortest);
+  EXPECT_EQ(widened(now + 3 * kMillisecond), before + 4 * kShortest);
+  EXPECT_EQ(widened(now + 4 * kMillisecond), usual(now + 4 * kMillisecond).first) << "none is missing any more";
+
+  // Of a pause longer than late_us no frame can be older than that; and with the last pause it ends.
+  now += kSecond;
+  EXPECT_EQ(widened(now), usual(now).first - (times.late - times.latency));
+  for (const MonoNs end = now + times.late; now + times.period < end;) {
+    now += times.period;
+    EXPECT_LT(widened(now), usual(now).first);
+  }
+  now += times.period;
+  EXPECT_EQ(widened(now), usual(now).first);
+}
+
 }  // namespace
 }  // namespace axlecast::saa_serial

@@ -75,6 +75,7 @@ void ParseTimes(ConfigMap& device, const SaaBus& bus, SaaSettings& settings) {
     settings.processing = microseconds("processing_us", std::max<std::int64_t>(1, bus.refresh / kMicrosecond),
                                        "us, from sampling to the frame's first bit");
     settings.latency = microseconds("latency_us", kDefaultHeldUs, "us, longer than the adapter's latency timer");
+    settings.reply_timeout = std::max(settings.latency, kMicrosecond);
   } else {
     const char* longer = "us, longer than the adapter's latency timer";
     settings.timeout = device.Integer("timeout_us", kDefaultTimeoutUs, 100, 1'000'000, longer) * kMicrosecond;

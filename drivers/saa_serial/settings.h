@@ -38,7 +38,7 @@ struct SaaSettings final : DeviceSettings {
   MonoNs timeout = 0;                        // beyond the time on the wire
   MonoNs silence = 0;
   MonoNs processing = 0;   // timing: longest time from sampling to the frame's first bit
-  MonoNs latency = 0;      // timing: longest time that an adapter holds a byte back
+  MonoNs latency = 0;      // timing: longest time that an adapter holds a byte back, but for a stall
   MonoNs zero_settle = 0;  // from clearing to zero to a reading that shows it
 };
 

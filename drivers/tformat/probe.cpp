@@ -87,7 +87,8 @@ std::vector<ProbeTrial> ProbeTrials(const ProbeScope& scope) {
     trial.what = "T-format, 2.5 Mbit/s: data ID 3 and 2";
     trial.asks = true;
     trial.line = {.baud = baud};
-    trial.longest = 4 * (kPatience + kQuiet);
+    trial.longest =
+        4 * (kPatience + kQuiet) + kLatestProbeReply;  // the second ID 3 waits for the reply to the first
     trial.make = [](MonoNs) { return std::make_unique<TFormatProbe>(); };
     trials.push_back(std::move(trial));
   }

@@ -1,5 +1,5 @@
-// A campaign: replies that come up to ten timeouts late, always, for half of the time and rarely, on every bus of every
-// family whose replies can be late, in virtual time.
+// A campaign: replies that come up to ten timeouts late, and frames of streams that stall, always, for half of the time and
+// rarely, on every bus of every family on which something can be late, in virtual time.
 //
 // Usage: late_replies_in_virtual_time EXCHANGES [FAMILY...]; prints a line of figures per bus and mix; exit 1 when the
 // interval of a reading missed the instant at which the device had that value.
@@ -19,7 +19,8 @@ namespace {
 
 using Long = long long;  // as printf wants it
 
-bool Run(const MachineConfig& machine, const BusConfig& bus, LateMix mix, std::int64_t exchanges) {
+// Returns the number of readings, -1 if one missed.
+std::int64_t Run(const MachineConfig& machine, const BusConfig& bus, LateMix mix, std::int64_t exchanges) {
   FixedSecrets secrets;
   secrets.any = "password";
   LateRun run(machine, bus, secrets, mix);
@@ -28,7 +29,7 @@ bool Run(const MachineConfig& machine, const BusConfig& bus, LateMix mix, std::i
               bus.name.c_str(), MixName(mix), Long{run.exchanges()}, Long{run.readings()}, Long{run.missed()});
   if (run.missed() > 0) std::printf(", the worst by %lld us", Long{run.worst() / kMicrosecond});
   std::printf("\n");
-  return run.missed() == 0 && run.readings() > 0;
+  return run.missed() == 0 ? run.readings() : -1;
 }
 
 bool RunFamily(const Family& family, std::int64_t exchanges) {
@@ -42,7 +43,14 @@ bool RunFamily(const Family& family, std::int64_t exchanges) {
   bool good = true;
   for (const BusConfig& bus : machine->buses) {
     if (bus.late == 0) continue;
-    for (const LateMix mix : kLateMixes) good = Run(*machine, bus, mix, exchanges) && good;
+    std::int64_t readings = 0;
+    for (const LateMix mix : kLateMixes) {
+      const std::int64_t judged = Run(*machine, bus, mix, exchanges);
+      good = judged >= 0 && good;
+      readings += judged;
+    }
+    // Where every reply is late, a bus may have no reading at all.
+    good = good && readings > 0;
   }
   return good;
 }

@@ -46,6 +46,7 @@ LateRun::LateRun(const MachineConfig& machine, const BusConfig& bus, SecretSourc
     SetAll("speed_rpm", std::to_string(60 / turn_s));
   }
   for (const MonoNs end = clock_.Now() + 10 * kSecond; clock_.Now() < end;) bus_->RunOnce(end);
+  streams_ = bus_->counters().exchanges == 0;
   Calibrate();
   judging_ = true;
 }
@@ -108,8 +109,9 @@ void LateRun::Step() {
     late_ = !late_;
     MonoNs timeout = 0;
     for (const DeviceConfig& device : config_.devices) timeout = std::max(timeout, device.settings->reply_timeout);
-    const std::string fault = mix_ == LateMix::kMixedUp ? "scattered:" : "late:";
-    SetAll("fault", late_ ? fault + std::to_string(static_cast<double>(10 * timeout) / kMillisecond) : "none");
+    const MonoNs longest = streams_ ? config_.late * 2 / 5 : 10 * timeout;
+    const std::string fault = mix_ == LateMix::kMixedUp && !streams_ ? "scattered:" : "late:";
+    SetAll("fault", late_ ? fault + std::to_string(static_cast<double>(longest) / kMillisecond) : "none");
   }
   if (config_.family->has_position) return;
   std::array<char, 16> volts{};

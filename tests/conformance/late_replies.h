@@ -13,27 +13,27 @@ namespace axlecast {
 
 // How often a reply is late.
 enum class LateMix : std::uint8_t {
-  kAlways,   // each by a random time
-  kHalf,     // for half of the time each by a random time, else none
-  kRare,     // for a fiftieth of the time
-  kMixedUp,  // for half of the time, each by a time of its own: later ones overtake
+  kAlways,  // each by a random time
+  kHalf,    // for half of the time each by a random time, else none
+  kRare,    // for a fiftieth of the time
+  kMixedUp,  // for half of the time, each by a time of its own: later ones overtake. Frames of one stream keep their order
 };
 inline constexpr std::array<LateMix, 4> kLateMixes = {LateMix::kAlways, LateMix::kHalf, LateMix::kRare,
                                                       LateMix::kMixedUp};
 [[nodiscard]] const char* MixName(LateMix mix);
 
-// The devices of a bus on their simulators, in virtual time, with replies that come up to ten timeouts late, in order,
-// and with quantities that change all the time. Every reading is compared with the truth: a shaft that turns at a
+// The devices of a bus on their simulators, in virtual time, with replies that come up to ten timeouts late, or frames of
+// a stream up to two fifths of late_us, and with quantities that change all the time. Every reading is compared with the truth: a shaft that turns at a
 // constant speed, a motor whose voltage grows step by step.
 class LateRun final : private LinkObserver {
  public:
   // `machine`, `bus` and `secrets` outlive it.
   LateRun(const MachineConfig& machine, const BusConfig& bus, SecretSource& secrets, LateMix mix);
 
-  // Until so many more exchanges are over, or `most` has passed.
+  // Runs until so many more exchanges are over, or `most` has passed. A frame that is sent unasked counts as an exchange.
   void Exchange(std::int64_t count, MonoNs most = 1'000'000 * kSecond);
 
-  [[nodiscard]] std::int64_t exchanges() const { return bus_->counters().exchanges; }
+  [[nodiscard]] std::int64_t exchanges() const { return streams_ ? readings_ : bus_->counters().exchanges; }
   [[nodiscard]] std::int64_t readings() const { return readings_; }
   // Readings whose interval does not hold the instant of their value.
   [[nodiscard]] std::int64_t missed() const { return missed_; }
@@ -84,6 +84,7 @@ class LateRun final : private LinkObserver {
   MonoNs next_step_ = 0;
   std::uint64_t phase_ = 0;
   bool late_ = false;
+  bool streams_ = false;  // the devices send by themselves
   bool judging_ = false;
   std::int64_t readings_ = 0;
   std::int64_t missed_ = 0;

@@ -1,5 +1,5 @@
-// Replies that come up to ten timeouts late, on every bus whose replies can be late: the interval of every reading must
-// hold an instant at which the device truly had that value.
+// Replies that come up to ten timeouts late, and streams that stall, on every bus on which something can be late: the
+// interval of every reading must hold an instant at which the device truly had that value.
 #include <gtest/gtest.h>
 
 #include "tests/conformance/example_buses.h"
@@ -22,7 +22,7 @@ TEST_P(LateReplies, EveryReadingLiesWithinItsInterval) {
   EXPECT_GT(readings, 500);
 }
 
-// Not those that are clocked, or send by themselves.
+// Not those that are clocked.
 std::vector<ExampleBus> BusesWithLateReplies() {
   std::vector<ExampleBus> buses;
   for (const ExampleBus& example : ExampleBuses()) {

@@ -18,25 +18,30 @@ using ByteList = std::vector<std::uint8_t>;
 // A line in virtual time whose other end answers requests by a table, and what a probe makes of it.
 class ProbeBench {
  public:
-  ProbeBench() { EXPECT_EQ(link.Open(), ""); }
+  ProbeBench() {
+    EXPECT_EQ(link.Open(), "");
+    guard_.AddDevice();
+  }
 
-  // Answers `reply`, 5 ms after the request.
-  void Answer(const ByteList& request, const ByteList& reply) { replies_[request] = reply; }
+  // Answers `reply`, so long after the request.
+  void Answer(const ByteList& request, const ByteList& reply, MonoNs after = 5 * kMillisecond) {
+    replies_[request] = {after, reply};
+  }
   // Whatever else is asked is answered so.
-  void AnswerAll(const ByteList& reply) { usual_ = reply; }
+  void AnswerAll(const ByteList& reply) { usual_ = {5 * kMillisecond, reply}; }
 
   // Runs the probe to its end. A trial that does not end within ten times its own time fails the test.
   std::vector<ProbeFinding> Run(const ProbeTrial& trial) {
     link.SetPeer([this](Bytes bytes) -> std::vector<ScriptedLink::Burst> {
       const auto found = replies_.find(ByteList(bytes.begin(), bytes.end()));
-      const ByteList reply = found == replies_.end() ? usual_ : found->second;
-      if (reply.empty()) return {};
-      return {{5 * kMillisecond, reply}};
+      const ScriptedLink::Burst reply = found == replies_.end() ? usual_ : found->second;
+      if (reply.bytes.empty()) return {};
+      return {reply};
     });
     const MonoNs begin = clock.Now();
     const std::unique_ptr<Probe> probe = trial.make(begin);
     const MonoNs give_up = begin + 10 * trial.longest;
-    EXPECT_TRUE(RunProbe(*probe, medium_, clock, [&] { return clock.Now() > give_up; }));
+    EXPECT_TRUE(RunProbe(*probe, medium_, clock, guard_, [&] { return clock.Now() > give_up; }));
     EXPECT_FALSE(probe->Next(clock.Now())) << trial.what << " goes on and on";
     took = clock.Now() - begin;
     disturbed = probe->Disturbed();
@@ -50,8 +55,9 @@ class ProbeBench {
 
  private:
   LineMedium medium_{link, clock, false, nullptr};
-  std::map<ByteList, ByteList> replies_;
-  ByteList usual_;
+  StaleReplyGuard guard_{kLatestProbeReply};
+  std::map<ByteList, ScriptedLink::Burst> replies_;
+  ScriptedLink::Burst usual_;
 };
 
 // The value of a key; empty when the finding has none.

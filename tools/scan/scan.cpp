@@ -21,6 +21,7 @@ class ScanRun {
  public:
   ScanRun(ScanLine& line, const Clock& clock, std::vector<PlannedTrial> plan, const ScanHooks& hooks)
       : line_(line), clock_(clock), hooks_(hooks) {
+    guard_.AddDevice();
     const auto asking = std::find_if(plan.begin(), plan.end(), [](const auto& p) { return p.trial.asks; });
     listening_.assign(std::make_move_iterator(plan.begin()), std::make_move_iterator(asking));
     asking_.assign(std::make_move_iterator(asking), std::make_move_iterator(plan.end()));
@@ -87,7 +88,7 @@ class ScanRun {
   void TryOne(const PlannedTrial& planned, MonoNs behind) {
     if (!line_.Set(planned.trial)) return CannotMake(planned.trial);
     const std::unique_ptr<Probe> probe = planned.trial.make(clock_.Now());
-    const bool kept = RunProbe(*probe, line_.medium(), clock_, [&] {
+    const bool kept = RunProbe(*probe, line_.medium(), clock_, guard_, [&] {
       const double done = std::clamp(probe->Progress(), 0.0, 1.0);
       const auto left = static_cast<MonoNs>((1 - done) * static_cast<double>(planned.trial.longest));
       hooks_.progress(planned, done, left + behind);
@@ -127,6 +128,8 @@ class ScanRun {
   std::vector<PlannedTrial> listening_;
   std::vector<PlannedTrial> asking_;
   ScanReport report_;
+  // Of all trials: a late reply may come when another rate is tried.
+  StaleReplyGuard guard_{kLatestProbeReply};
   bool disturbed_ = false;
 };
 

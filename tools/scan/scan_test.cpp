@@ -9,6 +9,7 @@
 #include "drivers/runtime/bus/line_medium.h"
 #include "drivers/runtime/config/load.h"
 #include "tests/support/fake_clock.h"
+#include "tests/support/scripted_link.h"
 #include "tests/support/simulator_link.h"
 #include "tools/scan/scan_text.h"
 
@@ -204,6 +205,49 @@ TEST(Scan, ALostLineEndsIt) {
   const ScanReport report = RunScan(line, line.clock, PlanScan(FamilyProbes(), ScanLineKind::kSerial, {}), hooks);
   EXPECT_FALSE(report.complete);
   EXPECT_THAT(report.found, IsEmpty());
+}
+
+// A line in virtual time whose other end answers one request at one rate, late.
+class LateLine final : public ScanLine {
+ public:
+  LateLine(std::int64_t baud, std::vector<std::uint8_t> request, std::vector<std::uint8_t> reply, MonoNs late) {
+    EXPECT_EQ(link_.Open(), "");
+    link_.SetPeer([=, this](Bytes bytes) -> std::vector<ScriptedLink::Burst> {
+      asked += 1;
+      if (link_.baud() != baud || !std::equal(bytes.begin(), bytes.end(), request.begin(), request.end()))
+        return {};
+      ++answered;
+      return {{late, reply}};
+    });
+  }
+  [[nodiscard]] bool Set(const ProbeTrial& trial) override { return link_.SetBaud(trial.line.baud); }
+  [[nodiscard]] Medium& medium() override { return medium_; }
+
+  FakeClock clock;
+  int asked = 0;
+  int answered = 0;
+
+ private:
+  ScriptedLink link_{clock};
+  LineMedium medium_{link_, clock, false, nullptr};
+};
+
+// What an adapter has received at one rate it may hand over when the next rate is tried.
+TEST(Scan, ALateAnswerIsNotTakenForOneAtTheNextRate) {
+  for (const MonoNs late : {100 * kMillisecond, 150 * kMillisecond, 200 * kMillisecond, 300 * kMillisecond,
+                            400 * kMillisecond, 490 * kMillisecond}) {
+    // SAA manual 5.1.7 (5), address 5.
+    LateLine line(19'200, {0x05, 0x03, 0x00, 0x00, 0x00, 0x01, 0x85, 0x8E},
+                  {0x05, 0x03, 0x02, 0x01, 0x7F, 0x09, 0xF4}, late);
+    ScanHooks hooks;
+    hooks.may_ask = [] { return true; };
+    const ProbeScope scope{.first_address = 5, .last_address = 5};
+    const ScanReport report =
+        RunScan(line, line.clock, PlanScan(FamilyProbes(), ScanLineKind::kSerial, scope), hooks);
+    EXPECT_THAT(report.found, IsEmpty()) << late << ScanText({.port = "x"}, report);
+    EXPECT_GE(line.answered, 1);
+    EXPECT_GT(line.asked, 10) << "the other rates are tried all the same";
+  }
 }
 
 TEST(ScanPlan, ListensFirstThenAsksTheShortestFirst) {

@@ -133,9 +133,9 @@ const Event* LineMedium::Collect(const Exchange& exchange, MonoNs deadline) {
       const std::size_t length = exchange.reply_length({buffer_.data() + begin, count - begin});
       if (length == 0 || count - begin < length) break;
       if (!TooEarly(exchange, begin, length)) return Complete(begin, length, count);
-      early_ = Frame(Bytes(buffer_.data() + begin, std::min(length, kMaxFrame)));
-      early_waits_ = true;
       begin += length;
+      early_ = Frame(Bytes(buffer_.data() + echo, std::min(begin - echo, kMaxFrame)));
+      early_waits_ = true;
     }
   }
   return TimedOut(begin, count);

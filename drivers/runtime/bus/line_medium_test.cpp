@@ -96,6 +96,18 @@ TEST_F(LineMediumTest, AReplyThatTheWireCannotHaveCarriedIsStrayAndTheExchangeGo
   EXPECT_EQ(medium.FindStray(), nullptr);
 }
 
+TEST_F(LineMediumTest, EveryReplyThatCameTooEarlyIsReported) {
+  LineMedium medium(link_, clock_, false, nullptr, {.baud = 2'500'000});
+  Answer({{8 * kMicrosecond, {1, 2, 3, 4}}, {12 * kMicrosecond, {5, 6, 7, 8}}, {40 * kMicrosecond, {9, 9, 9, 9}}});
+  const Event* event = medium.Run(exchange_);
+  EXPECT_THAT(Copy(event->bytes), ElementsAre(9, 9, 9, 9));
+  const Event* stray = medium.FindStray();
+  ASSERT_NE(stray, nullptr);
+  EXPECT_TRUE(stray->early);
+  EXPECT_THAT(Copy(stray->bytes), ElementsAre(1, 2, 3, 4, 5, 6, 7, 8));
+  EXPECT_EQ(medium.FindStray(), nullptr);
+}
+
 TEST_F(LineMediumTest, AReplyWhoseFirstByteIsTooEarlyIsNoneEither) {
   LineMedium medium(link_, clock_, false, nullptr, {.baud = 2'500'000});
   Answer({{kMicrosecond, {1}}, {40 * kMicrosecond, {2, 3, 4}}});

@@ -3,13 +3,16 @@
 #include <functional>
 
 #include "drivers/runtime/bus/medium.h"
+#include "drivers/runtime/bus/stale_reply_guard.h"
 #include "drivers/runtime/core/clock.h"
 #include "drivers/runtime/core/probe.h"
 
 namespace axlecast {
 
-// Carries the probe's steps out until it is through, the link is lost (false), or `stop` says so, which is asked before
-// every step.
-[[nodiscard]] bool RunProbe(Probe& probe, Medium& medium, const Clock& clock, const std::function<bool()>& stop);
+// Carries the probe's steps out until the probe is through, the link is lost (false), or `stop` returns true, which is called
+// before every step. `guard` outlives all probes of one line, and has one device. While the reply to an earlier request may
+// still come, no request is sent whose reply looks like it: the probe waits.
+[[nodiscard]] bool RunProbe(Probe& probe, Medium& medium, const Clock& clock, StaleReplyGuard& guard,
+                            const std::function<bool()>& stop);
 
 }  // namespace axlecast

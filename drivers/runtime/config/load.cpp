@@ -176,9 +176,9 @@ class MachineLoader {
       return;
     }
     const std::int64_t usual = std::min(std::max(kUsualLate, kLateTimeouts * timeout) / kMicrosecond, kMostLateUs);
-    bus.late =
-        map.Integer("late_us", usual, 2 * timeout / kMicrosecond, kMostLateUs, "us, at least twice timeout_us") *
-        kMicrosecond;
+    bus.late = map.Integer("late_us", usual, 2 * timeout / kMicrosecond, kMostLateUs,
+                           "us, at least twice timeout_us, of a stream latency_us") *
+               kMicrosecond;
   }
 
   static bool LoadSimulate(ConfigMap& map) {

@@ -71,6 +71,10 @@ struct ProbeScope {
   }
 };
 
+// A reply to a probe's request comes at most this long after the request, also in a later trial: a probe whose requests go
+// unanswered waits that long before it sends one whose reply looks alike.
+inline constexpr MonoNs kLatestProbeReply = 500 * kMillisecond;
+
 // One way to look for a family's devices.
 struct ProbeTrial {
   std::string what;          // for people: "Modbus, 19200 baud 8N1, addresses 1 to 32"
