@@ -44,7 +44,7 @@ std::string OnPath(const std::string& program) {
   std::string path = value == nullptr ? "/usr/bin:/bin" : value;
   path += ':';
   for (std::size_t start = 0, end = 0; (end = path.find(':', start)) != std::string::npos; start = end + 1) {
-    const std::string file = path.substr(start, end - start) + '/' + program;
+    std::string file = path.substr(start, end - start) + '/' + program;
     if (access(file.c_str(), X_OK) == 0) return file;
   }
   return "";

@@ -48,9 +48,9 @@ bool OnMotor(DeviceView& device, Bytes message, MonoNs now) {
 }
 
 bool OnLimits(DeviceView& device, Bytes message, MonoNs now) {
-  auto limits = DecodeMessage<motor_limits_t>(message);
+  const auto limits = DecodeMessage<motor_limits_t>(message);
   if (!limits) return false;
-  device.limits = std::move(limits);
+  device.limits = limits;
   device.limits_at = now;
   return true;
 }
