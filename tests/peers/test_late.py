@@ -37,7 +37,7 @@ class Late(Machine):
         self.addCleanup(line.close)
         self.devices = devices
         lines = "".join(f"      {name}: {{{keys}}}\n" for name, keys in devices.items())
-        config = self.write(f"""machine: test
+        self.family, self.config = family, self.write(f"""machine: test
 buses:
   rs485-0:
     family: {family}
@@ -45,7 +45,10 @@ buses:
     {bus}
     devices:
 {lines}""")
-        self.driver(config, "rs485-0", family=family.replace("_", "-"))
+        self.run_driver()
+
+    def run_driver(self):
+        self.process = self.driver(self.config, "rs485-0", family=self.family.replace("_", "-"))
 
     # -- what was published
 
@@ -97,25 +100,25 @@ buses:
     # -- the families. Delays reach from 0 to 10 timeouts.
 
     def tformat(self, behaviour, bus="poll_hz: 0", timeout_ms=5):
-        line = LateLine(TFormat(self.samples), character_ns(2_500_000), behaviour, 450 * MS)
+        line = LateLine(TFormat(self.samples), character_ns(2_500_000), behaviour, 400 * MS)
         self.begin("tformat", line, {"axis1": f"model: ts5669n127, timeout_us: {1000 * timeout_ms}"}, bus)
 
     def saa_serial(self, behaviour, timeout_ms=5):
         units = {0xB1: ("axis1", 20, 0xB1), 0xB2: ("axis2", 16, 0xB2), 0xB5: ("axis5", 24, 0xB5)}
-        line = LateLine(SaaBus(self.samples, units), character_ns(115_200), behaviour, 450 * MS)
+        line = LateLine(SaaBus(self.samples, units), character_ns(115_200), behaviour, 400 * MS)
         self.begin("saa_serial", line,
                    {name: f"address: {control & 15}, bits: {bits}, reply_header: address, timeout_us: {1000 * timeout_ms}"
                     for control, (name, bits, _) in units.items()}, "mode: bus", ", baud: 115200")
 
     def saa_modbus(self, behaviour, timeout_ms=10):
         units = {1: ("axis1", 16, 4), 2: ("axis2", 24, 3), 9: ("axis9", 26, 4)}
-        line = LateLine(SaaModbus(self.samples, units), character_ns(57_600), behaviour, 450 * MS)
+        line = LateLine(SaaModbus(self.samples, units), character_ns(57_600), behaviour, 400 * MS)
         self.begin("saa_modbus", line, {name: f"address: {address}, bits: {bits}, timeout_us: {1000 * timeout_ms}"
                                         for address, (name, bits, _) in units.items()}, link=", baud: 57600")
 
     def tsubaki_sc(self, behaviour, units=16, timeout_ms=100):
         names = {address: f"gm{address}" for address in range(1, units + 1)}
-        line = LateLine(ScBus(self.samples, names), character_ns(9_600, 11), behaviour, 1_150 * MS)
+        line = LateLine(ScBus(self.samples, names), character_ns(9_600, 11), behaviour, 1_080 * MS)
         self.begin("tsubaki_sc", line, {name: f"address: {address}, timeout_us: {1000 * timeout_ms}"
                                         for address, name in names.items()}, "pacing: per_unit")
 
@@ -171,6 +174,30 @@ buses:
         line = LateStream(sampled, 10 * MS, character_ns(115_200), Behaviour(share=0.1, longest_ns=200 * MS, garbage=0.01))
         self.begin("saa_serial", line, {"axis1": "bits: 20"}, "mode: timing\n    refresh_hz: 100", ", baud: 115200")
         self.exchange("saa_serial, stream", 300, self.positions)
+
+    # -- a driver that is killed: the late replies to its requests are not the next driver's
+
+    def killed(self):
+        for _ in range(3):
+            seen = self.line.requests
+            wait_for(lambda: self.line.requests > seen + 40, "exchanges")
+            self.kill(self.process)
+            self.run_driver()
+        before = len(self.positions())
+        wait_for(lambda: len(self.positions()) >= before + FEW, "readings of the last driver")
+        self.assertEqual(self.missed(self.positions()), [])
+
+    def test_a_killed_tformat_driver(self):
+        self.tformat(self.late(20), timeout_ms=20)
+        self.killed()
+
+    def test_a_killed_saa_serial_driver(self):
+        self.saa_serial(self.late(20), timeout_ms=20)
+        self.killed()
+
+    def test_a_killed_saa_modbus_driver(self):
+        self.saa_modbus(self.late(20), timeout_ms=20)
+        self.killed()
 
     # -- what is promised up to late_us alone
 
