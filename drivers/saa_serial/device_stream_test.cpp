@@ -123,6 +123,23 @@ INSTANTIATE_TEST_SUITE_P(Each, SaaStreamLate,
                          ::testing::Combine(::testing::Values(50, 1'000, 5'000),
                                             ::testing::Values("late:25", "late:80", "delayed:30", "late:400")));
 
+// A host that sleeps for some periods again and again, as a busy one does, finds every frame when it wakes: none is late, and
+// intervals must not grow.
+TEST(SaaStream, AHostThatSleepsNowAndThenWidensIntervalsByOnePeriodAtMost) {
+  SimulatedBus bus(kReal, "a: {bits: 14}", "a: {start_deg: 90}");
+  bus.Run(100 * kMillisecond);
+  for (int i = 0; i < 200; ++i) {
+    bus.line->Stall((5 + i % 7) * kMillisecond + i % 5 * 200 * kMicrosecond);
+    bus.Run(20 * kMillisecond);
+    bus.output().samples.clear();
+    bus.Run(20 * kMillisecond);
+    ASSERT_GT(bus.output().samples.size(), 15U);
+    // A period, T3 of a period, latency_us, and a period that may still be missing.
+    for (const Sample& sample : bus.output().samples)
+      ASSERT_LE(sample.at.last - sample.at.first, 5'500 * kMicrosecond) << i;
+  }
+}
+
 TEST(SaaStream, SilenceIsReportedOnceAndItsEndIsFound) {
   SimulatedBus bus(kReal, "a: {bits: 14, latency_us: 0}");
   bus.Run(100 * kMillisecond);

@@ -158,25 +158,35 @@ Interval StreamedInstant(const StreamParser::Found& found, std::size_t frame_siz
 void StalledFrames::Restart(MonoNs now) {
   arrived_ = now;
   until_ = 0;
+  behind_.reset();
   earliest_.reset();
 }
 
 void StalledFrames::Arrived(MonoNs now) {
-  if (now - arrived_ > times_.period + times_.latency) until_ = now + times_.late;
+  const MonoNs pause = now - arrived_;
+  if (pause > times_.period + times_.latency) until_ = now + times_.late;
+  if (pause > times_.period + times_.period / 8) behind_.reset();
   arrived_ = now;
 }
 
 Interval StalledFrames::Widened(Interval at) {
-  if (earliest_ && arrived_ < until_) {
-    // The encoder's clock may be this much faster than its refresh rate says.
-    const MonoNs shortest_period = times_.period / 100 * 99;
-    const MonoNs longest_stall = at.first - std::max<MonoNs>(0, times_.late - times_.latency);
-    const MonoNs earliest = std::max(*earliest_ + shortest_period, longest_stall);
-    if (earliest >= at.first) until_ = 0;  // nothing can be late any more
-    at.first = std::min(at.first, earliest);
-  }
+  if (earliest_ && arrived_ < until_) at.first = Earliest(at.first);
   earliest_ = at.first;
   return at;
+}
+
+MonoNs StalledFrames::Earliest(MonoNs in_time) {
+  // The encoder's clock may be this much faster than its refresh rate says.
+  const MonoNs shortest_period = times_.period / 100 * 99;
+  const MonoNs longest_stall = in_time - std::max<MonoNs>(0, times_.late - times_.latency);
+  MonoNs earliest = std::max(*earliest_ + shortest_period, longest_stall);
+  if (behind_) earliest = std::max(earliest, in_time - *behind_);
+  if (earliest >= in_time) {  // nothing can be late any more
+    until_ = 0;
+    return in_time;
+  }
+  if (behind_ || in_time - earliest <= times_.period) behind_ = in_time - earliest;
+  return earliest;
 }
 
 MonoNs EndOf(const Event& event) { return std::max(event.sent.last, event.received.last); }

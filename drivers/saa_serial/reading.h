@@ -61,9 +61,14 @@ class StalledFrames {
   [[nodiscard]] Interval Widened(Interval at);
 
  private:
+  // `in_time`: where the interval begins of a frame that is not late.
+  [[nodiscard]] MonoNs Earliest(MonoNs in_time);
+
   const StreamTimes times_;
-  MonoNs arrived_ = 0;              // the newest bytes
-  MonoNs until_ = 0;                // frames may be late until then
+  MonoNs arrived_ = 0;  // the newest bytes
+  MonoNs until_ = 0;    // frames may be late until then
+  // All frames of the stall have come but for a part of a period: so late may the frames still be, until the next pause.
+  std::optional<MonoNs> behind_;
   std::optional<MonoNs> earliest_;  // of the frame before
 };
 
