@@ -82,6 +82,8 @@ buses:
         text = re.sub(r"^( +)permit: not_required", r"\1permit: not_required\n\1timeout_us: 400000", text, flags=re.MULTILINE)
         text = text.replace("permit: not_required}", "permit: not_required, timeout_us: 400000}")
         self.assertEqual(text.count("timeout_us"), 4)
+        # At this pacing a simulator that reads a request some ms late finds the next one too early, and ignores it.
+        text = text.replace("    pacing: after_request\n", "")
         config = self.write(text)
         code, out, err = self.axlecast("up", config, "--seconds", "20", "--json", limit=120)
         self.assertEqual(code, 0, out + err)

@@ -59,8 +59,8 @@ std::string MqttIntake::Open() {
     feed_.OnData(channel, message, clock_.Now());
   };
   const auto command = [this](const std::string&, Bytes message) { feed_.OnCommandStatus(message, clock_.Now()); };
-  const bool hears =
-      data_.Subscribe(MqttDataChannels(), data, kQueue) && command_.Subscribe(kMqttCommandChannels, command, kQueue);
+  const bool hears = data_.Subscribe(MqttDataChannels(), data, kQueue) &&
+                     command_.Subscribe(kMqttCommandChannels, command, kQueue);
   return hears ? "" : "cannot subscribe on LCM";
 }
 

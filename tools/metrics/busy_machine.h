@@ -45,11 +45,11 @@ inline motor_health_t BusyMotor() {
 }
 
 inline Monitor BusyMachine() {
-  static const Family monitors{.name = "monitors", .summary = "", .has_position = false, .operations = {}};
+  static const Family kMonitors{.name = "monitors", .summary = "", .has_position = false, .operations = {}};
   MachineConfig machine = OneAxis();
   BusConfig& motors = machine.buses.emplace_back();
   motors.name = "rs485-1";
-  motors.family = &monitors;
+  motors.family = &kMonitors;
   motors.devices.emplace_back().name = "gm1";
   Monitor monitor{machine};
   const auto hear = [&monitor](const std::string& channel, const auto& message) {
