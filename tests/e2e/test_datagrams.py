@@ -59,6 +59,9 @@ class OtherHost:
     def close(self):
         self.process.kill()
         self.process.wait()
+        wait_for(lambda: subprocess.run(["ip", "link", "show", "eth7"], capture_output=True).returncode != 0,
+                 "the cable gone with the other namespace")
+        run("ip", "route", "add", "224.0.0.0/4", "dev", "lo")  # as in_namespace.sh has it
 
 
 # Sends one short message to an address and port as if it came from SOURCE: IP and UDP headers by hand.
