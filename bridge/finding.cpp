@@ -31,7 +31,7 @@ std::optional<std::string> Described(const Task& command) {
   return text;
 }
 
-// The driver that had been silent tells in the end. What it could not verify is no effect that was seen.
+// Handles the late outcome of a driver that had been silent. An outcome that is not verified does not prove an effect.
 std::int8_t FindingOfOutcome(const command_status_t& outcome) {
   switch (outcome.state) {
     case S::STATE_SUCCEEDED:

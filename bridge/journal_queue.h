@@ -42,7 +42,7 @@ class JournalQueue {
   [[nodiscard]] bool IsStalled(MonoNs now) const { return Age(now) > kStalled; }
   [[nodiscard]] bool IsWaiting() const { return !pending_.empty(); }
   [[nodiscard]] bool IsFull() const;
-  // Outcomes may fill twice the room: they cannot be refused any more. Beyond it they are told and not written.
+  // Outcomes may fill twice the room, because they can no longer be refused. Further outcomes are published but not written.
   [[nodiscard]] bool IsOverfull() const { return pending_.size() >= 2 * kMaxWaiting; }
   // Less important work (progress, events) leaves the other half of the room to commands.
   [[nodiscard]] bool IsHalfFull() const { return pending_.size() >= kMaxWaiting / 2; }

@@ -15,9 +15,9 @@ import re
 import subprocess
 import sys
 
-# Compiled into our programs from headers: no program tells that it was.
+# Header-only libraries: compiled into our programs, without a trace in the program file.
 HEADER_ONLY = ["libcli11-dev", "nlohmann-json3-dev"]
-# Data that programs carry: what tells it from other bytes, with its version where it has one.
+# Data embedded in programs: a pattern that identifies the data, and its version if it has one.
 EMBEDDED = {"uPlot": rb"leeoniya/uPlot \(v([\d.]+)\)", "Inter": rb"wOF2()"}
 
 

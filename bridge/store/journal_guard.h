@@ -42,7 +42,7 @@ class JournalGuard {
     bool operator==(const Identity&) const = default;
   };
   struct Guard {
-    std::int64_t id = 0;  // 0: there is none
+    std::int64_t id = 0;  // 0: no id
     std::int64_t changes = 0;
   };
 

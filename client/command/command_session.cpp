@@ -26,7 +26,7 @@ bool IsComplete(const S& status) {
   return status.is_final != 0 && (status.state != S::STATE_INDETERMINATE || status.finding != S::FINDING_NONE);
 }
 
-// The bridge cannot ask its journal at present: it teaches its boot id, and tells nothing of the command.
+// Handles the answer of a bridge that cannot read its journal: it contains the boot id, but no status of the command.
 bool TellsNothing(const S& status) {
   return status.state == S::STATE_UNKNOWN && status.reason_code == S::REASON_JOURNAL;
 }
