@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
@@ -40,15 +41,21 @@ struct AllFields {
   std::uint32_t single_turn = 42405;
   std::uint32_t turns = 3;
   std::uint8_t alarms = 0;
-  std::uint8_t status = 0;
+  std::optional<std::uint8_t> status;  // nothing: what the alarms say
   std::uint8_t encoder_id = 0x11;
 };
 
 inline std::uint8_t Byte(std::uint32_t value, int index) { return static_cast<std::uint8_t>(value >> (8 * index)); }
 
+// Spec 6.3.2 (3): ea0 is CE, ea1 is ME, BE or BA.
+inline std::uint8_t StatusFor(std::uint8_t alarms) {
+  return static_cast<std::uint8_t>(((alarms & 0x04) != 0 ? 0x10 : 0) | ((alarms & 0xE0) != 0 ? 0x20 : 0));
+}
+
 inline ByteList All(const AllFields& f = {}) {
-  return Checked({0x1A, f.status, Byte(f.single_turn, 0), Byte(f.single_turn, 1), Byte(f.single_turn, 2),
-                  f.encoder_id, Byte(f.turns, 0), Byte(f.turns, 1), Byte(f.turns, 2), f.alarms});
+  return Checked({0x1A, f.status.value_or(StatusFor(f.alarms)), Byte(f.single_turn, 0), Byte(f.single_turn, 1),
+                  Byte(f.single_turn, 2), f.encoder_id, Byte(f.turns, 0), Byte(f.turns, 1), Byte(f.turns, 2),
+                  f.alarms});
 }
 
 // The reply with three data bytes, to ID 0 or a reset.

@@ -12,6 +12,20 @@ constexpr MonoNs kStandbyWithoutBattery = 1'500 * kMillisecond;
 // Requests in a row that bring not a single byte, after which the encoder counts as gone.
 constexpr int kGone = 2;
 
+constexpr std::uint8_t kEa1Alarms = kAlmMultiTurnError | kAlmBatteryError | kAlmBatteryAlarm;
+
+// The error bits that SF must have beside this ALMC: ea0 is CE, ea1 is ME, BE or BA (TS5669 spec 6.3.2 (3)).
+std::uint8_t StatusOf(std::uint8_t alarms) {
+  const int counting = (alarms & kAlmCountingError) != 0 ? kSfCountingError : 0;
+  const int turns = (alarms & kEa1Alarms) != 0 ? kSfMultiTurn : 0;
+  return static_cast<std::uint8_t>(counting | turns);
+}
+
+// The error bits of SF that disagree with ALMC.
+std::uint8_t Contradiction(std::uint8_t status, std::uint8_t alarms) {
+  return static_cast<std::uint8_t>((status ^ StatusOf(alarms)) & (kSfCountingError | kSfMultiTurn));
+}
+
 std::uint8_t AlarmMask(const TFormatSettings& settings) {
   return settings.turns_range > 0 ? std::uint8_t{0xFF} : static_cast<std::uint8_t>(~kMultiTurnAlarms);
 }
@@ -54,6 +68,7 @@ void Interpreter::Forget() {
   answering_ = false;
   identity_.Forget();
   alarms_.reset();
+  contradiction_ = 0;
   wants_all_ = false;
   known_ = 0;
   doubted_ = 0;
@@ -66,7 +81,7 @@ void Interpreter::OnStray(const Event& event) {
 
 Answer Interpreter::OnExchange(const Event& event) {
   if (!link_up_) link_up_ = event.sent.first;
-  const Answer answer = Interpret(event, expected_);
+  const Answer answer = WithoutContradiction(Interpret(event, expected_));
   const MonoNs now = EndOf(event);
   TrackResets(answer);
   TrackEepromWrite(answer);
@@ -91,6 +106,18 @@ Answer Interpreter::OnExchange(const Event& event) {
   else
     CompareStatus(answer);
   if (reply.single_turn) output_.OnSample(MakeSample(reply, SamplingInstant(event, character_)));
+  return answer;
+}
+
+// The checksum misses two inverted bits of one column, for example one of the position and one of SF or ALMC. The document
+// does not say whether an encoder changes SF and ALMC in the same reply, so a contradiction that stays is the encoder's own.
+Answer Interpreter::WithoutContradiction(Answer answer) {
+  if (!answer.ok() || answer.asked != DataId::kAll) return answer;
+  const std::uint8_t before = contradiction_;
+  contradiction_ = Contradiction(*answer.reply.status, *answer.reply.alarms);
+  if (contradiction_ == 0 || contradiction_ == before) return answer;
+  answer.error = ErrorKind::kRange;
+  answer.reply = {};
   return answer;
 }
 
@@ -188,10 +215,7 @@ void Interpreter::JudgeTurns(std::uint8_t alarms) {
 // TS5669 spec 6.3.2: when ea1 shows an error, request ID 3 and look at ALMC.
 void Interpreter::CompareStatus(const Answer& answer) {
   if (!answer.reply.status || !alarms_) return;
-  const std::uint8_t status = *answer.reply.status;
-  const bool counting = (*alarms_ & kAlmCountingError) != 0;
-  const bool turns = (*alarms_ & (kAlmMultiTurnError | kAlmBatteryError | kAlmBatteryAlarm)) != 0;
-  if (counting != ((status & kSfCountingError) != 0) || turns != ((status & kSfMultiTurn) != 0)) wants_all_ = true;
+  if (Contradiction(*answer.reply.status, *alarms_) != 0) wants_all_ = true;
 }
 
 // What ID 3 alone tells holds on for the readings with other IDs until the next ID 3.

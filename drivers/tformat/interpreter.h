@@ -37,6 +37,7 @@ class Interpreter {
   [[nodiscard]] bool InStandby(MonoNs now) const;
   void ReportStarting();
   void Forget();
+  [[nodiscard]] Answer WithoutContradiction(Answer answer);
   void OnFailure(const Answer& answer, const Event& event);
   void TrackResets(const Answer& answer);
   void TrackEepromWrite(const Answer& answer);
@@ -62,6 +63,7 @@ class Interpreter {
   int silent_in_a_row_ = 0;
 
   std::optional<std::uint8_t> alarms_;  // ALMC of the last ID 3 reply
+  std::uint8_t contradiction_ = 0;      // SF bits that disagreed with ALMC in the last whole ID 3 reply
   std::uint8_t reported_ = 0;           // alarms that are live or latched towards the outside
   std::uint8_t known_ = 0;              // alarms whose state was reported since the encoder was accepted
   std::uint8_t doubted_ = 0;            // OS, ME, BE that have already cost the reference

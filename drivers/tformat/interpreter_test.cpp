@@ -56,11 +56,7 @@ const Flag kFlags[] = {
      alarm_entry_t::SEVERITY_WARNING,
      {"Check or replace the battery", "clears itself"}}};
 
-std::uint8_t StatusFor(std::uint8_t alarms) {
-  return static_cast<std::uint8_t>(((alarms & 0x04) != 0 ? 0x10 : 0) | ((alarms & 0xE0) != 0 ? 0x20 : 0));
-}
-
-AllFields With(std::uint8_t alarms) { return {.alarms = alarms, .status = StatusFor(alarms)}; }
+AllFields With(std::uint8_t alarms) { return {.alarms = alarms}; }
 
 // What an operator is told when the encoder raises a flag, and that it fits alarm_entry_t.
 TEST(Alarms, TellWhatTheSpecOrdersForEachFlag) {
@@ -213,6 +209,36 @@ TEST(Interpreter, PublishesNothingBeforeTheTagIsRead) {
   bench.Give(kId3, All());
   EXPECT_EQ(bench.output.samples.size(), 1u);
   EXPECT_EQ(bench.output.AllErrors(), 0);
+}
+
+// Spec 6.3.2 (3): ea0 is CE, and ea1 is ME, BE or BA. Two inverted bits of one column pass the checksum, one of them in SF or
+// ALMC and the other in the position.
+TEST(Interpreter, RefusesAReplyWhoseStatusAndAlarmsContradictEachOther) {
+  for (const AllFields& fields : {AllFields{.single_turn = 32, .status = 0x20},
+                                  {.single_turn = 32, .alarms = 0x20, .status = 0},
+                                  {.single_turn = 16, .status = 0x10},
+                                  {.single_turn = 4, .alarms = 0x04, .status = 0}}) {
+    Bench bench;
+    bench.GoOnline({.single_turn = 0});
+    const std::size_t samples = bench.output.samples.size();
+    bench.Give(kId3, All(fields));
+    EXPECT_EQ(bench.output.samples.size(), samples);
+    EXPECT_EQ(bench.output.errors[ErrorKind::kRange], 1);
+    bench.Give(kId3, All({.single_turn = 0}), false);  // asked again at once
+    EXPECT_EQ(bench.output.samples.size(), samples + 1);
+    EXPECT_EQ(bench.output.AllErrors(), 1);
+  }
+}
+
+// Whether an encoder changes SF and ALMC in the same reply is not documented.
+TEST(Interpreter, BelievesAContradictionOfStatusAndAlarmsThatStays) {
+  Bench bench;
+  bench.GoOnline();
+  const std::size_t samples = bench.output.samples.size();
+  for (int i = 0; i < 4; ++i) bench.Give(kId3, All({.alarms = 0x80, .status = 0}), i != 1);
+  EXPECT_EQ(bench.output.samples.size(), samples + 3);
+  EXPECT_EQ(bench.output.errors[ErrorKind::kRange], 1);
+  EXPECT_TRUE(bench.output.Present("battery_alarm"));
 }
 
 TEST(Interpreter, RefusesAnotherUnitOfTheSameModelByItsTag) {

@@ -91,8 +91,8 @@ bool PassesStaticChecks(const Reply& reply) {
          reply[8] == 0 && (reply[9] & 0x10) == 0;
 }
 
-// SF says of counting error, and of the OR of ME, BE and BA, the same as ALMC. Not used as a check: whether an
-// encoder keeps the two in step within one frame is not documented.
+// SF says of counting error, and of the OR of ME, BE and BA, the same as ALMC. The driver refuses the first reply that
+// does not: a contradiction that stays can be the encoder's own.
 bool StatusAgrees(const Reply& reply) {
   return ((reply[1] & 0x10) != 0) == ((reply[9] & 0x04) != 0) &&
          ((reply[1] & 0x20) != 0) == ((reply[9] & 0xE0) != 0);
@@ -213,7 +213,7 @@ struct Figures {
   std::int64_t static_wrong = 0;  // damaged, but passing every static check, with another position
   std::int64_t agreeing = 0;      // of these, with SF and ALMC in agreement
   std::int64_t close = 0;         // of those, within 4 counts
-  std::int64_t good_doubted = 0;  // undamaged replies that were called implausible
+  std::int64_t good_doubted = 0;  // undamaged replies that were not believed
   std::int64_t blameless = 0;     // of these, with no damaged reply believed among the last ones
 };
 
@@ -250,6 +250,11 @@ class Campaign {
   [[nodiscard]] const Channel& channel() const { return axis_.channel(); }
 
  private:
+  // Replies that passed the checks of a frame and were not believed.
+  [[nodiscard]] std::int64_t Doubted() const {
+    return axis_.channel().errors(ErrorKind::kImplausible) + axis_.channel().errors(ErrorKind::kRange);
+  }
+
   void Answer(const Exchange& exchange) {
     ++figures_.exchanges;
     sent_ = {now_, now_ + 4 * kMicrosecond};
@@ -258,7 +263,7 @@ class Campaign {
     const std::int64_t truth = Position(reply_);
     const Reply undamaged = reply_;
     damage_.Apply(reply_);
-    const std::int64_t doubted = axis_.channel().errors(ErrorKind::kImplausible);
+    const std::int64_t doubted = Doubted();
     if (PassesStaticChecks(reply_) && Position(reply_) != truth) {
       ++figures_.static_wrong;
       if (StatusAgrees(reply_)) {
@@ -275,7 +280,7 @@ class Campaign {
     }
     now_ += kExchangeTime;
     Tell(Event::Kind::kReply, exchange.request, bytes.first(length));
-    const bool is_doubted = axis_.channel().errors(ErrorKind::kImplausible) != doubted;
+    const bool is_doubted = Doubted() != doubted;
     if (reply_ != undamaged && PassesStaticChecks(reply_) && !is_doubted) believed_at_ = figures_.exchanges;
     if (reply_ == undamaged && is_doubted) {
       ++figures_.good_doubted;
