@@ -53,6 +53,8 @@ inline constexpr std::uint8_t kAlmAlwaysZero = 0x10;
 inline constexpr std::uint8_t kAlmMultiTurnError = 0x20;  // ME, latched
 inline constexpr std::uint8_t kAlmBatteryError = 0x40;    // BE, latched
 inline constexpr std::uint8_t kAlmBatteryAlarm = 0x80;    // BA
+// The bits of which ea1 is the OR, spec 6.3.2 (3).
+inline constexpr std::uint8_t kEa1Alarms = kAlmMultiTurnError | kAlmBatteryError | kAlmBatteryAlarm;
 
 inline constexpr std::uint8_t kEepromCells = 80;  // addresses 0..79 are open to the user, spec 6.1.1
 inline constexpr std::uint8_t kBusy = 0x80;       // of the ADF, spec 6.3.5

@@ -107,7 +107,6 @@ Json Bad(const std::string& kind, std::string_view error) {
 // The alarms of a frame with a status field. SF's ea0 is ALMC's CE and its ea1 is ALMC's ME, BE or BA (spec 6.3.2
 // (3)): what ALMC names is not said twice.
 Json Alarms(std::uint8_t status, std::uint8_t alarms) {
-  constexpr std::uint8_t kEa1Alarms = kAlmMultiTurnError | kAlmBatteryError | kAlmBatteryAlarm;
   Json names = Json::array();
   if ((status & kSfCountingError) != 0) alarms |= kAlmCountingError;
   for (const DeviceAlarm& alarm : DeviceAlarms()) {

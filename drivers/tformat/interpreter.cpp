@@ -12,8 +12,6 @@ constexpr MonoNs kStandbyWithoutBattery = 1'500 * kMillisecond;
 // Requests in a row that bring not a single byte, after which the encoder counts as gone.
 constexpr int kGone = 2;
 
-constexpr std::uint8_t kEa1Alarms = kAlmMultiTurnError | kAlmBatteryError | kAlmBatteryAlarm;
-
 // The error bits that SF must have beside this ALMC: ea0 is CE, ea1 is ME, BE or BA (TS5669 spec 6.3.2 (3)).
 std::uint8_t StatusOf(std::uint8_t alarms) {
   const int counting = (alarms & kAlmCountingError) != 0 ? kSfCountingError : 0;
@@ -81,7 +79,7 @@ void Interpreter::OnStray(const Event& event) {
 
 Answer Interpreter::OnExchange(const Event& event) {
   if (!link_up_) link_up_ = event.sent.first;
-  const Answer answer = WithoutContradiction(Interpret(event, expected_));
+  const Answer answer = RefuseContradiction(Interpret(event, expected_));
   const MonoNs now = EndOf(event);
   TrackResets(answer);
   TrackEepromWrite(answer);
@@ -111,7 +109,7 @@ Answer Interpreter::OnExchange(const Event& event) {
 
 // The checksum misses two inverted bits of one column, for example one of the position and one of SF or ALMC. The document
 // does not say whether an encoder changes SF and ALMC in the same reply, so a contradiction that stays is the encoder's own.
-Answer Interpreter::WithoutContradiction(Answer answer) {
+Answer Interpreter::RefuseContradiction(Answer answer) {
   if (!answer.ok() || answer.asked != DataId::kAll) return answer;
   const std::uint8_t before = contradiction_;
   contradiction_ = Contradiction(*answer.reply.status, *answer.reply.alarms);

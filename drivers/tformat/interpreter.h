@@ -37,7 +37,7 @@ class Interpreter {
   [[nodiscard]] bool InStandby(MonoNs now) const;
   void ReportStarting();
   void Forget();
-  [[nodiscard]] Answer WithoutContradiction(Answer answer);
+  [[nodiscard]] Answer RefuseContradiction(Answer answer);
   void OnFailure(const Answer& answer, const Event& event);
   void TrackResets(const Answer& answer);
   void TrackEepromWrite(const Answer& answer);

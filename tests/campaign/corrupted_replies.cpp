@@ -250,7 +250,7 @@ class Campaign {
   [[nodiscard]] const Channel& channel() const { return axis_.channel(); }
 
  private:
-  // Replies that passed the checks of a frame and were not believed.
+  // Replies that came whole and were not believed: out of reach, or with bits that the document rules out.
   [[nodiscard]] std::int64_t Doubted() const {
     return axis_.channel().errors(ErrorKind::kImplausible) + axis_.channel().errors(ErrorKind::kRange);
   }
