@@ -70,8 +70,6 @@ class Dispatcher final : private LaneOutput {
   [[nodiscard]] const BridgeWatch& watch() const { return watch_; }
   // Why no command that changes a device is accepted; empty when all is well.
   [[nodiscard]] std::string JournalProblem(MonoNs now) const;
-  // The journal's thread has work whose end is awaited: call Tick within a millisecond or two.
-  [[nodiscard]] bool WaitsForJournal(MonoNs now) const { return queue_.IsWaiting() && !queue_.IsSlow(now); }
   // Messages that could not be read, or were not from whom they should be.
   [[nodiscard]] std::int64_t foreign() const { return foreign_.count(); }
 

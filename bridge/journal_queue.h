@@ -40,7 +40,6 @@ class JournalQueue {
   [[nodiscard]] MonoNs Age(MonoNs now) const;
   [[nodiscard]] bool IsSlow(MonoNs now) const { return Age(now) > kSlow; }
   [[nodiscard]] bool IsStalled(MonoNs now) const { return Age(now) > kStalled; }
-  [[nodiscard]] bool IsWaiting() const { return !pending_.empty(); }
   [[nodiscard]] bool IsFull() const;
   // Outcomes may fill twice the room, because they can no longer be refused. Further outcomes are published but not written.
   [[nodiscard]] bool IsOverfull() const { return pending_.size() >= 2 * kMaxWaiting; }

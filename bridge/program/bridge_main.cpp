@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <atomic>
 #include <cstdlib>
 #include <iostream>
@@ -20,6 +21,7 @@
 #include "drivers/io/system_clock.h"
 #include "drivers/io/terminal_log.h"
 #include "drivers/io/terminal_output.h"
+#include "drivers/io/wait_until.h"
 #include "drivers/runtime/command/own_key.h"
 #include "drivers/runtime/config/load.h"
 #include "drivers/runtime/core/timebase.h"
@@ -31,8 +33,7 @@ constexpr int kStopped = 0;
 constexpr int kFailed = 1;
 constexpr int kUsage = 2;
 constexpr MonoNs kTick = 10 * kMillisecond;
-constexpr MonoNs kJournalLook = kMillisecond;  // while the end of a write is awaited
-constexpr int kJournalSeconds = 5;             // for the last writes
+constexpr int kJournalSeconds = 5;  // for the last writes
 
 // A time that passes is no other problem.
 std::string WithoutFigures(std::string text) {
@@ -71,8 +72,7 @@ class BridgeProgram {
       return kFailed;
     }
     while (!stop_.Requested()) {
-      const MonoNs wait = dispatcher_.WaitsForJournal(clock_.Now()) ? kJournalLook : kTick;
-      if (!port_.Handle(static_cast<int>(wait / kMillisecond))) {
+      if (!Receive()) {
         spdlog::error("the command port failed: the bridge stops, to be started again by its supervisor");
         return kFailed;
       }
@@ -113,6 +113,13 @@ class BridgeProgram {
     const MonoNs mono = clock_.Now();
     time_.Update(mono, clock_.UtcMicroseconds());
     return {mono, time_.Utime(mono)};
+  }
+
+  // Waits for a message, an answer of the journal or the next tick. False when the port failed.
+  bool Receive() {
+    std::array<pollfd, 2> files{{{port_.FileDescriptor(), POLLIN, 0}, {journal_.FileDescriptor(), POLLIN, 0}}};
+    if (PollUntil(files, clock_.Now() + kTick, clock_) < 0) return false;
+    return files[0].revents == 0 || port_.Handle(0);
   }
 
   bool Subscribe() {

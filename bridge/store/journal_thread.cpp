@@ -22,6 +22,7 @@ void JournalThread::Run(Work work) {
 
 std::size_t JournalThread::TakeFinished() {
   const std::lock_guard lock(mutex_);
+  if (finished_ > 0) progress_.Take();
   return std::exchange(finished_, 0);
 }
 
@@ -50,6 +51,7 @@ void JournalThread::Loop(const std::function<std::unique_ptr<DurableStore>()>& m
     work(*store);
     lock.lock();
     ++finished_;
+    progress_.Set();
   }
   lock.unlock();
   store.reset();

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "bridge/journal_worker.h"
+#include "drivers/io/wake_event.h"
 
 namespace axlecast {
 
@@ -23,6 +24,8 @@ class JournalThread final : public JournalWorker {
 
   void Run(Work work) override;
   [[nodiscard]] std::size_t TakeFinished() override;
+  // Readable when TakeFinished has something to count.
+  [[nodiscard]] int FileDescriptor() const { return progress_.FileDescriptor(); }
 
   // Lets the thread run what was given, destroy the store and end. Returns at once.
   void Finish();
@@ -36,6 +39,7 @@ class JournalThread final : public JournalWorker {
   std::condition_variable changed_;
   std::deque<Work> waiting_;
   std::size_t finished_ = 0;
+  WakeEvent progress_;  // of finished_
   bool stopping_ = false;
   bool ended_ = false;
   std::thread thread_;  // last: it uses all of the others

@@ -1,6 +1,7 @@
 #include "bridge/store/journal_thread.h"
 
 #include <gtest/gtest.h>
+#include <poll.h>
 
 #include <atomic>
 #include <condition_variable>
@@ -25,6 +26,20 @@ TEST_F(JournalThreadTest, RunsWorkInOrderAndItsResultsCanBeRead) {
   WaitFor(thread, 1'000);
   ASSERT_EQ(order.size(), 1'000u);
   for (int i = 0; i < 1'000; ++i) EXPECT_EQ(order[static_cast<std::size_t>(i)], i);
+}
+
+bool IsReadable(const JournalThread& thread, int timeout_ms) {
+  pollfd readable{thread.FileDescriptor(), POLLIN, 0};
+  return poll(&readable, 1, timeout_ms) == 1;
+}
+
+TEST_F(JournalThreadTest, ItsFileTellsThatWorkHasFinished) {
+  JournalThread thread([this] { return OpenStore(); });
+  EXPECT_FALSE(IsReadable(thread, 0));
+  thread.Run([](DurableStore&) {});
+  ASSERT_TRUE(IsReadable(thread, -1)) << "without being asked";
+  EXPECT_EQ(thread.TakeFinished(), 1u);
+  EXPECT_FALSE(IsReadable(thread, 0));
 }
 
 TEST_F(JournalThreadTest, ADiskThatDoesNotAnswerHoldsUpNobodyElse) {

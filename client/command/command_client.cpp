@@ -2,8 +2,6 @@
 
 #include <poll.h>
 #include <sodium.h>
-#include <sys/eventfd.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -18,12 +16,12 @@
 
 #include "client/command/client_key.h"
 #include "client/command/command_sessions.h"
-#include "drivers/io/descriptor.h"
 #include "drivers/io/lcm_port.h"
 #include "drivers/io/process.h"
 #include "drivers/io/secret_file.h"
 #include "drivers/io/system_clock.h"
 #include "drivers/io/wait_until.h"
+#include "drivers/io/wake_event.h"
 #include "drivers/runtime/command/command_words.h"
 
 namespace axlecast {
@@ -57,14 +55,11 @@ CommandResult WithProblem(const CommandId& id, const std::string& problem) {
 
 struct CommandClient::State {
   State(const ClientSettings& settings, ClientKeys keys)
-      : port(settings.command_url, settings.prefix),
-        wake(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)),
-        sessions(clock, port, RandomBootId(), std::move(keys)) {}
+      : port(settings.command_url, settings.prefix), sessions(clock, port, RandomBootId(), std::move(keys)) {}
 
   void Start();
   void Stop();
   void Run();
-  void Wake() const;
   bool Listen(MonoNs until);
   std::vector<command_status_t> TakeIn();
   CommandResult Wait(const CommandSessions::Key& key, std::int64_t timeout_ms);
@@ -72,7 +67,7 @@ struct CommandClient::State {
 
   const SystemClock clock;
   LcmPort port;
-  const Descriptor wake;
+  const WakeEvent wake;
   std::thread thread;
   std::vector<std::vector<std::uint8_t>> arrived;  // of the thread
 
@@ -108,13 +103,8 @@ void CommandClient::State::Stop() {
     const std::lock_guard lock(mutex);
     stopping = true;
   }
-  Wake();
+  wake.Set();
   if (thread.joinable()) thread.join();
-}
-
-void CommandClient::State::Wake() const {
-  const std::uint64_t one = 1;
-  static_cast<void>(!write(wake.get(), &one, sizeof one));  // full: it is awake already
 }
 
 void CommandClient::State::Run() {
@@ -140,10 +130,9 @@ void CommandClient::State::Run() {
 
 // Waits for messages, a call of another thread, or `until`. False when the port failed.
 bool CommandClient::State::Listen(MonoNs until) {
-  std::array<pollfd, 2> files{pollfd{port.FileDescriptor(), POLLIN, 0}, pollfd{wake.get(), POLLIN, 0}};
+  std::array<pollfd, 2> files{pollfd{port.FileDescriptor(), POLLIN, 0}, pollfd{wake.FileDescriptor(), POLLIN, 0}};
   if (PollUntil(files, until, clock) < 0) return false;
-  std::uint64_t count = 0;
-  if (files[1].revents != 0) static_cast<void>(!read(wake.get(), &count, sizeof count));
+  if (files[1].revents != 0) wake.Take();
   return files[0].revents == 0 || port.Handle(0);
 }
 
@@ -175,7 +164,7 @@ CommandResult CommandClient::State::Wait(const CommandSessions::Key& key, std::i
   std::unique_lock lock(mutex);
   const MonoNs deadline = clock.Now() + wait_ms * kMillisecond;
   const auto mine = deadlines.insert(deadline);
-  Wake();
+  wake.Set();
   std::optional<CommandResult> result = Ended(key);
   while (!result) {
     if (clock.Now() >= deadline) {
@@ -229,7 +218,7 @@ CommandId CommandClient::Send(const CommandRequest& request) {
   } else {
     state_->sessions.Refuse(id, state_->problem + ": nothing was sent");
   }
-  state_->Wake();
+  state_->wake.Set();
   return id;
 }
 
@@ -247,7 +236,7 @@ void CommandClient::Cancel(const CommandId& id) {
   if (!state_) return;
   const std::lock_guard lock(state_->mutex);
   state_->sessions.Cancel(id);
-  state_->Wake();
+  state_->wake.Set();
 }
 
 CommandResult CommandClient::Query(const CommandId& id, std::int64_t timeout_ms) {
@@ -256,7 +245,7 @@ CommandResult CommandClient::Query(const CommandId& id, std::int64_t timeout_ms)
     const std::lock_guard lock(state_->mutex);
     if (!state_->problem.empty()) return WithProblem(id, state_->problem);
     state_->sessions.Query(id, RandomId());
-    state_->Wake();
+    state_->wake.Set();
   }
   return state_->Wait({Kind::kQuery, id}, timeout_ms);
 }

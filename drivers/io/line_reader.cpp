@@ -1,6 +1,6 @@
 #include "drivers/io/line_reader.h"
 
-#include <sys/eventfd.h>
+#include <unistd.h>
 
 #include <array>
 #include <cerrno>
@@ -13,7 +13,7 @@ namespace axlecast {
 using ReadResult = ByteLink::ReadResult;
 using Status = ByteLink::Status;
 
-LineReader::LineReader(const Clock& clock) : clock_(clock), wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
+LineReader::LineReader(const Clock& clock) : clock_(clock) {}
 
 std::string LineReader::Problem() const {
   return wake_.valid() ? "" : "no event can be created: the process has too many files open (ulimit -n)";
@@ -45,23 +45,16 @@ ReadResult LineReader::ReadNow(std::span<std::uint8_t> into) {
 }
 
 Status LineReader::Wait(MonoNs until) {
-  std::array<pollfd, 2> lines{{{wake_.get(), POLLIN, 0}, {fd_, POLLIN, 0}}};  // poll passes over fd -1
+  std::array<pollfd, 2> lines{{{wake_.FileDescriptor(), POLLIN, 0}, {fd_, POLLIN, 0}}};  // poll passes over fd -1
   const int ready = PollUntil(lines, until, clock_);
   if (ready < 0) return Status::kLost;
-  if ((lines[0].revents & POLLIN) != 0) {
-    std::uint64_t wakes = 0;
-    if (read(wake_.get(), &wakes, sizeof wakes) > 0) return Status::kWoken;
-  }
+  if ((lines[0].revents & POLLIN) != 0 && wake_.Take()) return Status::kWoken;
   if ((lines[1].revents & POLLIN) != 0) return Status::kOk;
   if (lines[1].revents != 0) return Status::kLost;
   return Status::kTimeout;
 }
 
-void LineReader::Wake() {
-  const std::uint64_t one = 1;
-  // A full counter means that the sleeper is woken already.
-  [[maybe_unused]] const ssize_t written = write(wake_.get(), &one, sizeof one);
-}
+void LineReader::Wake() { wake_.Set(); }
 
 bool LineReader::WaitWritable(MonoNs deadline) {
   pollfd writable{fd_, POLLOUT, 0};

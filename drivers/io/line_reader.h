@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include "drivers/io/descriptor.h"
+#include "drivers/io/wake_event.h"
 #include "drivers/runtime/core/byte_link.h"
 #include "drivers/runtime/core/clock.h"
 
@@ -33,7 +33,7 @@ class LineReader {
 
  private:
   const Clock& clock_;
-  Descriptor wake_;
+  WakeEvent wake_;
   int fd_ = -1;
 };
 

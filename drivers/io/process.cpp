@@ -2,7 +2,6 @@
 
 #include <poll.h>
 #include <sched.h>
-#include <sys/eventfd.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/random.h>
@@ -16,16 +15,14 @@
 namespace axlecast {
 namespace {
 
-std::atomic<int> stop_event{-1};
+std::atomic<const WakeEvent*> stop_event{nullptr};
 std::atomic<int> stop_count{0};
-static_assert(std::atomic<int>::is_always_lock_free);
+static_assert(std::atomic<int>::is_always_lock_free && std::atomic<const WakeEvent*>::is_always_lock_free);
 
 void OnStopSignal(int) {
   const int saved = errno;
   ++stop_count;
-  const std::uint64_t one = 1;
-  // A full counter means that the event is readable already.
-  [[maybe_unused]] const ssize_t written = write(stop_event, &one, sizeof one);
+  if (const WakeEvent* event = stop_event) event->Set();
   errno = saved;
 }
 
@@ -109,21 +106,21 @@ std::string LimitMemory(std::size_t bytes) {
 #endif
 }
 
-StopSignal::StopSignal() : event_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+StopSignal::StopSignal() {
   stop_count = 0;
-  stop_event = event_.get();
+  stop_event = &event_;
   SetAction(&OnStopSignal);
 }
 
 StopSignal::~StopSignal() {
   SetAction(SIG_DFL);
-  stop_event = -1;
+  stop_event = nullptr;
 }
 
 int StopSignal::Count() const { return stop_count; }
 
 bool StopSignal::Wait(int timeout_ms) const {
-  pollfd readable{event_.get(), POLLIN, 0};
+  pollfd readable{event_.FileDescriptor(), POLLIN, 0};
   while (!Requested()) {
     const int ready = poll(&readable, 1, timeout_ms);
     if (ready == 0) break;

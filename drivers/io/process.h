@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/io/descriptor.h"
+#include "drivers/io/wake_event.h"
 
 namespace axlecast {
 
@@ -43,10 +43,10 @@ class StopSignal {
   // Waits at most `timeout_ms` (-1: for ever) for a request; true when there is one.
   [[nodiscard]] bool Wait(int timeout_ms) const;
   // Stays readable once a stop was requested.
-  [[nodiscard]] int FileDescriptor() const { return event_.get(); }
+  [[nodiscard]] int FileDescriptor() const { return event_.FileDescriptor(); }
 
  private:
-  Descriptor event_;
+  WakeEvent event_;
 };
 
 }  // namespace axlecast

@@ -1,7 +1,6 @@
 #include "tools/axlecast/mqtt_run.h"
 
 #include <poll.h>
-#include <sys/eventfd.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -95,8 +94,7 @@ MqttRun::MqttRun(const MachineConfig& machine)
           {intake_.feed().topics().status(), JsonLine(MqttStatusJson("offline", boot_id_)),
            [this] { return JsonLine(MqttStatusJson("online", boot_id_, clock_.UtcMicroseconds(), status())); },
            [this] { return JsonLine(MqttStatusJson("ended", boot_id_, clock_.UtcMicroseconds(), status())); }}),
-      alarms_(MqttAlarmName(machine), boot_id_, clock_.Now()),
-      stop_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
+      alarms_(MqttAlarmName(machine), boot_id_, clock_.Now()) {}
 
 std::string MqttRun::Open() {
   if (std::string problem = MqttCredentialsProblem(LinkSettingsOf(machine_), secrets_); !problem.empty())
@@ -115,8 +113,7 @@ bool MqttRun::Run(double seconds) {
     return !stop.Requested();
   });
   supervision_.Stopping();
-  const std::uint64_t one = 1;
-  [[maybe_unused]] const ssize_t done = write(stop_.get(), &one, sizeof one);
+  stop_.Set();
   carrier_.join();
   return good;
 }
@@ -126,7 +123,7 @@ void MqttRun::Carry() {
   while (!session_.ended()) {
     const MonoNs next = session_.Step(clock_.Now());
     std::array<pollfd, 3> files = {
-        {link_.Waiting(), {stop_.get(), POLLIN, 0}, {outbox_.FileDescriptor(), POLLIN, 0}}};
+        {link_.Waiting(), {stop_.FileDescriptor(), POLLIN, 0}, {outbox_.FileDescriptor(), POLLIN, 0}}};
     if (ending) files[1].fd = -1;
     if (!session_.WantsMore()) files[2].fd = -1;
     static_cast<void>(PollUntil(files, std::min(next, clock_.Now() + kSecond), clock_));

@@ -6,12 +6,12 @@
 #include <string>
 #include <thread>
 
-#include "drivers/io/descriptor.h"
 #include "drivers/io/lcm_port.h"
 #include "drivers/io/process.h"
 #include "drivers/io/secret_file.h"
 #include "drivers/io/supervision.h"
 #include "drivers/io/system_clock.h"
+#include "drivers/io/wake_event.h"
 #include "drivers/runtime/config/machine_config.h"
 #include "tools/axlecast/mqtt_process.h"
 #include "tools/mqtt/broker_session.h"
@@ -74,7 +74,7 @@ class MqttRun {
   BrokerSession session_;
   MqttAlarms alarms_;
   Supervision supervision_;
-  Descriptor stop_;
+  WakeEvent stop_;
   std::thread carrier_;
   MonoNs next_tell_ = 0;
   std::int64_t told_connections_ = 0;

@@ -1,7 +1,6 @@
 #include "tools/axlecast/simulation_server.h"
 
 #include <poll.h>
-#include <sys/eventfd.h>
 #include <sys/prctl.h>
 #include <unistd.h>
 
@@ -46,8 +45,7 @@ std::unique_ptr<SimulatedPort> MakePort(const SimulationServer::BusPlace& place,
 
 }  // namespace
 
-SimulationServer::SimulationServer(const Clock& clock)
-    : clock_(clock), stop_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
+SimulationServer::SimulationServer(const Clock& clock) : clock_(clock) {}
 
 std::string SimulationServer::Add(BusPlace place, std::unique_ptr<Simulator> simulator) {
   auto bus = std::make_unique<Bus>();
@@ -66,10 +64,7 @@ std::string SimulationServer::Add(BusPlace place, std::unique_ptr<Simulator> sim
   return {};
 }
 
-void SimulationServer::Stop() {
-  const std::uint64_t one = 1;
-  static_cast<void>(!write(stop_.get(), &one, sizeof(one)));
-}
+void SimulationServer::Stop() { stop_.Set(); }
 
 // ---- the loop ----
 
@@ -81,7 +76,7 @@ MonoNs SimulationServer::NextDue() const {
 
 // The stop event, then of each bus its port, its lines and its control socket.
 void SimulationServer::FillPolls(std::vector<pollfd>& polls) const {
-  polls.assign(1, {stop_.get(), POLLIN, 0});
+  polls.assign(1, {stop_.FileDescriptor(), POLLIN, 0});
   for (const auto& bus : buses_) {
     polls.push_back({bus->port->FileDescriptor(), POLLIN, 0});
     polls.push_back({bus->lines.FileDescriptor(), POLLIN, 0});

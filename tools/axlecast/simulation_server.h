@@ -9,6 +9,7 @@
 #include "drivers/io/run_directory.h"
 #include "drivers/io/simulated_lines.h"
 #include "drivers/io/simulated_port.h"
+#include "drivers/io/wake_event.h"
 #include "drivers/runtime/core/clock.h"
 #include "drivers/runtime/core/family.h"
 #include "drivers/runtime/core/simulator.h"
@@ -62,7 +63,7 @@ class SimulationServer {
   [[nodiscard]] nlohmann::ordered_json Show(const Bus& bus) const;
 
   const Clock& clock_;
-  Descriptor stop_;
+  WakeEvent stop_;
   std::vector<std::unique_ptr<Bus>> buses_;
 };
 

@@ -1,6 +1,5 @@
 #include "tools/mqtt/outbox.h"
 
-#include <sys/eventfd.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -18,7 +17,7 @@ std::size_t SizeOf(const BrokerMessage& message) {
 
 }  // namespace
 
-Outbox::Outbox(Limits limits) : limits_(limits), event_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
+Outbox::Outbox(Limits limits) : limits_(limits) {}
 
 void Outbox::Put(BrokerMessage message, Keeping keeping) {
   const std::scoped_lock lock(mutex_);
@@ -80,8 +79,7 @@ std::optional<Outbox::Next> Outbox::Take() {
     of = &waiting;
   }
   if (of == nullptr) {
-    std::uint64_t count = 0;
-    [[maybe_unused]] const ssize_t done = read(event_.get(), &count, sizeof count);
+    event_.Take();
     signalled_ = false;
     return std::nullopt;
   }
@@ -133,8 +131,7 @@ OutboxCounts Outbox::counts() const {
 void Outbox::Signal() {
   if (signalled_) return;
   signalled_ = true;
-  const std::uint64_t one = 1;
-  [[maybe_unused]] const ssize_t done = write(event_.get(), &one, sizeof one);
+  event_.Set();
 }
 
 }  // namespace axlecast

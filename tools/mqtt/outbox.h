@@ -9,7 +9,7 @@
 #include <set>
 #include <string>
 
-#include "drivers/io/descriptor.h"
+#include "drivers/io/wake_event.h"
 #include "drivers/runtime/core/broker_link.h"
 
 namespace axlecast {
@@ -60,7 +60,7 @@ class Outbox {
   void Return();
 
   [[nodiscard]] OutboxCounts counts() const;
-  [[nodiscard]] int FileDescriptor() const { return event_.get(); }  // readable when something waits
+  [[nodiscard]] int FileDescriptor() const { return event_.FileDescriptor(); }  // readable when something waits
 
  private:
   struct Entry {
@@ -75,7 +75,7 @@ class Outbox {
   void Signal();
 
   const Limits limits_;
-  Descriptor event_;
+  WakeEvent event_;
   mutable std::mutex mutex_;
   Entries entries_;                                          // by id, which is the order
   std::array<std::set<std::int64_t>, kKeepings> waiting_;    // ids by Keeping

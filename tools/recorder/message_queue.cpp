@@ -1,6 +1,5 @@
 #include "tools/recorder/message_queue.h"
 
-#include <sys/eventfd.h>
 #include <unistd.h>
 
 #include <cstring>
@@ -36,7 +35,7 @@ void MessageBatch::Clear() {
   left_ = 0;
 }
 
-MessageQueue::MessageQueue(std::size_t limit) : limit_(limit), event_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
+MessageQueue::MessageQueue(std::size_t limit) : limit_(limit) {}
 
 bool MessageQueue::Add(const LoggedMessage& message) {
   bool was_empty = false;
@@ -46,14 +45,8 @@ bool MessageQueue::Add(const LoggedMessage& message) {
     was_empty = waiting_.left() == 0;
     waiting_.Add(message);
   }
-  if (was_empty) Wake();
+  if (was_empty) event_.Set();
   return true;
-}
-
-void MessageQueue::Wake() const {
-  const std::uint64_t one = 1;
-  // A full counter means that it is readable already.
-  [[maybe_unused]] const ssize_t written = write(event_.get(), &one, sizeof one);
 }
 
 void MessageQueue::Close() {
@@ -61,16 +54,15 @@ void MessageQueue::Close() {
     const std::scoped_lock lock(mutex_);
     closed_ = true;
   }
-  Wake();
+  event_.Set();
 }
 
 bool MessageQueue::Take(MessageBatch& batch) {
-  std::uint64_t wakes = 0;
-  [[maybe_unused]] const ssize_t taken = read(event_.get(), &wakes, sizeof wakes);
+  event_.Take();
   batch.Clear();
   const std::scoped_lock lock(mutex_);
   std::swap(batch, waiting_);
-  if (closed_) Wake();  // that it is over is there to Take as well
+  if (closed_) event_.Set();  // that it is over is there to Take as well
   return batch.left() > 0 || !closed_;
 }
 

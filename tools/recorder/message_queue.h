@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "drivers/io/descriptor.h"
+#include "drivers/io/wake_event.h"
 #include "tools/recorder/logged_message.h"
 
 namespace axlecast {
@@ -41,18 +41,18 @@ class MessageQueue {
   // False when it is full.
   [[nodiscard]] bool Add(const LoggedMessage& message);
   // Wakes the taker without a message.
-  void Wake() const;
   // Nothing more is added.
   void Close();
 
   // Puts all that waits into `batch`, whose memory is used for what comes next. False when the queue is closed and
   // empty.
   [[nodiscard]] bool Take(MessageBatch& batch);
-  [[nodiscard]] int FileDescriptor() const { return event_.get(); }  // readable when there is something to Take
+  // Readable when there is something to Take.
+  [[nodiscard]] int FileDescriptor() const { return event_.FileDescriptor(); }
 
  private:
   std::size_t limit_;
-  Descriptor event_;
+  WakeEvent event_;
   std::mutex mutex_;
   MessageBatch waiting_;
   bool closed_ = false;

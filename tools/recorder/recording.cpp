@@ -1,7 +1,6 @@
 #include "tools/recorder/recording.h"
 
 #include <poll.h>
-#include <sys/eventfd.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -24,8 +23,7 @@ Recording::Recording(RecordingSettings settings, const Clock& clock)
       queue_(settings.queue_bytes),
       intake_(std::move(settings.filter), queue_, clock),
       writer_(std::move(settings.writer), clock),
-      recorder_(std::move(settings.recorder), writer_),
-      stop_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
+      recorder_(std::move(settings.recorder), writer_) {}
 
 Recording::~Recording() { Stop(); }
 
@@ -54,14 +52,13 @@ void Recording::Start() {
 }
 
 void Recording::Stop() {
-  const std::uint64_t one = 1;
-  [[maybe_unused]] const ssize_t written = write(stop_.get(), &one, sizeof one);
+  stop_.Set();
   if (reader_thread_.joinable()) reader_thread_.join();
   if (writer_thread_.joinable()) writer_thread_.join();
 }
 
 void Recording::Read() {
-  std::string failure = intake_.Run(stop_.get());
+  std::string failure = intake_.Run(stop_.FileDescriptor());
   {
     const std::scoped_lock lock(mutex_);
     shared_.failure = std::move(failure);
@@ -89,7 +86,7 @@ void Recording::Write() {
 
 // Stands still while the disk takes nothing; leaves messages only when the recording ends meanwhile.
 void Recording::WriteBatch(MessageBatch& batch) {
-  std::array<pollfd, 1> files = {{{stop_.get(), POLLIN, 0}}};
+  std::array<pollfd, 1> files = {{{stop_.FileDescriptor(), POLLIN, 0}}};
   while (batch.left() > 0) {
     Record(batch, kPollEvery);
     recorder_.Poll(clock_.Now(), clock_.UtcMicroseconds());

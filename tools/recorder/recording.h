@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "drivers/io/descriptor.h"
+#include "drivers/io/wake_event.h"
 #include "tools/recorder/intake.h"
 #include "tools/recorder/log_writer.h"
 #include "tools/recorder/recorder.h"
@@ -81,7 +81,7 @@ class Recording {
   LogWriter writer_;
   Recorder recorder_;
   std::optional<LogTail> append_;
-  Descriptor stop_;
+  WakeEvent stop_;
   std::thread reader_thread_;
   std::thread writer_thread_;
   mutable std::mutex mutex_;
