@@ -40,7 +40,6 @@ class MessageQueue {
 
   // False when it is full.
   [[nodiscard]] bool Add(const LoggedMessage& message);
-  // Wakes the taker without a message.
   // Nothing more is added.
   void Close();
 
