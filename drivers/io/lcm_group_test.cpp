@@ -163,7 +163,7 @@ TEST(LcmGroup, ItsFileIsReadableWhileThereIsWork) {
   EXPECT_EQ(static_cast<std::int64_t>(received.size()) + port.received().dropped, 3'000);
 }
 
-TEST(LcmGroup, CountsWhatTheKernelDroppedAndNamesTheRemedy) {
+TEST(LcmGroup, CountsWhatTheKernelDropped) {
   LcmPort port("udpm://239.255.76.67:17667?ttl=0&recv_buf_size=8192", "");
   std::int64_t received = 0;
   ASSERT_TRUE(port.Subscribe("A", [&received](const std::string&, Bytes) { ++received; }));

@@ -12,6 +12,7 @@ LiveMachine::LiveMachine(const MachineConfig& machine, const Clock& clock)
   };
   if (!port_.Subscribe("(POSITION|MOTOR|LIMITS|DEVICE|ALARM|BUS)/.*", handler))
     problem_ = "cannot subscribe on " + machine.lcm.url;
+  view_.SetReceptionRemedy(port_.warning());
 }
 
 bool LiveMachine::GatherAll(const MachineConfig& machine) {

@@ -106,7 +106,7 @@ std::string Text(const MachineView& machine, const std::vector<std::string>& fau
   for (const DeviceView& device : machine.devices()) text += DeviceText(device, now, seconds);
   text += "BUS          STATE    EXCHANGES       /s   WIRE   LATE  ERRORS\n";
   for (const BusView& bus : machine.buses()) text += BusText(bus, now);
-  if (const std::string lost = ReceptionText(machine.reception(), ""); !lost.empty()) text += lost + '\n';
+  if (const std::string lost = machine.ReceptionLoss(); !lost.empty()) text += lost + '\n';
   if (faults.empty()) return text + "good: every device ONLINE, every bus UP, nothing lost, no process failed\n";
   text += "not good:\n";
   for (const std::string& fault : faults) text += "  " + Printable(fault) + '\n';

@@ -12,6 +12,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 constexpr MonoNs kNow = 100 * kSecond;
 
@@ -60,6 +61,17 @@ TEST(RunSummary, LossesDeathsAndAnEndInSilence) {
               ElementsAre("axis1: SILENT", "rs485-0: SILENT", "axis1: 5 positions lost on the way here",
                           "driver rs485-0: exit code 1"));
   EXPECT_THAT(summary.text, HasSubstr("not good:\n  axis1: SILENT\n"));
+}
+
+TEST(RunSummary, SaysWhatThisProcessLostAndWhatMendsIt) {
+  MachineView view = GoodRun();
+  view.SetReceptionRemedy("as root: sysctl");
+  EXPECT_THAT(Summarize(view, {}, kNow, kSecond).text, Not(HasSubstr("lost because")));
+  view.OnReception({.messages = 10, .dropped = 7});
+  const RunSummary summary = Summarize(view, {}, kNow, kSecond);
+  EXPECT_THAT(summary.text,
+              HasSubstr("7 datagrams lost because this process's receive buffer was full (as root: sysctl)\n"));
+  EXPECT_EQ(Json(summary)["reception"]["dropped"], 7);
 }
 
 TEST(RunSummary, ADeviceThatIsDegradedAtTheEndIsAFault) {

@@ -125,7 +125,7 @@ std::string StatusText(const MachineView& machine, MonoNs now) {
             (bus.health && !bus.Up(now) ? "  (" + Printable(bus.health->last_error) + ")" : "") + '\n';
   }
   text += BridgeRows(machine.bridge(), now);
-  if (const std::string lost = ReceptionText(machine.reception(), ""); !lost.empty()) text += lost + '\n';
+  if (const std::string lost = machine.ReceptionLoss(); !lost.empty()) text += lost + '\n';
   const std::vector<std::string> faults = MachineFaults(machine, now);
   if (faults.empty()) return text + "good: every device ONLINE, every bus UP\n";
   text += "not good:\n";

@@ -40,6 +40,16 @@ TEST(Status, NothingHeardIsNotOnline) {
   EXPECT_EQ(StatusJson(view, kNow)["devices"][0]["heard"], false);
 }
 
+TEST(Status, SaysWhatThisProcessLostAndWhatMendsIt) {
+  MachineView view = Online();
+  view.SetReceptionRemedy("as root: sysctl");
+  EXPECT_THAT(StatusText(view, kNow), testing::Not(HasSubstr("lost because")));
+  view.OnReception({.messages = 10, .dropped = 7});
+  EXPECT_THAT(StatusText(view, kNow),
+              HasSubstr("7 datagrams lost because this process's receive buffer was full (as root: sysctl)\n"));
+  EXPECT_EQ(StatusJson(view, kNow)["reception"]["dropped"], 7);
+}
+
 TEST(Status, WarnsOfUnsignedCommands) {
   EXPECT_THAT(StatusText(Online(), kNow), testing::Not(HasSubstr("warning")));
   EXPECT_TRUE(StatusJson(Online(), kNow)["warnings"].empty());

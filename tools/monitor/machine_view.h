@@ -54,6 +54,8 @@ class MachineView {
   void Tick(MonoNs now);
   // What the process that feeds it received of LCM, and lost.
   void OnReception(const ReceptionCounts& counts) { reception_ = counts; }
+  // What would make that process lose less: a port's warning(), or empty.
+  void SetReceptionRemedy(std::string remedy) { reception_remedy_ = std::move(remedy); }
 
   [[nodiscard]] const std::string& machine() const { return machine_; }
   [[nodiscard]] bool allows_unsigned() const { return allows_unsigned_; }  // commands of anybody
@@ -67,6 +69,8 @@ class MachineView {
   [[nodiscard]] bool NoneHeard() const;            // neither of any came
   [[nodiscard]] const DeviceView* FindDevice(std::string_view name) const;
   [[nodiscard]] const ReceptionCounts& reception() const { return reception_; }
+  // One line of what was lost, why, and what mends it; empty when nothing was.
+  [[nodiscard]] std::string ReceptionLoss() const { return ReceptionText(reception_, reception_remedy_); }
   // Messages of devices and buses that are not in the file and found no room among those that are shown.
   [[nodiscard]] std::int64_t turned_away() const { return turned_away_; }
 
@@ -88,6 +92,7 @@ class MachineView {
   AlarmView bridge_;
   std::int64_t turned_away_ = 0;
   ReceptionCounts reception_;
+  std::string reception_remedy_;
   AlarmView broker_;
   MonoNs window_start_ = 0;
   std::vector<std::int64_t> window_received_;  // readings of each device when the window began
