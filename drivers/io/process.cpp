@@ -6,6 +6,7 @@
 #include <sys/prctl.h>
 #include <sys/random.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
@@ -104,6 +105,19 @@ std::string LimitMemory(std::size_t bytes) {
   const rlimit limit{bytes, bytes};
   return setrlimit(RLIMIT_DATA, &limit) == 0 ? "" : "cannot limit the memory: " + Reason();
 #endif
+}
+
+pid_t ForkWithoutHandlers() {
+  sigset_t all;
+  sigset_t before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  const pid_t pid = fork();
+  const int error = errno;
+  if (pid == 0) SetAction(SIG_DFL);
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  errno = error;
+  return pid;
 }
 
 StopSignal::StopSignal() {

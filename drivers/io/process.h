@@ -1,5 +1,7 @@
 #pragma once
 
+#include <sys/types.h>
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -28,6 +30,10 @@ namespace axlecast {
 // This process gets no more memory than `bytes` for its data: it is for one that takes lengths from strangers. Empty when
 // done, else the cause. Without effect under a sanitizer, which maps far more than it uses.
 [[nodiscard]] std::string LimitMemory(std::size_t bytes);
+
+// Forks for a child that executes another program. A signal that comes before that acts on the child as by default. With
+// fork(2) it would run a copy of this process's handler, and the new program would never learn of it.
+[[nodiscard]] pid_t ForkWithoutHandlers();
 
 // Takes SIGINT and SIGTERM as a request to stop, for as long as it lives. One at a time in a process. Blocks no
 // signal: threads and children start with the mask and, after exec, the actions that they always had.

@@ -12,6 +12,8 @@
 #include <cstring>
 #include <utility>
 
+#include "drivers/io/process.h"
+
 namespace axlecast {
 namespace {
 
@@ -61,7 +63,7 @@ std::string Child::Start(const std::vector<std::string>& argv, int output) {
   for (const std::string& argument : argv) arguments.push_back(const_cast<char*>(argument.c_str()));
   arguments.push_back(nullptr);
   const pid_t parent = getpid();
-  const pid_t pid = fork();
+  const pid_t pid = ForkWithoutHandlers();
   if (pid < 0) return std::string("cannot fork: ") + std::strerror(errno);
   if (pid == 0) Become(arguments.data(), output, write_end.get(), parent);
   pid_ = pid;

@@ -11,6 +11,8 @@
 #include <cstring>
 #include <utility>
 
+#include "drivers/io/process.h"
+
 namespace axlecast {
 namespace {
 
@@ -37,7 +39,7 @@ std::string MqttProcess::Start() {
   socket_ = Descriptor(ends[0]);
   const Descriptor other(ends[1]);
   if (fcntl(socket_.get(), F_SETFL, O_NONBLOCK) != 0) return std::string("fcntl: ") + std::strerror(errno);
-  const pid_t pid = fork();
+  const pid_t pid = ForkWithoutHandlers();
   if (pid < 0) return std::string("cannot fork: ") + std::strerror(errno);
   if (pid == 0) Become(other.get());
   pid_ = pid;
