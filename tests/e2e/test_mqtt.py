@@ -297,6 +297,33 @@ class Access(Mqtt):
                 broker.terminate()
                 broker.wait()
 
+    def test_a_machine_whose_broker_refuses_all_along_is_not_good(self):
+        self.broker_with_password()
+        path = self.password_file("wrong")
+        self.config = self.write(one_axis() + f"mqtt: {{host: 127.0.0.1, user: press3, password: {{file: {path}}}}}\n")
+        up = self.start("up", BIN / "axlecast", "up", self.config, "--no-table")
+
+        def faults_of_status():
+            code, out, err = self.axlecast("status", self.config, "--json")
+            faults = json.loads(out)["faults"] if out else []
+            return (code, faults) if any(fault.startswith("mqtt: ") for fault in faults) else None
+        self.assertEqual(wait_for(faults_of_status, lambda: "status to tell of the broker: " + self.log("up"))[0], 1)
+        code, out, err = self.axlecast("status", self.config)
+        self.assertRegex(out, r"\nnot good:\n(  .*\n)*  mqtt: \w+")
+        code, out, err = self.axlecast("doctor", self.config, "--only", "machine_faults", "--json")
+        findings = json.loads(out)["findings"]
+        self.assertTrue(any("mqtt: " in finding["found"] for finding in findings), out + err)
+        self.assertEqual(code, 1)
+        up.send_signal(2)
+        self.assertEqual(up.wait(60), DONE, "ended by its operator")
+        self.assertRegex(self.log("up"), r"\nnot good:\n(  .*\n)*  mqtt: \w+")
+        self.assertNotIn("good: every device", self.log("up"))
+        code, out, err = self.axlecast("up", self.config, "--seconds", "12", "--json", limit=120)
+        self.assertEqual(code, 1, out + err)
+        summary = json.loads(out)
+        self.assertFalse(summary["good"])
+        self.assertTrue(any(fault.startswith("mqtt: ") for fault in summary["faults"]), summary["faults"])
+
     def test_a_password_that_others_can_read_is_refused(self):
         self.config = self.write(one_axis())
         path = self.password_file(self.PASSWORD, 0o644)

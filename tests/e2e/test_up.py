@@ -45,6 +45,14 @@ class Up(Machine):
         self.assertEqual(code, 1, out + err)
         self.assertIn("axis1", out + err)
 
+    def test_a_device_that_is_degraded_at_the_end_is_no_good_run(self):
+        config = self.write(one_axis('{fault: "bit_flip:0.001"}'))
+        code, out, err = self.axlecast("up", config, "--seconds", "8", limit=120)
+        self.assertEqual(code, 1, out + err)
+        self.assertNotIn("good: every device", out)
+        self.assertRegex(out.partition("\nnot good:\n")[2], r"(?m)^  axis1: DEGRADED \(")
+        self.assertRegex(out, r"(?m)^axis1 +DEGRADED +[1-9]", "it did deliver readings")
+
     def test_without_multicast_it_says_what_to_do(self):
         config = self.write(one_axis("{}"))
         done = subprocess.run(["unshare", "--net", BIN / "axlecast", "up", config, "--seconds", "1"], capture_output=True,
@@ -67,6 +75,12 @@ class Up(Machine):
         wait_for(lambda: "shell inside" in self.log("up"), lambda: self.log("up"))
         line = self.log("up").split("shell inside", 1)[1].splitlines()[1].strip()
         self.assertRegex(line, rf"^nsenter --target {up.pid} --net.* /\S+$")
+        # The line as it is printed, for a shell that then has something to do.
+        network = f"/proc/{up.pid}/ns/net"
+        inside = subprocess.run(["sh", "-c", f"{line} -c 'readlink /proc/self/ns/net'"], capture_output=True, text=True,
+                                timeout=60)
+        self.assertEqual(inside.stdout.strip(), os.readlink(network), inside.stderr)
+        self.assertNotEqual(os.readlink(network), os.readlink("/proc/self/ns/net"))
         status = (BIN / "axlecast", "status", config)
         wait_for(lambda: self.axlecast("shell", config, "--run", *status)[0] == 0, lambda: self.log("up"))
         self.assertEqual(self.axlecast("status", config)[0], 6, "from outside nothing is heard")
