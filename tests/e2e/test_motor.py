@@ -101,6 +101,18 @@ buses:
         self.set(load_w=200, temperature_c=-7.5)
         self.wait_motor(lambda m: abs(m["power_w"] - 200) < 1 and abs(m["temperature_c"] + 7.5) < 1, "200 W at -7.5 C")
 
+    def test_the_product_code_reaches_consumers_as_text(self):
+        self.run_machine(simulate=", product_code: GM7x")
+        codes = {"gm1": "GM7x", "gm2": "SC01"}
+        for device, code in codes.items():
+            wait_for(lambda: (self.data.last(f"DEVICE/{device}") or {}).get("product_code") == code,
+                     lambda: f"{device}: {code}; last {self.data.last(f'DEVICE/{device}')}")
+        done, out, err = self.axlecast("status", self.config, "--json")
+        self.assertEqual(done, 0, out + err)
+        self.assertEqual({device["device"]: device["product_code"] for device in json.loads(out)["devices"]}, codes)
+        done, out, err = self.axlecast("info", self.config, "gm1")
+        self.assertRegex(out, r"(?m)^product code +GM7x$", err)
+
     def test_a_unit_that_falls_silent_leaves_the_other_alone(self):
         self.run_machine()
         self.set(fault="off")
