@@ -3,6 +3,7 @@
 import math
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import unittest
@@ -68,8 +69,17 @@ class StockTools(Machine):
         subprocess.run(["lcm-logplayer", "-l", DATA_URL, "-e", "POSITION/.*", log], check=True, capture_output=True)
         return True
 
+    def witness(self):
+        """The Java agent that tells from within lcm-spy what it shows."""
+        source = pathlib.Path(__file__).with_name("spy_witness") / "SpyWitness.java"
+        subprocess.run(["javac", "-nowarn", "-d", self.folder / "classes", source], check=True)
+        manifest = self.write("Premain-Class: SpyWitness\n", "manifest")
+        jar = self.folder / "witness.jar"
+        subprocess.run(["jar", "--create", "--file", jar, "--manifest", manifest, "-C", self.folder / "classes", "."], check=True)
+        return jar
+
     def test_lcm_spy_shows_positions_decoded(self):
-        """lcm-spy under Xvfb: its window is there and lists our channels. AXLECAST_SCREENSHOTS=FOLDER keeps the picture."""
+        """lcm-spy under Xvfb: its viewer shows the positions that are published. AXLECAST_SCREENSHOTS=FOLDER keeps the picture."""
         display = ":77"
         self.start("xvfb", "Xvfb", display, "-screen", "0", "1000x700x24", "-nolisten", "tcp",
                    "-noreset")  # it would, when the client that asks for it below has gone
@@ -78,11 +88,25 @@ class StockTools(Machine):
         self.wait_online(watch)
         environment = {**os.environ, "DISPLAY": display}
         wait_for(lambda: subprocess.run(["xdpyinfo"], env=environment, capture_output=True).returncode == 0, "Xvfb")
-        self.start("spy", BIN / "axlecast", "spy", self.config, env={"DISPLAY": display})
+        options = f"-javaagent:{self.witness()}=POSITION/axis1"
+        self.start("spy", BIN / "axlecast", "spy", self.config, env={"DISPLAY": display, "JAVA_TOOL_OPTIONS": options})
         tree = lambda: subprocess.run(["xwininfo", "-root", "-tree"], env=environment, capture_output=True, text=True).stdout
         wait_for(lambda: "LCM Spy" in tree(), lambda: "the window of lcm-spy\n" + self.log("spy"))
-        mark = watch.mark()
-        wait_for(lambda: len(watch.of("DEVICE/axis1", mark)) > 3, "some seconds of it")
+
+        def compared():
+            """What the viewer of POSITION/axis1 shows beside the same message as `watch` decodes it."""
+            published = {message["seq"]: message for message in watch.of("POSITION/axis1")}
+            for line in re.findall(r"^SHOWN (.*)\n", self.log("spy"), re.MULTILINE):
+                row, shown, *fields = line.split()
+                values = dict(field.split("=", 1) for field in fields)
+                if int(values["seq"]) in published:
+                    return row, shown, values, published[int(values["seq"])]
+            return None
+        row, shown, values, message = wait_for(compared, lambda: "a position in lcm-spy's viewer\n" + self.log("spy")[-2000:])
+        self.assertEqual((row, shown), ("position_t", "axlecast.position_t"))
+        for name in ("value", "angle_rad", "counts", "raw_counts", "speed_rad_s", "mono_ns", "flags"):
+            self.assertAlmostEqual(float(values[name]), float(message[name]), msg=name)
+        self.assertNotEqual(float(values["value"]), 0, "the shaft turns")
         shot = pathlib.Path(os.environ.get("AXLECAST_SCREENSHOTS", self.folder)) / "lcm-spy.png"
         subprocess.run(["import", "-window", "root", shot], env=environment, check=True)
         shades = subprocess.run(["identify", "-format", "%k", shot], capture_output=True, text=True, check=True)
