@@ -154,16 +154,35 @@ class Recorded(PageTest):
         browser = self.browse(self.serve(DEMO, "--log", path))
         browser.wait("return !document.querySelector('.playback').hidden", "the slider")
         self.assertIn("run.lcm", browser.text(".playback"))
+        self.note_what_is_called_silent(browser)
+        self.assert_nothing_is_called_silent(browser, "paused at its beginning")
         browser.run("document.querySelector('.playback input').focus()")
         browser.press(END)
-        browser.wait("return document.querySelector('.playback input').valueAsNumber > 0", "the end")
+        browser.wait("const slider = document.querySelector('.playback input'); return slider.valueAsNumber >= Number(slider.max)",
+                     "the end")
         last = self.place(browser)
+        self.assert_nothing_is_called_silent(browser, "at its end")
         browser.press(HOME)
         browser.wait("return document.querySelector('.place').innerText < arguments[0]", "the start", last)
         self.find_the_alarm(browser)
         self.picture(browser, "log")
         self.play(browser)
         self.assertEqual(browser.complaints(), [])
+
+    @staticmethod
+    def note_what_is_called_silent(browser):
+        browser.run("""window.notices = [];
+                       const notice = document.querySelector('#notice');
+                       const note = () => { if (!notice.hidden) window.notices.push(notice.innerText); };
+                       new MutationObserver(note).observe(notice, {attributes: true, childList: true, subtree: true});
+                       note();""")
+
+    def assert_nothing_is_called_silent(self, browser, where):
+        """For twice as long as the page waits before it says that nothing comes (SILENT_AFTER_MS)."""
+        browser.run("window.since = performance.now()")
+        browser.wait("return performance.now() - window.since > 4000", "4 s of the page's clock")
+        self.assertEqual(browser.run("return window.notices"), [], where)
+        self.assertEqual(browser.text("[data-fresh=true]"), "Log", where)
 
     def place(self, browser):
         return browser.text(".place")
