@@ -93,7 +93,9 @@ class Bench {
   void Stray(const ByteList& bytes) { Tell(Event::Kind::kStray, bytes); }
 
   // What it wants, without asking for it.
-  [[nodiscard]] Step Peek(bool live_due = true) const { return device->Next({.now = now, .live_due = live_due}); }
+  [[nodiscard]] Step Peek(bool live_due = true, bool reserved = false) const {
+    return device->Next({.now = now, .live_due = live_due, .reserved = reserved});
+  }
   [[nodiscard]] ByteList Offered(bool live_due = true) const {
     const Step step = Peek(live_due);
     const auto* exchange = std::get_if<Exchange>(&step.action);
@@ -102,9 +104,9 @@ class Bench {
     return {request.begin(), request.end()};
   }
 
-  // One turn of the bus. False when it wants nothing.
-  bool Turn(bool live_due = true) {
-    const Step step = Peek(live_due);
+  // One turn of the bus; `reserved`: one that no order may take. False when it wants nothing.
+  bool Turn(bool live_due = true, bool reserved = false) {
+    const Step step = Peek(live_due, reserved);
     if (const auto* silence = std::get_if<Silence>(&step.action)) {
       device->OnStarted(step, now);
       now += silence->quiet;

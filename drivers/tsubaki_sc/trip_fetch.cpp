@@ -18,13 +18,15 @@ constexpr int kMostRestarts = 5;
 // What the replies hold has gone to the reader already.
 std::optional<Outcome> TripFetch::OnAnswer(const Answer& answer) {
   if (!begun_) return OnStatus(answer);
+  if (!trips_.wanted()) return Done();
   if (!answer.ok()) {
     trips_.OnFailure(answer);
+    // A quantity of a log that is refused is left out; without the status no log can be believed.
+    if (answer.refused() && answer.block == kStatus) return GiveUp(ReasonOf(answer), CauseOf(answer));
     if (!answer.refused() && ++failures_ >= kTries) return GiveUp(Reason::REASON_NO_REPLY, CauseOf(answer));
     return std::nullopt;
   }
   failures_ = 0;
-  if (!trips_.wanted()) return Done();
   if (trips_.restarts() > kMostRestarts) {
     return GiveUp(Reason::REASON_BUSY, "the motor trips faster than its logs can be read");
   }

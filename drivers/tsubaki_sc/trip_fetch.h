@@ -13,7 +13,10 @@ class TripFetch final : public Procedure {
  public:
   TripFetch(const Requests& requests, TripReader& trips) : requests_(requests), trips_(trips) {}
 
-  [[nodiscard]] Exchange Next() const override { return requests_.Read(begun_ ? trips_.Next() : kStatus); }
+  // The unit's live turns read the logs too. When they have completed the last one, no log is left to ask for.
+  [[nodiscard]] Exchange Next() const override {
+    return requests_.Read(begun_ && trips_.wanted() ? trips_.Next() : kStatus);
+  }
   std::optional<Outcome> OnAnswer(const Answer& answer) override;
   [[nodiscard]] Outcome GiveUp(std::int32_t reason, const std::string& cause) const override;
 

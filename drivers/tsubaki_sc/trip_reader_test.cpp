@@ -216,6 +216,36 @@ TEST(FetchTripLogs, FindsThemAlsoWhenTheCountWasCleared) {
   EXPECT_EQ(bench.output.trips[0].factor_bits, 0x40);
 }
 
+// Between the turns of an order come live ones, which read the log as well: the one that completes it may be theirs.
+TEST(FetchTripLogs, EndsWhenALiveTurnHasCompletedTheLog) {
+  for (int period = 2; period <= 4; ++period) {
+    Bench bench;
+    bench.GoOnline();
+    bench.unit.Trip(0x40, 9);
+    bench.RunUntil([&] { return !bench.output.trips.empty(); });
+    bench.output.trips.clear();
+    bench.Begin("fetch_trip_logs");
+    for (int i = 0; i < 100 && !bench.Last().IsFinal(); ++i) bench.Turn(true, i % period != 0);
+    EXPECT_EQ(bench.Last().state, OrderState::kSucceeded) << period << ": " << bench.Last().text;
+    EXPECT_EQ(bench.output.trips.size(), 1U) << period;
+  }
+}
+
+TEST(FetchTripLogs, EndsWhenTheUnitRefusesItsStatus) {
+  Bench bench;
+  bench.unit.Trip(0x40, 9);
+  bench.GoOnline();
+  bench.Begin("fetch_trip_logs");
+  bench.Turns(3);
+  bench.wire = [&](const ByteList& request) {
+    constexpr std::uint8_t kStatusAddress = 200;
+    const bool status = request[1] == 0x04 && request[2] == 0 && request[3] == kStatusAddress;
+    return status ? ByteList{0x01, 0x84, 0x02, 0xC2, 0xC1} : bench.unit.Answer(request);  // illegal data address
+  };
+  bench.RunUntil([&] { return bench.Last().IsFinal(); });
+  EXPECT_EQ(bench.Last().state, OrderState::kFailed) << bench.Last().text;
+}
+
 TEST(FetchTripLogs, EndsWhenTheUnitIsGone) {
   Bench bench;
   bench.unit.Trip(0x40, 9);

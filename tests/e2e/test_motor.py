@@ -203,6 +203,12 @@ buses:
         code, out, err = cli("param", "set", "gm1", "log_interval=0.1", "overheat_limit=88.8", "--yes")
         self.assertEqual(code, DONE, out + err)
         self.assertTrue(self.unit()["parameters"].endswith(" 888 5000 1"), self.unit()["parameters"])
+        listed = {p["name"]: p["value"] for p in json.loads(cli("param", "list", "gm1", "--json")[1])["parameters"]}
+        held = {p["name"]: p["value"] for p in json.loads(cli("param", "get", "gm1", "--json")[1])["parameters"]}
+        self.assertEqual((listed["log_interval"], listed["overheat_limit"]), (0.1, 88.8), "present values")
+        self.assertEqual(listed, held)
+        code, out, err = cli("param", "list", "gm1")
+        self.assertRegex(out, r"(?m)^overheat_limit +88\.8\b", err)
         saved = self.folder / "gm1.yaml"
         code, out, err = cli("param", "export", "gm1", "--out", saved)
         self.assertEqual(code, DONE, out + err)

@@ -159,6 +159,10 @@ class Report(Service):
         path = self.folder / "report.html"
         code, _, err = self.axlecast("report", self.config, "--html", path)
         self.assertEqual(code, DONE, err)
+        steps = err.splitlines()
+        self.assertRegex(steps[0], "^listening to the machine, at most [0-9]+ s$")
+        self.assertEqual(steps[1:], ["reading parameters and memory of axis1 (1 of 2)",
+                                     "reading parameters and memory of gm1 (2 of 2)", f"written: {path}"])
         text = self.page(path)
         for word in ("axis1", "gm1", "ONLINE", "log_interval", "rs485-1", "(masked)", "bridge's journal"):
             self.assertIn(word, text)
