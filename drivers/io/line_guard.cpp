@@ -21,11 +21,6 @@ constexpr unsigned kConsoleMajor = 4;  // its first 64 minors are the virtual co
 constexpr unsigned kFirstSerialMinor = 64;
 constexpr unsigned kOwnTerminalMajor = 5;  // /dev/tty, /dev/console, /dev/ptmx, then serial ports from 64 on
 
-bool IsConsole(dev_t device) {
-  const unsigned number = major(device);
-  return (number == kConsoleMajor || number == kOwnTerminalMajor) && minor(device) < kFirstSerialMinor;
-}
-
 bool IsProcess(const std::string& name) { return name.find_first_not_of("0123456789") == std::string::npos; }
 
 // proc(5), /proc/[pid]/stat: the seventh field, with the minor number in the bits 31 to 20 and 7 to 0.
@@ -76,6 +71,11 @@ std::string PersonsTerminal(const std::string& path, const std::string& who) {
 
 bool IsPtyDevice(dev_t device) { return major(device) >= kFirstPtyMajor && major(device) <= kLastPtyMajor; }
 
+bool IsConsoleDevice(dev_t device) {
+  const unsigned number = major(device);
+  return (number == kConsoleMajor || number == kOwnTerminalMajor) && minor(device) < kFirstSerialMinor;
+}
+
 bool IsPtyByNumber(const std::string& path) { return path.starts_with("/dev/pts/"); }
 
 std::string LineGuard::Before() {
@@ -84,7 +84,7 @@ std::string LineGuard::Before() {
   if (stat(path_.c_str(), &status) != 0 || !S_ISCHR(status.st_mode)) return "";  // the open tells why
   judged_ = status.st_rdev;
   if (IsPtyDevice(judged_)) return "";
-  if (IsConsole(judged_)) return path_ + " is a console and no serial port: correct link.port";
+  if (IsConsoleDevice(judged_)) return path_ + " is a console and no serial port: correct link.port";
   const std::string who = SessionOn(judged_, 0);
   return who.empty() ? "" : PersonsTerminal(path_, who);
 }

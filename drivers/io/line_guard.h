@@ -37,5 +37,7 @@ class LineGuard {
 
 // Documentation/admin-guide/devices.txt: the Unix98 pty slaves.
 [[nodiscard]] bool IsPtyDevice(dev_t device);
+// From there too: the virtual consoles, and /dev/tty, /dev/console and /dev/ptmx.
+[[nodiscard]] bool IsConsoleDevice(dev_t device);
 
 }  // namespace axlecast

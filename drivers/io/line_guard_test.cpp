@@ -9,6 +9,7 @@
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -191,12 +192,41 @@ TEST_F(LineGuardTest, TheControllingTerminalOfASessionIsRefusedEvenSo) {
 }
 
 TEST_F(LineGuardTest, AConsoleIsRefused) {
+  int refused = 0;
   for (const char* console : {"/dev/tty", "/dev/console", "/dev/ptmx", "/dev/tty1"}) {
     struct stat status {};
     if (stat(console, &status) != 0 || IsPtyDevice(status.st_rdev)) continue;  // a container's console is a pty
     path_ = console;
     EXPECT_THAT(SerialPort(Settings({.foreign = true}), clock_).Open(),
                 HasSubstr("is a console and no serial port"));
+    ++refused;
+  }
+  EXPECT_GT(refused, 0) << "every host has /dev/tty";
+}
+
+// The numbers of Documentation/admin-guide/devices.txt, whatever this host has.
+TEST(LineGuard, KnowsAConsoleByItsDeviceNumber) {
+  struct Device {
+    const char* name;
+    unsigned major;
+    unsigned minor;
+    bool console;
+  };
+  for (const Device& device : {Device{"tty0", 4, 0, true},
+                               {"tty1", 4, 1, true},
+                               {"tty63", 4, 63, true},
+                               {"ttyS0", 4, 64, false},
+                               {"ttyS191", 4, 255, false},
+                               {"tty", 5, 0, true},
+                               {"console", 5, 1, true},
+                               {"ptmx", 5, 2, true},
+                               {"cua0", 5, 64, false},
+                               {"ttyUSB0", 188, 0, false},
+                               {"ttyACM0", 166, 0, false},
+                               {"ttyAMA0", 204, 64, false},
+                               {"pts/0", 136, 0, false},
+                               {"pts/1048575", 143, 1048575 - 7 * 256, false}}) {
+    EXPECT_EQ(IsConsoleDevice(makedev(device.major, device.minor)), device.console) << device.name;
   }
 }
 
