@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <stdlib.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
@@ -52,9 +53,12 @@ class Terminal {
     EXPECT_EQ(ioctl(slave_.get(), TCGETS2, &mode), 0);
     return mode;
   }
-  // As somebody types at it.
-  void Type(const std::string& text) const {
-    EXPECT_EQ(write(master_.get(), text.data(), text.size()), static_cast<ssize_t>(text.size()));
+  // As somebody types a line at it. Returns when it has arrived, and its echo, if there is one, with it.
+  void Type(const std::string& line) const {
+    constexpr int kLimitMs = 30'000;  // generous: for a host that is busy with something else
+    EXPECT_EQ(write(master_.get(), line.data(), line.size()), static_cast<ssize_t>(line.size()));
+    pollfd arrived{slave_.get(), POLLIN, 0};
+    EXPECT_EQ(poll(&arrived, 1, kLimitMs), 1);
   }
   // What was written at the other end, or echoed.
   [[nodiscard]] std::string Shows() const {
@@ -237,6 +241,7 @@ TEST_F(LineGuardTest, ALineIsRawAsSoonAsItIsClaimedAndBeforeItIsLocked) {
   path_ = terminal.path();
   Tty tty(Settings({.foreign = true}), clock_);
   ASSERT_EQ(tty.Claim(), "");
+  EXPECT_EQ(terminal.Mode().c_lflag, 0U) << "no echo, no line editing";
   terminal.Type("\x1A\x03hello\r");
   EXPECT_EQ(terminal.Shows(), "");
 
