@@ -125,6 +125,22 @@ class Live(PageTest):
         for word in ("conveyor", "Stop motor", "Rejected", "Not permitted"):
             self.assertIn(word, row)
 
+    def test_a_recorder_that_ended_is_not_called_silent(self):
+        browser = self.browser
+        self.go(browser, "recorders")
+        header = "return document.querySelector(`[data-recorder=${arguments[0]}] header`)?.innerText.includes(arguments[1])"
+        recorders = {name: self.start(name, BIN / "axlecast", "record", self.folder / f"{name}.lcm", "--config", DEMO, "--name", name)
+                     for name in ("ended", "killed")}
+        for name in recorders:
+            browser.wait(header, f"the recorder {name}", name, "Recording")
+        recorders["ended"].terminate()
+        self.assertEqual(recorders["ended"].wait(30), 0, self.log("ended"))
+        browser.wait(header, "its end", "ended", "Ended")
+        self.kill(recorders["killed"])
+        browser.wait(header, "the other's silence", "killed", "Silent")
+        # The last message of the recorder that ended is older than the last message of the silent recorder.
+        self.assertTrue(browser.run(header, "ended", "Ended"), browser.text('[data-recorder="ended"]'))
+
 
 class Recorded(PageTest):
     def record(self):
