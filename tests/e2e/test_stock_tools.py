@@ -4,6 +4,7 @@ import math
 import os
 import pathlib
 import re
+import shlex
 import signal
 import subprocess
 import unittest
@@ -13,12 +14,13 @@ from machine import BIN, Machine, one_axis, wait_for
 
 AXES = ("axis1", "axis2", "axis3", "axis4", "joint1", "joint2", "hoist", "boom", "winch", "gantry", "turntable")
 DATA_URL = "udpm://239.255.76.67:7667?ttl=0"
+OWN_URL = "udpm://239.255.76.67:7700?ttl=0"  # differs from liblcm's default, which a program without a URL uses
 
 
 class StockTools(Machine):
     def setUp(self):
         super().setUp()
-        self.config = self.write(one_axis("{speed_rpm: 90}"))
+        self.config = self.write(one_axis("{speed_rpm: 90}") + f'lcm: {{url: "{OWN_URL}"}}\n')
 
     def record(self, config, messages):
         """A log of at least so many positions of axis1, made by lcm-logger of the running machine."""
@@ -79,8 +81,19 @@ class StockTools(Machine):
         return jar
 
     def test_lcm_spy_shows_positions_decoded(self):
+        self.assert_positions_are_shown(":77", BIN / "axlecast", "spy", self.config)
+
+    def test_the_printed_command_of_spy_shows_positions_decoded(self):
+        code, line, err = self.axlecast("spy", self.config, "--print")
+        self.assertEqual(code, 0, err)
+        words = shlex.split(line)
+        places = [pathlib.Path(place) for place in words[words.index("-cp") + 1].split(":")]
+        self.assertEqual([place for place in places if not place.is_file()], [])
+        self.assertIn(BIN.parent / "share/axlecast/lcmtypes_axlecast.jar", places, "the types of this build")
+        self.assert_positions_are_shown(":78", "sh", "-c", line)
+
+    def assert_positions_are_shown(self, display, *spy):
         """lcm-spy under Xvfb: its viewer shows the positions that are published. AXLECAST_SCREENSHOTS=FOLDER keeps the picture."""
-        display = ":77"
         self.start("xvfb", "Xvfb", display, "-screen", "0", "1000x700x24", "-nolisten", "tcp",
                    "-noreset")  # it would, when the client that asks for it below has gone
         watch = self.watch(self.config)
@@ -89,7 +102,7 @@ class StockTools(Machine):
         environment = {**os.environ, "DISPLAY": display}
         wait_for(lambda: subprocess.run(["xdpyinfo"], env=environment, capture_output=True).returncode == 0, "Xvfb")
         options = f"-javaagent:{self.witness()}=POSITION/axis1"
-        self.start("spy", BIN / "axlecast", "spy", self.config, env={"DISPLAY": display, "JAVA_TOOL_OPTIONS": options})
+        self.start("spy", *spy, env={"DISPLAY": display, "JAVA_TOOL_OPTIONS": options})
         tree = lambda: subprocess.run(["xwininfo", "-root", "-tree"], env=environment, capture_output=True, text=True).stdout
         wait_for(lambda: "LCM Spy" in tree(), lambda: "the window of lcm-spy\n" + self.log("spy"))
 

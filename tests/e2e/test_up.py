@@ -83,6 +83,9 @@ class Up(Machine):
         self.assertNotEqual(os.readlink(network), os.readlink("/proc/self/ns/net"))
         status = (BIN / "axlecast", "status", config)
         wait_for(lambda: self.axlecast("shell", config, "--run", *status)[0] == 0, lambda: self.log("up"))
+        self.assertEqual(self.axlecast("shell", config, "--print")[:2], (0, f"{line}\n"))
+        code, found, err = self.axlecast("shell", config, "--run", "readlink", "/proc/self/ns/net")
+        self.assertEqual((code, found.strip()), (0, os.readlink(network)), err)
         self.assertEqual(self.axlecast("status", config)[0], 6, "from outside nothing is heard")
 
     def test_the_programs_bring_the_types_of_spy(self):

@@ -125,6 +125,22 @@ class Live(PageTest):
         for word in ("conveyor", "Stop motor", "Rejected", "Not permitted"):
             self.assertIn(word, row)
 
+    def test_a_recorder_that_ended_is_not_called_silent(self):
+        browser = self.browser
+        self.go(browser, "recorders")
+        header = "return document.querySelector(`[data-recorder=${arguments[0]}] header`)?.innerText.includes(arguments[1])"
+        recorders = {name: self.start(name, BIN / "axlecast", "record", self.folder / f"{name}.lcm", "--config", DEMO, "--name", name)
+                     for name in ("ended", "killed")}
+        for name in recorders:
+            browser.wait(header, f"the recorder {name}", name, "Recording")
+        recorders["ended"].terminate()
+        self.assertEqual(recorders["ended"].wait(30), 0, self.log("ended"))
+        browser.wait(header, "its end", "ended", "Ended")
+        self.kill(recorders["killed"])
+        browser.wait(header, "the other's silence", "killed", "Silent")
+        # The last message of the recorder that ended is older than the last message of the silent recorder.
+        self.assertTrue(browser.run(header, "ended", "Ended"), browser.text('[data-recorder="ended"]'))
+
 
 class Recorded(PageTest):
     def record(self):
@@ -155,13 +171,16 @@ class Recorded(PageTest):
         browser.wait("return !document.querySelector('.playback').hidden", "the slider")
         self.assertIn("run.lcm", browser.text(".playback"))
         self.note_what_is_called_silent(browser)
+        browser.wait("return document.querySelector('.place').innerText.match(/\\d/)", "the place in the log")
         self.assert_nothing_is_called_silent(browser, "paused at its beginning")
         browser.run("document.querySelector('.playback input').focus()")
         browser.press(END)
         browser.wait("const slider = document.querySelector('.playback input'); return slider.valueAsNumber >= Number(slider.max)",
                      "the end")
         last = self.place(browser)
+        self.play_to_the_end(browser)
         self.assert_nothing_is_called_silent(browser, "at its end")
+        browser.run("document.querySelector('.playback input').focus()")
         browser.press(HOME)
         browser.wait("return document.querySelector('.place').innerText < arguments[0]", "the start", last)
         self.find_the_alarm(browser)
@@ -178,11 +197,30 @@ class Recorded(PageTest):
                        note();""")
 
     def assert_nothing_is_called_silent(self, browser, where):
-        """For twice as long as the page waits before it says that nothing comes (SILENT_AFTER_MS)."""
+        """The log is paused for twice the time after which the page reports that nothing comes (SILENT_AFTER_MS)."""
+        self.assertEqual(browser.run("return document.querySelector('[data-act=play]').getAttribute('aria-label')"), "Play", where)
+        seconds = "return document.querySelector('.playback input').valueAsNumber"
+        before = browser.run(seconds)
         browser.run("window.since = performance.now()")
         browser.wait("return performance.now() - window.since > 4000", "4 s of the page's clock")
         self.assertEqual(browser.run("return window.notices"), [], where)
         self.assertEqual(browser.text("[data-fresh=true]"), "Log", where)
+        self.assertAlmostEqual(browser.run(seconds), before, delta=1, msg=f"{where}: it would play 4 s")
+
+    @staticmethod
+    def play_to_the_end(browser):
+        """The slider's steps may miss the last message; a log that plays pauses by itself after the last message."""
+        browser.run("""const slider = document.querySelector('.playback input');
+                       const button = document.querySelector('[data-act=play]');
+                       window.offers = [];
+                       new MutationObserver(() => window.offers.push(button.getAttribute('aria-label')))
+                         .observe(button, {attributes: true, attributeFilter: ['aria-label']});
+                       slider.value = Number(slider.max) - 4;
+                       slider.dispatchEvent(new Event('input')); slider.dispatchEvent(new Event('change'));""")
+        browser.click("[data-act=play]")
+        browser.wait("return window.offers.join() === 'Pause,Play'", "it plays, and pauses at the end")
+        browser.wait("const slider = document.querySelector('.playback input'); return slider.valueAsNumber > slider.max - 0.5",
+                     "its last message")
 
     def place(self, browser):
         return browser.text(".place")
