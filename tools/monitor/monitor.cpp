@@ -24,7 +24,10 @@ bool RecorderView::Ended(MonoNs now) const {
   return health && !State(now) && health->state == recorder_health_t::STATE_STOPPING;
 }
 
-Monitor::Monitor(const MachineConfig& machine) : machine_(machine, Unlisted::kShown) {}
+Monitor::Monitor(const MachineConfig& machine) : machine_(machine, Unlisted::kShown) {
+  listed_recorders_.insert(machine.machine);  // the name of a recorder without --name
+  for (const LogConfig& log : machine.recorder.logs) listed_recorders_.insert(log.name);
+}
 
 Heard Monitor::OnMessage(std::string_view channel, Bytes message, MonoNs now) {
   const Heard heard = message.size() > kLargestMessage ? Heard{} : Take(channel, message, now);
@@ -56,10 +59,18 @@ RecorderView* Monitor::RecorderOf(std::string_view name) {
   const auto known = std::find_if(recorders_.begin(), recorders_.end(),
                                   [name](const RecorderView& recorder) { return recorder.name == name; });
   if (known != recorders_.end()) return &*known;
-  if (recorders_.size() == kMostRecorders || !IsName(name)) return nullptr;
+  if (!IsName(name) || !HasRoomForRecorder(name)) return nullptr;
   RecorderView& recorder = recorders_.emplace_back();
   recorder.name = name;
   return &recorder;
+}
+
+bool Monitor::HasRoomForRecorder(std::string_view name) const {
+  if (listed_recorders_.contains(name)) return true;
+  const auto others = std::count_if(recorders_.begin(), recorders_.end(), [this](const RecorderView& recorder) {
+    return !listed_recorders_.contains(recorder.name);
+  });
+  return static_cast<std::size_t>(others) < kMostRecorders;
 }
 
 Heard Monitor::OnRecorder(std::string_view name, Bytes message, MonoNs now) {

@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -41,7 +42,7 @@ class Monitor {
   static constexpr const char* kDataChannels =
       "(POSITION|MOTOR|LIMITS|DEVICE|ALARM|BUS|BUS_TIMES|TRIP|RECORDER)/.*";
   static constexpr const char* kCommandChannels = "COMMAND_STATUS";
-  static constexpr std::size_t kMostRecorders = 16;
+  static constexpr std::size_t kMostRecorders = 16;  // beside those of the machine's file, which always have room
   static constexpr std::size_t kLargestMessage = kMaxMessage;  // bytes; longer ones are nobody's of axlecast
 
   // Without a file (a log alone): MachineConfig{}; every device is then one that was only heard.
@@ -62,10 +63,12 @@ class Monitor {
  private:
   Heard Take(std::string_view channel, Bytes message, MonoNs now);
   RecorderView* RecorderOf(std::string_view name);
+  [[nodiscard]] bool HasRoomForRecorder(std::string_view name) const;
   Heard OnRecorder(std::string_view name, Bytes message, MonoNs now);
   Heard OnRecorderAlarms(std::string_view name, Bytes message, MonoNs now);
 
   MachineView machine_;
+  std::set<std::string, std::less<>> listed_recorders_;  // by the machine's file
   std::vector<RecorderView> recorders_;
   CommandHistory commands_;
   std::map<std::string, SequenceCount, std::less<>> channels_;

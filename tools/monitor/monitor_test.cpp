@@ -198,6 +198,18 @@ TEST_F(MonitorTest, HoldsNoMoreWhateverIsSent) {
   EXPECT_GT(monitor_.passed_over(), 1'000);
 }
 
+TEST(MonitorRecordersTest, InventedNamesTakeNoPlaceOfARecorderOfTheMachine) {
+  MachineConfig machine = OneAxis();
+  machine.machine = "press3";
+  machine.recorder.logs.push_back({.name = "alarms"});
+  Monitor monitor(machine);
+  const auto health = Encoded(RecorderMessage(0));
+  for (int i = 0; i < 100; ++i) monitor.OnMessage("RECORDER/x" + std::to_string(i), health, kSecond);
+  for (const char* name : {"press3", "alarms"}) monitor.OnMessage("RECORDER/" + std::string(name), health, kSecond);
+  EXPECT_THAT(monitor.recorders(), SizeIs(Monitor::kMostRecorders + 2));
+  EXPECT_EQ(monitor.recorders().back().name, "alarms");
+}
+
 TEST(MonitorWithoutAFileTest, ShowsWhatALogHoldsBoundedToo) {
   Monitor monitor{MachineConfig{}};
   const auto info = Encoded(DeviceMessage(device_info_t::STATE_ONLINE));
