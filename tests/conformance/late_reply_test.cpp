@@ -22,6 +22,11 @@ TEST_P(LateReplies, EveryReadingLiesWithinItsInterval) {
   EXPECT_GT(readings, 500);
 }
 
+TEST_P(LateReplies, TheBoundIsAtLeastHalfASecond) {
+  ASSERT_NE(bus_, nullptr);
+  EXPECT_GE(bus_->late, 500 * kMillisecond);
+}
+
 // Not those that are clocked.
 std::vector<ExampleBus> BusesWithLateReplies() {
   std::vector<ExampleBus> buses;

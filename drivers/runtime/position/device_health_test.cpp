@@ -105,6 +105,22 @@ TEST_F(DeviceHealthTest, OnePercentOfErrorsIsOnlineAndMoreIsDegraded) {
   EXPECT_EQ(State(), kOnline);
 }
 
+// Four failures in 500 readings: 0.8 % in each second, between 0.5 % and 1 %.
+TEST_F(DeviceHealthTest, BetweenTheTwoSharesTheStateStays) {
+  const auto run_near_one_percent = [this] {
+    for (int i = 0; i < 30; ++i) Run(100, i % 5 == 0 ? 0 : 1);
+  };
+  Run(2'000, 0);
+  run_near_one_percent();
+  EXPECT_EQ(State(), kOnline);
+  Run(3'000, 3);
+  ASSERT_EQ(State(), kDegraded);
+  run_near_one_percent();
+  EXPECT_EQ(State(), kDegraded) << "it has not fallen below 0.5 %";
+  Run(3'000, 0);
+  EXPECT_EQ(State(), kOnline);
+}
+
 TEST_F(DeviceHealthTest, StrayBytesAreNoFailedReading) {
   health_.OnGood(t_);
   for (int i = 0; i < 300; ++i) health_.OnFailure(ErrorKind::kStray, t_ += kMillisecond);
