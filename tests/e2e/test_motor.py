@@ -239,6 +239,36 @@ buses:
         self.assertEqual((code, len(json.loads(out)["trips"])), (DONE, 1), out + err)
         self.assertIn("<svg", picture.read_text())
 
+    def test_param_list_shows_what_the_unit_holds_now(self):
+        self.run_machine()
+
+        def listed(*options):
+            code, out, err = self.axlecast("param", "list", "gm1", "--config", self.config, *options)
+            self.assertEqual(code, DONE, out + err)
+            return out, err
+
+        def raw_values():
+            out, err = listed("--json")
+            parameters = json.loads(out)["parameters"]
+            self.assertNotIn(None, [parameter["value"] for parameter in parameters], err)
+            return " ".join(str(round(parameter["value"] / parameter["step"])) for parameter in parameters)
+        self.assertEqual(raw_values(), self.unit()["parameters"], "every value, in the order of the registers")
+        # The unit gets other values without a command of axlecast.
+        self.set(parameters="52=777 54=9")
+        self.assertEqual(raw_values(), self.unit()["parameters"])
+        self.assertTrue(raw_values().endswith(" 777 5000 9"))
+        out, _ = listed()
+        self.assertRegex(out, r"(?m)^overheat_limit +77\.7 degC +[0-9]")
+        self.assertRegex(out, r"(?m)^log_interval +0\.9 s +[0-9]")
+        out, err = listed("--no-reads", "--json")
+        self.assertEqual({parameter["value"] for parameter in json.loads(out)["parameters"]}, {None})
+        self.assertEqual(err, "")
+        self.set(power="off")
+        self.wait_state(self.data, OFFLINE, "gm1")
+        out, err = listed()
+        self.assertRegex(out, r"(?m)^log_interval +- +[0-9]")
+        self.assertTrue(err.startswith("without the present values: "), err)
+
     def test_a_tripped_motor_is_not_started(self):
         self.run_machine()
         self.set(trip="excessive_shock")
