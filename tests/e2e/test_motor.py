@@ -6,6 +6,7 @@ import pathlib
 import re
 import unittest
 
+from lcm_ear import LcmEar
 from machine import BIN, LIMIT, Machine, wait_for
 
 EXAMPLE = pathlib.Path(os.environ["AXLECAST_SOURCE"], "drivers/tsubaki_sc/example.yaml")
@@ -102,16 +103,31 @@ buses:
         self.wait_motor(lambda m: abs(m["power_w"] - 200) < 1 and abs(m["temperature_c"] + 7.5) < 1, "200 W at -7.5 C")
 
     def test_the_product_code_reaches_consumers_as_text(self):
+        ear = LcmEar()
         self.run_machine(simulate=", product_code: GM7x")
         codes = {"gm1": "GM7x", "gm2": "SC01"}
         for device, code in codes.items():
             wait_for(lambda: (self.data.last(f"DEVICE/{device}") or {}).get("product_code") == code,
                      lambda: f"{device}: {code}; last {self.data.last(f'DEVICE/{device}')}")
+            # In the message itself, as LCM sends a string: its length with the final 0, the ASCII characters, 0.
+            sent = (len(code) + 1).to_bytes(4, "big") + code.encode("ascii") + b"\0"
+            wait_for(lambda: any(channel == f"DEVICE/{device}" and sent in data for channel, data in list(ear.messages)),
+                     f"{sent} in DEVICE/{device}")
         done, out, err = self.axlecast("status", self.config, "--json")
         self.assertEqual(done, 0, out + err)
         self.assertEqual({device["device"]: device["product_code"] for device in json.loads(out)["devices"]}, codes)
+        done, out, err = self.axlecast("info", self.config, "gm1", "--json")
+        self.assertEqual((done, json.loads(out)["device"]["product_code"]), (0, "GM7x"), err)
         done, out, err = self.axlecast("info", self.config, "gm1")
         self.assertRegex(out, r"(?m)^product code +GM7x$", err)
+        done, outcome = self.do("gm1", "read_identity")
+        self.assertEqual(done, DONE, outcome)
+        self.assertIn("product code GM7x,", outcome["text"])
+
+    def test_the_product_code_of_a_unit_that_sends_the_second_character_first(self):
+        self.run_machine("endian: low", simulate=", product_code: GM7x, character_order: low_first")
+        wait_for(lambda: (self.data.last("DEVICE/gm1") or {}).get("product_code") == "GM7x",
+                 lambda: f"GM7x; last {self.data.last('DEVICE/gm1')}")
 
     def test_a_unit_that_falls_silent_leaves_the_other_alone(self):
         self.run_machine()
@@ -222,6 +238,36 @@ buses:
         code, out, err = cli("trips", "gm1", "--json", "--svg", picture)
         self.assertEqual((code, len(json.loads(out)["trips"])), (DONE, 1), out + err)
         self.assertIn("<svg", picture.read_text())
+
+    def test_param_list_shows_what_the_unit_holds_now(self):
+        self.run_machine()
+
+        def listed(*options):
+            code, out, err = self.axlecast("param", "list", "gm1", "--config", self.config, *options)
+            self.assertEqual(code, DONE, out + err)
+            return out, err
+
+        def raw_values():
+            out, err = listed("--json")
+            parameters = json.loads(out)["parameters"]
+            self.assertNotIn(None, [parameter["value"] for parameter in parameters], err)
+            return " ".join(str(round(parameter["value"] / parameter["step"])) for parameter in parameters)
+        self.assertEqual(raw_values(), self.unit()["parameters"], "every value, in the order of the registers")
+        # The unit gets other values without a command of axlecast.
+        self.set(parameters="52=777 54=9")
+        self.assertEqual(raw_values(), self.unit()["parameters"])
+        self.assertTrue(raw_values().endswith(" 777 5000 9"))
+        out, _ = listed()
+        self.assertRegex(out, r"(?m)^overheat_limit +77\.7 degC +[0-9]")
+        self.assertRegex(out, r"(?m)^log_interval +0\.9 s +[0-9]")
+        out, err = listed("--no-reads", "--json")
+        self.assertEqual({parameter["value"] for parameter in json.loads(out)["parameters"]}, {None})
+        self.assertEqual(err, "")
+        self.set(power="off")
+        self.wait_state(self.data, OFFLINE, "gm1")
+        out, err = listed()
+        self.assertRegex(out, r"(?m)^log_interval +- +[0-9]")
+        self.assertTrue(err.startswith("without the present values: "), err)
 
     def test_a_tripped_motor_is_not_started(self):
         self.run_machine()

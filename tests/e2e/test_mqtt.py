@@ -324,6 +324,21 @@ class Access(Mqtt):
         self.assertFalse(summary["good"])
         self.assertTrue(any(fault.startswith("mqtt: ") for fault in summary["faults"]), summary["faults"])
 
+    def test_a_run_that_is_shorter_than_the_alarm_of_a_refusing_broker_is_not_good(self):
+        """The alarm comes after 10 s. Before that, only the exit code of `axlecast mqtt` shows that the broker took nothing.
+        A signal ends `up --seconds` early."""
+        self.broker_with_password()
+        path = self.password_file("wrong")
+        self.config = self.write(one_axis() + f"mqtt: {{host: 127.0.0.1, user: press3, password: {{file: {path}}}}}\n")
+        data = self.watch(self.config, "--channel", "^(DEVICE|ALARM)/")
+        up = self.start("up", BIN / "axlecast", "up", self.config, "--no-table", "--seconds", "3600")
+        self.wait_online(data)
+        wait_for(lambda: "check user and password" in self.log("up"), lambda: "the refusal: " + self.log("up"))
+        up.send_signal(2)
+        self.assertEqual(up.wait(60), 1, self.log("up"))
+        self.assertRegex(self.log("up").partition("\nnot good:\n")[2], r"(?m)^  mqtt\b.*")
+        self.assertNotIn("good: every device", self.log("up"))
+
     def test_a_password_that_others_can_read_is_refused(self):
         self.config = self.write(one_axis())
         path = self.password_file(self.PASSWORD, 0o644)

@@ -10,7 +10,7 @@ import unittest
 
 from machine import BIN, Machine, one_axis, wait_for
 
-DONE, BAD, USAGE, NO_ANSWER = 0, 1, 2, 6
+DONE, BAD, USAGE, FAILED, NO_ANSWER = 0, 1, 2, 4, 6
 PASSWORD = "Gm3!right-one"
 VOID = {"meta", "link", "br", "hr", "img", "input"}
 
@@ -157,8 +157,8 @@ class Report(Service):
     def test_a_machine_as_a_page(self):
         self.run_machine(motor=True)
         path = self.folder / "report.html"
-        code, _, err = self.axlecast("report", self.config, "--html", path)
-        self.assertEqual(code, DONE, err)
+        code, out, err = self.axlecast("report", self.config, "--html", path)
+        self.assertEqual((code, out), (DONE, ""), err)
         steps = err.splitlines()
         self.assertRegex(steps[0], "^listening to the machine, at most [0-9]+ s$")
         self.assertEqual(steps[1:], ["reading parameters and memory of axis1 (1 of 2)",
@@ -166,6 +166,38 @@ class Report(Service):
         text = self.page(path)
         for word in ("axis1", "gm1", "ONLINE", "log_interval", "rs485-1", "(masked)", "bridge's journal"):
             self.assertIn(word, text)
+
+    def test_a_page_on_standard_output_is_whole_and_progress_stays_beside_it(self):
+        self.run_machine()
+        code, out, err = self.axlecast("report", self.config)
+        self.assertEqual(code, DONE, err)
+        self.assertRegex(err, r"^listening to the machine, at most [0-9]+ s\n"
+                         r"reading parameters and memory of axis1 \(1 of 1\)\n$")
+        self.assertIn("axis1", Page(out).text())
+        self.assertNotIn("listening to the machine", out)
+
+    def test_without_a_bridge_the_reads_are_left_out_and_it_says_so(self):
+        self.config = self.write(one_axis())
+        self.simulator(self.config, "rs485-0")
+        self.driver(self.config, "rs485-0")
+        self.wait_online(self.watch(self.config, "--channel", "^DEVICE/"))
+        path = self.folder / "report.html"
+        code, out, err = self.axlecast("report", self.config, "--html", path)
+        self.assertEqual((code, out), (DONE, ""), err)
+        self.assertEqual(err.splitlines()[1:], ["reading parameters and memory of axis1 (1 of 1)",
+                                                "no bridge answers: parameters and memory are left out",
+                                                f"written: {path}"])
+        self.page(path)
+
+    def test_a_page_that_cannot_be_written_is_named_with_the_cause(self):
+        self.config = self.write(one_axis())
+        path = self.folder / "nowhere/report.html"
+        code, out, err = self.axlecast("report", self.config, "--html", path)
+        self.assertEqual((code, out), (FAILED, ""), err)
+        last = err.splitlines()[-1]
+        self.assertIn(f"{path}", last)
+        self.assertIn("No such file or directory", last)
+        self.assertNotIn("written: ", err)
 
     def test_errors_by_hours_from_a_recording(self):
         self.run_machine()
@@ -185,7 +217,9 @@ class Report(Service):
     def test_a_machine_that_does_not_run(self):
         self.config = self.write(one_axis())
         path = self.folder / "report.html"
-        self.assertEqual(self.axlecast("report", self.config, "--html", path)[0], DONE)
+        code, out, err = self.axlecast("report", self.config, "--html", path)
+        self.assertEqual((code, out), (DONE, ""), err)
+        self.assertRegex(err, rf"^listening to the machine, at most [0-9]+ s\nwritten: {path}\n$")
         self.assertIn("not heard", self.page(path))
         self.assertEqual(self.axlecast("report", self.config, "--log", self.config)[0], BAD)
 

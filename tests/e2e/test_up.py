@@ -53,6 +53,38 @@ class Up(Machine):
         self.assertRegex(out.partition("\nnot good:\n")[2], r"(?m)^  axis1: DEGRADED \(")
         self.assertRegex(out, r"(?m)^axis1 +DEGRADED +[1-9]", "it did deliver readings")
 
+    def test_a_device_that_becomes_degraded_ends_what_was_good(self):
+        """`up`, `status` and `doctor` judge it alike (docs/cli.md, "Good"). A signal ends `up --seconds` early."""
+        config = self.write(one_axis("{speed_rpm: 60}"))
+        watch = self.watch(config, "--channel", "^DEVICE/")
+        up = self.start("up", BIN / "axlecast", "up", config, "--seconds", "3600", "--no-table")
+        doctor = ("doctor", config, "--only", "machine_faults", "--json")
+
+        def all_good():
+            code, out, _ = self.axlecast("status", config)
+            found, told, _ = self.axlecast(*doctor)
+            return code == found == 0 and json.loads(told)["findings"] == [] and out
+        # A low battery leaves the bus UP: the state of the device alone counts.
+        for fault, end in (({"fault": "bit_flip:0.001"}, {"fault": "none"}), ({"battery_v": 0}, {})):
+            self.wait_online(watch)
+            good = wait_for(all_good, lambda: "a good machine: " + self.log("up"))
+            self.assertEqual(good.splitlines()[-1], "good: every device ONLINE, every bus UP")
+            self.set_simulated(config, "rs485-0", **fault)
+            self.wait_state(watch, 2)
+            code, out, err = self.axlecast("status", config)
+            self.assertEqual(code, 1, out + err)
+            self.assertNotIn("good: every device", out)
+            self.assertRegex(out.partition("\nnot good:\n")[2], r"(?m)^  axis1: DEGRADED \(")
+            code, out, err = self.axlecast(*doctor)
+            findings = json.loads(out)["findings"]
+            self.assertEqual((code, {finding["name"] for finding in findings}), (1, {"machine_faults"}), out + err)
+            self.assertTrue(any("axis1: DEGRADED (" in finding["found"] for finding in findings), findings)
+            self.set_simulated(config, "rs485-0", **end)
+        up.send_signal(signal.SIGINT)
+        self.assertEqual(up.wait(60), 1, self.log("up"))
+        self.assertNotIn("good: every device", self.log("up"))
+        self.assertRegex(self.log("up").partition("\nnot good:\n")[2], r"(?m)^  axis1: DEGRADED \(")
+
     def test_without_multicast_it_says_what_to_do(self):
         config = self.write(one_axis("{}"))
         done = subprocess.run(["unshare", "--net", BIN / "axlecast", "up", config, "--seconds", "1"], capture_output=True,
