@@ -159,6 +159,40 @@ class Web(Machine):
         self.assertFalse(self.is_open(links[0]), "the oldest had to go")
         self.assertEqual(self.socket(port).receive()["type"], "hello")
 
+    def test_a_request_that_never_ends_is_closed_and_its_trickle_gains_no_time(self):
+        port = self.web(self.config)
+        head = b"POST /login HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100000\r\n\r\n"
+        for start, more in ((b"GET / HTTP/1.1\r\nHost: localhost\r\nX: ", b"x"), (head, b"x")):
+            link = Link(port)
+            self.addCleanup(link.close)
+            link.send(start)
+
+            def is_closed(link=link, more=more):
+                with contextlib.suppress(OSError):
+                    link.send(more)
+                return not self.is_open(link)
+
+            wait_for(is_closed, "the server gives the request up")
+        self.assertEqual(request(port, "/healthz")[0], 200)
+
+    def test_an_address_that_takes_all_connections_takes_none_from_others(self):
+        for address in ("192.0.2.1", "192.0.2.2"):
+            subprocess.run(["ip", "addr", "add", f"{address}/32", "dev", "lo"], check=True)
+        certificate, key = self.certificate()
+        port = self.web(self.config, "--bind", "0.0.0.0", "--clients", "32", "--tls-cert", certificate, "--tls-key", key,
+                        "--token-file", self.secret("token", TOKEN + "\n"))
+        patient = Link(port, source="192.0.2.2")
+        self.addCleanup(patient.close)
+        greedy = []
+        for _ in range(64):  # as many as the server has places
+            greedy.append(Link(port, source="192.0.2.1"))
+            self.addCleanup(greedy[-1].close)
+        # The address may have half of the places: for each connection beyond, the oldest of its own has to go.
+        wait_for(lambda: sum(map(self.is_open, greedy)) <= 32, "the address gives up its oldest connections")
+        self.assertTrue(self.is_open(greedy[-1]))
+        self.assertTrue(self.is_open(patient), "a connection of another address")
+        self.assertEqual(request(port, "/healthz", tls=tls_trusting(certificate))[0], 200)
+
     def test_tells_prometheus_and_its_health(self):
         self.live_axis()
         port = self.web(self.config)

@@ -23,11 +23,13 @@ class Closed(Exception):
 class Link:
     """A connection to the server, and what was read of it too far."""
 
-    def __init__(self, port, tls=None, receive_buffer=None, address="127.0.0.1"):
+    def __init__(self, port, tls=None, receive_buffer=None, address="127.0.0.1", source=None):
         self.socket = socket.socket(socket.AF_INET)
         if receive_buffer:
             self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_buffer)
         self.socket.settimeout(LIMIT)
+        if source:
+            self.socket.bind((source, 0))
         self.socket.connect((address, port))
         if tls:
             self.socket = tls.wrap_socket(self.socket, server_hostname="localhost")

@@ -51,6 +51,7 @@ inline Monitor BusyMachine() {
   motors.name = "rs485-1";
   motors.family = &kMonitors;
   motors.devices.emplace_back().name = "gm1";
+  machine.recorder.logs.emplace_back().name = "events";
   Monitor monitor{machine};
   const auto hear = [&monitor](const std::string& channel, const auto& message) {
     monitor.OnMessage(channel, Encoded(message), kBusyNow);

@@ -39,7 +39,9 @@ void EachSender(const Monitor& monitor, Use use) {
     if (device.listed) use("device", device.name, device.alarms);
   }
   use("bridge", "bridge", monitor.machine().bridge());
-  for (const RecorderView& recorder : monitor.recorders()) use("recorder", recorder.name, recorder.alarms);
+  for (const RecorderView& recorder : monitor.recorders()) {
+    if (recorder.listed) use("recorder", recorder.name, recorder.alarms);
+  }
 }
 
 void AddAlarms(Exposition& out, const Monitor& monitor) {
@@ -64,7 +66,7 @@ void AddAlarms(Exposition& out, const Monitor& monitor) {
 template <typename Value>
 void EachRecorder(Exposition& out, const Monitor& monitor, Value value) {
   for (const RecorderView& recorder : monitor.recorders()) {
-    if (recorder.health) out.Add({{"recorder", recorder.name}}, value(*recorder.health));
+    if (recorder.listed && recorder.health) out.Add({{"recorder", recorder.name}}, value(*recorder.health));
   }
 }
 
@@ -72,6 +74,7 @@ void AddRecorders(Exposition& out, const Monitor& monitor, MonoNs now) {
   out.Family("axlecast_recorder_state", Type::kGauge,
              "1 for the state the recorder is in, else 0; ended: it was stopped; silent: it tells nothing.");
   for (const RecorderView& recorder : monitor.recorders()) {
+    if (!recorder.listed) continue;
     const auto state = recorder.Ended(now) ? kRecorderEnded : recorder.State(now);
     AddStateSet(out, "recorder", recorder.name, kRecorderStates, state);
   }
@@ -103,12 +106,14 @@ std::int64_t CountUnlisted(const Views& views) {
   return std::count_if(views.begin(), views.end(), [](const auto& view) { return !view.listed; });
 }
 
-// Channels of devices and buses that are not in the machine's file have no series: anybody may make up names.
+// Channels of devices, buses and recorders that are not in the machine's file have no series: anybody may make up names.
 bool HasSeries(const Monitor& monitor, std::string_view channel) {
-  const std::string_view name = channel.substr(std::min(channel.find('/'), channel.size() - 1) + 1);
+  const std::string_view name = channel.substr(channel.rfind('/') + 1);
   const auto is_unlisted = [name](const auto& view) { return !view.listed && view.name == name; };
   if (channel.starts_with("BUS/") || channel.starts_with("BUS_TIMES/"))
     return std::ranges::none_of(monitor.machine().buses(), is_unlisted);
+  if (channel.starts_with("RECORDER/") || channel.starts_with("ALARM/recorder/"))
+    return std::ranges::none_of(monitor.recorders(), is_unlisted);
   return std::ranges::none_of(monitor.machine().devices(), is_unlisted);
 }
 
@@ -129,9 +134,10 @@ void AddHearing(Exposition& out, const Monitor& monitor) {
              "Messages that were malformed or of no device, bus or recorder that there was room for.");
   out.Add({}, monitor.passed_over());
   out.Family("axlecast_unlisted_senders", Type::kGauge,
-             "Devices and buses that are heard and not in the machine's file; they have no series of their own.");
+             "Devices, buses and recorders that are received and not in the machine's file; they have no series of their own.");
   out.Add({{"kind", "device"}}, CountUnlisted(monitor.machine().devices()));
   out.Add({{"kind", "bus"}}, CountUnlisted(monitor.machine().buses()));
+  out.Add({{"kind", "recorder"}}, CountUnlisted(monitor.recorders()));
   const ReceptionCounts& reception = monitor.machine().reception();
   out.Family("axlecast_kernel_dropped_datagrams_total", Type::kCounter,
              "Datagrams that the kernel dropped because this process's receive buffer was full.");

@@ -184,10 +184,13 @@ TEST_F(MetricsTextTest, NamesThatTheFileDoesNotListAreCountedAndGetNoSeries) {
     Hear("ALARM/" + name, BusyAlarm());
     Hear("BUS/" + name, BusMessage(bus_health_t::STATE_UP));
     Hear("BUS_TIMES/" + name, BusyTimes());
+    Hear("RECORDER/" + name, recorder_health_t{});
+    Hear("ALARM/recorder/" + name, BusyAlarm());
   }
   EXPECT_EQ(lines(), before);
   EXPECT_EQ(Value("axlecast_unlisted_senders{kind=\"device\"}"), std::to_string(MachineView::kFewUnlisted));
   EXPECT_EQ(Value("axlecast_unlisted_senders{kind=\"bus\"}"), std::to_string(MachineView::kFewUnlisted));
+  EXPECT_EQ(Value("axlecast_unlisted_senders{kind=\"recorder\"}"), std::to_string(Monitor::kMostRecorders));
   EXPECT_EQ(Value("axlecast_device_readings_total{device=\"axis1\"}"), "5000");
 }
 

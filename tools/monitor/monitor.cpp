@@ -62,14 +62,14 @@ RecorderView* Monitor::RecorderOf(std::string_view name) {
   if (!IsName(name) || !HasRoomForRecorder(name)) return nullptr;
   RecorderView& recorder = recorders_.emplace_back();
   recorder.name = name;
+  recorder.listed = listed_recorders_.contains(name);
   return &recorder;
 }
 
 bool Monitor::HasRoomForRecorder(std::string_view name) const {
   if (listed_recorders_.contains(name)) return true;
-  const auto others = std::count_if(recorders_.begin(), recorders_.end(), [this](const RecorderView& recorder) {
-    return !listed_recorders_.contains(recorder.name);
-  });
+  const auto others = std::count_if(recorders_.begin(), recorders_.end(),
+                                    [](const RecorderView& recorder) { return !recorder.listed; });
   return static_cast<std::size_t>(others) < kMostRecorders;
 }
 

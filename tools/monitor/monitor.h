@@ -24,6 +24,7 @@ namespace axlecast {
 
 struct RecorderView {
   std::string name;
+  bool listed = false;  // by the machine's file
   std::optional<recorder_health_t> health;
   AlarmView alarms;
   MonoNs health_at = 0;
