@@ -32,7 +32,7 @@ SaaCanDevice::SaaCanDevice(const BusConfig& bus, const DeviceConfig& device, Dev
       settings_(Own(device)),
       bench_(OwnBus(bus).bench),
       output_(output),
-      interpreter_(settings_, output) {}
+      interpreter_(settings_, bus.late, output) {}
 
 // ---- what it wants ----
 

@@ -11,15 +11,18 @@ constexpr int kPeriodsToSilence = 3;
 // Requests in a row that bring nothing, after which the encoder counts as gone.
 constexpr int kGone = 2;
 
+// They bring a position.
+bool IsForPosition(Command command) { return command == Command::kRead || command == Command::kStart; }
 // What the encoder may keep: counted as wear, since the manual does not say.
-bool MayBeKept(Command command) { return command != Command::kStart && command != Command::kRead; }
+bool MayBeKept(Command command) { return !IsForPosition(command); }
 // They move the position without motion.
 bool MovesDatum(Command command) { return command == Command::kZero || command == Command::kDirection; }
 
 }  // namespace
 
-Interpreter::Interpreter(const SaaCanSettings& settings, DeviceOutput& output)
+Interpreter::Interpreter(const SaaCanSettings& settings, MonoNs late, DeviceOutput& output)
     : settings_(settings),
+      late_(late),
       output_(output),
       period_(settings.period),
       cadence_(period_ + settings.latency, kPeriodsToSilence) {}
@@ -28,7 +31,8 @@ void Interpreter::OnLinkUp(MonoNs now) {
   now_ = now;
   answering_ = false;
   silent_in_a_row_ = 0;
-  awaiting_until_ = kNever;
+  asked_.reset();
+  quiet_until_ = now + late_;
   pace_ = {};
   unconfirmed_ = false;
   windows_.fill({});
@@ -39,11 +43,15 @@ void Interpreter::OnLinkDown(MonoNs now) {
   // What was in the controller's queue is gone with the interface, or was on the bus.
   if (jumping_ && effect_from_ == kNever) effect_from_ = now + settings_.zero_settle;
   answering_ = false;
-  awaiting_until_ = kNever;
+  asked_.reset();
   unconfirmed_ = false;
 }
 
-MonoNs Interpreter::due() const { return settings_.mode == Mode::kCyclic ? cadence_.due() : awaiting_until_; }
+MonoNs Interpreter::due() const {
+  if (settings_.mode == Mode::kCyclic) return cadence_.due();
+  if (!asked_) return kNever;
+  return asked_->at + (asked_->missed ? late_ : settings_.timeout);
+}
 
 Interpreter::Heard Interpreter::Take(const Event& event) {
   now_ = std::max(now_, EndOf(event));
@@ -77,10 +85,10 @@ void Interpreter::OnOwnSent(const Event& event) {
   const std::optional<Request> request = ParseRequest(event.bytes);
   if (!request) return;
   unconfirmed_ = true;
-  const bool asks = request->command == Command::kRead || request->command == Command::kStart;
+  const bool asks = IsForPosition(request->command);
   if (asks && settings_.mode == Mode::kSingle) {
     pace_.Asked(now_);
-    awaiting_until_ = now_ + settings_.timeout;
+    asked_ = {.sent = event.received.first, .at = now_};
   }
   if (!asks) OnCommand(*request, kNever);
 }
@@ -89,6 +97,7 @@ void Interpreter::OnConfirmed(const Event& event) {
   unconfirmed_ = false;
   const std::optional<Request> request = ParseRequest(event.bytes);
   if (!request) return;
+  if (asked_ && IsForPosition(request->command)) asked_->at = now_;
   for (std::size_t i = 0; i < windows_.size(); ++i) {
     if (kAcknowledged.at(i) == request->command) windows_.at(i).until = now_ + settings_.reply_window;
   }
@@ -112,16 +121,19 @@ void Interpreter::OnCommand(const Request& request, MonoNs on_bus_at) {
 Interpreter::Heard Interpreter::OnData(const Event& event) {
   answering_ = true;
   silent_in_a_row_ = 0;
-  NoteAnswer();
   if (settings_.mode == Mode::kCyclic) cadence_.Arrived(now_);
   if (const auto command = Withhold(event)) return {.reading = {}, .acknowledged = command, .frame = true};
   return OnPosition(event);
 }
 
-void Interpreter::NoteAnswer() {
-  if (awaiting_until_ == kNever) return pace_.CameUnasked(now_);
-  awaiting_until_ = kNever;
+// The request that a position answers, if one was asked for.
+std::optional<Interpreter::Asked> Interpreter::TakeAnswered() {
+  if (!asked_) {
+    pace_.CameUnasked(now_);
+    return std::nullopt;
+  }
   pace_.Answered(now_);
+  return std::exchange(asked_, std::nullopt);
 }
 
 std::optional<Command> Interpreter::Withhold(const Event& event) {
@@ -140,6 +152,7 @@ std::optional<Command> Interpreter::Withhold(const Event& event) {
 }
 
 Interpreter::Heard Interpreter::OnPosition(const Event& event) {
+  const std::optional<Asked> asked = TakeAnswered();
   const Position position = ParsePosition(event.bytes, settings_.format);
   Reading reading{.error = {}, .counts = position.counts, .at = event.received};
   if (position.error != PositionError::kNone) {
@@ -147,18 +160,26 @@ Interpreter::Heard Interpreter::OnPosition(const Event& event) {
     output_.OnError(*reading.error, event.received);
     return {.reading = reading, .acknowledged = {}, .frame = true};
   }
-  reading.at = SampledAt(event);
+  reading.at = SampledAt(event, asked);
   if (jumping_ && reading.at.first >= effect_from_) EndJump();
   output_.OnSample({.at = reading.at, .counts = reading.counts});
   return {.reading = reading, .acknowledged = {}, .frame = true};
 }
 
 // The kernel stamps a frame when its last bit but one was on the bus, or after that. The position was sampled before
-// its first bit: later than that by no more than `latency`, within which the frame also waits for a busy bus.
-Interval Interpreter::SampledAt(const Event& event) const {
+// its first bit: later than that by no more than `latency`, within which the frame also waits for a busy bus. An adapter
+// that holds an answer back stamps it late: it was sampled after its request all the same, but for `latency`.
+Interval Interpreter::SampledAt(const Event& event, const std::optional<Asked>& asked) const {
   const std::size_t size = event.bytes.size();
   const MonoNs earliest = event.received.first - settings_.wire.Longest(size) - settings_.latency;
-  return {earliest, std::max(earliest, event.received.last - settings_.wire.Shortest(size))};
+  Interval at{earliest, std::max(earliest, event.received.last - settings_.wire.Shortest(size))};
+  if (settings_.mode == Mode::kCyclic) return at;
+  if (!asked) {
+    at.first -= std::max<MonoNs>(0, late_ - settings_.latency);
+  } else if (at.first > asked->sent) {
+    at.first = asked->sent - settings_.latency;
+  }
+  return at;
 }
 
 void Interpreter::MissWhatIsDue(const Event& event) {
@@ -169,10 +190,14 @@ void Interpreter::MissWhatIsDue(const Event& event) {
     output_.OnError(ErrorKind::kSilent, event.received);
     return;
   }
-  if (now_ < awaiting_until_) return;
-  awaiting_until_ = kNever;
-  if (++silent_in_a_row_ >= kGone) answering_ = false;
-  output_.OnError(ErrorKind::kTimeout, event.received);
+  if (!asked_) return;
+  if (!asked_->missed && now_ >= asked_->at + settings_.timeout) {
+    asked_->missed = true;
+    if (++silent_in_a_row_ >= kGone) answering_ = false;
+    output_.OnError(ErrorKind::kTimeout, event.received);
+  }
+  // Until then the answer may come late, and could be taken for that to another request.
+  if (now_ >= asked_->at + late_) asked_.reset();
 }
 
 void Interpreter::OnAcknowledged(Command command) {

@@ -34,7 +34,8 @@ struct Reading {
 // as `busy`. Commands of another master on the bus, which are heard on 2NN, open the same window.
 class Interpreter {
  public:
-  Interpreter(const SaaCanSettings& settings, DeviceOutput& output);
+  // `late`: kSingle, longest time from a request to its answer.
+  Interpreter(const SaaCanSettings& settings, MonoNs late, DeviceOutput& output);
 
   void OnLinkUp(MonoNs now);
   void OnLinkDown(MonoNs now);
@@ -49,10 +50,10 @@ class Interpreter {
 
   // Frames of the encoder come: not before the first one after the link came up, and no more after silence.
   [[nodiscard]] bool answering() const { return answering_; }
-  // kSingle: a position was asked for, and has not come yet.
-  [[nodiscard]] bool awaiting() const { return awaiting_until_ != kNever; }
+  // kSingle: a position was asked for, and may still come.
+  [[nodiscard]] bool awaiting() const { return asked_.has_value(); }
   // kSingle: the next request may go out then.
-  [[nodiscard]] MonoNs next_request_at() const { return pace_.free_at(); }
+  [[nodiscard]] MonoNs next_request_at() const { return std::max(quiet_until_, pace_.free_at()); }
   // An own frame is in the controller's queue: nobody has acknowledged it yet.
   [[nodiscard]] bool unconfirmed() const { return unconfirmed_; }
   // Of the positions, as the file says or as the last acknowledged command has set it.
@@ -72,8 +73,15 @@ class Interpreter {
     bool answered = false;  // what passes for the reply has come
   };
 
+  // A request for a position that may still be answered.
+  struct Asked {
+    MonoNs sent = 0;
+    MonoNs at = 0;
+    bool missed = false;
+  };
+
   void OnOwnSent(const Event& event);
-  void NoteAnswer();
+  [[nodiscard]] std::optional<Asked> TakeAnswered();
   void OnConfirmed(const Event& event);
   void OnCommand(const Request& request, MonoNs on_bus_at);
   [[nodiscard]] Heard OnData(const Event& event);
@@ -83,9 +91,11 @@ class Interpreter {
   void OnAcknowledged(Command command);
   void BeginJump(MonoNs effect_from);
   void EndJump();
-  [[nodiscard]] Interval SampledAt(const Event& event) const;
+  // `asked`: kSingle, the request that the frame answers.
+  [[nodiscard]] Interval SampledAt(const Event& event, const std::optional<Asked>& asked) const;
 
   const SaaCanSettings& settings_;
+  const MonoNs late_;
   DeviceOutput& output_;
   MonoNs period_;
   Cadence cadence_;
@@ -93,7 +103,8 @@ class Interpreter {
   MonoNs now_ = 0;  // of the newest event: a frame that was acknowledged may be told before one that came earlier
   bool answering_ = false;
   int silent_in_a_row_ = 0;
-  MonoNs awaiting_until_ = kNever;
+  std::optional<Asked> asked_;
+  MonoNs quiet_until_ = 0;  // answers to an earlier process may come until then
   AnswerPace pace_;
   bool unconfirmed_ = false;
   std::array<Window, kAcknowledged.size()> windows_;

@@ -97,6 +97,7 @@ std::unique_ptr<DeviceSettings> ParseOwn(ConfigMap& device, const BusConfig& bus
   ParsePeriod(device, *settings);
   ParseUnprinted(device, *settings);
   ParseTimes(device, *settings);
+  if (settings->mode == Mode::kSingle) settings->reply_timeout = settings->timeout;
   settings->counts_per_turn = std::int64_t{1} << settings->format.bits;
   settings->max_speed_rpm = saa::kMaxSpeedRpm;
   settings->noise_counts = saa::NoiseCounts(settings->format.bits);

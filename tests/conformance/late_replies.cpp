@@ -40,12 +40,14 @@ LateRun::LateRun(const MachineConfig& machine, const BusConfig& bus, SecretSourc
     devices_.push_back(bus.family->make_device(bus, bus.devices[i], *outputs_.back(), secrets));
     bus_->Add(*devices_.back());
   }
+  Run(kSecond);  // the file's own motions have begun
   if (bus.family->has_position) {
     // So slow that no reply within the bound is a turn late.
     const double turn_s = std::max(4.0, 4 * static_cast<double>(bus.late) / static_cast<double>(kSecond));
+    SetAll("motion", "stop");
     SetAll("speed_rpm", std::to_string(60 / turn_s));
   }
-  for (const MonoNs end = clock_.Now() + 10 * kSecond; clock_.Now() < end;) bus_->RunOnce(end);
+  Run(10 * kSecond);
   streams_ = bus_->counters().exchanges == 0;
   Calibrate();
   judging_ = true;
@@ -79,6 +81,10 @@ void LateRun::Calibrate() {
   }
 }
 
+void LateRun::Run(MonoNs duration) {
+  for (const MonoNs end = clock_.Now() + duration; clock_.Now() < end;) bus_->RunOnce(end);
+}
+
 void LateRun::Exchange(std::int64_t count, MonoNs most) {
   const MonoNs end = clock_.Now() + most;
   for (const std::int64_t last = exchanges() + count; exchanges() < last && clock_.Now() < end;) {
@@ -109,8 +115,12 @@ void LateRun::Step() {
     late_ = !late_;
     MonoNs timeout = 0;
     for (const DeviceConfig& device : config_.devices) timeout = std::max(timeout, device.settings->reply_timeout);
-    const MonoNs longest = streams_ ? config_.late * 2 / 5 : 10 * timeout;
-    const std::string fault = mix_ == LateMix::kMixedUp && !streams_ ? "scattered:" : "late:";
+    // Of replies short delays too: of several periods of SYNC, for instance.
+    const MonoNs part = std::int64_t{1} << 2 * (phase_ / 2 % 4);
+    const MonoNs longest = streams_ ? config_.late * 2 / 5 : 10 * timeout / part;
+    // CAN adapters keep the order of frames.
+    const bool in_order = streams_ || config_.family->link == LinkKind::kCan;
+    const std::string fault = mix_ == LateMix::kMixedUp && !in_order ? "scattered:" : "late:";
     SetAll("fault", late_ ? fault + std::to_string(static_cast<double>(longest) / kMillisecond) : "none");
   }
   if (config_.family->has_position) return;

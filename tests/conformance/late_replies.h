@@ -68,6 +68,7 @@ class LateRun final : private LinkObserver {
   void Calibrate();
   [[nodiscard]] double CountsOf(std::size_t index, MonoNs at) const;
   void Step();
+  void Run(MonoNs duration);
   [[nodiscard]] bool LateNow() const;
   void Count(MonoNs distance);
 

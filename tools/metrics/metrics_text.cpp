@@ -134,7 +134,8 @@ void AddHearing(Exposition& out, const Monitor& monitor) {
              "Messages that were malformed or of no device, bus or recorder that there was room for.");
   out.Add({}, monitor.passed_over());
   out.Family("axlecast_unlisted_senders", Type::kGauge,
-             "Devices, buses and recorders that are received and not in the machine's file; they have no series of their own.");
+             "Devices, buses and recorders that are received and not in the machine's file; they have no series of "
+             "their own.");
   out.Add({{"kind", "device"}}, CountUnlisted(monitor.machine().devices()));
   out.Add({{"kind", "bus"}}, CountUnlisted(monitor.machine().buses()));
   out.Add({{"kind", "recorder"}}, CountUnlisted(monitor.recorders()));

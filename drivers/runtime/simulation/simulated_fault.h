@@ -37,11 +37,8 @@ struct SimulatedFault {
 [[nodiscard]] std::string ParseFault(std::string_view text, SimulatedFault& fault);
 [[nodiscard]] std::string FaultText(const SimulatedFault& fault);
 
-// Whether each reply is late by a time of its own. CAN has no such fault: a frame's instant is that of its arrival.
-[[nodiscard]] constexpr bool ByChance(SimulatedFault::Kind kind) {
-  return kind == SimulatedFault::Kind::kLate || kind == SimulatedFault::Kind::kScattered;
-}
-inline constexpr const char* kNotByChance = "late and scattered are of serial lines: on CAN use delayed";
+// What a CAN node says of it.
+inline constexpr const char* kNotOnCan = "scattered: CAN adapters keep the order of frames; use late";
 
 // Hands replies over as an adapter does that holds them back.
 class LateAdapter {

@@ -38,6 +38,7 @@ class Cia406Node final : public SimulatedNode {
 
   [[nodiscard]] bool present() const override { return state_ != NodeState::kOff; }
   [[nodiscard]] std::int64_t bitrate() const override { return static_cast<std::int64_t>(bitrate_); }
+  [[nodiscard]] const SimulatedFault& fault() const override { return fault_; }
   void OnFrame(const CanFrame& frame, MonoNs now) override;
   [[nodiscard]] MonoNs NextDue() const override;
   void OnDue(MonoNs now, const Send& send) override;

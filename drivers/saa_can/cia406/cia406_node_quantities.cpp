@@ -26,7 +26,7 @@ struct NodeQuantities {
     if (fault.kind == Kind::kBitFlip || fault.kind == Kind::kRequestFlip || fault.kind == Kind::kEcho) {
       return "CAN has no such fault: its controllers drop damaged frames and send them again; use intermittent";
     }
-    if (ByChance(fault.kind)) return kNotByChance;
+    if (fault.kind == Kind::kScattered) return kNotOnCan;
     n.fault_ = fault;
     n.encoder_.stuck = fault.kind == Kind::kStuck;
     n.encoder_.stuck_at = n.encoder_.shaft.At(n.now_).angle;
@@ -143,6 +143,8 @@ std::vector<std::pair<std::string, std::string>> Cia406Node::State(MonoNs now) c
   there.Advance(now);
   std::vector<std::pair<std::string, std::string>> list = Shown(NodeQuantities::Table(), there);
   list.emplace_back("angle_deg", NumberText(DegreesFromAngle(encoder_.shaft.At(there.now_).angle)));
+  const std::uint32_t turn = std::uint32_t{1} << static_cast<unsigned>(there.setup_.bits);
+  list.emplace_back("single_turn", std::to_string(encoder_.Position(there.now_) & (turn - 1)));
   list.emplace_back("position", std::to_string(encoder_.Position(there.now_)));
   const auto count = [&list](std::string_view name, std::int64_t value) {
     list.emplace_back(name, std::to_string(value));

@@ -29,17 +29,18 @@ Interpreter::Interpreter(const BusConfig& bus, const DeviceConfig& device, Devic
       produces_sync_(ProducesSync(bus, device)),
       time_{bus.simulate ? 0 : bus.link.bitrate},
       output_(output),
-      client_(settings_.node, settings_.sdo_timeout),
+      client_(settings_.node, settings_.sdo_timeout, std::max(bus.late, settings_.sdo_timeout)),
       facts_(settings_.mode),
       alarms_(output),
       watch_(settings_.heartbeat),
-      positions_(settings_, time_, output),
+      positions_(settings_, time_, bus.late, output),
       cadence_(settings_.period, kPeriodsToSilence) {}
 
 // ---- the link ----
 
 void Interpreter::OnLinkUp(MonoNs now) {
   client_.Reset();
+  positions_.OnLinkUp(now);
   watch_.Restart(now);
   heard_ = now;
   retry_at_ = now;
@@ -130,7 +131,7 @@ void Interpreter::ShowNmtState(MonoNs now) {
 
 void Interpreter::OnSync(const Event& event, bool own) {
   const MonoNs now = event.received.last;
-  positions_.OnSync(own ? event.received.first + time_.Shortest(0) : event.received.first - time_.Shortest(0));
+  positions_.OnSync(own ? event.received.first + time_.Shortest(0) : event.received.first - time_.Shortest(0), own);
   if (!own) {
     if (produces_sync_ && !std::exchange(second_sync_, true)) output_.OnAlarm(kSecondSync, AlarmState::kLive, now);
     return;
@@ -172,6 +173,7 @@ void Interpreter::OnResult(const SdoResult& result) {
     output_.OnError(ErrorKind::kTimeout, {result.sent.first, now});
     retry_at_ = client_.silent_in_a_row() < kGone ? now : now + kRetry;
   }
+  if (result.kind != Kind::kTimedOut) positions_.OnSdoAnswered(result.sent.first);
   if (result.kind == Kind::kSegmented) output_.OnError(ErrorKind::kAbnormalReply, result.received);
   if (result.request.object == kPreset && result.request.write) OnPresetResult(result);
   facts_.On(result);
@@ -326,6 +328,7 @@ std::optional<CanFrame> Interpreter::UrgentFrame(MonoNs now) const {
 std::optional<ObjectId> Interpreter::FirstObject(MonoNs now) const {
   if (!client_.free() || now < retry_at_) return std::nullopt;
   if (client_.fence()) return client_.fence();
+  if (running() && settings_.mode == Mode::kSync && positions_.in_doubt()) return kPosition;
   return stage_ == Stage::kIdentifying ? facts_.Wanted() : std::nullopt;
 }
 

@@ -11,17 +11,52 @@ constexpr std::size_t kSdoData = 8;
 
 }  // namespace
 
+PositionReader::PositionReader(const Cia406Settings& settings, const FrameTime& time, MonoNs late,
+                               DeviceOutput& output)
+    : settings_(settings), time_(time), late_(late), output_(output) {}
+
+void PositionReader::OnLinkUp(MonoNs now) {
+  sync_from_.reset();
+  last_own_sync_ = now;
+  doubt_from_ = now - late_;  // an earlier process may have sent SYNC
+}
+
+void PositionReader::OnSync(MonoNs from, bool own) {
+  // The TPDO of the SYNC before has not come.
+  if (own && sync_from_ && own_sync_ && !doubt_from_) doubt_from_ = sync_from_;
+  if (own) last_own_sync_ = from;
+  sync_from_ = from;
+  own_sync_ = own;
+}
+
+void PositionReader::OnSdoAnswered(MonoNs sent) {
+  const MonoNs answered = sent - settings_.processing;
+  if (!doubt_from_ || *doubt_from_ > answered) return;
+  doubt_from_ = answered;
+  if (last_own_sync_ <= answered) doubt_from_.reset();
+}
+
 void PositionReader::OnTpdo(Bytes data, Interval received, bool synchronous, const NodeAlarms& alarms) {
+  const Interval at = SampledAt(received, data.size(), synchronous);
+  if (data.size() < kPositionData) return output_.OnError(ErrorKind::kShort, received);
+  Give(LittleEndian(data, 0, kPositionData), at, alarms);
+}
+
+// In time, a frame was sampled no longer than `processing` before its first bit. One that follows a SYNC was sampled
+// after it.
+Interval PositionReader::SampledAt(Interval received, std::size_t size, bool synchronous) {
   const std::optional<MonoNs> sync = std::exchange(sync_from_, std::nullopt);
-  if (data.size() < kPositionData) {
-    output_.OnError(ErrorKind::kShort, received);
-    return;
-  }
-  Interval at{received.first - time_.Longest(data.size()) - settings_.processing,
-              received.last - time_.Shortest(data.size())};
+  Interval at{received.first - time_.Longest(size) - settings_.processing, received.last - time_.Shortest(size)};
   if (synchronous && sync) at.first = *sync;
   at.last = std::max(at.first, at.last);
-  Give(LittleEndian(data, 0, kPositionData), at, alarms);
+  if (settings_.mode == Mode::kCyclic) return at;
+  const MonoNs longest_ago = received.first - time_.Longest(size) - late_;
+  if (doubt_from_) {
+    at.first = std::min(at.first, std::max(*doubt_from_, longest_ago));
+  } else if (!sync || !own_sync_) {
+    at.first = std::min(at.first, longest_ago);
+  }
+  return at;
 }
 
 void PositionReader::OnAnswer(const SdoResult& result, const NodeAlarms& alarms) {

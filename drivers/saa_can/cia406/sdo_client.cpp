@@ -1,6 +1,7 @@
 #include "drivers/saa_can/cia406/sdo_client.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "drivers/saa_can/cia406/objects.h"
@@ -13,6 +14,9 @@ using Kind = SdoResult::Kind;
 // A server confirms a save when it is done (7.5.2.13); writing its memory takes some makers' encoders 400 ms and
 // more.
 constexpr MonoNs kSaveTime = 5 * kSecond;
+
+// Every node answers for these, or aborts.
+constexpr std::array kFences = {kDeviceType, kVendor, kProduct, kRevision, kSerial};
 
 bool Answers(const SdoAnswer& answer, const SdoRequest& request) {
   // Some servers abort without naming the object.
@@ -64,11 +68,14 @@ void SdoClient::OnSent(const Event& event) {
 
 std::optional<SdoResult> SdoClient::OnAnswer(const Event& event, bool& foreign) {
   const SdoAnswer answer = ParseAnswer(event.bytes);
+  foreign = TakeLate(answer.object, event.received.last);
+  if (foreign) return std::nullopt;
   if (!pending_ || !Answers(answer, *pending_)) {
     foreign = true;
     return std::nullopt;
   }
   silent_in_a_row_ = 0;
+  unanswered_.clear();
   if (fence_ == pending_->object) fence_.reset();
   switch (answer.kind) {
     case SdoAnswer::Kind::kValue:
@@ -91,8 +98,30 @@ SdoResult SdoClient::End(Kind kind, std::uint32_t value, Interval received) {
 SdoResult SdoClient::TimeOut(MonoNs now) {
   ++silent_in_a_row_;
   abort_ = AbortFrame(node_, pending_->object, AbortCode::kTimedOut);
-  fence_ = pending_->object == kDeviceType ? kVendor : kDeviceType;
+  std::erase_if(unanswered_, [now](const Unanswered& request) { return request.until <= now; });
+  unanswered_.push_back({pending_->object, sent_.last + late_});
+  fence_ = Fence();
   return End(Kind::kTimedOut, 0, {now, now});
+}
+
+// Whether the answer belongs to a request that timed out: the oldest of that object.
+bool SdoClient::TakeLate(ObjectId object, MonoNs now) {
+  std::erase_if(unanswered_, [now](const Unanswered& request) { return request.until <= now; });
+  const auto found = std::find_if(unanswered_.begin(), unanswered_.end(),
+                                  [object](const Unanswered& request) { return request.object == object; });
+  if (found == unanswered_.end()) return false;
+  unanswered_.erase(unanswered_.begin(), found + 1);  // answers come in the order of their requests
+  return true;
+}
+
+// An object of which no answer may still come, if there is one.
+ObjectId SdoClient::Fence() const {
+  const auto is_free = [this](ObjectId object) {
+    return std::none_of(unanswered_.begin(), unanswered_.end(),
+                        [object](const Unanswered& request) { return request.object == object; });
+  };
+  const auto* found = std::find_if(kFences.begin(), kFences.end(), is_free);
+  return found != kFences.end() ? *found : kFences.front();
 }
 
 }  // namespace axlecast::saa_can::cia406

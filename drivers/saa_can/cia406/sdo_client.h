@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "drivers/runtime/core/event.h"
 #include "drivers/saa_can/cia406/canopen.h"
@@ -29,13 +30,15 @@ struct SdoResult {
 // The client's side of one node's default SDO channel (CiA 301 7.2.4.3): one expedited transfer at a time. It
 // follows from the events alone, whoever decided what was asked and why.
 //
-// An answer names its object but not its request. So after a time-out the next transfer must be a fence: of an
-// object other than the one whose answer may still come. A server answers in order, hence once the fence is
-// answered no late answer is left.
+// An answer names its object but not its request. So after a time-out the next transfer must be a fence: of an object
+// of which no answer may still come. A server answers in order, hence once the fence is answered no late answer is left.
+// Until then an answer that names an object of an unanswered request is taken for that request's.
 class SdoClient {
  public:
-  SdoClient(std::uint8_t node, MonoNs timeout) : node_(node), timeout_(timeout) {}
+  // `late`: longest time from a request to its answer.
+  SdoClient(std::uint8_t node, MonoNs timeout, MonoNs late) : node_(node), timeout_(timeout), late_(late) {}
 
+  // The link or the node begins anew. Answers to what was asked before may still come.
   void Reset();
 
   // Nothing is under way and nothing must be sent first.
@@ -57,9 +60,19 @@ class SdoClient {
   [[nodiscard]] std::optional<SdoResult> OnAnswer(const Event& event, bool& foreign);
   [[nodiscard]] SdoResult End(SdoResult::Kind kind, std::uint32_t value, Interval received);
   [[nodiscard]] SdoResult TimeOut(MonoNs now);
+  [[nodiscard]] bool TakeLate(ObjectId object, MonoNs now);
+  [[nodiscard]] ObjectId Fence() const;
+
+  // A request that timed out and may still be answered.
+  struct Unanswered {
+    ObjectId object;
+    MonoNs until = 0;
+  };
 
   const std::uint8_t node_;
   const MonoNs timeout_;
+  const MonoNs late_;
+  std::vector<Unanswered> unanswered_;  // the oldest first
   std::optional<SdoRequest> pending_;
   Interval sent_;
   MonoNs due_ = kNever;

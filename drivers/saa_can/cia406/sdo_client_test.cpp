@@ -33,7 +33,7 @@ class Cia406SdoClient : public testing::Test {
     EXPECT_FALSE(Tell(Event::Kind::kSent, frame.id, frame.data, at));
   }
 
-  SdoClient client_{kNode, kTimeout};
+  SdoClient client_{kNode, kTimeout, 10 * kTimeout};
   bool foreign_ = false;
 };
 
@@ -115,6 +115,29 @@ TEST_F(Cia406SdoClient, AFenceThatIsNotAnsweredIsFencedByAnotherObject) {
   EXPECT_TRUE(Wait(kTimeout));
   EXPECT_EQ(client_.fence(), kVendor);
   EXPECT_EQ(client_.silent_in_a_row(), 1);
+}
+
+// README.md, "What it does": an answer may come twelve time-outs late, and names no request.
+TEST_F(Cia406SdoClient, ALateAnswerIsNotThatToAnotherRequestForItsObject) {
+  MonoNs now = 0;
+  for (const ObjectId object : {kDeviceType, kVendor}) {
+    Ask({.object = object, .write = {}}, now);
+    now += kTimeout;
+    EXPECT_TRUE(Wait(now));
+  }
+  EXPECT_EQ(client_.fence(), kProduct) << "of both others an answer may still come";
+  Ask({.object = kDeviceType, .write = {}}, now);
+  EXPECT_FALSE(Hear("43 00 10 00 96 01 02 00", now + 1)) << "to the first request";
+  EXPECT_TRUE(foreign_);
+  EXPECT_TRUE(Hear("43 00 10 00 96 01 02 00", now + 2));
+}
+
+TEST_F(Cia406SdoClient, AfterTheLateBoundAnAnswerIsThatToTheNewRequest) {
+  Ask({.object = kDeviceType, .write = {}}, 0);
+  EXPECT_TRUE(Wait(kTimeout));
+  const MonoNs later = 10 * kTimeout + 1;
+  Ask({.object = kDeviceType, .write = {}}, later);
+  EXPECT_TRUE(Hear("43 00 10 00 96 01 02 00", later + 1));
 }
 
 TEST_F(Cia406SdoClient, ASaveHasMoreTime) {

@@ -136,6 +136,7 @@ std::unique_ptr<DeviceSettings> ParseDevice(ConfigMap& device, const BusConfig& 
   ParseResolution(device, *settings);
   ParseMode(device, bus, *settings);
   ParseTimes(device, *settings);
+  if (settings->mode != Mode::kCyclic) settings->reply_timeout = settings->sdo_timeout;
   settings->nmt_start = device.Bool("nmt_start", true);
   ParseIdentity(device, *settings);
   settings->wire_time = WireTime(*settings, {bus.link.bitrate});

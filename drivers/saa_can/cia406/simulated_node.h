@@ -8,6 +8,7 @@
 
 #include "drivers/runtime/core/can_frame.h"
 #include "drivers/runtime/simulation/simulated_device.h"
+#include "drivers/runtime/simulation/simulated_fault.h"
 
 namespace axlecast::saa_can {
 
@@ -23,6 +24,8 @@ class SimulatedNode : public SimulatedDevice {
   [[nodiscard]] virtual std::int64_t bitrate() const { return 0; }
   // A frame of the host's or of another node's was on the bus. What it answers is sent by OnDue.
   virtual void OnFrame(const CanFrame& frame, MonoNs now) = 0;
+  // What is wrong with it or with its way to the host.
+  [[nodiscard]] virtual const SimulatedFault& fault() const = 0;
   // Something (an answer, a cyclic frame, a script step) is due; kNever when nothing is.
   [[nodiscard]] virtual MonoNs NextDue() const = 0;
   virtual void OnDue(MonoNs now, const Send& send) = 0;

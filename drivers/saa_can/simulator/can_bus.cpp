@@ -10,8 +10,8 @@ constexpr int kMostRounds = 16;
 
 }  // namespace
 
-CanBus::CanBus(std::int64_t bitrate, std::vector<Unit> units)
-    : configured_(bitrate), units_(std::move(units)), host_(bitrate) {}
+CanBus::CanBus(std::int64_t bitrate, std::vector<Unit> units, std::uint64_t seed)
+    : configured_(bitrate), units_(std::move(units)), to_host_(units_.size()), random_(seed), host_(bitrate) {}
 
 std::int64_t CanBus::RateOf(const SimulatedNode& node) const {
   return node.bitrate() == 0 ? configured_ : node.bitrate();
@@ -37,25 +37,30 @@ bool CanBus::OnFrame(const CanFrame& frame, MonoNs now, const Transmit& transmit
 MonoNs CanBus::NextDue() const {
   MonoNs due = kNever;
   for (const Unit& unit : units_) due = std::min(due, unit.node->NextDue());
+  for (const ToHost& way : to_host_) due = std::min(due, way.held.empty() ? kNever : way.held.front().due);
   return due;
 }
 
 void CanBus::OnDue(MonoNs now, const Transmit& transmit) {
   for (int round = 0; round < kMostRounds && NextDue() <= now; ++round) {
-    for (Unit& unit : units_) Serve(*unit.node, now, transmit);
+    for (std::size_t unit = 0; unit < units_.size(); ++unit) Serve(unit, now, transmit);
   }
 }
 
-void CanBus::Serve(SimulatedNode& node, MonoNs now, const Transmit& transmit) {
+void CanBus::Serve(std::size_t unit, MonoNs now, const Transmit& transmit) {
+  SimulatedNode& node = *units_[unit].node;
+  ToHost& way = to_host_[unit];
   node.OnDue(now, [&](const CanFrame& frame) {
     const std::int64_t rate = RateOf(node);
     const bool taken = Broadcast(&node, rate, frame, now);
     if (rate == host_) {
-      transmit(ToPacket(frame));
+      const bool late = node.fault().kind == SimulatedFault::Kind::kLate;
+      way.held.push_back({way.adapter.Due(now, late ? node.fault() : SimulatedFault{}, random_), ToPacket(frame)});
     } else if (!taken) {
       ++unheard_;
     }
   });
+  for (; !way.held.empty() && way.held.front().due <= now; way.held.pop_front()) transmit(way.held.front().packet);
 }
 
 std::string CanBus::Set(std::string_view device, std::string_view key, std::string_view value, MonoNs now) {

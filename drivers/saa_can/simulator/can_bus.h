@@ -1,12 +1,18 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <deque>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "drivers/runtime/core/can_frame.h"
 #include "drivers/runtime/core/simulator.h"
+#include "drivers/runtime/simulation/seeded_random.h"
+#include "drivers/runtime/simulation/simulated_fault.h"
 #include "drivers/saa_can/cia406/simulated_node.h"
 
 namespace axlecast::saa_can {
@@ -19,8 +25,8 @@ class CanBus final : public Simulator {
     std::string name;
     std::unique_ptr<SimulatedNode> node;
   };
-  // `bitrate`: of the bus as configured.
-  CanBus(std::int64_t bitrate, std::vector<Unit> units);
+  // `bitrate`: of the bus as configured. `seed`: of the delays of the host's adapter.
+  CanBus(std::int64_t bitrate, std::vector<Unit> units, std::uint64_t seed = 1);
 
   [[nodiscard]] bool OnFrame(const CanFrame& frame, MonoNs now, const Transmit& transmit) override;
   void OnBaud(std::int64_t bitrate) override { host_ = bitrate; }
@@ -34,13 +40,25 @@ class CanBus final : public Simulator {
   [[nodiscard]] const SimulatedNode& node(std::size_t unit) const { return *units_[unit].node; }
 
  private:
+  // What the host's adapter holds back of a node's frames: fault `late`.
+  struct Held {
+    MonoNs due = 0;
+    CanPacket packet = {};
+  };
+  struct ToHost {
+    LateAdapter adapter;
+    std::deque<Held> held;
+  };
+
   [[nodiscard]] std::int64_t RateOf(const SimulatedNode& node) const;
   // Hands the frame of `from`, null for the host, to the other nodes; whether one of them took it.
   bool Broadcast(const SimulatedNode* from, std::int64_t rate, const CanFrame& frame, MonoNs now);
-  void Serve(SimulatedNode& node, MonoNs now, const Transmit& transmit);
+  void Serve(std::size_t unit, MonoNs now, const Transmit& transmit);
 
   const std::int64_t configured_;
   std::vector<Unit> units_;
+  std::vector<ToHost> to_host_;  // of each unit
+  SeededRandom random_;
   std::int64_t host_;                // bit rate of the host
   std::int64_t host_frames_ = 0;     // acknowledged
   std::int64_t unacknowledged_ = 0;  // of the host

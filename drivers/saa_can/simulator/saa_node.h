@@ -43,6 +43,7 @@ class SaaNode final : public SimulatedNode {
 
   [[nodiscard]] bool present() const override { return powered_; }
   [[nodiscard]] std::int64_t bitrate() const override { return bitrate_; }
+  [[nodiscard]] const SimulatedFault& fault() const override { return fault_; }
   void OnFrame(const CanFrame& frame, MonoNs now) override;
   [[nodiscard]] MonoNs NextDue() const override;
   void OnDue(MonoNs now, const Send& send) override;

@@ -52,7 +52,7 @@ struct SaaNodeQuantities {
     std::string problem = ParseFault(value, fault);
     if (problem.empty() && fault.kind == SimulatedFault::Kind::kEcho)
       problem = "echo: no CAN controller hears itself";
-    if (problem.empty() && ByChance(fault.kind)) problem = kNotByChance;
+    if (problem.empty() && fault.kind == SimulatedFault::Kind::kScattered) problem = kNotOnCan;
     if (!problem.empty()) return problem;
     n.fault_ = fault;
     n.stuck_at_ = n.shaft_.At(n.now_).angle;
