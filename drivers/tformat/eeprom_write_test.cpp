@@ -276,6 +276,7 @@ TEST(EepromRead, EndsWhenTheCellStaysBusyOrUnread) {
     bench.Give(ReadRequest(0), CellBusy(0), false);
   }
   EXPECT_EQ(bench.Last().state, OrderState::kFailed);
+  EXPECT_EQ(bench.Last().reason, command_status_t::REASON_NO_REPLY) << "the bridge looks again";
   EXPECT_NE(bench.Last().text.find("busy"), std::string::npos);
 }
 

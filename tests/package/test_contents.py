@@ -1,5 +1,6 @@
 """What is in the packages: complete, documented, and nothing that lintian, mandoc or systemd objects to."""
 
+import gzip
 import json
 import os
 import pathlib
@@ -46,6 +47,13 @@ class Contents(unittest.TestCase):
         yield " ".join(words), tree
         for child in tree["commands"]:
             yield from self.commands(child, (*words, child["name"]))
+
+    def test_the_list_of_known_vulnerabilities_is_shipped_with_its_date(self):
+        shipped = self.root / "usr/share/doc/axlecast/vulnerabilities.json"
+        if not shipped.exists():  # dh_compress packs what is long
+            shipped = shipped.with_suffix(".json.gz")
+        text = gzip.decompress(shipped.read_bytes()) if shipped.suffix == ".gz" else shipped.read_bytes()
+        self.assertRegex(json.loads(text)["date"], r"^20\d\d-\d\d-\d\d$")
 
     def test_lintian_finds_no_error_and_no_warning(self):
         result = run("lintian", "--fail-on", "error,warning", *DEBS)

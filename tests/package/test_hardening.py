@@ -1,13 +1,16 @@
 """The programs as they are built: position independent, with everything bound and read-only before main, checked stacks, and
 checked calls of the C library. Read by readelf."""
 
+import json
 import os
 import pathlib
 import re
 import subprocess
+import tempfile
 import unittest
 
 BUILD = pathlib.Path(os.environ["AXLECAST_BUILD"])
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
 CACHE = (BUILD / "CMakeCache.txt").read_text()
 
 
@@ -52,6 +55,23 @@ class Hardening(unittest.TestCase):
         if re.search(r"^CMAKE_BUILD_TYPE:\w+=Debug$", CACHE, re.MULTILINE):
             return  # not optimised: no such checks exist
         self.each(lambda program: self.assertRegex(readelf(program, "--dyn-syms"), r"\b__(?!stack)\w+_chk\b"))
+
+    def test_every_build_type_has_the_flags(self):
+        for kind in ("Release", "RelWithDebInfo", "MinSizeRel", "Debug"):
+            with self.subTest(kind), tempfile.TemporaryDirectory() as folder:
+                subprocess.run(["cmake", "-S", SOURCE, "-B", folder, "-G", "Ninja", f"-DCMAKE_BUILD_TYPE={kind}",
+                                "-DAXLECAST_UNIT_TESTS=OFF", "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON"],
+                               check=True, capture_output=True)
+                commands = json.loads((pathlib.Path(folder) / "compile_commands.json").read_text())
+                own = [entry["command"] for entry in commands if "-Woverloaded-virtual" in entry["command"]]
+                self.assertGreater(len(own), 100)
+                fortified = [] if kind == "Debug" else ["-D_FORTIFY_SOURCE=2"]  # needs optimisation
+                for flag in ["-fstack-protector-strong", "-fstack-clash-protection", "-fPIE", *fortified]:
+                    self.assertEqual([line for line in own if flag not in line][:1], [], flag)
+                ninja = (pathlib.Path(folder) / "build.ninja").read_text()
+                links = re.findall(r"^  LINK_FLAGS = (.*)$", ninja, re.MULTILINE)
+                hardened = [line for line in links if "-z,relro,-z,now,-z,noexecstack" in line and "-pie" in line]
+                self.assertGreaterEqual(len(hardened), len(list(programs())), links)
 
     def test_every_file_is_compiled_with_the_flags(self):
         commands = (BUILD / "compile_commands.json").read_text()
