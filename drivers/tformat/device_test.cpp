@@ -102,6 +102,24 @@ TEST(SamplingInstant, IsNeverTurnedAround) {
   EXPECT_EQ(SamplingInstant(event, 4000), (Interval{5000, 5000}));
 }
 
+// While the reply to ID 3 may still come late, no time is lost: ID 0 has a reply of another shape.
+TEST(TFormatDevice, AsksForAnotherDataIdWhileAReplyMayStillCome) {
+  struct Outstanding final : PendingReplies {
+    [[nodiscard]] MonoNs FreeAt(const Exchange& exchange, MonoNs now) const override {
+      const Bytes request = exchange.request;
+      return ByteList(request.begin(), request.end()) == kId3 ? kNever : now;
+    }
+  };
+  Bench bench;
+  bench.GoOnline();
+  ASSERT_EQ(bench.Offered(), kId3);
+  const Outstanding outstanding;
+  const Step step = bench.device->Next({.now = bench.now, .live_due = true, .pending = &outstanding});
+  ASSERT_TRUE(std::holds_alternative<Exchange>(step.action)) << "it waits";
+  const Bytes request = std::get<Exchange>(step.action).request;
+  EXPECT_EQ(ByteList(request.begin(), request.end()), kId0);
+}
+
 TEST(TFormatDevice, ReadsId0FastAndId3EveryNth) {
   Bench bench("{model: ts5669n127, plan: id0, id3_every: 4}");
   bench.GoOnline();
