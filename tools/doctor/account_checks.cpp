@@ -51,6 +51,23 @@ Finding MemberFinding(const std::string& user, const std::string& group, const s
           .safe = false};
 }
 
+// A port of the machine: the drivers alone may open it. The members of dialout are looked at by themselves.
+void LookAtPort(const PortUse& use, const HostFacts& host, Findings& findings) {
+  const auto facts = host.ports.find(use.path);
+  if (facts == host.ports.end() || facts->second.file.error != 0) return;
+  const HostFile& file = facts->second.file;
+  const bool by_all = (file.mode & 06) != 0;
+  const bool by_group = (file.mode & 060) != 0 && file.group != kDriversAccount && file.group != "root";
+  if (!by_all && (!by_group || use.kind == PortUse::Kind::kSerial)) return;
+  findings.push_back(
+      {.found = file.path + " can be opened by " + (by_all ? "every user" : "the group " + file.group) +
+                ": devices can be reached past every interlock",
+       .remedies = {by_all ? Run({"chmod", "o=", file.path}) : Run({"chgrp", kDriversAccount, file.path}),
+                    Tell("look for the udev rule that opens it: udevadm test $(udevadm info -q path " + file.path +
+                         ')')},
+       .safe = false});
+}
+
 }  // namespace
 
 bool RunsUnderAccounts(const MachineConfig& machine, const HostFacts& host) {
@@ -73,8 +90,11 @@ Findings CheckKeyAccess(const MachineConfig& machine, const HostFacts& host) {
   return findings;
 }
 
-Findings CheckGroupMembers(const MachineConfig& /*machine*/, const HostFacts& host) {
+Findings CheckGroupMembers(const MachineConfig& machine, const HostFacts& host) {
   Findings findings;
+  if (host.groups.contains(kDriversAccount)) {
+    for (const PortUse& use : PortsOf(machine)) LookAtPort(use, host, findings);
+  }
   for (const char* account : kAccounts) {
     for (const std::string& user : MembersOf(account, host)) {
       if (user == account) continue;

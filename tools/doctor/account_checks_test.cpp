@@ -107,6 +107,31 @@ TEST(GroupMembers, OperatorsArePersonsWithoutDevices) {
             "bob is in the group dialout, and commands: devices can be reached past every interlock");
 }
 
+MachineConfig OnSpi() {
+  return MachineOf(
+      "buses: {s0: {family: ssi, link: {spidev: /dev/spidev0.0, clock_hz: 200000}, devices: {axis2: {model: saa, "
+      "bits: 13, "
+      "unit: deg}}}}");
+}
+
+TEST(GroupMembers, DeviceNodesAreTheDriversAlone) {
+  HostFacts host = AsInstalled();
+  HostFile& node = host.ports["/dev/spidev0.0"].file;
+  node = File("/dev/spidev0.0", 0660, "axlecast-drivers");
+  EXPECT_THAT(CheckGroupMembers(OnSpi(), host), IsEmpty());
+  node.group = "spi";
+  Findings findings = CheckGroupMembers(OnSpi(), host);
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings[0].found,
+            "/dev/spidev0.0 can be opened by the group spi: devices can be reached past every interlock");
+  node.mode = 0666;
+  findings = CheckGroupMembers(OnSpi(), host);
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(LineOf(findings[0].remedies.at(0)), "chmod o= /dev/spidev0.0");
+  host.ports["/dev/ttyUSB0"].file = File("/dev/ttyUSB0", 0666, "dialout");
+  EXPECT_EQ(CheckGroupMembers(Signed(), host).size(), 1U) << "a serial port too";
+}
+
 TEST(RunsUnderAccounts, OnlyWithTheFileOfTheUnits) {
   MachineConfig machine = OneAxis();
   machine.file = "/etc/axlecast/machine.yaml";
