@@ -42,6 +42,22 @@ TEST_F(DispatcherTest, TheSameIdNeverActsTwice) {
   EXPECT_TRUE(Orders().empty());
 }
 
+// Validity counts on the bridge's monotonic clock: whoever sets UNIX time back brings no captured command back to life.
+TEST_F(DispatcherTest, AUnixClockThatStepsBackRevivesNoCommand) {
+  const command_body_t never_sent = Body(1);
+  const command_body_t done = Body(2);
+  Send(done);
+  Report(Orders()[0], S::STATE_SUCCEEDED);
+  PassWithDriver(2 * kSecond);
+  now_.utime -= 3'600'000'000;
+  sink_.Clear();
+  EXPECT_EQ(Send(never_sent).state, S::STATE_EXPIRED);
+  EXPECT_EQ(Send(done).state, S::STATE_SUCCEEDED) << "as it ended";
+  PassWithDriver(kSecond);
+  EXPECT_TRUE(Orders().empty());
+  EXPECT_EQ(Send(Body(3)).state, S::STATE_ROUTED) << "a new one acts";
+}
+
 TEST_F(DispatcherTest, AnotherBodyUnderTheSameIdIsRefusedAlone) {
   Send(Body(1));
   auto other = Body(1);
