@@ -131,10 +131,11 @@ class Web(Machine):
             for kind in range(12) for stream in (0, 1, 2**31 - 1) for size in (0, 5, 64))
         h2c = "Connection: Upgrade, HTTP2-Settings\r\nUpgrade: {}\r\nHTTP2-Settings: AAMAAABkAAQAAP__\r\n"
         for upgrade in ("h2c", "H2C", "h2c, websocket", "TLS/1.0", "foo", ""):
-            head = f"GET / HTTP/1.1\r\nHost: localhost\r\n{h2c.format(upgrade)}\r\n".encode()
-            for data in (head, head + preface + frames, head + os.urandom(5000)):
-                with self.subTest(upgrade):
-                    self.assertNotIn(b"101", self.send_bad(port, data)[:20])
+            for path in ("/", "/ws"):  # a WebSocket may be asked for at /ws alone
+                head = f"GET {path} HTTP/1.1\r\nHost: localhost\r\n{h2c.format(upgrade)}\r\n".encode()
+                for data in (head, head + preface + frames, head + os.urandom(5000)):
+                    with self.subTest(upgrade=upgrade, path=path):
+                        self.assertNotIn(b"101", self.send_bad(port, data)[:20])
         for data in (preface + frames, preface, b"CONNECT localhost:1 HTTP/1.1\r\nHost: localhost\r\n\r\n" + frames):
             self.send_bad(port, data)
         self.assertEqual(request(port, "/healthz")[0], 200)
