@@ -66,6 +66,18 @@ TEST(SaaHandshake, ZeroIsOnePulseOnClrBetweenReadings) {
   EXPECT_EQ(bus.output().jumps, 1);
 }
 
+// So that the instant of the reply is that of its own first byte, and its wait does not begin with stray ones.
+TEST(SaaBusMode, TellsTheBusWhereItsReplyBegins) {
+  SimulatedBus bus(kBus, kThree, kThreeSimulated);
+  bus.Run(100 * kMillisecond);
+  const Step step = bus.device().Next({.now = bus.clock.Now(), .live_due = true});
+  ASSERT_TRUE(std::holds_alternative<Exchange>(step.action));
+  const auto& exchange = std::get<Exchange>(step.action);
+  ASSERT_NE(exchange.reply_begin, nullptr);
+  const std::vector<std::uint8_t> with_stray = {0x00, 0x33, 0xFF, 0x01, 0x12, 0x34, 0x00};
+  EXPECT_EQ(exchange.reply_begin(with_stray), 2U);
+}
+
 // 5.1.5 (1): three encoders of one batch.
 TEST(SaaBusMode, EachEncoderIsAskedByItsOwnCommand) {
   SimulatedBus bus(kBus, kThree, kThreeSimulated);
