@@ -9,8 +9,8 @@
 #include <optional>
 
 #include "bench/null_output.h"
-#include "drivers/runtime/config/load.h"
-#include "drivers/runtime/position/channel.h"
+#include "core/config/load.h"
+#include "drivers/runtime/axis/device_publisher.h"
 #include "drivers/tformat/codec.h"
 #include "tests/support/fixed_secrets.h"
 
@@ -80,7 +80,7 @@ class Readings {
 
   // The bus's part of a turn: what does the device want?
   void Ask() {
-    const Step step = device_->Next({.now = now_, .live_due = true});
+    const Step step = device_->Next({.now = now_, .poll_due = true});
     device_->OnStarted(step, now_);
   }
 
@@ -131,7 +131,7 @@ void ReplyToMessage(benchmark::State& state) {
   NullSink sink;
   Timebase time;
   time.Update(kSecond, 1'700'000'000'000'000);
-  Channel channel(bus, bus.devices[0], {.boot_id = 1, .time = &time, .sink = &sink, .on_outcome = {}});
+  DevicePublisher channel(bus, bus.devices[0], {.boot_id = 1, .time = &time, .sink = &sink, .on_outcome = {}});
   channel.OnLink(true, "", kSecond);
   Readings readings(bus, channel);
   readings.Ask();

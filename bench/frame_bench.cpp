@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "bench/null_output.h"
-#include "drivers/runtime/config/load.h"
+#include "core/config/load.h"
 #include "tests/support/fixed_secrets.h"
 
 namespace axlecast {
@@ -78,7 +78,7 @@ std::size_t TransferBytes(const std::string& bus) {
       machine.buses[0].family->make_device(machine.buses[0], machine.buses[0].devices[0], output, secrets);
   device->On(
       {.kind = Event::Kind::kLinkUp, .sent = {}, .received = {kSecond, kSecond}, .request = {}, .bytes = {}});
-  const Step step = device->Next({.now = kSecond, .live_due = true});
+  const Step step = device->Next({.now = kSecond, .poll_due = true});
   const auto* exchange = std::get_if<Exchange>(&step.action);
   return exchange == nullptr ? 0 : exchange->request.size();
 }

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
 
 namespace axlecast {
 

@@ -13,8 +13,8 @@
 
 #include "bench/distribution.h"
 #include "bench/monotonic.h"
-#include "drivers/io/lcm_port.h"
-#include "drivers/runtime/core/decode_message.h"
+#include "core/messages/decode_message.h"
+#include "platform/net/lcm_port.h"
 
 namespace {
 

@@ -128,11 +128,14 @@ function(axlecast_folder target)
     axlecast_test(${target}_test ${target} SOURCES ${tests} LIBRARIES ${target} ${ARG_TEST_DEPENDS})
   endif()
   axlecast_check_product_code(${target})
+  file(RELATIVE_PATH folder ${CMAKE_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+  list(JOIN ARG_DEPENDS "," depends)
+  set_property(GLOBAL APPEND PROPERTY AXLECAST_ROOMS "${folder} ${target} ${depends}")
   if(AXLECAST_FUZZERS)
     foreach(fuzzer ${fuzzers})
       get_filename_component(name ${fuzzer} NAME_WE)
       add_executable(${target}_${name} ${fuzzer})
-      target_link_libraries(${target}_${name} PRIVATE ${target})
+      target_link_libraries(${target}_${name} PRIVATE ${target} ${ARG_TEST_DEPENDS})
       target_compile_options(${target}_${name} PRIVATE -fsanitize=fuzzer)
       target_link_options(${target}_${name} PRIVATE -fsanitize=fuzzer)
       set_target_properties(${target}_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/fuzz)
@@ -141,13 +144,20 @@ function(axlecast_folder target)
   endif()
 endfunction()
 
+# axlecast_write_rooms(FILE): the folders, their libraries and what these depend on, one a line, for tests/docs/rooms.py.
+function(axlecast_write_rooms file)
+  get_property(rooms GLOBAL PROPERTY AXLECAST_ROOMS)
+  list(JOIN rooms "\n" text)
+  file(CONFIGURE OUTPUT ${file} CONTENT "${text}\n")
+endfunction()
+
 # axlecast_family(NAME [DEPENDS target...])
 #
 # One family of devices in drivers/NAME: library family_NAME, which defines `const Family& NAME_family()` in
 # namespace axlecast, and the driver program axlecast-<name>. Named by the folder; nothing else lists it.
 function(axlecast_family name)
   cmake_parse_arguments(ARG "" "" "DEPENDS" ${ARGN})
-  axlecast_folder(family_${name} DEPENDS runtime_core runtime_config lcmtypes nlohmann_json::nlohmann_json ${ARG_DEPENDS}
+  axlecast_folder(family_${name} DEPENDS core_device core_messages core_config lcmtypes nlohmann_json::nlohmann_json ${ARG_DEPENDS}
     TEST_DEPENDS tests_support)
   set_property(GLOBAL APPEND PROPERTY AXLECAST_FAMILIES ${name})
   if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/probe.cpp)
@@ -155,11 +165,11 @@ function(axlecast_family name)
   endif()
   string(REPLACE _ - program ${name})
   file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/main.cpp
-    "#include \"drivers/runtime/driver/driver_main.h\"\n\n"
+    "#include \"drivers/runtime/process/driver_main.h\"\n\n"
     "namespace axlecast {\nconst Family& ${name}_family();\n}\n\n"
     "int main(int argc, char** argv) { return axlecast::DriverMain(axlecast::${name}_family(), argc, argv); }\n")
   add_executable(axlecast-${program} ${CMAKE_CURRENT_BINARY_DIR}/main.cpp)
-  target_link_libraries(axlecast-${program} PRIVATE family_${name} runtime_driver single_family_${name})
+  target_link_libraries(axlecast-${program} PRIVATE family_${name} runtime_process single_family_${name})
   add_dependencies(axlecast_programs axlecast-${program})
   # In a driver the table of families holds its own.
   axlecast_family_table(single_family_${name} ${name})
@@ -178,7 +188,7 @@ function(axlecast_family_table target)
   file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/${target}.cpp @ONLY CONTENT
 "#include <array>
 
-#include \"drivers/runtime/core/family.h\"
+#include \"core/device/family.h\"
 
 namespace axlecast {
 @declarations@
@@ -208,7 +218,7 @@ function(axlecast_probe_table target)
   file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/${target}.cpp @ONLY CONTENT
 "#include <array>
 
-#include \"drivers/runtime/core/probe.h\"
+#include \"core/device/probe.h\"
 
 namespace axlecast {
 @declarations@

@@ -4,9 +4,9 @@
 #include <axlecast/command_status_t.hpp>
 #include <cstdio>
 
-#include "drivers/runtime/command/capped_text.h"
-#include "drivers/runtime/command/role.h"
-#include "drivers/runtime/command/signature.h"
+#include "core/base/truncated_text.h"
+#include "core/command/role.h"
+#include "core/command/signature.h"
 
 namespace axlecast {
 namespace {

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <variant>
 
-#include "drivers/runtime/command/operation_check.h"
-#include "drivers/runtime/config/machine_config.h"
+#include "core/command/operation_check.h"
+#include "core/config/machine_config.h"
 
 namespace axlecast {
 

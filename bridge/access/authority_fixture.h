@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/runtime/command/order_test_support.h"
-#include "drivers/runtime/command/signature.h"
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/core/decode_message.h"
+#include "core/command/signature.h"
+#include "core/config/machine_config.h"
+#include "core/messages/decode_message.h"
+#include "tests/support/counting_family.h"
 
 namespace axlecast {
 

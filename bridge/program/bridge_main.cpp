@@ -11,20 +11,20 @@
 #include <memory>
 #include <string>
 
-#include "bridge/dispatcher.h"
+#include "bridge/dispatch/dispatcher.h"
 #include "bridge/store/journal_thread.h"
 #include "bridge/store/sqlite_store.h"
-#include "drivers/io/lcm_port.h"
-#include "drivers/io/process.h"
-#include "drivers/io/secret_file.h"
-#include "drivers/io/supervision.h"
-#include "drivers/io/system_clock.h"
-#include "drivers/io/terminal_log.h"
-#include "drivers/io/terminal_output.h"
-#include "drivers/io/wait_until.h"
-#include "drivers/runtime/command/own_key.h"
-#include "drivers/runtime/config/load.h"
-#include "drivers/runtime/core/timebase.h"
+#include "core/base/timebase.h"
+#include "core/command/own_key.h"
+#include "core/config/load.h"
+#include "platform/net/lcm_port.h"
+#include "platform/os/process.h"
+#include "platform/os/secret_file.h"
+#include "platform/os/supervision.h"
+#include "platform/os/system_clock.h"
+#include "platform/os/terminal_log.h"
+#include "platform/os/terminal_output.h"
+#include "platform/os/wait_until.h"
 
 namespace axlecast {
 namespace {
@@ -80,7 +80,7 @@ class BridgeProgram {
         spdlog::error("{}", taken_by_);
         return kFailed;
       }
-      const Instant now = Now();
+      const Timestamp now = Now();
       dispatcher_.Settle(now);
       if (now.mono >= next_tick_) {
         next_tick_ = now.mono + kTick;
@@ -109,7 +109,7 @@ class BridgeProgram {
     return key;
   }
 
-  Instant Now() {
+  Timestamp Now() {
     const MonoNs mono = clock_.Now();
     time_.Update(mono, clock_.UtcMicroseconds());
     return {mono, time_.Utime(mono)};
@@ -133,7 +133,7 @@ class BridgeProgram {
   }
 
   // False when another bridge was here first.
-  bool Serve(Instant now) {
+  bool Serve(Timestamp now) {
     const bool other = dispatcher_.watch().Other(now.mono).has_value();
     if (!serving_ && other) {
       spdlog::error(

@@ -3,8 +3,8 @@
 #include <functional>
 #include <memory>
 
-#include "bridge/durable_store.h"
-#include "drivers/runtime/core/message_sink.h"
+#include "bridge/store/durable_store.h"
+#include "core/messages/message_sink.h"
 
 namespace axlecast {
 

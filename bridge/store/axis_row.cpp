@@ -1,6 +1,7 @@
 #include "bridge/store/axis_row.h"
 
-#include "drivers/runtime/command/command_words.h"
+#include "core/command/command_id.h"
+#include "core/command/command_words.h"
 
 namespace axlecast {
 

@@ -2,7 +2,7 @@
 
 #include <string_view>
 
-#include "bridge/axis_store.h"
+#include "bridge/store/axis_store.h"
 #include "bridge/store/database.h"
 
 namespace axlecast {

@@ -5,8 +5,8 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "drivers/runtime/command/command_words.h"
-#include "drivers/runtime/command/order_ledger.h"
+#include "core/command/command_id.h"
+#include "core/command/command_words.h"
 
 namespace axlecast {
 namespace {

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "bridge/journal.h"
 #include "bridge/store/database.h"
+#include "bridge/store/journal.h"
 
 namespace axlecast {
 

@@ -11,8 +11,8 @@
 #include <filesystem>
 #include <utility>
 
-#include "drivers/io/descriptor.h"
-#include "drivers/io/foreign_link.h"
+#include "platform/os/descriptor.h"
+#include "platform/os/foreign_link.h"
 
 namespace axlecast {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "bridge/alarm_store.h"
-#include "bridge/axis_store.h"
+#include "bridge/store/alarm_store.h"
+#include "bridge/store/axis_store.h"
 #include "bridge/store/command_row.h"
 #include "bridge/store/database.h"
 

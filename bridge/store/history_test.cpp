@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "bridge/store/store_fixture.h"
+#include "core/command/command_id.h"
 
 namespace axlecast {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "bridge/store/database.h"
-#include "drivers/io/descriptor.h"
+#include "platform/os/descriptor.h"
 
 namespace axlecast {
 

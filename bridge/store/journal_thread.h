@@ -8,8 +8,8 @@
 #include <mutex>
 #include <thread>
 
-#include "bridge/journal_worker.h"
-#include "drivers/io/wake_event.h"
+#include "bridge/store/journal_worker.h"
+#include "platform/os/wake_event.h"
 
 namespace axlecast {
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string_view>
 
-#include "drivers/runtime/command/command_words.h"
+#include "core/command/command_words.h"
 
 namespace axlecast {
 namespace {

@@ -1,6 +1,7 @@
 #include "bridge/store/sqlite_alarms.h"
 
-#include "drivers/runtime/command/command_words.h"
+#include "core/command/command_id.h"
+#include "core/command/command_words.h"
 
 namespace axlecast::sqlite_alarms {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "bridge/alarm_store.h"
+#include "bridge/store/alarm_store.h"
 #include "bridge/store/database.h"
 
 namespace axlecast {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "bridge/axis_store.h"
+#include "bridge/store/axis_store.h"
 #include "bridge/store/database.h"
 
 namespace axlecast {

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "bridge/store/command_row.h"
-#include "drivers/runtime/command/command_words.h"
-#include "drivers/runtime/command/order_ledger.h"
+#include "core/command/command_id.h"
+#include "core/command/command_words.h"
 
 namespace axlecast {
 namespace {
@@ -69,7 +69,7 @@ std::optional<CommandRow> Row(Database& database, const CommandId& id) {
 
 }  // namespace
 
-bool SqliteJournal::Insert(Database& database, const CommandRecord& record, Instant now) {
+bool SqliteJournal::Insert(Database& database, const CommandRecord& record, Timestamp now) {
   const std::string id = IdText(IdOf(record.status.id));
   return InsertCommand(database, id, record) && SetStatus(database, id, record.status, 0) &&
          InsertStep(database, id, record.status, now.utime);
@@ -99,7 +99,7 @@ SqliteJournal::Waiting& SqliteJournal::Keep(const CommandId& id, Waiting waiting
   return waiting_.insert_or_assign(id, std::move(waiting)).first->second;
 }
 
-bool SqliteJournal::Note(Database* database, const command_status_t& status, std::int64_t epoch, Instant now) {
+bool SqliteJournal::Note(Database* database, const command_status_t& status, std::int64_t epoch, Timestamp now) {
   const CommandId id = IdOf(status.id);
   const auto found = waiting_.find(id);
   Waiting* kept = found == waiting_.end() ? nullptr : &found->second;

@@ -7,9 +7,9 @@
 #include <set>
 #include <vector>
 
-#include "bridge/instant.h"
-#include "bridge/journal.h"
 #include "bridge/store/database.h"
+#include "bridge/store/journal.h"
+#include "core/base/time.h"
 
 namespace axlecast {
 
@@ -23,7 +23,7 @@ class SqliteJournal {
   static constexpr std::size_t kBatch = 200;
 
   // In a transaction. False when it cannot be written.
-  [[nodiscard]] bool Insert(Database& database, const CommandRecord& record, Instant now);
+  [[nodiscard]] bool Insert(Database& database, const CommandRecord& record, Timestamp now);
   // After its transaction: what is noted for this id from now on belongs to a command of this bridge.
   void Began(const CommandId& id) { own_.insert(id); }
   // It could not be inserted; what is noted for it all the same is written later.
@@ -31,7 +31,7 @@ class SqliteJournal {
 
   // How a command stands now, to be written; epoch 0: not sent anew. False when there is no such command. `database`
   // may be null: then nobody knows, and it is kept.
-  bool Note(Database* database, const command_status_t& status, std::int64_t epoch, Instant now);
+  bool Note(Database* database, const command_status_t& status, std::int64_t epoch, Timestamp now);
 
   // In a transaction: some of what waits, `first` in any case. Written() follows when it was committed.
   [[nodiscard]] bool WriteWaiting(Database& database, const CommandId* first);

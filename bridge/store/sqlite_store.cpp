@@ -6,7 +6,7 @@
 
 #include "bridge/store/schema.h"
 #include "bridge/store/sqlite_alarms.h"
-#include "drivers/runtime/command/order_ledger.h"
+#include "core/command/command_id.h"
 
 namespace axlecast {
 namespace {
@@ -60,7 +60,7 @@ void SqliteStore::OpenToRead() {
 }
 
 // Deleted or replaced while it was open: it would be written, and nobody would find it.
-void SqliteStore::LookAfterFile(Instant now) {
+void SqliteStore::LookAfterFile(Timestamp now) {
   if (writable_ && database_->lost()) Fail();
   if (now.mono < look_again_) return;
   look_again_ = now.mono + kLookAgain;
@@ -103,7 +103,7 @@ void SqliteStore::GiveUp(std::string problem) {
   database_.reset();
 }
 
-bool SqliteStore::Accepted(const CommandRecord& record, Instant now) {
+bool SqliteStore::Accepted(const CommandRecord& record, Timestamp now) {
   const CommandId id = IdOf(record.status.id);
   if (Find(id)) return false;
   if (!Commit([&](Database& database) { return journal_.Insert(database, record, now); })) {
@@ -114,16 +114,16 @@ bool SqliteStore::Accepted(const CommandRecord& record, Instant now) {
   return true;
 }
 
-bool SqliteStore::Routed(const command_status_t& status, std::int64_t epoch, Instant now) {
+bool SqliteStore::Routed(const command_status_t& status, std::int64_t epoch, Timestamp now) {
   const CommandId id = IdOf(status.id);
   return journal_.Note(database_.get(), status, epoch, now) && Commit(Nothing, &id);
 }
 
-void SqliteStore::Step(const command_status_t& status, Instant now) {
+void SqliteStore::Step(const command_status_t& status, Timestamp now) {
   static_cast<void>(journal_.Note(database_.get(), status, 0, now));
 }
 
-void SqliteStore::Outcome(const command_status_t& status, Instant now) {
+void SqliteStore::Outcome(const command_status_t& status, Timestamp now) {
   const CommandId id = IdOf(status.id);
   if (!journal_.Note(database_.get(), status, 0, now)) return;
   static_cast<void>(Commit(Nothing, &id));  // Tick tries again
@@ -215,7 +215,7 @@ std::int64_t SqliteStore::ReserveEpochs(std::int64_t at_least, std::int64_t coun
   return reserved ? first : 0;
 }
 
-void SqliteStore::Tick(Instant now) {
+void SqliteStore::Tick(Timestamp now) {
   LookAfterFile(now);
   if (!writable_ || now.mono < write_again_) return;
   const bool positions = now.mono >= positions_again_ && axes_.positions_wait();

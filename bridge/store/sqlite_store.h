@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "bridge/durable_store.h"
 #include "bridge/store/database.h"
+#include "bridge/store/durable_store.h"
 #include "bridge/store/journal_guard.h"
 #include "bridge/store/sqlite_axes.h"
 #include "bridge/store/sqlite_journal.h"
@@ -27,11 +27,11 @@ class SqliteStore final : public DurableStore {
   SqliteStore& operator=(const SqliteStore&) = delete;
 
   // False, and no change, for an id that exists.
-  [[nodiscard]] bool Accepted(const CommandRecord& record, Instant now) override;
-  [[nodiscard]] bool Routed(const command_status_t& status, std::int64_t epoch, Instant now) override;
+  [[nodiscard]] bool Accepted(const CommandRecord& record, Timestamp now) override;
+  [[nodiscard]] bool Routed(const command_status_t& status, std::int64_t epoch, Timestamp now) override;
   // Like Outcome, passes over a command for which Accepted was never called.
-  void Step(const command_status_t& status, Instant now) override;
-  void Outcome(const command_status_t& status, Instant now) override;
+  void Step(const command_status_t& status, Timestamp now) override;
+  void Outcome(const command_status_t& status, Timestamp now) override;
   [[nodiscard]] std::optional<command_status_t> Find(const CommandId& id) const override;
 
   [[nodiscard]] AxisRecord Find(const std::string& device) const override;
@@ -51,7 +51,7 @@ class SqliteStore final : public DurableStore {
   // Also after the file could be opened at last: those that it holds.
   [[nodiscard]] std::vector<OpenCommand> Open() const override;
   [[nodiscard]] std::int64_t ReserveEpochs(std::int64_t at_least, std::int64_t count) override;
-  void Tick(Instant now) override;
+  void Tick(Timestamp now) override;
   // Another process has this journal: this one cannot ever use it while that runs.
   [[nodiscard]] bool in_use() const { return guard_.held_by_other(); }
   [[nodiscard]] bool readable() const override { return database_ != nullptr; }
@@ -63,7 +63,7 @@ class SqliteStore final : public DurableStore {
 
   void OpenFile();
   void OpenToRead();
-  void LookAfterFile(Instant now);
+  void LookAfterFile(Timestamp now);
   // `writes` and what waits, in one transaction.
   [[nodiscard]] bool Commit(const Writes& writes, const CommandId* first = nullptr,
                             Positions positions = Positions::kNone);

@@ -13,8 +13,8 @@
 #include <string>
 
 #include "bridge/store/sqlite_store.h"
-#include "drivers/runtime/command/command_words.h"
-#include "drivers/runtime/command/order_test_support.h"
+#include "core/command/command_words.h"
+#include "tests/support/counting_family.h"
 #include "tests/support/temporary_folder.h"
 
 namespace axlecast {
@@ -26,7 +26,7 @@ class StoreTest : public ::testing::Test {
   using S = command_status_t;
   static constexpr std::int64_t kStart = 1'700'000'000'000'000;  // us, UNIX time: 2023-11-14 22:13:20
 
-  static Instant At(double seconds) {
+  static Timestamp At(double seconds) {
     return {static_cast<MonoNs>(seconds * 1e9), kStart + static_cast<std::int64_t>(seconds * 1e6)};
   }
 

@@ -4,10 +4,10 @@
 #include <memory>
 #include <vector>
 
-#include "drivers/io/secret_file.h"
-#include "drivers/runtime/command/own_key.h"
-#include "drivers/runtime/config/load.h"
-#include "drivers/runtime/config/words.h"
+#include "core/base/words.h"
+#include "core/command/own_key.h"
+#include "core/config/load.h"
+#include "platform/os/secret_file.h"
 
 namespace axlecast {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "client/axlecast/client_settings.h"
 #include "client/command/client_keys.h"
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/core/secret.h"
+#include "core/base/secret.h"
+#include "core/config/machine_config.h"
 
 namespace axlecast {
 

@@ -3,8 +3,8 @@
 #include <memory>
 #include <optional>
 
-#include "drivers/runtime/command/signature.h"
-#include "drivers/runtime/core/key.h"
+#include "core/base/key.h"
+#include "core/command/signature.h"
 
 namespace axlecast {
 

@@ -4,7 +4,8 @@
 #include <axlecast/command_body_t.hpp>
 #include <string_view>
 
-#include "drivers/runtime/command/capped_text.h"
+#include "core/base/truncated_text.h"
+#include "core/messages/encode_message.h"
 
 namespace axlecast {
 namespace {
@@ -19,17 +20,11 @@ command_body_t BodyOf(const CommandId& id) {
   return body;
 }
 
-std::vector<std::uint8_t> Encoded(const command_body_t& body) {
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(body.getEncodedSize()));
-  body.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return bytes;
-}
-
 bool HoldsNul(std::string_view text) { return text.find('\0') != std::string_view::npos; }
 
 }  // namespace
 
-SignedBody MakeBody(const CommandId& id, const CommandRequest& request, std::int8_t mode, BridgeInstant bridge,
+SignedBody MakeBody(const CommandId& id, const CommandRequest& request, std::int8_t mode, BridgeTimestamp bridge,
                     const ClientKeys& keys) {
   command_body_t body = BodyOf(id);
   body.bridge_boot_id = bridge.boot_id;

@@ -6,8 +6,8 @@
 
 #include "client/axlecast/command.h"
 #include "client/command/client_keys.h"
-#include "drivers/runtime/core/instant.h"
-#include "drivers/runtime/core/key.h"
+#include "core/base/key.h"
+#include "core/base/time.h"
 
 namespace axlecast {
 
@@ -18,14 +18,14 @@ struct SignedBody {
 };
 
 // The boot of the bridge that a body is meant for, and its CLOCK_MONOTONIC when the body is made.
-struct BridgeInstant {
+struct BridgeTimestamp {
   std::int64_t boot_id = 0;
   MonoNs mono = 0;
 };
 
 // The request under `id`, in `mode` (command_body_t MODE_*); MODE_QUERY has QueryBody.
 [[nodiscard]] SignedBody MakeBody(const CommandId& id, const CommandRequest& request, std::int8_t mode,
-                                  BridgeInstant bridge, const ClientKeys& keys);
+                                  BridgeTimestamp bridge, const ClientKeys& keys);
 // Asks for the state of `id`; needs no key and no boot of the bridge.
 [[nodiscard]] SignedBody QueryBody(const CommandId& id);
 

@@ -16,13 +16,13 @@
 
 #include "client/command/client_key.h"
 #include "client/command/command_sessions.h"
-#include "drivers/io/lcm_port.h"
-#include "drivers/io/process.h"
-#include "drivers/io/secret_file.h"
-#include "drivers/io/system_clock.h"
-#include "drivers/io/wait_until.h"
-#include "drivers/io/wake_event.h"
-#include "drivers/runtime/command/command_words.h"
+#include "core/command/command_words.h"
+#include "platform/net/lcm_port.h"
+#include "platform/os/process.h"
+#include "platform/os/secret_file.h"
+#include "platform/os/system_clock.h"
+#include "platform/os/wait_until.h"
+#include "platform/os/wake_event.h"
 
 namespace axlecast {
 namespace {

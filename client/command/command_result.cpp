@@ -1,6 +1,6 @@
 #include "client/axlecast/command.h"
-#include "drivers/runtime/command/command_words.h"
-#include "drivers/runtime/command/order_ledger.h"
+#include "core/command/command_id.h"
+#include "core/command/command_words.h"
 
 namespace axlecast {
 namespace {

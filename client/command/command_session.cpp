@@ -4,9 +4,9 @@
 #include <axlecast/command_body_t.hpp>
 #include <utility>
 
-#include "drivers/runtime/command/body_digest.h"
-#include "drivers/runtime/command/command_words.h"
-#include "drivers/runtime/command/order_ledger.h"
+#include "core/command/body_digest.h"
+#include "core/command/command_id.h"
+#include "core/command/command_words.h"
 
 namespace axlecast {
 namespace {
@@ -94,7 +94,7 @@ std::optional<SignedBody> CommandSession::Next(MonoNs now) {
     return main_;
   }
   if (phase_ == Phase::kFollowing && cancelling_) {
-    const BridgeInstant bridge{bridge_boot_id_, bridge_mono_ + (now - heard_)};
+    const BridgeTimestamp bridge{bridge_boot_id_, bridge_mono_ + (now - heard_)};
     return MakeBody(result_.id, request_, command_body_t::MODE_CANCEL, bridge, keys_);
   }
   return QueryBody(probing_ ? probe_ : result_.id);

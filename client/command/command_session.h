@@ -9,7 +9,7 @@
 #include "client/axlecast/command.h"
 #include "client/command/client_keys.h"
 #include "client/command/command_body.h"
-#include "drivers/runtime/core/instant.h"
+#include "core/base/time.h"
 
 namespace axlecast {
 

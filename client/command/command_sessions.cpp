@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <axlecast/command_t.hpp>
 
-#include "drivers/runtime/core/decode_message.h"
+#include "core/messages/decode_message.h"
 
 namespace axlecast {
 

@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "client/command/command_session.h"
-#include "drivers/runtime/core/clock.h"
-#include "drivers/runtime/core/inline_bytes.h"
-#include "drivers/runtime/core/message_sink.h"
+#include "core/base/clock.h"
+#include "core/base/inline_bytes.h"
+#include "core/messages/message_sink.h"
 
 namespace axlecast {
 

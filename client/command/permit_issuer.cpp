@@ -6,10 +6,10 @@
 
 #include "client/command/client_key.h"
 #include "client/command/permit_message.h"
-#include "drivers/io/lcm_port.h"
-#include "drivers/io/process.h"
-#include "drivers/io/secret_file.h"
-#include "drivers/io/system_clock.h"
+#include "platform/net/lcm_port.h"
+#include "platform/os/process.h"
+#include "platform/os/secret_file.h"
+#include "platform/os/system_clock.h"
 
 namespace axlecast {
 

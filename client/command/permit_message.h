@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/command/signature.h"
+#include "core/command/signature.h"
 
 namespace axlecast {
 

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "client/command/command_session.h"
-#include "drivers/runtime/command/body_digest.h"
-#include "drivers/runtime/core/decode_message.h"
+#include "core/command/body_digest.h"
+#include "core/messages/decode_message.h"
 
 namespace axlecast {
 

@@ -2,7 +2,7 @@
 
 #include <axlecast/alarm_entry_t.hpp>
 
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
 
 namespace axlecast::biss {
 

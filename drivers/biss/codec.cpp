@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "drivers/runtime/device/bits.h"
+#include "drivers/kit/bits.h"
 
 namespace axlecast::biss {
 namespace {

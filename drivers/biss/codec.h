@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/base/inline_bytes.h"
 #include "drivers/biss/crc.h"
-#include "drivers/runtime/core/inline_bytes.h"
 
 // BiSS-C, point to point, as the SAA series' operation manual gives it (5.6). Pure functions of bits.
 namespace axlecast::biss {

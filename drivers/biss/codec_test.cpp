@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/device/outcome_text.h"
 #include "drivers/biss/bits_test_support.h"
-#include "drivers/runtime/device/outcome_text.h"
 #include "tests/support/golden_file.h"
 
 namespace axlecast::biss {

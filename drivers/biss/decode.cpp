@@ -6,11 +6,11 @@
 #include <string>
 #include <string_view>
 
+#include "core/device/outcome_text.h"
 #include "drivers/biss/codec.h"
 #include "drivers/biss/settings.h"
-#include "drivers/runtime/device/arguments.h"
-#include "drivers/runtime/device/bits.h"
-#include "drivers/runtime/device/outcome_text.h"
+#include "drivers/kit/arguments.h"
+#include "drivers/kit/bits.h"
 
 namespace axlecast::biss {
 namespace {

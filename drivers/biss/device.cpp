@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
+#include "core/device/outcome_text.h"
 #include "drivers/biss/alarms.h"
-#include "drivers/runtime/device/clocked_exchange.h"
-#include "drivers/runtime/device/outcome_text.h"
-#include "drivers/runtime/device/refusal.h"
+#include "drivers/kit/clocked_exchange.h"
+#include "drivers/kit/refusal.h"
 
 namespace axlecast::biss {
 namespace {
@@ -62,12 +62,12 @@ BissDevice::BissDevice(const DeviceConfig& device, DeviceOutput& output)
       transfer_(ClockedExchange(settings_.transfer_bytes, kTimeout)),
       output_(output) {}
 
-Step BissDevice::Next(const Turn& turn) const {
+Step BissDevice::Next(const BusSlot& turn) const {
   if (!link_up_) return {.action = Idle{kNever}, .priority = Priority::kLive};
   // A live reading is an order's as well.
-  if (turn.live_due && turn.now >= not_before_) return {.action = transfer_, .priority = Priority::kLive};
+  if (turn.poll_due && turn.now >= not_before_) return {.action = transfer_, .priority = Priority::kLive};
   if (order_ && !Expired(turn.now)) return {.action = transfer_, .priority = Priority::kCommand};
-  return {.action = Idle{turn.live_due ? not_before_ : kNever}, .priority = Priority::kLive};
+  return {.action = Idle{turn.poll_due ? not_before_ : kNever}, .priority = Priority::kLive};
 }
 
 void BissDevice::OnStarted(const Step&, MonoNs now) { ExpireIfLate(now); }
@@ -78,9 +78,9 @@ void BissDevice::On(const Event& event) {
     case Event::Kind::kTimeout:
       OnTransfer(event);
       break;
-    case Event::Kind::kStray:
+    case Event::Kind::kUnexpectedBytes:
     case Event::Kind::kUnsolicited:
-      output_.OnError(ErrorKind::kStray, event.received);
+      output_.OnError(ErrorKind::kUnexpectedBytes, event.received);
       break;
     case Event::Kind::kLinkUp:
       link_up_ = true;
@@ -185,14 +185,14 @@ void BissDevice::FailedAttempt(ErrorKind error) {
                     ErrorName(error))));
 }
 
-std::optional<Outcome> BissDevice::Refusal(const Order& order, MonoNs now) const {
+std::optional<Outcome> BissDevice::Refusal(const DriverCommand& order, MonoNs now) const {
   if (order.operation != kReadPositionName) {
     return Rejected(Reason::REASON_UNKNOWN_OPERATION, "biss has no operation " + order.operation);
   }
   return RefusalToBegin(order_.has_value(), order, now, link_up_);
 }
 
-void BissDevice::Begin(const Order& order, MonoNs now) {
+void BissDevice::Begin(const DriverCommand& order, MonoNs now) {
   if (const auto refusal = Refusal(order, now)) return output_.OnOutcome(order.id, *refusal);
   order_ = order.id;
   begin_by_ = order.begin_by;

@@ -6,9 +6,9 @@
 #include <span>
 #include <string_view>
 
+#include "core/device/device.h"
 #include "drivers/biss/codec.h"
 #include "drivers/biss/settings.h"
-#include "drivers/runtime/core/device.h"
 
 namespace axlecast::biss {
 
@@ -26,11 +26,11 @@ class BissDevice final : public Device {
  public:
   BissDevice(const DeviceConfig& device, DeviceOutput& output);
 
-  [[nodiscard]] Step Next(const Turn& turn) const override;
+  [[nodiscard]] Step Next(const BusSlot& turn) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
-  [[nodiscard]] std::optional<Outcome> Refusal(const Order& order, MonoNs now) const override;
-  void Begin(const Order& order, MonoNs now) override;
+  [[nodiscard]] std::optional<Outcome> Refusal(const DriverCommand& order, MonoNs now) const override;
+  void Begin(const DriverCommand& order, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
  private:

@@ -19,8 +19,8 @@ using ::testing::IsEmpty;
 const std::string kSixteen = "bits: 16, unit: deg";
 const std::string kThere = "start_deg: 195.3095";  // the manual's 35555 at 16 bits
 
-Order ReadPosition(MonoNs begin_by = kNever) {
-  Order order;
+DriverCommand ReadPosition(MonoNs begin_by = kNever) {
+  DriverCommand order;
   order.id[0] = 1;
   order.operation = "read_position";
   order.begin_by = begin_by;
@@ -257,7 +257,7 @@ TEST(BissDevice, EventsMadeByHand) {
   Rig rig("", kSixteen, kThere);
   rig.Tell(Event::Kind::kTimeout, {});
   rig.Tell(Event::Kind::kTimeout, BytesOf("1100 10 10"));
-  rig.Tell(Event::Kind::kStray, BytesOf("11111111"));
+  rig.Tell(Event::Kind::kUnexpectedBytes, BytesOf("11111111"));
   EXPECT_THAT(rig.Errors(), ElementsAre("timeout", "short", "stray"));
   rig.Tell(Event::Kind::kLinkDown, {});
   EXPECT_TRUE(std::holds_alternative<Idle>(rig.Next().action));
@@ -306,7 +306,7 @@ TEST(BissOperations, GivesUpAfterFiveTransfers) {
 
 TEST(BissOperations, Refusals) {
   Rig rig("", kSixteen, kThere);
-  Order unknown = ReadPosition();
+  DriverCommand unknown = ReadPosition();
   unknown.operation = "zero";
   rig.device().Begin(unknown, rig.now);
   rig.device().Begin(ReadPosition(rig.now - 1), rig.now);

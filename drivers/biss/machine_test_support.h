@@ -9,11 +9,11 @@
 #include <variant>
 #include <vector>
 
+#include "core/config/config_map.h"
+#include "core/config/load.h"
 #include "drivers/biss/device.h"
 #include "drivers/biss/make_simulator.h"
 #include "drivers/biss/settings.h"
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/config/load.h"
 #include "tests/support/recording_output.h"
 
 namespace axlecast::biss {
@@ -57,11 +57,11 @@ class Rig {
   [[nodiscard]] const BissSettings& settings() const { return Own(machine_.buses[0].devices[0]); }
   [[nodiscard]] const BissBus& bus() const { return OwnBus(machine_.buses[0]); }
   [[nodiscard]] BissDevice& device() { return *device_; }
-  [[nodiscard]] Step Next(bool live_due = true) const { return device_->Next({.now = now, .live_due = live_due}); }
+  [[nodiscard]] Step Next(bool poll_due = true) const { return device_->Next({.now = now, .poll_due = poll_due}); }
 
   // One reading, `setup` after the pause: the time that the host takes before and after the transfer itself.
-  void Read(MonoNs setup = 3 * kMicrosecond, bool live_due = true) {
-    const Step step = Next(live_due);
+  void Read(MonoNs setup = 3 * kMicrosecond, bool poll_due = true) {
+    const Step step = Next(poll_due);
     const auto* exchange = std::get_if<Exchange>(&step.action);
     ASSERT_NE(exchange, nullptr);
     device_->OnStarted(step, now);

@@ -1,8 +1,8 @@
 #include "drivers/biss/make_simulator.h"
 
+#include "core/config/config_map.h"
 #include "drivers/biss/settings.h"
 #include "drivers/biss/simulator.h"
-#include "drivers/runtime/config/config_map.h"
 
 namespace axlecast::biss {
 

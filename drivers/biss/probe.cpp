@@ -4,9 +4,9 @@
 #include <memory>
 #include <string>
 
+#include "core/device/outcome_text.h"
 #include "drivers/biss/settings.h"
-#include "drivers/runtime/device/clocked_exchange.h"
-#include "drivers/runtime/device/outcome_text.h"
+#include "drivers/kit/clocked_exchange.h"
 
 namespace axlecast::biss {
 namespace {
@@ -63,11 +63,11 @@ std::vector<int> BissProbe::Fitting() const {
   return fitting;
 }
 
-ProbeFinding BissProbe::FindingOf(int bits, bool alone) const {
+ProbeHit BissProbe::FindingOf(int bits, bool alone) const {
   const Fit& fit = fits_.at(bits);
   const bool healthy = fit.reported == 0;
   const bool turns = fit.positions.size() >= kVaried;
-  ProbeFinding finding;
+  ProbeHit finding;
   finding.confidence = !alone || !healthy ? Confidence::kPossible : turns ? Confidence::kSure : Confidence::kLikely;
   finding.device = Text("BiSS-C encoder of %d bits", bits);
   finding.reason = Text("the check bits of %d of %d frames fit %d bits%s%s%s", fit.good + fit.reported, asked_,
@@ -80,7 +80,7 @@ ProbeFinding BissProbe::FindingOf(int bits, bool alone) const {
   return finding;
 }
 
-std::vector<ProbeFinding> BissProbe::Findings() const {
+std::vector<ProbeHit> BissProbe::Findings() const {
   const std::vector<int> fitting = Fitting();
   if (fitting.empty()) return {};
   // Of several the longest frame explains most of what came.

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "drivers/biss/codec.h"
-#include "drivers/runtime/device/asking_probe.h"
+#include "drivers/kit/asking_probe.h"
 
 namespace axlecast::biss {
 
@@ -15,7 +15,7 @@ class BissProbe final : public AskingProbe {
  public:
   explicit BissProbe(const SpiSettings& spi);
 
-  [[nodiscard]] std::vector<ProbeFinding> Findings() const override;
+  [[nodiscard]] std::vector<ProbeHit> Findings() const override;
   [[nodiscard]] double Progress() const override;
 
  protected:
@@ -31,7 +31,7 @@ class BissProbe final : public AskingProbe {
   };
 
   [[nodiscard]] std::vector<int> Fitting() const;  // resolutions that (nearly) every transfer fits
-  [[nodiscard]] ProbeFinding FindingOf(int bits, bool alone) const;
+  [[nodiscard]] ProbeHit FindingOf(int bits, bool alone) const;
 
   SpiSettings spi_;
   Exchange transfer_;

@@ -49,7 +49,7 @@ TEST(BissProbe, FindsTheEncoderOfTheManualsExampleWhichWarns) {
   ASSERT_EQ(Check(kPosition + "10"), "001010") << "the tests' own check bits are those of the manual";
   ProbeBench bench;
   bench.AnswerAll(Transfer(kPosition + "10" + "001010"));
-  const std::vector<ProbeFinding> found = bench.Run(Trial());
+  const std::vector<ProbeHit> found = bench.Run(Trial());
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(found[0].confidence, Confidence::kPossible);
   EXPECT_THAT(found[0].reason, HasSubstr("an error or a warning"));
@@ -59,7 +59,7 @@ TEST(BissProbe, FindsTheEncoderOfTheManualsExampleWhichWarns) {
 TEST(BissProbe, AHealthyOneThatStandsStillIsLikely) {
   ProbeBench bench;
   bench.AnswerAll(Transfer(kPosition + "11" + Check(kPosition + "11")));
-  const std::vector<ProbeFinding> found = bench.Run(Trial());
+  const std::vector<ProbeHit> found = bench.Run(Trial());
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(found[0].confidence, Confidence::kLikely) << found[0].reason;
   EXPECT_EQ(ValueOf(found[0].keys, "bits"), "16");
@@ -69,7 +69,7 @@ TEST(BissProbe, AHealthyOneThatStandsStillIsLikely) {
 TEST(BissProbe, SaysWhichEdgeItSampledOn) {
   ProbeBench bench;
   bench.AnswerAll(Transfer(kPosition + "11" + Check(kPosition + "11")));
-  const std::vector<ProbeFinding> found = bench.Run(biss_probe({}).at(1));
+  const std::vector<ProbeHit> found = bench.Run(biss_probe({}).at(1));
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(ValueOf(found[0].bus, "sample_on"), "rising");
 }

@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/config/config_map.h"
+#include "core/device/outcome_text.h"
 #include "drivers/saa/data_sheet.h"
 
 namespace axlecast::biss {

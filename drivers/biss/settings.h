@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <memory>
 
+#include "core/config/machine_config.h"
 #include "drivers/biss/codec.h"
-#include "drivers/runtime/config/machine_config.h"
 
 namespace axlecast::biss {
 

@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 
-#include "drivers/runtime/simulation/quantity_table.h"
-#include "drivers/runtime/simulation/quantity_text.h"
-#include "drivers/runtime/simulation/shaft_motion.h"
+#include "drivers/kit/simulation/quantity_table.h"
+#include "drivers/kit/simulation/quantity_text.h"
+#include "drivers/kit/simulation/shaft_motion.h"
 
 namespace axlecast::biss {
 

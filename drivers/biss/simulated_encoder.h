@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/runtime/simulation/seeded_random.h"
-#include "drivers/runtime/simulation/shaft.h"
-#include "drivers/runtime/simulation/simulated_device.h"
-#include "drivers/runtime/simulation/simulated_fault.h"
+#include "drivers/kit/simulation/seeded_random.h"
+#include "drivers/kit/simulation/shaft.h"
+#include "drivers/kit/simulation/simulated_device.h"
+#include "drivers/kit/simulation/simulated_fault.h"
 
 namespace axlecast::biss {
 

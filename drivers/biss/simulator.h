@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "core/device/simulator.h"
 #include "drivers/biss/simulated_encoder.h"
-#include "drivers/runtime/core/simulator.h"
-#include "drivers/runtime/simulation/script.h"
+#include "drivers/kit/simulation/script.h"
 
 namespace axlecast::biss {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "drivers/runtime/device/accuracy.h"
+#include "drivers/kit/accuracy.h"
 
 namespace axlecast::saa {
 

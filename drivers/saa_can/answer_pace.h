@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "drivers/runtime/core/instant.h"
+#include "core/base/time.h"
 
 namespace axlecast::saa_can {
 

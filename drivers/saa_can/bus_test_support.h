@@ -11,10 +11,10 @@
 #include <utility>
 #include <vector>
 
+#include "core/config/config_map.h"
+#include "drivers/kit/arguments.h"
 #include "drivers/runtime/bus/bus.h"
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/device/arguments.h"
-#include "drivers/runtime/driver/bus_settings.h"
+#include "drivers/runtime/process/bus_settings.h"
 #include "drivers/saa_can/machine_test_support.h"
 #include "drivers/saa_can/settings.h"
 #include "tests/support/fake_clock.h"
@@ -104,7 +104,7 @@ class SimulatedBus : LinkObserver, SecretSource {
     return "";
   }
   void Begin(const std::string& operation, Arguments arguments = {}) {
-    Order order;
+    DriverCommand order;
     order.id = {1};
     order.operation = operation;
     order.arguments = std::move(arguments);

@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-#include "drivers/runtime/core/can_frame.h"
-#include "drivers/runtime/core/event.h"
+#include "core/device/can_frame.h"
+#include "core/device/event.h"
 
 namespace axlecast::saa_can {
 

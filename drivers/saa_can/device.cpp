@@ -4,7 +4,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/device/outcome_text.h"
 #include "drivers/saa_can/operations.h"
 
 namespace axlecast::saa_can {
@@ -40,24 +40,24 @@ MonoNs SaaCanDevice::FreeAt() const {
   return std::max(not_before_, interpreter_.unconfirmed() ? sent_at_ + kStale : 0);
 }
 
-Step SaaCanDevice::Next(const Turn& turn) const {
+Step SaaCanDevice::Next(const BusSlot& turn) const {
   if (!link_up_ || silenced_) return {.action = Idle{kNever}, .priority = Priority::kLive};
   if (turn.now < FreeAt()) return Hear(turn);
   if (const auto step = ForProcedure(turn)) return *step;
   if (procedure_ && procedure_->alone()) return Hear(turn);
   if (const auto frame = SetUp(turn.now)) return Sending(*frame, Priority::kLive);
-  const bool ask = settings_.mode == Mode::kSingle && turn.live_due && turn.now >= PollAt();
+  const bool ask = settings_.mode == Mode::kSingle && turn.poll_due && turn.now >= PollAt();
   return ask ? Sending(Poll(), Priority::kLive) : Hear(turn);
 }
 
-std::optional<Step> SaaCanDevice::ForProcedure(const Turn& turn) const {
+std::optional<Step> SaaCanDevice::ForProcedure(const BusSlot& turn) const {
   if (!procedure_ || Expired(turn.now)) return std::nullopt;
   if (turn.reserved && !procedure_->alone()) return std::nullopt;
   const Procedure::Want want = procedure_->Wants(turn.now);
   if (const auto* frame = std::get_if<CanFrame>(&want)) return Sending(*frame, Priority::kCommand);
   const bool asks = std::holds_alternative<Procedure::Position>(want) && settings_.mode == Mode::kSingle;
   if (!asks || interpreter_.awaiting()) return std::nullopt;
-  return Sending(Poll(), turn.live_due ? Priority::kLive : Priority::kCommand);
+  return Sending(Poll(), turn.poll_due ? Priority::kLive : Priority::kCommand);
 }
 
 std::optional<CanFrame> SaaCanDevice::SetUp(MonoNs now) const {
@@ -81,12 +81,12 @@ CanFrame SaaCanDevice::Poll() const {
 }
 
 // Until something must be missed, or may be sent.
-Step SaaCanDevice::Hear(const Turn& turn) const {
+Step SaaCanDevice::Hear(const BusSlot& turn) const {
   MonoNs until = interpreter_.due();
   if (turn.now < FreeAt()) {
     until = std::min(until, FreeAt());
   } else if (!procedure_ || !procedure_->alone()) {
-    if (settings_.mode == Mode::kSingle && turn.live_due) until = std::min(until, PollAt());
+    if (settings_.mode == Mode::kSingle && turn.poll_due) until = std::min(until, PollAt());
     const bool again = settings_.mode == Mode::kCyclic && settings_.start && interpreter_.silent_in_a_row() > 0;
     if (again) until = std::min(until, sent_at_ + kStartAgain);
   }
@@ -145,7 +145,7 @@ void SaaCanDevice::AdvanceProcedure(const Event& event, const Interpreter::Heard
 
 // ---- orders ----
 
-void SaaCanDevice::Begin(const Order& order, MonoNs now) {
+void SaaCanDevice::Begin(const DriverCommand& order, MonoNs now) {
   auto made = Admit(order, now);
   if (const Outcome* refused = std::get_if<Outcome>(&made)) return output_.OnOutcome(order.id, *refused);
   procedure_ = std::move(std::get<std::unique_ptr<Procedure>>(made));
@@ -153,19 +153,19 @@ void SaaCanDevice::Begin(const Order& order, MonoNs now) {
   begin_by_ = order.begin_by;
 }
 
-std::optional<Outcome> SaaCanDevice::Refusal(const Order& order, MonoNs now) const {
+std::optional<Outcome> SaaCanDevice::Refusal(const DriverCommand& order, MonoNs now) const {
   return RefusalOf(Admit(order, now));
 }
 
 // What is wrong with the order itself comes first: it will not pass.
-Made<Procedure> SaaCanDevice::Admit(const Order& order, MonoNs now) const {
+Made<Procedure> SaaCanDevice::Admit(const DriverCommand& order, MonoNs now) const {
   auto made = MakeProcedure(order, {settings_, bench_, interpreter_, output_}, now);
   if (RefusalOf(made)) return made;
   if (auto refusal = RefusalNow(order, now)) return *std::move(refusal);
   return made;
 }
 
-std::optional<Outcome> SaaCanDevice::RefusalNow(const Order& order, MonoNs now) const {
+std::optional<Outcome> SaaCanDevice::RefusalNow(const DriverCommand& order, MonoNs now) const {
   if (auto refusal = RefusalToBegin(procedure_ != nullptr, order, now, link_up_)) return refusal;
   if (silenced_) {
     return Rejected(Reason::REASON_DEVICE_OFFLINE,

@@ -3,8 +3,8 @@
 #include <memory>
 #include <optional>
 
-#include "drivers/runtime/core/device.h"
-#include "drivers/runtime/device/refusal.h"
+#include "core/device/device.h"
+#include "drivers/kit/refusal.h"
 #include "drivers/saa_can/interpreter.h"
 #include "drivers/saa_can/procedure.h"
 
@@ -21,23 +21,23 @@ class SaaCanDevice final : public Device {
  public:
   SaaCanDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
 
-  [[nodiscard]] Step Next(const Turn& turn) const override;
+  [[nodiscard]] Step Next(const BusSlot& turn) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
-  [[nodiscard]] std::optional<Outcome> Refusal(const Order& order, MonoNs now) const override;
-  void Begin(const Order& order, MonoNs now) override;
+  [[nodiscard]] std::optional<Outcome> Refusal(const DriverCommand& order, MonoNs now) const override;
+  void Begin(const DriverCommand& order, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
  private:
   // The procedure that carries out the order, or why it cannot begin now.
-  [[nodiscard]] Made<Procedure> Admit(const Order& order, MonoNs now) const;
-  [[nodiscard]] std::optional<Outcome> RefusalNow(const Order& order, MonoNs now) const;
+  [[nodiscard]] Made<Procedure> Admit(const DriverCommand& order, MonoNs now) const;
+  [[nodiscard]] std::optional<Outcome> RefusalNow(const DriverCommand& order, MonoNs now) const;
   [[nodiscard]] MonoNs FreeAt() const;  // another frame may be sent then
-  [[nodiscard]] std::optional<Step> ForProcedure(const Turn& turn) const;
+  [[nodiscard]] std::optional<Step> ForProcedure(const BusSlot& turn) const;
   [[nodiscard]] std::optional<CanFrame> SetUp(MonoNs now) const;
   [[nodiscard]] MonoNs PollAt() const;
   [[nodiscard]] CanFrame Poll() const;
-  [[nodiscard]] Step Hear(const Turn& turn) const;
+  [[nodiscard]] Step Hear(const BusSlot& turn) const;
   void OnLink(const Event& event);
   void NoteOwn(const Event& event, MonoNs now);
   void AdvanceProcedure(const Event& event, const Interpreter::Heard& heard, MonoNs now);

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
 #include "drivers/saa_can/delivery.h"
 #include "drivers/saa_can/settings.h"
 

@@ -1,4 +1,4 @@
-#include "drivers/runtime/core/family.h"
+#include "core/device/family.h"
 
 #include <memory>
 

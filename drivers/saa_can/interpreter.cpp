@@ -203,7 +203,7 @@ void Interpreter::MissWhatIsDue(const Event& event) {
 void Interpreter::OnAcknowledged(Command command) {
   if (command != Command::kPeriod || per_second_ordered_ == 0 || settings_.mode != Mode::kCyclic) return;
   period_ = kSecond / per_second_ordered_;
-  cadence_ = Cadence(period_ + settings_.latency, kPeriodsToSilence);
+  cadence_ = PeriodMonitor(period_ + settings_.latency, kPeriodsToSilence);
   cadence_.Arrived(now_);
 }
 

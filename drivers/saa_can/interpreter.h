@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <optional>
 
-#include "drivers/runtime/bus/cadence.h"
-#include "drivers/runtime/core/device.h"
-#include "drivers/runtime/core/event.h"
+#include "core/device/device.h"
+#include "core/device/event.h"
+#include "drivers/kit/period_monitor.h"
 #include "drivers/saa_can/answer_pace.h"
 #include "drivers/saa_can/settings.h"
 
@@ -98,7 +98,7 @@ class Interpreter {
   const MonoNs late_;
   DeviceOutput& output_;
   MonoNs period_;
-  Cadence cadence_;
+  PeriodMonitor cadence_;
 
   MonoNs now_ = 0;  // of the newest event: a frame that was acknowledged may be told before one that came earlier
   bool answering_ = false;

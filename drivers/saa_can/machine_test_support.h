@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "drivers/runtime/config/load.h"
+#include "core/config/load.h"
 
 namespace axlecast::saa_can {
 

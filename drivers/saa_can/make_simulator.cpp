@@ -1,6 +1,6 @@
 #include "drivers/saa_can/make_simulator.h"
 
-#include "drivers/runtime/config/config_map.h"
+#include "core/config/config_map.h"
 #include "drivers/saa_can/cia406/cia406.h"
 #include "drivers/saa_can/settings.h"
 #include "drivers/saa_can/simulator/can_bus.h"

@@ -4,11 +4,11 @@
 #include <axlecast/command_status_t.hpp>
 #include <vector>
 
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/device/arguments.h"
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/config/machine_config.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/arguments.h"
 #include "drivers/saa_can/cia406/cia406.h"
-#include "drivers/saa_can/dialogue.h"
+#include "drivers/saa_can/node_configuration.h"
 #include "drivers/saa_can/readout.h"
 #include "drivers/saa_can/setting.h"
 #include "drivers/saa_can/zero.h"
@@ -42,7 +42,7 @@ const std::vector<OperationSpec>& Specs() {
        .moves_datum = true,
        .writes = &OneWrite,
        .verification = "the position reads 0 within 0.2 degrees or 2 counts, if it read otherwise before",
-       .found_by = kReadName},
+       .verified_by_operation = kReadName},
       {.name = kReadName,
        .help = "Reads the position once",
        .arguments = {{"after", "an operation with its arguments, to see whether it took effect", false}},
@@ -58,14 +58,14 @@ const std::vector<OperationSpec>& Specs() {
        .moves_datum = true,
        .writes = &OneWrite,
        .verification = "none: the reply says that it was accepted; only a motion shows it",
-       .found_by = kReadName},
+       .verified_by_operation = kReadName},
       {.name = kPeriodName,
        .help = "Sets how often the encoder sends by itself (31 NN TT); mode cyclic",
        .arguments = {{"period_ms", "1000 divided by 1 to 255: 4, 5, 8, 10, 20, 25, 40, 50, 100, ... 1000 ms"}},
        .destructive = true,
        .writes = &OneWrite,
        .verification = "five periods are measured",
-       .found_by = kReadName},
+       .verified_by_operation = kReadName},
       {.name = kStopName,
        .help = "Stops an encoder that sends by itself (31 NN TT); mode single, and only with the byte in the file",
        .arguments = {},
@@ -79,7 +79,7 @@ const std::vector<OperationSpec>& Specs() {
        .needs_permit = true,
        .writes = &OneWrite,
        .verification = "the encoder answers as the new node",
-       .found_by = kReadName},
+       .verified_by_operation = kReadName},
       {.name = kBitrateName,
        .help = "Changes the encoder's bit rate (7E5). On a bench only: every node on the bus takes it",
        .arguments = {{"bitrate", "1000000, 500000 or 250000 bit/s"}, kConfirm},
@@ -87,7 +87,7 @@ const std::vector<OperationSpec>& Specs() {
        .needs_permit = true,
        .writes = &OneWrite,
        .verification = "none: the interface still has the old rate; the outcome says how to go on",
-       .found_by = kReadName},
+       .verified_by_operation = kReadName},
   };
   return kSpecs;
 }
@@ -117,7 +117,7 @@ constexpr const char* kBadPeriod =
 constexpr const char* kBadNode = "node must be 1 to 255, or 0x01 to 0xff";
 constexpr const char* kBadBitrate = "bitrate must be 1000000, 500000 or 250000";
 
-Made MakeDirection(const Order& order, const Surroundings& around, MonoNs now) {
+Made MakeDirection(const DriverCommand& order, const OperationContext& around, MonoNs now) {
   const std::string_view direction = FindArgument(order.arguments, "direction").value_or("");
   if (!IsDirection(direction)) return BadArgument("direction must be positive or negative");
   const auto byte = direction == "positive" ? around.settings.positive_byte : around.settings.negative_byte;
@@ -130,7 +130,7 @@ Made MakeDirection(const Order& order, const Surroundings& around, MonoNs now) {
   return std::make_unique<SetDirection>(*byte, around, now);
 }
 
-Made MakePeriod(const Order& order, const Surroundings& around) {
+Made MakePeriod(const DriverCommand& order, const OperationContext& around) {
   const std::optional<std::uint8_t> per_second = PerSecondArgument(order.arguments);
   if (!per_second) return BadArgument(kBadPeriod);
   if (around.settings.mode != Mode::kCyclic) return NotPermitted("the encoder is configured with mode: single");
@@ -138,7 +138,7 @@ Made MakePeriod(const Order& order, const Surroundings& around) {
   return std::make_unique<SetPeriod>(*per_second, around);
 }
 
-Made MakeStop(const Surroundings& around) {
+Made MakeStop(const OperationContext& around) {
   if (around.settings.mode != Mode::kSingle) {
     return NotPermitted("the file says mode: cyclic, in which the encoder is to send: set mode: single first");
   }
@@ -152,7 +152,8 @@ Made MakeStop(const Surroundings& around) {
 }
 
 // What every node on the bus takes.
-Made MakeDialogue(const Order& order, Dialogue::Target target, const Surroundings& around, MonoNs now) {
+Made MakeDialogue(const DriverCommand& order, NodeConfigurationProcedure::Target target,
+                  const OperationContext& around, MonoNs now) {
   if (!around.bench) {
     return NotPermitted(
         "every node on the bus would take it: connect this encoder alone, set bench: true at the bus in the file "
@@ -165,17 +166,17 @@ Made MakeDialogue(const Order& order, Dialogue::Target target, const Surrounding
         "silent");
   }
   target.before = around.settings.wire_bitrate;
-  return std::make_unique<Dialogue>(target, around, now);
+  return std::make_unique<NodeConfigurationProcedure>(target, around, now);
 }
 
-Made MakeNode(const Order& order, const Surroundings& around, MonoNs now) {
+Made MakeNode(const DriverCommand& order, const OperationContext& around, MonoNs now) {
   const std::optional<std::uint8_t> node = NodeOf(order.arguments);
   if (!node) return BadArgument(kBadNode);
   if (node == around.settings.node) return NotPermitted("that is its node id in the file");
   return MakeDialogue(order, {.service = Service::kNode, .node = *node}, around, now);
 }
 
-Made MakeBitrate(const Order& order, const Surroundings& around, MonoNs now) {
+Made MakeBitrate(const DriverCommand& order, const OperationContext& around, MonoNs now) {
   const std::optional<std::int64_t> bitrate = BitrateArgument(order.arguments);
   if (!bitrate) return BadArgument(kBadBitrate);
   if (bitrate == around.settings.wire_bitrate) return NotPermitted("the bus runs at that bit rate");
@@ -183,7 +184,7 @@ Made MakeBitrate(const Order& order, const Surroundings& around, MonoNs now) {
 }
 
 // Whether the operation that `after` tells of took effect.
-Made MakeLook(const std::string& text, const Surroundings& around, MonoNs now) {
+Made MakeLook(const std::string& text, const OperationContext& around, MonoNs now) {
   const CommandLine after = ParseCommandLine(text);
   const auto read = [&](ReadPosition::After what) -> Made {
     return std::make_unique<ReadPosition>(what, around, now);
@@ -251,9 +252,9 @@ std::optional<Outcome> RefusalAtPosition(std::string_view operation, std::int64_
   return RefusalOfDirectionAt((counts % turn + turn) % turn, settings);
 }
 
-bool LooksElsewhere(const Order& order) { return FindArgument(order.arguments, "after").has_value(); }
+bool LooksElsewhere(const DriverCommand& order) { return FindArgument(order.arguments, "after").has_value(); }
 
-Made MakeProcedure(const Order& order, const Surroundings& around, MonoNs now) {
+Made MakeProcedure(const DriverCommand& order, const OperationContext& around, MonoNs now) {
   if (order.operation == kZeroName) return std::make_unique<Zero>(around, now);
   if (order.operation == kDirectionName) return MakeDirection(order, around, now);
   if (order.operation == kPeriodName) return MakePeriod(order, around);

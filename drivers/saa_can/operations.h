@@ -7,9 +7,9 @@
 #include <string>
 #include <string_view>
 
-#include "drivers/runtime/core/device.h"
-#include "drivers/runtime/core/operation.h"
-#include "drivers/runtime/device/refusal.h"
+#include "core/device/device.h"
+#include "core/device/operation.h"
+#include "drivers/kit/refusal.h"
 #include "drivers/saa_can/procedure.h"
 #include "drivers/saa_can/settings.h"
 
@@ -23,14 +23,14 @@ namespace axlecast::saa_can {
 [[nodiscard]] const OperationSpec* FindOperation(std::string_view name);
 
 // The encoder may be where the file does not say: allowed even when it is not heard.
-[[nodiscard]] bool LooksElsewhere(const Order& order);
+[[nodiscard]] bool LooksElsewhere(const DriverCommand& order);
 
 // Why the operation cannot be told from a position where the shaft stands: counts as MotionAt has them.
 [[nodiscard]] std::optional<Outcome> RefusalAtPosition(std::string_view operation, std::int64_t counts,
                                                        const SaaCanSettings& settings);
 
 // What a procedure may know of the device. Outlives the procedure.
-struct Surroundings {
+struct OperationContext {
   const SaaCanSettings& settings;
   bool bench = false;
   const Interpreter& interpreter;
@@ -38,6 +38,6 @@ struct Surroundings {
 };
 
 // The procedure that carries out an order, or why there is none: arguments are checked here.
-[[nodiscard]] Made<Procedure> MakeProcedure(const Order& order, const Surroundings& around, MonoNs now);
+[[nodiscard]] Made<Procedure> MakeProcedure(const DriverCommand& order, const OperationContext& around, MonoNs now);
 
 }  // namespace axlecast::saa_can

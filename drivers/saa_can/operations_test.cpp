@@ -220,7 +220,7 @@ TEST(SaaCanOperations, WhatChangesSomethingIsAskedForFirst) {
     const bool reads = operation.name == "read_position";
     EXPECT_EQ(operation.needs_standstill, datum) << operation.name;
     EXPECT_EQ(operation.destructive, !reads) << operation.name;
-    EXPECT_EQ(operation.found_by.empty(), reads || operation.name == "stop_cyclic") << operation.name;
+    EXPECT_EQ(operation.verified_by_operation.empty(), reads || operation.name == "stop_cyclic") << operation.name;
   }
 }
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <memory>
 
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/device/outcome_text.h"
 #include "drivers/saa_can/codec.h"
 
 namespace axlecast::saa_can {
@@ -76,12 +76,12 @@ bool ListeningProbe::IsCanopen(std::uint32_t node) const {
   return beat != heard_.end() && beat->second.least_size == 1 && IsHeartbeat(beat->second.bits[0]);
 }
 
-std::optional<ProbeFinding> ListeningProbe::Encoder(std::uint32_t node, const Heard& heard) const {
+std::optional<ProbeHit> ListeningProbe::Encoder(std::uint32_t node, const Heard& heard) const {
   const int bits = BitsOf(heard.bits);
   if (heard.frames < kFewFrames || heard.least_size < 2 || bits == 0) return std::nullopt;
   // From 181 on these are the identifiers of CANopen's process data too.
   const bool ours = kDataBase + node <= kProcessDataBase;
-  ProbeFinding finding;
+  ProbeHit finding;
   finding.confidence = ours && heard.IsSteady() ? Confidence::kLikely : Confidence::kPossible;
   finding.device = Text("SAA encoder on CAN, node 0x%02x", static_cast<unsigned>(node));
   finding.reason = Text("%d frames %03X#, one each %.4g ms, hold what could be a position%s", heard.frames,
@@ -96,9 +96,9 @@ std::optional<ProbeFinding> ListeningProbe::Encoder(std::uint32_t node, const He
   return finding;
 }
 
-ProbeFinding ListeningProbe::CanopenNode(std::uint32_t node) const {
+ProbeHit ListeningProbe::CanopenNode(std::uint32_t node) const {
   const bool data = heard_.contains(kProcessDataBase + node);
-  ProbeFinding finding;
+  ProbeHit finding;
   finding.confidence = Confidence::kSure;
   finding.device = Text("CANopen node %u", static_cast<unsigned>(node));
   finding.reason =
@@ -108,13 +108,13 @@ ProbeFinding ListeningProbe::CanopenNode(std::uint32_t node) const {
   return finding;
 }
 
-std::vector<ProbeFinding> ListeningProbe::Findings() const {
-  std::vector<ProbeFinding> findings;
+std::vector<ProbeHit> ListeningProbe::Findings() const {
+  std::vector<ProbeHit> findings;
   for (const auto& [id, heard] : heard_) {
     const std::uint32_t node = id - kDataBase;
     if (id <= kDataBase || node > kMostNode) continue;
     if (id > kProcessDataBase && IsCanopen(id - kProcessDataBase)) continue;
-    if (std::optional<ProbeFinding> finding = Encoder(node, heard)) findings.push_back(std::move(*finding));
+    if (std::optional<ProbeHit> finding = Encoder(node, heard)) findings.push_back(std::move(*finding));
   }
   for (std::uint32_t node = 1; node <= kLastCanopenNode; ++node) {
     if (IsCanopen(node)) findings.push_back(CanopenNode(node));

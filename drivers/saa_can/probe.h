@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "drivers/runtime/core/probe.h"
+#include "core/device/probe.h"
 
 namespace axlecast::saa_can {
 
@@ -18,7 +18,7 @@ class ListeningProbe final : public Probe {
 
   [[nodiscard]] std::optional<Step> Next(MonoNs now) const override;
   void On(const Event& event) override;
-  [[nodiscard]] std::vector<ProbeFinding> Findings() const override;
+  [[nodiscard]] std::vector<ProbeHit> Findings() const override;
   [[nodiscard]] double Progress() const override;
 
  private:
@@ -36,8 +36,8 @@ class ListeningProbe final : public Probe {
   };
 
   [[nodiscard]] bool IsCanopen(std::uint32_t node) const;
-  [[nodiscard]] std::optional<ProbeFinding> Encoder(std::uint32_t node, const Heard& heard) const;
-  [[nodiscard]] ProbeFinding CanopenNode(std::uint32_t node) const;
+  [[nodiscard]] std::optional<ProbeHit> Encoder(std::uint32_t node, const Heard& heard) const;
+  [[nodiscard]] ProbeHit CanopenNode(std::uint32_t node) const;
 
   MonoNs until_;
   MonoNs now_;

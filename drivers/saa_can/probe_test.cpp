@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/runtime/bus/frame_medium.h"
+#include "drivers/runtime/bus/can_transactor.h"
 #include "drivers/runtime/bus/run_probe.h"
 #include "tests/support/probe_run.h"
 #include "tests/support/scripted_frame_link.h"
@@ -16,17 +16,17 @@ using testing::IsEmpty;
 using testing::SizeIs;
 
 // A CAN bus in virtual time on which these frames come, each at its period.
-class Bench {
+class DeviceFixture {
  public:
-  Bench() { EXPECT_EQ(link_.Open(), ""); }
+  DeviceFixture() { EXPECT_EQ(link_.Open(), ""); }
 
   void Send(std::uint32_t id, const ByteList& data, MonoNs period) {
     for (MonoNs at = period; at < 3 * kSecond; at += period) {
       link_.ArriveAt(clock_.Now() + at, {.id = id, .data = InlineBytes<kMaxCanData>(data)});
     }
   }
-  std::vector<ProbeFinding> Run() {
-    FrameMedium medium(link_, clock_);
+  std::vector<ProbeHit> Run() {
+    CanTransactor medium(link_, clock_);
     const std::unique_ptr<Probe> probe = saa_can_probe({}).at(0).make(clock_.Now());
     StaleReplyGuard guard(kLatestProbeReply);
     EXPECT_TRUE(RunProbe(*probe, medium, clock_, guard, [] { return false; }));
@@ -40,9 +40,9 @@ class Bench {
 };
 
 TEST(SaaCanProbe, FindsTheEncoderOfTheManualsLog) {
-  Bench bench;  // SAA manual 5.4.1 (1): 120# 47 26, each 106.4 ms
+  DeviceFixture bench;  // SAA manual 5.4.1 (1): 120# 47 26, each 106.4 ms
   bench.Send(0x120, {0x47, 0x26, 0, 0, 0, 0, 0, 0}, 106'400 * kMicrosecond);
-  const std::vector<ProbeFinding> found = bench.Run();
+  const std::vector<ProbeHit> found = bench.Run();
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(found[0].confidence, Confidence::kLikely) << found[0].reason;
   EXPECT_EQ(ValueOf(found[0].keys, "node"), "0x20");
@@ -52,26 +52,26 @@ TEST(SaaCanProbe, FindsTheEncoderOfTheManualsLog) {
 }
 
 TEST(SaaCanProbe, TakesAHeartbeatAndItsProcessDataForACanopenNode) {
-  Bench bench;
+  DeviceFixture bench;
   bench.Send(0x185, {0x10, 0x27, 0x00, 0x00}, 50 * kMillisecond);
   bench.Send(0x705, {0x05}, 500 * kMillisecond);
-  const std::vector<ProbeFinding> found = bench.Run();
+  const std::vector<ProbeHit> found = bench.Run();
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(found[0].device, "CANopen node 5");
   EXPECT_THAT(found[0].keys, IsEmpty());
 }
 
 TEST(SaaCanProbe, WithoutAHeartbeatTheSharedIdentifiersAreOnlyPossible) {
-  Bench bench;
+  DeviceFixture bench;
   bench.Send(0x185, {0x10, 0x27}, 50 * kMillisecond);
-  const std::vector<ProbeFinding> found = bench.Run();
+  const std::vector<ProbeHit> found = bench.Run();
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(found[0].confidence, Confidence::kPossible);
   EXPECT_EQ(ValueOf(found[0].keys, "node"), "0x85");
 }
 
 TEST(SaaCanProbe, TakesNoOtherTrafficForAnEncoder) {
-  Bench bench;
+  DeviceFixture bench;
   bench.Send(0x130, {1, 2, 3, 4, 5, 6, 7, 8}, 20 * kMillisecond);              // no position is so long
   bench.Send(0x131, {1}, 20 * kMillisecond);                                   // or so short
   bench.Send(0x080, {}, 20 * kMillisecond);                                    // SYNC
@@ -81,7 +81,7 @@ TEST(SaaCanProbe, TakesNoOtherTrafficForAnEncoder) {
   EXPECT_THAT(bench.Run(), IsEmpty());
 }
 
-TEST(SaaCanProbe, ASilentBusHoldsNothing) { EXPECT_THAT(Bench().Run(), IsEmpty()); }
+TEST(SaaCanProbe, ASilentBusHoldsNothing) { EXPECT_THAT(DeviceFixture().Run(), IsEmpty()); }
 
 }  // namespace
 }  // namespace axlecast::saa_can

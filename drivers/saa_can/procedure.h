@@ -3,7 +3,7 @@
 #include <optional>
 #include <variant>
 
-#include "drivers/runtime/core/operation.h"
+#include "core/device/operation.h"
 #include "drivers/saa_can/interpreter.h"
 
 namespace axlecast::saa_can {

@@ -2,8 +2,8 @@
 
 #include <axlecast/command_status_t.hpp>
 
-#include "drivers/runtime/device/outcome_text.h"
-#include "drivers/runtime/device/read_back.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/read_back.h"
 #include "drivers/saa_can/ending.h"
 
 namespace axlecast::saa_can {
@@ -17,7 +17,7 @@ Outcome NothingRead(const char* why) { return Final(OrderState::kFailed, Reason:
 
 // ---- ReadPosition ----
 
-ReadPosition::ReadPosition(After after, const Surroundings& around, MonoNs now)
+ReadPosition::ReadPosition(After after, const OperationContext& around, MonoNs now)
     : after_(after), around_(around), deadline_(now + Patience(around.settings)) {}
 
 std::optional<Outcome> ReadPosition::On(const Event&, const Interpreter::Heard& heard, MonoNs now) {
@@ -44,7 +44,7 @@ Outcome ReadPosition::OnLinkLost() const { return NothingRead("the link was lost
 
 // ---- LookForPeriod ----
 
-LookForPeriod::LookForPeriod(MonoNs period, const Surroundings& around, MonoNs now)
+LookForPeriod::LookForPeriod(MonoNs period, const OperationContext& around, MonoNs now)
     : period_(period), deadline_(now + PeriodMeter::Patience(std::max(period, around.interpreter.period()))) {}
 
 std::optional<Outcome> LookForPeriod::On(const Event& event, const Interpreter::Heard& heard, MonoNs now) {
@@ -64,7 +64,7 @@ Outcome LookForPeriod::OnLinkLost() const {
 
 // ---- LookForNode ----
 
-LookForNode::LookForNode(std::uint8_t node, const Surroundings& around)
+LookForNode::LookForNode(std::uint8_t node, const OperationContext& around)
     : node_(node), around_(around), search_(node, around.settings.node, around.settings) {}
 
 Procedure::Want LookForNode::Wants(MonoNs) const {

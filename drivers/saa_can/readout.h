@@ -12,7 +12,7 @@ namespace axlecast::saa_can {
 class ReadPosition final : public Procedure {
  public:
   enum class After : std::uint8_t { kNothing, kZero, kDirection, kBitrate };
-  ReadPosition(After after, const Surroundings& around, MonoNs now);
+  ReadPosition(After after, const OperationContext& around, MonoNs now);
 
   [[nodiscard]] Want Wants(MonoNs) const override { return Position{}; }
   [[nodiscard]] MonoNs Due(MonoNs) const override { return deadline_; }
@@ -23,14 +23,14 @@ class ReadPosition final : public Procedure {
   [[nodiscard]] const char* Finding(std::int64_t counts, MonoNs now) const;
 
   const After after_;
-  const Surroundings around_;
+  const OperationContext around_;
   const MonoNs deadline_;
 };
 
 // Measures how often the encoder sends by itself, to see whether set_period took effect.
 class LookForPeriod final : public Procedure {
  public:
-  LookForPeriod(MonoNs period, const Surroundings& around, MonoNs now);
+  LookForPeriod(MonoNs period, const OperationContext& around, MonoNs now);
 
   [[nodiscard]] Want Wants(MonoNs) const override { return Nothing{}; }
   [[nodiscard]] MonoNs Due(MonoNs) const override { return deadline_; }
@@ -46,7 +46,7 @@ class LookForPeriod final : public Procedure {
 // Looks at which node id the encoder answers, to see whether set_node_id took effect.
 class LookForNode final : public Procedure {
  public:
-  LookForNode(std::uint8_t node, const Surroundings& around);
+  LookForNode(std::uint8_t node, const OperationContext& around);
 
   [[nodiscard]] Want Wants(MonoNs) const override;
   [[nodiscard]] MonoNs Due(MonoNs) const override { return search_.due(); }
@@ -57,7 +57,7 @@ class LookForNode final : public Procedure {
 
  private:
   const std::uint8_t node_;
-  const Surroundings around_;
+  const OperationContext around_;
   NodeSearch search_;
 };
 

@@ -4,8 +4,8 @@
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
-#include "drivers/runtime/device/outcome_text.h"
-#include "drivers/runtime/device/refusal.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/refusal.h"
 #include "drivers/saa_can/ending.h"
 
 namespace axlecast::saa_can {
@@ -19,7 +19,7 @@ double Milliseconds(MonoNs time) { return static_cast<double>(time) / static_cas
 
 // ---- SetDirection ----
 
-SetDirection::SetDirection(std::uint8_t parameter, const Surroundings& around, MonoNs now)
+SetDirection::SetDirection(std::uint8_t parameter, const OperationContext& around, MonoNs now)
     : parameter_(parameter), around_(around), deadline_(now + Patience(around.settings)) {}
 
 Procedure::Want SetDirection::Wants(MonoNs now) const {
@@ -91,7 +91,7 @@ std::optional<Outcome> RefusalOfDirectionAt(std::int64_t counts, const SaaCanSet
 
 // ---- SetPeriod ----
 
-SetPeriod::SetPeriod(std::uint8_t per_second, const Surroundings& around)
+SetPeriod::SetPeriod(std::uint8_t per_second, const OperationContext& around)
     : per_second_(per_second), around_(around) {}
 
 Procedure::Want SetPeriod::Wants(MonoNs) const {

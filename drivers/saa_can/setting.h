@@ -13,7 +13,7 @@ namespace axlecast::saa_can {
 // pass for the reply.
 class SetDirection final : public Procedure {
  public:
-  SetDirection(std::uint8_t parameter, const Surroundings& around, MonoNs now);
+  SetDirection(std::uint8_t parameter, const OperationContext& around, MonoNs now);
 
   [[nodiscard]] Want Wants(MonoNs now) const override;
   [[nodiscard]] MonoNs Due(MonoNs) const override;
@@ -27,7 +27,7 @@ class SetDirection final : public Procedure {
   [[nodiscard]] Outcome WithCounts(Outcome outcome, const std::string& after) const;
 
   const std::uint8_t parameter_;
-  const Surroundings around_;
+  const OperationContext around_;
   MonoNs deadline_;
   bool read_ = false;
   std::int64_t before_ = 0;
@@ -40,7 +40,7 @@ class SetDirection final : public Procedure {
 // Sets how often the encoder sends by itself (31 NN TT, ⑦), and measures it.
 class SetPeriod final : public Procedure {
  public:
-  SetPeriod(std::uint8_t per_second, const Surroundings& around);
+  SetPeriod(std::uint8_t per_second, const OperationContext& around);
 
   [[nodiscard]] Want Wants(MonoNs now) const override;
   [[nodiscard]] MonoNs Due(MonoNs) const override;
@@ -55,7 +55,7 @@ class SetPeriod final : public Procedure {
   [[nodiscard]] MonoNs period() const { return kSecond / per_second_; }
 
   const std::uint8_t per_second_;
-  const Surroundings around_;
+  const OperationContext around_;
   Delivery delivery_;
   bool acknowledged_ = false;
   MonoNs deadline_ = kNever;
@@ -66,7 +66,7 @@ class SetPeriod final : public Procedure {
 // supplies; then nothing is asked for a while, and nothing must come.
 class StopCyclic final : public Procedure {
  public:
-  StopCyclic(std::uint8_t parameter, const Surroundings& around) : parameter_(parameter), around_(around) {}
+  StopCyclic(std::uint8_t parameter, const OperationContext& around) : parameter_(parameter), around_(around) {}
 
   [[nodiscard]] Want Wants(MonoNs now) const override;
   [[nodiscard]] MonoNs Due(MonoNs) const override;
@@ -83,7 +83,7 @@ class StopCyclic final : public Procedure {
 
  private:
   const std::uint8_t parameter_;
-  const Surroundings around_;
+  const OperationContext around_;
   Delivery delivery_;
   bool acknowledged_ = false;
 };

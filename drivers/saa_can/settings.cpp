@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/config/config_map.h"
+#include "core/device/outcome_text.h"
 #include "drivers/saa/data_sheet.h"
 #include "drivers/saa_can/cia406/cia406.h"
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "drivers/runtime/config/machine_config.h"
+#include "core/config/machine_config.h"
 #include "drivers/saa_can/cia406/frame_time.h"
 #include "drivers/saa_can/codec.h"
 

@@ -4,9 +4,9 @@
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
-#include "drivers/runtime/device/outcome_text.h"
-#include "drivers/runtime/device/read_back.h"
-#include "drivers/runtime/device/refusal.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/read_back.h"
+#include "drivers/kit/refusal.h"
 #include "drivers/saa_can/ending.h"
 
 namespace axlecast::saa_can {
@@ -19,7 +19,8 @@ constexpr int kMostLooks = 5;
 
 }  // namespace
 
-Zero::Zero(const Surroundings& around, MonoNs now) : around_(around), deadline_(now + Patience(around.settings)) {}
+Zero::Zero(const OperationContext& around, MonoNs now)
+    : around_(around), deadline_(now + Patience(around.settings)) {}
 
 Procedure::Want Zero::Wants(MonoNs now) const {
   switch (stage_) {

@@ -10,7 +10,7 @@ namespace axlecast::saa_can {
 // like a position.
 class Zero final : public Procedure {
  public:
-  Zero(const Surroundings& around, MonoNs now);
+  Zero(const OperationContext& around, MonoNs now);
 
   [[nodiscard]] Want Wants(MonoNs now) const override;
   [[nodiscard]] MonoNs Due(MonoNs now) const override;
@@ -29,7 +29,7 @@ class Zero final : public Procedure {
   [[nodiscard]] Outcome Judge(std::int64_t counts) const;
   [[nodiscard]] Outcome WithCounts(Outcome outcome, const std::string& after) const;
 
-  const Surroundings around_;
+  const OperationContext around_;
   Stage stage_ = Stage::kReadBefore;
   MonoNs deadline_;
   Delivery delivery_;

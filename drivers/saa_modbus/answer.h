@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "drivers/runtime/core/event.h"
+#include "core/device/event.h"
 #include "drivers/saa_modbus/codec.h"
 
 namespace axlecast::saa_modbus {

@@ -13,10 +13,10 @@
 #include <utility>
 #include <vector>
 
+#include "core/config/config_map.h"
+#include "core/config/machine_config.h"
+#include "drivers/kit/arguments.h"
 #include "drivers/runtime/bus/bus.h"
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/device/arguments.h"
 #include "drivers/saa_modbus/device.h"
 #include "drivers/saa_modbus/make_simulator.h"
 #include "drivers/saa_modbus/simulator.h"
@@ -181,7 +181,7 @@ class Machine final : public LinkObserver {
   [[nodiscard]] Device& device(std::size_t index = 0) { return *devices_.at(index); }
 
   void Begin(const std::string& operation, Arguments arguments = {}, std::size_t index = 0) {
-    Order order;
+    DriverCommand order;
     order.id = {1, 2, 3};
     order.operation = operation;
     order.arguments = std::move(arguments);

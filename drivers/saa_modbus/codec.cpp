@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "drivers/runtime/modbus/adu.h"
+#include "drivers/protocol/modbus/adu.h"
 
 namespace axlecast::saa_modbus {
 namespace {

@@ -4,9 +4,9 @@
 #include <optional>
 #include <span>
 
-#include "drivers/runtime/core/inline_bytes.h"
-#include "drivers/runtime/core/sample.h"
-#include "drivers/runtime/core/step.h"
+#include "core/base/inline_bytes.h"
+#include "core/device/sample.h"
+#include "core/device/step.h"
 
 namespace axlecast::saa_modbus {
 

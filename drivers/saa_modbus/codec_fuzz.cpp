@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "drivers/runtime/modbus/adu.h"
+#include "drivers/protocol/modbus/adu.h"
 #include "drivers/saa_modbus/answer.h"
 #include "drivers/saa_modbus/codec_test_support.h"
 

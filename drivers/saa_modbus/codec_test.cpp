@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/modbus/adu.h"
+#include "drivers/protocol/modbus/adu.h"
 #include "drivers/saa_modbus/codec_test_support.h"
 #include "tests/support/golden_file.h"
 

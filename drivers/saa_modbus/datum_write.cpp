@@ -3,9 +3,9 @@
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
-#include "drivers/runtime/device/outcome_text.h"
-#include "drivers/runtime/device/read_back.h"
-#include "drivers/runtime/device/refusal.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/read_back.h"
+#include "drivers/kit/refusal.h"
 
 namespace axlecast::saa_modbus {
 

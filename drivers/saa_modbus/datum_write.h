@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
 #include "drivers/saa_modbus/procedure.h"
 #include "drivers/saa_modbus/settings.h"
 

@@ -235,7 +235,7 @@ TEST_F(DatumWriteTest, CanBeCancelledUntilTheRequestIsSent) {
 }
 
 TEST_F(DatumWriteTest, ExpiresWhenItCannotBegin) {
-  Order order{.id = {1, 2, 3}, .operation = "zero", .arguments = {}};
+  DriverCommand order{.id = {1, 2, 3}, .operation = "zero", .arguments = {}};
   order.begin_by = machine_.clock.Now() - 1;
   machine_.device().Begin(order, machine_.clock.Now());
   ASSERT_EQ(output_.outcomes.size(), 1U);

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "drivers/runtime/device/arguments.h"
-#include "drivers/runtime/modbus/adu.h"
+#include "drivers/kit/arguments.h"
+#include "drivers/protocol/modbus/adu.h"
 #include "drivers/saa_modbus/codec.h"
 
 namespace axlecast::saa_modbus {

@@ -1,7 +1,7 @@
 // Any settings and any frame, also with the right CRC.
 #include "drivers/saa_modbus/decode.h"
 
-#include "drivers/runtime/modbus/adu.h"
+#include "drivers/protocol/modbus/adu.h"
 #include "tests/fuzz/decode_fuzzing.h"
 
 namespace {

@@ -5,7 +5,7 @@
 #include <utility>
 #include <variant>
 
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/device/outcome_text.h"
 #include "drivers/saa_modbus/alarms.h"
 
 namespace axlecast::saa_modbus {
@@ -41,36 +41,36 @@ SaaModbusDevice::SaaModbusDevice(const BusConfig& bus, const DeviceConfig& devic
       around_{settings_, output_, connection_, other_addresses_},
       interpreter_(settings_, WireOf(bus), connection_, output) {}
 
-Step SaaModbusDevice::Next(const Turn& turn) const {
+Step SaaModbusDevice::Next(const BusSlot& turn) const {
   const auto idle = [](MonoNs until) { return Step{.action = Idle{until}, .priority = Priority::kLive}; };
   if (!link_up_) return idle(kNever);
-  if (line_unclear_) return {.action = Silence{Patience()}, .priority = Priority::kLive};
+  if (line_unclear_) return {.action = WaitForIdleLine{Patience()}, .priority = Priority::kLive};
   if (turn.now < not_before_) return idle(not_before_);
   // An order that has begun is not interrupted: it may change the address or the rate, and it takes readings itself.
   if (!procedure_ || Expired(turn.now) || (turn.reserved && !procedure_begun_)) return LiveStep(turn);
   return CarryOut(procedure_->Next(turn.now), turn);
 }
 
-Step SaaModbusDevice::LiveStep(const Turn& turn) const {
+Step SaaModbusDevice::LiveStep(const BusSlot& turn) const {
   if (connection_.port_baud != connection_.baud) {
-    return {.action = Retune{connection_.baud}, .priority = Priority::kLive};
+    return {.action = SetBaudRate{connection_.baud}, .priority = Priority::kLive};
   }
-  if (!turn.live_due && !repeat_) return {.action = Idle{kNever}, .priority = Priority::kLive};
+  if (!turn.poll_due && !repeat_) return {.action = Idle{kNever}, .priority = Priority::kLive};
   return Read(connection_.address, turn, Priority::kLive);
 }
 
-Step SaaModbusDevice::CarryOut(const Want& want, const Turn& turn) const {
+Step SaaModbusDevice::CarryOut(const Want& want, const BusSlot& turn) const {
   if (const auto* wait = std::get_if<WaitUntil>(&want)) {
     return {.action = Idle{wait->until}, .priority = Priority::kCommand};
   }
   if (const auto* read = std::get_if<ReadAt>(&want)) return Read(read->address, turn, Priority::kCommand);
   if (const auto* port = std::get_if<PortBaud>(&want)) {
-    return {.action = Retune{port->baud}, .priority = Priority::kCommand};
+    return {.action = SetBaudRate{port->baud}, .priority = Priority::kCommand};
   }
   return {.action = Ask(std::get<Send>(want).request), .priority = Priority::kCommand};
 }
 
-Step SaaModbusDevice::Read(std::uint8_t address, const Turn& turn, Priority priority) const {
+Step SaaModbusDevice::Read(std::uint8_t address, const BusSlot& turn, Priority priority) const {
   const Exchange usual = Ask(ReadRequest(address, settings_.registers));
   if (turn.MaySend(usual) || settings_.bits > kOneRegisterBits) return {.action = usual, .priority = priority};
   const Exchange other = Ask(ReadRequest(address, 3 - settings_.registers));
@@ -92,7 +92,7 @@ MonoNs SaaModbusDevice::Patience() const {
 
 void SaaModbusDevice::OnStarted(const Step& step, MonoNs now) {
   ExpireIfLate(now);
-  if (const auto* retune = std::get_if<Retune>(&step.action)) {
+  if (const auto* retune = std::get_if<SetBaudRate>(&step.action)) {
     tuning_to_ = retune->baud;
     procedure_begun_ = procedure_begun_ || step.priority == Priority::kCommand;
     return;
@@ -114,14 +114,14 @@ void SaaModbusDevice::On(const Event& event) {
     case Event::Kind::kTimeout:
       OnExchange(event);
       break;
-    case Event::Kind::kStray:
+    case Event::Kind::kUnexpectedBytes:
     case Event::Kind::kUnsolicited:
       OnStray(event);
       break;
     case Event::Kind::kSilent:
       line_unclear_ = false;
       break;
-    case Event::Kind::kRetuned:
+    case Event::Kind::kBaudRateSet:
       OnRetuned(EndOf(event));
       break;
     case Event::Kind::kLinkUp:
@@ -156,7 +156,7 @@ void SaaModbusDevice::OnExchange(const Event& event) {
 // Every device of the bus is told of it: one of them counts it and keeps the line quiet.
 void SaaModbusDevice::OnStray(const Event& event) {
   if (!keeps_line_) return;
-  output_.OnError(ErrorKind::kStray, event.received);
+  output_.OnError(ErrorKind::kUnexpectedBytes, event.received);
   line_unclear_ = true;
 }
 
@@ -193,7 +193,7 @@ void SaaModbusDevice::CompareWithFile(MonoNs now) {
 
 // ---- orders ----
 
-void SaaModbusDevice::Begin(const Order& order, MonoNs now) {
+void SaaModbusDevice::Begin(const DriverCommand& order, MonoNs now) {
   auto made = Admit(order, now);
   if (const Outcome* refused = std::get_if<Outcome>(&made)) return output_.OnOutcome(order.id, *refused);
   procedure_ = std::move(std::get<std::unique_ptr<Procedure>>(made));
@@ -202,19 +202,19 @@ void SaaModbusDevice::Begin(const Order& order, MonoNs now) {
   procedure_begun_ = false;
 }
 
-std::optional<Outcome> SaaModbusDevice::Refusal(const Order& order, MonoNs now) const {
+std::optional<Outcome> SaaModbusDevice::Refusal(const DriverCommand& order, MonoNs now) const {
   return RefusalOf(Admit(order, now));
 }
 
 // What is wrong with the order itself comes first: it will not pass.
-Made<Procedure> SaaModbusDevice::Admit(const Order& order, MonoNs now) const {
+Made<Procedure> SaaModbusDevice::Admit(const DriverCommand& order, MonoNs now) const {
   auto made = MakeProcedure(order, around_);
   if (RefusalOf(made)) return made;
   if (auto refusal = RefusalNow(order, now)) return *std::move(refusal);
   return made;
 }
 
-std::optional<Outcome> SaaModbusDevice::RefusalNow(const Order& order, MonoNs now) const {
+std::optional<Outcome> SaaModbusDevice::RefusalNow(const DriverCommand& order, MonoNs now) const {
   if (auto refusal = RefusalToBegin(procedure_ != nullptr, order, now, link_up_)) return refusal;
   if (!interpreter_.answering() && !LooksElsewhere(order)) {
     return Rejected(Reason::REASON_DEVICE_OFFLINE,

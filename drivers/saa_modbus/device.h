@@ -4,9 +4,9 @@
 #include <optional>
 #include <vector>
 
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/core/device.h"
-#include "drivers/runtime/device/refusal.h"
+#include "core/config/machine_config.h"
+#include "core/device/device.h"
+#include "drivers/kit/refusal.h"
 #include "drivers/saa_modbus/interpreter.h"
 #include "drivers/saa_modbus/operations.h"
 #include "drivers/saa_modbus/procedure.h"
@@ -26,20 +26,20 @@ class SaaModbusDevice final : public Device {
  public:
   SaaModbusDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
 
-  [[nodiscard]] Step Next(const Turn& turn) const override;
+  [[nodiscard]] Step Next(const BusSlot& turn) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
-  [[nodiscard]] std::optional<Outcome> Refusal(const Order& order, MonoNs now) const override;
-  void Begin(const Order& order, MonoNs now) override;
+  [[nodiscard]] std::optional<Outcome> Refusal(const DriverCommand& order, MonoNs now) const override;
+  void Begin(const DriverCommand& order, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
  private:
   // The procedure that carries out the order, or why it cannot begin now.
-  [[nodiscard]] Made<Procedure> Admit(const Order& order, MonoNs now) const;
-  [[nodiscard]] std::optional<Outcome> RefusalNow(const Order& order, MonoNs now) const;
-  [[nodiscard]] Step LiveStep(const Turn& turn) const;
-  [[nodiscard]] Step CarryOut(const Want& want, const Turn& turn) const;
-  [[nodiscard]] Step Read(std::uint8_t address, const Turn& turn, Priority priority) const;
+  [[nodiscard]] Made<Procedure> Admit(const DriverCommand& order, MonoNs now) const;
+  [[nodiscard]] std::optional<Outcome> RefusalNow(const DriverCommand& order, MonoNs now) const;
+  [[nodiscard]] Step LiveStep(const BusSlot& turn) const;
+  [[nodiscard]] Step CarryOut(const Want& want, const BusSlot& turn) const;
+  [[nodiscard]] Step Read(std::uint8_t address, const BusSlot& turn, Priority priority) const;
   [[nodiscard]] Exchange Ask(const Frame& request) const;
   [[nodiscard]] MonoNs Patience() const;
   void OnExchange(const Event& event);
@@ -60,7 +60,7 @@ class SaaModbusDevice final : public Device {
   const std::vector<std::uint8_t> other_addresses_;
   DeviceOutput& output_;
   Connection connection_;
-  const Surroundings around_;  // what procedures work on
+  const OperationContext around_;  // what procedures work on
   Interpreter interpreter_;
 
   bool link_up_ = false;

@@ -200,8 +200,8 @@ TEST(SaaModbusDevice, OneDeviceOfABusCountsStrayBytes) {
   machine.Run(100 * kMillisecond);
   machine.Set("axis2", "fault", "delayed:100");
   machine.Run(kSecond);
-  EXPECT_GT(machine.output(0).Count(ErrorKind::kStray), 0);
-  EXPECT_EQ(machine.output(1).Count(ErrorKind::kStray), 0);
+  EXPECT_GT(machine.output(0).Count(ErrorKind::kUnexpectedBytes), 0);
+  EXPECT_EQ(machine.output(1).Count(ErrorKind::kUnexpectedBytes), 0);
 }
 
 TEST(SaaModbusDevice, ATwoPointReadingThatIsRefusedCostsOnlyTime) {
@@ -259,7 +259,7 @@ TEST(SaaModbusDevice, ADamagedReplyIsFollowedBySilence) {
                        .request = ReadRequest(1, 1),
                        .bytes = damaged});
   EXPECT_EQ(machine.output().Count(ErrorKind::kChecksum), 1);
-  EXPECT_TRUE(std::holds_alternative<Silence>(machine.device().Next({.now = now}).action));
+  EXPECT_TRUE(std::holds_alternative<WaitForIdleLine>(machine.device().Next({.now = now}).action));
 }
 
 // Between two slots, once.
@@ -274,7 +274,7 @@ TEST(SaaModbusDevice, AFailedReadingIsAskedForOnceMoreAtOnce) {
                .received = {now, now},
                .request = ReadRequest(1, 1),
                .bytes = {}});
-    EXPECT_TRUE(std::holds_alternative<Silence>(device.Next({.now = now}).action));
+    EXPECT_TRUE(std::holds_alternative<WaitForIdleLine>(device.Next({.now = now}).action));
     device.On({.kind = Event::Kind::kSilent, .sent = {}, .received = {now, now}, .request = {}, .bytes = {}});
     return device.Next({.now = now + kSecond}).action;
   };

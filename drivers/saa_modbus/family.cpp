@@ -1,9 +1,9 @@
-#include "drivers/runtime/core/family.h"
+#include "core/device/family.h"
 
 #include <memory>
 
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/config/machine_config.h"
+#include "core/config/config_map.h"
+#include "core/config/machine_config.h"
 #include "drivers/saa_modbus/decode.h"
 #include "drivers/saa_modbus/device.h"
 #include "drivers/saa_modbus/make_simulator.h"

@@ -1,5 +1,5 @@
 // What the family tells the rest of the product, where the manual says it.
-#include "drivers/runtime/core/family.h"
+#include "core/device/family.h"
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ TEST(SaaModbusFamily, WhatWritesIsAskedForFirstAndCanBeLookedInto) {
     const bool writes = saa_modbus::Writes(operation.name);
     EXPECT_EQ(operation.destructive, writes) << operation.name;
     EXPECT_EQ(operation.needs_permit, writes) << operation.name;
-    EXPECT_EQ(operation.found_by, writes ? "read_position" : "") << operation.name;
+    EXPECT_EQ(operation.verified_by_operation, writes ? "read_position" : "") << operation.name;
     EXPECT_FALSE(operation.verification.empty()) << operation.name;
     EXPECT_EQ(operation.needs_standstill, operation.name == "zero" || operation.name == "set_direction");
   }

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
 #include "drivers/saa_modbus/answer.h"
 #include "drivers/saa_modbus/procedure.h"
 #include "drivers/saa_modbus/settings.h"

@@ -1,7 +1,7 @@
 #include "drivers/saa_modbus/make_simulator.h"
 
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/config/machine_config.h"
+#include "core/config/config_map.h"
+#include "core/config/machine_config.h"
 #include "drivers/saa_modbus/codec.h"
 #include "drivers/saa_modbus/settings.h"
 #include "drivers/saa_modbus/simulator.h"

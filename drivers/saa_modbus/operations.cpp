@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <axlecast/command_status_t.hpp>
 
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/device/arguments.h"
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/config/machine_config.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/arguments.h"
 #include "drivers/saa_modbus/datum_write.h"
 #include "drivers/saa_modbus/readout.h"
 #include "drivers/saa_modbus/set_address.h"
@@ -36,7 +36,7 @@ const std::vector<OperationSpec>& Specs() {
        .writes = &OneWrite,
        .verification = "the position reads 0 within 0.1 degrees or 2 counts, and the encoder's accuracy, if it "
                        "read otherwise before",
-       .found_by = kRead},
+       .verified_by_operation = kRead},
       {.name = kSetDirection,
        .help = "Sets which way the encoder counts (CC 01 or 02); writes its memory. The position may jump",
        .arguments = {{"direction", "positive or negative"}},
@@ -46,7 +46,7 @@ const std::vector<OperationSpec>& Specs() {
        .moves_datum = true,
        .writes = &OneWrite,
        .verification = "none: the encoder's echo says that it was accepted; only a motion shows it",
-       .found_by = kRead},
+       .verified_by_operation = kRead},
       {.name = kSetBaudRate,
        .help = "Changes the encoder's baud rate (CC); writes its memory. Only when it is alone on its bus",
        .arguments = {{"baud", "2400, 4800, 9600, 19200 or 57600"}},
@@ -54,7 +54,7 @@ const std::vector<OperationSpec>& Specs() {
        .needs_permit = true,
        .writes = &OneWrite,
        .verification = "the encoder answers at the new rate",
-       .found_by = kRead},
+       .verified_by_operation = kRead},
       {.name = kNewAddress,
        .help = "Changes the encoder's address (A1); writes its memory",
        .arguments = {{"address", "1 to 247, not used on this bus"},
@@ -63,7 +63,7 @@ const std::vector<OperationSpec>& Specs() {
        .needs_permit = true,
        .writes = &OneWrite,
        .verification = "the encoder answers at the new address",
-       .found_by = kRead},
+       .verified_by_operation = kRead},
       {.name = kAskForAddress,
        .help = "Asks the encoder for its address, whatever it is (FF A0). Only when it is alone on its bus",
        .arguments = {},
@@ -99,7 +99,7 @@ std::optional<std::int64_t> BaudArgument(const Arguments& arguments) {
   return baud && BaudParameter(*baud) ? baud : std::nullopt;
 }
 
-bool Others(const Surroundings& around, std::uint8_t address) {
+bool Others(const OperationContext& around, std::uint8_t address) {
   return std::find(around.other_addresses.begin(), around.other_addresses.end(), address) !=
          around.other_addresses.end();
 }
@@ -107,13 +107,13 @@ bool Others(const Surroundings& around, std::uint8_t address) {
 constexpr std::string_view kBadAddress = "address and from must be 1 to 247";
 constexpr std::string_view kBadBaud = "baud must be 2400, 4800, 9600, 19200 or 57600";
 
-Made MakeDirection(const Order& order, const Surroundings& around) {
+Made MakeDirection(const DriverCommand& order, const OperationContext& around) {
   const std::optional<Parameter> direction = DirectionOf(order.arguments);
   if (!direction) return BadArgument("direction must be positive or negative");
   return std::make_unique<DatumWrite>(*direction, around.settings, around.connection, around.output);
 }
 
-Made MakeSetBaud(const Order& order, const Surroundings& around) {
+Made MakeSetBaud(const DriverCommand& order, const OperationContext& around) {
   const std::optional<std::int64_t> baud = BaudArgument(order.arguments);
   if (!baud) return BadArgument(kBadBaud);
   if (!around.other_addresses.empty()) {
@@ -124,7 +124,7 @@ Made MakeSetBaud(const Order& order, const Surroundings& around) {
   return std::make_unique<SetBaud>(*baud, around.connection);
 }
 
-Made MakeSetAddress(const Order& order, const Surroundings& around) {
+Made MakeSetAddress(const DriverCommand& order, const OperationContext& around) {
   const auto to = AddressOf(order.arguments, "address", 0);
   const auto from = AddressOf(order.arguments, "from", around.connection.address);
   if (!to || *to == 0 || !from) return BadArgument(kBadAddress);
@@ -136,7 +136,7 @@ Made MakeSetAddress(const Order& order, const Surroundings& around) {
   return std::make_unique<SetAddress>(*from, *to, around.connection);
 }
 
-Made MakeQuery(const Surroundings& around) {
+Made MakeQuery(const OperationContext& around) {
   if (!around.other_addresses.empty()) {
     return NotPermitted(
         "the question goes to every encoder on the bus, and all would answer at once: connect this "
@@ -146,7 +146,7 @@ Made MakeQuery(const Surroundings& around) {
 }
 
 // Whether the operation that `after` tells of took effect.
-Made MakeLook(const std::string& text, const Surroundings& around) {
+Made MakeLook(const std::string& text, const OperationContext& around) {
   const CommandLine after = ParseCommandLine(text);
   const auto read = [&](Parameter parameter) -> Made {
     return std::make_unique<ReadPosition>(parameter, around.settings, around.connection, around.output);
@@ -188,7 +188,7 @@ const OperationSpec* FindOperation(std::string_view name) {
   return found == specs.end() ? nullptr : &*found;
 }
 
-bool LooksElsewhere(const Order& order) {
+bool LooksElsewhere(const DriverCommand& order) {
   return order.operation == kAskForAddress || FindArgument(order.arguments, "from") ||
          FindArgument(order.arguments, "after");
 }
@@ -198,7 +198,7 @@ bool Writes(std::string_view operation) {
   return spec != nullptr && spec->writes != nullptr;
 }
 
-Made MakeProcedure(const Order& order, const Surroundings& around) {
+Made MakeProcedure(const DriverCommand& order, const OperationContext& around) {
   if (order.operation == kZero) {
     return std::make_unique<DatumWrite>(Parameter::kZero, around.settings, around.connection, around.output);
   }

@@ -6,9 +6,9 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/runtime/core/device.h"
-#include "drivers/runtime/core/operation.h"
-#include "drivers/runtime/device/refusal.h"
+#include "core/device/device.h"
+#include "core/device/operation.h"
+#include "drivers/kit/refusal.h"
 #include "drivers/saa_modbus/procedure.h"
 #include "drivers/saa_modbus/settings.h"
 
@@ -21,12 +21,12 @@ namespace axlecast::saa_modbus {
 [[nodiscard]] const OperationSpec* FindOperation(std::string_view name);
 
 // The encoder may be where the file does not say: allowed even when it does not answer.
-[[nodiscard]] bool LooksElsewhere(const Order& order);
+[[nodiscard]] bool LooksElsewhere(const DriverCommand& order);
 // It writes the encoder's memory.
 [[nodiscard]] bool Writes(std::string_view operation);
 
 // What a procedure may know of the device and its bus. Outlives the procedure.
-struct Surroundings {
+struct OperationContext {
   const SaaModbusSettings& settings;
   const DeviceOutput& output;
   Connection& connection;
@@ -34,6 +34,6 @@ struct Surroundings {
 };
 
 // The procedure that carries out an order, or why there is none: arguments are checked here.
-[[nodiscard]] Made<Procedure> MakeProcedure(const Order& order, const Surroundings& around);
+[[nodiscard]] Made<Procedure> MakeProcedure(const DriverCommand& order, const OperationContext& around);
 
 }  // namespace axlecast::saa_modbus

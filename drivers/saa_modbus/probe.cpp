@@ -4,8 +4,8 @@
 #include <bit>
 #include <memory>
 
-#include "drivers/runtime/device/outcome_text.h"
-#include "drivers/runtime/modbus/adu.h"
+#include "core/device/outcome_text.h"
+#include "drivers/protocol/modbus/adu.h"
 #include "drivers/saa_modbus/answer.h"
 #include "drivers/saa_modbus/settings.h"
 
@@ -109,7 +109,7 @@ void SaaModbusProbe::AddEncoder() {
   const int most = registers_ == 1 ? kOneRegisterBits : reply_size_ == kThreeByteReply ? 24 : kMostBits;
   const int least =
       std::max({registers_ == 1 ? kLeastBits : kOneRegisterBits + 1, static_cast<int>(std::bit_width(positions_))});
-  ProbeFinding finding;
+  ProbeHit finding;
   finding.confidence = confirmed_ == kConfirmations ? Confidence::kLikely : Confidence::kPossible;
   finding.device = Text("SAA encoder on Modbus, address %d", address_);
   finding.reason = Text(

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "drivers/runtime/device/asking_probe.h"
+#include "drivers/kit/asking_probe.h"
 
 namespace axlecast::saa_modbus {
 
@@ -17,7 +17,7 @@ class SaaModbusProbe final : public AskingProbe {
   SaaModbusProbe(const LineFormat& line, int first, int last)
       : line_(line), first_(first), last_(last), address_(first) {}
 
-  [[nodiscard]] std::vector<ProbeFinding> Findings() const override { return findings_; }
+  [[nodiscard]] std::vector<ProbeHit> Findings() const override { return findings_; }
   [[nodiscard]] double Progress() const override;
 
  protected:
@@ -45,7 +45,7 @@ class SaaModbusProbe final : public AskingProbe {
   int confirmed_ = 0;
   std::uint32_t positions_ = 0;  // every bit that was ever set
   std::size_t reply_size_ = 0;   // bytes of its last answer
-  std::vector<ProbeFinding> findings_;
+  std::vector<ProbeHit> findings_;
 };
 
 }  // namespace axlecast::saa_modbus

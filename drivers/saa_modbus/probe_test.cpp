@@ -5,7 +5,7 @@
 
 #include <set>
 
-#include "drivers/runtime/modbus/adu.h"
+#include "drivers/protocol/modbus/adu.h"
 #include "tests/support/probe_run.h"
 
 namespace axlecast::saa_modbus {
@@ -31,7 +31,7 @@ const ByteList kPosition = {0x01, 0x03, 0x02, 0x01, 0x7F, 0xF8, 0x34};  // 383
 TEST(SaaModbusProbe, FindsTheEncoderOfTheManualsExample) {
   ProbeBench bench;
   bench.Answer(kOneRegister, kPosition);
-  const std::vector<ProbeFinding> found = bench.Run(First(1, 3));
+  const std::vector<ProbeHit> found = bench.Run(First(1, 3));
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(found[0].confidence, Confidence::kLikely) << found[0].reason;
   EXPECT_EQ(ValueOf(found[0].keys, "address"), "1");
@@ -42,7 +42,7 @@ TEST(SaaModbusProbe, FindsTheEncoderOfTheManualsExample) {
 TEST(SaaModbusProbe, FindsAnEncoderOfManyBitsByItsTwoRegisters) {
   ProbeBench bench;
   bench.Answer(kTwoRegisters, {0x01, 0x03, 0x04, 0x00, 0x03, 0x0D, 0x40, 0x0F, 0x53});  // golden/replies.txt
-  const std::vector<ProbeFinding> found = bench.Run(First(1, 1));
+  const std::vector<ProbeHit> found = bench.Run(First(1, 1));
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(ValueOf(found[0].keys, "bits"), "26");
   EXPECT_THAT(found[0].check, HasSubstr("18 to 26"));  // 200,000 takes 18
@@ -51,7 +51,7 @@ TEST(SaaModbusProbe, FindsAnEncoderOfManyBitsByItsTwoRegisters) {
 TEST(SaaModbusProbe, ThreeDataBytesAreTwentyFourBitsAtMost) {
   ProbeBench bench;
   bench.Answer(kTwoRegisters, {0x01, 0x03, 0x03, 0x01, 0xE2, 0x40, 0x5D, 0x1E});  // golden/replies.txt
-  const std::vector<ProbeFinding> found = bench.Run(First(1, 1));
+  const std::vector<ProbeHit> found = bench.Run(First(1, 1));
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(ValueOf(found[0].keys, "bits"), "24");
 }
@@ -60,7 +60,7 @@ TEST(SaaModbusProbe, ADeviceThatKnowsInputRegistersIsAnotherOne) {
   ProbeBench bench;
   bench.Answer(kOneRegister, kPosition);
   bench.Answer(Sealed({0x01, 0x04, 0x00, 0x00, 0x00, 0x01}), Sealed({0x01, 0x04, 0x02, 0x00, 0x00}));
-  const std::vector<ProbeFinding> found = bench.Run(First(1, 1));
+  const std::vector<ProbeHit> found = bench.Run(First(1, 1));
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_THAT(found[0].keys, IsEmpty());
   EXPECT_THAT(found[0].device, HasSubstr("another Modbus device"));
@@ -69,7 +69,7 @@ TEST(SaaModbusProbe, ADeviceThatKnowsInputRegistersIsAnotherOne) {
 TEST(SaaModbusProbe, ADeviceThatRefusesIsAnotherOne) {
   ProbeBench bench;
   bench.Answer(kOneRegister, Sealed({0x01, 0x83, 0x02}));
-  const std::vector<ProbeFinding> found = bench.Run(First(1, 1));
+  const std::vector<ProbeHit> found = bench.Run(First(1, 1));
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_THAT(found[0].keys, IsEmpty());
 }

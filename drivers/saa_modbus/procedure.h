@@ -3,8 +3,8 @@
 #include <optional>
 #include <variant>
 
-#include "drivers/runtime/core/inline_bytes.h"
-#include "drivers/runtime/core/operation.h"
+#include "core/base/inline_bytes.h"
+#include "core/device/operation.h"
 #include "drivers/saa_modbus/answer.h"
 
 namespace axlecast::saa_modbus {

@@ -2,7 +2,7 @@
 
 #include <axlecast/command_status_t.hpp>
 
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/device/outcome_text.h"
 
 namespace axlecast::saa_modbus {
 
@@ -64,7 +64,7 @@ std::optional<Outcome> SetAddress::OnBefore(const Answer& answer) {
   return std::nullopt;
 }
 
-// Silence is the good answer, several times: a reply may be lost. Any byte shows that somebody is there.
+// WaitForIdleLine is the good answer, several times: a reply may be lost. Any byte shows that somebody is there.
 std::optional<Outcome> SetAddress::OnProbed(const Answer& answer) {
   if (answer.error != ErrorKind::kTimeout) {
     return Rejected(

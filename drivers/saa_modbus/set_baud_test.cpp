@@ -130,15 +130,17 @@ TEST_F(SetBaudTest, LookingForAChangeThatDidNotHappenSaysSo) {
 // Trying the port at another rate is the begin of the order.
 TEST_F(SetBaudTest, DoesNotExpireOnceThePortWasTried) {
   const MonoNs now = machine_.clock.Now();
-  Order order{.id = {1, 2, 3}, .operation = "read_position", .arguments = {{"after", "set_baud baud=57600"}}};
+  DriverCommand order{
+      .id = {1, 2, 3}, .operation = "read_position", .arguments = {{"after", "set_baud baud=57600"}}};
   order.begin_by = now;
   Device& device = machine_.device();
   device.Begin(order, now);
   const Step step = device.Next({.now = now});
-  ASSERT_TRUE(std::holds_alternative<Retune>(step.action));
+  ASSERT_TRUE(std::holds_alternative<SetBaudRate>(step.action));
   device.OnStarted(step, now);
   const MonoNs later = now + kSecond;
-  device.On({.kind = Event::Kind::kRetuned, .sent = {}, .received = {later, later}, .request = {}, .bytes = {}});
+  device.On(
+      {.kind = Event::Kind::kBaudRateSet, .sent = {}, .received = {later, later}, .request = {}, .bytes = {}});
   EXPECT_TRUE(machine_.output().outcomes.empty());
 }
 

@@ -5,9 +5,9 @@
 #include <map>
 #include <string>
 
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/config/config_map.h"
+#include "core/config/machine_config.h"
+#include "core/device/outcome_text.h"
 #include "drivers/saa/data_sheet.h"
 #include "drivers/saa_modbus/codec.h"
 

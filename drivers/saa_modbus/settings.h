@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "drivers/runtime/core/family.h"
+#include "core/device/family.h"
 
 namespace axlecast::saa_modbus {
 

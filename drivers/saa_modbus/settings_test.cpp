@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <yaml-cpp/yaml.h>
 
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/config/machine_config.h"
+#include "core/config/config_map.h"
+#include "core/config/machine_config.h"
 #include "drivers/saa/table_test_support.h"
 
 namespace axlecast::saa_modbus {

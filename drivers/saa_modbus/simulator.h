@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/runtime/core/line_format.h"
-#include "drivers/runtime/core/simulator.h"
-#include "drivers/runtime/simulation/script.h"
+#include "core/device/line_format.h"
+#include "core/device/simulator.h"
+#include "drivers/kit/simulation/script.h"
 #include "drivers/saa_modbus/simulated_encoder.h"
 
 namespace axlecast::saa_modbus {

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <yaml-cpp/yaml.h>
 
-#include "drivers/runtime/config/machine_config.h"
+#include "core/config/machine_config.h"
 #include "drivers/saa_modbus/make_simulator.h"
 #include "drivers/saa_modbus/settings.h"
 #include "tests/support/golden_file.h"

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "drivers/runtime/core/inline_bytes.h"
+#include "core/base/inline_bytes.h"
 
 // The SAA series over an asynchronous line as the maker's operation manual gives it: 5.1.1 to 5.1.6 (RS-485), 5.2
 // and 5.3 (the same frames). Pure functions of bytes.

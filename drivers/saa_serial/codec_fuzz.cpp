@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "drivers/runtime/core/event.h"
+#include "core/device/event.h"
 #include "drivers/saa_serial/codec.h"
 #include "drivers/saa_serial/reading.h"
 

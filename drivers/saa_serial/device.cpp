@@ -5,7 +5,7 @@
 #include <utility>
 #include <variant>
 
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/device/outcome_text.h"
 #include "drivers/saa_serial/operations.h"
 
 namespace axlecast::saa_serial {
@@ -25,24 +25,24 @@ SaaDevice::SaaDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOut
       output_(output),
       interpreter_(bus, settings_, output) {}
 
-Step SaaDevice::Next(const Turn& turn) const {
+Step SaaDevice::Next(const BusSlot& turn) const {
   if (!link_up_) return {.action = Idle{kNever}, .priority = Priority::kLive};
   if (interpreter_.quiet_needed() > 0) {
-    return {.action = Silence{interpreter_.quiet_needed()}, .priority = Priority::kLive};
+    return {.action = WaitForIdleLine{interpreter_.quiet_needed()}, .priority = Priority::kLive};
   }
   const Want want = procedure_ && !Expired(turn.now) ? procedure_->Wants(turn.now) : Want::kNothing;
   if (want == Want::kZero && !turn.reserved) return ZeroStep();
   return bus_.mode == Mode::kTiming ? Stream(turn) : Poll(turn, want);
 }
 
-Step SaaDevice::Stream(const Turn& turn) const {
+Step SaaDevice::Stream(const BusSlot& turn) const {
   MonoNs until = interpreter_.silent_at();
   if (procedure_) until = std::min({until, procedure_->Due(turn.now), procedure_->touched() ? kNever : begin_by_});
   return {.action = Listen{std::max(until, turn.now)}, .priority = Priority::kLive};
 }
 
-Step SaaDevice::Poll(const Turn& turn, Want want) const {
-  const bool live = turn.live_due && (want != Want::kReading || live_turn_ || turn.reserved);
+Step SaaDevice::Poll(const BusSlot& turn, Want want) const {
+  const bool live = turn.poll_due && (want != Want::kReading || live_turn_ || turn.reserved);
   if (live) return {.action = AskPosition(), .priority = Priority::kLive};
   if (want == Want::kReading) return {.action = AskPosition(), .priority = Priority::kCommand};
   const MonoNs until = procedure_ ? procedure_->Due(turn.now) : kNever;
@@ -127,7 +127,7 @@ void SaaDevice::AdvanceProcedure(const Event& event) {
   }
 }
 
-void SaaDevice::Begin(const Order& order, MonoNs now) {
+void SaaDevice::Begin(const DriverCommand& order, MonoNs now) {
   auto made = Admit(order, now);
   if (const Outcome* refused = std::get_if<Outcome>(&made)) return output_.OnOutcome(order.id, *refused);
   procedure_ = std::move(std::get<std::unique_ptr<Procedure>>(made));
@@ -136,19 +136,19 @@ void SaaDevice::Begin(const Order& order, MonoNs now) {
   live_turn_ = false;
 }
 
-std::optional<Outcome> SaaDevice::Refusal(const Order& order, MonoNs now) const {
+std::optional<Outcome> SaaDevice::Refusal(const DriverCommand& order, MonoNs now) const {
   return RefusalOf(Admit(order, now));
 }
 
 // What is wrong with the order itself comes first: it will not pass.
-Made<Procedure> SaaDevice::Admit(const Order& order, MonoNs now) const {
+Made<Procedure> SaaDevice::Admit(const DriverCommand& order, MonoNs now) const {
   auto made = MakeProcedure(order, bus_, settings_, output_, now);
   if (RefusalOf(made)) return made;
   if (auto refusal = RefusalNow(order, now)) return *std::move(refusal);
   return made;
 }
 
-std::optional<Outcome> SaaDevice::RefusalNow(const Order& order, MonoNs now) const {
+std::optional<Outcome> SaaDevice::RefusalNow(const DriverCommand& order, MonoNs now) const {
   if (auto refusal = RefusalToBegin(procedure_ != nullptr, order, now, link_up_)) return refusal;
   if (!interpreter_.answering())
     return Rejected(Reason::REASON_DEVICE_OFFLINE,

@@ -4,8 +4,8 @@
 #include <optional>
 #include <string_view>
 
-#include "drivers/runtime/core/device.h"
-#include "drivers/runtime/device/refusal.h"
+#include "core/device/device.h"
+#include "drivers/kit/refusal.h"
 #include "drivers/saa_serial/interpreter.h"
 #include "drivers/saa_serial/procedure.h"
 
@@ -21,19 +21,19 @@ class SaaDevice final : public Device {
  public:
   SaaDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
 
-  [[nodiscard]] Step Next(const Turn& turn) const override;
+  [[nodiscard]] Step Next(const BusSlot& turn) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
-  [[nodiscard]] std::optional<Outcome> Refusal(const Order& order, MonoNs now) const override;
-  void Begin(const Order& order, MonoNs now) override;
+  [[nodiscard]] std::optional<Outcome> Refusal(const DriverCommand& order, MonoNs now) const override;
+  void Begin(const DriverCommand& order, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
  private:
   // The procedure that carries out the order, or why it cannot begin now.
-  [[nodiscard]] Made<Procedure> Admit(const Order& order, MonoNs now) const;
-  [[nodiscard]] std::optional<Outcome> RefusalNow(const Order& order, MonoNs now) const;
-  [[nodiscard]] Step Stream(const Turn& turn) const;
-  [[nodiscard]] Step Poll(const Turn& turn, Procedure::Want want) const;
+  [[nodiscard]] Made<Procedure> Admit(const DriverCommand& order, MonoNs now) const;
+  [[nodiscard]] std::optional<Outcome> RefusalNow(const DriverCommand& order, MonoNs now) const;
+  [[nodiscard]] Step Stream(const BusSlot& turn) const;
+  [[nodiscard]] Step Poll(const BusSlot& turn, Procedure::Want want) const;
   [[nodiscard]] Exchange AskPosition() const;
   [[nodiscard]] Step ZeroStep() const;
   void OnLinkDown(MonoNs now);

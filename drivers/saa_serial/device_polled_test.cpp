@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/device/outcome_text.h"
 #include "drivers/saa_serial/simulated_line_test_support.h"
 
 namespace axlecast::saa_serial {
@@ -70,7 +70,7 @@ TEST(SaaHandshake, ZeroIsOnePulseOnClrBetweenReadings) {
 TEST(SaaBusMode, TellsTheBusWhereItsReplyBegins) {
   SimulatedBus bus(kBus, kThree, kThreeSimulated);
   bus.Run(100 * kMillisecond);
-  const Step step = bus.device().Next({.now = bus.clock.Now(), .live_due = true});
+  const Step step = bus.device().Next({.now = bus.clock.Now(), .poll_due = true});
   ASSERT_TRUE(std::holds_alternative<Exchange>(step.action));
   const auto& exchange = std::get<Exchange>(step.action);
   ASSERT_NE(exchange.reply_begin, nullptr);

@@ -63,7 +63,7 @@ void Interpreter::Take(const Event& event) {
       }
       break;
     case Event::Kind::kUnsolicited:
-    case Event::Kind::kStray:
+    case Event::Kind::kUnexpectedBytes:
       if (mode_ == Mode::kTiming) {
         OnStream(event);
       } else {
@@ -98,7 +98,7 @@ void Interpreter::OnStream(const Event& event) {
 void Interpreter::OnPolled(const Event& event) {
   const PolledReading polled = ReadReply(event, settings_.format, character_);
   polled_ = polled.reading;
-  if (polled.stray > 0) output_.OnError(ErrorKind::kStray, event.received);
+  if (polled.stray > 0) output_.OnError(ErrorKind::kUnexpectedBytes, event.received);
   quiet_needed_ = 0;
   if (polled.reading.error) quiet_needed_ = settings_.silence;
   const bool silent = polled.reading.error == ErrorKind::kTimeout;
@@ -107,7 +107,7 @@ void Interpreter::OnPolled(const Event& event) {
 }
 
 void Interpreter::OnStray(const Event& event) {
-  output_.OnError(ErrorKind::kStray, event.received);
+  output_.OnError(ErrorKind::kUnexpectedBytes, event.received);
   if (guards_line_) quiet_needed_ = std::max(quiet_needed_, settings_.silence);
 }
 

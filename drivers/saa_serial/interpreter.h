@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <optional>
 
-#include "drivers/runtime/bus/cadence.h"
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
+#include "drivers/kit/period_monitor.h"
 #include "drivers/saa_serial/reading.h"
 
 namespace axlecast::saa_serial {
@@ -26,7 +26,7 @@ class Interpreter {
   // Good frames come: not before the first one after the link came up, and no more after the stream fell silent, or
   // after two requests in a row that brought not a single byte.
   [[nodiscard]] bool answering() const { return answering_; }
-  // Silence for so long before the next request; 0: the line is free.
+  // WaitForIdleLine for so long before the next request; 0: the line is free.
   [[nodiscard]] MonoNs quiet_needed() const { return quiet_needed_; }
   // When the stream is to be missed.
   [[nodiscard]] MonoNs silent_at() const { return cadence_.due(); }
@@ -50,7 +50,7 @@ class Interpreter {
 
   StreamParser parser_;
   StalledFrames stalled_;
-  Cadence cadence_;
+  PeriodMonitor cadence_;
   MonoNs emptied_ = 0;             // all bytes from before this instant had been read then
   bool all_read_ = true;           // by the newest read
   std::optional<Reading> polled_;  // until Next hands it over

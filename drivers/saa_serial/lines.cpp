@@ -5,7 +5,7 @@
 #include <cctype>
 #include <string>
 
-#include "drivers/runtime/config/config_map.h"
+#include "core/config/config_map.h"
 
 namespace axlecast::saa_serial {
 namespace {

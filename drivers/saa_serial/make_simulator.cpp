@@ -1,6 +1,6 @@
 #include "drivers/saa_serial/make_simulator.h"
 
-#include "drivers/runtime/config/config_map.h"
+#include "core/config/config_map.h"
 #include "drivers/saa_serial/settings.h"
 #include "drivers/saa_serial/simulator.h"
 

@@ -4,9 +4,9 @@
 #include <axlecast/command_status_t.hpp>
 #include <vector>
 
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/device/arguments.h"
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/config/machine_config.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/arguments.h"
 #include "drivers/saa_serial/position_readout.h"
 #include "drivers/saa_serial/zero_procedure.h"
 
@@ -33,7 +33,7 @@ std::span<const OperationSpec> Operations() {
        .writes = &OneWrite,  // taken for one: the manual does not say where the zero is kept
        .verification =
            "two readings in a row show 0 +- 0.2 degrees (or 2 counts), if the shaft stood elsewhere before",
-       .found_by = kReadPositionName},
+       .verified_by_operation = kReadPositionName},
       {.name = kReadPositionName,
        .help = "Reads the single-turn position once",
        .arguments = {{"after", "an operation, to see whether it took effect: zero", false}},
@@ -47,7 +47,7 @@ bool Permits(const BusConfig& bus, const DeviceConfig&, std::string_view operati
   return operation != kZeroName || static_cast<const SaaBus&>(*bus.family_bus).zero_clearing;
 }
 
-Made<Procedure> MakeProcedure(const Order& order, const SaaBus& bus, const SaaSettings& settings,
+Made<Procedure> MakeProcedure(const DriverCommand& order, const SaaBus& bus, const SaaSettings& settings,
                               const DeviceOutput& output, MonoNs now) {
   const MonoNs patience = std::max(kPatience, kPatiencePeriods * bus.refresh);
   if (order.operation == kZeroName) {

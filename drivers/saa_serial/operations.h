@@ -4,9 +4,9 @@
 #include <span>
 #include <string_view>
 
-#include "drivers/runtime/core/device.h"
-#include "drivers/runtime/core/operation.h"
-#include "drivers/runtime/device/refusal.h"
+#include "core/device/device.h"
+#include "core/device/operation.h"
+#include "drivers/kit/refusal.h"
 #include "drivers/saa_serial/procedure.h"
 #include "drivers/saa_serial/settings.h"
 
@@ -20,7 +20,7 @@ inline constexpr std::string_view kReadPositionName = "read_position";
 [[nodiscard]] bool Permits(const BusConfig& bus, const DeviceConfig& device, std::string_view operation);
 
 // The procedure that carries out an order, or why there is none.
-[[nodiscard]] Made<Procedure> MakeProcedure(const Order& order, const SaaBus& bus, const SaaSettings& settings,
-                                            const DeviceOutput& output, MonoNs now);
+[[nodiscard]] Made<Procedure> MakeProcedure(const DriverCommand& order, const SaaBus& bus,
+                                            const SaaSettings& settings, const DeviceOutput& output, MonoNs now);
 
 }  // namespace axlecast::saa_serial

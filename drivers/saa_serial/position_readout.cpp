@@ -2,8 +2,8 @@
 
 #include <axlecast/command_status_t.hpp>
 
-#include "drivers/runtime/device/outcome_text.h"
-#include "drivers/runtime/device/read_back.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/read_back.h"
 #include "drivers/saa_serial/zero_procedure.h"
 
 namespace axlecast::saa_serial {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
 #include "drivers/saa_serial/procedure.h"
 #include "drivers/saa_serial/settings.h"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <memory>
 
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/device/outcome_text.h"
 
 namespace axlecast::saa_serial {
 namespace {
@@ -88,7 +88,7 @@ std::optional<Step> StreamProbe::Next(MonoNs now) const {
 void StreamProbe::On(const Event& event) {
   lost_ = lost_ || event.kind == Event::Kind::kLinkDown;
   now_ = std::max(now_, event.received.last);
-  if (event.kind != Event::Kind::kUnsolicited && event.kind != Event::Kind::kStray) return;
+  if (event.kind != Event::Kind::kUnsolicited && event.kind != Event::Kind::kUnexpectedBytes) return;
   bytes_ += static_cast<std::int64_t>(event.bytes.size());
   for (Reading& reading : readings_) Take(reading, event.bytes, event.received);
 }
@@ -104,7 +104,7 @@ void StreamProbe::Take(Reading& reading, Bytes bytes, Interval at) {
   }
 }
 
-std::optional<ProbeFinding> StreamProbe::Judge(const Reading& reading) const {
+std::optional<ProbeHit> StreamProbe::Judge(const Reading& reading) const {
   const auto size = static_cast<std::int64_t>(ReplySize(reading.bits));
   const std::int64_t framed = reading.frames * size;
   // At another rate, or of another device, whole frames are a rare accident.
@@ -112,7 +112,7 @@ std::optional<ProbeFinding> StreamProbe::Judge(const Reading& reading) const {
   const double seconds = static_cast<double>(reading.last->last.last - reading.first->last.last) / 1e9;
   const std::int64_t periods = (reading.last->position - reading.first->position) / size;
   if (seconds <= 0) return std::nullopt;
-  ProbeFinding finding;
+  ProbeHit finding;
   const bool sure = reading.frames >= kManyFrames && 10 * framed >= 9 * bytes_;
   finding.confidence = sure ? Confidence::kSure : Confidence::kLikely;
   finding.device = "SAA encoder that sends by itself";
@@ -126,12 +126,12 @@ std::optional<ProbeFinding> StreamProbe::Judge(const Reading& reading) const {
   return finding;
 }
 
-std::vector<ProbeFinding> StreamProbe::Findings() const {
-  std::vector<ProbeFinding> findings;
+std::vector<ProbeHit> StreamProbe::Findings() const {
+  std::vector<ProbeHit> findings;
   for (const Reading& reading : readings_) {
-    if (std::optional<ProbeFinding> finding = Judge(reading)) findings.push_back(std::move(*finding));
+    if (std::optional<ProbeHit> finding = Judge(reading)) findings.push_back(std::move(*finding));
   }
-  return findings.size() == 1 ? findings : std::vector<ProbeFinding>();  // one line has one encoder that streams
+  return findings.size() == 1 ? findings : std::vector<ProbeHit>();  // one line has one encoder that streams
 }
 
 double StreamProbe::Progress() const {
@@ -175,7 +175,7 @@ void PolledProbe::Judge(const Event& event) {
 
 void PolledProbe::Add() {
   const bool own = header_ != kFixedHeader;
-  ProbeFinding finding;
+  ProbeHit finding;
   finding.confidence = answered_ < kAttempts ? Confidence::kPossible
                        : own                 ? Confidence::kSure
                                              : Confidence::kLikely;

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "drivers/runtime/device/asking_probe.h"
+#include "drivers/kit/asking_probe.h"
 #include "drivers/saa_serial/stream_parser.h"
 
 namespace axlecast::saa_serial {
@@ -17,7 +17,7 @@ class StreamProbe final : public Probe {
 
   [[nodiscard]] std::optional<Step> Next(MonoNs now) const override;
   void On(const Event& event) override;
-  [[nodiscard]] std::vector<ProbeFinding> Findings() const override;
+  [[nodiscard]] std::vector<ProbeHit> Findings() const override;
   [[nodiscard]] double Progress() const override;
 
  private:
@@ -34,7 +34,7 @@ class StreamProbe final : public Probe {
   };
 
   void Take(Reading& reading, Bytes bytes, Interval at);
-  [[nodiscard]] std::optional<ProbeFinding> Judge(const Reading& reading) const;
+  [[nodiscard]] std::optional<ProbeHit> Judge(const Reading& reading) const;
 
   MonoNs until_;
   MonoNs now_;
@@ -49,7 +49,7 @@ class PolledProbe final : public AskingProbe {
  public:
   PolledProbe(const LineFormat& line, int first, int last) : line_(line), first_(first), last_(last), x_(first) {}
 
-  [[nodiscard]] std::vector<ProbeFinding> Findings() const override { return findings_; }
+  [[nodiscard]] std::vector<ProbeHit> Findings() const override { return findings_; }
   [[nodiscard]] double Progress() const override;
 
  protected:
@@ -68,7 +68,7 @@ class PolledProbe final : public AskingProbe {
   int bits_ = 0;      // the most that fit the answers' length
   std::uint8_t header_ = 0;
   std::uint32_t positions_ = 0;
-  std::vector<ProbeFinding> findings_;
+  std::vector<ProbeHit> findings_;
 };
 
 }  // namespace axlecast::saa_serial

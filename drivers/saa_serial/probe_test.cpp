@@ -30,7 +30,7 @@ void Stream(ProbeBench& bench, const ByteList& frame, MonoNs period) {
 TEST(SaaStreamProbe, FindsTheStreamOfTheManualsExampleAndMeasuresItsRate) {
   ProbeBench bench;
   Stream(bench, kManualFrame, 5 * kMillisecond);
-  const std::vector<ProbeFinding> found = bench.Run(Streaming());
+  const std::vector<ProbeHit> found = bench.Run(Streaming());
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(found[0].confidence, Confidence::kSure) << found[0].reason;
   EXPECT_EQ(ValueOf(found[0].bus, "mode"), "timing");
@@ -43,7 +43,7 @@ TEST(SaaStreamProbe, FindsTheStreamOfTheManualsExampleAndMeasuresItsRate) {
 TEST(SaaStreamProbe, TellsTheNumberOfDataBytes) {
   ProbeBench bench;
   Stream(bench, {0xFF, 0x81, 0x03, 0x0D, 0x40, 0xD0}, 10 * kMillisecond);
-  const std::vector<ProbeFinding> found = bench.Run(Streaming());
+  const std::vector<ProbeHit> found = bench.Run(Streaming());
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(ValueOf(found[0].keys, "bits"), "24");
   EXPECT_THAT(found[0].check, HasSubstr("18 to 24"));
@@ -74,7 +74,7 @@ TEST(SaaPolledProbe, FindsEncodersByTheirRepliesAndAsksForPositionsAlone) {
   ProbeBench bench;
   bench.Answer({0xBC, 0xAA, 0xB1}, {0xFF, 0xB1, 0x01, 0x7F, 0x30});  // SAA manual 5.1.5
   bench.Answer({0xBC, 0xAA, 0xB3}, {0x00, 0xFF, 0x81, 0x03, 0x0D, 0x40, 0xD0});
-  const std::vector<ProbeFinding> found = bench.Run(Polled(0, 15));
+  const std::vector<ProbeHit> found = bench.Run(Polled(0, 15));
   ASSERT_THAT(found, SizeIs(2));
   EXPECT_EQ(found[0].confidence, Confidence::kSure);
   EXPECT_EQ(ValueOf(found[0].keys, "reply_header"), "address");
@@ -94,7 +94,7 @@ TEST(SaaPolledProbe, ALateAnswerIsNotTakenForThatOfTheNextAddress) {
     ProbeBench bench;
     bench.Answer({0xBC, 0xAA, 0xB1}, {0xFF, 0x81, 0x01, 0x7F, 0x00}, late);
     bench.Answer({0xBC, 0xAA, 0xB7}, {0xFF, 0x81, 0x03, 0x0D, 0x40, 0xD0});
-    const std::vector<ProbeFinding> found = bench.Run(Polled(0, 15));
+    const std::vector<ProbeHit> found = bench.Run(Polled(0, 15));
     ASSERT_THAT(found, SizeIs(1)) << late;
     EXPECT_EQ(ValueOf(found[0].keys, "address"), "7");
     EXPECT_EQ(found[0].confidence, Confidence::kLikely) << found[0].reason;

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "drivers/runtime/core/operation.h"
+#include "core/device/operation.h"
 #include "drivers/saa_serial/reading.h"
 
 namespace axlecast::saa_serial {

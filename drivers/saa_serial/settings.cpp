@@ -5,8 +5,8 @@
 #include <map>
 #include <string>
 
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/config/config_map.h"
+#include "core/device/outcome_text.h"
 #include "drivers/saa/data_sheet.h"
 #include "drivers/saa_serial/lines.h"
 

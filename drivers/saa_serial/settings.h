@@ -4,7 +4,7 @@
 #include <memory>
 #include <optional>
 
-#include "drivers/runtime/config/machine_config.h"
+#include "core/config/machine_config.h"
 #include "drivers/saa_serial/codec.h"
 
 namespace axlecast::saa_serial {

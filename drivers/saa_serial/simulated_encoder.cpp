@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drivers/runtime/simulation/quantity_table.h"
-#include "drivers/runtime/simulation/quantity_text.h"
-#include "drivers/runtime/simulation/shaft_motion.h"
+#include "drivers/kit/simulation/quantity_table.h"
+#include "drivers/kit/simulation/quantity_text.h"
+#include "drivers/kit/simulation/shaft_motion.h"
 
 namespace axlecast::saa_serial {
 

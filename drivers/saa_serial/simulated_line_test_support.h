@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/config/config_map.h"
 #include "drivers/runtime/bus/bus.h"
-#include "drivers/runtime/config/config_map.h"
 #include "drivers/saa_serial/machine_test_support.h"
 #include "drivers/saa_serial/settings.h"
 #include "drivers/saa_serial/simulator.h"
@@ -153,7 +153,7 @@ class SimulatedBus : LinkObserver, SecretSource {
   }
   void Begin(std::size_t device, const std::string& operation,
              std::vector<std::pair<std::string, std::string>> arguments = {}) {
-    Order order;
+    DriverCommand order;
     order.id = {1};
     order.operation = operation;
     order.arguments = std::move(arguments);

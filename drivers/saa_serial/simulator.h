@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/runtime/core/simulator.h"
-#include "drivers/runtime/simulation/script.h"
+#include "core/device/simulator.h"
+#include "drivers/kit/simulation/script.h"
 #include "drivers/saa_serial/simulated_encoder.h"
 
 namespace axlecast::saa_serial {

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/runtime/config/config_map.h"
+#include "core/config/config_map.h"
 #include "drivers/saa_serial/machine_test_support.h"
 #include "drivers/saa_serial/make_simulator.h"
 #include "tests/support/golden_file.h"

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <optional>
 
-#include "drivers/runtime/bus/inbox.h"
-#include "drivers/runtime/core/sample.h"
+#include "core/device/sample.h"
+#include "drivers/kit/receive_buffer.h"
 #include "drivers/saa_serial/codec.h"
 
 namespace axlecast::saa_serial {
@@ -79,7 +79,7 @@ class StreamParser {
 
   Format format_;
   std::size_t size_;
-  Inbox inbox_;
+  ReceiveBuffer inbox_;
   std::size_t at_ = 0;                    // of the inbox's bytes: those before are done with
   std::int64_t position_ = 0;             // of that byte in the stream
   std::int64_t newest_ = 0;               // where the newest read begins in the stream

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
 #include "drivers/ssi/codec.h"
 #include "drivers/ssi/settings.h"
 

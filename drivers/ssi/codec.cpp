@@ -2,7 +2,7 @@
 
 #include <bit>
 
-#include "drivers/runtime/device/bits.h"
+#include "drivers/kit/bits.h"
 
 namespace axlecast::ssi {
 namespace {

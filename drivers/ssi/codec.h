@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "drivers/runtime/core/inline_bytes.h"
+#include "core/base/inline_bytes.h"
 
 namespace axlecast::ssi {
 

@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "drivers/runtime/device/bits.h"
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/bits.h"
 #include "drivers/ssi/decode_options.h"
 
 namespace axlecast::ssi {

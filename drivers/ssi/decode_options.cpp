@@ -4,7 +4,7 @@
 #include <array>
 #include <string_view>
 
-#include "drivers/runtime/device/arguments.h"
+#include "drivers/kit/arguments.h"
 
 namespace axlecast::ssi {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/core/family.h"
+#include "core/device/family.h"
 #include "drivers/ssi/codec.h"
 #include "drivers/ssi/settings.h"
 

@@ -4,8 +4,8 @@
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
-#include "drivers/runtime/device/clocked_exchange.h"
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/clocked_exchange.h"
 #include "drivers/ssi/alarms.h"
 
 namespace axlecast::ssi {
@@ -45,8 +45,8 @@ SsiDevice::SsiDevice(const BusConfig&, const DeviceConfig& device, DeviceOutput&
       clocking_(settings_.spi.ClockTime(static_cast<std::int64_t>(size_) * 8)),
       output_(output) {}
 
-Step SsiDevice::Next(const Turn& turn) const {
-  if (!link_up_ || !turn.live_due) return {.action = Idle{kNever}, .priority = Priority::kLive};
+Step SsiDevice::Next(const BusSlot& turn) const {
+  if (!link_up_ || !turn.poll_due) return {.action = Idle{kNever}, .priority = Priority::kLive};
   if (turn.now < not_before_) return {.action = Idle{not_before_}, .priority = Priority::kLive};
   return {.action = ClockedExchange(size_, kTimeout), .priority = Priority::kLive};
 }
@@ -60,8 +60,8 @@ void SsiDevice::On(const Event& event) {
       output_.OnError(event.bytes.empty() ? ErrorKind::kTimeout : ErrorKind::kShort,
                       {event.sent.first, EndOf(event)});
       break;
-    case Event::Kind::kStray:
-      output_.OnError(ErrorKind::kStray, event.received);
+    case Event::Kind::kUnexpectedBytes:
+      output_.OnError(ErrorKind::kUnexpectedBytes, event.received);
       break;
     case Event::Kind::kLinkUp:
       link_up_ = true;
@@ -120,11 +120,11 @@ void SsiDevice::OnWord(const Word& word, Interval at) {
   output_.OnSample(sample);
 }
 
-std::optional<Outcome> SsiDevice::Refusal(const Order&, MonoNs) const {
+std::optional<Outcome> SsiDevice::Refusal(const DriverCommand&, MonoNs) const {
   return Rejected(command_status_t::REASON_UNKNOWN_OPERATION,
                   "SSI carries no commands: set a datum in software (axlecast home)");
 }
 
-void SsiDevice::Begin(const Order& order, MonoNs now) { output_.OnOutcome(order.id, *Refusal(order, now)); }
+void SsiDevice::Begin(const DriverCommand& order, MonoNs now) { output_.OnOutcome(order.id, *Refusal(order, now)); }
 
 }  // namespace axlecast::ssi

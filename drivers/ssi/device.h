@@ -3,7 +3,7 @@
 #include <memory>
 #include <optional>
 
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
 #include "drivers/ssi/settings.h"
 
 namespace axlecast::ssi {
@@ -15,11 +15,11 @@ class SsiDevice final : public Device {
  public:
   SsiDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
 
-  [[nodiscard]] Step Next(const Turn& turn) const override;
+  [[nodiscard]] Step Next(const BusSlot& turn) const override;
   void OnStarted(const Step&, MonoNs) override {}
   void On(const Event& event) override;
-  [[nodiscard]] std::optional<Outcome> Refusal(const Order& order, MonoNs now) const override;
-  void Begin(const Order& order, MonoNs now) override;
+  [[nodiscard]] std::optional<Outcome> Refusal(const DriverCommand& order, MonoNs now) const override;
+  void Begin(const DriverCommand& order, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId&, MonoNs) override { return false; }
 
  private:

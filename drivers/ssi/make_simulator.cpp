@@ -1,6 +1,6 @@
 #include "drivers/ssi/make_simulator.h"
 
-#include "drivers/runtime/config/config_map.h"
+#include "core/config/config_map.h"
 #include "drivers/ssi/settings.h"
 #include "drivers/ssi/simulator.h"
 

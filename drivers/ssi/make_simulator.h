@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "drivers/runtime/core/simulator.h"
+#include "core/device/simulator.h"
 
 namespace axlecast {
 struct BusConfig;

@@ -4,8 +4,8 @@
 #include <memory>
 #include <string>
 
-#include "drivers/runtime/device/clocked_exchange.h"
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/clocked_exchange.h"
 
 namespace axlecast::ssi {
 namespace {
@@ -68,10 +68,10 @@ void SsiProbe::Judge(const Event& event) {
   }
 }
 
-ProbeFinding SsiProbe::FindingOf(int bits, AfterWord after) const {
+ProbeHit SsiProbe::FindingOf(int bits, AfterWord after) const {
   const bool tree = bits == kTreeWord && after != AfterWord::kWord;
   const bool turned = words_.size() >= kVaried;
-  ProbeFinding finding;
+  ProbeHit finding;
   finding.confidence = after != AfterWord::kZeros && turned ? Confidence::kLikely : Confidence::kPossible;
   finding.device = Text("encoder on SSI, a word of %d bits%s", bits, after == AfterWord::kZeros ? " or more" : "");
   const char* behind = after == AfterWord::kWord           ? "the word came again at once"
@@ -89,7 +89,7 @@ ProbeFinding SsiProbe::FindingOf(int bits, AfterWord after) const {
   return finding;
 }
 
-std::vector<ProbeFinding> SsiProbe::Findings() const {
+std::vector<ProbeHit> SsiProbe::Findings() const {
   if (answered_ < kTransfers / 2) return {};
   for (const Length& length : lengths_) {
     if (length.repeats) return {FindingOf(length.bits, AfterWord::kWord)};

@@ -5,7 +5,7 @@
 #include <set>
 #include <vector>
 
-#include "drivers/runtime/device/asking_probe.h"
+#include "drivers/kit/asking_probe.h"
 #include "drivers/ssi/codec.h"
 
 namespace axlecast::ssi {
@@ -16,7 +16,7 @@ class SsiProbe final : public AskingProbe {
  public:
   SsiProbe();
 
-  [[nodiscard]] std::vector<ProbeFinding> Findings() const override;
+  [[nodiscard]] std::vector<ProbeHit> Findings() const override;
   [[nodiscard]] double Progress() const override;
 
  protected:
@@ -31,7 +31,7 @@ class SsiProbe final : public AskingProbe {
     bool zero_repeats = true;  // after one zero
   };
 
-  [[nodiscard]] ProbeFinding FindingOf(int bits, AfterWord after) const;
+  [[nodiscard]] ProbeHit FindingOf(int bits, AfterWord after) const;
 
   Exchange transfer_;
   int asked_ = 0;

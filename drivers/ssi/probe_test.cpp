@@ -30,7 +30,7 @@ const std::string kWord = "000111101111";  // SAA manual 5.5: 495 at 12 bits
 TEST(SsiProbe, AWordThatComesAgainShowsItsLength) {
   ProbeBench bench;
   bench.AnswerAll(Transfer(kWord));
-  const std::vector<ProbeFinding> found = bench.Run(Trial());
+  const std::vector<ProbeHit> found = bench.Run(Trial());
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(ValueOf(found[0].keys, "bits"), "12");
   EXPECT_EQ(found[0].confidence, Confidence::kPossible) << "it stood still";
@@ -42,7 +42,7 @@ TEST(SsiProbe, TwentyFiveBitsAndAZeroAreTheTree) {
   bench.AnswerAll(
       Transfer("1010011100101110001010111"
                "0"));  // TWK SSI 4, 5
-  const std::vector<ProbeFinding> found = bench.Run(Trial());
+  const std::vector<ProbeHit> found = bench.Run(Trial());
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(ValueOf(found[0].keys, "model"), "twk");
 }
@@ -50,7 +50,7 @@ TEST(SsiProbe, TwentyFiveBitsAndAZeroAreTheTree) {
 TEST(SsiProbe, ZerosBehindTheWordLeaveItsLengthOpen) {
   ProbeBench bench;
   bench.AnswerAll(Transfer("1101000110111", true));
-  const std::vector<ProbeFinding> found = bench.Run(Trial());
+  const std::vector<ProbeHit> found = bench.Run(Trial());
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(found[0].confidence, Confidence::kPossible);
   EXPECT_THAT(found[0].device, HasSubstr("or more"));

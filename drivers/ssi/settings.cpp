@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/config/config_map.h"
+#include "core/device/outcome_text.h"
 #include "drivers/saa/data_sheet.h"
 #include "drivers/ssi/word_settings.h"
 
@@ -153,7 +153,7 @@ std::unique_ptr<DeviceSettings> ParseDevice(ConfigMap& device, const BusConfig& 
   const Format& format = settings->format;
   settings->counts_per_turn = std::int64_t{1} << format.bits;
   settings->turns_range = format.turn_bits == 0 ? 0 : std::int64_t{1} << format.turn_bits;
-  settings->readings_to_believe = kReadingsToBelieve;
+  settings->confirmations_after_jump = kReadingsToBelieve;
   settings->max_speed_rpm = saa::kMaxSpeedRpm;
   settings->noise_counts = maker == Maker::kSaa ? saa::NoiseCounts(format.bits) : 1;
   if (maker != Maker::kSaa) {

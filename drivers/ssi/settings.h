@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/device/clock_plan.h"
+#include "core/config/machine_config.h"
+#include "drivers/kit/clock_plan.h"
 #include "drivers/ssi/codec.h"
 
 namespace axlecast::ssi {

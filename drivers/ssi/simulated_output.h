@@ -4,7 +4,7 @@
 #include <deque>
 #include <functional>
 
-#include "drivers/runtime/core/instant.h"
+#include "core/base/time.h"
 #include "drivers/ssi/simulated_word.h"
 
 namespace axlecast::ssi {

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/runtime/core/simulator.h"
-#include "drivers/runtime/simulation/script.h"
+#include "core/device/simulator.h"
+#include "drivers/kit/simulation/script.h"
 #include "drivers/ssi/simulated_encoder.h"
 #include "drivers/ssi/simulated_output.h"
 

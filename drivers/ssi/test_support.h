@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/runtime/config/load.h"
+#include "core/config/load.h"
 
 namespace axlecast::ssi {
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <optional>
 
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/config/config_map.h"
+#include "core/device/outcome_text.h"
 
 namespace axlecast::ssi {
 namespace {

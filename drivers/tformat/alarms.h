@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
 
 namespace axlecast::tformat {
 

@@ -75,7 +75,7 @@ ErrorKind KindOf(ReplyError error, bool echo) {
     case ReplyError::kShort:
       return ErrorKind::kShort;
     case ReplyError::kLong:
-      return echo ? ErrorKind::kWrongEcho : ErrorKind::kStray;
+      return echo ? ErrorKind::kWrongEcho : ErrorKind::kUnexpectedBytes;
     case ReplyError::kChecksum:
       return ErrorKind::kChecksum;
     case ReplyError::kWrongEcho:

@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <optional>
 
-#include "drivers/runtime/core/event.h"
-#include "drivers/runtime/core/sample.h"
-#include "drivers/runtime/core/step.h"
+#include "core/device/event.h"
+#include "core/device/sample.h"
+#include "core/device/step.h"
 #include "drivers/tformat/codec.h"
 
 namespace axlecast::tformat {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "drivers/runtime/core/inline_bytes.h"
+#include "core/base/inline_bytes.h"
 
 // T-format as the maker specifies it: Tamagawa "Specification of Smart Abs TS5669 N127" (the "spec" below),
 // chapters 6 to 9. One field of the frame (start bit, 8 data bits LSB first, delimiter) is one UART character 8N1

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "drivers/runtime/core/family.h"
+#include "core/device/family.h"
 
 namespace axlecast::tformat {
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <variant>
 
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/device/outcome_text.h"
 #include "drivers/tformat/operations.h"
 
 namespace axlecast::tformat {
@@ -39,7 +39,7 @@ TFormatDevice::TFormatDevice(const BusConfig& bus, const DeviceConfig& device, D
       output_(output),
       interpreter_(settings_, ExpectationOf(settings_, bus.link), CharacterTime(bus), output) {}
 
-Step TFormatDevice::Next(const Turn& turn) const {
+Step TFormatDevice::Next(const BusSlot& turn) const {
   const Step step = PlannedStep(turn);
   const auto* exchange = std::get_if<Exchange>(&step.action);
   const bool of_procedure = procedure_ && step.priority == Priority::kCommand;
@@ -49,14 +49,14 @@ Step TFormatDevice::Next(const Turn& turn) const {
 }
 
 // In place of a request whose reply could be taken for a late one: a position all the same where that is possible.
-Step TFormatDevice::OtherStep(const Turn& turn) const {
+Step TFormatDevice::OtherStep(const BusSlot& turn) const {
   const Exchange position = Ask(DataId::kSingleTurn, settings_.timeout);
   return turn.MaySend(position) ? Step{.action = position, .priority = Priority::kLive} : WatchStep(turn);
 }
 
 // Looks whether the encoder answers: its ENID is the same whenever it was asked for, so that nothing waits for the reply.
 // Where not even ID 1 may be asked for, an earlier process may have asked: a cell that it has hardly asked for.
-Step TFormatDevice::WatchStep(const Turn& turn) const {
+Step TFormatDevice::WatchStep(const BusSlot& turn) const {
   if (turn.now < watch_again_) return {.action = Idle{watch_again_}, .priority = Priority::kLive};
   Exchange watch = Ask(DataId::kEncoderId, settings_.timeout);
   if (!turn.MaySend(Ask(DataId::kMultiTurn, settings_.timeout))) {
@@ -66,15 +66,15 @@ Step TFormatDevice::WatchStep(const Turn& turn) const {
   return {.action = watch, .priority = Priority::kLive};
 }
 
-Step TFormatDevice::PlannedStep(const Turn& turn) const {
+Step TFormatDevice::PlannedStep(const BusSlot& turn) const {
   if (!link_up_) return {.action = Idle{kNever}, .priority = Priority::kLive};
-  if (line_unclear_) return {.action = Silence{settings_.silence}, .priority = Priority::kLive};
+  if (line_unclear_) return {.action = WaitForIdleLine{settings_.silence}, .priority = Priority::kLive};
   if (!procedure_ || Expired(turn.now)) return LiveStep(turn);
   if (turn.reserved && !procedure_->exclusive()) return LiveStep(turn);
   const Step step = procedure_->Next(turn.now);
   if (procedure_->exclusive()) return step;
   const bool wants = std::holds_alternative<Exchange>(step.action);
-  if (wants && !(turn.live_due && live_turn_)) return step;
+  if (wants && !(turn.poll_due && live_turn_)) return step;
   Step live = LiveStep(turn);
   Idle* idle = std::get_if<Idle>(&live.action);
   if (idle == nullptr) return live;
@@ -83,15 +83,15 @@ Step TFormatDevice::PlannedStep(const Turn& turn) const {
   return live;
 }
 
-Step TFormatDevice::LiveStep(const Turn& turn) const {
+Step TFormatDevice::LiveStep(const BusSlot& turn) const {
   const auto ask = [](const Exchange& exchange) { return Step{.action = exchange, .priority = Priority::kLive}; };
-  if (!turn.live_due && turn.now < not_before_) return {.action = Idle{not_before_}, .priority = Priority::kLive};
+  if (!turn.poll_due && turn.now < not_before_) return {.action = Idle{not_before_}, .priority = Priority::kLive};
   if (all_first_ || interpreter_.wants_all()) return ask(Ask(DataId::kAll, settings_.timeout));
   if (const auto cell = interpreter_.identity().WantedCell(); cell && turn.now >= not_before_) {
     return ask(AskCell(*cell, settings_.timeout));
   }
   if (repeat_) return ask(Ask(*repeat_, settings_.timeout));
-  if (!turn.live_due) return {.action = Idle{kNever}, .priority = Priority::kLive};
+  if (!turn.poll_due) return {.action = Idle{kNever}, .priority = Priority::kLive};
   return ask(Ask(PlannedId(), settings_.timeout));
 }
 
@@ -119,7 +119,7 @@ void TFormatDevice::On(const Event& event) {
     case Event::Kind::kTimeout:
       OnExchange(event);
       break;
-    case Event::Kind::kStray:
+    case Event::Kind::kUnexpectedBytes:
     case Event::Kind::kUnsolicited:
       interpreter_.OnStray(event);
       line_unclear_ = true;
@@ -192,7 +192,7 @@ void TFormatDevice::OnLinkDown() {
   if (procedure_) Report(procedure_->OnLinkLost());
 }
 
-void TFormatDevice::Begin(const Order& order, MonoNs now) {
+void TFormatDevice::Begin(const DriverCommand& order, MonoNs now) {
   auto made = Admit(order, now);
   if (const Outcome* refused = std::get_if<Outcome>(&made)) return output_.OnOutcome(order.id, *refused);
   procedure_ = std::move(std::get<std::unique_ptr<Procedure>>(made));
@@ -202,19 +202,19 @@ void TFormatDevice::Begin(const Order& order, MonoNs now) {
   live_turn_ = false;
 }
 
-std::optional<Outcome> TFormatDevice::Refusal(const Order& order, MonoNs now) const {
+std::optional<Outcome> TFormatDevice::Refusal(const DriverCommand& order, MonoNs now) const {
   return RefusalOf(Admit(order, now));
 }
 
 // What is wrong with the order itself comes first: it will not pass.
-Made<Procedure> TFormatDevice::Admit(const Order& order, MonoNs now) const {
+Made<Procedure> TFormatDevice::Admit(const DriverCommand& order, MonoNs now) const {
   auto made = MakeProcedure(order, settings_, output_);
   if (RefusalOf(made)) return made;
   if (auto refusal = RefusalNow(order, now)) return *std::move(refusal);
   return made;
 }
 
-std::optional<Outcome> TFormatDevice::RefusalNow(const Order& order, MonoNs now) const {
+std::optional<Outcome> TFormatDevice::RefusalNow(const DriverCommand& order, MonoNs now) const {
   if (auto refusal = RefusalToBegin(procedure_ != nullptr, order, now, link_up_)) return refusal;
   if (!interpreter_.answering())
     return Rejected(Reason::REASON_DEVICE_OFFLINE, "the encoder does not answer: check its power and its cable");

@@ -4,9 +4,9 @@
 #include <optional>
 #include <string_view>
 
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/core/device.h"
-#include "drivers/runtime/device/refusal.h"
+#include "core/config/machine_config.h"
+#include "core/device/device.h"
+#include "drivers/kit/refusal.h"
 #include "drivers/tformat/interpreter.h"
 #include "drivers/tformat/procedure.h"
 #include "drivers/tformat/settings.h"
@@ -26,22 +26,22 @@ class TFormatDevice final : public Device {
  public:
   TFormatDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
 
-  [[nodiscard]] Step Next(const Turn& turn) const override;
+  [[nodiscard]] Step Next(const BusSlot& turn) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
-  [[nodiscard]] std::optional<Outcome> Refusal(const Order& order, MonoNs now) const override;
-  void Begin(const Order& order, MonoNs now) override;
+  [[nodiscard]] std::optional<Outcome> Refusal(const DriverCommand& order, MonoNs now) const override;
+  void Begin(const DriverCommand& order, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
  private:
-  [[nodiscard]] Step PlannedStep(const Turn& turn) const;
-  [[nodiscard]] Step OtherStep(const Turn& turn) const;
-  [[nodiscard]] Step WatchStep(const Turn& turn) const;
-  [[nodiscard]] Step LiveStep(const Turn& turn) const;
+  [[nodiscard]] Step PlannedStep(const BusSlot& turn) const;
+  [[nodiscard]] Step OtherStep(const BusSlot& turn) const;
+  [[nodiscard]] Step WatchStep(const BusSlot& turn) const;
+  [[nodiscard]] Step LiveStep(const BusSlot& turn) const;
   [[nodiscard]] DataId PlannedId() const;
   // The procedure that carries out the order, or why it cannot begin now.
-  [[nodiscard]] Made<Procedure> Admit(const Order& order, MonoNs now) const;
-  [[nodiscard]] std::optional<Outcome> RefusalNow(const Order& order, MonoNs now) const;
+  [[nodiscard]] Made<Procedure> Admit(const DriverCommand& order, MonoNs now) const;
+  [[nodiscard]] std::optional<Outcome> RefusalNow(const DriverCommand& order, MonoNs now) const;
   void OnExchange(const Event& event);
   void OnLiveAnswer(const Answer& answer, MonoNs end);
   void OnLinkUp(MonoNs now);

@@ -55,13 +55,13 @@ class Machine {
     return bench.FinalOutcomes() > before ? bench.Last() : Finish();
   }
 
-  Bench bench;
+  DeviceFixture bench;
 
  private:
   void RunStep(MonoNs end) {
-    const Step step = bench.device->Next({.now = bench.now, .live_due = bench.now >= slot_});
+    const Step step = bench.device->Next({.now = bench.now, .poll_due = bench.now >= slot_});
     if (const auto* exchange = std::get_if<Exchange>(&step.action)) return Transmit(step, *exchange);
-    if (const auto* silence = std::get_if<Silence>(&step.action)) {
+    if (const auto* silence = std::get_if<WaitForIdleLine>(&step.action)) {
       bench.device->OnStarted(step, bench.now);
       return KeepSilence(bench.now + silence->quiet);
     }

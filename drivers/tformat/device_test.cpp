@@ -6,7 +6,7 @@ namespace axlecast::tformat {
 namespace {
 
 TEST(TFormatDevice, TransmitsNothingWhileTheLinkIsDown) {
-  Bench bench;
+  DeviceFixture bench;
   EXPECT_EQ(bench.IdleUntil(true), kNever);
   bench.LinkUp();
   bench.LinkDown();
@@ -14,7 +14,7 @@ TEST(TFormatDevice, TransmitsNothingWhileTheLinkIsDown) {
 }
 
 TEST(TFormatDevice, BeginsWithSilenceAndId3WhateverThePlan) {
-  Bench bench("{model: ts5669n127, plan: id0}");
+  DeviceFixture bench("{model: ts5669n127, plan: id0}");
   bench.LinkUp();
   EXPECT_TRUE(bench.IsSilence());
   bench.PassSilence();
@@ -25,7 +25,7 @@ TEST(TFormatDevice, BeginsWithSilenceAndId3WhateverThePlan) {
 TEST(TFormatDevice, IsStartingWhileTheEncoderStandsBy) {
   for (const auto& [keys, standby] :
        {std::pair{"{model: ts5669n127}", kSecond}, {"{model: ts5669n127, battery: false}", 1'500 * kMillisecond}}) {
-    Bench bench(keys);
+    DeviceFixture bench(keys);
     bench.LinkUp();
     const MonoNs up = bench.now;
     const std::vector<ByteList> heard = {{}, {0x55}, {0x1A, 0x00, 1, 2, 3, 4, 5, 6, 7, 8, 9}, {}};
@@ -45,7 +45,7 @@ TEST(TFormatDevice, IsStartingWhileTheEncoderStandsBy) {
 }
 
 TEST(TFormatDevice, AsksAnEncoderThatDoesNotAnswerEvery50Ms) {
-  Bench bench;
+  DeviceFixture bench;
   bench.LinkUp();
   for (int i = 0; i < 2; ++i) {
     bench.PassSilence();
@@ -60,7 +60,7 @@ TEST(TFormatDevice, AsksAnEncoderThatDoesNotAnswerEvery50Ms) {
 }
 
 TEST(TFormatDevice, ReadsId3InEverySlot) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   for (int i = 0; i < 5; ++i) bench.Give(kId3, All({.single_turn = 1000, .turns = 65535}));
   EXPECT_TRUE(bench.IsIdle(false));
@@ -75,7 +75,7 @@ TEST(TFormatDevice, ReadsId3InEverySlot) {
 }
 
 TEST(TFormatDevice, BoundsTheSamplingInstantByTheWire) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   const MonoNs start = bench.now;
   bench.Give(kId3, All());
@@ -85,7 +85,7 @@ TEST(TFormatDevice, BoundsTheSamplingInstantByTheWire) {
 }
 
 TEST(TFormatDevice, ASimulatedWireMayBeFasterThanARealOne) {
-  Bench bench("{model: ts5669n127}", false, true);
+  DeviceFixture bench("{model: ts5669n127}", false, true);
   bench.GoOnline();
   const MonoNs start = bench.now;
   bench.Give(kId3, All());
@@ -110,18 +110,18 @@ TEST(TFormatDevice, AsksForAnotherDataIdWhileAReplyMayStillCome) {
       return ByteList(request.begin(), request.end()) == kId3 ? kNever : now;
     }
   };
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   ASSERT_EQ(bench.Offered(), kId3);
   const Outstanding outstanding;
-  const Step step = bench.device->Next({.now = bench.now, .live_due = true, .pending = &outstanding});
+  const Step step = bench.device->Next({.now = bench.now, .poll_due = true, .pending = &outstanding});
   ASSERT_TRUE(std::holds_alternative<Exchange>(step.action)) << "it waits";
   const Bytes request = std::get<Exchange>(step.action).request;
   EXPECT_EQ(ByteList(request.begin(), request.end()), kId0);
 }
 
 TEST(TFormatDevice, ReadsId0FastAndId3EveryNth) {
-  Bench bench("{model: ts5669n127, plan: id0, id3_every: 4}");
+  DeviceFixture bench("{model: ts5669n127, plan: id0, id3_every: 4}");
   bench.GoOnline();
   bench.requests.clear();
   for (int i = 0; i < 8; ++i) {
@@ -138,7 +138,7 @@ TEST(TFormatDevice, ReadsId0FastAndId3EveryNth) {
 // Spec 6.3.2: "When the error occurs in bit of ea1, request Data ID 3 and confirm the content of ALMC".
 TEST(TFormatDevice, AsksId3AtOnceWhenTheStatusFieldShowsAnError) {
   for (const std::uint8_t status : {std::uint8_t{0x10}, std::uint8_t{0x20}}) {
-    Bench bench("{model: ts5669n127, plan: id0, id3_every: 100}");
+    DeviceFixture bench("{model: ts5669n127, plan: id0, id3_every: 100}");
     bench.GoOnline();
     bench.Give(kId0, Short(kId0, 42405, status));
     EXPECT_EQ(bench.output.samples.back().error, status == 0x10);
@@ -172,7 +172,7 @@ ByteList Flipped(ByteList bytes, std::size_t at) {
 class EachFault : public testing::TestWithParam<Fault> {};
 
 TEST_P(EachFault, IsCountedByKindAndAskedAgainOnceAtOnce) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   const std::size_t samples = bench.output.samples.size();
   const Fault& fault = GetParam();
@@ -205,7 +205,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& test) { return std::string(test.param.name); });
 
 TEST(TFormatDevice, SendsTheSameRequestAgainAfterACommunicationAlarm) {
-  Bench bench("{model: ts5669n127, plan: id0, id3_every: 100}");
+  DeviceFixture bench("{model: ts5669n127, plan: id0, id3_every: 100}");
   bench.GoOnline();
   bench.Give(kId0, All({.status = 0x40}));  // the encoder answers with ID 3's data
   EXPECT_EQ(bench.output.errors[ErrorKind::kCommunicationAlarm], 1);
@@ -215,7 +215,7 @@ TEST(TFormatDevice, SendsTheSameRequestAgainAfterACommunicationAlarm) {
 }
 
 TEST(TFormatDevice, ReadsNoPositionFromTheAnswerToAnAbnormalRequest) {
-  Bench bench("{model: ts5669n127, plan: id0, id3_every: 100}");
+  DeviceFixture bench("{model: ts5669n127, plan: id0, id3_every: 100}");
   bench.GoOnline();
   const std::size_t samples = bench.output.samples.size();
   bench.Give(kId0, All());
@@ -225,21 +225,21 @@ TEST(TFormatDevice, ReadsNoPositionFromTheAnswerToAnAbnormalRequest) {
 }
 
 TEST(TFormatDevice, TakesTheRestOfALongReplyForStrayBytes) {
-  Bench bench("{model: ts5669n127, plan: id0, id3_every: 100}");
+  DeviceFixture bench("{model: ts5669n127, plan: id0, id3_every: 100}");
   bench.GoOnline();
   ByteList reply = Short(kId0);
   reply.push_back(0x00);
   bench.Give(kId0, reply);
-  EXPECT_EQ(bench.output.errors[ErrorKind::kStray], 1);
+  EXPECT_EQ(bench.output.errors[ErrorKind::kUnexpectedBytes], 1);
   EXPECT_TRUE(bench.IsSilence());
 }
 
 TEST(TFormatDevice, StaysSilentAfterStrayBytesUntilTheLineIsQuiet) {
-  Bench bench("{model: ts5669n127, silence_us: 3000}");
+  DeviceFixture bench("{model: ts5669n127, silence_us: 3000}");
   bench.GoOnline();
   bench.Stray({0x55});
   const Step step = bench.Next();
-  EXPECT_EQ(std::get<Silence>(step.action).quiet, 3 * kMillisecond);
+  EXPECT_EQ(std::get<WaitForIdleLine>(step.action).quiet, 3 * kMillisecond);
   bench.Stray({0x55});
   EXPECT_TRUE(bench.IsSilence());
   bench.PassSilence();
@@ -247,7 +247,7 @@ TEST(TFormatDevice, StaysSilentAfterStrayBytesUntilTheLineIsQuiet) {
 }
 
 TEST(TFormatDevice, CallsADifferentEchoAnEchoError) {
-  Bench bench("{model: ts5669n127}", true);
+  DeviceFixture bench("{model: ts5669n127}", true);
   bench.GoOnline();
   bench.Start();
   ByteList bytes = {0x1B};  // the medium hands over everything when the echo is not what was sent
@@ -263,7 +263,7 @@ TEST(TFormatDevice, CallsADifferentEchoAnEchoError) {
 }
 
 TEST(TFormatDevice, BeginsWithId3AgainAfterTheEncoderWasGone) {
-  Bench bench("{model: ts5669n127, plan: id0, id3_every: 100}");
+  DeviceFixture bench("{model: ts5669n127, plan: id0, id3_every: 100}");
   bench.GoOnline();
   bench.Give(kId0, {});
   bench.PassSilence();
@@ -275,7 +275,8 @@ TEST(TFormatDevice, BeginsWithId3AgainAfterTheEncoderWasGone) {
 
 // A recorded sequence of events, handed to a fresh device, gives the same samples.
 TEST(TFormatDevice, DecodesFromTheEventsAlone) {
-  Bench bench("{model: ts5669n127, plan: id0, id3_every: 3, identity: {eeprom_address: 72, bytes: \"A1\"}}");
+  DeviceFixture bench(
+      "{model: ts5669n127, plan: id0, id3_every: 3, identity: {eeprom_address: 72, bytes: \"A1\"}}");
   RecordingOutput again;
   TFormatDevice fresh(bench.bus(), bench.config(), again);
   const auto both = [&](Event::Kind kind, MonoNs at, const ByteList& request, const ByteList& bytes) {

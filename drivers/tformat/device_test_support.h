@@ -12,8 +12,8 @@
 #include <variant>
 #include <vector>
 
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/config/machine_config.h"
+#include "core/config/config_map.h"
+#include "core/config/machine_config.h"
 #include "drivers/tformat/device.h"
 
 namespace axlecast::tformat {
@@ -117,11 +117,11 @@ class RecordingOutput final : public DeviceOutput {
 };
 
 // A device whose bus is played by hand. Time moves only when the test says so; every exchange takes 60 us.
-class Bench {
+class DeviceFixture {
  public:
   static constexpr MonoNs kExchange = 60 * kMicrosecond;
 
-  explicit Bench(const std::string& keys = "{model: ts5669n127}", bool echo = false, bool simulate = false)
+  explicit DeviceFixture(const std::string& keys = "{model: ts5669n127}", bool echo = false, bool simulate = false)
       : errors_("test.yaml") {
     ConfigMap map(YAML::Load(keys), "axis1", errors_);
     config_.settings = ParseSettings(map, {.baud = 2'500'000});
@@ -139,17 +139,17 @@ class Bench {
   [[nodiscard]] const BusConfig& bus() const { return bus_; }
   [[nodiscard]] const DeviceConfig& config() const { return config_; }
 
-  [[nodiscard]] Step Next(bool live_due = true) const { return device->Next({.now = now, .live_due = live_due}); }
-  [[nodiscard]] bool IsIdle(bool live_due = true) const {
-    return std::holds_alternative<Idle>(Next(live_due).action);
+  [[nodiscard]] Step Next(bool poll_due = true) const { return device->Next({.now = now, .poll_due = poll_due}); }
+  [[nodiscard]] bool IsIdle(bool poll_due = true) const {
+    return std::holds_alternative<Idle>(Next(poll_due).action);
   }
-  [[nodiscard]] MonoNs IdleUntil(bool live_due = false) const {
-    return std::get<Idle>(Next(live_due).action).until;
+  [[nodiscard]] MonoNs IdleUntil(bool poll_due = false) const {
+    return std::get<Idle>(Next(poll_due).action).until;
   }
-  [[nodiscard]] bool IsSilence() const { return std::holds_alternative<Silence>(Next().action); }
+  [[nodiscard]] bool IsSilence() const { return std::holds_alternative<WaitForIdleLine>(Next().action); }
   // The request on offer; nothing when there is none.
-  [[nodiscard]] ByteList Offered(bool live_due = true) const {
-    const Step step = Next(live_due);
+  [[nodiscard]] ByteList Offered(bool poll_due = true) const {
+    const Step step = Next(poll_due);
     const auto* exchange = std::get_if<Exchange>(&step.action);
     if (exchange == nullptr) return {};
     const Bytes request = exchange->request;
@@ -158,10 +158,10 @@ class Bench {
 
   void LinkUp() { Event(Event::Kind::kLinkUp, {}); }
   void LinkDown() { Event(Event::Kind::kLinkDown, {}); }
-  void Stray(const ByteList& bytes) { Event(Event::Kind::kStray, bytes); }
+  void Stray(const ByteList& bytes) { Event(Event::Kind::kUnexpectedBytes, bytes); }
   void PassSilence() {
     const Step step = Next();
-    const auto* silence = std::get_if<Silence>(&step.action);
+    const auto* silence = std::get_if<WaitForIdleLine>(&step.action);
     ASSERT_NE(silence, nullptr) << "no silence was asked for";
     device->OnStarted(step, now);
     now += silence->quiet;
@@ -169,8 +169,8 @@ class Bench {
   }
 
   // Puts the offered request on the wire and returns it.
-  ByteList Start(bool live_due = true) {
-    const Step step = Next(live_due);
+  ByteList Start(bool poll_due = true) {
+    const Step step = Next(poll_due);
     const auto* exchange = std::get_if<Exchange>(&step.action);
     if (exchange == nullptr) {
       ADD_FAILURE() << "nothing was to be transmitted";
@@ -202,8 +202,8 @@ class Bench {
     if (length != 0 && bytes.size() > length)
       Stray({bytes.begin() + static_cast<std::ptrdiff_t>(length), bytes.end()});
   }
-  void Give(const ByteList& request, const ByteList& reply, bool live_due = true) {
-    EXPECT_EQ(Start(live_due), request);
+  void Give(const ByteList& request, const ByteList& reply, bool poll_due = true) {
+    EXPECT_EQ(Start(poll_due), request);
     Finish(reply);
   }
 
@@ -229,7 +229,7 @@ class Bench {
 
   void Begin(const std::string& operation, std::vector<std::pair<std::string, std::string>> arguments = {},
              MonoNs begin_by = kNever) {
-    Order order;
+    DriverCommand order;
     order.id = {1, 2, 3};
     order.operation = operation;
     order.arguments = std::move(arguments);

@@ -17,17 +17,17 @@ ByteList WriteRequest(std::uint8_t address, std::uint8_t data) { return Checked(
 ByteList WriteBusy(std::uint8_t address) { return Checked({0x32, static_cast<std::uint8_t>(address | 0x80), 0}); }
 
 // Reads all cells; each holds its address.
-void Backup(Bench& bench) {
+void Backup(DeviceFixture& bench) {
   for (std::uint8_t cell = 0; cell < 80; ++cell) bench.Give(ReadRequest(cell), Cell(cell, cell), false);
 }
 
-void Wait(Bench& bench) {
+void Wait(DeviceFixture& bench) {
   if (bench.IsIdle(false)) bench.now = bench.IdleUntil(false);
 }
 
 // Spec 6.2.2, 6.2.3, 6.3.4: to write 55 to address 0, byte by byte, with the CRC worked by hand.
 TEST(EepromWrite, TheBytesOfAWriteToAddressZero) {
-  Bench bench("{model: ts5669n127, eeprom_writable: [0]}");
+  DeviceFixture bench("{model: ts5669n127, eeprom_writable: [0]}");
   bench.GoOnline();
   bench.Begin("eeprom_write", {{"address", "0"}, {"data", "55"}});
   EXPECT_EQ(bench.Offered(false), (ByteList{0xEA, 0x00, 0xEA})) << "the backup begins";
@@ -36,7 +36,7 @@ TEST(EepromWrite, TheBytesOfAWriteToAddressZero) {
 }
 
 TEST(EepromWrite, BacksUpWritesEachCellOnceAndReadsItBack) {
-  Bench bench(kWritable);
+  DeviceFixture bench(kWritable);
   bench.GoOnline();
   bench.Begin("eeprom_write", {{"address", "10"}, {"data", "A1 0B 05"}});
   Backup(bench);
@@ -63,7 +63,7 @@ TEST(EepromWrite, BacksUpWritesEachCellOnceAndReadsItBack) {
 }
 
 TEST(EepromWrite, LiveReadingsGoOnWhileItWaits) {
-  Bench bench(kWritable);
+  DeviceFixture bench(kWritable);
   bench.GoOnline();
   bench.Begin("eeprom_write", {{"address", "10"}, {"data", "A1"}});
   bench.Give(ReadRequest(0), Cell(0, 0));
@@ -73,7 +73,7 @@ TEST(EepromWrite, LiveReadingsGoOnWhileItWaits) {
 
 TEST(EepromWrite, IsDeniedForCellsThatTheConfigurationDoesNotList) {
   for (const auto& [address, data] : {std::pair{"9", "00"}, {"11", "00 00 00"}, {"79", "00"}}) {
-    Bench bench(kWritable);
+    DeviceFixture bench(kWritable);
     bench.GoOnline();
     bench.Begin("eeprom_write", {{"address", address}, {"data", data}});
     EXPECT_EQ(bench.Last().state, OrderState::kRejected);
@@ -91,7 +91,7 @@ TEST(EepromWrite, RefusesBadArguments) {
                                      {{"address", "10"}, {"data", "GG"}},
                                      {{"address", "79"}, {"data", "00 00"}},
                                      {}}) {
-    Bench bench(kWritable);
+    DeviceFixture bench(kWritable);
     bench.GoOnline();
     bench.Begin("eeprom_write", arguments);
     EXPECT_EQ(bench.Last().reason, Reason::REASON_BAD_ARGUMENT);
@@ -100,7 +100,7 @@ TEST(EepromWrite, RefusesBadArguments) {
 }
 
 TEST(EepromWrite, SendsABusyOrMisunderstoodRequestAgain) {
-  Bench bench(kWritable);
+  DeviceFixture bench(kWritable);
   bench.GoOnline();
   bench.Begin("eeprom_write", {{"address", "10"}, {"data", "A1"}});
   Backup(bench);
@@ -120,7 +120,7 @@ TEST(EepromWrite, SendsABusyOrMisunderstoodRequestAgain) {
 
 TEST(EepromWrite, FailsWhenTheEncoderNeverTakesIt) {
   for (const bool busy : {true, false}) {
-    Bench bench(kWritable);
+    DeviceFixture bench(kWritable);
     bench.GoOnline();
     bench.Begin("eeprom_write", {{"address", "10"}, {"data", "A1"}});
     Backup(bench);
@@ -136,7 +136,7 @@ TEST(EepromWrite, FailsWhenTheEncoderNeverTakesIt) {
 
 // Spec 8.1: the reply "means only to receive a Data ID 6 but not to complete its writing process".
 TEST(EepromWrite, AnAcceptedWriteOfABusyEepromIsNotCalledWritten) {
-  Bench bench(kWritable);
+  DeviceFixture bench(kWritable);
   bench.GoOnline();
   bench.Begin("eeprom_write", {{"address", "10"}, {"data", "A1 A2 A3"}});
   Backup(bench);
@@ -163,7 +163,7 @@ TEST(EepromWrite, AnAcceptedWriteOfABusyEepromIsNotCalledWritten) {
 }
 
 TEST(EepromWrite, FailsWhenTheCellReadsDifferently) {
-  Bench bench(kWritable);
+  DeviceFixture bench(kWritable);
   bench.GoOnline();
   bench.Begin("eeprom_write", {{"address", "10"}, {"data", "A1 A2"}});
   Backup(bench);
@@ -177,7 +177,7 @@ TEST(EepromWrite, FailsWhenTheCellReadsDifferently) {
 
 TEST(EepromWrite, NeverRepeatsAWriteWhoseReplyIsLost) {
   for (const bool written : {true, false}) {
-    Bench bench(kWritable);
+    DeviceFixture bench(kWritable);
     bench.GoOnline();
     bench.Begin("eeprom_write", {{"address", "10"}, {"data", "A1"}});
     Backup(bench);
@@ -191,7 +191,7 @@ TEST(EepromWrite, NeverRepeatsAWriteWhoseReplyIsLost) {
 }
 
 TEST(EepromWrite, WritesNothingWithoutABackup) {
-  Bench bench(kWritable);
+  DeviceFixture bench(kWritable);
   bench.GoOnline();
   bench.Begin("eeprom_write", {{"address", "10"}, {"data", "A1"}});
   for (int i = 0; i < 3; ++i) {
@@ -203,14 +203,14 @@ TEST(EepromWrite, WritesNothingWithoutABackup) {
 }
 
 TEST(EepromWrite, OnALostLinkItDependsOnTheWrite) {
-  Bench before(kWritable);
+  DeviceFixture before(kWritable);
   before.GoOnline();
   before.Begin("eeprom_write", {{"address", "10"}, {"data", "A1"}});
   EXPECT_EQ(before.output.outcomes.size(), 0u);
   before.LinkDown();
   EXPECT_EQ(before.Last().state, OrderState::kFailed);
 
-  Bench bench(kWritable);
+  DeviceFixture bench(kWritable);
   bench.GoOnline();
   bench.Begin("eeprom_write", {{"address", "10"}, {"data", "A1"}});
   Backup(bench);
@@ -223,7 +223,7 @@ TEST(EepromWrite, OnALostLinkItDependsOnTheWrite) {
 }
 
 TEST(EepromWrite, IsIndeterminateWhenTheCellCannotBeReadBack) {
-  Bench bench(kWritable);
+  DeviceFixture bench(kWritable);
   bench.GoOnline();
   bench.Begin("eeprom_write", {{"address", "10"}, {"data", "A1"}});
   Backup(bench);
@@ -237,7 +237,7 @@ TEST(EepromWrite, IsIndeterminateWhenTheCellCannotBeReadBack) {
 }
 
 TEST(EepromRead, ShowsTwentyCellsToAChange) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.Begin("eeprom_backup");
   Backup(bench);
@@ -257,7 +257,7 @@ TEST(EepromRead, ShowsTwentyCellsToAChange) {
 
 TEST(EepromRead, SaysWhetherAWriteTookEffect) {
   for (const char* data : {"A105", "A1 05", "a106"}) {
-    Bench bench;
+    DeviceFixture bench;
     bench.GoOnline();
     bench.Begin("eeprom_read", {{"after", std::string("eeprom_write address=72 data=") + data}});
     bench.Give(ReadRequest(72), Cell(72, 0xA1), false);
@@ -268,7 +268,7 @@ TEST(EepromRead, SaysWhetherAWriteTookEffect) {
 }
 
 TEST(EepromRead, EndsWhenTheCellStaysBusyOrUnread) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.Begin("eeprom_read", {{"address", "0"}});
   for (int i = 0; i < 100 && bench.FinalOutcomes() == 0; ++i) {
@@ -288,7 +288,7 @@ TEST(EepromRead, RefusesBadArguments) {
                                      {{"after", "clear_errors"}},
                                      {{"after", "eeprom_write address=79 data=A105"}},
                                      {{"after", ""}}}) {
-    Bench bench;
+    DeviceFixture bench;
     bench.GoOnline();
     bench.Begin("eeprom_read", arguments);
     EXPECT_EQ(bench.Last().reason, Reason::REASON_BAD_ARGUMENT);

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "drivers/runtime/core/instant.h"
+#include "core/base/time.h"
 
 namespace axlecast::tformat {
 

@@ -140,7 +140,7 @@ void EncoderModel::LatchBatteryError() {
 
 // ---- faults of the encoder itself ----
 
-Shaft& EncoderModel::Turn(MonoNs now) {
+Shaft& EncoderModel::BusSlot(MonoNs now) {
   Advance(now);
   return shaft_;
 }

@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <optional>
 
-#include "drivers/runtime/core/instant.h"
-#include "drivers/runtime/simulation/seeded_random.h"
-#include "drivers/runtime/simulation/shaft.h"
+#include "core/base/time.h"
+#include "drivers/kit/simulation/seeded_random.h"
+#include "drivers/kit/simulation/shaft.h"
 #include "drivers/tformat/encoder_eeprom.h"
 #include "drivers/tformat/reset_counter.h"
 
@@ -67,7 +67,7 @@ class EncoderModel {
   // ---- the outside world ----
   [[nodiscard]] const Shaft& shaft() const { return shaft_; }
   // To order a motion that begins at now().
-  [[nodiscard]] Shaft& Turn(MonoNs now);
+  [[nodiscard]] Shaft& BusSlot(MonoNs now);
   void SetPower(bool on, MonoNs now);
   void SetBattery(double volts, MonoNs now);  // 0: none
   void SetCountingError(CountingError error, MonoNs now);

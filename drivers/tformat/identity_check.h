@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
 #include "drivers/tformat/settings.h"
 
 namespace axlecast::tformat {

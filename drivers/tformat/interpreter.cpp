@@ -74,7 +74,7 @@ void Interpreter::Forget() {
 
 void Interpreter::OnStray(const Event& event) {
   if (InStandby(EndOf(event))) return ReportStarting();
-  output_.OnError(ErrorKind::kStray, event.received);
+  output_.OnError(ErrorKind::kUnexpectedBytes, event.received);
 }
 
 Answer Interpreter::OnExchange(const Event& event) {

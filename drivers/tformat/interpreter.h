@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
 #include "drivers/tformat/answer.h"
 #include "drivers/tformat/identity_check.h"
 #include "drivers/tformat/settings.h"

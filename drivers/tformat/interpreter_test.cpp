@@ -61,7 +61,7 @@ AllFields With(std::uint8_t alarms) { return {.alarms = alarms}; }
 // What an operator is told when the encoder raises a flag, and that it fits alarm_entry_t.
 TEST(Alarms, TellWhatTheSpecOrdersForEachFlag) {
   for (const Flag& flag : kFlags) {
-    Bench bench;
+    DeviceFixture bench;
     bench.GoOnline(With(flag.bit));
     ASSERT_TRUE(bench.output.alarm_specs.contains(flag.name)) << flag.name;
     const AlarmSpec& alarm = bench.output.alarm_specs.at(flag.name);
@@ -78,7 +78,7 @@ TEST(Alarms, TellWhatTheSpecOrdersForEachFlag) {
 
 // Spec 6.3.2 (4), and an encoder that is another one than the file's.
 TEST(Alarms, OfTheDriverTellWhatToDo) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.Give(kId3, All({.status = 0x40}));
   EXPECT_THAT(std::string(bench.output.alarm_specs.at("communication_alarm").action),
@@ -92,7 +92,7 @@ TEST(Alarms, OfTheDriverTellWhatToDo) {
 
 TEST(Interpreter, ReportsEachAlarmLiveOrLatchedAndItsEnd) {
   for (const Flag& flag : kFlags) {
-    Bench bench;
+    DeviceFixture bench;
     bench.GoOnline();
     EXPECT_FALSE(bench.output.Present(flag.name));
     bench.Give(kId3, All(With(flag.bit)));
@@ -107,7 +107,7 @@ TEST(Interpreter, ReportsEachAlarmLiveOrLatchedAndItsEnd) {
 
 TEST(Interpreter, PutsEachFlagsMeaningIntoTheSample) {
   for (const Flag& flag : kFlags) {
-    Bench bench;
+    DeviceFixture bench;
     bench.GoOnline();
     bench.Give(kId3, All(With(flag.bit)));
     const Sample& sample = bench.output.samples.back();
@@ -122,7 +122,7 @@ TEST(Interpreter, PutsEachFlagsMeaningIntoTheSample) {
 
 TEST(Interpreter, LosesTheReferenceOnBatteryMultiTurnAndOverSpeedErrorsOnly) {
   for (const Flag& flag : kFlags) {
-    Bench bench;
+    DeviceFixture bench;
     bench.GoOnline();
     bench.Give(kId3, All(With(flag.bit)));
     EXPECT_EQ(bench.output.references_lost, 0);
@@ -139,7 +139,7 @@ TEST(Interpreter, LosesTheReferenceOnBatteryMultiTurnAndOverSpeedErrorsOnly) {
 }
 
 TEST(Interpreter, CarriesTheAlarmsOfId3OnToId0) {
-  Bench bench("{model: ts5669n127, plan: id0, id3_every: 100}");
+  DeviceFixture bench("{model: ts5669n127, plan: id0, id3_every: 100}");
   bench.GoOnline(With(0x42));  // BE and FS
   bench.Give(kId0, Short(kId0, 9, 0x20));
   const Sample& sample = bench.output.samples.back();
@@ -150,7 +150,7 @@ TEST(Interpreter, CarriesTheAlarmsOfId3OnToId0) {
 }
 
 TEST(Interpreter, WithoutABatteryItIsASingleTurnEncoder) {
-  Bench bench("{model: ts5669n127, battery: false}");
+  DeviceFixture bench("{model: ts5669n127, battery: false}");
   EXPECT_EQ(bench.settings().turns_range, 0);
   bench.GoOnline(With(0xE9));
   const Sample& sample = bench.output.samples.back();
@@ -164,7 +164,7 @@ TEST(Interpreter, WithoutABatteryItIsASingleTurnEncoder) {
 }
 
 TEST(Interpreter, AnotherEncoderMustSayItThreeTimes) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   EXPECT_EQ(bench.output.identities, (std::vector<std::int64_t>{0x11}));
   bench.Give(kId3, All({.encoder_id = 0x17}));
@@ -183,7 +183,7 @@ TEST(Interpreter, AnotherEncoderMustSayItThreeTimes) {
 }
 
 TEST(Interpreter, NamesAnotherModelAlsoWhenItsBitsDoNotFit) {
-  Bench bench;
+  DeviceFixture bench;
   bench.LinkUp();
   bench.PassSilence();
   for (int i = 0; i < 3; ++i) bench.Give(kId3, All({.single_turn = 0x7FFFFF, .encoder_id = 0x17}));
@@ -194,13 +194,13 @@ TEST(Interpreter, NamesAnotherModelAlsoWhenItsBitsDoNotFit) {
 
 constexpr const char* kTagged = "{model: ts5669n127, identity: {eeprom_address: 72, bytes: \"A1 05\"}}";
 
-void ReadTag(Bench& bench, std::uint8_t first, std::uint8_t second) {
+void ReadTag(DeviceFixture& bench, std::uint8_t first, std::uint8_t second) {
   bench.Give(Checked({0xEA, 72}), Cell(72, first), false);
   bench.Give(Checked({0xEA, 73}), Cell(73, second), false);
 }
 
 TEST(Interpreter, PublishesNothingBeforeTheTagIsRead) {
-  Bench bench(kTagged);
+  DeviceFixture bench(kTagged);
   bench.LinkUp();
   bench.PassSilence();
   bench.Give(kId3, All());
@@ -218,7 +218,7 @@ TEST(Interpreter, RefusesAReplyWhoseStatusAndAlarmsContradictEachOther) {
                                   {.single_turn = 32, .alarms = 0x20, .status = 0},
                                   {.single_turn = 16, .status = 0x10},
                                   {.single_turn = 4, .alarms = 0x04, .status = 0}}) {
-    Bench bench;
+    DeviceFixture bench;
     bench.GoOnline({.single_turn = 0});
     const std::size_t samples = bench.output.samples.size();
     bench.Give(kId3, All(fields));
@@ -232,7 +232,7 @@ TEST(Interpreter, RefusesAReplyWhoseStatusAndAlarmsContradictEachOther) {
 
 // Whether an encoder changes SF and ALMC in the same reply is not documented.
 TEST(Interpreter, BelievesAContradictionOfStatusAndAlarmsThatStays) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   const std::size_t samples = bench.output.samples.size();
   for (int i = 0; i < 4; ++i) bench.Give(kId3, All({.alarms = 0x80, .status = 0}), i != 1);
@@ -242,7 +242,7 @@ TEST(Interpreter, BelievesAContradictionOfStatusAndAlarmsThatStays) {
 }
 
 TEST(Interpreter, RefusesAnotherUnitOfTheSameModelByItsTag) {
-  Bench bench(kTagged);
+  DeviceFixture bench(kTagged);
   bench.LinkUp();
   bench.PassSilence();
   bench.Give(kId3, All());
@@ -262,7 +262,7 @@ TEST(Interpreter, RefusesAnotherUnitOfTheSameModelByItsTag) {
 }
 
 TEST(Interpreter, WaitsForATagThatIsBusyAndReadsItAgainAfterALostLink) {
-  Bench bench(kTagged);
+  DeviceFixture bench(kTagged);
   bench.LinkUp();
   bench.PassSilence();
   bench.Give(kId3, All());
@@ -279,7 +279,7 @@ TEST(Interpreter, WaitsForATagThatIsBusyAndReadsItAgainAfterALostLink) {
 }
 
 TEST(Interpreter, ChecksTheTagAgainAfterTheEncoderWasGone) {
-  Bench bench(kTagged);
+  DeviceFixture bench(kTagged);
   bench.LinkUp();
   bench.PassSilence();
   bench.Give(kId3, All());

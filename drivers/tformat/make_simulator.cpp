@@ -1,7 +1,7 @@
 #include "drivers/tformat/make_simulator.h"
 
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/config/machine_config.h"
+#include "core/config/config_map.h"
+#include "core/config/machine_config.h"
 #include "drivers/tformat/settings.h"
 #include "drivers/tformat/simulator.h"
 

@@ -5,8 +5,8 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/config/machine_config.h"
+#include "core/config/config_map.h"
+#include "core/config/machine_config.h"
 
 namespace axlecast::tformat {
 namespace {

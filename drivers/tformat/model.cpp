@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "drivers/runtime/device/accuracy.h"
+#include "drivers/kit/accuracy.h"
 
 namespace axlecast::tformat {
 namespace {

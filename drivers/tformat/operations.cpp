@@ -4,9 +4,9 @@
 #include <axlecast/command_status_t.hpp>
 #include <vector>
 
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/device/arguments.h"
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/config/machine_config.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/arguments.h"
 #include "drivers/tformat/alarms.h"
 #include "drivers/tformat/eeprom_read.h"
 #include "drivers/tformat/eeprom_write.h"
@@ -38,7 +38,7 @@ const std::vector<OperationSpec>& Specs() {
        .moves_datum = true,
        .writes = &OneWrite,
        .verification = "ID 3 reads single-turn 0 +- 0.35 degrees, if it read otherwise before",
-       .found_by = kReadAllName},
+       .verified_by_operation = kReadAllName},
       {.name = kResetTurnsName,
        .help = "Sets the multi-turn counter to 0 and clears all latched errors (ID C, ten requests)",
        .arguments = {},
@@ -47,13 +47,13 @@ const std::vector<OperationSpec>& Specs() {
        .needs_permit = true,
        .moves_datum = true,
        .verification = "ID 3 reads turns 0 and no latched error, if it read otherwise before",
-       .found_by = kReadAllName},
+       .verified_by_operation = kReadAllName},
       {.name = kClearErrorsName,
        .help =
            "Clears all latched errors (ID 7, ten requests); position and turns stay, and so does a lost reference",
        .arguments = {},
        .verification = "ID 3 reads no latched error, if one stood before",
-       .found_by = kReadAllName},
+       .verified_by_operation = kReadAllName},
       {.name = kEepromReadName,
        .help = "Reads cells of the user EEPROM",
        .arguments = {{"address", "0 to 79; needed unless `after` is given", false},
@@ -69,7 +69,7 @@ const std::vector<OperationSpec>& Specs() {
        .destructive = true,
        .writes = &CellWrites,
        .verification = "each cell is read back with ID D",
-       .found_by = kEepromReadName},
+       .verified_by_operation = kEepromReadName},
       {.name = kEepromBackupName,
        .help = "Reads all 80 cells of the user EEPROM",
        .arguments = {},
@@ -168,7 +168,7 @@ bool Permits(const BusConfig&, const DeviceConfig& device, std::string_view oper
 
 std::span<const OperationSpec> Operations() { return Specs(); }
 
-Made MakeProcedure(const Order& order, const TFormatSettings& settings, const DeviceOutput& output) {
+Made MakeProcedure(const DriverCommand& order, const TFormatSettings& settings, const DeviceOutput& output) {
   const auto reset = [&](DataId id) -> Made { return std::make_unique<ResetProcedure>(id, settings, output); };
   const auto read = [&](DataId id) -> Made { return std::make_unique<Readout>(id, "", settings, output); };
   const std::string_view name = order.operation;

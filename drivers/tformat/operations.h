@@ -6,9 +6,9 @@
 #include <span>
 #include <string_view>
 
-#include "drivers/runtime/core/device.h"
-#include "drivers/runtime/core/operation.h"
-#include "drivers/runtime/device/refusal.h"
+#include "core/device/device.h"
+#include "core/device/operation.h"
+#include "drivers/kit/refusal.h"
 #include "drivers/tformat/procedure.h"
 #include "drivers/tformat/settings.h"
 
@@ -30,7 +30,7 @@ inline constexpr std::string_view kReadIdentityName = "read_identity";
 [[nodiscard]] bool Permits(const BusConfig& bus, const DeviceConfig& device, std::string_view operation);
 
 // The procedure that carries out an order, or why there is none: arguments are checked here.
-[[nodiscard]] Made<Procedure> MakeProcedure(const Order& order, const TFormatSettings& settings,
+[[nodiscard]] Made<Procedure> MakeProcedure(const DriverCommand& order, const TFormatSettings& settings,
                                             const DeviceOutput& output);
 
 // It can change something in the encoder: only for an encoder whose identity is accepted.

@@ -16,8 +16,9 @@ TEST(Operations, EachHasAVerificationAndEachChangeAWayToFindIt) {
     EXPECT_FALSE(spec.help.empty());
     EXPECT_FALSE(spec.verification.empty());
     if (!Alters(spec.name)) continue;
-    const auto found = std::find_if(Operations().begin(), Operations().end(),
-                                    [&](const OperationSpec& other) { return other.name == spec.found_by; });
+    const auto found = std::find_if(Operations().begin(), Operations().end(), [&](const OperationSpec& other) {
+      return other.name == spec.verified_by_operation;
+    });
     ASSERT_NE(found, Operations().end()) << spec.name;
     EXPECT_TRUE(std::any_of(found->arguments.begin(), found->arguments.end(), [](const ArgumentSpec& argument) {
       return argument.name == "after" && !argument.required;
@@ -26,7 +27,7 @@ TEST(Operations, EachHasAVerificationAndEachChangeAWayToFindIt) {
 }
 
 TEST(Operations, ReadoutsShowWhatTheEncoderSays) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.Begin("read_all");
   bench.Give(kId3, All({.single_turn = 42405, .turns = 34952, .alarms = 0x80, .status = 0x20}), false);
@@ -47,7 +48,7 @@ TEST(Operations, ReadoutsShowWhatTheEncoderSays) {
 }
 
 TEST(Operations, AReadoutIsRepeatedTwiceThenFails) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.Begin("read_turns");
   for (int i = 0; i < 3; ++i) {
@@ -72,7 +73,7 @@ TEST(Operations, ReadAllFindsTheEffectOfAReset) {
                         Case{"reset_turns_and_errors", {.turns = 7}, true, "no_effect_seen"},
                         Case{"clear_errors", {.alarms = 0x82}, false, "reads_as_after"},
                         Case{"clear_errors", {.alarms = 0x08}, false, "no_effect_seen"}}) {
-    Bench bench;
+    DeviceFixture bench;
     bench.GoOnline();
     bench.output.motion = [&](MonoNs) { return Motion{.known = true, .standstill = c.rests}; };
     bench.Begin("read_all", {{"after", c.after}});
@@ -81,14 +82,14 @@ TEST(Operations, ReadAllFindsTheEffectOfAReset) {
     EXPECT_EQ(bench.Last().changes.back().after, c.finding) << c.after;
     EXPECT_LE(bench.Last().changes.size(), 4u);
   }
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.Begin("read_all", {{"after", "eeprom_write address=1 data=00"}});
   EXPECT_EQ(bench.Last().reason, Reason::REASON_BAD_ARGUMENT);
 }
 
 TEST(Operations, AreRejectedWhenTheEncoderIsNotThere) {
-  Bench bench;
+  DeviceFixture bench;
   bench.Begin("read_all");
   EXPECT_EQ(bench.Last().reason, Reason::REASON_DEVICE_OFFLINE);
   bench.LinkUp();
@@ -98,7 +99,7 @@ TEST(Operations, AreRejectedWhenTheEncoderIsNotThere) {
 }
 
 TEST(Operations, OnlyReadingsAreDoneOnAnotherEncoder) {
-  Bench bench("{model: ts5669n127, eeprom_writable: [0]}");
+  DeviceFixture bench("{model: ts5669n127, eeprom_writable: [0]}");
   bench.LinkUp();
   bench.PassSilence();
   for (int i = 0; i < 3; ++i) bench.Give(kId3, All({.encoder_id = 0x17}));
@@ -112,7 +113,7 @@ TEST(Operations, OnlyReadingsAreDoneOnAnotherEncoder) {
 }
 
 TEST(Operations, WaitForTheIdentityTag) {
-  Bench bench("{model: ts5669n127, identity: {eeprom_address: 0, bytes: \"A1\"}}");
+  DeviceFixture bench("{model: ts5669n127, identity: {eeprom_address: 0, bytes: \"A1\"}}");
   bench.LinkUp();
   bench.PassSilence();
   bench.Give(kId3, All());
@@ -122,10 +123,10 @@ TEST(Operations, WaitForTheIdentityTag) {
 }
 
 TEST(Operations, AreRefusedWithTheInterlockThatForbidsThem) {
-  Bench bench("{model: ts5669n127, eeprom_writable: [0]}");
+  DeviceFixture bench("{model: ts5669n127, eeprom_writable: [0]}");
   bench.GoOnline({.alarms = 0x04});
   const auto refusal = [&](const char* operation, Arguments arguments = {}) {
-    Order order;
+    DriverCommand order;
     order.operation = operation;
     order.arguments = std::move(arguments);
     return bench.device->Refusal(order, bench.now).value_or(Outcome{});
@@ -146,7 +147,7 @@ TEST(Operations, AreRefusedWithTheInterlockThatForbidsThem) {
 }
 
 TEST(Operations, OneAtATimeAndOnlyInTime) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.Begin("read_all");
   bench.Begin("read_turns");
@@ -158,7 +159,7 @@ TEST(Operations, OneAtATimeAndOnlyInTime) {
 }
 
 TEST(Operations, ExpireWhenTheLineStaysUnclear) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.Stray({0});
   bench.Begin("zero_single_turn", {}, bench.now + 1 * kMillisecond);
@@ -170,7 +171,7 @@ TEST(Operations, ExpireWhenTheLineStaysUnclear) {
 }
 
 TEST(Operations, UnknownOnesAreNamed) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.Begin("id7");
   EXPECT_EQ(bench.Last().reason, Reason::REASON_UNKNOWN_OPERATION);

@@ -4,7 +4,8 @@
 #include <bit>
 #include <memory>
 
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/command/command_id.h"
+#include "core/device/outcome_text.h"
 #include "drivers/tformat/answer.h"
 #include "drivers/tformat/model.h"
 
@@ -51,12 +52,12 @@ double TFormatProbe::Progress() const {
   return static_cast<double>(asked_) / (answered_ == 0 && refused_ == 0 ? kVain : kQuestions);
 }
 
-std::vector<ProbeFinding> TFormatProbe::Findings() const {
+std::vector<ProbeHit> TFormatProbe::Findings() const {
   if (!encoder_id_) return {};
   const Model* model = ModelOf(*encoder_id_);
   const bool fits = model == nullptr || positions_ >> model->format.single_turn_bits == 0;
   const bool sound = answered_ >= 3 && answered_ > refused_ && fits;
-  ProbeFinding finding;
+  ProbeHit finding;
   finding.confidence = sound ? Confidence::kSure : answered_ >= 2 ? Confidence::kLikely : Confidence::kPossible;
   finding.device = Text("T-format encoder, ENID 0x%02x", *encoder_id_);
   finding.reason =

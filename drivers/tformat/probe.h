@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "drivers/runtime/device/asking_probe.h"
+#include "drivers/kit/asking_probe.h"
 #include "drivers/tformat/codec.h"
 
 namespace axlecast::tformat {
@@ -13,7 +13,7 @@ namespace axlecast::tformat {
 // end one that somebody has left unfinished.
 class TFormatProbe final : public AskingProbe {
  public:
-  [[nodiscard]] std::vector<ProbeFinding> Findings() const override;
+  [[nodiscard]] std::vector<ProbeHit> Findings() const override;
   [[nodiscard]] double Progress() const override;
 
  protected:

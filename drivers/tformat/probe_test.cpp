@@ -30,7 +30,7 @@ TEST(TFormatProbe, FindsTheEncoderOfAPublicCapture) {
   ProbeBench bench;
   bench.Answer(kAskAll, {0x1A, 0x00, 0xA5, 0xA5, 0x00, 0x17, 0x88, 0x88, 0x00, 0x00, 0x0D});  // golden/captures.txt
   bench.Answer(kAskId, {0x92, 0x00, 0x17, 0x85});
-  const std::vector<ProbeFinding> found = bench.Run(Trial());
+  const std::vector<ProbeHit> found = bench.Run(Trial());
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(found[0].confidence, Confidence::kSure) << found[0].reason;
   EXPECT_EQ(ValueOf(found[0].keys, "model"), "smart_abs_23");
@@ -47,7 +47,7 @@ TEST(TFormatProbe, AsksReadoutsAlone) {
 TEST(TFormatProbe, AnUnknownEncoderIsCustomAndItsBitsAreToBeLookedUp) {
   ProbeBench bench;
   bench.Answer(kAskId, {0x92, 0x00, 0x2A, 0xB8});
-  const std::vector<ProbeFinding> found = bench.Run(Trial());
+  const std::vector<ProbeHit> found = bench.Run(Trial());
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(ValueOf(found[0].keys, "model"), "custom");
   EXPECT_EQ(ValueOf(found[0].keys, "enid"), "0x2a");
@@ -57,7 +57,7 @@ TEST(TFormatProbe, AnUnknownEncoderIsCustomAndItsBitsAreToBeLookedUp) {
 TEST(TFormatProbe, APositionThatTheModelCannotHaveMakesItDoubtful) {
   ProbeBench bench;  // ENID 0x11 has 17 bits (spec 6.3.3), and this ABS 23
   bench.Answer(kAskAll, {0x1A, 0x00, 0x6E, 0xC3, 0x58, 0x11, 0x00, 0x00, 0x00, 0x00, 0xFE});
-  const std::vector<ProbeFinding> found = bench.Run(Trial());
+  const std::vector<ProbeHit> found = bench.Run(Trial());
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_NE(found[0].confidence, Confidence::kSure);
   EXPECT_EQ(ValueOf(found[0].keys, "model"), "custom");

@@ -2,8 +2,8 @@
 
 #include <optional>
 
-#include "drivers/runtime/core/operation.h"
-#include "drivers/runtime/core/step.h"
+#include "core/device/operation.h"
+#include "core/device/step.h"
 #include "drivers/tformat/answer.h"
 
 namespace axlecast::tformat {

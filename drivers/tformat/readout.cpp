@@ -3,8 +3,8 @@
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
-#include "drivers/runtime/device/outcome_text.h"
-#include "drivers/runtime/device/read_back.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/read_back.h"
 #include "drivers/tformat/alarms.h"
 #include "drivers/tformat/cell_reader.h"
 #include "drivers/tformat/operations.h"

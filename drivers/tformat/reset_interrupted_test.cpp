@@ -2,7 +2,7 @@
 
 #include <axlecast/command_status_t.hpp>
 
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/device/outcome_text.h"
 #include "drivers/tformat/device_test_support.h"
 
 namespace axlecast::tformat {
@@ -15,7 +15,7 @@ constexpr std::uint32_t kTolerance = 127;
 
 TEST(ResetInterrupted, StopsBetweenAnyTwoRequestsWhenTheShaftBeginsToTurn) {
   for (int sent = 0; sent < 10; ++sent) {
-    Bench bench;
+    DeviceFixture bench;
     bench.GoOnline();
     bench.Begin("zero_single_turn");
     bench.Give(kId3, All(), false);
@@ -37,7 +37,7 @@ TEST(ResetInterrupted, StopsBetweenAnyTwoRequestsWhenTheShaftBeginsToTurn) {
 }
 
 TEST(ResetInterrupted, StopsWhenTheShaftHasCreptTooFar) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.Begin("reset_turns_and_errors");
   bench.Give(kId3, All({.single_turn = 131'000}), false);
@@ -57,7 +57,7 @@ TEST(ResetInterrupted, ALostReplyBeforeTheTenthEndsTheSequenceWithoutEffect) {
       {{0xC2, 0, 1, 2, 3, 0xFF}, Reason::REASON_NO_REPLY},
       {All(), Reason::REASON_DEVICE_REFUSED}};
   for (const auto& [reply, reason] : replies) {
-    Bench bench;
+    DeviceFixture bench;
     bench.GoOnline();
     bench.Begin("zero_single_turn");
     bench.Give(kId3, All(), false);
@@ -79,7 +79,7 @@ TEST(ResetInterrupted, ALostReplyBeforeTheTenthEndsTheSequenceWithoutEffect) {
 TEST(ResetInterrupted, ARequestAnsweredWithACommunicationAlarmIsSentAgain) {
   for (const std::uint8_t alarm : {std::uint8_t{0x40}, std::uint8_t{0x80}}) {
     for (int before = 0; before < 10; ++before) {
-      Bench bench;
+      DeviceFixture bench;
       bench.GoOnline();
       bench.Begin("zero_single_turn");
       bench.Give(kId3, All(), false);
@@ -104,7 +104,7 @@ TEST(ResetInterrupted, ARequestAnsweredWithACommunicationAlarmIsSentAgain) {
 }
 
 TEST(ResetInterrupted, TooManyCommunicationAlarmsEndTheSequence) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.Begin("zero_single_turn");
   bench.Give(kId3, All(), false);
@@ -121,7 +121,7 @@ TEST(ResetInterrupted, TooManyCommunicationAlarmsEndTheSequence) {
 }
 
 TEST(ResetInterrupted, AfterACommunicationAlarmTheShaftMustStillRest) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.Begin("zero_single_turn");
   bench.Give(kId3, All(), false);
@@ -136,7 +136,7 @@ TEST(ResetInterrupted, AfterACommunicationAlarmTheShaftMustStillRest) {
 
 // Whether the encoder counts an alarmed request is not documented: a jump after ten in all is no motion, but the effect.
 TEST(ResetInterrupted, FromTenRequestsOnAReadingDecides) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.Begin("zero_single_turn");
   bench.Give(kId3, All(), false);
@@ -155,7 +155,7 @@ TEST(ResetInterrupted, FromTenRequestsOnAReadingDecides) {
 
 TEST(ResetInterrupted, ALostTenthReplyIsDecidedByReadingBack) {
   for (const bool effect : {true, false}) {
-    Bench bench;
+    DeviceFixture bench;
     bench.GoOnline();
     bench.Begin("zero_single_turn");
     bench.Give(kId3, All(), false);
@@ -173,7 +173,7 @@ TEST(ResetInterrupted, ALostTenthReplyIsDecidedByReadingBack) {
 }
 
 TEST(ResetInterrupted, IsIndeterminateWhenTheEffectCannotBeRead) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.Begin("zero_single_turn");
   bench.Give(kId3, All(), false);
@@ -195,7 +195,7 @@ TEST(ResetInterrupted, OnALostLinkItDependsOnTheTenthRequest) {
   for (int sent = 0; sent <= 10; ++sent) {
     for (const bool in_flight : {false, true}) {
       if (in_flight && sent == 10) continue;
-      Bench bench;
+      DeviceFixture bench;
       bench.GoOnline();
       bench.Begin("reset_turns_and_errors");
       bench.Give(kId3, All(), false);
@@ -221,7 +221,7 @@ TEST(ResetInterrupted, OnALostLinkItDependsOnTheTenthRequest) {
 TEST(ResetInterrupted, ATenthRequestThatALostLinkLeavesInDoubtCountsAsAWrite) {
   for (const int answered : {8, 9}) {
     for (const char* operation : {"zero_single_turn", "reset_turns_and_errors"}) {
-      Bench bench;
+      DeviceFixture bench;
       bench.GoOnline();
       bench.Begin(operation);
       bench.Give(kId3, All(), false);
@@ -239,7 +239,7 @@ TEST(ResetInterrupted, ATenthRequestThatALostLinkLeavesInDoubtCountsAsAWrite) {
 }
 
 TEST(ResetInterrupted, IsRejectedWhenTheReadingBeforeFails) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.Begin("zero_single_turn");
   for (int i = 0; i < 3; ++i) {
@@ -251,7 +251,7 @@ TEST(ResetInterrupted, IsRejectedWhenTheReadingBeforeFails) {
 }
 
 TEST(ResetInterrupted, CanBeCancelledUntilItsFirstRequest) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.Begin("zero_single_turn");
   EXPECT_FALSE(bench.device->Cancel({9}, bench.now)) << "another order's id";
@@ -265,7 +265,7 @@ TEST(ResetInterrupted, CanBeCancelledUntilItsFirstRequest) {
 }
 
 TEST(ResetInterrupted, KeepsSilenceAfterStrayBytesBetweenTwoRequests) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.Begin("zero_single_turn");
   bench.Give(kId3, All(), false);

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
 #include "drivers/tformat/procedure.h"
 #include "drivers/tformat/reset_rules.h"
 #include "drivers/tformat/settings.h"

@@ -13,7 +13,7 @@ using Reason = command_status_t;
 constexpr std::uint32_t kTolerance = 127;
 
 TEST(ResetProcedure, ZeroesAndVerifies) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.requests.clear();
   bench.Begin("zero_single_turn");
@@ -41,7 +41,7 @@ TEST(ResetProcedure, ZeroesAndVerifies) {
 TEST(ResetProcedure, SendsTenRequestsAtLeast40MsApartAndNothingInBetween) {
   for (const auto& [operation, request] :
        {std::pair{"zero_single_turn", kId8}, {"reset_turns_and_errors", kIdC}, {"clear_errors", kId7}}) {
-    Bench bench;
+    DeviceFixture bench;
     bench.GoOnline();
     bench.requests.clear();
     bench.Begin(operation);
@@ -66,7 +66,7 @@ TEST(ResetProcedure, SendsTenRequestsAtLeast40MsApartAndNothingInBetween) {
 }
 
 TEST(ResetProcedure, ReadingsGoOnDuringTheSequence) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.Begin("zero_single_turn");
   bench.Give(kId3, All(), false);
@@ -78,7 +78,7 @@ TEST(ResetProcedure, ReadingsGoOnDuringTheSequence) {
 
 TEST(ResetProcedure, FailsWhenTheReadBackIsNotZero) {
   for (const std::uint32_t reads : {kTolerance + 1, 131'072 - kTolerance - 1, 42405U}) {
-    Bench bench;
+    DeviceFixture bench;
     bench.GoOnline();
     bench.Begin("zero_single_turn");
     bench.Give(kId3, All(), false);
@@ -94,7 +94,7 @@ TEST(ResetProcedure, FailsWhenTheReadBackIsNotZero) {
 
 TEST(ResetProcedure, IsRejectedWhileTheShaftTurns) {
   for (const char* operation : {"zero_single_turn", "reset_turns_and_errors"}) {
-    Bench bench;
+    DeviceFixture bench;
     bench.GoOnline();
     bench.output.motion = [](MonoNs) { return Motion{.known = true, .standstill = false, .speed_rpm = 12.5}; };
     bench.Begin(operation);
@@ -108,7 +108,7 @@ TEST(ResetProcedure, IsRejectedWhileTheShaftTurns) {
 }
 
 TEST(ResetProcedure, ClearsErrorsAlsoWhileTheShaftTurns) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.output.motion = [](MonoNs) { return Motion{}; };
   bench.Begin("clear_errors");
@@ -126,7 +126,7 @@ TEST(ResetProcedure, ClearsErrorsAlsoWhileTheShaftTurns) {
 
 // A creep below every speed limit still must not exceed 0.35 degrees in all.
 TEST(ResetProcedure, ResetsTurnsReportsAlmcBeforeAndRestoresTheReference) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline({.turns = 4660, .alarms = 0x48, .status = 0x20});
   EXPECT_EQ(bench.output.references_lost, 1);
   bench.Begin("reset_turns_and_errors");
@@ -145,7 +145,7 @@ TEST(ResetProcedure, ResetsTurnsReportsAlmcBeforeAndRestoresTheReference) {
 }
 
 TEST(ResetProcedure, ABatteryThatIsStillDeadFailsTheResetAndKeepsTheReferenceLost) {
-  Bench bench;
+  DeviceFixture bench;
   const AllFields dead{.turns = 9, .alarms = 0x40, .status = 0x20};
   bench.GoOnline(dead);
   bench.Begin("reset_turns_and_errors");
@@ -166,7 +166,7 @@ TEST(ResetProcedure, AcceptsTheTurnBesideZeroOnlyOnTheBorder) {
   for (const Case& c : {Case{131'071, 65535, OrderState::kSucceeded}, Case{2, 1, OrderState::kSucceeded},
                         Case{131'071, 1, OrderState::kFailed}, Case{2, 65535, OrderState::kFailed},
                         Case{60'000, 1, OrderState::kFailed}, Case{2, 3, OrderState::kFailed}}) {
-    Bench bench;
+    DeviceFixture bench;
     bench.GoOnline();
     bench.Begin("reset_turns_and_errors");
     bench.Give(kId3, All({.single_turn = 0}), false);
@@ -187,7 +187,7 @@ TEST(ResetProcedure, NamesWhatIsStillSetAfterClearingErrors) {
        {Case{0x00, OrderState::kSucceeded}, Case{0x82, OrderState::kSucceeded}, Case{0x01, OrderState::kFailed},
         Case{0x04, OrderState::kFailed}, Case{0x08, OrderState::kFailed}, Case{0x20, OrderState::kFailed},
         Case{0x40, OrderState::kFailed}}) {
-    Bench bench;
+    DeviceFixture bench;
     bench.GoOnline();
     bench.Begin("clear_errors");
     bench.Give(kId3, All({.alarms = 0xEF}), false);
@@ -204,7 +204,7 @@ TEST(ResetProcedure, NamesWhatIsStillSetAfterClearingErrors) {
 
 TEST(ResetProcedure, RefusesToZeroOnADoubtfulPosition) {
   for (const std::uint8_t alarm : {std::uint8_t{0x02}, std::uint8_t{0x04}}) {
-    Bench bench;
+    DeviceFixture bench;
     bench.GoOnline();
     bench.Begin("zero_single_turn");
     bench.Give(kId3, All({.alarms = alarm}), false);

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "drivers/runtime/core/instant.h"
+#include "core/base/time.h"
 #include "drivers/tformat/codec.h"
 #include "drivers/tformat/settings.h"
 

@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/config/machine_config.h"
+#include "core/config/config_map.h"
+#include "core/config/machine_config.h"
 #include "drivers/tformat/model.h"
 
 namespace axlecast::tformat {

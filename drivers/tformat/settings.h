@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "drivers/runtime/core/family.h"
+#include "core/device/family.h"
 #include "drivers/tformat/codec.h"
 
 namespace axlecast::tformat {

@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/core/family.h"
+#include "core/config/config_map.h"
+#include "core/config/machine_config.h"
+#include "core/device/family.h"
 #include "drivers/tformat/model.h"
 
 namespace axlecast {

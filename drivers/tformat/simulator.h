@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/runtime/core/simulator.h"
-#include "drivers/runtime/simulation/script.h"
-#include "drivers/runtime/simulation/seeded_random.h"
+#include "core/device/simulator.h"
+#include "drivers/kit/simulation/script.h"
+#include "drivers/kit/simulation/seeded_random.h"
 #include "drivers/tformat/simulator_keys.h"
 #include "drivers/tformat/simulator_request.h"
 

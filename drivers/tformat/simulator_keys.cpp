@@ -6,9 +6,9 @@
 #include <cmath>
 #include <optional>
 
-#include "drivers/runtime/simulation/quantity_table.h"
-#include "drivers/runtime/simulation/quantity_text.h"
-#include "drivers/runtime/simulation/shaft_motion.h"
+#include "drivers/kit/simulation/quantity_table.h"
+#include "drivers/kit/simulation/quantity_text.h"
+#include "drivers/kit/simulation/shaft_motion.h"
 
 namespace axlecast::tformat {
 namespace {
@@ -192,13 +192,13 @@ const QuantityTable<SimulatedAxis>& Table() {
       {"battery_v", SetBattery, [](const A& a) { return NumberText(a.encoder.battery_volts()); }},
       {"counting_error", SetCountingError, CountingErrorText},
       {"multi_turn_jump", SetJump, [](const A& a) { return std::to_string(a.encoder.turns_jumped()); }},
-      {"accel_rad_s2", [](A& a, Text v) { return OrderAcceleration(a.encoder.Turn(a.encoder.now()), v); },
+      {"accel_rad_s2", [](A& a, Text v) { return OrderAcceleration(a.encoder.BusSlot(a.encoder.now()), v); },
        [](const A& a) { return NumberText(a.encoder.shaft().acceleration_rad_s2()); }},
       {"motion",
-       [](A& a, Text v) { return OrderMotion(a.encoder.Turn(a.encoder.now()), v, a.encoder.now(), a.motion); },
+       [](A& a, Text v) { return OrderMotion(a.encoder.BusSlot(a.encoder.now()), v, a.encoder.now(), a.motion); },
        [](const A& a) { return a.motion; }},
       {"speed_rpm",
-       [](A& a, Text v) { return OrderSpeed(a.encoder.Turn(a.encoder.now()), v, a.encoder.now(), a.motion); },
+       [](A& a, Text v) { return OrderSpeed(a.encoder.BusSlot(a.encoder.now()), v, a.encoder.now(), a.motion); },
        [](const A& a) { return NumberText(Speed(a)); }},
       {"fault", SetFault, [](const A& a) { return FaultText(a.fault); }},
       {"power", SetPower, [](const A& a) { return std::string(a.encoder.powered() ? "on" : "off"); }},

@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/runtime/core/instant.h"
-#include "drivers/runtime/simulation/simulated_device.h"
-#include "drivers/runtime/simulation/simulated_fault.h"
+#include "core/base/time.h"
+#include "drivers/kit/simulation/simulated_device.h"
+#include "drivers/kit/simulation/simulated_fault.h"
 #include "drivers/tformat/encoder_model.h"
 
 namespace axlecast::tformat {

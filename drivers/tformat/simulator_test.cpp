@@ -22,9 +22,9 @@ struct Delivery {
 };
 
 // A simulator and its line in virtual time.
-class Bench {
+class DeviceFixture {
  public:
-  explicit Bench(const std::string& pace, bool echo = false)
+  explicit DeviceFixture(const std::string& pace, bool echo = false)
       : simulator_("axis1", SimulatedAxis(EncoderModel(EncoderModel::Settings(), 7 * kShaftTurn + kShaftTurn / 4)),
                    Script({{"pace", pace}}, {}, kNever), TFormatSimulator::Line{echo, 4 * kMicrosecond, 1}) {}
 
@@ -71,7 +71,7 @@ class Bench {
 
 // At 90 deg ABS is 0x008000, ABM is 7. Lengths and fields as in TS5669 spec Table 2; the last byte makes the XOR 0.
 TEST(SimulatorTest, AnswersEveryReadout) {
-  Bench bench("unpaced");
+  DeviceFixture bench("unpaced");
   EXPECT_THAT(bench.Ask({0x02}), ElementsAre(0x02, 0x00, 0x00, 0x80, 0x00, 0x82));
   EXPECT_THAT(bench.Ask({0x8A}), ElementsAre(0x8A, 0x00, 0x07, 0x00, 0x00, 0x8D));
   EXPECT_THAT(bench.Ask({0x92}), ElementsAre(0x92, 0x00, 0x11, 0x83));
@@ -84,7 +84,7 @@ TEST(SimulatorTest, AnswersEveryReadout) {
 
 // An encoder without battery says SF = 20 (public captures) and ALMC = BE and BA.
 TEST(SimulatorTest, AlarmsStandInStatusFieldAndAlmc) {
-  Bench bench("unpaced");
+  DeviceFixture bench("unpaced");
   bench.Set("battery_v", "0");
   ByteList reply = bench.Ask({0x1A});
   ASSERT_THAT(reply, SizeIs(11));
@@ -102,7 +102,7 @@ TEST(SimulatorTest, AlarmsStandInStatusFieldAndAlmc) {
 // ---- timing: spec 7.1, 2.5 Mbit/s ----
 
 TEST(SimulatorTest, OnTheWireAReplyEnds3MicrosecondsAnd4PerByteAfterTheRequest) {
-  Bench bench("wire");
+  DeviceFixture bench("wire");
   bench.Send({0x1A});
   EXPECT_THAT(bench.deliveries(), IsEmpty());
   bench.Pass(kMillisecond);
@@ -115,7 +115,7 @@ TEST(SimulatorTest, OnTheWireAReplyEnds3MicrosecondsAnd4PerByteAfterTheRequest) 
 }
 
 TEST(SimulatorTest, UnpacedRepliesComeAtOnce) {
-  Bench bench("unpaced");
+  DeviceFixture bench("unpaced");
   bench.Send({0x1A});
   ASSERT_THAT(bench.deliveries(), SizeIs(1));
   bench.Send({0x1A});
@@ -124,7 +124,7 @@ TEST(SimulatorTest, UnpacedRepliesComeAtOnce) {
 }
 
 TEST(SimulatorTest, SlotsAreAbsolute) {
-  Bench bench("slots");
+  DeviceFixture bench("slots");
   bench.Pass(7 * kMicrosecond);
   bench.Send({0x1A});
   bench.Pass(kMillisecond);
@@ -134,7 +134,7 @@ TEST(SimulatorTest, SlotsAreAbsolute) {
 }
 
 TEST(SimulatorTest, AddressedWhileItTransmitsItComplainsAndTheReplyIsLost) {
-  Bench bench("wire");
+  DeviceFixture bench("wire");
   bench.Send({0x1A});
   bench.Pass(50 * kMicrosecond);
   bench.Send({0x1A});
@@ -145,14 +145,14 @@ TEST(SimulatorTest, AddressedWhileItTransmitsItComplainsAndTheReplyIsLost) {
 }
 
 TEST(SimulatorTest, TwoRequestsInOneBreathAreACollision) {
-  Bench bench("unpaced");
+  DeviceFixture bench("unpaced");
   bench.Send({0x1A, 0x1A});
   EXPECT_EQ(bench.Value("collisions"), "1");
   EXPECT_THAT(bench.deliveries(), SizeIs(1));
 }
 
 TEST(SimulatorTest, APauseAfterTheReplyIsEnough) {
-  Bench bench("wire");
+  DeviceFixture bench("wire");
   for (int i = 0; i < 100; ++i) {
     bench.Send({0x1A});
     bench.Pass(51 * kMicrosecond);
@@ -164,7 +164,7 @@ TEST(SimulatorTest, APauseAfterTheReplyIsEnough) {
 // ---- abnormal requests: spec Tables 5 and 6 ----
 
 TEST(SimulatorTest, AbnormalRequestsGetDataOfId3) {
-  Bench bench("unpaced");
+  DeviceFixture bench("unpaced");
   // ID 4 (cc2 = 1, parity 1) does not exist.
   EXPECT_THAT(bench.Ask({0xA2}), SizeIs(11));
   EXPECT_THAT(bench.Ask({0xEA, 0x50, 0xEA ^ 0x50}), SizeIs(11)) << "address 80";
@@ -177,14 +177,14 @@ TEST(SimulatorTest, AbnormalRequestsGetDataOfId3) {
 }
 
 TEST(SimulatorTest, AParityErrorRaisesItsCommunicationAlarm) {
-  Bench bench("unpaced");
+  DeviceFixture bench("unpaced");
   const ByteList reply = bench.Ask({0x9A});  // ID 3 with the parity bit of an odd ID
   ASSERT_THAT(reply, SizeIs(11));
   EXPECT_EQ(reply[1], 0x40);
 }
 
 TEST(SimulatorTest, ADelimiterErrorRaisesItsCommunicationAlarm) {
-  Bench bench("unpaced");
+  DeviceFixture bench("unpaced");
   bench.Set("fault", "request_flip:0.02");
   bool seen = false;
   for (int i = 0; i < 10'000 && !seen; ++i) {
@@ -195,14 +195,14 @@ TEST(SimulatorTest, ADelimiterErrorRaisesItsCommunicationAlarm) {
 }
 
 TEST(SimulatorTest, AWrongSinkCodeGetsNoAnswer) {
-  Bench bench("unpaced");
+  DeviceFixture bench("unpaced");
   EXPECT_THAT(bench.Ask({0x1B}), IsEmpty());
   EXPECT_THAT(bench.Ask({0x00}), IsEmpty());
   EXPECT_EQ(bench.Value("bad_sync"), "2");
 }
 
 TEST(SimulatorTest, ARequestThatEndsEarlyIsAbnormal) {
-  Bench bench("unpaced");
+  DeviceFixture bench("unpaced");
   EXPECT_THAT(bench.Ask({0xEA}), SizeIs(11));
   bench.Send({0xEA});
   bench.Pass(500 * kMicrosecond);
@@ -213,7 +213,7 @@ TEST(SimulatorTest, ARequestThatEndsEarlyIsAbnormal) {
 // ---- EEPROM: spec Table 4 ----
 
 TEST(SimulatorTest, EepromWriteIsAcceptedThenBusyThenReadBack) {
-  Bench bench("unpaced");
+  DeviceFixture bench("unpaced");
   bench.Send({0x32, 0x00, 0x55, 0x67});
   EXPECT_THAT(bench.deliveries().back().bytes, ElementsAre(0x32, 0x00, 0x55, 0x67));
   bench.Send({0xEA, 0x00, 0xEA});
@@ -230,7 +230,7 @@ TEST(SimulatorTest, EepromWriteIsAcceptedThenBusyThenReadBack) {
 // ---- resets over the line ----
 
 TEST(SimulatorTest, TenTurnResetsOverTheLineActOnce) {
-  Bench bench("wire");
+  DeviceFixture bench("wire");
   for (int i = 0; i < 10; ++i) {
     const ByteList reply = bench.Ask({0x62});
     ASSERT_THAT(reply, SizeIs(6));
@@ -241,7 +241,7 @@ TEST(SimulatorTest, TenTurnResetsOverTheLineActOnce) {
 }
 
 TEST(SimulatorTest, TheTenthReplyStillShowsTheErrorThatItClears) {
-  Bench bench("unpaced");
+  DeviceFixture bench("unpaced");
   bench.Set("multi_turn_jump", "1");
   for (int i = 0; i < 10; ++i) {
     EXPECT_EQ(bench.Ask({0xBA})[1], 0x20);
@@ -252,7 +252,7 @@ TEST(SimulatorTest, TheTenthReplyStillShowsTheErrorThatItClears) {
 }
 
 TEST(SimulatorTest, AReadoutBetweenResetsBreaksTheSequence) {
-  Bench bench("unpaced");
+  DeviceFixture bench("unpaced");
   for (int i = 0; i < 30; ++i) {
     static_cast<void>(bench.Ask({0x62}));
     bench.Pass(20 * kMillisecond);
@@ -264,7 +264,7 @@ TEST(SimulatorTest, AReadoutBetweenResetsBreaksTheSequence) {
 // ---- faults ----
 
 TEST(SimulatorTest, Off) {
-  Bench bench("unpaced");
+  DeviceFixture bench("unpaced");
   bench.Set("fault", "off");
   EXPECT_THAT(bench.Ask({0x1A}), IsEmpty());
   bench.Set("fault", "none");
@@ -273,7 +273,7 @@ TEST(SimulatorTest, Off) {
 }
 
 TEST(SimulatorTest, PowerCycleIsFollowedByAStandby) {
-  Bench bench("unpaced");
+  DeviceFixture bench("unpaced");
   bench.Set("power", "cycle");
   EXPECT_THAT(bench.Ask({0x1A}), IsEmpty());
   bench.Pass(kSecond);
@@ -281,7 +281,7 @@ TEST(SimulatorTest, PowerCycleIsFollowedByAStandby) {
 }
 
 TEST(SimulatorTest, EchoComesBeforeTheReply) {
-  Bench bench("wire", true);
+  DeviceFixture bench("wire", true);
   bench.Send({0x02});
   bench.Pass(kMillisecond);
   ASSERT_THAT(bench.deliveries(), SizeIs(2));
@@ -291,7 +291,7 @@ TEST(SimulatorTest, EchoComesBeforeTheReply) {
 }
 
 TEST(SimulatorTest, ADelayedReplyComesLateAndIsNoCollision) {
-  Bench bench("wire");
+  DeviceFixture bench("wire");
   bench.Set("fault", "delayed:20");
   bench.Send({0x1A});
   bench.Pass(5 * kMillisecond);
@@ -305,7 +305,7 @@ TEST(SimulatorTest, ADelayedReplyComesLateAndIsNoCollision) {
 }
 
 TEST(SimulatorTest, ASlowReplyHoldsTheLine) {
-  Bench bench("wire");
+  DeviceFixture bench("wire");
   bench.Set("fault", "slow:1000");
   bench.Send({0x1A});
   bench.Pass(500 * kMicrosecond);
@@ -316,7 +316,7 @@ TEST(SimulatorTest, ASlowReplyHoldsTheLine) {
 }
 
 TEST(SimulatorTest, AFloodOfDelayedRepliesIsBounded) {
-  Bench bench("wire");
+  DeviceFixture bench("wire");
   bench.Set("fault", "delayed:1000");
   for (int i = 0; i < 1'000; ++i) {
     bench.Send({0x1A});
@@ -328,7 +328,7 @@ TEST(SimulatorTest, AFloodOfDelayedRepliesIsBounded) {
 }
 
 TEST(SimulatorTest, IntermittentLosesTheReplyNotTheRequest) {
-  Bench bench("unpaced");
+  DeviceFixture bench("unpaced");
   bench.Set("fault", "intermittent:1");
   for (int i = 0; i < 10; ++i) {
     EXPECT_THAT(bench.Ask({0x62}), IsEmpty());
@@ -338,7 +338,7 @@ TEST(SimulatorTest, IntermittentLosesTheReplyNotTheRequest) {
 }
 
 TEST(SimulatorTest, GarbageHasTheLengthButNotTheSense) {
-  Bench bench("unpaced");
+  DeviceFixture bench("unpaced");
   bench.Set("fault", "garbage");
   const ByteList first = bench.Ask({0x1A});
   EXPECT_THAT(first, SizeIs(11));
@@ -349,7 +349,7 @@ TEST(SimulatorTest, GarbageHasTheLengthButNotTheSense) {
 TEST(SimulatorTest, AnyBytesAtAnyTime) {
   SeededRandom random(7);
   for (const char* pace : {"unpaced", "wire", "slots"}) {
-    Bench bench(pace);
+    DeviceFixture bench(pace);
     for (int i = 0; i < 100'000; ++i) {
       ByteList bytes(1 + random.Next() % 12);
       for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random.Next());
@@ -366,7 +366,7 @@ TEST(SimulatorTest, AnyBytesAtAnyTime) {
 // ---- changes while it runs ----
 
 TEST(SimulatorTest, SpeedIsSetInRpm) {
-  Bench bench("unpaced");
+  DeviceFixture bench("unpaced");
   bench.Set("speed_rpm", "600");
   bench.Pass(10 * kSecond);
   EXPECT_EQ(bench.Value("speed_rpm"), "600");
@@ -374,7 +374,7 @@ TEST(SimulatorTest, SpeedIsSetInRpm) {
 }
 
 TEST(SimulatorTest, RefusesWithTheReason) {
-  Bench bench("unpaced");
+  DeviceFixture bench("unpaced");
   TFormatSimulator& simulator = bench.simulator();
   EXPECT_THAT(simulator.Set("axis2", "speed_rpm", "1", kStart), HasSubstr("this is axis1"));
   EXPECT_THAT(simulator.Set("axis1", "speed", "1", kStart), HasSubstr("speed_rpm"));
@@ -390,7 +390,7 @@ TEST(SimulatorTest, RefusesWithTheReason) {
 }
 
 TEST(SimulatorTest, EveryQuantityIsShown) {
-  Bench bench("unpaced");
+  DeviceFixture bench("unpaced");
   for (const std::string_view name : QuantityNames()) EXPECT_NE(bench.Value(std::string(name)), "absent") << name;
   bench.Set("eeprom", "72=A1 05");
   EXPECT_EQ(bench.Value("eeprom"), "72=A1 05");
@@ -399,9 +399,9 @@ TEST(SimulatorTest, EveryQuantityIsShown) {
 }
 
 TEST(SimulatorTest, LookingChangesNothing) {
-  Bench one("unpaced");
-  Bench other("unpaced");
-  for (Bench* bench : {&one, &other}) bench->Set("noise_counts", "100");
+  DeviceFixture one("unpaced");
+  DeviceFixture other("unpaced");
+  for (DeviceFixture* bench : {&one, &other}) bench->Set("noise_counts", "100");
   for (int i = 0; i < 100; ++i) static_cast<void>(one.Value("alarms"));
   EXPECT_EQ(one.Ask({0x1A}), other.Ask({0x1A}));
 }

@@ -39,7 +39,7 @@ TEST(VerifiedOutcome, AResetIsVerifiedOnlyWhereItsEffectCanBeSeen) {
       {"clear_errors", kId7, {.alarms = 0x80}, {}, false, kIndeterminate, false},
   };
   for (const Case& c : cases) {
-    Bench bench;
+    DeviceFixture bench;
     bench.GoOnline();
     bench.Begin(c.operation);
     bench.Give(kId3, All(c.before), false);
@@ -58,7 +58,7 @@ TEST(VerifiedOutcome, AResetIsVerifiedOnlyWhereItsEffectCanBeSeen) {
 // The bridge is told before the tenth request what a look would have found before.
 TEST(VerifiedOutcome, ProgressTellsWhetherAnEffectCouldBeSeen) {
   for (const auto& [single_turn, word] : {std::pair{1000U, "no_effect_seen"}, {3U, "reads_as_after"}}) {
-    Bench bench;
+    DeviceFixture bench;
     bench.GoOnline();
     bench.Begin("zero_single_turn");
     bench.Give(kId3, All({.single_turn = single_turn}), false);
@@ -70,7 +70,7 @@ TEST(VerifiedOutcome, ProgressTellsWhetherAnEffectCouldBeSeen) {
 }
 
 TEST(VerifiedOutcome, CellsThatHeldTheirValuesAreNamedSo) {
-  Bench bench("{model: ts5669n127, eeprom_writable: [10, 11]}");
+  DeviceFixture bench("{model: ts5669n127, eeprom_writable: [10, 11]}");
   bench.GoOnline();
   bench.Begin("eeprom_write", {{"address", "10"}, {"data", "0A 0B"}});
   for (std::uint8_t cell = 0; cell < 80; ++cell) {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <axlecast/command_status_t.hpp>
 
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/device/outcome_text.h"
 
 namespace axlecast::tsubaki_sc {
 namespace {

@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "drivers/runtime/core/event.h"
-#include "drivers/runtime/core/sample.h"
+#include "core/device/event.h"
+#include "core/device/sample.h"
 #include "drivers/tsubaki_sc/register_map.h"
 
 namespace axlecast::tsubaki_sc {

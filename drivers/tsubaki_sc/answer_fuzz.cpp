@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
 #include "drivers/tsubaki_sc/interpreter.h"
 #include "drivers/tsubaki_sc/password.h"
 #include "drivers/tsubaki_sc/requests.h"

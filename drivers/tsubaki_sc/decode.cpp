@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/device/arguments.h"
-#include "drivers/runtime/modbus/adu.h"
+#include "drivers/kit/arguments.h"
+#include "drivers/protocol/modbus/adu.h"
 #include "drivers/tsubaki_sc/decode_data.h"
 #include "drivers/tsubaki_sc/decode_shape.h"
 #include "drivers/tsubaki_sc/settings.h"

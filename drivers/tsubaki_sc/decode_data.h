@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 
-#include "drivers/runtime/core/inline_bytes.h"
+#include "core/base/inline_bytes.h"
 #include "drivers/tsubaki_sc/register_map.h"
 
 namespace axlecast::tsubaki_sc {

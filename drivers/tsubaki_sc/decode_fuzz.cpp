@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/device/outcome_text.h"
-#include "drivers/runtime/modbus/adu.h"
+#include "core/device/outcome_text.h"
+#include "drivers/protocol/modbus/adu.h"
 #include "tests/fuzz/decode_fuzzing.h"
 
 namespace {

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <string>
 
-#include "drivers/runtime/core/inline_bytes.h"
-#include "drivers/runtime/modbus/adu.h"
+#include "core/base/inline_bytes.h"
+#include "drivers/protocol/modbus/adu.h"
 
 namespace axlecast::tsubaki_sc {
 

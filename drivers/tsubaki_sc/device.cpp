@@ -5,7 +5,7 @@
 #include <utility>
 #include <variant>
 
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/device/outcome_text.h"
 #include "drivers/tsubaki_sc/alarms.h"
 
 namespace axlecast::tsubaki_sc {
@@ -42,17 +42,17 @@ ScDevice::ScDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutpu
       urgent_(output),
       order_(output) {}
 
-Step ScDevice::Next(const Turn& turn) const {
+Step ScDevice::Next(const BusSlot& turn) const {
   if (!link_up_) return {.action = Idle{kNever}, .priority = Priority::kLive};
   const bool urgent = !turn.reserved && urgent_.Wants(turn.now);
   if (turn.now < quiet_until_ && !(urgent && turn.now >= busy_since_ + kPatience)) {
-    return {.action = Silence{quiet_until_ - turn.now}, .priority = Priority::kLive};
+    return {.action = WaitForIdleLine{quiet_until_ - turn.now}, .priority = Priority::kLive};
   }
   if (urgent) return UrgentStep(turn.now);
   // The password follows the reading of the login state at once.
   const bool commands = !turn.reserved && (order_.Wants(turn.now) || (login_.writing() && !fence_));
   if (commands) return StepOf(WorkAt(Priority::kCommand), Priority::kCommand, turn.now);
-  if (turn.live_due) return StepOf(WorkAt(Priority::kLive), Priority::kLive, turn.now);
+  if (turn.poll_due) return StepOf(WorkAt(Priority::kLive), Priority::kLive, turn.now);
   return BackgroundStep(turn.now);
 }
 
@@ -119,7 +119,7 @@ ScDevice::Work ScDevice::WorkAt(Priority priority) const {
   }
 }
 
-ScDevice::Work ScDevice::OrderWork(const OrderSlot& slot, Work own) const {
+ScDevice::Work ScDevice::OrderWork(const CommandSlot& slot, Work own) const {
   if (!slot.login_goal() && slot.procedure().unfenced()) return own;
   if (fence_) return Work::kFence;
   return slot.login_goal() ? Work::kLogin : own;
@@ -140,7 +140,7 @@ ScDevice::Work ScDevice::LiveWork() const {
   return Work::kLive;
 }
 
-OrderSlot* ScDevice::SlotAt(Priority priority) {
+CommandSlot* ScDevice::SlotAt(Priority priority) {
   return priority == Priority::kStop ? &urgent_ : priority == Priority::kCommand ? &order_ : nullptr;
 }
 
@@ -156,7 +156,7 @@ void ScDevice::OnStarted(const Step& step, MonoNs now) {
     in_flight_ = Work::kLive;
   }
   if (priority_ == Priority::kLive) lent_ = in_flight_ != Work::kLive;
-  if (OrderSlot* slot = SlotAt(priority_)) {
+  if (CommandSlot* slot = SlotAt(priority_)) {
     const bool login = in_flight_ == Work::kLogin && slot->held() && slot->login_goal();
     if (login || in_flight_ == Work::kUrgent || in_flight_ == Work::kOrder) slot->OnStarted();
   }
@@ -169,10 +169,10 @@ void ScDevice::On(const Event& event) {
     case Event::Kind::kTimeout:
       OnExchange(event);
       break;
-    case Event::Kind::kStray:
+    case Event::Kind::kUnexpectedBytes:
     case Event::Kind::kUnsolicited:
       // Which unit it came from cannot be told; that of the late reply will notice it itself, by its fence.
-      output_.OnError(ErrorKind::kStray, event.received);
+      output_.OnError(ErrorKind::kUnexpectedBytes, event.received);
       if (now > quiet_until_) busy_since_ = now;
       quiet_until_ = std::max(quiet_until_, now + kQuiet);
       break;
@@ -249,7 +249,7 @@ void ScDevice::Settle(Work work, const Answer& answer) {
 
 // Also an error is an answer to this request and to no other.
 void ScDevice::OnFence(const Answer& answer) {
-  OrderSlot* slot = SlotAt(priority_);
+  CommandSlot* slot = SlotAt(priority_);
   if (!answer.unclear) {
     fence_ = false;
     if (slot != nullptr) slot->OnFencePassed();
@@ -258,7 +258,7 @@ void ScDevice::OnFence(const Answer& answer) {
   }
 }
 
-void ScDevice::OnOrderAnswer(OrderSlot& slot, const Answer& answer) {
+void ScDevice::OnOrderAnswer(CommandSlot& slot, const Answer& answer) {
   if (slot.held() && !slot.ended() && slot.TakeLogin(answer)) {
     // A logout that is under way waits for the login.
     if (login_.active() && login_.goal() == LoginGoal::kOut) login_.Abort("an order needs the login");
@@ -270,7 +270,7 @@ void ScDevice::OnOrderAnswer(OrderSlot& slot, const Answer& answer) {
 // Somebody waits for a login or a logout, or one is owed.
 void ScDevice::PursueLogin(MonoNs now) {
   if (login_.active()) return;
-  for (OrderSlot* slot : {&urgent_, &order_}) {
+  for (CommandSlot* slot : {&urgent_, &order_}) {
     if (!slot->held() || !slot->login_goal()) continue;
     // The procedure made sure that the unit stays logged in.
     if (slot->ended() && !login_.owes_log_out())
@@ -305,7 +305,7 @@ void ScDevice::EndLogin(bool done, MonoNs now) {
     log_out_failed_ = !done;
     output_.OnAlarm(kStillLoggedIn, done ? AlarmState::kAbsent : AlarmState::kLive, now);
   }
-  for (OrderSlot* slot : {&urgent_, &order_}) {
+  for (CommandSlot* slot : {&urgent_, &order_}) {
     if (!slot->held() || slot->login_goal() != goal) continue;
     if (done && in && !slot->ended() && slot->procedure().begins_with()) login_.Keep();
     if (done)
@@ -354,28 +354,28 @@ void ScDevice::OnLinkDown() {
   order_.GiveUp(Reason::REASON_NO_REPLY, "the link was lost");
 }
 
-void ScDevice::Begin(const Order& order, MonoNs now) {
+void ScDevice::Begin(const DriverCommand& order, MonoNs now) {
   auto made = Admit(order, now);
   if (const Outcome* refused = std::get_if<Outcome>(&made)) return output_.OnOutcome(order.id, *refused);
-  OrderSlot& slot = order.operation == kStopMotorName ? urgent_ : order_;
+  CommandSlot& slot = order.operation == kStopMotorName ? urgent_ : order_;
   if (order.operation == kLogInName || order.operation == kLogOutName) login_.Allow();
   slot.Take(order, std::move(std::get<std::unique_ptr<Procedure>>(made)));
   PursueLogin(now);
 }
 
-std::optional<Outcome> ScDevice::Refusal(const Order& order, MonoNs now) const {
+std::optional<Outcome> ScDevice::Refusal(const DriverCommand& order, MonoNs now) const {
   return RefusalOf(Admit(order, now));
 }
 
 // What is wrong with the order itself comes first: it will not pass.
-Made ScDevice::Admit(const Order& order, MonoNs now) const {
+Made ScDevice::Admit(const DriverCommand& order, MonoNs now) const {
   auto made = MakeProcedure(order, shop_);
   if (RefusalOf(made)) return made;
   if (auto refusal = RefusalNow(order, now)) return *std::move(refusal);
   return made;
 }
 
-std::optional<Outcome> ScDevice::RefusalNow(const Order& order, MonoNs now) const {
+std::optional<Outcome> ScDevice::RefusalNow(const DriverCommand& order, MonoNs now) const {
   const bool urgent = order.operation == kStopMotorName;
   if (auto refusal = RefusalToBegin((urgent ? urgent_ : order_).held(), order, now, link_up_)) return refusal;
   // A stop is tried on a unit that seems to be gone, too, and whatever it said last.

@@ -4,12 +4,12 @@
 #include <memory>
 #include <optional>
 
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/core/device.h"
+#include "core/config/machine_config.h"
+#include "core/device/device.h"
+#include "drivers/tsubaki_sc/command_slot.h"
 #include "drivers/tsubaki_sc/interpreter.h"
 #include "drivers/tsubaki_sc/login.h"
 #include "drivers/tsubaki_sc/operations.h"
-#include "drivers/tsubaki_sc/order_slot.h"
 #include "drivers/tsubaki_sc/slow_plan.h"
 
 namespace axlecast::tsubaki_sc {
@@ -31,11 +31,11 @@ class ScDevice final : public Device {
  public:
   ScDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output, SecretSource& secrets);
 
-  [[nodiscard]] Step Next(const Turn& turn) const override;
+  [[nodiscard]] Step Next(const BusSlot& turn) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
-  [[nodiscard]] std::optional<Outcome> Refusal(const Order& order, MonoNs now) const override;
-  void Begin(const Order& order, MonoNs now) override;
+  [[nodiscard]] std::optional<Outcome> Refusal(const DriverCommand& order, MonoNs now) const override;
+  void Begin(const DriverCommand& order, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
  private:
@@ -43,22 +43,22 @@ class ScDevice final : public Device {
   enum class Work : std::uint8_t { kNone, kFence, kLogin, kUrgent, kOrder, kLive, kTrip, kSlow };
 
   // The procedure that carries out the order, or why it cannot begin now.
-  [[nodiscard]] Made Admit(const Order& order, MonoNs now) const;
-  [[nodiscard]] std::optional<Outcome> RefusalNow(const Order& order, MonoNs now) const;
+  [[nodiscard]] Made Admit(const DriverCommand& order, MonoNs now) const;
+  [[nodiscard]] std::optional<Outcome> RefusalNow(const DriverCommand& order, MonoNs now) const;
   [[nodiscard]] Step BackgroundStep(MonoNs now) const;
   [[nodiscard]] Step UrgentStep(MonoNs now) const;
   [[nodiscard]] Step StepOf(Work work, Priority priority, MonoNs now) const;
   [[nodiscard]] Exchange ExchangeOf(Work work, MonoNs now) const;
   [[nodiscard]] Work WorkAt(Priority priority) const;
-  [[nodiscard]] Work OrderWork(const OrderSlot& slot, Work own) const;
+  [[nodiscard]] Work OrderWork(const CommandSlot& slot, Work own) const;
   [[nodiscard]] Work LiveWork() const;
-  [[nodiscard]] OrderSlot* SlotAt(Priority priority);
+  [[nodiscard]] CommandSlot* SlotAt(Priority priority);
 
   void OnExchange(const Event& event);
   void Track(const Answer& answer);
   void Settle(Work work, const Answer& answer);
   void OnFence(const Answer& answer);
-  void OnOrderAnswer(OrderSlot& slot, const Answer& answer);
+  void OnOrderAnswer(CommandSlot& slot, const Answer& answer);
   void OnLoginAnswer(const Answer& answer);
   void PursueLogin(MonoNs now);
   void StartLogin(LoginGoal goal, MonoNs now);
@@ -76,13 +76,13 @@ class ScDevice final : public Device {
   const bool saturated_;    // live data as fast as the bus allows
   DeviceOutput& output_;
   Requests requests_;
-  PasswordBook passwords_;
+  PasswordTable passwords_;
   Login login_;
   Interpreter interpreter_;
   SlowPlan slow_;
-  const Workshop shop_;
-  OrderSlot urgent_;
-  OrderSlot order_;
+  const OperationContext shop_;
+  CommandSlot urgent_;
+  CommandSlot order_;
 
   bool link_up_ = false;
   bool answering_ = false;

@@ -16,18 +16,18 @@ bool Asks(const ByteList& request, const ByteList& what) {
 }
 
 TEST(ScDevice, BeginsWithSilenceAndTheFence) {
-  Bench bench;
+  DeviceFixture bench;
   EXPECT_TRUE(bench.Offered().empty());
   bench.LinkUp();
-  EXPECT_TRUE(std::holds_alternative<Silence>(bench.Peek().action));
-  bench.Turn();
-  bench.Turn();
+  EXPECT_TRUE(std::holds_alternative<WaitForIdleLine>(bench.Peek().action));
+  bench.BusSlot();
+  bench.BusSlot();
   ASSERT_EQ(bench.sent.size(), 1u);
   EXPECT_EQ(bench.sent[0].request, WithCrc({1, 0x02, 0, 0, 0, 1}));
 }
 
 TEST(ScDevice, ReadsEverythingOnceAtTheStartBesideTheLiveData) {
-  Bench bench;
+  DeviceFixture bench;
   bench.unit.mains_60hz = true;
   bench.unit.stop_coil = true;
   bench.LinkUp();
@@ -51,7 +51,7 @@ TEST(ScDevice, ReadsEverythingOnceAtTheStartBesideTheLiveData) {
 }
 
 TEST(ScDevice, PublishesLiveDataInSiUnits) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.unit.inputs[103] = 0xFF85;  // -12.3 degrees C
   bench.Turns(2);
@@ -69,7 +69,7 @@ TEST(ScDevice, PublishesLiveDataInSiUnits) {
 }
 
 TEST(ScDevice, TellsWhatTripsTheMotor) {
-  Bench bench(kLoginKeys);
+  DeviceFixture bench(kLoginKeys);
   bench.unit.holdings[52] = 905;    // 90.5 degrees C
   bench.unit.holdings[53] = 12345;  // 123.45 m/s^2
   bench.GoOnline();
@@ -105,10 +105,10 @@ TEST(ScDevice, TellsWhatTripsTheMotor) {
 
 // device-facts: 267 ms a cycle, 3.74 Hz.
 TEST(ScDevice, ALiveCycleTakesTwoExchangesAtReadingA) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   const MonoNs begin = bench.now;
-  for (int i = 0; i < 20; ++i) bench.Turn();
+  for (int i = 0; i < 20; ++i) bench.BusSlot();
   EXPECT_EQ(bench.output.motors.size(), 10u);
   EXPECT_NEAR(static_cast<double>(bench.now - begin) / 1e7, 267.3, 0.1);
   EXPECT_EQ(bench.Count(kAskAnalog), 10);
@@ -116,7 +116,7 @@ TEST(ScDevice, ALiveCycleTakesTwoExchangesAtReadingA) {
 }
 
 TEST(ScDevice, OneTurnIn128IsForASlowItemAndNoMore) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.Turns(128 * 10);
   EXPECT_EQ(bench.Count({0x04}) - bench.Count(kAskAnalog) - bench.Count(kAskStatus) + bench.Count({0x01}) +
@@ -127,7 +127,7 @@ TEST(ScDevice, OneTurnIn128IsForASlowItemAndNoMore) {
 }
 
 TEST(ScDevice, ASlowItemThatTheUnitDoesNotKnowIsLeftOut) {
-  Bench bench;
+  DeviceFixture bench;
   bench.wire = [&](const ByteList& request) {
     if (request[1] == 0x11) return WithCrc({1, 0x91, 0x01});
     return bench.unit.Answer(request);
@@ -139,13 +139,13 @@ TEST(ScDevice, ASlowItemThatTheUnitDoesNotKnowIsLeftOut) {
 }
 
 TEST(ScDevice, BetweenItsSlotsItReadsTheOtherHalfAndTheSlowItemsOnceASecond) {
-  Bench bench(kPlainKeys, 1.0);
+  DeviceFixture bench(kPlainKeys, 1.0);
   bench.GoOnline();
   for (int second = 0; second < 20; ++second) {
     const MonoNs slot = bench.now;
-    bench.Turn(true);
+    bench.BusSlot(true);
     while (bench.now < slot + kSecond) {
-      if (bench.Turn(false)) continue;
+      if (bench.BusSlot(false)) continue;
       bench.now = std::min(std::get<Idle>(bench.Peek(false).action).until, slot + kSecond);
     }
   }
@@ -156,7 +156,7 @@ TEST(ScDevice, BetweenItsSlotsItReadsTheOtherHalfAndTheSlowItemsOnceASecond) {
 }
 
 TEST(ScDevice, AskingChangesNothing) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   for (int i = 0; i < 200; ++i) {
     const ByteList once = bench.Offered();
@@ -167,26 +167,26 @@ TEST(ScDevice, AskingChangesNothing) {
 }
 
 TEST(ScDevice, AfterATimeoutItIsSilentAndAsksTheFenceFirst) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   const auto answer = bench.wire;
   bench.wire = [](const ByteList&) { return ByteList(); };
-  bench.Turn();
+  bench.BusSlot();
   bench.wire = answer;
   bench.now -= kCommandPause;  // before the pause that the bus makes
-  EXPECT_TRUE(std::holds_alternative<Silence>(bench.Peek().action));
-  EXPECT_EQ(std::get<Silence>(bench.Peek().action).quiet, 25 * kMillisecond);
-  bench.Turn();
+  EXPECT_TRUE(std::holds_alternative<WaitForIdleLine>(bench.Peek().action));
+  EXPECT_EQ(std::get<WaitForIdleLine>(bench.Peek().action).quiet, 25 * kMillisecond);
+  bench.BusSlot();
   EXPECT_TRUE(Asks(bench.Offered(), kAskMains));
   EXPECT_TRUE(bench.Offered(false).empty());  // in its own turn only
-  bench.Turn();
+  bench.BusSlot();
   EXPECT_FALSE(Asks(bench.Offered(), kAskMains));
   EXPECT_EQ(bench.output.Errors(ErrorKind::kTimeout), 1);
 }
 
 // Each reply comes one request late, as after a time-out that was too short.
 TEST(ScDevice, ALateReplyIsNeverTakenForALaterOne) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.unit.Trip(0x01, 100);
   bench.Turns(3);  // the trip is seen, its log begun
@@ -220,7 +220,7 @@ TEST(ScDevice, ALateReplyIsNeverTakenForALaterOne) {
 }
 
 TEST(ScDevice, AnotherUnitsReplyIsAWrongEchoAndNoReading) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   TestUnit other;
   other.address = 2;
@@ -236,7 +236,7 @@ TEST(ScDevice, AnotherUnitsReplyIsAWrongEchoAndNoReading) {
 }
 
 TEST(ScDevice, ASilentUnitIsAskedForTheFenceOnlyAndLookedAtAnewWhenItIsBack) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   const auto answer = bench.wire;
   bench.wire = [](const ByteList&) { return ByteList(); };
@@ -281,14 +281,14 @@ TEST(ScDevice, DamagedRepliesAreErrorsByKind) {
        }},
   };
   for (const Case& c : cases) {
-    Bench bench;
+    DeviceFixture bench;
     bench.GoOnline();
     bench.wire = [&](const ByteList& request) {
       ByteList reply = bench.unit.Answer(request);
       if (request[1] == 0x04) c.damage(reply);
       return reply;
     };
-    bench.Turn();
+    bench.BusSlot();
     EXPECT_EQ(bench.output.Errors(c.kind), 1) << c.what;
     EXPECT_EQ(bench.output.errors.size(), 1u) << c.what;
     EXPECT_TRUE(bench.output.motors.empty()) << c.what;
@@ -296,7 +296,7 @@ TEST(ScDevice, DamagedRepliesAreErrorsByKind) {
 }
 
 TEST(ScDevice, AHalfThatFailsHoldsTheOtherBackOnlyOnce) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.wire = [&](const ByteList& request) {
     return Asks(request, kAskStatus) ? ByteList() : bench.unit.Answer(request);
@@ -307,18 +307,18 @@ TEST(ScDevice, AHalfThatFailsHoldsTheOtherBackOnlyOnce) {
 }
 
 TEST(ScDevice, StrayBytesCostSilenceOnceForAllUnits) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.Stray({0x01, 0x04});
-  EXPECT_TRUE(std::holds_alternative<Silence>(bench.Peek().action));
+  EXPECT_TRUE(std::holds_alternative<WaitForIdleLine>(bench.Peek().action));
   bench.now += 25 * kMillisecond;  // another unit on the bus has kept it
-  EXPECT_FALSE(std::holds_alternative<Silence>(bench.Peek().action));
-  EXPECT_EQ(bench.output.Errors(ErrorKind::kStray), 1);
+  EXPECT_FALSE(std::holds_alternative<WaitForIdleLine>(bench.Peek().action));
+  EXPECT_EQ(bench.output.Errors(ErrorKind::kUnexpectedBytes), 1);
   EXPECT_FALSE(Asks(bench.Offered(), kAskMains));
 }
 
 TEST(ScDevice, MotorStatusBitsAreAlarmsWithTheMakersNames) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   const std::pair<unsigned, const char*> bits[] = {{0, "power_upper_limit_a"},
                                                    {1, "power_upper_limit_b"},
@@ -342,14 +342,14 @@ TEST(ScDevice, MotorStatusBitsAreAlarmsWithTheMakersNames) {
 }
 
 TEST(ScDevice, TheLinkMayComeAndGo) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.Begin("read_parameters");
   bench.LinkDown();
   EXPECT_EQ(bench.Last().state, OrderState::kFailed);
   EXPECT_TRUE(bench.Offered().empty());
   bench.LinkUp();
-  bench.Turn();
+  bench.BusSlot();
   EXPECT_TRUE(Asks(bench.Offered(), kAskMains));
 }
 

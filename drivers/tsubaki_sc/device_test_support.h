@@ -13,8 +13,8 @@
 #include <variant>
 #include <vector>
 
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/config/machine_config.h"
+#include "core/config/config_map.h"
+#include "core/config/machine_config.h"
 #include "drivers/tsubaki_sc/device.h"
 #include "drivers/tsubaki_sc/unit_test_support.h"
 #include "tests/support/recording_output.h"
@@ -66,7 +66,7 @@ inline constexpr const char* kLoginKeys =
 
 // A device with its unit on a wire at 9600 8E1 in virtual time, alone on a bus paced by reading A. One turn in 128
 // belongs to the slow items, as in drivers/runtime/bus/schedule.h.
-class Bench {
+class DeviceFixture {
  public:
   struct Sent {
     MonoNs at;
@@ -77,7 +77,7 @@ class Bench {
   // What comes to a request; the unit's own answer may be asked for.
   using Wire = std::function<ByteList(const ByteList& request)>;
 
-  explicit Bench(const std::string& keys = kPlainKeys, double poll_hz = 0) : errors_("test.yaml") {
+  explicit DeviceFixture(const std::string& keys = kPlainKeys, double poll_hz = 0) : errors_("test.yaml") {
     bus_.poll_hz = poll_hz;
     bus_.link.line = kUnitLine;
     bus_.family_bus = std::make_shared<ScBus>();
@@ -90,14 +90,14 @@ class Bench {
 
   void LinkUp() { Tell(Event::Kind::kLinkUp); }
   void LinkDown() { Tell(Event::Kind::kLinkDown); }
-  void Stray(const ByteList& bytes) { Tell(Event::Kind::kStray, bytes); }
+  void Stray(const ByteList& bytes) { Tell(Event::Kind::kUnexpectedBytes, bytes); }
 
   // What it wants, without asking for it.
-  [[nodiscard]] Step Peek(bool live_due = true, bool reserved = false) const {
-    return device->Next({.now = now, .live_due = live_due, .reserved = reserved});
+  [[nodiscard]] Step Peek(bool poll_due = true, bool reserved = false) const {
+    return device->Next({.now = now, .poll_due = poll_due, .reserved = reserved});
   }
-  [[nodiscard]] ByteList Offered(bool live_due = true) const {
-    const Step step = Peek(live_due);
+  [[nodiscard]] ByteList Offered(bool poll_due = true) const {
+    const Step step = Peek(poll_due);
     const auto* exchange = std::get_if<Exchange>(&step.action);
     if (exchange == nullptr) return {};
     const Bytes request = exchange->request;
@@ -105,9 +105,9 @@ class Bench {
   }
 
   // One turn of the bus; `reserved`: one that no order may take. False when it wants nothing.
-  bool Turn(bool live_due = true, bool reserved = false) {
-    const Step step = Peek(live_due, reserved);
-    if (const auto* silence = std::get_if<Silence>(&step.action)) {
+  bool BusSlot(bool poll_due = true, bool reserved = false) {
+    const Step step = Peek(poll_due, reserved);
+    if (const auto* silence = std::get_if<WaitForIdleLine>(&step.action)) {
       device->OnStarted(step, now);
       now += silence->quiet;
       Tell(Event::Kind::kSilent);
@@ -124,7 +124,7 @@ class Bench {
   void Turns(int count) {
     for (int i = 0; i < count; ++i) {
       const bool reserved = turns_++ % 128 == 127;
-      if (!reserved || !Turn(false)) Turn(true);
+      if (!reserved || !BusSlot(false)) BusSlot(true);
     }
   }
   void RunUntil(const std::function<bool()>& done, int most = 2000) {
@@ -143,7 +143,7 @@ class Bench {
 
   void Begin(const std::string& operation, std::vector<std::pair<std::string, std::string>> arguments = {},
              MonoNs begin_by = kNever) {
-    Order order;
+    DriverCommand order;
     order.id = {++orders_};
     order.operation = operation;
     order.arguments = std::move(arguments);

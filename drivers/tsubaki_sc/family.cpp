@@ -1,12 +1,12 @@
-#include "drivers/runtime/core/family.h"
+#include "core/device/family.h"
 
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/config/machine_config.h"
+#include "core/config/config_map.h"
+#include "core/config/machine_config.h"
 #include "drivers/tsubaki_sc/decode.h"
 #include "drivers/tsubaki_sc/device.h"
 #include "drivers/tsubaki_sc/operations.h"

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
 #include "drivers/tsubaki_sc/answer.h"
 #include "drivers/tsubaki_sc/trip_reader.h"
 

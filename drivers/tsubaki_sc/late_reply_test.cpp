@@ -6,11 +6,11 @@
 #include <axlecast/wire_t.hpp>
 #include <random>
 
+#include "core/config/config_map.h"
+#include "core/config/load.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/arguments.h"
 #include "drivers/runtime/bus/bus.h"
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/config/load.h"
-#include "drivers/runtime/device/arguments.h"
-#include "drivers/runtime/device/outcome_text.h"
 #include "drivers/tsubaki_sc/device.h"
 #include "tests/support/fixed_secrets.h"
 #include "tests/support/memory_sink.h"

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "drivers/tsubaki_sc/answer.h"
-#include "drivers/tsubaki_sc/password_book.h"
+#include "drivers/tsubaki_sc/password_table.h"
 #include "drivers/tsubaki_sc/procedure.h"
 #include "drivers/tsubaki_sc/requests.h"
 
@@ -19,7 +19,7 @@ class Login {
   enum class Result : std::uint8_t { kGoing, kDone, kFailed };
 
   // `log_out`: the unit is logged out again after an order that logged it in.
-  Login(const Requests& requests, const PasswordBook& passwords, const PasswordFormat& format, bool log_out)
+  Login(const Requests& requests, const PasswordTable& passwords, const PasswordFormat& format, bool log_out)
       : requests_(requests), passwords_(passwords), format_(format), log_out_(log_out) {}
   ~Login() { Wipe(frame_); }
   Login(const Login&) = delete;
@@ -61,7 +61,7 @@ class Login {
   Result Fail(std::string problem);
 
   const Requests& requests_;
-  const PasswordBook& passwords_;
+  const PasswordTable& passwords_;
   const PasswordFormat& format_;
   const bool log_out_;
   LoginGoal goal_ = LoginGoal::kIn;

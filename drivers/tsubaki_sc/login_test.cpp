@@ -16,15 +16,15 @@ const ByteList kReadLogin = {0x04, 0x01, 0x2C, 0x00, 0x01};
 const ByteList kWriteLogin = {0x10, 0x00, 0x64};
 
 // Where in bench.sent the first request that begins so stands.
-std::ptrdiff_t IndexOf(const Bench& bench, const ByteList& begin) {
-  const auto found = std::find_if(bench.sent.begin(), bench.sent.end(), [&](const Bench::Sent& one) {
+std::ptrdiff_t IndexOf(const DeviceFixture& bench, const ByteList& begin) {
+  const auto found = std::find_if(bench.sent.begin(), bench.sent.end(), [&](const DeviceFixture::Sent& one) {
     return std::equal(begin.begin(), begin.end(), one.request.begin() + 1);
   });
   return found - bench.sent.begin();
 }
 
 TEST(Login, LooksWritesThePasswordAndLooksAgain) {
-  Bench bench(kLoginKeys);
+  DeviceFixture bench(kLoginKeys);
   bench.GoOnline();
   EXPECT_EQ(bench.unit.login_writes, 0) << "no command needs it";
   EXPECT_EQ(bench.Do("log_in").state, OrderState::kSucceeded) << bench.Last().text;
@@ -39,7 +39,7 @@ TEST(Login, LooksWritesThePasswordAndLooksAgain) {
 
 // Writing it changes the state: a unit that is logged in would be logged out (guideline 6, note 1).
 TEST(Login, IsNotWrittenToAUnitThatSaysLoggedIn) {
-  Bench bench(kLoginKeys);
+  DeviceFixture bench(kLoginKeys);
   bench.unit.logged_in = true;
   bench.GoOnline();
   EXPECT_EQ(bench.Do("log_in").state, OrderState::kSucceeded);
@@ -48,7 +48,7 @@ TEST(Login, IsNotWrittenToAUnitThatSaysLoggedIn) {
 }
 
 TEST(Login, AWrongPasswordIsWrittenOnceAndNeverAgain) {
-  Bench bench(kLoginKeys);
+  DeviceFixture bench(kLoginKeys);
   bench.unit.password = "something-else";
   bench.GoOnline();
   // Nothing to clear; the login that the write needs fails; from then on it is known.
@@ -69,7 +69,7 @@ TEST(Login, AWrongPasswordIsWrittenOnceAndNeverAgain) {
 }
 
 TEST(Login, IsLostWithThePowerAndMadeOnceMoreForTheSameWrite) {
-  Bench bench(kKeptKeys);
+  DeviceFixture bench(kKeptKeys);
   bench.GoOnline();
   bench.unit.inputs[200] = 5;
   EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kSucceeded) << bench.Last().text;
@@ -87,7 +87,7 @@ TEST(Login, IsLostWithThePowerAndMadeOnceMoreForTheSameWrite) {
 
 // A unit that refuses although it says logged in: one login, one repetition, no more.
 TEST(Login, IsMadeOnceForAnOrderAtMost) {
-  Bench bench(kKeptKeys);
+  DeviceFixture bench(kKeptKeys);
   bench.GoOnline();
   bench.unit.inputs[200] = 5;
   bench.wire = [&](const ByteList& request) {
@@ -101,7 +101,7 @@ TEST(Login, IsMadeOnceForAnOrderAtMost) {
 }
 
 TEST(Login, ALostReplyToThePasswordIsClearedUpByReadingNotByWritingAgain) {
-  Bench bench(kLoginKeys);
+  DeviceFixture bench(kLoginKeys);
   bench.GoOnline();
   bool lost = false;
   bench.wire = [&](const ByteList& request) {
@@ -117,7 +117,7 @@ TEST(Login, ALostReplyToThePasswordIsClearedUpByReadingNotByWritingAgain) {
 }
 
 TEST(Login, WithoutAPasswordNothingIsWritten) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.unit.inputs[200] = 5;
   EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kRejected);
@@ -127,7 +127,7 @@ TEST(Login, WithoutAPasswordNothingIsWritten) {
 }
 
 TEST(Login, APasswordThatCannotBeReadOrIsNoneIsNamedNotShown) {
-  Bench bench(kLoginKeys);
+  DeviceFixture bench(kLoginKeys);
   bench.GoOnline();
   bench.secrets.files["/p/old"] = "short";
   EXPECT_EQ(bench.Do("log_in").state, OrderState::kFailed);
@@ -141,7 +141,7 @@ TEST(Login, APasswordThatCannotBeReadOrIsNoneIsNamedNotShown) {
 
 // So that a stop needs no login first.
 TEST(Login, IsKeptUpWhereTheMotorIsControlled) {
-  Bench bench(kFullKeys);
+  DeviceFixture bench(kFullKeys);
   bench.GoOnline();
   bench.RunUntil([&] { return bench.unit.logged_in; });
   EXPECT_EQ(bench.output.State("login_failed"), AlarmState::kAbsent);
@@ -157,7 +157,7 @@ TEST(Login, IsKeptUpWhereTheMotorIsControlled) {
 }
 
 TEST(Login, EveryFrameWithAPasswordIsMasked) {
-  Bench bench(kLoginKeys);
+  DeviceFixture bench(kLoginKeys);
   bench.unit.password = "Zq7!xyzw";
   bench.secrets.files["/p/old"] = bench.unit.password;
   bench.GoOnline();
@@ -165,7 +165,7 @@ TEST(Login, EveryFrameWithAPasswordIsMasked) {
   EXPECT_EQ(bench.Do("set_password", {{"name", "new"}}).state, OrderState::kSucceeded);
   EXPECT_EQ(bench.Do("check_password", {{"name", "new"}}).state, OrderState::kSucceeded);
   int masked = 0;
-  for (const Bench::Sent& one : bench.sent) {
+  for (const DeviceFixture::Sent& one : bench.sent) {
     const unsigned at = TestUnit::Word(one.request, 2);
     const bool holds =
         (one.request[1] == 0x10 && (at == 100 || at == 200)) || (one.request[1] == 0x03 && at == 200);

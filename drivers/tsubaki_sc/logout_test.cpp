@@ -21,7 +21,7 @@ bool IsLoginRead(const ByteList& request) { return request[1] == 0x04 && TestUni
 // A unit that checks what guideline 6, note 1 asks of its master.
 class SwitchedUnit {
  public:
-  explicit SwitchedUnit(Bench& bench) : bench_(bench) {}
+  explicit SwitchedUnit(DeviceFixture& bench) : bench_(bench) {}
 
   // Requests and replies may be lost.
   ByteList Answer(const ByteList& request, bool request_lost, bool reply_lost) {
@@ -39,7 +39,7 @@ class SwitchedUnit {
   }
 
  private:
-  Bench& bench_;
+  DeviceFixture& bench_;
   bool read_ = false;
   bool said_ = false;
 };
@@ -55,7 +55,7 @@ TEST(LogOut, FollowsEveryOrderThatLoggedIn) {
                 {"read_parameters", {}, 0}};
   for (const auto& c : kCases) {
     SCOPED_TRACE(c.operation);
-    Bench bench(kLoginKeys);
+    DeviceFixture bench(kLoginKeys);
     SwitchedUnit unit(bench);
     bench.wire = [&](const ByteList& request) { return unit.Answer(request, false, false); };
     bench.GoOnline();
@@ -71,7 +71,7 @@ TEST(LogOut, FollowsEveryOrderThatLoggedIn) {
 }
 
 TEST(LogOut, FollowsAnOrderThatFailed) {
-  Bench bench(kLoginKeys);
+  DeviceFixture bench(kLoginKeys);
   bench.GoOnline();
   bench.unit.inputs[200] = 5;
   bench.wire = [&](const ByteList& request) {
@@ -83,7 +83,7 @@ TEST(LogOut, FollowsAnOrderThatFailed) {
 }
 
 TEST(LogOut, LeavesAUnitAloneThatWasLoggedInBefore) {
-  Bench bench(kLoginKeys);
+  DeviceFixture bench(kLoginKeys);
   bench.unit.logged_in = true;
   bench.GoOnline();
   bench.unit.inputs[200] = 5;
@@ -94,7 +94,7 @@ TEST(LogOut, LeavesAUnitAloneThatWasLoggedInBefore) {
 }
 
 TEST(LogOut, IsSwitchedOffByTheConfiguration) {
-  Bench bench(kKeptKeys);
+  DeviceFixture bench(kKeptKeys);
   bench.GoOnline();
   bench.unit.inputs[200] = 5;
   EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kSucceeded);
@@ -104,7 +104,7 @@ TEST(LogOut, IsSwitchedOffByTheConfiguration) {
 }
 
 TEST(LogOut, IsDoneOnOrderAndKeepsWhatLogInAskedFor) {
-  Bench bench(kLoginKeys);
+  DeviceFixture bench(kLoginKeys);
   bench.GoOnline();
   EXPECT_EQ(bench.Do("log_in").state, OrderState::kSucceeded);
   bench.unit.inputs[200] = 5;
@@ -124,18 +124,19 @@ TEST(LogOut, IsDoneOnOrderAndKeepsWhatLogInAskedFor) {
 }
 
 TEST(LogOut, IsRefusedWhereMotorControlKeepsTheUnitLoggedIn) {
-  Bench bench(kFullKeys);
+  DeviceFixture bench(kFullKeys);
   bench.GoOnline();
   EXPECT_EQ(bench.Do("log_out").reason, Reason::REASON_NOT_PERMITTED);
   EXPECT_THAT(bench.Last().text, HasSubstr("log_out: true"));
-  Bench plain;
+  DeviceFixture plain;
   plain.GoOnline();
   EXPECT_EQ(plain.Do("log_out").reason, Reason::REASON_NOT_PERMITTED);
 }
 
 // With motor_control the key makes a stop log in first, and the unit does not stay logged in.
 TEST(LogOut, FollowsAStopWhoseOutcomeDoesNotWaitForIt) {
-  Bench bench("{address: 1, motor_control: stop, log_out: true, passwords: {old: {file: /p/old}}, password: old}");
+  DeviceFixture bench(
+      "{address: 1, motor_control: stop, log_out: true, passwords: {old: {file: /p/old}}, password: old}");
   bench.GoOnline();
   bench.Turns(300);
   EXPECT_EQ(bench.unit.login_writes, 0) << "nothing needs a login yet";
@@ -148,7 +149,7 @@ TEST(LogOut, FollowsAStopWhoseOutcomeDoesNotWaitForIt) {
 }
 
 TEST(LogOut, ThatFailsIsToldAndRaisesAnAlarm) {
-  Bench bench(kLoginKeys);
+  DeviceFixture bench(kLoginKeys);
   bench.GoOnline();
   bench.unit.inputs[200] = 5;
   bool out = false;
@@ -170,7 +171,7 @@ TEST(LogOut, ThatFailsIsToldAndRaisesAnAlarm) {
 TEST(LogOut, ALostReplyIsClearedUpByReadingTheState) {
   for (const bool arrived : {true, false}) {
     SCOPED_TRACE(arrived);
-    Bench bench(kLoginKeys);
+    DeviceFixture bench(kLoginKeys);
     SwitchedUnit unit(bench);
     bool lost = false;
     bench.wire = [&](const ByteList& request) {
@@ -194,7 +195,7 @@ TEST(LogOut, NeverSwitchesAStateThatItHasNotRead) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
     const auto chance = [&](unsigned percent) { return random() % 100 < percent; };
-    Bench bench(kLoginKeys);
+    DeviceFixture bench(kLoginKeys);
     SwitchedUnit unit(bench);
     const auto loss = static_cast<unsigned>(random() % 40);
     bool losing = false;
@@ -222,7 +223,7 @@ TEST(LogOut, NeverSwitchesAStateThatItHasNotRead) {
 }
 
 TEST(SetPassword, ThatIsInDoubtLeavesTheUnitLoggedIn) {
-  Bench bench(kLoginKeys);
+  DeviceFixture bench(kLoginKeys);
   bench.GoOnline();
   bench.wire = [&](const ByteList& request) {
     const ByteList reply = bench.unit.Answer(request);
@@ -246,7 +247,7 @@ TEST(SetPassword, ThatIsInDoubtLeavesTheUnitLoggedIn) {
 
 // What was read of the login before says nothing.
 TEST(CheckPassword, ReadsTheLoginStateItself) {
-  Bench bench(kLoginKeys);
+  DeviceFixture bench(kLoginKeys);
   bench.GoOnline();
   ASSERT_EQ(bench.Do("set_password", {{"name", "new"}}).state, OrderState::kSucceeded);
   bench.unit.logged_in = true;  // by somebody else, unseen

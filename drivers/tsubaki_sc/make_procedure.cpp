@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/device/arguments.h"
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/arguments.h"
 #include "drivers/tsubaki_sc/coil_order.h"
 #include "drivers/tsubaki_sc/log_in.h"
 #include "drivers/tsubaki_sc/motor_stop.h"
@@ -62,13 +62,13 @@ Values WrittenBy(std::string_view operation, const Arguments& arguments) {
                        std::string(FindArgument(arguments, "value").value_or(""))}});
 }
 
-Made MakeWrite(const Order& order, const Workshop& shop) {
+Made MakeWrite(const DriverCommand& order, const OperationContext& shop) {
   Values values = WrittenBy(order.operation, order.arguments);
   if (const auto* problem = std::get_if<std::string>(&values)) return BadArgument(*problem);
   return std::make_unique<ParameterWrite>(shop.requests, std::move(std::get<0>(values)), shop.output);
 }
 
-Made MakeReadSome(std::string_view names, const Workshop& shop) {
+Made MakeReadSome(std::string_view names, const OperationContext& shop) {
   std::vector<ParameterValue> wanted;
   while (!names.empty()) {
     const std::size_t comma = std::min(names.find(','), names.size());
@@ -84,7 +84,7 @@ Made MakeReadSome(std::string_view names, const Workshop& shop) {
   return std::make_unique<ParameterRead>(shop.requests, std::move(wanted), false);
 }
 
-Made MakeRead(const Order& order, const Workshop& shop) {
+Made MakeRead(const DriverCommand& order, const OperationContext& shop) {
   if (const auto after = FindArgument(order.arguments, "after")) {
     const CommandLine line = ParseCommandLine(*after);
     Values values = WrittenBy(line.operation, line.arguments);
@@ -96,7 +96,7 @@ Made MakeRead(const Order& order, const Workshop& shop) {
   return MakeReadSome(*names, shop);
 }
 
-Made MakeReadState(const Order& order, const Workshop& shop) {
+Made MakeReadState(const DriverCommand& order, const OperationContext& shop) {
   std::string after;
   if (const auto text = FindArgument(order.arguments, "after")) {
     after = ParseCommandLine(*text).operation;
@@ -108,7 +108,7 @@ Made MakeReadState(const Order& order, const Workshop& shop) {
                                    std::move(after));
 }
 
-Made MakeMotor(const Order& order, const Workshop& shop) {
+Made MakeMotor(const DriverCommand& order, const OperationContext& shop) {
   const MotorControl allowed = shop.settings.motor_control;
   if (order.operation == kStopMotorName) {
     if (allowed != MotorControl::kNone) return std::make_unique<MotorStop>(shop.requests);
@@ -122,7 +122,7 @@ Made MakeMotor(const Order& order, const Workshop& shop) {
                   "the configuration of this device does not say motor_control: start_stop");
 }
 
-Made MakeSetPassword(const Order& order, const Workshop& shop) {
+Made MakeSetPassword(const DriverCommand& order, const OperationContext& shop) {
   const std::string name(FindArgument(order.arguments, "name").value_or(""));
   if (!shop.passwords.Has(name)) return BadArgument("name must be a NAME of passwords in the configuration");
   Secret secret;
@@ -137,7 +137,7 @@ Made MakeSetPassword(const Order& order, const Workshop& shop) {
   return made;
 }
 
-Made MakeCheckPassword(const Order& order, const Workshop& shop) {
+Made MakeCheckPassword(const DriverCommand& order, const OperationContext& shop) {
   std::string name(FindArgument(order.arguments, "name").value_or(""));
   if (const auto after = FindArgument(order.arguments, "after")) {
     const CommandLine line = ParseCommandLine(*after);
@@ -150,7 +150,7 @@ Made MakeCheckPassword(const Order& order, const Workshop& shop) {
       shop.passwords);
 }
 
-Made MakeLogIn(const Workshop& shop, LoginGoal goal) {
+Made MakeLogIn(const OperationContext& shop, LoginGoal goal) {
   if (shop.passwords.active().empty()) {
     return Rejected(Reason::REASON_NOT_PERMITTED, "the configuration names no password to log in or out with");
   }
@@ -162,13 +162,13 @@ Made MakeLogIn(const Workshop& shop, LoginGoal goal) {
   return std::make_unique<LogIn>(shop.requests, goal);
 }
 
-Made MakeReadout(const Workshop& shop, std::vector<Block> blocks, Readout::Show show) {
+Made MakeReadout(const OperationContext& shop, std::vector<Block> blocks, Readout::Show show) {
   return std::make_unique<Readout>(shop.requests, std::move(blocks), show, shop.settings.password_format.order, "");
 }
 
 }  // namespace
 
-Made MakeProcedure(const Order& order, const Workshop& shop) {
+Made MakeProcedure(const DriverCommand& order, const OperationContext& shop) {
   const std::string_view name = order.operation;
   if (name == kStopMotorName || name == kStartMotorName) return MakeMotor(order, shop);
   const bool password = NeedsLogin(name) || name == kCheckPasswordName;

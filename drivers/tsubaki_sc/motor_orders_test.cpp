@@ -25,7 +25,7 @@ bool IsWrite(const ByteList& request) { return request[1] == 0x05; }
 // ---- clear_trip_count ----
 
 TEST(ClearTripCount, IsVerifiedByTheCount) {
-  Bench bench(kLoginKeys);
+  DeviceFixture bench(kLoginKeys);
   bench.GoOnline();
   bench.unit.inputs[200] = 7;
   EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kSucceeded) << bench.Last().text;
@@ -49,7 +49,7 @@ TEST(ClearTripCount, IsVerifiedByTheCount) {
 
 TEST(ClearTripCount, IsWrittenOnceAndJudgedByReading) {
   for (const bool done : {true, false}) {
-    Bench bench(kLoginKeys);
+    DeviceFixture bench(kLoginKeys);
     bench.unit.logged_in = true;
     bench.GoOnline();
     bench.unit.inputs[200] = 7;
@@ -65,7 +65,7 @@ TEST(ClearTripCount, IsWrittenOnceAndJudgedByReading) {
 }
 
 TEST(ClearTripCount, IsIndeterminateWhenNothingCanBeReadAfterIt) {
-  Bench bench(kLoginKeys);
+  DeviceFixture bench(kLoginKeys);
   bench.unit.logged_in = true;
   bench.GoOnline();
   bench.unit.inputs[200] = 7;
@@ -89,7 +89,7 @@ TEST(MotorOrders, AreRefusedUnlessTheConfigurationAllowsThem) {
                 {kStopKeys, OrderState::kSucceeded, OrderState::kRejected},
                 {kFullKeys, OrderState::kSucceeded, OrderState::kSucceeded}};
   for (const auto& c : kCases) {
-    Bench bench(c.keys);
+    DeviceFixture bench(c.keys);
     bench.GoOnline();
     EXPECT_EQ(bench.Do("stop_motor").state, c.stop) << c.keys;
     EXPECT_EQ(bench.Do("start_motor").state, c.start) << c.keys;
@@ -104,7 +104,7 @@ TEST(MotorOrders, AreRefusedUnlessTheConfigurationAllowsThem) {
 // ---- start_motor ----
 
 TEST(StartMotor, IsNotSentWhileTheMotorIsTripped) {
-  Bench bench(kFullKeys);
+  DeviceFixture bench(kFullKeys);
   bench.GoOnline();
   bench.unit.Trip(0x20, 1);
   EXPECT_EQ(bench.Do("start_motor").state, OrderState::kRejected);
@@ -112,7 +112,7 @@ TEST(StartMotor, IsNotSentWhileTheMotorIsTripped) {
   EXPECT_THAT(bench.Last().text, HasSubstr("overheat"));
   EXPECT_EQ(bench.Count(kStart), 0);
   // From now on it is known, and said at once.
-  Order order;
+  DriverCommand order;
   order.operation = "start_motor";
   const auto refusal = bench.device->Refusal(order, bench.now);
   ASSERT_TRUE(refusal);
@@ -120,7 +120,7 @@ TEST(StartMotor, IsNotSentWhileTheMotorIsTripped) {
 }
 
 TEST(StartMotor, IsVerifiedByTheStopCoilIfThatWasOn) {
-  Bench bench(kFullKeys);
+  DeviceFixture bench(kFullKeys);
   bench.unit.stop_coil = true;
   bench.GoOnline();
   EXPECT_EQ(bench.Do("start_motor").state, OrderState::kSucceeded);
@@ -130,7 +130,7 @@ TEST(StartMotor, IsVerifiedByTheStopCoilIfThatWasOn) {
 }
 
 TEST(StartMotor, IsSentOnceAndIndeterminateWhenNothingTellsItsEffect) {
-  Bench bench(kFullKeys);
+  DeviceFixture bench(kFullKeys);
   bench.GoOnline();
   bench.RunUntil([&] { return bench.unit.logged_in; });
   bench.wire = [&](const ByteList& request) { return IsWrite(request) ? ByteList() : bench.unit.Answer(request); };
@@ -146,7 +146,7 @@ TEST(StartMotor, IsSentOnceAndIndeterminateWhenNothingTellsItsEffect) {
 // ---- stop_motor ----
 
 TEST(StopMotor, GoesOutNextAndBeforeAnOrderThatIsUnderWay) {
-  Bench bench(kFullKeys);
+  DeviceFixture bench(kFullKeys);
   bench.GoOnline();
   bench.RunUntil([&] { return bench.unit.logged_in; });
   bench.Begin("read_parameters");
@@ -164,12 +164,12 @@ TEST(StopMotor, GoesOutNextAndBeforeAnOrderThatIsUnderWay) {
 }
 
 TEST(StopMotor, DoesNotWaitForTheFence) {
-  Bench bench(kFullKeys);
+  DeviceFixture bench(kFullKeys);
   bench.GoOnline();
   bench.RunUntil([&] { return bench.unit.logged_in; });
   const auto answer = bench.wire;
   bench.wire = [](const ByteList&) { return ByteList(); };
-  bench.Turn();
+  bench.BusSlot();
   bench.wire = answer;
   bench.sent.clear();
   bench.Begin("stop_motor");
@@ -182,7 +182,7 @@ TEST(StopMotor, DoesNotWaitForTheFence) {
 }
 
 TEST(StopMotor, IsSentAgainUntilTheCoilReadsOn) {
-  Bench bench(kFullKeys);
+  DeviceFixture bench(kFullKeys);
   bench.GoOnline();
   bench.RunUntil([&] { return bench.unit.logged_in; });
   int lost = 0;
@@ -199,7 +199,7 @@ TEST(StopMotor, IsSentAgainUntilTheCoilReadsOn) {
 }
 
 TEST(StopMotor, SaysSoWhenTheUnitDoesNotTakeIt) {
-  Bench bench(kFullKeys);
+  DeviceFixture bench(kFullKeys);
   bench.GoOnline();
   bench.wire = [&](const ByteList& request) {
     return IsWrite(request) ? WithCrc(request[0] == 1 ? ByteList{1, 0x85, 0x02} : ByteList())
@@ -213,11 +213,11 @@ TEST(StopMotor, SaysSoWhenTheUnitDoesNotTakeIt) {
 }
 
 // Bytes of somebody else, one each 5 ms without end, until `done`.
-void RunOnABusyLine(Bench& bench, const std::function<bool()>& done) {
+void RunOnABusyLine(DeviceFixture& bench, const std::function<bool()>& done) {
   for (int i = 0; i < 10'000 && !done(); ++i) {
     bench.Stray({0x55});
     if (std::holds_alternative<Exchange>(bench.Peek().action))
-      bench.Turn();
+      bench.BusSlot();
     else
       bench.now += 5 * kMillisecond;
   }
@@ -225,7 +225,7 @@ void RunOnABusyLine(Bench& bench, const std::function<bool()>& done) {
 }
 
 TEST(StopMotor, GoesOutOnALineThatIsNeverIdle) {
-  Bench bench(kFullKeys);
+  DeviceFixture bench(kFullKeys);
   bench.GoOnline();
   bench.RunUntil([&] { return bench.unit.logged_in; });
   bench.sent.clear();
@@ -244,15 +244,15 @@ TEST(StopMotor, GoesOutOnALineThatIsNeverIdle) {
 }
 
 TEST(StopMotor, WaitsForASilentLineNoLongerThan25Milliseconds) {
-  Bench bench(kFullKeys);
+  DeviceFixture bench(kFullKeys);
   bench.GoOnline();
   bench.RunUntil([&] { return bench.unit.logged_in; });
   bench.Stray({0x55});
   bench.Begin("stop_motor");
-  ASSERT_TRUE(std::holds_alternative<Silence>(bench.Peek().action)) << "bytes may end soon";
+  ASSERT_TRUE(std::holds_alternative<WaitForIdleLine>(bench.Peek().action)) << "bytes may end soon";
   bench.now += 20 * kMillisecond;
   bench.Stray({0x55});
-  ASSERT_TRUE(std::holds_alternative<Silence>(bench.Peek().action));
+  ASSERT_TRUE(std::holds_alternative<WaitForIdleLine>(bench.Peek().action));
   bench.now += 5 * kMillisecond;
   const Step step = bench.Peek();
   ASSERT_TRUE(std::holds_alternative<Exchange>(step.action));
@@ -260,7 +260,7 @@ TEST(StopMotor, WaitsForASilentLineNoLongerThan25Milliseconds) {
 }
 
 TEST(StopMotor, IsRepeatedFor5SecondsAndIndeterminateWhenNothingCanBeRead) {
-  Bench bench(kFullKeys);
+  DeviceFixture bench(kFullKeys);
   bench.GoOnline();
   bench.RunUntil([&] { return bench.unit.logged_in; });
   bench.sent.clear();
@@ -289,7 +289,7 @@ TEST(StopMotor, IsRepeatedFor5SecondsAndIndeterminateWhenNothingCanBeRead) {
 }
 
 TEST(StopMotor, IsRepeatedWhileTheCoilReadsOffAndThenFails) {
-  Bench bench(kFullKeys);
+  DeviceFixture bench(kFullKeys);
   bench.GoOnline();
   bench.RunUntil([&] { return bench.unit.logged_in; });
   bench.wire = [&](const ByteList& request) {
@@ -303,7 +303,7 @@ TEST(StopMotor, IsRepeatedWhileTheCoilReadsOffAndThenFails) {
 }
 
 TEST(StopMotor, LogsInFirstOnlyWhenItMust) {
-  Bench bench(kStopKeys);
+  DeviceFixture bench(kStopKeys);
   bench.GoOnline();
   bench.RunUntil([&] { return bench.unit.logged_in; });
   bench.unit.PowerCycle();
@@ -311,11 +311,12 @@ TEST(StopMotor, LogsInFirstOnlyWhenItMust) {
   EXPECT_EQ(bench.Do("stop_motor").state, OrderState::kSucceeded) << bench.Last().text;
   EXPECT_EQ(bench.Count(kStop), 2);
   EXPECT_EQ(bench.unit.stops, 1);
-  for (const Bench::Sent& one : bench.sent) EXPECT_EQ(one.priority, Priority::kStop) << "nothing came between";
+  for (const DeviceFixture::Sent& one : bench.sent)
+    EXPECT_EQ(one.priority, Priority::kStop) << "nothing came between";
 }
 
 TEST(StopMotor, IsTriedOnAUnitThatSeemsToBeGone) {
-  Bench bench(kFullKeys);
+  DeviceFixture bench(kFullKeys);
   bench.GoOnline();
   const auto answer = bench.wire;
   bench.wire = [](const ByteList&) { return ByteList(); };

@@ -4,8 +4,8 @@
 #include <axlecast/command_status_t.hpp>
 #include <vector>
 
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/config/machine_config.h"
+#include "core/device/outcome_text.h"
 #include "drivers/tsubaki_sc/alarms.h"
 #include "drivers/tsubaki_sc/parameters.h"
 
@@ -29,18 +29,18 @@ std::vector<OperationSpec> MotorOperations() {
       {.name = kStopMotorName,
        .help = "Stops the motor (coil 100), before everything else on the bus. Not an emergency stop",
        .verification = "coil 100 reads 1; whether the motor stands cannot be read",
-       .found_by = kReadStateName,
+       .verified_by_operation = kReadStateName,
        .urgent = true},
       {.name = kStartMotorName,
        .help = "Starts the motor again (coil 200); not while it is tripped",
        .needs_permit = true,
        .verification = "coil 100 reads 0, if it read 1 before; whether the motor turns cannot be read",
-       .found_by = kReadStateName},
+       .verified_by_operation = kReadStateName},
       {.name = kClearTripCountName,
        .help = "Sets the trip count to 0 (coil 0); trip factors and logs stay",
        .destructive = true,
        .verification = "the trip count reads 0",
-       .found_by = kReadStateName},
+       .verified_by_operation = kReadStateName},
       {.name = kReadStateName,
        .help = "Reads trip count, motor status, stop coil, login and mains frequency once",
        .arguments = {kAfter},
@@ -74,14 +74,14 @@ std::vector<OperationSpec> ParameterOperations() {
        .arguments = {{"name", "e.g. power_upper_a_1_50hz"}, {"value", "in its unit, e.g. 125.0"}},
        .destructive = true,
        .verification = "it is read back",
-       .found_by = kReadParametersName},
+       .verified_by_operation = kReadParametersName},
       {.name = kWriteParametersName,
        .help =
            "Writes up to 16 parameters, each given as name=value in its unit; all are checked before any is sent",
        .arguments = ParameterArguments(),
        .destructive = true,
        .verification = "all are read back",
-       .found_by = kReadParametersName},
+       .verified_by_operation = kReadParametersName},
   };
 }
 
@@ -102,7 +102,7 @@ std::vector<OperationSpec> AccessOperations() {
        .arguments = {{"name", "a NAME of passwords in the configuration, never a password"}},
        .destructive = true,
        .verification = "it is read back and compared",
-       .found_by = kCheckPasswordName},
+       .verified_by_operation = kCheckPasswordName},
       {.name = kCheckPasswordName,
        .help = "Compares the unit's password with the one of this name; the unit must be logged in",
        .arguments = {{"name", "a NAME of passwords in the configuration; needed unless `after` is given", false},

@@ -5,9 +5,9 @@
 #include <span>
 #include <string_view>
 
-#include "drivers/runtime/core/device.h"
-#include "drivers/runtime/core/operation.h"
-#include "drivers/runtime/device/refusal.h"
+#include "core/device/device.h"
+#include "core/device/operation.h"
+#include "drivers/kit/refusal.h"
 #include "drivers/tsubaki_sc/login.h"
 #include "drivers/tsubaki_sc/procedure.h"
 #include "drivers/tsubaki_sc/trip_reader.h"
@@ -43,10 +43,10 @@ inline constexpr std::string_view kCheckPasswordName = "check_password";
 [[nodiscard]] std::optional<Outcome> RefusalByState(std::string_view operation, const MotorReading& reading);
 
 // What procedures work on. Outlives them.
-struct Workshop {
+struct OperationContext {
   const ScSettings& settings;
   const Requests& requests;
-  PasswordBook& passwords;
+  PasswordTable& passwords;
   Login& login;
   TripReader& trips;
   DeviceOutput& output;
@@ -54,6 +54,6 @@ struct Workshop {
 
 // The procedure that carries out an order, or why there is none: arguments are checked here.
 using Made = axlecast::Made<Procedure>;
-[[nodiscard]] Made MakeProcedure(const Order& order, const Workshop& shop);
+[[nodiscard]] Made MakeProcedure(const DriverCommand& order, const OperationContext& shop);
 
 }  // namespace axlecast::tsubaki_sc

@@ -26,7 +26,7 @@ std::string After(const Outcome& outcome, const std::string& key) {
 // ---- reading ----
 
 TEST(ReadParameter, ShowsOneInItsUnit) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   EXPECT_EQ(bench.Do("read_parameter", {{"name", "start_time_2"}}).state, OrderState::kSucceeded);
   EXPECT_EQ(bench.Last().text, "start_time_2 3.1 s");  // register 21 holds 31
@@ -34,7 +34,7 @@ TEST(ReadParameter, ShowsOneInItsUnit) {
 }
 
 TEST(ReadParameters, ShowsAllAsFourHexDigitsARegister) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   EXPECT_EQ(bench.Do("read_parameters").state, OrderState::kSucceeded);
   std::string digits;
@@ -52,12 +52,12 @@ TEST(ReadParameters, ShowsAllAsFourHexDigitsARegister) {
 // Guideline 7: an address that does not exist is an error, so no request may span a gap. 0 to 54 are asked for once each,
 // and no more at a time than a log has: more in one request is not documented.
 TEST(ReadParameters, NoRequestSpansAGap) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.sent.clear();
   EXPECT_EQ(bench.Do("read_parameters").state, OrderState::kSucceeded);
   std::vector<int> asked(55, 0);
-  for (const Bench::Sent& one : bench.sent) {
+  for (const DeviceFixture::Sent& one : bench.sent) {
     if (one.request[1] != 0x03) continue;
     const unsigned first = TestUnit::Word(one.request, 2);
     const unsigned count = TestUnit::Word(one.request, 4);
@@ -69,7 +69,7 @@ TEST(ReadParameters, NoRequestSpansAGap) {
 }
 
 TEST(ReadParameters, ShowsUpToFourByName) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   const char* names = "log_interval,power_upper_a_1_50hz,excessive_shock_limit,overheat_limit";
   EXPECT_EQ(bench.Do("read_parameters", {{"names", names}}).state, OrderState::kSucceeded);
@@ -84,7 +84,7 @@ TEST(ReadParameters, ShowsUpToFourByName) {
 }
 
 TEST(ReadParameters, SaysWhetherAWriteTookEffect) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   const auto finding = [&](const char* after) {
     bench.Do("read_parameters", {{"after", after}});
@@ -101,7 +101,7 @@ TEST(ReadParameters, SaysWhetherAWriteTookEffect) {
 // ---- writing ----
 
 TEST(WriteParameter, IsReadBackAndCountsAsWear) {
-  Bench bench(kLoginKeys);
+  DeviceFixture bench(kLoginKeys);
   bench.GoOnline();
   EXPECT_EQ(bench.Do("write_parameter", {{"name", "power_upper_b_3_60hz"}, {"value", "125.5"}}).state,
             OrderState::kSucceeded)
@@ -117,7 +117,7 @@ TEST(WriteParameter, IsReadBackAndCountsAsWear) {
 }
 
 TEST(WriteParameters, WritesNeighboursTogetherAndOnlyWhatDiffers) {
-  Bench bench(kLoginKeys);
+  DeviceFixture bench(kLoginKeys);
   bench.unit.logged_in = true;
   bench.GoOnline();
   EXPECT_EQ(bench
@@ -143,7 +143,7 @@ TEST(WriteParameters, WritesNeighboursTogetherAndOnlyWhatDiffers) {
 }
 
 TEST(WriteParameters, TakesSixteen) {
-  Bench bench(kLoginKeys);
+  DeviceFixture bench(kLoginKeys);
   bench.unit.logged_in = true;
   bench.GoOnline();
   std::vector<std::pair<std::string, std::string>> sixteen;
@@ -156,7 +156,7 @@ TEST(WriteParameters, TakesSixteen) {
 }
 
 TEST(WriteParameters, AllAreCheckedBeforeAnyIsSent) {
-  Bench bench(kLoginKeys);
+  DeviceFixture bench(kLoginKeys);
   bench.GoOnline();
   const std::vector<std::vector<std::pair<std::string, std::string>>> kBad = {
       {{"start_time_1", "5"}, {"log_interval", "10.1"}},
@@ -175,7 +175,7 @@ TEST(WriteParameters, AllAreCheckedBeforeAnyIsSent) {
 
 TEST(WriteParameters, ALostReplyIsClearedUpByReadingNotByWritingAgain) {
   for (const bool done : {true, false}) {
-    Bench bench(kLoginKeys);
+    DeviceFixture bench(kLoginKeys);
     bench.unit.logged_in = true;
     bench.GoOnline();
     bench.wire = [&](const ByteList& request) {
@@ -192,7 +192,7 @@ TEST(WriteParameters, ALostReplyIsClearedUpByReadingNotByWritingAgain) {
 }
 
 TEST(WriteParameters, ARefusalEndsIt) {
-  Bench bench(kLoginKeys);
+  DeviceFixture bench(kLoginKeys);
   bench.unit.logged_in = true;
   bench.GoOnline();
   bench.wire = [&](const ByteList& request) {
@@ -209,7 +209,7 @@ TEST(WriteParameters, ARefusalEndsIt) {
 }
 
 TEST(WriteParameters, IsIndeterminateWhenItCannotBeReadBack) {
-  Bench bench(kLoginKeys);
+  DeviceFixture bench(kLoginKeys);
   bench.unit.logged_in = true;
   bench.GoOnline();
   bool written = false;

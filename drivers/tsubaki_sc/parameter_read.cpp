@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <axlecast/command_status_t.hpp>
 
-#include "drivers/runtime/device/outcome_text.h"
-#include "drivers/runtime/device/read_back.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/read_back.h"
 #include "drivers/tsubaki_sc/parameters.h"
 
 namespace axlecast::tsubaki_sc {

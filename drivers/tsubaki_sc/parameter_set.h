@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "drivers/runtime/core/parameter.h"
+#include "core/device/parameter.h"
 #include "drivers/tsubaki_sc/block_reader.h"
 
 namespace axlecast::tsubaki_sc {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
 #include "drivers/tsubaki_sc/parameter_set.h"
 
 namespace axlecast::tsubaki_sc {

@@ -3,8 +3,8 @@
 #include <span>
 #include <string_view>
 
-#include "drivers/runtime/core/parameter.h"
-#include "drivers/runtime/device/parameter_value.h"
+#include "core/device/parameter.h"
+#include "core/device/parameter_value.h"
 
 namespace axlecast::tsubaki_sc {
 

@@ -2,9 +2,9 @@
 
 #include <axlecast/command_status_t.hpp>
 
-#include "drivers/runtime/device/outcome_text.h"
-#include "drivers/runtime/device/read_back.h"
-#include "drivers/runtime/device/refusal.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/read_back.h"
+#include "drivers/kit/refusal.h"
 
 namespace axlecast::tsubaki_sc {
 
@@ -20,7 +20,7 @@ std::optional<bool> PasswordComparison::Holds(Bytes registers) {
 Exchange ReadPassword(const Requests& requests) { return requests.Secret(requests.Read(kPassword).request); }
 
 PasswordChange::PasswordChange(const Requests& requests, const Frame& frame, PasswordComparison comparison,
-                               PasswordBook& passwords, Login& login, DeviceOutput& output)
+                               PasswordTable& passwords, Login& login, DeviceOutput& output)
     : requests_(requests),
       frame_(frame),
       comparison_(std::move(comparison)),

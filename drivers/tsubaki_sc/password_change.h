@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
 #include "drivers/tsubaki_sc/login.h"
 #include "drivers/tsubaki_sc/procedure.h"
 
@@ -12,7 +12,7 @@ namespace axlecast::tsubaki_sc {
 // Whether a password that was read from AO 200-207 is the one of that name. Nothing of it is kept.
 class PasswordComparison {
  public:
-  PasswordComparison(const PasswordBook& passwords, const PasswordFormat& format, std::string name)
+  PasswordComparison(const PasswordTable& passwords, const PasswordFormat& format, std::string name)
       : passwords_(passwords), format_(format), name_(std::move(name)) {}
 
   [[nodiscard]] const std::string& name() const { return name_; }
@@ -21,7 +21,7 @@ class PasswordComparison {
   [[nodiscard]] const std::string& problem() const { return problem_; }
 
  private:
-  const PasswordBook& passwords_;
+  const PasswordTable& passwords_;
   const PasswordFormat& format_;
   std::string name_;
   std::string problem_;
@@ -35,7 +35,7 @@ class PasswordChange final : public Procedure {
  public:
   // `frame` is the write, with the password in it.
   PasswordChange(const Requests& requests, const Frame& frame, PasswordComparison comparison,
-                 PasswordBook& passwords, Login& login, DeviceOutput& output);
+                 PasswordTable& passwords, Login& login, DeviceOutput& output);
   ~PasswordChange() override { Wipe(frame_); }
   PasswordChange(const PasswordChange&) = delete;
   PasswordChange& operator=(const PasswordChange&) = delete;
@@ -54,7 +54,7 @@ class PasswordChange final : public Procedure {
   const Requests& requests_;
   Frame frame_;
   PasswordComparison comparison_;
-  PasswordBook& passwords_;
+  PasswordTable& passwords_;
   Login& login_;
   DeviceOutput& output_;
   bool verifying_ = false;
@@ -66,7 +66,7 @@ class PasswordChange final : public Procedure {
 // not log in for it. The password that the unit turns out to have is used for logins from then on.
 class PasswordCheck final : public Procedure {
  public:
-  PasswordCheck(const Requests& requests, PasswordComparison comparison, PasswordBook& passwords)
+  PasswordCheck(const Requests& requests, PasswordComparison comparison, PasswordTable& passwords)
       : requests_(requests), comparison_(std::move(comparison)), passwords_(passwords) {}
 
   [[nodiscard]] Exchange Next() const override {
@@ -79,7 +79,7 @@ class PasswordCheck final : public Procedure {
  private:
   const Requests& requests_;
   PasswordComparison comparison_;
-  PasswordBook& passwords_;
+  PasswordTable& passwords_;
   bool looked_ = false;  // it says logged in
   int failures_ = 0;
 };

@@ -4,7 +4,7 @@
 #include <array>
 #include <memory>
 
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/device/outcome_text.h"
 #include "drivers/tsubaki_sc/answer.h"
 #include "drivers/tsubaki_sc/requests.h"
 #include "drivers/tsubaki_sc/settings.h"
@@ -51,7 +51,7 @@ void ScProbe::Judge(const Event& event) {
 
 void ScProbe::Add() {
   constexpr int kAll = static_cast<int>(kBlocks.size());
-  ProbeFinding finding;
+  ProbeHit finding;
   finding.confidence = answered_ == kAll ? Confidence::kSure
                        : answered_ > 1   ? Confidence::kLikely
                                          : Confidence::kPossible;

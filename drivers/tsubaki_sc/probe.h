@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/device/asking_probe.h"
+#include "drivers/kit/asking_probe.h"
 #include "drivers/tsubaki_sc/register_map.h"
 
 namespace axlecast::tsubaki_sc {
@@ -16,7 +16,7 @@ class ScProbe final : public AskingProbe {
  public:
   ScProbe(int first, int last) : first_(first), last_(last), address_(first) {}
 
-  [[nodiscard]] std::vector<ProbeFinding> Findings() const override { return findings_; }
+  [[nodiscard]] std::vector<ProbeHit> Findings() const override { return findings_; }
   [[nodiscard]] double Progress() const override;
 
  protected:
@@ -34,7 +34,7 @@ class ScProbe final : public AskingProbe {
   int tries_ = 0;
   int answered_ = 0;   // blocks
   std::string named_;  // what the unit says of itself
-  std::vector<ProbeFinding> findings_;
+  std::vector<ProbeHit> findings_;
 };
 
 }  // namespace axlecast::tsubaki_sc

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <set>
 
-#include "drivers/runtime/modbus/adu.h"
+#include "drivers/protocol/modbus/adu.h"
 #include "drivers/tsubaki_sc/settings.h"
 #include "tests/support/probe_run.h"
 
@@ -47,7 +47,7 @@ TEST(ScProbe, FindsAUnitAndWhatItSaysOfItself) {
   bench.Answer(kAskProductCode, Sealed({0x01, 0x03, 0x04, 'S', 'C', '0', '1'}));
   bench.Answer(kAskMfgNumber, Sealed({0x01, 0x03, 0x0A, '0', '0', '0', '0', '0', '0', '0', '0', '0', '7'}));
   bench.Answer(kAskVersion, {0x01, 0x11, 0x01, 0x00, 0x50, 0x4D});
-  const std::vector<ProbeFinding> found = bench.Run(Addresses(1, 2));
+  const std::vector<ProbeHit> found = bench.Run(Addresses(1, 2));
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(found[0].confidence, Confidence::kSure) << found[0].reason;
   EXPECT_EQ(ValueOf(found[0].keys, "address"), "1");
@@ -59,7 +59,7 @@ TEST(ScProbe, AUnitThatRefusesTheRestIsOnlyPossible) {
   ProbeBench bench;
   bench.Answer(kAskStatus, kStatusReply);
   bench.AnswerAll(Sealed({0x01, 0x83, 0x02}));
-  const std::vector<ProbeFinding> found = bench.Run(Addresses(1, 1));
+  const std::vector<ProbeHit> found = bench.Run(Addresses(1, 1));
   ASSERT_THAT(found, SizeIs(1));
   EXPECT_EQ(found[0].confidence, Confidence::kPossible);
 }

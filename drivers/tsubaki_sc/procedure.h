@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "drivers/runtime/core/operation.h"
+#include "core/device/operation.h"
 #include "drivers/tsubaki_sc/answer.h"
 #include "drivers/tsubaki_sc/requests.h"
 

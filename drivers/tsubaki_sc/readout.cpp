@@ -2,8 +2,8 @@
 
 #include <axlecast/command_status_t.hpp>
 
-#include "drivers/runtime/device/outcome_text.h"
-#include "drivers/runtime/device/read_back.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/read_back.h"
 #include "drivers/tsubaki_sc/alarms.h"
 #include "drivers/tsubaki_sc/operations.h"
 

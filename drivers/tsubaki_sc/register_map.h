@@ -7,8 +7,8 @@
 #include <string>
 #include <string_view>
 
-#include "drivers/runtime/core/inline_bytes.h"
-#include "drivers/runtime/modbus/adu.h"
+#include "core/base/inline_bytes.h"
+#include "drivers/protocol/modbus/adu.h"
 
 namespace axlecast::tsubaki_sc {
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <span>
 
-#include "drivers/runtime/core/step.h"
+#include "core/device/step.h"
 #include "drivers/tsubaki_sc/register_map.h"
 
 namespace axlecast::tsubaki_sc {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <vector>
 
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/config/load_place.h"
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/config/words.h"
+#include "core/base/words.h"
+#include "core/config/config_map.h"
+#include "core/config/load_place.h"
+#include "core/config/machine_config.h"
 #include "drivers/tsubaki_sc/register_map.h"
 
 namespace axlecast::tsubaki_sc {

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "drivers/runtime/core/family.h"
+#include "core/device/family.h"
 #include "drivers/tsubaki_sc/password.h"
 
 namespace axlecast::tsubaki_sc {

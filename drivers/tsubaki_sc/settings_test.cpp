@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <yaml-cpp/yaml.h>
 
-#include "drivers/runtime/config/load.h"
-#include "drivers/runtime/config/machine_config.h"
+#include "core/config/load.h"
+#include "core/config/machine_config.h"
 
 namespace axlecast::tsubaki_sc {
 namespace {

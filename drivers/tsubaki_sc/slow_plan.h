@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "drivers/runtime/core/instant.h"
+#include "core/base/time.h"
 #include "drivers/tsubaki_sc/answer.h"
 
 namespace axlecast::tsubaki_sc {

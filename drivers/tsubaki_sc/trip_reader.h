@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
 #include "drivers/tsubaki_sc/answer.h"
 #include "drivers/tsubaki_sc/register_map.h"
 

@@ -34,7 +34,7 @@ void ExpectMark(const TripRecord& trip, int mark) {
 }
 
 TEST(TripReader, FetchesANewTripByItselfWithLiveDataSuspended) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.unit.Trip(0x08, 123);
   bench.RunUntil([&] { return !bench.output.motors.empty() && bench.output.motors.back().trip_count == 1; });
@@ -58,7 +58,7 @@ TEST(TripReader, FetchesANewTripByItselfWithLiveDataSuspended) {
 // Guideline 10, note 2: xx00 is 19 times the log acquisition time before the trip, xx19 the trip. Every register of the
 // log holds another value.
 TEST(TripReader, SampleNineteenIsTheTripAndSampleZeroTheOldest) {
-  Bench bench;
+  DeviceFixture bench;
   bench.unit.holdings[54] = 7;  // 0.7 s
   bench.GoOnline();
   bench.unit.Trip(0x08, 0);
@@ -81,7 +81,7 @@ TEST(TripReader, SampleNineteenIsTheTripAndSampleZeroTheOldest) {
 }
 
 TEST(TripReader, AlternatesWithLiveDataWhereTheConfigurationSaysSo) {
-  Bench bench("{address: 1, trip_fetch: alternate}");
+  DeviceFixture bench("{address: 1, trip_fetch: alternate}");
   bench.GoOnline();
   bench.unit.Trip(0x08, 123);
   bench.RunUntil([&] { return !bench.output.motors.empty() && bench.output.motors.back().trip_count == 1; });
@@ -94,7 +94,7 @@ TEST(TripReader, AlternatesWithLiveDataWhereTheConfigurationSaysSo) {
 }
 
 TEST(TripReader, WhatIsRecordedAtTheStartIsHistory) {
-  Bench bench;
+  DeviceFixture bench;
   bench.unit.Trip(0x01, 11);
   bench.unit.Trip(0x02, 22);
   bench.unit.ClearTrip();
@@ -112,7 +112,7 @@ TEST(TripReader, WhatIsRecordedAtTheStartIsHistory) {
 
 // Factors and logs stay when the count is cleared (guideline 8).
 TEST(TripReader, WhatIsRecordedBeforeAClearIsHistoryToo) {
-  Bench bench;
+  DeviceFixture bench;
   bench.unit.Trip(0x01, 11);
   bench.unit.Trip(0x02, 22);
   bench.unit.ClearTrip();
@@ -130,7 +130,7 @@ TEST(TripReader, WhatIsRecordedBeforeAClearIsHistoryToo) {
 TEST(TripReader, ASecondTripNeverMixesSamples) {
   for (int after = 0; after < 12; ++after) {
     SCOPED_TRACE(after);
-    Bench bench;
+    DeviceFixture bench;
     bench.GoOnline();
     bench.unit.Trip(0x01, 11);
     bench.Turns(after);
@@ -146,7 +146,7 @@ TEST(TripReader, ASecondTripNeverMixesSamples) {
 }
 
 TEST(TripReader, TripsInAHurryLeaveTheLiveDataTheirTurns) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   for (int i = 1; i <= 40; ++i) {
     bench.unit.Trip(0x01, static_cast<std::uint16_t>(i));
@@ -158,7 +158,7 @@ TEST(TripReader, TripsInAHurryLeaveTheLiveDataTheirTurns) {
 }
 
 TEST(TripReader, ACurveThatTheUnitRefusesIsLeftOut) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   bench.wire = [&](const ByteList& request) {
     if (request[1] == 0x04 && TestUnit::Word(request, 2) == 1300) return WithCrc({1, 0x84, 0x02});
@@ -172,7 +172,7 @@ TEST(TripReader, ACurveThatTheUnitRefusesIsLeftOut) {
 }
 
 TEST(TripReader, AnIntervalThatTheGuidelineDoesNotKnowIsUnknown) {
-  Bench bench;
+  DeviceFixture bench;
   bench.unit.holdings[54] = 37'008;
   bench.GoOnline();
   bench.unit.Trip(0x01, 55);
@@ -184,7 +184,7 @@ TEST(TripReader, AnIntervalThatTheGuidelineDoesNotKnowIsUnknown) {
 // ---- fetch_trip_logs ----
 
 TEST(FetchTripLogs, PublishesAllThatAreRecorded) {
-  Bench bench;
+  DeviceFixture bench;
   bench.GoOnline();
   EXPECT_EQ(bench.Do("fetch_trip_logs").state, OrderState::kSucceeded);
   EXPECT_EQ(bench.Last().text, "no trip is recorded");
@@ -206,7 +206,7 @@ TEST(FetchTripLogs, PublishesAllThatAreRecorded) {
 }
 
 TEST(FetchTripLogs, FindsThemAlsoWhenTheCountWasCleared) {
-  Bench bench(kLoginKeys);
+  DeviceFixture bench(kLoginKeys);
   bench.unit.Trip(0x40, 9);
   bench.unit.inputs[200] = 0;
   bench.GoOnline();
@@ -219,20 +219,20 @@ TEST(FetchTripLogs, FindsThemAlsoWhenTheCountWasCleared) {
 // Between the turns of an order come live ones, which read the log as well: the one that completes it may be theirs.
 TEST(FetchTripLogs, EndsWhenALiveTurnHasCompletedTheLog) {
   for (int period = 2; period <= 4; ++period) {
-    Bench bench;
+    DeviceFixture bench;
     bench.GoOnline();
     bench.unit.Trip(0x40, 9);
     bench.RunUntil([&] { return !bench.output.trips.empty(); });
     bench.output.trips.clear();
     bench.Begin("fetch_trip_logs");
-    for (int i = 0; i < 100 && !bench.Last().IsFinal(); ++i) bench.Turn(true, i % period != 0);
+    for (int i = 0; i < 100 && !bench.Last().IsFinal(); ++i) bench.BusSlot(true, i % period != 0);
     EXPECT_EQ(bench.Last().state, OrderState::kSucceeded) << period << ": " << bench.Last().text;
     EXPECT_EQ(bench.output.trips.size(), 1U) << period;
   }
 }
 
 TEST(FetchTripLogs, EndsWhenTheUnitRefusesItsStatus) {
-  Bench bench;
+  DeviceFixture bench;
   bench.unit.Trip(0x40, 9);
   bench.GoOnline();
   bench.Begin("fetch_trip_logs");
@@ -247,7 +247,7 @@ TEST(FetchTripLogs, EndsWhenTheUnitRefusesItsStatus) {
 }
 
 TEST(FetchTripLogs, EndsWhenTheUnitIsGone) {
-  Bench bench;
+  DeviceFixture bench;
   bench.unit.Trip(0x40, 9);
   bench.GoOnline();
   bench.Begin("fetch_trip_logs");

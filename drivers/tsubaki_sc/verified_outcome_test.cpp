@@ -19,7 +19,7 @@ TEST(VerifiedOutcome, AStartIsVerifiedOnlyWhereTheStopCoilGoesOff) {
                         {true, false, OrderState::kSucceeded, true},
                         {false, true, OrderState::kSucceeded, false},
                         {false, false, OrderState::kIndeterminate, false}}) {
-    Bench bench("{address: 1, motor_control: start_stop, passwords: {old: {file: /p/old}}, password: old}");
+    DeviceFixture bench("{address: 1, motor_control: start_stop, passwords: {old: {file: /p/old}}, password: old}");
     bench.unit.logged_in = true;
     bench.GoOnline();
     bench.unit.stop_coil = c.stopped;
@@ -35,7 +35,7 @@ TEST(VerifiedOutcome, AStartIsVerifiedOnlyWhereTheStopCoilGoesOff) {
 
 // What holds already is not written, and the outcome says so.
 TEST(VerifiedOutcome, WhatHeldAlreadyIsNamedSo) {
-  Bench bench(kLoginKeys);
+  DeviceFixture bench(kLoginKeys);
   bench.unit.logged_in = true;
   bench.GoOnline();
   bench.unit.inputs[200] = 0;

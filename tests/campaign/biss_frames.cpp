@@ -152,7 +152,7 @@ class Campaign {
         noise_(mode.noise_rate),
         referee_(bus),
         axis_(bus, referee_, now_) {
-    const Step step = axis_.device().Next({.now = now_, .live_due = true});
+    const Step step = axis_.device().Next({.now = now_, .poll_due = true});
     request_ = std::get<Exchange>(step.action).request;
   }
 
@@ -165,7 +165,7 @@ class Campaign {
 
   [[nodiscard]] const Figures& figures() const { return figures_; }
   [[nodiscard]] const Referee& referee() const { return referee_; }
-  [[nodiscard]] const Channel& channel() const { return axis_.channel(); }
+  [[nodiscard]] const DevicePublisher& channel() const { return axis_.channel(); }
   [[nodiscard]] std::size_t samples() const { return request_.size() * 8; }
 
  private:

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "drivers/runtime/config/load.h"
+#include "core/config/load.h"
 
 namespace axlecast {
 

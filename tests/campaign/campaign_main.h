@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/runtime/config/machine_config.h"
+#include "core/config/machine_config.h"
 
 namespace axlecast {
 

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/command/order_test_support.h"
-#include "drivers/runtime/config/load.h"
+#include "core/config/load.h"
 #include "tests/conformance/example_link.h"
+#include "tests/support/counting_family.h"
 #include "tests/support/fixed_secrets.h"
 #include "tools/log/log_event.h"
 #include "tools/log/log_header.h"

@@ -16,13 +16,13 @@
 
 #include "bridge/store/history.h"
 #include "client/axlecast/command_client.h"
-#include "drivers/io/system_clock.h"
-#include "drivers/runtime/command/command_words.h"
-#include "drivers/runtime/command/order_ledger.h"
-#include "drivers/runtime/config/load.h"
-#include "tests/campaign/status_ear.h"
+#include "core/command/command_id.h"
+#include "core/command/command_words.h"
+#include "core/config/load.h"
+#include "platform/os/system_clock.h"
+#include "tests/campaign/status_listener.h"
 #include "tests/campaign/storm_tally.h"
-#include "tools/axlecast/control_socket.h"
+#include "tools/axlecast/run/control_socket.h"
 
 namespace axlecast {
 namespace {
@@ -92,7 +92,7 @@ class Storm {
   }
 
   // Against what the bridge said to anybody and what it has written down.
-  void Compare(const std::map<CommandId, StatusEar::Told>& told) {
+  void Compare(const std::map<CommandId, StatusListener::Told>& told) {
     for (const auto& [id, heard] : told) {
       if (heard.states.size() > 1 || heard.findings.size() > 1) {
         tally_.Breach(IdText(id) + ": the bridge told more than one outcome");
@@ -261,7 +261,7 @@ class Storm {
 
 int RunStorm(const Order& order, const MachineConfig& machine, const ClientSettings& settings,
              const MachineConfig& bridge) {
-  const StatusEar ear(bridge.lcm.command_url, bridge.lcm.prefix);
+  const StatusListener ear(bridge.lcm.command_url, bridge.lcm.prefix);
   Storm storm(order, machine, settings);
   const std::string problem = storm.problem().empty() ? ear.problem() : storm.problem();
   if (!problem.empty()) {

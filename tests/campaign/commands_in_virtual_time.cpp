@@ -8,7 +8,7 @@
 #include <map>
 #include <string>
 
-#include "tests/command_world/world.h"
+#include "tests/command_simulation/world.h"
 
 namespace axlecast {
 namespace {

@@ -231,11 +231,11 @@ class Campaign {
   void Run(std::int64_t exchanges) {
     while (figures_.exchanges < exchanges) {
       axis_.Tick(now_);
-      const Step step = axis_.device().Next({.now = now_, .live_due = true});
+      const Step step = axis_.device().Next({.now = now_, .poll_due = true});
       if (const auto* exchange = std::get_if<Exchange>(&step.action)) {
         axis_.device().OnStarted(step, now_);
         Answer(*exchange);
-      } else if (const auto* silence = std::get_if<Silence>(&step.action)) {
+      } else if (const auto* silence = std::get_if<WaitForIdleLine>(&step.action)) {
         axis_.device().OnStarted(step, now_);
         now_ += silence->quiet;
         Tell(Event::Kind::kSilent, {}, {});
@@ -247,7 +247,7 @@ class Campaign {
 
   [[nodiscard]] const Figures& figures() const { return figures_; }
   [[nodiscard]] const Referee& referee() const { return referee_; }
-  [[nodiscard]] const Channel& channel() const { return axis_.channel(); }
+  [[nodiscard]] const DevicePublisher& channel() const { return axis_.channel(); }
 
  private:
   // Replies that came whole and were not believed: out of reach, or with bits that the document rules out.
@@ -286,7 +286,7 @@ class Campaign {
       ++figures_.good_doubted;
       figures_.blameless += figures_.exchanges - believed_at_ > kAftermath ? 1 : 0;
     }
-    if (bytes.size() > length) Tell(Event::Kind::kStray, {}, bytes.subspan(length));
+    if (bytes.size() > length) Tell(Event::Kind::kUnexpectedBytes, {}, bytes.subspan(length));
   }
 
   void Tell(Event::Kind kind, Bytes request, Bytes bytes) {

@@ -2,11 +2,11 @@
 
 #include <memory>
 
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/core/device.h"
-#include "drivers/runtime/core/message_sink.h"
-#include "drivers/runtime/core/timebase.h"
-#include "drivers/runtime/position/channel.h"
+#include "core/base/timebase.h"
+#include "core/config/machine_config.h"
+#include "core/device/device.h"
+#include "core/messages/message_sink.h"
+#include "drivers/runtime/axis/device_publisher.h"
 #include "tests/support/fixed_secrets.h"
 
 namespace axlecast {
@@ -21,12 +21,12 @@ class DeviceUnderTest {
   void Tick(MonoNs now);
 
   [[nodiscard]] Device& device() { return *device_; }
-  [[nodiscard]] const Channel& channel() const { return channel_; }
+  [[nodiscard]] const DevicePublisher& channel() const { return channel_; }
 
  private:
   MonoNs next_tick_ = 0;
   Timebase time_;
-  Channel channel_;
+  DevicePublisher channel_;
   FixedSecrets secrets_;
   std::unique_ptr<Device> device_;
 };

@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-#include "drivers/runtime/config/load.h"
+#include "core/config/load.h"
 #include "tests/conformance/late_replies.h"
 #include "tests/support/fixed_secrets.h"
 

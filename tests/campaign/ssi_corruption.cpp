@@ -187,7 +187,7 @@ class Campaign {
   void Run(std::int64_t words) {
     while (figures_.words < words) {
       axis_.Tick(now_);
-      const Step step = axis_.device().Next({.now = now_, .live_due = true});
+      const Step step = axis_.device().Next({.now = now_, .poll_due = true});
       if (const auto* exchange = std::get_if<Exchange>(&step.action)) {
         axis_.device().OnStarted(step, now_);
         Transfer(exchange->request);
@@ -198,7 +198,7 @@ class Campaign {
 
   [[nodiscard]] const Figures& figures() const { return figures_; }
   [[nodiscard]] const Referee& referee() const { return referee_; }
-  [[nodiscard]] const Channel& channel() const { return axis_.channel(); }
+  [[nodiscard]] const DevicePublisher& channel() const { return axis_.channel(); }
 
  private:
   void Transfer(Bytes request) {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "drivers/runtime/core/decode_message.h"
+#include "core/messages/decode_message.h"
 
 namespace axlecast {
 
@@ -27,7 +27,7 @@ void PrintWrong(const Tally& tally, double expected) {
               Long{tally.outside}, Long{tally.wrong - tally.outside}, expected);
 }
 
-void PrintErrors(const Channel& channel) {
+void PrintErrors(const DevicePublisher& channel) {
   std::printf("  errors:");
   for (std::size_t kind = 0; kind < kErrorKinds; ++kind) {
     const std::int64_t count = channel.errors(static_cast<ErrorKind>(kind));

@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "drivers/runtime/core/message_sink.h"
-#include "drivers/runtime/position/channel.h"
+#include "core/messages/message_sink.h"
+#include "drivers/runtime/axis/device_publisher.h"
 
 namespace axlecast {
 
@@ -27,6 +27,6 @@ struct Tally {
 
 // A line each. `expected`: wrong ones that theory expects to be published.
 void PrintWrong(const Tally& tally, double expected);
-void PrintErrors(const Channel& channel);
+void PrintErrors(const DevicePublisher& channel);
 
 }  // namespace axlecast

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "drivers/runtime/bus/wire_reader.h"
-#include "drivers/runtime/driver/bus_settings.h"
+#include "drivers/runtime/process/bus_settings.h"
 #include "tests/conformance/example_device.h"
 #include "tests/support/memory_sink.h"
 
@@ -31,14 +31,14 @@ class AskedTwice final : public Device {
  public:
   explicit AskedTwice(std::unique_ptr<Device> device) : device_(std::move(device)) {}
 
-  [[nodiscard]] Step Next(const Turn& turn) const override {
+  [[nodiscard]] Step Next(const BusSlot& turn) const override {
     Step step = device_->Next(turn);
     if (TextOf(step) != TextOf(device_->Next(turn))) ++differing;
     return step;
   }
   void OnStarted(const Step& step, MonoNs now) override { device_->OnStarted(step, now); }
   void On(const Event& event) override { device_->On(event); }
-  void Begin(const Order& order, MonoNs now) override { device_->Begin(order, now); }
+  void Begin(const DriverCommand& order, MonoNs now) override { device_->Begin(order, now); }
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override { return device_->Cancel(id, now); }
 
   mutable int differing = 0;
@@ -75,7 +75,7 @@ TEST_P(DeviceConformance, AskingChangesNothing) {
 TEST_P(DeviceConformance, WithoutALinkItWantsNothing) {
   RecordingOutput output = AtRest();
   const auto device = Make(0, output);
-  const Turn turn{.now = 1'000 * kSecond, .live_due = true};
+  const BusSlot turn{.now = 1'000 * kSecond, .poll_due = true};
   EXPECT_TRUE(std::holds_alternative<Idle>(device->Next(turn).action));
   device->On(
       {.kind = Event::Kind::kLinkUp, .sent = {}, .received = {turn.now, turn.now}, .request = {}, .bytes = {}});

@@ -1,4 +1,4 @@
-#include "drivers/runtime/driver/driver.h"
+#include "drivers/runtime/process/driver.h"
 
 #include <gmock/gmock.h>
 
@@ -10,11 +10,11 @@
 #include <map>
 #include <random>
 
-#include "drivers/runtime/command/command_words.h"
-#include "drivers/runtime/command/order_ledger.h"
-#include "drivers/runtime/command/order_test_support.h"
+#include "core/command/command_id.h"
+#include "core/command/command_words.h"
 #include "tests/conformance/example_buses.h"
 #include "tests/conformance/example_link.h"
+#include "tests/support/counting_family.h"
 #include "tests/support/memory_sink.h"
 
 namespace axlecast {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/config/load.h"
+#include "core/config/load.h"
 #include "tests/support/fixed_secrets.h"
 
 namespace axlecast {

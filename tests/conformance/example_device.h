@@ -38,15 +38,15 @@ class ExampleDevice {
     const Interval at{clock.Now(), clock.Now()};
     device->On({.kind = kind, .sent = {}, .received = at, .request = {}, .bytes = {}});
   }
-  [[nodiscard]] Order MakeOrder(std::string_view operation, Arguments arguments) {
-    Order order;
+  [[nodiscard]] DriverCommand MakeOrder(std::string_view operation, Arguments arguments) {
+    DriverCommand order;
     order.id.back() = ++orders_;
     order.operation = operation;
     order.arguments = std::move(arguments);
     return order;
   }
   // The final outcome that Begin gave at once; nothing when the order was taken up.
-  [[nodiscard]] std::optional<Outcome> Begin(const Order& order) {
+  [[nodiscard]] std::optional<Outcome> Begin(const DriverCommand& order) {
     const std::size_t before = output.outcomes.size();
     device->Begin(order, clock.Now());
     if (output.outcomes.size() == before || !output.outcomes.back().second.IsFinal()) return std::nullopt;

@@ -1,9 +1,9 @@
 #pragma once
 
+#include "core/config/machine_config.h"
 #include "drivers/runtime/bus/bus.h"
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/driver/bus_settings.h"
-#include "drivers/runtime/driver/driver.h"
+#include "drivers/runtime/process/bus_settings.h"
+#include "drivers/runtime/process/driver.h"
 #include "tests/support/simulator_frame_link.h"
 #include "tests/support/simulator_link.h"
 #include "tests/support/simulator_spi_link.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/config/load.h"
+#include "core/config/load.h"
 #include "tests/conformance/example_link.h"
 #include "tests/support/recording_output.h"
 

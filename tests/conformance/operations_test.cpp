@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <set>
 
-#include "drivers/runtime/core/family.h"
+#include "core/device/family.h"
 
 // What every family says of its operations fits together: the journal, the roles, the permits and the wear rely on it.
 namespace axlecast {
@@ -41,7 +41,7 @@ TEST(FamilyOperations, ThatReadChangeNothing) {
     EXPECT_FALSE(operation.needs_permit);
     EXPECT_FALSE(operation.urgent);
     EXPECT_EQ(operation.writes, nullptr);
-    EXPECT_TRUE(operation.found_by.empty());
+    EXPECT_TRUE(operation.verified_by_operation.empty());
   });
 }
 
@@ -69,7 +69,7 @@ TEST(FamilyOperations, ThatMoveTheDatumNeedARestingShaftAndAPermit) {
     EXPECT_TRUE(operation.destructive);
     EXPECT_TRUE(operation.needs_standstill);
     EXPECT_TRUE(operation.needs_permit);
-    EXPECT_FALSE(operation.found_by.empty());
+    EXPECT_FALSE(operation.verified_by_operation.empty());
   });
 }
 
@@ -92,9 +92,10 @@ TEST(FamilyOperations, ThatWearTheMemoryAreDestructiveAndCountTheirWrites) {
 
 TEST(FamilyOperations, AreFoundByOnesThatReadAndTakeAfter) {
   ForEachOperation([](const Family& family, const OperationSpec& operation) {
-    if (operation.found_by.empty()) return;
-    const auto found = std::find_if(family.operations.begin(), family.operations.end(),
-                                    [&](const OperationSpec& other) { return other.name == operation.found_by; });
+    if (operation.verified_by_operation.empty()) return;
+    const auto found =
+        std::find_if(family.operations.begin(), family.operations.end(),
+                     [&](const OperationSpec& other) { return other.name == operation.verified_by_operation; });
     ASSERT_NE(found, family.operations.end());
     EXPECT_TRUE(found->reads_only);
     EXPECT_TRUE(std::any_of(found->arguments.begin(), found->arguments.end(), [](const ArgumentSpec& argument) {

@@ -9,7 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/config/load.h"
+#include "core/config/load.h"
+#include "core/messages/encode_message.h"
 #include "tests/conformance/example_link.h"
 #include "tests/support/fixed_secrets.h"
 #include "tests/support/memory_sink.h"
@@ -74,13 +75,6 @@ std::vector<Capture> RecordAll() {
     }
   }
   return captures;
-}
-
-template <typename Message>
-std::vector<std::uint8_t> Encoded(const Message& message) {
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
-  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return bytes;
 }
 
 // A number near an end of its range, or any.

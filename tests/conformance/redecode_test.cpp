@@ -5,9 +5,9 @@
 #include <limits>
 #include <map>
 
-#include "drivers/runtime/command/order_test_support.h"
 #include "tests/conformance/example_buses.h"
 #include "tests/conformance/example_link.h"
+#include "tests/support/counting_family.h"
 #include "tests/support/memory_sink.h"
 #include "tools/redecode/bus_redecoder.h"
 #include "tools/redecode/recording_diff.h"

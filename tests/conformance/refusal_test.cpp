@@ -18,14 +18,14 @@ constexpr MonoNs kToOnline = 5 * kSecond;
 constexpr const char* kValues[] = {"1",     "0",     "72",    "20", "9600", "500000",       "positive",
                                    "A1 05", "usual", "spare", "10", "zero", "log_interval", "only_one_connected"};
 
-std::string TextOf(const Order& order) {
+std::string TextOf(const DriverCommand& order) {
   std::string text = order.operation;
   for (const auto& [key, value] : order.arguments) text += ' ' + key + "='" + value + '\'';
   return text;
 }
 
 // Asks, then orders: both must say the same. The refusal, if any; else the order is under way.
-std::optional<Outcome> AskAndBegin(ExampleDevice& rig, const Order& order) {
+std::optional<Outcome> AskAndBegin(ExampleDevice& rig, const DriverCommand& order) {
   SCOPED_TRACE(TextOf(order));
   const std::size_t told = rig.output.outcomes.size();
   auto refusal = rig.device->Refusal(order, rig.clock.Now());
@@ -44,7 +44,7 @@ std::optional<Outcome> AskAndBegin(ExampleDevice& rig, const Order& order) {
 }
 
 // Gives up an order that was taken up, or lets it come to its end.
-void Release(ExampleDevice& rig, const Order& order) {
+void Release(ExampleDevice& rig, const DriverCommand& order) {
   if (!rig.device->Cancel(order.id, rig.clock.Now())) rig.Finish(order.id);
 }
 
@@ -100,9 +100,9 @@ class RefusalConformance : public ExampleTest {
 
 TEST_P(RefusalConformance, GoodOrdersPassAndBadArgumentsAreNamed) {
   const auto rig = Online();
-  ForEachAccepted(*rig, [&](const OperationSpec& operation, const Order& order) {
+  ForEachAccepted(*rig, [&](const OperationSpec& operation, const DriverCommand& order) {
     for (const ArgumentSpec& argument : operation.arguments) {
-      Order bad = order;
+      DriverCommand bad = order;
       std::erase_if(bad.arguments, [&](const auto& given) { return given.first == argument.name; });
       bad.arguments.emplace_back(argument.name, "?");
       const auto refusal = AskAndBegin(*rig, bad);
@@ -117,14 +117,14 @@ TEST_P(RefusalConformance, GoodOrdersPassAndBadArgumentsAreNamed) {
 TEST_P(RefusalConformance, OrdersWithoutArgumentsAreAnsweredAlike) {
   for (const OperationSpec& operation : bus_->family->operations) {
     const auto rig = Online();
-    const Order order = rig->MakeOrder(operation.name, {});
+    const DriverCommand order = rig->MakeOrder(operation.name, {});
     if (!AskAndBegin(*rig, order)) Release(*rig, order);
   }
 }
 
 TEST_P(RefusalConformance, AMovingShaftIsNamedWithItsSpeed) {
   const auto rig = Online();
-  ForEachAccepted(*rig, [&](const OperationSpec& operation, const Order& order) {
+  ForEachAccepted(*rig, [&](const OperationSpec& operation, const DriverCommand& order) {
     for (const bool known : {true, false}) {
       rig->output.motion = {.known = known, .standstill = false, .speed_rpm = 12.5};
       const auto refusal = AskAndBegin(*rig, order);
@@ -146,8 +146,8 @@ TEST_P(RefusalConformance, ABusyDeviceSaysSo) {
     const auto rig = Online();
     const auto good = GoodArguments(*rig, held);
     if (!good || held.urgent) continue;
-    const Order order = rig->MakeOrder(held.name, *good);
-    const Order another = rig->MakeOrder(held.name, *good);
+    const DriverCommand order = rig->MakeOrder(held.name, *good);
+    const DriverCommand another = rig->MakeOrder(held.name, *good);
     ASSERT_FALSE(AskAndBegin(*rig, order));
     const auto refusal = AskAndBegin(*rig, another);
     ASSERT_TRUE(refusal) << held.name;
@@ -157,22 +157,22 @@ TEST_P(RefusalConformance, ABusyDeviceSaysSo) {
 
 TEST_P(RefusalConformance, WhatComesTooLateOrWithoutALinkIsRefused) {
   const auto rig = Online();
-  std::vector<Order> orders;
-  ForEachAccepted(*rig, [&](const OperationSpec&, const Order& order) { orders.push_back(order); });
-  for (Order late : orders) {
+  std::vector<DriverCommand> orders;
+  ForEachAccepted(*rig, [&](const OperationSpec&, const DriverCommand& order) { orders.push_back(order); });
+  for (DriverCommand late : orders) {
     late.begin_by = rig->clock.Now() - 1;
     const auto refusal = AskAndBegin(*rig, late);
     ASSERT_TRUE(refusal);
     EXPECT_EQ(refusal->state, OrderState::kExpired);
   }
   rig->TellLink(Event::Kind::kLinkDown);
-  for (const Order& order : orders) {
+  for (const DriverCommand& order : orders) {
     const auto refusal = AskAndBegin(*rig, order);
     ASSERT_TRUE(refusal);
     EXPECT_EQ(refusal->reason, S::REASON_DEVICE_OFFLINE);
   }
   rig->TellLink(Event::Kind::kLinkUp);
-  for (const Order& order : orders) {
+  for (const DriverCommand& order : orders) {
     if (!AskAndBegin(*rig, order)) Release(*rig, order);
   }
 }
@@ -209,7 +209,7 @@ TEST_P(RefusalConformance, NothingIsWrittenOrMovedThatIsNotDeclared) {
     if (!good) continue;
     const int writes = rig->output.nv_writes;
     const int jumps = rig->output.jumps;
-    const Order order = rig->MakeOrder(operation.name, *good);
+    const DriverCommand order = rig->MakeOrder(operation.name, *good);
     ASSERT_FALSE(AskAndBegin(*rig, order));
     rig->Finish(order.id);
     EXPECT_EQ(rig->FinalOutcomes(order.id), 1);

@@ -30,7 +30,7 @@ def exists(name, source, unit_tests, campaign):
 def main(folder):
     source = pathlib.Path(folder)
     unit_tests = set()
-    for room in ("bridge", "client", "drivers", "tools"):
+    for room in ("bridge", "client", "core", "drivers", "platform", "tools"):
         for file in (source / room).rglob("*_test.cpp"):
             unit_tests |= set(re.findall(r"^TEST(?:_F|_P)?\((\w+),", file.read_text(), re.MULTILINE))
     campaign = set(re.search(r'^all="(.*)"$', (source / "tools/campaign").read_text(), re.MULTILINE)[1].split())

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "tests/command_world/faults.h"
+#include "tests/command_simulation/faults.h"
 
 namespace axlecast {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "drivers/runtime/driver/driver_main.h"
+#include "drivers/runtime/process/driver_main.h"
 #include "tests/faulty_programs/kill_order.h"
 
 namespace axlecast {

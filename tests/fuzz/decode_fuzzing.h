@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "drivers/runtime/core/family.h"
+#include "core/device/family.h"
 
 namespace axlecast {
 

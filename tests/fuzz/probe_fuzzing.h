@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "drivers/runtime/core/probe.h"
+#include "core/device/probe.h"
 
 namespace axlecast {
 
@@ -32,8 +32,7 @@ class ProbeFuzz {
       Check(!std::holds_alternative<Send>(step->action));
       End(*step);
     }
-    for (const ProbeFinding& finding : probe_->Findings())
-      Check(!finding.device.empty() && !finding.reason.empty());
+    for (const ProbeHit& finding : probe_->Findings()) Check(!finding.device.empty() && !finding.reason.empty());
     Check(probe_->Progress() >= 0);
   }
 
@@ -58,8 +57,8 @@ class ProbeFuzz {
       event.kind = some && input_.ConsumeBool() ? Event::Kind::kReply : Event::Kind::kTimeout;
     } else if (some) {
       event.id = input_.ConsumeIntegral<std::uint32_t>();
-      event.kind = input_.PickValueInArray({Event::Kind::kStray, Event::Kind::kUnsolicited, Event::Kind::kFrame,
-                                            Event::Kind::kSilent, Event::Kind::kLinkDown});
+      event.kind = input_.PickValueInArray({Event::Kind::kUnexpectedBytes, Event::Kind::kUnsolicited,
+                                            Event::Kind::kFrame, Event::Kind::kSilent, Event::Kind::kLinkDown});
     } else if (const auto* listen = std::get_if<Listen>(&step.action)) {
       now_ = listen->until;
       event.received = {now_, now_};

@@ -8,11 +8,12 @@
 #include <axlecast/trip_log_t.hpp>
 #include <random>
 
-#include "drivers/runtime/command/command_words.h"
-#include "drivers/runtime/command/order_ledger.h"
-#include "drivers/runtime/command/order_test_support.h"
-#include "drivers/runtime/config/load.h"
-#include "drivers/runtime/driver/driver.h"
+#include "core/command/command_id.h"
+#include "core/command/command_words.h"
+#include "core/config/load.h"
+#include "drivers/runtime/command/command_status_table.h"
+#include "drivers/runtime/process/driver.h"
+#include "tests/support/counting_family.h"
 #include "tests/support/fixed_secrets.h"
 #include "tests/support/memory_sink.h"
 #include "tests/support/simulator_link.h"

@@ -1,5 +1,5 @@
 """BiSS-C as the SAA encoders' manual, 5.6, describes it: frames both ways, sample by sample, and an encoder that plays it on
-the socket of a simulated SPI bus (drivers/io/simulated_spi.h). Nothing here comes from axlecast's code."""
+the socket of a simulated SPI bus (drivers/hal/simulated_spi.h). Nothing here comes from axlecast's code."""
 
 import os
 import pathlib

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/runtime/core/inline_bytes.h"
-#include "drivers/runtime/core/instant.h"
+#include "core/base/inline_bytes.h"
+#include "core/base/time.h"
 
 namespace axlecast {
 

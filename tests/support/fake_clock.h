@@ -1,6 +1,6 @@
 #pragma once
 
-#include "drivers/runtime/core/clock.h"
+#include "core/base/clock.h"
 
 namespace axlecast {
 

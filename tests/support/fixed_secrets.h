@@ -3,7 +3,7 @@
 #include <map>
 #include <string>
 
-#include "drivers/runtime/core/secret.h"
+#include "core/base/secret.h"
 
 namespace axlecast {
 

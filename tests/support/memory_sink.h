@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/runtime/core/decode_message.h"
-#include "drivers/runtime/core/message_sink.h"
+#include "core/messages/decode_message.h"
+#include "core/messages/message_sink.h"
 
 namespace axlecast {
 

@@ -23,18 +23,18 @@ Step PolledDevice::Ask(std::uint8_t kind, Priority priority) const {
           .priority = priority};
 }
 
-Step PolledDevice::Next(const Turn& turn) const {
+Step PolledDevice::Next(const BusSlot& turn) const {
   if (wants_stop && stops_regardless && !turn.reserved) {
     Step stop = Ask(kStop, Priority::kStop);
     std::get<axlecast::Exchange>(stop.action).regardless = true;
     return stop;
   }
-  if (wants_silence_) return {.action = Silence{kQuiet}};
+  if (wants_silence_) return {.action = WaitForIdleLine{kQuiet}};
   if (turn.now < idle_until) return {.action = Idle{idle_until}};
   const bool orders = !(turn.reserved && leaves_reserved_turns);
   if (wants_stop && orders) return Ask(kStop, Priority::kStop);
   if (order_ && orders) return Ask(kTouch, Priority::kCommand);
-  if (turn.live_due) return Ask(kRead, Priority::kLive);
+  if (turn.poll_due) return Ask(kRead, Priority::kLive);
   if (wants_slow) return Ask(kSlowRead, Priority::kSlow);
   return {.action = Idle{}};
 }
@@ -56,8 +56,8 @@ void PolledDevice::On(const Event& event) {
       output_.OnError(event.bytes.empty() ? ErrorKind::kTimeout : ErrorKind::kShort, event.received);
       wants_silence_ = true;
       break;
-    case Event::Kind::kStray:
-      output_.OnError(ErrorKind::kStray, event.received);
+    case Event::Kind::kUnexpectedBytes:
+      output_.OnError(ErrorKind::kUnexpectedBytes, event.received);
       wants_silence_ = true;
       break;
     default:
@@ -80,7 +80,7 @@ void PolledDevice::OnReply(const Event& event) {
   output_.OnSample({.at = {event.sent.first, event.received.last}, .counts = bytes[2] << 8 | bytes[3]});
 }
 
-void PolledDevice::Begin(const Order& order, MonoNs) {
+void PolledDevice::Begin(const DriverCommand& order, MonoNs) {
   order_ = order.id;
   touched_ = false;
 }

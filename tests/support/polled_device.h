@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
 #include "tests/support/scripted_link.h"
 
 namespace axlecast {
@@ -33,11 +33,11 @@ class PolledDevice final : public Device {
 
   std::optional<Outcome> refuses;  // any order
 
-  [[nodiscard]] Step Next(const Turn& turn) const override;
+  [[nodiscard]] Step Next(const BusSlot& turn) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
-  [[nodiscard]] std::optional<Outcome> Refusal(const Order&, MonoNs) const override { return refuses; }
-  void Begin(const Order& order, MonoNs now) override;
+  [[nodiscard]] std::optional<Outcome> Refusal(const DriverCommand&, MonoNs) const override { return refuses; }
+  void Begin(const DriverCommand& order, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
   // What it was told, in order.

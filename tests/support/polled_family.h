@@ -1,6 +1,6 @@
 #pragma once
 
-#include "drivers/runtime/config/machine_config.h"
+#include "core/config/machine_config.h"
 
 namespace axlecast {
 

@@ -6,9 +6,9 @@
 #include <map>
 #include <vector>
 
-#include "drivers/runtime/bus/line_medium.h"
+#include "core/device/probe.h"
 #include "drivers/runtime/bus/run_probe.h"
-#include "drivers/runtime/core/probe.h"
+#include "drivers/runtime/bus/serial_transactor.h"
 #include "tests/support/scripted_link.h"
 
 namespace axlecast {
@@ -31,7 +31,7 @@ class ProbeBench {
   void AnswerAll(const ByteList& reply) { usual_ = {5 * kMillisecond, reply}; }
 
   // Runs the probe to its end. A trial that does not end within ten times its own time fails the test.
-  std::vector<ProbeFinding> Run(const ProbeTrial& trial) {
+  std::vector<ProbeHit> Run(const ProbeTrial& trial) {
     link.SetPeer([this](Bytes bytes) -> std::vector<ScriptedLink::Burst> {
       const auto found = replies_.find(ByteList(bytes.begin(), bytes.end()));
       const ScriptedLink::Burst reply = found == replies_.end() ? usual_ : found->second;
@@ -54,14 +54,14 @@ class ProbeBench {
   bool disturbed = false;
 
  private:
-  LineMedium medium_{link, clock, false, nullptr};
+  SerialTransactor medium_{link, clock, false, nullptr};
   StaleReplyGuard guard_{kLatestProbeReply};
   std::map<ByteList, ScriptedLink::Burst> replies_;
   ScriptedLink::Burst usual_;
 };
 
 // The value of a key; empty when the finding has none.
-inline std::string ValueOf(const ProbeFinding::Keys& keys, const std::string& name) {
+inline std::string ValueOf(const ProbeHit::Keys& keys, const std::string& name) {
   for (const auto& [key, value] : keys) {
     if (key == name) return value;
   }

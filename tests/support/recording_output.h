@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
 
 namespace axlecast {
 

@@ -4,8 +4,8 @@
 #include <deque>
 #include <string>
 
-#include "drivers/runtime/core/frame_link.h"
-#include "drivers/runtime/core/simulator.h"
+#include "core/device/frame_link.h"
+#include "core/device/simulator.h"
 #include "tests/support/cable.h"
 #include "tests/support/fake_clock.h"
 

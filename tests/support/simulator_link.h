@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/core/byte_link.h"
-#include "drivers/runtime/core/pulse_lines.h"
-#include "drivers/runtime/core/simulator.h"
+#include "core/device/byte_link.h"
+#include "core/device/pulse_lines.h"
+#include "core/device/simulator.h"
 #include "tests/support/cable.h"
 #include "tests/support/fake_clock.h"
 

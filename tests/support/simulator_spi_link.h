@@ -2,10 +2,10 @@
 
 #include <string>
 
-#include "drivers/io/clocked_in.h"
-#include "drivers/runtime/core/byte_link.h"
-#include "drivers/runtime/core/simulator.h"
-#include "drivers/runtime/core/spi_transfer.h"
+#include "core/device/byte_link.h"
+#include "core/device/simulator.h"
+#include "core/device/spi_transfer.h"
+#include "drivers/hal/clocked_in.h"
 #include "tests/support/cable.h"
 #include "tests/support/fake_clock.h"
 

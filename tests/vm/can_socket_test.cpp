@@ -2,7 +2,7 @@
 // errors, missing acknowledges) is in guest/test_can_errors.py. Lines that a message names for the operator are typed
 // as they stand there.
 
-#include "drivers/io/can_socket.h"
+#include "drivers/hal/can_socket.h"
 
 #include <gmock/gmock.h>
 
@@ -12,8 +12,8 @@
 #include <thread>
 #include <vector>
 
-#include "drivers/io/system_clock.h"
-#include "drivers/runtime/core/line_held.h"
+#include "core/device/line_held.h"
+#include "platform/os/system_clock.h"
 
 namespace axlecast {
 namespace {

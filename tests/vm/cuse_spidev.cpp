@@ -1,5 +1,5 @@
 // cuse_spidev NAME SOCKET: stands as /dev/NAME (spidev0.0) and hands every transfer to the simulator that listens on
-// SOCKET, as a controller would put it on the wire (drivers/io/simulated_spi.h). Needs root and the module cuse.
+// SOCKET, as a controller would put it on the wire (drivers/hal/simulated_spi.h). Needs root and the module cuse.
 //
 // It answers as drivers/spi/spidev.c does for a controller that knows SPI modes 0 to 3 and words of 8 bits: others
 // are refused with EINVAL, more than 4096 bytes with EMSGSIZE. Without a simulator a transfer ends with EIO.
@@ -22,9 +22,9 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/io/simulated_spi.h"
-#include "drivers/io/system_clock.h"
-#include "drivers/io/wait_until.h"
+#include "drivers/hal/simulated_spi.h"
+#include "platform/os/system_clock.h"
+#include "platform/os/wait_until.h"
 
 namespace axlecast {
 namespace {

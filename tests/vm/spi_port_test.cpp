@@ -1,4 +1,4 @@
-#include "drivers/io/spi_port.h"
+#include "drivers/hal/spi_port.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -17,11 +17,11 @@
 #include <thread>
 #include <vector>
 
-#include "drivers/io/descriptor.h"
-#include "drivers/io/simulated_spi.h"
-#include "drivers/io/system_clock.h"
-#include "drivers/io/wait_until.h"
-#include "drivers/runtime/core/line_held.h"
+#include "core/device/line_held.h"
+#include "drivers/hal/simulated_spi.h"
+#include "platform/os/descriptor.h"
+#include "platform/os/system_clock.h"
+#include "platform/os/wait_until.h"
 #include "tests/support/temporary_folder.h"
 
 namespace axlecast {

@@ -9,19 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/command/signature.h"
+#include "core/command/signature.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/axlecast/do_command.h"
-#include "tools/axlecast/driver_command.h"
-#include "tools/axlecast/exit_code.h"
-#include "tools/axlecast/home_command.h"
-#include "tools/axlecast/offset_command.h"
-#include "tools/axlecast/permit_command.h"
-#include "tools/axlecast/shell_command.h"
-#include "tools/axlecast/spy_command.h"
-#include "tools/axlecast/status_command.h"
-#include "tools/axlecast/up_command.h"
-#include "tools/axlecast/watch_command.h"
+#include "tools/axlecast/command/subcommands.h"
+#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/live/subcommands.h"
+#include "tools/axlecast/run/subcommands.h"
 
 namespace axlecast {
 namespace {

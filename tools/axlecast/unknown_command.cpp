@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "drivers/runtime/config/words.h"
+#include "core/base/words.h"
 
 namespace axlecast {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/core/decode_message.h"
+#include "core/messages/decode_message.h"
 #include "tools/convert/csv_line.h"
 #include "tools/convert/grid_channel.h"
 

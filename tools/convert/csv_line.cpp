@@ -4,7 +4,7 @@
 #include <string_view>
 #include <system_error>
 
-#include "tools/text/utf8.h"
+#include "core/base/utf8.h"
 
 namespace axlecast {
 namespace {

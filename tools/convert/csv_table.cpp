@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "core/messages/json/field.h"
+#include "core/messages/json/message_json.h"
 #include "tools/convert/csv_line.h"
 #include "tools/convert/flat_fields.h"
-#include "tools/json/field.h"
-#include "tools/json/message_json.h"
 
 namespace axlecast {
 namespace {

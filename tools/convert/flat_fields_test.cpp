@@ -5,8 +5,8 @@
 
 #include <vector>
 
+#include "core/messages/json/message_json.h"
 #include "tools/convert/test_events.h"
-#include "tools/json/message_json.h"
 
 namespace axlecast {
 namespace {

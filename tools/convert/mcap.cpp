@@ -6,13 +6,13 @@
 #include <string>
 #include <utility>
 
+#include "core/base/utf8.h"
+#include "core/messages/json/field.h"
+#include "core/messages/json/message_json.h"
 #include "tools/convert/mcap_writer.h"
 #include "tools/convert/sample_time.h"
-#include "tools/json/field.h"
-#include "tools/json/message_json.h"
 #include "tools/log/log_header.h"
 #include "tools/log/log_seal.h"
-#include "tools/text/utf8.h"
 
 namespace axlecast {
 namespace {

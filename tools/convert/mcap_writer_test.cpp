@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/messages/json/field.h"
 #include "tools/convert/test_events.h"
-#include "tools/json/field.h"
 
 namespace axlecast {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/core/decode_message.h"
+#include "core/messages/decode_message.h"
 #include "tools/convert/wire_frames.h"
 #include "tools/log/big_endian.h"
 

@@ -9,11 +9,11 @@
 #include <optional>
 #include <set>
 
-#include "drivers/runtime/core/decode_message.h"
+#include "core/messages/decode_message.h"
+#include "core/messages/json/message_json.h"
 #include "tools/convert/flat_fields.h"
 #include "tools/convert/message_gap.h"
 #include "tools/convert/sample_time.h"
-#include "tools/json/message_json.h"
 
 namespace axlecast {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "tools/json/names.h"
+#include "core/messages/json/names.h"
 
 namespace axlecast {
 namespace {

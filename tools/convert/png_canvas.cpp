@@ -5,7 +5,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "tools/text/utf8.h"
+#include "core/base/utf8.h"
 
 namespace axlecast {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "tools/json/message_json.h"
+#include "core/messages/json/message_json.h"
 
 namespace axlecast {
 

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <iterator>
 
-#include "tools/text/markup.h"
+#include "core/base/markup.h"
 
 namespace axlecast {
 namespace {

@@ -5,7 +5,7 @@
 #include <functional>
 #include <optional>
 
-#include "drivers/runtime/core/can_frame.h"
+#include "core/device/can_frame.h"
 
 namespace axlecast {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "tools/axlecast/columns.h"
+#include "core/base/table_layout.h"
 
 namespace axlecast {
 namespace {
@@ -27,7 +27,7 @@ const HostFile* FileOf(const std::string& path, const HostFacts& host) {
 }
 
 // A key of the machine's processes: readable for the account that signs with it, and for no other.
-void LookAtOwnKey(const OwnKey& key, const std::string& account, const HostFacts& host, Findings& findings) {
+void LookAtOwnKey(const OwnKey& key, const std::string& account, const HostFacts& host, Symptoms& findings) {
   const HostFile* const file = FileOf(key.place.file, host);
   if (file == nullptr || file->uid >= kFirstPerson) return;  // a person's: key_owner
   const bool by_group = GroupMayRead(*file);
@@ -35,7 +35,7 @@ void LookAtOwnKey(const OwnKey& key, const std::string& account, const HostFacts
   findings.push_back({.found = "the key " + file->path + " can be read by " +
                                (by_group ? "the group " + file->group : file->owner) + ", not by " + account +
                                " alone",
-                      .remedies = {Run({"chgrp", account, file->path}), Run({"chmod", "640", file->path})},
+                      .fixes = {Run({"chgrp", account, file->path}), Run({"chmod", "640", file->path})},
                       .safe = true});
 }
 
@@ -45,14 +45,14 @@ const std::vector<std::string>& MembersOf(const std::string& group, const HostFa
   return found == host.groups.end() ? kNobody : found->second;
 }
 
-Finding MemberFinding(const std::string& user, const std::string& group, const std::string& what) {
+Symptom MemberFinding(const std::string& user, const std::string& group, const std::string& what) {
   return {.found = Printable(user) + " is in the group " + group + ", " + what,
-          .remedies = {Run({"gpasswd", "--delete", user, group})},
+          .fixes = {Run({"gpasswd", "--delete", user, group})},
           .safe = false};
 }
 
 // A port of the machine: the drivers alone may open it. The members of dialout are looked at by themselves.
-void LookAtPort(const PortUse& use, const HostFacts& host, Findings& findings) {
+void LookAtPort(const PortUse& use, const HostFacts& host, Symptoms& findings) {
   const auto facts = host.ports.find(use.path);
   if (facts == host.ports.end() || facts->second.file.error != 0) return;
   const HostFile& file = facts->second.file;
@@ -62,9 +62,9 @@ void LookAtPort(const PortUse& use, const HostFacts& host, Findings& findings) {
   findings.push_back(
       {.found = file.path + " can be opened by " + (by_all ? "every user" : "the group " + file.group) +
                 ": devices can be reached past every interlock",
-       .remedies = {by_all ? Run({"chmod", "o=", file.path}) : Run({"chgrp", kDriversAccount, file.path}),
-                    Tell("look for the udev rule that opens it: udevadm test $(udevadm info -q path " + file.path +
-                         ')')},
+       .fixes = {by_all ? Run({"chmod", "o=", file.path}) : Run({"chgrp", kDriversAccount, file.path}),
+                 Tell("look for the udev rule that opens it: udevadm test $(udevadm info -q path " + file.path +
+                      ')')},
        .safe = false});
 }
 
@@ -74,8 +74,8 @@ bool RunsUnderAccounts(const MachineConfig& machine, const HostFacts& host) {
   return host.groups.contains(kDriversAccount) && machine.file.starts_with("/etc/axlecast/");
 }
 
-Findings CheckKeyAccess(const MachineConfig& machine, const HostFacts& host) {
-  Findings findings;
+Symptoms CheckKeyAccess(const MachineConfig& machine, const HostFacts& host) {
+  Symptoms findings;
   if (!host.groups.contains(kBridgeAccount)) return findings;
   LookAtOwnKey(machine.bridge.bridge, kBridgeAccount, host, findings);
   LookAtOwnKey(machine.bridge.drivers, kDriversAccount, host, findings);
@@ -84,14 +84,14 @@ Findings CheckKeyAccess(const MachineConfig& machine, const HostFacts& host) {
     if (file == nullptr || !(GroupMayRead(*file) ? IsAccount(file->group) : IsAccount(file->owner))) continue;
     findings.push_back({.found = "the key " + path + " commands, and can be read by the process of " +
                                  (GroupMayRead(*file) ? file->group : file->owner),
-                        .remedies = {Run({"chown", "root:root", path}), Run({"chmod", "600", path})},
+                        .fixes = {Run({"chown", "root:root", path}), Run({"chmod", "600", path})},
                         .safe = true});
   }
   return findings;
 }
 
-Findings CheckGroupMembers(const MachineConfig& machine, const HostFacts& host) {
-  Findings findings;
+Symptoms CheckGroupMembers(const MachineConfig& machine, const HostFacts& host) {
+  Symptoms findings;
   if (host.groups.contains(kDriversAccount)) {
     for (const PortUse& use : PortsOf(machine)) LookAtPort(use, host, findings);
   }

@@ -15,7 +15,7 @@ inline constexpr const char* kDriversAccount = "axlecast-drivers";
 // Whether the machine's processes run under these accounts: they exist, and the file is the one that the units read.
 [[nodiscard]] bool RunsUnderAccounts(const MachineConfig& machine, const HostFacts& host);
 
-[[nodiscard]] Findings CheckKeyAccess(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckGroupMembers(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckKeyAccess(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckGroupMembers(const MachineConfig& machine, const HostFacts& host);
 
 }  // namespace axlecast

@@ -54,12 +54,12 @@ TEST(KeyAccess, AKeyOfAProcessIsForItsAccountOnly) {
   HostFacts host = AsInstalled();
   host.secrets[kBridgeKey] = File(kBridgeKey, 0640, "axlecast");
   host.secrets[kDriversKey] = File(kDriversKey, 0640, "axlecast-bridge");
-  const Findings findings = CheckKeyAccess(Signed(), host);
+  const Symptoms findings = CheckKeyAccess(Signed(), host);
   ASSERT_EQ(findings.size(), 2U);
   EXPECT_EQ(findings[0].found, std::string("the key ") + kBridgeKey +
                                    " can be read by the group axlecast, not by axlecast-bridge alone");
-  EXPECT_EQ(LineOf(findings[0].remedies[0]), std::string("chgrp axlecast-bridge ") + kBridgeKey);
-  EXPECT_EQ(LineOf(findings[1].remedies[0]), std::string("chgrp axlecast-drivers ") + kDriversKey);
+  EXPECT_EQ(LineOf(findings[0].fixes[0]), std::string("chgrp axlecast-bridge ") + kBridgeKey);
+  EXPECT_EQ(LineOf(findings[1].fixes[0]), std::string("chgrp axlecast-drivers ") + kDriversKey);
 }
 
 TEST(KeyAccess, AKeyThatItsProcessCannotReadIsFound) {
@@ -71,8 +71,7 @@ TEST(KeyAccess, AKeyThatItsProcessCannotReadIsFound) {
 TEST(KeyAccess, NoProcessReadsAKeyThatCommands) {
   HostFacts host = AsInstalled();
   host.secrets[kLocalKey] = File(kLocalKey, 0640, "axlecast-web");
-  EXPECT_EQ(LineOf(CheckKeyAccess(Signed(), host).at(0).remedies.at(0)),
-            std::string("chown root:root ") + kLocalKey);
+  EXPECT_EQ(LineOf(CheckKeyAccess(Signed(), host).at(0).fixes.at(0)), std::string("chown root:root ") + kLocalKey);
   host.secrets[kLocalKey] = File(kLocalKey, 0600, "root", "axlecast-bridge", 900);
   EXPECT_EQ(CheckKeyAccess(Signed(), host).size(), 1U);
 }
@@ -92,8 +91,7 @@ TEST(GroupMembers, AsInstalledAllIsWell) { EXPECT_THAT(CheckGroupMembers(Signed(
 TEST(GroupMembers, NobodyJoinsAProcess) {
   HostFacts host = AsInstalled();
   host.groups["axlecast-drivers"] = {"anna"};
-  EXPECT_EQ(LineOf(CheckGroupMembers(Signed(), host).at(0).remedies.at(0)),
-            "gpasswd --delete anna axlecast-drivers");
+  EXPECT_EQ(LineOf(CheckGroupMembers(Signed(), host).at(0).fixes.at(0)), "gpasswd --delete anna axlecast-drivers");
 }
 
 TEST(GroupMembers, OperatorsArePersonsWithoutDevices) {
@@ -101,7 +99,7 @@ TEST(GroupMembers, OperatorsArePersonsWithoutDevices) {
   host.groups["axlecast"] = {"axlecast-web"};
   EXPECT_EQ(CheckGroupMembers(Signed(), host).size(), 1U);
   host.groups["axlecast"] = {"anna", "bob"};
-  const Findings findings = CheckGroupMembers(Signed(), host);
+  const Symptoms findings = CheckGroupMembers(Signed(), host);
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_EQ(findings[0].found,
             "bob is in the group dialout, and commands: devices can be reached past every interlock");
@@ -120,14 +118,14 @@ TEST(GroupMembers, DeviceNodesAreTheDriversAlone) {
   node = File("/dev/spidev0.0", 0660, "axlecast-drivers");
   EXPECT_THAT(CheckGroupMembers(OnSpi(), host), IsEmpty());
   node.group = "spi";
-  Findings findings = CheckGroupMembers(OnSpi(), host);
+  Symptoms findings = CheckGroupMembers(OnSpi(), host);
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_EQ(findings[0].found,
             "/dev/spidev0.0 can be opened by the group spi: devices can be reached past every interlock");
   node.mode = 0666;
   findings = CheckGroupMembers(OnSpi(), host);
   ASSERT_EQ(findings.size(), 1U);
-  EXPECT_EQ(LineOf(findings[0].remedies.at(0)), "chmod o= /dev/spidev0.0");
+  EXPECT_EQ(LineOf(findings[0].fixes.at(0)), "chmod o= /dev/spidev0.0");
   host.ports["/dev/ttyUSB0"].file = File("/dev/ttyUSB0", 0666, "dialout");
   EXPECT_EQ(CheckGroupMembers(Signed(), host).size(), 1U) << "a serial port too";
 }

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "drivers/runtime/core/can_remedy.h"
+#include "core/device/can_remedy.h"
 
 namespace axlecast {
 namespace {
@@ -18,8 +18,8 @@ constexpr const char* kRulesFile = "/etc/udev/rules.d/99-axlecast.rules";
 
 // Calls look(bus, interface, findings) for each CAN interface that is there.
 template <typename Look>
-Findings ForEachInterface(const MachineConfig& machine, const HostFacts& host, Look look) {
-  Findings findings;
+Symptoms ForEachInterface(const MachineConfig& machine, const HostFacts& host, Look look) {
+  Symptoms findings;
   for (const BusConfig* bus : CanBusesOf(machine)) {
     const auto reply = host.can.find(bus->link.port);
     if (reply == host.can.end()) continue;
@@ -29,15 +29,15 @@ Findings ForEachInterface(const MachineConfig& machine, const HostFacts& host, L
   return findings;
 }
 
-Finding Found(const BusConfig& bus, const std::string& what, const std::string& line) {
-  return {.found = "bus " + bus.name + ": " + bus.link.port + ' ' + what, .remedies = {Tell(line)}, .safe = false};
+Symptom Found(const BusConfig& bus, const std::string& what, const std::string& line) {
+  return {.found = "bus " + bus.name + ": " + bus.link.port + ' ' + what, .fixes = {Tell(line)}, .safe = false};
 }
 
 std::string AgainLine(const BusConfig& bus, const CanInterface& interface) {
   return CanAgainLine(bus.link.port, bus.link.bitrate, interface.restarts);
 }
 
-void LookAtMode(const BusConfig& bus, const CanInterface& interface, Findings& findings) {
+void LookAtMode(const BusConfig& bus, const CanInterface& interface, Symptoms& findings) {
   const std::string again = AgainLine(bus, interface);
   if (interface.loopback) findings.push_back(Found(bus, "hears itself alone (loopback)", again + " loopback off"));
   if (interface.listen_only) {
@@ -61,7 +61,7 @@ const char* StateText(CanController::State state) {
   }
 }
 
-void LookAtState(const BusConfig& bus, const CanInterface& interface, Findings& findings) {
+void LookAtState(const BusConfig& bus, const CanInterface& interface, Symptoms& findings) {
   const char* const state = StateText(interface.state);
   if (state == nullptr && std::max(interface.tec, interface.rec) < kWarningCount) return;
   std::string text = state == nullptr ? "counts errors" : std::string("is in state ") + state;
@@ -69,20 +69,20 @@ void LookAtState(const BusConfig& bus, const CanInterface& interface, Findings& 
     text += " (transmit errors " + std::to_string(interface.tec) + ", receive errors " +
             std::to_string(interface.rec) + ')';
   }
-  Finding finding =
+  Symptom finding =
       Found(bus, text,
             "check the cable, both terminating resistors (60 ohm between CAN_H and CAN_L with the power "
             "off) and every node's bit rate");
   if (interface.state == CanController::State::kBusOff) {
-    finding.remedies.push_back(Tell(CanRestartLine(bus.link.port)));
+    finding.fixes.push_back(Tell(CanRestartLine(bus.link.port)));
   }
   findings.push_back(std::move(finding));
 }
 
 }  // namespace
 
-Findings CheckCanMissing(const MachineConfig& machine, const HostFacts& host) {
-  Findings findings;
+Symptoms CheckCanMissing(const MachineConfig& machine, const HostFacts& host) {
+  Symptoms findings;
   for (const BusConfig* bus : CanBusesOf(machine)) {
     const auto reply = host.can.find(bus->link.port);
     if (reply == host.can.end()) continue;
@@ -98,9 +98,9 @@ Findings CheckCanMissing(const MachineConfig& machine, const HostFacts& host) {
   return findings;
 }
 
-Findings CheckCanDown(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckCanDown(const MachineConfig& machine, const HostFacts& host) {
   return ForEachInterface(
-      machine, host, [](const BusConfig& bus, const CanInterface& interface, Findings& findings) {
+      machine, host, [](const BusConfig& bus, const CanInterface& interface, Symptoms& findings) {
         if (interface.up) return;
         findings.push_back(Found(bus, "is down",
                                  interface.is_controller
@@ -109,9 +109,9 @@ Findings CheckCanDown(const MachineConfig& machine, const HostFacts& host) {
       });
 }
 
-Findings CheckCanBitrate(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckCanBitrate(const MachineConfig& machine, const HostFacts& host) {
   return ForEachInterface(
-      machine, host, [](const BusConfig& bus, const CanInterface& interface, Findings& findings) {
+      machine, host, [](const BusConfig& bus, const CanInterface& interface, Symptoms& findings) {
         const std::int64_t wanted = bus.link.bitrate;
         if (!interface.up || interface.bitrate <= 0 ||
             std::abs(interface.bitrate - wanted) <= wanted / kBitrateShare) {
@@ -123,24 +123,24 @@ Findings CheckCanBitrate(const MachineConfig& machine, const HostFacts& host) {
       });
 }
 
-Findings CheckCanMode(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckCanMode(const MachineConfig& machine, const HostFacts& host) {
   return ForEachInterface(machine, host, &LookAtMode);
 }
 
-Findings CheckCanRestart(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckCanRestart(const MachineConfig& machine, const HostFacts& host) {
   return ForEachInterface(
-      machine, host, [](const BusConfig& bus, const CanInterface& interface, Findings& findings) {
+      machine, host, [](const BusConfig& bus, const CanInterface& interface, Symptoms& findings) {
         if (!interface.up || !interface.restarts || interface.restart_ms != 0) return;
         findings.push_back(Found(bus, "stays off after a bus-off (restart-ms 0)", AgainLine(bus, interface)));
       });
 }
 
-Findings CheckCanState(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckCanState(const MachineConfig& machine, const HostFacts& host) {
   return ForEachInterface(machine, host, &LookAtState);
 }
 
-Findings CheckCanQueue(const MachineConfig& machine, const HostFacts& host) {
-  Findings findings;
+Symptoms CheckCanQueue(const MachineConfig& machine, const HostFacts& host) {
+  Symptoms findings;
   for (const BusConfig* bus : CanBusesOf(machine)) {
     const auto queue = host.can_queues.find(bus->link.port);
     const auto nodes = static_cast<std::int64_t>(bus->devices.size());
@@ -149,9 +149,9 @@ Findings CheckCanQueue(const MachineConfig& machine, const HostFacts& host) {
     findings.push_back(
         {.found = "bus " + bus->name + ": " + bus->link.port + " queues " + std::to_string(queue->second) +
                   " frames at most, for " + std::to_string(nodes) + " nodes",
-         .remedies = {Run({"ip", "link", "set", bus->link.port, "txqueuelen", length}),
-                      Append(kRulesFile, R"(ACTION=="add", SUBSYSTEM=="net", KERNEL==")" + bus->link.port +
-                                             R"(", ATTR{tx_queue_len}=")" + length + '"')},
+         .fixes = {Run({"ip", "link", "set", bus->link.port, "txqueuelen", length}),
+                   Append(kRulesFile, R"(ACTION=="add", SUBSYSTEM=="net", KERNEL==")" + bus->link.port +
+                                          R"(", ATTR{tx_queue_len}=")" + length + '"')},
          .safe = true});
   }
   return findings;

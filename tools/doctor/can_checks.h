@@ -5,12 +5,12 @@
 namespace axlecast {
 
 // CAN interfaces of the machine's file.
-[[nodiscard]] Findings CheckCanMissing(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckCanDown(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckCanBitrate(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckCanMode(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckCanRestart(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckCanState(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckCanQueue(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckCanMissing(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckCanDown(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckCanBitrate(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckCanMode(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckCanRestart(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckCanState(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckCanQueue(const MachineConfig& machine, const HostFacts& host);
 
 }  // namespace axlecast

@@ -33,13 +33,13 @@ CanInterface Sound() {
 constexpr auto kChecks = {&CheckCanMissing, &CheckCanDown,  &CheckCanBitrate, &CheckCanMode,
                           &CheckCanRestart, &CheckCanState, &CheckCanQueue};
 
-Findings AllOfThem(const CanInterfaceReply& reply, std::int64_t queue = 10) {
+Symptoms AllOfThem(const CanInterfaceReply& reply, std::int64_t queue = 10) {
   HostFacts host;
   host.can.emplace("can0", reply);
   host.can_queues["can0"] = queue;
-  Findings all;
+  Symptoms all;
   for (auto* const check : kChecks) {
-    for (Finding& finding : check(Turret(), host)) all.push_back(std::move(finding));
+    for (Symptom& finding : check(Turret(), host)) all.push_back(std::move(finding));
   }
   return all;
 }
@@ -72,10 +72,10 @@ TEST(CanChecks, EachTroubleIsToldOnceWithItsLine) {
   for (const CanCase& one : cases) {
     CanInterface interface = Sound();
     one.spoil(interface);
-    const Findings findings = AllOfThem(interface);
+    const Symptoms findings = AllOfThem(interface);
     ASSERT_EQ(findings.size(), 1U) << one.found;
     EXPECT_THAT(findings[0].found, HasSubstr(one.found));
-    EXPECT_THAT(LineOf(findings[0].remedies.back()), HasSubstr(one.line));
+    EXPECT_THAT(LineOf(findings[0].fixes.back()), HasSubstr(one.line));
     EXPECT_FALSE(findings[0].safe) << "an interface of a running bus is the operator's";
   }
 }
@@ -91,16 +91,16 @@ TEST(CanChecks, WhatIsFineIsLeftAlone) {
 }
 
 TEST(CanChecks, AMissingInterfaceIsNotAskedFurther) {
-  const Findings findings = AllOfThem(ENODEV);
+  const Symptoms findings = AllOfThem(ENODEV);
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_THAT(findings[0].found, HasSubstr("can0 does not exist"));
 }
 
 TEST(CanChecks, AQueueHoldsTwoOrdersForEachNode) {
   EXPECT_THAT(AllOfThem(Sound(), 2), IsEmpty());
-  const Findings findings = AllOfThem(Sound(), 1);
+  const Symptoms findings = AllOfThem(Sound(), 1);
   ASSERT_EQ(findings.size(), 1U);
-  EXPECT_EQ(LineOf(findings[0].remedies[0]), "ip link set can0 txqueuelen 100");
+  EXPECT_EQ(LineOf(findings[0].fixes[0]), "ip link set can0 txqueuelen 100");
 }
 
 }  // namespace

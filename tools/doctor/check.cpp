@@ -144,7 +144,7 @@ std::vector<Diagnosis> Diagnose(const MachineConfig& machine, const HostFacts& h
   std::vector<Diagnosis> all;
   for (const Check& check : kChecks) {
     if (!wanted(check)) continue;
-    for (Finding& finding : check.run(machine, host)) all.push_back({&check, std::move(finding)});
+    for (Symptom& finding : check.run(machine, host)) all.push_back({&check, std::move(finding)});
   }
   return all;
 }

@@ -6,12 +6,12 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/doctor/finding.h"
 #include "tools/doctor/host_facts.h"
+#include "tools/doctor/symptom.h"
 
 namespace axlecast {
 
-using Findings = std::vector<Finding>;
+using Symptoms = std::vector<Symptom>;
 
 // One thing that a host must have right for a machine. Its texts are those of docs/doctor.md.
 struct Check {
@@ -19,7 +19,7 @@ struct Check {
   Severity severity;
   std::string_view looks_at;  // what is right
   std::string_view effect;    // of a finding, for the machine
-  Findings (*run)(const MachineConfig& machine, const HostFacts& host);
+  Symptoms (*run)(const MachineConfig& machine, const HostFacts& host);
 };
 
 // All of them, by area: network and machine, ports, CAN, real time, disk, keys.
@@ -28,7 +28,7 @@ struct Check {
 
 struct Diagnosis {
   const Check* check = nullptr;
-  Finding finding;
+  Symptom symptom;
 };
 // Returns true if there is no error and no warning. This is the exit code 0 of doctor (docs/cli.md, "Good"): advice is no
 // fault, because a script would otherwise never see a good host.

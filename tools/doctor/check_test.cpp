@@ -55,7 +55,7 @@ TEST(Check, AdviceAloneIsGood) {
   EXPECT_EQ(DoctorJson("", {{warning, {}}}, {})["ok"], false);
 }
 
-TEST(Remedy, LinesAreTypedAsTheyStand) {
+TEST(Fix, LinesAreTypedAsTheyStand) {
   EXPECT_EQ(LineOf(axlecast::Run({"chmod", "640", "/etc/axle cast/it's.key"})),
             R"(chmod 640 '/etc/axle cast/it'\''s.key')");
   EXPECT_EQ(LineOf(Write("/proc/sys/x", "2097152")), "echo 2097152 > /proc/sys/x");

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <string_view>
 
-#include "tools/axlecast/message_rate.h"
+#include "core/config/message_rate.h"
 #include "tools/log/channel_filter.h"
 
 namespace axlecast {
@@ -60,37 +60,37 @@ double NeedOf(const MachineConfig& machine, const LogConfig& log) {
   return quota > 0 ? std::min(quota, by_time) : by_time;
 }
 
-Findings Unwritable(const HostFolder& folder, const std::string& what, const std::string& key) {
+Symptoms Unwritable(const HostFolder& folder, const std::string& what, const std::string& key) {
   if (folder.path.empty() || (folder.is_folder && folder.writable)) return {};
   const std::string why = !folder.is_folder ? folder.existing + " is no folder"
                           : folder.existing == folder.path
                               ? "this user may not write there"
                               : "it does not exist, and this user may not make it in " + folder.existing;
   return {{.found = folder.path + ", " + what + ": " + why,
-           .remedies = {Tell("install -d -o USER -g axlecast -m 2775 " + folder.path +
-                             "    # USER: whom it runs as; or correct " + key + " in the machine's file")},
+           .fixes = {Tell("install -d -o USER -g axlecast -m 2775 " + folder.path +
+                          "    # USER: whom it runs as; or correct " + key + " in the machine's file")},
            .safe = false}};
 }
 
 bool IsMemory(const HostFolder& folder) { return folder.file_system == "tmpfs" || folder.file_system == "ramfs"; }
 
-Findings OnFileSystem(const HostFolder& folder, const std::string& what, const std::string& key) {
+Symptoms OnFileSystem(const HostFolder& folder, const std::string& what, const std::string& key) {
   if (folder.path.empty() || folder.file_system.empty()) return {};
   return {{.found = folder.path + ", " + what + ", is on " + folder.file_system +
                     (IsMemory(folder) ? ", which is memory" : ""),
-           .remedies = {Tell("set " + key +
-                             " in the machine's file to a folder on a disk of this host, as "
-                             "/var/lib/axlecast or /var/log/axlecast")},
+           .fixes = {Tell("set " + key +
+                          " in the machine's file to a folder on a disk of this host, as "
+                          "/var/lib/axlecast or /var/log/axlecast")},
            .safe = false}};
 }
 
 }  // namespace
 
-Findings CheckLogFolder(const MachineConfig&, const HostFacts& host) {
+Symptoms CheckLogFolder(const MachineConfig&, const HostFacts& host) {
   return Unwritable(host.logs, "the folder of the recorder's logs", "recorder.directory");
 }
 
-Findings CheckLogSpace(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckLogSpace(const MachineConfig& machine, const HostFacts& host) {
   if (host.logs.path.empty()) return {};
   double need = 0;
   double used = 0;
@@ -106,30 +106,30 @@ Findings CheckLogSpace(const MachineConfig& machine, const HostFacts& host) {
   if (free + (unlimited ? 0 : used) >= need) return {};
   return {{.found = "the recorder's logs may need " + Size(need) + (unlimited ? " in a week" : "") + "; " +
                     host.logs.existing + " has " + Size(free) + " free, and they take " + Size(used) + " now",
-           .remedies = {Tell(
+           .fixes = {Tell(
                "set recorder.logs.*.quota in the machine's file (quota: " +
                std::to_string(std::max<std::int64_t>(2, static_cast<std::int64_t>((free + used) * 0.8) >> 20)) +
                "MB for all together), a shorter keep, or recorder.directory on a larger disk")},
            .safe = false}};
 }
 
-Findings CheckLogFileSystem(const MachineConfig&, const HostFacts& host) {
+Symptoms CheckLogFileSystem(const MachineConfig&, const HostFacts& host) {
   return OnFileSystem(host.logs, "the folder of the recorder's logs", "recorder.directory");
 }
 
-Findings CheckJournalFolder(const MachineConfig&, const HostFacts& host) {
+Symptoms CheckJournalFolder(const MachineConfig&, const HostFacts& host) {
   return Unwritable(host.journal, "the folder of the bridge's journal", "bridge.journal");
 }
 
-Findings CheckJournalSpace(const MachineConfig&, const HostFacts& host) {
+Symptoms CheckJournalSpace(const MachineConfig&, const HostFacts& host) {
   if (host.journal.path.empty() || host.journal.free_bytes >= kJournalRoom) return {};
   return {{.found = host.journal.existing + ", where the bridge's journal is, has " +
                     Size(static_cast<double>(host.journal.free_bytes)) + " free",
-           .remedies = {Tell("du -xh " + host.journal.existing + " | sort -h | tail    # what takes the room")},
+           .fixes = {Tell("du -xh " + host.journal.existing + " | sort -h | tail    # what takes the room")},
            .safe = false}};
 }
 
-Findings CheckJournalFileSystem(const MachineConfig&, const HostFacts& host) {
+Symptoms CheckJournalFileSystem(const MachineConfig&, const HostFacts& host) {
   return OnFileSystem(host.journal, "the folder of the bridge's journal", "bridge.journal");
 }
 

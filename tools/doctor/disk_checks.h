@@ -5,11 +5,11 @@
 namespace axlecast {
 
 // Where the recorder's logs and the bridge's journal are.
-[[nodiscard]] Findings CheckLogFolder(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckLogSpace(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckLogFileSystem(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckJournalFolder(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckJournalSpace(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckJournalFileSystem(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckLogFolder(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckLogSpace(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckLogFileSystem(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckJournalFolder(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckJournalSpace(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckJournalFileSystem(const MachineConfig& machine, const HostFacts& host);
 
 }  // namespace axlecast

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "tools/axlecast/columns.h"
+#include "core/base/table_layout.h"
 
 namespace axlecast {
 namespace {
@@ -17,11 +17,11 @@ Json FindingJson(const Diagnosis& diagnosis) {
   const Check& check = *diagnosis.check;
   Json json = {{"name", check.name},
                {"severity", SeverityName(check.severity)},
-               {"found", diagnosis.finding.found},
+               {"found", diagnosis.symptom.found},
                {"effect", check.effect},
                {"mend", Json::array()},
-               {"safe", diagnosis.finding.safe}};
-  for (const Remedy& remedy : diagnosis.finding.remedies) json["mend"].push_back(LineOf(remedy));
+               {"safe", diagnosis.symptom.safe}};
+  for (const Fix& fix : diagnosis.symptom.fixes) json["mend"].push_back(LineOf(fix));
   return json;
 }
 
@@ -30,9 +30,9 @@ Json FindingJson(const Diagnosis& diagnosis) {
 std::string DiagnosisText(const Diagnosis& diagnosis) {
   const Check& check = *diagnosis.check;
   std::string text = std::string(SeverityName(check.severity)) + ' ' + std::string(check.name) + ": " +
-                     diagnosis.finding.found + "\n  " + std::string(check.effect) + '\n';
-  text += diagnosis.finding.safe ? "  As root, or with --fix:\n" : "  As root:\n";
-  for (const Remedy& remedy : diagnosis.finding.remedies) text += "    " + LineOf(remedy) + '\n';
+                     diagnosis.symptom.found + "\n  " + std::string(check.effect) + '\n';
+  text += diagnosis.symptom.safe ? "  As root, or with --fix:\n" : "  As root:\n";
+  for (const Fix& fix : diagnosis.symptom.fixes) text += "    " + LineOf(fix) + '\n';
   return text;
 }
 

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "drivers/runtime/config/load.h"
+#include "core/config/load.h"
 #include "tools/doctor/host_facts.h"
 
 namespace axlecast {

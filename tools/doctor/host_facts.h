@@ -8,13 +8,13 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/io/adapter.h"
-#include "drivers/io/can_netlink.h"
-#include "drivers/io/host_files.h"
-#include "drivers/io/host_folder.h"
-#include "drivers/io/host_network.h"
-#include "drivers/io/host_system.h"
-#include "drivers/runtime/config/machine_config.h"
+#include "core/config/machine_config.h"
+#include "drivers/hal/adapter.h"
+#include "drivers/hal/can_netlink.h"
+#include "platform/os/host_folder.h"
+#include "tools/doctor/host/host_files.h"
+#include "tools/doctor/host/host_network.h"
+#include "tools/doctor/host/host_system.h"
 
 namespace axlecast {
 

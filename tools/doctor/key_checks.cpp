@@ -10,8 +10,8 @@ constexpr mode_t kClosed = 037;       // bits that no key's file may have
 
 // Calls look(file, findings) for each of these files that was looked at.
 template <typename Look>
-Findings ForEachFile(const std::vector<std::string>& paths, const HostFacts& host, Look look) {
-  Findings findings;
+Symptoms ForEachFile(const std::vector<std::string>& paths, const HostFacts& host, Look look) {
+  Symptoms findings;
   for (const std::string& path : paths) {
     const auto file = host.secrets.find(path);
     if (file != host.secrets.end()) look(file->second, findings);
@@ -25,41 +25,41 @@ std::vector<std::string> AllKeyFiles(const MachineConfig& machine) {
   return files;
 }
 
-void LookAtMode(const HostFile& file, Findings& findings) {
+void LookAtMode(const HostFile& file, Symptoms& findings) {
   if (file.error != 0 || (file.mode & kClosed) == 0) return;
   const char* const right = (file.mode & 040) != 0 && file.gid != 0 ? "640" : "600";
   findings.push_back({.found = "the key " + file.path + " has mode " + ModeText(file),
-                      .remedies = {Run({"chmod", right, file.path})},
+                      .fixes = {Run({"chmod", right, file.path})},
                       .safe = true});
 }
 
 }  // namespace
 
-Findings CheckKeyMissing(const MachineConfig& machine, const HostFacts& host) {
-  return ForEachFile(AllKeyFiles(machine), host, [&machine](const HostFile& file, Findings& findings) {
+Symptoms CheckKeyMissing(const MachineConfig& machine, const HostFacts& host) {
+  return ForEachFile(AllKeyFiles(machine), host, [&machine](const HostFile& file, Symptoms& findings) {
     if (file.error != ENOENT && (file.error != 0 || file.kind == HostFile::Kind::kRegular)) return;
     findings.push_back(
         {.found = "the key " + file.path + (file.error == 0 ? " is no regular file" : " does not exist"),
-         .remedies = {Tell("bring it back from where it was made, or make all anew: axlecast keygen --machine " +
-                           machine.machine + "    # and put what it prints into the machine's file")},
+         .fixes = {Tell("bring it back from where it was made, or make all anew: axlecast keygen --machine " +
+                        machine.machine + "    # and put what it prints into the machine's file")},
          .safe = false});
   });
 }
 
-Findings CheckKeyMode(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckKeyMode(const MachineConfig& machine, const HostFacts& host) {
   return ForEachFile(AllKeyFiles(machine), host, &LookAtMode);
 }
 
-Findings CheckKeyOwner(const MachineConfig& machine, const HostFacts& host) {
-  return ForEachFile(OwnKeyFiles(machine), host, [&host](const HostFile& file, Findings& findings) {
+Symptoms CheckKeyOwner(const MachineConfig& machine, const HostFacts& host) {
+  return ForEachFile(OwnKeyFiles(machine), host, [&host](const HostFile& file, Symptoms& findings) {
     if (file.error != 0 || file.uid < kFirstPerson || file.uid == host.user) return;
     findings.push_back({.found = "the key " + file.path + " of the machine's processes belongs to " + file.owner,
-                        .remedies = {Run({"chown", "root", file.path})},
+                        .fixes = {Run({"chown", "root", file.path})},
                         .safe = true});
   });
 }
 
-Findings CheckKeyPermission(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckKeyPermission(const MachineConfig& machine, const HostFacts& host) {
   if (host.IsRoot()) return {};
   const HostFile* shared = nullptr;
   for (const std::string& path : GrantKeyFiles(machine)) {
@@ -71,15 +71,15 @@ Findings CheckKeyPermission(const MachineConfig& machine, const HostFacts& host)
   if (shared == nullptr) return {};
   return {{.found =
                "this user can read no key of bridge.keys; the group " + shared->group + " can read " + shared->path,
-           .remedies = {Tell("usermod -aG " + shared->group + " USER    # then log in again")},
+           .fixes = {Tell("usermod -aG " + shared->group + " USER    # then log in again")},
            .safe = false}};
 }
 
-Findings CheckConfigMode(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckConfigMode(const MachineConfig& machine, const HostFacts& host) {
   const HostFile& file = host.config;
   if (machine.file.empty() || file.error != 0 || ((file.mode & 02) == 0 && !host.config_shared)) return {};
   return {{.found = "the machine's file " + file.path + " has mode " + ModeText(file),
-           .remedies = {Run({"chmod", "go-w", file.path})},
+           .fixes = {Run({"chmod", "go-w", file.path})},
            .safe = true}};
 }
 

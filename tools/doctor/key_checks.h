@@ -5,10 +5,10 @@
 namespace axlecast {
 
 // Files of keys, and the machine's file itself.
-[[nodiscard]] Findings CheckKeyMissing(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckKeyMode(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckKeyOwner(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckKeyPermission(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckConfigMode(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckKeyMissing(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckKeyMode(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckKeyOwner(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckKeyPermission(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckConfigMode(const MachineConfig& machine, const HostFacts& host);
 
 }  // namespace axlecast

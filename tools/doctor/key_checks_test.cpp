@@ -54,10 +54,10 @@ TEST(KeyChecks, ModesAreThoseThatTheReaderTakes) {
   };
   for (const ModeCase& one : cases) {
     const HostFacts host = WithKeys(KeyFile(kOwn, one.mode, 0, one.group), KeyFile(kLocal, 0600));
-    const Findings findings = CheckKeyMode(Signed(), host);
+    const Symptoms findings = CheckKeyMode(Signed(), host);
     ASSERT_EQ(findings.size(), one.line == nullptr ? 0U : 1U) << std::oct << one.mode;
     if (one.line == nullptr) continue;
-    EXPECT_EQ(LineOf(findings[0].remedies[0]), one.line + std::string(kOwn));
+    EXPECT_EQ(LineOf(findings[0].fixes[0]), one.line + std::string(kOwn));
   }
 }
 
@@ -94,7 +94,7 @@ TEST(KeyChecks, TheFileIsNotEverybodysToWrite) {
   host.config_shared = true;  // with a group that is more than its owner
   EXPECT_EQ(CheckConfigMode(OneAxis(), host).size(), 1U);
   host.config.mode = 0666;
-  EXPECT_EQ(LineOf(CheckConfigMode(OneAxis(), host).at(0).remedies.at(0)), "chmod go-w m.yaml");
+  EXPECT_EQ(LineOf(CheckConfigMode(OneAxis(), host).at(0).fixes.at(0)), "chmod go-w m.yaml");
 }
 
 }  // namespace

@@ -7,11 +7,11 @@
 #include <set>
 #include <string>
 
-#include "drivers/io/multicast_port.h"
-#include "drivers/runtime/config/words.h"
-#include "drivers/runtime/core/lcm_url.h"
-#include "tools/axlecast/columns.h"
-#include "tools/axlecast/message_rate.h"
+#include "core/base/table_layout.h"
+#include "core/base/words.h"
+#include "core/config/message_rate.h"
+#include "core/messages/lcm_url.h"
+#include "platform/net/multicast_port.h"
 #include "tools/doctor/firewall.h"
 
 namespace axlecast {
@@ -39,40 +39,40 @@ std::vector<Group> GroupsOf(const MachineConfig& machine, const HostFacts& host)
   return groups;
 }
 
-Remedy AtEveryStart() { return Tell("systemctl enable axlecast-multicast    # of the package: at every start"); }
+Fix AtEveryStart() { return Tell("systemctl enable axlecast-multicast    # of the package: at every start"); }
 
-Finding RouteFinding(const Group& group) {
-  Finding finding{.found = "there is no route to the multicast group " + group.url.group + " (" +
+Symptom RouteFinding(const Group& group) {
+  Symptom finding{.found = "there is no route to the multicast group " + group.url.group + " (" +
                            std::strerror(group.facts->route.error) + ')',
-                  .remedies = {},
+                  .fixes = {},
                   .safe = group.url.ttl == 0};
   if (finding.safe) {
-    finding.remedies = {Run({"ip", "link", "set", "lo", "up", "multicast", "on"}),
-                        Run({"ip", "route", "replace", "224.0.0.0/4", "dev", "lo"}), AtEveryStart()};
+    finding.fixes = {Run({"ip", "link", "set", "lo", "up", "multicast", "on"}),
+                     Run({"ip", "route", "replace", "224.0.0.0/4", "dev", "lo"}), AtEveryStart()};
   } else {
-    finding.remedies = {Tell("ip route add 224.0.0.0/4 dev INTERFACE    # the one that leads to the other hosts")};
+    finding.fixes = {Tell("ip route add 224.0.0.0/4 dev INTERFACE    # the one that leads to the other hosts")};
   }
   return finding;
 }
 
-Finding InterfaceFinding(const Group& group) {
+Symptom InterfaceFinding(const Group& group) {
   const std::string& interface = group.facts->route.interface;
   if (group.url.ttl == 0) {
     return {.found = group.text + " stays on this host (ttl=0), but goes by " + interface,
-            .remedies = {Run({"ip", "link", "set", "lo", "up", "multicast", "on"}),
-                         Run({"ip", "route", "replace", group.url.group + "/32", "dev", "lo"}), AtEveryStart()},
+            .fixes = {Run({"ip", "link", "set", "lo", "up", "multicast", "on"}),
+                      Run({"ip", "route", "replace", group.url.group + "/32", "dev", "lo"}), AtEveryStart()},
             .safe = true};
   }
   return {.found = group.text + " is for other hosts (ttl=" + std::to_string(group.url.ttl) + "), but goes by lo",
-          .remedies = {Tell("ip route replace " + group.url.group +
-                            "/32 dev INTERFACE    # the one that leads to the other hosts")},
+          .fixes = {Tell("ip route replace " + group.url.group +
+                         "/32 dev INTERFACE    # the one that leads to the other hosts")},
           .safe = false};
 }
 
 // The two URLs of a machine mostly have one group: it is told once.
 template <typename Wrong>
-Findings ByGroup(const std::vector<Group>& groups, Wrong wrong, Finding (*tell)(const Group&)) {
-  Findings findings;
+Symptoms ByGroup(const std::vector<Group>& groups, Wrong wrong, Symptom (*tell)(const Group&)) {
+  Symptoms findings;
   std::set<std::string> told;
   for (const Group& group : groups) {
     if (wrong(group) && told.insert(group.url.group).second) findings.push_back(tell(group));
@@ -80,22 +80,22 @@ Findings ByGroup(const std::vector<Group>& groups, Wrong wrong, Finding (*tell)(
   return findings;
 }
 
-Finding BufferFinding(const char* name, std::int64_t found, std::int64_t wanted, const std::string& why) {
+Symptom BufferFinding(const char* name, std::int64_t found, std::int64_t wanted, const std::string& why) {
   const std::string key = std::string("net.core.") + name;
   return {.found = key + " is " + std::to_string(found) + " bytes: " + why,
-          .remedies = {Write(std::string("/proc/sys/net/core/") + name, std::to_string(wanted)),
-                       Append(kSysctlFile, key + " = " + std::to_string(wanted))},
+          .fixes = {Write(std::string("/proc/sys/net/core/") + name, std::to_string(wanted)),
+                    Append(kSysctlFile, key + " = " + std::to_string(wanted))},
           .safe = true};
 }
 
 }  // namespace
 
-Findings CheckMulticastRoute(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckMulticastRoute(const MachineConfig& machine, const HostFacts& host) {
   return ByGroup(
       GroupsOf(machine, host), [](const Group& group) { return group.facts->route.error != 0; }, &RouteFinding);
 }
 
-Findings CheckLoopbackMulticast(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckLoopbackMulticast(const MachineConfig& machine, const HostFacts& host) {
   const LoopbackState& loopback = host.network.loopback;
   if (!loopback.known || (loopback.up && loopback.multicast)) return {};
   const std::vector<Group> groups = GroupsOf(machine, host);
@@ -105,11 +105,11 @@ Findings CheckLoopbackMulticast(const MachineConfig& machine, const HostFacts& h
   if (!used) return {};
   return {{.found = loopback.up ? "the loopback interface lo has no MULTICAST flag"
                                 : "the loopback interface lo is down",
-           .remedies = {Run({"ip", "link", "set", "lo", "up", "multicast", "on"}), AtEveryStart()},
+           .fixes = {Run({"ip", "link", "set", "lo", "up", "multicast", "on"}), AtEveryStart()},
            .safe = true}};
 }
 
-Findings CheckMulticastInterface(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckMulticastInterface(const MachineConfig& machine, const HostFacts& host) {
   const auto wrong = [](const Group& group) {
     const std::string& interface = group.facts->route.interface;
     return !interface.empty() && (group.url.ttl == 0) != (interface == "lo");
@@ -117,22 +117,22 @@ Findings CheckMulticastInterface(const MachineConfig& machine, const HostFacts& 
   return ByGroup(GroupsOf(machine, host), wrong, &InterfaceFinding);
 }
 
-Findings CheckMulticastSilent(const MachineConfig& machine, const HostFacts& host) {
-  Findings findings;
+Symptoms CheckMulticastSilent(const MachineConfig& machine, const HostFacts& host) {
+  Symptoms findings;
   for (const Group& group : GroupsOf(machine, host)) {
     if (group.facts->route.error != 0 || group.facts->silence.empty()) continue;
     const std::string& why = group.facts->silence;
     findings.push_back(
         {.found = "nothing that is sent to " + group.text + " comes back: " + why.substr(0, why.find('\n')),
-         .remedies = {Tell("nft list ruleset    # a rule of the firewall drops udp port " +
-                           std::to_string(group.url.port) + '?')},
+         .fixes = {Tell("nft list ruleset    # a rule of the firewall drops udp port " +
+                        std::to_string(group.url.port) + '?')},
          .safe = false});
   }
   return findings;
 }
 
-Findings CheckFirewall(const MachineConfig& machine, const HostFacts& host) {
-  Findings findings;
+Symptoms CheckFirewall(const MachineConfig& machine, const HostFacts& host) {
+  Symptoms findings;
   for (const Group& group : GroupsOf(machine, host)) {
     const FirewallPacket packet{.group = group.url.group,
                                 .port = group.url.port,
@@ -143,14 +143,14 @@ Findings CheckFirewall(const MachineConfig& machine, const HostFacts& host) {
         "udp dport " + std::to_string(group.url.port) + " ip daddr " + group.url.group + " accept";
     findings.push_back({.found = "the chain " + chain->name + " of the table " + chain->family + ' ' +
                                  chain->table + " drops what comes for " + group.text,
-                        .remedies = {Tell("nft insert rule " + chain->family + ' ' + chain->table + ' ' +
-                                          chain->name + ' ' + accept)},
+                        .fixes = {Tell("nft insert rule " + chain->family + ' ' + chain->table + ' ' + chain->name +
+                                       ' ' + accept)},
                         .safe = false});
   }
   return findings;
 }
 
-Findings CheckReceiveBufferMax(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckReceiveBufferMax(const MachineConfig& machine, const HostFacts& host) {
   if (!host.network.receive_max) return {};
   std::int64_t wanted = 0;
   for (const std::string& text : {machine.lcm.url, machine.lcm.command_url}) {
@@ -165,7 +165,7 @@ Findings CheckReceiveBufferMax(const MachineConfig& machine, const HostFacts& ho
   return {BufferFinding("rmem_max", *host.network.receive_max, wanted, who + std::to_string(wanted))};
 }
 
-Findings CheckReceiveBufferDefault(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckReceiveBufferDefault(const MachineConfig& machine, const HostFacts& host) {
   const LcmUrl url = ParseLcmUrl(machine.lcm.url);
   if (!host.network.receive_default || url.in_process || url.recv_buf_size > 0) return {};
   const double rate = MessageRate(machine);
@@ -174,37 +174,36 @@ Findings CheckReceiveBufferDefault(const MachineConfig& machine, const HostFacts
   if (has >= needed) return {};
   const auto wanted = std::max<std::int64_t>(
       kUsualBuffer, static_cast<std::int64_t>(std::bit_ceil(static_cast<std::uint64_t>(needed))));
-  Finding finding =
+  Symptom finding =
       BufferFinding("rmem_default", *host.network.receive_default, wanted,
                     std::to_string(static_cast<int>(1'000 * has / kDatagramCost / rate)) + " ms of the machine's " +
                         std::to_string(static_cast<int>(rate)) + " messages a second");
-  finding.remedies.push_back(Tell("or in the machine's file, lcm.url: ?recv_buf_size=" + std::to_string(wanted) +
-                                  "    # and net.core.rmem_max as much"));
+  finding.fixes.push_back(Tell("or in the machine's file, lcm.url: ?recv_buf_size=" + std::to_string(wanted) +
+                               "    # and net.core.rmem_max as much"));
   return {finding};
 }
 
 // No release has the repair: 1.5.2 is the newest that was looked at. A file's name tells its ABI's version, not the release.
-Findings CheckLcmLibrary(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckLcmLibrary(const MachineConfig& machine, const HostFacts& host) {
   if (host.network.lcm_libraries.empty()) return {};
-  Finding finding{.found = Listed(host.network.lcm_libraries) +
+  Symptom finding{.found = Listed(host.network.lcm_libraries) +
                            ": one forged datagram makes a program that receives through it write out of bounds "
                            "(LCM's pull request 628, not in any release up to 1.5.2)",
-                  .remedies = {},
+                  .fixes = {},
                   .safe = false};
   for (const std::string& text : {machine.lcm.url, machine.lcm.command_url}) {
     const LcmUrl url = ParseLcmUrl(text);
     if (url.in_process || !url.problem.empty() || url.ttl > 0) continue;
-    finding.remedies.push_back(Tell("nft add rule inet filter input iifname != lo udp dport " +
-                                    std::to_string(url.port) +
-                                    " drop    # ttl=0: nothing for it comes from outside"));
+    finding.fixes.push_back(Tell("nft add rule inet filter input iifname != lo udp dport " +
+                                 std::to_string(url.port) + " drop    # ttl=0: nothing for it comes from outside"));
   }
-  if (finding.remedies.empty()) {
-    finding.remedies.push_back(Tell("let only hosts that you trust onto the segment (ttl above 0)"));
+  if (finding.fixes.empty()) {
+    finding.fixes.push_back(Tell("let only hosts that you trust onto the segment (ttl above 0)"));
   }
   return {finding};
 }
 
-Findings CheckOtherMachine(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckOtherMachine(const MachineConfig& machine, const HostFacts& host) {
   std::set<std::string> others;
   for (const auto& [channel, boot_id] : host.network.drivers) {
     if (!IsDriverOf(machine, channel)) others.insert(channel);
@@ -219,33 +218,33 @@ Findings CheckOtherMachine(const MachineConfig& machine, const HostFacts& host) 
   }
   return {{.found = "drivers that the file does not know are heard on " + machine.lcm.command_url + ": " +
                     Printable(Listed(named)) + more,
-           .remedies = {Tell("give one of the machines other ports in its file:"),
-                        Tell("lcm: {url: \"udpm://239.255.76.67:7677?ttl=0\", command_url: "
-                             "\"udpm://239.255.76.67:7678?ttl=0\"}")},
+           .fixes = {Tell("give one of the machines other ports in its file:"),
+                     Tell("lcm: {url: \"udpm://239.255.76.67:7677?ttl=0\", command_url: "
+                          "\"udpm://239.255.76.67:7678?ttl=0\"}")},
            .safe = false}};
 }
 
-Findings CheckDuplicateDriver(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckDuplicateDriver(const MachineConfig& machine, const HostFacts& host) {
   std::map<std::string, std::set<std::int64_t>> boots;
   for (const auto& [channel, boot_id] : host.network.drivers) {
     if (IsDriverOf(machine, channel)) boots[BusOfChannel(channel)].insert(boot_id);
   }
-  Findings findings;
+  Symptoms findings;
   for (const auto& [bus, ids] : boots) {
     if (ids.size() < 2) continue;
     findings.push_back({.found = std::to_string(ids.size()) + " drivers of bus " + bus + " are running",
-                        .remedies = {Tell("pgrep -af -- '--bus " + bus + "'    # on each host; end all but one")},
+                        .fixes = {Tell("pgrep -af -- '--bus " + bus + "'    # on each host; end all but one")},
                         .safe = false});
   }
   return findings;
 }
 
-Findings CheckMachineFaults(const MachineConfig& machine, const HostFacts& host) {
-  Findings findings;
+Symptoms CheckMachineFaults(const MachineConfig& machine, const HostFacts& host) {
+  Symptoms findings;
   for (const std::string& fault : host.network.machine_faults) {
     findings.push_back({.found = "the machine runs and is not good: " + Printable(fault),
-                        .remedies = {Tell("axlecast status " + machine.file + "    # all of it, at any time"),
-                                     Tell("what to do about it: docs/troubleshooting.md")},
+                        .fixes = {Tell("axlecast status " + machine.file + "    # all of it, at any time"),
+                                  Tell("what to do about it: docs/troubleshooting.md")},
                         .safe = false});
   }
   return findings;

@@ -5,16 +5,16 @@
 namespace axlecast {
 
 // LCM between the processes of a machine: routes, loopback, firewall, buffers, neighbours, and what the machine reports.
-[[nodiscard]] Findings CheckMulticastRoute(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckLoopbackMulticast(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckMulticastInterface(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckMulticastSilent(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckFirewall(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckReceiveBufferMax(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckReceiveBufferDefault(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckLcmLibrary(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckOtherMachine(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckDuplicateDriver(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckMachineFaults(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckMulticastRoute(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckLoopbackMulticast(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckMulticastInterface(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckMulticastSilent(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckFirewall(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckReceiveBufferMax(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckReceiveBufferDefault(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckLcmLibrary(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckOtherMachine(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckDuplicateDriver(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckMachineFaults(const MachineConfig& machine, const HostFacts& host);
 
 }  // namespace axlecast

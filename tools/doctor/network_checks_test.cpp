@@ -16,16 +16,16 @@ using testing::StartsWith;
 
 constexpr const char* kData = "udpm://239.255.76.67:7667?ttl=0";
 
-std::vector<std::string> LinesOf(const Finding& finding) {
+std::vector<std::string> LinesOf(const Symptom& finding) {
   std::vector<std::string> lines;
-  for (const Remedy& remedy : finding.remedies) lines.push_back(LineOf(remedy));
+  for (const Fix& fix : finding.fixes) lines.push_back(LineOf(fix));
   return lines;
 }
 
 TEST(NetworkChecks, AMissingRouteIsToldOnceForBothPorts) {
   HostFacts host = GoodHost();
   for (auto& [url, group] : host.network.groups) group.route = {.error = ENETUNREACH, .interface = ""};
-  const Findings findings = CheckMulticastRoute(OneAxis(), host);
+  const Symptoms findings = CheckMulticastRoute(OneAxis(), host);
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_TRUE(findings[0].safe);
   EXPECT_THAT(LinesOf(findings[0]),
@@ -50,7 +50,7 @@ TEST(NetworkChecks, WithATtlMessagesMustLeaveTheHost) {
   const MachineConfig machine = OneAxis("", "lcm: {url: \"udpm://239.255.76.67:7667?ttl=1\"}");
   HostFacts host = GoodHost();
   host.network.groups[machine.lcm.url] = host.network.groups[kData];
-  const Findings findings = CheckMulticastInterface(machine, host);
+  const Symptoms findings = CheckMulticastInterface(machine, host);
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_THAT(findings[0].found, HasSubstr("goes by lo"));
   EXPECT_FALSE(findings[0].safe) << "which interface leads to the others is not known";
@@ -60,7 +60,7 @@ TEST(NetworkChecks, ALibraryThatForgedDatagramsBreakIsNamed) {
   HostFacts host = GoodHost();
   EXPECT_THAT(CheckLcmLibrary(OneAxis(), host), IsEmpty());
   host.network.lcm_libraries = {"/usr/lib/x86_64-linux-gnu/liblcm.so.1.3.4"};
-  const Findings findings = CheckLcmLibrary(OneAxis(), host);
+  const Symptoms findings = CheckLcmLibrary(OneAxis(), host);
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_THAT(findings[0].found, HasSubstr("liblcm.so.1.3.4: one forged datagram"));
   EXPECT_THAT(LinesOf(findings[0]),
@@ -70,7 +70,7 @@ TEST(NetworkChecks, ALibraryThatForgedDatagramsBreakIsNamed) {
 TEST(NetworkChecks, SilenceIsToldOfEachPort) {
   HostFacts host = GoodHost();
   host.network.groups[kData].silence = "multicast on this host is not usable: it did not come back\nMend it";
-  const Findings findings = CheckMulticastSilent(OneAxis(), host);
+  const Symptoms findings = CheckMulticastSilent(OneAxis(), host);
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_THAT(findings[0].found, AllOf(HasSubstr(":7667"), Not(HasSubstr("Mend"))));
 }
@@ -93,10 +93,10 @@ TEST(NetworkChecks, TheLargestBufferThatIsAskedForMustBeAllowed) {
   for (const BufferCase& one : cases) {
     HostFacts host = GoodHost();
     host.network.receive_max = one.max;
-    const Findings findings = CheckReceiveBufferMax(OneAxis("", std::string(one.lcm) + '\n' + one.recorder), host);
+    const Symptoms findings = CheckReceiveBufferMax(OneAxis("", std::string(one.lcm) + '\n' + one.recorder), host);
     ASSERT_EQ(findings.size(), one.wanted > 0 ? 1U : 0U) << one.lcm << one.recorder << one.max;
     if (one.wanted == 0) continue;
-    EXPECT_EQ(LineOf(findings[0].remedies[0]),
+    EXPECT_EQ(LineOf(findings[0].fixes[0]),
               "echo " + std::to_string(one.wanted) + " > /proc/sys/net/core/rmem_max");
   }
   HostFacts unknown = GoodHost();
@@ -109,9 +109,9 @@ TEST(NetworkChecks, ATenthOfASecondFitsTheDefaultBuffer) {
   host.network.receive_default = 12'800;  // 100 messages a second of 1280 bytes each
   EXPECT_THAT(CheckReceiveBufferDefault(OneAxis(), host), IsEmpty());
   host.network.receive_default = 12'799;
-  const Findings findings = CheckReceiveBufferDefault(OneAxis(), host);
+  const Symptoms findings = CheckReceiveBufferDefault(OneAxis(), host);
   ASSERT_EQ(findings.size(), 1U);
-  EXPECT_EQ(LineOf(findings[0].remedies[1]),
+  EXPECT_EQ(LineOf(findings[0].fixes[1]),
             "echo 'net.core.rmem_default = 2097152' >> /etc/sysctl.d/60-axlecast.conf");
 }
 
@@ -127,7 +127,7 @@ TEST(NetworkChecks, InventedDriversAreBoundedAndDisplaceNone) {
   host.network.drivers = heard.All();
   EXPECT_EQ(host.network.drivers.size(), HeardDrivers::kMostOthers + HeardDrivers::kMostBoots);
   EXPECT_EQ(CheckDuplicateDriver(machine, host).size(), 1U);
-  const Findings others = CheckOtherMachine(machine, host);
+  const Symptoms others = CheckOtherMachine(machine, host);
   ASSERT_EQ(others.size(), 1U);
   EXPECT_LT(others[0].found.size(), 300U);
   EXPECT_THAT(others[0].found, HasSubstr("and 94 more"));
@@ -137,10 +137,10 @@ TEST(NetworkChecks, EachFaultOfTheRunningMachineIsFound) {
   HostFacts host = GoodHost();
   EXPECT_THAT(CheckMachineFaults(OneAxis(), host), IsEmpty());
   host.network.machine_faults = {"axis1: DEGRADED (battery\x1b)", "b0: DOWN"};
-  const Findings findings = CheckMachineFaults(OneAxis(), host);
+  const Symptoms findings = CheckMachineFaults(OneAxis(), host);
   ASSERT_EQ(findings.size(), 2U);
   EXPECT_EQ(findings[0].found, "the machine runs and is not good: axis1: DEGRADED (battery?)");
-  EXPECT_EQ(LineOf(findings[1].remedies[0]), "axlecast status m.yaml    # all of it, at any time");
+  EXPECT_EQ(LineOf(findings[1].fixes[0]), "axlecast status m.yaml    # all of it, at any time");
   EXPECT_FALSE(findings[0].safe);
 }
 
@@ -151,10 +151,10 @@ TEST(NetworkChecks, DriversOfOthersAndTwoOfOne) {
   EXPECT_THAT(CheckDuplicateDriver(OneAxis(), host), IsEmpty());
   host.network.drivers = {
       {"DRIVER_STATUS/b0", 1}, {"DRIVER_STATUS/b0", 2}, {"DRIVER_STATUS/b7", 3}, {"far/DRIVER_STATUS/b0", 4}};
-  const Findings others = CheckOtherMachine(OneAxis(), host);
+  const Symptoms others = CheckOtherMachine(OneAxis(), host);
   ASSERT_EQ(others.size(), 1U);
   EXPECT_THAT(others[0].found, HasSubstr("DRIVER_STATUS/b7, far/DRIVER_STATUS/b0"));
-  const Findings twins = CheckDuplicateDriver(OneAxis(), host);
+  const Symptoms twins = CheckDuplicateDriver(OneAxis(), host);
   ASSERT_EQ(twins.size(), 1U);
   EXPECT_THAT(twins[0].found, HasSubstr("2 drivers of bus b0"));
 }

@@ -8,8 +8,8 @@
 #include <cstdio>
 #include <cstring>
 
-#include "drivers/runtime/core/inline_bytes.h"
-#include "tools/axlecast/columns.h"
+#include "core/base/inline_bytes.h"
+#include "core/base/table_layout.h"
 #include "tools/doctor/account_checks.h"
 
 namespace axlecast {
@@ -42,8 +42,8 @@ std::string Name(const PortUse& use) { return "bus " + use.bus + ": the " + Kind
 
 // Calls tell(use, facts, findings) for each port of the machine that was looked at.
 template <typename Look>
-Findings ForEachPort(const MachineConfig& machine, const HostFacts& host, Look look) {
-  Findings findings;
+Symptoms ForEachPort(const MachineConfig& machine, const HostFacts& host, Look look) {
+  Symptoms findings;
   for (const PortUse& use : PortsOf(machine)) {
     const auto facts = host.ports.find(use.path);
     if (facts != host.ports.end()) look(use, facts->second, findings);
@@ -53,17 +53,17 @@ Findings ForEachPort(const MachineConfig& machine, const HostFacts& host, Look l
 
 bool IsThere(const PortFacts& port) { return port.file.kind == HostFile::Kind::kCharacter; }
 
-Finding MissingFinding(const PortUse& use, const PortFacts& port) {
+Symptom MissingFinding(const PortUse& use, const PortFacts& port) {
   const PortKind& kind = KindOf(use);
-  Finding finding{.found = {}, .remedies = {}, .safe = false};
+  Symptom finding{.found = {}, .fixes = {}, .safe = false};
   if (port.file.error != 0 && port.file.error != ENOENT) {
     finding.found = Name(use) + " cannot be looked at: " + std::strerror(port.file.error);
   } else {
     finding.found = Name(use) + (port.file.error == 0 ? " is no device" : " does not exist");
   }
-  finding.remedies.push_back(
+  finding.fixes.push_back(
       Tell(std::string(kind.list) + "    # what there is; then correct " + kind.key + " in the machine's file"));
-  if (use.kind == PortUse::Kind::kSpi) finding.remedies.push_back(Run({"modprobe", "spidev"}));
+  if (use.kind == PortUse::Kind::kSpi) finding.fixes.push_back(Run({"modprobe", "spidev"}));
   return finding;
 }
 
@@ -73,19 +73,19 @@ bool OthersMayUse(const HostFile& file) {
   return by_group || (file.mode & 06) == 06;
 }
 
-Finding PermissionFinding(const PortUse& use, const HostFile& file) {
+Symptom PermissionFinding(const PortUse& use, const HostFile& file) {
   const PortKind& kind = KindOf(use);
-  Finding finding{
+  Symptom finding{
       .found = Name(use) + " belongs to " + file.owner + ':' + file.group + " with mode " + ModeText(file),
-      .remedies = {},
+      .fixes = {},
       .safe = false};
   if (!OthersMayUse(file)) {
-    finding.remedies = {Run({"groupadd", "--force", "--system", kind.group}), Append(kRulesFile, kind.rule),
-                        Run({"udevadm", "control", "--reload"}), Run({"udevadm", "trigger", "--action=add"})};
+    finding.fixes = {Run({"groupadd", "--force", "--system", kind.group}), Append(kRulesFile, kind.rule),
+                     Run({"udevadm", "control", "--reload"}), Run({"udevadm", "trigger", "--action=add"})};
   }
-  finding.remedies.push_back(Tell(std::string("usermod -aG ") +
-                                  (OthersMayUse(file) ? file.group.c_str() : kind.group) +
-                                  " USER    # then log in again; of a systemd unit: SupplementaryGroups="));
+  finding.fixes.push_back(Tell(std::string("usermod -aG ") +
+                               (OthersMayUse(file) ? file.group.c_str() : kind.group) +
+                               " USER    # then log in again; of a systemd unit: SupplementaryGroups="));
   return finding;
 }
 
@@ -95,7 +95,7 @@ bool DriversMayUse(const HostFile& file) {
   return by_group || file.owner == kDriversAccount || (file.mode & 06) == 06;
 }
 
-Finding DriversFinding(const PortUse& use, const HostFile& file) {
+Symptom DriversFinding(const PortUse& use, const HostFile& file) {
   std::string rule = KindOf(use).rule;
   if (use.kind != PortUse::Kind::kSerial) {  // serial ports are dialout's, which the drivers have
     const std::string own = KindOf(use).group;
@@ -103,8 +103,8 @@ Finding DriversFinding(const PortUse& use, const HostFile& file) {
   }
   return {.found = Name(use) + " belongs to " + file.owner + ':' + file.group + " with mode " + ModeText(file) +
                    ": the drivers (group " + kDriversAccount + ") cannot open it",
-          .remedies = {Append(kRulesFile, rule), Run({"udevadm", "control", "--reload"}),
-                       Run({"udevadm", "trigger", "--action=add"})},
+          .fixes = {Append(kRulesFile, rule), Run({"udevadm", "control", "--reload"}),
+                    Run({"udevadm", "trigger", "--action=add"})},
           .safe = false};
 }
 
@@ -114,22 +114,22 @@ bool IsOwnDriver(const HostProcess& process, const std::string& bus) {
   return option != process.words.end() && option + 1 != process.words.end() && *(option + 1) == bus;
 }
 
-void LookForHolders(const PortUse& use, const PortFacts& port, Findings& findings) {
+void LookForHolders(const PortUse& use, const PortFacts& port, Symptoms& findings) {
   if (use.kind == PortUse::Kind::kGpio) return;  // a chip may be open to many; a line's holder shows in gpioinfo
   for (const HostProcess& holder : port.holders) {
     if (IsOwnDriver(holder, use.bus)) continue;
     const std::string id = std::to_string(holder.id);
     findings.push_back({.found = Name(use) + " is open in process " + id + " (" + Printable(holder.name) + ')',
-                        .remedies = {Tell("ps -fp " + id + "    # what it is; end it: kill " + id)},
+                        .fixes = {Tell("ps -fp " + id + "    # what it is; end it: kill " + id)},
                         .safe = false});
   }
 }
 
-void LookAtName(const PortUse& use, const PortFacts& port, Findings& findings) {
+void LookAtName(const PortUse& use, const PortFacts& port, Symptoms& findings) {
   const bool changes = use.path.starts_with("/dev/ttyUSB") || use.path.starts_with("/dev/ttyACM");
   if (!changes || port.lasting_name.empty()) return;
   findings.push_back({.found = Name(use) + " is named by the order of plugging in",
-                      .remedies = {Tell("in the machine's file: port: " + port.lasting_name)},
+                      .fixes = {Tell("in the machine's file: port: " + port.lasting_name)},
                       .safe = false});
 }
 
@@ -143,15 +143,15 @@ std::string HexId(std::uint16_t number) {
 
 }  // namespace
 
-Findings CheckPortMissing(const MachineConfig& machine, const HostFacts& host) {
-  return ForEachPort(machine, host, [](const PortUse& use, const PortFacts& port, Findings& findings) {
+Symptoms CheckPortMissing(const MachineConfig& machine, const HostFacts& host) {
+  return ForEachPort(machine, host, [](const PortUse& use, const PortFacts& port, Symptoms& findings) {
     if (!IsThere(port)) findings.push_back(MissingFinding(use, port));
   });
 }
 
-Findings CheckPortPermission(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckPortPermission(const MachineConfig& machine, const HostFacts& host) {
   const bool by_account = RunsUnderAccounts(machine, host);
-  return ForEachPort(machine, host, [&](const PortUse& use, const PortFacts& port, Findings& findings) {
+  return ForEachPort(machine, host, [&](const PortUse& use, const PortFacts& port, Symptoms& findings) {
     const HostFile& file = port.file;
     if (!IsThere(port)) return;
     if (by_account) {
@@ -163,56 +163,56 @@ Findings CheckPortPermission(const MachineConfig& machine, const HostFacts& host
   });
 }
 
-Findings CheckPortHeld(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckPortHeld(const MachineConfig& machine, const HostFacts& host) {
   return ForEachPort(machine, host, &LookForHolders);
 }
 
-Findings CheckPortName(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckPortName(const MachineConfig& machine, const HostFacts& host) {
   return ForEachPort(machine, host, &LookAtName);
 }
 
-Findings CheckPortProber(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckPortProber(const MachineConfig& machine, const HostFacts& host) {
   const auto prober = std::find_if(host.processes.begin(), host.processes.end(), &IsProber);
   if (prober == host.processes.end()) return {};
-  return ForEachPort(machine, host, [&](const PortUse& use, const PortFacts& port, Findings& findings) {
+  return ForEachPort(machine, host, [&](const PortUse& use, const PortFacts& port, Symptoms& findings) {
     if (!port.usb) return;
     const std::string usb =
         R"(ATTRS{idVendor}==")" + HexId(port.usb->vendor) + R"(", ATTRS{idProduct}==")" + HexId(port.usb->product);
-    findings.push_back({.found = prober->name + " runs, and opens " + use.path + " of bus " + use.bus +
-                                 " whenever it is plugged in",
-                        .remedies = {Append(kRulesFile, usb + R"(", ENV{ID_MM_DEVICE_IGNORE}="1")"),
-                                     Run({"udevadm", "control", "--reload"}),
-                                     Run({"systemctl", "disable", "--now", prober->name})},
-                        .safe = false});
+    findings.push_back(
+        {.found =
+             prober->name + " runs, and opens " + use.path + " of bus " + use.bus + " whenever it is plugged in",
+         .fixes = {Append(kRulesFile, usb + R"(", ENV{ID_MM_DEVICE_IGNORE}="1")"),
+                   Run({"udevadm", "control", "--reload"}), Run({"systemctl", "disable", "--now", prober->name})},
+         .safe = false});
   });
 }
 
-Findings CheckUsbLatency(const MachineConfig& machine, const HostFacts& host) {
-  return ForEachPort(machine, host, [](const PortUse& use, const PortFacts& port, Findings& findings) {
+Symptoms CheckUsbLatency(const MachineConfig& machine, const HostFacts& host) {
+  return ForEachPort(machine, host, [](const PortUse& use, const PortFacts& port, Symptoms& findings) {
     if (!port.latency_ms || *port.latency_ms <= kShortLatency) return;
     findings.push_back(
         {.found = Name(use) + " has a latency timer of " + std::to_string(*port.latency_ms) + " ms: some " +
                   std::to_string(1'000 / *port.latency_ms) + " exchanges a second",
-         .remedies =
-             {Write(port.latency_timer, "1"),
-              Append(kRulesFile,
-                     R"(ACTION=="add", SUBSYSTEM=="usb-serial", DRIVER=="ftdi_sio", ATTR{latency_timer}="1")")},
+         .fixes = {Write(port.latency_timer, "1"),
+                   Append(
+                       kRulesFile,
+                       R"(ACTION=="add", SUBSYSTEM=="usb-serial", DRIVER=="ftdi_sio", ATTR{latency_timer}="1")")},
          .safe = true});
   });
 }
 
-Findings CheckAdapterRate(const MachineConfig& machine, const HostFacts& host) {
-  return ForEachPort(machine, host, [](const PortUse& use, const PortFacts& port, Findings& findings) {
+Symptoms CheckAdapterRate(const MachineConfig& machine, const HostFacts& host) {
+  return ForEachPort(machine, host, [](const PortUse& use, const PortFacts& port, Symptoms& findings) {
     if (use.kind != PortUse::Kind::kSerial || !port.usb) return;
     const AdapterVerdict verdict = JudgeAdapter(*port.usb, use.baud);
     if (verdict.fits) return;  // or not known here: the driver tells that at its start
     findings.push_back({.found = "bus " + use.bus + ": " + verdict.text,
-                        .remedies = {Tell("plug in an adapter with an FT232H, FT2232H or FT4232H")},
+                        .fixes = {Tell("plug in an adapter with an FT232H, FT2232H or FT4232H")},
                         .safe = false});
   });
 }
 
-Findings CheckSpiBuffer(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckSpiBuffer(const MachineConfig& machine, const HostFacts& host) {
   const std::vector<PortUse> ports = PortsOf(machine);
   const bool used =
       std::any_of(ports.begin(), ports.end(), [](const PortUse& use) { return use.kind == PortUse::Kind::kSpi; });
@@ -220,8 +220,8 @@ Findings CheckSpiBuffer(const MachineConfig& machine, const HostFacts& host) {
   if (!used || !host.spi_buffer || *host.spi_buffer >= kNeeded) return {};
   return {{.found = "spidev takes transfers of at most " + std::to_string(*host.spi_buffer) + " bytes; up to " +
                     std::to_string(kNeeded) + " may be needed",
-           .remedies = {Append("/etc/modprobe.d/axlecast.conf", "options spidev bufsiz=4096"),
-                        Tell("reboot, or with all drivers stopped: modprobe -r spidev; modprobe spidev")},
+           .fixes = {Append("/etc/modprobe.d/axlecast.conf", "options spidev bufsiz=4096"),
+                     Tell("reboot, or with all drivers stopped: modprobe -r spidev; modprobe spidev")},
            .safe = false}};
 }
 

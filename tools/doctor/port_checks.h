@@ -5,13 +5,13 @@
 namespace axlecast {
 
 // Serial ports, SPI devices and GPIO chips of the machine's file.
-[[nodiscard]] Findings CheckPortMissing(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckPortPermission(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckPortHeld(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckPortName(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckPortProber(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckUsbLatency(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckAdapterRate(const MachineConfig& machine, const HostFacts& host);
-[[nodiscard]] Findings CheckSpiBuffer(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckPortMissing(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckPortPermission(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckPortHeld(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckPortName(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckPortProber(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckUsbLatency(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckAdapterRate(const MachineConfig& machine, const HostFacts& host);
+[[nodiscard]] Symptoms CheckSpiBuffer(const MachineConfig& machine, const HostFacts& host);
 
 }  // namespace axlecast

@@ -63,7 +63,7 @@ TEST(PortChecks, OnlyTheBusOwnDriverMayHoldAPort) {
   PortOf(host).holders[0].words.back() = "b1";
   EXPECT_EQ(CheckPortHeld(OneAxis(), host).size(), 1U);
   PortOf(host).holders = {{8, "minicom", {"minicom", "--bus", "b0"}}, {9, "axlecast-x", {}}};
-  const Findings findings = CheckPortHeld(OneAxis(), host);
+  const Symptoms findings = CheckPortHeld(OneAxis(), host);
   ASSERT_EQ(findings.size(), 2U);
   EXPECT_THAT(findings[0].found, HasSubstr("process 8 (minicom)"));
 }
@@ -76,9 +76,9 @@ TEST(PortChecks, ALatencyTimerOfOneMillisecondIsRight) {
     EXPECT_THAT(CheckUsbLatency(OneAxis(), host), IsEmpty()) << ms;
   }
   PortOf(host).latency_ms = 16;
-  const Finding finding = CheckUsbLatency(OneAxis(), host).at(0);
+  const Symptom finding = CheckUsbLatency(OneAxis(), host).at(0);
   EXPECT_THAT(finding.found, HasSubstr("some 62 exchanges a second"));
-  EXPECT_EQ(LineOf(finding.remedies[0]), "echo 1 > /sys/x/latency_timer");
+  EXPECT_EQ(LineOf(finding.fixes[0]), "echo 1 > /sys/x/latency_timer");
 }
 
 TEST(PortChecks, AnAdapterThatFitsIsNoFinding) {
@@ -109,9 +109,9 @@ TEST(PortPermission, UnderSystemdTheDriversAccountCounts) {
   EXPECT_TRUE(CheckPortPermission(machine, host).empty());
   file.readable = file.writable = true;
   file.group = "anna";
-  const Findings findings = CheckPortPermission(machine, host);
+  const Symptoms findings = CheckPortPermission(machine, host);
   ASSERT_EQ(findings.size(), 1U);
-  for (const Remedy& remedy : findings[0].remedies) EXPECT_EQ(LineOf(remedy).find("usermod"), std::string::npos);
+  for (const Fix& fix : findings[0].fixes) EXPECT_EQ(LineOf(fix).find("usermod"), std::string::npos);
   file.group = "axlecast-drivers";
   EXPECT_TRUE(CheckPortPermission(machine, host).empty());
 }

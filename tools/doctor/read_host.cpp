@@ -8,14 +8,14 @@
 #include <sstream>
 #include <system_error>
 
-#include "drivers/io/host_change.h"
-#include "drivers/io/lcm_port.h"
-#include "drivers/io/multicast_probe.h"
-#include "drivers/io/system_clock.h"
-#include "drivers/runtime/config/config_file.h"
-#include "drivers/runtime/core/decode_message.h"
-#include "drivers/runtime/core/lcm_url.h"
-#include "tools/axlecast/live_machine.h"
+#include "core/config/config_file.h"
+#include "core/messages/decode_message.h"
+#include "core/messages/lcm_url.h"
+#include "platform/net/lcm_port.h"
+#include "platform/net/multicast_probe.h"
+#include "platform/os/system_clock.h"
+#include "tools/doctor/host/host_change.h"
+#include "tools/monitor/live_machine.h"
 #include "tools/monitor/machine_faults.h"
 
 namespace axlecast {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "drivers/io/host_files.h"
+#include "tools/doctor/host/host_files.h"
 #include "tools/doctor/host_facts.h"
 
 namespace axlecast {

@@ -51,82 +51,80 @@ const HostProcess* TimeKeeper(const HostFacts& host) {
 
 }  // namespace
 
-Findings CheckRealtimePriority(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckRealtimePriority(const MachineConfig& machine, const HostFacts& host) {
   int wanted = 0;
   for (const BusConfig& bus : machine.buses) wanted = std::max(wanted, bus.realtime.priority);
   if (wanted <= host.limits.priority) return {};
   const std::string priority = std::to_string(wanted);
   return {{.found = "the file asks for priority " + priority + ", this user may have " +
                     std::to_string(host.limits.priority),
-           .remedies = {Tell("LimitRTPRIO=" + priority +
-                             "    # in the [Service] section of the drivers' unit, or for people:"),
-                        Append(kLimitsFile, "@axlecast - rtprio " + priority)},
+           .fixes = {Tell("LimitRTPRIO=" + priority +
+                          "    # in the [Service] section of the drivers' unit, or for people:"),
+                     Append(kLimitsFile, "@axlecast - rtprio " + priority)},
            .safe = false}};
 }
 
-Findings CheckRealtimeMemory(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckRealtimeMemory(const MachineConfig& machine, const HostFacts& host) {
   const bool wanted = std::any_of(machine.buses.begin(), machine.buses.end(),
                                   [](const BusConfig& bus) { return bus.realtime.lock_memory; });
   if (!wanted || host.limits.locked_bytes < 0 || host.limits.locked_bytes >= kDriverMemory) return {};
   return {
       {.found = "the file asks for locked memory, this user may lock " +
                 std::to_string(host.limits.locked_bytes >> 10) + " kB",
-       .remedies = {Tell(
-                        "LimitMEMLOCK=infinity    # in the [Service] section of the drivers' unit, or for people:"),
-                    Append(kLimitsFile, "@axlecast - memlock unlimited")},
+       .fixes = {Tell("LimitMEMLOCK=infinity    # in the [Service] section of the drivers' unit, or for people:"),
+                 Append(kLimitsFile, "@axlecast - memlock unlimited")},
        .safe = false}};
 }
 
-Findings CheckRealtimeCpu(const MachineConfig& machine, const HostFacts& host) {
-  Findings findings;
+Symptoms CheckRealtimeCpu(const MachineConfig& machine, const HostFacts& host) {
+  Symptoms findings;
   for (const BusConfig& bus : machine.buses) {
     const int cpu = bus.realtime.cpu;
     if (cpu < 0 || host.processors.online.empty() || IsOnline(host.processors.online, cpu)) continue;
     findings.push_back({.found = "bus " + bus.name + " is bound to processor " + std::to_string(cpu) +
                                  "; there are " + host.processors.online,
-                        .remedies = {Tell("lscpu --extended    # then correct realtime.cpu in the machine's file")},
+                        .fixes = {Tell("lscpu --extended    # then correct realtime.cpu in the machine's file")},
                         .safe = false});
   }
   return findings;
 }
 
-Findings CheckCpuGovernor(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckCpuGovernor(const MachineConfig& machine, const HostFacts& host) {
   static constexpr std::array<std::string_view, 4> kSlow = {"powersave", "ondemand", "conservative", "schedutil"};
   if (!IsFast(machine)) return {};
-  Finding finding{.found = {}, .remedies = {}, .safe = true};
+  Symptom finding{.found = {}, .fixes = {}, .safe = true};
   for (const auto& [path, governor] : host.processors.governors) {
     if (!IsOneOf(governor, kSlow)) continue;
     if (finding.found.empty()) finding.found = "processors are clocked by the governor " + governor;
-    finding.remedies.push_back(Write(path, "performance"));
+    finding.fixes.push_back(Write(path, "performance"));
   }
   if (finding.found.empty()) return {};
-  finding.remedies.push_back(Append("/etc/tmpfiles.d/axlecast-cpu.conf",
-                                    "w /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor - - - - performance"));
+  finding.fixes.push_back(Append("/etc/tmpfiles.d/axlecast-cpu.conf",
+                                 "w /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor - - - - performance"));
   return {finding};
 }
 
-Findings CheckClockSource(const MachineConfig& machine, const HostFacts& host) {
+Symptoms CheckClockSource(const MachineConfig& machine, const HostFacts& host) {
   static constexpr std::array<std::string_view, 5> kSlow = {"hpet", "acpi_pm", "refined-jiffies", "jiffies", "pit"};
   if (!IsFast(machine) || !IsOneOf(host.processors.clock_source, kSlow)) return {};
-  return {
-      {.found = "the kernel's clock is " + host.processors.clock_source,
-       .remedies = {Tell("dmesg | grep -i -e tsc -e clocksource    # why it is no better one: often a setting of "
-                         "the BIOS")},
-       .safe = false}};
+  return {{.found = "the kernel's clock is " + host.processors.clock_source,
+           .fixes = {Tell("dmesg | grep -i -e tsc -e clocksource    # why it is no better one: often a setting of "
+                          "the BIOS")},
+           .safe = false}};
 }
 
-Findings CheckClockSync(const MachineConfig&, const HostFacts& host) {
+Symptoms CheckClockSync(const MachineConfig&, const HostFacts& host) {
   if (!host.clock.known || host.clock.synchronised) return {};
   const HostProcess* const keeper = TimeKeeper(host);
   if (keeper == nullptr) {
     return {{.found = "nothing keeps this host's clock in step: no timesyncd, chrony or ntpd runs",
-             .remedies = {Tell("apt install systemd-timesyncd"), Tell("timedatectl set-ntp true")},
+             .fixes = {Tell("apt install systemd-timesyncd"), Tell("timedatectl set-ntp true")},
              .safe = false}};
   }
   const bool chrony = keeper->name == "chronyd";
   return {{.found = "the clock is not synchronised, though " + keeper->name + " runs",
-           .remedies = {Tell(chrony ? "chronyc sources    # which servers it hears"
-                                    : "timedatectl timesync-status    # which server it hears")},
+           .fixes = {Tell(chrony ? "chronyc sources    # which servers it hears"
+                                 : "timedatectl timesync-status    # which server it hears")},
            .safe = false}};
 }
 

@@ -16,7 +16,7 @@ TEST(TimeChecks, LimitsAreAskedForOnlyWhereTheFileNeedsThem) {
   EXPECT_THAT(CheckRealtimePriority(OneAxis(), host), IsEmpty());
   EXPECT_THAT(CheckRealtimeMemory(OneAxis(), host), IsEmpty());
   const MachineConfig machine = OneAxis("realtime: {priority: 60, lock_memory: true}");
-  EXPECT_THAT(CheckRealtimePriority(machine, host).at(0).remedies.at(0).text, HasSubstr("LimitRTPRIO=60"));
+  EXPECT_THAT(CheckRealtimePriority(machine, host).at(0).fixes.at(0).text, HasSubstr("LimitRTPRIO=60"));
   EXPECT_THAT(CheckRealtimeMemory(machine, host).at(0).found, HasSubstr("64 kB"));
   host.limits = {.priority = 60, .locked_bytes = -1};
   EXPECT_THAT(CheckRealtimePriority(machine, host), IsEmpty());
@@ -46,10 +46,10 @@ TEST(TimeChecks, GovernorAndClockMatterToAFastBusAlone) {
     EXPECT_THAT(CheckCpuGovernor(OneAxis(slow), host), IsEmpty()) << slow;
     EXPECT_THAT(CheckClockSource(OneAxis(slow), host), IsEmpty()) << slow;
   }
-  const Findings governor = CheckCpuGovernor(OneAxis("poll_hz: 1000"), host);
+  const Symptoms governor = CheckCpuGovernor(OneAxis("poll_hz: 1000"), host);
   ASSERT_EQ(governor.size(), 1U);
-  ASSERT_EQ(governor[0].remedies.size(), 2U) << "the processor that is right already is left alone";
-  EXPECT_EQ(LineOf(governor[0].remedies[0]), "echo performance > /sys/cpu0");
+  ASSERT_EQ(governor[0].fixes.size(), 2U) << "the processor that is right already is left alone";
+  EXPECT_EQ(LineOf(governor[0].fixes[0]), "echo performance > /sys/cpu0");
   EXPECT_EQ(CheckClockSource(OneAxis("poll_hz: 1000"), host).size(), 1U);
   host.processors.clock_source = "kvm-clock";
   EXPECT_THAT(CheckClockSource(OneAxis("poll_hz: 1000"), host), IsEmpty());

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "drivers/runtime/core/expression.h"
+#include "core/base/expression.h"
 
 namespace axlecast {
 namespace {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/runtime/core/inline_bytes.h"
+#include "core/base/inline_bytes.h"
 
 namespace axlecast {
 

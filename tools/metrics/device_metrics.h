@@ -1,6 +1,6 @@
 #pragma once
 
-#include "drivers/runtime/core/instant.h"
+#include "core/base/time.h"
 #include "tools/metrics/exposition.h"
 #include "tools/monitor/machine_view.h"
 

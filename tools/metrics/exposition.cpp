@@ -4,8 +4,8 @@
 #include <charconv>
 #include <cmath>
 
-#include "drivers/runtime/core/terminal_text.h"
-#include "tools/text/utf8.h"
+#include "core/base/terminal_text.h"
+#include "core/base/utf8.h"
 
 namespace axlecast {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "drivers/runtime/core/instant.h"
+#include "core/base/time.h"
 #include "tools/monitor/monitor.h"
 
 namespace axlecast {

@@ -16,8 +16,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/core/instant.h"
-#include "drivers/runtime/core/sequence_count.h"
+#include "core/base/time.h"
+#include "core/messages/sequence_count.h"
 
 namespace axlecast {
 

@@ -1,6 +1,6 @@
 #include "tools/monitor/machine_faults.h"
 
-#include "tools/json/names.h"
+#include "core/messages/json/names.h"
 
 namespace axlecast {
 namespace {

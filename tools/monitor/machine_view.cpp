@@ -6,8 +6,8 @@
 #include <optional>
 #include <utility>
 
-#include "drivers/runtime/config/words.h"
-#include "drivers/runtime/core/decode_message.h"
+#include "core/base/words.h"
+#include "core/messages/decode_message.h"
 
 namespace axlecast {
 namespace {

@@ -6,10 +6,10 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/core/inline_bytes.h"
-#include "drivers/runtime/core/instant.h"
-#include "drivers/runtime/udpm/reception_report.h"
+#include "core/base/inline_bytes.h"
+#include "core/base/time.h"
+#include "core/config/machine_config.h"
+#include "platform/net/reception_report.h"
 #include "tools/monitor/device_view.h"
 
 namespace axlecast {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "drivers/runtime/config/words.h"
-#include "drivers/runtime/core/decode_message.h"
-#include "tools/json/field.h"
+#include "core/base/words.h"
+#include "core/messages/decode_message.h"
+#include "core/messages/json/field.h"
 
 namespace axlecast {
 namespace {

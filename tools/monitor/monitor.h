@@ -11,11 +11,11 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/core/inline_bytes.h"
-#include "drivers/runtime/core/instant.h"
-#include "drivers/runtime/core/message_sink.h"
-#include "drivers/runtime/core/sequence_count.h"
+#include "core/base/inline_bytes.h"
+#include "core/base/time.h"
+#include "core/config/machine_config.h"
+#include "core/messages/message_sink.h"
+#include "core/messages/sequence_count.h"
 #include "tools/monitor/command_history.h"
 #include "tools/monitor/device_view.h"
 #include "tools/monitor/machine_view.h"

@@ -4,7 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/config/machine_config.h"
+#include "core/config/machine_config.h"
+#include "core/messages/encode_message.h"
 #include "tools/monitor/machine_view.h"
 
 namespace axlecast {
@@ -22,13 +23,6 @@ inline MachineConfig OneAxis(const Family* family = nullptr) {
   bus.devices.push_back(device);
   machine.buses.push_back(bus);
   return machine;
-}
-
-template <typename Message>
-std::vector<std::uint8_t> Encoded(const Message& message) {
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
-  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return bytes;
 }
 
 // 12.5 turns of 5 mm, turning at 60 rpm.

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tools/json/field.h"
+#include "core/messages/json/field.h"
 
 namespace axlecast {
 namespace {

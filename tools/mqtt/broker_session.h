@@ -6,8 +6,8 @@
 #include <mutex>
 #include <string>
 
-#include "drivers/runtime/core/broker_link.h"
-#include "drivers/runtime/core/instant.h"
+#include "core/base/time.h"
+#include "core/messages/broker_link.h"
 #include "tools/mqtt/outbox.h"
 
 namespace axlecast {

@@ -50,7 +50,7 @@ class BrokerSessionTest : public ::testing::Test {
  protected:
   using Kind = BrokerEvent::Kind;
 
-  void Put(const std::string& payload) { outbox_.Put({"t", payload, false}, Keeping::kSamples); }
+  void Put(const std::string& payload) { outbox_.Put({"t", payload, false}, RetentionClass::kSamples); }
   void Step(MonoNs by = 0) {
     now_ += by;
     next_ = session_.Step(now_);

@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
-#include "drivers/io/mqtt_link.h"
-#include "drivers/runtime/core/broker_link.h"
+#include "core/messages/broker_link.h"
+#include "platform/net/mqtt_link.h"
 
 namespace axlecast {
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <string>
 
-#include "drivers/runtime/core/instant.h"
-#include "drivers/runtime/position/alarm_book.h"
+#include "core/alarm/alarm_table.h"
+#include "core/base/time.h"
 #include "tools/mqtt/mqtt_status.h"
 
 namespace axlecast {
@@ -37,7 +37,7 @@ class MqttAlarms {
   [[nodiscard]] const alarm_t& Make(const MqttStatus& status, MonoNs now, std::int64_t utime);
 
  private:
-  AlarmBook book_;
+  AlarmTable book_;
   alarm_t message_{};
   MonoNs start_;
   std::int64_t shed_before_ = 0;

@@ -4,9 +4,9 @@
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
-#include "drivers/runtime/command/signature.h"
-#include "drivers/runtime/core/decode_message.h"
-#include "tools/json/field.h"
+#include "core/command/signature.h"
+#include "core/messages/decode_message.h"
+#include "core/messages/json/field.h"
 #include "tools/mqtt/mqtt_payload.h"
 
 namespace axlecast {
@@ -47,14 +47,14 @@ void MqttFeed::OnCommandStatus(Bytes message, MonoNs now) {
 }
 
 void MqttFeed::OnMessage(Stream& stream, Bytes message, MonoNs now) {
-  std::optional<Novelty> novelty = NoveltyOf(stream.topic.type, message);
+  std::optional<ChangeKey> novelty = NoveltyOf(stream.topic.type, message);
   const std::optional<MessageHead> head = ReadHead(message);
   if (!novelty || !head) {
     ++foreign_;
     return;
   }
   ++received_;
-  if (stream.topic.keeping == Keeping::kEvents) return OnEvent(stream, novelty->mark, message);
+  if (stream.topic.keeping == RetentionClass::kEvents) return OnEvent(stream, novelty->mark, message);
   const std::int64_t lost = stream.sequence.lost();
   stream.sequence.On(head->boot_id, head->seq);
   lost_ += stream.sequence.lost() - lost;

@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/core/broker_link.h"
-#include "drivers/runtime/core/inline_bytes.h"
-#include "drivers/runtime/core/sequence_count.h"
-#include "tools/mqtt/novelty.h"
+#include "core/base/inline_bytes.h"
+#include "core/config/machine_config.h"
+#include "core/messages/broker_link.h"
+#include "core/messages/sequence_count.h"
+#include "tools/mqtt/change_key.h"
 #include "tools/mqtt/outbox.h"
 #include "tools/mqtt/topic_map.h"
 
@@ -31,7 +31,7 @@ struct MqttFeedCounts {
 // belongs to one thread.
 class MqttFeed {
  public:
-  using Sink = std::function<void(BrokerMessage message, Keeping keeping)>;
+  using Sink = std::function<void(BrokerMessage message, RetentionClass keeping)>;
 
   MqttFeed(const MachineConfig& machine, Sink publish);
 
@@ -52,8 +52,8 @@ class MqttFeed {
     MqttTopic topic;
     SequenceCount sequence;
     std::vector<std::uint8_t> held;  // the newest that is not published; empty: none
-    Novelty held_novelty;
-    std::optional<Novelty> published;  // what the newest published one says
+    ChangeKey held_novelty;
+    std::optional<ChangeKey> published;  // what the newest published one says
     MonoNs published_at = 0;
     std::deque<std::string> events;  // marks of those published, the newest last
     std::int64_t publications = 0;

@@ -15,7 +15,8 @@
 #include <regex>
 #include <vector>
 
-#include "drivers/runtime/command/signature.h"
+#include "core/command/signature.h"
+#include "core/messages/encode_message.h"
 #include "tools/mqtt/mqtt_schema.h"
 
 namespace axlecast {
@@ -23,13 +24,6 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
-
-template <typename Message>
-std::vector<std::uint8_t> Encoded(const Message& message) {
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
-  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return bytes;
-}
 
 class MqttFeedTest : public ::testing::Test {
  protected:
@@ -50,7 +44,7 @@ class MqttFeedTest : public ::testing::Test {
 
   MqttFeed& feed() {
     if (!feed_) {
-      feed_.emplace(machine_, [this](BrokerMessage message, Keeping keeping) {
+      feed_.emplace(machine_, [this](BrokerMessage message, RetentionClass keeping) {
         published_.push_back(std::move(message));
         keepings_.push_back(keeping);
       });
@@ -84,7 +78,7 @@ class MqttFeedTest : public ::testing::Test {
   MachineConfig machine_;
   std::optional<MqttFeed> feed_;
   std::vector<BrokerMessage> published_;
-  std::vector<Keeping> keepings_;
+  std::vector<RetentionClass> keepings_;
   MonoNs now_ = 1'000 * kSecond;
   std::int64_t seq_ = 0;
 };
@@ -109,7 +103,7 @@ TEST_F(MqttFeedTest, APositionAsJsonUnderItsTopic) {
   ASSERT_EQ(published_.size(), 1U);
   EXPECT_EQ(published_[0].topic, "plant/a/press3/position/axis1");
   EXPECT_FALSE(published_[0].retain);
-  EXPECT_EQ(keepings_[0], Keeping::kSamples);
+  EXPECT_EQ(keepings_[0], RetentionClass::kSamples);
   const nlohmann::json json = Json(published_[0]);
   EXPECT_EQ(json.at("value"), 12.5);
   EXPECT_EQ(json.at("unit_name"), "mm");
@@ -175,7 +169,7 @@ TEST_F(MqttFeedTest, AStateWhenItChangesElseOnceAMinute) {
   Alarm(2);
   ASSERT_EQ(published_.size(), 4U);
   EXPECT_TRUE(published_[3].retain);
-  EXPECT_EQ(keepings_[3], Keeping::kNewest);
+  EXPECT_EQ(keepings_[3], RetentionClass::kNewest);
   EXPECT_EQ(Json(published_[3]).at("publication"), 3);
 }
 
@@ -223,7 +217,7 @@ TEST_F(MqttFeedTest, ATripIsToldOnce) {
   trip.trip_count = 4;
   feed().OnData("TRIP/axis1", Encoded(trip), now_);
   ASSERT_EQ(published_.size(), 2U);
-  EXPECT_EQ(keepings_[0], Keeping::kEvents);
+  EXPECT_EQ(keepings_[0], RetentionClass::kEvents);
   EXPECT_FALSE(published_[0].retain);
 }
 

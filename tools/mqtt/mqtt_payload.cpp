@@ -1,6 +1,6 @@
 #include "tools/mqtt/mqtt_payload.h"
 
-#include "tools/json/message_json.h"
+#include "core/messages/json/message_json.h"
 
 namespace axlecast {
 

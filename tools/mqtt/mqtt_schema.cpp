@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "tools/json/message_json.h"
+#include "core/messages/json/message_json.h"
 #include "tools/mqtt/mqtt_payload.h"
 #include "tools/mqtt/mqtt_status.h"
 

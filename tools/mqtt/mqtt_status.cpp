@@ -1,13 +1,13 @@
 #include "tools/mqtt/mqtt_status.h"
 
-#include "tools/json/field.h"
+#include "core/messages/json/field.h"
 
 namespace axlecast {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::int64_t Shed(const OutboxCounts& counts, Keeping keeping) {
+std::int64_t Shed(const OutboxCounts& counts, RetentionClass keeping) {
   return counts.shed[static_cast<std::size_t>(keeping)];
 }
 
@@ -28,9 +28,9 @@ Json MqttStatusJson(const char* state, std::int64_t boot_id, std::int64_t utime,
                {"waiting", status.outbox.messages},
                {"waiting_bytes", status.outbox.bytes},
                {"replaced", status.outbox.replaced},
-               {"shed_samples", Shed(status.outbox, Keeping::kSamples)},
-               {"shed_events", Shed(status.outbox, Keeping::kEvents)},
-               {"shed_states", Shed(status.outbox, Keeping::kNewest)},
+               {"shed_samples", Shed(status.outbox, RetentionClass::kSamples)},
+               {"shed_events", Shed(status.outbox, RetentionClass::kEvents)},
+               {"shed_states", Shed(status.outbox, RetentionClass::kNewest)},
                {"refused", status.outbox.refused},
                {"too_long", status.feed.too_long},
                {"lost_before", status.feed.lost},
@@ -45,9 +45,9 @@ std::string MqttStatusLine(const MqttStatus& status) {
   const auto add = [&text](std::int64_t count, const char* of) {
     if (count > 0) text += "; " + std::to_string(count) + ' ' + of;
   };
-  add(Shed(status.outbox, Keeping::kSamples), "samples shed");
-  add(Shed(status.outbox, Keeping::kEvents), "events shed");
-  add(Shed(status.outbox, Keeping::kNewest), "states shed");
+  add(Shed(status.outbox, RetentionClass::kSamples), "samples shed");
+  add(Shed(status.outbox, RetentionClass::kEvents), "events shed");
+  add(Shed(status.outbox, RetentionClass::kNewest), "states shed");
   add(status.outbox.refused, "refused by the broker");
   add(status.feed.too_long, "too long");
   add(status.feed.lost, "lost on LCM");

@@ -19,10 +19,10 @@ std::size_t SizeOf(const BrokerMessage& message) {
 
 Outbox::Outbox(Limits limits) : limits_(limits) {}
 
-void Outbox::Put(BrokerMessage message, Keeping keeping) {
+void Outbox::Put(BrokerMessage message, RetentionClass keeping) {
   const std::scoped_lock lock(mutex_);
   ++counts_.put;
-  if (keeping == Keeping::kNewest) {
+  if (keeping == RetentionClass::kNewest) {
     if (const auto older = newest_.find(message.topic); older != newest_.end()) {
       ++counts_.replaced;
       Erase(entries_.find(older->second));
@@ -35,7 +35,7 @@ void Outbox::Put(BrokerMessage message, Keeping keeping) {
     return;
   }
   const std::int64_t id = next_id_++;
-  if (keeping == Keeping::kNewest) newest_[message.topic] = id;
+  if (keeping == RetentionClass::kNewest) newest_[message.topic] = id;
   entries_.emplace(id, Entry{std::move(message), keeping});
   waiting_[static_cast<std::size_t>(keeping)].insert(id);
   ++counts_.messages;
@@ -45,12 +45,12 @@ void Outbox::Put(BrokerMessage message, Keeping keeping) {
 
 void Outbox::MakeRoom(std::size_t bytes) {
   while (entries_.size() >= limits_.messages || static_cast<std::size_t>(counts_.bytes) + bytes > limits_.bytes) {
-    if (!Shed(Keeping::kSamples) && !Shed(Keeping::kEvents) && !Shed(Keeping::kNewest)) return;
+    if (!Shed(RetentionClass::kSamples) && !Shed(RetentionClass::kEvents) && !Shed(RetentionClass::kNewest)) return;
   }
 }
 
 // False when none of these waits.
-bool Outbox::Shed(Keeping keeping) {
+bool Outbox::Shed(RetentionClass keeping) {
   const std::set<std::int64_t>& waiting = waiting_[static_cast<std::size_t>(keeping)];
   if (waiting.empty()) return false;
   ++counts_.shed[static_cast<std::size_t>(keeping)];
@@ -85,7 +85,7 @@ std::optional<Outbox::Next> Outbox::Take() {
   }
   of->erase(of->begin());
   const Entry& entry = entries_.at(first);
-  if (entry.keeping == Keeping::kNewest) newest_.erase(entry.message.topic);
+  if (entry.keeping == RetentionClass::kNewest) newest_.erase(entry.message.topic);
   return Next{first, entry.message};
 }
 
@@ -111,7 +111,7 @@ void Outbox::Return() {
   for (auto entry = entries_.end(); entry != entries_.begin();) {
     --entry;
     const auto& [id, value] = *entry;
-    if (value.keeping == Keeping::kNewest && !newest_.emplace(value.message.topic, id).second &&
+    if (value.keeping == RetentionClass::kNewest && !newest_.emplace(value.message.topic, id).second &&
         newest_[value.message.topic] != id) {
       ++counts_.replaced;
       const auto older = entry++;

@@ -9,13 +9,13 @@
 #include <set>
 #include <string>
 
-#include "drivers/io/wake_event.h"
-#include "drivers/runtime/core/broker_link.h"
+#include "core/messages/broker_link.h"
+#include "platform/os/wake_event.h"
 
 namespace axlecast {
 
 // What is kept of a topic while the broker takes nothing.
-enum class Keeping : std::uint8_t {
+enum class RetentionClass : std::uint8_t {
   kNewest,   // a state: what is newer replaces it
   kEvents,   // each of them, in order
   kSamples,  // each of them, in order; the first to be shed
@@ -28,7 +28,7 @@ struct OutboxCounts {
   std::int64_t put = 0;                        // since the start, as all below
   std::int64_t taken = 0;                      // the broker has them
   std::int64_t replaced = 0;                   // states that a newer one has replaced before they were sent
-  std::array<std::int64_t, kKeepings> shed{};  // for want of room, by Keeping
+  std::array<std::int64_t, kKeepings> shed{};  // for want of room, by RetentionClass
   std::int64_t refused = 0;                    // the broker does not want them
 
   [[nodiscard]] std::int64_t Lost() const { return shed[0] + shed[1] + shed[2] + refused; }
@@ -50,7 +50,7 @@ class Outbox {
 
   explicit Outbox(Limits limits);
 
-  void Put(BrokerMessage message, Keeping keeping);
+  void Put(BrokerMessage message, RetentionClass keeping);
 
   // The oldest that waits; it is on its way then.
   [[nodiscard]] std::optional<Next> Take();
@@ -65,20 +65,20 @@ class Outbox {
  private:
   struct Entry {
     BrokerMessage message;
-    Keeping keeping;
+    RetentionClass keeping;
   };
   using Entries = std::map<std::int64_t, Entry>;
 
   void Erase(Entries::iterator entry);
   void MakeRoom(std::size_t bytes);
-  [[nodiscard]] bool Shed(Keeping keeping);
+  [[nodiscard]] bool Shed(RetentionClass keeping);
   void Signal();
 
   const Limits limits_;
   WakeEvent event_;
   mutable std::mutex mutex_;
   Entries entries_;                                          // by id, which is the order
-  std::array<std::set<std::int64_t>, kKeepings> waiting_;    // ids by Keeping
+  std::array<std::set<std::int64_t>, kKeepings> waiting_;    // ids by RetentionClass
   std::map<std::string, std::int64_t, std::less<>> newest_;  // of each topic of a state, the id that waits
   std::int64_t next_id_ = 0;
   bool signalled_ = false;

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "drivers/runtime/config/words.h"
+#include "core/base/words.h"
 
 namespace axlecast {
 namespace {
@@ -15,19 +15,19 @@ struct Kind {
   std::string_view channel;
   std::string_view level;
   std::string_view type;
-  Keeping keeping;
+  RetentionClass keeping;
   bool retain;
 };
 
 constexpr std::array<Kind, 8> kKinds = {{
-    {"POSITION", "position/", "position_t", Keeping::kSamples, false},
-    {"MOTOR", "motor/", "motor_health_t", Keeping::kSamples, false},
-    {"LIMITS", "limits/", "motor_limits_t", Keeping::kNewest, true},
-    {"DEVICE", "device/", "device_info_t", Keeping::kNewest, true},
-    {"BUS", "bus/", "bus_health_t", Keeping::kNewest, true},
-    {"ALARM", "alarm/", "alarm_t", Keeping::kNewest, true},
-    {"RECORDER", "recorder/", "recorder_health_t", Keeping::kNewest, true},
-    {"TRIP", "trip/", "trip_log_t", Keeping::kEvents, false},
+    {"POSITION", "position/", "position_t", RetentionClass::kSamples, false},
+    {"MOTOR", "motor/", "motor_health_t", RetentionClass::kSamples, false},
+    {"LIMITS", "limits/", "motor_limits_t", RetentionClass::kNewest, true},
+    {"DEVICE", "device/", "device_info_t", RetentionClass::kNewest, true},
+    {"BUS", "bus/", "bus_health_t", RetentionClass::kNewest, true},
+    {"ALARM", "alarm/", "alarm_t", RetentionClass::kNewest, true},
+    {"RECORDER", "recorder/", "recorder_health_t", RetentionClass::kNewest, true},
+    {"TRIP", "trip/", "trip_log_t", RetentionClass::kEvents, false},
 }};
 
 constexpr std::string_view kRecorderLevel = "recorder/";
@@ -68,8 +68,8 @@ std::optional<MqttTopic> TopicMap::Find(std::string_view channel) {
     }
     if (!known) return std::nullopt;
     MqttTopic topic{base_ + std::string(kind.level) + name, kind.type, kind.keeping, kind.retain, {}};
-    topic.pace = kind.keeping == Keeping::kSamples ? device->second : PositionPace{kAtOnce, 0, kAnyway};
-    if (kind.keeping == Keeping::kEvents) topic.pace = {};
+    topic.pace = kind.keeping == RetentionClass::kSamples ? device->second : PositionPace{kAtOnce, 0, kAnyway};
+    if (kind.keeping == RetentionClass::kEvents) topic.pace = {};
     return topic;
   }
   return std::nullopt;
@@ -77,7 +77,8 @@ std::optional<MqttTopic> TopicMap::Find(std::string_view channel) {
 
 std::optional<MqttTopic> TopicMap::CommandTopic(std::string_view device) const {
   if (!devices_.contains(device)) return std::nullopt;
-  return MqttTopic{base_ + "command/" + std::string(device), "command_status_t", Keeping::kEvents, false, {}};
+  return MqttTopic{
+      base_ + "command/" + std::string(device), "command_status_t", RetentionClass::kEvents, false, {}};
 }
 
 bool TopicMap::IsRecorder(const std::string& name) {

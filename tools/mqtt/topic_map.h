@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "drivers/runtime/config/machine_config.h"
+#include "core/config/machine_config.h"
 #include "tools/mqtt/outbox.h"
 
 namespace axlecast {
@@ -16,7 +16,7 @@ namespace axlecast {
 struct MqttTopic {
   std::string topic;
   std::string_view type;  // of the messages that belong there: "position_t"
-  Keeping keeping = Keeping::kNewest;
+  RetentionClass keeping = RetentionClass::kNewest;
   bool retain = false;
   PositionPace pace;  // shortest and longest distance of two messages
 };

@@ -17,7 +17,7 @@
 #include <axlecast/wire_t.hpp>
 #include <optional>
 
-#include "tools/json/field.h"
+#include "core/messages/json/field.h"
 
 namespace axlecast {
 namespace {

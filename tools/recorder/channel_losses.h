@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/runtime/core/sequence_count.h"
+#include "core/messages/sequence_count.h"
 #include "tools/recorder/logged_message.h"
 
 namespace axlecast {

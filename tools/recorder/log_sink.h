@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "drivers/runtime/core/inline_bytes.h"
+#include "core/base/inline_bytes.h"
 
 namespace axlecast {
 

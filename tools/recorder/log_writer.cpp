@@ -7,7 +7,7 @@
 #include <system_error>
 #include <utility>
 
-#include "drivers/io/mapped_file.h"
+#include "platform/os/mapped_file.h"
 #include "tools/log/log_event.h"
 #include "tools/log/log_header.h"
 #include "tools/log/log_span.h"

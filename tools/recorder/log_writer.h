@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/io/log_file.h"
-#include "drivers/runtime/core/clock.h"
+#include "core/base/clock.h"
+#include "platform/os/log_file.h"
 #include "tools/recorder/log_sink.h"
 #include "tools/recorder/retention.h"
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "drivers/runtime/core/inline_bytes.h"
+#include "core/base/inline_bytes.h"
 
 namespace axlecast {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/core/instant.h"
+#include "core/base/time.h"
 #include "tools/recorder/logged_message.h"
 
 namespace axlecast {

@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <string>
 
-#include "drivers/runtime/core/instant.h"
-#include "drivers/runtime/position/alarm_book.h"
-#include "tools/recorder/recording.h"
+#include "core/alarm/alarm_table.h"
+#include "core/base/time.h"
+#include "tools/recorder/recording_session.h"
 
 namespace axlecast {
 
@@ -36,7 +36,7 @@ class RecordingAlarms {
   [[nodiscard]] const alarm_t& Make(const RecordingStatus& status, MonoNs now, std::int64_t utime);
 
  private:
-  AlarmBook book_;
+  AlarmTable book_;
   alarm_t message_{};
   std::int64_t missing_before_ = 0;
 };

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "drivers/runtime/command/capped_text.h"
+#include "core/base/truncated_text.h"
 
 namespace axlecast {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 #include <utility>
 
-#include "drivers/runtime/core/instant.h"
-#include "tools/recorder/recording.h"
+#include "core/base/time.h"
+#include "tools/recorder/recording_session.h"
 
 namespace axlecast {
 

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "drivers/runtime/core/message_sink.h"
+#include "core/messages/message_sink.h"
 
 namespace axlecast {
 namespace {

@@ -69,9 +69,9 @@ void BusRedecoder::Start(const wire_t& message) {
   units_.clear();
   for (const DeviceConfig& device : bus_.devices) {
     Unit unit;
-    unit.channel = std::make_unique<Channel>(
+    unit.channel = std::make_unique<DevicePublisher>(
         bus_, device,
-        ChannelContext{
+        DevicePublisherContext{
             .boot_id = message.boot_id, .time = &time_, .sink = &sink_, .on_outcome = {}, .redecoded = true});
     unit.device = bus_.family->make_device(bus_, device, *unit.channel, secrets_);
     units_.push_back(std::move(unit));

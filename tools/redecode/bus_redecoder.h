@@ -7,12 +7,12 @@
 #include <optional>
 #include <vector>
 
+#include "core/base/secret.h"
+#include "core/base/timebase.h"
+#include "core/config/machine_config.h"
+#include "core/messages/message_sink.h"
+#include "drivers/runtime/axis/device_publisher.h"
 #include "drivers/runtime/bus/wire_reader.h"
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/core/message_sink.h"
-#include "drivers/runtime/core/secret.h"
-#include "drivers/runtime/core/timebase.h"
-#include "drivers/runtime/position/channel.h"
 
 namespace axlecast {
 
@@ -52,7 +52,7 @@ class BusRedecoder {
     [[nodiscard]] std::string Read(const SecretPlace& place, Secret& into) override;
   };
   struct Unit {
-    std::unique_ptr<Channel> channel;
+    std::unique_ptr<DevicePublisher> channel;
     std::unique_ptr<Device> device;
     std::int64_t datum_utime = 0;  // of the datum that was last told; 0: the file's, or none
   };

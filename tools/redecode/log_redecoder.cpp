@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "drivers/runtime/core/decode_message.h"
+#include "core/messages/decode_message.h"
 
 namespace axlecast {
 namespace {

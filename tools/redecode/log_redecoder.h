@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "drivers/runtime/config/machine_config.h"
+#include "core/config/machine_config.h"
 #include "tools/log/log_event.h"
 #include "tools/redecode/bus_redecoder.h"
 #include "tools/redecode/recording_diff.h"

@@ -5,18 +5,12 @@
 #include <optional>
 #include <utility>
 
-#include "drivers/runtime/core/decode_message.h"
-#include "tools/json/message_json.h"
+#include "core/messages/decode_message.h"
+#include "core/messages/encode_message.h"
+#include "core/messages/json/message_json.h"
 
 namespace axlecast {
 namespace {
-
-template <typename Message>
-std::vector<std::uint8_t> Encode(const Message& message) {
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
-  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return bytes;
-}
 
 // The message without what must differ, and its instant.
 template <typename Message>
@@ -25,7 +19,7 @@ std::optional<std::pair<MonoNs, std::vector<std::uint8_t>>> Comparable(Bytes byt
   if (!message) return std::nullopt;
   message->seq = 0;
   message->flags &= ~Message::FLAG_REDECODED;
-  return std::pair(message->mono_ns, Encode(*message));
+  return std::pair(message->mono_ns, Encoded(*message));
 }
 
 }  // namespace

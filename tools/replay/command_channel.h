@@ -2,7 +2,7 @@
 
 #include <string_view>
 
-#include "drivers/runtime/core/inline_bytes.h"
+#include "core/base/inline_bytes.h"
 
 namespace axlecast {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/core/instant.h"
+#include "core/base/time.h"
 #include "tools/log/log_merge.h"
 #include "tools/replay/replay_channels.h"
 #include "tools/replay/replay_range.h"

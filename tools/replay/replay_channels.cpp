@@ -3,7 +3,7 @@
 #include <optional>
 #include <utility>
 
-#include "drivers/runtime/core/expression.h"
+#include "core/base/expression.h"
 #include "tools/log/log_header.h"
 
 namespace axlecast {

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "drivers/runtime/core/instant.h"
+#include "core/base/time.h"
 
 namespace axlecast {
 

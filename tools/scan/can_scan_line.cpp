@@ -2,8 +2,8 @@
 
 #include <variant>
 
-#include "drivers/io/can_socket.h"
-#include "drivers/io/simulated_can.h"
+#include "drivers/hal/can_socket.h"
+#include "drivers/hal/simulated_can.h"
 
 namespace axlecast {
 
@@ -50,7 +50,7 @@ bool CanScanLine::Set(const ProbeTrial& trial) {
     if (!is_up() && !ListenAt(trial.bitrate)) return false;
     link_ = std::make_unique<CanSocket>(CanSettings{.interface = interface_, .bitrate = 0, .filters = {}}, clock_);
   }
-  medium_ = std::make_unique<FrameMedium>(*link_, clock_);
+  medium_ = std::make_unique<CanTransactor>(*link_, clock_);
   if (link_->Open().empty()) return true;
   link_.reset();
   return false;

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/io/can_netlink.h"
-#include "drivers/runtime/bus/frame_medium.h"
+#include "drivers/hal/can_netlink.h"
+#include "drivers/runtime/bus/can_transactor.h"
 #include "tools/scan/scan.h"
 
 namespace axlecast {
@@ -29,7 +29,7 @@ class CanScanLine final : public ScanLine {
   [[nodiscard]] std::string ListenLine() const;
 
   [[nodiscard]] bool Set(const ProbeTrial& trial) override;
-  [[nodiscard]] Medium& medium() override { return *medium_; }
+  [[nodiscard]] Transactor& medium() override { return *medium_; }
 
  private:
   [[nodiscard]] bool IsSimulated() const { return interface_.starts_with('/'); }
@@ -42,7 +42,7 @@ class CanScanLine final : public ScanLine {
   bool touched_ = false;      // its settings are no longer those
   std::int64_t current_ = 0;  // that the socket is open at
   std::unique_ptr<FrameLink> link_;
-  std::unique_ptr<FrameMedium> medium_;
+  std::unique_ptr<CanTransactor> medium_;
 };
 
 // The trials at each of these rates, the first rate first.

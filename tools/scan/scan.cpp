@@ -95,7 +95,7 @@ class ScanRun {
       return Stopped();
     });
     if (!kept) static_cast<void>(Lost());
-    for (ProbeFinding& finding : probe->Findings()) {
+    for (ProbeHit& finding : probe->Findings()) {
       report_.found.push_back({planned.family, planned.trial, std::move(finding)});
     }
     if (!probe->Disturbed()) return;

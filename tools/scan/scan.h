@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/bus/medium.h"
-#include "drivers/runtime/core/clock.h"
+#include "core/base/clock.h"
+#include "drivers/runtime/bus/transactor.h"
 #include "tools/scan/scan_plan.h"
 
 namespace axlecast {
@@ -18,7 +18,7 @@ class ScanLine {
 
   // Sets it as the trial wants it; false when port or adapter cannot.
   [[nodiscard]] virtual bool Set(const ProbeTrial& trial) = 0;
-  [[nodiscard]] virtual Medium& medium() = 0;
+  [[nodiscard]] virtual Transactor& medium() = 0;
 };
 
 struct ScanHooks {
@@ -33,7 +33,7 @@ struct ScanHooks {
 struct FoundDevice {
   const Family* family = nullptr;
   ProbeTrial trial;  // that found it
-  ProbeFinding finding;
+  ProbeHit finding;
 };
 
 struct ScanReport {

@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
-#include "drivers/runtime/core/family.h"
-#include "drivers/runtime/core/probe.h"
+#include "core/device/family.h"
+#include "core/device/probe.h"
 
 namespace axlecast {
 

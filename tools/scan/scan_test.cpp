@@ -6,8 +6,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "drivers/runtime/bus/line_medium.h"
-#include "drivers/runtime/config/load.h"
+#include "core/config/load.h"
+#include "drivers/runtime/bus/serial_transactor.h"
 #include "tests/support/fake_clock.h"
 #include "tests/support/scripted_link.h"
 #include "tests/support/simulator_link.h"
@@ -31,7 +31,7 @@ class SimulatedLine final : public ScanLine {
     EXPECT_TRUE(errors.empty()) << errors.Text();
     link_ = std::make_unique<SimulatorLink>(clock, *simulator_, 9'600);
     EXPECT_EQ(link_->Open(), "");
-    medium_ = std::make_unique<LineMedium>(*link_, clock, false, nullptr);
+    medium_ = std::make_unique<SerialTransactor>(*link_, clock, false, nullptr);
   }
 
   [[nodiscard]] bool Set(const ProbeTrial& trial) override {
@@ -41,7 +41,7 @@ class SimulatedLine final : public ScanLine {
     while (stray != nullptr && stray->kind != Event::Kind::kLinkDown) stray = medium_->FindStray();
     return set || stray != nullptr;  // the next step says that it is lost
   }
-  [[nodiscard]] Medium& medium() override { return *medium_; }
+  [[nodiscard]] Transactor& medium() override { return *medium_; }
 
   // The sum of a quantity over all devices.
   [[nodiscard]] int Sum(const std::string& quantity) const {
@@ -63,7 +63,7 @@ class SimulatedLine final : public ScanLine {
   std::optional<MachineConfig> machine_;
   std::unique_ptr<Simulator> simulator_;
   std::unique_ptr<SimulatorLink> link_;
-  std::unique_ptr<LineMedium> medium_;
+  std::unique_ptr<SerialTransactor> medium_;
 };
 
 ScanReport ScanOf(SimulatedLine& line, const ProbeScope& scope = {}, bool may_ask = true) {
@@ -221,7 +221,7 @@ class LateLine final : public ScanLine {
     });
   }
   [[nodiscard]] bool Set(const ProbeTrial& trial) override { return link_.SetBaud(trial.line.baud); }
-  [[nodiscard]] Medium& medium() override { return medium_; }
+  [[nodiscard]] Transactor& medium() override { return medium_; }
 
   FakeClock clock;
   int asked = 0;
@@ -229,7 +229,7 @@ class LateLine final : public ScanLine {
 
  private:
   ScriptedLink link_{clock};
-  LineMedium medium_{link_, clock, false, nullptr};
+  SerialTransactor medium_{link_, clock, false, nullptr};
 };
 
 // What an adapter has received at one rate it may hand over when the next rate is tried.

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "drivers/io/line_guard.h"
-#include "drivers/runtime/config/load_link.h"
+#include "core/config/load_link.h"
+#include "drivers/hal/line_guard.h"
 
 namespace axlecast {
 namespace {
@@ -50,14 +50,14 @@ Json JsonOf(const std::string& scalar) {
   return json.is_discarded() ? Json(scalar) : json;
 }
 
-std::string Flow(const ProbeFinding::Keys& keys) {
+std::string Flow(const ProbeHit::Keys& keys) {
   std::string text;
   for (const auto& [key, value] : keys) text += (text.empty() ? "" : ", ") + key + ": " + value;
   return '{' + text + '}';
 }
 
-ProbeFinding::Keys LinkOf(const ScanPlace& place, const FoundDevice& device) {
-  ProbeFinding::Keys keys = {{LinkKey(device.family->link), QuotedYaml(place.port)}};
+ProbeHit::Keys LinkOf(const ScanPlace& place, const FoundDevice& device) {
+  ProbeHit::Keys keys = {{LinkKey(device.family->link), QuotedYaml(place.port)}};
   const ProbeTrial& trial = device.trial;
   switch (place.kind) {
     case ScanLineKind::kSerial:
@@ -141,7 +141,7 @@ std::string ScanText(const ScanPlace& place, const ScanReport& report) {
 Json ScanJson(const ScanPlace& place, const ScanReport& report) {
   Json found = Json::array();
   for (const FoundDevice& device : report.found) {
-    const auto object = [](const ProbeFinding::Keys& keys) {
+    const auto object = [](const ProbeHit::Keys& keys) {
       Json json = Json::object();
       for (const auto& [key, value] : keys) json[key] = JsonOf(value);
       return json;

@@ -1,6 +1,6 @@
 #include "tools/scan/serial_scan_line.h"
 
-#include "drivers/io/port_holder.h"
+#include "drivers/hal/port_holder.h"
 
 namespace axlecast {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "drivers/io/serial_port.h"
-#include "drivers/runtime/bus/line_medium.h"
+#include "drivers/hal/serial_port.h"
+#include "drivers/runtime/bus/serial_transactor.h"
 #include "tools/scan/scan.h"
 
 namespace axlecast {
@@ -16,12 +16,12 @@ class SerialScanLine final : public ScanLine {
   // Empty, or the cause and the remedy; names who holds the port.
   [[nodiscard]] std::string Open();
   [[nodiscard]] bool Set(const ProbeTrial& trial) override;
-  [[nodiscard]] Medium& medium() override { return medium_; }
+  [[nodiscard]] Transactor& medium() override { return medium_; }
 
  private:
   std::string path_;
   SerialPort port_;
-  LineMedium medium_;
+  SerialTransactor medium_;
 };
 
 }  // namespace axlecast

@@ -2,8 +2,8 @@
 
 #include <filesystem>
 
-#include "drivers/io/simulated_spi.h"
-#include "drivers/io/spi_port.h"
+#include "drivers/hal/simulated_spi.h"
+#include "drivers/hal/spi_port.h"
 
 namespace axlecast {
 
@@ -16,7 +16,7 @@ std::string SpiScanLine::OpenWith(const SpiSettings& settings) {
   } else {
     link_ = std::make_unique<SpiPort>(path_, settings, clock_);
   }
-  medium_ = std::make_unique<LineMedium>(*link_, clock_, false, nullptr);
+  medium_ = std::make_unique<SerialTransactor>(*link_, clock_, false, nullptr);
   return link_->Open();
 }
 

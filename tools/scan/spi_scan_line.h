@@ -3,8 +3,8 @@
 #include <memory>
 #include <string>
 
-#include "drivers/runtime/bus/line_medium.h"
-#include "drivers/runtime/core/byte_link.h"
+#include "core/device/byte_link.h"
+#include "drivers/runtime/bus/serial_transactor.h"
 #include "tools/scan/scan.h"
 
 namespace axlecast {
@@ -17,7 +17,7 @@ class SpiScanLine final : public ScanLine {
   // Empty, or the cause and the remedy.
   [[nodiscard]] std::string Open() { return OpenWith({.mode = 2, .clock_hz = 100'000}); }
   [[nodiscard]] bool Set(const ProbeTrial& trial) override { return OpenWith(trial.spi).empty(); }
-  [[nodiscard]] Medium& medium() override { return *medium_; }
+  [[nodiscard]] Transactor& medium() override { return *medium_; }
 
  private:
   [[nodiscard]] std::string OpenWith(const SpiSettings& settings);
@@ -25,7 +25,7 @@ class SpiScanLine final : public ScanLine {
   const std::string path_;
   const Clock& clock_;
   std::unique_ptr<ByteLink> link_;
-  std::unique_ptr<LineMedium> medium_;
+  std::unique_ptr<SerialTransactor> medium_;
 };
 
 }  // namespace axlecast

@@ -6,7 +6,7 @@
 #include <map>
 #include <string>
 
-#include "drivers/runtime/core/sample.h"
+#include "core/device/sample.h"
 
 namespace axlecast {
 

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "drivers/runtime/core/decode_message.h"
-#include "drivers/runtime/core/sample.h"
-#include "tools/json/names.h"
+#include "core/device/sample.h"
+#include "core/messages/decode_message.h"
+#include "core/messages/json/names.h"
 #include "tools/service/growth.h"
 
 namespace axlecast {
@@ -43,7 +43,7 @@ std::int64_t Failed(const device_info_t& first, const device_info_t& last) {
   return sum;
 }
 
-HardwareFinding StateFinding(const char* what, bool good, std::string_view state, const std::string& reason) {
+AcceptanceResult StateFinding(const char* what, bool good, std::string_view state, const std::string& reason) {
   return {what, std::string(state) + (reason.empty() ? "" : ": " + reason), good ? Verdict::kGood : Verdict::kBad,
           good ? "" : "mend this first: the rest says little until then"};
 }
@@ -115,8 +115,8 @@ std::string ErrorAdvice(std::size_t kind, const Family* family, bool some_good) 
   }
 }
 
-HardwareFinding JudgeRotation(double turns, std::int8_t direction) {
-  HardwareFinding finding{"one turn by hand", Print("%+.3f turns", turns), Verdict::kGood, ""};
+AcceptanceResult JudgeRotation(double turns, std::int8_t direction) {
+  AcceptanceResult finding{"one turn by hand", Print("%+.3f turns", turns), Verdict::kGood, ""};
   const char* const positive = direction >= 0 ? "counter-clockwise" : "clockwise";
   if (std::abs(turns) < 0.05) {
     finding.verdict = Verdict::kBad;
@@ -216,8 +216,8 @@ void HardwareWatch::JudgeReadings(Findings& findings) const {
   const std::int64_t good = readings();
   const std::int64_t failed = errors();
   const double share = good + failed > 0 ? static_cast<double>(failed) / static_cast<double>(good + failed) : 1;
-  HardwareFinding all{"good readings", std::to_string(good) + " of " + std::to_string(good + failed),
-                      Verdict::kGood, ""};
+  AcceptanceResult all{"good readings", std::to_string(good) + " of " + std::to_string(good + failed),
+                       Verdict::kGood, ""};
   if (failed > 0 || good == 0) all.verdict = share > kBadShare ? Verdict::kBad : Verdict::kAttention;
   if (good == 0) all.advice = WhyNoReading();
   group.findings.push_back(std::move(all));
@@ -252,10 +252,10 @@ void HardwareWatch::JudgeBus(Findings& findings) const {
     const double wire_us = bus_->wire_limit_hz > 0 ? 1e6 / static_cast<double>(bus_->wire_limit_hz) : 0;
     const bool slow = wire_us > 0 && static_cast<double>(p50) > 5 * wire_us + 1'000;
     const bool uneven = slowest_p99_us_ > 10 * p50 + 1'000;
-    HardwareFinding turnaround{"turnaround",
-                               Print("min %.0f us, p50 %.0f us, p99 %.0f us", static_cast<double>(fastest_us_),
-                                     static_cast<double>(p50), static_cast<double>(slowest_p99_us_)),
-                               slow || uneven ? Verdict::kAttention : Verdict::kGood, ""};
+    AcceptanceResult turnaround{"turnaround",
+                                Print("min %.0f us, p50 %.0f us, p99 %.0f us", static_cast<double>(fastest_us_),
+                                      static_cast<double>(p50), static_cast<double>(slowest_p99_us_)),
+                                slow || uneven ? Verdict::kAttention : Verdict::kGood, ""};
     if (slow)
       turnaround.advice =
           "slow for the wire: the USB adapter's latency timer (1 ms), or a device that takes its time";

@@ -10,9 +10,9 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/core/inline_bytes.h"
-#include "tools/service/hardware_finding.h"
+#include "core/base/inline_bytes.h"
+#include "core/config/machine_config.h"
+#include "tools/service/acceptance_result.h"
 #include "tools/service/motion_watch.h"
 
 namespace axlecast {
@@ -63,6 +63,6 @@ class HardwareWatch {
 [[nodiscard]] std::string ErrorAdvice(std::size_t kind, const Family* family, bool some_good);
 
 // A shaft that was turned by hand once: `turns` in the device's direction.
-[[nodiscard]] HardwareFinding JudgeRotation(double turns, std::int8_t direction);
+[[nodiscard]] AcceptanceResult JudgeRotation(double turns, std::int8_t direction);
 
 }  // namespace axlecast

@@ -1,4 +1,5 @@
 #include "tools/service/hardware_watch.h"
+#include "core/messages/encode_message.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,13 +13,6 @@ namespace {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-template <typename Message>
-std::vector<std::uint8_t> Encoded(const Message& message) {
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
-  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return bytes;
-}
 
 class HardwareWatchTest : public ::testing::Test {
  protected:
@@ -44,9 +38,9 @@ class HardwareWatchTest : public ::testing::Test {
     bus_.exchanges += good + timeouts;
     Send();
   }
-  HardwareFinding Of(const std::string& what) const {
+  AcceptanceResult Of(const std::string& what) const {
     for (const FindingGroup& group : watch_.Judge()) {
-      for (const HardwareFinding& finding : group.findings) {
+      for (const AcceptanceResult& finding : group.findings) {
         if (finding.what == what) return finding;
       }
     }

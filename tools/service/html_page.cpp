@@ -1,6 +1,6 @@
 #include "tools/service/html_page.h"
 
-#include "tools/text/markup.h"
+#include "core/base/markup.h"
 
 namespace axlecast {
 namespace {

@@ -68,7 +68,7 @@ FindingGroup MotionWatch::Judge(const DeviceConfig& device) const {
   const bool own = device.speed_rpm > 0 && device.accel_rad_s2 > 0;
   const double most_rpm = device.settings ? device.settings->max_speed_rpm : 0;
   const double most_accel = device.settings ? device.settings->max_accel_rad_s2 : 0;
-  HardwareFinding limits{own ? "limits of the axis" : "limits of the model only", "", Verdict::kGood, ""};
+  AcceptanceResult limits{own ? "limits of the axis" : "limits of the model only", "", Verdict::kGood, ""};
   const double rpm = device.speed_rpm > 0 ? device.speed_rpm : most_rpm;
   const double accel = device.accel_rad_s2 > 0 ? device.accel_rad_s2 : most_accel;
   limits.value = Print("%.6g rpm, ", rpm) + (accel > 0 ? Print("%.6g rad/s2", accel) : "no acceleration");

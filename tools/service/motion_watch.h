@@ -3,8 +3,8 @@
 #include <axlecast/position_t.hpp>
 #include <optional>
 
-#include "drivers/runtime/config/machine_config.h"
-#include "tools/service/hardware_finding.h"
+#include "core/config/machine_config.h"
+#include "tools/service/acceptance_result.h"
 
 namespace axlecast {
 

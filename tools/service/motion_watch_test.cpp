@@ -39,7 +39,7 @@ class MotionWatchTest : public ::testing::Test {
     }
     begin_ += 1'000'000'000LL;
   }
-  HardwareFinding Limits() const { return watch_.Judge(device_).findings.at(1); }
+  AcceptanceResult Limits() const { return watch_.Judge(device_).findings.at(1); }
 
   DeviceConfig device_;
   MotionWatch watch_;

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/config/machine_config.h"
+#include "core/config/machine_config.h"
 #include "tools/replay/replay.h"
-#include "tools/web/web_scene.h"
+#include "tools/web/web_model.h"
 
 namespace axlecast {
 
@@ -32,10 +32,10 @@ class LogPlayer {
   void Play(bool play, MonoNs now);
   void SetSpeed(double speed, MonoNs now);
 
-  [[nodiscard]] WebScene& scene() { return *scene_; }
+  [[nodiscard]] WebModel& scene() { return *scene_; }
   [[nodiscard]] WebPlayback Playback(MonoNs now) const;
   // The log's time.
-  [[nodiscard]] WebInstant Now(MonoNs now) const;
+  [[nodiscard]] WebTimestamp Now(MonoNs now) const;
 
  private:
   const std::vector<Bytes>& logs_;
@@ -43,7 +43,7 @@ class LogPlayer {
   std::string version_;
   WebLogFacts facts_;
   Replay replay_;
-  std::unique_ptr<WebScene> scene_;
+  std::unique_ptr<WebModel> scene_;
   double speed_ = 1;
   bool playing_ = false;
   std::int64_t target_ = 0;

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "tools/json/field.h"
+#include "core/messages/json/field.h"
 #include "tools/log/log_span.h"
 
 namespace axlecast {

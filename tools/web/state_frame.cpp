@@ -4,10 +4,10 @@
 #include <iterator>
 #include <numbers>
 
-#include "drivers/runtime/core/sample.h"
-#include "tools/json/field.h"
-#include "tools/json/message_json.h"
-#include "tools/json/names.h"
+#include "core/device/sample.h"
+#include "core/messages/json/field.h"
+#include "core/messages/json/message_json.h"
+#include "core/messages/json/names.h"
 #include "tools/monitor/trip_margins.h"
 #include "tools/web/web_frames.h"
 
@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json HeardUtime(MonoNs at, WebInstant now) {
+Json HeardUtime(MonoNs at, WebTimestamp now) {
   return at == 0 ? Json(nullptr) : Json(now.utime - (now.mono - at) / kMicrosecond);
 }
 
@@ -97,14 +97,14 @@ Json MotorJson(const motor_health_t& motor) {
 }
 
 // What trips a motor, beside the reading; null until LIMITS was received.
-Json LimitsJson(const DeviceView& device, WebInstant now) {
+Json LimitsJson(const DeviceView& device, WebTimestamp now) {
   if (!device.limits) return nullptr;
   return {{"utime", device.limits->utime},
           {"heard_utime", HeardUtime(device.limits_at, now)},
           {"margins", MarginsJson(TripMargins(device.motor.value_or(motor_health_t{}), *device.limits))}};
 }
 
-Json ReadingJson(const DeviceView& device, WebInstant now) {
+Json ReadingJson(const DeviceView& device, WebTimestamp now) {
   if (device.has_position ? !device.position : !device.motor) return nullptr;
   const std::int64_t age_us = std::max<MonoNs>(now.mono - device.reading_at, 0) / kMicrosecond;
   const bool silent = !device.State(now.mono);
@@ -142,7 +142,7 @@ Json InfoPart(const device_info_t& info) {
           {"last_good_utime", UtimeOrNull(info.last_good_utime)}};
 }
 
-Json DeviceJson(const DeviceView& device, WebInstant now) {
+Json DeviceJson(const DeviceView& device, WebTimestamp now) {
   const auto state = device.State(now.mono);
   Json json = {{"device", device.name},
                {"state", state ? Json(DeviceStateName(*state)) : Json(nullptr)},
@@ -158,7 +158,7 @@ Json DeviceJson(const DeviceView& device, WebInstant now) {
   return json;
 }
 
-Json BusJson(const BusView& bus, WebInstant now) {
+Json BusJson(const BusView& bus, WebTimestamp now) {
   const auto state = bus.State(now.mono);
   Json json = {{"bus", bus.name},
                {"state", state ? Json(BusStateName(*state)) : Json(nullptr)},
@@ -194,7 +194,7 @@ Json SendersJson(const recorder_health_t& health) {
   return json;
 }
 
-Json RecorderJson(const RecorderView& recorder, WebInstant now) {
+Json RecorderJson(const RecorderView& recorder, WebTimestamp now) {
   static constexpr std::array<std::string_view, 5> kStates = {"RECORDING", "PRE_TRIGGER", "DISK_FULL", "ERROR",
                                                               "STOPPING"};
   const auto state = recorder.State(now.mono);
@@ -223,7 +223,7 @@ Json RecorderJson(const RecorderView& recorder, WebInstant now) {
 }
 
 template <typename Views, typename Describe>
-Json ListOf(const Views& views, const Describe& describe, WebInstant now) {
+Json ListOf(const Views& views, const Describe& describe, WebTimestamp now) {
   Json json = Json::array();
   for (const auto& view : views) json.push_back(describe(view, now));
   return json;
@@ -231,7 +231,7 @@ Json ListOf(const Views& views, const Describe& describe, WebInstant now) {
 
 }  // namespace
 
-std::string StateFrame(const Monitor& monitor, WebInstant now) {
+std::string StateFrame(const Monitor& monitor, WebTimestamp now) {
   const ReceptionCounts& reception = monitor.machine().reception();
   return JsonLine({{"type", "state"},
                    {"utime", now.utime},

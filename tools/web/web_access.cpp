@@ -9,8 +9,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "drivers/io/process.h"
-#include "tools/json/field.h"
+#include "core/messages/json/field.h"
+#include "platform/os/process.h"
 
 namespace axlecast {
 namespace {

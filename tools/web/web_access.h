@@ -5,9 +5,9 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/io/web_server.h"
-#include "drivers/runtime/core/instant.h"
-#include "drivers/runtime/core/secret.h"
+#include "core/base/secret.h"
+#include "core/base/time.h"
+#include "platform/net/web_server.h"
 
 namespace axlecast {
 

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <iterator>
 
-#include "drivers/runtime/command/command_words.h"
-#include "tools/json/field.h"
-#include "tools/json/message_json.h"
-#include "tools/json/names.h"
+#include "core/command/command_words.h"
+#include "core/messages/json/field.h"
+#include "core/messages/json/message_json.h"
+#include "core/messages/json/names.h"
 
 namespace axlecast {
 namespace {

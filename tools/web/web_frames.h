@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/core/instant.h"
+#include "core/base/time.h"
+#include "core/config/machine_config.h"
 #include "tools/monitor/monitor.h"
 #include "tools/web/sample_history.h"
 
@@ -19,7 +19,7 @@ namespace axlecast {
 // The frames of docs/web_protocol.md, as one line of JSON each.
 
 // The same instant on both clocks; in a log, of the event that is shown.
-struct WebInstant {
+struct WebTimestamp {
   MonoNs mono = 0;
   std::int64_t utime = 0;
 };
@@ -40,7 +40,7 @@ struct WebColumn {
 // `machine` is the one of the file; devices that it does not list were only heard.
 [[nodiscard]] std::string HelloFrame(const Monitor& monitor, const MachineConfig& machine, std::string_view version,
                                      const std::optional<WebLogFacts>& log);
-[[nodiscard]] std::string StateFrame(const Monitor& monitor, WebInstant now);
+[[nodiscard]] std::string StateFrame(const Monitor& monitor, WebTimestamp now);
 // `before`: the names that the frame before it held.
 [[nodiscard]] std::string AlarmsFrame(std::string_view device, const AlarmView& alarms, std::int64_t utime,
                                       const std::set<std::string>& before);

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "tools/json/message_json.h"
+#include "core/messages/json/message_json.h"
 #include "tools/monitor/one_axis.h"
 
 namespace axlecast {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "drivers/runtime/bus/frame_medium.h"
-#include "drivers/runtime/bus/line_medium.h"
+#include "drivers/runtime/bus/can_transactor.h"
+#include "drivers/runtime/bus/serial_transactor.h"
 
 namespace axlecast {
 namespace {
@@ -14,7 +14,7 @@ constexpr int kReadsBeforeTransmitting = 4;
 
 }  // namespace
 
-Bus::Bus(const BusSettings& settings, Link& link, std::unique_ptr<Medium> medium, const Clock& clock,
+Bus::Bus(const BusSettings& settings, Link& link, std::unique_ptr<Transactor> medium, const Clock& clock,
          LinkObserver& observer, WireLog* wire)
     : settings_(settings),
       link_(link),
@@ -27,11 +27,12 @@ Bus::Bus(const BusSettings& settings, Link& link, std::unique_ptr<Medium> medium
       reopen_pause_(settings.reopen_first) {}
 
 Bus::Bus(const BusSettings& settings, ByteLink& link, const Clock& clock, LinkObserver& observer, WireLog* wire)
-    : Bus(settings, link, std::make_unique<LineMedium>(link, clock, settings.echo, settings.lines, settings.wire),
-          clock, observer, wire) {}
+    : Bus(settings, link,
+          std::make_unique<SerialTransactor>(link, clock, settings.echo, settings.lines, settings.wire), clock,
+          observer, wire) {}
 
 Bus::Bus(const BusSettings& settings, FrameLink& link, const Clock& clock, LinkObserver& observer, WireLog* wire)
-    : Bus(settings, link, std::make_unique<FrameMedium>(link, clock), clock, observer, wire) {}
+    : Bus(settings, link, std::make_unique<CanTransactor>(link, clock), clock, observer, wire) {}
 
 MonoNs Bus::RunOnce(MonoNs by) {
   if (!up_) return Reopen(by);
@@ -89,7 +90,7 @@ MonoNs Bus::Deliver(const Event* event, std::size_t device, MonoNs now) {
     whose.device = of_bus ? -1 : static_cast<int>(device);
     wire_->Record(whose);
   }
-  if (event->kind == Event::Kind::kStray && !event->early && !event->secret)
+  if (event->kind == Event::Kind::kUnexpectedBytes && !event->early && !event->secret)
     guard_->CameUnexpected(event->bytes, event->received.last);
   if (event->kind == Event::Kind::kFrame && (event->id & kCanError) == 0) ++exchanges_;
   if (event->kind == Event::Kind::kLinkDown) {

@@ -5,16 +5,16 @@
 #include <string>
 #include <string_view>
 
-#include "drivers/runtime/bus/exchange_histogram.h"
-#include "drivers/runtime/bus/exchange_stats.h"
-#include "drivers/runtime/bus/medium.h"
+#include "core/base/clock.h"
+#include "core/base/exchange_histogram.h"
+#include "core/base/exchange_stats.h"
+#include "core/device/byte_link.h"
+#include "core/device/frame_link.h"
+#include "core/device/pulse_lines.h"
 #include "drivers/runtime/bus/schedule.h"
 #include "drivers/runtime/bus/stale_reply_guard.h"
+#include "drivers/runtime/bus/transactor.h"
 #include "drivers/runtime/bus/wire_log.h"
-#include "drivers/runtime/core/byte_link.h"
-#include "drivers/runtime/core/clock.h"
-#include "drivers/runtime/core/frame_link.h"
-#include "drivers/runtime/core/pulse_lines.h"
 
 namespace axlecast {
 
@@ -71,7 +71,7 @@ class Bus {
   [[nodiscard]] const ExchangeHistogram& times() const { return times_; }  // the same, since the start
 
  private:
-  Bus(const BusSettings& settings, Link& link, std::unique_ptr<Medium> medium, const Clock& clock,
+  Bus(const BusSettings& settings, Link& link, std::unique_ptr<Transactor> medium, const Clock& clock,
       LinkObserver& observer, WireLog* wire);
 
   MonoNs Reopen(MonoNs by);
@@ -87,7 +87,7 @@ class Bus {
   const Clock& clock_;
   LinkObserver& observer_;
   WireLog* wire_;
-  std::unique_ptr<Medium> medium_;
+  std::unique_ptr<Transactor> medium_;
   std::unique_ptr<StaleReplyGuard> guard_;  // the schedule looks at it
   Schedule schedule_;
   ExchangeStats stats_;

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numeric>
 
-#include "drivers/runtime/command/capped_text.h"
+#include "core/base/truncated_text.h"
 
 namespace axlecast {
 namespace {

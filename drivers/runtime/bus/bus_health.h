@@ -9,12 +9,12 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/timebase.h"
+#include "core/config/machine_config.h"
+#include "core/device/sample.h"
+#include "core/messages/message_sink.h"
 #include "drivers/runtime/bus/bus.h"
 #include "drivers/runtime/bus/can_watch.h"
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/core/message_sink.h"
-#include "drivers/runtime/core/sample.h"
-#include "drivers/runtime/core/timebase.h"
 
 namespace axlecast {
 

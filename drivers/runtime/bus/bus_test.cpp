@@ -105,7 +105,7 @@ TEST_F(BusTest, NeverTransmitsOverStrayBytes) {
   devices_[0]->started.clear();
   bus_->RunOnce(kNever);
   EXPECT_EQ(link_.written().size(), before);
-  EXPECT_THAT(devices_[0]->told, ElementsAre(Event::Kind::kStray));
+  EXPECT_THAT(devices_[0]->told, ElementsAre(Event::Kind::kUnexpectedBytes));
   EXPECT_THAT(devices_[0]->started, IsEmpty());
   bus_->RunOnce(kNever);  // the silence that the device asks for
   EXPECT_EQ(devices_[0]->told.back(), Event::Kind::kSilent);
@@ -132,7 +132,8 @@ TEST_F(BusTest, OneThatDoesNotWaitGoesOutBetweenBytesAndBeforeTheSilenceOfOthers
   ASSERT_EQ(link_.written().size(), before + 1);
   EXPECT_EQ(link_.written().back()[1], PolledDevice::kStop);
   EXPECT_EQ(link_.write_times().back(), wanted);
-  EXPECT_THAT(devices_[1]->told, Contains(Event::Kind::kStray)) << "what came before is told all the same";
+  EXPECT_THAT(devices_[1]->told, Contains(Event::Kind::kUnexpectedBytes))
+      << "what came before is told all the same";
 }
 
 TEST_F(BusTest, StrayBytesAreToldToAllButAnOutcomeOnlyToItsDevice) {
@@ -144,8 +145,8 @@ TEST_F(BusTest, StrayBytesAreToldToAllButAnOutcomeOnlyToItsDevice) {
   EXPECT_THAT(devices_[1]->told, ElementsAre(Event::Kind::kLinkUp, Event::Kind::kReply));
   link_.ArriveAt(clock_.Now() + kMillisecond, {9});
   bus_->RunOnce(kNever);
-  EXPECT_EQ(devices_[0]->told.back(), Event::Kind::kStray);
-  EXPECT_EQ(devices_[1]->told.back(), Event::Kind::kStray);
+  EXPECT_EQ(devices_[0]->told.back(), Event::Kind::kUnexpectedBytes);
+  EXPECT_EQ(devices_[1]->told.back(), Event::Kind::kUnexpectedBytes);
 }
 
 TEST_F(BusTest, ABabblingLineKeepsTheBusSilentButAlive) {

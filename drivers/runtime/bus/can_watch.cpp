@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "drivers/runtime/core/can_remedy.h"
-#include "drivers/runtime/position/runtime_alarms.h"
+#include "core/alarm/runtime_alarms.h"
+#include "core/device/can_remedy.h"
 
 namespace axlecast {
 namespace {

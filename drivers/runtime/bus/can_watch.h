@@ -7,9 +7,9 @@
 #include <string>
 #include <string_view>
 
-#include "drivers/runtime/core/can_controller.h"
-#include "drivers/runtime/core/device.h"
-#include "drivers/runtime/core/instant.h"
+#include "core/base/time.h"
+#include "core/device/can_controller.h"
+#include "core/device/device.h"
 
 namespace axlecast {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/position/runtime_alarms.h"
+#include "core/alarm/runtime_alarms.h"
 
 namespace axlecast {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "drivers/runtime/bus/line_medium.h"
+#include "drivers/runtime/bus/serial_transactor.h"
 #include "tests/support/scripted_link.h"
 
 namespace axlecast {
@@ -40,7 +40,7 @@ class LineStepsTest : public ::testing::Test {
   FakeClock clock_{kStart};
   ScriptedLink link_{clock_};
   NotedLines lines_{clock_};
-  LineMedium medium_{link_, clock_, false, &lines_};
+  SerialTransactor medium_{link_, clock_, false, &lines_};
 };
 
 TEST_F(LineStepsTest, APulseAsksForAReply) {
@@ -66,15 +66,15 @@ TEST_F(LineStepsTest, APulseAloneIsDoneWithinItsInterval) {
 TEST_F(LineStepsTest, APulseThatCannotBeGivenIsALostLink) {
   lines_.works = false;
   EXPECT_EQ(medium_.Run(Pulse{})->kind, Event::Kind::kLinkDown);
-  LineMedium without{link_, clock_, false, nullptr};
+  SerialTransactor without{link_, clock_, false, nullptr};
   EXPECT_EQ(without.Run(Pulse{})->kind, Event::Kind::kLinkDown);
 }
 
 TEST_F(LineStepsTest, GoesOnAtAnotherRate) {
-  EXPECT_EQ(medium_.Run(Retune{.baud = 57'600})->kind, Event::Kind::kRetuned);
+  EXPECT_EQ(medium_.Run(SetBaudRate{.baud = 57'600})->kind, Event::Kind::kBaudRateSet);
   EXPECT_EQ(link_.baud(), 57'600);
   link_.RefuseBaud();
-  EXPECT_EQ(medium_.Run(Retune{.baud = 12})->kind, Event::Kind::kLinkDown);
+  EXPECT_EQ(medium_.Run(SetBaudRate{.baud = 12})->kind, Event::Kind::kLinkDown);
 }
 
 TEST_F(LineStepsTest, ARequestThatNobodyAnswersTakesItsTimeAndKeepsWhatCame) {

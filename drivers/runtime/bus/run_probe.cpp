@@ -10,7 +10,7 @@ constexpr MonoNs kLook = 50 * kMillisecond;  // how soon a stop is noticed while
 constexpr std::size_t kTheProbe = 0;  // the guard's only device
 
 // Nothing may lie unread when a request goes out, and no late reply may look like its reply.
-const Event* Carry(const Step& step, Medium& medium, StaleReplyGuard& guard, MonoNs now) {
+const Event* Carry(const Step& step, Transactor& medium, StaleReplyGuard& guard, MonoNs now) {
   const auto* exchange = std::get_if<Exchange>(&step.action);
   if (exchange == nullptr) return medium.Run(step, now + kLook);
   if (const Event* stray = medium.FindStray()) return stray;
@@ -23,7 +23,7 @@ const Event* Carry(const Step& step, Medium& medium, StaleReplyGuard& guard, Mon
 
 }  // namespace
 
-bool RunProbe(Probe& probe, Medium& medium, const Clock& clock, StaleReplyGuard& guard,
+bool RunProbe(Probe& probe, Transactor& medium, const Clock& clock, StaleReplyGuard& guard,
               const std::function<bool()>& stop) {
   while (!stop()) {
     const MonoNs now = clock.Now();
@@ -31,7 +31,7 @@ bool RunProbe(Probe& probe, Medium& medium, const Clock& clock, StaleReplyGuard&
     if (!step) return true;
     const Event* event = Carry(*step, medium, guard, now);
     if (event == nullptr) continue;
-    if (event->kind == Event::Kind::kStray && !event->early)
+    if (event->kind == Event::Kind::kUnexpectedBytes && !event->early)
       guard.CameUnexpected(event->bytes, event->received.last);
     probe.On(*event);
     if (event->kind == Event::Kind::kLinkDown) return false;

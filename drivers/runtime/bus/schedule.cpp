@@ -21,7 +21,7 @@ constexpr std::size_t kStopTurns = 4;
 std::size_t RankOf(const Step& step) {
   if (std::holds_alternative<Idle>(step.action)) return kIdleRank;
   if (std::holds_alternative<Listen>(step.action)) return kListenRank;
-  if (std::holds_alternative<Silence>(step.action)) return kSilenceRank;
+  if (std::holds_alternative<WaitForIdleLine>(step.action)) return kSilenceRank;
   const auto* exchange = std::get_if<Exchange>(&step.action);
   if (exchange != nullptr && exchange->regardless) return kRegardlessRank;
   return kFirstRank + static_cast<std::size_t>(step.priority);
@@ -105,8 +105,8 @@ Schedule::Best Schedule::Find(Look look, MonoNs now) {
 }
 
 // What the device wants; it waits in place of an exchange that a late reply could seem to answer.
-Step Schedule::Ask(const Entry& entry, MonoNs now, bool live_due, bool reserved) const {
-  Step step = entry.device->Next({.now = now, .live_due = live_due, .reserved = reserved, .pending = pending_});
+Step Schedule::Ask(const Entry& entry, MonoNs now, bool poll_due, bool reserved) const {
+  Step step = entry.device->Next({.now = now, .poll_due = poll_due, .reserved = reserved, .pending = pending_});
   const auto* exchange = std::get_if<Exchange>(&step.action);
   if (pending_ == nullptr || exchange == nullptr || exchange->regardless) return step;
   const MonoNs free_at = pending_->FreeAt(*exchange, now);
@@ -120,12 +120,12 @@ void Schedule::Consider(std::size_t index, MonoNs now, Look look, Best& best) {
     choice_.until = std::min(choice_.until, entry.free_at);
     return;
   }
-  const bool live_due = look != Look::kSlow && LiveDue(entry, now);
-  if (look == Look::kOverdue && !(live_due && Overdue(entry, kCommandRank))) return;
-  if (look == Look::kOverdueByStops && !(live_due && Overdue(entry, kStopRank))) return;
-  const Step step = Ask(entry, now, live_due, look != Look::kAll);
+  const bool poll_due = look != Look::kSlow && LiveDue(entry, now);
+  if (look == Look::kOverdue && !(poll_due && Overdue(entry, kCommandRank))) return;
+  if (look == Look::kOverdueByStops && !(poll_due && Overdue(entry, kStopRank))) return;
+  const Step step = Ask(entry, now, poll_due, look != Look::kAll);
   const std::size_t rank = RankOf(step);
-  AskAgain(entry, step, now, live_due);
+  AskAgain(entry, step, now, poll_due);
   if (look == Look::kSlow ? rank <= kLiveRank : look != Look::kAll && rank != kLiveRank) return;
   // A silent device may be stopped, commanded and cleared up after; its readings wait for the end of the pause.
   if (now < PausedUntil(entry) && rank >= kLiveRank && rank < kListenRank) return;
@@ -138,15 +138,15 @@ void Schedule::Consider(std::size_t index, MonoNs now, Look look, Best& best) {
   rank_ = rank;
   choice_.device = index;
   choice_.step = step;
-  choice_.live = live_due && rank == kLiveRank;
+  choice_.live = poll_due && rank == kLiveRank;
 }
 
-void Schedule::AskAgain(Entry& entry, const Step& step, MonoNs now, bool live_due) {
-  if (!live_due) choice_.until = std::min(choice_.until, std::max(entry.slots.next(), PausedUntil(entry)));
+void Schedule::AskAgain(Entry& entry, const Step& step, MonoNs now, bool poll_due) {
+  if (!poll_due) choice_.until = std::min(choice_.until, std::max(entry.slots.next(), PausedUntil(entry)));
   const Idle* idle = std::get_if<Idle>(&step.action);
   if (idle == nullptr) return;
   const MonoNs until = std::max(idle->until, now + kShortestIdle);
-  if (live_due) entry.slots.Excuse(until);
+  if (poll_due) entry.slots.Excuse(until);
   choice_.until = std::min(choice_.until, until);
 }
 
@@ -188,7 +188,7 @@ MonoNs Schedule::HeldBack(const Entry& silent, MonoNs now) const {
   MonoNs longest = 0;
   for (const Entry& other : entries_) {
     if (&other == &silent || pending_ == nullptr) continue;
-    const Step step = other.device->Next({.now = now, .live_due = true, .pending = pending_});
+    const Step step = other.device->Next({.now = now, .poll_due = true, .pending = pending_});
     const auto* exchange = std::get_if<Exchange>(&step.action);
     if (exchange != nullptr) longest = std::max(longest, pending_->FreeAt(*exchange, now) - now);
   }

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/device/device.h"
+#include "core/device/line_format.h"
 #include "drivers/runtime/bus/slot_clock.h"
-#include "drivers/runtime/core/device.h"
-#include "drivers/runtime/core/line_format.h"
 
 namespace axlecast {
 
@@ -101,8 +101,8 @@ class Schedule {
   void OnAnswered(Entry& entry);
   void Pace(Entry& entry, const Event& event);
   void Consider(std::size_t index, MonoNs now, Look look, Best& best);
-  void AskAgain(Entry& entry, const Step& step, MonoNs now, bool live_due);
-  [[nodiscard]] Step Ask(const Entry& entry, MonoNs now, bool live_due, bool reserved) const;
+  void AskAgain(Entry& entry, const Step& step, MonoNs now, bool poll_due);
+  [[nodiscard]] Step Ask(const Entry& entry, MonoNs now, bool poll_due, bool reserved) const;
 
   ScheduleSettings settings_;
   const PendingReplies* pending_;

@@ -29,7 +29,7 @@ class Line {
     schedule_.Start(now_);
   }
 
-  // As drivers/runtime/driver sets up a bus with several devices.
+  // As drivers/runtime/process sets up a bus with several devices.
   static ScheduleSettings Shared() {
     ScheduleSettings settings;
     settings.pause_most_shared = 2 * kSecond;
@@ -37,17 +37,17 @@ class Line {
     return settings;
   }
 
-  struct Turn {
+  struct BusSlot {
     std::size_t unit = 0;
     int kind = 0;  // 0: nobody had a turn
   };
   // Carries out one step.
-  Turn Run() {
+  BusSlot Run() {
     const Schedule::Choice choice = schedule_.Choose(now_);
     PolledDevice& device = *devices_[choice.device];
     const auto* exchange = std::get_if<Exchange>(&choice.step.action);
     if (exchange == nullptr) {
-      if (const auto* silence = std::get_if<Silence>(&choice.step.action)) {
+      if (const auto* silence = std::get_if<WaitForIdleLine>(&choice.step.action)) {
         now_ += silence->quiet;
         device.On({.kind = Event::Kind::kSilent, .sent = {}, .received = {}, .request = {}, .bytes = {}});
       } else {
@@ -57,7 +57,7 @@ class Line {
     }
     schedule_.Started(now_);
     device.OnStarted(choice.step, now_);
-    const Turn turn{choice.device, exchange->request.data()[1]};
+    const BusSlot turn{choice.device, exchange->request.data()[1]};
     Event event{.kind = Event::Kind::kTimeout, .sent = {now_, now_}, .received = {}, .request = {}, .bytes = {}};
     now_ += dead_[turn.unit] ? kInVain : kExchange;
     event.received = {now_, now_};
@@ -72,7 +72,9 @@ class Line {
     return turn;
   }
 
-  void Order(std::size_t unit) { devices_[unit]->Begin({.id = {1}, .operation = "touch", .arguments = {}}, now_); }
+  void DriverCommand(std::size_t unit) {
+    devices_[unit]->Begin({.id = {1}, .operation = "touch", .arguments = {}}, now_);
+  }
   void Stop(std::size_t unit) { devices_[unit]->wants_stop = true; }
   [[nodiscard]] bool Stopping(std::size_t unit) const { return devices_[unit]->wants_stop; }
   void SetDead(std::size_t unit, bool dead) { dead_[unit] = dead; }
@@ -92,7 +94,7 @@ class Gaps {
  public:
   explicit Gaps(std::size_t units) : orders_(units), longest_(units), readings_(units) {}
 
-  void Count(const Line::Turn& turn) {
+  void Count(const Line::BusSlot& turn) {
     if (turn.kind == PolledDevice::kTouch || turn.kind == PolledDevice::kStop) {
       for (std::size_t i = 0; i < orders_.size(); ++i) longest_[i] = std::max(longest_[i], ++orders_[i]);
     } else if (turn.kind == PolledDevice::kRead) {
@@ -124,7 +126,7 @@ TEST_F(ScheduleShare, CommandsToOneUnitLeaveHalfOfTheTurnsToReadings) {
     Gaps gaps(units);
     const int turns = static_cast<int>(units) * 40;
     for (int i = 0; i < turns; ++i) {
-      line.Order(0);
+      line.DriverCommand(0);
       gaps.Count(line.Run());
     }
     for (std::size_t i = 0; i < units; ++i) {
@@ -143,7 +145,7 @@ TEST_F(ScheduleShare, AnyStreamOfCommandsLetsEveryUnitBeRead) {
     for (std::size_t i = 0; i < line.size(); ++i) line.SetDead(i, i > 0 && OneIn(4));
     for (int turn = 0; turn < 1'000; ++turn) {
       for (std::size_t i = 0; i < line.size(); ++i) {
-        if (OneIn(rarity)) line.Order(i);
+        if (OneIn(rarity)) line.DriverCommand(i);
       }
       gaps.Count(line.Run());
     }
@@ -158,7 +160,7 @@ TEST_F(ScheduleShare, AStopGoesNextWhateverTheStreamOfCommands) {
     Line line(1 + Up(15));
     for (int stop = 0; stop < 20; ++stop) {
       for (std::size_t turn = 20 + Up(60); turn > 0; --turn) {
-        for (std::size_t i = 0; i < line.size(); ++i) line.Order(i);
+        for (std::size_t i = 0; i < line.size(); ++i) line.DriverCommand(i);
         static_cast<void>(line.Run());
       }
       // Each unit's own, all at once.
@@ -176,7 +178,7 @@ TEST_F(ScheduleShare, StopsWithoutEndLetEveryUnitBeRead) {
     for (std::size_t turn = 0; turn < units * 100; ++turn) {
       for (std::size_t i = 0; i < units; ++i) {
         if (OneIn(2)) line.Stop(i);
-        line.Order(i);
+        line.DriverCommand(i);
       }
       gaps.Count(line.Run());
     }
@@ -235,7 +237,7 @@ TEST_F(ScheduleShare, AWholeBusThatComesBackIsReadWithinOneRound) {
     const auto units = static_cast<MonoNs>(line.size());
     const MonoNs limit = line.now() + 100 * kMillisecond + 2 * units * kExchange;
     while (line.now() < limit) {
-      const Line::Turn turn = line.Run();
+      const Line::BusSlot turn = line.Run();
       if (turn.kind == PolledDevice::kRead) read[turn.unit] = true;
     }
     EXPECT_EQ(std::count(read.begin(), read.end(), true), units);
@@ -252,7 +254,7 @@ TEST_F(ScheduleShare, DeadUnitsCostTheOthersLittle) {
     const MonoNs begin = line.now();
     MonoNs used = 0;
     while (line.now() < begin + 1'000 * kSecond) {
-      const Line::Turn turn = line.Run();
+      const Line::BusSlot turn = line.Run();
       if (turn.kind == PolledDevice::kRead && turn.unit != 1) used += kExchange;
     }
     EXPECT_GT(used, (line.now() - begin) * 95 / 100);

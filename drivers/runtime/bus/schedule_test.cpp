@@ -59,7 +59,7 @@ TEST_F(ScheduleTest, SilenceThenStopThenCommandThenLiveThenSlow) {
 
   const Schedule::Choice& silence = schedule_->Choose(kStart);
   EXPECT_EQ(silence.device, 3U);
-  EXPECT_TRUE(std::holds_alternative<Silence>(silence.step.action));
+  EXPECT_TRUE(std::holds_alternative<WaitForIdleLine>(silence.step.action));
   devices_[3]->On({.kind = Event::Kind::kSilent, .sent = {}, .received = {}, .request = {}, .bytes = {}});
 
   EXPECT_THAT(RunOne(kStart), ElementsAre(2, PolledDevice::kStop));
@@ -111,10 +111,10 @@ TEST_F(ScheduleTest, AnIdleDeviceIsAskedWhenItSaid) {
 TEST_F(ScheduleTest, IdleNeverEndsAtOnce) {
   class Hasty final : public Device {
    public:
-    [[nodiscard]] Step Next(const Turn& turn) const override { return {.action = Idle{turn.now}}; }
+    [[nodiscard]] Step Next(const BusSlot& turn) const override { return {.action = Idle{turn.now}}; }
     void OnStarted(const Step&, MonoNs) override {}
     void On(const Event&) override {}
-    void Begin(const Order&, MonoNs) override {}
+    void Begin(const DriverCommand&, MonoNs) override {}
     [[nodiscard]] bool Cancel(const CommandId&, MonoNs) override { return true; }
   } hasty;
   Schedule schedule({});

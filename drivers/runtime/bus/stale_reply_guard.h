@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "drivers/runtime/core/device.h"
-#include "drivers/runtime/core/event.h"
-#include "drivers/runtime/core/step.h"
+#include "core/device/device.h"
+#include "core/device/event.h"
+#include "core/device/step.h"
 
 namespace axlecast {
 

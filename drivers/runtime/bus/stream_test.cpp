@@ -1,12 +1,12 @@
-// A device that sends by itself: Listen, Inbox and Cadence together, through the bus.
+// A device that sends by itself: Listen, ReceiveBuffer and PeriodMonitor together, through the bus.
 #include <gmock/gmock.h>
 
 #include <memory>
 #include <vector>
 
+#include "drivers/kit/period_monitor.h"
+#include "drivers/kit/receive_buffer.h"
 #include "drivers/runtime/bus/bus.h"
-#include "drivers/runtime/bus/cadence.h"
-#include "drivers/runtime/bus/inbox.h"
 #include "tests/support/recording_output.h"
 #include "tests/support/scripted_link.h"
 
@@ -23,7 +23,7 @@ class StreamingDevice final : public Device {
  public:
   explicit StreamingDevice(DeviceOutput& output) : output_(output) {}
 
-  [[nodiscard]] Step Next(const Turn&) const override {
+  [[nodiscard]] Step Next(const BusSlot&) const override {
     return {.action = Listen{cadence_.due()}, .priority = Priority::kLive};
   }
   void OnStarted(const Step&, MonoNs) override {}
@@ -42,7 +42,7 @@ class StreamingDevice final : public Device {
     }
     if (cadence_.FellSilent(event.received.last)) output_.OnError(ErrorKind::kSilent, event.received);
   }
-  void Begin(const Order&, MonoNs) override {}
+  void Begin(const DriverCommand&, MonoNs) override {}
   [[nodiscard]] bool Cancel(const CommandId&, MonoNs) override { return true; }
 
  private:
@@ -61,8 +61,8 @@ class StreamingDevice final : public Device {
   }
 
   DeviceOutput& output_;
-  Inbox inbox_;
-  Cadence cadence_{kPeriod, 3};
+  ReceiveBuffer inbox_;
+  PeriodMonitor cadence_{kPeriod, 3};
 };
 
 class Nobody final : public LinkObserver {

@@ -1,4 +1,5 @@
 #include "drivers/runtime/bus/wire_log.h"
+#include "core/command/command_id.h"
 
 #include <algorithm>
 #include <limits>
@@ -23,7 +24,7 @@ bool IsExchange(const Event& event) {
 
 std::int8_t DirectionOf(Event::Kind kind) {
   switch (kind) {
-    case Event::Kind::kStray:
+    case Event::Kind::kUnexpectedBytes:
       return wire_record_t::DIRECTION_STRAY;
     case Event::Kind::kSilent:
       return wire_record_t::DIRECTION_SILENT;
@@ -33,7 +34,7 @@ std::int8_t DirectionOf(Event::Kind kind) {
       return wire_record_t::DIRECTION_LINK_DOWN;
     case Event::Kind::kPulsed:
       return wire_record_t::DIRECTION_PULSE;
-    case Event::Kind::kRetuned:
+    case Event::Kind::kBaudRateSet:
       return wire_record_t::DIRECTION_RETUNED;
     case Event::Kind::kSent:
       return wire_record_t::DIRECTION_TRANSMIT;

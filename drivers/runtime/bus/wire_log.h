@@ -5,9 +5,10 @@
 #include <cstdint>
 #include <string>
 
-#include "drivers/runtime/core/event.h"
-#include "drivers/runtime/core/message_sink.h"
-#include "drivers/runtime/core/timebase.h"
+#include "core/base/timebase.h"
+#include "core/command/command_id.h"
+#include "core/device/event.h"
+#include "core/messages/message_sink.h"
 
 namespace axlecast {
 

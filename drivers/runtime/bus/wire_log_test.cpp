@@ -74,7 +74,7 @@ TEST_F(WireLogTest, EveryKindOfEventComesBackUnchanged) {
   record({.kind = Event::Kind::kReply, .sent = sent, .received = received, .request = request, .bytes = bytes});
   record({.kind = Event::Kind::kTimeout, .sent = sent, .received = received, .request = request, .bytes = bytes});
   record({.kind = Event::Kind::kTimeout, .sent = sent, .received = received, .request = request, .bytes = {}});
-  record({.kind = Event::Kind::kStray, .sent = {}, .received = received, .request = {}, .bytes = bytes});
+  record({.kind = Event::Kind::kUnexpectedBytes, .sent = {}, .received = received, .request = {}, .bytes = bytes});
   record({.kind = Event::Kind::kSilent, .sent = {}, .received = received, .request = {}, .bytes = {}});
   record({.kind = Event::Kind::kUnsolicited, .sent = {}, .received = received, .request = {}, .bytes = bytes});
   record({.kind = Event::Kind::kLinkDown, .sent = {}, .received = received, .request = {}, .bytes = {}});
@@ -252,7 +252,7 @@ TEST_F(WireLogTest, OfASecretOnlyAddressAndFunctionAreShown) {
                .request = request,
                .bytes = reply,
                .secret = true});
-  log_.Record({.kind = Event::Kind::kStray,
+  log_.Record({.kind = Event::Kind::kUnexpectedBytes,
                .sent = {},
                .received = {kStart + 4, kStart + 5},
                .request = {},
@@ -271,7 +271,7 @@ TEST_F(WireLogTest, OfASecretOnlyAddressAndFunctionAreShown) {
 
 TEST_F(WireLogTest, OfBytesThatMayBeginAnywhereInASecretNothingIsShown) {
   const std::vector<std::uint8_t> bytes = {0x70, 0x61, 0x73};
-  for (const Event::Kind kind : {Event::Kind::kStray, Event::Kind::kTimeout}) {
+  for (const Event::Kind kind : {Event::Kind::kUnexpectedBytes, Event::Kind::kTimeout}) {
     log_.Record({.kind = kind,
                  .sent = {kStart, kStart},
                  .received = {kStart, kStart},

@@ -24,7 +24,7 @@ std::optional<Event::Kind> KindOf(const wire_record_t& record, bool answers, boo
       if (!answers) return Event::Kind::kUnsolicited;
       return (record.flags & wire_record_t::FLAG_TIMEOUT) != 0 ? Event::Kind::kTimeout : Event::Kind::kReply;
     case wire_record_t::DIRECTION_STRAY:
-      return Event::Kind::kStray;
+      return Event::Kind::kUnexpectedBytes;
     case wire_record_t::DIRECTION_SILENT:
       return Event::Kind::kSilent;
     case wire_record_t::DIRECTION_LINK_UP:
@@ -34,7 +34,7 @@ std::optional<Event::Kind> KindOf(const wire_record_t& record, bool answers, boo
     case wire_record_t::DIRECTION_PULSE:
       return Event::Kind::kPulsed;
     case wire_record_t::DIRECTION_RETUNED:
-      return Event::Kind::kRetuned;
+      return Event::Kind::kBaudRateSet;
     default:
       return std::nullopt;
   }

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <functional>
 
-#include "drivers/runtime/core/event.h"
+#include "core/device/event.h"
 
 namespace axlecast {
 

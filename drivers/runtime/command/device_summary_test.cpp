@@ -1,11 +1,11 @@
-#include "drivers/runtime/command/device_summary.h"
+#include "core/command/device_summary.h"
 
 #include <gtest/gtest.h>
 
 #include <axlecast/driver_status_t.hpp>
 
-#include "drivers/runtime/command/order_desk.h"
-#include "drivers/runtime/command/order_test_support.h"
+#include "drivers/runtime/command/driver_command_server.h"
+#include "tests/support/counting_family.h"
 #include "tests/support/fake_clock.h"
 #include "tests/support/memory_sink.h"
 
@@ -23,7 +23,7 @@ class HelloTest : public testing::Test {
   MemorySink sink_;
   SigningKey key_ = SigningKey::Generate();
   BusConfig bus_ = CountingBus(std::string(24, 'b'), {"axis1"});
-  OrderDesk desk_{bus_, {}, {5, &clock_, &sink_, [] {}, &key_}};
+  DriverCommandServer desk_{bus_, {}, {5, &clock_, &sink_, [] {}, &key_}};
 };
 
 TEST_F(HelloTest, TellsWhatTheBridgeKeeps) {

@@ -1,6 +1,6 @@
 #include "drivers/runtime/command/order_authority.h"
 
-#include "drivers/runtime/command/signature.h"
+#include "core/command/signature.h"
 
 namespace axlecast {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string_view>
 
-#include "drivers/runtime/config/machine_config.h"
+#include "core/config/machine_config.h"
 
 namespace axlecast {
 

@@ -3,8 +3,8 @@
 #include <axlecast/command_status_t.hpp>
 #include <axlecast/driver_status_t.hpp>
 
-#include "drivers/runtime/command/order_desk.h"
-#include "drivers/runtime/command/order_test_support.h"
+#include "drivers/runtime/command/driver_command_server.h"
+#include "tests/support/counting_family.h"
 #include "tests/support/fake_clock.h"
 #include "tests/support/memory_sink.h"
 
@@ -31,7 +31,7 @@ class PrepareTest : public testing::Test {
   int woken_ = 0;
   std::int64_t epoch_ = 0;
   BusConfig bus_ = CountingBus("b0", {"axis1", "axis2"});
-  OrderDesk desk_{bus_, UnsignedBridge(), {kBoot, &clock_, &sink_, [this] { ++woken_; }}};
+  DriverCommandServer desk_{bus_, UnsignedBridge(), {kBoot, &clock_, &sink_, [this] { ++woken_; }}};
 };
 
 TEST_F(PrepareTest, IsJudgedOnTheBussThreadAndNeverTaken) {
@@ -78,7 +78,8 @@ TEST_F(PrepareTest, RefusesWhatExecuteWouldRefuse) {
   EXPECT_EQ(Send(2, driver_order_t::KIND_PREPARE, "write").reason_code, S::REASON_BAD_ARGUMENT);
   EXPECT_EQ(Send(3, driver_order_t::KIND_PREPARE, "undo_datum").reason_code, S::REASON_UNKNOWN_OPERATION);
   EXPECT_EQ(Last().text, "the bridge carries it out itself, no driver does: send it to the bridge");
-  for (std::uint32_t i = 0; i < OrderDesk::kMaxWaiting; ++i) EXPECT_EQ(Send(10 + i).state, S::STATE_ROUTED);
+  for (std::uint32_t i = 0; i < DriverCommandServer::kMaxWaiting; ++i)
+    EXPECT_EQ(Send(10 + i).state, S::STATE_ROUTED);
   EXPECT_EQ(Send(99).reason_code, S::REASON_QUEUE_FULL);
 }
 

@@ -5,8 +5,8 @@
 #include <axlecast/driver_status_t.hpp>
 #include <thread>
 
-#include "drivers/runtime/command/order_desk.h"
-#include "drivers/runtime/command/order_test_support.h"
+#include "drivers/runtime/command/driver_command_server.h"
+#include "tests/support/counting_family.h"
 #include "tests/support/fake_clock.h"
 #include "tests/support/memory_sink.h"
 
@@ -36,7 +36,7 @@ class SignedOrderTest : public testing::Test {
   SigningKey bridge_key_ = SigningKey::Generate();
   SigningKey driver_key_ = SigningKey::Generate();
   BusConfig bus_ = CountingBus("b0", {"axis1"});
-  OrderDesk desk_{bus_, BridgeOf(bridge_key_), {kBoot, &clock_, &sink_, [] {}, &driver_key_}};
+  DriverCommandServer desk_{bus_, BridgeOf(bridge_key_), {kBoot, &clock_, &sink_, [] {}, &driver_key_}};
 };
 
 TEST_F(SignedOrderTest, OnlyTheBridgesOwnOrdersActOrAreAnswered) {
@@ -111,7 +111,7 @@ TEST(UnsignedOrders, AreRefusedWhereTheFileSaysNothing) {
   FakeClock clock;
   MemorySink sink;
   const BusConfig bus = CountingBus("b0", {"axis1"});
-  OrderDesk desk(bus, {}, {kBoot, &clock, &sink, [] {}});
+  DriverCommandServer desk(bus, {}, {kBoot, &clock, &sink, [] {}});
   desk.OnDriverCommand(Enveloped(OrderMessage(kBoot, 1, NumberedId(1), "axis1", "bump")));
   EXPECT_EQ(desk.refused(), 1);
   EXPECT_TRUE(sink.All<driver_status_t>("DRIVER_STATUS/b0").empty());
@@ -128,7 +128,7 @@ TEST(OrderFlood, TrueOrdersAmongForgedOnes) {
   const SigningKey bridge_key = SigningKey::Generate();
   const SigningKey stranger = SigningKey::Generate();
   const BusConfig bus = CountingBus("b0", {"axis1"});
-  OrderDesk desk(bus, BridgeOf(bridge_key), {kBoot, &clock, &sink, [] {}});
+  DriverCommandServer desk(bus, BridgeOf(bridge_key), {kBoot, &clock, &sink, [] {}});
   constexpr std::uint32_t kOrders = 100;
   constexpr int kForgedPerOrder = 20;
   std::vector<std::vector<std::uint8_t>> forged;
@@ -144,7 +144,8 @@ TEST(OrderFlood, TrueOrdersAmongForgedOnes) {
     for (std::uint32_t i = 0; i < kOrders; ++i) {
       for (int n = 0; n < kForgedPerOrder; ++n) desk.OnDriverCommand(forged[i]);
       desk.OnPermit("axis1", forged[i]);
-      while (done + OrderDesk::kMaxWaiting <= i) std::this_thread::yield();  // as a bridge: its queue is not full
+      while (done + DriverCommandServer::kMaxWaiting <= i)
+        std::this_thread::yield();  // as a bridge: its queue is not full
       desk.OnDriverCommand(genuine[i]);
     }
     flooding = false;

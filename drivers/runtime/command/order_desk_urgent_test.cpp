@@ -3,8 +3,8 @@
 #include <axlecast/command_status_t.hpp>
 #include <axlecast/driver_status_t.hpp>
 
-#include "drivers/runtime/command/order_desk.h"
-#include "drivers/runtime/command/order_test_support.h"
+#include "drivers/runtime/command/driver_command_server.h"
+#include "tests/support/counting_family.h"
 #include "tests/support/fake_clock.h"
 #include "tests/support/memory_sink.h"
 
@@ -33,7 +33,7 @@ class UrgentOrderTest : public testing::Test {
   MemorySink sink_;
   std::int64_t epoch_ = 0;
   BusConfig bus_ = CountingBus("b0", {"axis1", "axis2"});
-  OrderDesk desk_{bus_, UnsignedBridge(), {kBoot, &clock_, &sink_, [] {}}};
+  DriverCommandServer desk_{bus_, UnsignedBridge(), {kBoot, &clock_, &sink_, [] {}}};
 };
 
 TEST_F(UrgentOrderTest, OvertakesWhatWaitsAndWhatIsHeld) {

@@ -8,8 +8,8 @@
 #include <optional>
 #include <string>
 
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/core/operation.h"
+#include "core/config/machine_config.h"
+#include "core/device/operation.h"
 
 namespace axlecast {
 

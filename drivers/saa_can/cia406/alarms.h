@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <span>
 
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
 #include "drivers/saa_can/cia406/canopen.h"
 
 namespace axlecast::saa_can::cia406 {

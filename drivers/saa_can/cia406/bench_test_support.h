@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "core/config/config_map.h"
+#include "drivers/kit/arguments.h"
 #include "drivers/runtime/bus/bus.h"
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/device/arguments.h"
 #include "drivers/saa_can/cia406/cia406.h"
 #include "drivers/saa_can/cia406/cia406_node.h"
 #include "drivers/saa_can/cia406/settings.h"
@@ -126,7 +126,7 @@ class BenchTest : public testing::Test, public LinkObserver {
   // Orders it, and runs until its outcome.
   const Outcome& Do(const std::string& command) {
     const CommandLine line = ParseCommandLine(command);
-    Order order{.id = {}, .operation = line.operation, .arguments = line.arguments};
+    DriverCommand order{.id = {}, .operation = line.operation, .arguments = line.arguments};
     order.id[0] = ++orders_;
     outputs_[0].outcomes.clear();
     devices_[0]->Begin(order, clock_.Now());

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/device/outcome_text.h"
 
 namespace axlecast::saa_can::cia406 {
 namespace {

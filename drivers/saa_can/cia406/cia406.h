@@ -5,10 +5,10 @@
 #include <span>
 #include <string_view>
 
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/core/device.h"
-#include "drivers/runtime/core/family.h"
+#include "core/config/config_map.h"
+#include "core/config/machine_config.h"
+#include "core/device/device.h"
+#include "core/device/family.h"
 #include "drivers/saa_can/cia406/simulated_node.h"
 
 // Standard CANopen encoders (CiA 301, CiA 406): all that the family saa_can needs to know of its model `cia406`.

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/runtime/simulation/script.h"
-#include "drivers/runtime/simulation/simulated_fault.h"
+#include "drivers/kit/simulation/script.h"
+#include "drivers/kit/simulation/simulated_fault.h"
 #include "drivers/saa_can/cia406/simulated_dictionary.h"
 #include "drivers/saa_can/cia406/simulated_node.h"
 #include "drivers/saa_can/cia406/simulated_shaft_encoder.h"

@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drivers/runtime/device/arguments.h"
-#include "drivers/runtime/device/outcome_text.h"
-#include "drivers/runtime/simulation/quantity_table.h"
-#include "drivers/runtime/simulation/quantity_text.h"
-#include "drivers/runtime/simulation/shaft_motion.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/arguments.h"
+#include "drivers/kit/simulation/quantity_table.h"
+#include "drivers/kit/simulation/quantity_text.h"
+#include "drivers/kit/simulation/shaft_motion.h"
 #include "drivers/saa_can/cia406/cia406_node.h"
 
 namespace axlecast::saa_can::cia406 {

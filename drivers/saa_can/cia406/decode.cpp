@@ -3,8 +3,8 @@
 #include <string>
 #include <string_view>
 
-#include "drivers/runtime/device/arguments.h"
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/arguments.h"
 #include "drivers/saa_can/cia406/canopen.h"
 #include "drivers/saa_can/cia406/cia406.h"
 

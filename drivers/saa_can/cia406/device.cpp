@@ -5,7 +5,7 @@
 #include <utility>
 #include <variant>
 
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/device/outcome_text.h"
 #include "drivers/saa_can/cia406/cia406.h"
 #include "drivers/saa_can/cia406/objects.h"
 #include "drivers/saa_can/cia406/operations.h"
@@ -31,7 +31,7 @@ Cia406Device::Cia406Device(const BusConfig& bus, const DeviceConfig& device, Dev
 
 // ---- wishes ----
 
-Step Cia406Device::Next(const Turn& turn) const {
+Step Cia406Device::Next(const BusSlot& turn) const {
   if (!link_up_) return {.action = Idle{kNever}, .priority = Priority::kLive};
   if (turn.now < hold_until_) return {.action = Listen{hold_until_}, .priority = Priority::kLive};
   if (SyncIsDue(turn)) return {.action = Send{SyncFrame()}, .priority = Priority::kLive};
@@ -43,19 +43,19 @@ Step Cia406Device::Next(const Turn& turn) const {
   return {.action = Send{RequestFrame(settings_.node, transfer->request)}, .priority = transfer->priority};
 }
 
-bool Cia406Device::SyncIsDue(const Turn& turn) const {
-  if (!produces_sync_ || !turn.live_due) return false;
+bool Cia406Device::SyncIsDue(const BusSlot& turn) const {
+  if (!produces_sync_ || !turn.poll_due) return false;
   return interpreter_.BusIsAlive(turn.now) || turn.now - sync_at_ >= kIdleSync;
 }
 
-std::optional<Cia406Device::Transfer> Cia406Device::NextTransfer(const Turn& turn) const {
+std::optional<Cia406Device::Transfer> Cia406Device::NextTransfer(const BusSlot& turn) const {
   if (!interpreter_.client().free()) return std::nullopt;
   const auto reading = [](ObjectId object, Priority priority) {
     return Transfer{.request = {.object = object, .write = {}}, .priority = priority};
   };
   if (const auto first = interpreter_.FirstObject(turn.now)) return reading(*first, Priority::kSlow);
   if (interpreter_.client().fence() || !interpreter_.running()) return std::nullopt;
-  const bool live = settings_.mode == Mode::kPolled && turn.live_due;
+  const bool live = settings_.mode == Mode::kPolled && turn.poll_due;
   const std::optional<SdoRequest> ordered = Ordered(turn.now);
   if (ordered && (!live || !live_turn_)) return Transfer{*ordered, Priority::kCommand};
   if (live) return reading(kPosition, Priority::kLive);
@@ -133,7 +133,7 @@ void Cia406Device::AdvanceProcedure(const std::optional<SdoResult>& result, Mono
 
 // ---- orders ----
 
-void Cia406Device::Begin(const Order& order, MonoNs now) {
+void Cia406Device::Begin(const DriverCommand& order, MonoNs now) {
   auto made = Admit(order, now);
   if (const Outcome* refused = std::get_if<Outcome>(&made)) return output_.OnOutcome(order.id, *refused);
   procedure_ = std::move(std::get<std::unique_ptr<Procedure>>(made));
@@ -142,19 +142,19 @@ void Cia406Device::Begin(const Order& order, MonoNs now) {
   live_turn_ = false;
 }
 
-std::optional<Outcome> Cia406Device::Refusal(const Order& order, MonoNs now) const {
+std::optional<Outcome> Cia406Device::Refusal(const DriverCommand& order, MonoNs now) const {
   return RefusalOf(Admit(order, now));
 }
 
 // What is wrong with the order itself comes first: it will not pass.
-Made<Procedure> Cia406Device::Admit(const Order& order, MonoNs now) const {
+Made<Procedure> Cia406Device::Admit(const DriverCommand& order, MonoNs now) const {
   auto made = MakeProcedure(order, settings_, interpreter_, output_, now);
   if (RefusalOf(made)) return made;
   if (auto refusal = RefusalNow(order, now)) return *std::move(refusal);
   return made;
 }
 
-std::optional<Outcome> Cia406Device::RefusalNow(const Order& order, MonoNs now) const {
+std::optional<Outcome> Cia406Device::RefusalNow(const DriverCommand& order, MonoNs now) const {
   if (auto refusal = RefusalToBegin(procedure_ != nullptr, order, now, link_up_)) return refusal;
   if (!interpreter_.running()) {
     return Rejected(Reason::REASON_DEVICE_OFFLINE,

@@ -4,8 +4,8 @@
 #include <optional>
 #include <string_view>
 
-#include "drivers/runtime/core/device.h"
-#include "drivers/runtime/device/refusal.h"
+#include "core/device/device.h"
+#include "drivers/kit/refusal.h"
 #include "drivers/saa_can/cia406/interpreter.h"
 #include "drivers/saa_can/cia406/procedure.h"
 
@@ -17,24 +17,24 @@ class Cia406Device final : public Device {
  public:
   Cia406Device(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
 
-  [[nodiscard]] Step Next(const Turn& turn) const override;
+  [[nodiscard]] Step Next(const BusSlot& turn) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
-  [[nodiscard]] std::optional<Outcome> Refusal(const Order& order, MonoNs now) const override;
-  void Begin(const Order& order, MonoNs now) override;
+  [[nodiscard]] std::optional<Outcome> Refusal(const DriverCommand& order, MonoNs now) const override;
+  void Begin(const DriverCommand& order, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
  private:
   // The procedure that carries out the order, or why it cannot begin now.
-  [[nodiscard]] Made<Procedure> Admit(const Order& order, MonoNs now) const;
-  [[nodiscard]] std::optional<Outcome> RefusalNow(const Order& order, MonoNs now) const;
-  [[nodiscard]] bool SyncIsDue(const Turn& turn) const;
+  [[nodiscard]] Made<Procedure> Admit(const DriverCommand& order, MonoNs now) const;
+  [[nodiscard]] std::optional<Outcome> RefusalNow(const DriverCommand& order, MonoNs now) const;
+  [[nodiscard]] bool SyncIsDue(const BusSlot& turn) const;
   // The transfer that is wanted now, and how urgently.
   struct Transfer {
     SdoRequest request;
     Priority priority = Priority::kSlow;
   };
-  [[nodiscard]] std::optional<Transfer> NextTransfer(const Turn& turn) const;
+  [[nodiscard]] std::optional<Transfer> NextTransfer(const BusSlot& turn) const;
   [[nodiscard]] std::optional<SdoRequest> Ordered(MonoNs now) const;
   [[nodiscard]] Step Listening(MonoNs now) const;
   void OnLinkDown(MonoNs now);

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "drivers/runtime/core/instant.h"
+#include "core/base/time.h"
 
 namespace axlecast::saa_can::cia406 {
 

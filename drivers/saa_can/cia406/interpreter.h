@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "drivers/runtime/bus/cadence.h"
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
+#include "drivers/kit/period_monitor.h"
 #include "drivers/saa_can/cia406/node_alarms.h"
 #include "drivers/saa_can/cia406/node_facts.h"
 #include "drivers/saa_can/cia406/node_watch.h"
@@ -82,7 +82,7 @@ class Interpreter {
   NodeAlarms alarms_;
   NodeWatch watch_;
   PositionReader positions_;
-  Cadence cadence_;
+  PeriodMonitor cadence_;
 
   Stage stage_ = Stage::kIdentifying;
   std::string refusal_;  // as it was told to the outside; empty: it was not

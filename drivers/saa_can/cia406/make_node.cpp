@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "drivers/runtime/config/config_map.h"
+#include "core/config/config_map.h"
 #include "drivers/saa_can/cia406/cia406.h"
 #include "drivers/saa_can/cia406/cia406_node.h"
 #include "drivers/saa_can/cia406/settings.h"

@@ -6,7 +6,7 @@
 #include <optional>
 #include <span>
 
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
 #include "drivers/saa_can/cia406/alarms.h"
 #include "drivers/saa_can/cia406/node_facts.h"
 

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "drivers/runtime/core/instant.h"
+#include "core/base/time.h"
 #include "drivers/saa_can/cia406/canopen.h"
 
 namespace axlecast::saa_can::cia406 {

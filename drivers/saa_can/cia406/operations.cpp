@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/runtime/device/arguments.h"
-#include "drivers/runtime/device/outcome_text.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/arguments.h"
 #include "drivers/saa_can/cia406/cia406.h"
 #include "drivers/saa_can/cia406/preset_procedure.h"
 #include "drivers/saa_can/cia406/readouts.h"
@@ -47,7 +47,7 @@ Outcome BadCounts(const Cia406Settings& settings) {
                        settings.total_bits()));
 }
 
-Made MakePositionReadout(const Order& order, const Cia406Settings& settings, const DeviceOutput& output,
+Made MakePositionReadout(const DriverCommand& order, const Cia406Settings& settings, const DeviceOutput& output,
                          MonoNs deadline) {
   const std::optional<std::string_view> after = FindArgument(order.arguments, "after");
   std::optional<std::uint32_t> target;
@@ -75,7 +75,7 @@ std::span<const OperationSpec> Operations() {
        .moves_datum = true,
        .writes = &OneWrite,  // some makers' encoders keep a preset at once
        .verification = "a reading shows 0 +- 0.2 degrees (or 2 counts), if it read otherwise before",
-       .found_by = kReadPosition},
+       .verified_by_operation = kReadPosition},
       {.name = kSetPosition,
        .help = "Makes the encoder read this position at the present shaft angle: preset value 6003h",
        .arguments = {{"counts", "turns and single-turn together, 0 to the total range - 1"}},
@@ -85,7 +85,7 @@ std::span<const OperationSpec> Operations() {
        .moves_datum = true,
        .writes = &OneWrite,
        .verification = "a reading shows it, +- 0.2 degrees (or 2 counts), if it read otherwise before",
-       .found_by = kReadPosition},
+       .verified_by_operation = kReadPosition},
       {.name = kReadPosition,
        .help = "Reads the position once",
        .arguments = {{"after", "an operation, to see whether it took effect: zero, set_position counts=N", false}},
@@ -111,7 +111,7 @@ std::span<const OperationSpec> Operations() {
 
 bool MovesDatum(std::string_view operation) { return operation == kZero || operation == kSetPosition; }
 
-Made MakeProcedure(const Order& order, const Cia406Settings& settings, const Interpreter& interpreter,
+Made MakeProcedure(const DriverCommand& order, const Cia406Settings& settings, const Interpreter& interpreter,
                    const DeviceOutput& output, MonoNs now) {
   const MonoNs deadline = now + kPatience + kMostObjects * settings.sdo_timeout;
   if (MovesDatum(order.operation)) {

@@ -3,9 +3,9 @@
 #include <memory>
 #include <string_view>
 
-#include "drivers/runtime/core/device.h"
-#include "drivers/runtime/core/operation.h"
-#include "drivers/runtime/device/refusal.h"
+#include "core/device/device.h"
+#include "core/device/operation.h"
+#include "drivers/kit/refusal.h"
 #include "drivers/saa_can/cia406/interpreter.h"
 #include "drivers/saa_can/cia406/procedure.h"
 #include "drivers/saa_can/cia406/settings.h"
@@ -16,7 +16,7 @@ namespace axlecast::saa_can::cia406 {
 [[nodiscard]] bool MovesDatum(std::string_view operation);
 
 // The procedure that carries out an order, or why there is none.
-[[nodiscard]] Made<Procedure> MakeProcedure(const Order& order, const Cia406Settings& settings,
+[[nodiscard]] Made<Procedure> MakeProcedure(const DriverCommand& order, const Cia406Settings& settings,
                                             const Interpreter& interpreter, const DeviceOutput& output, MonoNs now);
 
 }  // namespace axlecast::saa_can::cia406

@@ -125,7 +125,7 @@ TEST_F(Cia406OperationsTest, ReadPositionLooksWhetherAPresetTookEffect) {
   Build({kCyclic}, 0, "start_deg: 180");
   RunFor(kSecond);
   EXPECT_EQ(Do("read_position").text, "turns 4095, single-turn 4096 (180.0000 deg)");
-  Order look{.id = {}, .operation = "read_position", .arguments = {{"after", "zero"}}};
+  DriverCommand look{.id = {}, .operation = "read_position", .arguments = {{"after", "zero"}}};
   const auto finding = [&] {
     output().outcomes.clear();
     devices_[0]->Begin(look, clock_.Now());

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
 #include "drivers/saa_can/cia406/frame_time.h"
 #include "drivers/saa_can/cia406/node_alarms.h"
 #include "drivers/saa_can/cia406/sdo_client.h"

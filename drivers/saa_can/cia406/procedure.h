@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "drivers/runtime/core/operation.h"
+#include "core/device/operation.h"
 #include "drivers/saa_can/cia406/sdo_client.h"
 
 namespace axlecast::saa_can::cia406 {

@@ -3,8 +3,8 @@
 #include <array>
 #include <axlecast/command_status_t.hpp>
 
-#include "drivers/runtime/device/outcome_text.h"
-#include "drivers/runtime/device/read_back.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/read_back.h"
 #include "drivers/saa_can/cia406/objects.h"
 
 namespace axlecast::saa_can::cia406 {

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "drivers/runtime/core/device.h"
+#include "core/device/device.h"
 #include "drivers/saa_can/cia406/interpreter.h"
 #include "drivers/saa_can/cia406/readout.h"
 #include "drivers/saa_can/cia406/settings.h"

@@ -6,9 +6,9 @@
 #include <memory>
 #include <optional>
 
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/config/machine_config.h"
-#include "drivers/runtime/core/family.h"
+#include "core/config/config_map.h"
+#include "core/config/machine_config.h"
+#include "core/device/family.h"
 
 namespace axlecast::saa_can::cia406 {
 

@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/runtime/core/can_frame.h"
-#include "drivers/runtime/simulation/simulated_device.h"
-#include "drivers/runtime/simulation/simulated_fault.h"
+#include "core/device/can_frame.h"
+#include "drivers/kit/simulation/simulated_device.h"
+#include "drivers/kit/simulation/simulated_fault.h"
 
 namespace axlecast::saa_can {
 

@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-#include "drivers/runtime/simulation/seeded_random.h"
-#include "drivers/runtime/simulation/shaft.h"
+#include "drivers/kit/simulation/seeded_random.h"
+#include "drivers/kit/simulation/shaft.h"
 
 namespace axlecast::saa_can::cia406 {
 

@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/runtime/core/can_frame.h"
-#include "drivers/runtime/core/simulator.h"
-#include "drivers/runtime/simulation/seeded_random.h"
-#include "drivers/runtime/simulation/simulated_fault.h"
+#include "core/device/can_frame.h"
+#include "core/device/simulator.h"
+#include "drivers/kit/simulation/seeded_random.h"
+#include "drivers/kit/simulation/simulated_fault.h"
 #include "drivers/saa_can/cia406/simulated_node.h"
 
 namespace axlecast::saa_can {

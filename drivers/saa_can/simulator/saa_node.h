@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/runtime/simulation/script.h"
-#include "drivers/runtime/simulation/shaft.h"
-#include "drivers/runtime/simulation/simulated_fault.h"
+#include "drivers/kit/simulation/script.h"
+#include "drivers/kit/simulation/shaft.h"
+#include "drivers/kit/simulation/simulated_fault.h"
 #include "drivers/saa_can/cia406/simulated_node.h"
 
 namespace axlecast::saa_can {

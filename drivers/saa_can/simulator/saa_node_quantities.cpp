@@ -1,9 +1,9 @@
 #include <cmath>
 #include <string>
 
-#include "drivers/runtime/simulation/quantity_table.h"
-#include "drivers/runtime/simulation/quantity_text.h"
-#include "drivers/runtime/simulation/shaft_motion.h"
+#include "drivers/kit/simulation/quantity_table.h"
+#include "drivers/kit/simulation/quantity_text.h"
+#include "drivers/kit/simulation/shaft_motion.h"
 #include "drivers/saa_can/simulator/saa_node.h"
 
 namespace axlecast::saa_can {

@@ -37,9 +37,9 @@ struct Delivery {
 };
 
 // Units 1, 2, ... named gm1, gm2, ... on a line in virtual time.
-class Bench {
+class DeviceFixture {
  public:
-  explicit Bench(const LineRules& rules = {}, int units = 3) : simulator_(Stations(units), rules) {}
+  explicit DeviceFixture(const LineRules& rules = {}, int units = 3) : simulator_(Stations(units), rules) {}
 
   void Send(const ByteList& bytes) {
     simulator_.OnBytes(bytes, now_, [this](Bytes out) { Store(out); });
@@ -100,7 +100,7 @@ const std::string kLogInTail = " 10 00 64 00 08 10 70 61 73 73 77 6F 72 64 00 00
 // ---- wire time: device table "one read of 7 registers, 135.9 ms at reading A" ----
 
 TEST(BusSimulatorTest, AResponseEndsWhenItsLastBitDoes) {
-  Bench bench;
+  DeviceFixture bench;
   bench.Send(Sealed("02 04 00 64 00 07"));
   bench.Pass(kSecond);
   ASSERT_THAT(bench.deliveries(), SizeIs(1));
@@ -115,7 +115,7 @@ TEST(BusSimulatorTest, AResponseEndsWhenItsLastBitDoes) {
 TEST(BusSimulatorTest, TheTableOfTimes) {
   using Reads = std::vector<std::pair<unsigned, int>>;  // first address, registers
   const auto seconds = [](Reading reading, int units, const Reads& reads) {
-    Bench bench(LineRules{.reading = reading, .tolerance = 0}, units);
+    DeviceFixture bench(LineRules{.reading = reading, .tolerance = 0}, units);
     for (int unit = 1; unit <= units; ++unit) {
       for (const auto& [start, count] : reads) {
         bench.Send(Sealed(ByteList{static_cast<std::uint8_t>(unit), 0x04, static_cast<std::uint8_t>(start >> 8U),
@@ -147,12 +147,12 @@ TEST(BusSimulatorTest, TheTableOfTimes) {
 }
 
 TEST(BusSimulatorTest, ReplyDelayAndUnpaced) {
-  Bench slow(LineRules{.reply_delay = 20 * kMillisecond});
+  DeviceFixture slow(LineRules{.reply_delay = 20 * kMillisecond});
   slow.Send(Sealed(kReadStatus));
   slow.Pass(kSecond);
   ASSERT_THAT(slow.deliveries(), SizeIs(1));
   EXPECT_EQ(slow.deliveries()[0].at - kStart, Wire(8) + 20 * kMillisecond + Wire(15));
-  Bench unpaced(LineRules{.reading = Reading::kNone, .paced = false});
+  DeviceFixture unpaced(LineRules{.reading = Reading::kNone, .paced = false});
   for (int i = 0; i < 3; ++i) unpaced.Send(Sealed(kReadStatus));
   EXPECT_THAT(unpaced.deliveries(), SizeIs(3));
   EXPECT_EQ(unpaced.now(), kStart);
@@ -163,7 +163,7 @@ TEST(BusSimulatorTest, ReplyDelayAndUnpaced) {
 // Sends two reads, the second `after` the end of the first command or response, and counts responses.
 std::size_t Pair(const LineRules& rules, const std::string& first, const std::string& second,
                  MonoNs command_to_command) {
-  Bench bench(rules);
+  DeviceFixture bench(rules);
   bench.Send(Sealed(first));
   bench.Pass(command_to_command);
   bench.Send(Sealed(second));
@@ -202,7 +202,7 @@ TEST(BusSimulatorTest, ReadingWCountsForEachUnit) {
 class EarlyCommand : public testing::TestWithParam<Reading> {};
 
 TEST_P(EarlyCommand, IsDroppedCountedAndNotCarriedOut) {
-  Bench bench(LineRules{.reading = GetParam()});
+  DeviceFixture bench(LineRules{.reading = GetParam()});
   bench.Ask("02" + kLogInTail);
   bench.Send(Sealed(kReadStatus));
   bench.Pass(60 * kMillisecond);
@@ -235,7 +235,7 @@ TEST(BusSimulatorTest, WithoutTheRuleOnlySilenceIsAskedFor) {
 TEST(BusSimulatorTest, AGapOf5MillisecondsInsideACommandDropsIt) {
   for (const auto& [gap, answers] :
        {std::pair<MonoNs, std::size_t>(5 * kMillisecond - 1, 1), {5 * kMillisecond, 0}}) {
-    Bench bench;
+    DeviceFixture bench;
     const ByteList command = Sealed(kReadStatus);
     bench.Send({command.begin(), command.begin() + 3});
     bench.Pass(Wire(3) + gap);
@@ -248,7 +248,7 @@ TEST(BusSimulatorTest, AGapOf5MillisecondsInsideACommandDropsIt) {
 }
 
 TEST(BusSimulatorTest, ACommandInPiecesIsOne) {
-  Bench bench;
+  DeviceFixture bench;
   for (const std::uint8_t byte : Sealed(kReadStatus)) {
     bench.Send({byte});
     bench.Pass(3 * kMillisecond);
@@ -258,7 +258,7 @@ TEST(BusSimulatorTest, ACommandInPiecesIsOne) {
 }
 
 TEST(BusSimulatorTest, AWrongErrorCheckIsNotAnswered) {
-  Bench bench;
+  DeviceFixture bench;
   ByteList command = Sealed(kReadStatus);
   for (std::size_t i = 0; i < command.size(); ++i) {
     command[i] ^= 0x40U;
@@ -272,7 +272,7 @@ TEST(BusSimulatorTest, AWrongErrorCheckIsNotAnswered) {
 }
 
 TEST(BusSimulatorTest, TwoCommandsWithoutSilenceAreNone) {
-  Bench bench;
+  DeviceFixture bench;
   ByteList both = Sealed(kReadStatus);
   const ByteList second = Sealed("01 04 00 C8 00 05");
   both.insert(both.end(), second.begin(), second.end());
@@ -283,7 +283,7 @@ TEST(BusSimulatorTest, TwoCommandsWithoutSilenceAreNone) {
 }
 
 TEST(BusSimulatorTest, AForeignAddressIsNotAnswered) {
-  Bench bench;
+  DeviceFixture bench;
   for (const char* address : {"04", "10", "11", "80", "FF"}) {
     EXPECT_THAT(bench.Ask(std::string(address) + " 04 00 C8 00 05"), IsEmpty());
   }
@@ -291,7 +291,7 @@ TEST(BusSimulatorTest, AForeignAddressIsNotAnswered) {
 }
 
 TEST(BusSimulatorTest, GarbageIsCountedAndForgotten) {
-  Bench bench;
+  DeviceFixture bench;
   SeededRandom random(3);
   for (int i = 0; i < 2000; ++i) {
     ByteList bytes(random.Next() % 400);
@@ -305,7 +305,7 @@ TEST(BusSimulatorTest, GarbageIsCountedAndForgotten) {
 }
 
 TEST(BusSimulatorTest, AnotherBaudRateIsNoise) {
-  Bench bench;
+  DeviceFixture bench;
   bench.simulator().OnBaud(19'200);
   EXPECT_THAT(bench.Ask(kReadStatus), IsEmpty());
   EXPECT_EQ(bench.simulator().counters().dropped_baud, 1);
@@ -314,7 +314,7 @@ TEST(BusSimulatorTest, AnotherBaudRateIsNoise) {
 }
 
 TEST(BusSimulatorTest, WhoTransmitsIntoAResponseDestroysBoth) {
-  Bench bench(LineRules{.reading = Reading::kNone});
+  DeviceFixture bench(LineRules{.reading = Reading::kNone});
   bench.Send(Sealed(kReadStatus));
   bench.Pass(Wire(8) + 10 * kMillisecond);
   bench.Send(Sealed("01 04 00 C8 00 05"));
@@ -326,7 +326,7 @@ TEST(BusSimulatorTest, WhoTransmitsIntoAResponseDestroysBoth) {
 // ---- broadcast: guideline 4 and 6 note 2 ----
 
 TEST(BusSimulatorTest, ABroadcastIsCarriedOutByAllAndAnsweredByNone) {
-  Bench bench;
+  DeviceFixture bench;
   EXPECT_THAT(bench.Ask("00" + kLogInTail), IsEmpty());
   EXPECT_THAT(bench.Ask("00 06 00 34 04 21"), IsEmpty());
   EXPECT_THAT(bench.Ask("00 10 00 35 00 02 04 10 0B 00 0C"), IsEmpty());
@@ -347,7 +347,7 @@ TEST(BusSimulatorTest, ABroadcastIsCarriedOutByAllAndAnsweredByNone) {
 // ---- power ----
 
 TEST(BusSimulatorTest, PowerOffIsSilentAndLogsOut) {
-  Bench bench;
+  DeviceFixture bench;
   bench.Ask("02" + kLogInTail);
   EXPECT_EQ(bench.Ask(kReadLogin)[3], 0xFF);
   bench.Set("gm2", "power", "off");
@@ -364,7 +364,7 @@ TEST(BusSimulatorTest, PowerOffIsSilentAndLogsOut) {
 // ---- faults ----
 
 TEST(BusSimulatorTest, FaultsOfTheLine) {
-  Bench bench;
+  DeviceFixture bench;
   const ByteList right = bench.Ask(kReadStatus);
   bench.Set("gm2", "fault", "garbage");
   const ByteList garbage = bench.Ask(kReadStatus);
@@ -390,7 +390,7 @@ TEST(BusSimulatorTest, FaultsOfTheLine) {
 }
 
 TEST(BusSimulatorTest, ADelayedResponseLeavesTheLineInTimeASlowOneDoesNot) {
-  Bench bench;
+  DeviceFixture bench;
   bench.Set("gm2", "fault", "delayed:400");
   bench.Send(Sealed(kReadStatus));
   bench.Pass(300 * kMillisecond);
@@ -411,7 +411,7 @@ TEST(BusSimulatorTest, ADelayedResponseLeavesTheLineInTimeASlowOneDoesNot) {
 }
 
 TEST(BusSimulatorTest, FaultsOfModbus) {
-  Bench bench;
+  DeviceFixture bench;
   bench.Set("gm2", "fault", "wrong-address:3");
   EXPECT_EQ(bench.Ask(kReadStatus)[0], 3);
   bench.Set("gm2", "fault", "exception:2");
@@ -426,7 +426,7 @@ TEST(BusSimulatorTest, FaultsOfModbus) {
 }
 
 TEST(BusSimulatorTest, WhoeverLooksOnChangesNothing) {
-  Bench bench;
+  DeviceFixture bench;
   bench.Set("gm1", "vibration_mps2", "5");
   bench.Pass(kSecond);
   EXPECT_EQ(bench.simulator().State("gm1", bench.now() + kSecond),
@@ -437,7 +437,7 @@ TEST(BusSimulatorTest, WhoeverLooksOnChangesNothing) {
 }
 
 TEST(BusSimulatorTest, NoPasswordIsShown) {
-  Bench bench;
+  DeviceFixture bench;
   bench.Set("gm1", "password", "s3cret-and-long");
   EXPECT_THAT(bench.simulator().Set("gm1", "password", "tiny7!!", bench.now()), Not(HasSubstr("tiny7")));
   EXPECT_THAT(bench.simulator().Set("gm1", "password", "far-too-long-for-it", bench.now()), Not(HasSubstr("far")));
@@ -450,7 +450,7 @@ TEST(BusSimulatorTest, NoPasswordIsShown) {
 }
 
 TEST(BusSimulatorTest, SixteenUnitsAnswerEachForItself) {
-  Bench bench({}, 16);
+  DeviceFixture bench({}, 16);
   bench.Pass(kSecond);  // they have run up
   for (int i = 1; i <= 16; ++i) bench.Set("gm" + std::to_string(i), "load_w", std::to_string(100 + i));
   for (int i = 1; i <= 16; ++i) {

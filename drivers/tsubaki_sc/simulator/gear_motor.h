@@ -3,8 +3,8 @@
 #include <array>
 #include <cstdint>
 
-#include "drivers/runtime/core/instant.h"
-#include "drivers/runtime/simulation/seeded_random.h"
+#include "core/base/time.h"
+#include "drivers/kit/simulation/seeded_random.h"
 #include "drivers/tsubaki_sc/simulator/load_profile.h"
 
 namespace axlecast::tsubaki_sc::simulator {

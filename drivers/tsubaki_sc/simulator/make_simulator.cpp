@@ -3,8 +3,8 @@
 #include <cmath>
 #include <vector>
 
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/config/machine_config.h"
+#include "core/config/config_map.h"
+#include "core/config/machine_config.h"
 #include "drivers/tsubaki_sc/simulator/bus_simulator.h"
 
 namespace axlecast::tsubaki_sc {

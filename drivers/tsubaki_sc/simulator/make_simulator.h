@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "drivers/runtime/core/simulator.h"
+#include "core/device/simulator.h"
 
 namespace axlecast {
 struct BusConfig;

@@ -8,8 +8,8 @@
 
 #include <tuple>
 
-#include "drivers/runtime/config/config_map.h"
-#include "drivers/runtime/config/machine_config.h"
+#include "core/config/config_map.h"
+#include "core/config/machine_config.h"
 
 namespace axlecast::tsubaki_sc {
 namespace {

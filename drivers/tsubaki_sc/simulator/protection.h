@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "drivers/runtime/core/instant.h"
+#include "core/base/time.h"
 #include "drivers/tsubaki_sc/simulator/trip_log.h"
 
 namespace axlecast::tsubaki_sc::simulator {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "drivers/runtime/core/instant.h"
+#include "core/base/time.h"
 #include "drivers/tsubaki_sc/simulator/access.h"
 #include "drivers/tsubaki_sc/simulator/data_address.h"
 #include "drivers/tsubaki_sc/simulator/gear_motor.h"

@@ -4,10 +4,10 @@
 #include <array>
 #include <optional>
 
-#include "drivers/runtime/device/arguments.h"
-#include "drivers/runtime/device/outcome_text.h"
-#include "drivers/runtime/simulation/quantity_table.h"
-#include "drivers/runtime/simulation/quantity_text.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/arguments.h"
+#include "drivers/kit/simulation/quantity_table.h"
+#include "drivers/kit/simulation/quantity_text.h"
 #include "drivers/tsubaki_sc/simulator/unit_report.h"
 
 namespace axlecast::tsubaki_sc::simulator {

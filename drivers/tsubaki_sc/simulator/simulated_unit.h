@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/runtime/simulation/simulated_device.h"
+#include "drivers/kit/simulation/simulated_device.h"
 #include "drivers/tsubaki_sc/simulator/sc_unit.h"
 #include "drivers/tsubaki_sc/simulator/unit_fault.h"
 

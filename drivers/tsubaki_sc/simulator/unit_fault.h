@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "drivers/runtime/simulation/simulated_fault.h"
+#include "drivers/kit/simulation/simulated_fault.h"
 
 namespace axlecast::tsubaki_sc::simulator {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "drivers/runtime/core/inline_bytes.h"
+#include "core/base/inline_bytes.h"
 #include "drivers/tsubaki_sc/simulator/sc_unit.h"
 
 namespace axlecast::tsubaki_sc::simulator {

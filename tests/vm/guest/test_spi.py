@@ -13,7 +13,7 @@ VALID = 0x1
 
 
 class Peer:
-    """A simulator's end of drivers/io/simulated_spi.h that writes down every transfer, (mode, bits per word, Hz,
+    """A simulator's end of drivers/hal/simulated_spi.h that writes down every transfer, (mode, bits per word, Hz,
     bytes out), and answers each byte's complement."""
 
     def __init__(self, path):

@@ -1,0 +1,72 @@
+#include "bridge/access/admission.h"
+
+#include <axlecast/command_status_t.hpp>
+#include <optional>
+
+#include "core/base/truncated_text.h"
+
+namespace axlecast {
+namespace {
+
+using S = command_status_t;
+
+constexpr std::int32_t kMaxValidMs = 3'600'000;
+constexpr MonoNs kClockSlack = kSecond;  // between a client's reckoning and this clock
+
+std::optional<Refusal> CheckForm(const command_body_t& body) {
+  if (body.mode < command_body_t::MODE_EXECUTE || body.mode > command_body_t::MODE_CANCEL) {
+    return Refusal{S::REASON_UNSUPPORTED_MODE, "mode " + std::to_string(body.mode) + " does not exist"};
+  }
+  if (body.valid_ms < 1 || body.valid_ms > kMaxValidMs) {
+    return Refusal{S::REASON_MALFORMED, "valid_ms is " + std::to_string(body.valid_ms) + ": give 1 to 3600000"};
+  }
+  if (body.arguments.size() > kMaxArguments) return Refusal{S::REASON_MALFORMED, "more than 16 arguments"};
+  if (body.reason.size() > kReasonBytes) return Refusal{S::REASON_MALFORMED, "reason is longer than 160 bytes"};
+  return std::nullopt;
+}
+
+std::optional<Refusal> CheckTime(const command_body_t& body, MonoNs begin_by, MonoNs now) {
+  if (body.issued_mono_ns > now + kClockSlack) {
+    return Refusal{S::REASON_MALFORMED,
+                   "issued_mono_ns lies ahead: it is mono_ns of a status of this bridge plus the time since"};
+  }
+  if (now < begin_by) return std::nullopt;
+  return Refusal{S::REASON_DEADLINE, "its time was over when it came: nothing was done"};
+}
+
+std::string DeviceNames(const MachineConfig& machine) {
+  std::string text = "devices of " + machine.machine + ":";
+  for (const BusConfig& bus : machine.buses) {
+    for (const DeviceConfig& device : bus.devices) text += " " + device.name;
+  }
+  return text;
+}
+
+}  // namespace
+
+std::variant<Admitted, Refusal> Admit(const MachineConfig& machine, std::int64_t bridge_boot_id,
+                                      const Authority& authority, const Caller& caller, const command_body_t& body,
+                                      MonoNs now) {
+  // A cancellation can only end the command of its own id: it may come after a restart of the bridge.
+  if (body.mode != command_body_t::MODE_CANCEL && body.bridge_boot_id != bridge_boot_id) {
+    return Refusal{S::REASON_STALE_BRIDGE,
+                   "it is meant for another boot of the bridge: ask for the state of the "
+                   "device, then send it again under a new id"};
+  }
+  if (auto refusal = CheckForm(body)) return *refusal;
+  const BusConfig* bus = machine.BusOf(body.device);
+  if (bus == nullptr) return Refusal{S::REASON_UNKNOWN_DEVICE, "no such device; " + DeviceNames(machine)};
+  const OperationSpec* operation = FindOperation(*bus->family, body.operation);
+  if (operation == nullptr || operation->internal) {
+    return Refusal{S::REASON_UNKNOWN_OPERATION, "no such operation; " + OperationNames(*bus->family)};
+  }
+  if (auto refusal = CheckArguments(*operation, body.arguments)) return *refusal;
+  const MonoNs begin_by = body.issued_mono_ns + body.valid_ms * kMillisecond;
+  const Admitted admitted{bus, operation, begin_by};
+  if (body.mode == command_body_t::MODE_CANCEL) return admitted;
+  if (auto refusal = authority.Check(caller, body.device, *operation)) return *refusal;
+  if (auto refusal = CheckTime(body, begin_by, now)) return *refusal;
+  return admitted;
+}
+
+}  // namespace axlecast

@@ -1,0 +1,46 @@
+#include "bridge/dispatch/command_port.h"
+
+#include <algorithm>
+#include <axlecast/driver_command_t.hpp>
+#include <utility>
+
+namespace axlecast {
+
+template <typename Message>
+void CommandPort::Fill(Message& message, const std::string& channel, Timestamp now) {
+  message.utime = now.utime;
+  message.mono_ns = now.mono;
+  message.boot_id = boot_id_;
+  message.seq = seq_[channel]++;
+}
+
+void CommandPort::Tell(command_status_t status, Timestamp now) {
+  Fill(status, "COMMAND_STATUS", now);
+  if (key_ != nullptr) SignMessage(*key_, Domain::kStatus, status);
+  Publish(sink_, "COMMAND_STATUS", status);
+}
+
+std::int64_t CommandPort::Give(const std::string& bus, driver_order_t order, Timestamp now) {
+  order.bridge_boot_id = boot_id_;
+  order.bridge_epoch = ++epoch_;
+  order.n_arguments = static_cast<std::int8_t>(order.arguments.size());
+  driver_command_t envelope{};
+  const std::string channel = "DRIVER_COMMAND/" + bus;
+  Fill(envelope, channel, now);
+  envelope.order.resize(static_cast<std::size_t>(order.getEncodedSize()));
+  order.encode(envelope.order.data(), 0, static_cast<int>(envelope.order.size()));
+  envelope.order_size = static_cast<std::int16_t>(envelope.order.size());
+  if (key_ != nullptr) {
+    const Signature signature = key_->Sign(Domain::kOrder, envelope.order);
+    std::copy(signature.begin(), signature.end(), std::begin(envelope.sig));
+  }
+  Publish(sink_, channel, envelope);
+  return epoch_;
+}
+
+void CommandPort::Ask(command_t question, Timestamp now) {
+  Fill(question, "COMMAND", now);
+  Publish(sink_, "COMMAND", question);
+}
+
+}  // namespace axlecast

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <axlecast/command_status_t.hpp>
+#include <axlecast/command_t.hpp>
+#include <axlecast/driver_order_t.hpp>
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "core/base/time.h"
+#include "core/command/signature.h"
+#include "core/messages/message_sink.h"
+
+namespace axlecast {
+
+// All that the bridge says on the command port: heads, epochs, signatures.
+class CommandPort {
+ public:
+  // `key` null: unsigned. Orders begin above `epoch`.
+  CommandPort(MessageSink& sink, std::int64_t boot_id, const SigningKey* key, std::int64_t epoch)
+      : sink_(sink), boot_id_(boot_id), key_(key), epoch_(epoch) {}
+
+  void Tell(command_status_t status, Timestamp now);
+  // To the driver of `bus`, with the next bridge epoch, which it returns.
+  std::int64_t Give(const std::string& bus, driver_order_t order, Timestamp now);
+  void Ask(command_t question, Timestamp now);
+
+  // A driver has heard an order of this epoch: those of this bridge go above it. One that no bridge could have
+  // reached is not believed.
+  void Heard(std::int64_t epoch) {
+    constexpr std::int64_t kHighest = std::int64_t{1} << 62;
+    if (epoch > epoch_ && epoch < kHighest) epoch_ = epoch;
+  }
+  [[nodiscard]] std::int64_t epoch() const { return epoch_; }
+  [[nodiscard]] std::int64_t boot_id() const { return boot_id_; }
+
+ private:
+  template <typename Message>
+  void Fill(Message& message, const std::string& channel, Timestamp now);
+
+  MessageSink& sink_;
+  const std::int64_t boot_id_;
+  const SigningKey* const key_;
+  std::int64_t epoch_;
+  std::map<std::string, std::int64_t> seq_;  // by channel
+};
+
+}  // namespace axlecast

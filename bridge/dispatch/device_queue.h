@@ -1,0 +1,91 @@
+#pragma once
+
+#include <axlecast/driver_status_t.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
+
+#include "bridge/dispatch/driver_link.h"
+#include "bridge/state/pending_command.h"
+#include "core/command/operation_check.h"
+
+namespace axlecast {
+
+// What a lane does to the outside.
+class DeviceQueueListener {
+ public:
+  virtual ~DeviceQueueListener() = default;
+  // Sends driver_order_t KIND_* for the task, with a new bridge epoch, which it returns.
+  virtual std::int64_t Send(const PendingCommand& task, std::int8_t kind, std::int32_t valid_ms, Timestamp now) = 0;
+  virtual CommandId NewId() = 0;  // for what the bridge itself orders
+  // The task is about to be sent to status.driver_boot_id. A reason, with its text, when that may not be. Else sets
+  // task.noting: kReady, or kRouted when the journal must note it first (DeviceQueue::OnNoted).
+  virtual std::optional<Refusal> BeforeRoute(PendingCommand& task, Timestamp now) = 0;
+  // Why a task that waits for the journal must not wait longer; nothing: it may.
+  virtual std::optional<Refusal> JournalTooSlow(const PendingCommand& task, Timestamp now) = 0;
+  virtual void OnStep(PendingCommand& task, Timestamp now) = 0;
+  // The task ended: its status holds the one outcome. It has left the lane.
+  virtual void OnEnd(PendingCommand task, Timestamp now) = 0;
+};
+
+// The tasks of one device: one at a time, in order. Free of I/O. The messages in between may be lost, doubled or
+// reordered: a task is repeated to its driver under one id until the driver answers, and is asked about then.
+class DeviceQueue {
+ public:
+  static constexpr std::size_t kMaxWaiting = 32;             // commands
+  static constexpr MonoNs kRepeat = 20 * kMillisecond;       // until acknowledged
+  static constexpr MonoNs kSlowRepeat = 200 * kMillisecond;  // after a second without
+  static constexpr MonoNs kAsk = 250 * kMillisecond;         // a driver that works on it
+  static constexpr MonoNs kSilentAfter = 5 * kSecond;        // a routed task without a word: INDETERMINATE
+  static constexpr MonoNs kOvertaken = 50 * kMillisecond;    // a task that waits for the journal: reads pass it
+
+  DeviceQueue(const DriverLink& driver, DeviceQueueListener& output) : driver_(driver), output_(output) {}
+
+  [[nodiscard]] bool IsFull() const { return waiting_.size() >= kMaxWaiting; }
+  void Push(PendingCommand task) { waiting_.push_back(std::move(task)); }
+  void PushFirst(PendingCommand task);
+  [[nodiscard]] bool IsIdle() const { return !current_ && waiting_.empty(); }
+  // A task that an earlier bridge had routed: before any other, its driver is asked what became of it.
+  void Adopt(PendingCommand task);
+
+  // Who gave a command that is here and has no outcome yet.
+  [[nodiscard]] std::optional<std::string> SenderOf(const CommandId& id) const;
+  [[nodiscard]] bool Holds(PendingCommand::Purpose purpose) const;
+
+  // The journal has noted (`written`), or cannot note, what this command waits for. Nothing happens when it waits no
+  // more.
+  void OnNoted(const CommandId& id, PendingCommand::Noting what, bool written, const Refusal& not_written,
+               Timestamp now);
+  // The acceptance of this command is being written.
+  [[nodiscard]] bool IsNoting(const CommandId& id) const;
+  // Takes out a command whose acceptance is being written.
+  [[nodiscard]] std::optional<PendingCommand> Withdraw(const CommandId& id);
+
+  // Ends a waiting command as CANCELLED; asks the driver to give up a routed one. False when it is not here.
+  bool Cancel(const CommandId& id, Timestamp now);
+  // A status from the driver's boot `status.boot_id` that DriverLink let pass.
+  void OnStatus(const driver_status_t& status, Timestamp now);
+  void Tick(Timestamp now);
+
+ private:
+  void DropWaiting(Timestamp now);
+  void RouteNext(Timestamp now);
+  [[nodiscard]] std::deque<PendingCommand>::iterator Next(Timestamp now);
+  [[nodiscard]] PendingCommand Take(std::deque<PendingCommand>::iterator task);
+  void Route(PendingCommand task, Timestamp now);
+  void Follow(Timestamp now);
+  void SendDue(PendingCommand& task, Timestamp now);
+  void OnUnknown(const driver_status_t& status, Timestamp now);
+  void OnDriverLost(std::int32_t reason, const std::string& text, Timestamp now);
+  void End(PendingCommand task, std::int8_t state, std::int32_t reason, const std::string& text, Timestamp now);
+  PendingCommand TakeCurrent();
+
+  const DriverLink& driver_;
+  DeviceQueueListener& output_;
+  std::deque<PendingCommand> waiting_;
+  std::optional<PendingCommand> current_;
+};
+
+}  // namespace axlecast

@@ -1,0 +1,177 @@
+#pragma once
+
+#include <axlecast/command_body_t.hpp>
+#include <axlecast/command_status_t.hpp>
+#include <axlecast/command_t.hpp>
+#include <axlecast/driver_status_t.hpp>
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bridge/access/admission.h"
+#include "bridge/access/authority.h"
+#include "bridge/access/prepared_commands.h"
+#include "bridge/access/unauthorized_message_counter.h"
+#include "bridge/dispatch/command_port.h"
+#include "bridge/dispatch/device_queue.h"
+#include "bridge/dispatch/driver_link.h"
+#include "bridge/dispatch/duplicate_bridge_detector.h"
+#include "bridge/state/alarm_state_store.h"
+#include "bridge/state/axis_state_store.h"
+#include "bridge/state/bridge_alarms.h"
+#include "bridge/state/command_store.h"
+#include "bridge/state/pending_command.h"
+#include "bridge/store/device_store.h"
+#include "bridge/store/journal_queue.h"
+#include "core/config/machine_config.h"
+#include "core/messages/message_sink.h"
+
+namespace axlecast {
+
+// What the bridge stands on. All of it outlives the bridge.
+struct BridgePorts {
+  JournalWorker* journal = nullptr;
+  MessageSink* commands = nullptr;
+  MessageSink* data = nullptr;
+  const SigningKey* key = nullptr;  // null: what it says stays unsigned
+  std::function<void(const std::string& line)> log;
+  std::function<CommandId()> random;  // for tokens
+};
+
+// The bridge without its I/O: takes commands of those who may give them, notes them, routes each to the driver of
+// its device, one at a time per device (urgent ones beside it), and gives every id exactly one final outcome.
+// Publishes COMMAND_STATUS, DRIVER_COMMAND/<bus> and ALARM/bridge. One thread, which never waits for the journal: a
+// command that must be noted waits in its lane for at most JournalQueue::kStalled, and others pass it.
+class Dispatcher final : private DeviceQueueListener {
+ public:
+  static constexpr MonoNs kFindWithin = 20 * kSecond;  // after an INDETERMINATE, then FINDING_CANNOT_TELL
+
+  // Questions that the journal must answer, at one time; a client repeats its question.
+  static constexpr std::size_t kMaxLookups = 100;
+
+  // Takes up what an earlier bridge has left in the journal, as soon as that can be read.
+  Dispatcher(const MachineConfig& machine, std::int64_t boot_id, BridgePorts ports, Timestamp now);
+  Dispatcher(const Dispatcher&) = delete;
+  Dispatcher& operator=(const Dispatcher&) = delete;
+
+  void OnCommand(Bytes message, Timestamp now);
+  void OnDriverStatus(const std::string& channel, Bytes message, Timestamp now);
+  void OnCommandStatus(Bytes message, Timestamp now);
+  // At least every 20 ms.
+  void Tick(Timestamp now);
+  // Goes on with what the journal's thread has done meanwhile; every other call does this too.
+  void Settle(Timestamp now);
+
+  [[nodiscard]] const DuplicateBridgeDetector& watch() const { return watch_; }
+  // Why no command that changes a device is accepted; empty when all is well.
+  [[nodiscard]] std::string JournalProblem(MonoNs now) const;
+  // Messages that could not be read, or were not from whom they should be.
+  [[nodiscard]] std::int64_t foreign() const { return foreign_.count(); }
+
+ private:
+  struct Bus {
+    const BusConfig* config = nullptr;
+    DriverLink driver;
+    std::map<std::string, DeviceQueue> lanes;   // by device
+    std::map<std::string, DeviceQueue> urgent;  // by device: OperationSpec::urgent waits for nothing else
+  };
+
+  // A command on its way in.
+  struct IncomingCommand {
+    const command_body_t& body;
+    Caller caller;
+    Admitted admitted;
+    command_status_t status;
+  };
+
+  // What the journal holds, as its thread has read it.
+  struct Snapshot {
+    DeviceMemory devices;
+    std::vector<OpenCommand> open;
+    std::int64_t first_epoch = 0;  // 0: none could be reserved
+  };
+  // A question that the journal must answer.
+  struct Lookup {
+    // `known`: as the journal has it. `can_tell`: it could be asked.
+    std::function<void(std::optional<command_status_t> known, bool can_tell)> answer;
+    MonoNs since = 0;
+    bool answered = false;
+  };
+  // An outcome that the journal is writing. It is published afterwards.
+  struct Untold {
+    command_status_t status;
+    MonoNs since = 0;
+    bool told = false;
+  };
+
+  void Settle();
+  void LoadJournal();
+  void TakeUp(Snapshot snapshot);
+  void TickJournal();
+  void Execute(IncomingCommand incoming, Timestamp now);
+  void Query(const command_body_t& body, Timestamp now);
+  void RefuseUnlessKnown(const command_status_t& status, const Refusal& refusal, Timestamp now);
+  void LookUp(const CommandId& id, decltype(Lookup::answer) answer);
+  void Cancel(const IncomingCommand& incoming, Timestamp now);
+  void TellKnown(const command_body_t& body, const std::string& text, Timestamp now);
+  void Accept(IncomingCommand incoming, Timestamp now);
+  void AcceptBriefly(const IncomingCommand& incoming, PendingCommand task, const std::optional<Refusal>& refusal,
+                     Timestamp now);
+  void NoteAccepted(const IncomingCommand& incoming, DeviceQueue& lane, Timestamp now);
+  void OnAccepted(DeviceQueue& lane, const command_status_t& status, bool passes,
+                  const std::optional<command_status_t>& known);
+  [[nodiscard]] std::optional<Refusal> MakeTask(const IncomingCommand& incoming, PendingCommand& task,
+                                                Timestamp now);
+  [[nodiscard]] std::optional<Refusal> Busy(const Bus& bus, const DeviceQueue& lane, MonoNs now) const;
+  [[nodiscard]] std::optional<Refusal> NoRoom(const OperationSpec& operation, MonoNs now);
+  [[nodiscard]] CommandRecord RecordOf(const IncomingCommand& incoming, Timestamp now) const;
+  [[nodiscard]] Refusal NotNoted(MonoNs now) const;
+  void Refuse(command_status_t status, const Refusal& refusal, Timestamp now);
+  void OnForeign(const std::string& what, Timestamp now);
+  void OnHello(Bus& bus, const driver_status_t& status, Timestamp now);
+  void EndCommand(PendingCommand task, Timestamp now);
+  void BeginFinding(const PendingCommand& task, command_status_t& status, Timestamp now);
+  void EndFinding(const PendingCommand& task, Timestamp now);
+  void Conclude(const command_status_t& status, Timestamp now);
+  void TellOutcome(Untold& outcome);
+  void TellOverdue();
+  void Resume(const OpenCommand& command, Timestamp now);
+  [[nodiscard]] DeviceQueue& LaneOf(Bus& bus, const std::string& device, const OperationSpec* operation);
+
+  std::int64_t Send(const PendingCommand& task, std::int8_t kind, std::int32_t valid_ms, Timestamp now) override;
+  CommandId NewId() override;
+  std::optional<Refusal> BeforeRoute(PendingCommand& task, Timestamp now) override;
+  std::optional<Refusal> JournalTooSlow(const PendingCommand& task, Timestamp now) override;
+  void OnStep(PendingCommand& task, Timestamp now) override;
+  void OnEnd(PendingCommand task, Timestamp now) override;
+
+  const MachineConfig& machine_;
+  const BridgePorts ports_;
+  Timestamp now_;  // of the present call
+  JournalQueue queue_;
+  DeviceStore devices_;
+  CommandPort port_;
+  CommandStore memory_;
+  Authority authority_;
+  DuplicateBridgeDetector watch_;
+  BridgeAlarms alarms_;
+  AxisStateStore axes_;
+  AlarmStateStore marks_;
+  PreparedCommands tokens_;
+  UnauthorizedMessageCounter foreign_;
+  std::map<std::string, Bus> buses_;
+  std::int64_t own_ids_ = 0;
+  std::list<std::shared_ptr<Lookup>> lookups_;
+  std::list<std::shared_ptr<Untold>> untold_;
+  bool loading_ = false;   // the journal is being read
+  bool loaded_ = false;    // what the journal holds has been taken up
+  bool reserved_ = false;  // epochs are above those of every bridge before
+  bool ticking_ = false;   // the journal's thread has its Tick
+};
+
+}  // namespace axlecast

@@ -1,0 +1,208 @@
+#include "bridge/dispatch/dispatcher_fixture.h"
+#include "core/command/command_id.h"
+
+namespace axlecast {
+namespace {
+
+// What the bridge does while the disk of its journal does not answer.
+class DispatcherStallTest : public DispatcherTest {
+ protected:
+  void PassStalled(MonoNs time) { PassWithDriver(time); }
+  S Of(std::uint32_t number) const {
+    S found{};
+    for (const S& status : sink_.All<S>("COMMAND_STATUS")) {
+      if (IdOf(status.id) == NumberedId(number)) found = status;
+    }
+    return found;
+  }
+  std::vector<std::string> Ordered() const {
+    std::vector<std::string> names;
+    for (const driver_order_t& order : Orders()) {
+      if (names.empty() || names.back() != order.operation) names.push_back(order.operation);
+    }
+    return names;
+  }
+};
+
+TEST_F(DispatcherStallTest, NothingIsToldOrSentBeforeTheAcceptanceIsOnTheDisk) {
+  journal_->Stall();
+  const auto message = Encoded(EnvelopeOf(Body(1)));
+  bridge_->OnCommand(message, now_);
+  Pass(20 * kMillisecond);
+  bridge_->OnCommand(message, now_);  // the client repeats it
+  EXPECT_EQ(Statuses(), 0u);
+  EXPECT_TRUE(Orders().empty());
+  journal_->Recover();
+  Step(kMillisecond);
+  EXPECT_EQ(Of(1).state, S::STATE_ROUTED);
+  EXPECT_EQ(Ordered(), (std::vector<std::string>{"bump"}));
+}
+
+TEST_F(DispatcherStallTest, AnUrgentCommandPassesAStalledDisk) {
+  journal_->Stall();
+  Send(Body(1));
+  Send(Body(2, "halt"));
+  Pass(150 * kMillisecond);
+  EXPECT_EQ(Ordered(), (std::vector<std::string>{"halt"}));
+  Report(Orders().back(), S::STATE_SUCCEEDED);
+  PassStalled(2 * kSecond);
+  EXPECT_EQ(Of(2).state, S::STATE_SUCCEEDED);
+  EXPECT_EQ(Of(2).is_final, 1);
+  sink_.Clear();
+  Send(Body(3, "halt"));
+  EXPECT_EQ(Ordered(), (std::vector<std::string>{"halt"})) << "once the disk is known to be slow, at once";
+}
+
+TEST_F(DispatcherStallTest, AReadPassesACommandThatWaitsForTheDisk) {
+  journal_->Stall();
+  Send(Body(1));
+  Send(Body(2, "look"));
+  EXPECT_TRUE(Orders().empty()) << "in the order of arrival, while the disk is not slow";
+  Pass(DeviceQueue::kOvertaken + 20 * kMillisecond);
+  EXPECT_EQ(Ordered(), (std::vector<std::string>{"look"}));
+  Report(Orders().back(), S::STATE_SUCCEEDED);
+  EXPECT_EQ(Of(2).state, S::STATE_SUCCEEDED);
+}
+
+TEST_F(DispatcherStallTest, AfterASecondCommandsAreRefusedWithTheReason) {
+  journal_->Stall();
+  auto body = Body(1);
+  body.valid_ms = 60'000;
+  Send(body);
+  PassStalled(JournalQueue::kStalled + 200 * kMillisecond);
+  EXPECT_EQ(Of(1).state, S::STATE_REJECTED);
+  EXPECT_EQ(Of(1).reason_code, S::REASON_JOURNAL);
+  EXPECT_NE(Of(1).text.find("its disk has not answered for 1."), std::string::npos) << Of(1).text;
+  EXPECT_EQ(Send(Body(2)).reason_code, S::REASON_JOURNAL);
+  EXPECT_NE(bridge_->JournalProblem(now_.mono).find("has not answered"), std::string::npos);
+  EXPECT_TRUE(Orders().empty());
+  journal_->Recover();
+  Step(10 * kMillisecond);
+  EXPECT_TRUE(Orders().empty()) << "what was refused is not done when the disk recovers";
+  EXPECT_EQ(store_.Find(NumberedId(1))->state, S::STATE_REJECTED);
+  EXPECT_EQ(bridge_->JournalProblem(now_.mono), "");
+  EXPECT_EQ(Send(Body(3)).state, S::STATE_ROUTED);
+}
+
+TEST_F(DispatcherStallTest, NothingIsSentBeforeThatItIsRoutedIsOnTheDisk) {
+  Send(Body(1));
+  Send(Body(2));
+  const driver_order_t first = Orders().back();
+  sink_.Clear();
+  journal_->Stall();
+  Report(first, S::STATE_SUCCEEDED);
+  EXPECT_TRUE(Orders().empty());
+  EXPECT_NE(Of(1).is_final, 1) << "an outcome is told when it is on the disk";
+  journal_->Recover();
+  Step(kMillisecond);
+  EXPECT_EQ(Of(1).state, S::STATE_SUCCEEDED);
+  ASSERT_EQ(Ordered(), (std::vector<std::string>{"bump"}));
+  EXPECT_EQ(IdOf(Orders().back().id), NumberedId(2));
+}
+
+TEST_F(DispatcherStallTest, ADriverThatRestartsBeforeItIsSentHasNothingDone) {
+  Send(Body(1));
+  Send(Body(2));
+  const driver_order_t first = Orders().back();
+  sink_.Clear();
+  journal_->Stall();
+  Report(first, S::STATE_SUCCEEDED);
+  Hello(kDriver + 1);
+  journal_->Recover();
+  Step(kMillisecond);
+  EXPECT_EQ(Of(2).state, S::STATE_REJECTED);
+  EXPECT_EQ(Of(2).reason_code, S::REASON_DRIVER_RESTARTED);
+  EXPECT_TRUE(Orders().empty());
+}
+
+TEST_F(DispatcherStallTest, AnOutcomeIsToldAfterASecondAllTheSame) {
+  Send(Body(1));
+  journal_->Stall();
+  Report(Orders().back(), S::STATE_SUCCEEDED);
+  EXPECT_NE(Of(1).is_final, 1);
+  EXPECT_NE(SendAs(Body(1), command_body_t::MODE_QUERY).is_final, 1);
+  PassStalled(JournalQueue::kStalled + 200 * kMillisecond);
+  EXPECT_EQ(Of(1).state, S::STATE_SUCCEEDED);
+  EXPECT_EQ(Of(1).is_final, 1);
+}
+
+TEST_F(DispatcherStallTest, AClientLearnsOfTheBridgeButNotThatItsCommandIsUnknown) {
+  journal_->Stall();
+  Step(10 * kMillisecond);
+  SendAs(Body(9), command_body_t::MODE_QUERY);
+  Pass(JournalQueue::kSlow + 20 * kMillisecond);
+  EXPECT_EQ(Of(9).state, S::STATE_UNKNOWN);
+  EXPECT_EQ(Of(9).boot_id, kBoot);
+  EXPECT_EQ(Of(9).reason_code, S::REASON_JOURNAL) << "so that nobody takes it for a command that never came";
+  journal_->Recover();
+  Step(10 * kMillisecond);
+  EXPECT_EQ(SendAs(Body(9), command_body_t::MODE_QUERY).reason_code, S::REASON_NONE);
+}
+
+TEST_F(DispatcherStallTest, WhatWaitsIsBounded) {
+  journal_->Stall();
+  Step(10 * kMillisecond);
+  for (std::uint32_t number = 1; number <= 5'000; ++number) {
+    Send(Body(number, "halt"));
+    if (!Orders().empty()) Report(Orders().back(), S::STATE_SUCCEEDED);
+    sink_.Clear();
+  }
+  EXPECT_LE(journal_->waiting(), 2 * JournalQueue::kMaxWaiting + DeviceQueue::kMaxWaiting);
+  PassStalled(10 * kSecond);
+  EXPECT_LE(journal_->waiting(), 2 * JournalQueue::kMaxWaiting + DeviceQueue::kMaxWaiting);
+}
+
+TEST_F(DispatcherStallTest, ABridgeThatStartsOnAStalledDiskServesReadsAndStops) {
+  bridge_.reset();
+  bridge_ = MakeBridge(kBoot, true);
+  Pass(DuplicateBridgeDetector::kListen);
+  Hello(kDriver);
+  sink_.Clear();
+  Send(Body(1, "look"));
+  EXPECT_EQ(Ordered(), (std::vector<std::string>{"look"}));
+  Send(Body(2, "halt"));
+  EXPECT_EQ(Ordered(), (std::vector<std::string>{"look", "halt"}));
+  EXPECT_EQ(Send(Body(3)).reason_code, S::REASON_JOURNAL);
+}
+
+// -- a journal that was deleted or rolled back
+
+TEST_F(DispatcherTest, ACapturedCommandDoesNotActAgainWhenTheJournalIsLost) {
+  auto body = Body(1);
+  body.valid_ms = 3'600'000;
+  const auto captured = Encoded(EnvelopeOf(body));
+  bridge_->OnCommand(captured, now_);
+  Report(Orders().back(), S::STATE_SUCCEEDED);
+  store_.LoseCommands();
+  Hello(kDriver + 1);  // a driver that does not remember it either
+  sink_.Clear();
+  bridge_->OnCommand(captured, now_);
+  EXPECT_TRUE(Orders().empty());
+  EXPECT_EQ(Last().state, S::STATE_SUCCEEDED) << "its outcome is answered";
+}
+
+TEST_F(DispatcherTest, ManyLaterCommandsDoNotMakeTheBridgeForgetOneThatIsStillValid) {
+  auto body = Body(1);
+  body.valid_ms = 3'600'000;
+  const auto captured = Encoded(EnvelopeOf(body));
+  bridge_->OnCommand(captured, now_);
+  Report(Orders().back(), S::STATE_SUCCEEDED);
+  for (std::uint32_t number = 2; number < 2 + 2 * CommandStore::kMinKept; ++number) {
+    sink_.Clear();
+    Step(10 * kMillisecond);
+    auto other = Body(number);
+    other.valid_ms = 1;
+    Hello(kDriver);
+    Send(other);
+    if (!Orders().empty()) Report(Orders().back(), S::STATE_SUCCEEDED);
+  }
+  store_.LoseCommands();
+  Hello(kDriver + 1);
+  sink_.Clear();
+  bridge_->OnCommand(captured, now_);
+  EXPECT_TRUE(Orders().empty());
+  EXPECT_EQ(Last().state, S::STATE_SUCCEEDED);
+}
+
+}  // namespace
+}  // namespace axlecast

@@ -1,0 +1,248 @@
+#include "bridge/state/axis_state_store.h"
+
+#include <algorithm>
+#include <axlecast/device_info_t.hpp>
+#include <utility>
+
+#include "bridge/state/pending_command_text.h"
+#include "bridge/state/shaft_travel.h"
+#include "core/base/truncated_text.h"
+#include "core/command/command_id.h"
+#include "core/command/command_words.h"
+
+namespace axlecast {
+namespace {
+
+using S = command_status_t;
+
+constexpr const char* kUndone = "undone";
+
+BridgeOrder Restoring(const DatumRecord& datum) {
+  BridgeOrder order{"set_datum",
+                    {{"counts", std::to_string(datum.counts)}, {"utime", std::to_string(datum.utime)}}};
+  if (!datum.identity.empty()) order.arguments.push_back({"identity", datum.identity});
+  return order;
+}
+
+bool NothingWasDone(std::int8_t state) {
+  return state == S::STATE_REJECTED || state == S::STATE_EXPIRED || state == S::STATE_CANCELLED;
+}
+
+bool IsAnswering(const driver_device_t& said) {
+  return said.state == device_info_t::STATE_ONLINE || said.state == device_info_t::STATE_DEGRADED;
+}
+
+Refusal NotNoted() {
+  return {S::REASON_JOURNAL, "the journal cannot note what it changes: see ALARM/bridge; nothing was done"};
+}
+
+// Stands in the history of a datum that a command's own effect made void.
+std::string VoidReason(const PendingCommand& task) {
+  return std::string(task.operation->name) + ' ' + IdText(task.id);
+}
+
+}  // namespace
+
+std::optional<BridgeOrder> AxisStateStore::OnHello(const DeviceConfig& device, const driver_device_t& said,
+                                                   std::int64_t boot_id, bool idle, Timestamp now) {
+  Seen& seen = seen_[device.name];
+  if (seen.boot != boot_id) {
+    const Seen before = std::exchange(seen, Seen{});
+    seen.boot = boot_id;
+    seen.exchanged = before.exchanged;
+    seen.doubtful = before.doubtful;
+  }
+  const AxisRecord record = store_.Find(device.name);
+  if (TakeReference(device.name, said, record.reference_lost, seen, now))
+    return BridgeOrder{"mark_reference_lost", {}};
+  if (!IsAnswering(said) || !said.has_position) return std::nullopt;
+  seen.identity = said.identity;
+  if (!seen.greeted) Greet(device, said, record, seen, now);
+  if (seen.exchanged) return std::nullopt;
+  store_.KeepPosition(device.name, {said.position, said.position_utime});
+  // A datum of the file has no time; one that somebody set since counts more.
+  if (said.has_datum && said.datum_utime != 0) seen.restored = true;
+  if (!record.datum || seen.restored || !idle) return std::nullopt;
+  return Restoring(*record.datum);
+}
+
+// True when the driver must be told that the reference is lost.
+bool AxisStateStore::TakeReference(const std::string& device, const driver_device_t& said, bool was_lost,
+                                   Seen& seen, Timestamp now) {
+  if (said.reference_lost) {
+    seen.said_lost = true;
+    if (!was_lost && store_.SetReferenceLost(device, true)) {
+      Note(device, "reference_lost", "its driver reports that the reference is lost", now);
+    }
+    return false;
+  }
+  if (!was_lost) return false;
+  // Only a boot that has known it can tell that it was restored.
+  if (!seen.said_lost) return true;
+  if (store_.SetReferenceLost(device, false)) Note(device, "reference_restored", "the reference holds again", now);
+  return false;
+}
+
+// The first valid position of a driver's boot: is it the same encoder, and where has the shaft gone?
+void AxisStateStore::Greet(const DeviceConfig& device, const driver_device_t& said, const AxisRecord& record,
+                           Seen& seen, Timestamp now) {
+  seen.greeted = true;
+  const bool other = !record.identity.empty() && !said.identity.empty() && record.identity != said.identity;
+  if (other && !seen.exchanged) {
+    Note(device.name, "encoder_exchanged",
+         "another encoder answers: " + said.identity + " in the place of " + record.identity +
+             "; its datum is not given to it: axlecast replace " + device.name,
+         now);
+  }
+  seen.exchanged = other;
+  if (other) return;
+  if (record.identity.empty() && !said.identity.empty()) {
+    static_cast<void>(store_.SetIdentity(device.name, said.identity));  // tried again with the next boot
+  }
+  if (!record.position || !device.settings) return;
+  const ShaftTravel travel = Travelled(device, record.position->counts, said.position);
+  const std::string text = TravelText(travel, device, said.position_utime - record.position->utime);
+  seen.doubtful = seen.doubtful || travel.verdict == ShaftTravel::Verdict::kBeyondWindow;
+  if (travel.verdict != ShaftTravel::Verdict::kResting) Note(device.name, "moved_while_away", text, now);
+}
+
+std::optional<Refusal> AxisStateStore::BeforeRoute(const DeviceConfig& device, PendingCommand& task,
+                                                   Timestamp now) {
+  const OperationSpec& operation = *task.operation;
+  if (const std::int32_t writes = task.WritesAtMost(); writes > 0) {
+    const std::int64_t so_far = store_.Find(device.name).writes;
+    const std::int64_t budget = device.settings ? device.settings->write_budget : 0;
+    if (budget > 0 && so_far + writes > budget) {
+      return Refusal{S::REASON_WEAR,
+                     "its memory has had " + std::to_string(so_far) + " of the " + std::to_string(budget) +
+                         " writes that the maker allows: exchange it (axlecast replace " + device.name + ")"};
+    }
+    if (!task.prepare && !store_.AddWrites(device.name, writes, now.utime)) return NotNoted();
+    task.reserved_writes = task.prepare ? 0 : writes;
+  }
+  if (!operation.moves_datum || task.prepare) return std::nullopt;
+  const AxisRecord record = store_.Find(device.name);
+  if (!record.datum && !record.position) return std::nullopt;
+  if (!store_.VoidDatum(device.name, now.utime, VoidReason(task))) return NotNoted();
+  return std::nullopt;
+}
+
+void AxisStateStore::OnOutcome(const DeviceConfig& device, PendingCommand& task, Timestamp now) {
+  const S& status = task.status;
+  if (task.prepare || task.operation == nullptr) return;
+  if (task.purpose == PendingCommand::Purpose::kRestore) {
+    if (status.state == S::STATE_SUCCEEDED && task.operation->name == "set_datum") {
+      Note(device.name, "datum_restored", "its driver was given the datum back: " + status.text, now);
+    }
+    if (status.reason_code == S::REASON_WRONG_IDENTITY) seen_[device.name].exchanged = true;
+    return;
+  }
+  SettleWrites(task, now);
+  if (status.operation == "accept_exchange") return AcceptExchange(task, now);
+  if (task.operation->name == "set_datum" && status.state == S::STATE_SUCCEEDED) return KeepDatum(task, now);
+  if (task.operation->name == "clear_datum" && status.state == S::STATE_SUCCEEDED) {
+    static_cast<void>(store_.VoidDatum(device.name, now.utime, kUndone));
+  }
+  if (task.operation->moves_datum && NothingWasDone(status.state)) Reinstate(task);
+}
+
+// What was counted and not written is taken back; of an INDETERMINATE one nobody knows.
+void AxisStateStore::SettleWrites(PendingCommand& task, Timestamp now) {
+  if (task.reserved_writes == 0 || task.status.state == S::STATE_INDETERMINATE) return;
+  const std::int32_t unused = std::max(task.reserved_writes - task.nv_writes, 0);
+  if (unused > 0) static_cast<void>(store_.AddWrites(task.device, -unused, now.utime));
+  task.reserved_writes = 0;
+}
+
+void AxisStateStore::KeepDatum(PendingCommand& task, Timestamp now) {
+  const auto counts = ParseInteger(ChangedTo(task.status, "datum_counts"));
+  if (!counts) return;
+  DatumRecord datum;
+  datum.counts = *counts;
+  datum.utime = ParseInteger(ArgumentOf(task, "utime")).value_or(now.utime);
+  datum.identity = ChangedTo(task.status, "identity");
+  datum.value = ChangedTo(task.status, "value");
+  datum.who = task.who;
+  datum.command = task.id;
+  datum.reason = task.reason;
+  seen_[task.device].doubtful = false;
+  if (store_.SetDatum(task.device, datum)) return;
+  task.status.text =
+      CappedText(task.status.text + "; the journal could not keep it: it is lost when the driver ends", kTextBytes);
+}
+
+// The datum that the command would have made void is in force again.
+void AxisStateStore::Reinstate(const PendingCommand& task) {
+  if (store_.Find(task.device).datum) return;
+  const std::vector<DatumRecord> datums = store_.Datums(task.device);
+  if (datums.empty() || datums.front().void_reason != VoidReason(task)) return;
+  static_cast<void>(store_.SetDatum(task.device, datums.front()));
+}
+
+void AxisStateStore::AcceptExchange(PendingCommand& task, Timestamp now) {
+  S& status = task.status;
+  const bool of_file = status.reason_code == S::REASON_NOT_PERMITTED;
+  if (status.state != S::STATE_SUCCEEDED && status.reason_code != S::REASON_NO_DATUM && !of_file) return;
+  Seen& seen = seen_[task.device];
+  const bool kept = store_.Exchange(task.device, seen.identity, now.utime);
+  status.state = kept ? S::STATE_SUCCEEDED : S::STATE_FAILED;
+  status.verified = kept ? 1 : 0;
+  status.reason_code = std::int32_t{S::REASON_NONE};
+  if (!kept) status.reason_code = S::REASON_JOURNAL;
+  status.changes = {{"identity", "", seen.identity}};
+  status.n_changes = 1;
+  status.text = !kept     ? "the journal could not note it: see ALARM/bridge, then repeat it"
+                : of_file ? "wear begins anew; the machine's file gives a datum of the old encoder: change it"
+                          : "wear and datum begin anew: home the axis";
+  if (!kept) return;
+  seen.exchanged = seen.doubtful = false;
+  Note(task.device, "exchange_accepted", "by " + task.who + ": " + status.text, now);
+}
+
+std::optional<Refusal> AxisStateStore::Substitute(const Family& family, PendingCommand& task) const {
+  if (!task.operation->executed_by_bridge) return std::nullopt;
+  BridgeOrder order{"clear_datum", {}};
+  if (task.operation->name == "undo_datum") {
+    auto undo = Undo(task.device);
+    if (const auto* refusal = std::get_if<Refusal>(&undo)) return *refusal;
+    order = std::get<BridgeOrder>(std::move(undo));
+  }
+  task.operation = FindOperation(family, order.operation);
+  task.arguments = std::move(order.arguments);
+  return std::nullopt;
+}
+
+std::variant<BridgeOrder, Refusal> AxisStateStore::Undo(const std::string& device) const {
+  const auto present = store_.Find(device).datum;
+  if (!present) {
+    return Refusal{
+        S::REASON_NO_DATUM,
+        "no datum is in force: none was set, or the encoder's own origin was moved since; home the axis"};
+  }
+  const std::vector<DatumRecord> datums = store_.Datums(device);
+  const auto before = std::find_if(datums.begin(), datums.end(),
+                                   [&](const DatumRecord& datum) { return datum.number < present->number; });
+  const bool none = before == datums.end() || before->void_reason == kUndone;
+  if (none) return BridgeOrder{"clear_datum", {}};
+  if (before->voided_utime != 0) {
+    return Refusal{S::REASON_NO_DATUM, "the encoder's own origin was moved after the datum before (" +
+                                           before->void_reason + "): home the axis instead"};
+  }
+  return Restoring(*before);
+}
+
+bool AxisStateStore::AnyExchanged() const {
+  return std::any_of(seen_.begin(), seen_.end(), [](const auto& entry) { return entry.second.exchanged; });
+}
+
+bool AxisStateStore::AnyDoubtful() const {
+  return std::any_of(seen_.begin(), seen_.end(), [](const auto& entry) { return entry.second.doubtful; });
+}
+
+void AxisStateStore::Note(const std::string& device, const char* kind, std::string text, Timestamp now) {
+  const AxisEvent event{now.utime, device, kind, std::move(text)};
+  store_.Note(event);
+  tell_(event);
+}
+
+}  // namespace axlecast

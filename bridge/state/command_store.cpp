@@ -1,0 +1,64 @@
+#include "bridge/state/command_store.h"
+
+#include <utility>
+
+#include "core/command/command_id.h"
+
+namespace axlecast {
+namespace {
+
+using S = command_status_t;
+
+bool HasEnded(const S& status) {
+  return status.is_final != 0 && (status.state != S::STATE_INDETERMINATE || status.finding != S::FINDING_NONE);
+}
+
+}  // namespace
+
+const KnownCommand* CommandStore::Find(const CommandId& id) const {
+  const auto found = known_.find(id);
+  return found == known_.end() ? brief_.Find(id) : &found->second;
+}
+
+bool CommandStore::IsFull(MonoNs now) {
+  Shed(now);
+  return known_.size() >= kMaxKept;
+}
+
+void CommandStore::Begin(const S& status, MonoNs begin_by) {
+  const CommandId id = IdOf(status.id);
+  KnownCommand known{status, status, begin_by};
+  known.told.state = S::STATE_UNKNOWN;
+  if (known_.insert_or_assign(id, std::move(known)).second) oldest_first_.push_back(id);
+}
+
+void CommandStore::Update(const S& status) {
+  const CommandId id = IdOf(status.id);
+  if (const auto found = known_.find(id); found != known_.end()) {
+    found->second.latest = status;
+  } else {
+    brief_.Update(status);
+  }
+}
+
+void CommandStore::Tell(const S& status) {
+  if (const auto found = known_.find(IdOf(status.id)); found != known_.end()) found->second.told = status;
+}
+
+// Forgets the oldest, a few at a time. Those that are open still, or valid, go to the end of the queue.
+void CommandStore::Shed(MonoNs now) {
+  constexpr int kAtOnce = 16;
+  for (int looked = 0; looked < kAtOnce && oldest_first_.size() > kMinKept; ++looked) {
+    const CommandId id = oldest_first_.front();
+    oldest_first_.pop_front();
+    const auto found = known_.find(id);
+    if (found == known_.end()) continue;
+    if (HasEnded(found->second.latest) && found->second.begin_by < now) {
+      known_.erase(found);
+    } else {
+      oldest_first_.push_back(id);
+    }
+  }
+}
+
+}  // namespace axlecast

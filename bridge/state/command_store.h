@@ -1,0 +1,46 @@
+#pragma once
+
+#include <axlecast/command_status_t.hpp>
+#include <cstddef>
+#include <deque>
+#include <map>
+
+#include "bridge/state/volatile_command_cache.h"
+#include "core/base/time.h"
+
+namespace axlecast {
+
+// Statuses of all commands that this bridge has received. The status of a command that may act is kept until the
+// command has ended and its validity is over, even if the journal is lost: no message of this boot acts twice.
+// Statuses of read-only commands are kept in VolatileCommandCache.
+class CommandStore {
+ public:
+  // Up to this many, ended commands are kept longer, so that queries are answered without the journal.
+  static constexpr std::size_t kMinKept = 4'096;
+  static constexpr std::size_t kMaxKept = 20'000;  // IsFull returns true from here on
+
+  // Returns null if this bridge has not received the command, or has dropped its status.
+  [[nodiscard]] const KnownCommand* Find(const CommandId& id) const;
+  [[nodiscard]] bool IsFull(MonoNs now);
+
+  // Adds a read-only or PREPARE command. Its status may be published immediately.
+  void PutBrief(const command_status_t& status, MonoNs begin_by) { brief_.Put(status, begin_by); }
+  [[nodiscard]] bool IsBrief(const CommandId& id) const { return brief_.Find(id) != nullptr; }
+  // Adds a command that may act. No status of it may be published before Tell.
+  void Begin(const command_status_t& status, MonoNs begin_by);
+  // Replaces the newest status of a stored command.
+  void Update(const command_status_t& status);
+  // Marks the status as published.
+  void Tell(const command_status_t& status);
+  // Removes a command whose acceptance was not completed.
+  void Forget(const CommandId& id) { known_.erase(id); }
+
+ private:
+  void Shed(MonoNs now);
+
+  std::map<CommandId, KnownCommand> known_;
+  std::deque<CommandId> oldest_first_;
+  VolatileCommandCache brief_;
+};
+
+}  // namespace axlecast

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <axlecast/argument_t.hpp>
+#include <axlecast/command_status_t.hpp>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/base/time.h"
+#include "core/device/operation.h"
+
+namespace axlecast {
+
+// Something that a driver is to do for the bridge, from its acceptance to its one outcome.
+struct PendingCommand {
+  enum class Purpose : std::uint8_t {
+    kCommand,  // of a client
+    kFinding,  // what became of a command that ended INDETERMINATE
+    kRestore,  // gives a restarted driver back what it has forgotten
+  };
+
+  Purpose purpose = Purpose::kCommand;
+  CommandId id{};  // on the wire to the driver
+  std::string device;
+  const OperationSpec* operation = nullptr;  // null: kFinding of an operation that nothing can find
+  std::vector<argument_t> arguments;
+  std::string who;       // name of the key that signed it
+  std::string reason;    // the client's
+  bool prepare = false;  // only asks what it would do
+  bool adopted = false;  // an earlier bridge had routed it
+  std::int32_t expect_epoch = -1;
+  MonoNs begin_by = kNever;
+  bool cancel_asked = false;
+  command_status_t status{};  // how it stands; published only of kCommand
+
+  // What it waits for in the journal.
+  enum class Noting : std::uint8_t {
+    kNone,      // nothing
+    kAccepted,  // its acceptance is being written
+    kRouted,    // that it is about to be sent is being written
+    kReady,     // that is written: it may be sent
+  };
+  Noting noting = Noting::kNone;
+  MonoNs noting_since = 0;
+
+  // kFinding: the command that it is about.
+  CommandId about{};
+  std::int64_t about_boot_id = 0;  // the driver that it had been routed to
+  std::int64_t about_epoch = 0;    // of the newest order to do it
+  bool about_silent = false;       // that driver fell silent: it may still be able to tell
+  bool asks_driver = false;        // by KIND_QUERY; else by its operation
+  MonoNs not_before = 0;           // a look that could not read is repeated then
+
+  // Since it was routed.
+  std::int32_t reserved_writes = 0;  // of the device's memory, counted before it was sent
+  std::int32_t nv_writes = 0;        // that the driver has reported
+  bool acknowledged = false;
+  std::int64_t sent_epoch = 0;  // of the newest order to do it
+  std::int64_t heard_seq = -1;  // of the driver's newest status about it
+  MonoNs heard = 0;
+  MonoNs routed = 0;
+  MonoNs next_send = 0;
+
+  // Of the device's limited memory, by its arguments.
+  [[nodiscard]] std::int32_t WritesAtMost() const;
+};
+
+}  // namespace axlecast

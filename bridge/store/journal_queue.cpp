@@ -1,0 +1,77 @@
+#include "bridge/store/journal_queue.h"
+
+#include <cstdint>
+#include <utility>
+
+namespace axlecast {
+
+bool JournalQueue::WriteBacklog(Backlog& backlog, DurableStore& store) {
+  while (!backlog.empty() && backlog.front()(store)) backlog.pop_front();
+  return backlog.empty();
+}
+
+void JournalQueue::Run(std::function<bool(DurableStore&, Backlog&)> work, Done done, MonoNs now) {
+  auto result = std::make_shared<Result>();
+  pending_.push_back({result, std::move(done), now});
+  worker_.Run([result, work = std::move(work), backlog = backlog_](DurableStore& store) {
+    result->written = work(store, *backlog);
+    result->problem = store.problem();
+    result->unwritten = backlog->size();
+  });
+}
+
+void JournalQueue::Give(Work work, Done done, MonoNs now) {
+  Run([work = std::move(work)](DurableStore& store,
+                               Backlog& backlog) { return WriteBacklog(backlog, store) && work(store); },
+      std::move(done), now);
+}
+
+void JournalQueue::Keep(Work work, MonoNs now) {
+  Run(
+      [work = std::move(work)](DurableStore& store, Backlog& backlog) {
+        backlog.push_back(work);
+        return WriteBacklog(backlog, store);
+      },
+      nullptr, now);
+}
+
+void JournalQueue::Ask(Work work, Done done, MonoNs now) {
+  Run(
+      [work = std::move(work)](DurableStore& store, Backlog& backlog) {
+        const bool answer = work(store);
+        if (store.problem().empty()) WriteBacklog(backlog, store);
+        return answer;
+      },
+      std::move(done), now);
+}
+
+void JournalQueue::Settle() {
+  for (std::size_t finished = worker_.TakeFinished(); finished > 0; finished = worker_.TakeFinished()) {
+    for (; finished > 0 && !pending_.empty(); --finished) {
+      const Pending pending = std::move(pending_.front());
+      pending_.pop_front();
+      problem_ = pending.result->problem;
+      unwritten_ = pending.result->unwritten;
+      if (pending.done) pending.done(pending.result->written);
+    }
+  }
+}
+
+MonoNs JournalQueue::Age(MonoNs now) const { return pending_.empty() ? 0 : now - pending_.front().given; }
+
+bool JournalQueue::IsFull() const { return pending_.size() + unwritten_ >= kMaxWaiting; }
+
+std::string JournalQueue::Problem(MonoNs now) const {
+  if (IsStalled(now)) {
+    const std::int64_t tenths = Age(now) / (100 * kMillisecond);
+    return "its disk has not answered for " + std::to_string(tenths / 10) + '.' + std::to_string(tenths % 10) +
+           " s: look at the kernel's log (dmesg) and at what else writes to that disk";
+  }
+  if (IsFull()) {
+    return std::to_string(kMaxWaiting) +
+           " changes wait to be written: its disk is too slow (iostat -x), or has failed";
+  }
+  return problem_;
+}
+
+}  // namespace axlecast

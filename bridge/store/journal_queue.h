@@ -1,0 +1,76 @@
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "bridge/store/journal_worker.h"
+#include "core/base/time.h"
+
+namespace axlecast {
+
+// The dispatcher's side of the journal: gives work to the journal's thread and calls back when it is done. Never waits.
+// One thread.
+class JournalQueue {
+ public:
+  static constexpr std::size_t kMaxWaiting = 1'000;   // pieces of work, and changes that could not be written yet
+  static constexpr MonoNs kSlow = 50 * kMillisecond;  // the oldest waits longer: urgent commands and reads pass it
+  static constexpr MonoNs kStalled = kSecond;         // the oldest waits longer: commands are refused
+
+  // What is to be made durable; false when it could not be.
+  using Work = std::function<bool(DurableStore& store)>;
+  using Done = std::function<void(bool written)>;
+
+  explicit JournalQueue(JournalWorker& worker) : worker_(worker) {}
+
+  // Runs `work` after everything that was given before. It fails, and is not run, while a change that was given before
+  // it could not be written. Settle calls `done`.
+  void Give(Work work, Done done, MonoNs now);
+  // The same for a change that must reach the disk in the end: one that fails is tried again, in the same order.
+  void Keep(Work work, MonoNs now);
+  // Runs `work` whatever came of what was given before, and calls `done` with what it returns.
+  void Ask(Work work, Done done, MonoNs now);
+
+  // Calls back for work that is done. What is called may give more.
+  void Settle();
+
+  // How long the oldest work has waited; 0 when none waits.
+  [[nodiscard]] MonoNs Age(MonoNs now) const;
+  [[nodiscard]] bool IsSlow(MonoNs now) const { return Age(now) > kSlow; }
+  [[nodiscard]] bool IsStalled(MonoNs now) const { return Age(now) > kStalled; }
+  [[nodiscard]] bool IsFull() const;
+  // Outcomes may fill twice the room, because they can no longer be refused. Further outcomes are published but not written.
+  [[nodiscard]] bool IsOverfull() const { return pending_.size() >= 2 * kMaxWaiting; }
+  // Less important work (progress, events) leaves the other half of the room to commands.
+  [[nodiscard]] bool IsHalfFull() const { return pending_.size() >= kMaxWaiting / 2; }
+  // Why nothing can be made durable at present, and what would help; empty when all is well.
+  [[nodiscard]] std::string Problem(MonoNs now) const;
+
+ private:
+  // What a piece of work leaves for the caller's thread.
+  struct Result {
+    bool written = false;
+    std::string problem;
+    std::size_t unwritten = 0;
+  };
+  struct Pending {
+    std::shared_ptr<const Result> result;
+    Done done;
+    MonoNs given;
+  };
+  // Changes that could not be written yet, oldest first. Touched by work only.
+  using Backlog = std::deque<Work>;
+
+  static bool WriteBacklog(Backlog& backlog, DurableStore& store);
+  void Run(std::function<bool(DurableStore&, Backlog&)> work, Done done, MonoNs now);
+
+  JournalWorker& worker_;
+  std::deque<Pending> pending_;
+  const std::shared_ptr<Backlog> backlog_ = std::make_shared<Backlog>();
+  std::string problem_;
+  std::size_t unwritten_ = 0;
+};
+
+}  // namespace axlecast

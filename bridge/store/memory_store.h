@@ -1,0 +1,118 @@
+#pragma once
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "bridge/store/device_memory.h"
+#include "bridge/store/durable_store.h"
+#include "core/command/command_id.h"
+#include "core/command/command_words.h"
+
+namespace axlecast {
+
+// For tests: a store that outlives bridges as a disk does, and fails when it is told to.
+class MemoryStore final : public DurableStore {
+ public:
+  bool fails = false;
+  std::vector<AxisEvent> events;
+  DeviceMemory devices;
+
+  // As when the file is replaced by an older one, or an empty one.
+  void LoseCommands() {
+    commands_.clear();
+    order_.clear();
+  }
+
+  bool Accepted(const CommandRecord& record, Timestamp) override {
+    if (fails) return false;
+    const CommandId id = IdOf(record.status.id);
+    if (!commands_.emplace(id, OpenCommand{record, 0}).second) return false;
+    order_.push_back(id);
+    return true;
+  }
+  bool Routed(const command_status_t& status, std::int64_t epoch, Timestamp) override {
+    if (fails) return false;
+    const auto found = commands_.find(IdOf(status.id));
+    if (found != commands_.end()) found->second = {WithStatus(status), epoch};
+    return found != commands_.end();
+  }
+  void Step(const command_status_t& status, Timestamp) override { Put(status); }
+  void Outcome(const command_status_t& status, Timestamp) override { Put(status); }
+  std::optional<command_status_t> Find(const CommandId& id) const override {
+    const auto found = commands_.find(id);
+    return found == commands_.end() ? std::nullopt : std::optional(found->second.record.status);
+  }
+
+  AxisRecord Find(const std::string& device) const override { return devices.Find(device); }
+  bool SetDatum(const std::string& device, const DatumRecord& datum) override {
+    return !fails && devices.SetDatum(device, datum);
+  }
+  bool VoidDatum(const std::string& device, std::int64_t utime, const std::string& why) override {
+    return !fails && devices.VoidDatum(device, utime, why);
+  }
+  std::vector<DatumRecord> Datums(const std::string& device) const override { return devices.Datums(device); }
+  bool AddWrites(const std::string& device, std::int64_t writes, std::int64_t utime) override {
+    return !fails && devices.AddWrites(device, writes, utime);
+  }
+  bool SetReferenceLost(const std::string& device, bool lost) override {
+    return !fails && devices.SetReferenceLost(device, lost);
+  }
+  bool SetIdentity(const std::string& device, const std::string& identity) override {
+    return !fails && devices.SetIdentity(device, identity);
+  }
+  bool Exchange(const std::string& device, const std::string& identity, std::int64_t utime) override {
+    return !fails && devices.Exchange(device, identity, utime);
+  }
+  void KeepPosition(const std::string& device, const LastPosition& position) override {
+    devices.KeepPosition(device, position);
+  }
+  void Note(const AxisEvent& event) override { events.push_back(event); }
+
+  bool SetMark(const std::string& device, const AlarmMark& mark) override {
+    return !fails && devices.SetMark(device, mark);
+  }
+  bool EndMark(const std::string& device, AlarmMark::Kind kind, const std::string& alarm) override {
+    return !fails && devices.EndMark(device, kind, alarm);
+  }
+  std::vector<AlarmMark> Marks(const std::string& device) const override { return devices.Marks(device); }
+
+  std::vector<OpenCommand> Open() const override {
+    std::vector<OpenCommand> open;
+    if (fails) return open;
+    for (const CommandId& id : order_) {
+      const command_status_t& status = commands_.at(id).record.status;
+      const bool unfound =
+          status.state == command_status_t::STATE_INDETERMINATE && status.finding == command_status_t::FINDING_NONE;
+      if (!IsFinalState(status.state) || unfound) open.push_back(commands_.at(id));
+    }
+    return open;
+  }
+  std::int64_t ReserveEpochs(std::int64_t at_least, std::int64_t count) override {
+    if (fails) return 0;
+    const std::int64_t first = std::max(at_least, reserved_);
+    reserved_ = first + count;
+    return first;
+  }
+  void Tick(Timestamp) override {}
+  bool readable() const override { return !fails; }
+  std::string problem() const override { return fails ? "the disk is full" : ""; }
+
+ private:
+  CommandRecord WithStatus(const command_status_t& status) {
+    CommandRecord record = commands_.at(IdOf(status.id)).record;
+    record.status = status;
+    return record;
+  }
+  void Put(const command_status_t& status) {
+    const auto found = commands_.find(IdOf(status.id));
+    if (found != commands_.end()) found->second.record.status = status;
+  }
+
+  std::map<CommandId, OpenCommand> commands_;
+  std::vector<CommandId> order_;
+  std::int64_t reserved_ = 0;
+};
+
+}  // namespace axlecast

@@ -1,0 +1,109 @@
+#pragma once
+
+#include <axlecast/alarm_t.hpp>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/alarm/alarm_shelves.h"
+#include "core/base/severity.h"
+#include "core/device/device.h"
+
+namespace axlecast {
+
+// The alarms of one device, and what operators have said of them. Told again what it knows, it allocates nothing and
+// changes no revision.
+class AlarmTable {
+ public:
+  // An alarm of `stays_from` or worse (alarm_entry_t SEVERITY_*) that went without being acknowledged stays listed.
+  explicit AlarmTable(std::uint8_t stays_from = kNoSeverity) : stays_from_(stays_from) {
+    entries_.reserve(kExpected);
+  }
+
+  void Set(const AlarmSpec& alarm, AlarmState state, std::int64_t utime);
+  // While offline, nobody can tell how the device's own alarms stand: they become UNKNOWN, none is cleared. What
+  // the device says after that counts again; back online, its other alarms stand as it last said.
+  void SetOffline(bool offline);
+
+  // Alarms as operators speak of them: by name.
+  struct Standing {
+    bool known = false;  // there was one since the driver started
+    bool present = false;
+    bool gone = false;  // and nobody has acknowledged it
+    bool acknowledged = false;
+    std::uint8_t severity = 0;
+  };
+  [[nodiscard]] Standing Look(std::string_view name) const;
+  // Somebody has seen it: one that has gone is listed no more; one that is present will not stay when it goes. Nothing
+  // else changes, and when it comes again or gets worse, it counts as new.
+  void Acknowledge(std::string_view name);
+  // The same for an alarm that a driver before this one has seen acknowledged: should it be here, or come until
+  // `until_utime`, it is the same one.
+  void AcknowledgeAgain(std::string_view name, std::int64_t until_utime);
+  // Names of those that are present and acknowledged, or may be yet; and how often that has changed.
+  [[nodiscard]] std::vector<std::string> Acknowledged() const;
+  [[nodiscard]] std::int64_t acknowledged_revision() const { return acknowledged_revision_; }
+
+  // What is put aside says so, comes last, and does not stay when it goes.
+  void Shelve(AlarmShelves::Shelf shelf);
+  void Unshelve(std::string_view name);
+  [[nodiscard]] const AlarmShelves& shelves() const { return shelves_; }
+
+  // Ends what time ends.
+  void Tick(std::int64_t utime);
+
+  // The names of those that are listed, for people.
+  [[nodiscard]] std::string Names() const;
+  [[nodiscard]] std::int64_t revision() const { return revision_; }
+  // The worst alarm there is whose severity is at least `severity`; null when there is none.
+  [[nodiscard]] const AlarmSpec* Worst(std::uint8_t severity) const;
+
+  // Fills in revision, total, n and entries: worst first, then the newest. Always of the same message: strings are
+  // written only where the revision has changed.
+  void Write(alarm_t& message, std::int64_t utime);
+
+ private:
+  struct Entry {
+    AlarmSpec spec;
+    AlarmState state = AlarmState::kAbsent;
+    bool unknown = false;
+    bool gone = false;  // unacknowledged
+    bool acknowledged = false;
+    std::int64_t first_utime = 0;
+    std::int64_t last_utime = 0;
+    std::int32_t count = 0;
+  };
+  struct Expected {
+    std::string alarm;
+    std::int64_t until_utime;
+  };
+  [[nodiscard]] static bool IsListed(const Entry& entry) {
+    return entry.state != AlarmState::kAbsent || entry.gone;
+  }
+  [[nodiscard]] Entry* Find(const AlarmSpec& alarm);
+  void Appear(Entry& entry, std::int64_t utime);
+  void Vanish(Entry& entry);
+  void Regrade(Entry& entry, const AlarmSpec& alarm);
+  void SetAcknowledged(Entry& entry, bool acknowledged);
+  [[nodiscard]] bool TakeExpected(std::string_view name, std::int64_t utime);
+  void Arrange(alarm_t& message);
+  [[nodiscard]] std::int8_t StateCode(const Entry& entry) const;
+  // What is present, then what has gone, then what is put aside.
+  [[nodiscard]] int Rank(const Entry& entry) const;
+  [[nodiscard]] static bool Worse(const Entry* a, const Entry* b);
+
+  static constexpr std::size_t kExpected = 32;
+
+  const std::uint8_t stays_from_;
+  std::vector<Entry> entries_;      // every alarm ever seen
+  std::vector<Expected> expected_;  // acknowledged before this driver started
+  AlarmShelves shelves_;
+  std::vector<const Entry*> shown_;  // those of the last message; hold as long as the revision does
+  std::int64_t shown_revision_ = 0;
+  bool offline_ = false;
+  std::int64_t revision_ = 0;
+  std::int64_t acknowledged_revision_ = 0;
+};
+
+}  // namespace axlecast

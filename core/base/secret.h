@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace axlecast {
+
+// Something that must not be shown anywhere. Wiped when it goes.
+class Secret {
+ public:
+  Secret() = default;
+  explicit Secret(std::string text) : text_(std::move(text)) {}
+  // Copied and wiped: a moved-from short string may keep its characters.
+  // NOLINTNEXTLINE(performance-move-constructor-init)
+  Secret(Secret&& other) noexcept : text_(other.text_) { other.Wipe(); }
+  Secret& operator=(Secret&& other) noexcept {
+    if (this == &other) return *this;
+    Wipe();
+    text_ = other.text_;
+    other.Wipe();
+    return *this;
+  }
+  ~Secret() { Wipe(); }
+
+  [[nodiscard]] std::string_view text() const { return text_; }
+
+ private:
+  void Wipe();
+
+  std::string text_;
+};
+
+// Where a secret is kept: a file that only its owner can read, or a systemd credential.
+struct SecretPlace {
+  std::string file;             // absolute path, mode 0600 or 0400
+  std::string credential;       // name below $CREDENTIALS_DIRECTORY (systemd.exec(5), LoadCredential=)
+  bool group_may_read = false;  // the file's mode may be 0640 or 0440 as well
+
+  [[nodiscard]] bool empty() const { return file.empty() && credential.empty(); }
+};
+
+// Fetches secrets when they are needed. platform/os/secret_file.h reads real ones.
+class SecretSource {
+ public:
+  virtual ~SecretSource() = default;
+
+  // The content without its last newline. An empty string when it was read, else the cause and the remedy, which
+  // never hold the content.
+  [[nodiscard]] virtual std::string Read(const SecretPlace& place, Secret& into) = 0;
+};
+
+}  // namespace axlecast

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <algorithm>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/device/operation.h"
+
+namespace axlecast {
+
+// The id in a message: 16 bytes.
+template <typename Bytes16>
+[[nodiscard]] CommandId IdOf(const Bytes16& bytes) {
+  static_assert(sizeof bytes == sizeof(CommandId));
+  CommandId id;
+  std::copy(std::begin(bytes), std::end(bytes), id.begin());
+  return id;
+}
+
+// A command's id as 32 hex digits, and back.
+[[nodiscard]] std::string IdText(const CommandId& id);
+[[nodiscard]] std::optional<CommandId> ParseId(std::string_view text);
+
+}  // namespace axlecast

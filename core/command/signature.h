@@ -1,0 +1,85 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/inline_bytes.h"
+#include "core/base/key.h"
+
+namespace axlecast {
+
+// What a signature is about: a text of its own before the bytes, so that none can be passed off as another.
+enum class Domain : std::uint8_t {
+  kCommand,  // command_t: "axlecast-command-1"
+  kStatus,   // command_status_t: "axlecast-status-1"
+  kOrder,    // driver_command_t: "axlecast-order-1"
+  kDriver,   // driver_status_t: "axlecast-driver-1"
+  kPermit,   // permit_t: "axlecast-permit-1"
+};
+
+// A secret key. Wiped when it goes; nothing shows it but FileText.
+class SigningKey {
+ public:
+  static SigningKey Generate();
+  // The content of a key file: "axlecast-key-1 " and the seed of 32 bytes in hex. Nothing when it is something else.
+  static std::optional<SigningKey> Parse(std::string_view file_text);
+
+  SigningKey(SigningKey&& other) noexcept;
+  SigningKey& operator=(SigningKey&& other) noexcept;
+  ~SigningKey();
+
+  [[nodiscard]] const PublicKey& public_key() const { return public_key_; }
+  [[nodiscard]] Signature Sign(Domain domain, Bytes message) const;
+  [[nodiscard]] std::string FileText() const;  // secret
+
+ private:
+  SigningKey() = default;
+
+  std::array<std::uint8_t, 64> secret_{};
+  PublicKey public_key_{};
+};
+
+[[nodiscard]] bool Verify(const PublicKey& key, Domain domain, Bytes message, const Signature& signature);
+
+// command_body_t.key_id: the first 8 bytes, big-endian, of BLAKE2b-256 of the key; never 0.
+[[nodiscard]] std::int64_t KeyId(const PublicKey& key);
+
+// A public key as 64 hex digits, and back. Nothing when it is something else, or no key that can verify: no point of
+// the curve's large group.
+[[nodiscard]] std::string KeyText(const PublicKey& key);
+[[nodiscard]] std::optional<PublicKey> ParsePublicKey(std::string_view text);
+
+// A message that holds its own signature in `sig`: it is of the message encoded with `sig` 0.
+template <typename Message>
+[[nodiscard]] std::vector<std::uint8_t> Unsigned(Message message) {
+  std::fill(std::begin(message.sig), std::end(message.sig), std::uint8_t{0});
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return bytes;
+}
+
+template <typename Message>
+void SignMessage(const SigningKey& key, Domain domain, Message& message) {
+  const Signature signature = key.Sign(domain, Unsigned(message));
+  std::copy(signature.begin(), signature.end(), std::begin(message.sig));
+}
+
+template <typename Message>
+[[nodiscard]] Signature SignatureOf(const Message& message) {
+  Signature signature;
+  std::copy(std::begin(message.sig), std::end(message.sig), signature.begin());
+  return signature;
+}
+
+template <typename Message>
+[[nodiscard]] bool VerifyMessage(const PublicKey& key, Domain domain, const Message& message) {
+  return Verify(key, domain, Unsigned(message), SignatureOf(message));
+}
+
+}  // namespace axlecast

@@ -1,0 +1,127 @@
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/base/time.h"
+
+namespace axlecast {
+
+struct ConfigError {
+  int line = 0;      // 1-based; 0: the file as a whole
+  int column = 0;    // 1-based
+  std::string text;  // names the key, the value found and what would be right
+};
+
+// A key that was asked for, whether the file has it or not.
+struct ConfigKey {
+  std::string place;  // "buses.<name>.link.baud": names that the file gives are <name>
+  std::string kind =
+      {};  // "number", "whole number", "text", "mapping", ...; empty while only its presence was asked for
+  std::string range = {};     // with its unit, or the words allowed; empty: any
+  std::string fallback = {};  // what holds without it; empty: nothing, or it is required
+  bool required = false;
+};
+
+// The errors of one file, in the order of its lines; and which keys it was asked for, in the order of asking.
+class ConfigErrors {
+ public:
+  explicit ConfigErrors(std::string file, int first_line = 1) : file_(std::move(file)), first_line_(first_line) {}
+  void Add(const YAML::Mark& mark, std::string text);
+  [[nodiscard]] bool empty() const { return errors_.empty(); }
+  [[nodiscard]] const std::vector<ConfigError>& list() const { return errors_; }
+  [[nodiscard]] std::string Text() const;  // one "file:line:column: text" a line
+  // Once for each place: what a later asking knows is added to what an earlier one knew.
+  void Asked(ConfigKey key);
+  [[nodiscard]] const std::vector<ConfigKey>& keys() const { return keys_; }
+
+ private:
+  std::string file_;
+  int first_line_;  // of the YAML text within the file
+  std::vector<ConfigError> errors_;
+  std::vector<ConfigKey> keys_;
+};
+
+// One YAML mapping, read strictly: every key must be asked for, or Done() reports it as unknown with the nearest
+// known key. A value that is missing, of the wrong kind or out of range is reported, and the default is returned.
+class ConfigMap {
+ public:
+  ConfigMap(YAML::Node node, std::string path, ConfigErrors& errors);
+  ConfigMap(const ConfigMap&) = default;
+  ConfigMap& operator=(const ConfigMap&) = delete;  // YAML::Node's would change the document
+
+  [[nodiscard]] bool Has(std::string_view key);
+  // Tells only the list of keys that it must be given.
+  void MarkRequired(std::string_view key);
+  // An error, with what it should be, when the key is absent. Whether it is there.
+  bool Require(std::string_view key, const std::string& right);
+  [[nodiscard]] std::string String(std::string_view key, std::string fallback);
+  [[nodiscard]] std::string RequiredString(std::string_view key);
+  [[nodiscard]] bool Bool(std::string_view key, bool fallback);
+  // `unit` is for the message only, e.g. "rpm".
+  [[nodiscard]] double Number(std::string_view key, double fallback, double min, double max, std::string_view unit);
+  [[nodiscard]] std::int64_t Integer(std::string_view key, std::int64_t fallback, std::int64_t min,
+                                     std::int64_t max, std::string_view unit);
+  // As ParseTime and ParseSize have them, "90s" and "20GB"; a fallback of 0 is none.
+  [[nodiscard]] MonoNs Time(std::string_view key, MonoNs fallback);
+  [[nodiscard]] std::int64_t Size(std::string_view key, std::int64_t fallback);
+  // Index into `names`; the fallback when the key is absent or wrong.
+  [[nodiscard]] std::size_t Choice(std::string_view key, const std::vector<std::string_view>& names,
+                                   std::size_t fallback);
+  [[nodiscard]] std::vector<std::int64_t> Integers(std::string_view key, std::int64_t min, std::int64_t max);
+  // A list of texts that holds at least one, and none twice.
+  [[nodiscard]] std::vector<std::string> Strings(std::string_view key);
+  [[nodiscard]] std::vector<std::uint8_t> HexBytes(std::string_view key);  // "A1 05"
+  // A mapping below; an empty one when the key is absent.
+  [[nodiscard]] ConfigMap Map(std::string_view key);
+  // The same of a mapping whose key is a name that the file gives, such as a device's.
+  [[nodiscard]] ConfigMap Named(std::string_view name);
+  // An empty mapping, whatever the file has at `key`.
+  [[nodiscard]] ConfigMap Empty(std::string_view key);
+  // The mappings of a mapping, in file order: name and content.
+  [[nodiscard]] std::vector<std::pair<std::string, ConfigMap>> Maps(std::string_view key);
+  [[nodiscard]] std::vector<ConfigMap> List(std::string_view key);  // a sequence of mappings
+
+  // An error at a key's value (or at the mapping when the key is absent).
+  void Error(std::string_view key, const std::string& text);
+  void Done();
+
+  [[nodiscard]] int line() const;
+  [[nodiscard]] const YAML::Mark& mark() const { return mark_; }
+  [[nodiscard]] const std::string& path() const { return path_; }
+  [[nodiscard]] ConfigErrors& errors() { return *errors_; }
+  [[nodiscard]] YAML::Node node() const { return node_; }
+
+ private:
+  struct Entry {
+    YAML::Node value;  // undefined when the key is absent
+    YAML::Mark mark;   // of the value, or of the mapping
+  };
+  ConfigMap(const Entry& entry, std::string path, std::string place, ConfigErrors& errors);
+
+  [[nodiscard]] Entry Find(std::string_view key);
+  // The text of a scalar; nothing, after an error, when the key holds something else than `expected`.
+  [[nodiscard]] std::optional<std::string> Scalar(std::string_view key, std::string_view expected);
+  [[nodiscard]] std::string Path(std::string_view key) const;
+  // Tells the errors' list what `key` may be.
+  void Asked(std::string_view key, std::string kind, std::string range = {}, std::string fallback = {});
+  void Wrong(const YAML::Mark& mark, std::string_view key, std::string_view value, const std::string& right);
+  void ReportUnknown(const std::string& key, const YAML::Mark& mark);
+
+  YAML::Node node_;
+  YAML::Mark mark_;  // where the mapping begins
+  std::string path_;
+  std::string place_;  // as in ConfigKey
+  ConfigErrors* errors_;
+  std::set<std::string, std::less<>> known_;
+};
+
+}  // namespace axlecast

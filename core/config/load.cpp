@@ -1,0 +1,291 @@
+#include "core/config/load.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <sstream>
+
+#include "core/base/words.h"
+#include "core/config/config_file.h"
+#include "core/config/load_bridge.h"
+#include "core/config/load_device.h"
+#include "core/config/load_link.h"
+#include "core/config/load_mqtt.h"
+#include "core/config/load_recorder.h"
+#include "core/config/load_shared.h"
+#include "core/config/load_web.h"
+#include "core/config/simulator_maker.h"
+#include "core/config/yaml_text.h"
+#include "core/messages/lcm_url.h"
+
+namespace axlecast {
+namespace {
+
+constexpr std::size_t kLongestPrefix = 16;  // LCM's channel names end at 63 characters
+constexpr double kMostPolled = 20'000;      // T-format's wire limit is 19.6 kHz
+// The longest delay of a reply that a busy computer or a USB adapter was seen to add stays well below this.
+constexpr MonoNs kUsualLate = 500 * kMillisecond;
+constexpr std::int64_t kLateTimeouts = 12;
+constexpr std::int64_t kMostLateUs = 100'000'000;
+constexpr std::string_view kBridgeName = "bridge";  // of ALARM/bridge
+
+bool ConsistsOf(std::string_view text, std::string_view characters) {
+  return text.find_first_not_of(characters) == std::string_view::npos;
+}
+
+std::string Hertz(double hz) {
+  std::ostringstream text;
+  text << std::floor(hz * 10) / 10 << " Hz";
+  return text.str();
+}
+
+class MachineLoader {
+ public:
+  MachineLoader(ConfigErrors& errors, std::string_view only_bus) : errors_(errors), only_bus_(only_bus) {}
+
+  MachineConfig Load(const YAML::Node& document) {
+    ConfigMap root(document, "", errors_);
+    machine_.machine = root.RequiredString("machine");
+    if (root.Has("machine") && !IsName(machine_.machine)) {
+      root.Error("machine", Quoted(machine_.machine) + kNameRule);
+    }
+    LoadLcm(root.Map("lcm"));
+    root.MarkRequired("buses");
+    auto buses = root.Maps("buses");
+    if (buses.empty()) root.Error("buses", "is missing or empty: a machine needs at least one bus");
+    for (auto& [name, map] : buses) LoadBus(name, map);
+    if (!only_bus_.empty() && !seen_only_bus_) root.Error("buses", "there is no bus " + Quoted(only_bus_));
+    machine_.bridge = LoadBridge(root.Map("bridge"), families_);
+    machine_.recorder = LoadRecorder(root.Map("recorder"));
+    machine_.web = LoadWeb(root.Map("web"));
+    machine_.mqtt = LoadMqtt(root.Map("mqtt"), DeviceNames());
+    root.Done();
+    return std::move(machine_);
+  }
+
+ private:
+  [[nodiscard]] std::vector<std::string> DeviceNames() const {
+    std::vector<std::string> names;
+    for (const auto& [name, bus] : devices_) names.push_back(name);
+    return names;
+  }
+
+  void LoadLcm(ConfigMap map) {
+    LcmConfig& lcm = machine_.lcm;
+    lcm.url = map.String("url", lcm.url);
+    lcm.command_url = map.String("command_url", lcm.command_url);
+    lcm.prefix = map.String("prefix", "");
+    const LcmUrl data = ParseLcmUrl(lcm.url);
+    const LcmUrl command = ParseLcmUrl(lcm.command_url);
+    if (!data.problem.empty()) map.Error("url", Quoted(lcm.url) + ' ' + data.problem);
+    if (!command.problem.empty()) map.Error("command_url", Quoted(lcm.command_url) + ' ' + command.problem);
+    if (!data.in_process && data.port != 0 && data.port == command.port) {
+      map.Error("command_url", Quoted(lcm.command_url) +
+                                   " has the port of lcm.url: commands need their own port, "
+                                   "because LCM hands every process all of a port's messages");
+    }
+    if (lcm.prefix.size() > kLongestPrefix ||
+        !ConsistsOf(lcm.prefix, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-./")) {
+      map.Error("prefix", Quoted(lcm.prefix) + " is no prefix: at most 16 of letters, digits, _ - . and /");
+    }
+    map.Done();
+  }
+
+  // True when `name` is new; else an error that tells where it stands first.
+  bool Register(std::map<std::string, std::string>& taken, const std::string& name, const std::string& where,
+                ConfigMap& map, std::string_view key, const std::string& advice) {
+    const auto [first, added] = taken.emplace(name, where);
+    if (!added) map.Error(key, Quoted(name) + " is used already by " + first->second + ": " + advice);
+    return added;
+  }
+
+  void LoadBus(const std::string& name, ConfigMap& map) {
+    if (!IsName(name)) errors_.Add(map.mark(), map.path() + ": " + Quoted(name) + kNameRule);
+    map.MarkRequired("devices");
+    auto devices = map.Maps("devices");
+    for (auto& [device, device_map] : devices) {
+      if (!IsName(device)) errors_.Add(device_map.mark(), device_map.path() + ": " + Quoted(device) + kNameRule);
+      if (device == kBridgeName) {
+        errors_.Add(device_map.mark(), device_map.path() +
+                                           ": 'bridge' is the bridge's own name (ALARM/bridge): "
+                                           "give the device another one");
+      }
+      const auto [first, added] = devices_.emplace(device, name);
+      if (!added && first->second != name) {
+        errors_.Add(device_map.mark(), device_map.path() + ": the name is taken by a device of bus " +
+                                           first->second +
+                                           ": a device's name is its channel, one for the whole machine");
+      }
+      families_.emplace(device, nullptr);
+    }
+    if (!only_bus_.empty() && name != only_bus_) return;
+    seen_only_bus_ = true;
+
+    BusConfig bus;
+    bus.name = name;
+    bus.family = LoadFamily(map);
+    if (bus.family == nullptr) return;  // what its keys mean is unknown
+    for (auto& [device, device_map] : devices) families_[device] = bus.family;
+    LoadTiming(map, bus);
+    bus.simulate = LoadSimulate(map);
+    bus.link = LoadLink(map.Map("link"), *bus.family, bus.simulate, RunDirectory(machine_.machine) + '/' + name);
+    RegisterLink(map.Map("link"), bus);
+    if (bus.family->parse_bus != nullptr) bus.family_bus = bus.family->parse_bus(map, bus);
+    bus.capture = map.Bool("capture", false);
+    LoadRealtime(map.Map("realtime"), bus.realtime);
+    CheckNumberOfDevices(map, *bus.family, devices);
+    for (auto& [device, device_map] : devices) bus.devices.push_back(LoadDevice(device, device_map, bus));
+    LoadLate(map, bus);
+    if (bus.family->check_bus != nullptr) bus.family->check_bus(map, bus);
+    CheckRate(map, bus);
+    map.Done();
+    machine_.buses.push_back(std::move(bus));
+  }
+
+  static const Family* LoadFamily(ConfigMap& map) {
+    std::vector<std::string> known;
+    for (const Family* family : Families()) known.emplace_back(family->name);
+    if (!map.Require("family", "one of " + Listed(known))) return nullptr;
+    const std::string name = map.String("family", "");
+    const Family* family = FindFamily(name);
+    if (family == nullptr && !name.empty()) {
+      const std::optional<std::string> near = NearestWord(name, known);
+      map.Error("family", Quoted(name) + " is none of " + Listed(known) +
+                              (near ? "; did you mean " + Quoted(*near) + "?" : ""));
+    }
+    return family;
+  }
+
+  static void LoadTiming(ConfigMap& map, BusConfig& bus) {
+    bus.poll_hz =
+        map.Number("poll_hz", bus.family->default_poll_hz, 0, kMostPolled, "Hz (0: as fast as the bus allows)");
+    if (!map.Has("phase_us")) return;
+    if (bus.poll_hz <= 0) {
+      map.Error("phase_us", "has no meaning without slots: set poll_hz");
+      return;
+    }
+    const double period_us = 1e6 / bus.poll_hz;
+    bus.phase = std::llround(map.Number("phase_us", 0, 0, period_us, "us (one period of poll_hz)") * 1e3);
+  }
+
+  static void LoadLate(ConfigMap& map, BusConfig& bus) {
+    MonoNs timeout = 0;
+    for (const DeviceConfig& device : bus.devices) timeout = std::max(timeout, device.settings->reply_timeout);
+    if (timeout == 0) {
+      if (map.Has("late_us")) map.Error("late_us", "has no meaning here: no reply of this bus can come late");
+      return;
+    }
+    const std::int64_t usual = std::min(std::max(kUsualLate, kLateTimeouts * timeout) / kMicrosecond, kMostLateUs);
+    bus.late = map.Integer("late_us", usual, 2 * timeout / kMicrosecond, kMostLateUs,
+                           "us, at least twice timeout_us, of a stream latency_us") *
+               kMicrosecond;
+  }
+
+  static bool LoadSimulate(ConfigMap& map) {
+    if (!map.Has("simulate")) return false;
+    const YAML::Node node = map.node();
+    // The keys of a mapping are the family's; MakeSimulator checks them.
+    return node["simulate"].IsMap() || map.Bool("simulate", false);
+  }
+
+  // No two buses share a line.
+  void RegisterLink(ConfigMap map, const BusConfig& bus) {
+    if (bus.simulate || bus.link.port.empty()) return;
+    const char* key = LinkKey(bus.family->link);
+    Register(ports_, bus.link.port, "bus " + bus.name, map, key,
+             "each bus has a " + std::string(key) + " of its own");
+  }
+
+  static void LoadRealtime(ConfigMap map, RealtimeConfig& realtime) {
+    realtime.priority = static_cast<int>(map.Integer("priority", 0, 0, 99, "(SCHED_FIFO; 0: normal scheduling)"));
+    realtime.cpu = static_cast<int>(map.Integer("cpu", -1, -1, 1023, "(-1: any)"));
+    realtime.lock_memory = map.Bool("lock_memory", false);
+    map.Done();
+  }
+
+  static void CheckNumberOfDevices(ConfigMap& map, const Family& family,
+                                   const std::vector<std::pair<std::string, ConfigMap>>& devices) {
+    const std::size_t most = family.max_devices_per_bus;
+    const std::string name(family.name);
+    if (devices.empty()) {
+      map.Error("devices", "is missing or empty: name at least one device");
+    } else if (devices.size() > most && most == 1) {
+      map.Error("devices", std::to_string(devices.size()) + " devices, but " + name +
+                               " is point to point (its protocol has no addresses): one device per bus; give " +
+                               Quoted(devices[1].first) + " a bus of its own");
+    } else if (devices.size() > most) {
+      map.Error("devices", std::to_string(devices.size()) + " devices, but a bus of " + name + " holds at most " +
+                               std::to_string(most) + ": split the bus");
+    }
+  }
+
+  static void CheckRate(ConfigMap& map, const BusConfig& bus) {
+    const MonoNs round = RoundTime(bus);
+    if (bus.poll_hz <= 0 || round <= 0) return;
+    const double possible = static_cast<double>(kSecond) / static_cast<double>(round);
+    if (bus.poll_hz <= possible) return;
+    map.Error("poll_hz", Hertz(bus.poll_hz) + " is more than the wire carries: one round takes " +
+                             std::to_string(round / kMicrosecond) + " us; at most " + Hertz(possible) + ", or 0" +
+                             (bus.devices.size() > 1 ? ", or split the bus" : ""));
+  }
+
+  ConfigErrors& errors_;
+  std::string_view only_bus_;
+  bool seen_only_bus_ = false;
+  MachineConfig machine_;
+  std::map<std::string, std::string> devices_;  // name -> bus
+  std::map<std::string, std::string> ports_;    // path or interface -> bus
+  DeviceFamilies families_;
+};
+
+}  // namespace
+
+std::optional<MachineConfig> ParseConfig(const std::string& text, ConfigErrors& errors, std::string_view only_bus) {
+  const YAML::Node document = ParseYaml(text, errors);
+  if (!document.IsDefined()) return std::nullopt;
+  MachineConfig machine = MachineLoader(errors, only_bus).Load(document);
+  if (!errors.empty()) return std::nullopt;
+  machine.text = text;
+  return machine;
+}
+
+std::optional<MachineConfig> LoadConfig(const std::string& file, ConfigErrors& errors, std::string_view only_bus) {
+  std::string text;
+  if (!ReadConfigFile(file, text, errors)) return std::nullopt;
+  std::optional<MachineConfig> machine = ParseConfig(text, errors, only_bus);
+  if (machine) machine->file = file;
+  return machine;
+}
+
+std::optional<MachineConfig> LoadSharedConfig(const std::string& file, ConfigErrors& errors) {
+  std::string text;
+  if (!ReadSharedConfigFile(file, text, errors)) return std::nullopt;
+  std::optional<MachineConfig> machine = ParseConfig(text, errors);
+  if (machine) machine->file = file;
+  return machine;
+}
+
+SimulatorMaker::SimulatorMaker(const MachineConfig& machine, ConfigErrors& errors) : errors_(&errors) {
+  const YAML::Node document = ParseYaml(machine.text, errors);
+  if (!document.IsDefined()) return;
+  ConfigMap root(document, "", errors);
+  for (auto& [name, map] : root.Maps("buses")) buses_.emplace(name, map);
+}
+
+std::unique_ptr<Simulator> SimulatorMaker::Make(const BusConfig& bus) {
+  const auto found = buses_.find(bus.name);
+  if (found == buses_.end()) return nullptr;
+  ConfigMap& map = found->second;
+  const YAML::Node node = map.node();
+  const bool has_keys = node.IsMap() && node["simulate"].IsDefined() && node["simulate"].IsMap();
+  ConfigMap keys = has_keys ? map.Map("simulate") : map.Empty("simulate");
+  std::unique_ptr<Simulator> simulator = bus.family->make_simulator(bus, keys);
+  keys.Done();
+  return errors_->empty() ? std::move(simulator) : nullptr;
+}
+
+std::unique_ptr<Simulator> MakeSimulator(const MachineConfig& machine, const BusConfig& bus, ConfigErrors& errors) {
+  return SimulatorMaker(machine, errors).Make(bus);
+}
+
+}  // namespace axlecast

@@ -1,0 +1,133 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/severity.h"
+#include "core/command/key_grant.h"
+#include "core/config/mqtt_config.h"
+#include "core/config/recorder_config.h"
+#include "core/config/web_config.h"
+#include "core/device/family.h"
+
+namespace axlecast {
+
+// The machine's file, read and checked. Documented key by key in docs/configuration.md.
+
+struct LcmConfig {
+  std::string url = "udpm://239.255.76.67:7667?ttl=0";
+  std::string command_url = "udpm://239.255.76.67:7668?ttl=0";
+  std::string prefix;  // put before every channel name
+};
+
+struct LinkConfig {
+  // /dev/serial/by-id/..., can0 or /dev/spidev0.0; of a simulated bus the pty or socket in the run directory
+  std::string port;
+  LineFormat line;            // kSerial, kModbus
+  bool echo = false;          // the adapter hears its own transmission
+  bool pty = false;           // the port may be a pseudo-terminal of another program
+  std::int64_t bitrate = 0;   // kCan: bit/s that the interface must run at
+  std::int64_t clock_hz = 0;  // kSpi: at most; 0: the family chooses
+};
+
+struct RealtimeConfig {
+  int priority = 0;  // SCHED_FIFO 1..99; 0: normal scheduling
+  int cpu = -1;      // -1: any
+  bool lock_memory = false;
+};
+
+enum class TurnsMode : std::uint8_t {
+  kSigned,    // the multi-turn counter is read as two's complement of its range
+  kUnsigned,  // 0 .. range-1; passing its end is an alarm
+  kModulo,    // passing its end goes on counting; absolute modulo the range after a start
+};
+
+struct DeviceConfig {
+  std::string name;
+  std::string model;
+  int direction = 1;           // +1 ccw positive, -1 cw positive (seen from the shaft end)
+  std::int8_t unit = 1;        // position_t UNIT_*
+  double per_turn = 1;         // value in unit of one output turn
+  std::int64_t ratio_num = 1;  // output turns = shaft turns x num / den
+  std::int64_t ratio_den = 1;
+  double modulo = 0;  // in unit; 0 none
+  TurnsMode turns = TurnsMode::kModulo;
+  std::optional<std::int64_t> datum_counts;  // a fixed datum from the file
+  double publish_hz = 1000;                  // at most
+  bool block = false;                        // POSITION_BLOCK at full poll rate as well
+  double speed_rpm = 0;                      // limits: 0 the model's
+  double accel_rad_s2 = 0;
+  bool permit_required = true;
+  std::uint8_t alarm_stays_from = kNoSeverity;  // until acknowledged: alarm_entry_t SEVERITY_*
+  std::int64_t config_hash = 0;
+  int line = 0;                                    // in the file
+  std::shared_ptr<const DeviceSettings> settings;  // the family's
+};
+
+struct BusConfig {
+  std::string name;
+  const Family* family = nullptr;
+  LinkConfig link;
+  bool simulate = false;
+  bool capture = false;   // publish WIRE/<bus>
+  double poll_hz = 1000;  // 0: as fast as the bus allows
+  MonoNs phase = 0;       // of the poll slots, from CLOCK_MONOTONIC's zero
+  MonoNs late = 0;        // a reply comes at most so long after its request; 0: replies cannot be late
+  RealtimeConfig realtime;
+  std::shared_ptr<const FamilyBus> family_bus;  // the family's keys; null when it has none
+  std::vector<DeviceConfig> devices;
+};
+
+// How the one device of an SPI bus is clocked.
+[[nodiscard]] SpiSettings SpiOf(const BusConfig& bus);
+// What the devices of a CAN bus want to hear, together.
+[[nodiscard]] CanFilters CanFiltersOf(const BusConfig& bus);
+
+// Shortest time in which every device of the bus is read once.
+[[nodiscard]] MonoNs RoundTime(const BusConfig& bus);
+
+struct BridgeConfig {
+  bool allow_unsigned = false;  // unsigned_commands: allow
+  std::string journal;          // file; empty: journal.db in StateDirectory
+  OwnKey bridge;                // signs orders and statuses; without it drivers obey unsigned ones where allowed
+  OwnKey drivers;               // one for all drivers of the machine
+  std::vector<KeyGrant> keys;
+
+  [[nodiscard]] const KeyGrant* FindKey(std::int64_t id) const;
+};
+
+struct MachineConfig {
+  std::string file;
+  std::string text;  // the file's content
+  std::string machine;
+  LcmConfig lcm;
+  std::vector<BusConfig> buses;
+  BridgeConfig bridge;
+  RecorderConfig recorder;
+  WebConfig web;
+  MqttConfig mqtt;
+
+  [[nodiscard]] const BusConfig* FindBus(std::string_view name) const;
+  // The bus that holds the device, or null.
+  [[nodiscard]] const BusConfig* BusOf(std::string_view device) const;
+  [[nodiscard]] const DeviceConfig* FindDevice(std::string_view name) const;
+};
+
+// Where the pty of a simulated bus, its control socket and the lock of a driver stand:
+// $AXLECAST_RUN_DIR, else $XDG_RUNTIME_DIR/axlecast, else /tmp/axlecast-<uid>; then /<machine>.
+[[nodiscard]] std::string RunDirectory(const std::string& machine);
+
+// Where the bridge keeps what must outlive it: $STATE_DIRECTORY (systemd.exec(5)), else
+// $XDG_STATE_HOME/axlecast, else $HOME/.local/state/axlecast; then /<machine>.
+[[nodiscard]] std::string StateDirectory(const std::string& machine);
+// The journal's file: the configured one, else journal.db there.
+[[nodiscard]] std::string JournalFile(const MachineConfig& machine);
+
+// Where the recorder's logs are: the configured folder, else $LOGS_DIRECTORY (systemd.exec(5)) and /<machine>, else log
+// in StateDirectory.
+[[nodiscard]] std::string LogDirectory(const MachineConfig& machine);
+
+}  // namespace axlecast

@@ -1,0 +1,163 @@
+#include "core/config/yaml_text.h"
+
+#include <yaml-cpp/eventhandler.h>
+
+#include <exception>
+#include <map>
+#include <optional>
+#include <sstream>
+
+#include "core/base/words.h"
+#include "core/config/yaml_quotes.h"
+
+namespace axlecast {
+namespace {
+
+constexpr std::size_t kLargestText = 512UL * 1024;
+constexpr int kDeepest = 32;
+constexpr int kMostNodes = 100'000;  // aliases can make a small text a huge tree
+
+void AddOpenQuote(const OpenQuote& open, const std::string& found, ConfigErrors& errors) {
+  YAML::Mark mark;
+  mark.line = open.line;
+  mark.column = open.column;
+  errors.Add(mark, std::string("not YAML: the quote ") + open.quote +
+                       " that opens here is not closed in its line (" + found + ")");
+}
+
+class TreeCheck {
+ public:
+  TreeCheck(const std::string& text, ConfigErrors& errors) : errors_(errors), open_(FindOpenQuote(text)) {}
+
+  // False when the walk was given up.
+  bool Walk(const YAML::Node& node, int depth) {
+    if (++nodes_ > kMostNodes) return GiveUp(node, "more than " + std::to_string(kMostNodes) + " values");
+    CheckEnd(node);
+    if (depth > kDeepest) return GiveUp(node, "nested deeper than " + std::to_string(kDeepest) + " levels");
+    if (node.IsSequence()) {
+      for (const auto& item : node) {
+        if (!Walk(item, depth + 1)) return false;
+      }
+    }
+    return !node.IsMap() || WalkMap(node, depth);
+  }
+
+ private:
+  bool WalkMap(const YAML::Node& node, int depth) {
+    std::map<std::string, YAML::Mark, std::less<>> seen;
+    for (const auto& pair : node) {
+      CheckEnd(pair.first);
+      if (!pair.first.IsScalar()) {
+        errors_.Add(pair.first.Mark(), "a key must be plain text");
+      } else if (const auto [first, added] = seen.emplace(pair.first.Scalar(), pair.first.Mark()); !added) {
+        errors_.Add(pair.first.Mark(), "key " + Quoted(pair.first.Scalar()) +
+                                           " stands twice here; the first is in line " +
+                                           std::to_string(first->second.line + 1));
+      }
+      if (!Walk(pair.second, depth + 1)) return false;
+    }
+    return true;
+  }
+
+  // yaml-cpp takes the end of the text for the end of a quoted value, whose tag is "!".
+  void CheckEnd(const YAML::Node& node) {
+    if (!open_ || open_->closed || !node.IsScalar() || node.Tag() != "!") return;
+    if (node.Mark().line != open_->line || node.Mark().column != open_->column) return;
+    AddOpenQuote(*open_, "nor in a later one", errors_);
+  }
+
+  bool GiveUp(const YAML::Node& node, const std::string& why) {
+    errors_.Add(node.Mark(), why + ": this is no machine's file");
+    return false;
+  }
+
+  ConfigErrors& errors_;
+  std::optional<OpenQuote> open_;
+  int nodes_ = 0;
+};
+
+// What the parser's own words leave the reader to guess.
+std::string Remedy(const std::string& text, const YAML::Mark& mark) {
+  std::size_t begin = 0;
+  for (int line = 0; line < mark.line && begin != std::string::npos; ++line) {
+    begin = text.find('\n', begin);
+    if (begin != std::string::npos) ++begin;
+  }
+  if (begin == std::string::npos) return "";
+  const std::size_t end = text.find_first_not_of(" \t", begin);
+  const std::string indentation = text.substr(begin, end == std::string::npos ? end : end - begin);
+  return indentation.find('\t') == std::string::npos ? "" : " (a tab stands in the indentation: use spaces)";
+}
+
+void AddSyntaxError(const std::string& text, const YAML::Exception& error, ConfigErrors& errors) {
+  const std::optional<OpenQuote> open = FindOpenQuote(text);
+  if (open && (error.mark.is_null() || open->line <= error.mark.line)) {
+    AddOpenQuote(*open, "found in line " + std::to_string(error.mark.line + 1) + ": " + error.msg, errors);
+  } else {
+    errors.Add(error.mark, "not YAML: " + error.msg + Remedy(text, error.mark));
+  }
+}
+
+class DocumentStarts final : public YAML::EventHandler {
+ public:
+  void OnDocumentStart(const YAML::Mark& mark) override { last_ = mark; }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+
+  [[nodiscard]] const YAML::Mark& last() const { return last_; }
+
+ private:
+  YAML::Mark last_;
+};
+
+// Where a second document begins. YAML::LoadAll cannot tell: at some texts (", a") it never ends.
+std::optional<YAML::Mark> SecondDocument(const std::string& text) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  DocumentStarts starts;
+  if (!parser.HandleNextDocument(starts) || !parser.HandleNextDocument(starts)) return std::nullopt;
+  return starts.last();
+}
+
+YAML::Node LoadDocument(const std::string& text, ConfigErrors& errors) {
+  const YAML::Node nothing(YAML::NodeType::Undefined);
+  const YAML::Node document = YAML::Load(text);
+  if (const std::optional<YAML::Mark> second = SecondDocument(text)) {
+    errors.Add(*second,
+               "what begins here does not belong to the document before it ('---'?): one file is one machine");
+    return nothing;
+  }
+  if (document.IsNull()) {
+    errors.Add(YAML::Mark::null_mark(), "the file is empty: it must describe a machine, see docs/configuration.md");
+    return nothing;
+  }
+  return document;
+}
+
+}  // namespace
+
+YAML::Node ParseYaml(const std::string& text, ConfigErrors& errors) {
+  const YAML::Node nothing(YAML::NodeType::Undefined);
+  if (text.size() > kLargestText) {
+    errors.Add(YAML::Mark::null_mark(), "the file has " + std::to_string(text.size()) + " bytes, at most " +
+                                            std::to_string(kLargestText) + " are read: is it the right file?");
+    return nothing;
+  }
+  try {
+    const YAML::Node document = LoadDocument(text, errors);
+    return document.IsDefined() && TreeCheck(text, errors).Walk(document, 0) ? document : nothing;
+  } catch (const YAML::Exception& error) {
+    AddSyntaxError(text, error, errors);
+  } catch (const std::exception& error) {
+    errors.Add(YAML::Mark::null_mark(), std::string("not YAML: ") + error.what());
+  }
+  return nothing;
+}
+
+}  // namespace axlecast

@@ -1,0 +1,113 @@
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "core/device/event.h"
+#include "core/device/motor.h"
+#include "core/device/operation.h"
+#include "core/device/sample.h"
+#include "core/device/step.h"
+
+namespace axlecast {
+
+// Motion of the shaft as the last readings show it.
+struct Motion {
+  bool known = false;       // enough fresh valid readings to judge
+  bool standstill = false;  // within the standstill tolerance over the whole window
+  double speed_rpm = 0;     // largest speed seen in the window
+  std::int64_t counts = 0;  // last valid absolute counts, before direction and datum
+  MonoNs at = 0;            // instant of that reading
+};
+
+// An alarm as a device reports it. Names and actions are the maker's.
+struct AlarmSpec {
+  std::int32_t code;
+  std::uint8_t source;    // alarm_entry_t SOURCE_*
+  std::uint8_t severity;  // alarm_entry_t SEVERITY_*
+  const char* name;       // <= 24 bytes
+  const char* action;     // <= 80 bytes
+};
+enum class AlarmState : std::uint8_t { kAbsent, kLive, kDeviceLatched, kDriverLatched };
+
+// Where the device says how it is: all that a device hands to the outside. Implemented by the runtime's DevicePublisher.
+class DeviceOutput {
+ public:
+  virtual ~DeviceOutput() = default;
+
+  virtual void OnSample(const Sample& sample) = 0;        // a reading whose position was decoded
+  virtual void OnMotor(const MotorReading& reading) = 0;  // a reading of a motor monitor
+  virtual void OnTrip(const TripRecord& record) = 0;      // a trip whose curves were read
+  virtual void OnMotorLimits(const MotorLimits&) {}       // limits of a motor monitor were read, changed or not
+  virtual void OnError(ErrorKind kind, Interval at) = 0;  // a reading that gave none
+  virtual void OnAlarm(const AlarmSpec& alarm, AlarmState state, MonoNs now) = 0;
+  virtual void OnIdentity(std::int64_t identity, std::string_view serial, std::string_view firmware) = 0;
+  virtual void OnProductCode(std::string_view) {}        // of the device's maker, where the device tells one
+  virtual void OnStarting(std::string_view reason) = 0;  // powered on, not yet able to answer
+  virtual void OnRefused(std::string_view reason) = 0;   // answers, but must not be trusted (wrong identity)
+  virtual void OnNonVolatileWrite() = 0;                 // one write of the device's limited memory
+  virtual void OnReferenceLost() = 0;                    // turns are in doubt until OnReferenceRestored
+  virtual void OnReferenceRestored() = 0;
+  virtual void OnJump() = 0;                        // the position jumped without motion: new epoch
+  virtual void OnDatumChanging(bool changing) = 0;  // a command that moves the datum is under way
+  virtual void OnOutcome(const CommandId& id, const Outcome& outcome) = 0;
+
+  [[nodiscard]] virtual Motion MotionAt(MonoNs now) const = 0;
+};
+
+// Requests of the bus whose replies have not come, but may come late.
+class PendingReplies {
+ public:
+  virtual ~PendingReplies() = default;
+  // From when on no late reply can be taken for the reply to this exchange. Not after `now`: it may be sent.
+  [[nodiscard]] virtual MonoNs FreeAt(const Exchange& exchange, MonoNs now) const = 0;
+};
+
+// The bus's offer to a device.
+struct BusSlot {
+  MonoNs now = 0;
+  bool poll_due = false;  // the slot of the device's next live reading has come
+  // This slot is kept for readings: an order that can wait must wait. A device whose order must not be interrupted
+  // returns the order's step all the same.
+  bool reserved = false;
+  const PendingReplies* pending = nullptr;
+
+  // Whether the exchange may be sent now. The bus holds back one that may not; a device that can ask for a reply of
+  // another shape loses no time.
+  [[nodiscard]] bool MaySend(const Exchange& exchange) const {
+    return pending == nullptr || pending->FreeAt(exchange, now) <= now;
+  }
+};
+
+// The logic of one device, free of I/O and clocks: it says what it wants, and is told what happened.
+// One thread calls it. Nothing here allocates while readings go on.
+class Device {
+ public:
+  virtual ~Device() = default;
+
+  // What it wants now. A live reading is offered only when its slot is due; commands and recovery at any time.
+  // Asking changes nothing: the bus may ask again, or give another device its turn first.
+  [[nodiscard]] virtual Step Next(const BusSlot& turn) const = 0;
+
+  // `step`, as Next returned it, is about to go on the wire.
+  virtual void OnStarted(const Step& step, MonoNs now) = 0;
+
+  // The outcome of its own step, and every link change and stray byte of the bus.
+  virtual void On(const Event& event) = 0;
+
+  // Why an order of an operation that the family declares could not begin now, with its arguments' values judged;
+  // nothing when it could. Changes nothing.
+  [[nodiscard]] virtual std::optional<Outcome> Refusal(const DriverCommand& order, MonoNs now) const {
+    static_cast<void>(order);
+    static_cast<void>(now);
+    return std::nullopt;
+  }
+  // Takes up an order whose operation the family declares and whose argument names fit. Answers through
+  // DeviceOutput::OnOutcome, at once when it refuses. One order at a time: the caller waits for a final outcome;
+  // only one of an urgent operation may come while another is held, and goes first.
+  virtual void Begin(const DriverCommand& order, MonoNs now) = 0;
+  // Gives up an order that has not touched the device yet; false once it has.
+  [[nodiscard]] virtual bool Cancel(const CommandId& id, MonoNs now) = 0;
+};
+
+}  // namespace axlecast

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/base/time.h"
+
+namespace axlecast {
+
+using CommandId = std::array<std::uint8_t, 16>;
+
+// One argument that an operation takes.
+struct ArgumentSpec {
+  std::string_view name;
+  std::string_view help;  // with range and unit
+  bool required = true;
+};
+
+// Keys and values, as a command carries them.
+using Arguments = std::vector<std::pair<std::string, std::string>>;
+
+// One operation of a family: named by its effect, never by its code on the wire.
+struct OperationSpec {
+  std::string_view name;
+  std::string_view help;
+  std::vector<ArgumentSpec> arguments = {};
+  bool destructive = false;       // moves a datum or writes non-volatile memory: the CLI asks first
+  bool needs_standstill = false;  // measured before each request
+  bool needs_permit = false;      // a fresh PERMIT from the control process, unless the device says not_required
+  bool reads_only = false;        // changes nothing: passes without the journal, and an observer may order it
+  bool moves_datum = false;       // moves the device's own origin: a datum from before means nothing afterwards
+  // The writes of the device's limited memory that it takes at most; null: none.
+  std::int32_t (*writes)(const Arguments& arguments) = nullptr;
+  std::string_view verification = {};  // how its effect is read back
+  // The operation of the same family that looks, changing nothing, whether this one took effect. The bridge orders
+  // it after an INDETERMINATE. It takes an optional argument `after`: this operation and its arguments
+  // ("eeprom_write address=72 data=A1 05"), and answers with its readings as changes and, where the device can
+  // judge, a change `finding` whose `after` is reads_as_after, no_effect_seen or cannot_tell. The bridge finds an
+  // effect only where the device read differently before. An operation reports that in its outcomes that leave the
+  // effect open: as the values before (same keys) or, where values flicker, as the `before` of a change `finding`
+  // (drivers/kit/read_back.h).
+  std::string_view verified_by_operation = {};
+  bool urgent = false;              // jumps every queue: does not wait for the order that its device works on
+  bool executed_by_bridge = false;  // the bridge carries it out, with other operations of the driver or none
+  bool internal = false;            // between bridge and driver only: clients are not offered it
+};
+
+// An operation that the bridge has routed to this driver.
+struct DriverCommand {
+  CommandId id{};
+  std::string operation;
+  Arguments arguments;
+  MonoNs begin_by = kNever;  // may begin until then
+  std::int32_t expect_epoch = -1;
+};
+
+// command_status_t STATE_* of an order within the driver.
+enum class OrderState : std::uint8_t {
+  kRunning = 3,
+  kSucceeded = 4,
+  kRejected = 5,
+  kFailed = 6,
+  kExpired = 7,
+  kCancelled = 8,
+  kIndeterminate = 9,
+};
+
+struct Change {
+  std::string key;
+  std::string before;
+  std::string after;
+};
+
+// How an order stands or ended. `reason` is a command_status_t REASON_*; `text` names the cause, the measured
+// value and the remedy.
+struct Outcome {
+  OrderState state = OrderState::kRunning;
+  std::int32_t reason = 0;
+  std::string text = {};
+  bool verified = false;
+  float progress = 0;
+  std::vector<Change> changes = {};
+
+  [[nodiscard]] bool IsFinal() const { return state != OrderState::kRunning; }
+};
+
+}  // namespace axlecast

@@ -1,0 +1,106 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <variant>
+
+#include "core/base/inline_bytes.h"
+#include "core/base/time.h"
+#include "core/device/can_frame.h"
+
+namespace axlecast {
+
+// Whose turn on a bus comes first. Lower values win.
+enum class Priority : std::uint8_t { kStop, kCommand, kLive, kTrip, kSlow };
+
+// Length of the reply that begins with `so_far`: its total bytes, or 0 while more bytes are needed to tell.
+using ReplyLength = std::size_t (*)(Bytes so_far);
+
+template <std::size_t N>
+constexpr std::size_t FixedLength(Bytes) {
+  return N;
+}
+
+// Where the reply begins in `so_far`, behind bytes that belong to none; so_far.size() while it has not begun.
+using ReplyBegin = std::size_t (*)(Bytes so_far);
+
+// What bytes are to the request whose reply they may be.
+enum class ReplyMatch : std::uint8_t {
+  kNo,       // not its reply, or a part of it
+  kNearly,   // begins almost as its reply begins: too damaged to be told from the reply to another request
+  kDamaged,  // begins as its reply begins and has its length, but fails the checksum
+  kRefusal,  // whole, and says that a request failed, but not which one
+  kYes,      // its reply
+};
+using MatchReply = ReplyMatch (*)(Bytes request, Bytes reply);
+
+// What tells the replies of a bus's requests apart, so that none is taken for the reply to another request when it
+// comes late (drivers/runtime/bus/stale_reply_guard.h). A family that leaves it as it is gets one exchange at a time.
+struct ReplyShape {
+  std::uint32_t reply = 0;     // equal for requests whose replies cannot be told apart
+  std::uint32_t refusal = 0;   // `reply` of those whose replies look like a refusal of this one, or any number
+  MatchReply match = nullptr;  // null: every complete reply is its own
+  // A late reply to an earlier request of the same shape is as good: nothing depends on when it was made.
+  bool interchangeable = false;
+  // Not even a refusal of another request may be taken for its own.
+  bool exact = false;
+  // No request of this shape is under way from an earlier process: its reply shows that all those have been answered.
+  bool fresh = false;
+};
+
+// One pulse on an output line beside the bus: low for `low`, then high again.
+struct Pulse {
+  std::uint8_t line = 0;  // index into FamilyBus::lines
+  MonoNs low = 0;
+};
+
+// Transmit `request` and collect a reply. Ends as kReply when the reply is complete, as kTimeout when `timeout`
+// has passed since the write returned.
+struct Exchange {
+  Frame request;
+  ReplyLength reply_length = nullptr;  // null: no reply is expected (a broadcast); ends as kTimeout
+  MonoNs timeout = 0;
+  std::optional<Pulse> pulse = {};  // what asks for the reply instead of a request, which is empty then
+  bool secret = false;              // request and reply are masked in WIRE, and what may be a late reply
+  // Transmit even if the line is not idle: unexpected bytes are reported first, and the request follows. It also goes
+  // before the idle line that other devices wait for.
+  bool regardless = false;
+  ReplyShape shape = {};
+  ReplyBegin reply_begin = nullptr;  // null: with the first byte that comes
+};
+
+// Transmit one CAN frame. Ends as kSent when it is in the controller's queue, as kNotSent when that is full; kConfirmed
+// comes later, when a node has acknowledged it.
+struct Send {
+  CanFrame frame;
+};
+
+// Transmit nothing until no byte has come for `quiet`; what comes is reported as stray. Ends as kSilent.
+struct WaitForIdleLine {
+  MonoNs quiet = 0;
+};
+
+// Receive what comes unasked until `until`. Each read ends as kUnsolicited, on CAN each frame as kFrame; kSilent when
+// nothing came.
+struct Listen {
+  MonoNs until = 0;
+};
+
+// Go on at another baud rate. Ends as kBaudRateSet, or as kLinkDown when the port cannot do it.
+struct SetBaudRate {
+  std::int64_t baud = 0;
+};
+
+// Nothing to do before `until`; a command may come earlier.
+struct Idle {
+  MonoNs until = kNever;
+};
+
+// What a device wants from its bus next.
+struct Step {
+  std::variant<Idle, Exchange, Send, WaitForIdleLine, Listen, Pulse, SetBaudRate> action;
+  Priority priority = Priority::kLive;
+};
+
+}  // namespace axlecast

@@ -1,0 +1,107 @@
+#include "core/messages/json/field.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "core/base/terminal_text.h"
+
+namespace axlecast {
+namespace {
+
+// As LCM writes it: big-endian.
+std::int64_t ReadInt64(Bytes bytes, std::size_t offset) {
+  std::uint64_t value = 0;
+  for (const std::uint8_t byte : bytes.subspan(offset, 8)) value = (value << 8U) | byte;
+  return static_cast<std::int64_t>(value);
+}
+
+}  // namespace
+
+std::string HexDigits(Bytes bytes) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  text.reserve(2 * bytes.size());
+  for (const std::uint8_t byte : bytes) {
+    text += kDigits[byte >> 4U];
+    text += kDigits[byte & 0xFU];
+  }
+  return text;
+}
+
+nlohmann::ordered_json Field(double value) {
+  if (!std::isfinite(value)) return nullptr;
+  return value;
+}
+
+nlohmann::ordered_json BootIdField(std::int64_t boot_id) {
+  std::array<std::uint8_t, 8> bytes{};
+  auto rest = static_cast<std::uint64_t>(boot_id);
+  for (std::size_t i = bytes.size(); i-- > 0; rest >>= 8U) bytes[i] = static_cast<std::uint8_t>(rest & 0xFFU);
+  return HexDigits(bytes);
+}
+
+nlohmann::ordered_json NameField(std::int64_t number, NumberNames names) {
+  for (const NumberName& known : names) {
+    if (known.number == number) return known.name;
+  }
+  return nullptr;
+}
+
+nlohmann::ordered_json BitNamesField(std::uint32_t bits, NumberNames names) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  std::uint32_t rest = bits;
+  for (const NumberName& known : names) {
+    const auto mask = static_cast<std::uint32_t>(known.number);
+    if ((rest & mask) == 0) continue;
+    rest &= ~mask;
+    list.push_back(known.name);
+  }
+  if (rest == 0) return list;
+  std::array<char, 16> hex{};
+  static_cast<void>(std::snprintf(hex.data(), hex.size(), "0x%x", rest));
+  list.push_back(hex.data());
+  return list;
+}
+
+nlohmann::ordered_json CountsByName(std::span<const std::int64_t> counts, NumberNames names) {
+  nlohmann::ordered_json object = nlohmann::ordered_json::object();
+  for (const NumberName& known : names)
+    object[std::string(known.name)] = counts[static_cast<std::size_t>(known.number)];
+  return object;
+}
+
+std::optional<std::int64_t> Fingerprint(Bytes message) {
+  if (message.size() < 8) return std::nullopt;
+  return ReadInt64(message, 0);
+}
+
+std::optional<MessageHead> ReadHead(Bytes message) {
+  if (message.size() < 40) return std::nullopt;
+  return MessageHead{.utime = ReadInt64(message, 8),
+                     .mono_ns = ReadInt64(message, 16),
+                     .boot_id = ReadInt64(message, 24),
+                     .seq = ReadInt64(message, 32)};
+}
+
+nlohmann::ordered_json ParseOutsideJson(std::string_view text) {
+  using Json = nlohmann::ordered_json;
+  const auto shallow = [](int depth, Json::parse_event_t, Json&) { return depth < kDeepestJson; };
+  return Json::parse(text, shallow, false);
+}
+
+// What could steer a terminal is escaped, which changes no value: JSON goes to terminals too.
+std::string JsonLine(const nlohmann::ordered_json& json) {
+  const std::string text = json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  std::string line;
+  std::size_t done = 0;
+  while (const auto part = FindUnsafe(text, done)) {
+    std::array<char, 8> escape{};
+    static_cast<void>(std::snprintf(escape.data(), escape.size(), "\\u%04x", static_cast<unsigned>(part->code)));
+    line += text.substr(done, part->begin - done) + escape.data();
+    done = part->begin + part->size;
+  }
+  return line + text.substr(done);
+}
+
+}  // namespace axlecast

@@ -1,0 +1,116 @@
+#include "drivers/hal/line_guard.h"
+
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <system_error>
+
+#include "drivers/hal/pty_mark.h"
+
+namespace axlecast {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr unsigned kFirstPtyMajor = 136;
+constexpr unsigned kLastPtyMajor = 143;
+constexpr unsigned kConsoleMajor = 4;  // its first 64 minors are the virtual consoles, the others serial ports
+constexpr unsigned kFirstSerialMinor = 64;
+constexpr unsigned kOwnTerminalMajor = 5;  // /dev/tty, /dev/console, /dev/ptmx, then serial ports from 64 on
+
+bool IsProcess(const std::string& name) { return name.find_first_not_of("0123456789") == std::string::npos; }
+
+// proc(5), /proc/[pid]/stat: the seventh field, with the minor number in the bits 31 to 20 and 7 to 0.
+dev_t ControllingTerminal(const std::string& stat_line) {
+  const std::size_t name_end = stat_line.rfind(')');  // a name can hold blanks and brackets
+  if (name_end == std::string::npos) return 0;
+  std::istringstream rest(stat_line.substr(name_end + 1));
+  std::string state;
+  int parent = 0, group = 0, session = 0, terminal = 0;
+  if (!(rest >> state >> parent >> group >> session >> terminal)) return 0;
+  const auto number = static_cast<unsigned>(terminal);
+  return number == 0 ? 0 : makedev((number >> 8U) & 0xFFFU, (number & 0xFFU) | ((number >> 12U) & 0xFFF00U));
+}
+
+// Whether the process sees another set of ptys. One that may not be looked at counts as seeing the same.
+bool HasOtherPtys(const fs::path& process, dev_t terminal, dev_t file_system) {
+  if (file_system == 0) return false;
+  struct stat status {};
+  const fs::path node = process / "root/dev/pts" / std::to_string(minor(terminal));
+  return stat(node.c_str(), &status) == 0 && status.st_dev != file_system;
+}
+
+// Returns a process that has this terminal as its controlling terminal: "bash, process 4711". Empty when there is none
+// that this process can see: a process of the same user is always seen, one of another process namespace never.
+// `file_system` is that of a pseudo-terminal's node, for each container can have ptys of its own with the same
+// numbers; 0: any.
+std::string SessionOn(dev_t terminal, dev_t file_system) {
+  std::error_code error;
+  for (fs::directory_iterator process("/proc", error), end; !error && process != end; process.increment(error)) {
+    const std::string id = process->path().filename().string();
+    if (!IsProcess(id)) continue;
+    std::string line;
+    std::getline(std::ifstream(process->path() / "stat"), line);
+    if (ControllingTerminal(line) != terminal || HasOtherPtys(process->path(), terminal, file_system)) continue;
+    const std::size_t begin = line.find('(') + 1;
+    return line.substr(begin, line.rfind(')') - begin) + ", process " + id;
+  }
+  return "";
+}
+
+std::string PersonsTerminal(const std::string& path, const std::string& who) {
+  return path + " is the terminal that " + who +
+         " works at, and no line to a device: correct link.port (of a serial port with a login: sudo systemctl "
+         "disable --now serial-getty@PORT)";
+}
+
+}  // namespace
+
+bool IsPtyDevice(dev_t device) { return major(device) >= kFirstPtyMajor && major(device) <= kLastPtyMajor; }
+
+bool IsConsoleDevice(dev_t device) {
+  const unsigned number = major(device);
+  return (number == kConsoleMajor || number == kOwnTerminalMajor) && minor(device) < kFirstSerialMinor;
+}
+
+bool IsPtyByNumber(const std::string& path) { return path.starts_with("/dev/pts/"); }
+
+std::string LineGuard::Before() {
+  judged_ = 0;
+  struct stat status {};
+  if (stat(path_.c_str(), &status) != 0 || !S_ISCHR(status.st_mode)) return "";  // the open tells why
+  judged_ = status.st_rdev;
+  if (IsPtyDevice(judged_)) return "";
+  if (IsConsoleDevice(judged_)) return path_ + " is a console and no serial port: correct link.port";
+  const std::string who = SessionOn(judged_, 0);
+  return who.empty() ? "" : PersonsTerminal(path_, who);
+}
+
+std::string LineGuard::After(int line) const {
+  struct stat status {};
+  if (fstat(line, &status) != 0 || status.st_rdev != judged_) {
+    return path_ + " led to another device while it was opened: open it again";
+  }
+  if (IsPtyDevice(judged_)) return JudgePty(line, status.st_dev);
+  if (!statement_.simulated) return "";
+  return path_ + " is not the line of a simulator: start it with `axlecast simulate`";
+}
+
+std::string LineGuard::JudgePty(int line, dev_t file_system) const {
+  const std::uint64_t mark = ReadMark(line);
+  if (mark != 0 && mark == MarkOfLink(path_)) return "";
+  if (statement_.simulated || !statement_.foreign) {
+    const std::string terminal = "/dev/pts/" + std::to_string(minor(judged_));
+    std::string text = path_ + (path_ == terminal ? " is a pseudo-terminal" : " leads to " + terminal) +
+                       " that no simulator of ours made for it; start the simulator (`axlecast simulate`)";
+    if (!statement_.simulated) text += ", or say `pty: true` in `link` if another program stands for the device";
+    return text;
+  }
+  const std::string who = SessionOn(judged_, file_system);
+  return who.empty() ? "" : PersonsTerminal(path_, who);
+}
+
+}  // namespace axlecast

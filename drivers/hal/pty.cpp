@@ -1,0 +1,111 @@
+#include "drivers/hal/pty.h"
+
+#include <asm/ioctls.h>
+#include <asm/termbits.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <stdlib.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+
+#include "drivers/hal/pty_mark.h"
+
+namespace axlecast {
+namespace {
+
+std::string Problem(const std::string& what) { return what + ": " + std::strerror(errno); }
+
+// No echo, no line editing, no change of any byte.
+bool MakeRaw(int fd) {
+  termios2 mode{};
+  if (ioctl(fd, TCGETS2, &mode) != 0) return false;
+  mode.c_iflag = 0;
+  mode.c_oflag = 0;
+  mode.c_lflag = 0;
+  mode.c_cc[VMIN] = 1;
+  mode.c_cc[VTIME] = 0;
+  return ioctl(fd, TCSETS2, &mode) == 0;
+}
+
+// A host finds the old link or the new one, never none; and never a new one whose terminal has not its mark yet.
+bool ReplaceLink(const std::string& target, const std::string& path, int terminal) {
+  const std::string fresh = path + ".new";
+  if (unlink(fresh.c_str()) != 0 && errno != ENOENT) return false;
+  return symlink(target.c_str(), fresh.c_str()) == 0 && WriteMark(terminal, MarkOfLink(fresh)) &&
+         std::rename(fresh.c_str(), path.c_str()) == 0;
+}
+
+bool IsLinkOrAbsent(const std::string& path) {
+  std::error_code ignored;
+  const std::filesystem::file_status status = std::filesystem::symlink_status(path, ignored);
+  return status.type() == std::filesystem::file_type::not_found ||
+         status.type() == std::filesystem::file_type::symlink;
+}
+
+}  // namespace
+
+std::string Pty::Open(const std::string& path) {
+  Close();
+  if (!IsLinkOrAbsent(path)) return path + " exists and is no link: remove it, or use another path";
+  Descriptor master(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (!master.valid()) return Problem("cannot create a pty") + "; is devpts mounted on /dev/pts?";
+  std::array<char, 64> name{};
+  if (grantpt(master.get()) != 0 || unlockpt(master.get()) != 0 ||
+      ptsname_r(master.get(), name.data(), name.size()) != 0 || !MakeRaw(master.get())) {
+    return Problem("cannot set up the pty");
+  }
+  // Opened and closed once: from now on "no host" shows, before the first host as after the last.
+  const Descriptor first_host(open(name.data(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (!first_host.valid()) return Problem(std::string("cannot open ") + name.data());
+  if (!ReplaceLink(name.data(), path, master.get())) {
+    return Problem("cannot link " + path + " to " + name.data());
+  }
+  master_ = std::move(master);
+  path_ = path;
+  name_ = name.data();
+  return {};
+}
+
+void Pty::Close() {
+  if (!IsOpen()) return;
+  std::error_code failed;
+  // Another process may have put its own there meanwhile.
+  const std::filesystem::path target = std::filesystem::read_symlink(path_, failed);
+  if (!failed && target == name_) static_cast<void>(unlink(path_.c_str()));
+  master_.Reset();
+}
+
+bool Pty::HasHost() const {
+  pollfd wanted{master_.get(), 0, 0};
+  return poll(&wanted, 1, 0) == 0;
+}
+
+std::size_t Pty::Read(std::span<std::uint8_t> into) {
+  const ssize_t count = read(master_.get(), into.data(), into.size());
+  return count > 0 ? static_cast<std::size_t>(count) : 0;
+}
+
+bool Pty::Write(Bytes bytes) {
+  return write(master_.get(), bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size());
+}
+
+void Pty::Discard() {
+  if (!IsOpen()) return;
+  // Flushed at the host's end: what its line discipline already holds is out of the master's reach.
+  const Descriptor host_end(open(name_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (host_end.valid()) static_cast<void>(ioctl(host_end.get(), TCFLSH, TCIFLUSH));
+}
+
+std::int64_t Pty::Baud() const {
+  // At the master the kernel tells the other end's mode.
+  termios2 mode{};
+  return ioctl(master_.get(), TCGETS2, &mode) == 0 ? std::int64_t{mode.c_ospeed} : 0;
+}
+
+}  // namespace axlecast

@@ -1,0 +1,192 @@
+#include "drivers/hal/simulated_can.h"
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+namespace axlecast {
+namespace {
+
+constexpr std::string_view kProtocol = "axlecast-can-1";
+constexpr char kBitrate = 'B';
+constexpr char kFrame = 'F';
+constexpr char kAcknowledged = 'A';
+constexpr char kUnacknowledged = 'N';
+
+constexpr MonoNs kSendAgain = kMillisecond;  // a controller would do so at once; a simulator has other buses too
+
+constexpr std::size_t kQueue = 11;  // the frame in the controller, and ten in the interface's queue
+
+// ISO 11898-1 12.1.4: a transmitter whose frames nobody acknowledges counts up to 128 and no further.
+constexpr int kWarning = 96;
+constexpr int kPassive = 128;
+
+using Packet = InlineBytes<1 + 4 + kMaxCanData>;
+
+Packet PacketOf(char kind, Bytes content) {
+  Packet packet{static_cast<std::uint8_t>(kind)};
+  packet.Append(content);
+  return packet;
+}
+
+Packet BitratePacket(std::int64_t bitrate) {
+  Packet packet{static_cast<std::uint8_t>(kBitrate)};
+  for (int shift = 24; shift >= 0; shift -= 8) packet.Append(static_cast<std::uint8_t>(bitrate >> shift));
+  return packet;
+}
+
+CanController::State StateOf(int tec) {
+  if (tec >= kPassive) return CanController::State::kPassive;
+  return tec >= kWarning ? CanController::State::kWarning : CanController::State::kActive;
+}
+
+}  // namespace
+
+// ---- the driver's end ----
+
+std::string SimulatedCan::Open() {
+  Close();
+  std::string problem = reader_.Problem();
+  if (problem.empty()) problem = socket_.Connect(path_, kProtocol, clock_);
+  if (!problem.empty()) return problem;
+  if (socket_.Send(BitratePacket(bitrate_)) != SimulatedSocket::Result::kOk) {
+    Close();
+    return path_ + ": the simulator has gone";
+  }
+  controller_ = {};
+  controller_.state = CanController::State::kActive;
+  controller_.tec = controller_.rec = 0;
+  controller_.bitrate = bitrate_;
+  reader_.Attach(socket_.FileDescriptor());
+  return "";
+}
+
+void SimulatedCan::Close() {
+  reader_.Detach();
+  socket_.Close();
+}
+
+FrameLink::SendResult SimulatedCan::Send(const CanFrame& frame) {
+  switch (socket_.Send(PacketOf(kFrame, ToPacket(frame)))) {
+    case SimulatedSocket::Result::kOk:
+      ++controller_.pending;
+      return SendResult::kQueued;
+    case SimulatedSocket::Result::kFull:
+      ++controller_.queue_full;
+      return SendResult::kFull;
+    default:
+      return SendResult::kLost;
+  }
+}
+
+Link::Status SimulatedCan::Receive(Received& received) {
+  while (true) {
+    std::array<std::uint8_t, 1 + 4 + kMaxCanData> packet{};
+    const SimulatedSocket::Received came = socket_.Receive(packet);
+    if (came.result == SimulatedSocket::Result::kNothing) return Status::kTimeout;
+    if (came.result != SimulatedSocket::Result::kOk) return Status::kLost;
+    const std::optional<CanFrame> frame = FromPacket(Bytes(packet).first(came.size).subspan(1));
+    const bool own = packet[0] == kAcknowledged;
+    const bool unacknowledged = packet[0] == kUnacknowledged;
+    if (!frame || (packet[0] != kFrame && !own && !unacknowledged)) return Status::kLost;
+    if (own || unacknowledged) Count(own);
+    if (unacknowledged) continue;
+    const MonoNs now = clock_.Now();
+    received = {.frame = *frame, .at = {now, now}, .own = own};
+    return Status::kOk;
+  }
+}
+
+void SimulatedCan::Count(bool acknowledged) {
+  if (acknowledged && controller_.pending > 0) --controller_.pending;
+  if (!acknowledged) ++controller_.unacknowledged;
+  controller_.tec = acknowledged ? std::max(0, controller_.tec - 1) : kPassive;
+  controller_.state = StateOf(controller_.tec);
+}
+
+// ---- the simulator's end ----
+
+std::string SimulatedCanPort::Plug() {
+  Unplug();
+  return socket_.Listen(path_, kProtocol);
+}
+
+void SimulatedCanPort::Unplug() {
+  socket_.Close();
+  bitrate_ = 0;
+  waiting_.clear();
+  again_at_ = kNever;
+}
+
+void SimulatedCanPort::Serve() {
+  if (again_at_ <= Now()) SendWaiting();
+  do {
+    Hear();
+  } while (socket_.Welcome());
+}
+
+void SimulatedCanPort::Hear() {
+  MindQueue();
+  while (const std::optional<Bytes> packet = socket_.Next()) {
+    if (!Take(*packet)) socket_.DropHost();
+  }
+  if (socket_.HasHost()) return;
+  bitrate_ = 0;
+  for (Waiting& waiting : waiting_) waiting.own = false;
+}
+
+bool SimulatedCanPort::Take(Bytes packet) {
+  const Bytes content = packet.subspan(1);
+  if (bitrate_ == 0) {
+    if (packet[0] != kBitrate || content.size() != 4) return false;
+    for (const std::uint8_t byte : content) bitrate_ = bitrate_ << 8 | byte;
+    TellBaud();
+    return bitrate_ != 0;
+  }
+  const std::optional<CanFrame> frame = FromPacket(content);
+  if (packet[0] != kFrame || !frame) return false;
+  // Only hosts that have gone can fill it; a real one would not have taken the frame.
+  if (waiting_.size() >= kQueue) return true;
+  waiting_.push_back({.frame = *frame});
+  if (waiting_.size() == 1) {
+    SendWaiting();
+  } else {
+    MindQueue();
+  }
+  return true;
+}
+
+void SimulatedCanPort::SendWaiting() {
+  while (!waiting_.empty() && Send(waiting_.front())) waiting_.pop_front();
+  again_at_ = waiting_.empty() ? kNever : Now() + kSendAgain;
+  MindQueue();
+}
+
+// A host that is there keeps its frames behind the one that waits; what one that has gone leaves waits here.
+void SimulatedCanPort::MindQueue() {
+  const bool host_waits = !waiting_.empty() && bitrate_ != 0;
+  socket_.Want(!host_waits || socket_.HostHasGone());
+}
+
+bool SimulatedCanPort::Send(Waiting& waiting) {
+  std::vector<CanPacket> answers;  // come after what they answer
+  const auto answer = [&answers](Bytes bytes) { answers.emplace_back(bytes); };
+  const bool acknowledged = simulator().OnFrame(waiting.frame, Now(), answer);
+  if (acknowledged) {
+    Tell(waiting.own ? kAcknowledged : kFrame, ToPacket(waiting.frame));
+  } else if (waiting.own && !waiting.tried) {
+    Tell(kUnacknowledged, ToPacket(waiting.frame));
+  }
+  waiting.tried = true;
+  for (const CanPacket& packet : answers) Tell(kFrame, packet);
+  return acknowledged;
+}
+
+void SimulatedCanPort::Transmit(Bytes bytes) { Tell(kFrame, bytes); }
+
+void SimulatedCanPort::Tell(char kind, Bytes frame) {
+  // A host that does not read loses it.
+  if (HasHost()) static_cast<void>(socket_.Send(PacketOf(kind, frame)));
+}
+
+}  // namespace axlecast

@@ -1,0 +1,113 @@
+#include "drivers/hal/simulated_spi.h"
+
+#include <poll.h>
+
+#include <array>
+
+#include "platform/os/wait_until.h"
+
+namespace axlecast {
+namespace {
+
+constexpr std::string_view kProtocol = "axlecast-spi-1";
+constexpr std::size_t kHeader = 6;  // mode, bits per word, clock
+constexpr MonoNs kAnswerTime = kSecond;
+
+using Packet = InlineBytes<kHeader + kMaxFrame>;
+static_assert(kHeader + kMaxFrame <= kLongestSimulatedPacket);
+
+Packet PacketOf(const SpiTransfer& transfer) {
+  Packet packet{static_cast<std::uint8_t>(transfer.settings.mode),
+                static_cast<std::uint8_t>(transfer.bits_per_word)};
+  for (int shift = 24; shift >= 0; shift -= 8) {
+    packet.Append(static_cast<std::uint8_t>(transfer.settings.clock_hz >> shift));
+  }
+  packet.Append(transfer.tx);
+  return packet;
+}
+
+SpiTransfer TransferIn(Bytes packet) {
+  SpiTransfer transfer{.settings = {.mode = packet[0], .clock_hz = 0}, .bits_per_word = packet[1], .tx = {}};
+  for (std::size_t i = 2; i < kHeader; ++i)
+    transfer.settings.clock_hz = transfer.settings.clock_hz << 8 | packet[i];
+  transfer.tx = packet.subspan(kHeader);
+  return transfer;
+}
+
+}  // namespace
+
+// ---- the driver's end ----
+
+std::string SimulatedSpi::Open() {
+  Close();
+  std::string problem = reader_.Problem();
+  if (problem.empty()) problem = socket_.Connect(path_, kProtocol, clock_);
+  if (problem.empty()) reader_.Attach(socket_.FileDescriptor());
+  return problem;
+}
+
+void SimulatedSpi::Close() {
+  reader_.Detach();
+  socket_.Close();
+  clocked_in_.Drop();
+}
+
+bool SimulatedSpi::Write(Bytes bytes) {
+  if (bytes.size() > kMaxFrame) return false;
+  const SpiTransfer transfer{.settings = settings_, .tx = bytes};
+  if (Transfer(transfer, clocked_in_.Fill(bytes.size()))) return true;
+  clocked_in_.Drop();
+  return false;
+}
+
+bool SimulatedSpi::Transfer(const SpiTransfer& transfer, std::span<std::uint8_t> rx) {
+  if (transfer.tx.empty() || transfer.tx.size() > kMaxFrame || rx.size() != transfer.tx.size()) return false;
+  if (socket_.Send(PacketOf(transfer)) != SimulatedSocket::Result::kOk) return false;
+  pollfd answer{socket_.FileDescriptor(), POLLIN, 0};
+  if (PollUntil({&answer, 1}, clock_.Now() + kAnswerTime, clock_) <= 0) return false;
+  const SimulatedSocket::Received came = socket_.Receive(rx);
+  if (came.result != SimulatedSocket::Result::kOk || came.size != rx.size()) return false;
+  const auto clocks = static_cast<std::int64_t>(rx.size()) * 8;
+  return PollUntil({}, clock_.Now() + transfer.settings.ClockTime(clocks), clock_) == 0;
+}
+
+ByteLink::ReadResult SimulatedSpi::Read(std::span<std::uint8_t> into, MonoNs deadline) {
+  if (!IsOpen()) return {Status::kLost, 0};
+  if (!clocked_in_.empty()) return clocked_in_.Read(into);
+  // A simulator says nothing unasked: what comes now is its end.
+  pollfd end{socket_.FileDescriptor(), POLLIN, 0};
+  return {PollUntil({&end, 1}, deadline, clock_) == 0 ? Status::kTimeout : Status::kLost, 0};
+}
+
+ByteLink::ReadResult SimulatedSpi::ReadNow(std::span<std::uint8_t> into) {
+  return IsOpen() ? clocked_in_.Read(into) : ReadResult{Status::kLost, 0};
+}
+
+Link::Status SimulatedSpi::Wait(MonoNs until) {
+  if (!clocked_in_.empty()) return Status::kOk;
+  const Status status = reader_.Wait(until);
+  return status == Status::kOk ? Status::kLost : status;  // as in Read
+}
+
+// ---- the simulator's end ----
+
+std::string SimulatedSpiPort::Plug() { return socket_.Listen(path_, kProtocol); }
+
+void SimulatedSpiPort::Serve() {
+  do {
+    while (const std::optional<Bytes> packet = socket_.Next()) {
+      if (!Take(*packet)) socket_.DropHost();
+    }
+  } while (socket_.Welcome());
+}
+
+bool SimulatedSpiPort::Take(Bytes packet) {
+  if (packet.size() <= kHeader || packet.size() > kHeader + kMaxFrame) return false;
+  const SpiTransfer transfer = TransferIn(packet);
+  std::array<std::uint8_t, kMaxFrame> in{};
+  const auto rx = std::span(in).first(transfer.tx.size());
+  simulator().OnTransfer(transfer, Now(), rx);
+  return socket_.Send(rx);
+}
+
+}  // namespace axlecast

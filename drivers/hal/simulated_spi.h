@@ -1,0 +1,78 @@
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "core/base/clock.h"
+#include "core/device/byte_link.h"
+#include "core/device/spi_transfer.h"
+#include "drivers/hal/clocked_in.h"
+#include "drivers/hal/line_reader.h"
+#include "drivers/hal/simulated_port.h"
+#include "drivers/hal/simulated_socket.h"
+
+namespace axlecast {
+
+// A simulated SPI bus: a socket as in drivers/hal/simulated_socket.h, <bus>.spi in the run directory, protocol
+// "axlecast-spi-1".
+//   host      one packet per transfer: mode, 1 byte (0 to 3; more is refused by the devices, not here); bits per word,
+//             1 byte; clock, Hz, 4 bytes, most significant first; then the bytes clocked out, 1 to kMaxFrame
+//   simulator one packet for each: the bytes clocked in, as many
+// The simulator answers at once, as of the instant at which the packet came: the first clock edge. The host lets the time
+// of the clocks pass after the answer.
+
+// The driver's end.
+class SimulatedSpi final : public ByteLink {
+ public:
+  // `path`: where the simulator listens. `settings` are those of every Write.
+  SimulatedSpi(std::string path, SpiSettings settings, const Clock& clock)
+      : path_(std::move(path)), settings_(settings), clock_(clock), reader_(clock) {}
+
+  [[nodiscard]] std::string Open() override;
+  void Close() override;
+  [[nodiscard]] bool IsOpen() const override { return socket_.IsConnected(); }
+  [[nodiscard]] bool SetBaud(std::int64_t) override { return false; }
+  // Clocks the bytes out; what was clocked in is there to be read when it returns.
+  [[nodiscard]] bool Write(Bytes bytes) override;
+  [[nodiscard]] ReadResult Read(std::span<std::uint8_t> into, MonoNs deadline) override;
+  [[nodiscard]] ReadResult ReadNow(std::span<std::uint8_t> into) override;
+  [[nodiscard]] Status Wait(MonoNs until) override;
+  void Wake() override { reader_.Wake(); }
+  [[nodiscard]] LineErrors Errors() const override { return {}; }
+
+  // One transfer with settings of its own; `rx` is as long as what it clocks out. False when the simulator has gone, or
+  // has not answered within a second: Close and Open again.
+  [[nodiscard]] bool Transfer(const SpiTransfer& transfer, std::span<std::uint8_t> rx);
+
+ private:
+  const std::string path_;
+  const SpiSettings settings_;
+  const Clock& clock_;
+  SimulatedSocket socket_;
+  LineReader reader_;
+  ClockedIn clocked_in_;
+};
+
+// The simulator's end.
+class SimulatedSpiPort final : public SimulatedPort {
+ public:
+  SimulatedSpiPort(std::string path, Simulator& simulator, const Clock& clock)
+      : SimulatedPort(simulator, clock), path_(std::move(path)) {}
+
+  [[nodiscard]] std::string Plug() override;
+  void Unplug() override { socket_.Close(); }
+  [[nodiscard]] bool HasHost() const override { return socket_.HasHost(); }
+  [[nodiscard]] int FileDescriptor() const override { return socket_.FileDescriptor(); }
+  [[nodiscard]] MonoNs NextDue() const override { return kNever; }
+  void Serve() override;
+  void Transmit(Bytes) override {}  // a device on SPI speaks only while it is clocked
+
+ private:
+  [[nodiscard]] std::int64_t Baud() const override { return 0; }
+  [[nodiscard]] bool Take(Bytes packet);
+
+  const std::string path_;
+  SimulatedSocketPort socket_;
+};
+
+}  // namespace axlecast

@@ -1,0 +1,141 @@
+#include "drivers/hal/spi_port.h"
+
+#include <fcntl.h>
+#include <linux/spi/spidev.h>
+#include <sys/file.h>
+#include <sys/ioctl.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "core/device/line_held.h"
+#include "platform/os/wait_until.h"
+
+namespace axlecast {
+namespace {
+
+constexpr std::uint8_t kBitsPerWord = 8;
+
+// What the board's description says of its wiring, and stays.
+constexpr std::uint32_t kWiring = SPI_CS_HIGH | SPI_NO_CS;
+// What must be as we set it, whatever the last user left behind.
+constexpr std::uint32_t kShape = SPI_CPHA | SPI_CPOL | SPI_LSB_FIRST | SPI_3WIRE | SPI_LOOP;
+
+constexpr const char* kOtherController = ": use another SPI controller";
+
+}  // namespace
+
+std::string SpiPort::OpenProblem(int error) const {
+  switch (error) {
+    case ENOENT:
+      return path_ +
+             " does not exist: enable the SPI controller and its spidev in the board's configuration (on a "
+             "Raspberry Pi "
+             "dtparam=spi=on), load the module spidev, or correct link.spidev; `ls /dev/spidev*` shows what there "
+             "is";
+    case EACCES:
+      return path_ +
+             ": permission denied; let the user use SPI (as root: usermod -aG spi USER; where the group does not "
+             "exist "
+             "a udev rule makes it) and log in again";
+    case ENXIO:
+    case ENODEV:
+    case ESHUTDOWN:
+      return path_ + ": the controller behind it is gone";
+    case ENOTTY:
+      return path_ + " is no SPI device: correct link.spidev; `ls /dev/spidev*` shows what there is";
+    default:
+      return path_ + ": " + std::strerror(error);
+  }
+}
+
+std::string SpiPort::Open() {
+  Close();
+  std::string problem = waiter_.Problem();
+  if (problem.empty()) problem = Claim();
+  if (problem.empty()) problem = SetMode();
+  if (problem.empty()) problem = SetWord();
+  if (problem.empty()) problem = SetClock();
+  if (!problem.empty()) Close();
+  return problem;
+}
+
+void SpiPort::Close() {
+  device_.Reset();
+  clocked_in_.Drop();
+}
+
+std::string SpiPort::Claim() {
+  Descriptor device(open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (!device.valid()) return errno == EISDIR ? OpenProblem(ENOTTY) : OpenProblem(errno);
+  if (flock(device.get(), LOCK_EX | LOCK_NB) != 0) {
+    return path_ + ": " + std::string(kLineHeld);
+  }
+  device_ = std::move(device);
+  return "";
+}
+
+std::string SpiPort::SetMode() const {
+  std::uint32_t found = 0;
+  if (ioctl(device_.get(), SPI_IOC_RD_MODE32, &found) != 0) return OpenProblem(errno);
+  const std::uint32_t wanted = (found & kWiring) | static_cast<std::uint32_t>(settings_.mode);
+  std::uint32_t made = 0;
+  if (ioctl(device_.get(), SPI_IOC_WR_MODE32, &wanted) != 0 ||
+      ioctl(device_.get(), SPI_IOC_RD_MODE32, &made) != 0 || ((made ^ wanted) & kShape) != 0) {
+    return path_ + " cannot do SPI mode " + std::to_string(settings_.mode) + kOtherController;
+  }
+  return "";
+}
+
+std::string SpiPort::SetWord() const {
+  std::uint8_t made = 0;  // 0 stands for 8 too
+  if (ioctl(device_.get(), SPI_IOC_WR_BITS_PER_WORD, &kBitsPerWord) != 0 ||
+      ioctl(device_.get(), SPI_IOC_RD_BITS_PER_WORD, &made) != 0 || (made != 0 && made != kBitsPerWord)) {
+    return path_ + " cannot do words of 8 bits" + kOtherController;
+  }
+  return "";
+}
+
+std::string SpiPort::SetClock() const {
+  const auto wanted = static_cast<std::uint32_t>(settings_.clock_hz);
+  std::uint32_t made = 0;
+  if (ioctl(device_.get(), SPI_IOC_WR_MAX_SPEED_HZ, &wanted) != 0 ||
+      ioctl(device_.get(), SPI_IOC_RD_MAX_SPEED_HZ, &made) != 0) {
+    return path_ + " cannot be clocked at " + std::to_string(wanted) + " Hz: set link.clock_hz to what it can do";
+  }
+  if (made == wanted) return "";
+  return path_ + " would be clocked at " + std::to_string(made) + " Hz, not " + std::to_string(wanted) +
+         ": set link.clock_hz to " + std::to_string(made) + ", or use another SPI controller";
+}
+
+bool SpiPort::Write(Bytes bytes) {
+  if (!IsOpen() || bytes.empty() || bytes.size() > kMaxFrame) return false;
+  const std::span<std::uint8_t> in = clocked_in_.Fill(bytes.size());
+  spi_ioc_transfer transfer{};
+  transfer.tx_buf = reinterpret_cast<std::uintptr_t>(bytes.data());
+  transfer.rx_buf = reinterpret_cast<std::uintptr_t>(in.data());
+  transfer.len = static_cast<std::uint32_t>(bytes.size());
+  transfer.speed_hz = static_cast<std::uint32_t>(settings_.clock_hz);
+  transfer.bits_per_word = kBitsPerWord;
+  int clocked = 0;
+  do {
+    clocked = ioctl(device_.get(), SPI_IOC_MESSAGE(1), &transfer);
+  } while (clocked < 0 && errno == EINTR);
+  if (clocked == static_cast<int>(bytes.size())) return true;
+  clocked_in_.Drop();
+  return false;
+}
+
+ByteLink::ReadResult SpiPort::Read(std::span<std::uint8_t> into, MonoNs deadline) {
+  if (IsOpen() && clocked_in_.empty() && PollUntil({}, deadline, clock_) < 0) return {Status::kLost, 0};
+  return ReadNow(into);
+}
+
+ByteLink::ReadResult SpiPort::ReadNow(std::span<std::uint8_t> into) {
+  return IsOpen() ? clocked_in_.Read(into) : ReadResult{Status::kLost, 0};
+}
+
+Link::Status SpiPort::Wait(MonoNs until) { return clocked_in_.empty() ? waiter_.Wait(until) : Status::kOk; }
+
+}  // namespace axlecast

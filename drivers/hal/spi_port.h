@@ -1,0 +1,53 @@
+#pragma once
+
+#include <string>
+
+#include "core/base/clock.h"
+#include "core/device/byte_link.h"
+#include "core/device/spi_transfer.h"
+#include "drivers/hal/clocked_in.h"
+#include "drivers/hal/line_reader.h"
+#include "platform/os/descriptor.h"
+
+namespace axlecast {
+
+// One chip select of an SPI bus, through spidev, locked against a second user of ours. Words of 8 bits, most
+// significant bit first. After a Write that returned false, Close and Open again. One thread uses it; Wake may be
+// called from any.
+class SpiPort final : public ByteLink {
+ public:
+  // `path`: a spidev, e.g. /dev/spidev0.0.
+  SpiPort(std::string path, SpiSettings settings, const Clock& clock)
+      : path_(std::move(path)), settings_(settings), clock_(clock), waiter_(clock) {}
+
+  // Sets mode, word and clock, and reads them back.
+  [[nodiscard]] std::string Open() override;
+  void Close() override;
+  [[nodiscard]] bool IsOpen() const override { return device_.valid(); }
+  [[nodiscard]] bool SetBaud(std::int64_t) override { return false; }
+  // One transfer of all the bytes, at most kMaxFrame, with the chip selected all the while; what was clocked in is there
+  // to be read when it returns.
+  [[nodiscard]] bool Write(Bytes bytes) override;
+  // Nothing comes unasked: with nothing clocked in it waits until `deadline`.
+  [[nodiscard]] ReadResult Read(std::span<std::uint8_t> into, MonoNs deadline) override;
+  [[nodiscard]] ReadResult ReadNow(std::span<std::uint8_t> into) override;
+  [[nodiscard]] Status Wait(MonoNs until) override;
+  void Wake() override { waiter_.Wake(); }
+  [[nodiscard]] LineErrors Errors() const override { return {}; }
+
+ private:
+  [[nodiscard]] std::string Claim();
+  [[nodiscard]] std::string SetMode() const;
+  [[nodiscard]] std::string SetWord() const;
+  [[nodiscard]] std::string SetClock() const;
+  [[nodiscard]] std::string OpenProblem(int error) const;
+
+  const std::string path_;
+  const SpiSettings settings_;
+  const Clock& clock_;
+  Descriptor device_;
+  LineReader waiter_;  // attached to nothing: a spidev cannot be waited on
+  ClockedIn clocked_in_;
+};
+
+}  // namespace axlecast

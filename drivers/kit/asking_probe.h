@@ -1,0 +1,37 @@
+#pragma once
+
+#include <optional>
+
+#include "core/device/probe.h"
+
+namespace axlecast {
+
+// A probe that asks one question after the other. Before each the line must have been quiet for as long as the
+// question wants; where it never is, somebody else speaks, and nothing more is asked.
+class AskingProbe : public Probe {
+ public:
+  struct Question {
+    Exchange exchange;
+    MonoNs quiet = 0;  // before it, longer than any pause that the devices ask for
+  };
+
+  [[nodiscard]] std::optional<Step> Next(MonoNs now) const final;
+  void On(const Event& event) final;
+
+  [[nodiscard]] bool Disturbed() const final { return strays_ >= kMostStrays; }
+
+ protected:
+  static constexpr int kMostStrays = 50;  // in a row
+
+  // The next question; nothing: there is none left.
+  [[nodiscard]] virtual std::optional<Question> Ask() const = 0;
+  // What came of it, kReply or kTimeout: `event.bytes` is never longer than a frame. Moves on to the next question.
+  virtual void Judge(const Event& event) = 0;
+
+ private:
+  bool quiet_ = false;  // for long enough, since the last thing that came
+  bool lost_ = false;   // the link is gone
+  int strays_ = 0;
+};
+
+}  // namespace axlecast

@@ -1,0 +1,31 @@
+#include "drivers/kit/read_back.h"
+
+#include <axlecast/command_status_t.hpp>
+#include <utility>
+
+#include "core/device/outcome_text.h"
+
+namespace axlecast {
+
+Outcome JudgeReadBack(const ReadBack& read_back, std::string text) {
+  if (!read_back.same_before) return Verified(std::move(text));
+  if (read_back.confirmed) {
+    return Succeeded(false, std::move(text) + ": as before; the device confirmed it, no effect can be seen");
+  }
+  return Final(OrderState::kIndeterminate, command_status_t::REASON_NO_REPLY,
+               std::move(text) + ": as before, and nothing confirms that it was taken");
+}
+
+bool CannotBeToldApart(std::int64_t before, std::int64_t wanted, std::int64_t tolerance, std::int64_t range) {
+  return CircularDistance(before, wanted, range) <= 2 * tolerance;
+}
+
+Change FindingChange(const char* word) { return {"finding", "", word}; }
+
+Outcome WithFindingBefore(Outcome outcome, bool reads_as_after) {
+  const bool open = outcome.state == OrderState::kRunning || outcome.state == OrderState::kIndeterminate;
+  if (open) outcome.changes.push_back({"finding", FindingWord(reads_as_after), ""});
+  return outcome;
+}
+
+}  // namespace axlecast

@@ -1,0 +1,50 @@
+#include "drivers/kit/read_back.h"
+
+#include <gtest/gtest.h>
+
+namespace axlecast {
+namespace {
+
+TEST(ReadBack, AnEffectIsClaimedOnlyWhereTheDeviceReadDifferentlyBefore) {
+  const Outcome seen = JudgeReadBack({.same_before = false, .confirmed = false}, "reads 0");
+  EXPECT_EQ(seen.state, OrderState::kSucceeded);
+  EXPECT_TRUE(seen.verified);
+  EXPECT_EQ(seen.text, "reads 0");
+
+  const Outcome confirmed = JudgeReadBack({.same_before = true, .confirmed = true}, "reads 0");
+  EXPECT_EQ(confirmed.state, OrderState::kSucceeded);
+  EXPECT_FALSE(confirmed.verified);
+  EXPECT_NE(confirmed.text.find("no effect can be seen"), std::string::npos);
+
+  const Outcome neither = JudgeReadBack({.same_before = true, .confirmed = false}, "reads 0");
+  EXPECT_EQ(neither.state, OrderState::kIndeterminate);
+  EXPECT_FALSE(neither.verified);
+}
+
+// A shaft that flickers from 11 to 10 counts was not zeroed by that, where 10 counts pass for 0.
+TEST(ReadBack, AValueBesideTheToleranceCannotBeToldApart) {
+  EXPECT_TRUE(CannotBeToldApart(0, 0, 10, 1024));
+  EXPECT_TRUE(CannotBeToldApart(11, 0, 10, 1024));
+  EXPECT_TRUE(CannotBeToldApart(1004, 0, 10, 1024));
+  EXPECT_FALSE(CannotBeToldApart(21, 0, 10, 1024));
+  EXPECT_FALSE(CannotBeToldApart(1003, 0, 10, 1024));
+}
+
+TEST(ReadBack, ADeviceAloneFindsThatItReadsAsAfterTheOperationNoMore) {
+  EXPECT_EQ(FindingChange(FindingWord(true)).after, "reads_as_after");
+  EXPECT_EQ(FindingChange(FindingWord(false)).after, "no_effect_seen");
+}
+
+TEST(ReadBack, WhatALookWouldHaveFoundBeforeIsToldWhileTheEffectIsOpen) {
+  for (const auto& [state, told] : {std::pair{OrderState::kRunning, true},
+                                    {OrderState::kIndeterminate, true},
+                                    {OrderState::kSucceeded, false},
+                                    {OrderState::kFailed, false}}) {
+    const Outcome outcome = WithFindingBefore({.state = state}, true);
+    ASSERT_EQ(outcome.changes.size(), told ? 1U : 0U);
+    EXPECT_EQ(told ? outcome.changes[0].before : "reads_as_after", "reads_as_after");
+  }
+}
+
+}  // namespace
+}  // namespace axlecast

@@ -1,0 +1,39 @@
+#include "drivers/kit/refusal.h"
+
+#include <axlecast/command_status_t.hpp>
+
+#include "core/device/outcome_text.h"
+
+namespace axlecast {
+
+using Reason = command_status_t;
+
+std::optional<Outcome> RefusalToBegin(bool busy, const DriverCommand& order, MonoNs now, bool link_up) {
+  if (busy) return Rejected(Reason::REASON_BUSY, "another order is being carried out: wait for its outcome");
+  if (now > order.begin_by) {
+    return Final(OrderState::kExpired, Reason::REASON_DEADLINE, "nothing was done: its time to begin was over");
+  }
+  if (!link_up)
+    return Rejected(Reason::REASON_DEVICE_OFFLINE, "the link is down: see the device's BUS for the cause");
+  return std::nullopt;
+}
+
+std::optional<Outcome> RefusalInMotion(const Motion& motion) {
+  if (motion.known && motion.standstill) return std::nullopt;
+  return Rejected(Reason::REASON_NOT_STANDING_STILL, MotionText(motion));
+}
+
+std::string MotionText(const Motion& motion) {
+  if (!motion.known)
+    return "too few fresh valid readings to see that the shaft rests: poll faster, or set limits: {speed_rpm: ...} "
+           "for "
+           "the axis";
+  return Text("the shaft turns at %.3g rpm; stop the axis and hold it", motion.speed_rpm);
+}
+
+Outcome NeverAsked() {
+  return Final(OrderState::kExpired, Reason::REASON_DEADLINE,
+               "nothing was done: the encoder could not be asked before its time to begin was over");
+}
+
+}  // namespace axlecast

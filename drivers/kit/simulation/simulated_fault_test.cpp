@@ -1,0 +1,89 @@
+#include "drivers/kit/simulation/simulated_fault.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <vector>
+
+namespace axlecast {
+namespace {
+
+using Kind = SimulatedFault::Kind;
+using testing::HasSubstr;
+
+TEST(SimulatorFaultTest, NamesWithAmountsAndDashes) {
+  SimulatedFault fault;
+  EXPECT_EQ(ParseFault("bit_flip:0.01", fault), "");
+  EXPECT_EQ(fault.kind, Kind::kBitFlip);
+  EXPECT_EQ(fault.amount, 0.01);
+  EXPECT_EQ(ParseFault("bit-flip:0.001", fault), "");
+  EXPECT_EQ(fault.amount, 0.001);
+  EXPECT_EQ(FaultText(fault), "bit_flip:0.001");
+  for (const char* name :
+       {"none", "off", "stuck", "garbage", "bit_flip", "slow", "delayed", "intermittent", "echo"}) {
+    EXPECT_EQ(ParseFault(name, fault), "") << name;
+  }
+}
+
+TEST(SimulatorFaultTest, WhatIsWrongIsNamedAndChangesNothing) {
+  SimulatedFault fault{Kind::kSlow, 7};
+  EXPECT_THAT(ParseFault("broken", fault), HasSubstr("one of none, off"));
+  EXPECT_THAT(ParseFault("bit_flip:2", fault), HasSubstr("0 to 1"));
+  EXPECT_THAT(ParseFault("bit_flip:", fault), HasSubstr("is not a number"));
+  EXPECT_THAT(ParseFault("bit_flip:nan", fault), HasSubstr("is not a number"));
+  EXPECT_THAT(ParseFault("off:1", fault), HasSubstr("takes no amount"));
+  EXPECT_THAT(ParseFault("", fault), HasSubstr("no fault"));
+  EXPECT_EQ(fault.kind, Kind::kSlow);
+  EXPECT_EQ(fault.amount, 7);
+}
+
+// The number of flips of N bits at rate p is N p +- 5 sqrt(N p), every bit position alike.
+TEST(SimulatorFaultTest, FlipsBitsAtTheRate) {
+  constexpr double kRate = 0.01;
+  constexpr int kFrames = 200'000;
+  SeededRandom random(1);
+  std::array<int, 88> flips{};
+  for (int i = 0; i < kFrames; ++i) {
+    std::array<std::uint8_t, 11> bytes{};
+    FlipBits(bytes, 8, kRate, random);
+    for (std::size_t bit = 0; bit < flips.size(); ++bit) flips[bit] += bytes[bit / 8] >> bit % 8 & 1;
+  }
+  for (std::size_t bit = 0; bit < flips.size(); ++bit) {
+    EXPECT_NEAR(flips[bit], kFrames * kRate, 5 * std::sqrt(kFrames * kRate)) << bit;
+  }
+}
+
+TEST(SimulatorFaultTest, AtRateOneEveryBitFlipsAndAtRateZeroNone) {
+  SeededRandom random(1);
+  std::array<std::uint8_t, 3> bytes{};
+  EXPECT_TRUE(FlipBits(bytes, 9, 1, random));
+  EXPECT_THAT(bytes, testing::Each(0xFF));
+  EXPECT_FALSE(FlipBits(bytes, 9, 0, random));
+  EXPECT_THAT(bytes, testing::Each(0xFF));
+}
+
+TEST(SimulatorFaultTest, TheSameSeedGivesTheSameDamage) {
+  const SimulatedFault fault{Kind::kBitFlip, 0.1};
+  std::array<std::uint8_t, 11> first{};
+  std::array<std::uint8_t, 11> second{};
+  SeededRandom one(42);
+  SeededRandom two(42);
+  EXPECT_EQ(Damage(first, fault, one), 11U);
+  EXPECT_EQ(Damage(second, fault, two), 11U);
+  EXPECT_EQ(first, second);
+  EXPECT_THAT(first, testing::Contains(testing::Ne(0)));
+}
+
+TEST(SimulatorFaultTest, ShortLosesTheEnd) {
+  SeededRandom random(3);
+  std::array<std::uint8_t, 11> bytes{};
+  for (int i = 0; i < 1'000; ++i) EXPECT_LT(Damage(bytes, {Kind::kShort, 1}, random), 11U);
+  EXPECT_EQ(Damage(bytes, {Kind::kShort, 0}, random), 11U);
+}
+
+}  // namespace
+}  // namespace axlecast

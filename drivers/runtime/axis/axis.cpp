@@ -1,0 +1,189 @@
+#include "drivers/runtime/axis/axis.h"
+
+#include <axlecast/position_t.hpp>
+#include <numbers>
+
+namespace axlecast {
+
+Axis::Axis(const DeviceConfig& device)
+    : sign_(device.direction * (device.settings->ccw_increases ? 1 : -1)),
+      rad_per_count_(2 * std::numbers::pi / static_cast<double>(device.settings->counts_per_turn)),
+      scale_(device),
+      turns_(device, MotionLimits(device)),
+      plausibility_(MotionLimits(device), device.settings->confirmations_after_jump),
+      reference_(device),
+      standstill_(device.settings->counts_per_turn, device.settings->noise_counts),
+      begins_sure_(!device.datum_counts.has_value()) {}
+
+std::optional<std::int64_t> Axis::Origin() const {
+  if (!reference_.has_datum()) return std::nullopt;
+  return sign_ * reference_.datum();
+}
+
+TurnCounter::Unwrapped Axis::Unwrap(const UnwrappedSample* by, const Sample& sample) const {
+  if (by != nullptr) return turns_.Follow(*by, sample);
+  return {.fix = turns_.First(sample, Origin()), .continuous = false};
+}
+
+AxisReading Axis::Take(const Sample& sample) {
+  const UnwrappedSample* last = plausibility_.Last();
+  const TurnCounter::Unwrapped unwrapped = Unwrap(last, sample);
+  if (sample.error) return Bad(sample, unwrapped.fix, position_t::FLAG_DEVICE_ERROR);
+  if (last == nullptr || !plausibility_.Agrees(unwrapped.fix)) return TakeDoubtful(sample);
+  Continue(unwrapped, sample);
+  return Good(sample);
+}
+
+AxisReading Axis::TakeDoubtful(const Sample& sample) {
+  const UnwrappedSample* doubted = plausibility_.Doubted();
+  const TurnCounter::Unwrapped unwrapped = Unwrap(doubted != nullptr ? doubted : plausibility_.Last(), sample);
+  switch (plausibility_.TakeDoubtful(unwrapped.fix)) {
+    case Plausibility::Doubt::kFirst:
+      settled_ = false;
+      return {};
+    case Plausibility::Doubt::kImplausible:
+      return Bad(sample, unwrapped.fix, position_t::FLAG_IMPLAUSIBLE);
+    case Plausibility::Doubt::kAcceptedAtStart:
+      Begin(unwrapped.fix, sample);
+      break;
+    case Plausibility::Doubt::kAcceptedAfterJump:
+      turns_.Distrust();
+      Surprise(sample.at.last, true);
+      Continue({unwrapped.fix, unwrapped.by_counter, false}, sample);
+      break;
+    case Plausibility::Doubt::kPreviousWasWrong:
+      speed_.Forget();
+      Continue(unwrapped, sample);
+      break;
+  }
+  return Good(sample);
+}
+
+void Axis::Begin(const UnwrappedSample& fix, const Sample& sample) {
+  turns_.Begin(sample, begun_ ? turns_.sure() : begins_sure_);
+  if (!begun_) counting_since_ = fix.at.last;
+  begun_ = true;
+  Settle(fix, false);
+}
+
+void Axis::Continue(const TurnCounter::Unwrapped& unwrapped, const Sample& sample) {
+  const MonoNs now = sample.at.last;
+  const TurnCounter::Change change = turns_.Accept(unwrapped, sample);
+  if (!unwrapped.continuous) counting_since_ = now;
+  if (change.lost_turns && reference_.has_datum() && scale_.TurnsMatter()) reference_.Lose(now);
+  if (change.correction != 0) Surprise(now, change.was_sure);
+  UnwrappedSample fix = unwrapped.fix;
+  fix.counts += change.correction;
+  Settle(fix, unwrapped.continuous && change.correction == 0);
+}
+
+void Axis::Settle(const UnwrappedSample& fix, bool continuous) {
+  plausibility_.Accept(fix, continuous);
+  outside_ = turns_.Outside(fix.counts);
+  settled_ = true;
+  if (!continuous || fix.low_accuracy) speed_.Forget();
+  if (fix.low_accuracy) return;
+  speed_.Add(fix);
+  standstill_.Add(fix, continuous);
+}
+
+void Axis::Surprise(MonoNs now, bool loses_reference) {
+  ++surprises_;
+  reference_.Jump();
+  if (loses_reference && reference_.has_datum()) reference_.Lose(now);
+  standstill_.Forget();
+}
+
+AxisReading Axis::Good(const Sample& sample) {
+  AxisReading reading{AxisReading::Kind::kGood, StateFlags(sample) | position_t::FLAG_VALID,
+                      Absolute(plausibility_.Last()->counts)};
+  if (turns_.CountedByDriver(sample)) reading.flags |= position_t::FLAG_TURNS_COUNTED_BY_DRIVER;
+  return reading;
+}
+
+AxisReading Axis::Bad(const Sample& sample, const UnwrappedSample& fix, std::int32_t why) {
+  settled_ = false;
+  return {AxisReading::Kind::kDoubtful, (StateFlags(sample) & ~position_t::FLAG_TURNS_VALID) | why,
+          Absolute(fix.counts)};
+}
+
+std::int32_t Axis::StateFlags(const Sample& sample) const {
+  const bool turns_valid = turns_.sure() && !reference_.lost() && !outside_ && !turns_.Ambiguous(sample);
+  const bool referenced = reference_.has_datum() && !reference_.lost() && (turns_valid || !scale_.TurnsMatter());
+  std::int32_t flags = 0;
+  const auto set = [&](bool on, std::int32_t flag) { flags |= on ? flag : 0; };
+  set(turns_valid, position_t::FLAG_TURNS_VALID);
+  set(sample.turns_wrapped || outside_, position_t::FLAG_TURNS_WRAPPED);
+  set(referenced, position_t::FLAG_REFERENCED);
+  set(sample.low_accuracy, position_t::FLAG_LOW_ACCURACY);
+  set(sample.error, position_t::FLAG_DEVICE_ERROR);
+  set(sample.warning, position_t::FLAG_DEVICE_WARNING);
+  set(datum_changing_, position_t::FLAG_DATUM_CHANGING);
+  return flags;
+}
+
+double Axis::SpeedRadS() const { return speed_.CountsPerSecond() * static_cast<double>(sign_) * rad_per_count_; }
+
+std::optional<std::int64_t> Axis::Counts() const {
+  if (!settled_) return std::nullopt;
+  return Absolute(plausibility_.Last()->counts);
+}
+
+std::optional<UnwrappedSample> Axis::LastValid() const {
+  const UnwrappedSample* last = plausibility_.Last();
+  if (last == nullptr) return std::nullopt;
+  UnwrappedSample valid = *last;
+  valid.counts *= sign_;
+  return valid;
+}
+
+void Axis::SetDatum(const Reference::Datum& datum, MonoNs set_at, MonoNs now) {
+  const std::int32_t epoch = reference_.epoch();
+  reference_.Set(datum, set_at, now);
+  if (reference_.epoch() == epoch) return;
+  if (begun_ && Reference::Within(set_at, counting_since_, now)) {
+    turns_.Trust();
+    return;
+  }
+  // From before the counting began: only the encoder can say how many turns away from it the shaft is.
+  begins_sure_ = false;
+  turns_.Distrust();
+  const UnwrappedSample* last = plausibility_.Last();
+  if (last == nullptr) return;
+  const std::int64_t shift = turns_.NearOrigin(last->counts, *Origin()) - last->counts;
+  if (shift == 0) return;
+  plausibility_.Shift(shift);
+  speed_.Forget();
+  standstill_.Forget();
+}
+
+std::optional<std::int64_t> Axis::DatumFor(double value) const {
+  const std::optional<std::int64_t> counts = Counts();
+  const std::optional<std::int64_t> wanted = scale_.Counts(value);
+  if (!counts || !wanted) return std::nullopt;
+  return *counts + reference_.datum() - *wanted;
+}
+
+std::optional<double> Axis::ValueWith(std::int64_t datum) const {
+  const std::optional<std::int64_t> counts = Counts();
+  if (!counts) return std::nullopt;
+  return scale_.Value(*counts + reference_.datum() - datum);
+}
+
+void Axis::OnJump() {
+  reference_.DropDatum();
+  reference_.Jump();
+  plausibility_.Forget();
+  speed_.Forget();
+  standstill_.Forget();
+  settled_ = false;
+  begun_ = false;
+  begins_sure_ = true;
+}
+
+void Axis::OnDatumChanging(bool changing) {
+  datum_changing_ = changing;
+  plausibility_.Hold(changing);
+}
+
+}  // namespace axlecast

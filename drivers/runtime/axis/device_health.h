@@ -1,0 +1,100 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "core/base/time.h"
+#include "core/device/sample.h"
+
+namespace axlecast {
+
+// The state of a device as device_info_t tells it, and the counts it follows from.
+//
+//   STARTING  the link is up and nothing was read yet, or the device says that it is powering up
+//   ONLINE    it answers, and its position may be used
+//   DEGRADED  it answers, but more than 1 % of its readings (three or more) failed or were implausible in the last
+//             second (until less than 0.5 % do), or none has been valid for 100 ms, or an alarm of severity ERROR
+//             or above is present, or it was not asked for 1 s and ten poll periods: its readings are old
+//   OFFLINE   the link is down; or the device is refused; or it is silent: ten failures in a row lasting 100 ms, or
+//             three lasting 1 s, or a stream's silence for 1 s and ten poll periods; while starting, three lasting 2 s
+//             (an encoder without battery answers 1.5 s after power-on, TS5669 spec 5.4)
+//
+// After bytes that were no answer have made it OFFLINE, one that can be decoded may be chance: it answers again after
+// three in a row, and is DEGRADED until a second has passed with few failures.
+class DeviceHealth {
+ public:
+  explicit DeviceHealth(MonoNs poll_period) : poll_period_(poll_period) {}
+
+  void OnGood(MonoNs at);
+  void OnDoubtful(ErrorKind kind, MonoNs at);  // decoded, not usable
+  void OnFailure(ErrorKind kind, MonoNs at);
+  void OnStarting(std::string_view reason, MonoNs now);
+  void OnRefused(std::string_view reason, MonoNs now);
+  void OnLink(bool up, std::string_view reason, MonoNs now);
+  // The name of the worst alarm of severity ERROR or above, empty when there is none.
+  void SetAlarm(std::string_view name);
+  void Tick(MonoNs now);
+
+  [[nodiscard]] std::int8_t state() const { return state_; }  // device_info_t STATE_*
+  [[nodiscard]] const std::string& reason() const { return reason_; }
+  // Increments whenever state or reason changes.
+  [[nodiscard]] std::int64_t revision() const { return revision_; }
+  // Ten or more implausible readings within the last full second.
+  [[nodiscard]] bool implausible_burst() const { return implausible_burst_; }
+  // Bytes that nobody asked for came ten times or more within the last full second.
+  [[nodiscard]] bool stray_burst() const { return stray_burst_; }
+
+  [[nodiscard]] std::int64_t good() const { return good_; }
+  [[nodiscard]] MonoNs last_good() const { return last_good_; }  // kNever: there was none
+  [[nodiscard]] std::int64_t errors(ErrorKind kind) const { return errors_[static_cast<std::size_t>(kind)]; }
+
+ private:
+  enum class Mode : std::uint8_t { kStarting, kAnswering, kSilent, kRefused, kLinkDown };
+
+  void Count(ErrorKind kind);
+  void SetUnasked(bool unasked);
+  void Enter(Mode mode, std::string_view reason, MonoNs now);
+  void JudgeSilence(MonoNs now);
+  // A reading was decoded; false while that may be chance.
+  [[nodiscard]] bool AnswersAgain();
+  void CloseWindow(MonoNs now);
+  [[nodiscard]] MonoNs Longest() const { return kSecond + 10 * poll_period_; }
+  void Evaluate();
+  void Publish(std::int8_t state, std::string_view reason);
+
+  MonoNs poll_period_;
+  Mode mode_ = Mode::kStarting;
+  MonoNs entered_ = 0;
+  std::string mode_reason_ = "nothing read yet";
+  std::string alarm_;
+  std::string share_;      // "2.5 % of the readings fail, ..."; empty when few do
+  bool no_valid_ = false;  // it answers, but nothing valid
+  bool unasked_ = false;   // nothing was read, and no reading failed, for a long time
+  ErrorKind last_failure_ = ErrorKind::kTimeout;
+
+  std::int64_t good_ = 0;
+  std::array<std::int64_t, kErrorKinds> errors_{};
+  MonoNs last_good_ = kNever;
+  MonoNs heard_ = 0;           // last decoded reading, or start of the mode
+  MonoNs told_ = 0;            // last reading or failure
+  std::int64_t failures_ = 0;  // in a row
+  MonoNs first_failure_ = 0;   // of these
+  int doubtful_ = 0;           // in a row
+
+  MonoNs window_begin_ = 0;
+  std::int64_t window_good_ = 0;
+  std::array<std::int32_t, kErrorKinds> window_errors_{};
+  bool implausible_burst_ = false;
+  std::int32_t window_strays_ = 0;
+  bool stray_burst_ = false;
+  bool babbles_ = false;  // silent, but bytes come
+  int decoded_ = 0;       // in a row, while it babbles
+
+  std::int8_t state_ = 0;
+  std::string reason_ = mode_reason_;
+  std::int64_t revision_ = 0;
+};
+
+}  // namespace axlecast

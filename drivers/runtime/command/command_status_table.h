@@ -1,0 +1,71 @@
+#pragma once
+
+#include <axlecast/driver_order_t.hpp>
+#include <axlecast/driver_status_t.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <string>
+
+#include "core/base/clock.h"
+#include "core/base/timebase.h"
+#include "core/command/signature.h"
+#include "core/device/operation.h"
+#include "core/messages/message_sink.h"
+
+namespace axlecast {
+
+// The orders of this boot of a driver, how each stands, and the DRIVER_STATUS channel that says so.
+class CommandStatusTable {
+ public:
+  struct Entry {
+    driver_status_t status{};
+    DriverCommand order;   // until it is finished
+    bool prepare = false;  // KIND_PREPARE
+    MonoNs published = 0;  // last
+  };
+
+  struct Output {
+    MessageSink* sink;
+    const SigningKey* key;  // null: statuses stay unsigned
+  };
+  // Remembers at most `capacity` ids; the oldest finished one is forgotten first.
+  CommandStatusTable(const std::string& bus, std::int64_t boot_id, const Clock& clock, Output output,
+                     std::size_t capacity);
+
+  [[nodiscard]] Entry* Find(const CommandId& id);
+  [[nodiscard]] Entry& At(const CommandId& id) { return entries_.at(id); }
+  Entry& Remember(const driver_order_t& order);
+
+  void Publish(Entry& entry);
+  // The entry's final state, published.
+  void End(Entry& entry, std::int8_t state, std::int32_t reason, const std::string& text);
+  // Fills the head, signs and publishes.
+  void Send(driver_status_t& status);
+
+  [[nodiscard]] MonoNs Now() const { return clock_.Now(); }
+  [[nodiscard]] std::int64_t Utime() const { return time_.Utime(clock_.Now()); }
+  void set_bridge_epoch(std::int64_t newest) { bridge_epoch_ = newest; }
+
+ private:
+  void ForgetOldest();
+
+  const std::string bus_;
+  const std::string channel_;
+  const std::int64_t boot_id_;
+  const Clock& clock_;
+  const Output output_;
+  const std::size_t capacity_;
+
+  Timebase time_;
+  std::int64_t seq_ = 0;
+  std::int64_t bridge_epoch_ = 0;
+  std::map<CommandId, Entry> entries_;
+  std::deque<CommandId> oldest_first_;
+};
+
+// A status about an order whose fate is still to be filled in.
+[[nodiscard]] driver_status_t StatusOf(const driver_order_t& order);
+
+}  // namespace axlecast

@@ -1,0 +1,205 @@
+#include "drivers/runtime/command/operations.h"
+
+#include <gmock/gmock.h>
+
+#include <axlecast/command_status_t.hpp>
+#include <axlecast/position_t.hpp>
+
+#include "drivers/runtime/command/datum_order.h"
+#include "drivers/runtime/command/operations_fixture.h"
+
+namespace axlecast {
+namespace {
+
+using ::testing::HasSubstr;
+using Status = command_status_t;
+
+TEST_F(OperationsTest, AnOrderGoesToItsDeviceAndItsOutcomeBack) {
+  Online();
+  const auto order = MakeOrder("touch");
+  EXPECT_EQ(Do(order).state, Status::STATE_RUNNING);
+  EXPECT_TRUE(operations_.Busy());
+  DeviceAnswers();
+  const driver_status_t answer = Answer(order);
+  EXPECT_EQ(answer.state, Status::STATE_SUCCEEDED);
+  EXPECT_EQ(answer.verified, 1);
+  EXPECT_EQ(answer.epoch_after, channel_.summary().datum_epoch);
+  EXPECT_FALSE(operations_.Busy());
+}
+
+TEST_F(OperationsTest, OneAtATimePerDevice) {
+  Online();
+  const auto first = MakeOrder("touch");
+  const auto second = MakeOrder("touch");
+  Send(first);
+  EXPECT_EQ(Do(second).state, Status::STATE_ROUTED);
+  DeviceAnswers();
+  operations_.Poll(clock_.Now());
+  EXPECT_EQ(Answer(first).state, Status::STATE_SUCCEEDED);
+  EXPECT_EQ(Answer(second).state, Status::STATE_RUNNING);
+}
+
+TEST_F(OperationsTest, AnotherEpochThanTheClientSawIsRefusedFirst) {
+  auto order = MakeOrder("write");  // has no permit, and the device is offline: the epoch is judged before
+  order.expect_epoch = channel_.summary().datum_epoch + 1;
+  const driver_status_t answer = Do(order);
+  EXPECT_EQ(answer.state, Status::STATE_REJECTED);
+  EXPECT_EQ(answer.reason_code, Status::REASON_EPOCH);
+  order = MakeOrder("touch");
+  order.expect_epoch = channel_.summary().datum_epoch;
+  Online();
+  EXPECT_EQ(Do(order).state, Status::STATE_RUNNING);
+}
+
+TEST_F(OperationsTest, APermitIsNeededFreshAndForThisOperation) {
+  Online();
+  EXPECT_EQ(Do(MakeOrder("write")).reason_code, Status::REASON_NO_PERMIT);
+  EXPECT_THAT(Do(MakeOrder("write")).text, HasSubstr("no PERMIT/axis1 came"));
+  Permit("something_else");
+  EXPECT_EQ(Do(MakeOrder("write")).reason_code, Status::REASON_NO_PERMIT);
+  EXPECT_THAT(Do(MakeOrder("write")).text, HasSubstr("does not allow write"));
+  Permit("write");
+  EXPECT_EQ(Do(MakeOrder("write")).state, Status::STATE_RUNNING);
+  DeviceAnswers();
+  clock_.Advance(501 * kMillisecond);
+  EXPECT_EQ(Do(MakeOrder("write")).reason_code, Status::REASON_NO_PERMIT);
+  EXPECT_THAT(Do(MakeOrder("write")).text, HasSubstr("ended 0.001 s ago"));
+}
+
+TEST_F(OperationsTest, NoPermitWhereTheConfigurationSaysSo) {
+  bus_.devices[0].permit_required = false;
+  Online();
+  EXPECT_EQ(Do(MakeOrder("write")).state, Status::STATE_RUNNING);
+}
+
+TEST_F(OperationsTest, ADeviceThatIsNotThereTakesNoOrder) {
+  channel_.OnLink(false, "unplugged", clock_.Now());
+  const driver_status_t answer = Do(MakeOrder("touch"));
+  EXPECT_EQ(answer.state, Status::STATE_REJECTED);
+  EXPECT_EQ(answer.reason_code, Status::REASON_DEVICE_OFFLINE);
+  EXPECT_FALSE(operations_.Busy());
+}
+
+TEST_F(OperationsTest, AnOrderThatHasNotTouchedItsDeviceCanBeCancelled) {
+  Online();
+  auto order = MakeOrder("touch");
+  Send(order);
+  order.kind = driver_order_t::KIND_CANCEL;
+  EXPECT_EQ(Do(order).state, Status::STATE_CANCELLED);
+  EXPECT_FALSE(operations_.Busy());
+}
+
+TEST_F(OperationsTest, AnOrderThatHasTouchedItsDeviceGoesOn) {
+  Online();
+  auto order = MakeOrder("touch");
+  Send(order);
+  device_.OnStarted(device_.Next({.now = clock_.Now(), .poll_due = true}), clock_.Now());
+  order.kind = driver_order_t::KIND_CANCEL;
+  EXPECT_EQ(Do(order).state, Status::STATE_RUNNING);
+  operations_.Abandon(clock_.Now());
+  EXPECT_TRUE(operations_.Busy());
+  DeviceAnswers();
+  EXPECT_EQ(Answer(order).state, Status::STATE_SUCCEEDED);
+}
+
+TEST_F(OperationsTest, AbandonCancelsWhatHasNotBegun) {
+  Online();
+  const auto order = MakeOrder("touch");
+  Send(order);
+  operations_.Abandon(clock_.Now());
+  EXPECT_EQ(Answer(order).state, Status::STATE_CANCELLED);
+  EXPECT_EQ(Answer(order).reason_code, Status::REASON_STOPPING);
+}
+
+TEST_F(OperationsTest, WritesAreCountedFromTheBeginningOfTheOrder) {
+  Online();
+  channel_.OnNonVolatileWrite();
+  const auto order = MakeOrder("touch");
+  EXPECT_EQ(Do(order).nv_writes, 0);
+  channel_.OnNonVolatileWrite();
+  channel_.OnNonVolatileWrite();
+  DeviceAnswers();
+  EXPECT_EQ(Answer(order).nv_writes, 2);
+  const auto next = MakeOrder("touch");
+  Send(next);
+  DeviceAnswers();
+  EXPECT_EQ(Answer(next).nv_writes, 0);
+}
+
+TEST_F(OperationsTest, AnOrderThatTheStopCutsOffTellsItsWrites) {
+  Online();
+  const auto order = MakeOrder("touch");
+  Send(order);
+  channel_.OnNonVolatileWrite();
+  operations_.CountWrites();
+  desk_.Goodbye();
+  EXPECT_EQ(Answer(order).state, Status::STATE_INDETERMINATE);
+  EXPECT_EQ(Answer(order).nv_writes, 1);
+}
+
+class PrepareOperationTest : public OperationsTest {
+ protected:
+  driver_status_t Prepare(const std::string& operation, const std::vector<argument_t>& arguments = {}) {
+    auto order = MakeOrder(operation, arguments);
+    order.kind = driver_order_t::KIND_PREPARE;
+    const driver_status_t answer = Do(order);
+    EXPECT_EQ(answer.verified, 0);
+    EXPECT_FALSE(operations_.Busy());
+    return answer;
+  }
+};
+
+TEST_F(PrepareOperationTest, SaysWhatWouldBeDoneAndDoesNothing) {
+  Online();
+  const driver_status_t answer = Prepare("touch");
+  EXPECT_EQ(answer.state, Status::STATE_SUCCEEDED);
+  EXPECT_EQ(answer.text, "would do touch");
+  EXPECT_EQ(answer.epoch_after, channel_.summary().datum_epoch);
+  ASSERT_EQ(answer.n_changes, 1);
+  EXPECT_EQ(answer.changes[0].key, "position");
+  EXPECT_EQ(answer.changes[0].before, ValueText(channel_.summary().value));
+  EXPECT_EQ(answer.changes[0].after, "");
+  EXPECT_TRUE(device_.started.empty());
+}
+
+TEST_F(PrepareOperationTest, RefusesWhatExecuteWouldRefuse) {
+  EXPECT_EQ(Prepare("touch").reason_code, Status::REASON_DEVICE_OFFLINE);
+  Online();
+  EXPECT_EQ(Prepare("write").reason_code, Status::REASON_NO_PERMIT);
+  auto order = MakeOrder("touch");
+  order.kind = driver_order_t::KIND_PREPARE;
+  order.expect_epoch = channel_.summary().datum_epoch + 3;
+  EXPECT_EQ(Do(order).reason_code, Status::REASON_EPOCH);
+  device_.refuses = Outcome{.state = OrderState::kRejected,
+                            .reason = Status::REASON_DEVICE_ALARM,
+                            .text = "the battery is at 2.4 V",
+                            .changes = {}};
+  const driver_status_t answer = Prepare("touch");
+  EXPECT_EQ(answer.state, Status::STATE_REJECTED);
+  EXPECT_EQ(answer.reason_code, Status::REASON_DEVICE_ALARM);
+  EXPECT_EQ(answer.text, "the battery is at 2.4 V");
+}
+
+TEST_F(PrepareOperationTest, OfADatumShowsNowAndThen) {
+  bus_.devices[0].unit = position_t::UNIT_COUNT;
+  Online(1'000);
+  const std::int32_t epoch = channel_.summary().datum_epoch;
+  const driver_status_t set = Prepare("set_datum", {{"counts", "0"}});
+  EXPECT_EQ(set.state, Status::STATE_SUCCEEDED);
+  EXPECT_EQ(set.text, "would set the datum to 0 counts");
+  ASSERT_EQ(set.n_changes, 3);
+  EXPECT_EQ(set.changes[0].key, "value");
+  EXPECT_EQ(set.changes[0].before, set.changes[0].after);  // none and 0 read the same
+  EXPECT_EQ(set.changes[1].key, "datum_counts");
+  EXPECT_EQ(set.changes[1].before, "none");
+  EXPECT_EQ(set.changes[1].after, "0");
+  EXPECT_EQ(Prepare("set_datum", {{"counts", "1000"}}).changes.at(0).after, "0");
+  EXPECT_EQ(Prepare("set_datum", {{"value", "x"}}).reason_code, Status::REASON_BAD_ARGUMENT);
+  EXPECT_EQ(Prepare("clear_datum").reason_code, Status::REASON_NO_DATUM);
+  EXPECT_EQ(channel_.summary().datum_epoch, epoch);
+  EXPECT_EQ(Prepare("mark_reference_lost").text, "would mark the reference as lost");
+  EXPECT_FALSE(channel_.summary().reference_lost);
+}
+
+}  // namespace
+}  // namespace axlecast

@@ -1,0 +1,275 @@
+#include "drivers/runtime/process/driver.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/alarm/runtime_alarms.h"
+#include "core/base/wipe_stack.h"
+#include "core/device/line_held.h"
+#include "drivers/runtime/process/bus_settings.h"
+
+namespace axlecast {
+namespace {
+
+std::unique_ptr<WireLog> MakeWireLog(const BusConfig& config, std::int64_t boot_id, const Timebase& time,
+                                     MessageSink& sink) {
+  if (!config.capture) return nullptr;
+  return std::make_unique<WireLog>(config.name, boot_id, time, sink, WireKindOf(config));
+}
+
+DriverCommandServer::DeviceSummary SummaryOf(const DeviceConfig& config, const DevicePublisher::Summary& summary) {
+  DriverCommandServer::DeviceSummary said{.device = config.name,
+                                          .state = summary.state,
+                                          .datum_epoch = summary.datum_epoch,
+                                          .reference_lost = summary.reference_lost,
+                                          .identity = std::string(summary.identity),
+                                          .datum = {},
+                                          .position = {}};
+  if (summary.datum) said.datum = {summary.datum->counts, summary.datum->utime};
+  if (summary.position) said.position = {summary.position->counts, summary.position->utime};
+  return said;
+}
+
+constexpr MonoNs kLateShown = 60 * kSecond;  // the alarm stays so long after the last late reply
+
+// In more than the position, which changes with every reading.
+bool Differs(const DriverCommandServer::DeviceSummary& said, const DevicePublisher::Summary& now) {
+  const bool same_datum =
+      said.datum.has_value() == now.datum.has_value() &&
+      (!now.datum || (said.datum->counts == now.datum->counts && said.datum->utime == now.datum->utime));
+  return said.state != now.state || said.datum_epoch != now.datum_epoch ||
+         said.reference_lost != now.reference_lost || said.identity != now.identity || !same_datum;
+}
+
+}  // namespace
+
+Driver::Driver(const BusConfig& config, const BridgeConfig& bridge, std::int64_t boot_id, DriverPorts ports)
+    : config_(config),
+      boot_id_(boot_id),
+      ports_(std::move(ports)),
+      duplicates_(boot_id, *ports_.clock),
+      desk_(config, bridge,
+            {.boot_id = boot_id,
+             .clock = ports_.clock,
+             .sink = ports_.commands,
+             .wake = [this] { link().Wake(); },
+             .key = ports_.key}),
+      operations_(*config.family, desk_, time_, ports_.log),
+      wire_(MakeWireLog(config, boot_id, time_, *ports_.data)),
+      bus_(MakeBus()),
+      health_(config, boot_id, time_, *ports_.data),
+      holds_secrets_(HoldsSecrets(config)),
+      now_(ports_.clock->Now()),
+      next_tick_(now_) {
+  time_.Update(now_, ports_.clock->UtcMicroseconds());
+  if (ports_.frames != nullptr) can_watch_.emplace(config.link.port, config.link.bitrate);
+  for (const DeviceConfig& device : config.devices) {
+    Unit unit{.config = &device};
+    unit.channel = std::make_unique<DevicePublisher>(config, device, MakeChannelContext());
+    unit.device = config.family->make_device(config, device, *unit.channel, *ports_.secrets);
+    operations_.Add(device, *unit.channel, *unit.device);
+    bus_.Add(*unit.device);
+    units_.push_back(std::move(unit));
+  }
+  tallies_.resize(units_.size());
+  summaries_.resize(units_.size());
+}
+
+Driver::~Driver() = default;
+
+Bus Driver::MakeBus() {
+  const BusSettings settings = BusSettingsOf(config_, ports_.lines);
+  if (ports_.frames != nullptr) return {settings, *ports_.frames, *ports_.clock, *this, wire_.get()};
+  return {settings, *ports_.link, *ports_.clock, *this, wire_.get()};
+}
+
+Link& Driver::link() const {
+  if (ports_.frames != nullptr) return *ports_.frames;
+  return *ports_.link;
+}
+
+DevicePublisherContext Driver::MakeChannelContext() {
+  DevicePublisherContext context;
+  context.boot_id = boot_id_;
+  context.time = &time_;
+  context.sink = ports_.data;
+  context.on_outcome = [this](const std::string& device, const CommandId& id, const Outcome& outcome) {
+    operations_.OnOutcome(device, id, outcome);
+  };
+  return context;
+}
+
+MonoNs Driver::RunOnce() {
+  TakeTurn();
+  if (holds_secrets_) WipeStack();
+  return now_;
+}
+
+std::string Driver::LineTaken() const {
+  return !line_held_.empty() && now_ - held_since_ >= kLineHeldFor ? line_held_ : "";
+}
+
+void Driver::TakeTurn() {
+  // Nothing is published before it is known whether the line is another driver's.
+  if (!std::exchange(line_tried_, true)) now_ = bus_.RunOnce(now_);
+  if (!line_held_.empty()) next_tick_ = now_ + kTick;
+  operations_.Poll(now_);
+  if (now_ >= next_tick_) Tick();
+  now_ = bus_.RunOnce(next_tick_);
+}
+
+void Driver::Stop() {
+  operations_.Abandon(now_);
+  const MonoNs deadline = now_ + kGrace;
+  while (operations_.Busy() && now_ < deadline) RunOnce();
+  if (wire_) wire_->Flush();
+  ReportHealth();
+  operations_.CountWrites();
+  desk_.Goodbye();
+  link().Close();
+  FlushBlocks();
+}
+
+// A channel sends a block when its first reading is 100 ms old, and not before.
+void Driver::FlushBlocks() {
+  if (std::none_of(units_.begin(), units_.end(), [](const Unit& unit) { return unit.config->block; })) return;
+  const MonoNs due = ports_.clock->Now() + kTick;
+  while (ports_.clock->Now() < due) static_cast<void>(link().Wait(due));
+  for (Unit& unit : units_) unit.channel->Tick(due);
+}
+
+void Driver::Tick() {
+  FollowUtc();
+  WatchDuplicates();
+  WatchOrders();
+  WatchLateReplies();
+  const bool can_changed = WatchCan();
+  for (Unit& unit : units_) unit.channel->Tick(now_);
+  const bool second = ticks_++ % kTicksPerHello == 0;
+  if (second || SummaryChanged()) SayHello();
+  TellAcknowledged(second);
+  if (second || can_changed) ReportHealth();
+  next_tick_ += kTick;
+  if (next_tick_ <= now_) next_tick_ = now_ + kTick;
+}
+
+void Driver::FollowUtc() {
+  if (!time_.Update(ports_.clock->Now(), ports_.clock->UtcMicroseconds())) return;
+  ports_.log(LogLevel::kWarning, "UNIX time was stepped");
+  for (Unit& unit : units_) unit.channel->OnClockStepped();
+}
+
+void Driver::WatchDuplicates() {
+  const bool present = duplicates_.Present(now_);
+  if (present == duplicate_seen_) return;
+  duplicate_seen_ = present;
+  ports_.log(LogLevel::kWarning,
+             present ? "another driver answers for this bus: stop one of the two" : "the other driver is gone");
+  TellAll(runtime_alarms::kDuplicateDriver, present);
+}
+
+void Driver::WatchOrders() {
+  if (!foreign_.Update(desk_.refused(), now_)) return;
+  if (foreign_.present()) {
+    ports_.log(LogLevel::kWarning, std::to_string(desk_.refused()) + " orders were refused unanswered: " +
+                                       std::string(desk_.Rule()) + "; find who sends them");
+  }
+  TellAll(runtime_alarms::kForeignOrder, foreign_.present());
+}
+
+void Driver::WatchLateReplies() {
+  for (std::size_t i = 0; i < units_.size(); ++i) {
+    Unit& unit = units_[i];
+    const std::int64_t late = bus_.late_replies(i);
+    const bool was = unit.late_until > 0;
+    if (late != unit.late_replies) unit.late_until = now_ + kLateShown;
+    if (now_ >= unit.late_until) unit.late_until = 0;
+    unit.late_replies = late;
+    const bool is = unit.late_until > 0;
+    if (is == was) continue;
+    if (is) {
+      ports_.log(LogLevel::kWarning,
+                 unit.config->name +
+                     ": replies come after their timeout and are not used: raise timeout_us, set the "
+                     "adapter's latency timer to 1 ms, or spare the computer");
+    }
+    unit.channel->OnAlarm(runtime_alarms::kLateReplies, is ? AlarmState::kLive : AlarmState::kAbsent, now_);
+  }
+}
+
+bool Driver::WatchCan() {
+  if (!can_watch_) return false;
+  const std::int64_t revision = can_watch_->revision();
+  const AlarmSpec* const worst = can_watch_->health().worst;
+  can_watch_->Update(ports_.frames->Controller(), now_);
+  if (can_watch_->revision() == revision) return false;
+  for (const CanWatch::Alarm& alarm : can_watch_->alarms()) TellAll(*alarm.spec, alarm.present);
+  const CanHealth health = can_watch_->health();
+  if (health.worst != nullptr && health.worst != worst) ports_.log(LogLevel::kWarning, health.trouble);
+  if (health.worst == nullptr && worst != nullptr) {
+    ports_.log(LogLevel::kInfo, config_.link.port + ": no more trouble on the bus");
+  }
+  return true;
+}
+
+void Driver::TellAll(const AlarmSpec& alarm, bool present) {
+  for (Unit& unit : units_) {
+    unit.channel->OnAlarm(alarm, present ? AlarmState::kLive : AlarmState::kAbsent, now_);
+  }
+}
+
+bool Driver::SummaryChanged() const {
+  for (std::size_t i = 0; i < units_.size(); ++i) {
+    if (Differs(summaries_[i], units_[i].channel->summary())) return true;
+  }
+  return false;
+}
+
+void Driver::SayHello() {
+  for (std::size_t i = 0; i < units_.size(); ++i) {
+    summaries_[i] = SummaryOf(*units_[i].config, units_[i].channel->summary());
+  }
+  desk_.Hello(summaries_);
+}
+
+void Driver::TellAcknowledged(bool second) {
+  for (Unit& unit : units_) {
+    const AlarmTable& alarms = unit.channel->alarms();
+    const bool changed = alarms.acknowledged_revision() != unit.acknowledged_told;
+    if (!changed && (!second || unit.acknowledged_told == 0)) continue;
+    unit.acknowledged_told = alarms.acknowledged_revision();
+    desk_.TellAcknowledged(unit.config->name, alarms.Acknowledged());
+  }
+}
+
+void Driver::ReportHealth() {
+  for (std::size_t i = 0; i < units_.size(); ++i) {
+    DeviceTally& tally = tallies_[i];
+    tally.device = units_[i].config->name;
+    tally.good = units_[i].channel->good();
+    for (std::size_t kind = 0; kind < kErrorKinds; ++kind) {
+      tally.errors[kind] = units_[i].channel->errors(static_cast<ErrorKind>(kind));
+    }
+  }
+  health_.Publish(now_, bus_, tallies_, can_watch_ ? can_watch_->health() : CanHealth());
+}
+
+void Driver::OnLink(bool up, std::string_view reason, MonoNs now) {
+  line_held_ = !up && reason.ends_with(kLineHeld) ? std::string(reason) : "";
+  if (!line_held_.empty()) {
+    held_since_ = now;
+    ports_.log(LogLevel::kWarning, reason);
+    return;
+  }
+  if (up) {
+    ports_.log(LogLevel::kInfo, "the line is open: " + config_.link.port);
+  } else {
+    ports_.log(LogLevel::kWarning, reason);
+  }
+  if (up && ports_.link_warnings) {
+    for (const std::string& warning : ports_.link_warnings()) ports_.log(LogLevel::kWarning, warning);
+  }
+  for (Unit& unit : units_) unit.channel->OnLink(up, reason, now);
+}
+
+}  // namespace axlecast

@@ -1,0 +1,81 @@
+#include "drivers/runtime/process/ports.h"
+
+#include "drivers/hal/can_socket.h"
+#include "drivers/hal/gpio_line.h"
+#include "drivers/hal/modbus_port.h"
+#include "drivers/hal/serial_port.h"
+#include "drivers/hal/simulated_can.h"
+#include "drivers/hal/simulated_lines.h"
+#include "drivers/hal/simulated_spi.h"
+#include "drivers/hal/spi_port.h"
+
+namespace axlecast {
+namespace {
+
+template <typename Port>
+void MakeLine(const BusConfig& bus, const Clock& clock, Ports& ports) {
+  SerialSettings settings;
+  settings.path = bus.link.port;
+  settings.format = bus.link.line;
+  settings.pty = {.simulated = bus.simulate, .foreign = bus.link.pty};
+  if (bus.simulate) settings.format.parity = Parity::kNone;  // the kernel gives a pty none
+  auto port = std::make_unique<Port>(settings, clock);
+  ports.warnings = [known = port.get()] { return known->warnings(); };
+  ports.link = std::move(port);
+}
+
+void MakeCan(const BusConfig& bus, const Clock& clock, Ports& ports) {
+  if (bus.simulate) {
+    ports.frames = std::make_unique<SimulatedCan>(bus.link.port, bus.link.bitrate, clock);
+    return;
+  }
+  CanSettings settings;
+  settings.interface = bus.link.port;
+  settings.bitrate = bus.link.bitrate;
+  settings.filters = CanFiltersOf(bus);
+  auto socket = std::make_unique<CanSocket>(std::move(settings), clock);
+  ports.warnings = [known = socket.get()] { return known->warnings(); };
+  ports.frames = std::move(socket);
+}
+
+void MakeSpi(const BusConfig& bus, const Clock& clock, Ports& ports) {
+  if (bus.simulate) {
+    ports.link = std::make_unique<SimulatedSpi>(bus.link.port, SpiOf(bus), clock);
+  } else {
+    ports.link = std::make_unique<SpiPort>(bus.link.port, SpiOf(bus), clock);
+  }
+}
+
+void MakePulseLines(const MachineConfig& machine, const BusConfig& bus, const Clock& clock, Ports& ports) {
+  if (!bus.family_bus || bus.family_bus->lines.empty()) return;
+  if (bus.simulate) {
+    ports.lines =
+        std::make_unique<SimulatedLines>(RunDirectory(machine.machine) + '/' + bus.name + ".lines", clock);
+  } else {
+    ports.lines = std::make_unique<GpioLines>(bus.family_bus->lines, clock);
+  }
+}
+
+}  // namespace
+
+Ports MakePorts(const MachineConfig& machine, const BusConfig& bus, const Clock& clock) {
+  Ports ports;
+  switch (bus.family->link) {
+    case LinkKind::kSerial:
+      MakeLine<SerialPort>(bus, clock, ports);
+      break;
+    case LinkKind::kModbus:
+      MakeLine<ModbusPort>(bus, clock, ports);
+      break;
+    case LinkKind::kCan:
+      MakeCan(bus, clock, ports);
+      break;
+    case LinkKind::kSpi:
+      MakeSpi(bus, clock, ports);
+      break;
+  }
+  MakePulseLines(machine, bus, clock, ports);
+  return ports;
+}
+
+}  // namespace axlecast

@@ -1,0 +1,177 @@
+#include "platform/net/lcm_port.h"
+
+#include <lcm/lcm.h>
+#include <poll.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <list>
+#include <optional>
+#include <regex>
+#include <utility>
+
+#include "core/messages/lcm_url.h"
+#include "platform/net/channel_subscriptions.h"
+#include "platform/net/lcm_receiver.h"
+#include "platform/net/multicast_probe.h"
+#include "platform/os/system_clock.h"
+
+namespace axlecast {
+namespace {
+
+constexpr std::size_t kMostPerHandle = 1'000;  // so that Handle returns under any load
+constexpr std::size_t kLongestName = 63;       // LCM's
+
+// As a regular expression that matches exactly `text`.
+std::string Escaped(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (std::strchr("\\^$.|?*+()[]{}", c) != nullptr) escaped += '\\';
+    escaped += c;
+  }
+  return escaped;
+}
+
+// Judged before LCM sees it: put into a group, "a)(b" would be one, and LCM 1.3 leaks on what is none.
+bool IsRegularExpression(const std::string& text) {
+  try {
+    const std::regex compiled(text);
+    return true;
+  } catch (const std::regex_error&) {
+    return false;
+  }
+}
+
+}  // namespace
+
+struct LcmPort::State {
+  struct Subscription {
+    std::size_t prefix_size;
+    Handler handler;
+  };
+
+  static void Dispatch(const lcm_recv_buf_t* message, const char* channel, void* subscription) {
+    const auto& target = *static_cast<const Subscription*>(subscription);
+    target.handler(channel + target.prefix_size,
+                   Bytes(static_cast<const std::uint8_t*>(message->data), message->data_size));
+  }
+
+  explicit State(const std::string& name_prefix) : prefix(name_prefix), subscribed(name_prefix) {}
+
+  bool SubscribeByLcm(const std::string& channel, Handler handler, int capacity);
+  bool HandleByLcm(int timeout_ms) const;
+  bool HandleGroup(int timeout_ms);
+
+  const SystemClock clock;
+  const std::string prefix;
+  std::atomic<std::int64_t> unsent{0};
+  lcm_t* lcm = nullptr;
+  std::list<Subscription> subscriptions;  // by liblcm, which keeps their addresses
+  std::optional<LcmUrl> group;            // of udpm://
+  ChannelSubscriptions subscribed;        // to it
+  std::optional<LcmReceiver> receiver;    // of it, from the first subscription on
+};
+
+LcmPort::LcmPort(const std::string& url, const std::string& prefix)
+    : state_(std::make_unique<State>(prefix)), problem_(IsOtherProvider(url) ? "" : MulticastProblem(url)) {
+  if (!problem_.empty()) return;
+  if (LcmUrl parsed = ParseLcmUrl(url); !IsOtherProvider(url) && !parsed.in_process)
+    state_->group = std::move(parsed);
+  state_->lcm = lcm_create(url.c_str());
+  if (state_->lcm == nullptr) problem_ = "LCM refuses the URL '" + url + "': see its own message above";
+  // Handling such a port would abort within LCM 1.3.
+  if (state_->lcm != nullptr && IsOtherProvider(url) && FileDescriptor() < 0) {
+    lcm_destroy(std::exchange(state_->lcm, nullptr));
+    problem_ = url + ": no server answers there; liblcm's own is started by\n" +
+               "  java -cp /usr/share/java/lcm.jar lcm.lcm.TCPService PORT";
+  }
+}
+
+LcmPort::~LcmPort() {
+  if (state_->lcm != nullptr) lcm_destroy(state_->lcm);
+}
+
+void LcmPort::Publish(const std::string& channel, Bytes message) {
+  std::array<char, kLongestName + 1> name;
+  const std::size_t size = state_->prefix.size() + channel.size();
+  if (state_->lcm == nullptr || size > kLongestName) {
+    ++state_->unsent;
+    return;
+  }
+  char* end = std::copy(state_->prefix.begin(), state_->prefix.end(), name.data());
+  *std::copy(channel.begin(), channel.end(), end) = '\0';
+  if (lcm_publish(state_->lcm, name.data(), message.data(), static_cast<unsigned>(message.size())) != 0) {
+    ++state_->unsent;
+  }
+}
+
+bool LcmPort::Subscribe(const std::string& channel, Handler handler, int capacity) {
+  if (state_->lcm == nullptr || !problem_.empty() || !IsRegularExpression(channel)) return false;
+  if (!state_->group) return state_->SubscribeByLcm(channel, std::move(handler), capacity);
+  if (!state_->receiver) state_->receiver.emplace(*state_->group);
+  problem_ = state_->receiver->problem();
+  return problem_.empty() && state_->subscribed.Add(channel, std::move(handler));
+}
+
+bool LcmPort::State::SubscribeByLcm(const std::string& channel, Handler handler, int capacity) {
+  subscriptions.push_back({prefix.size(), std::move(handler)});
+  // LCM puts ^ and $ around it; the group keeps an alternative within them.
+  const std::string pattern = Escaped(prefix) + "(?:" + channel + ')';
+  lcm_subscription_t* subscription = lcm_subscribe(lcm, pattern.c_str(), &State::Dispatch, &subscriptions.back());
+  if (subscription == nullptr) {
+    subscriptions.pop_back();
+    return false;
+  }
+  return lcm_subscription_set_queue_capacity(subscription, capacity) == 0;
+}
+
+bool LcmPort::Handle(int timeout_ms) {
+  if (state_->lcm == nullptr) return false;
+  return state_->group ? state_->HandleGroup(timeout_ms) : state_->HandleByLcm(timeout_ms);
+}
+
+bool LcmPort::State::HandleByLcm(int timeout_ms) const {
+  errno = 0;
+  int handled = lcm_handle_timeout(lcm, timeout_ms);
+  for (std::size_t i = 1; handled > 0 && i < kMostPerHandle; ++i) handled = lcm_handle_timeout(lcm, 0);
+  return handled >= 0 || errno == EINTR;  // a signal is no failure; LCM reports it as one
+}
+
+// As liblcm does, it waits on until a handler was called: messages of other channels do not end the wait.
+bool LcmPort::State::HandleGroup(int timeout_ms) {
+  const MonoNs deadline = clock.Now() + timeout_ms * kMillisecond;
+  std::size_t called = 0;
+  std::size_t read = 0;
+  for (MonoNs left = timeout_ms * kMillisecond;; left = deadline - clock.Now()) {
+    pollfd readable = {receiver ? receiver->FileDescriptor() : -1, POLLIN, 0};
+    const auto left_ms = static_cast<int>((std::max<MonoNs>(left, 0) + kMillisecond - 1) / kMillisecond);
+    if (left_ms > 0 && called == 0 && poll(&readable, 1, left_ms) < 0)
+      return errno == EINTR;  // a signal is no failure
+    if ((readable.revents & POLLNVAL) != 0) return false;
+    const std::size_t batch = receiver ? receiver->Read([this, &called](std::string_view channel, Bytes message) {
+      called += subscribed.Dispatch(channel, message);
+    })
+                                       : 0;
+    read += batch;
+    const bool over = called > 0 || left <= 0;
+    if (over && (batch < LcmReceiver::kPerRead || read >= kMostPerHandle)) return true;
+  }
+}
+
+int LcmPort::FileDescriptor() const {
+  if (state_->group) return state_->receiver ? state_->receiver->FileDescriptor() : -1;
+  return state_->lcm == nullptr ? -1 : lcm_get_fileno(state_->lcm);
+}
+
+ReceptionCounts LcmPort::received() const {
+  return state_->receiver ? state_->receiver->counts() : ReceptionCounts();
+}
+
+std::string LcmPort::warning() const { return state_->receiver ? state_->receiver->warning() : ""; }
+
+std::int64_t LcmPort::unsent() const { return state_->unsent; }
+
+}  // namespace axlecast

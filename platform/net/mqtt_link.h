@@ -1,0 +1,68 @@
+#pragma once
+
+#include <poll.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/secret.h"
+#include "core/messages/broker_link.h"
+
+namespace axlecast {
+
+struct MqttLinkSettings {
+  std::string host;
+  int port = 1883;
+  bool version_5 = true;  // else 3.1.1
+  std::string client_id;
+  std::string user;      // empty: none
+  SecretPlace password;  // read at each Connect
+  bool tls = false;
+  std::string ca;  // PEM files; empty: the system's certificates, none, none
+  std::string certificate;
+  std::string key;
+  int keep_alive_s = 15;  // a broker that is silent for twice as long is down
+  std::uint32_t attempts =
+      0;  // before this one, that did not end in a connection: they choose among a name's addresses
+};
+
+// The only place that touches libmosquitto. Messages go with QoS 1, and nothing is ever subscribed. A broker can end the
+// process that holds it: tools/axlecast/run/mqtt_process.h gives it one of its own.
+class MqttLink final : public BrokerLink {
+ public:
+  MqttLink(MqttLinkSettings settings, SecretSource& secrets);
+  ~MqttLink() override;
+  MqttLink(const MqttLink&) = delete;
+  MqttLink& operator=(const MqttLink&) = delete;
+
+  void Connect(const BrokerMessage& will) override;
+  void Drop() override;
+  void Disconnect() override;
+  [[nodiscard]] int Send(const BrokerMessage& message) override;
+  [[nodiscard]] std::vector<BrokerEvent> Poll() override;
+
+  // What Poll waits for; fd -1 without a connection.
+  [[nodiscard]] pollfd Waiting() const;
+
+ private:
+  struct Client;
+
+  [[nodiscard]] std::string Prepare(const BrokerMessage& will);
+  [[nodiscard]] const char* NextFamily();
+  void Check(int result);
+  void Down(std::string text, bool fault = false);
+
+  MqttLinkSettings settings_;
+  SecretSource& secrets_;
+  std::unique_ptr<Client> client_;
+  std::vector<BrokerEvent> events_;
+  bool down_ = true;
+  int refused_ = 0;  // counts downwards: numbers of messages that were not even sent
+};
+
+// Why files and password of the settings cannot be used, and what would mend it; empty when they can.
+[[nodiscard]] std::string MqttCredentialsProblem(const MqttLinkSettings& settings, SecretSource& secrets);
+
+}  // namespace axlecast

@@ -1,0 +1,175 @@
+#include "platform/net/multicast_port.h"
+
+#include <arpa/inet.h>
+#include <linux/filter.h>
+#include <linux/if_packet.h>
+#include <linux/sock_diag.h>
+#include <net/if_arp.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <ctime>
+#include <vector>
+
+namespace axlecast {
+namespace {
+
+constexpr std::size_t kLargestDatagram = 65'536;  // above UDP's own limit of 65,507 bytes
+constexpr std::size_t kControlSize = 128;
+
+std::string Failed(const std::string& action) { return action + ": " + std::strerror(errno); }
+
+template <typename T>
+bool SetOption(int fd, int level, int name, const T& value) {
+  return setsockopt(fd, level, name, &value, sizeof value) == 0;
+}
+
+// us, UNIX time of the kernel's stamp; nothing reached us without one since SO_TIMESTAMPNS is set.
+std::int64_t StampOf(msghdr& message) {
+  for (cmsghdr* part = CMSG_FIRSTHDR(&message); part != nullptr; part = CMSG_NXTHDR(&message, part)) {
+    if (part->cmsg_level != SOL_SOCKET || part->cmsg_type != SCM_TIMESTAMPNS) continue;
+    timespec stamp{};
+    std::memcpy(&stamp, CMSG_DATA(part), sizeof stamp);
+    return std::int64_t{stamp.tv_sec} * 1'000'000 + stamp.tv_nsec / 1'000;
+  }
+  return 0;
+}
+
+// Cuts datagrams of other hosts to nothing. The kernel marks what it loops back (PACKET_LOOPBACK), where the group's route
+// leads to a network; where it leads to lo, no other host can reach that interface. The checksum was verified before.
+bool TakeOnlyOwnHost(int fd) {
+  constexpr std::uint32_t kUdpHeader = 8;  // what remains of those of others
+  constexpr auto kExtra = static_cast<std::uint32_t>(SKF_AD_OFF);
+  std::array<sock_filter, 6> steps = {{BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kExtra + SKF_AD_PKTTYPE),
+                                       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, PACKET_LOOPBACK, 2, 0),
+                                       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kExtra + SKF_AD_HATYPE),
+                                       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, ARPHRD_LOOPBACK, 0, 1),
+                                       BPF_STMT(BPF_RET | BPF_K, 0xFFFFFFFF),
+                                       BPF_STMT(BPF_RET | BPF_K, kUdpHeader)}};
+  const sock_fprog program{steps.size(), steps.data()};
+  return SetOption(fd, SOL_SOCKET, SO_ATTACH_FILTER, program);
+}
+
+}  // namespace
+
+struct MulticastPort::Buffers {
+  explicit Buffers(std::size_t count)
+      : bytes(std::make_unique_for_overwrite<std::uint8_t[]>(count * kLargestDatagram)),
+        places(count),
+        senders(count),
+        control(count),
+        messages(count),
+        received(count) {
+    for (std::size_t i = 0; i < count; ++i) {
+      places[i] = {bytes.get() + i * kLargestDatagram, kLargestDatagram};
+      msghdr& header = messages[i].msg_hdr;
+      header.msg_iov = &places[i];
+      header.msg_iovlen = 1;
+      header.msg_name = &senders[i];
+      header.msg_control = control[i].bytes.data();
+    }
+  }
+
+  struct Control {
+    alignas(cmsghdr) std::array<std::uint8_t, kControlSize> bytes;
+  };
+
+  std::unique_ptr<std::uint8_t[]> bytes;  // not cleared: what no datagram has filled takes no memory
+  std::vector<iovec> places;
+  std::vector<sockaddr_in> senders;
+  std::vector<Control> control;
+  std::vector<mmsghdr> messages;
+  std::vector<Received> received;
+};
+
+MulticastPort::MulticastPort(const LcmUrl& url)
+    : socket_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)),
+      buffers_(std::make_unique<Buffers>(kMostPerRead)),
+      own_host_only_(url.ttl == 0) {
+  if (!socket_.valid()) {
+    problem_ = Failed("no UDP socket can be made");
+    return;
+  }
+  SetBuffer(url.recv_buf_size > 0 ? url.recv_buf_size : kDefaultBuffer);
+  Join(url);
+}
+
+MulticastPort::~MulticastPort() = default;
+MulticastPort::MulticastPort(MulticastPort&&) noexcept = default;
+MulticastPort& MulticastPort::operator=(MulticastPort&&) noexcept = default;
+
+void MulticastPort::Join(const LcmUrl& url) {
+  const int on = 1;
+  const int off = 0;
+  sockaddr_in group{};
+  group.sin_family = AF_INET;
+  group.sin_port = htons(static_cast<std::uint16_t>(url.port));
+  inet_pton(AF_INET, url.group.c_str(), &group.sin_addr);
+  ip_mreq membership{};
+  membership.imr_multiaddr = group.sin_addr;
+  // Bound last: a port that hears before it is set up would hear a message or two, and then none until it has joined.
+  if (!SetOption(socket_.get(), SOL_SOCKET, SO_REUSEADDR, on) ||
+      !SetOption(socket_.get(), SOL_SOCKET, SO_TIMESTAMPNS, on) ||
+      (own_host_only_ && !TakeOnlyOwnHost(socket_.get()))) {
+    problem_ = Failed("a socket option of LCM's port cannot be set");
+  } else if (!SetOption(socket_.get(), IPPROTO_IP, IP_MULTICAST_ALL, off) ||
+             !SetOption(socket_.get(), IPPROTO_IP, IP_ADD_MEMBERSHIP, membership)) {
+    problem_ = Failed("the group " + url.group + " cannot be joined") +
+               "; within this host (as root): ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo";
+  } else if (bind(socket_.get(), reinterpret_cast<const sockaddr*>(&group), sizeof group) != 0) {
+    problem_ = Failed("the port of LCM cannot be used") +
+               "; another program holds it without sharing (ss -ulpn shows which)";
+  }
+}
+
+void MulticastPort::SetBuffer(std::int64_t bytes) {
+  const int wanted = static_cast<int>(bytes);
+  if (SetOption(socket_.get(), SOL_SOCKET, SO_RCVBUFFORCE, wanted)) return;
+  static_cast<void>(SetOption(socket_.get(), SOL_SOCKET, SO_RCVBUF, wanted));
+  int given = 0;
+  socklen_t size = sizeof given;
+  static_cast<void>(getsockopt(socket_.get(), SOL_SOCKET, SO_RCVBUF, &given, &size));
+  given /= 2;  // the kernel doubles what it was asked for (socket(7))
+  if (given >= wanted) return;
+  warning_ =
+      "the kernel buffers " + std::to_string(given) + " bytes of this port instead of " + std::to_string(wanted) +
+      ": bursts may be lost (and are counted). As root: sysctl -w net.core.rmem_max=" + std::to_string(wanted) +
+      ", or give this program CAP_NET_ADMIN";
+}
+
+std::span<const MulticastPort::Received> MulticastPort::Read() {
+  for (mmsghdr& message : buffers_->messages) {
+    message.msg_hdr.msg_namelen = sizeof(sockaddr_in);
+    message.msg_hdr.msg_controllen = kControlSize;
+  }
+  const int count = recvmmsg(socket_.get(), buffers_->messages.data(),
+                             static_cast<unsigned>(buffers_->messages.size()), MSG_DONTWAIT, nullptr);
+  const auto read = static_cast<std::size_t>(std::max(count, 0));
+  for (std::size_t i = 0; i < read; ++i) {
+    mmsghdr& message = buffers_->messages[i];
+    const sockaddr_in& from = buffers_->senders[i];
+    const auto* bytes = static_cast<const std::uint8_t*>(buffers_->places[i].iov_base);
+    buffers_->received[i] = {{ntohl(from.sin_addr.s_addr), ntohs(from.sin_port)},
+                             StampOf(message.msg_hdr),
+                             Bytes(bytes, message.msg_len)};
+    if (own_host_only_ && message.msg_len == 0) ++outside_;
+  }
+  return std::span(buffers_->received).first(read);
+}
+
+// SO_RXQ_OVFL tells the counter only with a datagram that comes later, and so never of the last ones.
+std::int64_t MulticastPort::Dropped() {
+  std::array<std::uint32_t, SK_MEMINFO_VARS> memory{};
+  socklen_t size = sizeof memory;
+  if (getsockopt(socket_.get(), SOL_SOCKET, SO_MEMINFO, memory.data(), &size) == 0) {
+    dropped_ += memory[SK_MEMINFO_DROPS] - drop_counter_;
+    drop_counter_ = memory[SK_MEMINFO_DROPS];
+  }
+  return dropped_;
+}
+
+}  // namespace axlecast

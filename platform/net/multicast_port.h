@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "core/base/inline_bytes.h"
+#include "core/messages/lcm_url.h"
+#include "core/messages/sender_address.h"
+#include "platform/os/descriptor.h"
+
+namespace axlecast {
+
+// The only place that receives LCM's datagrams: with their senders and the kernel's times, and with what the kernel
+// dropped. It takes only what was sent to the group, never a datagram to this host's own address. With ttl=0 it takes only
+// what this host sent: the kernel itself tells it (a copy that it looped back, or one that came by lo), not the sender's
+// address, which can be forged. Read-only: it sends nothing. One thread.
+class MulticastPort {
+ public:
+  static constexpr std::size_t kMostPerRead = 16;  // 1 MiB of room: a flood of the longest ones cannot touch more
+  static constexpr std::int64_t kDefaultBuffer = 32 << 20;  // bytes, unless the URL's recv_buf_size says otherwise
+
+  struct Received {
+    SenderAddress sender;
+    // us, UNIX time at which the kernel received it. Where no other socket of the host asks for such times, the kernel
+    // begins with them a moment after the port was opened; what came before bears the time at which it was read.
+    std::int64_t utime = 0;
+    Bytes bytes;  // until the next Read
+  };
+
+  // `url` is a good udpm:// URL. Datagrams of other groups on its port are not received. At most kMostPerRead
+  // datagrams are read at once, each with 64 KiB of room, which costs memory only as far as datagrams have filled it.
+  explicit MulticastPort(const LcmUrl& url);
+  ~MulticastPort();
+  MulticastPort(MulticastPort&&) noexcept;
+  MulticastPort& operator=(MulticastPort&&) noexcept;
+
+  // Empty when the port works, else the cause and the remedy.
+  [[nodiscard]] const std::string& problem() const { return problem_; }
+  // Empty, or: the buffer is smaller than asked for, and what mends that.
+  [[nodiscard]] const std::string& warning() const { return warning_; }
+  [[nodiscard]] int FileDescriptor() const { return socket_.get(); }  // readable when datagrams wait
+
+  // The datagrams that wait, at most kMostPerRead; does not wait, allocates nothing. One that
+  // another host sent although ttl=0 is empty.
+  [[nodiscard]] std::span<const Received> Read();
+
+  // Datagrams that the kernel has dropped at this socket, up to now: for want of room in its buffer or as damaged.
+  [[nodiscard]] std::int64_t Dropped();
+  // Datagrams of other hosts that were refused because of ttl=0, and empty ones.
+  [[nodiscard]] std::int64_t outside() const { return outside_; }
+
+ private:
+  struct Buffers;
+
+  void Join(const LcmUrl& url);
+  void SetBuffer(std::int64_t bytes);
+
+  Descriptor socket_;
+  std::unique_ptr<Buffers> buffers_;
+  std::uint32_t drop_counter_ = 0;  // the kernel's, which wraps around
+  std::int64_t dropped_ = 0;
+  bool own_host_only_;
+  std::int64_t outside_ = 0;
+  std::string problem_;
+  std::string warning_;
+};
+
+}  // namespace axlecast

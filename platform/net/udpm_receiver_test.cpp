@@ -1,0 +1,245 @@
+#include "platform/net/udpm_receiver.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "platform/net/datagram_test_support.h"
+
+namespace axlecast {
+namespace {
+
+using ::testing::ElementsAre;
+
+constexpr SenderAddress kOne{0x7f000001, 40'001};
+constexpr SenderAddress kOther{0x7f000001, 40'002};
+
+class UdpmReceiverTest : public ::testing::Test {
+ protected:
+  void On(const std::vector<std::uint8_t>& bytes, const SenderAddress& sender = kOne) {
+    ++utime_;
+    receiver_.On({sender, utime_, now_, bytes}, [this](const ReceivedMessage& message) {
+      messages_.push_back(std::string(message.channel) + '=' +
+                          std::string(message.data.begin(), message.data.end()));
+      utime_of_newest_ = message.utime;
+    });
+  }
+  void Short(std::uint32_t sequence, const SenderAddress& sender = kOne) {
+    On(ShortDatagram(sequence, "C", std::to_string(sequence)), sender);
+  }
+  // A fragment of "abcdefghij", 4 bytes each but the last.
+  void Part(std::uint32_t sequence, std::uint32_t number, const SenderAddress& sender = kOne) {
+    On(FragmentDatagram({sequence, 10, number * 4, number, 3}, "BIG",
+                        std::string_view("abcdefghij").substr(number * 4, 4)),
+       sender);
+  }
+
+  UdpmReceiver receiver_;
+  std::vector<std::string> messages_;
+  std::int64_t utime_ = 1'000'000'000;
+  std::int64_t utime_of_newest_ = 0;
+  MonoNs now_ = 0;
+};
+
+TEST_F(UdpmReceiverTest, CountsEachSenderByItself) {
+  Short(0);
+  Short(100, kOther);
+  Short(3);
+  Short(102, kOther);
+  EXPECT_THAT(messages_, ElementsAre("C=0", "C=100", "C=3", "C=102"));
+  const auto senders = receiver_.senders();
+  ASSERT_EQ(senders.size(), 2U);
+  EXPECT_EQ(senders[0].sender, kOne);
+  EXPECT_EQ(senders[0].lost, 2);
+  EXPECT_EQ(senders[1].lost, 1);
+  EXPECT_EQ(senders[1].received, 2);
+  EXPECT_EQ(receiver_.lost(), 3);
+  EXPECT_EQ(receiver_.received(), 4);
+}
+
+TEST_F(UdpmReceiverTest, HandsRepeatedMessagesOnAndCountsThem) {
+  Short(0);
+  Short(0);
+  EXPECT_EQ(messages_.size(), 2U);
+  EXPECT_EQ(receiver_.senders()[0].repeated, 1);
+  EXPECT_EQ(receiver_.lost(), 0);
+}
+
+TEST_F(UdpmReceiverTest, JoinsFragmentsInAnyOrder) {
+  const std::vector<std::vector<std::uint32_t>> orders = {{0, 1, 2}, {2, 1, 0}, {1, 0, 2}, {2, 0, 1}};
+  for (std::uint32_t i = 0; i < orders.size(); ++i) {
+    for (const std::uint32_t part : orders[i]) Part(i, part);
+    EXPECT_EQ(messages_.size(), i + 1);
+    EXPECT_EQ(messages_.back(), "BIG=abcdefghij");
+    EXPECT_EQ(utime_of_newest_, utime_);
+  }
+  EXPECT_EQ(receiver_.lost(), 0);
+}
+
+TEST_F(UdpmReceiverTest, JoinsFragmentsOfSeveralSendersAndMessagesAtOnce) {
+  for (const std::uint32_t part : {0U, 1U, 2U}) {
+    Part(7, part);
+    Part(8, part);
+    Part(7, part, kOther);
+    Part(7, part);  // a copy of it
+  }
+  EXPECT_THAT(messages_, ElementsAre("BIG=abcdefghij", "BIG=abcdefghij", "BIG=abcdefghij"));
+  EXPECT_EQ(receiver_.lost(), 0);
+}
+
+TEST_F(UdpmReceiverTest, AFragmentThatIsMissingIsAMessageLost) {
+  Short(0);
+  Part(1, 0);
+  Part(1, 2);
+  EXPECT_EQ(receiver_.lost(), 0) << "it may come";
+  now_ += FragmentStore::kAge + 1;
+  Part(2, 0);
+  EXPECT_EQ(receiver_.lost(), 1);
+  EXPECT_EQ(receiver_.senders()[0].lost, 1);
+  receiver_.End();
+  EXPECT_EQ(receiver_.lost(), 2) << "also the last, although no later one tells of it";
+}
+
+TEST_F(UdpmReceiverTest, FragmentsThatContradictEachOtherMakeNoMessage) {
+  Part(1, 0);
+  On(FragmentDatagram({1, 11, 4, 1, 3}, "", "efgh"));  // of another size
+  Part(1, 1);
+  Part(1, 2);
+  EXPECT_TRUE(messages_.empty());
+  On(FragmentDatagram({2, 10, 0, 0, 2}, "BIG", "abcdef"));
+  On(FragmentDatagram({2, 10, 5, 1, 2}, "", "fghij"));  // overlaps
+  On(FragmentDatagram({3, 10, 0, 0, 2}, "BIG", "abcd"));
+  On(FragmentDatagram({3, 10, 5, 1, 2}, "", "fghij"));  // a gap
+  On(FragmentDatagram({4, 10, 0, 0, 2}, "BIG", "abcde"));
+  On(FragmentDatagram({4, 10, 5, 1, 2}, "", "fghi"));  // too short
+  EXPECT_TRUE(messages_.empty());
+  receiver_.End();
+  EXPECT_EQ(receiver_.lost(), 4);
+}
+
+TEST_F(UdpmReceiverTest, CopiesOfFragmentsChangeNothing) {
+  Part(1, 0);
+  Part(1, 0);
+  Part(1, 1);
+  Part(1, 1);
+  Part(1, 2);
+  Part(1, 2);
+  EXPECT_EQ(messages_.size(), 1U);
+  receiver_.End();
+  EXPECT_EQ(receiver_.lost(), 0);
+}
+
+TEST_F(UdpmReceiverTest, CountsWhatIsNotLcm) {
+  On({1, 2, 3});
+  EXPECT_EQ(receiver_.foreign(), 1);
+  EXPECT_TRUE(receiver_.senders().empty());
+}
+
+TEST_F(UdpmReceiverTest, ForgetsTheSenderThatIsSilentForLongestButNotItsLosses) {
+  Short(0);
+  Short(9);
+  for (std::uint16_t i = 0; i < UdpmReceiver::kMostSenders; ++i) {
+    ++now_;
+    Short(0, {0x0a000001, i});
+  }
+  EXPECT_EQ(receiver_.senders().size(), UdpmReceiver::kMostSenders);
+  EXPECT_EQ(receiver_.senders()[0].lost, 0);
+  EXPECT_EQ(receiver_.lost(), 8);
+}
+
+// A flood from ever new addresses made every counter of the machine's own senders begin again.
+TEST_F(UdpmReceiverTest, ManyNewSendersDisplaceNoneThatIsEstablished) {
+  for (std::uint32_t i = 0; i < 20; ++i) Short(i);
+  for (std::uint32_t i = 0; i < 50'000; ++i) Short(0, {0x0a000000 + i / 60'000, static_cast<std::uint16_t>(i)});
+  EXPECT_EQ(receiver_.senders().size(), UdpmReceiver::kMostSenders);
+  Short(22);
+  EXPECT_EQ(receiver_.senders()[0].sender, kOne);
+  EXPECT_EQ(receiver_.senders()[0].lost, 2);
+  EXPECT_EQ(receiver_.senders()[0].received, 21);
+}
+
+TEST_F(UdpmReceiverTest, EstablishedSendersAreBoundedToo) {
+  for (std::uint32_t i = 0; i < 3'000; ++i) {
+    for (std::uint32_t number = 0; number < 20; ++number)
+      Short(number, {0x0a000000, static_cast<std::uint16_t>(i)});
+  }
+  EXPECT_EQ(receiver_.senders().size(), UdpmReceiver::kMostSenders);
+}
+
+FragmentPacket PartOf(std::uint32_t sequence, std::uint32_t part, Bytes bytes) {
+  return {sequence, 1U << 20, part * 1'000, static_cast<std::uint16_t>(part), 1'000, part == 0 ? "C" : "", bytes};
+}
+
+// Beginnings of messages took 64 MB, whoever sent them.
+TEST(FragmentStoreTest, ASenderHasOneLongMessageAndFewOlderOnes) {
+  FragmentStore store(FragmentLimits{.total = 2U << 20, .older = 64U << 10});
+  const std::vector<std::uint8_t> bytes(1'000, 1);
+  for (std::uint32_t sequence = 0; sequence < 5'000; ++sequence) {
+    for (std::uint32_t part = 0; part < 3; ++part) {
+      static_cast<void>(store.Add(kOne, PartOf(sequence, part, bytes), 0, false));
+    }
+    ASSERT_LE(store.memory(), 72U << 10);
+  }
+}
+
+TEST(FragmentStoreTest, AMessageThatIsLateDoesNotTakeTheNewestsPlace) {
+  FragmentStore store(FragmentLimits{.total = 2U << 20, .older = 4U << 10});
+  const std::vector<std::uint8_t> bytes(1'000, 1);
+  for (std::uint32_t part = 0; part < 100; ++part)
+    static_cast<void>(store.Add(kOne, PartOf(7, part, bytes), 0, true));
+  static_cast<void>(store.Add(kOne, PartOf(6, 5, bytes), 0, false));
+  EXPECT_GT(store.memory(), 100'000U);
+  EXPECT_EQ(store.awaited(), 1);
+}
+
+TEST(FragmentStoreTest, TheLargestGivesWayFirst) {
+  FragmentStore store(FragmentLimits{.total = 100'000, .older = 4U << 10});
+  const std::vector<std::uint8_t> bytes(1'000, 1);
+  FragmentPacket small{1, 2'000, 0, 0, 2, "C", bytes};
+  static_cast<void>(store.Add(kOther, small, 0, true));
+  for (std::uint32_t part = 0; part < 200; ++part) {
+    FragmentPacket packet = PartOf(7, part, bytes);
+    packet.size = 100'000;
+    static_cast<void>(store.Add(kOne, packet, 0, false));
+    ASSERT_LE(store.memory(), 100'000U);
+  }
+  const FragmentPacket rest{1, 2'000, 1'000, 1, 2, "", bytes};
+  EXPECT_TRUE(store.Add(kOther, rest, 0, true));
+}
+
+TEST(FragmentStoreTest, HoldsNoMoreThanItsMemoryAndGivesUpTheOldest) {
+  FragmentStore store;
+  const std::vector<std::uint8_t> bytes(60'000, 1);
+  const auto packet = [&](std::uint32_t sequence, std::uint16_t number) {
+    FragmentPacket fragment{sequence, 120'000, number * 60'000U, number, 2, number == 0 ? "C" : "", bytes};
+    return fragment;
+  };
+  for (std::uint32_t sequence = 0; sequence < 3'000; ++sequence) {
+    EXPECT_FALSE(store.Add(kOne, packet(sequence, 0), 0, true));
+    ASSERT_LE(store.memory(), FragmentLimits{}.total);
+  }
+  EXPECT_LT(store.awaited(kOne), 1'200);
+  EXPECT_FALSE(store.Add(kOne, packet(0, 1), 0, true)) << "its beginning was given up";
+  EXPECT_TRUE(store.Add(kOne, packet(2'999, 1), 0, true));
+}
+
+TEST(FragmentStoreTest, TinyHostileFragmentsAreBoundedToo) {
+  FragmentStore store;
+  const std::uint8_t byte = 1;
+  for (std::uint32_t sequence = 0; sequence < 400'000; ++sequence) {
+    static_cast<void>(store.Add(kOne, {sequence, 1U << 26, 0, 0, 0xffff, "C", {&byte, 1}}, 0, true));
+  }
+  EXPECT_LE(store.memory(), FragmentLimits{}.total);
+  EXPECT_LT(store.awaited(), 140'000);
+}
+
+TEST(FragmentStoreTest, BeginsNoMessageThatItCouldNeverHold) {
+  FragmentStore store;
+  const std::uint8_t byte = 1;
+  static_cast<void>(store.Add(kOne, {1, (1U << 26) + 1, 0, 0, 2, "C", {&byte, 1}}, 0, true));
+  EXPECT_EQ(store.memory(), 0U);
+}
+
+}  // namespace
+}  // namespace axlecast

@@ -1,0 +1,95 @@
+#include "platform/os/new_file.h"
+
+#include <fcntl.h>
+#include <grp.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+namespace axlecast {
+namespace {
+
+std::string Problem(const std::string& path) { return path + ": " + std::strerror(errno); }
+
+bool WriteAll(int fd, std::string_view content) {
+  while (!content.empty()) {
+    const ssize_t count = write(fd, content.data(), content.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return false;
+    content.remove_prefix(static_cast<std::size_t>(count));
+  }
+  return true;
+}
+
+// Who may use it. The group first: the mode opens the file to it.
+std::string Open(const Descriptor& file, const std::string& path, const FileAccess& access) {
+  const uid_t owner = access.owner.value_or(static_cast<uid_t>(-1));  // -1: stays
+  const gid_t group = access.group.value_or(static_cast<gid_t>(-1));
+  if ((access.owner || access.group) && fchown(file.get(), owner, group) != 0) {
+    return Problem(path) + ": only root, or a member of the group, can give it to the group";
+  }
+  return fchmod(file.get(), access.mode) == 0 ? "" : Problem(path);
+}
+
+// The complete file under its own name, which lasts.
+std::string Place(const std::string& fresh, const std::string& path, bool replace) {
+  const int failed = replace ? std::rename(fresh.c_str(), path.c_str()) : link(fresh.c_str(), path.c_str());
+  if (failed != 0 && errno == EEXIST) return path + " exists already, and is not replaced";
+  if (failed != 0) return Problem(path);
+  std::string folder = std::filesystem::path(path).parent_path().string();
+  if (folder.empty()) folder = ".";
+  const Descriptor directory(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!directory.valid() || fsync(directory.get()) != 0) return Problem(folder);
+  return "";
+}
+
+}  // namespace
+
+NewFile::NewFile(std::string path, const FileAccess& access)
+    : path_(std::move(path)), fresh_(path_ + ".XXXXXX"), file_(mkostemp(fresh_.data(), O_CLOEXEC)) {  // mode 0600
+  problem_ = file_.valid() ? Open(file_, path_, access) : Problem(path_);
+}
+
+NewFile::~NewFile() {
+  if (file_.valid()) unlink(fresh_.c_str());  // gone already where it was renamed
+}
+
+std::string NewFile::Append(std::string_view content) {
+  if (problem_.empty() && !WriteAll(file_.get(), content)) problem_ = Problem(path_);
+  return problem_;
+}
+
+std::string NewFile::Commit(bool replace, const std::string& keep) {
+  if (problem_.empty() && fsync(file_.get()) != 0) problem_ = Problem(path_);
+  if (problem_.empty() && !keep.empty() && link(path_.c_str(), keep.c_str()) != 0) problem_ = Problem(keep);
+  if (problem_.empty()) problem_ = Place(fresh_, path_, replace);
+  return problem_;
+}
+
+std::string WriteNewFile(const std::string& path, std::string_view content, const FileAccess& access,
+                         bool replace) {
+  NewFile file(path, access);
+  std::string problem = file.Append(content);
+  return problem.empty() ? file.Commit(replace) : problem;
+}
+
+std::string WriteOutput(const std::string& path, std::string_view content) {
+  struct stat there {};
+  const bool is_file = lstat(path.c_str(), &there) != 0 || S_ISREG(there.st_mode);
+  if (is_file) return WriteNewFile(path, content, {.mode = 0644}, true);
+  const Descriptor file(open(path.c_str(), O_WRONLY | O_TRUNC | O_CLOEXEC | O_NOCTTY));
+  return file.valid() && WriteAll(file.get(), content) ? "" : Problem(path);
+}
+
+std::optional<gid_t> FindGroup(const std::string& name) {
+  const group* const found = getgrnam(name.c_str());
+  return found == nullptr ? std::nullopt : std::optional(found->gr_gid);
+}
+
+}  // namespace axlecast

@@ -1,0 +1,146 @@
+#include "platform/os/process.h"
+
+#include <poll.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/random.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+
+namespace axlecast {
+namespace {
+
+std::atomic<const WakeEvent*> stop_event{nullptr};
+std::atomic<int> stop_count{0};
+static_assert(std::atomic<int>::is_always_lock_free && std::atomic<const WakeEvent*>::is_always_lock_free);
+
+void OnStopSignal(int) {
+  const int saved = errno;
+  ++stop_count;
+  if (const WakeEvent* event = stop_event) event->Set();
+  errno = saved;
+}
+
+void SetAction(void (*handler)(int)) {
+  struct sigaction action {};
+  action.sa_handler = handler;
+  action.sa_flags = SA_RESTART;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+std::string Reason() { return std::strerror(errno); }
+
+}  // namespace
+
+std::int64_t RandomBootId() {
+  std::uint64_t id = 0;
+  while ((id & INT64_MAX) == 0) {
+    if (getrandom(&id, sizeof id, 0) != static_cast<ssize_t>(sizeof id)) id = 0;
+  }
+  return static_cast<std::int64_t>(id & INT64_MAX);
+}
+
+std::array<std::uint8_t, 16> RandomId() {
+  std::array<std::uint8_t, 16> id{};
+  while (getrandom(id.data(), id.size(), 0) != static_cast<ssize_t>(id.size())) {
+  }
+  return id;
+}
+
+std::vector<std::string> ApplyRealtime(int priority, int cpu, bool lock_memory) {
+  std::vector<std::string> warnings;
+  if (prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL) != 0) warnings.push_back("timer slack: " + Reason());
+  if (cpu >= 0) {
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    CPU_SET(static_cast<std::size_t>(cpu), &set);
+    if (sched_setaffinity(0, sizeof set, &set) != 0) {
+      warnings.push_back("realtime.cpu " + std::to_string(cpu) + ": " + Reason() +
+                         "; lscpu lists this machine's processors");
+    }
+  }
+  if (priority > 0) {
+    sched_param parameters{};
+    parameters.sched_priority = priority;
+    if (sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &parameters) != 0) {
+      warnings.push_back("realtime.priority " + std::to_string(priority) + ": " + Reason() +
+                         "; allow it with LimitRTPRIO=" + std::to_string(priority) +
+                         " in the systemd unit, or ulimit -r");
+    }
+  }
+  if (lock_memory && mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
+    warnings.push_back("realtime.lock_memory: " + Reason() +
+                       "; allow it with LimitMEMLOCK=infinity in the systemd unit, or ulimit -l unlimited");
+  }
+  return warnings;
+}
+
+std::string ForbidCoreDumps() {
+  const rlimit none{0, 0};
+  // Each alone would do, but for a core_pattern that pipes into a program: that one ignores the limit.
+  if (prctl(PR_SET_DUMPABLE, 0UL, 0UL, 0UL, 0UL) != 0 || setrlimit(RLIMIT_CORE, &none) != 0) {
+    return "cannot forbid core dumps: " + Reason() + "; a core dump of this process would show passwords";
+  }
+  return "";
+}
+
+#if defined(__has_feature)
+#define AXLECAST_HAS_FEATURE(name) __has_feature(name)
+#else
+#define AXLECAST_HAS_FEATURE(name) 0
+#endif
+std::string LimitMemory(std::size_t bytes) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || AXLECAST_HAS_FEATURE(address_sanitizer) || \
+    AXLECAST_HAS_FEATURE(thread_sanitizer)
+  static_cast<void>(bytes);
+  return "";
+#else
+  const rlimit limit{bytes, bytes};
+  return setrlimit(RLIMIT_DATA, &limit) == 0 ? "" : "cannot limit the memory: " + Reason();
+#endif
+}
+
+pid_t ForkWithoutHandlers() {
+  sigset_t all;
+  sigset_t before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  const pid_t pid = fork();
+  const int error = errno;
+  if (pid == 0) SetAction(SIG_DFL);
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  errno = error;
+  return pid;
+}
+
+StopSignal::StopSignal() {
+  stop_count = 0;
+  stop_event = &event_;
+  SetAction(&OnStopSignal);
+}
+
+StopSignal::~StopSignal() {
+  SetAction(SIG_DFL);
+  stop_event = nullptr;
+}
+
+int StopSignal::Count() const { return stop_count; }
+
+bool StopSignal::Wait(int timeout_ms) const {
+  pollfd readable{event_.FileDescriptor(), POLLIN, 0};
+  while (!Requested()) {
+    const int ready = poll(&readable, 1, timeout_ms);
+    if (ready == 0) break;
+    if (ready < 0 && errno != EINTR) break;
+  }
+  return Requested();
+}
+
+}  // namespace axlecast

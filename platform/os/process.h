@@ -1,0 +1,58 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "platform/os/wake_event.h"
+
+namespace axlecast {
+
+// A new identity for a process: random, > 0.
+[[nodiscard]] std::int64_t RandomBootId();
+
+// 128 random bits: the id of a command, or a token.
+[[nodiscard]] std::array<std::uint8_t, 16> RandomId();
+
+// Applies to the calling thread (priority, cpu) and the process (memory). SCHED_FIFO `priority` 1..99, 0: normal
+// scheduling; `cpu` -1: any. Also lets the calling thread's timers fire within 1 us instead of the usual 50 us.
+// What the system did not allow comes back as warnings, each with its remedy; the rest is applied.
+[[nodiscard]] std::vector<std::string> ApplyRealtime(int priority, int cpu, bool lock_memory);
+
+// For a process that holds passwords: neither a core dump nor a debugger without privilege shows its memory. An empty
+// string when done, else the cause. The process's own files in /proc belong to root from then on.
+[[nodiscard]] std::string ForbidCoreDumps();
+
+// This process gets no more memory than `bytes` for its data: it is for one that takes lengths from strangers. Empty when
+// done, else the cause. Without effect under a sanitizer, which maps far more than it uses.
+[[nodiscard]] std::string LimitMemory(std::size_t bytes);
+
+// Forks for a child that executes another program. A signal that comes before that acts on the child as by default. With
+// fork(2) it would run a copy of this process's handler, and the new program would never learn of it.
+[[nodiscard]] pid_t ForkWithoutHandlers();
+
+// Takes SIGINT and SIGTERM as a request to stop, for as long as it lives. One at a time in a process. Blocks no
+// signal: threads and children start with the mask and, after exec, the actions that they always had.
+class StopSignal {
+ public:
+  StopSignal();
+  ~StopSignal();
+  StopSignal(const StopSignal&) = delete;
+  StopSignal& operator=(const StopSignal&) = delete;
+
+  [[nodiscard]] bool Requested() const { return Count() > 0; }
+  [[nodiscard]] int Count() const;  // an impatient operator asks twice
+  // Waits at most `timeout_ms` (-1: for ever) for a request; true when there is one.
+  [[nodiscard]] bool Wait(int timeout_ms) const;
+  // Stays readable once a stop was requested.
+  [[nodiscard]] int FileDescriptor() const { return event_.FileDescriptor(); }
+
+ private:
+  WakeEvent event_;
+};
+
+}  // namespace axlecast

@@ -1,0 +1,15 @@
+#pragma once
+
+#include "core/base/secret.h"
+
+namespace axlecast {
+
+// Secrets from files and systemd credentials. A file must be a regular one, of at most 4 KiB without NUL, owned by
+// this user or root, and closed to everybody else (but for its group to read, where its place allows that); a
+// credential must not be open to all.
+class SecretFiles final : public SecretSource {
+ public:
+  [[nodiscard]] std::string Read(const SecretPlace& place, Secret& into) override;
+};
+
+}  // namespace axlecast

@@ -1,0 +1,113 @@
+#!/usr/bin/env python3
+"""Prints the figures of the structure, one a line: includes across rooms, pairs of libraries that need each other, sizes of
+files, lines of C++. Exits 1 if a figure is beyond its limit.
+
+    figures.py [--list FIGURE]      --list: the places that the figure counts"""
+
+import argparse
+import collections
+import pathlib
+import re
+import statistics
+import subprocess
+import sys
+
+import structure
+
+ROOT = structure.ROOT
+INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
+# Software does not speak, and these words have a plainer one: english.md of the owners, docs/ of the project.
+PLAIN = re.compile(r"\b(mend|mends|mended|anew|afresh|whoever|be rid|so long|so often|is none|none such|as ever)\b", re.IGNORECASE)
+
+
+def text_of(path):
+    return (ROOT / path).read_text(encoding="utf-8")
+
+
+def product(paths):
+    """What is no test, benchmark or campaign."""
+    return [path for path in paths if not structure.is_test(path) and not path.startswith(("tests/", "bench/"))]
+
+
+def includes(paths):
+    """(file, included file of ours)"""
+    return [(path, name) for path in paths for name in INCLUDE.findall(text_of(path)) if (ROOT / name).exists()]
+
+
+def library(path):
+    """The folder whose CMakeLists.txt names the file's library."""
+    folder = pathlib.PurePosixPath(path).parent
+    while not (ROOT / folder / "CMakeLists.txt").exists():
+        folder = folder.parent
+    return str(folder)
+
+
+def two_way_pairs(edges):
+    found = collections.defaultdict(list)
+    for path, name in edges:
+        if library(path) != library(name):
+            found[library(path), library(name)].append(path)
+    return [f"{one} <-> {other}: {found[one, other][0]}, {found[other, one][0]}"
+            for one, other in sorted(found) if one < other and (other, one) in found]
+
+
+def string_errors(paths):
+    """Declarations that return an error as a plain string: `[[nodiscard]] std::string`, with "empty" in the comment above."""
+    declaration = re.compile(r"((?:^ *//[^\n]*\n)+) *\[\[nodiscard\]\](?: virtual)? std::string (\w+)\(", re.MULTILINE)
+    return [f"{path}: {name}" for path in paths if path.endswith(".h")
+            for comment, name in declaration.findall(text_of(path)) if re.search(r"\b[Ee]mpty\b", comment)]
+
+
+def plain_english(paths):
+    """Hits of words that have a plainer one, in comments and in pages of docs."""
+    hits = []
+    pages = subprocess.run(["git", "-C", ROOT, "ls-files", "*.md"], check=True, capture_output=True, text=True).stdout.split()
+    for path in [*paths, *pages]:
+        for number, line in enumerate(text_of(path).splitlines(), 1):
+            prose = line if path.endswith(".md") else " ".join(re.findall(r'//.*|"(?:\\.|[^"\\])*"', line))
+            hits += [f"{path}:{number}: {word}" for word in PLAIN.findall(prose)]
+    return hits
+
+
+def figures():
+    """(name, the places that it counts or its value, limit or None)"""
+    everything = structure.tracked_sources()
+    ours = product(everything)
+    lines = {path: text_of(path).count("\n") for path in ours}
+    edges = includes(ours)
+    families = structure.families()
+    breaches = [f"{path}:{line}: {rule}" for path in everything
+                for line, rule in structure.breaches(path, text_of(path), families)]
+    short = [path for path in ours if lines[path] < 60]
+    return [
+        ("includes of drivers/ in bridge/ and client/",
+         [path for path, name in edges if path.startswith(("bridge/", "client/")) and name.startswith("drivers/")], 0),
+        ("breaches of structure.py", breaches, 0),
+        ("two-way pairs of libraries", two_way_pairs(edges), 0),
+        ("flat files in tools/axlecast", [path for path in everything if re.fullmatch(r"tools/axlecast/[^/]+", path)], 12),
+        ("functions that return an error as a plain string", string_errors(ours), None),
+        ("words that have a plainer one", plain_english(everything), None),
+        ("C++ files below 60 lines, %", round(100 * len(short) / len(ours)), None),
+        ("median lines of a C++ file", round(statistics.median(lines.values())), None),
+        ("C++ files that are no test", len(ours), None),
+        ("lines of C++ that is no test", sum(lines.values()), None),
+    ]
+
+
+def main():
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    arguments.add_argument("--list", metavar="FIGURE")
+    listed = arguments.parse_args().list
+    beyond = 0
+    for name, counted, limit in figures():
+        value = len(counted) if isinstance(counted, list) else counted
+        too_many = limit is not None and value > limit
+        beyond += too_many
+        print(f"{value:6d}  {name}" + (f" (at most {limit})" if limit is not None else ""))
+        if isinstance(counted, list) and (too_many or listed == name):
+            print("\n".join(f"        {place}" for place in counted))
+    return 1 if beyond else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <axlecast/alarm_entry_t.hpp>
+#include <cstdint>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bridge/store/alarm_store.h"
+#include "tools/monitor/machine_view.h"
+
+namespace axlecast {
+
+// What `axlecast alarms` says (docs/alarms.md). Pure.
+
+using MarksByDevice = std::map<std::string, std::vector<AlarmMark>>;
+
+struct ListedAlarm {
+  std::string device;  // "bridge": of the bridge itself
+  alarm_entry_t entry{};
+  std::optional<AlarmMark> acknowledged = {};
+  std::optional<AlarmMark> shelved = {};
+};
+
+struct AlarmList {
+  std::string machine = {};
+  std::vector<ListedAlarm> alarms =
+      {};  // what is present, then what has gone, then what is shelved; worst, newest first
+  std::vector<std::pair<std::string, AlarmMark>> idle_shelves =
+      {};                                // by device: shelved, and not listed at present
+  std::vector<std::string> silent = {};  // devices whose alarms nobody tells
+  int not_shown = 0;                     // that had no room in their ALARM
+  std::string journal_problem = {};      // why nobody's names are known; empty: they are
+};
+
+[[nodiscard]] AlarmList MakeAlarmList(const MachineView& machine, const MarksByDevice& marks, MonoNs now);
+
+[[nodiscard]] std::string ToText(const AlarmList& list);
+[[nodiscard]] nlohmann::ordered_json ToJson(const AlarmList& list);
+
+}  // namespace axlecast

@@ -1,0 +1,105 @@
+#include "tools/axlecast/command/subcommands.h"
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+
+#include "core/messages/decode_message.h"
+#include "core/messages/json/field.h"
+#include "platform/net/lcm_port.h"
+#include "platform/os/system_clock.h"
+#include "tools/axlecast/command/command_options.h"
+#include "tools/axlecast/command/offset_capture.h"
+#include "tools/axlecast/common/config_option.h"
+#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/screen.h"
+#include "tools/axlecast/live/status_text.h"
+
+namespace axlecast {
+namespace {
+
+constexpr MonoNs kLongestWait = 10 * kSecond;  // without a valid reading
+constexpr int kWaitMs = 100;
+
+struct Options {
+  ConfigOption config;
+  std::string device;
+  double value = 0;
+  std::int64_t samples = 200;
+  bool json = false;
+};
+
+int Wrong(const std::string& problem, int exit_code) {
+  std::cerr << problem << '\n';
+  return exit_code;
+}
+
+// False when the port failed.
+bool Gather(LcmPort& port, const std::string& device, OffsetCapture& capture) {
+  const SystemClock clock;
+  const bool subscribed =
+      port.Subscribe("(POSITION|DEVICE)/" + device, [&capture](const std::string& channel, Bytes message) {
+        if (channel.front() == 'D') {
+          if (const auto info = DecodeMessage<device_info_t>(message)) capture.On(*info);
+        } else if (const auto reading = DecodeMessage<position_t>(message)) {
+          capture.On(*reading);
+        }
+      });
+  MonoNs give_up = clock.Now() + kLongestWait;
+  std::int64_t seen = 0;
+  while (subscribed && !capture.done() && clock.Now() < give_up) {
+    if (!port.Handle(kWaitMs)) return false;
+    if (capture.count() != seen) give_up = clock.Now() + kLongestWait;
+    seen = capture.count();
+  }
+  return subscribed;
+}
+
+int Capture(const Options& options) {
+  int exit_code = kExitDone;
+  const auto machine = options.config.Load(exit_code);
+  if (!machine) return exit_code;
+  const BusConfig* bus = machine->BusOf(options.device);
+  if (bus == nullptr) return Wrong(UnknownDevice(*machine, options.device), kExitUsage);
+  if (!bus->family->has_position) return Wrong(options.device + " has no position", kExitUsage);
+  LcmPort port(machine->lcm.url, machine->lcm.prefix);
+  if (!port.problem().empty()) return Wrong(port.problem(), kExitBad);
+  OffsetCapture capture(options.samples);
+  if (!Gather(port, options.device, capture)) return Wrong("the LCM port failed", kExitBad);
+  if (!capture.problem().empty()) return Wrong(options.device + ": " + capture.problem(), kExitRejected);
+  if (!capture.done()) {
+    return Wrong(options.device + ": " + std::to_string(capture.count()) +
+                     " valid readings, then none for 10 s: axlecast status says why",
+                 kExitNoAnswer);
+  }
+  static_cast<void>(WriteOut(options.json ? JsonLine(capture.Json(options.device, options.value)) + '\n'
+                                          : capture.Text(options.device, options.value)));
+  return kExitDone;
+}
+
+}  // namespace
+
+void AddOffsetCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* offset = app.add_subcommand("offset", "A fixed datum for the machine's file: capture");
+  offset->require_subcommand(1);
+  CLI::App* command =
+      offset->add_subcommand("capture", "Averages readings at rest and prints the datum; changes nothing");
+  command->add_option("DEVICE", options->device, "The device")->required();
+  command->add_option("--value", options->value, "What the present position shall read, in the device's unit")
+      ->check(PlainNumber())
+      ->type_name("V")
+      ->capture_default_str();
+  command->add_option("--samples", options->samples, "Valid readings to average")
+      ->check(CLI::Range(1, 1'000'000))
+      ->type_name("N")
+      ->capture_default_str();
+  options->config.AddTo(*command, ConfigOption::Form::kOptionOnly);
+  command->add_flag("--json", options->json, "One JSON object");
+  command->footer(
+      "example: axlecast offset capture axis1 --value 250.0\n"
+      "exit code: 0 done, 2 usage, 3 it turns or was changed meanwhile, 6 no valid readings");
+  command->callback([options, &exit_code] { exit_code = Capture(*options); });
+}
+
+}  // namespace axlecast

@@ -1,0 +1,112 @@
+#include "tools/axlecast/command/subcommands.h"
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <limits>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client/axlecast/permit_issuer.h"
+#include "client/command/client_key.h"
+#include "core/command/role.h"
+#include "platform/os/process.h"
+#include "platform/os/secret_file.h"
+#include "platform/os/system_clock.h"
+#include "tools/axlecast/command/command_options.h"
+#include "tools/axlecast/command/do_request.h"
+#include "tools/axlecast/command/operator_client.h"
+#include "tools/axlecast/common/config_option.h"
+#include "tools/axlecast/common/exit_code.h"
+
+namespace axlecast {
+namespace {
+
+constexpr int kRefreshMs = 100;
+constexpr std::int32_t kValidMs = 400;  // three may be lost
+
+struct Options {
+  ConfigOption config;
+  std::string device;
+  std::vector<std::string> operations;
+  double seconds = std::numeric_limits<double>::infinity();
+  std::string key;
+};
+
+int Wrong(const std::string& problem, int exit_code) {
+  std::cerr << problem << '\n';
+  return exit_code;
+}
+
+// Empty when drivers will believe a permit signed with the key of `settings`, else why not.
+std::string KeyProblem(const MachineConfig& machine, const ClientSettings& settings) {
+  SecretFiles secrets;
+  std::string problem;
+  const auto keys = LoadClientKeys(settings, secrets, problem);
+  if (!keys || machine.bridge.allow_unsigned) return problem;
+  if (!keys->own) {
+    return "no key of role control can be read here: name one with --key FILE, or with file: under bridge: keys: "
+           "of " +
+           machine.file;
+  }
+  const KeyGrant* grant = machine.bridge.FindKey(KeyId(keys->own->public_key()));
+  if (grant == nullptr) return "the key is none of those under bridge: keys: of " + machine.file;
+  if (grant->role == Role::kControl) return "";
+  return "the key " + grant->name + " has role " + std::string(RoleName(grant->role)) +
+         ": permits count only from one of role control";
+}
+
+int Issue(PermitIssuer& issuer, const Options& options) {
+  const SystemClock clock;
+  const StopSignal stop;
+  const MonoNs start = clock.Now();
+  std::cerr << "permits for " << options.device << " go out; Ctrl-C ends them\n";
+  while (static_cast<double>(clock.Now() - start) * 1e-9 < options.seconds) {
+    if (!issuer.Allow(options.device, options.operations, kValidMs))
+      return Wrong("a permit was not sent", kExitBad);
+    if (stop.Wait(kRefreshMs)) break;
+  }
+  return issuer.Withdraw(options.device) ? kExitDone : kExitBad;
+}
+
+int Permit(const Options& options) {
+  int exit_code = kExitDone;
+  const auto machine = options.config.Load(exit_code);
+  if (!machine) return exit_code;
+  for (const std::string& operation : options.operations) {
+    const FoundOperation found = FindOperation(*machine, options.device, operation);
+    if (!found.problem.empty()) return Wrong(found.problem, kExitUsage);
+  }
+  const ClientSettings settings = OperatorSettings(*machine, options.key, Role::kControl);
+  if (const std::string problem = KeyProblem(*machine, settings); !problem.empty()) return Wrong(problem, kExitBad);
+  PermitIssuer issuer(settings);
+  return issuer.problem().empty() ? Issue(issuer, options) : Wrong(issuer.problem(), kExitBad);
+}
+
+}  // namespace
+
+void AddPermitCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      app.add_subcommand("permit", "Permits operations of a device while it runs, in place of a control process");
+  command->add_option("DEVICE", options->device, "The device")->required();
+  command->add_option("OPERATIONS", options->operations, "What is permitted")
+      ->required()
+      ->expected(1, static_cast<int>(PermitIssuer::kMaxOperations))
+      ->type_name("OPERATION");
+  command->add_option("--for", options->seconds, "Ends after this time: 5s, 500ms, 2min; else with Ctrl-C")
+      ->transform(CLI::AsNumberWithUnit(std::map<std::string, double>{{"ms", 1e-3}, {"s", 1}, {"min", 60}}))
+      ->check(CLI::PositiveNumber)
+      ->type_name("TIME");
+  options->config.AddTo(*command, ConfigOption::Form::kOptionOnly);
+  AddKeyOption(*command, options->key);
+  command->footer(
+      "example: axlecast permit axis1 zero_single_turn --for 5s\n"
+      "For commissioning, when the operator sees that the axis is at rest and its drive off. Needs a key of role\n"
+      "control, unless the machine's file allows unsigned commands.\n"
+      "exit code: 0 permits went out until the end, 1 no usable key or port, 2 usage");
+  command->callback([options, &exit_code] { exit_code = Permit(*options); });
+}
+
+}  // namespace axlecast

@@ -1,0 +1,128 @@
+#include "tools/axlecast/command/subcommands.h"
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <map>
+#include <memory>
+
+#include "core/messages/decode_message.h"
+#include "core/messages/json/field.h"
+#include "core/messages/json/message_json.h"
+#include "platform/net/lcm_port.h"
+#include "platform/os/new_file.h"
+#include "tools/axlecast/command/command_options.h"
+#include "tools/axlecast/command/command_report.h"
+#include "tools/axlecast/command/do_request.h"
+#include "tools/axlecast/command/operator_client.h"
+#include "tools/axlecast/command/trip_svg.h"
+#include "tools/axlecast/command/trip_table.h"
+#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/screen.h"
+
+namespace axlecast {
+namespace {
+
+constexpr int kQuietMs = 300;  // TRIP and COMMAND_STATUS come over two ports
+
+struct Options {
+  ConfigOption config;
+  CommandWish wish;
+  std::string svg;
+};
+
+// Those that came last under each number.
+class TripCollector {
+ public:
+  void On(Bytes message) {
+    const auto trip = DecodeMessage<trip_log_t>(message);
+    if (trip) newest_[trip->log_index] = *trip;
+    ++received_;
+  }
+  [[nodiscard]] int received() const { return received_; }
+  [[nodiscard]] std::vector<trip_log_t> NewestFirst() const {
+    std::vector<trip_log_t> trips;
+    for (const auto& [index, trip] : newest_) trips.push_back(trip);
+    return trips;
+  }
+
+ private:
+  std::map<std::int8_t, trip_log_t> newest_;
+  int received_ = 0;
+};
+
+// False when the port failed.
+bool Drain(LcmPort& port, const TripCollector& trips) {
+  for (int before = -1; before != trips.received();) {
+    before = trips.received();
+    if (!port.Handle(kQuietMs)) return false;
+  }
+  return true;
+}
+
+int Tell(const Options& options, const CommandResult& result, const std::vector<trip_log_t>& trips) {
+  if (options.wish.json) {
+    nlohmann::ordered_json json = ToJson(result);
+    json["trips"] = nlohmann::ordered_json::array();
+    for (const trip_log_t& trip : trips) json["trips"].push_back(ToJson(trip));
+    static_cast<void>(WriteOut(JsonLine(json) + '\n'));
+  } else {
+    static_cast<void>(WriteOut(trips.empty() ? ToText(result) : TripTable(options.wish.device, trips)));
+  }
+  const int exit_code = ExitCode(result);
+  if (exit_code != kExitDone && !trips.empty() && !options.wish.json) std::cerr << ToText(result);
+  if (options.svg.empty() || exit_code != kExitDone) return exit_code;
+  const std::string problem = WriteOutput(options.svg, TripSvg(options.wish.device, trips));
+  if (problem.empty()) return exit_code;
+  std::cerr << problem << '\n';
+  return kExitBad;
+}
+
+int Run(const Options& options) {
+  int exit_code = kExitDone;
+  const auto machine = options.config.Load(exit_code);
+  if (!machine) return exit_code;
+  CommandRequest request{.device = options.wish.device,
+                         .operation = "fetch_trip_logs",
+                         .valid_ms = options.wish.valid_ms,
+                         .expect_epoch = options.wish.epoch,
+                         .reason = options.wish.reason};
+  if (const FoundOperation found = FindOperation(*machine, request.device, request.operation);
+      !found.problem.empty()) {
+    std::cerr << found.problem << '\n';
+    return kExitUsage;
+  }
+  TripCollector trips;
+  LcmPort port(machine->lcm.url, machine->lcm.prefix);
+  if (port.problem().empty()) {
+    static_cast<void>(port.Subscribe("TRIP/" + request.device,
+                                     [&trips](const std::string&, Bytes message) { trips.On(message); }));
+  }
+  OperatorClient client(*machine, options.wish.key, !options.wish.json);
+  if (!port.problem().empty() || !client.problem().empty()) {
+    std::cerr << (port.problem().empty() ? client.problem() : port.problem()) << '\n';
+    return kExitBad;
+  }
+  const CommandResult result = client.Execute(request);
+  if (Drain(port, trips)) return Tell(options, result, trips.NewestFirst());
+  std::cerr << "the LCM port failed: " << machine->lcm.url << '\n';
+  return kExitBad;
+}
+
+}  // namespace
+
+void AddTripsCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("trips", "Fetches the logs of a motor's last trips");
+  command->add_option("DEVICE", options->wish.device, "The motor's monitor")->required();
+  command->add_option("--svg", options->svg, "The seven curves of each as a picture, to this file")
+      ->type_name("FILE");
+  AddCommandOptions(*command, options->config, options->wish, false);
+  command->footer(std::string("examples:\n"
+                              "  axlecast trips gm3\n"
+                              "  axlecast trips gm3 --svg gm3.svg\n"
+                              "  axlecast trips gm3 --json | jq '.trips[0].samples[1]'\n") +
+                  kCommandExitCodes);
+  command->callback([options, &exit_code] { exit_code = Run(*options); });
+}
+
+}  // namespace axlecast

@@ -1,0 +1,267 @@
+#include "tools/axlecast/decode/decode_command.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "core/device/family.h"
+#include "core/messages/json/field.h"
+#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/decode/bit_line.h"
+#include "tools/axlecast/decode/can_notation.h"
+#include "tools/axlecast/decode/hex_line.h"
+
+namespace axlecast {
+namespace {
+
+// Many times the longest frame however it is written; keeps a file without line ends out of memory.
+constexpr std::size_t kLongestLine = 64 * 1024;
+
+constexpr const char* kExamples =
+    "Input: two hex digits a byte; between bytes nothing, blanks, commas, colons, semicolons or dashes; 0x is "
+    "allowed.\n"
+    "One quoted argument is one frame; without arguments, each line of standard input is one. Blank lines and "
+    "what\n"
+    "follows a # are skipped. CAN frames: ID#DATA, or a line of candump. With --bits: the digits 0 and 1 in the "
+    "order in which they were clocked in.\n"
+    "\n"
+    "Output: one JSON object per frame. Exit code: 0 all good, 1 any bad, 2 wrong usage.\n"
+    "\n"
+    "Examples:\n"
+    "  axlecast decode tformat \"1A 00 A5 A5 00 17 88 88 00 00 0D\"\n"
+    "  axlecast decode tformat --set bits=23 --set enid=0x17 0220D6431AAD \"EA 00 EA\"\n"
+    "  axlecast decode tformat --set bits=23 < capture.txt | jq .angle_deg\n"
+    "  axlecast decode ssi --set bits=12 --bits 000111101111\n"
+    "  axlecast decode saa-can \"120#4726000000000000\"";
+
+// What a family is told of a frame that was written as bits: how many of its bytes' bits are of the frame.
+constexpr const char* kBitCount = "bit_count";
+
+// Decodes frames one by one with the settings of the call.
+class FrameDecoder {
+ public:
+  FrameDecoder(const Family& family, DecodeSettings settings, bool bits, std::ostream& out)
+      : family_(family), settings_(std::move(settings)), bits_(bits), out_(out) {}
+
+  // Why the settings are no good; empty when they are.
+  [[nodiscard]] std::string SettingsProblem() const {
+    bool usable = true;
+    const nlohmann::ordered_json json = family_.decode(bits_ ? WithBitCount(0) : settings_, {}, &usable);
+    return usable ? "" : json.at("error").get<std::string>();
+  }
+
+  // `where` says in front of a problem's column where the text stands.
+  void Decode(const std::string& text, const std::string& where) {
+    if (bits_) return DecodeBits(text, where);
+    const HexLine line = ReadBytes(text);
+    if (!line.problem.empty()) return Bad("not_hex", where + line.problem);
+    Show(settings_, line.bytes);
+  }
+
+  void Bad(const std::string& error, const std::string& detail) {
+    all_good_ = false;
+    out_ << JsonLine({{"ok", false}, {"kind", "unknown"}, {"error", error}, {"detail", detail}}) << '\n';
+  }
+
+  [[nodiscard]] bool all_good() const { return all_good_; }
+  [[nodiscard]] bool can_write() const { return out_.good(); }
+
+ private:
+  [[nodiscard]] HexLine ReadBytes(const std::string& text) const {
+    if (family_.link == LinkKind::kCan) {
+      if (std::optional<HexLine> frame = ParseCanNotation(text)) return *std::move(frame);
+    }
+    return ParseHexLine(text);
+  }
+
+  void DecodeBits(const std::string& text, const std::string& where) {
+    const BitLine line = ParseBitLine(text);
+    if (!line.problem.empty()) return Bad("not_bits", where + line.problem);
+    bit_count_ = line.bits;
+    Show(WithBitCount(line.bits), line.bytes);
+  }
+
+  [[nodiscard]] DecodeSettings WithBitCount(std::size_t bits) const {
+    DecodeSettings settings = settings_;
+    settings.emplace_back(kBitCount, std::to_string(bits));
+    return settings;
+  }
+
+  void Show(const DecodeSettings& settings, Bytes frame) {
+    bool usable = true;
+    nlohmann::ordered_json json = family_.decode(settings, frame, &usable);
+    if (json.value("error", "") == "short") json["detail"] = ShortText(frame);
+    all_good_ = all_good_ && json.at("ok").get<bool>();
+    out_ << JsonLine(json) << '\n';
+  }
+
+  // How much came, and how much is needed: the family itself tells, when it is given more and more.
+  [[nodiscard]] std::string ShortText(Bytes frame) const {
+    constexpr std::size_t kMostMore = 300;  // bytes; more than the longest frame has
+    std::vector<std::uint8_t> longer(frame.begin(), frame.end());
+    const char* const unit = bits_ ? " bits" : " bytes";
+    const std::size_t came = bits_ ? bit_count_ : frame.size() - HeadBytes(frame);
+    for (std::size_t more = 1; more <= (bits_ ? 8 : 1) * kMostMore; ++more) {
+      longer.resize(bits_ ? std::max(frame.size(), (came + more + 7) / 8) : frame.size() + more);
+      bool usable = true;
+      const nlohmann::ordered_json json =
+          family_.decode(bits_ ? WithBitCount(came + more) : settings_, longer, &usable);
+      if (json.value("error", "") == "short") continue;
+      const std::string kind = json.value("kind", "unknown");
+      return std::to_string(came) + unit + " came, at least " + std::to_string(came + more) + " are needed" +
+             (kind == "unknown" ? "" : " for a " + kind);
+    }
+    return std::to_string(came) + unit + " came, more are needed";
+  }
+
+  // Bytes of a CAN frame's identifier, which are not of its data.
+  [[nodiscard]] std::size_t HeadBytes(Bytes frame) const {
+    constexpr std::size_t kIdentifier = 4;
+    return family_.link == LinkKind::kCan && frame.size() >= kIdentifier ? kIdentifier : 0;
+  }
+
+  const Family& family_;
+  DecodeSettings settings_;
+  const bool bits_;
+  std::ostream& out_;
+  std::size_t bit_count_ = 0;  // of the frame that is shown
+  bool all_good_ = true;
+};
+
+struct Line {
+  std::string text;
+  bool cut = false;  // it was longer than kLongestLine; the rest is skipped
+};
+
+std::optional<Line> ReadLine(std::istream& in) {
+  Line line;
+  bool any = false;
+  for (int c = in.get(); c != std::istream::traits_type::eof(); c = in.get()) {
+    any = true;
+    if (c == '\n') return line;
+    line.cut = line.text.size() == kLongestLine;
+    if (!line.cut) line.text += static_cast<char>(c);
+  }
+  return any ? std::optional(std::move(line)) : std::nullopt;
+}
+
+bool IsBlank(const std::string& text) {
+  const std::size_t first = text.find_first_not_of(" \t\r");
+  return first == std::string::npos || text[first] == '#';
+}
+
+// Frames decoded.
+std::size_t DecodeLines(std::istream& in, FrameDecoder& decoder) {
+  std::size_t frames = 0;
+  for (std::size_t number = 1; decoder.can_write(); ++number) {
+    const std::optional<Line> line = ReadLine(in);
+    if (!line) break;
+    if (!line->cut && IsBlank(line->text)) continue;
+    ++frames;
+    const std::string where = "line " + std::to_string(number) + ", ";
+    if (line->cut) {
+      decoder.Bad("long", where + "more than " + std::to_string(kLongestLine) + " characters");
+    } else {
+      decoder.Decode(line->text, where);
+    }
+  }
+  return frames;
+}
+
+std::optional<DecodeSettings> SplitSettings(const std::vector<std::string>& texts, std::ostream& err) {
+  DecodeSettings settings;
+  for (const std::string& text : texts) {
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      err << "axlecast decode: --set '" << text << "': expected key=value, for example --set bits=17\n";
+      return std::nullopt;
+    }
+    settings.emplace_back(text.substr(0, equals), text.substr(equals + 1));
+  }
+  return settings;
+}
+
+std::string KnownProtocols(std::optional<LinkKind> link = std::nullopt) {
+  std::string names;
+  for (const Family* family : Families()) {
+    if (family->decode == nullptr || (link && family->link != *link)) continue;
+    names += (names.empty() ? "" : ", ") + std::string(family->name);
+  }
+  return names;
+}
+
+// A frame whose bytes were given as separate arguments.
+bool LooksUnquoted(const DecodeArguments& arguments) {
+  constexpr std::size_t kLongestGroup = 8;
+  return arguments.frames.size() > 1 && std::ranges::all_of(arguments.frames, [&](const std::string& frame) {
+           return arguments.bits ? frame.size() <= kLongestGroup : ParseHexLine(frame).bytes.size() == 1;
+         });
+}
+
+// As in the machine's file; the driver programs write its '_' as '-'.
+const Family* FamilyOf(std::string protocol) {
+  std::ranges::replace(protocol, '-', '_');
+  return FindFamily(protocol);
+}
+
+}  // namespace
+
+int RunDecode(const DecodeArguments& arguments, std::istream& in, std::ostream& out, std::ostream& err) {
+  const Family* family = FamilyOf(arguments.protocol);
+  if (family == nullptr || family->decode == nullptr) {
+    err << "axlecast decode: unknown protocol '" << arguments.protocol << "'; known: " << KnownProtocols() << '\n';
+    return kExitUsage;
+  }
+  if (arguments.bits && family->link != LinkKind::kSpi) {
+    err << "axlecast decode: --bits is for devices that a clock reads bit by bit ("
+        << KnownProtocols(LinkKind::kSpi) << "); frames of " << family->name << " are bytes in hex\n";
+    return kExitUsage;
+  }
+  std::optional<DecodeSettings> settings = SplitSettings(arguments.settings, err);
+  if (!settings) return kExitUsage;
+  FrameDecoder decoder(*family, std::move(*settings), arguments.bits, out);
+  if (const std::string problem = decoder.SettingsProblem(); !problem.empty()) {
+    err << "axlecast decode: --set " << problem << '\n';
+    return kExitUsage;
+  }
+
+  for (const std::string& frame : arguments.frames) decoder.Decode(frame, "");
+  if (arguments.frames.empty() && DecodeLines(in, decoder) == 0 && decoder.can_write()) {
+    err << "axlecast decode: no frames in the input\n";
+  }
+  out.flush();
+  if (!out) {
+    err << "axlecast decode: the output could not be written\n";
+    return kExitFailed;
+  }
+  if (decoder.all_good()) return kExitDone;
+  if (LooksUnquoted(arguments)) {
+    err << "axlecast decode: each argument is one frame; put the groups of one frame between quotes\n";
+  }
+  return kExitBad;
+}
+
+void AddDecodeCommand(CLI::App& app, int& exit_code) {
+  auto arguments = std::make_shared<DecodeArguments>();
+  CLI::App* command = app.add_subcommand("decode", "Decode captured frames off-line, one JSON object per frame");
+  command->add_option("PROTOCOL", arguments->protocol, "Family of the device: " + KnownProtocols())->required();
+  command->add_option("--set", arguments->settings, "What the frame does not say, as key=value; may be repeated")
+      ->type_name("KEY=VALUE")
+      ->allow_extra_args(false);
+  command->add_flag("--bits", arguments->bits, "Frames are written as bits: 1010...; families on SPI");
+  command->add_option("HEX", arguments->frames, "Frames; without any, they are read from standard input");
+  command->footer(kExamples);
+  command->callback([arguments, &exit_code] {
+    exit_code = RunDecode(*arguments, std::cin, std::cout, std::cerr);
+    if (std::ferror(stdin) != 0) {
+      std::cerr << "axlecast decode: standard input could not be read\n";
+      exit_code = kExitFailed;
+    }
+  });
+}
+
+}  // namespace axlecast

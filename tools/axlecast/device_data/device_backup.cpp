@@ -1,0 +1,236 @@
+#include "tools/axlecast/device_data/device_backup.h"
+
+#include <sodium.h>
+
+#include <array>
+#include <limits>
+#include <utility>
+
+#include "core/base/table_layout.h"
+#include "core/base/words.h"
+#include "core/device/outcome_text.h"
+#include "core/device/parameter_value.h"
+#include "core/messages/json/field.h"
+#include "core/messages/json/message_json.h"
+#include "tools/axlecast/common/utc_text.h"
+
+namespace axlecast {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kVersionKey = "axlecast_backup";
+constexpr const char* kSumKey = "sha256";
+constexpr std::size_t kRow = 16;  // cells a line
+
+std::string Sha256(std::string_view text) {
+  std::array<std::uint8_t, crypto_hash_sha256_BYTES> sum{};
+  crypto_hash_sha256(sum.data(), reinterpret_cast<const unsigned char*>(text.data()), text.size());
+  return HexDigits(sum);
+}
+
+// Bytes that are no UTF-8 never get here: a device's texts are made printable.
+std::string Compact(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+Json MemoryJson(const MemoryCells& cells) {
+  Json json = Json::object();
+  std::vector<std::uint8_t> row;
+  std::size_t begin = 0;
+  const auto end_row = [&] {
+    if (!row.empty()) json["eeprom_" + std::to_string(begin)] = HexText(row);
+    row.clear();
+  };
+  for (const auto& [address, byte] : cells) {
+    if (row.size() == kRow || address != begin + row.size()) end_row();
+    if (row.empty()) begin = address;
+    row.push_back(byte);
+  }
+  end_row();
+  return json;
+}
+
+Json DatumJson(const device_info_t& info) {
+  return {{"counts", info.datum_counts},
+          {"utime", info.datum_utime},
+          {"epoch", info.datum_epoch},
+          {"reference_lost", info.reference_lost != 0}};
+}
+
+// Reads members, and says of the first that is missing or of another kind.
+class Reader {
+ public:
+  Reader(const Json& json, std::string& problem) : json_(json), problem_(problem) {}
+
+  std::string Text(const char* key) {
+    const Json* member = Member(key, Json::value_t::string, "a text");
+    return member == nullptr ? "" : member->get<std::string>();
+  }
+  std::int64_t Integer(const char* key, std::int64_t fallback) {
+    const auto found = json_.find(key);
+    if (found != json_.end() && found->is_null()) return fallback;
+    const bool fits = found != json_.end() && found->is_number_integer() &&
+                      (!found->is_number_unsigned() ||
+                       found->get<std::uint64_t>() <= std::uint64_t{std::numeric_limits<std::int64_t>::max()});
+    if (fits) return found->get<std::int64_t>();
+    Wrong(key, "a whole number");
+    return fallback;
+  }
+  // A member that is an object of texts.
+  std::map<std::string, std::string> Texts(const char* key) {
+    std::map<std::string, std::string> texts;
+    const Json* member = Member(key, Json::value_t::object, "an object of texts");
+    if (member == nullptr) return texts;
+    for (const auto& [name, value] : member->items()) {
+      if (!value.is_string()) return Wrong(key, "an object of texts"), texts;
+      texts[name] = value.get<std::string>();
+    }
+    return texts;
+  }
+  Json Any(const char* key) { return json_.value(key, Json()); }
+
+ private:
+  const Json* Member(const char* key, Json::value_t type, const char* what) {
+    const auto found = json_.find(key);
+    if (found != json_.end() && found->type() == type) return &*found;
+    Wrong(key, what);
+    return nullptr;
+  }
+  void Wrong(const char* key, const char* what) {
+    if (problem_.empty()) problem_ = std::string(key) + " is missing or not " + what;
+  }
+
+  const Json& json_;
+  std::string& problem_;
+};
+
+// That the object is such a backup, of a version that this program knows, and whole.
+std::string CheckForm(Json json) {
+  if (!json.is_object() || !json.contains(kVersionKey))
+    return "it is no backup of axlecast (axlecast backup DEVICE)";
+  const Json version = json[kVersionKey];
+  if (version != kBackupVersion) {
+    return "its version is " + Printable(Compact(version)) + ", and this axlecast knows " +
+           std::to_string(kBackupVersion) + ": read it with the axlecast that wrote it";
+  }
+  const Json sum = json.value(kSumKey, Json());
+  json.erase(kSumKey);
+  if (sum == Sha256(Compact(json))) return "";
+  return "its content does not agree with its sha256: it was damaged or changed; take another copy";
+}
+
+MemoryCells CellsIn(const std::map<std::string, std::string>& memory, std::string& problem) {
+  std::vector<change_t> changes;
+  for (const auto& [key, bytes] : memory) {
+    if (!key.starts_with("eeprom_")) problem = "memory: " + Quoted(Printable(key)) + " is no eeprom_ADDRESS";
+    changes.push_back({key, "", bytes});
+  }
+  if (changes.empty() || !problem.empty()) return {};
+  return CellsOf(changes, problem);
+}
+
+}  // namespace
+
+DeviceBackup MakeBackup(const MachineView& machine, const DeviceView& device, const Family& family,
+                        const BackupContents& contents) {
+  const device_info_t& info = *device.info;
+  DeviceBackup backup{.machine = machine.machine(),
+                      .device = device.name,
+                      .bus = device.bus,
+                      .family = std::string(family.name),
+                      .model = Printable(info.model),
+                      .identity = info.identity,
+                      .serial = Printable(info.serial),
+                      .firmware = Printable(info.firmware),
+                      .cells = contents.cells};
+  for (const ParameterValue& value : contents.values) {
+    backup.parameters[std::string(value.parameter->name)] = ParameterText(*value.parameter, value.raw);
+  }
+  if (family.has_position) backup.datum = DatumJson(info);
+  for (const alarm_entry_t& alarm : device.alarms.entries()) backup.alarms.push_back(ToJson(alarm));
+  return backup;
+}
+
+std::string ToFileText(const DeviceBackup& backup) {
+  Json json = {{kVersionKey, kBackupVersion},
+               {"machine", backup.machine},
+               {"device", backup.device},
+               {"bus", backup.bus},
+               {"family", backup.family},
+               {"model", backup.model},
+               {"identity", backup.identity < 0 ? Json() : Json(backup.identity)},
+               {"serial", backup.serial},
+               {"firmware", backup.firmware},
+               {"utime", backup.utime},
+               {"time", UtcText(backup.utime) + " UTC"},
+               {"written_by", backup.written_by},
+               {"memory", MemoryJson(backup.cells)},
+               {"parameters", Json::object()},
+               {"datum", backup.datum},
+               {"alarms", backup.alarms}};
+  for (const auto& [name, value] : backup.parameters) json["parameters"][name] = value;
+  json[kSumKey] = Sha256(Compact(json));
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+DeviceBackup ParseDeviceBackup(std::string_view text, std::string& problem) {
+  DeviceBackup backup;
+  if (text.size() > kMostBackupBytes) {
+    problem = "it is longer than " + std::to_string(kMostBackupBytes) + " bytes: no backup of a device is";
+    return backup;
+  }
+  const Json json = ParseOutsideJson(text);
+  problem = json.is_discarded() ? "it is no JSON: it was damaged, or is another file" : CheckForm(json);
+  if (!problem.empty()) return backup;
+  Reader reader(json, problem);
+  backup.machine = reader.Text("machine");
+  backup.device = reader.Text("device");
+  backup.bus = reader.Text("bus");
+  backup.family = reader.Text("family");
+  backup.model = reader.Text("model");
+  backup.identity = reader.Integer("identity", -1);
+  backup.serial = reader.Text("serial");
+  backup.firmware = reader.Text("firmware");
+  backup.utime = reader.Integer("utime", 0);
+  backup.written_by = reader.Text("written_by");
+  backup.parameters = reader.Texts("parameters");
+  const std::map<std::string, std::string> memory = reader.Texts("memory");
+  if (problem.empty()) backup.cells = CellsIn(memory, problem);
+  backup.datum = reader.Any("datum");
+  backup.alarms = reader.Any("alarms");
+  return backup;
+}
+
+BackupContents ContentsOf(const DeviceBackup& backup, const Family& family, std::string& problem) {
+  BackupContents contents{.cells = backup.cells, .values = {}};
+  for (const auto& [name, text] : backup.parameters) {
+    if (FindParameter(family.parameters, name) == nullptr) {
+      problem = UnknownParameter(family.parameters, Printable(name));
+      return {};
+    }
+  }
+  for (const ParameterSpec& parameter : family.parameters) {
+    const auto found = backup.parameters.find(std::string(parameter.name));
+    if (found == backup.parameters.end()) continue;
+    const auto raw = ParseParameter(parameter, found->second, problem);
+    if (!raw) {
+      problem = std::string(parameter.name) + ": " + problem;
+      return {};
+    }
+    contents.values.push_back({&parameter, *raw});
+  }
+  return contents;
+}
+
+std::string OtherUnit(const DeviceBackup& backup, const device_info_t& info) {
+  const std::string serial = Printable(info.serial);
+  if (backup.identity >= 0 && info.identity >= 0 && backup.identity != info.identity) {
+    return "its identity is " + std::to_string(info.identity) + ", the backup is of identity " +
+           std::to_string(backup.identity);
+  }
+  if (!backup.serial.empty() && !serial.empty() && backup.serial != serial) {
+    return "its serial number is " + serial + ", the backup is of " + backup.serial;
+  }
+  return "";
+}
+
+}  // namespace axlecast

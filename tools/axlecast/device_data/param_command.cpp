@@ -1,0 +1,215 @@
+#include "tools/axlecast/device_data/subcommands.h"
+
+#include <CLI/CLI.hpp>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <memory>
+#include <optional>
+
+#include "core/messages/json/field.h"
+#include "platform/os/new_file.h"
+#include "tools/axlecast/command/command_options.h"
+#include "tools/axlecast/command/do_request.h"
+#include "tools/axlecast/common/confirmation.h"
+#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/screen.h"
+#include "tools/axlecast/device_data/parameter_file.h"
+#include "tools/axlecast/device_data/parameter_text.h"
+#include "tools/axlecast/device_data/parameter_transfer.h"
+
+namespace axlecast {
+namespace {
+
+struct Options {
+  ConfigOption config;
+  CommandWish wish;
+  std::vector<std::string> words;  // NAME or NAME=VALUE
+  std::string file;
+  bool no_reads = false;
+};
+
+// A device that has parameters.
+struct Place {
+  MachineConfig machine;
+  const Family* family = nullptr;
+};
+
+int Wrong(const std::string& problem, int exit_code = kExitUsage) {
+  std::cerr << problem << '\n';
+  return exit_code;
+}
+
+int Show(const nlohmann::ordered_json& json, const std::string& text, bool as_json) {
+  static_cast<void>(WriteOut(as_json ? JsonLine(json) + '\n' : text));
+  return kExitDone;
+}
+
+std::optional<Place> Find(const Options& options, int& exit_code) {
+  std::optional<MachineConfig> machine = options.config.Load(exit_code);
+  if (!machine) return std::nullopt;
+  const FoundOperation found = FindOperation(*machine, options.wish.device, "read_parameters");
+  if (found.problem.empty()) return Place{*machine, found.bus->family};
+  exit_code = Wrong(found.problem);
+  return std::nullopt;
+}
+
+// The values that the device holds; the exit code says why there are none.
+ParameterValues Present(const Place& place, const Options& options, int& exit_code) {
+  OperatorClient client(place.machine, options.wish.key, false);
+  const ParameterReading reading = ReadParameters(client, *place.family, options.wish);
+  exit_code = ExitCode(reading.result);
+  if (exit_code != kExitDone) {
+    Show(ToJson(reading.result), ToText(reading.result), options.wish.json);
+  } else if (!reading.problem.empty()) {
+    exit_code = Wrong(reading.problem, kExitFailed);
+  }
+  return reading.values;
+}
+
+// What the device holds now. Where it cannot be asked, the list comes without; why is said on standard error.
+ParameterValues PresentOrNone(const Place& place, const Options& options) {
+  if (options.no_reads) return {};
+  OperatorClient client(place.machine, options.wish.key, false);
+  const ParameterReading reading = ReadParameters(client, *place.family, options.wish);
+  if (ExitCode(reading.result) == kExitDone && reading.problem.empty()) return reading.values;
+  std::cerr << "without the present values: "
+            << (reading.problem.empty() ? ToText(reading.result) : reading.problem + '\n');
+  return {};
+}
+
+int List(const Options& options) {
+  int exit_code = kExitDone;
+  const auto place = Find(options, exit_code);
+  if (!place) return exit_code;
+  const ParameterValues values = PresentOrNone(*place, options);
+  return Show(ListJson(place->family->parameters, values), ListText(place->family->parameters, values),
+              options.wish.json);
+}
+
+int Get(const Options& options) {
+  int exit_code = kExitDone;
+  const auto place = Find(options, exit_code);
+  if (!place) return exit_code;
+  for (const std::string& name : options.words) {
+    if (FindParameter(place->family->parameters, name) == nullptr) {
+      return Wrong(UnknownParameter(place->family->parameters, name));
+    }
+  }
+  const ParameterValues values = Chosen(Present(*place, options, exit_code), options.words);
+  return exit_code == kExitDone ? Show(ToJson(options.wish.device, values), ToText(values), options.wish.json)
+                                : exit_code;
+}
+
+int Export(const Options& options) {
+  int exit_code = kExitDone;
+  const auto place = Find(options, exit_code);
+  if (!place) return exit_code;
+  const ParameterValues values = Present(*place, options, exit_code);
+  if (exit_code != kExitDone) return exit_code;
+  const std::string text = ParameterFileText(*place->family, options.wish.device, values);
+  if (options.file.empty()) return WriteOut(text) ? kExitDone : kExitBad;
+  if (const std::string problem = WriteOutput(options.file, text); !problem.empty())
+    return Wrong(problem, kExitBad);
+  return Show({{"device", options.wish.device}, {"file", options.file}, {"parameters", values.size()}},
+              std::to_string(values.size()) + " parameters in " + options.file + '\n', options.wish.json);
+}
+
+// Shows what differs from `wanted`, asks, and writes it.
+int Write(const Place& place, const Options& options, const ParameterValues& wanted) {
+  if (!options.wish.yes && !CanAsk("writing parameters")) return kExitUsage;
+  int exit_code = kExitDone;
+  const ParameterValues present = Present(place, options, exit_code);
+  if (exit_code != kExitDone) return exit_code;
+  const ParameterChanges changes = ParameterDiff(present, wanted);
+  std::cerr << options.wish.device << ": " << changes.size() << " of " << wanted.size() << " parameters differ\n"
+            << ToText(changes);
+  if (!changes.empty() && !options.wish.yes && !Confirmed()) return kExitRejected;
+  OperatorClient client(place.machine, options.wish.key, !options.wish.json);
+  const std::vector<CommandResult> results = WriteParameters(client, options.wish, changes);
+  Show(WriteJson(options.wish.device, changes, results), WriteText(options.wish.device, changes, results),
+       options.wish.json);
+  return results.empty() ? kExitDone : ExitCode(results.back());
+}
+
+int Set(const Options& options) {
+  int exit_code = kExitDone;
+  const auto place = Find(options, exit_code);
+  if (!place) return exit_code;
+  std::string problem;
+  const ParameterValues wanted = FromWords(place->family->parameters, options.words, problem);
+  return problem.empty() ? Write(*place, options, wanted) : Wrong(problem);
+}
+
+int Import(const Options& options) {
+  int exit_code = kExitDone;
+  const auto place = Find(options, exit_code);
+  if (!place) return exit_code;
+  std::ifstream stream(options.file, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  if (!stream.is_open() || stream.bad()) return Wrong("cannot read " + options.file, kExitBad);
+  ConfigErrors errors(options.file);
+  const ParameterValues wanted = ParseParameterFile(*place->family, text, errors);
+  if (errors.empty()) return Write(*place, options, wanted);
+  std::cerr << errors.Text();
+  return kExitBad;
+}
+
+void AddList(CLI::App& param, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = param.add_subcommand("list", "Names, present values, units, ranges and meanings");
+  command->add_option("DEVICE", options->wish.device, "The device")->required();
+  options->config.AddTo(*command, ConfigOption::Form::kOptionOnly);
+  AddKeyOption(*command, options->wish.key);
+  command->add_flag("--no-reads", options->no_reads, "Asks no device: without the present values");
+  command->add_flag("--json", options->wish.json, "One JSON object");
+  command->footer(
+      "examples:\n  axlecast param list gm3\n  axlecast param list gm3 --no-reads\n"
+      "A value that cannot be read is -; why is said on standard error. Exit code: 0, or 2 usage");
+  command->callback([options, &exit_code] { exit_code = List(*options); });
+}
+
+// A verb that asks the device; `arguments` adds what it takes besides the device.
+template <typename Arguments>
+void Add(CLI::App& param, int& exit_code, const char* name, const char* help, int (*run)(const Options&), bool asks,
+         const char* example, const Arguments& arguments) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = param.add_subcommand(name, help);
+  command->add_option("DEVICE", options->wish.device, "The device")->required();
+  arguments(*command, *options);
+  AddCommandOptions(*command, options->config, options->wish, asks);
+  command->footer(std::string(example) + '\n' + kCommandExitCodes);
+  command->callback([options, run, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace
+
+void AddParamCommand(CLI::App& app, int& exit_code) {
+  CLI::App* param = app.add_subcommand("param", "The settings that a device keeps: list, get, set, export, import");
+  param->require_subcommand(1);
+  AddList(*param, exit_code);
+  Add(*param, exit_code, "get", "Reads values", &Get, false,
+      "examples:\n  axlecast param get gm3\n  axlecast param get gm3 log_interval start_time_1 --json",
+      [](CLI::App& command, Options& options) {
+        command.add_option("NAMES", options.words, "Only these; else all")->type_name("NAME");
+      });
+  Add(*param, exit_code, "set", "Shows what would change, asks, writes, and reads back", &Set, true,
+      "example: axlecast param set gm3 power_upper_a_1_50hz=125.0 log_interval=0.5",
+      [](CLI::App& command, Options& options) {
+        command.add_option("VALUES", options.words, "The new values, in the parameters' units")
+            ->type_name("NAME=VALUE")
+            ->required();
+      });
+  Add(*param, exit_code, "export", "Writes all values as YAML, to a file or standard output", &Export, false,
+      "example: axlecast param export gm3 --out gm3.yaml", [](CLI::App& command, Options& options) {
+        command.add_option("--out", options.file, "To this file")->type_name("FILE");
+      });
+  Add(*param, exit_code, "import", "Shows what differs from the file, asks, writes that, and reads back", &Import,
+      true, "examples:\n  axlecast param import gm3 gm3.yaml\n  axlecast param import gm4 gm3.yaml --yes --json",
+      [](CLI::App& command, Options& options) {
+        command.add_option("FILE", options.file, "As `param export` writes it; may leave parameters out")
+            ->required();
+      });
+}
+
+}  // namespace axlecast

@@ -1,0 +1,92 @@
+#include "tools/axlecast/device_data/subcommands.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <iterator>
+#include <memory>
+
+#include "core/messages/json/field.h"
+#include "tools/axlecast/command/command_options.h"
+#include "tools/axlecast/common/config_option.h"
+#include "tools/axlecast/common/confirmation.h"
+#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/screen.h"
+#include "tools/axlecast/device_data/replace_wizard.h"
+#include "tools/axlecast/live/status_text.h"
+
+namespace axlecast {
+namespace {
+
+struct Options {
+  ConfigOption config;
+  ReplaceWish wish;
+  std::string from = "backup";
+  bool already_exchanged = false;
+};
+
+int Replace(Options options) {
+  int exit_code = kExitDone;
+  const auto machine = options.config.Load(exit_code);
+  if (!machine) return exit_code;
+  ReplaceWish& wish = options.wish;
+  if (machine->BusOf(wish.command.device) == nullptr) {
+    std::cerr << UnknownDevice(*machine, wish.command.device) << '\n';
+    return kExitUsage;
+  }
+  if (!wish.command.yes && !CanAsk("replace")) return kExitUsage;
+  if (options.already_exchanged) options.from = "accept";
+  const auto step = std::find(std::begin(kReplaceSteps), std::end(kReplaceSteps), options.from);
+  wish.from = static_cast<ReplaceStep>(std::distance(std::begin(kReplaceSteps), step));
+  ReplaceWizard guide(*machine, wish);
+  exit_code = guide.Run();
+  static_cast<void>(WriteOut(wish.command.json ? JsonLine(ToJson(guide.report())) + '\n' : ToText(guide.report())));
+  return exit_code;
+}
+
+void AddOptions(CLI::App& command, Options& options) {
+  ReplaceWish& wish = options.wish;
+  command.add_option("DEVICE", wish.command.device, "The device")->required();
+  command
+      .add_option("--backup", wish.backup,
+                  "The backup's file: taken when it is there, else written; default DEVICE-UTC.txt in this folder")
+      ->type_name("FILE");
+  command.add_option("--value", wish.value, "What the axis reads after the exchange, in its unit")
+      ->check(PlainNumber())
+      ->type_name("V");
+  CLI::Option* from =
+      command.add_option("--from", options.from, "Begin at this step")
+          ->check(CLI::IsMember(std::vector<std::string>(std::begin(kReplaceSteps), std::end(kReplaceSteps))))
+          ->type_name("STEP");
+  command
+      .add_flag("--already-exchanged", options.already_exchanged,
+                "The new one is in place: as --from accept, with the backup of --backup if any")
+      ->excludes(from);
+  options.config.AddTo(command, ConfigOption::Form::kOptionOnly);
+  AddKeyOption(command, wish.command.key);
+  command.add_flag("--yes", wish.command.yes, "Do not ask; without --value no datum is set");
+  command.add_flag("--json", wish.command.json, "What was done as one JSON object");
+  AddReasonOption(command, wish.command.reason);
+}
+
+}  // namespace
+
+void AddReplaceCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "replace", "Leads through the exchange of a device: backup, exchange, accept, write back, datum");
+  AddOptions(*command, *options);
+  command->footer(
+      std::string(
+          "examples:\n"
+          "  axlecast replace axis1\n"
+          "  axlecast replace axis1 --already-exchanged --backup axis1-20261121T070005Z.txt\n"
+          "  axlecast replace axis1 --from datum\n"
+          "  axlecast replace axis1 --yes --value 12.5 --json\n"
+          "steps: backup, exchange, accept, write, datum; each can be repeated. Ctrl-C stops, says what holds,\n"
+          "and how to go on.\n") +
+      kCommandExitCodes);
+  command->callback([options, &exit_code] { exit_code = Replace(*options); });
+}
+
+}  // namespace axlecast

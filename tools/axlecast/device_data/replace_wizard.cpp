@@ -1,0 +1,316 @@
+#include "tools/axlecast/device_data/replace_wizard.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <utility>
+
+#include "bridge/store/history.h"
+#include "core/base/table_layout.h"
+#include "core/device/outcome_text.h"
+#include "core/messages/json/names.h"
+#include "platform/os/new_file.h"
+#include "tools/axlecast/command/command_report.h"
+#include "tools/axlecast/command/datum_text.h"
+#include "tools/axlecast/common/confirmation.h"
+#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/device_data/exchange_watch.h"
+#include "tools/axlecast/device_data/memory_transfer.h"
+#include "tools/axlecast/device_data/parameter_transfer.h"
+#include "tools/axlecast/live/status_text.h"
+#include "tools/monitor/live_machine.h"
+
+namespace axlecast {
+namespace {
+
+constexpr MonoNs kLook = 3 * kSecond;  // DEVICE comes once a second
+
+// Returns true if the device is online or degraded and its DEVICE message was received.
+bool Answers(const DeviceView& device, MonoNs now) {
+  if (!device.info) return false;
+  const auto state = device.State(now);
+  return state == device_info_t::STATE_ONLINE || state == device_info_t::STATE_DEGRADED;
+}
+
+std::string StateText(const DeviceView& device, MonoNs now) {
+  const auto state = device.State(now);
+  if (!state) return "SILENT (its driver is not heard)";
+  const std::string reason = device.info ? Printable(device.info->reason) : "";
+  return std::string(DeviceStateName(*state)) + (reason.empty() ? "" : " (" + reason + ")");
+}
+
+// "identity 17, serial SN0042, model ts5669n127"
+std::string EncoderText(const device_info_t& info) {
+  std::string text = "identity " + (info.identity < 0 ? std::string("not told") : std::to_string(info.identity));
+  if (!info.serial.empty()) text += ", serial " + Printable(info.serial);
+  if (!info.firmware.empty()) text += ", firmware " + Printable(info.firmware);
+  return text + ", model " + Printable(info.model);
+}
+
+void TellAlarms(const DeviceView& device) {
+  for (const alarm_entry_t& alarm : device.alarms.entries()) {
+    std::cerr << "  alarm " << Printable(alarm.name) << ": " << Printable(alarm.action) << '\n';
+  }
+}
+
+int Stopped(const CommandResult& result) {
+  std::cerr << ToText(result);
+  return ExitCode(result);
+}
+
+bool Done(const CommandResult& result) {
+  const int exit_code = ExitCode(result);
+  return exit_code == kExitDone || exit_code == kExitUnverifiable;
+}
+
+}  // namespace
+
+ReplaceWizard::ReplaceWizard(const MachineConfig& machine, ReplaceWish wish)
+    : machine_(machine),
+      family_(*machine.BusOf(wish.command.device)->family),
+      wish_(std::move(wish)),
+      client_(machine, wish_.command.key, !wish_.command.json) {
+  report_.device = wish_.command.device;
+  report_.has_position = family_.has_position;
+}
+
+int ReplaceWizard::Run() {
+  if (!client_.problem().empty()) {
+    std::cerr << client_.problem() << '\n';
+    return kExitBad;
+  }
+  ShowKnown();
+  if (const End end = LoadBackup()) {
+    report_.stopped = wish_.from;
+    return *end;
+  }
+  const std::pair<ReplaceStep, End (ReplaceWizard::*)()> steps[] = {
+      {ReplaceStep::kBackup, &ReplaceWizard::Backup},
+      {ReplaceStep::kExchange, &ReplaceWizard::Exchange},
+      {ReplaceStep::kAccept, &ReplaceWizard::Accept},
+      {ReplaceStep::kWriteBack, &ReplaceWizard::WriteBack},
+      {ReplaceStep::kDatum, &ReplaceWizard::SetDatum}};
+  for (const auto& [step, run] : steps) {
+    if (step < wish_.from) continue;
+    report_.stopped = step;
+    if (CancelOnSignal::requested()) return kExitRejected;
+    if (const End end = (this->*run)()) return *end;
+  }
+  report_.stopped.reset();
+  return report_.datum ? ExitCode(*report_.datum) : kExitDone;
+}
+
+DeviceView ReplaceWizard::Look() {
+  LiveMachine live(machine_, clock_);
+  const std::string& name = report_.device;
+  const auto known = [&name](const MachineView& view) {
+    const DeviceView& device = *view.FindDevice(name);
+    return (device.Heard() && (device.position || !device.has_position) && device.alarms.heard()) ||
+           CancelOnSignal::requested();
+  };
+  if (!live.problem().empty() || !live.Gather(clock_.Now() + kLook, known)) {
+    std::cerr << (live.problem().empty() ? "the LCM port failed" : live.problem()) << '\n';
+  }
+  return *live.view().FindDevice(name);
+}
+
+CommandRequest ReplaceWizard::Request(const char* operation) const {
+  return {.device = report_.device,
+          .operation = operation,
+          .valid_ms = wish_.command.valid_ms,
+          .reason = wish_.command.reason};
+}
+
+bool ReplaceWizard::Agreed() const { return wish_.command.yes || Confirmed(); }
+
+void ReplaceWizard::ShowKnown() {
+  const DeviceView device = Look();
+  const MonoNs now = clock_.Now();
+  std::cerr << PresentText(device, now) << '\n'
+            << "  state " << StateText(device, now) << '\n'
+            << "  " << (device.info ? EncoderText(*device.info) : "what it is is not known") << '\n';
+  HistoryReader reader(JournalFile(machine_));
+  const std::vector<DeviceRecord> devices = reader.Devices();
+  const auto found = std::find_if(devices.begin(), devices.end(),
+                                  [&](const DeviceRecord& record) { return record.device == report_.device; });
+  if (found != devices.end()) std::cerr << DatumText(*found, WriteBudget(machine_, report_.device));
+  if (!reader.problem().empty()) {
+    std::cerr << "  datum and wear are not known here: " << reader.problem() << '\n';
+  }
+}
+
+ReplaceWizard::End ReplaceWizard::LoadBackup() {
+  if (wish_.backup.empty()) return std::nullopt;
+  std::ifstream stream(wish_.backup, std::ios::binary);
+  if (!stream.is_open()) {
+    if (wish_.from == ReplaceStep::kBackup) return std::nullopt;
+    std::cerr << "cannot read " << wish_.backup << '\n';
+    return kExitBad;
+  }
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  std::string problem;
+  std::string note;
+  backup_ = ParseBackup(family_, report_.device, wish_.backup, text, problem, note);
+  if (!problem.empty()) {
+    std::cerr << problem << '\n';
+    return kExitBad;
+  }
+  if (!note.empty()) std::cerr << "warning: " << note << '\n';
+  report_.backup = wish_.backup;
+  return std::nullopt;
+}
+
+ReplaceWizard::End ReplaceWizard::Backup() {
+  if (backup_) {
+    std::cerr << "backup: " << wish_.backup << " is there already, and stays as it is\n";
+    return std::nullopt;
+  }
+  if (BackupOperation(family_) == nullptr) {
+    report_.backup_problem = "devices of " + std::string(family_.name) + " keep nothing that could be backed up";
+    std::cerr << "backup: " << report_.backup_problem << '\n';
+    return std::nullopt;
+  }
+  const DeviceView device = Look();
+  const MonoNs now = clock_.Now();
+  if (Answers(device, now)) return ReadBackup();
+  report_.backup_problem = "it does not answer, " + StateText(device, now);
+  std::cerr << "backup: " << report_.backup_problem << "; going on without\n";
+  return std::nullopt;
+}
+
+ReplaceWizard::End ReplaceWizard::ReadBackup() {
+  BackupReading reading = axlecast::ReadBackup(client_, family_, wish_.command);
+  if (ExitCode(reading.result) != kExitDone) return Stopped(reading.result);
+  if (!reading.problem.empty()) {
+    std::cerr << "backup: " << reading.problem << '\n';
+    return kExitFailed;
+  }
+  const std::string file =
+      wish_.backup.empty() ? BackupFileName(report_.device, clock_.UtcMicroseconds(), ".txt") : wish_.backup;
+  if (const std::string problem = WriteOutput(file, reading.text); !problem.empty()) {
+    std::cerr << problem << '\n';
+    return kExitBad;
+  }
+  backup_ = std::move(reading.contents);
+  report_.backup = file;
+  std::cerr << "backup: written to " << file << '\n';
+  return std::nullopt;
+}
+
+ReplaceWizard::End ReplaceWizard::Exchange() {
+  LiveMachine live(machine_, clock_);
+  const auto heard = [this](const MachineView& view) {
+    return view.FindDevice(report_.device)->info || CancelOnSignal::requested();
+  };
+  bool works = live.problem().empty() && live.Gather(clock_.Now() + kLook, heard);
+  std::cerr << "Exchange " << report_.device
+            << " now. This waits until it was away and answers again; Ctrl-C stops.\n";
+  ExchangeWatch watch;
+  std::string told;
+  const auto back = [&](const MachineView& view) {
+    const MonoNs now = clock_.Now();
+    const DeviceView& device = *view.FindDevice(report_.device);
+    watch.On(device.State(now), device.info ? device.info->boot_id : 0, now);
+    const std::string state = StateText(device, now);
+    if (state != std::exchange(told, state)) std::cerr << "  " << report_.device << ": " << state << '\n';
+    return watch.stage() == ExchangeWatch::Stage::kBack || CancelOnSignal::requested();
+  };
+  works = works && live.Gather(kNever, back);
+  if (!works) {
+    std::cerr << (live.problem().empty() ? "the LCM port failed" : live.problem()) << '\n';
+    return kExitBad;
+  }
+  return watch.stage() == ExchangeWatch::Stage::kBack ? std::nullopt : End(kExitRejected);
+}
+
+ReplaceWizard::End ReplaceWizard::Accept() {
+  const DeviceView device = Look();
+  const MonoNs now = clock_.Now();
+  if (!Answers(device, now)) {
+    std::cerr << report_.device << " does not answer: " << StateText(device, now)
+              << "\nIf the machine's file gives the identity of the old one: change it, restart the driver\n";
+    return kExitNoAnswer;
+  }
+  report_.encoder = EncoderText(*device.info);
+  std::cerr << "now answers: " << report_.encoder << ", " << StateText(device, now) << '\n';
+  TellAlarms(device);
+  if (!family_.has_position) return std::nullopt;  // no datum and no wear are kept of a monitor
+  std::cerr << "Accept it as another encoder? Its wear, identity and datum begin anew.\n";
+  if (!Agreed()) return kExitRejected;
+  report_.accepted = client_.Execute(Request("accept_exchange"));
+  return Done(*report_.accepted) ? std::nullopt : End(Stopped(*report_.accepted));
+}
+
+ReplaceWizard::End ReplaceWizard::WriteBack() {
+  if (!backup_) {
+    std::cerr << "write: there is no backup to write back\n";
+    return std::nullopt;
+  }
+  return backup_->values.empty() ? WriteCells() : WriteValues();
+}
+
+ReplaceWizard::End ReplaceWizard::WriteCells() {
+  const BackupReading present = axlecast::ReadBackup(client_, family_, wish_.command);
+  if (ExitCode(present.result) != kExitDone) return Stopped(present.result);
+  if (!present.problem.empty()) {
+    std::cerr << "write: " << present.problem << '\n';
+    return kExitFailed;
+  }
+  const PermittedCells permitted = AskPermitted(client_, wish_.command, present.contents.cells, backup_->cells);
+  report_.not_permitted = permitted.not_permitted;
+  if (permitted.failed) return Stopped(*permitted.failed);
+  const std::vector<CellRun> runs = CellRuns(present.contents.cells, permitted.cells, kLongestWrite);
+  if (runs.empty()) std::cerr << "write: nothing that may be written differs from the backup\n";
+  for (const CellRun& run : runs) {
+    if (End end = WriteRun(run)) return end;
+  }
+  return std::nullopt;
+}
+
+ReplaceWizard::End ReplaceWizard::WriteRun(const CellRun& run) {
+  std::cerr << "write: address " << run.address << ": " << HexText(run.before) << " -> " << HexText(run.after)
+            << '\n';
+  if (!Agreed()) return CancelOnSignal::requested() ? End(kExitRejected) : std::nullopt;
+  report_.written.push_back(axlecast::WriteCells(client_, wish_.command, run));
+  return Done(report_.written.back()) ? std::nullopt : End(Stopped(report_.written.back()));
+}
+
+ReplaceWizard::End ReplaceWizard::WriteValues() {
+  const ParameterReading present = ReadParameters(client_, family_, wish_.command);
+  if (ExitCode(present.result) != kExitDone) return Stopped(present.result);
+  if (!present.problem.empty()) {
+    std::cerr << "write: " << present.problem << '\n';
+    return kExitFailed;
+  }
+  const ParameterChanges changes = ParameterDiff(present.values, backup_->values);
+  std::cerr << "write: " << changes.size() << " parameters differ from the backup\n" << ToText(changes);
+  if (changes.empty()) return std::nullopt;
+  if (!Agreed()) return CancelOnSignal::requested() ? End(kExitRejected) : std::nullopt;
+  report_.written = WriteParameters(client_, wish_.command, changes);
+  return Done(report_.written.back()) ? std::nullopt : End(Stopped(report_.written.back()));
+}
+
+std::string ReplaceWizard::AskValue() const {
+  for (std::string answer; !CancelOnSignal::requested();) {
+    std::cerr << "What does the axis read now, in its unit? (empty: it stays without datum) ";
+    if (!std::getline(std::cin, answer) || answer.empty()) return "";
+    if (CLI::Number(answer).empty()) return answer;
+    std::cerr << Printable(answer) << " is no number\n";
+  }
+  return "";
+}
+
+ReplaceWizard::End ReplaceWizard::SetDatum() {
+  if (!family_.has_position) return std::nullopt;
+  const std::string value = wish_.value.empty() && !wish_.command.yes ? AskValue() : wish_.value;
+  if (CancelOnSignal::requested()) return kExitRejected;
+  if (value.empty()) return std::nullopt;
+  CommandRequest request = Request("set_datum");
+  request.arguments = {{"value", value}};
+  report_.datum = client_.Execute(request);
+  return Done(*report_.datum) ? std::nullopt : End(Stopped(*report_.datum));
+}
+
+}  // namespace axlecast

@@ -1,0 +1,122 @@
+#include "tools/axlecast/live/subcommands.h"
+
+#include <unistd.h>
+#include <CLI/CLI.hpp>
+
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <system_error>
+
+#include "tools/axlecast/common/config_option.h"
+#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/program.h"
+
+namespace axlecast {
+namespace {
+
+struct Options {
+  ConfigOption config;
+  bool print = false;
+};
+
+// The first of the places where the file is; empty when it is nowhere.
+std::string FirstExisting(const std::vector<std::string>& places) {
+  for (const std::string& place : places) {
+    if (access(place.c_str(), R_OK) == 0) return place;
+  }
+  return "";
+}
+
+std::string Jar(const std::string& name) {
+  return FirstExisting({"/usr/share/java/" + name, "/usr/local/share/java/" + name});
+}
+
+std::string TypesJar() {
+  const std::string name = "axlecast/lcmtypes_axlecast.jar";
+  return FirstExisting({std::filesystem::path(ProgramFolder()).parent_path().string() + "/share/" + name,
+                        "/usr/share/" + name, "/usr/local/share/" + name});
+}
+
+// The program's file, as a shell finds it; empty when there is none.
+std::string OnPath(const std::string& program) {
+  const char* value = std::getenv("PATH");
+  std::string path = value == nullptr ? "/usr/bin:/bin" : value;
+  path += ':';
+  for (std::size_t start = 0, end = 0; (end = path.find(':', start)) != std::string::npos; start = end + 1) {
+    std::string file = path.substr(start, end - start) + '/' + program;
+    if (access(file.c_str(), X_OK) == 0) return file;
+  }
+  return "";
+}
+
+// True for a Java that can open no window, as default-jdk-headless and default-jre-headless bring it.
+bool IsHeadless(const std::string& java) {
+  std::error_code error;
+  const std::filesystem::path program = std::filesystem::canonical(java, error);
+  if (error) return false;
+  const std::string libraries = program.parent_path().parent_path().string() + "/lib/";
+  return access((libraries + "libawt_headless.so").c_str(), F_OK) == 0 &&
+         access((libraries + "libawt_xawt.so").c_str(), F_OK) != 0;
+}
+
+// What is missing and the line that brings it; empty when nothing is.
+std::string Missing(const std::string& types) {
+  if (types.empty()) {
+    return "lcmtypes_axlecast.jar is missing: install the package axlecast-java; in a build folder: sudo apt-get "
+           "install "
+           "default-jdk-headless liblcm-java, then cmake -DAXLECAST_JAVA=ON . && ninja lcmtypes_jar";
+  }
+  const std::string java = OnPath("java");
+  if (java.empty()) return "java is missing: sudo apt-get install default-jre";
+  if (IsHeadless(java)) {
+    return "the Java of this host (" + java +
+           ") can open no window, lcm-spy needs one: sudo apt-get install default-jre";
+  }
+  if (Jar("lcm.jar").empty()) return "lcm.jar is missing: sudo apt-get install liblcm-java";
+  if (Jar("jchart2d.jar").empty()) return "jchart2d.jar is missing: sudo apt-get install libjchart2d-java";
+  return "";
+}
+
+// Debian 12's own launcher passes -Xincgc, which Java 17 refuses; hence our own line.
+int Spy(const Options& options) {
+  int exit_code = kExitDone;
+  const auto machine = options.config.Load(exit_code);
+  if (!machine) return exit_code;
+  const std::string types = TypesJar();
+  if (const std::string missing = Missing(types); !missing.empty()) {
+    std::cerr << missing << '\n';
+    return kExitBad;
+  }
+  const std::vector<std::string> argv = {"java", "-Djava.net.preferIPv4Stack=true", "-cp",
+                                         Jar("lcm.jar") + ':' + Jar("jchart2d.jar") + ':' + types, "lcm.spy.Spy"};
+  if (options.print) {
+    std::cout << ShellText({"env", "LCM_DEFAULT_URL=" + machine->lcm.url, "CLASSPATH=" + types}) << ' '
+              << ShellText(argv) << '\n';
+    return kExitDone;
+  }
+  if (const char* display = std::getenv("DISPLAY"); display == nullptr || *display == '\0') {
+    std::cerr << "lcm-spy opens a window, and DISPLAY is not set: run it on a desktop, with ssh -X, or without a "
+                 "screen under Xvfb:\n  sudo apt-get install xvfb xauth default-jre\n  xvfb-run axlecast spy "
+              << machine->file << '\n';
+    return kExitBad;
+  }
+  setenv("LCM_DEFAULT_URL", machine->lcm.url.c_str(), 1);
+  setenv("CLASSPATH", types.c_str(), 1);
+  std::cerr << Become(argv) << '\n';
+  return kExitBad;
+}
+
+}  // namespace
+
+void AddSpyCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("spy", "Starts lcm-spy, which then shows our channels decoded");
+  options->config.AddTo(*command, ConfigOption::Form::kPositional);
+  command->add_flag("--print", options->print, "Only show the command");
+  command->footer("example: axlecast spy machine.yaml");
+  command->callback([options, &exit_code] { exit_code = Spy(*options); });
+}
+
+}  // namespace axlecast

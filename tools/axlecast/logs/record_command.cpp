@@ -1,0 +1,215 @@
+#include "tools/axlecast/logs/subcommands.h"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
+#include <list>
+#include <memory>
+#include <system_error>
+#include <utility>
+
+#include "platform/net/lcm_port.h"
+#include "platform/os/foreign_link.h"
+#include "platform/os/process.h"
+#include "platform/os/run_directory.h"
+#include "platform/os/supervision.h"
+#include "platform/os/system_clock.h"
+#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/screen.h"
+#include "tools/axlecast/logs/log_recording.h"
+#include "tools/axlecast/logs/record_options.h"
+#include "tools/axlecast/logs/record_report.h"
+
+namespace axlecast {
+namespace {
+
+// The live lines, one for each log; they are drawn over the ones before.
+class LiveLines {
+ public:
+  explicit LiveLines(bool shown) : shown_(shown) {}
+
+  void Draw(const std::string& lines) {
+    if (!shown_) return;
+    Clear();
+    static_cast<void>(WriteOut(lines));
+    height_ = std::count(lines.begin(), lines.end(), '\n');
+  }
+  void Clear() {
+    if (!shown_) return;
+    const std::string up = height_ > 0 ? "\x1b[" + std::to_string(height_) + 'A' : "";
+    static_cast<void>(WriteBytes('\r' + up + "\x1b[J"));
+    height_ = 0;
+  }
+
+ private:
+  bool shown_;
+  std::ptrdiff_t height_ = 0;
+};
+
+// One run of the command.
+class RecordRun {
+ public:
+  RecordRun(const RecordOptions& options, RecordPlan plan)
+      : options_(options),
+        live_(!options.json && Screen::Usable()),
+        health_port_(plan.logs.front().urls.front(), plan.prefix) {
+    for (RecordingSettings& settings : plan.logs) logs_.emplace_back(std::move(settings), clock_);
+  }
+
+  int Run() {
+    const StopSignal stop;
+    if (const std::string problem = Open(); !problem.empty()) {
+      std::cerr << problem << '\n';
+      return kExitFailed;
+    }
+    for (LogRecording& log : logs_) log.Start();
+    supervision_.Ready();
+    while (!AnyFailed() && !stop.Wait(kRedrawMs)) {
+      if (AllRead()) supervision_.Progress(clock_.Now());
+      if (clock_.Now() < next_health_) continue;
+      next_health_ = clock_.Now() + kSecond;
+      Tell(false);
+    }
+    supervision_.Stopping();
+    Tell(true);
+    for (LogRecording& log : logs_) log.Stop();
+    return End();
+  }
+
+ private:
+  std::string Open() {
+    if (options_.append) {
+      if (std::string problem = logs_.front().Continue(options_.file); !problem.empty()) return problem;
+    }
+    for (LogRecording& log : logs_) {
+      if (std::string problem = log.Open(); !problem.empty()) return problem;
+    }
+    for (const std::string& warning : logs_.front().warnings()) std::cerr << "warning: " << warning << '\n';
+    for (const LogRecording& log : logs_) Announce(log);
+    return "";
+  }
+
+  void Announce(const LogRecording& log) const {
+    if (options_.json) {
+      static_cast<void>(WriteOut(RecordStartJson(log.name(), log.status(), log.urls()) + '\n'));
+      return;
+    }
+    const std::string file = log.status().disk.file;
+    std::cerr << Title(log) << (file.empty() ? "waiting for the trigger" : "recording to " + file)
+              << "; Ctrl-C ends it\n";
+  }
+
+  [[nodiscard]] bool AnyFailed() const {
+    return std::any_of(logs_.begin(), logs_.end(), [](const LogRecording& log) { return log.failed(); });
+  }
+
+  [[nodiscard]] bool AllRead() {
+    return std::all_of(logs_.begin(), logs_.end(), [](LogRecording& log) { return log.Reads(); });
+  }
+
+  void Tell(bool stopping) {
+    std::string lines;
+    std::vector<std::string> errors;
+    for (LogRecording& log : logs_) {
+      const recorder_health_t health = log.Tell(health_port_, stopping, errors);
+      lines += (lines.empty() ? "" : "\n") + Title(log) + RecordStatusLine(health);
+    }
+    if (!errors.empty()) live_.Clear();
+    for (const std::string& error : errors) std::cerr << error << '\n';
+    live_.Draw(lines);
+  }
+
+  // Which of several.
+  [[nodiscard]] std::string Title(const LogRecording& log) const {
+    return logs_.size() > 1 ? log.name() + ": " : "";
+  }
+
+  // The worst of them.
+  int End() {
+    live_.Clear();
+    int exit_code = kExitDone;
+    for (const LogRecording& log : logs_) {
+      const RecordingStatus status = log.status();
+      if (options_.json) {
+        static_cast<void>(WriteOut(RecordEndJson(log.name(), status) + '\n'));
+      } else {
+        std::cerr << Title(log) << RecordSummary(status);
+      }
+      exit_code = std::max(exit_code, RecordExitCode(status));
+    }
+    return exit_code;
+  }
+
+  const RecordOptions& options_;
+  LiveLines live_;
+  SystemClock clock_;
+  Supervision supervision_;
+  LcmPort health_port_;
+  std::list<LogRecording> logs_;
+  MonoNs next_health_ = 0;
+};
+
+// Makes the folder of the machine's logs ours. Empty, or why it cannot be.
+std::string TakeFolder(const std::string& folder, const std::string& machine, LockFile& lock) {
+  if (std::string problem = ForeignLinkProblem(folder); !problem.empty()) return problem;
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) return folder + ": cannot be made: " + error.message() + "; make it, or choose another `directory`";
+  const std::string holder = lock.Acquire(folder + "/." + machine + ".lock");
+  if (holder.empty()) return "";
+  if (access(folder.c_str(), W_OK) != 0) {
+    return folder + ": " + std::strerror(errno) + "; choose a `directory` that this user may write to";
+  }
+  return holder +
+         ": only one recorder at a time writes the logs of the machine's file; name a FILE or a folder (. is "
+         "this one) for one besides";
+}
+
+int RunRecord(const RecordOptions& options) {
+  std::optional<MachineConfig> machine;
+  if (options.config.Given() || (options.urls.empty() && !options.config.File().empty())) {
+    int exit_code = kExitDone;
+    machine = options.config.Load(exit_code);
+    if (!machine) return exit_code;
+  }
+  RecordPlan plan = MakeRecordPlan(options, machine);
+  if (!plan.problem.empty()) {
+    std::cerr << plan.problem << '\n';
+    return kExitUsage;
+  }
+  LockFile lock;
+  if (!plan.folder.empty()) {
+    if (const std::string problem = TakeFolder(plan.folder, machine->machine, lock); !problem.empty()) {
+      std::cerr << problem << '\n';
+      return kExitFailed;
+    }
+  }
+  return RecordRun(options, std::move(plan)).Run();
+}
+
+}  // namespace
+
+void AddRecordCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<RecordOptions>();
+  CLI::App* command = app.add_subcommand("record", "Records the machine's messages into an LCM log");
+  options->AddTo(*command);
+  command->footer(
+      "examples:\n"
+      "  axlecast record                                     the logs of the machine's file (recorder:); where "
+      "that\n"
+      "                                                      has none, everything into NAME_<time>.lcm here\n"
+      "  axlecast record run7.lcm --channel '^POSITION/' --json\n"
+      "  axlecast record /var/log/axlecast/ --split-size 100MB --quota 2GB --keep 14d\n"
+      "  axlecast record . --trigger 'ALARM/.* battery' --pre-trigger 30s --post-trigger 10s\n"
+      "  axlecast record run7.lcm --append\n"
+      "Stock tools read the logs: lcm-logplayer run7.lcm. Ctrl-C or SIGTERM writes what has come, and ends.\n"
+      "exit code: 0 whole, 1 the machine's file is bad, 2 usage, 3 something was lost (told by sender), 4 failed");
+  command->callback([options, &exit_code] { exit_code = RunRecord(*options); });
+}
+
+}  // namespace axlecast

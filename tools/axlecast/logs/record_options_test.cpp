@@ -1,0 +1,142 @@
+#include "tools/axlecast/logs/record_options.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+namespace axlecast {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+RecordPlan Plan(std::vector<std::string> words, const std::optional<MachineConfig>& machine = std::nullopt) {
+  CLI::App app;
+  RecordOptions options;
+  options.AddTo(app);
+  std::reverse(words.begin(), words.end());  // CLI11 takes them so
+  app.parse(words);
+  return MakeRecordPlan(options, machine);
+}
+
+TEST(MakeRecordPlan, RecordsBothPortsIntoAFolderByDefault) {
+  const RecordPlan plan = Plan({});
+  EXPECT_EQ(plan.problem, "");
+  EXPECT_THAT(plan.logs.at(0).urls, ElementsAre(HasSubstr(":7667"), HasSubstr(":7668")));
+  EXPECT_EQ(plan.logs.at(0).writer.folder, ".");
+  EXPECT_EQ(plan.logs.at(0).writer.file, "");
+  EXPECT_EQ(plan.logs.at(0).writer.name, "axlecast");
+  EXPECT_EQ(plan.logs.at(0).writer.sync_interval, 100 * kMillisecond);
+  EXPECT_FALSE(plan.logs.at(0).recorder.pre_trigger);
+}
+
+TEST(MakeRecordPlan, TakesTheMachinesFile) {
+  MachineConfig machine;
+  machine.machine = "press3";
+  machine.text = "machine: press3\n";
+  machine.lcm.prefix = "cell1/";
+  const RecordPlan plan = Plan({}, machine);
+  EXPECT_EQ(plan.logs.at(0).recorder.identity.name, "press3");
+  EXPECT_EQ(plan.logs.at(0).recorder.identity.machine, "machine: press3\n");
+  EXPECT_EQ(plan.prefix, "cell1/");
+  EXPECT_EQ(Plan({"--name", "other"}, machine).logs.at(0).writer.name, "other");
+}
+
+TEST(MakeRecordPlan, UnderstandsSizesAndTimes) {
+  const RecordPlan plan =
+      Plan({"a.lcm", "--split-size", "100MB", "--split-time", "15m", "--fsync", "0", "--url",
+            "tcpq://localhost:7700", "--trigger", "x", "--pre-trigger", "1.5", "--buffer", "1GB"});
+  EXPECT_EQ(plan.problem, "");
+  EXPECT_EQ(plan.logs.at(0).recorder.split_bytes, 100U << 20);
+  EXPECT_EQ(plan.logs.at(0).recorder.split_time, 900 * kSecond);
+  EXPECT_EQ(plan.logs.at(0).writer.sync_interval, 0);
+  EXPECT_EQ(plan.logs.at(0).writer.file, "a.lcm");
+  EXPECT_THAT(plan.logs.at(0).urls, ElementsAre("tcpq://localhost:7700"));
+  EXPECT_EQ(plan.logs.at(0).recorder.pre_trigger->before, 1'500 * kMillisecond);
+  EXPECT_EQ(plan.logs.at(0).recorder.pre_trigger->after, 10 * kSecond);
+  EXPECT_EQ(plan.logs.at(0).queue_bytes, std::size_t{1} << 30);
+}
+
+TEST(MakeRecordPlan, AQuotaSplitsByItself) {
+  EXPECT_EQ(Plan({"--quota", "800MB"}).logs.at(0).recorder.split_bytes, 100U << 20);
+  EXPECT_EQ(Plan({"--quota", "800MB"}).logs.at(0).writer.retention.quota_bytes, 800 << 20);
+}
+
+TEST(MakeRecordPlan, ATimeToKeepSplitsByItself) {
+  const RecordingSettings log = Plan({"--keep", "2w"}).logs.at(0);
+  EXPECT_EQ(log.recorder.split_time, 86'400 * kSecond);
+  EXPECT_EQ(log.writer.retention.keep_us, std::int64_t{14} * 86'400 * 1'000'000);
+}
+
+class MachinesLogs : public ::testing::Test {
+ protected:
+  MachinesLogs() {
+    machine_.machine = "press3";
+    machine_.recorder.directory = "/data";
+    LogConfig events;
+    events.name = "events";
+    events.channels = "^POSITION";
+    events.invert = true;
+    events.keep = 400 * 86'400 * kSecond;
+    LogConfig faults;
+    faults.name = "faults";
+    faults.trigger = "x";
+    faults.pre_trigger = 5 * kSecond;
+    faults.sync = 0;
+    machine_.recorder.logs = {events, faults};
+  }
+  MachineConfig machine_;
+};
+
+TEST_F(MachinesLogs, AreWrittenWhereNoFileIsNamed) {
+  const RecordPlan plan = Plan({}, machine_);
+  EXPECT_EQ(plan.problem, "");
+  EXPECT_EQ(plan.folder, "/data");
+  ASSERT_EQ(plan.logs.size(), 2U);
+  const RecordingSettings& events = plan.logs[0];
+  EXPECT_EQ(events.recorder.identity.name, "events");
+  EXPECT_EQ(events.recorder.identity.channel, "^POSITION");
+  EXPECT_EQ(events.writer.folder, "/data");
+  EXPECT_EQ(events.writer.name, "press3-events");
+  EXPECT_EQ(events.writer.retention.keep_us, std::int64_t{400} * 86'400 * 1'000'000);
+  EXPECT_EQ(events.recorder.split_time, 86'400 * kSecond);
+  EXPECT_THAT(events.urls, ElementsAre(HasSubstr(":7667"), HasSubstr(":7668")));
+  EXPECT_EQ(plan.logs[1].writer.sync_interval, 0);
+  EXPECT_EQ(plan.logs[1].recorder.pre_trigger->before, 5 * kSecond);
+  EXPECT_EQ(Plan({"--json"}, machine_).logs.size(), 2U);
+}
+
+TEST_F(MachinesLogs, AreNotThoseOfTheCommandLine) {
+  const RecordPlan plan = Plan({".", "--channel", "x"}, machine_);
+  EXPECT_EQ(plan.problem, "");
+  EXPECT_EQ(plan.folder, "");
+  EXPECT_EQ(plan.logs.at(0).writer.name, "press3");
+  EXPECT_EQ(plan.logs.at(0).writer.retention.keep_us, 0);
+  EXPECT_EQ(Plan({"--url", "udpm://239.255.76.67:7700"}, machine_).folder, "");
+  EXPECT_THAT(Plan({"--channel", "x"}, machine_).problem, HasSubstr("--channel is for a log of its own"));
+  EXPECT_THAT(Plan({"--trigger", "x", "--json"}, machine_).problem, HasSubstr("--trigger is for a log"));
+}
+
+TEST(MakeRecordPlan, RefusesWhatContradictsItself) {
+  EXPECT_THAT(Plan({"--append"}).problem, HasSubstr("needs the file"));
+  EXPECT_THAT(Plan({"/tmp", "--append"}).problem, HasSubstr("needs the file"));
+  EXPECT_THAT(Plan({"a.lcm", "--quota", "1GB"}).problem, HasSubstr("give a folder"));
+  EXPECT_THAT(Plan({"--quota", "1GB", "--split-size", "600MB"}).problem,
+              HasSubstr("--split-size: is at most half"));
+  EXPECT_THAT(Plan({"a.lcm", "--keep", "1d"}).problem, HasSubstr("give a folder"));
+  EXPECT_THAT(Plan({"--url", "file:///tmp/a.lcm?mode=r"}).problem, HasSubstr("axlecast replay"));
+  EXPECT_THAT(Plan({"--url", "memq://"}).problem, HasSubstr("nothing can be heard"));
+  EXPECT_THAT(Plan({"--split-size", "1kB"}).problem, HasSubstr("at least"));
+  EXPECT_THAT(Plan({"--trigger", "x"}).problem, HasSubstr("--trigger: needs a pre_trigger"));
+  EXPECT_THAT(Plan({"--pre-trigger", "5"}).problem, HasSubstr("--pre-trigger: needs a trigger"));
+  EXPECT_THAT(Plan({"a.lcm", "--append", "--trigger", "x", "--pre-trigger", "5"}).problem,
+              HasSubstr("each episode is a log of its own"));
+  EXPECT_THAT(Plan({"--channel", "a("}).problem, HasSubstr("no regular expression"));
+  EXPECT_THAT(Plan({"--name", "../x"}).problem, HasSubstr("no name"));
+}
+
+}  // namespace
+}  // namespace axlecast

@@ -1,0 +1,152 @@
+#include "tools/axlecast/logs/record_report.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "core/base/table_layout.h"
+#include "core/messages/json/field.h"
+#include "tools/axlecast/common/exit_code.h"
+#include "tools/recorder/recording_health.h"
+
+namespace axlecast {
+namespace {
+
+constexpr std::size_t kShown = 8;  // senders and channels for people
+
+// "3 h 20 min".
+std::string DurationText(double seconds) {
+  if (seconds < 120) return Decimal(seconds, 0) + " s";
+  if (seconds < 7'200) return Decimal(seconds / 60, 0) + " min";
+  if (seconds < 172'800) return Decimal(seconds / 3'600, 1) + " h";
+  return Decimal(seconds / 86'400, 0) + " days";
+}
+
+const char* StateText(std::int8_t state) {
+  switch (state) {
+    case recorder_health_t::STATE_PRE_TRIGGER:
+      return "waiting ";
+    case recorder_health_t::STATE_DISK_FULL:
+      return "DISK FULL ";
+    case recorder_health_t::STATE_ERROR:
+      return "ERROR ";
+    default:
+      return "";
+  }
+}
+
+std::string Count(std::int64_t count, const char* what) { return std::to_string(count) + ' ' + what; }
+
+// Datagrams that the kernel dropped and no later message of their senders has shown.
+std::int64_t Untold(const RecordingStatus& status) {
+  return std::max<std::int64_t>(status.intake.kernel_dropped - status.intake.lost, 0);
+}
+
+std::string LossLines(const RecordingStatus& status) {
+  std::string text;
+  const IntakeCounts& intake = status.intake;
+  if (intake.lost > 0) text += "  " + Count(intake.lost, "missing by their senders' numbers\n");
+  if (intake.overflow > 0)
+    text += "  " + Count(intake.overflow, "found no room in memory (--buffer): the disk is slow\n");
+  if (status.unwritten > 0) text += "  " + Count(status.unwritten, "not taken by the disk\n");
+  if (intake.kernel_dropped > 0) {
+    text +=
+        "  " + Count(intake.kernel_dropped, "datagrams dropped by the kernel (recv_buf_size, net.core.rmem_max)\n");
+  }
+  if (Untold(status) > 0) {
+    text += "  of these at least " + Count(Untold(status), "from senders of whom nothing came after (or before)\n");
+  }
+  return text;
+}
+
+nlohmann::ordered_json SenderJson(const SenderCount& sender) {
+  return {{"sender", SenderText(sender.sender)},
+          {"received", sender.received},
+          {"lost", sender.lost},
+          {"repeated", sender.repeated}};
+}
+
+}  // namespace
+
+std::string ByteText(double bytes) {
+  constexpr std::array<const char*, 5> kUnits = {"B", "kB", "MB", "GB", "TB"};
+  std::size_t unit = 0;
+  for (; bytes >= 1'000 && unit + 1 < kUnits.size(); ++unit) bytes /= 1'000;
+  return Decimal(bytes, unit == 0 ? 0 : 1) + ' ' + kUnits[unit];
+}
+
+std::string RecordStatusLine(const recorder_health_t& health) {
+  std::string line = StateText(health.state);
+  line += Decimal(static_cast<double>(health.messages_hz), 0) + " messages/s  ";
+  line += ByteText(static_cast<double>(health.bytes_hz)) + "/s  ";
+  line += Count(health.messages, "messages") + ", " + ByteText(static_cast<double>(health.total_bytes));
+  line += "  lost " + std::to_string(health.lost);
+  if (health.kernel_dropped > 0) line += " (kernel " + std::to_string(health.kernel_dropped) + ')';
+  line += "  free " + ByteText(static_cast<double>(health.free_bytes));
+  if (health.bytes_hz > 1) {
+    line +=
+        " (" + DurationText(static_cast<double>(health.free_bytes) / static_cast<double>(health.bytes_hz)) + ')';
+  }
+  return line;
+}
+
+std::string RecordSummary(const RecordingStatus& status) {
+  std::string text = Count(status.messages, "messages, ") + ByteText(static_cast<double>(status.bytes)) +
+                     (status.disk.file.empty() ? "" : ", last in " + status.disk.file) + '\n';
+  if (!status.failure.empty()) text += "ended early: " + status.failure + '\n';
+  if (status.disk.damaged || status.unwritten > 0) text += status.disk.last_error + '\n';
+  if (status.early > 0) {
+    text += "the memory of before the trigger was full: " + Count(status.early, "messages left it early\n");
+  }
+  if (status.Whole()) return text + "nothing was lost\n";
+  text += "LOST:\n" + LossLines(status);
+  const auto& senders = status.intake.senders;
+  for (std::size_t i = 0; i < std::min(senders.size(), kShown) && senders[i].lost > 0; ++i) {
+    text += "  " + Left(SenderText(senders[i].sender), 22) + Count(senders[i].lost, "lost, ") +
+            Count(senders[i].received, "received\n");
+  }
+  for (std::size_t i = 0; i < std::min(status.channels.size(), kShown); ++i) {
+    const ChannelLoss& channel = status.channels[i];
+    text += "  " + Left(Printable(channel.channel), 22) + Count(channel.lost, "lost, ") +
+            Count(channel.received, "recorded\n");
+  }
+  return text;
+}
+
+std::string RecordStartJson(const std::string& name, const RecordingStatus& status,
+                            const std::vector<std::string>& urls) {
+  return JsonLine({{"kind", "start"}, {"name", name}, {"file", status.disk.file}, {"urls", urls}});
+}
+
+std::string RecordEndJson(const std::string& name, const RecordingStatus& status) {
+  nlohmann::ordered_json json = {{"kind", "end"},
+                                 {"name", name},
+                                 {"whole", status.Whole() && !status.Failed()},
+                                 {"file", status.disk.file},
+                                 {"messages", status.messages},
+                                 {"bytes", status.bytes},
+                                 {"lost", status.Lost()},
+                                 {"lost_by_number", status.intake.lost},
+                                 {"lost_in_memory", status.intake.overflow},
+                                 {"lost_at_disk", status.unwritten},
+                                 {"kernel_dropped", status.intake.kernel_dropped},
+                                 {"foreign", status.intake.foreign},
+                                 {"left_memory_early", status.early},
+                                 {"error", status.failure.empty() ? status.disk.last_error : status.failure}};
+  json["senders"] = nlohmann::ordered_json::array();
+  for (const SenderCount& sender : status.intake.senders) json["senders"].push_back(SenderJson(sender));
+  json["channels"] = nlohmann::ordered_json::array();
+  for (const ChannelLoss& channel : status.channels) {
+    json["channels"].push_back(
+        {{"channel", channel.channel}, {"received", channel.received}, {"lost", channel.lost}});
+  }
+  return JsonLine(json);
+}
+
+int RecordExitCode(const RecordingStatus& status) {
+  if (status.Failed()) return kExitFailed;
+  return status.Whole() ? kExitDone : kExitLosses;
+}
+
+}  // namespace axlecast

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/clock.h"
+#include "core/device/family.h"
+#include "core/device/simulator.h"
+#include "drivers/hal/simulated_lines.h"
+#include "drivers/hal/simulated_port.h"
+#include "platform/os/run_directory.h"
+#include "platform/os/wake_event.h"
+#include "tools/axlecast/run/control_socket.h"
+
+struct pollfd;
+
+namespace axlecast {
+
+// Puts simulated buses where drivers find them, and lets other processes look at them and change them. Run belongs to
+// one thread.
+class SimulationServer {
+ public:
+  explicit SimulationServer(const Clock& clock);
+
+  struct BusPlace {
+    std::string bus;
+    std::vector<std::string> devices;
+    LinkKind link = LinkKind::kSerial;
+    std::string port;            // what a driver opens: the path of the pty's link or of the socket
+    std::string control;         // path of the control socket
+    std::string lock;            // path of the lock: one simulator per bus
+    std::string lines = {};      // path of the socket for pulses on the lines beside the bus; empty: it has none
+    std::string interface = {};  // of a CAN bus: the nodes stand on this interface, and `port` is not made
+  };
+  // An empty string when the bus is ready, else the cause and the remedy. Before Run.
+  [[nodiscard]] std::string Add(BusPlace place, std::unique_ptr<Simulator> simulator);
+
+  // Serves until Stop. An empty string, or why it could not go on.
+  [[nodiscard]] std::string Run();
+  // From any thread, or from a signal handler.
+  void Stop();
+
+ private:
+  struct Bus {
+    BusPlace place;
+    std::unique_ptr<Simulator> simulator;
+    LockFile lock;
+    std::unique_ptr<SimulatedPort> port;
+    SimulatedLinesPort lines;
+    ControlSocket control;
+    bool plugged = true;
+  };
+
+  [[nodiscard]] MonoNs NextDue() const;
+  void FillPolls(std::vector<pollfd>& polls) const;
+  void ServeBus(Bus& bus, std::span<const pollfd> polls);
+  void OnPulses(Bus& bus);
+  [[nodiscard]] std::string Answer(Bus& bus, const std::string& question);
+  [[nodiscard]] nlohmann::ordered_json Change(Bus& bus, const nlohmann::ordered_json& question);
+  [[nodiscard]] nlohmann::ordered_json Show(const Bus& bus) const;
+
+  const Clock& clock_;
+  WakeEvent stop_;
+  std::vector<std::unique_ptr<Bus>> buses_;
+};
+
+}  // namespace axlecast

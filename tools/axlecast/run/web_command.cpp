@@ -1,0 +1,249 @@
+#include "tools/axlecast/run/subcommands.h"
+
+#include <poll.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <iostream>
+#include <list>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "platform/net/lcm_port.h"
+#include "platform/net/web_server.h"
+#include "platform/os/mapped_file.h"
+#include "platform/os/process.h"
+#include "platform/os/secret_file.h"
+#include "platform/os/supervision.h"
+#include "platform/os/system_clock.h"
+#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/host_name.h"
+#include "tools/axlecast/common/screen.h"
+#include "tools/axlecast/logs/log_machine.h"
+#include "tools/axlecast/run/web_options.h"
+#include "tools/log/log_span.h"
+#include "tools/metrics/metrics_text.h"
+#include "tools/web/web_app.h"
+
+namespace axlecast {
+namespace {
+
+constexpr int kQueue = 50'000;         // messages, between two ticks
+constexpr int kMostHandles = 20;       // in one tick, so that browsers are served under any load
+constexpr int kSpareConnections = 32;  // of HTTP requests and monitoring, beside the browsers' WebSockets
+
+// The machine's messages, as they come.
+class LiveSource {
+ public:
+  LiveSource(const MachineConfig& machine, const Clock& clock)
+      : clock_(clock), scene_(machine, AXLECAST_VERSION, std::nullopt) {
+    Listen(machine.lcm.url, machine.lcm.prefix, Monitor::kDataChannels);
+    Listen(machine.lcm.command_url, machine.lcm.prefix, Monitor::kCommandChannels);
+  }
+
+  [[nodiscard]] const std::string& problem() const { return problem_; }
+  [[nodiscard]] WebModel& scene() { return scene_; }
+
+  // Takes in what has come.
+  void Gather() {
+    for (LcmPort& port : ports_) {
+      pollfd waits = {port.FileDescriptor(), POLLIN, 0};
+      for (int i = 0; i < kMostHandles && problem_.empty() && poll(&waits, 1, 0) > 0; ++i) {
+        if (!port.Handle(0)) problem_ = "the LCM port failed";
+      }
+    }
+    ReceptionCounts counts;
+    for (const LcmPort& port : ports_) counts += port.received();
+    scene_.OnReception(counts);
+    const MonoNs now = clock_.Now();
+    scene_.Tick(now);
+    if (const std::string lost = reception_.Next(counts, now, ports_.front().warning()); !lost.empty()) {
+      std::cerr << lost << '\n';
+    }
+  }
+
+ private:
+  void Listen(const std::string& url, const std::string& prefix, const char* channels) {
+    LcmPort& port = ports_.emplace_back(url, prefix);
+    const auto handler = [this](const std::string& channel, Bytes message) {
+      scene_.OnMessage(channel, message, {clock_.Now(), clock_.UtcMicroseconds()});
+    };
+    if (problem_.empty()) problem_ = port.problem();
+    if (problem_.empty() && !port.Subscribe(channels, handler, kQueue)) problem_ = "cannot subscribe on " + url;
+  }
+
+  const Clock& clock_;
+  WebModel scene_;
+  std::list<LcmPort> ports_;
+  ReceptionReport reception_;
+  std::string problem_;
+};
+
+// Recorded logs.
+class LogSource {
+ public:
+  LogSource(const std::vector<std::string>& paths, const Clock& clock) : clock_(clock) {
+    for (const std::string& path : paths) {
+      const MappedFile& file = files_.emplace_back(path);
+      if (problem_.empty()) problem_ = file.problem();
+      bytes_.push_back(file.bytes());
+      facts_.files.push_back(std::filesystem::path(path).filename());
+    }
+    const LogSpan span = SpanOf(bytes_);
+    facts_.first_utime = span.first;
+    facts_.last_utime = span.last;
+    if (problem_.empty() && span.first == 0 && span.last == 0) problem_ = paths.front() + ": no message is in it";
+  }
+
+  [[nodiscard]] const std::string& problem() const { return problem_; }
+
+  // `machine`: of a file that was named; else the log's own.
+  void Know(std::optional<MachineConfig> machine) {
+    std::string problem;
+    if (!machine) machine = MachineOf(bytes_.front(), files_.front().path(), problem);
+    if (!machine) std::cerr << "warning: " << problem << "what is heard in it is shown\n";
+    machine_ = machine.value_or(MachineConfig{});
+  }
+  [[nodiscard]] const std::string& machine() const { return machine_.machine; }
+
+  [[nodiscard]] std::unique_ptr<LogPlayer> Open() const {
+    return std::make_unique<LogPlayer>(bytes_, machine_, AXLECAST_VERSION, facts_, clock_.Now());
+  }
+
+  // What became of the files meanwhile.
+  [[nodiscard]] std::string Loss() const {
+    for (const MappedFile& file : files_) {
+      if (std::string loss = file.Loss(); !loss.empty()) return loss;
+    }
+    return "";
+  }
+
+ private:
+  const Clock& clock_;
+  std::list<MappedFile> files_;
+  std::vector<Bytes> bytes_;
+  WebLogFacts facts_;
+  MachineConfig machine_;
+  std::string problem_;
+};
+
+// Reads what is secret. Empty when it can be used, else why not.
+std::string ReadSecrets(const WebConfig& web, Secret& token) {
+  SecretFiles files;
+  if (!web.key.empty()) {
+    Secret key;
+    if (const std::string problem = files.Read(SecretFileAt(web.key), key); !problem.empty())
+      return "tls_key: " + problem;
+  }
+  if (web.token.empty()) return "";
+  if (std::string problem = files.Read(web.token, token); !problem.empty()) return "token: " + problem;
+  if (token.text().size() >= WebAccess::kShortestToken) return "";
+  return "token: of less than " + std::to_string(WebAccess::kShortestToken) +
+         " characters: it could be guessed; make one: (umask 077; openssl rand -hex 16 > FILE)";
+}
+
+int Refuse(const std::string& problem, int exit_code) {
+  std::cerr << problem << '\n';
+  return exit_code;
+}
+
+// Serves `parts` until a signal asks to stop. `title`: of what is shown.
+int Serve(const WebOptions& options, WebConfig web, const std::string& title, WebSiteParts parts) {
+  Secret token;
+  if (const std::string problem = ReadSecrets(web, token); !problem.empty()) return Refuse(problem, kExitBad);
+  std::vector<std::string> names = web.names;
+  names.push_back(HostName());
+  WebAccess access({.names = names, .tls = !web.certificate.empty(), .token_required = !web.token.empty()}, token);
+  const SystemClock clock;
+  const StopSignal stop;
+  Supervision supervision;
+  parts.clock = &clock;
+  parts.access = &access;
+  parts.files = PageFiles();
+  parts.most_clients = options.clients;
+  parts.tick = [&stop, &clock, &supervision, gather = std::move(parts.tick)] {
+    supervision.Progress(clock.Now());
+    return gather() && !stop.Requested();
+  };
+  WebApp site(std::move(parts));
+  const int most_connections = static_cast<int>(options.clients) + kSpareConnections;
+  WebServer server({.address = web.bind,
+                    .port = web.port,
+                    .certificate = web.certificate,
+                    .key = web.key,
+                    .most_connections = most_connections,
+                    .most_per_address = most_connections / 2,
+                    .headers = WebApp::SecurityHeaders()},
+                   site);
+  if (!server.problem().empty()) return Refuse(server.problem(), kExitFailed);
+  std::cerr << title << "; Ctrl-C ends it\n";
+  web.port = server.port();
+  static_cast<void>(WriteOut(WebUrl(web, HostName()) + '\n'));
+  supervision.Ready();
+  const bool served = server.Run();
+  supervision.Stopping();
+  return served ? kExitDone : Refuse("the server's library failed", kExitFailed);
+}
+
+int ServeLive(const WebOptions& options, const WebConfig& web, const MachineConfig& machine) {
+  const SystemClock clock;
+  LiveSource source(machine, clock);
+  if (!source.problem().empty()) return Refuse(source.problem(), kExitBad);
+  WebSiteParts parts;
+  parts.live = &source.scene();
+  parts.tick = [&source] {
+    source.Gather();
+    return true;
+  };
+  parts.problem = [&source] { return source.problem(); };
+  parts.metrics = [&source, &clock] {
+    return MetricsText(source.scene().monitor(), clock.Now(), AXLECAST_VERSION);
+  };
+  return Serve(options, web, machine.machine, std::move(parts));
+}
+
+int ServeLog(const WebOptions& options, const WebConfig& web, std::optional<MachineConfig> machine) {
+  const SystemClock clock;
+  LogSource source(options.logs, clock);
+  if (!source.problem().empty()) return Refuse(source.problem(), kExitBad);
+  source.Know(std::move(machine));
+  WebSiteParts parts;
+  parts.open_log = [&source] { return source.Open(); };
+  parts.tick = [] { return true; };
+  parts.problem = [&source] { return source.Loss(); };
+  return Serve(options, web, "log " + options.logs.front(), std::move(parts));
+}
+
+int RunWeb(const WebOptions& options) {
+  std::optional<MachineConfig> machine;
+  if (options.logs.empty() || options.config.Given()) {
+    int exit_code = kExitDone;
+    machine = options.config.Load(exit_code);
+    if (!machine) return exit_code;
+  }
+  const WebConfig web = options.Over(machine ? machine->web : WebConfig{});
+  const std::vector<WebFault> faults = FaultsOf(web);
+  for (const WebFault& fault : faults) std::cerr << "web: " << fault.key << ": " << fault.text << '\n';
+  if (!faults.empty()) return kExitUsage;
+  return options.logs.empty() ? ServeLive(options, web, *machine) : ServeLog(options, web, std::move(machine));
+}
+
+}  // namespace
+
+void AddWebCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<WebOptions>();
+  CLI::App* command = app.add_subcommand("web", "Shows the machine, or a log, in the browser; it only shows");
+  options->AddTo(*command);
+  command->footer(
+      "examples:\n"
+      "  axlecast web                                  the machine's file as elsewhere; open the URL that it "
+      "prints\n"
+      "  axlecast web --log run7.lcm --port 0          a recorded log, with a time slider; no machine needed\n"
+      "  axlecast web --bind 0.0.0.0 --tls-cert web.pem --tls-key web.key --token-file web.token\n"
+      "Beside the page: /metrics (Prometheus), /healthz. Other hosts reach it over TLS and with a token only.\n"
+      "exit code: 0 ended by a signal, 1 some input is bad, 2 usage, 4 it cannot serve there");
+  command->callback([options, &exit_code] { exit_code = RunWeb(*options); });
+}
+
+}  // namespace axlecast

@@ -1,0 +1,161 @@
+#include "tools/doctor/host/host_files.h"
+
+#include <fcntl.h>
+#include <grp.h>
+#include <pwd.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cstdio>
+#include <filesystem>
+#include <sstream>
+#include <system_error>
+
+#include "platform/os/descriptor.h"
+
+namespace axlecast {
+namespace {
+
+constexpr std::size_t kLongestText = 64 << 10;
+
+HostFile::Kind KindOf(mode_t mode) {
+  if (S_ISREG(mode)) return HostFile::Kind::kRegular;
+  if (S_ISDIR(mode)) return HostFile::Kind::kFolder;
+  return S_ISCHR(mode) ? HostFile::Kind::kCharacter : HostFile::Kind::kOther;
+}
+
+template <typename Number>
+std::optional<Number> ToNumber(std::string_view text) {
+  Number number{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+bool Holds(const std::string& place, pid_t id, dev_t device) {
+  std::error_code error;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(place + "/proc/" + std::to_string(id) + "/fd", error)) {
+    struct stat status {};
+    if (stat(entry.path().c_str(), &status) == 0 && S_ISCHR(status.st_mode) && status.st_rdev == device)
+      return true;
+  }
+  return false;
+}
+
+// proc(5): "3: FLOCK  ADVISORY  WRITE 1234 00:06:1234 0 EOF"; what waits for a lock has "->" behind its number.
+std::vector<pid_t> Lockers(const std::string& locks, const struct stat& file) {
+  std::array<char, 64> wanted{};
+  std::snprintf(wanted.data(), wanted.size(), "%02x:%02x:%lu", major(file.st_dev), minor(file.st_dev), file.st_ino);
+  std::vector<pid_t> ids;
+  std::istringstream lines(locks);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string number, kind, how, access, id, inode;
+    words >> number >> kind >> how >> access >> id >> inode;
+    if (inode != wanted.data() || kind == "->") continue;
+    if (const auto process = ToNumber<pid_t>(id); process && *process > 0) ids.push_back(*process);
+  }
+  return ids;
+}
+
+}  // namespace
+
+HostFile HostFiles::Look(const std::string& path) const {
+  HostFile file;
+  file.path = path;
+  const std::string place = Place(path);
+  struct stat status {};
+  if (stat(place.c_str(), &status) != 0) {
+    file.error = errno;
+    return file;
+  }
+  file.kind = KindOf(status.st_mode);
+  file.mode = status.st_mode & 07777;
+  file.uid = status.st_uid;
+  file.gid = status.st_gid;
+  const passwd* const owner = getpwuid(status.st_uid);
+  file.owner = owner == nullptr ? std::to_string(status.st_uid) : owner->pw_name;
+  const ::group* const group = getgrgid(status.st_gid);
+  file.group = group == nullptr ? std::to_string(status.st_gid) : group->gr_name;
+  if (file.kind == HostFile::Kind::kCharacter) {
+    file.major = major(status.st_rdev);
+    file.minor = minor(status.st_rdev);
+  }
+  file.readable = faccessat(AT_FDCWD, place.c_str(), R_OK, AT_EACCESS) == 0;
+  file.writable = faccessat(AT_FDCWD, place.c_str(), W_OK, AT_EACCESS) == 0;
+  return file;
+}
+
+std::optional<std::string> HostFiles::Text(const std::string& path) const {
+  const Descriptor file(open(Place(path).c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK));
+  if (!file.valid()) return std::nullopt;
+  std::string text(kLongestText, '\0');
+  std::size_t size = 0;
+  while (size < text.size()) {
+    const ssize_t count = read(file.get(), text.data() + size, text.size() - size);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return std::nullopt;
+    if (count == 0) break;
+    size += static_cast<std::size_t>(count);
+  }
+  text.resize(size);
+  if (text.ends_with('\n')) text.pop_back();
+  return text;
+}
+
+std::optional<std::int64_t> HostFiles::Number(const std::string& path) const {
+  const std::optional<std::string> text = Text(path);
+  return text ? ToNumber<std::int64_t>(*text) : std::nullopt;
+}
+
+std::vector<std::string> HostFiles::Names(const std::string& folder) const {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(Place(folder), error)) {
+    names.push_back(entry.path().filename().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+HostProcess HostFiles::Process(pid_t id) const {
+  const std::string folder = "/proc/" + std::to_string(id);
+  HostProcess process{.id = id, .name = Text(folder + "/comm").value_or(""), .words = {}};
+  std::istringstream words(Text(folder + "/cmdline").value_or(""));
+  for (std::string word; std::getline(words, word, '\0');) process.words.push_back(word);
+  return process;
+}
+
+std::vector<pid_t> HostFiles::ProcessIds() const {
+  std::vector<pid_t> ids;
+  for (const std::string& name : Names("/proc")) {
+    if (const auto id = ToNumber<pid_t>(name); id && *id != getpid()) ids.push_back(*id);
+  }
+  return ids;
+}
+
+std::vector<HostProcess> HostFiles::Processes() const {
+  std::vector<HostProcess> processes;
+  for (const pid_t id : ProcessIds()) processes.push_back(Process(id));
+  return processes;
+}
+
+std::vector<HostProcess> HostFiles::Holders(const std::string& device) const {
+  struct stat status {};
+  if (stat(Place(device).c_str(), &status) != 0 || !S_ISCHR(status.st_mode)) return {};
+  const std::vector<pid_t> lockers = Lockers(Text("/proc/locks").value_or(""), status);
+  std::vector<HostProcess> holders;
+  for (const pid_t id : ProcessIds()) {
+    const bool locks = std::find(lockers.begin(), lockers.end(), id) != lockers.end();
+    if (locks || Holds(root_, id, status.st_rdev)) holders.push_back(Process(id));
+  }
+  return holders;
+}
+
+}  // namespace axlecast

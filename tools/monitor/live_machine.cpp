@@ -1,0 +1,47 @@
+#include "tools/monitor/live_machine.h"
+
+#include <algorithm>
+
+namespace axlecast {
+
+LiveMachine::LiveMachine(const MachineConfig& machine, const Clock& clock)
+    : clock_(clock), port_(machine.lcm.url, machine.lcm.prefix), view_(machine), problem_(port_.problem()) {
+  if (!problem_.empty()) return;
+  const auto handler = [this](const std::string& channel, Bytes message) {
+    view_.OnMessage(channel, message, clock_.Now());
+  };
+  if (!port_.Subscribe("(POSITION|MOTOR|LIMITS|DEVICE|ALARM|BUS)/.*", handler))
+    problem_ = "cannot subscribe on " + machine.lcm.url;
+  view_.SetReceptionRemedy(port_.warning());
+}
+
+bool LiveMachine::GatherAll(const MachineConfig& machine) {
+  constexpr MonoNs kAlarmWait =
+      1200 * kMillisecond;  // ALARM of the bridge and of mqtt: once a second, where they run
+  const MonoNs start = clock_.Now();
+  const bool has_broker = !machine.mqtt.host.empty();
+  return Gather(start + GatherTime(machine), [&](const MachineView& view) {
+    const bool alarms = view.bridge().heard() && (view.broker().heard() || !has_broker);
+    return view.AllHeard() && (alarms || clock_.Now() - start > kAlarmWait);
+  });
+}
+
+bool LiveMachine::Gather(MonoNs deadline, const std::function<bool(const MachineView&)>& enough) {
+  constexpr MonoNs kLongestWait = 100 * kMillisecond;  // so that Tick is called often enough
+  for (;;) {
+    const MonoNs now = clock_.Now();
+    view_.Tick(now);
+    if (now >= deadline || enough(view_)) return true;
+    const MonoNs wait = std::min(deadline - now, kLongestWait);
+    if (!port_.Handle(static_cast<int>((wait + kMillisecond - 1) / kMillisecond))) return false;
+    view_.OnReception(port_.received());
+  }
+}
+
+MonoNs GatherTime(const MachineConfig& machine) {
+  const bool monitors = std::any_of(machine.buses.begin(), machine.buses.end(),
+                                    [](const BusConfig& bus) { return !bus.family->has_position; });
+  return monitors ? 6 * kSecond : 2500 * kMillisecond;
+}
+
+}  // namespace axlecast

@@ -1,0 +1,119 @@
+#include "tools/recorder/log_composer.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "tools/log/log_seal.h"
+
+namespace axlecast {
+namespace {
+
+// Every log keeps room for the seal at its end.
+constexpr std::uint64_t kSealSize = kEventHeader + kSealChannel.size() + 20;
+
+Bytes BytesOf(const std::string& text) { return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}; }
+
+}  // namespace
+
+LogComposer::LogComposer(RecorderSettings settings, LogSink& output)
+    : settings_(std::move(settings)), output_(output) {
+  if (!settings_.pre_trigger) return;
+  const PreTrigger& pre_trigger = *settings_.pre_trigger;
+  ring_.emplace(pre_trigger.before, pre_trigger.memory);
+}
+
+void LogComposer::Start(MonoNs now, std::int64_t utime) {
+  if (settings_.pre_trigger) {
+    trigger_.emplace(settings_.pre_trigger->trigger, utime);
+  } else {
+    BeginLog(now, utime, {});
+  }
+}
+
+void LogComposer::Continue(const LogTail& tail, MonoNs now, std::int64_t utime) { BeginLog(now, utime, tail); }
+
+void LogComposer::BeginLog(MonoNs now, std::int64_t utime, const LogTail& tail) {
+  output_.Begin(utime);
+  stream_ = LogEventEncoder(tail);
+  log_began_ = now;
+  log_has_messages_ = false;
+  next_seal_ = now + kSealInterval;
+  recording_ = true;
+  for (const auto& [channel, text] : HeaderEvents(settings_.identity, utime, logs_)) {
+    Write(stream_.Add({utime, channel, BytesOf(text)}));
+  }
+  ++logs_;
+}
+
+void LogComposer::EndLog(std::int64_t utime) {
+  Write(stream_.Seal(utime));
+  output_.End();
+  recording_ = false;
+  next_seal_ = kNever;
+}
+
+void LogComposer::Write(Bytes record) {
+  if (record.empty()) return;
+  bytes_ += static_cast<std::int64_t>(record.size());
+  output_.Write(record);
+}
+
+void LogComposer::On(const LoggedMessage& message, MonoNs now) {
+  if (!trigger_) {
+    Record(message, now);
+    return;
+  }
+  const bool fires = trigger_->Fires(message);
+  if (!recording_ && !fires) {
+    ring_->Add(message, now);
+    return;
+  }
+  if (!recording_) Fire(now, message.utime);
+  if (fires) record_until_ = now + settings_.pre_trigger->after;
+  Record(message, now);
+}
+
+void LogComposer::Fire(MonoNs now, std::int64_t utime) {
+  ring_->Expire(now);
+  LoggedMessage message;
+  bool more = ring_->Take(message);
+  BeginLog(now, more ? message.utime : utime, {});
+  for (; more; more = ring_->Take(message)) Record(message, now);
+}
+
+bool LogComposer::MustSplit(const LoggedMessage& message, MonoNs now) const {
+  if (!log_has_messages_) return false;
+  if (settings_.split_time > 0 && now - log_began_ >= settings_.split_time) return true;
+  const std::uint64_t size = kEventHeader + message.channel.size() + message.data.size() + kSealSize;
+  return settings_.split_bytes > 0 && stream_.bytes() + size > settings_.split_bytes;
+}
+
+void LogComposer::Record(const LoggedMessage& message, MonoNs now) {
+  if (MustSplit(message, now)) {
+    EndLog(message.utime);
+    BeginLog(now, message.utime, {});
+  }
+  Write(stream_.Add(message));
+  channels_.On(message);
+  log_has_messages_ = true;
+  ++messages_;
+}
+
+void LogComposer::Poll(MonoNs now, std::int64_t utime) {
+  if (!recording_) return;
+  if (now >= record_until_) {
+    record_until_ = kNever;
+    EndLog(utime);
+  } else if (now >= next_seal_) {
+    Write(stream_.Seal(utime));
+    next_seal_ = now + kSealInterval;
+  }
+}
+
+MonoNs LogComposer::next_poll() const { return std::min(next_seal_, record_until_); }
+
+void LogComposer::End(std::int64_t utime) {
+  if (recording_) EndLog(utime);
+}
+
+}  // namespace axlecast

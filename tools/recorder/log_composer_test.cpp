@@ -1,0 +1,231 @@
+#include "tools/recorder/log_composer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <utility>
+
+#include "tools/log/log_tail.h"
+#include "tools/recorder/recorder_fixture.h"
+
+namespace axlecast {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+constexpr std::int64_t kUtime = 1'700'000'000'000'000;
+
+class RecorderTest : public ::testing::Test {
+ protected:
+  void Start(RecorderSettings settings = {}) {
+    recorder_.emplace(std::move(settings), logs_);
+    recorder_->Start(now_, Utime());
+  }
+  void StartSplit(std::uint64_t bytes, MonoNs time) {
+    RecorderSettings settings;
+    settings.split_bytes = bytes;
+    settings.split_time = time;
+    Start(std::move(settings));
+  }
+  void On(std::string_view channel, std::string_view text) {
+    recorder_->On(MessageOf(channel, text, Utime()), now_);
+  }
+  void Pass(MonoNs time) {
+    now_ += time;
+    recorder_->Poll(now_, Utime());
+  }
+  void End() { recorder_->End(Utime()); }
+  [[nodiscard]] std::int64_t Utime() const { return kUtime + now_ / kMicrosecond; }
+  [[nodiscard]] std::vector<std::string> In(std::size_t log) const { return MessagesIn(logs_.logs.at(log).bytes); }
+  [[nodiscard]] std::vector<std::string> ChannelsIn(std::size_t log) const {
+    std::vector<std::string> channels;
+    LogReader reader(logs_.logs.at(log).bytes);
+    while (const auto event = reader.Next()) channels.emplace_back(event->channel);
+    return channels;
+  }
+
+  MemoryLogs logs_;
+  std::optional<LogComposer> recorder_;
+  MonoNs now_ = kSecond;
+};
+
+TEST_F(RecorderTest, WritesWhatComesBehindTheHeader) {
+  RecorderSettings settings;
+  settings.identity.machine = "machine: press3\n";
+  Start(std::move(settings));
+  On("A", "1");
+  On("B", "");
+  On("A", "1");
+  End();
+  ASSERT_THAT(logs_.logs, SizeIs(1));
+  EXPECT_TRUE(logs_.logs[0].ended);
+  EXPECT_THAT(In(0), ElementsAre("A=1", "B=", "A=1"));
+  EXPECT_THAT(ChannelsIn(0),
+              ElementsAre(kRecorderChannel, kMachineChannel, kSchemaChannel, "A", "B", "A", kSealChannel));
+  EXPECT_EQ(recorder_->messages(), 3);
+  EXPECT_EQ(recorder_->bytes(), static_cast<std::int64_t>(logs_.logs[0].bytes.size()));
+}
+
+TEST_F(RecorderTest, TheHeaderHoldsEveryDefinitionAndWhoRecorded) {
+  RecorderSettings settings;
+  settings.identity.name = "press3";
+  settings.identity.host = "h\xff";
+  settings.identity.urls = {"udpm://239.255.76.67:7667"};
+  Start(std::move(settings));
+  LogReader reader(logs_.logs[0].bytes);
+  const auto about = reader.Next();
+  const std::string json(about->data.begin(), about->data.end());
+  EXPECT_THAT(json, HasSubstr("\"name\":\"press3\""));
+  EXPECT_THAT(json, HasSubstr("\"file_number\":0"));
+  EXPECT_THAT(json, HasSubstr("udpm://239.255.76.67:7667"));
+  const auto schema = reader.Next();
+  ASSERT_EQ(schema->channel, kSchemaChannel) << "no machine's file, no event of it";
+  const std::string text(schema->data.begin(), schema->data.end());
+  for (const char* type : {"struct alarm_t", "struct position_t", "struct wire_record_t", "// wire_t.lcm\n"}) {
+    EXPECT_THAT(text, HasSubstr(type));
+  }
+}
+
+TEST_F(RecorderTest, SealsEachSecondWhereSomethingCame) {
+  Start();
+  On("A", "1");
+  Pass(LogComposer::kSealInterval - 1);
+  EXPECT_THAT(ChannelsIn(0), SizeIs(3));
+  Pass(1);
+  EXPECT_THAT(ChannelsIn(0), SizeIs(4));
+  Pass(10 * kSecond);
+  EXPECT_THAT(ChannelsIn(0), SizeIs(4)) << "silence needs no seal";
+  On("A", "2");
+  End();
+  EXPECT_THAT(ChannelsIn(0), SizeIs(6));
+  EXPECT_THAT(In(0), ElementsAre("A=1", "A=2"));
+}
+
+TEST_F(RecorderTest, NoLogGrowsBeyondItsSize) {
+  constexpr std::uint64_t kSize = 100'000;
+  StartSplit(kSize, 0);
+  const std::string kilobyte(1'000, 'x');
+  for (int i = 0; i < 300; ++i) On("A", kilobyte + std::to_string(i));
+  End();
+  ASSERT_GT(logs_.logs.size(), 3U);
+  std::vector<std::string> all;
+  for (std::size_t i = 0; i < logs_.logs.size(); ++i) {
+    EXPECT_LE(logs_.logs[i].bytes.size(), kSize);
+    EXPECT_EQ(ChannelsIn(i)[0], kRecorderChannel);
+    for (const std::string& message : In(i)) all.push_back(message);
+  }
+  ASSERT_THAT(all, SizeIs(300));
+  for (int i = 0; i < 300; ++i) EXPECT_EQ(all[static_cast<std::size_t>(i)], "A=" + kilobyte + std::to_string(i));
+}
+
+TEST_F(RecorderTest, AMessageLargerThanTheLimitHasALogOfItsOwn) {
+  StartSplit(50'000, 0);
+  On("A", std::string(200'000, 'x'));
+  On("B", std::string(200'000, 'x'));
+  End();
+  EXPECT_THAT(logs_.logs, SizeIs(2));
+}
+
+TEST_F(RecorderTest, SplitsByTimeWhenTheNextMessageComes) {
+  StartSplit(0, 60 * kSecond);
+  On("A", "1");
+  Pass(600 * kSecond);
+  EXPECT_THAT(logs_.logs, SizeIs(1)) << "no log without messages";
+  On("A", "2");
+  EXPECT_THAT(logs_.logs, SizeIs(2));
+  EXPECT_EQ(logs_.logs[1].utime, Utime());
+  EXPECT_THAT(In(1), ElementsAre("A=2"));
+}
+
+TEST_F(RecorderTest, GoesOnWithALogThatWasTorn) {
+  Start();
+  On("A", "1");
+  Pass(kSecond);
+  On("A", "2");  // not sealed
+  std::vector<std::uint8_t> log = logs_.logs[0].bytes;
+  const std::size_t whole = log.size();
+  log.insert(log.end(), {0xed, 0xa1, 0xda, 0x01, 0, 0});
+  const LogTail tail = FindTail(log);
+  EXPECT_EQ(tail.size, whole);
+  EXPECT_EQ(tail.torn, 6U);
+  EXPECT_EQ(tail.open.seal().events, 1U);
+
+  MemoryLogs more;
+  LogComposer again({}, more);
+  again.Continue(tail, now_, Utime());
+  again.On(MessageOf("A", "3", Utime()), now_);
+  again.End(Utime());
+  log.resize(whole);
+  log.insert(log.end(), more.logs[0].bytes.begin(), more.logs[0].bytes.end());
+  EXPECT_THAT(MessagesIn(log), ElementsAre("A=1", "A=2", "A=3"));
+}
+
+class PreTriggerTest : public RecorderTest {
+ protected:
+  void Wait(std::size_t memory = 1 << 20) {
+    RecorderSettings settings;
+    settings.pre_trigger = PreTrigger{std::regex("^ESTOP"), 10 * kSecond, 5 * kSecond, memory};
+    Start(std::move(settings));
+  }
+};
+
+TEST_F(PreTriggerTest, RecordsWhatCameBeforeAndAfter) {
+  Wait();
+  On("A", "too old");
+  Pass(1);
+  On("A", "1");
+  Pass(10 * kSecond);
+  EXPECT_THAT(logs_.logs, IsEmpty());
+  EXPECT_FALSE(recorder_->recording());
+  On("ESTOP", "!");
+  EXPECT_TRUE(recorder_->recording());
+  On("A", "2");
+  Pass(5 * kSecond);
+  EXPECT_FALSE(recorder_->recording());
+  On("A", "3");
+  ASSERT_THAT(logs_.logs, SizeIs(1));
+  EXPECT_TRUE(logs_.logs[0].ended);
+  EXPECT_THAT(In(0), ElementsAre("A=1", "ESTOP=!", "A=2"));
+  EXPECT_EQ(recorder_->messages(), 3);
+}
+
+TEST_F(PreTriggerTest, EveryTriggerProlongsTheRecording) {
+  Wait();
+  On("ESTOP", "1");
+  Pass(4 * kSecond);
+  On("ESTOP", "2");
+  Pass(4 * kSecond);
+  On("A", "1");
+  EXPECT_THAT(logs_.logs, SizeIs(1));
+  Pass(kSecond);
+  On("A", "2");
+  Pass(kSecond);
+  On("ESTOP", "3");
+  EXPECT_THAT(logs_.logs, SizeIs(2));
+  End();
+  EXPECT_THAT(In(0), ElementsAre("ESTOP=1", "ESTOP=2", "A=1"));
+  EXPECT_THAT(In(1), ElementsAre("A=2", "ESTOP=3"));
+}
+
+TEST_F(PreTriggerTest, TheMemoryIsBoundedAndSaysSo) {
+  Wait(10'000);
+  for (int i = 0; i < 100; ++i) On("A", std::string(1'000, 'x'));
+  EXPECT_GT(recorder_->early(), 80);
+  On("ESTOP", "!");
+  End();
+  EXPECT_LT(In(0).size(), 20U);
+}
+
+TEST_F(PreTriggerTest, WithoutATriggerThereIsNoLog) {
+  Wait();
+  On("A", "1");
+  End();
+  EXPECT_THAT(logs_.logs, IsEmpty());
+}
+
+}  // namespace
+}  // namespace axlecast

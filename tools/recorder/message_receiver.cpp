@@ -1,0 +1,136 @@
+#include "tools/recorder/message_receiver.h"
+
+#include <poll.h>
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "platform/net/multicast_probe.h"
+#include "platform/os/wait_until.h"
+
+namespace axlecast {
+namespace {
+
+constexpr MonoNs kCountDrops = 100 * kMillisecond;
+constexpr int kBatchesPerTurn = 16;    // so that no port starves another
+constexpr int kOthersQueue = 100'000;  // messages in LCM's own queue
+constexpr int kMostHandles = 1'000;    // at the end
+constexpr std::int64_t kAnyTime = std::numeric_limits<std::int64_t>::max();
+
+}  // namespace
+
+MessageReceiver::MessageReceiver(ChannelFilter filter, MessageQueue& queue, const Clock& clock)
+    : filter_(std::move(filter)), queue_(queue), clock_(clock) {}
+
+std::string MessageReceiver::Listen(const std::string& url) {
+  const LcmUrl parsed = ParseLcmUrl(url);
+  if (IsOtherProvider(url) || parsed.in_process) return ListenByLcm(url);
+  if (std::string problem = MulticastProblem(url); !problem.empty()) return problem;
+  Source& source = sources_.emplace_back(Source{MulticastPort(parsed), UdpmReceiver(), 0});
+  if (!source.port.warning().empty()) warnings_.push_back(url + ": " + source.port.warning());
+  return source.port.problem().empty() ? "" : url + ": " + source.port.problem();
+}
+
+std::string MessageReceiver::ListenByLcm(const std::string& url) {
+  LcmPort& port = others_.emplace_back(url).port;
+  if (!port.problem().empty()) return port.problem();
+  const auto handler = [this](const std::string& channel, Bytes data) {
+    ++from_others_;
+    Take({{}, clock_.UtcMicroseconds(), channel, data});
+  };
+  return port.Subscribe(".*", handler, kOthersQueue) ? "" : "cannot subscribe on " + url;
+}
+
+std::string MessageReceiver::Run(int stop) {
+  std::vector<pollfd> files = {{stop, POLLIN, 0}};
+  for (const Source& source : sources_) files.push_back({source.port.FileDescriptor(), POLLIN, 0});
+  for (const OtherSource& other : others_) files.push_back({other.port.FileDescriptor(), POLLIN, 0});
+  MonoNs next_count = 0;
+  for (; files[0].revents == 0; ++turns_) {
+    static_cast<void>(PollUntil(files, clock_.Now() + kCountDrops, clock_));
+    ReadAll(kAnyTime);
+    for (OtherSource& other : others_) {
+      const std::scoped_lock lock(mutex_);
+      if (!other.port.Handle(0)) return "LCM failed on " + other.url + ": start its server, and record again";
+    }
+    if (clock_.Now() < next_count) continue;
+    CountDrops();
+    next_count = clock_.Now() + kCountDrops;
+  }
+  Drain();
+  return "";
+}
+
+void MessageReceiver::ReadAll(std::int64_t until) {
+  for (Source& source : sources_) {
+    for (int i = 0; i < kBatchesPerTurn && ReadBatch(source, until) == MulticastPort::kMostPerRead; ++i) {
+    }
+  }
+}
+
+std::size_t MessageReceiver::ReadBatch(Source& source, std::int64_t until) {
+  const auto batch = source.port.Read();
+  const MonoNs now = clock_.Now();
+  const std::scoped_lock lock(mutex_);
+  std::size_t in_time = 0;
+  for (const MulticastPort::Received& datagram : batch) {
+    if (datagram.utime > until) break;
+    ++in_time;
+    source.receiver.On({datagram.sender, datagram.utime, now, datagram.bytes},
+                       [this](const ReceivedMessage& message) { Take(message); });
+  }
+  return in_time;
+}
+
+void MessageReceiver::Take(const ReceivedMessage& message) {
+  if (!filter_.Takes(message.channel)) return;
+  if (queue_.Add({message.utime, message.channel, message.data})) return;
+  ++overflow_;
+  overflow_of_.On(message.sender);
+}
+
+// Everything that had come when the stop was asked for; live traffic would have no end.
+void MessageReceiver::Drain() {
+  const std::int64_t until = clock_.UtcMicroseconds();
+  for (Source& source : sources_) {
+    while (ReadBatch(source, until) == MulticastPort::kMostPerRead) {
+    }
+  }
+  CountDrops();
+  const std::scoped_lock lock(mutex_);
+  for (OtherSource& other : others_) {
+    std::int64_t before = -1;
+    for (int i = 0; i < kMostHandles && before != from_others_; ++i) {
+      before = from_others_;
+      static_cast<void>(other.port.Handle(0));
+    }
+  }
+  for (Source& source : sources_) source.receiver.End();
+}
+
+void MessageReceiver::CountDrops() {
+  const std::scoped_lock lock(mutex_);
+  for (Source& source : sources_) source.dropped = source.port.Dropped();
+}
+
+IntakeCounts MessageReceiver::counts() const {
+  const std::scoped_lock lock(mutex_);
+  IntakeCounts counts;
+  counts.received = from_others_;
+  counts.overflow = overflow_;
+  for (const Source& source : sources_) {
+    counts.received += source.receiver.received();
+    counts.lost += source.receiver.lost();
+    counts.foreign += source.receiver.foreign();
+    counts.kernel_dropped += source.dropped;
+    const std::vector<SenderCount> senders = source.receiver.senders();
+    counts.senders.insert(counts.senders.end(), senders.begin(), senders.end());
+  }
+  for (SenderCount& sender : counts.senders) sender.lost += overflow_of_.Of(sender.sender);
+  std::stable_sort(counts.senders.begin(), counts.senders.end(),
+                   [](const SenderCount& one, const SenderCount& other) { return one.lost > other.lost; });
+  return counts;
+}
+
+}  // namespace axlecast

@@ -1,0 +1,290 @@
+#include "tools/web/client_stream.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <axlecast/alarm_t.hpp>
+#include <axlecast/recorder_health_t.hpp>
+#include <nlohmann/json.hpp>
+
+#include "tools/monitor/one_axis.h"
+
+namespace axlecast {
+namespace {
+
+using Json = nlohmann::json;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::Gt;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr std::int64_t kStart = 1'790'000'000'000'000;
+
+alarm_t AlarmMessage(std::int64_t revision, const std::vector<std::string>& names) {
+  alarm_t alarm{};
+  alarm.device = "axis1";
+  alarm.revision = revision;
+  alarm.total = static_cast<std::int16_t>(names.size());
+  alarm.n = static_cast<std::int8_t>(names.size());
+  for (const std::string& name : names) {
+    alarm_entry_t& entry = alarm.entries.emplace_back();
+    entry = {};
+    entry.name = name;
+    entry.severity = alarm_entry_t::SEVERITY_WARNING;
+    entry.action = "replace the battery";
+  }
+  return alarm;
+}
+
+class WebFeedTest : public ::testing::Test {
+ protected:
+  WebFeedTest() { feed_.Start(scene_, Now()); }
+
+  [[nodiscard]] WebTimestamp Now() const { return {kSecond + now_, kStart + now_ / kMicrosecond}; }
+  template <typename Message>
+  void Hear(const std::string& channel, const Message& message) {
+    scene_.OnMessage(channel, Encoded(message), Now());
+  }
+  // `count` readings, 10 ms apart; their values are their numbers.
+  void HearReadings(int count) {
+    for (int i = 0; i < count; ++i) {
+      position_t position = PositionMessage(readings_);
+      position.utime = Now().utime;
+      position.value = readings_++;
+      Hear("POSITION/axis1", position);
+      now_ += 10 * kMillisecond;
+    }
+  }
+  // All that a browser that takes everything gets now.
+  std::vector<Json> Read(const std::string& type = "") {
+    std::vector<Json> frames;
+    while (const auto frame = feed_.Next(scene_, Now())) {
+      const Json json = Json::parse(*frame);
+      if (type.empty() || json["type"] == type) frames.push_back(json);
+    }
+    return frames;
+  }
+  static std::vector<std::string> Types(const std::vector<Json>& frames) {
+    std::vector<std::string> types;
+    for (const Json& frame : frames) types.push_back(frame["type"]);
+    return types;
+  }
+  std::string Subscribe(double history_s = 0) {
+    return feed_.Subscribe(scene_, {.devices = {"axis1"}, .history_s = history_s}, Now());
+  }
+  static std::vector<int> Values(const std::vector<Json>& frames) {
+    std::vector<int> values;
+    for (const Json& frame : frames) {
+      for (const Json& value : frame["columns"]["value"]) values.push_back(value.get<int>());
+    }
+    return values;
+  }
+
+  MachineConfig machine_ = OneAxis();
+  WebModel scene_{machine_, "1.2.3", std::nullopt};
+  ClientStream feed_;
+  MonoNs now_ = 0;
+  int readings_ = 0;
+};
+
+TEST_F(WebFeedTest, BeginsWithWhatTheMachineIs) {
+  Hear("ALARM/axis1", AlarmMessage(1, {"battery_low"}));
+  feed_.Start(scene_, Now());
+  const std::vector<Json> frames = Read();
+  EXPECT_THAT(Types(frames), ElementsAre("hello", "state", "alarms"));
+  EXPECT_EQ(frames[0]["machine"], "press3");
+  EXPECT_EQ(frames[0]["version"], "1.2.3");
+  EXPECT_EQ(frames[0]["devices"][0]["device"], "axis1");
+  EXPECT_EQ(frames[0]["buses"][0]["devices"][0], "axis1");
+  EXPECT_EQ(frames[1]["devices"][0]["state"], nullptr);
+  EXPECT_EQ(frames[2]["appeared"], Json({"battery_low"}));
+  EXPECT_EQ(frames[2]["entries"][0]["action"], "replace the battery");
+}
+
+TEST_F(WebFeedTest, TellsTheNewestStateFourTimesASecond) {
+  Read();
+  Hear("DEVICE/axis1", DeviceMessage(device_info_t::STATE_ONLINE));
+  for (int i = 0; i < 100; ++i) {
+    now_ += 10 * kMillisecond;
+    HearReadings(0);
+    Hear("POSITION/axis1", PositionMessage(i));
+  }
+  std::vector<Json> states = Read("state");
+  ASSERT_EQ(states.size(), 1U);  // a browser that slept for a second
+  EXPECT_EQ(states[0]["devices"][0]["state"], "ONLINE");
+  EXPECT_EQ(states[0]["devices"][0]["reading"]["turns"], 12.5);
+  int told = 0;
+  for (int i = 0; i < 100; ++i) {
+    now_ += 10 * kMillisecond;
+    told += static_cast<int>(Read("state").size());
+  }
+  EXPECT_EQ(told, 4);
+}
+
+TEST_F(WebFeedTest, TellsEveryAlarmHoweverSlowTheBrowserIs) {
+  Read();
+  for (int i = 1; i <= 500; ++i) {
+    Hear("ALARM/axis1", AlarmMessage(2 * i, {"battery_low"}));
+    Hear("ALARM/axis1", AlarmMessage(2 * i, {"battery_low"}));  // once a second, without news
+    Hear("ALARM/axis1", AlarmMessage(2 * i + 1, {}));
+  }
+  const std::vector<Json> alarms = Read("alarms");
+  ASSERT_EQ(alarms.size(), 1000U);
+  for (std::size_t i = 0; i < alarms.size(); ++i) {
+    EXPECT_EQ(alarms[i][i % 2 == 0 ? "appeared" : "cleared"], Json({"battery_low"})) << i;
+  }
+  EXPECT_FALSE(feed_.fell_behind(scene_));
+}
+
+TEST_F(WebFeedTest, KnowsWhenAnAlarmWouldBeLost) {
+  Read();
+  for (std::size_t i = 0; i <= WebModel::kMostEvents; ++i) {
+    EXPECT_FALSE(feed_.fell_behind(scene_)) << i;
+    Hear("ALARM/axis1", AlarmMessage(static_cast<std::int64_t>(i), {i % 2 == 0 ? "a" : "b"}));
+  }
+  EXPECT_TRUE(feed_.fell_behind(scene_));
+  feed_.Start(scene_, Now());
+  EXPECT_FALSE(feed_.fell_behind(scene_));
+}
+
+// A frame of a forged ALARM is as long as 127 entries make it: 4,096 of them took 40 MB.
+TEST_F(WebFeedTest, WhatWaitsForBrowsersIsBoundedInBytes) {
+  std::vector<std::string> names;
+  for (int i = 0; i < 25; ++i) names.push_back("a_long_name_of_an_alarm_" + std::to_string(i));
+  for (int i = 0; i < 4'000; ++i) {
+    std::vector<std::string> some(names.begin(), names.end() - i % 2);
+    Hear("ALARM/axis1", AlarmMessage(i, some));
+    ASSERT_LE(scene_.event_bytes(), WebModel::kMostEventBytes);
+  }
+  EXPECT_LT(scene_.events_end() - scene_.events_begin(), 4'000U);
+}
+
+// 600,000 names cost 180 MB: what a new browser is told of the past has an end, and the file's device is in it.
+TEST_F(WebFeedTest, InventedDevicesBusesAndRecordersAreFew) {
+  Hear("ALARM/axis1", AlarmMessage(1, {"battery_alarm"}));
+  recorder_health_t recorder{};
+  for (int i = 0; i < 2'000; ++i) {
+    const std::string name = "x" + std::to_string(i);
+    Hear("DEVICE/" + name, DeviceMessage(device_info_t::STATE_ONLINE));
+    Hear("ALARM/" + name, AlarmMessage(1, {"forged"}));
+    Hear("BUS/" + name, BusMessage(bus_health_t::STATE_UP));
+    Hear("RECORDER/" + name, recorder);
+    Hear("ALARM/recorder/" + name, AlarmMessage(1, {"forged"}));
+  }
+  const std::size_t devices = scene_.monitor().machine().devices().size();
+  EXPECT_EQ(devices, 1 + MachineView::kFewUnlisted);
+  EXPECT_EQ(scene_.monitor().machine().buses().size(), 1 + MachineView::kFewUnlisted);
+  EXPECT_EQ(scene_.Past(Now().utime).size(), devices + Monitor::kMostRecorders) << "the alarms of each";
+  EXPECT_THAT(scene_.Past(Now().utime)[0], HasSubstr("battery_alarm"));
+}
+
+// A few strangers are shown beside the file's devices, with short curves: their rows took 1.4 MB each.
+TEST_F(WebFeedTest, ADeviceThatTheFileDoesNotListHasFewRows) {
+  Hear("DEVICE/stranger", DeviceMessage(device_info_t::STATE_ONLINE));
+  for (std::size_t i = 0; i < 2 * WebModel::kStrangersRows; ++i) {
+    position_t position = PositionMessage(static_cast<std::int64_t>(i));
+    position.utime = static_cast<std::int64_t>(i);
+    Hear("POSITION/stranger", position);
+  }
+  const SampleHistory* rows = scene_.samples(*scene_.IndexOf("stranger"));
+  ASSERT_NE(rows, nullptr);
+  EXPECT_EQ(rows->end() - rows->begin(), WebModel::kStrangersRows);
+}
+
+TEST_F(WebFeedTest, TellsSamplesOfSubscribedDevicesOnly) {
+  HearReadings(10);
+  EXPECT_THAT(Read("samples"), IsEmpty());
+  EXPECT_EQ(Subscribe(), "");
+  HearReadings(10);
+  const std::vector<Json> frames = Read("samples");
+  ASSERT_EQ(frames.size(), 1U);
+  EXPECT_EQ(frames[0]["device"], "axis1");
+  EXPECT_EQ(frames[0]["t0_utime"], kStart + 100'000);
+  EXPECT_EQ(frames[0]["dt_us"][9], 90'000);
+  EXPECT_THAT(Values(frames), ElementsAre(10, 11, 12, 13, 14, 15, 16, 17, 18, 19));
+  EXPECT_EQ(frames[0]["columns"]["speed_rpm"][0], 60);
+  EXPECT_EQ(frames[0]["dropped"], 0);
+}
+
+TEST_F(WebFeedTest, TellsThePastThatWasAskedFor) {
+  HearReadings(5000);
+  EXPECT_EQ(Subscribe(20), "");
+  const std::vector<Json> frames = Read("samples");
+  const std::vector<int> values = Values(frames);
+  ASSERT_EQ(values.size(), 2000U);
+  EXPECT_EQ(values.front(), 3000);
+  EXPECT_EQ(values.back(), 4999);
+  EXPECT_EQ(frames.back()["dropped"], 0);
+}
+
+TEST_F(WebFeedTest, GivesASlowBrowserTheNewestSamplesAndCountsTheRest) {
+  EXPECT_EQ(Subscribe(), "");
+  HearReadings(1);
+  EXPECT_THAT(Values(Read("samples")), ElementsAre(0));
+  HearReadings(5000);
+  const std::vector<Json> frames = Read("samples");
+  const std::vector<int> values = Values(frames);
+  ASSERT_EQ(values.size(), ClientStream::kMostWaiting);
+  EXPECT_EQ(values.back(), 5000);
+  EXPECT_EQ(frames.back()["dropped"], 4000);
+  HearReadings(10);
+  EXPECT_EQ(Read("samples").back()["dropped"], 4000);
+}
+
+TEST_F(WebFeedTest, SendsOneDevicesSamplesAtMostTwentyTimesASecond) {
+  EXPECT_EQ(Subscribe(), "");
+  int frames = 0;
+  for (int i = 0; i < 100; ++i) {
+    HearReadings(1);
+    frames += static_cast<int>(Read("samples").size());
+  }
+  EXPECT_LE(frames, 21);
+  EXPECT_GE(frames, 19);
+}
+
+TEST_F(WebFeedTest, LeavesGapsWhereAReadingIsNotValid) {
+  EXPECT_EQ(Subscribe(), "");
+  position_t position = PositionMessage(0);
+  position.flags = 0;
+  Hear("POSITION/axis1", position);
+  EXPECT_EQ(Read("samples").at(0)["columns"]["value"], Json::parse("[null]"));
+}
+
+TEST_F(WebFeedTest, RefusesADeviceThatThereIsNot) {
+  const SubscribeRequest request = {.devices = {"axis1", "axis9"}};
+  EXPECT_THAT(feed_.Subscribe(scene_, request, Now()), HasSubstr("axis9"));
+  HearReadings(1);
+  EXPECT_EQ(Read("samples").size(), 1U);
+}
+
+TEST_F(WebFeedTest, AnEmptySubscriptionEndsSamples) {
+  EXPECT_EQ(Subscribe(), "");
+  HearReadings(5);
+  EXPECT_EQ(Read("samples").size(), 1U);
+  EXPECT_EQ(feed_.Subscribe(scene_, {}, Now()), "");
+  HearReadings(100);
+  EXPECT_THAT(Read("samples"), IsEmpty());
+}
+
+TEST_F(WebFeedTest, SaysHelloAgainWhenADeviceIsHeardForTheFirstTime) {
+  Read();
+  device_info_t info = DeviceMessage(device_info_t::STATE_ONLINE);
+  info.device = "axis2";
+  Hear("DEVICE/axis2", info);
+  const std::vector<Json> frames = Read("hello");
+  ASSERT_EQ(frames.size(), 1U);
+  EXPECT_EQ(frames[0]["devices"][1]["device"], "axis2");
+  EXPECT_EQ(frames[0]["devices"][1]["unit"], "mm");
+}
+
+TEST_F(WebFeedTest, TellsErrorsAndForgetsThemWhereNobodyReads) {
+  Read();
+  for (int i = 0; i < 100'000; ++i) feed_.Say(ErrorFrame("no"));
+  const std::size_t errors = Read("error").size();
+  EXPECT_THAT(errors, Gt(10U));
+  EXPECT_LT(errors, 1000U);
+}
+
+}  // namespace
+}  // namespace axlecast

@@ -1,0 +1,214 @@
+#include "tools/web/web_app.h"
+
+#include <algorithm>
+#include <variant>
+
+#include "core/messages/json/field.h"
+
+namespace axlecast {
+namespace {
+
+constexpr int kPolicyViolation = 1008;  // RFC 6455, 7.4.1
+constexpr int kTryAgainLater = 1013;    // IANA's registry of WebSocket close codes
+constexpr MonoNs kPlaybackPeriod = 250 * kMillisecond;
+// A place that stands still is told again, so that a browser can tell a log that is paused from a server that is gone.
+constexpr MonoNs kPlaybackRepeat = kSecond;
+
+WebAnswer Plain(int status, std::string text) { return {.status = status, .body = std::move(text) + '\n'}; }
+
+constexpr const char* kHostText =
+    "this server is not known by the name that the browser asked for: open it by its address, or name it in the "
+    "machine's "
+    "file (web: names:)";
+
+template <typename... Visitors>
+struct Overload : Visitors... {
+  using Visitors::operator()...;
+};
+template <typename... Visitors>
+Overload(Visitors...) -> Overload<Visitors...>;
+
+}  // namespace
+
+std::vector<std::pair<std::string, std::string>> WebApp::SecurityHeaders() {
+  return {{"content-security-policy",
+           "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
+           "font-src 'self'; form-action 'self'; base-uri 'none'; frame-ancestors 'none'"},
+          {"x-content-type-options", "nosniff"},
+          {"x-frame-options", "deny"},
+          {"referrer-policy", "no-referrer"},
+          {"cross-origin-opener-policy", "same-origin"},
+          {"cross-origin-resource-policy", "same-origin"}};
+}
+
+WebAnswer WebApp::OnRequest(const WebRequest& request) {
+  if (!parts_.access->IsHost(request.host)) return Plain(403, kHostText);
+  if (request.method == "POST" && request.path == "/login") return SignIn(request);
+  if (request.method == "GET" || request.method == "HEAD") return Get(request);
+  WebAnswer answer = Plain(405, "only GET and HEAD: this page only shows");
+  answer.headers.emplace_back("allow", "GET, HEAD");
+  return answer;
+}
+
+WebAnswer WebApp::Get(const WebRequest& request) const {
+  if (request.path == "/healthz") return Health();
+  if (request.path == "/metrics") return Metrics(request);
+  if (request.path == "/login") return File("login.html", request);
+  const bool page = request.path == "/" || request.path == "/index.html";
+  if (!page) return File(std::string_view(request.path).substr(1), request);
+  return parts_.access->MayLook(request, parts_.clock->Now()) ? File("index.html", request) : SignInPage();
+}
+
+WebAnswer WebApp::SignIn(const WebRequest& request) {
+  if (!parts_.access->IsOwnOrigin(request)) return Plain(403, "a form of another origin");
+  if (!parts_.access->IsToken(FormValue(request.body, "token"))) return SignInPage();
+  return {.status = 303,
+          .headers = {{"location", "/"},
+                      {"set-cookie", parts_.access->Open(parts_.clock->Now())},
+                      {"cache-control", "no-store"}}};
+}
+
+const PageFile* WebApp::Find(std::string_view name) const {
+  const auto found = std::find_if(parts_.files.begin(), parts_.files.end(),
+                                  [name](const PageFile& file) { return file.name == name; });
+  return found == parts_.files.end() ? nullptr : &*found;
+}
+
+WebAnswer WebApp::File(std::string_view name, const WebRequest& request) const {
+  const PageFile* file = Find(name);
+  if (file == nullptr) return Plain(404, "there is no such page");
+  WebAnswer answer = {.type = std::string(file->type),
+                      .headers = {{"etag", std::string(file->etag)}, {"cache-control", "no-cache"}}};
+  if (request.if_none_match.find(file->etag) != std::string::npos) {
+    answer.status = 304;
+  } else {
+    answer.body = file->content;
+  }
+  return answer;
+}
+
+WebAnswer WebApp::SignInPage() const {
+  const PageFile* file = Find("login.html");
+  return {.status = 401,
+          .type = std::string(file->type),
+          .body = std::string(file->content),
+          .headers = {{"cache-control", "no-store"}, {"www-authenticate", "Bearer realm=\"axlecast\""}}};
+}
+
+WebAnswer WebApp::Metrics(const WebRequest& request) const {
+  if (!parts_.metrics) return Plain(404, "a log has no metrics");
+  if (!parts_.access->MayLook(request, parts_.clock->Now())) {
+    WebAnswer answer = Plain(401, "needs the token: Authorization: Bearer ...");
+    answer.headers.emplace_back("www-authenticate", "Bearer realm=\"axlecast\"");
+    return answer;
+  }
+  return {.type = "text/plain; version=0.0.4; charset=utf-8",
+          .body = parts_.metrics(),
+          .headers = {{"cache-control", "no-store"}}};
+}
+
+WebAnswer WebApp::Health() const {
+  const std::string problem = parts_.problem();
+  nlohmann::ordered_json json = {{"status", problem.empty() ? "ok" : "failing"}};
+  if (!problem.empty()) json["reason"] = problem;
+  return {.status = problem.empty() ? 200 : 503,
+          .type = "application/json",
+          .body = JsonLine(json) + '\n',
+          .headers = {{"cache-control", "no-store"}}};
+}
+
+int WebApp::OnUpgrade(const WebRequest& request) {
+  if (!parts_.access->IsHost(request.host) || !parts_.access->IsOwnOrigin(request)) return 403;
+  if (request.path != "/ws") return 404;
+  if (!parts_.access->MayLook(request, parts_.clock->Now())) return 401;
+  return clients_.size() < parts_.most_clients ? 0 : 503;
+}
+
+void WebApp::OnOpen(WebConnection connection) {
+  Client& client = clients_[connection];
+  if (parts_.open_log) client.player = parts_.open_log();
+  client.feed.Start(SceneOf(client), NowOf(client));
+}
+
+WebTimestamp WebApp::NowOf(const Client& client) const {
+  const MonoNs now = parts_.clock->Now();
+  return client.player ? client.player->Now(now) : WebTimestamp{now, parts_.clock->UtcMicroseconds()};
+}
+
+bool WebApp::TakesFrame(Client& client) const {
+  const MonoNs now = parts_.clock->Now();
+  if (now - client.window >= kSecond) {
+    client.window = now;
+    client.frames = 0;
+  }
+  return ++client.frames <= kMostFrames;
+}
+
+void WebApp::OnFrame(WebConnection connection, std::string_view text) {
+  const auto found = clients_.find(connection);
+  if (found == clients_.end()) return;
+  Client& client = found->second;
+  client.too_many = client.too_many || !TakesFrame(client);
+  if (client.too_many) return;
+  const std::string problem = Obey(client, ParsePageRequest(text));
+  if (!problem.empty()) client.feed.Say(ErrorFrame(problem));
+}
+
+std::string WebApp::Obey(Client& client, const PageRequest& request) const {
+  const MonoNs now = parts_.clock->Now();
+  const auto play = [&](const auto& act) -> std::string {
+    if (!client.player) return "the machine is live: only a log can be played";
+    act(*client.player);
+    return "";
+  };
+  return std::visit(
+      Overload{
+          [](const BadRequest& bad) { return bad.text; },
+          [&](const SubscribeRequest& want) { return client.feed.Subscribe(SceneOf(client), want, NowOf(client)); },
+          [&](const SeekRequest& seek) { return play([&](LogPlayer& player) { player.Seek(seek.utime, now); }); },
+          [&](const PlayRequest& wish) { return play([&](LogPlayer& player) { player.Play(wish.play, now); }); },
+          [&](const SpeedRequest& speed) {
+            return play([&](LogPlayer& player) { player.SetSpeed(speed.factor, now); });
+          }},
+      request);
+}
+
+bool WebApp::TellsPlayback(Client& client) const {
+  const MonoNs now = parts_.clock->Now();
+  const WebPlayback playback = client.player->Playback(now);
+  WebPlayback before = client.told;
+  before.utime = playback.utime;
+  const MonoNs age = now - client.told_at;
+  const bool due = age >= kPlaybackRepeat || (client.told != playback && age >= kPlaybackPeriod);
+  if (playback == before && !due) return false;
+  client.told = playback;
+  client.told_at = now;
+  return true;
+}
+
+WebFrame WebApp::NextFrame(WebConnection connection) {
+  const auto found = clients_.find(connection);
+  if (found == clients_.end()) return {};
+  Client& client = found->second;
+  if (client.too_many) return {.close = kPolicyViolation, .reason = "too many frames"};
+  if (client.player) {
+    if (auto said = client.feed.NextSaid()) return {.text = std::move(said)};
+    if (TellsPlayback(client)) return {.text = PlaybackFrame(client.told)};
+    if (client.told.seeking) return {};
+  }
+  WebModel& scene = SceneOf(client);
+  if (client.feed.fell_behind(scene)) return {.close = kTryAgainLater, .reason = "fell behind"};
+  return {.text = client.feed.Next(scene, NowOf(client))};
+}
+
+bool WebApp::OnTick() {
+  if (!parts_.tick()) return false;
+  for (auto& [connection, client] : clients_) {
+    if (client.player && client.player->Advance(parts_.clock->Now())) {
+      client.feed.Start(client.player->scene(), NowOf(client), true);
+    }
+  }
+  return true;
+}
+
+}  // namespace axlecast

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/base/clock.h"
+#include "platform/net/web_server.h"
+#include "tools/web/client_stream.h"
+#include "tools/web/log_player.h"
+#include "tools/web/page_files.h"
+#include "tools/web/web_access.h"
+#include "tools/web/web_model.h"
+
+namespace axlecast {
+
+// What a site is made of; what it refers to outlives it.
+struct WebSiteParts {
+  const Clock* clock = nullptr;
+  WebAccess* access = nullptr;
+  std::span<const PageFile> files;
+  std::size_t most_clients = 16;
+  WebModel* live = nullptr;  // or, of a log, a player for each browser:
+  std::function<std::unique_ptr<LogPlayer>()> open_log;
+  std::function<bool()> tick;            // takes in what has come; false ends the site
+  std::function<std::string()> problem;  // why it does not work; empty while it does
+  std::function<std::string()> metrics;  // none: there are no metrics
+};
+
+// What `axlecast web` answers: the page's files, its WebSockets, metrics and health. Nothing of it reaches a device.
+class WebApp final : public WebServices {
+ public:
+  // Frames of one browser that are taken in a second.
+  static constexpr int kMostFrames = 50;
+
+  explicit WebApp(WebSiteParts parts) : parts_(std::move(parts)) {}
+
+  // What every answer is to carry.
+  [[nodiscard]] static std::vector<std::pair<std::string, std::string>> SecurityHeaders();
+
+  [[nodiscard]] WebAnswer OnRequest(const WebRequest& request) override;
+  [[nodiscard]] int OnUpgrade(const WebRequest& request) override;
+  void OnOpen(WebConnection connection) override;
+  void OnFrame(WebConnection connection, std::string_view text) override;
+  [[nodiscard]] WebFrame NextFrame(WebConnection connection) override;
+  void OnClose(WebConnection connection) override { clients_.erase(connection); }
+  [[nodiscard]] bool OnTick() override;
+
+ private:
+  // One browser.
+  struct Client {
+    ClientStream feed;
+    std::unique_ptr<LogPlayer> player;  // of a log
+    WebPlayback told;
+    MonoNs told_at = 0;
+    MonoNs window = 0;  // when the second began in which its frames are counted
+    int frames = 0;
+    bool too_many = false;
+  };
+
+  [[nodiscard]] WebAnswer Get(const WebRequest& request) const;
+  [[nodiscard]] WebAnswer SignIn(const WebRequest& request);
+  [[nodiscard]] WebAnswer File(std::string_view name, const WebRequest& request) const;
+  [[nodiscard]] WebAnswer SignInPage() const;
+  [[nodiscard]] WebAnswer Metrics(const WebRequest& request) const;
+  [[nodiscard]] WebAnswer Health() const;
+  [[nodiscard]] const PageFile* Find(std::string_view name) const;
+  [[nodiscard]] WebModel& SceneOf(Client& client) const {
+    return client.player ? client.player->scene() : *parts_.live;
+  }
+  [[nodiscard]] WebTimestamp NowOf(const Client& client) const;
+  [[nodiscard]] bool TakesFrame(Client& client) const;
+  [[nodiscard]] bool TellsPlayback(Client& client) const;
+  [[nodiscard]] std::string Obey(Client& client, const PageRequest& request) const;
+
+  WebSiteParts parts_;
+  std::map<WebConnection, Client> clients_;
+};
+
+}  // namespace axlecast

@@ -1,0 +1,166 @@
+#include "tools/web/web_model.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace axlecast {
+namespace {
+
+constexpr MonoNs kStateLasts = 200 * kMillisecond;
+constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
+
+std::string RecorderAlarms(const RecorderView& recorder) { return "recorder/" + recorder.name; }
+
+std::array<double, 3> PositionRow(const DeviceView& device) {
+  const position_t& position = *device.position;
+  if ((position.flags & position_t::FLAG_VALID) == 0 || position.counts_per_turn <= 0) return {kGap, kGap, kGap};
+  const double turns = static_cast<double>(position.counts) / static_cast<double>(position.counts_per_turn);
+  return {position.value, turns, device.SpeedRpm()};
+}
+
+std::array<double, 7> MotorRow(const motor_health_t& motor) {
+  if ((motor.flags & motor_health_t::FLAG_ANALOG_VALID) == 0) return {kGap, kGap, kGap, kGap, kGap, kGap, kGap};
+  return {motor.voltage_v,     motor.current_a,     motor.power_w,      motor.temperature_c,
+          motor.accel_mps2[0], motor.accel_mps2[1], motor.accel_mps2[2]};
+}
+
+}  // namespace
+
+WebModel::WebModel(const MachineConfig& machine, std::string version, std::optional<WebLogFacts> log)
+    : machine_(machine), version_(std::move(version)), log_(std::move(log)), monitor_(machine) {
+  FollowLayout();
+}
+
+void WebModel::OnMessage(std::string_view channel, Bytes message, WebTimestamp now) {
+  const Heard heard = monitor_.OnMessage(channel, message, now.mono);
+  const std::vector<DeviceView>& devices = monitor_.machine().devices();
+  switch (heard.kind) {
+    case Heard::Kind::kPosition: {
+      const DeviceView& device = devices[heard.index];
+      Add(heard.index, device.position->utime, PositionRow(device));
+      break;
+    }
+    case Heard::Kind::kMotor: {
+      const motor_health_t& motor = *devices[heard.index].motor;
+      Add(heard.index, motor.utime, MotorRow(motor));
+      break;
+    }
+    case Heard::Kind::kDeviceAlarms:
+      if (heard.news) TellAlarms(devices[heard.index].name, devices[heard.index].alarms, now.utime);
+      break;
+    case Heard::Kind::kBridgeAlarms:
+      if (heard.news) TellAlarms("bridge", monitor_.machine().bridge(), now.utime);
+      break;
+    case Heard::Kind::kRecorderAlarms: {
+      const RecorderView& recorder = monitor_.recorders()[heard.index];
+      if (heard.news) TellAlarms(RecorderAlarms(recorder), recorder.alarms, now.utime);
+      break;
+    }
+    case Heard::Kind::kTrip:
+      if (heard.news) Tell(TripFrame(devices[heard.index].trips.back()));
+      break;
+    case Heard::Kind::kCommand:
+      if (heard.news) Tell(CommandFrame(monitor_.commands().newest()[heard.index]));
+      break;
+    default:
+      break;
+  }
+  FollowLayout();
+}
+
+const std::string& WebModel::State(WebTimestamp now) {
+  // A log's scene has one browser, and its time may stand still.
+  if (log_ || state_.empty() || now.mono - state_at_ >= kStateLasts || now.mono < state_at_) {
+    state_ = StateFrame(monitor_, now);
+    state_at_ = now.mono;
+  }
+  return state_;
+}
+
+std::vector<std::string> WebModel::Past(std::int64_t utime) const {
+  std::vector<std::string> frames;
+  const auto add = [&frames](const std::string& name, const AlarmView& alarms) {
+    const std::int64_t changed = alarms.changes().empty() ? 0 : alarms.changes().back().utime;
+    if (alarms.heard()) frames.push_back(AlarmsFrame(name, alarms, changed, {}));
+  };
+  for (const DeviceView& device : monitor_.machine().devices()) add(device.name, device.alarms);
+  add("bridge", monitor_.machine().bridge());
+  for (const RecorderView& recorder : monitor_.recorders()) add(RecorderAlarms(recorder), recorder.alarms);
+  for (const DeviceView& device : monitor_.machine().devices()) {
+    for (const trip_log_t& trip : device.trips) frames.push_back(TripFrame(trip));
+  }
+  for (const command_status_t& status : monitor_.commands().newest()) frames.push_back(CommandFrame(status));
+  for (std::size_t i = 0; i < monitor_.machine().devices().size(); ++i) {
+    const DeviceView& device = monitor_.machine().devices()[i];
+    const SampleHistory* history = device.has_position ? nullptr : samples(i);
+    if (history != nullptr) frames.push_back(TrendFrame(device.name, columns(i), *history, utime));
+  }
+  return frames;
+}
+
+std::optional<std::size_t> WebModel::IndexOf(std::string_view device) const {
+  const std::vector<DeviceView>& devices = monitor_.machine().devices();
+  for (std::size_t i = 0; i < devices.size(); ++i) {
+    if (devices[i].name == device) return i;
+  }
+  return std::nullopt;
+}
+
+const SampleHistory* WebModel::samples(std::size_t device) const {
+  return device < samples_.size() ? samples_[device].get() : nullptr;
+}
+
+std::vector<WebColumn> WebModel::columns(std::size_t device) const {
+  return ColumnsOf(monitor_.machine().devices()[device], 0);
+}
+
+void WebModel::Add(std::size_t device, std::int64_t utime, std::span<const double> row) {
+  if (device >= samples_.size()) samples_.resize(device + 1);
+  if (!samples_[device]) {
+    samples_[device] = std::make_unique<SampleHistory>(row.size(), RowsFor(device));
+  }
+  // A device that was only heard may turn out to be of the other kind: its first readings then tell nothing.
+  if (samples_[device]->columns() == row.size()) samples_[device]->Add(utime, row);
+}
+
+std::size_t WebModel::RowsFor(std::size_t device) const {
+  const bool stranger = !machine_.buses.empty() && !monitor_.machine().devices()[device].listed;
+  if (stranger) return kStrangersRows;
+  return device < kManyRows ? kMostRows : kFewRows;
+}
+
+void WebModel::Tell(std::string frame) {
+  event_bytes_ += frame.size();
+  events_.push_back(std::move(frame));
+  ++events_end_;
+  while (events_.size() > kMostEvents || (event_bytes_ > kMostEventBytes && events_.size() > 1)) {
+    event_bytes_ -= events_.front().size();
+    events_.pop_front();
+  }
+}
+
+void WebModel::TellAlarms(const std::string& device, const AlarmView& alarms, std::int64_t utime) {
+  std::set<std::string>& names = alarm_names_[device];
+  Tell(AlarmsFrame(device, alarms, utime, names));
+  names.clear();
+  for (const alarm_entry_t& entry : alarms.entries()) names.insert(entry.name);
+}
+
+void WebModel::FollowLayout() {
+  const MachineView& machine = monitor_.machine();
+  std::size_t parts = machine.devices().size() + machine.buses().size();
+  for (const DeviceView& device : machine.devices()) {
+    if (!device.listed && device.info) ++parts;
+    if (!device.listed && !device.has_position) ++parts;
+  }
+  for (const BusView& bus : machine.buses()) {
+    if (!bus.listed && bus.health) ++parts;
+  }
+  if (parts != parts_) ++layout_;
+  parts_ = parts;
+}
+
+}  // namespace axlecast
