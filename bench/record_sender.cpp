@@ -25,7 +25,7 @@
 namespace axlecast::bench {
 namespace {
 
-constexpr std::size_t kMostPerCall = 64;
+constexpr std::size_t kMaxPerCall = 64;
 constexpr std::array<std::uint8_t, 4> kMagic = {'L', 'C', '0', '2'};  // of a short message
 constexpr char kChannel[] = "LOAD";
 constexpr std::size_t kNumberAt = 4;                  // in the header
@@ -46,7 +46,7 @@ void PutNumber(std::uint8_t* bytes, std::int64_t number) {
 class Batch {
  public:
   Batch(const sockaddr_in& address, std::size_t data_size) : address_(address) {
-    for (std::size_t i = 0; i < kMostPerCall; ++i) {
+    for (std::size_t i = 0; i < kMaxPerCall; ++i) {
       std::vector<std::uint8_t>& datagram = datagrams_[i];
       datagram.resize(kDataAt + data_size, '.');
       std::memcpy(datagram.data(), kMagic.data(), kMagic.size());
@@ -61,7 +61,7 @@ class Batch {
 
   // Sends `count` messages, numbered from `first`: how many of them went; negative: an error.
   std::int64_t Send(int sender, std::int64_t first, std::int64_t count) {
-    const auto size = std::min(static_cast<std::size_t>(count), kMostPerCall);
+    const auto size = std::min(static_cast<std::size_t>(count), kMaxPerCall);
     for (std::size_t i = 0; i < size; ++i) {
       PutNumber(datagrams_[i].data() + kNumberAt, first + static_cast<std::int64_t>(i));
       PutNumber(datagrams_[i].data() + kDataAt, first + static_cast<std::int64_t>(i));
@@ -72,9 +72,9 @@ class Batch {
 
  private:
   sockaddr_in address_;
-  std::array<std::vector<std::uint8_t>, kMostPerCall> datagrams_;
-  std::array<iovec, kMostPerCall> parts_{};
-  std::array<mmsghdr, kMostPerCall> messages_{};
+  std::array<std::vector<std::uint8_t>, kMaxPerCall> datagrams_;
+  std::array<iovec, kMaxPerCall> parts_{};
+  std::array<mmsghdr, kMaxPerCall> messages_{};
 };
 
 // How many messages have been sent.

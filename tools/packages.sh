@@ -2,7 +2,7 @@
 # tools/campaign. README.md says in one line what each library is for.
 
 packages_build="g++ cmake ninja-build pkg-config python3 lowdown libc6-dev linux-libc-dev
-  liblcm-dev liblcm-bin libyaml-cpp-dev libspdlog-dev libcli11-dev nlohmann-json3-dev libsystemd-dev libsodium-dev
+  liblcm-dev liblcm-bin libyaml-cpp-dev libspdlog-dev libcli11-dev nlohmann-json3-dev libexpected-dev libsystemd-dev libsodium-dev
   libsqlite3-dev libmodbus-dev libgpiod-dev libmosquitto-dev libwebsockets-dev libcairo2-dev
   zlib1g-dev fonts-inter python3-fonttools python3-brotli
   libgtest-dev libgmock-dev libbenchmark-dev

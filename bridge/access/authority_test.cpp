@@ -142,7 +142,7 @@ TEST_F(AuthorityTest, NoSingleBitCanBeChanged) {
 TEST_F(AuthorityTest, AFloodOfForgeriesPassesNotOnce) {
   constexpr std::uint32_t kSeed = 20'260'501;
   std::mt19937 random(kSeed);
-  const auto below = [&](std::size_t most) { return random() % most; };
+  const auto below = [&](std::size_t maximum) { return random() % maximum; };
   const std::vector<command_t> good = {keys_.Signed("viewer"), keys_.Signed("plc"), keys_.Signed("service")};
   keys_.config.allow_unsigned = true;
   int verified = 0;

@@ -18,7 +18,7 @@ Refusal Unfit(const char* text) { return {command_status_t::REASON_TOKEN, text};
 
 void PreparedCommands::Issue(const Token& token, Prepared prepared, MonoNs now) {
   entries_.push_back({token, std::move(prepared), now + kValid});
-  if (entries_.size() > kMost) entries_.pop_front();
+  if (entries_.size() > kMax) entries_.pop_front();
 }
 
 std::variant<std::int32_t, Refusal> PreparedCommands::Redeem(const command_body_t& body, const std::string& who,

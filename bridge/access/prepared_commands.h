@@ -22,7 +22,7 @@ using Token = std::array<std::uint8_t, 16>;
 class PreparedCommands {
  public:
   static constexpr MonoNs kValid = 30 * kSecond;  // to read what would happen, and to decide
-  static constexpr std::size_t kMost = 64;        // the oldest goes first
+  static constexpr std::size_t kMax = 64;        // the oldest goes first
 
   struct Prepared {
     std::string who;

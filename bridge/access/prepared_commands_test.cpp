@@ -29,7 +29,7 @@ TEST(PreparedCommands, KeepsTheNewestTokensAndNoMoreThanItMay) {
   }
   std::size_t fit = 0;
   for (std::size_t i = 0; i < kIssued; ++i) fit += Fits(desk, i) ? 1 : 0;
-  EXPECT_EQ(fit, PreparedCommands::kMost);
+  EXPECT_EQ(fit, PreparedCommands::kMax);
   desk.Issue(TokenOf(kIssued), {.who = "anna", .device = "axis1", .operation = "", .arguments = {}}, kSecond);
   EXPECT_TRUE(Fits(desk, kIssued));
   EXPECT_FALSE(Fits(desk, kIssued)) << "once";

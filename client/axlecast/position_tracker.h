@@ -169,9 +169,9 @@ inline PositionTracker::Reading PositionTracker::Take(const position_t& message,
 
 // A wild sequence number, which anybody on the network can send, is a loss of 2^31 and not an overflow.
 inline std::int64_t PositionTracker::LostBetween(std::int64_t seq, std::int64_t later) {
-  constexpr std::uint64_t kMost = std::uint64_t{1} << 31;
+  constexpr std::uint64_t kMax = std::uint64_t{1} << 31;
   const std::uint64_t lost = static_cast<std::uint64_t>(later) - static_cast<std::uint64_t>(seq) - 1;
-  return static_cast<std::int64_t>(lost < kMost ? lost : kMost);
+  return static_cast<std::int64_t>(lost < kMax ? lost : kMax);
 }
 
 inline PositionTracker::News PositionTracker::OnPosition(const position_t& message, std::int64_t received_ns) {

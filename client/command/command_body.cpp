@@ -10,7 +10,6 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kMostArguments = 16;
 constexpr std::size_t kMaxBody = 1'200;  // command_t.body_size
 constexpr std::int32_t kMaxValidMs = 3'600'000;
 
@@ -56,7 +55,7 @@ std::string FormProblem(const CommandRequest& request) {
   if (request.valid_ms < 1 || request.valid_ms > kMaxValidMs) {
     return "valid_ms is " + std::to_string(request.valid_ms) + ": give 1 to 3600000";
   }
-  if (request.arguments.size() > kMostArguments) return "it has more than 16 arguments";
+  if (request.arguments.size() > kMaxArguments) return "it has more than 16 arguments";
   if (request.reason.size() > kReasonBytes) return "its reason is longer than 160 bytes";
   if (request.prepare && request.token) return "it prepares and commits at once: send the token without prepare";
   bool nul = HoldsNul(request.device) || HoldsNul(request.operation) || HoldsNul(request.reason);

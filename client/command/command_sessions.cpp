@@ -14,7 +14,7 @@ void CommandSessions::Send(const CommandId& id, const CommandRequest& request) {
   const std::string problem = FormProblem(request);
   if (!problem.empty()) {
     Insert({Kind::kCommand, id}, CommandSession::Refused(id, problem + ": nothing was sent", false));
-  } else if (open_.size() >= kMostOpen) {
+  } else if (open_.size() >= kMaxOpen) {
     Insert(
         {Kind::kCommand, id},
         CommandSession::Refused(id, "too many commands are under way: nothing was sent; await some first", true));

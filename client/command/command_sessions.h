@@ -18,8 +18,8 @@ namespace axlecast {
 // All sessions of a client: gives each what comes, sends what each wants sent. One thread at a time.
 class CommandSessions {
  public:
-  static constexpr std::size_t kMostOpen = 4'096;  // under way at a time
-  static constexpr std::size_t kKept = 4'096;      // of those that have ended; the oldest is forgotten first
+  static constexpr std::size_t kMaxOpen = 4'096;  // under way at a time
+  static constexpr std::size_t kKept = 4'096;     // of those that have ended; the oldest is forgotten first
 
   // What a command and a query about it are known by: they may be under way together.
   enum class Kind : std::uint8_t { kCommand, kQuery };

@@ -91,10 +91,10 @@ TEST_F(CommandSessionsTest, TheNewestThatEndedAreKept) {
 }
 
 TEST_F(CommandSessionsTest, NoMoreUnderWayThanTheirNumberAllows) {
-  const int most = static_cast<int>(CommandSessions::kMostOpen);
-  for (int i = 0; i <= most; ++i) sessions_.Send(Id(i), {.device = "axis1", .operation = "zero"});
-  EXPECT_FALSE(sessions_.Find({Kind::kCommand, Id(most - 1)})->done());
-  EXPECT_TRUE(Result(Id(most)).temporary());
+  const int maximum = static_cast<int>(CommandSessions::kMaxOpen);
+  for (int i = 0; i <= maximum; ++i) sessions_.Send(Id(i), {.device = "axis1", .operation = "zero"});
+  EXPECT_FALSE(sessions_.Find({Kind::kCommand, Id(maximum - 1)})->done());
+  EXPECT_TRUE(Result(Id(maximum)).temporary());
 }
 
 TEST_F(CommandSessionsTest, ACommandAndAQueryForItMayBeUnderWayTogether) {

@@ -13,7 +13,7 @@ namespace axlecast {
 class AlarmShelves {
  public:
   static constexpr std::int64_t kLongestUs = 24 * INT64_C(3'600'000'000);
-  static constexpr std::size_t kMost = 32;  // of one device
+  static constexpr std::size_t kMax = 32;  // of one device
 
   struct Shelf {
     std::string alarm;
@@ -22,7 +22,7 @@ class AlarmShelves {
   };
 
   [[nodiscard]] const Shelf* Find(std::string_view alarm) const;
-  [[nodiscard]] bool IsFull() const { return shelves_.size() >= kMost; }
+  [[nodiscard]] bool IsFull() const { return shelves_.size() >= kMax; }
   // In the place of the one that there is.
   void Put(Shelf shelf);
   // False when there was none.

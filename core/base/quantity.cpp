@@ -19,12 +19,13 @@ constexpr std::array kTimes = {Unit{"s", kSecond}, Unit{"m", 60 * kSecond}, Unit
                                Unit{"d", kDay},    Unit{"w", 7 * kDay},     Unit{"y", kYear}};
 constexpr std::array kSizes = {Unit{"kB", 1LL << 10}, Unit{"MB", 1LL << 20}, Unit{"GB", 1LL << 30},
                                Unit{"TB", 1LL << 40}};
-constexpr std::int64_t kMostTime = 200 * kYear;
-constexpr std::int64_t kMostSize = 1LL << 50;
+constexpr std::int64_t kMaxTime = 200 * kYear;
+constexpr std::int64_t kMaxSize = 1LL << 50;
 
 // The number before one of the units, times the unit; nothing where it is none from 0 to `most`.
 template <std::size_t kUnits>
-std::optional<std::int64_t> Parse(std::string_view text, const std::array<Unit, kUnits>& units, std::int64_t most) {
+std::optional<std::int64_t> Parse(std::string_view text, const std::array<Unit, kUnits>& units,
+                                  std::int64_t maximum) {
   double number = 0;
   const auto [end, error] =
       std::from_chars(text.data(), text.data() + text.size(), number, std::chars_format::fixed);
@@ -33,7 +34,7 @@ std::optional<std::int64_t> Parse(std::string_view text, const std::array<Unit, 
   for (const Unit& unit : units) {
     if (name != unit.name) continue;
     const double value = number * static_cast<double>(unit.factor);
-    return value >= 0 && value <= static_cast<double>(most) ? std::optional(std::llround(value)) : std::nullopt;
+    return value >= 0 && value <= static_cast<double>(maximum) ? std::optional(std::llround(value)) : std::nullopt;
   }
   return std::nullopt;
 }
@@ -53,11 +54,11 @@ std::string Text(std::int64_t value, const std::array<Unit, kUnits>& units) {
 
 }  // namespace
 
-std::optional<MonoNs> ParseTime(std::string_view text) { return Parse(text, kTimes, kMostTime); }
+std::optional<MonoNs> ParseTime(std::string_view text) { return Parse(text, kTimes, kMaxTime); }
 
 std::string FormatTime(MonoNs time) { return Text(time, kTimes); }
 
-std::optional<std::int64_t> ParseSize(std::string_view text) { return Parse(text, kSizes, kMostSize); }
+std::optional<std::int64_t> ParseSize(std::string_view text) { return Parse(text, kSizes, kMaxSize); }
 
 std::string FormatSize(std::int64_t bytes) { return Text(bytes, kSizes); }
 

@@ -59,8 +59,8 @@ std::string TerminalText(std::string_view text, TextShape shape) {
 }
 
 std::size_t UnfinishedBytes(std::string_view text) {
-  const std::size_t most = std::min<std::size_t>(text.size(), 3);
-  for (std::size_t size = 1; size <= most; ++size) {
+  const std::size_t maximum = std::min<std::size_t>(text.size(), 3);
+  for (std::size_t size = 1; size <= maximum; ++size) {
     const auto byte = static_cast<std::uint8_t>(text[text.size() - size]);
     if (!IsContinuation(text[text.size() - size])) return CharacterSize(byte) > size ? size : 0;
   }

@@ -18,9 +18,9 @@ bool Timebase::Update(MonoNs now, std::int64_t utc_us) {
     steps_ += stepped ? 1 : 0;
     return stepped;
   }
-  const std::int64_t most = (now - updated_) / kNsPerSlewedUs;
-  if (most == 0) return false;
-  offset_us_ += std::clamp(difference, -most, most);
+  const std::int64_t maximum = (now - updated_) / kNsPerSlewedUs;
+  if (maximum == 0) return false;
+  offset_us_ += std::clamp(difference, -maximum, maximum);
   updated_ = now;
   return false;
 }

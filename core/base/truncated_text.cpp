@@ -35,8 +35,8 @@ std::string WordsWithin(std::span<const std::string> words, std::size_t bytes) {
   for (std::size_t i = 0; i < words.size(); ++i) {
     const bool last = i + 1 == words.size();
     const std::size_t with_word = text.size() + words[i].size() + 1;  // and a blank
-    const std::size_t most = last ? bytes + 1 : bytes - kAndMore.size();
-    if (with_word > most) return text + std::string(kAndMore);
+    const std::size_t maximum = last ? bytes + 1 : bytes - kAndMore.size();
+    if (with_word > maximum) return text + std::string(kAndMore);
     text += words[i];
     if (!last) text += ' ';
   }

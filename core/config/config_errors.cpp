@@ -8,12 +8,12 @@ namespace axlecast {
 namespace {
 
 // A file that is wrong all over says so often enough with these.
-constexpr std::size_t kMostErrors = 200;
+constexpr std::size_t kMaxErrors = 200;
 
 }  // namespace
 
 void ConfigErrors::Add(const YAML::Mark& mark, std::string text) {
-  if (errors_.size() >= kMostErrors) return;
+  if (errors_.size() >= kMaxErrors) return;
   ConfigError error;
   if (!mark.is_null() && mark.line >= 0) {  // yaml-cpp counts from 0
     error.line = mark.line + first_line_;

@@ -14,7 +14,7 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kMostRead = 1UL << 20;  // ParseYaml refuses what is longer than half of it
+constexpr std::size_t kMaxRead = 1UL << 20;  // ParseYaml refuses what is longer than half of it
 
 class OpenFile {
  public:
@@ -60,7 +60,7 @@ std::string WriterProblem(const struct stat& status) {
 
 std::string ReadAll(int fd, std::string& text) {
   std::array<char, 16'384> block{};
-  while (text.size() < kMostRead) {
+  while (text.size() < kMaxRead) {
     const ssize_t count = read(fd, block.data(), block.size());
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) return std::string("cannot be read: ") + std::strerror(errno);

@@ -22,11 +22,11 @@ namespace axlecast {
 namespace {
 
 constexpr std::size_t kLongestPrefix = 16;  // LCM's channel names end at 63 characters
-constexpr double kMostPolled = 20'000;      // T-format's wire limit is 19.6 kHz
+constexpr double kMaxPolled = 20'000;       // T-format's wire limit is 19.6 kHz
 // The longest delay of a reply that a busy computer or a USB adapter was seen to add stays well below this.
 constexpr MonoNs kUsualLate = 500 * kMillisecond;
 constexpr std::int64_t kLateTimeouts = 12;
-constexpr std::int64_t kMostLateUs = 100'000'000;
+constexpr std::int64_t kMaxLateUs = 100'000'000;
 constexpr std::string_view kBridgeName = "bridge";  // of ALARM/bridge
 
 bool ConsistsOf(std::string_view text, std::string_view characters) {
@@ -158,7 +158,7 @@ class MachineLoader {
 
   static void LoadTiming(ConfigMap& map, BusConfig& bus) {
     bus.poll_hz =
-        map.Number("poll_hz", bus.family->default_poll_hz, 0, kMostPolled, "Hz (0: as fast as the bus allows)");
+        map.Number("poll_hz", bus.family->default_poll_hz, 0, kMaxPolled, "Hz (0: as fast as the bus allows)");
     if (!map.Has("phase_us")) return;
     if (bus.poll_hz <= 0) {
       map.Error("phase_us", "has no meaning without slots: set poll_hz");
@@ -175,8 +175,8 @@ class MachineLoader {
       if (map.Has("late_us")) map.Error("late_us", "has no meaning here: no reply of this bus can come late");
       return;
     }
-    const std::int64_t usual = std::min(std::max(kUsualLate, kLateTimeouts * timeout) / kMicrosecond, kMostLateUs);
-    bus.late = map.Integer("late_us", usual, 2 * timeout / kMicrosecond, kMostLateUs,
+    const std::int64_t usual = std::min(std::max(kUsualLate, kLateTimeouts * timeout) / kMicrosecond, kMaxLateUs);
+    bus.late = map.Integer("late_us", usual, 2 * timeout / kMicrosecond, kMaxLateUs,
                            "us, at least twice timeout_us, of a stream latency_us") *
                kMicrosecond;
   }
@@ -205,17 +205,17 @@ class MachineLoader {
 
   static void CheckNumberOfDevices(ConfigMap& map, const Family& family,
                                    const std::vector<std::pair<std::string, ConfigMap>>& devices) {
-    const std::size_t most = family.max_devices_per_bus;
+    const std::size_t maximum = family.max_devices_per_bus;
     const std::string name(family.name);
     if (devices.empty()) {
       map.Error("devices", "is missing or empty: name at least one device");
-    } else if (devices.size() > most && most == 1) {
+    } else if (devices.size() > maximum && maximum == 1) {
       map.Error("devices", std::to_string(devices.size()) + " devices, but " + name +
                                " is point to point (its protocol has no addresses): one device per bus; give " +
                                Quoted(devices[1].first) + " a bus of its own");
-    } else if (devices.size() > most) {
+    } else if (devices.size() > maximum) {
       map.Error("devices", std::to_string(devices.size()) + " devices, but a bus of " + name + " holds at most " +
-                               std::to_string(most) + ": split the bus");
+                               std::to_string(maximum) + ": split the bus");
     }
   }
 

@@ -30,10 +30,10 @@ constexpr Unit kUnits[] = {
 constexpr std::size_t kTurn = 1;
 
 // Enough for any axis; keeps counts x ratio exact in a double.
-constexpr double kMostPerTurn = 1e9;
-constexpr std::int64_t kMostTeeth = 1'000'000;
-constexpr std::int64_t kMostDatum = std::int64_t{1} << 52;
-constexpr double kMostPublished = 20'000;
+constexpr double kMaxPerTurn = 1e9;
+constexpr std::int64_t kMaxTeeth = 1'000'000;
+constexpr std::int64_t kMaxDatum = std::int64_t{1} << 52;
+constexpr double kMaxPublished = 20'000;
 
 void LoadUnit(ConfigMap& map, DeviceConfig& device) {
   std::vector<std::string_view> names;
@@ -52,7 +52,7 @@ void LoadUnit(ConfigMap& map, DeviceConfig& device) {
     map.Error("per_turn", "is missing: unit " + name + " needs the travel of one output turn in " + name);
     device.per_turn = 1;
   } else {
-    device.per_turn = map.Number("per_turn", 1, 1e-9, kMostPerTurn, name);
+    device.per_turn = map.Number("per_turn", 1, 1e-9, kMaxPerTurn, name);
   }
   if (map.Has("modulo")) device.modulo = map.Number("modulo", 0, 1e-9, 1e12, name);
 }
@@ -61,7 +61,7 @@ std::optional<std::int64_t> Teeth(std::string_view text) {
   std::int64_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  if (value < 1 || value > kMostTeeth) return std::nullopt;
+  if (value < 1 || value > kMaxTeeth) return std::nullopt;
   return value;
 }
 
@@ -85,8 +85,8 @@ void LoadRatio(ConfigMap& map, DeviceConfig& device) {
 void LoadLimits(ConfigMap& map, DeviceConfig& device) {
   ConfigMap limits = map.Map("limits");
   const DeviceSettings& model = *device.settings;
-  const auto limit = [&](std::string_view key, double most, std::string_view unit) {
-    return limits.Has(key) ? limits.Number(key, 0, 1e-3, most > 0 ? most : 1e9, unit) : 0;
+  const auto limit = [&](std::string_view key, double maximum, std::string_view unit) {
+    return limits.Has(key) ? limits.Number(key, 0, 1e-3, maximum > 0 ? maximum : 1e9, unit) : 0;
   };
   device.speed_rpm = limit("speed_rpm", model.max_speed_rpm, "rpm (the model's limit)");
   device.accel_rad_s2 = limit("accel_rad_s2", model.max_accel_rad_s2, "rad/s2 (the model's limit)");
@@ -102,7 +102,7 @@ void LoadTurns(ConfigMap& map, DeviceConfig& device) {
   }
   ConfigMap datum = map.Map("datum");
   if (datum.Has("counts"))
-    device.datum_counts = datum.Integer("counts", 0, -kMostDatum, kMostDatum, "counts");
+    device.datum_counts = datum.Integer("counts", 0, -kMaxDatum, kMaxDatum, "counts");
   else if (map.Has("datum"))
     map.Error("datum", "needs counts: the position, in counts after direction, that is 0");
   datum.Done();
@@ -118,7 +118,7 @@ void LoadAxis(ConfigMap& map, DeviceConfig& device) {
 
 void LoadRates(ConfigMap& map, const BusConfig& bus, DeviceConfig& device) {
   if (bus.poll_hz > 0) device.publish_hz = std::min(device.publish_hz, bus.poll_hz);
-  device.publish_hz = map.Number("publish_hz", device.publish_hz, 1e-3, kMostPublished, "Hz");
+  device.publish_hz = map.Number("publish_hz", device.publish_hz, 1e-3, kMaxPublished, "Hz");
   if (bus.poll_hz > 0 && device.publish_hz > bus.poll_hz) {
     map.Error("publish_hz",
               "is above the bus's poll_hz: at most that many readings a second exist; lower it, or "

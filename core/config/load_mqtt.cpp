@@ -8,7 +8,7 @@
 namespace axlecast {
 namespace {
 
-constexpr double kMostDeadband = 1e12;
+constexpr double kMaxDeadband = 1e12;
 
 std::string LoadFile(ConfigMap& map, const char* key) {
   std::string file = map.String(key, "");
@@ -35,7 +35,7 @@ SecretPlace LoadPassword(ConfigMap& map) {
 // What stands in `pace` is the default.
 PositionPace LoadPace(ConfigMap& map, PositionPace pace) {
   pace.interval = map.Time("interval", pace.interval);
-  pace.deadband = map.Number("deadband", pace.deadband, 0, kMostDeadband, "(in the device's unit)");
+  pace.deadband = map.Number("deadband", pace.deadband, 0, kMaxDeadband, "(in the device's unit)");
   pace.longest = map.Time("longest", pace.longest);
   if (!map.Has("longest")) pace.longest = std::max(pace.longest, pace.interval);
   for (const MqttFault& fault : FaultsOf(pace)) map.Error(fault.key, fault.text);
@@ -66,7 +66,7 @@ void LoadTls(ConfigMap map, MqttConfig& mqtt) {
 }
 
 void LoadQueue(ConfigMap map, MqttConfig& mqtt) {
-  mqtt.queue_messages = map.Integer("messages", mqtt.queue_messages, kLeastQueueMessages, 10'000'000, "messages");
+  mqtt.queue_messages = map.Integer("messages", mqtt.queue_messages, kMinQueueMessages, 10'000'000, "messages");
   mqtt.queue_bytes = map.Size("size", mqtt.queue_bytes);
   map.Done();
 }

@@ -5,7 +5,7 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kMostLogs = 16;
+constexpr std::size_t kMaxLogs = 16;
 
 LogConfig LoadLog(const std::string& name, ConfigMap& map) {
   LogConfig log;
@@ -42,8 +42,8 @@ RecorderConfig LoadRecorder(ConfigMap map) {
   if (stands && logs.empty()) {
     map.Error("logs", "is missing or empty: name at least one log, e.g. {all: {quota: 20GB}}");
   }
-  if (logs.size() > kMostLogs) {
-    map.Error("logs", std::to_string(logs.size()) + " logs: at most " + std::to_string(kMostLogs) +
+  if (logs.size() > kMaxLogs) {
+    map.Error("logs", std::to_string(logs.size()) + " logs: at most " + std::to_string(kMaxLogs) +
                           ", because each hears all messages by itself");
   } else {
     for (auto& [name, log] : logs) recorder.logs.push_back(LoadLog(name, log));

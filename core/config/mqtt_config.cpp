@@ -41,8 +41,8 @@ std::vector<MqttFault> FaultsOf(const MqttConfig& mqtt) {
     require(mqtt.tls->certificate.empty() == mqtt.tls->key.empty(), "tls",
             "certificate and key belong together: give both or none");
   }
-  require(mqtt.queue_messages >= kLeastQueueMessages, "queue", "messages is at least 100");
-  require(mqtt.queue_bytes >= kLeastQueueBytes, "queue", "size is at least 256kB");
+  require(mqtt.queue_messages >= kMinQueueMessages, "queue", "messages is at least 100");
+  require(mqtt.queue_bytes >= kMinQueueBytes, "queue", "size is at least 256kB");
   return faults;
 }
 

@@ -41,8 +41,8 @@ struct MqttConfig {
   std::int64_t queue_bytes = 16 << 20;
 };
 
-inline constexpr std::int64_t kLeastQueueMessages = 100;
-inline constexpr std::int64_t kLeastQueueBytes = 256 << 10;
+inline constexpr std::int64_t kMinQueueMessages = 100;
+inline constexpr std::int64_t kMinQueueBytes = 256 << 10;
 
 // What is wrong, and what would be right.
 struct MqttFault {

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kLargestText = 512UL * 1024;
 constexpr int kDeepest = 32;
-constexpr int kMostNodes = 100'000;  // aliases can make a small text a huge tree
+constexpr int kMaxNodes = 100'000;  // aliases can make a small text a huge tree
 
 void AddOpenQuote(const OpenQuote& open, const std::string& found, ConfigErrors& errors) {
   YAML::Mark mark;
@@ -31,7 +31,7 @@ class TreeCheck {
 
   // False when the walk was given up.
   bool Walk(const YAML::Node& node, int depth) {
-    if (++nodes_ > kMostNodes) return GiveUp(node, "more than " + std::to_string(kMostNodes) + " values");
+    if (++nodes_ > kMaxNodes) return GiveUp(node, "more than " + std::to_string(kMaxNodes) + " values");
     CheckEnd(node);
     if (depth > kDeepest) return GiveUp(node, "nested deeper than " + std::to_string(kDeepest) + " levels");
     if (node.IsSequence()) {

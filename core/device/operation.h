@@ -60,7 +60,7 @@ struct DriverCommand {
 };
 
 // command_status_t STATE_* of an order within the driver.
-enum class OrderState : std::uint8_t {
+enum class CommandState : std::uint8_t {
   kRunning = 3,
   kSucceeded = 4,
   kRejected = 5,
@@ -79,14 +79,14 @@ struct Change {
 // How an order stands or ended. `reason` is a command_status_t REASON_*; `text` names the cause, the measured
 // value and the remedy.
 struct Outcome {
-  OrderState state = OrderState::kRunning;
+  CommandState state = CommandState::kRunning;
   std::int32_t reason = 0;
   std::string text = {};
   bool verified = false;
   float progress = 0;
   std::vector<Change> changes = {};
 
-  [[nodiscard]] bool IsFinal() const { return state != OrderState::kRunning; }
+  [[nodiscard]] bool IsFinal() const { return state != CommandState::kRunning; }
 };
 
 }  // namespace axlecast

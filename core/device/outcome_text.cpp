@@ -36,7 +36,7 @@ std::int64_t CircularDistance(std::int64_t a, std::int64_t b, std::int64_t count
   return std::min(forward, counts_per_turn - forward);
 }
 
-Outcome Final(OrderState state, std::int32_t reason, std::string text) {
+Outcome Final(CommandState state, std::int32_t reason, std::string text) {
   Outcome outcome;
   outcome.state = state;
   outcome.reason = reason;
@@ -46,11 +46,11 @@ Outcome Final(OrderState state, std::int32_t reason, std::string text) {
 }
 
 Outcome Rejected(std::int32_t reason, std::string_view why) {
-  return Final(OrderState::kRejected, reason, "nothing was done: " + std::string(why));
+  return Final(CommandState::kRejected, reason, "nothing was done: " + std::string(why));
 }
 
 Outcome Succeeded(bool verified, std::string text) {
-  Outcome outcome = Final(OrderState::kSucceeded, command_status_t::REASON_NONE, std::move(text));
+  Outcome outcome = Final(CommandState::kSucceeded, command_status_t::REASON_NONE, std::move(text));
   outcome.verified = verified;
   return outcome;
 }

@@ -22,7 +22,7 @@ namespace axlecast {
 // The shortest way between two single-turn positions, counts, 0 or more.
 [[nodiscard]] std::int64_t CircularDistance(std::int64_t a, std::int64_t b, std::int64_t counts_per_turn);
 
-[[nodiscard]] Outcome Final(OrderState state, std::int32_t reason, std::string text);
+[[nodiscard]] Outcome Final(CommandState state, std::int32_t reason, std::string text);
 // "nothing was done: " and why.
 [[nodiscard]] Outcome Rejected(std::int32_t reason, std::string_view why);
 [[nodiscard]] Outcome Succeeded(bool verified, std::string text);

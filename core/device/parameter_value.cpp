@@ -8,7 +8,7 @@ namespace {
 // The digits of a number with at most `decimals` places that count, as whole register units; nothing when the text is
 // no such number.
 std::optional<std::int64_t> Scaled(std::string_view text, int decimals, bool& too_fine) {
-  constexpr std::size_t kMostDigits = 12;
+  constexpr std::size_t kMaxDigits = 12;
   std::int64_t value = 0;
   int places = -1;  // -1: before the point
   std::size_t digits = 0;
@@ -17,7 +17,7 @@ std::optional<std::int64_t> Scaled(std::string_view text, int decimals, bool& to
       places = 0;
       continue;
     }
-    if (c < '0' || c > '9' || ++digits > kMostDigits) return std::nullopt;
+    if (c < '0' || c > '9' || ++digits > kMaxDigits) return std::nullopt;
     if (places < 0 || places < decimals) {
       value = 10 * value + (c - '0');
     } else if (c != '0') {

@@ -9,11 +9,11 @@
 // BiSS-C, point to point, as the SAA series' operation manual gives it (5.6). Pure functions of bits.
 namespace axlecast::biss {
 
-inline constexpr int kLeastBits = 10;  // of the position
-inline constexpr int kMostBits = 32;
-inline constexpr int kMostTurnBits = 24;
+inline constexpr int kMinBits = 10;  // of the position
+inline constexpr int kMaxBits = 32;
+inline constexpr int kMaxTurnBits = 24;
 // Turns and position together: counts are exact up to 2^52.
-inline constexpr int kMostPositionBits = 52;
+inline constexpr int kMaxPositionBits = 52;
 
 // What a frame holds from its first bit after the fixed 0 on: turns, position, nError, nWarning, check bits.
 struct Format {

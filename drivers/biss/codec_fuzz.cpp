@@ -18,9 +18,9 @@ void Require(bool holds) {
 }
 
 Format TakeFormat(FuzzedDataProvider& input) {
-  Format format{.bits = input.ConsumeIntegralInRange(kLeastBits, kMostBits),
-                .turn_bits = input.ConsumeIntegralInRange(0, kMostPositionBits - kMostBits)};
-  format.crc.bits = input.ConsumeIntegralInRange(kLeastCrcBits, kMostCrcBits);
+  Format format{.bits = input.ConsumeIntegralInRange(kMinBits, kMaxBits),
+                .turn_bits = input.ConsumeIntegralInRange(0, kMaxPositionBits - kMaxBits)};
+  format.crc.bits = input.ConsumeIntegralInRange(kMinCrcBits, kMaxCrcBits);
   const std::uint32_t highest = 1U << static_cast<unsigned>(format.crc.bits);
   format.crc.polynomial =
       Polynomial(input.ConsumeIntegralInRange<std::int64_t>(0, highest - 1) | 1, format.crc.bits);

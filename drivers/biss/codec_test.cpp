@@ -45,9 +45,9 @@ TEST(BissCodec, TheManualsAngle) {
 }
 
 TEST(BissCodec, EveryResolution) {
-  for (int bits = kLeastBits; bits <= kMostBits; ++bits) {
-    const std::uint64_t most = (std::uint64_t{1} << static_cast<unsigned>(bits)) - 1;
-    for (const std::uint64_t counts : {std::uint64_t{0}, std::uint64_t{1}, most / 3, most}) {
+  for (int bits = kMinBits; bits <= kMaxBits; ++bits) {
+    const std::uint64_t maximum = (std::uint64_t{1} << static_cast<unsigned>(bits)) - 1;
+    for (const std::uint64_t counts : {std::uint64_t{0}, std::uint64_t{1}, maximum / 3, maximum}) {
       const Reply reply = Frame(FrameText(counts, bits), {.bits = bits});
       EXPECT_EQ(reply.error, FrameError::kNone) << bits;
       EXPECT_EQ(reply.counts, counts);

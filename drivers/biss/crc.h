@@ -5,8 +5,8 @@
 
 namespace axlecast::biss {
 
-inline constexpr int kLeastCrcBits = 3;
-inline constexpr int kMostCrcBits = 16;
+inline constexpr int kMinCrcBits = 3;
+inline constexpr int kMaxCrcBits = 16;
 
 // How a frame is protected. SAA manual 5.6: x^6 + x + 1, start 0 (its example shows it), "negative logic". The input
 // is taken most significant bit first: "CRC-6/G-704" has the same polynomial, but is reflected and not this one.

@@ -40,7 +40,7 @@ TEST(BissCrc, EveryWidthLengthAndStartAsTheNaiveOne) {
   std::mt19937_64 random(5);
   for (int i = 0; i < 20'000; ++i) {
     CrcRule rule;
-    rule.bits = static_cast<int>(kLeastCrcBits + static_cast<int>(random() % (kMostCrcBits - kLeastCrcBits + 1)));
+    rule.bits = static_cast<int>(kMinCrcBits + static_cast<int>(random() % (kMaxCrcBits - kMinCrcBits + 1)));
     const std::uint32_t highest = 1U << static_cast<unsigned>(rule.bits);
     rule.polynomial = highest | (static_cast<std::uint32_t>(random()) & (highest - 1)) | 1U;
     rule.start = static_cast<std::uint32_t>(random()) & (highest - 1);

@@ -51,9 +51,9 @@ std::string ReadChoice(std::string_view key, std::string_view value, std::string
 
 std::string ReadOption(const std::string& key, const std::string& value, Options& options) {
   Format& format = options.format;
-  if (key == "bits") return ReadInto(key, value, kLeastBits, kMostBits, format.bits);
-  if (key == "turn_bits") return ReadInto(key, value, 0, kMostTurnBits, format.turn_bits);
-  if (key == "crc_bits") return ReadInto(key, value, kLeastCrcBits, kMostCrcBits, format.crc.bits);
+  if (key == "bits") return ReadInto(key, value, kMinBits, kMaxBits, format.bits);
+  if (key == "turn_bits") return ReadInto(key, value, 0, kMaxTurnBits, format.turn_bits);
+  if (key == "crc_bits") return ReadInto(key, value, kMinCrcBits, kMaxCrcBits, format.crc.bits);
   if (key == "crc_poly") return ReadNumber(key, value, 1, 0x1FFFF, options.polynomial);
   if (key == "crc_start") return ReadInto(key, value, 0, 0xFFFF, format.crc.start);
   if (key == "crc_inverted") return ReadChoice(key, value, "false", "true", format.crc.inverted);
@@ -75,8 +75,8 @@ std::string ReadOptions(const DecodeSettings& settings, Options& options) {
     if (!problem.empty()) return problem;
   }
   Format& format = options.format;
-  if (format.bits + format.turn_bits > kMostPositionBits) {
-    return Text("turn_bits=%d: with bits=%d more than %d", format.turn_bits, format.bits, kMostPositionBits);
+  if (format.bits + format.turn_bits > kMaxPositionBits) {
+    return Text("turn_bits=%d: with bits=%d more than %d", format.turn_bits, format.bits, kMaxPositionBits);
   }
   format.crc.polynomial = Polynomial(options.polynomial, format.crc.bits);
   if (format.crc.polynomial == 0) {

@@ -93,7 +93,7 @@ void BissDevice::On(const Event& event) {
     case Event::Kind::kLinkDown:
       link_up_ = false;
       if (order_)
-        Finish(Final(OrderState::kFailed, Reason::REASON_NO_REPLY, "the link was lost before the reading"));
+        Finish(Final(CommandState::kFailed, Reason::REASON_NO_REPLY, "the link was lost before the reading"));
       break;
     default:
       break;
@@ -168,7 +168,7 @@ Outcome BissDevice::Readout(const Reply& reply) const {
   if (reply.warned) text += "; the encoder warns";
   Outcome outcome = Verified(text);
   if (reply.failed) {
-    outcome = Final(OrderState::kFailed, Reason::REASON_DEVICE_ALARM,
+    outcome = Final(CommandState::kFailed, Reason::REASON_DEVICE_ALARM,
                     text + "; the encoder reports an error: this position is not valid");
   }
   outcome.changes.push_back({"single_turn", "", std::to_string(reply.counts)});
@@ -180,7 +180,7 @@ Outcome BissDevice::Readout(const Reply& reply) const {
 
 void BissDevice::FailedAttempt(ErrorKind error) {
   if (!order_ || ++attempts_ < kAttempts) return;
-  Finish(Final(OrderState::kFailed, Reason::REASON_NO_REPLY,
+  Finish(Final(CommandState::kFailed, Reason::REASON_NO_REPLY,
                Text("%d transfers brought no frame; the last one: %s (README of biss, Errors)", kAttempts,
                     ErrorName(error))));
 }

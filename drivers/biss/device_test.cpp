@@ -275,7 +275,7 @@ TEST(BissOperations, ReadPositionShowsOneReading) {
   rig.Read(0, false);
   ASSERT_EQ(rig.output.outcomes.size(), 1U);
   const Outcome& outcome = rig.output.outcomes[0].second;
-  EXPECT_EQ(outcome.state, OrderState::kSucceeded);
+  EXPECT_EQ(outcome.state, CommandState::kSucceeded);
   EXPECT_TRUE(outcome.verified);
   EXPECT_THAT(outcome.text, HasSubstr("35555 (195.3094 deg)"));
   ASSERT_EQ(outcome.changes.size(), 3U);
@@ -289,7 +289,7 @@ TEST(BissOperations, APositionThatIsNotValidIsNoSuccess) {
   Rig rig("", "bits: 16, turn_bits: 4", "error: on, warning: on, start_turns: 9");
   rig.device().Begin(ReadPosition(), rig.now);
   rig.Read();
-  EXPECT_EQ(rig.output.outcomes.at(0).second.state, OrderState::kFailed);
+  EXPECT_EQ(rig.output.outcomes.at(0).second.state, CommandState::kFailed);
   EXPECT_THAT(rig.output.outcomes[0].second.text, HasSubstr("turns 9"));
 }
 
@@ -300,7 +300,7 @@ TEST(BissOperations, GivesUpAfterFiveTransfers) {
   EXPECT_THAT(rig.output.outcomes, IsEmpty());
   rig.Read();
   ASSERT_EQ(rig.output.outcomes.size(), 1U);
-  EXPECT_EQ(rig.output.outcomes[0].second.state, OrderState::kFailed);
+  EXPECT_EQ(rig.output.outcomes[0].second.state, CommandState::kFailed);
   EXPECT_THAT(rig.output.outcomes[0].second.text, HasSubstr("timeout"));
 }
 
@@ -320,10 +320,10 @@ TEST(BissOperations, Refusals) {
   rig.device().Begin(ReadPosition(), rig.now);
   rig.Tell(Event::Kind::kLinkDown, {});
   rig.device().Begin(ReadPosition(), rig.now);
-  std::vector<OrderState> states;
+  std::vector<CommandState> states;
   for (const auto& [id, outcome] : rig.output.outcomes) states.push_back(outcome.state);
-  EXPECT_THAT(states, ElementsAre(OrderState::kRejected, OrderState::kExpired, OrderState::kRejected,
-                                  OrderState::kExpired, OrderState::kFailed, OrderState::kRejected));
+  EXPECT_THAT(states, ElementsAre(CommandState::kRejected, CommandState::kExpired, CommandState::kRejected,
+                                  CommandState::kExpired, CommandState::kFailed, CommandState::kRejected));
 }
 
 }  // namespace

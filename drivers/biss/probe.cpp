@@ -33,7 +33,7 @@ bool IsLowFrom(Bytes samples, std::size_t first) {
 
 BissProbe::BissProbe(const SpiSettings& spi)
     : spi_(spi), transfer_(ClockedExchange(kTransferBytes, kTransferTimeout)) {
-  for (int bits = kLeastBits; bits <= kSaaBits; ++bits) fits_[bits];
+  for (int bits = kMinBits; bits <= kSaaBits; ++bits) fits_[bits];
 }
 
 std::optional<AskingProbe::Question> BissProbe::Ask() const {

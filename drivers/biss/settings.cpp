@@ -20,9 +20,9 @@ constexpr int kSampleOnFalling = 2;
 constexpr int kSampleOnRising = 3;
 
 constexpr std::int64_t kDefaultLineDelayNs = 500;
-constexpr std::int64_t kMostLineDelayNs = 20'000;
+constexpr std::int64_t kMaxLineDelayNs = 20'000;
 constexpr std::int64_t kDefaultBusyUs = 10;
-constexpr std::int64_t kMostBusyUs = 150;
+constexpr std::int64_t kMaxBusyUs = 150;
 constexpr std::int64_t kDefaultJitterUs = 1;
 
 constexpr std::string_view kCustom = "custom";
@@ -45,29 +45,30 @@ std::int64_t ClockOf(const BusConfig& bus) { return bus.link.clock_hz == 0 ? kDe
 void CheckClock(ConfigMap& map, const BusConfig& bus, MonoNs timeout) {
   ConfigMap link = map.Map("link");
   const std::int64_t clock = ClockOf(bus);
-  const std::int64_t least = kSecond / timeout + 1;
+  const std::int64_t minimum = kSecond / timeout + 1;
   if (clock >= kTooFastHz) {
     link.Error("clock_hz", std::to_string(clock) +
                                " Hz: a cycle must be longer than 100 ns (SAA manual 5.6, TMAS), below " +
                                std::to_string(kTooFastHz) + " Hz");
-  } else if (clock < least) {
+  } else if (clock < minimum) {
     link.Error("clock_hz", std::to_string(clock) + " Hz: a cycle would be as long as timeout_us, after which the " +
-                               "encoder takes the frame for ended; " + std::to_string(least) + " Hz at least");
+                               "encoder takes the frame for ended; " + std::to_string(minimum) + " Hz at least");
   }
 }
 
 void ParseModel(ConfigMap& device, BissSettings& settings) {
   settings.model = Models()[device.Choice("model", Models(), 0)];
   const bool custom = settings.model == kCustom;
-  const int most = custom ? kMostBits : saa::kMostBits;
+  const int maximum = custom ? kMaxBits : saa::kMaxBits;
   if (!device.Has("bits")) {
-    device.Error("bits", Text("is missing: the resolution, %d to %d, as on the encoder's label", kLeastBits, most));
+    device.Error("bits",
+                 Text("is missing: the resolution, %d to %d, as on the encoder's label", kMinBits, maximum));
   }
-  settings.format.bits = static_cast<int>(device.Integer("bits", 16, kLeastBits, most, "bits"));
-  settings.format.turn_bits = static_cast<int>(device.Integer("turn_bits", 0, 0, kMostTurnBits, "bits"));
-  if (settings.format.bits + settings.format.turn_bits > kMostPositionBits) {
+  settings.format.bits = static_cast<int>(device.Integer("bits", 16, kMinBits, maximum, "bits"));
+  settings.format.turn_bits = static_cast<int>(device.Integer("turn_bits", 0, 0, kMaxTurnBits, "bits"));
+  if (settings.format.bits + settings.format.turn_bits > kMaxPositionBits) {
     device.Error("turn_bits", Text("%d and bits %d are more than %d: counts would not be exact",
-                                   settings.format.turn_bits, settings.format.bits, kMostPositionBits));
+                                   settings.format.turn_bits, settings.format.bits, kMaxPositionBits));
   }
   settings.max_speed_rpm = saa::kMaxSpeedRpm;
   settings.noise_counts = saa::NoiseCounts(settings.format.bits);
@@ -84,7 +85,7 @@ void ParseModel(ConfigMap& device, BissSettings& settings) {
 
 void ParseCrc(ConfigMap& device, CrcRule& rule) {
   ConfigMap map = device.Map("crc");
-  rule.bits = static_cast<int>(map.Integer("bits", rule.bits, kLeastCrcBits, kMostCrcBits, "bits"));
+  rule.bits = static_cast<int>(map.Integer("bits", rule.bits, kMinCrcBits, kMaxCrcBits, "bits"));
   if (rule.bits != CrcRule().bits && !map.Has("poly")) {
     map.Error("poly", "is missing: the usual one has 6 bits, x^6 + x + 1 = 0x43");
   }
@@ -96,8 +97,9 @@ void ParseCrc(ConfigMap& device, CrcRule& rule) {
                    static_cast<unsigned long long>(given), rule.bits));
   }
   if (rule.polynomial == 0) rule = CrcRule();
-  const std::int64_t most = (std::int64_t{1} << static_cast<unsigned>(rule.bits)) - 1;
-  rule.start = static_cast<std::uint32_t>(map.Integer("start", 0, 0, most, "the register's content at the start"));
+  const std::int64_t maximum = (std::int64_t{1} << static_cast<unsigned>(rule.bits)) - 1;
+  rule.start =
+      static_cast<std::uint32_t>(map.Integer("start", 0, 0, maximum, "the register's content at the start"));
   rule.inverted = map.Bool("inverted", true);
   map.Done();
 }
@@ -109,7 +111,7 @@ Reach ReachOf(const SpiSettings& spi, MonoNs line_delay, MonoNs busy, const Form
   // effect is sample 2 in both modes.
   const std::int64_t latest_ack = 2 + ClocksIn(line_delay, spi.clock_hz);
   // The start bit comes with a clock: the next one after the encoder is ready.
-  const std::int64_t busy_clocks = std::max(kLeastBusyClocks, ClocksIn(busy, spi.clock_hz)) + 1;
+  const std::int64_t busy_clocks = std::max(kMinBusyClocks, ClocksIn(busy, spi.clock_hz)) + 1;
   Reach reach;
   reach.search.latest_ack = static_cast<std::size_t>(latest_ack);
   reach.search.latest_start = static_cast<std::size_t>(latest_ack + busy_clocks);
@@ -128,7 +130,7 @@ std::shared_ptr<const FamilyBus> ParseBus(ConfigMap& map, const BusConfig& bus) 
   auto own = std::make_shared<BissBus>();
   own->timeout =
       map.Integer("timeout_us", kTimeoutUs, 1, 1'000, "us, after which the encoder ends a frame") * kMicrosecond;
-  own->line_delay = map.Integer("line_delay_ns", kDefaultLineDelayNs, 0, kMostLineDelayNs,
+  own->line_delay = map.Integer("line_delay_ns", kDefaultLineDelayNs, 0, kMaxLineDelayNs,
                                 "ns, there and back, drivers and cable");
   own->spi_mode = map.Choice("sample_on", {"falling", "rising"}, 0) == 0 ? kSampleOnFalling : kSampleOnRising;
   own->pacing.after_reply = own->timeout + own->timeout / 4 + own->line_delay;
@@ -146,9 +148,9 @@ std::unique_ptr<DeviceSettings> ParseDevice(ConfigMap& device, const BusConfig& 
   settings->turns_range = turn_bits == 0 ? 0 : std::int64_t{1} << static_cast<unsigned>(turn_bits);
   settings->spi = {.mode = own.spi_mode, .clock_hz = std::min(ClockOf(bus), kTooFastHz - 1)};
   const MonoNs busy =
-      device.Integer("busy_us", kDefaultBusyUs, 0, kMostBusyUs, "us, the longest time to prepare a frame") *
+      device.Integer("busy_us", kDefaultBusyUs, 0, kMaxBusyUs, "us, the longest time to prepare a frame") *
       kMicrosecond;
-  const MonoNs jitter = device.Integer("busy_jitter_us", kDefaultJitterUs, 0, kMostBusyUs,
+  const MonoNs jitter = device.Integer("busy_jitter_us", kDefaultJitterUs, 0, kMaxBusyUs,
                                        "us, by which that time differs from one frame to the next") *
                         kMicrosecond;
   settings->start_jitter =

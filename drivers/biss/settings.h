@@ -33,7 +33,7 @@ inline constexpr std::int64_t kTooFastHz = 10'000'000;
 // What spidev controllers have and RS-422 drivers carry far; a reading of 16 bits then takes some 50 us.
 inline constexpr std::int64_t kDefaultClockHz = 1'000'000;
 // "Tbusy: Minimum data output delay = 2 x TMAS".
-inline constexpr std::int64_t kLeastBusyClocks = 2;
+inline constexpr std::int64_t kMinBusyClocks = 2;
 
 // For Family. Errors go into the map's list; never null.
 [[nodiscard]] std::shared_ptr<const FamilyBus> ParseBus(ConfigMap& map, const BusConfig& bus);

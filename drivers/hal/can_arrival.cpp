@@ -17,11 +17,12 @@ CanArrival::Offset CanArrival::Read() const {
     const MonoNs first = clock_.Now();
     const std::int64_t unix_us = clock_.UtcMicroseconds();  // rounded down
     const MonoNs last = clock_.Now();
-    const Offset offset{
-        .least = unix_us * kMicrosecond - last, .most = unix_us * kMicrosecond + kMicrosecond - first, .now = last};
-    if (i == 0 || offset.most - offset.least < best.most - best.least) best = offset;
+    const Offset offset{.minimum = unix_us * kMicrosecond - last,
+                        .maximum = unix_us * kMicrosecond + kMicrosecond - first,
+                        .now = last};
+    if (i == 0 || offset.maximum - offset.minimum < best.maximum - best.minimum) best = offset;
     best.now = last;
-    if (best.most - best.least <= kNarrow) break;
+    if (best.maximum - best.minimum <= kNarrow) break;
   }
   return best;
 }
@@ -33,11 +34,11 @@ void CanArrival::Start() {
 
 Interval CanArrival::At(std::optional<std::int64_t> stamp) {
   const Offset offset = Read();
-  const bool stepped = offset.least > before_.most || offset.most < before_.least;
+  const bool stepped = offset.minimum > before_.maximum || offset.maximum < before_.minimum;
   before_ = offset;
   const Interval unstamped{std::max(floor_, empty_), offset.now};
   if (!stamp || stepped) return unstamped;
-  const Interval at{*stamp - offset.most, *stamp - offset.least};
+  const Interval at{*stamp - offset.maximum, *stamp - offset.minimum};
   // What lies outside altogether was stamped by a clock that was stepped since, and back.
   if (at.last < floor_ || at.first > offset.now) return unstamped;
   floor_ = std::max(at.first, floor_);

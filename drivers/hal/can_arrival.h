@@ -26,8 +26,8 @@ class CanArrival {
  private:
   // CLOCK_REALTIME - CLOCK_MONOTONIC is between these; ns.
   struct Offset {
-    std::int64_t least = 0;
-    std::int64_t most = 0;
+    std::int64_t minimum = 0;
+    std::int64_t maximum = 0;
     MonoNs now = 0;  // when it was read
   };
   [[nodiscard]] Offset Read() const;

@@ -35,7 +35,7 @@ constexpr std::int64_t kShortestFrame = 47;
 // What the kernel charges a socket for one received frame (skb truesize on 64 bits).
 constexpr std::int64_t kFrameCost = 768;
 // A driver that computes or waits for so long must not lose frames of a full bus.
-constexpr std::int64_t kLeastRoomMs = 100;
+constexpr std::int64_t kMinRoomMs = 100;
 // The bit rates of a bus's nodes may differ by some 0.5 %.
 constexpr std::int64_t kBitrateShare = 200;
 
@@ -235,7 +235,7 @@ void CanSocket::MakeRoom() {
   socklen_t size = sizeof room;
   if (getsockopt(socket_.get(), SOL_SOCKET, SO_RCVBUF, &room, &size) != 0) return;
   const std::int64_t room_ms = room * std::int64_t{1'000} / second;
-  if (room_ms >= kLeastRoomMs) return;
+  if (room_ms >= kMinRoomMs) return;
   warnings_.push_back(settings_.interface + ": room for only " + std::to_string(room_ms) +
                       " ms of a full bus; as root: sysctl -w net.core.rmem_max=" + std::to_string(half));
 }

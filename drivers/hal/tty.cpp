@@ -201,15 +201,15 @@ bool Tty::ChangeFormat(const LineFormat& format) {
 
 bool Tty::Drain() {
   MonoNs give_up = clock_.Now() + kWriteTimeout;
-  int least = INT32_MAX;
+  int minimum = INT32_MAX;
   while (true) {
     int queued = 0;
     if (ioctl(line_.get(), TIOCOUTQ, &queued) != 0) return false;
     if (queued == 0) break;
     const MonoNs now = clock_.Now();
-    if (queued < least) give_up = now + kWriteTimeout;
+    if (queued < minimum) give_up = now + kWriteTimeout;
     if (now >= give_up) return false;
-    least = std::min(least, queued);
+    minimum = std::min(minimum, queued);
     if (PollUntil({}, now + kMillisecond, clock_) < 0) return false;
   }
   // What the hardware's own buffer still holds; the driver bounds this wait.

@@ -18,10 +18,10 @@ class AskingProbe : public Probe {
   [[nodiscard]] std::optional<Step> Next(MonoNs now) const final;
   void On(const Event& event) final;
 
-  [[nodiscard]] bool Disturbed() const final { return strays_ >= kMostStrays; }
+  [[nodiscard]] bool Disturbed() const final { return strays_ >= kMaxStrays; }
 
  protected:
-  static constexpr int kMostStrays = 50;  // in a row
+  static constexpr int kMaxStrays = 50;  // in a row
 
   // The next question; nothing: there is none left.
   [[nodiscard]] virtual std::optional<Question> Ask() const = 0;

@@ -10,8 +10,8 @@ constexpr double kNsPerSecond = 1e9;
 // TWK SSI 11.1: the clock is at most half of the baud rate that RS-422 allows. The document's graph is lost; the
 // standard's guideline is 10 Mbit/s up to 12 m and a constant product of rate and length beyond, and gives the
 // document's own example, 300 kHz at 200 m.
-constexpr double kMostHz = 5e6;
-constexpr double kMostHzMetres = 60e6;
+constexpr double kMaxHz = 5e6;
+constexpr double kMaxHzMetres = 60e6;
 // A controller may take a clock that is lower than what it is asked for; many only halve. Twice the lowest and a
 // tenth keeps even those above it.
 constexpr double kAboveLowest = 2.2;
@@ -38,8 +38,8 @@ ClockPlan PlanClock(const ClockedLine& line) {
   if (line.monoflop > 0) {
     plan.lowest_hz = std::max(plan.lowest_hz, kNsPerSecond / static_cast<double>(line.monoflop));
   }
-  plan.highest_hz = AtMost(kMostHz, line.most_hz);
-  if (line.cable_m > 0) plan.highest_hz = std::min(plan.highest_hz, kMostHzMetres / line.cable_m);
+  plan.highest_hz = AtMost(kMaxHz, line.most_hz);
+  if (line.cable_m > 0) plan.highest_hz = std::min(plan.highest_hz, kMaxHzMetres / line.cable_m);
   plan.highest_half_cycle_hz = plan.highest_hz;
   if (plan.delay_ns > 0) {
     plan.highest_half_cycle_hz = std::min(plan.highest_hz, kNsPerSecond / (2 * plan.delay_ns));

@@ -12,7 +12,7 @@ Outcome JudgeReadBack(const ReadBack& read_back, std::string text) {
   if (read_back.confirmed) {
     return Succeeded(false, std::move(text) + ": as before; the device confirmed it, no effect can be seen");
   }
-  return Final(OrderState::kIndeterminate, command_status_t::REASON_NO_REPLY,
+  return Final(CommandState::kIndeterminate, command_status_t::REASON_NO_REPLY,
                std::move(text) + ": as before, and nothing confirms that it was taken");
 }
 
@@ -23,7 +23,7 @@ bool CannotBeToldApart(std::int64_t before, std::int64_t wanted, std::int64_t to
 Change FindingChange(const char* word) { return {"finding", "", word}; }
 
 Outcome WithFindingBefore(Outcome outcome, bool reads_as_after) {
-  const bool open = outcome.state == OrderState::kRunning || outcome.state == OrderState::kIndeterminate;
+  const bool open = outcome.state == CommandState::kRunning || outcome.state == CommandState::kIndeterminate;
   if (open) outcome.changes.push_back({"finding", FindingWord(reads_as_after), ""});
   return outcome;
 }

@@ -7,17 +7,17 @@ namespace {
 
 TEST(ReadBack, AnEffectIsClaimedOnlyWhereTheDeviceReadDifferentlyBefore) {
   const Outcome seen = JudgeReadBack({.same_before = false, .confirmed = false}, "reads 0");
-  EXPECT_EQ(seen.state, OrderState::kSucceeded);
+  EXPECT_EQ(seen.state, CommandState::kSucceeded);
   EXPECT_TRUE(seen.verified);
   EXPECT_EQ(seen.text, "reads 0");
 
   const Outcome confirmed = JudgeReadBack({.same_before = true, .confirmed = true}, "reads 0");
-  EXPECT_EQ(confirmed.state, OrderState::kSucceeded);
+  EXPECT_EQ(confirmed.state, CommandState::kSucceeded);
   EXPECT_FALSE(confirmed.verified);
   EXPECT_NE(confirmed.text.find("no effect can be seen"), std::string::npos);
 
   const Outcome neither = JudgeReadBack({.same_before = true, .confirmed = false}, "reads 0");
-  EXPECT_EQ(neither.state, OrderState::kIndeterminate);
+  EXPECT_EQ(neither.state, CommandState::kIndeterminate);
   EXPECT_FALSE(neither.verified);
 }
 
@@ -36,10 +36,10 @@ TEST(ReadBack, ADeviceAloneFindsThatItReadsAsAfterTheOperationNoMore) {
 }
 
 TEST(ReadBack, WhatALookWouldHaveFoundBeforeIsToldWhileTheEffectIsOpen) {
-  for (const auto& [state, told] : {std::pair{OrderState::kRunning, true},
-                                    {OrderState::kIndeterminate, true},
-                                    {OrderState::kSucceeded, false},
-                                    {OrderState::kFailed, false}}) {
+  for (const auto& [state, told] : {std::pair{CommandState::kRunning, true},
+                                    {CommandState::kIndeterminate, true},
+                                    {CommandState::kSucceeded, false},
+                                    {CommandState::kFailed, false}}) {
     const Outcome outcome = WithFindingBefore({.state = state}, true);
     ASSERT_EQ(outcome.changes.size(), told ? 1U : 0U);
     EXPECT_EQ(told ? outcome.changes[0].before : "reads_as_after", "reads_as_after");

@@ -11,7 +11,7 @@ using Reason = command_status_t;
 std::optional<Outcome> RefusalToBegin(bool busy, const DriverCommand& order, MonoNs now, bool link_up) {
   if (busy) return Rejected(Reason::REASON_BUSY, "another order is being carried out: wait for its outcome");
   if (now > order.begin_by) {
-    return Final(OrderState::kExpired, Reason::REASON_DEADLINE, "nothing was done: its time to begin was over");
+    return Final(CommandState::kExpired, Reason::REASON_DEADLINE, "nothing was done: its time to begin was over");
   }
   if (!link_up)
     return Rejected(Reason::REASON_DEVICE_OFFLINE, "the link is down: see the device's BUS for the cause");
@@ -32,7 +32,7 @@ std::string MotionText(const Motion& motion) {
 }
 
 Outcome NeverAsked() {
-  return Final(OrderState::kExpired, Reason::REASON_DEADLINE,
+  return Final(CommandState::kExpired, Reason::REASON_DEADLINE,
                "nothing was done: the encoder could not be asked before its time to begin was over");
 }
 

@@ -14,8 +14,8 @@ inline constexpr std::array<std::string_view, 7> kModels = {"saa",      "saa37p8
                                                             "saa90p50", "saa130p90", "saa290p184"};
 
 // 4.1: "Resolution in Bit".
-inline constexpr int kLeastBits = 10;
-inline constexpr int kMostBits = 26;
+inline constexpr int kMinBits = 10;
+inline constexpr int kMaxBits = 26;
 
 // 4.2: "Max. Rotational Speed".
 inline constexpr double kMaxSpeedRpm = 5'000;

@@ -19,7 +19,7 @@ TEST(SaaDataSheet, TheWholeTableOfAccuracies) {
 
 // "11-15 bit" has no accuracy in the table; nor have 10 bits.
 TEST(SaaDataSheet, BelowSixteenBitsThereIsNone) {
-  for (int bits = kLeastBits; bits < 16; ++bits) {
+  for (int bits = kMinBits; bits < 16; ++bits) {
     EXPECT_FALSE(AccuracyArcSeconds(bits)) << bits;
     EXPECT_EQ(NoiseCounts(bits), 1) << bits;
   }
@@ -42,8 +42,8 @@ TEST(SaaDataSheet, TheBoundIsTheSmallestThatHoldsTwiceTheAccuracy) {
 
 // Chapter 3, 4.1 and 4.2.
 TEST(SaaDataSheet, ModelsResolutionsAndSpeed) {
-  EXPECT_EQ(kLeastBits, 10);
-  EXPECT_EQ(kMostBits, 26);
+  EXPECT_EQ(kMinBits, 10);
+  EXPECT_EQ(kMaxBits, 26);
   EXPECT_EQ(kMaxSpeedRpm, 5'000);
   EXPECT_EQ(kModels.size(), 1U + 6) << "3.1 to 3.6, and any";
 }

@@ -111,9 +111,9 @@ class SimulatedBus : LinkObserver, SecretSource {
     made_.at(0)->Begin(order, clock.Now());
   }
   // Its final outcome.
-  Outcome Finish(MonoNs most = 30 * kSecond) {
+  Outcome Finish(MonoNs maximum = 30 * kSecond) {
     const auto over = [this] { return !output().outcomes.empty() && output().outcomes.back().second.IsFinal(); };
-    for (const MonoNs end = clock.Now() + most; clock.Now() < end && !over();) Run(kMillisecond);
+    for (const MonoNs end = clock.Now() + maximum; clock.Now() < end && !over();) Run(kMillisecond);
     EXPECT_TRUE(over());
     return over() ? output().outcomes.back().second : Outcome{};
   }

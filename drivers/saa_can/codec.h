@@ -11,12 +11,12 @@
 // own on 11-bit identifiers. Pure functions of frames.
 namespace axlecast::saa_can {
 
-inline constexpr int kLeastBits = 10;  // 4.1
-inline constexpr int kMostBits = 26;
+inline constexpr int kMinBits = 10;  // 4.1
+inline constexpr int kMaxBits = 26;
 
 // The manual's NN. 8 bits, because its own example is node FF; a CANopen node has 7.
-inline constexpr std::uint8_t kLeastNode = 0x01;
-inline constexpr std::uint8_t kMostNode = 0xFF;
+inline constexpr std::uint8_t kMinNode = 0x01;
+inline constexpr std::uint8_t kMaxNode = 0xFF;
 inline constexpr std::uint8_t kFactoryNode = 0x20;         // (2)
 inline constexpr std::int64_t kFactoryBitrate = 250'000;   // (2)
 inline constexpr std::int64_t kFactoryPeriodMs = 100;      // (2), nominal; its log (1) shows 106.4 ms each time

@@ -47,8 +47,7 @@ void CheckRequest(Bytes data) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace axlecast::saa_can;
   FuzzedDataProvider input(data, size);
-  const Format format{.bits = input.ConsumeIntegralInRange(kLeastBits, kMostBits),
-                      .big_endian = input.ConsumeBool()};
+  const Format format{.bits = input.ConsumeIntegralInRange(kMinBits, kMaxBits), .big_endian = input.ConsumeBool()};
   auto bytes = input.ConsumeRemainingBytes<std::uint8_t>();
   bytes.resize(std::min(bytes.size(), axlecast::kMaxCanData));
   CheckPosition(bytes, format);

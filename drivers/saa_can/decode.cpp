@@ -29,11 +29,11 @@ constexpr int kExampleBits = 14;
 
 std::string ReadOption(const std::string& key, const std::string& value, Options& options) {
   if (key == "bits") {
-    options.bits = static_cast<int>(ParseWhole(value, kLeastBits, kMostBits).value_or(0));
+    options.bits = static_cast<int>(ParseWhole(value, kMinBits, kMaxBits).value_or(0));
     return options.bits != 0 ? "" : "bits=" + value + ": expected 10..26, the encoder's resolution";
   }
   if (key == "node") {
-    const std::optional<std::int64_t> node = ParseWhole(value, kLeastNode, kMostNode);
+    const std::optional<std::int64_t> node = ParseWhole(value, kMinNode, kMaxNode);
     if (!node) return "node=" + value + ": expected NN, 1..255 or 0x01..0xff";
     options.node = static_cast<std::uint8_t>(*node);
     return "";
@@ -172,7 +172,7 @@ Json Describe(const CanFrame& frame, const Options& options) {
   if (frame.id == kConfigureId || frame.id == kConfigureReplyId) return DescribeService(frame.id, frame.data);
   const std::uint32_t base = frame.id & ~kNodeMask;
   const auto node = static_cast<std::uint8_t>(frame.id & kNodeMask);
-  if ((base != kDataBase && base != kCommandBase) || node < kLeastNode) return Bad("unknown", "header");
+  if ((base != kDataBase && base != kCommandBase) || node < kMinNode) return Bad("unknown", "header");
   const char* kind = base == kDataBase ? "position" : "request";
   if (options.node && options.node != node) return Bad(kind, "wrong_identity");
   return base == kDataBase ? DescribeData(node, frame.data, options) : DescribeRequest(node, frame.data);

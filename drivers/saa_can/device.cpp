@@ -95,7 +95,7 @@ Step SaaCanDevice::Hear(const BusSlot& turn) const {
 }
 
 void SaaCanDevice::OnStarted(const Step& step, MonoNs now) {
-  if (Expired(now)) Report(Final(OrderState::kExpired, Reason::REASON_DEADLINE, kTooLate));
+  if (Expired(now)) Report(Final(CommandState::kExpired, Reason::REASON_DEADLINE, kTooLate));
   const auto* send = std::get_if<Send>(&step.action);
   if (!procedure_ || send == nullptr || step.priority != Priority::kCommand) return;
   // A request for a position is no frame of the procedure's own.
@@ -139,7 +139,7 @@ void SaaCanDevice::NoteOwn(const Event& event, MonoNs now) {
 
 void SaaCanDevice::AdvanceProcedure(const Event& event, const Interpreter::Heard& heard, MonoNs now) {
   if (!procedure_) return;
-  if (Expired(now)) return Report(Final(OrderState::kExpired, Reason::REASON_DEADLINE, kTooLate));
+  if (Expired(now)) return Report(Final(CommandState::kExpired, Reason::REASON_DEADLINE, kTooLate));
   Report(procedure_->On(event, heard, now));
 }
 

@@ -218,7 +218,7 @@ TEST(SaaCanAmbiguity, WithoutACommandItIsAPosition) {
 TEST(SaaCanAmbiguity, TheReplyToAnOwnCommandIsNeverAPosition) {
   SimulatedBus bus("a: {bits: 14, period_ms: 10, set_period: true}", "a: {start_deg: 90}");
   bus.Run(2 * kSecond);  // set_period was acknowledged
-  EXPECT_EQ(bus.Do("zero").state, OrderState::kSucceeded);
+  EXPECT_EQ(bus.Do("zero").state, CommandState::kSucceeded);
   EXPECT_EQ(bus.State("a", "replies"), "2");
   for (const Sample& sample : bus.output().samples) EXPECT_TRUE(sample.counts == 4'096 || sample.counts == 0);
   EXPECT_EQ(bus.Errors(ErrorKind::kBusy), 0);

@@ -22,13 +22,13 @@ MonoNs Patience(const SaaCanSettings& settings) { return std::max(kPatience, kPa
 std::optional<Outcome> NotDelivered(const Delivery& delivery, const SaaCanSettings& settings) {
   if (delivery.state() == Delivery::State::kRefused) {
     return Final(
-        OrderState::kFailed, Reason::REASON_NO_REPLY,
+        CommandState::kFailed, Reason::REASON_NO_REPLY,
         "nothing was done: the controller's queue is full, because no node acknowledges what is sent: check "
         "cable, termination and bit rate");
   }
   if (delivery.state() != Delivery::State::kNotConfirmed) return std::nullopt;
   return Final(
-      OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+      CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
       Text("no node acknowledged the frame in %lld ms: it may still wait in the controller's queue and act "
            "later; drop it with: sudo ip link set %s down",
            static_cast<long long>(Delivery::kConfirmWithin / kMillisecond), settings.iface.c_str()));
@@ -36,9 +36,9 @@ std::optional<Outcome> NotDelivered(const Delivery& delivery, const SaaCanSettin
 
 Outcome LinkLost(bool sent, const char* look) {
   if (!sent) {
-    return Final(OrderState::kFailed, Reason::REASON_NO_REPLY, "nothing was done: the link was lost before it");
+    return Final(CommandState::kFailed, Reason::REASON_NO_REPLY, "nothing was done: the link was lost before it");
   }
-  return Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+  return Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
                std::string("the link was lost after the request and before its effect could be seen: ") + look +
                    " when it is back");
 }

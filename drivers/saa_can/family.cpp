@@ -29,7 +29,7 @@ const Family& saa_can_family() {
       .link = LinkKind::kCan,
       .default_bitrate = saa_can::kFactoryBitrate,
       .default_poll_hz = 0,  // as they come
-      .max_devices_per_bus = saa_can::kMostDevices,
+      .max_devices_per_bus = saa_can::kMaxDevices,
       .operations = saa_can::Operations(),
       .permits = &saa_can::Permits,
       .parse_bus = &saa_can::ParseBus,

@@ -145,7 +145,7 @@ std::optional<Outcome> NodeConfigurationProcedure::OnReply(const Event& event, M
     if (replies_++ == 0) until_ = now + kMoreReplies;
     if (reply->result != 0) {
       refused_ = true;
-      End(Final(OrderState::kFailed, Reason::REASON_DEVICE_REFUSED,
+      End(Final(CommandState::kFailed, Reason::REASON_DEVICE_REFUSED,
                 Text("the encoder refused it with code 0x%02X", unsigned{reply->result})));
       return std::nullopt;
     }
@@ -154,7 +154,7 @@ std::optional<Outcome> NodeConfigurationProcedure::OnReply(const Event& event, M
   if (target_.service == Service::kBitrate) return WithChange(JudgeBitrate());
   if (replies_ > 1) {
     End(Final(
-        OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+        CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
         Text("%d nodes answered: more than one was connected, and all of them may have node 0x%02X now; connect "
              "them one at a time",
              replies_, unsigned{target_.node})));
@@ -187,7 +187,7 @@ std::optional<Outcome> NodeConfigurationProcedure::OnLooked(const Event& event, 
           "the encoder answers as node 0x%02X: put node: 0x%02x into the file and restart the driver", to, to)));
     case NodeSearch::Progress::kSecond:
       if (replies_ == 0) {
-        return WithChange(Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+        return WithChange(Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                                 Text("%s, and the encoder still answers as node 0x%02X", reply, from)));
       }
       return WithChange(Succeeded(
@@ -196,7 +196,7 @@ std::optional<Outcome> NodeConfigurationProcedure::OnLooked(const Event& event, 
                       from, to)));
     default:
       return WithChange(
-          Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+          Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
                 Text("%s, and the encoder answers neither as node 0x%02X nor as 0x%02X: turn its power "
                      "off and on, then read_position after=\"set_node_id node=0x%02x\"",
                      reply, to, from, to)));
@@ -216,11 +216,11 @@ Outcome NodeConfigurationProcedure::JudgeBitrate() const {
   const auto rate = static_cast<long long>(target_.bitrate);
   const std::string bring_up = IpLinkLine(around_.settings.iface, target_.bitrate);
   if (replies_ == 0) {
-    return Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+    return Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
                  "no reply came: it may have either rate. To look at the new one, as root: " + bring_up);
   }
   if (replies_ > 1) {
-    return Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+    return Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                  Text("%d nodes answered: more than one was connected, and all of them may run at %lld bit/s now",
                       replies_, rate));
   }
@@ -243,7 +243,7 @@ Outcome NodeConfigurationProcedure::OnLinkLost() const {
   if (!touched()) return LinkLost(false, "");
   if (ending_) return WithChange(*ending_);
   if (!set_) {
-    return Final(OrderState::kFailed, Reason::REASON_NO_REPLY,
+    return Final(CommandState::kFailed, Reason::REASON_NO_REPLY,
                  "nothing was changed, but the encoder may be in configuration mode: turn its power off and on");
   }
   if (target_.service == Service::kBitrate) return WithChange(LinkLost(true, "look at which bit rate it is heard"));

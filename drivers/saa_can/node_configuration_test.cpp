@@ -39,7 +39,7 @@ TEST_P(SaaCanNode, ItAnswersAsTheNewNode) {
   bus.Run(kSecond);
   const MonoNs began = bus.clock.Now();
   const Outcome outcome = bus.Do("set_node_id", kNode);
-  EXPECT_EQ(outcome.state, OrderState::kSucceeded) << outcome.text;
+  EXPECT_EQ(outcome.state, CommandState::kSucceeded) << outcome.text;
   EXPECT_TRUE(outcome.verified);
   EXPECT_THAT(outcome.text, HasSubstr("put node: 0x33 into the file"));
   EXPECT_GT(bus.clock.Now() - began, NodeConfigurationProcedure::kListen);
@@ -56,7 +56,7 @@ TEST(SaaCanDialogue, ANodeIdThatHoldsFromTheNextPowerOnIsNotVerified) {
   SimulatedBus bus("a: {bits: 14}", "a: {start_deg: 10, changes: at_power_on}", kBench);
   bus.Run(kSecond);
   const Outcome outcome = bus.Do("set_node_id", kNode);
-  EXPECT_EQ(outcome.state, OrderState::kSucceeded);
+  EXPECT_EQ(outcome.state, CommandState::kSucceeded);
   EXPECT_FALSE(outcome.verified);
   EXPECT_THAT(outcome.text, HasSubstr("turn its power off and on"));
   EXPECT_EQ(After(bus.Do("read_position", {{"after", "set_node_id node=0x33"}}), "finding"), "no_effect_seen");
@@ -76,7 +76,7 @@ TEST(SaaCanDialogue, AnybodyElseOnTheBusStopsIt) {
     bus.Run(2 * kSecond);
     bus.frames->Inject({.id = id, .data = {0x80, 0x20, 0, 0, 0, 0, 0, 0}});
     const Outcome outcome = bus.Finish();
-    EXPECT_EQ(outcome.state, OrderState::kRejected) << id;
+    EXPECT_EQ(outcome.state, CommandState::kRejected) << id;
     EXPECT_EQ(Asked(bus), 0) << id;
   }
 }
@@ -88,7 +88,7 @@ TEST(SaaCanDialogue, SomebodyWhoAppearsInConfigurationModeStopsItBeforeTheChange
   while (bus.frames->Sent(0x7E5, 0x04) == 0) bus.Run(kMillisecond);
   bus.frames->Inject({.id = 0x121, .data = {0x00, 0x10}});
   const Outcome outcome = bus.Finish();
-  EXPECT_EQ(outcome.state, OrderState::kRejected);
+  EXPECT_EQ(outcome.state, CommandState::kRejected);
   EXPECT_EQ(bus.frames->Sent(0x7E5, 0x11), 0);
   EXPECT_EQ(bus.State("a", "mode"), "waiting");
 }
@@ -100,7 +100,7 @@ TEST(SaaCanDialogue, TheEncoderItselfMustBeHeard) {
   bus.Set("a", "fault", "off");
   bus.Run(kMillisecond);
   const Outcome outcome = bus.Finish();
-  EXPECT_EQ(outcome.state, OrderState::kRejected);
+  EXPECT_EQ(outcome.state, CommandState::kRejected);
   EXPECT_EQ(Asked(bus), 0);
 }
 
@@ -113,7 +113,7 @@ TEST(SaaCanDialogue, TwoRepliesShowThatOneHadKeptSilent) {
   bus.Run(2 * kMillisecond);
   bus.frames->Inject({.id = 0x7E5, .data = {0x11, 0, 0, 0, 0, 0, 0, 0}});
   const Outcome outcome = bus.Finish();
-  EXPECT_EQ(outcome.state, OrderState::kFailed);
+  EXPECT_EQ(outcome.state, CommandState::kFailed);
   EXPECT_THAT(outcome.text, HasSubstr("2 nodes answered"));
 }
 
@@ -121,7 +121,7 @@ TEST(SaaCanDialogue, ABitRateIsAcceptedAndThenNothingIsSent) {
   SimulatedBus bus("a: {bits: 14}", "a: {start_deg: 10}", kBench);
   bus.Run(kSecond);
   const Outcome outcome = bus.Do("set_bitrate", kBitrate);
-  EXPECT_EQ(outcome.state, OrderState::kSucceeded) << outcome.text;
+  EXPECT_EQ(outcome.state, CommandState::kSucceeded) << outcome.text;
   EXPECT_FALSE(outcome.verified);
   EXPECT_EQ(
       outcome.text,
@@ -141,7 +141,7 @@ TEST(SaaCanDialogue, NoReplyToABitRateIsInDoubt) {
   bus.Begin("set_bitrate", kBitrate);
   while (bus.frames->Sent(0x7E5, 0x04) == 0) bus.Run(kMillisecond);
   bus.Set("a", "fault", "off");
-  EXPECT_EQ(bus.Finish().state, OrderState::kIndeterminate);
+  EXPECT_EQ(bus.Finish().state, CommandState::kIndeterminate);
 }
 
 TEST(SaaCanDialogue, ARefusalIsTold) {
@@ -151,7 +151,7 @@ TEST(SaaCanDialogue, ARefusalIsTold) {
   while (bus.frames->Sent(0x7E5, 0x11) == 0) bus.Run(kMicrosecond);
   bus.frames->Inject({.id = 0x7E4, .data = {0x11, 0x01, 0, 0, 0, 0, 0, 0}});
   const Outcome outcome = bus.Finish();
-  EXPECT_EQ(outcome.state, OrderState::kFailed);
+  EXPECT_EQ(outcome.state, CommandState::kFailed);
   EXPECT_EQ(outcome.reason, Reason::REASON_DEVICE_REFUSED);
 }
 

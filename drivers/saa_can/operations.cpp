@@ -96,7 +96,7 @@ Made BadArgument(std::string_view text) { return Rejected(Reason::REASON_BAD_ARG
 Made NotPermitted(std::string_view text) { return Rejected(Reason::REASON_NOT_PERMITTED, text); }
 
 std::optional<std::uint8_t> NodeOf(const Arguments& arguments) {
-  const auto node = ParseWhole(FindArgument(arguments, "node").value_or(""), kLeastNode, kMostNode);
+  const auto node = ParseWhole(FindArgument(arguments, "node").value_or(""), kMinNode, kMaxNode);
   return node ? std::optional(static_cast<std::uint8_t>(*node)) : std::nullopt;
 }
 

@@ -23,7 +23,7 @@ TEST(SaaCanZero, IsOneFrameVerifiedByReading) {
     SimulatedBus bus(device, "a: {start_deg: 123}", kPolled);
     bus.Run(kSecond);
     const Outcome outcome = bus.Do("zero");
-    EXPECT_EQ(outcome.state, OrderState::kSucceeded) << outcome.text;
+    EXPECT_EQ(outcome.state, CommandState::kSucceeded) << outcome.text;
     EXPECT_TRUE(outcome.verified);
     EXPECT_EQ(After(outcome, "single_turn"), "0");
     EXPECT_EQ(bus.frames->Sent(0x220, 0x20), 1);
@@ -39,7 +39,7 @@ TEST(SaaCanZero, AShaftThatTurnsIsRefused) {
   bus.Run(kSecond);
   bus.output().motion = {.known = true, .standstill = false, .speed_rpm = 12};
   const Outcome outcome = bus.Do("zero");
-  EXPECT_EQ(outcome.state, OrderState::kRejected);
+  EXPECT_EQ(outcome.state, CommandState::kRejected);
   EXPECT_EQ(outcome.reason, Reason::REASON_NOT_STANDING_STILL);
   EXPECT_EQ(bus.frames->Sent(0x220, 0x20), 0);
 }
@@ -51,7 +51,7 @@ TEST(SaaCanZero, AShaftThatBeginsToTurnIsRefused) {
   bus.Begin("zero");
   bus.output().motion = {};
   const Outcome outcome = bus.Finish();
-  EXPECT_EQ(outcome.state, OrderState::kRejected);
+  EXPECT_EQ(outcome.state, CommandState::kRejected);
   EXPECT_EQ(bus.frames->Sent(0x220, 0x20), 0);
 }
 
@@ -60,7 +60,7 @@ TEST(SaaCanZero, AFullQueueIsNothingDone) {
   bus.Run(kSecond);
   bus.frames->FillQueue(true);
   const Outcome outcome = bus.Do("zero");
-  EXPECT_EQ(outcome.state, OrderState::kFailed);
+  EXPECT_EQ(outcome.state, CommandState::kFailed);
   EXPECT_THAT(outcome.text, HasSubstr("nothing was done"));
   EXPECT_EQ(bus.State("a", "zeroings"), "0");
   EXPECT_EQ(bus.output().jumps, 0);
@@ -75,7 +75,7 @@ TEST(SaaCanZero, AFrameThatNobodyAcknowledgesIsInDoubt) {
   bus.frames->Inject({.id = 0x120, .data = {0x47, 0x26, 0, 0, 0, 0, 0, 0}});
   const Outcome outcome = bus.Finish();
   EXPECT_EQ(bus.frames->Sent(0x220, 0x20), 1);
-  EXPECT_EQ(outcome.state, OrderState::kIndeterminate);
+  EXPECT_EQ(outcome.state, CommandState::kIndeterminate);
   EXPECT_THAT(outcome.text, HasSubstr("still wait in the controller's queue"));
   EXPECT_THAT(outcome.text, HasSubstr("ip link set can-0 down"));
   EXPECT_TRUE(bus.output().datum_changing) << "until it is known";
@@ -91,7 +91,7 @@ TEST(SaaCanZero, WhatIsNotZeroAfterwardsFails) {
   SimulatedBus bus("a: {bits: 14}", "a: {start_deg: 123, zero_error_deg: 3}");
   bus.Run(kSecond);
   const Outcome outcome = bus.Do("zero");
-  EXPECT_EQ(outcome.state, OrderState::kFailed);
+  EXPECT_EQ(outcome.state, CommandState::kFailed);
   EXPECT_EQ(outcome.reason, Reason::REASON_READ_BACK_DIFFERS);
 }
 
@@ -102,7 +102,7 @@ TEST(SaaCanZero, NothingHeardAfterwardsIsInDoubt) {
   while (bus.frames->Sent(0x220, 0x20) == 0) bus.Run(kMillisecond);
   bus.Set("a", "fault", "off");
   const Outcome outcome = bus.Finish();
-  EXPECT_EQ(outcome.state, OrderState::kIndeterminate);
+  EXPECT_EQ(outcome.state, CommandState::kIndeterminate);
   EXPECT_EQ(bus.State("a", "zeroings"), "1");
   bus.Set("a", "fault", "none");
   bus.Run(3 * kSecond);
@@ -116,7 +116,7 @@ TEST(SaaCanZero, TheLinkLostInBetweenIsInDoubt) {
   bus.Begin("zero");
   while (bus.frames->Sent(0x220, 0x20) == 0) bus.Run(kMillisecond);
   bus.frames->Unplug();
-  EXPECT_EQ(bus.Finish().state, OrderState::kIndeterminate);
+  EXPECT_EQ(bus.Finish().state, CommandState::kIndeterminate);
   bus.frames->Plug();
   bus.Run(5 * kSecond);
   EXPECT_EQ(bus.output().jumps, 1);
@@ -129,7 +129,7 @@ TEST(SaaCanDirection, IsRefusedWithoutTheByteThatTheManualLeavesOut) {
   SimulatedBus bus("a: {bits: 14}", "a: {start_deg: 123}");
   bus.Run(kSecond);
   const Outcome outcome = bus.Do("set_direction", {{"direction", "negative"}});
-  EXPECT_EQ(outcome.state, OrderState::kRejected);
+  EXPECT_EQ(outcome.state, CommandState::kRejected);
   EXPECT_THAT(outcome.text, HasSubstr("negative_byte"));
   EXPECT_EQ(bus.frames->Sent(0x220, 0x22), 0);
 }
@@ -138,7 +138,7 @@ TEST(SaaCanDirection, WithTheByteItIsAcceptedButNotVerified) {
   SimulatedBus bus("a: {bits: 14, positive_byte: 0, negative_byte: 1}", "a: {start_deg: 90}");
   bus.Run(kSecond);
   const Outcome outcome = bus.Do("set_direction", {{"direction", "negative"}});
-  EXPECT_EQ(outcome.state, OrderState::kSucceeded) << outcome.text;
+  EXPECT_EQ(outcome.state, CommandState::kSucceeded) << outcome.text;
   EXPECT_FALSE(outcome.verified);
   EXPECT_EQ(bus.State("a", "counting"), "negative");
   bus.Run(kSecond);
@@ -151,7 +151,7 @@ TEST(SaaCanDirection, WhereAPositionLooksLikeTheReplyItIsRefused) {
   SimulatedBus bus("a: {bits: 14, positive_byte: 0, negative_byte: 1}", "a: {start_deg: 0.75}");
   bus.Run(kSecond);
   const Outcome outcome = bus.Do("set_direction", {{"direction", "negative"}});
-  EXPECT_EQ(outcome.state, OrderState::kRejected);
+  EXPECT_EQ(outcome.state, CommandState::kRejected);
   EXPECT_THAT(outcome.text, HasSubstr("turn it a little"));
 }
 
@@ -167,7 +167,7 @@ TEST(SaaCanStop, IsRefusedWithoutTheByteAndWhereTheFileWantsACyclicEncoder) {
 TEST(SaaCanStop, NothingComesByItselfAnyMore) {
   SimulatedBus bus("a: {bits: 14, mode: single, stop_byte: 0}", "a: {cyclic: on}", kPolled);
   bus.Run(kSecond);
-  EXPECT_EQ(bus.Do("stop_cyclic").state, OrderState::kSucceeded);
+  EXPECT_EQ(bus.Do("stop_cyclic").state, CommandState::kSucceeded);
   EXPECT_EQ(bus.output().nv_writes, 1);
   EXPECT_EQ(bus.State("a", "cyclic"), "off");
 }
@@ -178,12 +178,12 @@ TEST(SaaCanPeriod, IsMeasured) {
   SimulatedBus bus("a: {bits: 14}", "a: {start_deg: 90}");
   bus.Run(kSecond);
   const Outcome outcome = bus.Do("set_period", {{"period_ms", "20"}});
-  EXPECT_EQ(outcome.state, OrderState::kSucceeded) << outcome.text;
+  EXPECT_EQ(outcome.state, CommandState::kSucceeded) << outcome.text;
   EXPECT_TRUE(outcome.verified);
   EXPECT_EQ(After(outcome, "period_ms"), "21.3");
   EXPECT_THAT(outcome.text, HasSubstr("period_ms: 20"));
   // A slower one than the file's is followed: no silence.
-  EXPECT_EQ(bus.Do("set_period", {{"period_ms", "1000"}}).state, OrderState::kSucceeded);
+  EXPECT_EQ(bus.Do("set_period", {{"period_ms", "1000"}}).state, CommandState::kSucceeded);
   bus.Run(5 * kSecond);
   EXPECT_EQ(bus.Errors(ErrorKind::kSilent), 0);
   EXPECT_EQ(After(bus.Do("read_position", {{"after", "set_period period_ms=1000"}}), "finding"), "reads_as_after");
@@ -194,7 +194,7 @@ TEST(SaaCanPeriod, AnEncoderThatKeepsItsOwnFails) {
   SimulatedBus bus("a: {bits: 14}", "a: {start_deg: 90, period_factor: 3}");
   bus.Run(kSecond);
   const Outcome outcome = bus.Do("set_period", {{"period_ms", "50"}});
-  EXPECT_EQ(outcome.state, OrderState::kFailed);
+  EXPECT_EQ(outcome.state, CommandState::kFailed);
   EXPECT_EQ(outcome.reason, Reason::REASON_READ_BACK_DIFFERS);
 }
 
@@ -207,7 +207,7 @@ TEST(SaaCanOperations, BadArgumentsAndOtherModelsAreRefused) {
       {"set_node_id", {{"node", "0x21"}}},       {"set_bitrate", {{"bitrate", "125000"}}},
       {"read_position", {{"after", "nothing"}}}, {"save_parameters", {}}};
   for (const auto& [operation, arguments] : wrong) {
-    EXPECT_EQ(bus.Do(operation, arguments).state, OrderState::kRejected) << operation;
+    EXPECT_EQ(bus.Do(operation, arguments).state, CommandState::kRejected) << operation;
   }
   EXPECT_EQ(bus.frames->sent().size(), 1U) << "the start";
 }

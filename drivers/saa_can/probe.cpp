@@ -12,7 +12,7 @@ namespace axlecast::saa_can {
 namespace {
 
 constexpr MonoNs kListen = 2'500 * kMillisecond;  // two heartbeats of a second, 25 positions as delivered
-constexpr int kFewFrames = 4;
+constexpr int kMinFrames = 4;
 constexpr std::uint32_t kHeartbeatBase = 0x700;    // CiA 301 7.2.8.3.2.2: boot-up and heartbeat of nodes 1 to 127
 constexpr std::uint32_t kProcessDataBase = 0x180;  // its TPDO1
 constexpr std::uint32_t kLastCanopenNode = 0x7F;
@@ -26,13 +26,13 @@ int BitsOf(const std::array<std::uint8_t, 8>& bits) {
   const auto used = static_cast<std::size_t>(bits.rend() - last);
   if (used <= DataBytes(16)) return 16;
   if (used <= DataBytes(24)) return 24;
-  return used <= DataBytes(kMostBits) && bits[3] < 4 ? kMostBits : 0;
+  return used <= DataBytes(kMaxBits) && bits[3] < 4 ? kMaxBits : 0;
 }
 
 int LeastBits(const std::array<std::uint8_t, 8>& bits) {
   std::uint32_t seen = 0;
   for (std::size_t i = 4; i-- > 0;) seen = seen << 8U | bits.at(i);
-  return std::max(kLeastBits, static_cast<int>(std::bit_width(seen)));
+  return std::max(kMinBits, static_cast<int>(std::bit_width(seen)));
 }
 
 }  // namespace
@@ -42,7 +42,7 @@ double ListeningProbe::Heard::PeriodMs() const {
 }
 
 bool ListeningProbe::Heard::IsSteady() const {
-  return frames >= kFewFrames && static_cast<double>(longest_gap) / 1e6 <= 2 * PeriodMs();
+  return frames >= kMinFrames && static_cast<double>(longest_gap) / 1e6 <= 2 * PeriodMs();
 }
 
 ListeningProbe::ListeningProbe(MonoNs now) : until_(now + kListen), now_(now) {}
@@ -78,7 +78,7 @@ bool ListeningProbe::IsCanopen(std::uint32_t node) const {
 
 std::optional<ProbeHit> ListeningProbe::Encoder(std::uint32_t node, const Heard& heard) const {
   const int bits = BitsOf(heard.bits);
-  if (heard.frames < kFewFrames || heard.least_size < 2 || bits == 0) return std::nullopt;
+  if (heard.frames < kMinFrames || heard.least_size < 2 || bits == 0) return std::nullopt;
   // From 181 on these are the identifiers of CANopen's process data too.
   const bool ours = kDataBase + node <= kProcessDataBase;
   ProbeHit finding;
@@ -112,7 +112,7 @@ std::vector<ProbeHit> ListeningProbe::Findings() const {
   std::vector<ProbeHit> findings;
   for (const auto& [id, heard] : heard_) {
     const std::uint32_t node = id - kDataBase;
-    if (id <= kDataBase || node > kMostNode) continue;
+    if (id <= kDataBase || node > kMaxNode) continue;
     if (id > kProcessDataBase && IsCanopen(id - kProcessDataBase)) continue;
     if (std::optional<ProbeHit> finding = Encoder(node, heard)) findings.push_back(std::move(*finding));
   }

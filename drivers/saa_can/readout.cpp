@@ -11,7 +11,7 @@ namespace {
 
 using Reason = command_status_t;
 
-Outcome NothingRead(const char* why) { return Final(OrderState::kFailed, Reason::REASON_NO_REPLY, why); }
+Outcome NothingRead(const char* why) { return Final(CommandState::kFailed, Reason::REASON_NO_REPLY, why); }
 
 }  // namespace
 

@@ -53,7 +53,7 @@ std::optional<Outcome> SetDirection::On(const Event& event, const Interpreter::H
   }
   if (delivery_.state() != Delivery::State::kOnBus || now < Due(now)) return std::nullopt;
   return WithCounts(
-      Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+      Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
             "the command was on the bus, but no reply came: turn the shaft a little and see which way "
             "it counts"),
       "");
@@ -121,7 +121,7 @@ Outcome SetPeriod::Judge() const {
   const char* reply = acknowledged_ ? "its reply came" : "no reply came";
   const auto nominal = static_cast<long long>(period() / kMillisecond);
   if (!meter_.done()) {
-    return Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+    return Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
                  Text("the command was on the bus (%s), but too few positions came to measure their period: "
                       "read_position after=\"set_period period_ms=%lld\"",
                       reply, nominal));
@@ -132,7 +132,7 @@ Outcome SetPeriod::Judge() const {
       fits ? Verified(Text("a position comes every %.1f ms; until the driver is restarted it goes by that: put "
                            "period_ms: %lld into the file",
                            measured, nominal))
-           : Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+           : Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                    Text("%s, but a position comes every %.1f ms, not every %lld ms", reply, measured, nominal));
   outcome.changes.push_back(
       {"period_ms", Text("%.1f", Milliseconds(around_.settings.period)), Text("%.1f", measured)});
@@ -163,7 +163,7 @@ std::optional<Outcome> StopCyclic::On(const Event& event, const Interpreter::Hea
   acknowledged_ = acknowledged_ || heard.acknowledged == Command::kPeriod;
   if (delivery_.state() != Delivery::State::kOnBus) return std::nullopt;
   if (heard.reading && now >= delivery_.on_bus_at() + kSettle) {
-    return Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+    return Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                  Text("%s, but the encoder still sends by itself: is stop_byte right?",
                       acknowledged_ ? "its reply came" : "no reply came"));
   }

@@ -22,7 +22,7 @@ const std::vector<std::string_view>& Models() {
   return kModels;
 }
 
-constexpr std::int64_t kMostPeriodMs = 1'000;  // TT is a whole number a second
+constexpr std::int64_t kMaxPeriodMs = 1'000;  // TT is a whole number a second
 constexpr std::int64_t kDefaultTimeoutUs = 20'000;
 constexpr std::int64_t kDefaultLatencyUs = 5'000;
 // Generous: all that it costs is a reading at exactly the position that looks like the reply.
@@ -39,7 +39,7 @@ void ParsePeriod(ConfigMap& device, SaaCanSettings& settings) {
     return;
   }
   const std::int64_t period_ms =
-      device.Integer("period_ms", kFactoryPeriodMs, 1, kMostPeriodMs, "ms, as the encoder is set");
+      device.Integer("period_ms", kFactoryPeriodMs, 1, kMaxPeriodMs, "ms, as the encoder is set");
   settings.period = period_ms * kMillisecond;
   if (!device.Bool("set_period", false)) return;
   settings.set_per_second = PerSecond(period_ms);
@@ -88,10 +88,10 @@ std::unique_ptr<DeviceSettings> ParseOwn(ConfigMap& device, const BusConfig& bus
   auto settings = std::make_unique<SaaCanSettings>();
   settings->model = Models()[device.Choice("model", Models(), 0)];
   device.Require("bits", "the resolution, 10 to 26, as on the encoder's label");
-  settings->format.bits = static_cast<int>(device.Integer("bits", 14, kLeastBits, kMostBits, "bits"));
+  settings->format.bits = static_cast<int>(device.Integer("bits", 14, kMinBits, kMaxBits, "bits"));
   settings->format.big_endian = device.Choice("byte_order", {"little", "big"}, 0) == 1;
   settings->node =
-      static_cast<std::uint8_t>(device.Integer("node", kFactoryNode, kLeastNode, kMostNode, "(NN, 0x01 to 0xff)"));
+      static_cast<std::uint8_t>(device.Integer("node", kFactoryNode, kMinNode, kMaxNode, "(NN, 0x01 to 0xff)"));
   settings->mode = static_cast<Mode>(device.Choice("mode", {"cyclic", "single"}, 0));
   settings->start = device.Bool("start", true);
   ParsePeriod(device, *settings);

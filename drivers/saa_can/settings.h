@@ -55,7 +55,7 @@ void CheckBus(ConfigMap& map, const BusConfig& bus);
 // TT of a period: a whole number of positions a second, 1 to 255; nothing when the period is none such.
 [[nodiscard]] std::optional<std::uint8_t> PerSecond(std::int64_t period_ms);
 
-inline constexpr std::size_t kMostDevices = 32;  // on one bus
+inline constexpr std::size_t kMaxDevices = 32;  // on one bus
 
 // How near to 0 an encoder at rest must read after clearing to zero: 0.2 degrees, or two counts where these are more.
 // The manual gives no tolerance; a shaft counts as at rest within 0.1 degrees.

@@ -10,14 +10,14 @@ namespace {
 TEST(VerifiedOutcome, AZeroIsVerifiedOnlyWhereItsEffectCanBeSeen) {
   struct Case {
     const char* simulated;
-    OrderState state;
+    CommandState state;
     bool verified;
   };
-  for (const Case& c : {Case{"start_deg: 123", OrderState::kSucceeded, true},
-                        {"start_deg: 0.7", OrderState::kSucceeded, true},
-                        {"start_deg: 0", OrderState::kSucceeded, false},
-                        {"start_deg: 0.1", OrderState::kSucceeded, false},
-                        {"start_deg: 359.7", OrderState::kSucceeded, false}}) {
+  for (const Case& c : {Case{"start_deg: 123", CommandState::kSucceeded, true},
+                        {"start_deg: 0.7", CommandState::kSucceeded, true},
+                        {"start_deg: 0", CommandState::kSucceeded, false},
+                        {"start_deg: 0.1", CommandState::kSucceeded, false},
+                        {"start_deg: 359.7", CommandState::kSucceeded, false}}) {
     SimulatedBus bus("a: {bits: 14}", std::string("a: {") + c.simulated + "}");
     bus.Run(kSecond);
     const Outcome outcome = bus.Do("zero");

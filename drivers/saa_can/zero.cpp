@@ -15,7 +15,7 @@ namespace {
 using Reason = command_status_t;
 
 // A shaft that is held, and an encoder that takes its time.
-constexpr int kMostLooks = 5;
+constexpr int kMaxLooks = 5;
 
 }  // namespace
 
@@ -89,11 +89,11 @@ std::optional<Outcome> Zero::OnDelivery(const Event& event, MonoNs now) {
 std::optional<Outcome> Zero::OnVerify(const Interpreter::Heard& heard, MonoNs now) {
   const auto& reading = heard.reading;
   if (reading && !reading->error && reading->at.first >= around_.interpreter.effect_from()) {
-    if (IsNearZero(reading->counts, around_.settings) || ++looks_ >= kMostLooks) return Judge(reading->counts);
+    if (IsNearZero(reading->counts, around_.settings) || ++looks_ >= kMaxLooks) return Judge(reading->counts);
   }
   if (now < deadline_) return std::nullopt;
   return WithCounts(
-      Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+      Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
             "the command was on the bus, but no position came that shows its effect: read_position when "
             "the encoder is heard again"),
       "");
@@ -107,7 +107,7 @@ Outcome Zero::Judge(std::int64_t counts) const {
   const std::string after = std::to_string(counts);
   if (!IsNearZero(counts, around_.settings)) {
     return WithCounts(
-        Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS, reply + ", but " + text + ", not 0"), after);
+        Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS, reply + ", but " + text + ", not 0"), after);
   }
   const bool may_be_position = LooksLikeReply(before_, Command::kZero, around_.settings);
   const std::string heard = may_be_position && acknowledged_ ? "what came as its reply may be a position" : reply;

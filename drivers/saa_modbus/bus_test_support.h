@@ -158,8 +158,8 @@ class Machine final : public LinkObserver {
     for (const MonoNs end = clock.Now() + duration; clock.Now() < end;) (void)bus_->RunOnce(end);
   }
   // False when it never comes about.
-  [[nodiscard]] bool RunUntil(const std::function<bool()>& holds, MonoNs most = 10 * kSecond) {
-    for (const MonoNs end = clock.Now() + most; clock.Now() < end && !holds();) Run(kMillisecond);
+  [[nodiscard]] bool RunUntil(const std::function<bool()>& holds, MonoNs maximum = 10 * kSecond) {
+    for (const MonoNs end = clock.Now() + maximum; clock.Now() < end && !holds();) Run(kMillisecond);
     return holds();
   }
   // Until the order has begun and its next request is the one that changes the encoder.
@@ -188,8 +188,8 @@ class Machine final : public LinkObserver {
     device(index).Begin(order, clock.Now());
   }
   // Until the order has its one outcome.
-  Outcome Finish(std::size_t index = 0, MonoNs most = 30 * kSecond) {
-    const MonoNs end = clock.Now() + most;
+  Outcome Finish(std::size_t index = 0, MonoNs maximum = 30 * kSecond) {
+    const MonoNs end = clock.Now() + maximum;
     while (clock.Now() < end && output(index).FinalOutcomes() == finished_) Run(kMillisecond);
     EXPECT_EQ(output(index).FinalOutcomes(), finished_ + 1);
     finished_ = output(index).FinalOutcomes();

@@ -26,8 +26,8 @@ constexpr std::size_t kShortReplySize = 5;  // of a query, of a parameter, of an
 constexpr std::size_t kReadOverhead = 5;    // address, function, byte count, CRC
 constexpr std::uint8_t kReadException = kReadPosition | 0x80;
 // (4): "two bytes (or three bytes), MSB first", and 4 by the table of (5) 2.
-constexpr std::uint8_t kLeastData = 2;
-constexpr std::uint8_t kMostData = 4;
+constexpr std::uint8_t kMinData = 2;
+constexpr std::uint8_t kMaxData = 4;
 constexpr int kThreeByteBits = 24;
 
 std::optional<Parameter> KnownParameter(std::uint8_t byte) {
@@ -38,10 +38,10 @@ std::optional<Parameter> KnownParameter(std::uint8_t byte) {
   return BaudOf(parameter) ? std::optional(parameter) : std::nullopt;
 }
 
-bool IsAddress(std::uint8_t byte) { return byte >= kLeastAddress && byte <= kMostAddress; }
+bool IsAddress(std::uint8_t byte) { return byte >= kMinAddress && byte <= kMaxAddress; }
 
 std::size_t LengthOf(std::uint8_t function, std::uint8_t third) {
-  if (function == kReadPosition && third >= kLeastData && third <= kMostData) return kReadOverhead + third;
+  if (function == kReadPosition && third >= kMinData && third <= kMaxData) return kReadOverhead + third;
   return function == kSetAddress ? kSetAddressReplySize : kShortReplySize;
 }
 
@@ -145,7 +145,7 @@ ReplyMatch MatchReply(Bytes request, Bytes reply) {
   // Of 17 to 24 bits two registers may be answered with three bytes.
   constexpr std::uint8_t kThreeBytes = 3;
   const bool three_bytes = asked->registers == 2 && reply.size() > 2 && reply[2] == kThreeBytes;
-  const Reply checked = Check(*asked, reply, three_bytes ? 24 : kMostBits);
+  const Reply checked = Check(*asked, reply, three_bytes ? 24 : kMaxBits);
   if (checked.ok()) return ReplyMatch::kYes;
   if (checked.error == ErrorKind::kException) return ReplyMatch::kRefusal;
   if (checked.error == ErrorKind::kRange) {

@@ -19,11 +19,11 @@ inline constexpr std::uint8_t kSetAddress = 0xA1;    // (5) 4, there mistitled "
 inline constexpr std::uint8_t kSetParameter = 0xCC;  // (5) 5
 
 inline constexpr std::uint8_t kEveryone = 0xFF;  // stands for the address in a query
-inline constexpr std::uint8_t kLeastAddress = 1;
-inline constexpr std::uint8_t kMostAddress = 247;  // Modbus over Serial Line V1.02, 2.2
+inline constexpr std::uint8_t kMinAddress = 1;
+inline constexpr std::uint8_t kMaxAddress = 247;  // Modbus over Serial Line V1.02, 2.2
 
-inline constexpr int kLeastBits = 10;  // 4.1
-inline constexpr int kMostBits = 26;
+inline constexpr int kMinBits = 10;  // 4.1
+inline constexpr int kMaxBits = 26;
 // Up to so many bits one register holds the position.
 inline constexpr int kOneRegisterBits = 16;
 

@@ -67,7 +67,7 @@ void Seal(ByteList& bytes, bool msb_first) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace axlecast::saa_modbus;
   FuzzedDataProvider input(data, size);
-  const int bits = input.ConsumeIntegralInRange(kLeastBits, kMostBits);
+  const int bits = input.ConsumeIntegralInRange(kMinBits, kMaxBits);
   const bool complete = input.ConsumeBool();
   const bool seal_request = input.ConsumeBool();
   const bool seal_reply = input.ConsumeBool();

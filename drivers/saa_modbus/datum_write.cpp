@@ -76,7 +76,7 @@ std::optional<Outcome> DatumWrite::OnBefore(const Answer& answer) {
 std::optional<Outcome> DatumWrite::OnAfter(const Answer& answer, MonoNs end) {
   if (!answer.ok()) {
     if (++failures_ < kReadsAfter) return std::nullopt;
-    return WithCounts(Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+    return WithCounts(Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
                             Text("the request was sent%s, but the reading after it failed (%s): read_position when "
                                  "the encoder answers again",
                                  accepted_ ? " and echoed" : "", ErrorName(*answer.error))),
@@ -97,7 +97,8 @@ Outcome DatumWrite::JudgeZero(std::int64_t counts) const {
   const std::string after = std::to_string(counts);
   if (!IsZero(counts)) {
     const char* echo = accepted_ ? "the encoder accepted it, but " : "the encoder's echo did not come, and ";
-    return WithCounts(Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS, echo + text + ", not 0"), after);
+    return WithCounts(Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS, echo + text + ", not 0"),
+                      after);
   }
   return WithCounts(JudgeReadBack({.same_before = SameBefore(), .confirmed = accepted_},
                                   text + (accepted_ ? "" : "; the echo did not come")),
@@ -107,7 +108,7 @@ Outcome DatumWrite::JudgeZero(std::int64_t counts) const {
 Outcome DatumWrite::JudgeDirection(std::int64_t counts) const {
   const std::string after = std::to_string(counts);
   if (!accepted_) {
-    return WithCounts(Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+    return WithCounts(Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
                             "the encoder's echo did not come: turn the shaft a little and see which way it counts"),
                       after);
   }
@@ -120,12 +121,12 @@ Outcome DatumWrite::JudgeDirection(std::int64_t counts) const {
 
 Outcome DatumWrite::OnLinkLost() const {
   if (sent_) {
-    return WithCounts(Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+    return WithCounts(Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
                             "the link was lost after the request and before its effect could be read: "
                             "read_position when it is back"),
                       "");
   }
-  return Final(OrderState::kFailed, Reason::REASON_NO_REPLY, "nothing was done: the link was lost");
+  return Final(CommandState::kFailed, Reason::REASON_NO_REPLY, "nothing was done: the link was lost");
 }
 
 Outcome DatumWrite::WithCounts(Outcome outcome, const std::string& after) const {

@@ -28,7 +28,7 @@ class DatumWriteTest : public testing::Test {
 
 TEST_F(DatumWriteTest, ZeroesAndVerifies) {
   const Outcome outcome = machine_.Do("zero");
-  EXPECT_EQ(outcome.state, OrderState::kSucceeded) << outcome.text;
+  EXPECT_EQ(outcome.state, CommandState::kSucceeded) << outcome.text;
   EXPECT_TRUE(outcome.verified);
   EXPECT_EQ(ChangeOf(outcome, "single_turn").before, "16384");
   EXPECT_EQ(ChangeOf(outcome, "single_turn").after, "0");
@@ -44,7 +44,7 @@ TEST_F(DatumWriteTest, TheProgressTellsThePositionBefore) {
   machine_.Begin("zero");
   machine_.RunToTheChange();
   EXPECT_EQ(ChangeOf(output_.outcomes.back().second, "single_turn").before, "16384");
-  EXPECT_EQ(machine_.Finish().state, OrderState::kSucceeded);
+  EXPECT_EQ(machine_.Finish().state, CommandState::kSucceeded);
 }
 
 TEST_F(DatumWriteTest, IsRejectedWhileTheShaftTurns) {
@@ -53,7 +53,7 @@ TEST_F(DatumWriteTest, IsRejectedWhileTheShaftTurns) {
   for (const auto& [operation, arguments] :
        {std::pair<std::string, Arguments>{"zero", {}}, {"set_direction", {{"direction", "negative"}}}}) {
     const Outcome outcome = machine_.Do(operation, arguments);
-    EXPECT_EQ(outcome.state, OrderState::kRejected);
+    EXPECT_EQ(outcome.state, CommandState::kRejected);
     EXPECT_EQ(outcome.reason, Reason::REASON_NOT_STANDING_STILL);
     EXPECT_THAT(outcome.text, HasSubstr("rpm"));
   }
@@ -84,7 +84,7 @@ TEST_F(DatumWriteTest, WhenTheEchoIsLostTheReadingDecides) {
   machine_.RunThroughTheChange();
   machine_.Set("axis1", "fault", "none");
   const Outcome outcome = machine_.Finish();
-  EXPECT_EQ(outcome.state, OrderState::kSucceeded) << outcome.text;
+  EXPECT_EQ(outcome.state, CommandState::kSucceeded) << outcome.text;
   EXPECT_THAT(outcome.text, HasSubstr("the echo did not come"));
   EXPECT_EQ(machine_.port->Changes().size(), 1U) << "never sent twice";
 }
@@ -97,7 +97,7 @@ TEST_F(DatumWriteTest, WhenItReadZeroBeforeALostEchoLeavesItOpen) {
   machine_.Set("axis1", "fault", "intermittent:1");
   machine_.RunThroughTheChange();
   machine_.Set("axis1", "fault", "none");
-  EXPECT_EQ(machine_.Finish().state, OrderState::kIndeterminate);
+  EXPECT_EQ(machine_.Finish().state, CommandState::kIndeterminate);
 }
 
 TEST_F(DatumWriteTest, FailsWhenTheReadBackIsNotZero) {
@@ -105,7 +105,7 @@ TEST_F(DatumWriteTest, FailsWhenTheReadBackIsNotZero) {
   machine_.RunThroughTheChange();
   machine_.Set("axis1", "zero_deg", "89");
   const Outcome outcome = machine_.Finish();
-  EXPECT_EQ(outcome.state, OrderState::kFailed);
+  EXPECT_EQ(outcome.state, CommandState::kFailed);
   EXPECT_EQ(outcome.reason, Reason::REASON_READ_BACK_DIFFERS);
   EXPECT_THAT(outcome.text, HasSubstr("is counts 182, 0.9998 deg, not 0"));
   EXPECT_EQ(output_.jumps, 1) << "the epoch rises even when the effect is in doubt";
@@ -117,7 +117,7 @@ TEST_F(DatumWriteTest, LooksAgainWhenTheEffectIsLate) {
   machine_.Set("axis1", "zero_deg", "89");
   machine_.Run(20 * kMillisecond);
   machine_.Set("axis1", "zero_deg", "90");
-  EXPECT_EQ(machine_.Finish().state, OrderState::kSucceeded);
+  EXPECT_EQ(machine_.Finish().state, CommandState::kSucceeded);
 }
 
 // "Set the current position to zero" names no tolerance: 0.1 degrees, and the accuracy of table 4.1 twice.
@@ -132,7 +132,7 @@ TEST_F(DatumWriteTest, IsIndeterminateWhenNothingCanBeReadAfterwards) {
   machine_.RunThroughTheChange();
   machine_.Set("axis1", "power", "off");
   const Outcome outcome = machine_.Finish();
-  EXPECT_EQ(outcome.state, OrderState::kIndeterminate);
+  EXPECT_EQ(outcome.state, CommandState::kIndeterminate);
   EXPECT_TRUE(output_.datum_changing) << "until the next reading";
   machine_.Set("axis1", "power", "on");
   machine_.Run(3 * kSecond);
@@ -144,11 +144,11 @@ TEST_F(DatumWriteTest, ALinkLostAfterTheRequestIsIndeterminateAndIsLookedInto) {
   machine_.Begin("zero");
   machine_.RunThroughTheChange();
   machine_.port->Unplug();
-  EXPECT_EQ(machine_.Finish().state, OrderState::kIndeterminate);
+  EXPECT_EQ(machine_.Finish().state, CommandState::kIndeterminate);
   machine_.port->Plug();
   machine_.Run(5 * kSecond);
   const Outcome found = machine_.Do("read_position", {{"after", "zero"}});
-  EXPECT_EQ(found.state, OrderState::kSucceeded) << found.text;
+  EXPECT_EQ(found.state, CommandState::kSucceeded) << found.text;
   EXPECT_EQ(ChangeOf(found, "finding").after, "reads_as_after");
 }
 
@@ -160,7 +160,7 @@ TEST_F(DatumWriteTest, ALinkLostDuringTheRequestCountsAsAWrite) {
   machine_.device().OnStarted(machine_.device().Next({.now = now}), now);
   machine_.device().On(
       {.kind = Event::Kind::kLinkDown, .sent = {}, .received = {now, now}, .request = {}, .bytes = {}});
-  EXPECT_EQ(output_.outcomes.back().second.state, OrderState::kIndeterminate);
+  EXPECT_EQ(output_.outcomes.back().second.state, CommandState::kIndeterminate);
   EXPECT_EQ(output_.nv_writes, 1);
   EXPECT_TRUE(output_.datum_changing);
 }
@@ -170,14 +170,14 @@ TEST_F(DatumWriteTest, ALinkLostBeforeTheRequestChangedNothing) {
   machine_.RunToTheChange();
   machine_.port->Unplug();
   const Outcome outcome = machine_.Finish();
-  EXPECT_EQ(outcome.state, OrderState::kFailed);
+  EXPECT_EQ(outcome.state, CommandState::kFailed);
   EXPECT_THAT(outcome.text, HasSubstr("nothing was done"));
   EXPECT_EQ(machine_.encoder().writes, 0);
 }
 
 TEST_F(DatumWriteTest, ADirectionIsAcceptedButCannotBeVerifiedAtRest) {
   const Outcome outcome = machine_.Do("set_direction", {{"direction", "negative"}});
-  EXPECT_EQ(outcome.state, OrderState::kSucceeded) << outcome.text;
+  EXPECT_EQ(outcome.state, CommandState::kSucceeded) << outcome.text;
   EXPECT_FALSE(outcome.verified);
   EXPECT_THAT(machine_.port->Changes(), ElementsAre(kNegativeRequest));
   EXPECT_TRUE(machine_.encoder().negative);
@@ -185,7 +185,7 @@ TEST_F(DatumWriteTest, ADirectionIsAcceptedButCannotBeVerifiedAtRest) {
   EXPECT_EQ(ChangeOf(outcome, "single_turn").after, "49152") << "270 degrees";
   EXPECT_EQ(output_.jumps, 1);
   machine_.Run(11 * kSecond);
-  EXPECT_EQ(machine_.Do("set_direction", {{"direction", "positive"}}).state, OrderState::kSucceeded);
+  EXPECT_EQ(machine_.Do("set_direction", {{"direction", "positive"}}).state, CommandState::kSucceeded);
   EXPECT_FALSE(machine_.encoder().negative);
 }
 
@@ -195,27 +195,27 @@ TEST_F(DatumWriteTest, ADirectionWithoutItsEchoIsIndeterminate) {
   machine_.Set("axis1", "fault", "intermittent:1");
   machine_.RunThroughTheChange();
   machine_.Set("axis1", "fault", "none");
-  EXPECT_EQ(machine_.Finish().state, OrderState::kIndeterminate);
+  EXPECT_EQ(machine_.Finish().state, CommandState::kIndeterminate);
 }
 
 // "When changing parameters, do not regularly send in case the internal structure of the device would be damaged."
 TEST_F(DatumWriteTest, WritesAreRateLimited) {
-  EXPECT_EQ(machine_.Do("zero").state, OrderState::kSucceeded);
+  EXPECT_EQ(machine_.Do("zero").state, CommandState::kSucceeded);
   machine_.Run(5 * kSecond);
   for (const auto& [operation, arguments] : {std::pair<std::string, Arguments>{"zero", {}},
                                              {"set_direction", {{"direction", "positive"}}},
                                              {"set_baud", {{"baud", "9600"}}},
                                              {"set_address", {{"address", "9"}}}}) {
     const Outcome outcome = machine_.Do(operation, arguments);
-    EXPECT_EQ(outcome.state, OrderState::kRejected) << operation;
+    EXPECT_EQ(outcome.state, CommandState::kRejected) << operation;
     EXPECT_EQ(outcome.reason, Reason::REASON_WEAR) << operation;
     EXPECT_THAT(outcome.text, HasSubstr("one write in 10 s"));
   }
-  EXPECT_EQ(machine_.Do("read_position").state, OrderState::kSucceeded) << "reading is no write";
-  EXPECT_EQ(machine_.Do("query_address").state, OrderState::kSucceeded);
+  EXPECT_EQ(machine_.Do("read_position").state, CommandState::kSucceeded) << "reading is no write";
+  EXPECT_EQ(machine_.Do("query_address").state, CommandState::kSucceeded);
   EXPECT_EQ(machine_.encoder().writes, 1);
   machine_.Run(6 * kSecond);
-  EXPECT_EQ(machine_.Do("zero").state, OrderState::kSucceeded);
+  EXPECT_EQ(machine_.Do("zero").state, CommandState::kSucceeded);
   EXPECT_EQ(machine_.encoder().writes, 2);
 }
 
@@ -239,13 +239,13 @@ TEST_F(DatumWriteTest, ExpiresWhenItCannotBegin) {
   order.begin_by = machine_.clock.Now() - 1;
   machine_.device().Begin(order, machine_.clock.Now());
   ASSERT_EQ(output_.outcomes.size(), 1U);
-  EXPECT_EQ(output_.outcomes.back().second.state, OrderState::kExpired);
+  EXPECT_EQ(output_.outcomes.back().second.state, CommandState::kExpired);
   order.begin_by = machine_.clock.Now();
   machine_.device().Begin(order, machine_.clock.Now());
   machine_.clock.Advance(1);
   machine_.Run(kSecond);
   ASSERT_EQ(output_.outcomes.size(), 2U);
-  EXPECT_EQ(output_.outcomes.back().second.state, OrderState::kExpired);
+  EXPECT_EQ(output_.outcomes.back().second.state, CommandState::kExpired);
   EXPECT_EQ(machine_.encoder().writes, 0);
 }
 

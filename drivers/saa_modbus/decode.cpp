@@ -69,7 +69,7 @@ Json DescribePosition(const char* kind, Bytes frame, int bits) {
   const int registers = frame[2] == 2 ? 1 : 2;
   Request asked{.address = frame[0], .registers = static_cast<std::uint8_t>(registers)};
   // A reply of three bytes is one of 17 to 24 bits.
-  const Reply reply = Check(asked, frame, bits > 0 ? bits : std::min(8 * int{frame[2]}, kMostBits));
+  const Reply reply = Check(asked, frame, bits > 0 ? bits : std::min(8 * int{frame[2]}, kMaxBits));
   if (reply.error) return Bad(kind, "range");
   Json json = {{"ok", true}, {"kind", kind}, {"address", frame[0]}, {"counts", reply.counts}};
   if (bits > 0) json["angle_deg"] = std::ldexp(360.0 * reply.counts, -bits);
@@ -85,7 +85,7 @@ Json Describe(const Shape& shape, Bytes frame, int bits) {
     case kException:
       return {{"ok", true}, {"kind", shape.kind}, {"address", frame[0]}, {"exception", frame[2]}};
     case kQueryAddress: {
-      const Reply reply = Check({.function = kQueryAddress, .address = kEveryone}, frame, kMostBits);
+      const Reply reply = Check({.function = kQueryAddress, .address = kEveryone}, frame, kMaxBits);
       if (reply.error) return Bad(shape.kind, "range");
       return {{"ok", true}, {"kind", shape.kind}, {"address", reply.address}};
     }
@@ -103,7 +103,7 @@ Json Decode(const DecodeSettings& settings, Bytes frame, bool* usable) {
   int bits = 0;
   *usable = true;
   for (const auto& [key, value] : settings) {
-    const std::optional<std::int64_t> number = ParseWhole(value, kLeastBits, kMostBits);
+    const std::optional<std::int64_t> number = ParseWhole(value, kMinBits, kMaxBits);
     *usable = key == "bits" && number.has_value();
     if (key != "bits") return {{"error", "unknown key " + key + ": bits"}};
     if (!number) return {{"error", "bits=" + value + ": expected 10..26, its resolution"}};

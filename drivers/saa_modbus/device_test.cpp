@@ -168,7 +168,7 @@ TEST(SaaModbusDevice, AnEncoderThatAnswersWithExceptionsIsNotGone) {
                          .bytes = exception});
   }
   EXPECT_EQ(machine.output().Count(ErrorKind::kException), 5);
-  EXPECT_EQ(machine.Do("read_position").state, OrderState::kSucceeded);
+  EXPECT_EQ(machine.Do("read_position").state, CommandState::kSucceeded);
 }
 
 TEST(SaaModbusDevice, EachFaultOfTheLineIsCountedByItsKind) {

@@ -12,7 +12,7 @@ namespace {
 // The encoder that the device's own keys describe, as the file expects to find it.
 SimulatedEncoder Described(const BusConfig& bus, const DeviceConfig& device, ConfigMap& map) {
   const auto& settings = static_cast<const SaaModbusSettings&>(*device.settings);
-  const auto bits = static_cast<int>(map.Integer("bits", settings.bits, kLeastBits, kMostBits, "bits"));
+  const auto bits = static_cast<int>(map.Integer("bits", settings.bits, kMinBits, kMaxBits, "bits"));
   const auto seed = static_cast<std::uint64_t>(map.Integer("seed", 1, 0, INT64_MAX, ""));
   SimulatedEncoder encoder(bits, seed);
   encoder.address = settings.address;

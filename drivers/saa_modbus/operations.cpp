@@ -90,7 +90,7 @@ std::optional<Parameter> DirectionOf(const Arguments& arguments) {
 std::optional<std::uint8_t> AddressOf(const Arguments& arguments, std::string_view name, std::uint8_t fallback) {
   const std::optional<std::string_view> text = FindArgument(arguments, name);
   if (!text) return fallback;
-  const std::optional<std::int64_t> address = ParseWhole(*text, kLeastAddress, kMostAddress);
+  const std::optional<std::int64_t> address = ParseWhole(*text, kMinAddress, kMaxAddress);
   return address ? std::optional(static_cast<std::uint8_t>(*address)) : std::nullopt;
 }
 

@@ -76,7 +76,7 @@ void SaaModbusProbe::Judge(const Event& event) {
 }
 
 void SaaModbusProbe::JudgePosition(const Event& event) {
-  const Answer answer = Interpret(event, event.bytes.size() == kThreeByteReply ? 24 : kMostBits);
+  const Answer answer = Interpret(event, event.bytes.size() == kThreeByteReply ? 24 : kMaxBits);
   if (answer.error == ErrorKind::kException) {
     AddStranger("it refuses to give its position, and SAA encoders refuse nothing");
     return NextAddress();
@@ -106,17 +106,17 @@ void SaaModbusProbe::JudgeForeign(const Event& event) {
 }
 
 void SaaModbusProbe::AddEncoder() {
-  const int most = registers_ == 1 ? kOneRegisterBits : reply_size_ == kThreeByteReply ? 24 : kMostBits;
-  const int least =
-      std::max({registers_ == 1 ? kLeastBits : kOneRegisterBits + 1, static_cast<int>(std::bit_width(positions_))});
+  const int maximum = registers_ == 1 ? kOneRegisterBits : reply_size_ == kThreeByteReply ? 24 : kMaxBits;
+  const int minimum =
+      std::max({registers_ == 1 ? kMinBits : kOneRegisterBits + 1, static_cast<int>(std::bit_width(positions_))});
   ProbeHit finding;
   finding.confidence = confirmed_ == kConfirmations ? Confidence::kLikely : Confidence::kPossible;
   finding.device = Text("SAA encoder on Modbus, address %d", address_);
   finding.reason = Text(
       "answered %d of 3 reads of its position in %d register%s with the right CRC, and no read of input registers",
       confirmed_ + 1, registers_, registers_ == 1 ? "" : "s");
-  finding.keys = {{"bits", std::to_string(most)}, {"address", std::to_string(address_)}};
-  finding.check = Text("bits: %d to %d by its answers; the encoder's label says which", least, most);
+  finding.keys = {{"bits", std::to_string(maximum)}, {"address", std::to_string(address_)}};
+  finding.check = Text("bits: %d to %d by its answers; the encoder's label says which", minimum, maximum);
   findings_.push_back(std::move(finding));
 }
 
@@ -151,8 +151,8 @@ namespace {
 
 std::vector<ProbeTrial> ProbeTrials(const ProbeScope& scope) {
   std::vector<ProbeTrial> trials;
-  AddTrials(scope, kLeastAddress, kUsualAddresses, trials);
-  AddTrials(scope, kUsualAddresses + 1, kMostAddress, trials);
+  AddTrials(scope, kMinAddress, kUsualAddresses, trials);
+  AddTrials(scope, kUsualAddresses + 1, kMaxAddress, trials);
   return trials;
 }
 

@@ -11,7 +11,7 @@ namespace axlecast::saa_modbus {
 
 // Where the encoder is reached. It begins as the file says and follows what set_baud and set_address do.
 struct Connection {
-  std::uint8_t address = kLeastAddress;
+  std::uint8_t address = kMinAddress;
   std::int64_t baud = 0;       // of the encoder
   std::int64_t port_baud = 0;  // of our port
 

@@ -12,12 +12,12 @@ namespace {
 using Reason = command_status_t;
 
 Outcome LinkLost() {
-  return Final(OrderState::kFailed, Reason::REASON_NO_REPLY, "the link was lost before the answer came");
+  return Final(CommandState::kFailed, Reason::REASON_NO_REPLY, "the link was lost before the answer came");
 }
 
 std::optional<Outcome> OnFailure(const Answer& answer, int& failures) {
   if (++failures < kTries) return std::nullopt;
-  return Final(OrderState::kFailed, Reason::REASON_NO_REPLY,
+  return Final(CommandState::kFailed, Reason::REASON_NO_REPLY,
                Text("asked %d times in vain (%s)", failures, ErrorName(*answer.error)));
 }
 
@@ -62,7 +62,7 @@ std::optional<Outcome> FindEncoder::OnAnswer(const Answer& answer, MonoNs) {
   const Search::Progress progress = search_.OnAnswer(answer);
   if (progress == Search::Progress::kGoing) return std::nullopt;
   if (progress == Search::Progress::kNowhere) {
-    return Final(OrderState::kFailed, Reason::REASON_NO_REPLY,
+    return Final(CommandState::kFailed, Reason::REASON_NO_REPLY,
                  "the encoder answers neither where it was nor where " + after_ + " would have it");
   }
   const bool changed = progress == Search::Progress::kFirst;

@@ -92,11 +92,11 @@ std::optional<Outcome> SetAddress::OnSearched(const Answer& answer) {
                                int{to_}, int{to_})),
           to_);
     case Search::Progress::kSecond:
-      return WithAddress(Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+      return WithAddress(Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                                Text("%s, but the encoder still answers at address %d", reply, int{from_})),
                          from_);
     default:
-      return Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+      return Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
                    Text("%s, and the encoder answers neither at address %d nor at %d: read_position "
                         "after=\"set_address address=%d\"",
                         reply, int{to_}, int{from_}, int{to_}));
@@ -106,12 +106,12 @@ std::optional<Outcome> SetAddress::OnSearched(const Answer& answer) {
 Outcome SetAddress::OnLinkLost() const {
   if (sent_) {
     return Final(
-        OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+        CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
         Text("the link was lost after the request: read_position after=\"set_address address=%d\" when it is "
              "back",
              int{to_}));
   }
-  return Final(OrderState::kFailed, Reason::REASON_NO_REPLY, "nothing was done: the link was lost");
+  return Final(CommandState::kFailed, Reason::REASON_NO_REPLY, "nothing was done: the link was lost");
 }
 
 Outcome SetAddress::WithAddress(Outcome outcome, std::uint8_t after) const {

@@ -25,7 +25,7 @@ class SetAddressTest : public testing::Test {
 
 TEST_F(SetAddressTest, TheDriverFollows) {
   const Outcome outcome = machine_.Do("set_address", {{"address", "2"}});
-  EXPECT_EQ(outcome.state, OrderState::kSucceeded) << outcome.text;
+  EXPECT_EQ(outcome.state, CommandState::kSucceeded) << outcome.text;
   EXPECT_TRUE(outcome.verified);
   EXPECT_THAT(outcome.text, HasSubstr("put address: 2 into the file"));
   EXPECT_EQ(ChangeOf(outcome, "address").before, "1");
@@ -42,7 +42,7 @@ TEST_F(SetAddressTest, TheDriverFollows) {
   EXPECT_GT(machine_.output().samples.size(), before + 10);
   EXPECT_EQ(machine_.output().samples.back().counts, 16'384);
   machine_.Run(10 * kSecond);
-  EXPECT_EQ(machine_.Do("set_address", {{"address", "1"}}).state, OrderState::kSucceeded);
+  EXPECT_EQ(machine_.Do("set_address", {{"address", "1"}}).state, CommandState::kSucceeded);
   EXPECT_EQ(machine_.Alarm(), AlarmState::kAbsent) << "as the file says again";
 }
 
@@ -52,7 +52,7 @@ TEST_F(SetAddressTest, WhenTheReplyIsLostItLooksWhereTheEncoderAnswers) {
   machine_.Set("axis1", "fault", "intermittent:1");
   machine_.RunThroughTheChange();
   machine_.Set("axis1", "fault", "none");
-  EXPECT_EQ(machine_.Finish().state, OrderState::kSucceeded);
+  EXPECT_EQ(machine_.Finish().state, CommandState::kSucceeded);
   EXPECT_EQ(machine_.port->Changes().size(), 1U);
 }
 
@@ -63,7 +63,7 @@ TEST_F(SetAddressTest, FailsWhenTheEncoderKeepsItsAddress) {
   machine_.RunThroughTheChange();
   machine_.Set("axis1", "power", "on");
   const Outcome outcome = machine_.Finish();
-  EXPECT_EQ(outcome.state, OrderState::kFailed);
+  EXPECT_EQ(outcome.state, CommandState::kFailed);
   EXPECT_EQ(outcome.reason, Reason::REASON_READ_BACK_DIFFERS);
   EXPECT_THAT(outcome.text, HasSubstr("still answers at address 1"));
   EXPECT_EQ(machine_.Alarm(), AlarmState::kAbsent);
@@ -74,7 +74,7 @@ TEST_F(SetAddressTest, SaysThatItLostTheEncoderAndFindsItAgain) {
   machine_.RunThroughTheChange();
   machine_.Set("axis1", "power", "off");
   const Outcome outcome = machine_.Finish();
-  EXPECT_EQ(outcome.state, OrderState::kIndeterminate);
+  EXPECT_EQ(outcome.state, CommandState::kIndeterminate);
   EXPECT_THAT(outcome.text, HasSubstr("read_position after=\"set_address address=2\""));
   machine_.Set("axis1", "power", "on");
   const Outcome found = machine_.Do("read_position", {{"after", "set_address address=2"}});
@@ -99,7 +99,7 @@ TEST_F(SetAddressTest, LookingForAChangeNowhereFails) {
   machine_.Set("axis1", "power", "off");
   machine_.Run(kSecond);
   const Outcome found = machine_.Do("read_position", {{"after", "set_address address=2"}});
-  EXPECT_EQ(found.state, OrderState::kFailed);
+  EXPECT_EQ(found.state, CommandState::kFailed);
   EXPECT_THAT(found.text, HasSubstr("neither where it was nor where"));
 }
 
@@ -107,7 +107,7 @@ TEST_F(SetAddressTest, ALinkLostAfterTheRequestIsIndeterminate) {
   machine_.Begin("set_address", {{"address", "2"}});
   machine_.RunThroughTheChange();
   machine_.port->Unplug();
-  EXPECT_EQ(machine_.Finish().state, OrderState::kIndeterminate);
+  EXPECT_EQ(machine_.Finish().state, CommandState::kIndeterminate);
 }
 
 TEST_F(SetAddressTest, RefusesBadArguments) {
@@ -122,7 +122,7 @@ TEST_F(SetAddressTest, RefusesBadArguments) {
 
 TEST_F(SetAddressTest, TheSameAddressIsNotWritten) {
   const Outcome outcome = machine_.Do("set_address", {{"address", "1"}});
-  EXPECT_EQ(outcome.state, OrderState::kSucceeded);
+  EXPECT_EQ(outcome.state, CommandState::kSucceeded);
   EXPECT_THAT(outcome.text, HasSubstr("nothing was written"));
   EXPECT_TRUE(machine_.port->Changes().empty());
 }
@@ -137,7 +137,7 @@ TEST(SetAddress, FromAnotherAddressThanTheFiles) {
   EXPECT_THAT(asked.text, HasSubstr("set_address address=5 from=1"));
   EXPECT_EQ(ChangeOf(asked, "address").after, "1");
   const Outcome outcome = machine.Do("set_address", {{"address", "5"}, {"from", "1"}});
-  EXPECT_EQ(outcome.state, OrderState::kSucceeded) << outcome.text;
+  EXPECT_EQ(outcome.state, CommandState::kSucceeded) << outcome.text;
   machine.Run(kSecond);
   EXPECT_FALSE(machine.output().samples.empty());
   EXPECT_EQ(machine.Alarm(), AlarmState::kAbsent);
@@ -147,7 +147,7 @@ TEST(SetAddress, FromWhereNobodyAnswersNothingIsDone) {
   Machine machine("axis1: {bits: 16}");
   machine.Run(300 * kMillisecond);
   const Outcome outcome = machine.Do("set_address", {{"address", "5"}, {"from", "9"}});
-  EXPECT_EQ(outcome.state, OrderState::kRejected);
+  EXPECT_EQ(outcome.state, CommandState::kRejected);
   EXPECT_THAT(outcome.text, HasSubstr("no encoder answers at address 9"));
   EXPECT_TRUE(machine.port->Changes().empty());
 }
@@ -166,7 +166,7 @@ TEST(SetAddress, NeverToOneThatIsTaken) {
   EXPECT_EQ(machine.Do("set_address", {{"address", "7"}}).reason, Reason::REASON_NOT_PERMITTED);
   machine.Set("axis2", "fault", "none");
   EXPECT_TRUE(machine.port->Changes().empty());
-  EXPECT_EQ(machine.Do("set_address", {{"address", "9"}}).state, OrderState::kSucceeded);
+  EXPECT_EQ(machine.Do("set_address", {{"address", "9"}}).state, CommandState::kSucceeded);
   EXPECT_EQ(machine.encoder(0).address, 9);
   EXPECT_EQ(machine.encoder(1).address, 7);
 }
@@ -174,7 +174,7 @@ TEST(SetAddress, NeverToOneThatIsTaken) {
 TEST(SetAddress, AskThreeTimesWhetherAnAddressIsFree) {
   Machine machine("axis1: {bits: 16, address: 1}");
   machine.Run(300 * kMillisecond);
-  EXPECT_EQ(machine.Do("set_address", {{"address", "7"}}).state, OrderState::kSucceeded);
+  EXPECT_EQ(machine.Do("set_address", {{"address", "7"}}).state, CommandState::kSucceeded);
   const auto& written = machine.port->written();
   const auto change = std::find(written.begin(), written.end(), ByteList{0x01, 0xA1, 0x07, 0x18, 0x52});
   ASSERT_NE(change, written.end());
@@ -191,7 +191,7 @@ TEST(SetAddress, WhatAnotherEncoderAnswersIsNoReading) {
   machine.Set("axis1", "power", "off");
   machine.RunThroughTheChange();
   machine.Set("axis1", "power", "on");
-  EXPECT_EQ(machine.Finish().state, OrderState::kFailed);
+  EXPECT_EQ(machine.Finish().state, CommandState::kFailed);
   machine.Set("axis2", "address", "7");
   machine.Run(11 * kSecond);
   EXPECT_EQ(machine.Do("set_address", {{"address", "7"}}).reason, Reason::REASON_NOT_PERMITTED);
@@ -206,7 +206,7 @@ TEST(QueryAddress, TakesTheReplysCrcInEitherOrder) {
     Machine machine("axis1: {bits: 16, address: 9}", "axis1: {query_crc: " + std::string(order) + "}");
     machine.Run(300 * kMillisecond);
     const Outcome outcome = machine.Do("query_address");
-    EXPECT_EQ(outcome.state, OrderState::kSucceeded) << order << ": " << outcome.text;
+    EXPECT_EQ(outcome.state, CommandState::kSucceeded) << order << ": " << outcome.text;
     EXPECT_TRUE(outcome.verified);
     EXPECT_EQ(ChangeOf(outcome, "address").after, "9");
     const ByteList query = {0xFF, 0xA0, 0x40, 0x38};
@@ -228,7 +228,7 @@ TEST(QueryAddress, FailsWhenNobodyAnswers) {
   Machine machine("axis1: {bits: 16}", "axis1: {power: off}");
   machine.Run(kSecond);
   const Outcome outcome = machine.Do("query_address");
-  EXPECT_EQ(outcome.state, OrderState::kFailed);
+  EXPECT_EQ(outcome.state, CommandState::kFailed);
   EXPECT_EQ(outcome.reason, Reason::REASON_NO_REPLY);
 }
 
@@ -268,7 +268,7 @@ TEST(ReadPosition, FailsAfterThreeTries) {
   machine.Begin("read_position");
   machine.Set("axis1", "fault", "off");
   const Outcome outcome = machine.Finish();
-  EXPECT_EQ(outcome.state, OrderState::kFailed);
+  EXPECT_EQ(outcome.state, CommandState::kFailed);
   EXPECT_THAT(outcome.text, HasSubstr("asked 3 times in vain (timeout)"));
 }
 

@@ -86,12 +86,12 @@ std::optional<Outcome> SetBaud::OnSearched(const Answer& answer) {
                                Shown(baud_), Shown(baud_))),
           baud_);
     case Search::Progress::kSecond:
-      return WithBaud(Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+      return WithBaud(Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                             Text("%s, but the encoder still answers at %lld Bd", echo, Shown(before_))),
                       before_);
     default:
       return Final(
-          OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+          CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
           Text("%s, and the encoder answers neither at %lld nor at %lld Bd: turn its power off and on, then "
                "read_position after=\"set_baud baud=%lld\"",
                echo, Shown(baud_), Shown(before_), Shown(baud_)));
@@ -100,12 +100,12 @@ std::optional<Outcome> SetBaud::OnSearched(const Answer& answer) {
 
 Outcome SetBaud::OnLinkLost() const {
   if (sent_) {
-    return Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+    return Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
                  Text("the link was lost after the request: read_position after=\"set_baud baud=%lld\" when it is "
                       "back",
                       Shown(baud_)));
   }
-  return Final(OrderState::kFailed, Reason::REASON_NO_REPLY,
+  return Final(CommandState::kFailed, Reason::REASON_NO_REPLY,
                stage_ == Stage::kTryPort
                    ? Text("nothing was done: the port cannot do %lld Bd, or the link was lost", Shown(baud_))
                    : "nothing was done: the link was lost");

@@ -36,7 +36,7 @@ TEST_F(SetBaudTest, TheDriverFollowsToEveryRateAndBack) {
        {std::pair{2'400, 0x24}, {4'800, 0x48}, {9'600, 0x96}, {57'600, 0x57}, {19'200, 0x19}}) {
     const auto errors = machine_.output().errors.size();
     const Outcome outcome = Change(baud);
-    EXPECT_EQ(outcome.state, OrderState::kSucceeded) << outcome.text;
+    EXPECT_EQ(outcome.state, CommandState::kSucceeded) << outcome.text;
     EXPECT_TRUE(outcome.verified);
     EXPECT_EQ(ChangeOf(outcome, "baud").after, std::to_string(baud));
     EXPECT_EQ(machine_.port->Changes().back()[2], code);
@@ -59,7 +59,7 @@ TEST_F(SetBaudTest, SaysWhatToPutIntoTheFile) {
 
 // README.md, "Alarms": what the operator is told to do, in a text that fits its message.
 TEST_F(SetBaudTest, TheAlarmNamesWhatToChange) {
-  EXPECT_EQ(Change(57'600).state, OrderState::kSucceeded);
+  EXPECT_EQ(Change(57'600).state, CommandState::kSucceeded);
   ASSERT_EQ(machine_.Alarm(), AlarmState::kLive);
   const AlarmSpec& alarm = machine_.output().alarm_specs.at(0x200);
   EXPECT_STREQ(alarm.name, "configuration_differs");
@@ -73,7 +73,7 @@ TEST_F(SetBaudTest, TheAlarmNamesWhatToChange) {
 TEST_F(SetBaudTest, TheReplyMayComeAtTheNewRate) {
   machine_.Set("axis1", "baud_reply", "new");
   const Outcome outcome = Change(57'600);
-  EXPECT_EQ(outcome.state, OrderState::kSucceeded) << outcome.text;
+  EXPECT_EQ(outcome.state, CommandState::kSucceeded) << outcome.text;
   EXPECT_EQ(machine_.port->Changes().size(), 1U);
   ExpectReadings();
 }
@@ -81,7 +81,7 @@ TEST_F(SetBaudTest, TheReplyMayComeAtTheNewRate) {
 TEST_F(SetBaudTest, APortThatCannotDoTheRateCostsNothing) {
   machine_.port->RefuseBaud(57'600);
   const Outcome outcome = Change(57'600);
-  EXPECT_EQ(outcome.state, OrderState::kFailed);
+  EXPECT_EQ(outcome.state, CommandState::kFailed);
   EXPECT_THAT(outcome.text, HasSubstr("nothing was done: the port cannot do 57600 Bd"));
   EXPECT_TRUE(machine_.port->Changes().empty());
   ExpectReadings();
@@ -95,7 +95,7 @@ TEST_F(SetBaudTest, FailsWhenTheEncoderKeepsItsRate) {
   machine_.RunThroughTheChange();
   machine_.Set("axis1", "power", "on");
   const Outcome outcome = machine_.Finish();
-  EXPECT_EQ(outcome.state, OrderState::kFailed);
+  EXPECT_EQ(outcome.state, CommandState::kFailed);
   EXPECT_EQ(outcome.reason, Reason::REASON_READ_BACK_DIFFERS);
   EXPECT_THAT(outcome.text, HasSubstr("still answers at 19200 Bd"));
   ExpectReadings();
@@ -107,14 +107,14 @@ TEST_F(SetBaudTest, SaysThatItLostTheEncoderAndFindsItAgain) {
   machine_.RunThroughTheChange();
   machine_.Set("axis1", "power", "off");
   const Outcome outcome = machine_.Finish();
-  EXPECT_EQ(outcome.state, OrderState::kIndeterminate);
+  EXPECT_EQ(outcome.state, CommandState::kIndeterminate);
   EXPECT_THAT(outcome.text,
               HasSubstr("turn its power off and on, then read_position after=\"set_baud baud=57600\""));
   machine_.Set("axis1", "power", "on");
   machine_.Run(kSecond);
   EXPECT_EQ(machine_.encoder().baud, 57'600);
   const Outcome found = machine_.Do("read_position", {{"after", "set_baud baud=57600"}});
-  EXPECT_EQ(found.state, OrderState::kSucceeded) << found.text;
+  EXPECT_EQ(found.state, CommandState::kSucceeded) << found.text;
   EXPECT_EQ(ChangeOf(found, "finding").after, "reads_as_after");
   ExpectReadings();
   EXPECT_EQ(machine_.Alarm(), AlarmState::kLive);
@@ -145,7 +145,7 @@ TEST_F(SetBaudTest, DoesNotExpireOnceThePortWasTried) {
 }
 
 TEST_F(SetBaudTest, KeepsTheNewRateWhenTheLineIsOpenedAgain) {
-  EXPECT_EQ(Change(57'600).state, OrderState::kSucceeded);
+  EXPECT_EQ(Change(57'600).state, CommandState::kSucceeded);
   machine_.port->Unplug();
   machine_.Run(kSecond);
   machine_.port->Plug();
@@ -158,12 +158,12 @@ TEST_F(SetBaudTest, ALinkLostAfterTheRequestIsIndeterminate) {
   machine_.Begin("set_baud", {{"baud", "57600"}});
   machine_.RunThroughTheChange();
   machine_.port->Unplug();
-  EXPECT_EQ(machine_.Finish().state, OrderState::kIndeterminate);
+  EXPECT_EQ(machine_.Finish().state, CommandState::kIndeterminate);
 }
 
 TEST_F(SetBaudTest, TheSameRateIsNotWritten) {
   const Outcome outcome = Change(19'200);
-  EXPECT_EQ(outcome.state, OrderState::kSucceeded);
+  EXPECT_EQ(outcome.state, CommandState::kSucceeded);
   EXPECT_THAT(outcome.text, HasSubstr("nothing was written"));
   EXPECT_TRUE(machine_.port->Changes().empty());
 }

@@ -22,12 +22,12 @@ constexpr std::size_t kReplyCharacters = 9;
 // The encoder's own time is not documented; a USB adapter's latency timer takes 16 ms by default.
 constexpr MonoNs kPatience = 50 * kMillisecond;
 constexpr double kStandstillDeg = 0.1;
-constexpr std::int64_t kMostUs = 10'000'000;
+constexpr std::int64_t kMaxUs = 10'000'000;
 
 void ParseTimes(ConfigMap& device, const LineFormat& line, SaaModbusSettings& settings) {
   const MonoNs usual = LongestExchange(line) + kPatience;
-  const MonoNs least = LongestExchange(line);
-  settings.timeout = device.Integer("timeout_us", usual / kMicrosecond, least / kMicrosecond, kMostUs,
+  const MonoNs minimum = LongestExchange(line);
+  settings.timeout = device.Integer("timeout_us", usual / kMicrosecond, minimum / kMicrosecond, kMaxUs,
                                     "us, longer than one exchange at this baud rate and the adapter's latency") *
                      kMicrosecond;
   settings.reply_timeout = settings.timeout;
@@ -71,14 +71,14 @@ std::unique_ptr<DeviceSettings> ParseSettings(ConfigMap& device, const BusConfig
   auto settings = std::make_unique<SaaModbusSettings>();
   settings->model = saa::kModels.at(device.Choice("model", {saa::kModels.begin(), saa::kModels.end()}, 0));
   device.Require("bits", "the encoder's resolution, 10 to 26 bits");
-  settings->bits = static_cast<int>(device.Integer("bits", kOneRegisterBits, kLeastBits, kMostBits, "bits"));
+  settings->bits = static_cast<int>(device.Integer("bits", kOneRegisterBits, kMinBits, kMaxBits, "bits"));
   const int needed = settings->bits <= kOneRegisterBits ? 1 : 2;
   settings->registers = static_cast<int>(device.Integer("registers", needed, 1, 2, "registers"));
   if (settings->registers < needed) {
     device.Error("registers", "1 holds up to 16 bits: " + std::to_string(settings->bits) + " bits need 2");
   }
   settings->address =
-      static_cast<std::uint8_t>(device.Integer("address", kLeastAddress, kLeastAddress, kMostAddress, ""));
+      static_cast<std::uint8_t>(device.Integer("address", kMinAddress, kMinAddress, kMaxAddress, ""));
   settings->counts_per_turn = std::int64_t{1} << settings->bits;
   settings->max_speed_rpm = saa::kMaxSpeedRpm;
   settings->noise_counts = saa::NoiseCounts(settings->bits);

@@ -14,7 +14,7 @@ namespace {
 using Encoder = SimulatedEncoder;
 using Word = std::string_view;
 
-constexpr double kMostAddress = 247;
+constexpr double kMaxAddress = 247;
 constexpr std::array<std::int64_t, 5> kRates = {2'400, 4'800, 9'600, 19'200, 57'600};
 
 std::string NoneOf(Word value, std::initializer_list<Word> words) {
@@ -41,7 +41,7 @@ std::string ReadWhole(Word value, double min, double max, Word unit, std::int64_
 
 std::string SetAddress(Encoder& encoder, Word value) {
   std::int64_t address = 0;
-  std::string problem = ReadWhole(value, 1, kMostAddress, "", address);
+  std::string problem = ReadWhole(value, 1, kMaxAddress, "", address);
   if (problem.empty()) encoder.address = static_cast<std::uint8_t>(address);
   return problem;
 }

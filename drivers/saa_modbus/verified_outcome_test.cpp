@@ -10,15 +10,15 @@ TEST(VerifiedOutcome, AZeroIsVerifiedOnlyWhereItsEffectCanBeSeen) {
   struct Case {
     const char* start_deg;
     bool echo;
-    OrderState state;
+    CommandState state;
     bool verified;
   };
-  for (const Case& c : {Case{"90", true, OrderState::kSucceeded, true},
-                        {"90", false, OrderState::kSucceeded, true},
-                        {"0", true, OrderState::kSucceeded, false},
-                        {"0.1", true, OrderState::kSucceeded, false},
-                        {"359.8", true, OrderState::kSucceeded, false},
-                        {"0.1", false, OrderState::kIndeterminate, false}}) {
+  for (const Case& c : {Case{"90", true, CommandState::kSucceeded, true},
+                        {"90", false, CommandState::kSucceeded, true},
+                        {"0", true, CommandState::kSucceeded, false},
+                        {"0.1", true, CommandState::kSucceeded, false},
+                        {"359.8", true, CommandState::kSucceeded, false},
+                        {"0.1", false, CommandState::kIndeterminate, false}}) {
     Machine machine("axis1: {bits: 16}", std::string("axis1: {start_deg: ") + c.start_deg + "}");
     machine.Run(300 * kMillisecond);
     machine.Begin("zero");
@@ -42,7 +42,7 @@ TEST(VerifiedOutcome, ASettingThatHeldAlreadyIsNotWrittenAndNamedSo) {
   for (const auto& [operation, arguments] :
        {std::pair<std::string, Arguments>{"set_address", {{"address", "1"}}}, {"set_baud", {{"baud", "19200"}}}}) {
     const Outcome outcome = machine.Do(operation, arguments);
-    EXPECT_EQ(outcome.state, OrderState::kSucceeded);
+    EXPECT_EQ(outcome.state, CommandState::kSucceeded);
     EXPECT_NE(outcome.text.find("already: nothing was written"), std::string::npos) << outcome.text;
   }
   EXPECT_EQ(machine.encoder().writes, 0);

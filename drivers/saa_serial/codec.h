@@ -17,8 +17,8 @@ inline constexpr std::uint8_t kRequestMark = 0xAA;
 inline constexpr std::uint8_t kControlCommand = 0xB0;  // BX: send the position (5.1.5 (1))
 inline constexpr std::uint8_t kZeroCommand = 0xC0;     // CX: clear to zero (5.1.6 (1))
 
-inline constexpr int kLeastBits = 10;  // 4.1
-inline constexpr int kMostBits = 26;
+inline constexpr int kMinBits = 10;  // 4.1
+inline constexpr int kMaxBits = 26;
 inline constexpr std::size_t kRequestSize = 3;
 inline constexpr std::size_t kLongestReply = 7;
 

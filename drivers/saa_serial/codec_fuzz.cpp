@@ -54,7 +54,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace axlecast::saa_serial;
   FuzzedDataProvider input(data, size);
   const Format format{
-      .bits = input.ConsumeIntegralInRange(kLeastBits, kMostBits),
+      .bits = input.ConsumeIntegralInRange(kMinBits, kMaxBits),
       .header = input.PickValueInArray({ReplyHeader::kEither, ReplyHeader::kAddress, ReplyHeader::kFixed}),
       .address = input.ConsumeIntegral<std::uint8_t>()};
   const bool mend_sum = input.ConsumeBool();

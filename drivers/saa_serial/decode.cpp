@@ -28,7 +28,7 @@ constexpr int kLargestX = 15;
 std::string ReadOptions(const DecodeSettings& settings, Options& options) {
   for (const auto& [key, value] : settings) {
     if (key == "bits") {
-      options.bits = static_cast<int>(ParseWhole(value, kLeastBits, kMostBits).value_or(0));
+      options.bits = static_cast<int>(ParseWhole(value, kMinBits, kMaxBits).value_or(0));
       if (options.bits == 0) return "bits=" + value + ": expected 10..26, the encoder's resolution";
     } else if (key == "address") {
       const std::optional<std::int64_t> number = ParseWhole(value, 0, 0xFE);
@@ -78,7 +78,7 @@ const char* ErrorWord(ReplyError error) {
 // The resolution of an encoder that sends so many bytes, at most.
 int MostBitsOf(std::size_t size) {
   if (size <= ReplySize(16)) return 16;
-  return size == ReplySize(24) ? 24 : kMostBits;
+  return size == ReplySize(24) ? 24 : kMaxBits;
 }
 
 Json DescribeReply(Bytes frame, const Options& options) {

@@ -60,7 +60,7 @@ TEST(SaaHandshake, ZeroIsOnePulseOnClrBetweenReadings) {
             1);
   EXPECT_EQ(bus.simulator().encoder(0).zeroings(), 1);
   const Outcome& outcome = bus.output().outcomes.back().second;
-  EXPECT_EQ(outcome.state, OrderState::kSucceeded) << outcome.text;
+  EXPECT_EQ(outcome.state, CommandState::kSucceeded) << outcome.text;
   EXPECT_TRUE(outcome.verified);
   EXPECT_EQ(bus.output().samples.back().counts, 0);
   EXPECT_EQ(bus.output().jumps, 1);
@@ -189,7 +189,7 @@ TEST(SaaBusMode, ZeroIsOneCommandToItsEncoderAloneVerifiedByReading) {
   EXPECT_EQ(bus.simulator().encoder(0).zeroings(), 1);
   EXPECT_EQ(bus.simulator().encoder(1).zeroings() + bus.simulator().encoder(2).zeroings(), 0);
   const Outcome& outcome = bus.outputs["a"].outcomes.back().second;
-  EXPECT_EQ(outcome.state, OrderState::kSucceeded) << outcome.text;
+  EXPECT_EQ(outcome.state, CommandState::kSucceeded) << outcome.text;
   EXPECT_TRUE(outcome.verified);
   EXPECT_EQ(outcome.changes.at(0).before, "4096");
   EXPECT_EQ(outcome.changes.at(0).after, "0");
@@ -206,7 +206,7 @@ TEST(SaaBusMode, ZeroOfAnEncoderWithoutZeroClearingFails) {
   bus.Begin(0, "zero");
   bus.Run(2 * kSecond);
   const Outcome& outcome = bus.output().outcomes.back().second;
-  EXPECT_EQ(outcome.state, OrderState::kFailed);
+  EXPECT_EQ(outcome.state, CommandState::kFailed);
   EXPECT_THAT(outcome.text, HasSubstr("is it the variant with zero clearing"));
 }
 
@@ -214,7 +214,7 @@ TEST(SaaBusMode, ZeroWithoutZeroClearingInTheFileIsRefused) {
   SimulatedBus bus(kBus, "a: {bits: 14, address: 1}");
   bus.Run(100 * kMillisecond);
   bus.Begin(0, "zero");
-  EXPECT_EQ(bus.output().outcomes.at(0).second.state, OrderState::kRejected);
+  EXPECT_EQ(bus.output().outcomes.at(0).second.state, CommandState::kRejected);
   EXPECT_THAT(bus.output().outcomes.at(0).second.text, HasSubstr("set zero_clearing"));
 }
 
@@ -223,7 +223,7 @@ TEST(SaaBusMode, OrdersToASilentEncoderAreRefused) {
   bus.Run(kSecond);
   for (const char* operation : {"zero", "read_position"}) {
     bus.Begin(0, operation);
-    EXPECT_EQ(bus.output().outcomes.back().second.state, OrderState::kRejected) << operation;
+    EXPECT_EQ(bus.output().outcomes.back().second.state, CommandState::kRejected) << operation;
     EXPECT_THAT(bus.output().outcomes.back().second.text, HasSubstr("not heard"));
   }
 }
@@ -234,7 +234,7 @@ TEST(SaaBusMode, ReadPositionShowsOneReading) {
   bus.Begin(0, "read_position");
   bus.Run(kSecond);
   const Outcome& outcome = bus.output().outcomes.back().second;
-  EXPECT_EQ(outcome.state, OrderState::kSucceeded);
+  EXPECT_EQ(outcome.state, CommandState::kSucceeded);
   EXPECT_EQ(outcome.changes.at(0).after, "383") << "5.1.1 (4)";
   EXPECT_THAT(outcome.text, HasSubstr("8.4155 deg"));
 }

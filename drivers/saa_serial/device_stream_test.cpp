@@ -185,12 +185,12 @@ TEST(SaaStream, ZeroIsOnePulseOnClrVerifiedByReading) {
   EXPECT_EQ(bus.simulator().encoder(0).zeroings(), 1);
   ASSERT_EQ(bus.FinalTexts("a").size(), 1U);
   const Outcome& outcome = bus.output().outcomes.back().second;
-  EXPECT_EQ(outcome.state, OrderState::kSucceeded);
+  EXPECT_EQ(outcome.state, CommandState::kSucceeded);
   EXPECT_TRUE(outcome.verified);
   EXPECT_EQ(outcome.changes.at(0).before, "4096");
   EXPECT_EQ(outcome.changes.at(0).after, "0");
   const Outcome& running = bus.output().outcomes.front().second;
-  EXPECT_EQ(running.state, OrderState::kRunning);
+  EXPECT_EQ(running.state, CommandState::kRunning);
   EXPECT_EQ(running.changes.at(0).before, "4096") << "should the driver die now";
   EXPECT_EQ(bus.output().jumps, 1);
   EXPECT_EQ(bus.output().nv_writes, 1);
@@ -204,7 +204,7 @@ TEST(SaaStream, ZeroThatDoesNothingFails) {
   bus.Begin(0, "zero");
   bus.Run(kSecond);
   const Outcome& outcome = bus.output().outcomes.back().second;
-  EXPECT_EQ(outcome.state, OrderState::kFailed);
+  EXPECT_EQ(outcome.state, CommandState::kFailed);
   EXPECT_EQ(bus.line->pulses.size(), 1U) << "never repeated";
   EXPECT_EQ(bus.output().jumps, 1) << "the position may have jumped";
 }
@@ -213,7 +213,7 @@ TEST(SaaStream, ZeroWithoutAClrLineIsRefused) {
   SimulatedBus bus(kReal, "a: {bits: 14}");
   bus.Run(100 * kMillisecond);
   bus.Begin(0, "zero");
-  EXPECT_EQ(bus.output().outcomes.at(0).second.state, OrderState::kRejected);
+  EXPECT_EQ(bus.output().outcomes.at(0).second.state, CommandState::kRejected);
   EXPECT_THAT(bus.output().outcomes.at(0).second.text, ::testing::HasSubstr("no CLR line"));
 }
 
@@ -236,7 +236,7 @@ TEST(SaaStream, ASilentEncoderAfterZeroLeavesItOpen) {
   while (bus.line->pulses.empty()) bus.Run(kMillisecond);
   bus.Set("a", "power", "off");
   bus.Run(5 * kSecond);
-  EXPECT_EQ(bus.output().outcomes.back().second.state, OrderState::kIndeterminate);
+  EXPECT_EQ(bus.output().outcomes.back().second.state, CommandState::kIndeterminate);
   EXPECT_TRUE(bus.output().datum_changing);
   bus.Set("a", "power", "on");
   bus.Run(kSecond);
@@ -250,12 +250,12 @@ TEST(SaaStream, ALinkThatIsLostWithThePulseLeavesItOpen) {
   bus.Begin(0, "zero");
   bus.line->LoseAfterNextRequest();
   bus.Run(kSecond);
-  EXPECT_EQ(bus.output().outcomes.back().second.state, OrderState::kIndeterminate);
+  EXPECT_EQ(bus.output().outcomes.back().second.state, CommandState::kIndeterminate);
   EXPECT_EQ(bus.output().jumps, 1);
   bus.Begin(0, "read_position", {{"after", "zero"}});
   bus.Run(kSecond);
   const Outcome& finding = bus.output().outcomes.back().second;
-  EXPECT_EQ(finding.state, OrderState::kSucceeded);
+  EXPECT_EQ(finding.state, CommandState::kSucceeded);
   EXPECT_EQ(finding.changes.at(1).after, "reads_as_after");
 }
 

@@ -11,8 +11,8 @@ namespace axlecast::saa_serial {
 namespace {
 
 // "T2 >= 10us" (5.1.3); the manual gives none for CLR, and no upper bound for either.
-constexpr std::int64_t kLeastLowUs = 10;
-constexpr std::int64_t kMostLowUs = 1'000'000;
+constexpr std::int64_t kMinLowUs = 10;
+constexpr std::int64_t kMaxLowUs = 1'000'000;
 constexpr std::int64_t kClkLowUs = 20;
 constexpr std::int64_t kClrLowUs = 1'000;
 
@@ -51,7 +51,7 @@ std::optional<Line> ParseLine(ConfigMap& lines, const BusConfig& bus, std::strin
   Line line;
   line.index = static_cast<std::uint8_t>(into.lines.size());
   line.low =
-      map.Integer("low_us", usual_us, kLeastLowUs, kMostLowUs, "us (SAA manual 5.1.3: T2 >= 10 us)") * kMicrosecond;
+      map.Integer("low_us", usual_us, kMinLowUs, kMaxLowUs, "us (SAA manual 5.1.3: T2 >= 10 us)") * kMicrosecond;
   if (!bus.simulate && (!map.Has("chip") || !map.Has("line"))) {
     map.Error("chip", "and line are needed, e.g. {chip: /dev/gpiochip0, line: 5}; gpioinfo lists them");
   } else if (!config.chip.empty() && !config.chip.starts_with("/dev/gpiochip")) {

@@ -15,7 +15,7 @@ PositionReadout::PositionReadout(bool look, const SaaSettings& settings, const D
 std::optional<Outcome> PositionReadout::OnReading(const Reading& reading, MonoNs now) {
   if (reading.error || reading.at.last < begun_) return OnTime(now);
   const int bits = settings_.format.bits;
-  Outcome outcome = Final(OrderState::kSucceeded, command_status_t::REASON_NONE,
+  Outcome outcome = Final(CommandState::kSucceeded, command_status_t::REASON_NONE,
                           Text("single-turn %u (%.4f deg)", reading.counts, Degrees(reading.counts, bits)));
   outcome.verified = true;
   outcome.changes.push_back({"single_turn", "", std::to_string(reading.counts)});
@@ -25,11 +25,12 @@ std::optional<Outcome> PositionReadout::OnReading(const Reading& reading, MonoNs
 
 std::optional<Outcome> PositionReadout::OnTime(MonoNs now) {
   if (now < deadline_) return std::nullopt;
-  return Final(OrderState::kFailed, command_status_t::REASON_NO_REPLY, "no reading came in time");
+  return Final(CommandState::kFailed, command_status_t::REASON_NO_REPLY, "no reading came in time");
 }
 
 Outcome PositionReadout::OnLinkLost() const {
-  return Final(OrderState::kFailed, command_status_t::REASON_NO_REPLY, "the link was lost before the reading came");
+  return Final(CommandState::kFailed, command_status_t::REASON_NO_REPLY,
+               "the link was lost before the reading came");
 }
 
 // A shaft that turns may have left the place where it was zeroed.

@@ -15,7 +15,7 @@ constexpr MonoNs kSettle = 200 * kMillisecond;   // what the port had kept back 
 constexpr MonoNs kPatience = 30 * kMillisecond;  // of a reply, beyond the wire: an adapter's 16 ms
 constexpr MonoNs kQuiet = 10 * kMillisecond;
 constexpr int kAttempts = 3;
-constexpr std::int64_t kFewFrames = 3;
+constexpr std::int64_t kMinFrames = 3;
 constexpr std::int64_t kManyFrames = 10;
 constexpr int kLastX = 15;
 
@@ -24,10 +24,10 @@ const std::vector<std::int64_t> kUsualRates = {115'200, 9'600,   19'200,    38'4
                                                921'600, 500'000, 1'000'000, 2'000'000, 2'500'000, 4'800,   2'400};
 
 // The resolutions whose frames have as many data bytes as those of `most`.
-std::string BitsText(int most, std::uint32_t positions) {
-  const int least = most == 16 ? kLeastBits : most == 24 ? 17 : 25;
+std::string BitsText(int maximum, std::uint32_t positions) {
+  const int minimum = maximum == 16 ? kMinBits : maximum == 24 ? 17 : 25;
   return Text("bits: %d to %d by its frames; the encoder's label says which",
-              std::max(least, static_cast<int>(std::bit_width(positions))), most);
+              std::max(minimum, static_cast<int>(std::bit_width(positions))), maximum);
 }
 
 // As an order has it: two digits where they say it within the error of the measurement, else three.
@@ -41,7 +41,7 @@ std::string RateText(double hz) {
 std::size_t UntilTimeout(Bytes) { return 0; }
 
 int BitsOfSize(std::size_t size) {
-  for (const int bits : {16, 24, kMostBits}) {
+  for (const int bits : {16, 24, kMaxBits}) {
     if (ReplySize(bits) == size) return bits;
   }
   return 0;
@@ -78,7 +78,7 @@ ReplyMatch MatchAnyFrame(Bytes request, Bytes reply) {
 // ---- streams ----
 
 StreamProbe::StreamProbe(MonoNs now)
-    : until_(now + kListen), now_(now), readings_{Reading(16), Reading(24), Reading(kMostBits)} {}
+    : until_(now + kListen), now_(now), readings_{Reading(16), Reading(24), Reading(kMaxBits)} {}
 
 std::optional<Step> StreamProbe::Next(MonoNs now) const {
   if (lost_ || now >= until_) return std::nullopt;
@@ -108,7 +108,7 @@ std::optional<ProbeHit> StreamProbe::Judge(const Reading& reading) const {
   const auto size = static_cast<std::int64_t>(ReplySize(reading.bits));
   const std::int64_t framed = reading.frames * size;
   // At another rate, or of another device, whole frames are a rare accident.
-  if (!reading.first || reading.frames < kFewFrames || 2 * framed < bytes_) return std::nullopt;
+  if (!reading.first || reading.frames < kMinFrames || 2 * framed < bytes_) return std::nullopt;
   const double seconds = static_cast<double>(reading.last->last.last - reading.first->last.last) / 1e9;
   const std::int64_t periods = (reading.last->position - reading.first->position) / size;
   if (seconds <= 0) return std::nullopt;

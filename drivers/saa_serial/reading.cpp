@@ -40,7 +40,7 @@ ReplyMatch MatchFrame(Bytes request, Bytes reply) {
   constexpr int kInvertedAtMost = 2;
   constexpr int kHeaderBits = 16;
   const std::uint8_t address = ParseRequest(request).value_or(kFixedHeader);
-  constexpr int kBits = kSize == ReplySize(kLeastBits) ? 16 : kSize == ReplySize(24) ? 24 : kMostBits;
+  constexpr int kBits = kSize == ReplySize(kMinBits) ? 16 : kSize == ReplySize(24) ? 24 : kMaxBits;
   const Format format{.bits = kBits, .header = kHeader, .address = address};
   const ReplyError error = ParseReply(reply, format).error;
   if (error == ReplyError::kNone || error == ReplyError::kRange) return ReplyMatch::kYes;
@@ -51,10 +51,10 @@ ReplyMatch MatchFrame(Bytes request, Bytes reply) {
   };
   const int as_fixed = kHeader != ReplyHeader::kAddress ? inverted(kFixedHeader) : kHeaderBits;
   const int as_address = kHeader != ReplyHeader::kFixed ? inverted(address) : kHeaderBits;
-  const int least = std::min(as_fixed, as_address);
+  const int minimum = std::min(as_fixed, as_address);
   if (reply.size() == kSize) {
-    if (least == 0) return ReplyMatch::kDamaged;
-    return least <= kInvertedAtMost && error != ReplyError::kHeader ? ReplyMatch::kNearly : ReplyMatch::kNo;
+    if (minimum == 0) return ReplyMatch::kDamaged;
+    return minimum <= kInvertedAtMost && error != ReplyError::kHeader ? ReplyMatch::kNearly : ReplyMatch::kNo;
   }
   const bool lost_start = reply[0] == kFixedHeader || reply[0] == address;
   return reply[0] == kFrameStart || lost_start ? ReplyMatch::kNearly : ReplyMatch::kNo;
@@ -75,11 +75,11 @@ MatchReply MatchRule(ReplyHeader header) {
 MatchReply MatchRule(const Format& format) {
   switch (DataBytes(format.bits)) {
     case 2:
-      return MatchRule<ReplySize(kLeastBits)>(format.header);
+      return MatchRule<ReplySize(kMinBits)>(format.header);
     case 3:
       return MatchRule<ReplySize(24)>(format.header);
     default:
-      return MatchRule<ReplySize(kMostBits)>(format.header);
+      return MatchRule<ReplySize(kMaxBits)>(format.header);
   }
 }
 
@@ -99,11 +99,11 @@ Interval PolledInstant(const Event& event, std::size_t frame_size, MonoNs charac
 ReplyLength LengthRule(int bits) {
   switch (DataBytes(bits)) {
     case 2:
-      return &LengthOfReply<ReplySize(kLeastBits)>;
+      return &LengthOfReply<ReplySize(kMinBits)>;
     case 3:
       return &LengthOfReply<ReplySize(24)>;
     default:
-      return &LengthOfReply<ReplySize(kMostBits)>;
+      return &LengthOfReply<ReplySize(kMaxBits)>;
   }
 }
 

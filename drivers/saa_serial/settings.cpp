@@ -127,7 +127,7 @@ std::unique_ptr<DeviceSettings> ParseDevice(ConfigMap& device, const BusConfig& 
   auto settings = std::make_unique<SaaSettings>();
   settings->model = saa::kModels.at(device.Choice("model", {saa::kModels.begin(), saa::kModels.end()}, 0));
   device.Require("bits", "the resolution, 10 to 26, as on the encoder's label");
-  settings->format.bits = static_cast<int>(device.Integer("bits", 14, kLeastBits, kMostBits, "bits"));
+  settings->format.bits = static_cast<int>(device.Integer("bits", 14, kMinBits, kMaxBits, "bits"));
   ParseAddress(device, own, *settings);
   ParseTimes(device, own, *settings);
   settings->counts_per_turn = std::int64_t{1} << settings->format.bits;

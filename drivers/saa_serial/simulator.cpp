@@ -11,7 +11,7 @@ using Kind = SimulatedFault::Kind;
 
 constexpr MonoNs kShortestLow = 10 * kMicrosecond;  // 5.1.3: T2
 // Frames that a sleeping host is served late; older ones nobody hears any more.
-constexpr int kMostLate = 64;
+constexpr int kMaxLate = 64;
 
 }  // namespace
 
@@ -96,7 +96,7 @@ void SaaSimulator::Stream(MonoNs now) {
   if (next_frame_ > now) return;
   const MonoNs period = RefreshPeriod();
   const MonoNs late = (now - next_frame_) / period;
-  if (late > kMostLate) next_frame_ += (late - kMostLate) * period;
+  if (late > kMaxLate) next_frame_ += (late - kMaxLate) * period;
   for (; next_frame_ <= now; next_frame_ += period) {
     if (units_.front().encoder.powered()) Answer(units_.front(), next_frame_, next_frame_);
   }

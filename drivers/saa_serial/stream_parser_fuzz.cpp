@@ -44,7 +44,7 @@ void CheckFound(const ByteList& stream, int bits, const std::vector<std::int64_t
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace axlecast::saa_serial;
   FuzzedDataProvider input(data, size);
-  const int bits = input.ConsumeIntegralInRange(kLeastBits, kMostBits);
+  const int bits = input.ConsumeIntegralInRange(kMinBits, kMaxBits);
   const std::size_t chunk = input.ConsumeIntegralInRange<std::size_t>(1, 40);
   ByteList stream;
   while (input.remaining_bytes() > 0 && stream.size() < 2'000) {

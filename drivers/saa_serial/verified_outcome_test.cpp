@@ -13,16 +13,16 @@ TEST(VerifiedOutcome, AZeroIsVerifiedOnlyWhereItsEffectCanBeSeen) {
   struct Case {
     const char* start_deg;
     const char* clears;
-    OrderState state;
+    CommandState state;
     bool verified;
   };
-  for (const Case& c : {Case{"90", "true", OrderState::kSucceeded, true},
-                        {"90", "false", OrderState::kFailed, false},
-                        {"0", "true", OrderState::kIndeterminate, false},
-                        {"0", "false", OrderState::kIndeterminate, false},
-                        {"0.1", "true", OrderState::kIndeterminate, false},
-                        {"359.7", "true", OrderState::kIndeterminate, false},
-                        {"1", "true", OrderState::kSucceeded, true}}) {
+  for (const Case& c : {Case{"90", "true", CommandState::kSucceeded, true},
+                        {"90", "false", CommandState::kFailed, false},
+                        {"0", "true", CommandState::kIndeterminate, false},
+                        {"0", "false", CommandState::kIndeterminate, false},
+                        {"0.1", "true", CommandState::kIndeterminate, false},
+                        {"359.7", "true", CommandState::kIndeterminate, false},
+                        {"1", "true", CommandState::kSucceeded, true}}) {
     SimulatedBus bus(kBus + ", zero_clearing: true", "a: {bits: 14, address: 1}",
                      std::string("a: {start_deg: ") + c.start_deg + ", zero_clearing: " + c.clears + "}");
     bus.Run(100 * kMillisecond);

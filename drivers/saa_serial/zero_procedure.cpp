@@ -15,7 +15,7 @@ using Reason = command_status_t;
 
 // An 8-bit sum lets one damaged frame in 256 pass: it takes two readings in a row to tell, of at most five.
 constexpr int kNearToSucceed = 2;
-constexpr int kMostReadings = 5;
+constexpr int kMaxReadings = 5;
 
 }  // namespace
 
@@ -61,10 +61,11 @@ std::optional<Outcome> ZeroProcedure::OnReading(const Reading& reading, MonoNs n
 std::optional<Outcome> ZeroProcedure::OnTime(MonoNs now) {
   if (now < deadline_ || stage_ == Stage::kSent) return std::nullopt;
   if (!touched()) {
-    return Final(OrderState::kRejected, Reason::REASON_NO_REPLY, "nothing was done: no reading came to begin with");
+    return Final(CommandState::kRejected, Reason::REASON_NO_REPLY,
+                 "nothing was done: no reading came to begin with");
   }
   return WithBefore(
-      Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+      Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
             "the request to clear to zero went out, but no reading came that shows its effect: read_position when "
             "the encoder is heard again"),
       "");
@@ -85,7 +86,7 @@ std::optional<Outcome> ZeroProcedure::Verify(const Reading& reading) {
   if (reading.error || reading.at.first < effect_from_) return OnTime(reading.at.last);
   ++readings_;
   near_in_a_row_ = IsNearZero(reading.counts, settings_) ? near_in_a_row_ + 1 : 0;
-  if (near_in_a_row_ < kNearToSucceed && readings_ < kMostReadings) return OnTime(reading.at.last);
+  if (near_in_a_row_ < kNearToSucceed && readings_ < kMaxReadings) return OnTime(reading.at.last);
   return Judge(reading.counts);
 }
 
@@ -96,7 +97,7 @@ Outcome ZeroProcedure::Judge(std::uint32_t counts) const {
   const std::string was =
       Text("single-turn was %.3f deg and reads %.3f deg", Degrees(before_, bits), Degrees(counts, bits));
   Outcome outcome = near ? JudgeReadBack({.same_before = SameBefore()}, was + Text(" (0 +- %.2f)", allowed))
-                         : Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+                         : Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                                  was + Text(", not 0 +- %.2f: hold the axis; is it the variant with zero clearing, "
                                             "and is its line or command right?",
                                             allowed));
@@ -114,9 +115,9 @@ Outcome ZeroProcedure::NotAtRest(MonoNs now) const {
 
 Outcome ZeroProcedure::OnLinkLost() const {
   if (!touched()) {
-    return Final(OrderState::kFailed, Reason::REASON_NO_REPLY, "nothing was done: the link was lost before it");
+    return Final(CommandState::kFailed, Reason::REASON_NO_REPLY, "nothing was done: the link was lost before it");
   }
-  return WithBefore(Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+  return WithBefore(Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
                           "the link was lost after the request to clear to zero and before its effect could be "
                           "read: read_position when the link is back"),
                     "");

@@ -31,9 +31,9 @@ struct Format {
   ParityRule parity = ParityRule::kNone;  // over the whole word
   bool ones_are_position = false;         // a transfer of ones alone is a position, not a wire without an encoder
 };
-inline constexpr int kMostPositionBits = 32;
-inline constexpr int kMostWordBits = 48;
-inline constexpr int kMostWords = 4;
+inline constexpr int kMaxPositionBits = 32;
+inline constexpr int kMaxWordBits = 48;
+inline constexpr int kMaxWords = 4;
 
 // TWK SSI 5: the tree of 25 bits, 12 for the revolutions and 13 for the position in one. Fewer multi-turn bits are
 // preceded by zeros, fewer single-turn bits are followed by zeros.
@@ -53,7 +53,7 @@ inline constexpr int kTreeBits = 13;
 // Bytes of one transfer: the idle level that the first falling edge samples, the words, and one more clock where what
 // follows is checked; rounded up to whole bytes.
 [[nodiscard]] std::size_t TransferSize(const Format& format);
-inline constexpr std::size_t kMostTransfer = (1 + kMostWords * (kMostWordBits + 1) + 7) / 8;
+inline constexpr std::size_t kMaxTransfer = (1 + kMaxWords * (kMaxWordBits + 1) + 7) / 8;
 
 enum class WordError : std::uint8_t {
   kNone,

@@ -18,20 +18,20 @@ void Require(bool holds) {
 
 Format AnyFormat(FuzzedDataProvider& input) {
   Format format;
-  const int used = input.ConsumeIntegralInRange(1, kMostPositionBits);
+  const int used = input.ConsumeIntegralInRange(1, kMaxPositionBits);
   format.bits = input.ConsumeIntegralInRange(1, used);
   format.turn_bits = used - format.bits;
   if (input.ConsumeBool() && format.bits <= kTreeBits && format.turn_bits <= kTreeTurnBits) {
     format = TreeFormat(format.turn_bits, format.bits);
   } else {
-    format.word_bits = input.ConsumeIntegralInRange(used, kMostWordBits);
+    format.word_bits = input.ConsumeIntegralInRange(used, kMaxWordBits);
     format.first = input.ConsumeIntegralInRange(0, format.word_bits - used);
   }
   format.gray = input.ConsumeBool();
   format.joint = input.ConsumeBool();
   format.after = input.PickValueInArray({AfterWord::kZeros, AfterWord::kZeroThenWord, AfterWord::kWord});
   format.trailing_checked = input.ConsumeBool();
-  if (format.after != AfterWord::kZeros) format.words = input.ConsumeIntegralInRange(1, kMostWords);
+  if (format.after != AfterWord::kZeros) format.words = input.ConsumeIntegralInRange(1, kMaxWords);
   format.parity = input.PickValueInArray({ParityRule::kNone, ParityRule::kEven, ParityRule::kOdd});
   format.ones_are_position = input.ConsumeBool();
   return format;
@@ -74,7 +74,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace axlecast::ssi;
   FuzzedDataProvider input(data, size);
   const Format format = AnyFormat(input);
-  Require(TransferSize(format) <= kMostTransfer);
+  Require(TransferSize(format) <= kMaxTransfer);
   const auto missing = input.ConsumeIntegralInRange<std::size_t>(0, 8);
   const auto bytes = input.ConsumeRemainingBytes<std::uint8_t>();
   const std::size_t bit_count = bytes.size() * 8 - std::min(missing, bytes.size() * 8);

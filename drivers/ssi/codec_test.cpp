@@ -74,7 +74,7 @@ TEST(SsiCodec, ClocksOfATransfer) {
   EXPECT_EQ(TransferSize({.word_bits = 25, .words = 2, .after = AfterWord::kZeroThenWord}), 7U);  // 52
   EXPECT_EQ(
       TransferSize({.word_bits = 48, .words = 4, .after = AfterWord::kZeroThenWord, .trailing_checked = true}),
-      kMostTransfer);
+      kMaxTransfer);
 }
 
 constexpr Format kTwelve = {.word_bits = 12, .bits = 12};
@@ -151,11 +151,11 @@ TEST(SsiCodec, ParityOverTheWholeWord) {
 // TWK SSI 2: "data words of any desired length": 10 to 32 bits of position wherever they stand in the word.
 TEST(SsiCodec, EveryLengthAndPlace) {
   std::mt19937_64 random(4);
-  for (int bits = 10; bits <= kMostPositionBits; ++bits) {
-    for (int first = 0; first + bits <= kMostWordBits; first += 3) {
+  for (int bits = 10; bits <= kMaxPositionBits; ++bits) {
+    for (int first = 0; first + bits <= kMaxWordBits; first += 3) {
       const std::uint64_t value = random() & ((std::uint64_t{1} << bits) - 1);
-      const Format format = {.word_bits = kMostWordBits, .first = first, .bits = bits};
-      const std::uint64_t word = value << (kMostWordBits - first - bits);
+      const Format format = {.word_bits = kMaxWordBits, .first = first, .bits = bits};
+      const std::uint64_t word = value << (kMaxWordBits - first - bits);
       EXPECT_EQ(ParseWord(word, format).counts, value);
       EXPECT_EQ(PlaceMask(format, first, bits) & word, word);
     }

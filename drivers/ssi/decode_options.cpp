@@ -9,7 +9,7 @@
 namespace axlecast::ssi {
 namespace {
 
-constexpr std::int64_t kMostFrameBits = 1'000'000;
+constexpr std::int64_t kMaxFrameBits = 1'000'000;
 
 // The settings as they were given; the later of two of one key wins, but for status.
 struct Given {
@@ -54,10 +54,10 @@ struct Number {
   std::string_view meaning;
 };
 constexpr std::array<Number, 4> kNumbers = {
-    {{"turn_bits", &Given::turn_bits, 0, kMostPositionBits - 1, "multi-turn bits"},
-     {"first_bit", &Given::first_bit, 1, kMostWordBits, "the position's first bit in the word, from 1"},
-     {"word_bits", &Given::word_bits, 1, kMostWordBits, "length of the word"},
-     {"words", &Given::words, 2, kMostWords, "words in one transfer, with repeat"}}};
+    {{"turn_bits", &Given::turn_bits, 0, kMaxPositionBits - 1, "multi-turn bits"},
+     {"first_bit", &Given::first_bit, 1, kMaxWordBits, "the position's first bit in the word, from 1"},
+     {"word_bits", &Given::word_bits, 1, kMaxWordBits, "length of the word"},
+     {"words", &Given::words, 2, kMaxWords, "words in one transfer, with repeat"}}};
 
 std::string Expected(std::string_view key, std::string_view value, std::string_view right) {
   return std::string(key) + '=' + std::string(value) + ": expected " + std::string(right);
@@ -86,7 +86,7 @@ std::string ReadNumber(const Number& number, std::string_view value, Given& give
 }
 
 std::optional<std::int64_t> ReadPlace(std::string_view text) {
-  const std::optional<std::int64_t> number = ParseWhole(text, 1, kMostWordBits);
+  const std::optional<std::int64_t> number = ParseWhole(text, 1, kMaxWordBits);
   return number ? std::optional(*number - 1) : std::nullopt;
 }
 
@@ -109,7 +109,7 @@ std::string ReadStatus(std::string_view value, std::vector<StatusBit>& bits) {
   const std::size_t second = std::min(value.find(':', first + 1), value.size());
   const std::string_view active = second < value.size() ? value.substr(second + 1) : "high";
   const auto place = ReadPlace(first < value.size() ? value.substr(first + 1, second - first - 1) : "");
-  if (first == 0 || !place || (active != "high" && active != "low") || bits.size() == kMostStatusBits) {
+  if (first == 0 || !place || (active != "high" && active != "low") || bits.size() == kMaxStatusBits) {
     return Expected("status", value, "NAME:BIT or NAME:BIT:low, at most 8 of them; BIT is its number in the word");
   }
   bits.push_back({std::string(value.substr(0, first)), static_cast<int>(*place), active == "high", true});
@@ -118,12 +118,12 @@ std::string ReadStatus(std::string_view value, std::vector<StatusBit>& bits) {
 
 std::string ReadOne(std::string_view key, std::string_view value, Given& given, DecodeOptions& options) {
   if (key == "bits") {
-    given.bits = ParseWhole(value, 1, kMostPositionBits);
-    return given.bits ? "" : Expected(key, value, Range(1, kMostPositionBits, "single-turn bits"));
+    given.bits = ParseWhole(value, 1, kMaxPositionBits);
+    return given.bits ? "" : Expected(key, value, Range(1, kMaxPositionBits, "single-turn bits"));
   }
   if (key == "bit_count") {
-    const auto count = ParseWhole(value, 0, kMostFrameBits);
-    if (!count) return Expected(key, value, Range(0, kMostFrameBits, "bits of the frame"));
+    const auto count = ParseWhole(value, 0, kMaxFrameBits);
+    if (!count) return Expected(key, value, Range(0, kMaxFrameBits, "bits of the frame"));
     options.bit_count = static_cast<std::size_t>(*count);
     return {};
   }
@@ -145,14 +145,14 @@ std::string ReadOne(std::string_view key, std::string_view value, Given& given, 
 std::int64_t BitsOf(const Given& given, const DecodeOptions& options) {
   if (given.bits) return *given.bits;
   const auto count = static_cast<std::int64_t>(options.bit_count.value_or(0));
-  return std::clamp<std::int64_t>(count - given.turn_bits, 1, kMostPositionBits - given.turn_bits);
+  return std::clamp<std::int64_t>(count - given.turn_bits, 1, kMaxPositionBits - given.turn_bits);
 }
 
 std::string MakeFormat(const Given& given, DecodeOptions& options) {
   Format& format = options.format;
   const auto bits = static_cast<int>(BitsOf(given, options));
   const auto turn_bits = static_cast<int>(given.turn_bits);
-  if (turn_bits + bits > kMostPositionBits) return "turn_bits and bits: expected at most 32 together";
+  if (turn_bits + bits > kMaxPositionBits) return "turn_bits and bits: expected at most 32 together";
   const bool tree = given.tree == 1;
   if (tree && (turn_bits > kTreeTurnBits || bits > kTreeBits)) {
     return "format=tree25: expected turn_bits up to 12 and bits up to 13";
@@ -171,7 +171,7 @@ std::string MakeFormat(const Given& given, DecodeOptions& options) {
     return "word_bits=" + std::to_string(given.word_bits) + ": expected at least " + std::to_string(needed);
   }
   const auto length = static_cast<int>(std::max(needed, given.word_bits));
-  if (length > kMostWordBits) return "the word would have " + std::to_string(length) + " bits: expected at most 48";
+  if (length > kMaxWordBits) return "the word would have " + std::to_string(length) + " bits: expected at most 48";
   format.zeros <<= length - format.word_bits;
   format.word_bits = length;
   for (const StatusBit& bit : options.status_bits) format.zeros &= ~PlaceMask(format, bit.place, 1);

@@ -278,7 +278,7 @@ TEST(SsiDevice, ThereIsNothingToOrder) {
   SsiDevice device(config.buses[0], config.buses[0].devices[0], output);
   device.Begin({.id = {7}, .operation = "zero", .arguments = {}}, kSecond);
   ASSERT_EQ(output.outcomes.size(), 1U);
-  EXPECT_EQ(output.outcomes[0].second.state, OrderState::kRejected);
+  EXPECT_EQ(output.outcomes[0].second.state, CommandState::kRejected);
   EXPECT_EQ(output.outcomes[0].second.reason, command_status_t::REASON_UNKNOWN_OPERATION);
   EXPECT_FALSE(device.Cancel({7}, kSecond));
 }

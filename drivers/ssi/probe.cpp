@@ -13,8 +13,8 @@ namespace {
 constexpr int kTransfers = 32;
 constexpr std::size_t kTransferBytes = 8;  // the idle level, and 63 clocks: every word of 26 bits twice
 constexpr std::size_t kBits = 8 * kTransferBytes - 1;
-constexpr int kLeastWord = 10;
-constexpr int kMostWord = 26;  // SAA manual 4.1; TWK's tree has 25
+constexpr int kMinWord = 10;
+constexpr int kMaxWord = 26;  // SAA manual 4.1; TWK's tree has 25
 constexpr int kTreeWord = 25;
 constexpr std::size_t kVaried =
     3;  // words that tell a turning shaft: else a short pattern may look like a word again
@@ -36,7 +36,7 @@ bool Repeats(Bytes bytes, std::size_t period) {
 }  // namespace
 
 SsiProbe::SsiProbe() : transfer_(ClockedExchange(kTransferBytes, kTransferTimeout)) {
-  for (int bits = kLeastWord; bits <= kMostWord; ++bits) lengths_.push_back({.bits = bits});
+  for (int bits = kMinWord; bits <= kMaxWord; ++bits) lengths_.push_back({.bits = bits});
 }
 
 std::optional<AskingProbe::Question> SsiProbe::Ask() const {
@@ -82,7 +82,7 @@ ProbeHit SsiProbe::FindingOf(int bits, AfterWord after) const {
   if (tree) {
     finding.keys = {{"model", "twk"}, {"bits", "13"}, {"turn_bits", "12"}};
   } else {
-    finding.keys = {{"model", "saa"}, {"bits", std::to_string(std::max(bits, kLeastWord))}};
+    finding.keys = {{"model", "saa"}, {"bits", std::to_string(std::max(bits, kMinWord))}};
   }
   finding.check =
       "model, bits, turn_bits and code (binary or gray): a word of SSI does not tell them; see the label";
@@ -95,7 +95,7 @@ std::vector<ProbeHit> SsiProbe::Findings() const {
     if (length.repeats) return {FindingOf(length.bits, AfterWord::kWord)};
     if (length.zero_repeats) return {FindingOf(length.bits, AfterWord::kZeroThenWord)};
   }
-  if (last_one_ > kMostWord) return {};  // bits without an order: noise, or a clock that is wrong for it
+  if (last_one_ > kMaxWord) return {};  // bits without an order: noise, or a clock that is wrong for it
   return {FindingOf(last_one_, AfterWord::kZeros)};
 }
 

@@ -26,8 +26,8 @@ constexpr double kTwkMonoflopMaxUs = 25;
 // TWK's document gives no limit for the encoder's clock, nor a speed: ours.
 constexpr double kUsualMostHz = 1e6;
 constexpr double kUsualMaxRpm = 6'000;
-constexpr double kMostUs = 100'000;
-constexpr double kMostHz = 50e6;
+constexpr double kMaxUs = 100'000;
+constexpr double kMaxHz = 50e6;
 
 MonoNs FromUs(double us) { return std::llround(us * 1e3); }
 
@@ -49,8 +49,8 @@ void ParseMonoflop(ConfigMap& map, Maker maker, SsiBus& own) {
   const double min_usual = maker == Maker::kTwk ? kTwkMonoflopMinUs : 0;
   const double max_usual = maker == Maker::kTwk ? kTwkMonoflopMaxUs : kSaaPauseUs;
   ConfigMap monoflop = map.Map("monoflop_us");
-  const double min = monoflop.Number("min", min_usual, 0, kMostUs, "us");
-  const double max = monoflop.Number("max", std::max(max_usual, min), min, kMostUs, "us, at least min");
+  const double min = monoflop.Number("min", min_usual, 0, kMaxUs, "us");
+  const double max = monoflop.Number("max", std::max(max_usual, min), min, kMaxUs, "us, at least min");
   monoflop.Done();
   own.line.monoflop = FromUs(min);
   own.monoflop_max = FromUs(max);
@@ -58,7 +58,7 @@ void ParseMonoflop(ConfigMap& map, Maker maker, SsiBus& own) {
 
 void ParsePause(ConfigMap& map, SsiBus& own) {
   const double longest = static_cast<double>(own.monoflop_max) / 1e3;
-  const double pause = map.Number("pause_us", longest + 1, 0, kMostUs, "us");
+  const double pause = map.Number("pause_us", longest + 1, 0, kMaxUs, "us");
   own.pacing.after_reply = FromUs(pause);
   if (own.pacing.after_reply > own.monoflop_max) return;
   map.Error("pause_us", Text("%g is too short: the encoder takes the next clock for more of the old word until its "
@@ -73,8 +73,8 @@ void ParseCable(ConfigMap& map, Maker maker, SsiBus& own) {
   line.encoder_delay_ns = map.Number("encoder_delay_ns", line.encoder_delay_ns, 0, 100'000, "ns");
   line.receiver_delay_ns = map.Number("receiver_delay_ns", line.receiver_delay_ns, 0, 100'000, "ns");
   const bool saa = maker == Maker::kSaa;
-  line.least_hz = map.Number("min_clock_hz", saa ? kSaaLeastHz : 0, 0, kMostHz, "Hz");
-  line.most_hz = map.Number("max_clock_hz", saa ? kSaaMostHz : kUsualMostHz, 1, kMostHz, "Hz");
+  line.least_hz = map.Number("min_clock_hz", saa ? kSaaLeastHz : 0, 0, kMaxHz, "Hz");
+  line.most_hz = map.Number("max_clock_hz", saa ? kSaaMostHz : kUsualMostHz, 1, kMaxHz, "Hz");
 }
 
 std::string LowestText(const SsiBus& own) {

@@ -33,7 +33,7 @@ struct StatusBit {
   bool active_high = true;
   bool is_error = true;  // the position is not valid while it is active; false: a warning
 };
-inline constexpr std::size_t kMostStatusBits = 8;
+inline constexpr std::size_t kMaxStatusBits = 8;
 
 // The family's keys of one device.
 struct SsiSettings final : DeviceSettings {

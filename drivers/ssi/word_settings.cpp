@@ -10,7 +10,7 @@
 namespace axlecast::ssi {
 namespace {
 
-constexpr int kLeastPositionBits = 10;
+constexpr int kMinPositionBits = 10;
 constexpr int kSaaMostBits = 26;  // SAA manual 4.1: "10~26bit"
 // Neither the first word nor the tree has room for more: the names of alarms are cut at 24 bytes.
 constexpr std::size_t kLongestName = 24;
@@ -23,18 +23,18 @@ int ReadInt(ConfigMap& map, std::string_view key, int usual, int min, int max, s
 int ReadPlace(ConfigMap& map) {
   if (!map.Has("bit"))
     map.Error("bit", "is missing: its number in the data word, from 1, the first bit that is sent");
-  return ReadInt(map, "bit", 1, 1, kMostWordBits, "(from 1, the first bit that is sent)") - 1;
+  return ReadInt(map, "bit", 1, 1, kMaxWordBits, "(from 1, the first bit that is sent)") - 1;
 }
 
 void ParsePosition(ConfigMap& device, Maker maker, Format& format) {
   const bool saa = maker == Maker::kSaa;
   const bool tree = device.Choice("format", {"plain", "tree25"}, maker == Maker::kTwk ? 1 : 0) == 1;
   if (!device.Has("bits")) device.Error("bits", "is missing: single-turn bits, as on the encoder's label");
-  const int most = saa ? kSaaMostBits : tree ? kTreeBits : kMostPositionBits;
-  const int least = saa ? kLeastPositionBits : 2;
+  const int maximum = saa ? kSaaMostBits : tree ? kTreeBits : kMaxPositionBits;
+  const int minimum = saa ? kMinPositionBits : 2;
   const char* unit = tree ? "single-turn bits (13 in a word of 25; for more format: plain)" : "single-turn bits";
-  const int bits = ReadInt(device, "bits", std::min(12, most), least, most, unit);
-  const int most_turns = saa ? 0 : tree ? kTreeTurnBits : kMostPositionBits - bits;
+  const int bits = ReadInt(device, "bits", std::min(12, maximum), minimum, maximum, unit);
+  const int most_turns = saa ? 0 : tree ? kTreeTurnBits : kMaxPositionBits - bits;
   const int turn_bits =
       ReadInt(device, "turn_bits", 0, 0, most_turns, saa ? "(SAA encoders are single-turn)" : "multi-turn bits");
   if (tree) {
@@ -46,11 +46,11 @@ void ParsePosition(ConfigMap& device, Maker maker, Format& format) {
   }
   format.turn_bits = turn_bits;
   format.bits = bits;
-  format.first = ReadInt(device, "first_bit", 1, 1, kMostWordBits - turn_bits - bits + 1,
+  format.first = ReadInt(device, "first_bit", 1, 1, kMaxWordBits - turn_bits - bits + 1,
                          "(of the position in the word, from 1)") -
                  1;
   format.word_bits = format.first + turn_bits + bits;
-  if (turn_bits + bits < kLeastPositionBits) {
+  if (turn_bits + bits < kMinPositionBits) {
     device.Error("bits", Text("%d bits in all are too few: 10 to 32", turn_bits + bits));
   }
 }
@@ -69,7 +69,7 @@ void ParseCode(ConfigMap& device, Maker maker, Format& format) {
 void ParseRepeat(ConfigMap& device, Maker maker, Format& format) {
   const AfterWord usual = maker == Maker::kSaa ? AfterWord::kWord : AfterWord::kZeroThenWord;
   const std::size_t repeat = device.Choice("repeat", {"none", "one_zero", "no_gap"}, 0);
-  format.words = repeat == 0 ? 1 : ReadInt(device, "words", 2, 2, kMostWords, "words in one transfer");
+  format.words = repeat == 0 ? 1 : ReadInt(device, "words", 2, 2, kMaxWords, "words in one transfer");
   if (repeat == 0 && device.Has("words")) device.Error("words", "needs repeat: one_zero or no_gap");
   const AfterWord between = repeat == 1 ? AfterWord::kZeroThenWord : AfterWord::kWord;
 
@@ -134,7 +134,7 @@ void ParseStatus(ConfigMap& device, SsiSettings& settings) {
     map.Done();
     settings.status_bits.push_back(std::move(bit));
   }
-  if (settings.status_bits.size() > kMostStatusBits) {
+  if (settings.status_bits.size() > kMaxStatusBits) {
     device.Error("status_bits", Text("%zu are too many: at most 8", settings.status_bits.size()));
   }
   if (device.Has("parity")) {
@@ -146,7 +146,7 @@ void ParseStatus(ConfigMap& device, SsiSettings& settings) {
     map.Done();
   }
   Grow(format, last);
-  const int word_bits = ReadInt(device, "word_bits", format.word_bits, format.word_bits, kMostWordBits,
+  const int word_bits = ReadInt(device, "word_bits", format.word_bits, format.word_bits, kMaxWordBits,
                                 "bits, no fewer than position and status bits need");
   Grow(format, word_bits - 1);
   for (int place = 0; place < format.word_bits; ++place) {

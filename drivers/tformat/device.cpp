@@ -247,7 +247,7 @@ void TFormatDevice::ExpireIfLate(MonoNs now) {
 void TFormatDevice::Report(const Outcome& outcome) {
   output_.OnOutcome(order_, outcome);
   if (!outcome.IsFinal()) return;
-  all_first_ = all_first_ || (procedure_->exclusive() && outcome.state != OrderState::kSucceeded);
+  all_first_ = all_first_ || (procedure_->exclusive() && outcome.state != CommandState::kSucceeded);
   procedure_.reset();
   procedure_in_flight_ = false;
 }

@@ -40,9 +40,9 @@ class Machine {
     while (bench.now < end) RunStep(end);
   }
   // Until the order has its one outcome.
-  const Outcome& Finish(MonoNs most = 10 * kSecond) {
+  const Outcome& Finish(MonoNs maximum = 10 * kSecond) {
     const int before = bench.FinalOutcomes();
-    const MonoNs end = bench.now + most;
+    const MonoNs end = bench.now + maximum;
     while (bench.now < end && bench.FinalOutcomes() == before) RunStep(end);
     EXPECT_EQ(bench.FinalOutcomes(), before + 1);
     Run(100 * kMillisecond);
@@ -209,29 +209,29 @@ TEST(DeviceAgainstModel, PoweredOnAgainTheEncoderIsReadWhenItsStandbyIsOver) {
 TEST(DeviceAgainstModel, EachOperationHasItsEffectOnce) {
   Machine machine("{model: ts5669n127, eeprom_writable: [10, 11]}", "{start_deg: 63, start_turns: 4660}");
   machine.Run(200 * kMillisecond);
-  EXPECT_EQ(machine.Do("zero_single_turn").state, OrderState::kSucceeded);
+  EXPECT_EQ(machine.Do("zero_single_turn").state, CommandState::kSucceeded);
   EXPECT_EQ(machine.encoder().effects().zeroings, 1);
   EXPECT_EQ(machine.bench.output.jumps, 1);
   EXPECT_LT(
       std::min(machine.bench.output.samples.back().counts, 131'072 - machine.bench.output.samples.back().counts),
       128);
-  EXPECT_EQ(machine.Do("reset_turns_and_errors").state, OrderState::kSucceeded);
+  EXPECT_EQ(machine.Do("reset_turns_and_errors").state, CommandState::kSucceeded);
   EXPECT_EQ(machine.encoder().effects().turn_resets, 1);
   EXPECT_EQ(machine.bench.output.samples.back().turns, 0);
-  EXPECT_EQ(machine.Do("clear_errors").state, OrderState::kSucceeded);
+  EXPECT_EQ(machine.Do("clear_errors").state, CommandState::kSucceeded);
   EXPECT_EQ(machine.encoder().effects().error_clears, 1);
   EXPECT_EQ(machine.encoder().eeprom().wear(), 1) << "the zero";
-  EXPECT_EQ(machine.Do("eeprom_write", {{"address", "10"}, {"data", "A1 05"}}).state, OrderState::kSucceeded);
+  EXPECT_EQ(machine.Do("eeprom_write", {{"address", "10"}, {"data", "A1 05"}}).state, CommandState::kSucceeded);
   EXPECT_EQ(machine.encoder().eeprom().Read(10), 0xA1);
   EXPECT_EQ(machine.encoder().eeprom().Read(11), 0x05);
   EXPECT_EQ(machine.encoder().eeprom().wear(), 3);
   EXPECT_EQ(machine.bench.output.non_volatile_writes, 3);
-  EXPECT_EQ(machine.Do("eeprom_write", {{"address", "10"}, {"data", "A1 05"}}).state, OrderState::kSucceeded);
+  EXPECT_EQ(machine.Do("eeprom_write", {{"address", "10"}, {"data", "A1 05"}}).state, CommandState::kSucceeded);
   EXPECT_EQ(machine.encoder().eeprom().wear(), 3) << "cells that hold their value are not worn";
-  EXPECT_EQ(machine.Do("eeprom_backup").state, OrderState::kSucceeded);
-  EXPECT_EQ(machine.Do("read_all").state, OrderState::kSucceeded);
-  EXPECT_EQ(machine.Do("read_turns").state, OrderState::kSucceeded);
-  EXPECT_EQ(machine.Do("read_identity").state, OrderState::kSucceeded);
+  EXPECT_EQ(machine.Do("eeprom_backup").state, CommandState::kSucceeded);
+  EXPECT_EQ(machine.Do("read_all").state, CommandState::kSucceeded);
+  EXPECT_EQ(machine.Do("read_turns").state, CommandState::kSucceeded);
+  EXPECT_EQ(machine.Do("read_identity").state, CommandState::kSucceeded);
   EXPECT_EQ(machine.encoder().effects().zeroings, 1);
   EXPECT_EQ(machine.encoder().reset_counter().too_early(), 0);
   EXPECT_EQ(machine.encoder().reset_counter().broken(), 0);
@@ -256,7 +256,7 @@ TEST(DeviceAgainstModel, WearsTheMemoryAsOftenAsEachOperationSaysAndCountsEachWr
       if (argument.name == "address") arguments.emplace_back("address", "0");
       if (argument.name == "data") arguments.emplace_back("data", data);
     }
-    EXPECT_EQ(machine.Do(std::string(spec.name), arguments).state, OrderState::kSucceeded) << spec.name;
+    EXPECT_EQ(machine.Do(std::string(spec.name), arguments).state, CommandState::kSucceeded) << spec.name;
     const std::int32_t declared = spec.writes == nullptr ? 0 : spec.writes(arguments);
     EXPECT_EQ(declared, spec.name == kZeroSingleTurnName ? 1 : spec.name == kEepromWriteName ? 80 : 0);
     EXPECT_EQ(machine.encoder().eeprom().wear(), declared) << spec.name;
@@ -275,14 +275,14 @@ TEST(DeviceAgainstModel, TurningBetweenAnyTwoRequestsStopsTheSequence) {
     machine.Set("speed_rpm", "20");
     const Outcome outcome = machine.Finish();
     const bool done = machine.encoder().effects().zeroings > 0;
-    EXPECT_NE(outcome.state, OrderState::kIndeterminate);
-    if (outcome.state == OrderState::kRejected) {
+    EXPECT_NE(outcome.state, CommandState::kIndeterminate);
+    if (outcome.state == CommandState::kRejected) {
       EXPECT_FALSE(done) << after_ms;
       EXPECT_EQ(machine.bench.output.jumps, 0);
     } else {
       // Nine requests took 8 x 41 ms: the tenth goes out before its reply can show the motion.
       EXPECT_GE(after_ms, 328);
-      EXPECT_TRUE(tenth_sent || outcome.state == OrderState::kFailed);
+      EXPECT_TRUE(tenth_sent || outcome.state == CommandState::kFailed);
     }
   }
 }
@@ -300,7 +300,7 @@ TEST(DeviceAgainstModel, ASequenceThatADeadProcessLeftIsNotCompleted) {
   machine.Run(200 * kMillisecond);
   EXPECT_EQ(machine.encoder().reset_counter().count(), 0);
   EXPECT_EQ(machine.encoder().effects().turn_resets, 0);
-  EXPECT_EQ(machine.Do("reset_turns_and_errors").state, OrderState::kSucceeded);
+  EXPECT_EQ(machine.Do("reset_turns_and_errors").state, CommandState::kSucceeded);
   EXPECT_EQ(machine.encoder().effects().turn_resets, 1);
 }
 
@@ -315,16 +315,16 @@ TEST(DeviceAgainstModel, AlarmsComeAndGoWithTheirCause) {
   machine.Run(100 * kMillisecond);
   EXPECT_TRUE(machine.bench.output.Present("battery_error"));
   EXPECT_EQ(machine.bench.output.references_lost, 1);
-  EXPECT_EQ(machine.Do("reset_turns_and_errors").state, OrderState::kFailed) << "the battery is still dead";
+  EXPECT_EQ(machine.Do("reset_turns_and_errors").state, CommandState::kFailed) << "the battery is still dead";
   EXPECT_EQ(machine.bench.output.references_restored, 0);
   machine.Set("battery_v", "3.6");
   machine.Run(100 * kMillisecond);
   EXPECT_FALSE(machine.bench.output.Present("battery_alarm"));
   EXPECT_TRUE(machine.bench.output.Present("battery_error")) << "latched";
-  EXPECT_EQ(machine.Do("clear_errors").state, OrderState::kSucceeded);
+  EXPECT_EQ(machine.Do("clear_errors").state, CommandState::kSucceeded);
   EXPECT_FALSE(machine.bench.output.Present("battery_error"));
   EXPECT_EQ(machine.bench.output.references_restored, 0);
-  EXPECT_EQ(machine.Do("reset_turns_and_errors").state, OrderState::kSucceeded);
+  EXPECT_EQ(machine.Do("reset_turns_and_errors").state, CommandState::kSucceeded);
   EXPECT_EQ(machine.bench.output.references_restored, 1);
 }
 
@@ -360,18 +360,18 @@ TEST(DeviceAgainstModel, OnABadLineEveryOutcomeIsTruthful) {
       machine.Set("fault", words.substr(0, space) + ":" + words.substr(space + 1));
       const Outcome reset = machine.Do("reset_turns_and_errors");
       const bool done = machine.encoder().effects().turn_resets == 1;
-      if (reset.state == OrderState::kSucceeded) {
+      if (reset.state == CommandState::kSucceeded) {
         EXPECT_TRUE(done) << reset.text;
       }
-      if (reset.state == OrderState::kRejected) {
+      if (reset.state == CommandState::kRejected) {
         EXPECT_FALSE(done) << reset.text;
       }
       if (reset.text.find("nothing was done") != std::string::npos) {
         EXPECT_FALSE(done) << reset.text;
       }
-      succeeded += reset.state == OrderState::kSucceeded ? 1 : 0;
+      succeeded += reset.state == CommandState::kSucceeded ? 1 : 0;
       const Outcome write = machine.Do("eeprom_write", {{"address", "10"}, {"data", "A1 05"}});
-      if (write.state == OrderState::kSucceeded) {
+      if (write.state == CommandState::kSucceeded) {
         EXPECT_EQ(machine.encoder().eeprom().Read(10), 0xA1);
         EXPECT_EQ(machine.encoder().eeprom().Read(11), 0x05);
       }

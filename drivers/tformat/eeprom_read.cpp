@@ -18,14 +18,14 @@ std::optional<Outcome> EepromRead::OnAnswer(const Answer& answer, MonoNs end) {
     case CellReader::Progress::kGoing:
       return std::nullopt;
     case CellReader::Progress::kFailed:
-      return Final(OrderState::kFailed, command_status_t::REASON_NO_REPLY, reader_.Failure());
+      return Final(CommandState::kFailed, command_status_t::REASON_NO_REPLY, reader_.Failure());
     default:
       return Done();
   }
 }
 
 Outcome EepromRead::OnLinkLost() const {
-  return Final(OrderState::kFailed, command_status_t::REASON_NO_REPLY,
+  return Final(CommandState::kFailed, command_status_t::REASON_NO_REPLY,
                Text("the link was lost before EEPROM address %zu was read", reader_.next()));
 }
 

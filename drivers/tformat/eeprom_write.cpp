@@ -40,7 +40,7 @@ std::optional<Outcome> EepromWrite::OnAnswer(const Answer& answer, MonoNs end) {
 std::optional<Outcome> EepromWrite::OnBackup(const Answer& answer, MonoNs end) {
   const CellReader::Progress progress = reader_.OnAnswer(answer, end, backup_);
   if (progress == CellReader::Progress::kFailed) {
-    return Final(OrderState::kFailed, Reason::REASON_NO_REPLY,
+    return Final(CommandState::kFailed, Reason::REASON_NO_REPLY,
                  "nothing was written: no backup first, " + reader_.Failure());
   }
   if (progress == CellReader::Progress::kGoing) return std::nullopt;
@@ -55,7 +55,7 @@ std::optional<Outcome> EepromWrite::OnWritten(const Answer& answer, MonoNs end) 
     due_ = busy ? end + kBusyPause : 0;
     ++(busy ? busy_ : misunderstood_);
     if (busy_ < kBusyTimes && misunderstood_ < kTries) return std::nullopt;
-    return WithChanges(Final(OrderState::kFailed, Reason::REASON_DEVICE_REFUSED,
+    return WithChanges(Final(CommandState::kFailed, Reason::REASON_DEVICE_REFUSED,
                              Text("the encoder did not take the write to EEPROM %zu (%s): ", cell(),
                                   busy ? "busy" : ErrorName(*answer.error)) +
                                  Cells()));
@@ -79,7 +79,7 @@ std::optional<Outcome> EepromWrite::OnReadBack(const Answer& answer, MonoNs end)
   ++writes_;
   if (now_[cell()] != data_[done_]) {
     return WithChanges(
-        Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+        Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
               Text("EEPROM %zu reads %02X, not %02X%s: %s", cell(), unsigned{now_[cell()]}, unsigned{data_[done_]},
                    reply_lost_ ? ", the write's reply was lost" : "", Cells().c_str())));
   }
@@ -108,17 +108,17 @@ std::optional<Outcome> EepromWrite::NextCell() {
 
 Outcome EepromWrite::NotReadBack() const {
   const char* known = reply_lost_ ? "was sent, its reply was lost" : "was accepted";
-  return WithChanges(Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+  return WithChanges(Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
                            Text("the write to EEPROM %zu %s, but is not known to be done: %s; %s", cell(), known,
                                 reader_.Failure().c_str(), Cells().c_str())));
 }
 
 Outcome EepromWrite::OnLinkLost() const {
   if (in_doubt_) {
-    return WithChanges(Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+    return WithChanges(Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
                              Text("the link was lost before EEPROM %zu could be read back: ", cell()) + Cells()));
   }
-  const Outcome outcome = Final(OrderState::kFailed, Reason::REASON_NO_REPLY, "the link was lost: " + Cells());
+  const Outcome outcome = Final(CommandState::kFailed, Reason::REASON_NO_REPLY, "the link was lost: " + Cells());
   return stage_ == Stage::kBackup ? outcome : WithChanges(outcome);
 }
 
@@ -144,7 +144,7 @@ Outcome EepromWrite::WithChanges(Outcome outcome) const {
   constexpr std::size_t kRowsBesideTheFinding = 3;
   std::size_t first = 0;
   std::size_t rows = kEepromCells / kRow;
-  if (outcome.state == OrderState::kRunning || outcome.state == OrderState::kIndeterminate) {
+  if (outcome.state == CommandState::kRunning || outcome.state == CommandState::kIndeterminate) {
     first = address_ / kRow;
     rows = std::min((address_ + data_.size() - 1) / kRow + 1 - first, kRowsBesideTheFinding);
   }

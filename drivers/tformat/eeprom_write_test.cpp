@@ -50,7 +50,7 @@ TEST(EepromWrite, BacksUpWritesEachCellOnceAndReadsItBack) {
   Wait(bench);
   bench.Give(ReadRequest(12), Cell(12, 0x05), false);
   const Outcome& outcome = bench.Last();
-  EXPECT_EQ(outcome.state, OrderState::kSucceeded);
+  EXPECT_EQ(outcome.state, CommandState::kSucceeded);
   EXPECT_TRUE(outcome.verified);
   EXPECT_EQ(bench.output.non_volatile_writes, 2);
   ASSERT_EQ(outcome.changes.size(), 4u);
@@ -76,7 +76,7 @@ TEST(EepromWrite, IsDeniedForCellsThatTheConfigurationDoesNotList) {
     DeviceFixture bench(kWritable);
     bench.GoOnline();
     bench.Begin("eeprom_write", {{"address", address}, {"data", data}});
-    EXPECT_EQ(bench.Last().state, OrderState::kRejected);
+    EXPECT_EQ(bench.Last().state, CommandState::kRejected);
     EXPECT_EQ(bench.Last().reason, Reason::REASON_NOT_PERMITTED);
     EXPECT_NE(bench.Last().text.find("eeprom_writable"), std::string::npos);
   }
@@ -95,7 +95,7 @@ TEST(EepromWrite, RefusesBadArguments) {
     bench.GoOnline();
     bench.Begin("eeprom_write", arguments);
     EXPECT_EQ(bench.Last().reason, Reason::REASON_BAD_ARGUMENT);
-    EXPECT_EQ(bench.Last().state, OrderState::kRejected);
+    EXPECT_EQ(bench.Last().state, CommandState::kRejected);
   }
 }
 
@@ -115,7 +115,7 @@ TEST(EepromWrite, SendsABusyOrMisunderstoodRequestAgain) {
   bench.Give(ReadRequest(10), CellBusy(10), false);
   Wait(bench);
   bench.Give(ReadRequest(10), Cell(10, 0xA1), false);
-  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Last().state, CommandState::kSucceeded);
 }
 
 TEST(EepromWrite, FailsWhenTheEncoderNeverTakesIt) {
@@ -128,7 +128,7 @@ TEST(EepromWrite, FailsWhenTheEncoderNeverTakesIt) {
       Wait(bench);
       bench.Give(WriteRequest(10, 0xA1), busy ? WriteBusy(10) : All(), false);
     }
-    EXPECT_EQ(bench.Last().state, OrderState::kFailed);
+    EXPECT_EQ(bench.Last().state, CommandState::kFailed);
     EXPECT_EQ(bench.Last().reason, Reason::REASON_DEVICE_REFUSED);
     EXPECT_EQ(bench.output.non_volatile_writes, 0);
   }
@@ -149,7 +149,7 @@ TEST(EepromWrite, AnAcceptedWriteOfABusyEepromIsNotCalledWritten) {
     bench.Give(ReadRequest(11), CellBusy(11), false);
   }
   const Outcome& outcome = bench.Last();
-  EXPECT_EQ(outcome.state, OrderState::kIndeterminate);
+  EXPECT_EQ(outcome.state, CommandState::kIndeterminate);
   EXPECT_FALSE(outcome.verified);
   EXPECT_NE(outcome.text.find("write to EEPROM 11 was accepted, but is not known to be done"), std::string::npos)
       << outcome.text;
@@ -170,7 +170,7 @@ TEST(EepromWrite, FailsWhenTheCellReadsDifferently) {
   bench.Give(WriteRequest(10, 0xA1), WriteRequest(10, 0xA1), false);
   Wait(bench);
   bench.Give(ReadRequest(10), Cell(10, 0x0A), false);
-  EXPECT_EQ(bench.Last().state, OrderState::kFailed);
+  EXPECT_EQ(bench.Last().state, CommandState::kFailed);
   EXPECT_EQ(bench.Last().reason, Reason::REASON_READ_BACK_DIFFERS);
   EXPECT_TRUE(bench.IsIdle(false)) << "the next cell is not touched";
 }
@@ -186,7 +186,7 @@ TEST(EepromWrite, NeverRepeatsAWriteWhoseReplyIsLost) {
     bench.PassSilence();
     Wait(bench);
     bench.Give(ReadRequest(10), Cell(10, written ? 0xA1 : 0x0A), false);
-    EXPECT_EQ(bench.Last().state, written ? OrderState::kSucceeded : OrderState::kFailed);
+    EXPECT_EQ(bench.Last().state, written ? CommandState::kSucceeded : CommandState::kFailed);
   }
 }
 
@@ -198,7 +198,7 @@ TEST(EepromWrite, WritesNothingWithoutABackup) {
     bench.Give(ReadRequest(0), {}, false);
     bench.PassSilence();
   }
-  EXPECT_EQ(bench.Last().state, OrderState::kFailed);
+  EXPECT_EQ(bench.Last().state, CommandState::kFailed);
   EXPECT_NE(bench.Last().text.find("nothing was written"), std::string::npos);
 }
 
@@ -208,7 +208,7 @@ TEST(EepromWrite, OnALostLinkItDependsOnTheWrite) {
   before.Begin("eeprom_write", {{"address", "10"}, {"data", "A1"}});
   EXPECT_EQ(before.output.outcomes.size(), 0u);
   before.LinkDown();
-  EXPECT_EQ(before.Last().state, OrderState::kFailed);
+  EXPECT_EQ(before.Last().state, CommandState::kFailed);
 
   DeviceFixture bench(kWritable);
   bench.GoOnline();
@@ -218,7 +218,7 @@ TEST(EepromWrite, OnALostLinkItDependsOnTheWrite) {
   EXPECT_FALSE(bench.device->Cancel({1, 2, 3}, bench.now));
   EXPECT_EQ(bench.output.non_volatile_writes, 0);
   bench.LinkDown();
-  EXPECT_EQ(bench.Last().state, OrderState::kIndeterminate);
+  EXPECT_EQ(bench.Last().state, CommandState::kIndeterminate);
   EXPECT_EQ(bench.output.non_volatile_writes, 1) << "it may have been taken";
 }
 
@@ -233,7 +233,7 @@ TEST(EepromWrite, IsIndeterminateWhenTheCellCannotBeReadBack) {
     bench.Give(ReadRequest(10), {}, false);
     bench.PassSilence();
   }
-  EXPECT_EQ(bench.Last().state, OrderState::kIndeterminate);
+  EXPECT_EQ(bench.Last().state, CommandState::kIndeterminate);
 }
 
 TEST(EepromRead, ShowsTwentyCellsToAChange) {
@@ -241,7 +241,7 @@ TEST(EepromRead, ShowsTwentyCellsToAChange) {
   bench.GoOnline();
   bench.Begin("eeprom_backup");
   Backup(bench);
-  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Last().state, CommandState::kSucceeded);
   ASSERT_EQ(bench.Last().changes.size(), 4u);
   EXPECT_EQ(bench.Last().changes[1].key, "eeprom_20");
   EXPECT_EQ(bench.Last().changes[1].after, "14 15 16 17 18 19 1A 1B 1C 1D 1E 1F 20 21 22 23 24 25 26 27");
@@ -275,7 +275,7 @@ TEST(EepromRead, EndsWhenTheCellStaysBusyOrUnread) {
     Wait(bench);
     bench.Give(ReadRequest(0), CellBusy(0), false);
   }
-  EXPECT_EQ(bench.Last().state, OrderState::kFailed);
+  EXPECT_EQ(bench.Last().state, CommandState::kFailed);
   EXPECT_EQ(bench.Last().reason, command_status_t::REASON_NO_REPLY) << "the bridge looks again";
   EXPECT_NE(bench.Last().text.find("busy"), std::string::npos);
 }

@@ -31,7 +31,7 @@ TEST(Operations, ReadoutsShowWhatTheEncoderSays) {
   bench.GoOnline();
   bench.Begin("read_all");
   bench.Give(kId3, All({.single_turn = 42405, .turns = 34952, .alarms = 0x80, .status = 0x20}), false);
-  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Last().state, CommandState::kSucceeded);
   EXPECT_NE(bench.Last().text.find("42405"), std::string::npos);
   EXPECT_NE(bench.Last().text.find("34952"), std::string::npos);
   EXPECT_NE(bench.Last().text.find("0x80 BA"), std::string::npos);
@@ -55,7 +55,7 @@ TEST(Operations, AReadoutIsRepeatedTwiceThenFails) {
     bench.Give(kId1, {0x8A}, false);
     bench.PassSilence();
   }
-  EXPECT_EQ(bench.Last().state, OrderState::kFailed);
+  EXPECT_EQ(bench.Last().state, CommandState::kFailed);
   EXPECT_EQ(bench.Last().reason, Reason::REASON_NO_REPLY);
 }
 
@@ -95,7 +95,7 @@ TEST(Operations, AreRejectedWhenTheEncoderIsNotThere) {
   bench.LinkUp();
   bench.Begin("read_all");
   EXPECT_EQ(bench.Last().reason, Reason::REASON_DEVICE_OFFLINE);
-  EXPECT_EQ(bench.Last().state, OrderState::kRejected);
+  EXPECT_EQ(bench.Last().state, CommandState::kRejected);
 }
 
 TEST(Operations, OnlyReadingsAreDoneOnAnotherEncoder) {
@@ -109,7 +109,7 @@ TEST(Operations, OnlyReadingsAreDoneOnAnotherEncoder) {
   }
   bench.Begin("read_identity");
   bench.Give(kId2, Checked({0x92, 0x00, 0x17}), false);
-  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Last().state, CommandState::kSucceeded);
 }
 
 TEST(Operations, WaitForTheIdentityTag) {
@@ -118,7 +118,7 @@ TEST(Operations, WaitForTheIdentityTag) {
   bench.PassSilence();
   bench.Give(kId3, All());
   bench.Begin("clear_errors");
-  EXPECT_EQ(bench.Last().state, OrderState::kRejected);
+  EXPECT_EQ(bench.Last().state, CommandState::kRejected);
   EXPECT_EQ(bench.Last().reason, Reason::REASON_DEVICE_OFFLINE);
 }
 
@@ -153,9 +153,9 @@ TEST(Operations, OneAtATimeAndOnlyInTime) {
   bench.Begin("read_turns");
   EXPECT_EQ(bench.Last().reason, Reason::REASON_BUSY);
   bench.Give(kId3, All(), false);
-  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Last().state, CommandState::kSucceeded);
   bench.Begin("read_all", {}, bench.now - 1);
-  EXPECT_EQ(bench.Last().state, OrderState::kExpired);
+  EXPECT_EQ(bench.Last().state, CommandState::kExpired);
 }
 
 TEST(Operations, ExpireWhenTheLineStaysUnclear) {
@@ -165,7 +165,7 @@ TEST(Operations, ExpireWhenTheLineStaysUnclear) {
   bench.Begin("zero_single_turn", {}, bench.now + 1 * kMillisecond);
   bench.now += 10 * kMillisecond;
   bench.PassSilence();
-  EXPECT_EQ(bench.Last().state, OrderState::kExpired);
+  EXPECT_EQ(bench.Last().state, CommandState::kExpired);
   EXPECT_EQ(bench.FinalOutcomes(), 1);
   EXPECT_TRUE(bench.IsIdle(false));
 }

@@ -22,7 +22,7 @@ std::optional<Outcome> Readout::OnAnswer(const Answer& answer, MonoNs end) {
   const bool identity = id_ == DataId::kEncoderId && answer.error == ErrorKind::kWrongIdentity;
   if (!answer.ok() && !identity) {
     if (++failures_ < kTries) return std::nullopt;
-    return Final(OrderState::kFailed, command_status_t::REASON_NO_REPLY,
+    return Final(CommandState::kFailed, command_status_t::REASON_NO_REPLY,
                  Text("the reading failed %d times (%s)", failures_, ErrorName(*answer.error)));
   }
   end_ = end;
@@ -30,7 +30,8 @@ std::optional<Outcome> Readout::OnAnswer(const Answer& answer, MonoNs end) {
 }
 
 Outcome Readout::OnLinkLost() const {
-  return Final(OrderState::kFailed, command_status_t::REASON_NO_REPLY, "the link was lost before the reading came");
+  return Final(CommandState::kFailed, command_status_t::REASON_NO_REPLY,
+               "the link was lost before the reading came");
 }
 
 Outcome Readout::Show(const Reply& reply) const {

@@ -25,7 +25,7 @@ TEST(ResetInterrupted, StopsBetweenAnyTwoRequestsWhenTheShaftBeginsToTurn) {
     bench.output.motion = [](MonoNs) { return Motion{.known = true, .standstill = false, .speed_rpm = 3}; };
     bench.requests.clear();
     bench.Give(kId3, All());
-    EXPECT_EQ(bench.Last().state, OrderState::kRejected);
+    EXPECT_EQ(bench.Last().state, CommandState::kRejected);
     EXPECT_EQ(bench.Last().reason,
               sent == 0 ? Reason::REASON_NOT_STANDING_STILL + 0 : Reason::REASON_MOVED_DURING_SEQUENCE + 0);
     EXPECT_NE(bench.Last().text.find(Text("after %d of 10", sent)), std::string::npos) << bench.Last().text;
@@ -44,7 +44,7 @@ TEST(ResetInterrupted, StopsWhenTheShaftHasCreptTooFar) {
   bench.GiveResets(kIdC, 4, (131'000 + kTolerance) % 131'072);
   bench.PassIdle();
   bench.Give(kIdC, Short(kIdC, (131'000 + kTolerance + 1) % 131'072));
-  EXPECT_EQ(bench.Last().state, OrderState::kRejected);
+  EXPECT_EQ(bench.Last().state, CommandState::kRejected);
   EXPECT_EQ(bench.Last().reason, Reason::REASON_MOVED_DURING_SEQUENCE);
   EXPECT_NE(bench.Last().text.find("0.35"), std::string::npos);
   EXPECT_EQ(bench.Offered(false), kId3) << "nobody may complete this sequence";
@@ -64,7 +64,7 @@ TEST(ResetInterrupted, ALostReplyBeforeTheTenthEndsTheSequenceWithoutEffect) {
     bench.GiveResets(kId8, 8);
     bench.PassIdle();
     bench.Give(kId8, reply);
-    EXPECT_EQ(bench.Last().state, OrderState::kFailed);
+    EXPECT_EQ(bench.Last().state, CommandState::kFailed);
     EXPECT_EQ(bench.Last().reason, reason);
     EXPECT_NE(bench.Last().text.find("nothing was done, stopped after 9 of 10"), std::string::npos);
     if (bench.IsSilence()) bench.PassSilence();
@@ -91,7 +91,7 @@ TEST(ResetInterrupted, ARequestAnsweredWithACommunicationAlarmIsSentAgain) {
       bench.GiveResets(kId8, 10 - before);
       bench.PassIdle();
       bench.Give(kId3, All({.single_turn = 0}));
-      EXPECT_EQ(bench.Last().state, OrderState::kSucceeded) << before << ": " << bench.Last().text;
+      EXPECT_EQ(bench.Last().state, CommandState::kSucceeded) << before << ": " << bench.Last().text;
       ASSERT_EQ(bench.requests.size(), 12u);
       for (std::size_t i = 1; i <= 10; ++i) {
         EXPECT_EQ(bench.requests[i].second, kId8);
@@ -113,7 +113,7 @@ TEST(ResetInterrupted, TooManyCommunicationAlarmsEndTheSequence) {
     bench.PassIdle();
     bench.Give(kId8, All({.status = 0x40}));
   }
-  EXPECT_EQ(bench.Last().state, OrderState::kFailed);
+  EXPECT_EQ(bench.Last().state, CommandState::kFailed);
   EXPECT_EQ(bench.Last().reason, Reason::REASON_DEVICE_REFUSED);
   EXPECT_NE(bench.Last().text.find("nothing was done, stopped after 8 of 10"), std::string::npos)
       << bench.Last().text;
@@ -150,7 +150,7 @@ TEST(ResetInterrupted, FromTenRequestsOnAReadingDecides) {
   EXPECT_EQ(bench.FinalOutcomes(), 0) << bench.Last().text;
   bench.PassIdle();
   bench.Give(kId3, All({.single_turn = 3}));
-  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded) << bench.Last().text;
+  EXPECT_EQ(bench.Last().state, CommandState::kSucceeded) << bench.Last().text;
 }
 
 TEST(ResetInterrupted, ALostTenthReplyIsDecidedByReadingBack) {
@@ -166,7 +166,7 @@ TEST(ResetInterrupted, ALostTenthReplyIsDecidedByReadingBack) {
     bench.PassSilence();
     bench.PassIdle();
     bench.Give(kId3, All({.single_turn = effect ? 0U : 42405U}));
-    EXPECT_EQ(bench.Last().state, effect ? OrderState::kSucceeded : OrderState::kFailed);
+    EXPECT_EQ(bench.Last().state, effect ? CommandState::kSucceeded : CommandState::kFailed);
     EXPECT_NE(bench.Last().text.find("tenth reply was lost"), std::string::npos);
     EXPECT_EQ(bench.output.non_volatile_writes, 1) << "it may have been written";
   }
@@ -183,7 +183,7 @@ TEST(ResetInterrupted, IsIndeterminateWhenTheEffectCannotBeRead) {
     bench.Give(kId3, {});
     bench.PassSilence();
   }
-  EXPECT_EQ(bench.Last().state, OrderState::kIndeterminate);
+  EXPECT_EQ(bench.Last().state, CommandState::kIndeterminate);
   EXPECT_EQ(bench.Last().reason, Reason::REASON_NO_REPLY);
   EXPECT_EQ(bench.output.jumps, 0);
   bench.now += kSecond;
@@ -206,7 +206,7 @@ TEST(ResetInterrupted, OnALostLinkItDependsOnTheTenthRequest) {
       }
       bench.LinkDown();
       const bool maybe = sent + (in_flight ? 1 : 0) >= 10;
-      EXPECT_EQ(bench.Last().state, maybe ? OrderState::kIndeterminate : OrderState::kFailed);
+      EXPECT_EQ(bench.Last().state, maybe ? CommandState::kIndeterminate : CommandState::kFailed);
       EXPECT_EQ(bench.Last().reason, Reason::REASON_NO_REPLY);
       bench.LinkUp();
       bench.PassSilence();
@@ -246,7 +246,7 @@ TEST(ResetInterrupted, IsRejectedWhenTheReadingBeforeFails) {
     bench.Give(kId3, {}, false);
     bench.PassSilence();
   }
-  EXPECT_EQ(bench.Last().state, OrderState::kRejected);
+  EXPECT_EQ(bench.Last().state, CommandState::kRejected);
   EXPECT_EQ(bench.Last().reason, Reason::REASON_NO_REPLY);
 }
 
@@ -275,7 +275,7 @@ TEST(ResetInterrupted, KeepsSilenceAfterStrayBytesBetweenTwoRequests) {
   bench.GiveResets(kId8, 7);
   bench.PassIdle();
   bench.Give(kId3, All({.single_turn = 0}));
-  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Last().state, CommandState::kSucceeded);
 }
 
 }  // namespace

@@ -60,7 +60,7 @@ std::optional<Outcome> ResetProcedure::OnAnswer(const Answer& answer, MonoNs end
 std::optional<Outcome> ResetProcedure::OnBefore(const Answer& answer) {
   if (!answer.ok()) {
     if (++failed_reads_ < kReadsBefore) return std::nullopt;
-    return Final(OrderState::kRejected, Reason::REASON_NO_REPLY,
+    return Final(CommandState::kRejected, Reason::REASON_NO_REPLY,
                  Text("nothing was done: the reading before the sequence failed %d times (%s)", failed_reads_,
                       ErrorName(*answer.error)));
   }
@@ -114,7 +114,7 @@ std::optional<Outcome> ResetProcedure::OnVerified(const Answer& answer) {
   if (answer.ok()) return Judge(answer.reply);
   if (++failed_reads_ < kReadsBefore + kReadsAfter) return std::nullopt;
   return WithFindingBefore(
-      Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+      Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
             Text("all %d requests were sent, but the reading that shows their effect failed (%s): read_all when "
                  "the encoder answers again",
                  kResetTimes, ErrorName(*answer.error))),
@@ -125,14 +125,14 @@ Outcome ResetProcedure::NotAtRest(const Motion& motion) const {
   const bool begun = sent_ + alarmed_ > 0;
   std::int32_t reason = Reason::REASON_NOT_STANDING_STILL;
   if (begun && motion.known) reason = Reason::REASON_MOVED_DURING_SEQUENCE;
-  return Final(OrderState::kRejected, reason,
+  return Final(CommandState::kRejected, reason,
                Text("nothing was done, stopped after %d of %d requests: ", sent_ + alarmed_, kResetTimes) +
                    MotionText(motion));
 }
 
 Outcome ResetProcedure::Moved(std::int64_t counts) const {
   return Final(
-      OrderState::kRejected, Reason::REASON_MOVED_DURING_SEQUENCE,
+      CommandState::kRejected, Reason::REASON_MOVED_DURING_SEQUENCE,
       Text("nothing was done, stopped after %d of %d requests: the shaft moved %.3f deg since the first, at "
            "most %.2f are allowed; hold the axis",
            sent_ + alarmed_, kResetTimes, Degrees(counts, settings_.format.single_turn_bits), kZeroToleranceDeg));
@@ -142,7 +142,7 @@ Outcome ResetProcedure::Unanswered(const Answer& answer) const {
   std::int32_t reason = Reason::REASON_NO_REPLY;
   if (answer.not_taken) reason = Reason::REASON_DEVICE_REFUSED;
   return Final(
-      OrderState::kFailed, reason,
+      CommandState::kFailed, reason,
       Text("nothing was done, stopped after %d of %d requests: the reply to the last one was no good (%s); "
            "check the line and repeat",
            sent_ + alarmed_, kResetTimes, ErrorName(*answer.error)));
@@ -152,12 +152,12 @@ Outcome ResetProcedure::OnLinkLost() const {
   const int possible = sent_ + alarmed_ + (in_flight_ ? 1 : 0);
   if (possible >= kResetTimes) {
     return WithFindingBefore(
-        Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+        Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
               "the link was lost after the tenth request and before its effect could be read: read_all when the "
               "link is back"),
         SameBefore());
   }
-  return Final(OrderState::kFailed, Reason::REASON_NO_REPLY,
+  return Final(CommandState::kFailed, Reason::REASON_NO_REPLY,
                Text("nothing was done: the link was lost after %d of %d requests", possible, kResetTimes));
 }
 
@@ -198,7 +198,7 @@ Outcome ResetProcedure::JudgeZero(const Reply& after) const {
   Outcome outcome =
       IsZero(after, settings_)
           ? Fitting(Text("single-turn was %.3f deg and reads %.3f deg (0 +- %.2f)", was, is, kZeroToleranceDeg))
-          : Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+          : Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                   Text("single-turn was %.3f deg and reads %.3f deg, not 0 +- %.2f", was, is, kZeroToleranceDeg) +
                       Lost() + ": hold the axis, repeat");
   outcome.changes.push_back(
@@ -217,7 +217,7 @@ Outcome ResetProcedure::JudgeTurns(const Reply& after) const {
            AlarmText(*before_.alarms).c_str(), AlarmText(*after.alarms).c_str());
   const bool done = TurnsAreReset(after, settings_) && StillLatched(after) == 0;
   Outcome outcome = done ? Fitting(turns)
-                         : Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+                         : Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                                  turns + Lost() + ": see the alarms' actions, hold the axis, repeat");
   outcome.changes.push_back({"turns", std::to_string(*before_.multi_turn), std::to_string(*after.multi_turn)});
   outcome.changes.push_back({"alarms", AlarmText(*before_.alarms), AlarmText(*after.alarms)});
@@ -232,7 +232,7 @@ Outcome ResetProcedure::JudgeErrors(const Reply& after) const {
       (*after.alarms & ~latched) != 0 ? ": what is left is live and clears itself with its cause" : "";
   Outcome outcome = latched == 0
                         ? Fitting(alarms + live)
-                        : Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+                        : Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                                 alarms + Lost() + ": still set " + AlarmText(latched) + ", remove its cause");
   outcome.changes.push_back({"alarms", AlarmText(*before_.alarms), AlarmText(*after.alarms)});
   return outcome;

@@ -26,7 +26,7 @@ TEST(ResetProcedure, ZeroesAndVerifies) {
   EXPECT_EQ(bench.FinalOutcomes(), 0);
   const std::size_t samples = bench.output.samples.size();
   bench.Give(kId3, All({.single_turn = 131'060}));
-  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Last().state, CommandState::kSucceeded);
   EXPECT_TRUE(bench.Last().verified);
   EXPECT_EQ(bench.FinalOutcomes(), 1);
   ASSERT_EQ(bench.Last().changes.size(), 1u);
@@ -61,7 +61,7 @@ TEST(ResetProcedure, SendsTenRequestsAtLeast40MsApartAndNothingInBetween) {
       EXPECT_LT(bench.requests[i].first - bench.requests[i - 1].first, 45 * kMillisecond);
     }
     EXPECT_EQ(bench.requests[11].second, kId3);
-    EXPECT_EQ(bench.Last().state, OrderState::kSucceeded) << operation << ": " << bench.Last().text;
+    EXPECT_EQ(bench.Last().state, CommandState::kSucceeded) << operation << ": " << bench.Last().text;
   }
 }
 
@@ -85,7 +85,7 @@ TEST(ResetProcedure, FailsWhenTheReadBackIsNotZero) {
     bench.GiveResets(kId8, 10);
     bench.PassIdle();
     bench.Give(kId3, All({.single_turn = reads}));
-    EXPECT_EQ(bench.Last().state, OrderState::kFailed);
+    EXPECT_EQ(bench.Last().state, CommandState::kFailed);
     EXPECT_EQ(bench.Last().reason, Reason::REASON_READ_BACK_DIFFERS);
     EXPECT_FALSE(bench.Last().verified);
     EXPECT_EQ(bench.Last().changes.at(0).after, std::to_string(reads));
@@ -98,7 +98,7 @@ TEST(ResetProcedure, IsRejectedWhileTheShaftTurns) {
     bench.GoOnline();
     bench.output.motion = [](MonoNs) { return Motion{.known = true, .standstill = false, .speed_rpm = 12.5}; };
     bench.Begin(operation);
-    EXPECT_EQ(bench.Last().state, OrderState::kRejected);
+    EXPECT_EQ(bench.Last().state, CommandState::kRejected);
     EXPECT_EQ(bench.Last().reason, Reason::REASON_NOT_STANDING_STILL);
     EXPECT_NE(bench.Last().text.find("12.5 rpm"), std::string::npos);
     bench.output.motion = [](MonoNs) { return Motion{}; };
@@ -119,7 +119,7 @@ TEST(ResetProcedure, ClearsErrorsAlsoWhileTheShaftTurns) {
   }
   bench.PassIdle();
   bench.Give(kId3, All());
-  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Last().state, CommandState::kSucceeded);
   EXPECT_EQ(bench.output.jumps, 0);
   EXPECT_TRUE(bench.output.datum_changing.empty());
 }
@@ -134,7 +134,7 @@ TEST(ResetProcedure, ResetsTurnsReportsAlmcBeforeAndRestoresTheReference) {
   bench.GiveResets(kIdC, 10, 42405, 0x20);  // errors are not reset in the replies of the sequence
   bench.PassIdle();
   bench.Give(kId3, All({.turns = 0}));
-  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Last().state, CommandState::kSucceeded);
   ASSERT_EQ(bench.Last().changes.size(), 2u);
   EXPECT_EQ(bench.Last().changes[0].before, "4660");
   EXPECT_EQ(bench.Last().changes[1].before, "0x48 OF BE");
@@ -153,7 +153,7 @@ TEST(ResetProcedure, ABatteryThatIsStillDeadFailsTheResetAndKeepsTheReferenceLos
   bench.GiveResets(kIdC, 10, 42405, 0x20);
   bench.PassIdle();
   bench.Give(kId3, All({.turns = 0, .alarms = 0x40, .status = 0x20}));
-  EXPECT_EQ(bench.Last().state, OrderState::kFailed);
+  EXPECT_EQ(bench.Last().state, CommandState::kFailed);
   EXPECT_NE(bench.Last().text.find("BE"), std::string::npos);
   EXPECT_EQ(bench.output.references_restored, 0);
 }
@@ -161,11 +161,11 @@ TEST(ResetProcedure, ABatteryThatIsStillDeadFailsTheResetAndKeepsTheReferenceLos
 TEST(ResetProcedure, AcceptsTheTurnBesideZeroOnlyOnTheBorder) {
   struct Case {
     std::uint32_t single_turn, turns;
-    OrderState state;
+    CommandState state;
   };
-  for (const Case& c : {Case{131'071, 65535, OrderState::kSucceeded}, Case{2, 1, OrderState::kSucceeded},
-                        Case{131'071, 1, OrderState::kFailed}, Case{2, 65535, OrderState::kFailed},
-                        Case{60'000, 1, OrderState::kFailed}, Case{2, 3, OrderState::kFailed}}) {
+  for (const Case& c : {Case{131'071, 65535, CommandState::kSucceeded}, Case{2, 1, CommandState::kSucceeded},
+                        Case{131'071, 1, CommandState::kFailed}, Case{2, 65535, CommandState::kFailed},
+                        Case{60'000, 1, CommandState::kFailed}, Case{2, 3, CommandState::kFailed}}) {
     DeviceFixture bench;
     bench.GoOnline();
     bench.Begin("reset_turns_and_errors");
@@ -180,13 +180,13 @@ TEST(ResetProcedure, AcceptsTheTurnBesideZeroOnlyOnTheBorder) {
 TEST(ResetProcedure, NamesWhatIsStillSetAfterClearingErrors) {
   struct Case {
     std::uint8_t after;
-    OrderState state;
+    CommandState state;
   };
   // OS, OF, ME, BE and CE II are latched and cleared; FS and BA are live.
   for (const Case& c :
-       {Case{0x00, OrderState::kSucceeded}, Case{0x82, OrderState::kSucceeded}, Case{0x01, OrderState::kFailed},
-        Case{0x04, OrderState::kFailed}, Case{0x08, OrderState::kFailed}, Case{0x20, OrderState::kFailed},
-        Case{0x40, OrderState::kFailed}}) {
+       {Case{0x00, CommandState::kSucceeded}, Case{0x82, CommandState::kSucceeded},
+        Case{0x01, CommandState::kFailed}, Case{0x04, CommandState::kFailed}, Case{0x08, CommandState::kFailed},
+        Case{0x20, CommandState::kFailed}, Case{0x40, CommandState::kFailed}}) {
     DeviceFixture bench;
     bench.GoOnline();
     bench.Begin("clear_errors");
@@ -195,7 +195,7 @@ TEST(ResetProcedure, NamesWhatIsStillSetAfterClearingErrors) {
     bench.PassIdle();
     bench.Give(kId3, All({.alarms = c.after}));
     EXPECT_EQ(bench.Last().state, c.state);
-    EXPECT_EQ(bench.Last().verified, c.state == OrderState::kSucceeded);
+    EXPECT_EQ(bench.Last().verified, c.state == CommandState::kSucceeded);
     EXPECT_LE(bench.Last().text.size(), 200u);
     EXPECT_EQ(bench.Last().changes.at(0).before, "0xEF OS FS CE OF ME BE BA");
     EXPECT_EQ(bench.output.references_restored, 0);
@@ -208,7 +208,7 @@ TEST(ResetProcedure, RefusesToZeroOnADoubtfulPosition) {
     bench.GoOnline();
     bench.Begin("zero_single_turn");
     bench.Give(kId3, All({.alarms = alarm}), false);
-    EXPECT_EQ(bench.Last().state, OrderState::kRejected);
+    EXPECT_EQ(bench.Last().state, CommandState::kRejected);
     EXPECT_EQ(bench.Last().reason, Reason::REASON_DEVICE_ALARM);
   }
 }

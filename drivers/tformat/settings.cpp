@@ -14,7 +14,7 @@ constexpr std::int64_t kDefaultTimeoutUs = 20'000;
 // Above the 1 ms to which that timer should be set.
 constexpr std::int64_t kDefaultSilenceUs = 2'000;
 // The longest reply and its delay take 47 us (TS5669 spec 6.2, 7.1).
-constexpr std::int64_t kLeastSilenceUs = 50;
+constexpr std::int64_t kMinSilenceUs = 50;
 constexpr std::int64_t kDefaultId3Every = 10;
 // "Total 100,000 times" (TS5669 spec 6.1.1): the user's cells and the stored zero (spec 9: ID 8) together.
 constexpr std::int64_t kRewrites = 100'000;
@@ -99,7 +99,7 @@ std::unique_ptr<TFormatSettings> ParseSettings(ConfigMap& device, const LineForm
                                      "us, longer than the adapter's latency timer") *
                       kMicrosecond;
   settings->reply_timeout = settings->timeout;
-  settings->silence = device.Integer("silence_us", kDefaultSilenceUs, kLeastSilenceUs, 1'000'000,
+  settings->silence = device.Integer("silence_us", kDefaultSilenceUs, kMinSilenceUs, 1'000'000,
                                      "us, longer than the adapter's latency timer") *
                       kMicrosecond;
   for (const std::int64_t cell : device.Integers("eeprom_writable", 0, kEepromCells - 1)) {

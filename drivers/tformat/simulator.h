@@ -55,7 +55,7 @@ class TFormatSimulator final : public Simulator {
  private:
   static constexpr std::size_t kLongestRequest = 4;
   static constexpr std::size_t kLongestReply = 11;
-  static constexpr std::size_t kMostPending = 32;
+  static constexpr std::size_t kMaxPending = 32;
   using ReplyBytes = InlineBytes<kLongestReply>;
   struct Pending {
     MonoNs due = kNever;            // the host gets it
@@ -91,7 +91,7 @@ class TFormatSimulator final : public Simulator {
   MonoNs frame_ends_ = kNever;          // no further byte until then: the request ends as it is
   bool delimiter_error_ = false;        // in that request
   MonoNs transmitting_until_ = INT64_MIN;
-  std::array<Pending, kMostPending> pending_;
+  std::array<Pending, kMaxPending> pending_;
   MonoNs next_pending_ = kNever;
   LateAdapter adapter_;
 };

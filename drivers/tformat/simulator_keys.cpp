@@ -13,7 +13,7 @@
 namespace axlecast::tformat {
 namespace {
 
-constexpr double kMostVolts = 4.75;  // spec 5.3
+constexpr double kMaxVolts = 4.75;  // spec 5.3
 
 using Text = std::string_view;
 
@@ -38,7 +38,7 @@ std::string SetPower(SimulatedAxis& axis, Text value) {
 
 std::string SetBattery(SimulatedAxis& axis, Text value) {
   double volts = 0;
-  std::string problem = ReadNumber(value, 0, kMostVolts, "V (0: no battery)", volts);
+  std::string problem = ReadNumber(value, 0, kMaxVolts, "V (0: no battery)", volts);
   if (problem.empty()) axis.encoder.SetBattery(volts, axis.encoder.now());
   return problem;
 }

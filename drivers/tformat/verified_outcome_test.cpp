@@ -12,12 +12,12 @@ struct Case {
   AllFields before;
   AllFields after;
   bool tenth_reply;
-  OrderState state;
+  CommandState state;
   bool verified;
 };
 
-constexpr OrderState kSucceeded = OrderState::kSucceeded;
-constexpr OrderState kIndeterminate = OrderState::kIndeterminate;
+constexpr CommandState kSucceeded = CommandState::kSucceeded;
+constexpr CommandState kIndeterminate = CommandState::kIndeterminate;
 
 TEST(VerifiedOutcome, AResetIsVerifiedOnlyWhereItsEffectCanBeSeen) {
   const AllFields zero{.single_turn = 0, .turns = 0};
@@ -76,7 +76,7 @@ TEST(VerifiedOutcome, CellsThatHeldTheirValuesAreNamedSo) {
   for (std::uint8_t cell = 0; cell < 80; ++cell) {
     bench.Give(Checked({0xEA, cell}), Cell(cell, cell), false);
   }
-  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Last().state, CommandState::kSucceeded);
   EXPECT_NE(bench.Last().text.find("held these values already: nothing was written"), std::string::npos);
   EXPECT_EQ(bench.output.non_volatile_writes, 0);
 }

@@ -16,7 +16,7 @@ BlockReader::Progress BlockReader::OnAnswer(const Answer& answer) {
     return !answer.refused() && ++failures_ < kTries ? Progress::kGoing : Progress::kFailed;
   }
   failures_ = 0;
-  parts_[done_].data = InlineBytes<kMostBytes>(answer.reply.data);
+  parts_[done_].data = InlineBytes<kMaxBytes>(answer.reply.data);
   return ++done_ < parts_.size() ? Progress::kGoing : Progress::kDone;
 }
 

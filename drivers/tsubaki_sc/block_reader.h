@@ -29,10 +29,10 @@ class BlockReader {
   [[nodiscard]] bool Bit(const Block& block) const { return (Data(block)[0] & 1U) != 0; }
 
  private:
-  static constexpr std::size_t kMostBytes = 40;
+  static constexpr std::size_t kMaxBytes = 40;
   struct Part {
     Block block;
-    InlineBytes<kMostBytes> data;
+    InlineBytes<kMaxBytes> data;
   };
 
   const Requests* requests_;

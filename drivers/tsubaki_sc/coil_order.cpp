@@ -26,7 +26,7 @@ std::optional<Outcome> CoilOrder::OnAnswer(const Answer& answer) {
 std::optional<Outcome> CoilOrder::OnWritten(const Answer& answer) {
   if (answer.refused()) {
     sent_ = false;
-    return Final(OrderState::kFailed, Reason::REASON_DEVICE_REFUSED, "the unit refused it: " + CauseOf(answer));
+    return Final(CommandState::kFailed, Reason::REASON_DEVICE_REFUSED, "the unit refused it: " + CauseOf(answer));
   }
   confirmed_ = answer.ok();
   stage_ = Stage::kAfter;
@@ -68,7 +68,7 @@ Outcome CoilOrder::Cleared() const {
   // It only rises by itself, so a lower one was cleared, and there was a trip since.
   Outcome outcome = count < count_before_
                         ? Verified(Text("the trip count was %u and reads %u", count_before_, count))
-                        : Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+                        : Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                                 Text("the trip count reads %u after the clear%s", count,
                                      confirmed_ ? "" : ", whose reply was lost; repeat it"));
   outcome.changes.push_back({"trip_count", std::to_string(count_before_), std::to_string(count)});
@@ -81,12 +81,12 @@ Outcome CoilOrder::Started() const {
   const int status = reader_.Register(kStatus, 1);
   Outcome outcome;
   if (stopped) {
-    outcome = Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+    outcome = Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                     Text("the stop coil still reads 1%s; motor status %s", confirmed_ ? "" : ", the reply was lost",
                          StatusText(status).c_str()));
   } else if ((status & kTripBits) != 0) {
     outcome =
-        Final(OrderState::kFailed, Reason::REASON_DEVICE_ALARM, "the motor is tripped: " + StatusText(status));
+        Final(CommandState::kFailed, Reason::REASON_DEVICE_ALARM, "the motor is tripped: " + StatusText(status));
   } else {
     outcome = JudgeReadBack({.same_before = !stopped_before_, .confirmed = confirmed_},
                             "whether the motor turns cannot be read, look at the power; the stop coil reads 0");
@@ -96,8 +96,8 @@ Outcome CoilOrder::Started() const {
 }
 
 Outcome CoilOrder::GiveUp(std::int32_t reason, const std::string& cause) const {
-  if (!sent_) return Final(OrderState::kFailed, reason, "nothing was done: " + cause);
-  return Final(OrderState::kIndeterminate, reason,
+  if (!sent_) return Final(CommandState::kFailed, reason, "nothing was done: " + cause);
+  return Final(CommandState::kIndeterminate, reason,
                "it was sent, but what became of it could not be read: " + cause);
 }
 

@@ -69,7 +69,7 @@ void CommandSlot::GiveUp(std::int32_t reason, const std::string& cause) {
 
 void CommandSlot::ExpireIfLate(MonoNs now) {
   if (!held() || begun_ || now <= begin_by_) return;
-  Report(Final(OrderState::kExpired, command_status_t::REASON_DEADLINE,
+  Report(Final(CommandState::kExpired, command_status_t::REASON_DEADLINE,
                "nothing was done: the unit could not be asked before its time to begin was over"));
 }
 

@@ -22,7 +22,7 @@ TEST(CommandSlot, HoldsOneOrderAndAnUrgentOne) {
   bench.Begin("stop_motor");
   EXPECT_EQ(bench.Last().reason, Reason::REASON_BUSY);
   bench.RunUntil([&] { return bench.Finals() == 4; });
-  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Last().state, CommandState::kSucceeded);
 }
 
 TEST(CommandSlot, AnOrderWhoseTimeToBeginIsOverDoesNothing) {
@@ -30,13 +30,13 @@ TEST(CommandSlot, AnOrderWhoseTimeToBeginIsOverDoesNothing) {
   bench.GoOnline();
   bench.unit.inputs[200] = 3;
   bench.Begin("clear_trip_count", {}, bench.now - 1);
-  EXPECT_EQ(bench.Last().state, OrderState::kExpired);
+  EXPECT_EQ(bench.Last().state, CommandState::kExpired);
   // Held by the fence, to a unit that is gone meanwhile.
   bench.Begin("clear_trip_count", {}, bench.now + 100 * kMillisecond);
   bench.now += 200 * kMillisecond;
   bench.sent.clear();
   bench.Turns(2);
-  EXPECT_EQ(bench.Last().state, OrderState::kExpired);
+  EXPECT_EQ(bench.Last().state, CommandState::kExpired);
   EXPECT_EQ(bench.Finals(), 2U);
   EXPECT_EQ(bench.Count({0x05}), 0);
 }
@@ -57,19 +57,19 @@ TEST(CommandSlot, CanBeCancelledUntilItHasTouchedTheUnit) {
   bench.RunUntil([&] { return bench.Count({0x05}) == 1; });
   EXPECT_FALSE(bench.device->Cancel(bench.last_id, bench.now));
   bench.RunUntil([&] { return bench.Last().IsFinal(); });
-  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Last().state, CommandState::kSucceeded);
 }
 
 TEST(CommandSlot, EndsWithTheLink) {
   const struct {
     const char* operation;
     int writes_before;
-    OrderState state;
-  } kCases[] = {{"read_parameters", 0, OrderState::kFailed},
-                {"clear_trip_count", 0, OrderState::kFailed},
-                {"clear_trip_count", 1, OrderState::kIndeterminate},
-                {"stop_motor", 0, OrderState::kFailed},
-                {"stop_motor", 1, OrderState::kIndeterminate}};
+    CommandState state;
+  } kCases[] = {{"read_parameters", 0, CommandState::kFailed},
+                {"clear_trip_count", 0, CommandState::kFailed},
+                {"clear_trip_count", 1, CommandState::kIndeterminate},
+                {"stop_motor", 0, CommandState::kFailed},
+                {"stop_motor", 1, CommandState::kIndeterminate}};
   for (const auto& c : kCases) {
     SCOPED_TRACE(c.operation);
     DeviceFixture bench(kFullKeys);
@@ -90,12 +90,12 @@ TEST(CommandSlot, EndsWithTheLink) {
 TEST(SetPassword, IsReadBackAndUsedFromThenOn) {
   DeviceFixture bench(kLoginKeys);
   bench.GoOnline();
-  EXPECT_EQ(bench.Do("set_password", {{"name", "new"}}).state, OrderState::kSucceeded) << bench.Last().text;
+  EXPECT_EQ(bench.Do("set_password", {{"name", "new"}}).state, CommandState::kSucceeded) << bench.Last().text;
   EXPECT_TRUE(bench.Last().verified);
   EXPECT_EQ(bench.unit.password, "New-Secret~16chr");
   EXPECT_EQ(bench.output.nv_writes, 1);
   bench.unit.PowerCycle();
-  EXPECT_EQ(bench.Do("log_in").state, OrderState::kSucceeded) << bench.Last().text;
+  EXPECT_EQ(bench.Do("log_in").state, CommandState::kSucceeded) << bench.Last().text;
   EXPECT_EQ(bench.Do("check_password", {{"name", "new"}}).changes[0].after, "reads_as_after");
   EXPECT_EQ(bench.Do("check_password", {{"after", "set_password name=old"}}).changes[0].after, "no_effect_seen");
 }
@@ -108,7 +108,7 @@ TEST(SetPassword, IsRefusedForANameThatIsNotThereOrHoldsNone) {
   EXPECT_EQ(bench.Do("check_password", {}).reason, Reason::REASON_BAD_ARGUMENT);
   EXPECT_EQ(bench.Do("check_password", {{"after", "log_in"}}).reason, Reason::REASON_BAD_ARGUMENT);
   bench.secrets.files["/p/new"] = "too short";
-  EXPECT_EQ(bench.Do("set_password", {{"name", "new"}}).state, OrderState::kRejected);
+  EXPECT_EQ(bench.Do("set_password", {{"name", "new"}}).state, CommandState::kRejected);
   EXPECT_EQ(bench.Count({0x10}), 0);
 }
 
@@ -120,14 +120,14 @@ TEST(SetPassword, IsWrittenOnceAndIndeterminateWhenItCannotBeReadBack) {
     const unsigned at = TestUnit::Word(request, 2);
     return at == 200 && request[1] != 0x04 ? ByteList() : bench.unit.Answer(request);
   };
-  EXPECT_EQ(bench.Do("set_password", {{"name", "new"}}).state, OrderState::kIndeterminate);
+  EXPECT_EQ(bench.Do("set_password", {{"name", "new"}}).state, CommandState::kIndeterminate);
   EXPECT_EQ(bench.Count({0x10, 0x00, 0xC8}), 1);
 }
 
 TEST(CheckPassword, DoesNotLogIn) {
   DeviceFixture bench(kLoginKeys);
   bench.GoOnline();
-  EXPECT_EQ(bench.Do("check_password", {{"name", "old"}}).state, OrderState::kRejected);
+  EXPECT_EQ(bench.Do("check_password", {{"name", "old"}}).state, CommandState::kRejected);
   EXPECT_THAT(bench.Last().text, testing::HasSubstr("log_in first"));
   EXPECT_EQ(bench.unit.login_writes, 0);
 }

@@ -20,7 +20,7 @@ constexpr MonoNs kQuiet = 25 * kMillisecond;
 constexpr MonoNs kPatience = kQuiet;
 constexpr int kSilentAfter = 2;
 // Trips that follow each other faster than a log is read must not take the live data away.
-constexpr int kMostSuspensions = 2;
+constexpr int kMaxSuspensions = 2;
 
 const ScSettings& Own(const DeviceConfig& device) { return static_cast<const ScSettings&>(*device.settings); }
 
@@ -132,7 +132,7 @@ ScDevice::Work ScDevice::LiveWork() const {
   if (slow_.identity_first()) return Work::kSlow;
   if (trips.fresh()) {
     const bool suspend = settings_.trip_fetch == TripFetchMode::kSuspendLive && trips.log() == 0 &&
-                         trips.restarts() < kMostSuspensions;
+                         trips.restarts() < kMaxSuspensions;
     if (suspend || !lent_) return Work::kTrip;
   } else if (slow_.introducing() && !lent_) {
     return Work::kSlow;

@@ -92,7 +92,7 @@ TEST(ScDevice, TellsWhatTripsTheMotor) {
   EXPECT_FLOAT_EQ(limits.parameters[53], 123.45F);
   // A write is read back, and so is known at once.
   EXPECT_EQ(bench.Do("write_parameter", {{"name", "overheat_limit"}, {"value", "80"}}).state,
-            OrderState::kSucceeded);
+            CommandState::kSucceeded);
   EXPECT_FLOAT_EQ(bench.output.limits.back().overheat_c, 80.0F);
   // Another unit at the same address has its own.
   bench.unit.SetText(350, "T987654321");
@@ -346,7 +346,7 @@ TEST(ScDevice, TheLinkMayComeAndGo) {
   bench.GoOnline();
   bench.Begin("read_parameters");
   bench.LinkDown();
-  EXPECT_EQ(bench.Last().state, OrderState::kFailed);
+  EXPECT_EQ(bench.Last().state, CommandState::kFailed);
   EXPECT_TRUE(bench.Offered().empty());
   bench.LinkUp();
   bench.BusSlot();

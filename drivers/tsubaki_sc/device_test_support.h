@@ -127,9 +127,9 @@ class DeviceFixture {
       if (!reserved || !BusSlot(false)) BusSlot(true);
     }
   }
-  void RunUntil(const std::function<bool()>& done, int most = 2000) {
-    for (int i = 0; i < most && !done(); ++i) Turns(1);
-    EXPECT_TRUE(done()) << "not reached in " << most << " turns";
+  void RunUntil(const std::function<bool()>& done, int maximum = 2000) {
+    for (int i = 0; i < maximum && !done(); ++i) Turns(1);
+    EXPECT_TRUE(done()) << "not reached in " << maximum << " turns";
   }
   // Online and looked at in full.
   void GoOnline() {

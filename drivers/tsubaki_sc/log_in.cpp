@@ -23,7 +23,7 @@ std::optional<Outcome> LogIn::OnLoginDone() {
 }
 
 Outcome LogIn::GiveUp(std::int32_t reason, const std::string& cause) const {
-  return Final(OrderState::kFailed, reason,
+  return Final(CommandState::kFailed, reason,
                (goal_ == LoginGoal::kIn ? "not logged in: " : "not logged out: ") + cause);
 }
 

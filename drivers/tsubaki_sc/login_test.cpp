@@ -27,7 +27,7 @@ TEST(Login, LooksWritesThePasswordAndLooksAgain) {
   DeviceFixture bench(kLoginKeys);
   bench.GoOnline();
   EXPECT_EQ(bench.unit.login_writes, 0) << "no command needs it";
-  EXPECT_EQ(bench.Do("log_in").state, OrderState::kSucceeded) << bench.Last().text;
+  EXPECT_EQ(bench.Do("log_in").state, CommandState::kSucceeded) << bench.Last().text;
   EXPECT_TRUE(bench.Last().verified);
   EXPECT_TRUE(bench.unit.logged_in);
   EXPECT_EQ(bench.unit.login_writes, 1);
@@ -42,7 +42,7 @@ TEST(Login, IsNotWrittenToAUnitThatSaysLoggedIn) {
   DeviceFixture bench(kLoginKeys);
   bench.unit.logged_in = true;
   bench.GoOnline();
-  EXPECT_EQ(bench.Do("log_in").state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Do("log_in").state, CommandState::kSucceeded);
   EXPECT_EQ(bench.unit.login_writes, 0);
   EXPECT_TRUE(bench.unit.logged_in);
 }
@@ -52,7 +52,7 @@ TEST(Login, AWrongPasswordIsWrittenOnceAndNeverAgain) {
   bench.unit.password = "something-else";
   bench.GoOnline();
   // Nothing to clear; the login that the write needs fails; from then on it is known.
-  for (const OrderState state : {OrderState::kSucceeded, OrderState::kFailed, OrderState::kRejected}) {
+  for (const CommandState state : {CommandState::kSucceeded, CommandState::kFailed, CommandState::kRejected}) {
     EXPECT_EQ(bench.Do("clear_trip_count").state, state);
     bench.unit.inputs[200] = 5;
   }
@@ -62,24 +62,24 @@ TEST(Login, AWrongPasswordIsWrittenOnceAndNeverAgain) {
   EXPECT_EQ(bench.output.State("wrong_password"), AlarmState::kDriverLatched);
   // Mended: log_in tries again, and the alarm goes.
   bench.secrets.files["/p/old"] = "something-else";
-  EXPECT_EQ(bench.Do("log_in").state, OrderState::kSucceeded) << bench.Last().text;
+  EXPECT_EQ(bench.Do("log_in").state, CommandState::kSucceeded) << bench.Last().text;
   EXPECT_EQ(bench.unit.login_writes, 2);
   EXPECT_EQ(bench.output.State("wrong_password"), AlarmState::kAbsent);
-  EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Do("clear_trip_count").state, CommandState::kSucceeded);
 }
 
 TEST(Login, IsLostWithThePowerAndMadeOnceMoreForTheSameWrite) {
   DeviceFixture bench(kKeptKeys);
   bench.GoOnline();
   bench.unit.inputs[200] = 5;
-  EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kSucceeded) << bench.Last().text;
+  EXPECT_EQ(bench.Do("clear_trip_count").state, CommandState::kSucceeded) << bench.Last().text;
   bench.unit.inputs[200] = 6;
-  EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kSucceeded) << bench.Last().text;
+  EXPECT_EQ(bench.Do("clear_trip_count").state, CommandState::kSucceeded) << bench.Last().text;
   EXPECT_EQ(bench.unit.login_writes, 1) << "it is still logged in";
   bench.unit.inputs[200] = 7;
   bench.unit.PowerCycle();
   bench.sent.clear();
-  EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kSucceeded) << bench.Last().text;
+  EXPECT_EQ(bench.Do("clear_trip_count").state, CommandState::kSucceeded) << bench.Last().text;
   EXPECT_EQ(bench.unit.login_writes, 2);
   EXPECT_EQ(bench.Count({0x05, 0x00, 0x00}), 2) << "refused, and once more after the login";
   EXPECT_EQ(bench.unit.clears, 3);
@@ -94,7 +94,7 @@ TEST(Login, IsMadeOnceForAnOrderAtMost) {
     if (request[1] == 0x05) return WithCrc({1, 0x85, 0x04});
     return bench.unit.Answer(request);
   };
-  EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kFailed);
+  EXPECT_EQ(bench.Do("clear_trip_count").state, CommandState::kFailed);
   EXPECT_THAT(bench.Last().text, HasSubstr("error 04 (login error)"));
   EXPECT_EQ(bench.Count({0x05}), 2);
   EXPECT_EQ(bench.unit.login_writes, 1);
@@ -112,7 +112,7 @@ TEST(Login, ALostReplyToThePasswordIsClearedUpByReadingNotByWritingAgain) {
     }
     return reply;
   };
-  EXPECT_EQ(bench.Do("log_in").state, OrderState::kSucceeded) << bench.Last().text;
+  EXPECT_EQ(bench.Do("log_in").state, CommandState::kSucceeded) << bench.Last().text;
   EXPECT_EQ(bench.unit.login_writes, 1);
 }
 
@@ -120,9 +120,9 @@ TEST(Login, WithoutAPasswordNothingIsWritten) {
   DeviceFixture bench;
   bench.GoOnline();
   bench.unit.inputs[200] = 5;
-  EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kRejected);
+  EXPECT_EQ(bench.Do("clear_trip_count").state, CommandState::kRejected);
   EXPECT_THAT(bench.Last().text, HasSubstr("the configuration names no password"));
-  EXPECT_EQ(bench.Do("log_in").state, OrderState::kRejected);
+  EXPECT_EQ(bench.Do("log_in").state, CommandState::kRejected);
   EXPECT_EQ(bench.unit.login_writes, 0);
 }
 
@@ -130,11 +130,11 @@ TEST(Login, APasswordThatCannotBeReadOrIsNoneIsNamedNotShown) {
   DeviceFixture bench(kLoginKeys);
   bench.GoOnline();
   bench.secrets.files["/p/old"] = "short";
-  EXPECT_EQ(bench.Do("log_in").state, OrderState::kFailed);
+  EXPECT_EQ(bench.Do("log_in").state, CommandState::kFailed);
   EXPECT_THAT(bench.Last().text, HasSubstr("password old: what its file holds is none"));
   EXPECT_THAT(bench.Last().text, testing::Not(HasSubstr("short")));
   bench.secrets.files.clear();
-  EXPECT_EQ(bench.Do("log_in").state, OrderState::kFailed);
+  EXPECT_EQ(bench.Do("log_in").state, CommandState::kFailed);
   EXPECT_THAT(bench.Last().text, HasSubstr("/p/old cannot be read"));
   EXPECT_EQ(bench.unit.login_writes, 0);
 }
@@ -161,9 +161,9 @@ TEST(Login, EveryFrameWithAPasswordIsMasked) {
   bench.unit.password = "Zq7!xyzw";
   bench.secrets.files["/p/old"] = bench.unit.password;
   bench.GoOnline();
-  EXPECT_EQ(bench.Do("log_in").state, OrderState::kSucceeded);
-  EXPECT_EQ(bench.Do("set_password", {{"name", "new"}}).state, OrderState::kSucceeded);
-  EXPECT_EQ(bench.Do("check_password", {{"name", "new"}}).state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Do("log_in").state, CommandState::kSucceeded);
+  EXPECT_EQ(bench.Do("set_password", {{"name", "new"}}).state, CommandState::kSucceeded);
+  EXPECT_EQ(bench.Do("check_password", {{"name", "new"}}).state, CommandState::kSucceeded);
   int masked = 0;
   for (const DeviceFixture::Sent& one : bench.sent) {
     const unsigned at = TestUnit::Word(one.request, 2);

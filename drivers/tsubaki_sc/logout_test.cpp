@@ -60,7 +60,7 @@ TEST(LogOut, FollowsEveryOrderThatLoggedIn) {
     bench.wire = [&](const ByteList& request) { return unit.Answer(request, false, false); };
     bench.GoOnline();
     bench.unit.inputs[200] = 5;
-    EXPECT_EQ(bench.Do(c.operation, c.arguments).state, OrderState::kSucceeded) << bench.Last().text;
+    EXPECT_EQ(bench.Do(c.operation, c.arguments).state, CommandState::kSucceeded) << bench.Last().text;
     EXPECT_EQ(bench.unit.login_writes, c.writes);
     EXPECT_FALSE(bench.unit.logged_in);
     if (c.writes == 0) continue;
@@ -77,7 +77,7 @@ TEST(LogOut, FollowsAnOrderThatFailed) {
   bench.wire = [&](const ByteList& request) {
     return request[1] == 0x05 ? WithCrc({1, 0x85, 0x04}) : bench.unit.Answer(request);
   };
-  EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kFailed);
+  EXPECT_EQ(bench.Do("clear_trip_count").state, CommandState::kFailed);
   EXPECT_THAT(bench.Last().text, EndsWith("; logged out again"));
   EXPECT_FALSE(bench.unit.logged_in);
 }
@@ -87,7 +87,7 @@ TEST(LogOut, LeavesAUnitAloneThatWasLoggedInBefore) {
   bench.unit.logged_in = true;
   bench.GoOnline();
   bench.unit.inputs[200] = 5;
-  EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Do("clear_trip_count").state, CommandState::kSucceeded);
   bench.Turns(300);
   EXPECT_EQ(bench.unit.login_writes, 0);
   EXPECT_TRUE(bench.unit.logged_in);
@@ -97,7 +97,7 @@ TEST(LogOut, IsSwitchedOffByTheConfiguration) {
   DeviceFixture bench(kKeptKeys);
   bench.GoOnline();
   bench.unit.inputs[200] = 5;
-  EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Do("clear_trip_count").state, CommandState::kSucceeded);
   bench.Turns(300);
   EXPECT_EQ(bench.unit.login_writes, 1);
   EXPECT_TRUE(bench.unit.logged_in);
@@ -106,20 +106,20 @@ TEST(LogOut, IsSwitchedOffByTheConfiguration) {
 TEST(LogOut, IsDoneOnOrderAndKeepsWhatLogInAskedFor) {
   DeviceFixture bench(kLoginKeys);
   bench.GoOnline();
-  EXPECT_EQ(bench.Do("log_in").state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Do("log_in").state, CommandState::kSucceeded);
   bench.unit.inputs[200] = 5;
-  EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Do("clear_trip_count").state, CommandState::kSucceeded);
   bench.Turns(300);
   EXPECT_TRUE(bench.unit.logged_in) << "log_in lasts";
-  EXPECT_EQ(bench.Do("log_out").state, OrderState::kSucceeded) << bench.Last().text;
+  EXPECT_EQ(bench.Do("log_out").state, CommandState::kSucceeded) << bench.Last().text;
   EXPECT_TRUE(bench.Last().verified);
   EXPECT_FALSE(bench.unit.logged_in);
   EXPECT_EQ(bench.unit.login_writes, 2);
-  EXPECT_EQ(bench.Do("log_out").state, OrderState::kSucceeded) << "it is logged out already";
+  EXPECT_EQ(bench.Do("log_out").state, CommandState::kSucceeded) << "it is logged out already";
   EXPECT_EQ(bench.unit.login_writes, 2);
   // From now on orders log out again.
   bench.unit.inputs[200] = 5;
-  EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Do("clear_trip_count").state, CommandState::kSucceeded);
   EXPECT_FALSE(bench.unit.logged_in);
 }
 
@@ -140,7 +140,7 @@ TEST(LogOut, FollowsAStopWhoseOutcomeDoesNotWaitForIt) {
   bench.GoOnline();
   bench.Turns(300);
   EXPECT_EQ(bench.unit.login_writes, 0) << "nothing needs a login yet";
-  EXPECT_EQ(bench.Do("stop_motor").state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Do("stop_motor").state, CommandState::kSucceeded);
   EXPECT_TRUE(bench.unit.logged_in);
   bench.RunUntil([&] { return !bench.unit.logged_in; }, 20);
   bench.Turns(300);
@@ -158,7 +158,7 @@ TEST(LogOut, ThatFailsIsToldAndRaisesAnAlarm) {
     if (out && IsLoginWrite(request)) return WithCrc({1, 0x90, 0x03});
     return bench.unit.Answer(request);
   };
-  EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kSucceeded) << "what it was for is done";
+  EXPECT_EQ(bench.Do("clear_trip_count").state, CommandState::kSucceeded) << "what it was for is done";
   EXPECT_THAT(bench.Last().text, HasSubstr("; still logged in: the unit did not take the password"));
   EXPECT_EQ(bench.output.State("still_logged_in"), AlarmState::kLive);
   // It is tried again when the state is read anew, and not without end.
@@ -181,7 +181,7 @@ TEST(LogOut, ALostReplyIsClearedUpByReadingTheState) {
     };
     bench.GoOnline();
     bench.unit.inputs[200] = 5;
-    EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kSucceeded);
+    EXPECT_EQ(bench.Do("clear_trip_count").state, CommandState::kSucceeded);
     EXPECT_THAT(bench.Last().text, EndsWith("; logged out again"));
     EXPECT_TRUE(lost);
     EXPECT_EQ(bench.unit.login_writes, 2);
@@ -234,14 +234,14 @@ TEST(SetPassword, ThatIsInDoubtLeavesTheUnitLoggedIn) {
   bench.wire = [&](const ByteList& request) {
     return bench.unit.logged_in ? lossy(request) : bench.unit.Answer(request);
   };
-  EXPECT_EQ(bench.Do("set_password", {{"name", "new"}}).state, OrderState::kIndeterminate);
+  EXPECT_EQ(bench.Do("set_password", {{"name", "new"}}).state, CommandState::kIndeterminate);
   EXPECT_THAT(bench.Last().text, HasSubstr("check_password, then log_out"));
   bench.wire = [&](const ByteList& request) { return bench.unit.Answer(request); };
   bench.Turns(300);
   EXPECT_TRUE(bench.unit.logged_in) << "which password would log it out is not known";
   EXPECT_EQ(bench.unit.login_writes, 1);
   EXPECT_EQ(bench.Do("check_password", {{"after", "set_password name=new"}}).changes[0].after, "reads_as_after");
-  EXPECT_EQ(bench.Do("log_out").state, OrderState::kSucceeded) << "the password that it has is known now";
+  EXPECT_EQ(bench.Do("log_out").state, CommandState::kSucceeded) << "the password that it has is known now";
   EXPECT_FALSE(bench.unit.logged_in);
 }
 
@@ -249,11 +249,11 @@ TEST(SetPassword, ThatIsInDoubtLeavesTheUnitLoggedIn) {
 TEST(CheckPassword, ReadsTheLoginStateItself) {
   DeviceFixture bench(kLoginKeys);
   bench.GoOnline();
-  ASSERT_EQ(bench.Do("set_password", {{"name", "new"}}).state, OrderState::kSucceeded);
+  ASSERT_EQ(bench.Do("set_password", {{"name", "new"}}).state, CommandState::kSucceeded);
   bench.unit.logged_in = true;  // by somebody else, unseen
-  EXPECT_EQ(bench.Do("check_password", {{"name", "new"}}).state, OrderState::kSucceeded) << bench.Last().text;
+  EXPECT_EQ(bench.Do("check_password", {{"name", "new"}}).state, CommandState::kSucceeded) << bench.Last().text;
   bench.unit.logged_in = false;
-  EXPECT_EQ(bench.Do("check_password", {{"name", "new"}}).state, OrderState::kRejected);
+  EXPECT_EQ(bench.Do("check_password", {{"name", "new"}}).state, CommandState::kRejected);
   EXPECT_THAT(bench.Last().text, HasSubstr("log_in first"));
 }
 

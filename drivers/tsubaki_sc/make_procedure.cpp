@@ -21,8 +21,8 @@ namespace {
 
 using Reason = command_status_t;
 
-constexpr std::size_t kMostNames = 4;    // changes of an outcome
-constexpr std::size_t kMostValues = 16;  // arguments of a command
+constexpr std::size_t kMaxNames = 4;    // changes of an outcome
+constexpr std::size_t kMaxValues = 16;  // arguments of a command
 
 Made BadArgument(std::string_view text) { return Rejected(Reason::REASON_BAD_ARGUMENT, text); }
 
@@ -44,7 +44,7 @@ Values ParseValues(const Arguments& arguments) {
     if (!value) return problem;
     values.push_back({parameter, *value});
   }
-  if (values.empty() || values.size() > kMostValues) return "give 1 to 16 parameters as name=value";
+  if (values.empty() || values.size() > kMaxValues) return "give 1 to 16 parameters as name=value";
   std::sort(values.begin(), values.end(), [](const ParameterValue& a, const ParameterValue& b) {
     return a.parameter->address < b.parameter->address;
   });
@@ -78,7 +78,7 @@ Made MakeReadSome(std::string_view names, const OperationContext& shop) {
     wanted.push_back({parameter, 0});
     names.remove_prefix(std::min(comma + 1, names.size()));
   }
-  if (wanted.empty() || wanted.size() > kMostNames) {
+  if (wanted.empty() || wanted.size() > kMaxNames) {
     return BadArgument("names must be one to four, separated by commas; leave it out for all");
   }
   return std::make_unique<ParameterRead>(shop.requests, std::move(wanted), false);

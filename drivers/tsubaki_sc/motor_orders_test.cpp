@@ -28,13 +28,13 @@ TEST(ClearTripCount, IsVerifiedByTheCount) {
   DeviceFixture bench(kLoginKeys);
   bench.GoOnline();
   bench.unit.inputs[200] = 7;
-  EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kSucceeded) << bench.Last().text;
+  EXPECT_EQ(bench.Do("clear_trip_count").state, CommandState::kSucceeded) << bench.Last().text;
   EXPECT_TRUE(bench.Last().verified);
   ASSERT_EQ(bench.Last().changes.size(), 1U);
   EXPECT_EQ(bench.Last().changes[0].before, "7");
   EXPECT_EQ(bench.Last().changes[0].after, "0");
   EXPECT_EQ(bench.unit.clears, 1);
-  EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Do("clear_trip_count").state, CommandState::kSucceeded);
   EXPECT_EQ(bench.unit.clears, 1) << "it was 0 already";
   // The motor trips in between.
   bench.unit.inputs[200] = 7;
@@ -43,7 +43,7 @@ TEST(ClearTripCount, IsVerifiedByTheCount) {
     if (IsWrite(request)) bench.unit.Trip(0x01, 1);
     return reply;
   };
-  EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Do("clear_trip_count").state, CommandState::kSucceeded);
   EXPECT_EQ(bench.Last().changes[0].after, "1");
 }
 
@@ -58,7 +58,7 @@ TEST(ClearTripCount, IsWrittenOnceAndJudgedByReading) {
       if (done) static_cast<void>(bench.unit.Answer(request));
       return ByteList();
     };
-    EXPECT_EQ(bench.Do("clear_trip_count").state, done ? OrderState::kSucceeded : OrderState::kFailed);
+    EXPECT_EQ(bench.Do("clear_trip_count").state, done ? CommandState::kSucceeded : CommandState::kFailed);
     EXPECT_EQ(bench.Count(kClear), 1);
     EXPECT_EQ(bench.Last().reason, done ? 0 : Reason::REASON_READ_BACK_DIFFERS);
   }
@@ -74,7 +74,7 @@ TEST(ClearTripCount, IsIndeterminateWhenNothingCanBeReadAfterIt) {
     written = written || IsWrite(request);
     return written ? ByteList() : bench.unit.Answer(request);
   };
-  EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kIndeterminate);
+  EXPECT_EQ(bench.Do("clear_trip_count").state, CommandState::kIndeterminate);
   EXPECT_EQ(bench.Count(kClear), 1);
 }
 
@@ -83,19 +83,19 @@ TEST(ClearTripCount, IsIndeterminateWhenNothingCanBeReadAfterIt) {
 TEST(MotorOrders, AreRefusedUnlessTheConfigurationAllowsThem) {
   const struct {
     const char* keys;
-    OrderState stop;
-    OrderState start;
-  } kCases[] = {{kLoginKeys, OrderState::kRejected, OrderState::kRejected},
-                {kStopKeys, OrderState::kSucceeded, OrderState::kRejected},
-                {kFullKeys, OrderState::kSucceeded, OrderState::kSucceeded}};
+    CommandState stop;
+    CommandState start;
+  } kCases[] = {{kLoginKeys, CommandState::kRejected, CommandState::kRejected},
+                {kStopKeys, CommandState::kSucceeded, CommandState::kRejected},
+                {kFullKeys, CommandState::kSucceeded, CommandState::kSucceeded}};
   for (const auto& c : kCases) {
     DeviceFixture bench(c.keys);
     bench.GoOnline();
     EXPECT_EQ(bench.Do("stop_motor").state, c.stop) << c.keys;
     EXPECT_EQ(bench.Do("start_motor").state, c.start) << c.keys;
-    EXPECT_EQ(bench.unit.stops, c.stop == OrderState::kSucceeded ? 1 : 0);
-    EXPECT_EQ(bench.unit.starts, c.start == OrderState::kSucceeded ? 1 : 0);
-    if (c.start != OrderState::kRejected) continue;
+    EXPECT_EQ(bench.unit.stops, c.stop == CommandState::kSucceeded ? 1 : 0);
+    EXPECT_EQ(bench.unit.starts, c.start == CommandState::kSucceeded ? 1 : 0);
+    if (c.start != CommandState::kRejected) continue;
     EXPECT_EQ(bench.Last().reason, Reason::REASON_NOT_PERMITTED);
     EXPECT_THAT(bench.Last().text, HasSubstr("motor_control"));
   }
@@ -107,7 +107,7 @@ TEST(StartMotor, IsNotSentWhileTheMotorIsTripped) {
   DeviceFixture bench(kFullKeys);
   bench.GoOnline();
   bench.unit.Trip(0x20, 1);
-  EXPECT_EQ(bench.Do("start_motor").state, OrderState::kRejected);
+  EXPECT_EQ(bench.Do("start_motor").state, CommandState::kRejected);
   EXPECT_EQ(bench.Last().reason, Reason::REASON_DEVICE_ALARM);
   EXPECT_THAT(bench.Last().text, HasSubstr("overheat"));
   EXPECT_EQ(bench.Count(kStart), 0);
@@ -123,9 +123,9 @@ TEST(StartMotor, IsVerifiedByTheStopCoilIfThatWasOn) {
   DeviceFixture bench(kFullKeys);
   bench.unit.stop_coil = true;
   bench.GoOnline();
-  EXPECT_EQ(bench.Do("start_motor").state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Do("start_motor").state, CommandState::kSucceeded);
   EXPECT_TRUE(bench.Last().verified);
-  EXPECT_EQ(bench.Do("start_motor").state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Do("start_motor").state, CommandState::kSucceeded);
   EXPECT_FALSE(bench.Last().verified) << "running is not to be read anywhere";
 }
 
@@ -134,11 +134,11 @@ TEST(StartMotor, IsSentOnceAndIndeterminateWhenNothingTellsItsEffect) {
   bench.GoOnline();
   bench.RunUntil([&] { return bench.unit.logged_in; });
   bench.wire = [&](const ByteList& request) { return IsWrite(request) ? ByteList() : bench.unit.Answer(request); };
-  EXPECT_EQ(bench.Do("start_motor").state, OrderState::kIndeterminate);
+  EXPECT_EQ(bench.Do("start_motor").state, CommandState::kIndeterminate);
   EXPECT_EQ(bench.Count(kStart), 1);
   // With the stop coil on, the coil tells.
   bench.unit.stop_coil = true;
-  EXPECT_EQ(bench.Do("start_motor").state, OrderState::kFailed);
+  EXPECT_EQ(bench.Do("start_motor").state, CommandState::kFailed);
   EXPECT_EQ(bench.Last().reason, Reason::REASON_READ_BACK_DIFFERS);
   EXPECT_EQ(bench.Count(kStart), 2);
 }
@@ -157,10 +157,10 @@ TEST(StopMotor, GoesOutNextAndBeforeAnOrderThatIsUnderWay) {
   EXPECT_EQ(bench.sent[0].request, WithCrc({1, 0x05, 0x00, 0x64, 0xFF, 0x00}));
   EXPECT_EQ(bench.sent[0].priority, Priority::kStop);
   bench.RunUntil([&] { return bench.Finals() == 2; });
-  EXPECT_EQ(bench.output.outcomes.front().second.state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.output.outcomes.front().second.state, CommandState::kSucceeded);
   EXPECT_TRUE(bench.output.outcomes.front().second.verified);
   EXPECT_TRUE(bench.unit.stop_coil);
-  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded) << "the parameters are read all the same";
+  EXPECT_EQ(bench.Last().state, CommandState::kSucceeded) << "the parameters are read all the same";
 }
 
 TEST(StopMotor, DoesNotWaitForTheFence) {
@@ -177,7 +177,7 @@ TEST(StopMotor, DoesNotWaitForTheFence) {
   ASSERT_FALSE(bench.sent.empty());
   EXPECT_EQ(bench.Count(kStop), 1);
   bench.RunUntil([&] { return bench.Last().IsFinal(); });
-  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded) << bench.Last().text;
+  EXPECT_EQ(bench.Last().state, CommandState::kSucceeded) << bench.Last().text;
   EXPECT_GE(bench.Count({0x02}), 1) << "its reading back does";
 }
 
@@ -193,7 +193,7 @@ TEST(StopMotor, IsSentAgainUntilTheCoilReadsOn) {
     }
     return bench.unit.Answer(request);
   };
-  EXPECT_EQ(bench.Do("stop_motor").state, OrderState::kSucceeded) << bench.Last().text;
+  EXPECT_EQ(bench.Do("stop_motor").state, CommandState::kSucceeded) << bench.Last().text;
   EXPECT_EQ(bench.Count(kStop), 3);
   EXPECT_EQ(bench.unit.stops, 1);
 }
@@ -205,10 +205,10 @@ TEST(StopMotor, SaysSoWhenTheUnitDoesNotTakeIt) {
     return IsWrite(request) ? WithCrc(request[0] == 1 ? ByteList{1, 0x85, 0x02} : ByteList())
                             : bench.unit.Answer(request);
   };
-  EXPECT_EQ(bench.Do("stop_motor").state, OrderState::kFailed);
+  EXPECT_EQ(bench.Do("stop_motor").state, CommandState::kFailed);
   EXPECT_THAT(bench.Last().text, HasSubstr("stop the motor by other means"));
   bench.wire = [](const ByteList&) { return ByteList(); };
-  EXPECT_EQ(bench.Do("stop_motor").state, OrderState::kIndeterminate) << "it may have arrived";
+  EXPECT_EQ(bench.Do("stop_motor").state, CommandState::kIndeterminate) << "it may have arrived";
   EXPECT_THAT(bench.Last().text, HasSubstr("stop the motor by other means"));
 }
 
@@ -239,7 +239,7 @@ TEST(StopMotor, GoesOutOnALineThatIsNeverIdle) {
   EXPECT_LE(bench.sent[0].at - asked, 25 * kMillisecond);
   EXPECT_TRUE(bench.unit.stop_coil);
   RunOnABusyLine(bench, [&] { return bench.Last().IsFinal(); });
-  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded) << bench.Last().text << ": replies come through";
+  EXPECT_EQ(bench.Last().state, CommandState::kSucceeded) << bench.Last().text << ": replies come through";
   EXPECT_TRUE(bench.Last().verified);
 }
 
@@ -272,7 +272,7 @@ TEST(StopMotor, IsRepeatedFor5SecondsAndIndeterminateWhenNothingCanBeRead) {
   const MonoNs begun = bench.now;
   bench.Begin("stop_motor");
   RunOnABusyLine(bench, [&] { return bench.Last().IsFinal(); });
-  EXPECT_EQ(bench.Last().state, OrderState::kIndeterminate);
+  EXPECT_EQ(bench.Last().state, CommandState::kIndeterminate);
   EXPECT_THAT(bench.Last().text, HasSubstr("bytes came that are no answer"));
   EXPECT_THAT(bench.Last().text, HasSubstr("stop the motor by other means"));
   EXPECT_FALSE(bench.Last().verified);
@@ -285,7 +285,7 @@ TEST(StopMotor, IsRepeatedFor5SecondsAndIndeterminateWhenNothingCanBeRead) {
   RunOnABusyLine(bench, [&] { return bench.Count(kStop) >= 5; });
   garbled = false;
   RunOnABusyLine(bench, [&] { return bench.Finals() == 2; });
-  EXPECT_EQ(bench.Last().state, OrderState::kSucceeded) << bench.Last().text;
+  EXPECT_EQ(bench.Last().state, CommandState::kSucceeded) << bench.Last().text;
 }
 
 TEST(StopMotor, IsRepeatedWhileTheCoilReadsOffAndThenFails) {
@@ -297,7 +297,7 @@ TEST(StopMotor, IsRepeatedWhileTheCoilReadsOffAndThenFails) {
     bench.unit.stop_coil = false;
     return reply;
   };
-  EXPECT_EQ(bench.Do("stop_motor").state, OrderState::kFailed);
+  EXPECT_EQ(bench.Do("stop_motor").state, CommandState::kFailed);
   EXPECT_EQ(bench.Last().reason, Reason::REASON_READ_BACK_DIFFERS);
   EXPECT_GT(bench.Count(kStop), 3);
 }
@@ -308,7 +308,7 @@ TEST(StopMotor, LogsInFirstOnlyWhenItMust) {
   bench.RunUntil([&] { return bench.unit.logged_in; });
   bench.unit.PowerCycle();
   bench.sent.clear();
-  EXPECT_EQ(bench.Do("stop_motor").state, OrderState::kSucceeded) << bench.Last().text;
+  EXPECT_EQ(bench.Do("stop_motor").state, CommandState::kSucceeded) << bench.Last().text;
   EXPECT_EQ(bench.Count(kStop), 2);
   EXPECT_EQ(bench.unit.stops, 1);
   for (const DeviceFixture::Sent& one : bench.sent)
@@ -323,7 +323,7 @@ TEST(StopMotor, IsTriedOnAUnitThatSeemsToBeGone) {
   bench.Turns(10);
   EXPECT_EQ(bench.Do("read_parameters").reason, Reason::REASON_DEVICE_OFFLINE);
   bench.wire = answer;
-  EXPECT_EQ(bench.Do("stop_motor").state, OrderState::kSucceeded) << bench.Last().text;
+  EXPECT_EQ(bench.Do("stop_motor").state, CommandState::kSucceeded) << bench.Last().text;
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ std::optional<Outcome> MotorStop::OnAnswer(const Answer& answer) {
 // After some stops without an answer the coil is read all the same: one of them may have arrived.
 std::optional<Outcome> MotorStop::OnWritten(const Answer& answer) {
   if (answer.refused()) {
-    return Final(OrderState::kFailed, Reason::REASON_DEVICE_REFUSED,
+    return Final(CommandState::kFailed, Reason::REASON_DEVICE_REFUSED,
                  "the unit refused the stop: " + CauseOf(answer) + "; stop the motor by other means");
   }
   ++writes_;
@@ -53,7 +53,7 @@ std::optional<Outcome> MotorStop::Repeat(const Answer& answer) {
   unanswered_ = 0;
   if (!IsOver(answer.end)) return std::nullopt;
   if (seen_off_) {
-    return Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+    return Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                  Text("the stop coil reads 0 after %d stops: stop the motor by other means", writes_));
   }
   const bool bytes = !answer.ok() && answer.error != ErrorKind::kTimeout && !answer.refused();
@@ -61,9 +61,9 @@ std::optional<Outcome> MotorStop::Repeat(const Answer& answer) {
 }
 
 Outcome MotorStop::GiveUp(std::int32_t reason, const std::string& cause) const {
-  if (!sent_) return Final(OrderState::kFailed, reason, "the stop was not sent: " + cause);
+  if (!sent_) return Final(CommandState::kFailed, reason, "the stop was not sent: " + cause);
   return Final(
-      OrderState::kIndeterminate, reason,
+      CommandState::kIndeterminate, reason,
       Text("the stop was sent %d times, but the stop coil could not be read: %s; stop the motor by other means",
            std::max(writes_, 1), cause.c_str()));
 }

@@ -28,7 +28,7 @@ std::string After(const Outcome& outcome, const std::string& key) {
 TEST(ReadParameter, ShowsOneInItsUnit) {
   DeviceFixture bench;
   bench.GoOnline();
-  EXPECT_EQ(bench.Do("read_parameter", {{"name", "start_time_2"}}).state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Do("read_parameter", {{"name", "start_time_2"}}).state, CommandState::kSucceeded);
   EXPECT_EQ(bench.Last().text, "start_time_2 3.1 s");  // register 21 holds 31
   EXPECT_EQ(After(bench.Last(), "start_time_2"), "3.1");
 }
@@ -36,7 +36,7 @@ TEST(ReadParameter, ShowsOneInItsUnit) {
 TEST(ReadParameters, ShowsAllAsFourHexDigitsARegister) {
   DeviceFixture bench;
   bench.GoOnline();
-  EXPECT_EQ(bench.Do("read_parameters").state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Do("read_parameters").state, CommandState::kSucceeded);
   std::string digits;
   for (const char* key : {"registers 0-18", "registers 19-36", "registers 37-54"}) {
     ASSERT_NE(FindChange(bench.Last(), key), nullptr) << key;
@@ -55,7 +55,7 @@ TEST(ReadParameters, NoRequestSpansAGap) {
   DeviceFixture bench;
   bench.GoOnline();
   bench.sent.clear();
-  EXPECT_EQ(bench.Do("read_parameters").state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Do("read_parameters").state, CommandState::kSucceeded);
   std::vector<int> asked(55, 0);
   for (const DeviceFixture::Sent& one : bench.sent) {
     if (one.request[1] != 0x03) continue;
@@ -72,7 +72,7 @@ TEST(ReadParameters, ShowsUpToFourByName) {
   DeviceFixture bench;
   bench.GoOnline();
   const char* names = "log_interval,power_upper_a_1_50hz,excessive_shock_limit,overheat_limit";
-  EXPECT_EQ(bench.Do("read_parameters", {{"names", names}}).state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Do("read_parameters", {{"names", names}}).state, CommandState::kSucceeded);
   EXPECT_EQ(After(bench.Last(), "log_interval"), "0.2");
   EXPECT_EQ(After(bench.Last(), "power_upper_a_1_50hz"), "1.0");
   EXPECT_EQ(After(bench.Last(), "excessive_shock_limit"), "0.63");
@@ -104,7 +104,7 @@ TEST(WriteParameter, IsReadBackAndCountsAsWear) {
   DeviceFixture bench(kLoginKeys);
   bench.GoOnline();
   EXPECT_EQ(bench.Do("write_parameter", {{"name", "power_upper_b_3_60hz"}, {"value", "125.5"}}).state,
-            OrderState::kSucceeded)
+            CommandState::kSucceeded)
       << bench.Last().text;
   EXPECT_TRUE(bench.Last().verified);
   EXPECT_EQ(bench.unit.holdings[29], 1'255);
@@ -127,7 +127,7 @@ TEST(WriteParameters, WritesNeighboursTogetherAndOnlyWhatDiffers) {
                                          {"log_interval", "0.2"},        // as it is
                                          {"overheat_limit", "100"}})     // 52
                 .state,
-            OrderState::kSucceeded)
+            CommandState::kSucceeded)
       << bench.Last().text;
   EXPECT_EQ(bench.unit.holdings[8], 50);
   EXPECT_EQ(bench.unit.holdings[9], 60);
@@ -138,7 +138,7 @@ TEST(WriteParameters, WritesNeighboursTogetherAndOnlyWhatDiffers) {
   EXPECT_EQ(bench.output.nv_writes, 2);
   EXPECT_THAT(bench.Last().text, HasSubstr("4 of 5 parameters were written"));
   // Again: nothing is written.
-  EXPECT_EQ(bench.Do("write_parameters", {{"start_time_1", "5"}}).state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Do("write_parameters", {{"start_time_1", "5"}}).state, CommandState::kSucceeded);
   EXPECT_EQ(bench.output.nv_writes, 2);
 }
 
@@ -148,7 +148,7 @@ TEST(WriteParameters, TakesSixteen) {
   bench.GoOnline();
   std::vector<std::pair<std::string, std::string>> sixteen;
   for (std::size_t i = 0; i < 16; ++i) sixteen.emplace_back(Parameters()[i].name, "0.4");
-  EXPECT_EQ(bench.Do("write_parameters", sixteen).state, OrderState::kSucceeded) << bench.Last().text;
+  EXPECT_EQ(bench.Do("write_parameters", sixteen).state, CommandState::kSucceeded) << bench.Last().text;
   for (unsigned i = 0; i < 16; ++i) EXPECT_EQ(bench.unit.holdings[i], 4) << i;
   EXPECT_EQ(bench.Last().changes.size(), 4U);
   sixteen.emplace_back(Parameters()[16].name, "0.5");
@@ -167,7 +167,7 @@ TEST(WriteParameters, AllAreCheckedBeforeAnyIsSent) {
   };
   for (const auto& arguments : kBad) {
     EXPECT_EQ(bench.Do("write_parameters", arguments).reason, Reason::REASON_BAD_ARGUMENT);
-    EXPECT_EQ(bench.Last().state, OrderState::kRejected);
+    EXPECT_EQ(bench.Last().state, CommandState::kRejected);
   }
   EXPECT_EQ(bench.Do("write_parameter", {{"name", "log_interval"}}).reason, Reason::REASON_BAD_ARGUMENT);
   EXPECT_EQ(bench.Count({0x06}) + bench.Count({0x10}), 0);
@@ -184,7 +184,7 @@ TEST(WriteParameters, ALostReplyIsClearedUpByReadingNotByWritingAgain) {
       return ByteList();
     };
     EXPECT_EQ(bench.Do("write_parameter", {{"name", "log_interval"}, {"value", "1"}}).state,
-              done ? OrderState::kSucceeded : OrderState::kFailed);
+              done ? CommandState::kSucceeded : CommandState::kFailed);
     EXPECT_EQ(bench.Count({0x06}), 1);
     EXPECT_EQ(bench.output.nv_writes, 1) << "it may have been done";
     EXPECT_THAT(bench.Last().text, HasSubstr(done ? "read back" : "log_interval 0.2 instead of 1.0"));
@@ -198,11 +198,11 @@ TEST(WriteParameters, ARefusalEndsIt) {
   bench.wire = [&](const ByteList& request) {
     return request[1] == 0x06 && request[3] == 54 ? WithCrc({1, 0x86, 0x03}) : bench.unit.Answer(request);
   };
-  EXPECT_EQ(bench.Do("write_parameters", {{"log_interval", "1"}}).state, OrderState::kFailed);
+  EXPECT_EQ(bench.Do("write_parameters", {{"log_interval", "1"}}).state, CommandState::kFailed);
   EXPECT_THAT(bench.Last().text, HasSubstr("nothing was written"));
   EXPECT_EQ(bench.output.nv_writes, 0);
   EXPECT_EQ(bench.Do("write_parameters", {{"log_interval", "1"}, {"start_time_1", "5"}}).state,
-            OrderState::kFailed);
+            CommandState::kFailed);
   EXPECT_EQ(bench.Last().reason, Reason::REASON_DEVICE_REFUSED);
   EXPECT_THAT(bench.Last().text, HasSubstr("log_interval 0.2 instead of 1.0"));
   EXPECT_EQ(bench.unit.holdings[8], 50) << "the one before it was written";
@@ -217,7 +217,7 @@ TEST(WriteParameters, IsIndeterminateWhenItCannotBeReadBack) {
     written = written || request[1] == 0x06;
     return written ? ByteList() : bench.unit.Answer(request);
   };
-  EXPECT_EQ(bench.Do("write_parameters", {{"log_interval", "1"}}).state, OrderState::kIndeterminate);
+  EXPECT_EQ(bench.Do("write_parameters", {{"log_interval", "1"}}).state, CommandState::kIndeterminate);
   EXPECT_EQ(After(bench.Last(), "log_interval"), "");
 }
 

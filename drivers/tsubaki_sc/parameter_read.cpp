@@ -10,7 +10,7 @@
 namespace axlecast::tsubaki_sc {
 namespace {
 
-constexpr std::size_t kMostChanges = 4;  // of an outcome
+constexpr std::size_t kMaxChanges = 4;  // of an outcome
 
 std::vector<Block> Wanted(const std::vector<ParameterValue>& parameters) {
   if (parameters.empty()) return {kParameterBlocks.begin(), kParameterBlocks.end()};
@@ -59,14 +59,14 @@ Outcome ParameterRead::ShowSome() const {
   std::vector<Change> changes = std::move(outcome.changes);
   outcome = Verified(Text("%s", text.c_str()));
   outcome.changes = std::move(changes);
-  const std::size_t most = expected_ ? kMostChanges - 1 : kMostChanges;
-  if (outcome.changes.size() > most) outcome.changes.resize(most);
+  const std::size_t maximum = expected_ ? kMaxChanges - 1 : kMaxChanges;
+  if (outcome.changes.size() > maximum) outcome.changes.resize(maximum);
   if (expected_) outcome.changes.push_back(FindingChange(FindingWord(equal)));
   return outcome;
 }
 
 Outcome ParameterRead::GiveUp(std::int32_t reason, const std::string& cause) const {
-  return Final(OrderState::kFailed, reason, "the parameters could not be read: " + cause);
+  return Final(CommandState::kFailed, reason, "the parameters could not be read: " + cause);
 }
 
 }  // namespace axlecast::tsubaki_sc

@@ -10,7 +10,7 @@ namespace {
 
 using Reason = command_status_t;
 
-constexpr std::size_t kMostChanges = 4;  // of an outcome
+constexpr std::size_t kMaxChanges = 4;  // of an outcome
 
 }  // namespace
 
@@ -71,7 +71,7 @@ std::optional<Outcome> ParameterWrite::OnWritten(const Answer& answer) {
     sent_ = written_ > 0;
     if (!sent_) {
       return Final(
-          OrderState::kFailed, Reason::REASON_DEVICE_REFUSED,
+          CommandState::kFailed, Reason::REASON_DEVICE_REFUSED,
           "nothing was written: the unit refused " + std::string(values_[run_].parameter->name) + ": " + refusal_);
     }
     return NextRun(values_.size());
@@ -99,13 +99,13 @@ Outcome ParameterWrite::Done() const {
   std::int32_t reason = Reason::REASON_READ_BACK_DIFFERS;
   if (!refusal_.empty()) reason = Reason::REASON_DEVICE_REFUSED;
   const std::string why = refusal_.empty() ? "it reads" : "the unit refused a write (" + refusal_ + "); it reads";
-  return WithChanges(Final(OrderState::kFailed, reason, Text("%s%s", why.c_str(), differing.c_str())), &after);
+  return WithChanges(Final(CommandState::kFailed, reason, Text("%s%s", why.c_str(), differing.c_str())), &after);
 }
 
 Outcome ParameterWrite::GiveUp(std::int32_t reason, const std::string& cause) const {
-  if (!sent_) return Final(OrderState::kFailed, reason, Text("nothing was written: %s", cause.c_str()));
+  if (!sent_) return Final(CommandState::kFailed, reason, Text("nothing was written: %s", cause.c_str()));
   return WithChanges(
-      Final(OrderState::kIndeterminate, reason,
+      Final(CommandState::kIndeterminate, reason,
             Text("%zu parameters were written, but could not be read back: %s", written_, cause.c_str())),
       nullptr);
 }
@@ -113,7 +113,7 @@ Outcome ParameterWrite::GiveUp(std::int32_t reason, const std::string& cause) co
 // Those that change come first: four fit. Of a running order only what was before is known.
 Outcome ParameterWrite::WithChanges(Outcome outcome, const std::vector<std::uint16_t>* after) const {
   for (const bool changed : {true, false}) {
-    for (std::size_t i = 0; i < before_.size() && outcome.changes.size() < kMostChanges; ++i) {
+    for (std::size_t i = 0; i < before_.size() && outcome.changes.size() < kMaxChanges; ++i) {
       if (Differs(i) != changed) continue;
       const ParameterSpec& parameter = *values_[i].parameter;
       outcome.changes.push_back({std::string(parameter.name), ParameterText(parameter, before_[i]),

@@ -38,7 +38,7 @@ std::optional<Outcome> PasswordChange::OnWritten(const Answer& answer) {
   Wipe(frame_);
   if (answer.refused()) {
     sent_ = false;
-    return Final(OrderState::kFailed, Reason::REASON_DEVICE_REFUSED,
+    return Final(CommandState::kFailed, Reason::REASON_DEVICE_REFUSED,
                  "the password is as it was: the unit refused the new one: " + CauseOf(answer));
   }
   output_.OnNonVolatileWrite();
@@ -54,7 +54,7 @@ std::optional<Outcome> PasswordChange::OnReadBack(const Answer& answer) {
   const std::optional<bool> holds = comparison_.Holds(answer.reply.data);
   if (!holds) return GiveUp(Reason::REASON_NOT_PERMITTED, comparison_.problem());
   if (!*holds) {
-    return Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+    return Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                  "the unit's password reads differently from " + comparison_.name());
   }
   passwords_.Use(comparison_.name());
@@ -64,10 +64,10 @@ std::optional<Outcome> PasswordChange::OnReadBack(const Answer& answer) {
 }
 
 Outcome PasswordChange::GiveUp(std::int32_t reason, const std::string& cause) const {
-  if (!sent_) return Final(OrderState::kFailed, reason, "the password is as it was: " + cause);
+  if (!sent_) return Final(CommandState::kFailed, reason, "the password is as it was: " + cause);
   // Which password would log the unit out is not known.
   login_.Keep();
-  return Final(OrderState::kIndeterminate, reason,
+  return Final(CommandState::kIndeterminate, reason,
                "the new password was sent, but could not be read back: " + cause +
                    "; the unit stays logged in: check_password, then log_out");
 }
@@ -94,7 +94,7 @@ std::optional<Outcome> PasswordCheck::OnAnswer(const Answer& answer) {
 }
 
 Outcome PasswordCheck::GiveUp(std::int32_t reason, const std::string& cause) const {
-  return Final(OrderState::kFailed, reason, "the password could not be compared: " + cause);
+  return Final(CommandState::kFailed, reason, "the password could not be compared: " + cause);
 }
 
 }  // namespace axlecast::tsubaki_sc

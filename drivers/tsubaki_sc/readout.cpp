@@ -34,7 +34,7 @@ std::optional<Outcome> Readout::OnAnswer(const Answer& answer) {
 }
 
 Outcome Readout::GiveUp(std::int32_t reason, const std::string& cause) const {
-  return Final(OrderState::kFailed, reason, "it could not be read: " + cause);
+  return Final(CommandState::kFailed, reason, "it could not be read: " + cause);
 }
 
 std::vector<Block> StateBlocks() { return {kStatus, kStopCoil, kLoginStatus, kMains}; }

@@ -11,7 +11,7 @@ namespace {
 using Reason = command_status_t;
 
 // Trips that come faster than a log can be read.
-constexpr int kMostRestarts = 5;
+constexpr int kMaxRestarts = 5;
 
 }  // namespace
 
@@ -27,7 +27,7 @@ std::optional<Outcome> TripFetch::OnAnswer(const Answer& answer) {
     return std::nullopt;
   }
   failures_ = 0;
-  if (trips_.restarts() > kMostRestarts) {
+  if (trips_.restarts() > kMaxRestarts) {
     return GiveUp(Reason::REASON_BUSY, "the motor trips faster than its logs can be read");
   }
   return std::nullopt;
@@ -56,7 +56,7 @@ Outcome TripFetch::Done() const {
 }
 
 Outcome TripFetch::GiveUp(std::int32_t reason, const std::string& cause) const {
-  return Final(OrderState::kFailed, reason, "not all logs could be read: " + cause);
+  return Final(CommandState::kFailed, reason, "not all logs could be read: " + cause);
 }
 
 }  // namespace axlecast::tsubaki_sc

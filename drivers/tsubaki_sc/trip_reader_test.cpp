@@ -186,7 +186,7 @@ TEST(TripReader, AnIntervalThatTheGuidelineDoesNotKnowIsUnknown) {
 TEST(FetchTripLogs, PublishesAllThatAreRecorded) {
   DeviceFixture bench;
   bench.GoOnline();
-  EXPECT_EQ(bench.Do("fetch_trip_logs").state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Do("fetch_trip_logs").state, CommandState::kSucceeded);
   EXPECT_EQ(bench.Last().text, "no trip is recorded");
   for (int i = 1; i <= 4; ++i) {
     bench.unit.Trip(static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(10 * i));
@@ -194,7 +194,7 @@ TEST(FetchTripLogs, PublishesAllThatAreRecorded) {
   bench.RunUntil([&] { return bench.output.trips.size() == 3; });
   bench.output.trips.clear();
   const MonoNs begin = bench.now;
-  EXPECT_EQ(bench.Do("fetch_trip_logs").state, OrderState::kSucceeded) << bench.Last().text;
+  EXPECT_EQ(bench.Do("fetch_trip_logs").state, CommandState::kSucceeded) << bench.Last().text;
   ASSERT_EQ(bench.output.trips.size(), 3U);
   for (int i = 0; i < 3; ++i) {
     EXPECT_EQ(bench.output.trips[static_cast<std::size_t>(i)].log_index, i + 1);
@@ -210,7 +210,7 @@ TEST(FetchTripLogs, FindsThemAlsoWhenTheCountWasCleared) {
   bench.unit.Trip(0x40, 9);
   bench.unit.inputs[200] = 0;
   bench.GoOnline();
-  EXPECT_EQ(bench.Do("fetch_trip_logs").state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Do("fetch_trip_logs").state, CommandState::kSucceeded);
   ASSERT_EQ(bench.output.trips.size(), 1U);
   EXPECT_EQ(bench.output.trips[0].trip_count, 0) << "which it was is not known";
   EXPECT_EQ(bench.output.trips[0].factor_bits, 0x40);
@@ -226,7 +226,7 @@ TEST(FetchTripLogs, EndsWhenALiveTurnHasCompletedTheLog) {
     bench.output.trips.clear();
     bench.Begin("fetch_trip_logs");
     for (int i = 0; i < 100 && !bench.Last().IsFinal(); ++i) bench.BusSlot(true, i % period != 0);
-    EXPECT_EQ(bench.Last().state, OrderState::kSucceeded) << period << ": " << bench.Last().text;
+    EXPECT_EQ(bench.Last().state, CommandState::kSucceeded) << period << ": " << bench.Last().text;
     EXPECT_EQ(bench.output.trips.size(), 1U) << period;
   }
 }
@@ -243,7 +243,7 @@ TEST(FetchTripLogs, EndsWhenTheUnitRefusesItsStatus) {
     return status ? ByteList{0x01, 0x84, 0x02, 0xC2, 0xC1} : bench.unit.Answer(request);  // illegal data address
   };
   bench.RunUntil([&] { return bench.Last().IsFinal(); });
-  EXPECT_EQ(bench.Last().state, OrderState::kFailed) << bench.Last().text;
+  EXPECT_EQ(bench.Last().state, CommandState::kFailed) << bench.Last().text;
 }
 
 TEST(FetchTripLogs, EndsWhenTheUnitIsGone) {
@@ -254,7 +254,7 @@ TEST(FetchTripLogs, EndsWhenTheUnitIsGone) {
   bench.Turns(3);
   bench.wire = [](const ByteList&) { return ByteList(); };
   bench.RunUntil([&] { return bench.Last().IsFinal(); });
-  EXPECT_EQ(bench.Last().state, OrderState::kFailed);
+  EXPECT_EQ(bench.Last().state, CommandState::kFailed);
   EXPECT_EQ(bench.Last().reason, command_status_t::REASON_NO_REPLY);
 }
 

@@ -12,13 +12,13 @@ TEST(VerifiedOutcome, AStartIsVerifiedOnlyWhereTheStopCoilGoesOff) {
   struct Case {
     bool stopped;
     bool reply;
-    OrderState state;
+    CommandState state;
     bool verified;
   };
-  for (const Case& c : {Case{true, true, OrderState::kSucceeded, true},
-                        {true, false, OrderState::kSucceeded, true},
-                        {false, true, OrderState::kSucceeded, false},
-                        {false, false, OrderState::kIndeterminate, false}}) {
+  for (const Case& c : {Case{true, true, CommandState::kSucceeded, true},
+                        {true, false, CommandState::kSucceeded, true},
+                        {false, true, CommandState::kSucceeded, false},
+                        {false, false, CommandState::kIndeterminate, false}}) {
     DeviceFixture bench("{address: 1, motor_control: start_stop, passwords: {old: {file: /p/old}}, password: old}");
     bench.unit.logged_in = true;
     bench.GoOnline();
@@ -39,7 +39,7 @@ TEST(VerifiedOutcome, WhatHeldAlreadyIsNamedSo) {
   bench.unit.logged_in = true;
   bench.GoOnline();
   bench.unit.inputs[200] = 0;
-  EXPECT_EQ(bench.Do("clear_trip_count").state, OrderState::kSucceeded);
+  EXPECT_EQ(bench.Do("clear_trip_count").state, CommandState::kSucceeded);
   EXPECT_NE(bench.Last().text.find("0 already: nothing was sent"), std::string::npos);
   EXPECT_EQ(bench.unit.clears, 0);
 }

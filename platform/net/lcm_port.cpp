@@ -22,8 +22,8 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kMostPerHandle = 1'000;  // so that Handle returns under any load
-constexpr std::size_t kLongestName = 63;       // LCM's
+constexpr std::size_t kMaxPerHandle = 1'000;  // so that Handle returns under any load
+constexpr std::size_t kLongestName = 63;      // LCM's
 
 // As a regular expression that matches exactly `text`.
 std::string Escaped(const std::string& text) {
@@ -136,7 +136,7 @@ bool LcmPort::Handle(int timeout_ms) {
 bool LcmPort::State::HandleByLcm(int timeout_ms) const {
   errno = 0;
   int handled = lcm_handle_timeout(lcm, timeout_ms);
-  for (std::size_t i = 1; handled > 0 && i < kMostPerHandle; ++i) handled = lcm_handle_timeout(lcm, 0);
+  for (std::size_t i = 1; handled > 0 && i < kMaxPerHandle; ++i) handled = lcm_handle_timeout(lcm, 0);
   return handled >= 0 || errno == EINTR;  // a signal is no failure; LCM reports it as one
 }
 
@@ -157,7 +157,7 @@ bool LcmPort::State::HandleGroup(int timeout_ms) {
                                        : 0;
     read += batch;
     const bool over = called > 0 || left <= 0;
-    if (over && (batch < LcmReceiver::kPerRead || read >= kMostPerHandle)) return true;
+    if (over && (batch < LcmReceiver::kPerRead || read >= kMaxPerHandle)) return true;
   }
 }
 

@@ -21,7 +21,7 @@ class LcmReceiver {
 
   // axlecast's own messages fit one datagram; fragments are other people's.
   static constexpr FragmentLimits kFragments = {.total = 2U << 20, .older = 256U << 10};
-  static constexpr std::size_t kPerRead = MulticastPort::kMostPerRead;
+  static constexpr std::size_t kPerRead = MulticastPort::kMaxPerRead;
 
   explicit LcmReceiver(const LcmUrl& url);
 

@@ -88,7 +88,7 @@ struct MulticastPort::Buffers {
 
 MulticastPort::MulticastPort(const LcmUrl& url)
     : socket_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)),
-      buffers_(std::make_unique<Buffers>(kMostPerRead)),
+      buffers_(std::make_unique<Buffers>(kMaxPerRead)),
       own_host_only_(url.ttl == 0) {
   if (!socket_.valid()) {
     problem_ = Failed("no UDP socket can be made");

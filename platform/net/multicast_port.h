@@ -18,7 +18,7 @@ namespace axlecast {
 // address, which can be forged. Read-only: it sends nothing. One thread.
 class MulticastPort {
  public:
-  static constexpr std::size_t kMostPerRead = 16;  // 1 MiB of room: a flood of the longest ones cannot touch more
+  static constexpr std::size_t kMaxPerRead = 16;  // 1 MiB of room: a flood of the longest ones cannot touch more
   static constexpr std::int64_t kDefaultBuffer = 32 << 20;  // bytes, unless the URL's recv_buf_size says otherwise
 
   struct Received {
@@ -29,7 +29,7 @@ class MulticastPort {
     Bytes bytes;  // until the next Read
   };
 
-  // `url` is a good udpm:// URL. Datagrams of other groups on its port are not received. At most kMostPerRead
+  // `url` is a good udpm:// URL. Datagrams of other groups on its port are not received. At most kMaxPerRead
   // datagrams are read at once, each with 64 KiB of room, which costs memory only as far as datagrams have filled it.
   explicit MulticastPort(const LcmUrl& url);
   ~MulticastPort();
@@ -42,7 +42,7 @@ class MulticastPort {
   [[nodiscard]] const std::string& warning() const { return warning_; }
   [[nodiscard]] int FileDescriptor() const { return socket_.get(); }  // readable when datagrams wait
 
-  // The datagrams that wait, at most kMostPerRead; does not wait, allocates nothing. One that
+  // The datagrams that wait, at most kMaxPerRead; does not wait, allocates nothing. One that
   // another host sent although ttl=0 is empty.
   [[nodiscard]] std::span<const Received> Read();
 

@@ -46,7 +46,7 @@ UdpmReceiver::Sender& UdpmReceiver::Find(const SenderAddress& address) {
     places.splice(places.end(), places, known->second.place);
     return known->second;
   }
-  if (senders_.size() >= kMostSenders) Forget();
+  if (senders_.size() >= kMaxSenders) Forget();
   Sender& sender = senders_[address];
   sender.place = strangers_.insert(strangers_.end(), address);
   return sender;

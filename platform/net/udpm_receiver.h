@@ -41,9 +41,9 @@ struct SenderCount {
 // handed on, repeated ones too. Pure: no clock, no socket.
 class UdpmReceiver {
  public:
-  // Of kMostSenders the one that is silent for longest is forgotten: first those of fewer than kEstablished messages, so
+  // Of kMaxSenders the one that is silent for longest is forgotten: first those of fewer than kEstablished messages, so
   // that a flood from ever new addresses displaces no sender of the machine.
-  static constexpr std::size_t kMostSenders = 1'024;
+  static constexpr std::size_t kMaxSenders = 1'024;
   static constexpr std::int64_t kEstablished = 16;
 
   using Sink = std::function<void(const ReceivedMessage&)>;

@@ -139,11 +139,11 @@ TEST_F(UdpmReceiverTest, CountsWhatIsNotLcm) {
 TEST_F(UdpmReceiverTest, ForgetsTheSenderThatIsSilentForLongestButNotItsLosses) {
   Short(0);
   Short(9);
-  for (std::uint16_t i = 0; i < UdpmReceiver::kMostSenders; ++i) {
+  for (std::uint16_t i = 0; i < UdpmReceiver::kMaxSenders; ++i) {
     ++now_;
     Short(0, {0x0a000001, i});
   }
-  EXPECT_EQ(receiver_.senders().size(), UdpmReceiver::kMostSenders);
+  EXPECT_EQ(receiver_.senders().size(), UdpmReceiver::kMaxSenders);
   EXPECT_EQ(receiver_.senders()[0].lost, 0);
   EXPECT_EQ(receiver_.lost(), 8);
 }
@@ -152,7 +152,7 @@ TEST_F(UdpmReceiverTest, ForgetsTheSenderThatIsSilentForLongestButNotItsLosses) 
 TEST_F(UdpmReceiverTest, ManyNewSendersDisplaceNoneThatIsEstablished) {
   for (std::uint32_t i = 0; i < 20; ++i) Short(i);
   for (std::uint32_t i = 0; i < 50'000; ++i) Short(0, {0x0a000000 + i / 60'000, static_cast<std::uint16_t>(i)});
-  EXPECT_EQ(receiver_.senders().size(), UdpmReceiver::kMostSenders);
+  EXPECT_EQ(receiver_.senders().size(), UdpmReceiver::kMaxSenders);
   Short(22);
   EXPECT_EQ(receiver_.senders()[0].sender, kOne);
   EXPECT_EQ(receiver_.senders()[0].lost, 2);
@@ -164,7 +164,7 @@ TEST_F(UdpmReceiverTest, EstablishedSendersAreBoundedToo) {
     for (std::uint32_t number = 0; number < 20; ++number)
       Short(number, {0x0a000000, static_cast<std::uint16_t>(i)});
   }
-  EXPECT_EQ(receiver_.senders().size(), UdpmReceiver::kMostSenders);
+  EXPECT_EQ(receiver_.senders().size(), UdpmReceiver::kMaxSenders);
 }
 
 FragmentPacket PartOf(std::uint32_t sequence, std::uint32_t part, Bytes bytes) {

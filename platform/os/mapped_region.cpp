@@ -25,7 +25,7 @@ struct Slot {
 };
 static_assert(std::atomic<std::uintptr_t>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);
 
-std::array<Slot, MappedRegion::kMost> slots;
+std::array<Slot, MappedRegion::kMax> slots;
 struct sigaction before_us {};
 
 std::size_t PageSize() {
@@ -78,7 +78,7 @@ std::size_t TakeSlot() {
 
 MappedRegion::MappedRegion(Descriptor file, std::size_t size) : file_(std::move(file)) {
   static const bool kReady = TakeSignal();
-  if (slot_ = kReady ? TakeSlot() : kMost; slot_ == kMost) {
+  if (slot_ = kReady ? TakeSlot() : kMax; slot_ == kMax) {
     error_ = EMFILE;
     return;
   }
@@ -97,7 +97,7 @@ MappedRegion::MappedRegion(Descriptor file, std::size_t size) : file_(std::move(
 }
 
 MappedRegion::~MappedRegion() {
-  if (slot_ == kMost) return;
+  if (slot_ == kMax) return;
   Slot& slot = slots[slot_];
   slot.size = 0;
   if (!bytes_.empty()) munmap(const_cast<std::uint8_t*>(bytes_.data()), bytes_.size());
@@ -110,6 +110,6 @@ std::size_t MappedRegion::Left() const {
   return std::min(bytes_.size(), static_cast<std::size_t>(status.st_size));
 }
 
-bool MappedRegion::fell() const { return slot_ < kMost && slots[slot_].fell; }
+bool MappedRegion::fell() const { return slot_ < kMax && slots[slot_].fell; }
 
 }  // namespace axlecast

@@ -13,7 +13,7 @@ namespace axlecast {
 // mapping on; one of anything else ends the process as ever.
 class MappedRegion {
  public:
-  static constexpr std::size_t kMost = 1'024;  // in a process at a time
+  static constexpr std::size_t kMax = 1'024;  // in a process at a time
 
   // Of the file's first `size` bytes, > 0.
   MappedRegion(Descriptor file, std::size_t size);
@@ -31,7 +31,7 @@ class MappedRegion {
  private:
   Descriptor file_;
   Bytes bytes_;
-  std::size_t slot_ = kMost;  // of the table that the signal handler reads
+  std::size_t slot_ = kMax;  // of the table that the signal handler reads
   int error_ = 0;
 };
 

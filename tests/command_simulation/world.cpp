@@ -82,8 +82,8 @@ void World::StartOne(std::uint32_t number) {
   request.valid_ms = network_.Happens(settings_.short_lived)
                          ? std::uniform_int_distribution<std::int32_t>(1, 100)(random_)
                          : 20'000;
-  const auto later = [&](int most) {
-    return clock_.now + std::uniform_int_distribution<int>(0, most)(random_) * kMillisecond;
+  const auto later = [&](int maximum) {
+    return clock_.now + std::uniform_int_distribution<int>(0, maximum)(random_) * kMillisecond;
   };
   if (network_.Happens(settings_.cancels)) client.cancel_at = later(200);
   if (network_.Happens(settings_.client_kills)) client.kill_at = later(200);

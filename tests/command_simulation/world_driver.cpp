@@ -91,7 +91,7 @@ void WorldDriver::Begin(const DriverCommandServer::Taken& taken) {
                                        : ArgumentOf(order.arguments, "note");
   job.done = job.touch + RandomMs(40);
   const bool refuses = order.operation == "mark" && network_.Happens(0.1);
-  job.outcome.state = refuses ? OrderState::kRejected : OrderState::kSucceeded;
+  job.outcome.state = refuses ? CommandState::kRejected : CommandState::kSucceeded;
   job.touched = refuses;
   jobs_[order.id] = job;
 }
@@ -121,14 +121,14 @@ void WorldDriver::Touch(Job& job) {
     ++devices_.marks[job.note];
   }
   faults.Pass();
-  job.outcome.state = works || job.operation != "mark" ? OrderState::kSucceeded : OrderState::kFailed;
+  job.outcome.state = works || job.operation != "mark" ? CommandState::kSucceeded : CommandState::kFailed;
   job.outcome.verified = works;
 }
 
 void WorldDriver::Cancel(const DriverCommandServer::Taken& cancel) {
   const auto job = jobs_.find(cancel.order.id);
   if (job == jobs_.end() || job->second.touched) return;
-  desk_->Report(job->second.device, job->first, {.state = OrderState::kCancelled}, 0);
+  desk_->Report(job->second.device, job->first, {.state = CommandState::kCancelled}, 0);
   jobs_.erase(job);
 }
 

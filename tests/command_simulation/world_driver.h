@@ -50,8 +50,8 @@ class WorldDriver {
   void Advance(const CommandId& id, Job& job);
   void Touch(Job& job);
   void Cancel(const DriverCommandServer::Taken& cancel);
-  [[nodiscard]] MonoNs RandomMs(int most) {
-    return std::uniform_int_distribution<int>(0, most)(random_) * kMillisecond;
+  [[nodiscard]] MonoNs RandomMs(int maximum) {
+    return std::uniform_int_distribution<int>(0, maximum)(random_) * kMillisecond;
   }
 
   const BusConfig& bus_;

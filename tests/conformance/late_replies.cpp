@@ -85,8 +85,8 @@ void LateRun::Run(MonoNs duration) {
   for (const MonoNs end = clock_.Now() + duration; clock_.Now() < end;) bus_->RunOnce(end);
 }
 
-void LateRun::Exchange(std::int64_t count, MonoNs most) {
-  const MonoNs end = clock_.Now() + most;
+void LateRun::Exchange(std::int64_t count, MonoNs maximum) {
+  const MonoNs end = clock_.Now() + maximum;
   for (const std::int64_t last = exchanges() + count; exchanges() < last && clock_.Now() < end;) {
     if (clock_.Now() >= next_step_) Step();
     bus_->RunOnce(next_step_);

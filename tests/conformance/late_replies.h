@@ -31,7 +31,7 @@ class LateRun final : private LinkObserver {
   LateRun(const MachineConfig& machine, const BusConfig& bus, SecretSource& secrets, LateMix mix);
 
   // Runs until so many more exchanges are over, or `most` has passed. A frame that is sent unasked counts as an exchange.
-  void Exchange(std::int64_t count, MonoNs most = 1'000'000 * kSecond);
+  void Exchange(std::int64_t count, MonoNs maximum = 1'000'000 * kSecond);
 
   [[nodiscard]] std::int64_t exchanges() const { return streams_ ? readings_ : bus_->counters().exchanges; }
   [[nodiscard]] std::int64_t readings() const { return readings_; }

@@ -20,8 +20,8 @@ namespace axlecast {
 namespace {
 
 constexpr MonoNs kRecorded = 3 * kSecond;
-constexpr std::size_t kMostMessages = 60;  // of a recording
-constexpr int kMostSteps = 100;            // of an input
+constexpr std::size_t kMaxMessages = 60;  // of a recording
+constexpr int kMaxSteps = 100;            // of an input
 
 void Require(bool holds) {
   if (!holds) std::abort();
@@ -55,7 +55,7 @@ std::vector<wire_t> Record(const MachineConfig& machine, const BusConfig& bus) {
   bridge.allow_unsigned = true;
   Driver driver(bus, bridge, 42, std::move(ports));
   const auto recorded = [&] { return data.Messages("WIRE/" + bus.name).size(); };
-  for (const MonoNs end = clock.Now() + kRecorded; clock.Now() < end && recorded() < kMostMessages;)
+  for (const MonoNs end = clock.Now() + kRecorded; clock.Now() < end && recorded() < kMaxMessages;)
     driver.RunOnce();
   driver.Stop();
   return data.All<wire_t>("WIRE/" + bus.name);
@@ -166,7 +166,7 @@ class HostileLog {
         break;
       }
       case 3:
-        at_ += input.ConsumeIntegralInRange<std::size_t>(0, kMostMessages);
+        at_ += input.ConsumeIntegralInRange<std::size_t>(0, kMaxMessages);
         break;
       case 4:
         OnDevice(input);
@@ -220,7 +220,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size == 0) return 0;
   FuzzedDataProvider input(data + 1, size - 1);
   HostileLog log(kCaptures[data[0] % kCaptures.size()]);
-  for (int i = 0; i < kMostSteps && input.remaining_bytes() > 0; ++i) log.Step(input);
+  for (int i = 0; i < kMaxSteps && input.remaining_bytes() > 0; ++i) log.Step(input);
   log.End();
   return 0;
 }

@@ -90,11 +90,11 @@ TEST_P(RedecodeConformance, AWholeRecordingGivesTheSameReadings) {
 
 TEST_P(RedecodeConformance, WhatNoDriverCanHaveSentIsUnreadable) {
   Record(42, kSecond);
-  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
+  constexpr std::int64_t kMax = std::numeric_limits<std::int64_t>::max();
   MemorySink again;
   BusRedecoder redecoder(captured_, again);
   std::int64_t sent = 0;
-  for (const std::int64_t number : {kMost, -kMost, std::int64_t{-1}}) {
+  for (const std::int64_t number : {kMax, -kMax, std::int64_t{-1}}) {
     for (std::int64_t wire_t::*field : {&wire_t::seq, &wire_t::dropped, &wire_t::mono_ns, &wire_t::utime}) {
       wire_t message = Wire().at(0);
       message.*field = number;

@@ -163,7 +163,7 @@ TEST_P(RefusalConformance, WhatComesTooLateOrWithoutALinkIsRefused) {
     late.begin_by = rig->clock.Now() - 1;
     const auto refusal = AskAndBegin(*rig, late);
     ASSERT_TRUE(refusal);
-    EXPECT_EQ(refusal->state, OrderState::kExpired);
+    EXPECT_EQ(refusal->state, CommandState::kExpired);
   }
   rig->TellLink(Event::Kind::kLinkDown);
   for (const DriverCommand& order : orders) {

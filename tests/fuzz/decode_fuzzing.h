@@ -19,17 +19,17 @@ inline void Require(bool holds) {
 }
 
 // A number of one byte, or any text of up to `most` characters.
-inline std::string NumberOrText(FuzzedDataProvider& input, std::size_t most) {
+inline std::string NumberOrText(FuzzedDataProvider& input, std::size_t maximum) {
   return input.ConsumeBool() ? std::to_string(input.ConsumeIntegral<std::uint8_t>())
-                             : input.ConsumeRandomLengthString(most);
+                             : input.ConsumeRandomLengthString(maximum);
 }
 
 // Up to `most` settings, each of one of these keys and what `value(input)` returns.
 template <typename Value>
-DecodeSettings DrawSettings(FuzzedDataProvider& input, std::size_t most,
+DecodeSettings DrawSettings(FuzzedDataProvider& input, std::size_t maximum,
                             std::initializer_list<const char* const> keys, Value value) {
   DecodeSettings settings;
-  while (settings.size() < most && input.ConsumeBool()) {
+  while (settings.size() < maximum && input.ConsumeBool()) {
     const char* key = input.PickValueInArray(keys);
     settings.emplace_back(key, value(input));
   }

@@ -27,7 +27,7 @@ class ProbeFuzz {
     for (int steps = 0;; ++steps) {
       const std::optional<Step> step = probe_->Next(now_);
       if (!step) break;
-      Check(steps < kMostSteps);
+      Check(steps < kMaxSteps);
       if (const auto* exchange = std::get_if<Exchange>(&step->action)) Check(reads(exchange->request));
       Check(!std::holds_alternative<Send>(step->action));
       End(*step);
@@ -37,7 +37,7 @@ class ProbeFuzz {
   }
 
  private:
-  static constexpr int kMostSteps = 200'000;
+  static constexpr int kMaxSteps = 200'000;
 
   static void Check(bool holds) {
     if (!holds) std::abort();

@@ -252,9 +252,9 @@ TEST_P(OrderStreamTest, StarvesNeitherTheOtherUnitNorItsOwn) {
   // At least every third slot is a live one, under stops without end every ninth; each unit has half of them, and a reading
   // takes two.
   const bool stops = std::string(GetParam()) == "stop_motor";
-  const std::size_t least = static_cast<std::size_t>(kTime / kLiveCycle / 2 / (stops ? 10 : 3));
-  EXPECT_GE(Motor(1).size(), least);
-  EXPECT_GE(Motor(2).size(), least);
+  const std::size_t minimum = static_cast<std::size_t>(kTime / kLiveCycle / 2 / (stops ? 10 : 3));
+  EXPECT_GE(Motor(1).size(), minimum);
+  EXPECT_GE(Motor(2).size(), minimum);
   for (const char* device : {"DEVICE/gm1", "DEVICE/gm2"}) {
     for (const auto& info : data_.All<device_info_t>(device)) {
       // Stops without end leave it one slot in nine: its readings are old then, but it has not failed.

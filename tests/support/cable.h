@@ -35,7 +35,7 @@ class Cable {
     ++waits_;
     at_one_instant_ = now == last_wait_ ? at_one_instant_ + 1 : 0;
     last_wait_ = now;
-    if (at_one_instant_ > kMostWaits) throw std::runtime_error("the driver turns in circles at one instant");
+    if (at_one_instant_ > kMaxWaits) throw std::runtime_error("the driver turns in circles at one instant");
   }
   // Nothing when it is lost.
   [[nodiscard]] std::optional<std::vector<std::uint8_t>> Damaged(Bytes bytes) const {
@@ -46,7 +46,7 @@ class Cable {
   }
 
  private:
-  static constexpr int kMostWaits = 10'000;
+  static constexpr int kMaxWaits = 10'000;
 
   Damage damage_;
   bool plugged_ = true;

@@ -75,7 +75,7 @@ void PolledDevice::OnReply(const Event& event) {
   if (bytes[1] == kStop) wants_stop = false;
   if (bytes[1] == kTouch && order_) {
     output_.OnOutcome(*std::exchange(order_, std::nullopt),
-                      {.state = OrderState::kSucceeded, .text = "touched", .verified = true, .changes = {}});
+                      {.state = CommandState::kSucceeded, .text = "touched", .verified = true, .changes = {}});
   }
   output_.OnSample({.at = {event.sent.first, event.received.last}, .counts = bytes[2] << 8 | bytes[3]});
 }

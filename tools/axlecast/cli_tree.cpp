@@ -48,11 +48,11 @@ ordered_json OptionTree(const CLI::Option& option) {
   ordered_json json;
   json["names"] = Names(option);
   json["description"] = option.get_description();
-  const int most = option.get_items_expected_max();
-  if (most > 0) {
+  const int maximum = option.get_items_expected_max();
+  if (maximum > 0) {
     SetValue(json, option);
     json["least"] = option.get_items_expected_min();
-    if (most < CLI::detail::expected_max_vector_size) json["most"] = most;
+    if (maximum < CLI::detail::expected_max_vector_size) json["most"] = maximum;
   }
   if (option.get_required()) json["required"] = true;
   SetIf(json, "default", option.get_default_str());

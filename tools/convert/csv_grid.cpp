@@ -16,9 +16,9 @@
 namespace axlecast {
 namespace {
 
-constexpr std::int64_t kMostRows = 100'000'000;
+constexpr std::int64_t kMaxRows = 100'000'000;
 constexpr std::int64_t kWaitUs = 10'000'000;  // rows wait so long for a channel that is silent
-constexpr std::size_t kMostWaiting = 100'000;
+constexpr std::size_t kMaxWaiting = 100'000;
 
 // "DEVICE/axis1" of "POSITION/axis1", behind any prefix.
 std::string DeviceChannel(std::string_view position_channel) {
@@ -73,7 +73,7 @@ class Rows {
   void Set(std::size_t channel, std::int64_t index, const GridChannel::Cell& cell) {
     if (index < next_) return;
     while (static_cast<std::int64_t>(waiting_.size()) <= index - next_ && good_) {
-      if (waiting_.size() >= kMostWaiting) WriteFirst();
+      if (waiting_.size() >= kMaxWaiting) WriteFirst();
       waiting_.emplace_back(reached_.size());
     }
     if (!good_) return;
@@ -140,7 +140,7 @@ Conversion WriteCsvGrid(const EventRange& events, const EventRange& all, const T
     done.problem = "no position is among these events: a time grid is made of POSITION channels";
     return done;
   }
-  if (survey.first < 0 || survey.last / grid.period_us - survey.first / grid.period_us > kMostRows) {
+  if (survey.first < 0 || survey.last / grid.period_us - survey.first / grid.period_us > kMaxRows) {
     done.problem =
         "the positions' times span more than 100,000,000 rows: choose a longer --grid, or --from and --until";
     return done;

@@ -81,7 +81,7 @@ class McapMaking {
     const auto key = std::pair(std::string(name), type);
     const auto known = channels_.find(key);
     if (known != channels_.end()) return known->second;
-    if (channels_.size() >= McapWriter::kMostChannels) return std::nullopt;
+    if (channels_.size() >= McapWriter::kMaxChannels) return std::nullopt;
     std::uint16_t schema = 0;
     if (type != nullptr) {
       const auto [place, fresh] = schemas_.try_emplace(type, 0);

@@ -29,14 +29,14 @@ class McapWriter {
     std::uint64_t log_ns = 0;
     std::string_view data;
   };
-  static constexpr std::size_t kMostChannels = 65'535;  // as of schemas
+  static constexpr std::size_t kMaxChannels = 65'535;   // as of schemas
   static constexpr std::size_t kChunkBytes = 1U << 20;  // a chunk ends with the message that reaches it
 
   explicit McapWriter(Output out);
 
   // A JSON Schema; its id, from 1.
   std::uint16_t AddSchema(std::string_view name, std::string_view schema);
-  // Its id. `schema`: 0 none. At most kMostChannels.
+  // Its id. `schema`: 0 none. At most kMaxChannels.
   std::uint16_t AddChannel(std::uint16_t schema, std::string_view topic, std::string_view encoding);
   void Write(const Message& message);
   void Write(const Attachment& attachment);

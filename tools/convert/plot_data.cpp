@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kMost = 1e300;  // beyond it an axis cannot be computed
+constexpr double kMax = 1e300;  // beyond it an axis cannot be computed
 
 std::int64_t ToMicroseconds(std::int64_t ns) { return ns / 1'000; }
 
@@ -103,7 +103,7 @@ class CurveSource {
   }
   void Add(std::int64_t us, const Json& value, const Json& flags) {
     if (value.is_number() || value.is_null()) found_ = true;
-    if (!value.is_number() || !Usable(field_.field, flags) || std::abs(value.get<double>()) > kMost) {
+    if (!value.is_number() || !Usable(field_.field, flags) || std::abs(value.get<double>()) > kMax) {
       curve_.Break();
     } else {
       curve_.Add(us, value.get<double>());

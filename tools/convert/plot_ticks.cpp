@@ -13,10 +13,10 @@ constexpr std::int64_t kSecondUs = 1'000'000;
 constexpr std::int64_t kDayUs = 86'400 * kSecondUs;
 
 // 1, 2 or 5 times a power of ten, not below `least`.
-double RoundStep(double least) {
-  const double power = std::pow(10.0, std::floor(std::log10(least)));
+double RoundStep(double minimum) {
+  const double power = std::pow(10.0, std::floor(std::log10(minimum)));
   for (const double step : {1.0, 2.0, 5.0}) {
-    if (step * power >= least * (1 - 1e-9)) return step * power;
+    if (step * power >= minimum * (1 - 1e-9)) return step * power;
   }
   return 10 * power;
 }
@@ -30,15 +30,15 @@ std::string NumberLabel(double value, double step) {
 }
 
 // us between ticks, not below `least`.
-std::int64_t TimeStep(double least) {
-  if (least <= static_cast<double>(kSecondUs)) {
-    return std::max<std::int64_t>(1, std::llround(RoundStep(std::max(least, 1.0))));
+std::int64_t TimeStep(double minimum) {
+  if (minimum <= static_cast<double>(kSecondUs)) {
+    return std::max<std::int64_t>(1, std::llround(RoundStep(std::max(minimum, 1.0))));
   }
   for (const std::int64_t seconds :
        {1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1'800, 3'600, 7'200, 10'800, 21'600, 43'200}) {
-    if (static_cast<double>(seconds * kSecondUs) >= least) return seconds * kSecondUs;
+    if (static_cast<double>(seconds * kSecondUs) >= minimum) return seconds * kSecondUs;
   }
-  return std::max<std::int64_t>(1, std::llround(RoundStep(least / static_cast<double>(kDayUs)))) * kDayUs;
+  return std::max<std::int64_t>(1, std::llround(RoundStep(minimum / static_cast<double>(kDayUs)))) * kDayUs;
 }
 
 std::string UtcLabel(std::int64_t us, const char* format) {

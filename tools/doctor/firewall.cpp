@@ -15,8 +15,8 @@ using Json = nlohmann::json;
 enum class Match : std::uint8_t { kNo, kPerhaps, kYes };
 enum class RuleVerdict : std::uint8_t { kNone, kPass, kDrop };  // kPass: accepted, or perhaps accepted
 
-constexpr int kDeepest = 16;         // of chains that jump to one another, as the kernel has it
-constexpr int kMostRules = 100'000;  // that are looked at for one packet
+constexpr int kDeepest = 16;        // of chains that jump to one another, as the kernel has it
+constexpr int kMaxRules = 100'000;  // that are looked at for one packet
 
 std::string Text(const Json& object, const char* key) {
   const auto found = object.find(key);
@@ -117,7 +117,7 @@ class Ruleset {
     if (depth > kDeepest) return RuleVerdict::kPass;
     for (const Json& object : objects_) {
       const auto rule = object.find("rule");
-      if (++seen_ > kMostRules) return RuleVerdict::kPass;
+      if (++seen_ > kMaxRules) return RuleVerdict::kPass;
       if (rule == object.end() || !rule->is_object()) continue;
       if (Place{Text(*rule, "family"), Text(*rule, "table"), Text(*rule, "chain")} != place) continue;
       const auto expressions = rule->find("expr");

@@ -29,8 +29,8 @@ std::vector<PortUse> PortsOf(const MachineConfig& machine) {
 void HeardDrivers::On(const std::string& channel, std::int64_t boot_id) {
   if (IsDriverOf(machine_, channel)) {
     std::set<std::int64_t>& boots = ours_[channel];
-    if (boots.size() < kMostBoots) boots.insert(boot_id);
-  } else if (others_.size() < kMostOthers) {
+    if (boots.size() < kMaxBoots) boots.insert(boot_id);
+  } else if (others_.size() < kMaxOthers) {
     others_.emplace(channel, boot_id);
   }
 }

@@ -92,8 +92,8 @@ struct PortUse {
 // among them.
 class HeardDrivers {
  public:
-  static constexpr std::size_t kMostBoots = 8;     // of one bus; two are a finding
-  static constexpr std::size_t kMostOthers = 100;  // of buses that the machine does not have
+  static constexpr std::size_t kMaxBoots = 8;     // of one bus; two are a finding
+  static constexpr std::size_t kMaxOthers = 100;  // of buses that the machine does not have
 
   explicit HeardDrivers(const MachineConfig& machine) : machine_(machine) {}
 

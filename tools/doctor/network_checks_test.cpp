@@ -125,7 +125,7 @@ TEST(NetworkChecks, InventedDriversAreBoundedAndDisplaceNone) {
     if (i > 5'000) heard.On("DRIVER_STATUS/b0", i);
   }
   host.network.drivers = heard.All();
-  EXPECT_EQ(host.network.drivers.size(), HeardDrivers::kMostOthers + HeardDrivers::kMostBoots);
+  EXPECT_EQ(host.network.drivers.size(), HeardDrivers::kMaxOthers + HeardDrivers::kMaxBoots);
   EXPECT_EQ(CheckDuplicateDriver(machine, host).size(), 1U);
   const Symptoms others = CheckOtherMachine(machine, host);
   ASSERT_EQ(others.size(), 1U);

@@ -7,7 +7,7 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kMostKnown = 10'000;  // anybody may invent channels
+constexpr std::size_t kMaxKnown = 10'000;  // anybody may invent channels
 
 }  // namespace
 
@@ -31,7 +31,7 @@ bool ChannelFilter::Takes(std::string_view channel) {
   } catch (const std::regex_error&) {
     takes = invert_;  // too complex for this name: not found in it
   }
-  if (known_.size() < kMostKnown) known_.emplace(channel, takes);
+  if (known_.size() < kMaxKnown) known_.emplace(channel, takes);
   return takes;
 }
 

@@ -188,9 +188,9 @@ TEST_F(MetricsTextTest, NamesThatTheFileDoesNotListAreCountedAndGetNoSeries) {
     Hear("ALARM/recorder/" + name, BusyAlarm());
   }
   EXPECT_EQ(lines(), before);
-  EXPECT_EQ(Value("axlecast_unlisted_senders{kind=\"device\"}"), std::to_string(MachineView::kFewUnlisted));
-  EXPECT_EQ(Value("axlecast_unlisted_senders{kind=\"bus\"}"), std::to_string(MachineView::kFewUnlisted));
-  EXPECT_EQ(Value("axlecast_unlisted_senders{kind=\"recorder\"}"), std::to_string(Monitor::kMostRecorders));
+  EXPECT_EQ(Value("axlecast_unlisted_senders{kind=\"device\"}"), std::to_string(MachineView::kMaxUnlisted));
+  EXPECT_EQ(Value("axlecast_unlisted_senders{kind=\"bus\"}"), std::to_string(MachineView::kMaxUnlisted));
+  EXPECT_EQ(Value("axlecast_unlisted_senders{kind=\"recorder\"}"), std::to_string(Monitor::kMaxRecorders));
   EXPECT_EQ(Value("axlecast_device_readings_total{device=\"axis1\"}"), "5000");
 }
 

@@ -20,7 +20,7 @@ bool CommandHistory::On(command_status_t status) {
   const auto known = std::find_if(newest_.rbegin(), newest_.rend(),
                                   [&status](const command_status_t& other) { return SameId(other, status); });
   if (known == newest_.rend()) {
-    if (newest_.size() == kMost) newest_.pop_front();
+    if (newest_.size() == kMax) newest_.pop_front();
     newest_.push_back(std::move(status));
     last_ = newest_.size() - 1;
     if (is_final) ++outcomes_[state];

@@ -11,13 +11,13 @@ namespace axlecast {
 // Commands as COMMAND_STATUS tells of them, each once, by its id.
 class CommandHistory {
  public:
-  static constexpr std::size_t kMost = 256;
+  static constexpr std::size_t kMax = 256;
   static constexpr std::size_t kStates = 10;  // command_status_t STATE_*
 
   // True when it told something new. Answers about unknown ids are passed over.
   bool On(command_status_t status);
 
-  // The newest kMost, in the order in which they were first heard of.
+  // The newest kMax, in the order in which they were first heard of.
   [[nodiscard]] const std::deque<command_status_t>& newest() const { return newest_; }
   // Where newest() holds the command that was heard of last.
   [[nodiscard]] std::size_t last() const { return last_; }

@@ -32,7 +32,7 @@ bool AlarmView::On(alarm_t message, MonoNs now) {
     const alarm_entry_t* before = Find(entries_, entry);
     if (before == nullptr) Keep(message.utime, true, entry);
     changed = changed || before == nullptr || !SameState(*before, entry);
-    if (seen_.size() < kMostSeen) seen_.insert(entry.name);
+    if (seen_.size() < kMaxSeen) seen_.insert(entry.name);
   }
   // Of a cut list, what is missing may only have given way to what is worse.
   const bool complete = total <= message.entries.size();
@@ -50,7 +50,7 @@ bool AlarmView::On(alarm_t message, MonoNs now) {
 
 void AlarmView::Keep(std::int64_t utime, bool appeared, const alarm_entry_t& entry) {
   changes_.push_back({utime, appeared, entry});
-  if (changes_.size() > kMostChanges) changes_.pop_front();
+  if (changes_.size() > kMaxChanges) changes_.pop_front();
 }
 
 std::optional<std::int8_t> DeviceView::State(MonoNs now) const {

@@ -27,8 +27,8 @@ inline constexpr MonoNs kStaleAfter = 2500 * kMillisecond;
 // What the newest ALARM message of one sender says, and how it came to be so.
 class AlarmView {
  public:
-  static constexpr std::size_t kMostChanges = 64;
-  static constexpr std::size_t kMostSeen = 100;  // anybody may publish names
+  static constexpr std::size_t kMaxChanges = 64;
+  static constexpr std::size_t kMaxSeen = 100;  // anybody may publish names
 
   struct Change {
     std::int64_t utime = 0;  // of the message that told it
@@ -59,7 +59,7 @@ class AlarmView {
 
 // What the messages so far say of one device.
 struct DeviceView {
-  static constexpr std::size_t kMostTrips = 16;
+  static constexpr std::size_t kMaxTrips = 16;
 
   std::string name;
   std::string bus;

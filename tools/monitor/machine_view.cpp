@@ -78,7 +78,7 @@ bool SameTrip(const trip_log_t& one, const trip_log_t& other) {
 bool OnTrip(DeviceView& device, const trip_log_t& trip) {
   const auto same = [&trip](const trip_log_t& known) { return SameTrip(known, trip); };
   if (std::any_of(device.trips.begin(), device.trips.end(), same)) return false;
-  if (device.trips.size() == DeviceView::kMostTrips) device.trips.erase(device.trips.begin());
+  if (device.trips.size() == DeviceView::kMaxTrips) device.trips.erase(device.trips.begin());
   device.trips.push_back(trip);
   return true;
 }
@@ -187,7 +187,7 @@ void MachineView::FollowReading(DeviceView& device, MonoNs now) {
 
 DeviceView* MachineView::DeviceOf(std::string_view name) {
   DeviceView* known = Find(devices_, name);
-  const bool room = devices_.size() - listed_devices_ < RoomFor(kMostUnlistedDevices);
+  const bool room = devices_.size() - listed_devices_ < RoomFor(kMaxUnlistedDevices);
   if (known != nullptr || unlisted_ == Unlisted::kIgnored || !IsName(name)) return known;
   if (!room) {
     ++turned_away_;
@@ -202,7 +202,7 @@ DeviceView* MachineView::DeviceOf(std::string_view name) {
 
 BusView* MachineView::BusOf(std::string_view name) {
   BusView* known = Find(buses_, name);
-  const bool room = buses_.size() - listed_buses_ < RoomFor(kMostUnlistedBuses);
+  const bool room = buses_.size() - listed_buses_ < RoomFor(kMaxUnlistedBuses);
   if (known != nullptr || unlisted_ == Unlisted::kIgnored || !IsName(name)) return known;
   if (!room) {
     ++turned_away_;
@@ -215,8 +215,8 @@ BusView* MachineView::BusOf(std::string_view name) {
 }
 
 // A file that lists devices makes others strangers: a few are shown, so that somebody notices them.
-std::size_t MachineView::RoomFor(std::size_t most) const {
-  return listed_devices_ == 0 ? most : std::min(most, kFewUnlisted);
+std::size_t MachineView::RoomFor(std::size_t maximum) const {
+  return listed_devices_ == 0 ? maximum : std::min(maximum, kMaxUnlisted);
 }
 
 void MachineView::Tick(MonoNs now) {

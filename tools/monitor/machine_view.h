@@ -43,9 +43,9 @@ enum class Unlisted : std::uint8_t { kIgnored, kShown };
 // heard, in the order in which they came. Pure: fed with messages and instants. What it holds is bounded whatever is sent.
 class MachineView {
  public:
-  static constexpr std::size_t kMostUnlistedDevices = 256;  // without a file that lists any: all of a log
-  static constexpr std::size_t kMostUnlistedBuses = 32;
-  static constexpr std::size_t kFewUnlisted = 16;  // of each, beside those of a file
+  static constexpr std::size_t kMaxUnlistedDevices = 256;  // without a file that lists any: all of a log
+  static constexpr std::size_t kMaxUnlistedBuses = 32;
+  static constexpr std::size_t kMaxUnlisted = 16;  // of each, beside those of a file
 
   explicit MachineView(const MachineConfig& machine, Unlisted unlisted = Unlisted::kIgnored);
 
@@ -77,7 +77,7 @@ class MachineView {
  private:
   DeviceView* DeviceOf(std::string_view name);
   BusView* BusOf(std::string_view name);
-  [[nodiscard]] std::size_t RoomFor(std::size_t most) const;
+  [[nodiscard]] std::size_t RoomFor(std::size_t maximum) const;
   void FollowReading(DeviceView& device, MonoNs now);
   Heard OnBus(std::string_view kind, std::string_view name, Bytes message, MonoNs now);
   Heard OnDevice(std::string_view kind, std::string_view name, Bytes message, MonoNs now);

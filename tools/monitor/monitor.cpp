@@ -70,7 +70,7 @@ bool Monitor::HasRoomForRecorder(std::string_view name) const {
   if (listed_recorders_.contains(name)) return true;
   const auto others = std::count_if(recorders_.begin(), recorders_.end(),
                                     [](const RecorderView& recorder) { return !recorder.listed; });
-  return static_cast<std::size_t>(others) < kMostRecorders;
+  return static_cast<std::size_t>(others) < kMaxRecorders;
 }
 
 Heard Monitor::OnRecorder(std::string_view name, Bytes message, MonoNs now) {

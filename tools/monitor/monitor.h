@@ -43,7 +43,7 @@ class Monitor {
   static constexpr const char* kDataChannels =
       "(POSITION|MOTOR|LIMITS|DEVICE|ALARM|BUS|BUS_TIMES|TRIP|RECORDER)/.*";
   static constexpr const char* kCommandChannels = "COMMAND_STATUS";
-  static constexpr std::size_t kMostRecorders = 16;  // beside those of the machine's file, which always have room
+  static constexpr std::size_t kMaxRecorders = 16;  // beside those of the machine's file, which always have room
   static constexpr std::size_t kLargestMessage = kMaxMessage;  // bytes; longer ones are nobody's of axlecast
 
   // Without a file (a log alone): MachineConfig{}; every device is then one that was only heard.

@@ -118,7 +118,7 @@ TEST_F(MonitorTest, KeepsEachTripOnce) {
   EXPECT_TRUE(Hear("TRIP/axis1", TripMessage(1, 180)).news) << "the count was cleared, and it tripped again";
   EXPECT_THAT(device().trips, SizeIs(2));
   for (int i = 0; i < 100; ++i) Hear("TRIP/axis1", TripMessage(i, 210));
-  EXPECT_THAT(device().trips, SizeIs(DeviceView::kMostTrips));
+  EXPECT_THAT(device().trips, SizeIs(DeviceView::kMaxTrips));
   EXPECT_EQ(device().trips.back().trip_count, 99);
 }
 
@@ -187,13 +187,13 @@ TEST_F(MonitorTest, HoldsNoMoreWhateverIsSent) {
     Hear("COMMAND_STATUS", status);
   }
   const MachineView& machine = monitor_.machine();
-  EXPECT_THAT(machine.devices(), SizeIs(1 + MachineView::kFewUnlisted));
-  EXPECT_THAT(machine.buses(), SizeIs(1 + MachineView::kFewUnlisted));
-  EXPECT_EQ(machine.turned_away(), 2 * (1'000 - static_cast<std::int64_t>(MachineView::kFewUnlisted)));
-  EXPECT_THAT(monitor_.recorders(), SizeIs(Monitor::kMostRecorders));
-  EXPECT_THAT(monitor_.commands().newest(), SizeIs(CommandHistory::kMost));
-  EXPECT_THAT(device().alarms.changes(), SizeIs(AlarmView::kMostChanges));
-  EXPECT_THAT(device().alarms.seen(), SizeIs(AlarmView::kMostSeen));
+  EXPECT_THAT(machine.devices(), SizeIs(1 + MachineView::kMaxUnlisted));
+  EXPECT_THAT(machine.buses(), SizeIs(1 + MachineView::kMaxUnlisted));
+  EXPECT_EQ(machine.turned_away(), 2 * (1'000 - static_cast<std::int64_t>(MachineView::kMaxUnlisted)));
+  EXPECT_THAT(monitor_.recorders(), SizeIs(Monitor::kMaxRecorders));
+  EXPECT_THAT(monitor_.commands().newest(), SizeIs(CommandHistory::kMax));
+  EXPECT_THAT(device().alarms.changes(), SizeIs(AlarmView::kMaxChanges));
+  EXPECT_THAT(device().alarms.seen(), SizeIs(AlarmView::kMaxSeen));
   EXPECT_LE(monitor_.channels().size(), 5 * machine.devices().size());
   EXPECT_GT(monitor_.passed_over(), 1'000);
 }
@@ -206,7 +206,7 @@ TEST(MonitorRecordersTest, InventedNamesTakeNoPlaceOfARecorderOfTheMachine) {
   const auto health = Encoded(RecorderMessage(0));
   for (int i = 0; i < 100; ++i) monitor.OnMessage("RECORDER/x" + std::to_string(i), health, kSecond);
   for (const char* name : {"press3", "alarms"}) monitor.OnMessage("RECORDER/" + std::string(name), health, kSecond);
-  EXPECT_THAT(monitor.recorders(), SizeIs(Monitor::kMostRecorders + 2));
+  EXPECT_THAT(monitor.recorders(), SizeIs(Monitor::kMaxRecorders + 2));
   EXPECT_EQ(monitor.recorders().back().name, "alarms");
 }
 
@@ -218,8 +218,8 @@ TEST(MonitorWithoutAFileTest, ShowsWhatALogHoldsBoundedToo) {
     monitor.OnMessage("DEVICE/x" + std::to_string(i), info, kSecond);
     monitor.OnMessage("BUS/x" + std::to_string(i), bus, kSecond);
   }
-  EXPECT_THAT(monitor.machine().devices(), SizeIs(MachineView::kMostUnlistedDevices));
-  EXPECT_THAT(monitor.machine().buses(), SizeIs(MachineView::kMostUnlistedBuses));
+  EXPECT_THAT(monitor.machine().devices(), SizeIs(MachineView::kMaxUnlistedDevices));
+  EXPECT_THAT(monitor.machine().buses(), SizeIs(MachineView::kMaxUnlistedBuses));
 }
 
 TEST_F(MonitorTest, PassesOverWhatIsNoNameTooLongOrMalformed) {

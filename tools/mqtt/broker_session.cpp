@@ -93,7 +93,7 @@ void BrokerSession::SuspectOldest() {
   }
   tries_ = oldest >= 0 && oldest == suspect_ ? tries_ + 1 : 1;
   suspect_ = oldest;
-  if (suspect_ < 0 || tries_ < kMostTries) return;
+  if (suspect_ < 0 || tries_ < kMaxTries) return;
   outbox_.Refuse(suspect_);
   suspect_ = -1;
 }

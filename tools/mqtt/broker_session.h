@@ -39,7 +39,7 @@ class BrokerSession {
   static constexpr MonoNs kLongestPause = 8 * kSecond;
   static constexpr MonoNs kStable = 10 * kSecond;  // a connection that lasted so long resets the pause
   static constexpr MonoNs kStatusEvery = 10 * kSecond;
-  static constexpr int kMostTries = 5;  // connections that ended over one and the same message
+  static constexpr int kMaxTries = 5;  // connections that ended over one and the same message
 
   BrokerSession(BrokerLink& link, Outbox& outbox, BrokerStatusMessages status);
 

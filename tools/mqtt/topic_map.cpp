@@ -7,7 +7,7 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kMostRecorders = 32;  // whose names are no part of the machine's file
+constexpr std::size_t kMaxRecorders = 32;  // whose names are no part of the machine's file
 constexpr MonoNs kAtOnce = 100 * kMillisecond;
 constexpr MonoNs kAnyway = 60 * kSecond;  // a state that has not changed: its counters have
 
@@ -87,7 +87,7 @@ bool TopicMap::IsRecorder(const std::string& name) {
   const bool good = !name.empty() && name.size() <= 24 &&
                     name.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-") ==
                         std::string::npos;
-  if (!good || recorders_.size() >= kMostRecorders) return false;
+  if (!good || recorders_.size() >= kMaxRecorders) return false;
   recorders_.insert(name);
   return true;
 }

@@ -43,7 +43,7 @@ void ChannelLosses::On(const LoggedMessage& message) {
   if (!head) return;
   auto channel = channels_.find(message.channel);
   if (channel == channels_.end()) {
-    if (channels_.size() >= kMostChannels) return;
+    if (channels_.size() >= kMaxChannels) return;
     channel = channels_.emplace(message.channel, SequenceCount()).first;
   }
   channel->second.On(head->boot_id, head->seq);

@@ -22,7 +22,7 @@ struct ChannelLoss {
 // Messages of other types are passed over.
 class ChannelLosses {
  public:
-  static constexpr std::size_t kMostChannels = 4'096;  // anybody may invent more
+  static constexpr std::size_t kMaxChannels = 4'096;  // anybody may invent more
 
   void On(const LoggedMessage& message);
 

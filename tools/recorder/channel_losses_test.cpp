@@ -44,7 +44,7 @@ TEST(ChannelLosses, CountsThoseThatCameFirstHoweverManyChannelsAreInvented) {
   }
   On<position_t>(losses, "POSITION/axis1", 9);
   const auto found = losses.losses();
-  EXPECT_EQ(found.size(), ChannelLosses::kMostChannels);
+  EXPECT_EQ(found.size(), ChannelLosses::kMaxChannels);
   EXPECT_EQ(found[0].channel, "POSITION/axis1");
   EXPECT_EQ(found[0].lost, 8);
 }

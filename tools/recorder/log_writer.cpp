@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kFlushBytes = 1 << 20;
 constexpr MonoNs kRetry = kSecond;
 constexpr MonoNs kHousekeeping = kSecond;
-constexpr int kMostCopies = 9'999;  // of one name
+constexpr int kMaxCopies = 9'999;  // of one name
 
 bool IsFull(int error) { return error == ENOSPC || error == EDQUOT; }
 
@@ -144,7 +144,7 @@ int LogWriter::CreateFile(const Pending& log) {
   const std::string plain = PathOf(log, 0);
   int copy = plain == newest_name_ ? newest_copy_ + 1 : 0;
   int error = EEXIST;
-  for (; copy <= kMostCopies; ++copy) {
+  for (; copy <= kMaxCopies; ++copy) {
     status_.file = PathOf(log, copy);
     error = file_.Create(status_.file);
     if (error != EEXIST) break;

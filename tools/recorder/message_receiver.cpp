@@ -15,7 +15,7 @@ namespace {
 constexpr MonoNs kCountDrops = 100 * kMillisecond;
 constexpr int kBatchesPerTurn = 16;    // so that no port starves another
 constexpr int kOthersQueue = 100'000;  // messages in LCM's own queue
-constexpr int kMostHandles = 1'000;    // at the end
+constexpr int kMaxHandles = 1'000;     // at the end
 constexpr std::int64_t kAnyTime = std::numeric_limits<std::int64_t>::max();
 
 }  // namespace
@@ -64,7 +64,7 @@ std::string MessageReceiver::Run(int stop) {
 
 void MessageReceiver::ReadAll(std::int64_t until) {
   for (Source& source : sources_) {
-    for (int i = 0; i < kBatchesPerTurn && ReadBatch(source, until) == MulticastPort::kMostPerRead; ++i) {
+    for (int i = 0; i < kBatchesPerTurn && ReadBatch(source, until) == MulticastPort::kMaxPerRead; ++i) {
     }
   }
 }
@@ -94,14 +94,14 @@ void MessageReceiver::Take(const ReceivedMessage& message) {
 void MessageReceiver::Drain() {
   const std::int64_t until = clock_.UtcMicroseconds();
   for (Source& source : sources_) {
-    while (ReadBatch(source, until) == MulticastPort::kMostPerRead) {
+    while (ReadBatch(source, until) == MulticastPort::kMaxPerRead) {
     }
   }
   CountDrops();
   const std::scoped_lock lock(mutex_);
   for (OtherSource& other : others_) {
     std::int64_t before = -1;
-    for (int i = 0; i < kMostHandles && before != from_others_; ++i) {
+    for (int i = 0; i < kMaxHandles && before != from_others_; ++i) {
       before = from_others_;
       static_cast<void>(other.port.Handle(0));
     }

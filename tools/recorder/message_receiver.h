@@ -31,7 +31,7 @@ struct IntakeCounts {
 class OverflowTally {
  public:
   void On(const SenderAddress& sender) {
-    if (counts_.size() < UdpmReceiver::kMostSenders || counts_.contains(sender)) ++counts_[sender];
+    if (counts_.size() < UdpmReceiver::kMaxSenders || counts_.contains(sender)) ++counts_[sender];
   }
   [[nodiscard]] std::int64_t Of(const SenderAddress& sender) const {
     const auto found = counts_.find(sender);

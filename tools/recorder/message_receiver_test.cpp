@@ -16,7 +16,7 @@ TEST(OverflowTally, CountsTheSendersThatCameFirstHoweverManyAreInvented) {
   tally.On(Sender(7));
   for (std::uint32_t number = 100; number < 100'000; ++number) tally.On(Sender(number));
   tally.On(Sender(7));
-  EXPECT_EQ(tally.senders(), UdpmReceiver::kMostSenders);
+  EXPECT_EQ(tally.senders(), UdpmReceiver::kMaxSenders);
   EXPECT_EQ(tally.Of(Sender(7)), 2);
   EXPECT_EQ(tally.Of(Sender(99'999)), 0);
 }

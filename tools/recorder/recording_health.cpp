@@ -11,7 +11,7 @@ namespace {
 // As recorder_health_t.lcm says.
 constexpr std::size_t kFileBytes = 200;
 constexpr std::size_t kErrorBytes = 160;
-constexpr std::size_t kMostSenders = 16;
+constexpr std::size_t kMaxSenders = 16;
 
 std::int8_t StateOf(const RecordingStatus& status, bool stopping) {
   if (status.Failed() || status.disk.state == DiskState::kFailed) return recorder_health_t::STATE_ERROR;
@@ -63,7 +63,7 @@ recorder_health_t RecordingHealth::Make(const RecordingStatus& status, MonoNs no
   const auto& senders = status.intake.senders;
   health.total_senders =
       static_cast<std::int16_t>(std::min<std::size_t>(senders.size(), std::numeric_limits<std::int16_t>::max()));
-  for (std::size_t i = 0; i < std::min(senders.size(), kMostSenders); ++i) {
+  for (std::size_t i = 0; i < std::min(senders.size(), kMaxSenders); ++i) {
     sender_loss_t& sender = health.senders.emplace_back();
     sender.sender = SenderText(senders[i].sender);
     sender.received = senders[i].received;

@@ -98,9 +98,9 @@ void RecordingSession::WriteBatch(MessageBatch& batch) {
 }
 
 // At most so many messages, and none while the disk takes nothing.
-void RecordingSession::Record(MessageBatch& batch, std::int64_t most) {
+void RecordingSession::Record(MessageBatch& batch, std::int64_t maximum) {
   const MonoNs now = clock_.Now();
-  for (std::int64_t i = 0; i < most && !writer_.blocked(); ++i) {
+  for (std::int64_t i = 0; i < maximum && !writer_.blocked(); ++i) {
     const auto message = batch.Next();
     if (!message) return;
     recorder_.On(*message, now);

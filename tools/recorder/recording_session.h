@@ -70,7 +70,7 @@ class RecordingSession {
   void Read();
   void Write();
   void WriteBatch(MessageBatch& batch);
-  void Record(MessageBatch& batch, std::int64_t most);
+  void Record(MessageBatch& batch, std::int64_t maximum);
   void Finish(MessageBatch& batch);
   void Share();
 

@@ -10,8 +10,8 @@ namespace axlecast {
 namespace {
 
 // Anybody may invent more of both; together about 6 MB.
-constexpr std::size_t kMostChannels = 1'000;
-constexpr std::size_t kMostAlarms = 64;   // of a channel; a message of axlecast holds fewer
+constexpr std::size_t kMaxChannels = 1'000;
+constexpr std::size_t kMaxAlarms = 64;    // of a channel; a message of axlecast holds fewer
 constexpr std::size_t kLongestName = 24;  // alarm_entry_t.lcm; std::regex recurses for each character
 
 bool IsPresent(const alarm_entry_t& entry) {
@@ -36,7 +36,7 @@ bool TriggerWatch::Fires(const LoggedMessage& message) {
   auto known = standing_.find(message.channel);
   const bool first = known == standing_.end();
   if (first) {
-    if (standing_.size() >= kMostChannels) return false;
+    if (standing_.size() >= kMaxChannels) return false;
     known = standing_.try_emplace(std::string(message.channel)).first;
   }
   bool fires = false;
@@ -44,12 +44,12 @@ bool TriggerWatch::Fires(const LoggedMessage& message) {
   for (const alarm_entry_t& entry : alarms->entries) {
     const bool stood = first ? entry.first_utime < began_ : known->second.contains(entry.name);
     if (!IsPresent(entry) && !(stood && entry.state == alarm_entry_t::STATE_UNKNOWN)) continue;
-    if (standing.size() < kMostAlarms) standing.insert(entry.name);
+    if (standing.size() < kMaxAlarms) standing.insert(entry.name);
     fires = fires || (!stood && IsFound(trigger_, known->first + ' ' + entry.name));
   }
   // A message holds only the worst ones: what it does not name may stand still.
   const bool all = std::cmp_less_equal(alarms->total, alarms->entries.size());
-  if (!all && standing.size() + known->second.size() <= kMostAlarms) standing.merge(known->second);
+  if (!all && standing.size() + known->second.size() <= kMaxAlarms) standing.merge(known->second);
   known->second = std::move(standing);
   return fires;
 }

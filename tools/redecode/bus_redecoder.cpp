@@ -8,13 +8,13 @@ namespace {
 
 constexpr MonoNs kTick = 100 * kMillisecond;  // of a driver's channels
 constexpr MonoNs kLatest = kNever / 2;
-constexpr MonoNs kMostTicks =
+constexpr MonoNs kMaxTicks =
     60 * kSecond;  // a longer silence is skipped: channels have said all that they have to say
 constexpr std::string_view kGapReason = "the recording has a gap here";
 
 // What a driver can have sent; arithmetic with it stays in range.
 bool IsInRange(const wire_t& message) {
-  const auto within = [](std::int64_t value, std::int64_t most) { return value >= 0 && value <= most; };
+  const auto within = [](std::int64_t value, std::int64_t maximum) { return value >= 0 && value <= maximum; };
   return within(message.mono_ns, kLatest) && within(message.utime, kLatest / kMicrosecond) &&
          within(message.seq, kLatest) && within(message.dropped, kLatest);
 }
@@ -110,7 +110,7 @@ void BusRedecoder::Deliver(const Event& event) {
 void BusRedecoder::TickUntil(MonoNs now) {
   if (now <= now_) return;
   recorded_ += now - now_;
-  next_tick_ = std::max(next_tick_, now - kMostTicks);
+  next_tick_ = std::max(next_tick_, now - kMaxTicks);
   for (; next_tick_ <= now; next_tick_ += kTick) {
     for (Unit& unit : units_) unit.channel->Tick(next_tick_);
   }

@@ -9,8 +9,8 @@ namespace {
 // us. Times of one log run back a little where a recorder has several sources; by more, its clock was set.
 constexpr std::int64_t kClockSet = 1'000'000;
 constexpr std::int64_t kShortestRound =
-    1'000;                            // us; a log of one event must not be played a million times a second
-constexpr int kMostPassed = 100'000;  // events at a time that are not played
+    1'000;                           // us; a log of one event must not be played a million times a second
+constexpr int kMaxPassed = 100'000;  // events at a time that are not played
 
 }  // namespace
 
@@ -94,10 +94,10 @@ void Replay::PassHead() {
 }
 
 void Replay::Settle() {
-  for (int passed = 0; passed < kMostPassed; ++passed) {
+  for (int passed = 0; passed < kMaxPassed; ++passed) {
     if (AtEnd()) EndRound();
     if (AtEnd() || Judge()) return;
-    if (passed + 1 < kMostPassed) PassHead();
+    if (passed + 1 < kMaxPassed) PassHead();
   }
 }
 

@@ -7,7 +7,7 @@ namespace {
 
 // Every port makes it; each trial sets its own.
 constexpr LineFormat kAtFirst = {.baud = 9'600};
-constexpr int kMostReads = 100;  // a line that never rests must not hold a scan up
+constexpr int kMaxReads = 100;  // a line that never rests must not hold a scan up
 
 }  // namespace
 
@@ -26,7 +26,7 @@ std::string SerialScanLine::Open() {
 bool SerialScanLine::Set(const ProbeTrial& trial) {
   const bool set = port_.SetFormat(trial.line);
   bool lost = false;
-  for (int i = 0; i < kMostReads && !lost; ++i) {  // what came at the rate before
+  for (int i = 0; i < kMaxReads && !lost; ++i) {  // what came at the rate before
     const Event* stray = medium_.FindStray();
     if (stray == nullptr) break;
     lost = stray->kind == Event::Kind::kLinkDown;

@@ -9,13 +9,13 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kMostBuses = 64;         // a damaged log names no more
-constexpr std::size_t kMostEntries = 24 * 92;  // three months of each
+constexpr std::size_t kMaxBuses = 64;         // a damaged log names no more
+constexpr std::size_t kMaxEntries = 24 * 92;  // three months of each
 
 // What has come since `before` in the same life of the driver.
 void AddDifference(ErrorTrend::Entry& to, const ErrorTrend::Entry& before, const ErrorTrend::Entry& now) {
   const auto add = [](std::int64_t& sum, std::int64_t from, std::int64_t until) {
-    sum = std::min(sum + Growth(from, until), kMostCounts);
+    sum = std::min(sum + Growth(from, until), kMaxCounts);
   };
   add(to.exchanges, before.exchanges, now.exchanges);
   add(to.reopens, before.reopens, now.reopens);
@@ -31,7 +31,7 @@ std::int64_t ErrorTrend::Entry::Failed() const {
 }
 
 void ErrorTrend::OnBus(const bus_health_t& health) {
-  if (buses_.size() >= kMostBuses && !buses_.contains(health.bus)) return;
+  if (buses_.size() >= kMaxBuses && !buses_.contains(health.bus)) return;
   Bus& bus = buses_[health.bus];
   Entry now;
   now.exchanges = health.exchanges;
@@ -41,7 +41,7 @@ void ErrorTrend::OnBus(const bus_health_t& health) {
   if (bus.seq >= 0 && bus.boot_id == health.boot_id && health.seq <= bus.seq) return;  // told again, or late
   const bool same_life = bus.seq >= 0 && bus.boot_id == health.boot_id;
   const std::int64_t span = health.utime - health.utime % kSpan;
-  if (bus.entries.size() >= kMostEntries && !bus.entries.contains(span)) bus.entries.erase(bus.entries.begin());
+  if (bus.entries.size() >= kMaxEntries && !bus.entries.contains(span)) bus.entries.erase(bus.entries.begin());
   AddDifference(bus.entries[span], same_life ? bus.counted : Entry{}, now);
   bus.port = health.port;
   bus.boot_id = health.boot_id;

@@ -12,7 +12,7 @@ namespace {
 constexpr double kStretch = 0.02;  // s
 constexpr double kGap = 1;         // s without a valid position, after which the motion is watched anew
 // Less is a shaft that stands, and says nothing about the axis.
-constexpr double kLeastMotionRpm = 10;
+constexpr double kMinMotionRpm = 10;
 // A limit of which more than this share was reached leaves too little margin.
 constexpr double kNear = 0.8;
 
@@ -27,11 +27,11 @@ double Rpm(double rad_s) { return rad_s * 60 / (2 * std::numbers::pi); }
 
 }  // namespace
 
-double ProposedLimit(double seen, double margin, double most) {
+double ProposedLimit(double seen, double margin, double maximum) {
   const double wanted = std::max(seen * margin, 1.0);
   const double digit = std::pow(10, std::floor(std::log10(wanted)) - 1);
   const double limit = std::ceil(wanted / digit - 1e-9) * digit;
-  return most > 0 ? std::min(limit, most) : limit;
+  return maximum > 0 ? std::min(limit, maximum) : limit;
 }
 
 void MotionWatch::On(const position_t& position) {
@@ -78,7 +78,7 @@ FindingGroup MotionWatch::Judge(const DeviceConfig& device) const {
   if (own && (speed_rpm_ > kNear * rpm || accel_rad_s2_ > kNear * accel)) {
     limits.verdict = Verdict::kAttention;
     limits.advice = "the axis comes near them; good readings beyond them are not published as valid: " + proposal;
-  } else if (!own && speed_rpm_ < kLeastMotionRpm) {
+  } else if (!own && speed_rpm_ < kMinMotionRpm) {
     limits.verdict = Verdict::kUnjudged;
     limits.advice =
         "run it again while the axis makes its fastest motions, an emergency stop among them: it then proposes "

@@ -39,6 +39,6 @@ class MotionWatch {
 };
 
 // A proposed limit: rounded up to two digits; `most`, the model's, where that is less; 0: the model has none.
-[[nodiscard]] double ProposedLimit(double seen, double margin, double most);
+[[nodiscard]] double ProposedLimit(double seen, double margin, double maximum);
 
 }  // namespace axlecast

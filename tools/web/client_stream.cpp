@@ -8,7 +8,7 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kMostSaid = 100;  // beyond what a start tells
+constexpr std::size_t kMaxSaid = 100;  // beyond what a start tells
 
 }  // namespace
 
@@ -51,7 +51,7 @@ std::string ClientStream::Subscribe(const WebModel& scene, const SubscribeReques
 }
 
 void ClientStream::Say(std::string frame) {
-  if (said_.size() < kMostSaid) said_.push_back(std::move(frame));
+  if (said_.size() < kMaxSaid) said_.push_back(std::move(frame));
 }
 
 std::optional<std::string> ClientStream::NextSaid() {
@@ -101,9 +101,9 @@ bool ClientStream::HasSamples(const WebModel& scene, const Place& place, MonoNs 
 std::string ClientStream::TakeSamples(const WebModel& scene, const std::string& device, Place& place, MonoNs now) {
   const SampleHistory& history = *scene.samples(place.device);
   std::uint64_t begin = std::max(place.row, history.begin());
-  if (!place.past && history.end() - begin > kMostWaiting) begin = history.end() - kMostWaiting;
+  if (!place.past && history.end() - begin > kMaxWaiting) begin = history.end() - kMaxWaiting;
   place.dropped += begin - place.row;
-  place.row = std::min(begin + kMostInFrame, history.end());
+  place.row = std::min(begin + kMaxInFrame, history.end());
   place.past = place.past && place.row < history.end();
   place.sent = now;
   return SamplesFrame(device, scene.columns(place.device), history, begin, place.row, place.dropped);

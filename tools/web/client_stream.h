@@ -21,8 +21,8 @@ class ClientStream {
   static constexpr MonoNs kStatePeriod = 250 * kMillisecond;
   static constexpr MonoNs kSamplesPeriod = 50 * kMillisecond;  // of one device
   static constexpr std::size_t kManyDevices = 16;              // more than these come half as often
-  static constexpr std::uint64_t kMostWaiting = 1000;          // rows of samples; older ones are dropped
-  static constexpr std::uint64_t kMostInFrame = 2000;
+  static constexpr std::uint64_t kMaxWaiting = 1000;           // rows of samples; older ones are dropped
+  static constexpr std::uint64_t kMaxInFrame = 2000;
 
   // The start of a connection; with `reset` after a seek: the subscription stays.
   void Start(WebModel& scene, WebTimestamp now, bool reset = false);

@@ -139,7 +139,7 @@ TEST_F(WebFeedTest, TellsEveryAlarmHoweverSlowTheBrowserIs) {
 
 TEST_F(WebFeedTest, KnowsWhenAnAlarmWouldBeLost) {
   Read();
-  for (std::size_t i = 0; i <= WebModel::kMostEvents; ++i) {
+  for (std::size_t i = 0; i <= WebModel::kMaxEvents; ++i) {
     EXPECT_FALSE(feed_.fell_behind(scene_)) << i;
     Hear("ALARM/axis1", AlarmMessage(static_cast<std::int64_t>(i), {i % 2 == 0 ? "a" : "b"}));
   }
@@ -155,7 +155,7 @@ TEST_F(WebFeedTest, WhatWaitsForBrowsersIsBoundedInBytes) {
   for (int i = 0; i < 4'000; ++i) {
     std::vector<std::string> some(names.begin(), names.end() - i % 2);
     Hear("ALARM/axis1", AlarmMessage(i, some));
-    ASSERT_LE(scene_.event_bytes(), WebModel::kMostEventBytes);
+    ASSERT_LE(scene_.event_bytes(), WebModel::kMaxEventBytes);
   }
   EXPECT_LT(scene_.events_end() - scene_.events_begin(), 4'000U);
 }
@@ -173,9 +173,9 @@ TEST_F(WebFeedTest, InventedDevicesBusesAndRecordersAreFew) {
     Hear("ALARM/recorder/" + name, AlarmMessage(1, {"forged"}));
   }
   const std::size_t devices = scene_.monitor().machine().devices().size();
-  EXPECT_EQ(devices, 1 + MachineView::kFewUnlisted);
-  EXPECT_EQ(scene_.monitor().machine().buses().size(), 1 + MachineView::kFewUnlisted);
-  EXPECT_EQ(scene_.Past(Now().utime).size(), devices + Monitor::kMostRecorders) << "the alarms of each";
+  EXPECT_EQ(devices, 1 + MachineView::kMaxUnlisted);
+  EXPECT_EQ(scene_.monitor().machine().buses().size(), 1 + MachineView::kMaxUnlisted);
+  EXPECT_EQ(scene_.Past(Now().utime).size(), devices + Monitor::kMaxRecorders) << "the alarms of each";
   EXPECT_THAT(scene_.Past(Now().utime)[0], HasSubstr("battery_alarm"));
 }
 
@@ -225,7 +225,7 @@ TEST_F(WebFeedTest, GivesASlowBrowserTheNewestSamplesAndCountsTheRest) {
   HearReadings(5000);
   const std::vector<Json> frames = Read("samples");
   const std::vector<int> values = Values(frames);
-  ASSERT_EQ(values.size(), ClientStream::kMostWaiting);
+  ASSERT_EQ(values.size(), ClientStream::kMaxWaiting);
   EXPECT_EQ(values.back(), 5000);
   EXPECT_EQ(frames.back()["dropped"], 4000);
   HearReadings(10);

@@ -36,7 +36,7 @@ void LogPlayer::Seek(std::int64_t utime, MonoNs now) {
 }
 
 bool LogPlayer::Advance(MonoNs now) {
-  for (int i = 0; i < kMostPerAdvance; ++i) {
+  for (int i = 0; i < kMaxPerAdvance; ++i) {
     const bool reached = target_ < facts_.last_utime && replay_.Utime(now) >= target_;
     if (seeking_ && (reached || replay_.AtEnd())) {
       seeking_ = false;

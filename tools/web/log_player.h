@@ -18,7 +18,7 @@ class LogPlayer {
   static constexpr std::int64_t kLeadUs = 75'000'000;
   static constexpr std::int64_t kFirstLookUs = 2'500'000;
   // Messages that one Advance takes at most, so that the other browsers are served meanwhile.
-  static constexpr int kMostPerAdvance = 20'000;
+  static constexpr int kMaxPerAdvance = 20'000;
 
   // The logs and `machine` outlive it. It is paused, so far behind the
   // log's start that all states have been told.

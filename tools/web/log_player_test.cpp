@@ -122,14 +122,14 @@ TEST_F(LogPlayerTest, EndsAndBeginsAgain) {
 }
 
 TEST_F(LogPlayerTest, TakesNoMoreInOneStepThanTheOthersCanWaitFor) {
-  for (int i = 0; i < 2 * LogPlayer::kMostPerAdvance; ++i)
+  for (int i = 0; i < 2 * LogPlayer::kMaxPerAdvance; ++i)
     Add(kStart + 200'000'000, "POSITION/axis1", PositionMessage(i));
   logs_ = {log_.bytes()};
   LogPlayer player(logs_, machine_, "1", facts_, now_);
   player.Seek(INT64_MAX, now_);
   const SequenceCount& readings = player.scene().monitor().machine().devices()[0].readings;
   EXPECT_FALSE(player.Advance(now_));
-  EXPECT_LE(readings.received(), LogPlayer::kMostPerAdvance);
+  EXPECT_LE(readings.received(), LogPlayer::kMaxPerAdvance);
   int steps = 1;
   while (!player.Advance(now_)) ++steps;
   EXPECT_EQ(steps, 2);

@@ -23,7 +23,7 @@ PageRequest ParseSubscribe(const Json& json) {
   SubscribeRequest request;
   const auto devices = json.find("devices");
   if (devices == json.end() || !devices->is_array()) return BadRequest{"subscribe: devices is no list of names"};
-  if (devices->size() > kMostSubscribed) return BadRequest{"subscribe: too many devices"};
+  if (devices->size() > kMaxSubscribed) return BadRequest{"subscribe: too many devices"};
   for (const Json& device : *devices) {
     if (!device.is_string()) return BadRequest{"subscribe: devices is no list of names"};
     request.devices.push_back(device.get<std::string>());

@@ -32,7 +32,7 @@ struct BadRequest {
 };
 using PageRequest = std::variant<BadRequest, SubscribeRequest, SeekRequest, PlayRequest, SpeedRequest>;
 
-inline constexpr std::size_t kMostSubscribed = 512;
+inline constexpr std::size_t kMaxSubscribed = 512;
 inline constexpr double kSlowestPlay = 0.01;
 inline constexpr double kFastestPlay = 100;
 

@@ -10,7 +10,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (const auto* bad = std::get_if<axlecast::BadRequest>(&request)) {
     if (bad->text.empty()) std::abort();
   } else if (const auto* subscribe = std::get_if<axlecast::SubscribeRequest>(&request)) {
-    if (subscribe->devices.size() > axlecast::kMostSubscribed || !(subscribe->history_s >= 0)) std::abort();
+    if (subscribe->devices.size() > axlecast::kMaxSubscribed || !(subscribe->history_s >= 0)) std::abort();
   } else if (const auto* seek = std::get_if<axlecast::SeekRequest>(&request)) {
     if (seek->utime < 0) std::abort();
   } else if (const auto* speed = std::get_if<axlecast::SpeedRequest>(&request)) {

@@ -50,7 +50,7 @@ TEST(PageRequest, OfDeepNestingIsRefused) {
 
 TEST(PageRequest, OfTooManyDevicesIsRefused) {
   std::string devices;
-  for (std::size_t i = 0; i <= kMostSubscribed; ++i) devices += (i == 0 ? "\"d" : ",\"d") + std::to_string(i) + '"';
+  for (std::size_t i = 0; i <= kMaxSubscribed; ++i) devices += (i == 0 ? "\"d" : ",\"d") + std::to_string(i) + '"';
   EXPECT_THAT(As<BadRequest>(R"({"type":"subscribe","devices":[)" + devices + "]}").text, HasSubstr("too many"));
 }
 

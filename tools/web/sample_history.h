@@ -11,7 +11,7 @@ namespace axlecast {
 class SampleHistory {
  public:
   // `columns` numbers a row; at most `most` rows are kept.
-  SampleHistory(std::size_t columns, std::size_t most) : columns_(columns), most_(most) {}
+  SampleHistory(std::size_t columns, std::size_t maximum) : columns_(columns), most_(maximum) {}
 
   // Where time runs back (somebody set the clock), what was before is void: the rows so far go.
   void Add(std::int64_t utime, std::span<const double> row);

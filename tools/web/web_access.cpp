@@ -144,7 +144,7 @@ bool WebAccess::MayLook(const WebRequest& request, MonoNs now) const {
 std::string WebAccess::Open(MonoNs now) {
   const std::string id = HexDigits(RandomId());
   sessions_.push_back({DigestOf(id), now + kSession});
-  if (sessions_.size() > kMostSessions) sessions_.pop_front();
+  if (sessions_.size() > kMaxSessions) sessions_.pop_front();
   return std::string(kCookie) + '=' + id +
          "; Path=/; HttpOnly; SameSite=Strict; Max-Age=" + std::to_string(kSession / kSecond) +
          (rules_.tls ? "; Secure" : "");

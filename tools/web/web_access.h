@@ -17,7 +17,7 @@ class WebAccess {
   // A token that is shorter could be guessed.
   static constexpr std::size_t kShortestToken = 16;
   static constexpr MonoNs kSession = 12 * 3600 * kSecond;
-  static constexpr std::size_t kMostSessions = 64;
+  static constexpr std::size_t kMaxSessions = 64;
 
   struct Rules {
     std::vector<std::string> names = {};  // of this host, beside localhost and its addresses

@@ -86,7 +86,7 @@ TEST(WebAccess, ForgetsTheOldestSessionWhereThereAreTooMany) {
   WebAccess access = Guarded();
   const std::string first = CookieOf(access.Open(0));
   const std::string second = CookieOf(access.Open(0));
-  for (std::size_t i = 2; i <= WebAccess::kMostSessions; ++i) static_cast<void>(access.Open(0));
+  for (std::size_t i = 2; i <= WebAccess::kMaxSessions; ++i) static_cast<void>(access.Open(0));
   EXPECT_FALSE(access.MayLook({.cookie = first}, 0));
   EXPECT_TRUE(access.MayLook({.cookie = second}, 0));
 }

@@ -141,7 +141,7 @@ bool WebApp::TakesFrame(Client& client) const {
     client.window = now;
     client.frames = 0;
   }
-  return ++client.frames <= kMostFrames;
+  return ++client.frames <= kMaxFrames;
 }
 
 void WebApp::OnFrame(WebConnection connection, std::string_view text) {

@@ -36,7 +36,7 @@ struct WebSiteParts {
 class WebApp final : public WebServices {
  public:
   // Frames of one browser that are taken in a second.
-  static constexpr int kMostFrames = 50;
+  static constexpr int kMaxFrames = 50;
 
   explicit WebApp(WebSiteParts parts) : parts_(std::move(parts)) {}
 

@@ -192,10 +192,10 @@ TEST_F(WebSiteTest, AnswersWhatAPageAsksFor) {
 
 TEST_F(WebSiteTest, EndsAPageThatAsksTooMuch) {
   site_->OnOpen(1);
-  for (int i = 0; i < WebApp::kMostFrames; ++i) site_->OnFrame(1, "{}");
+  for (int i = 0; i < WebApp::kMaxFrames; ++i) site_->OnFrame(1, "{}");
   EXPECT_EQ(site_->NextFrame(1).close, 0);
   clock_.Advance(kSecond);
-  for (int i = 0; i <= WebApp::kMostFrames; ++i) site_->OnFrame(1, "{}");
+  for (int i = 0; i <= WebApp::kMaxFrames; ++i) site_->OnFrame(1, "{}");
   EXPECT_EQ(site_->NextFrame(1).close, 1008);
 }
 

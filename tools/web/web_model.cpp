@@ -129,14 +129,14 @@ void WebModel::Add(std::size_t device, std::int64_t utime, std::span<const doubl
 std::size_t WebModel::RowsFor(std::size_t device) const {
   const bool stranger = !machine_.buses.empty() && !monitor_.machine().devices()[device].listed;
   if (stranger) return kStrangersRows;
-  return device < kManyRows ? kMostRows : kFewRows;
+  return device < kManyRows ? kMaxRows : kMaxFurtherRows;
 }
 
 void WebModel::Tell(std::string frame) {
   event_bytes_ += frame.size();
   events_.push_back(std::move(frame));
   ++events_end_;
-  while (events_.size() > kMostEvents || (event_bytes_ > kMostEventBytes && events_.size() > 1)) {
+  while (events_.size() > kMaxEvents || (event_bytes_ > kMaxEventBytes && events_.size() > 1)) {
     event_bytes_ -= events_.front().size();
     events_.pop_front();
   }

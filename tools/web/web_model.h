@@ -22,12 +22,12 @@ namespace axlecast {
 // browser, and what it holds is bounded.
 class WebModel {
  public:
-  static constexpr std::size_t kMostRows = 30'000;  // of samples a device: 5 min at 100 Hz
-  static constexpr std::size_t kFewRows = 3'000;    // of the devices behind the first kManyRows
+  static constexpr std::size_t kMaxRows = 30'000;        // of samples a device: 5 min at 100 Hz
+  static constexpr std::size_t kMaxFurtherRows = 3'000;  // of the devices behind the first kManyRows
   static constexpr std::size_t kManyRows = 64;
   static constexpr std::size_t kStrangersRows = 500;  // of a device that a file with others does not list
-  static constexpr std::size_t kMostEvents = 4096;
-  static constexpr std::size_t kMostEventBytes = 4U << 20;  // of their frames; the newest is always kept
+  static constexpr std::size_t kMaxEvents = 4096;
+  static constexpr std::size_t kMaxEventBytes = 4U << 20;  // of their frames; the newest is always kept
 
   // `machine` outlives it.
   WebModel(const MachineConfig& machine, std::string version, std::optional<WebLogFacts> log);

@@ -5,7 +5,7 @@
 namespace axlecast {
 namespace {
 
-constexpr double kMostSeconds = 1e6;
+constexpr double kMaxSeconds = 1e6;
 
 void Apply(SimulatedDevice& device, const Script::Assignments& quantities) {
   // Each was tried when the file was read; what was refused there never gets here.
@@ -37,7 +37,7 @@ std::vector<Script::Step> ReadSteps(ConfigMap& map, std::span<const std::string_
   for (ConfigMap& entry : map.List("script")) {
     entry.Require("at_s", "the time of this step after the start, in seconds");
     Script::Step step;
-    step.at = std::llround(entry.Number("at_s", 0, 0, kMostSeconds, "s") * 1e9);
+    step.at = std::llround(entry.Number("at_s", 0, 0, kMaxSeconds, "s") * 1e9);
     if (!steps.empty() && step.at < steps.back().at) {
       entry.Error("at_s", "is earlier than the step before it: put the steps in the order of their times");
     }
@@ -77,7 +77,7 @@ void Script::Run(SimulatedDevice& device, MonoNs now) {
 Script ReadScript(ConfigMap& map, std::span<const std::string_view> names, SimulatedDevice& trial) {
   Script::Assignments initial = ReadQuantities(map, names, trial);
   std::vector<Script::Step> steps = ReadSteps(map, names, trial);
-  const double period_s = map.Number("script_period_s", 0, 0, kMostSeconds, "s (0: once)");
+  const double period_s = map.Number("script_period_s", 0, 0, kMaxSeconds, "s (0: once)");
   const MonoNs period = period_s > 0 ? std::llround(period_s * 1e9) : kNever;
   if (!steps.empty() && period <= steps.back().at) {
     map.Error("script_period_s", "must be later than the script's last step");

@@ -9,9 +9,9 @@
 namespace axlecast {
 namespace {
 
-constexpr double kMostDegrees = 1e8;
-constexpr double kMostRpm = 20'000;
-constexpr double kMostAcceleration = 200'000;  // rad/s^2
+constexpr double kMaxDegrees = 1e8;
+constexpr double kMaxRpm = 20'000;
+constexpr double kMaxAcceleration = 200'000;  // rad/s^2
 
 std::vector<std::string_view> Split(std::string_view text) {
   std::vector<std::string_view> parts;
@@ -44,9 +44,9 @@ std::string OrderShuttle(Shaft& shaft, const std::vector<std::string_view>& part
   double from = 0;
   double to = 0;
   double rpm = 0;
-  if (std::string p = ReadNumber(parts[0], -kMostDegrees, kMostDegrees, "deg", from); !p.empty()) return p;
-  if (std::string p = ReadNumber(parts[1], -kMostDegrees, kMostDegrees, "deg", to); !p.empty()) return p;
-  if (std::string p = ReadNumber(parts[2], 0.001, kMostRpm, "rpm", rpm); !p.empty()) return p;
+  if (std::string p = ReadNumber(parts[0], -kMaxDegrees, kMaxDegrees, "deg", from); !p.empty()) return p;
+  if (std::string p = ReadNumber(parts[1], -kMaxDegrees, kMaxDegrees, "deg", to); !p.empty()) return p;
+  if (std::string p = ReadNumber(parts[2], 0.001, kMaxRpm, "rpm", rpm); !p.empty()) return p;
   shaft.Shuttle(AngleFromDegrees(from), AngleFromDegrees(to), rpm, now);
   return {};
 }
@@ -54,8 +54,8 @@ std::string OrderShuttle(Shaft& shaft, const std::vector<std::string_view>& part
 std::string OrderMove(Shaft& shaft, const std::vector<std::string_view>& parts, MonoNs now) {
   double to = 0;
   double rpm = 0;
-  if (std::string p = ReadNumber(parts[0], -kMostDegrees, kMostDegrees, "deg", to); !p.empty()) return p;
-  if (std::string p = ReadNumber(parts[1], 0.001, kMostRpm, "rpm", rpm); !p.empty()) return p;
+  if (std::string p = ReadNumber(parts[0], -kMaxDegrees, kMaxDegrees, "deg", to); !p.empty()) return p;
+  if (std::string p = ReadNumber(parts[1], 0.001, kMaxRpm, "rpm", rpm); !p.empty()) return p;
   shaft.MoveTo(AngleFromDegrees(to), rpm, now);
   return {};
 }
@@ -86,7 +86,7 @@ std::string OrderMotion(Shaft& shaft, std::string_view text, MonoNs now, std::st
 
 std::string OrderSpeed(Shaft& shaft, std::string_view text, MonoNs now, std::string& motion) {
   double rpm = 0;
-  std::string problem = ReadNumber(text, -kMostRpm, kMostRpm, "rpm", rpm);
+  std::string problem = ReadNumber(text, -kMaxRpm, kMaxRpm, "rpm", rpm);
   if (!problem.empty()) return problem;
   shaft.Run(rpm, now);
   motion = "constant";
@@ -95,7 +95,7 @@ std::string OrderSpeed(Shaft& shaft, std::string_view text, MonoNs now, std::str
 
 std::string OrderAcceleration(Shaft& shaft, std::string_view text) {
   double rad_s2 = 0;
-  std::string problem = ReadNumber(text, 1, kMostAcceleration, "rad/s^2", rad_s2);
+  std::string problem = ReadNumber(text, 1, kMaxAcceleration, "rad/s^2", rad_s2);
   if (problem.empty()) shaft.SetAcceleration(rad_s2);
   return problem;
 }

@@ -16,7 +16,7 @@ struct FaultName {
   std::string_view name;
   std::string_view unit;  // of the amount; empty: it takes none
   double usual = 0;
-  double most = 0;
+  double maximum = 0;
 };
 constexpr std::array<FaultName, 13> kFaults = {{
     {Kind::kNone, "none", ""},
@@ -57,7 +57,7 @@ std::string ParseFault(std::string_view text, SimulatedFault& fault) {
   SimulatedFault parsed{found->kind, found->usual};
   if (colon != std::string_view::npos) {
     if (found->unit.empty()) return "'" + std::string(text) + "': " + name + " takes no amount";
-    std::string problem = ReadNumber(text.substr(colon + 1), 0, found->most, found->unit, parsed.amount);
+    std::string problem = ReadNumber(text.substr(colon + 1), 0, found->maximum, found->unit, parsed.amount);
     if (!problem.empty()) return problem;
   }
   fault = parsed;

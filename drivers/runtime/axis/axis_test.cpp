@@ -32,10 +32,10 @@ struct Walk {
   void Step(std::mt19937_64& random, MonoNs period, std::int64_t home) {
     const double seconds = static_cast<double>(period) * 1e-9;
     const double counts_per_rad = static_cast<double>(kTurn) / (2 * std::numbers::pi);
-    const double most = 80'000 * counts_per_rad * seconds * 0.9;
-    double change = std::uniform_real_distribution<double>(-most, most)(random);
-    if (position > home + 100 * kTurn) change = -most;
-    if (position < home - 100 * kTurn) change = most;
+    const double maximum = 80'000 * counts_per_rad * seconds * 0.9;
+    double change = std::uniform_real_distribution<double>(-maximum, maximum)(random);
+    if (position > home + 100 * kTurn) change = -maximum;
+    if (position < home - 100 * kTurn) change = maximum;
     speed = std::clamp(speed + change, -100.0 * kTurn * 0.99, 100.0 * kTurn * 0.99);
     position += static_cast<std::int64_t>(speed * seconds);
   }

@@ -10,7 +10,7 @@ namespace {
 
 constexpr MonoNs kWindow = kSecond;
 constexpr std::int32_t kBurst = 10;
-constexpr std::int64_t kFewErrors = 3;
+constexpr std::int64_t kMinErrors = 3;
 constexpr double kDegradedShare = 0.01;
 constexpr double kRecoveredShare = 0.005;
 constexpr MonoNs kNoValidFor = 100 * kMillisecond;
@@ -139,7 +139,7 @@ void DeviceHealth::SetUnasked(bool unasked) {
 void DeviceHealth::CloseWindow(MonoNs now) {
   const std::int64_t bad = std::accumulate(window_errors_.begin(), window_errors_.end(), std::int64_t{0});
   const double share = bad == 0 ? 0 : static_cast<double>(bad) / static_cast<double>(bad + window_good_);
-  const bool many = bad >= kFewErrors && share > (share_.empty() ? kDegradedShare : kRecoveredShare);
+  const bool many = bad >= kMinErrors && share > (share_.empty() ? kDegradedShare : kRecoveredShare);
   share_.clear();
   if (many) {
     const auto worst = std::max_element(window_errors_.begin(), window_errors_.end());

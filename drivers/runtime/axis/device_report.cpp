@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kSerialBytes = 32;
 constexpr std::size_t kWhyBytes = 120;
-constexpr std::size_t kMostOperations = 24;
+constexpr std::size_t kMaxOperations = 24;
 
 MonoNs Period(double hz) { return hz > 0 ? static_cast<MonoNs>(static_cast<double>(kSecond) / hz) : 0; }
 
@@ -22,7 +22,7 @@ std::int32_t Microseconds(MonoNs ns) {
 template <typename Permits>
 void AddOperations(std::span<const OperationSpec> operations, Permits permits, device_info_t& info) {
   for (const OperationSpec& operation : operations) {
-    if (operation.internal || !permits(operation.name) || info.operations.size() == kMostOperations) continue;
+    if (operation.internal || !permits(operation.name) || info.operations.size() == kMaxOperations) continue;
     info.operations.push_back(CappedText(operation.name, kNameBytes));
   }
 }

@@ -14,8 +14,8 @@ constexpr std::int64_t kLowAccuracySteps = 32;  // 5 bits
 
 // The mean speed that a stretch may have had, in counts per ns.
 struct SpeedRange {
-  double least;
-  double most;
+  double minimum;
+  double maximum;
 };
 
 SpeedRange MeanSpeed(double distance, double error, double shortest, double longest) {
@@ -70,7 +70,7 @@ bool MotionLimits::AccelerationAllows(const UnwrappedSample& a, const UnwrappedS
   const SpeedRange after =
       MeanSpeed(static_cast<double>(c.counts - b.counts), Error(b, c), static_cast<double>(shortest_2), longest_2);
   // Mean speeds of two adjoining stretches differ by at most acceleration x the distance of their middles.
-  const double change = std::max({0.0, after.least - before.most, before.least - after.most});
+  const double change = std::max({0.0, after.minimum - before.maximum, before.minimum - after.maximum});
   return change <= acceleration_ * (longest_1 + longest_2) / 2;
 }
 

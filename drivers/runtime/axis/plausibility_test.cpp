@@ -45,10 +45,10 @@ TEST(MotionLimits, SpeedBoundAgreesWithASteppedMotion) {
     const auto gap = static_cast<MonoNs>(random() % (5 * kMillisecond)) + 51 * kMicrosecond;
     const auto width = static_cast<MonoNs>(random() % 20'000);
     // The instants may be at the far ends of both intervals; noise and quantisation add.
-    const double most = WalkAtFullSpeed(gap + 2 * width) + kNoise + 1;
+    const double maximum = WalkAtFullSpeed(gap + 2 * width) + kNoise + 1;
     const UnwrappedSample from = At(kSecond, 1'000, width);
-    const auto inside = static_cast<std::int64_t>(std::floor(most - 0.01));
-    const auto outside = static_cast<std::int64_t>(std::ceil(most + 0.01));
+    const auto inside = static_cast<std::int64_t>(std::floor(maximum - 0.01));
+    const auto outside = static_cast<std::int64_t>(std::ceil(maximum + 0.01));
     EXPECT_TRUE(Limits().SpeedAllows(from, At(kSecond + gap, 1'000 + inside, width)));
     EXPECT_TRUE(Limits().SpeedAllows(from, At(kSecond + gap, 1'000 - inside, width)));
     EXPECT_FALSE(Limits().SpeedAllows(from, At(kSecond + gap, 1'000 + outside, width)));
@@ -58,8 +58,8 @@ TEST(MotionLimits, SpeedBoundAgreesWithASteppedMotion) {
 
 // Every constant acceleration and starting speed on a grid that passes exactly through a and b: where can c be?
 struct Range {
-  double least = 1e18;
-  double most = -1e18;
+  double minimum = 1e18;
+  double maximum = -1e18;
 };
 Range BruteForceThird(double a_to_b, double first_s, double second_s) {
   const double scale = static_cast<double>(kTurn) / (2 * std::numbers::pi);
@@ -73,8 +73,8 @@ Range BruteForceThird(double a_to_b, double first_s, double second_s) {
       const double v0 = (a_to_b - au * first_s * first_s / 2) / first_s;
       const double v1 = v0 + au * first_s;
       const double c = v1 * second_s + aw * second_s * second_s / 2;
-      range.least = std::min(range.least, c);
-      range.most = std::max(range.most, c);
+      range.minimum = std::min(range.minimum, c);
+      range.maximum = std::max(range.maximum, c);
     }
   }
   return range;
@@ -93,13 +93,13 @@ TEST(MotionLimits, AccelerationBoundHoldsEveryMotionOfABruteForce) {
     const auto third = [&](double c) {
       return At(kSecond + first + second, a_to_b + static_cast<std::int64_t>(std::round(c)));
     };
-    EXPECT_TRUE(Limits().AccelerationAllows(a, b, third(range.least)));
-    EXPECT_TRUE(Limits().AccelerationAllows(a, b, third(range.most)));
+    EXPECT_TRUE(Limits().AccelerationAllows(a, b, third(range.minimum)));
+    EXPECT_TRUE(Limits().AccelerationAllows(a, b, third(range.maximum)));
     // Tight to what noise and quantisation of three readings leave open.
     const double ratio = static_cast<double>(second) / static_cast<double>(first);
     const double slack = (kNoise + 1) * (1 + ratio) + 3;
-    EXPECT_FALSE(Limits().AccelerationAllows(a, b, third(range.least - slack)));
-    EXPECT_FALSE(Limits().AccelerationAllows(a, b, third(range.most + slack)));
+    EXPECT_FALSE(Limits().AccelerationAllows(a, b, third(range.minimum - slack)));
+    EXPECT_FALSE(Limits().AccelerationAllows(a, b, third(range.maximum + slack)));
   }
 }
 

@@ -6,12 +6,12 @@ namespace axlecast {
 namespace {
 
 // Further than any axis goes, and far enough from overflow.
-constexpr std::int64_t kMostCounts = INT64_C(1) << 60;
+constexpr std::int64_t kMaxCounts = INT64_C(1) << 60;
 
 }  // namespace
 
 Reference::Reference(const DeviceConfig& device) {
-  if (device.datum_counts) of_file_ = Datum{std::clamp(*device.datum_counts, -kMostCounts, kMostCounts), 0};
+  if (device.datum_counts) of_file_ = Datum{std::clamp(*device.datum_counts, -kMaxCounts, kMaxCounts), 0};
   datum_ = of_file_;
 }
 
@@ -21,7 +21,7 @@ bool Reference::Within(MonoNs instant, MonoNs since, MonoNs now) {
 }
 
 void Reference::Set(const Datum& datum, MonoNs set_at, MonoNs now) {
-  const Datum given{std::clamp(datum.counts, -kMostCounts, kMostCounts), datum.utime};
+  const Datum given{std::clamp(datum.counts, -kMaxCounts, kMaxCounts), datum.utime};
   if (lost_ && Within(set_at, lost_at_, now)) lost_ = false;
   if (datum_ == given) return;
   datum_ = given;

@@ -9,17 +9,17 @@
 namespace axlecast {
 namespace {
 
-constexpr double kMostCounts = 4503599627370496.0;      // 2^52
-constexpr double kMostProduct = 4611686018427387904.0;  // 2^62
+constexpr double kMaxCounts = 4503599627370496.0;      // 2^52
+constexpr double kMaxProduct = 4611686018427387904.0;  // 2^62
 constexpr double kWholeTolerance = 1e-9;
 
 // The modulo in counts x |num|, where that is a whole number and the product below cannot overflow; else 0.
 std::int64_t ExactPeriod(const DeviceConfig& device) {
   const double period = device.modulo / device.per_turn * static_cast<double>(device.ratio_den) *
                         static_cast<double>(device.settings->counts_per_turn);
-  const bool whole = period >= 1 && period <= kMostCounts && period == std::round(period);
+  const bool whole = period >= 1 && period <= kMaxCounts && period == std::round(period);
   const double num = std::abs(static_cast<double>(device.ratio_num));
-  return whole && period * num < kMostProduct ? static_cast<std::int64_t>(period) : 0;
+  return whole && period * num < kMaxProduct ? static_cast<std::int64_t>(period) : 0;
 }
 
 }  // namespace
@@ -55,7 +55,7 @@ double Scale::Value(std::int64_t counts) const {
 
 std::optional<std::int64_t> Scale::Counts(double value) const {
   const double counts = value / unit_per_count_;
-  if (!std::isfinite(counts) || std::abs(counts) > kMostCounts) return std::nullopt;
+  if (!std::isfinite(counts) || std::abs(counts) > kMaxCounts) return std::nullopt;
   return std::llround(counts);
 }
 

@@ -7,7 +7,7 @@ namespace axlecast {
 namespace {
 
 constexpr std::int64_t kTolerancesPerTurn = 3'600;  // 0.1 degrees
-constexpr std::int64_t kLeastTolerance = 2;
+constexpr std::int64_t kMinTolerance = 2;
 constexpr MonoNs kSpeedStep = 5 * kMillisecond;
 constexpr double kNsPerMinute = 60e9;
 
@@ -15,7 +15,7 @@ constexpr double kNsPerMinute = 60e9;
 
 Standstill::Standstill(std::int64_t counts_per_turn, std::int64_t noise_counts)
     : counts_per_turn_(counts_per_turn),
-      tolerance_(2 * noise_counts + std::max(kLeastTolerance, counts_per_turn / kTolerancesPerTurn)) {}
+      tolerance_(2 * noise_counts + std::max(kMinTolerance, counts_per_turn / kTolerancesPerTurn)) {}
 
 void Standstill::BeginWatch(const UnwrappedSample& fix) {
   any_ = true;
@@ -46,16 +46,16 @@ void Standstill::Add(const UnwrappedSample& fix, bool continuous) {
 }
 
 void Standstill::Extend(const UnwrappedSample& fix, bool continuous) {
-  const std::int64_t least = std::min(least_, fix.counts);
-  const std::int64_t most = std::max(most_, fix.counts);
-  const bool moved = most - least > tolerance_;
+  const std::int64_t minimum = std::min(least_, fix.counts);
+  const std::int64_t maximum = std::max(most_, fix.counts);
+  const bool moved = maximum - minimum > tolerance_;
   moved_ = moved_ || moved;
   if (moved || (!continuous && !established_)) {
     BeginWindow(fix);
     return;
   }
-  least_ = least;
-  most_ = most;
+  least_ = minimum;
+  most_ = maximum;
   if (fix.at.Middle() - since_ >= kCover) established_ = true;
 }
 

@@ -105,9 +105,9 @@ void BusHealth::Count(const Bus& bus, std::span<const DeviceTally> devices) {
 }
 
 void BusHealth::TakeCan(const Bus& bus, const CanHealth& can) {
-  constexpr int kMost = std::numeric_limits<std::int16_t>::max();
-  message_.can_tec = static_cast<std::int16_t>(std::min(can.tec, kMost));
-  message_.can_rec = static_cast<std::int16_t>(std::min(can.rec, kMost));
+  constexpr int kMax = std::numeric_limits<std::int16_t>::max();
+  message_.can_tec = static_cast<std::int16_t>(std::min(can.tec, kMax));
+  message_.can_rec = static_cast<std::int16_t>(std::min(can.rec, kMax));
   const bool worse = can.worst != nullptr && can.worst->severity >= alarm_entry_t::SEVERITY_WARNING;
   if (bus.up() && worse) message_.state = bus_health_t::STATE_DEGRADED;
 }
@@ -132,13 +132,13 @@ void BusHealth::Rates(MonoNs now, Bus& bus) {
 void BusHealth::LastError(MonoNs now, const Bus& bus, std::span<const DeviceTally> devices,
                           std::string_view can_trouble) {
   std::string text;
-  std::int64_t most = 0;
+  std::int64_t maximum = 0;
   for (std::size_t i = 0; i < devices.size(); ++i) {
     for (std::size_t kind = 0; kind < kErrorKinds; ++kind) {
       const std::int64_t before = i < seen_.size() ? seen_[i].errors[kind] : 0;
       const std::int64_t more = devices[i].errors[kind] - before;
-      if (more <= most) continue;
-      most = more;
+      if (more <= maximum) continue;
+      maximum = more;
       text = std::string(devices[i].device) + ": " + std::to_string(more) + " x " +
              ErrorName(static_cast<ErrorKind>(kind));
     }

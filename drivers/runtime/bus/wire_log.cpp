@@ -12,7 +12,7 @@ constexpr std::size_t kMessageBytes = 72;  // of a message without records and w
 // Of a frame that holds a secret only address and function are shown: its checksum would help to guess. Of bytes that
 // are no frame nothing is: they may begin anywhere in it.
 constexpr std::size_t kShown = 2;
-constexpr std::size_t kMostRecords = (WireLog::kFlushBytes - kMessageBytes) / kRecordBytes;
+constexpr std::size_t kMaxRecords = (WireLog::kFlushBytes - kMessageBytes) / kRecordBytes;
 
 bool FitsInt32(MonoNs value) {
   return value >= std::numeric_limits<std::int32_t>::min() && value <= std::numeric_limits<std::int32_t>::max();
@@ -60,7 +60,7 @@ WireLog::WireLog(const std::string& bus, std::int64_t boot_id, const Timebase& t
   message_.boot_id = boot_id;
   message_.bus = bus;
   message_.kind = kind.kind;
-  message_.records.resize(kMostRecords);
+  message_.records.resize(kMaxRecords);
   for (wire_record_t& record : message_.records) record.data.resize(kMaxFrame);
 }
 

@@ -45,7 +45,7 @@ void AlarmOrder::Judge(const AlarmTable& alarms, const DriverCommand& order) {
 
 void AlarmOrder::Refuse(std::string text) {
   if (refusal_) return;
-  refusal_ = Outcome{.state = OrderState::kRejected,
+  refusal_ = Outcome{.state = CommandState::kRejected,
                      .reason = Status::REASON_BAD_ARGUMENT,
                      .text = std::move(text),
                      .changes = {}};
@@ -63,24 +63,24 @@ void AlarmOrder::JudgeShelve(const AlarmTable& alarms, const DriverCommand& orde
   JudgeTime(order);
   JudgeSeverity(alarms, order);
   if (alarms.shelves().IsFull() && alarms.shelves().Find(alarm_) == nullptr) {
-    Refuse(std::to_string(AlarmShelves::kMost) + " alarms of this device are shelved already: unshelve some");
+    Refuse(std::to_string(AlarmShelves::kMax) + " alarms of this device are shelved already: unshelve some");
   }
 }
 
 void AlarmOrder::JudgeTime(const DriverCommand& order) {
-  constexpr std::int64_t kMostSeconds = AlarmShelves::kLongestUs / kUsPerSecond;
+  constexpr std::int64_t kMaxSeconds = AlarmShelves::kLongestUs / kUsPerSecond;
   const auto seconds = FindArgument(order.arguments, "seconds");
   const auto until = FindArgument(order.arguments, "until");
   if (seconds.has_value() == until.has_value())
     return Refuse("shelve_alarm takes exactly one of seconds and until");
   if (seconds) {
-    const auto given = ParseWhole(*seconds, 1, kMostSeconds);
-    if (!given) return Refuse("seconds is no whole number from 1 to " + std::to_string(kMostSeconds));
+    const auto given = ParseWhole(*seconds, 1, kMaxSeconds);
+    if (!given) return Refuse("seconds is no whole number from 1 to " + std::to_string(kMaxSeconds));
     shelf_.until_utime = utime_ + *given * kUsPerSecond;
     return;
   }
   const auto given = ParseWhole(*until, utime_ + 1, utime_ + AlarmShelves::kLongestUs);
-  if (!given) return Refuse("until is no UNIX time in us within the next " + std::to_string(kMostSeconds) + " s");
+  if (!given) return Refuse("until is no UNIX time in us within the next " + std::to_string(kMaxSeconds) + " s");
   shelf_.until_utime = *given;
 }
 
@@ -137,7 +137,7 @@ std::string AlarmOrder::Text(bool done) const {
 }
 
 Outcome AlarmOrder::Prepared() const {
-  return {.state = OrderState::kSucceeded, .text = Text(false), .changes = Changes()};
+  return {.state = CommandState::kSucceeded, .text = Text(false), .changes = Changes()};
 }
 
 Outcome AlarmOrder::Apply(DevicePublisher& channel) const {
@@ -156,7 +156,7 @@ Outcome AlarmOrder::Apply(DevicePublisher& channel) const {
       alarms.AcknowledgeAgain(alarm_, utime_ + kExpectedUs);
       break;
   }
-  return {.state = OrderState::kSucceeded, .text = Text(true), .verified = true, .changes = Changes()};
+  return {.state = CommandState::kSucceeded, .text = Text(true), .verified = true, .changes = Changes()};
 }
 
 }  // namespace axlecast

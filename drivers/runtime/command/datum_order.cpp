@@ -59,7 +59,7 @@ DatumOrder::DatumOrder(const DevicePublisher& channel, const DriverCommand& orde
 
 void DatumOrder::Refuse(std::int32_t reason, std::string text) {
   if (refusal_) return;
-  refusal_ = Outcome{.state = OrderState::kRejected, .reason = reason, .text = std::move(text), .changes = {}};
+  refusal_ = Outcome{.state = CommandState::kRejected, .reason = reason, .text = std::move(text), .changes = {}};
 }
 
 void DatumOrder::JudgeSet(const DevicePublisher& channel, const DriverCommand& order, std::int64_t utime) {
@@ -131,7 +131,7 @@ std::vector<Change> DatumOrder::Changes(std::string value_after) const {
 }
 
 Outcome DatumOrder::Prepared() const {
-  Outcome outcome{.state = OrderState::kSucceeded, .changes = {}};
+  Outcome outcome{.state = CommandState::kSucceeded, .changes = {}};
   if (kind_ == Kind::kMarkLost) {
     outcome.text = "would mark the reference as lost";
     return outcome;
@@ -143,7 +143,7 @@ Outcome DatumOrder::Prepared() const {
 }
 
 Outcome DatumOrder::Apply(DevicePublisher& channel) const {
-  Outcome outcome{.state = OrderState::kSucceeded, .verified = true, .changes = {}};
+  Outcome outcome{.state = CommandState::kSucceeded, .verified = true, .changes = {}};
   if (kind_ == Kind::kMarkLost) {
     channel.OnReferenceLost();
     outcome.text = "the reference is marked as lost";

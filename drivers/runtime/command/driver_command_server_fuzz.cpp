@@ -64,10 +64,10 @@ void Run(Bytes data) {
   if (order.getEncodedSize() <= 32'000) desk.OnDriverCommand(Enveloped(order));
   if (const auto taken = desk.Take()) {
     desk.Report(taken->device, taken->order.id,
-                {.state = OrderState::kFailed, .text = text, .changes = {{text, text, text}}}, 1);
+                {.state = CommandState::kFailed, .text = text, .changes = {{text, text, text}}}, 1);
   }
   if (const auto asked = desk.TakePrepare()) {
-    desk.ReportPrepared(asked->order.id, {.state = OrderState::kSucceeded, .text = text}, 1);
+    desk.ReportPrepared(asked->order.id, {.state = CommandState::kSucceeded, .text = text}, 1);
   }
   clock.now += 10 * kSecond;
   (void)desk.TakeCancel();

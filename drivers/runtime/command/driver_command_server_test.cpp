@@ -68,7 +68,7 @@ TEST_F(OrderDeskTest, ARepeatedIdIsAnsweredNeverDoneAgain) {
   DriverCommand(Bump(1));
   ASSERT_TRUE(desk_.Take());
   EXPECT_EQ(DriverCommand(Bump(1)).state, S::STATE_RUNNING);
-  desk_.Report("axis1", NumberedId(1), {.state = OrderState::kSucceeded, .verified = true}, 3);
+  desk_.Report("axis1", NumberedId(1), {.state = CommandState::kSucceeded, .verified = true}, 3);
   EXPECT_EQ(Last().state, S::STATE_SUCCEEDED);
   EXPECT_EQ(DriverCommand(Bump(1)).state, S::STATE_SUCCEEDED);
   EXPECT_EQ(Last().epoch_after, 3);
@@ -79,8 +79,8 @@ TEST_F(OrderDeskTest, ARepeatedIdIsAnsweredNeverDoneAgain) {
 TEST_F(OrderDeskTest, TheFirstFinalOutcomeStands) {
   DriverCommand(Bump(1));
   ASSERT_TRUE(desk_.Take());
-  desk_.Report("axis1", NumberedId(1), {.state = OrderState::kFailed}, -1);
-  desk_.Report("axis1", NumberedId(1), {.state = OrderState::kSucceeded}, -1);
+  desk_.Report("axis1", NumberedId(1), {.state = CommandState::kFailed}, -1);
+  desk_.Report("axis1", NumberedId(1), {.state = CommandState::kSucceeded}, -1);
   EXPECT_EQ(DriverCommand(Of(Bump(1), driver_order_t::KIND_QUERY)).state, S::STATE_FAILED);
 }
 
@@ -171,7 +171,7 @@ TEST_F(OrderDeskTest, OneOrderAtATimePerDeviceInOrder) {
   EXPECT_EQ(desk_.Take()->order.id, NumberedId(1));
   EXPECT_EQ(desk_.Take()->order.id, NumberedId(3));
   EXPECT_FALSE(desk_.Take());
-  desk_.Report("axis1", NumberedId(1), {.state = OrderState::kSucceeded}, -1);
+  desk_.Report("axis1", NumberedId(1), {.state = CommandState::kSucceeded}, -1);
   EXPECT_EQ(desk_.Take()->order.id, NumberedId(2));
 }
 
@@ -201,7 +201,7 @@ TEST_F(OrderDeskTest, AsksTheDeviceOnceToGiveUpWhatItHolds) {
   DriverCommand(Of(Bump(1), driver_order_t::KIND_CANCEL));
   EXPECT_EQ(desk_.TakeCancel()->order.id, NumberedId(1));
   EXPECT_FALSE(desk_.TakeCancel());
-  desk_.Report("axis1", NumberedId(1), {.state = OrderState::kCancelled}, -1);
+  desk_.Report("axis1", NumberedId(1), {.state = CommandState::kCancelled}, -1);
   EXPECT_EQ(Last().state, S::STATE_CANCELLED);
 }
 
@@ -230,7 +230,7 @@ TEST_F(OrderDeskTest, ForgottenIdsStillDoNotActAgain) {
   for (std::uint32_t i = 0; i <= DriverCommandServer::kMaxRemembered; ++i) {
     DriverCommand(Bump(i));
     ASSERT_TRUE(desk_.Take());
-    desk_.Report("axis1", NumberedId(i), {.state = OrderState::kSucceeded}, -1);
+    desk_.Report("axis1", NumberedId(i), {.state = CommandState::kSucceeded}, -1);
     sink_.Clear();
   }
   auto first = Bump(0);
@@ -243,7 +243,7 @@ TEST_F(OrderDeskTest, ForgottenIdsStillDoNotActAgain) {
 TEST_F(OrderDeskTest, LongStringsFitTheMessage) {
   DriverCommand(Bump(1));
   ASSERT_TRUE(desk_.Take());
-  Outcome outcome{.state = OrderState::kSucceeded, .text = std::string(5'000, 't')};
+  Outcome outcome{.state = CommandState::kSucceeded, .text = std::string(5'000, 't')};
   for (int i = 0; i < 9; ++i) {
     outcome.changes.push_back({std::string(900, 'k'), std::string(900, 'b'), std::string(900, 'a')});
   }
@@ -310,12 +310,12 @@ TEST(OrderDeskThreads, TwoThreads) {
     while (true) {
       const bool last_round = sent;
       if (const auto cancel = desk.TakeCancel()) {
-        desk.Report(cancel->device, cancel->order.id, {.state = OrderState::kCancelled}, -1);
+        desk.Report(cancel->device, cancel->order.id, {.state = CommandState::kCancelled}, -1);
       }
       const auto taken = desk.Take();
       if (taken) {
         (void)desk.HasPermit(taken->device, taken->order.operation);
-        desk.Report(taken->device, taken->order.id, {.state = OrderState::kSucceeded}, -1);
+        desk.Report(taken->device, taken->order.id, {.state = CommandState::kSucceeded}, -1);
         desk.Hello({&summary, 1});
       } else if (last_round) {
         break;

@@ -15,7 +15,7 @@ namespace axlecast {
 namespace {
 
 Outcome Refused(std::int32_t reason, std::string text) {
-  return {.state = OrderState::kRejected, .reason = reason, .text = std::move(text), .changes = {}};
+  return {.state = CommandState::kRejected, .reason = reason, .text = std::move(text), .changes = {}};
 }
 
 // "eeprom_write address=72 data=A1"
@@ -83,7 +83,7 @@ Outcome Operations::Prepare(const Target& target, const DriverCommand& order, Mo
   if (operation->needs_standstill) {
     if (auto refusal = RefusalInMotion(target.channel->MotionAt(now))) return std::move(*refusal);
   }
-  Outcome outcome{.state = OrderState::kSucceeded, .text = "would do " + OrderText(order), .changes = {}};
+  Outcome outcome{.state = CommandState::kSucceeded, .text = "would do " + OrderText(order), .changes = {}};
   const std::int32_t writes = operation->writes != nullptr ? operation->writes(order.arguments) : 0;
   if (writes > 0) outcome.text += "; writes the device's memory at most " + std::to_string(writes) + " times";
   if (family_.has_position) {
@@ -122,7 +122,7 @@ std::optional<Outcome> Operations::Refuse(const Target& target, const DriverComm
 void Operations::Cancel(Target& target, const CommandId& id, std::int32_t reason, const char* text, MonoNs now) {
   if (!Holds(target, id) || !target.device->Cancel(id, now)) return;
   OnOutcome(target.config->name, id,
-            {.state = OrderState::kCancelled, .reason = reason, .text = text, .changes = {}});
+            {.state = CommandState::kCancelled, .reason = reason, .text = text, .changes = {}});
 }
 
 void Operations::OnOutcome(const std::string& device, const CommandId& id, const Outcome& outcome) {

@@ -170,7 +170,7 @@ TEST_F(PrepareOperationTest, RefusesWhatExecuteWouldRefuse) {
   order.kind = driver_order_t::KIND_PREPARE;
   order.expect_epoch = channel_.summary().datum_epoch + 3;
   EXPECT_EQ(Do(order).reason_code, Status::REASON_EPOCH);
-  device_.refuses = Outcome{.state = OrderState::kRejected,
+  device_.refuses = Outcome{.state = CommandState::kRejected,
                             .reason = Status::REASON_DEVICE_ALARM,
                             .text = "the battery is at 2.4 V",
                             .changes = {}};

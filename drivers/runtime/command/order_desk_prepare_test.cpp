@@ -44,7 +44,7 @@ TEST_F(PrepareTest, IsJudgedOnTheBussThreadAndNeverTaken) {
   EXPECT_EQ(asked->order.operation, "bump");
   EXPECT_FALSE(desk_.TakePrepare());
   desk_.ReportPrepared(NumberedId(1),
-                       {.state = OrderState::kSucceeded, .text = "would", .changes = {{"position", "1", ""}}}, 4);
+                       {.state = CommandState::kSucceeded, .text = "would", .changes = {{"position", "1", ""}}}, 4);
   EXPECT_EQ(Last().state, S::STATE_SUCCEEDED);
   EXPECT_EQ(Last().verified, 0);
   EXPECT_EQ(Last().text, "would");
@@ -65,7 +65,7 @@ TEST_F(PrepareTest, DoesNotWaitForWhatItsDeviceWorksOn) {
 TEST_F(PrepareTest, ItsIdIsOfNoUseForExecute) {
   Send(1);
   ASSERT_TRUE(desk_.TakePrepare());
-  desk_.ReportPrepared(NumberedId(1), {.state = OrderState::kSucceeded}, 0);
+  desk_.ReportPrepared(NumberedId(1), {.state = CommandState::kSucceeded}, 0);
   EXPECT_EQ(Send(1, driver_order_t::KIND_EXECUTE).reason_code, S::REASON_ID_REUSED);
   EXPECT_EQ(Last().state, S::STATE_REJECTED);
   Send(2, driver_order_t::KIND_EXECUTE);
@@ -103,7 +103,7 @@ TEST_F(PrepareTest, EndsAlsoWhenNobodyJudges) {
   desk_.Goodbye();
   EXPECT_EQ(sink_.All<driver_status_t>("DRIVER_STATUS/b0").end()[-2].reason_code, S::REASON_STOPPING);
   EXPECT_FALSE(desk_.TakePrepare());
-  desk_.ReportPrepared(NumberedId(3), {.state = OrderState::kSucceeded}, 0);
+  desk_.ReportPrepared(NumberedId(3), {.state = CommandState::kSucceeded}, 0);
   EXPECT_EQ(Last().kind, driver_status_t::KIND_GOODBYE);
 }
 

@@ -94,7 +94,7 @@ TEST_F(SignedOrderTest, OneForAnotherBootIsNotCountedAndWhatCannotBeDecodedIs) {
 TEST_F(SignedOrderTest, EveryStatusIsSigned) {
   desk_.OnDriverCommand(Enveloped(Bump(1), &bridge_key_));
   ASSERT_TRUE(desk_.Take());
-  desk_.Report("axis1", NumberedId(1), {.state = OrderState::kSucceeded, .text = "bumped"}, 3, 2);
+  desk_.Report("axis1", NumberedId(1), {.state = CommandState::kSucceeded, .text = "bumped"}, 3, 2);
   desk_.Hello({});
   desk_.Goodbye();
   const auto all = sink_.All<driver_status_t>("DRIVER_STATUS/b0");
@@ -156,7 +156,7 @@ TEST(OrderFlood, TrueOrdersAmongForgedOnes) {
     const auto taken = desk.Take();
     static_cast<void>(desk.HasPermit("axis1", "bump"));
     if (taken) {
-      desk.Report(taken->device, taken->order.id, {.state = OrderState::kSucceeded}, -1);
+      desk.Report(taken->device, taken->order.id, {.state = CommandState::kSucceeded}, -1);
       desk.Hello({&summary, 1});
       ++done;
     } else if (last_round) {

@@ -51,9 +51,9 @@ TEST_F(UrgentOrderTest, EachOfTheTwoHasItsOwnOutcome) {
   Send(2, "halt");
   EXPECT_EQ(Taken(), "axis1 halt");
   EXPECT_EQ(Taken(), "axis1 bump");
-  desk_.Report("axis1", NumberedId(2), {.state = OrderState::kSucceeded, .verified = true}, 0);
+  desk_.Report("axis1", NumberedId(2), {.state = CommandState::kSucceeded, .verified = true}, 0);
   EXPECT_EQ(LastState(), S::STATE_SUCCEEDED);
-  desk_.Report("axis1", NumberedId(1), {.state = OrderState::kFailed}, 0);
+  desk_.Report("axis1", NumberedId(1), {.state = CommandState::kFailed}, 0);
   EXPECT_EQ(LastState(), S::STATE_FAILED);
 }
 
@@ -62,7 +62,7 @@ TEST_F(UrgentOrderTest, OneAtATimeToo) {
   Send(2, "halt");
   EXPECT_EQ(Taken(), "axis1 halt");
   EXPECT_EQ(Taken(), "");
-  desk_.Report("axis1", NumberedId(1), {.state = OrderState::kSucceeded}, 0);
+  desk_.Report("axis1", NumberedId(1), {.state = CommandState::kSucceeded}, 0);
   EXPECT_EQ(Taken(), "axis1 halt");
 }
 

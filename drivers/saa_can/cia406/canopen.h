@@ -12,8 +12,8 @@
 // Frames of CANopen (CiA 301 v4.2) as far as an encoder's client needs them. Numbers are little-endian (7.1.4).
 namespace axlecast::saa_can::cia406 {
 
-inline constexpr std::uint8_t kLeastNode = 1;
-inline constexpr std::uint8_t kMostNode = 127;
+inline constexpr std::uint8_t kMinNode = 1;
+inline constexpr std::uint8_t kMaxNode = 127;
 
 // Function codes of the pre-defined connection set (7.3.3, tables 39 and 40); the node's id is added to all but NMT
 // and SYNC.

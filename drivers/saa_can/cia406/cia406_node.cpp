@@ -21,7 +21,7 @@ constexpr std::uint32_t kSingleTurn = 0x00010000;
 constexpr std::uint32_t kMultiTurn = 0x00020000;
 constexpr std::uint16_t kScaling = 0x0004;
 // Cyclic frames that a sleeping host is served late; older ones nobody hears any more.
-constexpr int kMostLate = 64;
+constexpr int kMaxLate = 64;
 
 SimulatedDictionary DictionaryOf(const Cia406Node::Setup& setup) {
   SimulatedDictionary d;
@@ -108,7 +108,7 @@ void Cia406Node::OnDue(MonoNs now, const Send& send) {
   }
   for (int late = 0; position_due_ <= now; ++late) {
     const MonoNs period = Milliseconds(dictionary_.Get(0x1800, 5));
-    if (late == kMostLate) position_due_ += (now - position_due_) / period * period;
+    if (late == kMaxLate) position_due_ += (now - position_due_) / period * period;
     SendPosition(position_due_);
     position_due_ += period;
   }

@@ -38,7 +38,7 @@ std::string ReadOptions(const DecodeSettings& settings, Options& options) {
       if (!number) return "cob_id=" + value + ": expected TPDO1's identifier, 0x181..0x57f";
       options.cob_id = static_cast<std::uint32_t>(*number);
     } else if (key == "node") {
-      if (!number || *number < kLeastNode || *number > kMostNode) return "node=" + value + ": expected 1..127";
+      if (!number || *number < kMinNode || *number > kMaxNode) return "node=" + value + ": expected 1..127";
       options.node = static_cast<std::uint32_t>(*number);
     } else if (key != "model") {
       return "unknown key '" + key + "': model cia406 knows bits, turn_bits, cob_id and node";
@@ -77,7 +77,7 @@ Json DescribeNmt(Bytes data) {
       command = "reset_communication";
       break;
   }
-  if (command == nullptr || data[1] > kMostNode) return Bad("nmt", "range");
+  if (command == nullptr || data[1] > kMaxNode) return Bad("nmt", "range");
   Json json = Good("nmt");
   json["command"] = command;
   json["node"] = data[1];

@@ -14,7 +14,7 @@ using Kind = SdoResult::Kind;
 constexpr int kPeriodsToSilence = 3;
 // Transfers, or SYNCs, in a row without an answer after which the node counts as gone.
 constexpr int kGone = 2;
-constexpr int kMostMissedSyncs = 3;
+constexpr int kMaxMissedSyncs = 3;
 constexpr MonoNs kRetry = 500 * kMillisecond;
 constexpr MonoNs kRecheck = 2 * kSecond;
 constexpr MonoNs kCommandPause = 1 * kSecond;
@@ -143,7 +143,7 @@ void Interpreter::OnSync(const Event& event, bool own) {
   sync_sent_ = event.received.first;
   if (!missed) return;
   output_.OnError(ErrorKind::kTimeout, since);
-  if (++missed_syncs_ >= kMostMissedSyncs && now >= cadence_.due()) {
+  if (++missed_syncs_ >= kMaxMissedSyncs && now >= cadence_.due()) {
     watch_.Doubt();
     Identify(now);
   }

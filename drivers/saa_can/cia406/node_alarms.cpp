@@ -45,7 +45,7 @@ void NodeAlarms::OnEmergency(const Emergency& emergency, MonoNs now) {
   if (emergency.IsReset()) return EndEmergencies(emergency.error_register, now);
   auto* const end = codes_.begin() + count_;
   if (std::find(codes_.begin(), end, emergency.code) != end) return;
-  if (count_ == kMostCodes) {
+  if (count_ == kMaxCodes) {
     if (!std::exchange(more_, true)) output_.OnAlarm(kMoreEmergencies, AlarmState::kLive, now);
     return;
   }

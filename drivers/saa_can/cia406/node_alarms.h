@@ -35,7 +35,7 @@ class NodeAlarms {
   [[nodiscard]] const std::optional<Emergency>& last_emergency() const { return last_; }
 
  private:
-  static constexpr std::size_t kMostCodes = 8;
+  static constexpr std::size_t kMaxCodes = 8;
 
   void Report(std::span<const DiagnosticAlarm> table, std::uint16_t before, std::uint16_t now_set, MonoNs now);
   // Of the codes that are up, those without a bit left in the error register are over.
@@ -46,7 +46,7 @@ class NodeAlarms {
   std::uint16_t warning_mask_ = 0xFFFF;
   std::uint16_t alarms_ = 0;
   std::uint16_t warnings_ = 0;
-  std::array<std::uint16_t, kMostCodes> codes_{};  // of emergencies that are up
+  std::array<std::uint16_t, kMaxCodes> codes_{};  // of emergencies that are up
   std::size_t count_ = 0;
   bool more_ = false;
   std::optional<Emergency> last_;

@@ -139,7 +139,7 @@ void NodeFacts::On(const SdoResult& result) {
 
 bool NodeFacts::synchronous() const {
   const auto type = Get(kTpdoType);
-  return mode_ == Mode::kSync || (type && *type >= 1 && *type <= kMostCyclicSync);
+  return mode_ == Mode::kSync || (type && *type >= 1 && *type <= kMaxCyclicSync);
 }
 
 std::string Mismatch(const NodeFacts& facts, const Cia406Settings& settings) {

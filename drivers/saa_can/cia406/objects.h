@@ -46,6 +46,6 @@ inline constexpr std::uint32_t kPdoIdMask = 0x7FF;
 // Entries of 1A00h: index, sub-index, length in bits (7.5.2.36).
 inline constexpr std::uint32_t kMappedPosition = 0x6004'0020;
 inline constexpr std::uint32_t kMappedAlarms = 0x6503'0010;
-inline constexpr std::uint32_t kMostCyclicSync = 240;  // of 1800h sub 2: 1 to 240, at each n-th SYNC
+inline constexpr std::uint32_t kMaxCyclicSync = 240;  // of 1800h sub 2: 1 to 240, at each n-th SYNC
 
 }  // namespace axlecast::saa_can::cia406

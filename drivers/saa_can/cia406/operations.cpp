@@ -27,7 +27,7 @@ constexpr std::string_view kReadState = "read_state";
 constexpr std::string_view kSave = "save_parameters";
 
 constexpr MonoNs kPatience = 2 * kSecond;
-constexpr int kMostObjects = 5;  // of one readout
+constexpr int kMaxObjects = 5;  // of one readout
 
 // The preset value that an operation writes; nothing when it is none, or its counts are wrong.
 std::optional<std::uint32_t> TargetOf(std::string_view operation, const Arguments& arguments,
@@ -35,8 +35,8 @@ std::optional<std::uint32_t> TargetOf(std::string_view operation, const Argument
   if (operation == kZero) return 0;
   if (operation != kSetPosition) return std::nullopt;
   const std::optional<std::string_view> counts = FindArgument(arguments, "counts");
-  const std::int64_t most = (std::int64_t{1} << settings.total_bits()) - 1;
-  const std::optional<std::int64_t> value = counts ? ParseWhole(*counts, 0, most) : std::nullopt;
+  const std::int64_t maximum = (std::int64_t{1} << settings.total_bits()) - 1;
+  const std::optional<std::int64_t> value = counts ? ParseWhole(*counts, 0, maximum) : std::nullopt;
   return value ? std::optional(static_cast<std::uint32_t>(*value)) : std::nullopt;
 }
 
@@ -113,7 +113,7 @@ bool MovesDatum(std::string_view operation) { return operation == kZero || opera
 
 Made MakeProcedure(const DriverCommand& order, const Cia406Settings& settings, const Interpreter& interpreter,
                    const DeviceOutput& output, MonoNs now) {
-  const MonoNs deadline = now + kPatience + kMostObjects * settings.sdo_timeout;
+  const MonoNs deadline = now + kPatience + kMaxObjects * settings.sdo_timeout;
   if (MovesDatum(order.operation)) {
     const auto target = TargetOf(order.operation, order.arguments, settings);
     if (!target) return BadCounts(settings);

@@ -20,7 +20,7 @@ TEST_F(Cia406OperationsTest, ZeroIsAPresetVerifiedByReading) {
   Build({kCyclic}, 0, "start_deg: 90");
   RunFor(kSecond);
   const Outcome& outcome = Do("zero");
-  EXPECT_EQ(outcome.state, OrderState::kSucceeded) << outcome.text;
+  EXPECT_EQ(outcome.state, CommandState::kSucceeded) << outcome.text;
   EXPECT_TRUE(outcome.verified);
   ASSERT_EQ(outcome.changes.size(), 1U);
   EXPECT_EQ(outcome.changes[0].before, "33552384") << "the last turn at 270 degrees, clockwise";
@@ -40,7 +40,7 @@ TEST_F(Cia406OperationsTest, SetPositionInEveryMode) {
     Build({keys}, 100);
     RunFor(kSecond);
     const Outcome& outcome = Do("set_position counts=1234567");
-    EXPECT_EQ(outcome.state, OrderState::kSucceeded) << keys << ": " << outcome.text;
+    EXPECT_EQ(outcome.state, CommandState::kSucceeded) << keys << ": " << outcome.text;
     RunFor(kSecond);
     EXPECT_EQ(LastPosition(), 1234567) << keys;
     EXPECT_EQ(output().jumps, 1) << keys;
@@ -71,7 +71,7 @@ TEST_F(Cia406OperationsTest, ARefusedPresetChangesNothing) {
   RunFor(kSecond);
   Set("object", "6003:00=none");
   const Outcome& outcome = Do("zero");
-  EXPECT_EQ(outcome.state, OrderState::kFailed);
+  EXPECT_EQ(outcome.state, CommandState::kFailed);
   EXPECT_EQ(outcome.reason, Reason::REASON_DEVICE_REFUSED);
   EXPECT_THAT(outcome.text, HasSubstr("object does not exist (0x06020000)"));
   RunFor(kSecond);
@@ -83,7 +83,7 @@ TEST_F(Cia406OperationsTest, APresetThatIsNotReadBackFails) {
   Build({kCyclic}, 0, "start_deg: 90, noise_counts: 1000, seed: 2");
   RunFor(kSecond);
   const Outcome& outcome = Do("zero");
-  EXPECT_EQ(outcome.state, OrderState::kFailed) << outcome.text;
+  EXPECT_EQ(outcome.state, CommandState::kFailed) << outcome.text;
   EXPECT_EQ(outcome.reason, Reason::REASON_READ_BACK_DIFFERS);
   EXPECT_EQ(node().counters().presets, 1) << "never repeated";
 }
@@ -98,7 +98,7 @@ TEST_F(Cia406OperationsTest, ASilenceAfterThePresetIsIndeterminate) {
   Set("power", "off");
   RunFor(30 * kSecond);
   const Outcome& outcome = output().outcomes.back().second;
-  EXPECT_EQ(outcome.state, OrderState::kIndeterminate) << outcome.text;
+  EXPECT_EQ(outcome.state, CommandState::kIndeterminate) << outcome.text;
   EXPECT_EQ(node().counters().presets, 1) << "never repeated";
   Set("power", "on");
   RunFor(3 * kSecond);
@@ -118,7 +118,7 @@ TEST_F(Cia406OperationsTest, WhenTheAnswerIsLostTheReadingDecides) {
   const Outcome& outcome = output().outcomes.back().second;
   EXPECT_TRUE(outcome.IsFinal());
   EXPECT_EQ(node().counters().presets, 1);
-  EXPECT_EQ(outcome.state, OrderState::kSucceeded) << outcome.text;
+  EXPECT_EQ(outcome.state, CommandState::kSucceeded) << outcome.text;
 }
 
 TEST_F(Cia406OperationsTest, ReadPositionLooksWhetherAPresetTookEffect) {
@@ -136,7 +136,7 @@ TEST_F(Cia406OperationsTest, ReadPositionLooksWhetherAPresetTookEffect) {
   output().motion.standstill = false;
   EXPECT_EQ(finding(), "cannot_tell");
   output().motion.standstill = true;
-  EXPECT_EQ(Do("zero").state, OrderState::kSucceeded);
+  EXPECT_EQ(Do("zero").state, CommandState::kSucceeded);
   EXPECT_EQ(finding(), "reads_as_after");
   look.arguments = {{"after", "set_position counts=0"}};
   EXPECT_EQ(finding(), "reads_as_after");
@@ -147,7 +147,7 @@ TEST_F(Cia406OperationsTest, BadArgumentsAreNamed) {
   RunFor(kSecond);
   EXPECT_EQ(Do("set_position").reason, Reason::REASON_BAD_ARGUMENT);
   EXPECT_THAT(Do("set_position counts=33554432").text, HasSubstr("0 to 2^25 - 1"));
-  EXPECT_EQ(Do("set_position counts=33554431").state, OrderState::kSucceeded);
+  EXPECT_EQ(Do("set_position counts=33554431").state, CommandState::kSucceeded);
   EXPECT_EQ(Do("read_position after=save_parameters").reason, Reason::REASON_BAD_ARGUMENT);
   EXPECT_EQ(Do("set_baud").reason, Reason::REASON_UNKNOWN_OPERATION);
 }
@@ -178,9 +178,9 @@ TEST_F(Cia406OperationsTest, ReadState) {
 TEST_F(Cia406OperationsTest, SaveIsConfirmedByTheEncoder) {
   Build({kCyclic}, 0, "start_deg: 90, save_ms: 600");
   RunFor(kSecond);
-  EXPECT_EQ(Do("zero").state, OrderState::kSucceeded);
+  EXPECT_EQ(Do("zero").state, CommandState::kSucceeded);
   const Outcome& outcome = Do("save_parameters");
-  EXPECT_EQ(outcome.state, OrderState::kSucceeded) << outcome.text;
+  EXPECT_EQ(outcome.state, CommandState::kSucceeded) << outcome.text;
   EXPECT_FALSE(outcome.verified);
   EXPECT_EQ(node().counters().saves, 1);
   Set("power", "cycle");
@@ -191,7 +191,7 @@ TEST_F(Cia406OperationsTest, SaveIsConfirmedByTheEncoder) {
 TEST_F(Cia406OperationsTest, WithoutASaveAPresetIsLostAndItsLossIsAJump) {
   Build({kCyclic}, 0, "start_deg: 90");
   RunFor(kSecond);
-  EXPECT_EQ(Do("zero").state, OrderState::kSucceeded);
+  EXPECT_EQ(Do("zero").state, CommandState::kSucceeded);
   RunFor(kSecond);
   EXPECT_EQ(output().jumps, 1);
   Set("power", "cycle");
@@ -204,16 +204,16 @@ TEST_F(Cia406OperationsTest, AnEncoderThatDoesNotSaveOnCommandIsNotTold) {
   Build({kCyclic});
   RunFor(kSecond);
   Set("object", "1010:01=2");
-  EXPECT_EQ(Do("save_parameters").state, OrderState::kRejected);
+  EXPECT_EQ(Do("save_parameters").state, CommandState::kRejected);
   EXPECT_EQ(node().counters().saves, 0);
   Set("object", "1010:01=none");
-  EXPECT_EQ(Do("save_parameters").state, OrderState::kRejected);
+  EXPECT_EQ(Do("save_parameters").state, CommandState::kRejected);
 }
 
 TEST_F(Cia406OperationsTest, ASaveThatIsNotConfirmedIsIndeterminate) {
   Build({kCyclic}, 0, "save_ms: 30000");
   RunFor(kSecond);
-  EXPECT_EQ(Do("save_parameters").state, OrderState::kIndeterminate);
+  EXPECT_EQ(Do("save_parameters").state, CommandState::kIndeterminate);
 }
 
 TEST_F(Cia406OperationsTest, ALostLinkEndsEveryOrder) {
@@ -243,7 +243,7 @@ TEST_F(Cia406OperationsTest, AnOrderThatHasNotTouchedAnythingCanBeCancelledOrExp
       {.id = {10}, .operation = "zero", .arguments = {}, .begin_by = clock_.Now() + 10 * kMillisecond},
       clock_.Now());
   RunFor(kSecond);
-  EXPECT_EQ(output().outcomes.back().second.state, OrderState::kExpired);
+  EXPECT_EQ(output().outcomes.back().second.state, CommandState::kExpired);
   EXPECT_EQ(node().counters().presets, 0);
 }
 

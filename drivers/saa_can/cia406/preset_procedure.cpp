@@ -16,7 +16,7 @@ using Reason = command_status_t;
 using Kind = SdoResult::Kind;
 
 constexpr MonoNs kPatience = 2 * kSecond;
-constexpr int kMostReadings = 5;
+constexpr int kMaxReadings = 5;
 
 }  // namespace
 
@@ -75,7 +75,7 @@ std::optional<Outcome> PresetProcedure::OnRead(const SdoResult& result) {
     if (!touched()) {
       return Rejected(Reason::REASON_DEVICE_REFUSED, "the encoder does not let its position 6004h be read");
     }
-    return WithBefore(Final(OrderState::kIndeterminate, Reason::REASON_DEVICE_REFUSED,
+    return WithBefore(Final(CommandState::kIndeterminate, Reason::REASON_DEVICE_REFUSED,
                             "the preset went out, but the encoder does not let its position 6004h be read"),
                       "");
   }
@@ -91,7 +91,7 @@ std::optional<Outcome> PresetProcedure::OnRead(const SdoResult& result) {
 
 std::optional<Outcome> PresetProcedure::OnWritten(const SdoResult& result) {
   if (result.kind == Kind::kAborted) {
-    return Final(OrderState::kFailed, Reason::REASON_DEVICE_REFUSED,
+    return Final(CommandState::kFailed, Reason::REASON_DEVICE_REFUSED,
                  Text("nothing was changed: the encoder refuses the preset: %s (0x%08X)", AbortText(result.value),
                       result.value));
   }
@@ -108,10 +108,10 @@ std::optional<Outcome> PresetProcedure::OnWritten(const SdoResult& result) {
 
 std::optional<Outcome> PresetProcedure::Verify(std::uint32_t position) {
   const bool near = IsNear(position, target_, settings_);
-  if (!near && ++readings_ < kMostReadings) return std::nullopt;
+  if (!near && ++readings_ < kMaxReadings) return std::nullopt;
   const std::string was = Text("the position was %u and reads %u, set to %u", before_, position, target_);
   Outcome outcome = near ? JudgeReadBack({.same_before = SameBefore(), .confirmed = confirmed_}, was)
-                         : Final(OrderState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+                         : Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                                  was + ": hold the axis; does the encoder take a preset?");
   return WithBefore(std::move(outcome), std::to_string(position));
 }
@@ -130,9 +130,9 @@ std::optional<Outcome> PresetProcedure::OnTime(MonoNs now) {
   if (stage_ == Stage::kWrite && !AtRest(now)) return NotAtRest(now);
   if (now < deadline_) return std::nullopt;
   if (!touched()) {
-    return Final(OrderState::kRejected, Reason::REASON_NO_REPLY, "nothing was done: the encoder did not answer");
+    return Final(CommandState::kRejected, Reason::REASON_NO_REPLY, "nothing was done: the encoder did not answer");
   }
-  return WithBefore(Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+  return WithBefore(Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
                           "the preset went out, but no reading came that shows its effect: read_position when the "
                           "encoder answers again"),
                     "");
@@ -144,9 +144,9 @@ Outcome PresetProcedure::NotAtRest(MonoNs now) const {
 
 Outcome PresetProcedure::OnLinkLost() const {
   if (!touched()) {
-    return Final(OrderState::kFailed, Reason::REASON_NO_REPLY, "nothing was done: the link was lost before it");
+    return Final(CommandState::kFailed, Reason::REASON_NO_REPLY, "nothing was done: the link was lost before it");
   }
-  return WithBefore(Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+  return WithBefore(Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
                           "the link was lost after the preset and before its effect could be read: read_position "
                           "when the link is back"),
                     "");

@@ -22,11 +22,11 @@ std::optional<Outcome> Readout::OnResult(const SdoResult& result) {
 
 std::optional<Outcome> Readout::OnTime(MonoNs now) {
   if (now < deadline_) return std::nullopt;
-  return Final(OrderState::kFailed, command_status_t::REASON_NO_REPLY, "the encoder did not answer in time");
+  return Final(CommandState::kFailed, command_status_t::REASON_NO_REPLY, "the encoder did not answer in time");
 }
 
 Outcome Readout::OnLinkLost() const {
-  return Final(OrderState::kFailed, command_status_t::REASON_NO_REPLY, "the link was lost before all was read");
+  return Final(CommandState::kFailed, command_status_t::REASON_NO_REPLY, "the link was lost before all was read");
 }
 
 }  // namespace axlecast::saa_can::cia406

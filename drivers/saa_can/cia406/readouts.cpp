@@ -41,7 +41,7 @@ PositionReadout::PositionReadout(std::optional<std::uint32_t> target, const Cia4
 // A shaft that turns may have left the place where it was set.
 Outcome PositionReadout::Show(const Values& values, MonoNs now) const {
   if (!values[0]) {
-    return Final(OrderState::kFailed, Reason::REASON_DEVICE_REFUSED,
+    return Final(CommandState::kFailed, Reason::REASON_DEVICE_REFUSED,
                  "the encoder does not let its position 6004h be read");
   }
   Outcome outcome = Verified(PositionText(*values[0], settings_));

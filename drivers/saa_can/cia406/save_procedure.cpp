@@ -57,11 +57,11 @@ Outcome SaveProcedure::OnSaved(const SdoResult& result) {
   }
   if (result.kind == Kind::kAborted) {
     return Final(
-        OrderState::kFailed, Reason::REASON_DEVICE_REFUSED,
+        CommandState::kFailed, Reason::REASON_DEVICE_REFUSED,
         Text("the encoder did not store its parameters: %s (0x%08X)", AbortText(result.value), result.value));
   }
   return Final(
-      OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+      CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
       "the encoder did not confirm in time that it has stored its parameters; nothing shows whether it has");
 }
 
@@ -69,15 +69,15 @@ std::optional<Outcome> SaveProcedure::OnTime(MonoNs now) {
   if (now < deadline_) return std::nullopt;
   if (!touched()) return Rejected(Reason::REASON_NO_REPLY, "the encoder did not answer");
   return Final(
-      OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+      CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
       "the encoder started anew or fell silent while it stored its parameters; nothing shows whether it has");
 }
 
 Outcome SaveProcedure::OnLinkLost() const {
   if (!touched()) {
-    return Final(OrderState::kFailed, Reason::REASON_NO_REPLY, "nothing was done: the link was lost before it");
+    return Final(CommandState::kFailed, Reason::REASON_NO_REPLY, "nothing was done: the link was lost before it");
   }
-  return Final(OrderState::kIndeterminate, Reason::REASON_NO_REPLY,
+  return Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
                "the link was lost while the encoder stored its parameters; nothing shows whether it has");
 }
 

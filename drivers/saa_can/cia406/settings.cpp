@@ -13,13 +13,13 @@
 namespace axlecast::saa_can::cia406 {
 namespace {
 
-constexpr int kLeastBits = 8;
-constexpr int kMostBits = 28;
-constexpr int kMostTurnsBits = 16;
+constexpr int kMinBits = 8;
+constexpr int kMaxBits = 28;
+constexpr int kMaxTurnsBits = 16;
 constexpr int kPositionBits = 32;  // 6004h
 // Identifiers that a TPDO may have beside the pre-defined ones (CiA 301 table 41 takes the others away).
-constexpr std::int64_t kLeastCobId = 0x181;
-constexpr std::int64_t kMostCobId = 0x57F;
+constexpr std::int64_t kMinCobId = 0x181;
+constexpr std::int64_t kMaxCobId = 0x57F;
 // The profile gives no limits: the fastest of ordinary encoders, and a repeatability of 0.05 degrees.
 constexpr double kMaxSpeedRpm = 12'000;
 constexpr double kNoiseDeg = 0.05;
@@ -33,8 +33,8 @@ std::int64_t CountsOf(double degrees, int bits) {
 
 void ParseResolution(ConfigMap& device, Cia406Settings& settings) {
   device.Require("bits", "single-turn resolution, 2^bits = object 6001h");
-  settings.bits = static_cast<int>(device.Integer("bits", 13, kLeastBits, kMostBits, "bits"));
-  settings.turn_bits = static_cast<int>(device.Integer("turn_bits", 0, 0, kMostTurnsBits, "bits"));
+  settings.bits = static_cast<int>(device.Integer("bits", 13, kMinBits, kMaxBits, "bits"));
+  settings.turn_bits = static_cast<int>(device.Integer("turn_bits", 0, 0, kMaxTurnsBits, "bits"));
   if (settings.total_bits() > kPositionBits) {
     device.Error("turn_bits", "with bits " + std::to_string(settings.bits) + " at most " +
                                   std::to_string(kPositionBits - settings.bits) +
@@ -65,7 +65,7 @@ void ParseMode(ConfigMap& device, const BusConfig& bus, Cia406Settings& settings
   }
   if (polled && device.Has("cob_id")) device.Error("cob_id", "is of mode tpdo only: leave it out");
   settings.cob_id = static_cast<std::uint32_t>(
-      device.Integer("cob_id", kTpdo1Id + settings.node, kLeastCobId, kMostCobId, "(0x181 to 0x57F)"));
+      device.Integer("cob_id", kTpdo1Id + settings.node, kMinCobId, kMaxCobId, "(0x181 to 0x57F)"));
   settings.period = device.Integer("period_ms", 100, 1, 65'535, "ms, of the encoder's TPDO1") * kMillisecond;
   settings.processing =
       device.Integer("processing_us", 1'000, 0, 1'000'000, "us, from sampling to the frame's first bit") *
@@ -73,8 +73,8 @@ void ParseMode(ConfigMap& device, const BusConfig& bus, Cia406Settings& settings
 }
 
 void ParseTimes(ConfigMap& device, Cia406Settings& settings) {
-  const auto milliseconds = [&](const char* key, std::int64_t usual, std::int64_t least, std::int64_t most) {
-    return device.Integer(key, usual, least, most, "ms") * kMillisecond;
+  const auto milliseconds = [&](const char* key, std::int64_t usual, std::int64_t minimum, std::int64_t maximum) {
+    return device.Integer(key, usual, minimum, maximum, "ms") * kMillisecond;
   };
   settings.heartbeat = milliseconds("heartbeat_ms", 0, 0, 600'000);
   settings.sdo_timeout = milliseconds("sdo_timeout_ms", 200, 2, 60'000);
@@ -132,7 +132,7 @@ std::unique_ptr<DeviceSettings> ParseDevice(ConfigMap& device, const BusConfig& 
   auto settings = std::make_unique<Cia406Settings>();
   settings->model = kModel;
   device.Require("node", "the encoder's node id, 1 to 127");
-  settings->node = static_cast<std::uint8_t>(device.Integer("node", kLeastNode, kLeastNode, kMostNode, ""));
+  settings->node = static_cast<std::uint8_t>(device.Integer("node", kMinNode, kMinNode, kMaxNode, ""));
   ParseResolution(device, *settings);
   ParseMode(device, bus, *settings);
   ParseTimes(device, *settings);

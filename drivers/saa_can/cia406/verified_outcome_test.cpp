@@ -23,7 +23,7 @@ TEST_F(VerifiedOutcomeTest, APresetIsVerifiedOnlyWhereItsEffectCanBeSeen) {
     Build({"node: 5, bits: 13, turn_bits: 12, period_ms: 10"}, 0, std::string("start_deg: ") + c.start_deg);
     RunFor(kSecond);
     const Outcome& outcome = Do(c.operation);
-    EXPECT_EQ(outcome.state, OrderState::kSucceeded) << c.operation << ": " << outcome.text;
+    EXPECT_EQ(outcome.state, CommandState::kSucceeded) << c.operation << ": " << outcome.text;
     EXPECT_EQ(outcome.verified, c.verified) << c.operation << " at " << c.start_deg << ": " << outcome.text;
     EXPECT_EQ(node().counters().presets, 1);
   }
@@ -41,7 +41,7 @@ TEST_F(VerifiedOutcomeTest, WithoutAnswerAndWithoutAVisibleEffectItIsIndetermina
   RunFor(2 * kSecond);
   const Outcome& outcome = output().outcomes.back().second;
   EXPECT_EQ(node().counters().presets, 1);
-  EXPECT_EQ(outcome.state, OrderState::kIndeterminate) << outcome.text;
+  EXPECT_EQ(outcome.state, CommandState::kIndeterminate) << outcome.text;
 }
 
 }  // namespace

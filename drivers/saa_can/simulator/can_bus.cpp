@@ -6,7 +6,7 @@ namespace axlecast::saa_can {
 namespace {
 
 // Nodes that answer each other at once without end are a mistake of theirs; the host must go on.
-constexpr int kMostRounds = 16;
+constexpr int kMaxRounds = 16;
 
 }  // namespace
 
@@ -42,7 +42,7 @@ MonoNs CanBus::NextDue() const {
 }
 
 void CanBus::OnDue(MonoNs now, const Transmit& transmit) {
-  for (int round = 0; round < kMostRounds && NextDue() <= now; ++round) {
+  for (int round = 0; round < kMaxRounds && NextDue() <= now; ++round) {
     for (std::size_t unit = 0; unit < units_.size(); ++unit) Serve(unit, now, transmit);
   }
 }

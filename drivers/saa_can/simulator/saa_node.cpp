@@ -11,7 +11,7 @@ using Kind = SimulatedFault::Kind;
 
 constexpr MonoNs kBoot = 50 * kMillisecond;
 // Frames that a sleeping host is served late; older ones nobody hears any more.
-constexpr int kMostLate = 64;
+constexpr int kMaxLate = 64;
 
 bool AllZero(Bytes bytes) {
   return std::all_of(bytes.begin(), bytes.end(), [](std::uint8_t byte) { return byte == 0; });
@@ -181,7 +181,7 @@ void SaaNode::OnDue(MonoNs now, const Send& send) {
   if (!powered_) return;
   if (next_position_ <= now) {
     const MonoNs late = (now - next_position_) / Period();
-    if (late > kMostLate) next_position_ += (late - kMostLate) * Period();
+    if (late > kMaxLate) next_position_ += (late - kMaxLate) * Period();
   }
   while (next_position_ <= now) {
     const double delay_ms = fault_.kind == Kind::kDelayed ? fault_.amount : 0;

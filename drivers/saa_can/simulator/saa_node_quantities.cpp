@@ -24,9 +24,9 @@ struct SaaNodeQuantities {
   }
   static std::string Word(bool is, Text no, Text yes) { return std::string(is ? yes : no); }
 
-  static std::string SetWhole(Text value, double least, double most, Text unit, double& into) {
+  static std::string SetWhole(Text value, double minimum, double maximum, Text unit, double& into) {
     double number = 0;
-    std::string problem = ReadNumber(value, least, most, unit, number);
+    std::string problem = ReadNumber(value, minimum, maximum, unit, number);
     if (problem.empty()) into = std::floor(number);
     return problem;
   }

@@ -8,8 +8,8 @@
 namespace axlecast::tsubaki_sc::simulator {
 namespace {
 
-constexpr double kMostSeconds = 1e6;
-constexpr double kMostWatts = 10'000;
+constexpr double kMaxSeconds = 1e6;
+constexpr double kMaxWatts = 10'000;
 constexpr std::string_view kNone = "none";
 
 }  // namespace
@@ -25,9 +25,8 @@ std::string LoadProfile::Parse(std::string_view text) {
     if (colon == std::string_view::npos)
       return "'" + whole + "' is not S:W,S:W,... or none, e.g. 0:150,5:400,9:150";
     Point point;
-    if (std::string p = ReadNumber(part.substr(0, colon), 0, kMostSeconds, "s", point.seconds); !p.empty())
-      return p;
-    if (std::string p = ReadNumber(part.substr(colon + 1), 0, kMostWatts, "W", point.watts); !p.empty()) return p;
+    if (std::string p = ReadNumber(part.substr(0, colon), 0, kMaxSeconds, "s", point.seconds); !p.empty()) return p;
+    if (std::string p = ReadNumber(part.substr(colon + 1), 0, kMaxWatts, "W", point.watts); !p.empty()) return p;
     const bool rises = points.empty() ? point.seconds == 0 : point.seconds > points.back().seconds;
     if (!rises) return "'" + whole + "': the seconds must begin with 0 and rise";
     points.push_back(point);

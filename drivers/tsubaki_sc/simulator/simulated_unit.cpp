@@ -101,9 +101,9 @@ std::string SetVersion(SimulatedUnit& s, Text value) {
   return {};
 }
 
-std::string SetCode(Text value, std::size_t most, std::string& into) {
+std::string SetCode(Text value, std::size_t maximum, std::string& into) {
   const bool printable = std::all_of(value.begin(), value.end(), [](char c) { return c >= 0x20 && c <= 0x7E; });
-  if (value.size() > most || !printable) return "is not up to " + std::to_string(most) + " ASCII characters";
+  if (value.size() > maximum || !printable) return "is not up to " + std::to_string(maximum) + " ASCII characters";
   into = value;
   return {};
 }
@@ -150,7 +150,7 @@ std::string SetTemperature(SimulatedUnit& s, Text value) {
 }
 
 constexpr std::array<Text, 3> kAxes = {"x", "y", "z"};
-constexpr double kMostAccel = 320;  // a signed register holds 327.67
+constexpr double kMaxAccel = 320;  // a signed register holds 327.67
 
 // "x:180"
 std::string SetShock(SimulatedUnit& s, Text value) {
@@ -158,7 +158,7 @@ std::string SetShock(SimulatedUnit& s, Text value) {
   const auto axis = Place(kAxes, value.substr(0, colon));
   if (!axis || colon == Text::npos) return "'" + std::string(value) + "' is not AXIS:MPS2, e.g. x:180";
   double mps2 = 0;
-  std::string problem = ReadNumber(value.substr(colon + 1), -kMostAccel, kMostAccel, "m/s^2", mps2);
+  std::string problem = ReadNumber(value.substr(colon + 1), -kMaxAccel, kMaxAccel, "m/s^2", mps2);
   if (problem.empty()) s.unit.motor.Shock(*axis, mps2, s.unit.now());
   return problem;
 }
@@ -209,7 +209,7 @@ template <std::size_t kAxis>
 Quantity Acceleration(Text name) {
   return {name,
           [](SimulatedUnit& s, Text v) {
-            return ReadNumber(v, -kMostAccel, kMostAccel, "m/s^2", s.unit.motor.settings.accel_mps2[kAxis]);
+            return ReadNumber(v, -kMaxAccel, kMaxAccel, "m/s^2", s.unit.motor.settings.accel_mps2[kAxis]);
           },
           [](const SimulatedUnit& s) { return NumberText(s.unit.motor.settings.accel_mps2[kAxis]); }};
 }

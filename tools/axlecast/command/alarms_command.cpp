@@ -96,7 +96,7 @@ void AddList(CLI::App& app, int& exit_code) {
 
 struct AckOptions {
   ConfigOption config;
-  CommandWish wish;
+  CommandOptions wish;
   std::vector<std::string> alarms;  // none: all that are listed and not shelved
 };
 
@@ -116,7 +116,7 @@ int Acknowledge(const AckOptions& options) {
   int exit_code = kExitDone;
   const auto machine = options.config.Load(exit_code);
   if (!machine) return exit_code;
-  const CommandWish& wish = options.wish;
+  const CommandOptions& wish = options.wish;
   if (machine->BusOf(wish.device) == nullptr) return Wrong(UnknownDevice(*machine, wish.device), kExitUsage);
   std::optional<std::vector<std::string>> alarms = options.alarms;
   if (alarms->empty()) alarms = ListedAlarms(*machine, wish.device);
@@ -156,7 +156,7 @@ void AddAck(CLI::App& app, int& exit_code) {
 
 struct ShelfOptions {
   ConfigOption config;
-  CommandWish wish;
+  CommandOptions wish;
   std::string alarm;
   double seconds = 0;
 };
@@ -182,7 +182,7 @@ CLI::App* AddShelf(CLI::App& app, int& exit_code, const char* name, const char* 
 }
 
 void AddShelve(CLI::App& app, int& exit_code) {
-  constexpr double kMost = static_cast<double>(AlarmShelves::kLongestUs) / 1e6;
+  constexpr double kMax = static_cast<double>(AlarmShelves::kLongestUs) / 1e6;
   auto options = std::make_shared<ShelfOptions>();
   options->wish.operation = kShelveAlarm;
   CLI::App* command =
@@ -190,7 +190,7 @@ void AddShelve(CLI::App& app, int& exit_code) {
   command->add_option("--for", options->seconds, "How long: 30s, 15min, 8h; at most 24h, then it is listed again")
       ->required()
       ->transform(CLI::AsNumberWithUnit(std::map<std::string, double>{{"s", 1}, {"min", 60}, {"h", 3600}}))
-      ->check(CLI::Range(1.0, kMost))
+      ->check(CLI::Range(1.0, kMax))
       ->type_name("TIME");
   command->get_option("--reason")->required();
   command->footer(

@@ -7,7 +7,7 @@
 
 namespace axlecast {
 
-void AddCommandOptions(CLI::App& command, ConfigOption& config, CommandWish& wish, bool asks) {
+void AddCommandOptions(CLI::App& command, ConfigOption& config, CommandOptions& wish, bool asks) {
   config.AddTo(command, ConfigOption::Form::kOptionOnly);
   AddKeyOption(command, wish.key);
   if (asks) command.add_flag("--yes", wish.yes, "Do not ask");
@@ -51,7 +51,7 @@ CLI::Validator PlainNumber() {
       "NUMBER");
 }
 
-void AddTwoStepOptions(CLI::App& command, CommandWish& wish) {
+void AddTwoStepOptions(CLI::App& command, CommandOptions& wish) {
   CLI::Option* prepare =
       command.add_flag("--prepare", wish.prepare, "Only say what would happen, and give a token for --commit");
   command

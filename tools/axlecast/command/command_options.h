@@ -14,7 +14,7 @@ inline constexpr const char* kCommandExitCodes =
 
 // What every command to a device takes: --config, --key, --json, --valid-ms, --epoch, --reason; --yes where it asks
 // first.
-void AddCommandOptions(CLI::App& command, ConfigOption& config, CommandWish& wish, bool asks);
+void AddCommandOptions(CLI::App& command, ConfigOption& config, CommandOptions& wish, bool asks);
 
 // --reason.
 void AddReasonOption(CLI::App& command, std::string& reason);
@@ -26,6 +26,6 @@ void AddKeyOption(CLI::App& command, std::string& key);
 [[nodiscard]] CLI::Validator PlainNumber();
 
 // What a command that is one operation takes besides: --prepare and --commit.
-void AddTwoStepOptions(CLI::App& command, CommandWish& wish);
+void AddTwoStepOptions(CLI::App& command, CommandOptions& wish);
 
 }  // namespace axlecast

@@ -24,7 +24,7 @@ namespace {
 MonoNs PresentValueWait(const Family& family) { return family.has_position ? 1500 * kMillisecond : 6 * kSecond; }
 
 // Shows the present value and asks. The exit code when it shall not be done. Binds the command to the epoch shown.
-std::optional<int> Ask(const MachineConfig& machine, const FoundOperation& found, const CommandWish& wish,
+std::optional<int> Ask(const MachineConfig& machine, const FoundOperation& found, const CommandOptions& wish,
                        CommandRequest& request) {
   const OperationSpec& operation = *found.operation;
   if (!CanAsk(operation.name)) return kExitUsage;
@@ -45,7 +45,7 @@ std::optional<int> Ask(const MachineConfig& machine, const FoundOperation& found
   return std::nullopt;
 }
 
-int Tell(const CommandResult& result, const CommandWish& wish) {
+int Tell(const CommandResult& result, const CommandOptions& wish) {
   static_cast<void>(WriteOut(wish.json ? JsonLine(ToJson(result)) + '\n' : ToText(result)));
   const int exit_code = ExitCode(result);
   if (wish.out.empty() || (exit_code != kExitDone && exit_code != kExitUnverifiable)) return exit_code;
@@ -62,7 +62,7 @@ int Unreachable(const OperatorClient& client) {
 
 }  // namespace
 
-int RunCommand(const MachineConfig& machine, const CommandWish& wish) {
+int RunCommand(const MachineConfig& machine, const CommandOptions& wish) {
   const FoundOperation found = FindOperation(machine, wish.device, wish.operation);
   CommandRequest request;
   std::string problem = found.problem;
@@ -88,7 +88,7 @@ int RunCommand(const MachineConfig& machine, const CommandWish& wish) {
 }
 
 int RunQuery(const MachineConfig& machine, const CommandId& id, bool json) {
-  CommandWish wish;
+  CommandOptions wish;
   wish.json = json;
   OperatorClient client(machine, "", !json);
   if (!client.problem().empty()) return Unreachable(client);

@@ -10,7 +10,7 @@
 namespace axlecast {
 
 // An operation as a person asked for it.
-struct CommandWish {
+struct CommandOptions {
   std::string device;
   std::string operation;
   std::vector<std::string> words;  // key=value
@@ -27,7 +27,7 @@ struct CommandWish {
 };
 
 // Checks the wish, asks where it has to, has it done, tells the outcome. The command's exit code.
-[[nodiscard]] int RunCommand(const MachineConfig& machine, const CommandWish& wish);
+[[nodiscard]] int RunCommand(const MachineConfig& machine, const CommandOptions& wish);
 
 // Asks the bridge how the command `id` stands, and tells it in the same way.
 [[nodiscard]] int RunQuery(const MachineConfig& machine, const CommandId& id, bool json);

@@ -19,7 +19,7 @@ namespace {
 
 struct Options {
   ConfigOption config;
-  CommandWish wish;
+  CommandOptions wish;
   bool list = false;
   std::string address;  // of the EEPROM aliases, as count and data
   std::string count;

@@ -14,7 +14,7 @@ namespace {
 
 struct Options {
   ConfigOption config;
-  CommandWish wish;
+  CommandOptions wish;
   std::string value;
 };
 

@@ -11,7 +11,7 @@ namespace axlecast {
 namespace {
 
 constexpr std::string_view kKey = "eeprom_";
-constexpr std::size_t kMostCells = 65536;
+constexpr std::size_t kMaxCells = 65536;
 
 std::string_view Trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t\r");
@@ -27,7 +27,7 @@ bool Take(std::string_view key, std::string_view bytes, MemoryCells& cells) {
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), address);
   if (digits.empty() || error != std::errc() || end != digits.data() + digits.size()) return false;
   const auto data = ParseHex(bytes);
-  if (!data || address > kMostCells || data->size() > kMostCells - address) return false;
+  if (!data || address > kMaxCells || data->size() > kMaxCells - address) return false;
   for (const std::uint8_t byte : *data) cells[address++] = byte;
   return true;
 }

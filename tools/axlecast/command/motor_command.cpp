@@ -12,7 +12,7 @@ namespace {
 
 struct Options {
   ConfigOption config;
-  CommandWish wish;
+  CommandOptions wish;
 };
 
 int Run(const Options& options) {

@@ -26,7 +26,7 @@ constexpr int kQuietMs = 300;  // TRIP and COMMAND_STATUS come over two ports
 
 struct Options {
   ConfigOption config;
-  CommandWish wish;
+  CommandOptions wish;
   std::string svg;
 };
 

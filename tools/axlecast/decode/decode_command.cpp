@@ -101,11 +101,11 @@ class FrameDecoder {
 
   // How much came, and how much is needed: the family itself tells, when it is given more and more.
   [[nodiscard]] std::string ShortText(Bytes frame) const {
-    constexpr std::size_t kMostMore = 300;  // bytes; more than the longest frame has
+    constexpr std::size_t kMaxMore = 300;  // bytes; more than the longest frame has
     std::vector<std::uint8_t> longer(frame.begin(), frame.end());
     const char* const unit = bits_ ? " bits" : " bytes";
     const std::size_t came = bits_ ? bit_count_ : frame.size() - HeadBytes(frame);
-    for (std::size_t more = 1; more <= (bits_ ? 8 : 1) * kMostMore; ++more) {
+    for (std::size_t more = 1; more <= (bits_ ? 8 : 1) * kMaxMore; ++more) {
       longer.resize(bits_ ? std::max(frame.size(), (came + more + 7) / 8) : frame.size() + more);
       bool usable = true;
       const nlohmann::ordered_json json =

@@ -59,7 +59,7 @@ int Backup(const Options& options) {
   int exit_code = kExitDone;
   const auto machine = options.config.Load(exit_code);
   if (!machine) return exit_code;
-  const CommandWish& wish = options.wish.command;
+  const CommandOptions& wish = options.wish.command;
   const BusConfig* const bus = machine->BusOf(wish.device);
   if (bus == nullptr) return Wrong(UnknownDevice(*machine, wish.device), kExitUsage);
   const auto view = Look(*machine, wish.device, exit_code);
@@ -92,7 +92,7 @@ int Backup(const Options& options) {
 
 std::optional<DeviceBackup> ReadFile(const std::string& file, int& exit_code) {
   std::ifstream stream(file, std::ios::binary);
-  std::string text(kMostBackupBytes + 1, '\0');
+  std::string text(kMaxBackupBytes + 1, '\0');
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (!stream.is_open() || stream.bad()) {
     exit_code = Wrong("cannot read " + file, kExitBad);
@@ -110,7 +110,7 @@ int Restore(const Options& options) {
   int exit_code = kExitDone;
   const auto machine = options.config.Load(exit_code);
   if (!machine) return exit_code;
-  const CommandWish& wish = options.wish.command;
+  const CommandOptions& wish = options.wish.command;
   if (machine->BusOf(wish.device) == nullptr) return Wrong(UnknownDevice(*machine, wish.device), kExitUsage);
   if (!wish.yes && !options.wish.dry_run && !CanAsk("restore")) return kExitUsage;
   const auto backup = ReadFile(options.wish.file, exit_code);

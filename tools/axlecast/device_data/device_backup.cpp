@@ -174,8 +174,8 @@ std::string ToFileText(const DeviceBackup& backup) {
 
 DeviceBackup ParseDeviceBackup(std::string_view text, std::string& problem) {
   DeviceBackup backup;
-  if (text.size() > kMostBackupBytes) {
-    problem = "it is longer than " + std::to_string(kMostBackupBytes) + " bytes: no backup of a device is";
+  if (text.size() > kMaxBackupBytes) {
+    problem = "it is longer than " + std::to_string(kMaxBackupBytes) + " bytes: no backup of a device is";
     return backup;
   }
   const Json json = ParseOutsideJson(text);

@@ -15,7 +15,7 @@ namespace axlecast {
 // The file of `axlecast backup`: everything readable of one device (docs/backup.md). Pure.
 
 inline constexpr int kBackupVersion = 1;
-inline constexpr std::size_t kMostBackupBytes = 4'000'000;
+inline constexpr std::size_t kMaxBackupBytes = 4'000'000;
 
 struct DeviceBackup {
   std::string machine = {};

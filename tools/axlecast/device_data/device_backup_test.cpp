@@ -72,7 +72,7 @@ TEST(DeviceBackup, WhatIsNoBackupIsSaid) {
   EXPECT_THAT(ProblemOf("[1]"), HasSubstr("no backup of axlecast"));
   EXPECT_THAT(ProblemOf("{\"axlecast_backup\": 2}"), HasSubstr("version is 2"));
   EXPECT_THAT(ProblemOf("{\"axlecast_backup\": \"1\"}"), HasSubstr("version is \"1\""));
-  EXPECT_THAT(ProblemOf(std::string(kMostBackupBytes + 1, ' ')), HasSubstr("longer than"));
+  EXPECT_THAT(ProblemOf(std::string(kMaxBackupBytes + 1, ' ')), HasSubstr("longer than"));
   const std::string deep = std::string(500'000, '[') + std::string(500'000, ']');
   EXPECT_THAT(ProblemOf(R"({"axlecast_backup": 1, "alarms": )" + deep + '}'), HasSubstr("sha256"));
 }

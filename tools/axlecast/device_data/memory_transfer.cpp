@@ -5,7 +5,7 @@
 namespace axlecast {
 namespace {
 
-CommandRequest WriteRequest(const CommandWish& wish, const CellRun& run) {
+CommandRequest WriteRequest(const CommandOptions& wish, const CellRun& run) {
   return {.device = wish.device,
           .operation = "eeprom_write",
           .arguments = {{"address", std::to_string(run.address)}, {"data", HexText(run.after)}},
@@ -15,7 +15,7 @@ CommandRequest WriteRequest(const CommandWish& wish, const CellRun& run) {
 
 }  // namespace
 
-PermittedCells AskPermitted(OperatorClient& client, const CommandWish& wish, const MemoryCells& present,
+PermittedCells AskPermitted(OperatorClient& client, const CommandOptions& wish, const MemoryCells& present,
                             const MemoryCells& wanted) {
   PermittedCells permitted;
   for (const CellRun& cell : CellRuns(present, wanted, 1)) {
@@ -34,7 +34,7 @@ PermittedCells AskPermitted(OperatorClient& client, const CommandWish& wish, con
   return permitted;
 }
 
-CommandResult WriteCells(OperatorClient& client, const CommandWish& wish, const CellRun& run) {
+CommandResult WriteCells(OperatorClient& client, const CommandOptions& wish, const CellRun& run) {
   return client.Execute(WriteRequest(wish, run));
 }
 

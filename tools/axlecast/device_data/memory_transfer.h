@@ -21,9 +21,9 @@ struct PermittedCells {
   std::vector<std::size_t> not_permitted;  // addresses
   std::optional<CommandResult> failed;     // the question that brought no answer; those after it were not asked
 };
-[[nodiscard]] PermittedCells AskPermitted(OperatorClient& client, const CommandWish& wish,
+[[nodiscard]] PermittedCells AskPermitted(OperatorClient& client, const CommandOptions& wish,
                                           const MemoryCells& present, const MemoryCells& wanted);
 
-[[nodiscard]] CommandResult WriteCells(OperatorClient& client, const CommandWish& wish, const CellRun& run);
+[[nodiscard]] CommandResult WriteCells(OperatorClient& client, const CommandOptions& wish, const CellRun& run);
 
 }  // namespace axlecast

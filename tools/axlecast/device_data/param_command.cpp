@@ -23,7 +23,7 @@ namespace {
 
 struct Options {
   ConfigOption config;
-  CommandWish wish;
+  CommandOptions wish;
   std::vector<std::string> words;  // NAME or NAME=VALUE
   std::string file;
   bool no_reads = false;

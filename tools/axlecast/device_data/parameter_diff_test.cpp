@@ -39,7 +39,7 @@ TEST(ParameterDiff, EqualValuesAreNoChange) {
 
 // A command holds 16 arguments (messages.md).
 TEST(WriteRequests, AreAsManyAsSixteenArgumentsEachNeed) {
-  CommandWish wish;
+  CommandOptions wish;
   wish.device = "gm3";
   wish.reason = "as at the trial";
   const auto requests = WriteRequests(wish, ParameterChanges(33, {kAll.data(), 1'000, 1'250}));

@@ -8,9 +8,9 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kMostArguments = 16;  // of a command
+constexpr std::size_t kMaxArguments = 16;  // of a command
 
-CommandRequest Request(const CommandWish& wish, const char* operation) {
+CommandRequest Request(const CommandOptions& wish, const char* operation) {
   return {.device = wish.device,
           .operation = operation,
           .valid_ms = wish.valid_ms,
@@ -20,7 +20,7 @@ CommandRequest Request(const CommandWish& wish, const char* operation) {
 
 }  // namespace
 
-ParameterReading ReadParameters(OperatorClient& client, const Family& family, const CommandWish& wish) {
+ParameterReading ReadParameters(OperatorClient& client, const Family& family, const CommandOptions& wish) {
   ParameterReading reading;
   reading.result = client.Execute(Request(wish, "read_parameters"));
   if (ExitCode(reading.result) == kExitDone) {
@@ -29,7 +29,7 @@ ParameterReading ReadParameters(OperatorClient& client, const Family& family, co
   return reading;
 }
 
-std::vector<CommandResult> WriteParameters(OperatorClient& client, const CommandWish& wish,
+std::vector<CommandResult> WriteParameters(OperatorClient& client, const CommandOptions& wish,
                                            const ParameterChanges& changes) {
   std::vector<CommandResult> results;
   for (const CommandRequest& request : WriteRequests(wish, changes)) {
@@ -39,11 +39,11 @@ std::vector<CommandResult> WriteParameters(OperatorClient& client, const Command
   return results;
 }
 
-std::vector<CommandRequest> WriteRequests(const CommandWish& wish, const ParameterChanges& changes) {
+std::vector<CommandRequest> WriteRequests(const CommandOptions& wish, const ParameterChanges& changes) {
   std::vector<CommandRequest> requests;
-  for (std::size_t begin = 0; begin < changes.size(); begin += kMostArguments) {
+  for (std::size_t begin = 0; begin < changes.size(); begin += kMaxArguments) {
     CommandRequest& request = requests.emplace_back(Request(wish, "write_parameters"));
-    for (std::size_t i = begin; i < std::min(begin + kMostArguments, changes.size()); ++i) {
+    for (std::size_t i = begin; i < std::min(begin + kMaxArguments, changes.size()); ++i) {
       request.arguments.emplace_back(changes[i].parameter->name,
                                      ParameterText(*changes[i].parameter, changes[i].after));
     }

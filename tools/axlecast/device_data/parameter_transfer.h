@@ -19,13 +19,14 @@ struct ParameterReading {
   std::string problem;     // what was wrong besides the command's outcome
 };
 [[nodiscard]] ParameterReading ReadParameters(OperatorClient& client, const Family& family,
-                                              const CommandWish& wish);
+                                              const CommandOptions& wish);
 
 // One command for at most 16 of them; ends with the first that is not verified.
-[[nodiscard]] std::vector<CommandResult> WriteParameters(OperatorClient& client, const CommandWish& wish,
+[[nodiscard]] std::vector<CommandResult> WriteParameters(OperatorClient& client, const CommandOptions& wish,
                                                          const ParameterChanges& changes);
 
 // The commands of a write, each as far as an argument list goes.
-[[nodiscard]] std::vector<CommandRequest> WriteRequests(const CommandWish& wish, const ParameterChanges& changes);
+[[nodiscard]] std::vector<CommandRequest> WriteRequests(const CommandOptions& wish,
+                                                        const ParameterChanges& changes);
 
 }  // namespace axlecast

@@ -23,7 +23,7 @@ const OperationSpec* BackupOperation(const Family& family) {
   return found == family.operations.end() ? nullptr : &*found;
 }
 
-BackupReading ReadBackup(OperatorClient& client, const Family& family, const CommandWish& wish) {
+BackupReading ReadBackup(OperatorClient& client, const Family& family, const CommandOptions& wish) {
   BackupReading reading;
   if (BackupOperation(family)->name == kReadParameters) {
     ParameterReading read = ReadParameters(client, family, wish);

@@ -27,7 +27,7 @@ struct BackupReading {
   std::string text;     // of its file
   std::string problem;  // what was wrong besides the command's outcome
 };
-[[nodiscard]] BackupReading ReadBackup(OperatorClient& client, const Family& family, const CommandWish& wish);
+[[nodiscard]] BackupReading ReadBackup(OperatorClient& client, const Family& family, const CommandOptions& wish);
 
 // The contents of a backup's file: as `eeprom backup --out` or `param export` write it. `problem` says what is wrong,
 // `note` what is odd.

@@ -15,7 +15,7 @@
 namespace axlecast {
 
 struct ReplaceWish {
-  CommandWish command;  // device, key, validity, reason, yes
+  CommandOptions command;  // device, key, validity, reason, yes
   ReplaceStep from = ReplaceStep::kBackup;
   std::string backup;  // file: the backup when it exists, else where it is written; empty: a name of its own
   std::string value;   // what the axis reads after the exchange; empty: ask, with `yes` none

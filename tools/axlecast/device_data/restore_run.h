@@ -11,7 +11,7 @@
 namespace axlecast {
 
 struct RestoreWish {
-  CommandWish command;  // device, key, validity, reason, yes
+  CommandOptions command;  // device, key, validity, reason, yes
   std::string file;
   bool dry_run = false;
   bool to_another_unit = false;

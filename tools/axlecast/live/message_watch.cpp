@@ -68,7 +68,7 @@ void MessageWatch::Count(const std::string& channel, std::int64_t boot_id, std::
                          const std::string& newest) {
   auto seen = channels_.find(channel);
   if (seen == channels_.end()) {
-    if (channels_.size() >= kMostChannels) {
+    if (channels_.size() >= kMaxChannels) {
       ++uncounted_;
       return;
     }
@@ -115,7 +115,7 @@ std::vector<std::string> MessageWatch::Losses() const {
   }
   if (uncounted_ > 0) {
     lines.push_back(std::to_string(uncounted_) + " messages were of channels beyond the first " +
-                    std::to_string(kMostChannels) + ": what of those was lost was not counted");
+                    std::to_string(kMaxChannels) + ": what of those was lost was not counted");
   }
   if (foreign_ > 0) lines.push_back(std::to_string(foreign_) + " messages that are not axlecast's were not shown");
   return lines;

@@ -16,10 +16,10 @@
 namespace axlecast {
 
 // Turns messages into lines, and counts what is missing between them. Pure. Anybody may invent channels: beyond
-// kMostChannels further ones are shown but not counted.
+// kMaxChannels further ones are shown but not counted.
 class MessageWatch {
  public:
-  static constexpr std::size_t kMostChannels = 4'096;
+  static constexpr std::size_t kMaxChannels = 4'096;
 
   // Only channels in whose name `channel` is found.
   MessageWatch(std::regex channel, bool json) : channel_(std::move(channel)), json_(json) {}

@@ -29,12 +29,12 @@ TEST(MessageWatch, JsonLineHasChannelTypeAndFields) {
 TEST(MessageWatch, ChannelsWithoutEndAreShownButNotRemembered) {
   MessageWatch watch(std::regex(""), true);
   const auto position = Encoded(PositionMessage(3));
-  const std::size_t sent = MessageWatch::kMostChannels + 1'000;
+  const std::size_t sent = MessageWatch::kMaxChannels + 1'000;
   for (std::size_t i = 0; i < sent; ++i) {
     ASSERT_TRUE(watch.On("POSITION/x" + std::to_string(i), position));
   }
   EXPECT_EQ(watch.shown(), static_cast<std::int64_t>(sent));
-  EXPECT_EQ(watch.channels(), MessageWatch::kMostChannels);
+  EXPECT_EQ(watch.channels(), MessageWatch::kMaxChannels);
   EXPECT_THAT(watch.Losses(), ElementsAre(StartsWith("1000 messages were of channels beyond the first 4096")));
 }
 

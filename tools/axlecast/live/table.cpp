@@ -83,10 +83,10 @@ void AddBus(const BusView& bus, MonoNs now, std::vector<std::string>& lines) {
 
 // On as many lines as it needs, at most three.
 void AddEvent(const std::string& event, std::vector<std::string>& lines) {
-  constexpr std::size_t kMostLines = 3;
+  constexpr std::size_t kMaxLines = 3;
   constexpr std::string_view kIndent = "    ";
   std::string rest = Printable(event);
-  for (std::size_t line = 1; line < kMostLines && rest.size() > kTableWidth; ++line) {
+  for (std::size_t line = 1; line < kMaxLines && rest.size() > kTableWidth; ++line) {
     const std::size_t space = rest.rfind(' ', kTableWidth);
     const std::size_t end = space == std::string::npos || space <= kIndent.size() ? kTableWidth : space;
     lines.push_back(rest.substr(0, end));

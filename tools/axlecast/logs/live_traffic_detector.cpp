@@ -20,7 +20,7 @@ bool IsOfMachine(Bytes message) {
 }  // namespace
 
 void LiveChannels::On(const std::string& channel, Bytes message) {
-  if (channels_.size() >= kMostChannels || channels_.contains(channel)) return;
+  if (channels_.size() >= kMaxChannels || channels_.contains(channel)) return;
   if (IsOfMachine(message)) channels_.insert(channel);
 }
 

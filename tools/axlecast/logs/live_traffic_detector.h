@@ -12,7 +12,7 @@ namespace axlecast {
 // The channels on which messages of a running machine come. Pure.
 class LiveChannels {
  public:
-  static constexpr std::size_t kMostChannels = 1'000;  // anybody may invent more
+  static constexpr std::size_t kMaxChannels = 1'000;  // anybody may invent more
 
   void On(const std::string& channel, Bytes message);
 

@@ -27,7 +27,7 @@ TEST(LiveChannels, AreBoundedHoweverManyNamesAreInvented) {
   LiveChannels channels;
   const std::vector<std::uint8_t> message = Encoded(PositionMessage(0));
   for (int i = 0; i < 5'000; ++i) channels.On("POSITION/x" + std::to_string(i), message);
-  EXPECT_EQ(channels.size(), LiveChannels::kMostChannels);
+  EXPECT_EQ(channels.size(), LiveChannels::kMaxChannels);
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace {
 
 // A timer wakes up late by some tens of us on many machines: the rest of the way is spun.
 constexpr MonoNs kSpin = 80 * kMicrosecond;
-constexpr int kMostAtOnce = 256;  // messages, before keys and signals are looked at again
+constexpr int kMaxAtOnce = 256;  // messages, before keys and signals are looked at again
 constexpr double kFastest = 1'024;
 constexpr double kSlowest = 1.0 / 64;
 constexpr const char* kClearLine = "\r\x1b[K";
@@ -63,7 +63,7 @@ void ReplayRun::Wait() {
 }
 
 void ReplayRun::PlayDue() {
-  for (int i = 0; i < kMostAtOnce; ++i) {
+  for (int i = 0; i < kMaxAtOnce; ++i) {
     const MonoNs now = clock_.Now();
     if (replay_.Due() > now) return;
     const std::optional<Replay::Message> message = replay_.Take(now);

@@ -17,7 +17,7 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kMostCallers = 16;
+constexpr std::size_t kMaxCallers = 16;
 constexpr std::size_t kLongestMessage = 64 * 1024;
 
 std::optional<std::string> Receive(int fd, int flags) {
@@ -49,7 +49,7 @@ std::string ControlSocket::Listen(const std::string& path) {
   Descriptor listener;
   if (std::string problem = BindUnixSocket(path, SOCK_SEQPACKET, listener); !problem.empty()) return problem;
   events_ = Descriptor(epoll_create1(EPOLL_CLOEXEC));
-  if (!events_.valid() || listen(listener.get(), kMostCallers) != 0 || !Watch(events_.get(), listener.get())) {
+  if (!events_.valid() || listen(listener.get(), kMaxCallers) != 0 || !Watch(events_.get(), listener.get())) {
     return path + ": " + std::strerror(errno);
   }
   path_ = path;
@@ -62,11 +62,11 @@ void ControlSocket::Accept() {
   if (!caller.valid() || !Watch(events_.get(), caller.get())) return;
   callers_.push_back(std::move(caller));
   // Who connects and stays silent does not keep others out.
-  if (callers_.size() > kMostCallers) callers_.pop_front();
+  if (callers_.size() > kMaxCallers) callers_.pop_front();
 }
 
 void ControlSocket::Serve(const Handler& handler) {
-  std::array<epoll_event, kMostCallers + 1> ready{};
+  std::array<epoll_event, kMaxCallers + 1> ready{};
   const int count = epoll_wait(events_.get(), ready.data(), static_cast<int>(ready.size()), 0);
   for (int i = 0; i < count; ++i) {
     const int fd = ready.at(static_cast<std::size_t>(i)).data.fd;

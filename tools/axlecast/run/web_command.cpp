@@ -30,7 +30,7 @@ namespace axlecast {
 namespace {
 
 constexpr int kQueue = 50'000;         // messages, between two ticks
-constexpr int kMostHandles = 20;       // in one tick, so that browsers are served under any load
+constexpr int kMaxHandles = 20;        // in one tick, so that browsers are served under any load
 constexpr int kSpareConnections = 32;  // of HTTP requests and monitoring, beside the browsers' WebSockets
 
 // The machine's messages, as they come.
@@ -49,7 +49,7 @@ class LiveSource {
   void Gather() {
     for (LcmPort& port : ports_) {
       pollfd waits = {port.FileDescriptor(), POLLIN, 0};
-      for (int i = 0; i < kMostHandles && problem_.empty() && poll(&waits, 1, 0) > 0; ++i) {
+      for (int i = 0; i < kMaxHandles && problem_.empty() && poll(&waits, 1, 0) > 0; ++i) {
         if (!port.Handle(0)) problem_ = "the LCM port failed";
       }
     }

@@ -20,7 +20,7 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kMostOutput = 4 << 20;
+constexpr std::size_t kMaxOutput = 4 << 20;
 
 std::string Reason() { return std::strerror(errno); }
 
@@ -42,7 +42,7 @@ std::string ReadToEnd(int fd) {
     const ssize_t count = read(fd, buffer.data(), buffer.size());
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) return text;
-    if (text.size() < kMostOutput) text.append(buffer.data(), static_cast<std::size_t>(count));
+    if (text.size() < kMaxOutput) text.append(buffer.data(), static_cast<std::size_t>(count));
   }
 }
 
