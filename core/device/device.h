@@ -3,6 +3,7 @@
 #include <optional>
 #include <string_view>
 
+#include "core/base/result.h"
 #include "core/device/event.h"
 #include "core/device/motor.h"
 #include "core/device/operation.h"
@@ -95,18 +96,14 @@ class Device {
   // The outcome of its own step, and every link change and stray byte of the bus.
   virtual void On(const Event& event) = 0;
 
-  // Why an order of an operation that the family declares could not begin now, with its arguments' values judged;
-  // nothing when it could. Changes nothing.
-  [[nodiscard]] virtual std::optional<Outcome> Refusal(const DriverCommand& order, MonoNs now) const {
-    static_cast<void>(order);
-    static_cast<void>(now);
-    return std::nullopt;
-  }
-  // Takes up an order whose operation the family declares and whose argument names fit. Answers through
-  // DeviceOutput::OnOutcome, at once when it refuses. One order at a time: the caller waits for a final outcome;
-  // only one of an urgent operation may come while another is held, and goes first.
-  virtual void Begin(const DriverCommand& order, MonoNs now) = 0;
-  // Gives up an order that has not touched the device yet; false once it has.
+  // Returns why the command could not begin now, as an error with a command_status_t REASON_*. Checks the values of its
+  // arguments too. Its operation is one that the family declares. Changes nothing.
+  [[nodiscard]] virtual Result<> Validate(const DriverCommand& command, MonoNs now) const = 0;
+  // Begins a command whose operation the family declares and whose argument names fit. Reports its outcomes through
+  // DeviceOutput::OnOutcome; if Validate fails, the final outcome is reported at once. The caller begins one command at a
+  // time and waits for its final outcome. Only a command of an urgent operation may begin before that, and goes first.
+  virtual void Begin(const DriverCommand& command, MonoNs now) = 0;
+  // Cancels a command that has not changed the device yet. Returns false if it may have.
   [[nodiscard]] virtual bool Cancel(const CommandId& id, MonoNs now) = 0;
 };
 

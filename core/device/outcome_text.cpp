@@ -45,6 +45,12 @@ Outcome Final(CommandState state, std::int32_t reason, std::string text) {
   return outcome;
 }
 
+Outcome RefusedOutcome(const Error& error) {
+  const bool expired = error.reason == command_status_t::REASON_DEADLINE;
+  return Final(expired ? CommandState::kExpired : CommandState::kRejected, error.reason,
+               "nothing was done: " + error.text);
+}
+
 Outcome Rejected(std::int32_t reason, std::string_view why) {
   return Final(CommandState::kRejected, reason, "nothing was done: " + std::string(why));
 }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/base/inline_bytes.h"
+#include "core/base/result.h"
 #include "core/device/operation.h"
 
 namespace axlecast {
@@ -23,6 +24,9 @@ namespace axlecast {
 [[nodiscard]] std::int64_t CircularDistance(std::int64_t a, std::int64_t b, std::int64_t counts_per_turn);
 
 [[nodiscard]] Outcome Final(CommandState state, std::int32_t reason, std::string text);
+// Returns the outcome of a command that was refused before anything was sent: EXPIRED for REASON_DEADLINE, else REJECTED.
+// Its text is "nothing was done: " and the error.
+[[nodiscard]] Outcome RefusedOutcome(const Error& error);
 // "nothing was done: " and why.
 [[nodiscard]] Outcome Rejected(std::int32_t reason, std::string_view why);
 [[nodiscard]] Outcome Succeeded(bool verified, std::string text);

@@ -185,15 +185,17 @@ void BissDevice::FailedAttempt(ErrorKind error) {
                     ErrorName(error))));
 }
 
-std::optional<Outcome> BissDevice::Refusal(const DriverCommand& order, MonoNs now) const {
+Result<> BissDevice::Validate(const DriverCommand& order, MonoNs now) const {
   if (order.operation != kReadPositionName) {
-    return Rejected(Reason::REASON_UNKNOWN_OPERATION, "biss has no operation " + order.operation);
+    return Failure("biss has no operation " + order.operation, Reason::REASON_UNKNOWN_OPERATION);
   }
-  return RefusalToBegin(order_.has_value(), order, now, link_up_);
+  return AsResult(RefusalToBegin(order_.has_value(), order, now, link_up_));
 }
 
 void BissDevice::Begin(const DriverCommand& order, MonoNs now) {
-  if (const auto refusal = Refusal(order, now)) return output_.OnOutcome(order.id, *refusal);
+  if (const auto valid = Validate(order, now); !valid) {
+    return output_.OnOutcome(order.id, RefusedOutcome(valid.error()));
+  }
   order_ = order.id;
   begin_by_ = order.begin_by;
   attempts_ = 0;

@@ -31,6 +31,12 @@ std::string MotionText(const Motion& motion) {
   return Text("the shaft turns at %.3g rpm; stop the axis and hold it", motion.speed_rpm);
 }
 
+Result<> AsResult(const std::optional<Outcome>& refusal) {
+  if (!refusal) return {};
+  constexpr std::string_view kPrefix = "nothing was done: ";
+  return Failure(refusal->text.substr(refusal->text.starts_with(kPrefix) ? kPrefix.size() : 0), refusal->reason);
+}
+
 Outcome NeverAsked() {
   return Final(CommandState::kExpired, Reason::REASON_DEADLINE,
                "nothing was done: the encoder could not be asked before its time to begin was over");

@@ -29,6 +29,9 @@ template <typename Procedure>
   return refused == nullptr ? std::nullopt : std::optional(*refused);
 }
 
+// The same refusal as an error, without the words that RefusedOutcome puts before it.
+[[nodiscard]] Result<> AsResult(const std::optional<Outcome>& refusal);
+
 // How an order ends whose device could not be asked before its time to begin was over.
 [[nodiscard]] Outcome NeverAsked();
 

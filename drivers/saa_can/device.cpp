@@ -153,8 +153,8 @@ void SaaCanDevice::Begin(const DriverCommand& order, MonoNs now) {
   begin_by_ = order.begin_by;
 }
 
-std::optional<Outcome> SaaCanDevice::Refusal(const DriverCommand& order, MonoNs now) const {
-  return RefusalOf(Admit(order, now));
+Result<> SaaCanDevice::Validate(const DriverCommand& order, MonoNs now) const {
+  return AsResult(RefusalOf(Admit(order, now)));
 }
 
 // What is wrong with the order itself comes first: it will not pass.

@@ -202,8 +202,8 @@ void SaaModbusDevice::Begin(const DriverCommand& order, MonoNs now) {
   procedure_begun_ = false;
 }
 
-std::optional<Outcome> SaaModbusDevice::Refusal(const DriverCommand& order, MonoNs now) const {
-  return RefusalOf(Admit(order, now));
+Result<> SaaModbusDevice::Validate(const DriverCommand& order, MonoNs now) const {
+  return AsResult(RefusalOf(Admit(order, now)));
 }
 
 // What is wrong with the order itself comes first: it will not pass.

@@ -136,8 +136,8 @@ void SaaDevice::Begin(const DriverCommand& order, MonoNs now) {
   live_turn_ = false;
 }
 
-std::optional<Outcome> SaaDevice::Refusal(const DriverCommand& order, MonoNs now) const {
-  return RefusalOf(Admit(order, now));
+Result<> SaaDevice::Validate(const DriverCommand& order, MonoNs now) const {
+  return AsResult(RefusalOf(Admit(order, now)));
 }
 
 // What is wrong with the order itself comes first: it will not pass.

@@ -120,11 +120,13 @@ void SsiDevice::OnWord(const Word& word, Interval at) {
   output_.OnSample(sample);
 }
 
-std::optional<Outcome> SsiDevice::Refusal(const DriverCommand&, MonoNs) const {
-  return Rejected(command_status_t::REASON_UNKNOWN_OPERATION,
-                  "SSI carries no commands: set a datum in software (axlecast home)");
+Result<> SsiDevice::Validate(const DriverCommand&, MonoNs) const {
+  return Failure("SSI carries no commands: set a datum in software (axlecast home)",
+                 command_status_t::REASON_UNKNOWN_OPERATION);
 }
 
-void SsiDevice::Begin(const DriverCommand& order, MonoNs now) { output_.OnOutcome(order.id, *Refusal(order, now)); }
+void SsiDevice::Begin(const DriverCommand& order, MonoNs now) {
+  output_.OnOutcome(order.id, RefusedOutcome(Validate(order, now).error()));
+}
 
 }  // namespace axlecast::ssi

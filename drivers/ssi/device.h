@@ -18,7 +18,7 @@ class SsiDevice final : public Device {
   [[nodiscard]] Step Next(const BusSlot& turn) const override;
   void OnStarted(const Step&, MonoNs) override {}
   void On(const Event& event) override;
-  [[nodiscard]] std::optional<Outcome> Refusal(const DriverCommand& order, MonoNs now) const override;
+  [[nodiscard]] Result<> Validate(const DriverCommand& order, MonoNs now) const override;
   void Begin(const DriverCommand& order, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId&, MonoNs) override { return false; }
 

@@ -202,8 +202,8 @@ void TFormatDevice::Begin(const DriverCommand& order, MonoNs now) {
   live_turn_ = false;
 }
 
-std::optional<Outcome> TFormatDevice::Refusal(const DriverCommand& order, MonoNs now) const {
-  return RefusalOf(Admit(order, now));
+Result<> TFormatDevice::Validate(const DriverCommand& order, MonoNs now) const {
+  return AsResult(RefusalOf(Admit(order, now)));
 }
 
 // What is wrong with the order itself comes first: it will not pass.

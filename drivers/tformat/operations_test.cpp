@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <axlecast/command_status_t.hpp>
 
+#include "core/device/outcome_text.h"
 #include "drivers/tformat/device_test_support.h"
 
 namespace axlecast::tformat {
@@ -129,7 +130,8 @@ TEST(Operations, AreRefusedWithTheInterlockThatForbidsThem) {
     DriverCommand order;
     order.operation = operation;
     order.arguments = std::move(arguments);
-    return bench.device->Refusal(order, bench.now).value_or(Outcome{});
+    const Result<> valid = bench.device->Validate(order, bench.now);
+    return valid ? Outcome{} : RefusedOutcome(valid.error());
   };
   EXPECT_EQ(refusal("zero_single_turn").reason, Reason::REASON_DEVICE_ALARM);
   EXPECT_NE(refusal("zero_single_turn").text.find("ALMC 0x04"), std::string::npos);

@@ -363,8 +363,8 @@ void ScDevice::Begin(const DriverCommand& order, MonoNs now) {
   PursueLogin(now);
 }
 
-std::optional<Outcome> ScDevice::Refusal(const DriverCommand& order, MonoNs now) const {
-  return RefusalOf(Admit(order, now));
+Result<> ScDevice::Validate(const DriverCommand& order, MonoNs now) const {
+  return AsResult(RefusalOf(Admit(order, now)));
 }
 
 // What is wrong with the order itself comes first: it will not pass.

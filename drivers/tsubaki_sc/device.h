@@ -34,7 +34,7 @@ class ScDevice final : public Device {
   [[nodiscard]] Step Next(const BusSlot& turn) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
-  [[nodiscard]] std::optional<Outcome> Refusal(const DriverCommand& order, MonoNs now) const override;
+  [[nodiscard]] Result<> Validate(const DriverCommand& order, MonoNs now) const override;
   void Begin(const DriverCommand& order, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 

@@ -4,6 +4,7 @@
 #include <functional>
 #include <variant>
 
+#include "core/device/outcome_text.h"
 #include "drivers/tsubaki_sc/coil_order.h"
 #include "drivers/tsubaki_sc/device_test_support.h"
 #include "drivers/tsubaki_sc/motor_stop.h"
@@ -114,9 +115,9 @@ TEST(StartMotor, IsNotSentWhileTheMotorIsTripped) {
   // From now on it is known, and said at once.
   DriverCommand order;
   order.operation = "start_motor";
-  const auto refusal = bench.device->Refusal(order, bench.now);
-  ASSERT_TRUE(refusal);
-  EXPECT_EQ(refusal->text, bench.Last().text);
+  const Result<> valid = bench.device->Validate(order, bench.now);
+  ASSERT_FALSE(valid);
+  EXPECT_EQ(RefusedOutcome(valid.error()).text, bench.Last().text);
 }
 
 TEST(StartMotor, IsVerifiedByTheStopCoilIfThatWasOn) {

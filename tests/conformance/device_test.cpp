@@ -38,6 +38,9 @@ class AskedTwice final : public Device {
   }
   void OnStarted(const Step& step, MonoNs now) override { device_->OnStarted(step, now); }
   void On(const Event& event) override { device_->On(event); }
+  [[nodiscard]] Result<> Validate(const DriverCommand& order, MonoNs now) const override {
+    return device_->Validate(order, now);
+  }
   void Begin(const DriverCommand& order, MonoNs now) override { device_->Begin(order, now); }
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override { return device_->Cancel(id, now); }
 

@@ -3,6 +3,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <set>
 
+#include "core/device/outcome_text.h"
 #include "tests/conformance/example_device.h"
 
 // Device::Refusal says what Begin would say, with the arguments' values judged, and changes nothing: on the first
@@ -24,13 +25,18 @@ std::string TextOf(const DriverCommand& order) {
   return text;
 }
 
+std::optional<Outcome> RefusalOf(const ExampleDevice& rig, const DriverCommand& command) {
+  const Result<> valid = rig.device->Validate(command, rig.clock.Now());
+  return valid ? std::nullopt : std::optional(RefusedOutcome(valid.error()));
+}
+
 // Asks, then orders: both must say the same. The refusal, if any; else the order is under way.
 std::optional<Outcome> AskAndBegin(ExampleDevice& rig, const DriverCommand& order) {
   SCOPED_TRACE(TextOf(order));
   const std::size_t told = rig.output.outcomes.size();
-  auto refusal = rig.device->Refusal(order, rig.clock.Now());
+  auto refusal = RefusalOf(rig, order);
   EXPECT_EQ(rig.output.outcomes.size(), told);
-  const auto again = rig.device->Refusal(order, rig.clock.Now());
+  const auto again = RefusalOf(rig, order);
   EXPECT_EQ(again.has_value(), refusal.has_value()) << "asking changed something";
   const auto begun = rig.Begin(order);
   EXPECT_EQ(begun.has_value(), refusal.has_value()) << (begun ? begun->text : refusal ? refusal->text : "");
@@ -49,7 +55,7 @@ void Release(ExampleDevice& rig, const DriverCommand& order) {
 }
 
 bool Fits(ExampleDevice& rig, const OperationSpec& operation, const Arguments& arguments) {
-  return !rig.device->Refusal(rig.MakeOrder(operation.name, arguments), rig.clock.Now());
+  return !RefusalOf(rig, rig.MakeOrder(operation.name, arguments));
 }
 
 // Adds values for `names` until the device takes the order.
@@ -180,7 +186,7 @@ TEST_P(RefusalConformance, WhatComesTooLateOrWithoutALinkIsRefused) {
 // Whether some of many arguments leads to anything but a refusal by the configuration.
 bool PassesTheConfiguration(ExampleDevice& rig, const OperationSpec& operation) {
   const auto forbidden = [&](const Arguments& arguments) {
-    const auto refusal = rig.device->Refusal(rig.MakeOrder(operation.name, arguments), rig.clock.Now());
+    const auto refusal = RefusalOf(rig, rig.MakeOrder(operation.name, arguments));
     return refusal &&
            (refusal->reason == S::REASON_NOT_PERMITTED || refusal->reason == S::REASON_UNKNOWN_OPERATION);
   };

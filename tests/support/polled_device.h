@@ -31,12 +31,14 @@ class PolledDevice final : public Device {
   bool leaves_reserved_turns = true;  // its orders can wait
   MonoNs idle_until = 0;              // wants nothing before
 
-  std::optional<Outcome> refuses;  // any order
+  std::optional<Error> refuses;  // any order
 
   [[nodiscard]] Step Next(const BusSlot& turn) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
-  [[nodiscard]] std::optional<Outcome> Refusal(const DriverCommand&, MonoNs) const override { return refuses; }
+  [[nodiscard]] Result<> Validate(const DriverCommand&, MonoNs) const override {
+    return refuses ? Result<>(Failure(*refuses)) : Result<>();
+  }
   void Begin(const DriverCommand& order, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 

@@ -134,6 +134,7 @@ class Node final : public Device {
     }
     told.push_back({event.kind, event.received, event.id, Copy(event.bytes)});
   }
+  [[nodiscard]] Result<> Validate(const DriverCommand&, MonoNs) const override { return {}; }
   void Begin(const DriverCommand&, MonoNs) override {}
   [[nodiscard]] bool Cancel(const CommandId&, MonoNs) override { return false; }
 

@@ -114,6 +114,7 @@ TEST_F(ScheduleTest, IdleNeverEndsAtOnce) {
     [[nodiscard]] Step Next(const BusSlot& turn) const override { return {.action = Idle{turn.now}}; }
     void OnStarted(const Step&, MonoNs) override {}
     void On(const Event&) override {}
+    [[nodiscard]] Result<> Validate(const DriverCommand&, MonoNs) const override { return {}; }
     void Begin(const DriverCommand&, MonoNs) override {}
     [[nodiscard]] bool Cancel(const CommandId&, MonoNs) override { return true; }
   } hasty;

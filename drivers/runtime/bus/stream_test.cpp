@@ -42,6 +42,7 @@ class StreamingDevice final : public Device {
     }
     if (cadence_.FellSilent(event.received.last)) output_.OnError(ErrorKind::kSilent, event.received);
   }
+  [[nodiscard]] Result<> Validate(const DriverCommand&, MonoNs) const override { return {}; }
   void Begin(const DriverCommand&, MonoNs) override {}
   [[nodiscard]] bool Cancel(const CommandId&, MonoNs) override { return true; }
 

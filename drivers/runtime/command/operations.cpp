@@ -7,6 +7,7 @@
 #include "core/command/command_id.h"
 #include "core/command/command_words.h"
 #include "core/command/operation_check.h"
+#include "core/device/outcome_text.h"
 #include "drivers/kit/refusal.h"
 #include "drivers/runtime/command/alarm_order.h"
 #include "drivers/runtime/command/datum_order.h"
@@ -79,7 +80,7 @@ Outcome Operations::Prepare(const Target& target, const DriverCommand& order, Mo
     if (IsAboutAlarms(order.operation)) return prepared(AlarmOrder(*target.channel, order, time_.Utime(now)));
     return prepared(DatumOrder(*target.channel, order, time_.Utime(now)));
   }
-  if (auto refusal = target.device->Refusal(order, now)) return std::move(*refusal);
+  if (const auto valid = target.device->Validate(order, now); !valid) return RefusedOutcome(valid.error());
   if (operation->needs_standstill) {
     if (auto refusal = RefusalInMotion(target.channel->MotionAt(now))) return std::move(*refusal);
   }

@@ -170,14 +170,11 @@ TEST_F(PrepareOperationTest, RefusesWhatExecuteWouldRefuse) {
   order.kind = driver_order_t::KIND_PREPARE;
   order.expect_epoch = channel_.summary().datum_epoch + 3;
   EXPECT_EQ(Do(order).reason_code, Status::REASON_EPOCH);
-  device_.refuses = Outcome{.state = CommandState::kRejected,
-                            .reason = Status::REASON_DEVICE_ALARM,
-                            .text = "the battery is at 2.4 V",
-                            .changes = {}};
+  device_.refuses = Error{.text = "the battery is at 2.4 V", .reason = Status::REASON_DEVICE_ALARM};
   const driver_status_t answer = Prepare("touch");
   EXPECT_EQ(answer.state, Status::STATE_REJECTED);
   EXPECT_EQ(answer.reason_code, Status::REASON_DEVICE_ALARM);
-  EXPECT_EQ(answer.text, "the battery is at 2.4 V");
+  EXPECT_EQ(answer.text, "nothing was done: the battery is at 2.4 V");
 }
 
 TEST_F(PrepareOperationTest, OfADatumShowsNowAndThen) {

@@ -31,6 +31,7 @@ class Listener final : public Device {
   [[nodiscard]] Step Next(const BusSlot& turn) const override { return {.action = Listen{turn.now + kSecond}}; }
   void OnStarted(const Step&, MonoNs) override {}
   void On(const Event&) override {}
+  [[nodiscard]] Result<> Validate(const DriverCommand&, MonoNs) const override { return {}; }
   void Begin(const DriverCommand&, MonoNs) override {}
   [[nodiscard]] bool Cancel(const CommandId&, MonoNs) override { return false; }
 };

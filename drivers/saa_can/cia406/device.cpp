@@ -142,8 +142,8 @@ void Cia406Device::Begin(const DriverCommand& order, MonoNs now) {
   live_turn_ = false;
 }
 
-std::optional<Outcome> Cia406Device::Refusal(const DriverCommand& order, MonoNs now) const {
-  return RefusalOf(Admit(order, now));
+Result<> Cia406Device::Validate(const DriverCommand& order, MonoNs now) const {
+  return AsResult(RefusalOf(Admit(order, now)));
 }
 
 // What is wrong with the order itself comes first: it will not pass.
