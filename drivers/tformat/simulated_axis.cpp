@@ -1,4 +1,4 @@
-#include "drivers/tformat/simulator_keys.h"
+#include "drivers/tformat/simulated_axis.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "drivers/tformat/eeprom_write.h"
+#include "drivers/tformat/eeprom_procedures.h"
 
 #include <algorithm>
 #include <axlecast/command_status_t.hpp>
@@ -6,9 +6,77 @@
 
 #include "core/device/outcome_text.h"
 #include "drivers/kit/read_back.h"
-#include "drivers/tformat/reset_rules.h"
+#include "drivers/tformat/reset_procedure.h"
 
 namespace axlecast::tformat {
+
+Step CellReader::Next(MonoNs now) const {
+  if (now < due_) return WaitUntil(due_);
+  return CommandStep(AskCell(static_cast<std::uint8_t>(next_), timeout_));
+}
+
+CellReader::Progress CellReader::OnAnswer(const Answer& answer, MonoNs end, EepromCells& cells) {
+  if (!answer.ok()) {
+    cause_ = ErrorName(*answer.error);
+    return ++failures_ < kTries ? Progress::kGoing : Progress::kFailed;
+  }
+  failures_ = 0;
+  if (!answer.reply.data) {
+    cause_ = "busy";
+    due_ = end + kBusyPause;
+    return ++busy_ < kBusyTimes ? Progress::kGoing : Progress::kFailed;
+  }
+  busy_ = 0;
+  cells[next_++] = *answer.reply.data;
+  return next_ < end_ ? Progress::kGoing : Progress::kDone;
+}
+
+std::string CellReader::Failure() const { return Text("EEPROM address %zu could not be read (%s)", next_, cause_); }
+
+std::vector<Change> CellChanges(std::size_t first, std::size_t count, const EepromCells* before,
+                                const EepromCells& after) {
+  constexpr std::size_t kCellsPerChange = 20;
+  std::vector<Change> changes;
+  for (std::size_t at = first; at < first + count; at += kCellsPerChange) {
+    const std::size_t length = std::min(kCellsPerChange, first + count - at);
+    changes.push_back({"eeprom_" + std::to_string(at),
+                       before == nullptr ? "" : HexText(Bytes(*before).subspan(at, length)),
+                       HexText(Bytes(after).subspan(at, length))});
+  }
+  return changes;
+}
+
+EepromRead::EepromRead(std::size_t first, std::size_t count, std::optional<std::vector<std::uint8_t>> expected,
+                       MonoNs timeout)
+    : first_(first), count_(count), expected_(std::move(expected)), reader_(first, count, timeout) {}
+
+std::optional<Outcome> EepromRead::OnAnswer(const Answer& answer, MonoNs end) {
+  switch (reader_.OnAnswer(answer, end, cells_)) {
+    case CellReader::Progress::kGoing:
+      return std::nullopt;
+    case CellReader::Progress::kFailed:
+      return Final(CommandState::kFailed, command_status_t::REASON_NO_REPLY, reader_.Failure());
+    default:
+      return Done();
+  }
+}
+
+Outcome EepromRead::OnLinkLost() const {
+  return Final(CommandState::kFailed, command_status_t::REASON_NO_REPLY,
+               Text("the link was lost before EEPROM address %zu was read", reader_.next()));
+}
+
+Outcome EepromRead::Done() const {
+  Outcome outcome = Verified(Text("EEPROM %zu to %zu read", first_, first_ + count_ - 1));
+  outcome.changes = CellChanges(first_, count_, nullptr, cells_);
+  if (expected_) {
+    const bool equal = std::equal(expected_->begin(), expected_->end(), cells_.begin() + static_cast<int>(first_));
+    constexpr std::size_t kRoomForCells = 3;  // an outcome holds four changes
+    if (outcome.changes.size() > kRoomForCells) outcome.changes.resize(kRoomForCells);
+    outcome.changes.push_back(FindingChange(FindingWord(equal)));
+  }
+  return outcome;
+}
 
 using Reason = command_status_t;
 

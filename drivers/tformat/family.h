@@ -1,9 +1,14 @@
 #pragma once
 
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <vector>
 
 #include "core/device/family.h"
+#include "core/device/probe.h"
+#include "core/device/simulator.h"
 
+// The functions of tformat that the runtime reaches through Family and FamilyProbes.
 namespace axlecast::tformat {
 
 // One captured T-format frame, request or reply, as the object that docs/decode.md describes: Family::decode.
@@ -14,4 +19,15 @@ namespace axlecast::tformat {
 // field names. An echo error is therefore never found here.
 [[nodiscard]] nlohmann::ordered_json Decode(const DecodeSettings& settings, Bytes frame, bool* usable);
 
+// For Family::make_simulator: the simulator of the bus's one encoder from the bus's `simulate` mapping
+// (docs/simulation.md). Null when a key is wrong: the errors are in the map's list.
+[[nodiscard]] std::unique_ptr<Simulator> MakeTFormatSimulator(const BusConfig& bus, ConfigMap& simulate);
+
 }  // namespace axlecast::tformat
+
+namespace axlecast {
+
+[[nodiscard]] const Family& tformat_family();
+[[nodiscard]] std::vector<ProbeTrial> tformat_probe(const ProbeScope& scope);
+
+}  // namespace axlecast

@@ -1,4 +1,4 @@
-#include "drivers/tformat/eeprom_write.h"
+#include "drivers/tformat/eeprom_procedures.h"
 
 #include <axlecast/command_status_t.hpp>
 
