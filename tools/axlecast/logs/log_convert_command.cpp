@@ -10,11 +10,9 @@
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/logs/conversion_output.h"
 #include "tools/axlecast/logs/log_selection.h"
-#include "tools/convert/candump.h"
-#include "tools/convert/csv_grid.h"
-#include "tools/convert/csv_table.h"
+#include "tools/convert/csv.h"
 #include "tools/convert/mcap.h"
-#include "tools/convert/pcap.h"
+#include "tools/convert/wire_capture.h"
 
 namespace axlecast {
 namespace {
@@ -29,7 +27,7 @@ struct Options {
 
 std::int64_t Microseconds(double seconds) { return std::llround(seconds * 1e6); }
 
-Conversion Write(Options& options, const Output& out) {
+Result<Conversion> Write(Options& options, const Output& out) {
   const EventRange events = options.log.events();
   if (options.format == "mcap") return WriteMcap(events, out);
   if (options.format == "candump") return WriteCandump(events, out);
@@ -46,18 +44,20 @@ int Run(Options& options) {
   }
   if (const std::optional<int> failed = options.log.Open()) return *failed;
   if (const std::optional<int> failed = options.output.Open()) return *failed;
-  const Conversion done = Write(options, [&options](std::string_view part) { return options.output.Write(part); });
-  if (!done.problem.empty()) {
-    std::cerr << options.log.file() << ": " << done.problem << '\n';
+  const Result<Conversion> done =
+      Write(options, [&options](std::string_view part) { return options.output.Write(part); });
+  if (!done) {
+    std::cerr << options.log.file() << ": " << done.error().text << '\n';
     return kExitBad;
   }
   const int exit_code = options.output.Keep(options.log);
   if (exit_code == kExitFailed) return exit_code;
   const bool rows = options.grid_s > 0;
-  std::cerr << done.written << (rows ? " rows" : " messages or frames") << " written";
-  if (done.left_out > 0) std::cerr << "; " << done.left_out << " events left out: they are none of this format";
+  std::cerr << done->written << (rows ? " rows" : " messages or frames") << " written";
+  if (done->left_out > 0)
+    std::cerr << "; " << done->left_out << " events left out: this format cannot contain them";
   std::cerr << '\n';
-  if (!done.note.empty()) std::cerr << done.note << '\n';
+  if (!done->note.empty()) std::cerr << done->note << '\n';
   return exit_code;
 }
 

@@ -10,7 +10,7 @@
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/logs/conversion_output.h"
 #include "tools/axlecast/logs/log_selection.h"
-#include "tools/convert/plot_picture.h"
+#include "tools/convert/plot.h"
 
 namespace axlecast {
 namespace {
@@ -39,13 +39,13 @@ int Run(Options& options) {
     return Wrong("-o: the name ends in .svg or .png, which says the format");
   if (const std::optional<int> failed = options.log.Open()) return *failed;
   if (const std::optional<int> failed = options.output.Open()) return *failed;
-  const PlotData data = CollectPlot(options.log.events(), fields, kPlotColumns);
-  if (!data.problem.empty()) return Wrong(options.log.file() + ": " + data.problem, kExitBad);
+  const Result<PlotData> data = CollectPlot(options.log.events(), fields, kPlotColumns);
+  if (!data) return Wrong(options.log.file() + ": " + data.error().text, kExitBad);
   const std::string title =
       options.title.empty() ? std::filesystem::path(options.log.file()).filename().string() : options.title;
-  const std::string picture = ending == ".svg" ? PlotSvg(title, data) : PlotPng(title, data);
-  if (picture.empty()) return Wrong("the picture cannot be drawn: not enough memory", kExitBad);
-  static_cast<void>(options.output.Write(picture));
+  const Result<std::string> picture = ending == ".svg" ? PlotSvg(title, *data) : PlotPng(title, *data);
+  if (!picture) return Wrong(picture.error().text, kExitBad);
+  static_cast<void>(options.output.Write(*picture));
   return options.output.Keep(options.log);
 }
 

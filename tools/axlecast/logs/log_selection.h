@@ -7,7 +7,7 @@
 
 #include "tools/axlecast/logs/log_choice.h"
 #include "tools/axlecast/logs/log_input.h"
-#include "tools/convert/event_range.h"
+#include "tools/convert/conversion.h"
 
 namespace axlecast {
 

@@ -1,4 +1,4 @@
-#include "tools/convert/csv_grid.h"
+#include "tools/convert/csv.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,14 +8,35 @@
 namespace axlecast {
 namespace {
 
+// RFC 4180, section 2.
+TEST(CsvLine, QuotesWhatNeedsIt) {
+  EXPECT_EQ(CsvLine({"aaa", "bbb", "ccc"}), "aaa,bbb,ccc\r\n");
+  EXPECT_EQ(CsvLine({"aaa", "b \r\nbb", "ccc"}), "aaa,\"b \r\nbb\",ccc\r\n");
+  EXPECT_EQ(CsvLine({"aaa", "b\"bb", "c,c"}), "aaa,\"b\"\"bb\",\"c,c\"\r\n");
+  EXPECT_EQ(CsvLine({"", ""}), ",\r\n");
+}
+
+// OWASP, "CSV Injection".
+TEST(CsvLine, HasNoFormulas) {
+  EXPECT_EQ(CsvLine({"=1+1", "+A1", "@SUM(A1)", "-2+3", "\tx"}), "'=1+1,'+A1,'@SUM(A1),'-2+3,'\tx\r\n");
+  EXPECT_EQ(CsvLine({"\r=1", "=HYPERLINK(\"http://x\",1)"}), "\"'\r=1\",\"'=HYPERLINK(\"\"http://x\"\",1)\"\r\n");
+  EXPECT_EQ(CsvLine({"-12.5", "-1e-05", "-0", "12", "a=b", "-"}), "-12.5,-1e-05,-0,12,a=b,'-\r\n");
+}
+
+TEST(CsvLine, IsAlwaysText) {
+  EXPECT_EQ(CsvLine({"\xFF", std::string("a\0b", 3)}),
+            "\xEF\xBF\xBD,a\xEF\xBF\xBD"
+            "b\r\n");
+}
+
 using testing::HasSubstr;
 
 constexpr TimeGrid kTenMs = {.period_us = 10'000, .max_age_us = 20'000};
 
 std::string Grid(const TestEvents& events, const TimeGrid& grid = kTenMs) {
   TestOutput output;
-  const Conversion done = WriteCsvGrid(events.range(), events.range(), grid, output.sink());
-  return done.problem.empty() ? output.text : done.problem;
+  const Result<Conversion> done = WriteCsvGrid(events.range(), events.range(), grid, output.sink());
+  return done ? output.text : done.error().text;
 }
 
 TEST(CsvGrid, StandsOnTheLineBetweenReadings) {
@@ -67,8 +88,8 @@ TEST(CsvGrid, AChannelThatFallsSilentHoldsNothingUp) {
       return visit(event);
     });
   };
-  const Conversion done = WriteCsvGrid(counted, events.range(), kTenMs, output.sink());
-  EXPECT_GE(done.written, 499);
+  const Result<Conversion> done = WriteCsvGrid(counted, events.range(), kTenMs, output.sink());
+  EXPECT_GE(done->written, 499);
   EXPECT_LT(seen, 2'000);  // the output ended it: rows are written while the log is read
 }
 

@@ -1,19 +1,45 @@
-#include "tools/convert/csv_table.h"
+#include "tools/convert/csv.h"
 
+#include <charconv>
 #include <map>
 #include <optional>
-#include <string>
-#include <vector>
+#include <string_view>
+#include <system_error>
 
+#include "core/base/utf8.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
-#include "tools/convert/csv_line.h"
 #include "tools/convert/flat_fields.h"
 
 namespace axlecast {
 namespace {
 
-// The columns by name, in the order in which they were seen.
+bool IsNumber(std::string_view cell) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+  return error == std::errc() && end == cell.data() + cell.size();
+}
+
+// Detects the cells that OWASP's "CSV Injection" lists.
+bool IsFormula(std::string_view cell) {
+  constexpr std::string_view kBeginnings = "=+-@\t\r";
+  return !cell.empty() && kBeginnings.find(cell.front()) != std::string_view::npos && !IsNumber(cell);
+}
+
+void AppendCell(std::string& line, std::string_view cell) {
+  if (cell.find_first_of(",\"\r\n") == std::string_view::npos) {
+    line += cell;
+    return;
+  }
+  line += '"';
+  for (const char c : cell) {
+    if (c == '"') line += '"';
+    line += c;
+  }
+  line += '"';
+}
+
+// The columns by name, in the order of their first occurrence.
 class Columns {
  public:
   Columns() {
@@ -31,14 +57,9 @@ class Columns {
   std::map<std::string, std::size_t> places_;
 };
 
-std::optional<nlohmann::ordered_json> Decoded(const LogEvent& event) {
-  std::string type;
-  return DecodeToJson(event.data, &type);
-}
-
 Columns FindColumns(const EventRange& events) {
   Columns columns;
-  std::map<std::string_view, bool> same;  // by type, once one was seen
+  std::map<std::string_view, bool> same;  // by type of message: all messages have the same fields
   events([&](const LogEvent& event) {
     const MessageType* const type = FindMessageType(event.data);
     if (type == nullptr) return true;
@@ -60,13 +81,28 @@ std::string CellText(const nlohmann::ordered_json& value) {
 
 }  // namespace
 
+std::string CsvLine(const std::vector<std::string>& cells) {
+  constexpr std::string_view kReplacement = "\xEF\xBF\xBD";
+  std::string line;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    if (i > 0) line += ',';
+    std::string text = MendedUtf8(cells[i]);
+    for (std::size_t at = 0; (at = text.find('\0', at)) != std::string::npos; at += kReplacement.size()) {
+      text.replace(at, 1, kReplacement);
+    }
+    AppendCell(line, IsFormula(text) ? '\'' + text : text);
+  }
+  return line + "\r\n";
+}
+
 Conversion WriteCsvTable(const EventRange& events, const Output& out) {
   Conversion done;
   const Columns columns = FindColumns(events);
   if (!out(CsvLine(columns.names()))) return done;
   std::vector<std::string> cells;
   events([&](const LogEvent& event) {
-    const auto message = Decoded(event);
+    std::string type;
+    const auto message = DecodeToJson(event.data, &type);
     if (!message) {
       ++done.left_out;
       return true;

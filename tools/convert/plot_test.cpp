@@ -1,4 +1,4 @@
-#include "tools/convert/plot_data.h"
+#include "tools/convert/plot.h"
 
 #include <cairo.h>
 #include <fontconfig/fontconfig.h>
@@ -7,9 +7,8 @@
 
 #include <limits>
 
-#include "tools/convert/message_gap.h"
-#include "tools/convert/plot_picture.h"
-#include "tools/convert/sample_time.h"
+#include "tools/convert/conversion.h"
+#include "tools/convert/curve.h"
 #include "tools/convert/test_events.h"
 
 namespace axlecast {
@@ -74,13 +73,13 @@ TEST(PlotData, LinesEndWhereMessagesAreMissingOrNotValid) {
     if (i == 90) position.value = std::numeric_limits<double>::quiet_NaN();
     events.Add(1'000 * i, "POSITION/a", position);
   }
-  const PlotData data = CollectPlot(events.range(), {kValue}, 10'000);
-  ASSERT_EQ(data.problem, "");
-  ASSERT_THAT(data.curves, SizeIs(1));
-  EXPECT_EQ(data.curves[0].readings, 98);
-  EXPECT_EQ(data.curves[0].unit, "count");
+  const Result<PlotData> data = CollectPlot(events.range(), {kValue}, 10'000);
+  ASSERT_TRUE(data);
+  ASSERT_THAT(data->curves, SizeIs(1));
+  EXPECT_EQ(data->curves[0].readings, 98);
+  EXPECT_EQ(data->curves[0].unit, "count");
   std::vector<std::int64_t> begins;
-  for (const Curve::Piece& piece : data.curves[0].pieces) begins.push_back(piece.front().us / 1'000);
+  for (const Curve::Piece& piece : data->curves[0].pieces) begins.push_back(piece.front().us / 1'000);
   EXPECT_EQ(begins, (std::vector<std::int64_t>{0, 21, 40, 60, 110, 121}));
 }
 
@@ -88,12 +87,13 @@ TEST(PlotData, SaysWhatThereIsInstead) {
   TestEvents events;
   events.Add(0, "POSITION/a", TestPosition(0, 0, 0));
   events.AddRaw(0, "CAMERA", {1});
-  EXPECT_THAT(CollectPlot(events.range(), {{"POSITION/b", "value"}}, 10).problem, HasSubstr("CAMERA, POSITION/a"));
-  EXPECT_THAT(CollectPlot(events.range(), {{"POSITION/a", "boot_id"}}, 10).problem, HasSubstr("speed_rad_s"));
-  EXPECT_THAT(CollectPlot(events.range(), {{"CAMERA", "x"}}, 10).problem, HasSubstr("none of axlecast's"));
+  EXPECT_THAT(CollectPlot(events.range(), {{"POSITION/b", "value"}}, 10).error().text,
+              HasSubstr("CAMERA, POSITION/a"));
+  EXPECT_THAT(CollectPlot(events.range(), {{"POSITION/a", "boot_id"}}, 10).error().text, HasSubstr("speed_rad_s"));
+  EXPECT_THAT(CollectPlot(events.range(), {{"CAMERA", "x"}}, 10).error().text, HasSubstr("not axlecast messages"));
 }
 
-// Cairo and fontconfig keep the fonts that they found until the process ends: a leak to the address sanitizer.
+// Cairo and fontconfig keep their fonts until the process ends. The address sanitizer would report a leak.
 class FontCache : public testing::Environment {
  public:
   void TearDown() override {
@@ -106,11 +106,11 @@ const testing::Environment* const kFontCache = testing::AddGlobalTestEnvironment
 TEST(PlotPicture, NamesCannotBeMarkup) {
   TestEvents events;
   events.Add(0, "<b>&\x01\xFF", TestPosition(0, 0, 0));
-  const PlotData data = CollectPlot(events.range(), {{"<b>&\x01\xFF", "value"}}, kPlotColumns);
-  ASSERT_EQ(data.problem, "");
-  EXPECT_THAT(PlotSvg("</title>", data), HasSubstr(">&lt;b&gt;&amp;\xEF\xBF\xBD\xEF\xBF\xBD:value<"));
-  EXPECT_THAT(PlotSvg("</title>", data), HasSubstr("<title>&lt;/title&gt;</title>"));
-  EXPECT_EQ(PlotPng("t", data).substr(1, 3), "PNG");
+  const Result<PlotData> data = CollectPlot(events.range(), {{"<b>&\x01\xFF", "value"}}, kPlotColumns);
+  ASSERT_TRUE(data);
+  EXPECT_THAT(*PlotSvg("</title>", *data), HasSubstr(">&lt;b&gt;&amp;\xEF\xBF\xBD\xEF\xBF\xBD:value<"));
+  EXPECT_THAT(*PlotSvg("</title>", *data), HasSubstr("<title>&lt;/title&gt;</title>"));
+  EXPECT_EQ(PlotPng("t", *data)->substr(1, 3), "PNG");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "tools/convert/plot_ticks.h"
+#include "tools/convert/chart.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "tools/convert/candump.h"
+#include "tools/convert/wire_capture.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "tools/convert/sample_time.h"
+#include "tools/convert/conversion.h"
 
 #include <algorithm>
 #include <optional>

@@ -1,4 +1,4 @@
-#include "tools/convert/plot_ticks.h"
+#include "tools/convert/chart.h"
 
 #include <algorithm>
 #include <array>
@@ -12,7 +12,7 @@ namespace {
 constexpr std::int64_t kSecondUs = 1'000'000;
 constexpr std::int64_t kDayUs = 86'400 * kSecondUs;
 
-// 1, 2 or 5 times a power of ten, not below `least`.
+// Returns 1, 2 or 5 times a power of ten, at least `minimum`.
 double RoundStep(double minimum) {
   const double power = std::pow(10.0, std::floor(std::log10(minimum)));
   for (const double step : {1.0, 2.0, 5.0}) {
@@ -29,7 +29,7 @@ std::string NumberLabel(double value, double step) {
   return text.data();
 }
 
-// us between ticks, not below `least`.
+// Returns the time between ticks in us, at least `minimum`.
 std::int64_t TimeStep(double minimum) {
   if (minimum <= static_cast<double>(kSecondUs)) {
     return std::max<std::int64_t>(1, std::llround(RoundStep(std::max(minimum, 1.0))));
@@ -50,7 +50,7 @@ std::string UtcLabel(std::int64_t us, const char* format) {
   return text.data();
 }
 
-// With as many decimals of a second as the step needs.
+// Returns the time with as many decimals of a second as the step needs.
 std::string TimeLabel(std::int64_t us, std::int64_t step) {
   if (step >= kDayUs) return UtcLabel(us, "%Y-%m-%d");
   if (step % (60 * kSecondUs) == 0) return UtcLabel(us, "%H:%M");
@@ -65,16 +65,17 @@ std::string TimeLabel(std::int64_t us, std::int64_t step) {
 
 }  // namespace
 
-RoundAxis MakeRoundAxis(double low, double high, int wanted) {
+RoundAxis MakeRoundAxis(double low, double high, int tick_count) {
+  if (low > high) return {};
   const double size = std::max(std::abs(low), std::abs(high));
-  // What differs only in a double's last digits is one number.
+  // Values that differ only in the last digits of a double count as equal.
   if (high - low <= size * 1e-12) {
     const double margin = std::max(size * 0.05, 0.5);
     low -= margin;
     high += margin;
   }
   RoundAxis axis;
-  const double step = RoundStep((high - low) / wanted);
+  const double step = RoundStep((high - low) / tick_count);
   const double first = std::floor(low / step + 1e-9);
   const double last = std::ceil(high / step - 1e-9);
   for (double i = first; i <= last; ++i) axis.ticks.push_back({i * step, NumberLabel(i * step + 0.0, step)});
@@ -83,9 +84,9 @@ RoundAxis MakeRoundAxis(double low, double high, int wanted) {
   return axis;
 }
 
-TimeAxis MakeTimeAxis(std::int64_t first_us, std::int64_t last_us, int wanted) {
+TimeAxis MakeTimeAxis(std::int64_t first_us, std::int64_t last_us, int tick_count) {
   TimeAxis axis;
-  const std::int64_t step = TimeStep(static_cast<double>(last_us - first_us) / wanted);
+  const std::int64_t step = TimeStep(static_cast<double>(last_us - first_us) / tick_count);
   for (std::int64_t us = (first_us + step - 1) / step * step; us <= last_us; us += step) {
     axis.ticks.push_back({static_cast<double>(us), TimeLabel(us, step)});
   }
@@ -93,6 +94,29 @@ TimeAxis MakeTimeAxis(std::int64_t first_us, std::int64_t last_us, int wanted) {
   const std::string last_day = UtcLabel(last_us, "%Y-%m-%d");
   axis.title = "UTC, " + first_day + (first_day == last_day ? "" : " to " + last_day);
   return axis;
+}
+
+Canvas::Point ChartPanel::At(double x, double value) const {
+  return {left + (x - first_x) / (last_x - first_x) * (right - left),
+          top + (bottom - top) * (values.high - value) / (values.high - values.low)};
+}
+
+void DrawAxes(Canvas& canvas, const ChartPanel& panel, const std::vector<Tick>& x_ticks,
+              const std::string& x_title) {
+  for (const Tick& tick : panel.values.ticks) {
+    const double y = panel.At(panel.first_x, tick.at).y;
+    canvas.DrawLine({panel.left, y}, {panel.right, y}, Canvas::Stroke::kGrid);
+    canvas.DrawText({panel.left - 7, y + 4}, tick.label, {.anchor = Canvas::Anchor::kEnd});
+  }
+  canvas.DrawLine({panel.left, panel.top}, {panel.left, panel.bottom}, Canvas::Stroke::kAxis);
+  for (const Tick& tick : x_ticks) {
+    const double x = panel.At(tick.at, 0).x;
+    canvas.DrawLine({x, panel.bottom}, {x, panel.bottom + 4}, Canvas::Stroke::kAxis);
+    canvas.DrawText({x, panel.bottom + 17}, tick.label, {.anchor = Canvas::Anchor::kMiddle});
+  }
+  canvas.DrawLine({panel.left, panel.bottom}, {panel.right, panel.bottom}, Canvas::Stroke::kAxis);
+  canvas.DrawText({(panel.left + panel.right) / 2, panel.bottom + 33}, x_title,
+                  {.anchor = Canvas::Anchor::kMiddle});
 }
 
 }  // namespace axlecast

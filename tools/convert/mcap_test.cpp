@@ -1,4 +1,4 @@
-#include "tools/convert/mcap_writer.h"
+#include "tools/convert/mcap.h"
 
 #include <gtest/gtest.h>
 
