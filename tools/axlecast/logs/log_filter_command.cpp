@@ -9,7 +9,7 @@
 #include "tools/axlecast/logs/log_choice.h"
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/axlecast/logs/log_output.h"
-#include "tools/log/log_header.h"
+#include "tools/log/log_event.h"
 
 namespace axlecast {
 namespace {

@@ -2,7 +2,7 @@
 
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
-#include "tools/log/log_header.h"
+#include "tools/log/log_event.h"
 #include "tools/log/log_seal.h"
 
 namespace axlecast {

@@ -1,7 +1,7 @@
 #include "tools/axlecast/logs/log_machine.h"
 
 #include "core/config/load.h"
-#include "tools/log/log_header.h"
+#include "tools/log/log_event.h"
 #include "tools/log/log_reader.h"
 
 namespace axlecast {

@@ -11,7 +11,7 @@
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/axlecast/logs/log_output.h"
-#include "tools/log/log_header.h"
+#include "tools/log/log_event.h"
 #include "tools/log/log_merge.h"
 
 namespace axlecast {

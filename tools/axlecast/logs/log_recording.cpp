@@ -7,7 +7,7 @@
 
 #include "platform/os/mapped_file.h"
 #include "platform/os/process.h"
-#include "tools/log/log_tail.h"
+#include "tools/log/log_seal.h"
 
 namespace axlecast {
 

@@ -6,7 +6,6 @@
 
 #include "core/base/clock.h"
 #include "platform/net/lcm_port.h"
-#include "tools/recorder/recording_alarms.h"
 #include "tools/recorder/recording_health.h"
 #include "tools/recorder/recording_session.h"
 

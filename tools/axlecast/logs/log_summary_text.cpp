@@ -5,7 +5,7 @@
 #include "tools/axlecast/common/utc_text.h"
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/axlecast/logs/log_summary.h"
-#include "tools/log/log_header.h"
+#include "tools/log/log_event.h"
 
 namespace axlecast {
 namespace {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/log/log_span.h"
+#include "tools/log/log_merge.h"
 
 namespace axlecast {
 

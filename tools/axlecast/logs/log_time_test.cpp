@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <CLI/CLI.hpp>
 
-#include "tools/log/recorded_log.h"
+#include "tools/log/log_fixture.h"
 
 namespace axlecast {
 namespace {

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tools/log/recorded_log.h"
+#include "tools/log/log_fixture.h"
 
 namespace axlecast {
 namespace {

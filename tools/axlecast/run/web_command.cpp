@@ -22,7 +22,7 @@
 #include "tools/axlecast/common/screen.h"
 #include "tools/axlecast/logs/log_machine.h"
 #include "tools/axlecast/run/web_options.h"
-#include "tools/log/log_span.h"
+#include "tools/log/log_merge.h"
 #include "tools/metrics/metrics_text.h"
 #include "tools/web/web_app.h"
 
