@@ -1,4 +1,4 @@
-#include "tools/axlecast/logs/log_time.h"
+#include "tools/axlecast/logs/log_input.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -74,4 +74,5 @@ TEST_F(LogTimeOptionsTest, SayWhatIsWrong) {
 }
 
 }  // namespace
+
 }  // namespace axlecast
