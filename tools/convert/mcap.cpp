@@ -11,7 +11,8 @@
 #include "core/base/utf8.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
-#include "tools/log/log_header.h"
+#include "tools/convert/conversion.h"
+#include "tools/log/log_event.h"
 #include "tools/log/log_seal.h"
 
 namespace axlecast {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/messages/decode_message.h"
-#include "tools/log/big_endian.h"
+#include "tools/log/log_event.h"
 
 namespace axlecast {
 namespace {
