@@ -197,8 +197,8 @@ void BissSimulator::Disturb(std::span<std::uint8_t> rx) {
 std::string BissSimulator::Set(std::string_view device, std::string_view key, std::string_view value, MonoNs now) {
   CatchUp(now);
   if (device != name_) return "no simulated device '" + std::string(device) + "' here";
-  const std::string problem = encoder_.Set(key, value);
-  return problem.empty() ? "" : name_ + '.' + std::string(key) + ": " + problem;
+  const Result<> done = encoder_.Set(key, value);
+  return done ? "" : name_ + '.' + std::string(key) + ": " + done.error().text;
 }
 
 std::vector<std::pair<std::string, std::string>> BissSimulator::State(std::string_view device, MonoNs now) const {

@@ -211,8 +211,8 @@ std::string SaaSimulator::Set(std::string_view device, std::string_view key, std
   CatchUp(now);
   Unit* unit = Find(device);
   if (unit == nullptr) return "no simulated device '" + std::string(device) + "' here";
-  const std::string problem = unit->encoder.Set(key, value);
-  return problem.empty() ? "" : unit->name + '.' + std::string(key) + ": " + problem;
+  const Result<> done = unit->encoder.Set(key, value);
+  return done ? "" : unit->name + '.' + std::string(key) + ": " + done.error().text;
 }
 
 std::vector<std::pair<std::string, std::string>> SaaSimulator::State(std::string_view device, MonoNs now) const {

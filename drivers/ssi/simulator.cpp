@@ -132,8 +132,8 @@ void SsiSimulator::Disturb(const SpiTransfer& transfer, bool fast, std::span<std
 std::string SsiSimulator::Set(std::string_view device, std::string_view key, std::string_view value, MonoNs now) {
   CatchUp(now);
   if (device != device_) return "no simulated device '" + std::string(device) + "' here";
-  const std::string problem = encoder_.Set(key, value);
-  return problem.empty() ? "" : device_ + '.' + std::string(key) + ": " + problem;
+  const Result<> done = encoder_.Set(key, value);
+  return done ? "" : device_ + '.' + std::string(key) + ": " + done.error().text;
 }
 
 std::vector<std::pair<std::string, std::string>> SsiSimulator::State(std::string_view device, MonoNs now) const {

@@ -6,9 +6,8 @@
 #include <cmath>
 #include <optional>
 
-#include "drivers/kit/simulation/quantity_table.h"
-#include "drivers/kit/simulation/quantity_text.h"
-#include "drivers/kit/simulation/shaft_motion.h"
+#include "drivers/kit/simulation/quantity.h"
+#include "drivers/kit/simulation/shaft.h"
 
 namespace axlecast::tformat {
 namespace {
@@ -228,7 +227,7 @@ const std::vector<std::string_view>& QuantityNames() {
   return kNames;
 }
 
-std::string SimulatedAxis::Set(std::string_view name, std::string_view value) {
+Result<> SimulatedAxis::Set(std::string_view name, std::string_view value) {
   return SetByName(Table(), *this, name, value);
 }
 

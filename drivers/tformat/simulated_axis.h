@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/base/time.h"
-#include "drivers/kit/simulation/simulated_device.h"
+#include "drivers/kit/simulation/script.h"
 #include "drivers/kit/simulation/simulated_fault.h"
 #include "drivers/tformat/encoder_model.h"
 
@@ -25,7 +25,7 @@ struct SimulatedAxis final : SimulatedDevice {
   explicit SimulatedAxis(EncoderModel model) : encoder(std::move(model)) {}
 
   void Advance(MonoNs now) override { encoder.Advance(now); }
-  [[nodiscard]] std::string Set(std::string_view name, std::string_view value) override;  // of QuantityNames()
+  [[nodiscard]] Result<> Set(std::string_view name, std::string_view value) override;  // of QuantityNames()
 
   EncoderModel encoder;
   std::string motion = "constant";

@@ -288,8 +288,8 @@ std::string TFormatSimulator::Set(std::string_view device, std::string_view key,
   if (device != device_) return "no simulated device '" + std::string(device) + "' here: this is " + device_;
   CatchUp(now);
   axis_.encoder.Advance(now);
-  const std::string problem = axis_.Set(key, value);
-  return problem.empty() ? "" : device_ + '.' + std::string(key) + ": " + problem;
+  const Result<> done = axis_.Set(key, value);
+  return done ? "" : device_ + '.' + std::string(key) + ": " + done.error().text;
 }
 
 std::vector<std::pair<std::string, std::string>> TFormatSimulator::State(std::string_view device,

@@ -42,7 +42,7 @@ class Cia406NodeTest : public testing::Test {
     const auto state = node_.State(now_);
     return std::map<std::string, std::string>(state.begin(), state.end())[name];
   }
-  std::string Set(std::string_view name, std::string_view value) {
+  Result<> Set(std::string_view name, std::string_view value) {
     node_.Advance(now_);
     return node_.Set(name, value);
   }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drivers/kit/simulation/quantity_text.h"
+#include "drivers/kit/simulation/quantity.h"
 
 namespace axlecast::tsubaki_sc::simulator {
 namespace {

@@ -6,8 +6,7 @@
 
 #include "core/device/outcome_text.h"
 #include "drivers/kit/arguments.h"
-#include "drivers/kit/simulation/quantity_table.h"
-#include "drivers/kit/simulation/quantity_text.h"
+#include "drivers/kit/simulation/quantity.h"
 #include "drivers/tsubaki_sc/simulator/unit_report.h"
 
 namespace axlecast::tsubaki_sc::simulator {
@@ -273,7 +272,7 @@ const std::vector<std::string_view>& QuantityNames() {
   return kNames;
 }
 
-std::string SimulatedUnit::Set(std::string_view name, std::string_view value) {
+Result<> SimulatedUnit::Set(std::string_view name, std::string_view value) {
   return SetByName(Table(), *this, name, value);
 }
 

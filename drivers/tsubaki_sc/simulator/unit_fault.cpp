@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "drivers/kit/simulation/quantity_text.h"
+#include "drivers/kit/simulation/quantity.h"
 
 namespace axlecast::tsubaki_sc::simulator {
 namespace {
