@@ -8,7 +8,7 @@
 
 #include "core/device/outcome_text.h"
 #include "drivers/biss/alarms.h"
-#include "drivers/kit/clocked_exchange.h"
+#include "drivers/kit/clocked_line.h"
 #include "drivers/kit/refusal.h"
 
 namespace axlecast::biss {

@@ -6,7 +6,7 @@
 
 #include "core/device/outcome_text.h"
 #include "drivers/biss/settings.h"
-#include "drivers/kit/clocked_exchange.h"
+#include "drivers/kit/clocked_line.h"
 
 namespace axlecast::biss {
 namespace {

@@ -1,4 +1,4 @@
-#include "drivers/hal/can_arrival.h"
+#include "drivers/hal/can_socket.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // The numbers are those of linux/can/error.h (kernel 6.1), written out here.
 
-#include "drivers/hal/can_error.h"
+#include "drivers/hal/can_socket.h"
 
 #include <gtest/gtest.h>
 

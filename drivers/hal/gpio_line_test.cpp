@@ -1,7 +1,7 @@
 // No build machine has GPIO lines, nor the kernel's gpio-sim: libgpiod itself is stood in for by the functions below,
 // which the linker prefers. They keep to gpiod.h (1.6); what a controller does with its pins is not tested here.
 
-#include "drivers/hal/gpio_line.h"
+#include "drivers/hal/pulse_lines.h"
 
 #include <gmock/gmock.h>
 #include <gpiod.h>

@@ -23,7 +23,6 @@
 
 #include "drivers/hal/modbus_port.h"
 #include "drivers/hal/pty.h"
-#include "drivers/hal/pty_mark.h"
 #include "drivers/hal/serial_port.h"
 #include "platform/os/system_clock.h"
 #include "tests/support/temporary_folder.h"

@@ -1,4 +1,4 @@
-#include "drivers/hal/port_holder.h"
+#include "drivers/hal/line_guard.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "drivers/hal/simulated_lines.h"
+#include "drivers/hal/pulse_lines.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

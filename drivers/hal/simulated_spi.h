@@ -6,10 +6,8 @@
 #include "core/base/clock.h"
 #include "core/device/byte_link.h"
 #include "core/device/spi_transfer.h"
-#include "drivers/hal/clocked_in.h"
 #include "drivers/hal/line_reader.h"
 #include "drivers/hal/simulated_port.h"
-#include "drivers/hal/simulated_socket.h"
 
 namespace axlecast {
 

@@ -5,7 +5,6 @@
 #include "core/base/clock.h"
 #include "core/device/byte_link.h"
 #include "core/device/spi_transfer.h"
-#include "drivers/hal/clocked_in.h"
 #include "drivers/hal/line_reader.h"
 #include "platform/os/descriptor.h"
 

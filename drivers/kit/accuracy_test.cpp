@@ -1,4 +1,4 @@
-#include "drivers/kit/accuracy.h"
+#include "drivers/kit/read_back.h"
 
 #include <gtest/gtest.h>
 

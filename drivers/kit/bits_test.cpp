@@ -1,4 +1,4 @@
-#include "drivers/kit/bits.h"
+#include "drivers/kit/clocked_line.h"
 
 #include <gtest/gtest.h>
 

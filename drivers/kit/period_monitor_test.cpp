@@ -1,4 +1,4 @@
-#include "drivers/kit/period_monitor.h"
+#include "drivers/kit/stream.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "drivers/kit/receive_buffer.h"
+#include "drivers/kit/stream.h"
 
 #include <gmock/gmock.h>
 

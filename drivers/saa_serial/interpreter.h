@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "core/device/device.h"
-#include "drivers/kit/period_monitor.h"
+#include "drivers/kit/stream.h"
 #include "drivers/saa_serial/reading.h"
 
 namespace axlecast::saa_serial {

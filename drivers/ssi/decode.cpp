@@ -4,7 +4,7 @@
 #include <string>
 
 #include "core/device/outcome_text.h"
-#include "drivers/kit/bits.h"
+#include "drivers/kit/clocked_line.h"
 #include "drivers/ssi/decode_options.h"
 
 namespace axlecast::ssi {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "core/device/outcome_text.h"
-#include "drivers/kit/clocked_exchange.h"
+#include "drivers/kit/clocked_line.h"
 
 namespace axlecast::ssi {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "drivers/kit/accuracy.h"
+#include "drivers/kit/read_back.h"
 
 namespace axlecast::tformat {
 namespace {

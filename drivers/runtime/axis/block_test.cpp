@@ -1,4 +1,4 @@
-#include "drivers/runtime/axis/block.h"
+#include "drivers/runtime/axis/position_output.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "drivers/runtime/axis/plausibility.h"
+#include "drivers/runtime/axis/motion.h"
 
 #include <gtest/gtest.h>
 

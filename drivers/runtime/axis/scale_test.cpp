@@ -1,4 +1,4 @@
-#include "drivers/runtime/axis/scale.h"
+#include "drivers/runtime/axis/axis.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "drivers/runtime/axis/counts.h"
+#include "drivers/runtime/axis/motion.h"
 #include "drivers/runtime/axis/test_device.h"
 
 namespace axlecast {

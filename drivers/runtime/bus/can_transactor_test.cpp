@@ -1,4 +1,4 @@
-#include "drivers/runtime/bus/can_transactor.h"
+#include "drivers/runtime/bus/transactor.h"
 
 #include <gmock/gmock.h>
 
@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "drivers/runtime/bus/bus.h"
-#include "drivers/runtime/bus/wire_reader.h"
+#include "drivers/runtime/bus/wire_log.h"
 #include "tests/support/memory_sink.h"
 #include "tests/support/scripted_frame_link.h"
 

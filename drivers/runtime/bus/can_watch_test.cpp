@@ -1,4 +1,4 @@
-#include "drivers/runtime/bus/can_watch.h"
+#include "drivers/runtime/bus/bus_health.h"
 
 #include <gmock/gmock.h>
 

@@ -1,4 +1,4 @@
-#include "drivers/runtime/bus/slot_clock.h"
+#include "drivers/runtime/bus/schedule.h"
 
 #include <gtest/gtest.h>
 

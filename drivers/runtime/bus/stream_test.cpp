@@ -4,8 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "drivers/kit/period_monitor.h"
-#include "drivers/kit/receive_buffer.h"
+#include "drivers/kit/stream.h"
 #include "drivers/runtime/bus/bus.h"
 #include "tests/support/recording_output.h"
 #include "tests/support/scripted_link.h"

@@ -1,4 +1,4 @@
-#include "drivers/runtime/command/datum_order.h"
+#include "drivers/runtime/command/axis_commands.h"
 
 #include <gmock/gmock.h>
 

@@ -1,4 +1,4 @@
-#include "drivers/runtime/command/epoch_fence.h"
+#include "drivers/runtime/command/command_authority.h"
 
 #include <gtest/gtest.h>
 

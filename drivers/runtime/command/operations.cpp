@@ -9,8 +9,7 @@
 #include "core/command/operation_check.h"
 #include "core/device/outcome_text.h"
 #include "drivers/kit/refusal.h"
-#include "drivers/runtime/command/alarm_order.h"
-#include "drivers/runtime/command/datum_order.h"
+#include "drivers/runtime/command/axis_commands.h"
 
 namespace axlecast {
 namespace {

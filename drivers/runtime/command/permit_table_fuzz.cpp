@@ -1,4 +1,4 @@
-#include "drivers/runtime/command/permit_table.h"
+#include "drivers/runtime/command/command_authority.h"
 #include "tests/support/counting_family.h"
 
 // Arbitrary bytes as a permit: as they are, inside a good envelope, and as the fields of a good permit. Nothing

@@ -1,4 +1,4 @@
-#include "drivers/runtime/command/permit_table.h"
+#include "drivers/runtime/command/command_authority.h"
 
 #include <gmock/gmock.h>
 

@@ -1,4 +1,4 @@
-#include "drivers/runtime/process/unauthorized_command_counter.h"
+#include "drivers/runtime/process/driver.h"
 
 #include <gtest/gtest.h>
 

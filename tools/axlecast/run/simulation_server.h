@@ -9,7 +9,7 @@
 #include "core/base/clock.h"
 #include "core/device/family.h"
 #include "core/device/simulator.h"
-#include "drivers/hal/simulated_lines.h"
+#include "drivers/hal/pulse_lines.h"
 #include "drivers/hal/simulated_port.h"
 #include "platform/os/run_directory.h"
 #include "platform/os/wake_event.h"
