@@ -28,44 +28,6 @@ namespace {
 constexpr MonoNs kNarrow = 5 * kMicrosecond;
 constexpr int kTries = 4;
 
-}  // namespace
-
-CanArrival::Offset CanArrival::Read() const {
-  Offset best;
-  for (int i = 0; i < kTries; ++i) {
-    const MonoNs first = clock_.Now();
-    const std::int64_t unix_us = clock_.UtcMicroseconds();  // rounded down
-    const MonoNs last = clock_.Now();
-    const Offset offset{.minimum = unix_us * kMicrosecond - last,
-                        .maximum = unix_us * kMicrosecond + kMicrosecond - first,
-                        .now = last};
-    if (i == 0 || offset.maximum - offset.minimum < best.maximum - best.minimum) best = offset;
-    best.now = last;
-    if (best.maximum - best.minimum <= kNarrow) break;
-  }
-  return best;
-}
-
-void CanArrival::Start() {
-  before_ = Read();
-  floor_ = empty_ = before_.now;
-}
-
-Interval CanArrival::At(std::optional<std::int64_t> stamp) {
-  const Offset offset = Read();
-  const bool stepped = offset.minimum > before_.maximum || offset.maximum < before_.minimum;
-  before_ = offset;
-  const Interval unstamped{std::max(floor_, empty_), offset.now};
-  if (!stamp || stepped) return unstamped;
-  const Interval at{*stamp - offset.maximum, *stamp - offset.minimum};
-  // What lies outside altogether was stamped by a clock that was stepped since, and back.
-  if (at.last < floor_ || at.first > offset.now) return unstamped;
-  floor_ = std::max(at.first, floor_);
-  return {floor_, std::min(at.last, offset.now)};
-}
-
-namespace {
-
 constexpr std::size_t kControllerStatus = 1;
 constexpr std::size_t kProtocolType = 2;
 constexpr std::size_t kProtocolLocation = 3;
@@ -85,32 +47,6 @@ bool Unacknowledged(std::uint32_t classes, unsigned type, unsigned location) {
 bool OnlyOverflow(unsigned status, unsigned type, unsigned location) {
   return (status & (CAN_ERR_CRTL_RX_OVERFLOW | CAN_ERR_CRTL_TX_OVERFLOW)) != 0 && type == 0 && location == 0;
 }
-
-}  // namespace
-
-void CountCanError(const CanFrame& frame, CanController& controller) {
-  if ((frame.id & kCanError) == 0) return;
-  const std::uint32_t classes = frame.id & kCanExtendedMask;
-  const auto data = [&](std::size_t i) { return i < frame.data.size() ? unsigned{frame.data.data()[i]} : 0U; };
-
-  const unsigned status = (classes & CAN_ERR_CRTL) != 0 ? data(kControllerStatus) : 0;
-  if ((classes & CAN_ERR_BUSOFF) != 0) ++controller.bus_offs;
-  if ((classes & CAN_ERR_RESTARTED) != 0) ++controller.restarts;
-  if (Unacknowledged(classes, data(kProtocolType), data(kProtocolLocation))) {
-    ++controller.unacknowledged;
-  } else if ((classes & (CAN_ERR_PROT | CAN_ERR_BUSERROR)) != 0 &&
-             !OnlyOverflow(status, data(kProtocolType), data(kProtocolLocation))) {
-    ++controller.bus_errors;
-  }
-  if ((status & CAN_ERR_CRTL_RX_OVERFLOW) != 0) ++controller.overruns;
-  if ((status & CAN_ERR_CRTL_TX_OVERFLOW) != 0) ++controller.queue_full;
-  if ((classes & CAN_ERR_CNT) != 0 && frame.data.size() == CAN_ERR_DLC) {
-    controller.tec = static_cast<int>(data(kTransmitErrors));
-    controller.rec = static_cast<int>(data(kReceiveErrors));
-  }
-}
-
-namespace {
 
 static_assert(kCanExtended == CAN_EFF_FLAG && kCanRemote == CAN_RTR_FLAG && kCanError == CAN_ERR_FLAG);
 static_assert(kMaxCanData == CAN_MAX_DLEN);
@@ -202,6 +138,62 @@ Extras ReadExtras(msghdr& message) {
 }
 
 }  // namespace
+
+CanArrival::Offset CanArrival::Read() const {
+  Offset best;
+  for (int i = 0; i < kTries; ++i) {
+    const MonoNs first = clock_.Now();
+    const std::int64_t unix_us = clock_.UtcMicroseconds();  // rounded down
+    const MonoNs last = clock_.Now();
+    const Offset offset{.minimum = unix_us * kMicrosecond - last,
+                        .maximum = unix_us * kMicrosecond + kMicrosecond - first,
+                        .now = last};
+    if (i == 0 || offset.maximum - offset.minimum < best.maximum - best.minimum) best = offset;
+    best.now = last;
+    if (best.maximum - best.minimum <= kNarrow) break;
+  }
+  return best;
+}
+
+void CanArrival::Start() {
+  before_ = Read();
+  floor_ = empty_ = before_.now;
+}
+
+Interval CanArrival::At(std::optional<std::int64_t> stamp) {
+  const Offset offset = Read();
+  const bool stepped = offset.minimum > before_.maximum || offset.maximum < before_.minimum;
+  before_ = offset;
+  const Interval unstamped{std::max(floor_, empty_), offset.now};
+  if (!stamp || stepped) return unstamped;
+  const Interval at{*stamp - offset.maximum, *stamp - offset.minimum};
+  // What lies outside altogether was stamped by a clock that was stepped since, and back.
+  if (at.last < floor_ || at.first > offset.now) return unstamped;
+  floor_ = std::max(at.first, floor_);
+  return {floor_, std::min(at.last, offset.now)};
+}
+
+void CountCanError(const CanFrame& frame, CanController& controller) {
+  if ((frame.id & kCanError) == 0) return;
+  const std::uint32_t classes = frame.id & kCanExtendedMask;
+  const auto data = [&](std::size_t i) { return i < frame.data.size() ? unsigned{frame.data.data()[i]} : 0U; };
+
+  const unsigned status = (classes & CAN_ERR_CRTL) != 0 ? data(kControllerStatus) : 0;
+  if ((classes & CAN_ERR_BUSOFF) != 0) ++controller.bus_offs;
+  if ((classes & CAN_ERR_RESTARTED) != 0) ++controller.restarts;
+  if (Unacknowledged(classes, data(kProtocolType), data(kProtocolLocation))) {
+    ++controller.unacknowledged;
+  } else if ((classes & (CAN_ERR_PROT | CAN_ERR_BUSERROR)) != 0 &&
+             !OnlyOverflow(status, data(kProtocolType), data(kProtocolLocation))) {
+    ++controller.bus_errors;
+  }
+  if ((status & CAN_ERR_CRTL_RX_OVERFLOW) != 0) ++controller.overruns;
+  if ((status & CAN_ERR_CRTL_TX_OVERFLOW) != 0) ++controller.queue_full;
+  if ((classes & CAN_ERR_CNT) != 0 && frame.data.size() == CAN_ERR_DLC) {
+    controller.tec = static_cast<int>(data(kTransmitErrors));
+    controller.rec = static_cast<int>(data(kReceiveErrors));
+  }
+}
 
 CanSocket::CanSocket(CanSettings settings, const Clock& clock)
     : settings_(std::move(settings)), waiter_(clock), arrival_(clock) {

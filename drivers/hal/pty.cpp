@@ -39,35 +39,6 @@ std::uint64_t MarkOf(const struct stat& link) {
   return mark != 0 ? mark : 1;
 }
 
-}  // namespace
-
-std::uint64_t MarkOfLink(const std::string& path) {
-  fs::path place = path;
-  std::uint64_t mark = 0;
-  for (int i = 0; i < kMaxLinks; ++i) {
-    struct stat status {};
-    if (lstat(place.c_str(), &status) != 0 || !S_ISLNK(status.st_mode)) break;
-    mark = MarkOf(status);
-    std::error_code failed;
-    const fs::path target = fs::read_symlink(place, failed);
-    if (failed) return 0;
-    place = place.parent_path() / target;  // an absolute target replaces the folder
-  }
-  return mark;
-}
-
-std::uint64_t ReadMark(int terminal) {
-  winsize size{};
-  return ioctl(terminal, TIOCGWINSZ, &size) == 0 ? std::bit_cast<std::uint64_t>(size) : 0;
-}
-
-bool WriteMark(int terminal, std::uint64_t mark) {
-  const auto size = std::bit_cast<winsize>(mark);
-  return ioctl(terminal, TIOCSWINSZ, &size) == 0;
-}
-
-namespace {
-
 std::string Problem(const std::string& what) { return what + ": " + std::strerror(errno); }
 
 // No echo, no line editing, no change of any byte.
@@ -98,6 +69,31 @@ bool IsLinkOrAbsent(const std::string& path) {
 }
 
 }  // namespace
+
+std::uint64_t MarkOfLink(const std::string& path) {
+  fs::path place = path;
+  std::uint64_t mark = 0;
+  for (int i = 0; i < kMaxLinks; ++i) {
+    struct stat status {};
+    if (lstat(place.c_str(), &status) != 0 || !S_ISLNK(status.st_mode)) break;
+    mark = MarkOf(status);
+    std::error_code failed;
+    const fs::path target = fs::read_symlink(place, failed);
+    if (failed) return 0;
+    place = place.parent_path() / target;  // an absolute target replaces the folder
+  }
+  return mark;
+}
+
+std::uint64_t ReadMark(int terminal) {
+  winsize size{};
+  return ioctl(terminal, TIOCGWINSZ, &size) == 0 ? std::bit_cast<std::uint64_t>(size) : 0;
+}
+
+bool WriteMark(int terminal, std::uint64_t mark) {
+  const auto size = std::bit_cast<winsize>(mark);
+  return ioctl(terminal, TIOCSWINSZ, &size) == 0;
+}
 
 std::string Pty::Open(const std::string& path) {
   Close();

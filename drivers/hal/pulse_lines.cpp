@@ -42,6 +42,22 @@ std::string ChipProblem(const PulseLineConfig& line, int error) {
   }
 }
 
+// A pulse on its way: the line's index, then the ns that it was low, low byte first.
+constexpr std::size_t kDatagram = 1 + sizeof(MonoNs);
+using Datagram = std::array<std::uint8_t, kDatagram>;
+
+Datagram Encode(std::uint8_t line, MonoNs low) {
+  Datagram datagram{line};
+  for (std::size_t i = 1; i < kDatagram; ++i) datagram[i] = static_cast<std::uint8_t>(low >> (8 * (i - 1)));
+  return datagram;
+}
+
+Pulse Decode(const Datagram& datagram) {
+  std::uint64_t low = 0;
+  for (std::size_t i = kDatagram - 1; i > 0; --i) low = low << 8 | datagram[i];
+  return {.line = datagram[0], .low = static_cast<MonoNs>(low)};
+}
+
 }  // namespace
 
 // A claimed line: driven, until it goes.
@@ -111,26 +127,6 @@ bool GpioLines::Pulse(std::uint8_t line, MonoNs low) {
   WaitUntil(clock_.Now() + low, clock_);
   return claimed_[line]->Set(true) && was_low;
 }
-
-namespace {
-
-// A pulse on its way: the line's index, then the ns that it was low, low byte first.
-constexpr std::size_t kDatagram = 1 + sizeof(MonoNs);
-using Datagram = std::array<std::uint8_t, kDatagram>;
-
-Datagram Encode(std::uint8_t line, MonoNs low) {
-  Datagram datagram{line};
-  for (std::size_t i = 1; i < kDatagram; ++i) datagram[i] = static_cast<std::uint8_t>(low >> (8 * (i - 1)));
-  return datagram;
-}
-
-Pulse Decode(const Datagram& datagram) {
-  std::uint64_t low = 0;
-  for (std::size_t i = kDatagram - 1; i > 0; --i) low = low << 8 | datagram[i];
-  return {.line = datagram[0], .low = static_cast<MonoNs>(low)};
-}
-
-}  // namespace
 
 // ---- the driver's end ----
 

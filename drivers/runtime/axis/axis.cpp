@@ -24,6 +24,9 @@ std::int64_t ExactPeriod(const DeviceConfig& device) {
   return whole && period * num < kMaxProduct ? static_cast<std::int64_t>(period) : 0;
 }
 
+// A datum beyond this is limited: no axis has so many counts, and sums with it do not overflow.
+constexpr std::int64_t kMaxDatum = INT64_C(1) << 60;
+
 }  // namespace
 
 Scale::Scale(const DeviceConfig& device)
@@ -67,15 +70,8 @@ bool Scale::TurnsMatter() const {
   return std::abs(moduli - std::round(moduli)) > kWholeTolerance || std::round(moduli) == 0;
 }
 
-namespace {
-
-// Further than any axis goes, and far enough from overflow.
-constexpr std::int64_t kMaxCounts = INT64_C(1) << 60;
-
-}  // namespace
-
 Reference::Reference(const DeviceConfig& device) {
-  if (device.datum_counts) of_file_ = Datum{std::clamp(*device.datum_counts, -kMaxCounts, kMaxCounts), 0};
+  if (device.datum_counts) of_file_ = Datum{std::clamp(*device.datum_counts, -kMaxDatum, kMaxDatum), 0};
   datum_ = of_file_;
 }
 
@@ -85,7 +81,7 @@ bool Reference::Within(MonoNs instant, MonoNs since, MonoNs now) {
 }
 
 void Reference::Set(const Datum& datum, MonoNs set_at, MonoNs now) {
-  const Datum given{std::clamp(datum.counts, -kMaxCounts, kMaxCounts), datum.utime};
+  const Datum given{std::clamp(datum.counts, -kMaxDatum, kMaxDatum), datum.utime};
   if (lost_ && Within(set_at, lost_at_, now)) lost_ = false;
   if (datum_ == given) return;
   datum_ = given;

@@ -23,6 +23,25 @@ constexpr int kDecodedToReturn = 3;
 // Bytes that nobody asked for are no reading.
 bool IsReading(ErrorKind kind) { return kind != ErrorKind::kUnexpectedBytes; }
 
+constexpr std::size_t kSerialBytes = 32;
+constexpr std::size_t kWhyBytes = 120;
+constexpr std::size_t kMaxOperations = 24;
+
+MonoNs Period(double hz) { return hz > 0 ? static_cast<MonoNs>(static_cast<double>(kSecond) / hz) : 0; }
+
+std::int32_t Microseconds(MonoNs ns) {
+  return static_cast<std::int32_t>(std::min<MonoNs>(ns / kMicrosecond, INT32_MAX));
+}
+
+// Those that `permits` returns true for.
+template <typename Permits>
+void AddOperations(std::span<const OperationSpec> operations, Permits permits, device_info_t& info) {
+  for (const OperationSpec& operation : operations) {
+    if (operation.internal || !permits(operation.name) || info.operations.size() == kMaxOperations) continue;
+    info.operations.push_back(CappedText(operation.name, kNameBytes));
+  }
+}
+
 }  // namespace
 
 void DeviceHealth::Count(ErrorKind kind) {
@@ -201,29 +220,6 @@ void DeviceHealth::Publish(std::int8_t state, std::string_view reason) {
   reason_ = reason;
   ++revision_;
 }
-
-namespace {
-
-constexpr std::size_t kSerialBytes = 32;
-constexpr std::size_t kWhyBytes = 120;
-constexpr std::size_t kMaxOperations = 24;
-
-MonoNs Period(double hz) { return hz > 0 ? static_cast<MonoNs>(static_cast<double>(kSecond) / hz) : 0; }
-
-std::int32_t Microseconds(MonoNs ns) {
-  return static_cast<std::int32_t>(std::min<MonoNs>(ns / kMicrosecond, INT32_MAX));
-}
-
-// Those that `permits` returns true for.
-template <typename Permits>
-void AddOperations(std::span<const OperationSpec> operations, Permits permits, device_info_t& info) {
-  for (const OperationSpec& operation : operations) {
-    if (operation.internal || !permits(operation.name) || info.operations.size() == kMaxOperations) continue;
-    info.operations.push_back(CappedText(operation.name, kNameBytes));
-  }
-}
-
-}  // namespace
 
 MonoNs PollPeriod(const BusConfig& bus, const DeviceConfig& device) {
   if (device.settings->own_period > 0) return device.settings->own_period;

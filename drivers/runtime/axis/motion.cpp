@@ -24,6 +24,18 @@ SpeedRange MeanSpeed(double distance, double error, double shortest, double long
   return {low / (low >= 0 ? longest : shortest), high / (high >= 0 ? shortest : longest)};
 }
 
+// Anchors are so far apart: the longer the way to one, the better it tells the speed; the shorter, the less it has
+// changed since. The noise of an encoder against 1,000 to 80,000 rad/s2 is best at 0.1 to 1.5 ms.
+constexpr MonoNs kBetweenAnchors = kMillisecond;
+
+bool FarApart(const UnwrappedSample& from, const UnwrappedSample& to) {
+  return to.at.first - from.at.last >= kBetweenAnchors;
+}
+
+constexpr std::int64_t kTolerancesPerTurn = 3'600;  // 0.1 degrees
+constexpr std::int64_t kMinTolerance = 2;
+constexpr MonoNs kSpeedStep = 5 * kMillisecond;
+
 }  // namespace
 
 MotionLimits::MotionLimits(std::int64_t counts_per_turn, double speed_rpm, double accel_rad_s2,
@@ -178,18 +190,6 @@ bool TurnCounter::Outside(std::int64_t counts) const {
   return counts < first || counts - first >= period_;
 }
 
-namespace {
-
-// Anchors are so far apart: the longer the way to one, the better it tells the speed; the shorter, the less it has
-// changed since. The noise of an encoder against 1,000 to 80,000 rad/s2 is best at 0.1 to 1.5 ms.
-constexpr MonoNs kBetweenAnchors = kMillisecond;
-
-bool FarApart(const UnwrappedSample& from, const UnwrappedSample& to) {
-  return to.at.first - from.at.last >= kBetweenAnchors;
-}
-
-}  // namespace
-
 bool Plausibility::Agrees(const UnwrappedSample& fix) const {
   return limits_.SpeedAllows(last_, fix) && AccelerationAllows(fix);
 }
@@ -307,15 +307,6 @@ double Speed::CountsPerSecond() const {
   for (std::size_t i = 0; i < used; ++i) add(Back(i));
   return (n * tx_sum - t_sum * x_sum) / (n * tt_sum - t_sum * t_sum) * static_cast<double>(kSecond);
 }
-
-namespace {
-
-constexpr std::int64_t kTolerancesPerTurn = 3'600;  // 0.1 degrees
-constexpr std::int64_t kMinTolerance = 2;
-constexpr MonoNs kSpeedStep = 5 * kMillisecond;
-constexpr double kNsPerMinute = 60e9;
-
-}  // namespace
 
 Standstill::Standstill(std::int64_t counts_per_turn, std::int64_t noise_counts)
     : counts_per_turn_(counts_per_turn),

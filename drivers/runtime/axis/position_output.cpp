@@ -15,6 +15,19 @@ constexpr std::int32_t Flags(std::initializer_list<std::int32_t> flags) {
   return all;
 }
 
+std::int32_t Narrow(std::int64_t ns) {
+  return static_cast<std::int32_t>(std::clamp<std::int64_t>(ns, INT32_MIN, INT32_MAX));
+}
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+// Set and cleared again: true once.
+bool TakeFlag(bool& flag) {
+  const bool was = flag;
+  flag = false;
+  return was;
+}
+
 }  // namespace
 
 const std::int32_t PublishPace::kStateFlags =
@@ -59,14 +72,6 @@ bool PublishPace::Doubtful(MonoNs at) {
   return true;
 }
 
-namespace {
-
-std::int32_t Narrow(std::int64_t ns) {
-  return static_cast<std::int32_t>(std::clamp<std::int64_t>(ns, INT32_MIN, INT32_MAX));
-}
-
-}  // namespace
-
 Block::Block(std::int64_t counts_per_turn, std::int8_t unit, double unit_per_count) : message_{} {
   message_.counts_per_turn = counts_per_turn;
   message_.unit = unit;
@@ -107,19 +112,6 @@ void Block::Clear() {
   message_.counts.clear();
   message_.flags.clear();
 }
-
-namespace {
-
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-
-// Set and cleared again: true once.
-bool TakeFlag(bool& flag) {
-  const bool was = flag;
-  flag = false;
-  return was;
-}
-
-}  // namespace
 
 PositionOutput::PositionOutput(const BusConfig& bus, const DeviceConfig& device, const Axis& axis, Context context)
     : axis_(axis),

@@ -20,6 +20,13 @@ constexpr const char* kWiring = "wiring, termination (120 ohm at both ends)";
 // What was added to a count that may have begun anew.
 std::int64_t More(std::int64_t now, std::int64_t before) { return now >= before ? now - before : now; }
 
+constexpr std::size_t kPortBytes = 120;
+constexpr std::size_t kErrorBytes = 160;
+
+std::int64_t Sum(std::span<const std::int64_t> values) {
+  return std::accumulate(values.begin(), values.end(), std::int64_t{0});
+}
+
 }  // namespace
 
 std::array<CanWatch::Alarm, CanWatch::kKinds> CanWatch::Specs() {
@@ -165,17 +172,6 @@ std::string CanWatch::LostText() const {
          " frames lost: this driver reads them too late; realtime: priority, and as root: sysctl -w "
          "net.core.rmem_max=8388608";
 }
-
-namespace {
-
-constexpr std::size_t kPortBytes = 120;
-constexpr std::size_t kErrorBytes = 160;
-
-std::int64_t Sum(std::span<const std::int64_t> values) {
-  return std::accumulate(values.begin(), values.end(), std::int64_t{0});
-}
-
-}  // namespace
 
 BusHealth::BusHealth(const BusConfig& config, std::int64_t boot_id, const Timebase& time, MessageSink& sink)
     : time_(time),

@@ -56,6 +56,46 @@ std::int8_t FlagsOf(const Event& event, std::int8_t direction) {
                                   (timed_out ? wire_record_t::FLAG_TIMEOUT : 0));
 }
 
+Interval IntervalOf(const wire_t& message, const wire_record_t& record) {
+  const MonoNs first = message.mono_ns + record.dt_ns;
+  return {first, first + record.duration_ns};
+}
+
+std::optional<Event::Kind> KindOf(const wire_record_t& record, bool answers, bool can) {
+  switch (record.direction) {
+    case wire_record_t::DIRECTION_TRANSMIT:
+      return Event::Kind::kSent;
+    case wire_record_t::DIRECTION_CONFIRMED:
+      return Event::Kind::kConfirmed;
+    case wire_record_t::DIRECTION_NOT_SENT:
+      return Event::Kind::kNotSent;
+    case wire_record_t::DIRECTION_RECEIVE:
+      if (can) return Event::Kind::kFrame;
+      if (!answers) return Event::Kind::kUnsolicited;
+      return (record.flags & wire_record_t::FLAG_TIMEOUT) != 0 ? Event::Kind::kTimeout : Event::Kind::kReply;
+    case wire_record_t::DIRECTION_STRAY:
+      return Event::Kind::kUnexpectedBytes;
+    case wire_record_t::DIRECTION_SILENT:
+      return Event::Kind::kSilent;
+    case wire_record_t::DIRECTION_LINK_UP:
+      return Event::Kind::kLinkUp;
+    case wire_record_t::DIRECTION_LINK_DOWN:
+      return Event::Kind::kLinkDown;
+    case wire_record_t::DIRECTION_PULSE:
+      return Event::Kind::kPulsed;
+    case wire_record_t::DIRECTION_RETUNED:
+      return Event::Kind::kBaudRateSet;
+    default:
+      return std::nullopt;
+  }
+}
+
+// Whose step the record ends: an SPI bus has one device.
+int DeviceOf(const wire_t& message, const wire_record_t& record, Event::Kind kind) {
+  if (Event::IsOfBus(kind)) return -1;
+  return message.kind == wire_t::KIND_SPI ? 0 : record.id;
+}
+
 }  // namespace
 
 WireLog::WireLog(const std::string& bus, std::int64_t boot_id, const Timebase& time, MessageSink& sink, Kind kind)
@@ -120,50 +160,6 @@ void WireLog::Flush() {
   if (Publish(sink_, channel_, message_)) ++message_.seq;
   message_.n = 0;
 }
-
-namespace {
-
-Interval IntervalOf(const wire_t& message, const wire_record_t& record) {
-  const MonoNs first = message.mono_ns + record.dt_ns;
-  return {first, first + record.duration_ns};
-}
-
-std::optional<Event::Kind> KindOf(const wire_record_t& record, bool answers, bool can) {
-  switch (record.direction) {
-    case wire_record_t::DIRECTION_TRANSMIT:
-      return Event::Kind::kSent;
-    case wire_record_t::DIRECTION_CONFIRMED:
-      return Event::Kind::kConfirmed;
-    case wire_record_t::DIRECTION_NOT_SENT:
-      return Event::Kind::kNotSent;
-    case wire_record_t::DIRECTION_RECEIVE:
-      if (can) return Event::Kind::kFrame;
-      if (!answers) return Event::Kind::kUnsolicited;
-      return (record.flags & wire_record_t::FLAG_TIMEOUT) != 0 ? Event::Kind::kTimeout : Event::Kind::kReply;
-    case wire_record_t::DIRECTION_STRAY:
-      return Event::Kind::kUnexpectedBytes;
-    case wire_record_t::DIRECTION_SILENT:
-      return Event::Kind::kSilent;
-    case wire_record_t::DIRECTION_LINK_UP:
-      return Event::Kind::kLinkUp;
-    case wire_record_t::DIRECTION_LINK_DOWN:
-      return Event::Kind::kLinkDown;
-    case wire_record_t::DIRECTION_PULSE:
-      return Event::Kind::kPulsed;
-    case wire_record_t::DIRECTION_RETUNED:
-      return Event::Kind::kBaudRateSet;
-    default:
-      return std::nullopt;
-  }
-}
-
-// Whose step the record ends: an SPI bus has one device.
-int DeviceOf(const wire_t& message, const wire_record_t& record, Event::Kind kind) {
-  if (Event::IsOfBus(kind)) return -1;
-  return message.kind == wire_t::KIND_SPI ? 0 : record.id;
-}
-
-}  // namespace
 
 void WireReader::Read(const wire_t& message, const Sink& sink) {
   Follow(message);

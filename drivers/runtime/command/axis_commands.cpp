@@ -17,6 +17,29 @@ using Status = command_status_t;
 
 constexpr std::int64_t kUsPerSecond = 1'000'000;
 
+// Beyond it a double no longer tells neighbouring counts apart, and sums could leave 64 bits.
+constexpr double kLargestDatum = 9.0e15;
+
+template <typename Number>
+std::optional<Number> Parse(std::string_view text) {
+  Number number{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  if (!(std::abs(static_cast<double>(number)) <= kLargestDatum)) return std::nullopt;  // NaN, too
+  return number;
+}
+
+const std::string* Find(const DriverCommand& order, std::string_view key) {
+  for (const auto& [name, value] : order.arguments) {
+    if (name == key) return &value;
+  }
+  return nullptr;
+}
+
+std::string DatumText(const std::optional<Reference::Datum>& datum) {
+  return datum ? std::to_string(datum->counts) : "none";
+}
+
 }  // namespace
 
 AlarmOrder::AlarmOrder(const DevicePublisher& channel, const DriverCommand& order, std::int64_t utime)
@@ -160,35 +183,6 @@ Outcome AlarmOrder::Apply(DevicePublisher& channel) const {
   }
   return {.state = CommandState::kSucceeded, .text = Text(true), .verified = true, .changes = Changes()};
 }
-
-namespace {
-
-using Status = command_status_t;
-
-// Beyond it a double no longer tells neighbouring counts apart, and sums could leave 64 bits.
-constexpr double kLargestDatum = 9.0e15;
-
-template <typename Number>
-std::optional<Number> Parse(std::string_view text) {
-  Number number{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  if (!(std::abs(static_cast<double>(number)) <= kLargestDatum)) return std::nullopt;  // NaN, too
-  return number;
-}
-
-const std::string* Find(const DriverCommand& order, std::string_view key) {
-  for (const auto& [name, value] : order.arguments) {
-    if (name == key) return &value;
-  }
-  return nullptr;
-}
-
-std::string DatumText(const std::optional<Reference::Datum>& datum) {
-  return datum ? std::to_string(datum->counts) : "none";
-}
-
-}  // namespace
 
 std::string ValueText(double value) {
   if (std::isnan(value)) return "";

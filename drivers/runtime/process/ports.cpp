@@ -58,6 +58,9 @@ void MakePulseLines(const MachineConfig& machine, const BusConfig& bus, const Cl
   }
 }
 
+// A silent device costs the others at most 1/33 of the bus, and less than twice that with the silence that follows.
+constexpr int kPauseCosts = 32;
+
 }  // namespace
 
 Ports MakePorts(const MachineConfig& machine, const BusConfig& bus, const Clock& clock) {
@@ -79,13 +82,6 @@ Ports MakePorts(const MachineConfig& machine, const BusConfig& bus, const Clock&
   MakePulseLines(machine, bus, clock, ports);
   return ports;
 }
-
-namespace {
-
-// A silent device costs the others at most 1/33 of the bus, and less than twice that with the silence that follows.
-constexpr int kPauseCosts = 32;
-
-}  // namespace
 
 WireLog::Kind WireKindOf(const BusConfig& config) {
   switch (config.family->link) {
