@@ -249,8 +249,6 @@ TEST_F(AxisTest, AnExchangedEncoderIsANewEpochAndLosesTheReference) {
   EXPECT_EQ(axis_->unexplained_jumps(), 1);
 }
 
-constexpr std::int64_t kTurn = TestDevice::kTurn;
-
 Scale Make(double per_turn, std::int64_t num, std::int64_t den, double modulo) {
   TestDevice device;
   device.config.per_turn = per_turn;
@@ -320,10 +318,6 @@ TEST(Scale, TurnsMatterUnlessTheModuloDividesTheTurn) {
   EXPECT_FALSE(Make(360, 1, 1, 360).TurnsMatter());
   EXPECT_FALSE(Make(360, 3, 1, 120).TurnsMatter());
 }
-
-constexpr std::int64_t kTurn = TestDevice::kTurn;
-constexpr std::int64_t kWhole = TestDevice::kTurn * TestDevice::kRange;
-using Kind = AxisReading::Kind;
 
 TEST_F(AxisTest, DirectionAndDatum) {
   for (const int direction : {1, -1}) {
@@ -473,8 +467,6 @@ TEST_F(AxisTest, CountsOutOfRangeAreTakenModuloTheTurn) {
   sample.at = ReadingAt(t_, 0).at;
   EXPECT_EQ(Read(sample).counts, kWhole - 1);
 }
-
-constexpr std::int64_t kTurn = TestDevice::kTurn;
 
 struct FlagCase {
   const char* name;

@@ -229,7 +229,6 @@ TEST_F(ChannelTest, OutcomesAreHandedOnWithTheDevicesName) {
   EXPECT_EQ(heard, "axis1: done");
 }
 
-constexpr std::int64_t kTurn = TestDevice::kTurn;
 constexpr AlarmSpec kBattery = {6, alarm_entry_t::SOURCE_DEVICE, alarm_entry_t::SEVERITY_ERROR, "battery_error",
                                 "Replace the battery."};
 

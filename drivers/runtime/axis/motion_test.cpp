@@ -291,10 +291,7 @@ TEST(Plausibility, AReadingFromThePastIsJudgedByNoiseAlone) {
   EXPECT_FALSE(judge.Agrees(At(kSecond - kMillisecond, 3'000)));
 }
 
-constexpr std::int64_t kTurn = 1 << 17;
 constexpr std::int64_t kTolerance = 36 + 2 * 4;  // 0.1 degrees of 17 bits, and twice the noise
-
-UnwrappedSample At(MonoNs at, std::int64_t counts) { return {counts, {at, at}}; }
 
 class StandstillTest : public testing::Test {
  protected:

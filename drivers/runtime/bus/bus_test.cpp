@@ -248,7 +248,6 @@ namespace {
 
 using ::testing::Each;
 
-constexpr MonoNs kStart = 1'000 * kSecond;
 constexpr LineFormat kLine = {.baud = 115'200, .parity = Parity::kEven, .stop_bits = 1};
 constexpr MonoNs kRequest = 2 * INT64_C(11'000'000'000) / 115'200;  // two characters of 11 bits
 constexpr MonoNs kGap = 3 * kMillisecond;
@@ -351,7 +350,6 @@ namespace {
 
 using ::testing::ElementsAre;
 
-constexpr MonoNs kStart = 1'000 * kSecond;
 constexpr MonoNs kPeriod = 10 * kMillisecond;
 
 // Frames of three bytes, FF, counts, and their sum, once each 10 ms.

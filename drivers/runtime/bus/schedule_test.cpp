@@ -293,7 +293,6 @@ TEST_F(BackOffTest, ASilentDeviceLeavesItsTurnsToTheOthers) {
 
 namespace {
 
-constexpr MonoNs kStart = 1'000 * kSecond;
 constexpr MonoNs kExchange = 136 * kMillisecond;
 constexpr MonoNs kInVain = 250 * kMillisecond;
 

@@ -233,8 +233,6 @@ TEST_F(EchoLineMediumTest, ADamagedEchoIsNoReply) {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-constexpr MonoNs kStart = 1'000 * kSecond;
-
 // Lines beside the bus that note their pulses; a pulse takes as long as it was asked to.
 class NotedLines final : public PulseLines {
  public:

@@ -91,7 +91,6 @@ TEST_F(AlarmOrderTest, ARestartedDriverIsGivenBackWhatItHasNotSeenYet) {
 }
 
 using ::testing::HasSubstr;
-using Status = command_status_t;
 
 TEST_F(OperationsTest, SetDatumMakesThePresentPositionReadTheValue) {
   bus_.devices[0].unit = position_t::UNIT_COUNT;

@@ -336,10 +336,6 @@ TEST(OrderDeskThreads, TwoThreads) {
   desk.Goodbye();
 }
 
-using S = command_status_t;
-
-constexpr std::int64_t kBoot = 5;
-
 class PrepareTest : public testing::Test {
  protected:
   driver_status_t Send(std::uint32_t number, std::int8_t kind = driver_order_t::KIND_PREPARE,
@@ -432,10 +428,6 @@ TEST_F(PrepareTest, EndsAlsoWhenNobodyJudges) {
   EXPECT_EQ(Last().kind, driver_status_t::KIND_GOODBYE);
 }
 
-using S = command_status_t;
-
-constexpr std::int64_t kBoot = 5;
-
 class UrgentOrderTest : public testing::Test {
  protected:
   void Send(std::uint32_t number, const std::string& operation, const std::string& device = "axis1",
@@ -499,10 +491,6 @@ TEST_F(UrgentOrderTest, CanBeCancelled) {
   ASSERT_TRUE(cancel);
   EXPECT_EQ(cancel->order.id, NumberedId(2));
 }
-
-using S = command_status_t;
-
-constexpr std::int64_t kBoot = 5;
 
 BridgeConfig BridgeOf(const SigningKey& key) {
   BridgeConfig bridge = UnsignedBridge();  // which a key overrules
