@@ -10,7 +10,6 @@
 #include "drivers/kit/simulation/shaft.h"
 #include "drivers/kit/simulation/simulated_fault.h"
 #include "drivers/ssi/simulated_output.h"
-#include "drivers/ssi/simulated_word.h"
 
 namespace axlecast::ssi {
 
