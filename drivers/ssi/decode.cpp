@@ -12,10 +12,8 @@
 #include "core/device/family.h"
 #include "core/device/outcome_text.h"
 #include "drivers/kit/arguments.h"
-#include "drivers/kit/bits.h"
 #include "drivers/kit/clocked_line.h"
 #include "drivers/ssi/codec.h"
-#include "drivers/ssi/decode_options.h"
 #include "drivers/ssi/settings.h"
 
 namespace axlecast::ssi {

@@ -7,9 +7,7 @@
 #include <utility>
 
 #include "core/device/outcome_text.h"
-#include "drivers/kit/clocked_exchange.h"
 #include "drivers/kit/clocked_line.h"
-#include "drivers/ssi/alarms.h"
 
 namespace axlecast::ssi {
 

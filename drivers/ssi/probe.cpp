@@ -10,7 +10,6 @@
 
 #include "core/device/outcome_text.h"
 #include "drivers/kit/asking_probe.h"
-#include "drivers/kit/clocked_exchange.h"
 #include "drivers/kit/clocked_line.h"
 #include "drivers/ssi/codec.h"
 
