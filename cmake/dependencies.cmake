@@ -1,4 +1,4 @@
-# Debian packages; README.md says what each is for.
+# Debian packages; README.md states the purpose of each.
 find_package(Threads REQUIRED)
 find_package(yaml-cpp REQUIRED)
 find_package(spdlog REQUIRED)

@@ -104,7 +104,7 @@ def dependencies(fields):
 
 
 def embedded(files):
-    """Version of each piece of data that the programs carry; empty where it tells none."""
+    """Version of each piece of data that the programs carry; empty if it has none."""
     found = {}
     for path in files:
         content = path.read_bytes()
