@@ -3,7 +3,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <optional>
 
-#include "core/base/truncated_text.h"
+#include "core/base/text.h"
 
 namespace axlecast {
 namespace {

@@ -6,9 +6,9 @@
 
 #include "bridge/state/pending_command_text.h"
 #include "bridge/state/shaft_travel.h"
-#include "core/base/truncated_text.h"
+#include "core/base/text.h"
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
+#include "core/messages/enum_names.h"
 
 namespace axlecast {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "core/alarm/alarm_table.h"
 #include "core/base/time.h"
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

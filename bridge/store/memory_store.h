@@ -8,7 +8,7 @@
 #include "bridge/store/device_memory.h"
 #include "bridge/store/durable_store.h"
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
+#include "core/messages/enum_names.h"
 
 namespace axlecast {
 

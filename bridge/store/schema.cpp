@@ -6,7 +6,7 @@
 #include <optional>
 #include <string_view>
 
-#include "core/command/command_words.h"
+#include "core/messages/enum_names.h"
 
 namespace axlecast {
 namespace {

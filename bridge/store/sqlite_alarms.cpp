@@ -1,7 +1,7 @@
 #include "bridge/store/sqlite_alarms.h"
 
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
+#include "core/messages/enum_names.h"
 
 namespace axlecast::sqlite_alarms {
 namespace {

@@ -3,7 +3,6 @@
 #include <memory>
 #include <optional>
 
-#include "core/base/key.h"
 #include "core/command/signature.h"
 
 namespace axlecast {

@@ -4,8 +4,8 @@
 #include <axlecast/command_body_t.hpp>
 #include <string_view>
 
-#include "core/base/truncated_text.h"
-#include "core/messages/encode_message.h"
+#include "core/base/text.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "client/axlecast/command.h"
 #include "client/command/client_keys.h"
-#include "core/base/key.h"
 #include "core/base/time.h"
+#include "core/command/signature.h"
 
 namespace axlecast {
 

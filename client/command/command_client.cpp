@@ -16,7 +16,7 @@
 
 #include "client/command/client_key.h"
 #include "client/command/command_sessions.h"
-#include "core/command/command_words.h"
+#include "core/messages/enum_names.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/process.h"
 #include "platform/os/secret_file.h"

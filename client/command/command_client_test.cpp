@@ -11,7 +11,7 @@
 
 #include "client/axlecast/permit_issuer.h"
 #include "client/command/permit_message.h"
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 #include "tests/support/temporary_folder.h"
 
 namespace axlecast {

@@ -1,6 +1,6 @@
 #include "client/axlecast/command.h"
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
+#include "core/messages/enum_names.h"
 
 namespace axlecast {
 namespace {

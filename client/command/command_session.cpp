@@ -4,9 +4,8 @@
 #include <axlecast/command_body_t.hpp>
 #include <utility>
 
-#include "core/command/body_digest.h"
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
+#include "core/messages/enum_names.h"
 
 namespace axlecast {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <axlecast/command_t.hpp>
 
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

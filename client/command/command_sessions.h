@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "client/command/command_session.h"
-#include "core/base/clock.h"
 #include "core/base/inline_bytes.h"
-#include "core/messages/message_sink.h"
+#include "core/base/time.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

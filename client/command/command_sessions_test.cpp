@@ -7,7 +7,7 @@
 #include <axlecast/command_t.hpp>
 #include <vector>
 
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 #include "tests/support/fake_clock.h"
 #include "tests/support/memory_sink.h"
 

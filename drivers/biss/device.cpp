@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/biss/alarms.h"
 #include "drivers/kit/clocked_exchange.h"
 #include "drivers/kit/refusal.h"

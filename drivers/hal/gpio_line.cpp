@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "core/device/line_held.h"
+#include "core/device/link.h"
 #include "platform/os/wait_until.h"
 
 namespace axlecast {

@@ -3,8 +3,8 @@
 #include <memory>
 #include <vector>
 
-#include "core/base/clock.h"
-#include "core/device/pulse_lines.h"
+#include "core/base/time.h"
+#include "core/device/link.h"
 
 namespace axlecast {
 

@@ -2,8 +2,8 @@
 
 #include <span>
 
-#include "core/base/clock.h"
-#include "core/device/byte_link.h"
+#include "core/base/time.h"
+#include "core/device/link.h"
 #include "platform/os/wake_event.h"
 
 namespace axlecast {

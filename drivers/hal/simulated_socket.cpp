@@ -11,7 +11,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "core/device/line_held.h"
+#include "core/device/link.h"
 #include "platform/net/unix_address.h"
 #include "platform/os/wait_until.h"
 

@@ -9,7 +9,7 @@
 #include <cstring>
 #include <utility>
 
-#include "core/device/line_held.h"
+#include "core/device/link.h"
 #include "platform/os/wait_until.h"
 
 namespace axlecast {

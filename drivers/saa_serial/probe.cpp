@@ -5,7 +5,7 @@
 #include <cmath>
 #include <memory>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 
 namespace axlecast::saa_serial {
 namespace {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/kit/clocked_exchange.h"
 
 namespace axlecast::ssi {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/config/config_map.h"
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/saa/data_sheet.h"
 #include "drivers/ssi/word_settings.h"
 

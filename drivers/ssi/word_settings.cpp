@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "core/config/config_map.h"
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 
 namespace axlecast::ssi {
 namespace {

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "core/command/command_id.h"
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/tformat/answer.h"
 #include "drivers/tformat/model.h"
 

@@ -1,6 +1,6 @@
 #include "drivers/tformat/reset_rules.h"
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/tformat/model.h"
 
 namespace axlecast::tformat {

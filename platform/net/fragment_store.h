@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/base/time.h"
-#include "core/messages/sender_address.h"
+#include "core/messages/lcm_url.h"
 #include "platform/net/udpm_packet.h"
 
 namespace axlecast {

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 #include "platform/net/reception_report.h"
 
 namespace axlecast {

@@ -7,7 +7,6 @@
 
 #include "core/base/inline_bytes.h"
 #include "core/messages/lcm_url.h"
-#include "core/messages/sender_address.h"
 #include "platform/os/descriptor.h"
 
 namespace axlecast {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/messages/sender_address.h"
+#include "core/messages/lcm_url.h"
 #include "platform/net/fragment_store.h"
 #include "platform/net/message_numbers.h"
 

@@ -2,7 +2,7 @@
 
 #include <unistd.h>
 
-#include "core/base/terminal_text.h"
+#include "core/base/safe_text.h"
 
 namespace axlecast {
 

@@ -4,7 +4,7 @@
 
 #include <span>
 
-#include "core/base/clock.h"
+#include "core/base/time.h"
 
 namespace axlecast {
 

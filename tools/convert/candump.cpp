@@ -4,7 +4,7 @@
 #include <cinttypes>
 #include <cstdio>
 
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 #include "tools/convert/wire_frames.h"
 
 namespace axlecast {

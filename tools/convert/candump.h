@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/device/can_frame.h"
+#include "core/device/can.h"
 #include "tools/convert/conversion.h"
 #include "tools/convert/event_range.h"
 

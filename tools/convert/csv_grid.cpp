@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 #include "tools/convert/csv_line.h"
 #include "tools/convert/grid_channel.h"
 

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <system_error>
 
-#include "core/base/utf8.h"
+#include "core/base/safe_text.h"
 
 namespace axlecast {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 #include "tools/convert/wire_frames.h"
 #include "tools/log/big_endian.h"
 

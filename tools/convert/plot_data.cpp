@@ -9,8 +9,8 @@
 #include <optional>
 #include <set>
 
-#include "core/messages/decode_message.h"
 #include "core/messages/json/message_json.h"
+#include "core/messages/message.h"
 #include "tools/convert/flat_fields.h"
 #include "tools/convert/message_gap.h"
 #include "tools/convert/sample_time.h"

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "core/messages/json/names.h"
+#include "core/messages/enum_names.h"
 
 namespace axlecast {
 namespace {

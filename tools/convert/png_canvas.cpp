@@ -5,7 +5,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "core/base/utf8.h"
+#include "core/base/safe_text.h"
 
 namespace axlecast {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <iterator>
 
-#include "core/base/markup.h"
+#include "core/base/safe_text.h"
 
 namespace axlecast {
 namespace {

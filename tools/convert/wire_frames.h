@@ -5,7 +5,7 @@
 #include <functional>
 #include <optional>
 
-#include "core/device/can_frame.h"
+#include "core/device/can.h"
 
 namespace axlecast {
 

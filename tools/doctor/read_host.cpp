@@ -9,8 +9,8 @@
 #include <system_error>
 
 #include "core/config/config_file.h"
-#include "core/messages/decode_message.h"
 #include "core/messages/lcm_url.h"
+#include "core/messages/message.h"
 #include "platform/net/lcm_port.h"
 #include "platform/net/multicast_probe.h"
 #include "platform/os/system_clock.h"

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {

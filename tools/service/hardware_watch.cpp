@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/device/sample.h"
-#include "core/messages/decode_message.h"
-#include "core/messages/json/names.h"
+#include "core/device/reading.h"
+#include "core/messages/enum_names.h"
+#include "core/messages/message.h"
 #include "tools/service/growth.h"
 
 namespace axlecast {

@@ -1,5 +1,5 @@
 #include "tools/service/hardware_watch.h"
-#include "core/messages/encode_message.h"
+#include "core/messages/message.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

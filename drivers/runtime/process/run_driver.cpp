@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "core/command/own_key.h"
+#include "core/command/keys.h"
 #include "drivers/hal/port_holder.h"
 #include "drivers/runtime/process/bus_settings.h"
 #include "drivers/runtime/process/command_thread.h"

@@ -1,6 +1,6 @@
 #include "tools/axlecast/logs/live_traffic_detector.h"
 
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
 #include "core/messages/json/message_json.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/system_clock.h"

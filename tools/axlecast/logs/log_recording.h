@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/clock.h"
+#include "core/base/time.h"
 #include "platform/net/lcm_port.h"
 #include "tools/recorder/recording_alarms.h"
 #include "tools/recorder/recording_health.h"

@@ -6,8 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/messages/encode_message.h"
 #include "core/messages/json/field.h"
+#include "core/messages/message.h"
 #include "tools/axlecast/logs/log_line.h"
 #include "tools/log/log_header.h"
 #include "tools/log/log_seal.h"

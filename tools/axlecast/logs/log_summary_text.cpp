@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
 #include "core/messages/json/field.h"
 #include "tools/axlecast/common/utc_text.h"
 #include "tools/axlecast/logs/log_input.h"

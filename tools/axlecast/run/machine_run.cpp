@@ -8,7 +8,7 @@
 #include <set>
 #include <utility>
 
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
 #include "platform/net/multicast_probe.h"
 #include "tools/axlecast/common/program.h"
 #include "tools/axlecast/live/table.h"

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "core/messages/json/field.h"
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 #include "platform/os/wait_until.h"
 
 namespace axlecast {

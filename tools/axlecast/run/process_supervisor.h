@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/clock.h"
+#include "core/base/time.h"
 #include "tools/axlecast/common/process_log.h"
 #include "tools/axlecast/run/child_process.h"
 

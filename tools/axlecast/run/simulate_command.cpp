@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/config/simulator_maker.h"
+#include "core/config/load.h"
 #include "platform/os/run_directory.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/common/config_option.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/clock.h"
+#include "core/base/time.h"
 #include "core/device/family.h"
 #include "core/device/simulator.h"
 #include "drivers/hal/simulated_lines.h"

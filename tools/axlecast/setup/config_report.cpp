@@ -2,10 +2,10 @@
 
 #include <cstdio>
 
-#include "core/base/table_layout.h"
-#include "core/base/words.h"
-#include "core/config/message_rate.h"
-#include "core/messages/json/names.h"
+#include "core/base/spelling.h"
+#include "core/base/text.h"
+#include "core/config/machine_config.h"
+#include "core/messages/enum_names.h"
 #include "tools/axlecast/setup/key_report.h"
 
 namespace axlecast {

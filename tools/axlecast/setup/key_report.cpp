@@ -1,8 +1,8 @@
 #include "tools/axlecast/setup/key_report.h"
 
-#include "core/base/table_layout.h"
-#include "core/base/words.h"
-#include "core/command/role.h"
+#include "core/base/spelling.h"
+#include "core/base/text.h"
+#include "core/command/keys.h"
 #include "core/command/signature.h"
 #include "core/messages/lcm_url.h"
 #include "tools/axlecast/setup/new_keys.h"

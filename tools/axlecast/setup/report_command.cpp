@@ -6,7 +6,7 @@
 #include <iostream>
 #include <memory>
 
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 #include "platform/os/new_file.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/common/config_option.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/messages/json/names.h"
+#include "core/messages/enum_names.h"
 #include "tools/axlecast/command/datum_text.h"
 #include "tools/axlecast/common/utc_text.h"
 #include "tools/axlecast/setup/line_findings.h"

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/words.h"
+#include "core/base/spelling.h"
 #include "core/messages/json/field.h"
 #include "platform/os/new_file.h"
 #include "platform/os/system_clock.h"

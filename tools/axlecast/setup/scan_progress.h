@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "core/base/clock.h"
+#include "core/base/time.h"
 #include "tools/scan/scan_plan.h"
 
 namespace axlecast {

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 
 namespace axlecast {
 namespace {
