@@ -20,11 +20,9 @@
 #include "platform/net/lcm_port.h"
 #include "platform/os/process.h"
 #include "platform/os/secret_file.h"
-#include "platform/os/supervision.h"
 #include "platform/os/system_clock.h"
+#include "platform/os/terminal.h"
 #include "platform/os/terminal_log.h"
-#include "platform/os/terminal_output.h"
-#include "platform/os/wait_until.h"
 
 namespace axlecast {
 namespace {

@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "platform/os/descriptor.h"
-#include "platform/os/foreign_link.h"
+#include "platform/os/folder.h"
 
 namespace axlecast {
 namespace {

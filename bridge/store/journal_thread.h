@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "bridge/store/journal_worker.h"
-#include "platform/os/wake_event.h"
+#include "platform/os/descriptor.h"
 
 namespace axlecast {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "client/axlecast/command.h"
-#include "client/command/client_keys.h"
+#include "client/command/client_key.h"
 #include "core/base/time.h"
 #include "core/command/signature.h"
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "client/command/command_sessions.h"
+#include "client/command/command_session.h"
 #include "core/command/command_id.h"
 #include "core/messages/message.h"
 #include "tests/support/fake_clock.h"

@@ -1,4 +1,5 @@
 #include "core/base/safe_text.h"
+
 #include <algorithm>
 #include <cstdint>
 #include <nlohmann/json.hpp>

@@ -1,10 +1,10 @@
 // Whatever the bytes: what is shown is UTF-8 without control characters, and showing it again changes nothing.
 
+#include "core/base/safe_text.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <string>
-
-#include "core/base/safe_text.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using axlecast::TextShape;

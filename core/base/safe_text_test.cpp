@@ -1,4 +1,5 @@
 #include "core/base/safe_text.h"
+
 #include <gtest/gtest.h>
 
 namespace axlecast {

@@ -1,4 +1,5 @@
 #include "core/base/spelling.h"
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -6,6 +7,7 @@
 #include <cstddef>
 #include <numeric>
 #include <utility>
+
 #include "core/base/safe_text.h"
 
 namespace axlecast {

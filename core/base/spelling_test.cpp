@@ -1,4 +1,5 @@
 #include "core/base/spelling.h"
+
 #include <gtest/gtest.h>
 
 namespace axlecast {

@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+
 #include "core/base/inline_bytes.h"
 
 namespace axlecast {

@@ -1,5 +1,7 @@
 #include "core/base/text.h"
+
 #include <gtest/gtest.h>
+
 #include <limits>
 
 namespace axlecast {

@@ -1,4 +1,5 @@
 #include "core/base/time.h"
+
 #include <algorithm>
 #include <cstdlib>
 

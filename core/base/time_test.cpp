@@ -1,4 +1,5 @@
 #include "core/base/time.h"
+
 #include <gtest/gtest.h>
 
 namespace axlecast {

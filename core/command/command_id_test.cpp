@@ -1,4 +1,5 @@
 #include "core/command/command_id.h"
+
 #include <gtest/gtest.h>
 
 namespace axlecast {

@@ -1,6 +1,8 @@
 #include "core/command/keys.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
 #include "tests/support/fixed_secrets.h"
 
 namespace axlecast {

@@ -3,6 +3,7 @@
 #include <charconv>
 #include <numbers>
 #include <optional>
+
 #include "core/base/spelling.h"
 #include "core/config/load_sections.h"
 #include "core/config/yaml_text.h"

@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
 #include "core/config/load_sections.h"
 #include "core/config/yaml_text.h"
 

@@ -1,7 +1,10 @@
 #include "core/config/recorder_config.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
 #include <cstdlib>
+
 #include "core/config/load.h"
 
 namespace axlecast {

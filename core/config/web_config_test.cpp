@@ -1,6 +1,8 @@
 #include "core/config/web_config.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
 #include "core/config/load.h"
 
 namespace axlecast {

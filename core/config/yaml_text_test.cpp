@@ -1,6 +1,8 @@
 #include "core/config/yaml_text.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
 #include <string>
 
 namespace axlecast {

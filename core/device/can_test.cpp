@@ -1,4 +1,5 @@
 #include "core/device/can.h"
+
 #include <gtest/gtest.h>
 
 namespace axlecast {

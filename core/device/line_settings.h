@@ -2,9 +2,10 @@
 
 #include <cstddef>
 #include <cstdint>
-#include "core/base/time.h"
-#include "core/base/inline_bytes.h"
 #include <string>
+
+#include "core/base/inline_bytes.h"
+#include "core/base/time.h"
 
 namespace axlecast {
 

@@ -1,4 +1,5 @@
 #include "core/device/parameter.h"
+
 #include <algorithm>
 
 namespace axlecast {

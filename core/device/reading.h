@@ -4,8 +4,9 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include "core/base/time.h"
 #include <limits>
+
+#include "core/base/time.h"
 
 namespace axlecast {
 
@@ -29,10 +30,14 @@ enum class ErrorKind : std::uint8_t {
   kSilent,
 };
 inline constexpr std::size_t kErrorKinds = 16;
-inline constexpr std::array<const char*, kErrorKinds> kErrorNames = {
-    "timeout",        "short",          "framing", "checksum",    "wrong_echo", "communication_alarm",
-    "abnormal_reply", "wrong_identity", "range",   "implausible", "device",     "stray",
-    "busy",           "io",             "exception", "silent"};
+inline constexpr std::array<const char*, kErrorKinds> kErrorNames = {"timeout",        "short",
+                                                                     "framing",        "checksum",
+                                                                     "wrong_echo",     "communication_alarm",
+                                                                     "abnormal_reply", "wrong_identity",
+                                                                     "range",          "implausible",
+                                                                     "device",         "stray",
+                                                                     "busy",           "io",
+                                                                     "exception",      "silent"};
 [[nodiscard]] constexpr const char* ErrorName(ErrorKind kind) {
   return kErrorNames.at(static_cast<std::size_t>(kind));
 }

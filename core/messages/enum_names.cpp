@@ -1,9 +1,11 @@
 #include "core/messages/enum_names.h"
+
 #include <array>
 #include <axlecast/command_status_t.hpp>
 #include <cstddef>
 #include <cstdio>
 #include <span>
+
 #include "core/device/reading.h"
 
 namespace axlecast {

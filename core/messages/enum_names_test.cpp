@@ -1,6 +1,8 @@
 #include "core/messages/enum_names.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
 #include <axlecast/alarm_entry_t.hpp>
 #include <axlecast/bus_health_t.hpp>
 #include <axlecast/command_status_t.hpp>

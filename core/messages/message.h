@@ -2,12 +2,13 @@
 
 #include <array>
 #include <cassert>
-#include <string>
-#include "core/base/inline_bytes.h"
+#include <cstdint>
 #include <exception>
 #include <optional>
-#include <cstdint>
+#include <string>
 #include <vector>
+
+#include "core/base/inline_bytes.h"
 
 namespace axlecast {
 

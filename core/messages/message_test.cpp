@@ -1,5 +1,7 @@
 #include "core/messages/message.h"
+
 #include <gtest/gtest.h>
+
 #include <axlecast/argument_t.hpp>
 #include <axlecast/command_body_t.hpp>
 #include <cstring>

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/device/link.h"
-#include "platform/os/wait_until.h"
+#include "platform/os/system_clock.h"
 
 namespace axlecast {
 namespace {

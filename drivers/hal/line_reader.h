@@ -4,7 +4,7 @@
 
 #include "core/base/time.h"
 #include "core/device/link.h"
-#include "platform/os/wake_event.h"
+#include "platform/os/descriptor.h"
 
 namespace axlecast {
 

@@ -13,7 +13,7 @@
 
 #include "core/device/link.h"
 #include "platform/net/unix_address.h"
-#include "platform/os/wait_until.h"
+#include "platform/os/system_clock.h"
 
 namespace axlecast {
 namespace {

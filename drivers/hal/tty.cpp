@@ -17,7 +17,7 @@
 
 #include "core/device/link.h"
 #include "drivers/hal/adapter.h"
-#include "platform/os/wait_until.h"
+#include "platform/os/system_clock.h"
 
 namespace axlecast {
 namespace {

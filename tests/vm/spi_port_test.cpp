@@ -21,7 +21,6 @@
 #include "drivers/hal/simulated_spi.h"
 #include "platform/os/descriptor.h"
 #include "platform/os/system_clock.h"
-#include "platform/os/wait_until.h"
 #include "tests/support/temporary_folder.h"
 
 namespace axlecast {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "platform/os/wake_event.h"
+#include "platform/os/descriptor.h"
 #include "tools/recorder/logged_message.h"
 
 namespace axlecast {

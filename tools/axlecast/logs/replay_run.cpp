@@ -6,8 +6,8 @@
 #include <array>
 #include <iostream>
 
-#include "platform/os/terminal_output.h"
-#include "platform/os/wait_until.h"
+#include "platform/os/system_clock.h"
+#include "platform/os/terminal.h"
 #include "tools/axlecast/common/screen.h"
 
 namespace axlecast {

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "core/base/text.h"
-#include "platform/net/multicast_probe.h"
+#include "platform/net/multicast_port.h"
 #include "tools/axlecast/common/program.h"
 #include "tools/axlecast/live/table.h"
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/config/machine_config.h"
+#include "platform/os/folder.h"
 #include "platform/os/process.h"
-#include "platform/os/run_directory.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/common/screen.h"
 #include "tools/axlecast/live/run_summary.h"

@@ -11,7 +11,7 @@
 
 #include "core/messages/json/field.h"
 #include "core/messages/message.h"
-#include "platform/os/wait_until.h"
+#include "platform/os/system_clock.h"
 
 namespace axlecast {
 namespace {

@@ -13,7 +13,7 @@
 #include "core/messages/json/field.h"
 #include "drivers/hal/simulated_can.h"
 #include "drivers/hal/simulated_spi.h"
-#include "platform/os/wait_until.h"
+#include "platform/os/system_clock.h"
 #include "tools/axlecast/run/simulated_interface.h"
 #include "tools/axlecast/run/simulated_pty.h"
 

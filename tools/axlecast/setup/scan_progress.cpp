@@ -5,7 +5,7 @@
 #include <cmath>
 #include <iostream>
 
-#include "platform/os/terminal_output.h"
+#include "platform/os/terminal.h"
 #include "tools/scan/scan_text.h"
 
 namespace axlecast {

@@ -1,4 +1,4 @@
-#include "platform/os/wake_event.h"
+#include "platform/os/descriptor.h"
 
 #include <sys/eventfd.h>
 #include <unistd.h>

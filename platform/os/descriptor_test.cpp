@@ -1,4 +1,4 @@
-#include "platform/os/wake_event.h"
+#include "platform/os/descriptor.h"
 
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -35,4 +35,5 @@ TEST(WakeEvent, EndsTheWaitOfAnotherThread) {
 }
 
 }  // namespace
+
 }  // namespace axlecast

@@ -1,4 +1,4 @@
-#include "platform/net/channel_subscriptions.h"
+#include "platform/net/lcm_receiver.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -63,4 +63,5 @@ TEST_F(ChannelSubscriptionsTest, HoldsNoMoreHoweverManyNamesCome) {
 }
 
 }  // namespace
+
 }  // namespace axlecast

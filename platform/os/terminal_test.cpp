@@ -1,4 +1,4 @@
-#include "platform/os/terminal_output.h"
+#include "platform/os/terminal.h"
 
 #include <gtest/gtest.h>
 
@@ -37,4 +37,5 @@ TEST(TerminalOutputTest, StandsBeforeBothStreamsWhileItLives) {
 }
 
 }  // namespace
+
 }  // namespace axlecast

@@ -1,10 +1,8 @@
-#include "platform/os/wait_until.h"
+#include "platform/os/system_clock.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-
-#include "platform/os/system_clock.h"
 
 namespace axlecast {
 namespace {
@@ -41,4 +39,5 @@ TEST(PollUntil, EndsAtItsDeadlineWithoutFiles) {
 }
 
 }  // namespace
+
 }  // namespace axlecast

@@ -1,10 +1,10 @@
 // Any names against a few patterns: what is remembered of a name must never differ from what its pattern says, and the
 // memory stays bounded.
+#include "platform/net/lcm_receiver.h"
+
 #include <cstdlib>
 #include <regex>
 #include <string>
-
-#include "platform/net/channel_subscriptions.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const std::regex wanted("(POSITION|DEVICE)/.*");
