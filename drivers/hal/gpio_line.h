@@ -5,6 +5,7 @@
 
 #include "core/base/time.h"
 #include "core/device/link.h"
+#include "core/device/line_settings.h"
 
 namespace axlecast {
 

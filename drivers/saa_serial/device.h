@@ -2,10 +2,9 @@
 
 #include <memory>
 #include <optional>
-#include <string_view>
 
 #include "core/device/device.h"
-#include "drivers/kit/refusal.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/saa_serial/interpreter.h"
 #include "drivers/saa_serial/procedure.h"
 
@@ -17,29 +16,29 @@ namespace axlecast::saa_serial {
 // - Mode timing: it listens all the time, and transmits nothing but a pulse on CLR.
 // - Modes handshake and bus: one exchange in each live slot. A reading that failed is not repeated; whatever leaves
 //   the line unclear is followed by silence, so that a late reply meets no other request.
-class SaaDevice final : public Device {
+class SaaDevice final : public Device, private CommandRunner<Procedure>::Policy {
  public:
   SaaDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
 
   [[nodiscard]] Step Next(const BusSlot& turn) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
-  [[nodiscard]] Result<> Validate(const DriverCommand& order, MonoNs now) const override;
-  void Begin(const DriverCommand& order, MonoNs now) override;
-  [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
+  [[nodiscard]] Result<> Validate(const DriverCommand& command, MonoNs now) const override {
+    return runner_.Validate(command, link_up_, now);
+  }
+  void Begin(const DriverCommand& command, MonoNs now) override;
+  [[nodiscard]] bool Cancel(const CommandId& id, MonoNs) override { return runner_.Cancel(id); }
 
  private:
-  // The procedure that carries out the order, or why it cannot begin now.
-  [[nodiscard]] Made<Procedure> Admit(const DriverCommand& order, MonoNs now) const;
-  [[nodiscard]] std::optional<Outcome> RefusalNow(const DriverCommand& order, MonoNs now) const;
+  [[nodiscard]] Result<std::unique_ptr<Procedure>> MakeProcedure(const DriverCommand& command,
+                                                                 MonoNs now) const override;
+  [[nodiscard]] Result<> CheckState(const DriverCommand& command, MonoNs now) const override;
   [[nodiscard]] Step Stream(const BusSlot& turn) const;
   [[nodiscard]] Step Poll(const BusSlot& turn, Procedure::Want want) const;
   [[nodiscard]] Exchange AskPosition() const;
   [[nodiscard]] Step ZeroStep() const;
   void OnLinkDown(MonoNs now);
   void AdvanceProcedure(const Event& event);
-  [[nodiscard]] bool Expired(MonoNs now) const { return procedure_ && !procedure_->touched() && now >= begin_by_; }
-  void Report(const std::optional<Outcome>& outcome);
 
   std::shared_ptr<const DeviceSettings> owned_;  // keeps settings_ alive
   std::shared_ptr<const FamilyBus> owned_bus_;   // and bus_
@@ -50,11 +49,9 @@ class SaaDevice final : public Device {
   Interpreter interpreter_;
 
   bool link_up_ = false;
-  std::unique_ptr<Procedure> procedure_;
-  CommandId order_{};
-  MonoNs begin_by_ = kNever;
+  CommandRunner<Procedure> runner_;
   bool zeroing_ = false;    // the request to clear to zero is under way
-  bool live_turn_ = false;  // the procedure had its turn: a live reading that is due goes first
+  bool live_slot_ = false;  // the last slot was the procedure's: a live reading that is due goes first
 };
 
 }  // namespace axlecast::saa_serial

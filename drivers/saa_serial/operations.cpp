@@ -1,7 +1,6 @@
 #include "drivers/saa_serial/operations.h"
 
 #include <algorithm>
-#include <axlecast/command_status_t.hpp>
 #include <vector>
 
 #include "core/config/machine_config.h"
@@ -12,8 +11,6 @@
 
 namespace axlecast::saa_serial {
 namespace {
-
-using Reason = command_status_t;
 
 // For a reading: several periods of a slow stream, or several requests in vain.
 constexpr MonoNs kPatience = 2 * kSecond;
@@ -47,26 +44,21 @@ bool Permits(const BusConfig& bus, const DeviceConfig&, std::string_view operati
   return operation != kZeroName || static_cast<const SaaBus&>(*bus.family_bus).zero_clearing;
 }
 
-Made<Procedure> MakeProcedure(const DriverCommand& order, const SaaBus& bus, const SaaSettings& settings,
-                              const DeviceOutput& output, MonoNs now) {
+Result<std::unique_ptr<Procedure>> MakeProcedure(const DriverCommand& command, const SaaBus& bus,
+                                                 const SaaSettings& settings, const DeviceOutput& output,
+                                                 MonoNs now) {
   const MonoNs patience = std::max(kPatience, kPatiencePeriods * bus.refresh);
-  if (order.operation == kZeroName) {
-    if (!bus.zero_clearing) {
-      return Rejected(
-          Reason::REASON_NOT_PERMITTED,
-          bus.mode == Mode::kBus
-              ? "the bus is configured without zero clearing; if the encoders have it, set zero_clearing: "
-                "true"
-              : "the bus has no CLR line in its configuration; if the encoder has one, name it: lines: "
-                "{clr: {chip, line}}");
-    }
-    return std::make_unique<ZeroProcedure>(settings, output, patience, now);
+  if (command.operation == kZeroName) {
+    if (bus.zero_clearing) return std::make_unique<ZeroProcedure>(settings, output, patience, now);
+    return NotPermitted(
+        bus.mode == Mode::kBus
+            ? "the bus is configured without zero clearing; if the encoders have it, set zero_clearing: true"
+            : "the bus has no CLR line in its configuration; if the encoder has one, name it: lines: {clr: {chip, "
+              "line}}");
   }
-  if (order.operation != kReadPositionName) {
-    return Rejected(Reason::REASON_UNKNOWN_OPERATION, "saa_serial has no operation " + order.operation);
-  }
-  const std::optional<std::string_view> after = FindArgument(order.arguments, "after");
-  if (after && after != kZeroName) return Rejected(Reason::REASON_BAD_ARGUMENT, "after must be zero");
+  if (command.operation != kReadPositionName) return UnknownOperation("saa_serial", command.operation);
+  const std::optional<std::string_view> after = FindArgument(command.arguments, "after");
+  if (after && after != kZeroName) return BadArgument("after must be zero");
   return std::make_unique<PositionReadout>(after.has_value(), settings, output, patience, now);
 }
 

@@ -6,7 +6,7 @@
 
 #include "core/device/device.h"
 #include "core/device/operation.h"
-#include "drivers/kit/refusal.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/saa_serial/procedure.h"
 #include "drivers/saa_serial/settings.h"
 
@@ -19,8 +19,9 @@ inline constexpr std::string_view kReadPositionName = "read_position";
 // Whether the configuration of a device permits an operation of the family.
 [[nodiscard]] bool Permits(const BusConfig& bus, const DeviceConfig& device, std::string_view operation);
 
-// The procedure that carries out an order, or why there is none.
-[[nodiscard]] Made<Procedure> MakeProcedure(const DriverCommand& order, const SaaBus& bus,
-                                            const SaaSettings& settings, const DeviceOutput& output, MonoNs now);
+// Returns the procedure for a command. Checks its arguments.
+[[nodiscard]] Result<std::unique_ptr<Procedure>> MakeProcedure(const DriverCommand& command, const SaaBus& bus,
+                                                               const SaaSettings& settings,
+                                                               const DeviceOutput& output, MonoNs now);
 
 }  // namespace axlecast::saa_serial

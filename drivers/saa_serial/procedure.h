@@ -3,16 +3,14 @@
 #include <optional>
 
 #include "core/device/operation.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/saa_serial/reading.h"
 
 namespace axlecast::saa_serial {
 
-// One order being carried out. It sees every reading, whoever asked for it. After a final outcome it is not used any
-// more.
-class Procedure {
+// One command being carried out. It receives every reading, whichever request caused it.
+class Procedure : public CommandProcedure {
  public:
-  virtual ~Procedure() = default;
-
   enum class Want : std::uint8_t {
     kNothing,
     kReading,  // a position, as soon as the bus allows
@@ -29,11 +27,6 @@ class Procedure {
   virtual void OnZeroStarted() {}
   // It is out; readings sampled from `effect_from` on show its effect. An outcome: progress.
   virtual std::optional<Outcome> OnZeroed([[maybe_unused]] MonoNs effect_from) { return std::nullopt; }
-  // The link is gone.
-  [[nodiscard]] virtual Outcome OnLinkLost() const = 0;
-
-  // It may have changed something in the encoder.
-  [[nodiscard]] virtual bool touched() const { return false; }
 };
 
 }  // namespace axlecast::saa_serial

@@ -5,8 +5,9 @@
 #include <utility>
 
 #include "core/device/operation.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/kit/read_back.h"
-#include "drivers/kit/refusal.h"
 
 namespace axlecast::saa_serial {
 namespace {
@@ -52,7 +53,7 @@ Procedure::Want ZeroProcedure::Wants(MonoNs now) const {
 std::optional<Outcome> ZeroProcedure::OnReading(const Reading& reading, MonoNs now) {
   if (stage_ == Stage::kSettle) return Verify(reading);
   if (reading.error || stage_ == Stage::kSent) return OnTime(now);
-  if (!AtRest(now)) return NotAtRest(now);
+  if (!AtRest(now)) return NotAtRest(output_.MotionAt(now));
   before_ = reading.counts;
   stage_ = Stage::kSend;
   return std::nullopt;
@@ -107,10 +108,6 @@ Outcome ZeroProcedure::Judge(std::uint32_t counts) const {
 Outcome ZeroProcedure::WithBefore(Outcome outcome, const std::string& after) const {
   outcome.changes.push_back({"single_turn", std::to_string(before_), after});
   return WithFindingBefore(std::move(outcome), SameBefore());
-}
-
-Outcome ZeroProcedure::NotAtRest(MonoNs now) const {
-  return Rejected(Reason::REASON_NOT_STANDING_STILL, MotionText(output_.MotionAt(now)));
 }
 
 Outcome ZeroProcedure::OnLinkLost() const {

@@ -32,7 +32,6 @@ class ZeroProcedure final : public Procedure {
 
   [[nodiscard]] bool AtRest(MonoNs now) const;
   [[nodiscard]] bool SameBefore() const;
-  [[nodiscard]] Outcome NotAtRest(MonoNs now) const;
   [[nodiscard]] std::optional<Outcome> Verify(const Reading& reading);
   [[nodiscard]] Outcome Judge(std::uint32_t counts) const;
   [[nodiscard]] Outcome WithBefore(Outcome outcome, const std::string& after) const;

@@ -1,6 +1,5 @@
 #include "drivers/tformat/operations.h"
 
-#include <algorithm>
 #include <axlecast/command_status_t.hpp>
 #include <vector>
 
@@ -16,14 +15,11 @@
 namespace axlecast::tformat {
 namespace {
 
-using Made = axlecast::Made<Procedure>;
-using Reason = command_status_t;
-
-const ArgumentSpec kAfter = {"after", "an operation with its arguments, to see whether it took effect", false};
+using Made = Result<std::unique_ptr<Procedure>>;
 
 // TS5669 spec 6.1.1: one rewrite for each cell that is written.
 std::int32_t CellWrites(const Arguments& arguments) {
-  const auto data = ParseHex(FindArgument(arguments, "data").value_or(""));
+  const auto data = HexArgument(arguments, "data");
   return data ? static_cast<std::int32_t>(data->size()) : 0;
 }
 
@@ -58,7 +54,7 @@ const std::vector<OperationSpec>& Specs() {
        .help = "Reads cells of the user EEPROM",
        .arguments = {{"address", "0 to 79; needed unless `after` is given", false},
                      {"count", "1 to 80 cells, default 1", false},
-                     kAfter},
+                     kAfterArgument},
        .reads_only = true,
        .verification = "each cell by its own reply with ID D"},
       {.name = kEepromWriteName,
@@ -77,7 +73,7 @@ const std::vector<OperationSpec>& Specs() {
        .verification = "each cell by its own reply with ID D"},
       {.name = kReadAllName,
        .help = "Reads position, turns, encoder ID and alarms once (ID 3)",
-       .arguments = {kAfter},
+       .arguments = {kAfterArgument},
        .reads_only = true,
        .verification = "it is a reading"},
       {.name = kReadTurnsName,
@@ -94,37 +90,31 @@ const std::vector<OperationSpec>& Specs() {
   return kSpecs;
 }
 
-Made BadArgument(std::string_view text) { return Rejected(Reason::REASON_BAD_ARGUMENT, text); }
-
-// An argument as a number of cells; nothing when it is none.
-std::optional<std::size_t> Cells(const Arguments& arguments, std::string_view name, std::string_view usual,
-                                 std::size_t min, std::size_t max) {
-  const auto number = ParseWhole(FindArgument(arguments, name).value_or(usual), static_cast<std::int64_t>(min),
-                                 static_cast<std::int64_t>(max));
-  return number ? std::optional(static_cast<std::size_t>(*number)) : std::nullopt;
+std::optional<std::size_t> AddressArgument(const Arguments& arguments) {
+  const auto address = WholeArgument(arguments, "address", 0, kEepromCells - 1);
+  return address ? std::optional(static_cast<std::size_t>(*address)) : std::nullopt;
 }
 
 Made MakeEepromWrite(const Arguments& arguments, const TFormatSettings& settings) {
-  const auto address = Cells(arguments, "address", "", 0, kEepromCells - 1);
+  const auto address = AddressArgument(arguments);
   if (!address) return BadArgument("address must be 0 to 79");
-  auto data = ParseHex(FindArgument(arguments, "data").value_or(""));
+  auto data = HexArgument(arguments, "data");
   if (!data) return BadArgument("data must be bytes in hex, two digits each, e.g. \"A1 05\"");
   if (*address + data->size() > kEepromCells) {
     return BadArgument(Text("%zu bytes from address %zu do not fit the cells 0 to 79", data->size(), *address));
   }
   for (std::size_t cell = *address; cell < *address + data->size(); ++cell) {
     if (!settings.eeprom_writable[cell]) {
-      return Rejected(Reason::REASON_NOT_PERMITTED,
-                      Text("the configuration does not list EEPROM address %zu in eeprom_writable", cell));
+      return NotPermitted(Text("the configuration does not list EEPROM address %zu in eeprom_writable", cell));
     }
   }
   return std::make_unique<EepromWrite>(*address, std::move(*data), settings.timeout);
 }
 
-// Whether the write that `after` tells of took effect.
+// Verifies the write that `after` names.
 Made MakeEepromLook(const CommandLine& after, const TFormatSettings& settings) {
-  const auto address = Cells(after.arguments, "address", "", 0, kEepromCells - 1);
-  auto data = ParseHex(FindArgument(after.arguments, "data").value_or(""));
+  const auto address = AddressArgument(after.arguments);
+  auto data = HexArgument(after.arguments, "data");
   if (after.operation != kEepromWriteName || !address || !data || *address + data->size() > kEepromCells) {
     return BadArgument("after must be an eeprom_write with its address and data");
   }
@@ -133,30 +123,24 @@ Made MakeEepromLook(const CommandLine& after, const TFormatSettings& settings) {
 }
 
 Made MakeEepromRead(const Arguments& arguments, const TFormatSettings& settings) {
-  if (const auto after = FindArgument(arguments, "after"))
-    return MakeEepromLook(ParseCommandLine(*after), settings);
-  const auto address = Cells(arguments, "address", "", 0, kEepromCells - 1);
+  if (const auto after = AfterArgument(arguments)) return MakeEepromLook(*after, settings);
+  const auto address = AddressArgument(arguments);
   if (!address) return BadArgument("address must be 0 to 79");
-  const auto count = Cells(arguments, "count", "1", 1, kEepromCells - *address);
+  const auto maximum = static_cast<std::int64_t>(kEepromCells - *address);
+  const auto count = ParseWhole(FindArgument(arguments, "count").value_or("1"), 1, maximum);
   if (!count) return BadArgument(Text("count must be 1 to %zu: the last cell is 79", kEepromCells - *address));
-  return std::make_unique<EepromRead>(*address, *count, std::nullopt, settings.timeout);
+  return std::make_unique<EepromRead>(*address, static_cast<std::size_t>(*count), std::nullopt, settings.timeout);
 }
 
 Made MakeReadAll(const Arguments& arguments, const TFormatSettings& settings, const DeviceOutput& output) {
   std::string after;
-  if (const auto text = FindArgument(arguments, "after")) {
-    after = ParseCommandLine(*text).operation;
+  if (const auto line = AfterArgument(arguments)) {
+    after = line->operation;
     if (after != kZeroSingleTurnName && after != kResetTurnsName && after != kClearErrorsName) {
       return BadArgument("after must be zero_single_turn, reset_turns_and_errors or clear_errors");
     }
   }
   return std::make_unique<Readout>(DataId::kAll, std::move(after), settings, output);
-}
-
-const OperationSpec* Find(std::string_view name) {
-  const auto& specs = Specs();
-  const auto found = std::find_if(specs.begin(), specs.end(), [&](const auto& spec) { return spec.name == name; });
-  return found == specs.end() ? nullptr : &*found;
 }
 
 }  // namespace
@@ -168,39 +152,29 @@ bool Permits(const BusConfig&, const DeviceConfig& device, std::string_view oper
 
 std::span<const OperationSpec> Operations() { return Specs(); }
 
-Made MakeProcedure(const DriverCommand& order, const TFormatSettings& settings, const DeviceOutput& output) {
+Made MakeProcedure(const DriverCommand& command, const TFormatSettings& settings, const DeviceOutput& output) {
   const auto reset = [&](DataId id) -> Made { return std::make_unique<ResetProcedure>(id, settings, output); };
   const auto read = [&](DataId id) -> Made { return std::make_unique<Readout>(id, "", settings, output); };
-  const std::string_view name = order.operation;
+  const std::string_view name = command.operation;
   if (name == kZeroSingleTurnName) return reset(DataId::kZeroSingleTurn);
   if (name == kResetTurnsName) return reset(DataId::kResetTurnsAndErrors);
   if (name == kClearErrorsName) return reset(DataId::kClearErrors);
-  if (name == kEepromReadName) return MakeEepromRead(order.arguments, settings);
-  if (name == kEepromWriteName) return MakeEepromWrite(order.arguments, settings);
+  if (name == kEepromReadName) return MakeEepromRead(command.arguments, settings);
+  if (name == kEepromWriteName) return MakeEepromWrite(command.arguments, settings);
   if (name == kEepromBackupName) {
     return std::make_unique<EepromRead>(0, kEepromCells, std::nullopt, settings.timeout);
   }
-  if (name == kReadAllName) return MakeReadAll(order.arguments, settings, output);
+  if (name == kReadAllName) return MakeReadAll(command.arguments, settings, output);
   if (name == kReadTurnsName) return read(DataId::kMultiTurn);
   if (name == kReadIdentityName) return read(DataId::kEncoderId);
-  return Rejected(Reason::REASON_UNKNOWN_OPERATION, "tformat has no operation " + order.operation);
+  return UnknownOperation("tformat", command.operation);
 }
 
-bool Alters(std::string_view operation) {
-  const OperationSpec* spec = Find(operation);
-  return spec != nullptr && !spec->reads_only;
-}
-
-bool NeedsStandstill(std::string_view operation) {
-  const OperationSpec* spec = Find(operation);
-  return spec != nullptr && spec->needs_standstill;
-}
-
-std::optional<Outcome> RefusalByAlarm(std::string_view operation, std::optional<std::uint8_t> alarms) {
+Result<> CheckAlarms(std::string_view operation, std::optional<std::uint8_t> alarms) {
   const auto doubtful = static_cast<std::uint8_t>(alarms.value_or(0) & (kAlmCountingError | kAlmFullAbsolute));
-  if (operation != kZeroSingleTurnName || doubtful == 0) return std::nullopt;
-  return Rejected(Reason::REASON_DEVICE_ALARM,
-                  "the single-turn position is in doubt (ALMC " + AlarmText(*alarms) + "); clear the cause first");
+  if (operation != kZeroSingleTurnName || doubtful == 0) return {};
+  return Failure("the single-turn position is in doubt (ALMC " + AlarmText(*alarms) + "); clear the cause first",
+                 command_status_t::REASON_DEVICE_ALARM);
 }
 
 }  // namespace axlecast::tformat

@@ -8,7 +8,7 @@
 
 #include "core/device/device.h"
 #include "core/device/operation.h"
-#include "drivers/kit/refusal.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/tformat/procedure.h"
 #include "drivers/tformat/settings.h"
 
@@ -29,15 +29,12 @@ inline constexpr std::string_view kReadIdentityName = "read_identity";
 // Whether the configuration of a device permits an operation of the family.
 [[nodiscard]] bool Permits(const BusConfig& bus, const DeviceConfig& device, std::string_view operation);
 
-// The procedure that carries out an order, or why there is none: arguments are checked here.
-[[nodiscard]] Made<Procedure> MakeProcedure(const DriverCommand& order, const TFormatSettings& settings,
-                                            const DeviceOutput& output);
+// Returns the procedure for a command. Checks its arguments.
+[[nodiscard]] Result<std::unique_ptr<Procedure>> MakeProcedure(const DriverCommand& command,
+                                                               const TFormatSettings& settings,
+                                                               const DeviceOutput& output);
 
-// It can change something in the encoder: only for an encoder whose identity is accepted.
-[[nodiscard]] bool Alters(std::string_view operation);
-[[nodiscard]] bool NeedsStandstill(std::string_view operation);
-
-// Why the encoder's alarms forbid the operation: ALMC as it was read last, if it was.
-[[nodiscard]] std::optional<Outcome> RefusalByAlarm(std::string_view operation, std::optional<std::uint8_t> alarms);
+// Refuses an operation that the encoder's alarms forbid. `alarms`: ALMC as it was read last, if it was read.
+[[nodiscard]] Result<> CheckAlarms(std::string_view operation, std::optional<std::uint8_t> alarms);
 
 }  // namespace axlecast::tformat

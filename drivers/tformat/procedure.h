@@ -4,28 +4,22 @@
 
 #include "core/device/operation.h"
 #include "core/device/step.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/tformat/answer.h"
 
 namespace axlecast::tformat {
 
-// One order being carried out, step by step. After a final outcome it is not used any more.
-class Procedure {
+// One command being carried out, exchange by exchange.
+class Procedure : public CommandProcedure {
  public:
-  virtual ~Procedure() = default;
-
-  // What it wants to transmit now, or Idle until when it waits.
+  // Returns the exchange to transmit now, or Idle until the next one is due.
   [[nodiscard]] virtual Step Next(MonoNs now) const = 0;
-  // The exchange that Next returned is about to go on the wire. The outcome when this ends the procedure.
+  // The exchange that Next returned is about to be transmitted. Returns the final outcome if this ends the procedure.
   virtual std::optional<Outcome> OnStarted(Bytes request, MonoNs now) = 0;
-  // The exchange is over at `end`. An outcome: progress, or the final one.
+  // The exchange ended at `end`. Returns an outcome, final or not, if there is one to report.
   virtual std::optional<Outcome> OnAnswer(const Answer& answer, MonoNs end) = 0;
-  // The link is gone.
-  [[nodiscard]] virtual Outcome OnLinkLost() const = 0;
-
-  // Nothing else may be asked of the encoder now.
+  // Returns whether the encoder must receive no other request now.
   [[nodiscard]] virtual bool exclusive() const { return false; }
-  // It may have changed something in the encoder.
-  [[nodiscard]] virtual bool touched() const { return false; }
 };
 
 // A step of a procedure.

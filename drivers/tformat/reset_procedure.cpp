@@ -4,8 +4,9 @@
 #include <utility>
 
 #include "core/device/operation.h"
+#include "core/device/outcome_text.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/kit/read_back.h"
-#include "drivers/kit/refusal.h"
 #include "drivers/tformat/alarms.h"
 #include "drivers/tformat/model.h"
 #include "drivers/tformat/operations.h"
@@ -66,7 +67,9 @@ std::optional<Outcome> ResetProcedure::OnBefore(const Answer& answer) {
   }
   before_ = answer.reply;
   if (id_ == DataId::kZeroSingleTurn) {
-    if (auto refusal = RefusalByAlarm(kZeroSingleTurnName, before_.alarms)) return refusal;
+    if (const auto alarms = CheckAlarms(kZeroSingleTurnName, before_.alarms); !alarms) {
+      return RefusedOutcome(alarms.error());
+    }
   }
   stage_ = Stage::kSend;
   return std::nullopt;

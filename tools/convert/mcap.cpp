@@ -11,7 +11,7 @@
 #include "core/messages/json/message_json.h"
 #include "tools/convert/mcap_writer.h"
 #include "tools/convert/sample_time.h"
-#include "tools/log/log_header.h"
+#include "tools/log/log_event.h"
 #include "tools/log/log_seal.h"
 
 namespace axlecast {

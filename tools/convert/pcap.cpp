@@ -6,7 +6,7 @@
 
 #include "core/messages/message.h"
 #include "tools/convert/wire_frames.h"
-#include "tools/log/big_endian.h"
+#include "tools/log/log_event.h"
 
 namespace axlecast {
 namespace {

@@ -1,14 +1,14 @@
 #include "tools/axlecast/logs/log_summary.h"
 
-#include <axlecast/position_t.hpp>
-#include <axlecast/recorder_health_t.hpp>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <axlecast/position_t.hpp>
+#include <axlecast/recorder_health_t.hpp>
 
 #include "core/messages/json/field.h"
 #include "core/messages/message.h"
 #include "tools/axlecast/logs/log_line.h"
+#include "tools/log/log_event.h"
 #include "tools/log/log_header.h"
 #include "tools/log/log_seal.h"
 
@@ -126,4 +126,5 @@ TEST(LogLine, ShowsHeadersAndSeals) {
 }
 
 }  // namespace
+
 }  // namespace axlecast

@@ -1,9 +1,8 @@
-#include "tools/axlecast/setup/ssi_plan.h"
+#include "tools/axlecast/setup/ssi_plan_command.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <CLI/CLI.hpp>
-
 #include <nlohmann/json.hpp>
 
 #include "tools/axlecast/setup/subcommands.h"
@@ -102,4 +101,5 @@ TEST(SsiPlan, WrongUsage) {
 }
 
 }  // namespace
+
 }  // namespace axlecast

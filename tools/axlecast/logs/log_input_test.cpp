@@ -1,10 +1,10 @@
-#include "tools/axlecast/logs/log_time.h"
+#include "tools/axlecast/logs/log_input.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <CLI/CLI.hpp>
 
-#include "tools/log/recorded_log.h"
+#include "tools/log/log_fixture.h"
 
 namespace axlecast {
 namespace {
@@ -74,4 +74,5 @@ TEST_F(LogTimeOptionsTest, SayWhatIsWrong) {
 }
 
 }  // namespace
+
 }  // namespace axlecast

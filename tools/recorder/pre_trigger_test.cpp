@@ -1,7 +1,6 @@
-#include "tools/recorder/trigger_watch.h"
+#include "tools/recorder/pre_trigger.h"
 
 #include <gtest/gtest.h>
-
 #include <axlecast/alarm_t.hpp>
 #include <string>
 #include <vector>
@@ -98,4 +97,5 @@ TEST_F(TriggerWatchTest, OtherMessagesFireByTheirChannel) {
 }
 
 }  // namespace
+
 }  // namespace axlecast
