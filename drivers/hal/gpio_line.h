@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "core/base/time.h"
-#include "core/device/link.h"
 #include "core/device/line_settings.h"
+#include "core/device/link.h"
 
 namespace axlecast {
 

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "core/device/operation.h"
-#include "core/device/outcome_text.h"
 #include "drivers/kit/command_runner.h"
 #include "drivers/kit/read_back.h"
 #include "drivers/tformat/alarms.h"

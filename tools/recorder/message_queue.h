@@ -9,8 +9,6 @@
 
 #include "core/base/inline_bytes.h"
 #include "platform/os/descriptor.h"
-#include "platform/os/wake_event.h"
-#include "tools/recorder/logged_message.h"
 
 namespace axlecast {
 

@@ -8,13 +8,9 @@
 #include <numbers>
 
 #include "core/device/reading.h"
-#include "core/device/sample.h"
-#include "core/messages/decode_message.h"
 #include "core/messages/enum_names.h"
-#include "core/messages/json/names.h"
 #include "core/messages/message.h"
 #include "tools/service/error_trend.h"
-#include "tools/service/growth.h"
 
 namespace axlecast {
 namespace {

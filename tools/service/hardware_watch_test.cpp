@@ -9,8 +9,6 @@
 #include <numbers>
 #include <vector>
 
-#include "core/messages/encode_message.h"
-
 namespace axlecast {
 namespace {
 

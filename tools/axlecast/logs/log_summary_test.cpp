@@ -7,9 +7,7 @@
 
 #include "core/messages/json/field.h"
 #include "core/messages/message.h"
-#include "tools/axlecast/logs/log_line.h"
 #include "tools/log/log_event.h"
-#include "tools/log/log_header.h"
 #include "tools/log/log_seal.h"
 
 namespace axlecast {

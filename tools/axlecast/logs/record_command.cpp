@@ -14,10 +14,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/clock.h"
+#include "core/base/time.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/folder.h"
-#include "platform/os/foreign_link.h"
 #include "platform/os/mapped_file.h"
 #include "platform/os/process.h"
 #include "platform/os/system_clock.h"

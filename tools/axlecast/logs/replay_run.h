@@ -15,9 +15,6 @@
 #include "platform/os/process.h"
 #include "platform/os/system_clock.h"
 #include "platform/os/terminal.h"
-#include "platform/os/terminal_keys.h"
-#include "tools/axlecast/logs/replay_keys.h"
-#include "tools/axlecast/logs/replay_text.h"
 #include "tools/replay/replay.h"
 
 namespace axlecast {
