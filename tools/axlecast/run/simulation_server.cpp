@@ -19,8 +19,6 @@
 #include "drivers/hal/simulated_port.h"
 #include "drivers/hal/simulated_spi.h"
 #include "platform/os/system_clock.h"
-#include "tools/axlecast/run/simulated_interface.h"
-#include "tools/axlecast/run/simulated_pty.h"
 
 namespace axlecast {
 namespace {
