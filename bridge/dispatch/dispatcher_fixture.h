@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "bridge/dispatch/dispatcher.h"
-#include "bridge/store/inline_journal.h"
 #include "bridge/store/memory_store.h"
 #include "core/command/body_digest.h"
 #include "core/command/command_words.h"

@@ -3,7 +3,6 @@
 #include <axlecast/driver_order_t.hpp>
 
 #include "bridge/dispatch/dispatcher.h"
-#include "bridge/store/inline_journal.h"
 #include "bridge/store/memory_store.h"
 #include "core/messages/decode_message.h"
 #include "tests/support/counting_family.h"

@@ -1,6 +1,6 @@
 #include <utility>
 
-#include "bridge/dispatch/command_status.h"
+#include "bridge/dispatch/command_port.h"
 #include "bridge/dispatch/dispatcher.h"
 #include "core/base/truncated_text.h"
 #include "core/command/body_digest.h"

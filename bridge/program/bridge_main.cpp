@@ -12,7 +12,7 @@
 #include <string>
 
 #include "bridge/dispatch/dispatcher.h"
-#include "bridge/store/journal_thread.h"
+#include "bridge/store/journal_queue.h"
 #include "bridge/store/sqlite_store.h"
 #include "core/base/timebase.h"
 #include "core/command/own_key.h"

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "bridge/dispatch/dispatcher.h"
-#include "bridge/store/inline_journal.h"
 #include "bridge/store/memory_store.h"
 #include "core/command/command_id.h"
 #include "core/command/command_words.h"

@@ -1,10 +1,10 @@
-#include "bridge/state/alarm_state_store.h"
+#include "bridge/state/alarms.h"
 
 #include <algorithm>
 #include <sstream>
 #include <utility>
 
-#include "bridge/state/pending_command_text.h"
+#include "bridge/state/pending_command.h"
 #include "core/base/truncated_text.h"
 #include "core/command/operation_check.h"
 
@@ -13,6 +13,8 @@ namespace {
 
 using S = command_status_t;
 using Kind = AlarmMark::Kind;
+
+constexpr MonoNs kOnChange = 100 * kMillisecond;
 
 BridgeOrder Restoring(const AlarmMark& mark) {
   if (mark.kind == Kind::kAcknowledged) {
@@ -39,6 +41,30 @@ bool LeavesOut(const std::string& list, const std::string& alarm) {
 }
 
 }  // namespace
+
+void BridgeAlarms::Tick(const BridgeTroubles& troubles, Timestamp now) {
+  using namespace bridge_alarms;
+  const auto set = [&](const AlarmSpec& alarm, bool present) {
+    book_.Set(alarm, present ? AlarmState::kLive : AlarmState::kAbsent, now.utime);
+  };
+  set(kForeignCommands, troubles.foreign_commands);
+  set(kJournalFails, troubles.journal_fails);
+  set(kUnsignedAllowed, troubles.unsigned_allowed);
+  set(kEncoderExchanged, troubles.encoder_exchanged);
+  set(kPlaceDoubtful, troubles.place_doubtful);
+  set(kKeyMissing, troubles.key_missing);
+  set(kOtherBridge, troubles.other_bridge);
+  const bool changed = book_.revision() != told_revision_;
+  if (now.mono - told_ < (changed ? kOnChange : kSecond) && told_ != 0) return;
+  told_ = now.mono;
+  told_revision_ = book_.revision();
+  message_.utime = now.utime;
+  message_.mono_ns = now.mono;
+  message_.device = "bridge";
+  book_.Write(message_, now.utime);
+  Publish(data_, "ALARM/bridge", message_);
+  ++message_.seq;
+}
 
 std::optional<BridgeOrder> AlarmStateStore::OnHello(const std::string& device, std::int64_t boot_id,
                                                     Timestamp now) {

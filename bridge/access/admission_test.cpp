@@ -1,4 +1,4 @@
-#include "bridge/access/prepared_commands.h"
+#include "bridge/access/admission.h"
 
 #include <gtest/gtest.h>
 
@@ -36,4 +36,5 @@ TEST(PreparedCommands, KeepsTheNewestTokensAndNoMoreThanItMay) {
 }
 
 }  // namespace
+
 }  // namespace axlecast

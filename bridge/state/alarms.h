@@ -1,8 +1,13 @@
 #pragma once
 
 #include <axlecast/alarm_t.hpp>
+#include <axlecast/driver_status_t.hpp>
 #include <cstdint>
+#include <optional>
+#include <string>
 
+#include "bridge/state/pending_command.h"
+#include "bridge/store/durable_store.h"
 #include "core/alarm/alarm_table.h"
 #include "core/base/time.h"
 #include "core/messages/message_sink.h"
@@ -61,6 +66,26 @@ class BridgeAlarms {
   alarm_t message_{};
   std::int64_t told_revision_ = -1;
   MonoNs told_ = 0;
+};
+
+// What operators have said of alarms, beyond the life of the driver that shows it: gives a restarted driver back what
+// it has forgotten, and ends what holds no more. Free of I/O but for the store.
+class AlarmStateStore {
+ public:
+  explicit AlarmStateStore(AlarmStore& store) : store_(store) {}
+
+  // A driver's boot is there. An order when it must be given something back; asked again until it has it all.
+  [[nodiscard]] std::optional<BridgeOrder> OnHello(const std::string& device, std::int64_t boot_id, Timestamp now);
+  // KIND_ACKNOWLEDGED: an alarm that this boot knew as acknowledged and names no more has gone.
+  void OnAcknowledged(const driver_status_t& status);
+  // The task has its outcome. May add to the status.
+  void OnOutcome(PendingCommand& task);
+
+ private:
+  void Keep(PendingCommand& task, AlarmMark::Kind kind);
+  void Restored(const PendingCommand& task);
+
+  AlarmStore& store_;
 };
 
 }  // namespace axlecast

@@ -6,10 +6,16 @@
 #include <string>
 #include <vector>
 
-#include "bridge/store/axis_store.h"
 #include "bridge/store/database.h"
+#include "bridge/store/durable_store.h"
 
 namespace axlecast {
+
+// Write and read the table `alarm_marks`. Functions that return bool must run in a transaction of the caller.
+[[nodiscard]] bool SetAlarmMark(Database& database, const std::string& device, const AlarmMark& mark);
+[[nodiscard]] bool EndAlarmMark(Database& database, const std::string& device, AlarmMark::Kind kind,
+                                const std::string& alarm);
+[[nodiscard]] std::vector<AlarmMark> AlarmMarksOf(Database& database, const std::string& device);
 
 // The devices of SqliteStore: the tables `axes`, `datums` and `events`, and what waits to be written there.
 // What takes a Database& and answers bool belongs into a transaction.

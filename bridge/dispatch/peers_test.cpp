@@ -1,7 +1,4 @@
-#include "bridge/dispatch/driver_link.h"
-
 #include <gtest/gtest.h>
-
 #include <axlecast/device_info_t.hpp>
 #include <string>
 
@@ -65,4 +62,5 @@ TEST(DriverLinkTest, RemembersTheLastReplacedBootsAlone) {
 }
 
 }  // namespace
+
 }  // namespace axlecast

@@ -1,8 +1,7 @@
-#include "bridge/store/journal_thread.h"
+#include "bridge/store/journal_queue.h"
 
 #include <gtest/gtest.h>
 #include <poll.h>
-
 #include <atomic>
 #include <condition_variable>
 #include <mutex>
@@ -73,4 +72,5 @@ TEST_F(JournalThreadTest, WhatWasGivenIsRunBeforeItEnds) {
 }
 
 }  // namespace
+
 }  // namespace axlecast
