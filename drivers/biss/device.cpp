@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "core/device/outcome_text.h"
-#include "drivers/biss/alarms.h"
 #include "drivers/kit/clocked_exchange.h"
 
 namespace axlecast::biss {

@@ -8,7 +8,7 @@
 #include "core/base/markup.h"
 #include "core/base/table_layout.h"
 #include "tools/axlecast/command/trip_table.h"
-#include "tools/convert/plot_ticks.h"
+#include "tools/convert/chart.h"
 
 namespace axlecast {
 namespace {
