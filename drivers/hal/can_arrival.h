@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "core/base/clock.h"
 #include "core/base/time.h"
 
 namespace axlecast {

@@ -1,6 +1,7 @@
 #pragma once
 
-#include "core/device/can.h"
+#include "core/device/can_controller.h"
+#include "core/device/can_frame.h"
 
 namespace axlecast {
 

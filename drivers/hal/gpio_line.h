@@ -3,9 +3,8 @@
 #include <memory>
 #include <vector>
 
-#include "core/base/time.h"
-#include "core/device/line_settings.h"
-#include "core/device/link.h"
+#include "core/base/clock.h"
+#include "core/device/pulse_lines.h"
 
 namespace axlecast {
 

@@ -6,7 +6,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "platform/os/system_clock.h"
+#include "platform/os/wait_until.h"
 
 namespace axlecast {
 

@@ -3,8 +3,8 @@
 #include <optional>
 #include <string>
 
-#include "core/base/time.h"
-#include "core/device/link.h"
+#include "core/base/clock.h"
+#include "core/device/pulse_lines.h"
 #include "core/device/step.h"
 #include "platform/os/descriptor.h"
 

@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "platform/os/system_clock.h"
+#include "platform/os/wait_until.h"
 
 namespace axlecast {
 namespace {

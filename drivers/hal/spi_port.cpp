@@ -9,8 +9,8 @@
 #include <cstring>
 #include <utility>
 
-#include "core/device/link.h"
-#include "platform/os/system_clock.h"
+#include "core/device/line_held.h"
+#include "platform/os/wait_until.h"
 
 namespace axlecast {
 namespace {

@@ -10,7 +10,7 @@
 #include "core/base/result.h"
 #include "core/device/device.h"
 #include "core/device/operation.h"
-#include "drivers/kit/refusal.h"
+#include "core/device/outcome_text.h"
 
 namespace axlecast {
 

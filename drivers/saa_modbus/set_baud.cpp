@@ -2,7 +2,7 @@
 
 #include <axlecast/command_status_t.hpp>
 
-#include "core/device/operation.h"
+#include "core/device/outcome_text.h"
 
 namespace axlecast::saa_modbus {
 namespace {

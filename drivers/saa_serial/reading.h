@@ -4,7 +4,8 @@
 #include <cstdint>
 #include <optional>
 
-#include "core/device/reading.h"
+#include "core/device/event.h"
+#include "core/device/sample.h"
 #include "core/device/step.h"
 #include "drivers/saa_serial/settings.h"
 #include "drivers/saa_serial/stream_parser.h"

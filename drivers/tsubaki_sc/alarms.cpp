@@ -2,7 +2,7 @@
 
 #include <axlecast/alarm_entry_t.hpp>
 
-#include "core/device/operation.h"
+#include "core/device/outcome_text.h"
 
 namespace axlecast::tsubaki_sc {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <axlecast/command_status_t.hpp>
 
-#include "core/device/operation.h"
+#include "core/device/outcome_text.h"
 
 namespace axlecast::tsubaki_sc {
 

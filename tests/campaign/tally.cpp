@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/messages/message.h"
+#include "core/messages/decode_message.h"
 
 namespace axlecast {
 

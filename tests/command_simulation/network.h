@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/time.h"
-#include "core/messages/message.h"
+#include "core/base/clock.h"
+#include "core/messages/message_sink.h"
 
 namespace axlecast {
 

@@ -4,7 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/messages/message.h"
+#include "core/messages/decode_message.h"
+#include "core/messages/message_sink.h"
 
 namespace axlecast {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "core/base/spelling.h"
+#include "core/base/words.h"
 
 namespace axlecast {
 namespace {

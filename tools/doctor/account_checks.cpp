@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "core/base/text.h"
+#include "core/base/table_layout.h"
 
 namespace axlecast {
 namespace {

@@ -4,7 +4,8 @@
 #include <charconv>
 #include <cmath>
 
-#include "core/base/safe_text.h"
+#include "core/base/terminal_text.h"
+#include "core/base/utf8.h"
 
 namespace axlecast {
 namespace {

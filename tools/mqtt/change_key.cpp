@@ -12,7 +12,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "core/messages/message.h"
+#include "core/messages/decode_message.h"
 
 namespace axlecast {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "core/base/spelling.h"
+#include "core/base/words.h"
 
 namespace axlecast {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "core/base/text.h"
+#include "core/base/truncated_text.h"
 
 namespace axlecast {
 namespace {

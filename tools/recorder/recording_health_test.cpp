@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/messages/message.h"
+#include "core/messages/message_sink.h"
 
 namespace axlecast {
 namespace {

@@ -7,7 +7,7 @@
 #include <array>
 #include <utility>
 
-#include "platform/os/system_clock.h"
+#include "platform/os/wait_until.h"
 
 namespace axlecast {
 namespace {

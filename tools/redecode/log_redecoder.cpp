@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "core/messages/message.h"
+#include "core/messages/decode_message.h"
 
 namespace axlecast {
 namespace {

@@ -7,7 +7,7 @@
 #include <map>
 #include <string>
 
-#include "core/device/reading.h"
+#include "core/device/sample.h"
 
 namespace axlecast {
 

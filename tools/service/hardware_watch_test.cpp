@@ -1,5 +1,4 @@
 #include "tools/service/hardware_watch.h"
-#include "core/messages/message.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,6 +7,8 @@
 #include <memory>
 #include <numbers>
 #include <vector>
+
+#include "core/messages/encode_message.h"
 
 namespace axlecast {
 namespace {

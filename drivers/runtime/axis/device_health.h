@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "core/base/time.h"
-#include "core/device/reading.h"
+#include "core/device/sample.h"
 
 namespace axlecast {
 

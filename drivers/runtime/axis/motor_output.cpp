@@ -4,7 +4,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "core/base/text.h"
+#include "core/base/truncated_text.h"
 
 namespace axlecast {
 namespace {

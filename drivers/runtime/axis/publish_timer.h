@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "core/base/time.h"
+#include "core/base/timebase.h"
 
 namespace axlecast {
 

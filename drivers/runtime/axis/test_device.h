@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "core/config/machine_config.h"
-#include "core/device/reading.h"
+#include "core/device/sample.h"
 
 namespace axlecast {
 

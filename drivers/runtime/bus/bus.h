@@ -5,9 +5,12 @@
 #include <string>
 #include <string_view>
 
+#include "core/base/clock.h"
+#include "core/base/exchange_histogram.h"
 #include "core/base/exchange_stats.h"
-#include "core/base/time.h"
-#include "core/device/link.h"
+#include "core/device/byte_link.h"
+#include "core/device/frame_link.h"
+#include "core/device/pulse_lines.h"
 #include "drivers/runtime/bus/schedule.h"
 #include "drivers/runtime/bus/stale_reply_guard.h"
 #include "drivers/runtime/bus/transactor.h"

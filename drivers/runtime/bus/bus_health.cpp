@@ -5,7 +5,7 @@
 #include <limits>
 #include <numeric>
 
-#include "core/base/text.h"
+#include "core/base/truncated_text.h"
 
 namespace axlecast {
 namespace {

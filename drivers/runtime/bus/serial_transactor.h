@@ -3,9 +3,10 @@
 #include <array>
 #include <cstddef>
 
-#include "core/base/time.h"
-#include "core/device/line_settings.h"
-#include "core/device/link.h"
+#include "core/base/clock.h"
+#include "core/device/byte_link.h"
+#include "core/device/line_format.h"
+#include "core/device/pulse_lines.h"
 #include "drivers/runtime/bus/transactor.h"
 
 namespace axlecast {

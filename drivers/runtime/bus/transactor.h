@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/device/event.h"
 #include "core/device/step.h"
 
 namespace axlecast {

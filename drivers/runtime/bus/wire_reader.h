@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <functional>
 
-#include "core/device/step.h"
+#include "core/device/event.h"
 
 namespace axlecast {
 

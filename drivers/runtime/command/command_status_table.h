@@ -8,10 +8,11 @@
 #include <map>
 #include <string>
 
-#include "core/base/time.h"
+#include "core/base/clock.h"
+#include "core/base/timebase.h"
 #include "core/command/signature.h"
 #include "core/device/operation.h"
-#include "core/messages/message.h"
+#include "core/messages/message_sink.h"
 
 namespace axlecast {
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "core/config/load.h"
-#include "platform/os/terminal.h"
+#include "platform/os/terminal_output.h"
 
 namespace axlecast {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <axlecast/driver_status_t.hpp>
 
-#include "core/messages/message.h"
+#include "core/messages/decode_message.h"
 
 namespace axlecast {
 

@@ -5,9 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "core/base/time.h"
+#include "core/base/clock.h"
 #include "core/config/machine_config.h"
-#include "core/device/link.h"
+#include "core/device/byte_link.h"
+#include "core/device/frame_link.h"
+#include "core/device/pulse_lines.h"
 
 namespace axlecast {
 

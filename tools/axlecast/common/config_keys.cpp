@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/base/text.h"
+#include "core/base/table_layout.h"
 
 namespace axlecast {
 namespace {

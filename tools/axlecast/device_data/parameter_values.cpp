@@ -5,8 +5,8 @@
 #include <map>
 #include <optional>
 
-#include "core/base/spelling.h"
-#include "core/device/parameter.h"
+#include "core/base/words.h"
+#include "core/device/parameter_value.h"
 
 namespace axlecast {
 namespace {
