@@ -3,7 +3,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <set>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "tests/conformance/example_device.h"
 
 // Device::Validate returns the refusal that Begin would report, checks the values of arguments, and changes nothing: on the first
