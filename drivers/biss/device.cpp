@@ -7,7 +7,9 @@
 #include <variant>
 #include <vector>
 
+#include "core/device/operation.h"
 #include "core/device/outcome_text.h"
+#include "drivers/kit/clocked_exchange.h"
 #include "drivers/kit/clocked_line.h"
 #include "drivers/kit/refusal.h"
 

@@ -10,6 +10,8 @@
 #include "core/device/can_controller.h"
 #include "core/device/can_frame.h"
 #include "core/device/frame_link.h"
+#include "core/device/link.h"
+#include "drivers/hal/can_arrival.h"
 #include "drivers/hal/can_netlink.h"
 #include "drivers/hal/line_reader.h"
 #include "platform/os/descriptor.h"

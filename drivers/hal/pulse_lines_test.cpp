@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "core/device/line_held.h"
+#include "core/device/link.h"
 #include "drivers/hal/pulse_lines.h"
 #include "platform/net/unix_address.h"
 #include "platform/os/system_clock.h"

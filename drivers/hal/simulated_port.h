@@ -9,6 +9,7 @@
 
 #include "core/base/clock.h"
 #include "core/base/inline_bytes.h"
+#include "core/base/time.h"
 #include "core/device/simulator.h"
 #include "platform/os/descriptor.h"
 

@@ -10,7 +10,7 @@
 #include "core/base/time.h"
 #include "core/base/timebase.h"
 #include "core/config/machine_config.h"
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 #include "drivers/runtime/axis/axis.h"
 
 namespace axlecast {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/alarm/runtime_alarms.h"
+#include "core/base/text.h"
 #include "core/base/truncated_text.h"
 #include "core/device/can_remedy.h"
 

@@ -15,7 +15,9 @@
 #include "core/config/machine_config.h"
 #include "core/device/can_controller.h"
 #include "core/device/device.h"
+#include "core/device/reading.h"
 #include "core/device/sample.h"
+#include "core/messages/message.h"
 #include "core/messages/message_sink.h"
 #include "drivers/runtime/bus/bus.h"
 

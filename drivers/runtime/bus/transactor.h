@@ -1,7 +1,6 @@
 #pragma once
 
 #include <functional>
-
 #include "core/base/clock.h"
 #include "core/device/event.h"
 #include "core/device/frame_link.h"

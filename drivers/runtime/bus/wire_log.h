@@ -6,10 +6,10 @@
 #include <functional>
 #include <string>
 
-#include "core/base/timebase.h"
+#include "core/base/time.h"
 #include "core/command/command_id.h"
-#include "core/device/event.h"
-#include "core/messages/message_sink.h"
+#include "core/device/step.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

@@ -7,15 +7,17 @@
 #include <optional>
 #include <string>
 
+#include "core/command/keys.h"
 #include "core/command/own_key.h"
 #include "drivers/hal/line_guard.h"
+#include "drivers/hal/port_holder.h"
+#include "drivers/runtime/process/bus_settings.h"
 #include "drivers/runtime/process/command_thread.h"
 #include "drivers/runtime/process/driver.h"
 #include "drivers/runtime/process/ports.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/process.h"
 #include "platform/os/secret_file.h"
-#include "platform/os/supervision.h"
 #include "platform/os/system_clock.h"
 #include "platform/os/terminal_log.h"
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/device/line_held.h"
+#include "core/device/link.h"
 #include "drivers/runtime/process/driver.h"
 #include "tests/support/counting_family.h"
 #include "tests/support/fixed_secrets.h"
