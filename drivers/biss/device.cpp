@@ -8,8 +8,6 @@
 #include <vector>
 
 #include "core/device/operation.h"
-#include "core/device/outcome_text.h"
-#include "drivers/kit/clocked_exchange.h"
 #include "drivers/kit/clocked_line.h"
 #include "drivers/kit/refusal.h"
 

@@ -18,12 +18,8 @@
 #include <variant>
 
 #include "core/device/can.h"
-#include "core/device/can_remedy.h"
-#include "core/device/line_held.h"
 #include "core/device/link.h"
-#include "drivers/hal/can_error.h"
 #include "drivers/hal/line_guard.h"
-#include "drivers/hal/port_holder.h"
 
 namespace axlecast {
 namespace {

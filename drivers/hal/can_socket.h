@@ -5,13 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "core/base/clock.h"
 #include "core/base/time.h"
-#include "core/device/can_controller.h"
-#include "core/device/can_frame.h"
-#include "core/device/frame_link.h"
+#include "core/device/can.h"
 #include "core/device/link.h"
-#include "drivers/hal/can_arrival.h"
 #include "drivers/hal/can_netlink.h"
 #include "drivers/hal/line_reader.h"
 #include "platform/os/descriptor.h"

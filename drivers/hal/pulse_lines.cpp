@@ -9,11 +9,9 @@
 #include <string>
 #include <utility>
 
-#include "core/device/line_held.h"
 #include "core/device/link.h"
 #include "platform/net/unix_address.h"
 #include "platform/os/system_clock.h"
-#include "platform/os/wait_until.h"
 
 namespace axlecast {
 namespace {

@@ -11,7 +11,6 @@
 #include <string>
 #include <string_view>
 
-#include "core/device/line_held.h"
 #include "core/device/link.h"
 #include "drivers/hal/pulse_lines.h"
 #include "platform/net/unix_address.h"

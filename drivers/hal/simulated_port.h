@@ -7,7 +7,6 @@
 #include <string>
 #include <string_view>
 
-#include "core/base/clock.h"
 #include "core/base/inline_bytes.h"
 #include "core/base/time.h"
 #include "core/device/simulator.h"

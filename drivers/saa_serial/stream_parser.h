@@ -5,8 +5,6 @@
 #include <optional>
 
 #include "core/device/reading.h"
-#include "core/device/sample.h"
-#include "drivers/kit/receive_buffer.h"
 #include "drivers/kit/stream.h"
 #include "drivers/saa_serial/codec.h"
 

@@ -7,8 +7,6 @@
 #include <utility>
 
 #include "core/device/operation.h"
-#include "core/device/outcome_text.h"
-#include "drivers/kit/clocked_exchange.h"
 #include "drivers/kit/clocked_line.h"
 
 namespace axlecast::ssi {

@@ -7,15 +7,7 @@
 #include "core/config/machine_config.h"
 #include "core/device/device.h"
 #include "core/device/reading.h"
-#include "core/device/sample.h"
 #include "drivers/runtime/axis/motion.h"
-#include "drivers/runtime/axis/plausibility.h"
-#include "drivers/runtime/axis/reference.h"
-#include "drivers/runtime/axis/scale.h"
-#include "drivers/runtime/axis/speed.h"
-#include "drivers/runtime/axis/standstill.h"
-#include "drivers/runtime/axis/turn_counter.h"
-#include "drivers/runtime/axis/unwrapped_sample.h"
 
 namespace axlecast {
 

@@ -1,17 +1,17 @@
 #pragma once
 
+#include <gtest/gtest.h>
 #include <axlecast/alarm_t.hpp>
 #include <axlecast/device_info_t.hpp>
 #include <axlecast/position_block_t.hpp>
 #include <axlecast/position_t.hpp>
-#include <gtest/gtest.h>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/config/machine_config.h"
-#include "core/device/sample.h"
+#include "core/device/reading.h"
 #include "drivers/runtime/axis/axis.h"
 #include "drivers/runtime/axis/device_publisher.h"
 #include "tests/support/memory_sink.h"

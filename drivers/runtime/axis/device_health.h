@@ -7,10 +7,8 @@
 #include <string_view>
 
 #include "core/base/time.h"
-#include "core/base/timebase.h"
 #include "core/config/machine_config.h"
 #include "core/device/reading.h"
-#include "core/device/sample.h"
 #include "drivers/runtime/axis/axis.h"
 
 namespace axlecast {

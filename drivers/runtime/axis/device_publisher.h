@@ -12,9 +12,7 @@
 #include "core/config/machine_config.h"
 #include "core/device/device.h"
 #include "core/messages/message.h"
-#include "core/messages/message_sink.h"
 #include "drivers/runtime/axis/axis.h"
-#include "drivers/runtime/axis/reference.h"
 
 namespace axlecast {
 

@@ -8,7 +8,7 @@
 #include "core/base/time.h"
 #include "core/config/machine_config.h"
 #include "core/device/device.h"
-#include "core/device/sample.h"
+#include "core/device/reading.h"
 
 namespace axlecast {
 

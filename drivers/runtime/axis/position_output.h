@@ -8,7 +8,6 @@
 #include <string>
 
 #include "core/base/time.h"
-#include "core/base/timebase.h"
 #include "core/config/machine_config.h"
 #include "core/messages/message.h"
 #include "drivers/runtime/axis/axis.h"

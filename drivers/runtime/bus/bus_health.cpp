@@ -8,8 +8,7 @@
 
 #include "core/alarm/runtime_alarms.h"
 #include "core/base/text.h"
-#include "core/base/truncated_text.h"
-#include "core/device/can_remedy.h"
+#include "core/device/can.h"
 
 namespace axlecast {
 namespace {

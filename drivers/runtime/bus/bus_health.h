@@ -11,14 +11,11 @@
 #include <vector>
 
 #include "core/base/time.h"
-#include "core/base/timebase.h"
 #include "core/config/machine_config.h"
-#include "core/device/can_controller.h"
+#include "core/device/can.h"
 #include "core/device/device.h"
 #include "core/device/reading.h"
-#include "core/device/sample.h"
 #include "core/messages/message.h"
-#include "core/messages/message_sink.h"
 #include "drivers/runtime/bus/bus.h"
 
 namespace axlecast {

@@ -7,9 +7,7 @@
 
 #include "core/base/time.h"
 #include "core/device/device.h"
-#include "core/device/line_format.h"
 #include "core/device/line_settings.h"
-#include "drivers/runtime/bus/slot_clock.h"
 
 namespace axlecast {
 

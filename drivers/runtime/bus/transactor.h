@@ -1,9 +1,8 @@
 #pragma once
 
 #include <functional>
-#include "core/base/clock.h"
-#include "core/device/event.h"
-#include "core/device/frame_link.h"
+#include "core/base/time.h"
+#include "core/device/link.h"
 #include "core/device/probe.h"
 #include "core/device/step.h"
 #include "drivers/runtime/bus/stale_reply_guard.h"

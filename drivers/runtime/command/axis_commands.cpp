@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
-#include "core/base/severity.h"
-#include "core/base/truncated_text.h"
+#include "core/base/spelling.h"
+#include "core/base/text.h"
 #include "core/command/operation_check.h"
 #include "drivers/kit/arguments.h"
 

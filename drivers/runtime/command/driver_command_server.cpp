@@ -13,7 +13,6 @@
 #include "core/base/text.h"
 #include "core/command/command_id.h"
 #include "core/command/operation_check.h"
-#include "core/messages/decode_message.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/message.h"
 #include "drivers/runtime/command/command_authority.h"

@@ -6,11 +6,8 @@
 
 #include "core/alarm/runtime_alarms.h"
 #include "core/base/secret.h"
-#include "core/base/wipe_stack.h"
-#include "core/device/line_held.h"
 #include "core/device/link.h"
-#include "core/messages/decode_message.h"
-#include "drivers/runtime/process/bus_settings.h"
+#include "core/messages/message.h"
 #include "drivers/runtime/process/ports.h"
 
 namespace axlecast {

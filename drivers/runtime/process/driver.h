@@ -9,11 +9,9 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/clock.h"
 #include "core/base/inline_bytes.h"
 #include "core/base/log.h"
 #include "core/base/time.h"
-#include "core/base/timebase.h"
 #include "core/config/machine_config.h"
 #include "drivers/runtime/axis/device_publisher.h"
 #include "drivers/runtime/bus/bus.h"

@@ -8,10 +8,7 @@
 #include <string>
 
 #include "core/command/keys.h"
-#include "core/command/own_key.h"
 #include "drivers/hal/line_guard.h"
-#include "drivers/hal/port_holder.h"
-#include "drivers/runtime/process/bus_settings.h"
 #include "drivers/runtime/process/command_thread.h"
 #include "drivers/runtime/process/driver.h"
 #include "drivers/runtime/process/ports.h"

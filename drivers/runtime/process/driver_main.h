@@ -4,9 +4,9 @@
 #include <memory>
 
 #include "core/config/machine_config.h"
-#include "core/device/byte_link.h"
 #include "core/device/family.h"
-#include "core/messages/message_sink.h"
+#include "core/device/link.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

@@ -11,7 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "core/device/line_held.h"
 #include "core/device/link.h"
 #include "drivers/runtime/process/driver.h"
 #include "tests/support/counting_family.h"

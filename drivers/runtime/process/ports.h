@@ -7,11 +7,8 @@
 
 #include "core/base/time.h"
 #include "core/config/machine_config.h"
-#include "core/device/byte_link.h"
-#include "core/device/frame_link.h"
 #include "core/device/line_settings.h"
 #include "core/device/link.h"
-#include "core/device/pulse_lines.h"
 #include "drivers/runtime/bus/bus.h"
 
 namespace axlecast {

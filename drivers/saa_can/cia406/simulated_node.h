@@ -7,9 +7,7 @@
 #include <vector>
 
 #include "core/device/can.h"
-#include "core/device/can_frame.h"
 #include "drivers/kit/simulation/script.h"
-#include "drivers/kit/simulation/simulated_device.h"
 #include "drivers/kit/simulation/simulated_fault.h"
 
 namespace axlecast::saa_can {
