@@ -6,7 +6,7 @@
 #include <iostream>
 
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/screen.h"
+#include "tools/axlecast/common/terminal.h"
 
 namespace axlecast {
 namespace {

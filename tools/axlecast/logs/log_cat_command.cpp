@@ -6,7 +6,7 @@
 #include <string>
 
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/screen.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/log_choice.h"
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/axlecast/logs/log_line.h"

@@ -20,7 +20,7 @@
 #include "platform/os/supervision.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/screen.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/log_recording.h"
 #include "tools/axlecast/logs/record_options.h"
 #include "tools/axlecast/logs/record_report.h"

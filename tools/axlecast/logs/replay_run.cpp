@@ -8,7 +8,7 @@
 
 #include "platform/os/terminal_output.h"
 #include "platform/os/wait_until.h"
-#include "tools/axlecast/common/screen.h"
+#include "tools/axlecast/common/terminal.h"
 
 namespace axlecast {
 namespace {

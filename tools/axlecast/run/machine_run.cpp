@@ -11,7 +11,7 @@
 #include "core/base/table_layout.h"
 #include "platform/net/multicast_probe.h"
 #include "tools/axlecast/common/program.h"
-#include "tools/axlecast/live/table.h"
+#include "tools/axlecast/live/format_machine.h"
 
 namespace axlecast {
 namespace {

@@ -10,8 +10,8 @@
 #include "platform/os/process.h"
 #include "platform/os/run_directory.h"
 #include "platform/os/system_clock.h"
-#include "tools/axlecast/common/screen.h"
-#include "tools/axlecast/live/run_summary.h"
+#include "tools/axlecast/common/terminal.h"
+#include "tools/axlecast/live/format_machine.h"
 #include "tools/axlecast/run/process_supervisor.h"
 #include "tools/monitor/live_machine.h"
 

@@ -8,7 +8,7 @@
 #include "core/messages/json/field.h"
 #include "platform/os/process.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/screen.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/run/mqtt_options.h"
 #include "tools/axlecast/run/mqtt_run.h"
 #include "tools/mqtt/mqtt_schema.h"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/base/clock.h"
-#include "tools/axlecast/common/process_log.h"
+#include "tools/axlecast/common/program.h"
 #include "tools/axlecast/run/child_process.h"
 
 namespace axlecast {

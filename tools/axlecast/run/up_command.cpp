@@ -8,7 +8,6 @@
 
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/host_name.h"
 #include "tools/axlecast/common/program.h"
 #include "tools/axlecast/run/isolation.h"
 #include "tools/axlecast/run/machine_run.h"

@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "core/messages/json/names.h"
-#include "tools/axlecast/command/datum_text.h"
+#include "tools/axlecast/command/format_journal.h"
 #include "tools/axlecast/common/utc_text.h"
 #include "tools/axlecast/setup/line_findings.h"
 #include "tools/service/html_page.h"
