@@ -1,4 +1,4 @@
-#include "drivers/saa_serial/decode.h"
+#include "drivers/saa_serial/family.h"
 
 #include <nlohmann/json.hpp>
 #include <optional>

@@ -14,7 +14,7 @@
 #include "tests/conformance/example_link.h"
 #include "tests/support/fixed_secrets.h"
 #include "tests/support/memory_sink.h"
-#include "tools/redecode/redecode_report.h"
+#include "tools/redecode/log_redecoder.h"
 
 namespace axlecast {
 namespace {

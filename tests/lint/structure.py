@@ -25,7 +25,7 @@ WORLDS = [
     ("GPIO", r"gpiod\.h", r"drivers/hal/gpio_line(_test)?\.cpp"),
     ("process", r"sys/(prctl|resource|mman)\.h|\bsched_set[a-z]+\(",
      r"platform/os/(process(_test)?|mapped_region)\.cpp|tools/doctor/host/host_system\.cpp"
-     r"|tools/axlecast/run/(child_process|simulation_server)\.cpp|bench/.*"),
+     r"|tools/axlecast/run/(process_supervisor|simulation_server)\.cpp|bench/.*"),
     ("SQLite", r"sqlite3\.h", r"bridge/store/database\.cpp"),
     ("HTTP and WebSockets", r"libwebsockets\.h", r"platform/net/web_server\.cpp"),
     ("systemd", r"systemd/", r"platform/os/supervision\.cpp"),

@@ -9,7 +9,7 @@
 
 #include "core/base/clock.h"
 #include "platform/os/log_file.h"
-#include "tools/recorder/log_sink.h"
+#include "tools/recorder/log_composer.h"
 #include "tools/recorder/retention.h"
 
 namespace axlecast {

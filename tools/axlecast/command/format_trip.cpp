@@ -11,7 +11,7 @@
 #include "core/base/table_layout.h"
 #include "core/messages/json/names.h"
 #include "tools/axlecast/common/utc_text.h"
-#include "tools/convert/plot_ticks.h"
+#include "tools/convert/chart.h"
 
 namespace axlecast {
 namespace {
