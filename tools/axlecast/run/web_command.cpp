@@ -24,7 +24,6 @@
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/axlecast/run/subcommands.h"
-#include "tools/axlecast/run/web_options.h"
 #include "tools/log/log_merge.h"
 #include "tools/metrics/metrics_text.h"
 #include "tools/web/web_app.h"

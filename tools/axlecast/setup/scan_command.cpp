@@ -17,7 +17,6 @@
 #include "platform/os/terminal_output.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
-#include "tools/axlecast/setup/scan_progress.h"
 #include "tools/axlecast/setup/subcommands.h"
 #include "tools/scan/can_scan_line.h"
 #include "tools/scan/scan_plan.h"
