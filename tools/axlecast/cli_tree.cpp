@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/words.h"
+#include "core/base/spelling.h"
 
 namespace axlecast {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "core/base/words.h"
+#include "core/base/spelling.h"
 #include "core/command/command_id.h"
 #include "core/command/operation_check.h"
 #include "tools/axlecast/live/format_device.h"

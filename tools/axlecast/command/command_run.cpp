@@ -5,10 +5,9 @@
 #include <optional>
 
 #include "client/command/client_key.h"
-#include "core/base/table_layout.h"
-#include "core/base/truncated_text.h"
+#include "core/base/text.h"
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
+#include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
 #include "platform/os/new_file.h"

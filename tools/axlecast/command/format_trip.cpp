@@ -7,9 +7,9 @@
 #include <iterator>
 #include <limits>
 
-#include "core/base/markup.h"
-#include "core/base/table_layout.h"
-#include "core/messages/json/names.h"
+#include "core/base/safe_text.h"
+#include "core/base/text.h"
+#include "core/messages/enum_names.h"
 #include "tools/axlecast/common/utc_text.h"
 #include "tools/convert/chart.h"
 

@@ -10,7 +10,7 @@
 
 #include "core/base/result.h"
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
+#include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
 #include "platform/os/process.h"
 #include "platform/os/system_clock.h"

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <iostream>
 
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
 #include "core/config/load.h"
 #include "tools/axlecast/common/exit_code.h"
 

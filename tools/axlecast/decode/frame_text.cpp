@@ -4,7 +4,7 @@
 #include <charconv>
 #include <string>
 
-#include "core/device/can_frame.h"
+#include "core/device/can.h"
 
 namespace axlecast {
 namespace {

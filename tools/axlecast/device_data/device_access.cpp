@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "core/device/outcome_text.h"
-#include "core/device/parameter_value.h"
+#include "core/device/operation.h"
+#include "core/device/parameter.h"
 #include "tools/axlecast/command/command_request.h"
 #include "tools/axlecast/command/command_run.h"
 #include "tools/axlecast/common/exit_code.h"

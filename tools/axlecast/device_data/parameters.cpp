@@ -6,10 +6,10 @@
 #include <map>
 #include <optional>
 
-#include "core/base/table_layout.h"
-#include "core/base/words.h"
+#include "core/base/spelling.h"
+#include "core/base/text.h"
 #include "core/config/yaml_text.h"
-#include "core/device/parameter_value.h"
+#include "core/device/parameter.h"
 #include "tools/axlecast/common/exit_code.h"
 
 namespace axlecast {

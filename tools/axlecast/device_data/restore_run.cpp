@@ -5,9 +5,9 @@
 #include <iostream>
 #include <utility>
 
-#include "core/base/table_layout.h"
-#include "core/device/outcome_text.h"
-#include "core/device/parameter_value.h"
+#include "core/base/text.h"
+#include "core/device/operation.h"
+#include "core/device/parameter.h"
 #include "tools/axlecast/command/command_run.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"

@@ -5,9 +5,10 @@
 #include <cmath>
 #include <limits>
 
-#include "core/base/table_layout.h"
-#include "core/base/words.h"
-#include "core/messages/json/names.h"
+#include "core/base/spelling.h"
+#include "core/base/text.h"
+#include "core/messages/enum_names.h"
+#include "tools/axlecast/live/format_machine.h"
 #include "tools/monitor/trip_margins.h"
 
 namespace axlecast {

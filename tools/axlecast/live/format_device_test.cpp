@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <limits>
 
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
 #include "tools/axlecast/common/test_monitor.h"
 #include "tools/axlecast/live/format_device.h"
 #include "tools/axlecast/live/format_machine.h"

@@ -7,12 +7,12 @@
 #include <iterator>
 #include <vector>
 
-#include "core/base/table_layout.h"
-#include "core/base/words.h"
-#include "core/device/sample.h"
+#include "core/base/spelling.h"
+#include "core/base/text.h"
+#include "core/device/reading.h"
+#include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
-#include "core/messages/json/names.h"
 #include "tools/axlecast/live/format_device.h"
 #include "tools/monitor/machine_faults.h"
 #include "tools/monitor/trip_margins.h"

@@ -3,7 +3,7 @@
 #include <axlecast/alarm_t.hpp>
 #include <nlohmann/json.hpp>
 
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
 #include "tools/axlecast/live/format_device.h"
 #include "tools/axlecast/live/format_machine.h"
 #include "tools/monitor/one_axis.h"

@@ -7,10 +7,10 @@
 #include <numbers>
 #include <string_view>
 
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
+#include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
-#include "core/messages/json/names.h"
 #include "tools/axlecast/live/format_device.h"
 
 namespace axlecast {
