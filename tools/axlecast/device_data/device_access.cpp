@@ -20,8 +20,6 @@ CommandRequest WriteRequest(const CommandOptions& options, const CellRun& run) {
           .reason = options.reason};
 }
 
-constexpr std::size_t kMaxArguments = 16;  // of a command
-
 CommandRequest Request(const CommandOptions& options, const char* operation) {
   return {.device = options.device,
           .operation = operation,
