@@ -4,7 +4,7 @@
 #include <array>
 #include <cerrno>
 
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
 
 namespace axlecast {
 namespace {
