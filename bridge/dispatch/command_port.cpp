@@ -4,7 +4,7 @@
 #include <axlecast/driver_command_t.hpp>
 #include <utility>
 
-#include "core/base/truncated_text.h"
+#include "core/base/text.h"
 
 namespace axlecast {
 

@@ -11,7 +11,7 @@
 #include "core/base/time.h"
 #include "core/command/operation_check.h"
 #include "core/command/signature.h"
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

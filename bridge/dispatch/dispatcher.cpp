@@ -6,11 +6,10 @@
 
 #include "bridge/dispatch/command_port.h"
 #include "bridge/dispatch/outcome_check.h"
-#include "core/base/truncated_text.h"
-#include "core/command/body_digest.h"
+#include "core/base/text.h"
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
-#include "core/messages/decode_message.h"
+#include "core/messages/enum_names.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {

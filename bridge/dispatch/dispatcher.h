@@ -25,7 +25,7 @@
 #include "bridge/store/device_store.h"
 #include "bridge/store/journal_queue.h"
 #include "core/config/machine_config.h"
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

@@ -5,10 +5,10 @@
 #include <string>
 #include <utility>
 
-#include "core/base/truncated_text.h"
+#include "core/base/text.h"
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
 #include "core/command/operation_check.h"
+#include "core/messages/enum_names.h"
 
 namespace axlecast {
 namespace {

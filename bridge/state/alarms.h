@@ -10,7 +10,7 @@
 #include "bridge/store/durable_store.h"
 #include "core/alarm/alarm_table.h"
 #include "core/base/time.h"
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "bridge/state/pending_command.h"
-#include "core/base/truncated_text.h"
+#include "core/base/text.h"
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
+#include "core/messages/enum_names.h"
 
 namespace axlecast {
 namespace {

@@ -15,9 +15,9 @@
 #include <string_view>
 #include <utility>
 
-#include "core/command/command_words.h"
+#include "core/messages/enum_names.h"
 #include "platform/os/descriptor.h"
-#include "platform/os/foreign_link.h"
+#include "platform/os/folder.h"
 
 namespace axlecast {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "bridge/store/durable_store.h"
 #include "core/base/time.h"
-#include "platform/os/wake_event.h"
+#include "platform/os/descriptor.h"
 
 namespace axlecast {
 

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
+#include "core/messages/enum_names.h"
 
 namespace axlecast {
 namespace {

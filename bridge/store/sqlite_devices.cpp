@@ -4,7 +4,7 @@
 
 #include "bridge/store/rows.h"
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
+#include "core/messages/enum_names.h"
 
 namespace axlecast {
 namespace {

@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/kit/clocked_exchange.h"
 
 namespace axlecast::biss {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/device/family.h"
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/kit/bits.h"
 #include "drivers/ssi/codec.h"

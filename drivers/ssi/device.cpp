@@ -6,7 +6,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/kit/clocked_exchange.h"
 
 namespace axlecast::ssi {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/config/machine_config.h"
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/tsubaki_sc/access.h"
 #include "drivers/tsubaki_sc/interpreter.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/kit/read_back.h"
 
 namespace axlecast::tsubaki_sc {

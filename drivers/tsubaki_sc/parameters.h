@@ -9,7 +9,6 @@
 
 #include "core/device/device.h"
 #include "core/device/parameter.h"
-#include "core/device/parameter_value.h"
 #include "drivers/tsubaki_sc/readout.h"
 
 namespace axlecast::tsubaki_sc {

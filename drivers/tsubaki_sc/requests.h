@@ -5,8 +5,7 @@
 #include <span>
 #include <string>
 
-#include "core/device/event.h"
-#include "core/device/sample.h"
+#include "core/device/reading.h"
 #include "core/device/step.h"
 #include "drivers/tsubaki_sc/register_map.h"
 

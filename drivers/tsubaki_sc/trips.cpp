@@ -4,7 +4,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <bit>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/tsubaki_sc/interpreter.h"
 #include "drivers/tsubaki_sc/procedure.h"
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string_view>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/kit/simulation/quantity_table.h"
 #include "drivers/kit/simulation/quantity_text.h"

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <iterator>
 
-#include "core/base/markup.h"
-#include "core/base/table_layout.h"
+#include "core/base/safe_text.h"
+#include "core/base/text.h"
 #include "tools/axlecast/command/trip_table.h"
 #include "tools/convert/chart.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/clock.h"
+#include "core/base/time.h"
 #include "platform/os/descriptor.h"
 #include "tools/axlecast/common/process_log.h"
 

@@ -11,11 +11,11 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
 #include "core/config/machine_config.h"
-#include "platform/net/multicast_probe.h"
+#include "platform/net/multicast_port.h"
+#include "platform/os/folder.h"
 #include "platform/os/process.h"
-#include "platform/os/run_directory.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"

@@ -12,8 +12,8 @@
 
 #include "bridge/store/history.h"
 #include "core/config/machine_config.h"
-#include "core/messages/decode_message.h"
-#include "core/messages/json/names.h"
+#include "core/messages/enum_names.h"
+#include "core/messages/message.h"
 #include "platform/os/new_file.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/command/datum_text.h"
