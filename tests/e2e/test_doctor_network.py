@@ -1,4 +1,4 @@
-"""`axlecast doctor`: what stands between the processes of a machine and LCM. Each test creates its condition in a network
+"""`axlecast doctor`: what comes between the processes of a machine and LCM. Each test creates its condition in a network
 of its own."""
 
 import subprocess

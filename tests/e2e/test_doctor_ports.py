@@ -1,4 +1,4 @@
-"""`axlecast doctor`: ports, and what the timing of a bus stands on. A host below a folder has the adapters that this one
+"""`axlecast doctor`: ports, and what the timing of a bus depends on. A host below a folder has the adapters that this one
 lacks."""
 
 import contextlib

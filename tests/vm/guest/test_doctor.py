@@ -35,7 +35,7 @@ class Can(DoctorMachine):
         subprocess.run(["sh", "-c", line], check=True)
 
     def assert_mended_by_its_line(self, name):
-        """What is not for --fix is mended by the line that is shown."""
+        """What --fix does not cover is fixed by the line that is shown."""
         finding = self.found(name, self.config)[0]
         self.assertFalse(finding["safe"])
         self.type(finding["mend"][0])

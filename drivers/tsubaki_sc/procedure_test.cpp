@@ -1,7 +1,6 @@
-#include "drivers/tsubaki_sc/command_slot.h"
+#include "drivers/tsubaki_sc/procedure.h"
 
 #include <gmock/gmock.h>
-
 #include <axlecast/command_status_t.hpp>
 
 #include "drivers/tsubaki_sc/device_test_support.h"
@@ -167,4 +166,5 @@ TEST(Readout, SaysWhetherAnOperationTookEffect) {
 }
 
 }  // namespace
+
 }  // namespace axlecast::tsubaki_sc

@@ -1,4 +1,4 @@
-#include "drivers/tsubaki_sc/command_slot.h"
+#include "drivers/tsubaki_sc/procedure.h"
 
 #include <axlecast/command_status_t.hpp>
 #include <utility>

@@ -1,7 +1,6 @@
-#include "drivers/tsubaki_sc/answer.h"
+#include "drivers/tsubaki_sc/requests.h"
 
 #include <gmock/gmock.h>
-
 #include <axlecast/command_status_t.hpp>
 
 #include "drivers/tsubaki_sc/unit_test_support.h"
@@ -89,4 +88,5 @@ TEST(Answer, HoldsTheInstantAtWhichTheUnitActed) {
 }
 
 }  // namespace
+
 }  // namespace axlecast::tsubaki_sc

@@ -3,10 +3,12 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "core/device/device.h"
-#include "drivers/tsubaki_sc/answer.h"
+#include "drivers/tsubaki_sc/procedure.h"
 #include "drivers/tsubaki_sc/register_map.h"
+#include "drivers/tsubaki_sc/requests.h"
 
 namespace axlecast::tsubaki_sc {
 
@@ -79,6 +81,28 @@ class TripReader {
   std::uint8_t tried_ = 0;  // bit q: quantity q was read, or cannot be read
   int failures_ = 0;        // of the same block in a row
   int restarts_ = 0;
+};
+
+// fetch_trip_logs: reads the logs of the last three trips at once and publishes them.
+class TripFetch final : public Procedure {
+ public:
+  TripFetch(const Requests& requests, TripReader& trips) : requests_(requests), trips_(trips) {}
+
+  // The unit's live turns read the logs too. When they have completed the last one, no log is left to ask for.
+  [[nodiscard]] Exchange Next() const override {
+    return requests_.Read(begun_ && trips_.wanted() ? trips_.Next() : kStatus);
+  }
+  std::optional<Outcome> OnAnswer(const Answer& answer) override;
+  [[nodiscard]] Outcome GiveUp(std::int32_t reason, const std::string& cause) const override;
+
+ private:
+  [[nodiscard]] std::optional<Outcome> OnStatus(const Answer& answer);
+  [[nodiscard]] Outcome Done() const;
+
+  const Requests& requests_;
+  TripReader& trips_;
+  bool begun_ = false;
+  int failures_ = 0;
 };
 
 }  // namespace axlecast::tsubaki_sc

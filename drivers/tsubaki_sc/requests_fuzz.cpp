@@ -8,7 +8,7 @@
 
 #include "core/device/device.h"
 #include "drivers/tsubaki_sc/interpreter.h"
-#include "drivers/tsubaki_sc/password.h"
+#include "drivers/tsubaki_sc/register_map.h"
 #include "drivers/tsubaki_sc/requests.h"
 
 namespace axlecast::tsubaki_sc {

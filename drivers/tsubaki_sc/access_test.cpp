@@ -1,7 +1,4 @@
-#include "drivers/tsubaki_sc/login.h"
-
 #include <gmock/gmock.h>
-
 #include <axlecast/command_status_t.hpp>
 
 #include "drivers/tsubaki_sc/device_test_support.h"
@@ -180,4 +177,5 @@ TEST(Login, EveryFrameWithAPasswordIsMasked) {
 }
 
 }  // namespace
+
 }  // namespace axlecast::tsubaki_sc

@@ -1,7 +1,4 @@
-#include "drivers/tsubaki_sc/trip_reader.h"
-
 #include <gmock/gmock.h>
-
 #include <axlecast/command_status_t.hpp>
 #include <cmath>
 
@@ -259,4 +256,5 @@ TEST(FetchTripLogs, EndsWhenTheUnitIsGone) {
 }
 
 }  // namespace
+
 }  // namespace axlecast::tsubaki_sc
