@@ -7,9 +7,7 @@
 #include <vector>
 
 #include "core/base/time.h"
-#include "drivers/kit/simulation/seeded_random.h"
 #include "drivers/kit/simulation/simulated_fault.h"
-#include "drivers/tsubaki_sc/simulator/load_profile.h"
 
 namespace axlecast::tsubaki_sc::simulator {
 

@@ -8,9 +8,6 @@
 #include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/kit/simulation/quantity.h"
-#include "drivers/kit/simulation/quantity_table.h"
-#include "drivers/kit/simulation/quantity_text.h"
-#include "drivers/tsubaki_sc/simulator/unit_report.h"
 
 namespace axlecast::tsubaki_sc::simulator {
 namespace {

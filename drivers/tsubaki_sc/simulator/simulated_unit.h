@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "drivers/kit/simulation/script.h"
-#include "drivers/kit/simulation/simulated_device.h"
 #include "drivers/kit/simulation/simulated_fault.h"
 #include "drivers/tsubaki_sc/simulator/sc_unit.h"
 
