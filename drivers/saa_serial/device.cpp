@@ -4,7 +4,7 @@
 #include <utility>
 #include <variant>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/saa_serial/operations.h"
 
 namespace axlecast::saa_serial {

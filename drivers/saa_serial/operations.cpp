@@ -8,7 +8,7 @@
 
 #include "core/config/machine_config.h"
 #include "core/device/device.h"
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/kit/command_runner.h"
 #include "drivers/kit/read_back.h"

@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/kit/asking_probe.h"
 #include "drivers/saa_serial/stream_parser.h"
 

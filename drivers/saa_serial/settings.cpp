@@ -8,7 +8,7 @@
 #include <string>
 
 #include "core/config/config_map.h"
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/saa/data_sheet.h"
 
 namespace axlecast::saa_serial {

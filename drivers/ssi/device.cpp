@@ -6,8 +6,8 @@
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
-#include "core/device/outcome_text.h"
-#include "drivers/kit/clocked_exchange.h"
+#include "core/device/operation.h"
+#include "drivers/kit/clocked_line.h"
 
 namespace axlecast::ssi {
 

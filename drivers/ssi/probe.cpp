@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/kit/asking_probe.h"
-#include "drivers/kit/clocked_exchange.h"
+#include "drivers/kit/clocked_line.h"
 #include "drivers/ssi/codec.h"
 
 namespace axlecast::ssi {

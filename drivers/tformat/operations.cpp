@@ -9,7 +9,7 @@
 
 #include "core/config/machine_config.h"
 #include "core/device/device.h"
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/kit/read_back.h"
 #include "drivers/tformat/alarms.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/command/command_id.h"
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/kit/asking_probe.h"
 #include "drivers/tformat/answer.h"
 #include "drivers/tformat/codec.h"

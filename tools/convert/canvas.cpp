@@ -7,8 +7,7 @@
 #include <cstdio>
 #include <iterator>
 
-#include "core/base/markup.h"
-#include "core/base/utf8.h"
+#include "core/base/safe_text.h"
 
 namespace axlecast {
 namespace {

@@ -11,7 +11,7 @@
 #include <map>
 #include <optional>
 
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 #include "tools/convert/csv.h"
 
 namespace axlecast {

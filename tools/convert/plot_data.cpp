@@ -8,9 +8,9 @@
 #include <set>
 #include <utility>
 
-#include "core/messages/decode_message.h"
+#include "core/messages/enum_names.h"
 #include "core/messages/json/message_json.h"
-#include "core/messages/json/names.h"
+#include "core/messages/message.h"
 #include "tools/convert/flat_fields.h"
 #include "tools/convert/plot.h"
 

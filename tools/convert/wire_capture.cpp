@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 #include "tools/log/log_event.h"
 
 namespace axlecast {

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "core/base/result.h"
-#include "core/device/can_frame.h"
+#include "core/device/can.h"
 #include "tools/convert/conversion.h"
 
 namespace axlecast {

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/kit/simulation/quantity.h"
 #include "drivers/kit/simulation/shaft.h"
