@@ -7,8 +7,6 @@
 #include "core/base/time.h"
 #include "drivers/kit/simulation/shaft.h"
 #include "drivers/kit/simulation/simulated_fault.h"
-#include "drivers/tformat/encoder_eeprom.h"
-#include "drivers/tformat/reset_counter.h"
 
 namespace axlecast::tformat {
 
