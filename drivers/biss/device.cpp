@@ -9,7 +9,6 @@
 
 #include "core/device/operation.h"
 #include "drivers/kit/clocked_line.h"
-#include "drivers/kit/refusal.h"
 
 namespace axlecast::biss {
 namespace {

@@ -134,8 +134,8 @@ class EncoderModel {
 
   // ---- the outside world ----
   [[nodiscard]] const Shaft& shaft() const { return shaft_; }
-  // To order a motion that begins at now().
-  [[nodiscard]] Shaft& BusSlot(MonoNs now);
+  // The shaft, to set a motion that begins at `now`.
+  [[nodiscard]] Shaft& ShaftToTurn(MonoNs now);
   void SetPower(bool on, MonoNs now);
   void SetBattery(double volts, MonoNs now);  // 0: none
   void SetCountingError(CountingError error, MonoNs now);
