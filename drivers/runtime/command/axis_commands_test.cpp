@@ -109,7 +109,7 @@ TEST_F(OperationsTest, SetDatumMakesThePresentPositionReadTheValue) {
   EXPECT_EQ(answer.changes[1].after, std::to_string(channel_.summary().datum->counts));
   EXPECT_EQ(answer.changes[2].key, "identity");
   EXPECT_EQ(answer.changes[2].after, "");
-  EXPECT_EQ(channel_.summary().datum->utime, time_.Utime(clock_.Now()));
+  EXPECT_EQ(channel_.summary().datum->unix_us, time_.Utime(clock_.Now()));
 }
 
 TEST_F(OperationsTest, ADatumOfAnEarlierDayComesBackAsOld) {

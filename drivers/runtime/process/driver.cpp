@@ -35,8 +35,8 @@ DriverCommandServer::DeviceSummary SummaryOf(const DeviceConfig& config, const D
                                           .identity = std::string(summary.identity),
                                           .datum = {},
                                           .position = {}};
-  if (summary.datum) said.datum = {summary.datum->counts, summary.datum->utime};
-  if (summary.position) said.position = {summary.position->counts, summary.position->utime};
+  if (summary.datum) said.datum = {summary.datum->counts, summary.datum->unix_us};
+  if (summary.position) said.position = {summary.position->counts, summary.position->unix_us};
   return said;
 }
 
