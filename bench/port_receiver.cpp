@@ -3,7 +3,7 @@
 //
 // port_receiver URL
 //
-// Says "ready" when it is subscribed; at SIGTERM handles what is left and prints one JSON object. Latency is the instant of
+// Prints "ready" when it is subscribed; at SIGTERM handles what is left and prints one JSON object. Latency is the instant of
 // the handler less POSITION's mono_ns.
 
 #include <axlecast/position_t.hpp>
@@ -13,7 +13,7 @@
 
 #include "bench/distribution.h"
 #include "bench/monotonic.h"
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 #include "platform/net/lcm_port.h"
 
 namespace {

@@ -7,9 +7,9 @@
 #include <variant>
 #include <vector>
 
-#include "core/device/outcome_text.h"
-#include "drivers/biss/alarms.h"
-#include "drivers/kit/clocked_exchange.h"
+#include "core/device/operation.h"
+#include "drivers/kit/clocked_line.h"
+#include "drivers/kit/refusal.h"
 
 namespace axlecast::biss {
 namespace {

@@ -10,7 +10,6 @@
 #include "core/base/result.h"
 #include "core/device/device.h"
 #include "core/device/operation.h"
-#include "core/device/outcome_text.h"
 
 namespace axlecast {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/saa_can/cia406/cia406.h"
 #include "drivers/saa_can/codec.h"

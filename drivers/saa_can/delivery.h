@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-#include "core/device/can_frame.h"
-#include "core/device/event.h"
+#include "core/device/can.h"
+#include "core/device/step.h"
 
 namespace axlecast::saa_can {
 

@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "core/device/device.h"
-#include "core/device/event.h"
-#include "drivers/kit/period_monitor.h"
+#include "core/device/step.h"
+#include "drivers/kit/stream.h"
 #include "drivers/saa_can/answer_pace.h"
 #include "drivers/saa_can/settings.h"
 

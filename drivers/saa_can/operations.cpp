@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/config/machine_config.h"
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/saa_can/cia406/cia406.h"
 #include "drivers/saa_can/node_configuration.h"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/config/config_map.h"
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/saa/data_sheet.h"
 #include "drivers/saa_can/cia406/cia406.h"
 

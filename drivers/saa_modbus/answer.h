@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "core/device/event.h"
+#include "core/device/step.h"
 #include "drivers/saa_modbus/codec.h"
 
 namespace axlecast::saa_modbus {

@@ -5,7 +5,7 @@
 #include <utility>
 #include <variant>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/saa_modbus/alarms.h"
 
 namespace axlecast::saa_modbus {

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drivers/kit/simulation/quantity_table.h"
-#include "drivers/kit/simulation/quantity_text.h"
-#include "drivers/kit/simulation/shaft_motion.h"
+#include "drivers/kit/simulation/quantity.h"
+#include "drivers/kit/simulation/shaft.h"
 
 namespace axlecast::saa_serial {
 
@@ -68,7 +67,7 @@ const std::vector<std::string_view>& SimulatedEncoder::QuantityNames() {
   return kNames;
 }
 
-std::string SimulatedEncoder::Set(std::string_view name, std::string_view value) {
+Result<> SimulatedEncoder::Set(std::string_view name, std::string_view value) {
   return SetByName(EncoderQuantities::Table(), *this, name, value);
 }
 

@@ -6,9 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/kit/simulation/seeded_random.h"
+#include "drivers/kit/simulation/script.h"
 #include "drivers/kit/simulation/shaft.h"
-#include "drivers/kit/simulation/simulated_device.h"
 #include "drivers/kit/simulation/simulated_fault.h"
 
 namespace axlecast::saa_serial {
@@ -20,7 +19,7 @@ class SimulatedEncoder final : public SimulatedDevice {
   SimulatedEncoder(int bits, ShaftAngle angle, std::uint64_t seed) : bits_(bits), shaft_(angle), random_(seed) {}
 
   void Advance(MonoNs now) override { now_ = now; }
-  [[nodiscard]] std::string Set(std::string_view name, std::string_view value) override;
+  [[nodiscard]] Result<> Set(std::string_view name, std::string_view value) override;
   [[nodiscard]] static const std::vector<std::string_view>& QuantityNames();
   // Every quantity with its present value, then what it would send now and what was done to it.
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> Quantities() const;

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <optional>
 
-#include "core/device/sample.h"
-#include "drivers/kit/receive_buffer.h"
+#include "core/device/reading.h"
+#include "drivers/kit/stream.h"
 #include "drivers/saa_serial/codec.h"
 
 namespace axlecast::saa_serial {

@@ -6,12 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/kit/simulation/seeded_random.h"
+#include "drivers/kit/simulation/script.h"
 #include "drivers/kit/simulation/shaft.h"
-#include "drivers/kit/simulation/simulated_device.h"
 #include "drivers/kit/simulation/simulated_fault.h"
 #include "drivers/ssi/simulated_output.h"
-#include "drivers/ssi/simulated_word.h"
 
 namespace axlecast::ssi {
 
@@ -35,7 +33,7 @@ class SimulatedEncoder final : public SimulatedDevice {
       : properties_(std::move(properties)), shaft_(angle), random_(seed) {}
 
   void Advance(MonoNs now) override { now_ = now; }
-  [[nodiscard]] std::string Set(std::string_view name, std::string_view value) override;
+  [[nodiscard]] Result<> Set(std::string_view name, std::string_view value) override;
   [[nodiscard]] static const std::vector<std::string_view>& QuantityNames();
   // Every quantity with its present value, then what it would send now.
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> Quantities() const;

@@ -5,7 +5,7 @@
 #include <utility>
 #include <variant>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/tformat/operations.h"
 
 namespace axlecast::tformat {

@@ -7,7 +7,7 @@
 #include "core/device/device.h"
 #include "drivers/kit/command_runner.h"
 #include "drivers/tformat/interpreter.h"
-#include "drivers/tformat/procedure.h"
+#include "drivers/tformat/operations.h"
 #include "drivers/tformat/settings.h"
 
 namespace axlecast::tformat {

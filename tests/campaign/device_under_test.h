@@ -2,16 +2,16 @@
 
 #include <memory>
 
-#include "core/base/timebase.h"
+#include "core/base/time.h"
 #include "core/config/machine_config.h"
 #include "core/device/device.h"
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 #include "drivers/runtime/axis/device_publisher.h"
 #include "tests/support/fixed_secrets.h"
 
 namespace axlecast {
 
-// The first device of a bus with its channel, in virtual time: the campaign stands for the bus and the line.
+// The first device of a bus with its channel, in virtual time: the campaign acts as the bus and the line.
 class DeviceUnderTest {
  public:
   // The link comes up at `now`. What the channel publishes goes to `sink`.

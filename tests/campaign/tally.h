@@ -5,12 +5,12 @@
 #include <optional>
 #include <string>
 
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 #include "drivers/runtime/axis/device_publisher.h"
 
 namespace axlecast {
 
-using Long = long long;  // as printf wants it
+using Long = long long;  // as printf requires it
 
 // What became of the positions of one mode.
 struct Tally {

@@ -8,11 +8,10 @@
 #include <vector>
 
 #include "bridge/dispatch/dispatcher.h"
-#include "bridge/store/inline_journal.h"
 #include "bridge/store/memory_store.h"
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
-#include "core/messages/decode_message.h"
+#include "core/messages/enum_names.h"
+#include "core/messages/message.h"
 #include "drivers/runtime/command/operations.h"
 #include "tests/command_simulation/faults.h"
 #include "tests/command_simulation/network.h"
@@ -101,7 +100,7 @@ class AlarmKills {
     body.issued_mono_ns = clock_.now;
     body.bridge_boot_id = boots_;
     for (int i = 0; i < 200 && !Outcome(); ++i) {
-      // One that no bridge has taken up is made anew for the next bridge.
+      // A command that no bridge has accepted is created again for the next bridge.
       if (!store_.Find(IdOf(body.id))) body.bridge_boot_id = boots_;
       command_t envelope{};
       envelope.body = Encoded(body);

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/config/load.h"
-#include "core/messages/encode_message.h"
+#include "core/messages/message.h"
 #include "tests/conformance/example_link.h"
 #include "tests/support/fixed_secrets.h"
 #include "tests/support/memory_sink.h"

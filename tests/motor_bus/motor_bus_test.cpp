@@ -9,8 +9,8 @@
 #include <random>
 
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
 #include "core/config/load.h"
+#include "core/messages/enum_names.h"
 #include "drivers/runtime/command/command_status_table.h"
 #include "drivers/runtime/process/driver.h"
 #include "tests/support/counting_family.h"
@@ -183,7 +183,7 @@ TEST_F(MotorBusTest, AlternatingWithLiveDataTheLogTakesLonger) {
     if (published != 0 && motor.mono_ns < Trips()[0].mono_ns) ++meanwhile;
   }
   EXPECT_LE(Trips()[0].mono_ns - published, 2'600 * kMillisecond);
-  EXPECT_GE(meanwhile, 2) << "live data go on";
+  EXPECT_GE(meanwhile, 2) << "live data continue";
 }
 
 // The unit shifts its logs when it trips: what was read of the first log before belongs to another trip.

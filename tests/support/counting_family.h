@@ -11,7 +11,7 @@
 #include "core/command/signature.h"
 #include "core/config/machine_config.h"
 #include "core/device/family.h"
-#include "core/messages/encode_message.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 
@@ -33,7 +33,7 @@ inline const Family& CountingFamily() {
        .verified_by_operation = "look"},
       {.name = "halt", .help = "stops at once", .urgent = true},
       {.name = "look",
-       .help = "tells the count",
+       .help = "returns the count",
        .arguments = {{"after", "an operation", false}},
        .reads_only = true},
   };

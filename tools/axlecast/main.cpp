@@ -6,7 +6,7 @@
 #include <string>
 
 #include "platform/os/process.h"
-#include "platform/os/terminal_output.h"
+#include "platform/os/terminal.h"
 #include "tools/axlecast/cli_tree.h"
 #include "tools/axlecast/command/subcommands.h"
 #include "tools/axlecast/common/exit_code.h"
@@ -17,7 +17,6 @@
 #include "tools/axlecast/run/mqtt_process.h"
 #include "tools/axlecast/run/subcommands.h"
 #include "tools/axlecast/setup/subcommands.h"
-#include "tools/axlecast/unknown_command.h"
 #if AXLECAST_WEB
 #endif
 

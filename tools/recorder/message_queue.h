@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/base/inline_bytes.h"
-#include "platform/os/wake_event.h"
+#include "platform/os/descriptor.h"
 
 namespace axlecast {
 

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <utility>
 
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {

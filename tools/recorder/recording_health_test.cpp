@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {

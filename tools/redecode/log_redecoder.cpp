@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {

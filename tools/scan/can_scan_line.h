@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "drivers/hal/can_netlink.h"
-#include "drivers/runtime/bus/can_transactor.h"
+#include "drivers/runtime/bus/transactor.h"
 #include "tools/scan/scan.h"
 
 namespace axlecast {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/clock.h"
+#include "core/base/time.h"
 #include "drivers/runtime/bus/transactor.h"
 #include "tools/scan/scan_plan.h"
 

@@ -1,6 +1,6 @@
 #include "tools/scan/serial_scan_line.h"
 
-#include "drivers/hal/port_holder.h"
+#include "drivers/hal/line_guard.h"
 
 namespace axlecast {
 namespace {

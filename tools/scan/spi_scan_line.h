@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "core/device/byte_link.h"
+#include "core/device/link.h"
 #include "drivers/runtime/bus/serial_transactor.h"
 #include "tools/scan/scan.h"
 

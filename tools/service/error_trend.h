@@ -7,7 +7,7 @@
 #include <map>
 #include <string>
 
-#include "core/device/sample.h"
+#include "core/device/reading.h"
 
 namespace axlecast {
 

@@ -7,9 +7,9 @@
 #include <cstdio>
 #include <numbers>
 
-#include "core/device/sample.h"
-#include "core/messages/decode_message.h"
-#include "core/messages/json/names.h"
+#include "core/device/reading.h"
+#include "core/messages/enum_names.h"
+#include "core/messages/message.h"
 #include "tools/service/error_trend.h"
 
 namespace axlecast {

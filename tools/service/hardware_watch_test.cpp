@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-#include "core/messages/encode_message.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {

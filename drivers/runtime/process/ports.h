@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "core/base/clock.h"
+#include "core/base/time.h"
 #include "core/config/machine_config.h"
-#include "core/device/byte_link.h"
-#include "core/device/frame_link.h"
-#include "core/device/pulse_lines.h"
+#include "core/device/line_settings.h"
+#include "core/device/link.h"
+#include "drivers/runtime/bus/bus.h"
 
 namespace axlecast {
 
@@ -23,5 +23,13 @@ struct Ports {
 
 // Opens nothing yet. `clock` outlives the ports.
 [[nodiscard]] Ports MakePorts(const MachineConfig& machine, const BusConfig& bus, const Clock& clock);
+
+// How a configured bus is run. On a bus with several devices a silent one pauses for longer while others answer,
+// because its timeouts cost them their turns. While no device answers, each is asked again within 100 ms of its turn.
+[[nodiscard]] BusSettings BusSettingsOf(const BusConfig& config, PulseLines* lines);
+// How its recording names the kind of bus.
+[[nodiscard]] WireLog::Kind WireKindOf(const BusConfig& config);
+// Whether its driver handles passwords.
+[[nodiscard]] bool HoldsSecrets(const BusConfig& config);
 
 }  // namespace axlecast

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/device/can_frame.h"
+#include "core/device/can.h"
 
 // Frames of CANopen (CiA 301 v4.2) as far as an encoder's client needs them. Numbers are little-endian (7.1.4).
 namespace axlecast::saa_can::cia406 {

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/saa_can/cia406/cia406.h"
 #include "drivers/saa_can/cia406/objects.h"
 #include "tests/support/golden_file.h"

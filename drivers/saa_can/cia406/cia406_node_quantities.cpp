@@ -1,11 +1,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
-#include "drivers/kit/simulation/quantity_table.h"
-#include "drivers/kit/simulation/quantity_text.h"
-#include "drivers/kit/simulation/shaft_motion.h"
+#include "drivers/kit/simulation/quantity.h"
+#include "drivers/kit/simulation/shaft.h"
 #include "drivers/saa_can/cia406/cia406_node.h"
 
 namespace axlecast::saa_can::cia406 {
@@ -134,7 +133,7 @@ const std::vector<std::string_view>& Cia406Node::QuantityNames() {
   return kNames;
 }
 
-std::string Cia406Node::Set(std::string_view name, std::string_view value) {
+Result<> Cia406Node::Set(std::string_view name, std::string_view value) {
   return SetByName(NodeQuantities::Table(), *this, name, value);
 }
 

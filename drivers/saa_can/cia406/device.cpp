@@ -5,7 +5,7 @@
 #include <utility>
 #include <variant>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/saa_can/cia406/cia406.h"
 #include "drivers/saa_can/cia406/objects.h"
 #include "drivers/saa_can/cia406/operations.h"

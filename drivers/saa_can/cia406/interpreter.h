@@ -5,7 +5,7 @@
 #include <string>
 
 #include "core/device/device.h"
-#include "drivers/kit/period_monitor.h"
+#include "drivers/kit/stream.h"
 #include "drivers/saa_can/cia406/node_alarms.h"
 #include "drivers/saa_can/cia406/node_facts.h"
 #include "drivers/saa_can/cia406/node_watch.h"

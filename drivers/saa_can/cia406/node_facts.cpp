@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/saa_can/cia406/objects.h"
 
 namespace axlecast::saa_can::cia406 {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/device/event.h"
+#include "core/device/step.h"
 #include "drivers/saa_can/cia406/canopen.h"
 
 namespace axlecast::saa_can::cia406 {

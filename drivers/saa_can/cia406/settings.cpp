@@ -5,7 +5,7 @@
 #include <map>
 #include <string>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/saa_can/cia406/canopen.h"
 #include "drivers/saa_can/cia406/cia406.h"
 #include "drivers/saa_can/cia406/frame_time.h"

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/device/can_frame.h"
-#include "drivers/kit/simulation/simulated_device.h"
+#include "core/device/can.h"
+#include "drivers/kit/simulation/script.h"
 #include "drivers/kit/simulation/simulated_fault.h"
 
 namespace axlecast::saa_can {

@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-#include "drivers/kit/simulation/seeded_random.h"
 #include "drivers/kit/simulation/shaft.h"
+#include "drivers/kit/simulation/simulated_fault.h"
 
 namespace axlecast::saa_can::cia406 {
 

@@ -9,9 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/device/can_frame.h"
+#include "core/device/can.h"
 #include "core/device/simulator.h"
-#include "drivers/kit/simulation/seeded_random.h"
 #include "drivers/kit/simulation/simulated_fault.h"
 #include "drivers/saa_can/cia406/simulated_node.h"
 

@@ -1,9 +1,8 @@
 #include <cmath>
 #include <string>
 
-#include "drivers/kit/simulation/quantity_table.h"
-#include "drivers/kit/simulation/quantity_text.h"
-#include "drivers/kit/simulation/shaft_motion.h"
+#include "drivers/kit/simulation/quantity.h"
+#include "drivers/kit/simulation/shaft.h"
 #include "drivers/saa_can/simulator/saa_node.h"
 
 namespace axlecast::saa_can {
@@ -109,7 +108,7 @@ const std::vector<std::string_view>& SaaNode::QuantityNames() {
   return kNames;
 }
 
-std::string SaaNode::Set(std::string_view name, std::string_view value) {
+Result<> SaaNode::Set(std::string_view name, std::string_view value) {
   return SetByName(SaaNodeQuantities::Table(), *this, name, value);
 }
 

@@ -1,21 +1,28 @@
 #include "tools/axlecast/device_data/device_backup.h"
 
 #include <sodium.h>
-
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <utility>
 
-#include "core/base/table_layout.h"
-#include "core/base/words.h"
-#include "core/device/outcome_text.h"
-#include "core/device/parameter_value.h"
+#include "core/base/spelling.h"
+#include "core/base/text.h"
+#include "core/device/operation.h"
+#include "core/device/parameter.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
+#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/common/utc_text.h"
+#include "tools/axlecast/device_data/device_access.h"
+#include "tools/axlecast/device_data/parameters.h"
 
 namespace axlecast {
 namespace {
+
+constexpr std::string_view kReadMemory = "eeprom_backup";
+constexpr std::string_view kReadParameters = "read_parameters";
 
 using Json = nlohmann::ordered_json;
 
@@ -72,7 +79,7 @@ class Reader {
                       (!found->is_number_unsigned() ||
                        found->get<std::uint64_t>() <= std::uint64_t{std::numeric_limits<std::int64_t>::max()});
     if (fits) return found->get<std::int64_t>();
-    Wrong(key, "a whole number");
+    Fail(key, "a whole number");
     return fallback;
   }
   // A member that is an object of texts.
@@ -81,7 +88,7 @@ class Reader {
     const Json* member = Member(key, Json::value_t::object, "an object of texts");
     if (member == nullptr) return texts;
     for (const auto& [name, value] : member->items()) {
-      if (!value.is_string()) return Wrong(key, "an object of texts"), texts;
+      if (!value.is_string()) return Fail(key, "an object of texts"), texts;
       texts[name] = value.get<std::string>();
     }
     return texts;
@@ -92,10 +99,10 @@ class Reader {
   const Json* Member(const char* key, Json::value_t type, const char* what) {
     const auto found = json_.find(key);
     if (found != json_.end() && found->type() == type) return &*found;
-    Wrong(key, what);
+    Fail(key, what);
     return nullptr;
   }
-  void Wrong(const char* key, const char* what) {
+  void Fail(const char* key, const char* what) {
     if (problem_.empty()) problem_ = std::string(key) + " is missing or not " + what;
   }
 
@@ -129,6 +136,62 @@ MemoryCells CellsIn(const std::map<std::string, std::string>& memory, std::strin
 }
 
 }  // namespace
+
+const OperationSpec* BackupOperation(const Family& family) {
+  const auto found =
+      std::find_if(family.operations.begin(), family.operations.end(), [](const OperationSpec& operation) {
+        return operation.reads_only && (operation.name == kReadMemory || operation.name == kReadParameters);
+      });
+  return found == family.operations.end() ? nullptr : &*found;
+}
+
+BackupReading ReadBackup(OperatorClient& client, const Family& family, const CommandOptions& options) {
+  BackupReading reading;
+  if (BackupOperation(family)->name == kReadParameters) {
+    ParameterReading read = ReadParameters(client, family, options);
+    reading.result = std::move(read.result);
+    reading.problem = std::move(read.problem);
+    reading.contents.values = std::move(read.values);
+    reading.text = ParameterFileText(family, options.device, reading.contents.values);
+    return reading;
+  }
+  reading.result = client.Execute({.device = options.device,
+                                   .operation = std::string(kReadMemory),
+                                   .valid_ms = options.valid_ms,
+                                   .reason = options.reason});
+  if (ExitCode(reading.result) != kExitDone) return reading;
+  reading.contents.cells = CellsOf(reading.result.status.changes, reading.problem);
+  reading.text = MemoryFileText(reading.result);
+  return reading;
+}
+
+BackupContents ParseBackup(const Family& family, const std::string& device, const std::string& file,
+                           const std::string& text, std::string& problem, std::string& note) {
+  BackupContents contents;
+  const OperationSpec* operation = BackupOperation(family);
+  if (operation == nullptr) {
+    problem = "devices of " + std::string(family.name) + " keep nothing that could be backed up";
+  } else if (operation->name == kReadParameters) {
+    ConfigErrors errors(file);
+    contents.values = ParseParameterFile(family, text, errors);
+    if (!errors.empty()) problem = errors.Text();
+  } else {
+    MemoryFile memory = ParseMemoryFile(text);
+    if (!memory.problem.empty()) problem = file + ": " + memory.problem;
+    if (!memory.device.empty() && memory.device != device) note = file + " is a backup of " + memory.device;
+    contents.cells = std::move(memory.cells);
+  }
+  return contents;
+}
+
+std::string BackupFileName(const std::string& device, std::int64_t utime, const std::string& ending) {
+  std::string time;
+  for (const char c : UtcText(utime)) {
+    if (c == ' ') time += 'T';
+    if (c >= '0' && c <= '9') time += c;
+  }
+  return device + '-' + time + 'Z' + ending;
+}
 
 DeviceBackup MakeBackup(const MachineView& machine, const DeviceView& device, const Family& family,
                         const BackupContents& contents) {

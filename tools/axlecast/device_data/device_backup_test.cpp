@@ -1,7 +1,7 @@
-#include "tools/axlecast/device_data/device_backup.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tools/axlecast/device_data/device_backup.h"
 
 namespace axlecast {
 namespace {
@@ -100,4 +100,5 @@ TEST(DeviceBackup, ParametersThatTheFamilyDoesNotKnowAreRefused) {
 }
 
 }  // namespace
+
 }  // namespace axlecast

@@ -2,24 +2,23 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <axlecast/device_info_t.hpp>
 #include <fstream>
 #include <iostream>
 #include <iterator>
 #include <utility>
 
 #include "bridge/store/history.h"
-#include "core/base/table_layout.h"
-#include "core/device/outcome_text.h"
-#include "core/messages/json/names.h"
+#include "core/base/text.h"
+#include "core/device/operation.h"
+#include "core/messages/enum_names.h"
 #include "platform/os/new_file.h"
-#include "tools/axlecast/command/command_report.h"
-#include "tools/axlecast/command/datum_text.h"
-#include "tools/axlecast/common/confirmation.h"
+#include "tools/axlecast/command/command_run.h"
+#include "tools/axlecast/command/format_journal.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/device_data/exchange_watch.h"
-#include "tools/axlecast/device_data/memory_transfer.h"
-#include "tools/axlecast/device_data/parameter_transfer.h"
-#include "tools/axlecast/live/status_text.h"
+#include "tools/axlecast/common/terminal.h"
+#include "tools/axlecast/device_data/device_access.h"
+#include "tools/axlecast/live/format_device.h"
 #include "tools/monitor/live_machine.h"
 
 namespace axlecast {
@@ -67,12 +66,26 @@ bool Done(const CommandResult& result) {
 
 }  // namespace
 
-ReplaceWizard::ReplaceWizard(const MachineConfig& machine, ReplaceWish wish)
+void ExchangeWatch::On(std::optional<std::int8_t> state, std::int64_t boot_id, MonoNs now) {
+  // A new encoder may come with alarms of its own, such as a battery that was never connected: DEGRADED.
+  const bool answers = state == device_info_t::STATE_ONLINE || state == device_info_t::STATE_DEGRADED;
+  const bool restarted = boot_id != 0 && boot_id_ != 0 && boot_id != boot_id_;
+  if (boot_id != 0) boot_id_ = boot_id;
+  if (!answers || restarted) {
+    stage_ = Stage::kAway;
+    answers_since_ = kNever;
+  }
+  if (!answers) return;
+  if (answers_since_ == kNever) answers_since_ = now;
+  if (stage_ == Stage::kAway && now - answers_since_ >= kSteady) stage_ = Stage::kBack;
+}
+
+ReplaceWizard::ReplaceWizard(const MachineConfig& machine, ReplaceOptions options)
     : machine_(machine),
-      family_(*machine.BusOf(wish.command.device)->family),
-      wish_(std::move(wish)),
-      client_(machine, wish_.command.key, !wish_.command.json) {
-  report_.device = wish_.command.device;
+      family_(*machine.BusOf(options.command.device)->family),
+      options_(std::move(options)),
+      client_(machine, options_.command.key, !options_.command.json) {
+  report_.device = options_.command.device;
   report_.has_position = family_.has_position;
 }
 
@@ -83,7 +96,7 @@ int ReplaceWizard::Run() {
   }
   ShowKnown();
   if (const End end = LoadBackup()) {
-    report_.stopped = wish_.from;
+    report_.stopped = options_.from;
     return *end;
   }
   const std::pair<ReplaceStep, End (ReplaceWizard::*)()> steps[] = {
@@ -93,7 +106,7 @@ int ReplaceWizard::Run() {
       {ReplaceStep::kWriteBack, &ReplaceWizard::WriteBack},
       {ReplaceStep::kDatum, &ReplaceWizard::SetDatum}};
   for (const auto& [step, run] : steps) {
-    if (step < wish_.from) continue;
+    if (step < options_.from) continue;
     report_.stopped = step;
     if (CancelOnSignal::requested()) return kExitRejected;
     if (const End end = (this->*run)()) return *end;
@@ -119,11 +132,11 @@ DeviceView ReplaceWizard::Look() {
 CommandRequest ReplaceWizard::Request(const char* operation) const {
   return {.device = report_.device,
           .operation = operation,
-          .valid_ms = wish_.command.valid_ms,
-          .reason = wish_.command.reason};
+          .valid_ms = options_.command.valid_ms,
+          .reason = options_.command.reason};
 }
 
-bool ReplaceWizard::Agreed() const { return wish_.command.yes || Confirmed(); }
+bool ReplaceWizard::Agreed() const { return options_.command.yes || Confirmed(); }
 
 void ReplaceWizard::ShowKnown() {
   const DeviceView device = Look();
@@ -142,29 +155,29 @@ void ReplaceWizard::ShowKnown() {
 }
 
 ReplaceWizard::End ReplaceWizard::LoadBackup() {
-  if (wish_.backup.empty()) return std::nullopt;
-  std::ifstream stream(wish_.backup, std::ios::binary);
+  if (options_.backup.empty()) return std::nullopt;
+  std::ifstream stream(options_.backup, std::ios::binary);
   if (!stream.is_open()) {
-    if (wish_.from == ReplaceStep::kBackup) return std::nullopt;
-    std::cerr << "cannot read " << wish_.backup << '\n';
+    if (options_.from == ReplaceStep::kBackup) return std::nullopt;
+    std::cerr << "cannot read " << options_.backup << '\n';
     return kExitBad;
   }
   const std::string text{std::istreambuf_iterator<char>(stream), {}};
   std::string problem;
   std::string note;
-  backup_ = ParseBackup(family_, report_.device, wish_.backup, text, problem, note);
+  backup_ = ParseBackup(family_, report_.device, options_.backup, text, problem, note);
   if (!problem.empty()) {
     std::cerr << problem << '\n';
     return kExitBad;
   }
   if (!note.empty()) std::cerr << "warning: " << note << '\n';
-  report_.backup = wish_.backup;
+  report_.backup = options_.backup;
   return std::nullopt;
 }
 
 ReplaceWizard::End ReplaceWizard::Backup() {
   if (backup_) {
-    std::cerr << "backup: " << wish_.backup << " is there already, and stays as it is\n";
+    std::cerr << "backup: " << options_.backup << " is there already, and stays as it is\n";
     return std::nullopt;
   }
   if (BackupOperation(family_) == nullptr) {
@@ -181,14 +194,14 @@ ReplaceWizard::End ReplaceWizard::Backup() {
 }
 
 ReplaceWizard::End ReplaceWizard::ReadBackup() {
-  BackupReading reading = axlecast::ReadBackup(client_, family_, wish_.command);
+  BackupReading reading = axlecast::ReadBackup(client_, family_, options_.command);
   if (ExitCode(reading.result) != kExitDone) return Stopped(reading.result);
   if (!reading.problem.empty()) {
     std::cerr << "backup: " << reading.problem << '\n';
     return kExitFailed;
   }
   const std::string file =
-      wish_.backup.empty() ? BackupFileName(report_.device, clock_.UtcMicroseconds(), ".txt") : wish_.backup;
+      options_.backup.empty() ? BackupFileName(report_.device, clock_.UtcMicroseconds(), ".txt") : options_.backup;
   if (const std::string problem = WriteOutput(file, reading.text); !problem.empty()) {
     std::cerr << problem << '\n';
     return kExitBad;
@@ -252,13 +265,13 @@ ReplaceWizard::End ReplaceWizard::WriteBack() {
 }
 
 ReplaceWizard::End ReplaceWizard::WriteCells() {
-  const BackupReading present = axlecast::ReadBackup(client_, family_, wish_.command);
+  const BackupReading present = axlecast::ReadBackup(client_, family_, options_.command);
   if (ExitCode(present.result) != kExitDone) return Stopped(present.result);
   if (!present.problem.empty()) {
     std::cerr << "write: " << present.problem << '\n';
     return kExitFailed;
   }
-  const PermittedCells permitted = AskPermitted(client_, wish_.command, present.contents.cells, backup_->cells);
+  const PermittedCells permitted = AskPermitted(client_, options_.command, present.contents.cells, backup_->cells);
   report_.not_permitted = permitted.not_permitted;
   if (permitted.failed) return Stopped(*permitted.failed);
   const std::vector<CellRun> runs = CellRuns(present.contents.cells, permitted.cells, kLongestWrite);
@@ -273,12 +286,12 @@ ReplaceWizard::End ReplaceWizard::WriteRun(const CellRun& run) {
   std::cerr << "write: address " << run.address << ": " << HexText(run.before) << " -> " << HexText(run.after)
             << '\n';
   if (!Agreed()) return CancelOnSignal::requested() ? End(kExitRejected) : std::nullopt;
-  report_.written.push_back(axlecast::WriteCells(client_, wish_.command, run));
+  report_.written.push_back(axlecast::WriteCells(client_, options_.command, run));
   return Done(report_.written.back()) ? std::nullopt : End(Stopped(report_.written.back()));
 }
 
 ReplaceWizard::End ReplaceWizard::WriteValues() {
-  const ParameterReading present = ReadParameters(client_, family_, wish_.command);
+  const ParameterReading present = ReadParameters(client_, family_, options_.command);
   if (ExitCode(present.result) != kExitDone) return Stopped(present.result);
   if (!present.problem.empty()) {
     std::cerr << "write: " << present.problem << '\n';
@@ -288,7 +301,7 @@ ReplaceWizard::End ReplaceWizard::WriteValues() {
   std::cerr << "write: " << changes.size() << " parameters differ from the backup\n" << ToText(changes);
   if (changes.empty()) return std::nullopt;
   if (!Agreed()) return CancelOnSignal::requested() ? End(kExitRejected) : std::nullopt;
-  report_.written = WriteParameters(client_, wish_.command, changes);
+  report_.written = WriteParameters(client_, options_.command, changes);
   return Done(report_.written.back()) ? std::nullopt : End(Stopped(report_.written.back()));
 }
 
@@ -304,7 +317,7 @@ std::string ReplaceWizard::AskValue() const {
 
 ReplaceWizard::End ReplaceWizard::SetDatum() {
   if (!family_.has_position) return std::nullopt;
-  const std::string value = wish_.value.empty() && !wish_.command.yes ? AskValue() : wish_.value;
+  const std::string value = options_.value.empty() && !options_.command.yes ? AskValue() : options_.value;
   if (CancelOnSignal::requested()) return kExitRejected;
   if (value.empty()) return std::nullopt;
   CommandRequest request = Request("set_datum");

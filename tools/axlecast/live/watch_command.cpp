@@ -10,13 +10,13 @@
 #include <memory>
 #include <optional>
 
-#include "core/base/words.h"
+#include "core/base/spelling.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/process.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/screen.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/live/message_watch.h"
 
 namespace axlecast {

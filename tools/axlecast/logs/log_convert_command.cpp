@@ -14,17 +14,14 @@
 
 #include "platform/os/new_file.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/screen.h"
-#include "tools/axlecast/logs/fail.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/axlecast/logs/subcommands.h"
-#include "tools/convert/candump.h"
-#include "tools/convert/csv_grid.h"
-#include "tools/convert/csv_table.h"
-#include "tools/convert/event_range.h"
+#include "tools/convert/conversion.h"
+#include "tools/convert/csv.h"
 #include "tools/convert/mcap.h"
-#include "tools/convert/pcap.h"
-#include "tools/convert/plot_picture.h"
+#include "tools/convert/plot.h"
+#include "tools/convert/wire_capture.h"
 #include "tools/log/log_reader.h"
 
 namespace axlecast {
@@ -172,7 +169,7 @@ struct LogConvertOptions {
 
 std::int64_t Microseconds(double seconds) { return std::llround(seconds * 1e6); }
 
-Conversion Write(LogConvertOptions& options, const Output& out) {
+Result<Conversion> Write(LogConvertOptions& options, const Output& out) {
   const EventRange events = options.log.events();
   if (options.format == "mcap") return WriteMcap(events, out);
   if (options.format == "candump") return WriteCandump(events, out);
@@ -188,17 +185,17 @@ int RunLogConvert(LogConvertOptions& options) {
   }
   if (const std::optional<int> failed = options.log.Open()) return *failed;
   if (const std::optional<int> failed = options.output.Open()) return *failed;
-  const Conversion done = Write(options, [&options](std::string_view part) { return options.output.Write(part); });
-  if (!done.problem.empty()) {
-    return Fail(options.log.file() + ": " + done.problem, kExitBad);
-  }
+  const Result<Conversion> done =
+      Write(options, [&options](std::string_view part) { return options.output.Write(part); });
+  if (!done) return Fail(options.log.file() + ": " + done.error().text, kExitBad);
   const int exit_code = options.output.Commit(options.log);
   if (exit_code == kExitFailed) return exit_code;
   const bool rows = options.grid_s > 0;
-  std::cerr << done.written << (rows ? " rows" : " messages or frames") << " written";
-  if (done.left_out > 0) std::cerr << "; " << done.left_out << " events left out: the format cannot represent them";
+  std::cerr << done->written << (rows ? " rows" : " messages or frames") << " written";
+  if (done->left_out > 0)
+    std::cerr << "; " << done->left_out << " events left out: this format cannot contain them";
   std::cerr << '\n';
-  if (!done.note.empty()) std::cerr << done.note << '\n';
+  if (!done->note.empty()) std::cerr << done->note << '\n';
   return exit_code;
 }
 
@@ -223,13 +220,13 @@ int RunLogPlot(LogPlotOptions& options) {
     return Fail("-o: the name must end in .svg or .png, which defines the format", kExitUsage);
   if (const std::optional<int> failed = options.log.Open()) return *failed;
   if (const std::optional<int> failed = options.output.Open()) return *failed;
-  const PlotData data = CollectPlot(options.log.events(), fields, kPlotColumns);
-  if (!data.problem.empty()) return Fail(options.log.file() + ": " + data.problem, kExitBad);
+  const Result<PlotData> data = CollectPlot(options.log.events(), fields, kPlotColumns);
+  if (!data) return Fail(options.log.file() + ": " + data.error().text, kExitBad);
   const std::string title =
       options.title.empty() ? std::filesystem::path(options.log.file()).filename().string() : options.title;
-  const std::string picture = ending == ".svg" ? PlotSvg(title, data) : PlotPng(title, data);
-  if (picture.empty()) return Fail("the picture cannot be drawn: not enough memory", kExitBad);
-  static_cast<void>(options.output.Write(picture));
+  const Result<std::string> picture = ending == ".svg" ? PlotSvg(title, *data) : PlotPng(title, *data);
+  if (!picture) return Fail(picture.error().text, kExitBad);
+  static_cast<void>(options.output.Write(*picture));
   return options.output.Commit(options.log);
 }
 

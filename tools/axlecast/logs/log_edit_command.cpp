@@ -12,7 +12,7 @@
 
 #include "platform/os/new_file.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/logs/fail.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/axlecast/logs/log_output.h"
 #include "tools/axlecast/logs/subcommands.h"

@@ -5,8 +5,8 @@
 #include <axlecast/position_t.hpp>
 #include <axlecast/recorder_health_t.hpp>
 
-#include "core/messages/encode_message.h"
 #include "core/messages/json/field.h"
+#include "core/messages/message.h"
 #include "tools/log/log_event.h"
 #include "tools/log/log_seal.h"
 

@@ -14,17 +14,14 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/clock.h"
+#include "core/base/time.h"
 #include "platform/net/lcm_port.h"
-#include "platform/os/foreign_link.h"
+#include "platform/os/folder.h"
 #include "platform/os/mapped_file.h"
 #include "platform/os/process.h"
-#include "platform/os/run_directory.h"
-#include "platform/os/supervision.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/screen.h"
-#include "tools/axlecast/logs/fail.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/record_options.h"
 #include "tools/axlecast/logs/record_report.h"
 #include "tools/axlecast/logs/subcommands.h"

@@ -1,4 +1,4 @@
-#include "tools/axlecast/logs/fail.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/subcommands.h"
 
 #include <CLI/CLI.hpp>
@@ -12,7 +12,6 @@
 #include "platform/os/new_file.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/screen.h"
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/redecode/log_redecoder.h"
 

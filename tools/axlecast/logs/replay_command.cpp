@@ -1,4 +1,4 @@
-#include "tools/axlecast/logs/fail.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/subcommands.h"
 
 #include <unistd.h>

@@ -8,13 +8,12 @@
 #include <iostream>
 #include <optional>
 
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
 #include "core/messages/json/message_json.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/system_clock.h"
-#include "platform/os/terminal_output.h"
-#include "platform/os/wait_until.h"
-#include "tools/axlecast/common/screen.h"
+#include "platform/os/terminal.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/common/utc_text.h"
 
 namespace axlecast {

@@ -15,7 +15,7 @@
 #include "platform/os/mapped_file.h"
 #include "platform/os/process.h"
 #include "platform/os/system_clock.h"
-#include "platform/os/terminal_keys.h"
+#include "platform/os/terminal.h"
 #include "tools/replay/replay.h"
 
 namespace axlecast {

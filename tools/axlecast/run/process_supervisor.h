@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "core/base/clock.h"
+#include "core/base/time.h"
 #include "platform/os/descriptor.h"
-#include "tools/axlecast/common/process_log.h"
+#include "tools/axlecast/common/program.h"
 
 namespace axlecast {
 

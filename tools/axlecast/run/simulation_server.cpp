@@ -18,7 +18,7 @@
 #include "drivers/hal/simulated_can.h"
 #include "drivers/hal/simulated_port.h"
 #include "drivers/hal/simulated_spi.h"
-#include "platform/os/wait_until.h"
+#include "platform/os/system_clock.h"
 
 namespace axlecast {
 namespace {

@@ -7,11 +7,8 @@
 #include <string>
 
 #include "core/config/load.h"
-#include "core/config/simulator_maker.h"
-#include "tools/axlecast/common/config_keys.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/machine_units.h"
 #include "tools/axlecast/setup/config_report.h"
 
 namespace axlecast {

@@ -2,12 +2,12 @@
 
 #include <cstdio>
 
-#include "core/base/table_layout.h"
-#include "core/base/words.h"
-#include "core/command/role.h"
+#include "core/base/spelling.h"
+#include "core/base/text.h"
+#include "core/command/keys.h"
 #include "core/command/signature.h"
-#include "core/config/message_rate.h"
-#include "core/messages/json/names.h"
+#include "core/config/machine_config.h"
+#include "core/messages/enum_names.h"
 #include "core/messages/lcm_url.h"
 #include "tools/axlecast/setup/new_keys.h"
 

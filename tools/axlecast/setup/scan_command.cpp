@@ -9,14 +9,14 @@
 #include <string>
 #include <vector>
 
-#include "core/base/clock.h"
-#include "core/base/words.h"
+#include "core/base/spelling.h"
+#include "core/base/time.h"
 #include "core/messages/json/field.h"
 #include "platform/os/new_file.h"
 #include "platform/os/system_clock.h"
-#include "platform/os/terminal_output.h"
-#include "tools/axlecast/common/cancel_on_signal.h"
+#include "platform/os/terminal.h"
 #include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/setup/subcommands.h"
 #include "tools/scan/can_scan_line.h"
 #include "tools/scan/scan_plan.h"

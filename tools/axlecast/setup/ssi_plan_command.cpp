@@ -6,7 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "core/messages/json/field.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/setup/subcommands.h"
