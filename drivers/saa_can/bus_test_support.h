@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
-
 #include <algorithm>
 #include <functional>
 #include <map>

@@ -17,10 +17,8 @@
 #include "tools/axlecast/common/cancel_on_signal.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/setup/scan_progress.h"
-#include "tools/scan/can_scan_line.h"
-#include "tools/scan/scan_text.h"
-#include "tools/scan/serial_scan_line.h"
-#include "tools/scan/spi_scan_line.h"
+#include "tools/scan/format_scan.h"
+#include "tools/scan/scan_lines.h"
 
 namespace axlecast {
 namespace {

@@ -6,7 +6,7 @@
 #include <iostream>
 
 #include "platform/os/terminal_output.h"
-#include "tools/scan/scan_text.h"
+#include "tools/scan/format_scan.h"
 
 namespace axlecast {
 namespace {

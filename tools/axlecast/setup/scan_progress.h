@@ -3,7 +3,7 @@
 #include <string>
 
 #include "core/base/clock.h"
-#include "tools/scan/scan_plan.h"
+#include "tools/scan/scan.h"
 
 namespace axlecast {
 
