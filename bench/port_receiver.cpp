@@ -13,7 +13,7 @@
 
 #include "bench/distribution.h"
 #include "bench/monotonic.h"
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 #include "platform/net/lcm_port.h"
 
 namespace {

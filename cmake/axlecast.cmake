@@ -1,4 +1,3 @@
-include(GoogleTest)
 include(product_code)
 
 # What tools/demo, tools/test and tools/campaign ask for by name.
@@ -79,16 +78,37 @@ function(axlecast_test_program target)
   endif()
 endfunction()
 
-# axlecast_test(TARGET PREFIX SOURCES file... LIBRARIES target...)
+# axlecast_unit_test(NAME TARGET [SHARDS n])
 #
-# A GoogleTest program, its cases known to ctest as PREFIX.Suite.Case.
-function(axlecast_test target prefix)
-  axlecast_test_program(${target} ${ARGN})
-  if(NOT AXLECAST_UNIT_TESTS)
-    return()
+# Adds the GoogleTest program TARGET to ctest as one entry NAME, or as n entries NAME.1 to NAME.n that share its cases. One
+# process for each case would take most of its time to start under the address sanitizer. Each entry writes its results to
+# results/NAME.json, which tests/support/count_cases.py adds up.
+function(axlecast_unit_test name target)
+  cmake_parse_arguments(ARG "" "SHARDS" "" ${ARGN})
+  if(NOT ARG_SHARDS)
+    set(ARG_SHARDS 1)
   endif()
-  gtest_discover_tests(${target} TEST_PREFIX ${prefix}. NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60
-    PROPERTIES TIMEOUT 300 LABELS unit)
+  foreach(shard RANGE 1 ${ARG_SHARDS})
+    set(entry ${name})
+    if(ARG_SHARDS GREATER 1)
+      set(entry ${name}.${shard})
+    endif()
+    math(EXPR index "${shard} - 1")
+    add_test(NAME ${entry} COMMAND ${target} --gtest_brief=1 --gtest_output=json:${CMAKE_BINARY_DIR}/results/${entry}.json)
+    set_tests_properties(${entry} PROPERTIES LABELS unit TIMEOUT 600
+      ENVIRONMENT "GTEST_TOTAL_SHARDS=${ARG_SHARDS};GTEST_SHARD_INDEX=${index}")
+  endforeach()
+endfunction()
+
+# axlecast_test(TARGET NAME [SHARDS n] SOURCES file... LIBRARIES target...)
+#
+# A GoogleTest program that ctest knows as NAME.
+function(axlecast_test target name)
+  cmake_parse_arguments(ARG "" "SHARDS" "SOURCES;LIBRARIES" ${ARGN})
+  axlecast_test_program(${target} SOURCES ${ARG_SOURCES} LIBRARIES ${ARG_LIBRARIES})
+  if(AXLECAST_UNIT_TESTS)
+    axlecast_unit_test(${name} ${target} SHARDS ${ARG_SHARDS})
+  endif()
 endfunction()
 
 # axlecast_folder(TARGET [DEPENDS target...] [EXCEPT file.cpp...])

@@ -1,15 +1,23 @@
 #pragma once
 
+#include <array>
+#include <axlecast/argument_t.hpp>
 #include <axlecast/command_body_t.hpp>
 #include <cstdint>
+#include <deque>
+#include <string>
 #include <variant>
+#include <vector>
 
 #include "bridge/access/authority.h"
 #include "core/base/time.h"
 #include "core/command/operation_check.h"
 #include "core/config/machine_config.h"
+#include "core/device/operation.h"
 
 namespace axlecast {
+
+using Token = std::array<std::uint8_t, 16>;
 
 // A command that this bridge may take up: where it goes and what it does.
 struct Admitted {
@@ -23,5 +31,70 @@ struct Admitted {
 [[nodiscard]] std::variant<Admitted, Refusal> Admit(const MachineConfig& machine, std::int64_t bridge_boot_id,
                                                     const Authority& authority, const Caller& caller,
                                                     const command_body_t& body, MonoNs now);
+
+// What was prepared and may be committed: by the same key, to the same device, with the same arguments, once, for a
+// short time.
+class PreparedCommands {
+ public:
+  static constexpr MonoNs kValid = 30 * kSecond;  // to read what would happen, and to decide
+  static constexpr std::size_t kMax = 64;         // the oldest goes first
+
+  struct Prepared {
+    std::string who;
+    std::string device;
+    std::string operation;
+    std::vector<argument_t> arguments;
+    std::int32_t epoch = -1;  // datum_epoch that was shown
+  };
+
+  void Issue(const Token& token, Prepared prepared, MonoNs now);
+  // Takes the token of a COMMIT out, whatever the answer. The epoch that it is bound to, or why it does not fit.
+  [[nodiscard]] std::variant<std::int32_t, Refusal> Redeem(const command_body_t& body, const std::string& who,
+                                                           MonoNs now);
+
+ private:
+  struct Entry {
+    Token token;
+    Prepared prepared;
+    MonoNs until;
+  };
+  std::deque<Entry> entries_;
+};
+
+// Counts commands and statuses that may not act, so that a flood raises one alarm and a line in the log now and then.
+class UnauthorizedMessageCounter {
+ public:
+  static constexpr MonoNs kRecent = 60 * kSecond;  // how long one keeps the alarm up
+  static constexpr MonoNs kTellEvery = 10 * kSecond;
+  static constexpr int kAnswersPerSecond = 100;
+
+  // True when it is time to tell.
+  bool Count(MonoNs now) {
+    ++count_;
+    last_ = now;
+    any_ = true;
+    if (told_ != 0 && now - told_ < kTellEvery) return false;
+    told_ = now;
+    return true;
+  }
+  // Whether its sender is told, so that a flood is not answered by another.
+  [[nodiscard]] bool MayAnswer(MonoNs now) {
+    if (now - answers_from_ >= kSecond) {
+      answers_from_ = now;
+      answers_ = 0;
+    }
+    return ++answers_ <= kAnswersPerSecond;
+  }
+  [[nodiscard]] std::int64_t count() const { return count_; }
+  [[nodiscard]] bool Recent(MonoNs now) const { return any_ && now - last_ < kRecent; }
+
+ private:
+  std::int64_t count_ = 0;
+  MonoNs last_ = 0;
+  MonoNs told_ = 0;
+  bool any_ = false;
+  MonoNs answers_from_ = 0;
+  int answers_ = 0;
+};
 
 }  // namespace axlecast

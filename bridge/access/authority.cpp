@@ -4,8 +4,8 @@
 #include <axlecast/command_status_t.hpp>
 #include <cstdio>
 
-#include "core/base/truncated_text.h"
-#include "core/command/role.h"
+#include "core/base/text.h"
+#include "core/command/keys.h"
 #include "core/command/signature.h"
 
 namespace axlecast {

@@ -10,7 +10,7 @@
 
 #include "core/command/signature.h"
 #include "core/config/machine_config.h"
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 #include "tests/support/counting_family.h"
 
 namespace axlecast {

@@ -7,8 +7,8 @@
 #include <random>
 
 #include "bridge/access/authority_fixture.h"
-#include "core/base/truncated_text.h"
-#include "core/messages/decode_message.h"
+#include "core/base/text.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {

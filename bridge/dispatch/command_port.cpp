@@ -4,7 +4,11 @@
 #include <axlecast/driver_command_t.hpp>
 #include <utility>
 
+#include "core/base/text.h"
+
 namespace axlecast {
+
+using S = command_status_t;
 
 template <typename Message>
 void CommandPort::Fill(Message& message, const std::string& channel, Timestamp now) {
@@ -41,6 +45,26 @@ std::int64_t CommandPort::Give(const std::string& bus, driver_order_t order, Tim
 void CommandPort::Ask(command_t question, Timestamp now) {
   Fill(question, "COMMAND", now);
   Publish(sink_, "COMMAND", question);
+}
+
+command_status_t StatusOf(const command_body_t& body, std::int64_t digest) {
+  command_status_t status{};
+  std::copy(std::begin(body.id), std::end(body.id), std::begin(status.id));
+  status.body_digest = digest;
+  status.device = CappedText(body.device, kNameBytes);
+  status.operation = CappedText(body.operation, kNameBytes);
+  status.epoch_after = -1;
+  return status;
+}
+
+S Refused(S status, const Refusal& refusal, Timestamp now) {
+  const bool late = refusal.reason == S::REASON_DEADLINE;
+  status.state = late ? S::STATE_EXPIRED : S::STATE_REJECTED;
+  status.is_final = 1;
+  status.reason_code = refusal.reason;
+  status.text = CappedText(refusal.text, kTextBytes);
+  status.finished_utime = now.utime;
+  return status;
 }
 
 }  // namespace axlecast

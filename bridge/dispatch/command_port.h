@@ -1,5 +1,6 @@
 #pragma once
 
+#include <axlecast/command_body_t.hpp>
 #include <axlecast/command_status_t.hpp>
 #include <axlecast/command_t.hpp>
 #include <axlecast/driver_order_t.hpp>
@@ -8,8 +9,9 @@
 #include <string>
 
 #include "core/base/time.h"
+#include "core/command/operation_check.h"
 #include "core/command/signature.h"
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 
@@ -44,5 +46,11 @@ class CommandPort {
   std::int64_t epoch_;
   std::map<std::string, std::int64_t> seq_;  // by channel
 };
+
+// Of a command that was just read; STATE_UNKNOWN. `digest`: of its body, 0 for a question.
+[[nodiscard]] command_status_t StatusOf(const command_body_t& body, std::int64_t digest);
+
+// The final status of one that is refused: EXPIRED when its time was over, else REJECTED.
+[[nodiscard]] command_status_t Refused(command_status_t status, const Refusal& refusal, Timestamp now);
 
 }  // namespace axlecast

@@ -4,9 +4,9 @@
 #include <axlecast/driver_order_t.hpp>
 #include <utility>
 
-#include "core/base/truncated_text.h"
+#include "core/base/text.h"
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
+#include "core/messages/enum_names.h"
 
 namespace axlecast {
 namespace {

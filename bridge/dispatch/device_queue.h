@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "bridge/dispatch/driver_link.h"
+#include "bridge/dispatch/peers.h"
 #include "bridge/state/pending_command.h"
 #include "core/command/operation_check.h"
 

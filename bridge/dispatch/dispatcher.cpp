@@ -4,14 +4,12 @@
 #include <axlecast/driver_order_t.hpp>
 #include <utility>
 
-#include "bridge/dispatch/command_status.h"
+#include "bridge/dispatch/command_port.h"
 #include "bridge/dispatch/outcome_check.h"
-#include "bridge/dispatch/recovery.h"
-#include "core/base/truncated_text.h"
-#include "core/command/body_digest.h"
+#include "core/base/text.h"
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
-#include "core/messages/decode_message.h"
+#include "core/messages/enum_names.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {

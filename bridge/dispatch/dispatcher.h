@@ -15,21 +15,17 @@
 
 #include "bridge/access/admission.h"
 #include "bridge/access/authority.h"
-#include "bridge/access/prepared_commands.h"
-#include "bridge/access/unauthorized_message_counter.h"
 #include "bridge/dispatch/command_port.h"
 #include "bridge/dispatch/device_queue.h"
-#include "bridge/dispatch/driver_link.h"
-#include "bridge/dispatch/duplicate_bridge_detector.h"
-#include "bridge/state/alarm_state_store.h"
+#include "bridge/dispatch/peers.h"
+#include "bridge/state/alarms.h"
 #include "bridge/state/axis_state_store.h"
-#include "bridge/state/bridge_alarms.h"
 #include "bridge/state/command_store.h"
 #include "bridge/state/pending_command.h"
 #include "bridge/store/device_store.h"
 #include "bridge/store/journal_queue.h"
 #include "core/config/machine_config.h"
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

@@ -1,4 +1,4 @@
-#include "bridge/state/alarm_state_store.h"
+#include "bridge/state/alarms.h"
 
 #include "bridge/dispatch/dispatcher_fixture.h"
 

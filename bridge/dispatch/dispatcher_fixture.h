@@ -10,11 +10,10 @@
 #include <vector>
 
 #include "bridge/dispatch/dispatcher.h"
-#include "bridge/store/inline_journal.h"
 #include "bridge/store/memory_store.h"
-#include "core/command/body_digest.h"
-#include "core/command/command_words.h"
-#include "core/messages/decode_message.h"
+#include "core/command/command_id.h"
+#include "core/messages/enum_names.h"
+#include "core/messages/message.h"
 #include "tests/support/counting_family.h"
 #include "tests/support/memory_sink.h"
 

@@ -3,9 +3,8 @@
 #include <axlecast/driver_order_t.hpp>
 
 #include "bridge/dispatch/dispatcher.h"
-#include "bridge/store/inline_journal.h"
 #include "bridge/store/memory_store.h"
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 #include "tests/support/counting_family.h"
 
 // Arbitrary bytes as the messages of clients, drivers and other bridges: as they are, and as bodies of good

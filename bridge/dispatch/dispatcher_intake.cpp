@@ -1,12 +1,11 @@
 #include <utility>
 
-#include "bridge/dispatch/command_status.h"
+#include "bridge/dispatch/command_port.h"
 #include "bridge/dispatch/dispatcher.h"
-#include "core/base/truncated_text.h"
-#include "core/command/body_digest.h"
+#include "core/base/text.h"
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
-#include "core/messages/decode_message.h"
+#include "core/messages/enum_names.h"
+#include "core/messages/message.h"
 
 // The dispatcher's way in: from a message of a client to a task in the lane of its device.
 namespace axlecast {

@@ -4,6 +4,9 @@
 #include <optional>
 
 #include "bridge/state/pending_command.h"
+#include "bridge/store/durable_store.h"
+#include "core/base/time.h"
+#include "core/config/machine_config.h"
 #include "core/device/family.h"
 
 namespace axlecast {
@@ -19,5 +22,12 @@ inline constexpr MonoNs kLookAgain = 500 * kMillisecond;
 
 // Adds to the command's outcome what the finished task found.
 void AddCheckedOutcome(const PendingCommand& finding, command_status_t& outcome);
+
+// The task of a command that an earlier bridge has left without outcome. Its operation is null when the machine's
+// file has its device or operation no more.
+[[nodiscard]] PendingCommand RecoveredCommand(const MachineConfig& machine, const OpenCommand& command);
+
+// The outcome of one that cannot be resumed: it was never sent, or nobody is left to be asked.
+void GiveUp(command_status_t& status, Timestamp now);
 
 }  // namespace axlecast

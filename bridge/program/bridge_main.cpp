@@ -12,19 +12,17 @@
 #include <string>
 
 #include "bridge/dispatch/dispatcher.h"
-#include "bridge/store/journal_thread.h"
+#include "bridge/store/journal_queue.h"
 #include "bridge/store/sqlite_store.h"
-#include "core/base/timebase.h"
-#include "core/command/own_key.h"
+#include "core/base/time.h"
+#include "core/command/keys.h"
 #include "core/config/load.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/process.h"
 #include "platform/os/secret_file.h"
-#include "platform/os/supervision.h"
 #include "platform/os/system_clock.h"
+#include "platform/os/terminal.h"
 #include "platform/os/terminal_log.h"
-#include "platform/os/terminal_output.h"
-#include "platform/os/wait_until.h"
 
 namespace axlecast {
 namespace {

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "bridge/store/durable_store.h"
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

@@ -1,5 +1,8 @@
 #include "bridge/state/pending_command.h"
 
+#include <algorithm>
+#include <charconv>
+
 namespace axlecast {
 
 std::int32_t PendingCommand::WritesAtMost() const {
@@ -7,6 +10,25 @@ std::int32_t PendingCommand::WritesAtMost() const {
   Arguments pairs;
   for (const argument_t& argument : arguments) pairs.emplace_back(argument.key, argument.value);
   return operation->writes(pairs);
+}
+
+std::string ArgumentOf(const PendingCommand& task, std::string_view key) {
+  const auto found = std::find_if(task.arguments.begin(), task.arguments.end(),
+                                  [&](const argument_t& argument) { return argument.key == key; });
+  return found == task.arguments.end() ? "" : found->value;
+}
+
+std::string ChangedTo(const command_status_t& status, std::string_view key) {
+  const auto found = std::find_if(status.changes.begin(), status.changes.end(),
+                                  [&](const change_t& change) { return change.key == key; });
+  return found == status.changes.end() ? "" : found->after;
+}
+
+std::optional<std::int64_t> ParseInteger(const std::string& text) {
+  std::int64_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return number;
 }
 
 }  // namespace axlecast

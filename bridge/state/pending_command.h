@@ -3,7 +3,9 @@
 #include <axlecast/argument_t.hpp>
 #include <axlecast/command_status_t.hpp>
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/base/time.h"
@@ -63,6 +65,18 @@ struct PendingCommand {
 
   // Of the device's limited memory, by its arguments.
   [[nodiscard]] std::int32_t WritesAtMost() const;
+};
+
+// What texts of a task and of its status say; empty where they do not.
+[[nodiscard]] std::string ArgumentOf(const PendingCommand& task, std::string_view key);
+[[nodiscard]] std::string ChangedTo(const command_status_t& status, std::string_view key);
+// A whole decimal number.
+[[nodiscard]] std::optional<std::int64_t> ParseInteger(const std::string& text);
+
+// An order that the bridge gives by itself, or in the place of a client's operation.
+struct BridgeOrder {
+  std::string operation;
+  std::vector<argument_t> arguments;
 };
 
 }  // namespace axlecast

@@ -1,10 +1,10 @@
 #include "bridge/store/database.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <filesystem>
 #include <fstream>
 
@@ -196,4 +196,5 @@ TEST_F(DatabaseTest, WhatIsNoDatabaseIsLost) {
 }
 
 }  // namespace
+
 }  // namespace axlecast

@@ -7,9 +7,9 @@
 #include <limits>
 #include <string_view>
 
-#include "bridge/store/axis_row.h"
-#include "bridge/store/schema.h"
-#include "bridge/store/sqlite_alarms.h"
+#include "bridge/store/database.h"
+#include "bridge/store/rows.h"
+#include "bridge/store/sqlite_devices.h"
 
 namespace axlecast {
 
@@ -162,7 +162,7 @@ std::vector<DeviceRecord> HistoryReader::Devices() {
 std::vector<AlarmMark> HistoryReader::AlarmMarks(const std::string& device) {
   // An older bridge's journal has none.
   if (!database_ || !HasAlarmMarks(*database_)) return {};
-  std::vector<AlarmMark> marks = sqlite_alarms::Of(*database_, device);
+  std::vector<AlarmMark> marks = AlarmMarksOf(*database_, device);
   Check();
   return marks;
 }

@@ -6,10 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "bridge/store/alarm_store.h"
-#include "bridge/store/axis_store.h"
-#include "bridge/store/command_row.h"
 #include "bridge/store/database.h"
+#include "bridge/store/durable_store.h"
+#include "bridge/store/rows.h"
 
 namespace axlecast {
 

@@ -4,9 +4,9 @@
 #include <string>
 #include <utility>
 
-#include "bridge/store/command_row.h"
+#include "bridge/store/rows.h"
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
+#include "core/messages/enum_names.h"
 
 namespace axlecast {
 namespace {

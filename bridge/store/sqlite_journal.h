@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bridge/store/database.h"
-#include "bridge/store/journal.h"
+#include "bridge/store/durable_store.h"
 #include "core/base/time.h"
 
 namespace axlecast {

@@ -4,8 +4,8 @@
 #include <limits>
 #include <utility>
 
-#include "bridge/store/schema.h"
-#include "bridge/store/sqlite_alarms.h"
+#include "bridge/store/database.h"
+#include "bridge/store/sqlite_devices.h"
 #include "core/command/command_id.h"
 
 namespace axlecast {
@@ -173,15 +173,15 @@ bool SqliteStore::Exchange(const std::string& device, const std::string& identit
 }
 
 bool SqliteStore::SetMark(const std::string& device, const AlarmMark& mark) {
-  return Commit([&](Database& database) { return sqlite_alarms::Set(database, device, mark); });
+  return Commit([&](Database& database) { return SetAlarmMark(database, device, mark); });
 }
 
 bool SqliteStore::EndMark(const std::string& device, AlarmMark::Kind kind, const std::string& alarm) {
-  return Commit([&](Database& database) { return sqlite_alarms::End(database, device, kind, alarm); });
+  return Commit([&](Database& database) { return EndAlarmMark(database, device, kind, alarm); });
 }
 
 std::vector<AlarmMark> SqliteStore::Marks(const std::string& device) const {
-  return database_ ? sqlite_alarms::Of(*database_, device) : std::vector<AlarmMark>();
+  return database_ ? AlarmMarksOf(*database_, device) : std::vector<AlarmMark>();
 }
 
 void SqliteStore::KeepPosition(const std::string& device, const LastPosition& position) {

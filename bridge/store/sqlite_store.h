@@ -9,7 +9,7 @@
 #include "bridge/store/database.h"
 #include "bridge/store/durable_store.h"
 #include "bridge/store/journal_guard.h"
-#include "bridge/store/sqlite_axes.h"
+#include "bridge/store/sqlite_devices.h"
 #include "bridge/store/sqlite_journal.h"
 
 namespace axlecast {

@@ -13,7 +13,7 @@
 #include <string>
 
 #include "bridge/store/sqlite_store.h"
-#include "core/command/command_words.h"
+#include "core/messages/enum_names.h"
 #include "tests/support/counting_family.h"
 #include "tests/support/temporary_folder.h"
 

@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "core/base/words.h"
-#include "core/command/own_key.h"
+#include "core/base/spelling.h"
+#include "core/command/keys.h"
 #include "core/config/load.h"
 #include "platform/os/secret_file.h"
 

@@ -1,15 +1,22 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "client/axlecast/client_settings.h"
-#include "client/command/client_keys.h"
 #include "core/base/secret.h"
+#include "core/command/signature.h"
 #include "core/config/machine_config.h"
 
 namespace axlecast {
+
+// Who a client is, and whom it believes.
+struct ClientKeys {
+  std::shared_ptr<const SigningKey> own;  // null: what it sends is unsigned
+  std::optional<PublicKey> bridge;        // nothing: every status is believed
+};
 
 // The keys that `settings` name. Nothing, and a `problem`, when one of them cannot be used.
 [[nodiscard]] std::optional<ClientKeys> LoadClientKeys(const ClientSettings& settings, SecretSource& secrets,

@@ -4,8 +4,11 @@
 #include <axlecast/command_body_t.hpp>
 #include <string_view>
 
-#include "core/base/truncated_text.h"
-#include "core/messages/encode_message.h"
+#include "client/axlecast/command.h"
+#include "core/base/text.h"
+#include "core/command/command_id.h"
+#include "core/messages/enum_names.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {
@@ -20,6 +23,8 @@ command_body_t BodyOf(const CommandId& id) {
 }
 
 bool HoldsNul(std::string_view text) { return text.find('\0') != std::string_view::npos; }
+
+using S = command_status_t;
 
 }  // namespace
 
@@ -66,5 +71,37 @@ std::string FormProblem(const CommandRequest& request) {
   }
   return "";
 }
+
+CommandOutcome CommandResult::outcome() const {
+  if (not_accepted) return CommandOutcome::kNotAccepted;
+  if (!answered || status.is_final == 0) return CommandOutcome::kUnknown;
+  switch (status.state) {
+    case S::STATE_SUCCEEDED:
+      if (prepare) return CommandOutcome::kPrepared;
+      return status.verified != 0 ? CommandOutcome::kDone : CommandOutcome::kDoneUnverified;
+    case S::STATE_REJECTED:
+      return CommandOutcome::kRejected;
+    case S::STATE_EXPIRED:
+      return CommandOutcome::kExpired;
+    case S::STATE_CANCELLED:
+      return CommandOutcome::kCancelled;
+    case S::STATE_FAILED:
+      return CommandOutcome::kFailed;
+    case S::STATE_INDETERMINATE:
+      return CommandOutcome::kIndeterminate;
+    default:
+      return CommandOutcome::kUnknown;
+  }
+}
+
+bool CommandResult::temporary() const {
+  const CommandOutcome what = outcome();
+  if (what == CommandOutcome::kNotAccepted) return can_resend;
+  return (what == CommandOutcome::kRejected || what == CommandOutcome::kExpired) && IsTemporary(status.reason_code);
+}
+
+std::string_view CommandResult::reason() const { return ReasonName(status.reason_code); }
+
+CommandToken CommandResult::token() const { return IdOf(status.token); }
 
 }  // namespace axlecast

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "client/axlecast/command.h"
-#include "client/command/client_keys.h"
-#include "core/base/key.h"
+#include "client/command/client_key.h"
 #include "core/base/time.h"
+#include "core/command/signature.h"
 
 namespace axlecast {
 

@@ -1,5 +1,3 @@
-#include "client/axlecast/command_client.h"
-
 #include <poll.h>
 #include <sodium.h>
 
@@ -14,15 +12,15 @@
 #include <utility>
 #include <vector>
 
+#include "client/axlecast/command_client.h"
 #include "client/command/client_key.h"
-#include "client/command/command_sessions.h"
-#include "core/command/command_words.h"
+#include "client/command/command_session.h"
+#include "core/messages/enum_names.h"
 #include "platform/net/lcm_port.h"
+#include "platform/os/descriptor.h"
 #include "platform/os/process.h"
 #include "platform/os/secret_file.h"
 #include "platform/os/system_clock.h"
-#include "platform/os/wait_until.h"
-#include "platform/os/wake_event.h"
 
 namespace axlecast {
 namespace {

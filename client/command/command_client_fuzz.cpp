@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "client/command/command_sessions.h"
-#include "core/command/body_digest.h"
-#include "core/messages/decode_message.h"
+#include "client/command/command_session.h"
+#include "core/command/command_id.h"
+#include "core/messages/message.h"
 #include "tests/support/fake_clock.h"
 #include "tests/support/memory_sink.h"
 

@@ -1,5 +1,3 @@
-#include "client/axlecast/command_client.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -9,9 +7,10 @@
 #include <thread>
 #include <utility>
 
+#include "client/axlecast/command_client.h"
 #include "client/axlecast/permit_issuer.h"
 #include "client/command/permit_message.h"
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 #include "tests/support/temporary_folder.h"
 
 namespace axlecast {

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "client/command/command_session.h"
-#include "core/command/body_digest.h"
-#include "core/messages/decode_message.h"
+#include "core/command/command_id.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

@@ -121,4 +121,5 @@ TEST(RuntimeAlarms, FitTheirMessage) {
 }
 
 }  // namespace
+
 }  // namespace axlecast

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace axlecast {
 
@@ -38,6 +39,22 @@ MonoNs ExchangeStats::MiddleOf(std::size_t bucket) {
   const std::size_t octave = cell - 1;
   const std::size_t mantissa = bucket - (octave << kSubBits);
   return static_cast<MonoNs>((mantissa << octave) + ((std::size_t{1} << octave) >> 1));
+}
+
+void ExchangeHistogram::Add(MonoNs duration) {
+  duration = std::max<MonoNs>(duration, 0);
+  ++total_;
+  sum_ += duration;
+  const auto bucket =
+      std::lower_bound(kBoundsUs.begin(), kBoundsUs.end(), duration,
+                       [](std::int32_t bound_us, MonoNs took) { return bound_us * kMicrosecond < took; });
+  if (bucket != kBoundsUs.end()) ++counts_[static_cast<std::size_t>(bucket - kBoundsUs.begin())];
+}
+
+std::array<std::int64_t, ExchangeHistogram::kBoundsUs.size()> ExchangeHistogram::Within() const {
+  std::array<std::int64_t, kBoundsUs.size()> within{};
+  std::partial_sum(counts_.begin(), counts_.end(), within.begin());
+  return within;
 }
 
 }  // namespace axlecast

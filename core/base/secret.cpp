@@ -1,5 +1,6 @@
 #include "core/base/secret.h"
 
+#include <array>
 #include <cstring>
 
 namespace axlecast {
@@ -7,6 +8,11 @@ namespace axlecast {
 void Secret::Wipe() {
   explicit_bzero(text_.data(), text_.size());
   text_.clear();
+}
+
+[[gnu::noinline]] void WipeStack() {
+  std::array<char, 65'536> left;
+  explicit_bzero(left.data(), left.size());
 }
 
 }  // namespace axlecast

@@ -71,4 +71,5 @@ TEST(Secret, WhatANewOneReplacesIsWiped) {
 }
 
 }  // namespace
+
 }  // namespace axlecast

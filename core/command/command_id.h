@@ -1,11 +1,13 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <iterator>
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "core/base/inline_bytes.h"
 #include "core/device/operation.h"
 
 namespace axlecast {
@@ -22,5 +24,8 @@ template <typename Bytes16>
 // A command's id as 32 hex digits, and back.
 [[nodiscard]] std::string IdText(const CommandId& id);
 [[nodiscard]] std::optional<CommandId> ParseId(std::string_view text);
+
+// command_status_t.body_digest: the first 8 bytes, big-endian, of BLAKE2b-256 of an encoded command_body_t.
+[[nodiscard]] std::int64_t BodyDigest(Bytes body);
 
 }  // namespace axlecast

@@ -1,6 +1,6 @@
 #include "core/command/device_summary.h"
 
-#include "core/base/truncated_text.h"
+#include "core/base/text.h"
 
 namespace axlecast {
 

@@ -4,7 +4,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <set>
 
-#include "core/base/truncated_text.h"
+#include "core/base/text.h"
 
 namespace axlecast {
 namespace {

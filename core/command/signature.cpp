@@ -4,7 +4,7 @@
 
 #include <stdexcept>
 
-#include "core/command/body_digest.h"
+#include "core/command/command_id.h"
 
 namespace axlecast {
 namespace {

@@ -10,9 +10,12 @@
 #include <vector>
 
 #include "core/base/inline_bytes.h"
-#include "core/base/key.h"
 
 namespace axlecast {
+
+// Ed25519 (RFC 8032), as libsodium has it.
+using PublicKey = std::array<std::uint8_t, 32>;
+using Signature = std::array<std::uint8_t, 64>;
 
 // What a signature is about: a text of its own before the bytes, so that none can be passed off as another.
 enum class Domain : std::uint8_t {

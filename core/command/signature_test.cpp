@@ -236,4 +236,5 @@ TEST(SignedMessage, HoldsItsOwnSignature) {
 }
 
 }  // namespace
+
 }  // namespace axlecast

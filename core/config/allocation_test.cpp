@@ -8,7 +8,6 @@
 #include <string>
 
 #include "core/config/load.h"
-#include "core/config/simulator_maker.h"
 
 namespace {
 

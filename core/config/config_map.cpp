@@ -3,13 +3,17 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <sstream>
 
-#include "core/base/quantity.h"
-#include "core/base/words.h"
+#include "core/base/safe_text.h"
+#include "core/base/spelling.h"
 
 namespace axlecast {
 namespace {
+
+// A file that is wrong all over says so often enough with these.
+constexpr std::size_t kMaxErrors = 200;
 
 constexpr std::string_view kGivenName = "<name>";
 
@@ -62,6 +66,43 @@ std::optional<std::int64_t> ParseInteger(std::string_view text) {
 std::vector<std::string> Words(const std::vector<std::string_view>& views) { return {views.begin(), views.end()}; }
 
 }  // namespace
+
+void ConfigErrors::Add(const YAML::Mark& mark, std::string text) {
+  if (errors_.size() >= kMaxErrors) return;
+  ConfigError error;
+  if (!mark.is_null() && mark.line >= 0) {  // yaml-cpp counts from 0
+    error.line = mark.line + first_line_;
+    error.column = mark.column + 1;
+  }
+  error.text = TerminalText(text, TextShape::kOneLine);  // keys and values of the file may hold anything
+  const auto place = std::upper_bound(errors_.begin(), errors_.end(), error, [](const auto& a, const auto& b) {
+    return std::pair(a.line, a.column) < std::pair(b.line, b.column);
+  });
+  // Two readers of one mapping find the same.
+  if (place != errors_.begin() && std::prev(place)->line == error.line && std::prev(place)->text == error.text)
+    return;
+  errors_.insert(place, std::move(error));
+}
+
+void ConfigErrors::Asked(ConfigKey key) {
+  const auto same =
+      std::find_if(keys_.begin(), keys_.end(), [&](const ConfigKey& k) { return k.place == key.place; });
+  if (same == keys_.end()) return keys_.push_back(std::move(key));
+  const bool required = same->required || key.required;
+  if (!key.kind.empty()) *same = std::move(key);
+  same->required = required;
+}
+
+std::string ConfigErrors::Text() const {
+  const std::string file = TerminalText(file_, TextShape::kOneLine);
+  std::string text;
+  for (const ConfigError& error : errors_) {
+    text += file;
+    if (error.line > 0) text += ':' + std::to_string(error.line) + ':' + std::to_string(error.column);
+    text += ": " + error.text + '\n';
+  }
+  return text;
+}
 
 ConfigMap::ConfigMap(YAML::Node node, std::string path, ConfigErrors& errors)
     : ConfigMap(Entry{node, node.IsDefined() ? node.Mark() : YAML::Mark::null_mark()}, path, path, errors) {}
@@ -330,5 +371,21 @@ void ConfigMap::ReportUnknown(const std::string& key, const YAML::Mark& mark) {
 }
 
 int ConfigMap::line() const { return mark_.is_null() ? 0 : mark_.line + 1; }
+
+SecretPlace LoadPlace(ConfigMap& map, const std::string& example) {
+  SecretPlace place;
+  place.file = map.String("file", "");
+  place.credential = map.String("credential", "");
+  if (!place.file.empty() && !place.credential.empty()) {
+    map.Error("credential", "stands beside file: it is read from one of them; leave the other out");
+  }
+  if (map.Has("file") && !place.file.starts_with('/')) {
+    map.Error("file", Quoted(place.file) + " is no absolute path, e.g. " + example);
+  }
+  if (map.Has("credential") && (place.credential.empty() || place.credential.find('/') != std::string::npos)) {
+    map.Error("credential", Quoted(place.credential) + " is no name below $CREDENTIALS_DIRECTORY, without '/'");
+  }
+  return place;
+}
 
 }  // namespace axlecast

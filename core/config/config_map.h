@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/secret.h"
 #include "core/base/time.h"
 
 namespace axlecast {
@@ -123,5 +124,9 @@ class ConfigMap {
   ConfigErrors* errors_;
   std::set<std::string, std::less<>> known_;
 };
+
+// The keys `file` and `credential` of a mapping: at most one of them, or an error. `example`: an absolute path, for
+// the message.
+[[nodiscard]] SecretPlace LoadPlace(ConfigMap& map, const std::string& example);
 
 }  // namespace axlecast

@@ -5,16 +5,12 @@
 #include <map>
 #include <sstream>
 
-#include "core/base/words.h"
+#include "core/base/spelling.h"
 #include "core/config/config_file.h"
-#include "core/config/load_bridge.h"
-#include "core/config/load_device.h"
-#include "core/config/load_link.h"
-#include "core/config/load_mqtt.h"
-#include "core/config/load_recorder.h"
-#include "core/config/load_shared.h"
-#include "core/config/load_web.h"
-#include "core/config/simulator_maker.h"
+#include "core/config/load_sections.h"
+#include "core/config/mqtt_config.h"
+#include "core/config/recorder_config.h"
+#include "core/config/web_config.h"
 #include "core/config/yaml_text.h"
 #include "core/messages/lcm_url.h"
 

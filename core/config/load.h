@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -21,5 +23,23 @@ namespace axlecast {
 // The simulator of the bus's devices by the keys that stand under its `simulate`. Null after an error.
 [[nodiscard]] std::unique_ptr<Simulator> MakeSimulator(const MachineConfig& machine, const BusConfig& bus,
                                                        ConfigErrors& errors);
+
+// As LoadConfig, for a program that examines the machine's host instead of obeying the file: it may be one that others
+// can write (OthersMayWriteConfig).
+[[nodiscard]] std::optional<MachineConfig> LoadSharedConfig(const std::string& file, ConfigErrors& errors);
+
+// Makes the simulators of a machine's buses by the keys that stand under their `simulate`. Reads the file's text once,
+// however many buses there are; MakeSimulator reads it for one.
+class SimulatorMaker {
+ public:
+  // Both must outlive the maker.
+  SimulatorMaker(const MachineConfig& machine, ConfigErrors& errors);
+  // Returns null after an error.
+  [[nodiscard]] std::unique_ptr<Simulator> Make(const BusConfig& bus);
+
+ private:
+  ConfigErrors* errors_;
+  std::map<std::string, ConfigMap, std::less<>> buses_;
+};
 
 }  // namespace axlecast

@@ -1,12 +1,11 @@
-#include "core/config/load_bridge.h"
-
 #include <algorithm>
 
-#include "core/base/words.h"
+#include "core/base/spelling.h"
+#include "core/command/keys.h"
 #include "core/command/operation_check.h"
-#include "core/command/role.h"
 #include "core/command/signature.h"
-#include "core/config/load_place.h"
+#include "core/config/config_map.h"
+#include "core/config/load_sections.h"
 
 namespace axlecast {
 namespace {

@@ -1,10 +1,9 @@
-#include "core/config/load_bridge.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/command/signature.h"
 #include "core/config/load.h"
+#include "core/config/load_sections.h"
 
 namespace axlecast {
 namespace {

@@ -10,9 +10,6 @@
 #include "core/config/test_family.h"
 
 namespace axlecast {
-
-std::span<const Family* const> Families() { return test_family::Table(); }
-
 namespace {
 
 using test_family::Machine;
@@ -224,4 +221,7 @@ TEST(MakeSimulator, ReadsTheKeysWhereTheyStandInTheFile) {
 }
 
 }  // namespace
+
+std::span<const Family* const> Families() { return test_family::Table(); }
+
 }  // namespace axlecast

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "core/base/severity.h"
-#include "core/command/key_grant.h"
+#include "core/base/spelling.h"
+#include "core/command/keys.h"
 #include "core/config/mqtt_config.h"
 #include "core/config/recorder_config.h"
 #include "core/config/web_config.h"
@@ -129,5 +129,10 @@ struct MachineConfig {
 // Where the recorder's logs are: the configured folder, else $LOGS_DIRECTORY (systemd.exec(5)) and /<machine>, else log
 // in StateDirectory.
 [[nodiscard]] std::string LogDirectory(const MachineConfig& machine);
+
+// POSITION or MOTOR messages a second of a device of the bus: at most publish_hz, and no more often than it is read.
+[[nodiscard]] double MessageRate(const BusConfig& bus, const DeviceConfig& device);
+// Of all devices.
+[[nodiscard]] double MessageRate(const MachineConfig& machine);
 
 }  // namespace axlecast

@@ -11,6 +11,8 @@
 
 namespace axlecast {
 
+class ConfigMap;
+
 // How often one device's positions go to the broker.
 struct PositionPace {
   MonoNs interval = kSecond;      // at most one in so long
@@ -56,5 +58,8 @@ struct MqttFault {
 [[nodiscard]] const PositionPace& PaceOf(const MqttConfig& mqtt, const std::string& device);
 // "broker.example:8883", an IPv6 address in brackets.
 [[nodiscard]] std::string BrokerText(const MqttConfig& mqtt);
+
+// Reads `mqtt`: the broker that the machine's messages go to. `devices`: those of the machine.
+[[nodiscard]] MqttConfig LoadMqtt(ConfigMap map, const std::vector<std::string>& devices);
 
 }  // namespace axlecast

@@ -8,6 +8,8 @@
 
 namespace axlecast {
 
+class ConfigMap;
+
 // One log of a recorder: what goes into it, how it is cut, how long it stays.
 struct LogConfig {
   std::string name;
@@ -40,5 +42,8 @@ struct LogFault {
 // being written is never deleted.
 [[nodiscard]] std::int64_t SplitBytes(const LogConfig& log);
 [[nodiscard]] MonoNs SplitTime(const LogConfig& log);
+
+// Reads `recorder`: the logs that are written of the machine.
+[[nodiscard]] RecorderConfig LoadRecorder(ConfigMap map);
 
 }  // namespace axlecast

@@ -2,9 +2,21 @@
 
 #include <arpa/inet.h>
 
-#include "core/base/words.h"
+#include "core/base/spelling.h"
+#include "core/config/config_map.h"
 
 namespace axlecast {
+namespace {
+
+std::string LoadPem(ConfigMap& map, const char* key) {
+  std::string file = map.String(key, "");
+  if (map.Has(key) && !file.starts_with('/')) {
+    map.Error(key, Quoted(file) + " is no absolute path, e.g. /etc/axlecast/" + key + ".pem");
+  }
+  return file;
+}
+
+}  // namespace
 
 bool IsLoopback(const std::string& address) {
   in_addr v4{};
@@ -36,6 +48,24 @@ std::vector<WebFault> FaultsOf(const WebConfig& web) {
   if (web.certificate.empty()) faults.push_back({"bind", why + "needs tls_cert and tls_key"});
   if (web.token.empty()) faults.push_back({"bind", why + "needs a token"});
   return faults;
+}
+
+WebConfig LoadWeb(ConfigMap map) {
+  WebConfig web;
+  web.bind = map.String("bind", web.bind);
+  web.port = static_cast<int>(map.Integer("port", web.port, 1, 65535, "(TCP)"));
+  web.certificate = LoadPem(map, "tls_cert");
+  web.key = LoadPem(map, "tls_key");
+  if (map.Has("token")) {
+    ConfigMap token = map.Map("token");
+    web.token = LoadPlace(token, "/etc/axlecast/web.token");
+    web.token.group_may_read = true;
+    token.Done();
+  }
+  web.names = map.Strings("names");
+  for (const WebFault& fault : FaultsOf(web)) map.Error(fault.key, fault.text);
+  map.Done();
+  return web;
 }
 
 }  // namespace axlecast

@@ -7,6 +7,8 @@
 
 namespace axlecast {
 
+class ConfigMap;
+
 // Where and to whom `axlecast web` serves its page.
 struct WebConfig {
   std::string bind = "127.0.0.1";  // an address of this host, or a wildcard
@@ -29,5 +31,8 @@ struct WebFault {
   std::string text;
 };
 [[nodiscard]] std::vector<WebFault> FaultsOf(const WebConfig& web);
+
+// The `web` block.
+[[nodiscard]] WebConfig LoadWeb(ConfigMap map);
 
 }  // namespace axlecast

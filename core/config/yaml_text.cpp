@@ -2,16 +2,108 @@
 
 #include <yaml-cpp/eventhandler.h>
 
+#include <cstddef>
 #include <exception>
 #include <map>
 #include <optional>
 #include <sstream>
+#include <string>
 
-#include "core/base/words.h"
-#include "core/config/yaml_quotes.h"
+#include "core/base/spelling.h"
 
 namespace axlecast {
 namespace {
+
+bool IsBlank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
+
+// Goes through a text line by line, and knows where a quote opens a value instead of standing within one.
+class QuoteScan {
+ public:
+  std::optional<OpenQuote> Run(std::string_view text) {
+    for (int number = 0; !text.empty(); ++number) {
+      const std::size_t end = text.find('\n');
+      if (const auto column = ScanLine(text.substr(0, end))) {
+        return OpenQuote{.line = number,
+                         .column = static_cast<int>(*column),
+                         .quote = text[*column],
+                         .closed = EndOfQuote(text, *column) != std::string_view::npos};
+      }
+      if (end == std::string_view::npos) break;
+      text.remove_prefix(end + 1);
+    }
+    return std::nullopt;
+  }
+
+ private:
+  // Where a quote opens that the line does not close.
+  std::optional<std::size_t> ScanLine(std::string_view line) {
+    std::size_t at = 0;
+    while (at < line.size() && IsBlank(line[at])) ++at;
+    if (at == line.size()) return std::nullopt;
+    if (in_block_ && at > block_indentation_) return std::nullopt;  // a text of | or >: its quotes are characters
+    in_block_ = false;
+    indentation_ = at;
+    begins_value_ = true;
+    while (at < line.size()) {
+      const std::size_t next = Step(line, at);
+      if (next == std::string_view::npos) return at;
+      at = next;
+    }
+    return std::nullopt;
+  }
+
+  // Returns where to go on; npos: the quote at `at` stays open.
+  std::size_t Step(std::string_view line, std::size_t at) {
+    const char c = line[at];
+    const bool after_blank = at == 0 || IsBlank(line[at - 1]);
+    const bool before_blank = at + 1 == line.size() || IsBlank(line[at + 1]);
+    if (IsBlank(c)) return at + 1;
+    if (c == '#' && after_blank) return line.size();
+    if ((c == '"' || c == '\'') && begins_value_) {
+      const std::size_t end = EndOfQuote(line, at);
+      begins_value_ = false;
+      return end;
+    }
+    if ((c == '|' || c == '>') && begins_value_ && flow_ == 0) {
+      in_block_ = true;
+      block_indentation_ = indentation_;
+      return line.size();
+    }
+    begins_value_ = BeginsValueBehind(c, before_blank);
+    return at + 1;
+  }
+
+  bool BeginsValueBehind(char c, bool before_blank) {
+    if ((c == '[' || c == '{') && (begins_value_ || flow_ > 0)) {
+      ++flow_;
+      return true;
+    }
+    if ((c == ']' || c == '}') && flow_ > 0) --flow_;
+    if (c == ',' && flow_ > 0) return true;
+    if (c == ':' && before_blank) return true;
+    return (c == '-' || c == '?') && before_blank && begins_value_;
+  }
+
+  static std::size_t EndOfQuote(std::string_view line, std::size_t begin) {
+    const char quote = line[begin];
+    for (std::size_t at = begin + 1; at < line.size(); ++at) {
+      if (quote == '"' && line[at] == '\\') {
+        ++at;
+      } else if (line[at] == quote) {
+        const bool doubled = quote == '\'' && at + 1 < line.size() && line[at + 1] == quote;
+        if (!doubled) return at + 1;
+        ++at;
+      }
+    }
+    return std::string_view::npos;
+  }
+
+  int flow_ = 0;  // depth of [ and {
+  bool begins_value_ = true;
+  std::size_t indentation_ = 0;
+  bool in_block_ = false;
+  std::size_t block_indentation_ = 0;
+};
 
 constexpr std::size_t kLargestText = 512UL * 1024;
 constexpr int kDeepest = 32;
@@ -140,7 +232,42 @@ YAML::Node LoadDocument(const std::string& text, ConfigErrors& errors) {
   return document;
 }
 
+void AppendQuoted(std::string& text, const std::string& scalar) {
+  text += '"';
+  for (const char c : scalar) {
+    if (c == '"' || c == '\\') text += '\\';
+    text += c;
+  }
+  text += '"';
+}
+
+void Append(std::string& text, const YAML::Node& node) {
+  if (node.IsMap()) {
+    std::map<std::string, YAML::Node> entries;
+    for (const auto& pair : node) entries.emplace(pair.first.Scalar(), pair.second);
+    text += '{';
+    for (const auto& [key, value] : entries) {
+      if (text.back() != '{') text += ',';
+      AppendQuoted(text, key);
+      text += ':';
+      Append(text, value);
+    }
+    text += '}';
+  } else if (node.IsSequence()) {
+    text += '[';
+    for (const auto& item : node) {
+      if (text.back() != '[') text += ',';
+      Append(text, item);
+    }
+    text += ']';
+  } else {
+    AppendQuoted(text, node.IsScalar() ? node.Scalar() : "");
+  }
+}
+
 }  // namespace
+
+std::optional<OpenQuote> FindOpenQuote(std::string_view text) { return QuoteScan().Run(text); }
 
 YAML::Node ParseYaml(const std::string& text, ConfigErrors& errors) {
   const YAML::Node nothing(YAML::NodeType::Undefined);
@@ -158,6 +285,17 @@ YAML::Node ParseYaml(const std::string& text, ConfigErrors& errors) {
     errors.Add(YAML::Mark::null_mark(), std::string("not YAML: ") + error.what());
   }
   return nothing;
+}
+
+std::int64_t ConfigHash(const YAML::Node& device) {
+  std::string text;
+  Append(text, device);
+  std::uint64_t hash = 0xCBF29CE484222325;  // FNV-1a, draft-eastlake-fnv, 64 bits
+  for (const char c : text) {
+    hash ^= static_cast<std::uint8_t>(c);
+    hash *= 0x100000001B3;
+  }
+  return static_cast<std::int64_t>(hash);
 }
 
 }  // namespace axlecast

@@ -4,10 +4,8 @@
 #include <string_view>
 
 #include "core/base/result.h"
-#include "core/device/event.h"
-#include "core/device/motor.h"
 #include "core/device/operation.h"
-#include "core/device/sample.h"
+#include "core/device/reading.h"
 #include "core/device/step.h"
 
 namespace axlecast {

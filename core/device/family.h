@@ -10,13 +10,12 @@
 #include <vector>
 
 #include "core/base/secret.h"
-#include "core/device/can_frame.h"
+#include "core/device/can.h"
 #include "core/device/device.h"
-#include "core/device/line_format.h"
+#include "core/device/line_settings.h"
+#include "core/device/link.h"
 #include "core/device/parameter.h"
-#include "core/device/pulse_lines.h"
 #include "core/device/simulator.h"
-#include "core/device/spi_transfer.h"
 
 namespace axlecast {
 
@@ -102,6 +101,12 @@ struct Family {
 
 // Every family that was built, by folder name. Defined by the build (cmake/axlecast.cmake).
 [[nodiscard]] std::span<const Family* const> Families();
-[[nodiscard]] const Family* FindFamily(std::string_view name);
+// Returns the family of that name; null if none was built.
+[[nodiscard]] inline const Family* FindFamily(std::string_view name) {
+  for (const Family* family : Families()) {
+    if (family->name == name) return family;
+  }
+  return nullptr;
+}
 
 }  // namespace axlecast

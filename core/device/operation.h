@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/result.h"
+#include "core/base/text.h"
 #include "core/base/time.h"
 
 namespace axlecast {
@@ -88,5 +90,14 @@ struct Outcome {
 
   [[nodiscard]] bool IsFinal() const { return state != CommandState::kRunning; }
 };
+
+[[nodiscard]] Outcome Final(CommandState state, std::int32_t reason, std::string text);
+// Returns the outcome of a command that was refused before anything was sent: EXPIRED for REASON_DEADLINE, else REJECTED.
+// Its text is "nothing was done: " and the error.
+[[nodiscard]] Outcome RefusedOutcome(const Error& error);
+// "nothing was done: " and why.
+[[nodiscard]] Outcome Rejected(std::int32_t reason, std::string_view why);
+[[nodiscard]] Outcome Succeeded(bool verified, std::string text);
+[[nodiscard]] inline Outcome Verified(std::string text) { return Succeeded(true, std::move(text)); }
 
 }  // namespace axlecast

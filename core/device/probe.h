@@ -10,9 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/device/event.h"
-#include "core/device/line_format.h"
-#include "core/device/spi_transfer.h"
+#include "core/device/line_settings.h"
 #include "core/device/step.h"
 
 namespace axlecast {

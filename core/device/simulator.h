@@ -11,8 +11,8 @@
 
 #include "core/base/inline_bytes.h"
 #include "core/base/time.h"
-#include "core/device/can_frame.h"
-#include "core/device/spi_transfer.h"
+#include "core/device/can.h"
+#include "core/device/line_settings.h"
 
 namespace axlecast {
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -21,5 +22,12 @@ struct LcmUrl {
 
 // tcpq:// and file://: LCM's other providers. No machine runs over them, but tools may read from them.
 [[nodiscard]] bool IsOtherProvider(std::string_view url);
+
+// A sender's address: what the kernel says of the datagram.
+struct SenderAddress {
+  std::uint32_t address = 0;  // IPv4, host order
+  std::uint16_t port = 0;
+  auto operator<=>(const SenderAddress&) const = default;
+};
 
 }  // namespace axlecast

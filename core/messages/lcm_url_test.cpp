@@ -52,4 +52,5 @@ TEST(IsOtherProvider, IsWhatOnlyToolsRead) {
 }
 
 }  // namespace
+
 }  // namespace axlecast

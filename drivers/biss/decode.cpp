@@ -1,4 +1,4 @@
-#include "drivers/biss/decode.h"
+#include "drivers/biss/family.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/biss/codec.h"
 #include "drivers/biss/settings.h"
 #include "drivers/kit/arguments.h"

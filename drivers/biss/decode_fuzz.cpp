@@ -1,5 +1,5 @@
 // Any settings and any frame.
-#include "drivers/biss/decode.h"
+#include "drivers/biss/family.h"
 
 #include "tests/fuzz/decode_fuzzing.h"
 

@@ -4,12 +4,11 @@
 #include <axlecast/command_status_t.hpp>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
-#include "core/device/outcome_text.h"
-#include "drivers/biss/alarms.h"
+#include "core/device/operation.h"
 #include "drivers/kit/clocked_exchange.h"
-#include "drivers/kit/refusal.h"
 
 namespace axlecast::biss {
 namespace {
@@ -60,17 +59,21 @@ BissDevice::BissDevice(const DeviceConfig& device, DeviceOutput& output)
       half_cycle_(settings_.spi.ClockTime(1) / 2),
       on_wire_(settings_.spi.ClockTime(static_cast<std::int64_t>(8 * settings_.transfer_bytes) - 1)),
       transfer_(ClockedExchange(settings_.transfer_bytes, kTimeout)),
-      output_(output) {}
+      output_(output),
+      runner_(Operations(), *this, output) {}
 
 Step BissDevice::Next(const BusSlot& turn) const {
   if (!link_up_) return {.action = Idle{kNever}, .priority = Priority::kLive};
-  // A live reading is an order's as well.
+  // A live reading serves a command too.
   if (turn.poll_due && turn.now >= not_before_) return {.action = transfer_, .priority = Priority::kLive};
-  if (order_ && !Expired(turn.now)) return {.action = transfer_, .priority = Priority::kCommand};
+  if (runner_.Runnable(turn.now) != nullptr) return {.action = transfer_, .priority = Priority::kCommand};
   return {.action = Idle{turn.poll_due ? not_before_ : kNever}, .priority = Priority::kLive};
 }
 
-void BissDevice::OnStarted(const Step&, MonoNs now) { ExpireIfLate(now); }
+void BissDevice::OnStarted(const Step& step, MonoNs now) {
+  runner_.ExpireIfLate(now);
+  if (std::holds_alternative<Exchange>(step.action)) runner_.OnStarted(true);
+}
 
 void BissDevice::On(const Event& event) {
   switch (event.kind) {
@@ -92,13 +95,12 @@ void BissDevice::On(const Event& event) {
       break;
     case Event::Kind::kLinkDown:
       link_up_ = false;
-      if (order_)
-        Finish(Final(CommandState::kFailed, Reason::REASON_NO_REPLY, "the link was lost before the reading"));
+      runner_.OnLinkLost();
       break;
     default:
       break;
   }
-  ExpireIfLate(std::max(event.sent.last, event.received.last));
+  runner_.ExpireIfLate(std::max(event.sent.last, event.received.last));
 }
 
 void BissDevice::OnTransfer(const Event& event) {
@@ -111,7 +113,7 @@ void BissDevice::OnTransfer(const Event& event) {
     kind = ErrorKind::kFraming;
   }
   output_.OnError(kind, {event.sent.first, event.received.last});
-  FailedAttempt(kind);
+  if (runner_.busy()) runner_.Report(runner_.procedure().OnFailure(kind));
 }
 
 bool BissDevice::StartIsBelieved(std::size_t start) {
@@ -139,7 +141,7 @@ void BissDevice::OnFrame(const Reply& reply, const Event& event) {
   sample.warning = reply.warned;
   sample.device_status = (reply.failed ? 0 : 2) | (reply.warned ? 0 : 1);  // nError, nWarning as sent
   output_.OnSample(sample);
-  if (order_) Finish(Readout(reply));
+  if (runner_.busy()) runner_.Report(runner_.procedure().OnFrame(reply));
 }
 
 // A bit counts when two frames in a row agree on it: a damaged one can pass the check bits.
@@ -161,7 +163,7 @@ Interval BissDevice::LatchInstant(const Event& event) const {
   return {first, std::max(first, event.sent.last - on_wire_)};
 }
 
-Outcome BissDevice::Readout(const Reply& reply) const {
+Outcome PositionReadout::OnFrame(const Reply& reply) const {
   const double degrees = Degrees(reply.counts, settings_.format.bits);
   std::string text = Text("single-turn %u (%.4f deg)", reply.counts, degrees);
   if (settings_.turns_range > 0) text += Text(", turns %u", reply.turns);
@@ -178,42 +180,20 @@ Outcome BissDevice::Readout(const Reply& reply) const {
   return outcome;
 }
 
-void BissDevice::FailedAttempt(ErrorKind error) {
-  if (!order_ || ++attempts_ < kAttempts) return;
-  Finish(Final(CommandState::kFailed, Reason::REASON_NO_REPLY,
+std::optional<Outcome> PositionReadout::OnFailure(ErrorKind error) {
+  if (++attempts_ < kAttempts) return std::nullopt;
+  return Final(CommandState::kFailed, Reason::REASON_NO_REPLY,
                Text("%d transfers brought no frame; the last one: %s (README of biss, Errors)", kAttempts,
-                    ErrorName(error))));
+                    ErrorName(error)));
 }
 
-Result<> BissDevice::Validate(const DriverCommand& order, MonoNs now) const {
-  if (order.operation != kReadPositionName) {
-    return Failure("biss has no operation " + order.operation, Reason::REASON_UNKNOWN_OPERATION);
-  }
-  return AsResult(RefusalToBegin(order_.has_value(), order, now, link_up_));
+Outcome PositionReadout::OnLinkLost() const {
+  return Final(CommandState::kFailed, Reason::REASON_NO_REPLY, "the link was lost before the reading");
 }
 
-void BissDevice::Begin(const DriverCommand& order, MonoNs now) {
-  if (const auto valid = Validate(order, now); !valid) {
-    return output_.OnOutcome(order.id, RefusedOutcome(valid.error()));
-  }
-  order_ = order.id;
-  begin_by_ = order.begin_by;
-  attempts_ = 0;
-}
-
-bool BissDevice::Cancel(const CommandId& id, MonoNs) {
-  if (order_ != id) return false;
-  order_.reset();
-  return true;
-}
-
-void BissDevice::ExpireIfLate(MonoNs now) {
-  if (!Expired(now)) return;
-  Finish(NeverAsked());
-}
-
-void BissDevice::Finish(const Outcome& outcome) {
-  output_.OnOutcome(*std::exchange(order_, std::nullopt), outcome);
+Result<std::unique_ptr<PositionReadout>> BissDevice::MakeProcedure(const DriverCommand& command, MonoNs) const {
+  if (command.operation != kReadPositionName) return UnknownOperation("biss", command.operation);
+  return std::make_unique<PositionReadout>(settings_);
 }
 
 }  // namespace axlecast::biss

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <axlecast/alarm_entry_t.hpp>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -9,11 +10,36 @@
 #include "core/device/device.h"
 #include "drivers/biss/codec.h"
 #include "drivers/biss/settings.h"
+#include "drivers/kit/command_runner.h"
 
 namespace axlecast::biss {
 
+// The two status bits of every frame (SAA manual 5.6), both active low. What is behind them is the maker's.
+inline constexpr AlarmSpec kErrorAlarm = {
+    0x100, alarm_entry_t::SOURCE_DEVICE, alarm_entry_t::SEVERITY_CRITICAL, "error",
+    "The position is not valid: check supply, speed and mounting; replace the encoder"};
+inline constexpr AlarmSpec kWarningAlarm = {
+    0x101, alarm_entry_t::SOURCE_DEVICE, alarm_entry_t::SEVERITY_WARNING, "warning",
+    "The encoder nears a limit (dirt, ageing, temperature): see its data sheet"};
+
 inline constexpr std::string_view kReadPositionName = "read_position";
 [[nodiscard]] std::span<const OperationSpec> Operations();
+
+// read_position: shows the next frame, or fails after five transfers without one.
+class PositionReadout final : public CommandProcedure {
+ public:
+  // `settings` outlives it.
+  explicit PositionReadout(const BissSettings& settings) : settings_(settings) {}
+
+  [[nodiscard]] Outcome OnFrame(const Reply& reply) const;
+  // A transfer brought no frame. Returns the outcome if it was the last attempt.
+  std::optional<Outcome> OnFailure(ErrorKind error);
+  [[nodiscard]] Outcome OnLinkLost() const override;
+
+ private:
+  const BissSettings& settings_;
+  int attempts_ = 0;
+};
 
 // One encoder on BiSS-C, point to point: one transfer in each slot. The pause between transfers, in which the encoder
 // sees that a frame is over, is the bus's pacing.
@@ -22,28 +48,29 @@ inline constexpr std::string_view kReadPositionName = "read_position";
 // can be taken for an answer. A frame whose start bit stands elsewhere than in the one before is none until the next one
 // has it there too: one wrong sample can hide the start bit, or look like one, and of frames that are read shifted one in
 // 64 passes the check. While nobody is there it looks ten times a second.
-class BissDevice final : public Device {
+class BissDevice final : public Device, private CommandRunner<PositionReadout>::Policy {
  public:
   BissDevice(const DeviceConfig& device, DeviceOutput& output);
 
   [[nodiscard]] Step Next(const BusSlot& turn) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
-  [[nodiscard]] Result<> Validate(const DriverCommand& order, MonoNs now) const override;
-  void Begin(const DriverCommand& order, MonoNs now) override;
-  [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
+  [[nodiscard]] Result<> Validate(const DriverCommand& command, MonoNs now) const override {
+    return runner_.Validate(command, link_up_, now);
+  }
+  void Begin(const DriverCommand& command, MonoNs now) override { runner_.Begin(command, link_up_, now); }
+  [[nodiscard]] bool Cancel(const CommandId& id, MonoNs) override { return runner_.Cancel(id); }
 
  private:
+  [[nodiscard]] Result<std::unique_ptr<PositionReadout>> MakeProcedure(const DriverCommand& command,
+                                                                       MonoNs now) const override;
+  // A transfer without a frame is what read_position reports: an encoder that does not answer is no reason to refuse.
+  [[nodiscard]] Result<> CheckState(const DriverCommand&, MonoNs) const override { return {}; }
   void OnTransfer(const Event& event);
   [[nodiscard]] bool StartIsBelieved(std::size_t start);
   void OnFrame(const Reply& reply, const Event& event);
   void ReportAlarms(const Reply& reply, MonoNs now);
   [[nodiscard]] Interval LatchInstant(const Event& event) const;
-  [[nodiscard]] Outcome Readout(const Reply& reply) const;
-  void FailedAttempt(ErrorKind error);
-  void Finish(const Outcome& outcome);
-  [[nodiscard]] bool Expired(MonoNs now) const { return order_ && attempts_ == 0 && now > begin_by_; }
-  void ExpireIfLate(MonoNs now);
 
   std::shared_ptr<const DeviceSettings> owned_;  // keeps settings_ alive
   const BissSettings& settings_;
@@ -61,9 +88,7 @@ class BissDevice final : public Device {
   MonoNs not_before_ = 0;               // of a live reading
   std::optional<bool> failed_;          // as the alarms say
   std::optional<bool> warned_;
-  std::optional<CommandId> order_;  // read_position
-  MonoNs begin_by_ = kNever;
-  int attempts_ = 0;
+  CommandRunner<PositionReadout> runner_;
 };
 
 // Why a transfer gave no position, as device_info_t counts it.

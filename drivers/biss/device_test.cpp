@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/biss/alarms.h"
 #include "drivers/biss/bits_test_support.h"
 #include "drivers/biss/machine_test_support.h"
 

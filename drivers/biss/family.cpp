@@ -1,10 +1,8 @@
-#include "core/device/family.h"
+#include "drivers/biss/family.h"
 
 #include <memory>
 
-#include "drivers/biss/decode.h"
 #include "drivers/biss/device.h"
-#include "drivers/biss/make_simulator.h"
 #include "drivers/biss/settings.h"
 
 namespace axlecast {
@@ -15,8 +13,6 @@ std::unique_ptr<Device> Make(const BusConfig&, const DeviceConfig& device, Devic
 }
 
 }  // namespace
-
-const Family& biss_family();
 
 const Family& biss_family() {
   static const Family kFamily = {

@@ -12,7 +12,7 @@
 #include "core/config/config_map.h"
 #include "core/config/load.h"
 #include "drivers/biss/device.h"
-#include "drivers/biss/make_simulator.h"
+#include "drivers/biss/family.h"
 #include "drivers/biss/settings.h"
 #include "tests/support/recording_output.h"
 

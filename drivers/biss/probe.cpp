@@ -1,15 +1,50 @@
-#include "drivers/biss/probe.h"
+#include "drivers/biss/family.h"
 
 #include <algorithm>
+#include <map>
 #include <memory>
+#include <set>
 #include <string>
+#include <vector>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
+#include "drivers/biss/codec.h"
 #include "drivers/biss/settings.h"
+#include "drivers/kit/asking_probe.h"
 #include "drivers/kit/clocked_exchange.h"
 
 namespace axlecast::biss {
 namespace {
+
+// Clocks frames out of whatever is there, and looks at which resolution their check bits fit: x^6 + x + 1, single-turn, as
+// the SAA encoders have it. Nothing but the clock goes out.
+class BissProbe final : public AskingProbe {
+ public:
+  explicit BissProbe(const SpiSettings& spi);
+
+  [[nodiscard]] std::vector<ProbeHit> Findings() const override;
+  [[nodiscard]] double Progress() const override;
+
+ protected:
+  [[nodiscard]] std::optional<Question> Ask() const override;
+  void Judge(const Event& event) override;
+
+ private:
+  // How the transfers read at one resolution.
+  struct Fit {
+    int good = 0;      // frames with the right check bits, no error bit, and nothing but low behind them
+    int reported = 0;  // as good, but with the error or warning bit active
+    std::set<std::uint32_t> positions;
+  };
+
+  [[nodiscard]] std::vector<int> Fitting() const;  // resolutions that (nearly) every transfer fits
+  [[nodiscard]] ProbeHit FindingOf(int bits, bool alone) const;
+
+  SpiSettings spi_;
+  Exchange transfer_;
+  int asked_ = 0;
+  std::map<int, Fit> fits_;  // by resolution
+};
 
 constexpr int kTransfers = 32;
 constexpr int kEnough = 28;                // of them must fit: a bad cable spoils a few
@@ -28,8 +63,6 @@ bool IsLowFrom(Bytes samples, std::size_t first) {
   }
   return true;
 }
-
-}  // namespace
 
 BissProbe::BissProbe(const SpiSettings& spi)
     : spi_(spi), transfer_(ClockedExchange(kTransferBytes, kTransferTimeout)) {
@@ -91,8 +124,6 @@ double BissProbe::Progress() const { return static_cast<double>(asked_) / kTrans
 
 // ---- what is tried ----
 
-namespace {
-
 std::vector<ProbeTrial> ProbeTrials(const ProbeScope& scope) {
   std::vector<ProbeTrial> trials;
   const std::vector<std::int64_t> usual = {kDefaultClockHz, kDefaultClockHz / 4};
@@ -111,7 +142,6 @@ std::vector<ProbeTrial> ProbeTrials(const ProbeScope& scope) {
 }
 
 }  // namespace
-
 }  // namespace axlecast::biss
 
 namespace axlecast {

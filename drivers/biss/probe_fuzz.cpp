@@ -1,5 +1,5 @@
 // Any answers, strays and silences.
-#include "drivers/biss/probe.h"
+#include "drivers/biss/family.h"
 
 #include "tests/fuzz/probe_fuzzing.h"
 

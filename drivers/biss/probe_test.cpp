@@ -1,4 +1,4 @@
-#include "drivers/biss/probe.h"
+#include "drivers/biss/family.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

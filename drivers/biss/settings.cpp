@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/config/config_map.h"
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/saa/data_sheet.h"
 
 namespace axlecast::biss {

@@ -2,7 +2,6 @@
 
 #include <optional>
 
-#include "core/base/clock.h"
 #include "core/base/time.h"
 
 namespace axlecast {

@@ -1,7 +1,6 @@
 #pragma once
 
-#include "core/device/can_controller.h"
-#include "core/device/can_frame.h"
+#include "core/device/can.h"
 
 namespace axlecast {
 

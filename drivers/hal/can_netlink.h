@@ -6,7 +6,7 @@
 #include <variant>
 
 #include "core/base/inline_bytes.h"
-#include "core/device/can_controller.h"
+#include "core/device/can.h"
 #include "platform/os/descriptor.h"
 
 namespace axlecast {

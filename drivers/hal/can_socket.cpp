@@ -18,8 +18,8 @@
 #include <utility>
 #include <variant>
 
-#include "core/device/can_remedy.h"
-#include "core/device/line_held.h"
+#include "core/device/can.h"
+#include "core/device/link.h"
 #include "drivers/hal/can_error.h"
 #include "drivers/hal/port_holder.h"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/device/frame_link.h"
+#include "core/device/link.h"
 #include "drivers/hal/can_arrival.h"
 #include "drivers/hal/can_netlink.h"
 #include "drivers/hal/line_reader.h"

@@ -4,7 +4,7 @@
 #include <array>
 #include <span>
 
-#include "core/device/byte_link.h"
+#include "core/device/link.h"
 
 namespace axlecast {
 

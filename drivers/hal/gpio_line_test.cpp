@@ -12,7 +12,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/device/line_held.h"
+#include "core/device/link.h"
 #include "platform/os/system_clock.h"
 
 namespace axlecast {

@@ -6,7 +6,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "platform/os/wait_until.h"
+#include "platform/os/system_clock.h"
 
 namespace axlecast {
 

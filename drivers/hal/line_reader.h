@@ -2,9 +2,9 @@
 
 #include <span>
 
-#include "core/base/clock.h"
-#include "core/device/byte_link.h"
-#include "platform/os/wake_event.h"
+#include "core/base/time.h"
+#include "core/device/link.h"
+#include "platform/os/descriptor.h"
 
 namespace axlecast {
 

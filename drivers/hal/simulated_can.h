@@ -3,8 +3,8 @@
 #include <deque>
 #include <string>
 
-#include "core/base/clock.h"
-#include "core/device/frame_link.h"
+#include "core/base/time.h"
+#include "core/device/link.h"
 #include "drivers/hal/line_reader.h"
 #include "drivers/hal/simulated_port.h"
 #include "drivers/hal/simulated_socket.h"

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "core/device/line_held.h"
+#include "core/device/link.h"
 #include "drivers/hal/simulated_port_test_support.h"
 #include "platform/net/unix_address.h"
 #include "platform/os/system_clock.h"

@@ -8,7 +8,7 @@
 #include <cstring>
 
 #include "platform/net/unix_address.h"
-#include "platform/os/wait_until.h"
+#include "platform/os/system_clock.h"
 
 namespace axlecast {
 namespace {

@@ -3,8 +3,9 @@
 #include <optional>
 #include <string>
 
-#include "core/base/clock.h"
-#include "core/device/pulse_lines.h"
+#include "core/base/time.h"
+#include "core/device/line_settings.h"
+#include "core/device/link.h"
 #include "core/device/step.h"
 #include "platform/os/descriptor.h"
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-#include "core/base/clock.h"
+#include "core/base/time.h"
 #include "core/device/simulator.h"
 
 namespace axlecast {

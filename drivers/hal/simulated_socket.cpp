@@ -11,9 +11,9 @@
 #include <filesystem>
 #include <utility>
 
-#include "core/device/line_held.h"
+#include "core/device/link.h"
 #include "platform/net/unix_address.h"
-#include "platform/os/wait_until.h"
+#include "platform/os/system_clock.h"
 
 namespace axlecast {
 namespace {

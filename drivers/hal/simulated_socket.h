@@ -7,8 +7,8 @@
 #include <string>
 #include <string_view>
 
-#include "core/base/clock.h"
 #include "core/base/inline_bytes.h"
+#include "core/base/time.h"
 #include "platform/os/descriptor.h"
 
 namespace axlecast {

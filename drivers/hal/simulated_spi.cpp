@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "platform/os/wait_until.h"
+#include "platform/os/system_clock.h"
 
 namespace axlecast {
 namespace {

@@ -3,9 +3,9 @@
 #include <span>
 #include <string>
 
-#include "core/base/clock.h"
-#include "core/device/byte_link.h"
-#include "core/device/spi_transfer.h"
+#include "core/base/time.h"
+#include "core/device/line_settings.h"
+#include "core/device/link.h"
 #include "drivers/hal/clocked_in.h"
 #include "drivers/hal/line_reader.h"
 #include "drivers/hal/simulated_port.h"

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <vector>
 
-#include "core/device/line_held.h"
+#include "core/device/link.h"
 #include "drivers/hal/simulated_port_test_support.h"
 #include "platform/os/system_clock.h"
 #include "tests/support/temporary_folder.h"

@@ -9,8 +9,8 @@
 #include <cstring>
 #include <utility>
 
-#include "core/device/line_held.h"
-#include "platform/os/wait_until.h"
+#include "core/device/link.h"
+#include "platform/os/system_clock.h"
 
 namespace axlecast {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <string>
 
-#include "core/base/clock.h"
-#include "core/device/byte_link.h"
-#include "core/device/spi_transfer.h"
+#include "core/base/time.h"
+#include "core/device/line_settings.h"
+#include "core/device/link.h"
 #include "drivers/hal/clocked_in.h"
 #include "drivers/hal/line_reader.h"
 #include "platform/os/descriptor.h"

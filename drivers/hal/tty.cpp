@@ -15,9 +15,9 @@
 #include <cstring>
 #include <utility>
 
-#include "core/device/line_held.h"
+#include "core/device/link.h"
 #include "drivers/hal/adapter.h"
-#include "platform/os/wait_until.h"
+#include "platform/os/system_clock.h"
 
 namespace axlecast {
 namespace {

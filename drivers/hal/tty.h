@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/clock.h"
-#include "core/device/byte_link.h"
-#include "core/device/line_format.h"
+#include "core/base/time.h"
+#include "core/device/line_settings.h"
+#include "core/device/link.h"
 #include "drivers/hal/line_guard.h"
 #include "platform/os/descriptor.h"
 

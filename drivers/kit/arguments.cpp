@@ -42,6 +42,15 @@ std::optional<std::vector<std::uint8_t>> ParseHex(std::string_view text) {
   return bytes;
 }
 
+std::optional<std::int64_t> WholeArgument(const Arguments& arguments, std::string_view name, std::int64_t min,
+                                          std::int64_t max) {
+  return ParseWhole(FindArgument(arguments, name).value_or(""), min, max);
+}
+
+std::optional<std::vector<std::uint8_t>> HexArgument(const Arguments& arguments, std::string_view name) {
+  return ParseHex(FindArgument(arguments, name).value_or(""));
+}
+
 CommandLine ParseCommandLine(std::string_view text) {
   CommandLine line;
   std::istringstream words{std::string(text)};
@@ -55,6 +64,11 @@ CommandLine ParseCommandLine(std::string_view text) {
     }
   }
   return line;
+}
+
+std::optional<CommandLine> AfterArgument(const Arguments& arguments) {
+  const std::optional<std::string_view> after = FindArgument(arguments, "after");
+  return after ? std::optional(ParseCommandLine(*after)) : std::nullopt;
 }
 
 }  // namespace axlecast

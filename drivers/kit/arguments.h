@@ -10,23 +10,35 @@
 
 namespace axlecast {
 
-// The value of an argument; nothing when it is not given.
+// Returns the value of an argument; nothing if it is not given.
 [[nodiscard]] std::optional<std::string_view> FindArgument(const Arguments& arguments, std::string_view name);
 
-// A whole number, decimal or 0x..., within [min, max]; nothing when it is none.
+// Returns a whole number, decimal or 0x..., within [min, max]; nothing if the text is not one.
 [[nodiscard]] std::optional<std::int64_t> ParseWhole(std::string_view text, std::int64_t min, std::int64_t max);
 
-// "A1 05" or "A105"; nothing when it is empty or no such thing.
+// Returns the bytes of "A1 05" or "A105"; nothing if the text is empty or is not hexadecimal.
 [[nodiscard]] std::optional<std::vector<std::uint8_t>> ParseHex(std::string_view text);
 
-// OperationSpec::writes of what writes once, whatever its arguments.
+// The same for the value of an argument; nothing if it is not given either.
+[[nodiscard]] std::optional<std::int64_t> WholeArgument(const Arguments& arguments, std::string_view name,
+                                                        std::int64_t min, std::int64_t max);
+[[nodiscard]] std::optional<std::vector<std::uint8_t>> HexArgument(const Arguments& arguments,
+                                                                   std::string_view name);
+
+// OperationSpec::writes of an operation that writes once, whatever its arguments are.
 [[nodiscard]] inline std::int32_t OneWrite(const Arguments&) { return 1; }
 
-// An operation with its arguments as on a command line: "eeprom_write address=72 data=A105".
+// An operation with its arguments, as on a command line: "eeprom_write address=72 data=A105".
 struct CommandLine {
   std::string operation;
   Arguments arguments;
 };
 [[nodiscard]] CommandLine ParseCommandLine(std::string_view text);
+
+// The argument `after` of a read that verifies another operation (OperationSpec::verified_by_operation).
+inline constexpr ArgumentSpec kAfterArgument = {
+    "after", "an operation with its arguments, to see whether it took effect", false};
+// Returns the operation that `after` names; nothing if it is not given.
+[[nodiscard]] std::optional<CommandLine> AfterArgument(const Arguments& arguments);
 
 }  // namespace axlecast

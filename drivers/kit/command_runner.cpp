@@ -7,12 +7,27 @@ namespace axlecast {
 
 using Reason = command_status_t;
 
+tl::unexpected<Error> BadArgument(std::string text) {
+  return Failure(std::move(text), Reason::REASON_BAD_ARGUMENT);
+}
+
+tl::unexpected<Error> NotPermitted(std::string text) {
+  return Failure(std::move(text), Reason::REASON_NOT_PERMITTED);
+}
+
+tl::unexpected<Error> DeviceOffline(std::string text) {
+  return Failure(std::move(text), Reason::REASON_DEVICE_OFFLINE);
+}
+
+tl::unexpected<Error> UnknownOperation(std::string_view family, std::string_view operation) {
+  return Failure(std::string(family) + " has no operation " + std::string(operation),
+                 Reason::REASON_UNKNOWN_OPERATION);
+}
+
 Result<> CheckBegin(bool busy, const DriverCommand& command, MonoNs now, bool link_up) {
   if (busy) return Failure("another command is being carried out: wait for its outcome", Reason::REASON_BUSY);
   if (now > command.begin_by) return Failure("its time to begin was over", Reason::REASON_DEADLINE);
-  if (!link_up) {
-    return Failure("the link is down: see the device's BUS for the cause", Reason::REASON_DEVICE_OFFLINE);
-  }
+  if (!link_up) return DeviceOffline("the link is down: see the device's BUS for the cause");
   return {};
 }
 
@@ -21,9 +36,25 @@ Result<> CheckStandstill(const Motion& motion) {
   return Failure(MotionText(motion), Reason::REASON_NOT_STANDING_STILL);
 }
 
-bool NeedsStandstill(std::span<const OperationSpec> operations, std::string_view operation) {
-  return std::any_of(operations.begin(), operations.end(),
-                     [&](const OperationSpec& spec) { return spec.name == operation && spec.needs_standstill; });
+std::string MotionText(const Motion& motion) {
+  if (!motion.known) {
+    return "too few fresh valid readings to see that the shaft rests: poll faster, or set limits: {speed_rpm: ...} "
+           "for the axis";
+  }
+  return Text("the shaft turns at %.3g rpm; stop the axis and hold it", motion.speed_rpm);
+}
+
+Outcome NotAtRest(const Motion& motion) { return Rejected(Reason::REASON_NOT_STANDING_STILL, MotionText(motion)); }
+
+Outcome NeverAsked() {
+  return RefusedOutcome(
+      {"the device could not be asked before its time to begin was over", Reason::REASON_DEADLINE});
+}
+
+const OperationSpec* FindOperation(std::span<const OperationSpec> operations, std::string_view name) {
+  const auto found = std::find_if(operations.begin(), operations.end(),
+                                  [&](const OperationSpec& operation) { return operation.name == name; });
+  return found == operations.end() ? nullptr : &*found;
 }
 
 }  // namespace axlecast

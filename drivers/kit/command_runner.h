@@ -3,24 +3,39 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <utility>
 
 #include "core/base/result.h"
 #include "core/device/device.h"
 #include "core/device/operation.h"
-#include "core/device/outcome_text.h"
-#include "drivers/kit/refusal.h"
 
 namespace axlecast {
 
-// What every family refuses in the same words, as an error with a REASON_*.
+// ---- errors that every family reports in the same words, each with its REASON_* ----
+
+[[nodiscard]] tl::unexpected<Error> BadArgument(std::string text);
+[[nodiscard]] tl::unexpected<Error> NotPermitted(std::string text);  // the configuration forbids it
+[[nodiscard]] tl::unexpected<Error> DeviceOffline(std::string text);
+[[nodiscard]] tl::unexpected<Error> UnknownOperation(std::string_view family, std::string_view operation);
 
 // Refuses a command while another one is carried out, after its time to begin, or without a link.
 [[nodiscard]] Result<> CheckBegin(bool busy, const DriverCommand& command, MonoNs now, bool link_up);
-// Refuses a command that needs the shaft to stand still unless the last readings prove that it does.
+// Refuses a command unless the last readings prove that the shaft stands still.
 [[nodiscard]] Result<> CheckStandstill(const Motion& motion);
-[[nodiscard]] bool NeedsStandstill(std::span<const OperationSpec> operations, std::string_view operation);
+
+// Returns what the last readings show of a shaft that is not proven to stand still, and what to do.
+[[nodiscard]] std::string MotionText(const Motion& motion);
+// Returns the final outcome of a procedure that found the shaft in motion before it changed anything.
+[[nodiscard]] Outcome NotAtRest(const Motion& motion);
+// Returns the final outcome of a command that expired before its first request was sent.
+[[nodiscard]] Outcome NeverAsked();
+
+// Returns the operation of that name; null if the family has none.
+[[nodiscard]] const OperationSpec* FindOperation(std::span<const OperationSpec> operations, std::string_view name);
+
+// ---- the executor ----
 
 // One command being carried out on a device. Each family derives its own class with the steps that its protocol needs.
 // After a final outcome it is not used any more.
@@ -30,7 +45,7 @@ class CommandProcedure {
 
   // Returns the final outcome if the link is lost now.
   [[nodiscard]] virtual Outcome OnLinkLost() const = 0;
-  // Returns whether it may have changed something in the device.
+  // Returns whether it may have changed something in the device. Such a command neither expires nor can be cancelled.
   [[nodiscard]] virtual bool touched() const { return false; }
 };
 
@@ -40,7 +55,7 @@ class CommandProcedure {
 template <typename Procedure>
 class CommandRunner {
  public:
-  // What the family decides. Outlives the runner.
+  // What the family decides.
   class Policy {
    public:
     virtual ~Policy() = default;
@@ -48,22 +63,24 @@ class CommandRunner {
     // forbids it.
     [[nodiscard]] virtual Result<std::unique_ptr<Procedure>> MakeProcedure(const DriverCommand& command,
                                                                            MonoNs now) const = 0;
-    // Returns why the state of the device forbids the command now: offline, wrong identity, alarm. The runner itself
-    // checks the link, the time to begin and the standstill.
+    // Returns an error with a REASON_* if the state of the device forbids the command now: offline, wrong identity, alarm.
+    // The runner itself checks the link, the time to begin and the standstill.
     [[nodiscard]] virtual Result<> CheckState(const DriverCommand& command, MonoNs now) const = 0;
-    // Returns why the command is forbidden at this position; asked only for an operation that needs a standstill.
+    // Returns an error with a REASON_* if the command is forbidden at this position. Called only for an operation that
+    // needs a standstill, after the standstill was checked.
     [[nodiscard]] virtual Result<> CheckPosition(const DriverCommand&, const Motion&) const { return {}; }
   };
 
-  // `operations` outlives the runner.
+  // All arguments outlive the runner.
   CommandRunner(std::span<const OperationSpec> operations, const Policy& policy, DeviceOutput& output)
       : operations_(operations), policy_(policy), output_(output) {}
 
-  // Device::Validate, Begin and Cancel. Begin returns whether the command has begun; else its outcome was reported.
+  // Implements Device::Validate.
   [[nodiscard]] Result<> Validate(const DriverCommand& command, bool link_up, MonoNs now) const {
     if (auto made = Admit(command, link_up, now); !made) return Failure(std::move(made.error()));
     return {};
   }
+  // Implements Device::Begin. Returns whether the command has begun; otherwise its outcome was reported.
   bool Begin(const DriverCommand& command, bool link_up, MonoNs now) {
     auto made = Admit(command, link_up, now);
     if (!made) {
@@ -73,43 +90,54 @@ class CommandRunner {
     procedure_ = *std::move(made);
     id_ = command.id;
     begin_by_ = command.begin_by;
-    begun_ = false;
+    begun_ = in_flight_ = false;
     return true;
   }
+  // Implements Device::Cancel.
   [[nodiscard]] bool Cancel(const CommandId& id) {
     if (!procedure_ || id != id_ || procedure_->touched()) return false;
-    procedure_.reset();
+    End();
     return true;
   }
 
   [[nodiscard]] bool busy() const { return procedure_ != nullptr; }
-  // The procedure; busy() only.
+  // The procedure. Precondition: busy().
   [[nodiscard]] Procedure& procedure() const { return *procedure_; }
-  // The procedure if there is one and it may still transmit.
+  // Returns the procedure; null if there is none, or if it has expired and must not transmit any more.
   [[nodiscard]] Procedure* Runnable(MonoNs now) const { return Expired(now) ? nullptr : procedure_.get(); }
-  // Returns when the command expires unless its first request is sent before; kNever if it has begun or there is none.
-  [[nodiscard]] MonoNs ExpiresAt() const { return procedure_ && !HasBegun() ? begin_by_ : kNever; }
-
-  // The first request of the procedure is about to be sent: the command expires no more.
-  void MarkBegun() { begun_ = true; }
-  // Reports EXPIRED if the time to begin is over. Returns whether it was.
-  bool ExpireIfLate(MonoNs now) {
-    if (!Expired(now)) return false;
-    Report(NeverAsked());
-    return true;
+  // Returns when the command expires unless its first request is sent before; kNever if it cannot expire.
+  [[nodiscard]] MonoNs ExpiresAt() const {
+    return procedure_ && !HasBegun() && begin_by_ < kNever ? begin_by_ + 1 : kNever;
   }
+
+  // Records that a request is about to be sent, and whether it is the procedure's (`own`). After its own first request
+  // the command does not expire any more.
+  void OnStarted(bool own) {
+    in_flight_ = own && busy();
+    begun_ = begun_ || in_flight_;
+  }
+  // Returns once whether the request that has ended was the procedure's. A procedure never receives the reply to the
+  // request of an earlier one.
+  [[nodiscard]] bool TakeInFlight() { return std::exchange(in_flight_, false); }
+  // Reports EXPIRED if the command has expired. Returns whether it has.
+  bool ExpireIfLate(MonoNs now) { return Expired(now) && Report(NeverAsked()); }
   void OnLinkLost() {
+    in_flight_ = false;
     if (procedure_) Report(procedure_->OnLinkLost());
   }
-  // Reports an outcome of the procedure. A final outcome ends it. Returns whether it was final.
+  // Reports an outcome of the procedure, if there is one. A final outcome ends the procedure. Returns whether it was final.
   bool Report(const std::optional<Outcome>& outcome) {
     if (!outcome) return false;
     output_.OnOutcome(id_, *outcome);
-    if (outcome->IsFinal()) procedure_.reset();
+    if (outcome->IsFinal()) End();
     return outcome->IsFinal();
   }
 
  private:
+  void End() {
+    procedure_.reset();
+    in_flight_ = false;
+  }
   [[nodiscard]] bool HasBegun() const { return begun_ || procedure_->touched(); }
   [[nodiscard]] bool Expired(MonoNs now) const { return procedure_ && !HasBegun() && now > begin_by_; }
 
@@ -120,7 +148,8 @@ class CommandRunner {
     if (!made) return made;
     if (Result<> ready = CheckBegin(busy(), command, now, link_up); !ready) return Failure(ready.error());
     if (Result<> state = policy_.CheckState(command, now); !state) return Failure(state.error());
-    if (!NeedsStandstill(operations_, command.operation)) return made;
+    const OperationSpec* operation = FindOperation(operations_, command.operation);
+    if (operation == nullptr || !operation->needs_standstill) return made;
     const Motion motion = output_.MotionAt(now);
     if (Result<> still = CheckStandstill(motion); !still) return Failure(still.error());
     if (Result<> position = policy_.CheckPosition(command, motion); !position) return Failure(position.error());
@@ -133,7 +162,8 @@ class CommandRunner {
   std::unique_ptr<Procedure> procedure_;
   CommandId id_{};
   MonoNs begin_by_ = kNever;
-  bool begun_ = false;
+  bool begun_ = false;      // its first request was sent
+  bool in_flight_ = false;  // the request under way is the procedure's
 };
 
 }  // namespace axlecast

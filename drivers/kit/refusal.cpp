@@ -2,7 +2,7 @@
 
 #include <axlecast/command_status_t.hpp>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 
 namespace axlecast {
 
@@ -23,23 +23,10 @@ std::optional<Outcome> RefusalInMotion(const Motion& motion) {
   return Rejected(Reason::REASON_NOT_STANDING_STILL, MotionText(motion));
 }
 
-std::string MotionText(const Motion& motion) {
-  if (!motion.known)
-    return "too few fresh valid readings to see that the shaft rests: poll faster, or set limits: {speed_rpm: ...} "
-           "for "
-           "the axis";
-  return Text("the shaft turns at %.3g rpm; stop the axis and hold it", motion.speed_rpm);
-}
-
 Result<> AsResult(const std::optional<Outcome>& refusal) {
   if (!refusal) return {};
   constexpr std::string_view kPrefix = "nothing was done: ";
   return Failure(refusal->text.substr(refusal->text.starts_with(kPrefix) ? kPrefix.size() : 0), refusal->reason);
-}
-
-Outcome NeverAsked() {
-  return Final(CommandState::kExpired, Reason::REASON_DEADLINE,
-               "nothing was done: the encoder could not be asked before its time to begin was over");
 }
 
 }  // namespace axlecast

@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "core/device/device.h"
+#include "drivers/kit/command_runner.h"
 
 namespace axlecast {
 
@@ -17,8 +18,6 @@ namespace axlecast {
 
 // One that wants the shaft to stand still.
 [[nodiscard]] std::optional<Outcome> RefusalInMotion(const Motion& motion);
-// Why it is not seen to stand still.
-[[nodiscard]] std::string MotionText(const Motion& motion);
 
 // A procedure that carries out an order, or why there is none.
 template <typename Procedure>
@@ -31,8 +30,5 @@ template <typename Procedure>
 
 // The same refusal as an error, without the words that RefusedOutcome puts before it.
 [[nodiscard]] Result<> AsResult(const std::optional<Outcome>& refusal);
-
-// How an order ends whose device could not be asked before its time to begin was over.
-[[nodiscard]] Outcome NeverAsked();
 
 }  // namespace axlecast

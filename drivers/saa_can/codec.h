@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "core/device/can_frame.h"
+#include "core/device/can.h"
 
 // The SAA series on CAN as the maker's operation manual gives it, 5.4.1: called CANopen there, but a protocol of its
 // own on 11-bit identifiers. Pure functions of frames.

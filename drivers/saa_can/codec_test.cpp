@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "tests/support/golden_file.h"
 
 namespace axlecast::saa_can {

@@ -4,7 +4,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/saa_can/operations.h"
 
 namespace axlecast::saa_can {

@@ -7,7 +7,7 @@
 
 #include "core/base/time.h"
 #include "core/device/device.h"
-#include "core/device/event.h"
+#include "core/device/step.h"
 #include "drivers/kit/period_monitor.h"
 #include "drivers/saa_can/settings.h"
 

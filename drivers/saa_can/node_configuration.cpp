@@ -4,8 +4,10 @@
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
+#include "core/device/operation.h"
 #include "core/device/outcome_text.h"
 #include "drivers/kit/read_back.h"
+#include "drivers/saa_can/ending.h"
 #include "drivers/saa_can/procedures.h"
 
 namespace axlecast::saa_can {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <memory>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/saa_can/codec.h"
 
 namespace axlecast::saa_can {

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "core/base/inline_bytes.h"
-#include "core/device/sample.h"
+#include "core/device/reading.h"
 #include "core/device/step.h"
 
 namespace axlecast::saa_modbus {

@@ -2,7 +2,7 @@
 
 #include <axlecast/command_status_t.hpp>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 
 namespace axlecast::saa_modbus {
 namespace {

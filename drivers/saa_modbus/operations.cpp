@@ -4,7 +4,7 @@
 #include <axlecast/command_status_t.hpp>
 
 #include "core/config/machine_config.h"
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/saa_modbus/connection_procedures.h"
 #include "drivers/saa_modbus/procedures.h"

@@ -4,7 +4,7 @@
 #include <bit>
 #include <memory>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/protocol/modbus/adu.h"
 #include "drivers/saa_modbus/procedures.h"
 #include "drivers/saa_modbus/settings.h"

@@ -7,7 +7,7 @@
 
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/saa/data_sheet.h"
 #include "drivers/saa_modbus/codec.h"
 

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "core/device/event.h"
+#include "core/device/step.h"
 #include "drivers/saa_serial/codec.h"
 #include "drivers/saa_serial/reading.h"
 

@@ -5,8 +5,8 @@
 #include <map>
 #include <string>
 
-#include "core/device/line_format.h"
-#include "core/device/outcome_text.h"
+#include "core/device/line_settings.h"
+#include "core/device/operation.h"
 #include "drivers/saa_serial/reading.h"
 #include "tests/support/golden_file.h"
 

@@ -1,11 +1,11 @@
-#include "drivers/saa_serial/decode.h"
+#include "drivers/saa_serial/family.h"
 
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/saa_serial/codec.h"
 #include "drivers/saa_serial/settings.h"

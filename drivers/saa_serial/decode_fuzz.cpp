@@ -1,5 +1,5 @@
 // Any settings and any frame, also with the right checksum.
-#include "drivers/saa_serial/decode.h"
+#include "drivers/saa_serial/family.h"
 
 #include <vector>
 

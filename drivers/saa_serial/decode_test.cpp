@@ -1,5 +1,5 @@
 // What `axlecast decode saa_serial` says of a frame: README.md, "Decoding".
-#include "drivers/saa_serial/decode.h"
+#include "drivers/saa_serial/family.h"
 
 #include <gtest/gtest.h>
 

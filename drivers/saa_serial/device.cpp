@@ -1,17 +1,155 @@
 #include "drivers/saa_serial/device.h"
 
 #include <algorithm>
-#include <axlecast/command_status_t.hpp>
 #include <utility>
 #include <variant>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/saa_serial/operations.h"
 
 namespace axlecast::saa_serial {
+
 namespace {
 
-using Reason = command_status_t;
+// Requests in a row that bring not a single byte, after which the encoder counts as gone.
+constexpr int kGone = 2;
+// Periods without a byte, after which a stream counts as silent.
+constexpr int kPeriodsToSilence = 3;
+
+MonoNs CharacterTime(const BusConfig& bus) { return bus.simulate ? 0 : bus.link.line.ShortestCharacter(); }
+
+bool IsFirst(const BusConfig& bus, const SaaSettings& settings) {
+  return bus.devices.empty() || bus.devices.front().settings.get() == &settings;
+}
+
+}  // namespace
+
+Interpreter::Interpreter(const BusConfig& bus, const SaaSettings& settings, DeviceOutput& output)
+    : mode_(OwnBus(bus).mode),
+      settings_(settings),
+      guards_line_(IsFirst(bus, settings)),
+      character_(CharacterTime(bus)),
+      times_{character_,          bus.link.line.WireTime(1), OwnBus(bus).refresh,
+             settings.processing, settings.latency,          bus.late},
+      output_(output),
+      parser_(settings.format.bits),
+      stalled_(times_),
+      cadence_(times_.period + settings.latency, kPeriodsToSilence) {}
+
+void Interpreter::OnLinkUp(MonoNs now) {
+  answering_ = false;
+  silent_in_a_row_ = 0;
+  emptied_ = now;
+  parser_.Restart();
+  stalled_.Restart(now);
+  polled_.reset();
+  if (mode_ == Mode::kTiming) {
+    cadence_.Arrived(now);
+  } else if (guards_line_) {
+    quiet_needed_ = settings_.silence;
+  }
+}
+
+void Interpreter::OnLinkDown(bool zeroing, MonoNs now) {
+  if (zeroing) BeginJump(now);
+  answering_ = false;
+  quiet_needed_ = 0;
+}
+
+void Interpreter::Take(const Event& event) {
+  switch (event.kind) {
+    case Event::Kind::kReply:
+    case Event::Kind::kTimeout:
+      if (settings_.zero_command && ParseRequest(event.request) == settings_.zero_command) {
+        quiet_needed_ = event.bytes.empty() ? 0 : settings_.silence;
+        BeginJump(EndOf(event));
+      } else {
+        OnPolled(event);
+      }
+      break;
+    case Event::Kind::kUnsolicited:
+    case Event::Kind::kUnexpectedBytes:
+      if (mode_ == Mode::kTiming) {
+        OnStream(event);
+      } else {
+        OnStray(event);
+      }
+      break;
+    case Event::Kind::kPulsed:  // only CLR is pulsed without an exchange
+      BeginJump(EndOf(event));
+      break;
+    case Event::Kind::kSilent:
+      quiet_needed_ = 0;
+      break;
+    default:
+      break;
+  }
+  if (mode_ == Mode::kTiming && cadence_.FellSilent(EndOf(event))) {
+    answering_ = false;
+    output_.OnError(ErrorKind::kSilent, event.received);
+  }
+}
+
+void Interpreter::OnStream(const Event& event) {
+  const MonoNs now = event.received.last;
+  parser_.Append(event.bytes, {std::min(emptied_, now), now});
+  stalled_.Arrived(now);
+  // A read that was filled to the brim may have left bytes on the line.
+  all_read_ = event.bytes.size() < kMaxFrame;
+  if (all_read_) emptied_ = now;
+  cadence_.Arrived(now);
+}
+
+void Interpreter::OnPolled(const Event& event) {
+  const PolledReading polled = ReadReply(event, settings_.format, character_);
+  polled_ = polled.reading;
+  if (polled.stray > 0) output_.OnError(ErrorKind::kUnexpectedBytes, event.received);
+  quiet_needed_ = 0;
+  if (polled.reading.error) quiet_needed_ = settings_.silence;
+  const bool silent = polled.reading.error == ErrorKind::kTimeout;
+  silent_in_a_row_ = silent ? silent_in_a_row_ + 1 : 0;
+  if (silent_in_a_row_ >= kGone) answering_ = false;
+}
+
+void Interpreter::OnStray(const Event& event) {
+  output_.OnError(ErrorKind::kUnexpectedBytes, event.received);
+  if (guards_line_) quiet_needed_ = std::max(quiet_needed_, settings_.silence);
+}
+
+std::optional<Reading> Interpreter::Next() {
+  std::optional<Reading> reading = mode_ == Mode::kTiming ? NextOfStream() : std::exchange(polled_, std::nullopt);
+  if (reading) Judge(*reading);
+  return reading;
+}
+
+std::optional<Reading> Interpreter::NextOfStream() {
+  std::optional<StreamParser::Found> found = parser_.Next();
+  if (!found) return std::nullopt;
+  if (!all_read_) found->behind.reset();
+  if (found->error) return Reading{.error = found->error, .counts = 0, .at = found->first};
+  const Interval at = stalled_.Widened(StreamedInstant(*found, ReplySize(settings_.format.bits), times_));
+  return Reading{.error = {}, .counts = found->counts, .at = at};
+}
+
+void Interpreter::Judge(const Reading& reading) {
+  if (reading.error) return output_.OnError(*reading.error, reading.at);
+  answering_ = true;
+  if (jumping_ && reading.at.first >= effect_from_) {
+    jumping_ = false;
+    output_.OnDatumChanging(false);
+    output_.OnJump();
+  }
+  output_.OnSample({.at = reading.at, .counts = reading.counts});
+}
+
+void Interpreter::BeginJump(MonoNs now) {
+  effect_from_ = now + settings_.zero_settle;
+  output_.OnNonVolatileWrite();
+  if (!std::exchange(jumping_, true)) output_.OnDatumChanging(true);
+}
+
+namespace {
+
 using Want = Procedure::Want;
 
 }  // namespace
@@ -23,29 +161,31 @@ SaaDevice::SaaDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOut
       settings_(Own(device)),
       line_(bus.link.line),
       output_(output),
-      interpreter_(bus, settings_, output) {}
+      interpreter_(bus, settings_, output),
+      runner_(Operations(), *this, output) {}
 
 Step SaaDevice::Next(const BusSlot& turn) const {
   if (!link_up_) return {.action = Idle{kNever}, .priority = Priority::kLive};
   if (interpreter_.quiet_needed() > 0) {
     return {.action = WaitForIdleLine{interpreter_.quiet_needed()}, .priority = Priority::kLive};
   }
-  const Want want = procedure_ && !Expired(turn.now) ? procedure_->Wants(turn.now) : Want::kNothing;
+  const Procedure* procedure = runner_.Runnable(turn.now);
+  const Want want = procedure != nullptr ? procedure->Wants(turn.now) : Want::kNothing;
   if (want == Want::kZero && !turn.reserved) return ZeroStep();
   return bus_.mode == Mode::kTiming ? Stream(turn) : Poll(turn, want);
 }
 
 Step SaaDevice::Stream(const BusSlot& turn) const {
   MonoNs until = interpreter_.silent_at();
-  if (procedure_) until = std::min({until, procedure_->Due(turn.now), procedure_->touched() ? kNever : begin_by_});
+  if (runner_.busy()) until = std::min({until, runner_.procedure().Due(turn.now), runner_.ExpiresAt()});
   return {.action = Listen{std::max(until, turn.now)}, .priority = Priority::kLive};
 }
 
 Step SaaDevice::Poll(const BusSlot& turn, Want want) const {
-  const bool live = turn.poll_due && (want != Want::kReading || live_turn_ || turn.reserved);
+  const bool live = turn.poll_due && (want != Want::kReading || live_slot_ || turn.reserved);
   if (live) return {.action = AskPosition(), .priority = Priority::kLive};
   if (want == Want::kReading) return {.action = AskPosition(), .priority = Priority::kCommand};
-  const MonoNs until = procedure_ ? procedure_->Due(turn.now) : kNever;
+  const MonoNs until = runner_.busy() ? runner_.procedure().Due(turn.now) : kNever;
   return {.action = Idle{until}, .priority = Priority::kLive};
 }
 
@@ -74,15 +214,13 @@ Step SaaDevice::ZeroStep() const {
 }
 
 void SaaDevice::OnStarted(const Step& step, MonoNs now) {
-  if (Expired(now)) {
-    Report(NeverAsked());
-  }
-  live_turn_ = step.priority == Priority::kCommand;
+  runner_.ExpireIfLate(now);
+  live_slot_ = step.priority == Priority::kCommand;
   const auto* exchange = std::get_if<Exchange>(&step.action);
   zeroing_ =
-      procedure_ != nullptr && live_turn_ &&
+      runner_.busy() && live_slot_ &&
       (std::holds_alternative<Pulse>(step.action) || (exchange != nullptr && exchange->reply_length == nullptr));
-  if (zeroing_) procedure_->OnZeroStarted();
+  if (zeroing_) runner_.procedure().OnZeroStarted();
 }
 
 void SaaDevice::On(const Event& event) {
@@ -105,7 +243,7 @@ void SaaDevice::On(const Event& event) {
 void SaaDevice::OnLinkDown(MonoNs now) {
   link_up_ = false;
   interpreter_.OnLinkDown(std::exchange(zeroing_, false), now);
-  if (procedure_) Report(procedure_->OnLinkLost());
+  runner_.OnLinkLost();
 }
 
 void SaaDevice::AdvanceProcedure(const Event& event) {
@@ -114,59 +252,26 @@ void SaaDevice::AdvanceProcedure(const Event& event) {
   const bool zeroed = zeroing_ && (exchange || event.kind == Event::Kind::kPulsed);
   if (zeroed) {
     zeroing_ = false;
-    Report(procedure_->OnZeroed(interpreter_.effect_from()));
+    runner_.Report(runner_.procedure().OnZeroed(interpreter_.effect_from()));
   }
   while (const std::optional<Reading> reading = interpreter_.Next()) {
-    if (procedure_ && !Expired(now)) Report(procedure_->OnReading(*reading, now));
+    if (Procedure* procedure = runner_.Runnable(now)) runner_.Report(procedure->OnReading(*reading, now));
   }
-  if (!procedure_) return;
-  if (Expired(now)) {
-    Report(NeverAsked());
-  } else {
-    Report(procedure_->OnTime(now));
-  }
+  if (runner_.ExpireIfLate(now) || !runner_.busy()) return;
+  runner_.Report(runner_.procedure().OnTime(now));
 }
 
-void SaaDevice::Begin(const DriverCommand& order, MonoNs now) {
-  auto made = Admit(order, now);
-  if (const Outcome* refused = std::get_if<Outcome>(&made)) return output_.OnOutcome(order.id, *refused);
-  procedure_ = std::move(std::get<std::unique_ptr<Procedure>>(made));
-  order_ = order.id;
-  begin_by_ = order.begin_by;
-  live_turn_ = false;
+void SaaDevice::Begin(const DriverCommand& command, MonoNs now) {
+  if (runner_.Begin(command, link_up_, now)) live_slot_ = false;
 }
 
-Result<> SaaDevice::Validate(const DriverCommand& order, MonoNs now) const {
-  return AsResult(RefusalOf(Admit(order, now)));
+Result<std::unique_ptr<Procedure>> SaaDevice::MakeProcedure(const DriverCommand& command, MonoNs now) const {
+  return saa_serial::MakeProcedure(command, bus_, settings_, output_, now);
 }
 
-// What is wrong with the order itself comes first: it will not pass.
-Made<Procedure> SaaDevice::Admit(const DriverCommand& order, MonoNs now) const {
-  auto made = MakeProcedure(order, bus_, settings_, output_, now);
-  if (RefusalOf(made)) return made;
-  if (auto refusal = RefusalNow(order, now)) return *std::move(refusal);
-  return made;
-}
-
-std::optional<Outcome> SaaDevice::RefusalNow(const DriverCommand& order, MonoNs now) const {
-  if (auto refusal = RefusalToBegin(procedure_ != nullptr, order, now, link_up_)) return refusal;
-  if (!interpreter_.answering())
-    return Rejected(Reason::REASON_DEVICE_OFFLINE,
-                    "the encoder is not heard: check its power, its cable and the mode");
-  if (order.operation != kZeroName) return std::nullopt;
-  return RefusalInMotion(output_.MotionAt(now));
-}
-
-bool SaaDevice::Cancel(const CommandId& id, MonoNs) {
-  if (!procedure_ || id != order_ || procedure_->touched()) return false;
-  procedure_.reset();
-  return true;
-}
-
-void SaaDevice::Report(const std::optional<Outcome>& outcome) {
-  if (!outcome) return;
-  output_.OnOutcome(order_, *outcome);
-  if (outcome->IsFinal()) procedure_.reset();
+Result<> SaaDevice::CheckState(const DriverCommand&, MonoNs) const {
+  if (interpreter_.answering()) return {};
+  return DeviceOffline("nothing is received from the encoder: check its power, its cable and the mode");
 }
 
 }  // namespace axlecast::saa_serial

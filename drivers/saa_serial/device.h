@@ -1,15 +1,69 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
-#include <string_view>
 
 #include "core/device/device.h"
-#include "drivers/kit/refusal.h"
-#include "drivers/saa_serial/interpreter.h"
-#include "drivers/saa_serial/procedure.h"
+#include "drivers/kit/command_runner.h"
+#include "drivers/kit/period_monitor.h"
+#include "drivers/saa_serial/operations.h"
+#include "drivers/saa_serial/reading.h"
 
 namespace axlecast::saa_serial {
+
+// What the encoder says, towards the outside: samples, errors by kind, and where its position jumps because it was
+// cleared to zero. All of it follows from the events alone, whoever made the requests and why; so a recorded
+// sequence of events gives the same again.
+class Interpreter {
+ public:
+  Interpreter(const BusConfig& bus, const SaaSettings& settings, DeviceOutput& output);
+
+  void OnLinkUp(MonoNs now);
+  // `zeroing`: the request to clear to zero was under way.
+  void OnLinkDown(bool zeroing, MonoNs now);
+  // Any other event. Afterwards Next, until it has nothing left: it reports each reading to the output.
+  void Take(const Event& event);
+  [[nodiscard]] std::optional<Reading> Next();
+
+  // Good frames come: not before the first one after the link came up, and no more after the stream fell silent, or
+  // after two requests in a row that brought not a single byte.
+  [[nodiscard]] bool answering() const { return answering_; }
+  // WaitForIdleLine for so long before the next request; 0: the line is free.
+  [[nodiscard]] MonoNs quiet_needed() const { return quiet_needed_; }
+  // When the stream is to be missed.
+  [[nodiscard]] MonoNs silent_at() const { return cadence_.due(); }
+  // A reading sampled at or after this instant shows the effect of the last clearing to zero.
+  [[nodiscard]] MonoNs effect_from() const { return effect_from_; }
+
+ private:
+  void OnStream(const Event& event);
+  void OnPolled(const Event& event);
+  void OnStray(const Event& event);
+  void BeginJump(MonoNs now);
+  void Judge(const Reading& reading);
+  [[nodiscard]] std::optional<Reading> NextOfStream();
+
+  const Mode mode_;
+  const SaaSettings& settings_;
+  const bool guards_line_;  // of all devices on the bus, the one that asks for silence after stray bytes
+  const MonoNs character_;  // 0 where the wire is simulated
+  const StreamTimes times_;
+  DeviceOutput& output_;
+
+  StreamParser parser_;
+  StalledFrames stalled_;
+  PeriodMonitor cadence_;
+  MonoNs emptied_ = 0;             // all bytes from before this instant had been read then
+  bool all_read_ = true;           // by the newest read
+  std::optional<Reading> polled_;  // until Next hands it over
+
+  bool answering_ = false;
+  int silent_in_a_row_ = 0;
+  MonoNs quiet_needed_ = 0;
+  bool jumping_ = false;
+  MonoNs effect_from_ = 0;
+};
 
 // One encoder of the SAA series on an asynchronous line: when to listen, to pulse or to ask. What comes of it is the
 // Interpreter's.
@@ -17,29 +71,29 @@ namespace axlecast::saa_serial {
 // - Mode timing: it listens all the time, and transmits nothing but a pulse on CLR.
 // - Modes handshake and bus: one exchange in each live slot. A reading that failed is not repeated; whatever leaves
 //   the line unclear is followed by silence, so that a late reply meets no other request.
-class SaaDevice final : public Device {
+class SaaDevice final : public Device, private CommandRunner<Procedure>::Policy {
  public:
   SaaDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
 
   [[nodiscard]] Step Next(const BusSlot& turn) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
-  [[nodiscard]] Result<> Validate(const DriverCommand& order, MonoNs now) const override;
-  void Begin(const DriverCommand& order, MonoNs now) override;
-  [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
+  [[nodiscard]] Result<> Validate(const DriverCommand& command, MonoNs now) const override {
+    return runner_.Validate(command, link_up_, now);
+  }
+  void Begin(const DriverCommand& command, MonoNs now) override;
+  [[nodiscard]] bool Cancel(const CommandId& id, MonoNs) override { return runner_.Cancel(id); }
 
  private:
-  // The procedure that carries out the order, or why it cannot begin now.
-  [[nodiscard]] Made<Procedure> Admit(const DriverCommand& order, MonoNs now) const;
-  [[nodiscard]] std::optional<Outcome> RefusalNow(const DriverCommand& order, MonoNs now) const;
+  [[nodiscard]] Result<std::unique_ptr<Procedure>> MakeProcedure(const DriverCommand& command,
+                                                                 MonoNs now) const override;
+  [[nodiscard]] Result<> CheckState(const DriverCommand& command, MonoNs now) const override;
   [[nodiscard]] Step Stream(const BusSlot& turn) const;
   [[nodiscard]] Step Poll(const BusSlot& turn, Procedure::Want want) const;
   [[nodiscard]] Exchange AskPosition() const;
   [[nodiscard]] Step ZeroStep() const;
   void OnLinkDown(MonoNs now);
   void AdvanceProcedure(const Event& event);
-  [[nodiscard]] bool Expired(MonoNs now) const { return procedure_ && !procedure_->touched() && now >= begin_by_; }
-  void Report(const std::optional<Outcome>& outcome);
 
   std::shared_ptr<const DeviceSettings> owned_;  // keeps settings_ alive
   std::shared_ptr<const FamilyBus> owned_bus_;   // and bus_
@@ -50,11 +104,9 @@ class SaaDevice final : public Device {
   Interpreter interpreter_;
 
   bool link_up_ = false;
-  std::unique_ptr<Procedure> procedure_;
-  CommandId order_{};
-  MonoNs begin_by_ = kNever;
+  CommandRunner<Procedure> runner_;
   bool zeroing_ = false;    // the request to clear to zero is under way
-  bool live_turn_ = false;  // the procedure had its turn: a live reading that is due goes first
+  bool live_slot_ = false;  // the last slot was the procedure's: a live reading that is due goes first
 };
 
 }  // namespace axlecast::saa_serial

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/saa_serial/simulated_line_test_support.h"
 
 namespace axlecast::saa_serial {
@@ -224,7 +224,7 @@ TEST(SaaBusMode, OrdersToASilentEncoderAreRefused) {
   for (const char* operation : {"zero", "read_position"}) {
     bus.Begin(0, operation);
     EXPECT_EQ(bus.output().outcomes.back().second.state, CommandState::kRejected) << operation;
-    EXPECT_THAT(bus.output().outcomes.back().second.text, HasSubstr("not heard"));
+    EXPECT_THAT(bus.output().outcomes.back().second.text, HasSubstr("nothing is received"));
   }
 }
 
@@ -258,7 +258,7 @@ TEST(SaaBusMode, OneOrderAtATimeAndItCanBeCancelledBeforeItTouchesAnything) {
   bus.Run(100 * kMillisecond);
   bus.Begin(0, "zero");
   bus.Begin(0, "read_position");
-  EXPECT_THAT(bus.output().outcomes.back().second.text, HasSubstr("another order"));
+  EXPECT_THAT(bus.output().outcomes.back().second.text, HasSubstr("another command"));
   EXPECT_TRUE(bus.device().Cancel({1}, bus.clock.Now()));
   EXPECT_FALSE(bus.device().Cancel({1}, bus.clock.Now()));
   bus.Run(kSecond);

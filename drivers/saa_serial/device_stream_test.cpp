@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/saa_serial/simulated_line_test_support.h"
 
 namespace axlecast::saa_serial {

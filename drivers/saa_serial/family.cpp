@@ -1,10 +1,8 @@
-#include "core/device/family.h"
+#include "drivers/saa_serial/family.h"
 
 #include <memory>
 
-#include "drivers/saa_serial/decode.h"
 #include "drivers/saa_serial/device.h"
-#include "drivers/saa_serial/make_simulator.h"
 #include "drivers/saa_serial/operations.h"
 #include "drivers/saa_serial/settings.h"
 
@@ -17,8 +15,6 @@ std::unique_ptr<Device> Make(const BusConfig& bus, const DeviceConfig& device, D
 }
 
 }  // namespace
-
-const Family& saa_serial_family();
 
 const Family& saa_serial_family() {
   static const Family kFamily = {

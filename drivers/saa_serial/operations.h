@@ -1,16 +1,38 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 
 #include "core/device/device.h"
 #include "core/device/operation.h"
-#include "drivers/kit/refusal.h"
-#include "drivers/saa_serial/procedure.h"
+#include "drivers/kit/command_runner.h"
+#include "drivers/saa_serial/reading.h"
 #include "drivers/saa_serial/settings.h"
 
 namespace axlecast::saa_serial {
+
+// One command being carried out. It receives every reading, whichever request caused it.
+class Procedure : public CommandProcedure {
+ public:
+  enum class Want : std::uint8_t {
+    kNothing,
+    kReading,  // a position, as soon as the bus allows
+    kZero,     // the encoder cleared to zero
+  };
+  [[nodiscard]] virtual Want Wants(MonoNs now) const = 0;
+  // It wants to be asked again by then.
+  [[nodiscard]] virtual MonoNs Due(MonoNs now) const = 0;
+
+  virtual std::optional<Outcome> OnReading(const Reading& reading, MonoNs now) = 0;
+  // Time has gone on without a reading.
+  virtual std::optional<Outcome> OnTime(MonoNs now) = 0;
+  // The request to clear to zero is about to go out.
+  virtual void OnZeroStarted() {}
+  // It is out; readings sampled from `effect_from` on show its effect. An outcome: progress.
+  virtual std::optional<Outcome> OnZeroed([[maybe_unused]] MonoNs effect_from) { return std::nullopt; }
+};
 
 inline constexpr std::string_view kZeroName = "zero";
 inline constexpr std::string_view kReadPositionName = "read_position";
@@ -19,8 +41,9 @@ inline constexpr std::string_view kReadPositionName = "read_position";
 // Whether the configuration of a device permits an operation of the family.
 [[nodiscard]] bool Permits(const BusConfig& bus, const DeviceConfig& device, std::string_view operation);
 
-// The procedure that carries out an order, or why there is none.
-[[nodiscard]] Made<Procedure> MakeProcedure(const DriverCommand& order, const SaaBus& bus,
-                                            const SaaSettings& settings, const DeviceOutput& output, MonoNs now);
+// Returns the procedure for a command. Checks its arguments.
+[[nodiscard]] Result<std::unique_ptr<Procedure>> MakeProcedure(const DriverCommand& command, const SaaBus& bus,
+                                                               const SaaSettings& settings,
+                                                               const DeviceOutput& output, MonoNs now);
 
 }  // namespace axlecast::saa_serial

@@ -1,4 +1,4 @@
-#include "drivers/saa_serial/probe.h"
+#include "drivers/saa_serial/family.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -4,8 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "core/device/event.h"
-#include "core/device/sample.h"
+#include "core/device/reading.h"
 #include "core/device/step.h"
 #include "drivers/saa_serial/settings.h"
 #include "drivers/saa_serial/stream_parser.h"

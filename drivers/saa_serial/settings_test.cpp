@@ -5,7 +5,7 @@
 
 #include <array>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/saa/table_test_support.h"
 #include "drivers/saa_serial/machine_test_support.h"
 

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "core/config/config_map.h"
+#include "drivers/saa_serial/family.h"
 #include "drivers/saa_serial/machine_test_support.h"
-#include "drivers/saa_serial/make_simulator.h"
 #include "tests/support/golden_file.h"
 
 namespace axlecast::saa_serial {

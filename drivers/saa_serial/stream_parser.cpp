@@ -1,6 +1,6 @@
 #include "drivers/saa_serial/stream_parser.h"
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 
 namespace axlecast::saa_serial {
 

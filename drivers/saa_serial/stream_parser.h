@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "core/device/sample.h"
+#include "core/device/reading.h"
 #include "drivers/kit/receive_buffer.h"
 #include "drivers/saa_serial/codec.h"
 

@@ -7,7 +7,7 @@
 
 #include "drivers/kit/bits.h"
 #include "drivers/ssi/codec.h"
-#include "drivers/ssi/simulated_word.h"
+#include "drivers/ssi/simulated_output.h"
 
 namespace axlecast::ssi {
 namespace {

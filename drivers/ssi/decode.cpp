@@ -1,14 +1,230 @@
-#include "drivers/ssi/decode.h"
+#include "drivers/ssi/family.h"
 
+#include <algorithm>
+#include <array>
+#include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
-#include "core/device/outcome_text.h"
+#include "core/device/family.h"
+#include "core/device/operation.h"
+#include "drivers/kit/arguments.h"
 #include "drivers/kit/bits.h"
-#include "drivers/ssi/decode_options.h"
+#include "drivers/ssi/codec.h"
+#include "drivers/ssi/settings.h"
 
 namespace axlecast::ssi {
 namespace {
+
+// What `--set` tells of a word.
+struct DecodeOptions {
+  Format format;
+  std::vector<StatusBit> status_bits;
+  std::optional<std::size_t> bit_count;  // of the frame; nothing: all bits of its bytes
+};
+
+// What is wrong with the settings; empty when nothing is.
+[[nodiscard]] std::string ReadDecodeOptions(const DecodeSettings& settings, DecodeOptions& options);
+
+constexpr std::int64_t kMaxFrameBits = 1'000'000;
+
+// The settings as they were given; the later of two of one key wins, but for status.
+struct Given {
+  std::optional<std::int64_t> bits;
+  std::int64_t turn_bits = 0;
+  std::int64_t first_bit = 1;
+  std::int64_t word_bits = 0;  // 0: as many as the rest needs
+  std::int64_t words = 2;
+  std::int64_t gray = 0;
+  std::int64_t separate = 0;
+  std::int64_t tree = 0;
+  std::int64_t repeat = 0;
+  std::int64_t trailing = 2;
+  std::int64_t ones_are_position = 0;
+  std::int64_t parity_place = -1;
+  ParityRule parity = ParityRule::kNone;
+};
+
+using Words = std::initializer_list<std::string_view>;
+
+struct Choice {
+  std::string_view key;
+  std::int64_t Given::*into;
+  Words words;  // the value is the place in it
+};
+const std::array<Choice, 6>& Choices() {
+  static const std::array<Choice, 6> kChoices = {
+      {{"gray", &Given::gray, {"false", "true"}},
+       {"halves", &Given::separate, {"joint", "separate"}},
+       {"format", &Given::tree, {"plain", "tree25"}},
+       {"repeat", &Given::repeat, {"none", "one_zero", "no_gap"}},
+       {"trailing", &Given::trailing, {"zero", "repeat", "unchecked"}},
+       {"all_ones", &Given::ones_are_position, {"no_encoder", "position"}}}};
+  return kChoices;
+}
+
+struct Number {
+  std::string_view key;
+  std::int64_t Given::*into;
+  std::int64_t min;
+  std::int64_t max;
+  std::string_view meaning;
+};
+constexpr std::array<Number, 4> kNumbers = {
+    {{"turn_bits", &Given::turn_bits, 0, kMaxPositionBits - 1, "multi-turn bits"},
+     {"first_bit", &Given::first_bit, 1, kMaxWordBits, "the position's first bit in the word, from 1"},
+     {"word_bits", &Given::word_bits, 1, kMaxWordBits, "length of the word"},
+     {"words", &Given::words, 2, kMaxWords, "words in one transfer, with repeat"}}};
+
+std::string Expected(std::string_view key, std::string_view value, std::string_view right) {
+  return std::string(key) + '=' + std::string(value) + ": expected " + std::string(right);
+}
+
+std::string Range(std::int64_t min, std::int64_t max, std::string_view meaning) {
+  return std::to_string(min) + ".." + std::to_string(max) + ", " + std::string(meaning);
+}
+
+std::string Choose(const Choice& choice, std::string_view value, Given& given) {
+  const auto* found = std::find(choice.words.begin(), choice.words.end(), value);
+  if (found != choice.words.end()) {
+    given.*choice.into = found - choice.words.begin();
+    return {};
+  }
+  std::string list;
+  for (const std::string_view word : choice.words) list += (list.empty() ? "" : " or ") + std::string(word);
+  return Expected(choice.key, value, list);
+}
+
+std::string ReadNumber(const Number& number, std::string_view value, Given& given) {
+  const std::optional<std::int64_t> whole = ParseWhole(value, number.min, number.max);
+  if (!whole) return Expected(number.key, value, Range(number.min, number.max, number.meaning));
+  given.*number.into = *whole;
+  return {};
+}
+
+std::optional<std::int64_t> ReadPlace(std::string_view text) {
+  const std::optional<std::int64_t> number = ParseWhole(text, 1, kMaxWordBits);
+  return number ? std::optional(*number - 1) : std::nullopt;
+}
+
+// "even:26"
+std::string ReadParity(std::string_view value, Given& given) {
+  const std::size_t colon = std::min(value.find(':'), value.size());
+  const std::string_view sense = value.substr(0, colon);
+  const auto place = ReadPlace(colon < value.size() ? value.substr(colon + 1) : "");
+  if (!place || (sense != "even" && sense != "odd")) {
+    return Expected("parity", value, "even:BIT or odd:BIT, its number in the word from 1");
+  }
+  given.parity = sense == "even" ? ParityRule::kEven : ParityRule::kOdd;
+  given.parity_place = *place;
+  return {};
+}
+
+// "alarm:25" or "alarm:25:low"
+std::string ReadStatus(std::string_view value, std::vector<StatusBit>& bits) {
+  const std::size_t first = std::min(value.find(':'), value.size());
+  const std::size_t second = std::min(value.find(':', first + 1), value.size());
+  const std::string_view active = second < value.size() ? value.substr(second + 1) : "high";
+  const auto place = ReadPlace(first < value.size() ? value.substr(first + 1, second - first - 1) : "");
+  if (first == 0 || !place || (active != "high" && active != "low") || bits.size() == kMaxStatusBits) {
+    return Expected("status", value, "NAME:BIT or NAME:BIT:low, at most 8 of them; BIT is its number in the word");
+  }
+  bits.push_back({std::string(value.substr(0, first)), static_cast<int>(*place), active == "high", true});
+  return {};
+}
+
+std::string ReadOne(std::string_view key, std::string_view value, Given& given, DecodeOptions& options) {
+  if (key == "bits") {
+    given.bits = ParseWhole(value, 1, kMaxPositionBits);
+    return given.bits ? "" : Expected(key, value, Range(1, kMaxPositionBits, "single-turn bits"));
+  }
+  if (key == "bit_count") {
+    const auto count = ParseWhole(value, 0, kMaxFrameBits);
+    if (!count) return Expected(key, value, Range(0, kMaxFrameBits, "bits of the frame"));
+    options.bit_count = static_cast<std::size_t>(*count);
+    return {};
+  }
+  if (key == "parity") return ReadParity(value, given);
+  if (key == "status") return ReadStatus(value, options.status_bits);
+  for (const Choice& choice : Choices()) {
+    if (choice.key == key) return Choose(choice, value, given);
+  }
+  for (const Number& number : kNumbers) {
+    if (number.key == key) return ReadNumber(number, value, given);
+  }
+  return "unknown key '" + std::string(key) +
+         "': ssi knows bits, turn_bits, gray, halves, format, first_bit, word_bits, repeat, words, trailing, "
+         "all_ones, "
+         "status, parity and bit_count";
+}
+
+// What --bits gave is the word itself where nobody says how long that is.
+std::int64_t BitsOf(const Given& given, const DecodeOptions& options) {
+  if (given.bits) return *given.bits;
+  const auto count = static_cast<std::int64_t>(options.bit_count.value_or(0));
+  return std::clamp<std::int64_t>(count - given.turn_bits, 1, kMaxPositionBits - given.turn_bits);
+}
+
+std::string MakeFormat(const Given& given, DecodeOptions& options) {
+  Format& format = options.format;
+  const auto bits = static_cast<int>(BitsOf(given, options));
+  const auto turn_bits = static_cast<int>(given.turn_bits);
+  if (turn_bits + bits > kMaxPositionBits) return "turn_bits and bits: expected at most 32 together";
+  const bool tree = given.tree == 1;
+  if (tree && (turn_bits > kTreeTurnBits || bits > kTreeBits)) {
+    return "format=tree25: expected turn_bits up to 12 and bits up to 13";
+  }
+  if (tree) {
+    format = TreeFormat(turn_bits, bits);
+  } else {
+    format.turn_bits = turn_bits;
+    format.bits = bits;
+    format.first = static_cast<int>(given.first_bit) - 1;
+    format.word_bits = format.first + turn_bits + bits;
+  }
+  std::int64_t needed = std::max<std::int64_t>(format.word_bits, given.parity_place + 1);
+  for (const StatusBit& bit : options.status_bits) needed = std::max<std::int64_t>(needed, bit.place + 1);
+  if (given.word_bits != 0 && given.word_bits < needed) {
+    return "word_bits=" + std::to_string(given.word_bits) + ": expected at least " + std::to_string(needed);
+  }
+  const auto length = static_cast<int>(std::max(needed, given.word_bits));
+  if (length > kMaxWordBits) return "the word would have " + std::to_string(length) + " bits: expected at most 48";
+  format.zeros <<= length - format.word_bits;
+  format.word_bits = length;
+  for (const StatusBit& bit : options.status_bits) format.zeros &= ~PlaceMask(format, bit.place, 1);
+  if (given.parity_place >= 0) format.zeros &= ~PlaceMask(format, static_cast<int>(given.parity_place), 1);
+  return {};
+}
+
+void SetRules(const Given& given, Format& format) {
+  format.gray = given.gray == 1;
+  format.joint = given.separate == 0;
+  format.parity = given.parity;
+  format.ones_are_position = given.ones_are_position == 1;
+  format.words = given.repeat == 0 ? 1 : static_cast<int>(given.words);
+  format.trailing_checked = given.trailing != 2;
+  // Behind one word alone, "repeat" is TWK's: a zero, then the word.
+  const bool zeros = given.repeat == 0 && given.trailing == 0;
+  const bool at_once = given.repeat == 2;
+  format.after = zeros ? AfterWord::kZeros : at_once ? AfterWord::kWord : AfterWord::kZeroThenWord;
+}
+
+std::string ReadDecodeOptions(const DecodeSettings& settings, DecodeOptions& options) {
+  Given given;
+  for (const auto& [key, value] : settings) {
+    std::string problem = ReadOne(key, value, given, options);
+    if (!problem.empty()) return problem;
+  }
+  if (!given.bits && !options.bit_count)
+    return "bits=: expected 1..32, single-turn bits: a word does not say how many";
+  if (given.repeat != 0 && given.trailing == 0) return "trailing=zero: expected repeat or unchecked with repeat";
+  std::string problem = MakeFormat(given, options);
+  SetRules(given, options.format);
+  return problem;
+}
 
 using Json = nlohmann::ordered_json;
 

@@ -1,5 +1,5 @@
 // Any settings and any frame.
-#include "drivers/ssi/decode.h"
+#include "drivers/ssi/family.h"
 
 #include "tests/fuzz/decode_fuzzing.h"
 

@@ -1,4 +1,4 @@
-#include "drivers/ssi/decode.h"
+#include "drivers/ssi/family.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

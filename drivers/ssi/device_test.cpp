@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "drivers/runtime/bus/bus.h"
-#include "drivers/ssi/alarms.h"
 #include "drivers/ssi/simulator.h"
 #include "drivers/ssi/test_support.h"
 #include "tests/support/recording_output.h"

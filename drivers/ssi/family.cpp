@@ -1,10 +1,8 @@
-#include "core/device/family.h"
+#include "drivers/ssi/family.h"
 
 #include <memory>
 
-#include "drivers/ssi/decode.h"
 #include "drivers/ssi/device.h"
-#include "drivers/ssi/make_simulator.h"
 #include "drivers/ssi/settings.h"
 
 namespace axlecast {
@@ -16,8 +14,6 @@ std::unique_ptr<Device> Make(const BusConfig& bus, const DeviceConfig& device, D
 }
 
 }  // namespace
-
-const Family& ssi_family();
 
 const Family& ssi_family() {
   static const Family kFamily = {

@@ -1,14 +1,51 @@
-#include "drivers/ssi/probe.h"
+#include "drivers/ssi/family.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <memory>
+#include <optional>
+#include <set>
 #include <string>
+#include <vector>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
+#include "drivers/kit/asking_probe.h"
 #include "drivers/kit/clocked_exchange.h"
+#include "drivers/ssi/codec.h"
 
 namespace axlecast::ssi {
 namespace {
+
+// Clocks words out of whatever is there, far more clocks than a word has, and looks whether the word comes again. A word of
+// SSI has neither check bits nor an end: little can be known. Nothing but the clock goes out.
+class SsiProbe final : public AskingProbe {
+ public:
+  SsiProbe();
+
+  [[nodiscard]] std::vector<ProbeHit> Findings() const override;
+  [[nodiscard]] double Progress() const override;
+
+ protected:
+  [[nodiscard]] std::optional<Question> Ask() const override;
+  void Judge(const Event& event) override;
+
+ private:
+  // How the line behaves behind a word of so many bits, in every transfer so far.
+  struct Length {
+    int bits = 0;
+    bool repeats = true;       // the word comes again at once
+    bool zero_repeats = true;  // after one zero
+  };
+
+  [[nodiscard]] ProbeHit FindingOf(int bits, AfterWord after) const;
+
+  Exchange transfer_;
+  int asked_ = 0;
+  int answered_ = 0;  // high before the clock, and neither only ones nor only zeros after
+  std::vector<Length> lengths_;
+  int last_one_ = 0;  // bits up to the last 1 that was ever seen
+  std::set<std::uint64_t> words_;
+};
 
 constexpr int kTransfers = 32;
 constexpr std::size_t kTransferBytes = 8;  // the idle level, and 63 clocks: every word of 26 bits twice
@@ -32,8 +69,6 @@ bool Repeats(Bytes bytes, std::size_t period) {
   }
   return true;
 }
-
-}  // namespace
 
 SsiProbe::SsiProbe() : transfer_(ClockedExchange(kTransferBytes, kTransferTimeout)) {
   for (int bits = kMinWord; bits <= kMaxWord; ++bits) lengths_.push_back({.bits = bits});
@@ -101,6 +136,7 @@ std::vector<ProbeHit> SsiProbe::Findings() const {
 
 double SsiProbe::Progress() const { return static_cast<double>(asked_) / kTransfers; }
 
+}  // namespace
 }  // namespace axlecast::ssi
 
 namespace axlecast {

@@ -1,5 +1,5 @@
 // Any answers, strays and silences.
-#include "drivers/ssi/probe.h"
+#include "drivers/ssi/family.h"
 
 #include "tests/fuzz/probe_fuzzing.h"
 

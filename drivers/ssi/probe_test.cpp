@@ -1,4 +1,4 @@
-#include "drivers/ssi/probe.h"
+#include "drivers/ssi/family.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -9,6 +9,10 @@
 #include "drivers/kit/clock_plan.h"
 #include "drivers/ssi/codec.h"
 
+namespace axlecast {
+class ConfigMap;
+}  // namespace axlecast
+
 namespace axlecast::ssi {
 
 // Whose document says how the encoder is clocked and what its word looks like.
@@ -52,5 +56,9 @@ struct SsiSettings final : DeviceSettings {
 // In device order: saa and its sizes, twk, custom.
 [[nodiscard]] const std::vector<std::string_view>& ModelNames();
 [[nodiscard]] Maker MakerOf(std::string_view model);
+
+// Reads the keys of a device that say what its word looks like: README.md, "The word". Errors go into the map's list;
+// what is left can be decoded all the same.
+void ParseWordKeys(ConfigMap& device, Maker maker, SsiSettings& settings);
 
 }  // namespace axlecast::ssi

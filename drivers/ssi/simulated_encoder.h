@@ -11,7 +11,6 @@
 #include "drivers/kit/simulation/simulated_device.h"
 #include "drivers/kit/simulation/simulated_fault.h"
 #include "drivers/ssi/simulated_output.h"
-#include "drivers/ssi/simulated_word.h"
 
 namespace axlecast::ssi {
 

@@ -5,7 +5,7 @@
 
 #include <map>
 
-#include "drivers/ssi/make_simulator.h"
+#include "drivers/ssi/family.h"
 #include "drivers/ssi/test_support.h"
 
 namespace axlecast::ssi {

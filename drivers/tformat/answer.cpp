@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "drivers/tformat/reset_rules.h"
+#include "drivers/tformat/reset_procedure.h"
 
 namespace axlecast::tformat {
 namespace {

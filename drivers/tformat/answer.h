@@ -3,8 +3,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "core/device/event.h"
-#include "core/device/sample.h"
+#include "core/device/reading.h"
 #include "core/device/step.h"
 #include "drivers/tformat/codec.h"
 

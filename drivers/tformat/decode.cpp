@@ -1,4 +1,4 @@
-#include "drivers/tformat/decode.h"
+#include "drivers/tformat/family.h"
 
 #include <algorithm>
 #include <array>
@@ -10,7 +10,7 @@
 
 #include "drivers/tformat/alarms.h"
 #include "drivers/tformat/codec.h"
-#include "drivers/tformat/model.h"
+#include "drivers/tformat/settings.h"
 
 namespace axlecast::tformat {
 namespace {

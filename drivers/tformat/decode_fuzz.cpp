@@ -1,5 +1,5 @@
 // Any settings and any frame, also with the right CRC.
-#include "drivers/tformat/decode.h"
+#include "drivers/tformat/family.h"
 
 #include <vector>
 

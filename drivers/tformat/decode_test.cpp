@@ -1,5 +1,5 @@
 // What `axlecast decode tformat` says of a frame: docs/decode.md.
-#include "drivers/tformat/decode.h"
+#include "drivers/tformat/family.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <variant>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/tformat/operations.h"
 
 namespace axlecast::tformat {
@@ -18,8 +18,6 @@ constexpr MonoNs kBusyAgain = 2 * kMillisecond;
 
 // Requests in a row that bring not a single byte, after which only the ENID is asked for.
 constexpr int kSilent = 2;
-
-using Reason = command_status_t;
 
 Expectation ExpectationOf(const TFormatSettings& settings, const LinkConfig& link) {
   return {.format = settings.format, .encoder_id = settings.encoder_id, .echo = link.echo};
@@ -37,13 +35,15 @@ TFormatDevice::TFormatDevice(const BusConfig& bus, const DeviceConfig& device, D
     : owned_(device.settings),
       settings_(Own(device)),
       output_(output),
-      interpreter_(settings_, ExpectationOf(settings_, bus.link), CharacterTime(bus), output) {}
+      interpreter_(settings_, ExpectationOf(settings_, bus.link), CharacterTime(bus), output),
+      runner_(Operations(), *this, output) {}
 
 Step TFormatDevice::Next(const BusSlot& turn) const {
   const Step step = PlannedStep(turn);
   const auto* exchange = std::get_if<Exchange>(&step.action);
-  const bool of_procedure = procedure_ && step.priority == Priority::kCommand;
-  if (exchange == nullptr || turn.pending == nullptr || (of_procedure && procedure_->exclusive())) return step;
+  const bool of_procedure = runner_.busy() && step.priority == Priority::kCommand;
+  if (exchange == nullptr || turn.pending == nullptr || (of_procedure && runner_.procedure().exclusive()))
+    return step;
   if (silent_ >= kSilent && !of_procedure) return WatchStep(turn);
   return turn.MaySend(*exchange) ? step : OtherStep(turn);
 }
@@ -69,16 +69,16 @@ Step TFormatDevice::WatchStep(const BusSlot& turn) const {
 Step TFormatDevice::PlannedStep(const BusSlot& turn) const {
   if (!link_up_) return {.action = Idle{kNever}, .priority = Priority::kLive};
   if (line_unclear_) return {.action = WaitForIdleLine{settings_.silence}, .priority = Priority::kLive};
-  if (!procedure_ || Expired(turn.now)) return LiveStep(turn);
-  if (turn.reserved && !procedure_->exclusive()) return LiveStep(turn);
-  const Step step = procedure_->Next(turn.now);
-  if (procedure_->exclusive()) return step;
-  const bool wants = std::holds_alternative<Exchange>(step.action);
-  if (wants && !(turn.poll_due && live_turn_)) return step;
+  const Procedure* procedure = runner_.Runnable(turn.now);
+  if (procedure == nullptr || (turn.reserved && !procedure->exclusive())) return LiveStep(turn);
+  const Step step = procedure->Next(turn.now);
+  if (procedure->exclusive()) return step;
+  const bool transmits = std::holds_alternative<Exchange>(step.action);
+  if (transmits && !(turn.poll_due && live_slot_)) return step;
   Step live = LiveStep(turn);
   Idle* idle = std::get_if<Idle>(&live.action);
   if (idle == nullptr) return live;
-  if (wants) return step;
+  if (transmits) return step;
   idle->until = std::min(idle->until, std::get<Idle>(step.action).until);
   return live;
 }
@@ -101,16 +101,14 @@ DataId TFormatDevice::PlannedId() const {
 }
 
 void TFormatDevice::OnStarted(const Step& step, MonoNs now) {
-  ExpireIfLate(now);
+  runner_.ExpireIfLate(now);
   const Exchange* exchange = std::get_if<Exchange>(&step.action);
   if (exchange == nullptr) return;
   sent_ = RequestId(exchange->request);
   if (exchange->shape.fresh) fresh_cell_ = static_cast<std::uint8_t>((fresh_cell_ + 1) % kEepromCells);
-  procedure_in_flight_ = procedure_ != nullptr && step.priority == Priority::kCommand;
-  live_turn_ = procedure_in_flight_;
-  if (!procedure_in_flight_) return;
-  procedure_begun_ = true;
-  if (const auto outcome = procedure_->OnStarted(exchange->request, now)) Report(*outcome);
+  live_slot_ = runner_.busy() && step.priority == Priority::kCommand;
+  runner_.OnStarted(live_slot_);
+  if (live_slot_) Report(runner_.procedure().OnStarted(exchange->request, now));
 }
 
 void TFormatDevice::On(const Event& event) {
@@ -136,7 +134,7 @@ void TFormatDevice::On(const Event& event) {
     default:  // of other kinds of line
       break;
   }
-  ExpireIfLate(EndOf(event));
+  runner_.ExpireIfLate(EndOf(event));
 }
 
 void TFormatDevice::OnExchange(const Event& event) {
@@ -153,9 +151,8 @@ void TFormatDevice::OnExchange(const Event& event) {
     since_all_ = 0;
   }
   if (!interpreter_.answering()) all_first_ = true;
-  const bool for_procedure = std::exchange(procedure_in_flight_, false);
-  if (!for_procedure) return OnLiveAnswer(answer, EndOf(event));
-  if (const auto outcome = procedure_->OnAnswer(answer, EndOf(event))) Report(*outcome);
+  if (!runner_.TakeInFlight()) return OnLiveAnswer(answer, EndOf(event));
+  Report(runner_.procedure().OnAnswer(answer, EndOf(event)));
 }
 
 void TFormatDevice::OnLiveAnswer(const Answer& answer, MonoNs end) {
@@ -187,69 +184,42 @@ void TFormatDevice::OnLinkUp(MonoNs now) {
 
 void TFormatDevice::OnLinkDown() {
   link_up_ = false;
-  procedure_in_flight_ = false;
   interpreter_.OnLinkDown(std::exchange(sent_, std::nullopt));
-  if (procedure_) Report(procedure_->OnLinkLost());
+  runner_.OnLinkLost();
 }
 
-void TFormatDevice::Begin(const DriverCommand& order, MonoNs now) {
-  auto made = Admit(order, now);
-  if (const Outcome* refused = std::get_if<Outcome>(&made)) return output_.OnOutcome(order.id, *refused);
-  procedure_ = std::move(std::get<std::unique_ptr<Procedure>>(made));
-  order_ = order.id;
-  begin_by_ = order.begin_by;
-  procedure_begun_ = false;
-  live_turn_ = false;
+void TFormatDevice::Begin(const DriverCommand& command, MonoNs now) {
+  if (runner_.Begin(command, link_up_, now)) live_slot_ = false;
 }
 
-Result<> TFormatDevice::Validate(const DriverCommand& order, MonoNs now) const {
-  return AsResult(RefusalOf(Admit(order, now)));
+Result<std::unique_ptr<Procedure>> TFormatDevice::MakeProcedure(const DriverCommand& command, MonoNs) const {
+  return tformat::MakeProcedure(command, settings_, output_);
 }
 
-// What is wrong with the order itself comes first: it will not pass.
-Made<Procedure> TFormatDevice::Admit(const DriverCommand& order, MonoNs now) const {
-  auto made = MakeProcedure(order, settings_, output_);
-  if (RefusalOf(made)) return made;
-  if (auto refusal = RefusalNow(order, now)) return *std::move(refusal);
-  return made;
-}
-
-std::optional<Outcome> TFormatDevice::RefusalNow(const DriverCommand& order, MonoNs now) const {
-  if (auto refusal = RefusalToBegin(procedure_ != nullptr, order, now, link_up_)) return refusal;
-  if (!interpreter_.answering())
-    return Rejected(Reason::REASON_DEVICE_OFFLINE, "the encoder does not answer: check its power and its cable");
-  if (!Alters(order.operation)) return std::nullopt;
+Result<> TFormatDevice::CheckState(const DriverCommand& command, MonoNs) const {
+  if (!interpreter_.answering()) return DeviceOffline("the encoder does not answer: check its power and its cable");
+  if (FindOperation(Operations(), command.operation)->reads_only) return {};
   if (interpreter_.identity().refused()) {
-    return Rejected(Reason::REASON_WRONG_IDENTITY,
-                    "another encoder is connected than configured: see its alarm wrong_identity");
+    return Failure("another encoder is connected than configured: see its alarm wrong_identity",
+                   command_status_t::REASON_WRONG_IDENTITY);
   }
   if (!interpreter_.identity().accepted()) {
-    return Rejected(Reason::REASON_DEVICE_OFFLINE, "the encoder's identity is still being read, repeat");
+    return DeviceOffline("the encoder's identity is still being read, repeat");
   }
-  if (auto refusal = RefusalByAlarm(order.operation, interpreter_.alarms())) return refusal;
-  if (!NeedsStandstill(order.operation)) return std::nullopt;
-  return RefusalInMotion(output_.MotionAt(now));
+  return CheckAlarms(command.operation, interpreter_.alarms());
 }
 
 bool TFormatDevice::Cancel(const CommandId& id, MonoNs) {
-  if (!procedure_ || id != order_ || procedure_->touched()) return false;
-  all_first_ = all_first_ || procedure_->exclusive();
-  procedure_.reset();
-  procedure_in_flight_ = false;
+  const bool exclusive = runner_.busy() && runner_.procedure().exclusive();
+  if (!runner_.Cancel(id)) return false;
+  all_first_ = all_first_ || exclusive;
   return true;
 }
 
-void TFormatDevice::ExpireIfLate(MonoNs now) {
-  if (!procedure_ || !Expired(now)) return;
-  Report(NeverAsked());
-}
-
-void TFormatDevice::Report(const Outcome& outcome) {
-  output_.OnOutcome(order_, outcome);
-  if (!outcome.IsFinal()) return;
-  all_first_ = all_first_ || (procedure_->exclusive() && outcome.state != CommandState::kSucceeded);
-  procedure_.reset();
-  procedure_in_flight_ = false;
+// A reset sequence that was broken off must not be completed by a later request.
+void TFormatDevice::Report(const std::optional<Outcome>& outcome) {
+  const bool exclusive = runner_.busy() && runner_.procedure().exclusive();
+  if (runner_.Report(outcome) && exclusive && outcome->state != CommandState::kSucceeded) all_first_ = true;
 }
 
 }  // namespace axlecast::tformat

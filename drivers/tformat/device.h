@@ -2,13 +2,12 @@
 
 #include <memory>
 #include <optional>
-#include <string_view>
 
 #include "core/config/machine_config.h"
 #include "core/device/device.h"
-#include "drivers/kit/refusal.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/tformat/interpreter.h"
-#include "drivers/tformat/procedure.h"
+#include "drivers/tformat/operations.h"
 #include "drivers/tformat/settings.h"
 
 namespace axlecast::tformat {
@@ -22,15 +21,17 @@ namespace axlecast::tformat {
 //   position too, then only whether the encoder answers (ID 2). So it does with a silent encoder. After the start of the process that is an EEPROM cell that changes from start to start.
 // - It never transmits while the encoder may transmit: after whatever leaves the line unclear it asks for silence.
 // - A reading that failed is asked for once more at once; then in the next slot.
-class TFormatDevice final : public Device {
+class TFormatDevice final : public Device, private CommandRunner<Procedure>::Policy {
  public:
   TFormatDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
 
   [[nodiscard]] Step Next(const BusSlot& turn) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
-  [[nodiscard]] Result<> Validate(const DriverCommand& order, MonoNs now) const override;
-  void Begin(const DriverCommand& order, MonoNs now) override;
+  [[nodiscard]] Result<> Validate(const DriverCommand& command, MonoNs now) const override {
+    return runner_.Validate(command, link_up_, now);
+  }
+  void Begin(const DriverCommand& command, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
  private:
@@ -39,16 +40,14 @@ class TFormatDevice final : public Device {
   [[nodiscard]] Step WatchStep(const BusSlot& turn) const;
   [[nodiscard]] Step LiveStep(const BusSlot& turn) const;
   [[nodiscard]] DataId PlannedId() const;
-  // The procedure that carries out the order, or why it cannot begin now.
-  [[nodiscard]] Made<Procedure> Admit(const DriverCommand& order, MonoNs now) const;
-  [[nodiscard]] std::optional<Outcome> RefusalNow(const DriverCommand& order, MonoNs now) const;
+  [[nodiscard]] Result<std::unique_ptr<Procedure>> MakeProcedure(const DriverCommand& command,
+                                                                 MonoNs now) const override;
+  [[nodiscard]] Result<> CheckState(const DriverCommand& command, MonoNs now) const override;
   void OnExchange(const Event& event);
   void OnLiveAnswer(const Answer& answer, MonoNs end);
   void OnLinkUp(MonoNs now);
   void OnLinkDown();
-  [[nodiscard]] bool Expired(MonoNs now) const { return !procedure_begun_ && now > begin_by_; }
-  void ExpireIfLate(MonoNs now);
-  void Report(const Outcome& outcome);
+  void Report(const std::optional<Outcome>& outcome);
 
   std::shared_ptr<const DeviceSettings> owned_;  // keeps settings_ alive
   const TFormatSettings& settings_;
@@ -67,12 +66,8 @@ class TFormatDevice final : public Device {
   MonoNs watch_again_ = 0;        // of looking whether it answers
   std::uint8_t fresh_cell_ = 0;   // hardly one that an earlier process has asked for
 
-  std::unique_ptr<Procedure> procedure_;
-  CommandId order_{};
-  MonoNs begin_by_ = kNever;
-  bool procedure_begun_ = false;      // its first request was sent
-  bool procedure_in_flight_ = false;  // the exchange under way is the procedure's
-  bool live_turn_ = false;            // the procedure had its turn: a live reading that is due goes first
+  CommandRunner<Procedure> runner_;
+  bool live_slot_ = false;  // the last slot was the procedure's: a live reading that is due goes first
 };
 
 }  // namespace axlecast::tformat

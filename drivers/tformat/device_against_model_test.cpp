@@ -6,7 +6,7 @@
 #include <deque>
 
 #include "drivers/tformat/device_test_support.h"
-#include "drivers/tformat/make_simulator.h"
+#include "drivers/tformat/family.h"
 #include "drivers/tformat/operations.h"
 #include "drivers/tformat/simulator.h"
 

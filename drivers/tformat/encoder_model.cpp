@@ -5,6 +5,57 @@
 #include <utility>
 
 namespace axlecast::tformat {
+
+void EncoderEeprom::Advance(MonoNs now) {
+  if (!under_way_ || Busy(now)) return;
+  cells_.at(under_way_->cell) = under_way_->data;
+  under_way_.reset();
+  ++writes_done_;
+}
+
+bool EncoderEeprom::Wear(MonoNs now) {
+  busy_until_ = now + kWriteTime;
+  if (wear_ >= kRewrites) return false;
+  ++wear_;
+  return true;
+}
+
+void EncoderEeprom::Write(std::uint8_t cell, std::uint8_t data, MonoNs now) {
+  if (Wear(now)) {
+    under_way_ = CellWrite{cell, data};
+  } else {
+    ++writes_lost_;
+  }
+}
+
+bool EncoderEeprom::StoreZero(MonoNs now) { return Wear(now); }
+
+void EncoderEeprom::PowerOff(MonoNs now) {
+  Advance(now);
+  if (under_way_) ++writes_lost_;
+  under_way_.reset();
+  busy_until_ = now;
+}
+
+bool ResetCounter::OnReset(std::uint8_t id, MonoNs now) {
+  if (count_ > 0 && id != id_) Break();
+  if (count_ > 0 && now - last_ < kInterval) {
+    ++too_early_;
+    Break();
+    return false;
+  }
+  id_ = id;
+  last_ = now;
+  if (++count_ < kTimes) return false;
+  count_ = 0;
+  return true;
+}
+
+void ResetCounter::Break() {
+  if (count_ > 0) ++broken_;
+  count_ = 0;
+}
+
 namespace {
 
 constexpr double kPowerOffRpm = 6'000;  // spec 5.4.2

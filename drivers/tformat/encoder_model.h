@@ -1,15 +1,83 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 
 #include "core/base/time.h"
 #include "drivers/kit/simulation/seeded_random.h"
 #include "drivers/kit/simulation/shaft.h"
-#include "drivers/tformat/encoder_eeprom.h"
-#include "drivers/tformat/reset_counter.h"
 
 namespace axlecast::tformat {
+
+// The encoder's EEPROM: the user's cells 0..79 (all 0 at shipping) and the store of the single-turn zero, which
+// share one wear. A write takes 18 ms, during which nothing else gets at the memory (TS5669 spec 6.1.1, 8.1, Table
+// 4).
+class EncoderEeprom {
+ public:
+  static constexpr std::uint8_t kCells = 80;
+  static constexpr MonoNs kWriteTime = 18 * kMillisecond;
+  static constexpr std::int64_t kRewrites = 100'000;  // "Total 100,000 times"
+
+  // Completes what is due.
+  void Advance(MonoNs now);
+  [[nodiscard]] bool Busy(MonoNs now) const { return now < busy_until_; }
+
+  // Only when not busy. A worn-out memory takes the time and keeps its old content.
+  void Write(std::uint8_t cell, std::uint8_t data, MonoNs now);
+  [[nodiscard]] std::uint8_t Read(std::uint8_t cell) const { return cells_.at(cell); }
+  // Stores the zero: takes the time and the wear of a write. False when the memory is worn out.
+  bool StoreZero(MonoNs now);
+  // The supply fails: a write under way is lost.
+  void PowerOff(MonoNs now);
+
+  // From outside, without time or wear: what a cell held when the encoder was delivered, how worn it is.
+  void Preset(std::uint8_t cell, std::uint8_t data) { cells_.at(cell) = data; }
+  void SetWear(std::int64_t writes) { wear_ = writes; }
+
+  [[nodiscard]] std::int64_t wear() const { return wear_; }
+  [[nodiscard]] std::int64_t writes_done() const { return writes_done_; }
+  [[nodiscard]] std::int64_t writes_lost() const { return writes_lost_; }
+
+ private:
+  struct CellWrite {
+    std::uint8_t cell;
+    std::uint8_t data;
+  };
+  [[nodiscard]] bool Wear(MonoNs now);
+
+  std::array<std::uint8_t, kCells> cells_{};
+  std::optional<CellWrite> under_way_;
+  MonoNs busy_until_ = INT64_MIN;
+  std::int64_t wear_ = 0;
+  std::int64_t writes_done_ = 0;
+  std::int64_t writes_lost_ = 0;
+};
+
+// Counts the requests of a reset: "transmit 10 times in one sequence with the interval of 40 ms or more" (TS5669
+// spec 9). The strict reading: every other request, another reset too, ends the sequence; so does one that comes
+// too early, and it does not begin a new one.
+class ResetCounter {
+ public:
+  static constexpr int kTimes = 10;
+  static constexpr MonoNs kInterval = 40 * kMillisecond;
+
+  // A reset with data ID `id` arrived. True when it completes a sequence; the next one begins anew.
+  [[nodiscard]] bool OnReset(std::uint8_t id, MonoNs now);
+  // Any other request, or a reset that the encoder refuses.
+  void Break();
+
+  [[nodiscard]] int count() const { return count_; }
+  [[nodiscard]] std::int64_t broken() const { return broken_; }        // sequences that ended before the tenth
+  [[nodiscard]] std::int64_t too_early() const { return too_early_; }  // of these, by a request within 40 ms
+
+ private:
+  std::uint8_t id_ = 0;
+  int count_ = 0;
+  MonoNs last_ = 0;
+  std::int64_t broken_ = 0;
+  std::int64_t too_early_ = 0;
+};
 
 // The encoder behind the line: shaft, battery-backed turn counter, latched flags, EEPROM. Modelled after the TS5669
 // N127 specification; where it is silent, docs/simulation.md says what was decided. Time is an argument and only

@@ -1,12 +1,10 @@
-#include "core/device/family.h"
+#include "drivers/tformat/family.h"
 
 #include <memory>
 
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
-#include "drivers/tformat/decode.h"
 #include "drivers/tformat/device.h"
-#include "drivers/tformat/make_simulator.h"
 #include "drivers/tformat/operations.h"
 #include "drivers/tformat/settings.h"
 
@@ -23,8 +21,6 @@ std::unique_ptr<Device> Make(const BusConfig& bus, const DeviceConfig& device, D
 }
 
 }  // namespace
-
-const Family& tformat_family();
 
 const Family& tformat_family() {
   static const Family kFamily = {

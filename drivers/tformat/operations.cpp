@@ -1,29 +1,116 @@
 #include "drivers/tformat/operations.h"
 
-#include <algorithm>
 #include <axlecast/command_status_t.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "core/config/machine_config.h"
-#include "core/device/outcome_text.h"
+#include "core/device/device.h"
+#include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
+#include "drivers/kit/read_back.h"
 #include "drivers/tformat/alarms.h"
-#include "drivers/tformat/eeprom_read.h"
-#include "drivers/tformat/eeprom_write.h"
-#include "drivers/tformat/readout.h"
+#include "drivers/tformat/eeprom_procedures.h"
 #include "drivers/tformat/reset_procedure.h"
+#include "drivers/tformat/settings.h"
 
 namespace axlecast::tformat {
 namespace {
 
-using Made = axlecast::Made<Procedure>;
-using Reason = command_status_t;
+// One readout, shown: ID 1, 2 or 3.
+class Readout final : public Procedure {
+ public:
+  // With `after`, the name of a reset, it looks whether that took effect: the change `finding` says (ID 3).
+  Readout(DataId id, std::string after, const TFormatSettings& settings, const DeviceOutput& output);
 
-const ArgumentSpec kAfter = {"after", "an operation with its arguments, to see whether it took effect", false};
+  [[nodiscard]] Step Next(MonoNs now) const override;
+  std::optional<Outcome> OnStarted(Bytes, MonoNs) override { return std::nullopt; }
+  std::optional<Outcome> OnAnswer(const Answer& answer, MonoNs end) override;
+  [[nodiscard]] Outcome OnLinkLost() const override;
+
+ private:
+  [[nodiscard]] Outcome Show(const Reply& reply) const;
+  [[nodiscard]] Outcome ShowAll(const Reply& reply) const;
+  [[nodiscard]] const char* Finding(const Reply& all, MonoNs now) const;
+
+  DataId id_;
+  std::string after_;
+  const TFormatSettings& settings_;
+  const DeviceOutput& output_;
+  MonoNs end_ = 0;
+  int failures_ = 0;
+};
+
+Readout::Readout(DataId id, std::string after, const TFormatSettings& settings, const DeviceOutput& output)
+    : id_(id), after_(std::move(after)), settings_(settings), output_(output) {}
+
+Step Readout::Next(MonoNs) const { return CommandStep(Ask(id_, settings_.timeout)); }
+
+std::optional<Outcome> Readout::OnAnswer(const Answer& answer, MonoNs end) {
+  // An encoder of another model is what read_identity is asked about.
+  const bool identity = id_ == DataId::kEncoderId && answer.error == ErrorKind::kWrongIdentity;
+  if (!answer.ok() && !identity) {
+    if (++failures_ < kTries) return std::nullopt;
+    return Final(CommandState::kFailed, command_status_t::REASON_NO_REPLY,
+                 Text("the reading failed %d times (%s)", failures_, ErrorName(*answer.error)));
+  }
+  end_ = end;
+  return Show(answer.reply);
+}
+
+Outcome Readout::OnLinkLost() const {
+  return Final(CommandState::kFailed, command_status_t::REASON_NO_REPLY,
+               "the link was lost before the reading came");
+}
+
+Outcome Readout::Show(const Reply& reply) const {
+  if (id_ == DataId::kAll) return ShowAll(reply);
+  Outcome outcome;
+  if (id_ == DataId::kEncoderId) {
+    outcome = Verified(Text("encoder ID 0x%02X, model %s has 0x%02X", unsigned{*reply.encoder_id},
+                            settings_.model.c_str(), unsigned{settings_.encoder_id}));
+    outcome.changes.push_back({"encoder_id", "", Text("0x%02X", unsigned{*reply.encoder_id})});
+  } else {
+    outcome = Verified(Text("turns %u", *reply.multi_turn));
+    outcome.changes.push_back({"turns", "", std::to_string(*reply.multi_turn)});
+  }
+  return outcome;
+}
+
+Outcome Readout::ShowAll(const Reply& reply) const {
+  Outcome outcome = Verified(
+      Text("single-turn %u (%.4f deg), turns %u, encoder ID 0x%02X, SF 0x%02X, ALMC %s", *reply.single_turn,
+           Degrees(*reply.single_turn, settings_.format.single_turn_bits), *reply.multi_turn,
+           unsigned{*reply.encoder_id}, unsigned{*reply.status}, AlarmText(*reply.alarms).c_str()));
+  outcome.changes.push_back({"single_turn", "", std::to_string(*reply.single_turn)});
+  outcome.changes.push_back({"turns", "", std::to_string(*reply.multi_turn)});
+  outcome.changes.push_back({"alarms", "", AlarmText(*reply.alarms)});
+  if (after_.empty())
+    outcome.changes.push_back({"encoder_id", "", Text("0x%02X", unsigned{*reply.encoder_id})});
+  else
+    outcome.changes.push_back(FindingChange(Finding(reply, end_)));
+  return outcome;
+}
+
+// A shaft that turns may have left the place where it was zeroed.
+const char* Readout::Finding(const Reply& all, MonoNs now) const {
+  const Motion motion = output_.MotionAt(now);
+  const char* not_seen = motion.known && motion.standstill ? kNoEffectSeen : kCannotTell;
+  const int latched = settings_.turns_range > 0 ? kLatchedAlarms : kLatchedAlarms & ~kMultiTurnAlarms;
+  const bool clear = (*all.alarms & latched) == 0;
+  if (after_ == kZeroSingleTurnName) return IsZero(all, settings_) ? kReadsAsAfter : not_seen;
+  if (after_ == kResetTurnsName) return TurnsAreReset(all, settings_) && clear ? kReadsAsAfter : not_seen;
+  return clear ? kReadsAsAfter : kNoEffectSeen;
+}
+
+using Made = Result<std::unique_ptr<Procedure>>;
 
 // TS5669 spec 6.1.1: one rewrite for each cell that is written.
 std::int32_t CellWrites(const Arguments& arguments) {
-  const auto data = ParseHex(FindArgument(arguments, "data").value_or(""));
+  const auto data = HexArgument(arguments, "data");
   return data ? static_cast<std::int32_t>(data->size()) : 0;
 }
 
@@ -58,7 +145,7 @@ const std::vector<OperationSpec>& Specs() {
        .help = "Reads cells of the user EEPROM",
        .arguments = {{"address", "0 to 79; needed unless `after` is given", false},
                      {"count", "1 to 80 cells, default 1", false},
-                     kAfter},
+                     kAfterArgument},
        .reads_only = true,
        .verification = "each cell by its own reply with ID D"},
       {.name = kEepromWriteName,
@@ -77,7 +164,7 @@ const std::vector<OperationSpec>& Specs() {
        .verification = "each cell by its own reply with ID D"},
       {.name = kReadAllName,
        .help = "Reads position, turns, encoder ID and alarms once (ID 3)",
-       .arguments = {kAfter},
+       .arguments = {kAfterArgument},
        .reads_only = true,
        .verification = "it is a reading"},
       {.name = kReadTurnsName,
@@ -94,37 +181,31 @@ const std::vector<OperationSpec>& Specs() {
   return kSpecs;
 }
 
-Made BadArgument(std::string_view text) { return Rejected(Reason::REASON_BAD_ARGUMENT, text); }
-
-// An argument as a number of cells; nothing when it is none.
-std::optional<std::size_t> Cells(const Arguments& arguments, std::string_view name, std::string_view usual,
-                                 std::size_t min, std::size_t max) {
-  const auto number = ParseWhole(FindArgument(arguments, name).value_or(usual), static_cast<std::int64_t>(min),
-                                 static_cast<std::int64_t>(max));
-  return number ? std::optional(static_cast<std::size_t>(*number)) : std::nullopt;
+std::optional<std::size_t> AddressArgument(const Arguments& arguments) {
+  const auto address = WholeArgument(arguments, "address", 0, kEepromCells - 1);
+  return address ? std::optional(static_cast<std::size_t>(*address)) : std::nullopt;
 }
 
 Made MakeEepromWrite(const Arguments& arguments, const TFormatSettings& settings) {
-  const auto address = Cells(arguments, "address", "", 0, kEepromCells - 1);
+  const auto address = AddressArgument(arguments);
   if (!address) return BadArgument("address must be 0 to 79");
-  auto data = ParseHex(FindArgument(arguments, "data").value_or(""));
+  auto data = HexArgument(arguments, "data");
   if (!data) return BadArgument("data must be bytes in hex, two digits each, e.g. \"A1 05\"");
   if (*address + data->size() > kEepromCells) {
     return BadArgument(Text("%zu bytes from address %zu do not fit the cells 0 to 79", data->size(), *address));
   }
   for (std::size_t cell = *address; cell < *address + data->size(); ++cell) {
     if (!settings.eeprom_writable[cell]) {
-      return Rejected(Reason::REASON_NOT_PERMITTED,
-                      Text("the configuration does not list EEPROM address %zu in eeprom_writable", cell));
+      return NotPermitted(Text("the configuration does not list EEPROM address %zu in eeprom_writable", cell));
     }
   }
   return std::make_unique<EepromWrite>(*address, std::move(*data), settings.timeout);
 }
 
-// Whether the write that `after` tells of took effect.
+// Verifies the write that `after` names.
 Made MakeEepromLook(const CommandLine& after, const TFormatSettings& settings) {
-  const auto address = Cells(after.arguments, "address", "", 0, kEepromCells - 1);
-  auto data = ParseHex(FindArgument(after.arguments, "data").value_or(""));
+  const auto address = AddressArgument(after.arguments);
+  auto data = HexArgument(after.arguments, "data");
   if (after.operation != kEepromWriteName || !address || !data || *address + data->size() > kEepromCells) {
     return BadArgument("after must be an eeprom_write with its address and data");
   }
@@ -133,30 +214,24 @@ Made MakeEepromLook(const CommandLine& after, const TFormatSettings& settings) {
 }
 
 Made MakeEepromRead(const Arguments& arguments, const TFormatSettings& settings) {
-  if (const auto after = FindArgument(arguments, "after"))
-    return MakeEepromLook(ParseCommandLine(*after), settings);
-  const auto address = Cells(arguments, "address", "", 0, kEepromCells - 1);
+  if (const auto after = AfterArgument(arguments)) return MakeEepromLook(*after, settings);
+  const auto address = AddressArgument(arguments);
   if (!address) return BadArgument("address must be 0 to 79");
-  const auto count = Cells(arguments, "count", "1", 1, kEepromCells - *address);
+  const auto maximum = static_cast<std::int64_t>(kEepromCells - *address);
+  const auto count = ParseWhole(FindArgument(arguments, "count").value_or("1"), 1, maximum);
   if (!count) return BadArgument(Text("count must be 1 to %zu: the last cell is 79", kEepromCells - *address));
-  return std::make_unique<EepromRead>(*address, *count, std::nullopt, settings.timeout);
+  return std::make_unique<EepromRead>(*address, static_cast<std::size_t>(*count), std::nullopt, settings.timeout);
 }
 
 Made MakeReadAll(const Arguments& arguments, const TFormatSettings& settings, const DeviceOutput& output) {
   std::string after;
-  if (const auto text = FindArgument(arguments, "after")) {
-    after = ParseCommandLine(*text).operation;
+  if (const auto line = AfterArgument(arguments)) {
+    after = line->operation;
     if (after != kZeroSingleTurnName && after != kResetTurnsName && after != kClearErrorsName) {
       return BadArgument("after must be zero_single_turn, reset_turns_and_errors or clear_errors");
     }
   }
   return std::make_unique<Readout>(DataId::kAll, std::move(after), settings, output);
-}
-
-const OperationSpec* Find(std::string_view name) {
-  const auto& specs = Specs();
-  const auto found = std::find_if(specs.begin(), specs.end(), [&](const auto& spec) { return spec.name == name; });
-  return found == specs.end() ? nullptr : &*found;
 }
 
 }  // namespace
@@ -168,39 +243,29 @@ bool Permits(const BusConfig&, const DeviceConfig& device, std::string_view oper
 
 std::span<const OperationSpec> Operations() { return Specs(); }
 
-Made MakeProcedure(const DriverCommand& order, const TFormatSettings& settings, const DeviceOutput& output) {
+Made MakeProcedure(const DriverCommand& command, const TFormatSettings& settings, const DeviceOutput& output) {
   const auto reset = [&](DataId id) -> Made { return std::make_unique<ResetProcedure>(id, settings, output); };
   const auto read = [&](DataId id) -> Made { return std::make_unique<Readout>(id, "", settings, output); };
-  const std::string_view name = order.operation;
+  const std::string_view name = command.operation;
   if (name == kZeroSingleTurnName) return reset(DataId::kZeroSingleTurn);
   if (name == kResetTurnsName) return reset(DataId::kResetTurnsAndErrors);
   if (name == kClearErrorsName) return reset(DataId::kClearErrors);
-  if (name == kEepromReadName) return MakeEepromRead(order.arguments, settings);
-  if (name == kEepromWriteName) return MakeEepromWrite(order.arguments, settings);
+  if (name == kEepromReadName) return MakeEepromRead(command.arguments, settings);
+  if (name == kEepromWriteName) return MakeEepromWrite(command.arguments, settings);
   if (name == kEepromBackupName) {
     return std::make_unique<EepromRead>(0, kEepromCells, std::nullopt, settings.timeout);
   }
-  if (name == kReadAllName) return MakeReadAll(order.arguments, settings, output);
+  if (name == kReadAllName) return MakeReadAll(command.arguments, settings, output);
   if (name == kReadTurnsName) return read(DataId::kMultiTurn);
   if (name == kReadIdentityName) return read(DataId::kEncoderId);
-  return Rejected(Reason::REASON_UNKNOWN_OPERATION, "tformat has no operation " + order.operation);
+  return UnknownOperation("tformat", command.operation);
 }
 
-bool Alters(std::string_view operation) {
-  const OperationSpec* spec = Find(operation);
-  return spec != nullptr && !spec->reads_only;
-}
-
-bool NeedsStandstill(std::string_view operation) {
-  const OperationSpec* spec = Find(operation);
-  return spec != nullptr && spec->needs_standstill;
-}
-
-std::optional<Outcome> RefusalByAlarm(std::string_view operation, std::optional<std::uint8_t> alarms) {
+Result<> CheckAlarms(std::string_view operation, std::optional<std::uint8_t> alarms) {
   const auto doubtful = static_cast<std::uint8_t>(alarms.value_or(0) & (kAlmCountingError | kAlmFullAbsolute));
-  if (operation != kZeroSingleTurnName || doubtful == 0) return std::nullopt;
-  return Rejected(Reason::REASON_DEVICE_ALARM,
-                  "the single-turn position is in doubt (ALMC " + AlarmText(*alarms) + "); clear the cause first");
+  if (operation != kZeroSingleTurnName || doubtful == 0) return {};
+  return Failure("the single-turn position is in doubt (ALMC " + AlarmText(*alarms) + "); clear the cause first",
+                 command_status_t::REASON_DEVICE_ALARM);
 }
 
 }  // namespace axlecast::tformat

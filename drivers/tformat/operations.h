@@ -8,11 +8,33 @@
 
 #include "core/device/device.h"
 #include "core/device/operation.h"
-#include "drivers/kit/refusal.h"
-#include "drivers/tformat/procedure.h"
+#include "core/device/step.h"
+#include "drivers/kit/command_runner.h"
+#include "drivers/tformat/answer.h"
 #include "drivers/tformat/settings.h"
 
 namespace axlecast::tformat {
+
+// One command being carried out, exchange by exchange.
+class Procedure : public CommandProcedure {
+ public:
+  // Returns the exchange to transmit now, or Idle until the next one is due.
+  [[nodiscard]] virtual Step Next(MonoNs now) const = 0;
+  // The exchange that Next returned is about to be transmitted. Returns the final outcome if this ends the procedure.
+  virtual std::optional<Outcome> OnStarted(Bytes request, MonoNs now) = 0;
+  // The exchange ended at `end`. Returns an outcome, final or not, if there is one to report.
+  virtual std::optional<Outcome> OnAnswer(const Answer& answer, MonoNs end) = 0;
+  // Returns whether the encoder must receive no other request now.
+  [[nodiscard]] virtual bool exclusive() const { return false; }
+};
+
+// A step of a procedure.
+[[nodiscard]] inline Step CommandStep(const Exchange& exchange) {
+  return {.action = exchange, .priority = Priority::kCommand};
+}
+[[nodiscard]] inline Step WaitUntil(MonoNs until) {
+  return {.action = Idle{until}, .priority = Priority::kCommand};
+}
 
 // The family's operations, named by their effect: two documents give the reset IDs different meanings (README.md).
 inline constexpr std::string_view kZeroSingleTurnName = "zero_single_turn";
@@ -29,15 +51,12 @@ inline constexpr std::string_view kReadIdentityName = "read_identity";
 // Whether the configuration of a device permits an operation of the family.
 [[nodiscard]] bool Permits(const BusConfig& bus, const DeviceConfig& device, std::string_view operation);
 
-// The procedure that carries out an order, or why there is none: arguments are checked here.
-[[nodiscard]] Made<Procedure> MakeProcedure(const DriverCommand& order, const TFormatSettings& settings,
-                                            const DeviceOutput& output);
+// Returns the procedure for a command. Checks its arguments.
+[[nodiscard]] Result<std::unique_ptr<Procedure>> MakeProcedure(const DriverCommand& command,
+                                                               const TFormatSettings& settings,
+                                                               const DeviceOutput& output);
 
-// It can change something in the encoder: only for an encoder whose identity is accepted.
-[[nodiscard]] bool Alters(std::string_view operation);
-[[nodiscard]] bool NeedsStandstill(std::string_view operation);
-
-// Why the encoder's alarms forbid the operation: ALMC as it was read last, if it was.
-[[nodiscard]] std::optional<Outcome> RefusalByAlarm(std::string_view operation, std::optional<std::uint8_t> alarms);
+// Refuses an operation that the encoder's alarms forbid. `alarms`: ALMC as it was read last, if it was read.
+[[nodiscard]] Result<> CheckAlarms(std::string_view operation, std::optional<std::uint8_t> alarms);
 
 }  // namespace axlecast::tformat

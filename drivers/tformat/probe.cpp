@@ -1,16 +1,43 @@
-#include "drivers/tformat/probe.h"
+#include "drivers/tformat/family.h"
 
 #include <algorithm>
 #include <bit>
+#include <cstdint>
 #include <memory>
+#include <optional>
+#include <vector>
 
 #include "core/command/command_id.h"
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
+#include "drivers/kit/asking_probe.h"
 #include "drivers/tformat/answer.h"
-#include "drivers/tformat/model.h"
+#include "drivers/tformat/codec.h"
+#include "drivers/tformat/settings.h"
 
 namespace axlecast::tformat {
 namespace {
+
+// Looks for the one encoder on its line by readouts alone, data ID 3 and 2 in turn: they begin no reset sequence, and
+// end one that somebody has left unfinished.
+class TFormatProbe final : public AskingProbe {
+ public:
+  [[nodiscard]] std::vector<ProbeHit> Findings() const override;
+  [[nodiscard]] double Progress() const override;
+
+ protected:
+  [[nodiscard]] std::optional<Question> Ask() const override;
+  void Judge(const Event& event) override;
+
+ private:
+  static constexpr int kQuestions = 8;
+  static constexpr int kVain = 4;  // of them without any answer: nobody is there
+
+  int asked_ = 0;
+  int answered_ = 0;  // without an error, with the same ENID
+  int refused_ = 0;   // damaged, or with another ENID than before
+  std::optional<std::uint8_t> encoder_id_;
+  std::uint32_t positions_ = 0;  // every bit of ABS that was ever set
+};
 
 constexpr MonoNs kPatience = 30 * kMillisecond;  // beyond the 16 ms of an adapter that nobody has set up
 constexpr MonoNs kQuiet = 20 * kMillisecond;     // a late reply is over by then
@@ -26,8 +53,6 @@ const Model* ModelOf(std::uint8_t encoder_id) {
                                   [=](const Model& model) { return model.encoder_id == encoder_id; });
   return found == models.end() ? nullptr : &*found;
 }
-
-}  // namespace
 
 std::optional<AskingProbe::Question> TFormatProbe::Ask() const {
   if (asked_ >= kQuestions || (answered_ == 0 && asked_ >= kVain)) return std::nullopt;
@@ -79,8 +104,6 @@ std::vector<ProbeHit> TFormatProbe::Findings() const {
 
 // ---- what is tried ----
 
-namespace {
-
 std::vector<ProbeTrial> ProbeTrials(const ProbeScope& scope) {
   std::vector<ProbeTrial> trials;
   for (const std::int64_t baud : scope.RatesOf({kBaud})) {
@@ -97,7 +120,6 @@ std::vector<ProbeTrial> ProbeTrials(const ProbeScope& scope) {
 }
 
 }  // namespace
-
 }  // namespace axlecast::tformat
 
 namespace axlecast {

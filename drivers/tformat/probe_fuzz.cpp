@@ -1,5 +1,5 @@
 // Any answers, strays and silences.
-#include "drivers/tformat/probe.h"
+#include "drivers/tformat/family.h"
 
 #include "tests/fuzz/probe_fuzzing.h"
 

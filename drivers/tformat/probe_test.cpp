@@ -1,4 +1,4 @@
-#include "drivers/tformat/probe.h"
+#include "drivers/tformat/family.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -2,7 +2,7 @@
 
 #include <axlecast/command_status_t.hpp>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/tformat/device_test_support.h"
 
 namespace axlecast::tformat {

@@ -3,15 +3,29 @@
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/kit/read_back.h"
-#include "drivers/kit/refusal.h"
 #include "drivers/tformat/alarms.h"
-#include "drivers/tformat/model.h"
 #include "drivers/tformat/operations.h"
-#include "drivers/tformat/reset_rules.h"
+#include "drivers/tformat/settings.h"
 
 namespace axlecast::tformat {
+
+bool TurnsAreReset(const Reply& all, const TFormatSettings& settings) {
+  const std::uint32_t turns = *all.multi_turn;
+  if (turns == 0) return true;
+  if (!IsZero(all, settings)) return false;
+  const std::uint32_t last = (1U << static_cast<unsigned>(settings.format.multi_turn_bits)) - 1;
+  const bool low_half = *all.single_turn < settings.counts_per_turn / 2;
+  return low_half ? turns == 1 : turns == last;
+}
+
+bool IsZero(const Reply& all, const TFormatSettings& settings) {
+  return CircularDistance(*all.single_turn, 0, settings.counts_per_turn) <=
+         ZeroToleranceCounts(settings.format.single_turn_bits);
+}
+
 namespace {
 
 using Reason = command_status_t;
@@ -66,7 +80,9 @@ std::optional<Outcome> ResetProcedure::OnBefore(const Answer& answer) {
   }
   before_ = answer.reply;
   if (id_ == DataId::kZeroSingleTurn) {
-    if (auto refusal = RefusalByAlarm(kZeroSingleTurnName, before_.alarms)) return refusal;
+    if (const auto alarms = CheckAlarms(kZeroSingleTurnName, before_.alarms); !alarms) {
+      return RefusedOutcome(alarms.error());
+    }
   }
   stage_ = Stage::kSend;
   return std::nullopt;

@@ -7,7 +7,6 @@
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
 #include "core/device/family.h"
-#include "drivers/tformat/model.h"
 
 namespace axlecast {
 

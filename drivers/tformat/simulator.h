@@ -10,7 +10,7 @@
 #include "core/device/simulator.h"
 #include "drivers/kit/simulation/script.h"
 #include "drivers/kit/simulation/seeded_random.h"
-#include "drivers/tformat/simulator_keys.h"
+#include "drivers/tformat/simulated_axis.h"
 #include "drivers/tformat/simulator_request.h"
 
 namespace axlecast::tformat {

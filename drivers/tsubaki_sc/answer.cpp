@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <axlecast/command_status_t.hpp>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 
 namespace axlecast::tsubaki_sc {
 namespace {

@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "core/device/event.h"
-#include "core/device/sample.h"
+#include "core/device/reading.h"
+#include "core/device/step.h"
 #include "drivers/tsubaki_sc/register_map.h"
 
 namespace axlecast::tsubaki_sc {

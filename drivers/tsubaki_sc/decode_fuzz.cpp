@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/protocol/modbus/adu.h"
 #include "tests/fuzz/decode_fuzzing.h"
 

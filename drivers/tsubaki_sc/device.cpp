@@ -5,7 +5,7 @@
 #include <utility>
 #include <variant>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/tsubaki_sc/alarms.h"
 
 namespace axlecast::tsubaki_sc {

@@ -8,7 +8,7 @@
 
 #include "core/config/config_map.h"
 #include "core/config/load.h"
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/runtime/bus/bus.h"
 #include "drivers/tsubaki_sc/device.h"

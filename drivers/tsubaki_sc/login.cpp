@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 
 namespace axlecast::tsubaki_sc {
 namespace {

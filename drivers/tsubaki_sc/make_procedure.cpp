@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/tsubaki_sc/coil_order.h"
 #include "drivers/tsubaki_sc/log_in.h"

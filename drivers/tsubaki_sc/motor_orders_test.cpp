@@ -4,7 +4,7 @@
 #include <functional>
 #include <variant>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/tsubaki_sc/coil_order.h"
 #include "drivers/tsubaki_sc/device_test_support.h"
 #include "drivers/tsubaki_sc/motor_stop.h"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/config/machine_config.h"
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/tsubaki_sc/alarms.h"
 #include "drivers/tsubaki_sc/parameters.h"
 

@@ -2,7 +2,7 @@
 
 #include <axlecast/command_status_t.hpp>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/tsubaki_sc/parameters.h"
 
 namespace axlecast::tsubaki_sc {

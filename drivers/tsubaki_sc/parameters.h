@@ -4,7 +4,6 @@
 #include <string_view>
 
 #include "core/device/parameter.h"
-#include "core/device/parameter_value.h"
 
 namespace axlecast::tsubaki_sc {
 

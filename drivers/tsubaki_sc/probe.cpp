@@ -4,7 +4,7 @@
 #include <array>
 #include <memory>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/tsubaki_sc/answer.h"
 #include "drivers/tsubaki_sc/requests.h"
 #include "drivers/tsubaki_sc/settings.h"

@@ -2,7 +2,7 @@
 
 #include <axlecast/command_status_t.hpp>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/kit/read_back.h"
 #include "drivers/tsubaki_sc/alarms.h"
 #include "drivers/tsubaki_sc/operations.h"

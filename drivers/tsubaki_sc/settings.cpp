@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "core/base/words.h"
+#include "core/base/spelling.h"
 #include "core/config/config_map.h"
-#include "core/config/load_place.h"
 #include "core/config/machine_config.h"
 #include "drivers/tsubaki_sc/register_map.h"
 

@@ -1,12 +1,61 @@
 #include "platform/net/lcm_receiver.h"
 
+#include <utility>
+
 namespace axlecast {
 namespace {
+
+bool Matches(const std::regex& pattern, const std::string& name) {
+  try {
+    return std::regex_match(name, pattern);
+  } catch (const std::regex_error&) {
+    return false;  // too complex for this name
+  }
+}
 
 constexpr MonoNs kCountDrops = 100 * kMillisecond;
 constexpr std::string_view kSelfTest = "LCM_SELF_TEST";  // every process that uses liblcm sends itself one
 
 }  // namespace
+
+bool ChannelSubscriptions::Add(const std::string& pattern, Handler handler) {
+  try {
+    subscriptions_.push_back(
+        {std::regex(pattern, std::regex::ECMAScript | std::regex::optimize), std::move(handler)});
+  } catch (const std::regex_error&) {
+    return false;
+  }
+  remembered_.assign(kRememberedNames, {});
+  return true;
+}
+
+std::size_t ChannelSubscriptions::Dispatch(std::string_view channel, Bytes message) {
+  if (subscriptions_.empty()) return 0;
+  const Remembered& remembered = Find(channel);
+  for (const std::uint16_t index : remembered.matching) subscriptions_[index].handler(remembered.name, message);
+  return remembered.matching.size();
+}
+
+const ChannelSubscriptions::Remembered& ChannelSubscriptions::Find(std::string_view channel) {
+  Remembered& place = remembered_[std::hash<std::string_view>()(channel) % kRememberedNames];
+  if (place.channel == channel && !channel.empty()) return place;
+  place.channel = channel;
+  place.matching.clear();
+  if (!channel.starts_with(prefix_)) return place;
+  place.name = channel.substr(prefix_.size());
+  for (std::size_t i = 0; i < subscriptions_.size(); ++i) {
+    if (Matches(subscriptions_[i].pattern, place.name)) place.matching.push_back(static_cast<std::uint16_t>(i));
+  }
+  return place;
+}
+
+std::size_t ChannelSubscriptions::memory() const {
+  std::size_t bytes = remembered_.capacity() * sizeof(Remembered);
+  for (const Remembered& place : remembered_) {
+    bytes += place.channel.capacity() + place.name.capacity() + place.matching.capacity() * sizeof(std::uint16_t);
+  }
+  return bytes;
+}
 
 LcmReceiver::LcmReceiver(const LcmUrl& url) : port_(url), receiver_(kFragments) {}
 

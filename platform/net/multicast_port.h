@@ -7,7 +7,6 @@
 
 #include "core/base/inline_bytes.h"
 #include "core/messages/lcm_url.h"
-#include "core/messages/sender_address.h"
 #include "platform/os/descriptor.h"
 
 namespace axlecast {
@@ -66,5 +65,9 @@ class MulticastPort {
   std::string problem_;
   std::string warning_;
 };
+
+// Sends itself a datagram over the URL's group and port and waits up to 1 s for it. Empty when it came, else the
+// cause and the lines that mend it. `axlecast up` asks before it starts anything.
+[[nodiscard]] std::string MulticastProblem(const std::string& url);
 
 }  // namespace axlecast

@@ -155,4 +155,5 @@ TEST(MulticastPort, APortThatAnotherProgramHoldsIsAProblem) {
 }
 
 }  // namespace
+
 }  // namespace axlecast

@@ -1,7 +1,7 @@
 // Any datagram: the parser must not crash, and what it gives must lie within the datagram and agree with itself.
 #include <cstdlib>
 
-#include "platform/net/udpm_packet.h"
+#include "platform/net/udpm_receiver.h"
 
 namespace {
 

@@ -140,4 +140,5 @@ TEST_F(MappedFileTest, ABusErrorOfAnythingElseEndsTheProcessAsEver) {
 }
 
 }  // namespace
+
 }  // namespace axlecast

@@ -6,11 +6,13 @@
 #include <sys/prctl.h>
 #include <sys/random.h>
 #include <sys/resource.h>
+#include <systemd/sd-daemon.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
 #include <csignal>
+#include <cstdint>
 #include <cstring>
 
 namespace axlecast {
@@ -141,6 +143,27 @@ bool StopSignal::Wait(int timeout_ms) const {
     if (ready < 0 && errno != EINTR) break;
   }
   return Requested();
+}
+
+Supervision::Supervision() {
+  std::uint64_t watchdog_us = 0;
+  if (sd_watchdog_enabled(0, &watchdog_us) > 0) {
+    interval_ = static_cast<MonoNs>(watchdog_us) * kMicrosecond / 3;
+    next_ping_ = 0;
+  }
+}
+
+// A message that systemd does not take is lost: there is nobody else to tell, and the watchdog draws the
+// conclusion.
+void Supervision::Ready() { sd_notify(0, "READY=1"); }
+
+void Supervision::Status(const std::string& text) { sd_notify(0, ("STATUS=" + text).c_str()); }
+
+void Supervision::Stopping() { sd_notify(0, "STOPPING=1"); }
+
+void Supervision::Ping(MonoNs now) {
+  sd_notify(0, "WATCHDOG=1");
+  next_ping_ = now + interval_;
 }
 
 }  // namespace axlecast

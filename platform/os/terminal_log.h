@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "core/base/terminal_text.h"
+#include "core/base/safe_text.h"
 
 namespace axlecast {
 

@@ -14,7 +14,6 @@
 #include "tests/support/counting_family.h"
 #include "tests/support/fixed_secrets.h"
 #include "tools/log/log_event.h"
-#include "tools/log/log_header.h"
 
 namespace axlecast {
 namespace {

@@ -2,10 +2,10 @@
 
 #include <memory>
 
-#include "core/base/timebase.h"
+#include "core/base/time.h"
 #include "core/config/machine_config.h"
 #include "core/device/device.h"
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 #include "drivers/runtime/axis/device_publisher.h"
 #include "tests/support/fixed_secrets.h"
 

@@ -1,7 +1,7 @@
 #include "tests/campaign/status_listener.h"
 
 #include "core/command/command_id.h"
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

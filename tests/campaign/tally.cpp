@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 #include "drivers/runtime/axis/device_publisher.h"
 
 namespace axlecast {

@@ -8,11 +8,10 @@
 #include <vector>
 
 #include "bridge/dispatch/dispatcher.h"
-#include "bridge/store/inline_journal.h"
 #include "bridge/store/memory_store.h"
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
-#include "core/messages/decode_message.h"
+#include "core/messages/enum_names.h"
+#include "core/messages/message.h"
 #include "drivers/runtime/command/operations.h"
 #include "tests/command_simulation/faults.h"
 #include "tests/command_simulation/network.h"

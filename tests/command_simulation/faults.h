@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "bridge/store/durable_store.h"
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/clock.h"
-#include "core/messages/message_sink.h"
+#include "core/base/time.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

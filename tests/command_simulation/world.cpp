@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
-#include "core/messages/decode_message.h"
+#include "core/messages/enum_names.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "bridge/dispatch/dispatcher.h"
-#include "bridge/store/inline_journal.h"
 #include "bridge/store/memory_store.h"
 #include "client/command/command_session.h"
 #include "tests/command_simulation/faults.h"

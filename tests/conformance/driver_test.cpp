@@ -11,7 +11,7 @@
 #include <random>
 
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
+#include "core/messages/enum_names.h"
 #include "tests/conformance/example_buses.h"
 #include "tests/conformance/example_link.h"
 #include "tests/support/counting_family.h"

@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "core/config/load.h"
-#include "core/messages/encode_message.h"
+#include "core/messages/message.h"
 #include "tests/conformance/example_link.h"
 #include "tests/support/fixed_secrets.h"
 #include "tests/support/memory_sink.h"
-#include "tools/redecode/redecode_report.h"
+#include "tools/redecode/log_redecoder.h"
 
 namespace axlecast {
 namespace {

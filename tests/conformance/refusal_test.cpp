@@ -3,7 +3,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <set>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "tests/conformance/example_device.h"
 
 // Device::Refusal says what Begin would say, with the arguments' values judged, and changes nothing: on the first

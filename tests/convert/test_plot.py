@@ -1,7 +1,6 @@
 """Plots: the SVG as XML, the PNG as ImageMagick sees it."""
 
 import math
-import re
 import unittest
 import xml.etree.ElementTree as ElementTree
 
@@ -23,10 +22,9 @@ class Plot(Converted):
 
     @staticmethod
     def curves(svg):
-        """The points of every curve but the legend's."""
-        paths = [[tuple(map(float, pair.split())) for pair in re.split("[ML]", path.get("d"))[2:]]
-                 for path in svg.iter(SVG + "path")]
-        return [path for path in paths if not (path[0][0] == 100 and path[-1][0] == 130 and path[0][1] == path[-1][1])]
+        """The points of every piece of every curve. A single point is drawn as a line to itself."""
+        pieces = [piece for path in svg.iter(SVG + "path") for piece in path.get("d").split("M")[1:]]
+        return [list(dict.fromkeys(tuple(map(float, pair.split())) for pair in piece.split("L"))) for piece in pieces]
 
     def turning(self, count=2_000, period=1_000, skip=()):
         for i in range(count):

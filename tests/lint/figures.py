@@ -9,15 +9,13 @@ import collections
 import pathlib
 import re
 import statistics
-import subprocess
 import sys
 
+import english
 import structure
 
 ROOT = structure.ROOT
 INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
-# Software does not speak, and these words have a plainer one: english.md of the owners, docs/ of the project.
-PLAIN = re.compile(r"\b(mend|mends|mended|anew|afresh|whoever|be rid|so long|so often|is none|none such|as ever)\b", re.IGNORECASE)
 
 
 def text_of(path):
@@ -58,17 +56,6 @@ def string_errors(paths):
             for comment, name in declaration.findall(text_of(path)) if re.search(r"\b[Ee]mpty\b", comment)]
 
 
-def plain_english(paths):
-    """Hits of words that have a plainer one, in comments and in pages of docs."""
-    hits = []
-    pages = subprocess.run(["git", "-C", ROOT, "ls-files", "*.md"], check=True, capture_output=True, text=True).stdout.split()
-    for path in [*paths, *pages]:
-        for number, line in enumerate(text_of(path).splitlines(), 1):
-            prose = line if path.endswith(".md") else " ".join(re.findall(r'//.*|"(?:\\.|[^"\\])*"', line))
-            hits += [f"{path}:{number}: {word}" for word in PLAIN.findall(prose)]
-    return hits
-
-
 def figures():
     """(name, the places that it counts or its value, limit or None)"""
     everything = structure.tracked_sources()
@@ -86,7 +73,7 @@ def figures():
         ("two-way pairs of libraries", two_way_pairs(edges), 0),
         ("flat files in tools/axlecast", [path for path in everything if re.fullmatch(r"tools/axlecast/[^/]+", path)], 12),
         ("functions that return an error as a plain string", string_errors(ours), None),
-        ("words that have a plainer one", plain_english(everything), None),
+        ("words that have a plainer one (english.py)", english.hits(), None),
         ("C++ files below 60 lines, %", round(100 * len(short) / len(ours)), None),
         ("median lines of a C++ file", round(statistics.median(lines.values())), None),
         ("C++ files that are no test", len(ours), None),

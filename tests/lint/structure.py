@@ -13,9 +13,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 # An external world: the pattern that reaches it, and the only files that may.
 WORLDS = [
     ("LCM", r"#include [<\"]lcm/lcm[.-]", r"platform/net/lcm_port\.cpp|client/example/.*|bench/.*"),
-    ("LCM's datagrams", r"IP_ADD_MEMBERSHIP|\brecvmmsg", r"platform/net/(multicast_probe|multicast_port)\.cpp|bench/.*"),
+    ("LCM's datagrams", r"IP_ADD_MEMBERSHIP|\brecvmmsg", r"platform/net/multicast_port\.cpp|bench/.*"),
     ("serial line", r"termios|termbits|\bTIOC[A-Z]+",
-     r"(drivers/hal/(tty|adapter|pty|pty_mark|line_guard)(_test)?|platform/os/terminal_keys(_test)?)\.(cpp|h)|bench/.*"),
+     r"(drivers/hal/(tty|adapter|pty|pty_mark|line_guard)(_test)?|platform/os/terminal(_test)?)\.(cpp|h)|bench/.*"),
     ("clock", r"clock_gettime|std::chrono|\bgettimeofday|\bclock_nanosleep|std::this_thread::sleep",
      r"platform/os/system_clock\.cpp|client/example/.*|bench/.*"),
     ("SPI", r"linux/spi", r"drivers/hal/spi_port\.cpp|tests/vm/cuse_spidev\.cpp"),
@@ -24,11 +24,11 @@ WORLDS = [
     ("MQTT", r"#include <(mosquitto|mqtt_protocol)\.h", r"platform/net/mqtt_link\.cpp"),
     ("GPIO", r"gpiod\.h", r"drivers/hal/gpio_line(_test)?\.cpp"),
     ("process", r"sys/(prctl|resource|mman)\.h|\bsched_set[a-z]+\(",
-     r"platform/os/(process(_test)?|mapped_region)\.cpp|tools/doctor/host/host_system\.cpp"
-     r"|tools/axlecast/run/(child_process|simulation_server)\.cpp|bench/.*"),
+     r"platform/os/(process(_test)?|mapped_file)\.cpp|tools/doctor/host/host_system\.cpp"
+     r"|tools/axlecast/run/(process_supervisor|simulation_server)\.cpp|bench/.*"),
     ("SQLite", r"sqlite3\.h", r"bridge/store/database\.cpp"),
     ("HTTP and WebSockets", r"libwebsockets\.h", r"platform/net/web_server\.cpp"),
-    ("systemd", r"systemd/", r"platform/os/supervision\.cpp"),
+    ("systemd", r"systemd/", r"platform/os/process\.cpp"),
 ]
 # What every tool may include.
 BESIDE_TOOLS = ("core", "platform", "client", "bridge/store", "drivers/hal", "drivers/kit")

@@ -15,7 +15,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-FOLDERS = ("drivers", "bridge", "tools", "client", "bench", "tests")
+FOLDERS = ("core", "platform", "drivers", "bridge", "tools", "client", "bench", "tests")
 INCLUDED = re.compile(r'#include "(.*)"')
 PRECOMPILED = re.compile(r" -Winvalid-pch| -include \S*cmake_pch\.hxx")
 

@@ -9,8 +9,8 @@
 #include <random>
 
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
 #include "core/config/load.h"
+#include "core/messages/enum_names.h"
 #include "drivers/runtime/command/command_status_table.h"
 #include "drivers/runtime/process/driver.h"
 #include "tests/support/counting_family.h"

@@ -11,7 +11,7 @@
 #include "core/command/signature.h"
 #include "core/config/machine_config.h"
 #include "core/device/family.h"
-#include "core/messages/encode_message.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

@@ -4,8 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/messages/decode_message.h"
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

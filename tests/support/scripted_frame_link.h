@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/device/frame_link.h"
+#include "core/device/link.h"
 #include "tests/support/fake_clock.h"
 
 namespace axlecast {

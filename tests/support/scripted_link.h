@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/device/byte_link.h"
+#include "core/device/link.h"
 #include "tests/support/fake_clock.h"
 
 namespace axlecast {

@@ -4,7 +4,7 @@
 #include <deque>
 #include <string>
 
-#include "core/device/frame_link.h"
+#include "core/device/link.h"
 #include "core/device/simulator.h"
 #include "tests/support/cable.h"
 #include "tests/support/fake_clock.h"

@@ -4,8 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/device/byte_link.h"
-#include "core/device/pulse_lines.h"
+#include "core/device/link.h"
 #include "core/device/simulator.h"
 #include "tests/support/cable.h"
 #include "tests/support/fake_clock.h"

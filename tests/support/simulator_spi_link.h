@@ -2,9 +2,9 @@
 
 #include <string>
 
-#include "core/device/byte_link.h"
+#include "core/device/line_settings.h"
+#include "core/device/link.h"
 #include "core/device/simulator.h"
-#include "core/device/spi_transfer.h"
 #include "drivers/hal/clocked_in.h"
 #include "tests/support/cable.h"
 #include "tests/support/fake_clock.h"

@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/device/line_held.h"
+#include "core/device/link.h"
 #include "platform/os/system_clock.h"
 
 namespace axlecast {

@@ -24,7 +24,6 @@
 
 #include "drivers/hal/simulated_spi.h"
 #include "platform/os/system_clock.h"
-#include "platform/os/wait_until.h"
 
 namespace axlecast {
 namespace {

@@ -17,11 +17,10 @@
 #include <thread>
 #include <vector>
 
-#include "core/device/line_held.h"
+#include "core/device/link.h"
 #include "drivers/hal/simulated_spi.h"
 #include "platform/os/descriptor.h"
 #include "platform/os/system_clock.h"
-#include "platform/os/wait_until.h"
 #include "tests/support/temporary_folder.h"
 
 namespace axlecast {

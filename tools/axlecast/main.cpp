@@ -6,7 +6,7 @@
 #include <string>
 
 #include "platform/os/process.h"
-#include "platform/os/terminal_output.h"
+#include "platform/os/terminal.h"
 #include "tools/axlecast/cli_tree.h"
 #include "tools/axlecast/command/subcommands.h"
 #include "tools/axlecast/common/exit_code.h"

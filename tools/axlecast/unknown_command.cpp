@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "core/base/words.h"
+#include "core/base/spelling.h"
 
 namespace axlecast {
 namespace {

@@ -2,12 +2,16 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <string>
 #include <string_view>
 #include <vector>
 
+#include "core/base/result.h"
+
 namespace axlecast {
 
-// What a plot is drawn on; px, from the upper left corner.
+// A picture that is being drawn: coordinates in px, from the upper left corner. Used for plots of logs and of trips.
 class Canvas {
  public:
   struct Point {
@@ -18,33 +22,40 @@ class Canvas {
     double width = 0;
     double height = 0;
   };
-  enum class Stroke : std::uint8_t { kAxis, kGrid };
+  enum class Stroke : std::uint8_t { kAxis, kGrid, kDashed };
   enum class Anchor : std::uint8_t { kStart, kMiddle, kEnd };
-  struct Style {
+  struct TextStyle {
     Anchor anchor = Anchor::kStart;
     bool bold = false;
   };
+  struct CurveStyle {
+    std::size_t number = 0;  // selects the colour; colours repeat after the sixth
+    bool dashed = false;     // also give curves after the first a dash pattern, for print without colours
+  };
+  using Polyline = std::vector<Point>;
 
   Canvas() = default;
   virtual ~Canvas() = default;
   Canvas(const Canvas&) = delete;
   Canvas& operator=(const Canvas&) = delete;
 
-  virtual void Line(Point from, Point to, Stroke stroke) = 0;
-  // Of the curve with this number, in its colour: through all points; a single point is a dot.
-  virtual void Curve(const std::vector<Point>& points, std::size_t number) = 0;
-  // On the baseline at this point.
-  virtual void Text(Point at, std::string_view text, Style style) = 0;
+  virtual void DrawLine(Point from, Point to, Stroke stroke) = 0;
+  // Draws the polylines of one curve. A polyline of a single point is drawn as a dot.
+  virtual void DrawCurve(const std::vector<Polyline>& polylines, CurveStyle style) = 0;
+  // Draws the sample of a curve that stands in a legend.
+  virtual void DrawLegendLine(Point from, Point to, CurveStyle style) = 0;
+  virtual void DrawCircle(Point centre, CurveStyle style) = 0;
+  // Draws text with its baseline at `at`. Bytes that are not UTF-8 and control characters are replaced.
+  virtual void DrawText(Point at, std::string_view text, TextStyle style) = 0;
+
+  // Returns the bytes of the file. The only error is a lack of memory.
+  [[nodiscard]] virtual Result<std::string> Finish() = 0;
 };
 
-struct CurveColour {
-  const char* on_light;  // "#rrggbb"
-  const char* on_dark;
-};
+// Makes an SVG picture for light and dark backgrounds. Its text stays text that can be searched and copied.
+[[nodiscard]] std::unique_ptr<Canvas> MakeSvgCanvas(Canvas::Size size, std::string_view title);
 
-// Of the curve with this number; they repeat after the last. Distinct also for the colour-blind (Okabe and Ito).
-inline constexpr CurveColour kCurveColours[] = {{"#0072b2", "#56b4e9"}, {"#d55e00", "#ff8c42"},
-                                                {"#009e73", "#2fd6a7"}, {"#cc79a7", "#e8a5c8"},
-                                                {"#8a6d00", "#f0e442"}, {"#6a3d9a", "#c9a6ff"}};
+// Makes a PNG picture on a white background.
+[[nodiscard]] std::unique_ptr<Canvas> MakePngCanvas(Canvas::Size size);
 
 }  // namespace axlecast

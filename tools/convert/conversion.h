@@ -1,16 +1,31 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
+#include <string_view>
+
+#include "tools/log/log_event.h"
 
 namespace axlecast {
 
-// What became of a conversion.
+// Calls a visitor with every selected event of a log, in order, until the visitor returns false. It can be called several
+// times and shows the same events each time.
+using EventVisitor = std::function<bool(const LogEvent&)>;
+using EventRange = std::function<void(const EventVisitor&)>;
+
+// Takes the next part of the output. Returns false if it cannot be written; then the conversion ends.
+using Output = std::function<bool(std::string_view)>;
+
+// The result of a conversion.
 struct Conversion {
-  std::string problem;        // why there is no output, and what to do; empty: it is whole
   std::int64_t written = 0;   // messages, frames or rows
-  std::int64_t left_out = 0;  // events that the format cannot hold, or that are malformed
-  std::string note;           // what the reader should know of the output; empty: nothing
+  std::int64_t left_out = 0;  // malformed events, and events that the format cannot contain
+  std::string note;           // a limitation that the reader of the output should know; empty: none
 };
+
+// Returns the time of the event's message, in us of UNIX time: its `utime` if it has one between 1970 and 9999, else the
+// time of its reception. The message is not decoded and may be malformed.
+[[nodiscard]] std::int64_t SampleTime(const LogEvent& event);
 
 }  // namespace axlecast

@@ -9,13 +9,11 @@
 #include <cstdlib>
 #include <string>
 
-#include "tools/convert/candump.h"
-#include "tools/convert/csv_grid.h"
-#include "tools/convert/csv_table.h"
+#include "tools/convert/csv.h"
 #include "tools/convert/mcap.h"
-#include "tools/convert/pcap.h"
-#include "tools/convert/plot_picture.h"
+#include "tools/convert/plot.h"
 #include "tools/convert/test_events.h"
+#include "tools/convert/wire_capture.h"
 
 namespace axlecast {
 namespace {
@@ -114,8 +112,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static_cast<void>(text([&](const Output& out) { return WriteCandump(range, out); }));
   static_cast<void>(text([&](const Output& out) { return WritePcap(range, out); }));
   for (const PlotField& shown : {PlotField{"POSITION/a", "value"}, PlotField{"POSITION/b", field}}) {
-    const PlotData plot = CollectPlot(range, {shown}, kPlotColumns);
-    if (plot.problem.empty()) Require(PlotSvg("title", plot).ends_with("</svg>\n"));
+    const Result<PlotData> plot = CollectPlot(range, {shown}, kPlotColumns);
+    if (plot) Require(PlotSvg("title", *plot)->ends_with("</svg>\n"));
   }
   return 0;
 }

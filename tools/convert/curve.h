@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -11,21 +12,20 @@ struct CurvePoint {
   bool operator==(const CurvePoint&) const = default;
 };
 
-// A curve for a picture of so many columns of pixels, in memory that does not grow with the readings: of each column
-// it keeps the first, lowest, highest and last reading, which draw the same picture as all of them (U. Jugel et al.,
-// "M4: A Visualization-Oriented Time Series Data Aggregation", VLDB 2014).
+// A curve for a picture with a given number of pixel columns. Its memory does not grow with the number of readings: it
+// keeps the first, lowest, highest and last reading of each column. They draw the same picture as all readings (U. Jugel
+// et al., "M4: A Visualization-Oriented Time Series Data Aggregation", VLDB 2014).
 class Curve {
  public:
-  // Readings stand in [first_us, last_us]; others are drawn at its ends. No line joins readings that are further apart
-  // than `gap_us`.
+  // Readings outside [first_us, last_us] are drawn at its ends. Readings further apart than `gap_us` are not joined.
   Curve(std::int64_t first_us, std::int64_t last_us, std::int64_t gap_us, std::size_t columns);
 
-  // A reading later than the one before; after an earlier one (a clock was stepped) a new piece begins.
+  // Adds a reading. If it is earlier than the previous one (a clock was set back), a new piece begins.
   void Add(std::int64_t us, double value);
-  // No line joins the reading before to the next one.
+  // Begins a new piece with the next reading.
   void Break() { joins_ = false; }
 
-  // What to draw: lines, of at least one point each.
+  // Returns the polylines to draw, with at least one point each.
   using Piece = std::vector<CurvePoint>;
   [[nodiscard]] std::vector<Piece> Pieces() const;
 
@@ -34,7 +34,7 @@ class Curve {
  private:
   struct Column {
     bool used = false;
-    bool joined = false;  // to the column with readings before
+    bool joined = false;  // to the previous column that has readings
     CurvePoint first;
     CurvePoint lowest;
     CurvePoint highest;
@@ -47,9 +47,24 @@ class Curve {
   std::int64_t last_us_;
   std::int64_t gap_us_;
   std::vector<Column> columns_;
-  bool joins_ = false;  // the next reading to the one before
+  bool joins_ = false;  // the next reading is joined to the previous one
   std::int64_t newest_us_ = 0;
   std::int64_t readings_ = 0;
+};
+
+// Measures the usual interval between the messages of a channel.
+class MessageGap {
+ public:
+  void On(std::int64_t us);
+
+  // Returns 8 times the median interval in us, which is known to a power of two. A longer interval is a gap.
+  [[nodiscard]] std::int64_t Limit() const;
+
+ private:
+  static constexpr std::size_t kPowers = 48;
+  std::array<std::int64_t, kPowers> counts_{};  // of intervals below 1, 2, 4, 8... us
+  std::int64_t total_ = 0;
+  std::int64_t last_us_ = -1;
 };
 
 }  // namespace axlecast

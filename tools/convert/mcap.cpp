@@ -1,20 +1,217 @@
 #include "tools/convert/mcap.h"
 
+#include <zlib.h>
+
 #include <algorithm>
-#include <map>
+#include <array>
+#include <concepts>
 #include <optional>
-#include <string>
 #include <utility>
 
-#include "core/base/utf8.h"
+#include "core/base/safe_text.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
-#include "tools/convert/mcap_writer.h"
-#include "tools/convert/sample_time.h"
-#include "tools/log/log_header.h"
+#include "tools/convert/conversion.h"
+#include "tools/log/log_event.h"
 #include "tools/log/log_seal.h"
 
 namespace axlecast {
+namespace {
+
+// Opcodes of MCAP records.
+enum class McapOp : std::uint8_t {
+  kHeader = 0x01,
+  kFooter = 0x02,
+  kSchema = 0x03,
+  kChannel = 0x04,
+  kMessage = 0x05,
+  kChunk = 0x06,
+  kMessageIndex = 0x07,
+  kChunkIndex = 0x08,
+  kAttachment = 0x09,
+  kAttachmentIndex = 0x0A,
+  kStatistics = 0x0B,
+  kSummaryOffset = 0x0E,
+  kDataEnd = 0x0F,
+};
+
+// Builds the content of one record in order: numbers little-endian, text after its length.
+class McapRecord {
+ public:
+  template <std::unsigned_integral Number>
+  McapRecord& Add(Number value) {
+    for (std::size_t i = 0; i < sizeof(Number); ++i) {
+      content_ += static_cast<char>(static_cast<std::uint8_t>(value >> (8 * i)));
+    }
+    return *this;
+  }
+  McapRecord& Text(std::string_view text) {
+    Add(static_cast<std::uint32_t>(text.size()));
+    return Raw(text);
+  }
+  McapRecord& Raw(std::string_view bytes) {
+    content_ += bytes;
+    return *this;
+  }
+  [[nodiscard]] const std::string& content() const { return content_; }
+
+  // Returns the record with its opcode and length.
+  [[nodiscard]] std::string As(McapOp op) const {
+    McapRecord head;
+    head.Add(static_cast<std::uint8_t>(op)).Add(std::uint64_t{content_.size()});
+    return head.content_ + content_;
+  }
+
+ private:
+  std::string content_;
+};
+
+constexpr std::string_view kMagic = "\x89MCAP0\r\n";
+
+std::uint32_t Crc32(std::uint32_t crc, std::string_view bytes) {
+  // zlib takes at most 32 bits of length; an attachment may be longer.
+  constexpr std::size_t kPart = 1U << 30;
+  while (!bytes.empty()) {
+    const std::size_t size = std::min(bytes.size(), kPart);
+    crc = static_cast<std::uint32_t>(
+        crc32(crc, reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(size)));
+    bytes.remove_prefix(size);
+  }
+  return crc;
+}
+
+}  // namespace
+
+void McapWriter::Times::Add(std::uint64_t ns) {
+  first = std::min(first, ns);
+  last = std::max(last, ns);
+}
+
+McapWriter::McapWriter(Output out) : out_(std::move(out)) {
+  Emit(kMagic);
+  Emit(McapRecord().Text("").Text("axlecast").As(McapOp::kHeader));
+}
+
+void McapWriter::Emit(std::string_view bytes) {
+  crc_ = Crc32(crc_, bytes);
+  position_ += bytes.size();
+  good_ = good_ && out_(bytes);
+}
+
+std::uint16_t McapWriter::AddSchema(std::string_view name, std::string_view schema) {
+  const std::string record =
+      McapRecord().Add(++schemas_).Text(name).Text("jsonschema").Text(schema).As(McapOp::kSchema);
+  chunk_ += record;
+  schema_records_ += record;
+  return schemas_;
+}
+
+std::uint16_t McapWriter::AddChannel(std::uint16_t schema, std::string_view topic, std::string_view encoding) {
+  const std::uint16_t id = channels_++;
+  const std::string record =
+      McapRecord().Add(id).Add(schema).Text(topic).Text(encoding).Text("").As(McapOp::kChannel);
+  chunk_ += record;
+  channel_records_ += record;
+  return id;
+}
+
+void McapWriter::Write(const Message& message) {
+  chunk_index_[message.channel].emplace_back(message.log_ns, chunk_.size());
+  McapRecord record;
+  record.Add(message.channel).Add(message.sequence).Add(message.log_ns).Add(message.publish_ns).Raw(message.data);
+  chunk_ += record.As(McapOp::kMessage);
+  chunk_times_.Add(message.log_ns);
+  times_.Add(message.log_ns);
+  ++counts_[message.channel];
+  if (chunk_.size() >= kChunkBytes) EndChunk();
+}
+
+void McapWriter::Write(const Attachment& attachment) {
+  EndChunk();
+  const std::uint64_t start = position_;
+  McapRecord record;
+  record.Add(attachment.log_ns).Add(attachment.log_ns).Text(attachment.name).Text(attachment.media_type);
+  record.Add(std::uint64_t{attachment.data.size()}).Raw(attachment.data);
+  record.Add(Crc32(0, record.content()));
+  Emit(record.As(McapOp::kAttachment));
+  McapRecord index;
+  index.Add(start).Add(position_ - start).Add(attachment.log_ns).Add(attachment.log_ns);
+  index.Add(std::uint64_t{attachment.data.size()}).Text(attachment.name).Text(attachment.media_type);
+  attachment_indexes_ += index.As(McapOp::kAttachmentIndex);
+  ++attachments_;
+}
+
+void McapWriter::EndChunk() {
+  if (chunk_.empty()) return;
+  const std::uint64_t start = position_;
+  const std::uint64_t size = chunk_.size();
+  McapRecord chunk;
+  chunk.Add(chunk_times_.begin()).Add(chunk_times_.last).Add(size).Add(Crc32(0, chunk_)).Text("").Add(size);
+  Emit(chunk.Raw(chunk_).As(McapOp::kChunk));
+  const std::uint64_t chunk_length = position_ - start;
+
+  McapRecord offsets;
+  for (const auto& [channel, entries] : chunk_index_) {
+    offsets.Add(channel).Add(position_);
+    McapRecord records;
+    for (const auto& [ns, offset] : entries) records.Add(ns).Add(offset);
+    Emit(McapRecord().Add(channel).Text(records.content()).As(McapOp::kMessageIndex));
+  }
+  McapRecord index;
+  index.Add(chunk_times_.begin()).Add(chunk_times_.last).Add(start).Add(chunk_length);
+  index.Text(offsets.content()).Add(position_ - start - chunk_length).Text("").Add(size).Add(size);
+  chunk_indexes_ += index.As(McapOp::kChunkIndex);
+  ++chunks_;
+  chunk_.clear();
+  chunk_index_.clear();
+  chunk_times_ = {};
+}
+
+std::string McapWriter::StatisticsRecord() const {
+  std::uint64_t messages = 0;
+  McapRecord counts;
+  for (const auto& [channel, count] : counts_) {
+    counts.Add(channel).Add(count);
+    messages += count;
+  }
+  constexpr std::uint32_t kNoMetadata = 0;
+  McapRecord record;
+  record.Add(messages).Add(schemas_).Add(std::uint32_t{channels_}).Add(attachments_).Add(kNoMetadata).Add(chunks_);
+  return record.Add(times_.begin()).Add(times_.last).Text(counts.content()).As(McapOp::kStatistics);
+}
+
+// Returns the summary and the footer up to its CRC, which covers both. `start`: offset in the file.
+std::string McapWriter::Summary(std::uint64_t start) const {
+  const std::array<std::pair<McapOp, std::string>, 5> groups = {{{McapOp::kSchema, schema_records_},
+                                                                 {McapOp::kChannel, channel_records_},
+                                                                 {McapOp::kStatistics, StatisticsRecord()},
+                                                                 {McapOp::kChunkIndex, chunk_indexes_},
+                                                                 {McapOp::kAttachmentIndex, attachment_indexes_}}};
+  std::string summary;
+  std::string offsets;
+  for (const auto& [op, records] : groups) {
+    if (records.empty()) continue;
+    McapRecord offset;
+    offset.Add(static_cast<std::uint8_t>(op)).Add(start + summary.size()).Add(std::uint64_t{records.size()});
+    offsets += offset.As(McapOp::kSummaryOffset);
+    summary += records;
+  }
+  const std::uint64_t offset_start = start + summary.size();
+  constexpr std::uint64_t kFooterSize = 8 + 8 + 4;
+  McapRecord footer;
+  footer.Add(static_cast<std::uint8_t>(McapOp::kFooter)).Add(kFooterSize).Add(start).Add(offset_start);
+  return summary + offsets + footer.content();
+}
+
+void McapWriter::Finish() {
+  EndChunk();
+  Emit(McapRecord().Add(crc_).As(McapOp::kDataEnd));
+  const std::string summary = Summary(position_);
+  Emit(summary);
+  Emit(McapRecord().Add(Crc32(0, summary)).content());
+  Emit(kMagic);
+}
+
 namespace {
 
 std::string_view Text(Bytes bytes) {
@@ -22,16 +219,17 @@ std::string_view Text(Bytes bytes) {
                        : std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size());
 }
 
-// Times before 1970, and beyond what 63 bits hold, are wrong clocks.
+// Returns the time in ns. Times of wrong clocks, before 1970 or beyond 63 bits, are clamped.
 std::uint64_t Nanoseconds(std::int64_t utime) {
   constexpr std::int64_t kNsPerUs = 1'000;
   if (utime < 0) return 0;
   return static_cast<std::uint64_t>(std::min(utime, INT64_MAX / kNsPerUs) * kNsPerUs);
 }
 
-class McapMaking {
+// Converts events; see WriteMcap.
+class McapConverter {
  public:
-  explicit McapMaking(const Output& out) : writer_(out) {}
+  explicit McapConverter(const Output& out) : writer_(out) {}
 
   bool On(const LogEvent& event) {
     if (IsLogChannel(event.channel)) {
@@ -76,7 +274,7 @@ class McapMaking {
     });
   }
 
-  // Nothing when there are too many. `type`: null of raw messages.
+  // Returns the id of the channel; nothing if there are too many. `type` is null for raw messages.
   std::optional<std::uint16_t> Channel(std::string_view name, const MessageType* type) {
     const auto key = std::pair(std::string(name), type);
     const auto known = channels_.find(key);
@@ -100,7 +298,7 @@ class McapMaking {
 }  // namespace
 
 Conversion WriteMcap(const EventRange& events, const Output& out) {
-  McapMaking mcap(out);
+  McapConverter mcap(out);
   events([&mcap](const LogEvent& event) { return mcap.On(event); });
   return mcap.Finish();
 }

@@ -1,5 +1,3 @@
-#include "tools/convert/plot_data.h"
-
 #include <algorithm>
 #include <axlecast/position_block_t.hpp>
 #include <axlecast/position_t.hpp>
@@ -8,42 +6,50 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 
-#include "core/messages/decode_message.h"
+#include "core/messages/enum_names.h"
 #include "core/messages/json/message_json.h"
+#include "core/messages/message.h"
 #include "tools/convert/flat_fields.h"
-#include "tools/convert/message_gap.h"
-#include "tools/convert/sample_time.h"
+#include "tools/convert/plot.h"
 
 namespace axlecast {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kMax = 1e300;  // beyond it an axis cannot be computed
+constexpr double kMaxValue = 1e300;  // an axis cannot be computed for larger values
+
+// Longer endings first.
+constexpr std::pair<std::string_view, std::string_view> kUnits[] = {
+    {"_rad_s", "rad/s"}, {"_rad", "rad"}, {"_mps2", "m/s²"},    {"bytes_hz", "B/s"},
+    {"_hz", "Hz"},       {"_bytes", "B"}, {"_ns", "ns"},        {"_us", "µs"},
+    {"_ms", "ms"},       {"_v", "V"},     {"_a", "A"},          {"_w", "W"},
+    {"_c", "°C"},        {"utime", "µs"}, {"counts", "counts"}, {"raw_turns", "turns"}};
 
 std::int64_t ToMicroseconds(std::int64_t ns) { return ns / 1'000; }
 
-// What is known before the curves are made.
+// Result of the first pass over the log.
 struct Times {
-  std::map<std::string, MessageGap, std::less<>> gaps;  // by channel, of those that are drawn
-  std::set<std::string, std::less<>> others;
+  std::map<std::string, MessageGap, std::less<>> gaps;  // by channel; only the channels to draw
+  std::set<std::string, std::less<>> others;            // the other channels
   std::int64_t first = std::numeric_limits<std::int64_t>::max();
   std::int64_t last = 0;
 };
 
-// us, of the last reading of a message whose first is at `us`.
+// Returns the time of the last reading of a message whose first reading is at `us`.
 std::int64_t LastReading(const LogEvent& event, std::int64_t us) {
   const auto block = DecodeMessage<position_block_t>(event.data);
   return block && !block->dt_ns.empty() ? us + ToMicroseconds(std::max(block->dt_ns.back(), 0)) : us;
 }
 
-Times Look(const EventRange& events, const std::vector<PlotField>& fields) {
+Times SurveyTimes(const EventRange& events, const std::vector<PlotField>& fields) {
   Times times;
-  std::set<std::string, std::less<>> wanted;
-  for (const PlotField& field : fields) wanted.insert(field.channel);
+  std::set<std::string, std::less<>> selected;
+  for (const PlotField& field : fields) selected.insert(field.channel);
   events([&](const LogEvent& event) {
-    if (!wanted.contains(event.channel)) {
+    if (!selected.contains(event.channel)) {
       if (!times.others.contains(event.channel)) times.others.emplace(event.channel);
       return true;
     }
@@ -58,21 +64,21 @@ Times Look(const EventRange& events, const std::vector<PlotField>& fields) {
   return times;
 }
 
-// A position says whether its counts, angle and value may be used.
+// Returns false for a position field if the reading's flags mark it as not valid.
 bool Usable(std::string_view field, const Json& flags) {
   const bool of_position = field == "value" || field == "angle_rad" || field == "counts";
   return !of_position || !flags.is_number_integer() ||
          (flags.get<std::int64_t>() & std::int64_t{position_t::FLAG_VALID}) != 0;
 }
 
-// One curve in the making.
+// Collects the readings of one curve.
 class CurveSource {
  public:
   CurveSource(PlotField field, const Times& times, std::int64_t gap_us, std::size_t columns)
       : field_(std::move(field)), curve_(times.first, times.last, gap_us, columns) {}
 
   void On(std::int64_t us, std::string_view type, const Json& message) {
-    Follow(message);
+    BreakAtMissingMessages(message);
     const Json* const value = FindField(message, field_.field);
     if (value == nullptr) return;
     if (unit_.empty()) unit_ = FieldUnit(message, field_.field);
@@ -93,8 +99,7 @@ class CurveSource {
   [[nodiscard]] PlotCurve Make() const { return {field_, unit_, curve_.Pieces(), curve_.readings()}; }
 
  private:
-  // Breaks the line where messages are missing.
-  void Follow(const Json& message) {
+  void BreakAtMissingMessages(const Json& message) {
     const std::int64_t seq = message.value("seq", std::int64_t{0});
     const std::string boot = message.value("boot_id", std::string());
     if (boot != boot_ || seq != next_seq_) curve_.Break();
@@ -103,7 +108,7 @@ class CurveSource {
   }
   void Add(std::int64_t us, const Json& value, const Json& flags) {
     if (value.is_number() || value.is_null()) found_ = true;
-    if (!value.is_number() || !Usable(field_.field, flags) || std::abs(value.get<double>()) > kMax) {
+    if (!value.is_number() || !Usable(field_.field, flags) || std::abs(value.get<double>()) > kMaxValue) {
       curve_.Break();
     } else {
       curve_.Add(us, value.get<double>());
@@ -115,42 +120,56 @@ class CurveSource {
   std::string unit_;
   std::string boot_;
   std::int64_t next_seq_ = 0;
-  bool found_ = false;  // a number, or that it is not known
+  bool found_ = false;  // the field exists: a number, or null
 };
 
-std::string NoChannel(const std::string& channel, const Times& times) {
+std::string UnknownChannelText(const std::string& channel, const Times& times) {
   constexpr std::size_t kShown = 20;
-  std::string problem = "no message of " + channel + " is among these events; there are: ";
+  std::string text = "the selected events contain no message of " + channel + "; they contain: ";
   std::size_t shown = 0;
   for (const std::string& other : times.others) {
-    if (shown++ == kShown) return problem + ", ...";
-    problem += (shown > 1 ? ", " : "") + other;
+    if (shown++ == kShown) return text + ", ...";
+    text += (shown > 1 ? ", " : "") + other;
   }
-  return problem + (times.others.empty() ? "none" : "");
+  return text + (times.others.empty() ? "none" : "");
 }
 
-std::string NoField(const PlotField& field, const Json& message) {
-  std::string problem = field.channel + " has no number named " + field.field;
+std::string UnknownFieldText(const PlotField& field, const Json& message) {
+  std::string text = field.channel + " has no number named " + field.field;
   std::string names;
   VisitFields(message, [&names](const std::string& name, const Json& value) {
     if (value.is_number() || value.is_null()) names += (names.empty() ? "" : ", ") + name;
   });
-  return names.empty() ? problem + ": its messages are none of axlecast's" : problem + "; it has: " + names;
+  return names.empty() ? text + ": its messages are not axlecast messages" : text + "; it has: " + names;
 }
 
 }  // namespace
 
-PlotData CollectPlot(const EventRange& events, const std::vector<PlotField>& fields, std::size_t columns) {
-  PlotData data;
-  const Times times = Look(events, fields);
+std::optional<PlotField> ParsePlotField(std::string_view text) {
+  const std::size_t colon = text.rfind(':');
+  if (colon == std::string_view::npos || colon == 0 || colon + 1 == text.size()) return std::nullopt;
+  return PlotField{std::string(text.substr(0, colon)), std::string(text.substr(colon + 1))};
+}
+
+std::string FieldUnit(const nlohmann::ordered_json& message, std::string_view field) {
+  const auto unit = message.find("unit");
+  if (field == "value" && unit != message.end() && unit->is_number_integer()) {
+    return std::string(UnitName(unit->get<std::int8_t>()));
+  }
+  const std::string_view name = field.substr(0, field.find('['));
+  for (const auto& [ending, text] : kUnits) {
+    if (name.ends_with(ending)) return std::string(text);
+  }
+  return "";
+}
+
+Result<PlotData> CollectPlot(const EventRange& events, const std::vector<PlotField>& fields, std::size_t columns) {
+  const Times times = SurveyTimes(events, fields);
   std::multimap<std::string, CurveSource, std::less<>> sources;
   std::map<std::string, Json, std::less<>> examples;
   for (const PlotField& field : fields) {
     const auto gap = times.gaps.find(field.channel);
-    if (gap == times.gaps.end()) {
-      data.problem = NoChannel(field.channel, times);
-      return data;
-    }
+    if (gap == times.gaps.end()) return Failure(UnknownChannelText(field.channel, times));
     sources.emplace(field.channel, CurveSource(field, times, gap->second.Limit(), columns));
   }
   events([&](const LogEvent& event) {
@@ -163,16 +182,12 @@ PlotData CollectPlot(const EventRange& events, const std::vector<PlotField>& fie
     for (auto source = begin; source != end; ++source) source->second.On(us, type, *message);
     return true;
   });
-  data.first_us = times.first;
-  data.last_us = times.last;
+  PlotData data{.first_us = times.first, .last_us = times.last, .curves = {}};
   for (const PlotField& field : fields) {
     const auto [begin, end] = sources.equal_range(field.channel);
     const auto source =
         std::find_if(begin, end, [&](const auto& s) { return s.second.field().field == field.field; });
-    if (!source->second.found()) {
-      data.problem = NoField(field, examples[field.channel]);
-      return data;
-    }
+    if (!source->second.found()) return Failure(UnknownFieldText(field, examples[field.channel]));
     data.curves.push_back(source->second.Make());
   }
   return data;

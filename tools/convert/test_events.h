@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "tools/convert/event_range.h"
+#include "tools/convert/conversion.h"
 
 namespace axlecast {
 

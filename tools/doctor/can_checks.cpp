@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "core/device/can_remedy.h"
+#include "core/device/can.h"
 
 namespace axlecast {
 namespace {

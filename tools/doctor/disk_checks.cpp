@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <string_view>
 
-#include "core/config/message_rate.h"
+#include "core/config/machine_config.h"
 #include "tools/log/channel_filter.h"
 
 namespace axlecast {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
 
 namespace axlecast {
 namespace {

@@ -11,7 +11,7 @@
 #include "core/config/machine_config.h"
 #include "drivers/hal/adapter.h"
 #include "drivers/hal/can_netlink.h"
-#include "platform/os/host_folder.h"
+#include "platform/os/folder.h"
 #include "tools/doctor/host/host_files.h"
 #include "tools/doctor/host/host_network.h"
 #include "tools/doctor/host/host_system.h"

@@ -7,9 +7,9 @@
 #include <set>
 #include <string>
 
-#include "core/base/table_layout.h"
-#include "core/base/words.h"
-#include "core/config/message_rate.h"
+#include "core/base/spelling.h"
+#include "core/base/text.h"
+#include "core/config/machine_config.h"
 #include "core/messages/lcm_url.h"
 #include "platform/net/multicast_port.h"
 #include "tools/doctor/firewall.h"

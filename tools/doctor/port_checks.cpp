@@ -9,7 +9,7 @@
 #include <cstring>
 
 #include "core/base/inline_bytes.h"
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
 #include "tools/doctor/account_checks.h"
 
 namespace axlecast {

@@ -9,10 +9,10 @@
 #include <system_error>
 
 #include "core/config/config_file.h"
-#include "core/messages/decode_message.h"
 #include "core/messages/lcm_url.h"
+#include "core/messages/message.h"
 #include "platform/net/lcm_port.h"
-#include "platform/net/multicast_probe.h"
+#include "platform/net/multicast_port.h"
 #include "platform/os/system_clock.h"
 #include "tools/doctor/host/host_change.h"
 #include "tools/monitor/live_machine.h"

@@ -9,7 +9,7 @@
 #include <set>
 #include <string>
 
-#include "tools/log/scripted_log.h"
+#include "tools/log/log_fixture.h"
 
 namespace axlecast {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-#include "tools/log/big_endian.h"
+#include "tools/log/log_seal.h"
 
 namespace axlecast {
 
@@ -32,6 +32,11 @@ std::optional<LogEvent> ParseEvent(Bytes log) {
   event.channel = {reinterpret_cast<const char*>(channel.data()), channel.size()};
   event.data = log.subspan(kEventHeader + channel_size, data_size);
   return event;
+}
+
+bool IsLogChannel(std::string_view channel) {
+  return channel == kMachineChannel || channel == kSchemaChannel || channel == kRecorderChannel ||
+         channel == kSealChannel;
 }
 
 }  // namespace axlecast

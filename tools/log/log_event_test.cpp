@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
 #include <string>
 
 namespace axlecast {
@@ -69,4 +68,5 @@ TEST(LogEvent, TheExtremesComeBack) {
 }
 
 }  // namespace
+
 }  // namespace axlecast

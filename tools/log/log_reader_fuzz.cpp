@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "tools/log/log_reader.h"
-#include "tools/log/log_tail.h"
+#include "tools/log/log_seal.h"
 
 namespace {
 

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <string>
 
-#include "tools/log/big_endian.h"
-#include "tools/log/scripted_log.h"
+#include "tools/log/log_event.h"
+#include "tools/log/log_fixture.h"
 
 namespace axlecast {
 namespace {

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <string>
 
-#include "core/device/sample.h"
+#include "core/device/reading.h"
 #include "tools/metrics/state_set.h"
 
 namespace axlecast {

@@ -4,8 +4,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "core/base/terminal_text.h"
-#include "core/base/utf8.h"
+#include "core/base/safe_text.h"
 
 namespace axlecast {
 namespace {

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "core/messages/json/names.h"
+#include "core/messages/enum_names.h"
 #include "tools/metrics/bus_metrics.h"
 #include "tools/metrics/device_metrics.h"
 #include "tools/metrics/exposition.h"

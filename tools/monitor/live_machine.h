@@ -3,7 +3,7 @@
 #include <functional>
 #include <string>
 
-#include "core/base/clock.h"
+#include "core/base/time.h"
 #include "core/config/machine_config.h"
 #include "platform/net/lcm_port.h"
 #include "tools/monitor/machine_view.h"

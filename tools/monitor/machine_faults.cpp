@@ -1,6 +1,6 @@
 #include "tools/monitor/machine_faults.h"
 
-#include "core/messages/json/names.h"
+#include "core/messages/enum_names.h"
 
 namespace axlecast {
 namespace {

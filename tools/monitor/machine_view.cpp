@@ -6,8 +6,8 @@
 #include <optional>
 #include <utility>
 
-#include "core/base/words.h"
-#include "core/messages/decode_message.h"
+#include "core/base/spelling.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {

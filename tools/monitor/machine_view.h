@@ -9,7 +9,7 @@
 #include "core/base/inline_bytes.h"
 #include "core/base/time.h"
 #include "core/config/machine_config.h"
-#include "platform/net/reception_report.h"
+#include "platform/net/lcm_port.h"
 #include "tools/monitor/device_view.h"
 
 namespace axlecast {

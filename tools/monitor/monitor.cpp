@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/base/words.h"
-#include "core/messages/decode_message.h"
+#include "core/base/spelling.h"
 #include "core/messages/json/field.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {

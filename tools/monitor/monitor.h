@@ -14,7 +14,7 @@
 #include "core/base/inline_bytes.h"
 #include "core/base/time.h"
 #include "core/config/machine_config.h"
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 #include "core/messages/sequence_count.h"
 #include "tools/monitor/command_history.h"
 #include "tools/monitor/device_view.h"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/config/machine_config.h"
-#include "core/messages/encode_message.h"
+#include "core/messages/message.h"
 #include "tools/monitor/machine_view.h"
 
 namespace axlecast {

@@ -12,7 +12,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {

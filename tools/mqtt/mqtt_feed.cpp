@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "core/command/signature.h"
-#include "core/messages/decode_message.h"
 #include "core/messages/json/field.h"
+#include "core/messages/message.h"
 #include "tools/mqtt/mqtt_payload.h"
 
 namespace axlecast {

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "core/command/signature.h"
-#include "core/messages/encode_message.h"
+#include "core/messages/message.h"
 #include "tools/mqtt/mqtt_schema.h"
 
 namespace axlecast {

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "core/messages/broker_link.h"
-#include "platform/os/wake_event.h"
+#include "platform/os/descriptor.h"
 
 namespace axlecast {
 

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "core/base/words.h"
+#include "core/base/spelling.h"
 
 namespace axlecast {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/messages/sequence_count.h"
-#include "tools/recorder/logged_message.h"
+#include "tools/recorder/message_queue.h"
 
 namespace axlecast {
 

@@ -1,8 +1,10 @@
 #include "tools/recorder/log_composer.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <utility>
 
+#include "tools/log/log_event.h"
 #include "tools/log/log_seal.h"
 
 namespace axlecast {
@@ -14,6 +16,41 @@ constexpr std::uint64_t kSealSize = kEventHeader + kSealChannel.size() + 20;
 Bytes BytesOf(const std::string& text) { return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}; }
 
 }  // namespace
+
+std::vector<std::pair<std::string, std::string>> HeaderEvents(const LogIdentity& identity, std::int64_t utime,
+                                                              std::int64_t number) {
+  const nlohmann::ordered_json recorder = {
+      {"version", AXLECAST_VERSION}, {"name", identity.name},     {"host", identity.host}, {"urls", identity.urls},
+      {"channel", identity.channel}, {"invert", identity.invert}, {"start_utime", utime},  {"file_number", number}};
+  std::vector<std::pair<std::string, std::string>> events;
+  // Host and name may hold bytes that are no text.
+  constexpr auto kReplace = nlohmann::ordered_json::error_handler_t::replace;
+  events.emplace_back(kRecorderChannel, recorder.dump(-1, ' ', false, kReplace));
+  if (!identity.machine.empty()) events.emplace_back(kMachineChannel, identity.machine);
+  events.emplace_back(kSchemaChannel, SchemaText());
+  return events;
+}
+
+void LogEventEncoder::Write(const LoggedMessage& message) {
+  record_.clear();
+  AppendEvent(record_, {number_, message.utime, message.channel, message.data});
+  ++number_;
+  bytes_ += record_.size();
+}
+
+Bytes LogEventEncoder::Add(const LoggedMessage& message) {
+  Write(message);
+  open_.Add(record_);
+  return record_;
+}
+
+Bytes LogEventEncoder::Seal(std::int64_t utime) {
+  if (open_.seal().events == 0) return {};
+  const std::vector<std::uint8_t> seal = EncodeSeal(open_.seal());
+  open_.Reset();
+  Write({utime, kSealChannel, seal});
+  return record_;
+}
 
 LogComposer::LogComposer(RecorderSettings settings, LogSink& output)
     : settings_(std::move(settings)), output_(output) {

@@ -3,16 +3,69 @@
 #include <cstdint>
 #include <optional>
 #include <regex>
+#include <string>
+#include <utility>
+#include <vector>
 
+#include "core/base/inline_bytes.h"
 #include "core/base/time.h"
+#include "tools/log/log_event.h"
+#include "tools/log/log_seal.h"
 #include "tools/recorder/channel_losses.h"
-#include "tools/recorder/log_event_encoder.h"
-#include "tools/recorder/log_identity.h"
-#include "tools/recorder/log_sink.h"
-#include "tools/recorder/message_ring.h"
-#include "tools/recorder/trigger_watch.h"
+#include "tools/recorder/message_queue.h"
+#include "tools/recorder/pre_trigger.h"
 
 namespace axlecast {
+
+// Where the logs of a recording go, one after the other.
+class LogSink {
+ public:
+  virtual ~LogSink() = default;
+  virtual void Begin(std::int64_t utime) = 0;  // a log begins; us, UNIX time
+  virtual void Write(Bytes record) = 0;        // one whole record
+  virtual void End() = 0;                      // the log is complete
+};
+
+// What every log of a recording begins with (tools/log/log_header.h).
+struct LogIdentity {
+  std::string name;  // of the recorder
+  std::string host;
+  std::string machine;  // the machine's file as text; empty: there is none
+  std::vector<std::string> urls;
+  std::string channel;  // --channel; empty: all
+  bool invert = false;
+};
+
+// Channel and content of each header event of the recording's log `number` (from 0), which begins at `utime` (us, UNIX).
+[[nodiscard]] std::vector<std::pair<std::string, std::string>> HeaderEvents(const LogIdentity& identity,
+                                                                            std::int64_t utime,
+                                                                            std::int64_t number);
+
+// All of lcmtypes/*.lcm, each behind a line "// <file>".
+[[nodiscard]] const std::string& SchemaText();
+
+// The records of one log: numbers its events and seals them.
+class LogEventEncoder {
+ public:
+  LogEventEncoder() = default;
+  // Goes on with a log that ends so.
+  explicit LogEventEncoder(const LogTail& tail) : number_(tail.next_number), bytes_(tail.size), open_(tail.open) {}
+
+  // The event's record, until the next call.
+  [[nodiscard]] Bytes Add(const LoggedMessage& message);
+  // A seal over what was added since the one before; no bytes where nothing was.
+  [[nodiscard]] Bytes Seal(std::int64_t utime);
+
+  [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
+
+ private:
+  void Write(const LoggedMessage& message);
+
+  std::int64_t number_ = 0;  // of the next event
+  std::uint64_t bytes_ = 0;
+  SealCount open_;
+  std::vector<std::uint8_t> record_;
+};
 
 // Records only around what triggers.
 struct PreTrigger {

@@ -2,11 +2,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
 #include <string>
 #include <utility>
 
-#include "tools/log/log_tail.h"
+#include "tools/log/log_seal.h"
 #include "tools/recorder/recorder_fixture.h"
 
 namespace axlecast {
@@ -228,4 +227,5 @@ TEST_F(PreTriggerTest, WithoutATriggerThereIsNoLog) {
 }
 
 }  // namespace
+
 }  // namespace axlecast

@@ -9,8 +9,7 @@
 
 #include "platform/os/mapped_file.h"
 #include "tools/log/log_event.h"
-#include "tools/log/log_header.h"
-#include "tools/log/log_span.h"
+#include "tools/log/log_merge.h"
 
 namespace axlecast {
 namespace {

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "core/base/clock.h"
+#include "core/base/time.h"
 #include "platform/os/log_file.h"
-#include "tools/recorder/log_sink.h"
+#include "tools/recorder/log_composer.h"
 #include "tools/recorder/retention.h"
 
 namespace axlecast {

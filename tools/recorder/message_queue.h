@@ -4,12 +4,20 @@
 #include <cstdint>
 #include <mutex>
 #include <optional>
+#include <string_view>
 #include <vector>
 
-#include "platform/os/wake_event.h"
-#include "tools/recorder/logged_message.h"
+#include "core/base/inline_bytes.h"
+#include "platform/os/descriptor.h"
 
 namespace axlecast {
+
+// A message on its way into a log.
+struct LoggedMessage {
+  std::int64_t utime = 0;  // us, UNIX time of its reception
+  std::string_view channel;
+  Bytes data;
+};
 
 // Messages in the order in which they were added, in one block of memory.
 class MessageBatch {

@@ -1,8 +1,8 @@
 #include "tools/recorder/message_queue.h"
 
-#include <gtest/gtest.h>
 #include <poll.h>
 
+#include <gtest/gtest.h>
 #include <string>
 #include <thread>
 
@@ -82,4 +82,5 @@ TEST(MessageQueue, LosesNothingBetweenTwoThreads) {
 }
 
 }  // namespace
+
 }  // namespace axlecast

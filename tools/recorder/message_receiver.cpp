@@ -6,8 +6,8 @@
 #include <limits>
 #include <utility>
 
-#include "platform/net/multicast_probe.h"
-#include "platform/os/wait_until.h"
+#include "platform/net/multicast_port.h"
+#include "platform/os/system_clock.h"
 
 namespace axlecast {
 namespace {

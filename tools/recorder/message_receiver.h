@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/clock.h"
+#include "core/base/time.h"
 #include "platform/net/lcm_port.h"
 #include "platform/net/multicast_port.h"
 #include "platform/net/udpm_receiver.h"

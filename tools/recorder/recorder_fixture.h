@@ -7,11 +7,11 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/log/log_header.h"
+#include "tools/log/log_event.h"
 #include "tools/log/log_reader.h"
 #include "tools/log/log_seal.h"
-#include "tools/recorder/log_sink.h"
-#include "tools/recorder/logged_message.h"
+#include "tools/recorder/log_composer.h"
+#include "tools/recorder/message_queue.h"
 
 namespace axlecast {
 

@@ -7,7 +7,7 @@
 #include <array>
 #include <utility>
 
-#include "platform/os/wait_until.h"
+#include "platform/os/system_clock.h"
 
 namespace axlecast {
 namespace {

@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "platform/os/wake_event.h"
+#include "platform/os/descriptor.h"
 #include "tools/recorder/log_composer.h"
 #include "tools/recorder/log_writer.h"
 #include "tools/recorder/message_receiver.h"

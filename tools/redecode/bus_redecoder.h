@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "core/base/secret.h"
-#include "core/base/timebase.h"
+#include "core/base/time.h"
 #include "core/config/machine_config.h"
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 #include "drivers/runtime/axis/device_publisher.h"
 #include "drivers/runtime/bus/wire_reader.h"
 

@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 
@@ -58,5 +59,10 @@ class LogRedecoder {
   std::int64_t number_ = 0;
   std::int64_t malformed_ = 0;
 };
+
+// What decoding a log again has shown: by bus what was read and where the capture has gaps; with `diff` also the
+// comparison with the readings in the log.
+[[nodiscard]] nlohmann::ordered_json ToJson(const LogRedecoder& redecoder, bool diff);
+[[nodiscard]] std::string ToText(const LogRedecoder& redecoder, bool diff);
 
 }  // namespace axlecast

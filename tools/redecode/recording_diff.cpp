@@ -5,9 +5,8 @@
 #include <optional>
 #include <utility>
 
-#include "core/messages/decode_message.h"
-#include "core/messages/encode_message.h"
 #include "core/messages/json/message_json.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {

@@ -1,10 +1,38 @@
 #include "tools/replay/replay.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace axlecast {
 namespace {
+
+// 146 years: what a damaged time can ask for at most.
+constexpr double kFarthest = 4.6e18;
+
+void Greatest(LogPosition& one, const LogPosition& other) {
+  for (std::size_t i = 0; i < one.size(); ++i) one[i] = std::max(one[i], other[i]);
+}
+
+void Least(LogPosition& one, const LogPosition& other) {
+  for (std::size_t i = 0; i < one.size(); ++i) one[i] = std::min(one[i], other[i]);
+}
+
+// Counts events from the logs' beginning.
+class Walk {
+ public:
+  explicit Walk(LogMerge& logs) : logs_(logs) { logs.Go(logs.Begin(), logs.End()); }
+
+  // The place of the event of this number, which is not before the one of the last call.
+  [[nodiscard]] LogPosition To(std::int64_t event) {
+    for (; number_ < event && logs_.Head() != nullptr; ++number_) logs_.Advance();
+    return logs_.Position();
+  }
+
+ private:
+  LogMerge& logs_;
+  std::int64_t number_ = 0;
+};
 
 // us. Times of one log run back a little where a recorder has several sources; by more, its clock was set.
 constexpr std::int64_t kClockSet = 1'000'000;
@@ -13,6 +41,70 @@ constexpr std::int64_t kShortestRound =
 constexpr int kMaxPassed = 100'000;  // events at a time that are not played
 
 }  // namespace
+
+void Timeline::Anchor(MonoNs now, std::int64_t utime) {
+  anchor_ = now;
+  anchor_utime_ = utime;
+}
+
+void Timeline::Splice(std::int64_t from, std::int64_t to) {
+  if (!paused_) anchor_ = Instant(from);
+  anchor_utime_ = to;
+}
+
+void Timeline::Pause(MonoNs now) {
+  if (paused_) return;
+  Anchor(now, Utime(now));
+  paused_ = true;
+}
+
+void Timeline::Resume(MonoNs now) {
+  if (!paused_) return;
+  anchor_ = now;
+  paused_ = false;
+}
+
+void Timeline::SetSpeed(double speed, MonoNs now) {
+  Anchor(now, Utime(now));
+  speed_ = speed;
+}
+
+MonoNs Timeline::Instant(std::int64_t utime) const {
+  if (speed_ == 0) return anchor_;
+  // A double's 53 bits hold 100 days to 1 ns, and a UNIX time to 1 us.
+  const double us = static_cast<double>(utime) - static_cast<double>(anchor_utime_);
+  const double ns = us * static_cast<double>(kMicrosecond) / speed_;
+  return static_cast<MonoNs>(std::clamp(static_cast<double>(anchor_) + ns, -kFarthest, kFarthest));
+}
+
+std::int64_t Timeline::Utime(MonoNs now) const {
+  if (paused_ || speed_ == 0) return anchor_utime_;
+  const double us = static_cast<double>(now - anchor_) / static_cast<double>(kMicrosecond) * speed_;
+  return static_cast<std::int64_t>(
+      std::clamp(static_cast<double>(anchor_utime_) + std::round(us), -kFarthest, kFarthest));
+}
+
+ReplayRange FindRange(const std::vector<Bytes>& bytes, const ReplayWish& wish) {
+  LogMerge logs(bytes);
+  ReplayRange range{.begin = logs.Begin(), .end = logs.End()};
+  range.end_utime = SpanOf(bytes).last;
+  if (wish.from) Greatest(range.begin, logs.Find(*wish.from));
+  if (wish.until) {
+    range.end_utime = std::clamp(*wish.until, -kFarthestUtime, kFarthestUtime);
+    Least(range.end, logs.Find(range.end_utime));
+  }
+  Walk walk(logs);
+  if (wish.start_event > 0) Greatest(range.begin, walk.To(wish.start_event));
+  if (wish.end_event) {
+    Least(range.end, walk.To(*wish.end_event));
+    if (logs.Head() != nullptr) range.end_utime = std::min(range.end_utime, logs.HeadUtime());
+  }
+  Greatest(range.end, range.begin);
+  logs.Go(range.begin, range.end);
+  range.begin_utime = logs.SkipBookkeeping().value_or(0);
+  range.empty = logs.Head() == nullptr;
+  return range;
+}
 
 Replay::Replay(const std::vector<Bytes>& logs, ReplayRange range, ReplayChannels channels, const Options& options,
                MonoNs now)

@@ -8,10 +8,62 @@
 #include "core/base/time.h"
 #include "tools/log/log_merge.h"
 #include "tools/replay/replay_channels.h"
-#include "tools/replay/replay_range.h"
-#include "tools/replay/timeline.h"
 
 namespace axlecast {
+
+// Which instant of the clock a recording's time falls on. Every instant is reckoned from one anchor, so that rounding
+// and late wake-ups do not add up.
+class Timeline {
+ public:
+  // 0: as fast as possible, everything is due at once.
+  explicit Timeline(double speed) : speed_(speed) {}
+
+  // From now on `utime` falls on `now`.
+  void Anchor(MonoNs now, std::int64_t utime);
+  // What comes next bears `to` where its predecessor bore `from`: the recording's clock was set, or begins anew. `to`
+  // falls where `from` does.
+  void Splice(std::int64_t from, std::int64_t to);
+
+  void Pause(MonoNs now);
+  void Resume(MonoNs now);
+  void SetSpeed(double speed, MonoNs now);
+
+  // When `utime` is due; kNever while paused.
+  [[nodiscard]] MonoNs Due(std::int64_t utime) const { return paused_ ? kNever : Instant(utime); }
+  // The recording's time that falls on `now`; while paused, or as fast as possible, that of the anchor.
+  [[nodiscard]] std::int64_t Utime(MonoNs now) const;
+
+  [[nodiscard]] bool paused() const { return paused_; }
+  [[nodiscard]] double speed() const { return speed_; }
+
+ private:
+  [[nodiscard]] MonoNs Instant(std::int64_t utime) const;
+
+  double speed_;
+  bool paused_ = false;
+  MonoNs anchor_ = 0;
+  std::int64_t anchor_utime_ = 0;
+};
+
+// The part of the logs that is wished for.
+struct ReplayWish {
+  std::optional<std::int64_t> from = std::nullopt;   // us, UNIX time: from the first event that is not before it
+  std::optional<std::int64_t> until = std::nullopt;  // likewise: up to the first event that is not before it
+  std::int64_t start_event = 0;                      // from this event on, counted from 0 over all of the logs
+  std::optional<std::int64_t> end_event = std::nullopt;  // up to this one, which is not played any more
+};
+
+// The part of the logs that is played.
+struct ReplayRange {
+  LogPosition begin;
+  LogPosition end;
+  std::int64_t begin_utime = 0;  // of the first event, or the time that was wished for
+  std::int64_t end_utime = 0;    // likewise of the last one
+  bool empty = true;             // not a single event
+};
+
+// Bookkeeping events (IsLogChannel) count, but do not begin the range's time.
+[[nodiscard]] ReplayRange FindRange(const std::vector<Bytes>& logs, const ReplayWish& wish);
 
 // Plays event logs: says which message is due when. It has no clock and sends nothing: `now` is CLOCK_MONOTONIC, and
 // whoever asks publishes. Messages come in the order of the logs (merged by time), with their content, each once a round;

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "tools/log/recorded_log.h"
+#include "tools/log/log_fixture.h"
 #include "tools/replay/replay.h"
 
 namespace axlecast {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/clock.h"
+#include "core/base/time.h"
 #include "core/device/family.h"
 #include "core/device/probe.h"
 #include "drivers/runtime/bus/transactor.h"

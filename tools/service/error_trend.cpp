@@ -4,8 +4,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "tools/service/growth.h"
-
 namespace axlecast {
 namespace {
 

@@ -1,14 +1,24 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <axlecast/bus_health_t.hpp>
 #include <cstdint>
 #include <map>
 #include <string>
 
-#include "core/device/sample.h"
+#include "core/device/reading.h"
 
 namespace axlecast {
+
+// A damaged message may say anything: no counter, and no sum of counters, is believed beyond this.
+inline constexpr std::int64_t kMaxCounts = std::int64_t{1} << 50;
+
+// How far a counter has risen; 0 where it has not.
+[[nodiscard]] constexpr std::int64_t Growth(std::int64_t before, std::int64_t now) {
+  const auto believed = [](std::int64_t counts) { return std::clamp<std::int64_t>(counts, 0, kMaxCounts); };
+  return std::max<std::int64_t>(believed(now) - believed(before), 0);
+}
 
 // Failed exchanges of each bus over time, from BUS messages: of a cable and its adapter the trend tells more than the
 // count. Counters begin anew with each start of a driver. Pure.

@@ -86,4 +86,5 @@ TEST(KindsText, NamesKinds) {
 }
 
 }  // namespace
+
 }  // namespace axlecast

@@ -1,6 +1,6 @@
 #include "tools/service/html_page.h"
 
-#include "core/base/markup.h"
+#include "core/base/safe_text.h"
 
 namespace axlecast {
 namespace {

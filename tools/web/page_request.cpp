@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/messages/json/field.h"
-#include "tools/log/log_span.h"
+#include "tools/log/log_merge.h"
 
 namespace axlecast {
 namespace {

@@ -4,10 +4,10 @@
 #include <iterator>
 #include <numbers>
 
-#include "core/device/sample.h"
+#include "core/device/reading.h"
+#include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
-#include "core/messages/json/names.h"
 #include "tools/monitor/trip_margins.h"
 #include "tools/web/web_frames.h"
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/clock.h"
+#include "core/base/time.h"
 #include "platform/net/web_server.h"
 #include "tools/web/client_stream.h"
 #include "tools/web/log_player.h"

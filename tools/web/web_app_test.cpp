@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/fake_clock.h"
-#include "tools/log/log_span.h"
-#include "tools/log/recorded_log.h"
+#include "tools/log/log_fixture.h"
+#include "tools/log/log_merge.h"
 #include "tools/monitor/one_axis.h"
 
 namespace axlecast {

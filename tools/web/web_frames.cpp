@@ -5,10 +5,9 @@
 #include <cmath>
 #include <iterator>
 
-#include "core/command/command_words.h"
+#include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
-#include "core/messages/json/names.h"
 
 namespace axlecast {
 namespace {

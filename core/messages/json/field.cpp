@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/base/terminal_text.h"
+#include "core/base/safe_text.h"
 
 namespace axlecast {
 namespace {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/base/inline_bytes.h"
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

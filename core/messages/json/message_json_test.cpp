@@ -6,9 +6,9 @@
 #include <limits>
 #include <vector>
 
-#include "core/messages/encode_message.h"
+#include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
-#include "core/messages/json/names.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {

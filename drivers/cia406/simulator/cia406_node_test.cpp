@@ -4,7 +4,7 @@
 
 #include <map>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "tests/support/golden_file.h"
 
 namespace axlecast::cia406 {

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/device/can_frame.h"
+#include "core/device/can.h"
 #include "drivers/kit/simulation/simulated_device.h"
 #include "drivers/kit/simulation/simulated_fault.h"
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 
 namespace axlecast::canopen {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/device/can_frame.h"
+#include "core/device/can.h"
 
 namespace axlecast::canopen {
 

@@ -5,7 +5,7 @@
 
 #include "core/config/machine_config.h"
 #include "core/device/device.h"
-#include "core/device/sample.h"
+#include "core/device/reading.h"
 #include "drivers/runtime/axis/plausibility.h"
 #include "drivers/runtime/axis/reference.h"
 #include "drivers/runtime/axis/scale.h"

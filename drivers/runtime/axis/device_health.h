@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "core/base/time.h"
-#include "core/device/sample.h"
+#include "core/device/reading.h"
 
 namespace axlecast {
 

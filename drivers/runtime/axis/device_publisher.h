@@ -8,10 +8,10 @@
 #include <string_view>
 
 #include "core/alarm/alarm_table.h"
-#include "core/base/timebase.h"
+#include "core/base/time.h"
 #include "core/config/machine_config.h"
 #include "core/device/device.h"
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 #include "drivers/runtime/axis/reference.h"
 
 namespace axlecast {

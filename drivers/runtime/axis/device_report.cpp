@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/base/truncated_text.h"
+#include "core/base/text.h"
 #include "core/command/operation_check.h"
 
 namespace axlecast {

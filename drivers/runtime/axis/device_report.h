@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/base/timebase.h"
+#include "core/base/time.h"
 #include "core/config/machine_config.h"
 #include "drivers/runtime/axis/device_health.h"
 #include "drivers/runtime/axis/reference.h"

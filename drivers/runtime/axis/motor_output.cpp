@@ -4,7 +4,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "core/base/truncated_text.h"
+#include "core/base/text.h"
 
 namespace axlecast {
 namespace {

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <string>
 
-#include "core/base/timebase.h"
-#include "core/device/motor.h"
-#include "core/messages/message_sink.h"
+#include "core/base/time.h"
+#include "core/device/reading.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

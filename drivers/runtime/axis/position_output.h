@@ -5,9 +5,9 @@
 #include <optional>
 #include <string>
 
-#include "core/base/timebase.h"
+#include "core/base/time.h"
 #include "core/config/machine_config.h"
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 #include "drivers/runtime/axis/axis.h"
 #include "drivers/runtime/axis/block.h"
 #include "drivers/runtime/axis/publish_pace.h"

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "core/base/timebase.h"
+#include "core/base/time.h"
 
 namespace axlecast {
 

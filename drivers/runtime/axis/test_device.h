@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "core/config/machine_config.h"
-#include "core/device/sample.h"
+#include "core/device/reading.h"
 
 namespace axlecast {
 

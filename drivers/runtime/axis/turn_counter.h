@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "core/config/machine_config.h"
-#include "core/device/sample.h"
+#include "core/device/reading.h"
 #include "drivers/runtime/axis/motion_limits.h"
 #include "drivers/runtime/axis/unwrapped_sample.h"
 

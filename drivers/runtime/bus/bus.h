@@ -5,12 +5,10 @@
 #include <string>
 #include <string_view>
 
-#include "core/base/clock.h"
-#include "core/base/exchange_histogram.h"
 #include "core/base/exchange_stats.h"
-#include "core/device/byte_link.h"
-#include "core/device/frame_link.h"
-#include "core/device/pulse_lines.h"
+#include "core/base/time.h"
+#include "core/device/line_settings.h"
+#include "core/device/link.h"
 #include "drivers/runtime/bus/schedule.h"
 #include "drivers/runtime/bus/stale_reply_guard.h"
 #include "drivers/runtime/bus/transactor.h"

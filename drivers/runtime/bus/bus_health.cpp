@@ -5,7 +5,7 @@
 #include <limits>
 #include <numeric>
 
-#include "core/base/truncated_text.h"
+#include "core/base/text.h"
 
 namespace axlecast {
 namespace {

@@ -9,10 +9,10 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/timebase.h"
+#include "core/base/time.h"
 #include "core/config/machine_config.h"
-#include "core/device/sample.h"
-#include "core/messages/message_sink.h"
+#include "core/device/reading.h"
+#include "core/messages/message.h"
 #include "drivers/runtime/bus/bus.h"
 #include "drivers/runtime/bus/can_watch.h"
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "core/base/clock.h"
-#include "core/device/frame_link.h"
+#include "core/base/time.h"
+#include "core/device/link.h"
 #include "drivers/runtime/bus/transactor.h"
 
 namespace axlecast {

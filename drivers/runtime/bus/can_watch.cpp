@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "core/alarm/runtime_alarms.h"
-#include "core/device/can_remedy.h"
+#include "core/device/can.h"
 
 namespace axlecast {
 namespace {

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "core/base/time.h"
-#include "core/device/can_controller.h"
+#include "core/device/can.h"
 #include "core/device/device.h"
 
 namespace axlecast {

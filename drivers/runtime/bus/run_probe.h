@@ -2,7 +2,7 @@
 
 #include <functional>
 
-#include "core/base/clock.h"
+#include "core/base/time.h"
 #include "core/device/probe.h"
 #include "drivers/runtime/bus/stale_reply_guard.h"
 #include "drivers/runtime/bus/transactor.h"

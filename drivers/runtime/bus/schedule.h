@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/device/device.h"
-#include "core/device/line_format.h"
+#include "core/device/line_settings.h"
 #include "drivers/runtime/bus/slot_clock.h"
 
 namespace axlecast {

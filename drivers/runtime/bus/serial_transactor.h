@@ -3,10 +3,9 @@
 #include <array>
 #include <cstddef>
 
-#include "core/base/clock.h"
-#include "core/device/byte_link.h"
-#include "core/device/line_format.h"
-#include "core/device/pulse_lines.h"
+#include "core/base/time.h"
+#include "core/device/line_settings.h"
+#include "core/device/link.h"
 #include "drivers/runtime/bus/transactor.h"
 
 namespace axlecast {

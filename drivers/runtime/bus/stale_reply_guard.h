@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "core/device/device.h"
-#include "core/device/event.h"
 #include "core/device/step.h"
 
 namespace axlecast {

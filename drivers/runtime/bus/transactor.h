@@ -1,6 +1,5 @@
 #pragma once
 
-#include "core/device/event.h"
 #include "core/device/step.h"
 
 namespace axlecast {

@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <string>
 
-#include "core/base/timebase.h"
+#include "core/base/time.h"
 #include "core/command/command_id.h"
-#include "core/device/event.h"
-#include "core/messages/message_sink.h"
+#include "core/device/step.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

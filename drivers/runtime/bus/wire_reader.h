@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <functional>
 
-#include "core/device/event.h"
+#include "core/device/step.h"
 
 namespace axlecast {
 

@@ -3,8 +3,8 @@
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
-#include "core/base/severity.h"
-#include "core/base/truncated_text.h"
+#include "core/base/spelling.h"
+#include "core/base/text.h"
 #include "core/command/operation_check.h"
 #include "drivers/kit/arguments.h"
 

@@ -1,8 +1,8 @@
 #include "drivers/runtime/command/command_status_table.h"
 
-#include "core/base/truncated_text.h"
+#include "core/base/text.h"
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
+#include "core/messages/enum_names.h"
 
 namespace axlecast {
 

@@ -8,11 +8,10 @@
 #include <map>
 #include <string>
 
-#include "core/base/clock.h"
-#include "core/base/timebase.h"
+#include "core/base/time.h"
 #include "core/command/signature.h"
 #include "core/device/operation.h"
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

@@ -10,11 +10,11 @@
 #include <mutex>
 #include <utility>
 
-#include "core/base/truncated_text.h"
+#include "core/base/text.h"
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
 #include "core/command/operation_check.h"
-#include "core/messages/decode_message.h"
+#include "core/messages/enum_names.h"
+#include "core/messages/message.h"
 #include "drivers/runtime/command/command_status_table.h"
 #include "drivers/runtime/command/epoch_fence.h"
 #include "drivers/runtime/command/order_authority.h"

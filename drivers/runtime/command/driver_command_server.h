@@ -9,13 +9,13 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/clock.h"
+#include "core/base/time.h"
 #include "core/command/device_summary.h"
 #include "core/command/signature.h"
 #include "core/config/machine_config.h"
 #include "core/device/family.h"
 #include "core/device/operation.h"
-#include "core/messages/message_sink.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

@@ -5,9 +5,9 @@
 #include <axlecast/device_info_t.hpp>
 
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
 #include "core/command/operation_check.h"
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
+#include "core/messages/enum_names.h"
 #include "drivers/kit/refusal.h"
 #include "drivers/runtime/command/alarm_order.h"
 #include "drivers/runtime/command/datum_order.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/base/log.h"
-#include "core/base/timebase.h"
+#include "core/base/time.h"
 #include "core/config/machine_config.h"
 #include "core/device/device.h"
 #include "drivers/runtime/axis/device_publisher.h"

@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "core/command/signature.h"
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {

@@ -10,7 +10,7 @@
 #include <set>
 #include <thread>
 
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/system_clock.h"
 #include "tests/support/counting_family.h"

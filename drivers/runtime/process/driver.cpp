@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "core/alarm/runtime_alarms.h"
-#include "core/base/wipe_stack.h"
-#include "core/device/line_held.h"
+#include "core/base/secret.h"
+#include "core/device/link.h"
 #include "drivers/runtime/process/bus_settings.h"
 
 namespace axlecast {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/base/log.h"
-#include "core/base/timebase.h"
+#include "core/base/time.h"
 #include "core/config/machine_config.h"
 #include "drivers/runtime/axis/device_publisher.h"
 #include "drivers/runtime/bus/bus.h"

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "core/config/load.h"
-#include "platform/os/terminal_output.h"
+#include "platform/os/terminal.h"
 
 namespace axlecast {
 namespace {

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "core/device/line_held.h"
+#include "core/device/link.h"
 #include "tests/support/counting_family.h"
 #include "tests/support/fixed_secrets.h"
 #include "tests/support/memory_sink.h"

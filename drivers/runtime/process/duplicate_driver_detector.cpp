@@ -2,7 +2,7 @@
 
 #include <axlecast/driver_status_t.hpp>
 
-#include "core/messages/decode_message.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

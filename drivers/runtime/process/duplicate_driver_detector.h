@@ -3,8 +3,8 @@
 #include <atomic>
 #include <cstdint>
 
-#include "core/base/clock.h"
 #include "core/base/inline_bytes.h"
+#include "core/base/time.h"
 
 namespace axlecast {
 

@@ -5,11 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "core/base/clock.h"
+#include "core/base/time.h"
 #include "core/config/machine_config.h"
-#include "core/device/byte_link.h"
-#include "core/device/frame_link.h"
-#include "core/device/pulse_lines.h"
+#include "core/device/line_settings.h"
+#include "core/device/link.h"
 
 namespace axlecast {
 

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "core/command/own_key.h"
+#include "core/command/keys.h"
 #include "drivers/hal/port_holder.h"
 #include "drivers/runtime/process/bus_settings.h"
 #include "drivers/runtime/process/command_thread.h"
@@ -16,7 +16,6 @@
 #include "platform/net/lcm_port.h"
 #include "platform/os/process.h"
 #include "platform/os/secret_file.h"
-#include "platform/os/supervision.h"
 #include "platform/os/system_clock.h"
 #include "platform/os/terminal_log.h"
 

@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "core/config/machine_config.h"
-#include "core/device/byte_link.h"
-#include "core/messages/message_sink.h"
+#include "core/device/link.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/device/can_frame.h"
+#include "core/device/can.h"
 #include "core/device/simulator.h"
 #include "drivers/kit/simulation/seeded_random.h"
 #include "drivers/kit/simulation/simulated_can_node.h"

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/device/line_format.h"
+#include "core/device/line_settings.h"
 #include "core/device/simulator.h"
 #include "drivers/kit/simulation/script.h"
 #include "drivers/saa_modbus/simulator/simulated_encoder.h"

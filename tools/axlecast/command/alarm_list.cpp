@@ -4,11 +4,10 @@
 #include <tuple>
 #include <utility>
 
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
+#include "core/messages/enum_names.h"
 #include "core/messages/json/message_json.h"
-#include "core/messages/json/names.h"
 #include "tools/axlecast/common/utc_text.h"
 
 namespace axlecast {

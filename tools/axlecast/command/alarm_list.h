@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "bridge/store/alarm_store.h"
+#include "bridge/store/durable_store.h"
 #include "tools/monitor/machine_view.h"
 
 namespace axlecast {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "bridge/store/history.h"
-#include "core/alarm/alarm_shelves.h"
+#include "core/alarm/alarm_table.h"
 #include "core/command/operation_check.h"
 #include "core/messages/json/field.h"
 #include "platform/os/system_clock.h"

@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "core/base/words.h"
+#include "core/base/spelling.h"
 #include "core/command/command_id.h"
 
 namespace axlecast {

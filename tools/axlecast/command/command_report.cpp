@@ -1,8 +1,8 @@
 #include "tools/axlecast/command/command_report.h"
 
-#include "core/base/truncated_text.h"
+#include "core/base/text.h"
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
+#include "core/messages/enum_names.h"
 #include "core/messages/json/message_json.h"
 #include "tools/axlecast/common/exit_code.h"
 

@@ -2,10 +2,9 @@
 
 #include <algorithm>
 
-#include "core/base/table_layout.h"
-#include "core/base/truncated_text.h"
+#include "core/base/text.h"
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
+#include "core/messages/enum_names.h"
 #include "tools/axlecast/command/history_text.h"
 #include "tools/axlecast/common/utc_text.h"
 

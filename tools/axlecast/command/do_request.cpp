@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "core/base/words.h"
+#include "core/base/spelling.h"
 #include "core/command/operation_check.h"
 #include "tools/axlecast/live/status_text.h"
 

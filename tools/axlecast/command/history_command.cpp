@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/command/command_id.h"
-#include "core/command/command_words.h"
+#include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
 #include "platform/os/process.h"
 #include "platform/os/system_clock.h"

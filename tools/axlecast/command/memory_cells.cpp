@@ -3,7 +3,7 @@
 #include <charconv>
 #include <optional>
 
-#include "core/base/words.h"
+#include "core/base/spelling.h"
 #include "core/messages/json/field.h"
 #include "drivers/kit/arguments.h"
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/base/table_layout.h"
-#include "core/messages/json/names.h"
+#include "core/base/text.h"
+#include "core/messages/enum_names.h"
 
 namespace axlecast {
 namespace {

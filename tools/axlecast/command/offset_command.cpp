@@ -4,8 +4,8 @@
 #include <iostream>
 #include <memory>
 
-#include "core/messages/decode_message.h"
 #include "core/messages/json/field.h"
+#include "core/messages/message.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/command/command_options.h"

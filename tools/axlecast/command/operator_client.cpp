@@ -4,7 +4,7 @@
 #include <iostream>
 
 #include "client/command/client_key.h"
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
 #include "platform/os/secret_file.h"
 #include "platform/os/system_clock.h"
 

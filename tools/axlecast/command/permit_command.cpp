@@ -10,7 +10,7 @@
 
 #include "client/axlecast/permit_issuer.h"
 #include "client/command/client_key.h"
-#include "core/command/role.h"
+#include "core/command/keys.h"
 #include "platform/os/process.h"
 #include "platform/os/secret_file.h"
 #include "platform/os/system_clock.h"

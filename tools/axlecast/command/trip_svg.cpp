@@ -5,10 +5,10 @@
 #include <cmath>
 #include <iterator>
 
-#include "core/base/markup.h"
-#include "core/base/table_layout.h"
+#include "core/base/safe_text.h"
+#include "core/base/text.h"
 #include "tools/axlecast/command/trip_table.h"
-#include "tools/convert/plot_ticks.h"
+#include "tools/convert/chart.h"
 
 namespace axlecast {
 namespace {

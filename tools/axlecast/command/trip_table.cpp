@@ -4,8 +4,8 @@
 #include <iterator>
 #include <limits>
 
-#include "core/base/table_layout.h"
-#include "core/messages/json/names.h"
+#include "core/base/text.h"
+#include "core/messages/enum_names.h"
 #include "tools/axlecast/common/utc_text.h"
 
 namespace axlecast {

@@ -5,9 +5,9 @@
 #include <map>
 #include <memory>
 
-#include "core/messages/decode_message.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
+#include "core/messages/message.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/new_file.h"
 #include "tools/axlecast/command/command_options.h"

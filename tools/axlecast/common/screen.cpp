@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "core/base/terminal_text.h"
+#include "core/base/safe_text.h"
 
 namespace axlecast {
 namespace {

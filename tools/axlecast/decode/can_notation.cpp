@@ -5,7 +5,7 @@
 #include <cstddef>
 
 #include "core/command/command_id.h"
-#include "core/device/can_frame.h"
+#include "core/device/can.h"
 #include "tools/axlecast/decode/line_text.h"
 
 namespace axlecast {

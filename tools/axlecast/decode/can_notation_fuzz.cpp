@@ -2,7 +2,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "core/device/can_frame.h"
+#include "core/device/can.h"
 #include "tools/axlecast/decode/can_notation.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

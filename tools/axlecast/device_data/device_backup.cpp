@@ -6,10 +6,10 @@
 #include <limits>
 #include <utility>
 
-#include "core/base/table_layout.h"
-#include "core/base/words.h"
-#include "core/device/outcome_text.h"
-#include "core/device/parameter_value.h"
+#include "core/base/spelling.h"
+#include "core/base/text.h"
+#include "core/device/operation.h"
+#include "core/device/parameter.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
 #include "tools/axlecast/common/utc_text.h"

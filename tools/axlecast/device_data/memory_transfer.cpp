@@ -1,6 +1,6 @@
 #include "tools/axlecast/device_data/memory_transfer.h"
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 
 namespace axlecast {
 namespace {

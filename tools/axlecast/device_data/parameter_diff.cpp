@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/table_layout.h"
-#include "core/device/parameter_value.h"
+#include "core/base/text.h"
+#include "core/device/parameter.h"
 
 namespace axlecast {
 

@@ -1,8 +1,8 @@
 #include "tools/axlecast/device_data/parameter_file.h"
 
-#include "core/base/words.h"
+#include "core/base/spelling.h"
 #include "core/config/yaml_text.h"
-#include "core/device/parameter_value.h"
+#include "core/device/parameter.h"
 
 namespace axlecast {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
 #include "tools/axlecast/common/exit_code.h"
 
 namespace axlecast {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/device/parameter_value.h"
+#include "core/device/parameter.h"
 #include "tools/axlecast/common/exit_code.h"
 
 namespace axlecast {

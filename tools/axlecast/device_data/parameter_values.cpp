@@ -5,8 +5,8 @@
 #include <map>
 #include <optional>
 
-#include "core/base/words.h"
-#include "core/device/parameter_value.h"
+#include "core/base/spelling.h"
+#include "core/device/parameter.h"
 
 namespace axlecast {
 namespace {

@@ -1,6 +1,6 @@
 #include "tools/axlecast/device_data/replace_report.h"
 
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
 #include "tools/axlecast/command/command_report.h"
 
 namespace axlecast {

@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "bridge/store/history.h"
-#include "core/base/table_layout.h"
-#include "core/device/outcome_text.h"
-#include "core/messages/json/names.h"
+#include "core/base/text.h"
+#include "core/device/operation.h"
+#include "core/messages/enum_names.h"
 #include "platform/os/new_file.h"
 #include "tools/axlecast/command/command_report.h"
 #include "tools/axlecast/command/datum_text.h"

@@ -2,9 +2,9 @@
 
 #include <array>
 
-#include "core/base/table_layout.h"
-#include "core/device/outcome_text.h"
-#include "core/device/parameter_value.h"
+#include "core/base/text.h"
+#include "core/device/operation.h"
+#include "core/device/parameter.h"
 #include "tools/axlecast/command/command_report.h"
 #include "tools/axlecast/common/exit_code.h"
 

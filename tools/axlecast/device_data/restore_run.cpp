@@ -4,7 +4,7 @@
 #include <iostream>
 #include <utility>
 
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
 #include "tools/axlecast/command/command_report.h"
 #include "tools/axlecast/common/cancel_on_signal.h"
 #include "tools/axlecast/common/confirmation.h"

@@ -6,9 +6,9 @@
 #include <numbers>
 #include <string_view>
 
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
+#include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
-#include "core/messages/json/names.h"
 #include "tools/axlecast/live/motor_text.h"
 
 namespace axlecast {

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdio>
 
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
 #include "tools/axlecast/live/describe.h"

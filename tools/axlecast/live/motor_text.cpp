@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "core/base/table_layout.h"
-#include "core/messages/json/names.h"
+#include "core/base/text.h"
+#include "core/messages/enum_names.h"
 #include "tools/axlecast/live/table.h"
 #include "tools/monitor/trip_margins.h"
 

@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
 #include "tools/axlecast/common/parameter_test_family.h"
 #include "tools/axlecast/live/run_summary.h"
 #include "tools/axlecast/live/status_text.h"

@@ -1,10 +1,10 @@
 #include "tools/axlecast/live/run_summary.h"
 
-#include "core/base/table_layout.h"
-#include "core/device/sample.h"
+#include "core/base/text.h"
+#include "core/device/reading.h"
+#include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
-#include "core/messages/json/names.h"
 #include "tools/axlecast/live/status_text.h"
 #include "tools/axlecast/live/table.h"
 #include "tools/monitor/machine_faults.h"

@@ -3,10 +3,10 @@
 #include <iterator>
 #include <vector>
 
-#include "core/base/table_layout.h"
-#include "core/base/words.h"
+#include "core/base/spelling.h"
+#include "core/base/text.h"
+#include "core/messages/enum_names.h"
 #include "core/messages/json/message_json.h"
-#include "core/messages/json/names.h"
 #include "tools/axlecast/live/motor_text.h"
 #include "tools/axlecast/live/table.h"
 #include "tools/monitor/machine_faults.h"

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/base/table_layout.h"
-#include "core/messages/json/names.h"
+#include "core/base/text.h"
+#include "core/messages/enum_names.h"
 #include "tools/axlecast/live/motor_text.h"
 
 namespace axlecast {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <axlecast/alarm_t.hpp>
 
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
 #include "tools/monitor/one_axis.h"
 
 namespace axlecast {

@@ -10,7 +10,7 @@
 #include <memory>
 #include <optional>
 
-#include "core/base/words.h"
+#include "core/base/spelling.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/process.h"
 #include "platform/os/system_clock.h"

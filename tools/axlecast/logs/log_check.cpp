@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
 #include "core/messages/json/message_json.h"
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/axlecast/logs/log_summary.h"

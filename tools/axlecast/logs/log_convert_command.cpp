@@ -1,25 +1,174 @@
-#include "tools/axlecast/logs/subcommands.h"
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <cmath>
+#include <cstddef>
+#include <filesystem>
 #include <iostream>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
+#include "platform/os/new_file.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/logs/conversion_output.h"
-#include "tools/axlecast/logs/log_selection.h"
-#include "tools/convert/candump.h"
-#include "tools/convert/csv_grid.h"
-#include "tools/convert/csv_table.h"
+#include "tools/axlecast/common/screen.h"
+#include "tools/axlecast/logs/log_input.h"
+#include "tools/axlecast/logs/subcommands.h"
+#include "tools/convert/conversion.h"
+#include "tools/convert/csv.h"
 #include "tools/convert/mcap.h"
-#include "tools/convert/pcap.h"
+#include "tools/convert/plot.h"
+#include "tools/convert/wire_capture.h"
+#include "tools/log/log_reader.h"
 
 namespace axlecast {
 namespace {
 
-struct Options {
+// The events of a log that a command is given: LOG, and of it --channel, --invert, --from, --until.
+class LogSelection {
+ public:
+  // The object must outlive the parsing.
+  void AddTo(CLI::App& command);
+
+  // Opens the log. When it cannot be read, or an option is wrong, says why on standard error and returns the exit code.
+  [[nodiscard]] std::optional<int> Open();
+
+  // Of the opened log; they refer to this object. `all`: whatever --channel says.
+  [[nodiscard]] EventRange events();
+  [[nodiscard]] EventRange all();
+
+  // Of the last walk to the end: bytes that are no event, within the chosen time.
+  [[nodiscard]] std::size_t damaged_bytes() const { return damaged_bytes_; }
+  // What became of the file meanwhile (MappedFile::Loss).
+  [[nodiscard]] std::string Loss() const { return input_.file().Loss(); }
+  [[nodiscard]] const std::string& file() const { return file_; }
+
+ private:
+  void Visit(const EventVisitor& visit, bool filtered);
+
+  std::string file_;
+  LogChoice choice_;
+  LogInput input_;
+  std::size_t damaged_bytes_ = 0;
+};
+
+void LogSelection::AddTo(CLI::App& command) {
+  command.add_option("LOG", file_, "An LCM event log, of axlecast record or lcm-logger")->required();
+  choice_.AddTo(command);
+}
+
+std::optional<int> LogSelection::Open() {
+  if (!input_.Open(file_)) return kExitBad;
+  input_.Read("", [](const LogEvent&, std::size_t) { return false; });
+  if (input_.ExitCode() == kExitBad) return kExitBad;
+  if (const std::string problem = choice_.Understand(input_.log()); !problem.empty()) {
+    std::cerr << problem << '\n';
+    return kExitUsage;
+  }
+  return std::nullopt;
+}
+
+void LogSelection::Visit(const EventVisitor& visit, bool filtered) {
+  LogReader reader(input_.log(), choice_.Begin(input_.log()));
+  while (const std::optional<LogEvent> event = reader.Next()) {
+    if (choice_.EndsAt(*event)) break;
+    if (!(filtered ? choice_.Takes(*event) : choice_.TakesTime(*event))) continue;
+    if (!visit(*event)) return;
+  }
+  damaged_bytes_ = DamagedBytes(reader.damage());
+}
+
+EventRange LogSelection::events() {
+  return [this](const EventVisitor& visit) { Visit(visit, true); };
+}
+
+EventRange LogSelection::all() {
+  return [this](const EventVisitor& visit) { Visit(visit, false); };
+}
+
+// Where a command writes what it makes of a log: -o FILE, or - for standard output; --force.
+class ConversionOutput {
+ public:
+  // The object must outlive the parsing.
+  void AddTo(CLI::App& command);
+
+  // When nothing can be written there, says why on standard error and returns the exit code.
+  [[nodiscard]] std::optional<int> Open();
+
+  // False when it cannot be written.
+  bool Write(std::string_view part);
+
+  // Makes it last. Says on standard error what is wrong with it, or with the log that it was made of, and returns the
+  // exit code.
+  [[nodiscard]] int Keep(const LogSelection& log);
+
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  [[nodiscard]] bool Flush();
+
+  std::string path_;
+  bool force_ = false;
+  std::unique_ptr<NewFile> file_;  // null of standard output
+  std::string waiting_;
+  std::string problem_;
+};
+
+constexpr mode_t kMode = 0644;
+constexpr std::size_t kWaiting = 1U << 16;  // bytes that are written at once
+
+void ConversionOutput::AddTo(CLI::App& command) {
+  command.add_option("-o,--output", path_, "The file to write; - is standard output")
+      ->required()
+      ->type_name("FILE");
+  command.add_flag("--force", force_, "Replace a file that is there already");
+}
+
+std::optional<int> ConversionOutput::Open() {
+  if (path_ == "-") return std::nullopt;
+  if (!force_ && std::filesystem::exists(path_)) {
+    std::cerr << path_ << " exists already: --force replaces it\n";
+    return kExitUsage;
+  }
+  file_ = std::make_unique<NewFile>(path_, FileAccess{.mode = kMode});
+  if (problem_ = file_->Append(""); problem_.empty()) return std::nullopt;
+  std::cerr << problem_ << '\n';
+  return kExitFailed;
+}
+
+bool ConversionOutput::Write(std::string_view part) {
+  waiting_ += part;
+  return problem_.empty() && (waiting_.size() < kWaiting || Flush());
+}
+
+bool ConversionOutput::Flush() {
+  if (file_ != nullptr) {
+    problem_ = file_->Append(waiting_);
+  } else if (!(isatty(STDOUT_FILENO) == 1 ? WriteOut(waiting_) : WriteBytes(waiting_))) {
+    problem_ = "standard output was closed";
+  }
+  waiting_.clear();
+  return problem_.empty();
+}
+
+int ConversionOutput::Keep(const LogSelection& log) {
+  if (problem_.empty() && Flush() && file_ != nullptr) problem_ = file_->Commit(force_);
+  if (!problem_.empty()) {
+    std::cerr << problem_ << '\n';
+    return kExitFailed;
+  }
+  const std::string loss = log.Loss();
+  if (!loss.empty()) std::cerr << loss << '\n';
+  if (log.damaged_bytes() == 0) return loss.empty() ? kExitDone : kExitLosses;
+  std::cerr << log.file() << ": " << log.damaged_bytes()
+            << " bytes are damaged, and what they held is missing here; axlecast log verify tells where\n";
+  return kExitLosses;
+}
+
+struct LogConvertOptions {
   LogSelection log;
   ConversionOutput output;
   std::string format;
@@ -29,7 +178,7 @@ struct Options {
 
 std::int64_t Microseconds(double seconds) { return std::llround(seconds * 1e6); }
 
-Conversion Write(Options& options, const Output& out) {
+Result<Conversion> Write(LogConvertOptions& options, const Output& out) {
   const EventRange events = options.log.events();
   if (options.format == "mcap") return WriteMcap(events, out);
   if (options.format == "candump") return WriteCandump(events, out);
@@ -39,32 +188,68 @@ Conversion Write(Options& options, const Output& out) {
   return WriteCsvGrid(events, options.log.all(), grid, out);
 }
 
-int Run(Options& options) {
+int RunLogConvert(LogConvertOptions& options) {
   if (options.grid_s > 0 && options.format != "csv") {
     std::cerr << "--grid is for --to csv\n";
     return kExitUsage;
   }
   if (const std::optional<int> failed = options.log.Open()) return *failed;
   if (const std::optional<int> failed = options.output.Open()) return *failed;
-  const Conversion done = Write(options, [&options](std::string_view part) { return options.output.Write(part); });
-  if (!done.problem.empty()) {
-    std::cerr << options.log.file() << ": " << done.problem << '\n';
+  const Result<Conversion> done =
+      Write(options, [&options](std::string_view part) { return options.output.Write(part); });
+  if (!done) {
+    std::cerr << options.log.file() << ": " << done.error().text << '\n';
     return kExitBad;
   }
   const int exit_code = options.output.Keep(options.log);
   if (exit_code == kExitFailed) return exit_code;
   const bool rows = options.grid_s > 0;
-  std::cerr << done.written << (rows ? " rows" : " messages or frames") << " written";
-  if (done.left_out > 0) std::cerr << "; " << done.left_out << " events left out: they are none of this format";
+  std::cerr << done->written << (rows ? " rows" : " messages or frames") << " written";
+  if (done->left_out > 0)
+    std::cerr << "; " << done->left_out << " events left out: this format cannot contain them";
   std::cerr << '\n';
-  if (!done.note.empty()) std::cerr << done.note << '\n';
+  if (!done->note.empty()) std::cerr << done->note << '\n';
   return exit_code;
+}
+
+struct LogPlotOptions {
+  LogSelection log;
+  ConversionOutput output;
+  std::vector<std::string> fields;
+  std::string title;
+};
+
+int Wrong(const std::string& problem, int exit_code = kExitUsage) {
+  std::cerr << problem << '\n';
+  return exit_code;
+}
+
+int RunLogPlot(LogPlotOptions& options) {
+  std::vector<PlotField> fields;
+  for (const std::string& text : options.fields) {
+    const auto field = ParsePlotField(text);
+    if (!field) return Wrong("'" + text + "' is no field: write CHANNEL:NAME, like POSITION/axis1:value");
+    fields.push_back(*field);
+  }
+  const std::string ending = std::filesystem::path(options.output.path()).extension();
+  if (ending != ".svg" && ending != ".png")
+    return Wrong("-o: the name ends in .svg or .png, which says the format");
+  if (const std::optional<int> failed = options.log.Open()) return *failed;
+  if (const std::optional<int> failed = options.output.Open()) return *failed;
+  const Result<PlotData> data = CollectPlot(options.log.events(), fields, kPlotColumns);
+  if (!data) return Wrong(options.log.file() + ": " + data.error().text, kExitBad);
+  const std::string title =
+      options.title.empty() ? std::filesystem::path(options.log.file()).filename().string() : options.title;
+  const Result<std::string> picture = ending == ".svg" ? PlotSvg(title, *data) : PlotPng(title, *data);
+  if (!picture) return Wrong(picture.error().text, kExitBad);
+  static_cast<void>(options.output.Write(*picture));
+  return options.output.Keep(options.log);
 }
 
 }  // namespace
 
 void AddLogConvertCommand(CLI::App& log, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<LogConvertOptions>();
   CLI::App* command = log.add_subcommand("convert", "A log for other programs: CSV, MCAP, candump, pcap");
   options->log.AddTo(*command);
   command->add_option("--to", options->format, "csv, mcap (Foxglove, PlotJuggler), candump or pcap (Wireshark)")
@@ -98,7 +283,29 @@ void AddLogConvertCommand(CLI::App& log, int& exit_code) {
       "docs/convert.md says what each holds. Exit code 0: whole; 3: written, but the log is damaged; 1: nothing "
       "is\n"
       "written; 2: usage.");
-  command->callback([options, &exit_code] { exit_code = Run(*options); });
+  command->callback([options, &exit_code] { exit_code = RunLogConvert(*options); });
+}
+
+void AddLogPlotCommand(CLI::App& log, int& exit_code) {
+  auto options = std::make_shared<LogPlotOptions>();
+  CLI::App* command = log.add_subcommand("plot", "Fields of messages over time, as SVG or PNG");
+  options->log.AddTo(*command);
+  command->add_option("--field", options->fields, "CHANNEL:NAME of a number, as in JSON; again for another curve")
+      ->required()
+      ->take_all()
+      ->type_name("FIELD");
+  options->output.AddTo(*command);
+  command->add_option("--title", options->title, "Above the picture; else the log's name");
+  command->footer(
+      "examples:\n"
+      "  axlecast log plot press3.log --field POSITION/axis1:value -o axis1.svg\n"
+      "  axlecast log plot press3.log --field POSITION/axis1:value --field POSITION/axis1:speed_rad_s -o "
+      "axis1.png\n"
+      "  axlecast log plot press3.log --field MOTOR/gm1:current_a --field 'MOTOR/gm1:accel_mps2[0]' -o gm1.svg\n"
+      "Curves of one unit share a panel. A gap in the readings is a gap in the curve.\n"
+      "Exit code 0: whole; 3: drawn, but the log is damaged; 1: nothing is drawn; 2: usage;\n"
+      "4: the output cannot be written.");
+  command->callback([options, &exit_code] { exit_code = RunLogPlot(*options); });
 }
 
 }  // namespace axlecast

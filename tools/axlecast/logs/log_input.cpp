@@ -3,18 +3,129 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <iostream>
+#include <limits>
+#include <utility>
 
+#include "core/config/load.h"
 #include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/utc_text.h"
+#include "tools/log/log_event.h"
+#include "tools/log/log_reader.h"
 
 namespace axlecast {
 namespace {
+
+constexpr double kSecondUs = 1e6;
+constexpr double kLongest = 4e9;  // s: beyond any log
+
+double UnitSeconds(char unit) {
+  switch (unit) {
+    case 's':
+      return 1;
+    case 'm':
+      return 60;
+    case 'h':
+      return 3'600;
+    case 'd':
+      return 86'400;
+    default:
+      return 0;
+  }
+}
+
+std::optional<std::int64_t> ParseSeconds(std::string_view text) {
+  double seconds = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, seconds, std::chars_format::fixed);
+  if (error != std::errc() || end - rest > 1) return std::nullopt;
+  if (rest != end) seconds *= UnitSeconds(*rest) > 0 ? UnitSeconds(*rest) : std::numeric_limits<double>::infinity();
+  if (std::signbit(seconds) || !(seconds <= kLongest)) return std::nullopt;
+  return static_cast<std::int64_t>(std::llround(seconds * kSecondUs));
+}
+
+// us of ".25" or ".25Z"; what stands before it goes to `before`.
+std::optional<std::int64_t> TakeFraction(std::string_view text, std::string_view& before) {
+  const std::size_t point = text.find('.');
+  before = text.substr(0, point);
+  if (point == std::string_view::npos) return 0;
+  std::string_view digits = text.substr(point + 1);
+  if (digits.ends_with('Z')) digits.remove_suffix(1);
+  if (digits.empty() || digits.find_first_not_of("0123456789") != std::string_view::npos) return std::nullopt;
+  std::int64_t us = 0;
+  for (std::size_t i = 0; i < 6; ++i) us = us * 10 + (i < digits.size() ? digits[i] - '0' : 0);
+  return us;
+}
 
 constexpr std::size_t kLarge = 200'000'000;  // bytes; a smaller log is read before anybody asks
 constexpr std::size_t kDamageShown = 10;
 
 }  // namespace
+
+std::optional<std::int64_t> ParseLogTime(std::string_view text, const LogSpan& span) {
+  if (text.starts_with('-')) {
+    const auto before = ParseSeconds(text.substr(1));
+    return before ? std::optional(span.last - *before) : std::nullopt;
+  }
+  if (const auto since = ParseSeconds(text)) return span.first + *since;
+  std::string_view whole;
+  const auto fraction = TakeFraction(text, whole);
+  if (!fraction || whole.find('-') == std::string_view::npos) return std::nullopt;
+  const auto seconds = ParseUtc(whole, 0);
+  return seconds ? std::optional(*seconds + *fraction) : std::nullopt;
+}
+
+void LogTimeOptions::AddTo(CLI::App& command) {
+  command
+      .add_option("--from", from_text_,
+                  "From then on: 12.5 (s), 15m, 2h from the start; -10 before the end; 2026-11-21T07:00 (UTC)")
+      ->type_name("T");
+  command.add_option("--until", until_text_, "Before then")->type_name("T");
+}
+
+std::string LogTimeOptions::Understand(const std::vector<Bytes>& logs) {
+  if (from_text_.empty() && until_text_.empty()) return "";
+  const LogSpan span = SpanOf(logs);
+  for (const auto& [text, time] : {std::pair(&from_text_, &from_), {&until_text_, &until_}}) {
+    if (text->empty()) continue;
+    *time = ParseLogTime(*text, span);
+    if (!*time) {
+      return "'" + *text +
+             "' is no time: write 12.5, 90s, 15m or 2h (from the log's first message), -10 (before its last one) "
+             "or "
+             "2026-11-21T07:00:05.25 (UTC)";
+    }
+  }
+  return !from_ || !until_ || *from_ < *until_ ? "" : "--from is not before --until: nothing stands between";
+}
+
+void LogChoice::AddTo(CLI::App& command) {
+  command.add_option("--channel", channel_, "Only channels in whose name this regular expression is found")
+      ->type_name("REGEX");
+  command.add_flag("--invert", invert_, "Only the other channels");
+  time_.AddTo(command);
+}
+
+std::string LogChoice::Understand(Bytes log) {
+  if (std::string problem = filter_.Set(channel_, invert_); !problem.empty()) return "--channel " + problem;
+  return time_.Understand({log});
+}
+
+bool LogChoice::TakesTime(const LogEvent& event) const {
+  return (!time_.from() || event.utime >= *time_.from()) && (!time_.until() || event.utime < *time_.until());
+}
+
+// Times run back a little, never much.
+std::size_t LogChoice::Begin(Bytes log) const {
+  return time_.from() ? SeekTime(log, *time_.from() - kSeekSlackUs) : 0;
+}
+
+bool LogChoice::EndsAt(const LogEvent& event) const {
+  return time_.until() && event.utime > *time_.until() + kSeekSlackUs;
+}
 
 LogProgress::LogProgress(const char* doing, std::size_t bytes)
     : doing_(doing), bytes_(*doing != 0 && bytes >= kLarge && isatty(STDERR_FILENO) == 1 ? bytes : 0) {}
@@ -77,6 +188,22 @@ int LogExitCode(const MappedFile& file, std::int64_t events, const std::vector<L
     return kExitBad;
   }
   return loss.empty() && damage.empty() ? kExitDone : kExitLosses;
+}
+
+std::optional<MachineConfig> MachineOf(Bytes log, const std::string& file, std::string& problem) {
+  constexpr int kHeaderEvents = 100;
+  LogReader reader(log);
+  for (int i = 0; i < kHeaderEvents; ++i) {
+    const auto event = reader.Next();
+    if (!event) break;
+    if (event->channel != kMachineChannel) continue;
+    ConfigErrors errors(file + ": " + std::string(kMachineChannel));
+    auto machine = ParseConfig(std::string(event->data.begin(), event->data.end()), errors);
+    if (!machine) problem = errors.Text();
+    return machine;
+  }
+  problem = file + " does not hold the machine's file, as a log of `axlecast record` does: give it by --config\n";
+  return std::nullopt;
 }
 
 }  // namespace axlecast

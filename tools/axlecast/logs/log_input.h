@@ -1,16 +1,71 @@
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "core/base/inline_bytes.h"
+#include "core/config/machine_config.h"
 #include "platform/os/mapped_file.h"
+#include "tools/log/channel_filter.h"
+#include "tools/log/log_event.h"
+#include "tools/log/log_merge.h"
 #include "tools/log/log_reader.h"
 
 namespace axlecast {
+
+// us, UNIX time, of a place in a log, as people write it: "12.5" or "12.5s", "15m", "2h", "1d" from its first message;
+// "-10", "-15m" before its last one; "2026-11-21T07:00:05.25" (UTC, as ParseUtc, with any part of a second). Nothing when
+// it is none of these.
+[[nodiscard]] std::optional<std::int64_t> ParseLogTime(std::string_view text, const LogSpan& span);
+
+// --from and --until of every command that takes a part of logs.
+class LogTimeOptions {
+ public:
+  // The object must outlive the parsing.
+  void AddTo(CLI::App& command);
+
+  // Empty, or what is wrong with them; the logs say from when they count.
+  [[nodiscard]] std::string Understand(const std::vector<Bytes>& logs);
+
+  // us, UNIX time; nothing where the option was not given.
+  [[nodiscard]] const std::optional<std::int64_t>& from() const { return from_; }
+  [[nodiscard]] const std::optional<std::int64_t>& until() const { return until_; }
+
+ private:
+  std::string from_text_;
+  std::string until_text_;
+  std::optional<std::int64_t> from_;
+  std::optional<std::int64_t> until_;
+};
+
+// Which events of a log a command takes: --channel, --invert, --from, --until.
+class LogChoice {
+ public:
+  // The object must outlive the parsing.
+  void AddTo(CLI::App& command);
+
+  // Empty, or what is wrong with the options.
+  [[nodiscard]] std::string Understand(Bytes log);
+
+  [[nodiscard]] bool Takes(const LogEvent& event) { return TakesTime(event) && filter_.Takes(event.channel); }
+  [[nodiscard]] bool TakesTime(const LogEvent& event) const;  // whatever its channel
+  // The offset before which no event is that it takes.
+  [[nodiscard]] std::size_t Begin(Bytes log) const;
+  // Whether no later event of its log is one that it takes.
+  [[nodiscard]] bool EndsAt(const LogEvent& event) const;
+
+ private:
+  std::string channel_;
+  bool invert_ = false;
+  LogTimeOptions time_;
+  ChannelFilter filter_;
+};
 
 // How far the reading of a large log is: on standard error, when that is a terminal. "": nowhere.
 class LogProgress {
@@ -63,5 +118,9 @@ class LogInput {
 inline constexpr const char* kLogExitCodes =
     "Exit code: 0 the log is whole, 3 it can be read but something is lost, 1 it is no log or cannot be read, 2 "
     "usage,\n4 the output could not be written.";
+
+// The machine's file that a log begins with: a recorder writes it before all that it hears. Nothing where there is none
+// or it cannot be used; `problem` then says why. `file`: the log's name, for that.
+[[nodiscard]] std::optional<MachineConfig> MachineOf(Bytes log, const std::string& file, std::string& problem);
 
 }  // namespace axlecast

@@ -3,7 +3,7 @@
 #include <string_view>
 #include <utility>
 
-#include "tools/log/log_header.h"
+#include "tools/log/log_event.h"
 
 namespace axlecast {
 namespace {

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <string_view>
 
+#include "core/base/text.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
-#include "tools/log/log_header.h"
+#include "tools/axlecast/common/utc_text.h"
+#include "tools/axlecast/logs/log_input.h"
+#include "tools/log/log_event.h"
 #include "tools/log/log_seal.h"
 
 namespace axlecast {
@@ -15,6 +18,80 @@ namespace {
 std::int64_t Since(std::int64_t before, std::int64_t utime) {
   std::int64_t since = 0;
   return __builtin_sub_overflow(utime, before, &since) ? 0 : since;
+}
+
+using Json = nlohmann::ordered_json;
+
+double Seconds(std::int64_t us) { return static_cast<double>(us) / 1e6; }
+
+// What stands behind "machine:" in the machine's file; empty where nothing does.
+std::string MachineName(const std::string& yaml) {
+  constexpr std::string_view kKey = "machine:";
+  for (std::size_t begin = 0; begin < yaml.size();) {
+    const std::size_t end = std::min(yaml.find('\n', begin), yaml.size());
+    const std::string_view line = std::string_view(yaml).substr(begin, end - begin);
+    if (line.starts_with(kKey)) {
+      const std::string_view name = line.substr(std::min(line.find_first_not_of(' ', kKey.size()), line.size()));
+      return std::string(name.substr(0, name.find_first_of(" #\r")));
+    }
+    begin = end + 1;
+  }
+  return "";
+}
+
+std::string HeaderText(const LogSummary& summary) {
+  const auto machine = summary.Header(kMachineChannel);
+  const auto schema = summary.Header(kSchemaChannel);
+  const auto recorder = summary.Header(kRecorderChannel);
+  std::string text = "machine   ";
+  text += machine ? Printable(MachineName(*machine)) + " (its file: " + std::to_string(machine->size()) + " bytes)"
+                  : "none in the log";
+  text +=
+      "\nschema    " + (schema ? std::to_string(schema->size()) + " bytes of message types" : "none in the log");
+  if (recorder) text += "\nrecorder  " + Printable(*recorder);
+  return text + '\n';
+}
+
+std::string RecorderLosses(const LogSummary& summary) {
+  std::string text;
+  for (const auto& [channel, said] : summary.recorders()) {
+    text += Printable(channel) + ": lost " + said.at("lost").dump() + " of " + said.at("messages").dump() +
+            " messages, " + said.at("kernel_dropped").dump() + " datagrams dropped by the kernel\n";
+    for (const Json& sender : said.at("senders")) {
+      if (sender.at("lost") == 0) continue;
+      text += "  " + Printable(sender.at("sender").get<std::string>()) + ": lost " + sender.at("lost").dump() +
+              " of " + sender.at("received").dump() + '\n';
+    }
+  }
+  return text;
+}
+
+std::string ChannelLine(const std::string& name, const LogSummary::Channel& channel) {
+  return Left(Printable(name), 30) + ' ' + Left(channel.type, 18) + Right(std::to_string(channel.count), 11) +
+         Right(Decimal(channel.Hz(), 1), 11) + Right(std::to_string(channel.bytes), 13) +
+         Right(Decimal(Seconds(channel.largest_gap), 3), 11) +
+         Right(channel.type.empty() ? "-" : std::to_string(channel.sequence.lost()), 9) + '\n';
+}
+
+using Json = nlohmann::ordered_json;
+
+// Whether the event's content could be shown for what it is.
+bool AddContent(const LogEvent& event, Json& line) {
+  if (event.channel == kSealChannel) {
+    const auto seal = ParseSeal(event.data);
+    if (seal) line.update({{"bytes", seal->bytes}, {"events", seal->events}, {"crc32c", seal->crc32c}});
+    return seal.has_value();
+  }
+  if (IsLogChannel(event.channel)) {
+    line["text"] = std::string(event.data.begin(), event.data.end());
+    return true;
+  }
+  std::string type;
+  const auto message = DecodeToJson(event.data, &type);
+  if (!message) return false;
+  line["type"] = type;
+  line.update(*message);
+  return true;
 }
 
 }  // namespace
@@ -69,6 +146,74 @@ std::int64_t LogSummary::lost() const {
 std::optional<std::string> LogSummary::Header(std::string_view channel) const {
   const auto found = headers_.find(channel);
   return found == headers_.end() ? std::nullopt : std::optional(found->second);
+}
+
+std::string SummaryText(const std::string& file, std::size_t bytes, const LogSummary& summary,
+                        const std::vector<LogReader::Damage>& damage) {
+  std::string text = "file      " + file + ", " + std::to_string(bytes) + " bytes\n";
+  text += "events    " + std::to_string(summary.events()) + '\n';
+  if (summary.events() == 0) return text + DamageText(file, damage);
+  text += "time      " + UtcMillisecondText(summary.first()) + " to " + UtcMillisecondText(summary.last()) +
+          " UTC, " + Decimal(Seconds(summary.last()) - Seconds(summary.first()), 3) + " s\n";
+  text += HeaderText(summary);
+  text += "damage    " + (damage.empty() ? "none"
+                                         : std::to_string(damage.size()) + " places, " +
+                                               std::to_string(DamagedBytes(damage)) + " bytes");
+  text +=
+      "\nlost      " + std::to_string(summary.lost()) + " messages before they were recorded, by their numbers\n";
+  text += RecorderLosses(summary) + DamageText(file, damage) + '\n';
+  text += Left("CHANNEL", 30) + ' ' + Left("TYPE", 18) + Right("COUNT", 11) + Right("HZ", 11) + Right("BYTES", 13) +
+          Right("GAP s", 11) + Right("LOST", 9) + '\n';
+  for (const auto& [name, channel] : summary.channels()) text += ChannelLine(name, channel);
+  return text;
+}
+
+Json DamageJson(const std::vector<LogReader::Damage>& damage) {
+  Json list = Json::array();
+  for (const LogReader::Damage& piece : damage) list.push_back({{"offset", piece.offset}, {"bytes", piece.size}});
+  return list;
+}
+
+Json SummaryJson(const std::string& file, std::size_t bytes, const LogSummary& summary,
+                 const std::vector<LogReader::Damage>& damage) {
+  Json json = {{"file", file}, {"bytes", bytes}, {"events", summary.events()}};
+  json["first_utime"] = summary.first();
+  json["last_utime"] = summary.last();
+  json["duration_s"] = Seconds(summary.last()) - Seconds(summary.first());
+  const auto machine = summary.Header(kMachineChannel);
+  json["machine"] = machine ? Json(MachineName(*machine)) : Json(nullptr);
+  json["has_schema"] = summary.Header(kSchemaChannel).has_value();
+  const auto recorder = summary.Header(kRecorderChannel);
+  json["recorder"] = recorder ? ParseOutsideJson(*recorder) : Json(nullptr);
+  if (json["recorder"].is_discarded()) json["recorder"] = *recorder;
+  json["lost"] = summary.lost();
+  json["damage"] = DamageJson(damage);
+  Json& recorders = json["recorders"] = Json::object();
+  for (const auto& [channel, said] : summary.recorders()) recorders[channel] = said;
+  Json& channels = json["channels"] = Json::array();
+  for (const auto& [name, channel] : summary.channels()) {
+    const bool ours = !channel.type.empty();
+    channels.push_back({{"channel", name},
+                        {"type", ours ? Json(channel.type) : Json(nullptr)},
+                        {"count", channel.count},
+                        {"hz", channel.Hz()},
+                        {"bytes", channel.bytes},
+                        {"first_utime", channel.first},
+                        {"last_utime", channel.last},
+                        {"largest_gap_s", Seconds(channel.largest_gap)},
+                        {"largest_gap_utime", channel.gap_at},
+                        {"lost", ours ? Json(channel.sequence.lost()) : Json(nullptr)}});
+  }
+  return json;
+}
+
+std::string EventLine(const LogEvent& event, bool raw) {
+  Json line = {{"number", event.number}, {"received_utime", event.utime}, {"channel", event.channel}};
+  if (raw || !AddContent(event, line)) {
+    line["size"] = event.data.size();
+    line["data"] = HexDigits(event.data);
+  }
+  return JsonLine(line) + '\n';
 }
 
 }  // namespace axlecast

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/messages/sequence_count.h"
+#include "tools/log/log_event.h"
 #include "tools/log/log_reader.h"
 
 namespace axlecast {
@@ -60,5 +61,9 @@ class LogSummary {
 
 // {"offset": 1234, "bytes": 57} of each.
 [[nodiscard]] nlohmann::ordered_json DamageJson(const std::vector<LogReader::Damage>& damage);
+
+// An event as one line of JSON, with its newline: number, received_utime and channel; then a message of ours under its
+// type and fields, the text of a header, a seal, or any other event's size and data in hex. `raw`: hex for all.
+[[nodiscard]] std::string EventLine(const LogEvent& event, bool raw);
 
 }  // namespace axlecast

@@ -1,15 +1,13 @@
 #include "tools/axlecast/logs/log_summary.h"
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <axlecast/position_t.hpp>
 #include <axlecast/recorder_health_t.hpp>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include "core/messages/encode_message.h"
 #include "core/messages/json/field.h"
-#include "tools/axlecast/logs/log_line.h"
-#include "tools/log/log_header.h"
+#include "core/messages/message.h"
+#include "tools/log/log_event.h"
 #include "tools/log/log_seal.h"
 
 namespace axlecast {
@@ -126,4 +124,5 @@ TEST(LogLine, ShowsHeadersAndSeals) {
 }
 
 }  // namespace
+
 }  // namespace axlecast

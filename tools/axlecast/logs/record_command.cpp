@@ -1,32 +1,118 @@
-#include "tools/axlecast/logs/subcommands.h"
-
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <axlecast/recorder_health_t.hpp>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <iostream>
 #include <list>
 #include <memory>
+#include <string>
 #include <system_error>
 #include <utility>
+#include <vector>
 
+#include "core/base/time.h"
 #include "platform/net/lcm_port.h"
-#include "platform/os/foreign_link.h"
+#include "platform/os/folder.h"
+#include "platform/os/mapped_file.h"
 #include "platform/os/process.h"
-#include "platform/os/run_directory.h"
-#include "platform/os/supervision.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/screen.h"
-#include "tools/axlecast/logs/log_recording.h"
 #include "tools/axlecast/logs/record_options.h"
 #include "tools/axlecast/logs/record_report.h"
+#include "tools/axlecast/logs/subcommands.h"
+#include "tools/log/log_seal.h"
+#include "tools/recorder/recording_health.h"
+#include "tools/recorder/recording_session.h"
 
 namespace axlecast {
 namespace {
+
+// One log of `axlecast record`: the recording, its health, and what an operator is told of it.
+class LogRecording {
+ public:
+  LogRecording(RecordingSettings settings, const Clock& clock);
+
+  // Goes on with the file where there is one. Empty, or why that cannot be.
+  [[nodiscard]] std::string Continue(const std::string& file);
+  // Empty when it listens and writes, else the cause and the remedy.
+  [[nodiscard]] std::string Open() { return recording_.Open(); }
+
+  void Start() { recording_.Start(); }
+  void Stop() { recording_.Stop(); }
+
+  // Publishes how it stands, and its alarms. `errors`: what has appeared or is over since the call before; each is told once.
+  recorder_health_t Tell(LcmPort& port, bool stopping, std::vector<std::string>& errors);
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] const std::vector<std::string>& urls() const { return urls_; }
+  [[nodiscard]] const std::vector<std::string>& warnings() const { return recording_.warnings(); }
+  [[nodiscard]] RecordingStatus status() const { return recording_.status(); }
+  [[nodiscard]] bool failed() const { return recording_.failed(); }
+  [[nodiscard]] bool Reads() { return recording_.Reads(); }
+
+ private:
+  void TellErrors(const LogWriterStatus& disk, std::vector<std::string>& errors);
+
+  std::string name_;
+  std::vector<std::string> urls_;
+  const Clock& clock_;
+  std::int64_t boot_id_;
+  RecordingHealth health_;
+  RecordingAlarms alarms_;
+  RecordingSession recording_;
+  std::string told_;
+  bool bad_ = false;
+};
+
+LogRecording::LogRecording(RecordingSettings settings, const Clock& clock)
+    : name_(settings.recorder.identity.name),
+      urls_(settings.urls),
+      clock_(clock),
+      boot_id_(RandomBootId()),
+      health_(name_, boot_id_),
+      alarms_(name_, boot_id_),
+      recording_(std::move(settings), clock) {}
+
+std::string LogRecording::Continue(const std::string& file) {
+  if (access(file.c_str(), F_OK) != 0) return "";  // it begins a new one
+  const MappedFile log(file);
+  if (!log.problem().empty()) return log.problem();
+  const LogTail tail = FindTail(log.bytes());
+  if (std::string loss = log.Loss(); !loss.empty()) return loss;
+  if (!log.bytes().empty() && tail.size == 0) {
+    return file + ": holds no event of LCM, and is left as it is; choose another name";
+  }
+  if (tail.torn > 0) std::cerr << file << ": cuts off a torn end of " << tail.torn << " bytes\n";
+  recording_.Append(tail);
+  return "";
+}
+
+recorder_health_t LogRecording::Tell(LcmPort& port, bool stopping, std::vector<std::string>& errors) {
+  const RecordingStatus status = recording_.status();
+  const MonoNs now = clock_.Now();
+  const std::int64_t utime = clock_.UtcMicroseconds();
+  recorder_health_t health = health_.Make(status, now, utime, stopping);
+  static_cast<void>(Publish(port, "RECORDER/" + name_, health));
+  static_cast<void>(Publish(port, "ALARM/recorder/" + name_, alarms_.Make(status, now, utime)));
+  TellErrors(status.disk, errors);
+  return health;
+}
+
+void LogRecording::TellErrors(const LogWriterStatus& disk, std::vector<std::string>& errors) {
+  if (disk.last_error_utime != 0 && disk.last_error != told_) {
+    errors.push_back(disk.last_error);
+    told_ = disk.last_error;
+  } else if (disk.state == DiskState::kGood && bad_) {
+    errors.push_back(disk.file + ": the disk takes events again");
+    told_.clear();
+  }
+  bad_ = disk.state != DiskState::kGood;
+}
 
 // The live lines, one for each log; they are drawn over the ones before.
 class LiveLines {

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
 #include "core/messages/json/field.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/recorder/recording_health.h"

@@ -13,8 +13,7 @@
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/screen.h"
 #include "tools/axlecast/logs/log_input.h"
-#include "tools/axlecast/logs/log_machine.h"
-#include "tools/redecode/redecode_report.h"
+#include "tools/redecode/log_redecoder.h"
 
 namespace axlecast {
 namespace {

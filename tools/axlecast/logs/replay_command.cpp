@@ -14,8 +14,7 @@
 #include "platform/os/mapped_file.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/logs/live_traffic_detector.h"
-#include "tools/axlecast/logs/log_time.h"
+#include "tools/axlecast/logs/log_input.h"
 #include "tools/axlecast/logs/replay_run.h"
 
 namespace axlecast {

@@ -4,14 +4,99 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <iostream>
+#include <optional>
 
-#include "platform/os/terminal_output.h"
-#include "platform/os/wait_until.h"
+#include "core/base/text.h"
+#include "core/messages/json/message_json.h"
+#include "platform/net/lcm_port.h"
+#include "platform/os/system_clock.h"
+#include "platform/os/terminal.h"
 #include "tools/axlecast/common/screen.h"
+#include "tools/axlecast/common/utc_text.h"
 
 namespace axlecast {
 namespace {
+
+constexpr MonoNs kListen = 1'200 * kMillisecond;
+constexpr int kSliceMs = 50;
+constexpr std::size_t kNamed = 6;
+
+bool IsOfMachine(Bytes message) {
+  std::string type;
+  return DecodeToJson(message, &type).has_value() && type != "recorder_health_t";
+}
+
+constexpr char kEscape = '\x1b';
+constexpr char kEndOfTransmission = '\x04';  // Ctrl-D
+constexpr std::size_t kLongestSequence = 32;
+
+std::optional<ReplayKey> PlainKey(char key) {
+  switch (key) {
+    case ' ':
+      return ReplayKey::kPause;
+    case 's':
+    case '.':
+      return ReplayKey::kStep;
+    case '+':
+    case '=':
+      return ReplayKey::kFaster;
+    case '-':
+      return ReplayKey::kSlower;
+    case 'q':
+    case 'Q':
+    case kEndOfTransmission:
+      return ReplayKey::kQuit;
+    default:
+      return std::nullopt;
+  }
+}
+
+std::optional<ReplayKey> Arrow(char final_byte) {
+  switch (final_byte) {
+    case 'A':
+      return ReplayKey::kForward10;
+    case 'B':
+      return ReplayKey::kBack10;
+    case 'C':
+      return ReplayKey::kForward1;
+    case 'D':
+      return ReplayKey::kBack1;
+    default:
+      return std::nullopt;
+  }
+}
+
+// Bytes of the control sequence (CSI or SS3) that `bytes` begin with; 0 while it is not complete, 1 when it is none.
+std::size_t SequenceSize(std::string_view bytes) {
+  if (bytes.size() < 2) return 0;
+  if (bytes[1] != '[' && bytes[1] != 'O') return 1;
+  for (std::size_t i = 2; i < bytes.size(); ++i) {
+    if (bytes[i] >= '@' && bytes[i] <= '~') return i + 1;
+    if (bytes[i] < ' ' || bytes[i] > '~' || i > kLongestSequence) return i;
+  }
+  return 0;
+}
+
+constexpr double kMicroseconds = 1e6;  // in a second
+constexpr int kBar = 20;               // columns
+
+std::string Number(const char* format, double value) {
+  std::array<char, 64> text{};
+  static_cast<void>(std::snprintf(text.data(), text.size(), format, value));
+  return text.data();
+}
+
+std::string Speed(double speed) { return speed == 0 ? "fast" : Number("x%.4g", speed); }
+
+std::string Bar(double share) {
+  const int filled = std::clamp(static_cast<int>(share * kBar), 0, kBar);
+  std::string bar(static_cast<std::size_t>(filled), '=');
+  if (filled < kBar) bar += '>';
+  bar.resize(kBar, ' ');
+  return '[' + bar + ']';
+}
 
 // A timer wakes up late by some tens of us on many machines: the rest of the way is spun.
 constexpr MonoNs kSpin = 80 * kMicrosecond;
@@ -21,6 +106,114 @@ constexpr double kSlowest = 1.0 / 64;
 constexpr const char* kClearLine = "\r\x1b[K";
 
 }  // namespace
+
+void LiveChannels::On(const std::string& channel, Bytes message) {
+  if (channels_.size() >= kMaxChannels || channels_.contains(channel)) return;
+  if (IsOfMachine(message)) channels_.insert(channel);
+}
+
+std::string LiveChannels::Text() const {
+  std::string text;
+  std::size_t named = 0;
+  for (const std::string& channel : channels_) {
+    if (++named > kNamed) return text + " and " + std::to_string(channels_.size() - kNamed) + " more";
+    text += (named > 1 ? ", " : "") + Printable(channel);
+  }
+  return text;
+}
+
+std::optional<std::string> HearLiveMachine(const std::string& url, std::string& problem) {
+  LcmPort port(url, "");
+  LiveChannels channels;
+  const auto handler = [&channels](const std::string& channel, Bytes message) { channels.On(channel, message); };
+  problem = port.problem();
+  if (problem.empty() && !port.Subscribe(".*", handler)) problem = "cannot subscribe on " + url;
+  if (!problem.empty()) return std::nullopt;
+  const SystemClock clock;
+  for (const MonoNs end = clock.Now() + kListen; clock.Now() < end;) {
+    if (!port.Handle(kSliceMs)) {
+      problem = "the LCM port failed";
+      return std::nullopt;
+    }
+  }
+  return channels.Text();
+}
+
+std::vector<ReplayKey> ReplayKeys::On(std::string_view bytes) {
+  pending_ += bytes;
+  std::string_view rest = pending_;
+  std::vector<ReplayKey> keys;
+  while (!rest.empty()) {
+    const std::size_t size = rest.front() == kEscape ? SequenceSize(rest) : 1;
+    if (size == 0) break;
+    const auto key = size > 2 ? Arrow(rest[size - 1]) : PlainKey(rest.front());
+    if (key) keys.push_back(*key);
+    rest.remove_prefix(size);
+  }
+  pending_ = std::string(rest);
+  return keys;
+}
+
+std::string ReplayProgress(const Replay& replay, MonoNs now) {
+  const ReplayRange& range = replay.range();
+  const std::int64_t utime = replay.Utime(now);
+  const double done = static_cast<double>(utime - range.begin_utime) / kMicroseconds;
+  const double length = static_cast<double>(range.end_utime - range.begin_utime) / kMicroseconds;
+  std::string line = Bar(length > 0 ? done / length : 1) + Number(" %.1f", done) + Number("/%.1f s  ", length) +
+                     UtcText(utime) + "  " + Speed(replay.speed()) + "  " + std::to_string(replay.counts().played);
+  if (replay.paused()) line += "  paused";
+  return line;
+}
+
+std::string ReplaySummary(const Replay& replay, const ReplayOutcome& outcome) {
+  const Replay::Counts& counts = replay.counts();
+  const LogMerge::DamageCount damage = replay.damage();
+  std::string text = std::to_string(counts.played) + " messages played in " + Number("%.3f s", outcome.seconds);
+  if (outcome.stopped) text += outcome.loss.empty() ? ", then stopped" : ", up to where the log was lost";
+  if (counts.rounds > 1) text += ", " + std::to_string(counts.rounds) + " rounds";
+  text += '\n';
+  if (counts.held_back > 0) {
+    text += "held back: " + std::to_string(counts.held_back) +
+            " messages of command and permit channels; --allow-commands --yes-allow-commands plays them\n";
+  }
+  if (damage.regions > 0) {
+    text += "skipped: " + std::to_string(damage.regions) + " damaged regions, " + std::to_string(damage.bytes) +
+            " bytes that belong to no event\n";
+  }
+  if (!outcome.loss.empty()) text += outcome.loss + '\n';
+  if (outcome.unsent > 0) {
+    text += "not sent: " + std::to_string(outcome.unsent) +
+            " messages; the network refused them, or their channel's name is longer than LCM's 63 characters\n";
+  }
+  if (counts.held_up > 0) {
+    text += "held up: " + std::to_string(counts.held_up) +
+            " times for more than 1 s (this machine is too busy, too slow for this speed, or the replay was "
+            "suspended); what followed moved by as much\n";
+  }
+  return text;
+}
+
+nlohmann::ordered_json ReplayJson(const Replay& replay, const ReplayOutcome& outcome) {
+  const Replay::Counts& counts = replay.counts();
+  const LogMerge::DamageCount damage = replay.damage();
+  const char* const ended = !outcome.loss.empty() ? "lost" : outcome.stopped ? "stopped" : "end";
+  return {{"ended", ended},
+          {"played", counts.played},
+          {"bytes", counts.bytes},
+          {"not_selected", counts.not_selected},
+          {"held_back", counts.held_back},
+          {"damaged_regions", damage.regions},
+          {"damaged_bytes", damage.bytes},
+          {"unsent", outcome.unsent},
+          {"rounds", counts.rounds},
+          {"held_up", counts.held_up},
+          {"seconds", outcome.seconds},
+          {"begin_utime", replay.range().begin_utime},
+          {"end_utime", replay.range().end_utime},
+          {"late_p50_us", outcome.late_p50_us},
+          {"late_p99_us", outcome.late_p99_us},
+          {"late_max_us", outcome.late_max_us}};
+}
 
 ReplayRun::ReplayRun(Replay& replay, const std::vector<MappedFile>& logs, LcmPort& data, LcmPort& commands,
                      bool shows)

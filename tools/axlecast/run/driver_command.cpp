@@ -4,7 +4,7 @@
 #include <iostream>
 #include <memory>
 
-#include "core/base/words.h"
+#include "core/base/spelling.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/program.h"

@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "core/messages/json/field.h"
-#include "core/messages/message_sink.h"
-#include "platform/os/wait_until.h"
+#include "core/messages/message.h"
+#include "platform/os/system_clock.h"
 
 namespace axlecast {
 namespace {

@@ -8,11 +8,10 @@
 
 #include "core/config/machine_config.h"
 #include "platform/net/lcm_port.h"
+#include "platform/os/descriptor.h"
 #include "platform/os/process.h"
 #include "platform/os/secret_file.h"
-#include "platform/os/supervision.h"
 #include "platform/os/system_clock.h"
-#include "platform/os/wake_event.h"
 #include "tools/axlecast/run/mqtt_process.h"
 #include "tools/mqtt/broker_session.h"
 #include "tools/mqtt/mqtt_alarms.h"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "platform/os/run_directory.h"
+#include "platform/os/folder.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/program.h"

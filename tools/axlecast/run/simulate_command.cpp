@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/config/simulator_maker.h"
-#include "platform/os/run_directory.h"
+#include "core/config/load.h"
+#include "platform/os/folder.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"

@@ -5,20 +5,148 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <optional>
 #include <span>
+#include <string>
 
 #include "core/messages/json/field.h"
+#include "drivers/hal/can_socket.h"
+#include "drivers/hal/pty.h"
 #include "drivers/hal/simulated_can.h"
+#include "drivers/hal/simulated_port.h"
 #include "drivers/hal/simulated_spi.h"
-#include "platform/os/wait_until.h"
-#include "tools/axlecast/run/simulated_interface.h"
-#include "tools/axlecast/run/simulated_pty.h"
+#include "platform/os/system_clock.h"
 
 namespace axlecast {
 namespace {
+
+// A simulated line of characters: a pty.
+class SimulatedPty final : public SimulatedPort {
+ public:
+  // `path`: of the link that a host opens.
+  SimulatedPty(std::string path, Simulator& simulator, const Clock& clock)
+      : SimulatedPort(simulator, clock), path_(std::move(path)) {}
+
+  [[nodiscard]] std::string Plug() override;
+  void Unplug() override;
+  [[nodiscard]] bool HasHost() const override { return has_host_; }
+  // A pty without a host would report that at once, again and again: then it is looked for from time to time.
+  [[nodiscard]] int FileDescriptor() const override { return has_host_ ? pty_.FileDescriptor() : -1; }
+  [[nodiscard]] MonoNs NextDue() const override { return look_at_; }
+  void Serve() override;
+  void Transmit(Bytes bytes) override;
+
+ private:
+  [[nodiscard]] std::int64_t Baud() const override { return has_host_ ? pty_.Baud() : 0; }
+  void LookForHost();
+
+  const std::string path_;
+  Pty pty_;
+  bool has_host_ = false;
+  MonoNs look_at_ = kNever;
+  std::array<std::uint8_t, 512> received_{};
+};
+
+constexpr MonoNs kHostCheck = 10 * kMillisecond;  // how soon a host that opens the line is noticed
+
+std::string SimulatedPty::Plug() {
+  Unplug();
+  std::string problem = pty_.Open(path_);
+  if (problem.empty()) LookForHost();
+  return problem;
+}
+
+void SimulatedPty::Unplug() {
+  has_host_ = false;
+  look_at_ = kNever;
+  pty_.Close();
+}
+
+void SimulatedPty::LookForHost() {
+  has_host_ = pty_.HasHost();
+  look_at_ = has_host_ ? kNever : Now() + kHostCheck;
+}
+
+void SimulatedPty::Serve() {
+  if (!pty_.IsOpen()) return;
+  if (!has_host_) LookForHost();
+  if (!has_host_) return;
+  TellBaud();
+  const std::size_t count = pty_.Read(received_);
+  if (count > 0) return simulator().OnBytes(Bytes(received_).first(count), Now(), [this](Bytes b) { Transmit(b); });
+  LookForHost();
+  if (!has_host_) pty_.Discard();
+}
+
+void SimulatedPty::Transmit(Bytes bytes) {
+  if (has_host_) static_cast<void>(pty_.Write(bytes));
+}
+
+// The simulated nodes of a CAN bus on an interface of Linux: beside real nodes, or opposite a driver on another interface
+// of the same bus. Frames are acknowledged by the interface's controller, whatever the simulator says.
+class SimulatedInterface final : public SimulatedPort {
+ public:
+  // `interface`: can1.
+  SimulatedInterface(const std::string& interface, Simulator& simulator, const Clock& clock)
+      : SimulatedPort(simulator, clock), socket_({.interface = interface, .filters = {}, .sole = false}, clock) {}
+
+  // The interface is up; later it may go and come back.
+  [[nodiscard]] std::string Plug() override;
+  void Unplug() override;
+  [[nodiscard]] bool HasHost() const override { return socket_.IsOpen(); }
+  [[nodiscard]] int FileDescriptor() const override { return socket_.FileDescriptor(); }
+  [[nodiscard]] MonoNs NextDue() const override { return reopen_at_; }
+  void Serve() override;
+  void Transmit(Bytes bytes) override;
+
+ private:
+  [[nodiscard]] std::int64_t Baud() const override { return bitrate_; }
+
+  CanSocket socket_;
+  std::int64_t bitrate_ = 0;
+  MonoNs reopen_at_ = kNever;
+};
+
+constexpr MonoNs kReopen = 100 * kMillisecond;
+
+std::string SimulatedInterface::Plug() {
+  Unplug();
+  std::string problem = socket_.Open();
+  if (!problem.empty()) return problem;
+  bitrate_ = socket_.Controller().bitrate;
+  TellBaud();
+  return "";
+}
+
+void SimulatedInterface::Unplug() {
+  socket_.Close();
+  bitrate_ = 0;
+  reopen_at_ = kNever;
+}
+
+void SimulatedInterface::Serve() {
+  if (reopen_at_ <= Now() && !Plug().empty()) reopen_at_ = Now() + kReopen;
+  if (!socket_.IsOpen()) return;
+  FrameLink::Received received;
+  FrameLink::Status status = socket_.Receive(received);
+  for (; status == FrameLink::Status::kOk; status = socket_.Receive(received)) {
+    if (received.own || (received.frame.id & kCanError) != 0) continue;
+    // Acknowledged it is already.
+    static_cast<void>(simulator().OnFrame(received.frame, Now(), [this](Bytes bytes) { Transmit(bytes); }));
+  }
+  if (status != FrameLink::Status::kLost) return;
+  Unplug();
+  reopen_at_ = Now() + kReopen;
+}
+
+void SimulatedInterface::Transmit(Bytes bytes) {
+  const std::optional<CanFrame> frame = FromPacket(bytes);
+  // A full queue loses it, as a node's own would.
+  if (frame && socket_.IsOpen()) static_cast<void>(socket_.Send(*frame));
+}
 
 using Json = nlohmann::ordered_json;
 

@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "core/base/clock.h"
+#include "core/base/time.h"
 #include "core/device/family.h"
 #include "core/device/simulator.h"
 #include "drivers/hal/simulated_lines.h"
 #include "drivers/hal/simulated_port.h"
-#include "platform/os/run_directory.h"
-#include "platform/os/wake_event.h"
+#include "platform/os/descriptor.h"
+#include "platform/os/folder.h"
 #include "tools/axlecast/run/control_socket.h"
 
 struct pollfd;

@@ -1,5 +1,3 @@
-#include "tools/axlecast/run/subcommands.h"
-
 #include <poll.h>
 
 #include <CLI/CLI.hpp>
@@ -8,26 +6,84 @@
 #include <list>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
+#include "core/config/web_config.h"
 #include "platform/net/lcm_port.h"
 #include "platform/net/web_server.h"
 #include "platform/os/mapped_file.h"
 #include "platform/os/process.h"
 #include "platform/os/secret_file.h"
-#include "platform/os/supervision.h"
 #include "platform/os/system_clock.h"
+#include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/host_name.h"
 #include "tools/axlecast/common/screen.h"
-#include "tools/axlecast/logs/log_machine.h"
-#include "tools/axlecast/run/web_options.h"
-#include "tools/log/log_span.h"
+#include "tools/axlecast/logs/log_input.h"
+#include "tools/axlecast/run/subcommands.h"
+#include "tools/log/log_merge.h"
 #include "tools/metrics/metrics_text.h"
 #include "tools/web/web_app.h"
 
 namespace axlecast {
 namespace {
+
+// What `axlecast web` was asked for.
+struct WebOptions {
+  ConfigOption config;
+  std::vector<std::string> logs;
+  std::optional<std::string> bind;
+  std::optional<int> port;
+  std::optional<std::string> certificate;
+  std::optional<std::string> key;
+  std::optional<std::string> token_file;
+  std::vector<std::string> names;
+  std::size_t clients = 16;
+
+  void AddTo(CLI::App& command);
+  // The file's block with what was said instead.
+  [[nodiscard]] WebConfig Over(WebConfig web) const;
+};
+
+// A secret's file, as a command line names it.
+SecretPlace SecretFileAt(const std::string& file) {
+  SecretPlace place;
+  place.file = std::filesystem::absolute(file);
+  place.group_may_read = true;
+  return place;
+}
+
+void WebOptions::AddTo(CLI::App& command) {
+  config.AddTo(command, ConfigOption::Form::kPositional);
+  command.add_option("--log", logs, "Show these recorded logs instead of the live machine")->type_name("FILE");
+  command.add_option("--bind", bind, "Address to serve on, instead of the file's (127.0.0.1: this host alone)")
+      ->type_name("ADDRESS");
+  command.add_option("--port", port, "TCP port, instead of the file's (8380); 0: any free one")
+      ->check(CLI::Range(0, 65535))
+      ->type_name("N");
+  command.add_option("--tls-cert", certificate, "PEM file of the certificate and its chain")->type_name("FILE");
+  command.add_option("--tls-key", key, "PEM file of its key, mode 0600 or 0640")->type_name("FILE");
+  command.add_option("--token-file", token_file, "File of mode 0600 or 0640 that holds what browsers sign in with")
+      ->type_name("FILE");
+  command.add_option("--name", names, "A name under which browsers reach this host, besides its own")
+      ->type_name("NAME");
+  command.add_option("--clients", clients, "Browsers at the same time")
+      ->check(CLI::Range(1, 200))
+      ->capture_default_str()
+      ->type_name("N");
+}
+
+WebConfig WebOptions::Over(WebConfig web) const {
+  web.bind = bind.value_or(web.bind);
+  web.port = port.value_or(web.port);
+  web.certificate = certificate.value_or(web.certificate);
+  web.key = key.value_or(web.key);
+  if (token_file) web.token = SecretFileAt(*token_file);
+  web.names.insert(web.names.end(), names.begin(), names.end());
+  return web;
+}
 
 constexpr int kQueue = 50'000;         // messages, between two ticks
 constexpr int kMaxHandles = 20;        // in one tick, so that browsers are served under any load

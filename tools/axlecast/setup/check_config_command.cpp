@@ -7,7 +7,6 @@
 #include <string>
 
 #include "core/config/load.h"
-#include "core/config/simulator_maker.h"
 #include "tools/axlecast/common/config_keys.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"

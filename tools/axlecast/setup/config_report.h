@@ -28,4 +28,15 @@ struct BusLoad {
 [[nodiscard]] nlohmann::ordered_json ConfigJson(const std::string& file, const MachineConfig* machine,
                                                 const ConfigErrors& errors);
 
+// Who may command a machine, for `axlecast check-config`.
+
+// What is allowed but probably not meant, each with its remedy.
+[[nodiscard]] std::vector<std::string> KeyWarnings(const MachineConfig& machine);
+
+// A line for the journal, for each of the machine's own keys and for each key that may command.
+[[nodiscard]] std::string KeysText(const MachineConfig& machine);
+
+// The same: unsigned_commands, journal, key, drivers (public keys or null), keys.
+[[nodiscard]] nlohmann::ordered_json KeysJson(const MachineConfig& machine);
+
 }  // namespace axlecast

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "core/base/words.h"
-#include "core/config/load_shared.h"
+#include "core/base/spelling.h"
+#include "core/config/load.h"
 #include "core/messages/json/field.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/confirmation.h"

@@ -16,7 +16,7 @@
 #include "platform/os/new_file.h"
 #include "platform/os/process.h"
 #include "platform/os/system_clock.h"
-#include "platform/os/terminal_output.h"
+#include "platform/os/terminal.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/screen.h"

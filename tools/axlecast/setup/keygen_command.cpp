@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "core/base/words.h"
-#include "core/command/role.h"
+#include "core/base/spelling.h"
+#include "core/command/keys.h"
 #include "core/command/signature.h"
 #include "core/messages/json/field.h"
 #include "tools/axlecast/common/exit_code.h"

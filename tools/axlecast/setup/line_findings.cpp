@@ -1,6 +1,6 @@
 #include "tools/axlecast/setup/line_findings.h"
 
-#include "core/base/table_layout.h"
+#include "core/base/text.h"
 #include "drivers/hal/adapter.h"
 
 namespace axlecast {

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <system_error>
 
-#include "core/command/own_key.h"
+#include "core/command/keys.h"
 #include "core/command/signature.h"
 #include "platform/os/secret_file.h"
 

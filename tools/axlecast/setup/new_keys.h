@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/key.h"
+#include "core/command/signature.h"
 #include "platform/os/new_file.h"
 
 namespace axlecast {

@@ -1,8 +1,7 @@
-#include "tools/axlecast/setup/subcommands.h"
-
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -10,18 +9,81 @@
 #include <string>
 #include <vector>
 
-#include "core/base/words.h"
+#include "core/base/spelling.h"
+#include "core/base/time.h"
 #include "core/messages/json/field.h"
 #include "platform/os/new_file.h"
 #include "platform/os/system_clock.h"
+#include "platform/os/terminal.h"
 #include "tools/axlecast/common/cancel_on_signal.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/setup/scan_progress.h"
+#include "tools/axlecast/setup/subcommands.h"
+#include "tools/scan/can_scan_line.h"
 #include "tools/scan/format_scan.h"
 #include "tools/scan/scan_lines.h"
+#include "tools/scan/scan_plan.h"
+#include "tools/scan/scan_text.h"
+#include "tools/scan/serial_scan_line.h"
+#include "tools/scan/spi_scan_line.h"
 
 namespace axlecast {
 namespace {
+
+// Tells on standard error what a scan tries: on a terminal in one line that changes, else a line for each trial.
+class ScanProgress {
+ public:
+  ScanProgress(ScanLineKind kind, const Clock& clock);
+  ~ScanProgress() { Clear(); }
+  ScanProgress(const ScanProgress&) = delete;
+  ScanProgress& operator=(const ScanProgress&) = delete;
+
+  void Show(const PlannedTrial& planned, double done, MonoNs left);
+  // Before anything else is printed.
+  void Clear();
+
+ private:
+  const ScanLineKind kind_;
+  const Clock& clock_;
+  const bool terminal_;
+  bool drawn_ = false;
+  MonoNs drawn_at_ = 0;
+  std::string last_;
+};
+
+constexpr MonoNs kRedraw = 200 * kMillisecond;
+constexpr const char* kClearLine = "\r\x1b[K";
+
+std::string WhatOf(const PlannedTrial& planned, ScanLineKind kind) {
+  const std::string line = LineText(planned.trial, kind);
+  const char* how = planned.trial.asks ? "asking" : "listening";
+  return std::string(how) + (line.empty() ? "" : " at " + line) + ": " + planned.trial.what;
+}
+
+ScanProgress::ScanProgress(ScanLineKind kind, const Clock& clock)
+    : kind_(kind), clock_(clock), terminal_(isatty(STDERR_FILENO) == 1) {}
+
+void ScanProgress::Show(const PlannedTrial& planned, double done, MonoNs left) {
+  const std::string what = WhatOf(planned, kind_);
+  const bool fresh = what != last_;
+  last_ = what;
+  if (!terminal_) {
+    if (fresh) std::cerr << what << " (at most " << (left + kSecond - 1) / kSecond << " s left)\n";
+    return;
+  }
+  const MonoNs now = clock_.Now();
+  if (!fresh && now - drawn_at_ < kRedraw) return;
+  drawn_at_ = now;
+  drawn_ = true;
+  SteerTerminal(kClearLine);
+  std::cerr << what << "  " << std::lround(100 * done) << " %, at most " << (left + kSecond - 1) / kSecond
+            << " s left" << std::flush;
+}
+
+void ScanProgress::Clear() {
+  if (drawn_) SteerTerminal(kClearLine);
+  drawn_ = false;
+}
 
 struct ScanOptions {
   ScanPlace place;

@@ -1,16 +1,29 @@
-#include "tools/axlecast/setup/subcommands.h"
+#include "tools/axlecast/setup/ssi_plan_command.h"
 
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 
+#include "core/device/operation.h"
 #include "core/messages/json/field.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/setup/ssi_plan.h"
+#include "tools/axlecast/setup/subcommands.h"
 
 namespace axlecast {
 namespace {
+
+double Us(MonoNs time) { return static_cast<double>(time) / 1e3; }
+
+// Why a clock is not right for SPI.
+std::string Remedy(const SsiPlan& plan) {
+  if (plan.half_cycle_fits) return "";
+  if (plan.clock_hz == 0) return "no clock is above the lowest and below the highest: shorten the cable";
+  if (plan.clock_hz <= plan.limits.lowest_hz) return "too slow: the monoflop runs down within the word";
+  return plan.delayed_fits ? "too fast for SPI: data comes later than half a cycle; read in later, or clock slower"
+                           : "too fast for this line";
+}
 
 struct SsiPlanOptions {
   SsiPlanQuestion question;
@@ -40,6 +53,69 @@ int PlanSsi(const SsiPlanOptions& options) {
 }
 
 }  // namespace
+
+SsiPlan MakeSsiPlan(const SsiPlanQuestion& question) {
+  SsiPlan plan;
+  plan.limits = PlanClock(question.line);
+  plan.clock_hz = question.clock_hz > 0 ? question.clock_hz : static_cast<double>(plan.limits.half_cycle_hz);
+  // TWK SSI 2: n + 1 clocks for n bits.
+  plan.clocks = (question.bits + 1 + 7) / 8 * 8;
+  if (plan.clock_hz <= 0) return plan;
+  const bool fast_enough = plan.clock_hz > plan.limits.lowest_hz;
+  plan.half_cycle_fits = fast_enough && plan.clock_hz < plan.limits.highest_half_cycle_hz;
+  plan.delayed_fits = fast_enough && plan.clock_hz <= plan.limits.highest_hz;
+  plan.evaluation = PlanEvaluation(plan.limits, plan.clock_hz);
+  plan.reading_us = plan.clocks * 1e6 / plan.clock_hz + Us(question.pause);
+  return plan;
+}
+
+std::string SsiPlanText(const SsiPlanQuestion& question, const SsiPlan& plan) {
+  const ClockedLine& line = question.line;
+  const ClockPlan& limits = plan.limits;
+  std::string text;
+  text += Text("line                %g m of cable, %g ns/m; encoder %g ns, driver and receiver %g ns\n",
+               line.cable_m, line.cable_ns_per_m, line.encoder_delay_ns, line.receiver_delay_ns);
+  text += Text("delay               %.0f ns from an edge of the clock to its bit\n", limits.delay_ns);
+  text += Text("lowest clock        %.0f Hz (monoflop %g us)\n", limits.lowest_hz, Us(line.monoflop));
+  text += Text("highest clock       %.0f Hz over SPI (spidev), sampled half a cycle after the edge\n",
+               limits.highest_half_cycle_hz);
+  text += Text("                    %.0f Hz where reading in is delayed\n", limits.highest_hz);
+  if (plan.clock_hz > 0) {
+    text += Text("clock               %.0f Hz, a cycle of %.2f us%s%s\n", plan.clock_hz, 1e6 / plan.clock_hz,
+                 question.clock_hz > 0 ? "" : " (chosen)", plan.half_cycle_fits ? ": right for SPI" : "");
+    text += Text("evaluation delay    %.0f ns to %.0f ns after the edge, best %.0f ns\n", plan.evaluation.least_ns,
+                 plan.evaluation.most_ns, plan.evaluation.best_ns);
+    text +=
+        Text("one reading         %d clocks for %d bits, %.0f us with a pause of %g us: at most %.0f a second\n",
+             plan.clocks, question.bits, plan.reading_us, Us(question.pause), 1e6 / plan.reading_us);
+  }
+  if (const std::string remedy = Remedy(plan); !remedy.empty())
+    text += Text("not right for SPI   %s\n", remedy.c_str());
+  return text;
+}
+
+nlohmann::ordered_json SsiPlanJson(const SsiPlanQuestion& question, const SsiPlan& plan) {
+  const ClockPlan& limits = plan.limits;
+  nlohmann::ordered_json json = {{"ok", plan.half_cycle_fits},
+                                 {"cable_m", question.line.cable_m},
+                                 {"bits", question.bits},
+                                 {"delay_ns", limits.delay_ns},
+                                 {"lowest_hz", limits.lowest_hz},
+                                 {"highest_hz", limits.highest_half_cycle_hz},
+                                 {"highest_delayed_hz", limits.highest_hz},
+                                 {"clocks", plan.clocks}};
+  const bool known = plan.clock_hz > 0;
+  const auto put = [&](const char* key, double value) {
+    json[key] = known ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+  };
+  put("clock_hz", plan.clock_hz);
+  json["delayed_ok"] = plan.delayed_fits;
+  put("evaluation_least_ns", plan.evaluation.least_ns);
+  put("evaluation_best_ns", plan.evaluation.best_ns);
+  put("evaluation_most_ns", plan.evaluation.most_ns);
+  put("reading_us", plan.reading_us);
+  return json;
+}
 
 void AddSsiPlanCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<SsiPlanOptions>();

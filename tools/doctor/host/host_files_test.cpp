@@ -12,7 +12,7 @@
 #include <fstream>
 
 #include "platform/os/descriptor.h"
-#include "platform/os/host_folder.h"
+#include "platform/os/folder.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/doctor/host/host_change.h"
 

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <axlecast/command_t.hpp>
+#include <axlecast/driver_status_t.hpp>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/time.h"
+#include "core/config/machine_config.h"
+
+namespace axlecast {
+
+// What the bridge knows of the driver of one bus, from DRIVER_STATUS.
+class DriverLink {
+ public:
+  static constexpr MonoNs kAbsentAfter = 3 * kSecond;  // without a word; a driver says HELLO once a second
+
+  // Before anything else: the devices of the bus. What a message says of others is passed over.
+  void Expect(const std::vector<DeviceConfig>& devices);
+
+  // False when the message is from a boot that was replaced, or from one that has not said HELLO yet.
+  [[nodiscard]] bool On(const driver_status_t& status, MonoNs now);
+
+  [[nodiscard]] bool IsPresent(MonoNs now) const { return IsRunning() && now - heard_ <= kAbsentAfter; }
+  // Not there, and not only not heard yet: who listens for less than kAbsentAfter cannot tell.
+  [[nodiscard]] bool IsAbsent(MonoNs now) const { return gone_ || now - heard_ > kAbsentAfter; }
+  void ListenFrom(MonoNs now) { heard_ = now; }
+  // The boot that was heard last has neither said GOODBYE nor been replaced.
+  [[nodiscard]] bool IsRunning() const { return boot_id_ != 0 && !gone_; }
+  [[nodiscard]] std::int64_t boot_id() const { return boot_id_; }
+  // The device can be asked: ONLINE or DEGRADED in the last HELLO.
+  [[nodiscard]] bool IsAnswering(const std::string& device) const;
+  [[nodiscard]] std::size_t devices() const { return states_.size(); }
+
+ private:
+  static constexpr std::size_t kRemembered = 64;  // replaced boots
+
+  void Replace(std::int64_t boot_id);
+
+  std::int64_t boot_id_ = 0;  // 0 never heard
+  bool gone_ = false;
+  MonoNs heard_ = 0;
+  std::map<std::string, std::int8_t> states_;  // of the bus's devices, all of them
+  std::deque<std::int64_t> replaced_;
+};
+
+// Notices a second bridge on the command port, by the boot id in COMMAND_STATUS. A bridge asks around before it
+// serves, so that the later of two gives way; should two serve in spite of that, neither takes up anything new.
+class DuplicateBridgeDetector {
+ public:
+  static constexpr MonoNs kListen = 300 * kMillisecond;  // after the start, before it serves
+  static constexpr MonoNs kForget = 10 * kSecond;        // after the other's last word
+
+  DuplicateBridgeDetector(std::int64_t boot_id, MonoNs now)
+      : boot_id_(boot_id), serves_from_(now + kListen), next_probe_(now) {}
+
+  void OnOther(std::int64_t boot_id, MonoNs now);
+  // A question (MODE_QUERY) that any bridge answers; while listening, every 100 ms.
+  [[nodiscard]] std::optional<command_t> Probe(MonoNs now);
+
+  [[nodiscard]] bool IsListening(MonoNs now) const { return now < serves_from_; }
+  // Boot id of another bridge that has spoken within kForget.
+  [[nodiscard]] std::optional<std::int64_t> Other(MonoNs now) const;
+
+ private:
+  const std::int64_t boot_id_;
+  const MonoNs serves_from_;
+  MonoNs next_probe_;
+  std::int64_t other_ = 0;
+  MonoNs heard_ = 0;
+};
+
+}  // namespace axlecast

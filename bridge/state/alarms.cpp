@@ -1,0 +1,132 @@
+#include "bridge/state/alarms.h"
+
+#include <algorithm>
+#include <sstream>
+#include <utility>
+
+#include "bridge/state/pending_command.h"
+#include "core/base/text.h"
+#include "core/command/operation_check.h"
+
+namespace axlecast {
+namespace {
+
+using S = command_status_t;
+using Kind = AlarmMark::Kind;
+
+constexpr MonoNs kOnChange = 100 * kMillisecond;
+
+BridgeOrder Restoring(const AlarmMark& mark) {
+  if (mark.kind == Kind::kAcknowledged) {
+    return {std::string(kRestoreAcknowledgement), {{"alarm", mark.alarm}}};
+  }
+  return {std::string(kShelveAlarm),
+          {{"alarm", mark.alarm}, {"until", std::to_string(mark.until_utime)}, {"up_to", mark.up_to}}};
+}
+
+// Of an alarm that is present; who acknowledges it once more is not who has acknowledged it.
+bool IsFirstAcknowledgement(const S& status) {
+  return std::any_of(status.changes.begin(), status.changes.end(), [](const change_t& change) {
+    return change.key == "alarm" && change.after == "acknowledged" && change.before != "acknowledged";
+  });
+}
+
+// False too where the list does not say all.
+bool LeavesOut(const std::string& list, const std::string& alarm) {
+  std::istringstream words(list);
+  for (std::string word; words >> word;) {
+    if (word == alarm || word == kAndMore) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+void BridgeAlarms::Tick(const BridgeTroubles& troubles, Timestamp now) {
+  using namespace bridge_alarms;
+  const auto set = [&](const AlarmSpec& alarm, bool present) {
+    book_.Set(alarm, present ? AlarmState::kLive : AlarmState::kAbsent, now.utime);
+  };
+  set(kForeignCommands, troubles.foreign_commands);
+  set(kJournalFails, troubles.journal_fails);
+  set(kUnsignedAllowed, troubles.unsigned_allowed);
+  set(kEncoderExchanged, troubles.encoder_exchanged);
+  set(kPlaceDoubtful, troubles.place_doubtful);
+  set(kKeyMissing, troubles.key_missing);
+  set(kOtherBridge, troubles.other_bridge);
+  const bool changed = book_.revision() != told_revision_;
+  if (now.mono - told_ < (changed ? kOnChange : kSecond) && told_ != 0) return;
+  told_ = now.mono;
+  told_revision_ = book_.revision();
+  message_.utime = now.utime;
+  message_.mono_ns = now.mono;
+  message_.device = "bridge";
+  book_.Write(message_, now.utime);
+  Publish(data_, "ALARM/bridge", message_);
+  ++message_.seq;
+}
+
+std::optional<BridgeOrder> AlarmStateStore::OnHello(const std::string& device, std::int64_t boot_id,
+                                                    Timestamp now) {
+  std::optional<BridgeOrder> order;
+  for (const AlarmMark& mark : store_.Marks(device)) {
+    if (mark.kind == Kind::kShelved && mark.until_utime <= now.utime) {
+      static_cast<void>(store_.EndMark(device, mark.kind, mark.alarm));  // with the next HELLO again
+    } else if (mark.driver_boot_id != boot_id && !order) {
+      order = Restoring(mark);
+    }
+  }
+  return order;
+}
+
+void AlarmStateStore::OnAcknowledged(const driver_status_t& status) {
+  for (const AlarmMark& mark : store_.Marks(status.device)) {
+    const bool knew = mark.driver_boot_id == status.boot_id && mark.known_utime < status.utime;
+    if (mark.kind != Kind::kAcknowledged || !knew || !LeavesOut(status.text, mark.alarm)) continue;
+    static_cast<void>(store_.EndMark(status.device, mark.kind, mark.alarm));  // it is told again
+  }
+}
+
+void AlarmStateStore::OnOutcome(PendingCommand& task) {
+  if (task.prepare || task.operation == nullptr || !IsAboutAlarms(task.operation->name)) return;
+  if (task.purpose == PendingCommand::Purpose::kRestore) return Restored(task);
+  if (task.status.state != S::STATE_SUCCEEDED) return;
+  if (task.operation->name == kShelveAlarm) return Keep(task, Kind::kShelved);
+  if (task.operation->name == kUnshelveAlarm) {
+    static_cast<void>(store_.EndMark(task.device, Kind::kShelved, ArgumentOf(task, "alarm")));
+  } else if (IsFirstAcknowledgement(task.status)) {
+    Keep(task, Kind::kAcknowledged);
+  }
+}
+
+void AlarmStateStore::Keep(PendingCommand& task, Kind kind) {
+  S& status = task.status;
+  const AlarmMark mark = {.kind = kind,
+                          .alarm = ArgumentOf(task, "alarm"),
+                          .utime = status.finished_utime,
+                          .until_utime = ParseInteger(ChangedTo(status, "until")).value_or(0),
+                          .up_to = ChangedTo(status, "up_to"),
+                          .who = task.who,
+                          .reason = task.reason,
+                          .command = task.id,
+                          .driver_boot_id = status.driver_boot_id,
+                          .known_utime = status.finished_utime};
+  if (store_.SetMark(task.device, mark)) return;
+  status.text =
+      CappedText(status.text + "; the journal could not keep it: it is lost when the driver ends", kTextBytes);
+}
+
+// A driver that has refused it is not asked for ever.
+void AlarmStateStore::Restored(const PendingCommand& task) {
+  const S& status = task.status;
+  if (status.state != S::STATE_SUCCEEDED && status.state != S::STATE_REJECTED) return;
+  const Kind kind = task.operation->name == kShelveAlarm ? Kind::kShelved : Kind::kAcknowledged;
+  for (AlarmMark& mark : store_.Marks(task.device)) {
+    if (mark.kind != kind || mark.alarm != ArgumentOf(task, "alarm")) continue;
+    mark.driver_boot_id = status.driver_boot_id;
+    mark.known_utime = status.finished_utime;
+    static_cast<void>(store_.SetMark(task.device, mark));  // else it is given once more
+  }
+}
+
+}  // namespace axlecast

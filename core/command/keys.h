@@ -1,0 +1,61 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/secret.h"
+#include "core/command/signature.h"
+#include "core/device/operation.h"
+
+namespace axlecast {
+
+// What a key may do. Everybody may ask for the state of a command.
+enum class Role : std::uint8_t {
+  kObserver,    // operations that only read
+  kOperator,    // and those that are not destructive
+  kControl,     // a control process: as an operator, and it issues permits
+  kMaintainer,  // and the destructive ones
+};
+
+// Somebody whose signed commands or permits are obeyed.
+struct KeyGrant {
+  std::string name;
+  PublicKey key{};
+  std::int64_t id = 0;  // KeyId
+  Role role = Role::kObserver;
+  std::vector<std::string> devices;     // empty: all
+  std::vector<std::string> operations;  // empty: all that the role allows; never more than those
+  SecretPlace place;                    // of the secret key on this host; empty: it is elsewhere
+};
+
+// A key that a process of the machine signs with.
+struct OwnKey {
+  std::optional<PublicKey> public_key;
+  SecretPlace place;
+};
+
+// The roles' names in the order of Role.
+inline constexpr std::array<std::string_view, 4> kRoleNames = {"observer", "operator", "control", "maintainer"};
+[[nodiscard]] std::string_view RoleName(Role role);
+
+// Whether a key of this role may order the operation at all.
+[[nodiscard]] bool MayOrder(Role role, const OperationSpec& operation);
+
+// The roles that may, for a person: "operator, control or maintainer".
+[[nodiscard]] std::string_view RolesThatMayOrder(const OperationSpec& operation);
+
+// A secret key from where it is kept. Nothing and an empty `problem` when it has no place; nothing and a problem that
+// names the place, the cause and the remedy when it cannot be read, is no key, or is not the secret half of the
+// configured public key. A problem never holds the content.
+[[nodiscard]] std::optional<SigningKey> LoadKey(const OwnKey& own, SecretSource& secrets, std::string& problem);
+[[nodiscard]] std::optional<SigningKey> LoadKey(const KeyGrant& grant, SecretSource& secrets, std::string& problem);
+
+// The key of a file, whatever its public half.
+[[nodiscard]] std::optional<SigningKey> LoadKeyFile(const std::string& path, SecretSource& secrets,
+                                                    std::string& problem);
+
+}  // namespace axlecast

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <array>
+#include <cassert>
+#include <cstdint>
+#include <exception>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/inline_bytes.h"
+
+namespace axlecast {
+
+// Where encoded messages go. platform/net/lcm_port.h is the real one. Thread-safe.
+class MessageSink {
+ public:
+  virtual ~MessageSink() = default;
+  virtual void Publish(const std::string& channel, Bytes message) = 0;
+};
+
+// The longest message: it fits one Ethernet frame, because LCM 1.3 loses reordered fragments.
+inline constexpr int kMaxMessage = 1400;
+
+// Encodes an LCM message on the stack and publishes it; nothing is allocated. A message above kMaxMessage is a
+// fault of ours (every string is capped where it is set) and is not sent: returns false.
+template <typename Message>
+bool Publish(MessageSink& sink, const std::string& channel, const Message& message) {
+  std::array<std::uint8_t, kMaxMessage> buffer;
+  const int size = message.encode(buffer.data(), 0, kMaxMessage);
+  assert(size > 0);
+  if (size <= 0) return false;
+  sink.Publish(channel, Bytes(buffer.data(), static_cast<std::size_t>(size)));
+  return true;
+}
+
+// Decodes an LCM message from untrusted bytes. The generated decoders throw on a negative length or count; here
+// every malformed message is simply no message.
+template <typename Message>
+std::optional<Message> DecodeMessage(Bytes bytes) {
+  try {
+    Message message;
+    const int used = message.decode(bytes.data(), 0, static_cast<int>(bytes.size()));
+    if (used < 0 || static_cast<std::size_t>(used) != bytes.size()) return std::nullopt;
+    return message;
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
+}
+
+// Returns the message as LCM transmits it: fingerprint and fields.
+template <typename Message>
+[[nodiscard]] std::vector<std::uint8_t> Encoded(const Message& message) {
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return bytes;
+}
+
+}  // namespace axlecast

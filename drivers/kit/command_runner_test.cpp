@@ -1,0 +1,180 @@
+#include "drivers/kit/command_runner.h"
+
+#include <gmock/gmock.h>
+
+#include <axlecast/command_status_t.hpp>
+#include <vector>
+
+#include "tests/support/recording_output.h"
+
+namespace axlecast {
+namespace {
+
+using S = command_status_t;
+using ::testing::HasSubstr;
+
+const std::vector<OperationSpec> kOperations = {{.name = "read", .help = "", .reads_only = true},
+                                                {.name = "zero", .help = "", .needs_standstill = true}};
+
+struct FakeProcedure final : CommandProcedure {
+  explicit FakeProcedure(const bool& touches) : touches(touches) {}
+  [[nodiscard]] Outcome OnLinkLost() const override {
+    return Final(CommandState::kFailed, S::REASON_NO_REPLY, "the link was lost");
+  }
+  [[nodiscard]] bool touched() const override { return touches; }
+  const bool& touches;
+};
+
+class CommandRunnerTest : public ::testing::Test, protected CommandRunner<FakeProcedure>::Policy {
+ protected:
+  CommandRunnerTest() { output_.motion = {.known = true, .standstill = true, .counts = 7}; }
+
+  Result<std::unique_ptr<FakeProcedure>> MakeProcedure(const DriverCommand& command, MonoNs) const override {
+    if (!command.arguments.empty()) return BadArgument("count must be 1 to 9");
+    return std::make_unique<FakeProcedure>(touched_);
+  }
+  Result<> CheckState(const DriverCommand&, MonoNs) const override {
+    return online_ ? Result<>() : DeviceOffline("the encoder does not answer");
+  }
+  Result<> CheckPosition(const DriverCommand&, const Motion& motion) const override {
+    return motion.counts < 10 ? Result<>() : NotPermitted("only below 10 counts");
+  }
+
+  static DriverCommand Command(std::string operation = "read", MonoNs begin_by = kNever) {
+    return {.id = {1}, .operation = std::move(operation), .arguments = {}, .begin_by = begin_by};
+  }
+  [[nodiscard]] std::int32_t ReasonOf(const DriverCommand& command, bool link_up = true, MonoNs now = 0) const {
+    const Result<> valid = runner_.Validate(command, link_up, now);
+    return valid ? S::REASON_NONE : valid.error().reason;
+  }
+  // The last outcome that was reported.
+  [[nodiscard]] const Outcome& Last() const { return output_.outcomes.back().second; }
+
+  bool touched_ = false;
+  bool online_ = true;
+  RecordingOutput output_;
+  CommandRunner<FakeProcedure> runner_{kOperations, *this, output_};
+};
+
+TEST_F(CommandRunnerTest, ValidateNamesTheFirstReasonAndChangesNothing) {
+  EXPECT_EQ(ReasonOf(Command()), S::REASON_NONE);
+  DriverCommand wrong = Command("zero", 5);
+  wrong.arguments = {{"count", "0"}};
+  EXPECT_EQ(ReasonOf(wrong, false, 9), S::REASON_BAD_ARGUMENT);
+  EXPECT_EQ(ReasonOf(Command("read", 5), false, 6), S::REASON_DEADLINE);
+  EXPECT_EQ(ReasonOf(Command("read", 5), true, 5), S::REASON_NONE);
+  EXPECT_EQ(ReasonOf(Command(), false), S::REASON_DEVICE_OFFLINE);
+  online_ = false;
+  EXPECT_EQ(ReasonOf(Command()), S::REASON_DEVICE_OFFLINE);
+  EXPECT_FALSE(runner_.busy());
+  EXPECT_TRUE(output_.outcomes.empty());
+}
+
+TEST_F(CommandRunnerTest, OnlyAnOperationThatNeedsAStandstillIsRefusedInMotion) {
+  output_.motion.standstill = false;
+  output_.motion.speed_rpm = 12;
+  EXPECT_EQ(ReasonOf(Command("read")), S::REASON_NONE);
+  EXPECT_EQ(ReasonOf(Command("zero")), S::REASON_NOT_STANDING_STILL);
+  EXPECT_THAT(runner_.Validate(Command("zero"), true, 0).error().text, HasSubstr("12 rpm"));
+  output_.motion = {.known = true, .standstill = true, .counts = 10};
+  EXPECT_EQ(ReasonOf(Command("zero")), S::REASON_NOT_PERMITTED);
+  EXPECT_EQ(ReasonOf(Command("read")), S::REASON_NONE);
+}
+
+TEST_F(CommandRunnerTest, ARefusedCommandHasItsOutcomeAtOnce) {
+  EXPECT_FALSE(runner_.Begin(Command("read", 5), true, 6));
+  EXPECT_EQ(Last().state, CommandState::kExpired);
+  EXPECT_EQ(Last().text, "nothing was done: its time to begin was over");
+  online_ = false;
+  EXPECT_FALSE(runner_.Begin(Command(), true, 0));
+  EXPECT_EQ(Last().state, CommandState::kRejected);
+  EXPECT_FALSE(runner_.busy());
+}
+
+TEST_F(CommandRunnerTest, OneCommandAtATimeUntilItsFinalOutcome) {
+  ASSERT_TRUE(runner_.Begin(Command(), true, 0));
+  EXPECT_EQ(ReasonOf(Command()), S::REASON_BUSY);
+  EXPECT_FALSE(runner_.Report(std::nullopt));
+  Outcome running;
+  running.progress = 0.5F;
+  EXPECT_FALSE(runner_.Report(running));
+  EXPECT_TRUE(runner_.busy());
+  EXPECT_TRUE(runner_.Report(Verified("done")));
+  EXPECT_FALSE(runner_.busy());
+  EXPECT_EQ(output_.outcomes.size(), 2U);
+  EXPECT_EQ(output_.outcomes.back().first, (CommandId{1}));
+  EXPECT_EQ(ReasonOf(Command()), S::REASON_NONE);
+}
+
+TEST_F(CommandRunnerTest, ACommandExpiresAfterItsTimeToBeginAndNotWithIt) {
+  ASSERT_TRUE(runner_.Begin(Command("read", 5), true, 0));
+  EXPECT_EQ(runner_.ExpiresAt(), 6);
+  EXPECT_NE(runner_.Runnable(5), nullptr);
+  EXPECT_FALSE(runner_.ExpireIfLate(5));
+  EXPECT_EQ(runner_.Runnable(6), nullptr);
+  EXPECT_TRUE(runner_.ExpireIfLate(6));
+  EXPECT_EQ(Last().state, CommandState::kExpired);
+  EXPECT_EQ(Last().reason, S::REASON_DEADLINE);
+  EXPECT_FALSE(runner_.busy());
+  EXPECT_EQ(runner_.ExpiresAt(), kNever);
+}
+
+TEST_F(CommandRunnerTest, ACommandDoesNotExpireOnceItsRequestWasSentOrItTouchedTheDevice) {
+  ASSERT_TRUE(runner_.Begin(Command("read", 5), true, 0));
+  runner_.OnStarted(false);
+  EXPECT_EQ(runner_.Runnable(6), nullptr);
+  runner_.OnStarted(true);
+  EXPECT_NE(runner_.Runnable(6), nullptr);
+  EXPECT_EQ(runner_.ExpiresAt(), kNever);
+  EXPECT_TRUE(runner_.Report(Verified("done")));
+
+  ASSERT_TRUE(runner_.Begin(Command("read", 5), true, 0));
+  EXPECT_TRUE(!runner_.Runnable(6));
+  touched_ = true;
+  EXPECT_FALSE(runner_.ExpireIfLate(6));
+  EXPECT_TRUE(runner_.busy());
+}
+
+TEST_F(CommandRunnerTest, ACommandWithoutDeadlineNeverExpires) {
+  ASSERT_TRUE(runner_.Begin(Command(), true, 0));
+  EXPECT_EQ(runner_.ExpiresAt(), kNever);
+  EXPECT_FALSE(runner_.ExpireIfLate(kNever));
+}
+
+TEST_F(CommandRunnerTest, CancelsItsOwnCommandUntilTheDeviceWasTouched) {
+  ASSERT_TRUE(runner_.Begin(Command(), true, 0));
+  EXPECT_FALSE(runner_.Cancel({2}));
+  touched_ = true;
+  EXPECT_FALSE(runner_.Cancel({1}));
+  touched_ = false;
+  EXPECT_TRUE(runner_.Cancel({1}));
+  EXPECT_FALSE(runner_.busy());
+  EXPECT_FALSE(runner_.Cancel({1}));
+  EXPECT_TRUE(output_.outcomes.empty());
+}
+
+// The reply comes after its command was cancelled, and another one has begun.
+TEST_F(CommandRunnerTest, AReplyBelongsToTheProcedureThatAskedForIt) {
+  ASSERT_TRUE(runner_.Begin(Command(), true, 0));
+  runner_.OnStarted(true);
+  EXPECT_TRUE(runner_.TakeInFlight());
+  EXPECT_FALSE(runner_.TakeInFlight());
+  runner_.OnStarted(true);
+  ASSERT_TRUE(runner_.Cancel({1}));
+  ASSERT_TRUE(runner_.Begin(Command(), true, 0));
+  EXPECT_FALSE(runner_.TakeInFlight());
+}
+
+TEST_F(CommandRunnerTest, ALostLinkEndsTheCommandWithTheProceduresOutcome) {
+  runner_.OnLinkLost();
+  EXPECT_TRUE(output_.outcomes.empty());
+  ASSERT_TRUE(runner_.Begin(Command(), true, 0));
+  runner_.OnStarted(true);
+  runner_.OnLinkLost();
+  EXPECT_EQ(Last().text, "the link was lost");
+  EXPECT_FALSE(runner_.busy());
+  EXPECT_FALSE(runner_.TakeInFlight());
+}
+
+}  // namespace
+}  // namespace axlecast

@@ -1,0 +1,259 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "platform/os/new_file.h"
+#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/logs/log_input.h"
+#include "tools/axlecast/logs/log_output.h"
+#include "tools/axlecast/logs/subcommands.h"
+#include "tools/log/log_event.h"
+#include "tools/log/log_merge.h"
+
+namespace axlecast {
+namespace {
+
+struct LogFilterOptions {
+  std::string in;
+  std::string out;
+  LogChoice choice;
+  bool force = false;
+};
+
+int RunLogFilter(LogFilterOptions& options) {
+  LogInput input;
+  if (!input.Open(options.in)) return kExitBad;
+  if (const std::string problem = options.choice.Understand(input.log()); !problem.empty()) {
+    std::cerr << problem << '\n';
+    return kExitUsage;
+  }
+  LogOutput out(options.out, input.file().mode());
+  input.Read("filtering", [&](const LogEvent& event, std::size_t) {
+    if (IsLogChannel(event.channel) || options.choice.Takes(event)) out.Add(event);
+    return out.problem().empty();
+  });
+  const int exit_code = input.ExitCode();
+  if (exit_code == kExitBad) return exit_code;
+  if (const std::string problem = out.Commit(options.force); !problem.empty()) {
+    std::cerr << problem << '\n';
+    return kExitFailed;
+  }
+  std::cerr << DamageText(options.in, input.damage()) << options.out << ": " << out.events() << " of "
+            << input.events() << " events\n";
+  return exit_code;
+}
+
+struct LogMergeOptions {
+  std::vector<std::string> files;  // the last one is written
+  bool force = false;
+};
+
+// The headers of all logs before everything else, as if received with the merged log's first event.
+void AddHeaders(const std::vector<MappedFile>& logs, LogOutput& out) {
+  std::vector<LogEvent> headers;
+  std::int64_t start = INT64_MAX;
+  for (const MappedFile& log : logs) {
+    LogReader reader(log.bytes());
+    for (auto event = reader.Next(); event; event = reader.Next()) {
+      start = std::min(start, event->utime);
+      if (!IsLogChannel(event->channel)) break;
+      headers.push_back(*event);
+    }
+  }
+  for (LogEvent& header : headers) {
+    header.utime = start;
+    out.Add(header);
+  }
+}
+
+// The worst of the logs', each told on standard error.
+int ReportMerge(const std::vector<MappedFile>& logs, const LogMerge& merge,
+                const std::vector<std::int64_t>& events) {
+  int exit_code = kExitDone;
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    const auto damage = merge.damage_of(i);
+    const int of_log = LogExitCode(logs[i], events[i], damage);
+    if (of_log != kExitBad) std::cerr << DamageText(logs[i].path(), damage);
+    if (exit_code != kExitBad && of_log != kExitDone) exit_code = of_log;
+  }
+  return exit_code;
+}
+
+// Writes the events of all logs; how many each had.
+std::vector<std::int64_t> Merge(LogMerge& merge, std::size_t logs, std::size_t size, LogOutput& out) {
+  std::vector<std::int64_t> events(logs);
+  LogProgress progress("merging", size);
+  std::size_t done = 0;
+  for (; merge.Head() != nullptr && out.problem().empty(); merge.Advance()) {
+    ++events[merge.HeadLog()];
+    out.Add(*merge.Head());
+    progress.At(done += EventSize(*merge.Head()));
+  }
+  return events;
+}
+
+int RunLogMerge(const LogMergeOptions& options) {
+  std::vector<MappedFile> logs;
+  std::vector<Bytes> bytes;
+  std::size_t size = 0;
+  mode_t mode = 0777;
+  for (const std::string& file : std::span(options.files).first(options.files.size() - 1)) {
+    const MappedFile& log = logs.emplace_back(file);
+    if (!log.problem().empty()) {
+      std::cerr << log.problem() << '\n';
+      return kExitBad;
+    }
+    bytes.push_back(log.bytes());
+    size += log.bytes().size();
+    mode &= log.mode();  // none becomes more open than it was
+  }
+  LogOutput out(options.files.back(), mode);
+  AddHeaders(logs, out);
+  LogMerge merge(bytes);
+  const std::vector<std::int64_t> events = Merge(merge, logs.size(), size, out);
+  const int exit_code = ReportMerge(logs, merge, events);
+  if (exit_code == kExitBad) return exit_code;
+  if (const std::string problem = out.Commit(options.force); !problem.empty()) {
+    std::cerr << problem << '\n';
+    return kExitFailed;
+  }
+  std::cerr << options.files.back() << ": " << out.events() << " events\n";
+  return exit_code;
+}
+
+struct LogRepairOptions {
+  std::string file;
+  std::string output;
+  bool force = false;
+};
+
+// A free name for the damaged log: LOG.damaged, else LOG.damaged.2, ...
+std::string KeptName(const std::string& file) {
+  std::string name = file + ".damaged";
+  for (int i = 2; std::filesystem::exists(std::filesystem::symlink_status(name)); ++i) {
+    name = file + ".damaged." + std::to_string(i);
+  }
+  return name;
+}
+
+// The stretches between the damage, as they are: numbers and seals stay, so that what is missing can be told.
+std::string WriteWhole(NewFile& out, Bytes log, const std::vector<LogReader::Damage>& damage) {
+  constexpr std::size_t kPiece = 8U << 20;  // between two steps of the progress
+  LogProgress progress("writing", log.size());
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i <= damage.size(); ++i) {
+    const std::size_t end = i < damage.size() ? damage[i].offset : log.size();
+    while (begin < end) {
+      const Bytes piece = log.subspan(begin, std::min(end - begin, kPiece));
+      std::string problem = out.Append(std::string_view(reinterpret_cast<const char*>(piece.data()), piece.size()));
+      if (!problem.empty()) return problem;
+      progress.At(begin += piece.size());
+    }
+    if (i < damage.size()) begin = end + damage[i].size;
+  }
+  return "";
+}
+
+// Why the file is not what was read of it any more; else empty.
+std::string Changed(const MappedFile& file) {
+  if (std::string loss = file.Loss(); !loss.empty()) return loss;
+  std::error_code error;
+  const auto size = std::filesystem::file_size(file.path(), error);
+  return size == file.bytes().size() && !error ? "" : file.path() + " is being written: stop its recorder first";
+}
+
+int RunLogRepair(const LogRepairOptions& options) {
+  LogInput input;
+  if (!input.Open(options.file)) return kExitBad;
+  const MappedFile& file = input.file();
+  const Bytes log = input.log();
+  input.Read("reading", [](const LogEvent&, std::size_t) { return true; });
+  const int exit_code = input.ExitCode();
+  if (exit_code == kExitBad) return exit_code;
+  if (!file.Loss().empty()) return kExitFailed;
+  const bool in_place = options.output.empty();
+  if (exit_code == kExitDone && in_place) {
+    std::cout << options.file << ": " << input.events() << " events, nothing to repair\n";
+    return kExitDone;
+  }
+  NewFile out(in_place ? options.file : options.output, in_place ? file.access() : FileAccess{.mode = file.mode()});
+  std::string problem = WriteWhole(out, log, input.damage());
+  const std::string kept = in_place ? KeptName(options.file) : "";
+  if (std::string changed = Changed(file); !changed.empty()) problem = std::move(changed);
+  if (problem.empty()) problem = out.Commit(in_place || options.force, kept);
+  if (!problem.empty()) {
+    std::cerr << problem << '\n';
+    return kExitFailed;
+  }
+  std::cout << DamageText(options.file, input.damage()) << (in_place ? options.file : options.output) << ": "
+            << input.events() << " events; " << DamagedBytes(input.damage()) << " damaged bytes left out"
+            << (in_place ? "; as it was: " + kept : "") << '\n';
+  return exit_code;
+}
+
+}  // namespace
+
+void AddLogFilterCommand(CLI::App& log, int& exit_code) {
+  auto options = std::make_shared<LogFilterOptions>();
+  CLI::App* command = log.add_subcommand("filter", "A part of a log as a log of its own");
+  command->add_option("IN", options->in, "The log")->required();
+  command->add_option("OUT", options->out, "The new log")->required();
+  options->choice.AddTo(*command);
+  command->add_flag("--force", options->force, "Replaces OUT when it is there already");
+  command->footer(
+      std::string("The machine's file and the message types at the head of the log stay in it; its events "
+                  "are numbered from 0\nand sealed anew.\n"
+                  "examples:\n"
+                  "  axlecast log filter run.log axis1.log --channel '/axis1$'\n"
+                  "  axlecast log filter run.log quiet.log --channel '^(POSITION|WIRE)' --invert\n"
+                  "  axlecast log filter run.log minute.log --from 5m --until 6m\n") +
+      kLogExitCodes);
+  command->callback([options, &exit_code] { exit_code = RunLogFilter(*options); });
+}
+
+void AddLogMergeCommand(CLI::App& log, int& exit_code) {
+  auto options = std::make_shared<LogMergeOptions>();
+  CLI::App* command = log.add_subcommand("merge", "Several logs as one, by time");
+  command->add_option("LOG", options->files, "The logs, and last the new one")
+      ->required()
+      ->expected(2, -1)
+      ->type_name("IN... OUT");
+  command->add_flag("--force", options->force, "Replaces OUT when it is there already");
+  command->footer(std::string("Events of equal times stand in the order of the logs; an event that is in two logs "
+                              "stays twice. They are\nnumbered from 0 and sealed anew.\n"
+                              "examples:\n"
+                              "  axlecast log merge data.log commands.log all.log\n"
+                              "  axlecast log merge run.00.log run.01.log run.02.log run.log\n") +
+                  kLogExitCodes);
+  command->callback([options, &exit_code] { exit_code = RunLogMerge(*options); });
+}
+
+void AddLogRepairCommand(CLI::App& log, int& exit_code) {
+  auto options = std::make_shared<LogRepairOptions>();
+  CLI::App* command = log.add_subcommand("repair", "Leaves out what is damaged, so that every reader reads on");
+  command->add_option("LOG", options->file, "The log")->required();
+  CLI::Option* output =
+      command->add_option("--output", options->output, "Write the repaired log there, leave LOG as it is")
+          ->type_name("FILE");
+  command->add_flag("--force", options->force, "Replaces FILE when it is there already")->needs(output);
+  command->footer(
+      std::string("Without --output the repaired log takes LOG's place in one step, and the damaged one "
+                  "stays as LOG.damaged.\nNothing is changed when there is no damage. Events keep their "
+                  "numbers and seals: `axlecast log verify` goes\non telling what is missing.\n"
+                  "examples:\n"
+                  "  axlecast log repair run.log\n"
+                  "  axlecast log repair run.log --output whole.log\n"
+                  "Exit code: 0 nothing was damaged, 3 repaired, some bytes are left out, 1 it is no log "
+                  "or cannot be read,\n2 usage, 4 the repaired log could not be written.\n"));
+  command->callback([options, &exit_code] { exit_code = RunLogRepair(*options); });
+}
+
+}  // namespace axlecast
