@@ -4,7 +4,6 @@
 #include <string_view>
 
 #include "core/device/operation.h"
-#include "core/device/outcome_text.h"
 #include "drivers/cia406/cia406.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/protocol/canopen/canopen.h"

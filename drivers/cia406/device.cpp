@@ -6,13 +6,9 @@
 #include <variant>
 
 #include "core/device/operation.h"
-#include "core/device/outcome_text.h"
 #include "drivers/cia406/cia406.h"
 #include "drivers/cia406/operations.h"
 #include "drivers/protocol/canopen/canopen.h"
-#include "drivers/saa_can/cia406/cia406.h"
-#include "drivers/saa_can/cia406/objects.h"
-#include "drivers/saa_can/cia406/operations.h"
 
 namespace axlecast::cia406 {
 namespace {

@@ -3,9 +3,7 @@
 #include <algorithm>
 
 #include "core/device/operation.h"
-#include "core/device/outcome_text.h"
 #include "drivers/protocol/canopen/canopen.h"
-#include "drivers/saa_can/cia406/objects.h"
 
 namespace axlecast::cia406 {
 namespace {

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "core/device/operation.h"
-#include "core/device/outcome_text.h"
 #include "drivers/cia406/cia406.h"
 #include "drivers/cia406/procedures.h"
 #include "drivers/kit/arguments.h"

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "core/device/can_frame.h"
+#include "core/device/can.h"
 #include "core/device/device.h"
 #include "drivers/cia406/alarms.h"
 #include "drivers/cia406/settings.h"

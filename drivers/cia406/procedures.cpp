@@ -4,7 +4,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/kit/read_back.h"
 #include "drivers/kit/refusal.h"
 #include "drivers/protocol/canopen/canopen.h"

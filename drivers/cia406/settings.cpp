@@ -5,14 +5,10 @@
 #include <map>
 #include <string>
 
-#include "core/device/can_frame.h"
+#include "core/device/can.h"
 #include "core/device/operation.h"
-#include "core/device/outcome_text.h"
 #include "drivers/cia406/cia406.h"
 #include "drivers/protocol/canopen/canopen.h"
-#include "drivers/saa_can/cia406/canopen.h"
-#include "drivers/saa_can/cia406/cia406.h"
-#include "drivers/saa_can/cia406/frame_time.h"
 
 namespace axlecast::cia406 {
 namespace {

@@ -5,9 +5,7 @@
 #include <utility>
 
 #include "core/device/operation.h"
-#include "core/device/outcome_text.h"
 #include "drivers/kit/read_back.h"
-#include "drivers/saa_can/ending.h"
 #include "drivers/saa_can/procedures.h"
 
 namespace axlecast::saa_can {

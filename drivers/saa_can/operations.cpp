@@ -6,7 +6,6 @@
 
 #include "core/config/machine_config.h"
 #include "core/device/operation.h"
-#include "core/device/outcome_text.h"
 #include "drivers/cia406/cia406.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/saa_can/node_configuration.h"

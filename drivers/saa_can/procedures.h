@@ -6,10 +6,10 @@
 #include <variant>
 
 #include "core/base/time.h"
-#include "core/device/can_frame.h"
+#include "core/device/can.h"
 #include "core/device/device.h"
-#include "core/device/event.h"
 #include "core/device/operation.h"
+#include "core/device/step.h"
 #include "drivers/saa_can/interpreter.h"
 #include "drivers/saa_can/settings.h"
 

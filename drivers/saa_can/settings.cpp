@@ -6,7 +6,6 @@
 
 #include "core/config/config_map.h"
 #include "core/device/operation.h"
-#include "core/device/outcome_text.h"
 #include "drivers/cia406/cia406.h"
 #include "drivers/saa/data_sheet.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "core/config/machine_config.h"
-#include "core/device/can_frame.h"
+#include "core/device/can.h"
 #include "drivers/saa_can/codec.h"
 
 namespace axlecast::saa_can {

@@ -6,8 +6,6 @@
 #include <variant>
 
 #include "core/device/operation.h"
-#include "core/device/outcome_text.h"
-#include "drivers/saa_modbus/alarms.h"
 #include "drivers/saa_modbus/settings.h"
 
 namespace axlecast::saa_modbus {

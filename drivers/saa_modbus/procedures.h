@@ -7,8 +7,8 @@
 
 #include "core/base/inline_bytes.h"
 #include "core/device/device.h"
-#include "core/device/event.h"
 #include "core/device/operation.h"
+#include "core/device/step.h"
 #include "drivers/saa_modbus/codec.h"
 #include "drivers/saa_modbus/interpreter.h"
 #include "drivers/saa_modbus/settings.h"

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "core/base/clock.h"
 #include "core/base/time.h"
 #include "core/device/family.h"
 #include "core/device/probe.h"

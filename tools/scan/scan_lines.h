@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/device/byte_link.h"
+#include "core/device/link.h"
 #include "drivers/hal/can_netlink.h"
 #include "drivers/hal/serial_port.h"
 #include "drivers/runtime/bus/can_transactor.h"

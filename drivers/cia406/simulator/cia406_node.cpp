@@ -4,7 +4,7 @@
 #include <cmath>
 #include <span>
 
-#include "core/device/outcome_text.h"
+#include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/kit/simulation/quantity_table.h"
 #include "drivers/kit/simulation/quantity_text.h"

@@ -4,10 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "core/device/event.h"
 #include "core/device/step.h"
 #include "drivers/protocol/canopen/canopen.h"
-#include "drivers/saa_can/cia406/canopen.h"
 
 namespace axlecast::canopen {
 

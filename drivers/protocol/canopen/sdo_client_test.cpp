@@ -3,9 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "core/device/operation.h"
-#include "core/device/outcome_text.h"
 #include "drivers/protocol/canopen/canopen.h"
-#include "drivers/saa_can/cia406/objects.h"
 #include "tests/support/golden_file.h"
 
 namespace axlecast::canopen {
