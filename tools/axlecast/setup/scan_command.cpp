@@ -17,7 +17,6 @@
 #include "platform/os/terminal.h"
 #include "tools/axlecast/common/cancel_on_signal.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/setup/scan_progress.h"
 #include "tools/axlecast/setup/subcommands.h"
 #include "tools/scan/format_scan.h"
 #include "tools/scan/scan.h"
