@@ -2,7 +2,7 @@
 //
 // acknowledgements COMMAND_URL
 //
-// Says "ready" when it is subscribed; at SIGTERM prints one JSON object: the time from a client's first COMMAND
+// Prints "ready" when it is subscribed; at SIGTERM prints one JSON object: the time from a client's first COMMAND
 // (its mono_ns) and from the bridge's first DRIVER_COMMAND to the arrival of the driver's first DRIVER_STATUS of
 // that id.
 

@@ -29,7 +29,7 @@ int OpenRaw(const char* path) {
   termios settings{};
   if (port < 0 || tcgetattr(port, &settings) != 0) return -1;
   cfmakeraw(&settings);
-  cfsetspeed(&settings, B2500000);  // at another rate the simulator hears noise
+  cfsetspeed(&settings, B2500000);  // at another rate the simulator receives noise
   settings.c_cc[VMIN] = 1;
   settings.c_cc[VTIME] = 0;
   return tcsetattr(port, TCSANOW, &settings) == 0 ? port : -1;

@@ -27,7 +27,7 @@ int Open(const char* group, int port, int buffer) {
   if (setsockopt(ear, SOL_SOCKET, SO_RCVBUFFORCE, &buffer, sizeof buffer) != 0) {
     setsockopt(ear, SOL_SOCKET, SO_RCVBUF, &buffer, sizeof buffer);
   }
-  // recv blocks only so long: a signal that comes just before it would not end it.
+  // recv blocks for a limited time: a signal that comes just before it would not end it.
   const timeval longest{0, 100'000};
   setsockopt(ear, SOL_SOCKET, SO_RCVTIMEO, &longest, sizeof longest);
   sockaddr_in address{};

@@ -5,7 +5,7 @@
 // Sends the command COUNT times with the client library, one after the other, and listens on the command port. Prints
 // one JSON object of distributions:
 //   total      Send to the end of Await
-//   device     started_utime to finished_utime, as the driver says
+//   device     started_utime to finished_utime, as the driver reports
 //   added      the difference of both, of each command
 // and the parts on the way, by the messages' arrival at the listener, because a mono_ns is the instant at which its
 // sender began:

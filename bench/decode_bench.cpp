@@ -78,7 +78,7 @@ class Readings {
         {.kind = Event::Kind::kLinkUp, .sent = {now_, now_}, .received = {now_, now_}, .request = {}, .bytes = {}});
   }
 
-  // The bus's part of a turn: what does the device want?
+  // The bus's part of a slot: the next step of the device.
   void Ask() {
     const Step step = device_->Next({.now = now_, .poll_due = true});
     device_->OnStarted(step, now_);

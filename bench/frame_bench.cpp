@@ -69,7 +69,7 @@ void SaaCan(benchmark::State& state) {
 }
 BENCHMARK(SaaCan);
 
-// How a transfer of the device is asked for says how long its reply is.
+// The request of a transfer determines the length of its reply.
 std::size_t TransferBytes(const std::string& bus) {
   const MachineConfig machine = Machine(bus);
   NullOutput output;

@@ -9,7 +9,7 @@
 
 namespace axlecast {
 
-// Takes what a device says and does nothing with it.
+// Receives the output of a device and discards it.
 class NullOutput final : public DeviceOutput {
  public:
   void OnSample(const Sample& sample) override {

@@ -3,7 +3,7 @@
 //
 // port_receiver URL
 //
-// Says "ready" when it is subscribed; at SIGTERM handles what is left and prints one JSON object. Latency is the instant of
+// Prints "ready" when it is subscribed; at SIGTERM handles what is left and prints one JSON object. Latency is the instant of
 // the handler less POSITION's mono_ns.
 
 #include <axlecast/position_t.hpp>

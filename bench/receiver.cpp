@@ -3,7 +3,7 @@
 //
 // receiver URL [--wire]
 //
-// Says "ready" when it is subscribed; at SIGTERM handles what is left and prints one JSON object.
+// Prints "ready" when it is subscribed; at SIGTERM handles what is left and prints one JSON object.
 // Latency is the instant of the handler less the sender's instant: POSITION's mono_ns where the sender stamps just
 // before it publishes; with --wire the return of the last read of the exchange in whose interval mono_ns lies, as
 // the WIRE records have it.

@@ -24,7 +24,7 @@ BYTES = 200
 BURSTS = (30, 100, 300, 1_000, 3_000, 10_000)
 RATES = (1_000, 2_000, 5_000, 10_000, 20_000, 50_000, 100_000, 200_000)
 COST_RATE = 20_000
-SETTLE = 0.2  # s, from the socket to a process that has said and done all of its start
+SETTLE = 0.2  # s, from the socket to a process that has finished its start
 KINDS = ("record", "lcm-logger", "bare")
 
 
@@ -151,7 +151,7 @@ def cost(bench):
 
 
 def told(bench, at_end):
-    """A recorder with a small buffer stands still for a while, and again until the sender has ended: what it tells of the
+    """A recorder with a small buffer stops for a while, and again until the sender has ended: what it reports of the
     loss, against what the loss is."""
     log = bench.folder / "drops.lcm"
     log.unlink(missing_ok=True)

@@ -29,7 +29,7 @@ def write_log(path, messages, size=BYTES):
 
 
 def heard(bench, *command):
-    """What the ear heard of one sender, which ran to its end."""
+    """What the receiver got from one sender, which ran to its end."""
     ear = bench.listener("replay_ear", GROUP, str(PORT))
     done = subprocess.run([str(word) for word in command], stdout=bench.log, stderr=bench.log, check=False)
     if done.returncode != 0:

@@ -1,10 +1,10 @@
-// Hears a replay: when each message was sent, against when it was due.
+// Receives a replay: when each message was sent, against when it was due.
 //
 // replay_ear GROUP PORT
 //
-// Says "ready"; at SIGTERM prints one JSON object. The first 8 bytes of a message's data are its time in the log, us,
+// Prints "ready"; at SIGTERM prints one JSON object. The first 8 bytes of a message's data are its time in the log, us,
 // big-endian. The instant is the kernel's, which on loopback is within the sender's own call: how the receiver is scheduled
-// plays no part. A sender's origin is unknown: lateness is told against its most punctual message. `first_ns`:
+// plays no part. A sender's origin is unknown: lateness is measured against its most punctual message. `first_ns`:
 // CLOCK_REALTIME of the first message.
 
 #include <arpa/inet.h>
@@ -54,7 +54,7 @@ int Open(const char* group, int port) {
   return ear;
 }
 
-// The message's time; negative when the datagram is none of the log's.
+// The message's time; negative if the datagram is not from the log.
 std::int64_t PlannedUs(const std::uint8_t* datagram, std::size_t size) {
   if (size < kHeader) return -1;
   const void* end = std::memchr(datagram + kHeader, 0, size - kHeader);

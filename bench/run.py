@@ -138,7 +138,7 @@ buses:
         return self.start(machine.BIN / "axlecast-tformat", "--config", config, "--bus", "rs485-0")
 
     def run_driver(self, config, *receiver_options, seconds=None):
-        """One driver for one pair: what a receiver heard, and what the process itself shows."""
+        """One driver for one pair: what a receiver got, and what the process itself shows."""
         receiver = self.listener("receiver", self.url, *receiver_options)
         started = time.monotonic_ns()
         driver = self.driver(config)
@@ -332,7 +332,7 @@ buses:
         record_bench.measure(self)
 
     def guest(self):
-        """In QEMU, which has CAN and SPI; only what stands side by side means something."""
+        """In QEMU, which has CAN and SPI; only figures of the same run can be compared."""
         source = pathlib.Path(__file__).resolve().parents[1]
         suite = source / "tests/vm/guest/bench_frames.py"
         done = subprocess.run([source / "tests/vm/run", "--build", self.programs.parent, suite], stdout=subprocess.PIPE,

@@ -1,4 +1,4 @@
-// Bytes a second through the stream parser of saa_serial, beside a naive one that scans its buffer anew for each frame
+// Bytes a second through the stream parser of saa_serial, beside a naive one that scans its buffer again for each frame
 // and knows nothing of look-alikes, arrivals or errors.
 
 #include <benchmark/benchmark.h>

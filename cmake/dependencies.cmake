@@ -1,9 +1,10 @@
-# Debian packages; README.md says what each is for.
+# Debian packages; README.md states the purpose of each.
 find_package(Threads REQUIRED)
 find_package(yaml-cpp REQUIRED)
 find_package(spdlog REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(nlohmann_json REQUIRED)
+find_package(tl-expected REQUIRED)
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
 find_package(PkgConfig REQUIRED)
 if(AXLECAST_TESTS)

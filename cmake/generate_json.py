@@ -39,7 +39,7 @@ REMARK = re.compile(r"^\s*(?!const\b)\w+\s+(\w+)\s*[\w\[\]\s]*;\s*//\s*(.*(?:\n\
 
 
 class Names:
-    """What a member's comment says of its numbers: the constants of which struct and prefix, and where they stand."""
+    """What a member's comment states about its numbers: struct and prefix of the constants, and their place."""
 
     def __init__(self, struct, prefix, is_index):
         self.struct, self.prefix, self.is_index = struct, prefix, is_index

@@ -16,7 +16,7 @@ import subprocess
 import sys
 
 # Header-only libraries: compiled into our programs, without a trace in the program file.
-HEADER_ONLY = ["libcli11-dev", "nlohmann-json3-dev"]
+HEADER_ONLY = ["libcli11-dev", "libexpected-dev", "nlohmann-json3-dev"]
 # Data embedded in programs: a pattern that identifies the data, and its version if it has one.
 EMBEDDED = {"uPlot": rb"leeoniya/uPlot \(v([\d.]+)\)", "Inter": rb"wOF2()"}
 
@@ -104,7 +104,7 @@ def dependencies(fields):
 
 
 def embedded(files):
-    """Version of each piece of data that the programs carry; empty where it tells none."""
+    """Version of each piece of data that the programs carry; empty if it has none."""
     found = {}
     for path in files:
         content = path.read_bytes()

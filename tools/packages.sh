@@ -1,5 +1,5 @@
 # Debian packages by purpose, and the function that installs what is missing. Sourced by tools/demo, tools/test and
-# tools/campaign. README.md says in one line what each library is for.
+# tools/campaign. README.md states the purpose of each library in one line.
 
 packages_build="g++ cmake ninja-build pkg-config python3 lowdown libc6-dev linux-libc-dev
   liblcm-dev liblcm-bin libyaml-cpp-dev libspdlog-dev libcli11-dev nlohmann-json3-dev libexpected-dev libsystemd-dev libsodium-dev

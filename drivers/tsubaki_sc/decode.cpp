@@ -1,15 +1,22 @@
 #include "drivers/tsubaki_sc/decode.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/base/inline_bytes.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/protocol/modbus/adu.h"
-#include "drivers/tsubaki_sc/decode_data.h"
-#include "drivers/tsubaki_sc/decode_shape.h"
+#include "drivers/tsubaki_sc/interpreter.h"
+#include "drivers/tsubaki_sc/parameters.h"
+#include "drivers/tsubaki_sc/register_map.h"
 #include "drivers/tsubaki_sc/settings.h"
 
 namespace axlecast::tsubaki_sc {
@@ -17,9 +24,257 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using modbus::Function;
+
+// ---- what kind of frame it is ----
+
+// What kind of frame one is, by its function and length alone (guideline 4 to 6, 12).
+struct Shape {
+  enum class Form : std::uint8_t {
+    kUnknown,
+    kReadRequest,
+    kReadReply,
+    kSingleWrite,  // request and reply are the same bytes
+    kMultipleWrite,
+    kMultipleReply,
+    kVersionRequest,
+    kVersionReply,
+    kError
+  };
+  Form form = Form::kUnknown;
+  std::string kind = "unknown";
+  std::size_t size = 0;      // that it must have
+  modbus::Function space{};  // which addresses, by the function that reads them
+
+  [[nodiscard]] bool is_request() const;  // a single write counts as one
+  [[nodiscard]] bool is_write() const { return form == Form::kSingleWrite || form == Form::kMultipleWrite; }
+  [[nodiscard]] bool is_bits() const;
+};
+
+// Of at least 2 bytes. Request and reply of a read can be told because no reply has a request's 8 bytes: registers
+// have an even number of bytes, and no two bits stand side by side.
+[[nodiscard]] Shape ShapeOf(Bytes frame);
+
 using Form = Shape::Form;
 
+constexpr std::size_t kFixedSize = 8;  // of a read request, a single write, and the reply to a multiple write
+constexpr std::size_t kErrorSize = 5;
+constexpr std::size_t kReadOverhead = 5;  // address, function, byte count, CRC
+constexpr std::size_t kBeforeData = 7;    // of a multiple write
+constexpr std::size_t kCrc = 2;
+constexpr std::size_t kVersionRequestSize = 4;
+constexpr std::size_t kVersionReplySize = 6;  // guideline 12: without a byte count
 constexpr std::uint8_t kErrorBit = 0x80;
+
+Shape ReadShape(Bytes frame, const char* name) {
+  const auto function = static_cast<Function>(frame[1]);
+  const bool bits = function == Function::kReadCoils || function == Function::kReadDiscreteInputs;
+  const std::size_t bytes = frame.size() > 2 ? frame[2] : 0;
+  const bool reply = frame.size() != kFixedSize && (bits ? bytes == 1 : bytes > 0 && bytes % 2 == 0);
+  if (reply) return {Form::kReadReply, std::string(name) + "_reply", kReadOverhead + bytes, function};
+  return {Form::kReadRequest, std::string(name) + "_request", kFixedSize, function};
+}
+
+Shape MultipleShape(Bytes frame, const char* name, Function space) {
+  if (frame.size() == kFixedSize) return {Form::kMultipleReply, std::string(name) + "_reply", kFixedSize, space};
+  const std::size_t bytes = frame.size() < kBeforeData ? 1 : frame[kBeforeData - 1];
+  return {Form::kMultipleWrite, std::string(name) + "_request", kBeforeData + bytes + kCrc, space};
+}
+
+bool Shape::is_request() const { return is_write() || form == Form::kReadRequest || form == Form::kVersionRequest; }
+
+bool Shape::is_bits() const { return space == Function::kReadCoils || space == Function::kReadDiscreteInputs; }
+
+Shape ShapeOf(Bytes frame) {
+  if ((frame[1] & kErrorBit) != 0) return {Form::kError, "error_reply", kErrorSize, {}};
+  switch (static_cast<Function>(frame[1])) {
+    case Function::kReadCoils:
+      return ReadShape(frame, "read_coils");
+    case Function::kReadDiscreteInputs:
+      return ReadShape(frame, "read_input_status");
+    case Function::kReadHoldingRegisters:
+      return ReadShape(frame, "read_holding_registers");
+    case Function::kReadInputRegisters:
+      return ReadShape(frame, "read_input_registers");
+    case Function::kWriteCoil:
+      return {Form::kSingleWrite, "write_coil_request_or_reply", kFixedSize, Function::kReadCoils};
+    case Function::kWriteRegister:
+      return {Form::kSingleWrite, "write_register_request_or_reply", kFixedSize, Function::kReadHoldingRegisters};
+    case Function::kWriteCoils:
+      return MultipleShape(frame, "write_coils", Function::kReadCoils);
+    case Function::kWriteRegisters:
+      return MultipleShape(frame, "write_registers", Function::kReadHoldingRegisters);
+    case Function::kReportServerId:
+      if (frame.size() <= kVersionRequestSize) {
+        return {Form::kVersionRequest, "report_slave_id_request", kVersionRequestSize, {}};
+      }
+      return {Form::kVersionReply, "report_slave_id_reply", kVersionReplySize, {}};
+  }
+  return {};
+}
+
+// ---- names for the data at consecutive addresses ----
+
+constexpr Block kParameterBlock = {Function::kReadHoldingRegisters, 0, 55};
+constexpr std::array<Block, 13> kBlocks = {{{Function::kReadCoils, kClearTripCountCoil, 1},
+                                            kStopCoil,
+                                            {Function::kReadCoils, kStartCoil, 1},
+                                            kMains,
+                                            kSetValues,
+                                            kAnalog,
+                                            kStatus,
+                                            kLoginStatus,
+                                            kParameterBlock,
+                                            kLoginBlock,
+                                            kPassword,
+                                            kProductCode,
+                                            kMfgNumber}};
+
+std::uint32_t End(const Block& block) { return std::uint32_t{block.first} + block.count; }
+
+bool Within(const Block& data, const Block& block) {
+  return data.read == block.read && data.count > 0 && data.first >= block.first && End(data) <= End(block);
+}
+
+bool Overlaps(const Block& data, const Block& block) {
+  return data.read == block.read && data.first < End(block) && block.first < End(data);
+}
+
+std::uint16_t Word(Bytes bytes, std::size_t at) {
+  return static_cast<std::uint16_t>((bytes[at] << 8) | bytes[at + 1]);
+}
+
+double Scaled(const Quantity& quantity, std::uint16_t raw) {
+  const double value = quantity.is_signed ? static_cast<std::int16_t>(raw) : raw;
+  return value / quantity.divisor;
+}
+
+// "voltage_v", as the fields of motor_health_t.
+std::string Key(const Quantity& quantity) {
+  const std::string name(quantity.name);
+  if (quantity.unit == "V") return name + "_v";
+  if (quantity.unit == "A") return name + "_a";
+  if (quantity.unit == "W") return name + "_w";
+  return name + (quantity.unit == "degC" ? "_c" : "_mps2");
+}
+
+Json AlarmNames(std::uint16_t bits) {
+  Json names = Json::array();
+  for (const MotorAlarm& alarm : MotorAlarms()) {
+    if ((bits & alarm.bit) != 0) names.push_back(alarm.spec.name);
+  }
+  return names;
+}
+
+// ---- one register at its address; false when its value cannot be ----
+
+bool AddParameter(Json& json, std::uint16_t address, std::uint16_t raw) {
+  const ParameterSpec& parameter = Parameters()[address];
+  if (raw < parameter.min || raw > parameter.max) return false;
+  json[std::string(parameter.name)] = raw / std::pow(10, parameter.decimals);
+  return true;
+}
+
+// Guideline 10, AI 0-8: 0.1 W and 0.1 s.
+bool AddSetValue(Json& json, std::uint16_t address, std::uint16_t raw) {
+  constexpr std::array<const char*, 9> kNames = {
+      "set_power_upper_a",      "set_power_upper_b",      "set_power_lower_a",
+      "set_power_lower_b",      "set_start_time",         "set_shock_time_upper_a",
+      "set_shock_time_upper_b", "set_shock_time_lower_a", "set_shock_time_lower_b"};
+  json[kNames.at(address)] = raw / 10.0;
+  return true;
+}
+
+bool AddAnalog(Json& json, std::uint16_t address, std::uint16_t raw) {
+  const Quantity& quantity = kQuantityTable.at(static_cast<std::size_t>(address - kAnalog.first));
+  json[Key(quantity)] = Scaled(quantity, raw);
+  return true;
+}
+
+bool AddStatus(Json& json, std::uint16_t address, std::uint16_t raw) {
+  const int place = address - kStatus.first;
+  if (place == 0) {
+    json["trip_count"] = raw;
+  } else if (place == 1) {
+    json["motor_status"] = raw;
+    json["alarms"] = AlarmNames(raw);
+  } else {
+    json["trip_factor_" + std::to_string(place - 1)] = AlarmNames(raw);
+  }
+  return true;
+}
+
+bool AddLoginStatus(Json& json, std::uint16_t, std::uint16_t raw) {
+  json["logged_in"] = raw == kSaysLoggedIn;
+  return raw == kSaysLoggedIn || raw == kSaysLoggedOut;
+}
+
+struct Named {
+  Block block;
+  bool (*add)(Json& json, std::uint16_t address, std::uint16_t raw);
+};
+constexpr std::array<Named, 5> kNamed = {{{kParameterBlock, AddParameter},
+                                          {kSetValues, AddSetValue},
+                                          {kAnalog, AddAnalog},
+                                          {kStatus, AddStatus},
+                                          {kLoginStatus, AddLoginStatus}}};
+
+// ---- blocks of their own ----
+
+// The log that holds the data, in part or whole.
+std::optional<Block> LogAround(const Block& data) {
+  for (std::size_t log = 0; log < kLogs; ++log) {
+    for (std::size_t quantity = 0; quantity < kQuantities; ++quantity) {
+      const Block block = LogBlock(log, quantity);
+      if (Within(data, block)) return block;
+    }
+  }
+  return std::nullopt;
+}
+
+void AddLog(Json& json, const Block& data, const Block& block, Bytes registers) {
+  const std::optional<LogPlace> place = LogPlaceOf(block);
+  const Quantity& quantity = kQuantityTable.at(place->quantity);
+  Json samples = Json::array();
+  for (std::size_t i = 0; i < data.count; ++i) samples.push_back(Scaled(quantity, Word(registers, 2 * i)));
+  json["log"] = place->log + 1;
+  json["first_sample"] = data.first - block.first;
+  json[Key(quantity)] = std::move(samples);
+}
+
+bool Exists(const Block& data) {
+  return std::any_of(kBlocks.begin(), kBlocks.end(), [&](const Block& block) { return Within(data, block); }) ||
+         LogAround(data).has_value();
+}
+
+bool HoldsSecret(const Block& data) { return Overlaps(data, kLoginBlock) || Overlaps(data, kPassword); }
+
+bool AddRegisters(Json& json, const Block& data, Bytes registers, CharacterOrder order) {
+  if (const std::optional<Block> log = LogAround(data)) {
+    AddLog(json, data, *log, registers);
+    return true;
+  }
+  if (data == kProductCode) json["product_code"] = RegisterText(registers, order);
+  if (data == kMfgNumber) json["mfg_number"] = RegisterText(registers, order);
+  for (const Named& named : kNamed) {
+    if (!Within(data, named.block)) continue;
+    for (std::uint16_t i = 0; i < data.count; ++i) {
+      if (!named.add(json, static_cast<std::uint16_t>(data.first + i), Word(registers, 2 * i))) return false;
+    }
+  }
+  return true;
+}
+
+void AddBit(Json& json, const Block& data, bool on) {
+  if (data.read == Function::kReadDiscreteInputs) {
+    json["mains_hz"] = on ? 60 : 50;
+  } else {
+    json["coil"] = data.first == kStopCoilAddress ? "stop"
+                   : data.first == kStartCoil     ? "start"
+                                                  : "clear_trip_count";
+    json["on"] = on;
+  }
+}
+
 constexpr std::size_t kReadData = 3;   // where the data of a read's reply begin
 constexpr std::size_t kWriteData = 7;  // and those of a multiple write
 
@@ -28,10 +283,6 @@ struct Options {
   std::vector<std::uint8_t> request;  // empty: unknown
   CharacterOrder order = CharacterOrder::kHighFirst;
 };
-
-std::uint16_t Word(Bytes bytes, std::size_t at) {
-  return static_cast<std::uint16_t>((bytes[at] << 8) | bytes[at + 1]);
-}
 
 // ---- settings ----
 

@@ -6,7 +6,8 @@
 #include <variant>
 
 #include "core/device/operation.h"
-#include "drivers/tsubaki_sc/alarms.h"
+#include "drivers/tsubaki_sc/interpreter.h"
+#include "drivers/tsubaki_sc/procedure.h"
 
 namespace axlecast::tsubaki_sc {
 namespace {
@@ -27,6 +28,24 @@ const ScSettings& Own(const DeviceConfig& device) { return static_cast<const ScS
 bool Same(Bytes a, Bytes b) { return std::equal(a.begin(), a.end(), b.begin(), b.end()); }
 
 }  // namespace
+
+void SlowPlan::Restart() { *this = {}; }
+
+void SlowPlan::OnAnswer(const Answer& answer) {
+  if (answer.refused()) unknown_ |= 1U << next_;
+  if (!answer.ok() && !answer.refused() && ++failures_ < kTries) return;
+  Advance(answer.end);
+}
+
+void SlowPlan::Advance(MonoNs now) {
+  failures_ = 0;
+  if (introducing()) ++introduced_;
+  due_ = introducing() ? 0 : now + kPeriod;
+  for (std::size_t i = 0; i < kItems.size(); ++i) {
+    next_ = next_ + 1 < kItems.size() ? next_ + 1 : 0;
+    if ((unknown_ >> next_ & 1U) == 0) return;
+  }
+}
 
 ScDevice::ScDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output, SecretSource& secrets)
     : owned_(device.settings),

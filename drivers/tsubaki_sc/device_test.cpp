@@ -354,4 +354,5 @@ TEST(ScDevice, TheLinkMayComeAndGo) {
 }
 
 }  // namespace
+
 }  // namespace axlecast::tsubaki_sc

@@ -12,7 +12,7 @@
 #include "drivers/tsubaki_sc/operations.h"
 #include "drivers/tsubaki_sc/parameters.h"
 #include "drivers/tsubaki_sc/settings.h"
-#include "drivers/tsubaki_sc/simulator/make_simulator.h"
+#include "drivers/tsubaki_sc/simulator/bus_simulator.h"
 
 namespace axlecast {
 namespace {

@@ -5,9 +5,8 @@
 #include <variant>
 
 #include "core/device/operation.h"
-#include "drivers/tsubaki_sc/coil_order.h"
 #include "drivers/tsubaki_sc/device_test_support.h"
-#include "drivers/tsubaki_sc/motor_stop.h"
+#include "drivers/tsubaki_sc/motor.h"
 
 namespace axlecast::tsubaki_sc {
 namespace {

@@ -8,9 +8,9 @@
 #include "core/device/device.h"
 #include "core/device/operation.h"
 #include "drivers/kit/refusal.h"
-#include "drivers/tsubaki_sc/login.h"
+#include "drivers/tsubaki_sc/access.h"
 #include "drivers/tsubaki_sc/procedure.h"
-#include "drivers/tsubaki_sc/trip_reader.h"
+#include "drivers/tsubaki_sc/trips.h"
 
 namespace axlecast::tsubaki_sc {
 

@@ -3,8 +3,6 @@
 #include <axlecast/command_status_t.hpp>
 
 #include "drivers/tsubaki_sc/device_test_support.h"
-#include "drivers/tsubaki_sc/parameter_read.h"
-#include "drivers/tsubaki_sc/parameter_write.h"
 #include "drivers/tsubaki_sc/parameters.h"
 
 namespace axlecast::tsubaki_sc {

@@ -1,7 +1,6 @@
 #include "drivers/tsubaki_sc/parameters.h"
 
 #include <gmock/gmock.h>
-
 #include <set>
 
 namespace axlecast::tsubaki_sc {
@@ -136,4 +135,5 @@ TEST(Parameters, AreShownInTheirUnit) {
 }
 
 }  // namespace
+
 }  // namespace axlecast::tsubaki_sc

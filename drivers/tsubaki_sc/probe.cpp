@@ -5,7 +5,6 @@
 #include <memory>
 
 #include "core/device/operation.h"
-#include "drivers/tsubaki_sc/answer.h"
 #include "drivers/tsubaki_sc/requests.h"
 #include "drivers/tsubaki_sc/settings.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "core/device/family.h"
-#include "drivers/tsubaki_sc/password.h"
+#include "drivers/tsubaki_sc/register_map.h"
 
 namespace axlecast::tsubaki_sc {
 

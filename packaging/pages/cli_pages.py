@@ -17,7 +17,7 @@ from roff import Page, escaped
 def option_names(option):
     value = option.get("value", "")
     if value == "TEXT" and not option["names"][0].startswith("-"):
-        value = ""  # an argument's name says it
+        value = ""  # the name of an argument suffices
     names = ", ".join(rf"\fB{escaped(name)}\fR" for name in option["names"])
     return names + (rf" \fI{escaped(value)}\fR" if value else "")
 
@@ -155,7 +155,7 @@ def changelog_date(changelog):
 
 
 def kind(option):
-    """What may stand there: words to choose from, or FILE, DEVICE, BUS; empty where only the operator knows."""
+    """Permitted values: words to choose from, or FILE, DEVICE, BUS; empty where only the operator knows."""
     if "choices" in option:
         return " ".join(option["choices"])
     names = {option.get("value", "").upper(), *(name.lstrip("-").upper() for name in option["names"])}

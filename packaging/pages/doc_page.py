@@ -40,7 +40,7 @@ def without_tables(lines):
 
 
 def prepared(markdown, names, what):
-    """The page under the headings of a manual: its title becomes NAME, what stands before the first one DESCRIPTION."""
+    """The page under the headings of a manual: its title becomes NAME, the text before the first heading DESCRIPTION."""
     text = markdown.split("\n", 1)[1]
     text = re.sub(r"\[([^\]]+)\]\((?!https?:)[^)]*\)", r"\1", text)
     lines, code = [], False

@@ -101,7 +101,7 @@ struct Bound {
   double turn = 0;
   double tolerance = 0;
 
-  // Whether the shaft can be there at `at`, since it was last told correctly.
+  // Whether the shaft can be there at `at`, since the last correct reading.
   [[nodiscard]] bool Holds(std::int64_t counts, MonoNs at) const {
     if (!last) return false;
     const double elapsed = static_cast<double>(at - last->mono_ns) + last->time_uncertainty_ns;
@@ -250,7 +250,7 @@ bool RunMode(const Mode& mode, std::int64_t transfers) {
   Figures figures = campaign.figures();
   const Tally& tally = campaign.referee().tally;
   if (mode.noise_rate > 0) {
-    // Two high, then one, two or three low, and 10; one frame in 64 has the right check bits. Half of these say that they
+    // Two high, then one, two or three low, and 10; one frame in 64 has the right check bits. Half of these claim that they
     // are valid, and their positions are anywhere.
     const double shape = 0.25 * (1.0 / 8 + 1.0 / 16 + 1.0 / 32);
     figures.expected_passing = static_cast<double>(figures.damaged) * shape / 64;

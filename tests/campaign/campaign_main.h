@@ -19,13 +19,13 @@ struct CampaignOrder {
   [[nodiscard]] bool Wants(std::string_view mode) const;
 };
 
-// Prints the usage when there is none.
+// Prints the usage if there is no mode.
 [[nodiscard]] std::optional<CampaignOrder> ReadCampaignOrder(int argc, char** argv, const char* usage);
 
 // Prints what is wrong with the text.
 [[nodiscard]] std::optional<MachineConfig> CampaignMachine(const std::string& text);
 
-// Runs the modes that are ordered; run(mode, count) prints the figures of one and says whether they are in order.
+// Runs the modes that are ordered; run(mode, count) prints the figures of one and returns whether they are in order.
 // Prints `verdict` when all are. Returns the exit status: 0, 1 when a mode failed, 2 after the usage
 // or without a mode of those names.
 template <typename Modes, typename Run>

@@ -91,11 +91,11 @@ class Storm {
     for (std::thread& thread : threads) thread.join();
   }
 
-  // Against what the bridge said to anybody and what it has written down.
+  // Compares with the outcomes that the bridge sent to anybody and with its journal.
   void Compare(const std::map<CommandId, StatusListener::Told>& told) {
     for (const auto& [id, heard] : told) {
       if (heard.states.size() > 1 || heard.findings.size() > 1) {
-        tally_.Breach(IdText(id) + ": the bridge told more than one outcome");
+        tally_.Breach(IdText(id) + ": the bridge reported more than one outcome");
       }
     }
     HistoryReader history(order_.journal);
@@ -129,9 +129,9 @@ class Storm {
       return;
     }
     if (result.outcome() == CommandOutcome::kNotAccepted) {
-      tally_.Breach(IdText(id) + ": in the journal, and its client was told that nobody took it up");
+      tally_.Breach(IdText(id) + ": in the journal, and its client was informed that no bridge accepted it");
     } else if (found->second.state != result.status.state || found->second.finding != result.status.finding) {
-      tally_.Breach(IdText(id) + ": the journal says " + Words(found->second) + ", its client was told " +
+      tally_.Breach(IdText(id) + ": the journal has " + Words(found->second) + ", its client received " +
                     Words(result.status));
     }
   }
@@ -242,7 +242,7 @@ class Storm {
         if (result.status.finding == S::FINDING_NO_EFFECT_SEEN) return effects == 0;
         return true;
       case CommandOutcome::kFailed:
-        return true;  // in part: the counters say at most once
+        return true;  // in part: the counters show at most once
       case CommandOutcome::kUnknown:
       case CommandOutcome::kPrepared:
         return false;

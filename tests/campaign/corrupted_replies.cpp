@@ -91,7 +91,7 @@ bool PassesStaticChecks(const Reply& reply) {
          reply[8] == 0 && (reply[9] & 0x10) == 0;
 }
 
-// SF says of counting error, and of the OR of ME, BE and BA, the same as ALMC. The driver refuses the first reply that
+// SF states of counting error, and of the OR of ME, BE and BA, the same as ALMC. The driver refuses the first reply that
 // does not: a contradiction that stays can be the encoder's own.
 bool StatusAgrees(const Reply& reply) {
   return ((reply[1] & 0x10) != 0) == ((reply[9] & 0x04) != 0) &&
@@ -136,7 +136,7 @@ class Damage {
   bool garbage_;
 };
 
-// Judges every published position by the truth, and by where the shaft can be since it was last told correctly.
+// Judges every published position by the truth, and by where the shaft can be since the last correct reading.
 class Referee final : public MessageSink {
  public:
   explicit Referee(const Shaft& shaft) : shaft_(shaft) {}

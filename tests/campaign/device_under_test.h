@@ -11,7 +11,7 @@
 
 namespace axlecast {
 
-// The first device of a bus with its channel, in virtual time: the campaign stands for the bus and the line.
+// The first device of a bus with its channel, in virtual time: the campaign acts as the bus and the line.
 class DeviceUnderTest {
  public:
   // The link comes up at `now`. What the channel publishes goes to `sink`.

@@ -17,7 +17,7 @@
 namespace axlecast {
 namespace {
 
-using Long = long long;  // as printf wants it
+using Long = long long;  // as printf requires it
 
 // Returns the number of readings, -1 if one missed.
 std::int64_t Run(const MachineConfig& machine, const BusConfig& bus, LateMix mix, std::int64_t exchanges) {

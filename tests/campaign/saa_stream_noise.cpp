@@ -122,7 +122,7 @@ class Referee final : public MessageSink {
     if (right || !last_) last_ = position;
   }
 
-  // Whether the shaft can be there at `at`, since it was last told correctly.
+  // Whether the shaft can be there at `at`, since the last correct reading.
   [[nodiscard]] bool Within(std::int64_t counts, MonoNs at) const {
     if (!last_) return false;
     const double elapsed = static_cast<double>(at - last_->mono_ns) + last_->time_uncertainty_ns;
@@ -199,7 +199,7 @@ class Campaign {
     });
   }
 
-  // One byte is lost, which its neighbour in the frame stands for, or one comes in between.
+  // One byte is lost, which its neighbour in the frame replaces, or one comes in between.
   void Shift(Sent& sent) {
     const std::size_t at = random_() % frame_.size();
     const auto offset = static_cast<std::ptrdiff_t>(at);

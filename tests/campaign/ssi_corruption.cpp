@@ -3,7 +3,7 @@
 // Usage: ssi_corruption WORDS [MODE...]; prints a few lines of figures per mode; exit 1 when a position outside the bound
 // was published valid, or a rate disagrees with theory.
 //
-// Theory. A bit that was sampled wrong passes unless something else of the transfer says the same: the idle level, a zero
+// Theory. A bit that was sampled wrong passes unless something else of the transfer confirms it: the idle level, a zero
 // that must come, the word again, parity. A pattern of inverted places of the position passes when every other sample of
 // these places that is looked at is inverted too, and parity with it; nothing else that is looked at may be inverted. With
 // c samples of a place, k inverted places and n samples looked at the share is
@@ -151,7 +151,7 @@ class Referee final : public MessageSink {
     }
   }
 
-  // Whether the shaft can be there at `at`, since it was last told correctly.
+  // Whether the shaft can be there at `at`, since the last correct reading.
   [[nodiscard]] bool Within(std::int64_t position, MonoNs at) const {
     if (!last_) return false;
     const double per_ns = mode_.max_rpm / 60 * std::ldexp(1.0, mode_.bits) * 1e-9;

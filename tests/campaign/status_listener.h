@@ -12,7 +12,7 @@
 
 namespace axlecast {
 
-// Hears every COMMAND_STATUS on a command port, whoever it is for, and keeps which outcomes each id was ever given.
+// Receives every COMMAND_STATUS on a command port, for any client, and keeps all outcomes of each id.
 class StatusListener {
  public:
   StatusListener(const std::string& url, const std::string& prefix);

@@ -7,7 +7,7 @@
 
 namespace axlecast {
 
-// What a storm of commands came to, told by many threads.
+// The results of a storm of commands, reported by many threads.
 class StormTally {
  public:
   void Outcome(const std::string& operation, const std::string& outcome, std::int64_t effects);

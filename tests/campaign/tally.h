@@ -10,7 +10,7 @@
 
 namespace axlecast {
 
-using Long = long long;  // as printf wants it
+using Long = long long;  // as printf requires it
 
 // What became of the positions of one mode.
 struct Tally {

@@ -100,7 +100,7 @@ class AlarmKills {
     body.issued_mono_ns = clock_.now;
     body.bridge_boot_id = boots_;
     for (int i = 0; i < 200 && !Outcome(); ++i) {
-      // One that no bridge has taken up is made anew for the next bridge.
+      // A command that no bridge has accepted is created again for the next bridge.
       if (!store_.Find(IdOf(body.id))) body.bridge_boot_id = boots_;
       command_t envelope{};
       envelope.body = Encoded(body);

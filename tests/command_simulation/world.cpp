@@ -15,7 +15,7 @@ using S = command_status_t;
 
 constexpr std::int64_t kFirstBoot = 42;
 
-// Whether an outcome tells the truth of a command that has had `effects` effects.
+// Returns whether an outcome is true for a command that has had `effects` effects.
 bool Agrees(const S& outcome, int effects) {
   switch (outcome.state) {
     case S::STATE_SUCCEEDED:
@@ -51,7 +51,7 @@ World::World(WorldSettings settings)
 bool World::Run(std::uint32_t count) {
   const auto buses = static_cast<std::size_t>(settings_.buses);
   const std::size_t at_a_time = 2 * buses * static_cast<std::size_t>(settings_.devices_per_bus);
-  for (int i = 0; i < 2'500; ++i) Millisecond();  // the drivers say HELLO
+  for (int i = 0; i < 2'500; ++i) Millisecond();  // the drivers send HELLO
   std::uint32_t started = 0;
   MonoNs settled = kNever;
   for (std::int64_t i = 0; i < 200'000'000; ++i) {
@@ -191,7 +191,7 @@ void World::JudgeOne(const CommandId& id, const Client& client, WorldTally& tall
   if (client.outcomes.size() > 1 && !client.reads) {
     std::string told;
     for (const int state : client.outcomes) told += " " + std::string(StateName(static_cast<std::int8_t>(state)));
-    breach("told more than one outcome:" + told);
+    breach("reported more than one outcome:" + told);
   }
   const auto journalled = store_.Find(id);
   if (client.reads) return void(++tally.outcomes["read"]);
@@ -208,9 +208,9 @@ void World::JudgeOne(const CommandId& id, const Client& client, WorldTally& tall
            " with " + std::to_string(effects) + " effects: " + journalled->text);
   }
   const CommandResult& result = client.result;
-  if (result.not_accepted) breach("its client was told that no bridge took it up");
+  if (result.not_accepted) breach("its client received that no bridge took it up");
   if (result.answered && result.status.is_final != 0 && result.status.state != journalled->state) {
-    breach("its client was told " + std::string(StateName(result.status.state)));
+    breach("its client received " + std::string(StateName(result.status.state)));
   }
 }
 

@@ -22,7 +22,7 @@ namespace axlecast {
 
 // For tests: clients, a bridge, drivers and devices in virtual time, on a network that loses, doubles and reorders,
 // killed at any instant. All but the devices and the network is the product's own. Whatever happens, a command acts
-// at most once, has one outcome, and that one agrees with what was really done to the device.
+// at most once, has one outcome, and this outcome agrees with what was really done to the device.
 
 struct WorldSettings {
   std::uint32_t seed = 1;
@@ -68,7 +68,7 @@ class World {
     CommandResult result;
     MonoNs cancel_at = kNever;
     MonoNs kill_at = kNever;
-    std::set<int> outcomes;  // final states that any bridge ever told
+    std::set<int> outcomes;  // final states that any bridge ever reported
   };
 
   void StartOne(std::uint32_t number);

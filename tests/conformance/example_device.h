@@ -14,7 +14,7 @@ class Indifferent final : public LinkObserver {
   void OnLink(bool, std::string_view, MonoNs) override {}
 };
 
-// A shaft that stands, as far as the device is told.
+// A shaft that stands still, as far as the device can measure.
 [[nodiscard]] inline RecordingOutput AtRest() {
   RecordingOutput output;
   output.motion = {.known = true, .standstill = true};

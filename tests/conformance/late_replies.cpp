@@ -149,7 +149,7 @@ void LateRun::OnSample(std::size_t index, const Sample& sample) {
 
 // The unit may latch a little before or after the change.
 void LateRun::OnMotor(const MotorReading& reading) {
-  // What was read before the first step is told with the time at which it was read.
+  // What was read before the first step is reported with the time at which it was read.
   if (!judging_ || !reading.has_analog() || steps_.empty() || reading.analog_at.last < steps_.front()) return;
   auto index = static_cast<std::size_t>(std::llround((reading.voltage_v - 100) * 10));
   // The same voltage comes again: the last time that was not after the reading.

@@ -37,7 +37,7 @@ class LateRun final : private LinkObserver {
   [[nodiscard]] std::int64_t readings() const { return readings_; }
   // Readings whose interval does not hold the instant of their value.
   [[nodiscard]] std::int64_t missed() const { return missed_; }
-  // The widest distance of an interval from that instant, as far as it can be told.
+  // The widest distance of an interval from that instant, as far as it is known.
   [[nodiscard]] MonoNs worst() const { return worst_; }
 
  private:

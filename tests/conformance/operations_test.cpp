@@ -5,7 +5,7 @@
 
 #include "core/device/family.h"
 
-// What every family says of its operations fits together: the journal, the roles, the permits and the wear rely on it.
+// The declarations of every family about its operations are consistent: the journal, the roles, the permits and the wear rely on it.
 namespace axlecast {
 namespace {
 

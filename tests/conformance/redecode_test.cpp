@@ -119,7 +119,7 @@ TEST_P(RedecodeConformance, AGapIsNotedAndNothingWrongIsMadeOfIt) {
   ASSERT_EQ(redecoder.gaps().size(), 1U);
   EXPECT_EQ(redecoder.gaps()[0].messages, 5);
   EXPECT_EQ(redecoder.gaps()[0].utime, wire[from + 5].utime);
-  // What is decoded at all, the device said; turns that are counted begin anew.
+  // Everything that is decoded was sent by the device; counted turns start again.
   std::int64_t common = 0;
   for (const DeviceConfig& device : captured_.devices) {
     std::map<MonoNs, position_t> recorded;

@@ -6,7 +6,7 @@
 #include "core/device/operation.h"
 #include "tests/conformance/example_device.h"
 
-// Device::Refusal says what Begin would say, with the arguments' values judged, and changes nothing: on the first
+// Device::Validate returns the refusal that Begin would report, checks the values of arguments, and changes nothing: on the first
 // device of every example bus, for every operation of its family.
 namespace axlecast {
 namespace {
@@ -30,7 +30,7 @@ std::optional<Outcome> RefusalOf(const ExampleDevice& rig, const DriverCommand& 
   return valid ? std::nullopt : std::optional(RefusedOutcome(valid.error()));
 }
 
-// Asks, then orders: both must say the same. The refusal, if any; else the order is under way.
+// Validates, then begins: both must give the same refusal. Returns the refusal, if any; else the command is being carried out.
 std::optional<Outcome> AskAndBegin(ExampleDevice& rig, const DriverCommand& order) {
   SCOPED_TRACE(TextOf(order));
   const std::size_t told = rig.output.outcomes.size();
@@ -206,7 +206,7 @@ TEST_P(RefusalConformance, TheFamilyPermitsWhatTheDeviceTakes) {
   }
 }
 
-// What an operation says of itself holds when it is carried out.
+// The declaration of an operation holds when it is carried out.
 TEST_P(RefusalConformance, NothingIsWrittenOrMovedThatIsNotDeclared) {
   for (const OperationSpec& operation : bus_->family->operations) {
     SCOPED_TRACE(operation.name);

@@ -31,7 +31,7 @@ class Log:
         self.events.append((utime, channel, data if isinstance(data, bytes) else data.encode()))
 
     def message(self, kind, at, seq, /, **fields):
-        """A message of the type `kind` whose head says so; its numbers are 0 unless given."""
+        """A message of the type `kind` with this head; its numbers are 0 unless given."""
         message = getattr(self.types, kind)()
         message.utime, message.mono_ns, message.boot_id, message.seq = at, 1_000 * (at - START), BOOT, seq
         for name, value in fields.items():
@@ -80,7 +80,7 @@ class Converted(unittest.TestCase):
         self.path = self.folder / "machine.log"
 
     def axlecast(self, command, *options, exit_code=0):
-        """What it said on standard error; the log is written first."""
+        """Its standard error; the log is written first."""
         if not self.path.exists():
             self.log.write(self.path)
         done = subprocess.run([BIN / "axlecast", "log", command, self.path, *options], capture_output=True, text=True,

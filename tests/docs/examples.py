@@ -17,7 +17,7 @@ END = re.compile(r"\s(?:\||&&|\|\||;|>|<|#)(?:\s|$)|\)\s|;\s")
 
 
 def lines_of(page):
-    """The lines of code, each with its number; one that ends in a backslash goes on in the next."""
+    """The lines of code, each with its number; a line that ends in a backslash continues in the next."""
     fenced, held, start = False, "", 0
     for number, line in enumerate(page.read_text().splitlines(), 1):
         if FENCE.match(line.lstrip()):

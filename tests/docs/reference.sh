@@ -1,5 +1,5 @@
 #!/bin/sh
-# The committed reference is what its sources say today.
+# The committed reference equals what its sources give today.
 #   tests/docs/reference.sh PYTHON TOP BIN
 set -eu
 made=$(mktemp -d)

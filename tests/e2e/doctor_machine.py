@@ -10,11 +10,11 @@ from machine import BIN, Machine
 ENCODER = "{model: ts5669n127, unit: deg, publish_hz: 100}"
 # FT232H at full speed behind a hub, as sysfs shows a USB serial port.
 USB_FOLDER = "sys/devices/pci0/usb1/1-2"
-NULL = "1:3"  # /dev/null stands for the port's device: it is there without any right
+NULL = "1:3"  # /dev/null replaces the port's device: it exists without any permission
 
 
 class DoctorMachine(Machine):
-    """`found` gives what one check says."""
+    """`found` returns the result of one check."""
 
     def setUp(self):
         super().setUp()
@@ -41,7 +41,7 @@ class DoctorMachine(Machine):
         return told["findings"]
 
     def assert_found(self, name, config, text, *words, before=()):
-        """One finding whose text has this in it; gives its lines that mend it."""
+        """One finding whose text has this in it; returns the lines that fix it."""
         findings = self.found(name, config, *words, before=before)
         self.assertEqual(len(findings), 1, findings)
         self.assertIn(text, findings[0]["found"])

@@ -84,7 +84,7 @@ class Hostile:
         return [bytes(datagram)]
 
     def make_new_name(self):
-        """A well-formed message of the machine's types on a channel that nobody has heard."""
+        """A well-formed message of the machine's types on a channel that nobody has received."""
         datagram = self.chance.choice(self.genuine)
         kind = datagram[8:datagram.index(0, 8)].split(b"/")[0]
         name = b"%s/x%010x" % (kind, self.chance.getrandbits(40))

@@ -1,4 +1,4 @@
-"""Hears LCM messages by its published wire protocol, without liblcm: nothing is lost below 64 MB."""
+"""Receives LCM messages by its published wire protocol, without liblcm: nothing is lost below 64 MB."""
 
 import socket
 import struct

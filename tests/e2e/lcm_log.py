@@ -83,7 +83,7 @@ def generated_types():
 
 
 def publish(port, channel, data, group="239.255.76.67"):
-    """One LCM message as its wire protocol says: short header, channel, NUL, payload."""
+    """One LCM message in its wire protocol: short header, channel, NUL, payload."""
     packet = struct.pack(">II", 0x4C433032, publish.sequence) + channel.encode() + b"\0" + data
     publish.sequence += 1
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:

@@ -105,7 +105,7 @@ class Relay:
             broker.close()
 
     def cut(self, mode="refuse"):
-        """Ends what stands; from now on `mode`."""
+        """Ends the connections; from now on `mode`."""
         self.mode = mode
         links, self.links = self.links, []
         for link in links:

@@ -11,7 +11,7 @@ from machine import BIN, Machine, wait_for
 
 GROUP, PORT = "239.255.76.67", 7667
 URL = f"udpm://{GROUP}:{PORT}?ttl=0"
-OWN = ("RECORDER/test", "ALARM/recorder/test")  # what a recorder says of itself
+OWN = ("RECORDER/test", "ALARM/recorder/test")  # what a recorder reports about itself
 
 
 class Sender:

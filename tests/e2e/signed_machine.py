@@ -1,4 +1,4 @@
-"""A machine with keys: nothing unsigned is obeyed. They are made by `axlecast keygen`, as docs/keys.md says."""
+"""A machine with keys: nothing unsigned is obeyed. The keys are made by `axlecast keygen`, as docs/keys.md describes."""
 
 import json
 

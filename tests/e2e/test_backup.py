@@ -33,7 +33,7 @@ class Backup(Machine):
         return json.loads(self.file.read_text())
 
     def reseal(self, backup):
-        """As whoever changes the file by hand would have to."""
+        """As a person who edits the file would have to."""
         backup.pop("sha256")
         text = json.dumps(backup, separators=(",", ":"), ensure_ascii=False)
         backup["sha256"] = hashlib.sha256(text.encode()).hexdigest()

@@ -14,7 +14,7 @@ PASSWORD = "Gm3!right-one"
 
 class Bridge(Machine):
     def lines(self, *words):
-        """What a command that only reads the journal says."""
+        """The output of a command that only reads the journal."""
         code, out, err = self.axlecast(*words, "--config", self.config, "--json")
         self.assertEqual(code, 0, err)
         return [json.loads(line) for line in out.splitlines()]
@@ -75,7 +75,7 @@ class JournalMachine(Bridge):
                 pass
 
     def check_refused(self, cause):
-        """Changes are refused and not done; what only reads, a stop, and the positions go on."""
+        """Changes are refused and not done; reads, a stop, and the positions continue."""
         wait_for(lambda: "journal_fails" in self.alarms(self.data, "bridge"), "ALARM/bridge journal_fails")
         before = self.writes()
         code, outcome = self.write_byte()

@@ -77,7 +77,7 @@ raw.sendto(ip + udp, (target, 0))
 
 
 class Strangers(Machine):
-    """What another host sends to a machine whose URL says ttl=0."""
+    """What another host sends to a machine whose URL has ttl=0."""
 
     def setUp(self):
         super().setUp()

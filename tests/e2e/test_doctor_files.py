@@ -25,15 +25,15 @@ class Disks(DoctorMachine):
     def test_log_folder(self):
         config = self.recording(self.folder / "logs", "quota: 2MB")
         self.assert_quiet("log_folder", config)
-        self.assert_found("log_folder", config, "may not make it in", before=self.as_nobody())
+        self.assert_found("log_folder", config, "may not create it in", before=self.as_nobody())
         (self.folder / "logs").mkdir()
-        self.assert_found("log_folder", config, "may not write there", before=self.as_nobody())
+        self.assert_found("log_folder", config, "may not write into it", before=self.as_nobody())
         (self.folder / "logs").chmod(0o777)
         self.assert_quiet("log_folder", config, before=self.as_nobody())
 
     def test_log_folder_that_is_a_file(self):
         (self.folder / "logs").write_text("")
-        self.assert_found("log_folder", self.recording(self.folder / "logs", "quota: 2MB"), "is no folder")
+        self.assert_found("log_folder", self.recording(self.folder / "logs", "quota: 2MB"), "is not a folder")
 
     def test_log_space(self):
         disk = self.folder / "disk"
@@ -52,7 +52,7 @@ class Disks(DoctorMachine):
     def test_journal_folder(self):
         config = self.journalling(self.folder / "journal")
         self.assert_quiet("journal_folder", config)
-        self.assert_found("journal_folder", config, "may not make it in", before=self.as_nobody())
+        self.assert_found("journal_folder", config, "may not create it in", before=self.as_nobody())
 
     def test_journal_space(self):
         disk = self.folder / "disk"

@@ -1,4 +1,4 @@
-"""`axlecast doctor`: what stands between the processes of a machine and LCM. Each test creates its condition in a network
+"""`axlecast doctor`: what comes between the processes of a machine and LCM. Each test creates its condition in a network
 of its own."""
 
 import subprocess
@@ -69,9 +69,9 @@ class Network(DoctorMachine):
         self.assert_quiet("multicast_interface", self.config)
         self.veth()
         run("ip", "route", "replace", "224.0.0.0/4", "dev", "eth7")
-        self.assert_found("multicast_interface", self.config, "goes by eth7")
+        self.assert_found("multicast_interface", self.config, "uses eth7")
         self.assert_mended("multicast_interface", self.config)
-        self.assert_found("multicast_interface", self.far, "goes by lo")
+        self.assert_found("multicast_interface", self.far, "uses lo")
 
     def test_multicast_silent(self):
         self.assert_quiet("multicast_silent", self.config)
@@ -84,12 +84,12 @@ class Network(DoctorMachine):
         self.nft("add chain inet plant input { type filter hook input priority 0; policy drop; }",
                  "add rule inet plant input ct state established,related accept",
                  "add rule inet plant input tcp dport 22 accept", "add rule inet plant input iif lo accept")
-        self.assert_quiet("firewall", self.config)  # what is for this host comes by lo
+        self.assert_quiet("firewall", self.config)  # the datagram to this host itself came back
         self.veth()
         run("ip", "route", "replace", "224.0.0.0/4", "dev", "eth7")
         finding = self.assert_found("firewall", self.far, "chain input of the table inet plant")
         self.assertFalse(finding["safe"])
-        run("sh", "-c", finding["mend"][0])  # the line does what it promises
+        run("sh", "-c", finding["mend"][0])  # the line names the port in a rule, which ends the advice
         self.assert_quiet("firewall", self.far)
 
     def test_receive_buffer_max(self):
@@ -107,7 +107,7 @@ class Network(DoctorMachine):
         self.put("proc/sys/net/core/rmem_default", 212992)
         self.assert_quiet("receive_buffer_default", self.config, "--root", self.root)
         fast = self.machine(bus="poll_hz: 2000", device="{model: ts5669n127, unit: deg, publish_hz: 2000}")
-        self.assert_found("receive_buffer_default", fast, "2000 messages a second", "--root", self.root)
+        self.assert_found("receive_buffer_default", fast, "2000 messages per second", "--root", self.root)
         self.assert_mended("receive_buffer_default", fast, "--root", self.root)
         self.assertEqual(self.text("etc/sysctl.d/60-axlecast.conf"), "net.core.rmem_default = 2097152\n")
 

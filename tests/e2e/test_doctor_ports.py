@@ -1,4 +1,4 @@
-"""`axlecast doctor`: ports, and what the timing of a bus stands on. A host below a folder has the adapters that this one
+"""`axlecast doctor`: ports, and what the timing of a bus depends on. A host below a folder has the adapters that this one
 lacks."""
 
 import contextlib
@@ -39,7 +39,7 @@ class Ports(DoctorMachine):
         (self.root / "dev/ttyUSB0").unlink()
         self.assert_found("port_missing", self.config, "/dev/ttyUSB0 does not exist", *self.there)
         self.put("dev/ttyUSB0", "")
-        self.assert_found("port_missing", self.config, "is no device", *self.there)
+        self.assert_found("port_missing", self.config, "is not a device", *self.there)
 
     def test_port_missing_of_spi(self):
         finding = self.assert_found("port_missing", self.write(SPI), "/dev/spidev0.0", *self.there)

@@ -124,13 +124,13 @@ class Forged(SignedMachine):
                 yield data
 
     def record_genuine(self):
-        """One of each operation that the flood tries again, with permits, and what the bridge and driver said of it."""
+        """One of each operation that the flood tries again, with permits, and what the bridge and driver reported."""
         listener = self.listen()
         permits = self.start_permits("zero_single_turn", "reset_turns_and_errors")
         for words in (("eeprom", "write", "axis1", "10", "A1", "--yes"), ("clear-errors", "axis1", "--yes"),
                       ("zero", "axis1", "--yes")):
             code, outcome = self.permitted(*words)
-            self.assertIn(code, (DONE, UNVERIFIED), outcome)  # no error stands that a clear could be seen by
+            self.assertIn(code, (DONE, UNVERIFIED), outcome)  # there is no error whose clearing could be seen
         permits.terminate()
         permits.wait(20)
         genuine = list(self.heard(listener))
@@ -144,7 +144,7 @@ class Forged(SignedMachine):
         return {name: encoder[name] for name in COUNTERS}
 
     def rate_of_positions(self, work):
-        """Positions a second that were published, by their numbers, while `work` goes on; and how long that took."""
+        """Positions a second that were published, by their numbers, while `work` continues; and how long that took."""
         def newest(since):
             return wait_for(lambda: self.data.of("POSITION/axis1", since=since)[-1:], "a position")[0]
 

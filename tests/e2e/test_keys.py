@@ -46,7 +46,7 @@ class Keys(Machine):
         return self.simulated(self.config, "rs485-0")["devices"]["axis1"]
 
     def command(self, *words, key=None, config=None):
-        """Exit code and outcome, with local's key unless told otherwise."""
+        """Exit code and outcome, with local's key by default."""
         code, out, err = self.axlecast(*words, "--config", config or self.config, "--json",
                                        *(["--key", self.key(key)] if key else []))
         self.assertTrue(out, err)

@@ -1,6 +1,6 @@
 """kill -9 of the bridge, and of a driver, at their transitions: before and after each thing that the bridge writes into
 its journal or sends, and that the driver tells the bridge or has the encoder change. The program is then started again,
-and what the client was told and what the journal says are compared with what the encoder counted.
+and what the client was told and what the journal has are compared with what the encoder counted.
 
 axlecast-bridge-faults and axlecast-tformat-faults (tests/faulty_programs) die at $AXLECAST_KILL_AT. A spread of
 AXLECAST_KILL_POINTS transitions is taken; 0: all of them (tools/campaign)."""
@@ -61,7 +61,7 @@ class Kills(Machine):
         return {name: device[name] for name in COUNTERS}
 
     def turn_away_from_zero(self):
-        """So that a zero can be told from none."""
+        """So that a zero can be distinguished from no zero."""
         mark = self.data.mark()
         self.shaft_deg = self.shaft_deg + 70
         self.set_simulated(self.config, "rs485-0", motion=f"move:{self.shaft_deg},300")
@@ -96,7 +96,7 @@ class Kills(Machine):
                 (("home", "axis1", "--value", str(self.round), "--yes"), "datum"), (("eeprom", "read", "axis1", "10"), None))
 
     def give(self, name, words):
-        """The outcome of one command, whoever dies meanwhile."""
+        """The outcome of one command, whichever process is killed meanwhile."""
         client = subprocess.Popen([BIN / "axlecast", *words, "--json", "--config", self.config], stdout=subprocess.PIPE,
                                   text=True, stdin=subprocess.DEVNULL)
         wait_for(lambda: self.revive(name) or client.poll() is not None, f"an outcome of {words}", 2 * LIMIT)
@@ -153,7 +153,7 @@ class Kills(Machine):
         self.assertEqual(written["found"], outcome.get("found", "none"), (written, outcome))
 
     def play(self, name, kill_at):
-        """One scene; the transitions of the faulty program, if it lived to say them."""
+        """One scene; the transitions of the faulty program, if it lived to print them."""
         self.round += 1
         self.turn_away_from_zero()
         self.end_program(name)

@@ -41,7 +41,7 @@ class Log(Machine):
         return list(lcm_log.events(path))
 
     def played(self, log):
-        """How many events stock lcm-logplayer plays of the log: what it says itself of each."""
+        """How many events stock lcm-logplayer plays of the log: what it prints of each."""
         done = subprocess.run(["lcm-logplayer", "-v", "--speed=1000", f"--lcm-url={DATA_URL}", log],
                               capture_output=True, text=True, timeout=120)
         return len(re.findall(r"^\d+\.\d+ Channel", done.stdout, re.MULTILINE))

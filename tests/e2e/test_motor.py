@@ -20,7 +20,7 @@ PASSWORD, OTHER = "Gm3!right-one", "Gm3~other-one"
 
 class Motor(Machine):
     def run_machine(self, device="motor_control: start_stop, permit: not_required", simulate="", password=PASSWORD):
-        """gm1 as `device` says, gm2 with what is the default."""
+        """gm1 as `device` configures it, gm2 with the defaults."""
         for name, secret in (("main", password), ("new", OTHER)):
             self.set_password(name, secret)
         names = ", ".join(f"{name}: {{file: {self.folder / name}}}" for name in ("main", "new"))
@@ -364,7 +364,7 @@ buses:
             self.assertNotIn("not-the-one", json.dumps(outcome))
         wait_for(lambda: "wrong_password" in self.alarms(self.data, "gm1"), "the alarm")
         self.assertEqual((self.unit()["wrong_passwords"], self.unit()["parameter_writes"]), (1, 0))
-        # The file is mended; only an order tries again.
+        # The file is correct again; only a command tries again.
         self.set_password("main", PASSWORD)
         code, outcome = self.do("gm1", "log_in")
         self.assertEqual((code, outcome["verified"]), (DONE, 1), outcome)
@@ -399,7 +399,7 @@ buses:
         code, outcome = self.do("gm1", "write_parameter", "name=log_interval", "value=0.4")
         self.assertEqual((code, outcome["verified"]), (DONE, 1), outcome)
         self.assertEqual(self.unit()["wrong_passwords"], 0)
-        # A new driver reads the file, which still names the old one, and says so.
+        # A new driver reads the file, which still names the old one, and reports it.
         self.running_driver.terminate()
         self.running_driver.wait()
         self.set(power="cycle")

@@ -128,7 +128,7 @@ class Hostile(Mqtt):
 
 
 class BrokerAway(Mqtt):
-    """The bridge reaches the broker through a relay, so that the one who listens can stand there again before it."""
+    """The bridge reaches the broker through a relay, so that the listener can return before the broker does."""
 
     def run_bridge(self, queue="{}", interval="0.05s", seconds=None):
         self.running_broker = self.broker()

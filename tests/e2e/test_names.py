@@ -93,7 +93,7 @@ class Names(Machine):
         socket.until(have_all)
         again = WebSocket(port)
         self.addCleanup(again.close)
-        left |= {"trend", "trip"}  # what a server tells of the past
+        left |= {"trend", "trip"}  # what a server sends of the past
         again.until(have_all)
 
     def test_the_names_in_the_webs_schema_are_those_of_the_messages(self):

@@ -71,7 +71,7 @@ class UnderLoad(Machine):
         wait_for(lambda: self.delivered() >= began + count, lambda: f"a load; {self.log('load')}")
 
     def record(self, log, env=None):
-        """A recorder that goes on with the log, and its name."""
+        """A recorder that continues the log, and its name."""
         self.runs += 1
         name = f"record{self.runs}"
         return self.start(name, BIN / "axlecast", "record", log, "--append", "--url", URL, "--json", "--name", "test",
@@ -159,7 +159,7 @@ class RecordKill(UnderLoad):
     # -- the end of a log
 
     def judge_end(self, log):
-        """The log goes on once more, to its end: it is whole."""
+        """The log continues once more, to its end: it is whole."""
         process, name = self.record(log)
         self.listens(process, name)
         self.wait_load(200)
@@ -175,7 +175,7 @@ class RecordKill(UnderLoad):
         self.assertEqual(len(list(lcm_log.stock_events(log))), len(list(lcm_log.events(log))))
 
     def played(self, log):
-        """How many events stock lcm-logplayer says that it plays."""
+        """How many events stock lcm-logplayer reports that it plays."""
         done = subprocess.run(["lcm-logplayer", "-v", "--speed=1000", "--lcm-url=udpm://239.255.76.67:7700?ttl=0", log],
                               capture_output=True, text=True, timeout=120)
         return len(re.findall(r"^\d+\.\d+ Channel", done.stdout, re.MULTILINE))
@@ -214,7 +214,7 @@ class Start(UnderLoad):
 
 
 class Damage(UnderLoad):
-    """Of a recorder's own log, with its head and its seals, mended by the command."""
+    """Of a recorder's own log, with its head and its seals, repaired by the command."""
 
     def recorded(self):
         log = self.folder / "whole.lcm"

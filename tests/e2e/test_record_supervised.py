@@ -1,4 +1,4 @@
-"""What systemd hears of axlecast record: ready when it listens, and fed only while it reads."""
+"""What systemd receives from axlecast record: ready when it listens, and fed only while it reads."""
 
 import ctypes
 import os
@@ -28,7 +28,7 @@ class RecordSupervised(Recorder):
         self.systemd.bind(str(self.folder / "notify"))
 
     def heard(self, seconds):
-        """The next thing that systemd hears, None when nothing comes for so long."""
+        """The next message to systemd, None if nothing comes in this time."""
         self.systemd.settimeout(seconds)
         try:
             return self.systemd.recv(4096).decode()

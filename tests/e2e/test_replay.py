@@ -1,4 +1,4 @@
-"""`axlecast replay`, heard by stock lcm-logger and by the wire protocol itself; its keys on a real terminal."""
+"""`axlecast replay`, received by stock lcm-logger and by the wire protocol itself; its keys on a real terminal."""
 
 import fcntl
 import hashlib
@@ -51,7 +51,7 @@ class Replay(Machine):
         return code, json.loads(out) if out else None, err
 
     def heard(self, count):
-        """What was heard, when it is so many messages; and no more come."""
+        """What was received, when the number of messages is reached; and no more come."""
         wait_for(lambda: len(self.ear.messages) >= count, lambda: f"{count} messages, {len(self.ear.messages)} came")
         return self.ear.messages
 

@@ -42,7 +42,7 @@ class Saa(Machine):
         return self.simulated(self.config, bus)["devices"][device]
 
     def at_rest(self, device, *words):
-        """An order that needs standstill, repeated until the driver has seen that the shaft stands."""
+        """A command that needs a standstill, repeated until the driver has seen that the shaft stands still."""
         def tried():
             code, outcome = self.do(device, *words)
             return None if outcome["reason_code"] in (NOT_STANDING_STILL, WEAR) else (code, outcome)

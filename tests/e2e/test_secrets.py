@@ -26,7 +26,7 @@ WINDOW = 6  # characters: a part of a password counts as well
 
 
 def appearances(secret):
-    """Every way in which a part of it could stand somewhere."""
+    """Every way in which a part of it could appear somewhere."""
     found = set()
     for begin in range(len(secret) - WINDOW + 1):
         part = secret[begin:begin + WINDOW].encode()
@@ -45,12 +45,12 @@ FORBIDDEN = sorted(set().union(*(appearances(secret) for secret in (PASSWORD, OT
 
 
 def forbidden_in(data, texts=FORBIDDEN):
-    """What of it stands in `data`. Not one regular expression: Python's take a second for each megabyte."""
+    """What of it appears in `data`. Not one regular expression: Python's take a second for each megabyte."""
     return [text for text in texts if text in data]
 
 
 def parts_of_key(seed):
-    """Every way in which a part of a secret key could stand somewhere."""
+    """Every way in which a part of a secret key could appear somewhere."""
     found = set()
     for begin in range(len(seed) - WINDOW + 1):
         part = seed[begin:begin + WINDOW]
@@ -151,7 +151,7 @@ buses:
             path.write_text(secret + "\n")
             places.append(f"{name}: {{file: {path}}}")
         places = ", ".join(places)
-        # Only the simulator, which is the unit, is told the password.
+        # Only the simulator, which is the unit, receives the password.
         simulated = self.write(self.FILE % (f'\n      gm1: {{password: "{PASSWORD}"}}', places), "etc/unit.yaml")
         self.config = self.write(self.FILE % ("", places))
         self.assertTrue(forbidden_in(simulated.read_bytes()), "the search finds what is there")
@@ -308,7 +308,7 @@ class Keys(SignedMachine):
         return bytes.fromhex(digits)
 
     def use_keys(self):
-        """Commands, permits, a refused key, what can be asked of the keys; all that the CLI said."""
+        """Commands, permits, a refused key, what can be asked of the keys; all output of the CLI."""
         said = ""
         permits = self.start_permits("zero_single_turn")
         for words in (("zero", "axis1", "--yes"), ("eeprom", "write", "axis1", "10", "A1", "--yes")):

@@ -1,4 +1,4 @@
-"""axlecast hwtest and report on simulators: what they say of a good and of a bad line, of a turn by hand, and that their
+"""axlecast hwtest and report on simulators: what they report of a good and of a bad line, of a turn by hand, and that their
 pages are whole, hold no script, load nothing and show no secret."""
 
 import html.parser
@@ -89,7 +89,7 @@ class Hwtest(Service):
     def test_a_good_encoder(self):
         self.run_machine()
         path = self.folder / "axis1.html"
-        # A starved simulator answers late, which is rightly told.
+        # A starved simulator answers late, which is rightly reported.
         report, of = wait_for(lambda: (lambda code, *rest: rest if code == DONE else None)(*self.hwtest("--html", path)),
                               "an acceptance without failed readings")
         self.assertTrue(report["simulated"])

@@ -72,7 +72,7 @@ class StockTools(Machine):
         return True
 
     def witness(self):
-        """The Java agent that tells from within lcm-spy what it shows."""
+        """The Java agent that prints from within lcm-spy what it shows."""
         source = pathlib.Path(__file__).with_name("spy_witness") / "SpyWitness.java"
         subprocess.run(["javac", "-nowarn", "-d", self.folder / "classes", source], check=True)
         manifest = self.write("Premain-Class: SpyWitness\n", "manifest")

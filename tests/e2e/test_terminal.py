@@ -1,4 +1,4 @@
-"""What is printed cannot steer the terminal that it is printed on, whatever stands in files, names, logs and command lines."""
+"""What is printed cannot steer the terminal that it is printed on, whatever files, names, logs and command lines."""
 
 import json
 import re

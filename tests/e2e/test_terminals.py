@@ -30,7 +30,7 @@ class Terminals(Machine):
         return main, terminal
 
     def refusal(self, text):
-        """The driver's reason, as its bus tells it."""
+        """The driver's reason, as its bus reports it."""
         return text in (self.data.last("BUS/rs485-0") or {}).get("last_error", "")
 
     def test_a_terminal_with_the_number_of_a_killed_simulator(self):

@@ -13,7 +13,7 @@ TEXT, BINARY, CLOSE, PING, PONG = 1, 2, 8, 9, 10
 
 
 class Closed(Exception):
-    """The server ended the connection; `code` as it says, None without a close frame."""
+    """The server ended the connection; `code` as it sent it, None without a close frame."""
 
     def __init__(self, code):
         super().__init__(f"closed: {code}")
@@ -81,7 +81,7 @@ def request(port, path, method="GET", headers=None, body=b"", tls=None, address=
 
 
 class WebSocket:
-    """Open when it has been made; else `status` says why not."""
+    """Open when it has been made; else `status` is the reason."""
 
     def __init__(self, port, headers=None, tls=None, path="/ws", protocol="axlecast-web-1", receive_buffer=None):
         self.link = Link(port, tls, receive_buffer)

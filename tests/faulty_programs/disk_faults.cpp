@@ -1,4 +1,4 @@
-// For LD_PRELOAD: a disk that fails as the file $AXLECAST_DISK_FAULT says, with EIO, for logs (*.lcm) only. "write":
+// For LD_PRELOAD: a disk that fails as the file $AXLECAST_DISK_FAULT specifies, with EIO, for logs (*.lcm) only. "write":
 // half of what is written arrives, and the rest is refused; "sync": nothing is brought to the disk; empty: it is well.
 
 #include <dlfcn.h>

@@ -8,7 +8,7 @@
 
 namespace axlecast {
 
-// Kills this process, as kill -9 does, at its transition number $AXLECAST_KILL_AT; none without that. Says how many
+// Kills this process, as kill -9 does, at its transition number $AXLECAST_KILL_AT; without it at no transition. Prints how many
 // there were, at a clean end.
 class KillOrder {
  public:

@@ -1,4 +1,4 @@
-// axlecast-tformat that kills itself at a chosen transition: before or after it tells the bridge a thing, or sends the
+// axlecast-tformat that kills itself at a chosen transition: before or after it sends the bridge a message, or sends the
 // encoder a request that changes something.
 #include <algorithm>
 #include <array>

@@ -36,7 +36,7 @@ DecodeSettings DrawSettings(FuzzedDataProvider& input, std::size_t maximum,
   return settings;
 }
 
-// Requires what docs/decode.md says of every family; `check(json, ok)` requires what it says of this one.
+// Requires what docs/decode.md promises for every family; `check(json, ok)` requires what it promises for this one.
 template <typename Check>
 void CheckDecode(decltype(Family::decode) decode, const DecodeSettings& settings, Bytes frame, Check check) {
   bool usable = false;

@@ -1,7 +1,7 @@
 #pragma once
 
 // What the fuzzers of the families' probes share: whatever comes, a probe comes to an end, asks nothing but reads, and what
-// it says it found can be told.
+// it reports as found can be printed.
 
 #include <fuzzer/FuzzedDataProvider.h>
 
@@ -13,7 +13,7 @@
 
 namespace axlecast {
 
-// One probe's life: every step of it ends as the input says; without any more input nothing comes.
+// One probe's life: every step of it ends as the input specifies; without more input nothing comes.
 class ProbeFuzz {
  public:
   ProbeFuzz(const std::vector<ProbeTrial>& trials, FuzzedDataProvider& input) : input_(input) {

@@ -49,11 +49,24 @@ def two_way_pairs(edges):
             for one, other in sorted(found) if one < other and (other, one) in found]
 
 
+# Ways to report an error that are not Result<T> (core/base/result.h).
+EMPTY_IS_GOOD = re.compile(r"((?:^ *//[^\n]*\n)+) *\[\[nodiscard\]\](?: virtual| static)? std::string (\w+)\(", re.MULTILINE)
+PROBLEM_AS_TEXT = re.compile(r"std::(?:string|optional<std::string>) (\w*(?:[Pp]roblem|Why|Mistake))\(")
+PROBLEM_AS_ARGUMENT = re.compile(r"std::string\*? ?[&*]? ?(problem|error|why)\b\s*[,)]")
+
+
 def string_errors(paths):
-    """Declarations that return an error as a plain string: `[[nodiscard]] std::string`, with "empty" in the comment above."""
-    declaration = re.compile(r"((?:^ *//[^\n]*\n)+) *\[\[nodiscard\]\](?: virtual)? std::string (\w+)\(", re.MULTILINE)
-    return [f"{path}: {name}" for path in paths if path.endswith(".h")
-            for comment, name in declaration.findall(text_of(path)) if re.search(r"\b[Ee]mpty\b", comment)]
+    """Declarations that report an error as a plain string: as the result, "empty" in the comment above, or as an out parameter."""
+    found = []
+    for path in paths:
+        if path.endswith(".h"):
+            text = text_of(path)
+            found += [f"{path}: {name}" for comment, name in EMPTY_IS_GOOD.findall(text)
+                      if re.search(r"\b[Ee]mpty (?:if|when|where|:)|\b[Ee]mpty\.|else empty", comment)]
+            found += [f"{path}: {name}" for name in PROBLEM_AS_TEXT.findall(text)]
+            found += [f"{path}: {match[1]} is an out parameter" for match in PROBLEM_AS_ARGUMENT.finditer(text)
+                      if "*" in match[0] or ("&" in match[0] and not re.search(r"const\s+$", text[:match.start()]))]
+    return sorted(set(found))
 
 
 def figures():

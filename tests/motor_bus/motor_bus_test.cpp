@@ -183,7 +183,7 @@ TEST_F(MotorBusTest, AlternatingWithLiveDataTheLogTakesLonger) {
     if (published != 0 && motor.mono_ns < Trips()[0].mono_ns) ++meanwhile;
   }
   EXPECT_LE(Trips()[0].mono_ns - published, 2'600 * kMillisecond);
-  EXPECT_GE(meanwhile, 2) << "live data go on";
+  EXPECT_GE(meanwhile, 2) << "live data continue";
 }
 
 // The unit shifts its logs when it trips: what was read of the first log before belongs to another trip.

@@ -1,5 +1,5 @@
 #!/bin/sh
-# as_root.sh COMMAND...: device nodes, chroot and dpkg want the real root.
+# as_root.sh COMMAND...: device nodes, chroot and dpkg need the real root.
 set -eu
 [ "$(id -u)" -eq 0 ] && exec "$@"
 exec sudo -n "$@"

@@ -25,7 +25,7 @@ def different(first, second):
 
 
 def show_difference(first, second):
-    """What lists and checksums tell of it; diffoscope tells more."""
+    """What lists and checksums show of it; diffoscope shows more."""
     lists = [subprocess.run(["dpkg-deb", "--contents", deb], capture_output=True, text=True, check=True).stdout.splitlines()
              for deb in (first, second)]
     for line in sorted(set(lists[0]) ^ set(lists[1])):

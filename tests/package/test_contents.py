@@ -136,7 +136,7 @@ class Contents(unittest.TestCase):
             self.assertLessEqual(exposure, MOST_EXPOSURE, service.name)
 
     def test_units_are_sound(self):
-        # systemd looks for programs and pages in the running system: of ours it is told here where they are.
+        # systemd looks for programs and pages in the running system: this is where ours are.
         folder = self.root / "verify"
         folder.mkdir()
         for unit in [*self.services(), self.units / "axlecast.target"]:

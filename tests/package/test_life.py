@@ -44,7 +44,7 @@ class Life(unittest.TestCase):
         subprocess.run([str(word) for word in command], check=True)
 
     def inside(self, *command, code=0):
-        """What the command says; fails the test when its exit code is another one. `code` None: any."""
+        """The output of the command; fails the test when its exit code is another one. `code` None: any."""
         result = subprocess.run(["chroot", self.root, *command], capture_output=True, text=True, timeout=300,
                                 env={"PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "DEBIAN_FRONTEND": "noninteractive"})
         if code is not None:
@@ -70,7 +70,7 @@ class Life(unittest.TestCase):
         return self.inside("dpkg-query", "--show", "--showformat=${Version} ${db:Status-Status}", "axlecast", code=None)
 
     def start_units(self):
-        """What systemd would start with axlecast.target, as the generator tells it."""
+        """What systemd would start with axlecast.target, as the generator lists it."""
         self.inside("/lib/systemd/system-generators/axlecast-generator", "/tmp/units", "/tmp/units", "/tmp/units")
         wanted = sorted((self.root / "tmp/units/axlecast.target.wants").iterdir())
         for link in wanted:

@@ -47,7 +47,7 @@ class TheList(unittest.TestCase):
         self.assertEqual(sorted(ids), sorted(set(ids)))
 
     def test_what_is_not_reachable_is_not_called(self):
-        """The functions that the reasons say are not used."""
+        """The functions that the reasons state are not used."""
         source = "".join(path.read_text() for room in ("platform/net", "drivers/hal")
                          for path in (FOLDER.parents[1] / room).glob("*.cpp"))
         self.assertNotRegex(source, r"modbus_(mapping|read_bits|read_input_bits|reply|receive)\b")

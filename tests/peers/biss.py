@@ -35,7 +35,7 @@ def transfer(body, clocks, delay=0, busy=2):
 
 
 def position(samples, bits):
-    """(counts, status bits) of a transfer; ValueError where there is none."""
+    """(counts, status bits) of a transfer; ValueError if there is no frame."""
     head, _, rest = samples.partition("0")
     if head != "1" * max(2, len(head)) or "1" not in rest:
         raise ValueError(f"no acknowledgement and start bit: {samples}")
@@ -78,7 +78,7 @@ class Encoder:
 
 
 class Master:
-    """Clocks whatever stands behind the socket of a simulated SPI bus."""
+    """Clocks the device behind the socket of a simulated SPI bus."""
 
     def __init__(self, path):
         self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)

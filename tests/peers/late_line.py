@@ -1,4 +1,4 @@
-"""A serial line on a pty whose devices answer late, twice, not at all, or with garbage, as the test says. Requests and replies
+"""A serial line on a pty whose devices answer late, twice, not at all, or with garbage, as the test specifies. Requests and replies
 take their time on the wire. Nothing here comes from axlecast's code.
 
 A line's `station` is what listens on it. size(begin) returns how many bytes the request has that begins so, 0 while that is
@@ -14,7 +14,7 @@ import threading
 import time
 import tty
 
-LOST_NS = 50_000_000  # what is left of a request after so long is dropped
+LOST_NS = 50_000_000  # the rest of a request is dropped after this time
 
 
 class Behaviour:

@@ -1,4 +1,4 @@
-"""Hears LCM by its published wire protocol and decodes by what lcm-gen makes for Python: nothing of axlecast's."""
+"""Receives LCM by its published wire protocol and decodes by what lcm-gen makes for Python: nothing of axlecast's."""
 
 import socket
 import struct

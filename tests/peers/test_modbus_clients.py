@@ -1,4 +1,4 @@
-"""mbpoll and libmodbus against our simulators, compared with what the makers' documents say."""
+"""mbpoll and libmodbus against our simulators, compared with the makers' documents."""
 
 import re
 import subprocess

@@ -70,7 +70,7 @@ buses:
         self.assertIn(bytes.fromhex("01 03 00 00 00 02 C4 0B"), {d for _, who, d in self.cable.passed if who == "host"})
 
     def test_a_late_reply_never_becomes_another_value(self):
-        """Each reply says by its counts whose it is and when it was read. Unit 1 is often late by up to 0.3 s: more than
+        """The counts of each reply show whose it is and when it was read. Unit 1 is often late by up to 0.3 s: more than
         the timeout, several requests of the other unit and the next one of its own; less than late_us."""
         first, second = 1000, 40000
         self.run_bus({1: Encoder(first, 1, step=1), 2: Encoder(second, 1, step=1)}, 16, ", timeout_us: 20000")

@@ -97,7 +97,7 @@ buses:
         ours, sent = self.stream(17, lambda n: 40 * n % 2**17, lambda n: pieces[n % len(pieces)])
         got = [m.raw_counts for m in ours]
         expected = [counts for _, counts in sent[:sent.index(next(s for s in sent if s[1] == got[-1])) + 1]]
-        # A frame next to bad bytes may be lost (the stream does not say where it begins); none else may.
+        # A frame next to bad bytes may be lost (the stream does not mark its beginning); none else may.
         clean = [counts for index, counts in enumerate(expected) if not pieces[(counts // 40) % len(pieces)]
                  and not pieces[(counts // 40 - 1) % len(pieces)]]
         self.assertEqual([counts for counts in expected if counts in set(got)], got)
@@ -174,7 +174,7 @@ buses:
         self.addCleanup(os.close, port)
         tty.setraw(port)
         mode = termios.tcgetattr(port)
-        mode[4] = mode[5] = termios.B115200  # at another rate both hear noise
+        mode[4] = mode[5] = termios.B115200  # at another rate both receive noise
         termios.tcsetattr(port, termios.TCSANOW, mode)
         return port
 

@@ -39,7 +39,7 @@ def unit_at(address):
 
 
 def log_of(trip):
-    """Seven rows of twenty registers that tell which trip, quantity and sample they are."""
+    """Seven rows of twenty registers that identify trip, quantity and sample."""
     return [[word((-1 if quantity >= 3 else 1) * (1000 * trip + 100 * quantity + sample)) for sample in range(20)]
             for quantity in range(7)]
 

@@ -2,7 +2,7 @@
 
 namespace axlecast {
 
-// Stands for product code in the tests of the check itself.
+// Acts as product code in the tests of the check itself.
 [[nodiscard]] int Doubled(int value);
 
 }  // namespace axlecast

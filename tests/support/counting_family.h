@@ -33,7 +33,7 @@ inline const Family& CountingFamily() {
        .verified_by_operation = "look"},
       {.name = "halt", .help = "stops at once", .urgent = true},
       {.name = "look",
-       .help = "tells the count",
+       .help = "returns the count",
        .arguments = {{"after", "an operation", false}},
        .reads_only = true},
   };

@@ -10,7 +10,7 @@
 
 namespace axlecast {
 
-// One row of a golden file: what stands between the bars, without the blanks around it.
+// One row of a golden file: the text between the bars, without the blanks around it.
 struct GoldenRow {
   std::string where;  // file:line
   std::vector<std::string> columns;

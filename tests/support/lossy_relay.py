@@ -22,7 +22,7 @@ FIGURES = ("received", "lost", "doubled", "passed", "overtaken")
 
 
 class Side:
-    """One port: hears it, and speaks on it from a socket of its own, by whose port it knows its own datagrams."""
+    """One port: receives on it, and sends on it from a socket of its own, by whose port it knows its own datagrams."""
 
     def __init__(self, port):
         self.port = port

@@ -11,7 +11,7 @@
 namespace axlecast {
 
 // A little encoder for tests of the runtime: the request `address`, kind answers with `address`, kind, two bytes of
-// counts MSB first, and their sum. After a failed reading it wants 200 us of silence. Every operation is one
+// counts MSB first, and their sum. After a failed reading it needs 200 us of silence. Every operation is one
 // request of kind kTouch; once that was sent, the order can no longer be cancelled.
 class PolledDevice final : public Device {
  public:
@@ -24,12 +24,12 @@ class PolledDevice final : public Device {
 
   PolledDevice(std::uint8_t address, DeviceOutput& output) : address_(address), output_(output) {}
 
-  // What it wants besides live readings.
+  // What it requests besides live readings.
   bool wants_slow = false;
   bool wants_stop = false;
   bool stops_regardless = false;      // its stop goes out on a busy line too
   bool leaves_reserved_turns = true;  // its orders can wait
-  MonoNs idle_until = 0;              // wants nothing before
+  MonoNs idle_until = 0;              // requests nothing before
 
   std::optional<Error> refuses;  // any order
 
@@ -42,7 +42,7 @@ class PolledDevice final : public Device {
   void Begin(const DriverCommand& order, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
-  // What it was told, in order.
+  // The events that it received, in order.
   std::vector<Event::Kind> told;
   std::vector<std::uint8_t> started;  // kinds of its requests
 

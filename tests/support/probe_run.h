@@ -23,7 +23,7 @@ class ProbeBench {
     guard_.AddDevice();
   }
 
-  // Answers `reply`, so long after the request.
+  // Answers `reply`, this time after the request.
   void Answer(const ByteList& request, const ByteList& reply, MonoNs after = 5 * kMillisecond) {
     replies_[request] = {after, reply};
   }
@@ -42,7 +42,7 @@ class ProbeBench {
     const std::unique_ptr<Probe> probe = trial.make(begin);
     const MonoNs give_up = begin + 10 * trial.longest;
     EXPECT_TRUE(RunProbe(*probe, medium_, clock, guard_, [&] { return clock.Now() > give_up; }));
-    EXPECT_FALSE(probe->Next(clock.Now())) << trial.what << " goes on and on";
+    EXPECT_FALSE(probe->Next(clock.Now())) << trial.what << " does not end";
     took = clock.Now() - begin;
     disturbed = probe->Disturbed();
     return probe->Findings();

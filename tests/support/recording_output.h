@@ -42,7 +42,7 @@ class RecordingOutput : public DeviceOutput {
   std::string product_code;
   std::vector<std::pair<ErrorKind, Interval>> errors;
   std::vector<std::pair<std::int32_t, AlarmState>> alarms;
-  std::map<std::int32_t, AlarmSpec> alarm_specs;  // of every alarm that was told, by code
+  std::map<std::int32_t, AlarmSpec> alarm_specs;  // of every alarm that was reported, by code
   std::vector<std::string> starting;
   std::vector<std::string> refused;
   std::vector<std::pair<CommandId, Outcome>> outcomes;

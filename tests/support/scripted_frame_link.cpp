@@ -32,7 +32,7 @@ std::string ScriptedFrameLink::Open() {
     return refusal_;
   }
   if (lost_at_ <= clock_.Now()) lost_at_ = kNever;
-  // A socket hears nothing from before it was opened.
+  // A socket receives nothing from before it was opened.
   arrivals_.erase(arrivals_.begin(), arrivals_.lower_bound(clock_.Now()));
   open_ = true;
   return "";

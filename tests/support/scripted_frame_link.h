@@ -23,7 +23,7 @@ class ScriptedFrameLink final : public FrameLink {
     MonoNs after = 0;
     CanFrame frame;
   };
-  // The other nodes: what they say to a frame that they have acknowledged.
+  // The other nodes: what they answer to a frame that they have acknowledged.
   using Peer = std::function<std::vector<Answer>(const CanFrame& frame)>;
 
   explicit ScriptedFrameLink(FakeClock& clock, Peer peer = {}) : clock_(clock), peer_(std::move(peer)) {}
@@ -31,12 +31,12 @@ class ScriptedFrameLink final : public FrameLink {
   // The script.
   void SetPeer(Peer peer) { peer_ = std::move(peer); }
   void ArriveAt(MonoNs at, const CanFrame& frame) { Arrive(at, frame, false); }
-  void SetSendTime(MonoNs time) { send_time_ = time; }  // from Send to the acknowledge; 0 unless told
+  void SetSendTime(MonoNs time) { send_time_ = time; }  // from Send to the acknowledge; 0 by default
   void Deafen() { deaf_ = true; }                       // nobody acknowledges what is sent from now on
   void Hear();  // what is still to be sent goes out now, and all that follows
   void SetQueue(std::size_t frames) {
     queue_ = frames;
-  }  // so many unacknowledged ones fit; 10 unless told, as Linux
+  }  // so many unacknowledged ones fit; 10 by default, as Linux
   void LoseAt(MonoNs at) { lost_at_ = at; }
   void WakeAt(MonoNs at) { wakes_.insert(at); }
   void RefuseOpens(int times, std::string problem);

@@ -12,7 +12,7 @@ namespace {
 using Status = Link::Status;
 using SendResult = FrameLink::SendResult;
 
-// Answers each frame at once, and says something of its own 5 ms later.
+// Answers each frame at once, and sends a frame of its own 5 ms later.
 class Node final : public Simulator {
  public:
   [[nodiscard]] bool OnFrame(const CanFrame& frame, MonoNs now, const Transmit& transmit) override {

@@ -55,7 +55,7 @@ Link::Status SimulatorSpiLink::Wait(MonoNs until) {
 void SimulatorSpiLink::RunUntil(MonoNs until) {
   while (simulator_.NextDue() <= until) {
     clock_.MoveTo(std::max(clock_.Now(), simulator_.NextDue()));
-    simulator_.OnDue(clock_.Now(), [](Bytes) {});  // it speaks only while it is clocked
+    simulator_.OnDue(clock_.Now(), [](Bytes) {});  // it sends only while it is clocked
   }
   clock_.MoveTo(std::max(clock_.Now(), until));
 }

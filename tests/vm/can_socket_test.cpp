@@ -1,6 +1,6 @@
 // CanSocket on the kernel's CAN: two SJA1000 controllers on one bus (can0, can1) and vcan. What QEMU's bus lacks (bit
 // errors, missing acknowledges) is in guest/test_can_errors.py. Lines that a message names for the operator are typed
-// as they stand there.
+// as they are there.
 
 #include "drivers/hal/can_socket.h"
 
@@ -32,7 +32,7 @@ constexpr MonoNs kLong = 5 * kSecond;
 
 void Type(const std::string& line) { ASSERT_EQ(std::system(line.c_str()), 0) << line; }
 
-// What a message tells the operator to type.
+// What a message asks the operator to type.
 std::string LineOf(const std::string& message) {
   const std::string mark = "as root: ";
   const std::size_t at = message.find(mark);
@@ -114,7 +114,7 @@ TEST_F(CanSocketTest, AWrongBitRateIsRefusedWithTheLineThatMendsIt) {
   const std::string problem = can.Open();
   EXPECT_THAT(problem, AllOf(HasSubstr("can0 is at 500000 bit/s"),
                              HasSubstr("ip link set can0 down; ip link set can0 up type can bitrate 250000")));
-  EXPECT_LE(problem.size(), 120U);  // device_info_t reason: a line cut short is none
+  EXPECT_LE(problem.size(), 120U);  // device_info_t reason: a truncated command is useless
   EXPECT_FALSE(can.IsOpen());
   Type(LineOf(problem));
   EXPECT_EQ(can.Open(), "");
@@ -200,7 +200,7 @@ TEST_F(CanSocketTest, OwnFramesComeBackOnceAcknowledgedWhateverTheFilters) {
     EXPECT_THAT(Copy(received.frame.data), ElementsAre(1, 2));
     EXPECT_EQ(can.Controller().pending, 0);
   }
-  // The same identifiers from others are still nothing that it wants.
+  // The same identifiers from others are still filtered.
   ASSERT_EQ(other.Send({.id = 0x220, .data = {9}}), SendResult::kQueued);
   ASSERT_EQ(other.Send({.id = 0x120, .data = {8}}), SendResult::kQueued);
   EXPECT_EQ(NextFrame(can).id, 0x120U);
@@ -353,7 +353,7 @@ TEST_F(CanSocketTest, WhatDoesNotFitIsCountedToTheFrame) {
   while (can.Receive(received) == Status::kOk) ++heard;
   EXPECT_GE(heard, kBitrate / 47);  // room for one second of the shortest frames
   EXPECT_LT(heard, kSent);
-  // The kernel tells the count with the next one that it has room for.
+  // The kernel reports the count with the next frame that it has room for.
   ASSERT_EQ(other.Send({.id = 0x121, .data = {}}), SendResult::kQueued);
   EXPECT_EQ(NextFrame(can).id, 0x121U);
   EXPECT_EQ(can.Controller().dropped, kSent - heard);

@@ -1,4 +1,4 @@
-// cuse_spidev NAME SOCKET: stands as /dev/NAME (spidev0.0) and hands every transfer to the simulator that listens on
+// cuse_spidev NAME SOCKET: appears as /dev/NAME (spidev0.0) and hands every transfer to the simulator that listens on
 // SOCKET, as a controller would put it on the wire (drivers/hal/simulated_spi.h). Needs root and the module cuse.
 //
 // It answers as drivers/spi/spidev.c does for a controller that knows SPI modes 0 to 3 and words of 8 bits: others

@@ -17,7 +17,7 @@ CASE_LIMIT = float(os.environ.get("AXLECAST_VM_CASE_LIMIT", 100))  # s; then the
 
 
 class Record(unittest.TestResult):
-    """Tells of each case on the console as it ends."""
+    """Reports each case on the console as it ends."""
 
     def __init__(self):
         super().__init__()

@@ -1,4 +1,4 @@
-"""The runner: what goes wrong inside the guest must fail the run, and say so."""
+"""The runner: what goes wrong inside the guest must fail the run, with a message."""
 
 import os
 import pathlib

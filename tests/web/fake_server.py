@@ -24,7 +24,7 @@ def now_us():
 
 
 class FakeServer:
-    """Serves from a thread of its own: url, then say(frame), silence(), hang_up(code), close()."""
+    """Serves from a thread of its own: url, then `say`(frame), silence(), hang_up(code), close()."""
 
     def __init__(self, folders, devices=("axis1", "axis2")):
         self.folders = [pathlib.Path(folder) for folder in folders]

@@ -15,7 +15,7 @@ PICTURES = os.environ.get("AXLECAST_PICTURES")  # a folder: screenshots are kept
 
 class PageTest(Machine):
     def up(self, config=DEMO):
-        """The whole machine, simulated; returns when it is heard."""
+        """The whole machine, simulated; returns when its messages come."""
         process = self.start("up", BIN / "axlecast", "up", config, "--no-table")
         silent, answers = 6, lambda: self.axlecast("status", config)[0]
         wait_for(lambda: process.poll() is not None or answers() != silent, lambda: f"the machine: {self.log('up')}")

@@ -1,4 +1,4 @@
-"""The page where room is small: a phone shows every view whole, and new alarms stand beside the data, never on it."""
+"""The page where room is small: a phone shows every view whole, and new alarms are beside the data, never on it."""
 
 import os
 import pathlib
@@ -110,7 +110,7 @@ class Sizes(unittest.TestCase):
 
 
 class WithoutCurves(Sizes):
-    """A build that has no uPlot: the rest of the page is as always, and it says what is missing."""
+    """A build that has no uPlot: the rest of the page is as always, and it shows what is missing."""
 
     folders = [SOURCE / "tools/web/without_uplot", *Sizes.folders]
 

@@ -1,4 +1,4 @@
-"""What the page says when its server is silent, gone, or speaks nonsense: never that all is well."""
+"""What the page shows when its server is silent, gone, or sends nonsense: never that all is well."""
 
 import os
 import unittest

@@ -1,4 +1,4 @@
-# cmake -DSOURCE=... -DWORK=... -P uplot_test.cmake: where a build has uPlot from, and what it says without.
+# cmake -DSOURCE=... -DWORK=... -P uplot_test.cmake: where a build gets uPlot from, and what it prints without.
 cmake_minimum_required(VERSION 3.25)
 
 # Configures once: UPLOT as AXLECAST_UPLOT, with the programs of PATH. Sets `code`, `text`, and `found` (as it was printed).

@@ -1,4 +1,4 @@
-#include "tools/doctor/can_checks.h"
+#include "tools/doctor/checks.h"
 
 #include <gmock/gmock.h>
 
@@ -39,7 +39,7 @@ Symptoms AllOfThem(const CanInterfaceReply& reply, std::int64_t queue = 10) {
   host.can_queues["can0"] = queue;
   Symptoms all;
   for (auto* const check : kChecks) {
-    for (Symptom& finding : check(Turret(), host)) all.push_back(std::move(finding));
+    for (Symptom& symptom : check(Turret(), host)) all.push_back(std::move(symptom));
   }
   return all;
 }
@@ -54,12 +54,12 @@ struct CanCase {
 
 TEST(CanChecks, EachTroubleIsToldOnceWithItsLine) {
   const CanCase cases[] = {
-      {[](CanInterface& one) { one.is_can = false; }, "is no CAN interface", "ip -brief link show type can"},
+      {[](CanInterface& one) { one.is_can = false; }, "is not a CAN interface", "ip -brief link show type can"},
       {[](CanInterface& one) { one.up = false; }, "is down",
        "ip link set can0 up type can bitrate 250000 restart-ms 100"},
       {[](CanInterface& one) { one.up = one.is_controller = one.restarts = false; }, "is down",
        "ip link set can0 up"},
-      {[](CanInterface& one) { one.bitrate = 500'000; }, "500000 bit/s, the file says 250000", "bitrate 250000"},
+      {[](CanInterface& one) { one.bitrate = 500'000; }, "500000 bit/s, the machine file has 250000", "bitrate 250000"},
       {[](CanInterface& one) { one.listen_only = true; }, "listen-only", "listen-only off"},
       {[](CanInterface& one) { one.loopback = true; }, "loopback", "loopback off"},
       {[](CanInterface& one) { one.presume_ack = true; }, "presume-ack", "presume-ack off"},
@@ -72,11 +72,11 @@ TEST(CanChecks, EachTroubleIsToldOnceWithItsLine) {
   for (const CanCase& one : cases) {
     CanInterface interface = Sound();
     one.spoil(interface);
-    const Symptoms findings = AllOfThem(interface);
-    ASSERT_EQ(findings.size(), 1U) << one.found;
-    EXPECT_THAT(findings[0].found, HasSubstr(one.found));
-    EXPECT_THAT(LineOf(findings[0].fixes.back()), HasSubstr(one.line));
-    EXPECT_FALSE(findings[0].safe) << "an interface of a running bus is the operator's";
+    const Symptoms symptoms = AllOfThem(interface);
+    ASSERT_EQ(symptoms.size(), 1U) << one.found;
+    EXPECT_THAT(symptoms[0].found, HasSubstr(one.found));
+    EXPECT_THAT(LineOf(symptoms[0].fixes.back()), HasSubstr(one.line));
+    EXPECT_FALSE(symptoms[0].safe) << "an interface of a running bus is the operator's";
   }
 }
 
@@ -91,16 +91,16 @@ TEST(CanChecks, WhatIsFineIsLeftAlone) {
 }
 
 TEST(CanChecks, AMissingInterfaceIsNotAskedFurther) {
-  const Symptoms findings = AllOfThem(ENODEV);
-  ASSERT_EQ(findings.size(), 1U);
-  EXPECT_THAT(findings[0].found, HasSubstr("can0 does not exist"));
+  const Symptoms symptoms = AllOfThem(ENODEV);
+  ASSERT_EQ(symptoms.size(), 1U);
+  EXPECT_THAT(symptoms[0].found, HasSubstr("can0 does not exist"));
 }
 
 TEST(CanChecks, AQueueHoldsTwoOrdersForEachNode) {
   EXPECT_THAT(AllOfThem(Sound(), 2), IsEmpty());
-  const Symptoms findings = AllOfThem(Sound(), 1);
-  ASSERT_EQ(findings.size(), 1U);
-  EXPECT_EQ(LineOf(findings[0].fixes[0]), "ip link set can0 txqueuelen 100");
+  const Symptoms symptoms = AllOfThem(Sound(), 1);
+  ASSERT_EQ(symptoms.size(), 1U);
+  EXPECT_EQ(LineOf(symptoms[0].fixes[0]), "ip link set can0 txqueuelen 100");
 }
 
 }  // namespace

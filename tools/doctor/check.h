@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,16 +14,16 @@ namespace axlecast {
 
 using Symptoms = std::vector<Symptom>;
 
-// One thing that a host must have right for a machine. Its texts are those of docs/doctor.md.
+// One condition that a host must meet for a machine. docs/doctor.md has the same texts.
 struct Check {
-  std::string_view name;  // stable: scripts know it
+  std::string_view name;  // stable: scripts use it
   Severity severity;
-  std::string_view looks_at;  // what is right
-  std::string_view effect;    // of a finding, for the machine
+  std::string_view looks_at;  // the condition
+  std::string_view effect;    // on the machine, if the condition is not met
   Symptoms (*run)(const MachineConfig& machine, const HostFacts& host);
 };
 
-// All of them, by area: network and machine, ports, CAN, real time, disk, keys.
+// All checks by area: network and machine, ports, CAN, real time, disk, keys.
 [[nodiscard]] std::span<const Check> Checks();
 [[nodiscard]] const Check* FindCheck(std::string_view name);
 
@@ -30,12 +31,23 @@ struct Diagnosis {
   const Check* check = nullptr;
   Symptom symptom;
 };
-// Returns true if there is no error and no warning. This is the exit code 0 of doctor (docs/cli.md, "Good"): advice is no
-// fault, because a script would otherwise never see a good host.
+
+// Runs the checks that `selected` accepts.
+[[nodiscard]] std::vector<Diagnosis> Diagnose(const MachineConfig& machine, const HostFacts& host,
+                                              const std::function<bool(const Check&)>& selected);
+
+// Returns true if there is no error and no warning: exit code 0 of doctor (docs/cli.md, "Good"). Advice does not count,
+// because almost every host gets some.
 [[nodiscard]] bool AdviceAlone(const std::vector<Diagnosis>& diagnoses);
 
-// Runs the checks that `wanted` takes.
-[[nodiscard]] std::vector<Diagnosis> Diagnose(const MachineConfig& machine, const HostFacts& host,
-                                              const std::function<bool(const Check&)>& wanted);
+[[nodiscard]] std::string DiagnosisText(const Diagnosis& diagnosis);
+// Returns a text like "2 errors, 1 warning".
+[[nodiscard]] std::string CountText(const std::vector<Diagnosis>& diagnoses);
+// `fixed`: the lines that --fix has applied, in order.
+[[nodiscard]] nlohmann::ordered_json DoctorJson(const std::string& file, const std::vector<Diagnosis>& diagnoses,
+                                                const std::vector<std::string>& fixed);
+
+[[nodiscard]] std::string CheckListText();
+[[nodiscard]] nlohmann::ordered_json CheckListJson();
 
 }  // namespace axlecast

@@ -5,7 +5,6 @@
 #include <cerrno>
 #include <set>
 
-#include "tools/doctor/doctor_report.h"
 #include "tools/doctor/doctor_test_host.h"
 
 namespace axlecast {
@@ -60,7 +59,7 @@ TEST(Fix, LinesAreTypedAsTheyStand) {
             R"(chmod 640 '/etc/axle cast/it'\''s.key')");
   EXPECT_EQ(LineOf(Write("/proc/sys/x", "2097152")), "echo 2097152 > /proc/sys/x");
   EXPECT_EQ(LineOf(Append("/etc/a.rules", R"(A=="b")")), R"(echo 'A=="b"' >> /etc/a.rules)");
-  EXPECT_EQ(LineOf(Tell("as it is; with a #")), "as it is; with a #");
+  EXPECT_EQ(LineOf(Manual("as it is; with a #")), "as it is; with a #");
 }
 
 }  // namespace

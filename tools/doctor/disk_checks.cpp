@@ -1,4 +1,4 @@
-#include "tools/doctor/disk_checks.h"
+#include "tools/doctor/checks.h"
 
 #include <algorithm>
 #include <array>
@@ -11,12 +11,12 @@
 namespace axlecast {
 namespace {
 
-// Bytes of an event in a log: POSITION with its header and channel, and what every device and bus says once a second.
+// Bytes in a log: of a POSITION event with header and channel, and of the state of a device or bus per second.
 constexpr double kPositionBytes = 180;
 constexpr double kStateBytes = 400;
-constexpr double kUnlimitedDays = 7;  // that a log without limit shall have room for
+constexpr double kUnlimitedDays = 7;  // for which a log without a limit needs space
 constexpr double kSecondsPerDay = 86'400;
-constexpr std::int64_t kJournalRoom = 64 << 20;
+constexpr std::int64_t kMinJournalSpace = 64 << 20;
 
 std::string Size(double bytes) {
   static constexpr std::array<const char*, 5> kUnits = {"B", "kB", "MB", "GB", "TB"};
@@ -30,7 +30,7 @@ std::string Size(double bytes) {
   return text.data();
 }
 
-// Bytes a second that a log takes in, at most.
+// Returns the maximum rate of a log in bytes per second.
 double RateOf(const MachineConfig& machine, const LogConfig& log) {
   ChannelFilter filter;
   if (!filter.Set(log.channels, log.invert).empty()) return 0;
@@ -51,10 +51,10 @@ double RateOf(const MachineConfig& machine, const LogConfig& log) {
   return rate;
 }
 
-// Bytes that the log may grow to.
+// Returns the size in bytes to which the log may grow.
 double NeedOf(const MachineConfig& machine, const LogConfig& log) {
   const auto quota = static_cast<double>(log.quota_bytes);
-  if (!log.trigger.empty()) return quota;  // records only now and then
+  if (!log.trigger.empty()) return quota;  // records only around events
   const double days = log.keep > 0 ? static_cast<double>(log.keep) / 1e9 / kSecondsPerDay : kUnlimitedDays;
   const double by_time = RateOf(machine, log) * days * kSecondsPerDay;
   return quota > 0 ? std::min(quota, by_time) : by_time;
@@ -62,13 +62,13 @@ double NeedOf(const MachineConfig& machine, const LogConfig& log) {
 
 Symptoms Unwritable(const HostFolder& folder, const std::string& what, const std::string& key) {
   if (folder.path.empty() || (folder.is_folder && folder.writable)) return {};
-  const std::string why = !folder.is_folder ? folder.existing + " is no folder"
-                          : folder.existing == folder.path
-                              ? "this user may not write there"
-                              : "it does not exist, and this user may not make it in " + folder.existing;
-  return {{.found = folder.path + ", " + what + ": " + why,
-           .fixes = {Tell("install -d -o USER -g axlecast -m 2775 " + folder.path +
-                          "    # USER: whom it runs as; or correct " + key + " in the machine's file")},
+  const std::string reason = !folder.is_folder ? folder.existing + " is not a folder"
+                             : folder.existing == folder.path
+                                 ? "this user may not write into it"
+                                 : "it does not exist, and this user may not create it in " + folder.existing;
+  return {{.found = folder.path + ", " + what + ": " + reason,
+           .fixes = {Manual("install -d -o USER -g axlecast -m 2775 " + folder.path +
+                            "    # USER: the account of the process; or correct " + key + " in the machine file")},
            .safe = false}};
 }
 
@@ -78,9 +78,9 @@ Symptoms OnFileSystem(const HostFolder& folder, const std::string& what, const s
   if (folder.path.empty() || folder.file_system.empty()) return {};
   return {{.found = folder.path + ", " + what + ", is on " + folder.file_system +
                     (IsMemory(folder) ? ", which is memory" : ""),
-           .fixes = {Tell("set " + key +
-                          " in the machine's file to a folder on a disk of this host, as "
-                          "/var/lib/axlecast or /var/log/axlecast")},
+           .fixes = {Manual("set " + key +
+                            " in the machine file to a folder on a disk of this host, such as "
+                            "/var/lib/axlecast or /var/log/axlecast")},
            .safe = false}};
 }
 
@@ -102,14 +102,14 @@ Symptoms CheckLogSpace(const MachineConfig& machine, const HostFacts& host) {
     if (bytes != host.log_bytes.end()) used += static_cast<double>(bytes->second);
   }
   const auto free = static_cast<double>(host.logs.free_bytes);
-  // Logs without a limit grow beside what there is; the others replace it.
+  // Logs without a limit grow in addition to the existing files; others replace them.
   if (free + (unlimited ? 0 : used) >= need) return {};
   return {{.found = "the recorder's logs may need " + Size(need) + (unlimited ? " in a week" : "") + "; " +
-                    host.logs.existing + " has " + Size(free) + " free, and they take " + Size(used) + " now",
-           .fixes = {Tell(
-               "set recorder.logs.*.quota in the machine's file (quota: " +
+                    host.logs.existing + " has " + Size(free) + " free, and the existing logs take " + Size(used),
+           .fixes = {Manual(
+               "set recorder.logs.*.quota in the machine file (quota: " +
                std::to_string(std::max<std::int64_t>(2, static_cast<std::int64_t>((free + used) * 0.8) >> 20)) +
-               "MB for all together), a shorter keep, or recorder.directory on a larger disk")},
+               "MB for all logs together), a shorter keep, or recorder.directory on a larger disk")},
            .safe = false}};
 }
 
@@ -122,11 +122,12 @@ Symptoms CheckJournalFolder(const MachineConfig&, const HostFacts& host) {
 }
 
 Symptoms CheckJournalSpace(const MachineConfig&, const HostFacts& host) {
-  if (host.journal.path.empty() || host.journal.free_bytes >= kJournalRoom) return {};
-  return {{.found = host.journal.existing + ", where the bridge's journal is, has " +
-                    Size(static_cast<double>(host.journal.free_bytes)) + " free",
-           .fixes = {Tell("du -xh " + host.journal.existing + " | sort -h | tail    # what takes the room")},
-           .safe = false}};
+  if (host.journal.path.empty() || host.journal.free_bytes >= kMinJournalSpace) return {};
+  return {
+      {.found = host.journal.existing + ", where the bridge's journal is, has " +
+                Size(static_cast<double>(host.journal.free_bytes)) + " free",
+       .fixes = {Manual("du -xh " + host.journal.existing + " | sort -h | tail    # shows the largest folders")},
+       .safe = false}};
 }
 
 Symptoms CheckJournalFileSystem(const MachineConfig&, const HostFacts& host) {

@@ -1,4 +1,4 @@
-#include "tools/doctor/disk_checks.h"
+#include "tools/doctor/checks.h"
 
 #include <gmock/gmock.h>
 
@@ -62,11 +62,11 @@ TEST(DiskChecks, AFolderThatIsNotThereIsMadeWhereThatIsAllowed) {
   HostFacts host = WithDisk(kMegabyte << 10);
   EXPECT_THAT(CheckLogFolder(OneAxis(), host), IsEmpty());
   host.logs.writable = false;
-  EXPECT_THAT(CheckLogFolder(OneAxis(), host).at(0).found, HasSubstr("may not make it in /var/log"));
+  EXPECT_THAT(CheckLogFolder(OneAxis(), host).at(0).found, HasSubstr("may not create it in /var/log"));
   host.logs.existing = host.logs.path;
-  EXPECT_THAT(CheckLogFolder(OneAxis(), host).at(0).found, HasSubstr("may not write there"));
+  EXPECT_THAT(CheckLogFolder(OneAxis(), host).at(0).found, HasSubstr("may not write into it"));
   host.journal.is_folder = false;
-  EXPECT_THAT(CheckJournalFolder(OneAxis(), host).at(0).found, HasSubstr("is no folder"));
+  EXPECT_THAT(CheckJournalFolder(OneAxis(), host).at(0).found, HasSubstr("is not a folder"));
 }
 
 TEST(DiskChecks, MemoryAndNetworksAreNoDisks) {

@@ -1,6 +1,186 @@
 #include "tools/doctor/host_facts.h"
 
+#include <unistd.h>
+#include <axlecast/driver_status_t.hpp>
+
+#include <algorithm>
+#include <filesystem>
+#include <sstream>
+#include <system_error>
+
+#include "core/config/config_file.h"
+#include "core/messages/lcm_url.h"
+#include "core/messages/message.h"
+#include "platform/net/lcm_port.h"
+#include "platform/net/multicast_port.h"
+#include "platform/os/system_clock.h"
+#include "tools/doctor/host/host_files.h"
+#include "tools/monitor/live_machine.h"
+#include "tools/monitor/machine_faults.h"
+
 namespace axlecast {
+namespace {
+
+void ReadGroups(const MachineConfig& machine, NetworkFacts& network) {
+  for (const std::string& text : {machine.lcm.url, machine.lcm.command_url}) {
+    const LcmUrl url = ParseLcmUrl(text);
+    if (url.in_process || !url.problem.empty()) continue;
+    GroupFacts facts{.route = FindMulticastRoute(url.group), .silence = {}};
+    if (facts.route.error == 0) facts.silence = MulticastProblem(text);
+    network.groups.emplace(text, std::move(facts));
+  }
+}
+
+// Receives the status of drivers, also of other machines.
+void ReceiveDrivers(const MachineConfig& machine, MonoNs listen, NetworkFacts& network) {
+  const auto group = network.groups.find(machine.lcm.command_url);
+  if (listen <= 0 || group == network.groups.end() || group->second.route.error != 0) return;
+  if (!group->second.silence.empty()) return;
+  LcmPort port(machine.lcm.command_url, "");
+  if (!port.problem().empty()) return;
+  ReceivedDrivers drivers(machine);
+  const auto receive = [&drivers](const std::string& channel, Bytes message) {
+    if (const auto status = DecodeMessage<driver_status_t>(message)) drivers.On(channel, status->boot_id);
+  };
+  if (!port.Subscribe(".*DRIVER_STATUS/.*", receive)) return;
+  const SystemClock clock;
+  for (const MonoNs end = clock.Now() + listen; clock.Now() < end;) {
+    const MonoNs left = (end - clock.Now()) / kMillisecond + 1;
+    if (!port.Handle(static_cast<int>(left))) break;
+  }
+  network.drivers = drivers.All();
+}
+
+// Receives the messages of the machine if one of its drivers runs, and finds their faults.
+void ReceiveMachine(const MachineConfig& machine, NetworkFacts& network) {
+  const auto ours = [&machine](const auto& driver) { return IsDriverOf(machine, driver.first); };
+  const auto group = network.groups.find(machine.lcm.url);
+  if (std::none_of(network.drivers.begin(), network.drivers.end(), ours)) return;
+  if (group == network.groups.end() || group->second.route.error != 0 || !group->second.silence.empty()) return;
+  const SystemClock clock;
+  LiveMachine live(machine, clock);
+  if (live.problem().empty() && live.GatherAll(machine) && !live.view().NoneHeard()) {
+    network.machine_faults = MachineFaults(live.view(), clock.Now());
+  }
+}
+
+// Accepts liblcm.so.1.3.4, but not the links to it.
+bool IsLcmLibrary(const std::string& name) {
+  return name.starts_with("liblcm.so.") && std::count(name.begin(), name.end(), '.') > 2;
+}
+
+std::vector<std::string> FindLcmLibraries(const HostFiles& files) {
+  std::vector<std::string> folders = {"/usr/local/lib", "/usr/lib"};
+  for (const std::string& name : files.Names("/usr/lib")) {
+    if (name.ends_with("-linux-gnu")) folders.push_back("/usr/lib/" + name);
+  }
+  std::vector<std::string> found;
+  for (const std::string& folder : folders) {
+    for (const std::string& name : files.Names(folder)) {
+      if (IsLcmLibrary(name)) found.push_back(folder + '/' + name);
+    }
+  }
+  return found;
+}
+
+NetworkFacts ReadNetwork(const MachineConfig& machine, const ReadHostOptions& options) {
+  NetworkFacts network;
+  ReadGroups(machine, network);
+  network.loopback = ReadLoopback();
+  if (geteuid() == 0) network.firewall = RunProgram({"nft", "--json", "list", "ruleset"}).value_or("");
+  network.receive_max = options.files.Number("/proc/sys/net/core/rmem_max");
+  network.receive_default = options.files.Number("/proc/sys/net/core/rmem_default");
+  network.lcm_libraries = FindLcmLibraries(options.files);
+  if (!machine.buses.empty()) ReceiveDrivers(machine, options.listen, network);
+  if (options.read_machine) ReceiveMachine(machine, network);
+  return network;
+}
+
+// Returns a link in `folder` to the device; empty if there is none.
+std::string LinkTo(const HostFiles& files, const std::string& folder, const HostFile& device) {
+  for (const std::string& name : files.Names(folder)) {
+    const HostFile file = files.Look(folder + '/' + name);
+    if (file.kind == device.kind && file.major == device.major && file.minor == device.minor) return file.path;
+  }
+  return "";
+}
+
+PortFacts ReadPort(const HostFiles& files, const PortUse& use) {
+  PortFacts port;
+  port.file = files.Look(use.path);
+  if (port.file.kind != HostFile::Kind::kCharacter) return port;
+  port.holders = files.Holders(use.path);
+  if (use.kind != PortUse::Kind::kSerial) return port;
+  for (const char* folder : {"/dev/serial/by-id", "/dev/serial/by-path"}) {
+    if (port.lasting_name.empty()) port.lasting_name = LinkTo(files, folder, port.file);
+  }
+  const std::string sysfs = files.Place("/sys");
+  const TtyFacts tty = ReadTtyFacts(sysfs, port.file.major, port.file.minor);
+  port.usb = tty.usb;
+  if (tty.latency_timer.empty()) return port;
+  std::error_code error;
+  const std::string real = std::filesystem::canonical(sysfs, error).string();
+  port.latency_timer = "/sys" + tty.latency_timer.substr(real.size());
+  port.latency_ms = files.Number(port.latency_timer);
+  return port;
+}
+
+ProcessorFacts ReadProcessors(const HostFiles& files) {
+  const std::string folder = "/sys/devices/system/cpu";
+  ProcessorFacts processors;
+  processors.online = files.Text(folder + "/online").value_or("");
+  for (const std::string& name : files.Names(folder)) {
+    const std::string path = folder + '/' + name + "/cpufreq/scaling_governor";
+    if (const auto governor = files.Text(path)) processors.governors.emplace_back(path, *governor);
+  }
+  processors.clock_source =
+      files.Text("/sys/devices/system/clocksource/clocksource0/current_clocksource").value_or("");
+  return processors;
+}
+
+// Returns the size of the files <machine>-<log>_<time>.lcm; `begin` is the name up to the time.
+std::int64_t BytesOfLog(const std::string& folder, const std::string& begin) {
+  std::int64_t bytes = 0;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    if (!entry.path().filename().string().starts_with(begin)) continue;
+    const auto size = entry.file_size(error);
+    if (!error) bytes += static_cast<std::int64_t>(size);
+  }
+  return bytes;
+}
+
+void ReadDisks(const MachineConfig& machine, HostFacts& host) {
+  host.journal = LookAtFolder(std::filesystem::path(JournalFile(machine)).parent_path().string());
+  if (machine.recorder.logs.empty()) return;
+  const std::string folder = LogDirectory(machine);
+  host.logs = LookAtFolder(folder);
+  for (const LogConfig& log : machine.recorder.logs) {
+    host.log_bytes[log.name] = BytesOfLog(folder, machine.machine + '-' + log.name + '_');
+  }
+}
+
+// Reads lines like name:password:number:member,member.
+std::map<std::string, std::vector<std::string>> ReadGroups(const HostFiles& files) {
+  std::map<std::string, std::vector<std::string>> groups;
+  std::istringstream lines(files.Text("/etc/group").value_or(""));
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream fields(line);
+    std::string name;
+    std::string ignored;
+    std::string members;
+    std::getline(fields, name, ':');
+    std::getline(fields, ignored, ':');
+    std::getline(fields, ignored, ':');
+    std::getline(fields, members);
+    std::istringstream list(members);
+    std::vector<std::string>& group = groups[name];
+    for (std::string member; std::getline(list, member, ',');) group.push_back(member);
+  }
+  return groups;
+}
+
+}  // namespace
 
 std::string ModeText(const HostFile& file) {
   std::string text;
@@ -19,25 +199,25 @@ std::vector<PortUse> PortsOf(const MachineConfig& machine) {
     }
     if (!bus.family_bus) continue;
     for (const PulseLineConfig& line : bus.family_bus->lines) {
-      const bool known = !ports.empty() && ports.back().path == line.chip;  // one chip has the lines of a bus
+      const bool known = !ports.empty() && ports.back().path == line.chip;  // the lines of a bus are on one chip
       if (!known) ports.push_back({PortUse::Kind::kGpio, bus.name, line.chip, 0});
     }
   }
   return ports;
 }
 
-void HeardDrivers::On(const std::string& channel, std::int64_t boot_id) {
+void ReceivedDrivers::On(const std::string& channel, std::int64_t boot_id) {
   if (IsDriverOf(machine_, channel)) {
-    std::set<std::int64_t>& boots = ours_[channel];
+    std::set<std::int64_t>& boots = own_[channel];
     if (boots.size() < kMaxBoots) boots.insert(boot_id);
   } else if (others_.size() < kMaxOthers) {
     others_.emplace(channel, boot_id);
   }
 }
 
-std::vector<std::pair<std::string, std::int64_t>> HeardDrivers::All() const {
+std::vector<std::pair<std::string, std::int64_t>> ReceivedDrivers::All() const {
   std::vector<std::pair<std::string, std::int64_t>> all(others_.begin(), others_.end());
-  for (const auto& [channel, boots] : ours_) {
+  for (const auto& [channel, boots] : own_) {
     for (const std::int64_t boot_id : boots) all.emplace_back(channel, boot_id);
   }
   return all;
@@ -72,6 +252,37 @@ std::vector<std::string> GrantKeyFiles(const MachineConfig& machine) {
     if (!grant.place.file.empty()) files.push_back(grant.place.file);
   }
   return files;
+}
+
+HostFacts ReadHost(const MachineConfig& machine, const ReadHostOptions& options) {
+  const HostFiles& files = options.files;
+  HostFacts host;
+  host.user = geteuid();
+  host.processes = files.Processes();
+  host.network = ReadNetwork(machine, options);
+  for (const PortUse& use : PortsOf(machine)) host.ports.emplace(use.path, ReadPort(files, use));
+  host.spi_buffer = files.Number("/sys/module/spidev/parameters/bufsiz");
+  CanNetlink netlink;
+  if (netlink.Open().empty()) {
+    for (const BusConfig* bus : CanBusesOf(machine)) host.can.emplace(bus->link.port, netlink.Ask(bus->link.port));
+  }
+  for (const BusConfig* bus : CanBusesOf(machine)) {
+    const std::string& name = bus->link.port;
+    if (const auto queue = files.Number("/sys/class/net/" + name + "/tx_queue_len")) host.can_queues[name] = *queue;
+  }
+  host.limits = ReadRealtimeLimits();
+  host.processors = ReadProcessors(files);
+  host.clock = ReadClockSync();
+  host.groups = ReadGroups(files);
+  if (machine.file.empty()) return host;
+  ReadDisks(machine, host);
+  const HostFiles own;
+  for (const auto& paths : {OwnKeyFiles(machine), GrantKeyFiles(machine)}) {
+    for (const std::string& path : paths) host.secrets.emplace(path, own.Look(path));
+  }
+  host.config = own.Look(machine.file);
+  host.config_shared = OthersMayWriteConfig(machine.file);
+  return host;
 }
 
 }  // namespace axlecast

@@ -13,17 +13,16 @@
 #include "drivers/hal/can_netlink.h"
 #include "platform/os/folder.h"
 #include "tools/doctor/host/host_files.h"
-#include "tools/doctor/host/host_network.h"
 #include "tools/doctor/host/host_system.h"
 
 namespace axlecast {
 
-// Readings of a host, as far as a machine's file asks for them. Checks see nothing else.
+// The facts of a host that a machine file needs. Checks use nothing else.
 
 // One LCM URL of the machine.
 struct GroupFacts {
   MulticastRoute route;
-  std::string silence;  // why a datagram to oneself did not come back; empty: it did, or was not sent
+  std::string silence;  // why no datagram to this host itself came back; empty: it came back, or none was sent
 };
 
 struct NetworkFacts {
@@ -33,22 +32,22 @@ struct NetworkFacts {
   std::optional<std::int64_t> receive_max;                    // net.core.rmem_max
   std::optional<std::int64_t> receive_default;                // net.core.rmem_default
   std::vector<std::string> lcm_libraries;                     // files of liblcm
-  std::vector<std::pair<std::string, std::int64_t>> drivers;  // heard on the command port: channel, boot id
-  std::vector<std::string> machine_faults;                    // of the machine, where it runs: MachineFaults
+  std::vector<std::pair<std::string, std::int64_t>> drivers;  // received on the command port: channel, boot id
+  std::vector<std::string> machine_faults;                    // if the machine runs: MachineFaults
 };
 
 // A serial port, SPI device or GPIO chip.
 struct PortFacts {
   HostFile file;
   std::vector<HostProcess> holders;
-  std::string lasting_name;  // of /dev/serial/by-id, or by-path; empty: none leads here
+  std::string lasting_name;  // in /dev/serial/by-id or by-path; empty: none
   std::optional<UsbAdapter> usb;
-  std::string latency_timer;  // path, where the adapter has one
+  std::string latency_timer;  // path, if the adapter has one
   std::optional<std::int64_t> latency_ms;
 };
 
 struct ProcessorFacts {
-  std::string online;                                          // "0-3,6"; empty: not known
+  std::string online;                                          // "0-3,6"; empty: unknown
   std::vector<std::pair<std::string, std::string>> governors;  // path of the setting, its value
   std::string clock_source;                                    // tsc, hpet, ...
 };
@@ -59,22 +58,22 @@ struct HostFacts {
   std::vector<HostProcess> processes;
   NetworkFacts network;
   std::map<std::string, PortFacts> ports;          // by path
-  std::optional<std::int64_t> spi_buffer;          // bytes of one transfer that spidev takes
+  std::optional<std::int64_t> spi_buffer;          // maximum bytes of one spidev transfer
   std::map<std::string, CanInterfaceReply> can;    // by name
-  std::map<std::string, std::int64_t> can_queues;  // frames that an interface queues at most, by name
+  std::map<std::string, std::int64_t> can_queues;  // maximum number of queued frames, by name
   RealtimeLimits limits;
   ProcessorFacts processors;
   ClockSync clock;
   HostFolder logs;
-  std::map<std::string, std::int64_t> log_bytes;           // on the disk already, by name of the log
-  HostFolder journal;                                      // of its file
-  std::map<std::string, HostFile> secrets;                 // files of keys, by path
-  HostFile config;                                         // the machine's file
-  bool config_shared = false;                              // others than its owner may write it
-  std::map<std::string, std::vector<std::string>> groups;  // of /etc/group, with their members
+  std::map<std::string, std::int64_t> log_bytes;           // already on the disk, by name of the log
+  HostFolder journal;                                      // of the journal file
+  std::map<std::string, HostFile> secrets;                 // key files, by path
+  HostFile config;                                         // the machine file
+  bool config_shared = false;                              // others than its owner may write the machine file
+  std::map<std::string, std::vector<std::string>> groups;  // members of the groups in /etc/group
 };
 
-// "0640"
+// Returns a text like "0640".
 [[nodiscard]] std::string ModeText(const HostFile& file);
 
 // A port of a bus that is not simulated.
@@ -88,34 +87,44 @@ struct PortUse {
 };
 [[nodiscard]] std::vector<PortUse> PortsOf(const MachineConfig& machine);
 
-// The drivers that report on the command port: channel and boot id. Anybody may invent both. Those of this machine are always
-// among them.
-class HeardDrivers {
+// Collects the drivers that report on the command port, with a bounded number of entries: anybody can send invented
+// channels and boot ids. They never displace the drivers of this machine.
+class ReceivedDrivers {
  public:
-  static constexpr std::size_t kMaxBoots = 8;     // of one bus; two are a finding
-  static constexpr std::size_t kMaxOthers = 100;  // of buses that the machine does not have
+  static constexpr std::size_t kMaxBoots = 8;     // of one bus; two are a symptom
+  static constexpr std::size_t kMaxOthers = 100;  // drivers of other machines
 
-  explicit HeardDrivers(const MachineConfig& machine) : machine_(machine) {}
+  explicit ReceivedDrivers(const MachineConfig& machine) : machine_(machine) {}
 
   void On(const std::string& channel, std::int64_t boot_id);
   [[nodiscard]] std::vector<std::pair<std::string, std::int64_t>> All() const;
 
  private:
   const MachineConfig& machine_;
-  std::map<std::string, std::set<std::int64_t>> ours_;  // boot ids by channel
-  std::map<std::string, std::int64_t> others_;          // a boot id by channel
+  std::map<std::string, std::set<std::int64_t>> own_;  // boot ids by channel
+  std::map<std::string, std::int64_t> others_;         // a boot id by channel
 };
 
-// Whether a driver that was heard is one of this machine, by the channel of its DRIVER_STATUS.
+// Returns true if a channel is the DRIVER_STATUS of a driver of this machine.
 [[nodiscard]] bool IsDriverOf(const MachineConfig& machine, const std::string& channel);
-// The bus of such a channel, without the prefix of whoever sent it.
+// Returns the bus of a DRIVER_STATUS channel, without any prefix.
 [[nodiscard]] std::string BusOfChannel(const std::string& channel);
 
-// CAN buses that are not simulated.
+// Returns the CAN buses that are not simulated.
 [[nodiscard]] std::vector<const BusConfig*> CanBusesOf(const MachineConfig& machine);
 
-// The files that hold the machine's own keys, and those of who may command.
+// Return the files of the machine's own keys, and of the keys of clients that may command.
 [[nodiscard]] std::vector<std::string> OwnKeyFiles(const MachineConfig& machine);
 [[nodiscard]] std::vector<std::string> GrantKeyFiles(const MachineConfig& machine);
+
+struct ReadHostOptions {
+  HostFiles files;
+  MonoNs listen = 1'500 * kMillisecond;  // for drivers, which report once per second; 0: do not listen
+  bool read_machine = true;              // also receive the machine's messages, if one of its drivers was received
+};
+
+// Reads the facts of this host that the checks need for this machine. Opens no port and sends only a datagram to itself.
+// The machine's own files (keys, logs, journal) are read without the root folder of `files`.
+[[nodiscard]] HostFacts ReadHost(const MachineConfig& machine, const ReadHostOptions& options);
 
 }  // namespace axlecast

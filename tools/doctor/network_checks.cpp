@@ -1,9 +1,10 @@
-#include "tools/doctor/network_checks.h"
+#include "tools/doctor/checks.h"
 
 #include <algorithm>
 #include <bit>
 #include <cstring>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 
@@ -12,20 +13,19 @@
 #include "core/config/machine_config.h"
 #include "core/messages/lcm_url.h"
 #include "platform/net/multicast_port.h"
-#include "tools/doctor/firewall.h"
 
 namespace axlecast {
 namespace {
 
+using Json = nlohmann::json;
+
 constexpr const char* kSysctlFile = "/etc/sysctl.d/60-axlecast.conf";
-// A message of some 150 bytes as the kernel accounts for it in a socket's buffer.
-constexpr double kDatagramCost = 1'280;
-// That a process may sleep on a busy host without losing messages.
-constexpr double kRoom = 0.1;  // s
-constexpr std::int64_t kUsualBuffer = 2 << 20;
+constexpr double kDatagramCost = 1'280;  // bytes that a message of about 150 bytes takes in a socket's buffer
+constexpr double kMaxDelay = 0.1;        // s; a process must not lose messages during this time
+constexpr std::int64_t kMinBuffer = 2 << 20;
 
 struct Group {
-  std::string text;  // of the machine's file
+  std::string text;  // from the machine file
   LcmUrl url;
   const GroupFacts* facts = nullptr;
 };
@@ -39,52 +39,103 @@ std::vector<Group> GroupsOf(const MachineConfig& machine, const HostFacts& host)
   return groups;
 }
 
-Fix AtEveryStart() { return Tell("systemctl enable axlecast-multicast    # of the package: at every start"); }
+Fix AtEveryStart() {
+  return Manual("systemctl enable axlecast-multicast    # unit of the package: at every start");
+}
 
-Symptom RouteFinding(const Group& group) {
-  Symptom finding{.found = "there is no route to the multicast group " + group.url.group + " (" +
+Symptom RouteSymptom(const Group& group) {
+  Symptom symptom{.found = "there is no route to the multicast group " + group.url.group + " (" +
                            std::strerror(group.facts->route.error) + ')',
                   .fixes = {},
                   .safe = group.url.ttl == 0};
-  if (finding.safe) {
-    finding.fixes = {Run({"ip", "link", "set", "lo", "up", "multicast", "on"}),
+  if (symptom.safe) {
+    symptom.fixes = {Run({"ip", "link", "set", "lo", "up", "multicast", "on"}),
                      Run({"ip", "route", "replace", "224.0.0.0/4", "dev", "lo"}), AtEveryStart()};
   } else {
-    finding.fixes = {Tell("ip route add 224.0.0.0/4 dev INTERFACE    # the one that leads to the other hosts")};
+    symptom.fixes = {Manual("ip route add 224.0.0.0/4 dev INTERFACE    # the interface to the other hosts")};
   }
-  return finding;
+  return symptom;
 }
 
-Symptom InterfaceFinding(const Group& group) {
+Symptom InterfaceSymptom(const Group& group) {
   const std::string& interface = group.facts->route.interface;
   if (group.url.ttl == 0) {
-    return {.found = group.text + " stays on this host (ttl=0), but goes by " + interface,
+    return {.found = group.text + " stays on this host (ttl=0), but uses " + interface,
             .fixes = {Run({"ip", "link", "set", "lo", "up", "multicast", "on"}),
                       Run({"ip", "route", "replace", group.url.group + "/32", "dev", "lo"}), AtEveryStart()},
             .safe = true};
   }
-  return {.found = group.text + " is for other hosts (ttl=" + std::to_string(group.url.ttl) + "), but goes by lo",
-          .fixes = {Tell("ip route replace " + group.url.group +
-                         "/32 dev INTERFACE    # the one that leads to the other hosts")},
+  return {.found = group.text + " is for other hosts (ttl=" + std::to_string(group.url.ttl) + "), but uses lo",
+          .fixes = {Manual("ip route replace " + group.url.group +
+                           "/32 dev INTERFACE    # the interface to the other hosts")},
           .safe = false};
 }
 
-// The two URLs of a machine mostly have one group: it is told once.
-template <typename Wrong>
-Symptoms ByGroup(const std::vector<Group>& groups, Wrong wrong, Symptom (*tell)(const Group&)) {
-  Symptoms findings;
-  std::set<std::string> told;
+// Reports each group once: the two URLs of a machine usually have the same group.
+template <typename IsWrong>
+Symptoms ByGroup(const std::vector<Group>& groups, IsWrong is_wrong, Symptom (*describe)(const Group&)) {
+  Symptoms symptoms;
+  std::set<std::string> reported;
   for (const Group& group : groups) {
-    if (wrong(group) && told.insert(group.url.group).second) findings.push_back(tell(group));
+    if (is_wrong(group) && reported.insert(group.url.group).second) symptoms.push_back(describe(group));
   }
-  return findings;
+  return symptoms;
 }
 
-Symptom BufferFinding(const char* name, std::int64_t found, std::int64_t wanted, const std::string& why) {
+std::string Text(const Json& object, const char* key) {
+  const auto found = object.find(key);
+  return found != object.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+// Returns true if the rule accepts datagrams because of their UDP port. Other conditions of the rule are not examined.
+bool AcceptsPort(const Json& rule, std::int64_t port) {
+  const Json match = {
+      {"op", "=="}, {"left", {{"payload", {{"protocol", "udp"}, {"field", "dport"}}}}}, {"right", port}};
+  const auto expressions = rule.find("expr");
+  if (expressions == rule.end() || !expressions->is_array()) return false;
+  return std::find(expressions->begin(), expressions->end(), Json{{"match", match}}) != expressions->end() &&
+         std::find(expressions->begin(), expressions->end(), Json{{"accept", nullptr}}) != expressions->end();
+}
+
+// Returns "FAMILY TABLE CHAIN" for each chain at the input hook that can drop datagrams (its policy is drop, or it has
+// rules) and has no rule that accepts this port. `ruleset`: libnftables-json(5), which contains iptables rules too.
+std::vector<std::string> InputChains(const Json& ruleset, std::int64_t port) {
+  if (!ruleset.is_object() || !ruleset.contains("nftables") || !ruleset["nftables"].is_array()) return {};
+  std::map<std::string, bool> may_drop;
+  for (const Json& object : ruleset["nftables"]) {  // chains come before their rules
+    if (!object.is_object() || object.empty() || !object.front().is_object()) continue;
+    const Json& content = object.front();
+    const std::string family = Text(content, "family");
+    const std::string table = family + ' ' + Text(content, "table") + ' ';
+    if (object.contains("chain") && Text(content, "hook") == "input" && (family == "inet" || family == "ip")) {
+      may_drop[table + Text(content, "name")] = Text(content, "policy") == "drop";
+    }
+    const auto chain = may_drop.find(table + Text(content, "chain"));
+    if (object.contains("rule") && chain != may_drop.end()) chain->second = true;
+  }
+  for (const Json& object : ruleset["nftables"]) {
+    const auto rule = object.is_object() ? object.find("rule") : object.end();
+    if (rule == object.end() || !rule->is_object() || !AcceptsPort(*rule, port)) continue;
+    may_drop.erase(Text(*rule, "family") + ' ' + Text(*rule, "table") + ' ' + Text(*rule, "chain"));
+  }
+  std::vector<std::string> chains;
+  for (const auto& [chain, drops] : may_drop) {
+    if (drops) chains.push_back(chain);
+  }
+  return chains;
+}
+
+// Returns "chain CHAIN of the table FAMILY TABLE".
+std::string ChainText(const std::string& chain) {
+  const std::size_t name = chain.rfind(' ');
+  return "chain " + chain.substr(name + 1) + " of the table " + chain.substr(0, name);
+}
+
+Symptom BufferSymptom(const char* name, std::int64_t bytes, std::int64_t needed, const std::string& reason) {
   const std::string key = std::string("net.core.") + name;
-  return {.found = key + " is " + std::to_string(found) + " bytes: " + why,
-          .fixes = {Write(std::string("/proc/sys/net/core/") + name, std::to_string(wanted)),
-                    Append(kSysctlFile, key + " = " + std::to_string(wanted))},
+  return {.found = key + " is " + std::to_string(bytes) + " bytes: " + reason,
+          .fixes = {Write(std::string("/proc/sys/net/core/") + name, std::to_string(needed)),
+                    Append(kSysctlFile, key + " = " + std::to_string(needed))},
           .safe = true};
 }
 
@@ -92,7 +143,7 @@ Symptom BufferFinding(const char* name, std::int64_t found, std::int64_t wanted,
 
 Symptoms CheckMulticastRoute(const MachineConfig& machine, const HostFacts& host) {
   return ByGroup(
-      GroupsOf(machine, host), [](const Group& group) { return group.facts->route.error != 0; }, &RouteFinding);
+      GroupsOf(machine, host), [](const Group& group) { return group.facts->route.error != 0; }, &RouteSymptom);
 }
 
 Symptoms CheckLoopbackMulticast(const MachineConfig& machine, const HostFacts& host) {
@@ -114,79 +165,77 @@ Symptoms CheckMulticastInterface(const MachineConfig& machine, const HostFacts& 
     const std::string& interface = group.facts->route.interface;
     return !interface.empty() && (group.url.ttl == 0) != (interface == "lo");
   };
-  return ByGroup(GroupsOf(machine, host), wrong, &InterfaceFinding);
+  return ByGroup(GroupsOf(machine, host), wrong, &InterfaceSymptom);
 }
 
 Symptoms CheckMulticastSilent(const MachineConfig& machine, const HostFacts& host) {
-  Symptoms findings;
+  Symptoms symptoms;
   for (const Group& group : GroupsOf(machine, host)) {
     if (group.facts->route.error != 0 || group.facts->silence.empty()) continue;
-    const std::string& why = group.facts->silence;
-    findings.push_back(
-        {.found = "nothing that is sent to " + group.text + " comes back: " + why.substr(0, why.find('\n')),
-         .fixes = {Tell("nft list ruleset    # a rule of the firewall drops udp port " +
-                        std::to_string(group.url.port) + '?')},
+    const std::string& reason = group.facts->silence;
+    symptoms.push_back(
+        {.found = "no datagram to " + group.text + " comes back: " + reason.substr(0, reason.find('\n')),
+         .fixes = {Manual("nft list ruleset    # look for a rule that drops udp port " +
+                          std::to_string(group.url.port))},
          .safe = false});
   }
-  return findings;
+  return symptoms;
 }
 
 Symptoms CheckFirewall(const MachineConfig& machine, const HostFacts& host) {
-  Symptoms findings;
+  const Json ruleset = Json::parse(host.network.firewall, nullptr, false);
+  Symptoms symptoms;
   for (const Group& group : GroupsOf(machine, host)) {
-    const FirewallPacket packet{.group = group.url.group,
-                                .port = group.url.port,
-                                .interface = group.url.ttl == 0 ? "lo" : group.facts->route.interface};
-    const std::optional<FirewallChain> chain = DroppingChain(host.network.firewall, packet);
-    if (!chain) continue;
-    const std::string accept =
-        "udp dport " + std::to_string(group.url.port) + " ip daddr " + group.url.group + " accept";
-    findings.push_back({.found = "the chain " + chain->name + " of the table " + chain->family + ' ' +
-                                 chain->table + " drops what comes for " + group.text,
-                        .fixes = {Tell("nft insert rule " + chain->family + ' ' + chain->table + ' ' + chain->name +
-                                       ' ' + accept)},
-                        .safe = false});
+    // With ttl=0, the datagram to this host itself has shown that the rules accept it.
+    if (group.url.ttl == 0 && group.facts->route.error == 0 && group.facts->silence.empty()) continue;
+    for (const std::string& chain : InputChains(ruleset, group.url.port)) {
+      symptoms.push_back(
+          {.found = "a firewall is active: the " + ChainText(chain) + " may drop datagrams to " + group.text,
+           .fixes = {Manual("nft insert rule " + chain + " udp dport " + std::to_string(group.url.port) +
+                            " ip daddr " + group.url.group + " accept")},
+           .safe = false});
+    }
   }
-  return findings;
+  return symptoms;
 }
 
 Symptoms CheckReceiveBufferMax(const MachineConfig& machine, const HostFacts& host) {
   if (!host.network.receive_max) return {};
-  std::int64_t wanted = 0;
+  std::int64_t needed = 0;
   for (const std::string& text : {machine.lcm.url, machine.lcm.command_url}) {
     const LcmUrl url = ParseLcmUrl(text);
-    wanted = std::max(wanted, url.recv_buf_size);
+    needed = std::max(needed, url.recv_buf_size);
     const bool recorded = !machine.recorder.logs.empty() && url.recv_buf_size == 0 && !url.in_process;
-    if (recorded) wanted = std::max(wanted, MulticastPort::kDefaultBuffer);
+    if (recorded) needed = std::max(needed, MulticastPort::kDefaultBuffer);
   }
-  if (*host.network.receive_max >= wanted) return {};
-  const std::string who =
-      machine.recorder.logs.empty() ? "recv_buf_size of lcm asks for " : "the recorder asks for ";
-  return {BufferFinding("rmem_max", *host.network.receive_max, wanted, who + std::to_string(wanted))};
+  if (*host.network.receive_max >= needed) return {};
+  const std::string requester =
+      machine.recorder.logs.empty() ? "recv_buf_size of lcm requests " : "the recorder requests ";
+  return {BufferSymptom("rmem_max", *host.network.receive_max, needed, requester + std::to_string(needed))};
 }
 
 Symptoms CheckReceiveBufferDefault(const MachineConfig& machine, const HostFacts& host) {
   const LcmUrl url = ParseLcmUrl(machine.lcm.url);
   if (!host.network.receive_default || url.in_process || url.recv_buf_size > 0) return {};
   const double rate = MessageRate(machine);
-  const double needed = rate * kRoom * kDatagramCost;
+  const double needed = rate * kMaxDelay * kDatagramCost;
   const auto has = static_cast<double>(*host.network.receive_default);
   if (has >= needed) return {};
-  const auto wanted = std::max<std::int64_t>(
-      kUsualBuffer, static_cast<std::int64_t>(std::bit_ceil(static_cast<std::uint64_t>(needed))));
-  Symptom finding =
-      BufferFinding("rmem_default", *host.network.receive_default, wanted,
+  const auto size = std::max<std::int64_t>(
+      kMinBuffer, static_cast<std::int64_t>(std::bit_ceil(static_cast<std::uint64_t>(needed))));
+  Symptom symptom =
+      BufferSymptom("rmem_default", *host.network.receive_default, size,
                     std::to_string(static_cast<int>(1'000 * has / kDatagramCost / rate)) + " ms of the machine's " +
-                        std::to_string(static_cast<int>(rate)) + " messages a second");
-  finding.fixes.push_back(Tell("or in the machine's file, lcm.url: ?recv_buf_size=" + std::to_string(wanted) +
-                               "    # and net.core.rmem_max as much"));
-  return {finding};
+                        std::to_string(static_cast<int>(rate)) + " messages per second");
+  symptom.fixes.push_back(Manual("or in the machine file, lcm.url: ?recv_buf_size=" + std::to_string(size) +
+                                 "    # and at least the same net.core.rmem_max"));
+  return {symptom};
 }
 
-// No release has the repair: 1.5.2 is the newest that was looked at. A file's name tells its ABI's version, not the release.
+// No release up to 1.5.2 contains the fix. The file name has the version of the ABI, not of the release.
 Symptoms CheckLcmLibrary(const MachineConfig& machine, const HostFacts& host) {
   if (host.network.lcm_libraries.empty()) return {};
-  Symptom finding{.found = Listed(host.network.lcm_libraries) +
+  Symptom symptom{.found = Listed(host.network.lcm_libraries) +
                            ": one forged datagram makes a program that receives through it write out of bounds "
                            "(LCM's pull request 628, not in any release up to 1.5.2)",
                   .fixes = {},
@@ -194,13 +243,13 @@ Symptoms CheckLcmLibrary(const MachineConfig& machine, const HostFacts& host) {
   for (const std::string& text : {machine.lcm.url, machine.lcm.command_url}) {
     const LcmUrl url = ParseLcmUrl(text);
     if (url.in_process || !url.problem.empty() || url.ttl > 0) continue;
-    finding.fixes.push_back(Tell("nft add rule inet filter input iifname != lo udp dport " +
-                                 std::to_string(url.port) + " drop    # ttl=0: nothing for it comes from outside"));
+    symptom.fixes.push_back(Manual("nft add rule inet filter input iifname != lo udp dport " +
+                                   std::to_string(url.port) + " drop    # ttl=0: other hosts send nothing to it"));
   }
-  if (finding.fixes.empty()) {
-    finding.fixes.push_back(Tell("let only hosts that you trust onto the segment (ttl above 0)"));
+  if (symptom.fixes.empty()) {
+    symptom.fixes.push_back(Manual("allow only trusted hosts on the network segment (ttl above 0)"));
   }
-  return {finding};
+  return {symptom};
 }
 
 Symptoms CheckOtherMachine(const MachineConfig& machine, const HostFacts& host) {
@@ -209,18 +258,18 @@ Symptoms CheckOtherMachine(const MachineConfig& machine, const HostFacts& host) 
     if (!IsDriverOf(machine, channel)) others.insert(channel);
   }
   if (others.empty()) return {};
-  constexpr std::size_t kNamed = 6;
+  constexpr std::size_t kMaxNames = 6;
   std::vector<std::string> named(others.begin(), others.end());
   std::string more;
-  if (named.size() > kNamed) {
-    more = " and " + std::to_string(named.size() - kNamed) + " more";
-    named.resize(kNamed);
+  if (named.size() > kMaxNames) {
+    more = " and " + std::to_string(named.size() - kMaxNames) + " more";
+    named.resize(kMaxNames);
   }
-  return {{.found = "drivers that the file does not know are heard on " + machine.lcm.command_url + ": " +
+  return {{.found = "drivers that are not in the machine file send on " + machine.lcm.command_url + ": " +
                     Printable(Listed(named)) + more,
-           .fixes = {Tell("give one of the machines other ports in its file:"),
-                     Tell("lcm: {url: \"udpm://239.255.76.67:7677?ttl=0\", command_url: "
-                          "\"udpm://239.255.76.67:7678?ttl=0\"}")},
+           .fixes = {Manual("give one of the machines other ports in its machine file:"),
+                     Manual("lcm: {url: \"udpm://239.255.76.67:7677?ttl=0\", command_url: "
+                            "\"udpm://239.255.76.67:7678?ttl=0\"}")},
            .safe = false}};
 }
 
@@ -229,25 +278,25 @@ Symptoms CheckDuplicateDriver(const MachineConfig& machine, const HostFacts& hos
   for (const auto& [channel, boot_id] : host.network.drivers) {
     if (IsDriverOf(machine, channel)) boots[BusOfChannel(channel)].insert(boot_id);
   }
-  Symptoms findings;
+  Symptoms symptoms;
   for (const auto& [bus, ids] : boots) {
     if (ids.size() < 2) continue;
-    findings.push_back({.found = std::to_string(ids.size()) + " drivers of bus " + bus + " are running",
-                        .fixes = {Tell("pgrep -af -- '--bus " + bus + "'    # on each host; end all but one")},
+    symptoms.push_back({.found = std::to_string(ids.size()) + " drivers of bus " + bus + " are running",
+                        .fixes = {Manual("pgrep -af -- '--bus " + bus + "'    # on each host; stop all but one")},
                         .safe = false});
   }
-  return findings;
+  return symptoms;
 }
 
 Symptoms CheckMachineFaults(const MachineConfig& machine, const HostFacts& host) {
-  Symptoms findings;
+  Symptoms symptoms;
   for (const std::string& fault : host.network.machine_faults) {
-    findings.push_back({.found = "the machine runs and is not good: " + Printable(fault),
-                        .fixes = {Tell("axlecast status " + machine.file + "    # all of it, at any time"),
-                                  Tell("what to do about it: docs/troubleshooting.md")},
+    symptoms.push_back({.found = "the machine runs, but is not good: " + Printable(fault),
+                        .fixes = {Manual("axlecast status " + machine.file + "    # the current state"),
+                                  Manual("see docs/troubleshooting.md for each fault")},
                         .safe = false});
   }
-  return findings;
+  return symptoms;
 }
 
 }  // namespace axlecast

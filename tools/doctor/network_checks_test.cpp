@@ -1,4 +1,4 @@
-#include "tools/doctor/network_checks.h"
+#include "tools/doctor/checks.h"
 
 #include <gmock/gmock.h>
 
@@ -16,19 +16,19 @@ using testing::StartsWith;
 
 constexpr const char* kData = "udpm://239.255.76.67:7667?ttl=0";
 
-std::vector<std::string> LinesOf(const Symptom& finding) {
+std::vector<std::string> LinesOf(const Symptom& symptom) {
   std::vector<std::string> lines;
-  for (const Fix& fix : finding.fixes) lines.push_back(LineOf(fix));
+  for (const Fix& fix : symptom.fixes) lines.push_back(LineOf(fix));
   return lines;
 }
 
 TEST(NetworkChecks, AMissingRouteIsToldOnceForBothPorts) {
   HostFacts host = GoodHost();
   for (auto& [url, group] : host.network.groups) group.route = {.error = ENETUNREACH, .interface = ""};
-  const Symptoms findings = CheckMulticastRoute(OneAxis(), host);
-  ASSERT_EQ(findings.size(), 1U);
-  EXPECT_TRUE(findings[0].safe);
-  EXPECT_THAT(LinesOf(findings[0]),
+  const Symptoms symptoms = CheckMulticastRoute(OneAxis(), host);
+  ASSERT_EQ(symptoms.size(), 1U);
+  EXPECT_TRUE(symptoms[0].safe);
+  EXPECT_THAT(LinesOf(symptoms[0]),
               ElementsAre("ip link set lo up multicast on", "ip route replace 224.0.0.0/4 dev lo",
                           StartsWith("systemctl enable axlecast-multicast")));
   EXPECT_THAT(CheckMulticastInterface(OneAxis(), host), IsEmpty()) << "nothing is said of what is not there";
@@ -50,29 +50,91 @@ TEST(NetworkChecks, WithATtlMessagesMustLeaveTheHost) {
   const MachineConfig machine = OneAxis("", "lcm: {url: \"udpm://239.255.76.67:7667?ttl=1\"}");
   HostFacts host = GoodHost();
   host.network.groups[machine.lcm.url] = host.network.groups[kData];
-  const Symptoms findings = CheckMulticastInterface(machine, host);
-  ASSERT_EQ(findings.size(), 1U);
-  EXPECT_THAT(findings[0].found, HasSubstr("goes by lo"));
-  EXPECT_FALSE(findings[0].safe) << "which interface leads to the others is not known";
+  const Symptoms symptoms = CheckMulticastInterface(machine, host);
+  ASSERT_EQ(symptoms.size(), 1U);
+  EXPECT_THAT(symptoms[0].found, HasSubstr("uses lo"));
+  EXPECT_FALSE(symptoms[0].safe) << "which interface leads to the others is not known";
 }
 
 TEST(NetworkChecks, ALibraryThatForgedDatagramsBreakIsNamed) {
   HostFacts host = GoodHost();
   EXPECT_THAT(CheckLcmLibrary(OneAxis(), host), IsEmpty());
   host.network.lcm_libraries = {"/usr/lib/x86_64-linux-gnu/liblcm.so.1.3.4"};
-  const Symptoms findings = CheckLcmLibrary(OneAxis(), host);
-  ASSERT_EQ(findings.size(), 1U);
-  EXPECT_THAT(findings[0].found, HasSubstr("liblcm.so.1.3.4: one forged datagram"));
-  EXPECT_THAT(LinesOf(findings[0]),
+  const Symptoms symptoms = CheckLcmLibrary(OneAxis(), host);
+  ASSERT_EQ(symptoms.size(), 1U);
+  EXPECT_THAT(symptoms[0].found, HasSubstr("liblcm.so.1.3.4: one forged datagram"));
+  EXPECT_THAT(LinesOf(symptoms[0]),
               ElementsAre(HasSubstr("udp dport 7667 drop"), HasSubstr("udp dport 7668 drop")));
 }
 
 TEST(NetworkChecks, SilenceIsToldOfEachPort) {
   HostFacts host = GoodHost();
   host.network.groups[kData].silence = "multicast on this host is not usable: it did not come back\nMend it";
-  const Symptoms findings = CheckMulticastSilent(OneAxis(), host);
-  ASSERT_EQ(findings.size(), 1U);
-  EXPECT_THAT(findings[0].found, AllOf(HasSubstr(":7667"), Not(HasSubstr("Mend"))));
+  const Symptoms symptoms = CheckMulticastSilent(OneAxis(), host);
+  ASSERT_EQ(symptoms.size(), 1U);
+  EXPECT_THAT(symptoms[0].found, AllOf(HasSubstr(":7667"), Not(HasSubstr("Mend"))));
+}
+
+// The chain `input` of the table inet f with this policy, and rules with these expressions.
+std::string Ruleset(const std::string& policy, const std::vector<std::string>& rules) {
+  std::string text =
+      R"({"nftables":[{"metainfo":{"version":"1.0.6"}},{"table":{"family":"inet","name":"f","handle":1}},)"
+      R"({"chain":{"family":"inet","table":"f","name":"input","type":"filter","hook":"input","prio":0,"policy":")" +
+      policy + "\"}}";
+  for (const std::string& rule : rules) {
+    text += R"(,{"rule":{"family":"inet","table":"f","chain":"input","expr":[)" + rule + "]}}";
+  }
+  return text + "]}";
+}
+
+std::string AcceptPort(int port) {
+  return R"({"match":{"op":"==","left":{"payload":{"protocol":"udp","field":"dport"}},"right":)" +
+         std::to_string(port) + R"(}},{"accept":null})";
+}
+
+constexpr const char* kFar = "udpm://239.255.76.67:7667?ttl=1";
+
+// A host whose datagrams for 239.255.76.67:7667 come from the network.
+HostFacts FarHost(const std::string& ruleset) {
+  HostFacts host = GoodHost();
+  host.network.groups[kFar] = {.route = {.error = 0, .interface = "eth0"}, .silence = ""};
+  host.network.firewall = ruleset;
+  return host;
+}
+
+TEST(NetworkChecks, AnActiveFirewallIsNamedUnlessItAcceptsThePort) {
+  const MachineConfig machine = OneAxis("", std::string("lcm: {url: \"") + kFar + "\"}");
+  const auto count = [&](const std::string& policy, const std::vector<std::string>& rules) {
+    return CheckFirewall(machine, FarHost(Ruleset(policy, rules))).size();
+  };
+  EXPECT_EQ(count("accept", {}), 0U) << "nothing can drop";
+  EXPECT_EQ(count("drop", {}), 1U);
+  EXPECT_EQ(count("accept", {R"({"drop":null})"}), 1U);
+  EXPECT_EQ(count("drop", {AcceptPort(7669)}), 1U);
+  EXPECT_EQ(count("drop", {AcceptPort(7667)}), 0U);
+  const Symptoms symptoms = CheckFirewall(machine, FarHost(Ruleset("drop", {})));
+  ASSERT_EQ(symptoms.size(), 1U);
+  EXPECT_THAT(symptoms[0].found, HasSubstr("chain input of the table inet f"));
+  EXPECT_THAT(LinesOf(symptoms[0]),
+              ElementsAre("nft insert rule inet f input udp dport 7667 ip daddr 239.255.76.67 accept"));
+  EXPECT_FALSE(symptoms[0].safe);
+}
+
+TEST(NetworkChecks, AFirewallMattersWithinThisHostOnlyIfNoDatagramComesBack) {
+  HostFacts host = GoodHost();
+  host.network.firewall = Ruleset("drop", {});
+  EXPECT_THAT(CheckFirewall(OneAxis(), host), IsEmpty());
+  host.network.groups[kData].silence = "it did not come back";
+  EXPECT_EQ(CheckFirewall(OneAxis(), host).size(), 1U);
+}
+
+TEST(NetworkChecks, ATextThatIsNoRulesetGivesNoSymptom) {
+  const MachineConfig machine = OneAxis("", std::string("lcm: {url: \"") + kFar + "\"}");
+  for (const char* text : {"", "{", "[]", "{}", R"({"nftables":{}})", R"({"nftables":[7]})", R"({"nftables":[{}]})",
+                           R"({"nftables":[{"chain":7},{"rule":{"expr":7}}]})",
+                           R"({"nftables":[{"chain":{"hook":"input","family":"ip6","policy":"drop"}}]})"}) {
+    EXPECT_THAT(CheckFirewall(machine, FarHost(text)), IsEmpty()) << text;
+  }
 }
 
 struct BufferCase {
@@ -93,10 +155,10 @@ TEST(NetworkChecks, TheLargestBufferThatIsAskedForMustBeAllowed) {
   for (const BufferCase& one : cases) {
     HostFacts host = GoodHost();
     host.network.receive_max = one.max;
-    const Symptoms findings = CheckReceiveBufferMax(OneAxis("", std::string(one.lcm) + '\n' + one.recorder), host);
-    ASSERT_EQ(findings.size(), one.wanted > 0 ? 1U : 0U) << one.lcm << one.recorder << one.max;
+    const Symptoms symptoms = CheckReceiveBufferMax(OneAxis("", std::string(one.lcm) + '\n' + one.recorder), host);
+    ASSERT_EQ(symptoms.size(), one.wanted > 0 ? 1U : 0U) << one.lcm << one.recorder << one.max;
     if (one.wanted == 0) continue;
-    EXPECT_EQ(LineOf(findings[0].fixes[0]),
+    EXPECT_EQ(LineOf(symptoms[0].fixes[0]),
               "echo " + std::to_string(one.wanted) + " > /proc/sys/net/core/rmem_max");
   }
   HostFacts unknown = GoodHost();
@@ -109,9 +171,9 @@ TEST(NetworkChecks, ATenthOfASecondFitsTheDefaultBuffer) {
   host.network.receive_default = 12'800;  // 100 messages a second of 1280 bytes each
   EXPECT_THAT(CheckReceiveBufferDefault(OneAxis(), host), IsEmpty());
   host.network.receive_default = 12'799;
-  const Symptoms findings = CheckReceiveBufferDefault(OneAxis(), host);
-  ASSERT_EQ(findings.size(), 1U);
-  EXPECT_EQ(LineOf(findings[0].fixes[1]),
+  const Symptoms symptoms = CheckReceiveBufferDefault(OneAxis(), host);
+  ASSERT_EQ(symptoms.size(), 1U);
+  EXPECT_EQ(LineOf(symptoms[0].fixes[1]),
             "echo 'net.core.rmem_default = 2097152' >> /etc/sysctl.d/60-axlecast.conf");
 }
 
@@ -119,13 +181,13 @@ TEST(NetworkChecks, ATenthOfASecondFitsTheDefaultBuffer) {
 TEST(NetworkChecks, InventedDriversAreBoundedAndDisplaceNone) {
   HostFacts host = GoodHost();
   const MachineConfig machine = OneAxis();
-  HeardDrivers heard(machine);
+  ReceivedDrivers drivers(machine);
   for (int i = 0; i < 10'000; ++i) {
-    heard.On("DRIVER_STATUS/x" + std::to_string(i), i);
-    if (i > 5'000) heard.On("DRIVER_STATUS/b0", i);
+    drivers.On("DRIVER_STATUS/x" + std::to_string(i), i);
+    if (i > 5'000) drivers.On("DRIVER_STATUS/b0", i);
   }
-  host.network.drivers = heard.All();
-  EXPECT_EQ(host.network.drivers.size(), HeardDrivers::kMaxOthers + HeardDrivers::kMaxBoots);
+  host.network.drivers = drivers.All();
+  EXPECT_EQ(host.network.drivers.size(), ReceivedDrivers::kMaxOthers + ReceivedDrivers::kMaxBoots);
   EXPECT_EQ(CheckDuplicateDriver(machine, host).size(), 1U);
   const Symptoms others = CheckOtherMachine(machine, host);
   ASSERT_EQ(others.size(), 1U);
@@ -137,11 +199,11 @@ TEST(NetworkChecks, EachFaultOfTheRunningMachineIsFound) {
   HostFacts host = GoodHost();
   EXPECT_THAT(CheckMachineFaults(OneAxis(), host), IsEmpty());
   host.network.machine_faults = {"axis1: DEGRADED (battery\x1b)", "b0: DOWN"};
-  const Symptoms findings = CheckMachineFaults(OneAxis(), host);
-  ASSERT_EQ(findings.size(), 2U);
-  EXPECT_EQ(findings[0].found, "the machine runs and is not good: axis1: DEGRADED (battery?)");
-  EXPECT_EQ(LineOf(findings[1].fixes[0]), "axlecast status m.yaml    # all of it, at any time");
-  EXPECT_FALSE(findings[0].safe);
+  const Symptoms symptoms = CheckMachineFaults(OneAxis(), host);
+  ASSERT_EQ(symptoms.size(), 2U);
+  EXPECT_EQ(symptoms[0].found, "the machine runs, but is not good: axis1: DEGRADED (battery?)");
+  EXPECT_EQ(LineOf(symptoms[1].fixes[0]), "axlecast status m.yaml    # the current state");
+  EXPECT_FALSE(symptoms[0].safe);
 }
 
 TEST(NetworkChecks, DriversOfOthersAndTwoOfOne) {

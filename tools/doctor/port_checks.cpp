@@ -1,4 +1,4 @@
-#include "tools/doctor/port_checks.h"
+#include "tools/doctor/checks.h"
 
 #include <sys/stat.h>
 
@@ -10,7 +10,6 @@
 
 #include "core/base/inline_bytes.h"
 #include "core/base/text.h"
-#include "tools/doctor/account_checks.h"
 
 namespace axlecast {
 namespace {
@@ -18,13 +17,13 @@ namespace {
 constexpr const char* kRulesFile = "/etc/udev/rules.d/99-axlecast.rules";
 constexpr std::int64_t kShortLatency = 1;  // ms
 
-// What differs between the kinds of ports.
+// The properties of a kind of port.
 struct PortKind {
   const char* what;
-  const char* key;    // of the machine's file
-  const char* group;  // that has such devices on Debian, or gets them by a rule
-  const char* list;   // what shows which there are
-  const char* rule;   // of udev, that gives them to the group
+  const char* key;    // in the machine file
+  const char* group;  // that may use such devices on Debian, or by `rule`
+  const char* list;   // command that lists the devices
+  const char* rule;   // of udev, which gives the devices to the group
 };
 
 const PortKind& KindOf(const PortUse& use) {
@@ -40,64 +39,64 @@ const PortKind& KindOf(const PortUse& use) {
 
 std::string Name(const PortUse& use) { return "bus " + use.bus + ": the " + KindOf(use).what + ' ' + use.path; }
 
-// Calls tell(use, facts, findings) for each port of the machine that was looked at.
+// Calls look(use, facts, symptoms) for each port of the machine that has facts.
 template <typename Look>
 Symptoms ForEachPort(const MachineConfig& machine, const HostFacts& host, Look look) {
-  Symptoms findings;
+  Symptoms symptoms;
   for (const PortUse& use : PortsOf(machine)) {
     const auto facts = host.ports.find(use.path);
-    if (facts != host.ports.end()) look(use, facts->second, findings);
+    if (facts != host.ports.end()) look(use, facts->second, symptoms);
   }
-  return findings;
+  return symptoms;
 }
 
 bool IsThere(const PortFacts& port) { return port.file.kind == HostFile::Kind::kCharacter; }
 
-Symptom MissingFinding(const PortUse& use, const PortFacts& port) {
+Symptom MissingSymptom(const PortUse& use, const PortFacts& port) {
   const PortKind& kind = KindOf(use);
-  Symptom finding{.found = {}, .fixes = {}, .safe = false};
+  Symptom symptom{.found = {}, .fixes = {}, .safe = false};
   if (port.file.error != 0 && port.file.error != ENOENT) {
-    finding.found = Name(use) + " cannot be looked at: " + std::strerror(port.file.error);
+    symptom.found = Name(use) + " cannot be examined: " + std::strerror(port.file.error);
   } else {
-    finding.found = Name(use) + (port.file.error == 0 ? " is no device" : " does not exist");
+    symptom.found = Name(use) + (port.file.error == 0 ? " is not a device" : " does not exist");
   }
-  finding.fixes.push_back(
-      Tell(std::string(kind.list) + "    # what there is; then correct " + kind.key + " in the machine's file"));
-  if (use.kind == PortUse::Kind::kSpi) finding.fixes.push_back(Run({"modprobe", "spidev"}));
-  return finding;
+  symptom.fixes.push_back(Manual(std::string(kind.list) + "    # lists the devices; then correct " + kind.key +
+                                 " in the machine file"));
+  if (use.kind == PortUse::Kind::kSpi) symptom.fixes.push_back(Run({"modprobe", "spidev"}));
+  return symptom;
 }
 
-// Drivers run without privileges: what only root can open is of no use to them.
+// Drivers run without privileges and cannot open what only root can open.
 bool OthersMayUse(const HostFile& file) {
   const bool by_group = file.gid != 0 && (file.mode & 060) == 060;
   return by_group || (file.mode & 06) == 06;
 }
 
-Symptom PermissionFinding(const PortUse& use, const HostFile& file) {
+Symptom PermissionSymptom(const PortUse& use, const HostFile& file) {
   const PortKind& kind = KindOf(use);
-  Symptom finding{
+  Symptom symptom{
       .found = Name(use) + " belongs to " + file.owner + ':' + file.group + " with mode " + ModeText(file),
       .fixes = {},
       .safe = false};
   if (!OthersMayUse(file)) {
-    finding.fixes = {Run({"groupadd", "--force", "--system", kind.group}), Append(kRulesFile, kind.rule),
+    symptom.fixes = {Run({"groupadd", "--force", "--system", kind.group}), Append(kRulesFile, kind.rule),
                      Run({"udevadm", "control", "--reload"}), Run({"udevadm", "trigger", "--action=add"})};
   }
-  finding.fixes.push_back(Tell(std::string("usermod -aG ") +
-                               (OthersMayUse(file) ? file.group.c_str() : kind.group) +
-                               " USER    # then log in again; of a systemd unit: SupplementaryGroups="));
-  return finding;
+  symptom.fixes.push_back(Manual(std::string("usermod -aG ") +
+                                 (OthersMayUse(file) ? file.group.c_str() : kind.group) +
+                                 " USER    # then log in again; for a systemd unit: SupplementaryGroups="));
+  return symptom;
 }
 
-// By the groups of axlecast-driver@.service. Whoever runs this check needs no right of his own.
+// Uses the groups of axlecast-driver@.service, not the rights of this user.
 bool DriversMayUse(const HostFile& file) {
   const bool by_group = (file.group == kDriversAccount || file.group == "dialout") && (file.mode & 060) == 060;
   return by_group || file.owner == kDriversAccount || (file.mode & 06) == 06;
 }
 
-Symptom DriversFinding(const PortUse& use, const HostFile& file) {
+Symptom DriversSymptom(const PortUse& use, const HostFile& file) {
   std::string rule = KindOf(use).rule;
-  if (use.kind != PortUse::Kind::kSerial) {  // serial ports are dialout's, which the drivers have
+  if (use.kind != PortUse::Kind::kSerial) {  // serial ports belong to dialout, a group of the drivers
     const std::string own = KindOf(use).group;
     rule.replace(rule.find(own, rule.find("GROUP=")), own.size(), kDriversAccount);
   }
@@ -114,22 +113,23 @@ bool IsOwnDriver(const HostProcess& process, const std::string& bus) {
   return option != process.words.end() && option + 1 != process.words.end() && *(option + 1) == bus;
 }
 
-void LookForHolders(const PortUse& use, const PortFacts& port, Symptoms& findings) {
-  if (use.kind == PortUse::Kind::kGpio) return;  // a chip may be open to many; a line's holder shows in gpioinfo
+void LookForHolders(const PortUse& use, const PortFacts& port, Symptoms& symptoms) {
+  if (use.kind == PortUse::Kind::kGpio)
+    return;  // several processes may open a chip; gpioinfo shows who uses a line
   for (const HostProcess& holder : port.holders) {
     if (IsOwnDriver(holder, use.bus)) continue;
     const std::string id = std::to_string(holder.id);
-    findings.push_back({.found = Name(use) + " is open in process " + id + " (" + Printable(holder.name) + ')',
-                        .fixes = {Tell("ps -fp " + id + "    # what it is; end it: kill " + id)},
+    symptoms.push_back({.found = Name(use) + " is open in process " + id + " (" + Printable(holder.name) + ')',
+                        .fixes = {Manual("ps -fp " + id + "    # shows the process; to stop it: kill " + id)},
                         .safe = false});
   }
 }
 
-void LookAtName(const PortUse& use, const PortFacts& port, Symptoms& findings) {
+void LookAtName(const PortUse& use, const PortFacts& port, Symptoms& symptoms) {
   const bool changes = use.path.starts_with("/dev/ttyUSB") || use.path.starts_with("/dev/ttyACM");
   if (!changes || port.lasting_name.empty()) return;
-  findings.push_back({.found = Name(use) + " is named by the order of plugging in",
-                      .fixes = {Tell("in the machine's file: port: " + port.lasting_name)},
+  symptoms.push_back({.found = Name(use) + " has a name that depends on the order of plugging in",
+                      .fixes = {Manual("in the machine file: port: " + port.lasting_name)},
                       .safe = false});
 }
 
@@ -144,22 +144,22 @@ std::string HexId(std::uint16_t number) {
 }  // namespace
 
 Symptoms CheckPortMissing(const MachineConfig& machine, const HostFacts& host) {
-  return ForEachPort(machine, host, [](const PortUse& use, const PortFacts& port, Symptoms& findings) {
-    if (!IsThere(port)) findings.push_back(MissingFinding(use, port));
+  return ForEachPort(machine, host, [](const PortUse& use, const PortFacts& port, Symptoms& symptoms) {
+    if (!IsThere(port)) symptoms.push_back(MissingSymptom(use, port));
   });
 }
 
 Symptoms CheckPortPermission(const MachineConfig& machine, const HostFacts& host) {
   const bool by_account = RunsUnderAccounts(machine, host);
-  return ForEachPort(machine, host, [&](const PortUse& use, const PortFacts& port, Symptoms& findings) {
+  return ForEachPort(machine, host, [&](const PortUse& use, const PortFacts& port, Symptoms& symptoms) {
     const HostFile& file = port.file;
     if (!IsThere(port)) return;
     if (by_account) {
-      if (!DriversMayUse(file)) findings.push_back(DriversFinding(use, file));
+      if (!DriversMayUse(file)) symptoms.push_back(DriversSymptom(use, file));
       return;
     }
     const bool usable = host.IsRoot() ? OthersMayUse(file) : file.readable && file.writable;
-    if (!usable) findings.push_back(PermissionFinding(use, file));
+    if (!usable) symptoms.push_back(PermissionSymptom(use, file));
   });
 }
 
@@ -174,13 +174,13 @@ Symptoms CheckPortName(const MachineConfig& machine, const HostFacts& host) {
 Symptoms CheckPortProber(const MachineConfig& machine, const HostFacts& host) {
   const auto prober = std::find_if(host.processes.begin(), host.processes.end(), &IsProber);
   if (prober == host.processes.end()) return {};
-  return ForEachPort(machine, host, [&](const PortUse& use, const PortFacts& port, Symptoms& findings) {
+  return ForEachPort(machine, host, [&](const PortUse& use, const PortFacts& port, Symptoms& symptoms) {
     if (!port.usb) return;
     const std::string usb =
         R"(ATTRS{idVendor}==")" + HexId(port.usb->vendor) + R"(", ATTRS{idProduct}==")" + HexId(port.usb->product);
-    findings.push_back(
+    symptoms.push_back(
         {.found =
-             prober->name + " runs, and opens " + use.path + " of bus " + use.bus + " whenever it is plugged in",
+             prober->name + " runs and opens " + use.path + " of bus " + use.bus + " whenever it is plugged in",
          .fixes = {Append(kRulesFile, usb + R"(", ENV{ID_MM_DEVICE_IGNORE}="1")"),
                    Run({"udevadm", "control", "--reload"}), Run({"systemctl", "disable", "--now", prober->name})},
          .safe = false});
@@ -188,11 +188,11 @@ Symptoms CheckPortProber(const MachineConfig& machine, const HostFacts& host) {
 }
 
 Symptoms CheckUsbLatency(const MachineConfig& machine, const HostFacts& host) {
-  return ForEachPort(machine, host, [](const PortUse& use, const PortFacts& port, Symptoms& findings) {
+  return ForEachPort(machine, host, [](const PortUse& use, const PortFacts& port, Symptoms& symptoms) {
     if (!port.latency_ms || *port.latency_ms <= kShortLatency) return;
-    findings.push_back(
-        {.found = Name(use) + " has a latency timer of " + std::to_string(*port.latency_ms) + " ms: some " +
-                  std::to_string(1'000 / *port.latency_ms) + " exchanges a second",
+    symptoms.push_back(
+        {.found = Name(use) + " has a latency timer of " + std::to_string(*port.latency_ms) + " ms: about " +
+                  std::to_string(1'000 / *port.latency_ms) + " exchanges per second",
          .fixes = {Write(port.latency_timer, "1"),
                    Append(
                        kRulesFile,
@@ -202,12 +202,12 @@ Symptoms CheckUsbLatency(const MachineConfig& machine, const HostFacts& host) {
 }
 
 Symptoms CheckAdapterRate(const MachineConfig& machine, const HostFacts& host) {
-  return ForEachPort(machine, host, [](const PortUse& use, const PortFacts& port, Symptoms& findings) {
+  return ForEachPort(machine, host, [](const PortUse& use, const PortFacts& port, Symptoms& symptoms) {
     if (use.kind != PortUse::Kind::kSerial || !port.usb) return;
     const AdapterVerdict verdict = JudgeAdapter(*port.usb, use.baud);
-    if (verdict.fits) return;  // or not known here: the driver tells that at its start
-    findings.push_back({.found = "bus " + use.bus + ": " + verdict.text,
-                        .fixes = {Tell("plug in an adapter with an FT232H, FT2232H or FT4232H")},
+    if (verdict.fits) return;  // or unknown: the driver reports it at its start
+    symptoms.push_back({.found = "bus " + use.bus + ": " + verdict.text,
+                        .fixes = {Manual("plug in an adapter with an FT232H, FT2232H or FT4232H")},
                         .safe = false});
   });
 }
@@ -218,10 +218,10 @@ Symptoms CheckSpiBuffer(const MachineConfig& machine, const HostFacts& host) {
       std::any_of(ports.begin(), ports.end(), [](const PortUse& use) { return use.kind == PortUse::Kind::kSpi; });
   constexpr auto kNeeded = static_cast<std::int64_t>(kMaxFrame);
   if (!used || !host.spi_buffer || *host.spi_buffer >= kNeeded) return {};
-  return {{.found = "spidev takes transfers of at most " + std::to_string(*host.spi_buffer) + " bytes; up to " +
+  return {{.found = "spidev accepts transfers of at most " + std::to_string(*host.spi_buffer) + " bytes; up to " +
                     std::to_string(kNeeded) + " may be needed",
            .fixes = {Append("/etc/modprobe.d/axlecast.conf", "options spidev bufsiz=4096"),
-                     Tell("reboot, or with all drivers stopped: modprobe -r spidev; modprobe spidev")},
+                     Manual("reboot, or with all drivers stopped: modprobe -r spidev; modprobe spidev")},
            .safe = false}};
 }
 

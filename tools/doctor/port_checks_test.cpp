@@ -1,4 +1,4 @@
-#include "tools/doctor/port_checks.h"
+#include "tools/doctor/checks.h"
 
 #include <gmock/gmock.h>
 
@@ -26,7 +26,7 @@ TEST(PortChecks, WhatCannotBeLookedAtSaysWhy) {
   HostFacts host = GoodHost();
   PortOf(host).file = Unseen("/dev/ttyUSB0", EACCES);
   EXPECT_THAT(CheckPortMissing(OneAxis(), host).at(0).found, HasSubstr("Permission denied"));
-  EXPECT_THAT(CheckPortPermission(OneAxis(), host), IsEmpty()) << "one finding is enough";
+  EXPECT_THAT(CheckPortPermission(OneAxis(), host), IsEmpty()) << "one symptom is enough";
 }
 
 struct PermissionCase {
@@ -63,9 +63,9 @@ TEST(PortChecks, OnlyTheBusOwnDriverMayHoldAPort) {
   PortOf(host).holders[0].words.back() = "b1";
   EXPECT_EQ(CheckPortHeld(OneAxis(), host).size(), 1U);
   PortOf(host).holders = {{8, "minicom", {"minicom", "--bus", "b0"}}, {9, "axlecast-x", {}}};
-  const Symptoms findings = CheckPortHeld(OneAxis(), host);
-  ASSERT_EQ(findings.size(), 2U);
-  EXPECT_THAT(findings[0].found, HasSubstr("process 8 (minicom)"));
+  const Symptoms symptoms = CheckPortHeld(OneAxis(), host);
+  ASSERT_EQ(symptoms.size(), 2U);
+  EXPECT_THAT(symptoms[0].found, HasSubstr("process 8 (minicom)"));
 }
 
 TEST(PortChecks, ALatencyTimerOfOneMillisecondIsRight) {
@@ -76,9 +76,9 @@ TEST(PortChecks, ALatencyTimerOfOneMillisecondIsRight) {
     EXPECT_THAT(CheckUsbLatency(OneAxis(), host), IsEmpty()) << ms;
   }
   PortOf(host).latency_ms = 16;
-  const Symptom finding = CheckUsbLatency(OneAxis(), host).at(0);
-  EXPECT_THAT(finding.found, HasSubstr("some 62 exchanges a second"));
-  EXPECT_EQ(LineOf(finding.fixes[0]), "echo 1 > /sys/x/latency_timer");
+  const Symptom symptom = CheckUsbLatency(OneAxis(), host).at(0);
+  EXPECT_THAT(symptom.found, HasSubstr("about 62 exchanges per second"));
+  EXPECT_EQ(LineOf(symptom.fixes[0]), "echo 1 > /sys/x/latency_timer");
 }
 
 TEST(PortChecks, AnAdapterThatFitsIsNoFinding) {
@@ -109,9 +109,9 @@ TEST(PortPermission, UnderSystemdTheDriversAccountCounts) {
   EXPECT_TRUE(CheckPortPermission(machine, host).empty());
   file.readable = file.writable = true;
   file.group = "anna";
-  const Symptoms findings = CheckPortPermission(machine, host);
-  ASSERT_EQ(findings.size(), 1U);
-  for (const Fix& fix : findings[0].fixes) EXPECT_EQ(LineOf(fix).find("usermod"), std::string::npos);
+  const Symptoms symptoms = CheckPortPermission(machine, host);
+  ASSERT_EQ(symptoms.size(), 1U);
+  for (const Fix& fix : symptoms[0].fixes) EXPECT_EQ(LineOf(fix).find("usermod"), std::string::npos);
   file.group = "axlecast-drivers";
   EXPECT_TRUE(CheckPortPermission(machine, host).empty());
 }

@@ -2,10 +2,12 @@
 
 #include <utility>
 
+#include "tools/doctor/host/host_files.h"
+
 namespace axlecast {
 namespace {
 
-// As a shell reads it as one word.
+// Quotes the text so that a shell reads it as one word.
 std::string ShellWord(const std::string& text) {
   constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./:=@%+,";
   if (!text.empty() && text.find_first_not_of(kPlain) == std::string::npos) return text;
@@ -28,7 +30,9 @@ Fix Append(std::string path, std::string text) {
   return {.kind = Fix::Kind::kAppend, .words = {}, .path = std::move(path), .text = std::move(text)};
 }
 
-Fix Tell(std::string text) { return {.kind = Fix::Kind::kTell, .words = {}, .path = {}, .text = std::move(text)}; }
+Fix Manual(std::string text) {
+  return {.kind = Fix::Kind::kManual, .words = {}, .path = {}, .text = std::move(text)};
+}
 
 std::string LineOf(const Fix& fix) {
   switch (fix.kind) {
@@ -41,7 +45,7 @@ std::string LineOf(const Fix& fix) {
       return "echo " + ShellWord(fix.text) + " > " + ShellWord(fix.path);
     case Fix::Kind::kAppend:
       return "echo " + ShellWord(fix.text) + " >> " + ShellWord(fix.path);
-    case Fix::Kind::kTell:
+    case Fix::Kind::kManual:
       break;
   }
   return fix.text;
@@ -57,6 +61,21 @@ std::string_view SeverityName(Severity severity) {
       break;
   }
   return "advice";
+}
+
+Result<> ApplyFix(const Fix& fix, const HostFiles& files) {
+  switch (fix.kind) {
+    case Fix::Kind::kRun:
+      if (Result<std::string> output = RunProgram(fix.words); !output) return Failure(std::move(output.error()));
+      break;
+    case Fix::Kind::kWrite:
+      return WriteValue(files.Place(fix.path), fix.text);
+    case Fix::Kind::kAppend:
+      return AppendLine(files.Place(fix.path), fix.text);
+    case Fix::Kind::kManual:
+      break;
+  }
+  return {};
 }
 
 }  // namespace axlecast

@@ -5,18 +5,21 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/result.h"
+#include "tools/doctor/host/host_files.h"
+
 namespace axlecast {
 
-// One line that mends something, as an operator types it as root, and as `--fix` does it.
+// One step that fixes a symptom, as an operator types it as root and as `--fix` applies it.
 struct Fix {
   enum class Kind : std::uint8_t {
     kRun,     // words: a program and its arguments
     kWrite,   // text into the kernel's file `path`
-    kAppend,  // text as a line of the file `path`, where the system finds it at its next start
-    kTell,    // text alone: what only the operator can judge or do
+    kAppend,  // text as a line of the file `path`, which the system reads at its next start
+    kManual,  // text alone: a step that only the operator can decide or do
   };
 
-  Kind kind = Kind::kTell;
+  Kind kind = Kind::kManual;
   std::vector<std::string> words;
   std::string path;
   std::string text;
@@ -24,21 +27,26 @@ struct Fix {
 [[nodiscard]] Fix Run(std::vector<std::string> words);
 [[nodiscard]] Fix Write(std::string path, std::string text);
 [[nodiscard]] Fix Append(std::string path, std::string text);
-[[nodiscard]] Fix Tell(std::string text);
+[[nodiscard]] Fix Manual(std::string text);
+
+// Returns the line that an operator types, quoted for a shell.
 [[nodiscard]] std::string LineOf(const Fix& fix);
 
+// Applies the fix to the host that `files` shows. A manual fix is skipped.
+[[nodiscard]] Result<> ApplyFix(const Fix& fix, const HostFiles& files);
+
 enum class Severity : std::uint8_t {
-  kError,    // something of the machine does not work
-  kWarning,  // it works, and will lose or delay something one day
-  kAdvice,   // it could be better
+  kError,    // a part of the machine does not work
+  kWarning,  // it works now, but will lose or delay data under some conditions
+  kAdvice,   // it can be improved
 };
 [[nodiscard]] std::string_view SeverityName(Severity severity);
 
-// Something that one check found. What it does to the machine is the check's `effect`.
+// What one check has found. Its effect on the machine is Check::effect.
 struct Symptom {
   std::string found;
   std::vector<Fix> fixes;
-  bool safe = false;  // `--fix` may apply the fixes: nothing that runs is disturbed, nothing is opened to others
+  bool safe = false;  // `--fix` may apply the fixes: they disturb nothing that runs and open nothing to others
 };
 
 }  // namespace axlecast

@@ -1,4 +1,4 @@
-#include "tools/doctor/time_checks.h"
+#include "tools/doctor/checks.h"
 
 #include <algorithm>
 #include <array>
@@ -9,8 +9,8 @@
 namespace axlecast {
 namespace {
 
-constexpr std::int64_t kDriverMemory = 32 << 20;  // bytes: a driver with all its pages locked, and room to grow
-constexpr double kFastHz = 1'000;                 // of polling, from which on a late wake-up costs a slot
+constexpr std::int64_t kDriverMemory = 32 << 20;  // bytes of a driver with all its pages locked, with a margin
+constexpr double kFastHz = 1'000;                 // from this poll rate on, a late wake-up costs a slot
 constexpr const char* kLimitsFile = "/etc/security/limits.d/axlecast.conf";
 
 template <std::size_t Size>
@@ -18,7 +18,7 @@ bool IsOneOf(std::string_view text, const std::array<std::string_view, Size>& wo
   return std::find(words.begin(), words.end(), text) != words.end();
 }
 
-// "0-3,6" as in /sys/devices/system/cpu/online.
+// `ranges`: like "0-3,6", from /sys/devices/system/cpu/online.
 bool IsOnline(const std::string& ranges, int cpu) {
   std::istringstream list(ranges);
   for (std::string range; std::getline(list, range, ',');) {
@@ -33,7 +33,7 @@ bool IsOnline(const std::string& ranges, int cpu) {
   return false;
 }
 
-// Whether a late wake-up shows in the readings of this machine.
+// Returns true if a late wake-up affects the readings of this machine.
 bool IsFast(const MachineConfig& machine) {
   return std::any_of(machine.buses.begin(), machine.buses.end(), [](const BusConfig& bus) {
     return !bus.simulate && (bus.realtime.priority > 0 || bus.poll_hz >= kFastHz);
@@ -41,7 +41,7 @@ bool IsFast(const MachineConfig& machine) {
 }
 
 const HostProcess* TimeKeeper(const HostFacts& host) {
-  // As /proc/PID/comm cuts them.
+  // As truncated in /proc/PID/comm.
   static constexpr std::array<std::string_view, 5> kKeepers = {"systemd-timesyn", "chronyd", "ntpd", "ntpsec",
                                                                "phc2sys"};
   const auto keeper = std::find_if(host.processes.begin(), host.processes.end(),
@@ -52,65 +52,65 @@ const HostProcess* TimeKeeper(const HostFacts& host) {
 }  // namespace
 
 Symptoms CheckRealtimePriority(const MachineConfig& machine, const HostFacts& host) {
-  int wanted = 0;
-  for (const BusConfig& bus : machine.buses) wanted = std::max(wanted, bus.realtime.priority);
-  if (wanted <= host.limits.priority) return {};
-  const std::string priority = std::to_string(wanted);
-  return {{.found = "the file asks for priority " + priority + ", this user may have " +
+  int needed = 0;
+  for (const BusConfig& bus : machine.buses) needed = std::max(needed, bus.realtime.priority);
+  if (needed <= host.limits.priority) return {};
+  const std::string priority = std::to_string(needed);
+  return {{.found = "the machine file requests priority " + priority + ", the limit of this user is " +
                     std::to_string(host.limits.priority),
-           .fixes = {Tell("LimitRTPRIO=" + priority +
-                          "    # in the [Service] section of the drivers' unit, or for people:"),
+           .fixes = {Manual("LimitRTPRIO=" + priority +
+                            "    # in the [Service] section of the drivers' unit; for users:"),
                      Append(kLimitsFile, "@axlecast - rtprio " + priority)},
            .safe = false}};
 }
 
 Symptoms CheckRealtimeMemory(const MachineConfig& machine, const HostFacts& host) {
-  const bool wanted = std::any_of(machine.buses.begin(), machine.buses.end(),
+  const bool needed = std::any_of(machine.buses.begin(), machine.buses.end(),
                                   [](const BusConfig& bus) { return bus.realtime.lock_memory; });
-  if (!wanted || host.limits.locked_bytes < 0 || host.limits.locked_bytes >= kDriverMemory) return {};
-  return {
-      {.found = "the file asks for locked memory, this user may lock " +
-                std::to_string(host.limits.locked_bytes >> 10) + " kB",
-       .fixes = {Tell("LimitMEMLOCK=infinity    # in the [Service] section of the drivers' unit, or for people:"),
-                 Append(kLimitsFile, "@axlecast - memlock unlimited")},
-       .safe = false}};
+  if (!needed || host.limits.locked_bytes < 0 || host.limits.locked_bytes >= kDriverMemory) return {};
+  return {{.found = "the machine file requests locked memory, the limit of this user is " +
+                    std::to_string(host.limits.locked_bytes >> 10) + " kB",
+           .fixes = {Manual("LimitMEMLOCK=infinity    # in the [Service] section of the drivers' unit; for users:"),
+                     Append(kLimitsFile, "@axlecast - memlock unlimited")},
+           .safe = false}};
 }
 
 Symptoms CheckRealtimeCpu(const MachineConfig& machine, const HostFacts& host) {
-  Symptoms findings;
+  Symptoms symptoms;
   for (const BusConfig& bus : machine.buses) {
     const int cpu = bus.realtime.cpu;
     if (cpu < 0 || host.processors.online.empty() || IsOnline(host.processors.online, cpu)) continue;
-    findings.push_back({.found = "bus " + bus.name + " is bound to processor " + std::to_string(cpu) +
+    symptoms.push_back({.found = "bus " + bus.name + " is bound to processor " + std::to_string(cpu) +
                                  "; there are " + host.processors.online,
-                        .fixes = {Tell("lscpu --extended    # then correct realtime.cpu in the machine's file")},
+                        .fixes = {Manual("lscpu --extended    # then correct realtime.cpu in the machine's file")},
                         .safe = false});
   }
-  return findings;
+  return symptoms;
 }
 
 Symptoms CheckCpuGovernor(const MachineConfig& machine, const HostFacts& host) {
   static constexpr std::array<std::string_view, 4> kSlow = {"powersave", "ondemand", "conservative", "schedutil"};
   if (!IsFast(machine)) return {};
-  Symptom finding{.found = {}, .fixes = {}, .safe = true};
+  Symptom symptom{.found = {}, .fixes = {}, .safe = true};
   for (const auto& [path, governor] : host.processors.governors) {
     if (!IsOneOf(governor, kSlow)) continue;
-    if (finding.found.empty()) finding.found = "processors are clocked by the governor " + governor;
-    finding.fixes.push_back(Write(path, "performance"));
+    if (symptom.found.empty()) symptom.found = "processors are clocked by the governor " + governor;
+    symptom.fixes.push_back(Write(path, "performance"));
   }
-  if (finding.found.empty()) return {};
-  finding.fixes.push_back(Append("/etc/tmpfiles.d/axlecast-cpu.conf",
+  if (symptom.found.empty()) return {};
+  symptom.fixes.push_back(Append("/etc/tmpfiles.d/axlecast-cpu.conf",
                                  "w /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor - - - - performance"));
-  return {finding};
+  return {symptom};
 }
 
 Symptoms CheckClockSource(const MachineConfig& machine, const HostFacts& host) {
   static constexpr std::array<std::string_view, 5> kSlow = {"hpet", "acpi_pm", "refined-jiffies", "jiffies", "pit"};
   if (!IsFast(machine) || !IsOneOf(host.processors.clock_source, kSlow)) return {};
-  return {{.found = "the kernel's clock is " + host.processors.clock_source,
-           .fixes = {Tell("dmesg | grep -i -e tsc -e clocksource    # why it is no better one: often a setting of "
-                          "the BIOS")},
-           .safe = false}};
+  return {
+      {.found = "the kernel's clock is " + host.processors.clock_source,
+       .fixes = {Manual("dmesg | grep -i -e tsc -e clocksource    # why it is no better one: often a setting of "
+                        "the BIOS")},
+       .safe = false}};
 }
 
 Symptoms CheckClockSync(const MachineConfig&, const HostFacts& host) {
@@ -118,13 +118,13 @@ Symptoms CheckClockSync(const MachineConfig&, const HostFacts& host) {
   const HostProcess* const keeper = TimeKeeper(host);
   if (keeper == nullptr) {
     return {{.found = "nothing keeps this host's clock in step: no timesyncd, chrony or ntpd runs",
-             .fixes = {Tell("apt install systemd-timesyncd"), Tell("timedatectl set-ntp true")},
+             .fixes = {Manual("apt install systemd-timesyncd"), Manual("timedatectl set-ntp true")},
              .safe = false}};
   }
   const bool chrony = keeper->name == "chronyd";
   return {{.found = "the clock is not synchronised, though " + keeper->name + " runs",
-           .fixes = {Tell(chrony ? "chronyc sources    # which servers it hears"
-                                 : "timedatectl timesync-status    # which server it hears")},
+           .fixes = {Manual(chrony ? "chronyc sources    # which servers it hears"
+                                   : "timedatectl timesync-status    # which server it hears")},
            .safe = false}};
 }
 

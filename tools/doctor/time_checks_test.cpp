@@ -1,4 +1,4 @@
-#include "tools/doctor/time_checks.h"
+#include "tools/doctor/checks.h"
 
 #include <gmock/gmock.h>
 

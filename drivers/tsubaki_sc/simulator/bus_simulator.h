@@ -2,6 +2,8 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -11,6 +13,11 @@
 #include "drivers/kit/simulation/script.h"
 #include "drivers/kit/simulation/seeded_random.h"
 #include "drivers/tsubaki_sc/simulator/simulated_unit.h"
+
+namespace axlecast {
+struct BusConfig;
+class ConfigMap;
+}  // namespace axlecast
 
 namespace axlecast::tsubaki_sc::simulator {
 
@@ -119,3 +126,12 @@ class BusSimulator final : public Simulator {
 };
 
 }  // namespace axlecast::tsubaki_sc::simulator
+
+namespace axlecast::tsubaki_sc {
+
+// For Family::make_simulator: all units of the bus, `units` by name and slave address, from the bus's `simulate`
+// mapping (README.md of this folder). Null when a key is wrong: the errors are in the map's list.
+[[nodiscard]] std::unique_ptr<Simulator> MakeSimulator(const BusConfig& bus, ConfigMap& simulate,
+                                                       std::span<const std::pair<std::string, std::uint8_t>> units);
+
+}  // namespace axlecast::tsubaki_sc

@@ -5,8 +5,14 @@
 #include <numbers>
 #include <utility>
 
+#include "drivers/kit/simulation/quantity_text.h"
+
 namespace axlecast::tsubaki_sc::simulator {
 namespace {
+
+constexpr double kMaxSeconds = 1e6;
+constexpr double kMaxWatts = 10'000;
+constexpr std::string_view kNone = "none";
 
 constexpr double kEfficiency = 0.8;  // of motor and gear
 
@@ -16,6 +22,45 @@ double Seconds(MonoNs duration) { return static_cast<double>(duration) * 1e-9; }
 double WattsPerNm(double rpm) { return rpm / 60 * 2 * std::numbers::pi / kEfficiency; }
 
 }  // namespace
+
+std::string LoadProfile::Parse(std::string_view text) {
+  std::vector<Point> points;
+  const std::string whole(text);
+  if (text == kNone) text = {};
+  while (!text.empty()) {
+    const std::string_view part = text.substr(0, text.find(','));
+    text.remove_prefix(std::min(text.size(), part.size() + 1));
+    const std::size_t colon = part.find(':');
+    if (colon == std::string_view::npos)
+      return "'" + whole + "' is not S:W,S:W,... or none, e.g. 0:150,5:400,9:150";
+    Point point;
+    if (std::string p = ReadNumber(part.substr(0, colon), 0, kMaxSeconds, "s", point.seconds); !p.empty()) return p;
+    if (std::string p = ReadNumber(part.substr(colon + 1), 0, kMaxWatts, "W", point.watts); !p.empty()) return p;
+    const bool rises = points.empty() ? point.seconds == 0 : point.seconds > points.back().seconds;
+    if (!rises) return "'" + whole + "': the seconds must begin with 0 and rise";
+    points.push_back(point);
+  }
+  points_ = std::move(points);
+  return {};
+}
+
+double LoadProfile::At(double seconds) const {
+  const double period = points_.back().seconds;
+  if (period > 0) seconds = std::fmod(seconds, period);
+  const auto next = std::upper_bound(points_.begin(), points_.end(), seconds,
+                                     [](double at, const Point& point) { return at < point.seconds; });
+  if (next == points_.end()) return points_.back().watts;
+  const Point& from = *std::prev(next);
+  return from.watts + (next->watts - from.watts) * (seconds - from.seconds) / (next->seconds - from.seconds);
+}
+
+std::string LoadProfile::Text() const {
+  std::string text;
+  for (const Point& point : points_) {
+    text += (text.empty() ? "" : ",") + NumberText(point.seconds) + ':' + NumberText(point.watts);
+  }
+  return text.empty() ? std::string(kNone) : text;
+}
 
 void GearMotor::Start(MonoNs now) {
   if (running_) return;

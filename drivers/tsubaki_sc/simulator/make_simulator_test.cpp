@@ -1,5 +1,5 @@
 // What a file can say of simulated units.
-#include "drivers/tsubaki_sc/simulator/make_simulator.h"
+#include "drivers/tsubaki_sc/simulator/bus_simulator.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

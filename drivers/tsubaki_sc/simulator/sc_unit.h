@@ -4,15 +4,73 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "core/base/time.h"
-#include "drivers/tsubaki_sc/simulator/access.h"
-#include "drivers/tsubaki_sc/simulator/data_address.h"
 #include "drivers/tsubaki_sc/simulator/gear_motor.h"
 #include "drivers/tsubaki_sc/simulator/protection.h"
-#include "drivers/tsubaki_sc/simulator/trip_log.h"
 
 namespace axlecast::tsubaki_sc::simulator {
+
+// The data address list, guideline 7.
+enum class Space : std::uint8_t { kCoil, kInputStatus, kInputRegister, kHoldingRegister };
+
+inline constexpr std::uint16_t kCoilClearTripCount = 0;
+inline constexpr std::uint16_t kCoilStop = 100;
+inline constexpr std::uint16_t kCoilStart = 200;
+inline constexpr std::uint16_t kParameters = 0;  // holding registers
+inline constexpr std::uint16_t kParameterCount = 55;
+inline constexpr std::uint16_t kOverheatLimit = 52;
+inline constexpr std::uint16_t kExcessiveShockLimit = 53;
+inline constexpr std::uint16_t kLogInterval = 54;
+inline constexpr std::uint16_t kLoginLogout = 100;
+inline constexpr std::uint16_t kPassword = 200;
+inline constexpr std::uint16_t kProductCode = 300;
+inline constexpr std::uint16_t kMfgNumber = 350;
+
+struct Block {
+  std::uint16_t first = 0;
+  std::uint16_t last = 0;
+  bool writable = false;
+  bool whole = false;  // *1: only all of it at once
+
+  [[nodiscard]] std::uint32_t size() const { return last - first + 1U; }
+};
+// The block that holds the address; null when the unit has no such address.
+[[nodiscard]] const Block* BlockAt(Space space, std::uint16_t address);
+
+// Lower and upper limit of a parameter, guideline 11.
+struct Range {
+  std::uint16_t low = 0;
+  std::uint16_t high = 0;
+};
+[[nodiscard]] Range ParameterRange(std::uint16_t address);
+
+// The 16 characters of a login or password write, and whether they can be a password: 8 to 16 characters of
+// 0x21..0x7E, the rest NUL or SP (guideline 11).
+using Characters = std::array<std::uint8_t, 16>;
+struct WrittenPassword {
+  bool length_fits = false;     // what stands before the padding is 8 to 16 characters long
+  bool characters_fit = false;  // and holds only what a password may hold
+  std::string text;
+};
+[[nodiscard]] WrittenPassword Unpadded(const Characters& characters);
+
+// Who may write. The login is lost with the power; the password is not.
+class Access {
+ public:
+  // The right password logs in, or out of a login; another one changes nothing: false.
+  [[nodiscard]] bool Authenticate(std::string_view password);
+  void LogOut() { logged_in_ = false; }
+  [[nodiscard]] bool logged_in() const { return logged_in_; }
+
+  void SetPassword(std::string password) { password_ = std::move(password); }
+  [[nodiscard]] Characters password() const;  // NUL behind it
+
+ private:
+  std::string password_ = "password";  // guideline 2
+  bool logged_in_ = false;
+};
 
 // One SC unit with its motor as the communication guideline describes it, without its line. What the guideline leaves
 // open is decided in README.md of this folder.

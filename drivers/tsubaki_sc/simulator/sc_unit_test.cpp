@@ -1,11 +1,10 @@
-// Motor, trips and logs of a simulated unit against the communication guideline, sections 10 and 11.
 #include "drivers/tsubaki_sc/simulator/sc_unit.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
 #include <string>
 
+// Motor, trips and logs of a simulated unit against the communication guideline, sections 10 and 11.
 namespace axlecast::tsubaki_sc::simulator {
 namespace {
 
@@ -374,4 +373,5 @@ TEST(LoadProfileTest, IsReadAndRefused) {
 }
 
 }  // namespace
+
 }  // namespace axlecast::tsubaki_sc::simulator

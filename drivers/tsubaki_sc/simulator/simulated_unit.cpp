@@ -3,17 +3,20 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <string_view>
 
 #include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/kit/simulation/quantity_table.h"
 #include "drivers/kit/simulation/quantity_text.h"
-#include "drivers/tsubaki_sc/simulator/unit_report.h"
 
 namespace axlecast::tsubaki_sc::simulator {
 namespace {
 
 using Text = std::string_view;
+
+constexpr double kUsualWrongAddress = 17;  // no unit has it
+constexpr double kUsualException = 4;
 
 template <typename Words>
 std::string NoneOf(Text value, const Words& words) {
@@ -266,7 +269,41 @@ const QuantityTable<SimulatedUnit>& Table() {
   return kTable;
 }
 
+constexpr std::array<std::string_view, 7> kInstantaneous = {"voltage", "current", "power",  "temperature",
+                                                            "accel_x", "accel_y", "accel_z"};
+
+std::string MotorText(const ScUnit& unit) {
+  if (unit.motor.running()) return "running";
+  return unit.motor_status() != 0 ? "tripped" : "stopped";
+}
+
 }  // namespace
+
+std::string ParseUnitFault(std::string_view text, UnitFault& fault) {
+  const std::size_t colon = text.find(':');
+  std::string name(text.substr(0, colon));
+  std::replace(name.begin(), name.end(), '-', '_');
+  UnitFault parsed;
+  const bool wrong_address = name == "wrong_address";
+  if (wrong_address || name == "exception") {
+    double amount = wrong_address ? kUsualWrongAddress : kUsualException;
+    if (colon != std::string_view::npos) {
+      std::string problem = ReadNumber(text.substr(colon + 1), 1, 255, "", amount);
+      if (!problem.empty()) return problem;
+    }
+    (wrong_address ? parsed.wrong_address : parsed.exception) = static_cast<std::uint8_t>(amount);
+  } else if (std::string problem = ParseFault(text, parsed.line); !problem.empty()) {
+    return problem + ", wrong_address, exception";
+  }
+  fault = parsed;
+  return {};
+}
+
+std::string UnitFaultText(const UnitFault& fault) {
+  if (fault.wrong_address != 0) return "wrong_address:" + std::to_string(fault.wrong_address);
+  if (fault.exception != 0) return "exception:" + std::to_string(fault.exception);
+  return FaultText(fault.line);
+}
 
 const std::vector<std::string_view>& QuantityNames() {
   static const std::vector<std::string_view> kNames = NamesOf(Table());
@@ -281,6 +318,35 @@ std::vector<std::pair<std::string, std::string>> Quantities(const SimulatedUnit&
   std::vector<std::pair<std::string, std::string>> list = Shown(Table(), simulated);
   AddReport(simulated.unit, list);
   return list;
+}
+
+void AddReport(const ScUnit& unit, std::vector<std::pair<std::string, std::string>>& list) {
+  const auto count = [&list](std::string_view name, std::int64_t value) {
+    list.emplace_back(name, std::to_string(value));
+  };
+  std::uint16_t address = 100;
+  for (const std::string_view name : kInstantaneous) {
+    const std::uint16_t value = unit.InputRegister(address);
+    const bool is_signed = address >= 100 + kTemperatureIndex;
+    count("register_" + std::string(name), is_signed ? static_cast<std::int16_t>(value) : value);
+    ++address;
+  }
+  list.emplace_back("motor", MotorText(unit));
+  list.emplace_back("motor_status", CauseText(unit.motor_status()));
+  count("trip_count", unit.trip_count());
+  for (std::size_t log = 0; log < TripLogs::kLogs; ++log) {
+    list.emplace_back("trip_factor_" + std::to_string(log + 1), CauseText(unit.logs().factor(log)));
+  }
+  count("stop_coil", unit.Coil(kCoilStop) ? 1 : 0);
+  count("logged_in", unit.access.logged_in() ? 1 : 0);
+  count("starts", unit.effects.starts);
+  count("stops", unit.effects.stops);
+  count("logins", unit.effects.logins);
+  count("logouts", unit.effects.logouts);
+  count("wrong_passwords", unit.effects.wrong_passwords);
+  count("password_changes", unit.effects.password_changes);
+  count("parameter_writes", unit.effects.parameter_writes);
+  count("trip_count_clears", unit.effects.trip_count_clears);
 }
 
 }  // namespace axlecast::tsubaki_sc::simulator

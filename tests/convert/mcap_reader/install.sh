@@ -1,6 +1,6 @@
 #!/bin/sh
 # mcap_reader/install.sh FOLDER: the public MCAP reader and read.mjs into FOLDER, as package-lock.json pins them (with the
-# hash of every package); nothing is fetched when they stand there already.
+# hash of every package); nothing is fetched if they are there already.
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 mkdir -p "$1"

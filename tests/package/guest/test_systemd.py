@@ -1,4 +1,4 @@
-"""The package on a Debian that runs: installed, a machine commissioned as docs/install.md says, upgraded, removed. Nothing
+"""The package on a Debian that runs: installed, a machine commissioned as docs/install.md describes, upgraded, removed. Nothing
 but systemd starts a process of ours here, within the sandboxes of the units."""
 
 import json

@@ -24,7 +24,7 @@ def is_error(line):
 
 
 def details(interface):
-    """What `ip -details link show` tells of its controller: state, bittiming and so on."""
+    """What `ip -details link show` prints of its controller: state, bittiming and so on."""
     done = subprocess.run(["ip", "-details", "-json", "link", "show", interface], check=True, capture_output=True,
                           text=True)
     return json.loads(done.stdout)[0]["linkinfo"]["info_data"]
@@ -38,7 +38,7 @@ def ip_link(*lines):
 
 
 def up(interface, bitrate=250000, options=""):
-    """Sets it up anew, as a fresh controller."""
+    """Sets it up again, as a new controller."""
     error = ip_link(f"{interface} down", f"{interface} up type can bitrate {bitrate} {options}")
     if error:
         raise AssertionError(f"{interface}: {error}")
@@ -68,7 +68,7 @@ class Candump:
         self.begun, self.read = "", []
         filters = ",0:0,#FFFFFFFF" if errors else ""
         # -r: 8 MiB, room for 20,000 frames (some 800 bytes each in the kernel): at full load it may sleep for long.
-        # -D: goes on when the interface was down.
+        # -D: continues after the interface was down.
         self.process = subprocess.Popen(["candump", "-L", "-D", "-r", "8388608", f"{interface}{filters}"], stdout=log)
         os.close(log)
         os.unlink(name)

@@ -46,14 +46,14 @@ class CanMachine(Machine):
         return process
 
     def up(self, interface="can0", bitrate=250000, device=TURRET % "", keys="", online=True):
-        """The driver, and a watch on all that it says."""
+        """The driver, and a watch on all that it sends."""
         self.config = self.write(can_file(f"link: {{iface: {interface}, bitrate: {bitrate}}}", device, keys))
         self.data = self.watch(self.config)
         self.process = self.driver(self.config, "can-0", "saa-can")
         if online:
             self.wait_device(ONLINE)
 
-    # -- what the driver says
+    # -- what the driver publishes
 
     def wait_device(self, state):
         return wait_for(lambda: (lambda m: m if m and m["state"] == state else None)(self.data.last("DEVICE/turret")),
@@ -73,7 +73,7 @@ class CanMachine(Machine):
         wait_for(lambda: self.positions(mark), lambda: f"a position; {self.data.last('DEVICE/turret')}")
 
     def reported(self, began_ns, text, within=WITHIN):
-        """BUS/can-0 says `text`, first in time after an instant (time.time_ns): what it says."""
+        """The first BUS/can-0 that has `text` after a time (time.time_ns)."""
         def found():
             return next((m for m in self.data.of("BUS/can-0") if re.search(text, m["last_error"])), None)
         message = wait_for(found, lambda: f"'{text}' in BUS/can-0, last {self.data.last('BUS/can-0')}")
@@ -95,7 +95,7 @@ class CanMachine(Machine):
         return entry
 
     def type_what_it_says(self, text):
-        """What stands behind "as root: ", typed by the operator."""
+        """The text after "as root: ", typed by the operator."""
         line = text.split("as root: ")[1]
         done = subprocess.run(["sh", "-ec", line], capture_output=True, text=True, check=False)
         self.assertEqual(done.returncode, 0, f"{line}: {done.stderr}")

@@ -1,4 +1,4 @@
-"""/dev/spidev in the guest: the program that stands as one (tests/vm/cuse_spidev.cpp), and its ioctls as spidev's
+"""/dev/spidev in the guest: the program that appears as one (tests/vm/cuse_spidev.cpp), and its ioctls as spidev's
 documentation has them (Documentation/spi/spidev.rst, linux/spi/spidev.h)."""
 
 import ctypes

@@ -1,4 +1,4 @@
-"""What goes wrong on a CAN bus, as the kernel tells it of an adapter at a serial line (slcan_adapter.py)."""
+"""What goes wrong on a CAN bus, as the kernel reports it of an adapter at a serial line (slcan_adapter.py)."""
 
 import time
 import unittest

@@ -35,7 +35,7 @@ class Can(DoctorMachine):
         subprocess.run(["sh", "-c", line], check=True)
 
     def assert_mended_by_its_line(self, name):
-        """What is not for --fix is mended by the line that is shown."""
+        """What --fix does not cover is fixed by the line that is shown."""
         finding = self.found(name, self.config)[0]
         self.assertFalse(finding["safe"])
         self.type(finding["mend"][0])
@@ -44,7 +44,7 @@ class Can(DoctorMachine):
     def test_can_missing(self):
         self.assert_quiet("can_missing", self.config)
         self.assert_found("can_missing", self.on("can9"), "can9 does not exist")
-        self.assert_found("can_missing", self.on("lo"), "lo is no CAN interface")
+        self.assert_found("can_missing", self.on("lo"), "lo is not a CAN interface")
 
     def test_can_down(self):
         self.assert_quiet("can_down", self.config)
@@ -55,12 +55,12 @@ class Can(DoctorMachine):
     def test_can_bitrate(self):
         self.assert_quiet("can_bitrate", self.config)
         can_bus.up("can0", 125000)
-        self.assert_found("can_bitrate", self.config, "125000 bit/s, the file says 250000")
+        self.assert_found("can_bitrate", self.config, "125000 bit/s, the machine file has 250000")
         self.assert_mended_by_its_line("can_bitrate")
 
     def test_can_mode(self):
         self.assert_quiet("can_mode", self.config)
-        for mode, text in (("listen-only", "listen-only"), ("loopback", "hears itself alone"),
+        for mode, text in (("listen-only", "listen-only"), ("loopback", "receives only its own"),
                            ("presume-ack", "presume-ack")):
             can_bus.up("can0", options=f"restart-ms 100 {mode} on")
             self.addCleanup(can_bus.up, "can0", 250000, f"{mode} off")
@@ -77,7 +77,7 @@ class Can(DoctorMachine):
         self.assert_quiet("can_queue", self.config)
         self.type("ip link set can0 txqueuelen 1")
         self.addCleanup(self.type, "ip link set can0 txqueuelen 10; rm -f /etc/udev/rules.d/99-axlecast.rules")
-        self.assert_found("can_queue", self.config, "queues 1 frames")
+        self.assert_found("can_queue", self.config, "queues at most 1 frames")
         self.assert_mended("can_queue", self.config)
 
     def test_can_state(self):

@@ -43,7 +43,7 @@ class Readings(CanMachine):
     def test_somebody_elses_frames_are_read_and_ours_are_as_the_manual_has_them(self):
         """SAA manual 5.4.1: 120# 47 26 = 9799 = 215.3100 degrees; start 01 NN, zero 20 NN."""
         witness = Candump("can1", test=self)
-        # Slow enough that no whole turn fits between two readings: else nobody knows that the shaft stands.
+        # Slow enough that no whole turn fits between two readings: else nobody knows that the shaft stands still.
         self.up(device=TURRET % ", period_ms: 50, limits: {speed_rpm: 100}", online=False)
         self.assertEqual(witness.wait(1, "220")[0].data, "0120000000000000")
         encoder = cangen("can1", "-I", "120", "-L", 2, "-D", "4726", "-g", 50)
@@ -64,7 +64,7 @@ class Readings(CanMachine):
         self.assertEqual({line.data[:4] for line in witness.lines("220")}, {"0120", "2020"})
 
     def order_zero(self, witness):
-        """An order of which the encoder has heard; nothing when the driver refused it: the shaft must stand still
+        """A command that has reached the encoder; nothing if the driver refused it: the shaft must stand still
         first."""
         zero = subprocess.Popen([BIN / "axlecast", "do", "turret", "zero", "--yes", "--config", self.config, "--json"],
                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

@@ -1,4 +1,4 @@
-"""SPI: the device that stands as /dev/spidev, and the drivers on it."""
+"""SPI: the device that appears as /dev/spidev, and the drivers on it."""
 
 import errno
 import socket
@@ -42,7 +42,7 @@ class Peer:
 
 
 class Bridge(Machine):
-    """What stands as /dev/spidev passes everything on unchanged and refuses what spidev refuses."""
+    """The program that appears as /dev/spidev passes everything on unchanged and refuses what spidev refuses."""
 
     def setUp(self):
         super().setUp()

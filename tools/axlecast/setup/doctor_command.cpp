@@ -15,9 +15,8 @@
 #include "tools/axlecast/common/confirmation.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/doctor/check.h"
-#include "tools/doctor/doctor_report.h"
-#include "tools/doctor/fix.h"
-#include "tools/doctor/read_host.h"
+#include "tools/doctor/host_facts.h"
+#include "tools/doctor/symptom.h"
 
 namespace axlecast {
 namespace {
@@ -71,8 +70,8 @@ std::vector<Diagnosis> Examine(const DoctorOptions& options, const MachineConfig
   };
   const auto listens = [&wanted](const char* name) { return wanted(*FindCheck(name)); };
   ReadHostOptions reading{.files = HostFiles(options.root)};
-  reading.hear_machine = listens("machine_faults");
-  reading.listen = listens("other_machine") || listens("duplicate_driver") || reading.hear_machine
+  reading.read_machine = listens("machine_faults");
+  reading.listen = listens("other_machine") || listens("duplicate_driver") || reading.read_machine
                        ? static_cast<MonoNs>(options.listen_s * static_cast<double>(kSecond))
                        : 0;
   return Diagnose(machine, ReadHost(machine, reading), wanted);
@@ -86,9 +85,9 @@ void Mend(const DoctorOptions& options, const std::vector<Diagnosis>& diagnoses,
     std::cerr << DiagnosisText(diagnosis);
     if (!options.yes && !Confirmed()) continue;
     for (const Fix& fix : diagnosis.symptom.fixes) {
-      if (fix.kind == Fix::Kind::kTell) continue;
-      if (const std::string problem = Apply(fix, files); !problem.empty()) {
-        std::cerr << "  not done: " << problem << '\n';
+      if (fix.kind == Fix::Kind::kManual) continue;
+      if (const Result<> applied = ApplyFix(fix, files); !applied) {
+        std::cerr << "  not done: " << applied.error().text << '\n';
         break;
       }
       mended.push_back(LineOf(fix));

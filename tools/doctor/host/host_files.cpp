@@ -3,8 +3,10 @@
 #include <fcntl.h>
 #include <grp.h>
 #include <pwd.h>
+#include <spawn.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -12,16 +14,21 @@
 #include <cerrno>
 #include <charconv>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <sstream>
 #include <system_error>
 
 #include "platform/os/descriptor.h"
+#include "platform/os/new_file.h"
 
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kLongestText = 64 << 10;
+constexpr std::size_t kMaxText = 64 << 10;
+constexpr std::size_t kMaxOutput = 4 << 20;  // of a program
 
 HostFile::Kind KindOf(mode_t mode) {
   if (S_ISREG(mode)) return HostFile::Kind::kRegular;
@@ -48,21 +55,65 @@ bool Holds(const std::string& place, pid_t id, dev_t device) {
   return false;
 }
 
-// proc(5): "3: FLOCK  ADVISORY  WRITE 1234 00:06:1234 0 EOF"; what waits for a lock has "->" behind its number.
+// proc(5): "3: FLOCK  ADVISORY  WRITE 1234 00:06:1234 0 EOF"; a process that waits for a lock has "->" after the number.
 std::vector<pid_t> Lockers(const std::string& locks, const struct stat& file) {
-  std::array<char, 64> wanted{};
-  std::snprintf(wanted.data(), wanted.size(), "%02x:%02x:%lu", major(file.st_dev), minor(file.st_dev), file.st_ino);
+  std::array<char, 64> file_id{};
+  std::snprintf(file_id.data(), file_id.size(), "%02x:%02x:%lu", major(file.st_dev), minor(file.st_dev),
+                file.st_ino);
   std::vector<pid_t> ids;
   std::istringstream lines(locks);
   for (std::string line; std::getline(lines, line);) {
     std::istringstream words(line);
     std::string number, kind, how, access, id, inode;
     words >> number >> kind >> how >> access >> id >> inode;
-    if (inode != wanted.data() || kind == "->") continue;
+    if (inode != file_id.data() || kind == "->") continue;
     if (const auto process = ToNumber<pid_t>(id); process && *process > 0) ids.push_back(*process);
   }
   return ids;
 }
+
+std::string Reason() { return std::strerror(errno); }
+
+// Also searches the folders of administration programs, which are not in an ordinary user's PATH.
+std::string FindProgram(const std::string& name) {
+  const char* const given = std::getenv("PATH");
+  std::istringstream folders(std::string(given == nullptr ? "" : given) + ":/usr/sbin:/sbin:/usr/bin:/bin");
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    std::string path = folder + '/' + name;
+    if (!folder.empty() && access(path.c_str(), X_OK) == 0) return path;
+  }
+  return "";
+}
+
+std::string ReadToEnd(int fd) {
+  std::string text;
+  std::array<char, 4096> buffer{};
+  while (true) {
+    const ssize_t count = read(fd, buffer.data(), buffer.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return text;
+    if (text.size() < kMaxOutput) text.append(buffer.data(), static_cast<std::size_t>(count));
+  }
+}
+
+// Starts a program with these descriptors as standard output and error. Returns 0, or the errno of a failure.
+int Spawn(const std::string& program, const std::vector<std::string>& words, int output, int errors, pid_t& id) {
+  std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
+  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+  arguments.push_back(nullptr);
+  posix_spawn_file_actions_t files;
+  posix_spawn_file_actions_init(&files);
+  posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_adddup2(&files, output, STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&files, errors, STDERR_FILENO);
+  const int error = posix_spawn(&id, program.c_str(), &files, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&files);
+  return error;
+}
+
+// Opens an unnamed file for the standard error of a child. Unlike a pipe, it cannot fill up while nobody reads it.
+Descriptor ScratchFile() { return Descriptor(open("/tmp", O_TMPFILE | O_RDWR | O_CLOEXEC, 0600)); }
 
 }  // namespace
 
@@ -95,7 +146,7 @@ HostFile HostFiles::Look(const std::string& path) const {
 std::optional<std::string> HostFiles::Text(const std::string& path) const {
   const Descriptor file(open(Place(path).c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK));
   if (!file.valid()) return std::nullopt;
-  std::string text(kLongestText, '\0');
+  std::string text(kMaxText, '\0');
   std::size_t size = 0;
   while (size < text.size()) {
     const ssize_t count = read(file.get(), text.data() + size, text.size() - size);
@@ -156,6 +207,52 @@ std::vector<HostProcess> HostFiles::Holders(const std::string& device) const {
     if (locks || Holds(root_, id, status.st_rdev)) holders.push_back(Process(id));
   }
   return holders;
+}
+
+Result<std::string> RunProgram(const std::vector<std::string>& words) {
+  const std::string program = FindProgram(words.front());
+  if (program.empty()) return Failure(words.front() + " is not installed");
+  std::array<int, 2> ends{};
+  if (pipe2(ends.data(), O_CLOEXEC) != 0) return Failure(Reason());
+  const Descriptor reader(ends[0]);
+  Descriptor writer(ends[1]);
+  const Descriptor errors = ScratchFile();
+  pid_t id = -1;
+  if (const int error = Spawn(program, words, writer.get(), errors.valid() ? errors.get() : writer.get(), id)) {
+    return Failure(program + ": " + std::strerror(error));
+  }
+  writer.Reset();
+  std::string output = ReadToEnd(reader.get());
+  int status = 0;
+  while (waitpid(id, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return output;
+  if (errors.valid() && lseek(errors.get(), 0, SEEK_SET) == 0) output += ReadToEnd(errors.get());
+  while (output.ends_with('\n')) output.pop_back();
+  return Failure(words.front() + (output.empty() ? " failed" : ": " + output));
+}
+
+Result<> WriteValue(const std::string& path, const std::string& value) {
+  const Descriptor file(open(path.c_str(), O_WRONLY | O_TRUNC | O_CLOEXEC | O_NOCTTY));
+  const std::string line = value + '\n';
+  if (file.valid() && write(file.get(), line.data(), line.size()) == static_cast<ssize_t>(line.size())) return {};
+  return Failure(path + ": " + Reason());
+}
+
+Result<> AppendLine(const std::string& path, const std::string& line) {
+  std::string text;
+  if (std::ifstream file(path); file) text.assign(std::istreambuf_iterator<char>(file), {});
+  std::istringstream lines(text);
+  for (std::string found; std::getline(lines, found);) {
+    if (found == line) return {};
+  }
+  if (!text.empty() && !text.ends_with('\n')) text += '\n';
+  std::error_code error;
+  std::filesystem::create_directories(std::filesystem::path(path).parent_path(), error);
+  if (error) return Failure(path + ": " + error.message());
+  std::string problem = WriteNewFile(path, text + line + '\n', {.mode = 0644}, true);
+  if (!problem.empty()) return Failure(std::move(problem));
+  return {};
 }
 
 }  // namespace axlecast

@@ -8,19 +8,21 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/result.h"
+
 namespace axlecast {
 
-// What stat(2) and access(2) tell of a path; links are followed.
+// The state of a path from stat(2) and access(2). Links are followed.
 struct HostFile {
   enum class Kind : std::uint8_t { kNone, kRegular, kFolder, kCharacter, kOther };
 
   std::string path;
-  int error = 0;  // errno where it cannot be looked at: ENOENT
+  int error = 0;  // errno if stat(2) fails: ENOENT
   Kind kind = Kind::kNone;
   mode_t mode = 0;  // the twelve bits of chmod(1)
   uid_t uid = 0;
   gid_t gid = 0;
-  std::string owner;  // names, or numbers that have none
+  std::string owner;  // a name; the number if it has no name
   std::string group;
   unsigned major = 0;  // kCharacter
   unsigned minor = 0;
@@ -32,26 +34,28 @@ struct HostFile {
 struct HostProcess {
   pid_t id = 0;
   std::string name;                // /proc/PID/comm: at most 15 characters
-  std::vector<std::string> words;  // its command line; empty where that is not ours to see
+  std::vector<std::string> words;  // its command line; empty if this user may not read it
 };
 
-// The host's /proc, /sys, /dev and /etc as files. Below a root folder they are another system's, or a test's.
+// The files of the host below /proc, /sys, /dev and /etc. With a root folder, they are the files of another system or of a
+// test.
 class HostFiles {
  public:
   explicit HostFiles(std::string root = "") : root_(std::move(root)) {}
 
-  // Where the host's `path` is for this process.
+  // Returns the path that this process uses for the host's `path`.
   [[nodiscard]] std::string Place(const std::string& path) const { return root_ + path; }
   [[nodiscard]] HostFile Look(const std::string& path) const;
-  // Without the last newline; at most 64 KiB. Nothing where it cannot be read.
+  // Returns at most 64 KiB, without the last newline; nothing if the file cannot be read.
   [[nodiscard]] std::optional<std::string> Text(const std::string& path) const;
   [[nodiscard]] std::optional<std::int64_t> Number(const std::string& path) const;
-  // Names in a folder, in their order; none where there is none.
+  // Returns the sorted names in a folder; none if it cannot be read.
   [[nodiscard]] std::vector<std::string> Names(const std::string& folder) const;
 
-  // Processes, and of these the ones that hold a character device open, or lock it. Without rights only the processes
-  // of this user, and those that lock it, are seen. This process is left out.
+  // Returns all processes except this one.
   [[nodiscard]] std::vector<HostProcess> Processes() const;
+  // Returns the processes that have a character device open or locked. Without root, only processes of this user and
+  // those that lock it are found.
   [[nodiscard]] std::vector<HostProcess> Holders(const std::string& device) const;
 
  private:
@@ -60,5 +64,15 @@ class HostFiles {
 
   std::string root_;
 };
+
+// Runs a program from PATH or /usr/sbin to its end. Returns its standard output, at most 4 MiB. An exit code other than 0
+// is an error, with the output of the program.
+[[nodiscard]] Result<std::string> RunProgram(const std::vector<std::string>& words);
+
+// Writes a value into an existing file of the kernel.
+[[nodiscard]] Result<> WriteValue(const std::string& path, const std::string& value);
+
+// Appends the line to a text file, unless the file contains it. Creates the file and its folder if they are missing.
+[[nodiscard]] Result<> AppendLine(const std::string& path, const std::string& line);
 
 }  // namespace axlecast

@@ -14,7 +14,6 @@
 #include "platform/os/descriptor.h"
 #include "platform/os/folder.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/doctor/host/host_change.h"
 
 namespace axlecast {
 namespace {
@@ -89,29 +88,29 @@ TEST_F(HostFilesTest, WhoLocksADeviceHoldsIt) {
 
 TEST_F(HostFilesTest, ALineIsAddedOnce) {
   const std::string path = root_ + "/etc/sysctl.d/60-axlecast.conf";
-  EXPECT_EQ(AppendLine(path, "a = 1"), "");
-  EXPECT_EQ(AppendLine(path, "b = 2"), "");
-  EXPECT_EQ(AppendLine(path, "a = 1"), "");
+  EXPECT_TRUE(AppendLine(path, "a = 1"));
+  EXPECT_TRUE(AppendLine(path, "b = 2"));
+  EXPECT_TRUE(AppendLine(path, "a = 1"));
   EXPECT_EQ(Content("/etc/sysctl.d/60-axlecast.conf"), "a = 1\nb = 2");
   std::ofstream(path) << "no end of line";
-  EXPECT_EQ(AppendLine(path, "c = 3"), "");
+  EXPECT_TRUE(AppendLine(path, "c = 3"));
   EXPECT_EQ(Content("/etc/sysctl.d/60-axlecast.conf"), "no end of line\nc = 3");
-  EXPECT_THAT(AppendLine(path + "/x", "a"), HasSubstr("60-axlecast.conf"));
+  EXPECT_THAT(AppendLine(path + "/x", "a").error().text, HasSubstr("60-axlecast.conf"));
 }
 
 TEST_F(HostFilesTest, AValueIsWrittenWhereThereIsAFile) {
   Put("/sys/x", "16\n");
-  EXPECT_EQ(WriteValue(root_ + "/sys/x", "1"), "");
+  EXPECT_TRUE(WriteValue(root_ + "/sys/x", "1"));
   EXPECT_EQ(Content("/sys/x"), "1");
-  EXPECT_THAT(WriteValue(root_ + "/sys/y", "1"), HasSubstr("No such file"));
+  EXPECT_THAT(WriteValue(root_ + "/sys/y", "1").error().text, HasSubstr("No such file"));
 }
 
 TEST(RunProgram, SaysWhatTheProgramSaid) {
-  EXPECT_EQ(RunProgram({"echo", "a b"}).output, "a b\n");
-  EXPECT_EQ(RunProgram({"true"}).problem, "");
-  EXPECT_THAT(RunProgram({"sh", "-c", "echo why >&2; exit 3"}).problem, HasSubstr("why"));
-  EXPECT_EQ(RunProgram({"false"}).problem, "false failed");
-  EXPECT_EQ(RunProgram({"axlecast-no-such-program"}).problem, "axlecast-no-such-program is not installed");
+  EXPECT_EQ(*RunProgram({"echo", "a b"}), "a b\n");
+  EXPECT_TRUE(RunProgram({"true"}));
+  EXPECT_THAT(RunProgram({"sh", "-c", "echo why >&2; exit 3"}).error().text, HasSubstr("why"));
+  EXPECT_EQ(RunProgram({"false"}).error().text, "false failed");
+  EXPECT_EQ(RunProgram({"axlecast-no-such-program"}).error().text, "axlecast-no-such-program is not installed");
 }
 
 TEST_F(HostFilesTest, AFolderIsJudgedByTheNearestThatIsThere) {

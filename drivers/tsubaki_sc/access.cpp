@@ -1,0 +1,244 @@
+#include "drivers/tsubaki_sc/access.h"
+
+#include <axlecast/command_status_t.hpp>
+#include <utility>
+
+#include "core/device/operation.h"
+#include "drivers/kit/read_back.h"
+#include "drivers/kit/refusal.h"
+
+namespace axlecast::tsubaki_sc {
+namespace {
+
+using Reason = command_status_t;
+
+// A reading of the login state older than this is read again before the password is written.
+constexpr MonoNs kFresh = 10 * kSecond;
+
+const char* Name(bool logged_in) { return logged_in ? "logged in" : "logged out"; }
+
+}  // namespace
+
+std::string PasswordTable::Read(std::string_view name, Secret& into) const {
+  const auto place = settings_.passwords.find(name);
+  const std::string shown(name);
+  if (place == settings_.passwords.end()) return "the configuration has no password named " + shown;
+  const std::string problem = source_.Read(place->second, into);
+  if (!problem.empty()) return "password " + shown + ": " + problem;
+  if (IsPassword(into.text())) return {};
+  into = Secret();
+  return "password " + shown + ": what its file holds is none: 8 to 16 characters from ! to ~, no blanks";
+}
+
+std::string Login::Obstacle() const {
+  if (passwords_.active().empty()) {
+    return "the unit is logged out, and the configuration names no password: add passwords and password";
+  }
+  if (!wrong_password_) return {};
+  return "the unit refused password " + passwords_.active() + " before; mend its file, then log_in";
+}
+
+bool Login::Start(LoginGoal goal) {
+  Wipe(frame_);
+  goal_ = goal;
+  failures_ = 0;
+  writes_ = 0;
+  answered_ = false;
+  problem_ = goal == LoginGoal::kIn ? Obstacle() : "";
+  if (!problem_.empty()) return false;
+  stage_ = Stage::kLook;
+  return true;
+}
+
+Exchange Login::Next(MonoNs now) const {
+  if (stage_ == Stage::kWrite && now - looked_at_ <= kFresh) return requests_.Secret(frame_);
+  return requests_.Read(kLoginStatus);
+}
+
+Login::Result Login::OnAnswer(const Answer& answer) {
+  return IsLogin(answer.request) ? OnWritten(answer) : OnStatus(answer);
+}
+
+Login::Result Login::OnStatus(const Answer& answer) {
+  if (!answer.ok()) {
+    if (!answer.refused() && ++failures_ < kTries) return Result::kGoing;
+    return Fail("the login status could not be read: " + CauseOf(answer));
+  }
+  const bool logged_in = answer.reply.Register(0) == kSaysLoggedIn;
+  if (logged_in == (goal_ == LoginGoal::kIn)) {
+    Wipe(frame_);
+    stage_ = Stage::kNone;
+    wrong_password_ = wrong_password_ && goal_ != LoginGoal::kIn;
+    return Result::kDone;
+  }
+  if (stage_ == Stage::kVerify && answered_) {
+    return Fail(Text("the unit took the password, but says %s", Name(logged_in)));
+  }
+  if (writes_ >= kTries)
+    return Fail(Text("the unit answered none of %d logins, and says %s", writes_, Name(logged_in)));
+  return Write(answer);
+}
+
+// The state was just read: it is the other one.
+Login::Result Login::Write(const Answer& answer) {
+  if (std::string problem = Obstacle(); !problem.empty()) return Fail(std::move(problem));
+  Secret secret;
+  std::string problem = passwords_.Read(passwords_.active(), secret);
+  if (!problem.empty()) return Fail(std::move(problem));
+  frame_ = WritePassword(requests_.address(), kLoginBlock, secret.text(), format_);
+  looked_at_ = answer.end;
+  stage_ = Stage::kWrite;
+  return Result::kGoing;
+}
+
+Login::Result Login::OnWritten(const Answer& answer) {
+  Wipe(frame_);
+  ++writes_;
+  if (answer.refused_for_login()) {
+    wrong_password_ = true;
+    return Fail("the unit refused password " + passwords_.active() + ": it is wrong; mend its file, then log_in");
+  }
+  if (answer.refused()) return Fail("the unit did not take the password: " + CauseOf(answer));
+  owes_ = owes_ || (goal_ == LoginGoal::kIn && log_out_ && !keeps_);
+  answered_ = answer.ok();
+  stage_ = Stage::kVerify;  // whether it arrived, if its reply is lost, AI 300 says
+  return Result::kGoing;
+}
+
+void Login::OnDoubt() {
+  if (stage_ != Stage::kWrite) return;
+  Wipe(frame_);
+  stage_ = Stage::kLook;
+}
+
+void Login::OnStatusRead(bool logged_in) {
+  if (logged_in) return;
+  owes_ = false;
+  keeps_ = false;
+}
+
+void Login::Keep() {
+  owes_ = false;
+  keeps_ = true;
+}
+
+void Login::Abort(std::string problem) {
+  if (active()) static_cast<void>(Fail(std::move(problem)));
+}
+
+Login::Result Login::Fail(std::string problem) {
+  Wipe(frame_);
+  stage_ = Stage::kNone;
+  problem_ = std::move(problem);
+  return Result::kFailed;
+}
+
+// The login itself is the device's; asked for a request of its own, it only looks.
+std::optional<Outcome> LogIn::OnAnswer(const Answer& answer) {
+  if (!answer.ok()) return GiveUp(command_status_t::REASON_DEVICE_REFUSED, CauseOf(answer));
+  const bool logged_in = answer.reply.Register(0) == kSaysLoggedIn;
+  if (logged_in == (goal_ == LoginGoal::kIn)) return OnLoginDone();
+  return GiveUp(command_status_t::REASON_DEVICE_REFUSED, logged_in ? "it says logged in" : "it says logged out");
+}
+
+std::optional<Outcome> LogIn::OnLoginDone() {
+  const bool in = goal_ == LoginGoal::kIn;
+  Outcome outcome = Verified(in ? "the unit says logged in, until log_out or until its power goes off"
+                                : "the unit says logged out");
+  outcome.changes.push_back({"logged_in", "", in ? "1" : "0"});
+  return outcome;
+}
+
+Outcome LogIn::GiveUp(std::int32_t reason, const std::string& cause) const {
+  return Final(CommandState::kFailed, reason,
+               (goal_ == LoginGoal::kIn ? "not logged in: " : "not logged out: ") + cause);
+}
+
+std::optional<bool> PasswordComparison::Holds(Bytes registers) {
+  Secret secret;
+  problem_ = passwords_.Read(name_, secret);
+  if (!problem_.empty()) return std::nullopt;
+  return HoldsPassword(registers, secret.text(), format_.order);
+}
+
+Exchange ReadPassword(const Requests& requests) { return requests.Secret(requests.Read(kPassword).request); }
+
+PasswordChange::PasswordChange(const Requests& requests, const Frame& frame, PasswordComparison comparison,
+                               PasswordTable& passwords, Login& login, DeviceOutput& output)
+    : requests_(requests),
+      frame_(frame),
+      comparison_(std::move(comparison)),
+      passwords_(passwords),
+      login_(login),
+      output_(output) {}
+
+Exchange PasswordChange::Next() const { return verifying_ ? ReadPassword(requests_) : requests_.Secret(frame_); }
+
+std::optional<Outcome> PasswordChange::OnAnswer(const Answer& answer) {
+  return verifying_ ? OnReadBack(answer) : OnWritten(answer);
+}
+
+std::optional<Outcome> PasswordChange::OnWritten(const Answer& answer) {
+  Wipe(frame_);
+  if (answer.refused()) {
+    sent_ = false;
+    return Final(CommandState::kFailed, Reason::REASON_DEVICE_REFUSED,
+                 "the password is as it was: the unit refused the new one: " + CauseOf(answer));
+  }
+  output_.OnNonVolatileWrite();
+  verifying_ = true;
+  return std::nullopt;
+}
+
+std::optional<Outcome> PasswordChange::OnReadBack(const Answer& answer) {
+  if (!answer.ok()) {
+    if (!answer.refused() && ++failures_ < kTries) return std::nullopt;
+    return GiveUp(ReasonOf(answer), CauseOf(answer));
+  }
+  const std::optional<bool> holds = comparison_.Holds(answer.reply.data);
+  if (!holds) return GiveUp(Reason::REASON_NOT_PERMITTED, comparison_.problem());
+  if (!*holds) {
+    return Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
+                 "the unit's password reads differently from " + comparison_.name());
+  }
+  passwords_.Use(comparison_.name());
+  login_.Allow();
+  return Verified("the unit has password " + comparison_.name() + " now: write `password: " + comparison_.name() +
+                  "` into the configuration before the driver starts again");
+}
+
+Outcome PasswordChange::GiveUp(std::int32_t reason, const std::string& cause) const {
+  if (!sent_) return Final(CommandState::kFailed, reason, "the password is as it was: " + cause);
+  // Which password would log the unit out is not known.
+  login_.Keep();
+  return Final(CommandState::kIndeterminate, reason,
+               "the new password was sent, but could not be read back: " + cause +
+                   "; the unit stays logged in: check_password, then log_out");
+}
+
+std::optional<Outcome> PasswordCheck::OnAnswer(const Answer& answer) {
+  if (!answer.ok()) {
+    if (!answer.refused() && ++failures_ < kTries) return std::nullopt;
+    const bool login = answer.refused_for_login();
+    return GiveUp(ReasonOf(answer), login ? "the unit is logged out: log_in first" : CauseOf(answer));
+  }
+  if (!looked_) {
+    looked_ = answer.reply.Register(0) == kSaysLoggedIn;
+    if (looked_) return std::nullopt;
+    return Rejected(Reason::REASON_DEVICE_REFUSED,
+                    "the unit is logged out, and then does not tell its password: log_in first");
+  }
+  const std::optional<bool> holds = comparison_.Holds(answer.reply.data);
+  if (!holds) return GiveUp(Reason::REASON_NOT_PERMITTED, comparison_.problem());
+  if (*holds) passwords_.Use(comparison_.name());
+  Outcome outcome =
+      Verified((*holds ? "the unit has password " : "the unit has another password than ") + comparison_.name());
+  outcome.changes.push_back(FindingChange(FindingWord(*holds)));
+  return outcome;
+}
+
+Outcome PasswordCheck::GiveUp(std::int32_t reason, const std::string& cause) const {
+  return Final(CommandState::kFailed, reason, "the password could not be compared: " + cause);
+}
+
+}  // namespace axlecast::tsubaki_sc

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "core/device/device.h"
+#include "drivers/tsubaki_sc/procedure.h"
+#include "drivers/tsubaki_sc/register_map.h"
+#include "drivers/tsubaki_sc/requests.h"
+
+namespace axlecast::tsubaki_sc {
+
+// AI 200 to 204.
+struct TripStatus {
+  std::int32_t count = 0;
+  std::int32_t motor = 0;                     // bits of the motor status
+  std::array<std::int32_t, kLogs> factors{};  // newest first
+
+  friend bool operator==(const TripStatus&, const TripStatus&) = default;
+};
+
+// Trips that happened between two readings of the status. A count that fell, or factors that changed under the same
+// count, say that the count was cleared meanwhile: then it counts from 0.
+[[nodiscard]] int TripsBetween(const TripStatus& before, const TripStatus& after);
+
+// Finds trips in the status readings, whoever asked for them, and reads their logs. The unit shifts its logs 1 -> 2
+// -> 3 at each trip. So a log counts only when a status reading after its last block shows that there was no trip
+// since its first one; else it is read once more. Newest first.
+class TripReader {
+ public:
+  explicit TripReader(DeviceOutput& output) : output_(output) {}
+
+  // Another unit may be there: what is recorded there is history, not news.
+  void Forget();
+  void OnStatus(const TripStatus& status, Interval at);
+  void OnLogInterval(std::uint16_t tenths);
+  void OnLog(const LogPlace& place, const modbus::Reply& reply, Interval at);
+  // Its own request, Next, brought nothing.
+  void OnFailure(const Answer& answer);
+  // All logs that hold a trip.
+  void WantAll();
+
+  [[nodiscard]] bool wanted() const { return Current() < kLogs; }
+  // The log to be read next is of a trip that happened while the driver watched, or that somebody wants now.
+  [[nodiscard]] bool fresh() const { return wanted() && logs_[Current()].fresh; }
+  [[nodiscard]] std::size_t log() const { return Current(); }
+  [[nodiscard]] Block Next() const;
+  // Times the newest log had to be begun again because there was a further trip.
+  [[nodiscard]] int restarts() const { return restarts_; }
+  [[nodiscard]] const std::optional<TripStatus>& status() const { return status_; }
+
+ private:
+  struct Log {
+    bool wanted = false;
+    bool fresh = false;
+    std::int32_t trip_count = 0;  // 0 unknown
+    MonoNs not_before = 0;        // 0 unknown
+    MonoNs not_after = 0;
+  };
+
+  [[nodiscard]] std::size_t Current() const;  // kLogs: none
+  [[nodiscard]] bool Complete() const { return begun_ && tried_ == kAllQuantities; }
+  void Shift(std::size_t trips, const TripStatus& status, Interval at);
+  void WantHistory(const TripStatus& status, Interval at);
+  void Publish(const TripStatus& status);
+  void BeginAgain();
+
+  static constexpr std::uint8_t kAllQuantities = 0x7F;
+
+  DeviceOutput& output_;
+  std::optional<TripStatus> status_;
+  Interval status_at_;
+  std::array<Log, kLogs> logs_{};
+  std::int32_t interval_us_ = 0;
+  bool interval_unknown_ = false;  // it cannot be read, or is none
+
+  TripRecord record_;       // of the current log
+  bool begun_ = false;      // the record holds blocks
+  std::uint8_t tried_ = 0;  // bit q: quantity q was read, or cannot be read
+  int failures_ = 0;        // of the same block in a row
+  int restarts_ = 0;
+};
+
+// fetch_trip_logs: reads the logs of the last three trips at once and publishes them.
+class TripFetch final : public Procedure {
+ public:
+  TripFetch(const Requests& requests, TripReader& trips) : requests_(requests), trips_(trips) {}
+
+  // The unit's live turns read the logs too. When they have completed the last one, no log is left to ask for.
+  [[nodiscard]] Exchange Next() const override {
+    return requests_.Read(begun_ && trips_.wanted() ? trips_.Next() : kStatus);
+  }
+  std::optional<Outcome> OnAnswer(const Answer& answer) override;
+  [[nodiscard]] Outcome GiveUp(std::int32_t reason, const std::string& cause) const override;
+
+ private:
+  [[nodiscard]] std::optional<Outcome> OnStatus(const Answer& answer);
+  [[nodiscard]] Outcome Done() const;
+
+  const Requests& requests_;
+  TripReader& trips_;
+  bool begun_ = false;
+  int failures_ = 0;
+};
+
+}  // namespace axlecast::tsubaki_sc
