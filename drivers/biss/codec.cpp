@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "drivers/kit/bits.h"
+#include "drivers/kit/clocked_line.h"
 
 namespace axlecast::biss {
 

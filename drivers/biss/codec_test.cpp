@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <random>
 
-#include "core/device/operation.h"
+#include "core/device/reading.h"
 #include "drivers/biss/bits_test_support.h"
 #include "drivers/biss/codec.h"
 #include "tests/support/golden_file.h"

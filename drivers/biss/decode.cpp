@@ -10,7 +10,7 @@
 #include "drivers/biss/codec.h"
 #include "drivers/biss/settings.h"
 #include "drivers/kit/arguments.h"
-#include "drivers/kit/bits.h"
+#include "drivers/kit/clocked_line.h"
 
 namespace axlecast::biss {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/device/operation.h"
-#include "drivers/kit/clocked_exchange.h"
+#include "drivers/kit/clocked_line.h"
 
 namespace axlecast::biss {
 namespace {

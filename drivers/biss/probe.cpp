@@ -11,7 +11,7 @@
 #include "drivers/biss/codec.h"
 #include "drivers/biss/settings.h"
 #include "drivers/kit/asking_probe.h"
-#include "drivers/kit/clocked_exchange.h"
+#include "drivers/kit/clocked_line.h"
 
 namespace axlecast::biss {
 namespace {

@@ -226,7 +226,7 @@ TEST_F(BissSimulatorTest, NamesWhatItCannotSet) {
   ASSERT_EQ(Make(kExample, ""), "");
   EXPECT_THAT(simulator_->Set("a", "fault", "echo", kStart), HasSubstr("has no meaning here"));
   EXPECT_THAT(simulator_->Set("a", "wiring", "loose", kStart), HasSubstr("good, open, shorted, swapped"));
-  EXPECT_THAT(simulator_->Set("a", "error", "1", kStart), HasSubstr("neither on nor off"));
+  EXPECT_THAT(simulator_->Set("a", "error", "1", kStart), HasSubstr("one of off, on"));
   EXPECT_THAT(simulator_->Set("b", "error", "on", kStart), HasSubstr("no simulated device"));
   EXPECT_THAT(Make(kExample, "start_turns: 1"), HasSubstr("unknown key 'start_turns'"));
   EXPECT_THAT(Make(kExample, "busy_clocks: 0"), HasSubstr("1 to 1000"));

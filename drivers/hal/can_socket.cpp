@@ -8,7 +8,6 @@
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -20,11 +19,34 @@
 
 #include "core/device/can.h"
 #include "core/device/link.h"
-#include "drivers/hal/can_error.h"
-#include "drivers/hal/port_holder.h"
+#include "drivers/hal/line_guard.h"
 
 namespace axlecast {
 namespace {
+
+// A wider reading of the two clocks was interrupted; it is tried again a few times.
+constexpr MonoNs kNarrow = 5 * kMicrosecond;
+constexpr int kTries = 4;
+
+constexpr std::size_t kControllerStatus = 1;
+constexpr std::size_t kProtocolType = 2;
+constexpr std::size_t kProtocolLocation = 3;
+constexpr std::size_t kTransmitErrors = 6;
+constexpr std::size_t kReceiveErrors = 7;
+
+constexpr unsigned kErrorTypes = CAN_ERR_PROT_BIT | CAN_ERR_PROT_FORM | CAN_ERR_PROT_STUFF | CAN_ERR_PROT_BIT0 |
+                                 CAN_ERR_PROT_BIT1 | CAN_ERR_PROT_OVERLOAD;
+
+// Many drivers (sja1000, m_can, c_can) tell a missing acknowledge only by where the protocol was violated.
+bool Unacknowledged(std::uint32_t classes, unsigned type, unsigned location) {
+  if ((classes & CAN_ERR_ACK) != 0) return true;
+  return (classes & CAN_ERR_PROT) != 0 && location == CAN_ERR_PROT_LOC_ACK && (type & kErrorTypes) == 0;
+}
+
+// A room for frames was full: some drivers (slcan) give such a frame the class of bus errors too, without any.
+bool OnlyOverflow(unsigned status, unsigned type, unsigned location) {
+  return (status & (CAN_ERR_CRTL_RX_OVERFLOW | CAN_ERR_CRTL_TX_OVERFLOW)) != 0 && type == 0 && location == 0;
+}
 
 static_assert(kCanExtended == CAN_EFF_FLAG && kCanRemote == CAN_RTR_FLAG && kCanError == CAN_ERR_FLAG);
 static_assert(kMaxCanData == CAN_MAX_DLEN);
@@ -116,6 +138,62 @@ Extras ReadExtras(msghdr& message) {
 }
 
 }  // namespace
+
+CanArrival::Offset CanArrival::Read() const {
+  Offset best;
+  for (int i = 0; i < kTries; ++i) {
+    const MonoNs first = clock_.Now();
+    const std::int64_t unix_us = clock_.UtcMicroseconds();  // rounded down
+    const MonoNs last = clock_.Now();
+    const Offset offset{.minimum = unix_us * kMicrosecond - last,
+                        .maximum = unix_us * kMicrosecond + kMicrosecond - first,
+                        .now = last};
+    if (i == 0 || offset.maximum - offset.minimum < best.maximum - best.minimum) best = offset;
+    best.now = last;
+    if (best.maximum - best.minimum <= kNarrow) break;
+  }
+  return best;
+}
+
+void CanArrival::Start() {
+  before_ = Read();
+  floor_ = empty_ = before_.now;
+}
+
+Interval CanArrival::At(std::optional<std::int64_t> stamp) {
+  const Offset offset = Read();
+  const bool stepped = offset.minimum > before_.maximum || offset.maximum < before_.minimum;
+  before_ = offset;
+  const Interval unstamped{std::max(floor_, empty_), offset.now};
+  if (!stamp || stepped) return unstamped;
+  const Interval at{*stamp - offset.maximum, *stamp - offset.minimum};
+  // What lies outside altogether was stamped by a clock that was stepped since, and back.
+  if (at.last < floor_ || at.first > offset.now) return unstamped;
+  floor_ = std::max(at.first, floor_);
+  return {floor_, std::min(at.last, offset.now)};
+}
+
+void CountCanError(const CanFrame& frame, CanController& controller) {
+  if ((frame.id & kCanError) == 0) return;
+  const std::uint32_t classes = frame.id & kCanExtendedMask;
+  const auto data = [&](std::size_t i) { return i < frame.data.size() ? unsigned{frame.data.data()[i]} : 0U; };
+
+  const unsigned status = (classes & CAN_ERR_CRTL) != 0 ? data(kControllerStatus) : 0;
+  if ((classes & CAN_ERR_BUSOFF) != 0) ++controller.bus_offs;
+  if ((classes & CAN_ERR_RESTARTED) != 0) ++controller.restarts;
+  if (Unacknowledged(classes, data(kProtocolType), data(kProtocolLocation))) {
+    ++controller.unacknowledged;
+  } else if ((classes & (CAN_ERR_PROT | CAN_ERR_BUSERROR)) != 0 &&
+             !OnlyOverflow(status, data(kProtocolType), data(kProtocolLocation))) {
+    ++controller.bus_errors;
+  }
+  if ((status & CAN_ERR_CRTL_RX_OVERFLOW) != 0) ++controller.overruns;
+  if ((status & CAN_ERR_CRTL_TX_OVERFLOW) != 0) ++controller.queue_full;
+  if ((classes & CAN_ERR_CNT) != 0 && frame.data.size() == CAN_ERR_DLC) {
+    controller.tec = static_cast<int>(data(kTransmitErrors));
+    controller.rec = static_cast<int>(data(kReceiveErrors));
+  }
+}
 
 CanSocket::CanSocket(CanSettings settings, const Clock& clock)
     : settings_(std::move(settings)), waiter_(clock), arrival_(clock) {

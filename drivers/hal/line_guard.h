@@ -1,7 +1,6 @@
 #pragma once
 
 #include <sys/types.h>
-
 #include <string>
 
 namespace axlecast {
@@ -39,5 +38,12 @@ class LineGuard {
 [[nodiscard]] bool IsPtyDevice(dev_t device);
 // From there too: the virtual consoles, and /dev/tty, /dev/console and /dev/ptmx.
 [[nodiscard]] bool IsConsoleDevice(dev_t device);
+
+// Returns another process that has this device open, or that drives this CAN interface as its only master:
+// "axlecast-tformat, process 4711". Empty when there is none, or none that this process may see (root sees all).
+[[nodiscard]] std::string PortHolder(const std::string& port);
+
+// The abstract name that the driver of a CAN interface binds, without the leading zero byte.
+[[nodiscard]] std::string CanLockName(const std::string& interface);
 
 }  // namespace axlecast

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "drivers/hal/line_reader.h"
-#include "drivers/hal/tty.h"
+#include "drivers/hal/serial_port.h"
 
 namespace axlecast {
 

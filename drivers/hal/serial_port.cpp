@@ -1,11 +1,239 @@
 #include "drivers/hal/serial_port.h"
 
+#include <asm/ioctls.h>
+#include <asm/termbits.h>
+#include <fcntl.h>
+#include <linux/serial.h>
+#include <sys/file.h>
+#include <sys/ioctl.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <unistd.h>
-
+#include <algorithm>
 #include <cerrno>
+#include <cstdlib>
+#include <cstring>
 #include <utility>
 
+#include "core/device/link.h"
+#include "drivers/hal/adapter.h"
+#include "platform/os/system_clock.h"
+
 namespace axlecast {
+namespace {
+
+constexpr double kRateTolerance = 0.02;
+
+constexpr const char* kNoSerialPort = " is no serial port: correct link.port";
+
+dev_t DeviceOf(int fd) {
+  struct stat status {};
+  return fstat(fd, &status) == 0 && S_ISCHR(status.st_mode) ? status.st_rdev : 0;
+}
+
+unsigned FormatFlags(const LineFormat& format) {
+  unsigned flags = CS8;
+  if (format.parity != Parity::kNone) flags |= PARENB;
+  if (format.parity == Parity::kOdd) flags |= PARODD;
+  if (format.stop_bits == 2) flags |= CSTOPB;
+  return flags;
+}
+
+termios2 RawMode(const LineFormat& format) {
+  termios2 mode{};
+  mode.c_cflag = FormatFlags(format) | CREAD | CLOCAL | BOTHER | (BOTHER << IBSHIFT);
+  if (format.parity != Parity::kNone) mode.c_iflag |= INPCK;
+  mode.c_ispeed = mode.c_ospeed = static_cast<speed_t>(format.baud);
+  mode.c_cc[VMIN] = 1;
+  return mode;
+}
+
+// No echo, no line editing, no change of any byte; the rate and the character format stay. Until the port is locked it
+// may be that of another driver of ours: one that is raw already is left as it is.
+bool MakeRaw(int line) {
+  termios2 mode{};
+  if (ioctl(line, TCGETS2, &mode) != 0) return false;
+  if (mode.c_lflag == 0 && mode.c_oflag == 0) return true;
+  mode.c_iflag = 0;
+  mode.c_oflag = 0;
+  mode.c_lflag = 0;
+  mode.c_cc[VMIN] = 1;
+  mode.c_cc[VTIME] = 0;
+  return ioctl(line, TCSETS2, &mode) == 0;
+}
+
+// Asks the driver to hand bytes over at once; the drivers that know it do so for an unprivileged user too.
+void AskForLowLatency(int line) {
+  serial_struct serial{};
+  if (ioctl(line, TIOCGSERIAL, &serial) != 0) return;
+  serial.flags = static_cast<int>(static_cast<unsigned>(serial.flags) | ASYNC_LOW_LATENCY);
+  // Whether it helped is judged by the latency timer.
+  if (ioctl(line, TIOCSSERIAL, &serial) != 0) return;
+}
+
+}  // namespace
+
+std::string Tty::OpenProblem(int error) const {
+  const std::string& path = settings_.path;
+  switch (error) {
+    case ENOENT:
+      if (settings_.pty.simulated)
+        return path + " does not exist: no simulator runs; start it with `axlecast simulate`";
+      return path +
+             " does not exist: plug the adapter in, or correct link.port; lasting names stand in "
+             "/dev/serial/by-id/";
+    case EACCES:
+      return path +
+             ": permission denied; let the user use serial ports (as root: usermod -aG dialout USER) and log "
+             "in again";
+    case EBUSY:
+      return path + ": " + std::string(kLineHeld);
+    case ENXIO:
+    case EIO:
+    case ENODEV:
+      return path + ": the device behind it is gone; plug the adapter in again";
+    default:
+      return path + ": " + std::strerror(error);
+  }
+}
+
+std::string Tty::OpenLine(Descriptor& line) const {
+  LineGuard guard(settings_.path, settings_.pty);
+  if (std::string problem = guard.Before(); !problem.empty()) return problem;
+  line = Descriptor(open(settings_.path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (!line.valid()) return OpenProblem(errno);
+  if (DeviceOf(line.get()) == 0) return settings_.path + kNoSerialPort;
+  if (std::string problem = guard.After(line.get()); !problem.empty()) return problem;
+  if (MakeRaw(line.get())) return "";
+  return errno == ENOTTY ? settings_.path + kNoSerialPort : OpenProblem(errno);
+}
+
+std::string Tty::Claim() {
+  warnings_.clear();
+  Release();
+  Descriptor line;
+  if (std::string problem = OpenLine(line); !problem.empty()) return problem;
+  if (flock(line.get(), LOCK_EX | LOCK_NB) != 0) return settings_.path + ": " + std::string(kLineHeld);
+  line_ = std::move(line);
+  std::string problem = IsPty() ? "" : JudgeHardware();
+  if (!problem.empty()) Release();
+  return problem;
+}
+
+bool Tty::IsPty() const { return IsPtyDevice(DeviceOf(line_.get())); }
+
+bool Tty::IsBehind(int fd) const {
+  const dev_t device = DeviceOf(fd);
+  return device != 0 && device == DeviceOf(line_.get());
+}
+
+std::string Tty::Exclude() {
+  // A pty keeps its exclusive mode as long as its simulator holds it open, beyond the death of a driver.
+  if (IsPty() || ioctl(line_.get(), TIOCEXCL) == 0) return "";
+  return OpenProblem(errno);
+}
+
+bool Tty::Admit() { return IsPty() || ioctl(line_.get(), TIOCNXCL) == 0; }
+
+std::string Tty::JudgeHardware() {
+  const dev_t device = DeviceOf(line_.get());
+  const TtyFacts facts = ReadTtyFacts(settings_.sysfs, major(device), minor(device));
+  if (facts.usb) {
+    AdapterVerdict verdict = JudgeAdapter(*facts.usb, settings_.format.baud);
+    if (!verdict.fits) return settings_.path + ": " + verdict.text;
+    if (!verdict.text.empty()) warnings_.push_back(std::move(verdict.text));
+  }
+  if (!settings_.low_latency) return "";
+  AskForLowLatency(line_.get());
+  if (facts.latency_timer.empty()) return "";
+  if (std::string slow = ShortenLatency(facts.latency_timer); !slow.empty()) warnings_.push_back(std::move(slow));
+  return "";
+}
+
+bool Tty::CanMake(std::int64_t baud) const {
+  const dev_t device = DeviceOf(line_.get());
+  const TtyFacts facts = ReadTtyFacts(settings_.sysfs, major(device), minor(device));
+  return baud > 0 && (!facts.usb || JudgeAdapter(*facts.usb, baud).fits);
+}
+
+std::string Tty::SetFormat() { return Apply(settings_.format); }
+
+std::string Tty::Apply(const LineFormat& format) {
+  const termios2 mode = RawMode(format);
+  if (ioctl(line_.get(), TCSETS2, &mode) != 0) {
+    return settings_.path + " refuses its settings: " + std::strerror(errno);
+  }
+  return CheckFormat(format);
+}
+
+std::string Tty::AdoptFormat(const LineFormat& format) {
+  termios2 mode{};
+  if (ioctl(line_.get(), TCGETS2, &mode) != 0) return OpenProblem(errno);
+  mode.c_cc[VMIN] = 1;
+  if (ioctl(line_.get(), TCSETS2, &mode) != 0) return OpenProblem(errno);
+  return CheckFormat(format);
+}
+
+std::string Tty::CheckFormat(const LineFormat& format) const {
+  termios2 mode{};
+  if (ioctl(line_.get(), TCGETS2, &mode) != 0) return OpenProblem(errno);
+  const auto wanted = static_cast<double>(format.baud);
+  if (std::abs(static_cast<double>(mode.c_ospeed) - wanted) > kRateTolerance * wanted) {
+    return settings_.path + " makes " + std::to_string(mode.c_ospeed) + " baud of the " +
+           std::to_string(format.baud) + " asked for: it cannot do this rate; use another port or adapter";
+  }
+  // The kernel takes parity and stop bits from no pty.
+  if (!IsPty() && ((mode.c_cflag ^ FormatFlags(format)) & (PARENB | PARODD | CSTOPB | CSIZE)) != 0) {
+    return settings_.path + " does not take the character format asked for: use another port or adapter";
+  }
+  return "";
+}
+
+bool Tty::ChangeBaud(std::int64_t baud) {
+  LineFormat format = settings_.format;
+  format.baud = baud;
+  return ChangeFormat(format);
+}
+
+bool Tty::ChangeFormat(const LineFormat& format) {
+  return CanMake(format.baud) && Drain() && Apply(format).empty();
+}
+
+bool Tty::Drain() {
+  MonoNs give_up = clock_.Now() + kWriteTimeout;
+  int minimum = INT32_MAX;
+  while (true) {
+    int queued = 0;
+    if (ioctl(line_.get(), TIOCOUTQ, &queued) != 0) return false;
+    if (queued == 0) break;
+    const MonoNs now = clock_.Now();
+    if (queued < minimum) give_up = now + kWriteTimeout;
+    if (now >= give_up) return false;
+    minimum = std::min(minimum, queued);
+    if (PollUntil({}, now + kMillisecond, clock_) < 0) return false;
+  }
+  // What the hardware's own buffer still holds; the driver bounds this wait.
+  return ioctl(line_.get(), TCSBRK, 1) == 0;
+}
+
+std::string Tty::StartAfresh() {
+  if (ioctl(line_.get(), TCFLSH, TCIOFLUSH) != 0) return OpenProblem(errno);
+  at_start_ = Counted();
+  return "";
+}
+
+ByteLink::LineErrors Tty::Counted() const {
+  serial_icounter_struct counters{};
+  if (ioctl(line_.get(), TIOCGICOUNT, &counters) != 0) return {};  // this driver does not tell
+  return {std::int64_t{counters.frame} + counters.parity + counters.brk,
+          std::int64_t{counters.overrun} + counters.buf_overrun};
+}
+
+ByteLink::LineErrors Tty::Errors() const {
+  const ByteLink::LineErrors now = Counted();
+  return {std::max<std::int64_t>(now.framing - at_start_.framing, 0),
+          std::max<std::int64_t>(now.dropped - at_start_.dropped, 0)};
+}
 
 SerialPort::SerialPort(SerialSettings settings, const Clock& clock)
     : clock_(clock), tty_(std::move(settings), clock), reader_(clock) {}

@@ -7,7 +7,6 @@
 #include "core/device/link.h"
 #include "drivers/hal/line_reader.h"
 #include "drivers/hal/simulated_port.h"
-#include "drivers/hal/simulated_socket.h"
 
 namespace axlecast {
 

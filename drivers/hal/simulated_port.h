@@ -1,10 +1,16 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 
+#include "core/base/inline_bytes.h"
 #include "core/base/time.h"
 #include "core/device/simulator.h"
+#include "platform/os/descriptor.h"
 
 namespace axlecast {
 
@@ -51,6 +57,82 @@ class SimulatedPort {
   Simulator& simulator_;
   const Clock& clock_;
   std::int64_t told_ = 0;
+};
+
+// What carries a simulated bus that is no line of characters: a SOCK_SEQPACKET socket in the run directory. The
+// simulator listens, one host at a time connects. The simulator's first packet is the protocol's name; it comes at once,
+// unless the bus has a host already: that connection is closed without it. All that follows is the protocol's own. Who
+// sends what is none of it is cut off.
+
+inline constexpr std::size_t kLongestSimulatedPacket = 512;
+
+// The host's end.
+class SimulatedSocket {
+ public:
+  enum class Result : std::uint8_t { kOk, kNothing, kFull, kLost };
+
+  // Empty when the simulator behind `path` has said `protocol`, else the cause and the remedy.
+  [[nodiscard]] std::string Connect(const std::string& path, std::string_view protocol, const Clock& clock);
+  void Close() { socket_.Reset(); }
+  [[nodiscard]] bool IsConnected() const { return socket_.valid(); }
+  // Readable when Receive has something, and when the simulator has gone.
+  [[nodiscard]] int FileDescriptor() const { return socket_.get(); }
+
+  // kOk, kFull (the simulator does not take it yet) or kLost.
+  [[nodiscard]] Result Send(Bytes packet);
+  // kOk, kNothing or kLost. A packet longer than `into` is nonsense: kLost.
+  struct Received {
+    Result result = Result::kNothing;
+    std::size_t size = 0;
+  };
+  [[nodiscard]] Received Receive(std::span<std::uint8_t> into);
+
+ private:
+  Descriptor socket_;
+};
+
+// The simulator's end.
+class SimulatedSocketPort {
+ public:
+  SimulatedSocketPort() = default;
+  ~SimulatedSocketPort() { Close(); }
+  SimulatedSocketPort(const SimulatedSocketPort&) = delete;
+  SimulatedSocketPort& operator=(const SimulatedSocketPort&) = delete;
+
+  // Takes the path over from a process that has gone; whoever calls makes sure that none lives. An empty string when it
+  // listens, else the cause and the remedy. Only this user's processes reach it. `protocol` outlives the port.
+  [[nodiscard]] std::string Listen(const std::string& path, std::string_view protocol);
+  // The path and the host go.
+  void Close();
+  [[nodiscard]] bool IsListening() const { return listener_.valid(); }
+  [[nodiscard]] bool HasHost() const { return host_.valid(); }
+  // A host that has gone stays until Next has handed over the last that it sent.
+  [[nodiscard]] bool HostHasGone() const;
+  void DropHost() { host_.Reset(); }
+  // Readable when Welcome or Next has work.
+  [[nodiscard]] int FileDescriptor() const { return events_.get(); }
+
+  // Whether packets of the host are wanted: while they are not they pile up in its socket.
+  void Want(bool packets);
+  // Greets a new host, sends away a second one. True when Next has work: a new host's, or the last of one that has gone.
+  [[nodiscard]] bool Welcome();
+  // The host's next packet; none when nothing has come. It stays valid until the next call.
+  [[nodiscard]] std::optional<Bytes> Next();
+  // False when the host has gone or reads nothing any more.
+  [[nodiscard]] bool Send(Bytes packet);
+
+ private:
+  [[nodiscard]] Descriptor Accept();
+  [[nodiscard]] bool Greet(Descriptor caller);
+
+  std::string path_;
+  std::string_view protocol_;
+  Descriptor events_;
+  Descriptor listener_;
+  Descriptor host_;
+  Descriptor next_;  // has called while the last packets of host_, which has gone, were still there
+  bool wanted_ = true;
+  std::array<std::uint8_t, kLongestSimulatedPacket> packet_{};
 };
 
 }  // namespace axlecast

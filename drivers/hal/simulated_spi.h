@@ -6,10 +6,8 @@
 #include "core/base/time.h"
 #include "core/device/line_settings.h"
 #include "core/device/link.h"
-#include "drivers/hal/clocked_in.h"
 #include "drivers/hal/line_reader.h"
 #include "drivers/hal/simulated_port.h"
-#include "drivers/hal/simulated_socket.h"
 
 namespace axlecast {
 

@@ -5,7 +5,6 @@
 #include "core/base/time.h"
 #include "core/device/line_settings.h"
 #include "core/device/link.h"
-#include "drivers/hal/clocked_in.h"
 #include "drivers/hal/line_reader.h"
 #include "platform/os/descriptor.h"
 

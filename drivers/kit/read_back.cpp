@@ -1,5 +1,6 @@
 #include "drivers/kit/read_back.h"
 
+#include <algorithm>
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
@@ -26,6 +27,12 @@ Outcome WithFindingBefore(Outcome outcome, bool reads_as_after) {
   const bool open = outcome.state == CommandState::kRunning || outcome.state == CommandState::kIndeterminate;
   if (open) outcome.changes.push_back({"finding", FindingWord(reads_as_after), ""});
   return outcome;
+}
+
+std::int64_t NoiseOfAccuracy(int arc_seconds, int single_turn_bits) {
+  constexpr std::int64_t kPerTurn = 360 * 3'600;
+  const std::int64_t scaled = 2 * std::int64_t{arc_seconds} << static_cast<unsigned>(single_turn_bits);
+  return std::max<std::int64_t>(1, (scaled + kPerTurn - 1) / kPerTurn);
 }
 
 }  // namespace axlecast

@@ -5,10 +5,10 @@
 
 #include "core/device/operation.h"
 
-// What reading back proves. An outcome claims an effect only where the device would have read differently without the
-// operation (docs/commands.md, "What verified means").
 namespace axlecast {
 
+// What reading back proves. An outcome claims an effect only where the device would have read differently without the
+// operation (docs/commands.md, "What verified means").
 // What reads as it should after an operation, judged against what it read before.
 struct ReadBack {
   bool same_before = false;  // it read so before, or so nearly that the two cannot be told apart
@@ -39,5 +39,9 @@ inline constexpr const char* kCannotTell = "cannot_tell";
 // Adds the same change with what such a look would have found before the operation, where the outcome leaves the effect
 // open (kRunning or INDETERMINATE). The bridge compares it with what a look finds afterwards.
 [[nodiscard]] Outcome WithFindingBefore(Outcome outcome, bool reads_as_after);
+
+// The largest difference in counts, rounded up, between two readings of one place by an encoder whose maker gives an
+// accuracy of +- `arc_seconds`: one may be off by that much to one side, the other to the other side. At least 1.
+[[nodiscard]] std::int64_t NoiseOfAccuracy(int arc_seconds, int single_turn_bits);
 
 }  // namespace axlecast

@@ -1,6 +1,6 @@
-#include "drivers/kit/read_back.h"
-
 #include <gtest/gtest.h>
+
+#include "drivers/kit/read_back.h"
 
 namespace axlecast {
 namespace {
@@ -44,6 +44,17 @@ TEST(ReadBack, WhatALookWouldHaveFoundBeforeIsToldWhileTheEffectIsOpen) {
     ASSERT_EQ(outcome.changes.size(), told ? 1U : 0U);
     EXPECT_EQ(told ? outcome.changes[0].before : "reads_as_after", "reads_as_after");
   }
+}
+
+// 40" either way are 80" between two readings: 4.05 counts of 19.8" at 16 bits.
+TEST(Accuracy, IsTwiceAsMuchBetweenTwoReadings) {
+  EXPECT_EQ(NoiseOfAccuracy(40, 16), 5);
+  EXPECT_EQ(NoiseOfAccuracy(20, 17), 5);
+  EXPECT_EQ(NoiseOfAccuracy(15, 20), 25);
+  EXPECT_EQ(NoiseOfAccuracy(5, 26), 518);
+  EXPECT_EQ(NoiseOfAccuracy(5, 32), 33'141);
+  EXPECT_EQ(NoiseOfAccuracy(40, 10), 1);
+  EXPECT_EQ(NoiseOfAccuracy(0, 20), 1);
 }
 
 }  // namespace

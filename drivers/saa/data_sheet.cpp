@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "drivers/kit/accuracy.h"
+#include "drivers/kit/read_back.h"
 
 namespace axlecast::saa {
 

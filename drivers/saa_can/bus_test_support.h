@@ -13,7 +13,7 @@
 #include "core/config/config_map.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/runtime/bus/bus.h"
-#include "drivers/runtime/process/bus_settings.h"
+#include "drivers/runtime/process/ports.h"
 #include "drivers/saa_can/machine_test_support.h"
 #include "drivers/saa_can/settings.h"
 #include "tests/support/fake_clock.h"

@@ -3,8 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/runtime/bus/can_transactor.h"
-#include "drivers/runtime/bus/run_probe.h"
+#include "drivers/runtime/bus/transactor.h"
 #include "tests/support/probe_run.h"
 #include "tests/support/scripted_frame_link.h"
 

@@ -6,7 +6,7 @@
 
 #include "core/device/device.h"
 #include "drivers/kit/command_runner.h"
-#include "drivers/kit/period_monitor.h"
+#include "drivers/kit/stream.h"
 #include "drivers/saa_serial/operations.h"
 #include "drivers/saa_serial/reading.h"
 

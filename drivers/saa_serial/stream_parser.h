@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "core/device/reading.h"
-#include "drivers/kit/receive_buffer.h"
+#include "drivers/kit/stream.h"
 #include "drivers/saa_serial/codec.h"
 
 namespace axlecast::saa_serial {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <functional>
 
-#include "drivers/kit/simulation/seeded_random.h"
+#include "drivers/kit/simulation/simulated_fault.h"
 #include "drivers/saa_serial/stream_parser.h"
 #include "drivers/saa_serial/stream_test_support.h"
 

@@ -7,7 +7,7 @@
 #include <set>
 #include <string>
 
-#include "drivers/kit/simulation/seeded_random.h"
+#include "drivers/kit/simulation/simulated_fault.h"
 #include "drivers/saa_serial/stream_test_support.h"
 #include "tests/support/golden_file.h"
 

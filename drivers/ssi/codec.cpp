@@ -2,7 +2,7 @@
 
 #include <bit>
 
-#include "drivers/kit/bits.h"
+#include "drivers/kit/clocked_line.h"
 
 namespace axlecast::ssi {
 namespace {

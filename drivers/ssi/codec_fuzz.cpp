@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "drivers/kit/bits.h"
+#include "drivers/kit/clocked_line.h"
 #include "drivers/ssi/codec.h"
 #include "drivers/ssi/simulated_output.h"
 

@@ -12,7 +12,7 @@
 #include "core/device/family.h"
 #include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
-#include "drivers/kit/bits.h"
+#include "drivers/kit/clocked_line.h"
 #include "drivers/ssi/codec.h"
 #include "drivers/ssi/settings.h"
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/device/operation.h"
-#include "drivers/kit/clocked_exchange.h"
+#include "drivers/kit/clocked_line.h"
 
 namespace axlecast::ssi {
 

@@ -10,7 +10,7 @@
 
 #include "core/device/operation.h"
 #include "drivers/kit/asking_probe.h"
-#include "drivers/kit/clocked_exchange.h"
+#include "drivers/kit/clocked_line.h"
 #include "drivers/ssi/codec.h"
 
 namespace axlecast::ssi {

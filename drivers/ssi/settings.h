@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/config/machine_config.h"
-#include "drivers/kit/clock_plan.h"
+#include "drivers/kit/clocked_line.h"
 #include "drivers/ssi/codec.h"
 
 namespace axlecast {

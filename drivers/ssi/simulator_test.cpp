@@ -235,11 +235,12 @@ TEST(SsiSimulator, ItStoresAtTheFirstFallingEdge) {
 }
 
 TEST(SsiSimulator, WrongKeysAreRefused) {
-  const std::vector<std::pair<std::string, std::string>> rows = {{"after_word: word", "is none of zeros, one_zero"},
-                                                                 {"monoflop_us: 0", "us"},
-                                                                 {"data_line: open", "is none of encoder"},
-                                                                 {"start_turns: 1", "turns"},
-                                                                 {"cable: 3", "unknown"}};
+  const std::vector<std::pair<std::string, std::string>> rows = {
+      {"after_word: word", "is not one of zeros, one_zero"},
+      {"monoflop_us: 0", "us"},
+      {"data_line: open", "is not one of encoder"},
+      {"start_turns: 1", "turns"},
+      {"cable: 3", "unknown"}};
   for (const auto& [keys, problem] : rows) {
     const MachineConfig machine = LoadMachine("simulate: {axis1: {" + keys + "}}", "model: saa, bits: 12");
     ConfigErrors errors("test");

@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "core/base/time.h"
-#include "drivers/kit/simulation/seeded_random.h"
 #include "drivers/kit/simulation/shaft.h"
+#include "drivers/kit/simulation/simulated_fault.h"
 
 namespace axlecast::tformat {
 
@@ -134,8 +134,8 @@ class EncoderModel {
 
   // ---- the outside world ----
   [[nodiscard]] const Shaft& shaft() const { return shaft_; }
-  // To order a motion that begins at now().
-  [[nodiscard]] Shaft& BusSlot(MonoNs now);
+  // The shaft, to set a motion that begins at `now`.
+  [[nodiscard]] Shaft& ShaftToTurn(MonoNs now);
   void SetPower(bool on, MonoNs now);
   void SetBattery(double volts, MonoNs now);  // 0: none
   void SetCountingError(CountingError error, MonoNs now);

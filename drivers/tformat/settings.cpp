@@ -6,7 +6,7 @@
 
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
-#include "drivers/kit/accuracy.h"
+#include "drivers/kit/read_back.h"
 
 namespace axlecast::tformat {
 

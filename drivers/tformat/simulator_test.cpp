@@ -492,7 +492,7 @@ TEST(SimulatorTest, SpeedIsSetInRpm) {
 TEST(SimulatorTest, RefusesWithTheReason) {
   DeviceFixture bench("unpaced");
   TFormatSimulator& simulator = bench.simulator();
-  EXPECT_THAT(simulator.Set("axis2", "speed_rpm", "1", kStart), HasSubstr("this is axis1"));
+  EXPECT_THAT(simulator.Set("axis2", "speed_rpm", "1", kStart), HasSubstr("there is axis1"));
   EXPECT_THAT(simulator.Set("axis1", "speed", "1", kStart), HasSubstr("speed_rpm"));
   EXPECT_THAT(simulator.Set("axis1", "speed_rpm", "fast", kStart),
               HasSubstr("axis1.speed_rpm: 'fast' is not a number"));
@@ -507,7 +507,7 @@ TEST(SimulatorTest, RefusesWithTheReason) {
 
 TEST(SimulatorTest, EveryQuantityIsShown) {
   DeviceFixture bench("unpaced");
-  for (const std::string_view name : QuantityNames()) EXPECT_NE(bench.Value(std::string(name)), "absent") << name;
+  for (const std::string_view name : SimulatedAxis::QuantityNames()) EXPECT_NE(bench.Value(std::string(name)), "absent") << name;
   bench.Set("eeprom", "72=A1 05");
   EXPECT_EQ(bench.Value("eeprom"), "72=A1 05");
   bench.Set("enid", "0x17");

@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "drivers/runtime/bus/wire_reader.h"
-#include "drivers/runtime/process/bus_settings.h"
+#include "drivers/runtime/bus/wire_log.h"
+#include "drivers/runtime/process/ports.h"
 #include "tests/conformance/example_device.h"
 #include "tests/support/memory_sink.h"
 

@@ -66,10 +66,10 @@ class Errors(Machine):
 
     def test_a_short_frame(self):
         for family, frame, detail in (
-                ("tformat", "1A 00 A5", "3 bytes came, at least 11 are needed for a read_all_reply"),
-                ("saa-serial", "BC AA", "2 bytes came, at least 3 are needed"),
-                ("tsubaki-sc", "01 04 04 00", "4 bytes came, at least 8 are needed"),
-                ("saa-can", "181#00", "1 bytes came, at least ")):
+                ("tformat", "1A 00 A5", "3 bytes received, at least 11 are needed for a read_all_reply"),
+                ("saa-serial", "BC AA", "2 bytes received, at least 3 are needed"),
+                ("tsubaki-sc", "01 04 04 00", "4 bytes received, at least 8 are needed"),
+                ("saa-can", "181#00", "1 bytes received, at least ")):
             with self.subTest(family=family):
                 code, out, err = self.axlecast("decode", family, *(("--set", "model=cia406") if "#" in frame else ()), frame)
                 told = json.loads(out)

@@ -5,7 +5,7 @@
 #include "core/device/line_settings.h"
 #include "core/device/link.h"
 #include "core/device/simulator.h"
-#include "drivers/hal/clocked_in.h"
+#include "drivers/hal/line_reader.h"
 #include "tests/support/cable.h"
 #include "tests/support/fake_clock.h"
 

@@ -2,6 +2,8 @@
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 namespace axlecast {
 
@@ -15,5 +17,9 @@ namespace axlecast {
 
 // Adds the hidden option --cli-tree, which prints the tree of `app` and ends as --help does.
 void AddCliTreeOption(CLI::App& app);
+
+// What is wrong with a command line in which a word that should be a command is none: "no command 'statsu'; did you mean
+// 'status'?". Also for the commands of a command (`param lst`). Empty: each is one, or something else is wrong.
+[[nodiscard]] std::string UnknownCommand(const CLI::App& app, const std::vector<std::string>& words);
 
 }  // namespace axlecast

@@ -17,7 +17,6 @@
 #include "tools/axlecast/run/mqtt_process.h"
 #include "tools/axlecast/run/subcommands.h"
 #include "tools/axlecast/setup/subcommands.h"
-#include "tools/axlecast/unknown_command.h"
 #if AXLECAST_WEB
 #endif
 

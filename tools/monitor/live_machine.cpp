@@ -44,4 +44,12 @@ MonoNs GatherTime(const MachineConfig& machine) {
   return monitors ? 6 * kSecond : 2500 * kMillisecond;
 }
 
+Result<MachineView> Observe(const MachineConfig& machine, const Clock& clock, MonoNs timeout,
+                            const std::function<bool(const MachineView&)>& enough) {
+  LiveMachine live(machine, clock);
+  if (!live.problem().empty()) return Failure(live.problem());
+  if (!live.Gather(clock.Now() + timeout, enough)) return Failure("the LCM port failed");
+  return live.view();
+}
+
 }  // namespace axlecast

@@ -3,6 +3,7 @@
 #include <functional>
 #include <string>
 
+#include "core/base/result.h"
 #include "core/base/time.h"
 #include "core/config/machine_config.h"
 #include "platform/net/lcm_port.h"
@@ -38,5 +39,9 @@ class LiveMachine {
 // Returns how long it takes at most until everything that reports once a second has been received. A reading of each
 // monitor that answers is part of it: on a full bus each is read every few seconds.
 [[nodiscard]] MonoNs GatherTime(const MachineConfig& machine);
+
+// Receives the messages of a machine until `enough` returns true, at most for `timeout`. Fails if they cannot be received.
+[[nodiscard]] Result<MachineView> Observe(const MachineConfig& machine, const Clock& clock, MonoNs timeout,
+                                          const std::function<bool(const MachineView&)>& enough);
 
 }  // namespace axlecast

@@ -12,7 +12,7 @@
 #include "core/config/machine_config.h"
 #include "core/messages/message.h"
 #include "drivers/runtime/axis/device_publisher.h"
-#include "drivers/runtime/bus/wire_reader.h"
+#include "drivers/runtime/bus/wire_log.h"
 
 namespace axlecast {
 

@@ -4,7 +4,7 @@
 #include <memory>
 #include <utility>
 
-#include "drivers/runtime/bus/run_probe.h"
+#include "drivers/runtime/bus/transactor.h"
 
 namespace axlecast {
 namespace {

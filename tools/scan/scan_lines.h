@@ -9,6 +9,7 @@
 #include "drivers/hal/serial_port.h"
 #include "drivers/runtime/bus/can_transactor.h"
 #include "drivers/runtime/bus/serial_transactor.h"
+#include "drivers/runtime/bus/transactor.h"
 #include "tools/scan/scan.h"
 
 namespace axlecast {

@@ -471,7 +471,7 @@ const std::vector<std::string_view>& Cia406Node::QuantityNames() {
   return kNames;
 }
 
-std::string Cia406Node::Set(std::string_view name, std::string_view value) {
+Result<> Cia406Node::Set(std::string_view name, std::string_view value) {
   return SetByName(NodeQuantities::Table(), *this, name, value);
 }
 

@@ -44,7 +44,8 @@ class Cia406NodeTest : public testing::Test {
   }
   std::string Set(std::string_view name, std::string_view value) {
     node_.Advance(now_);
-    return node_.Set(name, value);
+    const Result<> done = node_.Set(name, value);
+    return done ? "" : done.error().text;
   }
 
   Cia406Node node_{{.node = 5,

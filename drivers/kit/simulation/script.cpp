@@ -8,9 +8,9 @@ namespace {
 constexpr double kMaxSeconds = 1e6;
 
 void Apply(SimulatedDevice& device, const Script::Assignments& quantities) {
-  // Each was tried when the file was read; what was refused there never gets here.
+  // Each value was checked when the file was read, so none is refused here.
   for (const auto& [name, value] : quantities) {
-    [[maybe_unused]] const std::string problem = device.Set(name, value);
+    [[maybe_unused]] const Result<> done = device.Set(name, value);
   }
 }
 
@@ -20,11 +20,10 @@ Script::Assignments ReadQuantities(ConfigMap& map, std::span<const std::string_v
   for (const std::string_view name : names) {
     if (!map.Has(name)) continue;
     std::string value = map.String(name, "");
-    const std::string problem = trial.Set(name, value);
-    if (problem.empty()) {
+    if (const Result<> tried = trial.Set(name, value); tried) {
       quantities.emplace_back(name, std::move(value));
     } else {
-      map.Error(name, problem);
+      map.Error(name, tried.error().text);
     }
   }
   if (map.Has("motion") && map.Has("speed_rpm")) map.Error("speed_rpm", "excludes motion: keep one of the two");

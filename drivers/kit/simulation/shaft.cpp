@@ -29,6 +29,74 @@ ShaftAngle Travel(double speed, MonoNs duration) {
   return Sum(static_cast<ShaftAngle>(whole), std::llround(rest));
 }
 
+constexpr double kMaxDegrees = 1e8;
+constexpr double kMaxRpm = 20'000;
+constexpr double kMaxAcceleration = 200'000;  // rad/s^2
+constexpr double kMaxSeconds = 1e6;
+
+// The numbers of "NAME:1,2,3". Each has its range and its unit.
+struct Operand {
+  double min = 0;
+  double max = 0;
+  std::string_view unit;
+};
+constexpr Operand kAngle = {-kMaxDegrees, kMaxDegrees, "deg"};
+constexpr Operand kSpeed = {0.001, kMaxRpm, "rpm"};
+
+Result<std::vector<double>> ParseOperands(std::string_view text, std::initializer_list<Operand> operands) {
+  std::vector<double> values;
+  for (const Operand& operand : operands) {
+    const std::size_t comma = text.find(',');
+    const Result<double> value = ParseNumber(text.substr(0, comma), operand.min, operand.max, operand.unit);
+    if (!value) return Failure(value.error());
+    values.push_back(*value);
+    text.remove_prefix(comma == std::string_view::npos ? text.size() : comma + 1);
+    while (text.starts_with(' ')) text.remove_prefix(1);
+  }
+  return values;
+}
+
+Result<> BeginSine(Shaft& shaft, std::string_view operands, MonoNs now) {
+  const auto values = ParseOperands(operands, {{0, 1e6, "deg"}, {0.001, kMaxSeconds, "s"}});
+  if (!values) return Failure(values.error());
+  const ShaftAngle amplitude = AngleFromDegrees(values->at(0));
+  const MonoNs period = Nanoseconds(values->at(1));
+  const double peak = Shaft::SwingAcceleration(amplitude, period);
+  if (peak > shaft.acceleration_rad_s2()) {
+    return Failure("this sine needs " + NumberText(peak) + " rad/s^2, more than accel_rad_s2 (" +
+                   NumberText(shaft.acceleration_rad_s2()) +
+                   "): make it slower or smaller, or set accel_rad_s2 first");
+  }
+  shaft.Swing(amplitude, period, now);
+  return {};
+}
+
+Result<> BeginShuttle(Shaft& shaft, std::string_view operands, MonoNs now) {
+  const auto values = ParseOperands(operands, {kAngle, kAngle, kSpeed});
+  if (!values) return Failure(values.error());
+  shaft.Shuttle(AngleFromDegrees(values->at(0)), AngleFromDegrees(values->at(1)), values->at(2), now);
+  return {};
+}
+
+Result<> BeginMove(Shaft& shaft, std::string_view operands, MonoNs now) {
+  const auto values = ParseOperands(operands, {kAngle, kSpeed});
+  if (!values) return Failure(values.error());
+  shaft.MoveTo(AngleFromDegrees(values->at(0)), values->at(1), now);
+  return {};
+}
+
+Result<> BeginMotion(Shaft& shaft, std::string_view text, MonoNs now) {
+  const std::size_t colon = std::min(text.find(':'), text.size());
+  const std::string_view name = text.substr(0, colon);
+  const std::string_view operands = text.substr(std::min(colon + 1, text.size()));
+  const auto commas = std::count(operands.begin(), operands.end(), ',');
+  if (name == "sine" && commas == 1) return BeginSine(shaft, operands, now);
+  if (name == "shuttle" && commas == 2) return BeginShuttle(shaft, operands, now);
+  if (name == "move" && commas == 1) return BeginMove(shaft, operands, now);
+  return Failure("'" + std::string(text) +
+                 "' is not one of stop, sine:AMPLITUDE_DEG,PERIOD_S, shuttle:FROM_DEG,TO_DEG,RPM, move:TO_DEG,RPM");
+}
+
 }  // namespace
 
 ShaftAngle AngleFromDegrees(double degrees) { return std::llround(degrees / 360 * kTurn); }
@@ -44,9 +112,9 @@ void Shaft::SetAcceleration(double rad_s2) { accel_rad_s2_ = rad_s2; }
 // ---- making a plan ----
 
 void Shaft::Begin(MonoNs now) {
-  now = std::max(now, ordered_);
+  now = std::max(now, commanded_);
   const State state = At(now);
-  ordered_ = now;
+  commanded_ = now;
   plan_.clear();
   cycle_begin_ = kNever;
   end_ = {};
@@ -136,7 +204,34 @@ double Shaft::SwingAcceleration(ShaftAngle amplitude, MonoNs period) {
   return omega * omega * static_cast<double>(amplitude) / kTurn * kTwoPi;
 }
 
-// ---- following it ----
+// ---- commands as text ----
+
+Result<> Shaft::SetMotion(std::string_view text, MonoNs now) {
+  if (text == "stop") {
+    Run(0, now);
+  } else if (Result<> begun = BeginMotion(*this, text, now); !begun) {
+    return begun;
+  }
+  motion_ = text;
+  return {};
+}
+
+Result<> Shaft::SetSpeed(std::string_view text, MonoNs now) {
+  const Result<double> rpm = ParseNumber(text, -kMaxRpm, kMaxRpm, "rpm");
+  if (!rpm) return Failure(rpm.error());
+  Run(*rpm, now);
+  motion_ = "constant";
+  return {};
+}
+
+Result<> Shaft::SetAcceleration(std::string_view text) {
+  const Result<double> rad_s2 = ParseNumber(text, 1, kMaxAcceleration, "rad/s^2");
+  if (!rad_s2) return Failure(rad_s2.error());
+  SetAcceleration(*rad_s2);
+  return {};
+}
+
+// ---- the state at a given time ----
 
 MonoNs Shaft::InPlan(MonoNs elapsed) const {
   if (elapsed < cycle_begin_) return elapsed;
@@ -165,7 +260,7 @@ Shaft::State Shaft::InPhase(const Phase& phase, MonoNs elapsed) {
 }
 
 Shaft::State Shaft::At(MonoNs now) const {
-  const MonoNs elapsed = InPlan(std::max<MonoNs>(0, now - ordered_));
+  const MonoNs elapsed = InPlan(std::max<MonoNs>(0, now - commanded_));
   const Phase& phase = PhaseAt(elapsed);
   return InPhase(phase, elapsed - phase.begin);
 }
@@ -202,8 +297,8 @@ Shaft::Extent Shaft::Over(MonoNs from, MonoNs to) const {
   const State start = At(from);
   Extent extent{start.angle, start.angle, std::abs(start.speed_rpm), std::abs(start.speed_rpm),
                 std::abs(start.accel_rad_s2)};
-  from = std::max<MonoNs>(0, from - ordered_);
-  to = std::max(from, to - ordered_);
+  from = std::max<MonoNs>(0, from - commanded_);
+  to = std::max(from, to - commanded_);
   if (to < cycle_begin_) {
     WidenOverPlan(extent, from, to);
     return extent;

@@ -1,9 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
+#include <string_view>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/base/time.h"
+#include "drivers/kit/simulation/quantity.h"
 
 namespace axlecast {
 
@@ -15,8 +19,8 @@ inline constexpr ShaftAngle kShaftTurn = ShaftAngle{1} << kTurnBits;
 [[nodiscard]] ShaftAngle AngleFromDegrees(double degrees);
 [[nodiscard]] double DegreesFromAngle(ShaftAngle angle);
 
-// A shaft that somebody turns. Its motion is a plan made when it is ordered: angle, speed and acceleration at an
-// instant follow from the plan alone, so looking more or less often changes nothing and nothing drifts.
+// A simulated shaft. Each command makes a plan of the motion. Angle, speed and acceleration at any time follow from the
+// plan alone: they do not drift, and do not depend on how often the shaft is read.
 class Shaft {
  public:
   struct State {
@@ -24,7 +28,7 @@ class Shaft {
     double speed_rpm = 0;
     double accel_rad_s2 = 0;
   };
-  // What happened in a stretch of time.
+  // Extremes within an interval of time.
   struct Extent {
     ShaftAngle lowest = 0;
     ShaftAngle highest = 0;
@@ -33,28 +37,37 @@ class Shaft {
     double hardest_rad_s2 = 0;
   };
 
-  // Stands at `angle` until ordered to turn.
+  // Rests at `angle` until a command turns it.
   explicit Shaft(ShaftAngle angle = 0);
 
-  // The acceleration of every ramp ordered from now on, rad/s^2 above 0.
+  // Sets the acceleration of all later ramps, in rad/s^2 above 0.
   void SetAcceleration(double rad_s2);
   [[nodiscard]] double acceleration_rad_s2() const { return accel_rad_s2_; }
 
-  // Each order begins at `now` with the speed that the shaft has; all but Run brake to standstill first.
+  // Each command begins at `now` with the present speed. All except Run brake to standstill first.
   void Run(double rpm, MonoNs now);
-  void MoveTo(ShaftAngle target, double rpm, MonoNs now);                // a trapezoid of speed, then stands
-  void Shuttle(ShaftAngle from, ShaftAngle to, double rpm, MonoNs now);  // from, to, from, ... for ever
-  void Swing(ShaftAngle amplitude, MonoNs period, MonoNs now);           // a sine about the angle where it stood
-  // The largest acceleration of a Swing, rad/s^2.
+  void MoveTo(ShaftAngle target, double rpm, MonoNs now);                // a trapezoid of speed, then rest
+  void Shuttle(ShaftAngle from, ShaftAngle to, double rpm, MonoNs now);  // from, to, from, ... without end
+  void Swing(ShaftAngle amplitude, MonoNs period, MonoNs now);           // a sine that begins at the present angle
+  // Returns the largest acceleration of a Swing, in rad/s^2.
   [[nodiscard]] static double SwingAcceleration(ShaftAngle amplitude, MonoNs period);
+
+  // The same commands as text. SetMotion accepts "stop", "sine:AMPLITUDE_DEG,PERIOD_S", "shuttle:FROM_DEG,TO_DEG,RPM"
+  // and "move:TO_DEG,RPM". Angles count over several turns (720 is two turns from 0) and ignore any zero set later.
+  [[nodiscard]] Result<> SetMotion(std::string_view text, MonoNs now);
+  // A speed in rpm, counter-clockwise positive.
+  [[nodiscard]] Result<> SetSpeed(std::string_view text, MonoNs now);
+  [[nodiscard]] Result<> SetAcceleration(std::string_view text);
+  // The text of the last SetMotion; "constant" after SetSpeed and at the start.
+  [[nodiscard]] const std::string& motion() const { return motion_; }
 
   [[nodiscard]] State At(MonoNs now) const;
   [[nodiscard]] Extent Over(MonoNs from, MonoNs to) const;
 
  private:
-  // A stretch of the plan. With a swing: angle = from + swing * (1 - cos(2 pi t / duration)); else a parabola.
+  // A section of the plan. With a swing: angle = from + swing * (1 - cos(2 pi t / duration)); else a parabola.
   struct Phase {
-    MonoNs begin = 0;  // after the order
+    MonoNs begin = 0;  // after the command
     MonoNs duration = kNever;
     ShaftAngle from = 0;
     double speed = 0;  // 2^-30 turn/s at its begin
@@ -77,10 +90,54 @@ class Shaft {
   void AddRest();
 
   double accel_rad_s2_ = 2000;
-  MonoNs ordered_ = 0;
+  MonoNs commanded_ = 0;  // time of the last command
   std::vector<Phase> plan_;
   MonoNs cycle_begin_ = kNever;  // the part of the plan from here on repeats
-  Phase end_;                    // where the plan ends while it is being made
+  Phase end_;                    // end of the plan while it is being made
+  std::string motion_ = "constant";
 };
+
+// Old forms, until every family uses the quantities below.
+[[nodiscard]] inline std::string OrderMotion(Shaft& shaft, std::string_view text, MonoNs now, std::string& motion) {
+  const Result<> done = shaft.SetMotion(text, now);
+  motion = shaft.motion();
+  return done ? "" : done.error().text;
+}
+[[nodiscard]] inline std::string OrderSpeed(Shaft& shaft, std::string_view text, MonoNs now, std::string& motion) {
+  const Result<> done = shaft.SetSpeed(text, now);
+  motion = shaft.motion();
+  return done ? "" : done.error().text;
+}
+[[nodiscard]] inline std::string OrderAcceleration(Shaft& shaft, std::string_view text) {
+  const Result<> done = shaft.SetAcceleration(text);
+  return done ? "" : done.error().text;
+}
+
+// The quantities `accel_rad_s2`, `motion` and `speed_rpm`. `shaft` returns a reference to the shaft of a device, and
+// `now` the device's time. Both are pointers to members or generic lambdas, as for NumberQuantity (quantity.h).
+template <typename Device, typename ShaftOf>
+[[nodiscard]] SimulatedQuantity<Device> AccelerationQuantity(ShaftOf shaft) {
+  return {"accel_rad_s2",
+          [=](Device& device, std::string_view value) { return std::invoke(shaft, device).SetAcceleration(value); },
+          [=](const Device& device) { return NumberText(std::invoke(shaft, device).acceleration_rad_s2()); }};
+}
+template <typename Device, typename ShaftOf, typename NowOf>
+[[nodiscard]] SimulatedQuantity<Device> MotionQuantity(ShaftOf shaft, NowOf now) {
+  return {"motion",
+          [=](Device& device, std::string_view value) {
+            return std::invoke(shaft, device).SetMotion(value, std::invoke(now, device));
+          },
+          [=](const Device& device) { return std::invoke(shaft, device).motion(); }};
+}
+template <typename Device, typename ShaftOf, typename NowOf>
+[[nodiscard]] SimulatedQuantity<Device> SpeedQuantity(ShaftOf shaft, NowOf now) {
+  return {"speed_rpm",
+          [=](Device& device, std::string_view value) {
+            return std::invoke(shaft, device).SetSpeed(value, std::invoke(now, device));
+          },
+          [=](const Device& device) {
+            return NumberText(std::invoke(shaft, device).At(std::invoke(now, device)).speed_rpm);
+          }};
+}
 
 }  // namespace axlecast

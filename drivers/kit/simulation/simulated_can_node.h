@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/device/can.h"
-#include "drivers/kit/simulation/simulated_device.h"
+#include "drivers/kit/simulation/script.h"
 #include "drivers/kit/simulation/simulated_fault.h"
 
 namespace axlecast {

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "drivers/kit/simulation/quantity_text.h"
+#include "drivers/kit/simulation/quantity.h"
 
 namespace axlecast {
 namespace {
@@ -48,20 +48,19 @@ std::string KnownFaults() {
 
 }  // namespace
 
-std::string ParseFault(std::string_view text, SimulatedFault& fault) {
+Result<SimulatedFault> ParseFault(std::string_view text) {
   const std::size_t colon = text.find(':');
   std::string name(text.substr(0, colon));
   std::replace(name.begin(), name.end(), '-', '_');
   const FaultName* found = FindFault(name);
-  if (found == nullptr) return "'" + std::string(text) + "' is no fault: one of " + KnownFaults();
-  SimulatedFault parsed{found->kind, found->usual};
-  if (colon != std::string_view::npos) {
-    if (found->unit.empty()) return "'" + std::string(text) + "': " + name + " takes no amount";
-    std::string problem = ReadNumber(text.substr(colon + 1), 0, found->maximum, found->unit, parsed.amount);
-    if (!problem.empty()) return problem;
-  }
-  fault = parsed;
-  return {};
+  if (found == nullptr) return Failure("'" + std::string(text) + "' is not a fault: use one of " + KnownFaults());
+  SimulatedFault fault{found->kind, found->usual};
+  if (colon == std::string_view::npos) return fault;
+  if (found->unit.empty()) return Failure("'" + std::string(text) + "': " + name + " takes no amount");
+  const Result<double> amount = ParseNumber(text.substr(colon + 1), 0, found->maximum, found->unit);
+  if (!amount) return Failure(amount.error());
+  fault.amount = *amount;
+  return fault;
 }
 
 std::string FaultText(const SimulatedFault& fault) {

@@ -6,10 +6,33 @@
 #include <string>
 #include <string_view>
 
+#include "core/base/result.h"
 #include "core/base/time.h"
-#include "drivers/kit/simulation/seeded_random.h"
 
 namespace axlecast {
+
+// A repeatable stream of random numbers (splitmix64): the same seed gives the same faults on every machine.
+class SeededRandom {
+ public:
+  explicit SeededRandom(std::uint64_t seed) : state_(seed) {}
+
+  std::uint64_t Next() {
+    std::uint64_t z = state_ += 0x9E3779B97F4A7C15U;
+    z = (z ^ z >> 30U) * 0xBF58476D1CE4E5B9U;
+    z = (z ^ z >> 27U) * 0x94D049BB133111EBU;
+    return z ^ z >> 31U;
+  }
+  // In [0, 1).
+  double Share() { return static_cast<double>(Next() >> 11U) * 0x1p-53; }
+  // In [-bound, bound].
+  std::int64_t Around(std::int64_t bound) {
+    const auto values = static_cast<std::uint64_t>(bound) * 2 + 1;
+    return static_cast<std::int64_t>(Next() % values) - bound;
+  }
+
+ private:
+  std::uint64_t state_;
+};
 
 // What can be wrong with a simulated encoder or its line, by name. docs/simulation.md describes each.
 struct SimulatedFault {
@@ -32,9 +55,15 @@ struct SimulatedFault {
   double amount = 0;
 };
 
-// "bit_flip:0.001", "bit-flip:0.001", "off"; without an amount its default. Empty when parsed, else what would be
-// right.
-[[nodiscard]] std::string ParseFault(std::string_view text, SimulatedFault& fault);
+// Parses "bit_flip:0.001", "bit-flip:0.001" or "off". Without an amount, the fault has its default.
+[[nodiscard]] Result<SimulatedFault> ParseFault(std::string_view text);
+// Old form, until every family uses the one above.
+[[nodiscard]] inline std::string ParseFault(std::string_view text, SimulatedFault& fault) {
+  const Result<SimulatedFault> parsed = ParseFault(text);
+  if (!parsed) return parsed.error().text;
+  fault = *parsed;
+  return {};
+}
 [[nodiscard]] std::string FaultText(const SimulatedFault& fault);
 
 // What a CAN node says of it.

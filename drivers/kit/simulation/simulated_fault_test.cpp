@@ -16,29 +16,31 @@ using Kind = SimulatedFault::Kind;
 using testing::HasSubstr;
 
 TEST(SimulatorFaultTest, NamesWithAmountsAndDashes) {
-  SimulatedFault fault;
-  EXPECT_EQ(ParseFault("bit_flip:0.01", fault), "");
-  EXPECT_EQ(fault.kind, Kind::kBitFlip);
-  EXPECT_EQ(fault.amount, 0.01);
-  EXPECT_EQ(ParseFault("bit-flip:0.001", fault), "");
-  EXPECT_EQ(fault.amount, 0.001);
-  EXPECT_EQ(FaultText(fault), "bit_flip:0.001");
+  const Result<SimulatedFault> fault = ParseFault("bit_flip:0.01");
+  ASSERT_TRUE(fault);
+  EXPECT_EQ(fault->kind, Kind::kBitFlip);
+  EXPECT_EQ(fault->amount, 0.01);
+  const Result<SimulatedFault> dashed = ParseFault("bit-flip:0.001");
+  ASSERT_TRUE(dashed);
+  EXPECT_EQ(dashed->amount, 0.001);
+  EXPECT_EQ(FaultText(*dashed), "bit_flip:0.001");
   for (const char* name :
        {"none", "off", "stuck", "garbage", "bit_flip", "slow", "delayed", "intermittent", "echo"}) {
-    EXPECT_EQ(ParseFault(name, fault), "") << name;
+    EXPECT_TRUE(ParseFault(name)) << name;
   }
 }
 
 TEST(SimulatorFaultTest, WhatIsWrongIsNamedAndChangesNothing) {
-  SimulatedFault fault{Kind::kSlow, 7};
-  EXPECT_THAT(ParseFault("broken", fault), HasSubstr("one of none, off"));
-  EXPECT_THAT(ParseFault("bit_flip:2", fault), HasSubstr("0 to 1"));
-  EXPECT_THAT(ParseFault("bit_flip:", fault), HasSubstr("is not a number"));
-  EXPECT_THAT(ParseFault("bit_flip:nan", fault), HasSubstr("is not a number"));
-  EXPECT_THAT(ParseFault("off:1", fault), HasSubstr("takes no amount"));
-  EXPECT_THAT(ParseFault("", fault), HasSubstr("no fault"));
-  EXPECT_EQ(fault.kind, Kind::kSlow);
-  EXPECT_EQ(fault.amount, 7);
+  const auto problem = [](std::string_view text) {
+    const Result<SimulatedFault> fault = ParseFault(text);
+    return fault ? std::string() : fault.error().text;
+  };
+  EXPECT_THAT(problem("broken"), HasSubstr("one of none, off"));
+  EXPECT_THAT(problem("bit_flip:2"), HasSubstr("0 to 1"));
+  EXPECT_THAT(problem("bit_flip:"), HasSubstr("is not a number"));
+  EXPECT_THAT(problem("bit_flip:nan"), HasSubstr("is not a number"));
+  EXPECT_THAT(problem("off:1"), HasSubstr("takes no amount"));
+  EXPECT_THAT(problem(""), HasSubstr("is not a fault"));
 }
 
 // The number of flips of N bits at rate p is N p +- 5 sqrt(N p), every bit position alike.

@@ -4,8 +4,8 @@
 #include <cstdlib>
 #include <new>
 
+#include "drivers/runtime/axis/axis_fixture.h"
 #include "drivers/runtime/axis/device_publisher.h"
-#include "drivers/runtime/axis/test_device.h"
 
 namespace {
 

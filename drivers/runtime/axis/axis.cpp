@@ -1,9 +1,105 @@
 #include "drivers/runtime/axis/axis.h"
 
+#include <algorithm>
 #include <axlecast/position_t.hpp>
+#include <cmath>
+#include <cstdlib>
 #include <numbers>
 
+#include "drivers/runtime/axis/motion.h"
+
 namespace axlecast {
+namespace {
+
+constexpr double kMaxCounts = 4503599627370496.0;      // 2^52
+constexpr double kMaxProduct = 4611686018427387904.0;  // 2^62
+constexpr double kWholeTolerance = 1e-9;
+
+// The modulo in counts x |num|, where that is a whole number and the product below cannot overflow; else 0.
+std::int64_t ExactPeriod(const DeviceConfig& device) {
+  const double period = device.modulo / device.per_turn * static_cast<double>(device.ratio_den) *
+                        static_cast<double>(device.settings->counts_per_turn);
+  const bool whole = period >= 1 && period <= kMaxCounts && period == std::round(period);
+  const double num = std::abs(static_cast<double>(device.ratio_num));
+  return whole && period * num < kMaxProduct ? static_cast<std::int64_t>(period) : 0;
+}
+
+// A datum beyond this is limited: no axis has so many counts, and sums with it do not overflow.
+constexpr std::int64_t kMaxDatum = INT64_C(1) << 60;
+
+}  // namespace
+
+Scale::Scale(const DeviceConfig& device)
+    : counts_per_turn_(device.settings->counts_per_turn),
+      ratio_num_(device.ratio_num),
+      unit_per_count_(
+          device.per_turn * static_cast<double>(device.ratio_num) /
+          (static_cast<double>(device.ratio_den) * static_cast<double>(device.settings->counts_per_turn))),
+      modulo_(device.modulo),
+      unit_per_shaft_turn_(device.per_turn * static_cast<double>(device.ratio_num) /
+                           static_cast<double>(device.ratio_den)),
+      exact_period_(device.modulo > 0 ? ExactPeriod(device) : 0) {}
+
+double Scale::AngleRad(std::int64_t counts) const {
+  return static_cast<double>(FloorMod(counts, counts_per_turn_)) / static_cast<double>(counts_per_turn_) * 2 *
+         std::numbers::pi;
+}
+
+double Scale::Value(std::int64_t counts) const {
+  if (modulo_ <= 0) return static_cast<double>(counts) * unit_per_count_;
+  double wrapped = 0;
+  if (exact_period_ > 0) {
+    const std::int64_t rest = FloorMod(FloorMod(counts, exact_period_) * ratio_num_, exact_period_);
+    wrapped = static_cast<double>(rest) / static_cast<double>(exact_period_) * modulo_;
+  } else {
+    wrapped = std::fmod(static_cast<double>(counts) * unit_per_count_, modulo_);
+    if (wrapped < 0) wrapped += modulo_;
+  }
+  return wrapped < modulo_ ? wrapped : 0;
+}
+
+std::optional<std::int64_t> Scale::Counts(double value) const {
+  const double counts = value / unit_per_count_;
+  if (!std::isfinite(counts) || std::abs(counts) > kMaxCounts) return std::nullopt;
+  return std::llround(counts);
+}
+
+bool Scale::TurnsMatter() const {
+  if (modulo_ <= 0) return true;
+  const double moduli = unit_per_shaft_turn_ / modulo_;
+  return std::abs(moduli - std::round(moduli)) > kWholeTolerance || std::round(moduli) == 0;
+}
+
+Reference::Reference(const DeviceConfig& device) {
+  if (device.datum_counts) of_file_ = Datum{std::clamp(*device.datum_counts, -kMaxDatum, kMaxDatum), 0};
+  datum_ = of_file_;
+}
+
+bool Reference::Within(MonoNs instant, MonoNs since, MonoNs now) {
+  constexpr MonoNs kLag = 2 * kSecond;
+  return instant >= since && instant <= now + kLag;
+}
+
+void Reference::Set(const Datum& datum, MonoNs set_at, MonoNs now) {
+  const Datum given{std::clamp(datum.counts, -kMaxDatum, kMaxDatum), datum.utime};
+  if (lost_ && Within(set_at, lost_at_, now)) lost_ = false;
+  if (datum_ == given) return;
+  datum_ = given;
+  Jump();
+}
+
+void Reference::Lose(MonoNs now) {
+  if (!lost_) lost_at_ = now;
+  lost_ = true;
+}
+
+void Reference::Clear() {
+  if (!datum_ || datum_ == of_file_) return;
+  DropDatum();
+  Jump();
+}
+
+void Reference::DropDatum() { datum_ = of_file_; }
 
 Axis::Axis(const DeviceConfig& device)
     : sign_(device.direction * (device.settings->ccw_increases ? 1 : -1)),

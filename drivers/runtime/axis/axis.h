@@ -3,18 +3,81 @@
 #include <cstdint>
 #include <optional>
 
+#include "core/base/time.h"
 #include "core/config/machine_config.h"
 #include "core/device/device.h"
 #include "core/device/reading.h"
-#include "drivers/runtime/axis/plausibility.h"
-#include "drivers/runtime/axis/reference.h"
-#include "drivers/runtime/axis/scale.h"
-#include "drivers/runtime/axis/speed.h"
-#include "drivers/runtime/axis/standstill.h"
-#include "drivers/runtime/axis/turn_counter.h"
-#include "drivers/runtime/axis/unwrapped_sample.h"
+#include "drivers/runtime/axis/motion.h"
 
 namespace axlecast {
+
+// From counts (after direction and datum) to the shaft's angle and to the user's unit, and back.
+class Scale {
+ public:
+  explicit Scale(const DeviceConfig& device);
+
+  [[nodiscard]] double AngleRad(std::int64_t counts) const;  // [0, 2 pi)
+  // counts x per_turn x num / (den x counts per turn), within [0, modulo) where there is one. With a modulo that is
+  // a whole number of counts (of a geared axis: x den) it is exact however far the axis has gone.
+  [[nodiscard]] double Value(std::int64_t counts) const;
+  // The counts that read `value`, to the nearest; nothing beyond 2^52.
+  [[nodiscard]] std::optional<std::int64_t> Counts(double value) const;
+  [[nodiscard]] double unit_per_count() const { return unit_per_count_; }
+  // False where each whole turn of the shaft is a whole number of `modulo`: the value is right without them.
+  [[nodiscard]] bool TurnsMatter() const;
+
+ private:
+  std::int64_t counts_per_turn_;
+  std::int64_t ratio_num_;
+  double unit_per_count_;
+  double modulo_;
+  double unit_per_shaft_turn_;
+  // `modulo_` in counts x ratio_num_, and the counts after which the value repeats; 0 where it is no whole number.
+  std::int64_t exact_period_ = 0;
+};
+
+// The datum of an axis: the counts (after direction) that read 0, since when, and whether it may be trusted.
+class Reference {
+ public:
+  explicit Reference(const DeviceConfig& device);
+
+  struct Datum {
+    std::int64_t counts = 0;
+    std::int64_t utime = 0;  // 0: from the file, or unknown
+
+    friend bool operator==(const Datum&, const Datum&) = default;
+  };
+
+  // A datum, established at the instant `set_at`. One that was established before the reference was lost does not
+  // bring it back. The same datum again changes nothing.
+  void Set(const Datum& datum, MonoNs set_at, MonoNs now);
+  // Whether an instant that was given lies between `since` and `now`, allowing 2 s for a `now` that lags: a stamp
+  // from the future comes from a wrong clock.
+  [[nodiscard]] static bool Within(MonoNs instant, MonoNs since, MonoNs now);
+
+  void Lose(MonoNs now);
+  void Restore() { lost_ = false; }
+  // Counts changed without motion.
+  void Jump() { ++epoch_; }
+  // The datum that was set goes: the file's, or none, is in force.
+  void Clear();
+  // The encoder's own zero was moved: a datum counted from the old one means nothing any more.
+  void DropDatum();
+
+  [[nodiscard]] std::int64_t datum() const { return datum_ ? datum_->counts : 0; }  // 0 without one
+  [[nodiscard]] std::int64_t utime() const { return datum_ ? datum_->utime : 0; }
+  [[nodiscard]] bool has_datum() const { return datum_.has_value(); }
+  [[nodiscard]] const std::optional<Datum>& of_file() const { return of_file_; }
+  [[nodiscard]] bool lost() const { return lost_; }
+  [[nodiscard]] std::int32_t epoch() const { return epoch_; }
+
+ private:
+  std::optional<Datum> of_file_;
+  std::optional<Datum> datum_;
+  std::int32_t epoch_ = 0;
+  bool lost_ = false;
+  MonoNs lost_at_ = 0;
+};
 
 // A sample as a position of the axis.
 struct AxisReading {

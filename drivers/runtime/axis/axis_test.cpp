@@ -1,13 +1,15 @@
-#include "drivers/runtime/axis/axis.h"
-
 #include <gtest/gtest.h>
-
+#include <axlecast/position_t.hpp>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
+#include <string>
 #include <utility>
 
+#include "drivers/runtime/axis/axis.h"
 #include "drivers/runtime/axis/axis_fixture.h"
+#include "drivers/runtime/axis/motion.h"
 
 namespace axlecast {
 namespace {
@@ -245,6 +247,307 @@ TEST_F(AxisTest, AnExchangedEncoderIsANewEpochAndLosesTheReference) {
   EXPECT_EQ(axis_->reference().epoch(), epoch + 1);
   EXPECT_TRUE(axis_->reference().lost());
   EXPECT_EQ(axis_->unexplained_jumps(), 1);
+}
+
+Scale Make(double per_turn, std::int64_t num, std::int64_t den, double modulo) {
+  TestDevice device;
+  device.config.per_turn = per_turn;
+  device.config.ratio_num = num;
+  device.config.ratio_den = den;
+  device.config.modulo = modulo;
+  return Scale(device.config);
+}
+
+TEST(Counts, NearestGoesTheShortWay) {
+  EXPECT_EQ(Nearest(0, 360, 350), 360);
+  EXPECT_EQ(Nearest(350, 360, 0), -10);
+  EXPECT_EQ(Nearest(180, 360, 0), -180);  // half way round: [-180, 180)
+  EXPECT_EQ(Nearest(5, 360, -725), -715);
+  EXPECT_EQ(FloorMod(-1, 360), 359);
+}
+
+// The examples of docs/positions.md.
+TEST(Scale, WorkedExamples) {
+  const Scale screw = Make(5, 1, 1, 0);  // 5 mm per turn
+  EXPECT_DOUBLE_EQ(screw.Value(10 * kTurn + kTurn / 2), 52.5);
+  EXPECT_DOUBLE_EQ(screw.Value(-kTurn), -5);
+  const Scale geared = Make(360, 1, 10, 360);  // a table behind a 10:1 gear, in degrees
+  EXPECT_DOUBLE_EQ(geared.Value(10 * kTurn), 0);
+  EXPECT_DOUBLE_EQ(geared.Value(25 * kTurn), 180);
+  EXPECT_DOUBLE_EQ(geared.Value(-kTurn), 324);
+}
+
+TEST(Scale, AngleIsWithinOneTurn) {
+  const Scale scale = Make(1, 1, 1, 0);
+  EXPECT_DOUBLE_EQ(scale.AngleRad(0), 0);
+  EXPECT_DOUBLE_EQ(scale.AngleRad(kTurn / 4), std::numbers::pi / 2);
+  EXPECT_DOUBLE_EQ(scale.AngleRad(-kTurn / 4), 1.5 * std::numbers::pi);
+  EXPECT_LT(scale.AngleRad(-1), 2 * std::numbers::pi);
+}
+
+TEST(Scale, ModuloIsExactHoweverFarTheAxisWent) {
+  const Scale third = Make(360, 1, 3, 360);
+  // 2^40 turns of a shaft behind 3:1 plus a quarter of the table's turn.
+  const std::int64_t far = (INT64_C(1) << 40) / 3 * 3 * kTurn;
+  EXPECT_DOUBLE_EQ(third.Value(far + 3 * kTurn / 4), 90);
+  EXPECT_DOUBLE_EQ(third.Value(-far - 3 * kTurn / 4), 270);
+  const Scale faster = Make(360, 7, 3, 360);
+  EXPECT_NEAR(faster.Value(far + 1), 360.0 * 7 / 3 / kTurn, 1e-9);
+}
+
+TEST(Scale, ModuloThatIsNoWholeNumberOfCountsStillWraps) {
+  const Scale odd = Make(1, 1, 1, std::numbers::pi);
+  for (std::int64_t counts = -20 * kTurn; counts < 20 * kTurn; counts += 997) {
+    const double value = odd.Value(counts);
+    ASSERT_GE(value, 0);
+    ASSERT_LT(value, std::numbers::pi);
+  }
+}
+
+TEST(Scale, CountsOfAValue) {
+  const Scale screw = Make(5, 1, 1, 0);
+  EXPECT_EQ(screw.Counts(52.5), 10 * kTurn + kTurn / 2);
+  EXPECT_EQ(screw.Counts(-5), -kTurn);
+  EXPECT_EQ(screw.Counts(std::numeric_limits<double>::infinity()), std::nullopt);
+  EXPECT_EQ(screw.Counts(1e15), std::nullopt);
+}
+
+TEST(Scale, TurnsMatterUnlessTheModuloDividesTheTurn) {
+  EXPECT_TRUE(Make(5, 1, 1, 0).TurnsMatter());
+  EXPECT_TRUE(Make(360, 1, 10, 360).TurnsMatter());
+  EXPECT_FALSE(Make(360, 1, 1, 360).TurnsMatter());
+  EXPECT_FALSE(Make(360, 3, 1, 120).TurnsMatter());
+}
+
+TEST_F(AxisTest, DirectionAndDatum) {
+  for (const int direction : {1, -1}) {
+    for (const bool ccw : {true, false}) {
+      device_.config.direction = direction;
+      device_.settings->ccw_increases = ccw;
+      Make();
+      Settle(1'000);
+      const std::int64_t sign = direction * (ccw ? 1 : -1);
+      Home(sign * 400);
+      EXPECT_EQ(Read(1'000).counts, sign * 600);
+      EXPECT_EQ(Read(1'001).counts - sign * 600, sign);
+    }
+  }
+}
+
+TEST_F(AxisTest, DatumForAValue) {
+  device_.config.unit = position_t::UNIT_MM;
+  device_.config.per_turn = 5;
+  Make();
+  EXPECT_EQ(axis_->DatumFor(1), std::nullopt);
+  Settle(10 * kTurn);
+  const auto datum = axis_->DatumFor(123.45);
+  ASSERT_TRUE(datum.has_value());
+  Home(*datum);
+  EXPECT_NEAR(axis_->scale().Value(Read(10 * kTurn).counts), 123.45, 5.0 / kTurn);
+  EXPECT_EQ(axis_->DatumFor(std::nan("")), std::nullopt);
+  EXPECT_EQ(axis_->DatumFor(1e300), std::nullopt);
+}
+
+TEST_F(AxisTest, EachDatumIsANewEpochButTheSameOneIsNot) {
+  Make();
+  Settle(0);
+  Home(10);
+  EXPECT_EQ(axis_->reference().epoch(), 1);
+  Home(10);
+  EXPECT_EQ(axis_->reference().epoch(), 1);
+  Home(11);
+  EXPECT_EQ(axis_->reference().epoch(), 2);
+}
+
+TEST_F(AxisTest, AfterARestartTheReadingNearestToTheDatumIsTaken) {
+  Make();
+  Settle(kWhole - 2 * kTurn);  // the axis stands two turns below its datum, which was set at turn 0
+  Restore(0);
+  const AxisReading reading = Read(kWhole - 2 * kTurn);
+  EXPECT_EQ(reading.kind, Kind::kGood);
+  EXPECT_EQ(reading.counts, -2 * kTurn);
+  EXPECT_TRUE(Has(reading, position_t::FLAG_REFERENCED));
+}
+
+TEST_F(AxisTest, AFixedDatumHoldsFromTheFirstReading) {
+  device_.config.datum_counts = 100 * kTurn;
+  Make();
+  const AxisReading reading = Settle(99 * kTurn);
+  EXPECT_EQ(reading.counts, -kTurn);
+  EXPECT_TRUE(Has(reading, position_t::FLAG_REFERENCED));
+}
+
+TEST_F(AxisTest, ASingleTurnEncoderOnALinearAxisForgetsItsTurnsInARestart) {
+  device_.settings->turns_range = 0;
+  Make();
+  Read(SingleTurn(0));
+  Read(SingleTurn(0));
+  Restore(0);  // homed before the restart, moved ten turns since: nobody can tell
+  const AxisReading linear = Read(SingleTurn(0));
+  EXPECT_TRUE(Has(linear, position_t::FLAG_VALID));
+  EXPECT_FALSE(Has(linear, position_t::FLAG_TURNS_VALID));
+  EXPECT_FALSE(Has(linear, position_t::FLAG_REFERENCED));
+  Home(1);
+  EXPECT_TRUE(Has(Read(SingleTurn(0)), position_t::FLAG_REFERENCED));
+}
+
+TEST_F(AxisTest, ARotaryTableNeedsNoTurns) {
+  device_.settings->turns_range = 0;
+  device_.config.unit = position_t::UNIT_DEG;
+  device_.config.per_turn = 360;
+  device_.config.modulo = 360;
+  Make();
+  Read(SingleTurn(0));
+  Read(SingleTurn(0));
+  Restore(0);
+  EXPECT_TRUE(Has(Read(SingleTurn(0)), position_t::FLAG_REFERENCED));
+  t_ += kSecond;  // turns are lost, the angle is not
+  const AxisReading reading = Read(SingleTurn(kTurn / 4));
+  EXPECT_FALSE(Has(reading, position_t::FLAG_TURNS_VALID));
+  EXPECT_TRUE(Has(reading, position_t::FLAG_REFERENCED));
+  EXPECT_DOUBLE_EQ(axis_->scale().Value(reading.counts), 90);
+}
+
+TEST_F(AxisTest, ReferenceLostPersistsUntilADatumOrTheDeviceRestoresIt) {
+  Make();
+  Settle(0);
+  Home(10);
+  EXPECT_TRUE(Has(Read(0), position_t::FLAG_REFERENCED));
+  axis_->OnReferenceLost(t_);
+  const AxisReading lost = Read(0);
+  EXPECT_TRUE(Has(lost, position_t::FLAG_VALID));
+  EXPECT_FALSE(Has(lost, position_t::FLAG_REFERENCED));
+  EXPECT_FALSE(Has(lost, position_t::FLAG_TURNS_VALID));
+  Restore(11);  // a datum from before the loss, as a bridge may send it again
+  EXPECT_TRUE(axis_->reference().lost());
+  Home(12);
+  EXPECT_TRUE(Has(Read(0), position_t::FLAG_REFERENCED));
+  axis_->OnReferenceLost(t_);
+  axis_->OnReferenceRestored();
+  EXPECT_TRUE(Has(Read(0), position_t::FLAG_REFERENCED));
+}
+
+TEST_F(AxisTest, AnAnnouncedJumpDropsTheDatum) {
+  Make();
+  Settle(50 * kTurn);
+  Home(50 * kTurn);
+  axis_->OnDatumChanging(true);
+  const AxisReading moved = Read(0);  // the device was reset, the driver has not confirmed it yet
+  EXPECT_EQ(moved.kind, Kind::kDoubtful);
+  EXPECT_TRUE(Has(moved, position_t::FLAG_DATUM_CHANGING));
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(Read(0).kind, Kind::kDoubtful);
+  const std::int32_t epoch = axis_->reference().epoch();
+  axis_->OnJump();
+  axis_->OnDatumChanging(false);
+  EXPECT_EQ(axis_->reference().epoch(), epoch + 1);
+  const AxisReading reading = Settle(0);
+  EXPECT_EQ(reading.counts, 0);
+  EXPECT_FALSE(axis_->reference().lost());
+  EXPECT_EQ(reading.flags, kUsable);
+  EXPECT_EQ(axis_->unexplained_jumps(), 0);
+}
+
+TEST_F(AxisTest, AWildDatumDoesNotOverflow) {
+  Make();
+  Settle(kTurn);
+  for (const std::int64_t wild : {INT64_MIN, INT64_MAX}) {
+    Home(wild);
+    Restore(wild);
+    EXPECT_EQ(Read(kTurn).kind, Kind::kGood);
+    (void)axis_->DatumFor(1e15);
+  }
+}
+
+TEST_F(AxisTest, CountsOutOfRangeAreTakenModuloTheTurn) {
+  Make();
+  Sample sample = ReadingAt(t_, 0);
+  sample.counts = -1;
+  sample.turns = -1;
+  Read(sample);
+  sample.at = ReadingAt(t_, 0).at;
+  EXPECT_EQ(Read(sample).counts, kWhole - 1);
+}
+
+struct FlagCase {
+  const char* name;
+  void (*change)(Sample& sample);
+  TurnsMode mode;
+  std::int32_t flags;
+};
+
+class AxisFlags : public AxisTest, public testing::WithParamInterface<FlagCase> {};
+
+TEST_P(AxisFlags, FollowFromTheSample) {
+  device_.config.turns = GetParam().mode;
+  Make();
+  Settle(5 * kTurn);
+  Sample sample = ReadingAt(t_, 5 * kTurn);
+  GetParam().change(sample);
+  EXPECT_EQ(Read(sample).flags, GetParam().flags);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Table, AxisFlags,
+    testing::Values(
+        FlagCase{"good", [](Sample&) {}, TurnsMode::kModulo, kUsable},
+        FlagCase{"warning", [](Sample& s) { s.warning = true; }, TurnsMode::kModulo, kUsable | 0x80},
+        FlagCase{"low_accuracy", [](Sample& s) { s.low_accuracy = true; }, TurnsMode::kModulo, kUsable | 0x20},
+        FlagCase{"error", [](Sample& s) { s.error = true; }, TurnsMode::kModulo, 0x40},
+        FlagCase{"error_and_warning", [](Sample& s) { s.error = s.warning = true; }, TurnsMode::kModulo, 0xC0},
+        FlagCase{"wrapped_modulo", [](Sample& s) { s.turns_wrapped = true; }, TurnsMode::kModulo, kUsable | 0x04},
+        FlagCase{"wrapped_signed", [](Sample& s) { s.turns_wrapped = true; }, TurnsMode::kSigned, kUsable | 0x04},
+        FlagCase{"wrapped_unsigned", [](Sample& s) { s.turns_wrapped = true; }, TurnsMode::kUnsigned, 0x01 | 0x04},
+        FlagCase{"no_turns", [](Sample& s) { s.has_turns = false; }, TurnsMode::kModulo, kUsable | 0x200},
+        FlagCase{"doubted_turns", [](Sample& s) { s.turns_trusted = false; }, TurnsMode::kModulo, 0x01 | 0x200},
+        FlagCase{"implausible", [](Sample& s) { s.turns = 9; }, TurnsMode::kModulo, 0x100},
+        FlagCase{"implausible_error", [](Sample& s) { s.turns = 9, s.error = true; }, TurnsMode::kModulo, 0x40}),
+    [](const testing::TestParamInfo<FlagCase>& tested) { return std::string(tested.param.name); });
+
+TEST_F(AxisTest, SpeedIsUnknownThenRight) {
+  Make();
+  EXPECT_TRUE(std::isnan(axis_->SpeedRadS()));
+  Settle(0);
+  EXPECT_TRUE(std::isnan(axis_->SpeedRadS()));
+  // 1,500 min-1 = 25 turns/s = 157.08 rad/s, read every ms.
+  std::int64_t position = 0;
+  for (int ms = 1; ms <= 40; ++ms) {
+    position = kTurn * 25 * ms / 1'000;
+    Read(position);
+  }
+  EXPECT_NEAR(axis_->SpeedRadS(), 50 * std::numbers::pi, 0.02);
+  Sample low = ReadingAt(t_, position);
+  low.low_accuracy = true;
+  Read(low);
+  EXPECT_TRUE(std::isnan(axis_->SpeedRadS()));
+}
+
+// As on a Modbus line: far apart, and the instant known to a fifth of that only.
+TEST_F(AxisTest, SpeedFromReadingsWithUncertainInstants) {
+  Make();
+  constexpr MonoNs kApart = 25 * kMillisecond;
+  for (int i = 0; i < 20; ++i) {
+    t_ += kApart;
+    // 120 min-1 = 2 turns/s
+    (void)axis_->Take(ReadingAt(t_, kTurn * 2 * 25 * i / 1'000, 5 * kMillisecond));
+  }
+  EXPECT_NEAR(axis_->SpeedRadS(), 4 * std::numbers::pi, 0.02);
+  // Instants that are known to half a second tell no speed.
+  t_ += kApart;
+  (void)axis_->Take(ReadingAt(t_, kTurn, kSecond / 2));
+  EXPECT_TRUE(std::isnan(axis_->SpeedRadS()));
+}
+
+TEST_F(AxisTest, SpeedAtTheFullRateOfTheWire) {
+  Make();
+  t_ = kSecond;
+  // 19.6 kHz, 3,000 min-1, one count of noise: 50 turns/s = 314.159 rad/s.
+  std::mt19937_64 random(6);
+  for (int i = 0; i < 2'000; ++i) {
+    const double turned = 50.0 * static_cast<double>(kTurn) * static_cast<double>(t_ - kSecond) * 1e-9;
+    (void)axis_->Take(ReadingAt(t_, static_cast<std::int64_t>(turned) + static_cast<std::int64_t>(random() % 3)));
+    t_ += 51 * kMicrosecond;
+  }
+  EXPECT_NEAR(axis_->SpeedRadS(), 100 * std::numbers::pi, 0.02);
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 #include "core/alarm/runtime_alarms.h"
 #include "drivers/runtime/axis/axis.h"
 #include "drivers/runtime/axis/device_health.h"
-#include "drivers/runtime/axis/device_report.h"
 #include "drivers/runtime/axis/motor_output.h"
 #include "drivers/runtime/axis/position_output.h"
 #include "drivers/runtime/axis/publish_timer.h"

@@ -12,7 +12,7 @@
 #include "core/config/machine_config.h"
 #include "core/device/device.h"
 #include "core/messages/message.h"
-#include "drivers/runtime/axis/reference.h"
+#include "drivers/runtime/axis/axis.h"
 
 namespace axlecast {
 

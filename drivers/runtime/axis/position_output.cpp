@@ -1,11 +1,23 @@
 #include "drivers/runtime/axis/position_output.h"
 
 #include <algorithm>
+#include <axlecast/position_t.hpp>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 
 namespace axlecast {
 namespace {
+
+constexpr std::int32_t Flags(std::initializer_list<std::int32_t> flags) {
+  std::int32_t all = 0;
+  for (const std::int32_t flag : flags) all |= flag;
+  return all;
+}
+
+std::int32_t Narrow(std::int64_t ns) {
+  return static_cast<std::int32_t>(std::clamp<std::int64_t>(ns, INT32_MIN, INT32_MAX));
+}
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
@@ -17,6 +29,89 @@ bool TakeFlag(bool& flag) {
 }
 
 }  // namespace
+
+const std::int32_t PublishPace::kStateFlags =
+    Flags({position_t::FLAG_VALID, position_t::FLAG_TURNS_VALID, position_t::FLAG_TURNS_WRAPPED,
+           position_t::FLAG_REFERENCED, position_t::FLAG_LOW_ACCURACY, position_t::FLAG_DEVICE_ERROR,
+           position_t::FLAG_DEVICE_WARNING, position_t::FLAG_DATUM_CHANGING});
+
+PublishPace::PublishPace(double publish_hz, double poll_hz)
+    : every_(poll_hz > 0 && publish_hz >= poll_hz),
+      period_(publish_hz > 0 ? static_cast<MonoNs>(static_cast<double>(kSecond) / publish_hz) : kNever),
+      due_(publish_hz > 0 ? 0 : kNever) {}
+
+bool PublishPace::Due(MonoNs at) {
+  if (every_) return true;
+  if (at < due_) return false;
+  due_ = at - due_ < period_ ? due_ + period_ : at + period_;
+  return true;
+}
+
+bool PublishPace::Good(MonoNs at, std::int32_t flags, std::int32_t epoch) {
+  const std::int32_t state = flags & kStateFlags;
+  bool send = Due(at) || doubt_shown_ || !any_ || epoch != epoch_;
+  if (!send && state != state_ && at - extra_at_ >= kExtraPeriod) {
+    extra_at_ = at;
+    send = true;
+  }
+  in_doubt_ = false;
+  if (!send) return false;
+  any_ = true;
+  doubt_shown_ = false;
+  state_ = state;
+  epoch_ = epoch;
+  return true;
+}
+
+bool PublishPace::Doubtful(MonoNs at) {
+  const bool send = at - doubt_at_ >= (in_doubt_ ? kDoubtPeriod : kExtraPeriod);
+  in_doubt_ = true;
+  if (!send) return false;
+  doubt_at_ = at;
+  doubt_shown_ = true;
+  return true;
+}
+
+Block::Block(std::int64_t counts_per_turn, std::int8_t unit, double unit_per_count) : message_{} {
+  message_.counts_per_turn = counts_per_turn;
+  message_.unit = unit;
+  message_.unit_per_count = unit_per_count;
+  message_.dt_ns.reserve(position_block_t::MAX_SAMPLES);
+  message_.time_uncertainty_ns.reserve(position_block_t::MAX_SAMPLES);
+  message_.counts.reserve(position_block_t::MAX_SAMPLES);
+  message_.flags.reserve(position_block_t::MAX_SAMPLES);
+}
+
+bool Block::MustGoBefore(MonoNs at, std::int32_t epoch) const {
+  if (empty()) return false;
+  const MonoNs dt = at - message_.mono_ns;
+  return Full() || epoch != message_.datum_epoch || dt <= message_.dt_ns.back() || dt > kLongest;
+}
+
+void Block::Add(Interval at, std::int64_t counts, std::int32_t flags, std::int32_t epoch) {
+  if (empty()) {
+    message_.mono_ns = at.Middle();
+    message_.datum_epoch = epoch;
+  }
+  message_.dt_ns.push_back(Narrow(at.Middle() - message_.mono_ns));
+  message_.time_uncertainty_ns.push_back(Narrow(at.HalfWidth()));
+  message_.counts.push_back(counts);
+  message_.flags.push_back(flags);
+  ++message_.n;
+}
+
+bool Block::Waited(MonoNs now) const { return !empty() && now - message_.mono_ns >= kLongest; }
+
+position_block_t& Block::Take() { return message_; }
+
+void Block::Clear() {
+  message_.n = 0;
+  message_.missed = 0;
+  message_.dt_ns.clear();
+  message_.time_uncertainty_ns.clear();
+  message_.counts.clear();
+  message_.flags.clear();
+}
 
 PositionOutput::PositionOutput(const BusConfig& bus, const DeviceConfig& device, const Axis& axis, Context context)
     : axis_(axis),

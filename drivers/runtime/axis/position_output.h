@@ -1,6 +1,8 @@
 #pragma once
 
+#include <axlecast/position_block_t.hpp>
 #include <axlecast/position_t.hpp>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -9,10 +11,70 @@
 #include "core/config/machine_config.h"
 #include "core/messages/message.h"
 #include "drivers/runtime/axis/axis.h"
-#include "drivers/runtime/axis/block.h"
-#include "drivers/runtime/axis/publish_pace.h"
 
 namespace axlecast {
+
+// Which readings become POSITION messages.
+//
+// Good ones: at most publish_hz, on average exactly that where readings come faster. At once, beside that rate: the
+// first one after a doubtful one that was published, a new datum epoch, and a change of state (the flags of
+// kStateFlags), the last at most every 10 ms.
+// Doubtful ones: the first of a row at once, but at most every 10 ms, then at 10 Hz until a good one comes. So a
+// line that fails at every other reading cannot flood the network.
+class PublishPace {
+ public:
+  // poll_hz 0: as fast as the bus allows. publish_hz 0: only what is published at once.
+  PublishPace(double publish_hz, double poll_hz);
+
+  [[nodiscard]] bool Good(MonoNs at, std::int32_t flags, std::int32_t epoch);
+  [[nodiscard]] bool Doubtful(MonoNs at);
+
+  static const std::int32_t kStateFlags;
+  static constexpr MonoNs kExtraPeriod = 10 * kMillisecond;
+  static constexpr MonoNs kDoubtPeriod = 100 * kMillisecond;
+
+ private:
+  [[nodiscard]] bool Due(MonoNs at);
+
+  bool every_;  // readings come no faster than they may be published
+  MonoNs period_;
+  MonoNs due_ = 0;
+  bool any_ = false;
+  std::int32_t state_ = 0;  // of the last good message
+  std::int32_t epoch_ = 0;
+  MonoNs extra_at_ = -kExtraPeriod;
+  bool in_doubt_ = false;     // the last reading was doubtful
+  bool doubt_shown_ = false;  // the last message was
+  MonoNs doubt_at_ = -kDoubtPeriod;
+};
+
+// Gathers readings at full rate into POSITION_BLOCK messages: up to 40 consecutive ones of one datum epoch, in
+// ascending order of time, spanning at most 100 ms. Doubtful readings are among them, with VALID cleared.
+class Block {
+ public:
+  Block(std::int64_t counts_per_turn, std::int8_t unit, double unit_per_count);
+
+  // The block must be sent before this reading can be added.
+  [[nodiscard]] bool MustGoBefore(MonoNs at, std::int32_t epoch) const;
+  void Add(Interval at, std::int64_t counts, std::int32_t flags, std::int32_t epoch);
+  // A reading failed or was withheld.
+  void Miss() { ++message_.missed; }
+
+  [[nodiscard]] bool Full() const { return message_.n == position_block_t::MAX_SAMPLES; }
+  // There is something that has waited for 100 ms.
+  [[nodiscard]] bool Waited(MonoNs now) const;
+  [[nodiscard]] bool empty() const { return message_.n == 0; }
+
+  // The message without utime, boot_id and seq, which the sender fills in.
+  [[nodiscard]] position_block_t& Take();
+  // After it was sent.
+  void Clear();
+
+  static constexpr MonoNs kLongest = 100 * kMillisecond;
+
+ private:
+  position_block_t message_;
+};
 
 // Sends the readings of one axis: POSITION/<device> at the publish rate, POSITION_BLOCK/<device> at full rate where
 // the configuration asks for it.

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "drivers/runtime/bus/can_transactor.h"
 #include "drivers/runtime/bus/serial_transactor.h"
+#include "drivers/runtime/bus/transactor.h"
 
 namespace axlecast {
 namespace {

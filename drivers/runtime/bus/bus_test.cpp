@@ -1,11 +1,10 @@
-#include "drivers/runtime/bus/bus.h"
-
 #include <gmock/gmock.h>
-
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "drivers/kit/stream.h"
+#include "drivers/runtime/bus/bus.h"
 #include "tests/support/polled_device.h"
 #include "tests/support/recording_output.h"
 #include "tests/support/scripted_link.h"
@@ -241,6 +240,223 @@ TEST_F(BusTest, ADeadEncoderAloneOnItsBusIsBackWithin100Milliseconds) {
   link_.SetPeer(PolledDevices());
   RunUntil(kStart + 60 * kSecond + 100 * kMillisecond + PolledDevice::kTimeout);
   EXPECT_FALSE(output_.samples.empty());
+}
+
+}  // namespace
+
+namespace {
+
+using ::testing::Each;
+
+constexpr LineFormat kLine = {.baud = 115'200, .parity = Parity::kEven, .stop_bits = 1};
+constexpr MonoNs kRequest = 2 * INT64_C(11'000'000'000) / 115'200;  // two characters of 11 bits
+constexpr MonoNs kGap = 3 * kMillisecond;
+
+class Indifferent final : public LinkObserver {
+  void OnLink(bool, std::string_view, MonoNs) override {}
+};
+
+// Devices on a bus whose master must pause, each answering after `kReply`.
+class PacingTest : public ::testing::Test {
+ protected:
+  static constexpr MonoNs kReply = 800 * kMicrosecond;
+
+  void Run(int devices, const Pacing& pacing, MonoNs duration, int silent = -1) {
+    BusSettings settings;
+    settings.schedule = {.pause_costs = 32, .pacing = pacing, .line = kLine};
+    link_.SetPeer([this, silent](Bytes request) -> std::vector<ScriptedLink::Burst> {
+      asked_.push_back(request[0]);
+      if (request[0] == silent) return {};
+      return {{kReply, PolledDevice::Reply(request[0], request[1], 0)}};
+    });
+    bus_ = std::make_unique<Bus>(settings, link_, clock_, observer_, nullptr);
+    for (int i = 0; i < devices; ++i) {
+      devices_.push_back(std::make_unique<PolledDevice>(static_cast<std::uint8_t>(i), output_));
+      bus_->Add(*devices_.back());
+    }
+    while (clock_.Now() < kStart + duration) bus_->RunOnce(kStart + duration);
+  }
+  std::vector<MonoNs> Gaps() const {
+    std::vector<MonoNs> gaps;
+    for (std::size_t i = 1; i < link_.write_times().size(); ++i) {
+      gaps.push_back(link_.write_times()[i] - link_.write_times()[i - 1]);
+    }
+    return gaps;
+  }
+
+  FakeClock clock_{kStart};
+  ScriptedLink link_{clock_};
+  Indifferent observer_;
+  RecordingOutput output_;
+  std::vector<std::unique_ptr<PolledDevice>> devices_;
+  std::unique_ptr<Bus> bus_;
+  std::vector<int> asked_;
+};
+
+TEST_F(PacingTest, AfterReplyCountsFromTheEndOfTheReply) {
+  Run(1, {.after_reply = kGap}, kSecond);
+  EXPECT_THAT(Gaps(), Each(kReply + kGap));
+}
+
+TEST_F(PacingTest, AfterRequestCountsFromTheEndOfTheRequestOnTheWire) {
+  Run(1, {.after_request = kGap, .after_reply = 100 * kMicrosecond}, kSecond);
+  EXPECT_THAT(Gaps(), Each(kRequest + kGap));
+}
+
+TEST_F(PacingTest, AReplyThatComesLateStillHasItsPause) {
+  Run(1, {.after_request = 500 * kMicrosecond, .after_reply = 100 * kMicrosecond}, kSecond);
+  EXPECT_THAT(Gaps(), Each(kReply + 100 * kMicrosecond));
+}
+
+TEST_F(PacingTest, PerUnitLeavesTheOthersTheirTurn) {
+  Run(5, {.after_reply = 100 * kMicrosecond, .unit_after_reply = kGap}, kSecond);
+  // Five turns of 0.9 ms are more than a unit's own 3.8 ms: the bus never waits.
+  EXPECT_THAT(Gaps(), Each(kReply + 100 * kMicrosecond));
+}
+
+TEST_F(PacingTest, PerUnitHoldsForEachUnit) {
+  Run(2, {.after_reply = 100 * kMicrosecond, .unit_after_reply = kGap}, kSecond);
+  for (std::size_t i = 2; i < link_.write_times().size(); ++i) {
+    EXPECT_EQ(link_.write_times()[i] - link_.write_times()[i - 2], kReply + kGap);
+  }
+}
+
+// The stop is chosen when the pause ends, not before: it goes out in the very next slot.
+TEST_F(PacingTest, WhatBecomesUrgentInAPauseGoesFirstAfterIt) {
+  Run(2, {.after_reply = kGap}, kMillisecond);
+  while (bus_->counters().exchanges < 1) bus_->RunOnce(clock_.Now() + kSecond);
+  bus_->RunOnce(clock_.Now() + kGap / 2);
+  const int next_in_turn = 1 - asked_.back();
+  devices_[static_cast<std::size_t>(1 - next_in_turn)]->wants_stop = true;
+  const std::size_t before = asked_.size();
+  while (asked_.size() == before) bus_->RunOnce(clock_.Now() + kSecond);
+  EXPECT_EQ(asked_.back(), 1 - next_in_turn);
+}
+
+// Issue: one dead unit must leave the others at least 95 % of their rate.
+TEST_F(PacingTest, ASilentDeviceCostsTheOthersLittle) {
+  Run(16, {.after_reply = kGap}, 20 * kSecond, 5);
+  std::int64_t others = 0;
+  for (const int address : asked_) others += address == 5 ? 0 : 1;
+  const auto alone = static_cast<double>(20 * kSecond) / static_cast<double>(kReply + kGap) * 15 / 16;
+  EXPECT_GT(static_cast<double>(others), 0.99 * alone) << "its own share of the bus pays for it";
+}
+
+}  // namespace
+
+// A device that sends by itself: Listen, ReceiveBuffer and PeriodMonitor together, through the bus.
+
+namespace {
+
+using ::testing::ElementsAre;
+
+constexpr MonoNs kPeriod = 10 * kMillisecond;
+
+// Frames of three bytes, FF, counts, and their sum, once each 10 ms.
+class StreamingDevice final : public Device {
+ public:
+  explicit StreamingDevice(DeviceOutput& output) : output_(output) {}
+
+  [[nodiscard]] Step Next(const BusSlot&) const override {
+    return {.action = Listen{cadence_.due()}, .priority = Priority::kLive};
+  }
+  void OnStarted(const Step&, MonoNs) override {}
+  void On(const Event& event) override {
+    switch (event.kind) {
+      case Event::Kind::kLinkUp:
+        inbox_.Clear();
+        cadence_.Arrived(event.received.last);
+        break;
+      case Event::Kind::kUnsolicited:
+        inbox_.Append(event.bytes, event.received);
+        Parse();
+        break;
+      default:
+        break;
+    }
+    if (cadence_.FellSilent(event.received.last)) output_.OnError(ErrorKind::kSilent, event.received);
+  }
+  [[nodiscard]] Result<> Validate(const DriverCommand&, MonoNs) const override { return {}; }
+  void Begin(const DriverCommand&, MonoNs) override {}
+  [[nodiscard]] bool Cancel(const CommandId&, MonoNs) override { return true; }
+
+ private:
+  void Parse() {
+    while (inbox_.bytes().size() >= 3) {
+      const Bytes bytes = inbox_.bytes();
+      if (bytes[0] != 0xFF || bytes[2] != static_cast<std::uint8_t>(bytes[0] + bytes[1])) {
+        inbox_.Drop(1);
+        continue;
+      }
+      const Interval at = {inbox_.ArrivalOf(0).first, inbox_.ArrivalOf(2).last};
+      output_.OnSample({.at = at, .counts = bytes[1]});
+      cadence_.Arrived(at.last);
+      inbox_.Drop(3);
+    }
+  }
+
+  DeviceOutput& output_;
+  ReceiveBuffer inbox_;
+  PeriodMonitor cadence_{kPeriod, 3};
+};
+
+class Nobody final : public LinkObserver {
+ public:
+  void OnLink(bool, std::string_view, MonoNs) override {}
+};
+
+class StreamTest : public ::testing::Test {
+ protected:
+  StreamTest() {
+    bus_.Add(device_);
+    bus_.RunOnce(kStart);
+  }
+  void Send(MonoNs at, std::vector<std::uint8_t> bytes) { link_.ArriveAt(kStart + at, std::move(bytes)); }
+  void RunUntil(MonoNs until) {
+    while (clock_.Now() < kStart + until) bus_.RunOnce(kStart + until);
+  }
+  [[nodiscard]] std::vector<std::int64_t> Counts() const {
+    std::vector<std::int64_t> counts;
+    for (const Sample& sample : output_.samples) counts.push_back(sample.counts);
+    return counts;
+  }
+
+  FakeClock clock_{kStart};
+  ScriptedLink link_{clock_};
+  Nobody observer_;
+  RecordingOutput output_;
+  StreamingDevice device_{output_};
+  Bus bus_{{}, link_, clock_, observer_, nullptr};
+};
+
+TEST_F(StreamTest, FramesArriveWithTheirInstants) {
+  Send(10 * kMillisecond, {0xFF, 1});
+  Send(11 * kMillisecond, {0x00});
+  Send(20 * kMillisecond, {0xFF, 2, 0x01});
+  RunUntil(30 * kMillisecond);
+  EXPECT_THAT(Counts(), ElementsAre(1, 2));
+  EXPECT_EQ(output_.samples[0].at, (Interval{kStart + 10 * kMillisecond, kStart + 11 * kMillisecond}));
+  EXPECT_EQ(output_.samples[1].at.first, kStart + 20 * kMillisecond);
+  EXPECT_TRUE(link_.written().empty());
+}
+
+TEST_F(StreamTest, AGoodFrameAfterABadByteIsNotLost) {
+  Send(10 * kMillisecond, {0xFF, 0x77, 0xFF, 3, 0x02});
+  RunUntil(20 * kMillisecond);
+  EXPECT_THAT(Counts(), ElementsAre(3));
+}
+
+TEST_F(StreamTest, SilenceIsReportedOnceAndInTime) {
+  Send(10 * kMillisecond, {0xFF, 1, 0x00});
+  RunUntil(kSecond);
+  ASSERT_EQ(output_.errors.size(), 1U);
+  EXPECT_EQ(output_.errors[0].first, ErrorKind::kSilent);
+  EXPECT_EQ(output_.errors[0].second.last, kStart + 40 * kMillisecond);
+  EXPECT_LT(link_.waits(), 10);
+  link_.ArriveAt(kStart + 2 * kSecond, {0xFF, 2, 0x01});
+  RunUntil(3 * kSecond);
+  EXPECT_THAT(Counts(), ElementsAre(1, 2));
+  EXPECT_EQ(output_.errors.size(), 2U);
 }
 
 }  // namespace

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "drivers/runtime/bus/bus.h"
-#include "drivers/runtime/bus/wire_reader.h"
 #include "tests/support/memory_sink.h"
 #include "tests/support/polled_device.h"
 #include "tests/support/recording_output.h"

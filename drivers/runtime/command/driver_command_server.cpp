@@ -15,11 +15,9 @@
 #include "core/command/operation_check.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/message.h"
+#include "drivers/runtime/command/command_authority.h"
+#include "drivers/runtime/command/command_queues.h"
 #include "drivers/runtime/command/command_status_table.h"
-#include "drivers/runtime/command/epoch_fence.h"
-#include "drivers/runtime/command/order_authority.h"
-#include "drivers/runtime/command/order_queues.h"
-#include "drivers/runtime/command/permit_table.h"
 
 namespace axlecast {
 namespace {

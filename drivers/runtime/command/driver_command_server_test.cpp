@@ -1,11 +1,11 @@
-#include "drivers/runtime/command/driver_command_server.h"
-
 #include <gtest/gtest.h>
-
+#include <atomic>
 #include <axlecast/command_status_t.hpp>
 #include <axlecast/driver_status_t.hpp>
 #include <thread>
 
+#include "core/command/device_summary.h"
+#include "drivers/runtime/command/driver_command_server.h"
 #include "tests/support/counting_family.h"
 #include "tests/support/fake_clock.h"
 #include "tests/support/memory_sink.h"
@@ -334,6 +334,362 @@ TEST(OrderDeskThreads, TwoThreads) {
   bus_thread.join();
   EXPECT_FALSE(desk.Take());
   desk.Goodbye();
+}
+
+class PrepareTest : public testing::Test {
+ protected:
+  driver_status_t Send(std::uint32_t number, std::int8_t kind = driver_order_t::KIND_PREPARE,
+                       const std::string& operation = "bump") {
+    driver_order_t order = OrderMessage(kBoot, ++epoch_, NumberedId(number), "axis1", operation);
+    order.kind = kind;
+    desk_.OnDriverCommand(Enveloped(order));
+    return Last();
+  }
+  driver_status_t Last() const { return sink_.All<driver_status_t>("DRIVER_STATUS/b0").back(); }
+
+  FakeClock clock_;
+  MemorySink sink_;
+  int woken_ = 0;
+  std::int64_t epoch_ = 0;
+  BusConfig bus_ = CountingBus("b0", {"axis1", "axis2"});
+  DriverCommandServer desk_{bus_, UnsignedBridge(), {kBoot, &clock_, &sink_, [this] { ++woken_; }}};
+};
+
+TEST_F(PrepareTest, IsJudgedOnTheBussThreadAndNeverTaken) {
+  EXPECT_EQ(Send(1).state, S::STATE_ROUTED);
+  EXPECT_EQ(woken_, 1);
+  EXPECT_FALSE(desk_.Take());
+  const auto asked = desk_.TakePrepare();
+  ASSERT_TRUE(asked);
+  EXPECT_EQ(asked->device, "axis1");
+  EXPECT_EQ(asked->order.operation, "bump");
+  EXPECT_FALSE(desk_.TakePrepare());
+  desk_.ReportPrepared(NumberedId(1),
+                       {.state = CommandState::kSucceeded, .text = "would", .changes = {{"position", "1", ""}}}, 4);
+  EXPECT_EQ(Last().state, S::STATE_SUCCEEDED);
+  EXPECT_EQ(Last().verified, 0);
+  EXPECT_EQ(Last().text, "would");
+  EXPECT_EQ(Last().epoch_after, 4);
+  EXPECT_EQ(Last().changes.at(0).key, "position");
+  EXPECT_EQ(Send(1).text, "would");  // repeated
+  EXPECT_EQ(Send(1, driver_order_t::KIND_QUERY).text, "would");
+  EXPECT_FALSE(desk_.TakePrepare());
+}
+
+TEST_F(PrepareTest, DoesNotWaitForWhatItsDeviceWorksOn) {
+  Send(1, driver_order_t::KIND_EXECUTE);
+  ASSERT_TRUE(desk_.Take());
+  Send(2);
+  EXPECT_TRUE(desk_.TakePrepare());
+}
+
+TEST_F(PrepareTest, ItsIdIsOfNoUseForExecute) {
+  Send(1);
+  ASSERT_TRUE(desk_.TakePrepare());
+  desk_.ReportPrepared(NumberedId(1), {.state = CommandState::kSucceeded}, 0);
+  EXPECT_EQ(Send(1, driver_order_t::KIND_EXECUTE).reason_code, S::REASON_ID_REUSED);
+  EXPECT_EQ(Last().state, S::STATE_REJECTED);
+  Send(2, driver_order_t::KIND_EXECUTE);
+  EXPECT_EQ(Send(2).reason_code, S::REASON_ID_REUSED);
+  EXPECT_EQ(desk_.Take()->order.id, NumberedId(2));
+}
+
+TEST_F(PrepareTest, RefusesWhatExecuteWouldRefuse) {
+  EXPECT_EQ(Send(1, driver_order_t::KIND_PREPARE, "explode").reason_code, S::REASON_UNKNOWN_OPERATION);
+  EXPECT_EQ(Send(2, driver_order_t::KIND_PREPARE, "write").reason_code, S::REASON_BAD_ARGUMENT);
+  EXPECT_EQ(Send(3, driver_order_t::KIND_PREPARE, "undo_datum").reason_code, S::REASON_UNKNOWN_OPERATION);
+  EXPECT_EQ(Last().text, "the bridge carries it out itself, no driver does: send it to the bridge");
+  for (std::uint32_t i = 0; i < DriverCommandServer::kMaxWaiting; ++i)
+    EXPECT_EQ(Send(10 + i).state, S::STATE_ROUTED);
+  EXPECT_EQ(Send(99).reason_code, S::REASON_QUEUE_FULL);
+}
+
+TEST_F(PrepareTest, IsFencedByItsEpoch) {
+  Send(1);
+  epoch_ -= 1;
+  EXPECT_EQ(Send(2).state, S::STATE_UNKNOWN);
+  EXPECT_EQ(Last().reason_code, S::REASON_FENCED);
+  EXPECT_EQ(desk_.TakePrepare()->order.id, NumberedId(1));
+  EXPECT_FALSE(desk_.TakePrepare());
+}
+
+TEST_F(PrepareTest, EndsAlsoWhenNobodyJudges) {
+  Send(1);
+  EXPECT_EQ(Send(1, driver_order_t::KIND_CANCEL).state, S::STATE_CANCELLED);
+  Send(2);
+  clock_.Advance(kSecond + 1);
+  EXPECT_FALSE(desk_.TakePrepare());
+  EXPECT_EQ(Last().state, S::STATE_EXPIRED);
+  Send(3);
+  desk_.Goodbye();
+  EXPECT_EQ(sink_.All<driver_status_t>("DRIVER_STATUS/b0").end()[-2].reason_code, S::REASON_STOPPING);
+  EXPECT_FALSE(desk_.TakePrepare());
+  desk_.ReportPrepared(NumberedId(3), {.state = CommandState::kSucceeded}, 0);
+  EXPECT_EQ(Last().kind, driver_status_t::KIND_GOODBYE);
+}
+
+class UrgentOrderTest : public testing::Test {
+ protected:
+  void Send(std::uint32_t number, const std::string& operation, const std::string& device = "axis1",
+            std::int8_t kind = driver_order_t::KIND_EXECUTE) {
+    driver_order_t order = OrderMessage(kBoot, ++epoch_, NumberedId(number), device, operation);
+    order.kind = kind;
+    desk_.OnDriverCommand(Enveloped(order));
+  }
+  std::string Taken() {
+    const auto taken = desk_.Take();
+    return taken ? taken->device + ' ' + taken->order.operation : "";
+  }
+  std::int8_t LastState() const { return sink_.All<driver_status_t>("DRIVER_STATUS/b0").back().state; }
+
+  FakeClock clock_;
+  MemorySink sink_;
+  std::int64_t epoch_ = 0;
+  BusConfig bus_ = CountingBus("b0", {"axis1", "axis2"});
+  DriverCommandServer desk_{bus_, UnsignedBridge(), {kBoot, &clock_, &sink_, [] {}}};
+};
+
+TEST_F(UrgentOrderTest, OvertakesWhatWaitsAndWhatIsHeld) {
+  Send(1, "bump");
+  Send(2, "bump", "axis2");
+  EXPECT_EQ(Taken(), "axis1 bump");
+  Send(3, "halt");
+  EXPECT_EQ(Taken(), "axis1 halt");
+  EXPECT_EQ(Taken(), "axis2 bump");
+  EXPECT_EQ(Taken(), "");
+}
+
+TEST_F(UrgentOrderTest, EachOfTheTwoHasItsOwnOutcome) {
+  Send(1, "bump");
+  Send(2, "halt");
+  EXPECT_EQ(Taken(), "axis1 halt");
+  EXPECT_EQ(Taken(), "axis1 bump");
+  desk_.Report("axis1", NumberedId(2), {.state = CommandState::kSucceeded, .verified = true}, 0);
+  EXPECT_EQ(LastState(), S::STATE_SUCCEEDED);
+  desk_.Report("axis1", NumberedId(1), {.state = CommandState::kFailed}, 0);
+  EXPECT_EQ(LastState(), S::STATE_FAILED);
+}
+
+TEST_F(UrgentOrderTest, OneAtATimeToo) {
+  Send(1, "halt");
+  Send(2, "halt");
+  EXPECT_EQ(Taken(), "axis1 halt");
+  EXPECT_EQ(Taken(), "");
+  desk_.Report("axis1", NumberedId(1), {.state = CommandState::kSucceeded}, 0);
+  EXPECT_EQ(Taken(), "axis1 halt");
+}
+
+TEST_F(UrgentOrderTest, CanBeCancelled) {
+  Send(1, "halt");
+  Send(1, "halt", "axis1", driver_order_t::KIND_CANCEL);
+  EXPECT_EQ(LastState(), S::STATE_CANCELLED);
+  EXPECT_EQ(Taken(), "");
+  Send(2, "halt");
+  EXPECT_EQ(Taken(), "axis1 halt");
+  Send(2, "halt", "axis1", driver_order_t::KIND_CANCEL);
+  const auto cancel = desk_.TakeCancel();
+  ASSERT_TRUE(cancel);
+  EXPECT_EQ(cancel->order.id, NumberedId(2));
+}
+
+BridgeConfig BridgeOf(const SigningKey& key) {
+  BridgeConfig bridge = UnsignedBridge();  // which a key overrules
+  bridge.bridge.public_key = key.public_key();
+  return bridge;
+}
+
+class SignedOrderTest : public testing::Test {
+ protected:
+  std::size_t Answers() const { return sink_.All<driver_status_t>("DRIVER_STATUS/b0").size(); }
+  driver_order_t Bump(std::uint32_t number) {
+    return OrderMessage(kBoot, ++epoch_, NumberedId(number), "axis1", "bump");
+  }
+
+  FakeClock clock_;
+  MemorySink sink_;
+  std::int64_t epoch_ = 0;
+  SigningKey bridge_key_ = SigningKey::Generate();
+  SigningKey driver_key_ = SigningKey::Generate();
+  BusConfig bus_ = CountingBus("b0", {"axis1"});
+  DriverCommandServer desk_{bus_, BridgeOf(bridge_key_), {kBoot, &clock_, &sink_, [] {}, &driver_key_}};
+};
+
+TEST_F(SignedOrderTest, OnlyTheBridgesOwnOrdersActOrAreAnswered) {
+  const SigningKey stranger = SigningKey::Generate();
+  desk_.OnDriverCommand(Enveloped(Bump(1)));
+  desk_.OnDriverCommand(Enveloped(Bump(2), &stranger));
+  driver_order_t query = Bump(3);
+  query.kind = driver_order_t::KIND_QUERY;
+  desk_.OnDriverCommand(Enveloped(query, &driver_key_));
+  EXPECT_EQ(Answers(), 0u);
+  EXPECT_EQ(desk_.refused(), 3);
+  EXPECT_FALSE(desk_.Take());
+  desk_.OnDriverCommand(Enveloped(Bump(4), &bridge_key_));
+  EXPECT_EQ(Answers(), 1u);
+  EXPECT_TRUE(desk_.Take());
+  EXPECT_EQ(desk_.refused(), 3);
+}
+
+TEST_F(SignedOrderTest, AForgedOrderDoesNotMoveTheFence) {
+  driver_order_t forged = Bump(1);
+  forged.bridge_boot_id = 4711;
+  forged.bridge_epoch = INT64_MAX;
+  desk_.OnDriverCommand(Enveloped(forged));
+  desk_.OnDriverCommand(Enveloped(Bump(2), &bridge_key_));
+  EXPECT_EQ(sink_.All<driver_status_t>("DRIVER_STATUS/b0").back().state, S::STATE_ROUTED);
+}
+
+TEST_F(SignedOrderTest, ASignatureForSomethingElseIsNone) {
+  driver_command_t envelope{};
+  envelope.order = Encoded(Bump(1));
+  envelope.order_size = static_cast<std::int16_t>(envelope.order.size());
+  for (const Domain domain : {Domain::kCommand, Domain::kStatus, Domain::kDriver, Domain::kPermit}) {
+    const Signature signature = bridge_key_.Sign(domain, envelope.order);
+    std::copy(signature.begin(), signature.end(), std::begin(envelope.sig));
+    desk_.OnDriverCommand(Encoded(envelope));
+  }
+  EXPECT_EQ(desk_.refused(), 4);
+  EXPECT_EQ(Answers(), 0u);
+}
+
+TEST_F(SignedOrderTest, OneForAnotherBootIsNotCountedAndWhatCannotBeDecodedIs) {
+  driver_order_t order = Bump(1);
+  order.driver_boot_id = kBoot + 1;
+  desk_.OnDriverCommand(Enveloped(order, &bridge_key_));
+  EXPECT_EQ(desk_.refused(), 0);
+  std::vector<std::uint8_t> bytes = Enveloped(Bump(1), &bridge_key_);
+  bytes.pop_back();
+  desk_.OnDriverCommand(bytes);
+  order = Bump(1);
+  order.kind = 9;
+  desk_.OnDriverCommand(Enveloped(order, &bridge_key_));
+  EXPECT_EQ(desk_.refused(), 2);
+}
+
+TEST_F(SignedOrderTest, EveryStatusIsSigned) {
+  desk_.OnDriverCommand(Enveloped(Bump(1), &bridge_key_));
+  ASSERT_TRUE(desk_.Take());
+  desk_.Report("axis1", NumberedId(1), {.state = CommandState::kSucceeded, .text = "bumped"}, 3, 2);
+  desk_.Hello({});
+  desk_.Goodbye();
+  const auto all = sink_.All<driver_status_t>("DRIVER_STATUS/b0");
+  ASSERT_EQ(all.size(), 5u);
+  for (driver_status_t status : all) {
+    EXPECT_TRUE(VerifyMessage(driver_key_.public_key(), Domain::kDriver, status));
+    status.seq += 1;
+    EXPECT_FALSE(VerifyMessage(driver_key_.public_key(), Domain::kDriver, status));
+  }
+  EXPECT_EQ(all[2].nv_writes, 2);
+}
+
+TEST(UnsignedOrders, AreRefusedWhereTheFileSaysNothing) {
+  FakeClock clock;
+  MemorySink sink;
+  const BusConfig bus = CountingBus("b0", {"axis1"});
+  DriverCommandServer desk(bus, {}, {kBoot, &clock, &sink, [] {}});
+  desk.OnDriverCommand(Enveloped(OrderMessage(kBoot, 1, NumberedId(1), "axis1", "bump")));
+  EXPECT_EQ(desk.refused(), 1);
+  EXPECT_TRUE(sink.All<driver_status_t>("DRIVER_STATUS/b0").empty());
+  EXPECT_NE(desk.Rule().find("bridge.unsigned_commands: allow"), std::string_view::npos);
+}
+
+// To be run under -fsanitize=thread as well. Forged orders and permits come as fast as they can be verified; true
+// ones among them are each done once.
+TEST(OrderFlood, TrueOrdersAmongForgedOnes) {
+  struct Sink final : MessageSink {
+    void Publish(const std::string&, Bytes) override {}
+  } sink;
+  FakeClock clock;
+  const SigningKey bridge_key = SigningKey::Generate();
+  const SigningKey stranger = SigningKey::Generate();
+  const BusConfig bus = CountingBus("b0", {"axis1"});
+  DriverCommandServer desk(bus, BridgeOf(bridge_key), {kBoot, &clock, &sink, [] {}});
+  constexpr std::uint32_t kOrders = 100;
+  constexpr int kForgedPerOrder = 20;
+  std::vector<std::vector<std::uint8_t>> forged;
+  std::vector<std::vector<std::uint8_t>> genuine;
+  for (std::uint32_t i = 0; i < kOrders; ++i) {
+    const driver_order_t order = OrderMessage(kBoot, i + 1, NumberedId(i), "axis1", "bump");
+    forged.push_back(Enveloped(order, &stranger));
+    genuine.push_back(Enveloped(order, &bridge_key));
+  }
+  std::atomic<bool> flooding = true;
+  std::atomic<std::uint32_t> done = 0;
+  std::thread command_thread([&] {
+    for (std::uint32_t i = 0; i < kOrders; ++i) {
+      for (int n = 0; n < kForgedPerOrder; ++n) desk.OnDriverCommand(forged[i]);
+      desk.OnPermit("axis1", forged[i]);
+      while (done + DriverCommandServer::kMaxWaiting <= i)
+        std::this_thread::yield();  // as a bridge: its queue is not full
+      desk.OnDriverCommand(genuine[i]);
+    }
+    flooding = false;
+  });
+  const DeviceSummary summary{.device = "axis1"};
+  while (true) {
+    const bool last_round = !flooding;
+    const auto taken = desk.Take();
+    static_cast<void>(desk.HasPermit("axis1", "bump"));
+    if (taken) {
+      desk.Report(taken->device, taken->order.id, {.state = CommandState::kSucceeded}, -1);
+      desk.Hello({&summary, 1});
+      ++done;
+    } else if (last_round) {
+      break;
+    }
+  }
+  command_thread.join();
+  EXPECT_EQ(done, kOrders);
+  EXPECT_EQ(desk.refused(), std::int64_t{kOrders} * kForgedPerOrder);
+}
+
+class HelloTest : public testing::Test {
+ protected:
+  std::vector<driver_status_t> Hello(std::vector<DeviceSummary> devices) {
+    desk_.Hello(devices);
+    return sink_.All<driver_status_t>("DRIVER_STATUS/" + bus_.name);
+  }
+
+  FakeClock clock_;
+  MemorySink sink_;
+  SigningKey key_ = SigningKey::Generate();
+  BusConfig bus_ = CountingBus(std::string(24, 'b'), {"axis1"});
+  DriverCommandServer desk_{bus_, {}, {5, &clock_, &sink_, [] {}, &key_}};
+};
+
+TEST_F(HelloTest, TellsWhatTheBridgeKeeps) {
+  const auto hellos = Hello({{.device = "axis1",
+                              .state = 2,
+                              .datum_epoch = 7,
+                              .reference_lost = true,
+                              .identity = "17 SN0042",
+                              .datum = DeviceSummary::Datum{-5, 6},
+                              .position = DeviceSummary::Position{1'000, 8}}});
+  ASSERT_EQ(hellos.size(), 1u);
+  const driver_device_t& device = hellos[0].devices.at(0);
+  EXPECT_EQ(device.identity, "17 SN0042");
+  EXPECT_EQ(device.has_datum, 1);
+  EXPECT_EQ(device.datum_counts, -5);
+  EXPECT_EQ(device.datum_utime, 6);
+  EXPECT_EQ(device.has_position, 1);
+  EXPECT_EQ(device.position, 1'000);
+  EXPECT_EQ(device.position_utime, 8);
+  EXPECT_EQ(device.reference_lost, 1);
+}
+
+// With every string longer than it may be, no device is left out and each message fits one frame.
+TEST_F(HelloTest, TheLongestFits) {
+  const DeviceSummary longest{.device = std::string(900, 'd'),
+                              .identity = std::string(900, 'i'),
+                              .datum = DeviceSummary::Datum{INT64_MIN, INT64_MAX},
+                              .position = DeviceSummary::Position{INT64_MIN, INT64_MAX}};
+  const auto hellos = Hello(std::vector<DeviceSummary>(17, longest));
+  ASSERT_EQ(hellos.size(), 3u);
+  EXPECT_EQ(hellos[0].n_devices, 8);
+  EXPECT_EQ(hellos[2].n_devices, 1);
+  EXPECT_EQ(hellos[0].devices[7].identity.size(), 64u);
+  EXPECT_LE(hellos[0].getEncodedSize(), kMaxMessage);
+  EXPECT_TRUE(VerifyMessage(key_.public_key(), Domain::kDriver, hellos[0]));
 }
 
 }  // namespace

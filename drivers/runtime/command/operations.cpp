@@ -9,8 +9,7 @@
 #include "core/device/operation.h"
 #include "core/messages/enum_names.h"
 #include "drivers/kit/refusal.h"
-#include "drivers/runtime/command/alarm_order.h"
-#include "drivers/runtime/command/datum_order.h"
+#include "drivers/runtime/command/axis_commands.h"
 
 namespace axlecast {
 namespace {

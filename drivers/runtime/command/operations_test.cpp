@@ -5,7 +5,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <axlecast/position_t.hpp>
 
-#include "drivers/runtime/command/datum_order.h"
+#include "drivers/runtime/command/axis_commands.h"
 #include "drivers/runtime/command/operations_fixture.h"
 
 namespace axlecast {

@@ -1,14 +1,24 @@
 #include "drivers/runtime/process/driver.h"
 
 #include <algorithm>
+#include <axlecast/driver_status_t.hpp>
 #include <utility>
 
 #include "core/alarm/runtime_alarms.h"
 #include "core/base/secret.h"
 #include "core/device/link.h"
-#include "drivers/runtime/process/bus_settings.h"
+#include "core/messages/message.h"
+#include "drivers/runtime/process/ports.h"
 
 namespace axlecast {
+
+void DuplicateDriverDetector::OnDriverStatus(Bytes message) {
+  const auto status = DecodeMessage<driver_status_t>(message);
+  if (!status || status->boot_id == boot_id_) return;
+  const bool leaves = status->kind == driver_status_t::KIND_GOODBYE;
+  present_until_.store(leaves ? 0 : clock_.Now() + kGoneAfter, std::memory_order_relaxed);
+}
+
 namespace {
 
 std::unique_ptr<WireLog> MakeWireLog(const BusConfig& config, std::int64_t boot_id, const Timebase& time,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -8,19 +9,58 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/inline_bytes.h"
 #include "core/base/log.h"
 #include "core/base/time.h"
 #include "core/config/machine_config.h"
 #include "drivers/runtime/axis/device_publisher.h"
 #include "drivers/runtime/bus/bus.h"
 #include "drivers/runtime/bus/bus_health.h"
-#include "drivers/runtime/bus/can_watch.h"
 #include "drivers/runtime/command/driver_command_server.h"
 #include "drivers/runtime/command/operations.h"
-#include "drivers/runtime/process/duplicate_driver_detector.h"
-#include "drivers/runtime/process/unauthorized_command_counter.h"
 
 namespace axlecast {
+
+// Whether somebody sends orders that this driver refuses: at once with the first one, then judged every 10 s.
+class UnauthorizedCommandCounter {
+ public:
+  static constexpr MonoNs kPeriod = 10 * kSecond;
+
+  // `refused`: orders refused since the start. True when present() has changed.
+  bool Update(std::int64_t refused, MonoNs now) {
+    if (now < next_) return false;
+    const bool was = present_;
+    present_ = refused != seen_;
+    seen_ = refused;
+    if (present_ || was) next_ = now + kPeriod;
+    return present_ != was;
+  }
+  [[nodiscard]] bool present() const { return present_; }
+
+ private:
+  std::int64_t seen_ = 0;
+  bool present_ = false;
+  MonoNs next_ = 0;
+};
+
+// Notices a second driver of the same bus by its boot id on our own DRIVER_STATUS channel. Thread-safe.
+class DuplicateDriverDetector {
+ public:
+  // A driver says HELLO once a second: one that has been quiet for longer is gone.
+  static constexpr MonoNs kGoneAfter = 3 * kSecond;
+
+  DuplicateDriverDetector(std::int64_t boot_id, const Clock& clock) : boot_id_(boot_id), clock_(clock) {}
+
+  // A message on DRIVER_STATUS/<bus>, ours among them. A GOODBYE of another is none.
+  void OnDriverStatus(Bytes message);
+
+  [[nodiscard]] bool Present(MonoNs now) const { return now < present_until_.load(std::memory_order_relaxed); }
+
+ private:
+  const std::int64_t boot_id_;
+  const Clock& clock_;
+  std::atomic<MonoNs> present_until_ = 0;
+};
 
 // What a driver stands on. All of it outlives the driver.
 struct DriverPorts {

@@ -1,7 +1,5 @@
-#include "drivers/runtime/process/driver.h"
-
 #include <gmock/gmock.h>
-
+#include <gtest/gtest.h>
 #include <axlecast/alarm_t.hpp>
 #include <axlecast/command_status_t.hpp>
 #include <axlecast/device_info_t.hpp>
@@ -14,6 +12,7 @@
 #include <vector>
 
 #include "core/device/link.h"
+#include "drivers/runtime/process/driver.h"
 #include "tests/support/counting_family.h"
 #include "tests/support/fixed_secrets.h"
 #include "tests/support/memory_sink.h"
@@ -329,6 +328,26 @@ TEST_F(DriverTest, LinkWarningsAreLogged) {
                   .link_warnings = [] { return std::vector<std::string>{"latency timer is 16 ms"}; }});
   RunUntil(kMillisecond);
   EXPECT_THAT(log_, Contains("latency timer is 16 ms"));
+}
+
+TEST(UnauthorizedCommandCounter, IsThereAtOnceAndChangesAtMostEvery10Seconds) {
+  UnauthorizedCommandCounter watch;
+  MonoNs now = 1'000 * kSecond;
+  EXPECT_FALSE(watch.Update(0, now));
+  EXPECT_TRUE(watch.Update(1, now));
+  EXPECT_TRUE(watch.present());
+  EXPECT_FALSE(watch.Update(2, now + 9 * kSecond));
+  EXPECT_FALSE(watch.Update(2, now + 10 * kSecond));  // one more had come
+  EXPECT_TRUE(watch.present());
+  EXPECT_TRUE(watch.Update(2, now + 20 * kSecond));
+  EXPECT_FALSE(watch.present());
+  EXPECT_FALSE(watch.Update(3, now + 29 * kSecond));
+  EXPECT_TRUE(watch.Update(3, now + 30 * kSecond));
+  int changes = 0;
+  for (int second = 31; second < 131; ++second) {
+    changes += watch.Update(second % 12 == 0 ? second : 3, now + second * kSecond) ? 1 : 0;
+  }
+  EXPECT_LE(changes, 10);
 }
 
 }  // namespace

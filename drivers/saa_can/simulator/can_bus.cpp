@@ -68,8 +68,8 @@ std::string CanBus::Set(std::string_view device, std::string_view key, std::stri
       std::find_if(units_.begin(), units_.end(), [&](const Unit& candidate) { return candidate.name == device; });
   if (unit == units_.end()) return "no simulated device '" + std::string(device) + "' here";
   unit->node->Advance(now);
-  const std::string problem = unit->node->Set(key, value);
-  return problem.empty() ? "" : unit->name + '.' + std::string(key) + ": " + problem;
+  const Result<> done = unit->node->Set(key, value);
+  return done ? "" : unit->name + '.' + std::string(key) + ": " + done.error().text;
 }
 
 std::vector<std::pair<std::string, std::string>> CanBus::State(std::string_view device, MonoNs now) const {

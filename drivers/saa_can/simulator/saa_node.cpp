@@ -350,7 +350,7 @@ const std::vector<std::string_view>& SaaNode::QuantityNames() {
   return kNames;
 }
 
-std::string SaaNode::Set(std::string_view name, std::string_view value) {
+Result<> SaaNode::Set(std::string_view name, std::string_view value) {
   return SetByName(SaaNodeQuantities::Table(), *this, name, value);
 }
 

@@ -50,7 +50,7 @@ class SaaNode final : public SimulatedCanNode {
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> State(MonoNs now) const override;
 
   void Advance(MonoNs now) override { now_ = now; }
-  [[nodiscard]] std::string Set(std::string_view name, std::string_view value) override;
+  [[nodiscard]] Result<> Set(std::string_view name, std::string_view value) override;
   [[nodiscard]] static const std::vector<std::string_view>& QuantityNames();
 
   // What was done to it since the start.

@@ -265,8 +265,8 @@ std::string SaaModbusSimulator::Set(std::string_view device, std::string_view ke
   CatchUp(now);
   for (Unit& unit : units_) {
     if (unit.name != device) continue;
-    const std::string problem = unit.encoder.Set(key, value);
-    return problem.empty() ? "" : unit.name + '.' + std::string(key) + ": " + problem;
+    const Result<> done = unit.encoder.Set(key, value);
+    return done ? "" : unit.name + '.' + std::string(key) + ": " + done.error().text;
   }
   std::string names;
   for (const Unit& unit : units_) names += (names.empty() ? "" : ", ") + unit.name;

@@ -4,9 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "drivers/kit/simulation/quantity_table.h"
-#include "drivers/kit/simulation/quantity_text.h"
-#include "drivers/kit/simulation/shaft_motion.h"
+#include "drivers/kit/simulation/quantity.h"
+#include "drivers/kit/simulation/shaft.h"
 
 namespace axlecast::saa_modbus {
 namespace {
@@ -151,7 +150,7 @@ const std::vector<std::string_view>& QuantityNames() {
   return kNames;
 }
 
-std::string SimulatedEncoder::Set(std::string_view name, std::string_view value) {
+Result<> SimulatedEncoder::Set(std::string_view name, std::string_view value) {
   return SetByName(Table(), *this, name, value);
 }
 

@@ -6,9 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/kit/simulation/seeded_random.h"
+#include "drivers/kit/simulation/script.h"
 #include "drivers/kit/simulation/shaft.h"
-#include "drivers/kit/simulation/simulated_device.h"
 #include "drivers/kit/simulation/simulated_fault.h"
 
 namespace axlecast::saa_modbus {
@@ -23,7 +22,7 @@ struct SimulatedEncoder final : SimulatedDevice {
   explicit SimulatedEncoder(int resolution, std::uint64_t seed = 1) : bits(resolution), random(seed) {}
 
   void Advance(MonoNs to) override { now = to > now ? to : now; }
-  [[nodiscard]] std::string Set(std::string_view name, std::string_view value) override;  // of QuantityNames()
+  [[nodiscard]] Result<> Set(std::string_view name, std::string_view value) override;  // of QuantityNames()
 
   // The position as it would be transmitted now.
   [[nodiscard]] std::uint32_t Position();

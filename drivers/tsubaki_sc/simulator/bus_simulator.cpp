@@ -254,8 +254,8 @@ std::string BusSimulator::Set(std::string_view device, std::string_view key, std
   }
   CatchUp(now);
   Station& station = stations_[index];
-  const std::string problem = station.simulated.Set(key, value);
-  return problem.empty() ? "" : station.name + '.' + std::string(key) + ": " + problem;
+  const Result<> done = station.simulated.Set(key, value);
+  return done ? "" : station.name + '.' + std::string(key) + ": " + done.error().text;
 }
 
 std::vector<std::pair<std::string, std::string>> BusSimulator::State(std::string_view device, MonoNs now) const {

@@ -11,7 +11,7 @@
 
 #include "core/device/simulator.h"
 #include "drivers/kit/simulation/script.h"
-#include "drivers/kit/simulation/seeded_random.h"
+#include "drivers/kit/simulation/simulated_fault.h"
 #include "drivers/tsubaki_sc/simulator/simulated_unit.h"
 
 namespace axlecast {

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-#include "drivers/kit/simulation/quantity_text.h"
+#include "drivers/kit/simulation/quantity.h"
 
 namespace axlecast::tsubaki_sc::simulator {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/base/time.h"
-#include "drivers/kit/simulation/seeded_random.h"
+#include "drivers/kit/simulation/simulated_fault.h"
 
 namespace axlecast::tsubaki_sc::simulator {
 

@@ -7,8 +7,7 @@
 
 #include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
-#include "drivers/kit/simulation/quantity_table.h"
-#include "drivers/kit/simulation/quantity_text.h"
+#include "drivers/kit/simulation/quantity.h"
 
 namespace axlecast::tsubaki_sc::simulator {
 namespace {
@@ -310,7 +309,7 @@ const std::vector<std::string_view>& QuantityNames() {
   return kNames;
 }
 
-std::string SimulatedUnit::Set(std::string_view name, std::string_view value) {
+Result<> SimulatedUnit::Set(std::string_view name, std::string_view value) {
   return SetByName(Table(), *this, name, value);
 }
 

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/kit/simulation/simulated_device.h"
+#include "drivers/kit/simulation/script.h"
 #include "drivers/kit/simulation/simulated_fault.h"
 #include "drivers/tsubaki_sc/simulator/sc_unit.h"
 
@@ -28,7 +28,7 @@ struct SimulatedUnit final : SimulatedDevice {
   explicit SimulatedUnit(std::uint64_t seed) : unit(seed) {}
 
   void Advance(MonoNs now) override { unit.Advance(now); }
-  [[nodiscard]] std::string Set(std::string_view name, std::string_view value) override;  // of QuantityNames()
+  [[nodiscard]] Result<> Set(std::string_view name, std::string_view value) override;  // of QuantityNames()
 
   ScUnit unit;
   UnitFault fault;

@@ -15,33 +15,18 @@
 #include "core/messages/json/field.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/command/alarm_list.h"
-#include "tools/axlecast/command/command_options.h"
-#include "tools/axlecast/command/command_report.h"
-#include "tools/axlecast/command/operator_client.h"
+#include "tools/axlecast/command/command_request.h"
+#include "tools/axlecast/command/command_run.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/screen.h"
-#include "tools/axlecast/live/status_text.h"
+#include "tools/axlecast/common/terminal.h"
+#include "tools/axlecast/live/format_device.h"
 #include "tools/monitor/live_machine.h"
 
 namespace axlecast {
 namespace {
 
-constexpr MonoNs kLook = 2500 * kMillisecond;  // DEVICE and ALARM come once a second
+constexpr MonoNs kTimeout = 2500 * kMillisecond;  // DEVICE and ALARM come once a second
 constexpr MonoNs kBridgeWait = 1200 * kMillisecond;
-
-int Wrong(const std::string& problem, int exit_code) {
-  std::cerr << problem << '\n';
-  return exit_code;
-}
-
-// What the machine's messages show, as soon as `enough` or after kLook. Nothing when they cannot be heard.
-template <typename Enough>
-std::optional<MachineView> Look(const MachineConfig& machine, const SystemClock& clock, const Enough& enough) {
-  LiveMachine live(machine, clock);
-  if (live.problem().empty() && live.Gather(clock.Now() + kLook, enough)) return live.view();
-  std::cerr << (live.problem().empty() ? "the LCM port failed" : live.problem()) << '\n';
-  return std::nullopt;
-}
 
 struct ListOptions {
   ConfigOption config;
@@ -49,12 +34,12 @@ struct ListOptions {
   bool json = false;
 };
 
-// Who has acknowledged and shelved what, from the bridge's journal.
-MarksByDevice ReadMarks(const MachineView& view, const std::string& journal, std::string& problem) {
+// Returns who acknowledged and shelved which alarm, from the bridge's journal.
+Result<MarksByDevice> ReadMarks(const MachineView& view, const std::string& journal) {
   MarksByDevice marks;
   HistoryReader reader(journal);
   for (const DeviceView& device : view.devices()) marks[device.name] = reader.AlarmMarks(device.name);
-  problem = reader.problem();
+  if (!reader.problem().empty()) return Failure(reader.problem());
   return marks;
 }
 
@@ -64,20 +49,19 @@ int List(const ListOptions& options) {
   if (!machine) return exit_code;
   const SystemClock clock;
   const MonoNs start = clock.Now();
-  const auto view = Look(*machine, clock, [&](const MachineView& seen) {
+  const auto view = Observe(*machine, clock, kTimeout, [&](const MachineView& seen) {
     const bool devices = std::all_of(seen.devices().begin(), seen.devices().end(),
                                      [](const DeviceView& device) { return device.info && device.alarms.heard(); });
     return devices && (seen.bridge().heard() || clock.Now() - start > kBridgeWait);
   });
-  if (!view) return kExitBad;
-  std::string problem;
-  const MarksByDevice marks =
-      ReadMarks(*view, options.journal.empty() ? JournalFile(*machine) : options.journal, problem);
-  AlarmList list = MakeAlarmList(*view, marks, clock.Now());
-  list.journal_problem = problem;
-  if (!problem.empty() && !options.json)
-    std::cerr << "who acknowledged and shelved is not known: " << problem << '\n';
-  static_cast<void>(WriteOut(options.json ? JsonLine(ToJson(list)) + '\n' : ToText(list)));
+  if (!view) return Fail(view.error().text, kExitBad);
+  const auto marks = ReadMarks(*view, options.journal.empty() ? JournalFile(*machine) : options.journal);
+  AlarmList list = MakeAlarmList(*view, marks.value_or(MarksByDevice()), clock.Now());
+  if (!marks) {
+    list.journal_problem = marks.error().text;
+    if (!options.json) std::cerr << "who acknowledged and shelved is not known: " << list.journal_problem << '\n';
+  }
+  Show(ToJson(list), ToText(list), options.json);
   return list.silent.size() == view->devices().size() + 1 ? kExitNoAnswer : kExitDone;
 }
 
@@ -96,15 +80,15 @@ void AddList(CLI::App& app, int& exit_code) {
 
 struct AckOptions {
   ConfigOption config;
-  CommandOptions wish;
+  CommandOptions command;
   std::vector<std::string> alarms;  // none: all that are listed and not shelved
 };
 
-std::optional<std::vector<std::string>> ListedAlarms(const MachineConfig& machine, const std::string& name) {
+Result<std::vector<std::string>> ListedAlarms(const MachineConfig& machine, const std::string& name) {
   const SystemClock clock;
-  const auto view =
-      Look(machine, clock, [&](const MachineView& seen) { return seen.FindDevice(name)->alarms.heard(); });
-  if (!view) return std::nullopt;
+  const auto view = Observe(machine, clock, kTimeout,
+                            [&](const MachineView& seen) { return seen.FindDevice(name)->alarms.heard(); });
+  if (!view) return Failure(view.error());
   std::vector<std::string> names;
   for (const alarm_entry_t& entry : view->FindDevice(name)->alarms.entries()) {
     if (entry.state != alarm_entry_t::STATE_SHELVED) names.push_back(entry.name);
@@ -116,37 +100,37 @@ int Acknowledge(const AckOptions& options) {
   int exit_code = kExitDone;
   const auto machine = options.config.Load(exit_code);
   if (!machine) return exit_code;
-  const CommandOptions& wish = options.wish;
-  if (machine->BusOf(wish.device) == nullptr) return Wrong(UnknownDevice(*machine, wish.device), kExitUsage);
-  std::optional<std::vector<std::string>> alarms = options.alarms;
-  if (alarms->empty()) alarms = ListedAlarms(*machine, wish.device);
-  if (!alarms) return kExitBad;
-  OperatorClient client(*machine, wish.key, false);
-  if (!client.problem().empty()) return Wrong(client.problem(), kExitBad);
-  nlohmann::ordered_json json = {{"device", wish.device}, {"acknowledged", nlohmann::ordered_json::array()}};
-  std::string text = alarms->empty() ? wish.device + ": no alarm is listed\n" : "";
+  const CommandOptions& command = options.command;
+  if (machine->BusOf(command.device) == nullptr) return Fail(UnknownDevice(*machine, command.device), kExitUsage);
+  Result<std::vector<std::string>> alarms = options.alarms;
+  if (alarms->empty()) alarms = ListedAlarms(*machine, command.device);
+  if (!alarms) return Fail(alarms.error().text, kExitBad);
+  OperatorClient client(*machine, command.key, false);
+  if (!client.problem().empty()) return Fail(client.problem(), kExitBad);
+  nlohmann::ordered_json json = {{"device", command.device}, {"acknowledged", nlohmann::ordered_json::array()}};
+  std::string text = alarms->empty() ? command.device + ": no alarm is listed\n" : "";
   for (const std::string& alarm : *alarms) {
-    const CommandResult result = client.Execute({.device = wish.device,
+    const CommandResult result = client.Execute({.device = command.device,
                                                  .operation = std::string(kAcknowledgeAlarm),
                                                  .arguments = {{"alarm", alarm}},
-                                                 .valid_ms = wish.valid_ms,
-                                                 .reason = wish.reason});
+                                                 .valid_ms = command.valid_ms,
+                                                 .reason = command.reason});
     if (exit_code == kExitDone) exit_code = ExitCode(result);
     text += ToText(result);
     nlohmann::ordered_json outcome = {{"alarm", alarm}};
     outcome.update(ToJson(result));
     json["acknowledged"].push_back(std::move(outcome));
   }
-  static_cast<void>(WriteOut(wish.json ? JsonLine(json) + '\n' : text));
+  Show(json, text, command.json);
   return exit_code;
 }
 
 void AddAck(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<AckOptions>();
   CLI::App* command = app.add_subcommand("ack", "Acknowledges alarms: somebody has seen them. Clears nothing");
-  command->add_option("DEVICE", options->wish.device, "The device")->required();
+  command->add_option("DEVICE", options->command.device, "The device")->required();
   command->add_option("ALARMS", options->alarms, "Their names; else all that are listed")->type_name("ALARM");
-  AddCommandOptions(*command, options->config, options->wish, false);
+  AddCommandOptions(*command, options->config, options->command, false);
   command->footer(std::string("examples:\n  axlecast ack axis1 --reason \"battery ordered\"\n"
                               "  axlecast ack axis1 battery_alarm\n"
                               "With several alarms the first outcome that is not 0 is the exit code.\n") +
@@ -156,27 +140,27 @@ void AddAck(CLI::App& app, int& exit_code) {
 
 struct ShelfOptions {
   ConfigOption config;
-  CommandOptions wish;
+  CommandOptions command;
   std::string alarm;
   double seconds = 0;
 };
 
 int Shelve(ShelfOptions& options) {
   int exit_code = kExitDone;
-  options.wish.words = {"alarm=" + options.alarm};
-  if (options.wish.operation == kShelveAlarm) {
-    options.wish.words.push_back("seconds=" + std::to_string(static_cast<std::int64_t>(options.seconds)));
+  options.command.arguments = {"alarm=" + options.alarm};
+  if (options.command.operation == kShelveAlarm) {
+    options.command.arguments.push_back("seconds=" + std::to_string(static_cast<std::int64_t>(options.seconds)));
   }
   const auto machine = options.config.Load(exit_code);
-  return machine ? RunCommand(*machine, options.wish) : exit_code;
+  return machine ? RunCommand(*machine, options.command) : exit_code;
 }
 
 CLI::App* AddShelf(CLI::App& app, int& exit_code, const char* name, const char* help,
                    const std::shared_ptr<ShelfOptions>& options) {
   CLI::App* command = app.add_subcommand(name, help);
-  command->add_option("DEVICE", options->wish.device, "The device")->required();
+  command->add_option("DEVICE", options->command.device, "The device")->required();
   command->add_option("ALARM", options->alarm, "The alarm's name")->required();
-  AddCommandOptions(*command, options->config, options->wish, false);
+  AddCommandOptions(*command, options->config, options->command, false);
   command->callback([options, &exit_code] { exit_code = Shelve(*options); });
   return command;
 }
@@ -184,7 +168,7 @@ CLI::App* AddShelf(CLI::App& app, int& exit_code, const char* name, const char* 
 void AddShelve(CLI::App& app, int& exit_code) {
   constexpr double kMax = static_cast<double>(AlarmShelves::kLongestUs) / 1e6;
   auto options = std::make_shared<ShelfOptions>();
-  options->wish.operation = kShelveAlarm;
+  options->command.operation = kShelveAlarm;
   CLI::App* command =
       AddShelf(app, exit_code, "shelve", "Puts an alarm aside for a time, with a reason. Clears nothing", options);
   command->add_option("--for", options->seconds, "How long: 30s, 15min, 8h; at most 24h, then it is listed again")
@@ -202,7 +186,7 @@ void AddShelve(CLI::App& app, int& exit_code) {
 
 void AddUnshelve(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ShelfOptions>();
-  options->wish.operation = kUnshelveAlarm;
+  options->command.operation = kUnshelveAlarm;
   CLI::App* command = AddShelf(app, exit_code, "unshelve", "Takes an alarm off its shelf before its time", options);
   command->footer(std::string("short for: axlecast do DEVICE unshelve_alarm alarm=ALARM\n"
                               "example: axlecast unshelve axis1 battery_alarm\n") +

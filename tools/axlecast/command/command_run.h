@@ -1,35 +1,53 @@
 #pragma once
 
-#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
-#include <vector>
 
-#include "client/axlecast/command.h"
+#include "client/axlecast/command_client.h"
 #include "core/config/machine_config.h"
+#include "tools/axlecast/command/command_request.h"
+#include "tools/axlecast/common/terminal.h"
 
 namespace axlecast {
 
-// An operation as a person asked for it.
-struct CommandOptions {
-  std::string device;
-  std::string operation;
-  std::vector<std::string> words;  // key=value
-  std::int32_t valid_ms = 5'000;
-  std::int32_t epoch = -1;  // datum_epoch that it is meant for; -1 the present one
-  std::string reason;
-  bool asks = false;     // as a destructive operation does
-  bool yes = false;      // do not ask
-  bool json = false;     // the outcome as one JSON object, on standard output
-  std::string key;       // file of the secret key that signs; empty: OperatorSettings finds one
-  bool prepare = false;  // only say what would happen
-  std::string commit;    // the token of a prepare, 32 hex digits: do it
-  std::string out;       // file for the bytes that were read; empty: none
+// Returns how to reach the bridge of `machine`, and the key that signs: `key_file`, else $AXLECAST_KEY, else the first
+// readable key of the machine's file (of `role`, if given), else none.
+[[nodiscard]] ClientSettings OperatorSettings(const MachineConfig& machine, const std::string& key_file,
+                                              std::optional<Role> role = std::nullopt);
+
+// Sends the commands of an operator, one after another. Ctrl-C cancels the current command and all later ones.
+class OperatorClient {
+ public:
+  // `key_file`: see OperatorSettings. With `show_progress`, the progress is printed to standard error.
+  OperatorClient(const MachineConfig& machine, const std::string& key_file, bool show_progress);
+
+  // Why no command can be sent and how to fix it; empty if commands can be sent.
+  [[nodiscard]] std::string problem() const { return client_.problem(); }
+
+  // Sends the command and returns its outcome. Waits at most for its validity plus one minute.
+  [[nodiscard]] CommandResult Execute(const CommandRequest& request);
+  [[nodiscard]] CommandResult Query(const CommandId& id);
+
+ private:
+  CommandClient client_;
+  CancelOnSignal cancel_;
 };
 
-// Checks the wish, asks where it has to, has it done, tells the outcome. The command's exit code.
-[[nodiscard]] int RunCommand(const MachineConfig& machine, const CommandOptions& wish);
+// Checks the command, asks for confirmation if needed, executes it and prints its outcome. Returns the exit code.
+[[nodiscard]] int RunCommand(const MachineConfig& machine, const CommandOptions& options);
 
-// Asks the bridge how the command `id` stands, and tells it in the same way.
+// Queries the bridge for the state of the command `id` and prints it. Returns the exit code.
 [[nodiscard]] int RunQuery(const MachineConfig& machine, const CommandId& id, bool json);
+
+// Returns the exit code of an outcome (kCommandExitCodes).
+[[nodiscard]] int ExitCode(const CommandResult& result);
+
+// Returns one flat object: `outcome` and `reason` as words, the fields of command_status_t, and, where they apply:
+// `temporary` if the command was refused, `found` if it is indeterminate, `problem` if there is no outcome.
+[[nodiscard]] nlohmann::ordered_json ToJson(const CommandResult& result);
+
+// Formats the outcome, the changes and what to do next, in several lines.
+[[nodiscard]] std::string ToText(const CommandResult& result);
 
 }  // namespace axlecast

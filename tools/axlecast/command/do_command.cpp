@@ -1,27 +1,28 @@
-#include "tools/axlecast/command/subcommands.h"
-
 #include <CLI/CLI.hpp>
-#include <iostream>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <string>
+#include <utility>
 
 #include "core/command/command_id.h"
-#include "tools/axlecast/command/command_options.h"
+#include "tools/axlecast/command/command_request.h"
 #include "tools/axlecast/command/command_run.h"
-#include "tools/axlecast/command/do_request.h"
+#include "tools/axlecast/command/subcommands.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/screen.h"
-#include "tools/axlecast/live/status_text.h"
+#include "tools/axlecast/common/terminal.h"
+#include "tools/axlecast/live/format_device.h"
 
 namespace axlecast {
 namespace {
 
 struct Options {
   ConfigOption config;
-  CommandOptions wish;
+  CommandOptions command;
   bool list = false;
-  std::string address;  // of the EEPROM aliases, as count and data
+  std::string value;    // of `home`
+  std::string address;  // of `eeprom`, as count and data
   std::string count;
   std::string data;
   std::string id;  // of `outcome`
@@ -30,145 +31,160 @@ struct Options {
 int Run(const Options& options) {
   int exit_code = kExitDone;
   const auto machine = options.config.Load(exit_code);
-  return machine ? RunCommand(*machine, options.wish) : exit_code;
+  return machine ? RunCommand(*machine, options.command) : exit_code;
+}
+
+// A subcommand that runs one operation on a device.
+struct Verb {
+  const char* name;
+  const char* operation;
+  const char* summary;
+  std::string footer;  // before the exit codes
+  bool has_yes = true;
+  std::function<void(CLI::App&, Options&)> add_arguments = {};  // those between DEVICE and the common options
+  std::function<int(Options&)> run = &Run;
+};
+
+CLI::App* AddVerb(CLI::App& parent, int& exit_code, const Verb& verb) {
+  auto options = std::make_shared<Options>();
+  options->command.operation = verb.operation;
+  CLI::App* command = parent.add_subcommand(verb.name, verb.summary);
+  command->add_option("DEVICE", options->command.device, "The device")->required();
+  if (verb.add_arguments) verb.add_arguments(*command, *options);
+  AddCommandOptions(*command, options->config, options->command, verb.has_yes);
+  AddTwoStepOptions(*command, options->command);
+  command->footer(verb.footer + kCommandExitCodes);
+  command->callback([options, run = verb.run, &exit_code] { exit_code = run(*options); });
+  return command;
 }
 
 int List(const Options& options) {
   int exit_code = kExitDone;
   const auto machine = options.config.Load(exit_code);
   if (!machine) return exit_code;
-  const BusConfig* bus = machine->BusOf(options.wish.device);
-  if (bus == nullptr) {
-    std::cerr << UnknownDevice(*machine, options.wish.device) << '\n';
-    return kExitUsage;
-  }
+  const BusConfig* bus = machine->BusOf(options.command.device);
+  if (bus == nullptr) return Fail(UnknownDevice(*machine, options.command.device), kExitUsage);
   static_cast<void>(WriteOut(OperationList(*bus)));
   return kExitDone;
 }
 
 int Do(const Options& options) {
   if (options.list) return List(options);
-  if (!options.wish.operation.empty()) return Run(options);
-  std::cerr << "which operation? axlecast do " << options.wish.device << " --list shows them\n";
-  return kExitUsage;
+  if (!options.command.operation.empty()) return Run(options);
+  return Fail("which operation? axlecast do " + options.command.device + " --list shows them", kExitUsage);
 }
 
 void AddDo(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("do", "Has a device do an operation");
-  command->add_option("DEVICE", options->wish.device, "The device")->required();
-  command->add_option("OPERATION", options->wish.operation, "The operation, by its effect");
-  command->add_option("ARGUMENTS", options->wish.words, "Its arguments")->type_name("KEY=VALUE");
-  command->add_flag("--list", options->list, "List the device's operations");
-  AddCommandOptions(*command, options->config, options->wish, true);
-  AddTwoStepOptions(*command, options->wish);
-  command->footer(std::string("examples:\n"
-                              "  axlecast do axis1 --list\n"
-                              "  axlecast do axis1 eeprom_read address=0 count=8\n"
-                              "  axlecast do axis1 zero_single_turn --yes --json\n"
-                              "  axlecast do axis1 zero_single_turn --prepare\n"
-                              "  axlecast do axis1 zero_single_turn --commit TOKEN\n") +
-                  kCommandExitCodes);
-  command->callback([options, &exit_code] { exit_code = Do(*options); });
+  AddVerb(app, exit_code,
+          {.name = "do",
+           .operation = "",
+           .summary = "Run an operation on a device",
+           .footer = "examples:\n"
+                     "  axlecast do axis1 --list\n"
+                     "  axlecast do axis1 eeprom_read address=0 count=8\n"
+                     "  axlecast do axis1 zero_single_turn --yes --json\n"
+                     "  axlecast do axis1 zero_single_turn --prepare\n"
+                     "  axlecast do axis1 zero_single_turn --commit TOKEN\n",
+           .add_arguments =
+               [](CLI::App& command, Options& options) {
+                 command.add_option("OPERATION", options.command.operation, "The operation, named by its effect");
+                 command.add_option("ARGUMENTS", options.command.arguments, "Arguments of the operation")
+                     ->type_name("KEY=VALUE");
+                 command.add_flag("--list", options.list, "List the device's operations");
+               },
+           .run = &Do});
 }
 
-// The zero of a multi-turn encoder is of its single turn only, and its name says so.
+// A multi-turn encoder can only zero its single-turn position: the name of its operation states that.
 int Zero(Options& options) {
   int exit_code = kExitDone;
   const auto machine = options.config.Load(exit_code);
   if (!machine) return exit_code;
-  options.wish.operation = "zero";
-  if (FindOperation(*machine, options.wish.device, "zero_single_turn").operation != nullptr) {
-    options.wish.operation = "zero_single_turn";
-  }
-  return RunCommand(*machine, options.wish);
+  const bool single_turn = FindOperation(*machine, options.command.device, "zero_single_turn").has_value();
+  options.command.operation = single_turn ? "zero_single_turn" : "zero";
+  return RunCommand(*machine, options.command);
 }
 
-void AddZero(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("zero", "Sets the single-turn position to zero, in the device");
-  command->add_option("DEVICE", options->wish.device, "The device")->required();
-  AddCommandOptions(*command, options->config, options->wish, true);
-  AddTwoStepOptions(*command, options->wish);
-  command->footer(std::string("short for: axlecast do DEVICE zero_single_turn, or zero, as its family calls it\n") +
-                  kCommandExitCodes);
-  command->callback([options, &exit_code] { exit_code = Zero(*options); });
+// Verbs for operations of devices without further arguments.
+void AddAliases(CLI::App& app, int& exit_code) {
+  AddVerb(app, exit_code,
+          {.name = "zero",
+           .operation = "zero",
+           .summary = "Set the single-turn position to zero, in the device",
+           .footer = "short for: axlecast do DEVICE zero_single_turn, or zero, depending on the family\n",
+           .run = &Zero});
+  AddVerb(app, exit_code,
+          {.name = "reset-turns",
+           .operation = "reset_turns_and_errors",
+           .summary = "Set the multi-turn counter to zero and clear the errors, in the device",
+           .footer = "short for: axlecast do DEVICE reset_turns_and_errors\n"});
+  AddVerb(app, exit_code,
+          {.name = "clear-errors",
+           .operation = "clear_errors",
+           .summary = "Clear the device's latched errors",
+           .footer = "short for: axlecast do DEVICE clear_errors\n"});
 }
 
-// A command named by the effect of one operation without arguments.
-void AddAlias(CLI::App& app, int& exit_code, const char* name, const char* operation, const char* help) {
-  auto options = std::make_shared<Options>();
-  options->wish.operation = operation;
-  CLI::App* command = app.add_subcommand(name, help);
-  command->add_option("DEVICE", options->wish.device, "The device")->required();
-  AddCommandOptions(*command, options->config, options->wish, true);
-  AddTwoStepOptions(*command, options->wish);
-  command->footer(std::string("short for: axlecast do DEVICE ") + operation + '\n' + kCommandExitCodes);
-  command->callback([options, &exit_code] { exit_code = Run(*options); });
-}
-
-void AddEepromRead(CLI::App& eeprom, int& exit_code) {
-  auto options = std::make_shared<Options>();
-  options->wish.operation = "eeprom_read";
-  CLI::App* command = eeprom.add_subcommand("read", "Reads bytes");
-  command->add_option("DEVICE", options->wish.device, "The device")->required();
-  command->add_option("ADDRESS", options->address, "First address")->required();
-  command->add_option("COUNT", options->count, "Number of bytes");
-  AddCommandOptions(*command, options->config, options->wish, false);
-  AddTwoStepOptions(*command, options->wish);
-  command->footer(std::string("example: axlecast eeprom read axis1 0 8\n") + kCommandExitCodes);
-  command->callback([options, &exit_code] {
-    options->wish.words = {"address=" + options->address};
-    if (!options->count.empty()) options->wish.words.push_back("count=" + options->count);
-    exit_code = Run(*options);
-  });
-}
-
-void AddEepromWrite(CLI::App& eeprom, int& exit_code) {
-  auto options = std::make_shared<Options>();
-  options->wish.operation = "eeprom_write";
-  CLI::App* command = eeprom.add_subcommand("write", "Writes bytes and reads them back");
-  command->add_option("DEVICE", options->wish.device, "The device")->required();
-  command->add_option("ADDRESS", options->address, "First address")->required();
-  command->add_option("HEX", options->data, "The bytes, e.g. \"A1 05\"")->required();
-  AddCommandOptions(*command, options->config, options->wish, true);
-  AddTwoStepOptions(*command, options->wish);
-  command->footer(std::string("example: axlecast eeprom write axis1 72 \"A1 05\"\n") + kCommandExitCodes);
-  command->callback([options, &exit_code] {
-    options->wish.words = {"address=" + options->address, "data=" + options->data};
-    exit_code = Run(*options);
-  });
-}
-
-void AddEepromBackup(CLI::App& eeprom, int& exit_code) {
-  auto options = std::make_shared<Options>();
-  options->wish.operation = "eeprom_backup";
-  CLI::App* command = eeprom.add_subcommand("backup", "Reads the whole memory");
-  command->add_option("DEVICE", options->wish.device, "The device")->required();
-  command->add_option("--out", options->wish.out, "Write what was read to this file")->type_name("FILE");
-  AddCommandOptions(*command, options->config, options->wish, false);
-  AddTwoStepOptions(*command, options->wish);
-  command->footer(std::string("example: axlecast eeprom backup axis1 --out axis1.eeprom\n") + kCommandExitCodes);
-  command->callback([options, &exit_code] { exit_code = Run(*options); });
+void AddEeprom(CLI::App& app, int& exit_code) {
+  CLI::App* eeprom = app.add_subcommand("eeprom", "Read, write or back up the device's memory");
+  eeprom->require_subcommand(1);
+  AddVerb(*eeprom, exit_code,
+          {.name = "read",
+           .operation = "eeprom_read",
+           .summary = "Read bytes",
+           .footer = "example: axlecast eeprom read axis1 0 8\n",
+           .has_yes = false,
+           .add_arguments =
+               [](CLI::App& command, Options& options) {
+                 command.add_option("ADDRESS", options.address, "First address")->required();
+                 command.add_option("COUNT", options.count, "Number of bytes");
+               },
+           .run =
+               [](Options& options) {
+                 options.command.arguments = {"address=" + options.address};
+                 if (!options.count.empty()) options.command.arguments.push_back("count=" + options.count);
+                 return Run(options);
+               }});
+  AddVerb(*eeprom, exit_code,
+          {.name = "write",
+           .operation = "eeprom_write",
+           .summary = "Write bytes and read them back",
+           .footer = "example: axlecast eeprom write axis1 72 \"A1 05\"\n",
+           .add_arguments =
+               [](CLI::App& command, Options& options) {
+                 command.add_option("ADDRESS", options.address, "First address")->required();
+                 command.add_option("HEX", options.data, "The bytes, e.g. \"A1 05\"")->required();
+               },
+           .run =
+               [](Options& options) {
+                 options.command.arguments = {"address=" + options.address, "data=" + options.data};
+                 return Run(options);
+               }});
+  AddVerb(*eeprom, exit_code,
+          {.name = "backup",
+           .operation = "eeprom_backup",
+           .summary = "Read the whole memory",
+           .footer = "example: axlecast eeprom backup axis1 --out axis1.eeprom\n",
+           .has_yes = false,
+           .add_arguments = [](CLI::App& command, Options& options) {
+             command.add_option("--out", options.command.out, "Write the bytes to this file")->type_name("FILE");
+           }});
 }
 
 int Outcome(const Options& options) {
   const std::optional<CommandId> id = ParseId(options.id);
-  if (!id) {
-    std::cerr << "a command's id is 32 hex digits\n";
-    return kExitUsage;
-  }
+  if (!id) return Fail("the id of a command is 32 hex digits", kExitUsage);
   int exit_code = kExitDone;
   const auto machine = options.config.Load(exit_code);
-  return machine ? RunQuery(*machine, *id, options.wish.json) : exit_code;
+  return machine ? RunQuery(*machine, *id, options.command.json) : exit_code;
 }
 
 void AddOutcome(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("outcome", "How a command that was given earlier stands or ended");
+  CLI::App* command = app.add_subcommand("outcome", "Show the state or the outcome of an earlier command");
   command->add_option("ID", options->id, "The command's id, 32 hex digits")->required();
   options->config.AddTo(*command, ConfigOption::Form::kOptionOnly);
-  command->add_flag("--json", options->wish.json, "One JSON object");
+  command->add_flag("--json", options->command.json, "Print one JSON object");
   command->footer(kCommandExitCodes);
   command->callback([options, &exit_code] { exit_code = Outcome(*options); });
 }
@@ -177,16 +193,67 @@ void AddOutcome(CLI::App& app, int& exit_code) {
 
 void AddDoCommands(CLI::App& app, int& exit_code) {
   AddDo(app, exit_code);
-  AddZero(app, exit_code);
-  AddAlias(app, exit_code, "reset-turns", "reset_turns_and_errors",
-           "Sets the multi-turn counter to zero and clears the errors, in the device");
-  AddAlias(app, exit_code, "clear-errors", "clear_errors", "Clears the device's latched errors");
-  CLI::App* eeprom = app.add_subcommand("eeprom", "The device's memory: read, write, backup");
-  eeprom->require_subcommand(1);
-  AddEepromRead(*eeprom, exit_code);
-  AddEepromWrite(*eeprom, exit_code);
-  AddEepromBackup(*eeprom, exit_code);
+  AddAliases(app, exit_code);
+  AddEeprom(app, exit_code);
   AddOutcome(app, exit_code);
+}
+
+void AddHomeCommand(CLI::App& app, int& exit_code) {
+  AddVerb(app, exit_code,
+          {.name = "home",
+           .operation = "set_datum",
+           .summary = "Set the value of the present position, in software: the datum",
+           .footer = "short for: axlecast do DEVICE set_datum value=V\n"
+                     "example: axlecast home axis1 --value 123.456\n"
+                     "The encoder is not changed. axlecast datum undo DEVICE reverts it.\n",
+           .add_arguments =
+               [](CLI::App& command, Options& options) {
+                 command
+                     .add_option("--value", options.value, "Value of the present position, in the device's unit")
+                     ->required()
+                     ->check(PlainNumber())
+                     ->type_name("V");
+               },
+           .run =
+               [](Options& options) {
+                 options.command.arguments = {"value=" + options.value};
+                 return Run(options);
+               }});
+}
+
+void AddDatumUndo(CLI::App& datum, int& exit_code) {
+  AddVerb(datum, exit_code,
+          {.name = "undo",
+           .operation = "undo_datum",
+           .summary = "Revert to the previous datum",
+           .footer = "short for: axlecast do DEVICE undo_datum\nexample: axlecast datum undo axis1\n"});
+}
+
+void AddMotorCommand(CLI::App& app, int& exit_code) {
+  CLI::App* motor = app.add_subcommand("motor", "Stop a monitored motor, or let it start again");
+  motor->require_subcommand(1);
+  const auto describe_device = [](CLI::App& command, Options&) {
+    command.get_option("DEVICE")->description("The motor's monitor");
+  };
+  AddVerb(*motor, exit_code,
+          {.name = "stop",
+           .operation = "stop_motor",
+           .summary = "Stop the motor without asking. This is not an emergency stop",
+           .footer = "example: axlecast motor stop gm3\n"
+                     "The command is sent before all others on the bus. Do not use it to protect people.\n",
+           .has_yes = false,
+           .add_arguments = describe_device});
+  AddVerb(*motor, exit_code,
+          {.name = "start",
+           .operation = "start_motor",
+           .summary = "Let the motor run again, after a question",
+           .footer = "examples:\n"
+                     "  axlecast motor start gm3\n"
+                     "  axlecast motor start gm3 --yes --reason \"belt replaced\"\n",
+           .add_arguments = [describe_device](CLI::App& command, Options& options) {
+             options.command.asks = true;
+             describe_device(command, options);
+           }});
 }
 
 }  // namespace axlecast

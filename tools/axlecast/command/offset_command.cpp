@@ -8,12 +8,12 @@
 #include "core/messages/message.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/system_clock.h"
-#include "tools/axlecast/command/command_options.h"
+#include "tools/axlecast/command/command_request.h"
 #include "tools/axlecast/command/offset_capture.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/screen.h"
-#include "tools/axlecast/live/status_text.h"
+#include "tools/axlecast/common/terminal.h"
+#include "tools/axlecast/live/format_device.h"
 
 namespace axlecast {
 namespace {
@@ -28,11 +28,6 @@ struct Options {
   std::int64_t samples = 200;
   bool json = false;
 };
-
-int Wrong(const std::string& problem, int exit_code) {
-  std::cerr << problem << '\n';
-  return exit_code;
-}
 
 // False when the port failed.
 bool Gather(LcmPort& port, const std::string& device, OffsetCapture& capture) {
@@ -60,17 +55,17 @@ int Capture(const Options& options) {
   const auto machine = options.config.Load(exit_code);
   if (!machine) return exit_code;
   const BusConfig* bus = machine->BusOf(options.device);
-  if (bus == nullptr) return Wrong(UnknownDevice(*machine, options.device), kExitUsage);
-  if (!bus->family->has_position) return Wrong(options.device + " has no position", kExitUsage);
+  if (bus == nullptr) return Fail(UnknownDevice(*machine, options.device), kExitUsage);
+  if (!bus->family->has_position) return Fail(options.device + " has no position", kExitUsage);
   LcmPort port(machine->lcm.url, machine->lcm.prefix);
-  if (!port.problem().empty()) return Wrong(port.problem(), kExitBad);
+  if (!port.problem().empty()) return Fail(port.problem(), kExitBad);
   OffsetCapture capture(options.samples);
-  if (!Gather(port, options.device, capture)) return Wrong("the LCM port failed", kExitBad);
-  if (!capture.problem().empty()) return Wrong(options.device + ": " + capture.problem(), kExitRejected);
+  if (!Gather(port, options.device, capture)) return Fail("the LCM port failed", kExitBad);
+  if (!capture.problem().empty()) return Fail(options.device + ": " + capture.problem(), kExitRejected);
   if (!capture.done()) {
-    return Wrong(options.device + ": " + std::to_string(capture.count()) +
-                     " valid readings, then none for 10 s: axlecast status says why",
-                 kExitNoAnswer);
+    return Fail(options.device + ": " + std::to_string(capture.count()) +
+                    " valid readings, then none for 10 s: axlecast status says why",
+                kExitNoAnswer);
   }
   static_cast<void>(WriteOut(options.json ? JsonLine(capture.Json(options.device, options.value)) + '\n'
                                           : capture.Text(options.device, options.value)));

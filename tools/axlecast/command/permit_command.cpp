@@ -14,11 +14,11 @@
 #include "platform/os/process.h"
 #include "platform/os/secret_file.h"
 #include "platform/os/system_clock.h"
-#include "tools/axlecast/command/command_options.h"
-#include "tools/axlecast/command/do_request.h"
-#include "tools/axlecast/command/operator_client.h"
+#include "tools/axlecast/command/command_request.h"
+#include "tools/axlecast/command/command_run.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/terminal.h"
 
 namespace axlecast {
 namespace {
@@ -34,27 +34,23 @@ struct Options {
   std::string key;
 };
 
-int Wrong(const std::string& problem, int exit_code) {
-  std::cerr << problem << '\n';
-  return exit_code;
-}
-
-// Empty when drivers will believe a permit signed with the key of `settings`, else why not.
-std::string KeyProblem(const MachineConfig& machine, const ClientSettings& settings) {
+// Fails if drivers refuse a permit that is signed with the key of `settings`.
+Result<> CheckKey(const MachineConfig& machine, const ClientSettings& settings) {
   SecretFiles secrets;
   std::string problem;
   const auto keys = LoadClientKeys(settings, secrets, problem);
-  if (!keys || machine.bridge.allow_unsigned) return problem;
+  if (!keys) return Failure(problem);
+  if (machine.bridge.allow_unsigned) return {};
   if (!keys->own) {
-    return "no key of role control can be read here: name one with --key FILE, or with file: under bridge: keys: "
-           "of " +
-           machine.file;
+    return Failure(
+        "no key of role control can be read here: name one with --key FILE, or with file: under bridge: keys: of " +
+        machine.file);
   }
   const KeyGrant* grant = machine.bridge.FindKey(KeyId(keys->own->public_key()));
-  if (grant == nullptr) return "the key is none of those under bridge: keys: of " + machine.file;
-  if (grant->role == Role::kControl) return "";
-  return "the key " + grant->name + " has role " + std::string(RoleName(grant->role)) +
-         ": permits count only from one of role control";
+  if (grant == nullptr) return Failure("the key is not listed under bridge: keys: of " + machine.file);
+  if (grant->role == Role::kControl) return {};
+  return Failure("the key " + grant->name + " has role " + std::string(RoleName(grant->role)) +
+                 ": permits need a key of role control");
 }
 
 int Issue(PermitIssuer& issuer, const Options& options) {
@@ -63,8 +59,7 @@ int Issue(PermitIssuer& issuer, const Options& options) {
   const MonoNs start = clock.Now();
   std::cerr << "permits for " << options.device << " go out; Ctrl-C ends them\n";
   while (static_cast<double>(clock.Now() - start) * 1e-9 < options.seconds) {
-    if (!issuer.Allow(options.device, options.operations, kValidMs))
-      return Wrong("a permit was not sent", kExitBad);
+    if (!issuer.Allow(options.device, options.operations, kValidMs)) return Fail("a permit was not sent", kExitBad);
     if (stop.Wait(kRefreshMs)) break;
   }
   return issuer.Withdraw(options.device) ? kExitDone : kExitBad;
@@ -75,13 +70,13 @@ int Permit(const Options& options) {
   const auto machine = options.config.Load(exit_code);
   if (!machine) return exit_code;
   for (const std::string& operation : options.operations) {
-    const FoundOperation found = FindOperation(*machine, options.device, operation);
-    if (!found.problem.empty()) return Wrong(found.problem, kExitUsage);
+    const auto found = FindOperation(*machine, options.device, operation);
+    if (!found) return Fail(found.error().text, kExitUsage);
   }
   const ClientSettings settings = OperatorSettings(*machine, options.key, Role::kControl);
-  if (const std::string problem = KeyProblem(*machine, settings); !problem.empty()) return Wrong(problem, kExitBad);
+  if (const auto usable = CheckKey(*machine, settings); !usable) return Fail(usable.error().text, kExitBad);
   PermitIssuer issuer(settings);
-  return issuer.problem().empty() ? Issue(issuer, options) : Wrong(issuer.problem(), kExitBad);
+  return issuer.problem().empty() ? Issue(issuer, options) : Fail(issuer.problem(), kExitBad);
 }
 
 }  // namespace

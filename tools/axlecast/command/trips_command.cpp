@@ -10,27 +10,24 @@
 #include "core/messages/message.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/new_file.h"
-#include "tools/axlecast/command/command_options.h"
-#include "tools/axlecast/command/command_report.h"
-#include "tools/axlecast/command/do_request.h"
-#include "tools/axlecast/command/operator_client.h"
-#include "tools/axlecast/command/trip_svg.h"
-#include "tools/axlecast/command/trip_table.h"
+#include "tools/axlecast/command/command_request.h"
+#include "tools/axlecast/command/command_run.h"
+#include "tools/axlecast/command/format_trip.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/screen.h"
+#include "tools/axlecast/common/terminal.h"
 
 namespace axlecast {
 namespace {
 
-constexpr int kQuietMs = 300;  // TRIP and COMMAND_STATUS come over two ports
+constexpr int kQuietMs = 300;  // TRIP and COMMAND_STATUS arrive on two ports
 
 struct Options {
   ConfigOption config;
-  CommandOptions wish;
+  CommandOptions command;
   std::string svg;
 };
 
-// Those that came last under each number.
+// Keeps the newest trip log of each index.
 class TripCollector {
  public:
   void On(Bytes message) {
@@ -50,7 +47,7 @@ class TripCollector {
   int received_ = 0;
 };
 
-// False when the port failed.
+// Receives until no trip arrives for kQuietMs. Returns false if the port failed.
 bool Drain(LcmPort& port, const TripCollector& trips) {
   for (int before = -1; before != trips.received();) {
     before = trips.received();
@@ -59,37 +56,35 @@ bool Drain(LcmPort& port, const TripCollector& trips) {
   return true;
 }
 
-int Tell(const Options& options, const CommandResult& result, const std::vector<trip_log_t>& trips) {
-  if (options.wish.json) {
+int Report(const Options& options, const CommandResult& result, const std::vector<trip_log_t>& trips) {
+  if (options.command.json) {
     nlohmann::ordered_json json = ToJson(result);
     json["trips"] = nlohmann::ordered_json::array();
     for (const trip_log_t& trip : trips) json["trips"].push_back(ToJson(trip));
     static_cast<void>(WriteOut(JsonLine(json) + '\n'));
   } else {
-    static_cast<void>(WriteOut(trips.empty() ? ToText(result) : TripTable(options.wish.device, trips)));
+    static_cast<void>(WriteOut(trips.empty() ? ToText(result) : TripTable(options.command.device, trips)));
   }
   const int exit_code = ExitCode(result);
-  if (exit_code != kExitDone && !trips.empty() && !options.wish.json) std::cerr << ToText(result);
+  if (exit_code != kExitDone && !trips.empty() && !options.command.json) std::cerr << ToText(result);
   if (options.svg.empty() || exit_code != kExitDone) return exit_code;
-  const std::string problem = WriteOutput(options.svg, TripSvg(options.wish.device, trips));
-  if (problem.empty()) return exit_code;
-  std::cerr << problem << '\n';
-  return kExitBad;
+  const auto picture = TripSvg(options.command.device, trips);
+  if (!picture) return Fail(picture.error().text, kExitBad);
+  const std::string problem = WriteOutput(options.svg, *picture);
+  return problem.empty() ? exit_code : Fail(problem, kExitBad);
 }
 
 int Run(const Options& options) {
   int exit_code = kExitDone;
   const auto machine = options.config.Load(exit_code);
   if (!machine) return exit_code;
-  CommandRequest request{.device = options.wish.device,
+  CommandRequest request{.device = options.command.device,
                          .operation = "fetch_trip_logs",
-                         .valid_ms = options.wish.valid_ms,
-                         .expect_epoch = options.wish.epoch,
-                         .reason = options.wish.reason};
-  if (const FoundOperation found = FindOperation(*machine, request.device, request.operation);
-      !found.problem.empty()) {
-    std::cerr << found.problem << '\n';
-    return kExitUsage;
+                         .valid_ms = options.command.valid_ms,
+                         .expect_epoch = options.command.epoch,
+                         .reason = options.command.reason};
+  if (const auto found = FindOperation(*machine, request.device, request.operation); !found) {
+    return Fail(found.error().text, kExitUsage);
   }
   TripCollector trips;
   LcmPort port(machine->lcm.url, machine->lcm.prefix);
@@ -97,26 +92,24 @@ int Run(const Options& options) {
     static_cast<void>(port.Subscribe("TRIP/" + request.device,
                                      [&trips](const std::string&, Bytes message) { trips.On(message); }));
   }
-  OperatorClient client(*machine, options.wish.key, !options.wish.json);
+  OperatorClient client(*machine, options.command.key, !options.command.json);
   if (!port.problem().empty() || !client.problem().empty()) {
-    std::cerr << (port.problem().empty() ? client.problem() : port.problem()) << '\n';
-    return kExitBad;
+    return Fail(port.problem().empty() ? client.problem() : port.problem(), kExitBad);
   }
   const CommandResult result = client.Execute(request);
-  if (Drain(port, trips)) return Tell(options, result, trips.NewestFirst());
-  std::cerr << "the LCM port failed: " << machine->lcm.url << '\n';
-  return kExitBad;
+  if (Drain(port, trips)) return Report(options, result, trips.NewestFirst());
+  return Fail("the LCM port failed: " + machine->lcm.url, kExitBad);
 }
 
 }  // namespace
 
 void AddTripsCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("trips", "Fetches the logs of a motor's last trips");
-  command->add_option("DEVICE", options->wish.device, "The motor's monitor")->required();
-  command->add_option("--svg", options->svg, "The seven curves of each as a picture, to this file")
+  CLI::App* command = app.add_subcommand("trips", "Fetch the logs of a motor's last trips");
+  command->add_option("DEVICE", options->command.device, "The motor's monitor")->required();
+  command->add_option("--svg", options->svg, "Write a picture with the seven curves of each trip to this file")
       ->type_name("FILE");
-  AddCommandOptions(*command, options->config, options->wish, false);
+  AddCommandOptions(*command, options->config, options->command, false);
   command->footer(std::string("examples:\n"
                               "  axlecast trips gm3\n"
                               "  axlecast trips gm3 --svg gm3.svg\n"

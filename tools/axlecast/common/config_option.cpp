@@ -1,14 +1,29 @@
 #include "tools/axlecast/common/config_option.h"
 
 #include <unistd.h>
-
+#include <algorithm>
 #include <cstdlib>
 #include <iostream>
 
+#include "core/base/text.h"
 #include "core/config/load.h"
 #include "tools/axlecast/common/exit_code.h"
 
 namespace axlecast {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string KindOf(const ConfigKey& key) { return key.kind.empty() ? "text" : key.kind; }
+
+std::string Default(const ConfigKey& key) {
+  if (key.required) return "required";
+  return key.fallback.empty() ? "" : "default " + key.fallback;
+}
+
+Json OrNull(const std::string& text) { return text.empty() ? Json() : Json(text); }
+
+}  // namespace
 
 void ConfigOption::AddTo(CLI::App& command, Form form) {
   CLI::Option* option = command
@@ -43,6 +58,52 @@ std::optional<MachineConfig> ConfigOption::Load(int& exit_code) const {
     exit_code = kExitBad;
   }
   return machine;
+}
+
+std::string ConfigKeysText(const std::vector<ConfigKey>& keys) {
+  constexpr std::size_t kKindWidth = 22;
+  std::size_t width = 0;
+  for (const ConfigKey& key : keys) width = std::max(width, key.place.size());
+  std::string text;
+  for (const ConfigKey& key : keys) {
+    std::string line = Left(key.place, width) + "  " + Left(KindOf(key), kKindWidth) + Default(key);
+    if (!key.range.empty()) line += (Default(key).empty() ? "" : "; ") + key.range;
+    text += line.substr(0, line.find_last_not_of(' ') + 1) + '\n';
+  }
+  return text;
+}
+
+Json ConfigKeysJson(const std::vector<ConfigKey>& keys) {
+  Json list = Json::array();
+  for (const ConfigKey& key : keys) {
+    list.push_back({{"place", key.place},
+                    {"kind", OrNull(key.kind)},
+                    {"range", OrNull(key.range)},
+                    {"default", OrNull(key.required ? "" : key.fallback)},
+                    {"required", key.required}});
+  }
+  return list;
+}
+
+std::vector<std::string> MachineUnits(const MachineConfig& machine) {
+  std::vector<std::string> units = {"axlecast-bridge.service"};
+  if (!machine.recorder.logs.empty()) units.emplace_back("axlecast-record.service");
+  if (std::any_of(machine.buses.begin(), machine.buses.end(), [](const BusConfig& bus) { return bus.simulate; })) {
+    units.emplace_back("axlecast-simulate.service");
+  }
+  for (const BusConfig& bus : machine.buses) units.push_back("axlecast-driver@" + bus.name + ".service");
+  return units;
+}
+
+std::vector<std::string> MachineNames(const MachineConfig& machine, bool devices) {
+  std::vector<std::string> names;
+  for (const BusConfig& bus : machine.buses) {
+    if (!devices) names.push_back(bus.name);
+    for (const DeviceConfig& device : bus.devices) {
+      if (devices) names.push_back(device.name);
+    }
+  }
+  return names;
 }
 
 }  // namespace axlecast

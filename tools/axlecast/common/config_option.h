@@ -1,10 +1,13 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "core/config/config_map.h"
 #include "core/config/machine_config.h"
 
 namespace axlecast {
@@ -30,5 +33,17 @@ class ConfigOption {
  private:
   std::string given_;
 };
+
+// Every key that a file was asked for, a line each: where it stands, what it is, its range, what holds without it.
+[[nodiscard]] std::string ConfigKeysText(const std::vector<ConfigKey>& keys);
+// The same as a list of objects: place, kind (null: only its presence was asked for), range, default (null: none), required.
+[[nodiscard]] nlohmann::ordered_json ConfigKeysJson(const std::vector<ConfigKey>& keys);
+
+// The systemd units that `machine` consists of, by its file: a driver for each bus, the bridge, the recorder where logs
+// are named, the simulators where a bus has them.
+[[nodiscard]] std::vector<std::string> MachineUnits(const MachineConfig& machine);
+
+// The names of its buses, or of its devices, in the file's order.
+[[nodiscard]] std::vector<std::string> MachineNames(const MachineConfig& machine, bool devices);
 
 }  // namespace axlecast

@@ -8,26 +8,23 @@
 #include <optional>
 #include <utility>
 
+#include "core/base/result.h"
 #include "core/device/family.h"
 #include "core/messages/json/field.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/decode/bit_line.h"
-#include "tools/axlecast/decode/can_notation.h"
-#include "tools/axlecast/decode/hex_line.h"
+#include "tools/axlecast/decode/frame_text.h"
 
 namespace axlecast {
 namespace {
 
-// Many times the longest frame however it is written; keeps a file without line ends out of memory.
-constexpr std::size_t kLongestLine = 64 * 1024;
+// Longer than any frame. Limits the memory for a file without line ends.
+constexpr std::size_t kMaxLine = 64 * 1024;
 
 constexpr const char* kExamples =
-    "Input: two hex digits a byte; between bytes nothing, blanks, commas, colons, semicolons or dashes; 0x is "
-    "allowed.\n"
-    "One quoted argument is one frame; without arguments, each line of standard input is one. Blank lines and "
-    "what\n"
-    "follows a # are skipped. CAN frames: ID#DATA, or a line of candump. With --bits: the digits 0 and 1 in the "
-    "order in which they were clocked in.\n"
+    "Input: two hex digits per byte. Blanks, commas, colons, semicolons, dashes and 0x are allowed between bytes.\n"
+    "One quoted argument is one frame. Without arguments, each line of standard input is one. Blank lines and\n"
+    "comments after # are skipped. CAN frames: ID#DATA, or a line of candump. With --bits: the digits 0 and 1 in\n"
+    "the order in which they were clocked in.\n"
     "\n"
     "Output: one JSON object per frame. Exit code: 0 all good, 1 any bad, 2 wrong usage.\n"
     "\n"
@@ -38,28 +35,29 @@ constexpr const char* kExamples =
     "  axlecast decode ssi --set bits=12 --bits 000111101111\n"
     "  axlecast decode saa-can \"120#4726000000000000\"";
 
-// What a family is told of a frame that was written as bits: how many of its bytes' bits are of the frame.
+// Setting of a frame that was written as bits: its length in bits.
 constexpr const char* kBitCount = "bit_count";
 
-// Decodes frames one by one with the settings of the call.
+// Decodes frames one by one with the settings of the command line, and writes one JSON object for each to `out`.
 class FrameDecoder {
  public:
   FrameDecoder(const Family& family, DecodeSettings settings, bool bits, std::ostream& out)
       : family_(family), settings_(std::move(settings)), bits_(bits), out_(out) {}
 
-  // Why the settings are no good; empty when they are.
-  [[nodiscard]] std::string SettingsProblem() const {
+  // Fails if the family refuses the settings.
+  [[nodiscard]] Result<> CheckSettings() const {
     bool usable = true;
     const nlohmann::ordered_json json = family_.decode(bits_ ? WithBitCount(0) : settings_, {}, &usable);
-    return usable ? "" : json.at("error").get<std::string>();
+    if (usable) return {};
+    return Failure(json.at("error").get<std::string>());
   }
 
-  // `where` says in front of a problem's column where the text stands.
+  // `where` precedes the column in an error.
   void Decode(const std::string& text, const std::string& where) {
     if (bits_) return DecodeBits(text, where);
-    const HexLine line = ReadBytes(text);
-    if (!line.problem.empty()) return Bad("not_hex", where + line.problem);
-    Show(settings_, line.bytes);
+    const Result<FrameBytes> bytes = ReadBytes(text);
+    if (!bytes) return Bad("not_hex", where + bytes.error().text);
+    Show(settings_, *bytes);
   }
 
   void Bad(const std::string& error, const std::string& detail) {
@@ -71,18 +69,18 @@ class FrameDecoder {
   [[nodiscard]] bool can_write() const { return out_.good(); }
 
  private:
-  [[nodiscard]] HexLine ReadBytes(const std::string& text) const {
+  [[nodiscard]] Result<FrameBytes> ReadBytes(const std::string& text) const {
     if (family_.link == LinkKind::kCan) {
-      if (std::optional<HexLine> frame = ParseCanNotation(text)) return *std::move(frame);
+      if (auto packet = ParseCanNotation(text)) return *std::move(packet);
     }
     return ParseHexLine(text);
   }
 
   void DecodeBits(const std::string& text, const std::string& where) {
-    const BitLine line = ParseBitLine(text);
-    if (!line.problem.empty()) return Bad("not_bits", where + line.problem);
-    bit_count_ = line.bits;
-    Show(WithBitCount(line.bits), line.bytes);
+    const Result<BitLine> line = ParseBitLine(text);
+    if (!line) return Bad("not_bits", where + line.error().text);
+    bit_count_ = line->bits;
+    Show(WithBitCount(line->bits), line->bytes);
   }
 
   [[nodiscard]] DecodeSettings WithBitCount(std::size_t bits) const {
@@ -99,26 +97,26 @@ class FrameDecoder {
     out_ << JsonLine(json) << '\n';
   }
 
-  // How much came, and how much is needed: the family itself tells, when it is given more and more.
+  // Returns the received and the required length. The required length is found by decoding longer and longer frames.
   [[nodiscard]] std::string ShortText(Bytes frame) const {
     constexpr std::size_t kMaxMore = 300;  // bytes; more than the longest frame has
     std::vector<std::uint8_t> longer(frame.begin(), frame.end());
     const char* const unit = bits_ ? " bits" : " bytes";
-    const std::size_t came = bits_ ? bit_count_ : frame.size() - HeadBytes(frame);
+    const std::size_t received = bits_ ? bit_count_ : frame.size() - HeadBytes(frame);
     for (std::size_t more = 1; more <= (bits_ ? 8 : 1) * kMaxMore; ++more) {
-      longer.resize(bits_ ? std::max(frame.size(), (came + more + 7) / 8) : frame.size() + more);
+      longer.resize(bits_ ? std::max(frame.size(), (received + more + 7) / 8) : frame.size() + more);
       bool usable = true;
       const nlohmann::ordered_json json =
-          family_.decode(bits_ ? WithBitCount(came + more) : settings_, longer, &usable);
+          family_.decode(bits_ ? WithBitCount(received + more) : settings_, longer, &usable);
       if (json.value("error", "") == "short") continue;
       const std::string kind = json.value("kind", "unknown");
-      return std::to_string(came) + unit + " came, at least " + std::to_string(came + more) + " are needed" +
-             (kind == "unknown" ? "" : " for a " + kind);
+      return std::to_string(received) + unit + " received, at least " + std::to_string(received + more) +
+             " are needed" + (kind == "unknown" ? "" : " for a " + kind);
     }
-    return std::to_string(came) + unit + " came, more are needed";
+    return std::to_string(received) + unit + " received, more are needed";
   }
 
-  // Bytes of a CAN frame's identifier, which are not of its data.
+  // Returns the number of bytes before the data: a CAN frame begins with its identifier.
   [[nodiscard]] std::size_t HeadBytes(Bytes frame) const {
     constexpr std::size_t kIdentifier = 4;
     return family_.link == LinkKind::kCan && frame.size() >= kIdentifier ? kIdentifier : 0;
@@ -128,13 +126,13 @@ class FrameDecoder {
   DecodeSettings settings_;
   const bool bits_;
   std::ostream& out_;
-  std::size_t bit_count_ = 0;  // of the frame that is shown
+  std::size_t bit_count_ = 0;  // of the current frame
   bool all_good_ = true;
 };
 
 struct Line {
   std::string text;
-  bool cut = false;  // it was longer than kLongestLine; the rest is skipped
+  bool cut = false;  // longer than kMaxLine; the rest was skipped
 };
 
 std::optional<Line> ReadLine(std::istream& in) {
@@ -143,7 +141,7 @@ std::optional<Line> ReadLine(std::istream& in) {
   for (int c = in.get(); c != std::istream::traits_type::eof(); c = in.get()) {
     any = true;
     if (c == '\n') return line;
-    line.cut = line.text.size() == kLongestLine;
+    line.cut = line.text.size() == kMaxLine;
     if (!line.cut) line.text += static_cast<char>(c);
   }
   return any ? std::optional(std::move(line)) : std::nullopt;
@@ -154,7 +152,7 @@ bool IsBlank(const std::string& text) {
   return first == std::string::npos || text[first] == '#';
 }
 
-// Frames decoded.
+// Returns the number of frames.
 std::size_t DecodeLines(std::istream& in, FrameDecoder& decoder) {
   std::size_t frames = 0;
   for (std::size_t number = 1; decoder.can_write(); ++number) {
@@ -164,7 +162,7 @@ std::size_t DecodeLines(std::istream& in, FrameDecoder& decoder) {
     ++frames;
     const std::string where = "line " + std::to_string(number) + ", ";
     if (line->cut) {
-      decoder.Bad("long", where + "more than " + std::to_string(kLongestLine) + " characters");
+      decoder.Bad("long", where + "more than " + std::to_string(kMaxLine) + " characters");
     } else {
       decoder.Decode(line->text, where);
     }
@@ -194,15 +192,16 @@ std::string KnownProtocols(std::optional<LinkKind> link = std::nullopt) {
   return names;
 }
 
-// A frame whose bytes were given as separate arguments.
+// Returns true if the bytes of one frame seem to be separate arguments.
 bool LooksUnquoted(const DecodeArguments& arguments) {
-  constexpr std::size_t kLongestGroup = 8;
+  constexpr std::size_t kMaxGroup = 8;
   return arguments.frames.size() > 1 && std::ranges::all_of(arguments.frames, [&](const std::string& frame) {
-           return arguments.bits ? frame.size() <= kLongestGroup : ParseHexLine(frame).bytes.size() == 1;
+           return arguments.bits ? frame.size() <= kMaxGroup
+                                 : ParseHexLine(frame).value_or(FrameBytes()).size() == 1;
          });
 }
 
-// As in the machine's file; the driver programs write its '_' as '-'.
+// Finds a family by its name in the machine's file, or with '-' instead of '_' as in the names of the drivers.
 const Family* FamilyOf(std::string protocol) {
   std::ranges::replace(protocol, '-', '_');
   return FindFamily(protocol);
@@ -217,15 +216,15 @@ int RunDecode(const DecodeArguments& arguments, std::istream& in, std::ostream& 
     return kExitUsage;
   }
   if (arguments.bits && family->link != LinkKind::kSpi) {
-    err << "axlecast decode: --bits is for devices that a clock reads bit by bit ("
-        << KnownProtocols(LinkKind::kSpi) << "); frames of " << family->name << " are bytes in hex\n";
+    err << "axlecast decode: --bits is for devices that are clocked bit by bit (" << KnownProtocols(LinkKind::kSpi)
+        << "); frames of " << family->name << " are bytes in hex\n";
     return kExitUsage;
   }
   std::optional<DecodeSettings> settings = SplitSettings(arguments.settings, err);
   if (!settings) return kExitUsage;
   FrameDecoder decoder(*family, std::move(*settings), arguments.bits, out);
-  if (const std::string problem = decoder.SettingsProblem(); !problem.empty()) {
-    err << "axlecast decode: --set " << problem << '\n';
+  if (const auto usable = decoder.CheckSettings(); !usable) {
+    err << "axlecast decode: --set " << usable.error().text << '\n';
     return kExitUsage;
   }
 
@@ -249,11 +248,13 @@ void AddDecodeCommand(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<DecodeArguments>();
   CLI::App* command = app.add_subcommand("decode", "Decode captured frames off-line, one JSON object per frame");
   command->add_option("PROTOCOL", arguments->protocol, "Family of the device: " + KnownProtocols())->required();
-  command->add_option("--set", arguments->settings, "What the frame does not say, as key=value; may be repeated")
+  command
+      ->add_option("--set", arguments->settings,
+                   "Setting that the frame does not contain, as key=value; may be repeated")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
   command->add_flag("--bits", arguments->bits, "Frames are written as bits: 1010...; families on SPI");
-  command->add_option("HEX", arguments->frames, "Frames; without any, they are read from standard input");
+  command->add_option("HEX", arguments->frames, "Frames; if none is given, they are read from standard input");
   command->footer(kExamples);
   command->callback([arguments, &exit_code] {
     exit_code = RunDecode(*arguments, std::cin, std::cout, std::cerr);

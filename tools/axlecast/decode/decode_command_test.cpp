@@ -14,17 +14,17 @@ using testing::IsEmpty;
 
 constexpr const char* kCapture = "1A 00 A5 A5 00 17 88 88 00 00 0D";  // drivers/tformat/golden/captures.txt
 
-struct Result {
+struct Output {
   int exit_code = -1;
   std::vector<nlohmann::json> objects;
   std::string err;
 };
 
-Result DecodeWith(const DecodeArguments& arguments, const std::string& input = "") {
+Output DecodeWith(const DecodeArguments& arguments, const std::string& input = "") {
   std::istringstream in(input);
   std::ostringstream out;
   std::ostringstream err;
-  Result result;
+  Output result;
   result.exit_code = RunDecode(arguments, in, out, err);
   result.err = err.str();
   std::istringstream lines(out.str());
@@ -33,7 +33,7 @@ Result DecodeWith(const DecodeArguments& arguments, const std::string& input = "
 }
 
 TEST(DecodeCommand, OneObjectPerArgument) {
-  const Result result = DecodeWith({"tformat", {"enid=0x17"}, {kCapture, "EA00EA"}});
+  const Output result = DecodeWith({"tformat", {"enid=0x17"}, {kCapture, "EA00EA"}});
   EXPECT_EQ(result.exit_code, 0);
   ASSERT_EQ(result.objects.size(), 2U);
   EXPECT_EQ(result.objects[0]["counts"], 42405);
@@ -45,13 +45,13 @@ TEST(DecodeCommand, OneObjectPerArgument) {
 TEST(DecodeCommand, OneObjectPerLineOfInput) {
   const std::string input =
       std::string("# a capture\n\n  \t\r\n") + kCapture + " # good\r\n02\n\n0x1A,0x00\nEA 00 EA";
-  const Result result = DecodeWith({"tformat", {}, {}}, input);
+  const Output result = DecodeWith({"tformat", {}, {}}, input);
   EXPECT_EQ(result.exit_code, 1);
   ASSERT_EQ(result.objects.size(), 4U);
   EXPECT_EQ(result.objects[0]["ok"], true);
   EXPECT_EQ(result.objects[1]["kind"], "read_single_turn_request");
   EXPECT_EQ(result.objects[2]["error"], "short");
-  EXPECT_THAT(result.objects[2]["detail"], ::testing::HasSubstr(" came, at least "));
+  EXPECT_THAT(result.objects[2]["detail"], ::testing::HasSubstr(" received, at least "));
   EXPECT_EQ(result.objects[3]["address"], 0);  // the last line has no end
 }
 
@@ -60,7 +60,7 @@ TEST(DecodeCommand, ArgumentsLeaveTheInputAlone) {
 }
 
 TEST(DecodeCommand, TextThatIsNoHexIsABadFrame) {
-  const Result result = DecodeWith({"tformat", {}, {"1A zz", "02", ""}});
+  const Output result = DecodeWith({"tformat", {}, {"1A zz", "02", ""}});
   EXPECT_EQ(result.exit_code, 1);
   ASSERT_EQ(result.objects.size(), 3U);
   EXPECT_EQ(result.objects[0]["ok"], false);
@@ -71,16 +71,16 @@ TEST(DecodeCommand, TextThatIsNoHexIsABadFrame) {
 }
 
 TEST(DecodeCommand, AProblemOfTheInputNamesItsLine) {
-  const Result result = DecodeWith({"tformat", {}, {}}, "02\n\n  # comment\n02 0\n");
+  const Output result = DecodeWith({"tformat", {}, {}}, "02\n\n  # comment\n02 0\n");
   ASSERT_EQ(result.objects.size(), 2U);
-  EXPECT_THAT(result.objects[1]["detail"].get<std::string>(), HasSubstr("line 4, column 4: '0' stands alone"));
+  EXPECT_THAT(result.objects[1]["detail"].get<std::string>(), HasSubstr("line 4, column 4: '0' is alone"));
 }
 
 TEST(DecodeCommand, BinaryAndEndlessInputIsSurvived) {
   std::string binary;
   for (int i = 0; i < 100'000; ++i) binary += static_cast<char>(i * 7 % 256);
   EXPECT_EQ(DecodeWith({"tformat", {}, {}}, binary).exit_code, 1);
-  const Result result = DecodeWith({"tformat", {}, {}}, std::string(10'000'000, 'A') + "\n02\n");
+  const Output result = DecodeWith({"tformat", {}, {}}, std::string(10'000'000, 'A') + "\n02\n");
   EXPECT_EQ(result.exit_code, 1);
   ASSERT_EQ(result.objects.size(), 2U);
   EXPECT_EQ(result.objects[0]["error"], "long");
@@ -100,7 +100,7 @@ TEST(DecodeCommand, OutputThatCannotBeWrittenEndsIt) {
 }
 
 TEST(DecodeCommand, NoInputSaysSo) {
-  const Result result = DecodeWith({"tformat", {}, {}}, "# only a comment\n");
+  const Output result = DecodeWith({"tformat", {}, {}}, "# only a comment\n");
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_THAT(result.objects, IsEmpty());
   EXPECT_THAT(result.err, HasSubstr("no frames"));
@@ -114,7 +114,7 @@ TEST(DecodeCommand, WrongUsage) {
       {{"tformat", {"baud=9600"}, {"02"}}, "unknown key 'baud'"},
       {{"tformat", {"bits=99"}, {"02"}}, "bits=99: expected 1..24"}};
   for (const auto& [arguments, text] : rows) {
-    const Result result = DecodeWith(arguments);
+    const Output result = DecodeWith(arguments);
     EXPECT_EQ(result.exit_code, 2) << text;
     EXPECT_THAT(result.objects, IsEmpty());
     EXPECT_THAT(result.err, HasSubstr(text));
@@ -131,14 +131,14 @@ TEST(DecodeCommand, UnquotedBytesGetAHint) {
 TEST(DecodeCommand, BitsInTheOrderInWhichTheyWereClockedIn) {
   DecodeArguments arguments{"ssi", {"bits=12"}, {"000111101111", "0001 1110 1111 # SAA", "1000_11"}};
   arguments.bits = true;
-  const Result result = DecodeWith(arguments);
+  const Output result = DecodeWith(arguments);
   EXPECT_EQ(result.exit_code, 1);
   ASSERT_EQ(result.objects.size(), 3U);
   EXPECT_EQ(result.objects[0]["counts"], 495);
   EXPECT_EQ(result.objects[1]["counts"], 495);
   EXPECT_EQ(result.objects[2]["error"], "short");
   arguments.frames = {};
-  const Result lines = DecodeWith(arguments, "000111101111\n\n# comment\n8F 78\n1\n");
+  const Output lines = DecodeWith(arguments, "000111101111\n\n# comment\n8F 78\n1\n");
   ASSERT_EQ(lines.objects.size(), 3U);
   EXPECT_EQ(lines.objects[0]["ok"], true);
   EXPECT_EQ(lines.objects[1]["error"], "not_bits");
@@ -148,7 +148,7 @@ TEST(DecodeCommand, BitsInTheOrderInWhichTheyWereClockedIn) {
 TEST(DecodeCommand, BitsOfOtherLinesAreWrongUsage) {
   DecodeArguments arguments{"tformat", {}, {"0010"}};
   arguments.bits = true;
-  const Result result = DecodeWith(arguments);
+  const Output result = DecodeWith(arguments);
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.err, HasSubstr("ssi"));
   arguments = {"ssi", {"bits=99"}, {"0010"}};
@@ -161,13 +161,13 @@ TEST(DecodeCommand, BitsOfOtherLinesAreWrongUsage) {
 
 // SAA manual 5.4.1 (5) as can-utils write it, and as a packet in hex.
 TEST(DecodeCommand, CanFramesAsCandumpPrintsThem) {
-  const Result result = DecodeWith({"saa-can", {}, {"120#4726000000000000", "00 00 01 20 47 26", "120#4"}});
+  const Output result = DecodeWith({"saa-can", {}, {"120#4726000000000000", "00 00 01 20 47 26", "120#4"}});
   EXPECT_EQ(result.exit_code, 1);
   ASSERT_EQ(result.objects.size(), 3U);
   EXPECT_EQ(result.objects[0]["counts"], 9799);
   EXPECT_EQ(result.objects[1], result.objects[0]);
   EXPECT_EQ(result.objects[2]["error"], "not_hex");
-  const Result lines = DecodeWith({"saa-can", {}, {}}, "# candump can0\n  can0  120   [2]  47 26\n");
+  const Output lines = DecodeWith({"saa-can", {}, {}}, "# candump can0\n  can0  120   [2]  47 26\n");
   ASSERT_EQ(lines.objects.size(), 1U);
   EXPECT_EQ(lines.objects[0]["counts"], 9799);
 }

@@ -9,21 +9,18 @@
 
 #include "core/messages/json/field.h"
 #include "platform/os/new_file.h"
-#include "tools/axlecast/command/command_options.h"
-#include "tools/axlecast/command/do_request.h"
-#include "tools/axlecast/common/confirmation.h"
+#include "tools/axlecast/command/command_request.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/screen.h"
-#include "tools/axlecast/device_data/parameter_file.h"
-#include "tools/axlecast/device_data/parameter_text.h"
-#include "tools/axlecast/device_data/parameter_transfer.h"
+#include "tools/axlecast/common/terminal.h"
+#include "tools/axlecast/device_data/device_access.h"
+#include "tools/axlecast/device_data/parameters.h"
 
 namespace axlecast {
 namespace {
 
 struct Options {
   ConfigOption config;
-  CommandOptions wish;
+  CommandOptions command;
   std::vector<std::string> words;  // NAME or NAME=VALUE
   std::string file;
   bool no_reads = false;
@@ -35,46 +32,36 @@ struct Place {
   const Family* family = nullptr;
 };
 
-int Wrong(const std::string& problem, int exit_code = kExitUsage) {
-  std::cerr << problem << '\n';
-  return exit_code;
-}
-
-int Show(const nlohmann::ordered_json& json, const std::string& text, bool as_json) {
-  static_cast<void>(WriteOut(as_json ? JsonLine(json) + '\n' : text));
-  return kExitDone;
-}
-
 std::optional<Place> Find(const Options& options, int& exit_code) {
   std::optional<MachineConfig> machine = options.config.Load(exit_code);
   if (!machine) return std::nullopt;
-  const FoundOperation found = FindOperation(*machine, options.wish.device, "read_parameters");
-  if (found.problem.empty()) return Place{*machine, found.bus->family};
-  exit_code = Wrong(found.problem);
+  const auto found = FindOperation(*machine, options.command.device, "read_parameters");
+  if (found) return Place{*machine, found->bus->family};
+  exit_code = Fail(found.error().text, kExitUsage);
   return std::nullopt;
 }
 
-// The values that the device holds; the exit code says why there are none.
+// Returns the present values of the device, or sets the exit code.
 ParameterValues Present(const Place& place, const Options& options, int& exit_code) {
-  OperatorClient client(place.machine, options.wish.key, false);
-  const ParameterReading reading = ReadParameters(client, *place.family, options.wish);
+  OperatorClient client(place.machine, options.command.key, false);
+  const ParameterReading reading = ReadParameters(client, *place.family, options.command);
   exit_code = ExitCode(reading.result);
   if (exit_code != kExitDone) {
-    Show(ToJson(reading.result), ToText(reading.result), options.wish.json);
-  } else if (!reading.problem.empty()) {
-    exit_code = Wrong(reading.problem, kExitFailed);
+    Show(ToJson(reading.result), ToText(reading.result), options.command.json);
+  } else if (!reading.values) {
+    exit_code = Fail(reading.values.error().text, kExitFailed);
   }
-  return reading.values;
+  return reading.values.value_or(ParameterValues());
 }
 
-// What the device holds now. Where it cannot be asked, the list comes without; why is said on standard error.
+// Returns the present values of the device, or no values with a warning on standard error.
 ParameterValues PresentOrNone(const Place& place, const Options& options) {
   if (options.no_reads) return {};
-  OperatorClient client(place.machine, options.wish.key, false);
-  const ParameterReading reading = ReadParameters(client, *place.family, options.wish);
-  if (ExitCode(reading.result) == kExitDone && reading.problem.empty()) return reading.values;
+  OperatorClient client(place.machine, options.command.key, false);
+  const ParameterReading reading = ReadParameters(client, *place.family, options.command);
+  if (ExitCode(reading.result) == kExitDone && reading.values) return *reading.values;
   std::cerr << "without the present values: "
-            << (reading.problem.empty() ? ToText(reading.result) : reading.problem + '\n');
+            << (reading.values ? ToText(reading.result) : reading.values.error().text + '\n');
   return {};
 }
 
@@ -83,8 +70,9 @@ int List(const Options& options) {
   const auto place = Find(options, exit_code);
   if (!place) return exit_code;
   const ParameterValues values = PresentOrNone(*place, options);
-  return Show(ListJson(place->family->parameters, values), ListText(place->family->parameters, values),
-              options.wish.json);
+  Show(ListJson(place->family->parameters, values), ListText(place->family->parameters, values),
+       options.command.json);
+  return kExitDone;
 }
 
 int Get(const Options& options) {
@@ -93,12 +81,12 @@ int Get(const Options& options) {
   if (!place) return exit_code;
   for (const std::string& name : options.words) {
     if (FindParameter(place->family->parameters, name) == nullptr) {
-      return Wrong(UnknownParameter(place->family->parameters, name));
+      return Fail(UnknownParameter(place->family->parameters, name), kExitUsage);
     }
   }
   const ParameterValues values = Chosen(Present(*place, options, exit_code), options.words);
-  return exit_code == kExitDone ? Show(ToJson(options.wish.device, values), ToText(values), options.wish.json)
-                                : exit_code;
+  if (exit_code == kExitDone) Show(ToJson(options.command.device, values), ToText(values), options.command.json);
+  return exit_code;
 }
 
 int Export(const Options& options) {
@@ -107,28 +95,28 @@ int Export(const Options& options) {
   if (!place) return exit_code;
   const ParameterValues values = Present(*place, options, exit_code);
   if (exit_code != kExitDone) return exit_code;
-  const std::string text = ParameterFileText(*place->family, options.wish.device, values);
+  const std::string text = ParameterFileText(*place->family, options.command.device, values);
   if (options.file.empty()) return WriteOut(text) ? kExitDone : kExitBad;
-  if (const std::string problem = WriteOutput(options.file, text); !problem.empty())
-    return Wrong(problem, kExitBad);
-  return Show({{"device", options.wish.device}, {"file", options.file}, {"parameters", values.size()}},
-              std::to_string(values.size()) + " parameters in " + options.file + '\n', options.wish.json);
+  if (const std::string problem = WriteOutput(options.file, text); !problem.empty()) return Fail(problem, kExitBad);
+  Show({{"device", options.command.device}, {"file", options.file}, {"parameters", values.size()}},
+       std::to_string(values.size()) + " parameters in " + options.file + '\n', options.command.json);
+  return kExitDone;
 }
 
-// Shows what differs from `wanted`, asks, and writes it.
+// Shows the differences from `wanted`, asks, and writes them.
 int Write(const Place& place, const Options& options, const ParameterValues& wanted) {
-  if (!options.wish.yes && !CanAsk("writing parameters")) return kExitUsage;
+  if (!options.command.yes && !CanAsk("writing parameters")) return kExitUsage;
   int exit_code = kExitDone;
   const ParameterValues present = Present(place, options, exit_code);
   if (exit_code != kExitDone) return exit_code;
   const ParameterChanges changes = ParameterDiff(present, wanted);
-  std::cerr << options.wish.device << ": " << changes.size() << " of " << wanted.size() << " parameters differ\n"
+  std::cerr << options.command.device << ": " << changes.size() << " of " << wanted.size() << " parameters differ\n"
             << ToText(changes);
-  if (!changes.empty() && !options.wish.yes && !Confirmed()) return kExitRejected;
-  OperatorClient client(place.machine, options.wish.key, !options.wish.json);
-  const std::vector<CommandResult> results = WriteParameters(client, options.wish, changes);
-  Show(WriteJson(options.wish.device, changes, results), WriteText(options.wish.device, changes, results),
-       options.wish.json);
+  if (!changes.empty() && !options.command.yes && !Confirmed()) return kExitRejected;
+  OperatorClient client(place.machine, options.command.key, !options.command.json);
+  const std::vector<CommandResult> results = WriteParameters(client, options.command, changes);
+  Show(WriteJson(options.command.device, changes, results), WriteText(options.command.device, changes, results),
+       options.command.json);
   return results.empty() ? kExitDone : ExitCode(results.back());
 }
 
@@ -136,9 +124,8 @@ int Set(const Options& options) {
   int exit_code = kExitDone;
   const auto place = Find(options, exit_code);
   if (!place) return exit_code;
-  std::string problem;
-  const ParameterValues wanted = FromWords(place->family->parameters, options.words, problem);
-  return problem.empty() ? Write(*place, options, wanted) : Wrong(problem);
+  const auto wanted = FromWords(place->family->parameters, options.words);
+  return wanted ? Write(*place, options, *wanted) : Fail(wanted.error().text, kExitUsage);
 }
 
 int Import(const Options& options) {
@@ -147,7 +134,7 @@ int Import(const Options& options) {
   if (!place) return exit_code;
   std::ifstream stream(options.file, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(stream), {}};
-  if (!stream.is_open() || stream.bad()) return Wrong("cannot read " + options.file, kExitBad);
+  if (!stream.is_open() || stream.bad()) return Fail("cannot read " + options.file, kExitBad);
   ConfigErrors errors(options.file);
   const ParameterValues wanted = ParseParameterFile(*place->family, text, errors);
   if (errors.empty()) return Write(*place, options, wanted);
@@ -157,27 +144,27 @@ int Import(const Options& options) {
 
 void AddList(CLI::App& param, int& exit_code) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = param.add_subcommand("list", "Names, present values, units, ranges and meanings");
-  command->add_option("DEVICE", options->wish.device, "The device")->required();
+  CLI::App* command = param.add_subcommand("list", "List names, present values, units, ranges and meanings");
+  command->add_option("DEVICE", options->command.device, "The device")->required();
   options->config.AddTo(*command, ConfigOption::Form::kOptionOnly);
-  AddKeyOption(*command, options->wish.key);
-  command->add_flag("--no-reads", options->no_reads, "Asks no device: without the present values");
-  command->add_flag("--json", options->wish.json, "One JSON object");
+  AddKeyOption(*command, options->command.key);
+  command->add_flag("--no-reads", options->no_reads, "Omit the present values: do not read the device");
+  command->add_flag("--json", options->command.json, "Print one JSON object");
   command->footer(
       "examples:\n  axlecast param list gm3\n  axlecast param list gm3 --no-reads\n"
-      "A value that cannot be read is -; why is said on standard error. Exit code: 0, or 2 usage");
+      "A value that cannot be read is shown as -, with the reason on standard error. Exit code: 0, or 2 usage");
   command->callback([options, &exit_code] { exit_code = List(*options); });
 }
 
-// A verb that asks the device; `arguments` adds what it takes besides the device.
+// Adds a verb that accesses the device. `arguments` adds those after the device.
 template <typename Arguments>
 void Add(CLI::App& param, int& exit_code, const char* name, const char* help, int (*run)(const Options&), bool asks,
          const char* example, const Arguments& arguments) {
   auto options = std::make_shared<Options>();
   CLI::App* command = param.add_subcommand(name, help);
-  command->add_option("DEVICE", options->wish.device, "The device")->required();
+  command->add_option("DEVICE", options->command.device, "The device")->required();
   arguments(*command, *options);
-  AddCommandOptions(*command, options->config, options->wish, asks);
+  AddCommandOptions(*command, options->config, options->command, asks);
   command->footer(std::string(example) + '\n' + kCommandExitCodes);
   command->callback([options, run, &exit_code] { exit_code = run(*options); });
 }
@@ -185,30 +172,29 @@ void Add(CLI::App& param, int& exit_code, const char* name, const char* help, in
 }  // namespace
 
 void AddParamCommand(CLI::App& app, int& exit_code) {
-  CLI::App* param = app.add_subcommand("param", "The settings that a device keeps: list, get, set, export, import");
+  CLI::App* param = app.add_subcommand("param", "List, get, set, export or import the settings of a device");
   param->require_subcommand(1);
   AddList(*param, exit_code);
-  Add(*param, exit_code, "get", "Reads values", &Get, false,
+  Add(*param, exit_code, "get", "Read values", &Get, false,
       "examples:\n  axlecast param get gm3\n  axlecast param get gm3 log_interval start_time_1 --json",
       [](CLI::App& command, Options& options) {
-        command.add_option("NAMES", options.words, "Only these; else all")->type_name("NAME");
+        command.add_option("NAMES", options.words, "Only these parameters; default all")->type_name("NAME");
       });
-  Add(*param, exit_code, "set", "Shows what would change, asks, writes, and reads back", &Set, true,
+  Add(*param, exit_code, "set", "Show the changes, ask, write them, and read them back", &Set, true,
       "example: axlecast param set gm3 power_upper_a_1_50hz=125.0 log_interval=0.5",
       [](CLI::App& command, Options& options) {
         command.add_option("VALUES", options.words, "The new values, in the parameters' units")
             ->type_name("NAME=VALUE")
             ->required();
       });
-  Add(*param, exit_code, "export", "Writes all values as YAML, to a file or standard output", &Export, false,
+  Add(*param, exit_code, "export", "Write all values as YAML, to a file or standard output", &Export, false,
       "example: axlecast param export gm3 --out gm3.yaml", [](CLI::App& command, Options& options) {
-        command.add_option("--out", options.file, "To this file")->type_name("FILE");
+        command.add_option("--out", options.file, "Write to this file")->type_name("FILE");
       });
-  Add(*param, exit_code, "import", "Shows what differs from the file, asks, writes that, and reads back", &Import,
+  Add(*param, exit_code, "import", "Show the differences from a file, ask, write them, and read them back", &Import,
       true, "examples:\n  axlecast param import gm3 gm3.yaml\n  axlecast param import gm4 gm3.yaml --yes --json",
       [](CLI::App& command, Options& options) {
-        command.add_option("FILE", options.file, "As `param export` writes it; may leave parameters out")
-            ->required();
+        command.add_option("FILE", options.file, "A file of `param export`; it may omit parameters")->required();
       });
 }
 

@@ -7,20 +7,19 @@
 #include <memory>
 
 #include "core/messages/json/field.h"
-#include "tools/axlecast/command/command_options.h"
+#include "tools/axlecast/command/command_request.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/confirmation.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/screen.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/device_data/replace_wizard.h"
-#include "tools/axlecast/live/status_text.h"
+#include "tools/axlecast/live/format_device.h"
 
 namespace axlecast {
 namespace {
 
 struct Options {
   ConfigOption config;
-  ReplaceWish wish;
+  ReplaceOptions replace;
   std::string from = "backup";
   bool already_exchanged = false;
 };
@@ -29,29 +28,27 @@ int Replace(Options options) {
   int exit_code = kExitDone;
   const auto machine = options.config.Load(exit_code);
   if (!machine) return exit_code;
-  ReplaceWish& wish = options.wish;
-  if (machine->BusOf(wish.command.device) == nullptr) {
-    std::cerr << UnknownDevice(*machine, wish.command.device) << '\n';
-    return kExitUsage;
-  }
-  if (!wish.command.yes && !CanAsk("replace")) return kExitUsage;
+  ReplaceOptions& replace = options.replace;
+  if (machine->BusOf(replace.command.device) == nullptr)
+    return Fail(UnknownDevice(*machine, replace.command.device), kExitUsage);
+  if (!replace.command.yes && !CanAsk("replace")) return kExitUsage;
   if (options.already_exchanged) options.from = "accept";
   const auto step = std::find(std::begin(kReplaceSteps), std::end(kReplaceSteps), options.from);
-  wish.from = static_cast<ReplaceStep>(std::distance(std::begin(kReplaceSteps), step));
-  ReplaceWizard guide(*machine, wish);
-  exit_code = guide.Run();
-  static_cast<void>(WriteOut(wish.command.json ? JsonLine(ToJson(guide.report())) + '\n' : ToText(guide.report())));
+  replace.from = static_cast<ReplaceStep>(std::distance(std::begin(kReplaceSteps), step));
+  ReplaceWizard wizard(*machine, replace);
+  exit_code = wizard.Run();
+  Show(ToJson(wizard.report()), ToText(wizard.report()), replace.command.json);
   return exit_code;
 }
 
 void AddOptions(CLI::App& command, Options& options) {
-  ReplaceWish& wish = options.wish;
-  command.add_option("DEVICE", wish.command.device, "The device")->required();
+  ReplaceOptions& replace = options.replace;
+  command.add_option("DEVICE", replace.command.device, "The device")->required();
   command
-      .add_option("--backup", wish.backup,
+      .add_option("--backup", replace.backup,
                   "The backup's file: taken when it is there, else written; default DEVICE-UTC.txt in this folder")
       ->type_name("FILE");
-  command.add_option("--value", wish.value, "What the axis reads after the exchange, in its unit")
+  command.add_option("--value", replace.value, "What the axis reads after the exchange, in its unit")
       ->check(PlainNumber())
       ->type_name("V");
   CLI::Option* from =
@@ -63,10 +60,10 @@ void AddOptions(CLI::App& command, Options& options) {
                 "The new one is in place: as --from accept, with the backup of --backup if any")
       ->excludes(from);
   options.config.AddTo(command, ConfigOption::Form::kOptionOnly);
-  AddKeyOption(command, wish.command.key);
-  command.add_flag("--yes", wish.command.yes, "Do not ask; without --value no datum is set");
-  command.add_flag("--json", wish.command.json, "What was done as one JSON object");
-  AddReasonOption(command, wish.command.reason);
+  AddKeyOption(command, replace.command.key);
+  command.add_flag("--yes", replace.command.yes, "Do not ask; without --value no datum is set");
+  command.add_flag("--json", replace.command.json, "What was done as one JSON object");
+  AddReasonOption(command, replace.command.reason);
 }
 
 }  // namespace

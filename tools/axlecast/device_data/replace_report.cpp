@@ -1,7 +1,7 @@
 #include "tools/axlecast/device_data/replace_report.h"
 
 #include "core/base/text.h"
-#include "tools/axlecast/command/command_report.h"
+#include "tools/axlecast/command/command_run.h"
 
 namespace axlecast {
 namespace {

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <axlecast/device_info_t.hpp>
 #include <fstream>
 #include <iostream>
 #include <iterator>
@@ -12,14 +13,12 @@
 #include "core/device/operation.h"
 #include "core/messages/enum_names.h"
 #include "platform/os/new_file.h"
-#include "tools/axlecast/command/command_report.h"
-#include "tools/axlecast/command/datum_text.h"
-#include "tools/axlecast/common/confirmation.h"
+#include "tools/axlecast/command/command_run.h"
+#include "tools/axlecast/command/format_journal.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/device_data/exchange_watch.h"
-#include "tools/axlecast/device_data/memory_transfer.h"
-#include "tools/axlecast/device_data/parameter_transfer.h"
-#include "tools/axlecast/live/status_text.h"
+#include "tools/axlecast/common/terminal.h"
+#include "tools/axlecast/device_data/device_access.h"
+#include "tools/axlecast/live/format_device.h"
 #include "tools/monitor/live_machine.h"
 
 namespace axlecast {
@@ -36,20 +35,20 @@ bool Answers(const DeviceView& device, MonoNs now) {
 
 std::string StateText(const DeviceView& device, MonoNs now) {
   const auto state = device.State(now);
-  if (!state) return "SILENT (its driver is not heard)";
+  if (!state) return "SILENT (no message from its driver)";
   const std::string reason = device.info ? Printable(device.info->reason) : "";
   return std::string(DeviceStateName(*state)) + (reason.empty() ? "" : " (" + reason + ")");
 }
 
 // "identity 17, serial SN0042, model ts5669n127"
 std::string EncoderText(const device_info_t& info) {
-  std::string text = "identity " + (info.identity < 0 ? std::string("not told") : std::to_string(info.identity));
+  std::string text = "identity " + (info.identity < 0 ? std::string("unknown") : std::to_string(info.identity));
   if (!info.serial.empty()) text += ", serial " + Printable(info.serial);
   if (!info.firmware.empty()) text += ", firmware " + Printable(info.firmware);
   return text + ", model " + Printable(info.model);
 }
 
-void TellAlarms(const DeviceView& device) {
+void PrintAlarms(const DeviceView& device) {
   for (const alarm_entry_t& alarm : device.alarms.entries()) {
     std::cerr << "  alarm " << Printable(alarm.name) << ": " << Printable(alarm.action) << '\n';
   }
@@ -67,23 +66,34 @@ bool Done(const CommandResult& result) {
 
 }  // namespace
 
-ReplaceWizard::ReplaceWizard(const MachineConfig& machine, ReplaceWish wish)
+void ExchangeWatch::On(std::optional<std::int8_t> state, std::int64_t boot_id, MonoNs now) {
+  // A new encoder may come with alarms of its own, such as a battery that was never connected: DEGRADED.
+  const bool answers = state == device_info_t::STATE_ONLINE || state == device_info_t::STATE_DEGRADED;
+  const bool restarted = boot_id != 0 && boot_id_ != 0 && boot_id != boot_id_;
+  if (boot_id != 0) boot_id_ = boot_id;
+  if (!answers || restarted) {
+    stage_ = Stage::kAway;
+    answers_since_ = kNever;
+  }
+  if (!answers) return;
+  if (answers_since_ == kNever) answers_since_ = now;
+  if (stage_ == Stage::kAway && now - answers_since_ >= kSteady) stage_ = Stage::kBack;
+}
+
+ReplaceWizard::ReplaceWizard(const MachineConfig& machine, ReplaceOptions options)
     : machine_(machine),
-      family_(*machine.BusOf(wish.command.device)->family),
-      wish_(std::move(wish)),
-      client_(machine, wish_.command.key, !wish_.command.json) {
-  report_.device = wish_.command.device;
+      family_(*machine.BusOf(options.command.device)->family),
+      options_(std::move(options)),
+      client_(machine, options_.command.key, !options_.command.json) {
+  report_.device = options_.command.device;
   report_.has_position = family_.has_position;
 }
 
 int ReplaceWizard::Run() {
-  if (!client_.problem().empty()) {
-    std::cerr << client_.problem() << '\n';
-    return kExitBad;
-  }
+  if (!client_.problem().empty()) return Fail(client_.problem(), kExitBad);
   ShowKnown();
   if (const End end = LoadBackup()) {
-    report_.stopped = wish_.from;
+    report_.stopped = options_.from;
     return *end;
   }
   const std::pair<ReplaceStep, End (ReplaceWizard::*)()> steps[] = {
@@ -93,7 +103,7 @@ int ReplaceWizard::Run() {
       {ReplaceStep::kWriteBack, &ReplaceWizard::WriteBack},
       {ReplaceStep::kDatum, &ReplaceWizard::SetDatum}};
   for (const auto& [step, run] : steps) {
-    if (step < wish_.from) continue;
+    if (step < options_.from) continue;
     report_.stopped = step;
     if (CancelOnSignal::requested()) return kExitRejected;
     if (const End end = (this->*run)()) return *end;
@@ -119,18 +129,18 @@ DeviceView ReplaceWizard::Look() {
 CommandRequest ReplaceWizard::Request(const char* operation) const {
   return {.device = report_.device,
           .operation = operation,
-          .valid_ms = wish_.command.valid_ms,
-          .reason = wish_.command.reason};
+          .valid_ms = options_.command.valid_ms,
+          .reason = options_.command.reason};
 }
 
-bool ReplaceWizard::Agreed() const { return wish_.command.yes || Confirmed(); }
+bool ReplaceWizard::Agreed() const { return options_.command.yes || Confirmed(); }
 
 void ReplaceWizard::ShowKnown() {
   const DeviceView device = Look();
   const MonoNs now = clock_.Now();
   std::cerr << PresentText(device, now) << '\n'
             << "  state " << StateText(device, now) << '\n'
-            << "  " << (device.info ? EncoderText(*device.info) : "what it is is not known") << '\n';
+            << "  " << (device.info ? EncoderText(*device.info) : "its identity is unknown") << '\n';
   HistoryReader reader(JournalFile(machine_));
   const std::vector<DeviceRecord> devices = reader.Devices();
   const auto found = std::find_if(devices.begin(), devices.end(),
@@ -142,33 +152,30 @@ void ReplaceWizard::ShowKnown() {
 }
 
 ReplaceWizard::End ReplaceWizard::LoadBackup() {
-  if (wish_.backup.empty()) return std::nullopt;
-  std::ifstream stream(wish_.backup, std::ios::binary);
+  if (options_.backup.empty()) return std::nullopt;
+  std::ifstream stream(options_.backup, std::ios::binary);
   if (!stream.is_open()) {
-    if (wish_.from == ReplaceStep::kBackup) return std::nullopt;
-    std::cerr << "cannot read " << wish_.backup << '\n';
-    return kExitBad;
+    if (options_.from == ReplaceStep::kBackup) return std::nullopt;
+    return Fail("cannot read " + options_.backup, kExitBad);
   }
   const std::string text{std::istreambuf_iterator<char>(stream), {}};
-  std::string problem;
-  std::string note;
-  backup_ = ParseBackup(family_, report_.device, wish_.backup, text, problem, note);
-  if (!problem.empty()) {
-    std::cerr << problem << '\n';
-    return kExitBad;
+  Result<ContentsFile> file = ParseContents(family_, options_.backup, text);
+  if (!file) return Fail(file.error().text, kExitBad);
+  if (!file->device.empty() && file->device != report_.device) {
+    std::cerr << "warning: " << options_.backup << " is a backup of " << file->device << '\n';
   }
-  if (!note.empty()) std::cerr << "warning: " << note << '\n';
-  report_.backup = wish_.backup;
+  backup_ = std::move(file->contents);
+  report_.backup = options_.backup;
   return std::nullopt;
 }
 
 ReplaceWizard::End ReplaceWizard::Backup() {
   if (backup_) {
-    std::cerr << "backup: " << wish_.backup << " is there already, and stays as it is\n";
+    std::cerr << "backup: " << options_.backup << " exists, and is not changed\n";
     return std::nullopt;
   }
   if (BackupOperation(family_) == nullptr) {
-    report_.backup_problem = "devices of " + std::string(family_.name) + " keep nothing that could be backed up";
+    report_.backup_problem = "devices of " + std::string(family_.name) + " store nothing that can be backed up";
     std::cerr << "backup: " << report_.backup_problem << '\n';
     return std::nullopt;
   }
@@ -176,24 +183,20 @@ ReplaceWizard::End ReplaceWizard::Backup() {
   const MonoNs now = clock_.Now();
   if (Answers(device, now)) return ReadBackup();
   report_.backup_problem = "it does not answer, " + StateText(device, now);
-  std::cerr << "backup: " << report_.backup_problem << "; going on without\n";
+  std::cerr << "backup: " << report_.backup_problem << "; continuing without a backup\n";
   return std::nullopt;
 }
 
 ReplaceWizard::End ReplaceWizard::ReadBackup() {
-  BackupReading reading = axlecast::ReadBackup(client_, family_, wish_.command);
+  BackupReading reading = ReadContents(client_, family_, options_.command);
   if (ExitCode(reading.result) != kExitDone) return Stopped(reading.result);
-  if (!reading.problem.empty()) {
-    std::cerr << "backup: " << reading.problem << '\n';
-    return kExitFailed;
-  }
+  if (!reading.contents) return Fail("backup: " + reading.contents.error().text, kExitFailed);
   const std::string file =
-      wish_.backup.empty() ? BackupFileName(report_.device, clock_.UtcMicroseconds(), ".txt") : wish_.backup;
+      options_.backup.empty() ? BackupFileName(report_.device, clock_.UtcMicroseconds(), ".txt") : options_.backup;
   if (const std::string problem = WriteOutput(file, reading.text); !problem.empty()) {
-    std::cerr << problem << '\n';
-    return kExitBad;
+    return Fail(problem, kExitBad);
   }
-  backup_ = std::move(reading.contents);
+  backup_ = *std::move(reading.contents);
   report_.backup = file;
   std::cerr << "backup: written to " << file << '\n';
   return std::nullopt;
@@ -208,13 +211,13 @@ ReplaceWizard::End ReplaceWizard::Exchange() {
   std::cerr << "Exchange " << report_.device
             << " now. This waits until it was away and answers again; Ctrl-C stops.\n";
   ExchangeWatch watch;
-  std::string told;
+  std::string reported;
   const auto back = [&](const MachineView& view) {
     const MonoNs now = clock_.Now();
     const DeviceView& device = *view.FindDevice(report_.device);
     watch.On(device.State(now), device.info ? device.info->boot_id : 0, now);
     const std::string state = StateText(device, now);
-    if (state != std::exchange(told, state)) std::cerr << "  " << report_.device << ": " << state << '\n';
+    if (state != std::exchange(reported, state)) std::cerr << "  " << report_.device << ": " << state << '\n';
     return watch.stage() == ExchangeWatch::Stage::kBack || CancelOnSignal::requested();
   };
   works = works && live.Gather(kNever, back);
@@ -235,9 +238,9 @@ ReplaceWizard::End ReplaceWizard::Accept() {
   }
   report_.encoder = EncoderText(*device.info);
   std::cerr << "now answers: " << report_.encoder << ", " << StateText(device, now) << '\n';
-  TellAlarms(device);
-  if (!family_.has_position) return std::nullopt;  // no datum and no wear are kept of a monitor
-  std::cerr << "Accept it as another encoder? Its wear, identity and datum begin anew.\n";
+  PrintAlarms(device);
+  if (!family_.has_position) return std::nullopt;  // a monitor has neither datum nor wear
+  std::cerr << "Accept it as another encoder? Its wear, identity and datum start again.\n";
   if (!Agreed()) return kExitRejected;
   report_.accepted = client_.Execute(Request("accept_exchange"));
   return Done(*report_.accepted) ? std::nullopt : End(Stopped(*report_.accepted));
@@ -252,16 +255,14 @@ ReplaceWizard::End ReplaceWizard::WriteBack() {
 }
 
 ReplaceWizard::End ReplaceWizard::WriteCells() {
-  const BackupReading present = axlecast::ReadBackup(client_, family_, wish_.command);
+  const BackupReading present = ReadContents(client_, family_, options_.command);
   if (ExitCode(present.result) != kExitDone) return Stopped(present.result);
-  if (!present.problem.empty()) {
-    std::cerr << "write: " << present.problem << '\n';
-    return kExitFailed;
-  }
-  const PermittedCells permitted = AskPermitted(client_, wish_.command, present.contents.cells, backup_->cells);
+  if (!present.contents) return Fail("write: " + present.contents.error().text, kExitFailed);
+  const PermittedCells permitted =
+      QueryPermitted(client_, options_.command, present.contents->cells, backup_->cells);
   report_.not_permitted = permitted.not_permitted;
   if (permitted.failed) return Stopped(*permitted.failed);
-  const std::vector<CellRun> runs = CellRuns(present.contents.cells, permitted.cells, kLongestWrite);
+  const std::vector<CellRun> runs = CellRuns(present.contents->cells, permitted.cells, kMaxWrite);
   if (runs.empty()) std::cerr << "write: nothing that may be written differs from the backup\n";
   for (const CellRun& run : runs) {
     if (End end = WriteRun(run)) return end;
@@ -273,22 +274,19 @@ ReplaceWizard::End ReplaceWizard::WriteRun(const CellRun& run) {
   std::cerr << "write: address " << run.address << ": " << HexText(run.before) << " -> " << HexText(run.after)
             << '\n';
   if (!Agreed()) return CancelOnSignal::requested() ? End(kExitRejected) : std::nullopt;
-  report_.written.push_back(axlecast::WriteCells(client_, wish_.command, run));
+  report_.written.push_back(axlecast::WriteCells(client_, options_.command, run));
   return Done(report_.written.back()) ? std::nullopt : End(Stopped(report_.written.back()));
 }
 
 ReplaceWizard::End ReplaceWizard::WriteValues() {
-  const ParameterReading present = ReadParameters(client_, family_, wish_.command);
+  const ParameterReading present = ReadParameters(client_, family_, options_.command);
   if (ExitCode(present.result) != kExitDone) return Stopped(present.result);
-  if (!present.problem.empty()) {
-    std::cerr << "write: " << present.problem << '\n';
-    return kExitFailed;
-  }
-  const ParameterChanges changes = ParameterDiff(present.values, backup_->values);
+  if (!present.values) return Fail("write: " + present.values.error().text, kExitFailed);
+  const ParameterChanges changes = ParameterDiff(*present.values, backup_->values);
   std::cerr << "write: " << changes.size() << " parameters differ from the backup\n" << ToText(changes);
   if (changes.empty()) return std::nullopt;
   if (!Agreed()) return CancelOnSignal::requested() ? End(kExitRejected) : std::nullopt;
-  report_.written = WriteParameters(client_, wish_.command, changes);
+  report_.written = WriteParameters(client_, options_.command, changes);
   return Done(report_.written.back()) ? std::nullopt : End(Stopped(report_.written.back()));
 }
 
@@ -304,7 +302,7 @@ std::string ReplaceWizard::AskValue() const {
 
 ReplaceWizard::End ReplaceWizard::SetDatum() {
   if (!family_.has_position) return std::nullopt;
-  const std::string value = wish_.value.empty() && !wish_.command.yes ? AskValue() : wish_.value;
+  const std::string value = options_.value.empty() && !options_.command.yes ? AskValue() : options_.value;
   if (CancelOnSignal::requested()) return kExitRejected;
   if (value.empty()) return std::nullopt;
   CommandRequest request = Request("set_datum");

@@ -1,20 +1,40 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
 
+#include "core/base/time.h"
 #include "core/config/machine_config.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/command/command_run.h"
-#include "tools/axlecast/command/operator_client.h"
-#include "tools/axlecast/device_data/replace_backup.h"
+#include "tools/axlecast/device_data/device_backup.h"
 #include "tools/axlecast/device_data/replace_report.h"
 #include "tools/monitor/machine_view.h"
 
 namespace axlecast {
 
-struct ReplaceWish {
+// Sees from its state when a device was taken away and another, or the same, answers in its place. Pure.
+class ExchangeWatch {
+ public:
+  enum class Stage : std::uint8_t { kThere, kAway, kBack };
+
+  static constexpr MonoNs kSteady = kSecond;  // it answers for so long without a break: back
+
+  // `state`: device_info_t STATE_*, nothing while its driver is silent. `boot_id` of its driver, 0 unknown: one that
+  // restarted may have seen it away.
+  void On(std::optional<std::int8_t> state, std::int64_t boot_id, MonoNs now);
+
+  [[nodiscard]] Stage stage() const { return stage_; }
+
+ private:
+  Stage stage_ = Stage::kThere;
+  std::int64_t boot_id_ = 0;
+  MonoNs answers_since_ = kNever;
+};
+
+struct ReplaceOptions {
   CommandOptions command;  // device, key, validity, reason, yes
   ReplaceStep from = ReplaceStep::kBackup;
   std::string backup;  // file: the backup when it exists, else where it is written; empty: a name of its own
@@ -26,7 +46,7 @@ struct ReplaceWish {
 class ReplaceWizard {
  public:
   // The machine has the device.
-  ReplaceWizard(const MachineConfig& machine, ReplaceWish wish);
+  ReplaceWizard(const MachineConfig& machine, ReplaceOptions options);
 
   [[nodiscard]] int Run();  // the exit code
   [[nodiscard]] const ReplaceReport& report() const { return report_; }
@@ -54,7 +74,7 @@ class ReplaceWizard {
 
   const MachineConfig& machine_;
   const Family& family_;
-  const ReplaceWish wish_;
+  const ReplaceOptions options_;
   SystemClock clock_;
   OperatorClient client_;
   ReplaceReport report_;

@@ -1,19 +1,31 @@
 #include "tools/axlecast/device_data/restore_run.h"
 
 #include <algorithm>
+#include <array>
 #include <iostream>
 #include <utility>
 
 #include "core/base/text.h"
-#include "tools/axlecast/command/command_report.h"
-#include "tools/axlecast/common/cancel_on_signal.h"
-#include "tools/axlecast/common/confirmation.h"
+#include "core/device/operation.h"
+#include "core/device/parameter.h"
+#include "tools/axlecast/command/command_run.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/device_data/memory_transfer.h"
-#include "tools/axlecast/device_data/parameter_transfer.h"
+#include "tools/axlecast/common/terminal.h"
+#include "tools/axlecast/device_data/device_access.h"
 
 namespace axlecast {
 namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string_view StateName(RestoreLine::State state) {
+  static constexpr std::array<std::string_view, 4> kNames = {"not_written", "written", "failed", "impossible"};
+  return kNames.at(static_cast<std::size_t>(state));
+}
+
+std::string ValueOf(const ParameterSpec& parameter, std::uint16_t raw) {
+  return ParameterText(parameter, raw) + ' ' + std::string(parameter.unit);
+}
 
 int Stopped(const CommandResult& result) {
   std::cerr << ToText(result);
@@ -24,13 +36,67 @@ bool IsDone(int exit_code) { return exit_code == kExitDone || exit_code == kExit
 
 }  // namespace
 
-RestoreRun::RestoreRun(const MachineConfig& machine, RestoreWish wish)
-    : family_(*machine.BusOf(wish.command.device)->family),
-      wish_(std::move(wish)),
-      client_(machine, wish_.command.key, !wish_.command.json) {
-  report_.device = wish_.command.device;
-  report_.file = wish_.file;
-  report_.dry_run = wish_.dry_run;
+RestoreLine LineOf(const CellRun& run) {
+  const std::size_t last = run.address + run.after.size() - 1;
+  std::string what = "eeprom " + std::to_string(run.address);
+  if (last != run.address) what += '-' + std::to_string(last);
+  return {.what = std::move(what), .before = HexText(run.before), .after = HexText(run.after), .text = ""};
+}
+
+RestoreLine LineOf(const ParameterChange& change) {
+  return {.what = std::string(change.parameter->name),
+          .before = ValueOf(*change.parameter, change.before),
+          .after = ValueOf(*change.parameter, change.after),
+          .text = ""};
+}
+
+void Settle(RestoreLine& line, const CommandResult& result) {
+  const int exit_code = ExitCode(result);
+  const bool done = exit_code == kExitDone || exit_code == kExitUnverifiable;
+  line.state = done ? RestoreLine::State::kDone : RestoreLine::State::kFailed;
+  if (!done) line.text = result.problem.empty() ? Printable(result.status.text) : result.problem;
+}
+
+std::string ToText(const RestoreReport& report) {
+  if (!report.compared) return "";
+  std::string text =
+      report.device + ": " + std::to_string(report.lines.size()) + " differences from " + report.file + '\n';
+  for (const RestoreLine& line : report.lines) {
+    text += "  " + Left(StateName(line.state), 12) + line.what + ": " + line.before + " -> " + line.after +
+            (line.text.empty() ? "" : ": " + line.text) + '\n';
+  }
+  for (const std::string& kept : report.kept) text += "  not written back: " + kept + '\n';
+  if (report.reads_back) {
+    text += *report.reads_back ? "read back: as in the backup\n" : "read back: it still differs from the backup\n";
+  }
+  return text;
+}
+
+Json ToJson(const RestoreReport& report) {
+  Json json = {{"device", report.device},
+               {"file", report.file},
+               {"other_unit", report.other_unit.empty() ? Json() : Json(report.other_unit)},
+               {"dry_run", report.dry_run},
+               {"differences", Json::array()},
+               {"not_written_back", report.kept},
+               {"reads_back", report.reads_back ? Json(*report.reads_back) : Json()}};
+  for (const RestoreLine& line : report.lines) {
+    json["differences"].push_back({{"what", line.what},
+                                   {"before", line.before},
+                                   {"after", line.after},
+                                   {"outcome", StateName(line.state)},
+                                   {"text", line.text}});
+  }
+  return json;
+}
+
+RestoreRun::RestoreRun(const MachineConfig& machine, RestoreOptions options)
+    : family_(*machine.BusOf(options.command.device)->family),
+      options_(std::move(options)),
+      client_(machine, options_.command.key, !options_.command.json) {
+  report_.device = options_.command.device;
+  report_.file = options_.file;
+  report_.dry_run = options_.dry_run;
 }
 
 int RestoreRun::Refuse(const std::string& problem, int exit_code) const {
@@ -41,9 +107,9 @@ int RestoreRun::Refuse(const std::string& problem, int exit_code) const {
 int RestoreRun::Run(const DeviceBackup& backup, const device_info_t& info) {
   if (!client_.problem().empty()) return Refuse(client_.problem(), kExitBad);
   if (const int exit_code = CheckUnit(backup, info); exit_code != kExitDone) return exit_code;
-  std::string problem;
-  wanted_ = ContentsOf(backup, family_, problem);
-  if (!problem.empty()) return Refuse(problem, kExitBad);
+  Result<BackupContents> wanted = ContentsOf(backup, family_);
+  if (!wanted) return Refuse(wanted.error().text, kExitBad);
+  wanted_ = *std::move(wanted);
   ListKept(backup);
   report_.compared = BackupOperation(family_) == nullptr;
   if (report_.compared) return kExitDone;
@@ -51,9 +117,9 @@ int RestoreRun::Run(const DeviceBackup& backup, const device_info_t& info) {
   if (const int exit_code = Read(present); exit_code != kExitDone) return exit_code;
   if (const int exit_code = Compare(present); exit_code != kExitDone) return exit_code;
   report_.compared = true;
-  if (!AnyPending() || wish_.dry_run) return kExitDone;
+  if (!AnyPending() || options_.dry_run) return kExitDone;
   std::cerr << ToText(report_);
-  if (!wish_.command.yes && !Confirmed()) return kExitRejected;
+  if (!options_.command.yes && !Confirmed()) return kExitRejected;
   const int written = Write();
   const int read_back = CancelOnSignal::requested() ? kExitRejected : ReadBack();
   return IsDone(written) ? read_back : written;
@@ -68,7 +134,7 @@ int RestoreRun::CheckUnit(const DeviceBackup& backup, const device_info_t& info)
   }
   report_.other_unit = OtherUnit(backup, info);
   if (report_.other_unit.empty()) return kExitDone;
-  if (!wish_.to_another_unit) {
+  if (!options_.to_another_unit) {
     return Refuse("it is another unit: " + report_.other_unit + "; if that is meant: --to-another-unit",
                   kExitRejected);
   }
@@ -89,17 +155,17 @@ void RestoreRun::ListKept(const DeviceBackup& backup) {
 }
 
 int RestoreRun::Read(BackupContents& present) {
-  BackupReading reading = ReadBackup(client_, family_, wish_.command);
+  BackupReading reading = ReadContents(client_, family_, options_.command);
   if (ExitCode(reading.result) != kExitDone) return Stopped(reading.result);
-  if (!reading.problem.empty()) return Refuse(reading.problem, kExitFailed);
-  present = std::move(reading.contents);
+  if (!reading.contents) return Refuse(reading.contents.error().text, kExitFailed);
+  present = *std::move(reading.contents);
   return kExitDone;
 }
 
 int RestoreRun::Compare(const BackupContents& present) {
-  const PermittedCells permitted = AskPermitted(client_, wish_.command, present.cells, wanted_.cells);
+  const PermittedCells permitted = QueryPermitted(client_, options_.command, present.cells, wanted_.cells);
   if (permitted.failed) return Stopped(*permitted.failed);
-  runs_ = CellRuns(present.cells, permitted.cells, kLongestWrite);
+  runs_ = CellRuns(present.cells, permitted.cells, kMaxWrite);
   changes_ = ParameterDiff(present.values, wanted_.values);
   for (const CellRun& run : runs_) report_.lines.push_back(LineOf(run));
   for (const ParameterChange& change : changes_) report_.lines.push_back(LineOf(change));
@@ -123,7 +189,7 @@ int RestoreRun::Write() {
 int RestoreRun::WriteMemory() {
   for (std::size_t i = 0; i < runs_.size(); ++i) {
     if (CancelOnSignal::requested()) return kExitRejected;
-    const CommandResult result = WriteCells(client_, wish_.command, runs_[i]);
+    const CommandResult result = WriteCells(client_, options_.command, runs_[i]);
     Settle(report_.lines[i], result);
     if (!IsDone(ExitCode(result))) return Stopped(result);
   }
@@ -132,7 +198,7 @@ int RestoreRun::WriteMemory() {
 
 int RestoreRun::WriteValues() {
   std::size_t line = runs_.size();
-  const std::vector<CommandRequest> requests = WriteRequests(wish_.command, changes_);
+  const std::vector<CommandRequest> requests = WriteRequests(options_.command, changes_);
   for (const CommandRequest& request : requests) {
     if (CancelOnSignal::requested()) return kExitRejected;
     const CommandResult result = client_.Execute(request);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <regex>
 #include <set>
@@ -58,5 +59,8 @@ class MessageWatch {
   std::int64_t uncounted_ = 0;  // messages of further channels
   MonoNs window_ = 0;
 };
+
+// What matters of a message (of `type`, as DecodeToJson gives it), for a person, in printable ASCII.
+[[nodiscard]] std::string Describe(const std::string& type, const nlohmann::ordered_json& message);
 
 }  // namespace axlecast

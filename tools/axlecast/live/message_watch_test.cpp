@@ -1,11 +1,9 @@
-#include "tools/axlecast/live/message_watch.h"
-
 #include <gmock/gmock.h>
-
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "tools/axlecast/live/trip_test_log.h"
+#include "tools/axlecast/common/test_monitor.h"
+#include "tools/axlecast/live/message_watch.h"
 #include "tools/monitor/one_axis.h"
 
 namespace axlecast {
@@ -99,4 +97,5 @@ TEST(MessageWatch, TableHasOneRowPerChannel) {
 }
 
 }  // namespace
+
 }  // namespace axlecast

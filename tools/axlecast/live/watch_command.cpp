@@ -16,7 +16,7 @@
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/screen.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/live/message_watch.h"
 
 namespace axlecast {

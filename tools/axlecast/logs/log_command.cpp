@@ -7,7 +7,7 @@
 
 #include "core/messages/json/field.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/screen.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/log_check.h"
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/axlecast/logs/log_summary.h"

@@ -14,7 +14,7 @@
 
 #include "platform/os/new_file.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/screen.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/axlecast/logs/subcommands.h"
 #include "tools/convert/conversion.h"

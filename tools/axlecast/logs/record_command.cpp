@@ -21,7 +21,7 @@
 #include "platform/os/process.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/screen.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/record_options.h"
 #include "tools/axlecast/logs/record_report.h"
 #include "tools/axlecast/logs/subcommands.h"

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/base/expression.h"
-#include "tools/axlecast/common/host_name.h"
+#include "tools/axlecast/common/program.h"
 
 namespace axlecast {
 namespace {

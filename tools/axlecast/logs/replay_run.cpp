@@ -13,7 +13,7 @@
 #include "platform/net/lcm_port.h"
 #include "platform/os/system_clock.h"
 #include "platform/os/terminal.h"
-#include "tools/axlecast/common/screen.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/common/utc_text.h"
 
 namespace axlecast {

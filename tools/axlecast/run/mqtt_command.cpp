@@ -14,7 +14,7 @@
 #include "platform/os/process.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/screen.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/run/mqtt_run.h"
 #include "tools/axlecast/run/subcommands.h"
 #include "tools/mqtt/mqtt_schema.h"

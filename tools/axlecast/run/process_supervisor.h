@@ -10,7 +10,7 @@
 
 #include "core/base/time.h"
 #include "platform/os/descriptor.h"
-#include "tools/axlecast/common/process_log.h"
+#include "tools/axlecast/common/program.h"
 
 namespace axlecast {
 

@@ -9,7 +9,7 @@
 #include "core/base/time.h"
 #include "core/device/family.h"
 #include "core/device/simulator.h"
-#include "drivers/hal/simulated_lines.h"
+#include "drivers/hal/pulse_lines.h"
 #include "drivers/hal/simulated_port.h"
 #include "platform/os/descriptor.h"
 #include "platform/os/folder.h"

@@ -7,10 +7,8 @@
 #include <string>
 
 #include "core/config/load.h"
-#include "tools/axlecast/common/config_keys.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/machine_units.h"
 #include "tools/axlecast/setup/config_report.h"
 
 namespace axlecast {

@@ -19,10 +19,10 @@
 #include "platform/os/terminal.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/screen.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/common/utc_text.h"
-#include "tools/axlecast/device_data/device_reads.h"
-#include "tools/axlecast/live/status_text.h"
+#include "tools/axlecast/device_data/device_access.h"
+#include "tools/axlecast/live/format_device.h"
 #include "tools/axlecast/setup/line_findings.h"
 #include "tools/service/hardware_watch.h"
 

@@ -3,7 +3,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "drivers/kit/clock_plan.h"
+#include "drivers/kit/clocked_line.h"
 
 namespace axlecast {
 

@@ -1,0 +1,162 @@
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <initializer_list>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "core/base/result.h"
+
+namespace axlecast {
+
+// ---- texts of quantities, in the machine's file and at run time alike ----
+
+// Parses a number from `min` to `max`. The error states the range and `unit`.
+[[nodiscard]] Result<double> ParseNumber(std::string_view text, double min, double max, std::string_view unit);
+// Parses a number without a fraction from `min` to `max`.
+[[nodiscard]] Result<std::int64_t> ParseWholeNumber(std::string_view text, double min, double max,
+                                                    std::string_view unit);
+// Returns the index of `text` in `words`, or an error that lists the words.
+[[nodiscard]] Result<std::size_t> ParseChoice(std::string_view text, std::span<const std::string_view> words);
+// Returns the value with up to 12 digits.
+[[nodiscard]] std::string NumberText(double value);
+
+// Old form of ParseNumber, until every family uses the functions below.
+[[nodiscard]] inline std::string ReadNumber(std::string_view text, double min, double max, std::string_view unit,
+                                            double& into) {
+  const Result<double> number = ParseNumber(text, min, max, unit);
+  if (!number) return number.error().text;
+  into = *number;
+  return {};
+}
+
+// ---- tables of quantities ----
+
+// Names and values, in the order in which they are shown.
+using QuantityList = std::vector<std::pair<std::string, std::string>>;
+
+// A setter that returns a Result<>, or (old form) an error text that is empty if the value was set.
+template <typename Simulated>
+class QuantitySetter {
+ public:
+  template <typename Function>
+  QuantitySetter(Function function)  // NOLINT(google-explicit-constructor,hicpp-explicit-conversions)
+      : set_([function](Simulated& device, std::string_view value) -> Result<> {
+          if constexpr (std::is_same_v<decltype(function(device, value)), std::string>) {
+            std::string why = function(device, value);
+            if (!why.empty()) return Failure(std::move(why));
+            return {};
+          } else {
+            return function(device, value);
+          }
+        }) {}
+  Result<> operator()(Simulated& device, std::string_view value) const { return set_(device, value); }
+
+ private:
+  std::function<Result<>(Simulated&, std::string_view)> set_;
+};
+
+// A property of a simulated device that is set and shown by name.
+template <typename Simulated>
+struct SimulatedQuantity {
+  std::string_view name;
+  QuantitySetter<Simulated> set;
+  std::function<std::string(const Simulated& device)> show;  // null: never shown, or an event
+};
+
+// All quantities of a device, in the order in which a configuration applies them.
+template <typename Simulated>
+using QuantityTable = std::vector<SimulatedQuantity<Simulated>>;
+
+// In the functions below, `member` is a pointer to a data member, or a generic lambda that returns a reference to the
+// value: `[](auto& encoder) -> auto& { return encoder.line.delay_ns; }`.
+
+// A number from `min` to `max`.
+template <typename Simulated, typename Member>
+[[nodiscard]] SimulatedQuantity<Simulated> NumberQuantity(std::string_view name, Member member, double min,
+                                                          double max, std::string_view unit) {
+  return {name,
+          [=](Simulated& device, std::string_view value) -> Result<> {
+            const Result<double> number = ParseNumber(value, min, max, unit);
+            if (!number) return Failure(number.error());
+            std::invoke(member, device) = *number;
+            return {};
+          },
+          [=](const Simulated& device) { return NumberText(std::invoke(member, device)); }};
+}
+
+// A whole number from `min` to `max`. An integer member refuses a fraction; a double drops it.
+template <typename Simulated, typename Member>
+[[nodiscard]] SimulatedQuantity<Simulated> WholeQuantity(std::string_view name, Member member, double min,
+                                                         double max, std::string_view unit) {
+  using Value = std::remove_cvref_t<std::invoke_result_t<Member, Simulated&>>;
+  return {name,
+          [=](Simulated& device, std::string_view value) -> Result<> {
+            if constexpr (std::is_floating_point_v<Value>) {
+              const Result<double> number = ParseNumber(value, min, max, unit);
+              if (!number) return Failure(number.error());
+              std::invoke(member, device) = std::floor(*number);
+            } else {
+              const Result<std::int64_t> number = ParseWholeNumber(value, min, max, unit);
+              if (!number) return Failure(number.error());
+              std::invoke(member, device) = static_cast<Value>(*number);
+            }
+            return {};
+          },
+          [=](const Simulated& device) { return NumberText(static_cast<double>(std::invoke(member, device))); }};
+}
+
+// One of `words`. The member is a bool or an enum whose values are the indices of the words.
+template <typename Simulated, typename Member>
+[[nodiscard]] SimulatedQuantity<Simulated> ChoiceQuantity(std::string_view name, Member member,
+                                                          std::initializer_list<std::string_view> words) {
+  using Value = std::remove_cvref_t<std::invoke_result_t<Member, Simulated&>>;
+  const std::vector<std::string_view> list(words);
+  return {name,
+          [=](Simulated& device, std::string_view value) -> Result<> {
+            const Result<std::size_t> index = ParseChoice(value, list);
+            if (!index) return Failure(index.error());
+            std::invoke(member, device) = static_cast<Value>(*index);
+            return {};
+          },
+          [=](const Simulated& device) {
+            return std::string(list.at(static_cast<std::size_t>(std::invoke(member, device))));
+          }};
+}
+
+template <typename Simulated>
+[[nodiscard]] std::vector<std::string_view> NamesOf(const QuantityTable<Simulated>& table) {
+  std::vector<std::string_view> names;
+  for (const auto& quantity : table) names.push_back(quantity.name);
+  return names;
+}
+
+template <typename Simulated>
+[[nodiscard]] Result<> SetByName(const QuantityTable<Simulated>& table, Simulated& device, std::string_view name,
+                                 std::string_view value) {
+  std::string names;
+  for (const auto& quantity : table) {
+    if (quantity.name == name) return quantity.set(device, value);
+    names += (names.empty() ? "" : ", ") + std::string(quantity.name);
+  }
+  return Failure("cannot be set while it runs: one of " + names);
+}
+
+// Returns the name and the present value of each quantity that is shown.
+template <typename Simulated>
+[[nodiscard]] QuantityList Shown(const QuantityTable<Simulated>& table, const Simulated& device) {
+  QuantityList list;
+  for (const auto& quantity : table) {
+    if (quantity.show) list.emplace_back(quantity.name, quantity.show(device));
+  }
+  return list;
+}
+
+}  // namespace axlecast

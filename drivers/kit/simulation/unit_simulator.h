@@ -1,0 +1,125 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/device/simulator.h"
+#include "drivers/kit/simulation/quantity.h"
+#include "drivers/kit/simulation/script.h"
+
+// The half of a simulator that is the same for every family: names, scripts, Set and State.
+namespace axlecast {
+
+// A device whose quantities are the entries of `Derived::Table()`, a static function that returns a
+// `const QuantityTable<Derived>&`.
+template <typename Derived>
+class TableDevice : public SimulatedDevice {
+ public:
+  [[nodiscard]] Result<> Set(std::string_view name, std::string_view value) final {
+    return SetByName(Derived::Table(), static_cast<Derived&>(*this), name, value);
+  }
+  // The names that Set accepts, in the order in which a configuration applies them.
+  [[nodiscard]] static std::vector<std::string_view> QuantityNames() { return NamesOf(Derived::Table()); }
+
+ protected:
+  [[nodiscard]] QuantityList ShownQuantities() const {
+    return Shown(Derived::Table(), static_cast<const Derived&>(*this));
+  }
+};
+
+// A device with its name and its script. A family with more data for each device derives its own struct.
+template <typename Device>
+struct ScriptedDevice {
+  std::string name;
+  Device device;
+  Script script;
+  bool started = false;
+
+  // Starts the script at the first call, executes every step that is due, and advances the device to `now`.
+  void CatchUp(MonoNs now) {
+    if (!started) script.Start(device, now);
+    started = true;
+    script.Run(device, now);
+    device.Advance(now);
+  }
+  [[nodiscard]] MonoNs NextDue() const { return started ? script.NextDue() : 0; }
+};
+
+// Reads the script of `device` and checks that `map` has no unknown key. Errors go into the map's list.
+template <typename Device>
+[[nodiscard]] Script ReadScriptOf(ConfigMap& map, const Device& device) {
+  Device trial = device;
+  Script script = ReadScript(map, Device::QuantityNames(), trial);
+  map.Done();
+  return script;
+}
+
+// Returns the unit with this name, or null. `units` is a container of structs with a member `name`.
+template <typename Units>
+[[nodiscard]] auto FindUnit(Units& units, std::string_view name) -> decltype(&*units.begin()) {
+  const auto found = std::find_if(units.begin(), units.end(), [&](const auto& unit) { return unit.name == name; });
+  return found == units.end() ? nullptr : &*found;
+}
+
+// The texts of Simulator::Set: an unknown device, and a value that the device refused.
+template <typename Units>
+[[nodiscard]] std::string UnknownDevice(const Units& units, std::string_view device) {
+  std::string names;
+  for (const auto& unit : units) names += (names.empty() ? "" : ", ") + unit.name;
+  return "no simulated device '" + std::string(device) + "' here: there is " + names;
+}
+[[nodiscard]] inline std::string SetProblem(std::string_view device, std::string_view key, const Result<>& result) {
+  return result ? "" : std::string(device) + '.' + std::string(key) + ": " + result.error().text;
+}
+
+// A simulator of one or more units. `Unit` is a ScriptedDevice or a struct derived from it. Its device has a function
+// `QuantityList Quantities() const`: every quantity with its value, then what the device measures.
+template <typename Unit>
+class UnitSimulator : public Simulator {
+ public:
+  [[nodiscard]] std::string Set(std::string_view device, std::string_view key, std::string_view value,
+                                MonoNs now) override {
+    CatchUp(now);
+    Unit* unit = FindUnit(units_, device);
+    if (unit == nullptr) return UnknownDevice(units_, device);
+    return SetProblem(device, key, unit->device.Set(key, value));
+  }
+  [[nodiscard]] QuantityList State(std::string_view device, MonoNs now) const override {
+    const Unit* unit = FindUnit(units_, device);
+    if (unit == nullptr) return {};
+    auto copy = unit->device;  // State changes neither the time nor the random numbers of the device
+    copy.Advance(now);
+    QuantityList list = copy.Quantities();
+    for (const auto& [name, count] : CountersOf(*unit)) list.emplace_back(name, std::to_string(count));
+    return list;
+  }
+  [[nodiscard]] MonoNs NextDue() const override {
+    MonoNs due = kNever;
+    for (const Unit& unit : units_) due = std::min(due, unit.NextDue());
+    return due;
+  }
+
+ protected:
+  using CounterList = std::vector<std::pair<std::string, std::int64_t>>;
+
+  explicit UnitSimulator(std::vector<Unit> units) : units_(std::move(units)) {}
+
+  // Executes the scripts up to `now`.
+  virtual void CatchUp(MonoNs now) {
+    for (Unit& unit : units_) unit.CatchUp(now);
+  }
+  // What State shows after the quantities: traffic and rule violations since the start.
+  [[nodiscard]] virtual CounterList CountersOf(const Unit& unit) const = 0;
+
+  [[nodiscard]] std::vector<Unit>& units() { return units_; }
+  [[nodiscard]] const std::vector<Unit>& units() const { return units_; }
+
+ private:
+  std::vector<Unit> units_;
+};
+
+}  // namespace axlecast

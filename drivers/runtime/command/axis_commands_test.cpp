@@ -1,0 +1,211 @@
+#include <gmock/gmock.h>
+#include <axlecast/command_status_t.hpp>
+#include <axlecast/position_t.hpp>
+
+#include "drivers/runtime/command/axis_commands.h"
+#include "drivers/runtime/command/operations_fixture.h"
+
+namespace axlecast {
+namespace {
+
+using ::testing::HasSubstr;
+using Status = command_status_t;
+
+constexpr AlarmSpec kBattery = {6, alarm_entry_t::SOURCE_DEVICE, alarm_entry_t::SEVERITY_ERROR, "battery_error",
+                                ""};
+
+class AlarmOrderTest : public OperationsTest {
+ protected:
+  void Battery(bool present) {
+    channel_.OnAlarm(kBattery, present ? AlarmState::kLive : AlarmState::kAbsent, clock_.Now());
+  }
+  std::int64_t Utime() { return time_.Utime(clock_.Now()); }
+};
+
+TEST_F(AlarmOrderTest, AcknowledgesOnceAndOnlyWhatIsListed) {
+  driver_status_t answer = Do(MakeOrder("acknowledge_alarm", {{"alarm", "battery_error"}}));
+  EXPECT_EQ(answer.reason_code, Status::REASON_BAD_ARGUMENT);
+  EXPECT_THAT(answer.text, HasSubstr("battery_error is not listed"));
+  Battery(true);
+  answer = Do(MakeOrder("acknowledge_alarm", {{"alarm", "battery_error"}}));
+  EXPECT_EQ(answer.state, Status::STATE_SUCCEEDED);
+  EXPECT_EQ(answer.verified, 1);
+  ASSERT_EQ(answer.n_changes, 1);
+  EXPECT_EQ(answer.changes[0].before, "present");
+  EXPECT_EQ(answer.changes[0].after, "acknowledged");
+  EXPECT_TRUE(channel_.alarms().Look("battery_error").acknowledged);
+  answer = Do(MakeOrder("acknowledge_alarm", {{"alarm", "battery_error"}}));
+  EXPECT_EQ(answer.state, Status::STATE_SUCCEEDED);
+  EXPECT_EQ(answer.changes[0].before, "acknowledged");
+}
+
+TEST_F(AlarmOrderTest, ShelvesForATimeUpToThePresentSeverity) {
+  Battery(true);
+  const driver_status_t answer = Do(MakeOrder("shelve_alarm", {{"alarm", "battery_error"}, {"seconds", "60"}}));
+  EXPECT_EQ(answer.state, Status::STATE_SUCCEEDED);
+  const AlarmShelves::Shelf* shelf = channel_.alarms().shelves().Find("battery_error");
+  ASSERT_NE(shelf, nullptr);
+  EXPECT_EQ(shelf->up_to, alarm_entry_t::SEVERITY_ERROR);
+  EXPECT_NEAR(static_cast<double>(shelf->until_utime - Utime()), 60e6, 1e6);
+  ASSERT_EQ(answer.n_changes, 3);
+  EXPECT_EQ(answer.changes[1].after, std::to_string(shelf->until_utime));
+  EXPECT_EQ(answer.changes[2].after, "error");
+  EXPECT_EQ(Do(MakeOrder("unshelve_alarm", {{"alarm", "battery_error"}})).state, Status::STATE_SUCCEEDED);
+  EXPECT_EQ(channel_.alarms().shelves().Find("battery_error"), nullptr);
+  EXPECT_EQ(Do(MakeOrder("unshelve_alarm", {{"alarm", "battery_error"}})).reason_code, Status::REASON_BAD_ARGUMENT);
+}
+
+TEST_F(AlarmOrderTest, RefusesWhatNobodyCanMean) {
+  Battery(true);
+  const std::string late = std::to_string(Utime() + AlarmShelves::kLongestUs + 60'000'000);
+  const std::vector<std::vector<argument_t>> wrong = {
+      {{"alarm", "battery_error"}},
+      {{"alarm", "battery_error"}, {"seconds", "60"}, {"until", "1"}},
+      {{"alarm", "battery_error"}, {"seconds", "0"}},
+      {{"alarm", "battery_error"}, {"seconds", "86401"}},
+      {{"alarm", "battery_error"}, {"seconds", "1.5"}},
+      {{"alarm", "battery_error"}, {"until", "1"}},
+      {{"alarm", "battery_error"}, {"until", late}},
+      {{"alarm", "battery_error"}, {"seconds", "60"}, {"up_to", "bad"}},
+      {{"alarm", "other"}, {"seconds", "60"}},
+      {{"alarm", ""}, {"seconds", "60"}},
+      {{"alarm", "a name that is far too long"}, {"seconds", "60"}},
+      {{"alarm", "two words"}, {"seconds", "60"}},
+  };
+  for (const auto& arguments : wrong) {
+    const driver_status_t answer = Do(MakeOrder("shelve_alarm", arguments));
+    EXPECT_EQ(answer.reason_code, Status::REASON_BAD_ARGUMENT) << answer.text;
+  }
+  EXPECT_EQ(channel_.alarms().shelves().Find("battery_error"), nullptr);
+}
+
+TEST_F(AlarmOrderTest, ARestartedDriverIsGivenBackWhatItHasNotSeenYet) {
+  const std::string until = std::to_string(Utime() + 60'000'000);
+  EXPECT_EQ(Do(MakeOrder("restore_acknowledgement", {{"alarm", "battery_error"}})).state, Status::STATE_SUCCEEDED);
+  EXPECT_EQ(Do(MakeOrder("shelve_alarm", {{"alarm", "other"}, {"until", until}, {"up_to", "warning"}})).state,
+            Status::STATE_SUCCEEDED);
+  EXPECT_EQ(channel_.alarms().Acknowledged(), std::vector<std::string>{"battery_error"});
+  Battery(true);
+  EXPECT_TRUE(channel_.alarms().Look("battery_error").acknowledged);
+  EXPECT_NE(channel_.alarms().shelves().Find("other"), nullptr);
+}
+
+using ::testing::HasSubstr;
+
+TEST_F(OperationsTest, SetDatumMakesThePresentPositionReadTheValue) {
+  bus_.devices[0].unit = position_t::UNIT_COUNT;
+  Online(1'000);
+  const std::int32_t epoch = channel_.summary().datum_epoch;
+  const driver_status_t answer = Do(MakeOrder("set_datum", {{"value", "0"}}));
+  EXPECT_EQ(answer.state, Status::STATE_SUCCEEDED);
+  EXPECT_EQ(answer.verified, 1);
+  EXPECT_EQ(answer.epoch_after, epoch + 1);
+  EXPECT_NEAR(channel_.summary().value, 0, 1e-9);
+  ASSERT_EQ(answer.n_changes, 3);
+  EXPECT_EQ(answer.changes[0].key, "value");
+  EXPECT_EQ(answer.changes[0].after, "0");
+  EXPECT_EQ(answer.changes[1].key, "datum_counts");
+  EXPECT_EQ(answer.changes[1].before, "none");
+  EXPECT_EQ(answer.changes[1].after, std::to_string(channel_.summary().datum->counts));
+  EXPECT_EQ(answer.changes[2].key, "identity");
+  EXPECT_EQ(answer.changes[2].after, "");
+  EXPECT_EQ(channel_.summary().datum->utime, time_.Utime(clock_.Now()));
+}
+
+TEST_F(OperationsTest, ADatumOfAnEarlierDayComesBackAsOld) {
+  Online(1'000);
+  const std::int64_t earlier = time_.Utime(clock_.Now()) - 86'400'000'000;
+  const driver_status_t answer = Do(MakeOrder("set_datum", {{"counts", "10"}, {"utime", std::to_string(earlier)}}));
+  EXPECT_EQ(answer.state, Status::STATE_SUCCEEDED);
+  EXPECT_EQ(channel_.summary().datum, (Reference::Datum{10, earlier}));
+  for (const char* text : {"", "1.5", "-1", "x", "99999999999999999999"}) {
+    EXPECT_EQ(Do(MakeOrder("set_datum", {{"counts", "1"}, {"utime", text}})).reason_code,
+              Status::REASON_BAD_ARGUMENT)
+        << text;
+  }
+}
+
+TEST_F(OperationsTest, ADatumOfAnotherEncoderIsRefused) {
+  Online();
+  const std::vector<argument_t> datum = {{"counts", "10"}, {"identity", "17 SN0042"}};
+  driver_status_t answer = Do(MakeOrder("set_datum", datum));
+  EXPECT_EQ(answer.reason_code, Status::REASON_DEVICE_OFFLINE);
+  EXPECT_THAT(answer.text, HasSubstr("not told its identity yet"));
+  channel_.OnIdentity(17, "SN0043", "");
+  answer = Do(MakeOrder("set_datum", datum));
+  EXPECT_EQ(answer.reason_code, Status::REASON_WRONG_IDENTITY);
+  EXPECT_THAT(answer.text, HasSubstr("is 17 SN0043, and the datum is for 17 SN0042"));
+  EXPECT_FALSE(channel_.summary().datum);
+  channel_.OnIdentity(17, "SN0042", "");
+  answer = Do(MakeOrder("set_datum", datum));
+  EXPECT_EQ(answer.state, Status::STATE_SUCCEEDED);
+  EXPECT_EQ(answer.changes.at(2).after, "17 SN0042");
+}
+
+TEST_F(OperationsTest, AClearedDatumIsNone) {
+  Online(1'000);
+  EXPECT_EQ(Do(MakeOrder("clear_datum")).reason_code, Status::REASON_NO_DATUM);
+  Send(MakeOrder("set_datum", {{"counts", "400"}}));
+  const std::int32_t epoch = channel_.summary().datum_epoch;
+  const driver_status_t answer = Do(MakeOrder("clear_datum"));
+  EXPECT_EQ(answer.state, Status::STATE_SUCCEEDED);
+  EXPECT_EQ(answer.verified, 1);
+  EXPECT_EQ(answer.epoch_after, epoch + 1);
+  EXPECT_EQ(answer.changes.at(1).before, "400");
+  EXPECT_EQ(answer.changes.at(1).after, "none");
+  EXPECT_FALSE(channel_.summary().datum);
+  clock_.Advance(kMillisecond);
+  channel_.OnSample({.at = {clock_.Now(), clock_.Now()}, .counts = 1'000});
+  const position_t position = sink_.All<position_t>("POSITION/axis1").back();
+  EXPECT_EQ(position.counts, 1'000);
+  EXPECT_EQ(position.flags & position_t::FLAG_REFERENCED, 0);
+}
+
+class FileDatumTest : public OperationsTest {
+ protected:
+  static BusConfig Bus() {
+    BusConfig bus = PolledBus(1);
+    bus.devices[0].datum_counts = 70;
+    return bus;
+  }
+  FileDatumTest() : OperationsTest(Bus()) {}
+};
+
+TEST_F(FileDatumTest, TheFilesDatumCannotBeClearedAndComesBack) {
+  Online(1'000);
+  driver_status_t answer = Do(MakeOrder("clear_datum"));
+  EXPECT_EQ(answer.reason_code, Status::REASON_NOT_PERMITTED);
+  EXPECT_THAT(answer.text, HasSubstr("70 counts, is of the machine's file"));
+  Send(MakeOrder("set_datum", {{"counts", "400"}}));
+  answer = Do(MakeOrder("clear_datum"));
+  EXPECT_EQ(answer.state, Status::STATE_SUCCEEDED);
+  EXPECT_EQ(answer.changes.at(1).after, "70");
+  EXPECT_EQ(channel_.summary().datum->counts, 70);
+}
+
+TEST_F(OperationsTest, SetDatumTakesCountsEvenBeforeTheDeviceAnswers) {
+  const driver_status_t answer = Do(MakeOrder("set_datum", {{"counts", "-12345"}}));
+  EXPECT_EQ(answer.state, Status::STATE_SUCCEEDED);
+  EXPECT_EQ(Do(MakeOrder("set_datum", {{"value", "1"}})).reason_code, Status::REASON_DEVICE_OFFLINE);
+}
+
+TEST_F(OperationsTest, SetDatumRefusesWhatIsNoNumber) {
+  Online();
+  for (const char* text : {"", "x", "1x", "nan", "inf", "1e300", " 1"}) {
+    EXPECT_EQ(Do(MakeOrder("set_datum", {{"value", text}})).reason_code, Status::REASON_BAD_ARGUMENT) << text;
+  }
+  for (const char* text : {"1.5", "9223372036854775807", "--1"}) {
+    EXPECT_EQ(Do(MakeOrder("set_datum", {{"counts", text}})).reason_code, Status::REASON_BAD_ARGUMENT) << text;
+  }
+  EXPECT_EQ(Do(MakeOrder("set_datum")).reason_code, Status::REASON_BAD_ARGUMENT);
+  EXPECT_EQ(Do(MakeOrder("set_datum", {{"value", "1"}, {"counts", "1"}})).reason_code, Status::REASON_BAD_ARGUMENT);
+}
+
+TEST_F(OperationsTest, TheBridgeTellsThatTheReferenceWasLost) {
+  Online();
+  EXPECT_EQ(Do(MakeOrder("mark_reference_lost")).state, Status::STATE_SUCCEEDED);
+  EXPECT_TRUE(channel_.summary().reference_lost);
+}
+
+}  // namespace
+}  // namespace axlecast

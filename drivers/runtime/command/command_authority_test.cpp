@@ -1,0 +1,241 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "drivers/runtime/command/command_authority.h"
+#include "tests/support/counting_family.h"
+
+namespace axlecast {
+namespace {
+
+using Verdict = EpochFence::Verdict;
+
+TEST(EpochFence, OnlyWhatIsNewerThanEverythingCounts) {
+  EpochFence fence;
+  EXPECT_EQ(fence.Judge(1, 0), Verdict::kOlder);
+  EXPECT_EQ(fence.Judge(1, 5), Verdict::kNewest);
+  EXPECT_EQ(fence.Judge(1, 5), Verdict::kOlder);
+  EXPECT_EQ(fence.Judge(1, 4), Verdict::kOlder);
+  EXPECT_EQ(fence.Judge(1, 6), Verdict::kNewest);
+  EXPECT_EQ(fence.newest(), 6);
+}
+
+TEST(EpochFence, ABridgeNeverSeenBeforeMustBeAboveEveryOther) {
+  EpochFence fence;
+  EXPECT_EQ(fence.Judge(1, 100), Verdict::kNewest);
+  EXPECT_EQ(fence.Judge(2, 1), Verdict::kOlder);
+  EXPECT_EQ(fence.Judge(2, 100), Verdict::kOlder);
+  EXPECT_EQ(fence.newest(), 100);
+  EXPECT_EQ(fence.Judge(1, 101), Verdict::kNewest);  // the other has not taken over
+  EXPECT_EQ(fence.Judge(2, 102), Verdict::kNewest);
+  EXPECT_EQ(fence.Judge(1, 103), Verdict::kFenced);
+  EXPECT_EQ(fence.newest(), 102);
+}
+
+TEST(EpochFence, ARecordingOfABridgeThatIsLongForgottenDoesNotAct) {
+  EpochFence fence;
+  for (std::int64_t boot = 1; boot <= 1'000; ++boot) EXPECT_EQ(fence.Judge(boot, boot), Verdict::kNewest);
+  for (std::int64_t boot = 1; boot < 1'000; ++boot) EXPECT_NE(fence.Judge(boot, boot), Verdict::kNewest) << boot;
+  EXPECT_EQ(fence.Judge(999, 999), Verdict::kFenced);
+  EXPECT_EQ(fence.Judge(936, 936), Verdict::kFenced);
+  EXPECT_EQ(fence.Judge(935, 935), Verdict::kOlder) << "64 replaced bridges are remembered, whoever invents more";
+}
+
+using ::testing::HasSubstr;
+
+constexpr std::int64_t kUtime = 1'700'000'000'000'000;  // at MonoNs 0
+
+class PermitBookTest : public testing::Test {
+ protected:
+  static permit_body_t Body(const std::string& device, std::int64_t issue, std::int32_t valid_ms) {
+    permit_body_t body{};
+    body.device = device;
+    body.issuer_boot_id = 3;
+    body.issue = issue;
+    body.issued_utime = kUtime;
+    body.valid_ms = valid_ms;
+    body.operations = {"bump"};
+    body.n_operations = 1;
+    return body;
+  }
+  void Accept(const permit_body_t& body, MonoNs now = 0, const SigningKey* key = nullptr) {
+    book_.Accept("axis1", Enveloped(body, key), now, kUtime + now / kMicrosecond);
+  }
+  [[nodiscard]] bool Holds(MonoNs now = 1) const { return book_.Holds("axis1", "bump", now); }
+  [[nodiscard]] std::string Why(MonoNs now = kSecond) const { return book_.Why("axis1", "bump", now); }
+
+  BusConfig bus_ = CountingBus("b0", {"axis1", "axis2"});
+  PermitTable book_{bus_, UnsignedBridge()};
+};
+
+TEST_F(PermitBookTest, HoldsForItsTimeAndItsOperations) {
+  EXPECT_FALSE(Holds());
+  Accept(Body("axis1", 1, 500), kSecond);
+  EXPECT_TRUE(Holds(kSecond + 500 * kMillisecond - 1));
+  EXPECT_FALSE(Holds(kSecond + 500 * kMillisecond));
+  EXPECT_FALSE(book_.Holds("axis1", "write", kSecond));
+  EXPECT_FALSE(book_.Holds("axis2", "bump", kSecond));
+}
+
+TEST_F(PermitBookTest, AClockThatIsSetBackMakesNoCapturedPermitYoung) {
+  constexpr MonoNs kHour = 3'600 * kSecond;
+  permit_body_t seen = Body("axis1", 1, 500);
+  Accept(seen);
+  seen.issue = 3;
+  seen.issued_utime = kUtime + kHour / kMicrosecond;
+  Accept(seen, kHour);                             // the clock is right
+  permit_body_t captured = Body("axis1", 4, 500);  // held back by somebody, and sent after the clock was set back
+  captured.issued_utime = kUtime + kHour / kMicrosecond;
+  captured.issuer_boot_id = 4;
+  captured.issued_utime += 1'000'000;
+  book_.Accept("axis1", Enveloped(captured), 2 * kHour, kUtime + kHour / kMicrosecond + 1'000'000);
+  EXPECT_FALSE(Holds(2 * kHour + 1));
+  book_.Accept("axis1", {}, 2 * kHour, kUtime + 2 * kHour / kMicrosecond);
+  Accept(seen, 2 * kHour);
+  book_.Accept("axis1", Enveloped(captured), 3 * kHour, kUtime + kHour / kMicrosecond + 1'000'000);
+  EXPECT_FALSE(Holds(3 * kHour + 1));
+  EXPECT_THAT(Why(3 * kHour + 1), HasSubstr("before this computer's clock was set back by"));
+}
+
+TEST_F(PermitBookTest, IgnoresWhatIsMalformedForeignOrOvertaken) {
+  Accept(Body("axis1", 1, 501));
+  Accept(Body("axis1", 1, 0));
+  Accept(Body("axis2", 1, 500));
+  book_.Accept("axis9", Enveloped(Body("axis9", 1, 500)), 0, kUtime);
+  book_.Accept("axis1", {}, 0, kUtime);
+  EXPECT_FALSE(Holds());
+
+  Accept(Body("axis1", 5, 100));
+  Accept(Body("axis1", 5, 500), 90 * kMillisecond);  // repeated
+  EXPECT_FALSE(Holds(100 * kMillisecond));
+  Accept(Body("axis1", 6, 100), 90 * kMillisecond);
+  EXPECT_TRUE(Holds(100 * kMillisecond));
+}
+
+TEST_F(PermitBookTest, CountsOnlyNearTheTimeOfItsIssue) {
+  permit_body_t body = Body("axis1", 1, 500);
+  for (const std::int64_t age_us : {INT64_C(-1'000'001), INT64_C(1'500'001), INT64_C(3'600'000'000)}) {
+    body.issued_utime = kUtime - age_us;
+    Accept(body);
+    EXPECT_FALSE(Holds()) << age_us;
+  }
+  for (const std::int64_t age_us : {-1'000'000, 0, 1'500'000}) {
+    ++body.issue;
+    body.issued_utime = kUtime - age_us;
+    PermitTable fresh(bus_, UnsignedBridge());
+    fresh.Accept("axis1", Enveloped(body), 0, kUtime);
+    EXPECT_TRUE(fresh.Holds("axis1", "bump", 1)) << age_us;
+  }
+  for (const std::int64_t utime : {INT64_MIN, INT64_MAX}) {
+    body.issued_utime = utime;
+    Accept(body);
+    EXPECT_FALSE(Holds());
+  }
+}
+
+TEST_F(PermitBookTest, AnotherIssuerCountsOnlyWhenItIsLater) {
+  permit_body_t old = Body("axis1", 1'000, 500);
+  Accept(old);
+  permit_body_t of_new = Body("axis1", 1, 100);
+  of_new.issuer_boot_id = 4;
+  of_new.issued_utime = kUtime + 100'000;
+  Accept(of_new, 100 * kMillisecond);
+  EXPECT_TRUE(Holds(199 * kMillisecond));
+  old.issue = 1'001;  // a recording of the control process that is gone
+  Accept(old, 150 * kMillisecond);
+  EXPECT_FALSE(Holds(200 * kMillisecond));
+  EXPECT_THAT(Why(), HasSubstr("was issued 0.1 s before the last one of another control process"));
+}
+
+TEST_F(PermitBookTest, NotRequiredIsAlwaysHeld) {
+  bus_.devices[0].permit_required = false;
+  const PermitTable book(bus_, {});
+  EXPECT_TRUE(book.Holds("axis1", "bump", 0));
+}
+
+TEST_F(PermitBookTest, SaysWhyThereIsNone) {
+  EXPECT_THAT(Why(), HasSubstr("no PERMIT/axis1 came"));
+  permit_body_t body = Body("axis1", 1, 500);
+  body.issued_utime = kUtime + 12'300'000;
+  Accept(body);
+  EXPECT_THAT(Why(), HasSubstr("was issued 12.3 s from now"));
+  EXPECT_THAT(Why(), HasSubstr("1 s ago"));
+  Accept(Body("axis1", 1, 500));
+  EXPECT_THAT(book_.Why("axis1", "write", 1), HasSubstr("does not allow write"));
+  EXPECT_THAT(Why(2 * kSecond), HasSubstr("the last PERMIT/axis1 ended 1.5 s ago"));
+}
+
+class SignedPermitTest : public PermitBookTest {
+ protected:
+  SignedPermitTest() {
+    bridge_.keys = {Grant("plc", plc_, Role::kControl), Grant("panel", panel_, Role::kMaintainer)};
+  }
+  static KeyGrant Grant(const std::string& name, const SigningKey& key, Role role) {
+    KeyGrant grant;
+    grant.name = name;
+    grant.key = key.public_key();
+    grant.id = KeyId(key.public_key());
+    grant.role = role;
+    return grant;
+  }
+  // What the book says to a permit for bump on axis1 of a key that says it is `claimed`.
+  std::string Answer(const SigningKey& claimed, const SigningKey& signer) {
+    PermitTable book(bus_, bridge_);
+    permit_body_t body = Body("axis1", 1, 500);
+    body.key_id = KeyId(claimed.public_key());
+    book.Accept("axis1", Enveloped(body, &signer), 0, kUtime);
+    return book.Holds("axis1", "bump", 1) ? "" : book.Why("axis1", "bump", 1);
+  }
+
+  SigningKey plc_ = SigningKey::Generate();
+  SigningKey panel_ = SigningKey::Generate();
+  SigningKey stranger_ = SigningKey::Generate();
+  BridgeConfig bridge_;
+};
+
+TEST_F(SignedPermitTest, CountsWhenAControlProcessSignedIt) {
+  EXPECT_EQ(Answer(plc_, plc_), "");
+  EXPECT_THAT(Answer(plc_, stranger_), HasSubstr("wrong signature: it is not of the key plc"));
+  EXPECT_THAT(Answer(stranger_, stranger_), HasSubstr("does not name"));
+  EXPECT_THAT(Answer(panel_, panel_), HasSubstr("panel, whose role is not control"));
+}
+
+TEST_F(SignedPermitTest, ReachesAsFarAsItsGrant) {
+  bridge_.keys[0].devices = {"axis2"};
+  EXPECT_THAT(Answer(plc_, plc_), HasSubstr("devices do not hold this one"));
+  bridge_.keys[0].devices = {"axis2", "axis1"};
+  bridge_.keys[0].operations = {"write"};
+  EXPECT_THAT(Answer(plc_, plc_), HasSubstr("its key may not permit it"));
+  bridge_.keys[0].operations = {"write", "bump"};
+  EXPECT_EQ(Answer(plc_, plc_), "");
+}
+
+TEST_F(SignedPermitTest, UnsignedOnlyWhereThatIsAllowed) {
+  PermitTable refusing(bus_, bridge_);
+  refusing.Accept("axis1", Enveloped(Body("axis1", 1, 500)), 0, kUtime);
+  EXPECT_FALSE(refusing.Holds("axis1", "bump", 1));
+  EXPECT_THAT(refusing.Why("axis1", "bump", 1), HasSubstr("was unsigned"));
+  bridge_.allow_unsigned = true;
+  PermitTable allowing(bus_, bridge_);
+  allowing.Accept("axis1", Enveloped(Body("axis1", 1, 500)), 0, kUtime);
+  EXPECT_TRUE(allowing.Holds("axis1", "bump", 1));
+}
+
+TEST_F(SignedPermitTest, AChangedByteIsNoPermit) {
+  permit_body_t body = Body("axis1", 1, 500);
+  body.key_id = KeyId(plc_.public_key());
+  const std::vector<std::uint8_t> good = Enveloped(body, &plc_);
+  // Beyond the envelope's head, which is not signed: the permit and its signature.
+  for (std::size_t i = 8 + 32 + 2; i < good.size() - 16; ++i) {
+    std::vector<std::uint8_t> bytes = good;
+    bytes[i] ^= 0x10;
+    PermitTable book(bus_, bridge_);
+    book.Accept("axis1", bytes, 0, kUtime);
+    EXPECT_FALSE(book.Holds("axis1", "bump", 1)) << i;
+  }
+  PermitTable book(bus_, bridge_);
+  book.Accept("axis1", good, 0, kUtime);
+  EXPECT_TRUE(book.Holds("axis1", "bump", 1));
+}
+
+}  // namespace
+}  // namespace axlecast

@@ -1,0 +1,133 @@
+#include "drivers/runtime/process/driver_main.h"
+
+#include <spdlog/spdlog.h>
+
+#include <csignal>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/command/keys.h"
+#include "drivers/hal/line_guard.h"
+#include "drivers/runtime/process/command_thread.h"
+#include "drivers/runtime/process/driver.h"
+#include "drivers/runtime/process/ports.h"
+#include "platform/net/lcm_port.h"
+#include "platform/os/process.h"
+#include "platform/os/secret_file.h"
+#include "platform/os/system_clock.h"
+#include "platform/os/terminal_log.h"
+
+namespace axlecast {
+namespace {
+
+std::shared_ptr<spdlog::logger> MakeLog(const std::string& bus, bool verbose) {
+  auto log = std::make_shared<spdlog::logger>(bus, std::make_shared<TerminalLogSink>());
+  log->set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %^%l%$ %n: %v", spdlog::pattern_time_type::utc);
+  log->set_level(verbose ? spdlog::level::debug : spdlog::level::info);
+  log->flush_on(spdlog::level::info);
+  return log;
+}
+
+// False when LCM cannot be used; says why.
+bool Works(const LcmPort& port, spdlog::logger& log) {
+  if (!port.problem().empty()) log.error("{}", port.problem());
+  return port.problem().empty();
+}
+
+void Write(spdlog::logger& log, LogLevel level, std::string_view text) {
+  switch (level) {
+    case LogLevel::kDebug:
+      return log.debug("{}", text);
+    case LogLevel::kInfo:
+      return log.info("{}", text);
+    case LogLevel::kWarning:
+      return log.warn("{}", text);
+  }
+}
+
+// The key that the driver signs with; without one the bridge may not believe it, but positions go on.
+std::optional<SigningKey> DriverKey(const BridgeConfig& bridge, SecretSource& secrets, spdlog::logger& log) {
+  std::string problem;
+  std::optional<SigningKey> key = LoadKey(bridge.drivers, secrets, problem);
+  if (!problem.empty()) {
+    log.warn(
+        "{}; the driver goes on without its key: positions are published, but the bridge believes none of its "
+        "answers and gives it no commands",
+        problem);
+  }
+  return key;
+}
+
+// The process's exit code.
+int RunLoop(Driver& driver, const BusConfig& bus, const CommandThread& commands, const LcmPort& port,
+            const StopSignal& stop, spdlog::logger& log) {
+  Supervision supervision;
+  ReceptionReport reception;
+  supervision.Ready();
+  while (!stop.Requested() && !commands.failed() && driver.LineTaken().empty()) {
+    const MonoNs now = driver.RunOnce();
+    supervision.Progress(now);
+    if (reception.Changed(port.received())) {
+      const std::string lost = reception.Next(port.received(), now, port.warning());
+      if (!lost.empty()) log.warn("{}", lost);
+    }
+  }
+  supervision.Stopping();
+  if (const std::string taken = driver.LineTaken(); !taken.empty()) {
+    const std::string holder = PortHolder(bus.link.port);
+    log.error("{}{}; this driver ends and leaves bus {} to that one", taken,
+              holder.empty() ? "" : " (" + holder + ")", bus.name);
+    return 1;
+  }
+  if (commands.failed()) log.error("the command port hands over no more messages: start the driver again");
+  log.info("stopping");
+  driver.Stop();
+  log.info("stopped");
+  return commands.failed() ? 1 : 0;
+}
+
+}  // namespace
+
+int RunDriver(const MachineConfig& machine, const BusConfig& bus, bool verbose,
+              const DriverInterposers& interposers) {
+  const auto log = MakeLog(bus.name, verbose);
+  const StopSignal stop;
+  static_cast<void>(signal(SIGPIPE, SIG_IGN));  // a log that nobody reads any more must not end a driver
+  LcmPort data(machine.lcm.url, machine.lcm.prefix);
+  LcmPort commands(machine.lcm.command_url, machine.lcm.prefix);
+  if (!Works(data, *log) || !Works(commands, *log)) return 1;
+
+  const SystemClock clock;
+  if (HoldsSecrets(bus) || !machine.bridge.drivers.place.empty()) {
+    if (const std::string problem = ForbidCoreDumps(); !problem.empty()) log->warn("{}", problem);
+  }
+  const Ports ports = MakePorts(machine, bus, clock);
+  const auto interposed_link =
+      interposers.link && ports.link ? interposers.link(*ports.link) : std::unique_ptr<ByteLink>();
+  const auto interposed_port =
+      interposers.commands ? interposers.commands(commands) : std::unique_ptr<MessageSink>();
+  SecretFiles secrets;
+  const std::optional<SigningKey> key = DriverKey(machine.bridge, secrets, *log);
+  const std::int64_t boot_id = RandomBootId();
+  log->info("driver of {} ({}) starts, boot id {:016x}", bus.name, bus.family->name, boot_id);
+  Driver driver(bus, machine.bridge, boot_id,
+                {.link = interposed_link ? interposed_link.get() : ports.link.get(),
+                 .frames = ports.frames.get(),
+                 .lines = ports.lines.get(),
+                 .secrets = &secrets,
+                 .clock = &clock,
+                 .data = &data,
+                 .commands = interposed_port ? interposed_port.get() : &commands,
+                 .key = key ? &*key : nullptr,
+                 .log = [&log](LogLevel level, std::string_view text) { Write(*log, level, text); },
+                 .link_warnings = ports.warnings});
+  log->info("{}", driver.desk().Rule());
+  const CommandThread command_thread(commands, bus, driver);
+  // After the command thread has started: it keeps normal scheduling.
+  const auto warnings = ApplyRealtime(bus.realtime.priority, bus.realtime.cpu, bus.realtime.lock_memory);
+  for (const std::string& warning : warnings) log->warn("{}", warning);
+  return RunLoop(driver, bus, command_thread, commands, stop, *log);
+}
+
+}  // namespace axlecast

@@ -1,0 +1,344 @@
+#include "tools/axlecast/command/subcommands.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdint>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "core/base/result.h"
+#include "core/command/command_id.h"
+#include "core/messages/enum_names.h"
+#include "core/messages/json/field.h"
+#include "platform/os/process.h"
+#include "platform/os/system_clock.h"
+#include "tools/axlecast/command/format_journal.h"
+#include "tools/axlecast/common/config_option.h"
+#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/terminal.h"
+#include "tools/axlecast/common/utc_text.h"
+#include "tools/axlecast/live/format_device.h"
+
+namespace axlecast {
+namespace {
+
+// The bridge's journal of a command: --journal FILE, else the one of the machine's file.
+class JournalOption {
+ public:
+  // Adds --journal and --config. The object must outlive the parsing.
+  void AddTo(CLI::App& command);
+
+  struct Place {
+    std::string file;
+    std::optional<MachineConfig> machine;  // none where only --journal was given
+  };
+  // When there is none, says why on standard error and sets `exit_code`.
+  [[nodiscard]] std::optional<Place> Find(int& exit_code) const;
+
+ private:
+  ConfigOption config_;
+  std::string journal_;
+};
+
+void JournalOption::AddTo(CLI::App& command) {
+  config_.AddTo(command, ConfigOption::Form::kOptionOnly);
+  command.add_option("--journal", journal_, "The bridge's journal; else the one of the machine's file")
+      ->type_name("FILE");
+}
+
+std::optional<JournalOption::Place> JournalOption::Find(int& exit_code) const {
+  if (!journal_.empty() && !config_.Given()) return Place{.file = journal_, .machine = std::nullopt};
+  std::optional<MachineConfig> machine = config_.Load(exit_code);
+  if (!machine) return std::nullopt;
+  std::string file = journal_.empty() ? JournalFile(*machine) : journal_;
+  return Place{.file = std::move(file), .machine = std::move(machine)};
+}
+
+struct DatumOptions {
+  JournalOption journal;
+  std::string device;
+  bool json = false;
+};
+
+// `devices` are those of the journal that were asked for; one that is only in the machine's file has done nothing yet.
+int NothingKnown(const JournalOption::Place& place, const std::string& device) {
+  if (device.empty()) return Fail(place.file + " knows of no device yet", kExitDone);
+  if (place.machine && place.machine->BusOf(device) == nullptr) {
+    return Fail(UnknownDevice(*place.machine, device), kExitUsage);
+  }
+  if (!place.machine) return Fail(place.file + " knows of no device '" + device + "'", kExitBad);
+  return Fail(place.file + " knows nothing of " + device + " yet", kExitBad);
+}
+
+int ShowDatums(const DatumOptions& options) {
+  int exit_code = kExitDone;
+  const auto place = options.journal.Find(exit_code);
+  if (!place) return exit_code;
+  HistoryReader reader(place->file);
+  std::vector<DeviceRecord> devices = reader.Devices();
+  if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
+  if (!options.device.empty()) {
+    std::erase_if(devices, [&](const DeviceRecord& device) { return device.device != options.device; });
+  }
+  if (devices.empty()) return NothingKnown(*place, options.device);
+  std::string text;
+  for (const DeviceRecord& device : devices) {
+    const std::int64_t budget = place->machine ? WriteBudget(*place->machine, device.device) : 0;
+    text += options.json ? JsonLine(DatumJson(device, budget)) + '\n' : DatumText(device, budget);
+  }
+  static_cast<void>(WriteOut(text));
+  return kExitDone;
+}
+
+int ShowDatumHistory(const DatumOptions& options) {
+  int exit_code = kExitDone;
+  const auto place = options.journal.Find(exit_code);
+  if (!place) return exit_code;
+  HistoryReader reader(place->file);
+  const std::vector<DatumHistory> datums = reader.Datums(options.device);
+  if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
+  if (datums.empty()) {
+    const auto devices = reader.Devices();
+    const bool known = std::any_of(devices.begin(), devices.end(),
+                                   [&](const DeviceRecord& device) { return device.device == options.device; });
+    return known ? Fail("no datum of " + options.device + " was ever set", kExitDone)
+                 : NothingKnown(*place, options.device);
+  }
+  std::string text = options.json ? "" : DatumHistoryHeading();
+  for (const DatumHistory& datum : datums) {
+    text += options.json ? JsonLine(DatumHistoryJson(options.device, datum)) + '\n' : DatumHistoryLine(datum);
+  }
+  static_cast<void>(WriteOut(text));
+  return kExitDone;
+}
+
+void AddDatumShow(CLI::App& datum, int& exit_code) {
+  auto options = std::make_shared<DatumOptions>();
+  CLI::App* command = datum.add_subcommand("show", "The datum in force, reference, last position and wear");
+  command->add_option("DEVICE", options->device, "Only this device; else all that the journal knows");
+  command->add_flag("--json", options->json, "One JSON object a line, for each device");
+  options->journal.AddTo(*command);
+  command->footer(
+      "examples:\n"
+      "  axlecast datum show\n"
+      "  axlecast datum show axis1 --json | jq .datum.counts\n"
+      "Exit code 1: nothing is known of the device, or the journal cannot be read; 2: no such device");
+  command->callback([options, &exit_code] { exit_code = ShowDatums(*options); });
+}
+
+void AddDatumHistory(CLI::App& datum, int& exit_code) {
+  auto options = std::make_shared<DatumOptions>();
+  CLI::App* command = datum.add_subcommand("history", "Every datum that a device had, newest first");
+  command->add_option("DEVICE", options->device, "The device")->required();
+  command->add_flag("--json", options->json, "One JSON object a line, for each datum");
+  options->journal.AddTo(*command);
+  command->footer(
+      "example: axlecast datum history axis1\n"
+      "Exit code 1: nothing is known of the device, or the journal cannot be read; 2: no such device");
+  command->callback([options, &exit_code] { exit_code = ShowDatumHistory(*options); });
+}
+
+constexpr int kFollowMs = 250;
+constexpr std::int64_t kShown = 100;     // unless --limit
+constexpr std::int64_t kCandidates = 9;  // ids told for a prefix of several
+constexpr std::int8_t kFirstState = command_status_t::STATE_ACCEPTED;
+constexpr std::int8_t kLastState = command_status_t::STATE_INDETERMINATE;
+
+struct HistoryOptions {
+  JournalOption journal;
+  HistoryFilter filter;
+  std::string outcome;
+  std::string since;
+  std::string until;
+  std::int64_t limit = kShown;  // 0: all
+  bool events = false;
+  bool follow = false;
+  bool json = false;
+};
+
+// Converts the words of the filter to numbers. Fails if one is malformed.
+Result<> ParseFilter(HistoryOptions& options) {
+  HistoryFilter& filter = options.filter;
+  for (char& digit : filter.id) {
+    if (digit >= 'A' && digit <= 'F') digit = static_cast<char>(digit - 'A' + 'a');
+  }
+  if (filter.id.size() > 32 || filter.id.find_first_not_of("0123456789abcdef") != std::string::npos) {
+    return Failure("'" + filter.id + "' is no command's id: it is 32 hex digits, or how these begin");
+  }
+  for (std::int8_t state = kFirstState; state <= kLastState; ++state) {
+    if (StateName(state) == options.outcome) filter.state = state;
+  }
+  const std::int64_t now = SystemClock().UtcMicroseconds();
+  filter.since_utime = ParseUtc(options.since, now);
+  filter.until_utime = ParseUtc(options.until, now);
+  for (const auto& [text, time] :
+       {std::pair(options.since, filter.since_utime), {options.until, filter.until_utime}}) {
+    if (!text.empty() && !time) {
+      return Failure("'" + text +
+                     "' is no time: write 90s, 15m, 2h, 3d (ago), 2026-11-21 or 2026-11-21T07:00:05 (UTC)");
+    }
+  }
+  if (options.limit > 0) filter.limit = options.limit;
+  return {};
+}
+
+int ShowOne(HistoryReader& reader, const HistoryOptions& options) {
+  const std::vector<CommandRow> found = reader.Commands({.id = options.filter.id, .limit = kCandidates});
+  if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
+  if (found.empty())
+    return Fail("the journal holds no command whose id begins with " + options.filter.id, kExitBad);
+  if (found.size() > 1) {
+    std::string several = "several ids begin with " + options.filter.id + ":";
+    for (const CommandRow& command : found) several += "\n  " + IdText(IdOf(command.record.status.id));
+    return Fail(several, kExitBad);
+  }
+  const std::vector<CommandStep> steps = reader.Steps(found.front().number);
+  if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
+  static_cast<void>(WriteOut(options.json ? JsonLine(CommandJson(found.front(), steps)) + '\n'
+                                          : CommandText(found.front(), steps)));
+  return kExitDone;
+}
+
+// Commands and events, by their time.
+class Listing {
+ public:
+  explicit Listing(bool json) : json_(json) {}
+
+  void Add(const std::vector<CommandRow>& commands) {
+    for (const CommandRow& command : commands) Add(command.record.utime, command);
+  }
+  void Add(const std::vector<AxisEvent>& events) {
+    for (const AxisEvent& event : events) Add(event.utime, event);
+  }
+  // Only the newest; true when there were more.
+  bool Cut(const std::optional<std::int64_t>& limit) {
+    std::stable_sort(lines_.begin(), lines_.end(),
+                     [](const auto& one, const auto& other) { return one.first < other.first; });
+    if (!limit || lines_.size() <= static_cast<std::size_t>(*limit)) return false;
+    lines_.erase(lines_.begin(), lines_.end() - *limit);
+    return true;
+  }
+  [[nodiscard]] bool empty() const { return lines_.empty(); }
+  [[nodiscard]] std::string Text() const {
+    std::string text;
+    for (const auto& [utime, line] : lines_) text += line;
+    return text;
+  }
+
+ private:
+  void Add(std::int64_t utime, const auto& entry) {
+    lines_.emplace_back(utime, json_ ? JsonLine(HistoryJson(entry)) + '\n' : HistoryLine(entry));
+  }
+
+  bool json_;
+  std::vector<std::pair<std::int64_t, std::string>> lines_;
+};
+
+// Until it is stopped, or its reader goes.
+int Follow(HistoryReader& reader, const HistoryOptions& options, HistoryReader::Mark from) {
+  HistoryFilter filter = options.filter;
+  filter.limit.reset();
+  const StopSignal stop;
+  while (!stop.Wait(kFollowMs)) {
+    const HistoryReader::Mark to = reader.Now();
+    Listing listing(options.json);
+    listing.Add(reader.Commands(filter, from, to));
+    if (options.events) listing.Add(reader.Events(filter, from, to));
+    if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
+    static_cast<void>(listing.Cut(std::nullopt));
+    if (!WriteOut(listing.Text())) break;
+    from = to;
+  }
+  return kExitDone;
+}
+
+int List(HistoryReader& reader, const HistoryOptions& options) {
+  const HistoryReader::Mark mark = reader.Now();
+  HistoryFilter filter = options.filter;
+  if (filter.limit) ++*filter.limit;  // to know whether there are more
+  Listing listing(options.json);
+  listing.Add(reader.Commands(filter));
+  if (options.events) listing.Add(reader.Events(filter));
+  if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
+  if (listing.Cut(options.filter.limit)) {
+    std::cerr << "the newest " << *options.filter.limit << "; --limit N shows more, --limit 0 all\n";
+  }
+  if (listing.empty() && !options.follow) std::cerr << "nothing of this kind is in the journal\n";
+  const bool heading = !options.json && (options.follow || !listing.empty());
+  if (!WriteOut((heading ? HistoryHeading() : "") + listing.Text()) || !options.follow) return kExitDone;
+  return Follow(reader, options, mark);
+}
+
+int ShowHistory(HistoryOptions options) {
+  if (const auto parsed = ParseFilter(options); !parsed) return Fail(parsed.error().text, kExitUsage);
+  int exit_code = kExitDone;
+  const auto place = options.journal.Find(exit_code);
+  if (!place) return exit_code;
+  HistoryReader reader(place->file);
+  if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
+  return options.filter.id.empty() ? List(reader, options) : ShowOne(reader, options);
+}
+
+std::vector<std::string> StateNames() {
+  std::vector<std::string> names;
+  for (std::int8_t state = kFirstState; state <= kLastState; ++state) {
+    names.emplace_back(StateName(state));
+  }
+  return names;
+}
+
+}  // namespace
+
+void AddDatumCommands(CLI::App& app, int& exit_code) {
+  CLI::App* datum = app.add_subcommand("datum", "What positions count from: show, history, undo");
+  datum->require_subcommand(1);
+  AddDatumShow(*datum, exit_code);
+  AddDatumHistory(*datum, exit_code);
+  AddDatumUndo(*datum, exit_code);
+}
+
+void AddHistoryCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<HistoryOptions>();
+  CLI::App* command = app.add_subcommand("history", "What was done, when, by whom, with which outcome");
+  CLI::Option* id = command->add_option("ID", options->filter.id, "One command whole: its id, or how this begins");
+  std::vector<CLI::Option*> filters;
+  filters.push_back(command->add_option("--device", options->filter.device, "Only this device")->type_name("D"));
+  CLI::Option* operation =
+      command->add_option("--operation", options->filter.operation, "Only this operation")->type_name("O");
+  CLI::Option* who =
+      command->add_option("--who", options->filter.who, "Only of this key; `unsigned`")->type_name("W");
+  CLI::Option* outcome = command->add_option("--outcome", options->outcome, "Only those that ended so")
+                             ->check(CLI::IsMember(StateNames()))
+                             ->type_name("WORD");
+  filters.insert(filters.end(), {operation, who, outcome});
+  filters.push_back(
+      command->add_option("--since", options->since, "From then on: 2h, 3d (ago), 2026-11-21, 2026-11-21T07:00")
+          ->type_name("T"));
+  filters.push_back(command->add_option("--until", options->until, "Before then")->type_name("T"));
+  filters.push_back(command->add_option("--limit", options->limit, "The newest N; 0 all")
+                        ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 40))
+                        ->capture_default_str()
+                        ->type_name("N"));
+  CLI::Option* events = command->add_flag("--events", options->events,
+                                          "Also what happened to devices without a command: moved while off, ...");
+  for (CLI::Option* option : {operation, who, outcome}) events->excludes(option);
+  filters.push_back(events);
+  filters.push_back(command->add_flag("--follow", options->follow, "Go on: tell each as it ends"));
+  for (CLI::Option* option : filters) id->excludes(option);
+  command->add_flag("--json", options->json, "One JSON object a line");
+  options->journal.AddTo(*command);
+  command->footer(
+      "examples:\n"
+      "  axlecast history --device axis1 --since 2h\n"
+      "  axlecast history --outcome indeterminate --limit 0 --json\n"
+      "  axlecast history 0a1b2c3d\n"
+      "  axlecast history --events --follow\n"
+      "It reads the journal's file, whether the bridge runs or not. Exit code 0, also when nothing is found; 1: "
+      "no\n"
+      "such id, or the journal cannot be read.");
+  command->callback([options, &exit_code] { exit_code = ShowHistory(*options); });
+}
+
+}  // namespace axlecast
