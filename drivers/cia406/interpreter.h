@@ -10,16 +10,9 @@
 #include "drivers/cia406/node_facts.h"
 #include "drivers/cia406/position_reader.h"
 #include "drivers/cia406/settings.h"
-#include "drivers/kit/period_monitor.h"
 #include "drivers/kit/stream.h"
 #include "drivers/protocol/canopen/canopen.h"
 #include "drivers/protocol/canopen/sdo_client.h"
-#include "drivers/saa_can/cia406/node_alarms.h"
-#include "drivers/saa_can/cia406/node_facts.h"
-#include "drivers/saa_can/cia406/node_watch.h"
-#include "drivers/saa_can/cia406/position_reader.h"
-#include "drivers/saa_can/cia406/sdo_client.h"
-#include "drivers/saa_can/cia406/settings.h"
 
 namespace axlecast::cia406 {
 

@@ -8,9 +8,7 @@
 #include "core/base/time.h"
 #include "core/device/device.h"
 #include "core/device/step.h"
-#include "drivers/kit/period_monitor.h"
 #include "drivers/kit/stream.h"
-#include "drivers/saa_can/answer_pace.h"
 #include "drivers/saa_can/settings.h"
 
 namespace axlecast::saa_can {

@@ -4,7 +4,7 @@
 #include <variant>
 
 #include "drivers/hal/can_socket.h"
-#include "drivers/hal/port_holder.h"
+#include "drivers/hal/line_guard.h"
 #include "drivers/hal/simulated_can.h"
 #include "drivers/hal/simulated_spi.h"
 #include "drivers/hal/spi_port.h"

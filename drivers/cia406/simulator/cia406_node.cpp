@@ -6,9 +6,8 @@
 
 #include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
-#include "drivers/kit/simulation/quantity_table.h"
-#include "drivers/kit/simulation/quantity_text.h"
-#include "drivers/kit/simulation/shaft_motion.h"
+#include "drivers/kit/simulation/quantity.h"
+#include "drivers/kit/simulation/shaft.h"
 
 namespace axlecast::cia406 {
 namespace {

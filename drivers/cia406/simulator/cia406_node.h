@@ -9,7 +9,6 @@
 
 #include "drivers/cia406/simulator/simulated_dictionary.h"
 #include "drivers/kit/simulation/script.h"
-#include "drivers/kit/simulation/seeded_random.h"
 #include "drivers/kit/simulation/shaft.h"
 #include "drivers/kit/simulation/simulated_can_node.h"
 #include "drivers/kit/simulation/simulated_fault.h"

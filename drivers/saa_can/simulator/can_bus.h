@@ -11,7 +11,6 @@
 
 #include "core/device/can.h"
 #include "core/device/simulator.h"
-#include "drivers/kit/simulation/seeded_random.h"
 #include "drivers/kit/simulation/simulated_can_node.h"
 #include "drivers/kit/simulation/simulated_fault.h"
 

@@ -5,9 +5,8 @@
 #include <span>
 #include <string>
 
-#include "drivers/kit/simulation/quantity_table.h"
-#include "drivers/kit/simulation/quantity_text.h"
-#include "drivers/kit/simulation/shaft_motion.h"
+#include "drivers/kit/simulation/quantity.h"
+#include "drivers/kit/simulation/shaft.h"
 
 namespace axlecast::saa_can {
 namespace {
