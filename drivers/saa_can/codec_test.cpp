@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/device/operation.h"
+#include "core/device/reading.h"
 #include "tests/support/golden_file.h"
 
 namespace axlecast::saa_can {
