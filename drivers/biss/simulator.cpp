@@ -140,7 +140,7 @@ void BissSimulator::Send(MonoNs at) {
 }
 
 // "a fixed logic 0 bit", then "position data, error bit, warning bit, and 6-bit negative-logic CRC"; "CRC covers
-// position data, error bit and warning bit". Turns stand before the position, as BiSS has it.
+// position data, error bit and warning bit". Turns precede the position, as BiSS defines it.
 void BissSimulator::MakeFrame(MonoNs latched) {
   const SimulatedEncoder::Latched value = encoder().Latch(latched);
   std::vector<bool> covered;

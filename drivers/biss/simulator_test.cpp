@@ -175,7 +175,7 @@ TEST_F(BissSimulatorTest, TheTimeOutEndsAFrame) {
 
 TEST_F(BissSimulatorTest, AClockThatRestsBreaksTheFrame) {
   ASSERT_EQ(Make(kExample, kThere), "");
-  EXPECT_THAT(Clock(5, kStart, kFalling, 30'000), StartsWith("1111")) << "each edge latches anew";
+  EXPECT_THAT(Clock(5, kStart, kFalling, 30'000), StartsWith("1111")) << "each edge latches again";
   EXPECT_NE(Value("slow_clock"), "0");
   Set("byte_gap_us", "15");
   EXPECT_THAT(Clock(5, kStart + 10 * kMillisecond), StartsWith("110010" + kFrame)) << "the controller's pauses";

@@ -13,7 +13,7 @@ namespace {
 using Kind = SimulatedFault::Kind;
 
 constexpr MonoNs kShortestLow = 10 * kMicrosecond;  // 5.1.3: T2
-// Frames that a sleeping host is served late; older ones nobody hears any more.
+// The maximum number of frames that a sleeping host receives late; older frames are lost.
 constexpr int kMaxLate = 64;
 
 }  // namespace

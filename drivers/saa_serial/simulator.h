@@ -28,7 +28,7 @@ class SaaSimulator final : public UnitSimulator<SaaUnit> {
     int clr = -1;                     // of the CLR line
     MonoNs refresh = kMillisecond;    // timing: T3 of 5.1.1
     MonoNs character = kMillisecond;  // on the wire
-    bool echo = false;                // the adapter hears its own transmission
+    bool echo = false;                // the adapter receives its own transmission
     std::int64_t baud = 0;            // of the encoders; 0: whatever the host's is
   };
 

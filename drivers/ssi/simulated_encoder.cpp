@@ -39,7 +39,7 @@ Result<> SimulatedEncoder::SetStatus(std::string_view text) {
     if (name.empty() || name == "none") continue;
     const auto flag =
         std::find_if(flags.begin(), flags.end(), [&](const auto& known) { return known.name == name; });
-    if (flag == flags.end()) return Failure("'" + std::string(name) + "' is none of its status_bits");
+    if (flag == flags.end()) return Failure("'" + std::string(name) + "' is not one of its status_bits");
     raised |= 1U << static_cast<unsigned>(flag - flags.begin());
   }
   raised_ = raised;

@@ -14,12 +14,12 @@
 namespace axlecast::ssi {
 
 // One encoder with its cable, as the makers describe both: all that a file, a script or a person can set. Counts rise
-// counter-clockwise (our reading; neither document says).
+// counter-clockwise (our reading: neither document states it).
 class SimulatedEncoder final : public TableDevice<SimulatedEncoder> {
  public:
   enum class DataLine : std::uint8_t { kEncoder, kHigh, kLow, kSwapped };
 
-  // What the file says of it at the start.
+  // The properties from the file.
   struct Properties {
     SimulatedWord word = {};
     double monoflop_us = 25;

@@ -142,7 +142,7 @@ SimulatedWord DescribedWord(const SsiSettings& settings) {
   return word;
 }
 
-// Where the file leaves open what follows the word, the encoder does what its maker's document says.
+// If the file does not define what follows the word, the encoder behaves as its maker's document states.
 SimulatedOutput::AfterWord DescribedAfter(const SsiSettings& settings) {
   using After = SimulatedOutput::AfterWord;
   const Format& format = settings.format;

@@ -79,7 +79,7 @@ constexpr std::uint8_t kResetTurns = 0xC;
 
 class EncoderModelTest : public testing::Test {
  protected:
-  // Standing at 90 deg in turn 7.
+  // At rest at 90 deg in turn 7.
   EncoderModelTest() : encoder_(EncoderModel::Settings(), 7 * kShaftTurn + kShaftTurn / 4) {
     encoder_.Advance(now_);
   }
@@ -431,7 +431,7 @@ TEST_F(EncoderModelTest, AMovingShaftIsNotZeroed) {
 TEST_F(EncoderModelTest, AMoveBetweenTwoRequestsIsNoStandstill) {
   Reset(kZero, 5);
   encoder_.ShaftToTurn(now_).MoveTo(7 * kShaftTurn, 600, now_);
-  Pass(10 * kSecond);  // it stands again
+  Pass(10 * kSecond);  // it is at rest again
   Reset(kZero, 5);
   Pass(kSecond);
   EXPECT_EQ(encoder_.effects().zeroings, 0);

@@ -163,7 +163,7 @@ TFormatSimulator::ReplyBytes TFormatSimulator::Execute(const SimulatedRequest& r
   if (request.verdict != SimulatedRequest::Verdict::kGood) {
     ++counters_.abnormal;
     const auto alarms = static_cast<std::uint8_t>(Bit(request.parity_error, kCa0) | Bit(delimiter_error_, kCa1));
-    // "transmit the same Request signal again" (spec 6.3.2 (4)): the sequence of a reset goes on with it.
+    // "transmit the same Request signal again" (spec 6.3.2 (4)): the sequence of a reset continues with it.
     if (alarms == 0) encoder.OnOtherRequest();
     const std::uint8_t field = axis().abnormal_echo ? request.field : TableControlField(0x3);
     return PositionReply(field, 0x3, alarms, at);

@@ -10,13 +10,13 @@
 
 namespace axlecast::tformat {
 
-// One encoder on its point-to-point line: takes requests apart as strictly as the maker's tables say, answers in
+// One encoder on its point-to-point line: takes requests apart as strictly as the maker's tables require, answers in
 // the wire's time (3 us after the request, 4 us a byte at 2.5 Mbit/s) and complains when it is addressed while it
 // transmits. The instants given to it must not run backwards.
 class TFormatSimulator final : public UnitSimulator<ScriptedDevice<SimulatedAxis>> {
  public:
   struct Line {
-    bool echo = false;                    // the adapter hears its own transmission
+    bool echo = false;                    // the adapter receives its own transmission
     MonoNs byte_time = 4 * kMicrosecond;  // 10 bits at 2.5 Mbit/s, spec 6.1
     std::uint64_t seed = 1;               // of the faults
     std::int64_t baud = 0;                // of the encoder; 0: whatever the host's is
