@@ -9,7 +9,7 @@ namespace axlecast {
 namespace {
 
 constexpr std::size_t kBuffer = 1U << 20;
-constexpr std::int64_t kSealUs = 1'000'000;  // as the recorder
+constexpr std::int64_t kSealUs = 1'000'000;  // as the recorder does
 constexpr std::uint64_t kSealBytes = 16U << 20;
 
 }  // namespace
@@ -55,10 +55,12 @@ void LogOutput::Flush() {
   buffer_.clear();
 }
 
-std::string LogOutput::Commit(bool replace) {
+Result<> LogOutput::Commit(bool replace) {
   if (count_.seal().events > 0) Seal();
   Flush();
-  return problem_.empty() ? file_.Commit(replace) : problem_;
+  if (problem_.empty()) problem_ = file_.Commit(replace);
+  if (!problem_.empty()) return Failure(problem_);
+  return {};
 }
 
 }  // namespace axlecast
