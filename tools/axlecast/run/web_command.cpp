@@ -198,8 +198,8 @@ std::string ReadSecrets(const WebConfig& web, Secret& token) {
   }
   if (web.token.empty()) return "";
   if (std::string problem = files.Read(web.token, token); !problem.empty()) return "token: " + problem;
-  if (token.text().size() >= WebAccess::kShortestToken) return "";
-  return "token: of less than " + std::to_string(WebAccess::kShortestToken) +
+  if (token.text().size() >= WebAccess::kMinTokenLength) return "";
+  return "token: of less than " + std::to_string(WebAccess::kMinTokenLength) +
          " characters: it could be guessed; make one: (umask 077; openssl rand -hex 16 > FILE)";
 }
 
