@@ -17,25 +17,6 @@ namespace {
 
 constexpr MonoNs kShown = 60 * kSecond;  // how long an alarm about a single event stays
 
-// When a message is due that is sent once per second and on changes: DEVICE and ALARM.
-class PublishTimer {
- public:
-  // `revision`: of the content of the message.
-  [[nodiscard]] bool Due(std::int64_t revision, MonoNs now) {
-    constexpr MonoNs kMinInterval = 20 * kMillisecond;  // between two messages after changes
-    if (sent_ && now - sent_at_ < (revision == sent_revision_ ? kSecond : kMinInterval)) return false;
-    sent_ = true;
-    sent_at_ = now;
-    sent_revision_ = revision;
-    return true;
-  }
-
- private:
-  bool sent_ = false;
-  MonoNs sent_at_ = 0;
-  std::int64_t sent_revision_ = 0;
-};
-
 PositionOutput::Context OutputContext(const BusConfig& bus, const DevicePublisherContext& context) {
   const std::int32_t simulated = bus.simulate ? position_t::FLAG_SIMULATED : 0;
   const std::int32_t redecoded = context.redecoded ? position_t::FLAG_REDECODED : 0;
@@ -45,6 +26,25 @@ PositionOutput::Context OutputContext(const BusConfig& bus, const DevicePublishe
 }  // namespace
 
 struct DevicePublisher::State {
+  // When a message is due that is sent once per second and on changes: DEVICE and ALARM.
+  class PublishTimer {
+   public:
+    // `revision`: of the content of the message.
+    [[nodiscard]] bool Due(std::int64_t revision, MonoNs at) {
+      constexpr MonoNs kMinInterval = 20 * kMillisecond;  // between two messages after changes
+      if (sent_ && at - sent_at_ < (revision == sent_revision_ ? kSecond : kMinInterval)) return false;
+      sent_ = true;
+      sent_at_ = at;
+      sent_revision_ = revision;
+      return true;
+    }
+
+   private:
+    bool sent_ = false;
+    MonoNs sent_at_ = 0;
+    std::int64_t sent_revision_ = 0;
+  };
+
   State(const BusConfig& bus, const DeviceConfig& device, DevicePublisherContext given)
       : context(std::move(given)),
         name(device.name),
