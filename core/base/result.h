@@ -22,9 +22,7 @@ template <typename T = void>
 using Result = tl::expected<T, Error>;
 
 // Returns the error of a Result of any type.
-[[nodiscard]] inline tl::unexpected<Error> Failure(Error error) {
-  return tl::unexpected<Error>(std::move(error));
-}
+[[nodiscard]] inline tl::unexpected<Error> Failure(Error error) { return tl::unexpected<Error>(std::move(error)); }
 [[nodiscard]] inline tl::unexpected<Error> Failure(std::string text, std::int32_t reason = 0) {
   return Failure(Error{std::move(text), reason});
 }
