@@ -22,11 +22,15 @@ template <typename T = void>
 using Result = tl::expected<T, Error>;
 
 // Returns the error of a Result of any type.
-[[nodiscard]] inline tl::unexpected<Error> Failure(Error error) {
-  return tl::unexpected<Error>(std::move(error));
-}
+[[nodiscard]] inline tl::unexpected<Error> Failure(Error error) { return tl::unexpected<Error>(std::move(error)); }
 [[nodiscard]] inline tl::unexpected<Error> Failure(std::string text, std::int32_t reason = 0) {
   return Failure(Error{std::move(text), reason});
+}
+
+// Returns the text of the error; empty if the function succeeded.
+template <typename T>
+[[nodiscard]] std::string ErrorText(const Result<T>& result) {
+  return result ? std::string() : result.error().text;
 }
 
 }  // namespace axlecast

@@ -3,6 +3,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
+#include "core/base/result.h"
 #include "core/device/operation.h"
 #include "drivers/kit/read_back.h"
 #include "drivers/kit/refusal.h"
@@ -23,8 +24,9 @@ std::string PasswordTable::Read(std::string_view name, Secret& into) const {
   const auto place = settings_.passwords.find(name);
   const std::string shown(name);
   if (place == settings_.passwords.end()) return "the configuration has no password named " + shown;
-  const std::string problem = source_.Read(place->second, into);
-  if (!problem.empty()) return "password " + shown + ": " + problem;
+  Result<Secret> secret = source_.Read(place->second);
+  if (!secret) return "password " + shown + ": " + secret.error().text;
+  into = std::move(*secret);
   if (IsPassword(into.text())) return {};
   into = Secret();
   return "password " + shown + ": what its file holds is none: 8 to 16 characters from ! to ~, no blanks";

@@ -136,9 +136,8 @@ Values ParseValues(const Arguments& arguments) {
   for (const auto& [name, text] : arguments) {
     const ParameterSpec* parameter = FindParameter(name);
     if (parameter == nullptr) return "there is no parameter " + name.substr(0, 40);
-    std::string problem;
-    const auto value = ParseParameter(*parameter, text, problem);
-    if (!value) return problem;
+    const auto value = ParseParameter(*parameter, text);
+    if (!value) return value.error().text;
     values.push_back({parameter, *value});
   }
   if (values.empty() || values.size() > kMaxValues) return "give 1 to 16 parameters as name=value";

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/base/expression.h"
+#include "core/base/result.h"
 
 namespace axlecast {
 namespace {
@@ -16,10 +17,10 @@ std::string ChannelFilter::Set(const std::string& expression, bool invert) {
   known_.clear();
   if (expression.empty())
     return invert ? "without an expression, all channels are taken: there is nothing to invert" : "";
-  std::string problem;
-  std::optional<std::regex> compiled = CompileExpression(expression, problem);
-  if (compiled) expression_ = std::move(compiled);
-  return problem;
+  Result<std::regex> compiled = CompileExpression(expression);
+  if (!compiled) return compiled.error().text;
+  expression_ = std::move(*compiled);
+  return "";
 }
 
 bool ChannelFilter::Takes(std::string_view channel) {

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "core/base/expression.h"
+#include "core/base/result.h"
 #include "tools/log/log_event.h"
 
 namespace axlecast {
@@ -51,10 +52,10 @@ std::string ReplayChannels::Rename(const std::string& rule) {
   if (divide == std::string::npos || divide == 0) {
     return "'" + rule + "' is not OLD=NEW, e.g. '^POSITION/=RECORDED/POSITION/'";
   }
-  std::string problem;
-  std::optional<std::regex> compiled = CompileExpression(rule.substr(0, divide), problem);
-  if (compiled) renames_.emplace_back(std::move(*compiled), rule.substr(divide + 1));
-  return problem;
+  Result<std::regex> compiled = CompileExpression(rule.substr(0, divide));
+  if (!compiled) return compiled.error().text;
+  renames_.emplace_back(std::move(*compiled), rule.substr(divide + 1));
+  return "";
 }
 
 const ReplayChannels::Fate& ReplayChannels::Of(std::string_view channel) {

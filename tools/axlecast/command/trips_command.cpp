@@ -1,3 +1,4 @@
+#include "core/base/result.h"
 #include "tools/axlecast/command/subcommands.h"
 
 #include <CLI/CLI.hpp>
@@ -68,7 +69,7 @@ int Report(const Options& options, const CommandResult& result, const std::vecto
   const int exit_code = ExitCode(result);
   if (exit_code != kExitDone && !trips.empty() && !options.command.json) std::cerr << ToText(result);
   if (options.svg.empty() || exit_code != kExitDone) return exit_code;
-  const std::string problem = WriteOutput(options.svg, TripSvg(options.command.device, trips));
+  const std::string problem = ErrorText(WriteOutput(options.svg, TripSvg(options.command.device, trips)));
   return problem.empty() ? exit_code : Fail(problem, kExitBad);
 }
 

@@ -274,9 +274,9 @@ BackupContents ContentsOf(const DeviceBackup& backup, const Family& family, std:
   for (const ParameterSpec& parameter : family.parameters) {
     const auto found = backup.parameters.find(std::string(parameter.name));
     if (found == backup.parameters.end()) continue;
-    const auto raw = ParseParameter(parameter, found->second, problem);
+    const auto raw = ParseParameter(parameter, found->second);
     if (!raw) {
-      problem = std::string(parameter.name) + ": " + problem;
+      problem = std::string(parameter.name) + ": " + raw.error().text;
       return {};
     }
     contents.values.push_back({&parameter, *raw});

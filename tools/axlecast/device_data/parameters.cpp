@@ -131,8 +131,11 @@ ParameterValues FromWords(Parameters parameters, std::span<const std::string> wo
       problem = UnknownParameter(parameters, name);
       return {};
     }
-    const auto raw = ParseParameter(*parameter, std::string_view(word).substr(equals + 1), problem);
-    if (!raw) return {};
+    const auto raw = ParseParameter(*parameter, std::string_view(word).substr(equals + 1));
+    if (!raw) {
+      problem = raw.error().text;
+      return {};
+    }
     if (!wanted.emplace(parameter, *raw).second) {
       problem = Quoted(name) + " is given twice";
       return {};
@@ -297,10 +300,9 @@ ParameterValues ParseParameterFile(const Family& family, const std::string& text
   ParameterValues values;
   for (const ParameterSpec& parameter : family.parameters) {
     if (!map.Has(parameter.name)) continue;
-    std::string problem;
-    const auto raw = ParseParameter(parameter, map.String(parameter.name, ""), problem);
+    const auto raw = ParseParameter(parameter, map.String(parameter.name, ""));
     if (raw) values.push_back({&parameter, *raw});
-    if (!raw) map.Error(parameter.name, problem);
+    if (!raw) map.Error(parameter.name, raw.error().text);
   }
   map.Done();
   top.Done();

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "bridge/store/history.h"
+#include "core/base/result.h"
 #include "core/base/text.h"
 #include "core/device/operation.h"
 #include "core/messages/enum_names.h"
@@ -202,8 +203,8 @@ ReplaceWizard::End ReplaceWizard::ReadBackup() {
   }
   const std::string file =
       options_.backup.empty() ? BackupFileName(report_.device, clock_.UtcMicroseconds(), ".txt") : options_.backup;
-  if (const std::string problem = WriteOutput(file, reading.text); !problem.empty()) {
-    std::cerr << problem << '\n';
+  if (const Result<> done = WriteOutput(file, reading.text); !done) {
+    std::cerr << done.error().text << '\n';
     return kExitBad;
   }
   backup_ = std::move(reading.contents);

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/result.h"
 #include "platform/os/new_file.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
@@ -134,7 +135,7 @@ std::optional<int> ConversionOutput::Open() {
     return kExitUsage;
   }
   file_ = std::make_unique<NewFile>(path_, FileAccess{.mode = kMode});
-  if (problem_ = file_->Append(""); problem_.empty()) return std::nullopt;
+  if (problem_ = ErrorText(file_->Append("")); problem_.empty()) return std::nullopt;
   std::cerr << problem_ << '\n';
   return kExitFailed;
 }
@@ -146,7 +147,7 @@ bool ConversionOutput::Write(std::string_view part) {
 
 bool ConversionOutput::Flush() {
   if (file_ != nullptr) {
-    problem_ = file_->Append(waiting_);
+    problem_ = ErrorText(file_->Append(waiting_));
   } else if (!(isatty(STDOUT_FILENO) == 1 ? WriteOut(waiting_) : WriteBytes(waiting_))) {
     problem_ = "standard output was closed";
   }
@@ -155,7 +156,7 @@ bool ConversionOutput::Flush() {
 }
 
 int ConversionOutput::Keep(const LogSelection& log) {
-  if (problem_.empty() && Flush() && file_ != nullptr) problem_ = file_->Commit(force_);
+  if (problem_.empty() && Flush() && file_ != nullptr) problem_ = ErrorText(file_->Commit(force_));
   if (!problem_.empty()) {
     std::cerr << problem_ << '\n';
     return kExitFailed;

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/result.h"
 #include "platform/os/new_file.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/logs/log_input.h"
@@ -153,8 +154,8 @@ std::string WriteWhole(NewFile& out, Bytes log, const std::vector<LogReader::Dam
     const std::size_t end = i < damage.size() ? damage[i].offset : log.size();
     while (begin < end) {
       const Bytes piece = log.subspan(begin, std::min(end - begin, kPiece));
-      std::string problem = out.Append(std::string_view(reinterpret_cast<const char*>(piece.data()), piece.size()));
-      if (!problem.empty()) return problem;
+      const std::string_view text(reinterpret_cast<const char*>(piece.data()), piece.size());
+      if (const Result<> done = out.Append(text); !done) return done.error().text;
       progress.At(begin += piece.size());
     }
     if (i < damage.size()) begin = end + damage[i].size;
@@ -188,7 +189,7 @@ int RunLogRepair(const LogRepairOptions& options) {
   std::string problem = WriteWhole(out, log, input.damage());
   const std::string kept = in_place ? KeptName(options.file) : "";
   if (std::string changed = Changed(file); !changed.empty()) problem = std::move(changed);
-  if (problem.empty()) problem = out.Commit(in_place || options.force, kept);
+  if (problem.empty()) problem = ErrorText(out.Commit(in_place || options.force, kept));
   if (!problem.empty()) {
     std::cerr << problem << '\n';
     return kExitFailed;

@@ -3,6 +3,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/base/result.h"
 #include "tools/log/log_event.h"
 
 namespace axlecast {
@@ -50,7 +51,7 @@ void LogOutput::Seal() {
 
 void LogOutput::Flush() {
   if (problem_.empty()) {
-    problem_ = file_.Append(std::string_view(reinterpret_cast<const char*>(buffer_.data()), buffer_.size()));
+    problem_ = ErrorText(file_.Append({reinterpret_cast<const char*>(buffer_.data()), buffer_.size()}));
   }
   buffer_.clear();
 }
@@ -58,7 +59,7 @@ void LogOutput::Flush() {
 std::string LogOutput::Commit(bool replace) {
   if (count_.seal().events > 0) Seal();
   Flush();
-  return problem_.empty() ? file_.Commit(replace) : problem_;
+  return problem_.empty() ? ErrorText(file_.Commit(replace)) : problem_;
 }
 
 }  // namespace axlecast

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/base/time.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/folder.h"
@@ -242,11 +243,11 @@ class RecordRun {
 
 // Makes the folder of the machine's logs ours. Empty, or why it cannot be.
 std::string TakeFolder(const std::string& folder, const std::string& machine, LockFile& lock) {
-  if (std::string problem = ForeignLinkProblem(folder); !problem.empty()) return problem;
+  if (const Result<> done = CheckLinks(folder); !done) return done.error().text;
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) return folder + ": cannot be made: " + error.message() + "; make it, or choose another `directory`";
-  const std::string holder = lock.Acquire(folder + "/." + machine + ".lock");
+  const std::string holder = ErrorText(lock.Acquire(folder + "/." + machine + ".lock"));
   if (holder.empty()) return "";
   if (access(folder.c_str(), W_OK) != 0) {
     return folder + ": " + std::strerror(errno) + "; choose a `directory` that this user may write to";

@@ -1,3 +1,4 @@
+#include "core/base/result.h"
 #include "tools/axlecast/logs/subcommands.h"
 
 #include <CLI/CLI.hpp>
@@ -47,12 +48,12 @@ class RedecodedLog {
   [[nodiscard]] std::string Commit(bool replace) {
     if (!file_) return "";
     Flush();
-    return problem_.empty() ? file_->Commit(replace) : problem_;
+    return problem_.empty() ? ErrorText(file_->Commit(replace)) : problem_;
   }
 
  private:
   void Flush() {
-    problem_ = file_->Append({reinterpret_cast<const char*>(waiting_.data()), waiting_.size()});
+    problem_ = ErrorText(file_->Append({reinterpret_cast<const char*>(waiting_.data()), waiting_.size()}));
     waiting_.clear();
   }
 
