@@ -15,25 +15,25 @@ using S = command_status_t;
 constexpr std::int32_t kMaxValidMs = 3'600'000;
 constexpr MonoNs kClockSlack = kSecond;  // between a client's reckoning and this clock
 
-std::optional<Refusal> CheckForm(const command_body_t& body) {
+Result<> CheckForm(const command_body_t& body) {
   if (body.mode < command_body_t::MODE_EXECUTE || body.mode > command_body_t::MODE_CANCEL) {
-    return Refusal{S::REASON_UNSUPPORTED_MODE, "mode " + std::to_string(body.mode) + " does not exist"};
+    return Failure("mode " + std::to_string(body.mode) + " does not exist", S::REASON_UNSUPPORTED_MODE);
   }
   if (body.valid_ms < 1 || body.valid_ms > kMaxValidMs) {
-    return Refusal{S::REASON_MALFORMED, "valid_ms is " + std::to_string(body.valid_ms) + ": give 1 to 3600000"};
+    return Failure("valid_ms is " + std::to_string(body.valid_ms) + ": give 1 to 3600000", S::REASON_MALFORMED);
   }
-  if (body.arguments.size() > kMaxArguments) return Refusal{S::REASON_MALFORMED, "more than 16 arguments"};
-  if (body.reason.size() > kReasonBytes) return Refusal{S::REASON_MALFORMED, "reason is longer than 160 bytes"};
-  return std::nullopt;
+  if (body.arguments.size() > kMaxArguments) return Failure("more than 16 arguments", S::REASON_MALFORMED);
+  if (body.reason.size() > kReasonBytes) return Failure("reason is longer than 160 bytes", S::REASON_MALFORMED);
+  return {};
 }
 
-std::optional<Refusal> CheckTime(const command_body_t& body, MonoNs begin_by, MonoNs now) {
+Result<> CheckTime(const command_body_t& body, MonoNs begin_by, MonoNs now) {
   if (body.issued_mono_ns > now + kClockSlack) {
-    return Refusal{S::REASON_MALFORMED,
-                   "issued_mono_ns lies ahead: it is mono_ns of a status of this bridge plus the time since"};
+    return Failure("issued_mono_ns lies ahead: it is mono_ns of a status of this bridge plus the time since",
+                   S::REASON_MALFORMED);
   }
-  if (now < begin_by) return std::nullopt;
-  return Refusal{S::REASON_DEADLINE, "its time was over when it came: nothing was done"};
+  if (now < begin_by) return {};
+  return Failure("its time was over when it came: nothing was done", S::REASON_DEADLINE);
 }
 
 std::string DeviceNames(const MachineConfig& machine) {
@@ -49,33 +49,35 @@ bool SameArguments(const std::vector<argument_t>& one, const std::vector<argumen
                     [](const auto& a, const auto& b) { return a.key == b.key && a.value == b.value; });
 }
 
-Refusal Unfit(const char* text) { return {command_status_t::REASON_TOKEN, text}; }
+tl::unexpected<Error> Unfit(const char* text) { return Failure(text, S::REASON_TOKEN); }
 
 }  // namespace
 
-std::variant<Admitted, Refusal> Admit(const MachineConfig& machine, std::int64_t bridge_boot_id,
-                                      const Authority& authority, const Caller& caller, const command_body_t& body,
-                                      MonoNs now) {
+Result<ValidatedCommand> ValidateCommand(const MachineConfig& machine, std::int64_t bridge_boot_id,
+                                         const Authority& authority, const Caller& caller,
+                                         const command_body_t& body, MonoNs now) {
   // A cancellation can only end the command of its own id: it may come after a restart of the bridge.
   if (body.mode != command_body_t::MODE_CANCEL && body.bridge_boot_id != bridge_boot_id) {
-    return Refusal{S::REASON_STALE_BRIDGE,
-                   "it is meant for another boot of the bridge: ask for the state of the "
-                   "device, then send it again under a new id"};
+    return Failure(
+        "it is meant for another boot of the bridge: ask for the state of the "
+        "device, then send it again under a new id",
+        S::REASON_STALE_BRIDGE);
   }
-  if (auto refusal = CheckForm(body)) return *refusal;
+  if (Result<> checked = CheckForm(body); !checked) return Failure(checked.error());
   const BusConfig* bus = machine.BusOf(body.device);
-  if (bus == nullptr) return Refusal{S::REASON_UNKNOWN_DEVICE, "no such device; " + DeviceNames(machine)};
+  if (bus == nullptr) return Failure("no such device; " + DeviceNames(machine), S::REASON_UNKNOWN_DEVICE);
   const OperationSpec* operation = FindOperation(*bus->family, body.operation);
   if (operation == nullptr || operation->internal) {
-    return Refusal{S::REASON_UNKNOWN_OPERATION, "no such operation; " + OperationNames(*bus->family)};
+    return Failure("no such operation; " + OperationNames(*bus->family), S::REASON_UNKNOWN_OPERATION);
   }
-  if (auto refusal = CheckArguments(*operation, body.arguments)) return *refusal;
+  if (auto refusal = CheckArguments(*operation, body.arguments)) return Failure(refusal->text, refusal->reason);
   const MonoNs begin_by = body.issued_mono_ns + body.valid_ms * kMillisecond;
-  const Admitted admitted{bus, operation, begin_by};
-  if (body.mode == command_body_t::MODE_CANCEL) return admitted;
-  if (auto refusal = authority.Check(caller, body.device, *operation)) return *refusal;
-  if (auto refusal = CheckTime(body, begin_by, now)) return *refusal;
-  return admitted;
+  const ValidatedCommand validated{bus, operation, begin_by};
+  if (body.mode == command_body_t::MODE_CANCEL) return validated;
+  if (Result<> checked = authority.Check(caller, body.device, *operation); !checked)
+    return Failure(checked.error());
+  if (Result<> checked = CheckTime(body, begin_by, now); !checked) return Failure(checked.error());
+  return validated;
 }
 
 void PreparedCommands::Issue(const Token& token, Prepared prepared, MonoNs now) {
@@ -83,8 +85,7 @@ void PreparedCommands::Issue(const Token& token, Prepared prepared, MonoNs now) 
   if (entries_.size() > kMax) entries_.pop_front();
 }
 
-std::variant<std::int32_t, Refusal> PreparedCommands::Redeem(const command_body_t& body, const std::string& who,
-                                                             MonoNs now) {
+Result<std::int32_t> PreparedCommands::Redeem(const command_body_t& body, const std::string& who, MonoNs now) {
   const auto found = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) {
     return std::equal(entry.token.begin(), entry.token.end(), std::begin(body.token));
   });

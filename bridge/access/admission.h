@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <deque>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "bridge/access/authority.h"
+#include "core/base/result.h"
 #include "core/base/time.h"
 #include "core/command/operation_check.h"
 #include "core/config/machine_config.h"
@@ -20,7 +20,7 @@ namespace axlecast {
 using Token = std::array<std::uint8_t, 16>;
 
 // A command that this bridge may take up: where it goes and what it does.
-struct Admitted {
+struct ValidatedCommand {
   const BusConfig* bus = nullptr;
   const OperationSpec* operation = nullptr;
   MonoNs begin_by = 0;
@@ -28,9 +28,9 @@ struct Admitted {
 
 // Whether a command (any mode but QUERY) of `caller` may be taken up, by what it says alone. What is refused once is
 // refused for as long as the bridge runs, so that it need not be remembered.
-[[nodiscard]] std::variant<Admitted, Refusal> Admit(const MachineConfig& machine, std::int64_t bridge_boot_id,
-                                                    const Authority& authority, const Caller& caller,
-                                                    const command_body_t& body, MonoNs now);
+[[nodiscard]] Result<ValidatedCommand> ValidateCommand(const MachineConfig& machine, std::int64_t bridge_boot_id,
+                                                       const Authority& authority, const Caller& caller,
+                                                       const command_body_t& body, MonoNs now);
 
 // What was prepared and may be committed: by the same key, to the same device, with the same arguments, once, for a
 // short time.
@@ -49,8 +49,7 @@ class PreparedCommands {
 
   void Issue(const Token& token, Prepared prepared, MonoNs now);
   // Takes the token of a COMMIT out, whatever the answer. The epoch that it is bound to, or why it does not fit.
-  [[nodiscard]] std::variant<std::int32_t, Refusal> Redeem(const command_body_t& body, const std::string& who,
-                                                           MonoNs now);
+  [[nodiscard]] Result<std::int32_t> Redeem(const command_body_t& body, const std::string& who, MonoNs now);
 
  private:
   struct Entry {
@@ -65,7 +64,7 @@ class PreparedCommands {
 class UnauthorizedMessageCounter {
  public:
   static constexpr MonoNs kRecent = 60 * kSecond;  // how long one keeps the alarm up
-  static constexpr MonoNs kTellEvery = 10 * kSecond;
+  static constexpr MonoNs kLogInterval = 10 * kSecond;
   static constexpr int kAnswersPerSecond = 100;
 
   // True when it is time to tell.
@@ -73,8 +72,8 @@ class UnauthorizedMessageCounter {
     ++count_;
     last_ = now;
     any_ = true;
-    if (told_ != 0 && now - told_ < kTellEvery) return false;
-    told_ = now;
+    if (logged_ != 0 && now - logged_ < kLogInterval) return false;
+    logged_ = now;
     return true;
   }
   // Whether its sender is told, so that a flood is not answered by another.
@@ -91,7 +90,7 @@ class UnauthorizedMessageCounter {
  private:
   std::int64_t count_ = 0;
   MonoNs last_ = 0;
-  MonoNs told_ = 0;
+  MonoNs logged_ = 0;
   bool any_ = false;
   MonoNs answers_from_ = 0;
   int answers_ = 0;

@@ -12,27 +12,27 @@ Token TokenOf(std::size_t number) {
   return token;
 }
 
-bool Fits(PreparedCommands& desk, std::size_t number) {
+bool Fits(PreparedCommands& prepared, std::size_t number) {
   command_body_t body{};
   const Token token = TokenOf(number);
   std::copy(token.begin(), token.end(), std::begin(body.token));
   body.device = "axis1";
-  return std::holds_alternative<std::int32_t>(desk.Redeem(body, "anna", kSecond));
+  return prepared.Redeem(body, "anna", kSecond).has_value();
 }
 
 // Anybody who may prepare may do it without end.
 TEST(PreparedCommands, KeepsTheNewestTokensAndNoMoreThanItMay) {
-  PreparedCommands desk;
+  PreparedCommands prepared;
   constexpr std::size_t kIssued = 1'000;
   for (std::size_t i = 0; i < kIssued; ++i) {
-    desk.Issue(TokenOf(i), {.who = "anna", .device = "axis1", .operation = "", .arguments = {}}, kSecond);
+    prepared.Issue(TokenOf(i), {.who = "anna", .device = "axis1", .operation = "", .arguments = {}}, kSecond);
   }
   std::size_t fit = 0;
-  for (std::size_t i = 0; i < kIssued; ++i) fit += Fits(desk, i) ? 1 : 0;
+  for (std::size_t i = 0; i < kIssued; ++i) fit += Fits(prepared, i) ? 1 : 0;
   EXPECT_EQ(fit, PreparedCommands::kMax);
-  desk.Issue(TokenOf(kIssued), {.who = "anna", .device = "axis1", .operation = "", .arguments = {}}, kSecond);
-  EXPECT_TRUE(Fits(desk, kIssued));
-  EXPECT_FALSE(Fits(desk, kIssued)) << "once";
+  prepared.Issue(TokenOf(kIssued), {.who = "anna", .device = "axis1", .operation = "", .arguments = {}}, kSecond);
+  EXPECT_TRUE(Fits(prepared, kIssued));
+  EXPECT_FALSE(Fits(prepared, kIssued)) << "once";
 }
 
 }  // namespace

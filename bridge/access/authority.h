@@ -3,11 +3,10 @@
 #include <axlecast/command_body_t.hpp>
 #include <axlecast/command_t.hpp>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
-#include <variant>
 
+#include "core/base/result.h"
 #include "core/command/operation_check.h"
 #include "core/config/machine_config.h"
 
@@ -29,11 +28,10 @@ class Authority {
 
   // The owner of a listed key whose signature of the envelope is good; or nobody, where the file allows that and
   // there is no signature. A signature is verified in any case. `body`: decoded from the envelope's.
-  [[nodiscard]] std::variant<Caller, Refusal> Identify(const command_t& envelope, const command_body_t& body) const;
+  [[nodiscard]] Result<Caller> Identify(const command_t& envelope, const command_body_t& body) const;
 
   // Why the caller may not have the device do the operation; nothing when it may.
-  [[nodiscard]] std::optional<Refusal> Check(const Caller& caller, std::string_view device,
-                                             const OperationSpec& operation) const;
+  [[nodiscard]] Result<> Check(const Caller& caller, std::string_view device, const OperationSpec& operation) const;
 
   // Whether the caller may cancel a command of `who_sent_it` (Caller::who): its own, or as a maintainer any.
   [[nodiscard]] bool MayCancel(const Caller& caller, std::string_view who_sent_it) const;

@@ -22,25 +22,25 @@ constexpr OperationSpec kZero = {.name = "zero", .help = "", .destructive = true
 
 class AuthorityTest : public ::testing::Test {
  protected:
-  // Who it was, or "reason: text".
-  static std::string Text(const std::variant<Caller, Refusal>& answer) {
-    if (const auto* caller = std::get_if<Caller>(&answer)) return caller->who;
-    const auto& refusal = std::get<Refusal>(answer);
-    EXPECT_LE(refusal.text.size(), kTextBytes) << refusal.text;
-    return std::to_string(refusal.reason) + ": " + refusal.text;
+  // Returns the name of the sender, or "reason: text".
+  static std::string Text(const Result<Caller>& answer) {
+    if (answer) return answer->who;
+    const Error& error = answer.error();
+    EXPECT_LE(error.text.size(), kTextBytes) << error.text;
+    return std::to_string(error.reason) + ": " + error.text;
   }
-  // As the bridge hears it: from the envelope's bytes.
-  [[nodiscard]] std::string Heard(const command_t& envelope) const {
+  // Identifies the sender from the bytes of the envelope, as the bridge does.
+  [[nodiscard]] std::string SenderOf(const command_t& envelope) const {
     const auto body = DecodeMessage<command_body_t>(envelope.body);
     return body ? Text(authority_.Identify(envelope, *body)) : "no body";
   }
   [[nodiscard]] std::string May(const std::string& key, const OperationSpec& operation,
                                 const std::string& device = "axis1") const {
-    const auto refusal = authority_.Check(As(key), device, operation);
-    if (!refusal) return "yes";
-    EXPECT_LE(refusal->text.size(), kTextBytes);
-    EXPECT_EQ(refusal->reason, S::REASON_DENIED);
-    return refusal->text;
+    const Result<> allowed = authority_.Check(As(key), device, operation);
+    if (allowed) return "yes";
+    EXPECT_LE(allowed.error().text.size(), kTextBytes);
+    EXPECT_EQ(allowed.error().reason, S::REASON_DENIED);
+    return allowed.error().text;
   }
   [[nodiscard]] Caller As(const std::string& name) const {
     for (const KeyGrant& grant : keys_.config.keys) {
@@ -57,8 +57,8 @@ TEST_F(AuthorityTest, AGoodSignatureOfAListedKeyNamesItsOwner) {
   for (const char* name : {"viewer", "shift", "plc", "service"}) {
     const command_t envelope = keys_.Signed(name);
     const auto answer = authority_.Identify(envelope, AccessKeys::BodyOf(envelope));
-    ASSERT_TRUE(std::holds_alternative<Caller>(answer)) << Text(answer);
-    const auto& caller = std::get<Caller>(answer);
+    ASSERT_TRUE(answer.has_value()) << Text(answer);
+    const auto& caller = *answer;
     EXPECT_EQ(caller.who, name);
     EXPECT_EQ(caller.grant->name, name);
     EXPECT_EQ(caller.key_id, KeyId(keys_.Secret(name).public_key()));
@@ -69,39 +69,39 @@ TEST_F(AuthorityTest, UnsignedOnlyWhereTheFileAllowsIt) {
   command_t envelope = keys_.Signed("service");
   AccessKeys::SetBody(envelope, {});
   std::fill(std::begin(envelope.sig), std::end(envelope.sig), std::uint8_t{0});
-  EXPECT_THAT(Heard(envelope), HasSubstr("8: it is not signed: send it with a key of the machine's file"));
+  EXPECT_THAT(SenderOf(envelope), HasSubstr("8: it is not signed: send it with a key of the machine's file"));
   keys_.config.allow_unsigned = true;
-  EXPECT_EQ(Heard(envelope), "unsigned");
+  EXPECT_EQ(SenderOf(envelope), "unsigned");
   keys_.config.allow_unsigned = false;
   keys_.config.keys.clear();
-  EXPECT_THAT(Heard(envelope), HasSubstr("8: it is not signed, and the machine's file names no key that could"));
+  EXPECT_THAT(SenderOf(envelope), HasSubstr("8: it is not signed, and the machine's file names no key that could"));
 }
 
 TEST_F(AuthorityTest, ASignatureIsVerifiedAlsoWhereNoneIsNeeded) {
   keys_.config.allow_unsigned = true;
   command_t envelope = keys_.Signed("service");
-  EXPECT_EQ(Heard(envelope), "service");
+  EXPECT_EQ(SenderOf(envelope), "service");
   envelope.sig[5] ^= 1;
-  EXPECT_EQ(Heard(envelope).substr(0, 2), "7:");
+  EXPECT_EQ(SenderOf(envelope).substr(0, 2), "7:");
   std::fill(std::begin(envelope.sig), std::end(envelope.sig), std::uint8_t{0});
-  EXPECT_EQ(Heard(envelope).substr(0, 2), "7:") << "its key id says that it was signed";
+  EXPECT_EQ(SenderOf(envelope).substr(0, 2), "7:") << "its key id says that it was signed";
   envelope = keys_.Signed("service");
   AccessKeys::SetBody(envelope, {});
-  EXPECT_THAT(Heard(envelope), HasSubstr("7: it is signed, but names no key (key_id 0)"));
+  EXPECT_THAT(SenderOf(envelope), HasSubstr("7: it is signed, but names no key (key_id 0)"));
 }
 
 TEST_F(AuthorityTest, AnUnknownKeyIsNamedByItsId) {
   const SigningKey stranger = SigningKey::Generate();
   command_body_t body{};
   body.key_id = 0x0123456789ABCDEF;
-  EXPECT_THAT(Heard(AccessKeys::Signed(stranger, body)),
+  EXPECT_THAT(SenderOf(AccessKeys::Signed(stranger, body)),
               HasSubstr("7: key 0123456789abcdef is not in the bridge's machine file"));
 }
 
 TEST_F(AuthorityTest, TheKeyIdMustBeThatOfTheKeyWhichSigned) {
   command_body_t body = AccessKeys::BodyOf(keys_.Signed("viewer"));
   body.key_id = KeyId(keys_.Secret("service").public_key());
-  EXPECT_THAT(Heard(AccessKeys::Signed(keys_.Secret("viewer"), body)),
+  EXPECT_THAT(SenderOf(AccessKeys::Signed(keys_.Secret("viewer"), body)),
               HasSubstr("7: its signature is not of key service"));
 }
 
@@ -109,7 +109,7 @@ TEST_F(AuthorityTest, TheKeysOfTheBridgeAndItsDriversCommandNothing) {
   for (const SigningKey* key : {&keys_.bridge, &keys_.drivers}) {
     command_body_t body{};
     body.key_id = KeyId(key->public_key());
-    EXPECT_THAT(Heard(AccessKeys::Signed(*key, body)), HasSubstr("is not in the bridge's machine file"));
+    EXPECT_THAT(SenderOf(AccessKeys::Signed(*key, body)), HasSubstr("is not in the bridge's machine file"));
   }
 }
 
@@ -119,22 +119,22 @@ TEST_F(AuthorityTest, ASignatureForAnotherPurposeIsNone) {
     command_t moved = envelope;
     const Signature signature = keys_.Secret("service").Sign(domain, envelope.body);
     std::copy(signature.begin(), signature.end(), std::begin(moved.sig));
-    EXPECT_EQ(Heard(moved).substr(0, 2), "7:");
+    EXPECT_EQ(SenderOf(moved).substr(0, 2), "7:");
   }
 }
 
 TEST_F(AuthorityTest, NoSingleBitCanBeChanged) {
   const command_t good = keys_.Signed("service");
-  ASSERT_EQ(Heard(good), "service");
+  ASSERT_EQ(SenderOf(good), "service");
   for (std::size_t bit = 0; bit < 8 * good.body.size(); ++bit) {
     command_t bad = good;
     bad.body[bit / 8] ^= static_cast<std::uint8_t>(1U << bit % 8);
-    EXPECT_NE(Heard(bad), "service") << "bit " << bit << " of the body";
+    EXPECT_NE(SenderOf(bad), "service") << "bit " << bit << " of the body";
   }
   for (std::size_t bit = 0; bit < 8 * sizeof good.sig; ++bit) {
     command_t bad = good;
     bad.sig[bit / 8] ^= static_cast<std::uint8_t>(1U << bit % 8);
-    EXPECT_EQ(Heard(bad).substr(0, 2), "7:") << "bit " << bit << " of the signature";
+    EXPECT_EQ(SenderOf(bad).substr(0, 2), "7:") << "bit " << bit << " of the signature";
   }
 }
 
@@ -175,7 +175,7 @@ TEST_F(AuthorityTest, AFloodOfForgeriesPassesNotOnce) {
     const auto body = DecodeMessage<command_body_t>(forged.body);
     if (!body) continue;
     if (keys_.config.FindKey(body->key_id) != nullptr) ++verified;
-    ASSERT_TRUE(std::holds_alternative<Refusal>(authority_.Identify(forged, *body))) << "forgery " << i;
+    ASSERT_FALSE(authority_.Identify(forged, *body)) << "forgery " << i;
   }
   EXPECT_GT(verified, 50'000) << "most must reach the signature";
 }
@@ -207,10 +207,10 @@ TEST_F(AuthorityTest, TextsFitWhateverIsAsked) {
     OperationSpec asked = operation;
     asked.destructive = destructive;
     for (const std::string& device : {std::string("axis1"), std::string(1'000, '\n')}) {
-      const auto refusal = authority_.Check(caller, device, asked);
-      ASSERT_TRUE(refusal);
-      EXPECT_LE(refusal->text.size(), kTextBytes);
-      EXPECT_EQ(refusal->text.find('\n'), std::string::npos);
+      const Result<> allowed = authority_.Check(caller, device, asked);
+      ASSERT_FALSE(allowed);
+      EXPECT_LE(allowed.error().text.size(), kTextBytes);
+      EXPECT_EQ(allowed.error().text.find('\n'), std::string::npos);
     }
   }
 }

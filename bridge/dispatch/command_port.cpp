@@ -18,13 +18,13 @@ void CommandPort::Fill(Message& message, const std::string& channel, Timestamp n
   message.seq = seq_[channel]++;
 }
 
-void CommandPort::Tell(command_status_t status, Timestamp now) {
+void CommandPort::PublishStatus(command_status_t status, Timestamp now) {
   Fill(status, "COMMAND_STATUS", now);
   if (key_ != nullptr) SignMessage(*key_, Domain::kStatus, status);
   Publish(sink_, "COMMAND_STATUS", status);
 }
 
-std::int64_t CommandPort::Give(const std::string& bus, driver_order_t order, Timestamp now) {
+std::int64_t CommandPort::SendToDriver(const std::string& bus, driver_order_t order, Timestamp now) {
   order.bridge_boot_id = boot_id_;
   order.bridge_epoch = ++epoch_;
   order.n_arguments = static_cast<std::int8_t>(order.arguments.size());
@@ -42,7 +42,7 @@ std::int64_t CommandPort::Give(const std::string& bus, driver_order_t order, Tim
   return epoch_;
 }
 
-void CommandPort::Ask(command_t question, Timestamp now) {
+void CommandPort::PublishQuery(command_t question, Timestamp now) {
   Fill(question, "COMMAND", now);
   Publish(sink_, "COMMAND", question);
 }
@@ -57,7 +57,7 @@ command_status_t StatusOf(const command_body_t& body, std::int64_t digest) {
   return status;
 }
 
-S Refused(S status, const Refusal& refusal, Timestamp now) {
+S Refused(S status, const Error& refusal, Timestamp now) {
   const bool late = refusal.reason == S::REASON_DEADLINE;
   status.state = late ? S::STATE_EXPIRED : S::STATE_REJECTED;
   status.is_final = 1;

@@ -22,14 +22,14 @@ class CommandPort {
   CommandPort(MessageSink& sink, std::int64_t boot_id, const SigningKey* key, std::int64_t epoch)
       : sink_(sink), boot_id_(boot_id), key_(key), epoch_(epoch) {}
 
-  void Tell(command_status_t status, Timestamp now);
+  void PublishStatus(command_status_t status, Timestamp now);
   // To the driver of `bus`, with the next bridge epoch, which it returns.
-  std::int64_t Give(const std::string& bus, driver_order_t order, Timestamp now);
-  void Ask(command_t question, Timestamp now);
+  std::int64_t SendToDriver(const std::string& bus, driver_order_t order, Timestamp now);
+  void PublishQuery(command_t question, Timestamp now);
 
-  // A driver has heard an order of this epoch: those of this bridge go above it. One that no bridge could have
+  // A driver has last_status an order of this epoch: those of this bridge go above it. One that no bridge could have
   // reached is not believed.
-  void Heard(std::int64_t epoch) {
+  void RaiseEpoch(std::int64_t epoch) {
     constexpr std::int64_t kHighest = std::int64_t{1} << 62;
     if (epoch > epoch_ && epoch < kHighest) epoch_ = epoch;
   }
@@ -51,6 +51,6 @@ class CommandPort {
 [[nodiscard]] command_status_t StatusOf(const command_body_t& body, std::int64_t digest);
 
 // The final status of one that is refused: EXPIRED when its time was over, else REJECTED.
-[[nodiscard]] command_status_t Refused(command_status_t status, const Refusal& refusal, Timestamp now);
+[[nodiscard]] command_status_t Refused(command_status_t status, const Error& refusal, Timestamp now);
 
 }  // namespace axlecast

@@ -31,15 +31,15 @@ void Copy(const driver_status_t& from, command_status_t& to) {
   to.n_changes = static_cast<std::int8_t>(to.changes.size());
 }
 
-using Noting = PendingCommand::Noting;
+using JournalState = PendingCommand::JournalState;
 
 // Returns true if the task continues only after the journal has written its entry.
 bool WaitsForJournal(const PendingCommand& task) {
-  return task.noting == Noting::kAccepted || task.noting == Noting::kRouted;
+  return task.journal_state == JournalState::kAccepted || task.journal_state == JournalState::kRouted;
 }
 
-bool SaysTheSame(const driver_status_t& driver, const command_status_t& said) {
-  return driver.state == said.state && driver.progress == said.progress && driver.text == said.text;
+bool IsSameProgress(const driver_status_t& driver, const command_status_t& reported) {
+  return driver.state == reported.state && driver.progress == reported.progress && driver.text == reported.text;
 }
 
 }  // namespace
@@ -56,8 +56,8 @@ std::optional<std::string> DeviceQueue::SenderOf(const CommandId& id) const {
   return found == waiting_.end() ? std::nullopt : std::optional(found->who);
 }
 
-void DeviceQueue::Adopt(PendingCommand task) {
-  task.adopted = true;
+void DeviceQueue::PushRecovered(PendingCommand task) {
+  task.recovered = true;
   PushFirst(std::move(task));
 }
 
@@ -83,14 +83,14 @@ void DeviceQueue::OnStatus(const driver_status_t& status, Timestamp now) {
   if (!current_) return;
   PendingCommand& task = *current_;
   const CommandId id = IdOf(status.id);
-  if (id != (task.asks_driver ? task.about : task.id) || status.boot_id != task.status.driver_boot_id) return;
-  if (status.seq <= task.heard_seq) return;  // overtaken by a newer one
-  task.heard_seq = status.seq;
-  task.heard = now.mono;
+  if (id != (task.queries_driver ? task.about : task.id) || status.boot_id != task.status.driver_boot_id) return;
+  if (status.seq <= task.last_seq) return;  // overtaken by a newer one
+  task.last_seq = status.seq;
+  task.last_status = now.mono;
   if (status.state == S::STATE_UNKNOWN) return OnUnknown(status, now);
   if (status.state != S::STATE_ROUTED && status.state != S::STATE_RUNNING && !IsFinalState(status.state)) return;
 
-  const bool same = task.acknowledged && SaysTheSame(status, task.status);
+  const bool same = task.acknowledged && IsSameProgress(status, task.status);
   if (!task.acknowledged) task.next_send = now.mono + kAsk;
   task.acknowledged = true;
   Copy(status, task.status);
@@ -105,11 +105,11 @@ void DeviceQueue::OnStatus(const driver_status_t& status, Timestamp now) {
 // The driver's promise: no order up to its bridge_epoch has been or will be done under this id.
 void DeviceQueue::OnUnknown(const driver_status_t& status, Timestamp now) {
   PendingCommand& task = *current_;
-  if (status.bridge_epoch < (task.asks_driver ? task.about_epoch : task.sent_epoch)) return;
-  if (task.asks_driver) {
+  if (status.bridge_epoch < (task.queries_driver ? task.about_epoch : task.sent_epoch)) return;
+  if (task.queries_driver) {
     return End(TakeCurrent(), S::STATE_EXPIRED, S::REASON_DRIVER_SILENT, "the driver never received it", now);
   }
-  if (task.adopted) {
+  if (task.recovered) {
     return End(TakeCurrent(), S::STATE_REJECTED, S::REASON_BRIDGE_RESTARTED,
                "the bridge restarted before the driver had it: nothing was done; send it again", now);
   }
@@ -137,26 +137,27 @@ void DeviceQueue::DropWaiting(Timestamp now) {
   std::deque<PendingCommand> kept;
   std::deque<PendingCommand> expired;
   std::deque<PendingCommand> absent;
-  std::deque<std::pair<PendingCommand, Refusal>> unnoted;
+  std::deque<std::pair<PendingCommand, Error>> not_journalled;
   for (PendingCommand& task : waiting_) {
-    auto too_slow = WaitsForJournal(task) ? output_.JournalTooSlow(task, now) : std::nullopt;
-    if (WaitsForJournal(task) && task.operation->urgent && now.mono - task.noting_since > kOvertaken) {
-      task.noting = task.noting == Noting::kAccepted ? Noting::kNone : Noting::kReady;
-      too_slow.reset();
+    Result<> in_time = WaitsForJournal(task) ? output_.CheckJournalWait(task, now) : Result<>();
+    if (WaitsForJournal(task) && task.operation->urgent && now.mono - task.journal_since > kOvertaken) {
+      task.journal_state =
+          task.journal_state == JournalState::kAccepted ? JournalState::kNone : JournalState::kReady;
+      in_time = {};
     }
-    const bool needs_driver = task.purpose != PendingCommand::Purpose::kFinding && !task.adopted;
+    const bool needs_driver = task.purpose != PendingCommand::Purpose::kOutcomeCheck && !task.recovered;
     if (now.mono >= task.begin_by) {
       expired.push_back(std::move(task));
     } else if (needs_driver && driver_.IsAbsent(now.mono)) {
       absent.push_back(std::move(task));
-    } else if (too_slow) {
-      unnoted.emplace_back(std::move(task), std::move(*too_slow));
+    } else if (!in_time) {
+      not_journalled.emplace_back(std::move(task), std::move(in_time.error()));
     } else {
       kept.push_back(std::move(task));
     }
   }
   waiting_ = std::move(kept);
-  for (auto& [task, refusal] : unnoted) {
+  for (auto& [task, refusal] : not_journalled) {
     End(std::move(task), S::STATE_REJECTED, refusal.reason, refusal.text, now);
   }
   for (PendingCommand& task : expired) {
@@ -170,7 +171,7 @@ void DeviceQueue::DropWaiting(Timestamp now) {
 }
 
 void DeviceQueue::PushFirst(PendingCommand task) {
-  task.noting = Noting::kNone;
+  task.journal_state = JournalState::kNone;
   waiting_.push_front(std::move(task));
 }
 
@@ -180,33 +181,35 @@ PendingCommand DeviceQueue::Take(std::deque<PendingCommand>::iterator task) {
   return taken;
 }
 
-bool DeviceQueue::IsNoting(const CommandId& id) const {
-  return std::any_of(waiting_.begin(), waiting_.end(),
-                     [&](const PendingCommand& task) { return task.id == id && task.noting == Noting::kAccepted; });
+bool DeviceQueue::IsAwaitingAcceptance(const CommandId& id) const {
+  return std::any_of(waiting_.begin(), waiting_.end(), [&](const PendingCommand& task) {
+    return task.id == id && task.journal_state == JournalState::kAccepted;
+  });
 }
 
 std::optional<PendingCommand> DeviceQueue::Withdraw(const CommandId& id) {
   const auto found = std::find_if(waiting_.begin(), waiting_.end(), [&](const PendingCommand& task) {
-    return task.id == id && task.noting == Noting::kAccepted;
+    return task.id == id && task.journal_state == JournalState::kAccepted;
   });
   return found == waiting_.end() ? std::nullopt : std::optional(Take(found));
 }
 
-void DeviceQueue::OnNoted(const CommandId& id, Noting what, bool written, const Refusal& not_written,
-                          Timestamp now) {
-  const auto found = std::find_if(waiting_.begin(), waiting_.end(),
-                                  [&](const PendingCommand& task) { return task.id == id && task.noting == what; });
+void DeviceQueue::OnJournalled(const CommandId& id, JournalState what, bool written, const Error& not_written,
+                               Timestamp now) {
+  const auto found = std::find_if(waiting_.begin(), waiting_.end(), [&](const PendingCommand& task) {
+    return task.id == id && task.journal_state == what;
+  });
   if (found == waiting_.end()) return;
   if (!written && !found->operation->urgent) {
     return End(Take(found), S::STATE_REJECTED, not_written.reason, not_written.text, now);
   }
-  found->noting = what == Noting::kAccepted ? Noting::kNone : Noting::kReady;
+  found->journal_state = what == JournalState::kAccepted ? JournalState::kNone : JournalState::kReady;
 }
 
 // The task whose turn it is: the first, or, while that waits for a slow journal, the first read behind it.
 std::deque<PendingCommand>::iterator DeviceQueue::Next(Timestamp now) {
   const auto first = waiting_.begin();
-  if (!WaitsForJournal(*first) || now.mono - first->noting_since <= kOvertaken) return first;
+  if (!WaitsForJournal(*first) || now.mono - first->journal_since <= kOvertaken) return first;
   return std::find_if(first, waiting_.end(), [](const PendingCommand& task) {
     return !WaitsForJournal(task) && (task.prepare || (task.operation != nullptr && task.operation->reads_only));
   });
@@ -214,60 +217,60 @@ std::deque<PendingCommand>::iterator DeviceQueue::Next(Timestamp now) {
 
 void DeviceQueue::RouteNext(Timestamp now) {
   const auto next = Next(now);
-  if (next == waiting_.end() || next->noting == Noting::kAccepted) return;
+  if (next == waiting_.end() || next->journal_state == JournalState::kAccepted) return;
   PendingCommand& task = *next;
-  if (task.adopted) {
+  if (task.recovered) {
     current_ = Take(next);
     current_->acknowledged = true;
-    current_->heard = current_->routed = current_->next_send = now.mono;
+    current_->last_status = current_->routed = current_->next_send = now.mono;
     return Follow(now);
   }
   if (!driver_.IsPresent(now.mono) || now.mono < task.not_before) return;
-  if (task.purpose == PendingCommand::Purpose::kFinding) {
-    task.asks_driver = task.about_silent && driver_.boot_id() == task.about_boot_id;
-    if (!task.asks_driver && task.operation == nullptr) {
+  if (task.purpose == PendingCommand::Purpose::kOutcomeCheck) {
+    task.queries_driver = task.about_silent && driver_.boot_id() == task.about_boot_id;
+    if (!task.queries_driver && task.operation == nullptr) {
       return End(Take(next), S::STATE_FAILED, S::REASON_NONE, "no operation can tell", now);
     }
-    if (!task.asks_driver && !driver_.IsAnswering(task.device)) return;
+    if (!task.queries_driver && !driver_.IsAnswering(task.device)) return;
   }
-  if (task.noting == Noting::kNone) {
+  if (task.journal_state == JournalState::kNone) {
     if (task.purpose != PendingCommand::Purpose::kCommand) task.id = output_.NewId();
     task.status.state = S::STATE_ROUTED;
     task.status.driver_boot_id = driver_.boot_id();
-    task.noting_since = now.mono;
-    if (const auto refusal = output_.BeforeRoute(task, now)) {
-      return End(Take(next), S::STATE_REJECTED, refusal->reason, refusal->text, now);
+    task.journal_since = now.mono;
+    if (const Result<> routable = output_.BeforeRoute(task, now); !routable) {
+      return End(Take(next), S::STATE_REJECTED, routable.error().reason, routable.error().text, now);
     }
   }
   if (task.status.driver_boot_id != driver_.boot_id()) {
     return End(Take(next), S::STATE_REJECTED, S::REASON_DRIVER_RESTARTED,
                "the driver restarted before this was sent to it: nothing was done; send it again", now);
   }
-  if (task.noting == Noting::kReady) Route(Take(next), now);
+  if (task.journal_state == JournalState::kReady) Route(Take(next), now);
 }
 
 void DeviceQueue::Route(PendingCommand task, Timestamp now) {
   current_ = std::move(task);
   current_->acknowledged = false;
-  current_->heard_seq = -1;
-  current_->heard = current_->routed = current_->next_send = now.mono;
+  current_->last_seq = -1;
+  current_->last_status = current_->routed = current_->next_send = now.mono;
   SendDue(*current_, now);
   output_.OnStep(*current_, now);
 }
 
 void DeviceQueue::Follow(Timestamp now) {
   PendingCommand& task = *current_;
-  const bool unheard = task.adopted && driver_.boot_id() == 0;
+  const bool unheard = task.recovered && driver_.boot_id() == 0;
   if (!unheard && driver_.boot_id() != task.status.driver_boot_id) {
     return OnDriverLost(S::REASON_DRIVER_RESTARTED, "the driver restarted while it had this order", now);
   }
   if (!unheard && !driver_.IsRunning()) {
     return OnDriverLost(S::REASON_STOPPING, "the driver stopped while it had this order", now);
   }
-  if (now.mono - task.heard > kSilentAfter) {
+  if (now.mono - task.last_status > kSilentAfter) {
     return OnDriverLost(S::REASON_DRIVER_SILENT, "the driver has not answered for 5 s", now);
   }
-  if (task.purpose == PendingCommand::Purpose::kFinding && now.mono >= task.begin_by) {
+  if (task.purpose == PendingCommand::Purpose::kOutcomeCheck && now.mono >= task.begin_by) {
     return End(TakeCurrent(), S::STATE_EXPIRED, S::REASON_DEADLINE, "the driver did not tell in time", now);
   }
   SendDue(task, now);
@@ -281,7 +284,7 @@ void DeviceQueue::SendDue(PendingCommand& task, Timestamp now) {
                                                                        : kSlowRepeat);
   if (task.cancel_asked) {
     output_.Send(task, driver_order_t::KIND_CANCEL, 1, now);
-  } else if (task.acknowledged || task.asks_driver || now.mono >= task.begin_by) {
+  } else if (task.acknowledged || task.queries_driver || now.mono >= task.begin_by) {
     output_.Send(task, driver_order_t::KIND_QUERY, 1, now);
   } else {
     const MonoNs left = std::min<MonoNs>(task.begin_by - now.mono, 3'600 * kSecond);
@@ -293,7 +296,7 @@ void DeviceQueue::SendDue(PendingCommand& task, Timestamp now) {
 
 void DeviceQueue::OnDriverLost(std::int32_t reason, const std::string& text, Timestamp now) {
   PendingCommand task = TakeCurrent();
-  if (task.purpose == PendingCommand::Purpose::kFinding)
+  if (task.purpose == PendingCommand::Purpose::kOutcomeCheck)
     return PushFirst(std::move(task));  // until its time runs out
   if (task.prepare || (task.operation != nullptr && task.operation->reads_only)) {
     return End(std::move(task), S::STATE_REJECTED, reason, text + "; it would have changed nothing: repeat it",

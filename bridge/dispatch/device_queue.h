@@ -20,11 +20,11 @@ class DeviceQueueListener {
   // Sends driver_order_t KIND_* for the task, with a new bridge epoch, which it returns.
   virtual std::int64_t Send(const PendingCommand& task, std::int8_t kind, std::int32_t valid_ms, Timestamp now) = 0;
   virtual CommandId NewId() = 0;  // for what the bridge itself orders
-  // The task is about to be sent to status.driver_boot_id. A reason, with its text, when that may not be. Else sets
-  // task.noting: kReady, or kRouted when the journal must note it first (DeviceQueue::OnNoted).
-  virtual std::optional<Refusal> BeforeRoute(PendingCommand& task, Timestamp now) = 0;
-  // Why a task that waits for the journal must not wait longer; nothing: it may.
-  virtual std::optional<Refusal> JournalTooSlow(const PendingCommand& task, Timestamp now) = 0;
+  // Called before the task is sent to status.driver_boot_id. Returns an error if it must not be sent. Otherwise sets
+  // task.journal_state: kReady, or kRouted if the journal must write it first (DeviceQueue::OnJournalled).
+  [[nodiscard]] virtual Result<> BeforeRoute(PendingCommand& task, Timestamp now) = 0;
+  // Returns an error if a task has waited too long for the journal.
+  [[nodiscard]] virtual Result<> CheckJournalWait(const PendingCommand& task, Timestamp now) = 0;
   virtual void OnStep(PendingCommand& task, Timestamp now) = 0;
   // The task ended: its status holds the one outcome. It has left the lane.
   virtual void OnEnd(PendingCommand task, Timestamp now) = 0;
@@ -48,7 +48,7 @@ class DeviceQueue {
   void PushFirst(PendingCommand task);
   [[nodiscard]] bool IsIdle() const { return !current_ && waiting_.empty(); }
   // A task that an earlier bridge had routed: before any other, its driver is asked what became of it.
-  void Adopt(PendingCommand task);
+  void PushRecovered(PendingCommand task);
 
   // Who gave a command that is here and has no outcome yet.
   [[nodiscard]] std::optional<std::string> SenderOf(const CommandId& id) const;
@@ -56,10 +56,10 @@ class DeviceQueue {
 
   // The journal has noted (`written`), or cannot note, what this command waits for. Nothing happens when it waits no
   // more.
-  void OnNoted(const CommandId& id, PendingCommand::Noting what, bool written, const Refusal& not_written,
-               Timestamp now);
+  void OnJournalled(const CommandId& id, PendingCommand::JournalState what, bool written, const Error& not_written,
+                    Timestamp now);
   // The acceptance of this command is being written.
-  [[nodiscard]] bool IsNoting(const CommandId& id) const;
+  [[nodiscard]] bool IsAwaitingAcceptance(const CommandId& id) const;
   // Takes out a command whose acceptance is being written.
   [[nodiscard]] std::optional<PendingCommand> Withdraw(const CommandId& id);
 

@@ -42,10 +42,10 @@ struct BridgePorts {
 // The bridge without its I/O: takes commands of those who may give them, notes them, routes each to the driver of
 // its device, one at a time per device (urgent ones beside it), and gives every id exactly one final outcome.
 // Publishes COMMAND_STATUS, DRIVER_COMMAND/<bus> and ALARM/bridge. One thread, which never waits for the journal: a
-// command that must be noted waits in its lane for at most JournalQueue::kStalled, and others pass it.
+// command that must be noted waits in its queue for at most JournalQueue::kStalled, and others pass it.
 class Dispatcher final : private DeviceQueueListener {
  public:
-  static constexpr MonoNs kFindWithin = 20 * kSecond;  // after an INDETERMINATE, then FINDING_CANNOT_TELL
+  static constexpr MonoNs kCheckWithin = 20 * kSecond;  // after an INDETERMINATE, then FINDING_CANNOT_TELL
 
   // Questions that the journal must answer, at one time; a client repeats its question.
   static constexpr std::size_t kMaxLookups = 100;
@@ -67,13 +67,13 @@ class Dispatcher final : private DeviceQueueListener {
   // Why no command that changes a device is accepted; empty when all is well.
   [[nodiscard]] std::string JournalProblem(MonoNs now) const;
   // Messages that could not be read, or were not from whom they should be.
-  [[nodiscard]] std::int64_t foreign() const { return foreign_.count(); }
+  [[nodiscard]] std::int64_t unauthorized() const { return unauthorized_.count(); }
 
  private:
   struct Bus {
     const BusConfig* config = nullptr;
     DriverLink driver;
-    std::map<std::string, DeviceQueue> lanes;   // by device
+    std::map<std::string, DeviceQueue> queues;  // by device
     std::map<std::string, DeviceQueue> urgent;  // by device: OperationSpec::urgent waits for nothing else
   };
 
@@ -81,7 +81,7 @@ class Dispatcher final : private DeviceQueueListener {
   struct IncomingCommand {
     const command_body_t& body;
     Caller caller;
-    Admitted admitted;
+    ValidatedCommand validated;
     command_status_t status;
   };
 
@@ -99,71 +99,70 @@ class Dispatcher final : private DeviceQueueListener {
     bool answered = false;
   };
   // An outcome that the journal is writing. It is published afterwards.
-  struct Untold {
+  struct UnpublishedOutcome {
     command_status_t status;
     MonoNs since = 0;
-    bool told = false;
+    bool published = false;
   };
 
   void Settle();
   void LoadJournal();
-  void TakeUp(Snapshot snapshot);
+  void RecoverAll(Snapshot snapshot);
   void TickJournal();
   void Execute(IncomingCommand incoming, Timestamp now);
   void Query(const command_body_t& body, Timestamp now);
-  void RefuseUnlessKnown(const command_status_t& status, const Refusal& refusal, Timestamp now);
+  void RefuseUnlessKnown(const command_status_t& status, const Error& refusal, Timestamp now);
   void LookUp(const CommandId& id, decltype(Lookup::answer) answer);
   void Cancel(const IncomingCommand& incoming, Timestamp now);
-  void TellKnown(const command_body_t& body, const std::string& text, Timestamp now);
+  void PublishKnown(const command_body_t& body, const std::string& text, Timestamp now);
   void Accept(IncomingCommand incoming, Timestamp now);
-  void AcceptBriefly(const IncomingCommand& incoming, PendingCommand task, const std::optional<Refusal>& refusal,
-                     Timestamp now);
-  void NoteAccepted(const IncomingCommand& incoming, DeviceQueue& lane, Timestamp now);
-  void OnAccepted(DeviceQueue& lane, const command_status_t& status, bool passes,
+  void EnqueueVolatile(const IncomingCommand& incoming, PendingCommand task, const Result<>& accepted,
+                       Timestamp now);
+  void JournalAcceptance(const IncomingCommand& incoming, DeviceQueue& queue, Timestamp now);
+  void OnAccepted(DeviceQueue& queue, const command_status_t& status, bool passes,
                   const std::optional<command_status_t>& known);
-  [[nodiscard]] std::optional<Refusal> MakeTask(const IncomingCommand& incoming, PendingCommand& task,
-                                                Timestamp now);
-  [[nodiscard]] std::optional<Refusal> Busy(const Bus& bus, const DeviceQueue& lane, MonoNs now) const;
-  [[nodiscard]] std::optional<Refusal> NoRoom(const OperationSpec& operation, MonoNs now);
+  [[nodiscard]] Result<> MakeTask(const IncomingCommand& incoming, PendingCommand& task, Timestamp now);
+  [[nodiscard]] Result<> CheckBusy(const Bus& bus, const DeviceQueue& queue, MonoNs now) const;
+  [[nodiscard]] Result<> CheckRoom(const OperationSpec& operation, MonoNs now);
   [[nodiscard]] CommandRecord RecordOf(const IncomingCommand& incoming, Timestamp now) const;
-  [[nodiscard]] Refusal NotNoted(MonoNs now) const;
-  void Refuse(command_status_t status, const Refusal& refusal, Timestamp now);
-  void OnForeign(const std::string& what, Timestamp now);
+  [[nodiscard]] Error NotJournalled(MonoNs now) const;
+  void Refuse(command_status_t status, const Error& refusal, Timestamp now);
+  void OnUnauthorized(const std::string& what, Timestamp now);
   void OnHello(Bus& bus, const driver_status_t& status, Timestamp now);
   void EndCommand(PendingCommand task, Timestamp now);
-  void BeginFinding(const PendingCommand& task, command_status_t& status, Timestamp now);
-  void EndFinding(const PendingCommand& task, Timestamp now);
+  void BeginOutcomeCheck(const PendingCommand& task, command_status_t& status, Timestamp now);
+  void EndOutcomeCheck(const PendingCommand& task, Timestamp now);
   void Conclude(const command_status_t& status, Timestamp now);
-  void TellOutcome(Untold& outcome);
-  void TellOverdue();
-  void Resume(const OpenCommand& command, Timestamp now);
-  [[nodiscard]] DeviceQueue& LaneOf(Bus& bus, const std::string& device, const OperationSpec* operation);
+  void PublishOutcome(UnpublishedOutcome& outcome);
+  void PublishOverdue();
+  void Recover(const OpenCommand& command, Timestamp now);
+  [[nodiscard]] DeviceQueue& QueueOf(Bus& bus, const std::string& device, const OperationSpec* operation);
 
   std::int64_t Send(const PendingCommand& task, std::int8_t kind, std::int32_t valid_ms, Timestamp now) override;
   CommandId NewId() override;
-  std::optional<Refusal> BeforeRoute(PendingCommand& task, Timestamp now) override;
-  std::optional<Refusal> JournalTooSlow(const PendingCommand& task, Timestamp now) override;
+  Result<> BeforeRoute(PendingCommand& task, Timestamp now) override;
+  Result<> CheckJournalWait(const PendingCommand& task, Timestamp now) override;
   void OnStep(PendingCommand& task, Timestamp now) override;
   void OnEnd(PendingCommand task, Timestamp now) override;
 
   const MachineConfig& machine_;
   const BridgePorts ports_;
   Timestamp now_;  // of the present call
-  JournalQueue queue_;
+  JournalQueue journal_;
   DeviceStore devices_;
   CommandPort port_;
-  CommandStore memory_;
+  CommandStore commands_;
   Authority authority_;
   DuplicateBridgeDetector watch_;
   BridgeAlarms alarms_;
   AxisStateStore axes_;
   AlarmStateStore marks_;
-  PreparedCommands tokens_;
-  UnauthorizedMessageCounter foreign_;
+  PreparedCommands prepared_;
+  UnauthorizedMessageCounter unauthorized_;
   std::map<std::string, Bus> buses_;
   std::int64_t own_ids_ = 0;
   std::list<std::shared_ptr<Lookup>> lookups_;
-  std::list<std::shared_ptr<Untold>> untold_;
+  std::list<std::shared_ptr<UnpublishedOutcome>> unpublished_;
   bool loading_ = false;   // the journal is being read
   bool loaded_ = false;    // what the journal holds has been taken up
   bool reserved_ = false;  // epochs are above those of every bridge before

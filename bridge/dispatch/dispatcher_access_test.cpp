@@ -82,7 +82,7 @@ TEST_F(DispatcherAccessTest, EachRoleDoesWhatItMayAndNoMore) {
 
 TEST_F(DispatcherAccessTest, ForeignCommandsAreCountedTellAnAlarmAndFloodNothing) {
   for (std::uint32_t i = 0; i < 1'000; ++i) SendSigned(Body(i), Key("stranger"));
-  EXPECT_EQ(bridge_->foreign(), 1'001);  // with the first HELLO, which was not signed
+  EXPECT_EQ(bridge_->unauthorized(), 1'001);  // with the first HELLO, which was not signed
   EXPECT_LE(Statuses(), static_cast<std::size_t>(UnauthorizedMessageCounter::kAnswersPerSecond));
   EXPECT_TRUE(Orders().empty());
   EXPECT_LE(store_.events.size(), 2u);

@@ -177,18 +177,19 @@ class DispatcherTest : public testing::Test {
   std::unique_ptr<Dispatcher> MakeBridge(std::int64_t boot_id, bool stalled = false) {
     journal_ = std::make_unique<InlineJournal>(store_);
     if (stalled) journal_->Stall();
-    return std::make_unique<Dispatcher>(machine_, boot_id,
-                                        BridgePorts{.journal = journal_.get(),
-                                                    .commands = &sink_,
-                                                    .data = &data_,
-                                                    .key = key_ ? &*key_ : nullptr,
-                                                    .log = [](const std::string&) {},
-                                                    .random = [this] { return NumberedId(1'000'000 + ++tokens_); }},
-                                        now_);
+    return std::make_unique<Dispatcher>(
+        machine_, boot_id,
+        BridgePorts{.journal = journal_.get(),
+                    .commands = &sink_,
+                    .data = &data_,
+                    .key = key_ ? &*key_ : nullptr,
+                    .log = [](const std::string&) {},
+                    .random = [this] { return NumberedId(1'000'000 + ++prepared_); }},
+        now_);
   }
 
   std::optional<SigningKey> key_;
-  std::uint32_t tokens_ = 0;
+  std::uint32_t prepared_ = 0;
   MemoryStore store_;
   MemorySink sink_;
   MemorySink data_;

@@ -111,7 +111,7 @@ TEST_F(DispatcherTest, ALookThatCannotReadIsRepeatedUntilItsTimeIsOver) {
     const std::size_t orders = Orders().size();
     ReportFailure(Orders().back(), S::REASON_NO_REPLY);
     EXPECT_EQ(Last().finding, S::FINDING_NONE);
-    PassWithDriver(kLookAgain + 100 * kMillisecond);
+    PassWithDriver(kCheckAgain + 100 * kMillisecond);
     ASSERT_GT(Orders().size(), orders) << look;
     EXPECT_EQ(Orders().back().operation, "look");
   }
@@ -123,13 +123,13 @@ TEST_F(DispatcherTest, ALookThatNeverReadsEndsWithItsTime) {
   Send(Body(1));
   Hello(kDriver + 1);
   const MonoNs begun = now_.mono;
-  while (Last().finding == S::FINDING_NONE && now_.mono < begun + 2 * Dispatcher::kFindWithin) {
+  while (Last().finding == S::FINDING_NONE && now_.mono < begun + 2 * Dispatcher::kCheckWithin) {
     ReportFailure(Orders().back(), S::REASON_NO_REPLY);
-    PassWithDriver(kLookAgain + 100 * kMillisecond);
+    PassWithDriver(kCheckAgain + 100 * kMillisecond);
   }
   EXPECT_EQ(Last().finding, S::FINDING_CANNOT_TELL);
-  EXPECT_GT(now_.mono, begun + Dispatcher::kFindWithin - 2 * kSecond);
-  EXPECT_LE(now_.mono, begun + Dispatcher::kFindWithin + kSecond);
+  EXPECT_GT(now_.mono, begun + Dispatcher::kCheckWithin - 2 * kSecond);
+  EXPECT_LE(now_.mono, begun + Dispatcher::kCheckWithin + kSecond);
 }
 
 TEST_F(DispatcherTest, WhatADeviceRefusesToTellIsNotLookedForAgain) {
@@ -155,7 +155,7 @@ TEST_F(DispatcherTest, ADriverThatNeverComesBackIsSaidToo) {
   EXPECT_EQ(Last().state, S::STATE_INDETERMINATE);
   EXPECT_EQ(Last().reason_code, S::REASON_DRIVER_SILENT);
   EXPECT_EQ(Last().finding, S::FINDING_NONE);
-  Pass(Dispatcher::kFindWithin + 20 * kMillisecond);
+  Pass(Dispatcher::kCheckWithin + 20 * kMillisecond);
   EXPECT_EQ(Last().finding, S::FINDING_CANNOT_TELL);
   EXPECT_EQ(Last().state, S::STATE_INDETERMINATE);
 }

@@ -256,7 +256,7 @@ TEST_F(DispatcherTest, BadBytesAreCounted) {
   bridge_->OnCommand({}, now_);
   bridge_->OnDriverStatus("DRIVER_STATUS/b0", {}, now_);
   bridge_->OnDriverStatus("DRIVER_STATUS/b9", {}, now_);
-  EXPECT_EQ(bridge_->foreign(), 2);
+  EXPECT_EQ(bridge_->unauthorized(), 2);
   EXPECT_EQ(Statuses(), 0u);
 }
 

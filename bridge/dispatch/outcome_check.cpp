@@ -98,7 +98,7 @@ std::optional<PendingCommand> OutcomeCheckFor(const PendingCommand& command, con
   if (operation == nullptr && !silent) return std::nullopt;
 
   PendingCommand task;
-  task.purpose = PendingCommand::Purpose::kFinding;
+  task.purpose = PendingCommand::Purpose::kOutcomeCheck;
   task.device = command.device;
   task.operation = operation;
   task.begin_by = give_up;
@@ -116,14 +116,14 @@ std::optional<PendingCommand> OutcomeCheckFor(const PendingCommand& command, con
   return task;
 }
 
-std::optional<PendingCommand> NextLook(const PendingCommand& finding, MonoNs now) {
+std::optional<PendingCommand> NextOutcomeCheck(const PendingCommand& finding, MonoNs now) {
   const command_status_t& found = finding.status;
   const bool unread = found.state == S::STATE_FAILED && found.reason_code == S::REASON_NO_REPLY;
   const bool refused = found.state == S::STATE_REJECTED && IsTemporary(found.reason_code);
-  const bool looked = !finding.asks_driver && finding.operation != nullptr;
-  if (!looked || !(unread || refused) || now + kLookAgain >= finding.begin_by) return std::nullopt;
+  const bool looked = !finding.queries_driver && finding.operation != nullptr;
+  if (!looked || !(unread || refused) || now + kCheckAgain >= finding.begin_by) return std::nullopt;
   PendingCommand task = finding;
-  task.not_before = now + kLookAgain;
+  task.not_before = now + kCheckAgain;
   task.status = {};
   task.nv_writes = 0;
   return task;
@@ -133,7 +133,7 @@ void AddCheckedOutcome(const PendingCommand& finding, command_status_t& outcome)
   const command_status_t& found = finding.status;
   const bool never_routed = found.driver_boot_id == 0;
   std::string details = found.text;
-  if (finding.asks_driver) {
+  if (finding.queries_driver) {
     const bool untold = found.state == S::STATE_EXPIRED && found.reason_code == S::REASON_DEADLINE;
     outcome.finding = untold ? S::FINDING_CANNOT_TELL : FindingOfOutcome(found);
     outcome.changes = found.changes;

@@ -15,10 +15,10 @@ namespace axlecast {
 [[nodiscard]] std::optional<PendingCommand> OutcomeCheckFor(const PendingCommand& command, const Family& family,
                                                             MonoNs give_up);
 
-// Another look, after kLookAgain, where the finished task could not read for a reason that may pass: an encoder whose
+// Another look, after kCheckAgain, where the finished task could not read for a reason that may pass: an encoder whose
 // memory is busy, or that is read badly. Nothing when its time would be over.
-inline constexpr MonoNs kLookAgain = 500 * kMillisecond;
-[[nodiscard]] std::optional<PendingCommand> NextLook(const PendingCommand& finding, MonoNs now);
+inline constexpr MonoNs kCheckAgain = 500 * kMillisecond;
+[[nodiscard]] std::optional<PendingCommand> NextOutcomeCheck(const PendingCommand& finding, MonoNs now);
 
 // Adds to the command's outcome what the finished task found.
 void AddCheckedOutcome(const PendingCommand& finding, command_status_t& outcome);

@@ -24,9 +24,9 @@ bool DriverLink::On(const driver_status_t& status, MonoNs now) {
     if (replaced && IsPresent(now)) return false;
     Replace(status.boot_id);
   }
-  // What was under way when the driver said GOODBYE does not bring it back.
+  // What was under way when the driver reported GOODBYE does not bring it back.
   if (gone_) return status.kind == driver_status_t::KIND_STATUS;
-  heard_ = now;
+  last_seen_ = now;
   gone_ = status.kind == driver_status_t::KIND_GOODBYE;
   for (const driver_device_t& device : status.devices) {
     if (const auto known = states_.find(device.device); known != states_.end()) known->second = device.state;
@@ -51,7 +51,7 @@ void DriverLink::Replace(std::int64_t boot_id) {
 
 void DuplicateBridgeDetector::OnOther(std::int64_t boot_id, MonoNs now) {
   other_ = boot_id;
-  heard_ = now;
+  last_seen_ = now;
 }
 
 std::optional<command_t> DuplicateBridgeDetector::Probe(MonoNs now) {
@@ -70,7 +70,7 @@ std::optional<command_t> DuplicateBridgeDetector::Probe(MonoNs now) {
 }
 
 std::optional<std::int64_t> DuplicateBridgeDetector::Other(MonoNs now) const {
-  if (other_ == 0 || now - heard_ > kForget) return std::nullopt;
+  if (other_ == 0 || now - last_seen_ > kForget) return std::nullopt;
   return other_;
 }
 

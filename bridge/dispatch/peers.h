@@ -22,14 +22,14 @@ class DriverLink {
   // Before anything else: the devices of the bus. What a message says of others is passed over.
   void Expect(const std::vector<DeviceConfig>& devices);
 
-  // False when the message is from a boot that was replaced, or from one that has not said HELLO yet.
+  // False when the message is from a boot that was replaced, or from one that has not reported HELLO yet.
   [[nodiscard]] bool On(const driver_status_t& status, MonoNs now);
 
-  [[nodiscard]] bool IsPresent(MonoNs now) const { return IsRunning() && now - heard_ <= kAbsentAfter; }
-  // Not there, and not only not heard yet: who listens for less than kAbsentAfter cannot tell.
-  [[nodiscard]] bool IsAbsent(MonoNs now) const { return gone_ || now - heard_ > kAbsentAfter; }
-  void ListenFrom(MonoNs now) { heard_ = now; }
-  // The boot that was heard last has neither said GOODBYE nor been replaced.
+  [[nodiscard]] bool IsPresent(MonoNs now) const { return IsRunning() && now - last_seen_ <= kAbsentAfter; }
+  // Not there, and not only not last_status yet: who listens for less than kAbsentAfter cannot tell.
+  [[nodiscard]] bool IsAbsent(MonoNs now) const { return gone_ || now - last_seen_ > kAbsentAfter; }
+  void ListenFrom(MonoNs now) { last_seen_ = now; }
+  // The boot that was last_status last has neither reported GOODBYE nor been replaced.
   [[nodiscard]] bool IsRunning() const { return boot_id_ != 0 && !gone_; }
   [[nodiscard]] std::int64_t boot_id() const { return boot_id_; }
   // The device can be asked: ONLINE or DEGRADED in the last HELLO.
@@ -41,9 +41,9 @@ class DriverLink {
 
   void Replace(std::int64_t boot_id);
 
-  std::int64_t boot_id_ = 0;  // 0 never heard
+  std::int64_t boot_id_ = 0;  // 0 never last_status
   bool gone_ = false;
-  MonoNs heard_ = 0;
+  MonoNs last_seen_ = 0;
   std::map<std::string, std::int8_t> states_;  // of the bus's devices, all of them
   std::deque<std::int64_t> replaced_;
 };
@@ -71,7 +71,7 @@ class DuplicateBridgeDetector {
   const MonoNs serves_from_;
   MonoNs next_probe_;
   std::int64_t other_ = 0;
-  MonoNs heard_ = 0;
+  MonoNs last_seen_ = 0;
 };
 
 }  // namespace axlecast

@@ -86,8 +86,8 @@ class BridgeProgram {
         dispatcher_.Tick(now);
       }
       if (!Serve(now)) return kFailed;
-      TellJournal(now.mono);
-      TellReception(now.mono);
+      ReportJournal(now.mono);
+      ReportReception(now.mono);
       supervision_.Progress(now.mono);
     }
     supervision_.Stopping();
@@ -156,7 +156,7 @@ class BridgeProgram {
     return true;
   }
 
-  void TellReception(MonoNs now) {
+  void ReportReception(MonoNs now) {
     const std::string lost = reception_.Next(port_.received(), now, port_.warning());
     if (!lost.empty()) spdlog::warn("{}", lost);
   }
@@ -172,11 +172,11 @@ class BridgeProgram {
     std::_Exit(kFailed);
   }
 
-  void TellJournal(MonoNs now) {
+  void ReportJournal(MonoNs now) {
     if (!serving_) return;  // it is being read
     const std::string problem = dispatcher_.JournalProblem(now);
-    if (WithoutFigures(problem) == WithoutFigures(told_problem_)) return;
-    told_problem_ = problem;
+    if (WithoutFigures(problem) == WithoutFigures(reported_problem_)) return;
+    reported_problem_ = problem;
     if (problem.empty()) {
       spdlog::info("the journal works again");
     } else {
@@ -201,7 +201,7 @@ class BridgeProgram {
   MonoNs next_tick_ = 0;
   bool serving_ = false;
   bool contested_ = false;
-  std::string told_problem_;
+  std::string reported_problem_;
 };
 
 }  // namespace

@@ -16,7 +16,7 @@ using Kind = AlarmMark::Kind;
 
 constexpr MonoNs kOnChange = 100 * kMillisecond;
 
-BridgeOrder Restoring(const AlarmMark& mark) {
+BridgeCommand Restoring(const AlarmMark& mark) {
   if (mark.kind == Kind::kAcknowledged) {
     return {std::string(kRestoreAcknowledgement), {{"alarm", mark.alarm}}};
   }
@@ -47,17 +47,17 @@ void BridgeAlarms::Tick(const BridgeTroubles& troubles, Timestamp now) {
   const auto set = [&](const AlarmSpec& alarm, bool present) {
     book_.Set(alarm, present ? AlarmState::kLive : AlarmState::kAbsent, now.utime);
   };
-  set(kForeignCommands, troubles.foreign_commands);
+  set(kUnauthorizedCommands, troubles.unauthorized_commands);
   set(kJournalFails, troubles.journal_fails);
   set(kUnsignedAllowed, troubles.unsigned_allowed);
   set(kEncoderExchanged, troubles.encoder_exchanged);
   set(kPlaceDoubtful, troubles.place_doubtful);
   set(kKeyMissing, troubles.key_missing);
   set(kOtherBridge, troubles.other_bridge);
-  const bool changed = book_.revision() != told_revision_;
-  if (now.mono - told_ < (changed ? kOnChange : kSecond) && told_ != 0) return;
-  told_ = now.mono;
-  told_revision_ = book_.revision();
+  const bool changed = book_.revision() != published_revision_;
+  if (now.mono - published_at_ < (changed ? kOnChange : kSecond) && published_at_ != 0) return;
+  published_at_ = now.mono;
+  published_revision_ = book_.revision();
   message_.utime = now.utime;
   message_.mono_ns = now.mono;
   message_.device = "bridge";
@@ -66,9 +66,9 @@ void BridgeAlarms::Tick(const BridgeTroubles& troubles, Timestamp now) {
   ++message_.seq;
 }
 
-std::optional<BridgeOrder> AlarmStateStore::OnHello(const std::string& device, std::int64_t boot_id,
-                                                    Timestamp now) {
-  std::optional<BridgeOrder> order;
+std::optional<BridgeCommand> AlarmStateStore::OnHello(const std::string& device, std::int64_t boot_id,
+                                                      Timestamp now) {
+  std::optional<BridgeCommand> order;
   for (const AlarmMark& mark : store_.Marks(device)) {
     if (mark.kind == Kind::kShelved && mark.until_utime <= now.utime) {
       static_cast<void>(store_.EndMark(device, mark.kind, mark.alarm));  // with the next HELLO again

@@ -19,7 +19,7 @@ namespace bridge_alarms {
 
 inline constexpr std::uint8_t kBridge = alarm_entry_t::SOURCE_BRIDGE;
 
-inline constexpr AlarmSpec kForeignCommands = {
+inline constexpr AlarmSpec kUnauthorizedCommands = {
     300, kBridge, alarm_entry_t::SEVERITY_WARNING, "foreign_commands",
     "Somebody sends commands that may not act: see the bridge's log; check the network."};
 inline constexpr AlarmSpec kJournalFails = {
@@ -44,7 +44,7 @@ inline constexpr AlarmSpec kOtherBridge = {306, kBridge, alarm_entry_t::SEVERITY
 
 // What of it holds at present.
 struct BridgeTroubles {
-  bool foreign_commands = false;
+  bool unauthorized_commands = false;
   bool journal_fails = false;
   bool unsigned_allowed = false;
   bool encoder_exchanged = false;
@@ -64,18 +64,19 @@ class BridgeAlarms {
   MessageSink& data_;
   AlarmTable book_;
   alarm_t message_{};
-  std::int64_t told_revision_ = -1;
-  MonoNs told_ = 0;
+  std::int64_t published_revision_ = -1;
+  MonoNs published_at_ = 0;
 };
 
-// What operators have said of alarms, beyond the life of the driver that shows it: gives a restarted driver back what
+// What operators have reported of alarms, beyond the life of the driver that shows it: gives a restarted driver back what
 // it has forgotten, and ends what holds no more. Free of I/O but for the store.
 class AlarmStateStore {
  public:
   explicit AlarmStateStore(AlarmStore& store) : store_(store) {}
 
   // A driver's boot is there. An order when it must be given something back; asked again until it has it all.
-  [[nodiscard]] std::optional<BridgeOrder> OnHello(const std::string& device, std::int64_t boot_id, Timestamp now);
+  [[nodiscard]] std::optional<BridgeCommand> OnHello(const std::string& device, std::int64_t boot_id,
+                                                     Timestamp now);
   // KIND_ACKNOWLEDGED: an alarm that this boot knew as acknowledged and names no more has gone.
   void OnAcknowledged(const driver_status_t& status);
   // The task has its outcome. May add to the status.

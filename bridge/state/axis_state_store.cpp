@@ -30,9 +30,9 @@ std::int64_t Wrapped(std::int64_t way, std::int64_t window) {
 
 constexpr const char* kUndone = "undone";
 
-BridgeOrder Restoring(const DatumRecord& datum) {
-  BridgeOrder order{"set_datum",
-                    {{"counts", std::to_string(datum.counts)}, {"utime", std::to_string(datum.utime)}}};
+BridgeCommand Restoring(const DatumRecord& datum) {
+  BridgeCommand order{"set_datum",
+                      {{"counts", std::to_string(datum.counts)}, {"utime", std::to_string(datum.utime)}}};
   if (!datum.identity.empty()) order.arguments.push_back({"identity", datum.identity});
   return order;
 }
@@ -41,12 +41,12 @@ bool NothingWasDone(std::int8_t state) {
   return state == S::STATE_REJECTED || state == S::STATE_EXPIRED || state == S::STATE_CANCELLED;
 }
 
-bool IsAnswering(const driver_device_t& said) {
-  return said.state == device_info_t::STATE_ONLINE || said.state == device_info_t::STATE_DEGRADED;
+bool IsAnswering(const driver_device_t& reported) {
+  return reported.state == device_info_t::STATE_ONLINE || reported.state == device_info_t::STATE_DEGRADED;
 }
 
-Refusal NotNoted() {
-  return {S::REASON_JOURNAL, "the journal cannot note what it changes: see ALARM/bridge; nothing was done"};
+tl::unexpected<Error> NotJournalled() {
+  return Failure("the journal cannot note what it changes: see ALARM/bridge; nothing was done", S::REASON_JOURNAL);
 }
 
 // Stands in the history of a datum that a command's own effect made void.
@@ -97,8 +97,8 @@ std::string TravelText(const ShaftTravel& travel, const DeviceConfig& device, st
   return "";
 }
 
-std::optional<BridgeOrder> AxisStateStore::OnHello(const DeviceConfig& device, const driver_device_t& said,
-                                                   std::int64_t boot_id, bool idle, Timestamp now) {
+std::optional<BridgeCommand> AxisStateStore::OnHello(const DeviceConfig& device, const driver_device_t& reported,
+                                                     std::int64_t boot_id, bool idle, Timestamp now) {
   Seen& seen = seen_[device.name];
   if (seen.boot != boot_id) {
     const Seen before = std::exchange(seen, Seen{});
@@ -107,24 +107,24 @@ std::optional<BridgeOrder> AxisStateStore::OnHello(const DeviceConfig& device, c
     seen.doubtful = before.doubtful;
   }
   const AxisRecord record = store_.Find(device.name);
-  if (TakeReference(device.name, said, record.reference_lost, seen, now))
-    return BridgeOrder{"mark_reference_lost", {}};
-  if (!IsAnswering(said) || !said.has_position) return std::nullopt;
-  seen.identity = said.identity;
-  if (!seen.greeted) Greet(device, said, record, seen, now);
+  if (UpdateReference(device.name, reported, record.reference_lost, seen, now))
+    return BridgeCommand{"mark_reference_lost", {}};
+  if (!IsAnswering(reported) || !reported.has_position) return std::nullopt;
+  seen.identity = reported.identity;
+  if (!seen.compared) CompareAfterRestart(device, reported, record, seen, now);
   if (seen.exchanged) return std::nullopt;
-  store_.KeepPosition(device.name, {said.position, said.position_utime});
+  store_.KeepPosition(device.name, {reported.position, reported.position_utime});
   // A datum of the file has no time; one that somebody set since counts more.
-  if (said.has_datum && said.datum_utime != 0) seen.restored = true;
+  if (reported.has_datum && reported.datum_utime != 0) seen.restored = true;
   if (!record.datum || seen.restored || !idle) return std::nullopt;
   return Restoring(*record.datum);
 }
 
 // True when the driver must be told that the reference is lost.
-bool AxisStateStore::TakeReference(const std::string& device, const driver_device_t& said, bool was_lost,
-                                   Seen& seen, Timestamp now) {
-  if (said.reference_lost) {
-    seen.said_lost = true;
+bool AxisStateStore::UpdateReference(const std::string& device, const driver_device_t& reported, bool was_lost,
+                                     Seen& seen, Timestamp now) {
+  if (reported.reference_lost) {
+    seen.reported_lost = true;
     if (!was_lost && store_.SetReferenceLost(device, true)) {
       Note(device, "reference_lost", "its driver reports that the reference is lost", now);
     }
@@ -132,53 +132,52 @@ bool AxisStateStore::TakeReference(const std::string& device, const driver_devic
   }
   if (!was_lost) return false;
   // Only a boot that has known it can tell that it was restored.
-  if (!seen.said_lost) return true;
+  if (!seen.reported_lost) return true;
   if (store_.SetReferenceLost(device, false)) Note(device, "reference_restored", "the reference holds again", now);
   return false;
 }
 
 // The first valid position of a driver's boot: is it the same encoder, and where has the shaft gone?
-void AxisStateStore::Greet(const DeviceConfig& device, const driver_device_t& said, const AxisRecord& record,
-                           Seen& seen, Timestamp now) {
-  seen.greeted = true;
-  const bool other = !record.identity.empty() && !said.identity.empty() && record.identity != said.identity;
+void AxisStateStore::CompareAfterRestart(const DeviceConfig& device, const driver_device_t& reported,
+                                         const AxisRecord& record, Seen& seen, Timestamp now) {
+  seen.compared = true;
+  const bool other = !record.identity.empty() && !reported.identity.empty() && record.identity != reported.identity;
   if (other && !seen.exchanged) {
     Note(device.name, "encoder_exchanged",
-         "another encoder answers: " + said.identity + " in the place of " + record.identity +
+         "another encoder answers: " + reported.identity + " in the place of " + record.identity +
              "; its datum is not given to it: axlecast replace " + device.name,
          now);
   }
   seen.exchanged = other;
   if (other) return;
-  if (record.identity.empty() && !said.identity.empty()) {
-    static_cast<void>(store_.SetIdentity(device.name, said.identity));  // tried again with the next boot
+  if (record.identity.empty() && !reported.identity.empty()) {
+    static_cast<void>(store_.SetIdentity(device.name, reported.identity));  // tried again with the next boot
   }
   if (!record.position || !device.settings) return;
-  const ShaftTravel travel = Travelled(device, record.position->counts, said.position);
-  const std::string text = TravelText(travel, device, said.position_utime - record.position->utime);
+  const ShaftTravel travel = Travelled(device, record.position->counts, reported.position);
+  const std::string text = TravelText(travel, device, reported.position_utime - record.position->utime);
   seen.doubtful = seen.doubtful || travel.verdict == ShaftTravel::Verdict::kBeyondWindow;
   if (travel.verdict != ShaftTravel::Verdict::kResting) Note(device.name, "moved_while_away", text, now);
 }
 
-std::optional<Refusal> AxisStateStore::BeforeRoute(const DeviceConfig& device, PendingCommand& task,
-                                                   Timestamp now) {
+Result<> AxisStateStore::BeforeRoute(const DeviceConfig& device, PendingCommand& task, Timestamp now) {
   const OperationSpec& operation = *task.operation;
   if (const std::int32_t writes = task.WritesAtMost(); writes > 0) {
     const std::int64_t so_far = store_.Find(device.name).writes;
     const std::int64_t budget = device.settings ? device.settings->write_budget : 0;
     if (budget > 0 && so_far + writes > budget) {
-      return Refusal{S::REASON_WEAR,
-                     "its memory has had " + std::to_string(so_far) + " of the " + std::to_string(budget) +
-                         " writes that the maker allows: exchange it (axlecast replace " + device.name + ")"};
+      return Failure("its memory has had " + std::to_string(so_far) + " of the " + std::to_string(budget) +
+                         " writes that the maker allows: exchange it (axlecast replace " + device.name + ")",
+                     S::REASON_WEAR);
     }
-    if (!task.prepare && !store_.AddWrites(device.name, writes, now.utime)) return NotNoted();
+    if (!task.prepare && !store_.AddWrites(device.name, writes, now.utime)) return NotJournalled();
     task.reserved_writes = task.prepare ? 0 : writes;
   }
-  if (!operation.moves_datum || task.prepare) return std::nullopt;
+  if (!operation.moves_datum || task.prepare) return {};
   const AxisRecord record = store_.Find(device.name);
-  if (!record.datum && !record.position) return std::nullopt;
-  if (!store_.VoidDatum(device.name, now.utime, VoidReason(task))) return NotNoted();
-  return std::nullopt;
+  if (!record.datum && !record.position) return {};
+  if (!store_.VoidDatum(device.name, now.utime, VoidReason(task))) return NotJournalled();
+  return {};
 }
 
 void AxisStateStore::OnOutcome(const DeviceConfig& device, PendingCommand& task, Timestamp now) {
@@ -197,7 +196,7 @@ void AxisStateStore::OnOutcome(const DeviceConfig& device, PendingCommand& task,
   if (task.operation->name == "clear_datum" && status.state == S::STATE_SUCCEEDED) {
     static_cast<void>(store_.VoidDatum(device.name, now.utime, kUndone));
   }
-  if (task.operation->moves_datum && NothingWasDone(status.state)) Reinstate(task);
+  if (task.operation->moves_datum && NothingWasDone(status.state)) RestoreDatum(task);
 }
 
 // What was counted and not written is taken back; of an INDETERMINATE one nobody knows.
@@ -226,7 +225,7 @@ void AxisStateStore::KeepDatum(PendingCommand& task, Timestamp now) {
 }
 
 // The datum that the command would have made void is in force again.
-void AxisStateStore::Reinstate(const PendingCommand& task) {
+void AxisStateStore::RestoreDatum(const PendingCommand& task) {
   if (store_.Find(task.device).datum) return;
   const std::vector<DatumRecord> datums = store_.Datums(task.device);
   if (datums.empty() || datums.front().void_reason != VoidReason(task)) return;
@@ -253,34 +252,34 @@ void AxisStateStore::AcceptExchange(PendingCommand& task, Timestamp now) {
   Note(task.device, "exchange_accepted", "by " + task.who + ": " + status.text, now);
 }
 
-std::optional<Refusal> AxisStateStore::Substitute(const Family& family, PendingCommand& task) const {
-  if (!task.operation->executed_by_bridge) return std::nullopt;
-  BridgeOrder order{"clear_datum", {}};
+Result<> AxisStateStore::Substitute(const Family& family, PendingCommand& task) const {
+  if (!task.operation->executed_by_bridge) return {};
+  BridgeCommand order{"clear_datum", {}};
   if (task.operation->name == "undo_datum") {
-    auto undo = Undo(task.device);
-    if (const auto* refusal = std::get_if<Refusal>(&undo)) return *refusal;
-    order = std::get<BridgeOrder>(std::move(undo));
+    auto undo = UndoDatum(task.device);
+    if (!undo) return Failure(undo.error());
+    order = *std::move(undo);
   }
   task.operation = FindOperation(family, order.operation);
   task.arguments = std::move(order.arguments);
-  return std::nullopt;
+  return {};
 }
 
-std::variant<BridgeOrder, Refusal> AxisStateStore::Undo(const std::string& device) const {
+Result<BridgeCommand> AxisStateStore::UndoDatum(const std::string& device) const {
   const auto present = store_.Find(device).datum;
   if (!present) {
-    return Refusal{
-        S::REASON_NO_DATUM,
-        "no datum is in force: none was set, or the encoder's own origin was moved since; home the axis"};
+    return Failure("no datum is in force: none was set, or the encoder's own origin was moved since; home the axis",
+                   S::REASON_NO_DATUM);
   }
   const std::vector<DatumRecord> datums = store_.Datums(device);
   const auto before = std::find_if(datums.begin(), datums.end(),
                                    [&](const DatumRecord& datum) { return datum.number < present->number; });
   const bool none = before == datums.end() || before->void_reason == kUndone;
-  if (none) return BridgeOrder{"clear_datum", {}};
+  if (none) return BridgeCommand{"clear_datum", {}};
   if (before->voided_utime != 0) {
-    return Refusal{S::REASON_NO_DATUM, "the encoder's own origin was moved after the datum before (" +
-                                           before->void_reason + "): home the axis instead"};
+    return Failure("the encoder's own origin was moved after the datum before (" + before->void_reason +
+                       "): home the axis instead",
+                   S::REASON_NO_DATUM);
   }
   return Restoring(*before);
 }
@@ -296,7 +295,7 @@ bool AxisStateStore::AnyDoubtful() const {
 void AxisStateStore::Note(const std::string& device, const char* kind, std::string text, Timestamp now) {
   const AxisEvent event{now.utime, device, kind, std::move(text)};
   store_.Note(event);
-  tell_(event);
+  on_event_(event);
 }
 
 }  // namespace axlecast

@@ -6,11 +6,11 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "bridge/state/pending_command.h"
 #include "bridge/store/durable_store.h"
+#include "core/base/result.h"
 #include "core/base/time.h"
 #include "core/command/operation_check.h"
 #include "core/config/machine_config.h"
@@ -43,22 +43,22 @@ class AxisStateStore {
  public:
   // `tell` hears each event as well as the store.
   AxisStateStore(AxisStore& store, std::function<void(const AxisEvent&)> tell)
-      : store_(store), tell_(std::move(tell)) {}
+      : store_(store), on_event_(std::move(tell)) {}
 
   // What a driver's boot says of a device in its HELLO. `idle`: no command is under way or waits for it. An order
   // when it must be given something back; asked again with the next HELLO until it has it.
-  [[nodiscard]] std::optional<BridgeOrder> OnHello(const DeviceConfig& device, const driver_device_t& said,
-                                                   std::int64_t boot_id, bool idle, Timestamp now);
+  [[nodiscard]] std::optional<BridgeCommand> OnHello(const DeviceConfig& device, const driver_device_t& reported,
+                                                     std::int64_t boot_id, bool idle, Timestamp now);
 
   // Notes what must be durable before the task may touch its device; counts the wear that it may cause.
-  [[nodiscard]] std::optional<Refusal> BeforeRoute(const DeviceConfig& device, PendingCommand& task, Timestamp now);
+  [[nodiscard]] Result<> BeforeRoute(const DeviceConfig& device, PendingCommand& task, Timestamp now);
   // The task has its outcome: what it changed is kept, what it did not do is taken back. May add to the status.
   void OnOutcome(const DeviceConfig& device, PendingCommand& task, Timestamp now);
 
   // Puts the driver's operation that carries it out in the place of one of the bridge's own (OperationSpec::executed_by_bridge):
   // undo_datum gives the datum before the present one, or none; accept_exchange clears the one of the encoder that was
   // here. A reason when there is nothing to go back to.
-  [[nodiscard]] std::optional<Refusal> Substitute(const Family& family, PendingCommand& task) const;
+  [[nodiscard]] Result<> Substitute(const Family& family, PendingCommand& task) const;
 
   // Devices of which another encoder answers than the one that their datum belongs to.
   [[nodiscard]] bool AnyExchanged() const;
@@ -69,27 +69,27 @@ class AxisStateStore {
   // What this life of the bridge has seen of a device.
   struct Seen {
     std::int64_t boot = 0;  // of its driver
-    bool greeted = false;   // its place after the start was compared
-    bool said_lost = false;
+    bool compared = false;  // its place after the start was compared
+    bool reported_lost = false;
     bool restored = false;  // this boot has had a datum
     bool exchanged = false;
     bool doubtful = false;
     std::string identity;
   };
 
-  [[nodiscard]] std::variant<BridgeOrder, Refusal> Undo(const std::string& device) const;
+  [[nodiscard]] Result<BridgeCommand> UndoDatum(const std::string& device) const;
   void Note(const std::string& device, const char* kind, std::string text, Timestamp now);
-  void Greet(const DeviceConfig& device, const driver_device_t& said, const AxisRecord& record, Seen& seen,
-             Timestamp now);
-  [[nodiscard]] bool TakeReference(const std::string& device, const driver_device_t& said, bool was_lost,
-                                   Seen& seen, Timestamp now);
+  void CompareAfterRestart(const DeviceConfig& device, const driver_device_t& reported, const AxisRecord& record,
+                           Seen& seen, Timestamp now);
+  [[nodiscard]] bool UpdateReference(const std::string& device, const driver_device_t& reported, bool was_lost,
+                                     Seen& seen, Timestamp now);
   void SettleWrites(PendingCommand& task, Timestamp now);
   void KeepDatum(PendingCommand& task, Timestamp now);
-  void Reinstate(const PendingCommand& task);
+  void RestoreDatum(const PendingCommand& task);
   void AcceptExchange(PendingCommand& task, Timestamp now);
 
   AxisStore& store_;
-  std::function<void(const AxisEvent&)> tell_;
+  std::function<void(const AxisEvent&)> on_event_;
   std::map<std::string, Seen> seen_;
 };
 

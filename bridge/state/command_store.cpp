@@ -26,7 +26,7 @@ void VolatileCommandCache::Put(const command_status_t& status, MonoNs begin_by) 
 
 void VolatileCommandCache::Update(const command_status_t& status) {
   const auto found = commands_.find(IdOf(status.id));
-  if (found != commands_.end()) found->second.latest = found->second.told = status;
+  if (found != commands_.end()) found->second.latest = found->second.published = status;
 }
 
 const KnownCommand* VolatileCommandCache::Find(const CommandId& id) const {
@@ -36,18 +36,18 @@ const KnownCommand* VolatileCommandCache::Find(const CommandId& id) const {
 
 const KnownCommand* CommandStore::Find(const CommandId& id) const {
   const auto found = known_.find(id);
-  return found == known_.end() ? brief_.Find(id) : &found->second;
+  return found == known_.end() ? volatile_.Find(id) : &found->second;
 }
 
 bool CommandStore::IsFull(MonoNs now) {
-  Shed(now);
+  DropEnded(now);
   return known_.size() >= kMaxKept;
 }
 
 void CommandStore::Begin(const S& status, MonoNs begin_by) {
   const CommandId id = IdOf(status.id);
   KnownCommand known{status, status, begin_by};
-  known.told.state = S::STATE_UNKNOWN;
+  known.published.state = S::STATE_UNKNOWN;
   if (known_.insert_or_assign(id, std::move(known)).second) oldest_first_.push_back(id);
 }
 
@@ -56,16 +56,16 @@ void CommandStore::Update(const S& status) {
   if (const auto found = known_.find(id); found != known_.end()) {
     found->second.latest = status;
   } else {
-    brief_.Update(status);
+    volatile_.Update(status);
   }
 }
 
-void CommandStore::Tell(const S& status) {
-  if (const auto found = known_.find(IdOf(status.id)); found != known_.end()) found->second.told = status;
+void CommandStore::MarkPublished(const S& status) {
+  if (const auto found = known_.find(IdOf(status.id)); found != known_.end()) found->second.published = status;
 }
 
 // Forgets the oldest, a few at a time. Those that are open still, or valid, go to the end of the queue.
-void CommandStore::Shed(MonoNs now) {
+void CommandStore::DropEnded(MonoNs now) {
   constexpr int kAtOnce = 16;
   for (int looked = 0; looked < kAtOnce && oldest_first_.size() > kMinKept; ++looked) {
     const CommandId id = oldest_first_.front();

@@ -12,8 +12,8 @@ namespace axlecast {
 
 // The status of a command that the bridge keeps.
 struct KnownCommand {
-  command_status_t latest{};  // the newest status
-  command_status_t told{};    // the status that may be published; STATE_UNKNOWN until the acceptance is on disk
+  command_status_t latest{};     // the newest status
+  command_status_t published{};  // the status that may be published; STATE_UNKNOWN until the acceptance is on disk
   MonoNs begin_by = 0;
 };
 
@@ -48,23 +48,23 @@ class CommandStore {
   [[nodiscard]] bool IsFull(MonoNs now);
 
   // Adds a read-only or PREPARE command. Its status may be published immediately.
-  void PutBrief(const command_status_t& status, MonoNs begin_by) { brief_.Put(status, begin_by); }
-  [[nodiscard]] bool IsBrief(const CommandId& id) const { return brief_.Find(id) != nullptr; }
+  void PutVolatile(const command_status_t& status, MonoNs begin_by) { volatile_.Put(status, begin_by); }
+  [[nodiscard]] bool IsVolatile(const CommandId& id) const { return volatile_.Find(id) != nullptr; }
   // Adds a command that may act. No status of it may be published before Tell.
   void Begin(const command_status_t& status, MonoNs begin_by);
   // Replaces the newest status of a stored command.
   void Update(const command_status_t& status);
   // Marks the status as published.
-  void Tell(const command_status_t& status);
+  void MarkPublished(const command_status_t& status);
   // Removes a command whose acceptance was not completed.
   void Forget(const CommandId& id) { known_.erase(id); }
 
  private:
-  void Shed(MonoNs now);
+  void DropEnded(MonoNs now);
 
   std::map<CommandId, KnownCommand> known_;
   std::deque<CommandId> oldest_first_;
-  VolatileCommandCache brief_;
+  VolatileCommandCache volatile_;
 };
 
 }  // namespace axlecast

@@ -71,7 +71,7 @@ struct LastPosition {
 
 // What the bridge knows of one device beyond the life of any process.
 struct AxisRecord {
-  std::string identity = {};  // as its driver said last; empty never
+  std::string identity = {};  // as its driver reported last; empty never
   bool reference_lost = false;
   std::int64_t writes = 0;       // of its limited memory, at most
   std::int64_t since_utime = 0;  // us, UNIX time from which `writes` counts: the first command, or the exchange
@@ -114,7 +114,7 @@ class AxisStore {
   virtual void Note(const AxisEvent& event) = 0;
 };
 
-// What an operator has said of an alarm, for as long as it holds.
+// What an operator has reported of an alarm, for as long as it holds.
 struct AlarmMark {
   enum class Kind : std::uint8_t { kAcknowledged, kShelved };
 

@@ -71,7 +71,7 @@ class HistoryReader {
   [[nodiscard]] std::vector<AxisEvent> Events(const HistoryFilter& filter, const Mark& from, const Mark& to);
 
   [[nodiscard]] std::vector<DeviceRecord> Devices();
-  // What was said of its alarms, and holds.
+  // What was reported of its alarms, and holds.
   [[nodiscard]] std::vector<AlarmMark> AlarmMarks(const std::string& device);
   // Newest first.
   [[nodiscard]] std::vector<DatumHistory> Datums(const std::string& device);

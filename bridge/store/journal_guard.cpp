@@ -112,7 +112,7 @@ std::string JournalGuard::Compare(Database& database) const {
          " changes are missing): put the newer one back" + accept;
 }
 
-std::string JournalGuard::Adopt(Database& database) {
+std::string JournalGuard::PushRecovered(Database& database) {
   changes_ = MetaInteger(database, kChangesKey);
   id_ = MetaInteger(database, kIdKey);
   if (id_ != 0) return "";

@@ -26,7 +26,7 @@ class JournalGuard {
   // Whether this open database is the one that bridges have written last. Empty, or why not and what would help.
   [[nodiscard]] std::string Compare(Database& database) const;
   // From now on this database is written: one for which Compare had no objection. Empty, or why it cannot be.
-  [[nodiscard]] std::string Adopt(Database& database);
+  [[nodiscard]] std::string PushRecovered(Database& database);
   // In a transaction, first of all: counts the change. False when the file was changed by somebody else.
   [[nodiscard]] bool Count(Database& database);
   // The transaction was committed.

@@ -11,7 +11,7 @@
 namespace axlecast {
 namespace {
 
-constexpr MonoNs kLookAgain = 10 * kSecond;
+constexpr MonoNs kCheckAgain = 10 * kSecond;
 constexpr MonoNs kPositionPeriod = kSecond;
 constexpr MonoNs kWritePeriod = 100 * kMillisecond;
 constexpr MonoNs kWriteAgain = kSecond;  // after a failure
@@ -42,7 +42,7 @@ void SqliteStore::OpenFile() {
   if (problem_.empty()) database_ = Database::Open(file_, Database::Access::kReadWrite, problem_);
   if (database_) problem_ = PrepareSchema(*database_, file_, machine_);
   if (database_ && problem_.empty()) problem_ = guard_.Compare(*database_);
-  if (database_ && problem_.empty()) problem_ = guard_.Adopt(*database_);
+  if (database_ && problem_.empty()) problem_ = guard_.PushRecovered(*database_);
   writable_ = database_ && problem_.empty();
   if (!writable_) OpenToRead();
 }
@@ -63,7 +63,7 @@ void SqliteStore::OpenToRead() {
 void SqliteStore::LookAfterFile(Timestamp now) {
   if (writable_ && database_->lost()) Fail();
   if (now.mono < look_again_) return;
-  look_again_ = now.mono + kLookAgain;
+  look_again_ = now.mono + kCheckAgain;
   if (writable_ && !guard_.Replaced()) return;
   OpenFile();
 }

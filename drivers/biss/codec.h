@@ -27,12 +27,12 @@ class Crc {
  public:
   explicit Crc(const CrcRule& rule);
 
-  // As they are on the wire, inverted if the rule says so, of the lowest `count` bits of `value`, at most 64.
+  // As they are on the wire, inverted if the rule requires it, of the lowest `count` bits of `value`, at most 64.
   [[nodiscard]] std::uint32_t Of(std::uint64_t value, int count) const;
   [[nodiscard]] int bits() const { return bits_; }
 
  private:
-  // The remainder stands in the upper bits of 16.
+  // The remainder is in the upper bits of 16.
   std::array<std::uint16_t, 256> table_{};
   std::uint16_t start_;
   std::uint32_t inversion_;

@@ -211,7 +211,7 @@ TEST(BissCodec, LooksNoFurtherThanItIsTold) {
   EXPECT_EQ(ErrorOf(late_ack, {.latest_ack = 4, .latest_start = 5}), FrameError::kNoStart);
 }
 
-// A line that is stuck, or a frame that stops, is none: the check bits are inverted for that.
+// A stuck line or a frame that stops is refused: the check bits are inverted for this purpose.
 TEST(BissCodec, AStuckLineIsNoFrame) {
   EXPECT_EQ(Frame(std::string(24, '0'), {.bits = 16}).error, FrameError::kChecksum);
   EXPECT_EQ(Frame(std::string(24, '1'), {.bits = 16}).error, FrameError::kChecksum);

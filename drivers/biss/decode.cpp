@@ -24,69 +24,62 @@ struct Options {
   std::optional<std::size_t> bit_count;            // of a frame that was given in bits
 };
 
-std::string ReadNumber(std::string_view key, std::string_view value, std::int64_t min, std::int64_t max,
-                       std::int64_t& into) {
-  const std::optional<std::int64_t> number = ParseWhole(value, min, max);
-  if (number) into = *number;
-  return number ? ""
-                : std::string(key) + "=" + std::string(value) + ": expected " + std::to_string(min) + ".." +
-                      std::to_string(max);
+Result<> Expected(std::string_view key, std::string_view value, const std::string& right) {
+  return Failure(std::string(key) + "=" + std::string(value) + ": expected " + right);
 }
 
 template <typename Number>
-std::string ReadInto(std::string_view key, std::string_view value, std::int64_t min, std::int64_t max,
-                     Number& into) {
-  std::int64_t number = 0;
-  std::string problem = ReadNumber(key, value, min, max, number);
-  if (problem.empty()) into = static_cast<Number>(number);
-  return problem;
+Result<> ReadNumber(std::string_view key, std::string_view value, std::int64_t min, std::int64_t max,
+                    Number& into) {
+  const std::optional<std::int64_t> number = ParseWhole(value, min, max);
+  if (!number) return Expected(key, value, std::to_string(min) + ".." + std::to_string(max));
+  into = static_cast<Number>(*number);
+  return {};
 }
 
-std::string ReadChoice(std::string_view key, std::string_view value, std::string_view no, std::string_view yes,
-                       bool& into) {
+Result<> ReadChoice(std::string_view key, std::string_view value, std::string_view no, std::string_view yes,
+                    bool& into) {
   into = value == yes;
-  if (value == no || value == yes) return "";
-  return std::string(key) + "=" + std::string(value) + ": expected " + std::string(no) + " or " + std::string(yes);
+  if (value == no || value == yes) return {};
+  return Expected(key, value, std::string(no) + " or " + std::string(yes));
 }
 
-std::string ReadOption(const std::string& key, const std::string& value, Options& options) {
+Result<> ReadOption(const std::string& key, const std::string& value, Options& options) {
   Format& format = options.format;
-  if (key == "bits") return ReadInto(key, value, kMinBits, kMaxBits, format.bits);
-  if (key == "turn_bits") return ReadInto(key, value, 0, kMaxTurnBits, format.turn_bits);
-  if (key == "crc_bits") return ReadInto(key, value, kMinCrcBits, kMaxCrcBits, format.crc.bits);
+  if (key == "bits") return ReadNumber(key, value, kMinBits, kMaxBits, format.bits);
+  if (key == "turn_bits") return ReadNumber(key, value, 0, kMaxTurnBits, format.turn_bits);
+  if (key == "crc_bits") return ReadNumber(key, value, kMinCrcBits, kMaxCrcBits, format.crc.bits);
   if (key == "crc_poly") return ReadNumber(key, value, 1, 0x1FFFF, options.polynomial);
-  if (key == "crc_start") return ReadInto(key, value, 0, 0xFFFF, format.crc.start);
+  if (key == "crc_start") return ReadNumber(key, value, 0, 0xFFFF, format.crc.start);
   if (key == "crc_inverted") return ReadChoice(key, value, "false", "true", format.crc.inverted);
   if (key == "frame") return ReadChoice(key, value, "position", "transfer", options.transfer);
   if (key == "bit_count") {
-    std::size_t count = 0;
-    std::string problem = ReadInto(key, value, 0, INT64_MAX, count);
-    options.bit_count = count;
-    return problem;
+    return ReadNumber(key, value, 0, INT64_MAX, options.bit_count.emplace());
   }
-  return "unknown key '" + key +
-         "': biss knows bits, turn_bits, crc_bits, crc_poly, crc_start, crc_inverted and frame";
+  return Failure("unknown key '" + key +
+                 "': biss accepts bits, turn_bits, crc_bits, crc_poly, crc_start, crc_inverted and frame");
 }
 
-// What is wrong with the settings; empty when nothing is.
-std::string ReadOptions(const DecodeSettings& settings, Options& options) {
+Result<Options> ReadOptions(const DecodeSettings& settings) {
+  Options options;
   for (const auto& [key, value] : settings) {
-    std::string problem = ReadOption(key, value, options);
-    if (!problem.empty()) return problem;
+    if (Result<> one = ReadOption(key, value, options); !one) return Failure(one.error());
   }
   Format& format = options.format;
   if (format.bits + format.turn_bits > kMaxPositionBits) {
-    return Text("turn_bits=%d: with bits=%d more than %d", format.turn_bits, format.bits, kMaxPositionBits);
+    return Failure(
+        Text("turn_bits=%d: with bits=%d more than %d", format.turn_bits, format.bits, kMaxPositionBits));
   }
   format.crc.polynomial = Polynomial(options.polynomial, format.crc.bits);
   if (format.crc.polynomial == 0) {
-    return Text("crc_poly=0x%llX: no polynomial of crc_bits=%d that ends with + 1; x^6 + x + 1 is 0x43, or 0x03",
-                static_cast<unsigned long long>(options.polynomial), format.crc.bits);
+    return Failure(
+        Text("crc_poly=0x%llX: no polynomial of crc_bits=%d that ends with + 1; x^6 + x + 1 is 0x43, or 0x03",
+             static_cast<unsigned long long>(options.polynomial), format.crc.bits));
   }
   if (format.crc.start >> static_cast<unsigned>(format.crc.bits) != 0) {
-    return Text("crc_start=%u: more than crc_bits=%d hold", format.crc.start, format.crc.bits);
+    return Failure(Text("crc_start=%u: more than crc_bits=%d hold", format.crc.start, format.crc.bits));
   }
-  return "";
+  return options;
 }
 
 const char* ErrorWord(FrameError error) {
@@ -151,10 +144,10 @@ Json DescribeFrame(const FrameReader& reader, Bytes frame, const Options& option
 }  // namespace
 
 Json Decode(const DecodeSettings& settings, Bytes frame, bool* usable) {
-  Options options;
-  const std::string problem = ReadOptions(settings, options);
-  *usable = problem.empty();
-  if (!*usable) return {{"error", problem}};
+  const Result<Options> read = ReadOptions(settings);
+  *usable = read.has_value();
+  if (!read) return {{"error", read.error().text}};
+  const Options& options = *read;
   const FrameReader reader(options.format);
   if (!options.transfer) return DescribeFrame(reader, frame, options);
   return Describe(reader.ReadTransfer(frame, Given(frame, options), {}), options);

@@ -43,7 +43,7 @@ TEST(BissDecode, TheManualsExample) {
       R"({"ok":true,"kind":"position_frame","counts":35555,"angle_deg":195.3094482421875,"alarms":["warning"]})";
   EXPECT_EQ(Bits("1000101011100011 10 001010", {{"bits", "16"}}), decoded);
   EXPECT_EQ(Hex("8A E3 8A", {{"bits", "16"}}), decoded);
-  EXPECT_EQ(Hex("8A E3 8A"), decoded) << "16 bits when nobody says";
+  EXPECT_EQ(Hex("8A E3 8A"), decoded) << "16 bits if no length is given";
 }
 
 // 4.1, "Angular Resolution": one count is what each column of the table prints.
@@ -126,7 +126,7 @@ TEST(BissDecode, WrongSettingsAreNamed) {
   EXPECT_THAT(Problem({{"crc_inverted", "yes"}}), HasSubstr("false or true"));
   EXPECT_THAT(Problem({{"frame", "bare"}}), HasSubstr("position or transfer"));
   EXPECT_THAT(Problem({{"bit_count", "many"}}), HasSubstr("bit_count=many"));
-  EXPECT_THAT(Problem({{"gray", "true"}}), HasSubstr("biss knows bits, turn_bits"));
+  EXPECT_THAT(Problem({{"gray", "true"}}), HasSubstr("biss accepts bits, turn_bits"));
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 
 #include "core/device/operation.h"
 #include "drivers/kit/clocked_line.h"
-#include "drivers/kit/refusal.h"
 
 namespace axlecast::biss {
 namespace {
@@ -29,7 +28,7 @@ constexpr MonoNs kLookAgain = 100 * kMillisecond;
 std::span<const OperationSpec> Operations() {
   static const std::vector<OperationSpec> kSpecs = {
       {.name = kReadPositionName,
-       .help = "Reads the position once, and shows where in the transfer the answer stood",
+       .help = "Reads the position once, and shows the place of the answer in the transfer",
        .reads_only = true,
        .verification = "the reading itself"},
   };
@@ -63,12 +62,12 @@ BissDevice::BissDevice(const DeviceConfig& device, DeviceOutput& output)
       output_(output),
       runner_(Operations(), *this, output) {}
 
-Step BissDevice::Next(const BusSlot& turn) const {
+Step BissDevice::Next(const BusSlot& slot) const {
   if (!link_up_) return {.action = Idle{kNever}, .priority = Priority::kLive};
   // A live reading serves a command too.
-  if (turn.poll_due && turn.now >= not_before_) return {.action = transfer_, .priority = Priority::kLive};
-  if (runner_.Runnable(turn.now) != nullptr) return {.action = transfer_, .priority = Priority::kCommand};
-  return {.action = Idle{turn.poll_due ? not_before_ : kNever}, .priority = Priority::kLive};
+  if (slot.poll_due && slot.now >= not_before_) return {.action = transfer_, .priority = Priority::kLive};
+  if (runner_.Runnable(slot.now) != nullptr) return {.action = transfer_, .priority = Priority::kCommand};
+  return {.action = Idle{slot.poll_due ? not_before_ : kNever}, .priority = Priority::kLive};
 }
 
 void BissDevice::OnStarted(const Step& step, MonoNs now) {

@@ -44,15 +44,16 @@ class PositionReadout final : public CommandProcedure {
 // One encoder on BiSS-C, point to point: one transfer in each slot. The pause between transfers, in which the encoder
 // sees that a frame is over, is the bus's pacing.
 //
-// A failed reading is not repeated: the next slot brings another. Every frame is whole in its transfer, so nothing late
-// can be taken for an answer. A frame whose start bit stands elsewhere than in the one before is none until the next one
-// has it there too: one wrong sample can hide the start bit, or look like one, and of frames that are read shifted one in
-// 64 passes the check. While nobody is there it looks ten times a second.
+// - A failed reading is not repeated: the next slot brings another.
+// - Every frame is complete within its transfer, so that no late reply can be mistaken for an answer.
+// - A frame whose start bit is at another place than in the frame before is refused until the next frame confirms the
+//   place. One wrong sample can hide the start bit or look like one, and one in 64 shifted frames passes the check.
+// - While no encoder answers, it is polled ten times a second.
 class BissDevice final : public Device, private CommandRunner<PositionReadout>::Policy {
  public:
   BissDevice(const DeviceConfig& device, DeviceOutput& output);
 
-  [[nodiscard]] Step Next(const BusSlot& turn) const override;
+  [[nodiscard]] Step Next(const BusSlot& slot) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
   [[nodiscard]] Result<> Validate(const DriverCommand& command, MonoNs now) const override {
@@ -86,7 +87,7 @@ class BissDevice final : public Device, private CommandRunner<PositionReadout>::
   std::optional<Reply> before_;         // the good frame before
   int unanswered_ = 0;                  // transfers in a row that nobody acknowledged
   MonoNs not_before_ = 0;               // of a live reading
-  std::optional<bool> failed_;          // as the alarms say
+  std::optional<bool> failed_;          // as last reported by the alarm
   std::optional<bool> warned_;
   CommandRunner<PositionReadout> runner_;
 };

@@ -151,7 +151,7 @@ TEST(BissDevice, NamesWhatIsWrong) {
                   rig.Set("cds", "off") + rig.Set("line_delay_ns", "60"),
               "");
     rig.Read();
-    EXPECT_EQ(rig.output.samples.size(), 1U) << "it goes on by itself after " << c.key;
+    EXPECT_EQ(rig.output.samples.size(), 1U) << "it resumes by itself after " << c.key;
   }
 }
 
@@ -183,7 +183,8 @@ TEST(BissDevice, AStretchThatTurnsRoundIsNone) {
   Rig rig("", kSixteen, kThere);
   const Step step = rig.Next();
   rig.Read();
-  const Interval faster{rig.now, rig.now + 1};  // than its clocks: a clock that is not what the controller says
+  const Interval faster{rig.now,
+                        rig.now + 1};  // than its clocks: a clock that differs from the controller's setting
   rig.device().On({.kind = Event::Kind::kReply,
                    .sent = faster,
                    .received = faster,

@@ -32,7 +32,7 @@ inline MachineConfig LoadMachine(const std::string& bus_keys, const std::string&
   return machine ? std::move(*machine) : MachineConfig{};
 }
 
-// What is said of it; empty when nothing is wrong.
+// The errors; empty if there are none.
 inline std::string ProblemOf(const std::string& bus_keys, const std::string& keys) {
   ConfigErrors errors("test.yaml");
   static_cast<void>(ParseConfig(MachineText(bus_keys, keys), errors));

@@ -52,8 +52,8 @@ constexpr int kSaaBits = 26;               // SAA manual 4.1, the most
 constexpr std::size_t kTransferBytes = 9;  // acknowledgement, start and the longest frame, and something behind it
 constexpr MonoNs kTransferTimeout = 100 * kMillisecond;
 constexpr MonoNs kRest = kMillisecond;  // far longer than the encoder's timeout (5.6)
-constexpr std::size_t kVaried = 3;      // positions that tell a turning shaft
-constexpr int kFallingMode = 2;         // as settings.cpp says
+constexpr std::size_t kVaried = 3;      // positions that prove a turning shaft
+constexpr int kFallingMode = 2;         // as in settings.cpp
 constexpr int kRisingMode = 3;
 
 // What comes behind a frame, until the encoder's timeout, is low.

@@ -24,7 +24,7 @@ struct BissSettings final : DeviceSettings {
   std::size_t start_jitter = 1;    // clocks by which the start bit may move from one frame to the next
 };
 
-// Frames end when the clock rests for so long (5.6: "Timeout"). The manual gives no tolerance: the pause between two
+// A frame ends when the clock rests for this time (5.6: "Timeout"). The manual gives no tolerance: the pause between two
 // transfers is a quarter longer.
 inline constexpr std::int64_t kTimeoutUs = 16;
 // 5.6: "TMAS: Minimum allowable clock cycle > 100 ns". The limit itself is not allowed, as in the maker's note on SSI

@@ -1,101 +1,49 @@
 #include "drivers/biss/simulated_encoder.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
-
-#include "drivers/kit/simulation/quantity.h"
-#include "drivers/kit/simulation/shaft.h"
+#include <string>
 
 namespace axlecast::biss {
 
-// What can be set of an encoder and its line.
-struct BissQuantities {
+const QuantityTable<SimulatedEncoder>& SimulatedEncoder::Table() {
   using E = SimulatedEncoder;
-  using Text = std::string_view;
-
-  static const QuantityTable<E>& Table();
-
-  static constexpr std::array<Text, 4> kWirings = {"good", "open", "shorted", "swapped"};
-
-  static std::string OnOff(Text value, bool& into) {
-    if (value != "on" && value != "off") return "'" + std::string(value) + "' is neither on nor off";
-    into = value == "on";
-    return {};
-  }
-  static std::string Word(bool on) { return on ? "on" : "off"; }
-
-  static std::string SetWiring(E& e, Text value) {
-    const auto* found = std::find(kWirings.begin(), kWirings.end(), value);
-    if (found == kWirings.end()) {
-      return "'" + std::string(value) + "' is no wiring: one of good, open, shorted, swapped";
-    }
-    e.wiring_ = static_cast<E::Wiring>(found - kWirings.begin());
-    return {};
-  }
-  static std::string SetWhole(Text value, double min, double max, Text unit, double& into) {
-    std::string problem = ReadNumber(value, min, max, unit, into);
-    if (problem.empty()) into = std::floor(into);
-    return problem;
-  }
-  static std::string SetFault(E& e, Text value) {
-    SimulatedFault fault;
-    std::string problem = ParseFault(value, fault);
-    if (!problem.empty()) return problem;
-    using Kind = SimulatedFault::Kind;
-    if (fault.kind == Kind::kRequestFlip || fault.kind == Kind::kDelayed || fault.kind == Kind::kLate ||
-        fault.kind == Kind::kScattered || fault.kind == Kind::kEcho) {
-      return "'" + std::string(value) +
-             "' has no meaning here: the encoder is asked by its clock, and answers with it";
-    }
-    e.fault_ = fault;
-    e.stuck_at_ = e.shaft_.At(e.now_).angle;
-    return {};
-  }
-};
-
-const QuantityTable<SimulatedEncoder>& BissQuantities::Table() {
   static const QuantityTable<E> kTable = {
-      {"line_delay_ns", [](E& e, Text v) { return ReadNumber(v, 0, 100'000, "ns", e.line_delay_ns_); },
-       [](const E& e) { return NumberText(e.line_delay_ns_); }},
-      {"byte_gap_us", [](E& e, Text v) { return ReadNumber(v, 0, 1'000, "us", e.byte_gap_us_); },
-       [](const E& e) { return NumberText(e.byte_gap_us_); }},
-      {"timeout_us", [](E& e, Text v) { return ReadNumber(v, 1, 1'000, "us", e.timeout_us_); },
-       [](const E& e) { return NumberText(e.timeout_us_); }},
-      {"busy_us", [](E& e, Text v) { return ReadNumber(v, 0, 10'000, "us", e.busy_us_); },
-       [](const E& e) { return NumberText(e.busy_us_); }},
-      {"busy_clocks", [](E& e, Text v) { return SetWhole(v, 1, 1'000, "clocks", e.busy_clocks_); },
-       [](const E& e) { return NumberText(e.busy_clocks_); }},
-      {"error", [](E& e, Text v) { return OnOff(v, e.error_); }, [](const E& e) { return Word(e.error_); }},
-      {"warning", [](E& e, Text v) { return OnOff(v, e.warning_); }, [](const E& e) { return Word(e.warning_); }},
-      {"cds", [](E& e, Text v) { return OnOff(v, e.cds_); }, [](const E& e) { return Word(e.cds_); }},
-      {"wiring", SetWiring,
-       [](const E& e) { return std::string(kWirings.at(static_cast<std::size_t>(e.wiring_))); }},
-      {"noise_counts", [](E& e, Text v) { return SetWhole(v, 0, 1'000, "counts", e.noise_counts_); },
-       [](const E& e) { return NumberText(e.noise_counts_); }},
-      {"accel_rad_s2", [](E& e, Text v) { return OrderAcceleration(e.shaft_, v); },
-       [](const E& e) { return NumberText(e.shaft_.acceleration_rad_s2()); }},
-      {"motion", [](E& e, Text v) { return OrderMotion(e.shaft_, v, e.now_, e.motion_); },
-       [](const E& e) { return e.motion_; }},
-      {"speed_rpm", [](E& e, Text v) { return OrderSpeed(e.shaft_, v, e.now_, e.motion_); },
-       [](const E& e) { return NumberText(e.shaft_.At(e.now_).speed_rpm); }},
-      {"fault", SetFault, [](const E& e) { return FaultText(e.fault_); }},
-      {"power", [](E& e, Text v) { return OnOff(v, e.powered_); }, [](const E& e) { return Word(e.powered_); }},
+      NumberQuantity<E>("line_delay_ns", &E::line_delay_ns_, 0, 100'000, "ns"),
+      NumberQuantity<E>("byte_gap_us", &E::byte_gap_us_, 0, 1'000, "us"),
+      NumberQuantity<E>("timeout_us", &E::timeout_us_, 1, 1'000, "us"),
+      NumberQuantity<E>("busy_us", &E::busy_us_, 0, 10'000, "us"),
+      WholeQuantity<E>("busy_clocks", &E::busy_clocks_, 1, 1'000, "clocks"),
+      ChoiceQuantity<E>("error", &E::error_, {"off", "on"}),
+      ChoiceQuantity<E>("warning", &E::warning_, {"off", "on"}),
+      ChoiceQuantity<E>("cds", &E::cds_, {"off", "on"}),
+      ChoiceQuantity<E>("wiring", &E::wiring_, {"good", "open", "shorted", "swapped"}),
+      WholeQuantity<E>("noise_counts", &E::noise_counts_, 0, 1'000, "counts"),
+      AccelerationQuantity<E>(&E::shaft_),
+      MotionQuantity<E>(&E::shaft_, &E::now_),
+      SpeedQuantity<E>(&E::shaft_, &E::now_),
+      {"fault", [](E& e, std::string_view text) { return e.SetFault(text); },
+       [](const E& e) { return FaultText(e.fault_); }},
+      ChoiceQuantity<E>("power", &E::powered_, {"off", "on"}),
   };
   return kTable;
 }
 
-const std::vector<std::string_view>& SimulatedEncoder::QuantityNames() {
-  static const std::vector<std::string_view> kNames = NamesOf(BissQuantities::Table());
-  return kNames;
+Result<> SimulatedEncoder::SetFault(std::string_view text) {
+  using Kind = SimulatedFault::Kind;
+  const Result<SimulatedFault> fault = ParseFault(text);
+  if (!fault) return Failure(fault.error());
+  if (fault->kind == Kind::kRequestFlip || fault->kind == Kind::kDelayed || fault->kind == Kind::kLate ||
+      fault->kind == Kind::kScattered || fault->kind == Kind::kEcho) {
+    return Failure("'" + std::string(text) +
+                   "' has no meaning here: the encoder is asked by its clock, and answers with it");
+  }
+  fault_ = *fault;
+  stuck_at_ = shaft_.At(now_).angle;
+  return {};
 }
 
-Result<> SimulatedEncoder::Set(std::string_view name, std::string_view value) {
-  return SetByName(BissQuantities::Table(), *this, name, value);
-}
-
-std::vector<std::pair<std::string, std::string>> SimulatedEncoder::Quantities() const {
-  std::vector<std::pair<std::string, std::string>> list = Shown(BissQuantities::Table(), *this);
+QuantityList SimulatedEncoder::Quantities() const {
+  QuantityList list = ShownQuantities();
   const ShaftAngle angle = shaft_.At(now_).angle;
   const Latched latched = At(angle);
   list.emplace_back("angle_deg", NumberText(DegreesFromAngle(angle)));

@@ -1,20 +1,17 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <string_view>
-#include <utility>
-#include <vector>
 
-#include "drivers/kit/simulation/script.h"
 #include "drivers/kit/simulation/shaft.h"
 #include "drivers/kit/simulation/simulated_fault.h"
+#include "drivers/kit/simulation/unit_simulator.h"
 
 namespace axlecast::biss {
 
-// One BiSS-C encoder and its line: all that a file, a script or a person can set. Binary, counting up
-// counter-clockwise (our reading; the manual does not say).
-class SimulatedEncoder final : public SimulatedDevice {
+// One BiSS-C encoder and its line, with all that a file, a script or an operator can set. Binary; counts rise
+// counter-clockwise, which is our reading: the manual does not state it.
+class SimulatedEncoder final : public TableDevice<SimulatedEncoder> {
  public:
   // What is wrong with the line, besides a fault.
   enum class Wiring : std::uint8_t { kGood, kOpen, kShorted, kSwapped };
@@ -23,10 +20,9 @@ class SimulatedEncoder final : public SimulatedDevice {
       : bits_(bits), turn_bits_(turn_bits), shaft_(angle), random_(seed) {}
 
   void Advance(MonoNs now) override { now_ = now; }
-  [[nodiscard]] Result<> Set(std::string_view name, std::string_view value) override;
-  [[nodiscard]] static const std::vector<std::string_view>& QuantityNames();
+  [[nodiscard]] static const QuantityTable<SimulatedEncoder>& Table();
   // Every quantity with its present value, then what it would send now.
-  [[nodiscard]] std::vector<std::pair<std::string, std::string>> Quantities() const;
+  [[nodiscard]] QuantityList Quantities() const;
 
   // What it latches at `at`, which may be a little later than the last Advance.
   struct Latched {
@@ -51,8 +47,7 @@ class SimulatedEncoder final : public SimulatedDevice {
   [[nodiscard]] int busy_clocks() const { return static_cast<int>(busy_clocks_); }  // of acknowledgement, at least
 
  private:
-  friend struct BissQuantities;
-
+  [[nodiscard]] Result<> SetFault(std::string_view text);
   [[nodiscard]] Latched At(ShaftAngle angle) const;
 
   int bits_;
@@ -61,7 +56,6 @@ class SimulatedEncoder final : public SimulatedDevice {
   SeededRandom random_;
   MonoNs now_ = 0;
   ShaftAngle stuck_at_ = 0;
-  std::string motion_ = "constant";
   SimulatedFault fault_;
   Wiring wiring_ = Wiring::kGood;
   bool powered_ = true;

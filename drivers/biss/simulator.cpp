@@ -6,7 +6,6 @@
 #include "drivers/biss/settings.h"
 
 namespace axlecast::biss {
-
 namespace {
 
 using Kind = SimulatedFault::Kind;
@@ -38,31 +37,20 @@ std::vector<bool> CheckBits(const BissSimulator::Setup& setup, std::vector<bool>
 }  // namespace
 
 BissSimulator::BissSimulator(const Setup& setup, std::string name, const SimulatedEncoder& encoder, Script script)
-    : setup_(setup), name_(std::move(name)), encoder_(encoder), script_(std::move(script)) {
+    : UnitSimulator({{std::move(name), encoder, std::move(script)}}), setup_(setup) {
   line_.push_back({INT64_MIN, true});
 }
 
 // ---- events ----
-
-void BissSimulator::CatchUp(MonoNs now) {
-  if (!started_) script_.Start(encoder_, now);
-  started_ = true;
-  script_.Run(encoder_, now);
-  encoder_.Advance(now);
-}
-
-MonoNs BissSimulator::NextDue() const { return started_ ? script_.NextDue() : 0; }
-
-void BissSimulator::OnDue(MonoNs now, const Transmit&) { CatchUp(now); }
 
 void BissSimulator::OnTransfer(const SpiTransfer& transfer, MonoNs now, std::span<std::uint8_t> rx) {
   CatchUp(now);
   ++counters_.transfers;
   std::fill(rx.begin(), rx.end(), std::uint8_t{0xFF});  // nobody pulls the line low
   const bool lost =
-      encoder_.fault().kind == Kind::kIntermittent && encoder_.random().Share() < encoder_.fault().amount;
+      encoder().fault().kind == Kind::kIntermittent && encoder().random().Share() < encoder().fault().amount;
   if (!Usable(transfer)) return;
-  if (!encoder_.powered() || encoder_.fault().kind == Kind::kOff || lost) {
+  if (!encoder().powered() || encoder().fault().kind == Kind::kOff || lost) {
     ++counters_.unanswered;
     phase_ = Phase::kIdle;
     line_ = {{INT64_MIN, true}};
@@ -91,7 +79,7 @@ void BissSimulator::Clock(const SpiTransfer& transfer, MonoNs now, std::span<std
   if (phase_ != Phase::kIdle && !TimedOut(now)) ++counters_.early;
   for (std::size_t i = 0; i < rx.size() * 8; ++i) {
     const auto clock = static_cast<std::int64_t>(i);
-    const MonoNs cycle = now + spi.ClockTime(clock) + clock / 8 * encoder_.byte_gap();
+    const MonoNs cycle = now + spi.ClockTime(clock) + clock / 8 * encoder().byte_gap();
     const MonoNs rising = cycle + spi.ClockTime(1) / 2;
     if (TimedOut(cycle)) {
       if (i > 0 && phase_ != Phase::kOver) ++counters_.slow_clock;
@@ -108,11 +96,11 @@ void BissSimulator::Clock(const SpiTransfer& transfer, MonoNs now, std::span<std
 
 // The clock has rested: the frame is over and the line goes high again (5.6: "Timeout").
 bool BissSimulator::TimedOut(MonoNs at) const {
-  return phase_ != Phase::kIdle && at >= last_edge_ + encoder_.timeout();
+  return phase_ != Phase::kIdle && at >= last_edge_ + encoder().timeout();
 }
 
 void BissSimulator::EndFrame() {
-  Put(true, last_edge_ + encoder_.timeout());
+  Put(true, last_edge_ + encoder().timeout());
   phase_ = Phase::kIdle;
 }
 
@@ -131,7 +119,7 @@ void BissSimulator::OnRisingEdge(MonoNs at) {
       break;
     case Phase::kBusy:  // "when SLO+ start bit St2 is high, data is ready"
       ++acknowledged_;
-      if (acknowledged_ < encoder_.busy_clocks() || at - latched_ < encoder_.busy()) break;
+      if (acknowledged_ < encoder().busy_clocks() || at - latched_ < encoder().busy()) break;
       Put(true, at);
       phase_ = Phase::kSending;
       break;
@@ -152,23 +140,23 @@ void BissSimulator::Send(MonoNs at) {
 }
 
 // "a fixed logic 0 bit", then "position data, error bit, warning bit, and 6-bit negative-logic CRC"; "CRC covers
-// position data, error bit and warning bit". Turns stand before the position, as BiSS has it.
+// position data, error bit and warning bit". Turns precede the position, as BiSS defines it.
 void BissSimulator::MakeFrame(MonoNs latched) {
-  const SimulatedEncoder::Latched value = encoder_.Latch(latched);
+  const SimulatedEncoder::Latched value = encoder().Latch(latched);
   std::vector<bool> covered;
-  PushBits(covered, value.turns, encoder_.turn_bits());
-  PushBits(covered, value.position, encoder_.bits());
-  covered.push_back(!encoder_.error());
-  covered.push_back(!encoder_.warning());
+  PushBits(covered, value.turns, encoder().turn_bits());
+  PushBits(covered, value.position, encoder().bits());
+  covered.push_back(!encoder().error());
+  covered.push_back(!encoder().warning());
   const std::vector<bool> check = CheckBits(setup_, covered);
-  frame_.assign(1, encoder_.cds());
+  frame_.assign(1, encoder().cds());
   frame_.insert(frame_.end(), covered.begin(), covered.end());
   frame_.insert(frame_.end(), check.begin(), check.end());
   sent_ = 0;
 }
 
 void BissSimulator::Put(bool level, MonoNs at) {
-  if (line_.back().level != level) line_.push_back({at + encoder_.line_delay(), level});
+  if (line_.back().level != level) line_.push_back({at + encoder().line_delay(), level});
 }
 
 bool BissSimulator::LevelAt(MonoNs at) {
@@ -176,50 +164,33 @@ bool BissSimulator::LevelAt(MonoNs at) {
   const bool settled = line_.size() == 1 || line_[1].at - kSlew >= at;
   if (settled) return line_.front().level;
   ++counters_.near_edges;
-  return encoder_.random().Share() < 0.5;
+  return encoder().random().Share() < 0.5;
 }
 
 // What the wiring and a fault make of it.
 void BissSimulator::Disturb(std::span<std::uint8_t> rx) {
-  const SimulatedFault& fault = encoder_.fault();
-  const std::size_t left = fault.kind == Kind::kOff ? rx.size() : Damage(rx, fault, encoder_.random());
+  const SimulatedFault& fault = encoder().fault();
+  const std::size_t left = fault.kind == Kind::kOff ? rx.size() : Damage(rx, fault, encoder().random());
   // A frame that ends early: nobody pulls the line low any more.
   std::fill(rx.begin() + static_cast<std::ptrdiff_t>(left), rx.end(), std::uint8_t{0xFF});
   for (std::uint8_t& byte : rx) {
-    if (encoder_.wiring() == Wiring::kOpen) byte = 0xFF;
-    if (encoder_.wiring() == Wiring::kShorted) byte = 0x00;
-    if (encoder_.wiring() == Wiring::kSwapped) byte = static_cast<std::uint8_t>(~byte);
+    if (encoder().wiring() == Wiring::kOpen) byte = 0xFF;
+    if (encoder().wiring() == Wiring::kShorted) byte = 0x00;
+    if (encoder().wiring() == Wiring::kSwapped) byte = static_cast<std::uint8_t>(~byte);
   }
 }
 
-// ---- whoever looks on ----
-
-std::string BissSimulator::Set(std::string_view device, std::string_view key, std::string_view value, MonoNs now) {
-  CatchUp(now);
-  if (device != name_) return "no simulated device '" + std::string(device) + "' here";
-  const Result<> done = encoder_.Set(key, value);
-  return done ? "" : name_ + '.' + std::string(key) + ": " + done.error().text;
-}
-
-std::vector<std::pair<std::string, std::string>> BissSimulator::State(std::string_view device, MonoNs now) const {
-  if (device != name_) return {};
-  SimulatedEncoder encoder = encoder_;
-  encoder.Advance(now);
-  std::vector<std::pair<std::string, std::string>> list = encoder.Quantities();
-  const auto count = [&list](std::string_view name, std::int64_t value) {
-    list.emplace_back(name, std::to_string(value));
-  };
-  count("transfers", counters_.transfers);
-  count("frames", counters_.frames);
-  count("unanswered", counters_.unanswered);
-  count("wrong_mode", counters_.wrong_mode);
-  count("wrong_words", counters_.wrong_words);
-  count("fast_clock", counters_.fast_clock);
-  count("slow_clock", counters_.slow_clock);
-  count("early", counters_.early);
-  count("cut", counters_.cut);
-  count("near_edges", counters_.near_edges);
-  return list;
+BissSimulator::CounterList BissSimulator::CountersOf(const Unit&) const {
+  return {{"transfers", counters_.transfers},
+          {"frames", counters_.frames},
+          {"unanswered", counters_.unanswered},
+          {"wrong_mode", counters_.wrong_mode},
+          {"wrong_words", counters_.wrong_words},
+          {"fast_clock", counters_.fast_clock},
+          {"slow_clock", counters_.slow_clock},
+          {"early", counters_.early},
+          {"cut", counters_.cut},
+          {"near_edges", counters_.near_edges}};
 }
 
 std::unique_ptr<Simulator> MakeBissSimulator(const BusConfig& bus, ConfigMap& simulate) {
@@ -230,14 +201,12 @@ std::unique_ptr<Simulator> MakeBissSimulator(const BusConfig& bus, ConfigMap& si
   ConfigMap map = simulate.Named(device.name);
   const auto seed = static_cast<std::uint64_t>(map.Integer("seed", 1, 0, INT64_MAX, ""));
   const double start_deg = map.Number("start_deg", 0, 0, 360, "deg");
-  const std::int64_t most_turns = (std::int64_t{1} << static_cast<unsigned>(format.turn_bits)) - 1;
+  const std::int64_t max_turns = (std::int64_t{1} << static_cast<unsigned>(format.turn_bits)) - 1;
   std::int64_t start_turns = 0;
-  if (format.turn_bits > 0) start_turns = map.Integer("start_turns", 0, 0, most_turns, "turns");
+  if (format.turn_bits > 0) start_turns = map.Integer("start_turns", 0, 0, max_turns, "turns");
   const SimulatedEncoder encoder(format.bits, format.turn_bits,
                                  AngleFromDegrees(start_deg) + start_turns * kShaftTurn, seed);
-  SimulatedEncoder tried = encoder;
-  Script script = ReadScript(map, SimulatedEncoder::QuantityNames(), tried);
-  map.Done();
+  Script script = ReadScriptOf(map, encoder);
   if (simulate.errors().list().size() != errors) return nullptr;
   const BissSimulator::Setup setup{.polynomial = format.crc.polynomial,
                                    .crc_bits = format.crc.bits,

@@ -4,13 +4,10 @@
 #include <deque>
 #include <span>
 #include <string>
-#include <string_view>
-#include <utility>
 #include <vector>
 
-#include "core/device/simulator.h"
 #include "drivers/biss/simulated_encoder.h"
-#include "drivers/kit/simulation/script.h"
+#include "drivers/kit/simulation/unit_simulator.h"
 
 namespace axlecast::biss {
 
@@ -21,7 +18,7 @@ namespace axlecast::biss {
 // It complains, by counting, of whatever the encoder could not work with: a clock that does not idle high, or is too
 // fast or too slow; words that are no bytes; a transfer before the time-out of the last one was over, or that ends
 // before the frame does. The instants given to it must not run backwards.
-class BissSimulator final : public Simulator {
+class BissSimulator final : public UnitSimulator<ScriptedDevice<SimulatedEncoder>> {
  public:
   struct Setup {
     std::uint32_t polynomial = 0x43;  // with its highest term
@@ -33,12 +30,7 @@ class BissSimulator final : public Simulator {
   BissSimulator(const Setup& setup, std::string name, const SimulatedEncoder& encoder, Script script);
 
   void OnTransfer(const SpiTransfer& transfer, MonoNs now, std::span<std::uint8_t> rx) override;
-  [[nodiscard]] MonoNs NextDue() const override;
-  void OnDue(MonoNs now, const Transmit& transmit) override;
-  [[nodiscard]] std::string Set(std::string_view device, std::string_view key, std::string_view value,
-                                MonoNs now) override;
-  [[nodiscard]] std::vector<std::pair<std::string, std::string>> State(std::string_view device,
-                                                                       MonoNs now) const override;
+  void OnDue(MonoNs now, const Transmit&) override { CatchUp(now); }
 
   // Traffic since the start, and complaints.
   struct Counters {
@@ -69,7 +61,10 @@ class BissSimulator final : public Simulator {
     bool level = true;
   };
 
-  void CatchUp(MonoNs now);
+  using Unit = ScriptedDevice<SimulatedEncoder>;
+  [[nodiscard]] CounterList CountersOf(const Unit& unit) const override;
+  [[nodiscard]] SimulatedEncoder& encoder() { return units().front().device; }
+  [[nodiscard]] const SimulatedEncoder& encoder() const { return units().front().device; }
   [[nodiscard]] bool Usable(const SpiTransfer& transfer);
   void Clock(const SpiTransfer& transfer, MonoNs now, std::span<std::uint8_t> rx);
   [[nodiscard]] bool TimedOut(MonoNs at) const;
@@ -82,10 +77,6 @@ class BissSimulator final : public Simulator {
   void Disturb(std::span<std::uint8_t> rx);
 
   Setup setup_;
-  std::string name_;
-  SimulatedEncoder encoder_;
-  Script script_;
-  bool started_ = false;
   Counters counters_;
 
   Phase phase_ = Phase::kIdle;

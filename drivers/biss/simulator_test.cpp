@@ -175,7 +175,7 @@ TEST_F(BissSimulatorTest, TheTimeOutEndsAFrame) {
 
 TEST_F(BissSimulatorTest, AClockThatRestsBreaksTheFrame) {
   ASSERT_EQ(Make(kExample, kThere), "");
-  EXPECT_THAT(Clock(5, kStart, kFalling, 30'000), StartsWith("1111")) << "each edge latches anew";
+  EXPECT_THAT(Clock(5, kStart, kFalling, 30'000), StartsWith("1111")) << "each edge latches again";
   EXPECT_NE(Value("slow_clock"), "0");
   Set("byte_gap_us", "15");
   EXPECT_THAT(Clock(5, kStart + 10 * kMillisecond), StartsWith("110010" + kFrame)) << "the controller's pauses";
@@ -226,7 +226,7 @@ TEST_F(BissSimulatorTest, NamesWhatItCannotSet) {
   ASSERT_EQ(Make(kExample, ""), "");
   EXPECT_THAT(simulator_->Set("a", "fault", "echo", kStart), HasSubstr("has no meaning here"));
   EXPECT_THAT(simulator_->Set("a", "wiring", "loose", kStart), HasSubstr("good, open, shorted, swapped"));
-  EXPECT_THAT(simulator_->Set("a", "error", "1", kStart), HasSubstr("neither on nor off"));
+  EXPECT_THAT(simulator_->Set("a", "error", "1", kStart), HasSubstr("one of off, on"));
   EXPECT_THAT(simulator_->Set("b", "error", "on", kStart), HasSubstr("no simulated device"));
   EXPECT_THAT(Make(kExample, "start_turns: 1"), HasSubstr("unknown key 'start_turns'"));
   EXPECT_THAT(Make(kExample, "busy_clocks: 0"), HasSubstr("1 to 1000"));

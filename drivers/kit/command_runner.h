@@ -103,7 +103,7 @@ class CommandRunner {
   [[nodiscard]] bool busy() const { return procedure_ != nullptr; }
   // The procedure. Precondition: busy().
   [[nodiscard]] Procedure& procedure() const { return *procedure_; }
-  // Returns the procedure; null if there is none, or if it has expired and must not transmit any more.
+  // Returns the procedure; null if there is no procedure, or if it has expired and must not transmit any more.
   [[nodiscard]] Procedure* Runnable(MonoNs now) const { return Expired(now) ? nullptr : procedure_.get(); }
   // Returns when the command expires unless its first request is sent before; kNever if it cannot expire.
   [[nodiscard]] MonoNs ExpiresAt() const {

@@ -8,7 +8,7 @@ namespace axlecast::saa {
 // One column of the SAA manual's table 4.1, copied by hand, and what follows from it.
 struct TableColumn {
   int bits;
-  double resolution;   // "Angular Resolution", arc seconds as printed: whoever made the table rounded or cut
+  double resolution;   // "Angular Resolution", arc seconds as printed: rounded or truncated by the maker
   int accuracy;        // "Accuracy <=", arc seconds either way
   std::int64_t noise;  // twice the accuracy in counts of 1,296,000 / 2^bits arc seconds, rounded up by hand
 };

@@ -16,29 +16,29 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 struct Options {
-  int bits = 0;  // 0: not said
+  int bits = 0;  // 0: not given
   std::optional<std::uint8_t> address;
 };
 
-// The maker's example (5.1.1 (4)); what a frame of five bytes is taken for when nobody says.
+// The maker's example (5.1.1 (4)): what a frame of five bytes is taken for if `bits` is not given.
 constexpr int kExampleBits = 14;
 constexpr int kLargestX = 15;
 
-// What is wrong with the settings; empty when nothing is.
-std::string ReadOptions(const DecodeSettings& settings, Options& options) {
+Result<Options> ReadOptions(const DecodeSettings& settings) {
+  Options options;
   for (const auto& [key, value] : settings) {
     if (key == "bits") {
       options.bits = static_cast<int>(ParseWhole(value, kMinBits, kMaxBits).value_or(0));
-      if (options.bits == 0) return "bits=" + value + ": expected 10..26, the encoder's resolution";
+      if (options.bits == 0) return Failure("bits=" + value + ": expected 10..26, the encoder's resolution");
     } else if (key == "address") {
       const std::optional<std::int64_t> number = ParseWhole(value, 0, 0xFE);
-      if (!number) return "address=" + value + ": expected X of BX, 0..15, or the whole byte up to 0xfe";
+      if (!number) return Failure("address=" + value + ": expected X of BX, 0..15, or the whole byte up to 0xfe");
       options.address = static_cast<std::uint8_t>(*number <= kLargestX ? kControlCommand | *number : *number);
     } else {
-      return "unknown key '" + key + "': saa_serial knows bits and address";
+      return Failure("unknown key '" + key + "': saa_serial accepts bits and address");
     }
   }
-  return "";
+  return options;
 }
 
 std::string HexByte(std::uint8_t byte) { return Text("0x%02x", unsigned{byte}); }
@@ -99,10 +99,10 @@ Json DescribeReply(Bytes frame, const Options& options) {
 }  // namespace
 
 Json Decode(const DecodeSettings& settings, Bytes frame, bool* usable) {
-  Options options;
-  const std::string problem = ReadOptions(settings, options);
-  *usable = problem.empty();
-  if (!*usable) return {{"error", problem}};
+  const Result<Options> read = ReadOptions(settings);
+  *usable = read.has_value();
+  if (!read) return {{"error", read.error().text}};
+  const Options& options = *read;
   if (frame.empty()) return Bad("unknown", "short");
   if (const std::optional<std::uint8_t> command = ParseRequest(frame)) return DescribeRequest(*command);
   if (frame[0] == kRequestStart) return Bad("request", RequestErrorWord(frame.size()));

@@ -1,4 +1,4 @@
-// What `axlecast decode saa_serial` says of a frame: README.md, "Decoding".
+// The output of `axlecast decode saa_serial`: README.md, "Decoding".
 #include "drivers/saa_serial/family.h"
 
 #include <gtest/gtest.h>
@@ -65,7 +65,7 @@ TEST(SaaDecode, OneCountIsTheResolutionOfTheTable) {
   }
 }
 
-// Six and seven bytes do not say their resolution: counts, but no angle.
+// Six and seven bytes do not show the resolution: counts, but no angle.
 TEST(SaaDecode, WithoutItsResolutionALongFrameHasNoAngle) {
   EXPECT_EQ(Decoded("FF 81 12 34 56 1C"), Json::parse(R"({"ok":true,"kind":"position_reply","counts":1193046})"));
   EXPECT_EQ(Decoded("FF 81 01 23 45 67 50")["counts"], 19'088'743);
@@ -89,7 +89,7 @@ TEST(SaaDecode, FramesThatAreNone) {
 
 TEST(SaaDecode, UnusableSettingsNameThemselvesAndTheRemedy) {
   const std::vector<std::pair<DecodeSettings, std::string>> rows = {
-      {{{"speed", "1"}}, "unknown key 'speed': saa_serial knows bits and address"},
+      {{{"speed", "1"}}, "unknown key 'speed': saa_serial accepts bits and address"},
       {{{"bits", "9"}}, "bits=9: expected 10..26"},
       {{{"bits", "27"}}, "bits=27: expected 10..26"},
       {{{"bits", "14bits"}}, "bits=14bits: expected"},

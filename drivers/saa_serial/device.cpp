@@ -150,7 +150,7 @@ void Interpreter::BeginJump(MonoNs now) {
 
 namespace {
 
-using Want = Procedure::Want;
+using Need = Procedure::Need;
 
 }  // namespace
 
@@ -164,28 +164,28 @@ SaaDevice::SaaDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOut
       interpreter_(bus, settings_, output),
       runner_(Operations(), *this, output) {}
 
-Step SaaDevice::Next(const BusSlot& turn) const {
+Step SaaDevice::Next(const BusSlot& slot) const {
   if (!link_up_) return {.action = Idle{kNever}, .priority = Priority::kLive};
   if (interpreter_.quiet_needed() > 0) {
     return {.action = WaitForIdleLine{interpreter_.quiet_needed()}, .priority = Priority::kLive};
   }
-  const Procedure* procedure = runner_.Runnable(turn.now);
-  const Want want = procedure != nullptr ? procedure->Wants(turn.now) : Want::kNothing;
-  if (want == Want::kZero && !turn.reserved) return ZeroStep();
-  return bus_.mode == Mode::kTiming ? Stream(turn) : Poll(turn, want);
+  const Procedure* procedure = runner_.Runnable(slot.now);
+  const Need need = procedure != nullptr ? procedure->Next(slot.now) : Need::kNothing;
+  if (need == Need::kZero && !slot.reserved) return ZeroStep();
+  return bus_.mode == Mode::kTiming ? Stream(slot) : Poll(slot, need);
 }
 
-Step SaaDevice::Stream(const BusSlot& turn) const {
+Step SaaDevice::Stream(const BusSlot& slot) const {
   MonoNs until = interpreter_.silent_at();
-  if (runner_.busy()) until = std::min({until, runner_.procedure().Due(turn.now), runner_.ExpiresAt()});
-  return {.action = Listen{std::max(until, turn.now)}, .priority = Priority::kLive};
+  if (runner_.busy()) until = std::min({until, runner_.procedure().Due(slot.now), runner_.ExpiresAt()});
+  return {.action = Listen{std::max(until, slot.now)}, .priority = Priority::kLive};
 }
 
-Step SaaDevice::Poll(const BusSlot& turn, Want want) const {
-  const bool live = turn.poll_due && (want != Want::kReading || live_slot_ || turn.reserved);
+Step SaaDevice::Poll(const BusSlot& slot, Need need) const {
+  const bool live = slot.poll_due && (need != Need::kReading || live_slot_ || slot.reserved);
   if (live) return {.action = AskPosition(), .priority = Priority::kLive};
-  if (want == Want::kReading) return {.action = AskPosition(), .priority = Priority::kCommand};
-  const MonoNs until = runner_.busy() ? runner_.procedure().Due(turn.now) : kNever;
+  if (need == Need::kReading) return {.action = AskPosition(), .priority = Priority::kCommand};
+  const MonoNs until = runner_.busy() ? runner_.procedure().Due(slot.now) : kNever;
   return {.action = Idle{until}, .priority = Priority::kLive};
 }
 

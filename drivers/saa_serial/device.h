@@ -12,9 +12,9 @@
 
 namespace axlecast::saa_serial {
 
-// What the encoder says, towards the outside: samples, errors by kind, and where its position jumps because it was
-// cleared to zero. All of it follows from the events alone, whoever made the requests and why; so a recorded
-// sequence of events gives the same again.
+// Evaluates what the encoder sends and reports samples, errors by kind, and jumps of the position by clearing to zero.
+// The reports depend only on the events, not on the reason for a request: a recorded sequence of events gives the same
+// reports again.
 class Interpreter {
  public:
   Interpreter(const BusConfig& bus, const SaaSettings& settings, DeviceOutput& output);
@@ -26,12 +26,12 @@ class Interpreter {
   void Take(const Event& event);
   [[nodiscard]] std::optional<Reading> Next();
 
-  // Good frames come: not before the first one after the link came up, and no more after the stream fell silent, or
-  // after two requests in a row that brought not a single byte.
+  // Returns whether the encoder answers: from the first good frame after the link came up, until the stream is silent, or
+  // two consecutive requests brought not a single byte.
   [[nodiscard]] bool answering() const { return answering_; }
-  // WaitForIdleLine for so long before the next request; 0: the line is free.
+  // How long to wait for an idle line before the next request; 0: the line is free.
   [[nodiscard]] MonoNs quiet_needed() const { return quiet_needed_; }
-  // When the stream is to be missed.
+  // Returns when the stream counts as silent.
   [[nodiscard]] MonoNs silent_at() const { return cadence_.due(); }
   // A reading sampled at or after this instant shows the effect of the last clearing to zero.
   [[nodiscard]] MonoNs effect_from() const { return effect_from_; }
@@ -65,17 +65,17 @@ class Interpreter {
   MonoNs effect_from_ = 0;
 };
 
-// One encoder of the SAA series on an asynchronous line: when to listen, to pulse or to ask. What comes of it is the
-// Interpreter's.
+// One encoder of the SAA series on an asynchronous line. Selects when to listen, to pulse or to send a request; the
+// Interpreter evaluates the replies.
 //
-// - Mode timing: it listens all the time, and transmits nothing but a pulse on CLR.
-// - Modes handshake and bus: one exchange in each live slot. A reading that failed is not repeated; whatever leaves
-//   the line unclear is followed by silence, so that a late reply meets no other request.
+// - Mode timing: listens all the time, and transmits only a pulse on CLR.
+// - Modes handshake and bus: one exchange in each live slot. A reading that failed is not repeated. After an unclear
+//   exchange, the line must be idle first, so that a late reply meets no other request.
 class SaaDevice final : public Device, private CommandRunner<Procedure>::Policy {
  public:
   SaaDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
 
-  [[nodiscard]] Step Next(const BusSlot& turn) const override;
+  [[nodiscard]] Step Next(const BusSlot& slot) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
   [[nodiscard]] Result<> Validate(const DriverCommand& command, MonoNs now) const override {
@@ -88,8 +88,8 @@ class SaaDevice final : public Device, private CommandRunner<Procedure>::Policy 
   [[nodiscard]] Result<std::unique_ptr<Procedure>> MakeProcedure(const DriverCommand& command,
                                                                  MonoNs now) const override;
   [[nodiscard]] Result<> CheckState(const DriverCommand& command, MonoNs now) const override;
-  [[nodiscard]] Step Stream(const BusSlot& turn) const;
-  [[nodiscard]] Step Poll(const BusSlot& turn, Procedure::Want want) const;
+  [[nodiscard]] Step Stream(const BusSlot& slot) const;
+  [[nodiscard]] Step Poll(const BusSlot& slot, Procedure::Need need) const;
   [[nodiscard]] Exchange AskPosition() const;
   [[nodiscard]] Step ZeroStep() const;
   void OnLinkDown(MonoNs now);

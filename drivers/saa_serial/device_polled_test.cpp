@@ -107,7 +107,7 @@ TEST(SaaBusMode, TheReplysHeaderIsCheckedAsConfigured) {
 }
 
 // An adapter hands a reply over when the next unit was asked already, unless the driver waits. All three have the same
-// resolution and the fixed header, so that nothing in the bytes tells them apart: nobody is asked before the late reply
+// resolution and the fixed header, so that the bytes do not distinguish them: no request is sent before the late reply
 // has come, or can come no more.
 TEST(SaaBusMode, ALateReplyNeverBecomesAnotherUnitsValue) {
   const std::string fixed = ", bits: 14, reply_header: 81, timeout_us: 5000, silence_us: 2000}";
@@ -174,7 +174,8 @@ TEST(SaaBusMode, AStuckEncoderLooksLikeAShaftAtRest) {
   bus.Run(100 * kMillisecond);
   bus.output().samples.clear();
   bus.Run(kSecond);
-  EXPECT_EQ(bus.output().samples.front().counts, bus.output().samples.back().counts) << "software cannot tell";
+  EXPECT_EQ(bus.output().samples.front().counts, bus.output().samples.back().counts)
+      << "software cannot distinguish them";
 }
 
 // 5.1.6 (1): "when control command is BC AA B1, its zero clearing command is BC AA C1".
@@ -198,7 +199,7 @@ TEST(SaaBusMode, ZeroIsOneCommandToItsEncoderAloneVerifiedByReading) {
   EXPECT_THAT(bus.outputs["a"].errors, IsEmpty()) << "nothing answers it, and that is no error";
 }
 
-// The config says so, the encoder was ordered without: 5.1.5.
+// Configured, but the encoder was purchased without it: 5.1.5.
 TEST(SaaBusMode, ZeroOfAnEncoderWithoutZeroClearingFails) {
   SimulatedBus bus(kBus + ", zero_clearing: true", "a: {bits: 14, address: 1}",
                    "a: {start_deg: 90, zero_clearing: false}");

@@ -25,7 +25,7 @@ TEST(SaaStream, ReadsEveryFrame) {
   EXPECT_THAT(bus.line->written, IsEmpty()) << "it never transmits";
 }
 
-// The shaft turns; the counts say when they were sampled, and that instant must lie within the interval.
+// The shaft turns, so the counts show their sampling time, which must lie within the interval.
 class SaaStreamInstant : public ::testing::TestWithParam<std::tuple<int, int, int>> {};
 
 TEST_P(SaaStreamInstant, LiesWithinTheInterval) {
@@ -51,7 +51,7 @@ TEST_P(SaaStreamInstant, LiesWithinTheInterval) {
   }
   ASSERT_GT(bus.output().samples.size(), 20U);
   for (const Sample& sample : bus.output().samples) {
-    // Nearest instant at which the shaft stood where the sample says.
+    // The nearest time at which the shaft was at the sampled position.
     const double degrees = Degrees(sample.counts, 26);
     const double expected = angle + static_cast<double>(sample.at.Middle() - from) * 1e-9 * kRpm * 6;
     const double off = std::remainder(degrees - expected, 360.0);
@@ -87,7 +87,7 @@ TEST_P(SaaStreamLate, FramesThatComeLateLieWithinTheirIntervals) {
   for (const auto& [key, value] : bus.wire().State("a", from)) {
     if (key == "angle_deg") angle = std::stod(value);
   }
-  // Returns how far the interval is from the instant at which the shaft stood where the sample says.
+  // Returns the distance of the interval from the time at which the shaft was at the sampled position.
   const auto beyond = [&](const Sample& sample) {
     const double expected = angle + static_cast<double>(sample.at.Middle() - from) * 1e-9 * kRpm * 6;
     const double off = std::remainder(Degrees(sample.counts, 26) - expected, 360.0);

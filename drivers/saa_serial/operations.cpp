@@ -25,7 +25,7 @@ class ZeroProcedure final : public Procedure {
   // `patience`: how long it waits for a reading, before and after.
   ZeroProcedure(const SaaSettings& settings, const DeviceOutput& output, MonoNs patience, MonoNs now);
 
-  [[nodiscard]] Want Wants(MonoNs now) const override;
+  [[nodiscard]] Need Next(MonoNs now) const override;
   [[nodiscard]] MonoNs Due(MonoNs now) const override {
     return stage_ == Stage::kSettle && now < effect_from_ ? effect_from_ : deadline_;
   }
@@ -61,7 +61,7 @@ class ZeroProcedure final : public Procedure {
 
 using Reason = command_status_t;
 
-// An 8-bit sum lets one damaged frame in 256 pass: it takes two readings in a row to tell, of at most five.
+// An 8-bit sum accepts one damaged frame in 256. Two consecutive readings are required, of at most five.
 constexpr int kNearToSucceed = 2;
 constexpr int kMaxReadings = 5;
 
@@ -72,7 +72,7 @@ bool IsNearZero(std::uint32_t counts, const SaaSettings& settings) {
 ZeroProcedure::ZeroProcedure(const SaaSettings& settings, const DeviceOutput& output, MonoNs patience, MonoNs now)
     : settings_(settings), output_(output), patience_(patience), deadline_(now + patience) {}
 
-// Nothing answers a request to clear to zero: where the shaft stood near 0 already, nothing shows its effect.
+// A request to clear to zero is not answered. If the shaft was near 0 before, nothing shows its effect.
 bool ZeroProcedure::SameBefore() const {
   return CannotBeToldApart(before_, 0, ZeroToleranceCounts(settings_.format.bits), settings_.counts_per_turn);
 }
@@ -82,16 +82,16 @@ bool ZeroProcedure::AtRest(MonoNs now) const {
   return motion.known && motion.standstill;
 }
 
-Procedure::Want ZeroProcedure::Wants(MonoNs now) const {
+Procedure::Need ZeroProcedure::Next(MonoNs now) const {
   switch (stage_) {
     case Stage::kReadBefore:
-      return Want::kReading;
+      return Need::kReading;
     case Stage::kSend:
-      return AtRest(now) ? Want::kZero : Want::kReading;
+      return AtRest(now) ? Need::kZero : Need::kReading;
     case Stage::kSent:
-      return Want::kNothing;
+      return Need::kNothing;
     default:
-      return now < effect_from_ ? Want::kNothing : Want::kReading;
+      return now < effect_from_ ? Need::kNothing : Need::kReading;
   }
 }
 
@@ -113,7 +113,7 @@ std::optional<Outcome> ZeroProcedure::OnTime(MonoNs now) {
   return WithBefore(
       Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
             "the request to clear to zero went out, but no reading came that shows its effect: read_position when "
-            "the encoder is heard again"),
+            "the encoder answers again"),
       "");
 }
 
@@ -124,7 +124,7 @@ std::optional<Outcome> ZeroProcedure::OnZeroed(MonoNs effect_from) {
   Outcome running;
   running.text = "the request to clear to zero went out; waiting for a reading that shows its effect";
   running.progress = 0.5F;
-  // Should this process die: what is found afterwards says something only beside what was before.
+  // If this process ends now, a later reading proves an effect only if the state before is known.
   return WithBefore(std::move(running), "");
 }
 
@@ -170,7 +170,7 @@ class PositionReadout final : public Procedure {
  public:
   PositionReadout(bool look, const SaaSettings& settings, const DeviceOutput& output, MonoNs patience, MonoNs now);
 
-  [[nodiscard]] Want Wants(MonoNs) const override { return Want::kReading; }
+  [[nodiscard]] Need Next(MonoNs) const override { return Need::kReading; }
   [[nodiscard]] MonoNs Due(MonoNs) const override { return deadline_; }
   std::optional<Outcome> OnReading(const Reading& reading, MonoNs now) override;
   std::optional<Outcome> OnTime(MonoNs now) override;
@@ -233,9 +233,9 @@ std::span<const OperationSpec> Operations() {
        .needs_standstill = true,
        .needs_permit = true,
        .moves_datum = true,
-       .writes = &OneWrite,  // taken for one: the manual does not say where the zero is kept
+       .writes = &OneWrite,  // assumed: the manual does not state where the zero is stored
        .verification =
-           "two readings in a row show 0 +- 0.2 degrees (or 2 counts), if the shaft stood elsewhere before",
+           "two readings in a row show 0 +- 0.2 degrees (or 2 counts), if the shaft was elsewhere before",
        .verified_by_operation = kReadPositionName},
       {.name = kReadPositionName,
        .help = "Reads the single-turn position once",

@@ -16,21 +16,22 @@ namespace axlecast::saa_serial {
 // One command being carried out. It receives every reading, whichever request caused it.
 class Procedure : public CommandProcedure {
  public:
-  enum class Want : std::uint8_t {
+  enum class Need : std::uint8_t {
     kNothing,
     kReading,  // a position, as soon as the bus allows
     kZero,     // the encoder cleared to zero
   };
-  [[nodiscard]] virtual Want Wants(MonoNs now) const = 0;
-  // It wants to be asked again by then.
+  // Returns what it needs from the encoder now.
+  [[nodiscard]] virtual Need Next(MonoNs now) const = 0;
+  // Returns when it must be called again at the latest.
   [[nodiscard]] virtual MonoNs Due(MonoNs now) const = 0;
 
   virtual std::optional<Outcome> OnReading(const Reading& reading, MonoNs now) = 0;
-  // Time has gone on without a reading.
+  // Time has passed without a reading.
   virtual std::optional<Outcome> OnTime(MonoNs now) = 0;
-  // The request to clear to zero is about to go out.
+  // The request to clear to zero is about to be sent.
   virtual void OnZeroStarted() {}
-  // It is out; readings sampled from `effect_from` on show its effect. An outcome: progress.
+  // The request was sent. Readings sampled from `effect_from` on show its effect. Returns the progress, if any.
   virtual std::optional<Outcome> OnZeroed([[maybe_unused]] MonoNs effect_from) { return std::nullopt; }
 };
 

@@ -93,11 +93,11 @@ const std::vector<std::int64_t> kUsualRates = {115'200, 9'600,   19'200,    38'4
 // The resolutions whose frames have as many data bytes as those of `most`.
 std::string BitsText(int maximum, std::uint32_t positions) {
   const int minimum = maximum == 16 ? kMinBits : maximum == 24 ? 17 : 25;
-  return Text("bits: %d to %d by its frames; the encoder's label says which",
+  return Text("bits: %d to %d by its frames; the encoder's label states which",
               std::max(minimum, static_cast<int>(std::bit_width(positions))), maximum);
 }
 
-// As an order has it: two digits where they say it within the error of the measurement, else three.
+// In the form of the purchase order: two digits if they are within the error of the measurement, else three.
 std::string RateText(double hz) {
   constexpr double kError = 0.02;
   const double round = std::stod(Text("%.2g", hz));
@@ -182,12 +182,12 @@ std::optional<ProbeHit> StreamProbe::Judge(const Reading& reading) const {
   finding.confidence = sure ? Confidence::kSure : Confidence::kLikely;
   finding.device = "SAA encoder that sends by itself";
   finding.reason =
-      Text("%lld frames with the right sum make %lld of %lld bytes heard", static_cast<long long>(reading.frames),
-           static_cast<long long>(framed), static_cast<long long>(bytes_));
+      Text("%lld frames with the right sum make %lld of %lld bytes received",
+           static_cast<long long>(reading.frames), static_cast<long long>(framed), static_cast<long long>(bytes_));
   finding.bus = {{"mode", "timing"}, {"refresh_hz", RateText(static_cast<double>(periods) / seconds)}};
   finding.keys = {{"bits", std::to_string(reading.bits)}};
   finding.check =
-      BitsText(reading.bits, reading.positions) + "; refresh_hz: as measured, the order says it exactly";
+      BitsText(reading.bits, reading.positions) + "; refresh_hz: as measured, the purchase order states it exactly";
   return finding;
 }
 

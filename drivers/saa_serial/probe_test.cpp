@@ -88,7 +88,7 @@ TEST(SaaPolledProbe, FindsEncodersByTheirRepliesAndAsksForPositionsAlone) {
   }
 }
 
-// The header 81 is that of every encoder, so nothing but time tells whose answer came.
+// All encoders send the header 81, so that only the time shows which one answered.
 TEST(SaaPolledProbe, ALateAnswerIsNotTakenForThatOfTheNextAddress) {
   for (const MonoNs late : {45 * kMillisecond, 70 * kMillisecond, 130 * kMillisecond, 490 * kMillisecond}) {
     ProbeBench bench;

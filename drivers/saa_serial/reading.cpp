@@ -6,7 +6,7 @@
 namespace axlecast::saa_serial {
 namespace {
 
-// Where the frame begins in what came; nothing when that cannot be told yet.
+// Returns where the frame begins in the received bytes; nothing if it is not known yet.
 std::optional<std::size_t> FrameBegin(Bytes bytes) {
   for (std::size_t i = 0; i + 1 < bytes.size(); ++i) {
     if (bytes[i] == kFrameStart && bytes[i + 1] != kFrameStart) return i;
@@ -176,7 +176,7 @@ Interval StalledFrames::Widened(Interval at) {
 }
 
 MonoNs StalledFrames::Earliest(MonoNs in_time) {
-  // The encoder's clock may be this much faster than its refresh rate says.
+  // The encoder's clock may be this much faster than its nominal refresh rate.
   const MonoNs shortest_period = times_.period / 100 * 99;
   const MonoNs longest_stall = in_time - std::max<MonoNs>(0, times_.late - times_.latency);
   MonoNs earliest = std::max(*earliest_ + shortest_period, longest_stall);

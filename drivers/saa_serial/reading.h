@@ -30,7 +30,7 @@ struct PolledReading {
 [[nodiscard]] ReplyLength LengthRule(int bits);
 // Where that frame begins.
 [[nodiscard]] std::size_t BeginOfReply(Bytes so_far);
-// What tells the encoder's replies from others on its bus: its address, where it must be in the reply.
+// Returns what distinguishes the encoder's replies from others on its bus: its address, if the reply must contain it.
 [[nodiscard]] ReplyShape ShapeOf(const Format& format);
 
 // How long what came unasked can have been under way: README.md, "Instant of a position".
@@ -71,7 +71,7 @@ class StalledFrames {
   std::optional<MonoNs> earliest_;  // of the frame before
 };
 
-// When what the event tells was over.
+// Returns the time at which the event ended.
 [[nodiscard]] MonoNs EndOf(const Event& event);
 
 }  // namespace axlecast::saa_serial

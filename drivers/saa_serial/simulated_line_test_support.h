@@ -71,7 +71,7 @@ class SimulatedLine final : public ByteLink, public PulseLines {
   }
 
   void LoseAfterNextRequest() { drop_ = true; }
-  // The scheduler lets the driver wait for so long before its next read.
+  // The scheduler delays the next read of the driver by this time.
   void Stall(MonoNs time) { clock_.Advance(time); }
 
   std::vector<std::pair<MonoNs, std::vector<std::uint8_t>>> written;

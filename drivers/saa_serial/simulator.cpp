@@ -8,39 +8,26 @@
 #include "drivers/saa_serial/settings.h"
 
 namespace axlecast::saa_serial {
-
 namespace {
 
 using Kind = SimulatedFault::Kind;
 
 constexpr MonoNs kShortestLow = 10 * kMicrosecond;  // 5.1.3: T2
-// Frames that a sleeping host is served late; older ones nobody hears any more.
+// The maximum number of frames that a sleeping host receives late; older frames are lost.
 constexpr int kMaxLate = 64;
 
 }  // namespace
 
-SaaSimulator::SaaSimulator(const Setup& setup, std::vector<Unit> units) : setup_(setup), units_(std::move(units)) {}
-
 // ---- events ----
 
 void SaaSimulator::CatchUp(MonoNs now) {
-  if (!started_) {
-    started_ = true;
-    for (Unit& unit : units_) unit.script.Start(unit.encoder, now);
-    if (setup_.mode == Mode::kTiming) next_frame_ = now;
-  }
-  for (Unit& unit : units_) {
-    unit.script.Run(unit.encoder, now);
-    unit.encoder.Advance(now);
-  }
+  if (!units().front().started && setup_.mode == Mode::kTiming) next_frame_ = now;
+  UnitSimulator::CatchUp(now);
 }
 
 MonoNs SaaSimulator::NextDue() const {
-  if (!started_) return 0;
-  MonoNs due = next_frame_;
-  for (const Unit& unit : units_) due = std::min(due, unit.script.NextDue());
-  if (!pending_.empty()) due = std::min(due, pending_.front().due);
-  return due;
+  const MonoNs sent = pending_.empty() ? kNever : pending_.front().due;
+  return std::min({UnitSimulator::NextDue(), next_frame_, sent});
 }
 
 void SaaSimulator::OnDue(MonoNs now, const Transmit& transmit) {
@@ -51,17 +38,17 @@ void SaaSimulator::OnDue(MonoNs now, const Transmit& transmit) {
 
 void SaaSimulator::OnBytes(Bytes bytes, MonoNs now, const Transmit& transmit) {
   OnDue(now, transmit);
-  if (setup_.echo || units_.front().encoder.fault().kind == Kind::kEcho) transmit(bytes);
+  if (setup_.echo || units().front().device.fault().kind == Kind::kEcho) transmit(bytes);
   if (!baud_fits_) {
     counters_.noise += static_cast<std::int64_t>(bytes.size());
     return;
   }
   std::vector<std::uint8_t> heard(bytes.begin(), bytes.end());
-  for (Unit& unit : units_) {
-    const SimulatedFault& fault = unit.encoder.fault();
-    if (fault.kind == Kind::kRequestFlip) FlipBits(heard, 8, fault.amount, unit.encoder.random());
+  for (SaaUnit& unit : units()) {
+    const SimulatedFault& fault = unit.device.fault();
+    if (fault.kind == Kind::kRequestFlip) FlipBits(heard, 8, fault.amount, unit.device.random());
   }
-  const bool paced = !units_.front().encoder.unpaced();
+  const bool paced = !units().front().device.unpaced();
   MonoNs end = now;
   for (const std::uint8_t byte : heard) {
     if (paced) end += setup_.character;
@@ -72,14 +59,14 @@ void SaaSimulator::OnBytes(Bytes bytes, MonoNs now, const Transmit& transmit) {
 
 void SaaSimulator::OnPulse(std::uint8_t line, MonoNs low, MonoNs now, const Transmit& transmit) {
   OnDue(now, transmit);
-  Unit& unit = units_.front();
+  SaaUnit& unit = units().front();
   if (line != setup_.clk && line != setup_.clr) return;
   if (low < kShortestLow) {
     ++counters_.short_pulses;
-  } else if (!unit.encoder.powered()) {
+  } else if (!unit.device.powered()) {
     ++counters_.unanswered;
   } else if (line == setup_.clr) {
-    unit.encoder.ClearToZero(now - low);  // at the falling edge
+    unit.device.ClearToZero(now - low);  // at the falling edge
   } else if (now - low < busy_until_) {
     ++counters_.fast_pulses;
   } else {
@@ -92,7 +79,7 @@ void SaaSimulator::OnPulse(std::uint8_t line, MonoNs low, MonoNs now, const Tran
 // ---- the modes ----
 
 MonoNs SaaSimulator::RefreshPeriod() const {
-  const double hz = units_.front().encoder.refresh_hz();
+  const double hz = units().front().device.refresh_hz();
   return hz > 0 ? std::llround(1e9 / hz) : setup_.refresh;
 }
 
@@ -102,7 +89,7 @@ void SaaSimulator::Stream(MonoNs now) {
   const MonoNs late = (now - next_frame_) / period;
   if (late > kMaxLate) next_frame_ += (late - kMaxLate) * period;
   for (; next_frame_ <= now; next_frame_ += period) {
-    if (units_.front().encoder.powered()) Answer(units_.front(), next_frame_, next_frame_);
+    if (units().front().device.powered()) Answer(units().front(), next_frame_, next_frame_);
   }
 }
 
@@ -128,15 +115,15 @@ void SaaSimulator::TakeByte(std::uint8_t byte, MonoNs now) {
 
 void SaaSimulator::Execute(std::uint8_t command, MonoNs at) {
   bool meant = false;
-  for (Unit& unit : units_) {
+  for (SaaUnit& unit : units()) {
     const bool asked = command == unit.control;
     const bool zeroed = static_cast<int>(command) == unit.zero;
     if (!asked && !zeroed) continue;
     meant = true;
-    if (!unit.encoder.powered() || unit.encoder.fault().kind == Kind::kOff) {
+    if (!unit.device.powered() || unit.device.fault().kind == Kind::kOff) {
       ++counters_.unanswered;
     } else if (zeroed) {
-      unit.encoder.ClearToZero(at);  // nothing answers it (5.1.6 (1))
+      unit.device.ClearToZero(at);  // nothing answers it (5.1.6 (1))
     } else {
       ++counters_.requests;
       Answer(unit, at, at);
@@ -147,11 +134,11 @@ void SaaSimulator::Execute(std::uint8_t command, MonoNs at) {
 
 // ---- frames ----
 
-std::vector<std::uint8_t> SaaSimulator::FrameOf(Unit& unit, MonoNs at) {
-  const std::uint32_t counts = unit.encoder.Sample(at);
-  const int bits = unit.encoder.bits();
+std::vector<std::uint8_t> SaaSimulator::FrameOf(SaaUnit& unit, MonoNs at) {
+  const std::uint32_t counts = unit.device.Sample(at);
+  const int bits = unit.device.bits();
   std::vector<std::uint8_t> frame = {0xFF, 0x81};
-  if (setup_.mode == Mode::kBus && unit.encoder.says_address()) frame[1] = unit.control;
+  if (setup_.mode == Mode::kBus && unit.device.sends_address()) frame[1] = unit.control;
   // Tables (2): "≤16bit", "17~24bit", ">24bit", the top eight bits first.
   if (bits > 24) frame.push_back(static_cast<std::uint8_t>(counts >> 24U));
   if (bits > 16) frame.push_back(static_cast<std::uint8_t>(counts >> 16U));
@@ -163,8 +150,8 @@ std::vector<std::uint8_t> SaaSimulator::FrameOf(Unit& unit, MonoNs at) {
   return frame;
 }
 
-void SaaSimulator::Answer(Unit& unit, MonoNs at, MonoNs now) {
-  SimulatedEncoder& encoder = unit.encoder;
+void SaaSimulator::Answer(SaaUnit& unit, MonoNs at, MonoNs now) {
+  SimulatedEncoder& encoder = unit.device;
   const SimulatedFault& fault = encoder.fault();
   const bool lost = fault.kind == Kind::kIntermittent && encoder.random().Share() < fault.amount;
   if (lost || fault.kind == Kind::kOff) {
@@ -193,65 +180,29 @@ void SaaSimulator::SendDue(MonoNs now, const Transmit& transmit) {
     ++counters_.frames;
     std::vector<std::uint8_t> bytes = std::move(pending_.front().bytes);
     pending_.erase(pending_.begin());
-    SeededRandom& random = units_.front().encoder.random();
+    SeededRandom& random = units().front().device.random();
     if (!baud_fits_) std::ranges::generate(bytes, [&random] { return static_cast<std::uint8_t>(random.Next()); });
     if (!bytes.empty()) transmit(bytes);
   }
 }
 
-// ---- whoever looks on ----
-
-SaaSimulator::Unit* SaaSimulator::Find(std::string_view device) {
-  const auto found =
-      std::find_if(units_.begin(), units_.end(), [&](const Unit& unit) { return unit.name == device; });
-  return found == units_.end() ? nullptr : &*found;
-}
-
-std::string SaaSimulator::Set(std::string_view device, std::string_view key, std::string_view value, MonoNs now) {
-  CatchUp(now);
-  Unit* unit = Find(device);
-  if (unit == nullptr) return "no simulated device '" + std::string(device) + "' here";
-  const Result<> done = unit->encoder.Set(key, value);
-  return done ? "" : unit->name + '.' + std::string(key) + ": " + done.error().text;
-}
-
-std::vector<std::pair<std::string, std::string>> SaaSimulator::State(std::string_view device, MonoNs now) const {
-  const auto found =
-      std::find_if(units_.begin(), units_.end(), [&](const Unit& unit) { return unit.name == device; });
-  if (found == units_.end()) return {};
-  SimulatedEncoder encoder = found->encoder;
-  encoder.Advance(now);
-  std::vector<std::pair<std::string, std::string>> list = encoder.Quantities();
-  const auto count = [&list](std::string_view name, std::int64_t value) {
-    list.emplace_back(name, std::to_string(value));
-  };
-  count("requests", counters_.requests);
-  count("frames", counters_.frames);
-  count("unanswered", counters_.unanswered);
-  count("unknown", counters_.unknown);
-  count("collisions", counters_.collisions);
-  count("short_pulses", counters_.short_pulses);
-  count("fast_pulses", counters_.fast_pulses);
-  count("noise", counters_.noise);
-  return list;
+SaaSimulator::CounterList SaaSimulator::CountersOf(const SaaUnit&) const {
+  return {{"requests", counters_.requests},       {"frames", counters_.frames},
+          {"unanswered", counters_.unanswered},   {"unknown", counters_.unknown},
+          {"collisions", counters_.collisions},   {"short_pulses", counters_.short_pulses},
+          {"fast_pulses", counters_.fast_pulses}, {"noise", counters_.noise}};
 }
 
 namespace {
 
-SaaSimulator::Unit MakeUnit(const DeviceConfig& device, ConfigMap map) {
+SaaUnit MakeUnit(const DeviceConfig& device, ConfigMap map) {
   const SaaSettings& settings = Own(device);
   const auto seed = static_cast<std::uint64_t>(map.Integer("seed", 1, 0, INT64_MAX, ""));
   const double start_deg = map.Number("start_deg", 0, 0, 360, "deg");
   const bool zero_clearing = map.Bool("zero_clearing", true);
-  SaaSimulator::Unit unit{.name = device.name,
-                          .encoder = SimulatedEncoder(settings.format.bits, AngleFromDegrees(start_deg), seed),
-                          .script = {},
-                          .control = settings.format.address,
-                          .zero = -1};
+  const SimulatedEncoder encoder(settings.format.bits, AngleFromDegrees(start_deg), seed);
+  SaaUnit unit{{device.name, encoder, ReadScriptOf(map, encoder)}, settings.format.address};
   if (settings.zero_command && zero_clearing) unit.zero = *settings.zero_command;
-  SimulatedEncoder tried = unit.encoder;
-  unit.script = ReadScript(map, SimulatedEncoder::QuantityNames(), tried);
-  map.Done();
   return unit;
 }
 
@@ -269,7 +220,7 @@ std::unique_ptr<Simulator> MakeSaaSimulator(const BusConfig& bus, ConfigMap& sim
   setup.baud = bus.link.line.baud;
   setup.character = bus.link.line.WireTime(1);
   setup.echo = bus.link.echo;
-  std::vector<SaaSimulator::Unit> units;
+  std::vector<SaaUnit> units;
   for (const DeviceConfig& device : bus.devices) units.push_back(MakeUnit(device, simulate.Named(device.name)));
   if (simulate.errors().list().size() != errors) return nullptr;
   return std::make_unique<SaaSimulator>(setup, std::move(units));

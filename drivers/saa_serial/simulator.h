@@ -1,22 +1,24 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
-#include <string_view>
-#include <utility>
 #include <vector>
 
-#include "core/device/simulator.h"
-#include "drivers/kit/simulation/script.h"
+#include "drivers/kit/simulation/unit_simulator.h"
 #include "drivers/saa_serial/simulated_encoder.h"
 
 namespace axlecast::saa_serial {
+
+// One encoder on the line.
+struct SaaUnit : ScriptedDevice<SimulatedEncoder> {
+  std::uint8_t control = 0;  // BX
+  int zero = -1;             // CX; -1: a variant without zero clearing
+};
 
 // The encoders on one line, in one of the maker's modes (SAA manual 5.1.1 to 5.1.6), written from the manual alone.
 // It drops what a real encoder would drop: CLK pulses that are too short, or that come while it still works on the
 // one before; commands of no encoder; all that is sent while an encoder transmits. The instants given to it must not
 // run backwards.
-class SaaSimulator final : public Simulator {
+class SaaSimulator final : public UnitSimulator<SaaUnit> {
  public:
   enum class Mode : std::uint8_t { kTiming, kHandshake, kBus };
 
@@ -26,28 +28,17 @@ class SaaSimulator final : public Simulator {
     int clr = -1;                     // of the CLR line
     MonoNs refresh = kMillisecond;    // timing: T3 of 5.1.1
     MonoNs character = kMillisecond;  // on the wire
-    bool echo = false;                // the adapter hears its own transmission
+    bool echo = false;                // the adapter receives its own transmission
     std::int64_t baud = 0;            // of the encoders; 0: whatever the host's is
   };
-  struct Unit {
-    std::string name;
-    SimulatedEncoder encoder;
-    Script script;
-    std::uint8_t control = 0;  // BX
-    int zero = -1;             // CX; -1: a variant without zero clearing
-  };
 
-  SaaSimulator(const Setup& setup, std::vector<Unit> units);
+  SaaSimulator(const Setup& setup, std::vector<SaaUnit> units) : UnitSimulator(std::move(units)), setup_(setup) {}
 
   void OnBytes(Bytes bytes, MonoNs now, const Transmit& transmit) override;
   void OnBaud(std::int64_t baud) override { baud_fits_ = setup_.baud == 0 || baud == setup_.baud; }
   void OnPulse(std::uint8_t line, MonoNs low, MonoNs now, const Transmit& transmit) override;
   [[nodiscard]] MonoNs NextDue() const override;
   void OnDue(MonoNs now, const Transmit& transmit) override;
-  [[nodiscard]] std::string Set(std::string_view device, std::string_view key, std::string_view value,
-                                MonoNs now) override;
-  [[nodiscard]] std::vector<std::pair<std::string, std::string>> State(std::string_view device,
-                                                                       MonoNs now) const override;
 
   // Traffic since the start.
   struct Counters {
@@ -61,7 +52,7 @@ class SaaSimulator final : public Simulator {
     std::int64_t noise = 0;         // bytes at another baud rate
   };
   [[nodiscard]] const Counters& counters() const { return counters_; }
-  [[nodiscard]] const SimulatedEncoder& encoder(std::size_t unit) const { return units_[unit].encoder; }
+  [[nodiscard]] const SimulatedEncoder& encoder(std::size_t unit) const { return units()[unit].device; }
 
  private:
   struct Pending {
@@ -70,21 +61,19 @@ class SaaSimulator final : public Simulator {
     std::vector<std::uint8_t> bytes;
   };
 
-  void CatchUp(MonoNs now);
+  void CatchUp(MonoNs now) override;
+  [[nodiscard]] CounterList CountersOf(const SaaUnit& unit) const override;
   void Stream(MonoNs now);
   void TakeByte(std::uint8_t byte, MonoNs now);
   void Execute(std::uint8_t command, MonoNs at);
   // The frame of a position sampled at `at`, sent from then on.
-  void Answer(Unit& unit, MonoNs at, MonoNs now);
-  [[nodiscard]] std::vector<std::uint8_t> FrameOf(Unit& unit, MonoNs at);
+  void Answer(SaaUnit& unit, MonoNs at, MonoNs now);
+  [[nodiscard]] std::vector<std::uint8_t> FrameOf(SaaUnit& unit, MonoNs at);
   void SendDue(MonoNs now, const Transmit& transmit);
   [[nodiscard]] MonoNs RefreshPeriod() const;
-  [[nodiscard]] Unit* Find(std::string_view device);
 
   Setup setup_;
-  std::vector<Unit> units_;
   Counters counters_;
-  bool started_ = false;
   bool baud_fits_ = true;
   std::vector<std::uint8_t> request_;
   MonoNs next_frame_ = kNever;  // timing

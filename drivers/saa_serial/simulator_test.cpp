@@ -189,7 +189,7 @@ TEST_F(SaaSimulatorLines, StreamsAtItsRefreshRateWhatItSampled) {
 TEST_F(SaaSimulatorTest, MistakesAreNamed) {
   EXPECT_THAT(Make(kBus, kDevices, "{a: {sped_rpm: 60}}"), HasSubstr("did you mean 'speed_rpm'"));
   EXPECT_THAT(Make(kBus, kDevices, "{c: {speed_rpm: 60}}"), HasSubstr("unknown key 'c'"));
-  EXPECT_THAT(Make(kBus, kDevices, "{a: {reply_header: b1}}"), HasSubstr("neither 81 nor address"));
+  EXPECT_THAT(Make(kBus, kDevices, "{a: {reply_header: b1}}"), HasSubstr("one of 81, address"));
   EXPECT_THAT(Make(kBus, kDevices, "{a: {fault: broken}}"), HasSubstr("fault"));
 }
 

@@ -14,7 +14,7 @@ namespace {
 
 struct Stream {
   ByteList bytes;
-  std::set<std::int64_t> good;  // where frames stand that nothing has touched
+  std::set<std::int64_t> good;  // places of the undamaged frames
 
   void Good(std::uint32_t counts, int bits) {
     good.insert(static_cast<std::int64_t>(bytes.size()));

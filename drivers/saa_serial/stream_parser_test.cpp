@@ -124,7 +124,7 @@ TEST(SaaStreamParser, AFrameIsFoundWithItsLastByte) {
   EXPECT_EQ(found[0].counts, 383U);
 }
 
-// FF81H holds the front of another frame; the front of the next one shows that it is none.
+// FF81H holds the front of another frame; the front of the next one shows that it is not a frame.
 TEST(SaaStreamParser, WhereAnotherFrameCouldBeginInsideItWaitsForTheNext) {
   StreamParser parser(16);
   EXPECT_THAT(FramePlaces(ParseAll(parser, StreamFrame(0xFF81, 16), 1)), IsEmpty());
@@ -200,7 +200,7 @@ TEST(SaaStreamParser, BadBytesDoNotSwallowTheGoodFrameBehindThem) {
   EXPECT_THAT(Places(stream), ElementsAre(3)) << "not even when nothing good follows it";
 }
 
-// The positions that a parser finds in a stream that it begins to hear within a frame, and that stands at `counts`.
+// The positions that a parser finds in a stream of constant `counts` if the first byte is within a frame.
 std::set<std::uint32_t> FoundAtRest(std::uint32_t counts, int bits) {
   ByteList stream = {0x00};
   for (int i = 0; i < 5; ++i) Append(stream, StreamFrame(counts, bits));
@@ -257,7 +257,7 @@ TEST(SaaStreamParser, InStepTheSamePositionIsReadAllTheTime) {
 
 TEST(SaaStreamParser, CountsOneErrorForEachFrameLost) {
   StreamParser parser(14);
-  ByteList stream = Hex("7F 00");  // heard from the middle of a frame: nothing is lost
+  ByteList stream = Hex("7F 00");  // received from the middle of a frame: nothing is lost
   for (int i = 0; i < 2; ++i) Append(stream, StreamFrame(383, 14));
   Append(stream, Hex("FF 81 01 7F 01"));
   Append(stream, StreamFrame(0x4000, 16));  // above 14 bits

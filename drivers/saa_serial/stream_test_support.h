@@ -21,7 +21,7 @@ inline ByteList StreamFrame(std::uint32_t counts, int bits) {
   return frame;
 }
 
-// Where in a stream a frame could stand, found by trying every place.
+// All places of a stream at which a frame is possible, found by trial.
 inline std::set<std::int64_t> NaiveFrames(const ByteList& stream, int bits) {
   std::set<std::int64_t> places;
   const std::size_t size = bits <= 16 ? 5 : bits <= 24 ? 6 : 7;

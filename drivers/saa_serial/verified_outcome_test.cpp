@@ -8,7 +8,7 @@ namespace {
 
 const std::string kBus = "link: {port: /dev/ttyX, baud: 115200}, poll_hz: 100, mode: bus";
 
-// Nothing answers a zero (5.1.6 (1)): only a shaft that stood elsewhere shows its effect.
+// Nothing answers a zero (5.1.6 (1)): only a shaft that was elsewhere shows its effect.
 TEST(VerifiedOutcome, AZeroIsVerifiedOnlyWhereItsEffectCanBeSeen) {
   struct Case {
     const char* start_deg;
@@ -35,7 +35,7 @@ TEST(VerifiedOutcome, AZeroIsVerifiedOnlyWhereItsEffectCanBeSeen) {
   }
 }
 
-// The bridge is told when the request went out what a look would have found before.
+// When the request is sent, the bridge receives what a look would have found before.
 TEST(VerifiedOutcome, ProgressTellsWhetherAnEffectCouldBeSeen) {
   for (const auto& [start, word] : {std::pair{"90", "no_effect_seen"}, {"0.1", "reads_as_after"}}) {
     SimulatedBus bus(kBus + ", zero_clearing: true", "a: {bits: 14, address: 1}",

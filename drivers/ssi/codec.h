@@ -7,7 +7,7 @@
 
 namespace axlecast::ssi {
 
-// What an encoder sends when the clock goes on after its word.
+// What an encoder sends if the clock continues after its word.
 enum class AfterWord : std::uint8_t {
   kZeros,         // zeros for ever (TWK SSI 4, "Alternatively"; 6)
   kZeroThenWord,  // one zero, then the same word again, and so on (TWK SSI 4, 7)
@@ -25,9 +25,9 @@ struct Format {
   bool gray = false;
   bool joint = true;        // one Gray code over both parts; false: one each
   std::uint64_t zeros = 0;  // places that are always 0, as a mask of the word's value
-  int words = 1;            // read in one transfer, and compared; above 1 `after` says what is between them
+  int words = 1;            // read in one transfer, and compared; above 1, `after` states what is between them
   AfterWord after = AfterWord::kZeros;
-  bool trailing_checked = false;          // the clocks behind the last word must show what `after` says
+  bool trailing_checked = false;          // the clocks behind the last word must show what `after` states
   ParityRule parity = ParityRule::kNone;  // over the whole word
   bool ones_are_position = false;         // a transfer of ones alone is a position, not a wire without an encoder
 };

@@ -16,7 +16,7 @@ Word Transfer(const std::string& levels, const Format& format) {
   return ParseTransfer(bits.bytes, bits.count, format);
 }
 
-// TWK SSI 5, the table row by row: each bit alone stands for its power of two, and a place that shows 0 must be 0.
+// TWK SSI 5, the table row by row: each bit alone represents its power of two, and a place that shows 0 must be 0.
 TEST(SsiCodec, EveryRowOfTheTreeTable) {
   int rows = 0;
   for (const GoldenRow& row : GoldenRows(__FILE__, "tree.txt", 3)) {
@@ -117,7 +117,7 @@ TEST(SsiCodec, WhatFollowsTheWord) {
   EXPECT_EQ(Transfer("1 100111101111 010", at_once).error, WordError::kTrailing);
 }
 
-// TWK SSI 7: the same word again after a zero, as often as wanted. Every inverted bit of two words shows, but a pair of
+// TWK SSI 7: the same word again after a zero, any number of times. Every inverted bit of two words shows, but a pair of
 // the same place.
 TEST(SsiCodec, WordsOfOneTransferAreCompared) {
   const Format format = {
@@ -148,7 +148,7 @@ TEST(SsiCodec, ParityOverTheWholeWord) {
   EXPECT_EQ(ParseWord(0b0001111011110, even).error, WordError::kParity);
 }
 
-// TWK SSI 2: "data words of any desired length": 10 to 32 bits of position wherever they stand in the word.
+// TWK SSI 2: "data words of any desired length": 10 to 32 bits of position at any place in the word.
 TEST(SsiCodec, EveryLengthAndPlace) {
   std::mt19937_64 random(4);
   for (int bits = 10; bits <= kMaxPositionBits; ++bits) {

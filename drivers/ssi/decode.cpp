@@ -19,15 +19,12 @@
 namespace axlecast::ssi {
 namespace {
 
-// What `--set` tells of a word.
+// What the settings define of a word.
 struct DecodeOptions {
   Format format;
   std::vector<StatusBit> status_bits;
   std::optional<std::size_t> bit_count;  // of the frame; nothing: all bits of its bytes
 };
-
-// What is wrong with the settings; empty when nothing is.
-[[nodiscard]] std::string ReadDecodeOptions(const DecodeSettings& settings, DecodeOptions& options);
 
 constexpr std::int64_t kMaxFrameBits = 1'000'000;
 
@@ -79,15 +76,15 @@ constexpr std::array<Number, 4> kNumbers = {
      {"word_bits", &Given::word_bits, 1, kMaxWordBits, "length of the word"},
      {"words", &Given::words, 2, kMaxWords, "words in one transfer, with repeat"}}};
 
-std::string Expected(std::string_view key, std::string_view value, std::string_view right) {
-  return std::string(key) + '=' + std::string(value) + ": expected " + std::string(right);
+tl::unexpected<Error> Expected(std::string_view key, std::string_view value, std::string_view right) {
+  return Failure(std::string(key) + '=' + std::string(value) + ": expected " + std::string(right));
 }
 
 std::string Range(std::int64_t min, std::int64_t max, std::string_view meaning) {
   return std::to_string(min) + ".." + std::to_string(max) + ", " + std::string(meaning);
 }
 
-std::string Choose(const Choice& choice, std::string_view value, Given& given) {
+Result<> Choose(const Choice& choice, std::string_view value, Given& given) {
   const auto* found = std::find(choice.words.begin(), choice.words.end(), value);
   if (found != choice.words.end()) {
     given.*choice.into = found - choice.words.begin();
@@ -98,7 +95,7 @@ std::string Choose(const Choice& choice, std::string_view value, Given& given) {
   return Expected(choice.key, value, list);
 }
 
-std::string ReadNumber(const Number& number, std::string_view value, Given& given) {
+Result<> ReadNumber(const Number& number, std::string_view value, Given& given) {
   const std::optional<std::int64_t> whole = ParseWhole(value, number.min, number.max);
   if (!whole) return Expected(number.key, value, Range(number.min, number.max, number.meaning));
   given.*number.into = *whole;
@@ -111,7 +108,7 @@ std::optional<std::int64_t> ReadPlace(std::string_view text) {
 }
 
 // "even:26"
-std::string ReadParity(std::string_view value, Given& given) {
+Result<> ReadParity(std::string_view value, Given& given) {
   const std::size_t colon = std::min(value.find(':'), value.size());
   const std::string_view sense = value.substr(0, colon);
   const auto place = ReadPlace(colon < value.size() ? value.substr(colon + 1) : "");
@@ -124,7 +121,7 @@ std::string ReadParity(std::string_view value, Given& given) {
 }
 
 // "alarm:25" or "alarm:25:low"
-std::string ReadStatus(std::string_view value, std::vector<StatusBit>& bits) {
+Result<> ReadStatus(std::string_view value, std::vector<StatusBit>& bits) {
   const std::size_t first = std::min(value.find(':'), value.size());
   const std::size_t second = std::min(value.find(':', first + 1), value.size());
   const std::string_view active = second < value.size() ? value.substr(second + 1) : "high";
@@ -136,10 +133,11 @@ std::string ReadStatus(std::string_view value, std::vector<StatusBit>& bits) {
   return {};
 }
 
-std::string ReadOne(std::string_view key, std::string_view value, Given& given, DecodeOptions& options) {
+Result<> ReadOne(std::string_view key, std::string_view value, Given& given, DecodeOptions& options) {
   if (key == "bits") {
     given.bits = ParseWhole(value, 1, kMaxPositionBits);
-    return given.bits ? "" : Expected(key, value, Range(1, kMaxPositionBits, "single-turn bits"));
+    if (!given.bits) return Expected(key, value, Range(1, kMaxPositionBits, "single-turn bits"));
+    return {};
   }
   if (key == "bit_count") {
     const auto count = ParseWhole(value, 0, kMaxFrameBits);
@@ -155,27 +153,27 @@ std::string ReadOne(std::string_view key, std::string_view value, Given& given, 
   for (const Number& number : kNumbers) {
     if (number.key == key) return ReadNumber(number, value, given);
   }
-  return "unknown key '" + std::string(key) +
-         "': ssi knows bits, turn_bits, gray, halves, format, first_bit, word_bits, repeat, words, trailing, "
-         "all_ones, "
-         "status, parity and bit_count";
+  return Failure(
+      "unknown key '" + std::string(key) +
+      "': ssi accepts bits, turn_bits, gray, halves, format, first_bit, word_bits, repeat, words, trailing, "
+      "all_ones, status, parity and bit_count");
 }
 
-// What --bits gave is the word itself where nobody says how long that is.
+// If the length of the word is not given, all bits of the frame are the word.
 std::int64_t BitsOf(const Given& given, const DecodeOptions& options) {
   if (given.bits) return *given.bits;
   const auto count = static_cast<std::int64_t>(options.bit_count.value_or(0));
   return std::clamp<std::int64_t>(count - given.turn_bits, 1, kMaxPositionBits - given.turn_bits);
 }
 
-std::string MakeFormat(const Given& given, DecodeOptions& options) {
+Result<> MakeFormat(const Given& given, DecodeOptions& options) {
   Format& format = options.format;
   const auto bits = static_cast<int>(BitsOf(given, options));
   const auto turn_bits = static_cast<int>(given.turn_bits);
-  if (turn_bits + bits > kMaxPositionBits) return "turn_bits and bits: expected at most 32 together";
+  if (turn_bits + bits > kMaxPositionBits) return Failure("turn_bits and bits: expected at most 32 together");
   const bool tree = given.tree == 1;
   if (tree && (turn_bits > kTreeTurnBits || bits > kTreeBits)) {
-    return "format=tree25: expected turn_bits up to 12 and bits up to 13";
+    return Failure("format=tree25: expected turn_bits up to 12 and bits up to 13");
   }
   if (tree) {
     format = TreeFormat(turn_bits, bits);
@@ -188,10 +186,12 @@ std::string MakeFormat(const Given& given, DecodeOptions& options) {
   std::int64_t needed = std::max<std::int64_t>(format.word_bits, given.parity_place + 1);
   for (const StatusBit& bit : options.status_bits) needed = std::max<std::int64_t>(needed, bit.place + 1);
   if (given.word_bits != 0 && given.word_bits < needed) {
-    return "word_bits=" + std::to_string(given.word_bits) + ": expected at least " + std::to_string(needed);
+    return Failure("word_bits=" + std::to_string(given.word_bits) + ": expected at least " +
+                   std::to_string(needed));
   }
   const auto length = static_cast<int>(std::max(needed, given.word_bits));
-  if (length > kMaxWordBits) return "the word would have " + std::to_string(length) + " bits: expected at most 48";
+  if (length > kMaxWordBits)
+    return Failure("the word would have " + std::to_string(length) + " bits: expected at most 48");
   format.zeros <<= length - format.word_bits;
   format.word_bits = length;
   for (const StatusBit& bit : options.status_bits) format.zeros &= ~PlaceMask(format, bit.place, 1);
@@ -212,18 +212,21 @@ void SetRules(const Given& given, Format& format) {
   format.after = zeros ? AfterWord::kZeros : at_once ? AfterWord::kWord : AfterWord::kZeroThenWord;
 }
 
-std::string ReadDecodeOptions(const DecodeSettings& settings, DecodeOptions& options) {
+Result<DecodeOptions> ReadDecodeOptions(const DecodeSettings& settings) {
+  DecodeOptions options;
   Given given;
   for (const auto& [key, value] : settings) {
-    std::string problem = ReadOne(key, value, given, options);
-    if (!problem.empty()) return problem;
+    if (Result<> one = ReadOne(key, value, given, options); !one) return Failure(one.error());
   }
-  if (!given.bits && !options.bit_count)
-    return "bits=: expected 1..32, single-turn bits: a word does not say how many";
-  if (given.repeat != 0 && given.trailing == 0) return "trailing=zero: expected repeat or unchecked with repeat";
-  std::string problem = MakeFormat(given, options);
+  if (!given.bits && !options.bit_count) {
+    return Failure("bits=: expected 1..32, single-turn bits: a word does not contain their number");
+  }
+  if (given.repeat != 0 && given.trailing == 0) {
+    return Failure("trailing=zero: expected repeat or unchecked with repeat");
+  }
+  if (Result<> made = MakeFormat(given, options); !made) return Failure(made.error());
   SetRules(given, options.format);
-  return problem;
+  return options;
 }
 
 using Json = nlohmann::ordered_json;
@@ -241,10 +244,10 @@ Word Parse(Bytes frame, const DecodeOptions& options) {
 }  // namespace
 
 Json Decode(const DecodeSettings& settings, Bytes frame, bool* usable) {
-  DecodeOptions options;
-  const std::string problem = ReadDecodeOptions(settings, options);
-  *usable = problem.empty();
-  if (!*usable) return {{"error", problem}};
+  const Result<DecodeOptions> read = ReadDecodeOptions(settings);
+  *usable = read.has_value();
+  if (!read) return {{"error", read.error().text}};
+  const DecodeOptions& options = *read;
   const Word word = Parse(frame, options);
   Json json = {{"ok", word.error == WordError::kNone}, {"kind", "position_word"}};
   if (word.error != WordError::kNone) {

@@ -79,7 +79,7 @@ TEST(SsiDecode, TooManyClocksForTheBits) {
   const nlohmann::json wrong = DecodeBits("bits=14", "111111111110 11");
   EXPECT_EQ(wrong["counts"], 16'379);
   EXPECT_GT(wrong["counts"].get<double>() * 360 / 4096, 1'000);
-  // Told the truth, the extra clocks are checked.
+  // If the setting is right, the extra clocks are checked.
   EXPECT_EQ(DecodeBits("bits=12 trailing=repeat repeat=none", "1 111111111110 0 1")["counts"], 4094);
 }
 
@@ -145,7 +145,7 @@ TEST(SsiDecode, WrongSettings) {
       {"bits=12 repeat=one_zero trailing=zero", "trailing=zero: expected repeat"},
       {"bits=12 words=1", "words=1: expected 2..4"},
       {"bits=12 bit_count=-1", "bit_count=-1: expected 0.."},
-      {"bits=12 baud=9600", "unknown key 'baud': ssi knows bits"}};
+      {"bits=12 baud=9600", "unknown key 'baud': ssi accepts bits"}};
   for (const auto& [text, problem] : rows) {
     bool usable = true;
     const nlohmann::json json = Decode(SettingsOf(text), {}, &usable);

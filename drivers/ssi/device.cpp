@@ -53,7 +53,7 @@ const AlarmSpec* LineAlarm(WordError error) {
 AlarmSpec StatusAlarm(const StatusBit& bit, std::size_t index) {
   return {kFirstStatus + static_cast<std::int32_t>(index), kDevice, bit.is_error ? kError : kWarning,
           bit.name.c_str(),
-          bit.is_error ? "The encoder says that its position is not valid: see its data sheet"
+          bit.is_error ? "The encoder reports that its position is not valid: see its data sheet"
                        : "The encoder warns: see its data sheet"};
 }
 
@@ -62,7 +62,7 @@ namespace {
 // A transfer takes as long as its clocks, and the controller's driver ends it.
 constexpr MonoNs kTimeout = 10 * kMillisecond;
 constexpr int kAlarmAfter = 3;
-// Transfers in a row without an encoder, after which it counts as gone, and is looked for so often.
+// After this number of consecutive transfers without an encoder, it counts as gone, and is polled at this interval.
 constexpr int kGone = 10;
 constexpr MonoNs kLookAgain = 50 * kMillisecond;
 
@@ -93,9 +93,9 @@ SsiDevice::SsiDevice(const BusConfig&, const DeviceConfig& device, DeviceOutput&
       clocking_(settings_.spi.ClockTime(static_cast<std::int64_t>(size_) * 8)),
       output_(output) {}
 
-Step SsiDevice::Next(const BusSlot& turn) const {
-  if (!link_up_ || !turn.poll_due) return {.action = Idle{kNever}, .priority = Priority::kLive};
-  if (turn.now < not_before_) return {.action = Idle{not_before_}, .priority = Priority::kLive};
+Step SsiDevice::Next(const BusSlot& slot) const {
+  if (!link_up_ || !slot.poll_due) return {.action = Idle{kNever}, .priority = Priority::kLive};
+  if (slot.now < not_before_) return {.action = Idle{not_before_}, .priority = Priority::kLive};
   return {.action = ClockedExchange(size_, kTimeout), .priority = Priority::kLive};
 }
 
@@ -173,8 +173,8 @@ Result<> SsiDevice::Validate(const DriverCommand&, MonoNs) const {
                  command_status_t::REASON_UNKNOWN_OPERATION);
 }
 
-void SsiDevice::Begin(const DriverCommand& order, MonoNs now) {
-  output_.OnOutcome(order.id, RefusedOutcome(Validate(order, now).error()));
+void SsiDevice::Begin(const DriverCommand& command, MonoNs now) {
+  output_.OnOutcome(command.id, RefusedOutcome(Validate(command, now).error()));
 }
 
 }  // namespace axlecast::ssi

@@ -9,24 +9,23 @@
 
 namespace axlecast::ssi {
 
-// What is wrong with the line when transfer after transfer fails in the same way; null where that says nothing of it.
+// Returns the fault of the line if consecutive transfers fail in the same way; null if they do not indicate one.
 [[nodiscard]] const AlarmSpec* LineAlarm(WordError error);
 
 // A status bit as an alarm. Its name is the configured one, and must outlive the alarm.
 [[nodiscard]] AlarmSpec StatusAlarm(const StatusBit& bit, std::size_t index);
 
-// One encoder that is clocked out: one transfer in each live slot, and what it shows. A transfer that failed is not
-// repeated before the next slot; while there is no encoder it is looked for less often. There is nothing to order: SSI
-// carries no commands.
+// One encoder on SSI: one transfer in each live slot. A transfer that failed is not repeated before the next slot. While
+// there is no encoder, it is polled less often. SSI carries no commands.
 class SsiDevice final : public Device {
  public:
   SsiDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
 
-  [[nodiscard]] Step Next(const BusSlot& turn) const override;
+  [[nodiscard]] Step Next(const BusSlot& slot) const override;
   void OnStarted(const Step&, MonoNs) override {}
   void On(const Event& event) override;
-  [[nodiscard]] Result<> Validate(const DriverCommand& order, MonoNs now) const override;
-  void Begin(const DriverCommand& order, MonoNs now) override;
+  [[nodiscard]] Result<> Validate(const DriverCommand& command, MonoNs now) const override;
+  void Begin(const DriverCommand& command, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId&, MonoNs) override { return false; }
 
  private:

@@ -182,7 +182,7 @@ TEST(SsiDevice, FaultsOfTheLineHaveTheirNames) {
   }
 }
 
-// A controller that rests between bytes for longer than the monoflop: the encoder stores anew in the middle. What is
+// A controller that rests between bytes for longer than the monoflop: the encoder latches again in the middle. What is
 // read twice, and what must be 0, shows it; nothing of it is published.
 TEST(SsiDevice, AMonoflopThatRunsDownInTheWordIsSeen) {
   for (const char* device : {"model: twk, bits: 13, turn_bits: 12, repeat: one_zero",

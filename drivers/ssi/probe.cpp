@@ -54,7 +54,7 @@ constexpr int kMinWord = 10;
 constexpr int kMaxWord = 26;  // SAA manual 4.1; TWK's tree has 25
 constexpr int kTreeWord = 25;
 constexpr std::size_t kVaried =
-    3;  // words that tell a turning shaft: else a short pattern may look like a word again
+    3;  // words that prove a turning shaft: otherwise a short pattern may look like a repeated word
 constexpr MonoNs kTransferTimeout = 100 * kMillisecond;
 constexpr MonoNs kRest = kMillisecond;      // longer than the pause of either maker (SAA 5.5: 500 us)
 constexpr std::int64_t kClockHz = 125'000;  // within 100 to 250 kHz (SAA 5.5), and within TWK's limits
@@ -120,7 +120,7 @@ ProbeHit SsiProbe::FindingOf(int bits, AfterWord after) const {
     finding.keys = {{"model", "saa"}, {"bits", std::to_string(std::max(bits, kMinWord))}};
   }
   finding.check =
-      "model, bits, turn_bits and code (binary or gray): a word of SSI does not tell them; see the label";
+      "model, bits, turn_bits and code (binary or gray): a word of SSI does not contain them; see the label";
   return finding;
 }
 

@@ -17,7 +17,7 @@ namespace {
 // 10^9 words, five times once in 10^15.
 constexpr int kReadingsToBelieve = 5;
 
-// SAA manual 5.5 (2): "100kHz < f < 250kHz"; "Tcs > 4 us", which is taken as the clock's cycle and says the same.
+// SAA manual 5.5 (2): "100kHz < f < 250kHz"; "Tcs > 4 us", which is taken as the clock's cycle and means the same.
 constexpr double kSaaLeastHz = 100e3;
 constexpr double kSaaMostHz = 250e3;
 // The same: "Tm > 500 us".
@@ -64,7 +64,7 @@ void ParsePause(ConfigMap& map, SsiBus& own) {
   own.pacing.after_reply = FromUs(pause);
   if (own.pacing.after_reply > own.monoflop_max) return;
   map.Error("pause_us", Text("%g is too short: the encoder takes the next clock for more of the old word until its "
-                             "monoflop has run down; above %g us, or say monoflop_us",
+                             "monoflop has run down; above %g us, or set monoflop_us",
                              pause, longest));
 }
 
@@ -83,7 +83,7 @@ std::string LowestText(const SsiBus& own) {
   const bool monoflop = own.line.monoflop > 0 && own.line.least_hz < own.plan.lowest_hz;
   return monoflop ? Text("above %.0f Hz: its cycle must be shorter than the monoflop's %g us", own.plan.lowest_hz,
                          static_cast<double>(own.line.monoflop) / 1e3)
-                  : Text("above %.0f Hz: min_clock_hz, which the encoder's maker says", own.plan.lowest_hz);
+                  : Text("above %.0f Hz: min_clock_hz, from the encoder's data sheet", own.plan.lowest_hz);
 }
 
 std::string HighestText(const SsiBus& own) {
@@ -97,7 +97,7 @@ std::string HighestText(const SsiBus& own) {
   if (plan.highest_hz < own.line.most_hz) {
     return Text("below %.0f Hz: what RS-422 allows over %g m of cable", plan.highest_hz, own.line.cable_m);
   }
-  return Text("below %.0f Hz: max_clock_hz, which the encoder's maker says", plan.highest_hz);
+  return Text("below %.0f Hz: max_clock_hz, from the encoder's data sheet", plan.highest_hz);
 }
 
 void ChooseClock(ConfigMap& map, const BusConfig& bus, SsiBus& own) {
@@ -244,7 +244,7 @@ void ParseRepeat(ConfigMap& device, Maker maker, Format& format) {
   if (repeat != 0) {
     format.after = between;
     if (trailing == kZero) {
-      device.Error("trailing", "zero contradicts repeat: an encoder that repeats its word goes on repeating it");
+      device.Error("trailing", "zero contradicts repeat: an encoder that repeats its word does not send zeros");
     }
   } else {
     format.after = trailing == kRepeat ? usual : AfterWord::kZeros;
@@ -281,7 +281,7 @@ StatusBit ReadStatusBit(const std::string& name, ConfigMap& map) {
   return bit;
 }
 
-// The word grows over what stands behind the position.
+// The word includes the bits behind the position.
 void Grow(Format& format, int last_place) {
   const int grown = std::max(format.word_bits, last_place + 1);
   format.zeros <<= grown - format.word_bits;

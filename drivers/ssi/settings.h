@@ -15,11 +15,11 @@ class ConfigMap;
 
 namespace axlecast::ssi {
 
-// Whose document says how the encoder is clocked and what its word looks like.
+// The maker whose document defines the clock and the word.
 enum class Maker : std::uint8_t {
   kSaa,     // Rongde Optics SAA series, manual 5.5
   kTwk,     // TWK, description of the SSI system
-  kCustom,  // any other: the file says it
+  kCustom,  // any other: defined in the file
 };
 
 // The family's keys of a bus: README.md, "Configuration".
@@ -30,7 +30,7 @@ struct SsiBus final : FamilyBus {
   std::int64_t clock_hz = 0;  // 0: none fits, and the file is refused
 };
 
-// A bit of the word that says something of the encoder.
+// A status bit of the word.
 struct StatusBit {
   std::string name;
   int place = 0;  // in the word, from 0

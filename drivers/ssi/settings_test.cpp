@@ -87,7 +87,7 @@ TEST(SsiSettings, StatusBitsMakeTheWordLonger) {
   EXPECT_DOUBLE_EQ(own.bus().plan.lowest_hz, 100e3);
 }
 
-// A status bit in a place where the tree has a zero is none of the padding.
+// A status bit in a place where the tree has a zero does not belong to the padding.
 TEST(SsiSettings, StatusBitsInTheTreesPadding) {
   const Loaded twk("model: twk, bits: 10, turn_bits: 8, status_bits: {alarm: {bit: 25}}");
   EXPECT_EQ(ParseWord(1, twk.settings().format).error, WordError::kNone);
@@ -154,7 +154,7 @@ TEST(SsiMistake, IsNamedWithWhatIsRight) {
            ", cable_m: 600, cable_ns_per_m: 3.3, encoder_delay_ns: 0, receiver_delay_ns: 0, min_clock_hz: 110000",
        saa, "below 100000 Hz: what RS-422 allows over 600 m"},
       {port + ", pause_us: 500", saa, "500 is too short"},
-      {port + ", pause_us: 20", twk, "above 25 us, or say monoflop_us"},
+      {port + ", pause_us: 20", twk, "above 25 us, or set monoflop_us"},
       {port + ", monoflop_us: {min: 30, max: 20}", twk, "max"},
       // The model.
       {port, "bits: 12", "model: is missing: saa, twk, or custom"},

@@ -1,141 +1,74 @@
 #include "drivers/ssi/simulated_encoder.h"
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 
-#include "drivers/kit/simulation/quantity.h"
-#include "drivers/kit/simulation/shaft.h"
-
 namespace axlecast::ssi {
-namespace {
 
-using Text = std::string_view;
-
-template <std::size_t N>
-std::string Choose(Text value, const std::array<Text, N>& words, std::size_t& into) {
-  std::string list;
-  for (std::size_t i = 0; i < N; ++i) {
-    if (words[i] == value) {
-      into = i;
-      return {};
-    }
-    list += (i == 0 ? "" : ", ") + std::string(words[i]);
-  }
-  return "'" + std::string(value) + "' is none of " + list;
-}
-
-constexpr std::array<Text, 4> kDataLines = {"encoder", "high", "low", "swapped"};
-constexpr std::array<Text, 3> kAfterWords = {"zeros", "one_zero", "no_gap"};
-constexpr std::array<Text, 2> kPower = {"off", "on"};
-
-}  // namespace
-
-// What can be set of an encoder.
-struct EncoderQuantities {
+const QuantityTable<SimulatedEncoder>& SimulatedEncoder::Table() {
   using E = SimulatedEncoder;
-
-  static const QuantityTable<E>& Table();
-
-  static std::string SetAfterWord(E& e, Text value) {
-    std::size_t chosen = 0;
-    std::string problem = Choose(value, kAfterWords, chosen);
-    if (problem.empty()) e.properties_.after_word = static_cast<SimulatedOutput::AfterWord>(chosen);
-    return problem;
-  }
-  static std::string SetDataLine(E& e, Text value) {
-    std::size_t chosen = 0;
-    std::string problem = Choose(value, kDataLines, chosen);
-    if (problem.empty()) e.data_line_ = static_cast<E::DataLine>(chosen);
-    return problem;
-  }
-  static std::string SetPower(E& e, Text value) {
-    std::size_t chosen = 0;
-    std::string problem = Choose(value, kPower, chosen);
-    if (problem.empty()) e.powered_ = chosen == 1;
-    return problem;
-  }
-  // "none", or names with blanks or commas between them.
-  static std::string SetStatus(E& e, Text value) {
-    std::uint32_t raised = 0;
-    for (std::size_t begin = 0; begin < value.size();) {
-      const std::size_t end = std::min(value.find_first_of(" ,", begin), value.size());
-      const Text name = value.substr(begin, end - begin);
-      begin = end + 1;
-      if (name.empty() || name == "none") continue;
-      std::size_t flag = 0;
-      const auto& flags = e.properties_.word.flags;
-      while (flag < flags.size() && flags[flag].name != name) ++flag;
-      if (flag == flags.size()) return "'" + std::string(name) + "' is none of its status_bits";
-      raised |= 1U << flag;
-    }
-    e.raised_ = raised;
-    return {};
-  }
-  static std::string StatusText(const E& e) {
-    std::string text;
-    for (std::size_t i = 0; i < e.properties_.word.flags.size(); ++i) {
-      if ((e.raised_ >> i & 1) != 0) text += (text.empty() ? "" : " ") + e.properties_.word.flags[i].name;
-    }
-    return text.empty() ? "none" : text;
-  }
-  static std::string SetNoise(E& e, Text value) {
-    double counts = 0;
-    std::string problem = ReadNumber(value, 0, 1'000, "counts", counts);
-    if (problem.empty()) e.noise_counts_ = std::floor(counts);
-    return problem;
-  }
-  static std::string SetFault(E& e, Text value) {
-    SimulatedFault fault;
-    std::string problem = ParseFault(value, fault);
-    if (!problem.empty()) return problem;
-    using Kind = SimulatedFault::Kind;
-    if (fault.kind == Kind::kDelayed || fault.kind == Kind::kLate || fault.kind == Kind::kScattered) {
-      return "'" + std::string(value) +
-             "': nothing is held back on a line that the host clocks; for late data slow:US";
-    }
-    e.fault_ = fault;
-    e.stuck_at_ = e.shaft_.At(e.now_).angle;
-    return {};
-  }
-};
-
-const QuantityTable<SimulatedEncoder>& EncoderQuantities::Table() {
+  using Text = std::string_view;
   static const QuantityTable<E> kTable = {
-      {"cable_m", [](E& e, Text v) { return ReadNumber(v, 0, 5'000, "m", e.properties_.cable_m); },
-       [](const E& e) { return NumberText(e.properties_.cable_m); }},
-      {"monoflop_us", [](E& e, Text v) { return ReadNumber(v, 0.1, 100'000, "us", e.properties_.monoflop_us); },
-       [](const E& e) { return NumberText(e.properties_.monoflop_us); }},
-      {"after_word", SetAfterWord,
-       [](const E& e) { return std::string(kAfterWords.at(static_cast<std::size_t>(e.properties_.after_word))); }},
-      {"byte_gap_us", [](E& e, Text v) { return ReadNumber(v, 0, 10'000, "us", e.byte_gap_us_); },
-       [](const E& e) { return NumberText(e.byte_gap_us_); }},
-      {"data_line", SetDataLine,
-       [](const E& e) { return std::string(kDataLines.at(static_cast<std::size_t>(e.data_line_))); }},
-      {"status", SetStatus, StatusText},
-      {"noise_counts", SetNoise, [](const E& e) { return NumberText(e.noise_counts_); }},
-      {"accel_rad_s2", [](E& e, Text v) { return OrderAcceleration(e.shaft_, v); },
-       [](const E& e) { return NumberText(e.shaft_.acceleration_rad_s2()); }},
-      {"motion", [](E& e, Text v) { return OrderMotion(e.shaft_, v, e.now_, e.motion_); },
-       [](const E& e) { return e.motion_; }},
-      {"speed_rpm", [](E& e, Text v) { return OrderSpeed(e.shaft_, v, e.now_, e.motion_); },
-       [](const E& e) { return NumberText(e.shaft_.At(e.now_).speed_rpm); }},
-      {"fault", SetFault, [](const E& e) { return FaultText(e.fault_); }},
-      {"power", SetPower, [](const E& e) { return std::string(kPower.at(e.powered_ ? 1 : 0)); }},
+      NumberQuantity<E>(
+          "cable_m", [](auto& e) -> auto& { return e.properties_.cable_m; }, 0, 5'000, "m"),
+      NumberQuantity<E>(
+          "monoflop_us", [](auto& e) -> auto& { return e.properties_.monoflop_us; }, 0.1, 100'000, "us"),
+      ChoiceQuantity<E>("after_word", [](auto& e) -> auto& { return e.properties_.after_word; },
+                        {"zeros", "one_zero", "no_gap"}),
+      NumberQuantity<E>("byte_gap_us", &E::byte_gap_us_, 0, 10'000, "us"),
+      ChoiceQuantity<E>("data_line", &E::data_line_, {"encoder", "high", "low", "swapped"}),
+      {"status", [](E& e, Text text) { return e.SetStatus(text); }, [](const E& e) { return e.StatusText(); }},
+      WholeQuantity<E>("noise_counts", &E::noise_counts_, 0, 1'000, "counts"),
+      AccelerationQuantity<E>(&E::shaft_),
+      MotionQuantity<E>(&E::shaft_, &E::now_),
+      SpeedQuantity<E>(&E::shaft_, &E::now_),
+      {"fault", [](E& e, Text text) { return e.SetFault(text); }, [](const E& e) { return FaultText(e.fault_); }},
+      ChoiceQuantity<E>("power", &E::powered_, {"off", "on"}),
   };
   return kTable;
 }
 
-const std::vector<std::string_view>& SimulatedEncoder::QuantityNames() {
-  static const std::vector<std::string_view> kNames = NamesOf(EncoderQuantities::Table());
-  return kNames;
+// "none", or names of flags with blanks or commas between them.
+Result<> SimulatedEncoder::SetStatus(std::string_view text) {
+  const auto& flags = properties_.word.flags;
+  std::uint32_t raised = 0;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find_first_of(" ,", begin), text.size());
+    const std::string_view name = text.substr(begin, end - begin);
+    begin = end + 1;
+    if (name.empty() || name == "none") continue;
+    const auto flag =
+        std::find_if(flags.begin(), flags.end(), [&](const auto& known) { return known.name == name; });
+    if (flag == flags.end()) return Failure("'" + std::string(name) + "' is not one of its status_bits");
+    raised |= 1U << static_cast<unsigned>(flag - flags.begin());
+  }
+  raised_ = raised;
+  return {};
 }
 
-Result<> SimulatedEncoder::Set(std::string_view name, std::string_view value) {
-  return SetByName(EncoderQuantities::Table(), *this, name, value);
+std::string SimulatedEncoder::StatusText() const {
+  std::string text;
+  for (std::size_t i = 0; i < properties_.word.flags.size(); ++i) {
+    if ((raised_ >> i & 1) != 0) text += (text.empty() ? "" : " ") + properties_.word.flags[i].name;
+  }
+  return text.empty() ? "none" : text;
 }
 
-std::vector<std::pair<std::string, std::string>> SimulatedEncoder::Quantities() const {
-  std::vector<std::pair<std::string, std::string>> list = Shown(EncoderQuantities::Table(), *this);
+Result<> SimulatedEncoder::SetFault(std::string_view text) {
+  using Kind = SimulatedFault::Kind;
+  const Result<SimulatedFault> fault = ParseFault(text);
+  if (!fault) return Failure(fault.error());
+  if (fault->kind == Kind::kDelayed || fault->kind == Kind::kLate || fault->kind == Kind::kScattered) {
+    return Failure("'" + std::string(text) +
+                   "': nothing is held back on a line that the host clocks; for late data slow:US");
+  }
+  fault_ = *fault;
+  stuck_at_ = shaft_.At(now_).angle;
+  return {};
+}
+
+QuantityList SimulatedEncoder::Quantities() const {
+  QuantityList list = ShownQuantities();
   const ShaftAngle angle = shaft_.At(now_).angle;
   const Place place = PlaceAt(angle);
   list.emplace_back("angle_deg", NumberText(DegreesFromAngle(angle)));

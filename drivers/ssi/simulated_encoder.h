@@ -6,20 +6,20 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/kit/simulation/script.h"
 #include "drivers/kit/simulation/shaft.h"
 #include "drivers/kit/simulation/simulated_fault.h"
+#include "drivers/kit/simulation/unit_simulator.h"
 #include "drivers/ssi/simulated_output.h"
 
 namespace axlecast::ssi {
 
 // One encoder with its cable, as the makers describe both: all that a file, a script or a person can set. Counts rise
-// counter-clockwise (our reading; neither document says).
-class SimulatedEncoder final : public SimulatedDevice {
+// counter-clockwise (our reading: neither document states it).
+class SimulatedEncoder final : public TableDevice<SimulatedEncoder> {
  public:
   enum class DataLine : std::uint8_t { kEncoder, kHigh, kLow, kSwapped };
 
-  // What the file says of it at the start.
+  // The properties from the file.
   struct Properties {
     SimulatedWord word = {};
     double monoflop_us = 25;
@@ -33,10 +33,9 @@ class SimulatedEncoder final : public SimulatedDevice {
       : properties_(std::move(properties)), shaft_(angle), random_(seed) {}
 
   void Advance(MonoNs now) override { now_ = now; }
-  [[nodiscard]] Result<> Set(std::string_view name, std::string_view value) override;
-  [[nodiscard]] static const std::vector<std::string_view>& QuantityNames();
+  [[nodiscard]] static const QuantityTable<SimulatedEncoder>& Table();
   // Every quantity with its present value, then what it would send now.
-  [[nodiscard]] std::vector<std::pair<std::string, std::string>> Quantities() const;
+  [[nodiscard]] QuantityList Quantities() const;
 
   // The data word of the position at `at`.
   [[nodiscard]] Levels WordAt(MonoNs at);
@@ -51,8 +50,9 @@ class SimulatedEncoder final : public SimulatedDevice {
   [[nodiscard]] SeededRandom& random() { return random_; }
 
  private:
-  friend struct EncoderQuantities;
-
+  [[nodiscard]] Result<> SetStatus(std::string_view text);
+  [[nodiscard]] std::string StatusText() const;
+  [[nodiscard]] Result<> SetFault(std::string_view text);
   struct Place {
     std::uint32_t turns = 0;
     std::uint32_t counts = 0;
@@ -64,7 +64,6 @@ class SimulatedEncoder final : public SimulatedDevice {
   SeededRandom random_;
   MonoNs now_ = 0;
   ShaftAngle stuck_at_ = 0;
-  std::string motion_ = "constant";
   SimulatedFault fault_;
   bool powered_ = true;
   DataLine data_line_ = DataLine::kEncoder;

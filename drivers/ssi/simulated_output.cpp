@@ -72,7 +72,7 @@ void SimulatedOutput::Reset(MonoNs at) {
   changes_.push_back({at, true});
 }
 
-// What stands on the line after so many positive edges and one more.
+// The level of the line after one positive edge more than `clocks`.
 bool SimulatedOutput::LevelOf(std::size_t clocks) const {
   if (clocks < word_.size()) return word_[clocks];
   switch (after_) {

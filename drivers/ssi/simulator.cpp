@@ -7,7 +7,6 @@
 #include "drivers/ssi/settings.h"
 
 namespace axlecast::ssi {
-
 namespace {
 
 using Kind = SimulatedFault::Kind;
@@ -20,22 +19,13 @@ constexpr int kRightMode = 2;
 }  // namespace
 
 SsiSimulator::SsiSimulator(std::string device, SimulatedEncoder encoder, Script script, ClockRange range)
-    : device_(std::move(device)), encoder_(std::move(encoder)), script_(std::move(script)), range_(range) {}
+    : UnitSimulator({{std::move(device), std::move(encoder), std::move(script)}}), range_(range) {}
 
 void SsiSimulator::CatchUp(MonoNs now) {
-  if (!started_) {
-    started_ = true;
-    script_.Start(encoder_, now);
-  }
-  script_.Run(encoder_, now);
-  encoder_.Advance(now);
-  output_.SetMonoflop(encoder_.monoflop());
-  output_.SetAfterWord(encoder_.properties().after_word);
+  UnitSimulator::CatchUp(now);
+  output_.SetMonoflop(encoder().monoflop());
+  output_.SetAfterWord(encoder().properties().after_word);
 }
-
-MonoNs SsiSimulator::NextDue() const { return started_ ? script_.NextDue() : 0; }
-
-void SsiSimulator::OnDue(MonoNs now, const Transmit&) { CatchUp(now); }
 
 // ---- a transfer ----
 
@@ -49,25 +39,25 @@ void SsiSimulator::OnTransfer(const SpiTransfer& transfer, MonoNs now, std::span
   Complain(transfer, now);
   if (answers) ClockOut(transfer, now, rx);
   const auto clock = static_cast<double>(transfer.settings.clock_hz);
-  Disturb(transfer, range_.most_hz > 0 && clock >= range_.most_hz, rx);
+  Disturb(transfer, range_.max_hz > 0 && clock >= range_.max_hz, rx);
 }
 
 bool SsiSimulator::Answers() {
-  const SimulatedFault& fault = encoder_.fault();
-  const bool lost = fault.kind == Kind::kIntermittent && encoder_.random().Share() < fault.amount;
-  return encoder_.powered() && fault.kind != Kind::kOff && !lost;
+  const SimulatedFault& fault = encoder().fault();
+  const bool lost = fault.kind == Kind::kIntermittent && encoder().random().Share() < fault.amount;
+  return encoder().powered() && fault.kind != Kind::kOff && !lost;
 }
 
 void SsiSimulator::Complain(const SpiTransfer& transfer, MonoNs now) {
   const auto clock = static_cast<double>(transfer.settings.clock_hz);
   const double cycle_ns = 1e9 / clock;
-  const auto length = static_cast<std::size_t>(encoder_.properties().word.length);
+  const auto length = static_cast<std::size_t>(encoder().properties().word.length);
   const auto count = [](bool is, std::int64_t& counter) { counter += is ? 1 : 0; };
   count(transfer.settings.mode != kRightMode, counters_.wrong_mode);
   // TWK SSI 10: t_T < t_M; SAA manual 5.5: 100 kHz < f < 250 kHz.
-  count(cycle_ns >= static_cast<double>(encoder_.monoflop()) || clock <= range_.least_hz, counters_.slow_clocks);
-  count(range_.most_hz > 0 && clock >= range_.most_hz, counters_.fast_clocks);
-  count(cycle_ns / 2 <= static_cast<double>(encoder_.delay()), counters_.late_data);
+  count(cycle_ns >= static_cast<double>(encoder().monoflop()) || clock <= range_.min_hz, counters_.slow_clocks);
+  count(range_.max_hz > 0 && clock >= range_.max_hz, counters_.fast_clocks);
+  count(cycle_ns / 2 <= static_cast<double>(encoder().delay()), counters_.late_data);
   count(output_.IsSet(now), counters_.short_pauses);
   // TWK SSI 2: "a clock sequence of n + 1 cycles is needed".
   count(transfer.tx.size() * 8 < length + 1, counters_.few_clocks);
@@ -77,17 +67,17 @@ void SsiSimulator::ClockOut(const SpiTransfer& transfer, MonoNs now, std::span<s
   const double cycle_ns = 1e9 / static_cast<double>(transfer.settings.clock_hz);
   const bool idles_high = (transfer.settings.mode & kIdlesHigh) != 0;
   const bool samples_second = (transfer.settings.mode & kSamplesSecond) != 0;
-  const SimulatedFault fault = encoder_.fault();
-  const bool ends_early = fault.kind == Kind::kShort && encoder_.random().Share() < fault.amount;
+  const SimulatedFault fault = encoder().fault();
+  const bool ends_early = fault.kind == Kind::kShort && encoder().random().Share() < fault.amount;
   const std::size_t clocks = rx.size() * 8;
-  const std::size_t end = ends_early ? encoder_.random().Next() % clocks : clocks;
+  const std::size_t end = ends_early ? encoder().random().Next() % clocks : clocks;
   const std::int64_t latched_before = counters_.latches;
 
   for (std::size_t i = 0; i < clocks; ++i) {
-    const MonoNs gaps = static_cast<MonoNs>(i / 8) * encoder_.byte_gap();
+    const MonoNs gaps = static_cast<MonoNs>(i / 8) * encoder().byte_gap();
     const MonoNs first = now + gaps + std::llround(static_cast<double>(i) * cycle_ns);
     const MonoNs second = first + std::llround(cycle_ns / 2);
-    const bool heard = fault.kind != Kind::kRequestFlip || encoder_.random().Share() >= fault.amount;
+    const bool heard = fault.kind != Kind::kRequestFlip || encoder().random().Share() >= fault.amount;
     if (i == end) output_.Reset(first);
     if (heard) Edge(idles_high, first);
     const bool at_first = !samples_second && Sampled(first);
@@ -103,58 +93,36 @@ void SsiSimulator::Edge(bool falling, MonoNs at) {
   if (!falling) return output_.Rise(at);
   output_.Fall(at, [this](MonoNs latched) {
     ++counters_.latches;
-    return encoder_.WordAt(latched);
+    return encoder().WordAt(latched);
   });
 }
 
 // Both ways of the cable lie between the line at the encoder and what the host samples.
-bool SsiSimulator::Sampled(MonoNs at) { return output_.LevelBefore(at - encoder_.delay()); }
+bool SsiSimulator::Sampled(MonoNs at) { return output_.LevelBefore(at - encoder().delay()); }
 
 void SsiSimulator::Disturb(const SpiTransfer& transfer, bool fast, std::span<std::uint8_t> rx) {
   using DataLine = SimulatedEncoder::DataLine;
-  const SimulatedFault& fault = encoder_.fault();
+  const SimulatedFault& fault = encoder().fault();
   if (fast || fault.kind == Kind::kGarbage) {
-    for (std::uint8_t& byte : rx) byte = static_cast<std::uint8_t>(encoder_.random().Next());
+    for (std::uint8_t& byte : rx) byte = static_cast<std::uint8_t>(encoder().random().Next());
   } else if (fault.kind == Kind::kEcho) {
     std::copy(transfer.tx.begin(), transfer.tx.end(), rx.begin());
   } else if (fault.kind == Kind::kBitFlip) {
-    FlipBits(rx, 8, fault.amount, encoder_.random());
+    FlipBits(rx, 8, fault.amount, encoder().random());
   }
-  if (encoder_.data_line() == DataLine::kHigh) std::fill(rx.begin(), rx.end(), std::uint8_t{0xFF});
-  if (encoder_.data_line() == DataLine::kLow) std::fill(rx.begin(), rx.end(), std::uint8_t{0});
-  if (encoder_.data_line() == DataLine::kSwapped) {
+  if (encoder().data_line() == DataLine::kHigh) std::fill(rx.begin(), rx.end(), std::uint8_t{0xFF});
+  if (encoder().data_line() == DataLine::kLow) std::fill(rx.begin(), rx.end(), std::uint8_t{0});
+  if (encoder().data_line() == DataLine::kSwapped) {
     for (std::uint8_t& byte : rx) byte = static_cast<std::uint8_t>(~byte);
   }
 }
 
-// ---- whoever looks on ----
-
-std::string SsiSimulator::Set(std::string_view device, std::string_view key, std::string_view value, MonoNs now) {
-  CatchUp(now);
-  if (device != device_) return "no simulated device '" + std::string(device) + "' here";
-  const Result<> done = encoder_.Set(key, value);
-  return done ? "" : device_ + '.' + std::string(key) + ": " + done.error().text;
-}
-
-std::vector<std::pair<std::string, std::string>> SsiSimulator::State(std::string_view device, MonoNs now) const {
-  if (device != device_) return {};
-  SimulatedEncoder encoder = encoder_;
-  encoder.Advance(now);
-  std::vector<std::pair<std::string, std::string>> list = encoder.Quantities();
-  const auto count = [&list](std::string_view name, std::int64_t value) {
-    list.emplace_back(name, std::to_string(value));
-  };
-  count("transfers", counters_.transfers);
-  count("latches", counters_.latches);
-  count("unanswered", counters_.unanswered);
-  count("wrong_mode", counters_.wrong_mode);
-  count("slow_clocks", counters_.slow_clocks);
-  count("fast_clocks", counters_.fast_clocks);
-  count("late_data", counters_.late_data);
-  count("short_pauses", counters_.short_pauses);
-  count("few_clocks", counters_.few_clocks);
-  count("monoflop_ends", counters_.monoflop_ends);
-  return list;
+SsiSimulator::CounterList SsiSimulator::CountersOf(const Unit&) const {
+  return {{"transfers", counters_.transfers},     {"latches", counters_.latches},
+          {"unanswered", counters_.unanswered},   {"wrong_mode", counters_.wrong_mode},
+          {"slow_clocks", counters_.slow_clocks}, {"fast_clocks", counters_.fast_clocks},
+          {"late_data", counters_.late_data},     {"short_pauses", counters_.short_pauses},
+          {"few_clocks", counters_.few_clocks},   {"monoflop_ends", counters_.monoflop_ends}};
 }
 
 namespace {
@@ -174,7 +142,7 @@ SimulatedWord DescribedWord(const SsiSettings& settings) {
   return word;
 }
 
-// Where the file leaves open what follows the word, the encoder does what its maker's document says.
+// If the file does not define what follows the word, the encoder behaves as its maker's document states.
 SimulatedOutput::AfterWord DescribedAfter(const SsiSettings& settings) {
   using After = SimulatedOutput::AfterWord;
   const Format& format = settings.format;
@@ -202,8 +170,8 @@ SimulatedEncoder DescribedEncoder(const BusConfig& bus, const SsiSettings& setti
   properties.cable_ns_per_m = own.line.cable_ns_per_m;
   const auto seed = static_cast<std::uint64_t>(map.Integer("seed", 1, 0, INT64_MAX, ""));
   const double start_deg = map.Number("start_deg", 0, 0, 360, "deg");
-  const std::int64_t most_turns = (std::int64_t{1} << settings.format.turn_bits) - 1;
-  const std::int64_t start_turns = map.Integer("start_turns", 0, 0, most_turns, "turns");
+  const std::int64_t max_turns = (std::int64_t{1} << settings.format.turn_bits) - 1;
+  const std::int64_t start_turns = map.Integer("start_turns", 0, 0, max_turns, "turns");
   return {properties, start_turns * kShaftTurn + AngleFromDegrees(start_deg), seed};
 }
 
@@ -215,9 +183,7 @@ std::unique_ptr<Simulator> MakeSsiSimulator(const BusConfig& bus, ConfigMap& sim
   const std::size_t errors = simulate.errors().list().size();
   ConfigMap map = simulate.Named(device.name);
   const SimulatedEncoder encoder = DescribedEncoder(bus, Own(device), map);
-  SimulatedEncoder tried = encoder;
-  Script script = ReadScript(map, SimulatedEncoder::QuantityNames(), tried);
-  map.Done();
+  Script script = ReadScriptOf(map, encoder);
   if (simulate.errors().list().size() != errors) return nullptr;
   const ClockedLine& line = OwnBus(bus).line;
   return std::make_unique<SsiSimulator>(device.name, encoder, std::move(script),

@@ -2,12 +2,9 @@
 
 #include <cstdint>
 #include <string>
-#include <string_view>
-#include <utility>
 #include <vector>
 
-#include "core/device/simulator.h"
-#include "drivers/kit/simulation/script.h"
+#include "drivers/kit/simulation/unit_simulator.h"
 #include "drivers/ssi/simulated_encoder.h"
 #include "drivers/ssi/simulated_output.h"
 
@@ -16,23 +13,18 @@ namespace axlecast::ssi {
 // One encoder on SSI, edge by edge: what the host samples follows from its mode and clock, the line's delay, and the
 // encoder's monoflop and shift register. Written from TWK's description and SAA's manual alone; what the host does
 // against them is counted. The instants given to it must not run backwards.
-class SsiSimulator final : public Simulator {
+class SsiSimulator final : public UnitSimulator<ScriptedDevice<SimulatedEncoder>> {
  public:
   // The clock that the encoder takes.
   struct ClockRange {
-    double least_hz = 0;  // must be above it
-    double most_hz = 0;   // and below this
+    double min_hz = 0;  // must be above it
+    double max_hz = 0;  // and below this
   };
 
   SsiSimulator(std::string device, SimulatedEncoder encoder, Script script, ClockRange range);
 
   void OnTransfer(const SpiTransfer& transfer, MonoNs now, std::span<std::uint8_t> rx) override;
-  [[nodiscard]] MonoNs NextDue() const override;
-  void OnDue(MonoNs now, const Transmit& transmit) override;
-  [[nodiscard]] std::string Set(std::string_view device, std::string_view key, std::string_view value,
-                                MonoNs now) override;
-  [[nodiscard]] std::vector<std::pair<std::string, std::string>> State(std::string_view device,
-                                                                       MonoNs now) const override;
+  void OnDue(MonoNs now, const Transmit&) override { CatchUp(now); }
 
   // Traffic since the start.
   struct Counters {
@@ -48,10 +40,13 @@ class SsiSimulator final : public Simulator {
     std::int64_t monoflop_ends = 0;  // transfers in which the monoflop ran down
   };
   [[nodiscard]] const Counters& counters() const { return counters_; }
-  [[nodiscard]] const SimulatedEncoder& encoder() const { return encoder_; }
+  [[nodiscard]] const SimulatedEncoder& encoder() const { return units().front().device; }
 
  private:
-  void CatchUp(MonoNs now);
+  using Unit = ScriptedDevice<SimulatedEncoder>;
+  void CatchUp(MonoNs now) override;
+  [[nodiscard]] CounterList CountersOf(const Unit& unit) const override;
+  [[nodiscard]] SimulatedEncoder& encoder() { return units().front().device; }
   void Complain(const SpiTransfer& transfer, MonoNs now);
   void ClockOut(const SpiTransfer& transfer, MonoNs now, std::span<std::uint8_t> rx);
   void Edge(bool falling, MonoNs at);
@@ -59,13 +54,9 @@ class SsiSimulator final : public Simulator {
   void Disturb(const SpiTransfer& transfer, bool fast, std::span<std::uint8_t> rx);
   [[nodiscard]] bool Answers();
 
-  std::string device_;
-  SimulatedEncoder encoder_;
-  Script script_;
   ClockRange range_;
   SimulatedOutput output_;
   Counters counters_;
-  bool started_ = false;
 };
 
 }  // namespace axlecast::ssi

@@ -1,4 +1,4 @@
-// Any host: whatever its modes, clocks, lengths and pauses, the simulated encoder answers every bit and goes on.
+// Any host: whatever its modes, clocks, lengths and pauses, the simulated encoder answers every bit and continues.
 #include <fuzzer/FuzzedDataProvider.h>
 
 #include <array>

@@ -26,7 +26,7 @@ class SimulatedSsi {
       : simulator_("axis1", SimulatedEncoder(std::move(properties), AngleFromDegrees(degrees), 1), Script(),
                    {0, 1e6}) {}
 
-  // The levels of so many bytes. `now` goes on by their clocks and the pause.
+  // The levels of this number of bytes. `now` advances by their clocks and the pause.
   std::string Clock(std::size_t bytes, const SpiSettings& settings = {.mode = 2, .clock_hz = 100'000}) {
     std::vector<std::uint8_t> rx(bytes);
     const std::vector<std::uint8_t> tx(bytes);
@@ -80,7 +80,7 @@ TEST(SsiSimulator, TheTreesExampleOf18Bits) {
   EXPECT_EQ(text(1, 0), Line("0000 00000001 1000000000 000"));
 }
 
-// TWK SSI 10: t_W = t_M: before the monoflop has run down, the clock goes on with the old word.
+// TWK SSI 10: t_W = t_M: before the monoflop has expired, the clock continues the old word.
 TEST(SsiSimulator, TooShortAPauseGivesMoreOfTheOldWord) {
   SimulatedSsi ssi({.monoflop_us = 25});
   ssi.pause = 10 * kMicrosecond;
@@ -92,7 +92,7 @@ TEST(SsiSimulator, TooShortAPauseGivesMoreOfTheOldWord) {
   EXPECT_EQ(ssi.Clock(2), Line("1 000111101111 000"));
 }
 
-// TWK SSI 10: t_T < t_M: a slower clock lets the monoflop run down after each edge: every falling edge stores anew.
+// TWK SSI 10: t_T < t_M: a slower clock lets the monoflop expire after each edge: every falling edge latches again.
 TEST(SsiSimulator, TooSlowAClockNeverGetsBeyondTheFirstBit) {
   SimulatedSsi ssi({.monoflop_us = 15}, 200);
   EXPECT_EQ(ssi.Clock(2, {.mode = 2, .clock_hz = 60'000}), Line("1111111111111111"));
@@ -128,7 +128,7 @@ TEST(SsiSimulator, TooFastForTheCableSamplesOldBits) {
   EXPECT_EQ(ssi.Clock(2, {.mode = 3, .clock_hz = 300'000}), Line("1 000111101111 000"));
 }
 
-// Sampled at the rising edge that follows, or idle low: the bits stand elsewhere, and it is counted.
+// Sampled at the rising edge that follows, or idle low: the bits are shifted, and it is counted.
 TEST(SsiSimulator, OtherModes) {
   SimulatedSsi ssi;
   EXPECT_EQ(ssi.Clock(2, {.mode = 0, .clock_hz = 100'000}), Line("11 000111101111 00"));
@@ -235,11 +235,12 @@ TEST(SsiSimulator, ItStoresAtTheFirstFallingEdge) {
 }
 
 TEST(SsiSimulator, WrongKeysAreRefused) {
-  const std::vector<std::pair<std::string, std::string>> rows = {{"after_word: word", "is none of zeros, one_zero"},
-                                                                 {"monoflop_us: 0", "us"},
-                                                                 {"data_line: open", "is none of encoder"},
-                                                                 {"start_turns: 1", "turns"},
-                                                                 {"cable: 3", "unknown"}};
+  const std::vector<std::pair<std::string, std::string>> rows = {
+      {"after_word: word", "is not one of zeros, one_zero"},
+      {"monoflop_us: 0", "us"},
+      {"data_line: open", "is not one of encoder"},
+      {"start_turns: 1", "turns"},
+      {"cable: 3", "unknown"}};
   for (const auto& [keys, problem] : rows) {
     const MachineConfig machine = LoadMachine("simulate: {axis1: {" + keys + "}}", "model: saa, bits: 12");
     ConfigErrors errors("test");

@@ -48,7 +48,7 @@ inline MachineConfig LoadMachine(const std::string& keys, const std::string& dev
   return machine ? std::move(*machine) : MachineConfig{};
 }
 
-// What is said of it; empty when nothing is wrong.
+// The errors; empty if there are none.
 inline std::string ProblemOf(const std::string& keys, const std::string& device) {
   ConfigErrors errors("test.yaml");
   static_cast<void>(ParseConfig(MachineText(keys, device), errors));

@@ -23,11 +23,11 @@ extern const AlarmSpec kWrongIdentity;
 extern const AlarmSpec kMisreadRequest;
 
 // Bits that a reset of errors clears when their cause is gone. CE belongs to them because its case II is latched
-// (spec 9), which ALMC cannot tell from case I.
+// (spec 9), which ALMC does not distinguish from case I.
 inline constexpr std::uint8_t kLatchedAlarms = 0x6D;
 // Bits after which the multi-turn counter may be wrong: OS, ME, BE.
 inline constexpr std::uint8_t kTurnsInDoubt = 0x61;
-// Bits that speak of the multi-turn counter or its battery: OS, OF, ME, BE, BA.
+// Bits that concern the multi-turn counter or its battery: OS, OF, ME, BE, BA.
 inline constexpr std::uint8_t kMultiTurnAlarms = 0xE9;
 
 // "0x48 OF BE"

@@ -31,7 +31,7 @@ inline constexpr std::array<DataId, 9> kDataIds = {
 
 // Control field of a data ID: sink code 0 1 0, the ID's four bits cc0 first, its parity cc4.
 [[nodiscard]] constexpr std::uint8_t ControlField(DataId id);
-// Nothing when sink code or parity are wrong, or the ID is none of Table 1.
+// Returns nothing if the sink code or the parity is wrong, or the ID is not in Table 1.
 [[nodiscard]] std::optional<DataId> ParseControlField(std::uint8_t field);
 
 // G(X) = X^8 + 1 over whole bytes (spec 6.3.4).
@@ -86,7 +86,7 @@ enum class ReplyError : std::uint8_t {
   kLong,   // more
   kChecksum,
   kWrongEcho,           // the control field, or what Table 4 makes an EEPROM reply echo, answers another request
-  kCommunicationAlarm,  // SF says the request came damaged: discard, send it again (spec 6.3.2 (4))
+  kCommunicationAlarm,  // SF reports that the request arrived damaged: discard, send it again (spec 6.3.2 (4))
   kAbnormalReply,       // ID 3's data although something else was asked: the request was abnormal (spec 7.4, 8.4)
   kRange,               // always-zero bits are set
 };
@@ -110,9 +110,9 @@ struct Reply {
 // 5, 6).
 //
 // The first check that fails names the error:
-//   1. Length. The request's ID says how long its reply is, because the reply's own control field may be damaged.
+//   1. Length. The request's ID defines the length of its reply, because the reply's own control field may be damaged.
 //      11 bytes with a right CRC and ID 3's always-zero bits clear, where another ID was asked, are the answer to
-//      an abnormal request: kAbnormalReply, or kCommunicationAlarm where SF says so. What control field comes with
+//      an abnormal request: kAbnormalReply, or kCommunicationAlarm if SF reports it. What control field comes with
 //      them is not specified, so any will do.
 //   2. CRC. It finds every single flipped bit, but no swapped bytes and no two flips of one bit position.
 //   3. Communication alarm in SF, ahead of the echo for the same reason; an EEPROM reply has no SF.

@@ -102,7 +102,7 @@ INSTANTIATE_TEST_SUITE_P(Readouts, SingleBit,
                          testing::Values(std::uint8_t{0x02}, std::uint8_t{0x8A}, std::uint8_t{0x1A}));
 
 // Known weakness of X^8 + 1, so that nobody takes the CRC for more than it is: swapped bytes and two flips of one
-// bit position pass it. What stands behind it: echo, always-zero bits, ENID, plausibility.
+// bit position pass it. The later checks: echo, always-zero bits, ENID, plausibility.
 TEST(CodecDamage, CrcMissesSwappedBytesAndPairedFlips) {
   EXPECT_EQ(Crc(Vector{0x02, 0x00, 0x12, 0x34, 0x01}), Crc(Vector{0x02, 0x00, 0x34, 0x12, 0x01}));
   EXPECT_EQ(Crc(Vector{0x02, 0x00, 0x12, 0x34, 0x01}), Crc(Vector{0x02, 0x00, 0x13, 0x35, 0x01}));

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "drivers/kit/arguments.h"
 #include "drivers/tformat/alarms.h"
 #include "drivers/tformat/codec.h"
 #include "drivers/tformat/settings.h"
@@ -22,48 +22,43 @@ struct Options {
   std::optional<std::uint8_t> encoder_id;
 };
 
-std::optional<int> Number(std::string_view text, int min, int max) {
-  const bool hex = text.starts_with("0x") || text.starts_with("0X");
-  if (hex) text.remove_prefix(2);
-  int value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, hex ? 16 : 10);
-  if (error != std::errc{} || end != text.data() + text.size() || value < min || value > max) return std::nullopt;
-  return value;
-}
-
-// Takes up one setting; false when its value is none. `right` says what would be.
-bool SetOption(std::string_view key, std::string_view value, Options& options, std::string& right) {
+// Sets one option. The error states what would be right.
+Result<> SetOption(std::string_view key, std::string_view value, Options& options) {
   if (key == "model") {
-    right = "one of";
-    for (const Model& model : Models()) right.append(" ").append(model.name);
+    std::string names = "one of";
+    for (const Model& model : Models()) names.append(" ").append(model.name);
     const Model* model = FindModel(value);
-    if (model != nullptr) options = {model->format, model->encoder_id};
-    return model != nullptr;
+    if (model == nullptr) return Failure(names);
+    options = {model->format, model->encoder_id};
+    return {};
   }
   if (key == "enid") {
-    right = "0..255 or 0x00..0xff, the encoder ID that must answer";
-    const std::optional<int> number = Number(value, 0, 255);
-    if (number) options.encoder_id = static_cast<std::uint8_t>(*number);
-    return number.has_value();
+    const auto number = ParseWhole(value, 0, 255);
+    if (!number) return Failure("0..255 or 0x00..0xff, the encoder ID that must answer");
+    options.encoder_id = static_cast<std::uint8_t>(*number);
+    return {};
   }
   const bool turns = key == "turn_bits";
-  right = turns ? "0..24, the multi-turn bits of the encoder (0: it has none)" : "1..24, its single-turn bits";
-  const std::optional<int> number = Number(value, turns ? 0 : 1, 24);
-  if (number) (turns ? options.format.multi_turn_bits : options.format.single_turn_bits) = *number;
-  return number.has_value();
+  const auto number = ParseWhole(value, turns ? 0 : 1, 24);
+  if (!number) {
+    return Failure(turns ? "0..24, the multi-turn bits of the encoder (0: it has none)"
+                         : "1..24, its single-turn bits");
+  }
+  (turns ? options.format.multi_turn_bits : options.format.single_turn_bits) = static_cast<int>(*number);
+  return {};
 }
 
-// What is wrong with the settings; empty when nothing is.
-std::string ReadOptions(const DecodeSettings& settings, Options& options) {
+Result<Options> ReadOptions(const DecodeSettings& settings) {
+  Options options;
   constexpr std::array<std::string_view, 4> kKeys = {"model", "bits", "turn_bits", "enid"};
   for (const auto& [key, value] : settings) {
     if (std::find(kKeys.begin(), kKeys.end(), key) == kKeys.end()) {
-      return "unknown key '" + key + "': tformat knows model, bits, turn_bits and enid";
+      return Failure("unknown key '" + key + "': tformat accepts model, bits, turn_bits and enid");
     }
-    std::string right;
-    if (!SetOption(key, value, options, right)) return key + "=" + value + ": expected " + right;
+    const Result<> set = SetOption(key, value, options);
+    if (!set) return Failure(key + "=" + value + ": expected " + set.error().text);
   }
-  return "";
+  return options;
 }
 
 // Named by what the exchange does, as the operations are; spec Table 1.
@@ -105,7 +100,7 @@ Json Bad(const std::string& kind, std::string_view error) {
 }
 
 // The alarms of a frame with a status field. SF's ea0 is ALMC's CE and its ea1 is ALMC's ME, BE or BA (spec 6.3.2
-// (3)): what ALMC names is not said twice.
+// (3)): what ALMC names is not repeated.
 Json Alarms(std::uint8_t status, std::uint8_t alarms) {
   Json names = Json::array();
   if ((status & kSfCountingError) != 0) alarms |= kAlmCountingError;
@@ -154,7 +149,7 @@ Json DescribeFailure(const std::string& kind, const Reply& reply) {
   return json;
 }
 
-// ID 3's data under a control field that is none, or that belongs to another ID.
+// ID 3's data under a wrong control field, or one that belongs to another ID.
 constexpr const char* kAbnormalKind = "abnormal_request_reply";
 
 Json DescribeUnknown(Bytes frame, const Format& format) {
@@ -204,10 +199,10 @@ Json DescribeEeprom(DataId id, Bytes frame, const Format& format) {
 }  // namespace
 
 Json Decode(const DecodeSettings& settings, Bytes frame, bool* usable) {
-  Options options;
-  const std::string problem = ReadOptions(settings, options);
-  *usable = problem.empty();
-  if (!*usable) return {{"error", problem}};
+  const Result<Options> read = ReadOptions(settings);
+  *usable = read.has_value();
+  if (!read) return {{"error", read.error().text}};
+  const Options& options = *read;
   if (frame.empty()) return Bad("unknown", "short");
   if (const std::optional<RequestFields> request = ParseRequest(frame)) return DescribeRequest(*request);
   const std::optional<DataId> id = ParseControlField(frame[0]);

@@ -1,4 +1,4 @@
-// What `axlecast decode tformat` says of a frame: docs/decode.md.
+// The output of `axlecast decode tformat`: docs/decode.md.
 #include "drivers/tformat/family.h"
 
 #include <gtest/gtest.h>
@@ -163,7 +163,7 @@ TEST(TFormatDecode, SettingsDecideWhatIsRight) {
 
 TEST(TFormatDecode, UnusableSettingsNameThemselvesAndTheRemedy) {
   const std::vector<std::pair<DecodeSettings, std::string>> rows = {
-      {{{"speed", "1"}}, "unknown key 'speed': tformat knows model, bits, turn_bits and enid"},
+      {{{"speed", "1"}}, "unknown key 'speed': tformat accepts model, bits, turn_bits and enid"},
       {{{"bits", "0"}}, "bits=0: expected 1..24"},
       {{{"bits", "25"}}, "bits=25: expected 1..24"},
       {{{"bits", "17bits"}}, "bits=17bits: expected"},

@@ -11,12 +11,12 @@
 namespace axlecast::tformat {
 namespace {
 
-// An encoder that does not answer is asked this often, however slow its slots are.
+// The interval at which an encoder that does not answer is polled, however slow its slots are.
 constexpr MonoNs kAskAgain = 50 * kMillisecond;
-// A tag that cannot be read because the encoder writes: spec 8.1, 18 ms at most.
+// The pause before a tag is read again that could not be read because the encoder writes (spec 8.1: 18 ms at most).
 constexpr MonoNs kBusyAgain = 2 * kMillisecond;
 
-// Requests in a row that bring not a single byte, after which only the ENID is asked for.
+// Consecutive requests without a single byte of reply, after which only the ENID is requested.
 constexpr int kSilent = 2;
 
 Expectation ExpectationOf(const TFormatSettings& settings, const LinkConfig& link) {
@@ -38,44 +38,44 @@ TFormatDevice::TFormatDevice(const BusConfig& bus, const DeviceConfig& device, D
       interpreter_(settings_, ExpectationOf(settings_, bus.link), CharacterTime(bus), output),
       runner_(Operations(), *this, output) {}
 
-Step TFormatDevice::Next(const BusSlot& turn) const {
-  const Step step = PlannedStep(turn);
+Step TFormatDevice::Next(const BusSlot& slot) const {
+  const Step step = PlannedStep(slot);
   const auto* exchange = std::get_if<Exchange>(&step.action);
   const bool of_procedure = runner_.busy() && step.priority == Priority::kCommand;
-  if (exchange == nullptr || turn.pending == nullptr || (of_procedure && runner_.procedure().exclusive()))
+  if (exchange == nullptr || slot.pending == nullptr || (of_procedure && runner_.procedure().exclusive()))
     return step;
-  if (silent_ >= kSilent && !of_procedure) return WatchStep(turn);
-  return turn.MaySend(*exchange) ? step : OtherStep(turn);
+  if (silent_ >= kSilent && !of_procedure) return WatchStep(slot);
+  return slot.MaySend(*exchange) ? step : OtherStep(slot);
 }
 
-// In place of a request whose reply could be taken for a late one: a position all the same where that is possible.
-Step TFormatDevice::OtherStep(const BusSlot& turn) const {
+// Replaces a request whose reply could be mistaken for a late one, by another request for a position if possible.
+Step TFormatDevice::OtherStep(const BusSlot& slot) const {
   const Exchange position = Ask(DataId::kSingleTurn, settings_.timeout);
-  return turn.MaySend(position) ? Step{.action = position, .priority = Priority::kLive} : WatchStep(turn);
+  return slot.MaySend(position) ? Step{.action = position, .priority = Priority::kLive} : WatchStep(slot);
 }
 
-// Looks whether the encoder answers: its ENID is the same whenever it was asked for, so that nothing waits for the reply.
-// Where not even ID 1 may be asked for, an earlier process may have asked: a cell that it has hardly asked for.
-Step TFormatDevice::WatchStep(const BusSlot& turn) const {
-  if (turn.now < watch_again_) return {.action = Idle{watch_again_}, .priority = Priority::kLive};
+// Tests whether the encoder answers: its ENID never changes, so that a late reply does no harm. If not even ID 1 may be
+// requested, an earlier process may have requested it: then a cell is read that this process has probably not read.
+Step TFormatDevice::WatchStep(const BusSlot& slot) const {
+  if (slot.now < watch_again_) return {.action = Idle{watch_again_}, .priority = Priority::kLive};
   Exchange watch = Ask(DataId::kEncoderId, settings_.timeout);
-  if (!turn.MaySend(Ask(DataId::kMultiTurn, settings_.timeout))) {
+  if (!slot.MaySend(Ask(DataId::kMultiTurn, settings_.timeout))) {
     watch = AskCell(fresh_cell_, settings_.timeout);
     watch.shape.fresh = true;
   }
   return {.action = watch, .priority = Priority::kLive};
 }
 
-Step TFormatDevice::PlannedStep(const BusSlot& turn) const {
+Step TFormatDevice::PlannedStep(const BusSlot& slot) const {
   if (!link_up_) return {.action = Idle{kNever}, .priority = Priority::kLive};
   if (line_unclear_) return {.action = WaitForIdleLine{settings_.silence}, .priority = Priority::kLive};
-  const Procedure* procedure = runner_.Runnable(turn.now);
-  if (procedure == nullptr || (turn.reserved && !procedure->exclusive())) return LiveStep(turn);
-  const Step step = procedure->Next(turn.now);
+  const Procedure* procedure = runner_.Runnable(slot.now);
+  if (procedure == nullptr || (slot.reserved && !procedure->exclusive())) return LiveStep(slot);
+  const Step step = procedure->Next(slot.now);
   if (procedure->exclusive()) return step;
   const bool transmits = std::holds_alternative<Exchange>(step.action);
-  if (transmits && !(turn.poll_due && live_slot_)) return step;
-  Step live = LiveStep(turn);
+  if (transmits && !(slot.poll_due && live_slot_)) return step;
+  Step live = LiveStep(slot);
   Idle* idle = std::get_if<Idle>(&live.action);
   if (idle == nullptr) return live;
   if (transmits) return step;
@@ -83,15 +83,15 @@ Step TFormatDevice::PlannedStep(const BusSlot& turn) const {
   return live;
 }
 
-Step TFormatDevice::LiveStep(const BusSlot& turn) const {
+Step TFormatDevice::LiveStep(const BusSlot& slot) const {
   const auto ask = [](const Exchange& exchange) { return Step{.action = exchange, .priority = Priority::kLive}; };
-  if (!turn.poll_due && turn.now < not_before_) return {.action = Idle{not_before_}, .priority = Priority::kLive};
+  if (!slot.poll_due && slot.now < not_before_) return {.action = Idle{not_before_}, .priority = Priority::kLive};
   if (all_first_ || interpreter_.wants_all()) return ask(Ask(DataId::kAll, settings_.timeout));
-  if (const auto cell = interpreter_.identity().WantedCell(); cell && turn.now >= not_before_) {
+  if (const auto cell = interpreter_.identity().WantedCell(); cell && slot.now >= not_before_) {
     return ask(AskCell(*cell, settings_.timeout));
   }
   if (repeat_) return ask(Ask(*repeat_, settings_.timeout));
-  if (!turn.poll_due) return {.action = Idle{kNever}, .priority = Priority::kLive};
+  if (!slot.poll_due) return {.action = Idle{kNever}, .priority = Priority::kLive};
   return ask(Ask(PlannedId(), settings_.timeout));
 }
 
@@ -144,7 +144,7 @@ void TFormatDevice::OnExchange(const Event& event) {
   silent_ = answer.error == ErrorKind::kTimeout ? silent_ + 1 : 0;
   const bool watched = answer.asked == DataId::kEncoderId || answer.asked == DataId::kEepromRead;
   watch_again_ = watched ? EndOf(event) + kAskAgain : 0;
-  // Also another model's reply to ID 3 shows that the request has arrived.
+  // The reply of another model to ID 3 also shows that the request has arrived.
   const bool arrived = answer.ok() || answer.error == ErrorKind::kWrongIdentity;
   if (arrived && answer.asked == DataId::kAll) {
     all_first_ = false;

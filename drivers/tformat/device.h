@@ -12,20 +12,20 @@
 
 namespace axlecast::tformat {
 
-// One encoder on T-format: what to ask next. What the replies mean is the Interpreter's.
+// One encoder on T-format. Selects the next request; the Interpreter evaluates the replies.
 //
-// - Its first request is ID 3: after a start, after the link came up, after the encoder was gone, and after a reset
-//   sequence that did not come to its end, so that the nine requests of a dead process are never completed by one
-//   more.
-// - While a late reply could be taken for the one to a request (StaleReplyGuard), it asks for ID 0, which is a
-//   position too, then only whether the encoder answers (ID 2). So it does with a silent encoder. After the start of the process that is an EEPROM cell that changes from start to start.
-// - It never transmits while the encoder may transmit: after whatever leaves the line unclear it asks for silence.
-// - A reading that failed is asked for once more at once; then in the next slot.
+// - The first request is ID 3: after a start, after the link came up, after the encoder was gone, and after an unfinished
+//   reset sequence. Therefore nine requests of an earlier process are never completed by a tenth.
+// - While a late reply could be mistaken for the reply to a request (StaleReplyGuard), ID 0 is requested, which also
+//   contains the position. If ID 0 may not be requested either, or the encoder is silent, ID 2 tests whether it answers.
+//   After the start of the process, the test reads an EEPROM cell that differs from start to start.
+// - Nothing is transmitted while the encoder may transmit: after an unclear exchange, the line must be idle first.
+// - A reading that failed is repeated once at once, then in the next slot.
 class TFormatDevice final : public Device, private CommandRunner<Procedure>::Policy {
  public:
   TFormatDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
 
-  [[nodiscard]] Step Next(const BusSlot& turn) const override;
+  [[nodiscard]] Step Next(const BusSlot& slot) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
   [[nodiscard]] Result<> Validate(const DriverCommand& command, MonoNs now) const override {
@@ -35,10 +35,10 @@ class TFormatDevice final : public Device, private CommandRunner<Procedure>::Pol
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
  private:
-  [[nodiscard]] Step PlannedStep(const BusSlot& turn) const;
-  [[nodiscard]] Step OtherStep(const BusSlot& turn) const;
-  [[nodiscard]] Step WatchStep(const BusSlot& turn) const;
-  [[nodiscard]] Step LiveStep(const BusSlot& turn) const;
+  [[nodiscard]] Step PlannedStep(const BusSlot& slot) const;
+  [[nodiscard]] Step OtherStep(const BusSlot& slot) const;
+  [[nodiscard]] Step WatchStep(const BusSlot& slot) const;
+  [[nodiscard]] Step LiveStep(const BusSlot& slot) const;
   [[nodiscard]] DataId PlannedId() const;
   [[nodiscard]] Result<std::unique_ptr<Procedure>> MakeProcedure(const DriverCommand& command,
                                                                  MonoNs now) const override;

@@ -65,7 +65,7 @@ class Machine {
       bench.device->OnStarted(step, bench.now);
       return KeepSilence(bench.now + silence->quiet);
     }
-    if (bench.now >= slot_) slot_ = bench.now + 1 * kMillisecond;  // not wanted
+    if (bench.now >= slot_) slot_ = bench.now + 1 * kMillisecond;  // not requested
     MoveTo(std::min({std::get<Idle>(step.action).until, std::max(slot_, bench.now + 1), end}));
     if (!line_.empty()) Stray();
   }

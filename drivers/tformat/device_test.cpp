@@ -287,7 +287,7 @@ TEST(TFormatDevice, DecodesFromTheEventsAlone) {
                       .bytes = bytes};
     bench.device->On(event);
     fresh.On(event);
-    static_cast<void>(bench.Next());  // only one of them is asked what it wants
+    static_cast<void>(bench.Next());  // only one of them is polled for its step
   };
   both(Event::Kind::kLinkUp, 1, {}, {});
   both(Event::Kind::kSilent, 2, {}, {});

@@ -41,7 +41,7 @@ struct AllFields {
   std::uint32_t single_turn = 42405;
   std::uint32_t turns = 3;
   std::uint8_t alarms = 0;
-  std::optional<std::uint8_t> status;  // nothing: what the alarms say
+  std::optional<std::uint8_t> status;  // nothing: as the alarms require
   std::uint8_t encoder_id = 0x11;
 };
 
@@ -116,7 +116,7 @@ class RecordingOutput final : public DeviceOutput {
   std::function<Motion(MonoNs)> motion = [](MonoNs) { return Motion{.known = true, .standstill = true}; };
 };
 
-// A device whose bus is played by hand. Time moves only when the test says so; every exchange takes 60 us.
+// A device whose bus is played by hand. Time moves only when the test moves it; every exchange takes 60 us.
 class DeviceFixture {
  public:
   static constexpr MonoNs kExchange = 60 * kMicrosecond;
@@ -147,7 +147,7 @@ class DeviceFixture {
     return std::get<Idle>(Next(poll_due).action).until;
   }
   [[nodiscard]] bool IsSilence() const { return std::holds_alternative<WaitForIdleLine>(Next().action); }
-  // The request on offer; nothing when there is none.
+  // Returns the pending request; nothing if there is no request.
   [[nodiscard]] ByteList Offered(bool poll_due = true) const {
     const Step step = Next(poll_due);
     const auto* exchange = std::get_if<Exchange>(&step.action);

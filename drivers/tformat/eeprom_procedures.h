@@ -13,8 +13,8 @@ namespace axlecast::tformat {
 
 using EepromCells = std::array<std::uint8_t, kEepromCells>;
 
-// Reads a row of user EEPROM cells with ID D, one by one. While the encoder writes it answers "busy", which is no
-// data (TS5669 spec Table 4): asked again until it is over.
+// Reads a row of user EEPROM cells with ID D, one by one. While the encoder writes, it answers "busy" without
+// data (TS5669 spec Table 4), and the cell is read again later.
 class CellReader {
  public:
   enum class Progress : std::uint8_t { kGoing, kDone, kFailed };
@@ -51,7 +51,7 @@ inline constexpr int kTries = 3;
 // Reads a row of user EEPROM cells and shows them.
 class EepromRead final : public Procedure {
  public:
-  // With `expected` it looks whether the cells hold these bytes (one for each): the change `finding` says.
+  // With `expected`, the change `finding` reports whether the cells hold these bytes (one for each cell).
   EepromRead(std::size_t first, std::size_t count, std::optional<std::vector<std::uint8_t>> expected,
              MonoNs timeout);
 
@@ -73,7 +73,7 @@ class EepromRead final : public Procedure {
 // Writes user EEPROM cells. All 80 cells are read first: servo motors may keep their name plate there. A cell that
 // holds its value already is not written. Each other cell is written once (ID 6) and, after the 18 ms that this
 // takes (TS5669 spec 8.1), read back with ID D. A busy or misunderstood request was not taken and is sent again;
-// one whose reply is lost is judged by the read-back. A reply to ID 6 says that the write was accepted, not that it is
+// one whose reply is lost is judged by the read-back. A reply to ID 6 proves that the write was accepted, not that it is
 // done: what could not be read back is INDETERMINATE, and the outcome names the cells that were begun.
 class EepromWrite final : public Procedure {
  public:

@@ -191,7 +191,7 @@ void EncoderModel::LatchBatteryError() {
 
 // ---- faults of the encoder itself ----
 
-Shaft& EncoderModel::BusSlot(MonoNs now) {
+Shaft& EncoderModel::ShaftToTurn(MonoNs now) {
   Advance(now);
   return shaft_;
 }

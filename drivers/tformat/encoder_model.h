@@ -62,7 +62,7 @@ class ResetCounter {
   static constexpr int kTimes = 10;
   static constexpr MonoNs kInterval = 40 * kMillisecond;
 
-  // A reset with data ID `id` arrived. True when it completes a sequence; the next one begins anew.
+  // A reset with data ID `id` arrived. Returns true if it completes a sequence; the next reset begins a new one.
   [[nodiscard]] bool OnReset(std::uint8_t id, MonoNs now);
   // Any other request, or a reset that the encoder refuses.
   void Break();
@@ -80,7 +80,7 @@ class ResetCounter {
 };
 
 // The encoder behind the line: shaft, battery-backed turn counter, latched flags, EEPROM. Modelled after the TS5669
-// N127 specification; where it is silent, docs/simulation.md says what was decided. Time is an argument and only
+// N127 specification; where it is silent, docs/simulation.md states what was decided. Time is an argument and only
 // moves forward: an instant before the last one counts as the last one.
 class EncoderModel {
  public:
@@ -134,8 +134,8 @@ class EncoderModel {
 
   // ---- the outside world ----
   [[nodiscard]] const Shaft& shaft() const { return shaft_; }
-  // To order a motion that begins at now().
-  [[nodiscard]] Shaft& BusSlot(MonoNs now);
+  // The shaft, to set a motion that begins at `now`.
+  [[nodiscard]] Shaft& ShaftToTurn(MonoNs now);
   void SetPower(bool on, MonoNs now);
   void SetBattery(double volts, MonoNs now);  // 0: none
   void SetCountingError(CountingError error, MonoNs now);
@@ -152,7 +152,7 @@ class EncoderModel {
   [[nodiscard]] EncoderEeprom& eeprom() { return eeprom_; }
   [[nodiscard]] const EncoderEeprom& eeprom() const { return eeprom_; }
 
-  // ---- for whoever looks on ----
+  // ---- state, for display and tests ----
   [[nodiscard]] bool powered() const { return powered_; }
   [[nodiscard]] double battery_volts() const { return battery_volts_; }
   [[nodiscard]] CountingError counting_error() const { return counting_error_; }

@@ -79,7 +79,7 @@ constexpr std::uint8_t kResetTurns = 0xC;
 
 class EncoderModelTest : public testing::Test {
  protected:
-  // Standing at 90 deg in turn 7.
+  // At rest at 90 deg in turn 7.
   EncoderModelTest() : encoder_(EncoderModel::Settings(), 7 * kShaftTurn + kShaftTurn / 4) {
     encoder_.Advance(now_);
   }
@@ -87,11 +87,11 @@ class EncoderModelTest : public testing::Test {
   void Pass(MonoNs time) { encoder_.Advance(now_ += time); }
   EncoderModel::Reading Read() { return encoder_.Read(now_); }
 
-  void BusSlot(double rpm) { encoder_.BusSlot(now_).Run(rpm, encoder_.now()); }
+  void ShaftToTurn(double rpm) { encoder_.ShaftToTurn(now_).Run(rpm, encoder_.now()); }
   void TurnWithin(double rpm, MonoNs time) {
     const double change = std::abs(rpm - encoder_.shaft().At(now_).speed_rpm) / 60 * 2 * 3.15;  // rad/s, and a bit
-    encoder_.BusSlot(now_).SetAcceleration(change / (static_cast<double>(time) * 1e-9));
-    BusSlot(rpm);
+    encoder_.ShaftToTurn(now_).SetAcceleration(change / (static_cast<double>(time) * 1e-9));
+    ShaftToTurn(rpm);
     Pass(time);
   }
 
@@ -120,7 +120,7 @@ TEST_F(EncoderModelTest, ReadsAngleAndTurns) {
 }
 
 TEST_F(EncoderModelTest, CounterClockwiseIncreasesBoth) {
-  encoder_.BusSlot(now_).MoveTo(8 * kShaftTurn + kShaftTurn / 2, 60, now_);
+  encoder_.ShaftToTurn(now_).MoveTo(8 * kShaftTurn + kShaftTurn / 2, 60, now_);
   Pass(10 * kSecond);
   EXPECT_EQ(Read().single_turn, 131'072U / 2);
   EXPECT_EQ(Read().multi_turn, 8U);
@@ -160,7 +160,7 @@ TEST_F(EncoderModelTest, BatteryErrorComesBackWhileTheBatteryIsEmpty) {
 
 TEST_F(EncoderModelTest, TurnsAreCountedWithoutMainPower) {
   encoder_.SetPower(false, now_);
-  encoder_.BusSlot(now_).MoveTo(20 * kShaftTurn + kShaftTurn / 8, 600, now_);
+  encoder_.ShaftToTurn(now_).MoveTo(20 * kShaftTurn + kShaftTurn / 8, 600, now_);
   Pass(100 * kSecond);
   encoder_.SetPower(true, now_);
   Pass(kSecond);
@@ -213,11 +213,11 @@ TEST_F(EncoderModelTest, PoweredOnWhileTurningTheAccuracyIsFiveBitsUntilBelow100
   PowerCycle(kSecond);
   EXPECT_TRUE(Read().full_absolute);
   EXPECT_EQ(Read().single_turn % (131'072U / 32), 0U);
-  BusSlot(99);
+  ShaftToTurn(99);
   Pass(kSecond);
   EXPECT_FALSE(Read().full_absolute);
   EXPECT_NE(Read().single_turn % (131'072U / 32), 0U);
-  BusSlot(200);
+  ShaftToTurn(200);
   Pass(kSecond);
   EXPECT_FALSE(Read().full_absolute) << "only power-on while turning raises it";
 }
@@ -249,8 +249,8 @@ TEST_F(EncoderModelTest, OverSpeedIsLatchedOnlyDuringPowerOff) {
 TEST_F(EncoderModelTest, AtOverSpeedTurnsAreMiscounted) {
   const std::int64_t before = Read().multi_turn;
   encoder_.SetPower(false, now_);
-  encoder_.BusSlot(now_).SetAcceleration(2'000);
-  encoder_.BusSlot(now_).MoveTo(1'000 * kShaftTurn + kShaftTurn / 2, 7'000, now_);
+  encoder_.ShaftToTurn(now_).SetAcceleration(2'000);
+  encoder_.ShaftToTurn(now_).MoveTo(1'000 * kShaftTurn + kShaftTurn / 2, 7'000, now_);
   Pass(60 * kSecond);
   encoder_.SetPower(true, now_);
   Pass(kSecond);
@@ -269,16 +269,16 @@ TEST_F(EncoderModelTest, SixThousandRpmIsNoOverSpeed) {
 // 80,000 rad/s^2 for 5 s after power-off, then 4,000.
 TEST_F(EncoderModelTest, HardAccelerationCountsAfterThePowerOffTimer) {
   encoder_.SetPower(false, now_);
-  encoder_.BusSlot(now_).SetAcceleration(10'000);
-  BusSlot(1'000);
+  encoder_.ShaftToTurn(now_).SetAcceleration(10'000);
+  ShaftToTurn(1'000);
   Pass(kSecond);
-  BusSlot(0);
+  ShaftToTurn(0);
   Pass(3 * kSecond);
   encoder_.SetPower(true, now_);
   EXPECT_FALSE(Read().over_speed);
   encoder_.SetPower(false, now_);
   Pass(5 * kSecond);
-  BusSlot(1'000);
+  ShaftToTurn(1'000);
   Pass(kSecond);
   encoder_.SetPower(true, now_);
   EXPECT_TRUE(Read().over_speed);
@@ -287,31 +287,31 @@ TEST_F(EncoderModelTest, HardAccelerationCountsAfterThePowerOffTimer) {
 // ---- counter overflow, spec 6.4 ----
 
 TEST_F(EncoderModelTest, OverflowFrom65535To0IsLatched) {
-  encoder_.BusSlot(now_).SetAcceleration(80'000);
-  encoder_.BusSlot(now_).MoveTo(65'535 * kShaftTurn + kShaftTurn / 2, 6'000, now_);
+  encoder_.ShaftToTurn(now_).SetAcceleration(80'000);
+  encoder_.ShaftToTurn(now_).MoveTo(65'535 * kShaftTurn + kShaftTurn / 2, 6'000, now_);
   Pass(660 * kSecond);
   EXPECT_EQ(Read().multi_turn, 65'535U);
   EXPECT_FALSE(Read().counter_overflow);
-  encoder_.BusSlot(now_).MoveTo(65'536 * kShaftTurn, 60, now_);
+  encoder_.ShaftToTurn(now_).MoveTo(65'536 * kShaftTurn, 60, now_);
   Pass(2 * kSecond);
   EXPECT_EQ(Read().multi_turn, 0U);
   EXPECT_TRUE(Read().counter_overflow);
   PowerCycle(kSecond);
   EXPECT_TRUE(Read().counter_overflow) << "held in spite of main power on/off";
-  encoder_.BusSlot(now_).MoveTo(65'535 * kShaftTurn, 60, now_);
+  encoder_.ShaftToTurn(now_).MoveTo(65'535 * kShaftTurn, 60, now_);
   Pass(2 * kSecond);
   EXPECT_EQ(Read().multi_turn, 65'535U);
   EXPECT_TRUE(Read().counter_overflow) << "held in spite of the counting value";
 }
 
 TEST_F(EncoderModelTest, AnOverflowThatComesBackBetweenTwoLooksIsSeen) {
-  encoder_.BusSlot(now_).Shuttle(-kShaftTurn / 2, kShaftTurn / 2, 600, now_);
+  encoder_.ShaftToTurn(now_).Shuttle(-kShaftTurn / 2, kShaftTurn / 2, 600, now_);
   Pass(60 * kSecond);
   EXPECT_TRUE(Read().counter_overflow);
 }
 
 TEST_F(EncoderModelTest, AShuttleFromTurnZeroAndBackIsNoOverflow) {
-  encoder_.BusSlot(now_).Shuttle(0, 10 * kShaftTurn, 300, now_);
+  encoder_.ShaftToTurn(now_).Shuttle(0, 10 * kShaftTurn, 300, now_);
   Pass(600 * kSecond);
   EXPECT_FALSE(Read().counter_overflow);
 }
@@ -327,11 +327,11 @@ TEST_F(EncoderModelTest, AfterABatteryErrorOverflowNeedsATurnReset) {
   encoder_.SetBattery(2.4, now_);
   encoder_.SetBattery(3.6, now_);
   Reset(kClearErrors);
-  encoder_.BusSlot(now_).MoveTo(-kShaftTurn, 600, now_);
+  encoder_.ShaftToTurn(now_).MoveTo(-kShaftTurn, 600, now_);
   Pass(10 * kSecond);
   EXPECT_FALSE(Read().counter_overflow);
   Reset(kResetTurns);
-  encoder_.BusSlot(now_).MoveTo(-3 * kShaftTurn, 600, now_);
+  encoder_.ShaftToTurn(now_).MoveTo(-3 * kShaftTurn, 600, now_);
   Pass(10 * kSecond);
   EXPECT_TRUE(Read().counter_overflow);
 }
@@ -420,7 +420,7 @@ TEST_F(EncoderModelTest, AReadoutInBetweenBreaksTheSequence) {
 }
 
 TEST_F(EncoderModelTest, AMovingShaftIsNotZeroed) {
-  BusSlot(0.01);
+  ShaftToTurn(0.01);
   Reset(kZero, 20);
   Pass(kSecond);
   EXPECT_EQ(encoder_.effects().zeroings, 0);
@@ -430,8 +430,8 @@ TEST_F(EncoderModelTest, AMovingShaftIsNotZeroed) {
 
 TEST_F(EncoderModelTest, AMoveBetweenTwoRequestsIsNoStandstill) {
   Reset(kZero, 5);
-  encoder_.BusSlot(now_).MoveTo(7 * kShaftTurn, 600, now_);
-  Pass(10 * kSecond);  // it stands again
+  encoder_.ShaftToTurn(now_).MoveTo(7 * kShaftTurn, 600, now_);
+  Pass(10 * kSecond);  // it is at rest again
   Reset(kZero, 5);
   Pass(kSecond);
   EXPECT_EQ(encoder_.effects().zeroings, 0);
@@ -497,7 +497,7 @@ TEST_F(EncoderModelTest, After100000WritesTheMemoryKeepsItsContent) {
 
 TEST_F(EncoderModelTest, StuckTheReadingStandsAndTheShaftTurns) {
   encoder_.SetStuck(true, now_);
-  BusSlot(60);
+  ShaftToTurn(60);
   Pass(10 * kSecond);
   EXPECT_EQ(Read().single_turn, 131'072U / 4);
   EXPECT_EQ(Read().multi_turn, 7U);
@@ -525,7 +525,7 @@ TEST(EncoderModelSizesTest, OtherModels) {
   EXPECT_EQ(fine.Read(0).multi_turn, 3U);
   settings.multi_turn_bits = 0;
   EncoderModel single(settings, 0);
-  single.BusSlot(0).Run(600, 0);
+  single.ShaftToTurn(0).Run(600, 0);
   EXPECT_EQ(single.Read(10 * kSecond).multi_turn, 0U);
   EXPECT_FALSE(single.Read(10 * kSecond).counter_overflow);
 }

@@ -15,8 +15,8 @@ namespace axlecast::tformat {
 // Settings, later ones win: `bits` 1..24 (single-turn, default 17), `turn_bits` 0..24 (multi-turn, default 16),
 // `enid` 0..255 or 0x00..0xff (the encoder ID that must answer; default any), `model` (all three of a known model).
 //
-// A frame that stands alone has lost its request: it is judged as the reply to the request that its own control
-// field names. An echo error is therefore never found here.
+// A single frame comes without its request: it is checked as the reply to the request that its own control field names.
+// Therefore an echo error is never found here.
 [[nodiscard]] nlohmann::ordered_json Decode(const DecodeSettings& settings, Bytes frame, bool* usable);
 
 // For Family::make_simulator: the simulator of the bus's one encoder from the bus's `simulate` mapping

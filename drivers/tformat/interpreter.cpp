@@ -202,7 +202,7 @@ Answer Interpreter::OnExchange(const Event& event) {
 }
 
 // The checksum misses two inverted bits of one column, for example one of the position and one of SF or ALMC. The document
-// does not say whether an encoder changes SF and ALMC in the same reply, so a contradiction that stays is the encoder's own.
+// does not state whether an encoder changes SF and ALMC in the same reply, so a contradiction that stays is the encoder's own.
 Answer Interpreter::RefuseContradiction(Answer answer) {
   if (!answer.ok() || answer.asked != DataId::kAll) return answer;
   const std::uint8_t before = contradiction_;
@@ -310,7 +310,7 @@ void Interpreter::CompareStatus(const Answer& answer) {
   if (Contradiction(*answer.reply.status, *alarms_) != 0) wants_all_ = true;
 }
 
-// What ID 3 alone tells holds on for the readings with other IDs until the next ID 3.
+// What only ID 3 contains applies to readings with other IDs until the next ID 3.
 Sample Interpreter::MakeSample(const Reply& reply, const Interval& at) const {
   const std::uint8_t status = reply.status.value_or(0);
   const std::uint8_t raw = reply.alarms.value_or(alarms_.value_or(0));

@@ -10,18 +10,18 @@
 
 namespace axlecast::tformat {
 
-// Whether the encoder that answers is the configured one: its model by ENID and, where the configuration names a
-// tag, the unit by bytes of its user EEPROM. Nothing is published before it is accepted. One damaged reply convicts
-// nobody: an encoder is refused when three readings in a row say so.
+// Checks that the encoder that answers is the configured one: the model by its ENID and, if the configuration names a
+// tag, the unit by bytes of its user EEPROM. No position is published before the encoder is accepted. An encoder is
+// refused after three consecutive wrong readings, because one can be damaged.
 class IdentityCheck {
  public:
   static constexpr int kConfirmations = 3;
-  // A refused tag is read again after this time: somebody may have connected the right encoder.
+  // A refused tag is read again after this time, because the right encoder may have been connected.
   static constexpr MonoNs kRecheck = 1 * kSecond;
 
   IdentityCheck(const TFormatSettings& settings, DeviceOutput& output);
 
-  // Another encoder may be there now: everything must be read again.
+  // Another encoder may be connected now: everything must be read again.
   void Forget();
   void OnEncoderId(std::uint8_t encoder_id, MonoNs now);
   // A cell as an ID D reply shows it.
@@ -29,7 +29,7 @@ class IdentityCheck {
 
   [[nodiscard]] bool accepted() const { return state_ == State::kAccepted; }
   [[nodiscard]] bool refused() const { return refused_; }
-  // The cell to be read next so that the tag can be judged.
+  // Returns the cell that must be read next for the tag; nothing if no cell is needed.
   [[nodiscard]] std::optional<std::uint8_t> WantedCell() const;
 
  private:
@@ -44,7 +44,7 @@ class IdentityCheck {
   const TFormatSettings& settings_;
   DeviceOutput& output_;
   State state_ = State::kUnknown;
-  bool refused_ = false;  // told to the outside, until an encoder is accepted
+  bool refused_ = false;  // reported, until an encoder is accepted
   MonoNs refused_at_ = 0;
   std::uint8_t wrong_id_ = 0;
   int wrong_ids_ = 0;  // readings in a row that showed wrong_id_
@@ -53,27 +53,28 @@ class IdentityCheck {
   int wrong_tags_ = 0;                            // readings of the whole tag in a row
 };
 
-// What the encoder says, towards the outside: samples, errors by kind, alarms, identity, the trust in its turns,
-// and where its position jumps because of a reset. All of it follows from the events alone, whoever made the
-// requests and why; so a recorded sequence of events gives the same again.
+// Evaluates the replies of the encoder and reports samples, errors by kind, alarms, identity, whether its turns can be
+// trusted, and jumps of the position by a reset. The reports depend only on the events, not on the reason for a request:
+// a recorded sequence of events gives the same reports again.
 class Interpreter {
  public:
   Interpreter(const TFormatSettings& settings, const Expectation& expected, MonoNs character, DeviceOutput& output);
 
   void OnLinkUp(MonoNs now);
-  // `sent`: what was asked and is not answered.
+  // `sent`: the request that has no answer yet.
   void OnLinkDown(std::optional<DataId> sent);
   void OnStray(const Event& event);
-  // An exchange is over: kReply or kTimeout.
+  // An exchange has ended: kReply or kTimeout.
   Answer OnExchange(const Event& event);
 
-  // Good replies come. Not before the first one after the link came up, and no more after two requests in a row
-  // brought not a single byte: then another encoder may be there, or the same one after a power-off.
+  // Returns whether the encoder answers: from the first good reply after the link came up, until two consecutive requests
+  // brought not a single byte. Then another encoder may be connected, or the same one after a power-off.
   [[nodiscard]] bool answering() const { return answering_; }
   [[nodiscard]] const IdentityCheck& identity() const { return identity_; }
   // ALMC of the last reply to ID 3, while the encoder answers.
   [[nodiscard]] std::optional<std::uint8_t> alarms() const { return alarms_; }
-  // ALMC is out of date (the status field says so: TS5669 spec 6.3.2) or needs confirmation: ID 3 at once.
+  // Returns whether ID 3 must be requested at once: ALMC is out of date according to the status field (TS5669 spec
+  // 6.3.2), or needs confirmation.
   [[nodiscard]] bool wants_all() const { return wants_all_; }
 
  private:

@@ -23,7 +23,7 @@ struct Flag {
 // OS "Reset error"; 5.4.2, note 5: the turns may be wrong, "reset is needed".
 // FS "Make the rotational speed slow down to less than 100 min-1, and wait until the flag is automatically released".
 // CE "Stop the servo system immediately"; "Turn off and on the power supply".
-// OF "Reset error": the counter goes on as a cyclic one, 0 to 65,535.
+// OF "Reset error": the counter continues as a cyclic one, 0 to 65,535.
 // ME "Return to the origin position. Reset error."
 // BE "Reset error and multi-turn data"; "It is necessary to check or replace the external battery".
 // BA "Error status is automatically released"; "It is necessary to check or replace the external battery".
@@ -58,7 +58,7 @@ const Flag kFlags[] = {
 
 AllFields With(std::uint8_t alarms) { return {.alarms = alarms}; }
 
-// What an operator is told when the encoder raises a flag, and that it fits alarm_entry_t.
+// What an operator sees when the encoder raises a flag; it fits alarm_entry_t.
 TEST(Alarms, TellWhatTheSpecOrdersForEachFlag) {
   for (const Flag& flag : kFlags) {
     DeviceFixture bench;

@@ -23,7 +23,7 @@ namespace {
 // One readout, shown: ID 1, 2 or 3.
 class Readout final : public Procedure {
  public:
-  // With `after`, the name of a reset, it looks whether that took effect: the change `finding` says (ID 3).
+  // With `after`, the name of a reset, the change `finding` reports whether the reset took effect (ID 3).
   Readout(DataId id, std::string after, const TFormatSettings& settings, const DeviceOutput& output);
 
   [[nodiscard]] Step Next(MonoNs now) const override;
@@ -139,7 +139,7 @@ const std::vector<OperationSpec>& Specs() {
        .help =
            "Clears all latched errors (ID 7, ten requests); position and turns stay, and so does a lost reference",
        .arguments = {},
-       .verification = "ID 3 reads no latched error, if one stood before",
+       .verification = "ID 3 reads no latched error, if one was latched before",
        .verified_by_operation = kReadAllName},
       {.name = kEepromReadName,
        .help = "Reads cells of the user EEPROM",

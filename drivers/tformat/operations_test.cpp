@@ -231,7 +231,7 @@ TEST(VerifiedOutcome, AResetIsVerifiedOnlyWhereItsEffectCanBeSeen) {
   }
 }
 
-// The bridge is told before the tenth request what a look would have found before.
+// Before the tenth request, the bridge receives what a look would have found before.
 TEST(VerifiedOutcome, ProgressTellsWhetherAnEffectCouldBeSeen) {
   for (const auto& [single_turn, word] : {std::pair{1000U, "no_effect_seen"}, {3U, "reads_as_after"}}) {
     DeviceFixture bench;

@@ -98,7 +98,7 @@ std::vector<ProbeHit> TFormatProbe::Findings() const {
                   {"enid", Text("0x%02x", *encoder_id_)}};
   finding.reason += Text("; no model of this ENID is known; its position took %d bits so far",
                          static_cast<int>(std::bit_width(positions_)));
-  finding.check = "bits and turn_bits: the line does not tell them; see the encoder's label";
+  finding.check = "bits and turn_bits: the line does not show them; see the encoder's label";
   return {finding};
 }
 

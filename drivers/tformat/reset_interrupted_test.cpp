@@ -257,7 +257,7 @@ TEST(ResetInterrupted, CanBeCancelledUntilItsFirstRequest) {
   EXPECT_FALSE(bench.device->Cancel({9}, bench.now)) << "another order's id";
   bench.Give(kId3, All(), false);
   EXPECT_TRUE(bench.device->Cancel({1, 2, 3}, bench.now));
-  EXPECT_TRUE(bench.output.outcomes.empty()) << "the caller says so";
+  EXPECT_TRUE(bench.output.outcomes.empty()) << "the caller reports it";
   bench.Begin("zero_single_turn");
   bench.Give(kId3, All(), false);
   bench.Start();

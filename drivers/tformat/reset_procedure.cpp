@@ -119,7 +119,7 @@ std::optional<Outcome> ResetProcedure::OnSent(const Answer& answer, MonoNs end) 
   Outcome running;
   running.text = Text("request %d of %d answered%s", sent_, kResetTimes, alarmed ? "; one is sent again" : "");
   running.progress = static_cast<float>(sent_) / static_cast<float>(kResetTimes + 1);
-  // Should this process die: what is found afterwards says something only beside what was before.
+  // If this process ends now, a later reading proves an effect only if the state before is known.
   running.changes = {{"single_turn", std::to_string(*before_.single_turn), ""},
                      {"turns", std::to_string(*before_.multi_turn), ""},
                      {"alarms", AlarmText(*before_.alarms), ""}};
@@ -188,7 +188,7 @@ Outcome ResetProcedure::Judge(const Reply& after) const {
   }
 }
 
-// Ten good replies say that the encoder took the sequence.
+// Ten good replies prove that the encoder accepted the sequence.
 Outcome ResetProcedure::Fitting(const std::string& text) const {
   return WithFindingBefore(
       JudgeReadBack({.same_before = SameBefore(), .confirmed = sent_ == kResetTimes && !tenth_lost_},

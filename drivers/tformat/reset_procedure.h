@@ -17,7 +17,7 @@ inline constexpr int kResetTimes = 10;
 // From the end of one request's reply to the next request: the encoder's own 40 ms and a margin for both clocks.
 // The reply proves that its request has arrived, whatever the adapter's delays.
 inline constexpr MonoNs kResetInterval = 41 * kMillisecond;
-// Requests of one sequence that the encoder may answer with a communication alarm, which says that it did not understand
+// Requests of one sequence that the encoder may answer with a communication alarm, which means that it did not understand
 // them. Each is sent again (spec 6.3.2 (4)).
 inline constexpr int kMaxAlarmedRequests = 5;
 // From the last request to its effect: "maximum 18 ms" (spec 9, for the zero; 8.1, for an EEPROM cell), with a
@@ -28,21 +28,21 @@ inline constexpr MonoNs kWriteTime = 20 * kMillisecond;
   return id == DataId::kClearErrors || id == DataId::kZeroSingleTurn || id == DataId::kResetTurnsAndErrors;
 }
 
-// The multi-turn counter is 0, or one beside it while the shaft stands on the border between two turns.
+// The multi-turn counter is 0, or the adjacent turn while the shaft rests at the border between two turns.
 [[nodiscard]] bool TurnsAreReset(const Reply& all, const TFormatSettings& settings);
 // The single-turn position is 0 within the maker's 0.35 degrees.
 [[nodiscard]] bool IsZero(const Reply& all, const TFormatSettings& settings);
 
 // Ten requests of one reset, 41 ms apart, and the reading that shows their effect (TS5669 spec 9). It begins with a
-// reading by ID 3, which shows the state before and ends whatever sequence another process left unfinished. The two
-// resets that move the position need a shaft at rest before each of the ten requests.
+// reading by ID 3, which shows the state before and ends a sequence that another process left unfinished. The two resets
+// that move the position require a shaft at rest before each of the ten requests.
 //
 // A request that is answered with a communication alarm is sent again after the same interval (spec 6.3.2 (4)), a few
 // times, as long as the shaft rests. It is not counted among the ten. Whether the encoder counts it is not documented:
 // from ten requests on, alarmed ones included, a reading decides what was done.
 //
-// Any other request without a good reply, or a shaft that moves, ends the sequence before the tenth: nothing is done
-// then. The driver's next request is ID 3, so that nobody completes it.
+// Any other request without a good reply, or a shaft that moves, ends the sequence before the tenth request: the encoder
+// then does nothing. The driver's next request is ID 3, so that the sequence is never completed.
 class ResetProcedure final : public Procedure {
  public:
   // `id`: kClearErrors, kZeroSingleTurn or kResetTurnsAndErrors.
@@ -64,7 +64,7 @@ class ResetProcedure final : public Procedure {
   std::optional<Outcome> OnSent(const Answer& answer, MonoNs end);
   [[nodiscard]] std::optional<Outcome> Ended(const Answer& answer) const;
   void VerifyAt(MonoNs due);
-  // So many requests have gone out that the encoder may have done it, however it counts.
+  // Returns whether enough requests were sent that the encoder may have executed the reset, however it counts them.
   [[nodiscard]] bool MayBeDone() const { return sent_ + alarmed_ >= kResetTimes; }
   std::optional<Outcome> OnVerified(const Answer& answer);
   [[nodiscard]] Outcome NotAtRest(const Motion& motion) const;

@@ -43,7 +43,7 @@ enum class Plan : std::uint8_t {
   kSingleTurn,  // ID 0, and ID 3 in every n-th slot: 31 us instead of 51 us on the wire
 };
 
-// Bytes in the user EEPROM that tell this unit from another of its model.
+// Bytes in the user EEPROM that distinguish this unit from others of its model.
 struct IdentityTag {
   std::uint8_t address = 0;
   std::vector<std::uint8_t> bytes;

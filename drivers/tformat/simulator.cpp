@@ -10,7 +10,6 @@
 #include "drivers/tformat/settings.h"
 
 namespace axlecast::tformat {
-
 namespace {
 
 using Kind = SimulatedFault::Kind;
@@ -59,21 +58,12 @@ MonoNs Amount(const SimulatedFault& fault, Kind kind, MonoNs unit) {
 }  // namespace
 
 TFormatSimulator::TFormatSimulator(std::string device, const SimulatedAxis& axis, Script script, const Line& line)
-    : device_(std::move(device)), axis_(axis), script_(std::move(script)), line_(line), random_(line.seed) {}
+    : UnitSimulator({{std::move(device), axis, std::move(script)}}), line_(line), random_(line.seed) {}
 
 // ---- events ----
 
-void TFormatSimulator::CatchUp(MonoNs now) {
-  if (!started_) {
-    started_ = true;
-    script_.Start(axis_, now);
-  }
-  script_.Run(axis_, now);
-}
-
 MonoNs TFormatSimulator::NextDue() const {
-  if (!started_) return 0;
-  return std::min({script_.NextDue(), frame_ends_, next_pending_});
+  return std::min({UnitSimulator::NextDue(), frame_ends_, next_pending_});
 }
 
 void TFormatSimulator::OnDue(MonoNs now, const Transmit& transmit) {
@@ -84,21 +74,21 @@ void TFormatSimulator::OnDue(MonoNs now, const Transmit& transmit) {
 
 void TFormatSimulator::OnBytes(Bytes bytes, MonoNs now, const Transmit& transmit) {
   OnDue(now, transmit);
-  if (line_.echo || axis_.fault.kind == Kind::kEcho) transmit(bytes);
+  if (line_.echo || axis().fault.kind == Kind::kEcho) transmit(bytes);
   if (!baud_fits_) {
     counters_.noise += static_cast<std::int64_t>(bytes.size());
     return;
   }
-  if (axis_.fault.kind != Kind::kRequestFlip) return Take(bytes, false, now, transmit);
+  if (axis().fault.kind != Kind::kRequestFlip) return Take(bytes, false, now, transmit);
   std::vector<std::uint8_t> damaged(bytes.begin(), bytes.end());
-  const bool delimiter_error = FlipBits(damaged, 9, axis_.fault.amount, random_);
+  const bool delimiter_error = FlipBits(damaged, 9, axis().fault.amount, random_);
   Take(damaged, delimiter_error, now, transmit);
 }
 
 // ---- requests ----
 
 bool TFormatSimulator::Listens(MonoNs now) const {
-  return axis_.encoder.Accepts(now) && axis_.fault.kind != Kind::kOff;
+  return axis().encoder.Accepts(now) && axis().fault.kind != Kind::kOff;
 }
 
 void TFormatSimulator::Take(Bytes bytes, bool delimiter_error, MonoNs now, const Transmit& transmit) {
@@ -144,12 +134,12 @@ void TFormatSimulator::Answer(const SimulatedRequest& received, MonoNs now, cons
   SimulatedRequest request = received;
   if (delimiter_error_) request.verdict = SimulatedRequest::Verdict::kAbnormal;
   const MonoNs wire_time = line_.byte_time * static_cast<MonoNs>(request.size);
-  const MonoNs request_end = axis_.pace == Pace::kUnpaced ? now : now + wire_time;
+  const MonoNs request_end = axis().pace == Pace::kUnpaced ? now : now + wire_time;
   const ReplyBytes reply = Execute(request, request_end);
   frame_.Clear();
   frame_ends_ = kNever;
   delimiter_error_ = false;
-  if (axis_.fault.kind == Kind::kIntermittent && random_.Share() < axis_.fault.amount) {
+  if (axis().fault.kind == Kind::kIntermittent && random_.Share() < axis().fault.amount) {
     ++counters_.unanswered;
     return;
   }
@@ -168,14 +158,14 @@ void TFormatSimulator::Collide(MonoNs now) {
 }
 
 TFormatSimulator::ReplyBytes TFormatSimulator::Execute(const SimulatedRequest& request, MonoNs at) {
-  EncoderModel& encoder = axis_.encoder;
+  EncoderModel& encoder = axis().encoder;
   encoder.Advance(at);
   if (request.verdict != SimulatedRequest::Verdict::kGood) {
     ++counters_.abnormal;
     const auto alarms = static_cast<std::uint8_t>(Bit(request.parity_error, kCa0) | Bit(delimiter_error_, kCa1));
-    // "transmit the same Request signal again" (spec 6.3.2 (4)): the sequence of a reset goes on with it.
+    // "transmit the same Request signal again" (spec 6.3.2 (4)): the sequence of a reset continues with it.
     if (alarms == 0) encoder.OnOtherRequest();
-    const std::uint8_t field = axis_.abnormal_echo ? request.field : TableControlField(0x3);
+    const std::uint8_t field = axis().abnormal_echo ? request.field : TableControlField(0x3);
     return PositionReply(field, 0x3, alarms, at);
   }
   ++counters_.requests;
@@ -204,7 +194,7 @@ TFormatSimulator::ReplyBytes TFormatSimulator::Execute(const SimulatedRequest& r
 // Spec 6.3.3, Table 2.
 TFormatSimulator::ReplyBytes TFormatSimulator::PositionReply(std::uint8_t field, std::uint8_t data_id,
                                                              std::uint8_t alarm_bits, MonoNs at) {
-  const EncoderModel::Reading reading = axis_.encoder.Read(at);
+  const EncoderModel::Reading reading = axis().encoder.Read(at);
   ReplyBytes reply;
   reply.Append(field);
   reply.Append(static_cast<std::uint8_t>(StatusField(reading) | (alarm_bits & kCommunicationAlarms)));
@@ -221,7 +211,7 @@ TFormatSimulator::ReplyBytes TFormatSimulator::PositionReply(std::uint8_t field,
 
 // Spec 6.3.5, Table 4.
 TFormatSimulator::ReplyBytes TFormatSimulator::EepromReply(const SimulatedRequest& request, MonoNs at) {
-  EncoderEeprom& eeprom = axis_.encoder.eeprom();
+  EncoderEeprom& eeprom = axis().encoder.eeprom();
   const bool busy = eeprom.Busy(at);
   const bool write = request.data_id == 0x6;
   std::uint8_t data = 0;
@@ -236,22 +226,22 @@ TFormatSimulator::ReplyBytes TFormatSimulator::EepromReply(const SimulatedReques
 }
 
 void TFormatSimulator::Deliver(ReplyBytes reply, MonoNs request_end, MonoNs now, const Transmit& transmit) {
-  const MonoNs later = Amount(axis_.fault, Kind::kSlow, kMicrosecond);
+  const MonoNs later = Amount(axis().fault, Kind::kSlow, kMicrosecond);
   MonoNs sent = now + later;
-  if (axis_.pace == Pace::kWire) {
+  if (axis().pace == Pace::kWire) {
     sent = request_end + kAnswerDelay + later + line_.byte_time * static_cast<MonoNs>(reply.size());
-  } else if (axis_.pace == Pace::kSlots) {
-    const MonoNs slot = std::llround(axis_.slot_us * 1e3);
+  } else if (axis().pace == Pace::kSlots) {
+    const MonoNs slot = std::llround(axis().slot_us * 1e3);
     sent = (now + later) / slot * slot + slot;
   }
   transmitting_until_ = sent;
 
   std::array<std::uint8_t, kLongestReply> bytes{};
   std::copy_n(reply.data(), reply.size(), bytes.begin());
-  const std::size_t left = Damage(std::span(bytes.data(), reply.size()), axis_.fault, random_);
+  const std::size_t left = Damage(std::span(bytes.data(), reply.size()), axis().fault, random_);
   reply = ReplyBytes(Bytes(bytes.data(), left));
 
-  const MonoNs due = adapter_.Due(sent, axis_.fault, random_);
+  const MonoNs due = adapter_.Due(sent, axis().fault, random_);
   if (due <= now) return Send(reply, transmit);
   for (Pending& pending : pending_) {
     if (pending.due != kNever) continue;
@@ -281,35 +271,15 @@ void TFormatSimulator::SendDue(MonoNs now, const Transmit& transmit) {
   }
 }
 
-// ---- whoever looks on ----
-
-std::string TFormatSimulator::Set(std::string_view device, std::string_view key, std::string_view value,
-                                  MonoNs now) {
-  if (device != device_) return "no simulated device '" + std::string(device) + "' here: this is " + device_;
-  CatchUp(now);
-  axis_.encoder.Advance(now);
-  const Result<> done = axis_.Set(key, value);
-  return done ? "" : device_ + '.' + std::string(key) + ": " + done.error().text;
-}
-
-std::vector<std::pair<std::string, std::string>> TFormatSimulator::State(std::string_view device,
-                                                                         MonoNs now) const {
-  if (device != device_) return {};
-  SimulatedAxis axis = axis_;
-  axis.encoder.Advance(now);
-  std::vector<std::pair<std::string, std::string>> list = Quantities(axis);
-  const auto count = [&list](std::string_view name, std::int64_t value) {
-    list.emplace_back(name, std::to_string(value));
-  };
-  count("requests", counters_.requests);
-  count("replies", counters_.replies);
-  count("abnormal_requests", counters_.abnormal);
-  count("bad_sync", counters_.bad_sync);
-  count("unanswered", counters_.unanswered);
-  count("collisions", counters_.collisions);
-  count("noise", counters_.noise);
-  count("writes", counters_.writes);
-  return list;
+TFormatSimulator::CounterList TFormatSimulator::CountersOf(const Unit&) const {
+  return {{"requests", counters_.requests},
+          {"replies", counters_.replies},
+          {"abnormal_requests", counters_.abnormal},
+          {"bad_sync", counters_.bad_sync},
+          {"unanswered", counters_.unanswered},
+          {"collisions", counters_.collisions},
+          {"noise", counters_.noise},
+          {"writes", counters_.writes}};
 }
 
 namespace {
@@ -326,8 +296,8 @@ SimulatedAxis DescribedAxis(const DeviceConfig& device, ConfigMap& map) {
   settings.seed = static_cast<std::uint64_t>(map.Integer("seed", 1, 0, INT64_MAX, ""));
   if (described != nullptr) settings.encoder_id = known.encoder_id;
   const double start_deg = map.Number("start_deg", 0, 0, 360, "deg");
-  const std::int64_t most_turns = (std::int64_t{1} << settings.multi_turn_bits) - 1;
-  const std::int64_t start_turns = map.Integer("start_turns", 0, 0, most_turns, "turns");
+  const std::int64_t max_turns = (std::int64_t{1} << settings.multi_turn_bits) - 1;
+  const std::int64_t start_turns = map.Integer("start_turns", 0, 0, max_turns, "turns");
 
   SimulatedAxis axis(EncoderModel(settings, start_turns * kShaftTurn + AngleFromDegrees(start_deg)));
   if (!known.battery) axis.encoder.SetBattery(0, 0);
@@ -346,9 +316,7 @@ std::unique_ptr<Simulator> MakeTFormatSimulator(const BusConfig& bus, ConfigMap&
   const std::size_t errors = simulate.errors().list().size();
   ConfigMap map = simulate.Named(device.name);
   const SimulatedAxis axis = DescribedAxis(device, map);
-  SimulatedAxis tried = axis;
-  Script script = ReadScript(map, QuantityNames(), tried);
-  map.Done();
+  Script script = ReadScriptOf(map, axis);
   if (simulate.errors().list().size() != errors) return nullptr;
 
   TFormatSimulator::Line line;

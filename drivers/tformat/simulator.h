@@ -1,27 +1,22 @@
 #pragma once
 
 #include <array>
-#include <memory>
+#include <cstdint>
 #include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
 
-#include "core/device/simulator.h"
-#include "drivers/kit/simulation/script.h"
-#include "drivers/kit/simulation/simulated_fault.h"
+#include "drivers/kit/simulation/unit_simulator.h"
 #include "drivers/tformat/simulated_axis.h"
 #include "drivers/tformat/simulator_request.h"
 
 namespace axlecast::tformat {
 
-// One encoder on its point-to-point line: takes requests apart as strictly as the maker's tables say, answers in
+// One encoder on its point-to-point line: takes requests apart as strictly as the maker's tables require, answers in
 // the wire's time (3 us after the request, 4 us a byte at 2.5 Mbit/s) and complains when it is addressed while it
 // transmits. The instants given to it must not run backwards.
-class TFormatSimulator final : public Simulator {
+class TFormatSimulator final : public UnitSimulator<ScriptedDevice<SimulatedAxis>> {
  public:
   struct Line {
-    bool echo = false;                    // the adapter hears its own transmission
+    bool echo = false;                    // the adapter receives its own transmission
     MonoNs byte_time = 4 * kMicrosecond;  // 10 bits at 2.5 Mbit/s, spec 6.1
     std::uint64_t seed = 1;               // of the faults
     std::int64_t baud = 0;                // of the encoder; 0: whatever the host's is
@@ -33,10 +28,6 @@ class TFormatSimulator final : public Simulator {
   void OnBaud(std::int64_t baud) override { baud_fits_ = line_.baud == 0 || baud == line_.baud; }
   [[nodiscard]] MonoNs NextDue() const override;
   void OnDue(MonoNs now, const Transmit& transmit) override;
-  [[nodiscard]] std::string Set(std::string_view device, std::string_view key, std::string_view value,
-                                MonoNs now) override;
-  [[nodiscard]] std::vector<std::pair<std::string, std::string>> State(std::string_view device,
-                                                                       MonoNs now) const override;
 
   // Traffic since the start.
   struct Counters {
@@ -50,7 +41,7 @@ class TFormatSimulator final : public Simulator {
     std::int64_t writes = 0;      // requests that change something in the encoder, resets and the EEPROM
   };
   [[nodiscard]] const Counters& counters() const { return counters_; }
-  [[nodiscard]] const EncoderModel& encoder() const { return axis_.encoder; }
+  [[nodiscard]] const EncoderModel& encoder() const { return axis().encoder; }
 
  private:
   static constexpr std::size_t kLongestRequest = 4;
@@ -63,7 +54,10 @@ class TFormatSimulator final : public Simulator {
     ReplyBytes bytes;
   };
 
-  void CatchUp(MonoNs now);
+  using Unit = ScriptedDevice<SimulatedAxis>;
+  [[nodiscard]] CounterList CountersOf(const Unit& unit) const override;
+  [[nodiscard]] SimulatedAxis& axis() { return units().front().device; }
+  [[nodiscard]] const SimulatedAxis& axis() const { return units().front().device; }
   [[nodiscard]] bool Listens(MonoNs now) const;
   void FinishFrame(MonoNs now, const Transmit& transmit);
   void Take(Bytes bytes, bool delimiter_error, MonoNs now, const Transmit& transmit);
@@ -78,14 +72,10 @@ class TFormatSimulator final : public Simulator {
                                          MonoNs at);
   [[nodiscard]] ReplyBytes EepromReply(const SimulatedRequest& request, MonoNs at);
 
-  std::string device_;
-  SimulatedAxis axis_;
-  Script script_;
   Line line_;
   SeededRandom random_;
   Counters counters_;
 
-  bool started_ = false;
   bool baud_fits_ = true;
   InlineBytes<kLongestRequest> frame_;  // of a request that has begun
   MonoNs frame_ends_ = kNever;          // no further byte until then: the request ends as it is

@@ -198,7 +198,7 @@ TEST(SimulatorTest, AnswersEveryReadout) {
   }
 }
 
-// An encoder without battery says SF = 20 (public captures) and ALMC = BE and BA.
+// An encoder without battery sends SF = 20 (public captures) and ALMC = BE and BA.
 TEST(SimulatorTest, AlarmsStandInStatusFieldAndAlmc) {
   DeviceFixture bench("unpaced");
   bench.Set("battery_v", "0");
@@ -257,7 +257,7 @@ TEST(SimulatorTest, AddressedWhileItTransmitsItComplainsAndTheReplyIsLost) {
   bench.Pass(kMillisecond);
   EXPECT_THAT(bench.deliveries(), IsEmpty());
   EXPECT_EQ(bench.Value("collisions"), "1");
-  EXPECT_THAT(bench.Ask({0x1A}), SizeIs(11)) << "it goes on";
+  EXPECT_THAT(bench.Ask({0x1A}), SizeIs(11)) << "it continues";
 }
 
 TEST(SimulatorTest, TwoRequestsInOneBreathAreACollision) {
@@ -492,7 +492,7 @@ TEST(SimulatorTest, SpeedIsSetInRpm) {
 TEST(SimulatorTest, RefusesWithTheReason) {
   DeviceFixture bench("unpaced");
   TFormatSimulator& simulator = bench.simulator();
-  EXPECT_THAT(simulator.Set("axis2", "speed_rpm", "1", kStart), HasSubstr("this is axis1"));
+  EXPECT_THAT(simulator.Set("axis2", "speed_rpm", "1", kStart), HasSubstr("there is axis1"));
   EXPECT_THAT(simulator.Set("axis1", "speed", "1", kStart), HasSubstr("speed_rpm"));
   EXPECT_THAT(simulator.Set("axis1", "speed_rpm", "fast", kStart),
               HasSubstr("axis1.speed_rpm: 'fast' is not a number"));
@@ -507,7 +507,8 @@ TEST(SimulatorTest, RefusesWithTheReason) {
 
 TEST(SimulatorTest, EveryQuantityIsShown) {
   DeviceFixture bench("unpaced");
-  for (const std::string_view name : QuantityNames()) EXPECT_NE(bench.Value(std::string(name)), "absent") << name;
+  for (const std::string_view name : SimulatedAxis::QuantityNames())
+    EXPECT_NE(bench.Value(std::string(name)), "absent") << name;
   bench.Set("eeprom", "72=A1 05");
   EXPECT_EQ(bench.Value("eeprom"), "72=A1 05");
   bench.Set("enid", "0x17");

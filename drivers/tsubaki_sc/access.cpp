@@ -3,10 +3,8 @@
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
-#include "core/base/result.h"
 #include "core/device/operation.h"
 #include "drivers/kit/read_back.h"
-#include "drivers/kit/refusal.h"
 
 namespace axlecast::tsubaki_sc {
 namespace {
@@ -20,24 +18,23 @@ const char* Name(bool logged_in) { return logged_in ? "logged in" : "logged out"
 
 }  // namespace
 
-std::string PasswordTable::Read(std::string_view name, Secret& into) const {
+Result<Secret> PasswordTable::Read(std::string_view name) const {
   const auto place = settings_.passwords.find(name);
   const std::string shown(name);
-  if (place == settings_.passwords.end()) return "the configuration has no password named " + shown;
+  if (place == settings_.passwords.end()) return Failure("the configuration has no password named " + shown);
   Result<Secret> secret = source_.Read(place->second);
-  if (!secret) return "password " + shown + ": " + secret.error().text;
-  into = std::move(*secret);
-  if (IsPassword(into.text())) return {};
-  into = Secret();
-  return "password " + shown + ": what its file holds is none: 8 to 16 characters from ! to ~, no blanks";
+  if (!secret) return Failure("password " + shown + ": " + secret.error().text);
+  if (IsPassword(secret->text())) return secret;
+  return Failure("password " + shown +
+                 ": its file does not hold a password: 8 to 16 characters from ! to ~, no blanks");
 }
 
-std::string Login::Obstacle() const {
+Result<> Login::CheckPassword() const {
   if (passwords_.active().empty()) {
-    return "the unit is logged out, and the configuration names no password: add passwords and password";
+    return Failure("the unit is logged out, and the configuration names no password: add passwords and password");
   }
   if (!wrong_password_) return {};
-  return "the unit refused password " + passwords_.active() + " before; mend its file, then log_in";
+  return Failure("the unit refused password " + passwords_.active() + " before; correct its file, then log_in");
 }
 
 bool Login::Start(LoginGoal goal) {
@@ -46,8 +43,10 @@ bool Login::Start(LoginGoal goal) {
   failures_ = 0;
   writes_ = 0;
   answered_ = false;
-  problem_ = goal == LoginGoal::kIn ? Obstacle() : "";
-  if (!problem_.empty()) return false;
+  if (const Result<> password = CheckPassword(); goal == LoginGoal::kIn && !password) {
+    problem_ = password.error().text;
+    return false;
+  }
   stage_ = Stage::kLook;
   return true;
 }
@@ -57,13 +56,13 @@ Exchange Login::Next(MonoNs now) const {
   return requests_.Read(kLoginStatus);
 }
 
-Login::Result Login::OnAnswer(const Answer& answer) {
+Login::Progress Login::OnAnswer(const Answer& answer) {
   return IsLogin(answer.request) ? OnWritten(answer) : OnStatus(answer);
 }
 
-Login::Result Login::OnStatus(const Answer& answer) {
+Login::Progress Login::OnStatus(const Answer& answer) {
   if (!answer.ok()) {
-    if (!answer.refused() && ++failures_ < kTries) return Result::kGoing;
+    if (!answer.refused() && ++failures_ < kTries) return Progress::kGoing;
     return Fail("the login status could not be read: " + CauseOf(answer));
   }
   const bool logged_in = answer.reply.Register(0) == kSaysLoggedIn;
@@ -71,7 +70,7 @@ Login::Result Login::OnStatus(const Answer& answer) {
     Wipe(frame_);
     stage_ = Stage::kNone;
     wrong_password_ = wrong_password_ && goal_ != LoginGoal::kIn;
-    return Result::kDone;
+    return Progress::kDone;
   }
   if (stage_ == Stage::kVerify && answered_) {
     return Fail(Text("the unit took the password, but says %s", Name(logged_in)));
@@ -82,29 +81,29 @@ Login::Result Login::OnStatus(const Answer& answer) {
 }
 
 // The state was just read: it is the other one.
-Login::Result Login::Write(const Answer& answer) {
-  if (std::string problem = Obstacle(); !problem.empty()) return Fail(std::move(problem));
-  Secret secret;
-  std::string problem = passwords_.Read(passwords_.active(), secret);
-  if (!problem.empty()) return Fail(std::move(problem));
-  frame_ = WritePassword(requests_.address(), kLoginBlock, secret.text(), format_);
+Login::Progress Login::Write(const Answer& answer) {
+  if (const Result<> usable = CheckPassword(); !usable) return Fail(usable.error().text);
+  const Result<Secret> secret = passwords_.Read(passwords_.active());
+  if (!secret) return Fail(secret.error().text);
+  frame_ = WritePassword(requests_.address(), kLoginBlock, secret->text(), format_);
   looked_at_ = answer.end;
   stage_ = Stage::kWrite;
-  return Result::kGoing;
+  return Progress::kGoing;
 }
 
-Login::Result Login::OnWritten(const Answer& answer) {
+Login::Progress Login::OnWritten(const Answer& answer) {
   Wipe(frame_);
   ++writes_;
   if (answer.refused_for_login()) {
     wrong_password_ = true;
-    return Fail("the unit refused password " + passwords_.active() + ": it is wrong; mend its file, then log_in");
+    return Fail("the unit refused password " + passwords_.active() +
+                ": it is wrong; correct its file, then log_in");
   }
   if (answer.refused()) return Fail("the unit did not take the password: " + CauseOf(answer));
   owes_ = owes_ || (goal_ == LoginGoal::kIn && log_out_ && !keeps_);
   answered_ = answer.ok();
   stage_ = Stage::kVerify;  // whether it arrived, if its reply is lost, AI 300 says
-  return Result::kGoing;
+  return Progress::kGoing;
 }
 
 void Login::OnDoubt() {
@@ -128,11 +127,11 @@ void Login::Abort(std::string problem) {
   if (active()) static_cast<void>(Fail(std::move(problem)));
 }
 
-Login::Result Login::Fail(std::string problem) {
+Login::Progress Login::Fail(std::string problem) {
   Wipe(frame_);
   stage_ = Stage::kNone;
   problem_ = std::move(problem);
-  return Result::kFailed;
+  return Progress::kFailed;
 }
 
 // The login itself is the device's; asked for a request of its own, it only looks.
@@ -156,11 +155,10 @@ Outcome LogIn::GiveUp(std::int32_t reason, const std::string& cause) const {
                (goal_ == LoginGoal::kIn ? "not logged in: " : "not logged out: ") + cause);
 }
 
-std::optional<bool> PasswordComparison::Holds(Bytes registers) {
-  Secret secret;
-  problem_ = passwords_.Read(name_, secret);
-  if (!problem_.empty()) return std::nullopt;
-  return HoldsPassword(registers, secret.text(), format_.order);
+Result<bool> PasswordComparison::Holds(Bytes registers) const {
+  const Result<Secret> secret = passwords_.Read(name_);
+  if (!secret) return Failure(secret.error());
+  return HoldsPassword(registers, secret->text(), format_.order);
 }
 
 Exchange ReadPassword(const Requests& requests) { return requests.Secret(requests.Read(kPassword).request); }
@@ -197,8 +195,8 @@ std::optional<Outcome> PasswordChange::OnReadBack(const Answer& answer) {
     if (!answer.refused() && ++failures_ < kTries) return std::nullopt;
     return GiveUp(ReasonOf(answer), CauseOf(answer));
   }
-  const std::optional<bool> holds = comparison_.Holds(answer.reply.data);
-  if (!holds) return GiveUp(Reason::REASON_NOT_PERMITTED, comparison_.problem());
+  const Result<bool> holds = comparison_.Holds(answer.reply.data);
+  if (!holds) return GiveUp(Reason::REASON_NOT_PERMITTED, holds.error().text);
   if (!*holds) {
     return Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                  "the unit's password reads differently from " + comparison_.name());
@@ -230,8 +228,8 @@ std::optional<Outcome> PasswordCheck::OnAnswer(const Answer& answer) {
     return Rejected(Reason::REASON_DEVICE_REFUSED,
                     "the unit is logged out, and then does not tell its password: log_in first");
   }
-  const std::optional<bool> holds = comparison_.Holds(answer.reply.data);
-  if (!holds) return GiveUp(Reason::REASON_NOT_PERMITTED, comparison_.problem());
+  const Result<bool> holds = comparison_.Holds(answer.reply.data);
+  if (!holds) return GiveUp(Reason::REASON_NOT_PERMITTED, holds.error().text);
   if (*holds) passwords_.Use(comparison_.name());
   Outcome outcome =
       Verified((*holds ? "the unit has password " : "the unit has another password than ") + comparison_.name());

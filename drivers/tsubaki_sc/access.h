@@ -24,8 +24,8 @@ class PasswordTable {
   [[nodiscard]] bool Has(std::string_view name) const { return settings_.passwords.contains(name); }
   void Use(const std::string& name) { active_ = name; }
 
-  // An empty string when it was read and is a password, else the cause and the remedy; the content never shows.
-  [[nodiscard]] std::string Read(std::string_view name, Secret& into) const;
+  // Reads a password. The error never shows its content.
+  [[nodiscard]] Result<Secret> Read(std::string_view name) const;
 
  private:
   const ScSettings& settings_;
@@ -39,7 +39,7 @@ class PasswordTable {
 // A password that the unit refused (error 04) is never written again until Allow.
 class Login {
  public:
-  enum class Result : std::uint8_t { kGoing, kDone, kFailed };
+  enum class Progress : std::uint8_t { kGoing, kDone, kFailed };
 
   // `log_out`: the unit is logged out again after an order that logged it in.
   Login(const Requests& requests, const PasswordTable& passwords, const PasswordFormat& format, bool log_out)
@@ -52,12 +52,13 @@ class Login {
   [[nodiscard]] LoginGoal goal() const { return goal_; }  // while active
   // The password is to be written next.
   [[nodiscard]] bool writing() const { return stage_ == Stage::kWrite; }
-  // Why it has nothing to log in or out with; empty when it has.
-  [[nodiscard]] std::string Obstacle() const;
-  // False when there is an obstacle: problem() says it. A logout looks first: the unit may be logged out already.
+  // Returns an error if there is no password, or if the unit has refused it.
+  [[nodiscard]] Result<> CheckPassword() const;
+  // Returns false if a login has no password (see problem()). A logout reads the state first: the unit may be logged out
+  // already.
   [[nodiscard]] bool Start(LoginGoal goal);
   [[nodiscard]] Exchange Next(MonoNs now) const;
-  [[nodiscard]] Result OnAnswer(const Answer& answer);
+  [[nodiscard]] Progress OnAnswer(const Answer& answer);
   // An exchange failed: the unit may have been off.
   void OnDoubt();
   // The unit is gone.
@@ -78,10 +79,10 @@ class Login {
  private:
   enum class Stage : std::uint8_t { kNone, kLook, kWrite, kVerify };
 
-  Result OnStatus(const Answer& answer);
-  Result Write(const Answer& answer);
-  Result OnWritten(const Answer& answer);
-  Result Fail(std::string problem);
+  Progress OnStatus(const Answer& answer);
+  Progress Write(const Answer& answer);
+  Progress OnWritten(const Answer& answer);
+  Progress Fail(std::string problem);
 
   const Requests& requests_;
   const PasswordTable& passwords_;
@@ -110,12 +111,15 @@ class LogIn final : public Procedure {
   std::optional<Outcome> OnAnswer(const Answer& answer) override;
   std::optional<Outcome> OnLoginDone() override;
   [[nodiscard]] Outcome GiveUp(std::int32_t reason, const std::string& cause) const override;
-  [[nodiscard]] bool touched() const override { return true; }
+  void OnStarted() override { started_ = true; }
+  void OnLoginStarted() override { started_ = true; }
+  [[nodiscard]] bool touched() const override { return started_; }
   [[nodiscard]] std::optional<LoginGoal> begins_with() const override { return goal_; }
 
  private:
   const Requests& requests_;
   const LoginGoal goal_;
+  bool started_ = false;
 };
 
 // Whether a password that was read from AO 200-207 is the one of that name. Nothing of it is kept.
@@ -125,15 +129,13 @@ class PasswordComparison {
       : passwords_(passwords), format_(format), name_(std::move(name)) {}
 
   [[nodiscard]] const std::string& name() const { return name_; }
-  // Nothing when the password of that name cannot be read: problem() says why.
-  [[nodiscard]] std::optional<bool> Holds(Bytes registers);
-  [[nodiscard]] const std::string& problem() const { return problem_; }
+  // Returns an error if the password of that name cannot be read.
+  [[nodiscard]] Result<bool> Holds(Bytes registers) const;
 
  private:
   const PasswordTable& passwords_;
   const PasswordFormat& format_;
   std::string name_;
-  std::string problem_;
 };
 
 // The exchange that reads AO 200-207: its reply is masked.

@@ -128,7 +128,7 @@ TEST(Login, APasswordThatCannotBeReadOrIsNoneIsNamedNotShown) {
   bench.GoOnline();
   bench.secrets.files["/p/old"] = "short";
   EXPECT_EQ(bench.Do("log_in").state, CommandState::kFailed);
-  EXPECT_THAT(bench.Last().text, HasSubstr("password old: what its file holds is none"));
+  EXPECT_THAT(bench.Last().text, HasSubstr("password old: its file does not hold a password"));
   EXPECT_THAT(bench.Last().text, testing::Not(HasSubstr("short")));
   bench.secrets.files.clear();
   EXPECT_EQ(bench.Do("log_in").state, CommandState::kFailed);

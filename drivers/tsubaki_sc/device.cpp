@@ -27,6 +27,8 @@ const ScSettings& Own(const DeviceConfig& device) { return static_cast<const ScS
 
 bool Same(Bytes a, Bytes b) { return std::equal(a.begin(), a.end(), b.begin(), b.end()); }
 
+bool IsStop(const DriverCommand& command) { return command.operation == kStopMotorName; }
+
 }  // namespace
 
 void SlowPlan::Restart() { *this = {}; }
@@ -57,22 +59,22 @@ ScDevice::ScDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutpu
       passwords_(settings_, secrets),
       login_(requests_, passwords_, settings_.password_format, settings_.log_out),
       interpreter_(settings_.password_format.order, output),
-      shop_{settings_, requests_, passwords_, login_, interpreter_.trips(), output_},
-      urgent_(output),
-      order_(output) {}
+      context_{settings_, requests_, passwords_, login_, interpreter_.trips(), output_},
+      urgent_(*this, output),
+      command_(*this, output) {}
 
-Step ScDevice::Next(const BusSlot& turn) const {
+Step ScDevice::Next(const BusSlot& slot) const {
   if (!link_up_) return {.action = Idle{kNever}, .priority = Priority::kLive};
-  const bool urgent = !turn.reserved && urgent_.Wants(turn.now);
-  if (turn.now < quiet_until_ && !(urgent && turn.now >= busy_since_ + kPatience)) {
-    return {.action = WaitForIdleLine{quiet_until_ - turn.now}, .priority = Priority::kLive};
+  const bool urgent = !slot.reserved && urgent_.IsRunnable(slot.now);
+  if (slot.now < quiet_until_ && !(urgent && slot.now >= busy_since_ + kPatience)) {
+    return {.action = WaitForIdleLine{quiet_until_ - slot.now}, .priority = Priority::kLive};
   }
-  if (urgent) return UrgentStep(turn.now);
+  if (urgent) return UrgentStep(slot.now);
   // The password follows the reading of the login state at once.
-  const bool commands = !turn.reserved && (order_.Wants(turn.now) || (login_.writing() && !fence_));
-  if (commands) return StepOf(WorkAt(Priority::kCommand), Priority::kCommand, turn.now);
-  if (turn.poll_due) return StepOf(WorkAt(Priority::kLive), Priority::kLive, turn.now);
-  return BackgroundStep(turn.now);
+  const bool commands = !slot.reserved && (command_.IsRunnable(slot.now) || (login_.writing() && !fence_));
+  if (commands) return StepOf(WorkAt(Priority::kCommand), Priority::kCommand, slot.now);
+  if (slot.poll_due) return StepOf(WorkAt(Priority::kLive), Priority::kLive, slot.now);
+  return BackgroundStep(slot.now);
 }
 
 Step ScDevice::UrgentStep(MonoNs now) const {
@@ -82,14 +84,12 @@ Step ScDevice::UrgentStep(MonoNs now) const {
 }
 
 // Orders move it on; else the live turns of the unit do.
-bool ScDevice::LoginOfOrder() const {
-  return (urgent_.held() && urgent_.login_goal()) || (order_.held() && order_.login_goal());
-}
+bool ScDevice::LoginOfCommand() const { return (urgent_.login_goal()) || (command_.login_goal()); }
 
 // Between its live turns: on a bus that is not full, and in the turns that are kept for it.
 Step ScDevice::BackgroundStep(MonoNs now) const {
   const TripReader& trips = interpreter_.trips();
-  if (fence_ || !answering_ || (login_.active() && !LoginOfOrder()))
+  if (fence_ || !answering_ || (login_.active() && !LoginOfCommand()))
     return {.action = Idle{kNever}, .priority = Priority::kLive};
   // A slot for each half would halve the rate that the configuration asks for.
   if (!saturated_ && status_next_) return StepOf(Work::kLive, Priority::kLive, now);
@@ -112,8 +112,8 @@ Exchange ScDevice::ExchangeOf(Work work, MonoNs now) const {
       return login_.Next(now);
     case Work::kUrgent:
       return urgent_.procedure().Next();
-    case Work::kOrder:
-      return order_.procedure().Next();
+    case Work::kCommand:
+      return command_.procedure().Next();
     case Work::kTrip:
       return requests_.Read(interpreter_.trips().Next());
     case Work::kSlow:
@@ -126,9 +126,9 @@ Exchange ScDevice::ExchangeOf(Work work, MonoNs now) const {
 ScDevice::Work ScDevice::WorkAt(Priority priority) const {
   switch (priority) {
     case Priority::kStop:
-      return OrderWork(urgent_, Work::kUrgent);
+      return CommandWork(urgent_, Work::kUrgent);
     case Priority::kCommand:
-      return login_.writing() && !fence_ ? Work::kLogin : OrderWork(order_, Work::kOrder);
+      return login_.writing() && !fence_ ? Work::kLogin : CommandWork(command_, Work::kCommand);
     case Priority::kLive:
       return LiveWork();
     case Priority::kTrip:
@@ -138,7 +138,7 @@ ScDevice::Work ScDevice::WorkAt(Priority priority) const {
   }
 }
 
-ScDevice::Work ScDevice::OrderWork(const CommandSlot& slot, Work own) const {
+ScDevice::Work ScDevice::CommandWork(const CommandSlot& slot, Work own) const {
   if (!slot.login_goal() && slot.procedure().unfenced()) return own;
   if (fence_) return Work::kFence;
   return slot.login_goal() ? Work::kLogin : own;
@@ -147,7 +147,7 @@ ScDevice::Work ScDevice::OrderWork(const CommandSlot& slot, Work own) const {
 ScDevice::Work ScDevice::LiveWork() const {
   const TripReader& trips = interpreter_.trips();
   if (fence_ || !answering_) return Work::kFence;
-  if (login_.active() && !LoginOfOrder() && !lent_) return Work::kLogin;
+  if (login_.active() && !LoginOfCommand() && !lent_) return Work::kLogin;
   if (slow_.identity_first()) return Work::kSlow;
   if (trips.fresh()) {
     const bool suspend = settings_.trip_fetch == TripFetchMode::kSuspendLive && trips.log() == 0 &&
@@ -160,7 +160,7 @@ ScDevice::Work ScDevice::LiveWork() const {
 }
 
 CommandSlot* ScDevice::SlotAt(Priority priority) {
-  return priority == Priority::kStop ? &urgent_ : priority == Priority::kCommand ? &order_ : nullptr;
+  return priority == Priority::kStop ? &urgent_ : priority == Priority::kCommand ? &command_ : nullptr;
 }
 
 void ScDevice::OnStarted(const Step& step, MonoNs now) {
@@ -176,8 +176,8 @@ void ScDevice::OnStarted(const Step& step, MonoNs now) {
   }
   if (priority_ == Priority::kLive) lent_ = in_flight_ != Work::kLive;
   if (CommandSlot* slot = SlotAt(priority_)) {
-    const bool login = in_flight_ == Work::kLogin && slot->held() && slot->login_goal();
-    if (login || in_flight_ == Work::kUrgent || in_flight_ == Work::kOrder) slot->OnStarted();
+    const bool login = in_flight_ == Work::kLogin && slot->login_goal();
+    if (login || in_flight_ == Work::kUrgent || in_flight_ == Work::kCommand) slot->OnStarted();
   }
 }
 
@@ -208,7 +208,7 @@ void ScDevice::On(const Event& event) {
       break;
   }
   urgent_.ExpireIfLate(now);
-  order_.ExpireIfLate(now);
+  command_.ExpireIfLate(now);
   if (link_up_) PursueLogin(now);
 }
 
@@ -217,8 +217,8 @@ void ScDevice::OnExchange(const Event& event) {
   const Work work = std::exchange(in_flight_, Work::kNone);
   Track(answer);
   // What the unit refuses to an order is the order's; to a reading it is a fault of that reading.
-  const bool asked_by_order = work == Work::kOrder || work == Work::kUrgent || work == Work::kLogin;
-  if (!answer.ok() && !(answer.refused() && asked_by_order)) output_.OnError(*answer.error, answer.at);
+  const bool asked_by_command = work == Work::kCommand || work == Work::kUrgent || work == Work::kLogin;
+  if (!answer.ok() && !(answer.refused() && asked_by_command)) output_.OnError(*answer.error, answer.at);
   interpreter_.OnAnswer(answer);
   if (answer.ok() && answer.block == kLoginStatus) OnLoginStatus(work, answer);
   Settle(work, answer);
@@ -247,9 +247,9 @@ void ScDevice::Settle(Work work, const Answer& answer) {
     case Work::kLogin:
       return OnLoginAnswer(answer);
     case Work::kUrgent:
-      return OnOrderAnswer(urgent_, answer);
-    case Work::kOrder:
-      return OnOrderAnswer(order_, answer);
+      return OnCommandAnswer(urgent_, answer);
+    case Work::kCommand:
+      return OnCommandAnswer(command_, answer);
     case Work::kLive:
       // A half that failed waits for its next turn: the other one may be readable.
       status_next_ = answer.block == kAnalog;
@@ -277,20 +277,17 @@ void ScDevice::OnFence(const Answer& answer) {
   }
 }
 
-void ScDevice::OnOrderAnswer(CommandSlot& slot, const Answer& answer) {
-  if (slot.held() && !slot.ended() && slot.TakeLogin(answer)) {
-    // A logout that is under way waits for the login.
-    if (login_.active() && login_.goal() == LoginGoal::kOut) login_.Abort("an order needs the login");
-    return;
-  }
-  slot.OnAnswer(answer);
+void ScDevice::OnCommandAnswer(CommandSlot& slot, const Answer& answer) {
+  if (!slot.OnAnswer(answer)) return;
+  // A logout that is under way waits for the login.
+  if (login_.active() && login_.goal() == LoginGoal::kOut) login_.Abort("a command needs the login");
 }
 
 // Somebody waits for a login or a logout, or one is owed.
 void ScDevice::PursueLogin(MonoNs now) {
   if (login_.active()) return;
-  for (CommandSlot* slot : {&urgent_, &order_}) {
-    if (!slot->held() || !slot->login_goal()) continue;
+  for (CommandSlot* slot : {&urgent_, &command_}) {
+    if (!slot->busy() || !slot->login_goal()) continue;
     // The procedure made sure that the unit stays logged in.
     if (slot->ended() && !login_.owes_log_out())
       slot->Release("");
@@ -298,7 +295,7 @@ void ScDevice::PursueLogin(MonoNs now) {
       return StartLogin(*slot->login_goal(), now);
   }
   const bool background = answering_ && login_.owes_log_out() && !log_out_failed_;
-  if (background && !urgent_.held() && !order_.held()) StartLogin(LoginGoal::kOut, now);
+  if (background && !urgent_.busy() && !command_.busy()) StartLogin(LoginGoal::kOut, now);
 }
 
 void ScDevice::StartLogin(LoginGoal goal, MonoNs now) {
@@ -306,8 +303,8 @@ void ScDevice::StartLogin(LoginGoal goal, MonoNs now) {
 }
 
 void ScDevice::OnLoginAnswer(const Answer& answer) {
-  const Login::Result result = login_.OnAnswer(answer);
-  if (result != Login::Result::kGoing) EndLogin(result == Login::Result::kDone, answer.end);
+  const Login::Progress result = login_.OnAnswer(answer);
+  if (result != Login::Progress::kGoing) EndLogin(result == Login::Progress::kDone, answer.end);
 }
 
 void ScDevice::EndLogin(bool done, MonoNs now) {
@@ -324,11 +321,11 @@ void ScDevice::EndLogin(bool done, MonoNs now) {
     log_out_failed_ = !done;
     output_.OnAlarm(kStillLoggedIn, done ? AlarmState::kAbsent : AlarmState::kLive, now);
   }
-  for (CommandSlot* slot : {&urgent_, &order_}) {
-    if (!slot->held() || slot->login_goal() != goal) continue;
+  for (CommandSlot* slot : {&urgent_, &command_}) {
+    if (!slot->busy() || slot->login_goal() != goal) continue;
     if (done && in && !slot->ended() && slot->procedure().begins_with()) login_.Keep();
     if (done)
-      slot->OnLoginDone(in && login_.owes_log_out() && slot == &order_);
+      slot->OnLoginDone(in && login_.owes_log_out() && slot == &command_);
     else
       slot->OnLoginFailed(login_.problem());
   }
@@ -369,48 +366,41 @@ void ScDevice::OnLinkDown() {
   link_up_ = false;
   in_flight_ = Work::kNone;
   Disappear();
-  urgent_.GiveUp(Reason::REASON_NO_REPLY, "the link was lost");
-  order_.GiveUp(Reason::REASON_NO_REPLY, "the link was lost");
+  urgent_.OnLinkLost();
+  command_.OnLinkLost();
 }
 
-void ScDevice::Begin(const DriverCommand& order, MonoNs now) {
-  auto made = Admit(order, now);
-  if (const Outcome* refused = std::get_if<Outcome>(&made)) return output_.OnOutcome(order.id, *refused);
-  CommandSlot& slot = order.operation == kStopMotorName ? urgent_ : order_;
-  if (order.operation == kLogInName || order.operation == kLogOutName) login_.Allow();
-  slot.Take(order, std::move(std::get<std::unique_ptr<Procedure>>(made)));
+Result<> ScDevice::Validate(const DriverCommand& command, MonoNs now) const {
+  return (IsStop(command) ? urgent_ : command_).Validate(command, link_up_, now);
+}
+
+void ScDevice::Begin(const DriverCommand& command, MonoNs now) {
+  if (!(IsStop(command) ? urgent_ : command_).Begin(command, link_up_, now)) return;
+  if (command.operation == kLogInName || command.operation == kLogOutName) login_.Allow();
   PursueLogin(now);
 }
 
-Result<> ScDevice::Validate(const DriverCommand& order, MonoNs now) const {
-  return AsResult(RefusalOf(Admit(order, now)));
+Result<std::unique_ptr<Procedure>> ScDevice::MakeProcedure(const DriverCommand& command, MonoNs) const {
+  return tsubaki_sc::MakeProcedure(command, context_);
 }
 
-// What is wrong with the order itself comes first: it will not pass.
-Made ScDevice::Admit(const DriverCommand& order, MonoNs now) const {
-  auto made = MakeProcedure(order, shop_);
-  if (RefusalOf(made)) return made;
-  if (auto refusal = RefusalNow(order, now)) return *std::move(refusal);
-  return made;
-}
-
-std::optional<Outcome> ScDevice::RefusalNow(const DriverCommand& order, MonoNs now) const {
-  const bool urgent = order.operation == kStopMotorName;
-  if (auto refusal = RefusalToBegin((urgent ? urgent_ : order_).held(), order, now, link_up_)) return refusal;
-  // A stop is tried on a unit that seems to be gone, too, and whatever it said last.
-  if (urgent) return std::nullopt;
-  if (!answering_) {
-    return Rejected(Reason::REASON_DEVICE_OFFLINE,
-                    "the unit does not answer: check its power, its cable and address");
+Result<> ScDevice::CheckState(const DriverCommand& command, MonoNs) const {
+  // A stop is sent even if the unit seems to be off, whatever its last status was.
+  if (IsStop(command)) return {};
+  if (!answering_) return DeviceOffline("the unit does not answer: check its power, its cable and address");
+  const MotorReading& reading = interpreter_.reading();
+  if (command.operation == kStartMotorName) {
+    if (Result<> startable = CheckNotTripped(reading.status_bits); reading.tripped && !startable) return startable;
   }
-  MotorReading state = interpreter_.reading();
-  if (login_.active()) state.logged_in = -1;  // a login is under way: what was read before it says nothing
-  if (auto refusal = RefusalByState(order.operation, state)) return refusal;
-  if (state.logged_in != 0 || !NeedsLogin(order.operation)) return std::nullopt;
-  const std::string problem = login_.Obstacle();
-  return problem.empty() ? std::nullopt : std::optional(Rejected(Reason::REASON_DEVICE_REFUSED, problem));
+  // During a login, the state that was read before it may be outdated.
+  const bool logged_out = reading.logged_in == 0 && !login_.active();
+  if (!logged_out || !NeedsLogin(command.operation)) return {};
+  if (const Result<> password = login_.CheckPassword(); !password) {
+    return Failure(password.error().text, Reason::REASON_DEVICE_REFUSED);
+  }
+  return {};
 }
 
-bool ScDevice::Cancel(const CommandId& id, MonoNs) { return urgent_.Cancel(id) || order_.Cancel(id); }
+bool ScDevice::Cancel(const CommandId& id, MonoNs) { return urgent_.Cancel(id) || command_.Cancel(id); }
 
 }  // namespace axlecast::tsubaki_sc

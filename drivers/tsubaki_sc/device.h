@@ -60,30 +60,30 @@ class SlowPlan {
 //   so do the login and, every other one, the first look at a unit that has appeared.
 // - Error 04 (logged out) to an order: logs in once, and the same request goes out once more. Unless the configuration
 //   says log_out: false, the unit is logged out again before the order's outcome is reported; after a stop, later.
-class ScDevice final : public Device {
+class ScDevice final : public Device, private CommandRunner<Procedure>::Policy {
  public:
   ScDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output, SecretSource& secrets);
 
-  [[nodiscard]] Step Next(const BusSlot& turn) const override;
+  [[nodiscard]] Step Next(const BusSlot& slot) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
-  [[nodiscard]] Result<> Validate(const DriverCommand& order, MonoNs now) const override;
-  void Begin(const DriverCommand& order, MonoNs now) override;
+  [[nodiscard]] Result<> Validate(const DriverCommand& command, MonoNs now) const override;
+  void Begin(const DriverCommand& command, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
  private:
   // Whose exchange it is.
-  enum class Work : std::uint8_t { kNone, kFence, kLogin, kUrgent, kOrder, kLive, kTrip, kSlow };
+  enum class Work : std::uint8_t { kNone, kFence, kLogin, kUrgent, kCommand, kLive, kTrip, kSlow };
 
-  // The procedure that carries out the order, or why it cannot begin now.
-  [[nodiscard]] Made Admit(const DriverCommand& order, MonoNs now) const;
-  [[nodiscard]] std::optional<Outcome> RefusalNow(const DriverCommand& order, MonoNs now) const;
+  [[nodiscard]] Result<std::unique_ptr<Procedure>> MakeProcedure(const DriverCommand& command,
+                                                                 MonoNs now) const override;
+  [[nodiscard]] Result<> CheckState(const DriverCommand& command, MonoNs now) const override;
   [[nodiscard]] Step BackgroundStep(MonoNs now) const;
   [[nodiscard]] Step UrgentStep(MonoNs now) const;
   [[nodiscard]] Step StepOf(Work work, Priority priority, MonoNs now) const;
   [[nodiscard]] Exchange ExchangeOf(Work work, MonoNs now) const;
   [[nodiscard]] Work WorkAt(Priority priority) const;
-  [[nodiscard]] Work OrderWork(const CommandSlot& slot, Work own) const;
+  [[nodiscard]] Work CommandWork(const CommandSlot& slot, Work own) const;
   [[nodiscard]] Work LiveWork() const;
   [[nodiscard]] CommandSlot* SlotAt(Priority priority);
 
@@ -91,12 +91,12 @@ class ScDevice final : public Device {
   void Track(const Answer& answer);
   void Settle(Work work, const Answer& answer);
   void OnFence(const Answer& answer);
-  void OnOrderAnswer(CommandSlot& slot, const Answer& answer);
+  void OnCommandAnswer(CommandSlot& slot, const Answer& answer);
   void OnLoginAnswer(const Answer& answer);
   void PursueLogin(MonoNs now);
   void StartLogin(LoginGoal goal, MonoNs now);
   void EndLogin(bool done, MonoNs now);
-  [[nodiscard]] bool LoginOfOrder() const;
+  [[nodiscard]] bool LoginOfCommand() const;
   void OnLoginStatus(Work work, const Answer& answer);
   void LogInIfWanted(const Answer& answer);
   void Disappear();
@@ -113,9 +113,9 @@ class ScDevice final : public Device {
   Login login_;
   Interpreter interpreter_;
   SlowPlan slow_;
-  const OperationContext shop_;
+  const OperationContext context_;
   CommandSlot urgent_;
-  CommandSlot order_;
+  CommandSlot command_;
 
   bool link_up_ = false;
   bool answering_ = false;

@@ -111,7 +111,9 @@ Outcome CoilOrder::Before() {
   count_before_ = reader_.Register(kStatus, 0);
   stopped_before_ = reader_.Bit(kStopCoil);
   const int status = reader_.Register(kStatus, 1);
-  if (kind_ == Kind::kStartMotor && (status & kTripBits) != 0) return RefusedByTrip(status);
+  if (kind_ == Kind::kStartMotor) {
+    if (const Result<> startable = CheckNotTripped(status); !startable) return RefusedOutcome(startable.error());
+  }
   if (kind_ == Kind::kClearTripCount && count_before_ == 0)
     return Verified("the trip count is 0 already: nothing was sent");
   Outcome running;

@@ -118,53 +118,53 @@ std::vector<OperationSpec> AccessOperations() {
   };
 }
 
+using Made = Result<std::unique_ptr<Procedure>>;
+
 constexpr std::size_t kMaxNames = 4;    // changes of an outcome
 constexpr std::size_t kMaxValues = 16;  // arguments of a command
 
-Made BadArgument(std::string_view text) { return Rejected(Reason::REASON_BAD_ARGUMENT, text); }
-
-using Values = std::variant<std::vector<ParameterValue>, std::string>;
+using Values = std::vector<ParameterValue>;
 
 Made Unknown(std::string_view name) {
   return BadArgument("there is no parameter " + std::string(name.substr(0, 40)) +
                      "; e.g. power_upper_a_1_50hz, start_time_1, log_interval");
 }
 
-// name=value pairs as parameters, in the order of their addresses; else the problem.
-Values ParseValues(const Arguments& arguments) {
-  std::vector<ParameterValue> values;
+// name=value pairs as parameters, in the order of their addresses.
+Result<Values> ParseValues(const Arguments& arguments) {
+  Values values;
   for (const auto& [name, text] : arguments) {
     const ParameterSpec* parameter = FindParameter(name);
-    if (parameter == nullptr) return "there is no parameter " + name.substr(0, 40);
-    const auto value = ParseParameter(*parameter, text);
-    if (!value) return value.error().text;
+    if (parameter == nullptr) return BadArgument("there is no parameter " + name.substr(0, 40));
+    const Result<std::uint16_t> value = ParseParameter(*parameter, text);
+    if (!value) return BadArgument(value.error().text);
     values.push_back({parameter, *value});
   }
-  if (values.empty() || values.size() > kMaxValues) return "give 1 to 16 parameters as name=value";
+  if (values.empty() || values.size() > kMaxValues) return BadArgument("give 1 to 16 parameters as name=value");
   std::sort(values.begin(), values.end(), [](const ParameterValue& a, const ParameterValue& b) {
     return a.parameter->address < b.parameter->address;
   });
   const auto twice = std::adjacent_find(values.begin(), values.end(),
                                         [](const auto& a, const auto& b) { return a.parameter == b.parameter; });
-  if (twice != values.end()) return std::string(twice->parameter->name) + " is given twice";
+  if (twice != values.end()) return BadArgument(std::string(twice->parameter->name) + " is given twice");
   return values;
 }
 
 // The values that a write_parameter or write_parameters asks for.
-Values WrittenBy(std::string_view operation, const Arguments& arguments) {
+Result<Values> WrittenBy(std::string_view operation, const Arguments& arguments) {
   if (operation == kWriteParametersName) return ParseValues(arguments);
-  if (operation != kWriteParameterName) return "after must be a write_parameter or write_parameters";
+  if (operation != kWriteParameterName) return BadArgument("after must be a write_parameter or write_parameters");
   return ParseValues({{std::string(FindArgument(arguments, "name").value_or("")),
                        std::string(FindArgument(arguments, "value").value_or(""))}});
 }
 
-Made MakeWrite(const DriverCommand& order, const OperationContext& shop) {
-  Values values = WrittenBy(order.operation, order.arguments);
-  if (const auto* problem = std::get_if<std::string>(&values)) return BadArgument(*problem);
-  return std::make_unique<ParameterWrite>(shop.requests, std::move(std::get<0>(values)), shop.output);
+Made MakeWrite(const DriverCommand& command, const OperationContext& context) {
+  Result<Values> values = WrittenBy(command.operation, command.arguments);
+  if (!values) return Failure(values.error());
+  return std::make_unique<ParameterWrite>(context.requests, *std::move(values), context.output);
 }
 
-Made MakeReadSome(std::string_view names, const OperationContext& shop) {
+Made MakeReadSome(std::string_view names, const OperationContext& context) {
   std::vector<ParameterValue> wanted;
   while (!names.empty()) {
     const std::size_t comma = std::min(names.find(','), names.size());
@@ -177,89 +177,86 @@ Made MakeReadSome(std::string_view names, const OperationContext& shop) {
   if (wanted.empty() || wanted.size() > kMaxNames) {
     return BadArgument("names must be one to four, separated by commas; leave it out for all");
   }
-  return std::make_unique<ParameterRead>(shop.requests, std::move(wanted), false);
+  return std::make_unique<ParameterRead>(context.requests, std::move(wanted), false);
 }
 
-Made MakeRead(const DriverCommand& order, const OperationContext& shop) {
-  if (const auto after = FindArgument(order.arguments, "after")) {
+Made MakeRead(const DriverCommand& command, const OperationContext& context) {
+  if (const auto after = FindArgument(command.arguments, "after")) {
     const CommandLine line = ParseCommandLine(*after);
-    Values values = WrittenBy(line.operation, line.arguments);
-    if (const auto* problem = std::get_if<std::string>(&values)) return BadArgument(*problem);
-    return std::make_unique<ParameterRead>(shop.requests, std::move(std::get<0>(values)), true);
+    Result<Values> values = WrittenBy(line.operation, line.arguments);
+    if (!values) return Failure(values.error());
+    return std::make_unique<ParameterRead>(context.requests, *std::move(values), true);
   }
-  const auto names = FindArgument(order.arguments, "names");
-  if (!names) return std::make_unique<ParameterRead>(shop.requests, std::vector<ParameterValue>(), false);
-  return MakeReadSome(*names, shop);
+  const auto names = FindArgument(command.arguments, "names");
+  if (!names) return std::make_unique<ParameterRead>(context.requests, std::vector<ParameterValue>(), false);
+  return MakeReadSome(*names, context);
 }
 
-Made MakeReadState(const DriverCommand& order, const OperationContext& shop) {
+Made MakeReadState(const DriverCommand& command, const OperationContext& context) {
   std::string after;
-  if (const auto text = FindArgument(order.arguments, "after")) {
+  if (const auto text = FindArgument(command.arguments, "after")) {
     after = ParseCommandLine(*text).operation;
     if (after != kStopMotorName && after != kStartMotorName && after != kClearTripCountName) {
       return BadArgument("after must be stop_motor, start_motor or clear_trip_count");
     }
   }
-  return std::make_unique<Readout>(shop.requests, StateBlocks(), &ShowState, shop.settings.password_format.order,
-                                   std::move(after));
+  return std::make_unique<Readout>(context.requests, StateBlocks(), &ShowState,
+                                   context.settings.password_format.order, std::move(after));
 }
 
-Made MakeMotor(const DriverCommand& order, const OperationContext& shop) {
-  const MotorControl allowed = shop.settings.motor_control;
-  if (order.operation == kStopMotorName) {
-    if (allowed != MotorControl::kNone) return std::make_unique<MotorStop>(shop.requests);
-    return Rejected(Reason::REASON_NOT_PERMITTED,
-                    "the configuration of this device does not say motor_control: stop or start_stop");
+Made MakeMotor(const DriverCommand& command, const OperationContext& context) {
+  const MotorControl allowed = context.settings.motor_control;
+  if (command.operation == kStopMotorName) {
+    if (allowed != MotorControl::kNone) return std::make_unique<MotorStop>(context.requests);
+    return NotPermitted("the configuration of this device does not say motor_control: stop or start_stop");
   }
   if (allowed == MotorControl::kStartStop) {
-    return std::make_unique<CoilOrder>(CoilOrder::Kind::kStartMotor, shop.requests);
+    return std::make_unique<CoilOrder>(CoilOrder::Kind::kStartMotor, context.requests);
   }
-  return Rejected(Reason::REASON_NOT_PERMITTED,
-                  "the configuration of this device does not say motor_control: start_stop");
+  return NotPermitted("the configuration of this device does not say motor_control: start_stop");
 }
 
-Made MakeSetPassword(const DriverCommand& order, const OperationContext& shop) {
-  const std::string name(FindArgument(order.arguments, "name").value_or(""));
-  if (!shop.passwords.Has(name)) return BadArgument("name must be a NAME of passwords in the configuration");
-  Secret secret;
-  const std::string problem = shop.passwords.Read(name, secret);
-  if (!problem.empty()) return Rejected(Reason::REASON_NOT_PERMITTED, problem);
-  const PasswordFormat& format = shop.settings.password_format;
-  Frame frame = WritePassword(shop.requests.address(), kPassword, secret.text(), format);
+Made MakeSetPassword(const DriverCommand& command, const OperationContext& context) {
+  const std::string name(FindArgument(command.arguments, "name").value_or(""));
+  if (!context.passwords.Has(name)) return BadArgument("name must be a NAME of passwords in the configuration");
+  const Result<Secret> secret = context.passwords.Read(name);
+  if (!secret) return NotPermitted(secret.error().text);
+  const PasswordFormat& format = context.settings.password_format;
+  Frame frame = WritePassword(context.requests.address(), kPassword, secret->text(), format);
   auto made =
-      std::make_unique<PasswordChange>(shop.requests, frame, PasswordComparison(shop.passwords, format, name),
-                                       shop.passwords, shop.login, shop.output);
+      std::make_unique<PasswordChange>(context.requests, frame, PasswordComparison(context.passwords, format, name),
+                                       context.passwords, context.login, context.output);
   Wipe(frame);
   return made;
 }
 
-Made MakeCheckPassword(const DriverCommand& order, const OperationContext& shop) {
-  std::string name(FindArgument(order.arguments, "name").value_or(""));
-  if (const auto after = FindArgument(order.arguments, "after")) {
+Made MakeCheckPassword(const DriverCommand& command, const OperationContext& context) {
+  std::string name(FindArgument(command.arguments, "name").value_or(""));
+  if (const auto after = FindArgument(command.arguments, "after")) {
     const CommandLine line = ParseCommandLine(*after);
     if (line.operation != kSetPasswordName) return BadArgument("after must be a set_password");
     name = FindArgument(line.arguments, "name").value_or("");
   }
-  if (!shop.passwords.Has(name)) return BadArgument("name must be a NAME of passwords in the configuration");
+  if (!context.passwords.Has(name)) return BadArgument("name must be a NAME of passwords in the configuration");
   return std::make_unique<PasswordCheck>(
-      shop.requests, PasswordComparison(shop.passwords, shop.settings.password_format, std::move(name)),
-      shop.passwords);
+      context.requests, PasswordComparison(context.passwords, context.settings.password_format, std::move(name)),
+      context.passwords);
 }
 
-Made MakeLogIn(const OperationContext& shop, LoginGoal goal) {
-  if (shop.passwords.active().empty()) {
-    return Rejected(Reason::REASON_NOT_PERMITTED, "the configuration names no password to log in or out with");
+Made MakeLogIn(const OperationContext& context, LoginGoal goal) {
+  if (context.passwords.active().empty()) {
+    return NotPermitted("the configuration names no password to log in or out with");
   }
-  if (goal == LoginGoal::kOut && shop.settings.StaysLoggedIn()) {
-    return Rejected(
-        Reason::REASON_NOT_PERMITTED,
+  if (goal == LoginGoal::kOut && context.settings.StaysLoggedIn()) {
+    return NotPermitted(
         "motor_control keeps the unit logged in, so that a stop needs no login first: set log_out: true");
   }
-  return std::make_unique<LogIn>(shop.requests, goal);
+  return std::make_unique<LogIn>(context.requests, goal);
 }
 
-Made MakeReadout(const OperationContext& shop, std::vector<Block> blocks, Readout::Show show) {
-  return std::make_unique<Readout>(shop.requests, std::move(blocks), show, shop.settings.password_format.order, "");
+Made MakeReadout(const OperationContext& context, std::vector<Block> blocks, Readout::Show show) {
+  return std::make_unique<Readout>(context.requests, std::move(blocks), show,
+                                   context.settings.password_format.order, "");
 }
 
 }  // namespace
@@ -292,39 +289,36 @@ bool Permits(const BusConfig&, const DeviceConfig& device, std::string_view oper
   return !password || !settings.password.empty();
 }
 
-Outcome RefusedByTrip(std::int32_t status) {
-  return Rejected(Reason::REASON_DEVICE_ALARM, "the motor is tripped (" + StatusText(status) +
-                                                   "), and does not start then; clear the cause first");
+Result<> CheckNotTripped(std::int32_t status) {
+  if ((status & kTripBits) == 0) return {};
+  return Failure(
+      "the motor is tripped (" + StatusText(status) + "), and does not start then; clear the cause first",
+      Reason::REASON_DEVICE_ALARM);
 }
 
-std::optional<Outcome> RefusalByState(std::string_view operation, const MotorReading& reading) {
-  return operation == kStartMotorName && reading.tripped ? std::optional(RefusedByTrip(reading.status_bits))
-                                                         : std::nullopt;
-}
-
-Made MakeProcedure(const DriverCommand& order, const OperationContext& shop) {
-  const std::string_view name = order.operation;
-  if (name == kStopMotorName || name == kStartMotorName) return MakeMotor(order, shop);
+Made MakeProcedure(const DriverCommand& command, const OperationContext& context) {
+  const std::string_view name = command.operation;
+  if (name == kStopMotorName || name == kStartMotorName) return MakeMotor(command, context);
   const bool password = NeedsLogin(name) || name == kCheckPasswordName;
-  if (password && shop.passwords.active().empty()) {
-    return Rejected(Reason::REASON_NOT_PERMITTED,
-                    "the configuration names no password: add passwords and password");
+  if (password && context.passwords.active().empty()) {
+    return NotPermitted("the configuration names no password: add passwords and password");
   }
   if (name == kClearTripCountName) {
-    return std::make_unique<CoilOrder>(CoilOrder::Kind::kClearTripCount, shop.requests);
+    return std::make_unique<CoilOrder>(CoilOrder::Kind::kClearTripCount, context.requests);
   }
-  if (name == kReadStateName) return MakeReadState(order, shop);
-  if (name == kReadSetValuesName) return MakeReadout(shop, {kSetValues}, &ShowSetValues);
-  if (name == kReadIdentityName) return MakeReadout(shop, IdentityBlocks(), &ShowIdentity);
-  if (name == kReadParameterName) return MakeReadSome(FindArgument(order.arguments, "name").value_or(""), shop);
-  if (name == kReadParametersName) return MakeRead(order, shop);
-  if (name == kWriteParameterName || name == kWriteParametersName) return MakeWrite(order, shop);
-  if (name == kFetchTripLogsName) return std::make_unique<TripFetch>(shop.requests, shop.trips);
-  if (name == kLogInName) return MakeLogIn(shop, LoginGoal::kIn);
-  if (name == kLogOutName) return MakeLogIn(shop, LoginGoal::kOut);
-  if (name == kSetPasswordName) return MakeSetPassword(order, shop);
-  if (name == kCheckPasswordName) return MakeCheckPassword(order, shop);
-  return Rejected(Reason::REASON_UNKNOWN_OPERATION, "tsubaki_sc has no operation " + order.operation);
+  if (name == kReadStateName) return MakeReadState(command, context);
+  if (name == kReadSetValuesName) return MakeReadout(context, {kSetValues}, &ShowSetValues);
+  if (name == kReadIdentityName) return MakeReadout(context, IdentityBlocks(), &ShowIdentity);
+  if (name == kReadParameterName)
+    return MakeReadSome(FindArgument(command.arguments, "name").value_or(""), context);
+  if (name == kReadParametersName) return MakeRead(command, context);
+  if (name == kWriteParameterName || name == kWriteParametersName) return MakeWrite(command, context);
+  if (name == kFetchTripLogsName) return std::make_unique<TripFetch>(context.requests, context.trips);
+  if (name == kLogInName) return MakeLogIn(context, LoginGoal::kIn);
+  if (name == kLogOutName) return MakeLogIn(context, LoginGoal::kOut);
+  if (name == kSetPasswordName) return MakeSetPassword(command, context);
+  if (name == kCheckPasswordName) return MakeCheckPassword(command, context);
+  return UnknownOperation("tsubaki_sc", command.operation);
 }
 
 }  // namespace axlecast::tsubaki_sc

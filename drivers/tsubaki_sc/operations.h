@@ -7,7 +7,6 @@
 
 #include "core/device/device.h"
 #include "core/device/operation.h"
-#include "drivers/kit/refusal.h"
 #include "drivers/tsubaki_sc/access.h"
 #include "drivers/tsubaki_sc/procedure.h"
 #include "drivers/tsubaki_sc/trips.h"
@@ -37,12 +36,10 @@ inline constexpr std::string_view kCheckPasswordName = "check_password";
 [[nodiscard]] bool NeedsLogin(std::string_view operation);
 // Whether the configuration of a unit permits an operation of the family.
 [[nodiscard]] bool Permits(const BusConfig& bus, const DeviceConfig& device, std::string_view operation);
-// How a start is refused by a motor with this status (AI 201).
-[[nodiscard]] Outcome RefusedByTrip(std::int32_t status);
-// Why the unit, as it was read last, forbids the operation.
-[[nodiscard]] std::optional<Outcome> RefusalByState(std::string_view operation, const MotorReading& reading);
+// Refuses to start a tripped motor; `status` is its motor status (AI 201).
+[[nodiscard]] Result<> CheckNotTripped(std::int32_t status);
 
-// What procedures work on. Outlives them.
+// What procedures use. It outlives them.
 struct OperationContext {
   const ScSettings& settings;
   const Requests& requests;
@@ -52,8 +49,8 @@ struct OperationContext {
   DeviceOutput& output;
 };
 
-// The procedure that carries out an order, or why there is none: arguments are checked here.
-using Made = axlecast::Made<Procedure>;
-[[nodiscard]] Made MakeProcedure(const DriverCommand& order, const OperationContext& shop);
+// Returns the procedure for a command, or an error with a REASON_* if an argument is wrong or the configuration forbids it.
+[[nodiscard]] Result<std::unique_ptr<Procedure>> MakeProcedure(const DriverCommand& command,
+                                                               const OperationContext& context);
 
 }  // namespace axlecast::tsubaki_sc

@@ -17,7 +17,7 @@
 #include "platform/os/system_clock.h"
 #include "tools/doctor/host/host_files.h"
 #include "tools/monitor/live_machine.h"
-#include "tools/monitor/machine_faults.h"
+#include "tools/monitor/machine_view.h"
 
 namespace axlecast {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/metrics/bus_metrics.h"
+#include "tools/metrics/metrics_text.h"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include <string>
 
 #include "core/device/reading.h"
-#include "tools/metrics/state_set.h"
+#include "tools/metrics/exposition.h"
 
 namespace axlecast {
 namespace {

@@ -5,10 +5,7 @@
 #include <cstdint>
 
 #include "core/messages/enum_names.h"
-#include "tools/metrics/bus_metrics.h"
-#include "tools/metrics/device_metrics.h"
 #include "tools/metrics/exposition.h"
-#include "tools/metrics/state_set.h"
 
 namespace axlecast {
 namespace {

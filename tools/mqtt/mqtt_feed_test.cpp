@@ -2,22 +2,22 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include <algorithm>
 #include <axlecast/alarm_t.hpp>
 #include <axlecast/command_status_t.hpp>
 #include <axlecast/position_t.hpp>
 #include <axlecast/trip_log_t.hpp>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <regex>
 #include <vector>
 
 #include "core/command/signature.h"
 #include "core/messages/message.h"
-#include "tools/mqtt/mqtt_schema.h"
+#include "tools/mqtt/topics.h"
 
 namespace axlecast {
 namespace {

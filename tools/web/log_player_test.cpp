@@ -14,7 +14,7 @@ namespace {
 
 using ::testing::DoubleNear;
 
-constexpr std::int64_t kStart = 1'790'000'000'000'000;
+constexpr std::int64_t kLogStart = 1'790'000'000'000'000;
 constexpr MonoNs kNow = 1000 * kSecond;
 
 // 200 s of a machine: a reading every 100 ms, whose value is its time in seconds, and its DEVICE each second.
@@ -23,7 +23,7 @@ class LogPlayerTest : public ::testing::Test {
   LogPlayerTest() {
     for (int i = 0; i <= 2000; ++i) {
       position_t position = PositionMessage(i);
-      position.utime = kStart + i * 100'000;
+      position.utime = kLogStart + i * 100'000;
       position.value = i / 10.0;
       Add(position.utime, "POSITION/axis1", position);
       if (i % 10 == 0) Add(position.utime, "DEVICE/axis1", DeviceMessage(device_info_t::STATE_ONLINE));
@@ -49,7 +49,7 @@ class LogPlayerTest : public ::testing::Test {
     for (; now_ < end; now_ += 50 * kMillisecond) static_cast<void>(player_->Advance(now_));
   }
   [[nodiscard]] double Value() { return player_->scene().monitor().machine().devices()[0].position->value; }
-  [[nodiscard]] double At() const { return static_cast<double>(player_->Playback(now_).utime - kStart) / 1e6; }
+  [[nodiscard]] double At() const { return static_cast<double>(player_->Playback(now_).utime - kLogStart) / 1e6; }
 
   RecordedLog log_;
   std::vector<Bytes> logs_;
@@ -87,7 +87,7 @@ TEST_F(LogPlayerTest, PlaysAtItsSpeed) {
 TEST_F(LogPlayerTest, SeeksBothWaysAndKnowsThePastOfThePlace) {
   Settle();
   for (const double place : {150.0, 30.0, 90.0}) {
-    player_->Seek(kStart + static_cast<std::int64_t>(place * 1e6), now_);
+    player_->Seek(kLogStart + static_cast<std::int64_t>(place * 1e6), now_);
     Settle();
     EXPECT_THAT(At(), DoubleNear(place, 0.2));
     EXPECT_THAT(Value(), DoubleNear(place, 0.2));
@@ -100,7 +100,7 @@ TEST_F(LogPlayerTest, SeeksBothWaysAndKnowsThePastOfThePlace) {
 TEST_F(LogPlayerTest, GoesOnPlayingBehindASeek) {
   Settle();
   player_->Play(true, now_);
-  player_->Seek(kStart + 100'000'000, now_);
+  player_->Seek(kLogStart + 100'000'000, now_);
   Settle();
   Pass(5);
   EXPECT_THAT(Value(), DoubleNear(105, 0.3));
@@ -123,7 +123,7 @@ TEST_F(LogPlayerTest, EndsAndBeginsAgain) {
 
 TEST_F(LogPlayerTest, TakesNoMoreInOneStepThanTheOthersCanWaitFor) {
   for (int i = 0; i < 2 * LogPlayer::kMaxPerAdvance; ++i)
-    Add(kStart + 200'000'000, "POSITION/axis1", PositionMessage(i));
+    Add(kLogStart + 200'000'000, "POSITION/axis1", PositionMessage(i));
   logs_ = {log_.bytes()};
   LogPlayer player(logs_, machine_, "1", facts_, now_);
   player.Seek(INT64_MAX, now_);

@@ -1,7 +1,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "tools/web/page_request.h"
+#include "tools/web/client_stream.h"
 
 // Whatever a browser sends is refused with a text or lies within its limits.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/result.h"
+
 namespace axlecast {
 
 // The seven curves of a trip log, in the order of trip_log_t.samples.
@@ -21,18 +23,18 @@ inline constexpr TripQuantity kTripQuantities[] = {
 };
 inline constexpr std::size_t kTripSamples = 20;
 
-// NaN when it was not read.
+// Returns NaN if the sample was not read.
 [[nodiscard]] double TripSample(const trip_log_t& trip, std::size_t quantity, std::size_t sample);
-// s before the trip, negative; 0 is the trip. In samples when the interval is not known.
+// Returns the time relative to the trip in s, at most 0. If the interval is unknown, the unit is samples.
 [[nodiscard]] double TripTime(const trip_log_t& trip, std::size_t sample);
 // "trip 5, power upper A"
 [[nodiscard]] std::string TripTitle(const trip_log_t& trip);
 
-// The newest first, each with its samples.
+// Formats the trips in the given order, newest first, each with its samples.
 [[nodiscard]] std::string TripTable(const std::string& device, const std::vector<trip_log_t>& trips);
 
-// The seven curves of the trips, newest first, as one SVG picture: a panel for each quantity over the time before the
-// trip, all trips in it; the sample of the trip is marked. Readable on light and dark ground.
-[[nodiscard]] std::string TripSvg(const std::string& device, const std::vector<trip_log_t>& trips);
+// Draws the seven curves of the trips, newest first, as one SVG picture: a panel for each quantity over the time before the
+// trip. A circle marks the sample of the trip. Fails if memory is short.
+[[nodiscard]] Result<std::string> TripSvg(const std::string& device, const std::vector<trip_log_t>& trips);
 
 }  // namespace axlecast

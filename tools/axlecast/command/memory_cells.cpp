@@ -19,8 +19,8 @@ std::string_view Trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
 }
 
-// False when `key` or `bytes` is malformed. A key of another kind is not looked at.
-bool Take(std::string_view key, std::string_view bytes, MemoryCells& cells) {
+// Returns false if `key` or `bytes` is malformed. Ignores other keys.
+bool AddCells(std::string_view key, std::string_view bytes, MemoryCells& cells) {
   if (!key.starts_with(kKey)) return true;
   const std::string_view digits = key.substr(kKey.size());
   std::size_t address = 0;
@@ -43,12 +43,14 @@ std::string DeviceOf(std::string_view comment) {
 
 }  // namespace
 
-MemoryCells CellsOf(std::span<const change_t> changes, std::string& problem) {
+Result<MemoryCells> CellsOf(std::span<const change_t> changes) {
   MemoryCells cells;
   for (const change_t& change : changes) {
-    if (!Take(change.key, change.after, cells)) problem = "malformed: " + Quoted(change.key + ": " + change.after);
+    if (!AddCells(change.key, change.after, cells)) {
+      return Failure("malformed: " + Quoted(change.key + ": " + change.after));
+    }
   }
-  if (cells.empty() && problem.empty()) problem = "no cells were read";
+  if (cells.empty()) return Failure("no cells were read");
   return cells;
 }
 
@@ -59,7 +61,7 @@ std::string MemoryFileText(const CommandResult& result) {
   return text;
 }
 
-MemoryFile ParseMemoryFile(std::string_view text) {
+Result<MemoryFile> ParseMemoryFile(std::string_view text) {
   MemoryFile file;
   for (int number = 1; !text.empty(); ++number) {
     const std::size_t end = text.find('\n');
@@ -70,22 +72,21 @@ MemoryFile ParseMemoryFile(std::string_view text) {
     const std::size_t colon = line.find(':');
     const std::string_view key = Trimmed(line.substr(0, colon));
     const std::string_view bytes = colon == std::string_view::npos ? "" : Trimmed(line.substr(colon + 1));
-    if (key.starts_with(kKey) && Take(key, bytes, file.cells)) continue;
-    file.problem = "line " + std::to_string(number) + " is no \"eeprom_ADDRESS: BYTES\"";
-    return file;
+    if (key.starts_with(kKey) && AddCells(key, bytes, file.cells)) continue;
+    return Failure("line " + std::to_string(number) + " is no \"eeprom_ADDRESS: BYTES\"");
   }
-  if (file.cells.empty()) file.problem = "it holds no cells";
+  if (file.cells.empty()) return Failure("it holds no cells");
   return file;
 }
 
-std::vector<CellRun> CellRuns(const MemoryCells& present, const MemoryCells& wanted, std::size_t longest) {
+std::vector<CellRun> CellRuns(const MemoryCells& present, const MemoryCells& wanted, std::size_t max_cells) {
   std::vector<CellRun> runs;
   for (const auto& [address, byte] : wanted) {
     const auto now = present.find(address);
     if (now == present.end() || now->second == byte) continue;
-    const bool goes_on = !runs.empty() && runs.back().address + runs.back().after.size() == address &&
-                         runs.back().after.size() < longest;
-    if (!goes_on) runs.push_back({.address = address, .before = {}, .after = {}});
+    const bool continues = !runs.empty() && runs.back().address + runs.back().after.size() == address &&
+                           runs.back().after.size() < max_cells;
+    if (!continues) runs.push_back({.address = address, .before = {}, .after = {}});
     runs.back().before.push_back(now->second);
     runs.back().after.push_back(byte);
   }

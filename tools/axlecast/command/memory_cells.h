@@ -10,34 +10,35 @@
 #include <vector>
 
 #include "client/axlecast/command.h"
+#include "core/base/result.h"
 
 namespace axlecast {
 
-// A device's memory as `eeprom_backup` reads it, in changes `eeprom_<address>` of bytes in hex, and its file. Pure.
+// The memory of a device as `eeprom_backup` reads it: changes `eeprom_<address>` with bytes in hex. And its file.
 
 using MemoryCells = std::map<std::size_t, std::uint8_t>;  // by address
 
-// Changes of other names are left out. `problem` says what is malformed, else it stays empty.
-[[nodiscard]] MemoryCells CellsOf(std::span<const change_t> changes, std::string& problem);
+// Returns the cells of these changes; changes with other names are ignored. Fails if a change is malformed or none is a cell.
+[[nodiscard]] Result<MemoryCells> CellsOf(std::span<const change_t> changes);
 
-// The file of what a read brought: a comment that names operation, device and command, then one "key: bytes" a line.
+// Formats the file of a read: a comment with operation, device and command, then one "key: bytes" per line.
 [[nodiscard]] std::string MemoryFileText(const CommandResult& result);
 
 struct MemoryFile {
-  std::string device;  // as its comment says; empty: it says none
+  std::string device;  // from its comment, or empty
   MemoryCells cells;
-  std::string problem;  // with the line; empty when it could be read
 };
-[[nodiscard]] MemoryFile ParseMemoryFile(std::string_view text);
+// Fails with the number of the malformed line, or if the file has no cells.
+[[nodiscard]] Result<MemoryFile> ParseMemoryFile(std::string_view text);
 
-// Neighbouring cells that are to get other bytes.
+// Consecutive cells that change.
 struct CellRun {
   std::size_t address = 0;
   std::vector<std::uint8_t> before;
   std::vector<std::uint8_t> after;
 };
-// Cells of `wanted` that `present` holds with another byte; at most `longest` in one run.
+// Returns the cells of `wanted` that have another byte in `present`, at most `max_cells` in one run.
 [[nodiscard]] std::vector<CellRun> CellRuns(const MemoryCells& present, const MemoryCells& wanted,
-                                            std::size_t longest);
+                                            std::size_t max_cells);
 
 }  // namespace axlecast

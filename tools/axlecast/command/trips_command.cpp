@@ -1,4 +1,3 @@
-#include "core/base/result.h"
 #include "tools/axlecast/command/subcommands.h"
 
 #include <CLI/CLI.hpp>
@@ -20,7 +19,7 @@
 namespace axlecast {
 namespace {
 
-constexpr int kQuietMs = 300;  // TRIP and COMMAND_STATUS come over two ports
+constexpr int kQuietMs = 300;  // TRIP and COMMAND_STATUS arrive on two ports
 
 struct Options {
   ConfigOption config;
@@ -28,7 +27,7 @@ struct Options {
   std::string svg;
 };
 
-// Those that came last under each number.
+// Keeps the newest trip log of each index.
 class TripCollector {
  public:
   void On(Bytes message) {
@@ -48,7 +47,7 @@ class TripCollector {
   int received_ = 0;
 };
 
-// False when the port failed.
+// Receives until no trip arrives for kQuietMs. Returns false if the port failed.
 bool Drain(LcmPort& port, const TripCollector& trips) {
   for (int before = -1; before != trips.received();) {
     before = trips.received();
@@ -69,7 +68,9 @@ int Report(const Options& options, const CommandResult& result, const std::vecto
   const int exit_code = ExitCode(result);
   if (exit_code != kExitDone && !trips.empty() && !options.command.json) std::cerr << ToText(result);
   if (options.svg.empty() || exit_code != kExitDone) return exit_code;
-  const std::string problem = ErrorText(WriteOutput(options.svg, TripSvg(options.command.device, trips)));
+  const auto picture = TripSvg(options.command.device, trips);
+  if (!picture) return Fail(picture.error().text, kExitBad);
+  const std::string problem = ErrorText(WriteOutput(options.svg, *picture));
   return problem.empty() ? exit_code : Fail(problem, kExitBad);
 }
 
@@ -104,9 +105,9 @@ int Run(const Options& options) {
 
 void AddTripsCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("trips", "Fetches the logs of a motor's last trips");
+  CLI::App* command = app.add_subcommand("trips", "Fetch the logs of a motor's last trips");
   command->add_option("DEVICE", options->command.device, "The motor's monitor")->required();
-  command->add_option("--svg", options->svg, "The seven curves of each as a picture, to this file")
+  command->add_option("--svg", options->svg, "Write a picture with the seven curves of each trip to this file")
       ->type_name("FILE");
   AddCommandOptions(*command, options->config, options->command, false);
   command->footer(std::string("examples:\n"

@@ -1,4 +1,3 @@
-#include "core/base/result.h"
 #include "tools/axlecast/device_data/subcommands.h"
 
 #include <CLI/CLI.hpp>
@@ -55,15 +54,15 @@ int Backup(const Options& options) {
   if (BackupOperation(*bus->family) != nullptr) {
     OperatorClient client(*machine, command.key, !command.json);
     if (!client.problem().empty()) return Fail(client.problem(), kExitBad);
-    reading = ReadBackup(client, *bus->family, command);
+    reading = ReadContents(client, *bus->family, command);
     if (ExitCode(reading.result) != kExitDone) return Fail(ToText(reading.result), ExitCode(reading.result));
-    if (!reading.problem.empty()) return Fail(reading.problem, kExitFailed);
+    if (!reading.contents) return Fail(reading.contents.error().text, kExitFailed);
   }
-  DeviceBackup backup = MakeBackup(*view, *view->FindDevice(command.device), *bus->family, reading.contents);
-  backup.utime = SystemClock().UtcMicroseconds();
+  DeviceBackup backup = MakeBackup(*view, *view->FindDevice(command.device), *bus->family, *reading.contents);
+  backup.unix_us = SystemClock().UtcMicroseconds();
   backup.written_by = options.program;
   const std::string file =
-      options.restore.file.empty() ? BackupFileName(command.device, backup.utime, ".json") : options.restore.file;
+      options.restore.file.empty() ? BackupFileName(command.device, backup.unix_us, ".json") : options.restore.file;
   const std::string problem = ErrorText(WriteNewFile(file, ToFileText(backup), {.mode = 0644}, false));
   if (!problem.empty()) return Fail(problem, kExitBad);
   const nlohmann::ordered_json json = {{"device", command.device},
@@ -77,20 +76,15 @@ int Backup(const Options& options) {
   return kExitDone;
 }
 
-std::optional<DeviceBackup> ReadFile(const std::string& file, int& exit_code) {
+Result<DeviceBackup> ReadFile(const std::string& file) {
   std::ifstream stream(file, std::ios::binary);
   std::string text(kMaxBackupBytes + 1, '\0');
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (!stream.is_open() || stream.bad()) {
-    exit_code = Fail("cannot read " + file, kExitBad);
-    return std::nullopt;
+    return Failure("cannot read " + file);
   }
   text.resize(static_cast<std::size_t>(stream.gcount()));
-  std::string problem;
-  DeviceBackup backup = ParseDeviceBackup(text, problem);
-  if (problem.empty()) return backup;
-  exit_code = Fail(file + ": " + problem, kExitBad);
-  return std::nullopt;
+  return ParseDeviceBackup(text).map_error([&file](const Error& error) { return Error{file + ": " + error.text}; });
 }
 
 int Restore(const Options& options) {
@@ -100,8 +94,8 @@ int Restore(const Options& options) {
   const CommandOptions& command = options.restore.command;
   if (machine->BusOf(command.device) == nullptr) return Fail(UnknownDevice(*machine, command.device), kExitUsage);
   if (!command.yes && !options.restore.dry_run && !CanAsk("restore")) return kExitUsage;
-  const auto backup = ReadFile(options.restore.file, exit_code);
-  if (!backup) return exit_code;
+  const auto backup = ReadFile(options.restore.file);
+  if (!backup) return Fail(backup.error().text, kExitBad);
   const auto view = ObserveDevice(*machine, command.device, exit_code);
   if (!view) return exit_code;
   RestoreRun run(*machine, options.restore);
@@ -114,11 +108,11 @@ void AddBackup(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   options->program = app.version();
   CLI::App* command = app.add_subcommand(
-      "backup", "Everything readable of a device in one file: memory, parameters, identity, datum, alarms");
+      "backup", "Write everything readable of a device to one file: memory, parameters, identity, datum, alarms");
   command->add_option("DEVICE", options->restore.command.device, "The device")->required();
   command
       ->add_option("--out", options->restore.file,
-                   "The file; default DEVICE-UTC.json in this folder. Never overwritten")
+                   "The file; default DEVICE-UTC.json in this folder. An existing file is never overwritten")
       ->type_name("FILE");
   AddCommandOptions(*command, options->config, options->restore.command, false);
   command->footer(std::string("examples:\n  axlecast backup axis1\n  axlecast backup gm3 --out gm3.json --json\n") +
@@ -129,16 +123,17 @@ void AddBackup(CLI::App& app, int& exit_code) {
 void AddRestore(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* command =
-      app.add_subcommand("restore", "Shows what differs from a backup, asks, writes that, and reads back");
+      app.add_subcommand("restore", "Show the differences from a backup, ask, write them, and read them back");
   command->add_option("DEVICE", options->restore.command.device, "The device")->required();
-  command->add_option("FILE", options->restore.file, "As `axlecast backup` wrote it")->required();
-  command->add_flag("--dry-run", options->restore.dry_run, "Only show what would be written, and what cannot be");
+  command->add_option("FILE", options->restore.file, "A file of `axlecast backup`")->required();
+  command->add_flag("--dry-run", options->restore.dry_run,
+                    "Only show the differences, and which of them cannot be written");
   command->add_flag("--to-another-unit", options->restore.to_another_unit,
-                    "The device is another one than that of the backup: same model, other identity");
+                    "Allow a device of the same model with another identity than in the backup");
   AddCommandOptions(*command, options->config, options->restore.command, true);
   command->footer(std::string("examples:\n  axlecast restore axis1 axis1-20261121T070005Z.json --dry-run\n"
                               "  axlecast restore axis1 axis1-20261121T070005Z.json --to-another-unit\n"
-                              "Interrupted, it can be repeated: what was written differs no more.\n") +
+                              "If it was interrupted, repeat it: values that were written no longer differ.\n") +
                   kCommandExitCodes);
   command->callback([options, &exit_code] { exit_code = Restore(*options); });
 }

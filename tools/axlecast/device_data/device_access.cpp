@@ -38,11 +38,9 @@ bool IsPlainRead(const OperationSpec& operation) {
 
 void AddValues(const BusConfig& bus, const DeviceRead& read, FindingGroup& group) {
   const std::vector<change_t>& changes = read.result.status.changes;
-  std::string problem;
-  const ParameterValues values =
-      bus.family->parameters.empty() ? ParameterValues() : FromRegisters(bus.family->parameters, changes, problem);
-  if (!values.empty() && problem.empty()) {
-    for (const ParameterValue& value : values) {
+  const auto values = FromRegisters(bus.family->parameters, changes);
+  if (values && !values->empty()) {
+    for (const ParameterValue& value : *values) {
       group.findings.push_back({std::string(value.parameter->name), ValueText(value), Verdict::kUnjudged, ""});
     }
     return;
@@ -55,8 +53,8 @@ void AddValues(const BusConfig& bus, const DeviceRead& read, FindingGroup& group
 
 }  // namespace
 
-PermittedCells AskPermitted(OperatorClient& client, const CommandOptions& options, const MemoryCells& present,
-                            const MemoryCells& wanted) {
+PermittedCells QueryPermitted(OperatorClient& client, const CommandOptions& options, const MemoryCells& present,
+                              const MemoryCells& wanted) {
   PermittedCells permitted;
   for (const CellRun& cell : CellRuns(present, wanted, 1)) {
     CommandRequest request = WriteRequest(options, cell);
@@ -82,7 +80,7 @@ ParameterReading ReadParameters(OperatorClient& client, const Family& family, co
   ParameterReading reading;
   reading.result = client.Execute(Request(options, "read_parameters"));
   if (ExitCode(reading.result) == kExitDone) {
-    reading.values = FromRegisters(family.parameters, reading.result.status.changes, reading.problem);
+    reading.values = FromRegisters(family.parameters, reading.result.status.changes);
   }
   return reading;
 }
@@ -132,7 +130,7 @@ FindingGroup ReadFindings(const BusConfig& bus, const std::vector<DeviceRead>& r
     } else {
       group.findings.push_back({read.operation,
                                 read.result.answered ? read.result.status.text : read.result.problem,
-                                Verdict::kAttention, "axlecast do DEVICE " + read.operation + " tells more"});
+                                Verdict::kAttention, "axlecast do DEVICE " + read.operation + " shows more"});
     }
   }
   if (reads.empty()) group.findings.push_back({"reads", "this family has none", Verdict::kUnjudged, ""});

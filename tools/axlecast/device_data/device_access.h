@@ -14,50 +14,47 @@
 
 namespace axlecast {
 
-// A device's memory over the bridge. `options` names the device, validity and reason.
+// Reads and writes of a device's memory and parameters through the bridge. `options` contains the device, validity and
+// reason.
 
-inline constexpr std::size_t kLongestWrite = 16;  // cells
+inline constexpr std::size_t kMaxWrite = 16;  // cells
 
-// Those cells of `wanted` that differ from `present` and may be written. The driver knows which addresses the machine's
-// file lists: it is asked what it would do.
 struct PermittedCells {
   MemoryCells cells;
   std::vector<std::size_t> not_permitted;  // addresses
-  std::optional<CommandResult> failed;     // the question that brought no answer; those after it were not asked
+  std::optional<CommandResult> failed;     // the first query without an answer; later cells were not queried
 };
-[[nodiscard]] PermittedCells AskPermitted(OperatorClient& client, const CommandOptions& options,
-                                          const MemoryCells& present, const MemoryCells& wanted);
+// Returns the cells of `wanted` that differ from `present` and may be written. The driver knows the addresses that the
+// machine's file lists: each cell is queried with PREPARE.
+[[nodiscard]] PermittedCells QueryPermitted(OperatorClient& client, const CommandOptions& options,
+                                            const MemoryCells& present, const MemoryCells& wanted);
 
 [[nodiscard]] CommandResult WriteCells(OperatorClient& client, const CommandOptions& options, const CellRun& run);
 
-// A device's parameters over the bridge. `options` names the device, validity and reason.
-
 struct ParameterReading {
-  ParameterValues values;  // empty when it failed
-  CommandResult result;    // of the command
-  std::string problem;     // what was wrong besides the command's outcome
+  CommandResult result;
+  Result<ParameterValues> values;  // empty if the command failed; an error if its answer is malformed
 };
 [[nodiscard]] ParameterReading ReadParameters(OperatorClient& client, const Family& family,
                                               const CommandOptions& options);
 
-// One command for at most 16 of them; ends with the first that is not verified.
+// Writes up to 16 parameters per command. Stops at the first command that is not verified.
 [[nodiscard]] std::vector<CommandResult> WriteParameters(OperatorClient& client, const CommandOptions& options,
                                                          const ParameterChanges& changes);
 
-// The commands of a write, each as far as an argument list goes.
+// Returns the commands of a write.
 [[nodiscard]] std::vector<CommandRequest> WriteRequests(const CommandOptions& options,
                                                         const ParameterChanges& changes);
-
-// Everything of a device that can be read without an argument and changes nothing: its memory, parameters, identity.
 
 struct DeviceRead {
   std::string operation;
   CommandResult result;
 };
+// Runs each read of the family that needs no argument: memory, parameters, identity.
 [[nodiscard]] std::vector<DeviceRead> ReadEverything(OperatorClient& client, const BusConfig& bus,
                                                      const std::string& device);
 
-// One line for each value that was read, and for each read that was not possible.
+// Returns one line per value, and one per failed read.
 [[nodiscard]] FindingGroup ReadFindings(const BusConfig& bus, const std::vector<DeviceRead>& reads);
 
 }  // namespace axlecast

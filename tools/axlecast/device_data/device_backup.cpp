@@ -28,7 +28,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kVersionKey = "axlecast_backup";
 constexpr const char* kSumKey = "sha256";
-constexpr std::size_t kRow = 16;  // cells a line
+constexpr std::size_t kRow = 16;  // cells per line
 
 std::string Sha256(std::string_view text) {
   std::array<std::uint8_t, crypto_hash_sha256_BYTES> sum{};
@@ -36,7 +36,7 @@ std::string Sha256(std::string_view text) {
   return HexDigits(sum);
 }
 
-// Bytes that are no UTF-8 never get here: a device's texts are made printable.
+// Texts of a device were made printable before: all bytes are UTF-8.
 std::string Compact(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 Json MemoryJson(const MemoryCells& cells) {
@@ -63,10 +63,12 @@ Json DatumJson(const device_info_t& info) {
           {"reference_lost", info.reference_lost != 0}};
 }
 
-// Reads members, and says of the first that is missing or of another kind.
+// Reads the members of an object. Keeps the first error: a member is missing or has another type.
 class Reader {
  public:
-  Reader(const Json& json, std::string& problem) : json_(json), problem_(problem) {}
+  explicit Reader(const Json& json) : json_(json) {}
+
+  [[nodiscard]] const Result<>& status() const { return status_; }
 
   std::string Text(const char* key) {
     const Json* member = Member(key, Json::value_t::string, "a text");
@@ -79,16 +81,16 @@ class Reader {
                       (!found->is_number_unsigned() ||
                        found->get<std::uint64_t>() <= std::uint64_t{std::numeric_limits<std::int64_t>::max()});
     if (fits) return found->get<std::int64_t>();
-    Fail(key, "a whole number");
+    SetError(key, "a whole number");
     return fallback;
   }
-  // A member that is an object of texts.
+  // Reads a member that is an object of texts.
   std::map<std::string, std::string> Texts(const char* key) {
     std::map<std::string, std::string> texts;
     const Json* member = Member(key, Json::value_t::object, "an object of texts");
     if (member == nullptr) return texts;
     for (const auto& [name, value] : member->items()) {
-      if (!value.is_string()) return Fail(key, "an object of texts"), texts;
+      if (!value.is_string()) return SetError(key, "an object of texts"), texts;
       texts[name] = value.get<std::string>();
     }
     return texts;
@@ -99,40 +101,44 @@ class Reader {
   const Json* Member(const char* key, Json::value_t type, const char* what) {
     const auto found = json_.find(key);
     if (found != json_.end() && found->type() == type) return &*found;
-    Fail(key, what);
+    SetError(key, what);
     return nullptr;
   }
-  void Fail(const char* key, const char* what) {
-    if (problem_.empty()) problem_ = std::string(key) + " is missing or not " + what;
+  void SetError(const char* key, const char* what) {
+    if (status_) status_ = Failure(std::string(key) + " is missing or not " + what);
   }
 
   const Json& json_;
-  std::string& problem_;
+  Result<> status_;
 };
 
-// That the object is such a backup, of a version that this program knows, and whole.
-std::string CheckForm(Json json) {
-  if (!json.is_object() || !json.contains(kVersionKey))
-    return "it is no backup of axlecast (axlecast backup DEVICE)";
+// Fails if the object is not a backup, or has another version or a wrong checksum.
+Result<> CheckForm(Json json) {
+  if (json.is_discarded()) return Failure("it is not JSON: it was damaged, or is another file");
+  if (!json.is_object() || !json.contains(kVersionKey)) {
+    return Failure("it is no backup of axlecast (axlecast backup DEVICE)");
+  }
   const Json version = json[kVersionKey];
   if (version != kBackupVersion) {
-    return "its version is " + Printable(Compact(version)) + ", and this axlecast knows " +
-           std::to_string(kBackupVersion) + ": read it with the axlecast that wrote it";
+    return Failure("its version is " + Printable(Compact(version)) + ", and this axlecast reads version " +
+                   std::to_string(kBackupVersion) + ": read it with the axlecast that wrote it");
   }
   const Json sum = json.value(kSumKey, Json());
   json.erase(kSumKey);
-  if (sum == Sha256(Compact(json))) return "";
-  return "its content does not agree with its sha256: it was damaged or changed; take another copy";
+  if (sum == Sha256(Compact(json))) return {};
+  return Failure("its content does not match its sha256: it was damaged or changed; use another copy");
 }
 
-MemoryCells CellsIn(const std::map<std::string, std::string>& memory, std::string& problem) {
+Result<MemoryCells> CellsIn(const std::map<std::string, std::string>& memory) {
   std::vector<change_t> changes;
   for (const auto& [key, bytes] : memory) {
-    if (!key.starts_with("eeprom_")) problem = "memory: " + Quoted(Printable(key)) + " is no eeprom_ADDRESS";
+    if (!key.starts_with("eeprom_")) {
+      return Failure("memory: " + Quoted(Printable(key)) + " is no eeprom_ADDRESS");
+    }
     changes.push_back({key, "", bytes});
   }
-  if (changes.empty() || !problem.empty()) return {};
-  return CellsOf(changes, problem);
+  if (changes.empty()) return MemoryCells();
+  return CellsOf(changes);
 }
 
 }  // namespace
@@ -145,14 +151,17 @@ const OperationSpec* BackupOperation(const Family& family) {
   return found == family.operations.end() ? nullptr : &*found;
 }
 
-BackupReading ReadBackup(OperatorClient& client, const Family& family, const CommandOptions& options) {
+BackupReading ReadContents(OperatorClient& client, const Family& family, const CommandOptions& options) {
   BackupReading reading;
   if (BackupOperation(family)->name == kReadParameters) {
     ParameterReading read = ReadParameters(client, family, options);
     reading.result = std::move(read.result);
-    reading.problem = std::move(read.problem);
-    reading.contents.values = std::move(read.values);
-    reading.text = ParameterFileText(family, options.device, reading.contents.values);
+    if (!read.values) {
+      reading.contents = Failure(read.values.error());
+      return reading;
+    }
+    reading.text = ParameterFileText(family, options.device, *read.values);
+    reading.contents->values = *std::move(read.values);
     return reading;
   }
   reading.result = client.Execute({.device = options.device,
@@ -160,33 +169,33 @@ BackupReading ReadBackup(OperatorClient& client, const Family& family, const Com
                                    .valid_ms = options.valid_ms,
                                    .reason = options.reason});
   if (ExitCode(reading.result) != kExitDone) return reading;
-  reading.contents.cells = CellsOf(reading.result.status.changes, reading.problem);
+  reading.contents = CellsOf(reading.result.status.changes).map([](MemoryCells cells) {
+    return BackupContents{.cells = std::move(cells), .values = {}};
+  });
   reading.text = MemoryFileText(reading.result);
   return reading;
 }
 
-BackupContents ParseBackup(const Family& family, const std::string& device, const std::string& file,
-                           const std::string& text, std::string& problem, std::string& note) {
-  BackupContents contents;
+Result<ContentsFile> ParseContents(const Family& family, const std::string& file, const std::string& text) {
   const OperationSpec* operation = BackupOperation(family);
   if (operation == nullptr) {
-    problem = "devices of " + std::string(family.name) + " keep nothing that could be backed up";
-  } else if (operation->name == kReadParameters) {
-    ConfigErrors errors(file);
-    contents.values = ParseParameterFile(family, text, errors);
-    if (!errors.empty()) problem = errors.Text();
-  } else {
-    MemoryFile memory = ParseMemoryFile(text);
-    if (!memory.problem.empty()) problem = file + ": " + memory.problem;
-    if (!memory.device.empty() && memory.device != device) note = file + " is a backup of " + memory.device;
-    contents.cells = std::move(memory.cells);
+    return Failure("devices of " + std::string(family.name) + " store nothing that can be backed up");
   }
-  return contents;
+  if (operation->name == kReadParameters) {
+    ConfigErrors errors(file);
+    ContentsFile parsed{.contents = {.cells = {}, .values = ParseParameterFile(family, text, errors)},
+                        .device = ""};
+    if (!errors.empty()) return Failure(errors.Text());
+    return parsed;
+  }
+  Result<MemoryFile> memory = ParseMemoryFile(text);
+  if (!memory) return Failure(file + ": " + memory.error().text);
+  return ContentsFile{.contents = {.cells = std::move(memory->cells), .values = {}}, .device = memory->device};
 }
 
-std::string BackupFileName(const std::string& device, std::int64_t utime, const std::string& ending) {
+std::string BackupFileName(const std::string& device, std::int64_t unix_us, const std::string& ending) {
   std::string time;
-  for (const char c : UtcText(utime)) {
+  for (const char c : UtcText(unix_us)) {
     if (c == ' ') time += 'T';
     if (c >= '0' && c <= '9') time += c;
   }
@@ -223,8 +232,8 @@ std::string ToFileText(const DeviceBackup& backup) {
                {"identity", backup.identity < 0 ? Json() : Json(backup.identity)},
                {"serial", backup.serial},
                {"firmware", backup.firmware},
-               {"utime", backup.utime},
-               {"time", UtcText(backup.utime) + " UTC"},
+               {"utime", backup.unix_us},
+               {"time", UtcText(backup.unix_us) + " UTC"},
                {"written_by", backup.written_by},
                {"memory", MemoryJson(backup.cells)},
                {"parameters", Json::object()},
@@ -235,16 +244,14 @@ std::string ToFileText(const DeviceBackup& backup) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 
-DeviceBackup ParseDeviceBackup(std::string_view text, std::string& problem) {
-  DeviceBackup backup;
+Result<DeviceBackup> ParseDeviceBackup(std::string_view text) {
   if (text.size() > kMaxBackupBytes) {
-    problem = "it is longer than " + std::to_string(kMaxBackupBytes) + " bytes: no backup of a device is";
-    return backup;
+    return Failure("it is longer than " + std::to_string(kMaxBackupBytes) + " bytes: no backup of a device is");
   }
   const Json json = ParseOutsideJson(text);
-  problem = json.is_discarded() ? "it is no JSON: it was damaged, or is another file" : CheckForm(json);
-  if (!problem.empty()) return backup;
-  Reader reader(json, problem);
+  if (const auto form = CheckForm(json); !form) return Failure(form.error());
+  Reader reader(json);
+  DeviceBackup backup;
   backup.machine = reader.Text("machine");
   backup.device = reader.Text("device");
   backup.bus = reader.Text("bus");
@@ -253,32 +260,31 @@ DeviceBackup ParseDeviceBackup(std::string_view text, std::string& problem) {
   backup.identity = reader.Integer("identity", -1);
   backup.serial = reader.Text("serial");
   backup.firmware = reader.Text("firmware");
-  backup.utime = reader.Integer("utime", 0);
+  backup.unix_us = reader.Integer("utime", 0);
   backup.written_by = reader.Text("written_by");
   backup.parameters = reader.Texts("parameters");
-  const std::map<std::string, std::string> memory = reader.Texts("memory");
-  if (problem.empty()) backup.cells = CellsIn(memory, problem);
   backup.datum = reader.Any("datum");
   backup.alarms = reader.Any("alarms");
+  const std::map<std::string, std::string> memory = reader.Texts("memory");
+  if (!reader.status()) return Failure(reader.status().error());
+  Result<MemoryCells> cells = CellsIn(memory);
+  if (!cells) return Failure(cells.error());
+  backup.cells = *std::move(cells);
   return backup;
 }
 
-BackupContents ContentsOf(const DeviceBackup& backup, const Family& family, std::string& problem) {
+Result<BackupContents> ContentsOf(const DeviceBackup& backup, const Family& family) {
   BackupContents contents{.cells = backup.cells, .values = {}};
   for (const auto& [name, text] : backup.parameters) {
     if (FindParameter(family.parameters, name) == nullptr) {
-      problem = UnknownParameter(family.parameters, Printable(name));
-      return {};
+      return Failure(UnknownParameter(family.parameters, Printable(name)));
     }
   }
   for (const ParameterSpec& parameter : family.parameters) {
     const auto found = backup.parameters.find(std::string(parameter.name));
     if (found == backup.parameters.end()) continue;
-    const auto raw = ParseParameter(parameter, found->second);
-    if (!raw) {
-      problem = std::string(parameter.name) + ": " + raw.error().text;
-      return {};
-    }
+    const Result<std::uint16_t> raw = ParseParameter(parameter, found->second);
+    if (!raw) return Failure(std::string(parameter.name) + ": " + raw.error().text);
     contents.values.push_back({&parameter, *raw});
   }
   return contents;

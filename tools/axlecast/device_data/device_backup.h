@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/device/family.h"
 #include "tools/axlecast/command/command_run.h"
 #include "tools/axlecast/command/memory_cells.h"
@@ -16,33 +17,37 @@
 
 namespace axlecast {
 
-// What a device keeps and its family can read: cells of its memory, or parameters.
+// The stored data of a device that its family can read: cells of its memory, or parameters.
 struct BackupContents {
   MemoryCells cells;
   ParameterValues values;
 };
 
-// The operation of the family that reads it; null: it has none.
+// Returns the operation of the family that reads the contents, or null.
 [[nodiscard]] const OperationSpec* BackupOperation(const Family& family);
 
-// A backup as it was read from a device.
 struct BackupReading {
   CommandResult result;
-  BackupContents contents;
-  std::string text;     // of its file
-  std::string problem;  // what was wrong besides the command's outcome
+  Result<BackupContents> contents;  // empty if the command failed; an error if its answer is malformed
+  std::string text;                 // for the file that ParseContents reads
 };
-[[nodiscard]] BackupReading ReadBackup(OperatorClient& client, const Family& family, const CommandOptions& options);
+// Reads the contents from a device. Its family must have a BackupOperation.
+[[nodiscard]] BackupReading ReadContents(OperatorClient& client, const Family& family,
+                                         const CommandOptions& options);
 
-// The contents of a backup's file: as `eeprom backup --out` or `param export` write it. `problem` says what is wrong,
-// `note` what is odd.
-[[nodiscard]] BackupContents ParseBackup(const Family& family, const std::string& device, const std::string& file,
-                                         const std::string& text, std::string& problem, std::string& note);
+struct ContentsFile {
+  BackupContents contents;
+  std::string device;  // whose contents these are, if the file of a memory states it
+};
+// Parses a file that `eeprom backup --out`, `param export` or `replace` wrote. `file`: its name, for errors.
+[[nodiscard]] Result<ContentsFile> ParseContents(const Family& family, const std::string& file,
+                                                 const std::string& text);
 
 // "axis1-20261121T070005Z.txt"
-[[nodiscard]] std::string BackupFileName(const std::string& device, std::int64_t utime, const std::string& ending);
+[[nodiscard]] std::string BackupFileName(const std::string& device, std::int64_t unix_us,
+                                         const std::string& ending);
 
-// The file of `axlecast backup`: everything readable of one device (docs/backup.md). Pure.
+// The file of `axlecast backup`: everything readable of one device (docs/backup.md).
 
 inline constexpr int kBackupVersion = 1;
 inline constexpr std::size_t kMaxBackupBytes = 4'000'000;
@@ -54,31 +59,30 @@ struct DeviceBackup {
   std::string family = {};
   std::string model = {};
   std::string written_by = {};  // program and version
-  std::int64_t utime = 0;       // us, UNIX time
-  std::int64_t identity = -1;   // as device_info_t; -1 not told
+  std::int64_t unix_us = 0;     // time of the backup
+  std::int64_t identity = -1;   // as in device_info_t; -1: unknown
   std::string serial = {};
   std::string firmware = {};
   MemoryCells cells = {};
   std::map<std::string, std::string> parameters = {};  // values in their units
-  nlohmann::ordered_json datum = nullptr;              // for people; it is the bridge's, not the device's
-  nlohmann::ordered_json alarms = nlohmann::ordered_json::array();  // as they stood
+  nlohmann::ordered_json datum = nullptr;              // for information: the bridge stores it, not the device
+  nlohmann::ordered_json alarms = nlohmann::ordered_json::array();  // at the time of the backup
 };
 
-// Of a device that has its DEVICE message.
+// Returns the backup of a device. Its DEVICE message must have been received.
 [[nodiscard]] DeviceBackup MakeBackup(const MachineView& machine, const DeviceView& device, const Family& family,
                                       const BackupContents& contents);
 
-// A JSON object whose last member is the SHA-256 over all the others: over their compact text, in their order.
+// Formats a JSON object. Its last member is the SHA-256 of the compact text of all others, in their order.
 [[nodiscard]] std::string ToFileText(const DeviceBackup& backup);
 
-// `problem` says what is wrong and what would help, else it stays empty.
-[[nodiscard]] DeviceBackup ParseDeviceBackup(std::string_view text, std::string& problem);
+[[nodiscard]] Result<DeviceBackup> ParseDeviceBackup(std::string_view text);
 
-// What it holds for a device of that family. `problem`: of a parameter that the family does not know, or whose value is
-// beyond its range.
-[[nodiscard]] BackupContents ContentsOf(const DeviceBackup& backup, const Family& family, std::string& problem);
+// Returns the contents for a device of `family`. Fails if a parameter is unknown or its value out of range.
+[[nodiscard]] Result<BackupContents> ContentsOf(const DeviceBackup& backup, const Family& family);
 
-// Why the device is not the one that was backed up; empty when it is, as far as both tell who they are.
+// Returns how the identity of the device differs from the backup. Returns an empty text if it is the same device, as far as
+// both are known.
 [[nodiscard]] std::string OtherUnit(const DeviceBackup& backup, const device_info_t& info);
 
 }  // namespace axlecast

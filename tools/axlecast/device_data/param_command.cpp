@@ -42,27 +42,27 @@ std::optional<Place> Find(const Options& options, int& exit_code) {
   return std::nullopt;
 }
 
-// The values that the device holds; the exit code says why there are none.
+// Returns the present values of the device, or sets the exit code.
 ParameterValues Present(const Place& place, const Options& options, int& exit_code) {
   OperatorClient client(place.machine, options.command.key, false);
   const ParameterReading reading = ReadParameters(client, *place.family, options.command);
   exit_code = ExitCode(reading.result);
   if (exit_code != kExitDone) {
     Show(ToJson(reading.result), ToText(reading.result), options.command.json);
-  } else if (!reading.problem.empty()) {
-    exit_code = Fail(reading.problem, kExitFailed);
+  } else if (!reading.values) {
+    exit_code = Fail(reading.values.error().text, kExitFailed);
   }
-  return reading.values;
+  return reading.values.value_or(ParameterValues());
 }
 
-// What the device holds now. Where it cannot be asked, the list comes without; why is said on standard error.
+// Returns the present values of the device, or no values with a warning on standard error.
 ParameterValues PresentOrNone(const Place& place, const Options& options) {
   if (options.no_reads) return {};
   OperatorClient client(place.machine, options.command.key, false);
   const ParameterReading reading = ReadParameters(client, *place.family, options.command);
-  if (ExitCode(reading.result) == kExitDone && reading.problem.empty()) return reading.values;
+  if (ExitCode(reading.result) == kExitDone && reading.values) return *reading.values;
   std::cerr << "without the present values: "
-            << (reading.problem.empty() ? ToText(reading.result) : reading.problem + '\n');
+            << (reading.values ? ToText(reading.result) : reading.values.error().text + '\n');
   return {};
 }
 
@@ -104,7 +104,7 @@ int Export(const Options& options) {
   return kExitDone;
 }
 
-// Shows what differs from `wanted`, asks, and writes it.
+// Shows the differences from `wanted`, asks, and writes them.
 int Write(const Place& place, const Options& options, const ParameterValues& wanted) {
   if (!options.command.yes && !CanAsk("writing parameters")) return kExitUsage;
   int exit_code = kExitDone;
@@ -125,9 +125,8 @@ int Set(const Options& options) {
   int exit_code = kExitDone;
   const auto place = Find(options, exit_code);
   if (!place) return exit_code;
-  std::string problem;
-  const ParameterValues wanted = FromWords(place->family->parameters, options.words, problem);
-  return problem.empty() ? Write(*place, options, wanted) : Fail(problem, kExitUsage);
+  const auto wanted = FromWords(place->family->parameters, options.words);
+  return wanted ? Write(*place, options, *wanted) : Fail(wanted.error().text, kExitUsage);
 }
 
 int Import(const Options& options) {
@@ -146,19 +145,19 @@ int Import(const Options& options) {
 
 void AddList(CLI::App& param, int& exit_code) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = param.add_subcommand("list", "Names, present values, units, ranges and meanings");
+  CLI::App* command = param.add_subcommand("list", "List names, present values, units, ranges and meanings");
   command->add_option("DEVICE", options->command.device, "The device")->required();
   options->config.AddTo(*command, ConfigOption::Form::kOptionOnly);
   AddKeyOption(*command, options->command.key);
-  command->add_flag("--no-reads", options->no_reads, "Asks no device: without the present values");
-  command->add_flag("--json", options->command.json, "One JSON object");
+  command->add_flag("--no-reads", options->no_reads, "Omit the present values: do not read the device");
+  command->add_flag("--json", options->command.json, "Print one JSON object");
   command->footer(
       "examples:\n  axlecast param list gm3\n  axlecast param list gm3 --no-reads\n"
-      "A value that cannot be read is -; why is said on standard error. Exit code: 0, or 2 usage");
+      "A value that cannot be read is shown as -, with the reason on standard error. Exit code: 0, or 2 usage");
   command->callback([options, &exit_code] { exit_code = List(*options); });
 }
 
-// A verb that asks the device; `arguments` adds what it takes besides the device.
+// Adds a verb that accesses the device. `arguments` adds those after the device.
 template <typename Arguments>
 void Add(CLI::App& param, int& exit_code, const char* name, const char* help, int (*run)(const Options&), bool asks,
          const char* example, const Arguments& arguments) {
@@ -174,30 +173,29 @@ void Add(CLI::App& param, int& exit_code, const char* name, const char* help, in
 }  // namespace
 
 void AddParamCommand(CLI::App& app, int& exit_code) {
-  CLI::App* param = app.add_subcommand("param", "The settings that a device keeps: list, get, set, export, import");
+  CLI::App* param = app.add_subcommand("param", "List, get, set, export or import the settings of a device");
   param->require_subcommand(1);
   AddList(*param, exit_code);
-  Add(*param, exit_code, "get", "Reads values", &Get, false,
+  Add(*param, exit_code, "get", "Read values", &Get, false,
       "examples:\n  axlecast param get gm3\n  axlecast param get gm3 log_interval start_time_1 --json",
       [](CLI::App& command, Options& options) {
-        command.add_option("NAMES", options.words, "Only these; else all")->type_name("NAME");
+        command.add_option("NAMES", options.words, "Only these parameters; default all")->type_name("NAME");
       });
-  Add(*param, exit_code, "set", "Shows what would change, asks, writes, and reads back", &Set, true,
+  Add(*param, exit_code, "set", "Show the changes, ask, write them, and read them back", &Set, true,
       "example: axlecast param set gm3 power_upper_a_1_50hz=125.0 log_interval=0.5",
       [](CLI::App& command, Options& options) {
         command.add_option("VALUES", options.words, "The new values, in the parameters' units")
             ->type_name("NAME=VALUE")
             ->required();
       });
-  Add(*param, exit_code, "export", "Writes all values as YAML, to a file or standard output", &Export, false,
+  Add(*param, exit_code, "export", "Write all values as YAML, to a file or standard output", &Export, false,
       "example: axlecast param export gm3 --out gm3.yaml", [](CLI::App& command, Options& options) {
-        command.add_option("--out", options.file, "To this file")->type_name("FILE");
+        command.add_option("--out", options.file, "Write to this file")->type_name("FILE");
       });
-  Add(*param, exit_code, "import", "Shows what differs from the file, asks, writes that, and reads back", &Import,
+  Add(*param, exit_code, "import", "Show the differences from a file, ask, write them, and read them back", &Import,
       true, "examples:\n  axlecast param import gm3 gm3.yaml\n  axlecast param import gm4 gm3.yaml --yes --json",
       [](CLI::App& command, Options& options) {
-        command.add_option("FILE", options.file, "As `param export` writes it; may leave parameters out")
-            ->required();
+        command.add_option("FILE", options.file, "A file of `param export`; it may omit parameters")->required();
       });
 }
 

@@ -25,7 +25,7 @@ std::optional<std::uint16_t> Number(std::string_view text) {
   return value;
 }
 
-// False when the change is no "registers FIRST-LAST" with 4 hex digits for each.
+// Returns false if the change is not "registers FIRST-LAST" with 4 hex digits per register.
 bool AddRegisters(const change_t& change, Registers& registers) {
   constexpr std::string_view kKey = "registers ";
   constexpr std::size_t kDigits = 4;
@@ -66,7 +66,7 @@ Json SpecJson(const ParameterSpec& parameter) {
           {"help", parameter.help}};
 }
 
-// Null when the device's value is not known.
+// Returns null if the device's value is unknown.
 const ParameterValue* ValueOf(const ParameterSpec& parameter, const ParameterValues& values) {
   const auto found = std::find_if(values.begin(), values.end(), [&parameter](const ParameterValue& value) {
     return value.parameter->name == parameter.name;
@@ -94,52 +94,39 @@ std::string UnknownParameter(Parameters parameters, std::string_view name) {
          (near ? "; did you mean " + Quoted(*near) + "?" : "; axlecast param list DEVICE shows them");
 }
 
-ParameterValues FromRegisters(Parameters parameters, std::span<const change_t> changes, std::string& problem) {
+Result<ParameterValues> FromRegisters(Parameters parameters, std::span<const change_t> changes) {
   Registers registers;
   for (const change_t& change : changes) {
     if (AddRegisters(change, registers)) continue;
-    problem = "the device's driver answered " + Quoted(change.key) + " " + Quoted(change.after) +
-              ", which are no registers: are driver and axlecast of the same version?";
-    return {};
+    return Failure("the device's driver answered " + Quoted(change.key) + " " + Quoted(change.after) +
+                   ", which are no registers: are driver and axlecast of the same version?");
   }
   ParameterValues values;
   for (const ParameterSpec& parameter : parameters) {
     const auto found = registers.find(parameter.address);
     if (found == registers.end()) {
-      problem = "the device's driver did not tell " + std::string(parameter.name) +
-                ": are driver and axlecast of the same version?";
-      return {};
+      return Failure("the device's driver did not report " + std::string(parameter.name) +
+                     ": are driver and axlecast of the same version?");
     }
     values.push_back({&parameter, found->second});
   }
   return values;
 }
 
-ParameterValues FromWords(Parameters parameters, std::span<const std::string> words, std::string& problem) {
+Result<ParameterValues> FromWords(Parameters parameters, std::span<const std::string> words) {
   std::map<const ParameterSpec*, std::uint16_t> wanted;  // by address: the family's order
   for (const std::string& word : words) {
     const std::size_t equals = word.find('=');
     const std::string name = word.substr(0, equals);
-    if (equals == std::string::npos || equals == 0) {
-      const bool known = FindParameter(parameters, name) != nullptr;
-      problem = Quoted(word) + " is no NAME=VALUE: write " + (known ? name : "NAME") +
-                "=VALUE, with the = and without blanks";
-      return {};
-    }
     const ParameterSpec* parameter = FindParameter(parameters, name);
-    if (parameter == nullptr) {
-      problem = UnknownParameter(parameters, name);
-      return {};
+    if (equals == std::string::npos || equals == 0) {
+      return Failure(Quoted(word) + " is no NAME=VALUE: write " + (parameter != nullptr ? name : "NAME") +
+                     "=VALUE, with the = and without blanks");
     }
-    const auto raw = ParseParameter(*parameter, std::string_view(word).substr(equals + 1));
-    if (!raw) {
-      problem = raw.error().text;
-      return {};
-    }
-    if (!wanted.emplace(parameter, *raw).second) {
-      problem = Quoted(name) + " is given twice";
-      return {};
-    }
+    if (parameter == nullptr) return Failure(UnknownParameter(parameters, name));
+    const Result<std::uint16_t> raw = ParseParameter(*parameter, std::string_view(word).substr(equals + 1));
+    if (!raw) return Failure(raw.error());
+    if (!wanted.emplace(parameter, *raw).second) return Failure(Quoted(name) + " is given twice");
   }
   ParameterValues values;
   for (const auto& [parameter, raw] : wanted) values.push_back({parameter, raw});
@@ -300,7 +287,7 @@ ParameterValues ParseParameterFile(const Family& family, const std::string& text
   ParameterValues values;
   for (const ParameterSpec& parameter : family.parameters) {
     if (!map.Has(parameter.name)) continue;
-    const auto raw = ParseParameter(parameter, map.String(parameter.name, ""));
+    const Result<std::uint16_t> raw = ParseParameter(parameter, map.String(parameter.name, ""));
     if (raw) values.push_back({&parameter, *raw});
     if (!raw) map.Error(parameter.name, raw.error().text);
   }

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/config/config_map.h"
 #include "core/device/family.h"
 #include "core/device/parameter.h"
@@ -15,33 +16,33 @@
 
 namespace axlecast {
 
-using Parameters = std::span<const ParameterSpec>;  // those that a family has
+// The parameters of a device: values, differences, texts and their file. Pure.
+
+using Parameters = std::span<const ParameterSpec>;  // of a family
 
 struct ParameterValue {
   const ParameterSpec* parameter;
-  std::uint16_t raw;  // as its register holds it
+  std::uint16_t raw;  // value of its register
 };
-using ParameterValues = std::vector<ParameterValue>;  // in the family's order
+using ParameterValues = std::vector<ParameterValue>;  // in the order of the family
 
-// Null when there is none of that name.
+// Returns null if the name is unknown.
 [[nodiscard]] const ParameterSpec* FindParameter(Parameters parameters, std::string_view name);
-[[nodiscard]] std::string UnknownParameter(Parameters parameters, std::string_view name);  // with the nearest
+// Returns the error for an unknown parameter, with the nearest name.
+[[nodiscard]] std::string UnknownParameter(Parameters parameters, std::string_view name);
 
-// What `read_parameters` answers: changes "registers FIRST-LAST", 4 hex digits a register. `problem` says what is
-// malformed, or which parameter is missing.
-[[nodiscard]] ParameterValues FromRegisters(Parameters parameters, std::span<const change_t> changes,
-                                            std::string& problem);
+// Parses the changes of `read_parameters`: "registers FIRST-LAST" with 4 hex digits per register. Fails if a change is
+// malformed or a parameter is missing.
+[[nodiscard]] Result<ParameterValues> FromRegisters(Parameters parameters, std::span<const change_t> changes);
 
-// NAME=VALUE words as a person typed them.
-[[nodiscard]] ParameterValues FromWords(Parameters parameters, std::span<const std::string> words,
-                                        std::string& problem);
+// Parses NAME=VALUE words. Fails if a word is malformed, or its name unknown or repeated.
+[[nodiscard]] Result<ParameterValues> FromWords(Parameters parameters, std::span<const std::string> words);
 
-// "125.0 W"; what is switched off by its 0 says so.
+// "125.0 W", or "0.0 W (off)" if 0 switches it off
 [[nodiscard]] std::string ValueText(const ParameterValue& value);
 // "0.0 to 1000.0 W, 0 switches it off"
 [[nodiscard]] std::string RangeText(const ParameterSpec& parameter);
 
-// A parameter that is to get another value.
 struct ParameterChange {
   const ParameterSpec* parameter;
   std::uint16_t before;
@@ -49,30 +50,28 @@ struct ParameterChange {
 };
 using ParameterChanges = std::vector<ParameterChange>;
 
-// Those of `wanted` that differ from `present`, in the order of `wanted`; `present` holds all of them.
+// Returns the values of `wanted` that differ in `present`, in the order of `wanted`. `present` must contain all of them.
 [[nodiscard]] ParameterChanges ParameterDiff(const ParameterValues& present, const ParameterValues& wanted);
 
-// One line each: "power_upper_a_1_50hz  100.0 -> 125.0 W".
+// Formats one line per change: "power_upper_a_1_50hz  100.0 -> 125.0 W".
 [[nodiscard]] std::string ToText(const ParameterChanges& changes);
 
-// A list of objects: name, unit, before, after.
+// Returns a list of objects: name, unit, before, after.
 [[nodiscard]] nlohmann::ordered_json ToJson(const ParameterChanges& changes);
 
-// The register's value in the parameter's unit.
+// Returns the value of the register in the parameter's unit.
 [[nodiscard]] double NumberOf(const ParameterSpec& parameter, std::uint16_t raw);
 
-// What the `param` verbs print.
-
-// Names, present values, ranges, meanings. `values`: those that the device holds; of the others "-" and null.
+// Format the names, present values, ranges and meanings. A parameter without a value has "-" and null.
 [[nodiscard]] std::string ListText(Parameters parameters, const ParameterValues& values);
 [[nodiscard]] nlohmann::ordered_json ListJson(Parameters parameters, const ParameterValues& values);
 
-// Only those of these names, in their order; all when there are none.
+// Returns the values with these names, in their order, or all values if `names` is empty.
 [[nodiscard]] ParameterValues Chosen(const ParameterValues& values, const std::vector<std::string>& names);
 [[nodiscard]] std::string ToText(const ParameterValues& values);
 [[nodiscard]] nlohmann::ordered_json ToJson(const std::string& device, const ParameterValues& values);
 
-// How a write ended: `results` are those of its commands, in their order.
+// Format the outcome of a write. `results` are the results of its commands, in their order.
 [[nodiscard]] std::string WriteText(const std::string& device, const ParameterChanges& changes,
                                     const std::vector<CommandResult>& results);
 [[nodiscard]] nlohmann::ordered_json WriteJson(const std::string& device, const ParameterChanges& changes,
@@ -88,8 +87,7 @@ using ParameterChanges = std::vector<ParameterChange>;
 [[nodiscard]] std::string ParameterFileText(const Family& family, const std::string& device,
                                             const ParameterValues& values);
 
-// The values of a file; those of the family that it leaves out stay out. All errors in one go, each with its line and
-// what would be right.
+// Parses the values of a file, which may omit parameters. Adds all errors, each with its line and a correction.
 [[nodiscard]] ParameterValues ParseParameterFile(const Family& family, const std::string& text,
                                                  ConfigErrors& errors);
 

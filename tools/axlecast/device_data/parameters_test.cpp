@@ -22,23 +22,20 @@ std::vector<std::string> Texts(const ParameterValues& values) {
   return texts;
 }
 
-ParameterValues Registers(const std::vector<change_t>& changes, std::string& problem) {
-  return FromRegisters(ParameterFamily().parameters, changes, problem);
+Result<ParameterValues> Registers(const std::vector<change_t>& changes) {
+  return FromRegisters(ParameterFamily().parameters, changes);
 }
 
 change_t Read(const std::string& key, const std::string& after) { return {key, "", after}; }
 
 TEST(FromRegisters, PutsBlocksTogetherByTheirAddresses) {
-  std::string problem;
-  const auto values =
-      Registers({Read("registers 0-1", "04E20005"), Read("registers 4-6", "FFFF0BB80000")}, problem);
-  EXPECT_EQ(problem, "");
-  EXPECT_THAT(Texts(values), ElementsAre("power_limit 125.0 W", "start_time 0.5 s", "shock_limit 30.00 m/s2"));
+  const auto values = Registers({Read("registers 0-1", "04E20005"), Read("registers 4-6", "FFFF0BB80000")});
+  ASSERT_TRUE(values);
+  EXPECT_THAT(Texts(*values), ElementsAre("power_limit 125.0 W", "start_time 0.5 s", "shock_limit 30.00 m/s2"));
 }
 
 TEST(FromRegisters, ZeroSwitchesALimitOff) {
-  std::string problem;
-  EXPECT_THAT(Texts(Registers({Read("registers 0-5", "000000010000000000000000")}, problem)),
+  EXPECT_THAT(Texts(Registers({Read("registers 0-5", "000000010000000000000000")}).value_or(ParameterValues())),
               ElementsAre("power_limit 0.0 W (off)", "start_time 0.1 s", "shock_limit 0.00 m/s2 (off)"));
 }
 
@@ -52,18 +49,17 @@ TEST(FromRegisters, WhatIsMalformedOrMissingIsToldNotGuessed) {
       {Read("registers -", ""), "no registers"},
       {Read("registers ", ""), "no registers"},
       {Read("finding", "reads_as_after"), "no registers"},
-      {Read("registers 0-1", "04E20005"), "did not tell shock_limit"}};
-  for (const auto& [change, says] : cases) {
-    std::string problem;
-    EXPECT_THAT(Registers({change}, problem), IsEmpty()) << change.key;
-    EXPECT_THAT(problem, HasSubstr(says)) << change.key;
+      {Read("registers 0-1", "04E20005"), "did not report shock_limit"}};
+  for (const auto& [change, text] : cases) {
+    const auto values = Registers({change});
+    ASSERT_FALSE(values) << change.key;
+    EXPECT_THAT(values.error().text, HasSubstr(text)) << change.key;
   }
 }
 
 TEST(FromWords, AreInTheOrderOfTheFamily) {
-  std::string problem;
   const std::vector<std::string> words = {"shock_limit=30", "power_limit=125.0"};
-  EXPECT_THAT(Texts(FromWords(ParameterFamily().parameters, words, problem)),
+  EXPECT_THAT(Texts(FromWords(ParameterFamily().parameters, words).value_or(ParameterValues())),
               ElementsAre("power_limit 125.0 W", "shock_limit 30.00 m/s2"));
 }
 
@@ -79,15 +75,15 @@ TEST(FromWords, EachMistakeIsNamedWithWhatWouldBeRight) {
       {"start_time=fast", "must be a number"},
       {"start_time=-1", "must be a number"},
       {"start_time=", "must be a number"}};
-  for (const auto& [word, says] : cases) {
-    std::string problem;
-    EXPECT_THAT(FromWords(ParameterFamily().parameters, std::vector{word}, problem), IsEmpty()) << word;
-    EXPECT_THAT(problem, HasSubstr(says)) << word;
+  for (const auto& [word, text] : cases) {
+    const auto values = FromWords(ParameterFamily().parameters, std::vector{word});
+    ASSERT_FALSE(values) << word;
+    EXPECT_THAT(values.error().text, HasSubstr(text)) << word;
   }
-  std::string problem;
   const std::vector<std::string> twice = {"start_time=1", "start_time=2"};
-  EXPECT_THAT(FromWords(ParameterFamily().parameters, twice, problem), IsEmpty());
-  EXPECT_THAT(problem, HasSubstr("given twice"));
+  const auto values = FromWords(ParameterFamily().parameters, twice);
+  ASSERT_FALSE(values);
+  EXPECT_THAT(values.error().text, HasSubstr("given twice"));
 }
 
 const Parameters kAll = ParameterFamily().parameters;
@@ -146,9 +142,9 @@ TEST(WriteText, TellsTheCommandThatFailedAndThoseBefore) {
 
 TEST(ParameterList, ShowsPresentValuesWhereTheyAreKnown) {
   const Parameters parameters = ParameterFamily().parameters;
-  std::string problem;
-  const ParameterValues values = FromWords(parameters, std::vector<std::string>{"power_limit=125.0"}, problem);
-  ASSERT_EQ(problem, "");
+  const ParameterValues values =
+      FromWords(parameters, std::vector<std::string>{"power_limit=125.0"}).value_or(ParameterValues());
+  ASSERT_FALSE(values.empty());
   EXPECT_THAT(ListText(parameters, values), HasSubstr("power_limit"));
   EXPECT_THAT(ListText(parameters, values), HasSubstr("  125.0 W "));
   EXPECT_THAT(ListText(parameters, {}), HasSubstr("  -  "));

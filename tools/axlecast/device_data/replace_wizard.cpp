@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "bridge/store/history.h"
-#include "core/base/result.h"
 #include "core/base/text.h"
 #include "core/device/operation.h"
 #include "core/messages/enum_names.h"
@@ -36,20 +35,20 @@ bool Answers(const DeviceView& device, MonoNs now) {
 
 std::string StateText(const DeviceView& device, MonoNs now) {
   const auto state = device.State(now);
-  if (!state) return "SILENT (its driver is not heard)";
+  if (!state) return "SILENT (no message from its driver)";
   const std::string reason = device.info ? Printable(device.info->reason) : "";
   return std::string(DeviceStateName(*state)) + (reason.empty() ? "" : " (" + reason + ")");
 }
 
 // "identity 17, serial SN0042, model ts5669n127"
 std::string EncoderText(const device_info_t& info) {
-  std::string text = "identity " + (info.identity < 0 ? std::string("not told") : std::to_string(info.identity));
+  std::string text = "identity " + (info.identity < 0 ? std::string("unknown") : std::to_string(info.identity));
   if (!info.serial.empty()) text += ", serial " + Printable(info.serial);
   if (!info.firmware.empty()) text += ", firmware " + Printable(info.firmware);
   return text + ", model " + Printable(info.model);
 }
 
-void TellAlarms(const DeviceView& device) {
+void PrintAlarms(const DeviceView& device) {
   for (const alarm_entry_t& alarm : device.alarms.entries()) {
     std::cerr << "  alarm " << Printable(alarm.name) << ": " << Printable(alarm.action) << '\n';
   }
@@ -91,10 +90,7 @@ ReplaceWizard::ReplaceWizard(const MachineConfig& machine, ReplaceOptions option
 }
 
 int ReplaceWizard::Run() {
-  if (!client_.problem().empty()) {
-    std::cerr << client_.problem() << '\n';
-    return kExitBad;
-  }
+  if (!client_.problem().empty()) return Fail(client_.problem(), kExitBad);
   ShowKnown();
   if (const End end = LoadBackup()) {
     report_.stopped = options_.from;
@@ -144,7 +140,7 @@ void ReplaceWizard::ShowKnown() {
   const MonoNs now = clock_.Now();
   std::cerr << PresentText(device, now) << '\n'
             << "  state " << StateText(device, now) << '\n'
-            << "  " << (device.info ? EncoderText(*device.info) : "what it is is not known") << '\n';
+            << "  " << (device.info ? EncoderText(*device.info) : "its identity is unknown") << '\n';
   HistoryReader reader(JournalFile(machine_));
   const std::vector<DeviceRecord> devices = reader.Devices();
   const auto found = std::find_if(devices.begin(), devices.end(),
@@ -160,29 +156,26 @@ ReplaceWizard::End ReplaceWizard::LoadBackup() {
   std::ifstream stream(options_.backup, std::ios::binary);
   if (!stream.is_open()) {
     if (options_.from == ReplaceStep::kBackup) return std::nullopt;
-    std::cerr << "cannot read " << options_.backup << '\n';
-    return kExitBad;
+    return Fail("cannot read " + options_.backup, kExitBad);
   }
   const std::string text{std::istreambuf_iterator<char>(stream), {}};
-  std::string problem;
-  std::string note;
-  backup_ = ParseBackup(family_, report_.device, options_.backup, text, problem, note);
-  if (!problem.empty()) {
-    std::cerr << problem << '\n';
-    return kExitBad;
+  Result<ContentsFile> file = ParseContents(family_, options_.backup, text);
+  if (!file) return Fail(file.error().text, kExitBad);
+  if (!file->device.empty() && file->device != report_.device) {
+    std::cerr << "warning: " << options_.backup << " is a backup of " << file->device << '\n';
   }
-  if (!note.empty()) std::cerr << "warning: " << note << '\n';
+  backup_ = std::move(file->contents);
   report_.backup = options_.backup;
   return std::nullopt;
 }
 
 ReplaceWizard::End ReplaceWizard::Backup() {
   if (backup_) {
-    std::cerr << "backup: " << options_.backup << " is there already, and stays as it is\n";
+    std::cerr << "backup: " << options_.backup << " exists, and is not changed\n";
     return std::nullopt;
   }
   if (BackupOperation(family_) == nullptr) {
-    report_.backup_problem = "devices of " + std::string(family_.name) + " keep nothing that could be backed up";
+    report_.backup_problem = "devices of " + std::string(family_.name) + " store nothing that can be backed up";
     std::cerr << "backup: " << report_.backup_problem << '\n';
     return std::nullopt;
   }
@@ -190,24 +183,20 @@ ReplaceWizard::End ReplaceWizard::Backup() {
   const MonoNs now = clock_.Now();
   if (Answers(device, now)) return ReadBackup();
   report_.backup_problem = "it does not answer, " + StateText(device, now);
-  std::cerr << "backup: " << report_.backup_problem << "; going on without\n";
+  std::cerr << "backup: " << report_.backup_problem << "; continuing without a backup\n";
   return std::nullopt;
 }
 
 ReplaceWizard::End ReplaceWizard::ReadBackup() {
-  BackupReading reading = axlecast::ReadBackup(client_, family_, options_.command);
+  BackupReading reading = ReadContents(client_, family_, options_.command);
   if (ExitCode(reading.result) != kExitDone) return Stopped(reading.result);
-  if (!reading.problem.empty()) {
-    std::cerr << "backup: " << reading.problem << '\n';
-    return kExitFailed;
-  }
+  if (!reading.contents) return Fail("backup: " + reading.contents.error().text, kExitFailed);
   const std::string file =
       options_.backup.empty() ? BackupFileName(report_.device, clock_.UtcMicroseconds(), ".txt") : options_.backup;
   if (const Result<> done = WriteOutput(file, reading.text); !done) {
-    std::cerr << done.error().text << '\n';
-    return kExitBad;
+    return Fail(done.error().text, kExitBad);
   }
-  backup_ = std::move(reading.contents);
+  backup_ = *std::move(reading.contents);
   report_.backup = file;
   std::cerr << "backup: written to " << file << '\n';
   return std::nullopt;
@@ -222,13 +211,13 @@ ReplaceWizard::End ReplaceWizard::Exchange() {
   std::cerr << "Exchange " << report_.device
             << " now. This waits until it was away and answers again; Ctrl-C stops.\n";
   ExchangeWatch watch;
-  std::string told;
+  std::string reported;
   const auto back = [&](const MachineView& view) {
     const MonoNs now = clock_.Now();
     const DeviceView& device = *view.FindDevice(report_.device);
     watch.On(device.State(now), device.info ? device.info->boot_id : 0, now);
     const std::string state = StateText(device, now);
-    if (state != std::exchange(told, state)) std::cerr << "  " << report_.device << ": " << state << '\n';
+    if (state != std::exchange(reported, state)) std::cerr << "  " << report_.device << ": " << state << '\n';
     return watch.stage() == ExchangeWatch::Stage::kBack || CancelOnSignal::requested();
   };
   works = works && live.Gather(kNever, back);
@@ -249,9 +238,9 @@ ReplaceWizard::End ReplaceWizard::Accept() {
   }
   report_.encoder = EncoderText(*device.info);
   std::cerr << "now answers: " << report_.encoder << ", " << StateText(device, now) << '\n';
-  TellAlarms(device);
-  if (!family_.has_position) return std::nullopt;  // no datum and no wear are kept of a monitor
-  std::cerr << "Accept it as another encoder? Its wear, identity and datum begin anew.\n";
+  PrintAlarms(device);
+  if (!family_.has_position) return std::nullopt;  // a monitor has neither datum nor wear
+  std::cerr << "Accept it as another encoder? Its wear, identity and datum start again.\n";
   if (!Agreed()) return kExitRejected;
   report_.accepted = client_.Execute(Request("accept_exchange"));
   return Done(*report_.accepted) ? std::nullopt : End(Stopped(*report_.accepted));
@@ -266,16 +255,14 @@ ReplaceWizard::End ReplaceWizard::WriteBack() {
 }
 
 ReplaceWizard::End ReplaceWizard::WriteCells() {
-  const BackupReading present = axlecast::ReadBackup(client_, family_, options_.command);
+  const BackupReading present = ReadContents(client_, family_, options_.command);
   if (ExitCode(present.result) != kExitDone) return Stopped(present.result);
-  if (!present.problem.empty()) {
-    std::cerr << "write: " << present.problem << '\n';
-    return kExitFailed;
-  }
-  const PermittedCells permitted = AskPermitted(client_, options_.command, present.contents.cells, backup_->cells);
+  if (!present.contents) return Fail("write: " + present.contents.error().text, kExitFailed);
+  const PermittedCells permitted =
+      QueryPermitted(client_, options_.command, present.contents->cells, backup_->cells);
   report_.not_permitted = permitted.not_permitted;
   if (permitted.failed) return Stopped(*permitted.failed);
-  const std::vector<CellRun> runs = CellRuns(present.contents.cells, permitted.cells, kLongestWrite);
+  const std::vector<CellRun> runs = CellRuns(present.contents->cells, permitted.cells, kMaxWrite);
   if (runs.empty()) std::cerr << "write: nothing that may be written differs from the backup\n";
   for (const CellRun& run : runs) {
     if (End end = WriteRun(run)) return end;
@@ -294,11 +281,8 @@ ReplaceWizard::End ReplaceWizard::WriteRun(const CellRun& run) {
 ReplaceWizard::End ReplaceWizard::WriteValues() {
   const ParameterReading present = ReadParameters(client_, family_, options_.command);
   if (ExitCode(present.result) != kExitDone) return Stopped(present.result);
-  if (!present.problem.empty()) {
-    std::cerr << "write: " << present.problem << '\n';
-    return kExitFailed;
-  }
-  const ParameterChanges changes = ParameterDiff(present.values, backup_->values);
+  if (!present.values) return Fail("write: " + present.values.error().text, kExitFailed);
+  const ParameterChanges changes = ParameterDiff(*present.values, backup_->values);
   std::cerr << "write: " << changes.size() << " parameters differ from the backup\n" << ToText(changes);
   if (changes.empty()) return std::nullopt;
   if (!Agreed()) return CancelOnSignal::requested() ? End(kExitRejected) : std::nullopt;

@@ -107,9 +107,9 @@ int RestoreRun::Refuse(const std::string& problem, int exit_code) const {
 int RestoreRun::Run(const DeviceBackup& backup, const device_info_t& info) {
   if (!client_.problem().empty()) return Refuse(client_.problem(), kExitBad);
   if (const int exit_code = CheckUnit(backup, info); exit_code != kExitDone) return exit_code;
-  std::string problem;
-  wanted_ = ContentsOf(backup, family_, problem);
-  if (!problem.empty()) return Refuse(problem, kExitBad);
+  Result<BackupContents> wanted = ContentsOf(backup, family_);
+  if (!wanted) return Refuse(wanted.error().text, kExitBad);
+  wanted_ = *std::move(wanted);
   ListKept(backup);
   report_.compared = BackupOperation(family_) == nullptr;
   if (report_.compared) return kExitDone;
@@ -155,17 +155,17 @@ void RestoreRun::ListKept(const DeviceBackup& backup) {
 }
 
 int RestoreRun::Read(BackupContents& present) {
-  BackupReading reading = ReadBackup(client_, family_, options_.command);
+  BackupReading reading = ReadContents(client_, family_, options_.command);
   if (ExitCode(reading.result) != kExitDone) return Stopped(reading.result);
-  if (!reading.problem.empty()) return Refuse(reading.problem, kExitFailed);
-  present = std::move(reading.contents);
+  if (!reading.contents) return Refuse(reading.contents.error().text, kExitFailed);
+  present = *std::move(reading.contents);
   return kExitDone;
 }
 
 int RestoreRun::Compare(const BackupContents& present) {
-  const PermittedCells permitted = AskPermitted(client_, options_.command, present.cells, wanted_.cells);
+  const PermittedCells permitted = QueryPermitted(client_, options_.command, present.cells, wanted_.cells);
   if (permitted.failed) return Stopped(*permitted.failed);
-  runs_ = CellRuns(present.cells, permitted.cells, kLongestWrite);
+  runs_ = CellRuns(present.cells, permitted.cells, kMaxWrite);
   changes_ = ParameterDiff(present.values, wanted_.values);
   for (const CellRun& run : runs_) report_.lines.push_back(LineOf(run));
   for (const ParameterChange& change : changes_) report_.lines.push_back(LineOf(change));

@@ -14,7 +14,7 @@
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
 #include "tools/axlecast/live/format_device.h"
-#include "tools/monitor/machine_faults.h"
+#include "tools/monitor/machine_view.h"
 #include "tools/monitor/trip_margins.h"
 
 namespace axlecast {

@@ -14,7 +14,7 @@
 #include "tools/axlecast/live/format_machine.h"
 #include "tools/axlecast/live/subcommands.h"
 #include "tools/monitor/live_machine.h"
-#include "tools/monitor/machine_faults.h"
+#include "tools/monitor/machine_view.h"
 
 namespace axlecast {
 namespace {

@@ -18,7 +18,7 @@
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/run/mqtt_run.h"
 #include "tools/axlecast/run/subcommands.h"
-#include "tools/mqtt/mqtt_schema.h"
+#include "tools/mqtt/topics.h"
 
 namespace axlecast {
 namespace {

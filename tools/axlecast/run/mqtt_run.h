@@ -14,7 +14,6 @@
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/run/mqtt_process.h"
 #include "tools/mqtt/broker_session.h"
-#include "tools/mqtt/mqtt_alarms.h"
 #include "tools/mqtt/mqtt_feed.h"
 #include "tools/mqtt/mqtt_status.h"
 

@@ -1,4 +1,4 @@
-#include "tools/mqtt/mqtt_alarms.h"
+#include "tools/mqtt/mqtt_status.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

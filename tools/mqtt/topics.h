@@ -1,5 +1,7 @@
 #pragma once
 
+#include <nlohmann/json.hpp>
+
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -7,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/base/inline_bytes.h"
 #include "core/config/machine_config.h"
 #include "tools/mqtt/outbox.h"
 
@@ -49,5 +52,18 @@ class TopicMap {
 // Return the LCM channels on which TopicMap's messages come, as regular expressions: on the data port, on the command port.
 [[nodiscard]] std::string MqttDataChannels();
 inline constexpr const char* kMqttCommandChannels = "COMMAND_STATUS";
+
+// The messages as brokers get them: every field under its name, words beside the numbers that are words, and without
+// what is for LCM alone (spare, signatures) or nobody's business (tokens). docs/mqtt.md, docs/mqtt.schema.json.
+
+// The message's JSON; nothing when it is none of this type.
+[[nodiscard]] std::optional<nlohmann::ordered_json> MqttPayload(std::string_view type, Bytes message);
+
+// The longest that is published, as text. What comes in one datagram of LCM is shorter.
+inline constexpr std::size_t kLongestPayload = 16 << 10;
+
+// JSON Schemas (draft 2020-12) of what is published, in "$defs" by the level of the topic behind the machine's: "position",
+// "alarm", ... "status". Made from the messages' own (core/messages/json), so that they cannot drift.
+[[nodiscard]] nlohmann::ordered_json MqttSchemas();
 
 }  // namespace axlecast
