@@ -49,7 +49,7 @@ struct Reach {
 };
 [[nodiscard]] Reach ReachOf(const SpiSettings& spi, MonoNs line_delay, MonoNs busy, const Format& format);
 
-// What was given of a polynomial: with its highest term (x^6 + x + 1 = 0x43) or without it (0x03). 0 when it is none
+// Returns the polynomial given with its highest term (x^6 + x + 1 = 0x43) or without it (0x03); 0 if it is not one
 // of that many bits: without the term 1 it would not see every single wrong bit.
 [[nodiscard]] std::uint32_t Polynomial(std::int64_t given, int bits);
 

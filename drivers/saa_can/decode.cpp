@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include "core/device/operation.h"
+#include "drivers/cia406/cia406.h"
 #include "drivers/kit/arguments.h"
-#include "drivers/saa_can/cia406/cia406.h"
 #include "drivers/saa_can/codec.h"
 
 namespace axlecast::saa_can {

@@ -6,7 +6,7 @@
 #include "core/device/device.h"
 #include "drivers/kit/refusal.h"
 #include "drivers/saa_can/interpreter.h"
-#include "drivers/saa_can/procedure.h"
+#include "drivers/saa_can/procedures.h"
 
 namespace axlecast::saa_can {
 

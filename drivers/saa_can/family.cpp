@@ -1,20 +1,63 @@
-#include "core/device/family.h"
-
 #include <memory>
 
-#include "drivers/saa_can/cia406/cia406.h"
+#include "core/config/config_map.h"
+#include "core/device/family.h"
+#include "drivers/cia406/cia406.h"
 #include "drivers/saa_can/decode.h"
 #include "drivers/saa_can/device.h"
-#include "drivers/saa_can/make_simulator.h"
 #include "drivers/saa_can/operations.h"
 #include "drivers/saa_can/settings.h"
+#include "drivers/saa_can/simulator/can_bus.h"
+#include "drivers/saa_can/simulator/saa_node.h"
 
 namespace axlecast {
+namespace saa_can {
+namespace {
+
+std::unique_ptr<SimulatedCanNode> MakeNode(const BusConfig& bus, const DeviceConfig& device, ConfigMap map) {
+  const SaaCanSettings& settings = Own(device);
+  SaaNode::Setup setup;
+  setup.node = settings.node;
+  setup.bits = settings.format.bits;
+  setup.big_endian = settings.format.big_endian;
+  setup.bitrate = bus.link.bitrate;
+  setup.cyclic = settings.mode == Mode::kCyclic;
+  // One that is told its period begins with the factory's.
+  const bool told = settings.set_per_second || settings.mode == Mode::kSingle;
+  setup.period_ms = static_cast<double>(told ? kFactoryPeriodMs : settings.period / kMillisecond);
+  setup.positive = settings.positive_byte.value_or(-1);
+  setup.negative = settings.negative_byte.value_or(-1);
+  setup.stop = settings.stop_byte.value_or(-1);
+  setup.seed = static_cast<std::uint64_t>(map.Integer("seed", 1, 0, INT64_MAX, ""));
+  setup.angle = AngleFromDegrees(map.Number("start_deg", 0, 0, 360, "deg"));
+  auto node = std::make_unique<SaaNode>(setup);
+  SaaNode tried(setup);
+  node->SetScript(ReadScript(map, SaaNode::QuantityNames(), tried));
+  map.Done();
+  return node;
+}
+
+std::unique_ptr<Simulator> MakeSimulator(const BusConfig& bus, ConfigMap& simulate) {
+  if (bus.devices.empty()) return nullptr;  // already an error of the file
+  const std::size_t errors = simulate.errors().list().size();
+  std::vector<CanBus::Unit> units;
+  for (const DeviceConfig& device : bus.devices) {
+    ConfigMap map = simulate.Named(device.name);
+    units.push_back(
+        {device.name, cia406::IsOwn(device) ? cia406::MakeNode(device, map) : MakeNode(bus, device, map)});
+  }
+  if (simulate.errors().list().size() != errors) return nullptr;
+  return std::make_unique<CanBus>(bus.link.bitrate, std::move(units));
+}
+
+}  // namespace
+}  // namespace saa_can
+
 namespace {
 
 std::unique_ptr<Device> Make(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output,
                              SecretSource&) {
-  if (saa_can::cia406::IsOwn(device)) return saa_can::cia406::MakeDevice(bus, device, output);
+  if (cia406::IsOwn(device)) return cia406::MakeDevice(bus, device, output);
   return std::make_unique<saa_can::SaaCanDevice>(bus, device, output);
 }
 

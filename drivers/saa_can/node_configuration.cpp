@@ -5,14 +5,44 @@
 #include <utility>
 
 #include "core/device/operation.h"
-#include "drivers/saa_can/ending.h"
+#include "drivers/kit/read_back.h"
+#include "drivers/saa_can/procedures.h"
 
 namespace axlecast::saa_can {
 namespace {
 
 using Reason = command_status_t;
 
+constexpr MonoNs kPatience = 500 * kMillisecond;
+constexpr int kPeriods = 4;
+
 }  // namespace
+
+NodeSearch::NodeSearch(std::uint8_t first, std::uint8_t second, const SaaCanSettings& settings)
+    : nodes_{first, second},
+      format_(settings.format),
+      patience_(std::max({kPatience, settings.timeout, kPeriods * settings.period})) {}
+
+std::optional<CanFrame> NodeSearch::Wants() const {
+  if (delivery_.state() != Delivery::State::kIdle) return std::nullopt;
+  return CommandFrame(Command::kRead, node());
+}
+
+NodeSearch::Progress NodeSearch::On(const Event& event, MonoNs now) {
+  if (delivery_.state() == Delivery::State::kIdle) return Progress::kGoing;
+  delivery_.On(event, now);
+  if (due_ == kNever) due_ = now + patience_;
+  if (event.kind == Event::Kind::kFrame && event.id == DataId(node())) {
+    position_ = ParsePosition(event.bytes, format_);
+    return tried_ == 0 ? Progress::kFirst : Progress::kSecond;
+  }
+  if (now < due_) return Progress::kGoing;
+  if (tried_ + 1 == nodes_.size()) return Progress::kNowhere;
+  ++tried_;
+  delivery_ = {};
+  due_ = kNever;
+  return Progress::kGoing;
+}
 
 NodeConfigurationProcedure::NodeConfigurationProcedure(const Target& target, const OperationContext& around,
                                                        MonoNs now)
@@ -250,5 +280,33 @@ Outcome NodeConfigurationProcedure::OnLinkLost() const {
   return WithChange(
       LinkLost(true, Text("read_position after=\"set_node_id node=0x%02x\"", unsigned{target_.node}).c_str()));
 }
+
+// ---- LookForNode ----
+
+LookForNode::LookForNode(std::uint8_t node, const OperationContext& around)
+    : node_(node), around_(around), search_(node, around.settings.node, around.settings) {}
+
+Procedure::Want LookForNode::Wants(MonoNs) const {
+  if (const auto frame = search_.Wants()) return *frame;
+  return Nothing{};
+}
+
+std::optional<Outcome> LookForNode::On(const Event& event, const Interpreter::Heard&, MonoNs now) {
+  const NodeSearch::Progress progress = search_.On(event, now);
+  if (progress == NodeSearch::Progress::kGoing) return std::nullopt;
+  const unsigned before = around_.settings.node;
+  if (progress == NodeSearch::Progress::kNowhere) {
+    return NothingRead(Text("the encoder answers neither as node 0x%02X nor as 0x%02X", unsigned{node_}, before));
+  }
+  const bool changed = progress == NodeSearch::Progress::kFirst;
+  const unsigned found = changed ? node_ : before;
+  Outcome outcome = Verified(Text("the encoder answers as node 0x%02X", found));
+  if (changed) outcome.text += Text(": put node: 0x%02x into the file and restart the driver", found);
+  outcome.changes.push_back({"node", "", Text("0x%02x", found)});
+  outcome.changes.push_back(FindingChange(FindingWord(changed)));
+  return outcome;
+}
+
+Outcome LookForNode::OnLinkLost() const { return NothingRead("the link was lost before the encoder answered"); }
 
 }  // namespace axlecast::saa_can

@@ -1,13 +1,39 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 
-#include "drivers/saa_can/delivery.h"
-#include "drivers/saa_can/node_search.h"
-#include "drivers/saa_can/operations.h"
+#include "drivers/saa_can/procedures.h"
+#include "drivers/saa_can/settings.h"
 
 namespace axlecast::saa_can {
+
+// Looks at which of two node ids an encoder answers 80 NN: first the first, then the second. The bus must be a bench's.
+class NodeSearch {
+ public:
+  enum class Progress : std::uint8_t { kGoing, kFirst, kSecond, kNowhere };
+
+  NodeSearch(std::uint8_t first, std::uint8_t second, const SaaCanSettings& settings);
+
+  [[nodiscard]] std::optional<CanFrame> Wants() const;
+  [[nodiscard]] MonoNs due() const { return due_; }
+  void OnStarted(const CanFrame& frame) { delivery_.Start(frame); }
+  [[nodiscard]] Progress On(const Event& event, MonoNs now);
+  // Of the encoder, when it was found.
+  [[nodiscard]] const Position& position() const { return position_; }
+
+ private:
+  [[nodiscard]] std::uint8_t node() const { return nodes_.at(tried_); }
+
+  const std::array<std::uint8_t, 2> nodes_;
+  const Format format_;
+  const MonoNs patience_;
+  std::size_t tried_ = 0;
+  Delivery delivery_;
+  MonoNs due_ = kNever;  // the request is out, and the answer must have come by then
+  Position position_;
+};
 
 // Gives the encoder another node id or bit rate through the dialogue on 7E5 (SAA manual 5.4.1 (3) ②③), which every
 // node on the bus takes: so it listens first, and begins only when nobody but this encoder is heard. It looks again
@@ -71,6 +97,24 @@ class NodeConfigurationProcedure final : public Procedure {
   bool refused_ = false;                // the encoder said so
   int replies_ = 0;
   std::optional<Outcome> ending_;
+  NodeSearch search_;
+};
+
+// Looks at which node id the encoder answers, to see whether set_node_id took effect.
+class LookForNode final : public Procedure {
+ public:
+  LookForNode(std::uint8_t node, const OperationContext& around);
+
+  [[nodiscard]] Want Wants(MonoNs) const override;
+  [[nodiscard]] MonoNs Due(MonoNs) const override { return search_.due(); }
+  void OnStarted(const CanFrame& frame) override { search_.OnStarted(frame); }
+  std::optional<Outcome> On(const Event& event, const Interpreter::Heard& heard, MonoNs now) override;
+  [[nodiscard]] Outcome OnLinkLost() const override;
+  [[nodiscard]] bool alone() const override { return true; }
+
+ private:
+  const std::uint8_t node_;
+  const OperationContext around_;
   NodeSearch search_;
 };
 

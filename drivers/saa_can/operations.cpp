@@ -6,12 +6,10 @@
 
 #include "core/config/machine_config.h"
 #include "core/device/operation.h"
+#include "drivers/cia406/cia406.h"
 #include "drivers/kit/arguments.h"
-#include "drivers/saa_can/cia406/cia406.h"
 #include "drivers/saa_can/node_configuration.h"
-#include "drivers/saa_can/readout.h"
-#include "drivers/saa_can/setting.h"
-#include "drivers/saa_can/zero.h"
+#include "drivers/saa_can/procedures.h"
 
 namespace axlecast::saa_can {
 namespace {

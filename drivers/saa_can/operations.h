@@ -10,7 +10,7 @@
 #include "core/device/device.h"
 #include "core/device/operation.h"
 #include "drivers/kit/refusal.h"
-#include "drivers/saa_can/procedure.h"
+#include "drivers/saa_can/procedures.h"
 #include "drivers/saa_can/settings.h"
 
 namespace axlecast::saa_can {
@@ -28,14 +28,6 @@ namespace axlecast::saa_can {
 // Why the operation cannot be told from a position where the shaft stands: counts as MotionAt has them.
 [[nodiscard]] std::optional<Outcome> RefusalAtPosition(std::string_view operation, std::int64_t counts,
                                                        const SaaCanSettings& settings);
-
-// What a procedure may know of the device. Outlives the procedure.
-struct OperationContext {
-  const SaaCanSettings& settings;
-  bool bench = false;
-  const Interpreter& interpreter;
-  const DeviceOutput& output;
-};
 
 // The procedure that carries out an order, or why there is none: arguments are checked here.
 [[nodiscard]] Made<Procedure> MakeProcedure(const DriverCommand& order, const OperationContext& around, MonoNs now);

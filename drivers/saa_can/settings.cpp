@@ -6,8 +6,8 @@
 
 #include "core/config/config_map.h"
 #include "core/device/operation.h"
+#include "drivers/cia406/cia406.h"
 #include "drivers/saa/data_sheet.h"
-#include "drivers/saa_can/cia406/cia406.h"
 
 namespace axlecast::saa_can {
 namespace {
@@ -102,7 +102,7 @@ std::unique_ptr<DeviceSettings> ParseOwn(ConfigMap& device, const BusConfig& bus
   settings->max_speed_rpm = saa::kMaxSpeedRpm;
   settings->noise_counts = saa::NoiseCounts(settings->format.bits);
   settings->own_period = settings->period;
-  const cia406::FrameTime wire{bus.link.bitrate};
+  const CanFrameTime wire{bus.link.bitrate};
   settings->wire_time = wire.Longest(kSentSize) * (settings->mode == Mode::kSingle ? 2 : 1);
   if (!bus.simulate) settings->wire = wire;  // a simulated one can be faster than any
   settings->can_filters = FiltersOf(settings->node, OwnBus(bus).bench);

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "core/config/machine_config.h"
-#include "drivers/saa_can/cia406/frame_time.h"
+#include "core/device/can.h"
 #include "drivers/saa_can/codec.h"
 
 namespace axlecast::saa_can {
@@ -37,12 +37,12 @@ struct SaaCanSettings final : DeviceSettings {
   MonoNs latency = 0;                          // longest time from sampling to the frame's first bit
   MonoNs reply_window = 0;                     // from a command on the bus to its reply, at most
   MonoNs zero_settle = 0;                      // from clearing to zero to a reading that shows it
-  cia406::FrameTime wire;                      // of the bus; none where it is simulated
+  CanFrameTime wire;                           // of the bus; none where it is simulated
   std::int64_t wire_bitrate = 0;               // of the bus
   std::string iface;                           // for texts
 };
 
-// For Family. Errors go into the map's list; never null. `model: cia406` is drivers/saa_can/cia406's.
+// For Family. Errors go into the map's list; never null. `model: cia406` is drivers/cia406's.
 [[nodiscard]] std::shared_ptr<const FamilyBus> ParseBus(ConfigMap& map, const BusConfig& bus);
 [[nodiscard]] std::unique_ptr<DeviceSettings> ParseDevice(ConfigMap& device, const BusConfig& bus);
 // No two devices share an identifier; on a bench there is one device.

@@ -1,5 +1,5 @@
 // Which replies have come.
-#include "drivers/saa_modbus/answer.h"
+#include "drivers/saa_modbus/procedures.h"
 
 #include <gtest/gtest.h>
 

@@ -1,28 +1,30 @@
 #pragma once
 
-#include <gtest/gtest.h>
-#include <yaml-cpp/yaml.h>
-
 #include <algorithm>
 #include <cstdlib>
 #include <functional>
+#include <gtest/gtest.h>
 #include <iterator>
 #include <map>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
+#include <yaml-cpp/yaml.h>
 
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/runtime/bus/bus.h"
 #include "drivers/saa_modbus/device.h"
-#include "drivers/saa_modbus/make_simulator.h"
-#include "drivers/saa_modbus/simulator.h"
+#include "drivers/saa_modbus/simulator/modbus_line.h"
 #include "tests/support/fake_clock.h"
 #include "tests/support/recording_output.h"
 #include "tests/support/simulator_link.h"
+
+namespace axlecast {
+const Family& saa_modbus_family();
+}
 
 namespace axlecast::saa_modbus {
 
@@ -131,7 +133,7 @@ class Machine final : public LinkObserver {
     }
     CheckBus(map, config_);
     ConfigMap simulated = map.Map("simulate");
-    simulator_ = MakeSaaModbusSimulator(config_, simulated);
+    simulator_ = saa_modbus_family().make_simulator(config_, simulated);
     simulated.Done();
     EXPECT_TRUE(errors.empty()) << errors.Text();
     port = std::make_unique<WatchedLink>(clock, *simulator_, baud);

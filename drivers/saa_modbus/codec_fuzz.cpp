@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "drivers/protocol/modbus/adu.h"
-#include "drivers/saa_modbus/answer.h"
 #include "drivers/saa_modbus/codec_test_support.h"
+#include "drivers/saa_modbus/procedures.h"
 
 namespace axlecast::saa_modbus {
 namespace {

@@ -6,7 +6,7 @@
 #include <variant>
 
 #include "core/device/operation.h"
-#include "drivers/saa_modbus/alarms.h"
+#include "drivers/saa_modbus/settings.h"
 
 namespace axlecast::saa_modbus {
 namespace {

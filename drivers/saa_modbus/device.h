@@ -9,7 +9,7 @@
 #include "drivers/kit/refusal.h"
 #include "drivers/saa_modbus/interpreter.h"
 #include "drivers/saa_modbus/operations.h"
-#include "drivers/saa_modbus/procedure.h"
+#include "drivers/saa_modbus/procedures.h"
 #include "drivers/saa_modbus/settings.h"
 
 namespace axlecast::saa_modbus {

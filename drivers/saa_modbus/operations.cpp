@@ -6,10 +6,8 @@
 #include "core/config/machine_config.h"
 #include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
-#include "drivers/saa_modbus/datum_write.h"
-#include "drivers/saa_modbus/readout.h"
-#include "drivers/saa_modbus/set_address.h"
-#include "drivers/saa_modbus/set_baud.h"
+#include "drivers/saa_modbus/connection_procedures.h"
+#include "drivers/saa_modbus/procedures.h"
 
 namespace axlecast::saa_modbus {
 namespace {

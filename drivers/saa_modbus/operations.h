@@ -9,7 +9,7 @@
 #include "core/device/device.h"
 #include "core/device/operation.h"
 #include "drivers/kit/refusal.h"
-#include "drivers/saa_modbus/procedure.h"
+#include "drivers/saa_modbus/procedures.h"
 #include "drivers/saa_modbus/settings.h"
 
 namespace axlecast::saa_modbus {

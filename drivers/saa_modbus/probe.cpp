@@ -6,7 +6,7 @@
 
 #include "core/device/operation.h"
 #include "drivers/protocol/modbus/adu.h"
-#include "drivers/saa_modbus/answer.h"
+#include "drivers/saa_modbus/procedures.h"
 #include "drivers/saa_modbus/settings.h"
 
 namespace axlecast::saa_modbus {

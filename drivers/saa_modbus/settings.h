@@ -1,9 +1,11 @@
 #pragma once
 
+#include <axlecast/alarm_entry_t.hpp>
 #include <cstdint>
 #include <memory>
 #include <string>
 
+#include "core/device/device.h"
 #include "core/device/family.h"
 
 namespace axlecast::saa_modbus {
@@ -35,5 +37,11 @@ struct SaaModbusSettings final : DeviceSettings {
 void CheckBus(ConfigMap& map, const BusConfig& bus);
 
 inline constexpr std::size_t kMaxDevices = 32;  // on one bus: a unit load each of an RS-485 line
+
+// The encoder reports no alarms of its own. This one is up while the driver follows it to an address or a baud rate
+// that the file does not name: after a restart it would look for it in the wrong place.
+inline constexpr AlarmSpec kConfigurationDiffers = {
+    0x200, alarm_entry_t::SOURCE_DRIVER, alarm_entry_t::SEVERITY_WARNING, "configuration_differs",
+    "Change link.baud or address in the file to what the encoder has, then restart"};
 
 }  // namespace axlecast::saa_modbus

@@ -1,13 +1,16 @@
 // The simulator against the SAA manual 5.1.7: what it answers, what it does not, and its faults by name.
-#include "drivers/saa_modbus/simulator.h"
+#include "drivers/saa_modbus/simulator/modbus_line.h"
 
 #include <gmock/gmock.h>
 #include <yaml-cpp/yaml.h>
 
 #include "core/config/machine_config.h"
-#include "drivers/saa_modbus/make_simulator.h"
 #include "drivers/saa_modbus/settings.h"
 #include "tests/support/golden_file.h"
+
+namespace axlecast {
+const Family& saa_modbus_family();
+}
 
 namespace axlecast::saa_modbus {
 namespace {
@@ -34,7 +37,7 @@ class Host {
       bus_.devices.push_back(std::move(device));
     }
     ConfigMap simulated = map.Map("simulate");
-    simulator_ = MakeSaaModbusSimulator(bus_, simulated);
+    simulator_ = saa_modbus_family().make_simulator(bus_, simulated);
     simulated.Done();
     return errors.Text();
   }

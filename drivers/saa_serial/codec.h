@@ -29,8 +29,7 @@ inline constexpr std::size_t kLongestReply = 7;
 // The low eight bits of the sum of all bytes given.
 [[nodiscard]] std::uint8_t Checksum(Bytes bytes);
 
-// What may stand in the second byte of a reply. In bus mode the text of 5.1.5 (1) says the address, the table says
-// 81H.
+// The accepted second byte of a reply. In bus mode, the text of 5.1.5 (1) defines the address, the table 81H.
 enum class ReplyHeader : std::uint8_t { kEither, kAddress, kFixed };
 
 // What a reply is checked against.

@@ -118,7 +118,7 @@ void Interpreter::OnStray(const Event& event) {
 
 std::optional<Reading> Interpreter::Next() {
   std::optional<Reading> reading = mode_ == Mode::kTiming ? NextOfStream() : std::exchange(polled_, std::nullopt);
-  if (reading) Judge(*reading);
+  if (reading) Update(*reading);
   return reading;
 }
 
@@ -131,7 +131,7 @@ std::optional<Reading> Interpreter::NextOfStream() {
   return Reading{.error = {}, .counts = found->counts, .at = at};
 }
 
-void Interpreter::Judge(const Reading& reading) {
+void Interpreter::Update(const Reading& reading) {
   if (reading.error) return output_.OnError(*reading.error, reading.at);
   answering_ = true;
   if (jumping_ && reading.at.first >= effect_from_) {

@@ -41,7 +41,7 @@ class Interpreter {
   void OnPolled(const Event& event);
   void OnStray(const Event& event);
   void BeginJump(MonoNs now);
-  void Judge(const Reading& reading);
+  void Update(const Reading& reading);
   [[nodiscard]] std::optional<Reading> NextOfStream();
 
   const Mode mode_;

@@ -42,7 +42,7 @@ class ZeroProcedure final : public Procedure {
   [[nodiscard]] bool AtRest(MonoNs now) const;
   [[nodiscard]] bool SameBefore() const;
   [[nodiscard]] std::optional<Outcome> Verify(const Reading& reading);
-  [[nodiscard]] Outcome Judge(std::uint32_t counts) const;
+  [[nodiscard]] Outcome Evaluate(std::uint32_t counts) const;
   [[nodiscard]] Outcome WithBefore(Outcome outcome, const std::string& after) const;
 
   const SaaSettings& settings_;
@@ -133,10 +133,10 @@ std::optional<Outcome> ZeroProcedure::Verify(const Reading& reading) {
   ++readings_;
   near_in_a_row_ = IsNearZero(reading.counts, settings_) ? near_in_a_row_ + 1 : 0;
   if (near_in_a_row_ < kNearToSucceed && readings_ < kMaxReadings) return OnTime(reading.at.last);
-  return Judge(reading.counts);
+  return Evaluate(reading.counts);
 }
 
-Outcome ZeroProcedure::Judge(std::uint32_t counts) const {
+Outcome ZeroProcedure::Evaluate(std::uint32_t counts) const {
   const int bits = settings_.format.bits;
   const double allowed = Degrees(ZeroToleranceCounts(bits), bits);
   const bool near = near_in_a_row_ >= kNearToSucceed;

@@ -23,7 +23,7 @@ std::optional<StreamParser::Found> StreamParser::Next() {
   while (!found) {
     const Bytes rest = inbox_.bytes().subspan(at_);
     if (rest.size() < size_) break;
-    const Verdict verdict = Judge(rest);
+    const Verdict verdict = Evaluate(rest);
     if (verdict == Verdict::kWait) break;
     found = verdict == Verdict::kTake ? Take(counts_) : Skip(rest);
   }
@@ -55,7 +55,7 @@ std::int64_t StreamParser::FromLast(std::uint32_t counts) const {
   return CircularDistance(counts, last_, std::int64_t{1} << format_.bits);
 }
 
-StreamParser::Verdict StreamParser::Judge(Bytes rest) {
+StreamParser::Verdict StreamParser::Evaluate(Bytes rest) {
   if (Candidate(rest, 0, &counts_) != Is::kYes) return Verdict::kSkip;
   // A joined frame with the checksum FF does not wait for the byte behind it: Take leaves it to the next frame.
   const std::size_t end = Joined() ? size_ - 1 : size_;
@@ -65,10 +65,10 @@ StreamParser::Verdict StreamParser::Judge(Bytes rest) {
     if (is == Is::kOpen) return Verdict::kWait;
     rivals = rivals || is == Is::kYes;
   }
-  return rivals ? JudgeAmongRivals(rest) : Verdict::kTake;
+  return rivals ? EvaluateRivals(rest) : Verdict::kTake;
 }
 
-StreamParser::Verdict StreamParser::JudgeAmongRivals(Bytes rest) {
+StreamParser::Verdict StreamParser::EvaluateRivals(Bytes rest) {
   const Is own = Candidate(rest, size_);
   if (own == Is::kOpen) return Verdict::kWait;
   if (own == Is::kYes && Joined()) return Verdict::kTake;

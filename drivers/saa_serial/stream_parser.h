@@ -11,11 +11,11 @@
 namespace axlecast::saa_serial {
 
 // Finds the frames in the stream of an encoder that sends by itself (SAA manual 5.1.1, 5.1.2): FF, 81H, data within
-// the resolution, checksum, all in the N bytes that the resolution asks for. FF 81 and whole look-alikes of a frame
-// can stand inside the data. N bytes that pass all checks are a *candidate*; one that another candidate follows
+// the resolution, checksum, all in the N bytes that the resolution asks for. The data can contain FF 81 and whole
+// look-alikes of a frame. N bytes that pass all checks are a *candidate*; one that another candidate follows
 // without a gap is *followed*.
 //
-// The rules. What begins no candidate is given up byte by byte. A candidate is taken as soon as no later one can
+// The rules. Bytes that begin no candidate are dropped one by one. A candidate is taken as soon as no later one can
 // overlap it: mostly with its last byte. Of candidates that overlap,
 //   1. one that is followed is right, and one that is not is a look-alike;
 //   2. where several are followed: the one that begins where the last found frame ended; else the one nearest the
@@ -38,8 +38,8 @@ class StreamParser {
   static constexpr int kRecent = 3;
 
   struct Found {
-    // No frame: none stood where one had to begin (kRange: but for bits above the resolution), once for each frame's
-    // length of bytes given up. Without it, the frame:
+    // Set if there was no frame where one had to begin (kRange: because of bits above the resolution), once for each
+    // frame length of dropped bytes. Otherwise the fields below hold the frame.
     std::optional<ErrorKind> error;
     std::uint32_t counts = 0;
     std::int64_t position = 0;  // of its first byte since the start of the stream
@@ -72,8 +72,8 @@ class StreamParser {
   [[nodiscard]] bool InStep(std::size_t at) const;  // whole frames after it
   [[nodiscard]] std::int64_t FromLast(std::uint32_t counts) const;
   enum class Verdict : std::uint8_t { kTake, kSkip, kWait };
-  [[nodiscard]] Verdict Judge(Bytes rest);
-  [[nodiscard]] Verdict JudgeAmongRivals(Bytes rest);
+  [[nodiscard]] Verdict Evaluate(Bytes rest);
+  [[nodiscard]] Verdict EvaluateRivals(Bytes rest);
   [[nodiscard]] std::optional<Found> Skip(Bytes rest);
   [[nodiscard]] Found Take(std::uint32_t counts);
 
@@ -86,7 +86,7 @@ class StreamParser {
   std::int64_t end_ = 0;                  // where the stream ends so far
   std::optional<std::int64_t> expected_;  // where the last found frame ended
   std::uint32_t last_ = 0;                // its counts
-  std::uint32_t counts_ = 0;              // of the candidate that Judge takes
+  std::uint32_t counts_ = 0;              // of the candidate that Evaluate takes
   std::int64_t run_ = 0;                  // bytes skipped since the last found frame
   std::int64_t skipped_ = 0;
   std::int64_t ambiguous_ = 0;

@@ -24,7 +24,7 @@ std::vector<std::int64_t> Places(const ByteList& stream, int bits = 16) {
 
 ByteList Hex(const std::string& text) { return GoldenBytes(text); }
 
-// The promises of the class, judged by the naive list of all places where a frame could stand. Room is left behind
+// The promises of the class, judged by the naive list of all places where a frame is possible. Room is left behind
 // the last candidate for the parser to see what overlaps it.
 void CheckPromises(ByteList stream, int bits, std::size_t chunk) {
   const auto size = static_cast<std::int64_t>(ReplySize(bits));

@@ -57,7 +57,7 @@ struct SsiSettings final : DeviceSettings {
 [[nodiscard]] const std::vector<std::string_view>& ModelNames();
 [[nodiscard]] Maker MakerOf(std::string_view model);
 
-// Reads the keys of a device that say what its word looks like: README.md, "The word". Errors go into the map's list;
+// Reads the keys of a device that define its word: README.md, "The word". Errors go into the map's list;
 // what is left can be decoded all the same.
 void ParseWordKeys(ConfigMap& device, Maker maker, SsiSettings& settings);
 

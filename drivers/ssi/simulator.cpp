@@ -146,8 +146,8 @@ SimulatedWord DescribedWord(const SsiSettings& settings) {
 SimulatedOutput::AfterWord DescribedAfter(const SsiSettings& settings) {
   using After = SimulatedOutput::AfterWord;
   const Format& format = settings.format;
-  const bool told = format.words > 1 || format.trailing_checked;
-  if (!told) return MakerOf(settings.model) == Maker::kSaa ? After::kNoGap : After::kOneZero;
+  const bool defined = format.words > 1 || format.trailing_checked;
+  if (!defined) return MakerOf(settings.model) == Maker::kSaa ? After::kNoGap : After::kOneZero;
   switch (format.after) {
     case AfterWord::kZeroThenWord:
       return After::kOneZero;

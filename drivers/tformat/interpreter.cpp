@@ -44,7 +44,7 @@ void IdentityCheck::OnCell(std::uint8_t address, std::uint8_t data, MonoNs now) 
   const auto index = static_cast<std::size_t>(address - settings_.identity->address);
   if (index >= tag_.size()) return;
   tag_[index] = data;
-  if (state_ == State::kReadingTag || state_ == State::kAccepted) JudgeTag(now);
+  if (state_ == State::kReadingTag || state_ == State::kAccepted) CheckTag(now);
 }
 
 std::optional<std::uint8_t> IdentityCheck::WantedCell() const {
@@ -59,7 +59,7 @@ void IdentityCheck::Identify(std::uint8_t encoder_id) {
   reported_id_ = encoder_id;
 }
 
-void IdentityCheck::JudgeTag(MonoNs now) {
+void IdentityCheck::CheckTag(MonoNs now) {
   std::vector<std::uint8_t> found;
   for (const auto& byte : tag_) {
     if (!byte) return;
@@ -267,7 +267,7 @@ void Interpreter::OnAll(const Reply& reply, MonoNs now) {
   if (datum_changing_) output_.OnDatumChanging(false);
   datum_changing_ = false;
   ReportAlarms(*reply.alarms, now);
-  JudgeTurns(*reply.alarms);
+  UpdateTrustInTurns(*reply.alarms);
   alarms_ = reply.alarms;
   FinishReset(reply);
 }
@@ -298,7 +298,7 @@ void Interpreter::ReportAlarms(std::uint8_t alarms, MonoNs now) {
   known_ |= agreed;
 }
 
-void Interpreter::JudgeTurns(std::uint8_t alarms) {
+void Interpreter::UpdateTrustInTurns(std::uint8_t alarms) {
   const auto doubt = static_cast<std::uint8_t>(alarms & reported_ & kTurnsInDoubt);
   if ((doubt & ~doubted_) != 0) output_.OnReferenceLost();
   doubted_ = static_cast<std::uint8_t>((doubted_ & alarms) | doubt);

@@ -36,7 +36,7 @@ class IdentityCheck {
   enum class State : std::uint8_t { kUnknown, kReadingTag, kAccepted, kWrongModel, kWrongUnit };
 
   void Identify(std::uint8_t encoder_id);
-  void JudgeTag(MonoNs now);
+  void CheckTag(MonoNs now);
   void ReadTag();
   void Accept(MonoNs now);
   void Refuse(std::string_view reason, MonoNs now);
@@ -88,7 +88,7 @@ class Interpreter {
   void OnAll(const Reply& reply, MonoNs now);
   void FinishReset(const Reply& reply);
   void ReportAlarms(std::uint8_t alarms, MonoNs now);
-  void JudgeTurns(std::uint8_t alarms);
+  void UpdateTrustInTurns(std::uint8_t alarms);
   void CompareStatus(const Answer& answer);
   [[nodiscard]] Sample MakeSample(const Reply& reply, const Interval& at) const;
   void TrackCommunicationAlarm(const Answer& answer, MonoNs now);

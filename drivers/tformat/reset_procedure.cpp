@@ -127,7 +127,7 @@ std::optional<Outcome> ResetProcedure::OnSent(const Answer& answer, MonoNs end) 
 }
 
 std::optional<Outcome> ResetProcedure::OnVerified(const Answer& answer) {
-  if (answer.ok()) return Judge(answer.reply);
+  if (answer.ok()) return Evaluate(answer.reply);
   if (++failed_reads_ < kReadsBefore + kReadsAfter) return std::nullopt;
   return WithFindingBefore(
       Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
@@ -177,14 +177,14 @@ Outcome ResetProcedure::OnLinkLost() const {
                Text("nothing was done: the link was lost after %d of %d requests", possible, kResetTimes));
 }
 
-Outcome ResetProcedure::Judge(const Reply& after) const {
+Outcome ResetProcedure::Evaluate(const Reply& after) const {
   switch (id_) {
     case DataId::kZeroSingleTurn:
-      return JudgeZero(after);
+      return EvaluateZero(after);
     case DataId::kResetTurnsAndErrors:
-      return JudgeTurns(after);
+      return EvaluateTurns(after);
     default:
-      return JudgeErrors(after);
+      return EvaluateErrors(after);
   }
 }
 
@@ -207,7 +207,7 @@ bool ResetProcedure::SameBefore() const {
 
 std::string ResetProcedure::Lost() const { return tenth_lost_ ? "; the tenth reply was lost" : ""; }
 
-Outcome ResetProcedure::JudgeZero(const Reply& after) const {
+Outcome ResetProcedure::EvaluateZero(const Reply& after) const {
   const int bits = settings_.format.single_turn_bits;
   const double was = Degrees(*before_.single_turn, bits);
   const double is = Degrees(*after.single_turn, bits);
@@ -227,7 +227,7 @@ std::uint8_t ResetProcedure::StillLatched(const Reply& after) const {
   return static_cast<std::uint8_t>(*after.alarms & mask);
 }
 
-Outcome ResetProcedure::JudgeTurns(const Reply& after) const {
+Outcome ResetProcedure::EvaluateTurns(const Reply& after) const {
   const std::string turns =
       Text("turns were %u and read %u, ALMC was %s and is %s", *before_.multi_turn, *after.multi_turn,
            AlarmText(*before_.alarms).c_str(), AlarmText(*after.alarms).c_str());
@@ -240,7 +240,7 @@ Outcome ResetProcedure::JudgeTurns(const Reply& after) const {
   return outcome;
 }
 
-Outcome ResetProcedure::JudgeErrors(const Reply& after) const {
+Outcome ResetProcedure::EvaluateErrors(const Reply& after) const {
   const std::uint8_t latched = StillLatched(after);
   const std::string alarms =
       Text("ALMC was %s and is %s", AlarmText(*before_.alarms).c_str(), AlarmText(*after.alarms).c_str());

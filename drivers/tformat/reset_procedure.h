@@ -70,10 +70,10 @@ class ResetProcedure final : public Procedure {
   [[nodiscard]] Outcome NotAtRest(const Motion& motion) const;
   [[nodiscard]] Outcome Moved(std::int64_t counts) const;
   [[nodiscard]] Outcome Unanswered(const Answer& answer) const;
-  [[nodiscard]] Outcome Judge(const Reply& after) const;
-  [[nodiscard]] Outcome JudgeZero(const Reply& after) const;
-  [[nodiscard]] Outcome JudgeTurns(const Reply& after) const;
-  [[nodiscard]] Outcome JudgeErrors(const Reply& after) const;
+  [[nodiscard]] Outcome Evaluate(const Reply& after) const;
+  [[nodiscard]] Outcome EvaluateZero(const Reply& after) const;
+  [[nodiscard]] Outcome EvaluateTurns(const Reply& after) const;
+  [[nodiscard]] Outcome EvaluateErrors(const Reply& after) const;
   [[nodiscard]] std::uint8_t StillLatched(const Reply& after) const;
   [[nodiscard]] std::string Lost() const;
   [[nodiscard]] Outcome Fitting(const std::string& text) const;

@@ -3,6 +3,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
+#include "core/base/result.h"
 #include "core/device/operation.h"
 #include "drivers/kit/read_back.h"
 

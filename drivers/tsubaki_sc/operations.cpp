@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/config/machine_config.h"
 #include "core/device/operation.h"
 #include "drivers/kit/arguments.h"

@@ -85,7 +85,7 @@ void WorldDriver::Hello() {
 }
 
 void WorldDriver::Begin(const DriverCommandServer::Taken& taken) {
-  const DriverCommand& order = taken.order;
+  const DriverCommand& order = taken.command;
   Job job{.device = taken.device, .operation = order.operation, .touch = clock_.now + RandomMs(20)};
   job.note = order.operation == "look" ? NoteOf(ArgumentOf(order.arguments, "after"))
                                        : ArgumentOf(order.arguments, "note");
@@ -126,7 +126,7 @@ void WorldDriver::Touch(Job& job) {
 }
 
 void WorldDriver::Cancel(const DriverCommandServer::Taken& cancel) {
-  const auto job = jobs_.find(cancel.order.id);
+  const auto job = jobs_.find(cancel.command.id);
   if (job == jobs_.end() || job->second.touched) return;
   desk_->Report(job->second.device, job->first, {.state = CommandState::kCancelled}, 0);
   jobs_.erase(job);

@@ -163,7 +163,7 @@ TEST_P(DriverConformance, EveryOperationHasExactlyOneOutcome) {
           order.arguments.push_back({std::string(argument.name), "?"});
       }
       order.n_arguments = static_cast<std::int8_t>(order.arguments.size());
-      driver_->desk().OnDriverCommand(Enveloped(order));
+      driver_->command_server().OnDriverCommand(Enveloped(order));
       for (const MonoNs end = clock_.Now() + kPatience; clock_.Now() < end;) {
         RunFor(kSecond);
         if (!StatesOf(number).empty() && IsFinalState(StatesOf(number).back())) break;
@@ -185,7 +185,7 @@ TEST_P(DriverConformance, AnOrderEndsAlsoWhenTheLineIsLost) {
   std::uint32_t number = 100;
   for (const OperationSpec& operation : bus_->family->operations) {
     ++number;
-    driver_->desk().OnDriverCommand(Enveloped(
+    driver_->command_server().OnDriverCommand(Enveloped(
         OrderMessage(kBoot, number, NumberedId(number), bus_->devices[0].name, std::string(operation.name))));
     RunFor(30 * kMillisecond);
     link_->cable().Unplug();

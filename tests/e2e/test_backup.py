@@ -85,7 +85,7 @@ class Backup(Machine):
         self.file.write_text(whole.replace("A1 05 07", "A1 05 08"))
         code, error = self.cli("restore", "axis1", self.file, "--yes")
         self.assertEqual(code, BAD)
-        self.assertIn("does not agree with its sha256", error)
+        self.assertIn("does not match its sha256", error)
         self.file.write_text(whole[:-40])
         self.assertEqual(self.cli("restore", "axis1", self.file, "--yes")[0], BAD)
         self.reseal({**backup, "model": "another"})

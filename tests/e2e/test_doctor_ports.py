@@ -129,7 +129,7 @@ class Ports(DoctorMachine):
 
     def test_realtime_priority(self):
         config = self.on_port(bus="realtime: {priority: 60}")
-        self.assert_found("realtime_priority", config, "asks for priority 60", before=self.as_nobody("--rtprio=0"))
+        self.assert_found("realtime_priority", config, "requests priority 60", before=self.as_nobody("--rtprio=0"))
         self.assert_quiet("realtime_priority", config)  # root may have any
 
     def test_realtime_memory(self):

@@ -55,8 +55,8 @@ class Errors(Machine):
             return done.returncode, done.stderr
 
         self.assertEqual(spy("/nonexistent", ":1"), (1, "java is missing: sudo apt-get install default-jre\n"))
-        self.assertEqual(spy(self.folder, ":1"), (1, f"the Java of this host ({self.folder / 'java'}) can open no window, "
-                                                  "lcm-spy needs one: sudo apt-get install default-jre\n"))
+        self.assertEqual(spy(self.folder, ":1"), (1, f"the Java of this host ({self.folder / 'java'}) cannot open windows, "
+                                                  "which lcm-spy needs: sudo apt-get install default-jre\n"))
         (home / "lib/libawt_xawt.so").touch()
         code, err = spy(self.folder, "")
         self.assertEqual(code, 1)

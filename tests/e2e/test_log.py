@@ -146,8 +146,8 @@ class Log(Machine):
         self.assertEqual(numbers("--from", "0.010", "--until", "0.012"), [10, 11])
         self.assertEqual(numbers("--from", "2026-09-21T14:13:20.097"), [97, 98, 99])
         self.assertEqual(numbers("--until", "0.002"), [0, 1])
-        self.assertIn("is no time", self.log_command("cat", log, "--from", "noon", code=2)[1])
-        self.assertIn("nothing stands between", self.log_command("cat", log, "--from", "2", "--until", "1", code=2)[1])
+        self.assertIn("is not a time", self.log_command("cat", log, "--from", "noon", code=2)[1])
+        self.assertIn("no event is between them", self.log_command("cat", log, "--from", "2", "--until", "1", code=2)[1])
 
     def reading(self, log):
         """`log cat` that has begun to read, and waits for somebody to take its lines."""
@@ -198,7 +198,7 @@ class Log(Machine):
         good = self.save("good.log", log_of(3))
         self.log_command("merge", good, text, self.folder / "out.log", code=1)
         self.assertIn("regular expression", self.log_command("cat", good, "--channel", "a(b", code=2)[1])
-        self.assertIn("holds no machine", self.log_command("info", good, "--show", "machine", code=1)[1])
+        self.assertIn("does not contain machine", self.log_command("info", good, "--show", "machine", code=1)[1])
         self.assertEqual([path.name for path in self.folder.glob("*.log*")].count("out.log"), 0)
 
     def test_a_full_disk_leaves_the_damaged_log_as_it_was(self):

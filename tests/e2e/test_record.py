@@ -76,7 +76,7 @@ class Record(Recorder):
         with open(self.log_path, "ab") as log:
             log.write(struct.pack(">IqqII", lcm_log.SYNC, 1, 1, 1, 1000) + b"Tcut")
         process = self.record(self.log_path, "--append", name="again")
-        self.assertIn("cuts off a torn end of 32 bytes", self.log("again"))
+        self.assertIn("removes a torn end of 32 bytes", self.log("again"))
         self.sender.send(100)
         self.assertEqual(self.end(process, "again")[0], 0)
         self.assertEqual(self.recorded(), list(range(200)))
@@ -203,7 +203,7 @@ class Record(Recorder):
         process = self.record(disk / "a.lcm")
         self.fill(self.watch_health())
         (disk / "ballast").unlink()
-        wait_for(lambda: "takes events again" in self.log("record"), "the disk to be used again")
+        wait_for(lambda: "accepts events again" in self.log("record"), "the disk to be used again")
         code, summary = self.end(process)
         self.assertEqual(code, 0, summary)
         self.assertEqual(self.recorded(disk / "a.lcm"), list(range(self.sender.sent)))

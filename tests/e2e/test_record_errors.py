@@ -30,7 +30,7 @@ class RecordErrors(Recorder):
         self.assertEqual(numbers(lcm_log.events(self.log_path))[:100], list(range(100)), "whole records only")
         self.sender.send(100)
         fail("")
-        wait_for(lambda: "takes events again" in self.log("record"), "the disk to be used again")
+        wait_for(lambda: "accepts events again" in self.log("record"), "the disk to be used again")
         self.sender.send(100)
         wait_for(lambda: health().state == 0, "the health to be well")
         code, summary = self.end(process)

@@ -71,7 +71,7 @@ recorder:
         self.assertIn(f"held by process {process.pid}", err)
         code, _, err = self.axlecast("record", "--config", self.config, "--channel", "x")
         self.assertEqual(code, 2, err)
-        self.assertIn("--channel is for a log of its own", err)
+        self.assertIn("--channel needs a FILE", err)
 
     def test_up_starts_the_recorder_and_ends_it_last(self):
         code, out, err = self.axlecast("up", self.config, "--seconds", "4", "--json", limit=120)
@@ -99,7 +99,7 @@ recorder:
         done = subprocess.run([BIN / "axlecast", "record", "--config", self.config], capture_output=True, text=True,
                               timeout=60)
         self.assertEqual(done.returncode, 4, done.stderr)
-        self.assertIn(f"{self.logs}: cannot be made", done.stderr)
+        self.assertIn(f"{self.logs}: cannot be created", done.stderr)
         code, out, _ = self.axlecast("check-config", self.config, "--json")
         self.assertEqual((code, json.loads(out)["recorder"]["directory"]), (0, str(self.logs)))
 

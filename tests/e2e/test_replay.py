@@ -161,7 +161,7 @@ class Refusal(Replay):
     def test_bad_words_are_refused_with_their_cause(self):
         log = self.write_log(ramp(3))
         for words, cause in ((("--channel", "(x"), "is no regular expression"), (("--rename", "["), "is not OLD=NEW"),
-                             (("--rename", "[=x"), "is no regular expression"), (("--from", "noon"), "is no time"),
+                             (("--rename", "[=x"), "is no regular expression"), (("--from", "noon"), "is not a time"),
                              (("--speed", "-1"), "--speed"), (("--allow-commands",), "--yes-allow-commands"),
                              (("--yes-allow-live",), "--allow-live"), (("--invert",), "--channel")):
             code, summary, err = self.replay(log, *words)
@@ -173,7 +173,7 @@ class Refusal(Replay):
         log = self.write_log(ramp(3))
         empty = self.folder / "empty.log"
         empty.touch()
-        for words, cause in (((self.folder / "none.log",), "No such file"), (("/etc/passwd",), "no event of LCM's event log"),
+        for words, cause in (((self.folder / "none.log",), "No such file"), (("/etc/passwd",), "no event of LCM's format"),
                              ((empty,), "no event"), ((log, "--from", 100), "in the part that was asked for"),
                              ((log, "--channel", "none"), "of the channels"), ((self.folder,), str(self.folder))):
             code, _, err = self.replay(*words)

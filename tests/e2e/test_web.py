@@ -417,7 +417,7 @@ class Web(Machine):
         (self.folder / "bare.lcm").write_bytes(b"".join(bare))
         hellos = [frame for frame in self.played(self.folder / "bare.lcm", "bare") if frame["type"] == "hello"]
         self.assertEqual([device["device"] for device in hellos[-1]["devices"]], ["axis1"])
-        self.assertIn("does not hold the machine's file", self.log("bare"))
+        self.assertIn("does not contain the machine's file", self.log("bare"))
         middle = len(data) // 2
         (self.folder / "damaged.lcm").write_bytes(data[:middle] + os.urandom(1000) + data[middle + 1000:-5])
         states = [frame for frame in self.played(self.folder / "damaged.lcm", "damaged") if frame["type"] == "state"]

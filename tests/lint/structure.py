@@ -63,6 +63,8 @@ ROOMS = [
     ("drivers/runtime/command", ("core", "drivers/kit", "drivers/runtime/axis")),
     ("drivers/runtime", ("core", "platform", "drivers/hal", "drivers/kit")),
     ("drivers/saa/", ("core", "drivers/kit")),  # facts of one manual that several families have in common
+    ("drivers/cia406/", ("core", "drivers/kit", "drivers/protocol")),  # CANopen encoders: a model of the family saa_can
+    ("drivers/saa_can/", ("core", "drivers/kit", "drivers/protocol", "drivers/saa/", "drivers/cia406/")),
     ("drivers/", ("core", "drivers/kit", "drivers/protocol", "drivers/saa/")),
     ("bridge/store", ("core", "platform")),
     ("bridge/access", ("core", "platform")),

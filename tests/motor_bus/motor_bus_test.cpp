@@ -96,7 +96,7 @@ class MotorBusTest : public testing::Test {
     order.valid_ms = 60'000;
     order.arguments = std::move(arguments);
     order.n_arguments = static_cast<std::int8_t>(order.arguments.size());
-    driver_->desk().OnDriverCommand(Enveloped(order));
+    driver_->command_server().OnDriverCommand(Enveloped(order));
   }
   [[nodiscard]] driver_status_t StatusOf(std::uint32_t number) const {
     driver_status_t found{};

@@ -7,19 +7,19 @@
 
 namespace axlecast {
 
-// The command line as its parser has it: what man pages, completion and the reference in docs/ are made of, so that none
-// can say what the program does not do. A command is
+// Returns the command line as its parser has it. Man pages, completion and the reference in docs/ are generated from it, so
+// that they agree with the program. A command is
 //   {"name", "description", "footer", "options": [...], "arguments": [...], "commands": [...]}
 // and an option or argument
 //   {"names", "description", "value", "limits", "choices", "least", "most", "required", "default", "needs", "excludes"}
-// where what does not apply is absent: a flag has no `value`, and `most` is absent where any number may follow.
+// without those that do not apply: a flag has no `value`, and `most` is absent if the number of values is not limited.
 [[nodiscard]] nlohmann::ordered_json CliTree(const CLI::App& app);
 
 // Adds the hidden option --cli-tree, which prints the tree of `app` and ends as --help does.
 void AddCliTreeOption(CLI::App& app);
 
-// What is wrong with a command line in which a word that should be a command is none: "no command 'statsu'; did you mean
-// 'status'?". Also for the commands of a command (`param lst`). Empty: each is one, or something else is wrong.
+// Returns the error for an unknown subcommand, also of a subcommand (`param lst`): "no command 'statsu'; did you mean
+// 'status'?". Returns an empty text if all are known, or if the command line has another error.
 [[nodiscard]] std::string UnknownCommand(const CLI::App& app, const std::vector<std::string>& words);
 
 }  // namespace axlecast

@@ -24,7 +24,7 @@
 namespace axlecast {
 namespace {
 
-void WarnOf(const std::string& problem) {
+void Warn(const std::string& problem) {
   if (!problem.empty()) static_cast<void>(std::fprintf(stderr, "warning: %s\n", problem.c_str()));
 }
 
@@ -65,7 +65,7 @@ int RunCommandLine(int argc, char** argv) {
   AddCheckConfigCommand(app, exit_code);
   AddDoctorCommand(app, exit_code);
   AddKeygenCommand(app, exit_code);
-  app.get_subcommand("keygen")->preparse_callback([](std::size_t) { WarnOf(ErrorText(ForbidCoreDumps())); });
+  app.get_subcommand("keygen")->preparse_callback([](std::size_t) { Warn(ErrorText(ForbidCoreDumps())); });
   AddSimulateCommand(app, exit_code);
   AddDriverCommand(app, exit_code);
   AddSpyCommand(app, exit_code);
@@ -89,7 +89,7 @@ int RunCommandLine(int argc, char** argv) {
 }  // namespace axlecast
 
 int main(int argc, char** argv) {
-  static_cast<void>(signal(SIGPIPE, SIG_IGN));  // a reader that leaves is told by write()
+  static_cast<void>(signal(SIGPIPE, SIG_IGN));  // write() reports that the reader is gone
   try {
     if (argc == 2 && std::string_view(argv[1]) == axlecast::kMqttLinkOption) return axlecast::ServeMqttLink();
     const axlecast::TerminalOutput safe;

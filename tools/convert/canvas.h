@@ -42,7 +42,7 @@ class Canvas {
   virtual void DrawLine(Point from, Point to, Stroke stroke) = 0;
   // Draws the polylines of one curve. A polyline of a single point is drawn as a dot.
   virtual void DrawCurve(const std::vector<Polyline>& polylines, CurveStyle style) = 0;
-  // Draws the sample of a curve that stands in a legend.
+  // Draws the sample line of a curve in a legend.
   virtual void DrawLegendLine(Point from, Point to, CurveStyle style) = 0;
   virtual void DrawCircle(Point centre, CurveStyle style) = 0;
   // Draws text with its baseline at `at`. Bytes that are not UTF-8 and control characters are replaced.

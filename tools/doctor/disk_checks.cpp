@@ -33,9 +33,9 @@ std::string Size(double bytes) {
 // Returns the maximum rate of a log in bytes per second.
 double RateOf(const MachineConfig& machine, const LogConfig& log) {
   ChannelFilter filter;
-  if (!filter.Set(log.channels, log.invert).empty()) return 0;
+  if (!filter.Set(log.channels, log.invert)) return 0;
   const auto takes = [&](const char* kind, const std::string& name) {
-    return filter.Takes(machine.lcm.prefix + kind + '/' + name);
+    return filter.Matches(machine.lcm.prefix + kind + '/' + name);
   };
   double rate = 0;
   for (const BusConfig& bus : machine.buses) {

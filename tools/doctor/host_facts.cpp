@@ -97,7 +97,7 @@ NetworkFacts ReadNetwork(const MachineConfig& machine, const ReadHostOptions& op
   return network;
 }
 
-// Returns a link in `folder` to the device; empty if there is none.
+// Returns a link in `folder` to the device; empty without such a link.
 std::string LinkTo(const HostFiles& files, const std::string& folder, const HostFile& device) {
   for (const std::string& name : files.Names(folder)) {
     const HostFile file = files.Look(folder + '/' + name);

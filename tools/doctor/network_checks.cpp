@@ -184,19 +184,23 @@ Symptoms CheckMulticastSilent(const MachineConfig& machine, const HostFacts& hos
 
 Symptoms CheckFirewall(const MachineConfig& machine, const HostFacts& host) {
   const Json ruleset = Json::parse(host.network.firewall, nullptr, false);
-  Symptoms symptoms;
+  std::map<std::string, Symptom> symptoms;  // by chain
   for (const Group& group : GroupsOf(machine, host)) {
     // With ttl=0, the datagram to this host itself has shown that the rules accept it.
     if (group.url.ttl == 0 && group.facts->route.error == 0 && group.facts->silence.empty()) continue;
     for (const std::string& chain : InputChains(ruleset, group.url.port)) {
-      symptoms.push_back(
-          {.found = "a firewall is active: the " + ChainText(chain) + " may drop datagrams to " + group.text,
-           .fixes = {Manual("nft insert rule " + chain + " udp dport " + std::to_string(group.url.port) +
-                            " ip daddr " + group.url.group + " accept")},
-           .safe = false});
+      Symptom& symptom = symptoms[chain];
+      symptom.safe = false;
+      symptom.found += symptom.found.empty() ? "a firewall is active: the " + ChainText(chain) +
+                                                   " may drop datagrams to " + group.text
+                                             : " and " + group.text;
+      symptom.fixes.push_back(Manual("nft insert rule " + chain + " udp dport " + std::to_string(group.url.port) +
+                                     " ip daddr " + group.url.group + " accept"));
     }
   }
-  return symptoms;
+  Symptoms found;
+  for (auto& [chain, symptom] : symptoms) found.push_back(std::move(symptom));
+  return found;
 }
 
 Symptoms CheckReceiveBufferMax(const MachineConfig& machine, const HostFacts& host) {

@@ -31,7 +31,7 @@ TEST(NetworkChecks, AMissingRouteIsToldOnceForBothPorts) {
   EXPECT_THAT(LinesOf(symptoms[0]),
               ElementsAre("ip link set lo up multicast on", "ip route replace 224.0.0.0/4 dev lo",
                           StartsWith("systemctl enable axlecast-multicast")));
-  EXPECT_THAT(CheckMulticastInterface(OneAxis(), host), IsEmpty()) << "nothing is said of what is not there";
+  EXPECT_THAT(CheckMulticastInterface(OneAxis(), host), IsEmpty()) << "a missing route is not reported twice";
   EXPECT_THAT(CheckMulticastSilent(OneAxis(), host), IsEmpty());
 }
 

@@ -33,7 +33,7 @@ struct PermissionCase {
   uid_t user;
   mode_t mode;
   gid_t group;
-  bool usable;  // as access(2) says to the user
+  bool usable;  // by access(2) for this user
   bool found;
 };
 

@@ -123,8 +123,8 @@ Symptoms CheckClockSync(const MachineConfig&, const HostFacts& host) {
   }
   const bool chrony = keeper->name == "chronyd";
   return {{.found = "the clock is not synchronised, though " + keeper->name + " runs",
-           .fixes = {Manual(chrony ? "chronyc sources    # which servers it hears"
-                                   : "timedatectl timesync-status    # which server it hears")},
+           .fixes = {Manual(chrony ? "chronyc sources    # shows its servers"
+                                   : "timedatectl timesync-status    # shows its server")},
            .safe = false}};
 }
 

@@ -8,32 +8,36 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kMaxKnown = 10'000;  // anybody may invent channels
+constexpr std::size_t kMaxKnown = 10'000;  // senders can invent any number of channels
 
 }  // namespace
 
-std::string ChannelFilter::Set(const std::string& expression, bool invert) {
+Result<> ChannelFilter::Set(const std::string& expression, bool invert) {
+  if (expression.empty() && invert)
+    return Failure("all channels are selected: give an expression to invert, or leave out the inversion");
+  std::optional<std::regex> compiled;
+  if (!expression.empty()) {
+    Result<std::regex> result = CompileExpression(expression);
+    if (!result) return Failure(result.error());
+    compiled = std::move(*result);
+  }
+  expression_ = std::move(compiled);
   invert_ = invert;
   known_.clear();
-  if (expression.empty())
-    return invert ? "without an expression, all channels are taken: there is nothing to invert" : "";
-  Result<std::regex> compiled = CompileExpression(expression);
-  if (!compiled) return compiled.error().text;
-  expression_ = std::move(*compiled);
-  return "";
+  return {};
 }
 
-bool ChannelFilter::Takes(std::string_view channel) {
+bool ChannelFilter::Matches(std::string_view channel) {
   if (!expression_) return true;
   if (const auto found = known_.find(channel); found != known_.end()) return found->second;
-  bool takes = false;
+  bool matches = invert_;
   try {
-    takes = std::regex_search(channel.begin(), channel.end(), *expression_) != invert_;
+    matches = std::regex_search(channel.begin(), channel.end(), *expression_) != invert_;
   } catch (const std::regex_error&) {
-    takes = invert_;  // too complex for this name: not found in it
+    // The expression is too complex for this name: it counts as not found.
   }
-  if (known_.size() < kMaxKnown) known_.emplace(channel, takes);
-  return takes;
+  if (known_.size() < kMaxKnown) known_.emplace(channel, matches);
+  return matches;
 }
 
 }  // namespace axlecast

@@ -1,29 +1,28 @@
 #pragma once
 
-#include <cstddef>
 #include <map>
 #include <optional>
 #include <regex>
 #include <string>
 #include <string_view>
 
+#include "core/base/result.h"
+
 namespace axlecast {
 
-// Chooses channels by a regular expression (ECMAScript) that is found anywhere in their names; `invert`: those in which
-// it is not. Without an expression, all.
+// Selects channels by a regular expression (ECMAScript) that is searched for anywhere in their names. With `invert` it selects
+// the channels that do not match. Without an expression it selects all channels.
 class ChannelFilter {
  public:
-  ChannelFilter() = default;
+  // Returns an error, and leaves the filter as it was, if the expression is invalid.
+  [[nodiscard]] Result<> Set(const std::string& expression, bool invert);
 
-  // Why the expression is none; empty when it is one, and set.
-  [[nodiscard]] std::string Set(const std::string& expression, bool invert);
-
-  [[nodiscard]] bool Takes(std::string_view channel);
+  [[nodiscard]] bool Matches(std::string_view channel);
 
  private:
   std::optional<std::regex> expression_;
   bool invert_ = false;
-  std::map<std::string, bool, std::less<>> known_;  // a log has few channels, and many events of each
+  std::map<std::string, bool, std::less<>> known_;  // results: a log has few channels, and many events of each
 };
 
 }  // namespace axlecast

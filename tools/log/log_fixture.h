@@ -11,7 +11,7 @@
 
 namespace axlecast {
 
-// A log that a test writes.
+// Writes a log for a test.
 class RecordedLog {
  public:
   RecordedLog& Add(std::int64_t utime, const std::string& channel, const std::string& data = "") {
@@ -36,7 +36,7 @@ class RecordedLog {
 
 [[nodiscard]] inline std::string Text(Bytes bytes) { return {bytes.begin(), bytes.end()}; }
 
-// A log that a test writes: events numbered from `first`, 1 ms apart.
+// Writes a log for a test: events numbered from `first`, 1 ms apart.
 class ScriptedLog {
  public:
   static constexpr std::int64_t kStart = 1'790'000'000'000'000;  // us, in 2026
@@ -71,12 +71,12 @@ class ScriptedLog {
   std::int64_t utime_;
 };
 
-// What a reader made of a log.
+// The result of reading a log.
 struct ReadLog {
   std::vector<std::size_t> offsets;
   std::vector<std::int64_t> numbers;
   std::vector<LogReader::Damage> damage;
-  std::size_t covered = 0;  // bytes of events and damage together
+  std::size_t covered = 0;  // bytes of all events and all damage
 };
 
 inline ReadLog ReadAll(Bytes log) {

@@ -9,7 +9,7 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kTail = 64U << 10;  // bytes: where a log's last event is looked for at first
+constexpr std::size_t kTail = 64U << 10;  // bytes at the end that are searched first for the last event
 
 std::optional<std::int64_t> LastUtimeOf(Bytes log) {
   for (std::size_t tail = kTail;; tail *= 4) {
@@ -37,7 +37,7 @@ std::size_t BodyOf(Bytes log) {
 LogSpan SpanOf(const std::vector<Bytes>& logs) {
   LogMerge merge(logs);
   std::optional<std::int64_t> last;
-  for (const Bytes log : logs) last = std::max(last, LastUtimeOf(log));  // nothing is before everything
+  for (const Bytes log : logs) last = std::max(last, LastUtimeOf(log));  // an empty optional is less than any value
   return {.first = merge.SkipBookkeeping().value_or(0), .last = last.value_or(0)};
 }
 
@@ -60,7 +60,7 @@ std::optional<LogMerge::Place> LogMerge::Read(Lane& lane) {
   return Place{*event, lane.reader.offset()};
 }
 
-// A first event has no predecessor: its time is wrong if both that follow are before it.
+// The first event has no predecessor. Its time is wrong if it is later than both times that follow.
 std::int64_t LogMerge::FirstTime(const Lane& lane) {
   if (!lane.following) return 0;
   LogReader ahead(lane.log, lane.following->offset);
@@ -89,7 +89,7 @@ void LogMerge::Advance(Lane& lane) {
   if (!lane.head) return;
   lane.following = Read(lane);
   if (IsLogChannel(lane.head->event.channel)) return;
-  // The median of three: one time alone that is wrong is never it.
+  // The median of three: a single wrong time is never the median.
   const std::int64_t own = Bounded(lane.head->event.utime);
   const bool has_next = lane.following && !IsLogChannel(lane.following->event.channel);
   const std::int64_t next = has_next ? Bounded(lane.following->event.utime) : own;

@@ -11,50 +11,50 @@
 
 namespace axlecast {
 
-// us, 36,000 years. Times that damage made are bounded to this, so that sums and differences of them stay in range.
+// us, 36,000 years. Damaged times are limited to this value, so that sums and differences of them do not overflow.
 inline constexpr std::int64_t kFarthestUtime = INT64_MAX / 8;
 
-// When the first and the last message of a log, or of several, were received: us, UNIX time; 0 without any.
+// The times at which the first and the last message of one or several logs were received: us, UNIX time. 0: no message.
 struct LogSpan {
   std::int64_t first = 0;
   std::int64_t last = 0;
 };
 
-// Reads a few events at both ends. What a log holds of itself (IsLogChannel) does not count as its first message.
+// Reads a few events at both ends. Events of the log itself (IsLogChannel) do not count as its first message.
 [[nodiscard]] LogSpan SpanOf(const std::vector<Bytes>& logs);
 
-// A place in several logs: the offset of the next record in each.
+// A position in several logs: the offset of the next record in each.
 using LogPosition = std::vector<std::size_t>;
 
-// The events of one or several logs as one sequence, by time; of equal times the log's that was named first. The order
-// within a log stays, also where its times run back.
+// The events of one or several logs as one sequence, ordered by time. If times are equal, the log that was named first comes
+// first. The order within a log is kept, even if its times run back.
 class LogMerge {
  public:
   explicit LogMerge(const std::vector<Bytes>& logs);
 
-  // The next event; its views live in its log. Nothing at the end. Valid until the place changes.
+  // Returns the next event, or null at the end. It is valid until the position changes; its views refer to its log.
   [[nodiscard]] const LogEvent* Head() const {
     return heap_.empty() ? nullptr : &lanes_[heap_.front()].head->event;
   }
-  [[nodiscard]] std::size_t HeadLog() const { return heap_.front(); }  // which one it is of
-  // When the event happened: its own time, but where one event alone bears another than its neighbours (damage leaves
-  // records with such), the nearest one of theirs. Bookkeeping of a log (IsLogChannel) is of the time of its neighbours.
-  // Within 36,000 years of 1970.
+  [[nodiscard]] std::size_t HeadLog() const { return heap_.front(); }  // index of its log
+  // Returns the time of the next event. If a single event has a time outside those of its neighbours, which damage can cause,
+  // the nearest time of a neighbour is returned. An event of the log itself (IsLogChannel) has the time of its neighbours. The
+  // result is within kFarthestUtime.
   [[nodiscard]] std::int64_t HeadUtime() const { return lanes_[heap_.front()].utime; }
   void Advance();
-  // Passes over bookkeeping; the time of the event behind it, nothing at the end.
+  // Skips events of the logs themselves. Returns the time of the next message, or nothing at the end.
   std::optional<std::int64_t> SkipBookkeeping();
 
-  // Goes to `begin`; the end is where each log has reached `end`.
+  // Moves to `begin`. The sequence ends when each log has reached `end`.
   void Go(const LogPosition& begin, const LogPosition& end);
   [[nodiscard]] LogPosition Position() const;  // of Head
 
   [[nodiscard]] LogPosition Begin() const { return LogPosition(lanes_.size(), 0); }
   [[nodiscard]] LogPosition End() const;
-  // In each log the first event that is not before `utime`, found by bisection.
+  // Finds the first event of each log that is not before `utime`, by bisection.
   [[nodiscard]] LogPosition Find(std::int64_t utime) const;
 
-  // What was passed over so far because it is no event. What is passed twice counts once.
+  // The damaged regions that were skipped so far. A region that was skipped twice counts once.
   struct DamageCount {
     std::int64_t regions = 0;
     std::int64_t bytes = 0;
@@ -71,12 +71,12 @@ class LogMerge {
   struct Lane {
     Bytes log;
     LogReader reader;
-    std::size_t body = 0;  // behind the bookkeeping that it begins with, whose times may be later than the rest's
+    std::size_t body = 0;  // offset after the header events, whose times may be later than those of the messages
     std::size_t end = 0;
     std::optional<Place> head;
-    std::optional<Place> following;             // the log's next one, also behind `end`
+    std::optional<Place> following;             // the next event of the log, even beyond `end`
     std::int64_t utime = 0;                     // of the head
-    std::size_t damage_seen = 0;                // of the reader's
+    std::size_t damage_seen = 0;                // regions of the reader that are in `damage`
     std::map<std::size_t, std::size_t> damage;  // offset, size
   };
 
@@ -84,11 +84,11 @@ class LogMerge {
   [[nodiscard]] static std::int64_t FirstTime(const Lane& lane);
   static void Begin(Lane& lane, std::size_t begin, std::size_t end);
   static void Advance(Lane& lane);
-  // Whether `one` comes later than `other`: a heap has its largest in front.
+  // Returns true if the lane `one` comes after `other`. std::make_heap puts the greatest element first.
   [[nodiscard]] bool Later(std::size_t one, std::size_t other) const;
 
   std::vector<Lane> lanes_;
-  std::vector<std::size_t> heap_;  // of the lanes with a head
+  std::vector<std::size_t> heap_;  // indices of the lanes that have a head
 };
 
 }  // namespace axlecast

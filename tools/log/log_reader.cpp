@@ -10,49 +10,49 @@ namespace {
 constexpr std::array<std::uint8_t, 4> kSync = {kEventSync >> 24U, kEventSync >> 16U & 0xFFU,
                                                kEventSync >> 8U & 0xFFU, kEventSync & 0xFFU};
 
-// Records in a row whose numbers tell nothing are believed from here on: fewer may be a log in a message's data.
+// A sequence of this many records is accepted even if their numbers confirm nothing. A shorter one may be a log inside a message.
 constexpr std::size_t kConvincingChain = 16;
 
-// An event that is a little later than the one before it, although recorders' clocks are slewed.
+// The range in which the time of an event may differ from that of its predecessor. Recorders' clocks are slewed.
 constexpr std::int64_t kBackUs = 1'000'000;
 constexpr std::int64_t kAheadUs = 60'000'000;
 
-// Links for one length that reaches over as much as a length can, and for each further event.
+// The budget of links: enough for one event of the greatest length, and for each further event.
 constexpr std::size_t kFirstLinks = kLargestLogData / kSmallestEvent;
 constexpr std::size_t kLinksPerEvent = 4;
 
-// Whether an event with `number` may stand at `offset` when the one with `before` ended at `end`, or later: there is
-// room for all that are missing between them. Numbers may be any that damage can make of them.
+// Returns true if an event with `number` is possible at `offset` after the event `before`, which ended at `end`: there must be
+// room for the events between them. Damage can produce any number.
 bool Fits(std::int64_t before, std::size_t end, std::int64_t number, std::size_t offset) {
   if (number <= before || offset < end) return false;
   const std::uint64_t missing = static_cast<std::uint64_t>(number) - static_cast<std::uint64_t>(before) - 1;
   return missing <= (offset - end) / kSmallestEvent;
 }
 
-// Whether `number` is the one that comes `steps` behind `before`.
+// Returns true if `number` is `before` + `steps`.
 bool Follows(std::int64_t before, std::int64_t number, std::size_t steps = 1) {
   return static_cast<std::uint64_t>(number) - static_cast<std::uint64_t>(before) == steps;
 }
 
-bool Near(std::int64_t before, std::int64_t utime) {
+bool IsNear(std::int64_t before, std::int64_t utime) {
   const std::uint64_t since = static_cast<std::uint64_t>(utime) - static_cast<std::uint64_t>(before);
   return since + kBackUs <= kBackUs + kAheadUs;
 }
 
-bool NotBefore(std::int64_t before, std::int64_t utime) { return utime >= before || Near(before, utime); }
+bool IsNotBefore(std::int64_t before, std::int64_t utime) { return utime >= before || IsNear(before, utime); }
 
 }  // namespace
 
 LogReader::LogReader(Bytes log, std::size_t begin)
     : log_(log), offset_(std::min(begin, log.size())), position_(offset_), links_(kFirstLinks) {
-  if (begin == 0) anchor_ = Anchor{-1, 0};  // before the first
+  if (begin == 0) anchor_ = Anchor{-1, 0};  // before the first event
 }
 
 std::optional<LogEvent> LogReader::Next() {
   std::size_t offset = position_;
   std::optional<LogEvent> event = At(offset);
-  if (!event || Foreign(*event)) {
-    offset = Resume(position_);
+  if (!event || BelongsToData(*event)) {
+    offset = FindNextRecord(position_);
     event = At(offset);
   }
   while (event) {
@@ -71,7 +71,7 @@ std::optional<LogEvent> LogReader::Next() {
 
 std::optional<LogEvent> LogReader::At(std::size_t offset) const { return ParseEvent(log_.subspan(offset)); }
 
-// The first sync word that begins in [begin, end); else `end`.
+// Returns the offset of the first sync word that begins in [begin, end), else `end`.
 std::size_t LogReader::FindSync(std::size_t begin, std::size_t end) const {
   if (begin >= end) return end;
   const std::size_t size = std::min(end - begin + kSync.size() - 1, log_.size() - begin);
@@ -79,14 +79,14 @@ std::size_t LogReader::FindSync(std::size_t begin, std::size_t end) const {
   return found == nullptr ? end : static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - log_.data());
 }
 
-// Whether number and time are such as follow on what was read.
-bool LogReader::Plausible(const LogEvent& event, std::size_t offset) const {
+// Returns true if number and time of the event are plausible after the events that were read.
+bool LogReader::IsPlausible(const LogEvent& event, std::size_t offset) const {
   if (!anchor_) return false;
   if (Fits(anchor_->number, anchor_->end, event.number, offset)) return true;
-  return event.number > anchor_->number && utime_ && Near(*utime_, event.utime);
+  return event.number > anchor_->number && utime_ && IsNear(*utime_, event.utime);
 }
 
-// Whether the records from `offset` on lead to the number behind `number`.
+// Returns true if one of the next records from `offset` on has the number after `number`.
 bool LogReader::LeadsBehind(std::int64_t number, std::size_t offset) const {
   for (std::size_t i = 0; i < kConvincingChain; ++i) {
     const std::optional<LogEvent> link = At(offset);
@@ -97,22 +97,22 @@ bool LogReader::LeadsBehind(std::int64_t number, std::size_t offset) const {
   return false;
 }
 
-// Whether the record behind the last event is none of the log's: the one whose number follows comes after it. So it is
-// where a length was damaged to end before a record in its event's data.
-bool LogReader::Foreign(const LogEvent& event) const {
-  if (!anchor_ || anchor_->end != position_ || Plausible(event, position_) || event.utime >= utime_) return false;
+// Returns true if the record after the last event does not belong to the log, because the record with the next number follows
+// later. This happens if a damaged length ends before a record inside the data of its event.
+bool LogReader::BelongsToData(const LogEvent& event) const {
+  if (!anchor_ || anchor_->end != position_ || IsPlausible(event, position_) || event.utime >= utime_) return false;
   return LeadsBehind(anchor_->number, position_);
 }
 
-// Whether a record that was found after damage is the log's, and not one in another record's data.
-bool LogReader::Believed(const LogEvent& event, std::size_t offset) const {
-  if (anchor_ && !utime_) return true;  // the log's first: there is nothing that it has to follow on
+// Returns true if a record that was found after damage belongs to the log, and is not inside the data of another record.
+bool LogReader::BelongsToLog(const LogEvent& event, std::size_t offset) const {
+  if (anchor_ && !utime_) return true;  // the first event of the log has no predecessor
   LogEvent link = event;
   for (std::size_t i = 0; i < kConvincingChain; ++i) {
-    // The log's own again: the ones before are so too where their numbers lead to it.
-    if (Plausible(link, offset)) return Follows(event.number, link.number, i);
+    // This record belongs to the log. So do those before it, if their numbers lead to it.
+    if (IsPlausible(link, offset)) return Follows(event.number, link.number, i);
     offset += EventSize(link);
-    if (offset == log_.size()) return !utime_ || (i > 0 && NotBefore(*utime_, event.utime));
+    if (offset == log_.size()) return !utime_ || (i > 0 && IsNotBefore(*utime_, event.utime));
     const std::optional<LogEvent> next = At(offset);
     if (!next) return false;
     link = *next;
@@ -120,17 +120,17 @@ bool LogReader::Believed(const LogEvent& event, std::size_t offset) const {
   return true;
 }
 
-// The next believed record behind `begin`; else the log's size.
-std::size_t LogReader::Resume(std::size_t begin) const {
+// Returns the offset of the next record from `begin` on that belongs to the log, else the size of the log.
+std::size_t LogReader::FindNextRecord(std::size_t begin) const {
   for (std::size_t offset = FindSync(begin, log_.size()); offset < log_.size();
        offset = FindSync(offset + 1, log_.size())) {
     const std::optional<LogEvent> event = At(offset);
-    if (event && Believed(*event, offset)) return offset;
+    if (event && BelongsToLog(*event, offset)) return offset;
   }
   return log_.size();
 }
 
-// Follows the chain that begins with the event until a record that begins at `limit` or behind.
+// Follows the chain that begins with the event, up to the first record that begins at `limit` or later.
 LogReader::Chain LogReader::Follow(const LogEvent& event, std::size_t offset, std::size_t limit) {
   Chain chain{.last = offset};
   for (std::optional<LogEvent> link = event; link && chain.last < limit; --links_) {
@@ -144,8 +144,8 @@ LogReader::Chain LogReader::Follow(const LogEvent& event, std::size_t offset, st
   return chain;
 }
 
-// The offset of a record that the event's length reaches over although it is the log's own, which shows that the length
-// is damaged. Not looked for where the next number follows.
+// Returns the offset of a record of the log that lies inside the event: then the length of the event is damaged. If the event is
+// followed by the next number, there is no such record.
 std::optional<std::size_t> LogReader::FindSwallowed(const LogEvent& event, std::size_t offset) {
   const std::size_t end = offset + EventSize(event);
   if (LeadsBehind(event.number, end)) return std::nullopt;
@@ -171,14 +171,14 @@ std::optional<std::size_t> LogReader::FindSwallowed(const LogEvent& event, std::
   return std::nullopt;
 }
 
-// Whether a record within the event's, of this chain, is the log's own. In the data of an undamaged event may stand
-// records too, a whole log even: but written before the event, none that goes on behind it, nor, where they end with it,
-// with numbers from between the event's and the next one's.
+// Returns true if the record `inner`, which lies inside the event and is part of `chain`, belongs to the log. The data of an
+// undamaged event may contain records too, even a complete log. But those were written before the event, their chain does not
+// continue after the event, and if it ends with the event, their numbers are not between those of the event and the next one.
 bool LogReader::Disproves(const LogEvent& event, std::size_t offset, const LogEvent& inner,
                           std::size_t inner_offset, const Chain& chain) const {
   const std::size_t end = offset + EventSize(event);
   const bool later = inner.utime >= event.utime;
-  const bool in_time = NotBefore(event.utime, inner.utime) || (utime_ && NotBefore(*utime_, inner.utime));
+  const bool in_time = IsNotBefore(event.utime, inner.utime) || (utime_ && IsNotBefore(*utime_, inner.utime));
   const bool follows = in_time && (Fits(event.number, offset + kSmallestEvent, inner.number, inner_offset) ||
                                    (anchor_ && Fits(anchor_->number, anchor_->end, inner.number, inner_offset)));
   if (later && follows) return true;
@@ -202,8 +202,8 @@ void LogReader::Take(const LogEvent& event, std::size_t offset) {
 
 std::size_t SeekTime(Bytes log, std::int64_t utime) {
   const std::int64_t early = std::max(utime, INT64_MIN + kSeekSlackUs) - kSeekSlackUs;
-  std::size_t low = 0;            // what stands before it is before `early`
-  std::size_t high = log.size();  // what stands behind it, and a few events before it, is not
+  std::size_t low = 0;            // all events before it are before `early`
+  std::size_t high = log.size();  // the events after it, and possibly a few before it, are not
   while (low < high) {
     const std::size_t middle = low + (high - low) / 2;
     LogReader reader(log.first(high), middle);

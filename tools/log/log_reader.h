@@ -8,54 +8,55 @@
 
 namespace axlecast {
 
-// Walks over the events of a log that stands in memory (or is mapped), past damage: after bytes that are no record it
-// goes on at the next one that can be believed. Every undamaged event is found, whatever stands around it: also where
-// the length before it was damaged into one that reaches over it. A record in the data of another one is none of the
-// log's. Takes time in proportion to the log, whatever it holds.
+// Reads the events of a log and skips damage: after bytes that are not a record, it continues at the next plausible record. It
+// finds every undamaged event, even if a damaged length before the event reaches beyond it. A record inside the data of another
+// record is not an event of the log. The run time is proportional to the size of the log, for any content.
 //
-// Without checksums some damage looks whole: bytes of a number, a time, a channel or data, and a length that became
-// smaller (the event then comes cut, and the rest of it counts as damage).
+// Because there is no checksum, some damage is not detected: changed bytes of a number, a time, a channel or data, and a length
+// that became smaller. In the last case the event is truncated, and the rest of it counts as damage.
 class LogReader {
  public:
-  // Bytes that belong to no event.
+  // A range of bytes that does not belong to an event.
   struct Damage {
     std::size_t offset = 0;
     std::size_t size = 0;
     bool operator==(const Damage&) const = default;
   };
 
-  // `begin`: where to start, the offset of a record, or of anything: then at the next record, and what stands before
-  // that one is no damage.
+  // Starts at the offset `begin`. If no record begins there, it starts at the next record, and the bytes before that record do
+  // not count as damage.
   explicit LogReader(Bytes log, std::size_t begin = 0);
 
-  // The next event; its views live in the log. Nothing at the end.
+  // Returns the next event, or nothing at the end. Its views refer to the log.
   [[nodiscard]] std::optional<LogEvent> Next();
 
-  [[nodiscard]] std::size_t offset() const { return offset_; }      // of the event that Next returned
-  [[nodiscard]] std::size_t position() const { return position_; }  // behind it; at the end the log's size
-  // So far, in order; a torn tail is the last one.
+  [[nodiscard]] std::size_t offset() const { return offset_; }  // of the last event that Next returned
+  [[nodiscard]] std::size_t position() const {
+    return position_;
+  }  // after that event; at the end: the size of the log
+  // Returns the damage so far, in order. A torn end of the log is the last range.
   [[nodiscard]] const std::vector<Damage>& damage() const { return damage_; }
 
  private:
-  // An event whose number is known to be right.
+  // An event whose number is confirmed by its neighbours.
   struct Anchor {
     std::int64_t number;
-    std::size_t end;  // behind its record
+    std::size_t end;  // offset after its record
   };
-  // Where records follow each other without a gap.
+  // A sequence of records without a gap between them.
   struct Chain {
-    std::size_t last = 0;   // the last one's offset
-    std::size_t links = 0;  // from the first to the last
+    std::size_t last = 0;   // offset of the last record
+    std::size_t links = 0;  // number of steps from the first to the last record
     bool to_end = false;    // it ends with the log
   };
 
   [[nodiscard]] std::optional<LogEvent> At(std::size_t offset) const;
   [[nodiscard]] std::size_t FindSync(std::size_t begin, std::size_t end) const;
-  [[nodiscard]] bool Plausible(const LogEvent& event, std::size_t offset) const;
+  [[nodiscard]] bool IsPlausible(const LogEvent& event, std::size_t offset) const;
   [[nodiscard]] bool LeadsBehind(std::int64_t number, std::size_t offset) const;
-  [[nodiscard]] bool Foreign(const LogEvent& event) const;
-  [[nodiscard]] bool Believed(const LogEvent& event, std::size_t offset) const;
-  [[nodiscard]] std::size_t Resume(std::size_t begin) const;
+  [[nodiscard]] bool BelongsToData(const LogEvent& event) const;
+  [[nodiscard]] bool BelongsToLog(const LogEvent& event, std::size_t offset) const;
+  [[nodiscard]] std::size_t FindNextRecord(std::size_t begin) const;
   [[nodiscard]] Chain Follow(const LogEvent& event, std::size_t offset, std::size_t limit);
   [[nodiscard]] std::optional<std::size_t> FindSwallowed(const LogEvent& event, std::size_t offset);
   [[nodiscard]] bool Disproves(const LogEvent& event, std::size_t offset, const LogEvent& inner,
@@ -67,13 +68,13 @@ class LogReader {
   std::size_t position_ = 0;
   std::vector<Damage> damage_;
   std::optional<Anchor> anchor_;
-  std::optional<std::int64_t> utime_;  // of the event before
-  std::size_t links_ = 0;              // that Follow may still take: bounds the work on a hostile log
+  std::optional<std::int64_t> utime_;  // of the previous event
+  std::size_t links_ = 0;              // steps that Follow may still take: limits the work on a hostile log
 };
 
-// The offset of the first event whose utime is not before `utime`, by bisection: a few reads in a log of any size.
-// Recorders write events in the order of their reception; where times run back by more than kSeekSlackUs, the answer may
-// be late by as much. The log's size when all are before.
+// Returns the offset of the first event that is not before `utime`, by bisection: a few reads in a log of any size. Returns the
+// size of the log if all events are before `utime`. Recorders write events in the order of their reception. If times run back by
+// more than kSeekSlackUs, the result may be late by the same amount.
 inline constexpr std::int64_t kSeekSlackUs = 200'000;
 [[nodiscard]] std::size_t SeekTime(Bytes log, std::int64_t utime);
 

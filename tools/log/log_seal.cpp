@@ -16,7 +16,7 @@ constexpr std::size_t kSlices = 8;
 
 using Tables = std::array<std::array<std::uint32_t, 256>, kSlices>;
 
-// tables[k][b]: what byte b does to the CRC when k more bytes follow it.
+// tables[k][b]: the change of the CRC by byte b if k more bytes follow.
 constexpr Tables MakeTables() {
   Tables tables{};
   for (std::uint32_t byte = 0; byte < 256; ++byte) {
@@ -35,7 +35,7 @@ constexpr Tables MakeTables() {
 
 constexpr Tables kTables = MakeTables();
 
-// Whether the end could be judged from `begin` on: a seal stands there, or nothing is before.
+// Reads from `begin` to the end. Returns true if that is enough: a seal was found, or `begin` is the start of the log.
 bool ReadTail(Bytes log, std::size_t begin, LogTail& tail) {
   bool sealed = begin == 0;
   LogReader reader(log, begin);

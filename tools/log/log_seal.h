@@ -10,49 +10,49 @@
 
 namespace axlecast {
 
-// LCM's log has no checksum. The recorder leaves one as an ordinary event, which stock readers pass over: a seal on
-// channel "AXLECAST/seal", about once a second and at the end, that tells how many bytes of records stand before it
-// since the one before (or the log's start), how many events, and their CRC-32C (RFC 3720, appendix B.4).
+// LCM's log has no checksum. The recorder therefore writes seals as ordinary events on this channel, about once a second and at
+// the end. Stock readers ignore them. A seal contains the size, the number and the CRC-32C (RFC 3720, appendix B.4) of the
+// records since the previous seal, or since the start of the log.
 inline constexpr std::string_view kSealChannel = "AXLECAST/seal";
 
 struct LogSeal {
-  std::uint64_t bytes = 0;   // of records since the seal before, without seals
-  std::uint64_t events = 0;  // among them
+  std::uint64_t bytes = 0;   // of records since the previous seal, without seals
+  std::uint64_t events = 0;  // number of these records
   std::uint32_t crc32c = 0;  // of these bytes
   bool operator==(const LogSeal&) const = default;
 };
 
-// The data of a seal's event: 20 bytes, big-endian, in the order above.
+// Encodes the data of a seal's event: 20 bytes, big-endian, in the order of the fields.
 [[nodiscard]] std::vector<std::uint8_t> EncodeSeal(const LogSeal& seal);
 [[nodiscard]] std::optional<LogSeal> ParseSeal(Bytes data);
 
-// CRC-32C of `data`, continuing `crc` (0 at the start).
+// Returns the CRC-32C of `data`, continued from `crc` (0 at the start).
 [[nodiscard]] std::uint32_t Crc32c(std::uint32_t crc, Bytes data);
 
-// What the next seal tells: counts the records behind the last one, as they are written or read.
+// Calculates the next seal from the records since the last one, while they are written or read.
 class SealCount {
  public:
-  // `record`: a whole one, of no seal.
+  // `record`: a complete record that is not a seal.
   void Add(Bytes record);
   [[nodiscard]] const LogSeal& seal() const { return seal_; }
-  void Reset() { seal_ = {}; }  // behind a seal
+  void Reset() { seal_ = {}; }  // after a seal
 
  private:
   LogSeal seal_;
 };
 
-// Where a recorder goes on in a log that is there already, and may be torn.
+// The state in which a recorder continues an existing log, whose last record may be torn.
 struct LogTail {
-  std::size_t size = 0;          // of the log without a torn record at its end: what to cut it to
+  std::size_t size = 0;          // of the log without a torn record at its end: truncate the file to this size
   std::int64_t next_number = 0;  // of the next event
   SealCount open;                // the records that no seal covers yet
-  std::size_t torn = 0;          // bytes behind `size`
+  std::size_t torn = 0;          // bytes after `size`
 };
 
-// Many times what stands between two seals.
-inline constexpr std::size_t kTailLook = 4 * kLargestLogData;
+// Many times the distance between two seals.
+inline constexpr std::size_t kTailBytes = 4 * kLargestLogData;
 
-// Reads the log's last `look` bytes only where a seal stands in them, else all of it.
-[[nodiscard]] LogTail FindTail(Bytes log, std::size_t look = kTailLook);
+// Reads the last `look` bytes of the log. If they contain no seal, reads the whole log.
+[[nodiscard]] LogTail FindTail(Bytes log, std::size_t look = kTailBytes);
 
 }  // namespace axlecast

@@ -14,7 +14,7 @@ namespace {
 
 using Type = Exposition::Type;
 
-// bus_health_t STATE_*, and for a driver that says nothing.
+// bus_health_t STATE_*, and "silent" without messages of its driver.
 constexpr std::array<std::string_view, 5> kStates = {"starting", "up", "degraded", "down", "silent"};
 
 template <typename Value>
@@ -24,7 +24,7 @@ void Each(Exposition& out, const MachineView& machine, Value value) {
   }
 }
 
-// What holds for a moment: while the driver tells it.
+// Momentary values, only while the driver reports.
 template <typename Value>
 void EachNow(Exposition& out, const MachineView& machine, MonoNs now, Value value) {
   for (const BusView& bus : machine.buses()) {
@@ -109,7 +109,7 @@ void AddTimes(Exposition& out, const MachineView& machine) {
 void AddBusMetrics(Exposition& out, const MachineView& machine, MonoNs now) {
   AddInfo(out, machine);
   out.Family("axlecast_bus_state", Type::kGauge,
-             "1 for the state the bus is in, else 0; silent: its driver tells nothing.");
+             "1 for the state the bus is in, else 0; silent: its driver does not report.");
   for (const BusView& bus : machine.buses()) {
     if (bus.listed) AddStateSet(out, "bus", bus.name, kStates, bus.State(now));
   }

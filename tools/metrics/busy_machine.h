@@ -7,7 +7,7 @@
 
 namespace axlecast {
 
-// A machine of which every family of metrics tells something, with words that need escaping; for tests.
+// A machine with samples in every family of metrics, and with texts that need escaping; for tests.
 inline constexpr MonoNs kBusyNow = 100 * kSecond;
 
 inline alarm_t BusyAlarm() {

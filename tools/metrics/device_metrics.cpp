@@ -14,10 +14,10 @@ namespace {
 
 using Type = Exposition::Type;
 
-// device_info_t STATE_*, and for a driver that says nothing.
+// device_info_t STATE_*, and "silent" without messages of its driver.
 constexpr std::array<std::string_view, 5> kStates = {"starting", "online", "degraded", "offline", "silent"};
 
-// Whether what its newest reading says still holds.
+// Returns true if the newest reading is still current.
 bool Answers(const DeviceView& device, MonoNs now) {
   const auto state = device.State(now);
   return state == device_info_t::STATE_ONLINE || state == device_info_t::STATE_DEGRADED;
@@ -31,7 +31,7 @@ void Each(Exposition& out, const MachineView& machine, Value value) {
 }
 
 void AddInfo(Exposition& out, const MachineView& machine) {
-  out.Family("axlecast_device_info", Type::kGauge, "What a device says it is; always 1.");
+  out.Family("axlecast_device_info", Type::kGauge, "Identity of a device; always 1.");
   for (const DeviceView& device : machine.devices()) {
     if (!device.listed || !device.info) continue;
     const device_info_t& info = *device.info;
@@ -83,7 +83,7 @@ void AddPositions(Exposition& out, const MachineView& machine, MonoNs now) {
                [](const DeviceView& device) { return device.SpeedRpm() * 2 * std::numbers::pi / 60; });
 }
 
-// Whether the motor's readings of `flag` hold.
+// Returns true if the motor's readings with `flag` are current.
 bool HasMotor(const DeviceView& device, MonoNs now, std::int32_t flag) {
   return device.listed && device.motor && Answers(device, now) && (device.motor->flags & flag) != 0;
 }
@@ -115,7 +115,7 @@ void AddAcceleration(Exposition& out, const MachineView& machine, MonoNs now) {
 void AddDeviceMetrics(Exposition& out, const MachineView& machine, MonoNs now) {
   AddInfo(out, machine);
   out.Family("axlecast_device_state", Type::kGauge,
-             "1 for the state the device is in, else 0; silent: its driver tells nothing.");
+             "1 for the state the device is in, else 0; silent: its driver does not report.");
   for (const DeviceView& device : machine.devices()) {
     if (device.listed) AddStateSet(out, "device", device.name, kStates, device.State(now));
   }
@@ -148,7 +148,7 @@ void AddMotorMetrics(Exposition& out, const MachineView& machine, MonoNs now) {
   out.Family("axlecast_motor_trips_total", Type::kCounter, "Trips since the unit's count was cleared.");
   EachMotor(out, machine, now, motor_health_t::FLAG_STATUS_VALID,
             [](const motor_health_t& m) { return m.trip_count; });
-  out.Family("axlecast_motor_tripped", Type::kGauge, "1 while the unit says that it has tripped, else 0.");
+  out.Family("axlecast_motor_tripped", Type::kGauge, "1 while the unit reports that it has tripped, else 0.");
   EachMotor(out, machine, now, motor_health_t::FLAG_STATUS_VALID,
             [](const motor_health_t& m) { return (m.flags & motor_health_t::FLAG_TRIPPED) != 0 ? 1 : 0; });
   out.Family("axlecast_motor_stop_commanded", Type::kGauge, "1 while the stop coil is set, else 0.");

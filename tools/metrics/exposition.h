@@ -12,16 +12,16 @@
 
 namespace axlecast {
 
-// Prometheus' text exposition format, version 0.0.4: metric families, one after the other, each with HELP and TYPE
-// before its first sample. A family without samples leaves no trace.
+// Writes Prometheus' text exposition format, version 0.0.4: metric families, each with HELP and TYPE before its first
+// sample. A family without samples is omitted.
 class Exposition {
  public:
   enum class Type : std::uint8_t { kCounter, kGauge, kHistogram };
   using Labels = std::initializer_list<std::pair<std::string_view, std::string_view>>;
 
-  // Begins a family; of a histogram, its base name.
+  // Begins a family. For a histogram, `name` is its base name.
   void Family(std::string_view name, Type type, std::string_view help);
-  // Label values may be any bytes. A sample that the family has already is left out: it would void the whole text.
+  // Adds a sample. Label values may contain any bytes. A duplicate sample is omitted: it would make the whole text invalid.
   void Add(Labels labels, double value) { Add("", labels, value); }
   void Add(Labels labels, std::int64_t value) { Add("", labels, value); }
   // `suffix`: "_bucket", "_sum" or "_count" of a histogram.
@@ -39,11 +39,11 @@ class Exposition {
   std::string text_;
 };
 
-// The shortest digits that read back as the same number; "+Inf", "-Inf", "NaN".
+// Returns the shortest digits that parse to the same number; or "+Inf", "-Inf", "NaN".
 [[nodiscard]] std::string MetricNumber(double value);
 
-// A state as Prometheus wants it: one sample for each of `names`, 1 for the present one, else 0. The last of `names` is
-// for one that nobody tells any more, or that is not known.
+// Adds a state in the form of Prometheus: one sample for each of `names`, 1 for the current state, else 0. The last name
+// is used if the state is unknown or no longer reported.
 template <std::size_t N>
 void AddStateSet(Exposition& out, std::string_view label, std::string_view whose,
                  const std::array<std::string_view, N>& names, std::optional<std::int8_t> state) {

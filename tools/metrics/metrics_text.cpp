@@ -12,7 +12,7 @@ namespace {
 
 using Type = Exposition::Type;
 
-// recorder_health_t STATE_*, and for one that says nothing.
+// recorder_health_t STATE_*, and for a recorder that ended or does not report.
 constexpr std::array<std::string_view, 7> kRecorderStates = {"recording", "pre_trigger", "disk_full", "error",
                                                              "stopping",  "ended",       "silent"};
 constexpr std::int8_t kRecorderEnded = 5;
@@ -29,7 +29,7 @@ constexpr std::array<Outcome, 6> kOutcomes = {{{command_status_t::STATE_SUCCEEDE
                                                {command_status_t::STATE_CANCELLED, "cancelled"},
                                                {command_status_t::STATE_INDETERMINATE, "indeterminate"}}};
 
-// Whose alarms: `origin` is device, bridge or recorder.
+// Calls use(origin, name, alarms) for every listed sender. `origin` is device, bridge or recorder.
 template <typename Use>
 void EachSender(const Monitor& monitor, Use use) {
   for (const DeviceView& device : monitor.machine().devices()) {
@@ -43,7 +43,7 @@ void EachSender(const Monitor& monitor, Use use) {
 
 void AddAlarms(Exposition& out, const Monitor& monitor) {
   out.Family("axlecast_alarm", Type::kGauge,
-             "An alarm that stands, as its sender told last; always 1. At most the eight worst of each sender.");
+             "An active alarm, as last reported by its sender; always 1. At most the eight worst of each sender.");
   EachSender(monitor, [&out](std::string_view origin, std::string_view name, const AlarmView& alarms) {
     for (const alarm_entry_t& entry : alarms.entries()) {
       out.Add({{"origin", origin},
@@ -54,7 +54,7 @@ void AddAlarms(Exposition& out, const Monitor& monitor) {
               std::int64_t{1});
     }
   });
-  out.Family("axlecast_alarms", Type::kGauge, "Alarms that stand, also those beyond the eight worst.");
+  out.Family("axlecast_alarms", Type::kGauge, "Active alarms, including those beyond the eight worst.");
   EachSender(monitor, [&out](std::string_view origin, std::string_view name, const AlarmView& alarms) {
     if (alarms.heard()) out.Add({{"origin", origin}, {"name", name}}, static_cast<std::int64_t>(alarms.total()));
   });
@@ -69,7 +69,7 @@ void EachRecorder(Exposition& out, const Monitor& monitor, Value value) {
 
 void AddRecorders(Exposition& out, const Monitor& monitor, MonoNs now) {
   out.Family("axlecast_recorder_state", Type::kGauge,
-             "1 for the state the recorder is in, else 0; ended: it was stopped; silent: it tells nothing.");
+             "1 for the state the recorder is in, else 0; ended: it was stopped; silent: it does not report.");
   for (const RecorderView& recorder : monitor.recorders()) {
     if (!recorder.listed) continue;
     const auto state = recorder.Ended(now) ? kRecorderEnded : recorder.State(now);
@@ -92,7 +92,7 @@ void AddRecorders(Exposition& out, const Monitor& monitor, MonoNs now) {
 }
 
 void AddCommands(Exposition& out, const Monitor& monitor) {
-  out.Family("axlecast_commands_total", Type::kCounter, "Commands whose outcome was heard, by outcome.");
+  out.Family("axlecast_commands_total", Type::kCounter, "Commands whose outcome was received, by outcome.");
   for (const Outcome& outcome : kOutcomes) {
     out.Add({{"outcome", outcome.name}}, monitor.commands().outcomes(outcome.state));
   }
@@ -103,7 +103,7 @@ std::int64_t CountUnlisted(const Views& views) {
   return std::count_if(views.begin(), views.end(), [](const auto& view) { return !view.listed; });
 }
 
-// Channels of devices, buses and recorders that are not in the machine's file have no series: anybody may make up names.
+// Returns false for channels of devices, buses and recorders that are not in the machine file: anybody can invent names.
 bool HasSeries(const Monitor& monitor, std::string_view channel) {
   const std::string_view name = channel.substr(channel.rfind('/') + 1);
   const auto is_unlisted = [name](const auto& view) { return !view.listed && view.name == name; };
@@ -120,7 +120,7 @@ void AddChannels(Exposition& out, const Monitor& monitor, std::int64_t (Sequence
   }
 }
 
-void AddHearing(Exposition& out, const Monitor& monitor) {
+void AddReception(Exposition& out, const Monitor& monitor) {
   out.Family("axlecast_messages_received_total", Type::kCounter,
              "Messages that this process received, by channel.");
   AddChannels(out, monitor, &SequenceCount::received);
@@ -140,9 +140,8 @@ void AddHearing(Exposition& out, const Monitor& monitor) {
   out.Family("axlecast_kernel_dropped_datagrams_total", Type::kCounter,
              "Datagrams that the kernel dropped because this process's receive buffer was full.");
   out.Add({}, reception.dropped);
-  out.Family(
-      "axlecast_refused_datagrams_total", Type::kCounter,
-      "Datagrams that this process refused: of other hosts although the URL says ttl=0, or not made by LCM.");
+  out.Family("axlecast_refused_datagrams_total", Type::kCounter,
+             "Datagrams that this process refused: of other hosts although the URL has ttl=0, or not made by LCM.");
   out.Add({{"cause", "other_host"}}, reception.outside);
   out.Add({{"cause", "malformed"}}, reception.malformed);
 }
@@ -151,7 +150,7 @@ void AddHearing(Exposition& out, const Monitor& monitor) {
 
 std::string MetricsText(const Monitor& monitor, MonoNs now, std::string_view version) {
   Exposition out;
-  out.Family("axlecast_build_info", Type::kGauge, "The version that tells this; always 1.");
+  out.Family("axlecast_build_info", Type::kGauge, "The version of axlecast that exports these metrics; always 1.");
   out.Add({{"version", version}}, std::int64_t{1});
   out.Family("axlecast_machine_info", Type::kGauge, "The machine of the file; always 1.");
   out.Add({{"machine", monitor.machine().machine()}}, std::int64_t{1});
@@ -163,7 +162,7 @@ std::string MetricsText(const Monitor& monitor, MonoNs now, std::string_view ver
   out.Add({}, std::int64_t{monitor.machine().bridge().Fresh(now)});
   AddRecorders(out, monitor, now);
   AddCommands(out, monitor);
-  AddHearing(out, monitor);
+  AddReception(out, monitor);
   return out.text();
 }
 

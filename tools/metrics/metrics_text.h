@@ -10,16 +10,16 @@
 
 namespace axlecast {
 
-// The machine as Prometheus reads it: docs/metrics.md. `version` of axlecast.
+// Returns all metrics of the machine for Prometheus: docs/metrics.md. `version`: of axlecast.
 [[nodiscard]] std::string MetricsText(const Monitor& monitor, MonoNs now, std::string_view version);
 
-// Families axlecast_device_*: every device's state, counters and, while it answers, its position.
+// Adds the families axlecast_device_*: state and counters of every device, and its position while it answers.
 void AddDeviceMetrics(Exposition& out, const MachineView& machine, MonoNs now);
 
-// Families axlecast_motor_*: what monitors read, while they answer.
+// Adds the families axlecast_motor_*: readings of motor monitors, while they answer.
 void AddMotorMetrics(Exposition& out, const MachineView& machine, MonoNs now);
 
-// Families axlecast_bus_*: every bus's state, counters, rates against theory and exchange times.
+// Adds the families axlecast_bus_*: state, counters, rates, their theoretical limits, and exchange times of every bus.
 void AddBusMetrics(Exposition& out, const MachineView& machine, MonoNs now);
 
 }  // namespace axlecast

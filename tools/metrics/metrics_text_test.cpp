@@ -16,7 +16,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// The value of a sample as the text has it; empty when there is none.
+// Returns the value of a sample in the text; empty without such a sample.
 std::string ValueOf(const std::string& text, const std::string& sample) {
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
@@ -140,7 +140,7 @@ TEST_F(MetricsTextTest, AlarmsWithTheirSenderAndState) {
             "1");
   EXPECT_EQ(Value("axlecast_alarms{origin=\"device\",name=\"axis1\"}"), "3");
   EXPECT_EQ(Value("axlecast_alarms{origin=\"bridge\",name=\"bridge\"}"), "0");
-  EXPECT_EQ(Value("axlecast_alarms{origin=\"recorder\",name=\"events\"}"), "") << "it has not told yet";
+  EXPECT_EQ(Value("axlecast_alarms{origin=\"recorder\",name=\"events\"}"), "") << "it has not reported yet";
 }
 
 TEST_F(MetricsTextTest, OneAlarmToldTwiceIsOneSample) {

@@ -21,28 +21,28 @@
 
 namespace axlecast {
 
-// Messages come once a second; a state older than this is no state.
+// States are reported once per second. An older state is not used.
 inline constexpr MonoNs kStaleAfter = 2500 * kMillisecond;
 
-// What the newest ALARM message of one sender says, and how it came to be so.
+// The newest ALARM message of one sender, and the changes that led to it.
 class AlarmView {
  public:
   static constexpr std::size_t kMaxChanges = 64;
-  static constexpr std::size_t kMaxSeen = 100;  // anybody may publish names
+  static constexpr std::size_t kMaxSeen = 100;  // anybody can publish names
 
   struct Change {
-    std::int64_t utime = 0;  // of the message that told it
+    std::int64_t utime = 0;  // of the message with the change
     bool appeared = false;   // false: gone
-    alarm_entry_t entry;     // as it was last told
+    alarm_entry_t entry;     // as last reported
   };
 
-  // True when the set or a state differs from what was known.
+  // Takes a message. Returns true if the set of alarms or a state has changed.
   bool On(alarm_t message, MonoNs now);
 
   [[nodiscard]] bool heard() const { return heard_; }
   [[nodiscard]] bool Fresh(MonoNs now) const { return heard_ && now - at_ <= kStaleAfter; }
   [[nodiscard]] const std::vector<alarm_entry_t>& entries() const { return entries_; }  // worst first
-  [[nodiscard]] std::size_t total() const { return total_; }  // those that did not fit the message too
+  [[nodiscard]] std::size_t total() const { return total_; }  // also those that did not fit into the message
   [[nodiscard]] const std::deque<Change>& changes() const { return changes_; }  // the newest, oldest first
   [[nodiscard]] const std::set<std::string>& seen() const { return seen_; }     // names, since the start
 
@@ -57,13 +57,13 @@ class AlarmView {
   bool heard_ = false;
 };
 
-// What the messages so far say of one device.
+// The state of one device from its messages.
 struct DeviceView {
   static constexpr std::size_t kMaxTrips = 16;
 
   std::string name;
   std::string bus;
-  bool listed = true;                    // in the machine's file; false: it was only heard
+  bool listed = true;                    // in the machine file; false: only its messages were received
   bool has_position = true;              // false: a monitor, whose readings are MOTOR
   std::optional<position_t> position;    // the newest
   std::optional<position_t> valid;       // the newest with FLAG_VALID
@@ -71,7 +71,7 @@ struct DeviceView {
   std::optional<motor_limits_t> limits;  // of a motor: the newest
   std::optional<device_info_t> info;
   AlarmView alarms;
-  std::vector<trip_log_t> trips;  // each once, the one heard last at the end
+  std::vector<trip_log_t> trips;  // each once, the last received at the end
   SequenceCount readings;         // POSITION or MOTOR messages
   std::int64_t valid_readings = 0;
   double reading_hz = 0;              // received, over the last full second
@@ -82,15 +82,15 @@ struct DeviceView {
   MonoNs limits_at = 0;               // receipt of `limits`
   bool was_online = false;
 
-  // The driver reports the state once a second. When that message is missing for longer than kStaleAfter while readings
-  // come, they are the state: ONLINE if valid ones come (DEGRADED if it was last), else what was reported last. Nothing
-  // when neither came.
+  // Returns the state that the driver reports once per second. If it was not received for kStaleAfter, the state follows
+  // from the readings: ONLINE while valid readings arrive (DEGRADED if that was the last state), else the last state.
+  // Returns nothing if no readings arrive either.
   [[nodiscard]] std::optional<std::int8_t> State(MonoNs now) const;  // device_info_t STATE_*
   [[nodiscard]] bool Online(MonoNs now) const { return State(now) == device_info_t::STATE_ONLINE; }
-  // Whole and part turns of the shaft after direction and datum; NaN before the first valid position.
+  // Returns the turns of the shaft after direction and datum; NaN before the first valid position.
   [[nodiscard]] double Turns() const;
   [[nodiscard]] double SpeedRpm() const;  // NaN when unknown
-  // Its DEVICE came, and of a monitor that answers a reading too: monitors may be read every few seconds only.
+  // Returns true if its DEVICE was received, and also a reading if it is a monitor that answers.
   [[nodiscard]] bool Heard() const;
 };
 
@@ -103,7 +103,7 @@ struct BusView {
   MonoNs times_at = 0;
   std::optional<MonoNs> valid_at;  // receipt of the newest valid reading of one of its devices
 
-  // bus_health_t STATE_*, reported once a second. When that message is missing, UP while valid readings come.
+  // Returns bus_health_t STATE_*, reported once per second. Without that message, UP while valid readings arrive.
   [[nodiscard]] std::optional<std::int8_t> State(MonoNs now) const;
   // Returns the newest BUS message, or null if none was received in the last kStaleAfter.
   [[nodiscard]] const bus_health_t* FreshHealth(MonoNs now) const;

@@ -11,22 +11,22 @@
 
 namespace axlecast {
 
-// A machine's messages as they come, gathered in a view.
+// Receives the messages of a running machine into a view.
 class LiveMachine {
  public:
   LiveMachine(const MachineConfig& machine, const Clock& clock);
 
-  // Empty when messages can come, else the cause and the lines that mend it.
+  // Returns why messages cannot be received, with the lines that fix it; empty if they can.
   [[nodiscard]] const std::string& problem() const { return problem_; }
   [[nodiscard]] const MachineView& view() const { return view_; }
-  // Empty, or why the kernel's buffer is smaller than it should be, and what mends that.
+  // Returns why the kernel's buffer is too small, and how to fix it; empty if it is large enough.
   [[nodiscard]] std::string warning() const { return port_.warning(); }
 
-  // Receives until everything that a running machine reports once a second has come, at most for GatherTime. False when the
-  // port failed.
+  // Receives until everything that a running machine reports once per second has arrived, at most for GatherTime. Returns
+  // false if the port failed.
   [[nodiscard]] bool GatherAll(const MachineConfig& machine);
 
-  // Takes in what comes until `deadline` or until `enough` says so. False when the port failed.
+  // Receives until `deadline` or until `enough` returns true. Returns false if the port failed.
   [[nodiscard]] bool Gather(MonoNs deadline, const std::function<bool(const MachineView&)>& enough);
 
  private:
@@ -36,8 +36,8 @@ class LiveMachine {
   std::string problem_;
 };
 
-// Returns how long it takes at most until everything that reports once a second has been received. A reading of each
-// monitor that answers is part of it: on a full bus each is read every few seconds.
+// Returns the maximum time until everything that is reported once per second has been received. This includes a reading
+// of each monitor that answers: on a full bus, a monitor is read every few seconds.
 [[nodiscard]] MonoNs GatherTime(const MachineConfig& machine);
 
 // Receives the messages of a machine until `enough` returns true, at most for `timeout`. Fails if they cannot be received.

@@ -56,7 +56,7 @@ bool OnLimits(DeviceView& device, Bytes message, MonoNs now) {
   return true;
 }
 
-// True when the state or what it follows from is another one.
+// Returns true if the state or its cause has changed.
 bool OnInfo(DeviceView& device, device_info_t info, MonoNs now) {
   const std::optional<device_info_t> before = std::exchange(device.info, std::move(info));
   device.info_at = now;
@@ -65,7 +65,7 @@ bool OnInfo(DeviceView& device, device_info_t info, MonoNs now) {
          before->boot_id != device.info->boot_id || before->config_hash != device.info->config_hash;
 }
 
-// The unit numbers its trips anew after its count was cleared: only the curves tell them apart.
+// Compares the curves too: the unit restarts its trip numbers after its count was cleared.
 bool SameTrip(const trip_log_t& one, const trip_log_t& other) {
   const auto same = [](float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); };
   for (std::size_t q = 0; q < std::size(one.samples); ++q) {
@@ -88,7 +88,7 @@ std::string InBrackets(const std::string& reason) { return reason.empty() ? "" :
 
 void AddDevice(const DeviceView& device, MonoNs now, std::vector<std::string>& faults) {
   if (!device.info && device.readings.received() == 0) {
-    faults.push_back(device.name + ": its driver was never heard");
+    faults.push_back(device.name + ": no message of its driver was received");
   } else if (const auto state = device.State(now); state != device_info_t::STATE_ONLINE) {
     faults.push_back(device.name + ": " + (state ? std::string(DeviceStateName(*state)) : "SILENT") +
                      InBrackets(device.info ? device.info->reason : ""));
@@ -123,7 +123,7 @@ MachineView::MachineView(const MachineConfig& machine, Unlisted unlisted)
   window_received_.assign(devices_.size(), 0);
 }
 
-Heard MachineView::OnMessage(std::string_view channel, Bytes message, MonoNs now) {
+MonitorUpdate MachineView::OnMessage(std::string_view channel, Bytes message, MonoNs now) {
   const std::size_t slash = channel.find('/');
   if (slash == std::string_view::npos) return {};
   const std::string_view kind = channel.substr(0, slash);
@@ -132,7 +132,7 @@ Heard MachineView::OnMessage(std::string_view channel, Bytes message, MonoNs now
   if (channel == "ALARM/bridge") {
     auto alarm = DecodeMessage<alarm_t>(message);
     if (!alarm) return {};
-    return {.kind = Heard::Kind::kBridgeAlarms, .news = bridge_.On(std::move(*alarm), now)};
+    return {.kind = MonitorUpdate::Kind::kBridgeAlarms, .changed = bridge_.On(std::move(*alarm), now)};
   }
   if (kind == "ALARM" && name.starts_with("mqtt/") && name.substr(5) == machine_) {
     if (auto alarm = DecodeMessage<alarm_t>(message)) broker_.On(std::move(*alarm), now);
@@ -141,7 +141,7 @@ Heard MachineView::OnMessage(std::string_view channel, Bytes message, MonoNs now
   return OnDevice(kind, name, message, now);
 }
 
-Heard MachineView::OnBus(std::string_view kind, std::string_view name, Bytes message, MonoNs now) {
+MonitorUpdate MachineView::OnBus(std::string_view kind, std::string_view name, Bytes message, MonoNs now) {
   std::optional<bus_health_t> health;
   std::optional<exchange_times_t> times;
   if (kind == "BUS") {
@@ -155,48 +155,48 @@ Heard MachineView::OnBus(std::string_view kind, std::string_view name, Bytes mes
   if (times) {
     bus->times = std::move(times);
     bus->times_at = now;
-    return {.kind = Heard::Kind::kExchangeTimes, .index = index};
+    return {.kind = MonitorUpdate::Kind::kExchangeTimes, .index = index};
   }
   const bool news = !bus->health || bus->health->state != health->state;
   bus->health = std::move(health);
   bus->health_at = now;
-  return {.kind = Heard::Kind::kBus, .index = index, .news = news};
+  return {.kind = MonitorUpdate::Kind::kBus, .index = index, .changed = news};
 }
 
-Heard MachineView::OnDevice(std::string_view kind, std::string_view name, Bytes message, MonoNs now) {
+MonitorUpdate MachineView::OnDevice(std::string_view kind, std::string_view name, Bytes message, MonoNs now) {
   // A device that the file does not list is known by its DEVICE alone, which names its bus.
   auto info = kind == "DEVICE" ? DecodeMessage<device_info_t>(message) : std::nullopt;
   DeviceView* device = info ? DeviceOf(name) : Find(devices_, name);
   if (device == nullptr) return {};
-  Heard heard{.index = static_cast<std::size_t>(device - devices_.data())};
+  MonitorUpdate update{.index = static_cast<std::size_t>(device - devices_.data())};
   if (info) {
     if (!device->listed) device->bus = IsName(info->bus) ? info->bus : "";
-    heard.kind = Heard::Kind::kDevice;
-    heard.news = OnInfo(*device, std::move(*info), now);
+    update.kind = MonitorUpdate::Kind::kDevice;
+    update.changed = OnInfo(*device, std::move(*info), now);
   } else if (kind == "POSITION" && device->has_position) {
     if (!OnPosition(*device, message, now)) return {};
-    heard.kind = Heard::Kind::kPosition;
+    update.kind = MonitorUpdate::Kind::kPosition;
     FollowReading(*device, now);
   } else if (kind == "MOTOR" && (!device->has_position || (!device->listed && !device->position))) {
     if (!OnMotor(*device, message, now)) return {};
     device->has_position = false;
-    heard.kind = Heard::Kind::kMotor;
+    update.kind = MonitorUpdate::Kind::kMotor;
     FollowReading(*device, now);
   } else if (kind == "LIMITS" && !device->has_position) {
     if (!OnLimits(*device, message, now)) return {};
-    heard.kind = Heard::Kind::kMotorLimits;
+    update.kind = MonitorUpdate::Kind::kMotorLimits;
   } else if (kind == "ALARM") {
     auto alarm = DecodeMessage<alarm_t>(message);
     if (!alarm) return {};
-    heard.kind = Heard::Kind::kDeviceAlarms;
-    heard.news = device->alarms.On(std::move(*alarm), now);
+    update.kind = MonitorUpdate::Kind::kDeviceAlarms;
+    update.changed = device->alarms.On(std::move(*alarm), now);
   } else if (kind == "TRIP") {
     const auto trip = DecodeMessage<trip_log_t>(message);
     if (!trip) return {};
-    heard.kind = Heard::Kind::kTrip;
-    heard.news = OnTrip(*device, *trip);
+    update.kind = MonitorUpdate::Kind::kTrip;
+    update.changed = OnTrip(*device, *trip);
   }
-  return heard;
+  return update;
 }
 
 // A valid reading shows that its bus works and, where DEVICE did not come, that the device is online.
@@ -235,7 +235,7 @@ BusView* MachineView::BusOf(std::string_view name) {
   return &bus;
 }
 
-// A file that lists devices makes others strangers: a few are shown, so that somebody notices them.
+// If the machine file lists devices, only a few others are shown, enough to notice them.
 std::size_t MachineView::RoomFor(std::size_t maximum) const {
   return listed_devices_ == 0 ? maximum : std::min(maximum, kMaxUnlisted);
 }

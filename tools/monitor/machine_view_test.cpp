@@ -103,11 +103,13 @@ TEST(MachineView, KeepsTheTripLimitsOfAMotor) {
   MachineView view(machine, Unlisted::kShown);
   motor_limits_t limits{};
   limits.overheat_c = 90;
-  EXPECT_EQ(view.OnMessage("LIMITS/axis1", Encoded(limits), kNow).kind, Heard::Kind::kNothing) << "an encoder";
-  EXPECT_EQ(view.OnMessage("LIMITS/gm1", Encoded(limits), kNow).kind, Heard::Kind::kNothing) << "not known yet";
+  EXPECT_EQ(view.OnMessage("LIMITS/axis1", Encoded(limits), kNow).kind, MonitorUpdate::Kind::kNothing)
+      << "an encoder";
+  EXPECT_EQ(view.OnMessage("LIMITS/gm1", Encoded(limits), kNow).kind, MonitorUpdate::Kind::kNothing)
+      << "not known yet";
   view.OnMessage("DEVICE/gm1", Encoded(DeviceMessage(device_info_t::STATE_ONLINE)), kNow);
   view.OnMessage("MOTOR/gm1", Encoded(motor_health_t{}), kNow);
-  EXPECT_EQ(view.OnMessage("LIMITS/gm1", Encoded(limits), kNow).kind, Heard::Kind::kMotorLimits);
+  EXPECT_EQ(view.OnMessage("LIMITS/gm1", Encoded(limits), kNow).kind, MonitorUpdate::Kind::kMotorLimits);
   limits.overheat_c = 80;
   view.OnMessage("LIMITS/gm1", Encoded(limits), kNow + kSecond);
   ASSERT_TRUE(view.devices()[1].limits);
@@ -200,7 +202,7 @@ TEST(MachineFaults, DegradedIsNotGood) {
 
 TEST(MachineFaults, SilenceAndABusThatIsDownAreNotGood) {
   EXPECT_THAT(MachineFaults(MachineView(OneAxis()), kNow),
-              ElementsAre("axis1: its driver was never heard", "rs485-0: the bus never reported"));
+              ElementsAre("axis1: no message of its driver was received", "rs485-0: the bus never reported"));
   EXPECT_THAT(MachineFaults(Good(), kNow + 10 * kSecond), ElementsAre("axis1: SILENT", "rs485-0: SILENT"));
 }
 

@@ -58,24 +58,24 @@ Monitor::Monitor(const MachineConfig& machine) : machine_(machine, Unlisted::kSh
   for (const LogConfig& log : machine.recorder.logs) listed_recorders_.insert(log.name);
 }
 
-Heard Monitor::OnMessage(std::string_view channel, Bytes message, MonoNs now) {
-  const Heard heard = message.size() > kLargestMessage ? Heard{} : Take(channel, message, now);
-  if (heard.kind == Heard::Kind::kNothing) {
+MonitorUpdate Monitor::OnMessage(std::string_view channel, Bytes message, MonoNs now) {
+  const MonitorUpdate update = message.size() > kLargestMessage ? MonitorUpdate{} : Take(channel, message, now);
+  if (update.kind == MonitorUpdate::Kind::kNothing) {
     ++passed_over_;
-    return heard;
+    return update;
   }
   auto count = channels_.find(channel);
   if (count == channels_.end()) count = channels_.emplace(channel, SequenceCount()).first;
   if (const auto head = ReadHead(message)) count->second.On(head->boot_id, head->seq);
-  return heard;
+  return update;
 }
 
-Heard Monitor::Take(std::string_view channel, Bytes message, MonoNs now) {
+MonitorUpdate Monitor::Take(std::string_view channel, Bytes message, MonoNs now) {
   if (channel == kCommandChannels) {
     auto status = DecodeMessage<command_status_t>(message);
     if (!status) return {};
     const bool news = commands_.On(std::move(*status));
-    return {.kind = Heard::Kind::kCommand, .index = commands_.last(), .news = news};
+    return {.kind = MonitorUpdate::Kind::kCommand, .index = commands_.last(), .changed = news};
   }
   if (channel.starts_with(kRecorder)) return OnRecorder(channel.substr(kRecorder.size()), message, now);
   if (channel.starts_with(kRecorderAlarms)) {
@@ -102,25 +102,25 @@ bool Monitor::HasRoomForRecorder(std::string_view name) const {
   return static_cast<std::size_t>(others) < kMaxRecorders;
 }
 
-Heard Monitor::OnRecorder(std::string_view name, Bytes message, MonoNs now) {
+MonitorUpdate Monitor::OnRecorder(std::string_view name, Bytes message, MonoNs now) {
   auto health = DecodeMessage<recorder_health_t>(message);
   RecorderView* recorder = health ? RecorderOf(name) : nullptr;
   if (recorder == nullptr) return {};
   const bool news = !recorder->health || recorder->health->state != health->state;
   recorder->health = std::move(health);
   recorder->health_at = now;
-  return {.kind = Heard::Kind::kRecorder,
+  return {.kind = MonitorUpdate::Kind::kRecorder,
           .index = static_cast<std::size_t>(recorder - recorders_.data()),
-          .news = news};
+          .changed = news};
 }
 
-Heard Monitor::OnRecorderAlarms(std::string_view name, Bytes message, MonoNs now) {
+MonitorUpdate Monitor::OnRecorderAlarms(std::string_view name, Bytes message, MonoNs now) {
   auto alarm = DecodeMessage<alarm_t>(message);
   RecorderView* recorder = alarm ? RecorderOf(name) : nullptr;
   if (recorder == nullptr) return {};
-  return {.kind = Heard::Kind::kRecorderAlarms,
+  return {.kind = MonitorUpdate::Kind::kRecorderAlarms,
           .index = static_cast<std::size_t>(recorder - recorders_.data()),
-          .news = recorder->alarms.On(std::move(*alarm), now)};
+          .changed = recorder->alarms.On(std::move(*alarm), now)};
 }
 
 }  // namespace axlecast

@@ -25,20 +25,20 @@
 
 namespace axlecast {
 
-// Commands as COMMAND_STATUS tells of them, each once, by its id.
+// The commands in COMMAND_STATUS messages, each once by its id.
 class CommandHistory {
  public:
   static constexpr std::size_t kMax = 256;
   static constexpr std::size_t kStates = 10;  // command_status_t STATE_*
 
-  // True when it told something new. Answers about unknown ids are passed over.
+  // Takes a status. Returns true if it is new. Answers about unknown ids are ignored.
   bool On(command_status_t status);
 
-  // The newest kMax, in the order in which they were first heard of.
+  // The newest kMax commands, in the order of their first status.
   [[nodiscard]] const std::deque<command_status_t>& newest() const { return newest_; }
-  // Where newest() holds the command that was heard of last.
+  // Index in newest() of the command with the last status.
   [[nodiscard]] std::size_t last() const { return last_; }
-  // Commands whose one outcome was heard, by state.
+  // Number of commands that ended in this state.
   [[nodiscard]] std::int64_t outcomes(std::int8_t state) const {
     return outcomes_.at(static_cast<std::uint8_t>(state));
   }
@@ -51,49 +51,51 @@ class CommandHistory {
 
 struct RecorderView {
   std::string name;
-  bool listed = false;  // by the machine's file
+  bool listed = false;  // in the machine file
   std::optional<recorder_health_t> health;
   AlarmView alarms;
   MonoNs health_at = 0;
 
-  // recorder_health_t STATE_*; nothing when stale.
+  // Returns recorder_health_t STATE_*; nothing if it is too old.
   [[nodiscard]] std::optional<std::int8_t> State(MonoNs now) const;
-  // It is no longer heard because it has ended: the last that it published is that it was stopping.
+  // Returns true if it is silent because it has ended: its last message was that it was stopping.
   [[nodiscard]] bool Ended(MonoNs now) const;
 };
 
-// Everything that a machine's messages show, for those who show it on: from live LCM or from a log. Pure: fed with
-// messages and instants; in a log, the events' own. What it holds is bounded whatever is sent.
+// The complete state of a machine from its messages, live or from a log. Does no I/O. `now` is the time of reception; in a
+// log, the time of the event. Its memory is bounded whatever is sent.
 class Monitor {
  public:
-  // What OnMessage takes in, as a pattern of LCM: on the data port, and on the command port.
+  // The channels for OnMessage as LCM patterns, on the data port and on the command port.
   static constexpr const char* kDataChannels =
       "(POSITION|MOTOR|LIMITS|DEVICE|ALARM|BUS|BUS_TIMES|TRIP|RECORDER)/.*";
   static constexpr const char* kCommandChannels = "COMMAND_STATUS";
-  static constexpr std::size_t kMaxRecorders = 16;  // beside those of the machine's file, which always have room
-  static constexpr std::size_t kLargestMessage = kMaxMessage;  // bytes; longer ones are nobody's of axlecast
+  static constexpr std::size_t kMaxRecorders = 16;             // in addition to those of the machine file
+  static constexpr std::size_t kLargestMessage = kMaxMessage;  // bytes; axlecast sends no longer messages
 
-  // Without a file (a log alone): MachineConfig{}; every device is then one that was only heard.
+  // Without a machine file, pass MachineConfig{}. All devices are then unlisted.
   explicit Monitor(const MachineConfig& machine);
 
-  Heard OnMessage(std::string_view channel, Bytes message, MonoNs now);
-  // At least a few times a second: closes the windows of the rates.
+  MonitorUpdate OnMessage(std::string_view channel, Bytes message, MonoNs now);
+  // Updates the rates. Call it a few times per second.
   void Tick(MonoNs now) { machine_.Tick(now); }
   void OnReception(const ReceptionCounts& counts) { machine_.OnReception(counts); }
 
   [[nodiscard]] const MachineView& machine() const { return machine_; }
   [[nodiscard]] const std::vector<RecorderView>& recorders() const { return recorders_; }
   [[nodiscard]] const CommandHistory& commands() const { return commands_; }
-  // Messages received and lost by their `seq`, by channel; of what the views hold alone.
+  // Messages received and lost according to `seq`, by channel, for the parts that the views contain.
   [[nodiscard]] const std::map<std::string, SequenceCount, std::less<>>& channels() const { return channels_; }
-  [[nodiscard]] std::int64_t passed_over() const { return passed_over_; }  // messages that told nothing
+  [[nodiscard]] std::int64_t passed_over() const {
+    return passed_over_;
+  }  // malformed messages, and messages of no part of the machine
 
  private:
-  Heard Take(std::string_view channel, Bytes message, MonoNs now);
+  MonitorUpdate Take(std::string_view channel, Bytes message, MonoNs now);
   RecorderView* RecorderOf(std::string_view name);
   [[nodiscard]] bool HasRoomForRecorder(std::string_view name) const;
-  Heard OnRecorder(std::string_view name, Bytes message, MonoNs now);
-  Heard OnRecorderAlarms(std::string_view name, Bytes message, MonoNs now);
+  MonitorUpdate OnRecorder(std::string_view name, Bytes message, MonoNs now);
+  MonitorUpdate OnRecorderAlarms(std::string_view name, Bytes message, MonoNs now);
 
   MachineView machine_;
   std::set<std::string, std::less<>> listed_recorders_;  // by the machine's file

@@ -12,7 +12,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::SizeIs;
-using Kind = Heard::Kind;
+using Kind = MonitorUpdate::Kind;
 
 constexpr MonoNs kNow = 100 * kSecond;
 
@@ -56,11 +56,11 @@ recorder_health_t RecorderMessage(std::int8_t state) {
   return health;
 }
 
-// `axis1` of the machine's file, and whatever else is heard.
+// `axis1` of the machine file, and unlisted devices.
 class MonitorTest : public ::testing::Test {
  protected:
   template <typename Message>
-  Heard Hear(const std::string& channel, const Message& message, MonoNs now = kNow) {
+  MonitorUpdate Hear(const std::string& channel, const Message& message, MonoNs now = kNow) {
     return monitor_.OnMessage(channel, Encoded(message), now);
   }
   [[nodiscard]] const DeviceView& device(std::size_t i = 0) const { return monitor_.machine().devices().at(i); }
@@ -82,20 +82,20 @@ TEST_F(MonitorTest, TellsWhatAMessageTold) {
 
 TEST_F(MonitorTest, AStateIsNewsOnceAndAgainWhenItChanges) {
   const auto online = DeviceMessage(device_info_t::STATE_ONLINE);
-  EXPECT_TRUE(Hear("DEVICE/axis1", online).news);
-  EXPECT_FALSE(Hear("DEVICE/axis1", online).news);
-  EXPECT_TRUE(Hear("DEVICE/axis1", DeviceMessage(device_info_t::STATE_OFFLINE)).news);
-  EXPECT_TRUE(Hear("RECORDER/press3", RecorderMessage(recorder_health_t::STATE_RECORDING)).news);
-  EXPECT_FALSE(Hear("RECORDER/press3", RecorderMessage(recorder_health_t::STATE_RECORDING)).news);
-  EXPECT_TRUE(Hear("RECORDER/press3", RecorderMessage(recorder_health_t::STATE_DISK_FULL)).news);
+  EXPECT_TRUE(Hear("DEVICE/axis1", online).changed);
+  EXPECT_FALSE(Hear("DEVICE/axis1", online).changed);
+  EXPECT_TRUE(Hear("DEVICE/axis1", DeviceMessage(device_info_t::STATE_OFFLINE)).changed);
+  EXPECT_TRUE(Hear("RECORDER/press3", RecorderMessage(recorder_health_t::STATE_RECORDING)).changed);
+  EXPECT_FALSE(Hear("RECORDER/press3", RecorderMessage(recorder_health_t::STATE_RECORDING)).changed);
+  EXPECT_TRUE(Hear("RECORDER/press3", RecorderMessage(recorder_health_t::STATE_DISK_FULL)).changed);
   EXPECT_EQ(monitor_.recorders().at(0).State(kNow), recorder_health_t::STATE_DISK_FULL);
   EXPECT_FALSE(monitor_.recorders().at(0).State(kNow + kStaleAfter + 1));
 }
 
 TEST_F(MonitorTest, RemembersWhenAlarmsCameAndWent) {
-  EXPECT_TRUE(Hear("ALARM/axis1", AlarmMessage(10, {Entry(1, "battery_alarm")})).news);
-  EXPECT_FALSE(Hear("ALARM/axis1", AlarmMessage(20, {Entry(1, "battery_alarm")})).news);
-  EXPECT_TRUE(Hear("ALARM/axis1", AlarmMessage(30, {Entry(2, "over_speed")})).news);
+  EXPECT_TRUE(Hear("ALARM/axis1", AlarmMessage(10, {Entry(1, "battery_alarm")})).changed);
+  EXPECT_FALSE(Hear("ALARM/axis1", AlarmMessage(20, {Entry(1, "battery_alarm")})).changed);
+  EXPECT_TRUE(Hear("ALARM/axis1", AlarmMessage(30, {Entry(2, "over_speed")})).changed);
   std::vector<std::string> changes;
   for (const AlarmView::Change& change : device().alarms.changes()) {
     changes.push_back(std::to_string(change.utime) + (change.appeared ? " + " : " - ") + change.entry.name);
@@ -107,15 +107,15 @@ TEST_F(MonitorTest, AnAlarmThatWorseOnesPushOutOfTheMessageHasNotGone) {
   Hear("ALARM/axis1", AlarmMessage(10, {Entry(1, "battery_alarm")}));
   alarm_t cut = AlarmMessage(20, {Entry(2, "over_speed")});
   cut.total = 2;
-  EXPECT_TRUE(Hear("ALARM/axis1", cut).news);
+  EXPECT_TRUE(Hear("ALARM/axis1", cut).changed);
   EXPECT_EQ(device().alarms.total(), 2U);
   EXPECT_THAT(device().alarms.changes(), SizeIs(2));
 }
 
 TEST_F(MonitorTest, KeepsEachTripOnce) {
-  EXPECT_TRUE(Hear("TRIP/axis1", TripMessage(1, 200)).news);
-  EXPECT_FALSE(Hear("TRIP/axis1", TripMessage(1, 200)).news) << "the newest is repeated each minute";
-  EXPECT_TRUE(Hear("TRIP/axis1", TripMessage(1, 180)).news) << "the count was cleared, and it tripped again";
+  EXPECT_TRUE(Hear("TRIP/axis1", TripMessage(1, 200)).changed);
+  EXPECT_FALSE(Hear("TRIP/axis1", TripMessage(1, 200)).changed) << "the newest is repeated each minute";
+  EXPECT_TRUE(Hear("TRIP/axis1", TripMessage(1, 180)).changed) << "the count was cleared, and it tripped again";
   EXPECT_THAT(device().trips, SizeIs(2));
   for (int i = 0; i < 100; ++i) Hear("TRIP/axis1", TripMessage(i, 210));
   EXPECT_THAT(device().trips, SizeIs(DeviceView::kMaxTrips));
@@ -123,12 +123,13 @@ TEST_F(MonitorTest, KeepsEachTripOnce) {
 }
 
 TEST_F(MonitorTest, ACommandHasOneOutcome) {
-  EXPECT_TRUE(Hear("COMMAND_STATUS", Status(1, command_status_t::STATE_RUNNING, false)).news);
-  EXPECT_TRUE(Hear("COMMAND_STATUS", Status(1, command_status_t::STATE_SUCCEEDED, true)).news);
-  EXPECT_FALSE(Hear("COMMAND_STATUS", Status(1, command_status_t::STATE_SUCCEEDED, true)).news) << "told again";
-  EXPECT_FALSE(Hear("COMMAND_STATUS", Status(1, command_status_t::STATE_FAILED, true)).news) << "never changes";
-  EXPECT_FALSE(Hear("COMMAND_STATUS", Status(1, command_status_t::STATE_ROUTED, false)).news) << "late";
-  EXPECT_FALSE(Hear("COMMAND_STATUS", Status(2, command_status_t::STATE_UNKNOWN, true)).news);
+  EXPECT_TRUE(Hear("COMMAND_STATUS", Status(1, command_status_t::STATE_RUNNING, false)).changed);
+  EXPECT_TRUE(Hear("COMMAND_STATUS", Status(1, command_status_t::STATE_SUCCEEDED, true)).changed);
+  EXPECT_FALSE(Hear("COMMAND_STATUS", Status(1, command_status_t::STATE_SUCCEEDED, true)).changed)
+      << "a repetition";
+  EXPECT_FALSE(Hear("COMMAND_STATUS", Status(1, command_status_t::STATE_FAILED, true)).changed) << "never changes";
+  EXPECT_FALSE(Hear("COMMAND_STATUS", Status(1, command_status_t::STATE_ROUTED, false)).changed) << "late";
+  EXPECT_FALSE(Hear("COMMAND_STATUS", Status(2, command_status_t::STATE_UNKNOWN, true)).changed);
   ASSERT_THAT(monitor_.commands().newest(), SizeIs(1));
   EXPECT_EQ(monitor_.commands().newest()[0].state, command_status_t::STATE_SUCCEEDED);
   EXPECT_EQ(monitor_.commands().outcomes(command_status_t::STATE_SUCCEEDED), 1);
@@ -137,9 +138,9 @@ TEST_F(MonitorTest, ACommandHasOneOutcome) {
 
 TEST_F(MonitorTest, AFindingFollowsAnIndeterminate) {
   command_status_t status = Status(1, command_status_t::STATE_INDETERMINATE, true);
-  EXPECT_TRUE(Hear("COMMAND_STATUS", status).news);
+  EXPECT_TRUE(Hear("COMMAND_STATUS", status).changed);
   status.finding = command_status_t::FINDING_EFFECT_SEEN;
-  EXPECT_TRUE(Hear("COMMAND_STATUS", status).news);
+  EXPECT_TRUE(Hear("COMMAND_STATUS", status).changed);
   EXPECT_EQ(monitor_.commands().outcomes(command_status_t::STATE_INDETERMINATE), 1);
 }
 

@@ -12,45 +12,45 @@
 
 namespace axlecast {
 
-// How the connection to the broker stands.
+// The state of the connection to the broker.
 struct BrokerStatus {
   bool connected = false;
   MonoNs since = 0;              // of `connected`
   std::int64_t connections = 0;  // since the start
-  std::string problem;           // why there is none, or the newest that the broker refused; empty: nothing to tell
+  std::string problem;           // why it is not connected, or the last refusal of the broker; empty: no problem
 };
 
-// What the session itself publishes on the machine's topic `status`, retained.
+// The retained messages of the session on the machine's topic `status`.
 struct BrokerStatusMessages {
   std::string topic;
-  std::string offline;                  // the will: nobody is there any more
-  std::function<std::string()> online;  // how things stand
-  std::function<std::string()> ended;   // it has ended orderly
+  std::string offline;                  // the last will
+  std::function<std::string()> online;  // the current state
+  std::function<std::string()> ended;   // after an orderly end
 };
 
-// Carries an outbox to a broker: connects again and again, keeps a few messages on their way, sends again what a lost
-// connection may have swallowed. No clock; everything but status() belongs to one thread.
+// Sends the messages of an outbox to a broker. It reconnects, keeps a limited number of unconfirmed messages, and repeats
+// them after a lost connection. Time is an argument. All functions except status() must be called by one thread.
 class BrokerSession {
  public:
-  static constexpr std::size_t kWindow = 20;       // messages on their way
-  static constexpr MonoNs kAnswer = 10 * kSecond;  // a broker that answers later does not answer
+  static constexpr std::size_t kWindow = 20;       // unconfirmed messages
+  static constexpr MonoNs kAnswer = 10 * kSecond;  // maximum time for the reply to a connection request
   static constexpr MonoNs kConfirmation = 30 * kSecond;
-  static constexpr MonoNs kFirstPause = kSecond / 2;  // between two attempts, doubling
+  static constexpr MonoNs kFirstPause = kSecond / 2;  // between two attempts; doubled each time
   static constexpr MonoNs kLongestPause = 8 * kSecond;
-  static constexpr MonoNs kStable = 10 * kSecond;  // a connection that lasted so long resets the pause
+  static constexpr MonoNs kStable = 10 * kSecond;  // a connection that lasts longer resets the pause
   static constexpr MonoNs kStatusEvery = 10 * kSecond;
-  static constexpr int kMaxTries = 5;  // connections that ended over one and the same message
+  static constexpr int kMaxTries = 5;  // connections that may end at one message before it is given up
 
   BrokerSession(BrokerLink& link, Outbox& outbox, BrokerStatusMessages status);
 
-  // Does what is due. Returns when it wants to be called at the latest; sooner when the link or the outbox has something.
+  // Runs the steps that are due. Returns the time of the next call; call it earlier if the link or the outbox is readable.
   [[nodiscard]] MonoNs Step(MonoNs now);
 
-  // From now on: sends what waits until `deadline`, then says goodbye.
+  // Ends the session: sends the queued messages until `deadline`, then publishes `ended` and disconnects.
   void End(MonoNs deadline);
   [[nodiscard]] bool ended() const { return state_ == State::kEnded; }
 
-  // Whether it would take something from the outbox now.
+  // Returns true if the session can take a message from the outbox.
   [[nodiscard]] bool WantsMore() const { return state_ == State::kConnected && HasRoom(); }
 
   [[nodiscard]] BrokerStatus status() const;

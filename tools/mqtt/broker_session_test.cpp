@@ -150,13 +150,13 @@ TEST_F(BrokerSessionTest, PausesLongerAndLongerBetweenAttempts) {
   link_.Happens(Kind::kConnected);
   Step();
   ConnectionEnds();
-  EXPECT_EQ(next_, now_ + BrokerSession::kLongestPause) << "a connection that ends at once is none";
+  EXPECT_EQ(next_, now_ + BrokerSession::kLongestPause) << "a connection that ends at once does not count";
   Step(BrokerSession::kLongestPause);
   link_.Happens(Kind::kConnected);
   Step();
   Step(BrokerSession::kStable);
   ConnectionEnds();
-  EXPECT_EQ(next_, now_ + BrokerSession::kFirstPause) << "a connection that held begins anew";
+  EXPECT_EQ(next_, now_ + BrokerSession::kFirstPause) << "a stable connection resets the pause";
 }
 
 TEST_F(BrokerSessionTest, GivesUpOnABrokerThatDoesNotAnswer) {

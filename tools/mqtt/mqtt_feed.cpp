@@ -23,10 +23,10 @@
 namespace axlecast {
 namespace {
 
-// They come and go from one reading to the next.
-constexpr std::int32_t kPassing = std::int32_t{position_t::FLAG_AFTER_GAP} |
-                                  std::int32_t{position_t::FLAG_CLOCK_STEPPED} |
-                                  std::int32_t{position_t::FLAG_SPEED_VALID};
+// Flags that change between readings.
+constexpr std::int32_t kTransientFlags = std::int32_t{position_t::FLAG_AFTER_GAP} |
+                                         std::int32_t{position_t::FLAG_CLOCK_STEPPED} |
+                                         std::int32_t{position_t::FLAG_SPEED_VALID};
 
 std::string Joined(const std::string& text) { return text + '\0'; }
 template <typename Number>
@@ -38,7 +38,7 @@ std::string Mark(const Parts&... parts) {
   return (Joined(parts) + ...);
 }
 
-ChangeKey Of(const position_t& m) { return {Mark(m.boot_id, m.datum_epoch, m.flags & ~kPassing), m.value}; }
+ChangeKey Of(const position_t& m) { return {Mark(m.boot_id, m.datum_epoch, m.flags & ~kTransientFlags), m.value}; }
 ChangeKey Of(const motor_health_t& m) { return {Mark(m.boot_id, m.seq), 0}; }
 ChangeKey Of(const alarm_t& m) { return {Mark(m.boot_id, m.revision), 0}; }
 ChangeKey Of(const device_info_t& m) {
@@ -57,7 +57,7 @@ ChangeKey Of(const motor_limits_t& m) {
 }
 ChangeKey Of(const bus_health_t& m) { return {Mark(m.boot_id, m.state, m.reopens), 0}; }
 ChangeKey Of(const recorder_health_t& m) { return {Mark(m.boot_id, m.state, m.file, m.lost, m.last_error), 0}; }
-// A trip is told again and again, and after a restart of its driver.
+// A trip is repeated, also after a restart of its driver: boot id and time are excluded.
 ChangeKey Of(const trip_log_t& m) {
   std::string samples(sizeof m.samples, '\0');
   std::memcpy(samples.data(), m.samples, sizeof m.samples);
@@ -76,11 +76,11 @@ std::optional<ChangeKey> Decoded(Bytes bytes) {
   return Of(*message);
 }
 
-constexpr std::size_t kEventsKnown = 256;  // of each device: those are told again for a while
+constexpr std::size_t kEventsKnown = 256;  // of each device; events are repeated for a while
 
 }  // namespace
 
-std::optional<ChangeKey> NoveltyOf(std::string_view type, Bytes message) {
+std::optional<ChangeKey> ChangeKeyOf(std::string_view type, Bytes message) {
   if (type == "position_t") return Decoded<position_t>(message);
   if (type == "motor_health_t") return Decoded<motor_health_t>(message);
   if (type == "motor_limits_t") return Decoded<motor_limits_t>(message);
@@ -130,23 +130,23 @@ void MqttFeed::OnCommandStatus(Bytes message, MonoNs now) {
 }
 
 void MqttFeed::OnMessage(Stream& stream, Bytes message, MonoNs now) {
-  std::optional<ChangeKey> novelty = NoveltyOf(stream.topic.type, message);
+  std::optional<ChangeKey> key = ChangeKeyOf(stream.topic.type, message);
   const std::optional<MessageHead> head = ReadHead(message);
-  if (!novelty || !head) {
+  if (!key || !head) {
     ++foreign_;
     return;
   }
   ++received_;
-  if (stream.topic.keeping == RetentionClass::kEvents) return OnEvent(stream, novelty->mark, message);
+  if (stream.topic.keeping == RetentionClass::kEvents) return OnEvent(stream, key->mark, message);
   const std::int64_t lost = stream.sequence.lost();
   stream.sequence.On(head->boot_id, head->seq);
   lost_ += stream.sequence.lost() - lost;
   stream.held.assign(message.begin(), message.end());
-  stream.held_novelty = std::move(*novelty);
+  stream.held_key = std::move(*key);
   if (Due(stream, now)) PublishHeld(stream, now);
 }
 
-// Outcomes of several devices share one channel, so their numbers tell nothing of a device's.
+// Sequence numbers are not counted: outcomes of all devices share one channel.
 void MqttFeed::OnEvent(Stream& stream, const std::string& mark, Bytes message) {
   std::deque<std::string>& known = stream.events;
   if (std::find(known.begin(), known.end(), mark) != known.end()) return;
@@ -159,8 +159,7 @@ bool MqttFeed::Due(const Stream& stream, MonoNs now) {
   if (!stream.published) return true;
   const PositionPace& pace = stream.topic.pace;
   const MonoNs age = now - stream.published_at;
-  return age >= pace.longest ||
-         (age >= pace.interval && Differ(stream.held_novelty, *stream.published, pace.deadband));
+  return age >= pace.longest || (age >= pace.interval && Differ(stream.held_key, *stream.published, pace.deadband));
 }
 
 void MqttFeed::Poll(MonoNs now) {
@@ -172,13 +171,13 @@ void MqttFeed::Poll(MonoNs now) {
 void MqttFeed::Flush() {
   for (auto& [channel, stream] : streams_) {
     if (!stream.held.empty() && stream.published &&
-        Differ(stream.held_novelty, *stream.published, stream.topic.pace.deadband)) {
+        Differ(stream.held_key, *stream.published, stream.topic.pace.deadband)) {
       PublishHeld(stream, stream.published_at);
     }
   }
 }
 
-void MqttFeed::TellStatesAnew() {
+void MqttFeed::RepublishStates() {
   for (auto& [channel, stream] : streams_) {
     if (stream.topic.retain) stream.published.reset();
   }
@@ -187,7 +186,7 @@ void MqttFeed::TellStatesAnew() {
 void MqttFeed::PublishHeld(Stream& stream, MonoNs now) {
   Publish(stream, stream.held);
   stream.held.clear();
-  stream.published = std::move(stream.held_novelty);
+  stream.published = std::move(stream.held_key);
   stream.published_at = now;
 }
 

@@ -19,29 +19,28 @@
 
 namespace axlecast {
 
-// What of a message is worth telling anew when it has changed: a state without its counters and times, a position with its
-// value and flags, a trip or an outcome as such.
+// The part of a message whose change triggers a new publication. Counters and timestamps are excluded.
 struct ChangeKey {
   std::string mark;
   double value = 0;  // of a position, in its unit
 };
 
-// Nothing when the message is none of this type.
-[[nodiscard]] std::optional<ChangeKey> NoveltyOf(std::string_view type, Bytes message);
+// Returns nothing if the message has another type.
+[[nodiscard]] std::optional<ChangeKey> ChangeKeyOf(std::string_view type, Bytes message);
 
-// Whether `newer` says something else than `older`; values that are no further apart than `deadband` say the same.
+// Returns true if the keys differ. Values that differ by at most `deadband` count as equal.
 [[nodiscard]] bool Differ(const ChangeKey& newer, const ChangeKey& older, double deadband);
 
 struct MqttFeedCounts {
   std::int64_t received = 0;   // messages of the machine
-  std::int64_t lost = 0;       // of these that LCM has not brought, by their numbers
-  std::int64_t foreign = 0;    // of other names, damaged, or not signed by the machine's bridge
+  std::int64_t lost = 0;       // messages lost on LCM, by sequence numbers
+  std::int64_t foreign = 0;    // unknown names, malformed, or not signed by the machine's bridge
   std::int64_t too_long = 0;   // as JSON
   std::int64_t published = 0;  // given to `publish`
 };
 
-// The machine's messages from LCM, thinned out and as JSON. Pure: time is an argument. counts() is thread-safe, the rest
-// belongs to one thread.
+// Reduces the rate of the machine's LCM messages and publishes them as JSON. Does no I/O; time is an argument. counts() is
+// thread-safe; all other functions must be called by one thread.
 class MqttFeed {
  public:
   using Sink = std::function<void(BrokerMessage message, RetentionClass keeping)>;
@@ -50,12 +49,12 @@ class MqttFeed {
 
   void OnData(const std::string& channel, Bytes message, MonoNs now);
   void OnCommandStatus(Bytes message, MonoNs now);
-  // Publishes what has waited for its time. At least ten times a second.
+  // Publishes held messages that are due. Call it at least ten times per second.
   void Poll(MonoNs now);
-  // Publishes what waits for its time yet.
+  // Publishes all held messages that have changed.
   void Flush();
-  // A broker that was away may have forgotten what it kept: the next message of each state is published.
-  void TellStatesAnew();
+  // Publishes the next message of each state. Call it after a reconnection: the broker may have lost retained messages.
+  void RepublishStates();
 
   [[nodiscard]] const TopicMap& topics() const { return topics_; }
   [[nodiscard]] MqttFeedCounts counts() const;
@@ -64,11 +63,11 @@ class MqttFeed {
   struct Stream {
     MqttTopic topic;
     SequenceCount sequence;
-    std::vector<std::uint8_t> held;  // the newest that is not published; empty: none
-    ChangeKey held_novelty;
-    std::optional<ChangeKey> published;  // what the newest published one says
+    std::vector<std::uint8_t> held;  // the newest unpublished message; empty: none
+    ChangeKey held_key;
+    std::optional<ChangeKey> published;  // key of the last published message
     MonoNs published_at = 0;
-    std::deque<std::string> events;  // marks of those published, the newest last
+    std::deque<std::string> events;  // keys of published events, the newest last
     std::int64_t publications = 0;
   };
 

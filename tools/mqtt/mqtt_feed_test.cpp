@@ -140,7 +140,7 @@ TEST_F(MqttFeedTest, TheLastPositionBeforeAStandstillIsNotKeptBack) {
   feed().Poll(now_ + kSecond);
   EXPECT_THAT(Values(), ElementsAre(0, 7));
   feed().Poll(now_ + 100 * kSecond);
-  EXPECT_THAT(Values(), ElementsAre(0, 7)) << "an old one is not told again as if it were new";
+  EXPECT_THAT(Values(), ElementsAre(0, 7)) << "an old event is not published again";
 }
 
 TEST_F(MqttFeedTest, AChangedFlagIsNewsWithinTheDeadband) {
@@ -176,7 +176,7 @@ TEST_F(MqttFeedTest, AStateWhenItChangesElseOnceAMinute) {
 TEST_F(MqttFeedTest, StatesAreToldAnewToABrokerThatMayHaveForgottenThem) {
   Alarm(1);
   Position(1);
-  feed().TellStatesAnew();
+  feed().RepublishStates();
   now_ += kMillisecond;
   Alarm(1);
   Position(1);

@@ -14,31 +14,32 @@
 
 namespace axlecast {
 
-// How the bridge to a broker stands.
+// The state of the connection from LCM to the broker.
 struct MqttStatus {
   MqttFeedCounts feed;
   OutboxCounts outbox;
   BrokerStatus broker;
 
-  // Messages that should be with the broker and never will, as far as it is known.
+  // Number of messages that will never reach the broker.
   [[nodiscard]] std::int64_t Lost() const { return feed.lost + feed.too_long + outbox.Lost(); }
 };
 
-// What is published on the topic `status`. `state`: "online", "offline" (the last will) or "ended".
+// Returns the message on the topic `status`. `state` is "online", "offline" (the last will) or "ended".
 [[nodiscard]] nlohmann::ordered_json MqttStatusJson(const char* state, std::int64_t boot_id);
 [[nodiscard]] nlohmann::ordered_json MqttStatusJson(const char* state, std::int64_t boot_id, std::int64_t utime,
                                                     const MqttStatus& status);
 
-// For people: "connected, 1234 messages published; 17 wait; lost: 3 samples".
+// Returns a line for the log: "connected, 1234 messages delivered, 17 wait; 3 samples shed".
 [[nodiscard]] std::string MqttStatusLine(const MqttStatus& status);
 
-// Alarms of the bridge to a broker: docs/alarms.md. Codes never change.
+// Alarms of axlecast mqtt: docs/alarms.md. Codes never change.
 namespace mqtt_alarms {
 
 inline constexpr std::uint8_t kMqtt = alarm_entry_t::SOURCE_MQTT;
 
-inline constexpr AlarmSpec kBrokerAway = {500, kMqtt, alarm_entry_t::SEVERITY_WARNING, "broker_away",
-                                          "No connection to the MQTT broker: axlecast mqtt says why on its log."};
+inline constexpr AlarmSpec kBrokerAway = {
+    500, kMqtt, alarm_entry_t::SEVERITY_WARNING, "broker_away",
+    "No connection to the MQTT broker: see the log of axlecast mqtt for the cause."};
 inline constexpr AlarmSpec kMessagesShed = {
     501, kMqtt, alarm_entry_t::SEVERITY_WARNING, "mqtt_messages_shed",
     "What waits for the broker exceeds mqtt.queue: the oldest positions are shed."};
@@ -47,10 +48,10 @@ inline constexpr AlarmSpec kMessagesRefused = {502, kMqtt, alarm_entry_t::SEVERI
 
 }  // namespace mqtt_alarms
 
-// What the bridge to a broker publishes on ALARM/mqtt/<machine>.
+// Makes the messages on ALARM/mqtt/<machine>.
 class MqttAlarms {
  public:
-  static constexpr MonoNs kAway = 10 * kSecond;  // a broker's restart is no alarm
+  static constexpr MonoNs kAway = 10 * kSecond;  // a restart of the broker raises no alarm
 
   // `name`: MqttAlarmName; `start`: since when the broker could be there.
   MqttAlarms(std::string name, std::int64_t boot_id, MonoNs start);

@@ -8,7 +8,7 @@
 namespace axlecast {
 namespace {
 
-// With what the containers take.
+// Bytes that the containers take for a message.
 constexpr std::size_t kOverhead = 200;
 
 std::size_t SizeOf(const BrokerMessage& message) {
@@ -31,7 +31,7 @@ void Outbox::Put(BrokerMessage message, RetentionClass keeping) {
   const std::size_t bytes = SizeOf(message);
   MakeRoom(bytes);
   if (entries_.size() >= limits_.messages || static_cast<std::size_t>(counts_.bytes) + bytes > limits_.bytes) {
-    ++counts_.shed[static_cast<std::size_t>(keeping)];  // all the rest is on its way
+    ++counts_.shed[static_cast<std::size_t>(keeping)];  // all others are unconfirmed
     return;
   }
   const std::int64_t id = next_id_++;
@@ -49,7 +49,7 @@ void Outbox::MakeRoom(std::size_t bytes) {
   }
 }
 
-// False when none of these waits.
+// Returns false if no message of this class is queued.
 bool Outbox::Shed(RetentionClass keeping) {
   const std::set<std::int64_t>& waiting = waiting_[static_cast<std::size_t>(keeping)];
   if (waiting.empty()) return false;
@@ -107,7 +107,7 @@ void Outbox::Refuse(std::int64_t id) {
 
 void Outbox::Return() {
   const std::scoped_lock lock(mutex_);
-  // From the newest on, so that of the states of a topic the newest stays.
+  // Begins with the newest message, so that the newest state of a topic remains.
   for (auto entry = entries_.end(); entry != entries_.begin();) {
     --entry;
     const auto& [id, value] = *entry;

@@ -14,29 +14,29 @@
 
 namespace axlecast {
 
-// What is kept of a topic while the broker takes nothing.
+// Which messages of a topic are kept while the broker is not available.
 enum class RetentionClass : std::uint8_t {
-  kNewest,   // a state: what is newer replaces it
-  kEvents,   // each of them, in order
-  kSamples,  // each of them, in order; the first to be shed
+  kNewest,   // a state: a newer message replaces it
+  kEvents,   // all, in order
+  kSamples,  // all, in order; shed first
 };
 inline constexpr std::size_t kKeepings = 3;
 
 struct OutboxCounts {
-  std::int64_t messages = 0;                   // that wait or are on their way
+  std::int64_t messages = 0;                   // queued or unconfirmed
   std::int64_t bytes = 0;                      // of these
   std::int64_t put = 0;                        // since the start, as all below
-  std::int64_t taken = 0;                      // the broker has them
-  std::int64_t replaced = 0;                   // states that a newer one has replaced before they were sent
-  std::array<std::int64_t, kKeepings> shed{};  // for want of room, by RetentionClass
-  std::int64_t refused = 0;                    // the broker does not want them
+  std::int64_t taken = 0;                      // confirmed by the broker
+  std::int64_t replaced = 0;                   // states replaced by a newer one before they were sent
+  std::array<std::int64_t, kKeepings> shed{};  // dropped because the outbox was full, by RetentionClass
+  std::int64_t refused = 0;                    // refused by the broker
 
   [[nodiscard]] std::int64_t Lost() const { return shed[0] + shed[1] + shed[2] + refused; }
 };
 
-// Messages on their way to a broker, in the order in which they were put, bounded by number and bytes. When it is full
-// the oldest sample goes first, then the oldest event, then the oldest state. What was given to the broker and not yet
-// confirmed stays, is never shed, and is given again after Return. Thread-safe.
+// A queue of messages to a broker, bounded by number and bytes. If it is full, the oldest sample is dropped first, then the
+// oldest event, then the oldest state. Unconfirmed messages are never dropped; after Return, they are sent again.
+// Thread-safe.
 class Outbox {
  public:
   struct Limits {
@@ -52,15 +52,17 @@ class Outbox {
 
   void Put(BrokerMessage message, RetentionClass keeping);
 
-  // The oldest that waits; it is on its way then.
+  // Returns the oldest queued message, which is then unconfirmed.
   [[nodiscard]] std::optional<Next> Take();
   void Confirm(std::int64_t id);
   void Refuse(std::int64_t id);
-  // Nothing is on its way any more: all that was waits again, in its place.
+  // Queues all unconfirmed messages again, in their order.
   void Return();
 
   [[nodiscard]] OutboxCounts counts() const;
-  [[nodiscard]] int FileDescriptor() const { return event_.FileDescriptor(); }  // readable when something waits
+  [[nodiscard]] int FileDescriptor() const {
+    return event_.FileDescriptor();
+  }  // readable while messages are queued
 
  private:
   struct Entry {

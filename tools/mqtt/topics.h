@@ -15,22 +15,22 @@
 
 namespace axlecast {
 
-// How one of LCM's channels goes to the broker.
+// How the messages of one LCM channel are published.
 struct MqttTopic {
   std::string topic;
-  std::string_view type;  // of the messages that belong there: "position_t"
+  std::string_view type;  // of its messages: "position_t"
   RetentionClass keeping = RetentionClass::kNewest;
   bool retain = false;
-  PositionPace pace;  // shortest and longest distance of two messages
+  PositionPace pace;  // minimum and maximum interval of messages
 };
 
-// Which topics there are: those of the devices and buses of the machine's file, of its bridge, and of a few recorders.
-// Anybody may send on LCM, but names nothing here.
+// The topics of a machine: of the devices and buses in the machine file, of the bridge, and of a limited number of
+// recorders. Messages of other names are not published, because anybody can send on LCM.
 class TopicMap {
  public:
   explicit TopicMap(const MachineConfig& machine);
 
-  // Nothing for channels that are not for the broker. COMMAND_STATUS is one topic for each device: CommandTopic.
+  // Returns nothing for channels that are not published. For COMMAND_STATUS, see CommandTopic.
   [[nodiscard]] std::optional<MqttTopic> Find(std::string_view channel);
   [[nodiscard]] std::optional<MqttTopic> CommandTopic(std::string_view device) const;
   [[nodiscard]] const std::string& status() const { return status_; }
@@ -46,20 +46,20 @@ class TopicMap {
   std::string own_;  // of ALARM: this program's
 };
 
-// The channel, below ALARM/, of the alarms of who carries the machine's messages to its broker.
+// Returns the channel below ALARM/ for the alarms of axlecast mqtt.
 [[nodiscard]] std::string MqttAlarmName(const MachineConfig& machine);
 
 // Return the LCM channels on which TopicMap's messages come, as regular expressions: on the data port, on the command port.
 [[nodiscard]] std::string MqttDataChannels();
 inline constexpr const char* kMqttCommandChannels = "COMMAND_STATUS";
 
-// The messages as brokers get them: every field under its name, words beside the numbers that are words, and without
-// what is for LCM alone (spare, signatures) or nobody's business (tokens). docs/mqtt.md, docs/mqtt.schema.json.
+// The published messages: every field under its name, with names of enumerated values. Fields for LCM only (spare,
+// signatures) and secrets (tokens) are removed. See docs/mqtt.md and docs/mqtt.schema.json.
 
-// The message's JSON; nothing when it is none of this type.
+// Returns the message as JSON; nothing if it has another type.
 [[nodiscard]] std::optional<nlohmann::ordered_json> MqttPayload(std::string_view type, Bytes message);
 
-// The longest that is published, as text. What comes in one datagram of LCM is shorter.
+// Maximum size of a published text. Every message in one LCM datagram is shorter.
 inline constexpr std::size_t kLongestPayload = 16 << 10;
 
 // JSON Schemas (draft 2020-12) of what is published, in "$defs" by the level of the topic behind the machine's: "position",

@@ -22,7 +22,7 @@
 namespace axlecast {
 namespace {
 
-// Types whose numbers run without gaps, as their .lcm says.
+// Returns true for the types whose .lcm defines consecutive numbers.
 bool IsNumbered(std::int64_t hash) {
   static const std::array<std::int64_t, 13> kNumbered = {
       alarm_t::getHash(),          bus_health_t::getHash(),    device_info_t::getHash(),

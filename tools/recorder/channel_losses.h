@@ -18,15 +18,15 @@ struct ChannelLoss {
   std::int64_t lost = 0;
 };
 
-// What is missing on each channel by the `seq` of axlecast's own types, which says whose messages a sender's loss hit.
-// Messages of other types are passed over.
+// Counts the missing messages of each channel by the `seq` of axlecast's own types. It shows which channels a loss concerns.
+// Messages of other types are ignored.
 class ChannelLosses {
  public:
-  static constexpr std::size_t kMaxChannels = 4'096;  // anybody may invent more
+  static constexpr std::size_t kMaxChannels = 4'096;  // senders can invent any number of channels
 
   void On(const LoggedMessage& message);
 
-  [[nodiscard]] std::vector<ChannelLoss> losses() const;  // channels that lost something, most first
+  [[nodiscard]] std::vector<ChannelLoss> losses() const;  // channels with losses, greatest loss first
 
  private:
   std::map<std::string, SequenceCount, std::less<>> channels_;

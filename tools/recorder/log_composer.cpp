@@ -10,7 +10,7 @@
 namespace axlecast {
 namespace {
 
-// Every log keeps room for the seal at its end.
+// Space that is reserved in every log for its last seal.
 constexpr std::uint64_t kSealSize = kEventHeader + kSealChannel.size() + 20;
 
 Bytes BytesOf(const std::string& text) { return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}; }
@@ -23,7 +23,7 @@ std::vector<std::pair<std::string, std::string>> HeaderEvents(const LogIdentity&
       {"version", AXLECAST_VERSION}, {"name", identity.name},     {"host", identity.host}, {"urls", identity.urls},
       {"channel", identity.channel}, {"invert", identity.invert}, {"start_utime", utime},  {"file_number", number}};
   std::vector<std::pair<std::string, std::string>> events;
-  // Host and name may hold bytes that are no text.
+  // Host and name may contain bytes that are not UTF-8.
   constexpr auto kReplace = nlohmann::ordered_json::error_handler_t::replace;
   events.emplace_back(kRecorderChannel, recorder.dump(-1, ' ', false, kReplace));
   if (!identity.machine.empty()) events.emplace_back(kMachineChannel, identity.machine);
@@ -112,10 +112,9 @@ void LogComposer::On(const LoggedMessage& message, MonoNs now) {
 
 void LogComposer::Fire(MonoNs now, std::int64_t utime) {
   ring_->Expire(now);
-  LoggedMessage message;
-  bool more = ring_->Take(message);
-  BeginLog(now, more ? message.utime : utime, {});
-  for (; more; more = ring_->Take(message)) Record(message, now);
+  std::optional<LoggedMessage> message = ring_->Take();
+  BeginLog(now, message ? message->utime : utime, {});
+  for (; message; message = ring_->Take()) Record(*message, now);
 }
 
 bool LogComposer::MustSplit(const LoggedMessage& message, MonoNs now) const {

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <regex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,43 +16,43 @@
 
 namespace axlecast {
 
-// Where the logs of a recording go, one after the other.
+// Receives the logs of a recording, one after the other.
 class LogSink {
  public:
   virtual ~LogSink() = default;
-  virtual void Begin(std::int64_t utime) = 0;  // a log begins; us, UNIX time
-  virtual void Write(Bytes record) = 0;        // one whole record
-  virtual void End() = 0;                      // the log is complete
+  virtual void Begin(std::int64_t utime) = 0;  // begins a log; us, UNIX time
+  virtual void Write(Bytes record) = 0;        // one complete record
+  virtual void End() = 0;                      // completes the log
 };
 
-// What every log of a recording begins with (tools/log/log_header.h).
+// The content of the header events of every log of a recording (tools/log/log_event.h).
 struct LogIdentity {
-  std::string name;  // of the recorder
+  std::string name;  // name of the recorder
   std::string host;
-  std::string machine;  // the machine's file as text; empty: there is none
+  std::string machine;  // text of the machine's file; empty: there is no file
   std::vector<std::string> urls;
-  std::string channel;  // --channel; empty: all
+  std::string channel;  // --channel; empty: all channels
   bool invert = false;
 };
 
-// Channel and content of each header event of the recording's log `number` (from 0), which begins at `utime` (us, UNIX).
+// Returns channel and content of each header event of the log with this number (from 0). `utime`: its start (us, UNIX time).
 [[nodiscard]] std::vector<std::pair<std::string, std::string>> HeaderEvents(const LogIdentity& identity,
                                                                             std::int64_t utime,
                                                                             std::int64_t number);
 
-// All of lcmtypes/*.lcm, each behind a line "// <file>".
+// Returns the text of all lcmtypes/*.lcm, each after a line "// <file>".
 [[nodiscard]] const std::string& SchemaText();
 
-// The records of one log: numbers its events and seals them.
+// Encodes the records of one log: numbers its events and seals them.
 class LogEventEncoder {
  public:
   LogEventEncoder() = default;
-  // Goes on with a log that ends so.
+  // Continues a log that ends with `tail`.
   explicit LogEventEncoder(const LogTail& tail) : number_(tail.next_number), bytes_(tail.size), open_(tail.open) {}
 
-  // The event's record, until the next call.
+  // Returns the record of the event. It is valid until the next call.
   [[nodiscard]] Bytes Add(const LoggedMessage& message);
-  // A seal over what was added since the one before; no bytes where nothing was.
+  // Returns the record of a seal over the events since the previous one, or no bytes if there were none.
   [[nodiscard]] Bytes Seal(std::int64_t utime);
 
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
@@ -67,44 +66,38 @@ class LogEventEncoder {
   std::vector<std::uint8_t> record_;
 };
 
-// Records only around what triggers.
-struct PreTrigger {
-  std::regex trigger;               // TriggerWatch
-  MonoNs before = 0;                // what came so long before it,
-  MonoNs after = 0;                 // and so long after the last one
-  std::size_t memory = 256U << 20;  // bytes for what came before
-};
-
 struct RecorderSettings {
   LogIdentity identity;
-  std::uint64_t split_bytes = 0;  // a log grows no longer; 0: any size
-  MonoNs split_time = 0;          // nor older; 0: any age
+  std::uint64_t split_bytes = 0;  // maximum size of a log; 0: no limit
+  MonoNs split_time = 0;          // maximum age of a log; 0: no limit
   std::optional<PreTrigger> pre_trigger;
 };
 
-// Turns messages into logs: header events, numbers, seals once a second and at the end, one log after the other. Pure:
-// time is an argument, and bytes go to a LogSink.
+// Composes logs from messages: header events, numbers, seals once a second and at the end, one log after the other. Does no I/O:
+// time is an argument, and the records go to a LogSink.
 class LogComposer {
  public:
   static constexpr MonoNs kSealInterval = kSecond;
 
   LogComposer(RecorderSettings settings, LogSink& output);
 
-  // Begins the first log; with a pre-trigger it begins when that fires.
+  // Begins the first log. With a pre-trigger, the log begins when the trigger fires.
   void Start(MonoNs now, std::int64_t utime);
-  // Instead of Start, without a pre-trigger: goes on with a log that exists. Its header events are written there too.
+  // Continues an existing log, in place of Start and without a pre-trigger. The header events are written again.
   void Continue(const LogTail& tail, MonoNs now, std::int64_t utime);
 
   void On(const LoggedMessage& message, MonoNs now);
-  // What is due.
+  // Writes what is due: a seal, or the end of a log after a trigger.
   void Poll(MonoNs now, std::int64_t utime);
   [[nodiscard]] MonoNs next_poll() const;
   // Completes the log.
   void End(std::int64_t utime);
 
-  [[nodiscard]] bool recording() const { return recording_; }        // else it waits for the trigger
-  [[nodiscard]] std::int64_t messages() const { return messages_; }  // written, without header events and seals
-  [[nodiscard]] std::int64_t bytes() const { return bytes_; }        // of all logs
+  [[nodiscard]] bool recording() const { return recording_; }  // false: it waits for the trigger
+  [[nodiscard]] std::int64_t messages() const {
+    return messages_;
+  }                                                            // that were written, without header events and seals
+  [[nodiscard]] std::int64_t bytes() const { return bytes_; }  // of all logs
   [[nodiscard]] std::int64_t early() const { return ring_ ? ring_->early() : 0; }  // MessageRing
   [[nodiscard]] const ChannelLosses& channels() const { return channels_; }
 

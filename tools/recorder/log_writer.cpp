@@ -16,33 +16,33 @@ namespace {
 
 constexpr std::size_t kFlushBytes = 1 << 20;
 constexpr MonoNs kRetry = kSecond;
-constexpr MonoNs kHousekeeping = kSecond;
-constexpr int kMaxCopies = 9'999;  // of one name
+constexpr MonoNs kDeletion = kSecond;
+constexpr int kMaxCopies = 9'999;  // files of one name
 
 bool IsFull(int error) { return error == ENOSPC || error == EDQUOT; }
 
-std::string Remedy(int error) {
+std::string FixFor(int error) {
   switch (error) {
     case ENOSPC:
-      return "; free some space: recording goes on by itself";
+      return "; free some space: recording continues by itself";
     case EDQUOT:
-      return "; raise the disk quota or free some space: recording goes on by itself";
+      return "; raise the disk quota or free some space: recording continues by itself";
     case EEXIST:
       return "; choose another name, or continue it with --append";
     case EBUSY:
-      return "; another recorder writes it: end that one, or choose another name";
+      return "; another recorder writes it: stop that recorder, or choose another name";
     case EACCES:
     case EPERM:
     case EROFS:
       return "; choose a folder that this user may write to";
     case ENOENT:
-      return "; make the folder first";
+      return "; create the folder first";
     default:
       return "";
   }
 }
 
-// Bytes of the whole records among the first `limit` of `records`; `messages` counts those that were heard.
+// Returns the size of the complete records within the first `limit` bytes. Adds the number of messages among them to `messages`.
 std::size_t WholeRecords(Bytes records, std::size_t limit, std::int64_t& messages) {
   std::size_t whole = 0;
   while (const auto event = ParseEvent(records.subspan(whole))) {
@@ -54,7 +54,7 @@ std::size_t WholeRecords(Bytes records, std::size_t limit, std::int64_t& message
   return whole;
 }
 
-// Of the log's last event (us, UNIX time); 0: it holds none that can be read.
+// Returns the time of the last event of a log (us, UNIX time), or 0 if no event can be read.
 std::int64_t LastUtime(const std::filesystem::path& path) {
   const MappedFile file(path.string());
   return file.problem().empty() ? SpanOf({file.bytes()}).last : 0;
@@ -79,12 +79,12 @@ void LogWriter::Poll() {
   const MonoNs now = clock_.Now();
   if (!blocked() || now >= retry_at_) Flush();
   if (unsynced_since_ != kNever && now - unsynced_since_ >= settings_.sync_interval) Sync();
-  if (now >= next_housekeeping_) KeepHouse();
+  if (now >= next_deletion_) DeleteExpired();
 }
 
 MonoNs LogWriter::next_poll() const {
   const MonoNs sync = unsynced_since_ == kNever ? kNever : unsynced_since_ + settings_.sync_interval;
-  return std::min({sync, retry_at_, next_housekeeping_});
+  return std::min({sync, retry_at_, next_deletion_});
 }
 
 void LogWriter::Flush() {
@@ -108,11 +108,11 @@ bool LogWriter::Drain(Pending& log) {
   if (file_.size() > before && unsynced_since_ == kNever) unsynced_since_ = clock_.Now();
   std::size_t written = log.bytes.size() - rest.size();
   if (error != 0) {
-    // Back to the last whole record, so that readers find the file whole.
+    // Truncate to the last complete record, so that readers find a valid file.
     std::int64_t messages = 0;
     const std::size_t whole = WholeRecords(log.bytes, written, messages);
     if (file_.CutTo(before + static_cast<std::int64_t>(whole)) == 0) written = whole;
-    Fail(error);
+    OnWriteFailed(error);
   }
   log.bytes.erase(log.bytes.begin(), log.bytes.begin() + static_cast<std::ptrdiff_t>(written));
   status_.file_bytes = file_.size();
@@ -122,11 +122,11 @@ bool LogWriter::Drain(Pending& log) {
 bool LogWriter::Open(const Pending& log) {
   const int error = OpenFile(log);
   if (error != 0) {
-    Fail(error);
+    OnWriteFailed(error);
     return false;
   }
   status_.file_bytes = file_.size();
-  next_housekeeping_ = 0;
+  next_deletion_ = 0;
   first_ = false;
   return true;
 }
@@ -139,7 +139,7 @@ int LogWriter::OpenFile(const Pending& log) {
 
 int LogWriter::CreateFile(const Pending& log) {
   const bool given = !settings_.file.empty();
-  // Names go up, also where the quota has deleted earlier ones of this second.
+  // Numbers only increase, even if the quota has deleted earlier files of this second.
   const std::string plain = PathOf(log, 0);
   int copy = plain == newest_name_ ? newest_copy_ + 1 : 0;
   int error = EEXIST;
@@ -168,31 +168,30 @@ std::string LogWriter::PathOf(const Pending& log, int copy) const {
 
 void LogWriter::CloseFile() {
   unsynced_since_ = kNever;
-  if (const int error = file_.Close(); error != 0) Note(error);
+  if (const int error = file_.Close(); error != 0) OnSyncFailed(error);
 }
 
 void LogWriter::Sync() {
   unsynced_since_ = kNever;
-  if (const int error = file_.Sync(); error != 0) Note(error);
+  if (const int error = file_.Sync(); error != 0) OnSyncFailed(error);
 }
 
-// The disk refuses.
-void LogWriter::Fail(int error) {
+void LogWriter::OnWriteFailed(int error) {
   retry_at_ = clock_.Now() + kRetry;
   status_.state = IsFull(error) ? DiskState::kFull : DiskState::kFailed;
-  status_.last_error = status_.file + ": " + std::strerror(error) + Remedy(error);
+  status_.last_error = status_.file + ": " + std::strerror(error) + FixFor(error);
   status_.last_error_utime = clock_.UtcMicroseconds();
 }
 
-// What was written may not be there after all: nothing that follows makes that good.
-void LogWriter::Note(int error) {
+// The written data may be lost. A later success does not change that.
+void LogWriter::OnSyncFailed(int error) {
   status_.damaged = true;
   status_.state = DiskState::kFailed;
-  status_.last_error = status_.file + ": what was written may not be on the disk: " + std::strerror(error);
+  status_.last_error = status_.file + ": written data may not be on the disk: " + std::strerror(error);
   status_.last_error_utime = clock_.UtcMicroseconds();
 }
 
-// What of the folder is the recorder's. Only logs that began before what is kept are read.
+// Returns the logs of this recorder in the folder. Only logs that may have expired are opened.
 std::vector<StoredLog> LogWriter::OwnLogs(std::int64_t utime) {
   std::vector<StoredLog> logs;
   std::map<std::string, std::int64_t> last_utimes;
@@ -226,15 +225,15 @@ std::int64_t LogWriter::FreeBytes() const {
   return error ? -1 : static_cast<std::int64_t>(space.available);
 }
 
-void LogWriter::KeepHouse() {
-  next_housekeeping_ = clock_.Now() + kHousekeeping;
+void LogWriter::DeleteExpired() {
+  next_deletion_ = clock_.Now() + kDeletion;
   status_.free_bytes = FreeBytes();
   const Retention& retention = settings_.retention;
   if (!settings_.file.empty() || (retention.quota_bytes == 0 && retention.keep_us == 0)) return;
   const std::int64_t utime = clock_.UtcMicroseconds();
   for (const std::string& file : ExpiredLogs(OwnLogs(utime), settings_.name, CurrentName(), retention, utime)) {
     const std::filesystem::path path = std::filesystem::path(settings_.folder) / file;
-    if (LogFile::IsBeingWritten(path.string())) continue;  // by another recorder of this name
+    if (LogFile::IsBeingWritten(path.string())) continue;  // by another recorder with this name
     std::error_code error;
     if (std::filesystem::remove(path, error); !error) continue;
     status_.last_error = file + ": cannot be deleted: " + error.message();

@@ -15,50 +15,50 @@
 namespace axlecast {
 
 struct LogWriterSettings {
-  std::string folder;                         // of logs that the recorder names itself (retention.h)
-  std::string name;                           // of these; may then be empty: `file`
-  std::string file;                           // the first log; what it is split into is called <file>_001 and so on
-  MonoNs sync_interval = 100 * kMillisecond;  // what was written is on the disk so long after
-  Retention retention;                        // of logs that it names itself
+  std::string folder;                         // of logs with generated names (retention.h)
+  std::string name;                           // of these logs; used if `file` is empty
+  std::string file;                           // the first log; the following ones are <file>_001, <file>_002, ...
+  MonoNs sync_interval = 100 * kMillisecond;  // maximum time until written data is on the disk
+  Retention retention;                        // of logs with generated names
 };
 
 enum class DiskState : std::uint8_t { kGood, kFull, kFailed };
 
 struct LogWriterStatus {
   DiskState state = DiskState::kGood;
-  std::string file;  // being written
+  std::string file;  // that is being written
   std::int64_t file_bytes = 0;
-  std::int64_t free_bytes = -1;  // on its disk; -1 unknown
-  std::string last_error;        // with what mends it
+  std::int64_t free_bytes = -1;  // on its disk; -1: unknown
+  std::string last_error;        // what happened, and how to fix it
   std::int64_t last_error_utime = 0;
-  bool damaged = false;  // the disk took something and did not keep it
+  bool damaged = false;  // written data may be missing on the disk
 };
 
-// Writes logs to files. What the disk does not take is kept and tried again each second: a file always ends with a whole
-// record. One thread; it waits for the disk.
+// Writes logs to files. If a write fails, the data is kept in memory and written again after one second. A file always ends with a
+// complete record. Used by one thread, which waits for the disk.
 class LogWriter final : public LogSink {
  public:
   LogWriter(LogWriterSettings settings, const Clock& clock);
 
-  // The first log goes on in the file, which is kept up to `size`.
+  // Continues the file as the first log. The file is truncated to `size`.
   void Append(std::int64_t size) { append_ = size; }
 
   void Begin(std::int64_t utime) override;
   void Write(Bytes record) override;
   void End() override;
 
-  // Writes what is there, makes it last when its time has come, tries again, deletes what has expired.
+  // Writes, syncs, retries and deletes expired logs, when each is due.
   void Poll();
   [[nodiscard]] MonoNs next_poll() const;
-  // The disk takes nothing now: what is given is kept in memory.
+  // Returns true if the last write failed: records are kept in memory.
   [[nodiscard]] bool blocked() const { return retry_at_ != kNever; }
-  // A last try. The number of messages that could not be written.
+  // Tries a last time. Returns the number of messages that could not be written.
   [[nodiscard]] std::int64_t Finish();
 
   [[nodiscard]] const LogWriterStatus& status() const { return status_; }
 
  private:
-  // A log, from its first byte that is not written yet.
+  // The part of a log that is not written yet.
   struct Pending {
     std::int64_t utime = 0;
     std::vector<std::uint8_t> bytes;
@@ -73,12 +73,12 @@ class LogWriter final : public LogSink {
   void CloseFile();
   [[nodiscard]] std::string PathOf(const Pending& log, int copy) const;
   void Sync();
-  void Fail(int error);
-  void Note(int error);
-  void KeepHouse();
+  void OnWriteFailed(int error);
+  void OnSyncFailed(int error);
+  void DeleteExpired();
   [[nodiscard]] std::vector<StoredLog> OwnLogs(std::int64_t utime);
   [[nodiscard]] std::int64_t FreeBytes() const;
-  [[nodiscard]] std::string CurrentName() const;  // without the folder; empty: none is open
+  [[nodiscard]] std::string CurrentName() const;  // without the folder; empty: no file is open
 
   LogWriterSettings settings_;
   const Clock& clock_;
@@ -86,12 +86,12 @@ class LogWriter final : public LogSink {
   std::deque<Pending> pending_;
   std::optional<std::int64_t> append_;
   bool first_ = true;
-  std::string newest_name_;  // without the copy's number
+  std::string newest_name_;  // without the number of the copy
   int newest_copy_ = 0;
   MonoNs unsynced_since_ = kNever;
   MonoNs retry_at_ = kNever;
-  MonoNs next_housekeeping_ = 0;
-  std::map<std::string, std::int64_t> last_utimes_;  // of logs that are old enough to ask
+  MonoNs next_deletion_ = 0;
+  std::map<std::string, std::int64_t> last_utimes_;  // of the logs that may have expired
   LogWriterStatus status_;
 };
 

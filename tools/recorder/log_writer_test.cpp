@@ -142,7 +142,7 @@ TEST_F(LogWriterTest, KeepsWhatTheDiskDoesNotTakeAndTriesAgain) {
   writer.Poll();
   EXPECT_TRUE(writer.blocked());
   EXPECT_EQ(writer.status().state, DiskState::kFailed);
-  EXPECT_THAT(writer.status().last_error, HasSubstr("make the folder first"));
+  EXPECT_THAT(writer.status().last_error, HasSubstr("create the folder first"));
   std::filesystem::create_directory(folder_.path() + "/later");
   writer.Poll();
   EXPECT_TRUE(writer.blocked()) << "its time has not come";

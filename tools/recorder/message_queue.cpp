@@ -62,7 +62,7 @@ bool MessageQueue::Take(MessageBatch& batch) {
   batch.Clear();
   const std::scoped_lock lock(mutex_);
   std::swap(batch, waiting_);
-  if (closed_) event_.Set();  // that it is over is there to Take as well
+  if (closed_) event_.Set();  // the end must wake the reader as well
   return batch.left() > 0 || !closed_;
 }
 

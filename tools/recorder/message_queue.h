@@ -12,7 +12,7 @@
 
 namespace axlecast {
 
-// A message on its way into a log.
+// A received message that is to be logged.
 struct LoggedMessage {
   std::int64_t utime = 0;  // us, UNIX time of its reception
   std::string_view channel;
@@ -23,9 +23,9 @@ struct LoggedMessage {
 class MessageBatch {
  public:
   void Add(const LoggedMessage& message);
-  // The next one, which lives in the batch; nothing at its end.
+  // Returns the next message, or nothing at the end. Its views refer to the batch.
   [[nodiscard]] std::optional<LoggedMessage> Next();
-  [[nodiscard]] std::int64_t left() const { return left_; }  // messages that Next has not given
+  [[nodiscard]] std::int64_t left() const { return left_; }  // messages that Next has not returned yet
   [[nodiscard]] std::size_t bytes() const { return bytes_.size(); }
   void Clear();
 
@@ -41,20 +41,20 @@ class MessageBatch {
   std::int64_t left_ = 0;
 };
 
-// From one thread that must not wait to one that may: bounded, and what does not fit is the caller's to count.
+// Passes messages from a thread that must not wait to a thread that may wait. Its size is limited; the caller counts the messages
+// that find no space.
 class MessageQueue {
  public:
-  explicit MessageQueue(std::size_t limit);  // bytes; about twice as much memory is used at most
+  explicit MessageQueue(std::size_t limit);  // bytes; uses at most about twice this memory
 
-  // False when it is full.
+  // Returns false if the queue is full.
   [[nodiscard]] bool Add(const LoggedMessage& message);
-  // Nothing more is added.
+  // Ends the queue: Take returns false once it is empty.
   void Close();
 
-  // Puts all that waits into `batch`, whose memory is used for what comes next. False when the queue is closed and
-  // empty.
+  // Moves all waiting messages into `batch`, and reuses the memory of `batch`. Returns false if the queue is closed and empty.
   [[nodiscard]] bool Take(MessageBatch& batch);
-  // Readable when there is something to Take.
+  // Readable while Take has something to return.
   [[nodiscard]] int FileDescriptor() const { return event_.FileDescriptor(); }
 
  private:

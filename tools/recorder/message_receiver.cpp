@@ -14,9 +14,9 @@ namespace axlecast {
 namespace {
 
 constexpr MonoNs kCountDrops = 100 * kMillisecond;
-constexpr int kBatchesPerTurn = 16;    // so that no port starves another
-constexpr int kOthersQueue = 100'000;  // messages in LCM's own queue
-constexpr int kMaxHandles = 1'000;     // at the end
+constexpr int kMaxBatches = 16;        // of one port, so that it does not starve the others
+constexpr int kOthersQueue = 100'000;  // messages in liblcm's queue
+constexpr int kMaxHandles = 1'000;     // calls at the end
 constexpr std::int64_t kAnyTime = std::numeric_limits<std::int64_t>::max();
 
 }  // namespace
@@ -24,48 +24,51 @@ constexpr std::int64_t kAnyTime = std::numeric_limits<std::int64_t>::max();
 MessageReceiver::MessageReceiver(ChannelFilter filter, MessageQueue& queue, const Clock& clock)
     : filter_(std::move(filter)), queue_(queue), clock_(clock) {}
 
-std::string MessageReceiver::Listen(const std::string& url) {
+Result<> MessageReceiver::Listen(const std::string& url) {
   const LcmUrl parsed = ParseLcmUrl(url);
   if (IsOtherProvider(url) || parsed.in_process) return ListenByLcm(url);
-  if (const Result<> done = CheckMulticast(url); !done) return done.error().text;
+  if (Result<> multicast = CheckMulticast(url); !multicast) return multicast;
   Source& source = sources_.emplace_back(Source{MulticastPort(parsed), UdpmReceiver(), 0});
   if (!source.port.warning().empty()) warnings_.push_back(url + ": " + source.port.warning());
-  return source.port.problem().empty() ? "" : url + ": " + source.port.problem();
+  if (!source.port.problem().empty()) return Failure(url + ": " + source.port.problem());
+  return {};
 }
 
-std::string MessageReceiver::ListenByLcm(const std::string& url) {
+Result<> MessageReceiver::ListenByLcm(const std::string& url) {
   LcmPort& port = others_.emplace_back(url).port;
-  if (!port.problem().empty()) return port.problem();
+  if (!port.problem().empty()) return Failure(port.problem());
   const auto handler = [this](const std::string& channel, Bytes data) {
     ++from_others_;
     Take({{}, clock_.UtcMicroseconds(), channel, data});
   };
-  return port.Subscribe(".*", handler, kOthersQueue) ? "" : "cannot subscribe on " + url;
+  if (!port.Subscribe(".*", handler, kOthersQueue)) return Failure("cannot subscribe on " + url);
+  return {};
 }
 
-std::string MessageReceiver::Run(int stop) {
+Result<> MessageReceiver::Run(int stop) {
   std::vector<pollfd> files = {{stop, POLLIN, 0}};
   for (const Source& source : sources_) files.push_back({source.port.FileDescriptor(), POLLIN, 0});
   for (const OtherSource& other : others_) files.push_back({other.port.FileDescriptor(), POLLIN, 0});
   MonoNs next_count = 0;
-  for (; files[0].revents == 0; ++turns_) {
+  for (; files[0].revents == 0; ++iterations_) {
     static_cast<void>(PollUntil(files, clock_.Now() + kCountDrops, clock_));
     ReadAll(kAnyTime);
     for (OtherSource& other : others_) {
       const std::scoped_lock lock(mutex_);
-      if (!other.port.Handle(0)) return "LCM failed on " + other.url + ": start its server, and record again";
+      if (!other.port.Handle(0))
+        return Failure("LCM failed on " + other.url + ": start its server, and record again");
     }
     if (clock_.Now() < next_count) continue;
     CountDrops();
     next_count = clock_.Now() + kCountDrops;
   }
   Drain();
-  return "";
+  return {};
 }
 
 void MessageReceiver::ReadAll(std::int64_t until) {
   for (Source& source : sources_) {
-    for (int i = 0; i < kBatchesPerTurn && ReadBatch(source, until) == MulticastPort::kMaxPerRead; ++i) {
+    for (int i = 0; i < kMaxBatches && ReadBatch(source, until) == MulticastPort::kMaxPerRead; ++i) {
     }
   }
 }
@@ -85,13 +88,13 @@ std::size_t MessageReceiver::ReadBatch(Source& source, std::int64_t until) {
 }
 
 void MessageReceiver::Take(const ReceivedMessage& message) {
-  if (!filter_.Takes(message.channel)) return;
+  if (!filter_.Matches(message.channel)) return;
   if (queue_.Add({message.utime, message.channel, message.data})) return;
   ++overflow_;
-  overflow_of_.On(message.sender);
+  overflow_tally_.On(message.sender);
 }
 
-// Everything that had come when the stop was asked for; live traffic would have no end.
+// Reads what had arrived when the stop was requested. With live traffic, a longer read would not end.
 void MessageReceiver::Drain() {
   const std::int64_t until = clock_.UtcMicroseconds();
   for (Source& source : sources_) {
@@ -115,20 +118,20 @@ void MessageReceiver::CountDrops() {
   for (Source& source : sources_) source.dropped = source.port.Dropped();
 }
 
-IntakeCounts MessageReceiver::counts() const {
+ReceiverCounts MessageReceiver::counts() const {
   const std::scoped_lock lock(mutex_);
-  IntakeCounts counts;
+  ReceiverCounts counts;
   counts.received = from_others_;
   counts.overflow = overflow_;
   for (const Source& source : sources_) {
     counts.received += source.receiver.received();
     counts.lost += source.receiver.lost();
-    counts.foreign += source.receiver.foreign();
+    counts.not_lcm += source.receiver.foreign();
     counts.kernel_dropped += source.dropped;
     const std::vector<SenderCount> senders = source.receiver.senders();
     counts.senders.insert(counts.senders.end(), senders.begin(), senders.end());
   }
-  for (SenderCount& sender : counts.senders) sender.lost += overflow_of_.Of(sender.sender);
+  for (SenderCount& sender : counts.senders) sender.lost += overflow_tally_.Of(sender.sender);
   std::stable_sort(counts.senders.begin(), counts.senders.end(),
                    [](const SenderCount& one, const SenderCount& other) { return one.lost > other.lost; });
   return counts;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/base/time.h"
 #include "platform/net/lcm_port.h"
 #include "platform/net/multicast_port.h"
@@ -17,17 +18,18 @@
 
 namespace axlecast {
 
-// What came and what is missing.
-struct IntakeCounts {
-  std::int64_t received = 0;         // messages, wanted or not
-  std::int64_t lost = 0;             // by the gaps in the senders' numbers
-  std::int64_t overflow = 0;         // wanted ones that found no room in the queue
-  std::int64_t kernel_dropped = 0;   // datagrams; those whose gap shows are in `lost` as well
-  std::int64_t foreign = 0;          // datagrams that are none of LCM's
-  std::vector<SenderCount> senders;  // most lost first; overflow counts as lost
+// Received and missing messages.
+struct ReceiverCounts {
+  std::int64_t received = 0;         // messages, selected or not
+  std::int64_t lost = 0;             // messages, by the gaps in the senders' numbers
+  std::int64_t overflow = 0;         // selected messages that found no space in the queue
+  std::int64_t kernel_dropped = 0;   // datagrams; if their gap was detected, they are in `lost` as well
+  std::int64_t not_lcm = 0;          // datagrams that are not LCM's
+  std::vector<SenderCount> senders;  // greatest loss first; overflow counts as lost
 };
 
-// Messages of each sender that found no room in the queue. Anybody may invent senders: further ones are not counted.
+// Counts the messages of each sender that found no space in the queue. Senders can be invented, so their number is limited:
+// messages of further senders are not counted.
 class OverflowTally {
  public:
   void On(const SenderAddress& sender) {
@@ -43,22 +45,22 @@ class OverflowTally {
   std::map<SenderAddress, std::int64_t> counts_;
 };
 
-// The reading side: takes messages from LCM's ports as they come and puts those that are wanted into a queue. It never
-// waits for who takes them out. counts() and turns() are thread-safe; the rest belongs to one thread.
+// Receives messages from LCM and puts the selected ones into a queue. It never waits for the reader of the queue. counts() and
+// iterations() are thread-safe. All other functions belong to one thread.
 class MessageReceiver {
  public:
   MessageReceiver(ChannelFilter filter, MessageQueue& queue, const Clock& clock);
 
-  // Empty when messages can come from there, else the cause and the remedy.
-  [[nodiscard]] std::string Listen(const std::string& url);
+  // Starts to receive on the URL.
+  [[nodiscard]] Result<> Listen(const std::string& url);
   [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
 
-  // Reads until `stop` is readable, then what had come by that time. Empty, or why it ended by itself.
-  [[nodiscard]] std::string Run(int stop);
+  // Receives until `stop` is readable, and then the messages that had arrived by that time. Returns an error if receiving failed.
+  [[nodiscard]] Result<> Run(int stop);
 
-  [[nodiscard]] IntakeCounts counts() const;
-  // Of the loop of Run: at least ten in a second, unless it hangs.
-  [[nodiscard]] std::uint64_t turns() const { return turns_; }
+  [[nodiscard]] ReceiverCounts counts() const;
+  // Returns the number of iterations of Run's loop: at least ten per second, unless it hangs.
+  [[nodiscard]] std::uint64_t iterations() const { return iterations_; }
 
  private:
   struct Source {
@@ -67,7 +69,7 @@ class MessageReceiver {
     std::int64_t dropped = 0;
   };
 
-  // Read through LCM.
+  // A source that liblcm receives.
   struct OtherSource {
     explicit OtherSource(const std::string& lcm_url) : url(lcm_url), port(lcm_url, "") {}
 
@@ -75,8 +77,8 @@ class MessageReceiver {
     LcmPort port;
   };
 
-  [[nodiscard]] std::string ListenByLcm(const std::string& url);
-  // The number of datagrams that came no later than `until` (us, UNIX).
+  [[nodiscard]] Result<> ListenByLcm(const std::string& url);
+  // Returns the number of datagrams that were received no later than `until` (us, UNIX time).
   std::size_t ReadBatch(Source& source, std::int64_t until);
   void ReadAll(std::int64_t until);
   void CountDrops();
@@ -89,11 +91,11 @@ class MessageReceiver {
   std::list<Source> sources_;
   std::list<OtherSource> others_;
   std::vector<std::string> warnings_;
-  std::atomic<std::uint64_t> turns_ = 0;
+  std::atomic<std::uint64_t> iterations_ = 0;
   mutable std::mutex mutex_;
   std::int64_t from_others_ = 0;
   std::int64_t overflow_ = 0;
-  OverflowTally overflow_of_;
+  OverflowTally overflow_tally_;
 };
 
 }  // namespace axlecast

@@ -9,7 +9,7 @@
 namespace axlecast {
 namespace {
 
-// Anybody may invent more of both; together about 6 MB.
+// Senders can invent any number of both. Together: about 6 MB.
 constexpr std::size_t kMaxChannels = 1'000;
 constexpr std::size_t kMaxAlarms = 64;    // of a channel; a message of axlecast holds fewer
 constexpr std::size_t kLongestName = 24;  // alarm_entry_t.lcm; std::regex recurses for each character
@@ -20,45 +20,45 @@ bool IsPresent(const alarm_entry_t& entry) {
          entry.state == alarm_entry_t::STATE_DRIVER_LATCHED;
 }
 
-bool IsFound(const std::regex& expression, std::string_view text) {
+bool IsMatch(const std::regex& expression, std::string_view text) {
   try {
     return std::regex_search(text.begin(), text.end(), expression);
   } catch (const std::regex_error&) {
-    return false;  // too complex for this text
+    return false;  // the expression is too complex for this text
   }
 }
 
-constexpr std::size_t kAllocations = 32;  // bytes of bookkeeping
+constexpr std::size_t kAllocations = 32;  // bytes of overhead for the two allocations of an entry
 
 }  // namespace
 
 bool TriggerWatch::Fires(const LoggedMessage& message) {
   const std::optional<alarm_t> alarms = DecodeMessage<alarm_t>(message.data);
-  if (!alarms) return IsFound(trigger_, message.channel);
-  auto known = standing_.find(message.channel);
-  const bool first = known == standing_.end();
+  if (!alarms) return IsMatch(trigger_, message.channel);
+  auto known = present_.find(message.channel);
+  const bool first = known == present_.end();
   if (first) {
-    if (standing_.size() >= kMaxChannels) return false;
-    known = standing_.try_emplace(std::string(message.channel)).first;
+    if (present_.size() >= kMaxChannels) return false;
+    known = present_.try_emplace(std::string(message.channel)).first;
   }
   bool fires = false;
-  std::set<std::string> standing;
+  std::set<std::string> present;
   for (const alarm_entry_t& entry : alarms->entries) {
-    const bool stood = first ? entry.first_utime < began_ : known->second.contains(entry.name);
-    if (!IsPresent(entry) && !(stood && entry.state == alarm_entry_t::STATE_UNKNOWN)) continue;
-    if (standing.size() < kMaxAlarms) standing.insert(entry.name);
-    fires = fires || (!stood && IsFound(trigger_, known->first + ' ' + entry.name));
+    const bool was_present = first ? entry.first_utime < began_ : known->second.contains(entry.name);
+    if (!IsPresent(entry) && !(was_present && entry.state == alarm_entry_t::STATE_UNKNOWN)) continue;
+    if (present.size() < kMaxAlarms) present.insert(entry.name);
+    fires = fires || (!was_present && IsMatch(trigger_, known->first + ' ' + entry.name));
   }
-  // A message holds only the worst ones: what it does not name may stand still.
+  // A message contains only the most severe alarms: an alarm that it does not name may still be present.
   const bool all = std::cmp_less_equal(alarms->total, alarms->entries.size());
-  if (!all && standing.size() + known->second.size() <= kMaxAlarms) standing.merge(known->second);
-  known->second = std::move(standing);
+  if (!all && present.size() + known->second.size() <= kMaxAlarms) present.merge(known->second);
+  known->second = std::move(present);
   return fires;
 }
 
 std::size_t TriggerWatch::remembered() const {
   std::size_t names = 0;
-  for (const auto& [channel, alarms] : standing_) names += alarms.size();
+  for (const auto& [channel, alarms] : present_) names += alarms.size();
   return names;
 }
 
@@ -86,13 +86,12 @@ void MessageRing::Drop() {
   entries_.pop_front();
 }
 
-bool MessageRing::Take(LoggedMessage& message) {
-  if (entries_.empty()) return false;
+std::optional<LoggedMessage> MessageRing::Take() {
+  if (entries_.empty()) return std::nullopt;
   bytes_ -= Cost(entries_.front());
   taken_ = std::move(entries_.front());
   entries_.pop_front();
-  message = {taken_.utime, taken_.channel, taken_.data};
-  return true;
+  return LoggedMessage{taken_.utime, taken_.channel, taken_.data};
 }
 
 }  // namespace axlecast

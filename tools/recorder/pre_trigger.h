@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <optional>
 #include <regex>
 #include <set>
 #include <string>
@@ -15,34 +16,44 @@
 
 namespace axlecast {
 
-// Says when something happens that a recording is about. An alarm triggers when it appears, if the expression is found
-// in "<channel> <alarm's name>", e.g. "ALARM/axis1 battery_error"; one that had appeared before the watch began does not.
-// A message of any other type triggers, each time, if the expression is found in its channel's name.
+// Settings of a recording that stores only the messages around a trigger.
+struct PreTrigger {
+  std::regex trigger;               // see TriggerWatch
+  MonoNs before = 0;                // messages of this time before the trigger are stored
+  MonoNs after = 0;                 // messages of this time after the last trigger are stored
+  std::size_t memory = 256U << 20;  // bytes for messages before the trigger
+};
+
+// Detects the trigger of a recording.
+// - An alarm triggers when it appears, if the expression matches in "<channel> <alarm's name>", e.g. "ALARM/axis1 battery_error".
+//   An alarm that was present before the watch began does not trigger.
+// - A message of any other type triggers each time, if the expression matches in its channel's name.
 class TriggerWatch {
  public:
-  // `utime`: when the watch begins (us, UNIX time).
+  // `utime`: the time at which the watch begins (us, UNIX time).
   TriggerWatch(std::regex trigger, std::int64_t utime) : trigger_(std::move(trigger)), began_(utime) {}
 
   [[nodiscard]] bool Fires(const LoggedMessage& message);
-  [[nodiscard]] std::size_t remembered() const;  // names of alarms, over all channels
+  [[nodiscard]] std::size_t remembered() const;  // number of stored alarm names, over all channels
 
  private:
   std::regex trigger_;
   std::int64_t began_;
-  std::map<std::string, std::set<std::string>, std::less<>> standing_;  // alarms of each channel
+  std::map<std::string, std::set<std::string>, std::less<>>
+      present_;  // names of the present alarms of each channel
 };
 
-// The messages of the last seconds, in bounded memory: beyond it the oldest go early.
+// Stores the messages of the last seconds in limited memory. If the memory is full, the oldest messages are removed early.
 class MessageRing {
  public:
   MessageRing(MonoNs span, std::size_t limit) : span_(span), limit_(limit) {}
 
   void Add(const LoggedMessage& message, MonoNs now);
-  // Lets go what is older than the span.
+  // Removes messages that are older than the span.
   void Expire(MonoNs now);
-  // The oldest, which lives until the next call; nothing when the ring is empty.
-  [[nodiscard]] bool Take(LoggedMessage& message);
-  // Messages that went before their time for want of memory.
+  // Removes and returns the oldest message, or nothing if the ring is empty. Its views are valid until the next call.
+  [[nodiscard]] std::optional<LoggedMessage> Take();
+  // Returns the number of messages that were removed early.
   [[nodiscard]] std::int64_t early() const { return early_; }
 
  private:

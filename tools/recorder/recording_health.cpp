@@ -8,19 +8,19 @@
 namespace axlecast {
 namespace {
 
-// As recorder_health_t.lcm says.
+// Limits of recorder_health_t.lcm.
 constexpr std::size_t kFileBytes = 200;
 constexpr std::size_t kErrorBytes = 160;
 constexpr std::size_t kMaxSenders = 16;
 
 std::int8_t StateOf(const RecordingStatus& status, bool stopping) {
-  if (status.Failed() || status.disk.state == DiskState::kFailed) return recorder_health_t::STATE_ERROR;
+  if (status.HasFailed() || status.disk.state == DiskState::kFailed) return recorder_health_t::STATE_ERROR;
   if (status.disk.state == DiskState::kFull) return recorder_health_t::STATE_DISK_FULL;
   if (stopping) return recorder_health_t::STATE_STOPPING;
   return status.recording ? recorder_health_t::STATE_RECORDING : recorder_health_t::STATE_PRE_TRIGGER;
 }
 
-// The end of a path tells more than its beginning.
+// Truncates a long path at its beginning, because its end is more useful.
 std::string EndOf(const std::string& path) {
   return CappedText(path.size() <= kFileBytes ? path : path.substr(path.size() - kFileBytes), kFileBytes);
 }
@@ -50,7 +50,7 @@ recorder_health_t RecordingHealth::Make(const RecordingStatus& status, MonoNs no
   health.total_bytes = status.bytes;
   health.messages = status.messages;
   health.lost = status.Lost();
-  health.kernel_dropped = status.intake.kernel_dropped;
+  health.kernel_dropped = status.receiver.kernel_dropped;
   health.free_bytes = std::max<std::int64_t>(status.disk.free_bytes, 0);
   if (before_ != 0 && now > before_) {
     const double seconds = static_cast<double>(now - before_) / 1e9;
@@ -60,7 +60,7 @@ recorder_health_t RecordingHealth::Make(const RecordingStatus& status, MonoNs no
   before_ = now;
   messages_before_ = status.messages;
   bytes_before_ = status.bytes;
-  const auto& senders = status.intake.senders;
+  const auto& senders = status.receiver.senders;
   health.total_senders =
       static_cast<std::int16_t>(std::min<std::size_t>(senders.size(), std::numeric_limits<std::int16_t>::max()));
   for (std::size_t i = 0; i < std::min(senders.size(), kMaxSenders); ++i) {
@@ -83,19 +83,19 @@ RecordingAlarms::RecordingAlarms(const std::string& name, std::int64_t boot_id) 
 
 const alarm_t& RecordingAlarms::Make(const RecordingStatus& status, MonoNs now, std::int64_t utime) {
   using namespace recording_alarms;
-  const auto set = [&](const AlarmSpec& alarm, bool present, bool lasts) {
-    const AlarmState gone = lasts ? AlarmState::kDriverLatched : AlarmState::kAbsent;
-    book_.Set(alarm, present ? AlarmState::kLive : gone, utime);
+  const auto set = [&](const AlarmSpec& alarm, bool present, bool latched) {
+    const AlarmState gone = latched ? AlarmState::kDriverLatched : AlarmState::kAbsent;
+    table_.Set(alarm, present ? AlarmState::kLive : gone, utime);
   };
-  // A drop by the kernel, whose gap may show later, is a loss already.
-  const std::int64_t missing = std::max(status.Lost(), status.intake.kernel_dropped);
+  // A datagram that the kernel dropped counts as lost, even if its gap is detected later.
+  const std::int64_t missing = std::max(status.Lost(), status.receiver.kernel_dropped);
   set(kDiskFull, status.disk.state == DiskState::kFull, false);
   set(kDiskFails, status.disk.state == DiskState::kFailed, status.disk.damaged);
   set(kMessagesLost, missing > missing_before_, missing > 0);
   missing_before_ = missing;
   message_.utime = utime;
   message_.mono_ns = now;
-  book_.Write(message_, utime);
+  table_.Write(message_, utime);
   ++message_.seq;
   return message_;
 }

@@ -12,12 +12,12 @@
 
 namespace axlecast {
 
-// What a recorder publishes of itself on RECORDER/<name>.
+// Makes the message that a recorder publishes on RECORDER/<name>.
 class RecordingHealth {
  public:
   RecordingHealth(std::string name, std::int64_t boot_id) : name_(std::move(name)), boot_id_(boot_id) {}
 
-  // Rates are those since the call before. `utime`: us, UNIX time of `now`.
+  // Rates are averages since the previous call. `utime`: us, UNIX time of `now`.
   [[nodiscard]] recorder_health_t Make(const RecordingStatus& status, MonoNs now, std::int64_t utime,
                                        bool stopping);
 
@@ -30,10 +30,10 @@ class RecordingHealth {
   std::int64_t bytes_before_ = 0;
 };
 
-// "192.0.2.1:40123".
+// Returns, for example, "192.0.2.1:40123".
 [[nodiscard]] std::string SenderText(const SenderAddress& sender);
 
-// Alarms of a recorder: docs/alarms.md. Codes never change.
+// Alarms of a recorder: docs/alarms.md. A code must never change.
 namespace recording_alarms {
 
 inline constexpr std::uint8_t kRecorder = alarm_entry_t::SOURCE_RECORDER;
@@ -50,16 +50,16 @@ inline constexpr AlarmSpec kMessagesLost = {
 
 }  // namespace recording_alarms
 
-// What a recorder publishes on ALARM/recorder/<name>.
+// Makes the message that a recorder publishes on ALARM/recorder/<name>.
 class RecordingAlarms {
  public:
   RecordingAlarms(const std::string& name, std::int64_t boot_id);
 
-  // `utime`: us, UNIX time of `now`. The message is valid until the next call.
+  // `utime`: us, UNIX time of `now`. The reference is valid until the next call.
   [[nodiscard]] const alarm_t& Make(const RecordingStatus& status, MonoNs now, std::int64_t utime);
 
  private:
-  AlarmTable book_;
+  AlarmTable table_;
   alarm_t message_{};
   std::int64_t missing_before_ = 0;
 };

@@ -22,10 +22,10 @@ TEST(RecordingHealth, TellsRatesLossesAndSenders) {
   RecordingHealth health("press3", 7);
   static_cast<void>(health.Make(Status(100), kSecond, 1, false));
   RecordingStatus status = Status(400);
-  status.intake.lost = 3;
-  status.intake.overflow = 2;
-  status.intake.kernel_dropped = 4;
-  status.intake.senders = {{{0x7f000001, 40'001}, 390, 5, 0}};
+  status.receiver.lost = 3;
+  status.receiver.overflow = 2;
+  status.receiver.kernel_dropped = 4;
+  status.receiver.senders = {{{0x7f000001, 40'001}, 390, 5, 0}};
   status.disk.file = "/var/log/press3.lcm";
   const recorder_health_t made = health.Make(status, 3 * kSecond, 2, false);
   EXPECT_EQ(made.seq, 1);
@@ -61,7 +61,7 @@ TEST(RecordingHealth, AlwaysFitsADatagram) {
   RecordingStatus status = Status(1);
   status.disk.file = std::string(4'000, '/');
   status.disk.last_error = std::string(4'000, 'e');
-  for (std::uint16_t i = 0; i < 1'000; ++i) status.intake.senders.push_back({{0xffffffff, 65'535}, 1, 1, 1});
+  for (std::uint16_t i = 0; i < 1'000; ++i) status.receiver.senders.push_back({{0xffffffff, 65'535}, 1, 1, 1});
   const recorder_health_t made = health.Make(status, kSecond, 1, false);
   EXPECT_EQ(made.n_senders, 16);
   EXPECT_EQ(made.total_senders, 1'000);
@@ -115,12 +115,12 @@ TEST_F(RecordingAlarmsTest, WhatTheDiskDidNotKeepIsNeverGood) {
 }
 
 TEST_F(RecordingAlarmsTest, LossesAreLiveWhileTheyGrowAndStay) {
-  status_.intake.lost = 1;
+  status_.receiver.lost = 1;
   EXPECT_THAT(Alarms(), ElementsAre("messages_lost live"));
   EXPECT_THAT(Alarms(), ElementsAre("messages_lost latched"));
-  status_.intake.kernel_dropped = 5;
+  status_.receiver.kernel_dropped = 5;
   EXPECT_THAT(Alarms(), ElementsAre("messages_lost live"));
-  status_.intake.lost = 5;
+  status_.receiver.lost = 5;
   EXPECT_THAT(Alarms(), ElementsAre("messages_lost latched")) << "the gaps of those drops";
 }
 

@@ -12,8 +12,8 @@
 namespace axlecast {
 namespace {
 
-constexpr std::int64_t kPollEvery = 4'096;  // messages between two looks at the clock and the disk
-constexpr MonoNs kTurn = 500'000;           // ns; what comes within it is written together
+constexpr std::int64_t kPollEvery = 4'096;  // messages between two checks of the clock and the disk
+constexpr MonoNs kBatch = 500'000;          // ns; messages within this time are written together
 
 }  // namespace
 
@@ -21,9 +21,9 @@ RecordingSession::RecordingSession(RecordingSettings settings, const Clock& cloc
     : clock_(clock),
       urls_(std::move(settings.urls)),
       queue_(settings.queue_bytes),
-      intake_(std::move(settings.filter), queue_, clock),
+      receiver_(std::move(settings.filter), queue_, clock),
       writer_(std::move(settings.writer), clock),
-      recorder_(std::move(settings.recorder), writer_) {}
+      composer_(std::move(settings.recorder), writer_) {}
 
 RecordingSession::~RecordingSession() { Stop(); }
 
@@ -32,23 +32,24 @@ void RecordingSession::Append(const LogTail& tail) {
   writer_.Append(static_cast<std::int64_t>(tail.size));
 }
 
-std::string RecordingSession::Open() {
+Result<> RecordingSession::Open() {
   for (const std::string& url : urls_) {
-    if (std::string problem = intake_.Listen(url); !problem.empty()) return problem;
+    if (Result<> listening = receiver_.Listen(url); !listening) return listening;
   }
   if (append_) {
-    recorder_.Continue(*append_, clock_.Now(), clock_.UtcMicroseconds());
+    composer_.Continue(*append_, clock_.Now(), clock_.UtcMicroseconds());
   } else {
-    recorder_.Start(clock_.Now(), clock_.UtcMicroseconds());
+    composer_.Start(clock_.Now(), clock_.UtcMicroseconds());
   }
   writer_.Poll();
-  Share();
-  return writer_.blocked() ? writer_.status().last_error : "";
+  PublishStatus();
+  if (writer_.blocked()) return Failure(writer_.status().last_error);
+  return {};
 }
 
 void RecordingSession::Start() {
-  reader_thread_ = std::thread([this] { Read(); });
-  writer_thread_ = std::thread([this] { Write(); });
+  reader_thread_ = std::thread([this] { RunReceiver(); });
+  writer_thread_ = std::thread([this] { RunWriter(); });
 }
 
 void RecordingSession::Stop() {
@@ -57,59 +58,59 @@ void RecordingSession::Stop() {
   if (writer_thread_.joinable()) writer_thread_.join();
 }
 
-void RecordingSession::Read() {
-  std::string failure = intake_.Run(stop_.FileDescriptor());
-  {
+void RecordingSession::RunReceiver() {
+  const Result<> received = receiver_.Run(stop_.FileDescriptor());
+  if (!received) {
     const std::scoped_lock lock(mutex_);
-    shared_.failure = std::move(failure);
+    shared_.failure = received.error().text;
   }
   queue_.Close();
 }
 
-void RecordingSession::Write() {
+void RecordingSession::RunWriter() {
   MessageBatch batch;
   std::array<pollfd, 1> files = {{{queue_.FileDescriptor(), POLLIN, 0}}};
-  MonoNs next_turn = clock_.Now();
+  MonoNs next_batch = clock_.Now();
   for (bool open = true; open;) {
-    static_cast<void>(PollUntil(files, std::min(writer_.next_poll(), recorder_.next_poll()), clock_));
-    if (clock_.Now() < next_turn) static_cast<void>(PollUntil({}, next_turn, clock_));
-    next_turn = clock_.Now() + kTurn;
+    static_cast<void>(PollUntil(files, std::min(writer_.next_poll(), composer_.next_poll()), clock_));
+    if (clock_.Now() < next_batch) static_cast<void>(PollUntil({}, next_batch, clock_));
+    next_batch = clock_.Now() + kBatch;
     open = queue_.Take(batch);
     WriteBatch(batch);
-    recorder_.Poll(clock_.Now(), clock_.UtcMicroseconds());
+    composer_.Poll(clock_.Now(), clock_.UtcMicroseconds());
     writer_.Poll();
-    Share();
+    PublishStatus();
     if (batch.left() > 0) break;
   }
   Finish(batch);
 }
 
-// Stands still while the disk takes nothing; leaves messages only when the recording ends meanwhile.
+// Waits while the disk is blocked. Messages remain in the batch only if the recording is stopped meanwhile.
 void RecordingSession::WriteBatch(MessageBatch& batch) {
   std::array<pollfd, 1> files = {{{stop_.FileDescriptor(), POLLIN, 0}}};
   while (batch.left() > 0) {
     Record(batch, kPollEvery);
-    recorder_.Poll(clock_.Now(), clock_.UtcMicroseconds());
+    composer_.Poll(clock_.Now(), clock_.UtcMicroseconds());
     writer_.Poll();
-    Share();
+    PublishStatus();
     if (!writer_.blocked()) continue;
     if (PollUntil(files, writer_.next_poll(), clock_) > 0) return;
   }
 }
 
-// At most so many messages, and none while the disk takes nothing.
+// Records at most `maximum` messages. Stops when the disk is blocked.
 void RecordingSession::Record(MessageBatch& batch, std::int64_t maximum) {
   const MonoNs now = clock_.Now();
   for (std::int64_t i = 0; i < maximum && !writer_.blocked(); ++i) {
     const auto message = batch.Next();
     if (!message) return;
-    recorder_.On(*message, now);
+    composer_.On(*message, now);
   }
 }
 
 void RecordingSession::Finish(MessageBatch& batch) {
   std::int64_t unwritten = 0;
-  // The reading thread ends first; what it still brings is written where the disk takes something again.
+  // The receiving thread ends first. Its last messages are written if the disk is not blocked.
   std::array<pollfd, 1> files = {{{queue_.FileDescriptor(), POLLIN, 0}}};
   for (bool open = true; open;) {
     Record(batch, batch.left());
@@ -117,35 +118,35 @@ void RecordingSession::Finish(MessageBatch& batch) {
     open = queue_.Take(batch);
     if (open && batch.left() == 0) static_cast<void>(PollUntil(files, clock_.Now() + kSecond, clock_));
   }
-  recorder_.End(clock_.UtcMicroseconds());
+  composer_.End(clock_.UtcMicroseconds());
   const std::int64_t held = writer_.Finish();
-  Share();
+  PublishStatus();
   const std::scoped_lock lock(mutex_);
   shared_.messages -= held;
   shared_.unwritten = unwritten + held;
-  shared_.channels = recorder_.channels().losses();
+  shared_.channels = composer_.channels().losses();
 }
 
-void RecordingSession::Share() {
+void RecordingSession::PublishStatus() {
   const std::scoped_lock lock(mutex_);
   shared_.disk = writer_.status();
-  shared_.recording = recorder_.recording();
-  shared_.messages = recorder_.messages();
-  shared_.bytes = recorder_.bytes();
-  shared_.early = recorder_.early();
+  shared_.recording = composer_.recording();
+  shared_.messages = composer_.messages();
+  shared_.bytes = composer_.bytes();
+  shared_.early = composer_.early();
 }
 
 RecordingStatus RecordingSession::status() const {
-  IntakeCounts intake = intake_.counts();
+  ReceiverCounts counts = receiver_.counts();
   const std::scoped_lock lock(mutex_);
   RecordingStatus status = shared_;
-  status.intake = std::move(intake);
+  status.receiver = std::move(counts);
   return status;
 }
 
-bool RecordingSession::Reads() {
-  const std::uint64_t turns = intake_.turns();
-  return std::exchange(turns_, turns) != turns;
+bool RecordingSession::HasProgress() {
+  const std::uint64_t iterations = receiver_.iterations();
+  return std::exchange(iterations_, iterations) != iterations;
 }
 
 bool RecordingSession::failed() const {

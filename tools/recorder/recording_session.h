@@ -20,29 +20,28 @@ struct RecordingSettings {
   LogWriterSettings writer;
   std::vector<std::string> urls;
   ChannelFilter filter;
-  std::size_t queue_bytes = 64U << 20;  // between the network and the disk
+  std::size_t queue_bytes = 64U << 20;  // of memory between the network and the disk
 };
 
-// How a recording stands.
+// The state of a recording.
 struct RecordingStatus {
-  IntakeCounts intake;
+  ReceiverCounts receiver;
   LogWriterStatus disk;
-  bool recording = false;             // else it waits for the trigger
-  std::int64_t messages = 0;          // given to the disk, without header events and seals
+  bool recording = false;             // false: it waits for the trigger
+  std::int64_t messages = 0;          // passed to the disk, without header events and seals
   std::int64_t bytes = 0;             // of all logs
-  std::int64_t early = 0;             // messages that left the memory of before the trigger early
-  std::int64_t unwritten = 0;         // messages that the disk did not take, at the end
-  std::vector<ChannelLoss> channels;  // at the end
-  std::string failure;                // why it ended by itself
+  std::int64_t early = 0;             // messages that the pre-trigger memory removed early
+  std::int64_t unwritten = 0;         // messages that were not written, at the end
+  std::vector<ChannelLoss> channels;  // with losses, at the end
+  std::string failure;                // the error that ended it; empty: none
 
-  // Messages that should be in a log and are not, as far as it is known.
-  [[nodiscard]] std::int64_t Lost() const { return intake.lost + intake.overflow + unwritten; }
-  [[nodiscard]] bool Whole() const { return Lost() == 0 && intake.kernel_dropped == 0; }
-  [[nodiscard]] bool Failed() const { return unwritten > 0 || disk.damaged || !failure.empty(); }
+  // Returns the number of messages that are missing in the logs, as far as known.
+  [[nodiscard]] std::int64_t Lost() const { return receiver.lost + receiver.overflow + unwritten; }
+  [[nodiscard]] bool IsComplete() const { return Lost() == 0 && receiver.kernel_dropped == 0; }
+  [[nodiscard]] bool HasFailed() const { return unwritten > 0 || disk.damaged || !failure.empty(); }
 };
 
-// A recording from its start to its end: one thread reads from the network and never waits for the disk, another one
-// writes.
+// Runs a recording with two threads. The first one receives and never waits for the disk. The second one writes.
 class RecordingSession {
  public:
   RecordingSession(RecordingSettings settings, const Clock& clock);
@@ -50,43 +49,43 @@ class RecordingSession {
   RecordingSession(const RecordingSession&) = delete;
   RecordingSession& operator=(const RecordingSession&) = delete;
 
-  // Goes on with the log that stands in `tail`.
+  // Continues an existing log, which ends with `tail`. Call it before Open.
   void Append(const LogTail& tail);
-  // Joins the groups and opens the first log. Empty when both work, else the cause and the remedy.
-  [[nodiscard]] std::string Open();
-  [[nodiscard]] const std::vector<std::string>& warnings() const { return intake_.warnings(); }
+  // Starts to receive, and opens the first log.
+  [[nodiscard]] Result<> Open();
+  [[nodiscard]] const std::vector<std::string>& warnings() const { return receiver_.warnings(); }
 
   void Start();
-  // Writes all that has come by now, and ends.
+  // Writes all messages that have arrived by now, and ends.
   void Stop();
 
   [[nodiscard]] RecordingStatus status() const;
-  [[nodiscard]] bool failed() const;  // it ended by itself
-  // Whether the reading thread has got on since the call before. A disk that stands still does not count: what comes
-  // meanwhile is kept, and a restart would lose it.
-  [[nodiscard]] bool Reads();
+  [[nodiscard]] bool failed() const;  // an error has ended it
+  // Returns true if the receiving thread has made progress since the previous call. A blocked disk is not reported here: received
+  // messages are kept in memory, and a restart would lose them.
+  [[nodiscard]] bool HasProgress();
 
  private:
-  void Read();
-  void Write();
+  void RunReceiver();
+  void RunWriter();
   void WriteBatch(MessageBatch& batch);
   void Record(MessageBatch& batch, std::int64_t maximum);
   void Finish(MessageBatch& batch);
-  void Share();
+  void PublishStatus();
 
   const Clock& clock_;
   std::vector<std::string> urls_;
   MessageQueue queue_;
-  MessageReceiver intake_;
+  MessageReceiver receiver_;
   LogWriter writer_;
-  LogComposer recorder_;
+  LogComposer composer_;
   std::optional<LogTail> append_;
   WakeEvent stop_;
   std::thread reader_thread_;
   std::thread writer_thread_;
   mutable std::mutex mutex_;
-  std::uint64_t turns_ = 0;  // of the reading thread, at the last Reads
-  RecordingStatus shared_;   // what the writing thread and the end of the reading one tell
+  std::uint64_t iterations_ = 0;  // of the receiving thread, at the last HasProgress
+  RecordingStatus shared_;        // as of the writing thread and of the end of the receiving one
 };
 
 }  // namespace axlecast

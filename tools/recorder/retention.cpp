@@ -21,7 +21,7 @@ bool AreDigits(std::string_view text) {
          std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
 }
 
-// us, UNIX time.
+// Returns us, UNIX time.
 std::optional<std::int64_t> ParseStamp(std::string_view stamp) {
   if (stamp.size() != kStamp || !AreDigits(stamp.substr(0, 8)) || stamp[8] != 'T' ||
       !AreDigits(stamp.substr(9, 6)) || stamp[15] != 'Z') {
@@ -37,21 +37,21 @@ struct DatedLog {
   StoredLog log;
 };
 
-// The recorder's own, oldest first.
+// Returns the logs with generated names, oldest first.
 std::vector<DatedLog> OwnLogs(std::vector<StoredLog> logs, std::string_view name) {
   std::vector<DatedLog> own;
   for (StoredLog& log : logs) {
     if (const auto begin = LogFileBegin(name, log.file)) own.push_back({*begin, std::move(log)});
   }
   std::sort(own.begin(), own.end(), [](const DatedLog& one, const DatedLog& other) {
-    const std::size_t one_size = one.log.file.size();  // _1000 comes after _999
+    const std::size_t one_size = one.log.file.size();  // _1000 follows _999
     const std::size_t other_size = other.log.file.size();
     return std::tie(one.begin, one_size, one.log.file) < std::tie(other.begin, other_size, other.log.file);
   });
   return own;
 }
 
-// The latest that a log can have ended (us, UNIX time).
+// Returns the latest possible time of the last event (us, UNIX time).
 std::int64_t EndOf(const std::vector<DatedLog>& logs, std::size_t i) {
   if (logs[i].log.last_utime > 0) return logs[i].log.last_utime;
   return i + 1 < logs.size() ? logs[i + 1].begin : std::numeric_limits<std::int64_t>::max();

@@ -7,24 +7,24 @@
 namespace axlecast {
 namespace {
 
-// 146 years: what a damaged time can ask for at most.
+// ns, 146 years: limit for damaged times.
 constexpr double kFarthest = 4.6e18;
 
-void Greatest(LogPosition& one, const LogPosition& other) {
+void SetToMaximum(LogPosition& one, const LogPosition& other) {
   for (std::size_t i = 0; i < one.size(); ++i) one[i] = std::max(one[i], other[i]);
 }
 
-void Least(LogPosition& one, const LogPosition& other) {
+void SetToMinimum(LogPosition& one, const LogPosition& other) {
   for (std::size_t i = 0; i < one.size(); ++i) one[i] = std::min(one[i], other[i]);
 }
 
-// Counts events from the logs' beginning.
-class Walk {
+// Counts events from the beginning of the logs.
+class EventCounter {
  public:
-  explicit Walk(LogMerge& logs) : logs_(logs) { logs.Go(logs.Begin(), logs.End()); }
+  explicit EventCounter(LogMerge& logs) : logs_(logs) { logs.Go(logs.Begin(), logs.End()); }
 
-  // The place of the event of this number, which is not before the one of the last call.
-  [[nodiscard]] LogPosition To(std::int64_t event) {
+  // Returns the position of the event with this number. It must not be before the event of the previous call.
+  [[nodiscard]] LogPosition PositionOf(std::int64_t event) {
     for (; number_ < event && logs_.Head() != nullptr; ++number_) logs_.Advance();
     return logs_.Position();
   }
@@ -34,11 +34,10 @@ class Walk {
   std::int64_t number_ = 0;
 };
 
-// us. Times of one log run back a little where a recorder has several sources; by more, its clock was set.
+// us. Times of one log run back a little if its recorder has several sources. If they run back further, its clock was set.
 constexpr std::int64_t kClockSet = 1'000'000;
-constexpr std::int64_t kShortestRound =
-    1'000;                           // us; a log of one event must not be played a million times a second
-constexpr int kMaxPassed = 100'000;  // events at a time that are not played
+constexpr std::int64_t kShortestRound = 1'000;  // us; limits how often a log of one event is repeated
+constexpr int kMaxSkipped = 100'000;            // events in one call
 
 }  // namespace
 
@@ -48,7 +47,7 @@ void Timeline::Anchor(MonoNs now, std::int64_t utime) {
 }
 
 void Timeline::Splice(std::int64_t from, std::int64_t to) {
-  if (!paused_) anchor_ = Instant(from);
+  if (!paused_) anchor_ = TimeOf(from);
   anchor_utime_ = to;
 }
 
@@ -69,9 +68,9 @@ void Timeline::SetSpeed(double speed, MonoNs now) {
   speed_ = speed;
 }
 
-MonoNs Timeline::Instant(std::int64_t utime) const {
+MonoNs Timeline::TimeOf(std::int64_t utime) const {
   if (speed_ == 0) return anchor_;
-  // A double's 53 bits hold 100 days to 1 ns, and a UNIX time to 1 us.
+  // The 53 bits of a double represent 100 days with a resolution of 1 ns, and a UNIX time with 1 us.
   const double us = static_cast<double>(utime) - static_cast<double>(anchor_utime_);
   const double ns = us * static_cast<double>(kMicrosecond) / speed_;
   return static_cast<MonoNs>(std::clamp(static_cast<double>(anchor_) + ns, -kFarthest, kFarthest));
@@ -84,22 +83,22 @@ std::int64_t Timeline::Utime(MonoNs now) const {
       std::clamp(static_cast<double>(anchor_utime_) + std::round(us), -kFarthest, kFarthest));
 }
 
-ReplayRange FindRange(const std::vector<Bytes>& bytes, const ReplayWish& wish) {
+ReplayRange FindRange(const std::vector<Bytes>& bytes, const ReplayRangeOptions& options) {
   LogMerge logs(bytes);
   ReplayRange range{.begin = logs.Begin(), .end = logs.End()};
   range.end_utime = SpanOf(bytes).last;
-  if (wish.from) Greatest(range.begin, logs.Find(*wish.from));
-  if (wish.until) {
-    range.end_utime = std::clamp(*wish.until, -kFarthestUtime, kFarthestUtime);
-    Least(range.end, logs.Find(range.end_utime));
+  if (options.from) SetToMaximum(range.begin, logs.Find(*options.from));
+  if (options.until) {
+    range.end_utime = std::clamp(*options.until, -kFarthestUtime, kFarthestUtime);
+    SetToMinimum(range.end, logs.Find(range.end_utime));
   }
-  Walk walk(logs);
-  if (wish.start_event > 0) Greatest(range.begin, walk.To(wish.start_event));
-  if (wish.end_event) {
-    Least(range.end, walk.To(*wish.end_event));
+  EventCounter counter(logs);
+  if (options.start_event > 0) SetToMaximum(range.begin, counter.PositionOf(options.start_event));
+  if (options.end_event) {
+    SetToMinimum(range.end, counter.PositionOf(*options.end_event));
     if (logs.Head() != nullptr) range.end_utime = std::min(range.end_utime, logs.HeadUtime());
   }
-  Greatest(range.end, range.begin);
+  SetToMaximum(range.end, range.begin);
   logs.Go(range.begin, range.end);
   range.begin_utime = logs.SkipBookkeeping().value_or(0);
   range.empty = logs.Head() == nullptr;
@@ -117,7 +116,7 @@ Replay::Replay(const std::vector<Bytes>& logs, ReplayRange range, ReplayChannels
   if (options.paused) timeline_.Pause(now);
   latest_ = range_.begin_utime;
   logs_.Go(range_.begin, range_.end);
-  Settle();
+  FindNext();
 }
 
 MonoNs Replay::Due() const {
@@ -131,9 +130,9 @@ MonoNs Replay::Due() const {
 std::optional<Replay::Message> Replay::Take(MonoNs now) {
   if (Due() > now) return std::nullopt;
   std::optional<Message> message;
-  if (fate_ != nullptr) message = TakeHead(now);
-  PassHead();
-  Settle();
+  if (target_ != nullptr) message = TakeHead(now);
+  SkipHead();
+  FindNext();
   return message;
 }
 
@@ -150,52 +149,52 @@ Replay::Message Replay::TakeHead(MonoNs now) {
   step_ = false;
   ++counts_.played;
   counts_.bytes += static_cast<std::int64_t>(event.data.size());
-  return {.channel = &fate_->name,
+  return {.channel = &target_->name,
           .data = event.data,
           .utime = event.utime,
           .due = due,
-          .command = fate_->command != CommandChannel::kNone};
+          .command = target_->command != CommandChannel::kNone};
 }
 
-bool Replay::Judge() {
+bool Replay::SelectHead() {
   const LogEvent& event = *logs_.Head();
   const std::int64_t utime = logs_.HeadUtime();
   if (utime < latest_ - kClockSet) {
     timeline_.Splice(latest_, utime);
     latest_ = utime;
   }
-  const ReplayChannels::Fate& fate = channels_.Of(event.channel);
-  fate_ = nullptr;
-  if (!fate.selected) {
+  const ReplayChannels::Target& target = channels_.Of(event.channel);
+  target_ = nullptr;
+  if (!target.selected) {
     ++counts_.not_selected;
     return false;
   }
-  const bool command = fate.command == CommandChannel::kPlain ||
-                       (fate.command == CommandChannel::kBehindPrefix && IsCommandMessage(event.data));
+  const bool command = target.command == CommandChannel::kPlain ||
+                       (target.command == CommandChannel::kAfterPrefix && IsCommandMessage(event.data));
   if (command && !options_.allow_commands) {
     ++counts_.held_back;
     return false;
   }
-  fate_ = &fate;
+  target_ = &target;
   return true;
 }
 
-void Replay::PassHead() {
+void Replay::SkipHead() {
   latest_ = std::max(latest_, logs_.HeadUtime());
   logs_.Advance();
 }
 
-void Replay::Settle() {
-  for (int passed = 0; passed < kMaxPassed; ++passed) {
+void Replay::FindNext() {
+  for (int skipped = 0; skipped < kMaxSkipped; ++skipped) {
     if (AtEnd()) EndRound();
-    if (AtEnd() || Judge()) return;
-    if (passed + 1 < kMaxPassed) PassHead();
+    if (AtEnd() || SelectHead()) return;
+    if (skipped + 1 < kMaxSkipped) SkipHead();
   }
 }
 
 void Replay::EndRound() {
   ++counts_.rounds;
-  // A round that plays nothing would be followed by none that does.
+  // If a round plays nothing, no further round would.
   if (!options_.loop || counts_.played == played_before_round_) return;
   played_before_round_ = counts_.played;
   const std::int64_t end = std::max({latest_, range_.end_utime, range_.begin_utime + kShortestRound});
@@ -223,7 +222,7 @@ void Replay::Seek(std::int64_t utime, MonoNs now) {
   step_ = false;
   latest_ = to;
   logs_.Go(place, range_.end);
-  Settle();
+  FindNext();
 }
 
 std::int64_t Replay::Utime(MonoNs now) const {

@@ -21,20 +21,20 @@ namespace {
 constexpr std::array<std::string_view, 2> kWhole = {"COMMAND", "COMMAND_STATUS"};
 constexpr std::array<std::string_view, 3> kFamilies = {"PERMIT/", "DRIVER_COMMAND/", "DRIVER_STATUS/"};
 
-CommandChannel JudgeAt(std::size_t place) {
+CommandChannel ChannelAt(std::size_t place) {
   if (place == std::string_view::npos) return CommandChannel::kNone;
-  return place == 0 ? CommandChannel::kPlain : CommandChannel::kBehindPrefix;
+  return place == 0 ? CommandChannel::kPlain : CommandChannel::kAfterPrefix;
 }
 
 }  // namespace
 
-CommandChannel JudgeCommandChannel(std::string_view channel) {
-  CommandChannel judged = CommandChannel::kNone;
+CommandChannel CommandChannelOf(std::string_view channel) {
+  CommandChannel result = CommandChannel::kNone;
   for (const std::string_view name : kWhole) {
-    if (channel.ends_with(name)) judged = std::max(judged, JudgeAt(channel.size() - name.size()));
+    if (channel.ends_with(name)) result = std::max(result, ChannelAt(channel.size() - name.size()));
   }
-  for (const std::string_view name : kFamilies) judged = std::max(judged, JudgeAt(channel.find(name)));
-  return judged;
+  for (const std::string_view name : kFamilies) result = std::max(result, ChannelAt(channel.find(name)));
+  return result;
 }
 
 bool IsCommandMessage(Bytes message) {
@@ -47,36 +47,37 @@ bool IsCommandMessage(Bytes message) {
   return std::find(kTypes.begin(), kTypes.end(), static_cast<std::int64_t>(type)) != kTypes.end();
 }
 
-std::string ReplayChannels::Rename(const std::string& rule) {
+Result<> ReplayChannels::Rename(const std::string& rule) {
   const std::size_t divide = rule.find('=');
   if (divide == std::string::npos || divide == 0) {
-    return "'" + rule + "' is not OLD=NEW, e.g. '^POSITION/=RECORDED/POSITION/'";
+    return Failure("'" + rule + "' is not OLD=NEW, e.g. '^POSITION/=RECORDED/POSITION/'");
   }
   Result<std::regex> compiled = CompileExpression(rule.substr(0, divide));
-  if (!compiled) return compiled.error().text;
+  if (!compiled) return Failure(compiled.error());
   renames_.emplace_back(std::move(*compiled), rule.substr(divide + 1));
-  return "";
+  return {};
 }
 
-const ReplayChannels::Fate& ReplayChannels::Of(std::string_view channel) {
-  if (const auto known = fates_.find(channel); known != fates_.end()) return known->second;
+const ReplayChannels::Target& ReplayChannels::Of(std::string_view channel) {
+  if (const auto known = targets_.find(channel); known != targets_.end()) return known->second;
   const std::string name(channel);
-  Fate fate;
+  Target target;
   try {
-    fate = Decide(name);
+    target = MakeTarget(name);
   } catch (const std::regex_error&) {
-    // Too complex for this name: it is as if nothing were found.
+    // The expression is too complex for this name: the channel is not selected.
   }
-  return fates_.emplace(name, std::move(fate)).first->second;
+  return targets_.emplace(name, std::move(target)).first->second;
 }
 
-ReplayChannels::Fate ReplayChannels::Decide(const std::string& channel) {
-  if (IsLogChannel(channel) || !filter_.Takes(channel)) return {};
-  Fate fate{.selected = true, .name = channel, .command = CommandChannel::kNone};
-  for (const auto& [old_name, new_name] : renames_) fate.name = std::regex_replace(fate.name, old_name, new_name);
-  fate.name.insert(0, prefix_);
-  fate.command = JudgeCommandChannel(fate.name);
-  return fate;
+ReplayChannels::Target ReplayChannels::MakeTarget(const std::string& channel) {
+  if (IsLogChannel(channel) || !filter_.Matches(channel)) return {};
+  Target target{.selected = true, .name = channel, .command = CommandChannel::kNone};
+  for (const auto& [old_name, new_name] : renames_)
+    target.name = std::regex_replace(target.name, old_name, new_name);
+  target.name.insert(0, prefix_);
+  target.command = CommandChannelOf(target.name);
+  return target;
 }
 
 }  // namespace axlecast

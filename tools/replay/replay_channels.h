@@ -11,45 +11,41 @@
 
 namespace axlecast {
 
-// Where a message on a channel of this name would be taken for a command, a permit, or the dialogue about one.
+// Whether a receiver accepts a message on a channel of this name as a command, as a permit, or as an answer to one.
 enum class CommandChannel {
   kNone,
-  kBehindPrefix,  // by a machine with a prefix that the name begins with: if the message is of such a type
-  kPlain,         // the channel's own name
+  kAfterPrefix,  // only a machine whose prefix is the beginning of the name: depends on the type of the message
+  kPlain,        // every machine without a prefix
 };
-[[nodiscard]] CommandChannel JudgeCommandChannel(std::string_view channel);
+[[nodiscard]] CommandChannel CommandChannelOf(std::string_view channel);
 
-// Whether the message is of a type that commands, permits and their answers are made of.
+// Returns true if the message is a command, a permit, or an answer to one.
 [[nodiscard]] bool IsCommandMessage(Bytes message);
 
-// Which of a log's channels are played, and under which name.
+// Selects the channels of a log that are replayed, and renames them. By default, every channel is replayed under its own name.
 class ReplayChannels {
  public:
-  // What becomes of a channel.
-  struct Fate {
+  struct Target {
     bool selected = false;
-    std::string name;                                // under which it is published
+    std::string name;                                // name under which the channel is published
     CommandChannel command = CommandChannel::kNone;  // of that name
   };
 
-  // The default plays every channel under its own name. Select and Rename return an empty string, or what is
-  // wrong.
-
-  // Plays only channels in whose name the expression (ECMAScript) is found; inverted, only the others.
-  [[nodiscard]] std::string Select(const std::string& expression, bool invert) {
+  // Selects the channels that match the expression (ECMAScript). With `invert`: those that do not match.
+  [[nodiscard]] Result<> Select(const std::string& expression, bool invert) {
     return filter_.Set(expression, invert);
   }
-  // "OLD=NEW": where OLD (ECMAScript) is found in a name, NEW stands in its place; $1, $& as in ECMAScript. The first
-  // '=' divides them. Several are applied one after the other.
-  [[nodiscard]] std::string Rename(const std::string& rule);
-  // Put before each name, behind all renaming.
+  // Adds the rule "OLD=NEW": each match of OLD (ECMAScript) in a name is replaced by NEW, which may contain $1 and $&. The first
+  // '=' separates OLD and NEW. Several rules are applied in the order in which they were added.
+  [[nodiscard]] Result<> Rename(const std::string& rule);
+  // Sets the prefix of each name. It is added after all renaming.
   void Prefix(std::string prefix) { prefix_ = std::move(prefix); }
 
-  // The same object for the same channel, for as long as this one lives.
-  [[nodiscard]] const Fate& Of(std::string_view channel);
+  // Returns the target of the channel. The reference is valid as long as this object.
+  [[nodiscard]] const Target& Of(std::string_view channel);
 
  private:
-  [[nodiscard]] Fate Decide(const std::string& channel);
+  [[nodiscard]] Target MakeTarget(const std::string& channel);
 
   ChannelFilter filter_;
   std::vector<std::pair<std::regex, std::string>> renames_;
@@ -58,7 +54,7 @@ class ReplayChannels {
   struct Hash : std::hash<std::string_view> {
     using is_transparent = void;
   };
-  std::unordered_map<std::string, Fate, Hash, std::equal_to<>> fates_;
+  std::unordered_map<std::string, Target, Hash, std::equal_to<>> targets_;
 };
 
 }  // namespace axlecast

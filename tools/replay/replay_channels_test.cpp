@@ -15,15 +15,15 @@ namespace {
 TEST(CommandChannel, IsKnownByItsName) {
   for (const char* name : {"COMMAND", "COMMAND_STATUS", "PERMIT/axis1", "PERMIT/", "DRIVER_COMMAND/rs485-0",
                            "DRIVER_STATUS/rs485-0"}) {
-    EXPECT_EQ(JudgeCommandChannel(name), CommandChannel::kPlain) << name;
+    EXPECT_EQ(CommandChannelOf(name), CommandChannel::kPlain) << name;
   }
   for (const char* name :
        {"cell1/COMMAND", "m_COMMAND_STATUS", "xPERMIT/axis1", "ROBOT_COMMAND", "a/DRIVER_COMMAND/b"}) {
-    EXPECT_EQ(JudgeCommandChannel(name), CommandChannel::kBehindPrefix) << name;
+    EXPECT_EQ(CommandChannelOf(name), CommandChannel::kAfterPrefix) << name;
   }
   for (const char* name :
        {"POSITION/axis1", "COMMANDS", "PERMIT", "COMMAND/axis1", "DRIVER_STATUS", "", "command"}) {
-    EXPECT_EQ(JudgeCommandChannel(name), CommandChannel::kNone) << name;
+    EXPECT_EQ(CommandChannelOf(name), CommandChannel::kNone) << name;
   }
 }
 
@@ -54,7 +54,7 @@ TEST(ReplayChannels, PlayAllButTheLogsBookkeepingUnderTheirNames) {
 
 TEST(ReplayChannels, PlayThoseInWhichTheExpressionIsFound) {
   ReplayChannels channels;
-  EXPECT_EQ(channels.Select("^POSITION/|axis2$", false), "");
+  EXPECT_TRUE(channels.Select("^POSITION/|axis2$", false));
   EXPECT_TRUE(channels.Of("POSITION/axis1").selected);
   EXPECT_TRUE(channels.Of("ALARM/axis2").selected);
   EXPECT_FALSE(channels.Of("ALARM/axis1").selected);
@@ -62,7 +62,7 @@ TEST(ReplayChannels, PlayThoseInWhichTheExpressionIsFound) {
 
 TEST(ReplayChannels, PlayTheOthersWhenInverted) {
   ReplayChannels channels;
-  EXPECT_EQ(channels.Select("^POSITION/", true), "");
+  EXPECT_TRUE(channels.Select("^POSITION/", true));
   EXPECT_FALSE(channels.Of("POSITION/axis1").selected);
   EXPECT_TRUE(channels.Of("ALARM/axis1").selected);
   EXPECT_FALSE(channels.Of(kRecorderChannel).selected);
@@ -70,8 +70,8 @@ TEST(ReplayChannels, PlayTheOthersWhenInverted) {
 
 TEST(ReplayChannels, AreRenamedOneRuleAfterTheOtherThenPrefixed) {
   ReplayChannels channels;
-  EXPECT_EQ(channels.Rename("axis([0-9])=joint$1"), "");
-  EXPECT_EQ(channels.Rename("^POSITION/joint1$=A=B"), "");
+  EXPECT_TRUE(channels.Rename("axis([0-9])=joint$1"));
+  EXPECT_TRUE(channels.Rename("^POSITION/joint1$=A=B"));
   channels.Prefix("old/");
   EXPECT_EQ(channels.Of("POSITION/axis1").name, "old/A=B");
   EXPECT_EQ(channels.Of("POSITION/axis2").name, "old/POSITION/joint2");
@@ -79,8 +79,8 @@ TEST(ReplayChannels, AreRenamedOneRuleAfterTheOtherThenPrefixed) {
 
 TEST(ReplayChannels, AreJudgedByTheNameUnderWhichTheyArePublished) {
   ReplayChannels channels;
-  EXPECT_EQ(channels.Rename("^COMMAND$=ASKED"), "");
-  EXPECT_EQ(channels.Rename("^POSITION/.*=COMMAND"), "");
+  EXPECT_TRUE(channels.Rename("^COMMAND$=ASKED"));
+  EXPECT_TRUE(channels.Rename("^POSITION/.*=COMMAND"));
   EXPECT_EQ(channels.Of("COMMAND").command, CommandChannel::kNone);
   EXPECT_EQ(channels.Of("POSITION/axis1").command, CommandChannel::kPlain);
   EXPECT_EQ(channels.Of("COMMAND_STATUS").command, CommandChannel::kPlain);
@@ -88,11 +88,12 @@ TEST(ReplayChannels, AreJudgedByTheNameUnderWhichTheyArePublished) {
 
 TEST(ReplayChannels, SayWhatIsWrongWithAnExpression) {
   ReplayChannels channels;
-  EXPECT_THAT(channels.Select("(POSITION", false), HasSubstr("'(POSITION' is no regular expression ("));
-  EXPECT_THAT(channels.Rename("[=x"), HasSubstr("'[' is no regular expression ("));
-  EXPECT_THAT(channels.Rename("axis1"), HasSubstr("is not OLD=NEW"));
-  EXPECT_THAT(channels.Rename("=x"), HasSubstr("is not OLD=NEW"));
-  EXPECT_THAT(channels.Select(std::string(100'000, '('), false), HasSubstr("at most 1000 characters"));
+  EXPECT_THAT(channels.Select("(POSITION", false).error().text,
+              HasSubstr("'(POSITION' is no regular expression ("));
+  EXPECT_THAT(channels.Rename("[=x").error().text, HasSubstr("'[' is no regular expression ("));
+  EXPECT_THAT(channels.Rename("axis1").error().text, HasSubstr("is not OLD=NEW"));
+  EXPECT_THAT(channels.Rename("=x").error().text, HasSubstr("is not OLD=NEW"));
+  EXPECT_THAT(channels.Select(std::string(100'000, '('), false).error().text, HasSubstr("at most 1000 characters"));
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 
 namespace axlecast {
 
-// What a player saw of a replay.
+// A message that a replay has sent.
 struct PlayedMessage {
   std::string channel;
   std::string data;
@@ -18,7 +18,7 @@ struct PlayedMessage {
   bool operator==(const PlayedMessage&) const = default;
 };
 
-// A player that is never late: plays what is due until `until`, moving `now` along. Ends early at the end.
+// Plays all messages that are due before `until` without delay, and advances `now`. Stops at the end of the replay.
 inline std::vector<PlayedMessage> PlayUntil(Replay& replay, MonoNs& now, MonoNs until) {
   std::vector<PlayedMessage> played;
   while (replay.Due() <= until) {

@@ -29,7 +29,7 @@ void Ask(Replay& replay, std::uint8_t what, MonoNs now) {
 
 void Play(const std::vector<Bytes>& logs, Bytes questions) {
   const auto from = questions.empty() ? 0 : questions[0];
-  const ReplayWish wish{
+  const ReplayRangeOptions wish{
       .from = (from / 2 - 32) * INT64_C(1'000'000'000), .start_event = from % 4, .end_event = 1'000};
   MonoNs now = kSecond;
   Replay replay(logs, FindRange(logs, wish), {}, {.loop = from % 8 == 7}, now);

@@ -84,7 +84,7 @@ class ReplayRangeTest : public testing::Test {
     for (int i = 0; i < 10; ++i) log_.Add(kBegin + i * kS, std::to_string(i));
   }
 
-  std::string Played(const ReplayWish& wish) {
+  std::string Played(const ReplayRangeOptions& wish) {
     range_ = FindRange({log_.bytes()}, wish);
     LogMerge logs({log_.bytes()});
     logs.Go(range_.begin, range_.end);
@@ -157,7 +157,7 @@ class ReplayTest : public testing::Test {
     for (int i = 0; i < 10; ++i) log_.Add(kBegin + i * kS, std::to_string(i), "data " + std::to_string(i));
   }
 
-  Replay& Start(const Replay::Options& options, const ReplayWish& wish = {}, ReplayChannels channels = {}) {
+  Replay& Start(const Replay::Options& options, const ReplayRangeOptions& wish = {}, ReplayChannels channels = {}) {
     const std::vector<Bytes> logs = {log_.bytes()};
     return replay_.emplace(logs, FindRange(logs, wish), std::move(channels), options, now_);
   }
@@ -238,7 +238,7 @@ TEST_F(ReplayTest, StepsOneMessageAtATime) {
 
 TEST_F(ReplayTest, StepsOverWhatIsNotPlayed) {
   ReplayChannels channels;
-  ASSERT_EQ(channels.Select("[05]", false), "");
+  ASSERT_TRUE(channels.Select("[05]", false));
   Replay& replay = Start({.paused = true}, {}, channels);
   replay.Step(now_);
   EXPECT_EQ(PlayFor(0), "0");
@@ -301,7 +301,7 @@ TEST_F(ReplayTest, DoesNotSpinInALoopOfOneMessageNorOfNone) {
   Start({.loop = true}, {.end_event = 1});
   EXPECT_LE(PlayFor(kSecond).size(), 1'001);
   ReplayChannels channels;
-  ASSERT_EQ(channels.Select("none", false), "");
+  ASSERT_TRUE(channels.Select("none", false));
   Replay& silent = Start({.speed = 0, .loop = true}, {}, channels);
   EXPECT_EQ(PlayFor(kSecond), "");
   EXPECT_TRUE(silent.AtEnd());
@@ -374,7 +374,7 @@ TEST_F(ReplayTest, ComesUpForAirInALongStretchOfOtherChannels) {
   for (int i = 0; i < 250'000; ++i) log_.Add(kBegin + 10 * kS, "other");
   log_.Add(kBegin + 10 * kS, "a");
   ReplayChannels channels;
-  ASSERT_EQ(channels.Select("^[0-9a]$", false), "");
+  ASSERT_TRUE(channels.Select("^[0-9a]$", false));
   Replay& replay = Start({.speed = 0}, {}, channels);
   int empty = 0;
   std::string last;

@@ -9,6 +9,19 @@
 namespace axlecast {
 namespace {
 
+ScanLineKind KindOf(LinkKind link) {
+  switch (link) {
+    case LinkKind::kCan:
+      return ScanLineKind::kCan;
+    case LinkKind::kSpi:
+      return ScanLineKind::kSpi;
+    case LinkKind::kSerial:
+    case LinkKind::kModbus:
+      break;
+  }
+  return ScanLineKind::kSerial;
+}
+
 constexpr MonoNs kHear = 1'500 * kMillisecond;  // longer than the pauses of anything that speaks by itself
 constexpr MonoNs kLook = 50 * kMillisecond;
 
@@ -134,6 +147,26 @@ class ScanRun {
 };
 
 }  // namespace
+
+std::vector<PlannedTrial> PlanScan(std::span<const FamilyProbe> probes, ScanLineKind kind,
+                                   const ProbeScope& scope) {
+  std::vector<PlannedTrial> plan;
+  for (const FamilyProbe& probe : probes) {
+    if (KindOf(probe.family->link) != kind) continue;
+    for (ProbeTrial& trial : probe.trials(scope)) plan.push_back({probe.family, std::move(trial)});
+  }
+  std::stable_sort(plan.begin(), plan.end(), [](const PlannedTrial& a, const PlannedTrial& b) {
+    if (a.trial.asks != b.trial.asks) return b.trial.asks;
+    return a.trial.asks && a.trial.longest < b.trial.longest;
+  });
+  return plan;
+}
+
+MonoNs LongestOf(std::span<const PlannedTrial> trials) {
+  MonoNs longest = 0;
+  for (const PlannedTrial& planned : trials) longest += planned.trial.longest;
+  return longest;
+}
 
 ScanReport RunScan(ScanLine& line, const Clock& clock, std::vector<PlannedTrial> plan, const ScanHooks& hooks) {
   return ScanRun(line, clock, std::move(plan), hooks).Run();

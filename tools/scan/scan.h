@@ -6,10 +6,26 @@
 #include <vector>
 
 #include "core/base/time.h"
+#include "core/device/family.h"
+#include "core/device/probe.h"
 #include "drivers/runtime/bus/transactor.h"
-#include "tools/scan/scan_plan.h"
 
 namespace axlecast {
+
+// What a line is to a scan. A serial port may carry Modbus or any other family's bytes.
+enum class ScanLineKind : std::uint8_t { kSerial, kCan, kSpi };
+
+struct PlannedTrial {
+  const Family* family = nullptr;
+  ProbeTrial trial;
+};
+
+// Everything that can be tried on such a line: what only listens first, then what asks, the shortest first.
+[[nodiscard]] std::vector<PlannedTrial> PlanScan(std::span<const FamilyProbe> probes, ScanLineKind kind,
+                                                 const ProbeScope& scope);
+
+// How long the trials take where nothing answers.
+[[nodiscard]] MonoNs LongestOf(std::span<const PlannedTrial> trials);
 
 // The line that is looked at, open. tools/scan has one for each kind.
 class ScanLine {

@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// The finite number that stands at `key`, within the range.
+// Reads the finite number at `key`. Returns false if it is missing or out of range.
 bool ReadNumber(const Json& json, const char* key, double min, double max, double& value) {
   const auto found = json.find(key);
   if (found == json.end() || !found->is_number()) return false;
@@ -26,14 +26,14 @@ bool ReadNumber(const Json& json, const char* key, double min, double max, doubl
 PageRequest ParseSubscribe(const Json& json) {
   SubscribeRequest request;
   const auto devices = json.find("devices");
-  if (devices == json.end() || !devices->is_array()) return BadRequest{"subscribe: devices is no list of names"};
+  if (devices == json.end() || !devices->is_array()) return BadRequest{"subscribe: devices is not a list of names"};
   if (devices->size() > kMaxSubscribed) return BadRequest{"subscribe: too many devices"};
   for (const Json& device : *devices) {
-    if (!device.is_string()) return BadRequest{"subscribe: devices is no list of names"};
+    if (!device.is_string()) return BadRequest{"subscribe: devices is not a list of names"};
     request.devices.push_back(device.get<std::string>());
   }
   if (json.contains("history_s") && !ReadNumber(json, "history_s", 0, 1e6, request.history_s)) {
-    return BadRequest{"subscribe: history_s is no number of seconds"};
+    return BadRequest{"subscribe: history_s is not a number of seconds"};
   }
   return request;
 }
@@ -41,7 +41,7 @@ PageRequest ParseSubscribe(const Json& json) {
 PageRequest ParseSeek(const Json& json) {
   double utime = 0;
   if (!ReadNumber(json, "utime", 0, static_cast<double>(kFarthestUtime), utime)) {
-    return BadRequest{"seek: utime is no time in us"};
+    return BadRequest{"seek: utime is not a time in us"};
   }
   return SeekRequest{std::llround(utime)};
 }
@@ -49,10 +49,10 @@ PageRequest ParseSeek(const Json& json) {
 PageRequest ParseSpeed(const Json& json) {
   SpeedRequest request;
   if (ReadNumber(json, "factor", kSlowestPlay, kFastestPlay, request.factor)) return request;
-  return BadRequest{"speed: factor is no number from 0.01 to 100"};
+  return BadRequest{"speed: factor is not a number from 0.01 to 100"};
 }
 
-constexpr std::size_t kMaxSaid = 100;  // beyond what a start tells
+constexpr std::size_t kMaxQueuedFrames = 100;  // in addition to the frames of a start
 
 }  // namespace
 
@@ -67,17 +67,17 @@ PageRequest ParsePageRequest(std::string_view text) {
   if (name == "play") return PlayRequest{true};
   if (name == "pause") return PlayRequest{false};
   if (name == "speed") return ParseSpeed(json);
-  return BadRequest{"a type that there is not: this page only shows"};
+  return BadRequest{"unknown type: this server accepts no commands"};
 }
 
 void ClientStream::Start(WebModel& scene, WebTimestamp now, bool reset) {
-  said_.clear();
-  if (reset) said_.push_back(ResetFrame());
+  queued_.clear();
+  if (reset) queued_.push_back(ResetFrame());
   layout_ = scene.layout();
-  said_.push_back(scene.Hello());
-  said_.push_back(scene.State(now));
+  queued_.push_back(scene.Hello());
+  queued_.push_back(scene.State(now));
   state_sent_ = now.mono;
-  for (std::string& frame : scene.Past(now.utime)) said_.push_back(std::move(frame));
+  for (std::string& frame : scene.Past(now.utime)) queued_.push_back(std::move(frame));
   next_event_ = scene.events_end();
   for (auto place = places_.begin(); place != places_.end();) {
     const auto device = scene.IndexOf(place->first);
@@ -90,14 +90,14 @@ void ClientStream::Start(WebModel& scene, WebTimestamp now, bool reset) {
   }
 }
 
-std::string ClientStream::Subscribe(const WebModel& scene, const SubscribeRequest& request, WebTimestamp now) {
+Result<> ClientStream::Subscribe(const WebModel& scene, const SubscribeRequest& request, WebTimestamp now) {
   std::map<std::string, Place> places;
   std::string problem;
   history_s_ = request.history_s;
   for (const std::string& name : request.devices) {
     const auto device = scene.IndexOf(name);
     if (!device) {
-      problem = "subscribe: there is no device of such a name: " + name.substr(0, 40);
+      problem = "subscribe: unknown device: " + name.substr(0, 40);
     } else if (const auto known = places_.find(name); known != places_.end()) {
       places.insert(*known);
     } else {
@@ -105,22 +105,23 @@ std::string ClientStream::Subscribe(const WebModel& scene, const SubscribeReques
     }
   }
   places_ = std::move(places);
-  return problem;
+  if (!problem.empty()) return Failure(std::move(problem));
+  return {};
 }
 
-void ClientStream::Say(std::string frame) {
-  if (said_.size() < kMaxSaid) said_.push_back(std::move(frame));
+void ClientStream::Queue(std::string frame) {
+  if (queued_.size() < kMaxQueuedFrames) queued_.push_back(std::move(frame));
 }
 
-std::optional<std::string> ClientStream::NextSaid() {
-  if (said_.empty()) return std::nullopt;
-  std::string frame = std::move(said_.front());
-  said_.pop_front();
+std::optional<std::string> ClientStream::NextQueued() {
+  if (queued_.empty()) return std::nullopt;
+  std::string frame = std::move(queued_.front());
+  queued_.pop_front();
   return frame;
 }
 
 std::optional<std::string> ClientStream::Next(WebModel& scene, WebTimestamp now) {
-  if (auto frame = NextSaid()) return frame;
+  if (auto frame = NextQueued()) return frame;
   if (layout_ != scene.layout()) {
     layout_ = scene.layout();
     return scene.Hello();
@@ -129,7 +130,7 @@ std::optional<std::string> ClientStream::Next(WebModel& scene, WebTimestamp now)
   if (now.mono - state_sent_ >= kStatePeriod || now.mono < state_sent_) {
     state_sent_ = now.mono;
     const std::string& state = scene.State(now);
-    // Of a log that stands still it is the same again and again.
+    // While a log is paused, the state does not change.
     const std::size_t hash = std::hash<std::string>()(state);
     if (std::exchange(state_hash_, hash) != hash) return state;
   }
@@ -138,7 +139,7 @@ std::optional<std::string> ClientStream::Next(WebModel& scene, WebTimestamp now)
 
 std::optional<std::string> ClientStream::NextSamples(const WebModel& scene, WebTimestamp now) {
   const MonoNs period = places_.size() > kManyDevices ? 2 * kSamplesPeriod : kSamplesPeriod;
-  // Each in its turn: the ones behind the one that had it last, then those before it.
+  // Round-robin: begins after the device whose samples were sent last.
   const auto ready = [&](const auto& entry) { return HasSamples(scene, entry.second, now.mono - period); };
   const auto after = places_.upper_bound(last_device_);
   auto next = std::find_if(after, places_.end(), ready);

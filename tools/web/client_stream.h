@@ -9,12 +9,13 @@
 #include <variant>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/base/time.h"
 #include "tools/web/web_model.h"
 
 namespace axlecast {
 
-// What a page may ask for (docs/web_protocol.md). None of it reaches a device.
+// The requests of a page (docs/web_protocol.md). No request reaches a device.
 struct SubscribeRequest {
   std::vector<std::string> devices = {};
   double history_s = 0;
@@ -33,7 +34,7 @@ struct SpeedRequest {
   bool operator==(const SpeedRequest&) const = default;
 };
 struct BadRequest {
-  std::string text;  // what is wrong with it
+  std::string text;  // the reason
   bool operator==(const BadRequest&) const = default;
 };
 using PageRequest = std::variant<BadRequest, SubscribeRequest, SeekRequest, PlayRequest, SpeedRequest>;
@@ -44,9 +45,8 @@ inline constexpr double kFastestPlay = 100;
 
 [[nodiscard]] PageRequest ParsePageRequest(std::string_view text);
 
-// What one browser is told, and when. Asked for a frame whenever the browser can take one; a browser that is slow is
-// asked less often, and then gets the newest state and samples, but every alarm, trip and command. It holds places in the
-// scene, not what waits there. Pure.
+// Selects the next frame for one browser. A slow browser takes fewer frames: it gets the newest state and samples, but
+// every alarm, trip and command. It stores positions in the model, not the frames. Does no I/O.
 class ClientStream {
  public:
   static constexpr MonoNs kStatePeriod = 250 * kMillisecond;
@@ -55,21 +55,21 @@ class ClientStream {
   static constexpr std::uint64_t kMaxWaiting = 1000;           // rows of samples; older ones are dropped
   static constexpr std::uint64_t kMaxInFrame = 2000;
 
-  // The start of a connection; with `reset` after a seek: the subscription stays.
+  // Starts a connection, or with `reset` continues after a seek with the same subscription.
   void Start(WebModel& scene, WebTimestamp now, bool reset = false);
 
-  // Samples of these from now on. What is wrong with it, or nothing.
-  std::string Subscribe(const WebModel& scene, const SubscribeRequest& request, WebTimestamp now);
+  // Subscribes to samples of these devices only. Unknown names are an error; the other devices are subscribed.
+  [[nodiscard]] Result<> Subscribe(const WebModel& scene, const SubscribeRequest& request, WebTimestamp now);
 
-  // A frame that is not the scene's. Passed over where too many wait.
-  void Say(std::string frame);
+  // Queues a frame that is not from the model. It is dropped if too many are queued.
+  void Queue(std::string frame);
 
-  // The next frame; nothing when there is none yet.
+  // Returns the next frame; nothing if no frame is due.
   [[nodiscard]] std::optional<std::string> Next(WebModel& scene, WebTimestamp now);
-  // A frame of Say alone.
-  [[nodiscard]] std::optional<std::string> NextSaid();
+  // Returns only a frame from Queue.
+  [[nodiscard]] std::optional<std::string> NextQueued();
 
-  // Something that may not be left out is gone: the connection must end.
+  // Returns true if an event was lost for this browser. The connection must then be closed.
   [[nodiscard]] bool fell_behind(const WebModel& scene) const { return next_event_ < scene.events_begin(); }
 
  private:
@@ -77,7 +77,7 @@ class ClientStream {
     std::size_t device = 0;
     std::uint64_t row = 0;
     std::uint64_t dropped = 0;
-    bool past = true;  // it is still told of the past that it asked for
+    bool past = true;  // the requested history is not yet complete
     MonoNs sent = 0;
   };
 
@@ -86,13 +86,13 @@ class ClientStream {
   static std::string TakeSamples(const WebModel& scene, const std::string& device, Place& place, MonoNs now);
   static std::uint64_t FirstRow(const WebModel& scene, std::size_t device, double history_s, WebTimestamp now);
 
-  std::deque<std::string> said_;
+  std::deque<std::string> queued_;
   std::uint64_t layout_ = 0;
   std::uint64_t next_event_ = 0;
   MonoNs state_sent_ = 0;
   std::size_t state_hash_ = 0;
   std::map<std::string, Place> places_;
-  std::string last_device_;  // whose samples went last
+  std::string last_device_;  // whose samples were sent last
   double history_s_ = 0;
 };
 

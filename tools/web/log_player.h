@@ -11,21 +11,21 @@
 
 namespace axlecast {
 
-// A recorded machine, played for one browser.
+// Plays the log of a machine for one browser.
 class LogPlayer {
  public:
-  // A seek reads from so long before its place on: DEVICE, BUS and ALARM come once a second, trips once a minute.
+  // A seek begins to read this time before its target: states are sent once per second, trips once per minute.
   static constexpr std::int64_t kLeadUs = 75'000'000;
   static constexpr std::int64_t kFirstLookUs = 2'500'000;
-  // Messages that one Advance takes at most, so that the other browsers are served meanwhile.
+  // Maximum messages per Advance, so that other browsers are served meanwhile.
   static constexpr int kMaxPerAdvance = 20'000;
 
-  // The logs and `machine` outlive it. It is paused, so far behind the
-  // log's start that all states have been told.
+  // `logs` and `machine` must outlive it. The player is paused at kFirstLookUs after the start of the log, where all
+  // states are known.
   LogPlayer(const std::vector<Bytes>& logs, const MachineConfig& machine, std::string version, WebLogFacts facts,
             MonoNs now);
 
-  // Takes in what is due. True when a seek has come to its place: the scene is a new one.
+  // Processes due messages. Returns true if a seek has reached its target; the model is then a new one.
   [[nodiscard]] bool Advance(MonoNs now);
 
   void Seek(std::int64_t utime, MonoNs now);
@@ -34,7 +34,7 @@ class LogPlayer {
 
   [[nodiscard]] WebModel& scene() { return *scene_; }
   [[nodiscard]] WebPlayback Playback(MonoNs now) const;
-  // The log's time.
+  // Returns the time in the log.
   [[nodiscard]] WebTimestamp Now(MonoNs now) const;
 
  private:

@@ -6,7 +6,7 @@ namespace axlecast {
 
 void SampleHistory::Add(std::int64_t utime, std::span<const double> row) {
   if (begin_ < end_ && utime < this->utime(end_ - 1)) begin_ = end_;
-  const std::size_t place = end_ % most_;
+  const std::size_t place = end_ % max_rows_;
   if (place == times_.size()) {
     times_.push_back(utime);
     values_.insert(values_.end(), row.begin(), row.end());
@@ -15,7 +15,7 @@ void SampleHistory::Add(std::int64_t utime, std::span<const double> row) {
     std::copy(row.begin(), row.end(), values_.begin() + static_cast<std::ptrdiff_t>(place * columns_));
   }
   ++end_;
-  begin_ = std::max(begin_, end_ > most_ ? end_ - most_ : 0);
+  begin_ = std::max(begin_, end_ > max_rows_ ? end_ - max_rows_ : 0);
 }
 
 std::uint64_t SampleHistory::Find(std::int64_t utime) const {

@@ -18,7 +18,7 @@ namespace {
 constexpr std::string_view kCookie = "axlecast_session";
 constexpr std::string_view kBearer = "Bearer ";
 
-// Secrets are compared by their digests, which are of one length, in constant time.
+// Secrets are compared by their digests, which have equal length, in constant time.
 std::string DigestOf(std::string_view text) {
   std::string digest(crypto_generichash_BYTES, '\0');
   crypto_generichash(reinterpret_cast<unsigned char*>(digest.data()), digest.size(),
@@ -37,7 +37,7 @@ std::string Lower(std::string_view text) {
   return lower;
 }
 
-// Host without its port; a numeric IPv6 address without its brackets. Nothing where it is malformed.
+// Returns the host without its port, and an IPv6 address without brackets; empty if malformed.
 std::string NameOfHost(std::string_view host) {
   std::string_view port;
   std::string_view name = host;
@@ -69,7 +69,7 @@ int HexValue(char digit) {
   return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
 }
 
-// "%2B" and "+" as what they stand for; what is no escape stays.
+// Decodes "%2B" and "+". Invalid escapes stay unchanged.
 std::string Unescaped(std::string_view text) {
   std::string plain;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -85,7 +85,7 @@ std::string Unescaped(std::string_view text) {
   return plain;
 }
 
-// The value behind `name=` among parts that `separator` divides.
+// Returns the value after `name=` in a list with this separator.
 std::string_view PartValue(std::string_view parts, std::string_view name, char separator) {
   while (!parts.empty()) {
     const std::size_t end = std::min(parts.find(separator), parts.size());

@@ -11,33 +11,33 @@
 
 namespace axlecast {
 
-// Who may look: judges requests. Keeps the sessions of browsers that have signed in with the token.
+// Checks whether requests are allowed. Stores the sessions of browsers that have signed in with the token.
 class WebAccess {
  public:
-  // A token that is shorter could be guessed.
-  static constexpr std::size_t kShortestToken = 16;
+  // A shorter token could be guessed.
+  static constexpr std::size_t kMinTokenLength = 16;
   static constexpr MonoNs kSession = 12 * 3600 * kSecond;
   static constexpr std::size_t kMaxSessions = 64;
 
   struct Rules {
-    std::vector<std::string> names = {};  // of this host, beside localhost and its addresses
+    std::vector<std::string> names = {};  // of this host, in addition to localhost and its addresses
     bool tls = false;
     bool token_required = false;
   };
 
-  // `token` is what must be shown; empty where none is required.
+  // `token` is the required token; empty if none is required.
   WebAccess(Rules rules, const Secret& token);
 
-  // Whether Host names this host: an address, localhost or one of its names. A page of another origin whose name was
-  // made to point here (DNS rebinding) sends that name.
+  // Returns true if the Host header has an address, localhost or a name of this host. This refuses DNS rebinding, where a
+  // page of another origin sends its own name.
   [[nodiscard]] bool IsHost(std::string_view host) const;
-  // Whether the request does not come from a page of another origin. Programs send no Origin.
+  // Returns false for a request from a page of another origin. Programs other than browsers send no Origin.
   [[nodiscard]] bool IsOwnOrigin(const WebRequest& request) const;
-  // Whether the request shows the token or a session's cookie, or needs neither.
+  // Returns true if the request has the token or the cookie of a session, or if no token is required.
   [[nodiscard]] bool MayLook(const WebRequest& request, MonoNs now) const;
 
   [[nodiscard]] bool IsToken(std::string_view text) const;
-  // A new session: the value of Set-Cookie.
+  // Opens a session and returns the value of Set-Cookie.
   [[nodiscard]] std::string Open(MonoNs now);
 
  private:
@@ -51,10 +51,10 @@ class WebAccess {
   std::deque<Session> sessions_;  // oldest first
 };
 
-// The value of the cookie `name` in a Cookie header; empty where there is none.
+// Returns the value of the cookie `name` in a Cookie header; empty if it is missing.
 [[nodiscard]] std::string_view CookieValue(std::string_view header, std::string_view name);
 
-// The value of `name` in a form's body (application/x-www-form-urlencoded); empty where there is none.
+// Returns the value of `name` in a form body (application/x-www-form-urlencoded); empty if it is missing.
 [[nodiscard]] std::string FormValue(std::string_view body, std::string_view name);
 
 }  // namespace axlecast

@@ -11,14 +11,14 @@ namespace {
 constexpr int kPolicyViolation = 1008;  // RFC 6455, 7.4.1
 constexpr int kTryAgainLater = 1013;    // IANA's registry of WebSocket close codes
 constexpr MonoNs kPlaybackPeriod = 250 * kMillisecond;
-// A place that stands still is told again, so that a browser can tell a log that is paused from a server that is gone.
+// A paused position is repeated, so that a browser can distinguish a paused log from a lost server.
 constexpr MonoNs kPlaybackRepeat = kSecond;
 
 WebAnswer Plain(int status, std::string text) { return {.status = status, .body = std::move(text) + '\n'}; }
 
 constexpr const char* kHostText =
-    "this server is not known by the name that the browser asked for: open it by its address, or name it in the "
-    "machine's "
+    "this server does not have the name that the browser requested: use its address, or add the name to the "
+    "machine "
     "file (web: names:)";
 
 template <typename... Visitors>
@@ -45,7 +45,7 @@ WebAnswer WebApp::OnRequest(const WebRequest& request) {
   if (!parts_.access->IsHost(request.host)) return Plain(403, kHostText);
   if (request.method == "POST" && request.path == "/login") return SignIn(request);
   if (request.method == "GET" || request.method == "HEAD") return Get(request);
-  WebAnswer answer = Plain(405, "only GET and HEAD: this page only shows");
+  WebAnswer answer = Plain(405, "only GET and HEAD are allowed: this server accepts no commands");
   answer.headers.emplace_back("allow", "GET, HEAD");
   return answer;
 }
@@ -151,7 +151,7 @@ void WebApp::OnFrame(WebConnection connection, std::string_view text) {
   client.too_many = client.too_many || !TakesFrame(client);
   if (client.too_many) return;
   const std::string problem = Obey(client, ParsePageRequest(text));
-  if (!problem.empty()) client.feed.Say(ErrorFrame(problem));
+  if (!problem.empty()) client.feed.Queue(ErrorFrame(problem));
 }
 
 std::string WebApp::Obey(Client& client, const PageRequest& request) const {
@@ -164,7 +164,10 @@ std::string WebApp::Obey(Client& client, const PageRequest& request) const {
   return std::visit(
       Overload{
           [](const BadRequest& bad) { return bad.text; },
-          [&](const SubscribeRequest& want) { return client.feed.Subscribe(SceneOf(client), want, NowOf(client)); },
+          [&](const SubscribeRequest& subscribe) -> std::string {
+            const Result<> done = client.feed.Subscribe(SceneOf(client), subscribe, NowOf(client));
+            return done ? "" : done.error().text;
+          },
           [&](const SeekRequest& seek) { return play([&](LogPlayer& player) { player.Seek(seek.utime, now); }); },
           [&](const PlayRequest& wish) { return play([&](LogPlayer& player) { player.Play(wish.play, now); }); },
           [&](const SpeedRequest& speed) {
@@ -192,7 +195,7 @@ WebFrame WebApp::NextFrame(WebConnection connection) {
   Client& client = found->second;
   if (client.too_many) return {.close = kPolicyViolation, .reason = "too many frames"};
   if (client.player) {
-    if (auto said = client.feed.NextSaid()) return {.text = std::move(said)};
+    if (auto said = client.feed.NextQueued()) return {.text = std::move(said)};
     if (TellsPlayback(client)) return {.text = PlaybackFrame(client.told)};
     if (client.told.seeking) return {};
   }

@@ -70,7 +70,7 @@ Json HelloBus(const BusView& bus, const Monitor& monitor, const MachineConfig& m
           {"devices", std::move(devices)}};
 }
 
-// "," or nothing, then the number; null where it is none.
+// Appends the number, or null if it is not finite.
 void AppendNumber(std::string& text, double value) {
   if (!std::isfinite(value)) {
     text += "null";

@@ -16,9 +16,9 @@
 
 namespace axlecast {
 
-// The frames of docs/web_protocol.md, as one line of JSON each.
+// The frames of docs/web_protocol.md, each as one line of JSON.
 
-// The same instant on both clocks; in a log, of the event that is shown.
+// One time on both clocks; in a log, the time of the shown event.
 struct WebTimestamp {
   MonoNs mono = 0;
   std::int64_t utime = 0;
@@ -30,18 +30,18 @@ struct WebLogFacts {
   std::int64_t last_utime = 0;
 };
 
-// Names and units of what a row of samples holds.
+// Name and unit of a column of samples.
 struct WebColumn {
   std::string_view name;
   std::string unit;
 };
 [[nodiscard]] std::vector<WebColumn> ColumnsOf(const DeviceView& device, std::int8_t unit);
 
-// `machine` is the one of the file; devices that it does not list were only heard.
+// `machine`: from the machine file. Devices that it does not list are known only from messages.
 [[nodiscard]] std::string HelloFrame(const Monitor& monitor, const MachineConfig& machine, std::string_view version,
                                      const std::optional<WebLogFacts>& log);
 [[nodiscard]] std::string StateFrame(const Monitor& monitor, WebTimestamp now);
-// `before`: the names that the frame before it held.
+// `before`: the alarm names in the previous frame.
 [[nodiscard]] std::string AlarmsFrame(std::string_view device, const AlarmView& alarms, std::int64_t utime,
                                       const std::set<std::string>& before);
 [[nodiscard]] std::string TripFrame(const trip_log_t& trip);
@@ -59,12 +59,12 @@ struct WebPlayback {
 };
 [[nodiscard]] std::string PlaybackFrame(const WebPlayback& playback);
 
-// The power of a motor over the last kTrendUs before `utime`, at most one reading a second: what a small curve begins with.
+// Returns the power of a motor in the last kTrendUs before `utime`, at most one reading per second, for a small curve.
 inline constexpr std::int64_t kTrendUs = 120'000'000;
 [[nodiscard]] std::string TrendFrame(std::string_view device, const std::vector<WebColumn>& columns,
                                      const SampleHistory& history, std::int64_t utime);
 
-// The rows [begin, end) of `history`, at least one.
+// Returns the rows [begin, end) of `history`, at least one.
 [[nodiscard]] std::string SamplesFrame(std::string_view device, const std::vector<WebColumn>& columns,
                                        const SampleHistory& history, std::uint64_t begin, std::uint64_t end,
                                        std::uint64_t dropped);

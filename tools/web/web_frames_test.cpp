@@ -162,7 +162,8 @@ TEST_F(WebFramesTest, StateSaysWhatIsKnownOfBusesAndRecorders) {
   recorder.state = recorder_health_t::STATE_STOPPING;
   Hear("RECORDER/main", recorder);
   EXPECT_EQ(State()["recorders"][0]["state"], "STOPPING");
-  EXPECT_EQ(State(kStaleAfter + 1)["recorders"][0]["state"], "ENDED") << "it said that it was stopping";
+  EXPECT_EQ(State(kStaleAfter + 1)["recorders"][0]["state"], "ENDED")
+      << "its last message was that it was stopping";
   EXPECT_EQ(state["bridge"]["serves"], false);
 }
 

@@ -35,35 +35,35 @@ WebModel::WebModel(const MachineConfig& machine, std::string version, std::optio
 }
 
 void WebModel::OnMessage(std::string_view channel, Bytes message, WebTimestamp now) {
-  const Heard heard = monitor_.OnMessage(channel, message, now.mono);
+  const MonitorUpdate update = monitor_.OnMessage(channel, message, now.mono);
   const std::vector<DeviceView>& devices = monitor_.machine().devices();
-  switch (heard.kind) {
-    case Heard::Kind::kPosition: {
-      const DeviceView& device = devices[heard.index];
-      Add(heard.index, device.position->utime, PositionRow(device));
+  switch (update.kind) {
+    case MonitorUpdate::Kind::kPosition: {
+      const DeviceView& device = devices[update.index];
+      Add(update.index, device.position->utime, PositionRow(device));
       break;
     }
-    case Heard::Kind::kMotor: {
-      const motor_health_t& motor = *devices[heard.index].motor;
-      Add(heard.index, motor.utime, MotorRow(motor));
+    case MonitorUpdate::Kind::kMotor: {
+      const motor_health_t& motor = *devices[update.index].motor;
+      Add(update.index, motor.utime, MotorRow(motor));
       break;
     }
-    case Heard::Kind::kDeviceAlarms:
-      if (heard.news) TellAlarms(devices[heard.index].name, devices[heard.index].alarms, now.utime);
+    case MonitorUpdate::Kind::kDeviceAlarms:
+      if (update.changed) PublishAlarms(devices[update.index].name, devices[update.index].alarms, now.utime);
       break;
-    case Heard::Kind::kBridgeAlarms:
-      if (heard.news) TellAlarms("bridge", monitor_.machine().bridge(), now.utime);
+    case MonitorUpdate::Kind::kBridgeAlarms:
+      if (update.changed) PublishAlarms("bridge", monitor_.machine().bridge(), now.utime);
       break;
-    case Heard::Kind::kRecorderAlarms: {
-      const RecorderView& recorder = monitor_.recorders()[heard.index];
-      if (heard.news) TellAlarms(RecorderAlarms(recorder), recorder.alarms, now.utime);
+    case MonitorUpdate::Kind::kRecorderAlarms: {
+      const RecorderView& recorder = monitor_.recorders()[update.index];
+      if (update.changed) PublishAlarms(RecorderAlarms(recorder), recorder.alarms, now.utime);
       break;
     }
-    case Heard::Kind::kTrip:
-      if (heard.news) Tell(TripFrame(devices[heard.index].trips.back()));
+    case MonitorUpdate::Kind::kTrip:
+      if (update.changed) Publish(TripFrame(devices[update.index].trips.back()));
       break;
-    case Heard::Kind::kCommand:
-      if (heard.news) Tell(CommandFrame(monitor_.commands().newest()[heard.index]));
+    case MonitorUpdate::Kind::kCommand:
+      if (update.changed) Publish(CommandFrame(monitor_.commands().newest()[update.index]));
       break;
     default:
       break;
@@ -72,7 +72,7 @@ void WebModel::OnMessage(std::string_view channel, Bytes message, WebTimestamp n
 }
 
 const std::string& WebModel::State(WebTimestamp now) {
-  // A log's scene has one browser, and its time may stand still.
+  // The model of a log has one browser, and its time may be paused.
   if (log_ || state_.empty() || now.mono - state_at_ >= kStateLasts || now.mono < state_at_) {
     state_ = StateFrame(monitor_, now);
     state_at_ = now.mono;
@@ -122,17 +122,17 @@ void WebModel::Add(std::size_t device, std::int64_t utime, std::span<const doubl
   if (!samples_[device]) {
     samples_[device] = std::make_unique<SampleHistory>(row.size(), RowsFor(device));
   }
-  // A device that was only heard may turn out to be of the other kind: its first readings then tell nothing.
+  // An unlisted device may turn out to be of the other kind. Its samples are then ignored.
   if (samples_[device]->columns() == row.size()) samples_[device]->Add(utime, row);
 }
 
 std::size_t WebModel::RowsFor(std::size_t device) const {
-  const bool stranger = !machine_.buses.empty() && !monitor_.machine().devices()[device].listed;
-  if (stranger) return kStrangersRows;
+  const bool unlisted = !machine_.buses.empty() && !monitor_.machine().devices()[device].listed;
+  if (unlisted) return kUnlistedRows;
   return device < kManyRows ? kMaxRows : kMaxFurtherRows;
 }
 
-void WebModel::Tell(std::string frame) {
+void WebModel::Publish(std::string frame) {
   event_bytes_ += frame.size();
   events_.push_back(std::move(frame));
   ++events_end_;
@@ -142,9 +142,9 @@ void WebModel::Tell(std::string frame) {
   }
 }
 
-void WebModel::TellAlarms(const std::string& device, const AlarmView& alarms, std::int64_t utime) {
+void WebModel::PublishAlarms(const std::string& device, const AlarmView& alarms, std::int64_t utime) {
   std::set<std::string>& names = alarm_names_[device];
-  Tell(AlarmsFrame(device, alarms, utime, names));
+  Publish(AlarmsFrame(device, alarms, utime, names));
   names.clear();
   for (const alarm_entry_t& entry : alarms.entries()) names.insert(entry.name);
 }

@@ -15,7 +15,7 @@ constexpr double kMaxCounts = 4503599627370496.0;      // 2^52
 constexpr double kMaxProduct = 4611686018427387904.0;  // 2^62
 constexpr double kWholeTolerance = 1e-9;
 
-// The modulo in counts x |num|, where that is a whole number and the product below cannot overflow; else 0.
+// Returns the modulo in counts x |num| if it is a whole number and the product below cannot overflow; else 0.
 std::int64_t ExactPeriod(const DeviceConfig& device) {
   const double period = device.modulo / device.per_turn * static_cast<double>(device.ratio_den) *
                         static_cast<double>(device.settings->counts_per_turn);
@@ -81,7 +81,7 @@ bool Reference::Within(MonoNs instant, MonoNs since, MonoNs now) {
 }
 
 void Reference::Set(const Datum& datum, MonoNs set_at, MonoNs now) {
-  const Datum given{std::clamp(datum.counts, -kMaxDatum, kMaxDatum), datum.utime};
+  const Datum given{std::clamp(datum.counts, -kMaxDatum, kMaxDatum), datum.unix_us};
   if (lost_ && Within(set_at, lost_at_, now)) lost_ = false;
   if (datum_ == given) return;
   datum_ = given;
@@ -118,14 +118,14 @@ std::optional<std::int64_t> Axis::Origin() const {
 
 TurnCounter::Unwrapped Axis::Unwrap(const UnwrappedSample* by, const Sample& sample) const {
   if (by != nullptr) return turns_.Follow(*by, sample);
-  return {.fix = turns_.First(sample, Origin()), .continuous = false};
+  return {.sample = turns_.First(sample, Origin()), .continuous = false};
 }
 
 AxisReading Axis::Take(const Sample& sample) {
   const UnwrappedSample* last = plausibility_.Last();
   const TurnCounter::Unwrapped unwrapped = Unwrap(last, sample);
-  if (sample.error) return Bad(sample, unwrapped.fix, position_t::FLAG_DEVICE_ERROR);
-  if (last == nullptr || !plausibility_.Agrees(unwrapped.fix)) return TakeDoubtful(sample);
+  if (sample.error) return Bad(sample, unwrapped.sample, position_t::FLAG_DEVICE_ERROR);
+  if (last == nullptr || !plausibility_.Agrees(unwrapped.sample)) return TakeDoubtful(sample);
   Continue(unwrapped, sample);
   return Good(sample);
 }
@@ -133,19 +133,19 @@ AxisReading Axis::Take(const Sample& sample) {
 AxisReading Axis::TakeDoubtful(const Sample& sample) {
   const UnwrappedSample* doubted = plausibility_.Doubted();
   const TurnCounter::Unwrapped unwrapped = Unwrap(doubted != nullptr ? doubted : plausibility_.Last(), sample);
-  switch (plausibility_.TakeDoubtful(unwrapped.fix)) {
+  switch (plausibility_.TakeDoubtful(unwrapped.sample)) {
     case Plausibility::Doubt::kFirst:
       settled_ = false;
       return {};
     case Plausibility::Doubt::kImplausible:
-      return Bad(sample, unwrapped.fix, position_t::FLAG_IMPLAUSIBLE);
+      return Bad(sample, unwrapped.sample, position_t::FLAG_IMPLAUSIBLE);
     case Plausibility::Doubt::kAcceptedAtStart:
-      Begin(unwrapped.fix, sample);
+      Begin(unwrapped.sample, sample);
       break;
     case Plausibility::Doubt::kAcceptedAfterJump:
       turns_.Distrust();
-      Surprise(sample.at.last, true);
-      Continue({unwrapped.fix, unwrapped.by_counter, false}, sample);
+      CountJump(sample.at.last, true);
+      Continue({unwrapped.sample, unwrapped.by_counter, false}, sample);
       break;
     case Plausibility::Doubt::kPreviousWasWrong:
       speed_.Forget();
@@ -155,11 +155,11 @@ AxisReading Axis::TakeDoubtful(const Sample& sample) {
   return Good(sample);
 }
 
-void Axis::Begin(const UnwrappedSample& fix, const Sample& sample) {
+void Axis::Begin(const UnwrappedSample& first, const Sample& sample) {
   turns_.Begin(sample, begun_ ? turns_.sure() : begins_sure_);
-  if (!begun_) counting_since_ = fix.at.last;
+  if (!begun_) counting_since_ = first.at.last;
   begun_ = true;
-  Settle(fix, false);
+  Settle(first, false);
 }
 
 void Axis::Continue(const TurnCounter::Unwrapped& unwrapped, const Sample& sample) {
@@ -167,24 +167,24 @@ void Axis::Continue(const TurnCounter::Unwrapped& unwrapped, const Sample& sampl
   const TurnCounter::Change change = turns_.Accept(unwrapped, sample);
   if (!unwrapped.continuous) counting_since_ = now;
   if (change.lost_turns && reference_.has_datum() && scale_.TurnsMatter()) reference_.Lose(now);
-  if (change.correction != 0) Surprise(now, change.was_sure);
-  UnwrappedSample fix = unwrapped.fix;
-  fix.counts += change.correction;
-  Settle(fix, unwrapped.continuous && change.correction == 0);
+  if (change.correction != 0) CountJump(now, change.was_sure);
+  UnwrappedSample accepted = unwrapped.sample;
+  accepted.counts += change.correction;
+  Settle(accepted, unwrapped.continuous && change.correction == 0);
 }
 
-void Axis::Settle(const UnwrappedSample& fix, bool continuous) {
-  plausibility_.Accept(fix, continuous);
-  outside_ = turns_.Outside(fix.counts);
+void Axis::Settle(const UnwrappedSample& good, bool continuous) {
+  plausibility_.Accept(good, continuous);
+  outside_ = turns_.Outside(good.counts);
   settled_ = true;
-  if (!continuous || fix.low_accuracy) speed_.Forget();
-  if (fix.low_accuracy) return;
-  speed_.Add(fix);
-  standstill_.Add(fix, continuous);
+  if (!continuous || good.low_accuracy) speed_.Forget();
+  if (good.low_accuracy) return;
+  speed_.Add(good);
+  standstill_.Add(good, continuous);
 }
 
-void Axis::Surprise(MonoNs now, bool loses_reference) {
-  ++surprises_;
+void Axis::CountJump(MonoNs now, bool loses_reference) {
+  ++unexplained_jumps_;
   reference_.Jump();
   if (loses_reference && reference_.has_datum()) reference_.Lose(now);
   standstill_.Forget();
@@ -197,10 +197,10 @@ AxisReading Axis::Good(const Sample& sample) {
   return reading;
 }
 
-AxisReading Axis::Bad(const Sample& sample, const UnwrappedSample& fix, std::int32_t why) {
+AxisReading Axis::Bad(const Sample& sample, const UnwrappedSample& unwrapped, std::int32_t why) {
   settled_ = false;
   return {AxisReading::Kind::kDoubtful, (StateFlags(sample) & ~position_t::FLAG_TURNS_VALID) | why,
-          Absolute(fix.counts)};
+          Absolute(unwrapped.counts)};
 }
 
 std::int32_t Axis::StateFlags(const Sample& sample) const {
@@ -241,7 +241,7 @@ void Axis::SetDatum(const Reference::Datum& datum, MonoNs set_at, MonoNs now) {
     turns_.Trust();
     return;
   }
-  // From before the counting began: only the encoder can say how many turns away from it the shaft is.
+  // The datum is older than the counting: only the encoder can report how many turns the shaft is away from it.
   begins_sure_ = false;
   turns_.Distrust();
   const UnwrappedSample* last = plausibility_.Last();

@@ -20,7 +20,7 @@ constexpr MonoNs kNoValidFor = 100 * kMillisecond;
 constexpr int kNoValidCount = 3;
 constexpr int kDecodedToReturn = 3;
 
-// Bytes that nobody asked for are no reading.
+// Returns false for unexpected bytes, which are not a reading.
 bool IsReading(ErrorKind kind) { return kind != ErrorKind::kUnexpectedBytes; }
 
 constexpr std::size_t kSerialBytes = 32;
@@ -33,7 +33,7 @@ std::int32_t Microseconds(MonoNs ns) {
   return static_cast<std::int32_t>(std::min<MonoNs>(ns / kMicrosecond, INT32_MAX));
 }
 
-// Those that `permits` returns true for.
+// Adds the operations for which `permits` returns true.
 template <typename Permits>
 void AddOperations(std::span<const OperationSpec> operations, Permits permits, device_info_t& info) {
   for (const OperationSpec& operation : operations) {
@@ -57,12 +57,12 @@ void DeviceHealth::OnGood(MonoNs at) {
   ++good_;
   ++window_good_;
   last_good_ = at;
-  told_ = at;
+  last_result_ = at;
   if (!AnswersAgain()) return;
-  heard_ = at;
+  decoded_at_ = at;
   failures_ = 0;
   doubtful_ = 0;
-  SetUnasked(false);
+  SetNotPolled(false);
   if (mode_ == Mode::kAnswering && !no_valid_) return;
   no_valid_ = false;
   Enter(Mode::kAnswering, "", at);
@@ -70,12 +70,12 @@ void DeviceHealth::OnGood(MonoNs at) {
 
 void DeviceHealth::OnDoubtful(ErrorKind kind, MonoNs at) {
   Count(kind);
-  told_ = at;
+  last_result_ = at;
   if (!AnswersAgain()) return;
-  heard_ = at;
+  decoded_at_ = at;
   failures_ = 0;
   ++doubtful_;
-  SetUnasked(false);
+  SetNotPolled(false);
   const MonoNs since = std::max(last_good_ == kNever ? entered_ : last_good_, entered_);
   const bool no_valid = no_valid_ || (doubtful_ >= kNoValidCount && at - since >= kNoValidFor);
   if (mode_ == Mode::kAnswering && no_valid == no_valid_) return;
@@ -85,9 +85,9 @@ void DeviceHealth::OnDoubtful(ErrorKind kind, MonoNs at) {
 }
 
 bool DeviceHealth::AnswersAgain() {
-  if (!babbles_) return true;
+  if (!undecodable_) return true;
   if (++decoded_ < kDecodedToReturn) return false;
-  babbles_ = false;
+  undecodable_ = false;
   share_ = std::string("it answers again after failures with ") + ErrorName(last_failure_);
   window_begin_ = 0;
   return true;
@@ -97,24 +97,24 @@ void DeviceHealth::OnFailure(ErrorKind kind, MonoNs at) {
   Count(kind);
   if (!IsReading(kind)) return;
   decoded_ = 0;
-  told_ = at;
+  last_result_ = at;
   if (failures_++ == 0) first_failure_ = at;
-  SetUnasked(false);
+  SetNotPolled(false);
   last_failure_ = kind;
-  JudgeSilence(at);
+  UpdateSilence(at);
 }
 
-void DeviceHealth::JudgeSilence(MonoNs now) {
+void DeviceHealth::UpdateSilence(MonoNs now) {
   const bool starting = mode_ == Mode::kStarting;
   if (!starting && mode_ != Mode::kAnswering) return;
   if (entered_ == 0) entered_ = now;
-  const MonoNs lasted = now - std::max(heard_, entered_);
+  const MonoNs lasted = now - std::max(decoded_at_, entered_);
   const bool silent =
       starting ? failures_ >= 3 && lasted >= 2 * kSecond
                : (failures_ >= 10 && lasted >= 100 * kMillisecond) || (failures_ >= 3 && lasted >= kSecond) ||
-                     (failures_ > 0 && last_failure_ == ErrorKind::kSilent && now - first_failure_ >= Longest());
+                     (failures_ > 0 && last_failure_ == ErrorKind::kSilent && now - first_failure_ >= MaxSilence());
   if (!silent) return;
-  babbles_ = last_failure_ != ErrorKind::kTimeout && last_failure_ != ErrorKind::kSilent;
+  undecodable_ = last_failure_ != ErrorKind::kTimeout && last_failure_ != ErrorKind::kSilent;
   Enter(Mode::kSilent, std::string("no usable answer; the last reading failed with ") + ErrorName(last_failure_),
         now);
 }
@@ -132,7 +132,7 @@ void DeviceHealth::OnRefused(std::string_view reason, MonoNs now) {
 void DeviceHealth::OnLink(bool up, std::string_view reason, MonoNs now) {
   if (!up) {
     if (mode_ != Mode::kLinkDown || reason != mode_reason_) Enter(Mode::kLinkDown, reason, now);
-  } else if (mode_ == Mode::kLinkDown || told_ == 0) {
+  } else if (mode_ == Mode::kLinkDown || last_result_ == 0) {
     Enter(Mode::kStarting, "the link is up; nothing read yet", now);
   }
 }
@@ -146,15 +146,15 @@ void DeviceHealth::SetAlarm(std::string_view name) {
 void DeviceHealth::Tick(MonoNs now) {
   if (window_begin_ == 0) window_begin_ = now;
   if (now - window_begin_ >= kWindow) CloseWindow(now);
-  // A stream that fell silent fails once.
-  if (failures_ > 0) JudgeSilence(now);
-  SetUnasked(mode_ == Mode::kAnswering && now - std::max(told_, entered_) >= Longest());
+  // A stream that has stalled reports one failure only.
+  if (failures_ > 0) UpdateSilence(now);
+  SetNotPolled(mode_ == Mode::kAnswering && now - std::max(last_result_, entered_) >= MaxSilence());
 }
 
-// A device that was not asked has not failed to answer.
-void DeviceHealth::SetUnasked(bool unasked) {
-  if (unasked == unasked_) return;
-  unasked_ = unasked;
+// A device that was not polled has not failed.
+void DeviceHealth::SetNotPolled(bool not_polled) {
+  if (not_polled == not_polled_) return;
+  not_polled_ = not_polled;
   Evaluate();
 }
 
@@ -181,10 +181,10 @@ void DeviceHealth::CloseWindow(MonoNs now) {
 
 void DeviceHealth::Enter(Mode mode, std::string_view reason, MonoNs now) {
   if (mode != mode_ || entered_ == 0) entered_ = now;
-  unasked_ = false;
+  not_polled_ = false;
   if (mode != Mode::kAnswering) no_valid_ = false;
   if (mode != mode_ && mode != Mode::kSilent) failures_ = 0;
-  if (mode != Mode::kSilent) babbles_ = false;
+  if (mode != Mode::kSilent) undecodable_ = false;
   mode_ = mode;
   mode_reason_ = reason;
   Evaluate();
@@ -205,9 +205,9 @@ void DeviceHealth::Evaluate() {
     return Publish(device_info_t::STATE_DEGRADED,
                    std::string("it answers, but no position is valid: ") + ErrorName(last_failure_));
   }
-  if (unasked_) {
+  if (not_polled_) {
     return Publish(device_info_t::STATE_DEGRADED,
-                   "it was not asked for a second: the line is not idle, or other requests took every turn");
+                   "it was not polled for a second: the line is not idle, or other requests took every slot");
   }
   if (!alarm_.empty()) return Publish(device_info_t::STATE_DEGRADED, "alarm " + alarm_);
   if (!share_.empty()) return Publish(device_info_t::STATE_DEGRADED, share_);
@@ -292,7 +292,7 @@ const device_info_t& DeviceReport::Write(const DeviceHealth& health, const Refer
   if (health_revision_ != health.revision()) info_.reason = CappedText(health.reason(), kWhyBytes);
   health_revision_ = health.revision();
   info_.datum_counts = reference.datum();
-  info_.datum_utime = reference.utime();
+  info_.datum_utime = reference.datum_unix_us();
   info_.datum_epoch = reference.epoch();
   info_.reference_lost = reference.lost() ? 1 : 0;
   info_.good = health.good();

@@ -74,7 +74,7 @@ TEST_F(DeviceHealthTest, ADeviceThatIsNotAskedIsDegradedAndNeverOffline) {
   EXPECT_EQ(State(), kOnline);
   health_.Tick(t_ + 1'100 * kMillisecond);
   EXPECT_EQ(State(), kDegraded);
-  EXPECT_NE(health_.reason().find("not asked"), std::string::npos);
+  EXPECT_NE(health_.reason().find("not polled"), std::string::npos);
   health_.Tick(t_ + 3'600 * kSecond);
   EXPECT_EQ(State(), kDegraded);
   health_.OnFailure(ErrorKind::kTimeout, t_ += 3'601 * kSecond);

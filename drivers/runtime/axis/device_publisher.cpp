@@ -11,12 +11,11 @@
 #include "drivers/runtime/axis/device_health.h"
 #include "drivers/runtime/axis/motor_output.h"
 #include "drivers/runtime/axis/position_output.h"
-#include "drivers/runtime/axis/publish_timer.h"
 
 namespace axlecast {
 namespace {
 
-constexpr MonoNs kShown = 60 * kSecond;  // how long an alarm about a single moment stays
+constexpr MonoNs kShown = 60 * kSecond;  // how long an alarm about a single event stays
 
 PositionOutput::Context OutputContext(const BusConfig& bus, const DevicePublisherContext& context) {
   const std::int32_t simulated = bus.simulate ? position_t::FLAG_SIMULATED : 0;
@@ -27,6 +26,25 @@ PositionOutput::Context OutputContext(const BusConfig& bus, const DevicePublishe
 }  // namespace
 
 struct DevicePublisher::State {
+  // When a message is due that is sent once per second and on changes: DEVICE and ALARM.
+  class PublishTimer {
+   public:
+    // `revision`: of the content of the message.
+    [[nodiscard]] bool Due(std::int64_t revision, MonoNs now) {
+      constexpr MonoNs kMinInterval = 20 * kMillisecond;  // between two messages after changes
+      if (sent_ && now - sent_at_ < (revision == sent_revision_ ? kSecond : kMinInterval)) return false;
+      sent_ = true;
+      sent_at_ = now;
+      sent_revision_ = revision;
+      return true;
+    }
+
+   private:
+    bool sent_ = false;
+    MonoNs sent_at_ = 0;
+    std::int64_t sent_revision_ = 0;
+  };
+
   State(const BusConfig& bus, const DeviceConfig& device, DevicePublisherContext given)
       : context(std::move(given)),
         name(device.name),
@@ -43,13 +61,13 @@ struct DevicePublisher::State {
     alarm_message.device = device.name;
   }
 
-  void See(MonoNs at) { now = std::max(now, at); }
-  [[nodiscard]] std::int64_t Utime() const { return context.time->Utime(now); }
-  void Raise(const AlarmSpec& alarm, AlarmState state) { alarms.Set(alarm, state, Utime()); }
+  void AdvanceTime(MonoNs at) { now = std::max(now, at); }
+  [[nodiscard]] std::int64_t NowUnixUs() const { return context.time->Utime(now); }
+  void Raise(const AlarmSpec& alarm, AlarmState state) { alarms.Set(alarm, state, NowUnixUs()); }
   void RaiseWhile(bool present, const AlarmSpec& alarm) {
     Raise(alarm, present ? AlarmState::kLive : AlarmState::kAbsent);
   }
-  void Judge();
+  void UpdateAlarms();
   void UpdateTimedAlarms();
   void PublishDue();
 
@@ -66,63 +84,63 @@ struct DevicePublisher::State {
   alarm_t alarm_message{};
   PublishTimer device_times;
   PublishTimer alarm_times;
-  MonoNs now = 0;  // the latest instant heard of
+  MonoNs now = 0;  // the latest time of an event
   std::int64_t unexplained_jumps = 0;
-  MonoNs surprise_until = 0;
+  MonoNs jump_until = 0;
   MonoNs clock_stepped_until = 0;
 
-  // What Judge last drew its conclusions from.
-  std::int64_t judged_health = -1;
-  std::int64_t judged_alarms = -1;
-  bool judged_lost = false;
-  bool judged_outside = false;
-  std::int32_t judged_epoch = 0;
+  // The state at the last UpdateAlarms.
+  std::int64_t seen_health = -1;
+  std::int64_t seen_alarms = -1;
+  bool seen_lost = false;
+  bool seen_outside = false;
+  std::int32_t seen_epoch = 0;
   std::int64_t axis_revision = 0;
 };
 
-// Alarms follow from the state, and the state from the alarms.
-void DevicePublisher::State::Judge() {
+// The alarms follow from the state, and DeviceHealth's state from the alarms.
+void DevicePublisher::State::UpdateAlarms() {
   const Reference& reference = axis.reference();
-  const bool axis_same = judged_lost == reference.lost() && judged_outside == axis.outside() &&
-                         judged_epoch == reference.epoch() && unexplained_jumps == axis.unexplained_jumps();
-  if (axis_same && judged_health == health.revision() && judged_alarms == alarms.revision()) return;
+  const bool axis_same = seen_lost == reference.lost() && seen_outside == axis.outside() &&
+                         seen_epoch == reference.epoch() && unexplained_jumps == axis.unexplained_jumps();
+  if (axis_same && seen_health == health.revision() && seen_alarms == alarms.revision()) return;
   if (!axis_same) {
     ++axis_revision;
-    if (unexplained_jumps != axis.unexplained_jumps()) surprise_until = now + kShown;
+    if (unexplained_jumps != axis.unexplained_jumps()) jump_until = now + kShown;
     unexplained_jumps = axis.unexplained_jumps();
-    judged_lost = reference.lost();
-    judged_outside = axis.outside();
-    judged_epoch = reference.epoch();
+    seen_lost = reference.lost();
+    seen_outside = axis.outside();
+    seen_epoch = reference.epoch();
   }
   const bool offline = health.state() == device_info_t::STATE_OFFLINE;
   alarms.SetOffline(offline);
   RaiseWhile(offline, runtime_alarms::kDeviceOffline);
-  Raise(runtime_alarms::kReferenceLost, judged_lost ? AlarmState::kDriverLatched : AlarmState::kAbsent);
-  RaiseWhile(judged_outside, runtime_alarms::kTurnsPassedEnd);
-  RaiseWhile(now < surprise_until, runtime_alarms::kPositionJumped);
+  Raise(runtime_alarms::kReferenceLost, seen_lost ? AlarmState::kDriverLatched : AlarmState::kAbsent);
+  RaiseWhile(seen_outside, runtime_alarms::kTurnsPassedEnd);
+  RaiseWhile(now < jump_until, runtime_alarms::kPositionJumped);
   const AlarmSpec* worst = alarms.Worst(alarm_entry_t::SEVERITY_ERROR);
   health.SetAlarm(worst != nullptr ? worst->name : "");
-  judged_health = health.revision();
-  judged_alarms = alarms.revision();
+  seen_health = health.revision();
+  seen_alarms = alarms.revision();
 }
 
-// Alarms that time alone ends.
+// Updates the alarms that end after a time.
 void DevicePublisher::State::UpdateTimedAlarms() {
-  RaiseWhile(now < surprise_until, runtime_alarms::kPositionJumped);
+  RaiseWhile(now < jump_until, runtime_alarms::kPositionJumped);
   RaiseWhile(now < clock_stepped_until, runtime_alarms::kClockStepped);
   RaiseWhile(health.implausible_burst(), runtime_alarms::kImplausibleBurst);
   RaiseWhile(health.stray_burst(), runtime_alarms::kUnexpectedBytes);
-  alarms.Tick(Utime());
+  alarms.Tick(NowUnixUs());
 }
 
 void DevicePublisher::State::PublishDue() {
-  Judge();
+  UpdateAlarms();
   if (device_times.Due(health.revision() + report.revision() + axis_revision, now)) {
     Publish(*context.sink, device_channel, report.Write(health, axis.reference(), *context.time, now));
   }
   if (alarm_times.Due(alarms.revision(), now)) {
     alarm_message.mono_ns = now;
-    alarm_message.utime = Utime();
+    alarm_message.utime = NowUnixUs();
     alarms.Write(alarm_message, alarm_message.utime);
     Publish(*context.sink, alarm_channel, alarm_message);
     ++alarm_message.seq;
@@ -135,7 +153,7 @@ DevicePublisher::~DevicePublisher() = default;
 
 void DevicePublisher::OnSample(const Sample& sample) {
   State& s = *state_;
-  s.See(sample.at.last);
+  s.AdvanceTime(sample.at.last);
   const AxisReading reading = s.axis.Take(sample);
   switch (reading.kind) {
     case AxisReading::Kind::kGood:
@@ -153,33 +171,33 @@ void DevicePublisher::OnSample(const Sample& sample) {
 
 void DevicePublisher::OnMotor(const MotorReading& reading) {
   const MonoNs at = std::max(reading.analog_at.last, reading.status_at.last);
-  state_->See(at);
+  state_->AdvanceTime(at);
   state_->health.OnGood(at);
   state_->motor.Take(reading);
   state_->PublishDue();
 }
 
 void DevicePublisher::OnTrip(const TripRecord& record) {
-  state_->See(record.at.last);
+  state_->AdvanceTime(record.at.last);
   state_->motor.Take(record);
 }
 
 void DevicePublisher::OnMotorLimits(const MotorLimits& limits) {
-  state_->See(limits.at.last);
+  state_->AdvanceTime(limits.at.last);
   state_->motor.Take(limits, state_->now);
 }
 
 void DevicePublisher::OnProductCode(std::string_view code) { state_->report.SetProductCode(code); }
 
 void DevicePublisher::OnError(ErrorKind kind, Interval at) {
-  state_->See(at.last);
+  state_->AdvanceTime(at.last);
   state_->health.OnFailure(kind, at.last);
   if (kind != ErrorKind::kUnexpectedBytes) state_->output.Miss();
   state_->PublishDue();
 }
 
 void DevicePublisher::OnAlarm(const AlarmSpec& alarm, AlarmState state, MonoNs now) {
-  state_->See(now);
+  state_->AdvanceTime(now);
   state_->Raise(alarm, state);
 }
 
@@ -208,7 +226,7 @@ void DevicePublisher::OnOutcome(const CommandId& id, const Outcome& outcome) {
 Motion DevicePublisher::MotionAt(MonoNs now) const { return state_->axis.MotionAt(now); }
 
 void DevicePublisher::OnLink(bool up, std::string_view reason, MonoNs now) {
-  state_->See(now);
+  state_->AdvanceTime(now);
   state_->health.OnLink(up, reason, now);
   if (!up) state_->output.Interrupt();
   state_->RaiseWhile(!up, runtime_alarms::kLinkDown);
@@ -216,7 +234,7 @@ void DevicePublisher::OnLink(bool up, std::string_view reason, MonoNs now) {
 }
 
 void DevicePublisher::Tick(MonoNs now) {
-  state_->See(now);
+  state_->AdvanceTime(now);
   state_->health.Tick(now);
   state_->UpdateTimedAlarms();
   state_->output.Tick(now);
@@ -229,12 +247,12 @@ void DevicePublisher::OnClockStepped() {
   state_->output.OnClockStepped();
 }
 
-void DevicePublisher::SetDatum(std::int64_t counts, std::int64_t utime) {
-  // The stamp on CLOCK_MONOTONIC; a wild one is only as far away as it needs to be.
+void DevicePublisher::SetDatum(std::int64_t counts, std::int64_t unix_us) {
+  // Converts the timestamp to CLOCK_MONOTONIC. A value far from now is limited, so that the sum does not overflow.
   constexpr std::int64_t kFarUs = INT64_C(1'000'000'000'000'000);
-  const std::int64_t now_us = state_->Utime();
-  const std::int64_t ago_us = std::clamp(utime, now_us - kFarUs, now_us + kFarUs) - now_us;
-  state_->axis.SetDatum({counts, utime}, state_->now + ago_us * kMicrosecond, state_->now);
+  const std::int64_t now_us = state_->NowUnixUs();
+  const std::int64_t ago_us = std::clamp(unix_us, now_us - kFarUs, now_us + kFarUs) - now_us;
+  state_->axis.SetDatum({counts, unix_us}, state_->now + ago_us * kMicrosecond, state_->now);
 }
 
 void DevicePublisher::ClearDatum() { state_->axis.ClearDatum(); }
@@ -258,7 +276,7 @@ DevicePublisher::Summary DevicePublisher::summary() const {
   summary.reference_lost = reference.lost();
   summary.value = counts ? state_->axis.scale().Value(*counts) : std::numeric_limits<double>::quiet_NaN();
   summary.identity = state_->report.identity();
-  if (reference.has_datum()) summary.datum = Reference::Datum{reference.datum(), reference.utime()};
+  if (reference.has_datum()) summary.datum = Reference::Datum{reference.datum(), reference.datum_unix_us()};
   summary.file_datum = reference.of_file();
   if (const auto position = state_->axis.LastValid()) {
     summary.position = {position->counts, state_->context.time->Utime(position->at.Middle())};

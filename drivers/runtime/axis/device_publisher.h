@@ -16,7 +16,7 @@
 
 namespace axlecast {
 
-// What a channel shares with the rest of its process.
+// What a DevicePublisher shares with the rest of its process.
 struct DevicePublisherContext {
   std::int64_t boot_id = 0;
   const Timebase* time = nullptr;
@@ -25,13 +25,12 @@ struct DevicePublisherContext {
   bool redecoded = false;  // readings come from a WIRE recording
 };
 
-// One device towards LCM: samples become POSITION and POSITION_BLOCK, readings of a monitor MOTOR, TRIP and LIMITS, alarms
-// ALARM, the rest DEVICE.
-// Used by the bus's thread only. Allocates nothing while readings go on.
+// Publishes one device on LCM: samples as POSITION and POSITION_BLOCK, readings of a monitor as MOTOR, TRIP and LIMITS,
+// alarms as ALARM, and the state as DEVICE. Used by the bus's thread only. Allocates nothing in normal operation.
 //
-// OnSample counts implausible readings (ErrorKind::kImplausible) and those that the device calls invalid
-// (ErrorKind::kDevice) itself: a device does not report them by OnError as well. Stray bytes are counted, but are
-// no missed reading. After OnJump the datum is the file's, or none.
+// OnSample counts implausible readings (ErrorKind::kImplausible) and readings that the device reports as invalid
+// (ErrorKind::kDevice); the device does not report these by OnError. Unexpected bytes are counted, but not as a missed
+// reading. After OnJump, the datum of the file, or none, is used.
 class DevicePublisher final : public DeviceOutput {
  public:
   DevicePublisher(const BusConfig& bus, const DeviceConfig& device, DevicePublisherContext context);
@@ -55,52 +54,50 @@ class DevicePublisher final : public DeviceOutput {
   void OnOutcome(const CommandId& id, const Outcome& outcome) override;
   [[nodiscard]] Motion MotionAt(MonoNs now) const override;
 
-  // From the bus: the link's state; while it is down the device is OFFLINE for `reason`.
+  // Sets the state of the link. While the link is down, the device is OFFLINE for `reason`.
   void OnLink(bool up, std::string_view reason, MonoNs now);
-  // From the bus, at least every 100 ms: publishes what is due (DEVICE and ALARM on change and at 1 Hz, a block
-  // that has waited 100 ms).
+  // Publishes what is due: DEVICE and ALARM on change and at 1 Hz, and a block after 100 ms. Call at least every 100 ms.
   void Tick(MonoNs now);
-  // UNIX time was stepped: the next message says so.
+  // Reports that UNIX time was stepped: the next messages have the flag CLOCK_STEPPED.
   void OnClockStepped();
 
-  // The datum as the bridge or an operator sets it: `counts` after direction become 0. New epoch, REFERENCED; the
-  // same datum again changes nothing. `utime` says when it was established. One from before the reference was lost
-  // does not restore it; and where only the driver counts the turns, one from before the counting began leaves them
-  // open. 0: unknown, so before everything.
-  void SetDatum(std::int64_t counts, std::int64_t utime);
-  // What the present position would be as datum counts so that it reads `value` (in the device's unit);
-  // nothing when no valid position is known.
+  // Sets the datum: `counts` (after direction) read 0. Increments the epoch and sets REFERENCED. The same datum again
+  // changes nothing. `unix_us` is when the datum was established; 0 means unknown, and is treated as long ago:
+  // - A datum from before the loss of the reference does not restore the reference.
+  // - If only the driver counts the turns, a datum from before the begin of the counting leaves the turns unknown.
+  void SetDatum(std::int64_t counts, std::int64_t unix_us);
+  // Returns the datum with which the present position reads `value` (in the unit of the axis), or nothing if no valid
+  // position is known.
   [[nodiscard]] std::optional<std::int64_t> DatumFor(double value) const;
 
-  // Takes away the datum that was set: new epoch; the file's is in force, or none, and then the axis is not
-  // REFERENCED. Does nothing where none was set.
+  // Deletes the datum that was set, and increments the epoch. The datum of the file is used again; without one, the axis
+  // is not REFERENCED. Does nothing if no datum was set.
   void ClearDatum();
-  // What the present position would read with this datum; nothing when no valid position is known.
+  // Returns what the present position would read with this datum, or nothing if no valid position is known.
   [[nodiscard]] std::optional<double> ValueWith(std::int64_t datum_counts) const;
 
-  // For what operators say of its alarms.
+  // The alarms of the device, which operators acknowledge and shelve.
   [[nodiscard]] AlarmTable& alarms();
   [[nodiscard]] const AlarmTable& alarms() const;
 
-  // For the driver's HELLO and for interlocks.
+  // The state for the driver's HELLO and for interlocks.
   struct Summary {
     std::int8_t state = 0;  // device_info_t STATE_*
     std::int32_t datum_epoch = 0;
     bool reference_lost = false;
-    double value = 0;  // last valid position in unit; NaN unknown
-    std::string_view
-        identity;  // as the device gave it, "17" or "17 SN0042"; empty unknown; until the next OnIdentity
+    double value = 0;           // last valid position in unit; NaN unknown
+    std::string_view identity;  // "17" or "17 SN0042"; empty: unknown; valid until the next OnIdentity
     std::optional<Reference::Datum> datum;
-    std::optional<Reference::Datum> file_datum;  // of the machine's file, in force or not
+    std::optional<Reference::Datum> file_datum;  // of the machine's file, used or not
     struct Position {
       std::int64_t counts = 0;  // after direction, before the datum; absolute within the axis's turns mode
-      std::int64_t utime = 0;   // us
+      std::int64_t unix_us = 0;
     };
     std::optional<Position> position;  // of the last valid reading
   };
   [[nodiscard]] Summary summary() const;
   [[nodiscard]] std::int64_t good() const;
-  [[nodiscard]] std::int64_t nv_writes() const;  // of the device's limited memory
+  [[nodiscard]] std::int64_t nv_writes() const;  // writes to memory of limited endurance
   [[nodiscard]] std::int64_t errors(ErrorKind kind) const;
 
  private:

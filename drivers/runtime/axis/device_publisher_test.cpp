@@ -465,7 +465,7 @@ TEST_F(ChannelSummaryTest, PositionIsTheLastValidReadingBeforeTheDatum) {
   ASSERT_TRUE(channel_->summary().position);
   const std::int64_t counts = channel_->summary().position->counts;
   EXPECT_EQ(counts, Positions().back().counts);
-  EXPECT_EQ(channel_->summary().position->utime, kUtcAtZero + last / kMicrosecond);
+  EXPECT_EQ(channel_->summary().position->unix_us, kUtcAtZero + last / kMicrosecond);
   EXPECT_FALSE(channel_->summary().datum);
 
   channel_->SetDatum(-300, UtcNow());
@@ -476,7 +476,7 @@ TEST_F(ChannelSummaryTest, PositionIsTheLastValidReadingBeforeTheDatum) {
   Read(bad);
   Fail(3);
   EXPECT_EQ(channel_->summary().position->counts, counts);
-  EXPECT_EQ(channel_->summary().position->utime, kUtcAtZero + last / kMicrosecond);
+  EXPECT_EQ(channel_->summary().position->unix_us, kUtcAtZero + last / kMicrosecond);
 
   channel_->OnJump();
   EXPECT_FALSE(channel_->summary().position);

@@ -12,7 +12,7 @@ constexpr double kNsPerSecond = 1e9;
 constexpr double kNsPerMinute = 60e9;
 constexpr std::int64_t kLowAccuracySteps = 32;  // 5 bits
 
-// The mean speed that a stretch may have had, in counts per ns.
+// The possible mean speeds over an interval, in counts per ns.
 struct SpeedRange {
   double minimum;
   double maximum;
@@ -24,8 +24,8 @@ SpeedRange MeanSpeed(double distance, double error, double shortest, double long
   return {low / (low >= 0 ? longest : shortest), high / (high >= 0 ? shortest : longest)};
 }
 
-// Anchors are so far apart: the longer the way to one, the better it tells the speed; the shorter, the less it has
-// changed since. The noise of an encoder against 1,000 to 80,000 rad/s2 is best at 0.1 to 1.5 ms.
+// The time between two anchors. A longer time gives a more accurate speed, but the speed may have changed since. For the
+// noise of our encoders and 1,000 to 80,000 rad/s2, the best time is 0.1 to 1.5 ms.
 constexpr MonoNs kBetweenAnchors = kMillisecond;
 
 bool FarApart(const UnwrappedSample& from, const UnwrappedSample& to) {
@@ -81,7 +81,7 @@ bool MotionLimits::AccelerationAllows(const UnwrappedSample& a, const UnwrappedS
       MeanSpeed(static_cast<double>(b.counts - a.counts), Error(a, b), static_cast<double>(shortest_1), longest_1);
   const SpeedRange after =
       MeanSpeed(static_cast<double>(c.counts - b.counts), Error(b, c), static_cast<double>(shortest_2), longest_2);
-  // Mean speeds of two adjoining stretches differ by at most acceleration x the distance of their middles.
+  // The mean speeds of two adjacent intervals differ by at most acceleration x the time between their middles.
   const double change = std::max({0.0, after.minimum - before.maximum, before.minimum - after.maximum});
   return change <= acceleration_ * (longest_1 + longest_2) / 2;
 }
@@ -93,43 +93,44 @@ TurnCounter::TurnCounter(const DeviceConfig& device, const MotionLimits& limits)
       period_(counts_per_turn_ * std::max<std::int64_t>(turns_range_, 1)),
       mode_(device.turns) {}
 
-std::int64_t TurnCounter::Said(const Sample& sample) const {
+std::int64_t TurnCounter::CountsOf(const Sample& sample) const {
   const std::int64_t turns = HoldsTurns(sample) ? FloorMod(sample.turns, turns_range_) : 0;
   return turns * counts_per_turn_ + FloorMod(sample.counts, counts_per_turn_);
 }
 
-std::int64_t TurnCounter::WithinEnds(std::int64_t said, std::int64_t period) const {
-  return mode_ == TurnsMode::kSigned ? Nearest(said, period, 0) : FloorMod(said, period);
+std::int64_t TurnCounter::WithinEnds(std::int64_t counts, std::int64_t period) const {
+  return mode_ == TurnsMode::kSigned ? Nearest(counts, period, 0) : FloorMod(counts, period);
 }
 
 UnwrappedSample TurnCounter::First(const Sample& sample, std::optional<std::int64_t> origin) const {
   const std::int64_t period = has_counter() && !sample.has_turns ? counts_per_turn_ : period_;
-  const std::int64_t said = Said(sample);
+  const std::int64_t counts = CountsOf(sample);
   const bool near_origin = mode_ == TurnsMode::kModulo && origin.has_value();
-  return {near_origin ? Nearest(said, period, *origin) : WithinEnds(said, period), sample.at, sample.low_accuracy};
+  return {near_origin ? Nearest(counts, period, *origin) : WithinEnds(counts, period), sample.at,
+          sample.low_accuracy};
 }
 
 TurnCounter::Unwrapped TurnCounter::Follow(const UnwrappedSample& from, const Sample& sample) const {
   if (!has_counter()) return Nearer(from, sample, period_, true);
   if (aligned_ && sample.has_turns) {
     const Unwrapped by_counter = Nearer(from, sample, period_, true);
-    if (sample.turns_trusted || limits_.SpeedAllows(from, by_counter.fix)) return by_counter;
+    if (sample.turns_trusted || limits_.SpeedAllows(from, by_counter.sample)) return by_counter;
   }
   return Nearer(from, sample, counts_per_turn_, false);
 }
 
 TurnCounter::Unwrapped TurnCounter::Nearer(const UnwrappedSample& from, const Sample& sample, std::int64_t period,
                                            bool whole) const {
-  Unwrapped unwrapped{.fix = {0, sample.at, sample.low_accuracy}, .by_counter = whole && has_counter()};
-  unwrapped.continuous = limits_.Reach(from, unwrapped.fix) < static_cast<double>(period) / 2;
+  Unwrapped unwrapped{.sample = {0, sample.at, sample.low_accuracy}, .by_counter = whole && has_counter()};
+  unwrapped.continuous = limits_.Reach(from, unwrapped.sample) < static_cast<double>(period) / 2;
   const bool by_ends = !unwrapped.continuous && whole && mode_ != TurnsMode::kModulo;
-  const std::int64_t said = Said(sample);
-  unwrapped.fix.counts = by_ends ? WithinEnds(said, period) : Nearest(said, period, from.counts);
+  const std::int64_t counts = CountsOf(sample);
+  unwrapped.sample.counts = by_ends ? WithinEnds(counts, period) : Nearest(counts, period, from.counts);
   return unwrapped;
 }
 
 void TurnCounter::Begin(const Sample& sample, bool sure) {
-  believed_ = sample.turns_trusted;
+  trusted_ = sample.turns_trusted;
   aligned_ = HoldsTurns(sample) && sample.turns_trusted;
   sure_ = has_counter() ? aligned_ : !OnlyCounted() || sure;
   contradictions_ = 0;
@@ -145,26 +146,27 @@ TurnCounter::Change TurnCounter::Accept(const Unwrapped& unwrapped, const Sample
   }
   if (!sample.turns_trusted) {
     aligned_ = aligned_ && unwrapped.by_counter;
-    if (believed_) sure_ = false;
-    believed_ = false;
+    if (trusted_) sure_ = false;
+    trusted_ = false;
   } else if (sample.has_turns) {
-    believed_ = true;
+    trusted_ = true;
     if (unwrapped.by_counter) sure_ = true;
   }
   if (!unwrapped.by_counter && !unwrapped.continuous) {
     aligned_ = false;
     sure_ = false;
-    change.lost_turns = change.was_sure && !believed_;
+    change.lost_turns = change.was_sure && !trusted_;
   }
   if (!aligned_ && sample.has_turns && sample.turns_trusted) change.correction = Align(unwrapped, sample);
   return change;
 }
 
 std::int64_t TurnCounter::Align(const Unwrapped& unwrapped, const Sample& sample) {
-  const std::int64_t contradiction = Nearest(Said(sample), period_, unwrapped.fix.counts) - unwrapped.fix.counts;
+  const std::int64_t contradiction =
+      Nearest(CountsOf(sample), period_, unwrapped.sample.counts) - unwrapped.sample.counts;
   contradictions_ = contradictions_ > 0 && contradiction == contradiction_ ? contradictions_ + 1 : 1;
   contradiction_ = contradiction;
-  if (contradiction != 0 && contradictions_ < kContradictionsToBelieve) return 0;
+  if (contradiction != 0 && contradictions_ < kContradictionsToAccept) return 0;
   contradictions_ = 0;
   aligned_ = true;
   sure_ = true;
@@ -190,53 +192,53 @@ bool TurnCounter::Outside(std::int64_t counts) const {
   return counts < first || counts - first >= period_;
 }
 
-bool Plausibility::Agrees(const UnwrappedSample& fix) const {
-  return limits_.SpeedAllows(last_, fix) && AccelerationAllows(fix);
+bool Plausibility::Agrees(const UnwrappedSample& sample) const {
+  return limits_.SpeedAllows(last_, sample) && AccelerationAllows(sample);
 }
 
-bool Plausibility::AccelerationAllows(const UnwrappedSample& fix) const {
-  if (has_before_ && !limits_.AccelerationAllows(before_, last_, fix)) return false;
+bool Plausibility::AccelerationAllows(const UnwrappedSample& sample) const {
+  if (has_before_ && !limits_.AccelerationAllows(before_, last_, sample)) return false;
   for (std::size_t i = 0; i < anchor_count_; ++i) {
-    if (!limits_.AccelerationAllows(anchors_[i], last_, fix)) return false;
+    if (!limits_.AccelerationAllows(anchors_[i], last_, sample)) return false;
   }
   if (anchor_count_ == 0) return true;
-  const std::size_t newest = FarApart(anchors_[0], fix) ? 0 : 1;
+  const std::size_t newest = FarApart(anchors_[0], sample) ? 0 : 1;
   if (newest + 1 >= anchor_count_) return true;
-  return limits_.AccelerationAllows(anchors_[newest + 1], anchors_[newest], fix);
+  return limits_.AccelerationAllows(anchors_[newest + 1], anchors_[newest], sample);
 }
 
-void Plausibility::Accept(const UnwrappedSample& fix, bool continuous) {
+void Plausibility::Accept(const UnwrappedSample& sample, bool continuous) {
   has_before_ = known_ && continuous;
   before_ = last_;
   if (!continuous) anchor_count_ = 0;
-  last_ = fix;
+  last_ = sample;
   known_ = true;
   run_ = 0;
-  if (anchor_count_ == 0 || FarApart(anchors_[0], fix)) PushAnchor(fix);
+  if (anchor_count_ == 0 || FarApart(anchors_[0], sample)) PushAnchor(sample);
 }
 
-void Plausibility::PushAnchor(const UnwrappedSample& fix) {
+void Plausibility::PushAnchor(const UnwrappedSample& sample) {
   anchors_[2] = anchors_[1];
   anchors_[1] = anchors_[0];
-  anchors_[0] = fix;
+  anchors_[0] = sample;
   anchor_count_ = std::min(anchor_count_ + 1, anchors_.size());
 }
 
-Plausibility::Doubt Plausibility::TakeDoubtful(const UnwrappedSample& fix) {
-  // The jump from 5 bits to full resolution is no fault (TS5669 spec 6.4, FS).
-  if (known_ && last_.low_accuracy && !fix.low_accuracy) Forget();
+Plausibility::Doubt Plausibility::TakeDoubtful(const UnwrappedSample& sample) {
+  // A jump from 5 bits to full resolution is expected (TS5669 spec 6.4, FS).
+  if (known_ && last_.low_accuracy && !sample.low_accuracy) Forget();
 
   const bool first = run_ == 0;
-  run_ = !first && limits_.SpeedAllows(doubted_, fix) ? run_ + 1 : 1;
-  doubted_ = fix;
+  run_ = !first && limits_.SpeedAllows(doubted_, sample) ? run_ + 1 : 1;
+  doubted_ = sample;
   if (!known_) {
     if (run_ < kRunToBegin) return first ? Doubt::kFirst : Doubt::kImplausible;
-    Accept(fix, false);
+    Accept(sample, false);
     return Doubt::kAcceptedAtStart;
   }
-  if (hold_ || run_ < run_to_overthrow_) return Doubt::kImplausible;
-  const bool repaired = has_before_ && limits_.SpeedAllows(before_, fix);
-  Accept(fix, false);
+  if (hold_ || run_ < confirmations_) return Doubt::kImplausible;
+  const bool repaired = has_before_ && limits_.SpeedAllows(before_, sample);
+  Accept(sample, false);
   return repaired ? Doubt::kPreviousWasWrong : Doubt::kAcceptedAfterJump;
 }
 
@@ -259,11 +261,11 @@ void Plausibility::Forget() {
   run_ = 0;
 }
 
-void Speed::Add(const UnwrappedSample& fix) {
-  last_ = fix;
-  if (size_ > 0 && fix.at.Middle() - Back(0).at.Middle() < kSpacing) return;
+void Speed::Add(const UnwrappedSample& sample) {
+  last_ = sample;
+  if (size_ > 0 && sample.at.Middle() - Back(0).at.Middle() < kSpacing) return;
   newest_ = (newest_ + 1) % kSize;
-  ring_[newest_] = fix;
+  ring_[newest_] = sample;
   size_ = std::min(size_ + 1, kSize);
 }
 
@@ -288,15 +290,15 @@ double Speed::CountsPerSecond() const {
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   const std::size_t used = Used();
   if (!Known(used)) return kUnknown;
-  // Least squares about the last reading; the last one counts even where it is not in the ring.
+  // Least squares relative to the last reading, which is used even if it is not in the ring.
   double n = 0;
   double t_sum = 0;
   double x_sum = 0;
   double tt_sum = 0;
   double tx_sum = 0;
-  const auto add = [&](const UnwrappedSample& fix) {
-    const double t = static_cast<double>(fix.at.Middle() - last_.at.Middle());
-    const double x = static_cast<double>(fix.counts - last_.counts);
+  const auto add = [&](const UnwrappedSample& sample) {
+    const double t = static_cast<double>(sample.at.Middle() - last_.at.Middle());
+    const double x = static_cast<double>(sample.counts - last_.counts);
     n += 1;
     t_sum += t;
     x_sum += x;
@@ -312,59 +314,59 @@ Standstill::Standstill(std::int64_t counts_per_turn, std::int64_t noise_counts)
     : counts_per_turn_(counts_per_turn),
       tolerance_(2 * noise_counts + std::max(kMinTolerance, counts_per_turn / kTolerancesPerTurn)) {}
 
-void Standstill::BeginWatch(const UnwrappedSample& fix) {
+void Standstill::BeginWatch(const UnwrappedSample& sample) {
   any_ = true;
   moved_ = false;
-  watched_since_ = fix.at.Middle();
-  stretch_since_ = fix.at.Middle();
-  step_from_ = fix;
+  watched_since_ = sample.at.Middle();
+  interval_since_ = sample.at.Middle();
+  step_from_ = sample;
   fastest_ = 0;
   fastest_before_ = 0;
-  BeginWindow(fix);
+  BeginWindow(sample);
 }
 
-void Standstill::BeginWindow(const UnwrappedSample& fix) {
-  since_ = fix.at.Middle();
-  least_ = fix.counts;
-  most_ = fix.counts;
+void Standstill::BeginWindow(const UnwrappedSample& sample) {
+  since_ = sample.at.Middle();
+  lowest_ = sample.counts;
+  highest_ = sample.counts;
   established_ = false;
 }
 
-void Standstill::Add(const UnwrappedSample& fix, bool continuous) {
-  if (!any_ || fix.at.first - last_.at.last > kOldest) {
-    BeginWatch(fix);
+void Standstill::Add(const UnwrappedSample& sample, bool continuous) {
+  if (!any_ || sample.at.first - last_.at.last > kOldest) {
+    BeginWatch(sample);
   } else {
-    Extend(fix, continuous);
-    MeasureSpeed(fix);
+    Extend(sample, continuous);
+    MeasureSpeed(sample);
   }
-  last_ = fix;
+  last_ = sample;
 }
 
-void Standstill::Extend(const UnwrappedSample& fix, bool continuous) {
-  const std::int64_t minimum = std::min(least_, fix.counts);
-  const std::int64_t maximum = std::max(most_, fix.counts);
+void Standstill::Extend(const UnwrappedSample& sample, bool continuous) {
+  const std::int64_t minimum = std::min(lowest_, sample.counts);
+  const std::int64_t maximum = std::max(highest_, sample.counts);
   const bool moved = maximum - minimum > tolerance_;
   moved_ = moved_ || moved;
   if (moved || (!continuous && !established_)) {
-    BeginWindow(fix);
+    BeginWindow(sample);
     return;
   }
-  least_ = minimum;
-  most_ = maximum;
-  if (fix.at.Middle() - since_ >= kCover) established_ = true;
+  lowest_ = minimum;
+  highest_ = maximum;
+  if (sample.at.Middle() - since_ >= kCover) established_ = true;
 }
 
-void Standstill::MeasureSpeed(const UnwrappedSample& fix) {
-  const MonoNs step = fix.at.Middle() - step_from_.at.Middle();
+void Standstill::MeasureSpeed(const UnwrappedSample& sample) {
+  const MonoNs step = sample.at.Middle() - step_from_.at.Middle();
   if (step < kSpeedStep) return;
-  if (fix.at.Middle() - stretch_since_ >= kCover) {
+  if (sample.at.Middle() - interval_since_ >= kCover) {
     fastest_before_ = fastest_;
     fastest_ = 0;
-    stretch_since_ = fix.at.Middle();
+    interval_since_ = sample.at.Middle();
   }
-  const double distance = std::abs(static_cast<double>(fix.counts - step_from_.counts));
+  const double distance = std::abs(static_cast<double>(sample.counts - step_from_.counts));
   fastest_ = std::max(fastest_, distance / static_cast<double>(step));
-  step_from_ = fix;
+  step_from_ = sample;
 }
 
 Motion Standstill::At(MonoNs now) const {

@@ -12,7 +12,7 @@
 
 namespace axlecast {
 
-// Remainder in [0, modulus), also of negative numbers. Without a division where `counts` is near.
+// Returns the remainder in [0, modulus), also for negative numbers. Numbers near the range need no division.
 [[nodiscard]] constexpr std::int64_t FloorMod(std::int64_t counts, std::int64_t modulus) {
   if (counts >= 0 && counts < modulus) return counts;
   if (counts < 0 && counts >= -modulus) return counts + modulus;
@@ -20,39 +20,37 @@ namespace axlecast {
   return rest < 0 ? rest + modulus : rest;
 }
 
-// The number congruent to `counts` that is nearest to `around`: in [around - modulus/2, around + modulus/2).
-[[nodiscard]] constexpr std::int64_t Nearest(std::int64_t counts, std::int64_t modulus, std::int64_t around) {
-  const std::int64_t ahead = FloorMod(counts - around, modulus);
-  return around + (ahead < modulus - modulus / 2 ? ahead : ahead - modulus);
+// Returns the number congruent to `counts` that is nearest to `centre`: in [centre - modulus/2, centre + modulus/2).
+[[nodiscard]] constexpr std::int64_t Nearest(std::int64_t counts, std::int64_t modulus, std::int64_t centre) {
+  const std::int64_t ahead = FloorMod(counts - centre, modulus);
+  return centre + (ahead < modulus - modulus / 2 ? ahead : ahead - modulus);
 }
 
-// Where the shaft was: unwrapped counts in the encoder's own direction and from its own zero.
+// A sample with its turns: counts that do not wrap, in the encoder's own direction and from its own zero.
 struct UnwrappedSample {
   std::int64_t counts = 0;
-  Interval at;                // holds the sampling instant
+  Interval at;                // contains the sampling time
   bool low_accuracy = false;  // the single-turn resolution was reduced
 };
 
-// How far a shaft can get: the limits of its configuration, or of the device's model where it names none.
+// How far a shaft can move: the limits of its configuration, or else those of the device's model.
 //
-// Every judgement is generous by what is not known: the sampling instants (anywhere within UnwrappedSample::at), the noise
-// between two readings (DeviceSettings::noise_counts), the quantisation (1 count), and 1/32 turn for each reading
-// of reduced accuracy (TS5669 spec 6.4, FS: 5 bits). So a shaft within its limits is never called implausible.
+// Every check allows for what is not known: the sampling times (anywhere within UnwrappedSample::at), the noise between
+// two readings (DeviceSettings::noise_counts), the quantisation (1 count), and 1/32 turn for each reading of reduced
+// accuracy (TS5669 spec 6.4, FS: 5 bits). A shaft within its limits is therefore never implausible.
 class MotionLimits {
  public:
   MotionLimits() = default;
-  // A limit of 0 is none.
+  // A limit of 0 means unlimited.
   MotionLimits(std::int64_t counts_per_turn, double speed_rpm, double accel_rad_s2, std::int64_t noise_counts);
   explicit MotionLimits(const DeviceConfig& device);
 
-  // Largest distance in counts that two readings can show.
+  // Returns the largest possible difference in counts between two readings.
   [[nodiscard]] double Reach(const UnwrappedSample& from, const UnwrappedSample& to) const;
   [[nodiscard]] bool SpeedAllows(const UnwrappedSample& from, const UnwrappedSample& to) const;
 
-  // Whether one motion within the acceleration limit passes through all three, a before b before c. Holds for stretches
-  // of any length: within 51 us a single count of 17 bits is 18,400 rad/s2, but the noise of both readings allows far
-  // more. The tightest judgement of a near c comes from a far a: about the error of one reading. True where the intervals
-  // of two of them overlap.
+  // Returns true if a motion within the acceleration limit can pass through a, b and c, in this order, or if the
+  // intervals of two of them overlap. The check is tightest if `a` is far from `c`: about the error of one reading.
   [[nodiscard]] bool AccelerationAllows(const UnwrappedSample& a, const UnwrappedSample& b,
                                         const UnwrappedSample& c) const;
 
@@ -65,132 +63,133 @@ class MotionLimits {
   double low_accuracy_ = 0;  // counts, for each reading of reduced accuracy
 };
 
-// Turns what an encoder says into unwrapped counts, and knows how far their whole turns may be trusted.
+// Unwraps the readings of an encoder, and determines whether their whole turns are sure.
 //
-// The encoder repeats itself after `range` turns (its multi-turn counter), or after one turn where it has no
-// counter, where a reply does not hold it, or where the encoder says that it may be wrong. The reading nearest to
-// the last good one is taken: right as long as the shaft cannot have gone half that way since. Otherwise:
-// - one turn, mode modulo, or a multi-turn encoder without its counter: the turns are not sure any more;
-// - mode signed or unsigned: the user has said where the axis ends, and the reading within these ends is taken.
-// A multi-turn counter that comes back is believed at once where it agrees with the counting, and after three equal
-// contradictions where it does not.
+// The readings of an encoder repeat after `range` turns (its multi-turn counter). They repeat after one turn if the
+// encoder has no counter, if the reply does not contain the counter, or if the encoder reports that it may be wrong. The
+// result is the value nearest to the last good reading. It is right if the shaft cannot have moved half the period since.
+// Otherwise:
+// - single-turn, mode modulo, or a multi-turn encoder without its counter: the turns are no longer sure;
+// - mode signed or unsigned: the configured ends of the axis determine the turn.
+// When the multi-turn counter is available again, it is used at once if it agrees with the counting, and otherwise after
+// three equal contradictions.
 class TurnCounter {
  public:
   struct Unwrapped {
-    UnwrappedSample fix;
+    UnwrappedSample sample;
     bool by_counter = false;  // the encoder's own turns were used
-    bool continuous = true;   // the distance from the fix before is known, whole turns included
+    bool continuous = true;   // the distance from the sample before is known, whole turns included
   };
-  // What accepting a reading did to the counting.
+  // The effect of an accepted reading on the counting.
   struct Change {
-    std::int64_t correction = 0;  // counts to add to this fix and the ones after it: whole turns
+    std::int64_t correction = 0;  // counts to add to this sample and all later ones: whole turns
     bool was_sure = false;        // the turns were sure before it
-    bool lost_turns = false;      // they were, and nothing but a datum brings them back
+    bool lost_turns = false;      // they were, and only a new datum restores them
   };
 
   TurnCounter(const DeviceConfig& device, const MotionLimits& limits);
 
-  // The first reading. In mode modulo the one nearest to `origin` is taken, without it [0, range).
+  // Unwraps the first reading. In mode modulo the result is nearest to `origin`, or without `origin` in [0, range).
   [[nodiscard]] UnwrappedSample First(const Sample& sample, std::optional<std::int64_t> origin) const;
   [[nodiscard]] Unwrapped Follow(const UnwrappedSample& from, const Sample& sample) const;
-  // The counting begins with `sample`. `sure`: turns that only the driver counts are right from here on.
+  // Begins the counting with `sample`. `sure`: turns that only the driver counts are known from here on.
   void Begin(const Sample& sample, bool sure);
-  // `unwrapped`, of `sample`, is good.
+  // Accepts `unwrapped`, which was made from `sample`, as good.
   [[nodiscard]] Change Accept(const Unwrapped& unwrapped, const Sample& sample);
 
-  // A datum was set at the present turn, or restored from a time before the counting began.
+  // Marks the turns as sure (a datum was set at the present turn) or as not sure (a datum is older than the counting).
   void Trust() { sure_ = true; }
   void Distrust();
 
   [[nodiscard]] bool sure() const { return sure_; }
-  // The turns of this accepted sample follow from unwrapping.
+  // Returns true if the turns of this accepted sample follow from unwrapping.
   [[nodiscard]] bool CountedByDriver(const Sample& sample) const;
-  // The counter overflowed, and that leaves the turns open.
+  // Returns true if the counter overflowed, so that the turns are unknown.
   [[nodiscard]] bool Ambiguous(const Sample& sample) const {
     return has_counter() && mode_ == TurnsMode::kUnsigned && sample.turns_wrapped;
   }
-  // Beyond the end that the mode signed or unsigned sets: a restart would count from the other end.
+  // Returns true beyond the ends of mode signed or unsigned: a restart would count from the other end.
   [[nodiscard]] bool Outside(std::int64_t counts) const;
   [[nodiscard]] bool has_counter() const { return turns_range_ > 1; }
-  // Nothing but counting tells the turns.
+  // Returns true if the turns are known by counting only.
   [[nodiscard]] bool OnlyCounted() const { return !has_counter() && mode_ == TurnsMode::kModulo; }
-  // The same place as `counts`, as First would count it; `counts` where the counting has more to say.
+  // Returns the counts that First would give for the same place, or `counts` if the counting determines them.
   [[nodiscard]] std::int64_t NearOrigin(std::int64_t counts, std::int64_t origin) const;
 
  private:
   [[nodiscard]] bool HoldsTurns(const Sample& sample) const { return has_counter() && sample.has_turns; }
-  // `period`: after which the reading repeats itself; `whole`: that is all that the encoder knows.
+  // `period`: the counts after which the reading repeats; `whole`: this is the whole range of the encoder.
   [[nodiscard]] Unwrapped Nearer(const UnwrappedSample& from, const Sample& sample, std::int64_t period,
                                  bool whole) const;
-  [[nodiscard]] std::int64_t Said(const Sample& sample) const;
-  [[nodiscard]] std::int64_t WithinEnds(std::int64_t said, std::int64_t period) const;
+  [[nodiscard]] std::int64_t CountsOf(const Sample& sample) const;
+  [[nodiscard]] std::int64_t WithinEnds(std::int64_t counts, std::int64_t period) const;
   [[nodiscard]] std::int64_t Align(const Unwrapped& unwrapped, const Sample& sample);
 
-  static constexpr int kContradictionsToBelieve = 3;
+  static constexpr int kContradictionsToAccept = 3;
 
   MotionLimits limits_;
   std::int64_t counts_per_turn_;
   std::int64_t turns_range_;
   std::int64_t period_;
   TurnsMode mode_;
-  bool sure_ = false;               // the whole turns in the counts are right
+  bool sure_ = false;               // the whole turns in the counts are known
   bool aligned_ = false;            // the encoder's counter agrees with the counting
-  bool believed_ = true;            // the encoder did not say that its turns may be wrong
+  bool trusted_ = true;             // the encoder has not reported that its turns may be wrong
   std::int64_t contradiction_ = 0;  // counts
   int contradictions_ = 0;
 };
 
-// Judges readings against the last good one.
+// Compares readings with the last good one.
 //
-// - A reading within reach of the last good one, by speed and by acceleration, is good. Reach grows with time:
-//   after a gap any place is good that the shaft can have come to. By acceleration it is judged against several earlier
-//   readings: the last two, and up to three that are 1 ms or more apart. They tell how fast the shaft turns, and so where
-//   it can be now, also when the last good reading is only microseconds old.
-// - Another one is doubtful. So many doubtful ones in a row as the device needs, three of most, that agree among each
-//   other become the new truth.
-// - Without a last good reading (at the start, after an announced jump, or when readings of reduced accuracy turn
-//   out to have been further off than their 5 bits) the first reading waits for a second one that agrees.
+// - A reading is good if the shaft can have reached it from the last good reading, by speed and by acceleration. The
+//   reachable range grows with time. The acceleration is checked against several earlier readings: the last two, and up
+//   to three that are 1 ms or more apart. They contain the speed of the shaft. This also limits a reading that comes
+//   only microseconds after the last good one.
+// - Any other reading is doubtful. After `confirmations_after_jump` consecutive doubtful readings that agree with each
+//   other (most devices: 3), the new position is accepted.
+// - Without a last good reading, the first reading must be confirmed by a second one. This applies at the start, after an
+//   announced jump, and if readings of reduced accuracy were further off than their 5 bits.
 class Plausibility {
  public:
   enum class Doubt : std::uint8_t {
-    kFirst,              // nothing to compare with yet
-    kImplausible,        // out of reach
-    kAcceptedAtStart,    // the second of two that agree at the start: accepted
-    kAcceptedAfterJump,  // the last of those that it takes: accepted; what the encoder says jumped
-    kPreviousWasWrong,   // likewise, but those before the last good one agree with it: the last good one was wrong
+    kFirst,              // there is no reading to compare with
+    kImplausible,        // the shaft cannot have reached it
+    kAcceptedAtStart,    // accepted: the second of two that agree at the start
+    kAcceptedAfterJump,  // accepted: enough readings agree; the position of the encoder jumped
+    kPreviousWasWrong,   // accepted: the readings before the last good one agree; only the last good one was wrong
   };
 
-  // `confirmations_after_jump`: as DeviceSettings has it, at least 2.
+  // `confirmations_after_jump`: see DeviceSettings; at least 2.
   explicit Plausibility(const MotionLimits& limits, int confirmations_after_jump = 3)
-      : limits_(limits), run_to_overthrow_(confirmations_after_jump) {}
+      : limits_(limits), confirmations_(confirmations_after_jump) {}
 
-  // The reading by way of which the next one is to be unwrapped: the last good one; null when there is none.
+  // Returns the last good reading, from which the next one is unwrapped, or null.
   [[nodiscard]] const UnwrappedSample* Last() const { return known_ ? &last_ : nullptr; }
-  // The doubtful one before, by way of which a doubtful one is to be unwrapped; null when there is none.
+  // Returns the previous doubtful reading, from which a doubtful one is unwrapped, or null.
   [[nodiscard]] const UnwrappedSample* Doubted() const { return run_ > 0 ? &doubted_ : nullptr; }
 
-  // Whether `fix` is within reach of the last good reading. There is one.
-  [[nodiscard]] bool Agrees(const UnwrappedSample& fix) const;
-  // `fix` is good. `continuous`: its distance from the last good one is known, whole turns included.
-  void Accept(const UnwrappedSample& fix, bool continuous);
-  // `fix` is not within reach, or there is no last good reading.
-  [[nodiscard]] Doubt TakeDoubtful(const UnwrappedSample& fix);
+  // Returns true if the shaft can have moved from the last good reading, which must exist, to `sample`.
+  [[nodiscard]] bool Agrees(const UnwrappedSample& sample) const;
+  // Accepts `sample` as good. `continuous`: its distance from the last good one is known, whole turns included.
+  void Accept(const UnwrappedSample& sample, bool continuous);
+  // Takes a reading that does not agree, or that has no last good reading to agree with.
+  [[nodiscard]] Doubt TakeDoubtful(const UnwrappedSample& sample);
 
-  // While an announced jump is under way doubtful readings do not become the truth.
+  // While `hold` is true (during an announced jump), doubtful readings are not accepted.
   void Hold(bool hold);
-  // The next reading is a first one.
+  // Makes the next reading a first one.
   void Forget();
-  // Counts are `counts` more for the same place from now on.
+  // Adds `counts` to the stored readings: the same place is counted differently from now on.
   void Shift(std::int64_t counts);
 
  private:
-  [[nodiscard]] bool AccelerationAllows(const UnwrappedSample& fix) const;
-  void PushAnchor(const UnwrappedSample& fix);
+  [[nodiscard]] bool AccelerationAllows(const UnwrappedSample& sample) const;
+  void PushAnchor(const UnwrappedSample& sample);
 
   static constexpr int kRunToBegin = 2;
 
   MotionLimits limits_;
-  int run_to_overthrow_;
+  int confirmations_;
   bool known_ = false;
   bool hold_ = false;
   bool has_before_ = false;
@@ -198,19 +197,19 @@ class Plausibility {
   UnwrappedSample before_;                    // the good reading before the last
   std::array<UnwrappedSample, 3> anchors_{};  // good readings at least 1 ms apart, newest first
   std::size_t anchor_count_ = 0;
-  int run_ = 0;              // doubtful readings that agree among each other
+  int run_ = 0;              // consecutive doubtful readings that agree with each other
   UnwrappedSample doubted_;  // the last of them
 };
 
-// The shaft's speed from its last good readings: the slope of the straight line that fits those of the last 8 ms
-// best (readings 0.5 ms or more apart, up to 16). From slower readings up to 20 ms, or as far back as it takes until
-// their instants are known well enough, at most 0.5 s. So it is the speed of about half that time ago.
+// The speed of the shaft: the slope of the line that fits the good readings of the last 8 ms best (readings 0.5 ms or
+// more apart, up to 16). With slower readings, the line covers up to 20 ms. If their sampling times are too uncertain,
+// it covers up to 0.5 s. The result is the speed of about half the covered time ago.
 class Speed {
  public:
-  void Add(const UnwrappedSample& fix);
+  void Add(const UnwrappedSample& sample);
   void Forget() { size_ = 0; }
-  // Counts per second; NaN while it cannot be told: fewer than two readings, less than 1 ms between them, or
-  // instants known to worse than a quarter of the time they span.
+  // Returns counts per second, or NaN while it is unknown: fewer than two readings, less than 1 ms between them, or
+  // sampling times that are uncertain by more than a quarter of the covered time.
   [[nodiscard]] double CountsPerSecond() const;
 
  private:
@@ -221,7 +220,7 @@ class Speed {
   static constexpr MonoNs kShortest = kMillisecond;
 
   [[nodiscard]] const UnwrappedSample& Back(std::size_t i) const { return ring_[(newest_ + kSize - i) % kSize]; }
-  // The last `used` readings tell a speed.
+  // Returns true if the last `used` readings give a speed.
   [[nodiscard]] bool Known(std::size_t used) const;
   [[nodiscard]] std::size_t Used() const;
 
@@ -231,20 +230,20 @@ class Speed {
   UnwrappedSample last_;
 };
 
-// Whether the shaft stands still, from its good readings.
+// Detects from the good readings whether the shaft stands still.
 //
-// Standstill: at least two readings that cover 40 ms or more, the last at most 120 ms old, all within the tolerance
-// of each other: 0.1 degrees, or 2 counts where that is more, beyond twice the noise of the encoder. Ten requests
-// of a reset sequence, 40 ms apart, suffice to keep watching.
+// Standstill requires at least two readings that cover 40 ms or more, the last at most 120 ms old, all within the
+// tolerance of each other. The tolerance is 0.1 degrees, at least 2 counts, plus twice the noise of the encoder. The ten
+// requests of a reset sequence, 40 ms apart, are enough to continue a standstill.
 //
-// Readings so far apart that a whole turn fits between them (`continuous` false) keep up a standstill that was seen
-// before, but cannot establish one: a shaft at 1,500 min-1 stands at the same angle every 40 ms.
+// If a whole turn fits between two readings (`continuous` is false), they can continue a standstill, but not begin one: a
+// shaft at 1,500 min-1 is at the same angle every 40 ms.
 class Standstill {
  public:
   Standstill(std::int64_t counts_per_turn, std::int64_t noise_counts);
 
-  void Add(const UnwrappedSample& fix, bool continuous);
-  // The same shaft position is counted differently from the next reading on.
+  void Add(const UnwrappedSample& sample, bool continuous);
+  // Restarts the detection: the same place is counted differently from now on.
   void Forget() { any_ = false; }
   [[nodiscard]] Motion At(MonoNs now) const;
 
@@ -252,25 +251,25 @@ class Standstill {
   static constexpr MonoNs kOldest = 120 * kMillisecond;
 
  private:
-  void BeginWatch(const UnwrappedSample& fix);
-  void BeginWindow(const UnwrappedSample& fix);
-  void Extend(const UnwrappedSample& fix, bool continuous);
-  void MeasureSpeed(const UnwrappedSample& fix);
+  void BeginWatch(const UnwrappedSample& sample);
+  void BeginWindow(const UnwrappedSample& sample);
+  void Extend(const UnwrappedSample& sample, bool continuous);
+  void MeasureSpeed(const UnwrappedSample& sample);
 
   std::int64_t counts_per_turn_;
   std::int64_t tolerance_;
   bool any_ = false;
   UnwrappedSample last_;
-  MonoNs watched_since_ = 0;  // readings have come without a long gap since
-  // The present window: every reading since `since_` lies within [least_, most_].
+  MonoNs watched_since_ = 0;  // begin of the present readings without a long gap
+  // The present window: every reading since `since_` is within [lowest_, highest_].
   MonoNs since_ = 0;
-  std::int64_t least_ = 0;
-  std::int64_t most_ = 0;
-  bool established_ = false;  // it covered kCover by readings that exclude whole turns in between
+  std::int64_t lowest_ = 0;
+  std::int64_t highest_ = 0;
+  bool established_ = false;  // readings that exclude whole turns between them covered kCover
   bool moved_ = false;        // a window ended because the shaft moved
-  // Largest speed in counts per ns over steps of 5 ms or more, in this and in the last stretch of kCover.
+  // Largest speed in counts per ns over steps of 5 ms or more, in the present and in the last interval of kCover.
   UnwrappedSample step_from_;
-  MonoNs stretch_since_ = 0;
+  MonoNs interval_since_ = 0;
   double fastest_ = 0;
   double fastest_before_ = 0;
 };

@@ -20,12 +20,12 @@ UnwrappedSample At(MonoNs at, std::int64_t counts, MonoNs half_width = 0) {
 }
 
 // Seeds the judge with a first good reading.
-void Start(Plausibility& judge, const UnwrappedSample& fix) {
-  UnwrappedSample before = fix;
+void Start(Plausibility& judge, const UnwrappedSample& sample) {
+  UnwrappedSample before = sample;
   before.at.first -= kMicrosecond;
   before.at.last -= kMicrosecond;
   ASSERT_EQ(judge.TakeDoubtful(before), Plausibility::Doubt::kFirst);
-  ASSERT_EQ(judge.TakeDoubtful(fix), Plausibility::Doubt::kAcceptedAtStart);
+  ASSERT_EQ(judge.TakeDoubtful(sample), Plausibility::Doubt::kAcceptedAtStart);
 }
 
 // Largest distance by stepping through the motion in 1 us steps: no formula shared with the code.
@@ -125,13 +125,13 @@ TEST(Plausibility, OfASlowerAxisDoubtsWhatIsLittleOff) {
     for (int i = 0; i < 200; ++i) {
       t += 51 * kMicrosecond;
       counts += per_reading;
-      const UnwrappedSample fix = At(t, counts, 100);
-      ASSERT_TRUE(judge.Agrees(fix)) << per_reading << ' ' << i;
+      const UnwrappedSample sample = At(t, counts, 100);
+      ASSERT_TRUE(judge.Agrees(sample)) << per_reading << ' ' << i;
       if (i > 100) {
         EXPECT_FALSE(judge.Agrees(At(t, counts + 16, 100))) << per_reading << ' ' << i;
         EXPECT_FALSE(judge.Agrees(At(t, counts - 16, 100))) << per_reading << ' ' << i;
       }
-      judge.Accept(fix, true);
+      judge.Accept(sample, true);
     }
   }
 }
@@ -162,15 +162,15 @@ TEST(Plausibility, NeverDoubtsAPossibleMotion) {
       const double noise = any(random) * kNoise / 2;
       const auto width = static_cast<MonoNs>(random() % 10'000) + 100;
       const auto early = static_cast<MonoNs>(random() % static_cast<std::uint64_t>(width));
-      const UnwrappedSample fix{static_cast<std::int64_t>(std::floor(angle * scale + noise)),
-                                {t - early, t - early + width}};
+      const UnwrappedSample sample{static_cast<std::int64_t>(std::floor(angle * scale + noise)),
+                                   {t - early, t - early + width}};
       ++readings;
       if (judge.Last() == nullptr) {
-        (void)judge.TakeDoubtful(fix);
+        (void)judge.TakeDoubtful(sample);
         continue;
       }
-      ASSERT_TRUE(judge.Agrees(fix)) << "period " << period << " reading " << readings;
-      judge.Accept(fix, true);
+      ASSERT_TRUE(judge.Agrees(sample)) << "period " << period << " reading " << readings;
+      judge.Accept(sample, true);
     }
   }
 }
@@ -200,9 +200,9 @@ TEST(Plausibility, ReadingsThatDisagreeAmongEachOtherNeverDo) {
   Plausibility judge(Limits());
   Start(judge, At(kSecond, 0));
   for (int i = 1; i < 4; ++i) {
-    const UnwrappedSample fix = At(kSecond + i * kMillisecond, i % 2 == 0 ? 65'000 : -65'000);
-    ASSERT_FALSE(judge.Agrees(fix));
-    EXPECT_EQ(judge.TakeDoubtful(fix), Plausibility::Doubt::kImplausible);
+    const UnwrappedSample sample = At(kSecond + i * kMillisecond, i % 2 == 0 ? 65'000 : -65'000);
+    ASSERT_FALSE(judge.Agrees(sample));
+    EXPECT_EQ(judge.TakeDoubtful(sample), Plausibility::Doubt::kImplausible);
   }
 }
 
@@ -244,9 +244,9 @@ TEST(Plausibility, AWrongReadingWithinReachIsRepairedWithoutAJump) {
   ASSERT_TRUE(judge.Agrees(wrong));
   judge.Accept(wrong, true);
   for (int i = 104; i < 106; ++i) {
-    const UnwrappedSample fix = At(kSecond + i * 51 * kMicrosecond, i * 668);
-    ASSERT_FALSE(judge.Agrees(fix));
-    EXPECT_EQ(judge.TakeDoubtful(fix), Plausibility::Doubt::kImplausible);
+    const UnwrappedSample sample = At(kSecond + i * 51 * kMicrosecond, i * 668);
+    ASSERT_FALSE(judge.Agrees(sample));
+    EXPECT_EQ(judge.TakeDoubtful(sample), Plausibility::Doubt::kImplausible);
   }
   EXPECT_EQ(judge.TakeDoubtful(At(kSecond + 106 * 51 * kMicrosecond, 106 * 668)),
             Plausibility::Doubt::kPreviousWasWrong);

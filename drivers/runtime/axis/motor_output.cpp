@@ -9,7 +9,7 @@
 namespace axlecast {
 namespace {
 
-// Readings come at a steady rate; one that is early by less than this is still the next one.
+// Readings come at a steady rate. A reading that is up to 10 % early still counts as the next one.
 constexpr double kEarly = 0.9;
 
 std::int32_t FlagsOf(const MotorReading& reading) {
@@ -52,7 +52,7 @@ void MotorOutput::Take(const MotorReading& reading) {
   if (motor_.seq > 0 && at - motor_at_ < period_) return;
   motor_at_ = at;
   motor_.mono_ns = reading.has_analog() ? reading.analog_at.Middle() : at;
-  motor_.utime = Utime(motor_.mono_ns);
+  motor_.utime = UnixUs(motor_.mono_ns);
   motor_.analog_mono_ns = reading.analog_at.Middle();
   motor_.status_mono_ns = reading.status_at.Middle();
   motor_.voltage_v = reading.voltage_v;
@@ -76,12 +76,12 @@ void MotorOutput::Take(const TripRecord& record) {
   message.log_index = record.log_index;
   message.trip_count = record.trip_count;
   message.factor_bits = record.factor_bits;
-  message.not_before_utime = Utime(record.not_before);
-  message.not_after_utime = Utime(record.not_after);
+  message.not_before_utime = UnixUs(record.not_before);
+  message.not_after_utime = UnixUs(record.not_after);
   message.interval_us = record.interval_us;
   message.valid_mask = static_cast<std::int8_t>(record.valid_mask);
   message.mono_ns = record.at.last;
-  message.utime = Utime(record.at.last);
+  message.utime = UnixUs(record.at.last);
   for (std::size_t q = 0; q < TripRecord::kQuantities; ++q) {
     std::copy(record.samples[q].begin(), record.samples[q].end(), message.samples[q]);
   }
@@ -107,7 +107,7 @@ void MotorOutput::Take(const MotorLimits& limits, MonoNs now) {
                   (context_.redecoded ? motor_limits_t::FLAG_REDECODED : 0);
   const bool changed = limits_at_ == kNever || !SameLimits(message, limits_);
   message.mono_ns = limits.at.Middle();
-  message.utime = Utime(message.mono_ns);
+  message.utime = UnixUs(message.mono_ns);
   limits_ = message;
   if (changed) SendLimits(now);
 }

@@ -12,9 +12,9 @@
 
 namespace axlecast {
 
-// Sends what a motor monitor says: MOTOR/<device> at most at the publish rate, TRIP/<device> for each trip, and
-// LIMITS/<device> when a limit changed; the newest trip and the limits again every minute. Allocates nothing while
-// readings go on.
+// Publishes the readings of a motor monitor: MOTOR/<device> at most at the publish rate, TRIP/<device> for each trip, and
+// LIMITS/<device> when a limit changed. The newest trip and the limits are repeated every minute. Allocates nothing in
+// normal operation.
 class MotorOutput {
  public:
   static constexpr MonoNs kRepeat = 60 * kSecond;
@@ -35,12 +35,10 @@ class MotorOutput {
 
  private:
   void SendLimits(MonoNs now);
-  [[nodiscard]] std::int64_t Utime(MonoNs instant) const {
-    return instant == 0 ? 0 : context_.time->Utime(instant);
-  }
+  [[nodiscard]] std::int64_t UnixUs(MonoNs at) const { return at == 0 ? 0 : context_.time->Utime(at); }
 
   Context context_;
-  MonoNs period_;  // shortest between two MOTOR messages
+  MonoNs period_;  // minimum between two MOTOR messages
   std::string motor_channel_;
   std::string trip_channel_;
   std::string limits_channel_;
@@ -49,8 +47,8 @@ class MotorOutput {
   motor_limits_t limits_{};
   std::int64_t trip_seq_ = 0;
   MonoNs motor_at_ = 0;
-  MonoNs trip_at_ = kNever;    // when the newest was sent; kNever none
-  MonoNs limits_at_ = kNever;  // when they were sent; kNever: none are known
+  MonoNs trip_at_ = kNever;    // when the newest was sent; kNever: none was
+  MonoNs limits_at_ = kNever;  // when they were sent; kNever: they are unknown
 };
 
 }  // namespace axlecast

@@ -21,7 +21,7 @@ std::int32_t Narrow(std::int64_t ns) {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-// Set and cleared again: true once.
+// Clears the flag. Returns whether it was set.
 bool TakeFlag(bool& flag) {
   const bool was = flag;
   flag = false;

@@ -14,13 +14,13 @@
 
 namespace axlecast {
 
-// Which readings become POSITION messages.
+// Selects the readings that become POSITION messages.
 //
-// Good ones: at most publish_hz, on average exactly that where readings come faster. At once, beside that rate: the
-// first one after a doubtful one that was published, a new datum epoch, and a change of state (the flags of
+// Good readings: at most publish_hz; on average exactly publish_hz if readings come faster. In addition, at once: the
+// first good reading after a published doubtful one, a new datum epoch, and a change of state (the flags of
 // kStateFlags), the last at most every 10 ms.
-// Doubtful ones: the first of a row at once, but at most every 10 ms, then at 10 Hz until a good one comes. So a
-// line that fails at every other reading cannot flood the network.
+// Doubtful readings: the first of a row at once, but at most every 10 ms; then at 10 Hz until a good one comes. A line
+// on which every other reading fails therefore cannot flood the network.
 class PublishPace {
  public:
   // poll_hz 0: as fast as the bus allows. publish_hz 0: only what is published at once.
@@ -36,7 +36,7 @@ class PublishPace {
  private:
   [[nodiscard]] bool Due(MonoNs at);
 
-  bool every_;  // readings come no faster than they may be published
+  bool every_;  // every reading may be published
   MonoNs period_;
   MonoNs due_ = 0;
   bool any_ = false;
@@ -44,30 +44,30 @@ class PublishPace {
   std::int32_t epoch_ = 0;
   MonoNs extra_at_ = -kExtraPeriod;
   bool in_doubt_ = false;     // the last reading was doubtful
-  bool doubt_shown_ = false;  // the last message was
+  bool doubt_shown_ = false;  // the last message was doubtful
   MonoNs doubt_at_ = -kDoubtPeriod;
 };
 
-// Gathers readings at full rate into POSITION_BLOCK messages: up to 40 consecutive ones of one datum epoch, in
-// ascending order of time, spanning at most 100 ms. Doubtful readings are among them, with VALID cleared.
+// Collects readings at full rate for POSITION_BLOCK: up to 40 consecutive readings of one datum epoch, in ascending order
+// of time, over at most 100 ms. Doubtful readings are included, with VALID cleared.
 class Block {
  public:
   Block(std::int64_t counts_per_turn, std::int8_t unit, double unit_per_count);
 
-  // The block must be sent before this reading can be added.
+  // Returns true if the block must be sent before this reading can be added.
   [[nodiscard]] bool MustGoBefore(MonoNs at, std::int32_t epoch) const;
   void Add(Interval at, std::int64_t counts, std::int32_t flags, std::int32_t epoch);
-  // A reading failed or was withheld.
+  // Counts a reading that failed or was withheld.
   void Miss() { ++message_.missed; }
 
   [[nodiscard]] bool Full() const { return message_.n == position_block_t::MAX_SAMPLES; }
-  // There is something that has waited for 100 ms.
+  // Returns true if the block has waited for 100 ms.
   [[nodiscard]] bool Waited(MonoNs now) const;
   [[nodiscard]] bool empty() const { return message_.n == 0; }
 
-  // The message without utime, boot_id and seq, which the sender fills in.
+  // Returns the message. The sender sets utime, boot_id and seq.
   [[nodiscard]] position_block_t& Take();
-  // After it was sent.
+  // Empties the block after it was sent.
   void Clear();
 
   static constexpr MonoNs kLongest = 100 * kMillisecond;
@@ -76,8 +76,8 @@ class Block {
   position_block_t message_;
 };
 
-// Sends the readings of one axis: POSITION/<device> at the publish rate, POSITION_BLOCK/<device> at full rate where
-// the configuration asks for it.
+// Publishes the readings of one axis: POSITION/<device> at the publish rate, and POSITION_BLOCK/<device> at full rate if it
+// is configured.
 class PositionOutput {
  public:
   struct Context {
@@ -88,14 +88,14 @@ class PositionOutput {
   };
   PositionOutput(const BusConfig& bus, const DeviceConfig& device, const Axis& axis, Context context);
 
-  // `reading` is what `axis` made of `sample`.
+  // `reading` is the result of Axis::Take(sample).
   void Take(const Sample& sample, const AxisReading& reading);
-  // A reading failed.
+  // Counts a failed reading.
   void Miss();
-  // The line was lost: no reading fails meanwhile, but there is a gap.
+  // Marks a gap: the link is down. No reading fails meanwhile.
   void Interrupt() { gap_ = any_good_; }
   void OnClockStepped() { clock_stepped_ = clock_stepped_in_block_ = true; }
-  // Sends a block that has waited for 100 ms.
+  // Publishes a block that has waited for 100 ms.
   void Tick(MonoNs now);
 
  private:
@@ -113,7 +113,7 @@ class PositionOutput {
   std::int64_t block_seq_ = 0;
   bool any_good_ = false;
   bool gap_ = false;          // readings were missed since the last good one
-  bool gap_to_send_ = false;  // ... and no message has said so
+  bool gap_to_send_ = false;  // and no message has reported it
   bool clock_stepped_ = false;
   bool clock_stepped_in_block_ = false;
 };

@@ -14,14 +14,14 @@ constexpr int kReadsBeforeTransmitting = 4;
 
 }  // namespace
 
-Bus::Bus(const BusSettings& settings, Link& link, std::unique_ptr<Transactor> medium, const Clock& clock,
+Bus::Bus(const BusSettings& settings, Link& link, std::unique_ptr<Transactor> transactor, const Clock& clock,
          LinkObserver& observer, WireLog* wire)
     : settings_(settings),
       link_(link),
       clock_(clock),
       observer_(observer),
       wire_(wire),
-      medium_(std::move(medium)),
+      transactor_(std::move(transactor)),
       guard_(std::make_unique<StaleReplyGuard>(settings.late)),
       schedule_(settings.schedule, guard_.get()),
       reopen_pause_(settings.reopen_first) {}
@@ -55,13 +55,13 @@ MonoNs Bus::CarryOut(const Schedule::Choice& choice, MonoNs now, MonoNs by) {
     schedule_.Started(now);
     schedule_.device(choice.device).OnStarted(choice.step, now);
   }
-  return Deliver(medium_->Run(choice.step, by), choice.device, now);
+  return Deliver(transactor_->Run(choice.step, by), choice.device, now);
 }
 
 MonoNs Bus::Transmit(const Schedule::Choice& choice, MonoNs now) {
   const bool regardless = std::get<Exchange>(choice.step.action).regardless;
   for (int reads = 0; reads < kReadsBeforeTransmitting; ++reads) {
-    const Event* stray = medium_->FindStray();
+    const Event* stray = transactor_->FindStray();
     if (stray == nullptr) break;
     const bool lost = stray->kind == Event::Kind::kLinkDown;
     const MonoNs after = Deliver(stray, choice.device, now);
@@ -69,7 +69,7 @@ MonoNs Bus::Transmit(const Schedule::Choice& choice, MonoNs now) {
   }
   schedule_.Started(now);
   schedule_.device(choice.device).OnStarted(choice.step, now);
-  const Event* event = medium_->Run(choice.step, now);
+  const Event* event = transactor_->Run(choice.step, now);
   guard_->Ended(std::get<Exchange>(choice.step.action), choice.device, *event);
   if (event->kind != Event::Kind::kLinkDown) {
     ++exchanges_;
@@ -96,7 +96,7 @@ MonoNs Bus::Deliver(const Event* event, std::size_t device, MonoNs now) {
   if (event->kind == Event::Kind::kLinkDown) {
     Down(*event);
   } else if (of_bus) {
-    ToAll(*event);
+    DeliverToAll(*event);
   } else {
     schedule_.device(device).On(*event);
   }
@@ -121,11 +121,11 @@ MonoNs Bus::Reopen(MonoNs by) {
     const Event event{.kind = Event::Kind::kLinkUp, .sent = {}, .received = {now, now}, .request = {}, .bytes = {}};
     if (wire_ != nullptr) wire_->Record(event);
     observer_.OnLink(true, "", now);
-    ToAll(event);
+    DeliverToAll(event);
     return now;
   }
   reopen_at_ = now + reopen_pause_;
-  reopen_pause_ = std::min(2 * reopen_pause_, settings_.reopen_most);
+  reopen_pause_ = std::min(2 * reopen_pause_, settings_.reopen_max);
   if (problem != problem_) {
     problem_ = std::move(problem);
     observer_.OnLink(false, problem_, now);
@@ -148,16 +148,16 @@ void Bus::Down(const Event& event) {
   up_ = false;
   ++losses_;
   // A line that breaks again at once is not worth a fresh start.
-  if (now - up_since_ > settings_.reopen_most) reopen_pause_ = settings_.reopen_first;
+  if (now - up_since_ > settings_.reopen_max) reopen_pause_ = settings_.reopen_first;
   reopen_at_ = now + reopen_pause_;
-  reopen_pause_ = std::min(2 * reopen_pause_, settings_.reopen_most);
+  reopen_pause_ = std::min(2 * reopen_pause_, settings_.reopen_max);
   problem_ = "the line was lost: adapter unplugged, or the simulator stopped; it is opened again by itself";
   if (wire_ != nullptr) wire_->Flush();
   observer_.OnLink(false, problem_, now);
-  ToAll(event);
+  DeliverToAll(event);
 }
 
-void Bus::ToAll(const Event& event) {
+void Bus::DeliverToAll(const Event& event) {
   for (std::size_t i = 0; i < schedule_.size(); ++i) schedule_.device(i).On(event);
 }
 

@@ -16,30 +16,30 @@
 
 namespace axlecast {
 
-// Who wants to know how the line fares.
+// Receives changes of the link state.
 class LinkObserver {
  public:
   virtual ~LinkObserver() = default;
-  // `reason` says why it is down and what to do; called again when the reason changes.
+  // `reason`: why the link is down, and what to do. Called again when the reason changes.
   virtual void OnLink(bool up, std::string_view reason, MonoNs now) = 0;
 };
 
 struct BusSettings {
   ScheduleSettings schedule;
-  LineFormat wire = {};         // of a real line; without baud replies may come faster than a wire carries them
+  LineFormat wire = {};         // of a real line; without baud, replies may come faster than a wire carries them
   bool echo = false;            // the adapter hears its own transmission
-  MonoNs late = 0;              // a reply comes at most so long after its request; 0: never late
-  PulseLines* lines = nullptr;  // beside the bus; opened and closed with its line
-  // Pause before the line is opened again; doubles with each failure.
+  MonoNs late = 0;              // the longest time from a request to its reply; 0: replies are never late
+  PulseLines* lines = nullptr;  // additional lines of the bus; opened and closed with its line
+  // Pause before the line is opened again. It doubles with each failure.
   MonoNs reopen_first = 50 * kMillisecond;
-  MonoNs reopen_most = 2 * kSecond;
+  MonoNs reopen_max = 2 * kSecond;
 };
 
-// One bus and the devices on it: opens the line and opens it again, gives the devices their turns, tells them what
-// happened. One thread.
+// One bus and the devices on it: opens the line, executes the devices' steps, and delivers the events to the devices. Used
+// by one thread.
 class Bus {
  public:
-  // `wire` may be null: nothing is recorded.
+  // `wire` may be null: then nothing is recorded.
   Bus(const BusSettings& settings, ByteLink& link, const Clock& clock, LinkObserver& observer, WireLog* wire);
   Bus(const BusSettings& settings, FrameLink& link, const Clock& clock, LinkObserver& observer, WireLog* wire);
 
@@ -48,28 +48,28 @@ class Bus {
     guard_->AddDevice();
   }
 
-  // Gets on by one step, or sleeps until something is due, until `by`, or until the link is woken. Returns the
-  // present instant. Never waits longer than one exchange beyond `by`.
+  // Runs one step, or sleeps until a step is due, `by` is reached, or the link is woken. Returns the present time. Waits
+  // at most one exchange beyond `by`.
   MonoNs RunOnce(MonoNs by);
 
   struct Counters {
-    std::int64_t exchanges = 0;  // requests transmitted and answered, or not; on CAN, frames that came
+    std::int64_t exchanges = 0;  // requests transmitted, answered or not; on CAN, frames received
     std::int64_t losses = 0;     // times the open line was lost
-    std::int64_t reopens = 0;    // opened again after the first time
+    std::int64_t reopens = 0;    // how often the line was opened again
     Link::LineErrors line;       // since start
   };
   [[nodiscard]] Counters counters() const;
   [[nodiscard]] std::int64_t late() const { return schedule_.late(); }
-  // Late replies of a device, by order of Add, that were recognised.
+  // Returns how many late replies of a device (in the order of Add) were recognised.
   [[nodiscard]] std::int64_t late_replies(std::size_t device) const { return guard_->late(device); }
   [[nodiscard]] bool up() const { return up_; }
   [[nodiscard]] bool ever_up() const { return opens_ > 0; }
-  [[nodiscard]] const std::string& problem() const { return problem_; }    // why the line is down or was last
+  [[nodiscard]] const std::string& problem() const { return problem_; }    // why the line is down, or was down last
   [[nodiscard]] ExchangeStats& stats() { return stats_; }                  // completed exchanges
   [[nodiscard]] const ExchangeHistogram& times() const { return times_; }  // the same, since the start
 
  private:
-  Bus(const BusSettings& settings, Link& link, std::unique_ptr<Transactor> medium, const Clock& clock,
+  Bus(const BusSettings& settings, Link& link, std::unique_ptr<Transactor> transactor, const Clock& clock,
       LinkObserver& observer, WireLog* wire);
 
   MonoNs Reopen(MonoNs by);
@@ -78,15 +78,15 @@ class Bus {
   MonoNs Transmit(const Schedule::Choice& choice, MonoNs now);
   MonoNs CarryOut(const Schedule::Choice& choice, MonoNs now, MonoNs by);
   MonoNs Deliver(const Event* event, std::size_t device, MonoNs now);
-  void ToAll(const Event& event);
+  void DeliverToAll(const Event& event);
 
   BusSettings settings_;
   Link& link_;
   const Clock& clock_;
   LinkObserver& observer_;
   WireLog* wire_;
-  std::unique_ptr<Transactor> medium_;
-  std::unique_ptr<StaleReplyGuard> guard_;  // the schedule looks at it
+  std::unique_ptr<Transactor> transactor_;
+  std::unique_ptr<StaleReplyGuard> guard_;  // used by the schedule
   Schedule schedule_;
   ExchangeStats stats_;
   ExchangeHistogram times_;
@@ -99,7 +99,7 @@ class Bus {
   std::int64_t opens_ = 0;
   std::int64_t exchanges_ = 0;
   std::int64_t losses_ = 0;
-  Link::LineErrors closed_errors_;  // of the times that the line was open before
+  Link::LineErrors closed_errors_;  // of the earlier times that the line was open
 };
 
 }  // namespace axlecast

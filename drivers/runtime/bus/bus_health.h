@@ -20,33 +20,33 @@
 
 namespace axlecast {
 
-// A CAN bus as BUS/<bus> tells it beside what it tells of every bus.
+// What BUS/<bus> contains for a CAN bus in addition.
 struct CanHealth {
-  int tec = -1;  // -1: not told, or not CAN
+  int tec = -1;  // -1: unknown, or not CAN
   int rec = -1;
-  const AlarmSpec* worst = nullptr;  // of the alarms present, the one that explains most; null: none
-  std::string_view trouble;          // that alarm in words, with what to do about it on this machine
+  const AlarmSpec* worst = nullptr;  // the present alarm that explains most; null: no alarm is present
+  std::string_view trouble;          // the text of this alarm, with what to do on this machine
 };
 
-// Judges successive states of a CAN controller: which alarms of the bus are present (runtime_alarms.h), and what the
-// operator can do. An alarm stays for 5 s after its last sign, so that one that flickers can be read.
+// Determines the alarms of a CAN bus (runtime_alarms.h) from successive states of its controller, and what the operator can
+// do. An alarm stays for 5 s after its cause was last seen, so that an alarm that flickers can be read.
 class CanWatch {
  public:
   static constexpr MonoNs kHold = 5 * kSecond;
-  // So many errors of the protocol within a second are more than a disturbance now and then.
+  // Fewer protocol errors per second are regarded as occasional disturbances.
   static constexpr std::int64_t kManyErrors = 10;
 
-  // `bitrate` as configured; 0: not.
+  // `bitrate`: as configured; 0: not configured.
   CanWatch(std::string_view interface, std::int64_t bitrate) : interface_(interface), bitrate_(bitrate) {}
 
-  // How the controller stands, asked for every 100 ms. Counts may begin anew: the link was opened again.
+  // Takes the state of the controller, every 100 ms. The counts may restart when the link is opened again.
   void Update(const CanController& controller, MonoNs now);
 
   struct Alarm {
     const AlarmSpec* spec = nullptr;
     bool present = false;
   };
-  // All there are, the one that explains most first.
+  // Returns all alarms, present or not. The alarm that explains most is first.
   [[nodiscard]] std::span<const Alarm> alarms() const { return alarms_; }
   [[nodiscard]] CanHealth health() const {
     return {.tec = controller_.tec, .rec = controller_.rec, .worst = worst_, .trouble = trouble_};
@@ -55,7 +55,7 @@ class CanWatch {
   [[nodiscard]] std::int64_t revision() const { return revision_; }
 
  private:
-  // In the order of their power to explain the others.
+  // Each kind can explain the kinds that follow.
   enum Kind : std::uint8_t {
     kBusOff,
     kUnacknowledged,
@@ -72,8 +72,8 @@ class CanWatch {
   };
   static constexpr std::size_t kSnapshots = 10;  // a second of them
 
-  void Raise(Kind kind, bool sign) {
-    if (sign) until_[kind] = now_ + kHold;
+  void Raise(Kind kind, bool seen) {
+    if (seen) until_[kind] = now_ + kHold;
   }
   [[nodiscard]] bool Held(Kind kind) const { return now_ < until_[kind]; }
   [[nodiscard]] bool Present(Kind kind) const;
@@ -104,26 +104,25 @@ class CanWatch {
   [[nodiscard]] static std::array<Alarm, kKinds> Specs();
 };
 
-// Readings of one device since the driver started.
+// The readings of one device since the driver started.
 struct DeviceTally {
   std::string_view device;
   std::int64_t good = 0;
   std::array<std::int64_t, kErrorKinds> errors{};
 };
 
-// The bus towards LCM: bus_health_t on "BUS/<bus>" and exchange_times_t on "BUS_TIMES/<bus>", to be called once a second,
-// and when a CAN bus's state changes.
+// Publishes bus_health_t on "BUS/<bus>" and exchange_times_t on "BUS_TIMES/<bus>".
 //
-// DEGRADED: the line is open, but in this window more than 1 % of the readings failed, or every one; or a CAN bus has
-// an alarm of severity WARNING or above.
+// DEGRADED: the line is open, but more than 1 % of the readings of this window failed, or a CAN bus has an alarm of
+// severity WARNING or above.
 class BusHealth {
  public:
   BusHealth(const BusConfig& config, std::int64_t boot_id, const Timebase& time, MessageSink& sink);
 
-  // `can` of a CAN bus, else as it is.
+  // Call it once per second, and when the state of a CAN bus changes. `can`: for a CAN bus only.
   void Publish(MonoNs now, Bus& bus, std::span<const DeviceTally> devices, const CanHealth& can = {});
 
-  // Exchanges a second that the wire's timing allows with these devices, each having its turn; 0 unknown.
+  // Returns the exchanges per second that the timing of the wire allows with these devices in turn; 0: unknown.
   [[nodiscard]] static double WireLimit(const BusConfig& config);
 
  private:

@@ -219,7 +219,7 @@ TEST_F(BusTest, AClosedLinesSleepEndsWhenWoken) {
 TEST_F(BusTest, OneDeadUnitCostsTheOthersLittle) {
   constexpr MonoNs kTime = 10 * kSecond;
   BusSettings settings;
-  settings.schedule.pause_most_shared = 2 * kSecond;
+  settings.schedule.pause_max_shared = 2 * kSecond;
   link_.SetPeer(PolledDevices({2}));
   Make(16, settings);
   RunUntil(kStart + kTime);

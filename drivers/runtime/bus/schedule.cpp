@@ -69,7 +69,7 @@ void Schedule::Start(MonoNs now) {
     entry.paused_until = 0;
     entry.soon_until = 0;
     entry.free_at = 0;
-    entry.orders = 0;
+    entry.commands = 0;
   }
   answering_ = entries_.size();
   free_at_ = 0;
@@ -82,7 +82,7 @@ const Schedule::Choice& Schedule::Choose(MonoNs now) {
   }
   const Best best = Find(Look::kAll, now);
   if (best.rank >= kIdleRank) choice_.step.action = Idle{choice_.until};
-  const bool slow_share = turns_ % settings_.reserve_every == settings_.reserve_every - 1;
+  const bool slow_share = slots_ % settings_.reserve_every == settings_.reserve_every - 1;
   const bool shares = slow_share || IsOrder(best.rank);
   if (!shares || best.rank == kSilenceRank || best.rank >= kListenRank) return choice_;
   const Choice first = choice_;
@@ -95,9 +95,9 @@ const Schedule::Choice& Schedule::Choose(MonoNs now) {
 
 // Gives the turn to a slow item whose share has come, or to a reading that is overdue. False: `best` keeps the turn.
 bool Schedule::TakeShare(const Best& best, MonoNs now) {
-  if (!IsStop(best.rank) && turns_ % settings_.reserve_every == settings_.reserve_every - 1) {
+  if (!IsStop(best.rank) && slots_ % settings_.reserve_every == settings_.reserve_every - 1) {
     if (Find(Look::kSlow, now).rank < kListenRank) return true;
-    ++turns_;
+    ++slots_;
   }
   const bool overdue = IsOrder(best.rank) && std::any_of(entries_.begin(), entries_.end(), [&](const Entry& entry) {
                          return Overdue(entry, best.rank) && LiveDue(entry, now);
@@ -110,7 +110,7 @@ bool Schedule::TakeShare(const Best& best, MonoNs now) {
 int Schedule::FailuresOfTheMissing() const { return std::min(2, settings_.silent_after); }
 
 bool Schedule::Overdue(const Entry& entry, std::size_t rank) const {
-  return entry.orders >= (IsStop(rank) ? kStopTurns : kCommandTurns) * entries_.size();
+  return entry.commands >= (IsStop(rank) ? kStopTurns : kCommandTurns) * entries_.size();
 }
 
 // A device that does not answer is asked rarely only for the sake of devices that do.
@@ -170,20 +170,20 @@ void Schedule::AskAgain(Entry& entry, const Step& step, MonoNs now, bool poll_du
   if (!poll_due) choice_.until = std::min(choice_.until, std::max(entry.slots.next(), PausedUntil(entry)));
   const Idle* idle = std::get_if<Idle>(&step.action);
   if (idle == nullptr) return;
-  const MonoNs until = std::max(idle->until, now + kShortestIdle);
+  const MonoNs until = std::max(idle->until, now + kMinIdle);
   if (poll_due) entry.slots.Excuse(until);
   choice_.until = std::min(choice_.until, until);
 }
 
 void Schedule::Started(MonoNs now) {
-  ++turns_;
-  entries_[choice_.device].asked[rank_] = turns_;
+  ++slots_;
+  entries_[choice_.device].asked[rank_] = slots_;
   if (IsOrder(rank_)) {
-    for (Entry& entry : entries_) ++entry.orders;
+    for (Entry& entry : entries_) ++entry.commands;
   }
   if (!choice_.live) return;
   entries_[choice_.device].slots.Take(now);
-  entries_[choice_.device].orders = 0;
+  entries_[choice_.device].commands = 0;
 }
 
 void Schedule::Ended(std::size_t device, const Event& event, MonoNs now) {
@@ -201,10 +201,10 @@ void Schedule::OnSilent(Entry& entry, const Event& event, MonoNs now) {
   const int doublings = std::min(entry.timeouts - settings_.silent_after, 30);
   const MonoNs pause = settings_.pause_first << doublings;
   const MonoNs cost = now + settings_.pacing.after_reply - event.sent.first + HeldBack(entry, now);
-  entry.soon_until = now + std::min(pause, settings_.pause_most);
+  entry.soon_until = now + std::min(pause, settings_.pause_max);
   entry.paused_until =
       answering_ == 0 ? entry.soon_until
-                      : now + std::max(std::min(pause, settings_.pause_most_shared), settings_.pause_costs * cost);
+                      : now + std::max(std::min(pause, settings_.pause_max_shared), settings_.pause_costs * cost);
   entry.slots.Excuse(PausedUntil(entry));
 }
 

@@ -11,8 +11,8 @@
 
 namespace axlecast {
 
-// Absolute slots on CLOCK_MONOTONIC: phase + k x period, the same instants on every bus with the same figures.
-// A slot that was missed is counted as late and skipped; slots never come in bursts. Period 0: always due.
+// Absolute slots on CLOCK_MONOTONIC: phase + k x period, at the same times on every bus with the same settings. A missed
+// slot is counted as late and skipped, so that slots never come in bursts. Period 0: always due.
 class SlotClock {
  public:
   SlotClock(MonoNs period, MonoNs phase) : period_(period), phase_(phase) {}
@@ -23,9 +23,9 @@ class SlotClock {
   [[nodiscard]] bool Due(MonoNs now) const { return now >= next_; }
   [[nodiscard]] MonoNs next() const { return next_; }
 
-  // The slot that is due at `now` is used: that which began last. Those before it were missed.
+  // Uses the slot that began last before `now`. Earlier unused slots were missed.
   void Take(MonoNs now);
-  // Slots before `until` may pass unused: whom they are for does not want them.
+  // Slots before `until` may pass unused: the device does not need them.
   void Excuse(MonoNs until) { excused_until_ = until; }
 
   [[nodiscard]] std::int64_t late() const { return late_; }
@@ -33,7 +33,7 @@ class SlotClock {
  private:
   MonoNs period_;
   MonoNs phase_;
-  MonoNs next_ = 0;  // start of the next slot; with period 0 the past
+  MonoNs next_ = 0;  // start of the next slot; with period 0 in the past
   MonoNs excused_until_ = 0;
   std::int64_t late_ = 0;
 };
@@ -41,58 +41,58 @@ class SlotClock {
 struct ScheduleSettings {
   MonoNs period = 0;  // of each device's live slots; 0: as fast as the bus allows
   MonoNs phase = 0;
-  // One turn in so many belongs to trip and slow items, however much the live readings want.
+  // One bus slot in this many is reserved for trip and slow items.
   std::int64_t reserve_every = 128;
-  // A device that has not answered with a single byte for `silent_after` exchanges gets its next live slot only
-  // after a pause, which doubles from `pause_first` to `pause_most`.
+  // A device that has not answered with a single byte for `silent_after` exchanges gets its next live slot after a
+  // pause, which doubles from `pause_first` to `pause_max`.
   int silent_after = 4;
   MonoNs pause_first = 1 * kMillisecond;
-  MonoNs pause_most = 100 * kMillisecond;
-  // While another device of the bus answers, the pause doubles up to this instead, and is never shorter than
-  // `pause_costs` times the time that the vain request took: a silent device costs the others little.
-  MonoNs pause_most_shared = 100 * kMillisecond;
+  MonoNs pause_max = 100 * kMillisecond;
+  // While another device of the bus answers, the pause doubles up to this value instead. It is at least `pause_costs`
+  // times the duration of the unanswered request, so that a silent device takes little time from the others.
+  MonoNs pause_max_shared = 100 * kMillisecond;
   int pause_costs = 0;
   Pacing pacing = {};
-  LineFormat line = {};  // how long a request takes on the wire
+  LineFormat line = {};  // determines how long a request takes on the wire
 };
 
-// Whose turn it is on a bus: a stop that waits for no idle line, a silence that somebody needs, then stop, command,
-// live, trip, slow; round robin between the devices of one class. Of those that only listen, the one that listens the
-// shortest: all of them hear.
+// Selects the next step on a bus. The order of priorities is: a stop that needs no idle line, a wait for an idle line, then
+// stop, command, live, trip, slow. Devices with equal priority are polled round-robin. If devices only listen, the shortest
+// listening time is used, since all of them receive.
 //
-// Orders never starve readings. Between two live turns of a device, while a live reading of that device is due:
-// - orders take at most one turn for each device of the bus; then the device is read before the next order.
-// - stops go before readings, but take at most four turns for each device of the bus.
+// Commands never starve readings. Between two live slots of a device, while a live reading of that device is due:
+// - Commands use at most one slot for each device of the bus. Then the device is read before the next command.
+// - Stops go before readings, but use at most four slots for each device of the bus.
 class Schedule {
  public:
-  // `pending` holds exchanges back, and may be null.
+  // `pending` delays exchanges; it may be null.
   explicit Schedule(const ScheduleSettings& settings, const PendingReplies* pending = nullptr)
       : settings_(settings), pending_(pending) {}
 
   void Add(Device& device);
-  // The link came up: slots and pauses begin afresh.
+  // Restarts slots and pauses: the link came up.
   void Start(MonoNs now);
 
   struct Choice {
-    std::size_t device = 0;  // by order of Add
-    Step step;               // Idle: nobody wants to transmit or to listen
-    MonoNs until = kNever;   // the schedule must be asked again by then
+    std::size_t device = 0;  // in the order of Add
+    Step step;               // Idle: no device transmits or listens
+    MonoNs until = kNever;   // Choose must be called again by then
     bool live = false;       // the step uses the device's live slot
   };
-  // Valid until the next call. Asking uses nothing up.
+  // Returns the next step. Valid until the next call. Has no effect until Started is called.
   [[nodiscard]] const Choice& Choose(MonoNs now);
 
-  // The chosen step is about to be carried out.
+  // Reports that the chosen step is about to be executed.
   void Started(MonoNs now);
-  // How the exchange of a device ended; a broadcast, which nobody answers, is an exchange too.
+  // Reports how the exchange of a device ended. A broadcast, which is not answered, is an exchange too.
   void Ended(std::size_t device, const Event& event, MonoNs now);
 
   [[nodiscard]] Device& device(std::size_t index) const { return *entries_[index].device; }
   [[nodiscard]] std::size_t size() const { return entries_.size(); }
   [[nodiscard]] std::int64_t late() const;  // live slots that were missed, over all devices
 
-  // A device that wants to be asked again at an instant that has passed waits this long: an idle bus never spins.
-  static constexpr MonoNs kShortestIdle = 50 * kMicrosecond;
+  // The minimum wait if a device is due at a time that has passed. It prevents an idle bus from spinning.
+  static constexpr MonoNs kMinIdle = 50 * kMicrosecond;
 
  private:
   static constexpr std::size_t kRanks = 9;
@@ -100,21 +100,21 @@ class Schedule {
   struct Entry {
     Device* device;
     SlotClock slots;
-    // The turn at which it was asked last in each class: who has waited for longest goes first.
+    // The number of the last slot in each rank. The device that has waited longest is first.
     std::array<std::int64_t, kRanks> asked{};
-    int timeouts = 0;         // in a row
-    MonoNs paused_until = 0;  // while another device answers
-    MonoNs soon_until = 0;    // the pause while no device answers
-    MonoNs free_at = 0;       // what Pacing asks for this device
-    std::size_t orders = 0;   // turns of orders since its last live turn
+    int timeouts = 0;          // consecutive
+    MonoNs paused_until = 0;   // while another device answers
+    MonoNs soon_until = 0;     // the pause while no device answers
+    MonoNs free_at = 0;        // from Pacing, for this device
+    std::size_t commands = 0;  // slots of commands since its last live slot
   };
   struct Best {
     std::size_t rank = kRanks;
-    std::int64_t asked = 0;  // the turn at which it was asked last in its class
-    MonoNs until = kNever;   // of one that listens
+    std::int64_t asked = 0;  // the number of its last slot in its rank
+    MonoNs until = kNever;   // of a device that listens
   };
 
-  // Which steps are looked for.
+  // Which steps are searched.
   enum class Look : std::uint8_t { kAll, kOverdue, kOverdueByStops, kSlow };
 
   [[nodiscard]] Best Find(Look look, MonoNs now);
@@ -137,8 +137,8 @@ class Schedule {
   Choice choice_;
   std::size_t rank_ = 0;       // of the choice
   std::size_t answering_ = 0;  // devices with fewer failures in a row than FailuresOfTheMissing
-  MonoNs free_at_ = 0;         // what Pacing asks for the whole bus
-  std::int64_t turns_ = 0;
+  MonoNs free_at_ = 0;         // from Pacing, for the whole bus
+  std::int64_t slots_ = 0;
 };
 
 }  // namespace axlecast

@@ -195,7 +195,7 @@ TEST_F(ScheduleTest, IdleNeverEndsAtOnce) {
   Schedule schedule({});
   schedule.Add(hasty);
   schedule.Start(kStart);
-  EXPECT_EQ(schedule.Choose(kStart).until, kStart + Schedule::kShortestIdle);
+  EXPECT_EQ(schedule.Choose(kStart).until, kStart + Schedule::kMinIdle);
 }
 
 TEST_F(ScheduleTest, MissedSlotsAreLateButDeclinedOnesAreNot) {
@@ -219,7 +219,7 @@ class BackOffTest : public ScheduleTest {
 };
 
 TEST_F(BackOffTest, ASilentDevicesLiveSlotsThinOutUpToALimit) {
-  Make(1, {.silent_after = 3, .pause_first = kMillisecond, .pause_most = 100 * kMillisecond});
+  Make(1, {.silent_after = 3, .pause_first = kMillisecond, .pause_max = 100 * kMillisecond});
   TimeOut(0, kStart);
   TimeOut(0, kStart);
   EXPECT_FALSE(RunOne(kStart).empty());
@@ -274,7 +274,7 @@ TEST_F(BackOffTest, CommandsGoToASilentDeviceAtOnce) {
 }
 
 TEST_F(BackOffTest, ASilentDeviceLeavesItsTurnsToTheOthers) {
-  Make(4, {.silent_after = 2, .pause_first = 10 * kMillisecond, .pause_most_shared = kSecond});
+  Make(4, {.silent_after = 2, .pause_first = 10 * kMillisecond, .pause_max_shared = kSecond});
   std::map<int, int> turns;
   MonoNs now = kStart;
   for (int i = 0; i < 4'000; ++i, now += kMillisecond) {
@@ -311,7 +311,7 @@ class Line {
   // As drivers/runtime/process sets up a bus with several devices.
   static ScheduleSettings Shared() {
     ScheduleSettings settings;
-    settings.pause_most_shared = 2 * kSecond;
+    settings.pause_max_shared = 2 * kSecond;
     settings.pause_costs = 32;
     return settings;
   }
@@ -330,7 +330,7 @@ class Line {
         now_ += silence->quiet;
         device.On({.kind = Event::Kind::kSilent, .sent = {}, .received = {}, .request = {}, .bytes = {}});
       } else {
-        now_ = std::max(now_ + Schedule::kShortestIdle, std::min(choice.until, now_ + kSecond));
+        now_ = std::max(now_ + Schedule::kMinIdle, std::min(choice.until, now_ + kSecond));
       }
       return {};
     }

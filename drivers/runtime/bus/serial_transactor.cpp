@@ -53,7 +53,7 @@ const Event* SerialTransactor::Run(const Exchange& exchange) {
   event_.sent.first = clock_.Now();
   event_.secret = exchange.secret;
   event_.early = false;
-  if (!Ask(exchange)) return Lost();
+  if (!Transmit(exchange)) return Lost();
   event_.sent.last = clock_.Now();
   const Event* event = Collect(exchange, event_.sent.last + exchange.timeout);
   if (exchange.secret) {
@@ -68,13 +68,13 @@ const Event* SerialTransactor::Run(const Exchange& exchange) {
   return event;
 }
 
-bool SerialTransactor::Ask(const Exchange& exchange) {
-  return exchange.pulse ? Give(*exchange.pulse) : link_.Write(exchange.request);
+bool SerialTransactor::Transmit(const Exchange& exchange) {
+  return exchange.pulse ? Transmit(*exchange.pulse) : link_.Write(exchange.request);
 }
 
 const Event* SerialTransactor::Run(const Pulse& pulse) {
   Interval sent{clock_.Now(), 0};
-  if (!Give(pulse)) return Lost();
+  if (!Transmit(pulse)) return Lost();
   sent.last = clock_.Now();
   event_ = {.kind = Event::Kind::kPulsed, .sent = sent, .received = sent, .request = {}, .bytes = {}};
   return &event_;

@@ -10,42 +10,43 @@
 
 namespace axlecast {
 
-// Steps on a line of bytes, all but Send. Half duplex: it never transmits while bytes lie unread.
+// Executes steps on a line of bytes: all except Send. Half duplex: it never transmits while bytes are unread.
 class SerialTransactor final : public Transactor {
  public:
-  // With `echo` the adapter hears its own transmission: a reply then counts only after the request's own bytes, and
-  // an echo that differs from the request ends the exchange as kTimeout with all bytes.
+  // `echo`: the adapter receives its own transmission. The reply then follows the bytes of the request. An echo that
+  // differs from the request ends the exchange as kTimeout with all bytes.
   // `lines` may be null: a pulse then ends as kLinkDown.
-  // `line` is the format at which the link opens; without baud nothing is known of it. What looks like a reply but has
-  // come sooner than the wire can carry request and reply answers an earlier request: it becomes stray, and the
-  // exchange goes on.
+  // `line`: the format at which the link opens; without baud it is unknown. A reply that comes sooner than the wire can
+  // carry request and reply answers an earlier request: it becomes unexpected bytes, and the exchange continues.
   SerialTransactor(ByteLink& link, const Clock& clock, bool echo, PulseLines* lines, const LineFormat& line = {})
       : link_(link), clock_(clock), echo_(echo), lines_(lines), opened_(line), line_(line) {}
 
   [[nodiscard]] const Event* FindStray() override;
   [[nodiscard]] const Event* Run(const Step& step, MonoNs by) override;
 
-  // Transmits the request, which must outlive the event, or gives the pulse, and collects the reply: kReply,
-  // kTimeout or kLinkDown.
+  // Transmits the request, which must outlive the event, or the pulse, and collects the reply: kReply, kTimeout or
+  // kLinkDown.
   [[nodiscard]] const Event* Run(const Exchange& exchange);
   // kPulsed or kLinkDown.
   [[nodiscard]] const Event* Run(const Pulse& pulse);
   // kBaudRateSet or kLinkDown.
-  [[nodiscard]] const Event* Run(const SetBaudRate& retune);
-  // kSilent, kUnexpectedBytes (more may follow: ask for silence again) or kLinkDown.
-  [[nodiscard]] const Event* Run(const WaitForIdleLine& silence);
-  // Returns at `by` at the latest, or when woken: null. Else kUnsolicited, kSilent at listen.until, or kLinkDown.
+  [[nodiscard]] const Event* Run(const SetBaudRate& change);
+  // kSilent, kUnexpectedBytes (more may follow: wait again) or kLinkDown.
+  [[nodiscard]] const Event* Run(const WaitForIdleLine& idle);
+  // kUnsolicited, kSilent at listen.until, or kLinkDown. Null at `by`, or when woken.
   [[nodiscard]] const Event* Run(const Listen& listen, MonoNs by);
-  // Sleeps until `by`, until woken (null), or until bytes come: kUnexpectedBytes or kLinkDown.
+  // Sleeps until `by` or until woken (null), or until bytes come: kUnexpectedBytes or kLinkDown.
   [[nodiscard]] const Event* Sleep(MonoNs by);
 
  private:
-  [[nodiscard]] bool Ask(const Exchange& exchange);
-  [[nodiscard]] bool Give(const Pulse& pulse) { return lines_ != nullptr && lines_->Pulse(pulse.line, pulse.low); }
+  [[nodiscard]] bool Transmit(const Exchange& exchange);
+  [[nodiscard]] bool Transmit(const Pulse& pulse) {
+    return lines_ != nullptr && lines_->Pulse(pulse.line, pulse.low);
+  }
   [[nodiscard]] const Event* Collect(const Exchange& exchange, MonoNs deadline);
   [[nodiscard]] const Event* Complete(std::size_t begin, std::size_t length, std::size_t count);
   [[nodiscard]] const Event* TimedOut(std::size_t begin, std::size_t count);
-  // The reply is buffer_[begin, begin + length); sets event_.received.
+  // The reply is buffer_[begin, begin + length). Sets event_.received.
   [[nodiscard]] bool TooEarly(const Exchange& exchange, std::size_t begin, std::size_t length);
   void NoteRead(std::size_t end);
   [[nodiscard]] MonoNs ArrivalOf(std::size_t index) const;
@@ -70,11 +71,11 @@ class SerialTransactor final : public Transactor {
   };
   std::array<Read, 64> reads_{};  // of the exchange
   std::size_t read_count_ = 0;
-  MonoNs masked_until_ = 0;  // what comes may be the late reply to a secret
-  Frame masked_head_;        // how the secret's request began: address and function
-  Frame early_;              // came too early; stray at the next turn
+  MonoNs masked_until_ = 0;  // received bytes may be the late reply to a secret
+  Frame masked_head_;        // begin of the secret's request: address and function
+  Frame early_;              // a reply that came too early; unexpected bytes at the next slot
   bool early_waits_ = false;
-  Bytes excess_;  // came with the last reply, beyond its length: stray at the next turn
+  Bytes excess_;  // bytes beyond the length of the last reply: unexpected bytes at the next slot
   std::array<std::uint8_t, 2 * kMaxFrame> buffer_{};  // an echo and a reply
 };
 

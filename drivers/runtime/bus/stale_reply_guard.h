@@ -10,40 +10,40 @@
 
 namespace axlecast {
 
-// Keeps a reply that comes late from being taken for the reply to a younger request, which nothing in its bytes may
-// tell from its own. It holds every request of the bus that did not end with its own reply, until the late bound has
-// passed since it was sent. While one is held, no request may be sent whose reply could look like its reply.
+// Prevents a late reply from being taken as the reply to a newer request, from which it may not be distinguishable. It
+// holds every request of the bus that did not end with its own reply, until the late bound has passed since the request
+// was sent. While a request is held, no request may be sent whose reply could look like the missing reply.
 //
-// Replies may come in any order: nothing but its own reply, whole or damaged, ends the wait for a request, and it is
-// assumed that a device answers each request at most once.
+// Replies may come in any order. Only the request's own reply, whole or damaged, ends the wait early. A device is assumed to
+// answer each request at most once.
 //
-// One guard serves the whole bus, because replies of several devices can look alike. It survives the closing of the
-// line. The requests of an earlier process are unknown: for the first late bound only requests may be sent whose shape
-// is `fresh` or `interchangeable`, until every device has answered a fresh one: here alone it is assumed that replies come in
-// the order of their requests.
+// One guard serves the whole bus, because replies of several devices can look alike. It is kept while the line is closed.
+// The requests of an earlier process are unknown. Until the first late bound has passed, or every device has answered a
+// fresh request, only requests whose shape is `fresh` or `interchangeable` may be sent. This case alone assumes that
+// replies come in the order of their requests.
 //
 // Allocates nothing after AddDevice. Time is an argument.
 class StaleReplyGuard final : public PendingReplies {
  public:
-  // A reply comes at most `bound` after its request was sent. 0: nothing is held.
+  // `bound`: the longest time from a request to its reply. 0: no request is held.
   explicit StaleReplyGuard(MonoNs bound) : bound_(bound) {}
 
   void AddDevice() { devices_.emplace_back(); }
-  // The line is open. Called again when it was opened again.
+  // Reports that the line is open. Called again each time the line is opened.
   void Start(MonoNs now);
 
   [[nodiscard]] MonoNs FreeAt(const Exchange& exchange, MonoNs now) const override {
     return count_ == 0 && now >= unknown_until_ ? now : Look(exchange, now);
   }
 
-  // The exchange of a device ended as kReply, kTimeout or kLinkDown.
+  // Reports that the exchange of a device ended as kReply, kTimeout or kLinkDown.
   void Ended(const Exchange& exchange, std::size_t device, const Event& event);
-  // Bytes came that nobody was waiting for.
+  // Reports bytes that came without a request.
   void CameUnexpected(Bytes bytes, MonoNs now);
 
-  // Late replies of a device that were recognised.
+  // Returns how many late replies of a device were recognised.
   [[nodiscard]] std::int64_t late(std::size_t device) const { return devices_[device].late; }
-  // Requests that may still be answered.
+  // Returns how many requests may still be answered.
   [[nodiscard]] std::size_t held() const { return count_; }
 
   static constexpr std::size_t kCapacity = 64;
@@ -64,7 +64,7 @@ class StaleReplyGuard final : public PendingReplies {
   [[nodiscard]] MonoNs Look(const Exchange& exchange, MonoNs now) const;
   [[nodiscard]] static bool Conflicts(const Held& held, const ReplyShape& shape);
   void OnOwnReply(const Exchange& exchange, std::size_t device, MonoNs sent);
-  // Looks for late replies to held requests in the unexpected bytes; those requests are held no more.
+  // Finds late replies to held requests in the unexpected bytes, and releases these requests.
   void RecogniseAll();
   [[nodiscard]] bool RecogniseOne();
   [[nodiscard]] std::size_t FindReplyAt(Bytes bytes) const;
@@ -78,8 +78,8 @@ class StaleReplyGuard final : public PendingReplies {
   MonoNs unknown_until_ = 0;
   std::array<Held, kCapacity> held_{};  // oldest first
   std::size_t count_ = 0;
-  MonoNs full_until_ = 0;  // one more did not fit
-  Frame unexpected_;       // the newest bytes that nobody was waiting for
+  MonoNs full_until_ = 0;  // another request did not fit into held_
+  Frame unexpected_;       // the newest bytes that came without a request
 };
 
 }  // namespace axlecast

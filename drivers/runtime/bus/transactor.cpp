@@ -8,11 +8,11 @@ using Status = Link::Status;
 
 const Event* CanTransactor::Run(const Step& step, MonoNs by) {
   if (const auto* send = std::get_if<Send>(&step.action)) return Transmit(send->frame);
-  if (std::holds_alternative<Idle>(step.action)) return Hear(by);
+  if (std::holds_alternative<Idle>(step.action)) return Receive(by);
   const auto* listen = std::get_if<Listen>(&step.action);
   if (listen == nullptr) return Ended(Event::Kind::kLinkDown, {clock_.Now(), clock_.Now()});
   const MonoNs since = clock_.Now();
-  const Event* event = Hear(std::min(listen->until, by));
+  const Event* event = Receive(std::min(listen->until, by));
   if (event != nullptr) return event;
   const MonoNs now = clock_.Now();
   return now >= listen->until ? Ended(Event::Kind::kSilent, {since, now}) : nullptr;
@@ -30,7 +30,7 @@ const Event* CanTransactor::Transmit(const CanFrame& frame) {
   return &event_;
 }
 
-const Event* CanTransactor::Hear(MonoNs by) {
+const Event* CanTransactor::Receive(MonoNs by) {
   Status status = link_.Receive(received_);
   if (status == Status::kTimeout) {
     status = link_.Wait(by);
@@ -59,26 +59,26 @@ constexpr MonoNs kLook = 50 * kMillisecond;  // how soon a stop is noticed while
 constexpr std::size_t kTheProbe = 0;  // the guard's only device
 
 // Nothing may lie unread when a request goes out, and no late reply may look like its reply.
-const Event* Carry(const Step& step, Transactor& medium, StaleReplyGuard& guard, MonoNs now) {
+const Event* Carry(const Step& step, Transactor& transactor, StaleReplyGuard& guard, MonoNs now) {
   const auto* exchange = std::get_if<Exchange>(&step.action);
-  if (exchange == nullptr) return medium.Run(step, now + kLook);
-  if (const Event* stray = medium.FindStray()) return stray;
+  if (exchange == nullptr) return transactor.Run(step, now + kLook);
+  if (const Event* stray = transactor.FindStray()) return stray;
   const MonoNs free_at = guard.FreeAt(*exchange, now);
-  if (free_at > now) return medium.Run(Step{.action = Idle{free_at}}, std::min(free_at, now + kLook));
-  const Event* event = medium.Run(step, now + kLook);
+  if (free_at > now) return transactor.Run(Step{.action = Idle{free_at}}, std::min(free_at, now + kLook));
+  const Event* event = transactor.Run(step, now + kLook);
   guard.Ended(*exchange, kTheProbe, *event);
   return event;
 }
 
 }  // namespace
 
-bool RunProbe(Probe& probe, Transactor& medium, const Clock& clock, StaleReplyGuard& guard,
+bool RunProbe(Probe& probe, Transactor& transactor, const Clock& clock, StaleReplyGuard& guard,
               const std::function<bool()>& stop) {
   while (!stop()) {
     const MonoNs now = clock.Now();
     const std::optional<Step> step = probe.Next(now);
     if (!step) return true;
-    const Event* event = Carry(*step, medium, guard, now);
+    const Event* event = Carry(*step, transactor, guard, now);
     if (event == nullptr) continue;
     if (event->kind == Event::Kind::kUnexpectedBytes && !event->early)
       guard.CameUnexpected(event->bytes, event->received.last);

@@ -9,23 +9,22 @@
 
 namespace axlecast {
 
-// Carries out one step at a time on a link and says what happened, with its instants. Allocates nothing.
+// Executes one step at a time on a link, and returns the event that ended it, with its timestamps. Allocates nothing.
 //
-// Every event stays valid, spans included, until the next call; null: nothing happened.
+// An event, including its spans, is valid until the next call. Null: nothing happened.
 class Transactor {
  public:
   virtual ~Transactor() = default;
 
-  // Bytes that nobody asked for and that have come by now: kUnexpectedBytes; or kLinkDown. Before every exchange.
+  // Returns kUnexpectedBytes if bytes have come without a request, or kLinkDown. Called before every exchange.
   [[nodiscard]] virtual const Event* FindStray() = 0;
 
-  // Carries out the step, which must outlive the event. Idle and Listen return at `by` at the latest, or when woken:
-  // null. A step that this kind of bus does not have ends as kLinkDown.
+  // Executes the step, which must outlive the event. Idle and Listen return null at `by`, or when woken. A step that this
+  // kind of bus does not support ends as kLinkDown.
   [[nodiscard]] virtual const Event* Run(const Step& step, MonoNs by) = 0;
 };
 
-// Steps on a CAN bus: Send, Listen and Idle. Frames that come are told in their order, one at each Listen or Idle:
-// nothing is read while nobody waits, and nothing overtakes.
+// Executes steps on a CAN bus: Send, Listen and Idle. Each Listen or Idle returns the next received frame, in order.
 class CanTransactor final : public Transactor {
  public:
   CanTransactor(FrameLink& link, const Clock& clock) : link_(link), clock_(clock) {}
@@ -35,8 +34,8 @@ class CanTransactor final : public Transactor {
 
  private:
   [[nodiscard]] const Event* Transmit(const CanFrame& frame);
-  // A frame, or null at `by` or when woken.
-  [[nodiscard]] const Event* Hear(MonoNs by);
+  // Returns a frame, or null at `by` or when woken.
+  [[nodiscard]] const Event* Receive(MonoNs by);
   [[nodiscard]] const Event* Arrived();
   [[nodiscard]] const Event* Ended(Event::Kind kind, Interval at);
 
@@ -46,10 +45,10 @@ class CanTransactor final : public Transactor {
   Event event_;
 };
 
-// Carries the probe's steps out until the probe is through, the link is lost (false), or `stop` returns true, which is called
-// before every step. `guard` outlives all probes of one line, and has one device. While the reply to an earlier request may
-// still come, no request is sent whose reply looks like it: the probe waits.
-[[nodiscard]] bool RunProbe(Probe& probe, Transactor& medium, const Clock& clock, StaleReplyGuard& guard,
+// Executes the steps of a probe until the probe has ended or `stop`, which is called before every step, returns true.
+// Returns false if the link is lost. `guard` has one device and outlives all probes of one line. It delays a request while
+// a late reply to an earlier request could look like its reply.
+[[nodiscard]] bool RunProbe(Probe& probe, Transactor& transactor, const Clock& clock, StaleReplyGuard& guard,
                             const std::function<bool()>& stop);
 
 }  // namespace axlecast

@@ -13,15 +13,15 @@
 
 namespace axlecast {
 
-// Records the events of one bus as wire_t on "WIRE/<bus>": a message is sent when the next event would
-// lengthen it beyond 1300 bytes, or 10 ms after its first event. An exchange never spans two messages, so that a
-// lost message costs only its own events. Fixed buffers; allocates nothing after construction.
+// Records the events of one bus as wire_t on "WIRE/<bus>". A message is sent before it would exceed 1300 bytes, or 10 ms
+// after its first event. An exchange is never split between two messages, so a lost message loses only its own events.
+// Allocates nothing after construction.
 class WireLog {
  public:
   static constexpr std::size_t kFlushBytes = 1300;
   static constexpr MonoNs kFlushAfter = 10 * kMillisecond;
 
-  // What stands in wire_t: the kind of bus, and of SPI its clock.
+  // The kind of bus in wire_t, and the clock of SPI.
   struct Kind {
     std::int8_t kind = wire_t::KIND_SERIAL;
     std::int32_t clock_hz = 0;
@@ -43,23 +43,22 @@ class WireLog {
   MessageSink& sink_;
   const Kind kind_;
   std::string channel_;
-  wire_t message_;        // its records are all there; message_.n of them are in use
+  wire_t message_;        // all records are allocated; message_.n of them are used
   std::size_t size_ = 0;  // bytes of the message so far
   MonoNs due_ = kNever;
 };
 
-// The way back from a WIRE channel: the events that WireLog recorded, with the same bytes and instants, for a fresh
-// device to decode again.
+// Restores the events that WireLog recorded, with the same bytes and timestamps, so that a new device can decode them.
 class WireReader {
  public:
   using Sink = std::function<void(const Event&)>;
 
-  // Hands over the events of one message, in order; their spans live in the message.
+  // Passes the events of one message to `sink`, in order. Their spans point into the message.
   void Read(const wire_t& message, const Sink& sink);
 
-  // Messages that are missing by the gaps in their sequence numbers.
+  // Returns how many messages are missing, from the gaps in the sequence numbers.
   [[nodiscard]] std::int64_t lost_messages() const { return lost_messages_; }
-  // Records that are none of those of wire_record_t, or do not fit together.
+  // Returns how many records are not valid, or do not fit together.
   [[nodiscard]] std::int64_t unreadable() const { return unreadable_; }
 
  private:

@@ -17,11 +17,11 @@ using Status = command_status_t;
 
 constexpr std::int64_t kUsPerSecond = 1'000'000;
 
-// Beyond it a double no longer tells neighbouring counts apart, and sums could leave 64 bits.
+// Beyond this, a double cannot distinguish adjacent counts, and sums could exceed 64 bits.
 constexpr double kLargestDatum = 9.0e15;
 
 template <typename Number>
-std::optional<Number> Parse(std::string_view text) {
+std::optional<Number> ParseDatum(std::string_view text) {
   Number number{};
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
@@ -29,8 +29,8 @@ std::optional<Number> Parse(std::string_view text) {
   return number;
 }
 
-const std::string* Find(const DriverCommand& order, std::string_view key) {
-  for (const auto& [name, value] : order.arguments) {
+const std::string* Find(const DriverCommand& command, std::string_view key) {
+  for (const auto& [name, value] : command.arguments) {
     if (name == key) return &value;
   }
   return nullptr;
@@ -40,90 +40,96 @@ std::string DatumText(const std::optional<Reference::Datum>& datum) {
   return datum ? std::to_string(datum->counts) : "none";
 }
 
+auto BadArgument(std::string text) { return Failure(std::move(text), Status::REASON_BAD_ARGUMENT); }
+
 }  // namespace
 
-AlarmOrder::AlarmOrder(const DevicePublisher& channel, const DriverCommand& order, std::int64_t utime)
-    : kind_(KindOf(order.operation)),
-      alarm_(FindArgument(order.arguments, "alarm").value_or("")),
-      utime_(utime),
-      standing_(channel.alarms().Look(alarm_)) {
-  Judge(channel.alarms(), order);
+AlarmCommand::AlarmCommand(const DevicePublisher& publisher, const DriverCommand& command, std::int64_t unix_us)
+    : kind_(KindOf(command.operation)),
+      alarm_(FindArgument(command.arguments, "alarm").value_or("")),
+      unix_us_(unix_us),
+      standing_(publisher.alarms().Look(alarm_)) {}
+
+Result<AlarmCommand> AlarmCommand::Make(const DevicePublisher& publisher, const DriverCommand& command,
+                                        std::int64_t unix_us) {
+  AlarmCommand made(publisher, command, unix_us);
+  if (Result<> checked = made.Check(publisher.alarms(), command); !checked) return Failure(checked.error());
+  return made;
 }
 
-AlarmOrder::Kind AlarmOrder::KindOf(std::string_view operation) {
+AlarmCommand::Kind AlarmCommand::KindOf(std::string_view operation) {
   if (operation == kAcknowledgeAlarm) return Kind::kAcknowledge;
   if (operation == kShelveAlarm) return Kind::kShelve;
   return operation == kUnshelveAlarm ? Kind::kUnshelve : Kind::kExpect;
 }
 
-void AlarmOrder::Judge(const AlarmTable& alarms, const DriverCommand& order) {
+Result<> AlarmCommand::Check(const AlarmTable& alarms, const DriverCommand& command) {
   const bool is_word = alarm_.find_first_of(" *") == std::string::npos && alarm_ == CappedText(alarm_, kNameBytes);
   if (alarm_.empty() || !is_word) {
-    return Refuse("alarm is no name of an alarm: one word of at most 24 bytes, as ALARM says it");
+    return BadArgument("alarm is not a name: give one word of at most 24 bytes, as in ALARM");
   }
-  if (kind_ == Kind::kAcknowledge) return JudgeAcknowledge(alarms);
-  if (kind_ == Kind::kShelve) return JudgeShelve(alarms, order);
+  if (kind_ == Kind::kAcknowledge) return CheckAcknowledge(alarms);
+  if (kind_ == Kind::kShelve) return CheckShelve(alarms, command);
   if (kind_ == Kind::kUnshelve && alarms.shelves().Find(alarm_) == nullptr) {
-    Refuse(alarm_ + " is not shelved: there is nothing to take back");
+    return BadArgument(alarm_ + " is not shelved: there is nothing to unshelve");
   }
+  return {};
 }
 
-void AlarmOrder::Refuse(std::string text) {
-  if (refusal_) return;
-  refusal_ = Outcome{.state = CommandState::kRejected,
-                     .reason = Status::REASON_BAD_ARGUMENT,
-                     .text = std::move(text),
-                     .changes = {}};
-}
-
-void AlarmOrder::JudgeAcknowledge(const AlarmTable& alarms) {
-  if (standing_.present || standing_.gone) return;
+Result<> AlarmCommand::CheckAcknowledge(const AlarmTable& alarms) const {
+  if (standing_.present || standing_.gone) return {};
   const std::string names = alarms.Names();
-  Refuse(alarm_ + " is not listed: there is nothing to acknowledge; " +
-         (names.empty() ? "there is no alarm" : "there are " + names));
+  return BadArgument(alarm_ + " is not listed: there is nothing to acknowledge; " +
+                     (names.empty() ? "there is no alarm" : "there are " + names));
 }
 
-void AlarmOrder::JudgeShelve(const AlarmTable& alarms, const DriverCommand& order) {
+Result<> AlarmCommand::CheckShelve(const AlarmTable& alarms, const DriverCommand& command) {
   shelf_.alarm = alarm_;
-  JudgeTime(order);
-  JudgeSeverity(alarms, order);
-  if (alarms.shelves().IsFull() && alarms.shelves().Find(alarm_) == nullptr) {
-    Refuse(std::to_string(AlarmShelves::kMax) + " alarms of this device are shelved already: unshelve some");
-  }
+  if (Result<> time = ReadTime(command); !time) return time;
+  if (Result<> severity = ReadSeverity(alarms, command); !severity) return severity;
+  if (!alarms.shelves().IsFull() || alarms.shelves().Find(alarm_) != nullptr) return {};
+  return BadArgument(std::to_string(AlarmShelves::kMax) +
+                     " alarms of this device are shelved: unshelve some first");
 }
 
-void AlarmOrder::JudgeTime(const DriverCommand& order) {
+Result<> AlarmCommand::ReadTime(const DriverCommand& command) {
   constexpr std::int64_t kMaxSeconds = AlarmShelves::kLongestUs / kUsPerSecond;
-  const auto seconds = FindArgument(order.arguments, "seconds");
-  const auto until = FindArgument(order.arguments, "until");
-  if (seconds.has_value() == until.has_value())
-    return Refuse("shelve_alarm takes exactly one of seconds and until");
+  const auto seconds = FindArgument(command.arguments, "seconds");
+  const auto until = FindArgument(command.arguments, "until");
+  if (seconds.has_value() == until.has_value()) {
+    return BadArgument("shelve_alarm takes exactly one of seconds and until");
+  }
   if (seconds) {
     const auto given = ParseWhole(*seconds, 1, kMaxSeconds);
-    if (!given) return Refuse("seconds is no whole number from 1 to " + std::to_string(kMaxSeconds));
-    shelf_.until_utime = utime_ + *given * kUsPerSecond;
-    return;
+    if (!given) return BadArgument("seconds is not a whole number from 1 to " + std::to_string(kMaxSeconds));
+    shelf_.until_utime = unix_us_ + *given * kUsPerSecond;
+    return {};
   }
-  const auto given = ParseWhole(*until, utime_ + 1, utime_ + AlarmShelves::kLongestUs);
-  if (!given) return Refuse("until is no UNIX time in us within the next " + std::to_string(kMaxSeconds) + " s");
+  const auto given = ParseWhole(*until, unix_us_ + 1, unix_us_ + AlarmShelves::kLongestUs);
+  if (!given) {
+    return BadArgument("until is not a UNIX time in us within the next " + std::to_string(kMaxSeconds) + " s");
+  }
   shelf_.until_utime = *given;
+  return {};
 }
 
-void AlarmOrder::JudgeSeverity(const AlarmTable& alarms, const DriverCommand& order) {
-  const auto up_to = FindArgument(order.arguments, "up_to");
+Result<> AlarmCommand::ReadSeverity(const AlarmTable& alarms, const DriverCommand& command) {
+  const auto up_to = FindArgument(command.arguments, "up_to");
   shelf_.up_to = standing_.severity;
   if (up_to) {
     const auto severity = ParseSeverity(*up_to);
-    if (!severity) return Refuse("up_to is none of info, warning, error, critical");
+    if (!severity) return BadArgument("up_to is not one of info, warning, error, critical");
     shelf_.up_to = *severity;
   } else if (!standing_.known) {
     const std::string names = alarms.Names();
-    Refuse("no alarm " + alarm_ + " has come since the driver started; " +
-           (names.empty() ? "there is none" : "there are " + names) + "; to shelve it beforehand, give up_to");
+    return BadArgument("no alarm " + alarm_ + " has come since the driver started; " +
+                       (names.empty() ? "there is no alarm" : "there are " + names) +
+                       "; to shelve it beforehand, give up_to");
   }
+  return {};
 }
 
-std::vector<Change> AlarmOrder::Changes() const {
+std::vector<Change> AlarmCommand::Changes() const {
   const std::string before = standing_.acknowledged ? "acknowledged"
                              : standing_.present    ? "present"
                              : standing_.gone       ? "gone"
@@ -143,30 +149,31 @@ std::vector<Change> AlarmOrder::Changes() const {
   return {};
 }
 
-std::string AlarmOrder::Text(bool done) const {
+std::string AlarmCommand::Text(bool done) const {
   const std::string is = done ? " is " : " would be ";
   switch (kind_) {
     case Kind::kAcknowledge:
       if (standing_.acknowledged) return alarm_ + " was acknowledged before";
       return alarm_ + is +
-             (standing_.present ? "acknowledged; it is still present" : "listed no more: it has gone");
+             (standing_.present ? "acknowledged; it is still present"
+                                : "removed from the list: its cause has gone");
     case Kind::kShelve:
-      return alarm_ + is + "shelved for " + std::to_string((shelf_.until_utime - utime_) / kUsPerSecond) +
+      return alarm_ + is + "shelved for " + std::to_string((shelf_.until_utime - unix_us_) / kUsPerSecond) +
              " s, up to severity " + std::string(kSeverityNames.at(shelf_.up_to));
     case Kind::kUnshelve:
-      return alarm_ + is + "shelved no more";
+      return alarm_ + is + "unshelved";
     case Kind::kExpect:
       break;
   }
   return alarm_ + is + "taken as acknowledged before";
 }
 
-Outcome AlarmOrder::Prepared() const {
+Outcome AlarmCommand::Prepared() const {
   return {.state = CommandState::kSucceeded, .text = Text(false), .changes = Changes()};
 }
 
-Outcome AlarmOrder::Apply(DevicePublisher& channel) const {
-  AlarmTable& alarms = channel.alarms();
+Outcome AlarmCommand::Apply(DevicePublisher& publisher) const {
+  AlarmTable& alarms = publisher.alarms();
   switch (kind_) {
     case Kind::kAcknowledge:
       alarms.Acknowledge(alarm_);
@@ -178,7 +185,7 @@ Outcome AlarmOrder::Apply(DevicePublisher& channel) const {
       alarms.Unshelve(alarm_);
       break;
     case Kind::kExpect:
-      alarms.AcknowledgeAgain(alarm_, utime_ + kExpectedUs);
+      alarms.AcknowledgeAgain(alarm_, unix_us_ + kExpectedUs);
       break;
   }
   return {.state = CommandState::kSucceeded, .text = Text(true), .verified = true, .changes = Changes()};
@@ -191,96 +198,98 @@ std::string ValueText(double value) {
   return error == std::errc() ? std::string(text, end) : std::string();
 }
 
-DatumOrder::DatumOrder(const DevicePublisher& channel, const DriverCommand& order, std::int64_t utime) {
-  const DevicePublisher::Summary now = channel.summary();
+DatumCommand::DatumCommand(const DevicePublisher& publisher) {
+  const DevicePublisher::Summary now = publisher.summary();
   value_before_ = now.value;
   datum_before_ = now.datum;
   file_datum_ = now.file_datum;
   identity_ = now.identity;
-  if (order.operation == "set_datum") {
-    kind_ = Kind::kSet;
-    JudgeSet(channel, order, utime);
-  } else if (order.operation == "clear_datum") {
-    kind_ = Kind::kClear;
-    JudgeClear();
-    value_after_ = channel.ValueWith(file_datum_ ? file_datum_->counts : 0);
+}
+
+Result<DatumCommand> DatumCommand::Make(const DevicePublisher& publisher, const DriverCommand& command,
+                                        std::int64_t unix_us) {
+  DatumCommand made(publisher);
+  Result<> checked;
+  if (command.operation == "set_datum") {
+    made.kind_ = Kind::kSet;
+    checked = made.CheckSet(publisher, command, unix_us);
+  } else if (command.operation == "clear_datum") {
+    made.kind_ = Kind::kClear;
+    checked = made.CheckClear();
+    made.value_after_ = publisher.ValueWith(made.file_datum_ ? made.file_datum_->counts : 0);
   }
+  if (!checked) return Failure(checked.error());
+  return made;
 }
 
-void DatumOrder::Refuse(std::int32_t reason, std::string text) {
-  if (refusal_) return;
-  refusal_ = Outcome{.state = CommandState::kRejected, .reason = reason, .text = std::move(text), .changes = {}};
-}
-
-void DatumOrder::JudgeSet(const DevicePublisher& channel, const DriverCommand& order, std::int64_t utime) {
-  const std::string* const value = Find(order, "value");
-  const std::string* const counts = Find(order, "counts");
+Result<> DatumCommand::CheckSet(const DevicePublisher& publisher, const DriverCommand& command,
+                                std::int64_t unix_us) {
+  const std::string* const value = Find(command, "value");
+  const std::string* const counts = Find(command, "counts");
   if ((value == nullptr) == (counts == nullptr)) {
-    return Refuse(Status::REASON_BAD_ARGUMENT, "set_datum takes exactly one of value and counts");
+    return BadArgument("set_datum takes exactly one of value and counts");
   }
-  datum_.utime = utime;
-  if (const std::string* const established = Find(order, "utime")) {
-    const auto given = Parse<std::int64_t>(*established);
-    if (!given || *given < 0) {
-      return Refuse(Status::REASON_BAD_ARGUMENT, "utime is no UNIX time in whole microseconds");
-    }
+  datum_.unix_us = unix_us;
+  if (const std::string* const established = Find(command, "utime")) {
+    const auto given = ParseDatum<std::int64_t>(*established);
+    if (!given || *given < 0) return BadArgument("utime is not a UNIX time in whole microseconds");
     dated_ = true;
-    datum_.utime = *given;
+    datum_.unix_us = *given;
   }
-  if (const std::string* const wanted = Find(order, "identity"); wanted != nullptr && !wanted->empty()) {
-    JudgeIdentity(*wanted);
+  if (const std::string* const expected = Find(command, "identity"); expected != nullptr && !expected->empty()) {
+    if (Result<> same = CheckIdentity(*expected); !same) return same;
   }
-  if (value != nullptr) return JudgeCounts(channel, "value", *value);
-  JudgeCounts(channel, "counts", *counts);
+  return value != nullptr ? ReadCounts(publisher, "value", *value) : ReadCounts(publisher, "counts", *counts);
 }
 
-void DatumOrder::JudgeIdentity(const std::string& wanted) {
+Result<> DatumCommand::CheckIdentity(const std::string& expected) const {
   if (identity_.empty()) {
-    return Refuse(Status::REASON_DEVICE_OFFLINE,
-                  "the encoder has not told its identity yet, " + wanted + " is expected: repeat it when online");
+    return Failure("the encoder has not reported its identity yet, " + expected +
+                       " is expected: repeat the command when it is online",
+                   Status::REASON_DEVICE_OFFLINE);
   }
-  if (identity_ == wanted) return;
-  Refuse(Status::REASON_WRONG_IDENTITY, "the encoder is " + identity_ + ", and the datum is for " + wanted +
-                                            ": accept the exchange, then set the datum anew");
+  if (identity_ == expected) return {};
+  return Failure("the encoder is " + identity_ + ", and the datum is for " + expected +
+                     ": accept the exchange, then set a new datum",
+                 Status::REASON_WRONG_IDENTITY);
 }
 
-void DatumOrder::JudgeCounts(const DevicePublisher& channel, const std::string& key, const std::string& text) {
-  const auto number = Parse<double>(text);
-  if (!number) return Refuse(Status::REASON_BAD_ARGUMENT, key + " is no number within +-9e15");
+Result<> DatumCommand::ReadCounts(const DevicePublisher& publisher, const std::string& key,
+                                  const std::string& text) {
+  const auto number = ParseDatum<double>(text);
+  if (!number) return BadArgument(key + " is not a number within +-9e15");
   if (key == "counts") {
     datum_.counts = static_cast<std::int64_t>(*number);
-    if (static_cast<double>(datum_.counts) != *number) {
-      return Refuse(Status::REASON_BAD_ARGUMENT, "counts is no whole number");
-    }
+    if (static_cast<double>(datum_.counts) != *number) return BadArgument("counts is not a whole number");
   } else {
-    const auto datum = channel.DatumFor(*number);
-    if (!datum) return Refuse(Status::REASON_DEVICE_OFFLINE, "no valid position is known yet");
+    const auto datum = publisher.DatumFor(*number);
+    if (!datum) return Failure("no valid position is known yet", Status::REASON_DEVICE_OFFLINE);
     datum_.counts = *datum;
   }
-  // With an older datum the encoder's turns are counted anew from it.
-  if (!dated_) value_after_ = channel.ValueWith(datum_.counts);
+  // With an older datum, the encoder's turns are counted from that datum again: the value is not known yet.
+  if (!dated_) value_after_ = publisher.ValueWith(datum_.counts);
+  return {};
 }
 
-void DatumOrder::JudgeClear() {
-  if (!datum_before_) {
-    return Refuse(Status::REASON_NO_DATUM, "no datum is in force: there is nothing to clear");
-  }
-  if (datum_before_ != file_datum_) return;
-  Refuse(Status::REASON_NOT_PERMITTED, "the datum in force, " + DatumText(datum_before_) +
-                                           " counts, is of the machine's file: take datum_counts out there");
+Result<> DatumCommand::CheckClear() const {
+  if (!datum_before_) return Failure("no datum is set: there is nothing to clear", Status::REASON_NO_DATUM);
+  if (datum_before_ != file_datum_) return {};
+  return Failure("the present datum, " + DatumText(datum_before_) +
+                     " counts, is set in the machine's file: remove datum_counts there",
+                 Status::REASON_NOT_PERMITTED);
 }
 
-std::optional<Reference::Datum> DatumOrder::DatumAfter() const {
+std::optional<Reference::Datum> DatumCommand::DatumAfter() const {
   return kind_ == Kind::kSet ? datum_ : file_datum_;
 }
 
-std::vector<Change> DatumOrder::Changes(std::string value_after) const {
+std::vector<Change> DatumCommand::Changes(std::string value_after) const {
   return {{"value", ValueText(value_before_), std::move(value_after)},
           {"datum_counts", DatumText(datum_before_), DatumText(DatumAfter())},
           {"identity", "", identity_}};
 }
 
-Outcome DatumOrder::Prepared() const {
+Outcome DatumCommand::Prepared() const {
   Outcome outcome{.state = CommandState::kSucceeded, .changes = {}};
   if (kind_ == Kind::kMarkLost) {
     outcome.text = "would mark the reference as lost";
@@ -292,21 +301,21 @@ Outcome DatumOrder::Prepared() const {
   return outcome;
 }
 
-Outcome DatumOrder::Apply(DevicePublisher& channel) const {
+Outcome DatumCommand::Apply(DevicePublisher& publisher) const {
   Outcome outcome{.state = CommandState::kSucceeded, .verified = true, .changes = {}};
   if (kind_ == Kind::kMarkLost) {
-    channel.OnReferenceLost();
+    publisher.OnReferenceLost();
     outcome.text = "the reference is marked as lost";
     return outcome;
   }
   if (kind_ == Kind::kSet) {
-    channel.SetDatum(datum_.counts, datum_.utime);
+    publisher.SetDatum(datum_.counts, datum_.unix_us);
     outcome.text = "datum set to " + std::to_string(datum_.counts) + " counts";
   } else {
-    channel.ClearDatum();
-    outcome.text = file_datum_ ? "the datum of the machine's file is in force again" : "the datum is cleared";
+    publisher.ClearDatum();
+    outcome.text = file_datum_ ? "the datum of the machine's file is used again" : "the datum is cleared";
   }
-  outcome.changes = Changes(ValueText(channel.summary().value));
+  outcome.changes = Changes(ValueText(publisher.summary().value));
   return outcome;
 }
 

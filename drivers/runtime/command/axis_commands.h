@@ -6,76 +6,76 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/device/operation.h"
 #include "drivers/runtime/axis/device_publisher.h"
 
 namespace axlecast {
 
-// An order about an alarm, which needs no device: acknowledge_alarm, shelve_alarm, unshelve_alarm or
-// restore_acknowledgement (IsAboutAlarms), judged against the alarms of its channel.
-class AlarmOrder {
+// A command about an alarm, which needs no device: acknowledge_alarm, shelve_alarm, unshelve_alarm or
+// restore_acknowledgement (IsAboutAlarms).
+class AlarmCommand {
  public:
   // How long a restarted driver waits for an alarm that was present and acknowledged before. An encoder without battery
-  // answers 1.5 s after power-on, and only 2 s later is a silent one called offline.
+  // answers 1.5 s after power-on, and a silent encoder is OFFLINE only 2 s later.
   static constexpr std::int64_t kExpectedUs = 10'000'000;
 
-  // `utime`: now, us.
-  AlarmOrder(const DevicePublisher& channel, const DriverCommand& order, std::int64_t utime);
+  // Checks the command against the alarms of the device. `unix_us`: now. The error has a REASON_*.
+  [[nodiscard]] static Result<AlarmCommand> Make(const DevicePublisher& publisher, const DriverCommand& command,
+                                                 std::int64_t unix_us);
 
-  // Why it cannot be done; nothing when it can.
-  [[nodiscard]] const std::optional<Outcome>& refusal() const { return refusal_; }
-  // What it would do. Only without a refusal, like Apply.
+  // Returns what Apply would do.
   [[nodiscard]] Outcome Prepared() const;
-  [[nodiscard]] Outcome Apply(DevicePublisher& channel) const;
+  [[nodiscard]] Outcome Apply(DevicePublisher& publisher) const;
 
  private:
   enum class Kind : std::uint8_t { kAcknowledge, kShelve, kUnshelve, kExpect };
 
+  AlarmCommand(const DevicePublisher& publisher, const DriverCommand& command, std::int64_t unix_us);
+
   [[nodiscard]] static Kind KindOf(std::string_view operation);
-  void Judge(const AlarmTable& alarms, const DriverCommand& order);
-  void JudgeAcknowledge(const AlarmTable& alarms);
-  void JudgeShelve(const AlarmTable& alarms, const DriverCommand& order);
-  void JudgeTime(const DriverCommand& order);
-  void JudgeSeverity(const AlarmTable& alarms, const DriverCommand& order);
-  void Refuse(std::string text);
+  [[nodiscard]] Result<> Check(const AlarmTable& alarms, const DriverCommand& command);
+  [[nodiscard]] Result<> CheckAcknowledge(const AlarmTable& alarms) const;
+  [[nodiscard]] Result<> CheckShelve(const AlarmTable& alarms, const DriverCommand& command);
+  [[nodiscard]] Result<> ReadTime(const DriverCommand& command);
+  [[nodiscard]] Result<> ReadSeverity(const AlarmTable& alarms, const DriverCommand& command);
   [[nodiscard]] std::vector<Change> Changes() const;
-  // "battery_error is acknowledged"; `done` or what would be.
+  // Returns "battery_error is acknowledged", or "would be" if not `done`.
   [[nodiscard]] std::string Text(bool done) const;
 
   Kind kind_;
-  std::optional<Outcome> refusal_;
   std::string alarm_;
-  std::int64_t utime_;
+  std::int64_t unix_us_;
   AlarmTable::Standing standing_;
   AlarmShelves::Shelf shelf_;
 };
 
-// An order about the datum of an axis, which needs no device: set_datum, clear_datum or mark_reference_lost, judged
-// against its channel.
-class DatumOrder {
+// A command about the datum of an axis, which needs no device: set_datum, clear_datum or mark_reference_lost.
+class DatumCommand {
  public:
-  // `utime`: now, us.
-  DatumOrder(const DevicePublisher& channel, const DriverCommand& order, std::int64_t utime);
+  // Checks the command against the axis. `unix_us`: now. The error has a REASON_*.
+  [[nodiscard]] static Result<DatumCommand> Make(const DevicePublisher& publisher, const DriverCommand& command,
+                                                 std::int64_t unix_us);
 
-  // Why it cannot be done; nothing when it can.
-  [[nodiscard]] const std::optional<Outcome>& refusal() const { return refusal_; }
-  // What it would do. Only without a refusal, like Apply.
+  // Returns what Apply would do.
   [[nodiscard]] Outcome Prepared() const;
-  [[nodiscard]] Outcome Apply(DevicePublisher& channel) const;
+  [[nodiscard]] Outcome Apply(DevicePublisher& publisher) const;
 
  private:
   enum class Kind : std::uint8_t { kSet, kClear, kMarkLost };
 
-  void JudgeSet(const DevicePublisher& channel, const DriverCommand& order, std::int64_t utime);
-  void JudgeClear();
-  void JudgeIdentity(const std::string& wanted);
-  void JudgeCounts(const DevicePublisher& channel, const std::string& key, const std::string& text);
+  explicit DatumCommand(const DevicePublisher& publisher);
+
+  [[nodiscard]] Result<> CheckSet(const DevicePublisher& publisher, const DriverCommand& command,
+                                  std::int64_t unix_us);
+  [[nodiscard]] Result<> CheckClear() const;
+  [[nodiscard]] Result<> CheckIdentity(const std::string& expected) const;
+  [[nodiscard]] Result<> ReadCounts(const DevicePublisher& publisher, const std::string& key,
+                                    const std::string& text);
   [[nodiscard]] std::vector<Change> Changes(std::string value_after) const;
   [[nodiscard]] std::optional<Reference::Datum> DatumAfter() const;
-  void Refuse(std::int32_t reason, std::string text);
 
   Kind kind_ = Kind::kMarkLost;
-  std::optional<Outcome> refusal_;
   Reference::Datum datum_;  // to be set
   bool dated_ = false;      // established at another time than now
   double value_before_;
@@ -85,7 +85,7 @@ class DatumOrder {
   std::string identity_;
 };
 
-// A number of the device's unit as text; empty where it is unknown.
+// Returns a number in the unit of the axis as text; empty if it is unknown (NaN).
 [[nodiscard]] std::string ValueText(double value);
 
 }  // namespace axlecast

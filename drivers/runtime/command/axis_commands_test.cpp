@@ -109,7 +109,7 @@ TEST_F(OperationsTest, SetDatumMakesThePresentPositionReadTheValue) {
   EXPECT_EQ(answer.changes[1].after, std::to_string(channel_.summary().datum->counts));
   EXPECT_EQ(answer.changes[2].key, "identity");
   EXPECT_EQ(answer.changes[2].after, "");
-  EXPECT_EQ(channel_.summary().datum->utime, time_.Utime(clock_.Now()));
+  EXPECT_EQ(channel_.summary().datum->unix_us, time_.Utime(clock_.Now()));
 }
 
 TEST_F(OperationsTest, ADatumOfAnEarlierDayComesBackAsOld) {
@@ -130,7 +130,7 @@ TEST_F(OperationsTest, ADatumOfAnotherEncoderIsRefused) {
   const std::vector<argument_t> datum = {{"counts", "10"}, {"identity", "17 SN0042"}};
   driver_status_t answer = Do(MakeOrder("set_datum", datum));
   EXPECT_EQ(answer.reason_code, Status::REASON_DEVICE_OFFLINE);
-  EXPECT_THAT(answer.text, HasSubstr("not told its identity yet"));
+  EXPECT_THAT(answer.text, HasSubstr("not reported its identity yet"));
   channel_.OnIdentity(17, "SN0043", "");
   answer = Do(MakeOrder("set_datum", datum));
   EXPECT_EQ(answer.reason_code, Status::REASON_WRONG_IDENTITY);
@@ -175,7 +175,7 @@ TEST_F(FileDatumTest, TheFilesDatumCannotBeClearedAndComesBack) {
   Online(1'000);
   driver_status_t answer = Do(MakeOrder("clear_datum"));
   EXPECT_EQ(answer.reason_code, Status::REASON_NOT_PERMITTED);
-  EXPECT_THAT(answer.text, HasSubstr("70 counts, is of the machine's file"));
+  EXPECT_THAT(answer.text, HasSubstr("70 counts, is set in the machine's file"));
   Send(MakeOrder("set_datum", {{"counts", "400"}}));
   answer = Do(MakeOrder("clear_datum"));
   EXPECT_EQ(answer.state, Status::STATE_SUCCEEDED);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <axlecast/command_status_t.hpp>
 #include <cstdio>
 
 #include "core/command/signature.h"
@@ -9,12 +10,12 @@
 
 namespace axlecast {
 
-EpochFence::Verdict EpochFence::Judge(std::int64_t bridge_boot_id, std::int64_t bridge_epoch) {
+EpochFence::Verdict EpochFence::Check(std::int64_t bridge_boot_id, std::int64_t bridge_epoch) {
   if (bridge_boot_id != present_) {
     if (std::find(replaced_.begin(), replaced_.end(), bridge_boot_id) != replaced_.end()) return Verdict::kFenced;
     if (bridge_epoch <= newest_) return Verdict::kOlder;
     if (present_ != 0) replaced_.push_back(present_);
-    if (replaced_.size() > kRemembered) replaced_.pop_front();
+    if (replaced_.size() > kMaxReplaced) replaced_.pop_front();
     present_ = bridge_boot_id;
   }
   if (bridge_epoch <= newest_) return Verdict::kOlder;
@@ -26,7 +27,7 @@ namespace {
 
 constexpr std::int32_t kMaxValidMs = 500;
 constexpr std::int8_t kMaxOperations = 24;
-// Beyond it a difference of two instants need not be told exactly.
+// Larger differences of two times are limited to this.
 constexpr std::int64_t kFarUs = INT64_C(4'000'000'000'000'000'000);
 
 std::string Seconds(double seconds) {
@@ -47,53 +48,53 @@ PermitTable::PermitTable(const BusConfig& bus, const BridgeConfig& bridge) : bri
   for (const DeviceConfig& device : bus.devices) devices_[device.name].required = device.permit_required;
 }
 
-const KeyGrant* PermitTable::GrantOf(const permit_t& envelope, const permit_body_t& body,
-                                     std::string& trouble) const {
+Result<const KeyGrant*> PermitTable::GrantOf(const permit_t& envelope, const permit_body_t& body) const {
   if (body.key_id == 0) {
     if (bridge_.allow_unsigned) return &anybody_;
-    trouble = "was unsigned: let the control process sign it with a key of role control";
-    return nullptr;
+    return Failure("was unsigned: let the control process sign it with a key of role control");
   }
   const KeyGrant* grant = bridge_.FindKey(body.key_id);
   if (grant == nullptr) {
-    trouble = "was signed with a key that the machine's file does not name under bridge.keys";
-  } else if (grant->role != Role::kControl) {
-    trouble = "was signed by " + grant->name + ", whose role is not control";
-  } else if (!Verify(grant->key, Domain::kPermit, envelope.permit, SignatureOf(envelope))) {
-    trouble = "has a wrong signature: it is not of the key " + grant->name;
-  } else if (!grant->devices.empty() && !Contains(grant->devices, body.device)) {
-    trouble = "was signed by " + grant->name + ", whose devices do not hold this one";
-  } else {
-    return grant;
+    return Failure("was signed with a key that the machine's file does not name under bridge.keys");
   }
-  return nullptr;
+  if (grant->role != Role::kControl) return Failure("was signed by " + grant->name + ", whose role is not control");
+  if (!Verify(grant->key, Domain::kPermit, envelope.permit, SignatureOf(envelope))) {
+    return Failure("has a wrong signature: it is not of the key " + grant->name);
+  }
+  if (!grant->devices.empty() && !Contains(grant->devices, body.device)) {
+    return Failure("was signed by " + grant->name + ", whose key is not valid for this device");
+  }
+  return grant;
 }
 
-std::string PermitTable::Untimely(const Permit& last, const permit_body_t& body, std::int64_t utime) {
+Result<> PermitTable::CheckTime(const Permit& last, const permit_body_t& body, std::int64_t unix_us) {
   // Positive: issued in the past.
-  const std::int64_t age = utime - std::clamp(body.issued_utime, -kFarUs, kFarUs);
+  const std::int64_t age = unix_us - std::clamp(body.issued_utime, -kFarUs, kFarUs);
   if (age < -kClockToleranceUs || age > body.valid_ms * INT64_C(1'000) + kClockToleranceUs) {
-    return "was issued " + Seconds(static_cast<double>(std::abs(age)) / 1e6) + (age > 0 ? " ago" : " from now") +
-           ": old, or the clocks of the two computers differ by that: see NTP or PTP";
+    return Failure("was issued " + Seconds(static_cast<double>(std::abs(age)) / 1e6) +
+                   (age > 0 ? " ago" : " from now") +
+                   ": old, or the clocks of the two computers differ by that: see NTP or PTP");
   }
-  if (!last.came) return "";
+  if (!last.came) return {};
   if (body.issuer_boot_id == last.issuer_boot_id) {
-    return body.issue > last.issue ? "" : "was a repetition: issue must increase";
+    if (body.issue > last.issue) return {};
+    return Failure("was a repetition: issue must increase");
   }
-  if (body.issued_utime > last.issued_utime) return "";
-  return "was issued " + Seconds(static_cast<double>(last.issued_utime - body.issued_utime) / 1e6) +
-         " before the last one of another control process";
+  if (body.issued_utime > last.issued_utime) return {};
+  return Failure("was issued " + Seconds(static_cast<double>(last.issued_utime - body.issued_utime) / 1e6) +
+                 " before the last one of another control process");
 }
 
-std::string PermitTable::SetBack(const permit_body_t& body, MonoNs now, std::int64_t utime) {
+Result<> PermitTable::CheckClock(const permit_body_t& body, MonoNs now, std::int64_t unix_us) {
   const std::int64_t mono_us = now / kMicrosecond;
-  latest_offset_us_ = std::max(latest_offset_us_, utime - mono_us);
+  latest_offset_us_ = std::max(latest_offset_us_, unix_us - mono_us);
   const std::int64_t latest = latest_offset_us_ + mono_us;
   const std::int64_t age = latest - std::clamp(body.issued_utime, -kFarUs, kFarUs);
-  if (age <= body.valid_ms * INT64_C(1'000) + kClockToleranceUs || latest - utime <= kClockToleranceUs) return "";
-  return "was issued " + Seconds(static_cast<double>(age) / 1e6) +
-         " ago, before this computer's clock was set back by " +
-         Seconds(static_cast<double>(latest - utime) / 1e6) + ": when the clock is right, start the driver again";
+  if (age <= body.valid_ms * INT64_C(1'000) + kClockToleranceUs || latest - unix_us <= kClockToleranceUs) return {};
+  return Failure("was issued " + Seconds(static_cast<double>(age) / 1e6) +
+                 " ago, before this computer's clock was set back by " +
+                 Seconds(static_cast<double>(latest - unix_us) / 1e6) +
+                 ": when the clock is right, start the driver again");
 }
 
 void PermitTable::Take(Permit& permit, const permit_body_t& body, const KeyGrant& grant, MonoNs now) {
@@ -103,70 +104,66 @@ void PermitTable::Take(Permit& permit, const permit_body_t& body, const KeyGrant
   permit.issued_utime = body.issued_utime;
   permit.accepted = now;
   permit.until = now + body.valid_ms * kMillisecond;
-  permit.trouble.clear();
+  permit.rejection.clear();
   permit.operations.clear();
   for (const std::string& operation : body.operations) {
     if (grant.operations.empty() || Contains(grant.operations, operation)) permit.operations.insert(operation);
   }
 }
 
-void PermitTable::Accept(std::string_view device, Bytes message, MonoNs now, std::int64_t utime) {
+void PermitTable::Accept(std::string_view device, Bytes message, MonoNs now, std::int64_t unix_us) {
   const auto envelope = DecodeMessage<permit_t>(message);
   if (!envelope) return;
   const auto body = DecodeMessage<permit_body_t>(envelope->permit);
   if (!body || body->device != device || body->n_operations > kMaxOperations) return;
   if (body->valid_ms < 1 || body->valid_ms > kMaxValidMs) return;
-  std::string trouble;
-  const KeyGrant* grant = GrantOf(*envelope, *body, trouble);
+  const Result<const KeyGrant*> grant = GrantOf(*envelope, *body);
 
   const std::lock_guard lock(mutex_);
   const auto found = devices_.find(device);
   if (found == devices_.end()) return;
   Permit& permit = found->second;
-  if (grant != nullptr) trouble = SetBack(*body, now, utime);
-  if (grant != nullptr && trouble.empty()) trouble = Untimely(permit, *body, utime);
-  if (trouble.empty()) return Take(permit, *body, *grant, now);
-  permit.trouble = std::move(trouble);
-  permit.trouble_at = now;
+  const Result<> accepted =
+      grant.and_then([&](const KeyGrant*) { return CheckClock(*body, now, unix_us); }).and_then([&] {
+        return CheckTime(permit, *body, unix_us);
+      });
+  if (accepted) return Take(permit, *body, **grant, now);
+  permit.rejection = accepted.error().text;
+  permit.rejected_at = now;
 }
 
-bool PermitTable::Holds(std::string_view device, std::string_view operation, MonoNs now) const {
+Result<> PermitTable::Check(std::string_view device, std::string_view operation, MonoNs now) const {
+  const auto missing = [](std::string why) { return Failure(std::move(why), command_status_t::REASON_NO_PERMIT); };
   const std::lock_guard lock(mutex_);
   const auto found = devices_.find(device);
-  if (found == devices_.end()) return false;
+  if (found == devices_.end()) return missing("there is no such device");
   const Permit& permit = found->second;
-  return !permit.required || (now < permit.until && permit.operations.contains(operation));
-}
-
-std::string PermitTable::Why(std::string_view device, std::string_view operation, MonoNs now) const {
-  const std::lock_guard lock(mutex_);
-  const auto found = devices_.find(device);
-  if (found == devices_.end()) return "there is no such device";
-  const Permit& permit = found->second;
+  if (!permit.required || (now < permit.until && permit.operations.contains(operation))) return {};
   const std::string channel = "PERMIT/" + std::string(device);
   if (now < permit.until) {
-    return "the present " + channel + " does not allow " + std::string(operation) +
-           ": the control process names other operations, or its key may not permit it";
+    return missing("the present " + channel + " does not allow " + std::string(operation) +
+                   ": the control process names other operations, or its key may not permit it");
   }
-  if (!permit.trouble.empty()) {
-    return "the last " + channel + ", " + Seconds(now - permit.trouble_at) + " ago, " + permit.trouble;
+  if (!permit.rejection.empty()) {
+    return missing("the last " + channel + ", " + Seconds(now - permit.rejected_at) + " ago, " + permit.rejection);
   }
   if (!permit.came) {
-    return "no " + channel + " came from the control process; or set `permit: not_required` for this device";
+    return missing("no " + channel +
+                   " came from the control process; or set `permit: not_required` for this device");
   }
-  return "the last " + channel + " ended " + Seconds(now - permit.until) +
-         " ago: the control process allows nothing, or has stopped";
+  return missing("the last " + channel + " ended " + Seconds(now - permit.until) +
+                 " ago: the control process allows nothing, or has stopped");
 }
 
-bool OrderAuthority::Allows(const driver_command_t& envelope) const {
+bool CommandAuthority::Allows(const driver_command_t& envelope) const {
   if (!key_) return allow_unsigned_;
   return Verify(*key_, Domain::kOrder, envelope.order, SignatureOf(envelope));
 }
 
-std::string_view OrderAuthority::Rule() const {
-  if (key_) return "orders count only when signed by bridge.key of the machine's file";
-  if (allow_unsigned_) return "unsigned orders are obeyed, whoever sends them: bridge.unsigned_commands is allow";
-  return "no order is obeyed: set bridge.key in the machine's file, or bridge.unsigned_commands: allow";
+std::string_view CommandAuthority::Rule() const {
+  if (key_) return "only commands that are signed by bridge.key of the machine's file are executed";
+  if (allow_unsigned_) return "unsigned commands of any sender are executed: bridge.unsigned_commands is allow";
+  return "no command is executed: set bridge.key in the machine's file, or bridge.unsigned_commands: allow";
 }
 
 }  // namespace axlecast

@@ -13,33 +13,33 @@
 
 namespace axlecast {
 
-// Which orders wait for the devices of a bus, and which each device holds: one at a time, and an urgent one beside
-// it. The caller locks, except for any_waiting().
-class OrderQueues {
+// The commands that wait for the devices of a bus, and the command that each device executes: one at a time, and one
+// urgent command in addition. The caller locks, except for any_waiting().
+class CommandQueues {
  public:
   struct Queue {
     std::string device;
     bool urgent = false;
     std::deque<CommandId> waiting;
     std::optional<CommandId> held;
-    bool cancel_asked = false;  // of the held one
+    bool cancel_requested = false;  // for the held command
     bool cancel_taken = false;
   };
 
-  explicit OrderQueues(const BusConfig& bus);
+  explicit CommandQueues(const BusConfig& bus);
 
   // Null for a device that is not on this bus.
   [[nodiscard]] Queue* Find(const std::string& device, bool urgent);
-  // The queue whose device holds the order, or null.
+  // Returns the queue whose device executes the command, or null.
   [[nodiscard]] Queue* Holding(const std::string& device, const CommandId& id);
 
   void Push(Queue& queue, const CommandId& id);
-  // Takes it out of those that wait; false when it is not there.
+  // Removes a waiting command. Returns false if it does not wait.
   [[nodiscard]] bool Drop(Queue& queue, const CommandId& id);
-  // The next queue whose device is free and has an order waiting: urgent ones first, else by turns. Before a queue
-  // is looked at, those of its waiting orders go for which `is_over`.
+  // Returns the next queue with a waiting command and a free device: urgent queues first, the others round-robin. Waiting
+  // commands for which `is_over` returns true are removed first.
   [[nodiscard]] Queue* Next(const std::function<bool(const CommandId&)>& is_over);
-  // The order that waited longest is held from now on.
+  // Marks the command that has waited longest as held.
   const CommandId& Hold(Queue& queue);
 
   // Of all queues; any thread.
@@ -53,7 +53,7 @@ class OrderQueues {
 
   std::deque<Queue> queues_;  // the urgent ones, then the usual ones
   std::size_t usual_;         // index of the first usual one
-  std::size_t next_ = 0;      // which usual one is asked first
+  std::size_t next_ = 0;      // which usual one is checked first
   std::atomic<std::size_t> waiting_ = 0;
 };
 

@@ -32,8 +32,8 @@ CommandStatusTable::Entry* CommandStatusTable::Find(const CommandId& id) {
   return found == entries_.end() ? nullptr : &found->second;
 }
 
-CommandStatusTable::Entry& CommandStatusTable::Remember(const driver_order_t& order) {
-  ForgetOldest();
+CommandStatusTable::Entry& CommandStatusTable::Add(const driver_order_t& order) {
+  DeleteOldest();
   const CommandId id = IdOf(order.id);
   Entry& entry = entries_[id];
   oldest_first_.push_back(id);
@@ -42,7 +42,7 @@ CommandStatusTable::Entry& CommandStatusTable::Remember(const driver_order_t& or
   return entry;
 }
 
-void CommandStatusTable::ForgetOldest() {
+void CommandStatusTable::DeleteOldest() {
   // Unfinished ones are few and go to the end of the line.
   for (std::size_t tries = oldest_first_.size(); entries_.size() >= capacity_ && tries > 0; --tries) {
     const CommandId id = oldest_first_.front();
@@ -64,8 +64,8 @@ void CommandStatusTable::End(Entry& entry, std::int8_t state, std::int32_t reaso
   entry.status.state = state;
   entry.status.reason_code = reason;
   entry.status.text = CappedText(text, kTextBytes);
-  entry.status.finished_utime = Utime();
-  entry.order = {};
+  entry.status.finished_utime = UnixUs();
+  entry.command = {};
   Publish(entry);
 }
 

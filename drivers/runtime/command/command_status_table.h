@@ -15,40 +15,40 @@
 
 namespace axlecast {
 
-// The orders of this boot of a driver, how each stands, and the DRIVER_STATUS channel that says so.
+// The commands of this boot of a driver, and their statuses on the channel DRIVER_STATUS.
 class CommandStatusTable {
  public:
   struct Entry {
     driver_status_t status{};
-    DriverCommand order;   // until it is finished
-    bool prepare = false;  // KIND_PREPARE
-    MonoNs published = 0;  // last
+    DriverCommand command;  // until it is finished
+    bool prepare = false;   // KIND_PREPARE
+    MonoNs published = 0;   // last
   };
 
   struct Output {
     MessageSink* sink;
-    const SigningKey* key;  // null: statuses stay unsigned
+    const SigningKey* key;  // null: statuses are unsigned
   };
-  // Remembers at most `capacity` ids; the oldest finished one is forgotten first.
+  // Stores at most `capacity` ids. The oldest finished id is deleted first.
   CommandStatusTable(const std::string& bus, std::int64_t boot_id, const Clock& clock, Output output,
                      std::size_t capacity);
 
   [[nodiscard]] Entry* Find(const CommandId& id);
   [[nodiscard]] Entry& At(const CommandId& id) { return entries_.at(id); }
-  Entry& Remember(const driver_order_t& order);
+  Entry& Add(const driver_order_t& order);
 
   void Publish(Entry& entry);
-  // The entry's final state, published.
+  // Sets and publishes the final state of a command.
   void End(Entry& entry, std::int8_t state, std::int32_t reason, const std::string& text);
-  // Fills the head, signs and publishes.
+  // Completes the header, signs and publishes.
   void Send(driver_status_t& status);
 
   [[nodiscard]] MonoNs Now() const { return clock_.Now(); }
-  [[nodiscard]] std::int64_t Utime() const { return time_.Utime(clock_.Now()); }
+  [[nodiscard]] std::int64_t UnixUs() const { return time_.Utime(clock_.Now()); }
   void set_bridge_epoch(std::int64_t newest) { bridge_epoch_ = newest; }
 
  private:
-  void ForgetOldest();
+  void DeleteOldest();
 
   const std::string bus_;
   const std::string channel_;
@@ -64,7 +64,7 @@ class CommandStatusTable {
   std::deque<CommandId> oldest_first_;
 };
 
-// A status about an order whose fate is still to be filled in.
+// Returns a status for this command. The caller sets its state.
 [[nodiscard]] driver_status_t StatusOf(const driver_order_t& order);
 
 }  // namespace axlecast

@@ -16,7 +16,7 @@ class OrderLedgerTest : public ::testing::Test {
   static constexpr std::size_t kCapacity = 10;
 
   CommandStatusTable::Entry& Remember(std::uint32_t number) {
-    return ledger_.Remember(OrderMessage(1, number, NumberedId(number), "axis1", "zero"));
+    return ledger_.Add(OrderMessage(1, number, NumberedId(number), "axis1", "zero"));
   }
 
   FakeClock clock_;

@@ -25,14 +25,14 @@ namespace {
 constexpr MonoNs kProgressPeriod = 50 * kMillisecond;
 constexpr std::int32_t kMaxValidMs = 3'600'000;
 
-DriverCommand OrderOf(const driver_order_t& message, MonoNs now) {
-  DriverCommand order;
-  order.id = IdOf(message.id);
-  order.operation = message.operation;
-  for (const argument_t& argument : message.arguments) order.arguments.emplace_back(argument.key, argument.value);
-  order.begin_by = now + message.valid_ms * kMillisecond;
-  order.expect_epoch = message.expect_epoch;
-  return order;
+DriverCommand CommandOf(const driver_order_t& message, MonoNs now) {
+  DriverCommand command;
+  command.id = IdOf(message.id);
+  command.operation = message.operation;
+  for (const argument_t& argument : message.arguments) command.arguments.emplace_back(argument.key, argument.value);
+  command.begin_by = now + message.valid_ms * kMillisecond;
+  command.expect_epoch = message.expect_epoch;
+  return command;
 }
 
 bool IsUrgent(const Family& family, const std::string& operation) {
@@ -49,18 +49,18 @@ struct DriverCommandServer::State {
         context(std::move(its_context)),
         authority(bridge),
         permits(bus, bridge),
-        ledger(bus.name, context.boot_id, *context.clock, {context.sink, context.key}, kMaxRemembered),
+        statuses(bus.name, context.boot_id, *context.clock, {context.sink, context.key}, kMaxRemembered),
         queues(bus) {}
 
-  // All below: with `mutex` held.
-  // False when there is nothing new for the bus's thread.
+  // All functions below require that `mutex` is held.
+  // Returns false if there is nothing new for the bus's thread.
   [[nodiscard]] bool Admit(const driver_order_t& order);
   void AnswerAgain(const driver_order_t& order, CommandStatusTable::Entry& entry);
   void Answer(const driver_order_t& order, std::int8_t state, std::int32_t reason, const char* text);
   void Begin(const driver_order_t& order);
   void Cancel(CommandStatusTable::Entry& entry);
-  [[nodiscard]] std::optional<Refusal> Check(const driver_order_t& order);
-  // Ends an order that waited too long.
+  [[nodiscard]] Result<> Check(const driver_order_t& order);
+  // Ends a command that waited too long.
   [[nodiscard]] bool IsOver(const CommandId& id, MonoNs now);
   static void Fill(CommandStatusTable::Entry& entry, const Outcome& outcome, std::int32_t epoch_after);
   void Stop(const CommandId& id);
@@ -68,7 +68,7 @@ struct DriverCommandServer::State {
   const Family& family;
   const std::string bus_name;
   const Context context;
-  const OrderAuthority authority;
+  const CommandAuthority authority;
 
   std::atomic<std::int64_t> refused = 0;
   std::atomic<bool> cancels = false;
@@ -77,8 +77,8 @@ struct DriverCommandServer::State {
 
   mutable std::mutex mutex;
   EpochFence fence;
-  CommandStatusTable ledger;
-  OrderQueues queues;
+  CommandStatusTable statuses;
+  CommandQueues queues;
   std::deque<CommandId> to_prepare;
   bool stopping = false;
 };
@@ -89,71 +89,75 @@ void DriverCommandServer::State::Answer(const driver_order_t& order, std::int8_t
   status.state = state;
   status.reason_code = reason;
   status.text = text;
-  ledger.Send(status);
+  statuses.Send(status);
 }
 
-std::optional<Refusal> DriverCommandServer::State::Check(const driver_order_t& order) {
-  if (stopping) return Refusal{command_status_t::REASON_STOPPING, "the driver is stopping: send it again later"};
-  const OrderQueues::Queue* queue = queues.Find(order.device, IsUrgent(family, order.operation));
+Result<> DriverCommandServer::State::Check(const driver_order_t& order) {
+  using Reason = command_status_t;
+  if (stopping) return Failure("the driver is stopping: send it again later", Reason::REASON_STOPPING);
+  const CommandQueues::Queue* queue = queues.Find(order.device, IsUrgent(family, order.operation));
   if (queue == nullptr) {
-    return Refusal{command_status_t::REASON_UNKNOWN_DEVICE,
-                   "no such device on " + bus_name + "; it has:" + queues.Devices()};
+    return Failure("no such device on " + bus_name + "; it has:" + queues.Devices(), Reason::REASON_UNKNOWN_DEVICE);
   }
   const OperationSpec* operation = FindOperation(family, order.operation);
   if (operation == nullptr) {
-    return Refusal{command_status_t::REASON_UNKNOWN_OPERATION, "no such operation; " + OperationNames(family)};
+    return Failure("no such operation; " + OperationNames(family), Reason::REASON_UNKNOWN_OPERATION);
   }
   if (operation->executed_by_bridge) {
-    return Refusal{command_status_t::REASON_UNKNOWN_OPERATION,
-                   "the bridge carries it out itself, no driver does: send it to the bridge"};
+    return Failure("the bridge executes this operation, not a driver: send it to the bridge",
+                   Reason::REASON_UNKNOWN_OPERATION);
   }
-  if (auto refusal = CheckArguments(*operation, order.arguments)) return refusal;
+  if (const auto refusal = CheckArguments(*operation, order.arguments)) {
+    return Failure(refusal->text, refusal->reason);
+  }
   if (order.valid_ms < 1 || order.valid_ms > kMaxValidMs) {
-    return Refusal{command_status_t::REASON_MALFORMED,
-                   "valid_ms is " + std::to_string(order.valid_ms) + ", outside 1..3600000"};
+    return Failure("valid_ms is " + std::to_string(order.valid_ms) + ", outside 1..3600000",
+                   Reason::REASON_MALFORMED);
   }
   const bool prepare = order.kind == driver_order_t::KIND_PREPARE;
   if ((prepare ? to_prepare.size() : queue->waiting.size()) >= kMaxWaiting) {
-    return Refusal{command_status_t::REASON_QUEUE_FULL, "16 orders wait for this device: send it again later"};
+    return Failure("16 commands wait for this device: send it again later", Reason::REASON_QUEUE_FULL);
   }
-  return std::nullopt;
+  return {};
 }
 
 void DriverCommandServer::State::Begin(const driver_order_t& order) {
-  const auto refusal = Check(order);
-  CommandStatusTable::Entry& entry = ledger.Remember(order);
-  if (refusal) return ledger.End(entry, command_status_t::STATE_REJECTED, refusal->reason, refusal->text);
-  entry.order = OrderOf(order, ledger.Now());
+  const Result<> checked = Check(order);
+  CommandStatusTable::Entry& entry = statuses.Add(order);
+  if (!checked) {
+    return statuses.End(entry, command_status_t::STATE_REJECTED, checked.error().reason, checked.error().text);
+  }
+  entry.command = CommandOf(order, statuses.Now());
   entry.status.state = command_status_t::STATE_ROUTED;
   if (entry.prepare) {
-    to_prepare.push_back(entry.order.id);
+    to_prepare.push_back(entry.command.id);
     prepares = true;
   } else {
-    queues.Push(*queues.Find(order.device, IsUrgent(family, order.operation)), entry.order.id);
+    queues.Push(*queues.Find(order.device, IsUrgent(family, order.operation)), entry.command.id);
   }
-  ledger.Publish(entry);
+  statuses.Publish(entry);
 }
 
 void DriverCommandServer::State::Cancel(CommandStatusTable::Entry& entry) {
   const CommandId id = IdOf(entry.status.id);
-  if (IsFinalState(entry.status.state)) return ledger.Publish(entry);
-  OrderQueues::Queue& queue = *queues.Find(entry.status.device, IsUrgent(family, entry.status.operation));
+  if (IsFinalState(entry.status.state)) return statuses.Publish(entry);
+  CommandQueues::Queue& queue = *queues.Find(entry.status.device, IsUrgent(family, entry.status.operation));
   if (entry.prepare ? std::erase(to_prepare, id) > 0 : queues.Drop(queue, id)) {
-    return ledger.End(entry, command_status_t::STATE_CANCELLED, command_status_t::REASON_CANCELLED,
-                      "cancelled before it began");
+    return statuses.End(entry, command_status_t::STATE_CANCELLED, command_status_t::REASON_CANCELLED,
+                        "cancelled before it began");
   }
   if (queue.held == id) {
-    queue.cancel_asked = true;
+    queue.cancel_requested = true;
     cancels = true;
   }
-  ledger.Publish(entry);
+  statuses.Publish(entry);
 }
 
 bool DriverCommandServer::State::IsOver(const CommandId& id, MonoNs now) {
-  CommandStatusTable::Entry& entry = ledger.At(id);
-  if (now <= entry.order.begin_by) return false;
-  ledger.End(entry, command_status_t::STATE_EXPIRED, command_status_t::REASON_DEADLINE,
-             "its time ran out while it waited for the device");
+  CommandStatusTable::Entry& entry = statuses.At(id);
+  if (now <= entry.command.begin_by) return false;
+  statuses.End(entry, command_status_t::STATE_EXPIRED, command_status_t::REASON_DEADLINE,
+               "its time ran out while it waited for the device");
   return true;
 }
 
@@ -164,13 +168,13 @@ void DriverCommandServer::State::AnswerAgain(const driver_order_t& order, Comman
                   "this id was used for PREPARE or EXECUTE, and this is the other: use another id");
   }
   if (order.kind == driver_order_t::KIND_CANCEL) return Cancel(entry);
-  ledger.Publish(entry);
+  statuses.Publish(entry);
 }
 
 bool DriverCommandServer::State::Admit(const driver_order_t& order) {
-  const auto verdict = fence.Judge(order.bridge_boot_id, order.bridge_epoch);
-  ledger.set_bridge_epoch(fence.newest());
-  if (CommandStatusTable::Entry* const known = ledger.Find(IdOf(order.id))) {
+  const auto verdict = fence.Check(order.bridge_boot_id, order.bridge_epoch);
+  statuses.set_bridge_epoch(fence.newest());
+  if (CommandStatusTable::Entry* const known = statuses.Find(IdOf(order.id))) {
     AnswerAgain(order, *known);
     return order.kind == driver_order_t::KIND_CANCEL;
   }
@@ -179,13 +183,13 @@ bool DriverCommandServer::State::Admit(const driver_order_t& order) {
            "another bridge has taken over this driver");
   } else if (verdict == EpochFence::Verdict::kOlder) {
     Answer(order, command_status_t::STATE_UNKNOWN, command_status_t::REASON_FENCED,
-           "a newer order has overtaken this one");
+           "a newer command was received before this one");
   } else if (order.kind == driver_order_t::KIND_QUERY) {
     Answer(order, command_status_t::STATE_UNKNOWN, command_status_t::REASON_NONE,
-           "this boot of the driver never saw it");
+           "this boot of the driver has not received it");
   } else if (order.kind == driver_order_t::KIND_CANCEL) {
-    ledger.End(ledger.Remember(order), command_status_t::STATE_CANCELLED, command_status_t::REASON_CANCELLED,
-               "cancelled before it arrived");
+    statuses.End(statuses.Add(order), command_status_t::STATE_CANCELLED, command_status_t::REASON_CANCELLED,
+                 "cancelled before it arrived");
   } else {
     Begin(order);
     return true;
@@ -204,7 +208,7 @@ void DriverCommandServer::OnDriverCommand(Bytes message) {
     ++state_->refused;
     return;
   }
-  // A bridge goes on until it has heard of the new boot; and the cheapest way to be rid of a recording.
+  // A command for an earlier boot: the bridge repeats it until it learns the new boot id. Replayed messages end here, too.
   if (order->driver_boot_id != state_->context.boot_id) return;
   if (!state_->authority.Allows(*envelope)) {
     ++state_->refused;
@@ -230,23 +234,23 @@ std::string_view DriverCommandServer::Rule() const { return state_->authority.Ru
 std::optional<DriverCommandServer::Taken> DriverCommandServer::Take() {
   if (!state_->queues.any_waiting()) return std::nullopt;
   const std::lock_guard lock(state_->mutex);
-  const MonoNs now = state_->ledger.Now();
-  OrderQueues::Queue* queue = state_->queues.Next([&](const CommandId& id) { return state_->IsOver(id, now); });
+  const MonoNs now = state_->statuses.Now();
+  CommandQueues::Queue* queue = state_->queues.Next([&](const CommandId& id) { return state_->IsOver(id, now); });
   if (queue == nullptr) return std::nullopt;
-  CommandStatusTable::Entry& entry = state_->ledger.At(state_->queues.Hold(*queue));
+  CommandStatusTable::Entry& entry = state_->statuses.At(state_->queues.Hold(*queue));
   entry.status.state = command_status_t::STATE_RUNNING;
-  entry.status.started_utime = state_->ledger.Utime();
-  state_->ledger.Publish(entry);
-  return Taken{queue->device, entry.order};
+  entry.status.started_utime = state_->statuses.UnixUs();
+  state_->statuses.Publish(entry);
+  return Taken{queue->device, entry.command};
 }
 
 std::optional<DriverCommandServer::Taken> DriverCommandServer::TakeCancel() {
   if (!state_->cancels) return std::nullopt;
   const std::lock_guard lock(state_->mutex);
-  for (OrderQueues::Queue& queue : state_->queues.all()) {
-    if (!queue.held || !queue.cancel_asked || queue.cancel_taken) continue;
+  for (CommandQueues::Queue& queue : state_->queues.all()) {
+    if (!queue.held || !queue.cancel_requested || queue.cancel_taken) continue;
     queue.cancel_taken = true;
-    return Taken{queue.device, state_->ledger.At(*queue.held).order};
+    return Taken{queue.device, state_->statuses.At(*queue.held).command};
   }
   state_->cancels = false;
   return std::nullopt;
@@ -255,24 +259,20 @@ std::optional<DriverCommandServer::Taken> DriverCommandServer::TakeCancel() {
 std::optional<DriverCommandServer::Taken> DriverCommandServer::TakePrepare() {
   if (!state_->prepares) return std::nullopt;
   const std::lock_guard lock(state_->mutex);
-  const MonoNs now = state_->ledger.Now();
+  const MonoNs now = state_->statuses.Now();
   while (!state_->to_prepare.empty()) {
     const CommandId id = state_->to_prepare.front();
     state_->to_prepare.pop_front();
     if (state_->IsOver(id, now)) continue;
-    const CommandStatusTable::Entry& entry = state_->ledger.At(id);
-    return Taken{entry.status.device, entry.order};
+    const CommandStatusTable::Entry& entry = state_->statuses.At(id);
+    return Taken{entry.status.device, entry.command};
   }
   state_->prepares = false;
   return std::nullopt;
 }
 
-bool DriverCommandServer::HasPermit(const std::string& device, const std::string& operation) const {
-  return state_->permits.Holds(device, operation, state_->context.clock->Now());
-}
-
-std::string DriverCommandServer::WhyNoPermit(const std::string& device, const std::string& operation) const {
-  return state_->permits.Why(device, operation, state_->context.clock->Now());
+Result<> DriverCommandServer::CheckPermit(const std::string& device, const std::string& operation) const {
+  return state_->permits.Check(device, operation, state_->context.clock->Now());
 }
 
 void DriverCommandServer::State::Fill(CommandStatusTable::Entry& entry, const Outcome& outcome,
@@ -292,31 +292,31 @@ void DriverCommandServer::State::Fill(CommandStatusTable::Entry& entry, const Ou
 void DriverCommandServer::Report(const std::string& device, const CommandId& id, const Outcome& outcome,
                                  std::int32_t epoch_after, std::int32_t nv_writes) {
   const std::lock_guard lock(state_->mutex);
-  OrderQueues::Queue* queue = state_->queues.Holding(device, id);
+  CommandQueues::Queue* queue = state_->queues.Holding(device, id);
   if (queue == nullptr) return;
-  CommandStatusTable::Entry& entry = state_->ledger.At(id);
+  CommandStatusTable::Entry& entry = state_->statuses.At(id);
   State::Fill(entry, outcome, epoch_after);
   entry.status.nv_writes = nv_writes;
   if (outcome.IsFinal()) {
     queue->held.reset();
-    return state_->ledger.End(entry, static_cast<std::int8_t>(outcome.state), outcome.reason, outcome.text);
+    return state_->statuses.End(entry, static_cast<std::int8_t>(outcome.state), outcome.reason, outcome.text);
   }
   entry.status.reason_code = outcome.reason;
   entry.status.text = CappedText(outcome.text, kTextBytes);
-  if (state_->ledger.Now() - entry.published >= kProgressPeriod) state_->ledger.Publish(entry);
+  if (state_->statuses.Now() - entry.published >= kProgressPeriod) state_->statuses.Publish(entry);
 }
 
 void DriverCommandServer::CountWrites(const std::string& device, const CommandId& id, std::int32_t nv_writes) {
   const std::lock_guard lock(state_->mutex);
-  if (state_->queues.Holding(device, id) != nullptr) state_->ledger.At(id).status.nv_writes = nv_writes;
+  if (state_->queues.Holding(device, id) != nullptr) state_->statuses.At(id).status.nv_writes = nv_writes;
 }
 
 void DriverCommandServer::ReportPrepared(const CommandId& id, const Outcome& outcome, std::int32_t epoch_after) {
   const std::lock_guard lock(state_->mutex);
-  CommandStatusTable::Entry* entry = state_->ledger.Find(id);
+  CommandStatusTable::Entry* entry = state_->statuses.Find(id);
   if (entry == nullptr || !entry->prepare || IsFinalState(entry->status.state)) return;
   State::Fill(*entry, outcome, epoch_after);
-  state_->ledger.End(*entry, static_cast<std::int8_t>(outcome.state), outcome.reason, outcome.text);
+  state_->statuses.End(*entry, static_cast<std::int8_t>(outcome.state), outcome.reason, outcome.text);
 }
 
 void DriverCommandServer::Hello(std::span<const DeviceSummary> devices) {
@@ -328,24 +328,24 @@ void DriverCommandServer::Hello(std::span<const DeviceSummary> devices) {
     status.epoch_after = -1;
     for (const DeviceSummary& device : part) status.devices.push_back(MessageOf(device));
     status.n_devices = static_cast<std::int8_t>(status.devices.size());
-    state_->ledger.Send(status);
+    state_->statuses.Send(status);
     devices = devices.subspan(part.size());
   } while (!devices.empty());
 }
 
-void DriverCommandServer::TellAcknowledged(const std::string& device, std::span<const std::string> alarms) {
+void DriverCommandServer::PublishAcknowledged(const std::string& device, std::span<const std::string> alarms) {
   driver_status_t status{};
   status.kind = driver_status_t::KIND_ACKNOWLEDGED;
   status.epoch_after = -1;
   status.device = CappedText(device, kNameBytes);
   status.text = WordsWithin(alarms, kTextBytes);
   const std::lock_guard lock(state_->mutex);
-  state_->ledger.Send(status);
+  state_->statuses.Send(status);
 }
 
 void DriverCommandServer::State::Stop(const CommandId& id) {
-  ledger.End(ledger.At(id), command_status_t::STATE_REJECTED, command_status_t::REASON_STOPPING,
-             "the driver stopped before it began: send it again later");
+  statuses.End(statuses.At(id), command_status_t::STATE_REJECTED, command_status_t::REASON_STOPPING,
+               "the driver stopped before it began: send it again later");
 }
 
 void DriverCommandServer::Goodbye() {
@@ -353,22 +353,22 @@ void DriverCommandServer::Goodbye() {
   state_->stopping = true;
   for (const CommandId& id : state_->to_prepare) state_->Stop(id);
   state_->to_prepare.clear();
-  for (OrderQueues::Queue& queue : state_->queues.all()) {
+  for (CommandQueues::Queue& queue : state_->queues.all()) {
     while (!queue.waiting.empty()) {
       const CommandId id = queue.waiting.front();
       state_->Stop(id);
       static_cast<void>(state_->queues.Drop(queue, id));
     }
     if (!queue.held) continue;
-    state_->ledger.End(state_->ledger.At(*queue.held), command_status_t::STATE_INDETERMINATE,
-                       command_status_t::REASON_STOPPING,
-                       "the driver stopped while it worked on this: look at the device");
+    state_->statuses.End(state_->statuses.At(*queue.held), command_status_t::STATE_INDETERMINATE,
+                         command_status_t::REASON_STOPPING,
+                         "the driver stopped while the command was in progress: check the device");
     queue.held.reset();
   }
   driver_status_t status{};
   status.kind = driver_status_t::KIND_GOODBYE;
   status.epoch_after = -1;
-  state_->ledger.Send(status);
+  state_->statuses.Send(status);
 }
 
 }  // namespace axlecast

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/base/time.h"
 #include "core/command/device_summary.h"
 #include "core/command/signature.h"
@@ -19,66 +20,67 @@
 
 namespace axlecast {
 
-// The driver's side of the dialogue with the bridge: takes driver_command_t and permit_t, answers driver_status_t.
-// Two threads use it: the command thread (On...) and the bus's thread (the rest). It locks; it never waits for the
-// bus, and it verifies no signature while it holds the lock.
+// The driver's side of a command: receives driver_command_t and permit_t, and answers with driver_status_t.
+// Used by two threads: the command thread (On...) and the bus's thread (the other functions). It never waits for the bus,
+// and verifies no signature while it holds its lock.
 class DriverCommandServer {
  public:
   struct Context {
     std::int64_t boot_id = 0;
     const Clock* clock = nullptr;
     MessageSink* sink = nullptr;      // of the command port
-    std::function<void()> wake;       // interrupts the bus's sleep
-    const SigningKey* key = nullptr;  // signs every status; null: they stay unsigned
+    std::function<void()> wake;       // ends the bus's sleep
+    const SigningKey* key = nullptr;  // signs every status; null: statuses are unsigned
   };
   DriverCommandServer(const BusConfig& bus, const BridgeConfig& bridge, Context context);
   ~DriverCommandServer();
 
-  static constexpr std::size_t kMaxWaiting = 16;       // orders per device
-  static constexpr std::size_t kMaxRemembered = 4096;  // ids; the oldest finished one is forgotten first
+  static constexpr std::size_t kMaxWaiting = 16;       // commands per device
+  static constexpr std::size_t kMaxRemembered = 4096;  // ids; the oldest finished id is deleted first
 
-  // Command thread. An order that the machine's file does not allow by its signature (OrderAuthority), or that cannot
-  // be decoded, is counted and not answered; one for another boot is neither. Acknowledges at once; refuses what the boot id, the bridge's epoch, the device, the operation
-  // or its arguments do not allow; answers queries; a repeated id is answered, never done again: not even when it
-  // is no longer remembered, because an unknown id acts only with an epoch newer than every one before. So an
-  // answer STATE_UNKNOWN is a promise: what was sent up to its bridge_epoch has not been done and never will be.
-  // KIND_PREPARE is answered like EXECUTE, but never begins; its id can not be used for another kind.
+  // Command thread. Takes a command:
+  // - A command for an earlier boot of the driver is ignored. A command that cannot be decoded, or whose signature the
+  //   machine's file does not allow (CommandAuthority), is counted and not answered.
+  // - Every other command is acknowledged at once. It is refused if the epoch of the bridge, the device, the operation or
+  //   its arguments do not allow it.
+  // - A repeated id and a query are answered only. An id is never executed twice, even if it is no longer stored: an
+  //   unknown id acts only with an epoch newer than every earlier one. The answer STATE_UNKNOWN therefore guarantees that
+  //   no command up to its bridge_epoch with this id was or will be executed.
+  // - KIND_PREPARE is answered like EXECUTE, but never begins. Its id cannot be used for another kind.
   void OnDriverCommand(Bytes message);
   void OnPermit(const std::string& device, Bytes message);
 
-  // Any thread: orders that were counted and not answered; whose orders count.
+  // Any thread: how many commands were counted and not answered, and which commands are executed.
   [[nodiscard]] std::int64_t refused() const;
   [[nodiscard]] std::string_view Rule() const;
 
-  // Bus's thread: the next order for any device that is not busy with one, urgent ones first and whatever the
-  // device is busy with; expired ones are answered EXPIRED here.
+  // Bus's thread: returns the next command for a device that is not busy. Urgent commands come first, also for a busy
+  // device. Expired commands are answered EXPIRED here.
   struct Taken {
     std::string device;
-    DriverCommand order;
+    DriverCommand command;
   };
   [[nodiscard]] std::optional<Taken> Take();
-  // Ids of orders that the bridge wants cancelled and that a device holds.
+  // Returns the next command that the bridge has cancelled while a device executes it.
   [[nodiscard]] std::optional<Taken> TakeCancel();
-  // The next PREPARE, of any device, busy or not; and what EXECUTE would say to it.
+  // Returns the next PREPARE of any device, busy or not. ReportPrepared takes what EXECUTE would report.
   [[nodiscard]] std::optional<Taken> TakePrepare();
   void ReportPrepared(const CommandId& id, const Outcome& outcome, std::int32_t epoch_after);
-  // A fresh permit names the operation, or the device's configuration says `permit: not_required`.
-  [[nodiscard]] bool HasPermit(const std::string& device, const std::string& operation) const;
-  // Why it has none, with what was measured.
-  [[nodiscard]] std::string WhyNoPermit(const std::string& device, const std::string& operation) const;
-  // How an order that was taken stands or ended. The first final outcome stands; progress is published at most
-  // every 50 ms; the first four changes fit. `nv_writes`: of the device's limited memory since the order began.
+  // See PermitTable::Check.
+  [[nodiscard]] Result<> CheckPermit(const std::string& device, const std::string& operation) const;
+  // Reports progress or the outcome of a command. Only the first final outcome is used. Progress is published at most
+  // every 50 ms, with at most four changes. `nv_writes`: writes to memory of limited endurance since the command began.
   void Report(const std::string& device, const CommandId& id, const Outcome& outcome, std::int32_t epoch_after,
               std::int32_t nv_writes = 0);
-  // The writes of an order that has not ended, when it will not be reported any more.
+  // Sets the writes of a command that has not ended and will not be reported again.
   void CountWrites(const std::string& device, const CommandId& id, std::int32_t nv_writes);
 
-  // Once a second and on change: HELLO with the devices' summaries; GOODBYE at a clean stop.
+  // Publishes HELLO with the summaries of the devices. Call it once per second and on changes.
   using DeviceSummary = axlecast::DeviceSummary;
   void Hello(std::span<const DeviceSummary> devices);
-  // Once a second and on change, after an alarm of the device was acknowledged: those that are.
-  void TellAcknowledged(const std::string& device, std::span<const std::string> alarms);
-  // Waiting orders are answered REJECTED, those that a device holds INDETERMINATE; later ones are REJECTED.
+  // Publishes which alarms of a device are acknowledged. Call it once per second and on changes.
+  void PublishAcknowledged(const std::string& device, std::span<const std::string> alarms);
+  // Ends waiting commands as REJECTED, and commands that a device executes as INDETERMINATE. Later commands are REJECTED.
   void Goodbye();
 
  private:

@@ -63,11 +63,11 @@ void Run(Bytes data) {
   }
   if (order.getEncodedSize() <= 32'000) desk.OnDriverCommand(Enveloped(order));
   if (const auto taken = desk.Take()) {
-    desk.Report(taken->device, taken->order.id,
+    desk.Report(taken->device, taken->command.id,
                 {.state = CommandState::kFailed, .text = text, .changes = {{text, text, text}}}, 1);
   }
   if (const auto asked = desk.TakePrepare()) {
-    desk.ReportPrepared(asked->order.id, {.state = CommandState::kSucceeded, .text = text}, 1);
+    desk.ReportPrepared(asked->command.id, {.state = CommandState::kSucceeded, .text = text}, 1);
   }
   clock.now += 10 * kSecond;
   (void)desk.TakeCancel();

@@ -58,8 +58,8 @@ TEST_F(OrderDeskTest, AcknowledgesAtOnceAndHandsTheOrderOver) {
   const auto taken = desk_.Take();
   ASSERT_TRUE(taken);
   EXPECT_EQ(taken->device, "axis1");
-  EXPECT_EQ(taken->order.operation, "bump");
-  EXPECT_EQ(taken->order.begin_by, clock_.Now() + kSecond);
+  EXPECT_EQ(taken->command.operation, "bump");
+  EXPECT_EQ(taken->command.begin_by, clock_.Now() + kSecond);
   EXPECT_EQ(Last().state, S::STATE_RUNNING);
   EXPECT_FALSE(desk_.Take());
 }
@@ -168,11 +168,11 @@ TEST_F(OrderDeskTest, OneOrderAtATimePerDeviceInOrder) {
   auto other = Bump(3);
   other.device = "axis2";
   DriverCommand(other);
-  EXPECT_EQ(desk_.Take()->order.id, NumberedId(1));
-  EXPECT_EQ(desk_.Take()->order.id, NumberedId(3));
+  EXPECT_EQ(desk_.Take()->command.id, NumberedId(1));
+  EXPECT_EQ(desk_.Take()->command.id, NumberedId(3));
   EXPECT_FALSE(desk_.Take());
   desk_.Report("axis1", NumberedId(1), {.state = CommandState::kSucceeded}, -1);
-  EXPECT_EQ(desk_.Take()->order.id, NumberedId(2));
+  EXPECT_EQ(desk_.Take()->command.id, NumberedId(2));
 }
 
 TEST_F(OrderDeskTest, AFullQueueRefuses) {
@@ -199,7 +199,7 @@ TEST_F(OrderDeskTest, AsksTheDeviceOnceToGiveUpWhatItHolds) {
   EXPECT_FALSE(desk_.TakeCancel());
   EXPECT_EQ(DriverCommand(Of(Bump(1), driver_order_t::KIND_CANCEL)).state, S::STATE_RUNNING);
   DriverCommand(Of(Bump(1), driver_order_t::KIND_CANCEL));
-  EXPECT_EQ(desk_.TakeCancel()->order.id, NumberedId(1));
+  EXPECT_EQ(desk_.TakeCancel()->command.id, NumberedId(1));
   EXPECT_FALSE(desk_.TakeCancel());
   desk_.Report("axis1", NumberedId(1), {.state = CommandState::kCancelled}, -1);
   EXPECT_EQ(Last().state, S::STATE_CANCELLED);
@@ -310,12 +310,12 @@ TEST(OrderDeskThreads, TwoThreads) {
     while (true) {
       const bool last_round = sent;
       if (const auto cancel = desk.TakeCancel()) {
-        desk.Report(cancel->device, cancel->order.id, {.state = CommandState::kCancelled}, -1);
+        desk.Report(cancel->device, cancel->command.id, {.state = CommandState::kCancelled}, -1);
       }
       const auto taken = desk.Take();
       if (taken) {
-        (void)desk.HasPermit(taken->device, taken->order.operation);
-        desk.Report(taken->device, taken->order.id, {.state = CommandState::kSucceeded}, -1);
+        (void)desk.CheckPermit(taken->device, taken->command.operation);
+        desk.Report(taken->device, taken->command.id, {.state = CommandState::kSucceeded}, -1);
         desk.Hello({&summary, 1});
       } else if (last_round) {
         break;
@@ -362,7 +362,7 @@ TEST_F(PrepareTest, IsJudgedOnTheBussThreadAndNeverTaken) {
   const auto asked = desk_.TakePrepare();
   ASSERT_TRUE(asked);
   EXPECT_EQ(asked->device, "axis1");
-  EXPECT_EQ(asked->order.operation, "bump");
+  EXPECT_EQ(asked->command.operation, "bump");
   EXPECT_FALSE(desk_.TakePrepare());
   desk_.ReportPrepared(NumberedId(1),
                        {.state = CommandState::kSucceeded, .text = "would", .changes = {{"position", "1", ""}}}, 4);
@@ -391,14 +391,14 @@ TEST_F(PrepareTest, ItsIdIsOfNoUseForExecute) {
   EXPECT_EQ(Last().state, S::STATE_REJECTED);
   Send(2, driver_order_t::KIND_EXECUTE);
   EXPECT_EQ(Send(2).reason_code, S::REASON_ID_REUSED);
-  EXPECT_EQ(desk_.Take()->order.id, NumberedId(2));
+  EXPECT_EQ(desk_.Take()->command.id, NumberedId(2));
 }
 
 TEST_F(PrepareTest, RefusesWhatExecuteWouldRefuse) {
   EXPECT_EQ(Send(1, driver_order_t::KIND_PREPARE, "explode").reason_code, S::REASON_UNKNOWN_OPERATION);
   EXPECT_EQ(Send(2, driver_order_t::KIND_PREPARE, "write").reason_code, S::REASON_BAD_ARGUMENT);
   EXPECT_EQ(Send(3, driver_order_t::KIND_PREPARE, "undo_datum").reason_code, S::REASON_UNKNOWN_OPERATION);
-  EXPECT_EQ(Last().text, "the bridge carries it out itself, no driver does: send it to the bridge");
+  EXPECT_EQ(Last().text, "the bridge executes this operation, not a driver: send it to the bridge");
   for (std::uint32_t i = 0; i < DriverCommandServer::kMaxWaiting; ++i)
     EXPECT_EQ(Send(10 + i).state, S::STATE_ROUTED);
   EXPECT_EQ(Send(99).reason_code, S::REASON_QUEUE_FULL);
@@ -409,7 +409,7 @@ TEST_F(PrepareTest, IsFencedByItsEpoch) {
   epoch_ -= 1;
   EXPECT_EQ(Send(2).state, S::STATE_UNKNOWN);
   EXPECT_EQ(Last().reason_code, S::REASON_FENCED);
-  EXPECT_EQ(desk_.TakePrepare()->order.id, NumberedId(1));
+  EXPECT_EQ(desk_.TakePrepare()->command.id, NumberedId(1));
   EXPECT_FALSE(desk_.TakePrepare());
 }
 
@@ -438,7 +438,7 @@ class UrgentOrderTest : public testing::Test {
   }
   std::string Taken() {
     const auto taken = desk_.Take();
-    return taken ? taken->device + ' ' + taken->order.operation : "";
+    return taken ? taken->device + ' ' + taken->command.operation : "";
   }
   std::int8_t LastState() const { return sink_.All<driver_status_t>("DRIVER_STATUS/b0").back().state; }
 
@@ -489,7 +489,7 @@ TEST_F(UrgentOrderTest, CanBeCancelled) {
   Send(2, "halt", "axis1", driver_order_t::KIND_CANCEL);
   const auto cancel = desk_.TakeCancel();
   ASSERT_TRUE(cancel);
-  EXPECT_EQ(cancel->order.id, NumberedId(2));
+  EXPECT_EQ(cancel->command.id, NumberedId(2));
 }
 
 BridgeConfig BridgeOf(const SigningKey& key) {
@@ -629,9 +629,9 @@ TEST(OrderFlood, TrueOrdersAmongForgedOnes) {
   while (true) {
     const bool last_round = !flooding;
     const auto taken = desk.Take();
-    static_cast<void>(desk.HasPermit("axis1", "bump"));
+    static_cast<void>(desk.CheckPermit("axis1", "bump"));
     if (taken) {
-      desk.Report(taken->device, taken->order.id, {.state = CommandState::kSucceeded}, -1);
+      desk.Report(taken->device, taken->command.id, {.state = CommandState::kSucceeded}, -1);
       desk.Hello({&summary, 1});
       ++done;
     } else if (last_round) {

@@ -14,15 +14,24 @@
 namespace axlecast {
 namespace {
 
-Outcome Refused(std::int32_t reason, std::string text) {
-  return {.state = CommandState::kRejected, .reason = reason, .text = std::move(text), .changes = {}};
+Outcome Refused(const Error& error) {
+  return {.state = CommandState::kRejected, .reason = error.reason, .text = error.text, .changes = {}};
 }
 
 // "eeprom_write address=72 data=A1"
-std::string OrderText(const DriverCommand& order) {
-  std::string text = order.operation;
-  for (const auto& [key, value] : order.arguments) text += ' ' + key + '=' + value;
+std::string CommandText(const DriverCommand& command) {
+  std::string text = command.operation;
+  for (const auto& [key, value] : command.arguments) text += ' ' + key + '=' + value;
   return text;
+}
+
+template <typename Own>
+Outcome PreparedOf(const Result<Own>& own) {
+  return own ? own->Prepared() : Refused(own.error());
+}
+template <typename Own>
+Outcome ApplyTo(const Result<Own>& own, DevicePublisher& publisher) {
+  return own ? own->Apply(publisher) : Refused(own.error());
 }
 
 }  // namespace
@@ -40,51 +49,52 @@ void Operations::Add(const DeviceConfig& config, DevicePublisher& channel, Devic
 }
 
 void Operations::Poll(MonoNs now) {
-  while (const auto cancel = desk_.TakeCancel()) {
+  while (const auto cancel = server_.TakeCancel()) {
     if (Target* target = Find(cancel->device)) {
-      Cancel(*target, cancel->order.id, command_status_t::REASON_CANCELLED, "cancelled before it began", now);
+      Cancel(*target, cancel->command.id, command_status_t::REASON_CANCELLED, "cancelled before it began", now);
     }
   }
-  while (const auto asked = desk_.TakePrepare()) {
+  while (const auto asked = server_.TakePrepare()) {
     if (const Target* target = Find(asked->device)) {
-      desk_.ReportPrepared(asked->order.id, Prepare(*target, asked->order, now),
-                           target->channel->summary().datum_epoch);
+      server_.ReportPrepared(asked->command.id, Prepare(*target, asked->command, now),
+                             target->channel->summary().datum_epoch);
     }
   }
-  while (const auto taken = desk_.Take()) {
-    if (Target* target = Find(taken->device)) Begin(*target, taken->order, now);
+  while (const auto taken = server_.Take()) {
+    if (Target* target = Find(taken->device)) Begin(*target, taken->command, now);
   }
 }
 
-void Operations::Begin(Target& target, const DriverCommand& order, MonoNs now) {
-  target.held.push_back({order.id, target.channel->nv_writes()});
-  log_(LogLevel::kDebug, target.config->name + ": " + order.operation + " begins, id " + IdText(order.id));
-  const OperationSpec* operation = FindOperation(family_, order.operation);
-  if (const auto refusal = Refuse(target, order, operation)) {
-    return OnOutcome(target.config->name, order.id, *refusal);
+void Operations::Begin(Target& target, const DriverCommand& command, MonoNs now) {
+  target.held.push_back({command.id, target.channel->nv_writes()});
+  log_(LogLevel::kDebug, target.config->name + ": " + command.operation + " begins, id " + IdText(command.id));
+  const OperationSpec* operation = FindOperation(family_, command.operation);
+  if (const Result<> allowed = Check(target, command, operation); !allowed) {
+    return OnOutcome(target.config->name, command.id, Refused(allowed.error()));
   }
-  if (!IsOfRuntime(family_, *operation)) return target.device->Begin(order, now);
-  const auto apply = [&](const auto& own) {
-    OnOutcome(target.config->name, order.id, own.refusal() ? *own.refusal() : own.Apply(*target.channel));
-  };
-  if (IsAboutAlarms(order.operation)) return apply(AlarmOrder(*target.channel, order, time_.Utime(now)));
-  apply(DatumOrder(*target.channel, order, time_.Utime(now)));
+  if (!IsOfRuntime(family_, *operation)) return target.device->Begin(command, now);
+  const std::int64_t unix_us = time_.Utime(now);
+  DevicePublisher& publisher = *target.channel;
+  const Outcome outcome = IsAboutAlarms(command.operation)
+                              ? ApplyTo(AlarmCommand::Make(publisher, command, unix_us), publisher)
+                              : ApplyTo(DatumCommand::Make(publisher, command, unix_us), publisher);
+  OnOutcome(target.config->name, command.id, outcome);
 }
 
-Outcome Operations::Prepare(const Target& target, const DriverCommand& order, MonoNs now) const {
-  const OperationSpec* operation = FindOperation(family_, order.operation);
-  if (auto refusal = Refuse(target, order, operation)) return std::move(*refusal);
+Outcome Operations::Prepare(const Target& target, const DriverCommand& command, MonoNs now) const {
+  const OperationSpec* operation = FindOperation(family_, command.operation);
+  if (const Result<> allowed = Check(target, command, operation); !allowed) return Refused(allowed.error());
   if (IsOfRuntime(family_, *operation)) {
-    const auto prepared = [](const auto& own) { return own.refusal() ? *own.refusal() : own.Prepared(); };
-    if (IsAboutAlarms(order.operation)) return prepared(AlarmOrder(*target.channel, order, time_.Utime(now)));
-    return prepared(DatumOrder(*target.channel, order, time_.Utime(now)));
+    const std::int64_t unix_us = time_.Utime(now);
+    if (IsAboutAlarms(command.operation)) return PreparedOf(AlarmCommand::Make(*target.channel, command, unix_us));
+    return PreparedOf(DatumCommand::Make(*target.channel, command, unix_us));
   }
-  if (const auto valid = target.device->Validate(order, now); !valid) return RefusedOutcome(valid.error());
+  if (const auto valid = target.device->Validate(command, now); !valid) return RefusedOutcome(valid.error());
   if (operation->needs_standstill) {
     if (auto refusal = RefusalInMotion(target.channel->MotionAt(now))) return std::move(*refusal);
   }
-  Outcome outcome{.state = CommandState::kSucceeded, .text = "would do " + OrderText(order), .changes = {}};
-  const std::int32_t writes = operation->writes != nullptr ? operation->writes(order.arguments) : 0;
+  Outcome outcome{.state = CommandState::kSucceeded, .text = "would do " + CommandText(command), .changes = {}};
+  const std::int32_t writes = operation->writes != nullptr ? operation->writes(command.arguments) : 0;
   if (writes > 0) outcome.text += "; writes the device's memory at most " + std::to_string(writes) + " times";
   if (family_.has_position) {
     outcome.changes.push_back({"position", ValueText(target.channel->summary().value), ""});
@@ -92,31 +102,31 @@ Outcome Operations::Prepare(const Target& target, const DriverCommand& order, Mo
   return outcome;
 }
 
-std::optional<Outcome> Operations::Refuse(const Target& target, const DriverCommand& order,
-                                          const OperationSpec* operation) const {
+Result<> Operations::Check(const Target& target, const DriverCommand& command,
+                           const OperationSpec* operation) const {
+  using Reason = command_status_t;
   if (operation == nullptr || operation->executed_by_bridge) {
-    return Refused(command_status_t::REASON_UNKNOWN_OPERATION, OperationNames(family_));
+    return Failure(OperationNames(family_), Reason::REASON_UNKNOWN_OPERATION);
   }
   const DevicePublisher::Summary now = target.channel->summary();
-  if (order.expect_epoch >= 0 && order.expect_epoch != now.datum_epoch) {
-    return Refused(command_status_t::REASON_EPOCH, "datum_epoch is " + std::to_string(now.datum_epoch) + ", not " +
-                                                       std::to_string(order.expect_epoch) +
-                                                       ": look at the position again, then repeat");
+  if (command.expect_epoch >= 0 && command.expect_epoch != now.datum_epoch) {
+    return Failure("datum_epoch is " + std::to_string(now.datum_epoch) + ", not " +
+                       std::to_string(command.expect_epoch) + ": look at the position again, then repeat",
+                   Reason::REASON_EPOCH);
   }
-  if (operation->needs_permit && target.config->permit_required &&
-      !desk_.HasPermit(target.config->name, order.operation)) {
-    return Refused(command_status_t::REASON_NO_PERMIT, desk_.WhyNoPermit(target.config->name, order.operation));
+  if (operation->needs_permit && target.config->permit_required) {
+    if (Result<> permit = server_.CheckPermit(target.config->name, command.operation); !permit) return permit;
   }
-  // What is urgent is tried on a device that seems to be gone, too.
-  if (IsOfRuntime(family_, *operation) || operation->urgent) return std::nullopt;
+  // An urgent command is tried even if the device seems to be offline.
+  if (IsOfRuntime(family_, *operation) || operation->urgent) return {};
   if (now.state == device_info_t::STATE_OFFLINE) {
-    return Refused(command_status_t::REASON_DEVICE_OFFLINE,
-                   "the device is offline: see DEVICE/" + target.config->name);
+    return Failure("the device is offline: see DEVICE/" + target.config->name, Reason::REASON_DEVICE_OFFLINE);
   }
   if (now.state == device_info_t::STATE_STARTING) {
-    return Refused(command_status_t::REASON_DEVICE_OFFLINE, "the device is still starting: repeat it when online");
+    return Failure("the device is still starting: repeat the command when it is online",
+                   Reason::REASON_DEVICE_OFFLINE);
   }
-  return std::nullopt;
+  return {};
 }
 
 void Operations::Cancel(Target& target, const CommandId& id, std::int32_t reason, const char* text, MonoNs now) {
@@ -138,14 +148,14 @@ void Operations::OnOutcome(const std::string& device, const CommandId& id, const
                               std::string(StateName(static_cast<std::int8_t>(outcome.state))) + ": " +
                               outcome.text);
   }
-  desk_.Report(device, id, outcome, target->channel->summary().datum_epoch, writes);
+  server_.Report(device, id, outcome, target->channel->summary().datum_epoch, writes);
 }
 
 void Operations::Abandon(MonoNs now) {
   for (Target& target : targets_) {
     const std::vector<Held> held = target.held;
-    for (const Held& order : held) {
-      Cancel(target, order.id, command_status_t::REASON_STOPPING,
+    for (const Held& candidate : held) {
+      Cancel(target, candidate.id, command_status_t::REASON_STOPPING,
              "the driver stopped before it began: send it again later", now);
     }
   }
@@ -153,7 +163,7 @@ void Operations::Abandon(MonoNs now) {
 
 void Operations::CountWrites() {
   for (const Target& target : targets_) {
-    for (const Held& held : target.held) desk_.CountWrites(target.config->name, held.id, WritesOf(target, held));
+    for (const Held& held : target.held) server_.CountWrites(target.config->name, held.id, WritesOf(target, held));
   }
 }
 

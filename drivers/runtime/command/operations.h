@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/log.h"
+#include "core/base/result.h"
 #include "core/base/time.h"
 #include "core/config/machine_config.h"
 #include "core/device/device.h"
@@ -15,51 +16,51 @@
 
 namespace axlecast {
 
-// Between the order desk and the devices: judges an order by what holds now, hands it to its device or carries it
-// out on its channel, and takes the outcome back. The bus's thread only.
+// Executes commands: checks interlocks, starts the command on its device or applies it to the axis, and reports the
+// outcome. Used by the bus's thread only.
 class Operations {
  public:
-  Operations(const Family& family, DriverCommandServer& desk, const Timebase& time, Log log)
-      : family_(family), desk_(desk), time_(time), log_(std::move(log)) {}
+  Operations(const Family& family, DriverCommandServer& server, const Timebase& time, Log log)
+      : family_(family), server_(server), time_(time), log_(std::move(log)) {}
 
   void Add(const DeviceConfig& config, DevicePublisher& channel, Device& device);
 
-  // Takes what the bridge has ordered, asked or cancelled since the last call; cheap when that is nothing.
+  // Takes the commands, cancellations and PREPAREs that came since the last call. Cheap if none came.
   void Poll(MonoNs now);
-  // How an order stands, from the device that holds it.
+  // Takes an outcome of a command from the device that executes it.
   void OnOutcome(const std::string& device, const CommandId& id, const Outcome& outcome);
 
-  // The driver stops: orders that have not touched their device yet are cancelled.
+  // Cancels the commands that have not touched their device yet: the driver stops.
   void Abandon(MonoNs now);
-  // The driver says GOODBYE: what orders that have not ended wrote until now.
+  // Reports the writes of the commands that have not ended: the driver is about to send GOODBYE.
   void CountWrites();
-  // A device holds an order.
+  // Returns true while a device executes a command.
   [[nodiscard]] bool Busy() const;
 
  private:
   struct Held {
     CommandId id;
-    std::int64_t writes_before;  // of the device's limited memory, when the order began
+    std::int64_t writes_before;  // writes to memory of limited endurance, when the command began
   };
   struct Target {
     const DeviceConfig* config;
     DevicePublisher* channel;
     Device* device;
-    std::vector<Held> held;  // at most one, and an urgent one
+    std::vector<Held> held;  // at most one usual and one urgent command
   };
 
   [[nodiscard]] static std::int32_t WritesOf(const Target& target, const Held& held);
   [[nodiscard]] static bool Holds(const Target& target, const CommandId& id);
   [[nodiscard]] Target* Find(const std::string& device);
-  void Begin(Target& target, const DriverCommand& order, MonoNs now);
+  void Begin(Target& target, const DriverCommand& command, MonoNs now);
   void Cancel(Target& target, const CommandId& id, std::int32_t reason, const char* text, MonoNs now);
-  [[nodiscard]] std::optional<Outcome> Refuse(const Target& target, const DriverCommand& order,
-                                              const OperationSpec* operation) const;
-  // What Begin would say.
-  [[nodiscard]] Outcome Prepare(const Target& target, const DriverCommand& order, MonoNs now) const;
+  [[nodiscard]] Result<> Check(const Target& target, const DriverCommand& command,
+                               const OperationSpec* operation) const;
+  // Returns what Begin would report.
+  [[nodiscard]] Outcome Prepare(const Target& target, const DriverCommand& command, MonoNs now) const;
 
   const Family& family_;
-  DriverCommandServer& desk_;
+  DriverCommandServer& server_;
   const Timebase& time_;
   Log log_;
   std::vector<Target> targets_;

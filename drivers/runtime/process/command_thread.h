@@ -10,8 +10,8 @@
 
 namespace axlecast {
 
-// Hears the command port for a driver on a thread of its own, so that an order is acknowledged however busy the bus
-// is. The port and the driver outlive it.
+// Receives the command port of a driver on its own thread, so that a command is acknowledged at once, even if the bus is
+// busy. The port and the driver outlive it.
 class CommandThread {
  public:
   CommandThread(LcmPort& port, const BusConfig& config, Driver& driver);
@@ -19,7 +19,7 @@ class CommandThread {
   CommandThread(const CommandThread&) = delete;
   CommandThread& operator=(const CommandThread&) = delete;
 
-  // The port no longer hands over messages: the driver cannot be commanded, and should start afresh.
+  // Returns true if the port no longer delivers messages: the driver receives no commands, and should be restarted.
   [[nodiscard]] bool failed() const { return failed_; }
 
  private:

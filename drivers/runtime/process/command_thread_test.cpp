@@ -130,7 +130,7 @@ TEST(CommandThreadTest, AFloodOfForgedOrdersDoesNotDelayTheBus) {
   const auto forged = Enveloped(OrderMessage(kBoot, 1, NumberedId(1), "axis1", "touch"), &stranger);
   std::atomic<bool> flooding = true;
   std::thread flood([&] {
-    for (int i = 0; i < kForged; ++i) driver.desk().OnDriverCommand(forged);
+    for (int i = 0; i < kForged; ++i) driver.command_server().OnDriverCommand(forged);
     flooding = false;
   });
   std::vector<MonoNs> turns;
@@ -142,7 +142,7 @@ TEST(CommandThreadTest, AFloodOfForgedOrdersDoesNotDelayTheBus) {
   }
   const MonoNs one_order = (clock.Now() - began) / kForged;
   flood.join();
-  EXPECT_EQ(driver.desk().refused(), kForged);
+  EXPECT_EQ(driver.command_server().refused(), kForged);
   // The median, because a longest turn tells what else this computer does.
   std::nth_element(turns.begin(), turns.begin() + static_cast<std::ptrdiff_t>(turns.size() / 2), turns.end());
   EXPECT_LT(turns[turns.size() / 2], one_order / 2);

@@ -35,8 +35,8 @@ DriverCommandServer::DeviceSummary SummaryOf(const DeviceConfig& config, const D
                                           .identity = std::string(summary.identity),
                                           .datum = {},
                                           .position = {}};
-  if (summary.datum) said.datum = {summary.datum->counts, summary.datum->utime};
-  if (summary.position) said.position = {summary.position->counts, summary.position->utime};
+  if (summary.datum) said.datum = {summary.datum->counts, summary.datum->unix_us};
+  if (summary.position) said.position = {summary.position->counts, summary.position->unix_us};
   return said;
 }
 
@@ -46,7 +46,7 @@ constexpr MonoNs kLateShown = 60 * kSecond;  // the alarm stays so long after th
 bool Differs(const DriverCommandServer::DeviceSummary& said, const DevicePublisher::Summary& now) {
   const bool same_datum =
       said.datum.has_value() == now.datum.has_value() &&
-      (!now.datum || (said.datum->counts == now.datum->counts && said.datum->utime == now.datum->utime));
+      (!now.datum || (said.datum->counts == now.datum->counts && said.datum->utime == now.datum->unix_us));
   return said.state != now.state || said.datum_epoch != now.datum_epoch ||
          said.reference_lost != now.reference_lost || said.identity != now.identity || !same_datum;
 }
@@ -58,13 +58,13 @@ Driver::Driver(const BusConfig& config, const BridgeConfig& bridge, std::int64_t
       boot_id_(boot_id),
       ports_(std::move(ports)),
       duplicates_(boot_id, *ports_.clock),
-      desk_(config, bridge,
-            {.boot_id = boot_id,
-             .clock = ports_.clock,
-             .sink = ports_.commands,
-             .wake = [this] { link().Wake(); },
-             .key = ports_.key}),
-      operations_(*config.family, desk_, time_, ports_.log),
+      command_server_(config, bridge,
+                      {.boot_id = boot_id,
+                       .clock = ports_.clock,
+                       .sink = ports_.commands,
+                       .wake = [this] { link().Wake(); },
+                       .key = ports_.key}),
+      operations_(*config.family, command_server_, time_, ports_.log),
       wire_(MakeWireLog(config, boot_id, time_, *ports_.data)),
       bus_(MakeBus()),
       health_(config, boot_id, time_, *ports_.data),
@@ -75,7 +75,7 @@ Driver::Driver(const BusConfig& config, const BridgeConfig& bridge, std::int64_t
   if (ports_.frames != nullptr) can_watch_.emplace(config.link.port, config.link.bitrate);
   for (const DeviceConfig& device : config.devices) {
     Unit unit{.config = &device};
-    unit.channel = std::make_unique<DevicePublisher>(config, device, MakeChannelContext());
+    unit.channel = std::make_unique<DevicePublisher>(config, device, MakePublisherContext());
     unit.device = config.family->make_device(config, device, *unit.channel, *ports_.secrets);
     operations_.Add(device, *unit.channel, *unit.device);
     bus_.Add(*unit.device);
@@ -98,7 +98,7 @@ Link& Driver::link() const {
   return *ports_.link;
 }
 
-DevicePublisherContext Driver::MakeChannelContext() {
+DevicePublisherContext Driver::MakePublisherContext() {
   DevicePublisherContext context;
   context.boot_id = boot_id_;
   context.time = &time_;
@@ -110,7 +110,7 @@ DevicePublisherContext Driver::MakeChannelContext() {
 }
 
 MonoNs Driver::RunOnce() {
-  TakeTurn();
+  RunStep();
   if (holds_secrets_) WipeStack();
   return now_;
 }
@@ -119,7 +119,7 @@ std::string Driver::LineTaken() const {
   return !line_held_.empty() && now_ - held_since_ >= kLineHeldFor ? line_held_ : "";
 }
 
-void Driver::TakeTurn() {
+void Driver::RunStep() {
   // Nothing is published before it is known whether the line is another driver's.
   if (!std::exchange(line_tried_, true)) now_ = bus_.RunOnce(now_);
   if (!line_held_.empty()) next_tick_ = now_ + kTick;
@@ -135,7 +135,7 @@ void Driver::Stop() {
   if (wire_) wire_->Flush();
   ReportHealth();
   operations_.CountWrites();
-  desk_.Goodbye();
+  command_server_.Goodbye();
   link().Close();
   FlushBlocks();
 }
@@ -151,13 +151,13 @@ void Driver::FlushBlocks() {
 void Driver::Tick() {
   FollowUtc();
   WatchDuplicates();
-  WatchOrders();
+  WatchUnauthorized();
   WatchLateReplies();
   const bool can_changed = WatchCan();
   for (Unit& unit : units_) unit.channel->Tick(now_);
   const bool second = ticks_++ % kTicksPerHello == 0;
-  if (second || SummaryChanged()) SayHello();
-  TellAcknowledged(second);
+  if (second || SummaryChanged()) PublishHello();
+  PublishAcknowledged(second);
   if (second || can_changed) ReportHealth();
   next_tick_ += kTick;
   if (next_tick_ <= now_) next_tick_ = now_ + kTick;
@@ -175,16 +175,16 @@ void Driver::WatchDuplicates() {
   duplicate_seen_ = present;
   ports_.log(LogLevel::kWarning,
              present ? "another driver answers for this bus: stop one of the two" : "the other driver is gone");
-  TellAll(runtime_alarms::kDuplicateDriver, present);
+  RaiseForAll(runtime_alarms::kDuplicateDriver, present);
 }
 
-void Driver::WatchOrders() {
-  if (!foreign_.Update(desk_.refused(), now_)) return;
-  if (foreign_.present()) {
-    ports_.log(LogLevel::kWarning, std::to_string(desk_.refused()) + " orders were refused unanswered: " +
-                                       std::string(desk_.Rule()) + "; find who sends them");
+void Driver::WatchUnauthorized() {
+  if (!unauthorized_.Update(command_server_.refused(), now_)) return;
+  if (unauthorized_.present()) {
+    ports_.log(LogLevel::kWarning, std::to_string(command_server_.refused()) + " commands were refused without an answer: " +
+                                       std::string(command_server_.Rule()) + "; find who sends them");
   }
-  TellAll(runtime_alarms::kForeignOrder, foreign_.present());
+  RaiseForAll(runtime_alarms::kForeignOrder, unauthorized_.present());
 }
 
 void Driver::WatchLateReplies() {
@@ -213,7 +213,7 @@ bool Driver::WatchCan() {
   const AlarmSpec* const worst = can_watch_->health().worst;
   can_watch_->Update(ports_.frames->Controller(), now_);
   if (can_watch_->revision() == revision) return false;
-  for (const CanWatch::Alarm& alarm : can_watch_->alarms()) TellAll(*alarm.spec, alarm.present);
+  for (const CanWatch::Alarm& alarm : can_watch_->alarms()) RaiseForAll(*alarm.spec, alarm.present);
   const CanHealth health = can_watch_->health();
   if (health.worst != nullptr && health.worst != worst) ports_.log(LogLevel::kWarning, health.trouble);
   if (health.worst == nullptr && worst != nullptr) {
@@ -222,7 +222,7 @@ bool Driver::WatchCan() {
   return true;
 }
 
-void Driver::TellAll(const AlarmSpec& alarm, bool present) {
+void Driver::RaiseForAll(const AlarmSpec& alarm, bool present) {
   for (Unit& unit : units_) {
     unit.channel->OnAlarm(alarm, present ? AlarmState::kLive : AlarmState::kAbsent, now_);
   }
@@ -235,20 +235,20 @@ bool Driver::SummaryChanged() const {
   return false;
 }
 
-void Driver::SayHello() {
+void Driver::PublishHello() {
   for (std::size_t i = 0; i < units_.size(); ++i) {
     summaries_[i] = SummaryOf(*units_[i].config, units_[i].channel->summary());
   }
-  desk_.Hello(summaries_);
+  command_server_.Hello(summaries_);
 }
 
-void Driver::TellAcknowledged(bool second) {
+void Driver::PublishAcknowledged(bool second) {
   for (Unit& unit : units_) {
     const AlarmTable& alarms = unit.channel->alarms();
-    const bool changed = alarms.acknowledged_revision() != unit.acknowledged_told;
-    if (!changed && (!second || unit.acknowledged_told == 0)) continue;
-    unit.acknowledged_told = alarms.acknowledged_revision();
-    desk_.TellAcknowledged(unit.config->name, alarms.Acknowledged());
+    const bool changed = alarms.acknowledged_revision() != unit.acknowledged_published;
+    if (!changed && (!second || unit.acknowledged_published == 0)) continue;
+    unit.acknowledged_published = alarms.acknowledged_revision();
+    command_server_.PublishAcknowledged(unit.config->name, alarms.Acknowledged());
   }
 }
 

@@ -21,12 +21,12 @@
 
 namespace axlecast {
 
-// Whether somebody sends orders that this driver refuses: at once with the first one, then judged every 10 s.
+// Detects that another sender sends commands that this driver refuses: at the first one, then once per 10 s.
 class UnauthorizedCommandCounter {
  public:
   static constexpr MonoNs kPeriod = 10 * kSecond;
 
-  // `refused`: orders refused since the start. True when present() has changed.
+  // `refused`: commands refused since the start. Returns true if present() has changed.
   bool Update(std::int64_t refused, MonoNs now) {
     if (now < next_) return false;
     const bool was = present_;
@@ -43,15 +43,15 @@ class UnauthorizedCommandCounter {
   MonoNs next_ = 0;
 };
 
-// Notices a second driver of the same bus by its boot id on our own DRIVER_STATUS channel. Thread-safe.
+// Detects a second driver of the same bus by its boot id on our own DRIVER_STATUS channel. Thread-safe.
 class DuplicateDriverDetector {
  public:
-  // A driver says HELLO once a second: one that has been quiet for longer is gone.
+  // A driver sends HELLO once per second. After this time without a message, it is regarded as ended.
   static constexpr MonoNs kGoneAfter = 3 * kSecond;
 
   DuplicateDriverDetector(std::int64_t boot_id, const Clock& clock) : boot_id_(boot_id), clock_(clock) {}
 
-  // A message on DRIVER_STATUS/<bus>, ours among them. A GOODBYE of another is none.
+  // Takes a message on DRIVER_STATUS/<bus>, also our own. A GOODBYE of another driver is ignored.
   void OnDriverStatus(Bytes message);
 
   [[nodiscard]] bool Present(MonoNs now) const { return now < present_until_.load(std::memory_order_relaxed); }
@@ -62,27 +62,27 @@ class DuplicateDriverDetector {
   std::atomic<MonoNs> present_until_ = 0;
 };
 
-// What a driver stands on. All of it outlives the driver.
+// Dependencies of a driver. All must outlive it.
 struct DriverPorts {
-  ByteLink* link = nullptr;     // one of these two, as the family's link is
+  ByteLink* link = nullptr;     // this one, or `frames`, as the family requires
   FrameLink* frames = nullptr;  // of a CAN bus
-  PulseLines* lines = nullptr;  // null: the family uses none
+  PulseLines* lines = nullptr;  // null: the family uses no lines
   SecretSource* secrets = nullptr;
   const Clock* clock = nullptr;
   MessageSink* data = nullptr;
   MessageSink* commands = nullptr;
-  const SigningKey* key = nullptr;  // signs what the bridge is told; null: it stays unsigned
+  const SigningKey* key = nullptr;  // signs statuses for the bridge; null: they are unsigned
   Log log;
-  std::function<std::vector<std::string>()> link_warnings;  // what the last Open found wanting; may be empty
+  std::function<std::vector<std::string>()> link_warnings;  // warnings of the last Open; may be empty
 };
 
-// One bus, its devices and their channels, and what the bridge orders of them. The bus's thread only, except desk()
-// and duplicates(), which the command thread feeds.
+// Runs one bus: its devices, their publishers, and the commands of the bridge. Used by the bus's thread only, except
+// command_server() and duplicates(), which the command thread calls.
 class Driver final : private LinkObserver {
  public:
   static constexpr MonoNs kTick = 100 * kMillisecond;
   static constexpr int kTicksPerHello = 10;
-  // How long an order that has touched its device may go on when the driver is to stop.
+  // How long a command that has touched its device may continue when the driver stops.
   static constexpr MonoNs kGrace = 700 * kMillisecond;
 
   Driver(const BusConfig& config, const BridgeConfig& bridge, std::int64_t boot_id, DriverPorts ports);
@@ -90,16 +90,16 @@ class Driver final : private LinkObserver {
   Driver(const Driver&) = delete;
   Driver& operator=(const Driver&) = delete;
 
-  // Gets on by one step of the bus. Returns within 100 ms and one exchange; the present instant.
+  // Runs one step of the bus. Returns the present time, after at most 100 ms and one exchange.
   MonoNs RunOnce();
 
-  // Ends what is under way within kGrace, publishes what waits, says GOODBYE and closes the line. An order that
-  // could not end is INDETERMINATE: the bridge then looks what it did.
+  // Ends running commands within kGrace, publishes what waits, sends GOODBYE and closes the line. A command that has not
+  // ended is INDETERMINATE: the bridge then checks its effect.
   void Stop();
 
-  [[nodiscard]] DriverCommandServer& desk() { return desk_; }
-  // Why this driver must end: another process has had the line for kLineHeldFor. Empty else. While another process has
-  // the line, nothing is published.
+  [[nodiscard]] DriverCommandServer& command_server() { return command_server_; }
+  // Returns the reason if this driver must end, because another process has had the line for kLineHeldFor; else an empty
+  // text. While another process has the line, nothing is published.
   static constexpr MonoNs kLineHeldFor = 2 * kSecond;
   [[nodiscard]] std::string LineTaken() const;
   [[nodiscard]] DuplicateDriverDetector& duplicates() { return duplicates_; }
@@ -109,28 +109,28 @@ class Driver final : private LinkObserver {
     const DeviceConfig* config;
     std::unique_ptr<DevicePublisher> channel = nullptr;
     std::unique_ptr<Device> device = nullptr;
-    std::int64_t acknowledged_told = 0;  // AlarmTable::acknowledged_revision
-    std::int64_t late_replies = 0;       // by the last tick
-    MonoNs late_until = 0;               // the alarm stays
+    std::int64_t acknowledged_published = 0;  // AlarmTable::acknowledged_revision
+    std::int64_t late_replies = 0;            // at the last tick
+    MonoNs late_until = 0;                    // end of the alarm
   };
 
   void OnLink(bool up, std::string_view reason, MonoNs now) override;
-  // Not inlined: RunOnce can then wipe all that it left on the stack.
-  [[gnu::noinline]] void TakeTurn();
+  // Not inlined, so that RunOnce can wipe what it leaves on the stack.
+  [[gnu::noinline]] void RunStep();
   void Tick();
   void FlushBlocks();
   void FollowUtc();
   void WatchDuplicates();
-  void WatchOrders();
+  void WatchUnauthorized();
   void WatchLateReplies();
-  // True when the bus's state or its alarms have changed.
+  // Returns true if the state of the bus or its alarms have changed.
   [[nodiscard]] bool WatchCan();
-  void TellAll(const AlarmSpec& alarm, bool present);
-  void SayHello();
-  void TellAcknowledged(bool second);
+  void RaiseForAll(const AlarmSpec& alarm, bool present);
+  void PublishHello();
+  void PublishAcknowledged(bool second);
   void ReportHealth();
   [[nodiscard]] bool SummaryChanged() const;
-  [[nodiscard]] DevicePublisherContext MakeChannelContext();
+  [[nodiscard]] DevicePublisherContext MakePublisherContext();
   [[nodiscard]] Bus MakeBus();
   [[nodiscard]] Link& link() const;
 
@@ -139,8 +139,8 @@ class Driver final : private LinkObserver {
   const DriverPorts ports_;
   Timebase time_;
   DuplicateDriverDetector duplicates_;
-  DriverCommandServer desk_;
-  UnauthorizedCommandCounter foreign_;
+  DriverCommandServer command_server_;
+  UnauthorizedCommandCounter unauthorized_;
   Operations operations_;
   std::unique_ptr<WireLog> wire_;
   Bus bus_;
@@ -149,13 +149,13 @@ class Driver final : private LinkObserver {
   std::optional<CanWatch> can_watch_;  // of a CAN bus
   std::vector<Unit> units_;
   std::vector<DeviceTally> tallies_;
-  std::vector<DriverCommandServer::DeviceSummary> summaries_;  // as the last HELLO said
+  std::vector<DriverCommandServer::DeviceSummary> summaries_;  // as in the last HELLO
   MonoNs now_;
   MonoNs next_tick_;
   int ticks_ = 0;
   bool duplicate_seen_ = false;
   bool line_tried_ = false;
-  std::string line_held_;  // the cause, while another process has the line
+  std::string line_held_;  // the reason, while another process has the line
   MonoNs held_since_ = 0;
 };
 

@@ -121,7 +121,7 @@ int RunDriver(const MachineConfig& machine, const BusConfig& bus, bool verbose,
                  .key = key ? &*key : nullptr,
                  .log = [&log](LogLevel level, std::string_view text) { Write(*log, level, text); },
                  .link_warnings = ports.warnings});
-  log->info("{}", driver.desk().Rule());
+  log->info("{}", driver.command_server().Rule());
   const CommandThread command_thread(commands, bus, driver);
   // After the command thread has started: it keeps normal scheduling.
   const auto warnings = ApplyRealtime(bus.realtime.priority, bus.realtime.cpu, bus.realtime.lock_memory);

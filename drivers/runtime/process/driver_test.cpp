@@ -71,7 +71,7 @@ class DriverTest : public ::testing::Test {
   }
   // The order's last status.
   [[nodiscard]] driver_status_t DriverCommand(const driver_order_t& order) {
-    driver_->desk().OnDriverCommand(Enveloped(order));
+    driver_->command_server().OnDriverCommand(Enveloped(order));
     return Said(driver_status_t::KIND_STATUS).back();
   }
 
@@ -186,12 +186,12 @@ TEST_F(DriverTest, OrdersOfStrangersAreAnAlarmAndALine) {
   RunUntil(kSecond);
   EXPECT_FALSE(AlarmIsLive("foreign_order"));
   const auto order = OrderMessage(kBoot, 1, NumberedId(1), "axis1", "touch");
-  for (int i = 0; i < 100; ++i) driver_->desk().OnDriverCommand(Enveloped(order));
+  for (int i = 0; i < 100; ++i) driver_->command_server().OnDriverCommand(Enveloped(order));
   RunUntil(1'300 * kMillisecond);
   EXPECT_TRUE(AlarmIsLive("foreign_order"));
   EXPECT_THAT(Said(driver_status_t::KIND_STATUS), IsEmpty());
-  EXPECT_THAT(log_, Contains(HasSubstr("100 orders were refused unanswered: orders count only when signed")));
-  driver_->desk().OnDriverCommand(Enveloped(order, &bridge_key));
+  EXPECT_THAT(log_, Contains(HasSubstr("100 commands were refused without an answer: only commands that are signed")));
+  driver_->command_server().OnDriverCommand(Enveloped(order, &bridge_key));
   RunUntil(1'400 * kMillisecond);
   EXPECT_EQ(Said(driver_status_t::KIND_STATUS).back().state, command_status_t::STATE_SUCCEEDED);
   RunUntil(12 * kSecond);

@@ -101,7 +101,7 @@ BusSettings BusSettingsOf(const BusConfig& config, PulseLines* lines) {
   if (config.poll_hz > 0) settings.schedule.period = std::llround(static_cast<double>(kSecond) / config.poll_hz);
   settings.schedule.phase = config.phase;
   if (config.devices.size() > 1) {
-    settings.schedule.pause_most_shared = 2 * kSecond;
+    settings.schedule.pause_max_shared = 2 * kSecond;
     settings.schedule.pause_costs = kPauseCosts;
   }
   if (config.family_bus) settings.schedule.pacing = config.family_bus->pacing;

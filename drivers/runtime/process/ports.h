@@ -13,23 +13,23 @@
 
 namespace axlecast {
 
-// What of drivers/hal carries a bus.
+// The ports of drivers/hal that a bus uses.
 struct Ports {
-  std::unique_ptr<ByteLink> link;     // one of these two
+  std::unique_ptr<ByteLink> link;     // this one, or `frames`
   std::unique_ptr<FrameLink> frames;  // of a CAN bus
-  std::unique_ptr<PulseLines> lines;  // null: the family uses none
+  std::unique_ptr<PulseLines> lines;  // null: the family uses no lines
   std::function<std::vector<std::string>()> warnings;
 };
 
-// Opens nothing yet. `clock` outlives the ports.
+// Makes the ports without opening them. `clock` outlives the ports.
 [[nodiscard]] Ports MakePorts(const MachineConfig& machine, const BusConfig& bus, const Clock& clock);
 
-// How a configured bus is run. On a bus with several devices a silent one pauses for longer while others answer,
-// because its timeouts cost them their turns. While no device answers, each is asked again within 100 ms of its turn.
+// Returns the settings of a configured bus. On a bus with several devices, a silent device is paused for longer while
+// others answer, because its timeouts take slots from them. While no device answers, each is polled at least every 100 ms.
 [[nodiscard]] BusSettings BusSettingsOf(const BusConfig& config, PulseLines* lines);
-// How its recording names the kind of bus.
+// Returns the kind of bus for its recording.
 [[nodiscard]] WireLog::Kind WireKindOf(const BusConfig& config);
-// Whether its driver handles passwords.
+// Returns true if the driver of this bus handles passwords.
 [[nodiscard]] bool HoldsSecrets(const BusConfig& config);
 
 }  // namespace axlecast

@@ -13,11 +13,11 @@ constexpr int kMaxRounds = 16;
 CanBus::CanBus(std::int64_t bitrate, std::vector<Unit> units, std::uint64_t seed)
     : configured_(bitrate), units_(std::move(units)), to_host_(units_.size()), random_(seed), host_(bitrate) {}
 
-std::int64_t CanBus::RateOf(const SimulatedNode& node) const {
+std::int64_t CanBus::RateOf(const SimulatedCanNode& node) const {
   return node.bitrate() == 0 ? configured_ : node.bitrate();
 }
 
-bool CanBus::Broadcast(const SimulatedNode* from, std::int64_t rate, const CanFrame& frame, MonoNs now) {
+bool CanBus::Broadcast(const SimulatedCanNode* from, std::int64_t rate, const CanFrame& frame, MonoNs now) {
   bool acknowledged = false;
   for (Unit& unit : units_) {
     if (unit.node.get() == from || !unit.node->present() || RateOf(*unit.node) != rate) continue;
@@ -48,7 +48,7 @@ void CanBus::OnDue(MonoNs now, const Transmit& transmit) {
 }
 
 void CanBus::Serve(std::size_t unit, MonoNs now, const Transmit& transmit) {
-  SimulatedNode& node = *units_[unit].node;
+  SimulatedCanNode& node = *units_[unit].node;
   ToHost& way = to_host_[unit];
   node.OnDue(now, [&](const CanFrame& frame) {
     const std::int64_t rate = RateOf(node);

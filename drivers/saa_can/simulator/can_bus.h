@@ -11,8 +11,8 @@
 
 #include "core/device/can.h"
 #include "core/device/simulator.h"
+#include "drivers/kit/simulation/simulated_can_node.h"
 #include "drivers/kit/simulation/simulated_fault.h"
-#include "drivers/saa_can/cia406/simulated_node.h"
 
 namespace axlecast::saa_can {
 
@@ -22,7 +22,7 @@ class CanBus final : public Simulator {
  public:
   struct Unit {
     std::string name;
-    std::unique_ptr<SimulatedNode> node;
+    std::unique_ptr<SimulatedCanNode> node;
   };
   // `bitrate`: of the bus as configured. `seed`: of the delays of the host's adapter.
   CanBus(std::int64_t bitrate, std::vector<Unit> units, std::uint64_t seed = 1);
@@ -36,7 +36,7 @@ class CanBus final : public Simulator {
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> State(std::string_view device,
                                                                        MonoNs now) const override;
 
-  [[nodiscard]] const SimulatedNode& node(std::size_t unit) const { return *units_[unit].node; }
+  [[nodiscard]] const SimulatedCanNode& node(std::size_t unit) const { return *units_[unit].node; }
 
  private:
   // What the host's adapter holds back of a node's frames: fault `late`.
@@ -49,9 +49,9 @@ class CanBus final : public Simulator {
     std::deque<Held> held;
   };
 
-  [[nodiscard]] std::int64_t RateOf(const SimulatedNode& node) const;
+  [[nodiscard]] std::int64_t RateOf(const SimulatedCanNode& node) const;
   // Hands the frame of `from`, null for the host, to the other nodes; whether one of them took it.
-  bool Broadcast(const SimulatedNode* from, std::int64_t rate, const CanFrame& frame, MonoNs now);
+  bool Broadcast(const SimulatedCanNode* from, std::int64_t rate, const CanFrame& frame, MonoNs now);
   void Serve(std::size_t unit, MonoNs now, const Transmit& transmit);
 
   const std::int64_t configured_;

@@ -8,8 +8,8 @@
 
 #include "drivers/kit/simulation/script.h"
 #include "drivers/kit/simulation/shaft.h"
+#include "drivers/kit/simulation/simulated_can_node.h"
 #include "drivers/kit/simulation/simulated_fault.h"
-#include "drivers/saa_can/cia406/simulated_node.h"
 
 namespace axlecast::saa_can {
 
@@ -22,7 +22,7 @@ namespace axlecast::saa_can {
 // - it takes commands of 8 bytes only, with its own NN in D1 and 0 behind what is printed;
 // - its period is 6.4 % longer than what is set, as in the manual's log;
 // - in configuration mode it stays until 04 00 comes (CiA 305) or its power goes.
-class SaaNode final : public SimulatedNode {
+class SaaNode final : public SimulatedCanNode {
  public:
   struct Setup {
     std::uint8_t node = 0x20;

@@ -14,12 +14,12 @@
 
 namespace axlecast {
 
-// What `axlecast alarms` says (docs/alarms.md). Pure.
+// The list of `axlecast alarms` (docs/alarms.md).
 
 using MarksByDevice = std::map<std::string, std::vector<AlarmMark>>;
 
 struct ListedAlarm {
-  std::string device;  // "bridge": of the bridge itself
+  std::string device;  // or "bridge"
   alarm_entry_t entry{};
   std::optional<AlarmMark> acknowledged = {};
   std::optional<AlarmMark> shelved = {};
@@ -31,9 +31,9 @@ struct AlarmList {
       {};  // what is present, then what has gone, then what is shelved; worst, newest first
   std::vector<std::pair<std::string, AlarmMark>> idle_shelves =
       {};                                // by device: shelved, and not listed at present
-  std::vector<std::string> silent = {};  // devices whose alarms nobody tells
-  int not_shown = 0;                     // that had no room in their ALARM
-  std::string journal_problem = {};      // why nobody's names are known; empty: they are
+  std::vector<std::string> silent = {};  // devices whose alarms are unknown
+  int not_shown = 0;                     // alarms beyond the capacity of ALARM
+  std::string journal_problem = {};      // why acknowledgements are unknown, or empty
 };
 
 [[nodiscard]] AlarmList MakeAlarmList(const MachineView& machine, const MarksByDevice& marks, MonoNs now);

@@ -25,7 +25,7 @@
 namespace axlecast {
 namespace {
 
-constexpr MonoNs kTimeout = 2500 * kMillisecond;  // DEVICE and ALARM come once a second
+constexpr MonoNs kTimeout = 2500 * kMillisecond;  // DEVICE and ALARM are published once a second
 constexpr MonoNs kBridgeWait = 1200 * kMillisecond;
 
 struct ListOptions {
@@ -67,21 +67,22 @@ int List(const ListOptions& options) {
 
 void AddList(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ListOptions>();
-  CLI::App* command = app.add_subcommand("alarms", "All alarms, worst first, and who acknowledged or shelved them");
+  CLI::App* command =
+      app.add_subcommand("alarms", "List all alarms, worst first, and who acknowledged or shelved them");
   options->config.AddTo(*command, ConfigOption::Form::kPositional);
-  command->add_option("--journal", options->journal, "The bridge's journal; else the one of the machine's file")
+  command->add_option("--journal", options->journal, "The bridge's journal; default that of the machine's file")
       ->type_name("FILE");
-  command->add_flag("--json", options->json, "One JSON object");
+  command->add_flag("--json", options->json, "Print one JSON object");
   command->footer(
       "examples:\n  axlecast alarms machine.yaml\n  axlecast alarms --json | jq '.alarms[].name'\n"
-      "exit code: 0 listed, 1 the port or the file cannot be used, 2 usage, 6 nothing answers");
+      "exit code: 0 listed, 1 the port or the file cannot be used, 2 usage, 6 no answer");
   command->callback([options, &exit_code] { exit_code = List(*options); });
 }
 
 struct AckOptions {
   ConfigOption config;
   CommandOptions command;
-  std::vector<std::string> alarms;  // none: all that are listed and not shelved
+  std::vector<std::string> alarms;  // empty: all that are listed and not shelved
 };
 
 Result<std::vector<std::string>> ListedAlarms(const MachineConfig& machine, const std::string& name) {
@@ -127,13 +128,14 @@ int Acknowledge(const AckOptions& options) {
 
 void AddAck(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<AckOptions>();
-  CLI::App* command = app.add_subcommand("ack", "Acknowledges alarms: somebody has seen them. Clears nothing");
+  CLI::App* command = app.add_subcommand("ack", "Acknowledge alarms. This does not clear them");
   command->add_option("DEVICE", options->command.device, "The device")->required();
-  command->add_option("ALARMS", options->alarms, "Their names; else all that are listed")->type_name("ALARM");
+  command->add_option("ALARMS", options->alarms, "Names of the alarms; default all that are listed")
+      ->type_name("ALARM");
   AddCommandOptions(*command, options->config, options->command, false);
   command->footer(std::string("examples:\n  axlecast ack axis1 --reason \"battery ordered\"\n"
                               "  axlecast ack axis1 battery_alarm\n"
-                              "With several alarms the first outcome that is not 0 is the exit code.\n") +
+                              "With several alarms, the exit code is the first that is not 0.\n") +
                   kCommandExitCodes);
   command->callback([options, &exit_code] { exit_code = Acknowledge(*options); });
 }
@@ -169,9 +171,11 @@ void AddShelve(CLI::App& app, int& exit_code) {
   constexpr double kMax = static_cast<double>(AlarmShelves::kLongestUs) / 1e6;
   auto options = std::make_shared<ShelfOptions>();
   options->command.operation = kShelveAlarm;
-  CLI::App* command =
-      AddShelf(app, exit_code, "shelve", "Puts an alarm aside for a time, with a reason. Clears nothing", options);
-  command->add_option("--for", options->seconds, "How long: 30s, 15min, 8h; at most 24h, then it is listed again")
+  CLI::App* command = AddShelf(app, exit_code, "shelve",
+                               "Shelve an alarm for a time, with a reason. This does not clear it", options);
+  command
+      ->add_option("--for", options->seconds,
+                   "Duration: 30s, 15min, 8h; at most 24h. The alarm is then listed again")
       ->required()
       ->transform(CLI::AsNumberWithUnit(std::map<std::string, double>{{"s", 1}, {"min", 60}, {"h", 3600}}))
       ->check(CLI::Range(1.0, kMax))
@@ -180,14 +184,14 @@ void AddShelve(CLI::App& app, int& exit_code) {
   command->footer(
       std::string("short for: axlecast do DEVICE shelve_alarm alarm=ALARM seconds=S\n"
                   "example: axlecast shelve axis1 battery_alarm --for 8h --reason \"battery comes at 14:00\"\n"
-                  "A worse alarm, or the same one when it gets worse, is not put aside.\n") +
+                  "If the alarm gets worse, it is listed again.\n") +
       kCommandExitCodes);
 }
 
 void AddUnshelve(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ShelfOptions>();
   options->command.operation = kUnshelveAlarm;
-  CLI::App* command = AddShelf(app, exit_code, "unshelve", "Takes an alarm off its shelf before its time", options);
+  CLI::App* command = AddShelf(app, exit_code, "unshelve", "Unshelve an alarm before its time", options);
   command->footer(std::string("short for: axlecast do DEVICE unshelve_alarm alarm=ALARM\n"
                               "example: axlecast unshelve axis1 battery_alarm\n") +
                   kCommandExitCodes);

@@ -73,19 +73,20 @@ void AddCommandOptions(CLI::App& command, ConfigOption& config, CommandOptions& 
   config.AddTo(command, ConfigOption::Form::kOptionOnly);
   AddKeyOption(command, options.key);
   if (asks) command.add_flag("--yes", options.yes, "Do not ask");
-  command.add_flag("--json", options.json, "The outcome as one JSON object");
-  command.add_option("--valid-ms", options.valid_ms, "It may begin within this time, else it expires; ms")
+  command.add_flag("--json", options.json, "Print the outcome as one JSON object");
+  command
+      .add_option("--valid-ms", options.valid_ms, "Maximum time until the command begins, in ms; then it expires")
       ->check(CLI::Range(1, 3'600'000))
       ->type_name("MS")
       ->capture_default_str();
-  command.add_option("--epoch", options.epoch, "Only if the device's datum_epoch is this one")
+  command.add_option("--epoch", options.epoch, "Reject the command if the device's datum_epoch differs")
       ->check(CLI::Range(0, INT32_MAX))
       ->type_name("N");
   AddReasonOption(command, options.reason);
 }
 
 void AddReasonOption(CLI::App& command, std::string& reason) {
-  command.add_option("--reason", reason, "Why, for the journal; at most 160 bytes")
+  command.add_option("--reason", reason, "Reason for the journal; at most 160 bytes")
       ->check(CLI::Validator([](const std::string& text) { return text.size() <= 160 ? "" : "above 160 bytes"; },
                              "TEXT"));
 }
@@ -94,8 +95,8 @@ void AddKeyOption(CLI::App& command, std::string& key) {
   command
       .add_option(
           "--key", key,
-          "File of the secret key that signs; else $AXLECAST_KEY, else the first of the machine's keys that can "
-          "be read here")
+          "File of the secret key that signs; default $AXLECAST_KEY, else the first readable key of the machine's "
+          "file")
       ->type_name("FILE");
 }
 
@@ -114,11 +115,11 @@ CLI::Validator PlainNumber() {
 }
 
 void AddTwoStepOptions(CLI::App& command, CommandOptions& options) {
-  CLI::Option* prepare =
-      command.add_flag("--prepare", options.prepare, "Only say what would happen, and give a token for --commit");
+  CLI::Option* prepare = command.add_flag("--prepare", options.prepare,
+                                          "Only report what would happen, and print a token for --commit");
   command
       .add_option("--commit", options.commit,
-                  "Do what --prepare with the same words gave this token for; does not ask")
+                  "Execute the command that --prepare with the same words printed this token for; does not ask")
       ->check(CLI::Validator(
           [](const std::string& text) { return ParseId(text) ? "" : "a token is 32 hex digits"; }, "TOKEN"))
       ->excludes(prepare);

@@ -11,28 +11,26 @@
 
 namespace axlecast {
 
-// What `axlecast history` says (docs/cli.md). Pure.
+// The texts of `axlecast history` and `axlecast datum` (docs/cli.md).
 
 [[nodiscard]] std::string HistoryHeading();
-// One line each.
+// Format one line.
 [[nodiscard]] std::string HistoryLine(const CommandRow& command);
 [[nodiscard]] std::string HistoryLine(const AxisEvent& event);
-// One command whole.
+// Formats one command with all its steps.
 [[nodiscard]] std::string CommandText(const CommandRow& command, const std::vector<CommandStep>& steps);
 
 [[nodiscard]] nlohmann::ordered_json HistoryJson(const CommandRow& command);
 [[nodiscard]] nlohmann::ordered_json HistoryJson(const AxisEvent& event);
 [[nodiscard]] nlohmann::ordered_json CommandJson(const CommandRow& command, const std::vector<CommandStep>& steps);
 
-// The first 8 digits of an id; "-" without one.
+// Returns the first 8 digits of an id, or "-" if it is zero.
 [[nodiscard]] std::string ShortId(const CommandId& id);
 
-// What `axlecast datum` says (docs/cli.md). Pure.
-
-// Rewrites of the device's memory that its maker allows; 0 none stated, or no such device.
+// Returns the number of memory writes that the maker specifies for the device, or 0 if it is unknown.
 [[nodiscard]] std::int64_t WriteBudget(const MachineConfig& machine, std::string_view device);
 
-// `write_budget`: rewrites of the device's memory that its maker allows; 0 none stated, or not known.
+// `write_budget`: see WriteBudget.
 [[nodiscard]] std::string DatumText(const DeviceRecord& device, std::int64_t write_budget);
 [[nodiscard]] nlohmann::ordered_json DatumJson(const DeviceRecord& device, std::int64_t write_budget);
 

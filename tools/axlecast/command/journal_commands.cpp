@@ -24,7 +24,7 @@
 namespace axlecast {
 namespace {
 
-// The bridge's journal of a command: --journal FILE, else the one of the machine's file.
+// The bridge's journal: --journal FILE, else that of the machine's file.
 class JournalOption {
  public:
   // Adds --journal and --config. The object must outlive the parsing.
@@ -32,9 +32,9 @@ class JournalOption {
 
   struct Place {
     std::string file;
-    std::optional<MachineConfig> machine;  // none where only --journal was given
+    std::optional<MachineConfig> machine;  // empty if only --journal was given
   };
-  // When there is none, says why on standard error and sets `exit_code`.
+  // Finds the journal. On failure, prints the error and sets `exit_code`.
   [[nodiscard]] std::optional<Place> Find(int& exit_code) const;
 
  private:
@@ -44,7 +44,7 @@ class JournalOption {
 
 void JournalOption::AddTo(CLI::App& command) {
   config_.AddTo(command, ConfigOption::Form::kOptionOnly);
-  command.add_option("--journal", journal_, "The bridge's journal; else the one of the machine's file")
+  command.add_option("--journal", journal_, "The bridge's journal; default that of the machine's file")
       ->type_name("FILE");
 }
 
@@ -62,14 +62,14 @@ struct DatumOptions {
   bool json = false;
 };
 
-// `devices` are those of the journal that were asked for; one that is only in the machine's file has done nothing yet.
+// Reports that the journal has no entry of the device, or of any device.
 int NothingKnown(const JournalOption::Place& place, const std::string& device) {
-  if (device.empty()) return Fail(place.file + " knows of no device yet", kExitDone);
+  if (device.empty()) return Fail(place.file + " contains no device yet", kExitDone);
   if (place.machine && place.machine->BusOf(device) == nullptr) {
     return Fail(UnknownDevice(*place.machine, device), kExitUsage);
   }
-  if (!place.machine) return Fail(place.file + " knows of no device '" + device + "'", kExitBad);
-  return Fail(place.file + " knows nothing of " + device + " yet", kExitBad);
+  if (!place.machine) return Fail(place.file + " contains no device '" + device + "'", kExitBad);
+  return Fail(place.file + " contains nothing about " + device + " yet", kExitBad);
 }
 
 int ShowDatums(const DatumOptions& options) {
@@ -116,33 +116,33 @@ int ShowDatumHistory(const DatumOptions& options) {
 
 void AddDatumShow(CLI::App& datum, int& exit_code) {
   auto options = std::make_shared<DatumOptions>();
-  CLI::App* command = datum.add_subcommand("show", "The datum in force, reference, last position and wear");
-  command->add_option("DEVICE", options->device, "Only this device; else all that the journal knows");
-  command->add_flag("--json", options->json, "One JSON object a line, for each device");
+  CLI::App* command = datum.add_subcommand("show", "Show the datum in force, reference, last position and wear");
+  command->add_option("DEVICE", options->device, "Only this device; default all devices in the journal");
+  command->add_flag("--json", options->json, "Print one JSON object per line, one for each device");
   options->journal.AddTo(*command);
   command->footer(
       "examples:\n"
       "  axlecast datum show\n"
       "  axlecast datum show axis1 --json | jq .datum.counts\n"
-      "Exit code 1: nothing is known of the device, or the journal cannot be read; 2: no such device");
+      "Exit code 1: the journal contains nothing about the device, or cannot be read; 2: no such device");
   command->callback([options, &exit_code] { exit_code = ShowDatums(*options); });
 }
 
 void AddDatumHistory(CLI::App& datum, int& exit_code) {
   auto options = std::make_shared<DatumOptions>();
-  CLI::App* command = datum.add_subcommand("history", "Every datum that a device had, newest first");
+  CLI::App* command = datum.add_subcommand("history", "List all datums of a device, newest first");
   command->add_option("DEVICE", options->device, "The device")->required();
-  command->add_flag("--json", options->json, "One JSON object a line, for each datum");
+  command->add_flag("--json", options->json, "Print one JSON object per line, one for each datum");
   options->journal.AddTo(*command);
   command->footer(
       "example: axlecast datum history axis1\n"
-      "Exit code 1: nothing is known of the device, or the journal cannot be read; 2: no such device");
+      "Exit code 1: the journal contains nothing about the device, or cannot be read; 2: no such device");
   command->callback([options, &exit_code] { exit_code = ShowDatumHistory(*options); });
 }
 
 constexpr int kFollowMs = 250;
 constexpr std::int64_t kShown = 100;     // unless --limit
-constexpr std::int64_t kCandidates = 9;  // ids told for a prefix of several
+constexpr std::int64_t kCandidates = 9;  // maximum number of ids printed for an ambiguous prefix
 constexpr std::int8_t kFirstState = command_status_t::STATE_ACCEPTED;
 constexpr std::int8_t kLastState = command_status_t::STATE_INDETERMINATE;
 
@@ -165,7 +165,7 @@ Result<> ParseFilter(HistoryOptions& options) {
     if (digit >= 'A' && digit <= 'F') digit = static_cast<char>(digit - 'A' + 'a');
   }
   if (filter.id.size() > 32 || filter.id.find_first_not_of("0123456789abcdef") != std::string::npos) {
-    return Failure("'" + filter.id + "' is no command's id: it is 32 hex digits, or how these begin");
+    return Failure("'" + filter.id + "' is no command's id: it is 32 hex digits, or the first of them");
   }
   for (std::int8_t state = kFirstState; state <= kLastState; ++state) {
     if (StateName(state) == options.outcome) filter.state = state;
@@ -201,7 +201,7 @@ int ShowOne(HistoryReader& reader, const HistoryOptions& options) {
   return kExitDone;
 }
 
-// Commands and events, by their time.
+// Commands and events in the order of their times.
 class Listing {
  public:
   explicit Listing(bool json) : json_(json) {}
@@ -212,7 +212,7 @@ class Listing {
   void Add(const std::vector<AxisEvent>& events) {
     for (const AxisEvent& event : events) Add(event.utime, event);
   }
-  // Only the newest; true when there were more.
+  // Sorts, and keeps only the newest. Returns true if some were removed.
   bool Cut(const std::optional<std::int64_t>& limit) {
     std::stable_sort(lines_.begin(), lines_.end(),
                      [](const auto& one, const auto& other) { return one.first < other.first; });
@@ -236,7 +236,7 @@ class Listing {
   std::vector<std::pair<std::int64_t, std::string>> lines_;
 };
 
-// Until it is stopped, or its reader goes.
+// Prints new entries until it is stopped or its reader is gone.
 int Follow(HistoryReader& reader, const HistoryOptions& options, HistoryReader::Mark from) {
   HistoryFilter filter = options.filter;
   filter.limit.reset();
@@ -265,7 +265,7 @@ int List(HistoryReader& reader, const HistoryOptions& options) {
   if (listing.Cut(options.filter.limit)) {
     std::cerr << "the newest " << *options.filter.limit << "; --limit N shows more, --limit 0 all\n";
   }
-  if (listing.empty() && !options.follow) std::cerr << "nothing of this kind is in the journal\n";
+  if (listing.empty() && !options.follow) std::cerr << "the journal contains no such entry\n";
   const bool heading = !options.json && (options.follow || !listing.empty());
   if (!WriteOut((heading ? HistoryHeading() : "") + listing.Text()) || !options.follow) return kExitDone;
   return Follow(reader, options, mark);
@@ -292,7 +292,7 @@ std::vector<std::string> StateNames() {
 }  // namespace
 
 void AddDatumCommands(CLI::App& app, int& exit_code) {
-  CLI::App* datum = app.add_subcommand("datum", "What positions count from: show, history, undo");
+  CLI::App* datum = app.add_subcommand("datum", "Show or undo the datum, from which positions are counted");
   datum->require_subcommand(1);
   AddDatumShow(*datum, exit_code);
   AddDatumHistory(*datum, exit_code);
@@ -301,33 +301,36 @@ void AddDatumCommands(CLI::App& app, int& exit_code) {
 
 void AddHistoryCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<HistoryOptions>();
-  CLI::App* command = app.add_subcommand("history", "What was done, when, by whom, with which outcome");
-  CLI::Option* id = command->add_option("ID", options->filter.id, "One command whole: its id, or how this begins");
+  CLI::App* command = app.add_subcommand("history", "List commands with time, operator and outcome");
+  CLI::Option* id = command->add_option("ID", options->filter.id, "Show one command: its id, or the first digits");
   std::vector<CLI::Option*> filters;
   filters.push_back(command->add_option("--device", options->filter.device, "Only this device")->type_name("D"));
   CLI::Option* operation =
       command->add_option("--operation", options->filter.operation, "Only this operation")->type_name("O");
   CLI::Option* who =
-      command->add_option("--who", options->filter.who, "Only of this key; `unsigned`")->type_name("W");
-  CLI::Option* outcome = command->add_option("--outcome", options->outcome, "Only those that ended so")
+      command->add_option("--who", options->filter.who, "Only commands of this key; `unsigned` for those without")
+          ->type_name("W");
+  CLI::Option* outcome = command->add_option("--outcome", options->outcome, "Only commands with this outcome")
                              ->check(CLI::IsMember(StateNames()))
                              ->type_name("WORD");
   filters.insert(filters.end(), {operation, who, outcome});
   filters.push_back(
-      command->add_option("--since", options->since, "From then on: 2h, 3d (ago), 2026-11-21, 2026-11-21T07:00")
+      command
+          ->add_option("--since", options->since, "Only entries since: 2h, 3d (ago), 2026-11-21, 2026-11-21T07:00")
           ->type_name("T"));
-  filters.push_back(command->add_option("--until", options->until, "Before then")->type_name("T"));
-  filters.push_back(command->add_option("--limit", options->limit, "The newest N; 0 all")
+  filters.push_back(command->add_option("--until", options->until, "Only entries before")->type_name("T"));
+  filters.push_back(command->add_option("--limit", options->limit, "Only the newest N entries; 0 all")
                         ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 40))
                         ->capture_default_str()
                         ->type_name("N"));
   CLI::Option* events = command->add_flag("--events", options->events,
-                                          "Also what happened to devices without a command: moved while off, ...");
+                                          "Also list events of devices without a command: moved while off, ...");
   for (CLI::Option* option : {operation, who, outcome}) events->excludes(option);
   filters.push_back(events);
-  filters.push_back(command->add_flag("--follow", options->follow, "Go on: tell each as it ends"));
+  filters.push_back(
+      command->add_flag("--follow", options->follow, "Keep running and print each command when it ends"));
   for (CLI::Option* option : filters) id->excludes(option);
-  command->add_flag("--json", options->json, "One JSON object a line");
+  command->add_flag("--json", options->json, "Print one JSON object per line");
   options->journal.AddTo(*command);
   command->footer(
       "examples:\n"
@@ -335,7 +338,7 @@ void AddHistoryCommand(CLI::App& app, int& exit_code) {
       "  axlecast history --outcome indeterminate --limit 0 --json\n"
       "  axlecast history 0a1b2c3d\n"
       "  axlecast history --events --follow\n"
-      "It reads the journal's file, whether the bridge runs or not. Exit code 0, also when nothing is found; 1: "
+      "It reads the journal's file: the bridge need not run. Exit code 0, also if nothing is found; 1: "
       "no\n"
       "such id, or the journal cannot be read.");
   command->callback([options, &exit_code] { exit_code = ShowHistory(*options); });

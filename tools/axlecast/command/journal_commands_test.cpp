@@ -158,7 +158,7 @@ TEST_F(JournalCommands, HistoryTakesFilters) {
   EXPECT_EQ(count({"--events"}), 4U);
   EXPECT_EQ(count({"--events", "--device", "axis2"}), 1U);
   EXPECT_THAT(Run({"history", "--limit", "2"}).err, StartsWith("the newest 2; --limit N shows more"));
-  EXPECT_THAT(Run({"history", "--device", "axis7"}).err, StartsWith("nothing of this kind"));
+  EXPECT_THAT(Run({"history", "--device", "axis7"}).err, StartsWith("the journal contains no such entry"));
   EXPECT_EQ(Run({"history", "--device", "axis7"}).exit_code, kExitDone);
   EXPECT_THAT(
       Run({"history", "--events"}).out,

@@ -10,29 +10,29 @@
 
 namespace axlecast {
 
-// The mean of an axis's readings at rest, and the datum that makes them read a value. Pure.
+// Averages the readings of an axis at rest, and computes the datum with which they read a given value.
 class OffsetCapture {
  public:
-  // Above this it turns; below, a shaft that is held may still seem to creep.
+  // Maximum speed at rest. A held shaft can seem to creep.
   static constexpr double kMaxSpeedRpm = 0.5;
-  // A turn of the shaft has this share of spread at most, where the device tells no speed.
+  // Maximum spread at rest, in turns, for devices that report no speed.
   static constexpr double kMaxSpreadTurns = 1e-3;
 
-  // Takes `samples` valid readings, >= 1.
+  // Averages `samples` valid readings, at least 1.
   explicit OffsetCapture(std::int64_t samples) : samples_(samples) {}
 
   void On(const position_t& reading);
   void On(const device_info_t& info);
 
-  // Why it cannot be: it turns (with the speed), the datum changed, the driver restarted. Empty while it can.
+  // Why the capture failed: the axis turns, its datum changed or its driver restarted. Empty if it did not fail.
   [[nodiscard]] const std::string& problem() const { return problem_; }
   [[nodiscard]] bool done() const { return !problem_.empty() || (count_ >= samples_ && info_.has_value()); }
   [[nodiscard]] std::int64_t count() const { return count_; }
 
-  // When done without a problem:
-  [[nodiscard]] double counts() const;  // mean, after direction, before any datum
+  // Valid if done() without a problem:
+  [[nodiscard]] double counts() const;  // mean, with direction, without datum
   [[nodiscard]] std::int64_t spread() const { return highest_ - lowest_; }
-  // The datum with which it reads `value`.
+  // Returns the datum with which the axis reads `value`.
   [[nodiscard]] std::int64_t Datum(double value) const;
 
   [[nodiscard]] std::string Text(const std::string& device, double value) const;

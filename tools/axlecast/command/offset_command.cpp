@@ -18,7 +18,7 @@
 namespace axlecast {
 namespace {
 
-constexpr MonoNs kLongestWait = 10 * kSecond;  // without a valid reading
+constexpr MonoNs kTimeout = 10 * kSecond;  // without a valid reading
 constexpr int kWaitMs = 100;
 
 struct Options {
@@ -29,7 +29,7 @@ struct Options {
   bool json = false;
 };
 
-// False when the port failed.
+// Receives readings until the capture is done. Returns false if the port failed.
 bool Gather(LcmPort& port, const std::string& device, OffsetCapture& capture) {
   const SystemClock clock;
   const bool subscribed =
@@ -40,11 +40,11 @@ bool Gather(LcmPort& port, const std::string& device, OffsetCapture& capture) {
           capture.On(*reading);
         }
       });
-  MonoNs give_up = clock.Now() + kLongestWait;
+  MonoNs give_up = clock.Now() + kTimeout;
   std::int64_t seen = 0;
   while (subscribed && !capture.done() && clock.Now() < give_up) {
     if (!port.Handle(kWaitMs)) return false;
-    if (capture.count() != seen) give_up = clock.Now() + kLongestWait;
+    if (capture.count() != seen) give_up = clock.Now() + kTimeout;
     seen = capture.count();
   }
   return subscribed;
@@ -64,7 +64,7 @@ int Capture(const Options& options) {
   if (!capture.problem().empty()) return Fail(options.device + ": " + capture.problem(), kExitRejected);
   if (!capture.done()) {
     return Fail(options.device + ": " + std::to_string(capture.count()) +
-                    " valid readings, then none for 10 s: axlecast status says why",
+                    " valid readings, then none for 10 s: axlecast status shows why",
                 kExitNoAnswer);
   }
   static_cast<void>(WriteOut(options.json ? JsonLine(capture.Json(options.device, options.value)) + '\n'
@@ -76,12 +76,12 @@ int Capture(const Options& options) {
 
 void AddOffsetCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
-  CLI::App* offset = app.add_subcommand("offset", "A fixed datum for the machine's file: capture");
+  CLI::App* offset = app.add_subcommand("offset", "Determine a fixed datum for the machine's file");
   offset->require_subcommand(1);
   CLI::App* command =
-      offset->add_subcommand("capture", "Averages readings at rest and prints the datum; changes nothing");
+      offset->add_subcommand("capture", "Average readings at rest and print the datum; changes nothing");
   command->add_option("DEVICE", options->device, "The device")->required();
-  command->add_option("--value", options->value, "What the present position shall read, in the device's unit")
+  command->add_option("--value", options->value, "Value of the present position, in the device's unit")
       ->check(PlainNumber())
       ->type_name("V")
       ->capture_default_str();
@@ -90,10 +90,10 @@ void AddOffsetCommand(CLI::App& app, int& exit_code) {
       ->type_name("N")
       ->capture_default_str();
   options->config.AddTo(*command, ConfigOption::Form::kOptionOnly);
-  command->add_flag("--json", options->json, "One JSON object");
+  command->add_flag("--json", options->json, "Print one JSON object");
   command->footer(
       "example: axlecast offset capture axis1 --value 250.0\n"
-      "exit code: 0 done, 2 usage, 3 it turns or was changed meanwhile, 6 no valid readings");
+      "exit code: 0 done, 2 usage, 3 the axis turns or was changed meanwhile, 6 no valid readings");
   command->callback([options, &exit_code] { exit_code = Capture(*options); });
 }
 

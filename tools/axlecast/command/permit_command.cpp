@@ -25,7 +25,7 @@ namespace axlecast {
 namespace {
 
 constexpr int kRefreshMs = 100;
-constexpr std::int32_t kValidMs = 400;  // three may be lost
+constexpr std::int32_t kValidMs = 400;  // up to three may be lost
 
 struct Options {
   ConfigOption config;
@@ -57,7 +57,7 @@ int Issue(PermitIssuer& issuer, const Options& options) {
   const SystemClock clock;
   const StopSignal stop;
   const MonoNs start = clock.Now();
-  std::cerr << "permits for " << options.device << " go out; Ctrl-C ends them\n";
+  std::cerr << "permits for " << options.device << " are being sent; Ctrl-C ends them\n";
   while (static_cast<double>(clock.Now() - start) * 1e-9 < options.seconds) {
     if (!issuer.Allow(options.device, options.operations, kValidMs)) return Fail("a permit was not sent", kExitBad);
     if (stop.Wait(kRefreshMs)) break;
@@ -84,13 +84,13 @@ int Permit(const Options& options) {
 void AddPermitCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* command =
-      app.add_subcommand("permit", "Permits operations of a device while it runs, in place of a control process");
+      app.add_subcommand("permit", "Permit operations of a device while this runs, instead of a control process");
   command->add_option("DEVICE", options->device, "The device")->required();
-  command->add_option("OPERATIONS", options->operations, "What is permitted")
+  command->add_option("OPERATIONS", options->operations, "Operations to permit")
       ->required()
       ->expected(1, static_cast<int>(PermitIssuer::kMaxOperations))
       ->type_name("OPERATION");
-  command->add_option("--for", options->seconds, "Ends after this time: 5s, 500ms, 2min; else with Ctrl-C")
+  command->add_option("--for", options->seconds, "Duration: 5s, 500ms, 2min; default until Ctrl-C")
       ->transform(CLI::AsNumberWithUnit(std::map<std::string, double>{{"ms", 1e-3}, {"s", 1}, {"min", 60}}))
       ->check(CLI::PositiveNumber)
       ->type_name("TIME");
@@ -98,9 +98,9 @@ void AddPermitCommand(CLI::App& app, int& exit_code) {
   AddKeyOption(*command, options->key);
   command->footer(
       "example: axlecast permit axis1 zero_single_turn --for 5s\n"
-      "For commissioning, when the operator sees that the axis is at rest and its drive off. Needs a key of role\n"
+      "Only for commissioning: make sure that the axis is at rest and its drive off. Needs a key of role\n"
       "control, unless the machine's file allows unsigned commands.\n"
-      "exit code: 0 permits went out until the end, 1 no usable key or port, 2 usage");
+      "exit code: 0 permits were sent until the end, 1 no usable key or port, 2 usage");
   command->callback([options, &exit_code] { exit_code = Permit(*options); });
 }
 

@@ -1,3 +1,4 @@
+#include "core/base/result.h"
 #include "tools/axlecast/command/subcommands.h"
 
 #include <CLI/CLI.hpp>

@@ -12,8 +12,8 @@
 
 namespace axlecast {
 
-// The machine's file of a command, found the same way by every command: the positional CONFIG or --config FILE,
-// else $AXLECAST_CONFIG, else ./machine.yaml, else /etc/axlecast/machine.yaml.
+// The machine's file, found in the same way by every subcommand: CONFIG or --config FILE, else $AXLECAST_CONFIG, else
+// ./machine.yaml, else /etc/axlecast/machine.yaml.
 class ConfigOption {
  public:
   enum class Form { kPositional, kOptionOnly };
@@ -23,27 +23,28 @@ class ConfigOption {
 
   void Set(std::string file) { given_ = std::move(file); }
   [[nodiscard]] bool Given() const { return !given_.empty(); }
-  // Empty when nothing was given and none of the usual files exists.
+  // Returns the file, or an empty text if none is given and no default exists.
   [[nodiscard]] std::string File() const;
 
-  // Reads and checks the file. When it cannot be used, says why on standard error and sets `exit_code`:
-  // kExitUsage without a file, kExitBad for one with errors.
+  // Reads and checks the file. On failure, prints the errors to standard error and sets `exit_code`: kExitUsage if there is
+  // no file, kExitBad if it has errors.
   [[nodiscard]] std::optional<MachineConfig> Load(int& exit_code) const;
 
  private:
   std::string given_;
 };
 
-// Every key that a file was asked for, a line each: where it stands, what it is, its range, what holds without it.
+// Formats the keys that were read from a file, one per line: place, kind, range and default.
 [[nodiscard]] std::string ConfigKeysText(const std::vector<ConfigKey>& keys);
-// The same as a list of objects: place, kind (null: only its presence was asked for), range, default (null: none), required.
+// Returns the same as a list of objects: place, kind (null if only its presence matters), range, default (or null),
+// required.
 [[nodiscard]] nlohmann::ordered_json ConfigKeysJson(const std::vector<ConfigKey>& keys);
 
-// The systemd units that `machine` consists of, by its file: a driver for each bus, the bridge, the recorder where logs
-// are named, the simulators where a bus has them.
+// Returns the systemd units of `machine`: a driver per bus, the bridge, and the recorder and the simulators if they are
+// configured.
 [[nodiscard]] std::vector<std::string> MachineUnits(const MachineConfig& machine);
 
-// The names of its buses, or of its devices, in the file's order.
+// Returns the names of the machine's buses, or of its devices, in the order of the file.
 [[nodiscard]] std::vector<std::string> MachineNames(const MachineConfig& machine, bool devices);
 
 }  // namespace axlecast

@@ -29,14 +29,14 @@ std::string DriverProgram(std::string_view family_name) {
   return CompanionProgram(name);
 }
 
-std::string Become(const std::vector<std::string>& argv) {
+Error Become(const std::vector<std::string>& argv) {
   std::vector<char*> arguments;
   arguments.reserve(argv.size() + 1);
   for (const std::string& argument : argv) arguments.push_back(const_cast<char*>(argument.c_str()));
   arguments.push_back(nullptr);
   static_cast<void>(signal(SIGPIPE, SIG_DFL));  // an ignored signal would stay ignored
   execvp(arguments[0], arguments.data());
-  return "cannot run " + argv[0] + ": " + std::strerror(errno);
+  return Error{"cannot run " + argv[0] + ": " + std::strerror(errno)};
 }
 
 std::string ShellText(const std::vector<std::string>& argv) {

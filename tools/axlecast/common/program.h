@@ -5,35 +5,40 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/result.h"
 #include "platform/os/descriptor.h"
 
 namespace axlecast {
 
-// The folder that this program stands in: its companions stand there too.
+// Programs: their files, how to start them, and their logs.
+
+// Returns the folder of this program, which also contains its companions.
 [[nodiscard]] std::string ProgramFolder();
 [[nodiscard]] std::string CompanionProgram(std::string_view name);      // <folder>/axlecast-<name>
-[[nodiscard]] std::string DriverProgram(std::string_view family_name);  // of a family's buses
+[[nodiscard]] std::string DriverProgram(std::string_view family_name);  // driver of a family
 
-// Becomes the program; returns only when that fails, with the reason.
-[[nodiscard]] std::string Become(const std::vector<std::string>& argv);
+// Replaces this process by the program. Returns only on failure.
+[[nodiscard]] Error Become(const std::vector<std::string>& argv);
 
-// As one would type it in a shell.
+// Formats the words as a shell accepts them.
 [[nodiscard]] std::string ShellText(const std::vector<std::string>& argv);
 
-// This host's name; empty where it has none.
+// Returns the name of this host, or an empty text.
 [[nodiscard]] std::string HostName();
 
-// The log of one process: a file of at most kLimit bytes, and the one before it as <path>.1.
+// The log of one process: a file of at most kLimit bytes, and the previous file as <path>.1.
 class ProcessLog {
  public:
   static constexpr std::int64_t kLimit = 8'000'000;
 
   explicit ProcessLog(std::string path, std::int64_t limit = kLimit);
 
-  // Adds a line. A disk that is full or a directory that is gone loses the line, never the process.
+  // Adds a line. If the disk is full or the directory is gone, the line is lost.
   void Write(std::string_view line);
   [[nodiscard]] const std::string& path() const { return path_; }
-  [[nodiscard]] int FileDescriptor() const { return file_.get(); }  // for a process that writes by itself; or -1
+  [[nodiscard]] int FileDescriptor() const {
+    return file_.get();
+  }  // for a process that writes to the file itself; or -1
 
  private:
   void Open();
@@ -44,8 +49,8 @@ class ProcessLog {
   std::int64_t size_ = 0;
 };
 
-// Whether an operator should see a line of standard error at once: all but those that our logs mark, among their
-// first words, as info or below. Lines without a mark come from a crash, the loader or a bad option.
+// Returns true if an operator should see this line of standard error immediately. Only lines of our logs with level info or
+// below are not shown. Lines without a level come from a crash, the loader or a bad option.
 [[nodiscard]] bool WorthShowing(std::string_view line);
 
 }  // namespace axlecast

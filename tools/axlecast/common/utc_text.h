@@ -7,15 +7,15 @@
 
 namespace axlecast {
 
-// Times of day, as people write them; always UTC.
+// Times in UTC as text.
 
-// "2026-11-21 07:00:05" of us, UNIX time; "?" when the calendar ends before it.
-[[nodiscard]] std::string UtcText(std::int64_t utime);
-// The same with milliseconds: "2026-11-21 07:00:05.123".
-[[nodiscard]] std::string UtcMillisecondText(std::int64_t utime);
+// "2026-11-21 07:00:05", or "?" if the calendar does not reach so far. `unix_us`: UNIX time in us.
+[[nodiscard]] std::string UtcText(std::int64_t unix_us);
+// "2026-11-21 07:00:05.123"
+[[nodiscard]] std::string UtcMillisecondText(std::int64_t unix_us);
 
-// us, UNIX time, of "90s", "15m", "2h", "3d" or "2w" before `now`; of "2026-11-21", "2026-11-21T07:00",
-// "2026-11-21 07:00:05", each with or without a Z at its end. Nothing when it is none of these.
+// Parses "90s", "15m", "2h", "3d" or "2w" before `now`, or "2026-11-21", "2026-11-21T07:00" or "2026-11-21 07:00:05", with
+// or without a Z at the end. Returns UNIX time in us, or nothing if the text has another form.
 [[nodiscard]] std::optional<std::int64_t> ParseUtc(std::string_view text, std::int64_t now);
 
 }  // namespace axlecast

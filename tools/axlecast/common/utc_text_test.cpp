@@ -5,7 +5,7 @@
 namespace axlecast {
 namespace {
 
-// `date -u -d '2026-11-21 07:00:05' +%s` says 1795244405.
+// `date -u -d '2026-11-21 07:00:05' +%s` prints 1795244405.
 constexpr std::int64_t kThen = 1'795'244'405'000'000;
 
 TEST(UtcText, IsOfTheCalendar) {

@@ -1,3 +1,4 @@
+#include "core/base/result.h"
 #include "tools/axlecast/device_data/subcommands.h"
 
 #include <CLI/CLI.hpp>

@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/base/result.h"
 #include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/device/operation.h"

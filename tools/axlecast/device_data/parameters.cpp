@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 
+#include "core/base/result.h"
 #include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/config/yaml_text.h"

@@ -46,23 +46,23 @@ void AddOptions(CLI::App& command, Options& options) {
   command.add_option("DEVICE", replace.command.device, "The device")->required();
   command
       .add_option("--backup", replace.backup,
-                  "The backup's file: taken when it is there, else written; default DEVICE-UTC.txt in this folder")
+                  "File of the backup: used if it exists, else written; default DEVICE-UTC.txt in this folder")
       ->type_name("FILE");
-  command.add_option("--value", replace.value, "What the axis reads after the exchange, in its unit")
+  command.add_option("--value", replace.value, "Value of the axis after the exchange, in its unit")
       ->check(PlainNumber())
       ->type_name("V");
   CLI::Option* from =
-      command.add_option("--from", options.from, "Begin at this step")
+      command.add_option("--from", options.from, "Start at this step")
           ->check(CLI::IsMember(std::vector<std::string>(std::begin(kReplaceSteps), std::end(kReplaceSteps))))
           ->type_name("STEP");
   command
       .add_flag("--already-exchanged", options.already_exchanged,
-                "The new one is in place: as --from accept, with the backup of --backup if any")
+                "The device was already exchanged: same as --from accept, with the file of --backup if given")
       ->excludes(from);
   options.config.AddTo(command, ConfigOption::Form::kOptionOnly);
   AddKeyOption(command, replace.command.key);
-  command.add_flag("--yes", replace.command.yes, "Do not ask; without --value no datum is set");
-  command.add_flag("--json", replace.command.json, "What was done as one JSON object");
+  command.add_flag("--yes", replace.command.yes, "Do not ask; without --value, no datum is set");
+  command.add_flag("--json", replace.command.json, "Print the result as one JSON object");
   AddReasonOption(command, replace.command.reason);
 }
 
@@ -70,8 +70,8 @@ void AddOptions(CLI::App& command, Options& options) {
 
 void AddReplaceCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand(
-      "replace", "Leads through the exchange of a device: backup, exchange, accept, write back, datum");
+  CLI::App* command =
+      app.add_subcommand("replace", "Exchange a device step by step: backup, exchange, accept, write back, datum");
   AddOptions(*command, *options);
   command->footer(
       std::string(
@@ -80,8 +80,8 @@ void AddReplaceCommand(CLI::App& app, int& exit_code) {
           "  axlecast replace axis1 --already-exchanged --backup axis1-20261121T070005Z.txt\n"
           "  axlecast replace axis1 --from datum\n"
           "  axlecast replace axis1 --yes --value 12.5 --json\n"
-          "steps: backup, exchange, accept, write, datum; each can be repeated. Ctrl-C stops, says what holds,\n"
-          "and how to go on.\n") +
+          "steps: backup, exchange, accept, write, datum; each can be repeated. Ctrl-C stops and prints the\n"
+          "state and the command to continue.\n") +
       kCommandExitCodes);
   command->callback([options, &exit_code] { exit_code = Replace(*options); });
 }

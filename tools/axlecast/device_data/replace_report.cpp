@@ -18,12 +18,12 @@ bool MayBeDone(const CommandResult& result) {
          outcome == CommandOutcome::kUnknown;
 }
 
-// What holds when it stopped.
+// Returns the state after it stopped.
 const char* StoppedText(const ReplaceReport& report) {
   const bool doubt = (report.accepted && MayBeDone(*report.accepted)) ||
                      (!report.written.empty() && MayBeDone(report.written.back())) ||
                      (report.datum && MayBeDone(*report.datum));
-  if (doubt) return "the last command may have been done, or in part: look at the device before going on";
+  if (doubt) return "the last command may have been done, or in part: check the device before you continue";
   switch (*report.stopped) {
     case ReplaceStep::kBackup:
     case ReplaceStep::kExchange:
@@ -89,7 +89,7 @@ std::string ToText(const ReplaceReport& report) {
   if (report.stopped) {
     const std::size_t step = static_cast<std::size_t>(*report.stopped);
     return text + "stopped at " + std::string(kReplaceSteps[step]) + ": " + StoppedText(report) +
-           "; go on with\n  " + next + '\n';
+           "; continue with\n  " + next + '\n';
   }
   return next.empty() ? text : text + "no datum was set: readings are not REFERENCED until\n  " + next + '\n';
 }

@@ -12,28 +12,28 @@
 
 namespace axlecast {
 
-// The steps of an exchange, in their order.
+// Steps of an exchange, in order.
 enum class ReplaceStep : std::uint8_t { kBackup, kExchange, kAccept, kWriteBack, kDatum };
 inline constexpr std::string_view kReplaceSteps[] = {"backup", "exchange", "accept", "write", "datum"};
 
-// What `axlecast replace` did (docs/cli.md). Pure.
+// The result of `axlecast replace` (docs/cli.md).
 struct ReplaceReport {
   std::string device;
   bool has_position = true;    // false: a monitor, which has no datum
-  std::string backup;          // its file; empty: none
-  std::string backup_problem;  // why there is none
-  std::string encoder;         // what answers after the exchange; empty: not looked at
+  std::string backup;          // its file, or empty
+  std::string backup_problem;  // why it is missing, or empty
+  std::string encoder;         // identity of the device after the exchange, or empty
   std::optional<CommandResult> accepted;
-  std::vector<CommandResult> written;      // write backs, in their order
-  std::vector<std::size_t> not_permitted;  // addresses that differ from the backup, and that the file does not list
+  std::vector<CommandResult> written;      // writes, in order
+  std::vector<std::size_t> not_permitted;  // addresses that differ, but are not listed in the machine's file
   std::optional<CommandResult> datum;
-  std::optional<ReplaceStep> stopped;  // at this step; nothing: it went through
+  std::optional<ReplaceStep> stopped;  // the step that failed; empty if all are done
 };
 
 [[nodiscard]] nlohmann::ordered_json ToJson(const ReplaceReport& report);
 [[nodiscard]] std::string ToText(const ReplaceReport& report);
 
-// The command that goes on where it stopped; without a stop the one that sets the datum later, or nothing.
+// Returns the command that continues, or that sets the datum later. Empty if there is nothing to do.
 [[nodiscard]] std::string NextCommand(const ReplaceReport& report);
 
 }  // namespace axlecast

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "bridge/store/history.h"
+#include "core/base/result.h"
 #include "core/base/text.h"
 #include "core/device/operation.h"
 #include "core/messages/enum_names.h"

@@ -15,15 +15,16 @@
 
 namespace axlecast {
 
-// Sees from its state when a device was taken away and another, or the same, answers in its place. Pure.
+// Detects from the state of a device that it was disconnected, and that it or another one answers again.
 class ExchangeWatch {
  public:
   enum class Stage : std::uint8_t { kThere, kAway, kBack };
 
-  static constexpr MonoNs kSteady = kSecond;  // it answers for so long without a break: back
+  static constexpr MonoNs kSteady =
+      kSecond;  // minimum time of answers without a gap before the device counts as back
 
-  // `state`: device_info_t STATE_*, nothing while its driver is silent. `boot_id` of its driver, 0 unknown: one that
-  // restarted may have seen it away.
+  // `state`: device_info_t STATE_*, or nothing if its driver is silent. `boot_id`: of its driver, 0 if unknown. A restart of
+  // the driver counts as a disconnection.
   void On(std::optional<std::int8_t> state, std::int64_t boot_id, MonoNs now);
 
   [[nodiscard]] Stage stage() const { return stage_; }
@@ -37,22 +38,22 @@ class ExchangeWatch {
 struct ReplaceOptions {
   CommandOptions command;  // device, key, validity, reason, yes
   ReplaceStep from = ReplaceStep::kBackup;
-  std::string backup;  // file: the backup when it exists, else where it is written; empty: a name of its own
-  std::string value;   // what the axis reads after the exchange; empty: ask, with `yes` none
+  std::string backup;  // file: read if it exists, else written; empty: a generated name
+  std::string value;   // value of the axis after the exchange; empty: ask, or set no datum with `yes`
 };
 
-// Leads a person through the exchange of a device: one step after the other, each asked for and each safe to repeat.
-// Tells on standard error what it sees.
+// Guides an operator through the exchange of a device. Each step is confirmed and can be repeated. Reports on standard
+// error.
 class ReplaceWizard {
  public:
-  // The machine has the device.
+  // The machine must contain the device.
   ReplaceWizard(const MachineConfig& machine, ReplaceOptions options);
 
-  [[nodiscard]] int Run();  // the exit code
+  [[nodiscard]] int Run();  // returns the exit code
   [[nodiscard]] const ReplaceReport& report() const { return report_; }
 
  private:
-  using End = std::optional<int>;  // the exit code with which a step stops; nothing: on to the next
+  using End = std::optional<int>;  // exit code of a step that stops; empty: continue with the next step
 
   [[nodiscard]] End Backup();
   [[nodiscard]] End Exchange();
@@ -67,10 +68,10 @@ class ReplaceWizard {
   [[nodiscard]] End WriteRun(const CellRun& run);
   [[nodiscard]] End WriteValues();
   [[nodiscard]] std::string AskValue() const;
-  // The device as its messages show it, after at most a few seconds.
+  // Returns the device after its messages were received, at most after a few seconds.
   [[nodiscard]] DeviceView Look();
   [[nodiscard]] CommandRequest Request(const char* operation) const;
-  [[nodiscard]] bool Agreed() const;  // --yes, or the person says so
+  [[nodiscard]] bool Agreed() const;  // --yes, or the operator confirms
 
   const MachineConfig& machine_;
   const Family& family_;

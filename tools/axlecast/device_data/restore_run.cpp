@@ -142,12 +142,12 @@ int RestoreRun::CheckUnit(const DeviceBackup& backup, const device_info_t& info)
 }
 
 void RestoreRun::ListKept(const DeviceBackup& backup) {
-  report_.kept.emplace_back("identity, serial, firmware: the device's own, nobody writes them");
+  report_.kept.emplace_back("identity, serial, firmware: fixed in the device");
   if (!backup.datum.is_null()) {
-    report_.kept.emplace_back("datum: it is in software, and the bridge keeps it (axlecast datum show " +
+    report_.kept.emplace_back("datum: it is in software, and the bridge stores it (axlecast datum show " +
                               report_.device + "); another unit needs its own: axlecast home");
   }
-  if (!backup.alarms.empty()) report_.kept.emplace_back("alarms: they are what the device says, not what it holds");
+  if (!backup.alarms.empty()) report_.kept.emplace_back("alarms: the device reports them, but does not store them");
   if (BackupOperation(family_) == nullptr) {
     report_.kept.emplace_back("memory, parameters: devices of " + std::string(family_.name) +
                               " keep nothing that could be read and written");

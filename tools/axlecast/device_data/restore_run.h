@@ -14,9 +14,9 @@
 
 namespace axlecast {
 
-// What `axlecast restore` does and has done (docs/backup.md). Pure.
+// The result of `axlecast restore` (docs/backup.md).
 
-// One thing in which the device differs from the backup.
+// One difference between the device and the backup.
 struct RestoreLine {
   enum class State : std::uint8_t { kPending, kDone, kFailed, kImpossible };
 
@@ -30,18 +30,18 @@ struct RestoreLine {
 struct RestoreReport {
   std::string device;
   std::string file;
-  std::string other_unit;          // why it is another unit than the one that was backed up; empty: it is not
-  std::vector<RestoreLine> lines;  // what differs
-  std::vector<std::string> kept;   // what the file holds and nobody can write back, with the reason
-  bool compared = false;           // else it was refused before
+  std::string other_unit;          // how its identity differs from the backup, or empty
+  std::vector<RestoreLine> lines;  // the differences
+  std::vector<std::string> kept;   // contents of the file that cannot be written, with the reason
+  bool compared = false;           // false if the backup was refused
   bool dry_run = false;
-  std::optional<bool> reads_back;  // after writing: all that could be written reads as in the backup
+  std::optional<bool> reads_back;  // after writing: all writable values are as in the backup
 };
 
 [[nodiscard]] RestoreLine LineOf(const CellRun& run);
 [[nodiscard]] RestoreLine LineOf(const ParameterChange& change);
 
-// What a command made of the lines that it was about.
+// Stores the outcome of a command in one of its lines.
 void Settle(RestoreLine& line, const CommandResult& result);
 
 [[nodiscard]] std::string ToText(const RestoreReport& report);
@@ -54,21 +54,21 @@ struct RestoreOptions {
   bool to_another_unit = false;
 };
 
-// Gives a device back what a backup holds of it: compares, shows, asks, writes what differs, reads back. Interrupted, it
-// can be repeated: what was written differs no more.
+// Restores a device from a backup: compares, shows the differences, asks, writes them and reads back. It can be repeated
+// after an interruption: values that were written no longer differ.
 class RestoreRun {
  public:
-  // The machine has the device.
+  // The machine must contain the device.
   RestoreRun(const MachineConfig& machine, RestoreOptions options);
 
-  // The exit code. Tells on standard error what it sees.
+  // Returns the exit code. Reports on standard error.
   [[nodiscard]] int Run(const DeviceBackup& backup, const device_info_t& info);
   [[nodiscard]] const RestoreReport& report() const { return report_; }
 
  private:
   [[nodiscard]] int Refuse(const std::string& problem, int exit_code) const;
   [[nodiscard]] int CheckUnit(const DeviceBackup& backup, const device_info_t& info);
-  // What the device holds now; the exit code says why there is nothing.
+  // Reads the present contents of the device. Returns an exit code.
   [[nodiscard]] int Read(BackupContents& present);
   [[nodiscard]] int Compare(const BackupContents& present);
   void ListKept(const DeviceBackup& backup);

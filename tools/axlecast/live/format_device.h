@@ -14,9 +14,9 @@ namespace axlecast {
 
 inline constexpr std::size_t kTableWidth = 80;
 
-// How a monitored motor is shown to people.
+// Texts of devices: monitored motors, values, alarms and errors.
 
-// Length of the acceleration vector in m/s^2, gravity included; NaN when unknown.
+// Returns the length of the acceleration vector in m/s^2, including gravity, or NaN.
 [[nodiscard]] double AccelMagnitude(const motor_health_t& motor);
 
 // "250.0 W 45.0 degC"
@@ -25,30 +25,27 @@ inline constexpr std::size_t kTableWidth = 80;
 // "230.1 V, 1.500 A, 250.0 W, 45.0 degC, 9.81 m/s2"
 [[nodiscard]] std::string MotorQuantities(const motor_health_t& motor);
 
-// "power upper A, stop commanded, logged in, 50 Hz mains": status, stop coil, login, mains. What is not known is left
-// out; without a trip it begins with "no trip".
+// "power upper A, stop commanded, logged in, 50 Hz mains": status, stop coil, login, mains. Unknown
+// parts are omitted. Without a trip, it begins with "no trip".
 [[nodiscard]] std::string MotorStatusText(const motor_health_t& motor);
 
-// What is left to each trip limit that is in force: "to trip: power upper A 180.0 W, overheat 45.0 degC". Empty when no limit
-// is known.
+// The margins to the trip limits in force, or an empty text: "to trip: power upper A 180.0 W, overheat 45.0 degC"
 [[nodiscard]] std::string MarginsText(const DeviceView& device);
 
-// Each trip limit in a text of its own: "power upper A above 300.0 W: now 120.0 W, 180.0 W left". Empty before LIMITS came.
+// One text per trip limit: "power upper A above 300.0 W: now 120.0 W, 180.0 W left". Empty if LIMITS was not received.
 [[nodiscard]] std::vector<std::string> LimitTexts(const DeviceView& device);
 
-// Heading and rows of the live table, each at most kTableWidth columns: quantities, status, and margins to the
-// trip limits and alarms where there are any.
+// Heading and rows of the live table, at most kTableWidth columns wide: quantities, status, margins and alarms.
 [[nodiscard]] std::string MotorHeading();
 void AddMotorRows(const DeviceView& device, MonoNs now, std::vector<std::string>& lines);
 
-// "12.5 mm" of the last valid position, with as many decimals as a count is worth; "250.0 W 45.0 degC" of a monitor;
-// "-" before the first.
+// "12.5 mm": the last valid position, with the decimals of one count. "250.0 W 45.0 degC" for a monitor. "-" if unknown.
 [[nodiscard]] std::string ValueText(const DeviceView& device);
 
-// "battery_alarm" or "battery_alarm +2" when there are more, within `width`; empty without an alarm.
+// "battery_alarm", or "battery_alarm +2" if there are more, within `width`. Empty without an alarm.
 [[nodiscard]] std::string AlarmText(const DeviceView& device, std::size_t width);
 
-// What the device says now, in one line, so that an operator sees what would be lost.
+// Formats the present state in one line, so that an operator sees what a command would change.
 [[nodiscard]] std::string PresentText(const DeviceView& device, MonoNs now);
 
 // Returns the error for a device of which no message was received.

@@ -189,7 +189,7 @@ std::string StateOf(const BusView& bus, MonoNs now) {
   return state ? std::string(BusStateName(*state)) : "SILENT";
 }
 
-// Beyond MachineFaults: what the whole run says.
+// Adds faults of the whole run, which MachineFaults cannot detect.
 void AddFaults(const DeviceView& device, std::vector<std::string>& faults) {
   if (device.info && !device.was_online) faults.push_back(device.name + ": was never ONLINE");
   const std::string reading = device.has_position ? "position" : "reading";

@@ -13,37 +13,37 @@
 
 namespace axlecast {
 
-// What `axlecast status` and `axlecast info` say (docs/cli.md). Pure.
+// What `axlecast status`, `info` and `up` print (docs/cli.md).
 
 [[nodiscard]] std::string StatusText(const MachineView& machine, MonoNs now);
 [[nodiscard]] nlohmann::ordered_json StatusJson(const MachineView& machine, MonoNs now);
 
-// What this process lost and refused of LCM's datagrams, as `status --json` and `up --json` show it.
+// Counts of LCM datagrams that this process lost or refused, for `status --json` and `up --json`.
 [[nodiscard]] nlohmann::ordered_json ReceptionJson(const ReceptionCounts& counts);
 
-// `device` has its DEVICE message.
+// The DEVICE message of `device` must have been received.
 [[nodiscard]] std::string InfoText(const DeviceView& device, MonoNs now);
 [[nodiscard]] nlohmann::ordered_json InfoJson(const DeviceView& device);
 
-// The machine as lines of at most kTableWidth columns of printable ASCII: its devices, its buses, and the newest of
-// `events` (warnings of its processes). `running` is the time since its start.
+// Formats the machine as lines of printable ASCII, at most kTableWidth columns wide: devices, buses and `events` (warnings of
+// its processes). `running`: time since its start.
 [[nodiscard]] std::vector<std::string> RenderTable(const MachineView& machine, MonoNs now, MonoNs running,
                                                    const std::deque<std::string>& events);
 
-// The same in one line, for output that is no terminal.
+// Formats the machine in one line, for output that is not a terminal.
 [[nodiscard]] std::string RenderLine(const MachineView& machine, MonoNs now, MonoNs running);
 
-// What a run of the machine came to.
+// The result of a run of the machine.
 struct RunSummary {
-  std::vector<std::string> faults;  // why it was not a good run; empty when it was
+  std::vector<std::string> faults;  // empty if the run was good
   std::string json;                 // one object: docs/cli.md, `up --json`
-  std::string text;                 // for people, several lines
+  std::string text;                 // several lines
 
   [[nodiscard]] bool Good() const { return faults.empty(); }
 };
 
-// A good run ends with a good machine (MachineFaults); every device delivered valid readings, none was lost, and no
-// process failed. `running` is its length, `deaths` as ProcessSupervisor tells them.
+// Summarizes a run of length `running`. It is good if the machine is good at its end (MachineFaults), every device delivered
+// valid readings, no reading was lost and no process failed. `deaths`: the failures that ProcessSupervisor reported.
 [[nodiscard]] RunSummary Summarize(const MachineView& machine, const std::vector<std::string>& deaths, MonoNs now,
                                    MonoNs running);
 

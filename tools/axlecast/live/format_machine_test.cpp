@@ -43,7 +43,7 @@ TEST(Status, AllOnline) {
 TEST(Status, NothingHeardIsNotOnline) {
   const MachineView view(OneAxis());
   EXPECT_THAT(StatusText(view, kNow), HasSubstr("no driver answers"));
-  EXPECT_THAT(StatusText(view, kNow), HasSubstr("not good:\n  axis1: its driver was never heard\n"));
+  EXPECT_THAT(StatusText(view, kNow), HasSubstr("not good:\n  axis1: no message of its driver was received\n"));
   EXPECT_EQ(StatusJson(view, kNow)["devices"][0]["heard"], false);
 }
 
@@ -230,8 +230,8 @@ TEST(RunSummary, AGoodRun) {
 
 TEST(RunSummary, NothingHeard) {
   const RunSummary summary = Summarize(MachineView(OneAxis()), {}, kNow, kSecond);
-  EXPECT_THAT(summary.faults, ElementsAre("axis1: its driver was never heard", "rs485-0: the bus never reported",
-                                          "axis1: no valid position"));
+  EXPECT_THAT(summary.faults, ElementsAre("axis1: no message of its driver was received",
+                                          "rs485-0: the bus never reported", "axis1: no valid position"));
   EXPECT_TRUE(Json(summary)["devices"][0]["value"].is_null());
 }
 

@@ -122,7 +122,7 @@ std::string TripText(const Json& message) {
          " s";
 }
 
-// What trips the motor: of a limit of 0 and of one that is not known nothing is said.
+// Formats the trip limits. Limits that are 0 or unknown are omitted.
 std::string LimitsText(const Json& message) {
   std::string text;
   const auto add = [&](const char* what, const Json& value, const char* unit, int decimals) {
@@ -159,7 +159,7 @@ std::optional<std::string> MessageWatch::On(const std::string& channel, Bytes me
   std::string type;
   const std::optional<Json> json = DecodeToJson(message, &type);
   if (!json || !json->contains("seq")) {
-    ++foreign_;
+    ++unknown_;
     return std::nullopt;
   }
   ++shown_;
@@ -221,9 +221,9 @@ std::vector<std::string> MessageWatch::Losses() const {
   }
   if (uncounted_ > 0) {
     lines.push_back(std::to_string(uncounted_) + " messages were of channels beyond the first " +
-                    std::to_string(kMaxChannels) + ": what of those was lost was not counted");
+                    std::to_string(kMaxChannels) + ": their losses were not counted");
   }
-  if (foreign_ > 0) lines.push_back(std::to_string(foreign_) + " messages that are not axlecast's were not shown");
+  if (unknown_ > 0) lines.push_back(std::to_string(unknown_) + " messages that are not axlecast's were not shown");
   return lines;
 }
 

@@ -16,28 +16,28 @@
 
 namespace axlecast {
 
-// Turns messages into lines, and counts what is missing between them. Pure. Anybody may invent channels: beyond
-// kMaxChannels further ones are shown but not counted.
+// Formats messages as lines, and counts lost messages. Messages on channels beyond kMaxChannels are shown but not counted:
+// any host can invent channels.
 class MessageWatch {
  public:
   static constexpr std::size_t kMaxChannels = 4'096;
 
-  // Only channels in whose name `channel` is found.
+  // Selects the channels whose name matches `channel`.
   MessageWatch(std::regex channel, bool json) : channel_(std::move(channel)), json_(json) {}
 
-  // The line of one message, with its newline; nothing when it is of another channel or none of ours.
+  // Returns the line of one message with its newline, or nothing if its channel is not selected or its type is unknown.
   [[nodiscard]] std::optional<std::string> On(const std::string& channel, Bytes message);
 
   [[nodiscard]] std::int64_t shown() const { return shown_; }
   [[nodiscard]] std::size_t channels() const { return channels_.size(); }
 
-  // Of messages that came on other channels only: their names, for a `channel` that finds none. Empty when none came.
+  // Returns the names of channels that were received but not selected.
   [[nodiscard]] std::string OtherChannels() const;
 
-  // A table of the channels: rate since the last call, and the newest message of each.
+  // Returns a table of the channels: the rate since the last call, and the newest message.
   [[nodiscard]] std::vector<std::string> Table(MonoNs now);
 
-  // What did not come or could not be shown, one line each.
+  // Returns one line for each channel with losses, and for messages that were not counted or not shown.
   [[nodiscard]] std::vector<std::string> Losses() const;
 
  private:
@@ -53,14 +53,14 @@ class MessageWatch {
   std::regex channel_;
   bool json_;
   std::map<std::string, Seen> channels_;
-  std::set<std::string> others_;  // as many as are worth naming
+  std::set<std::string> others_;  // the first ones only
   std::int64_t shown_ = 0;
-  std::int64_t foreign_ = 0;
+  std::int64_t unknown_ = 0;
   std::int64_t uncounted_ = 0;  // messages of further channels
   MonoNs window_ = 0;
 };
 
-// What matters of a message (of `type`, as DecodeToJson gives it), for a person, in printable ASCII.
+// Formats the essential fields of a message in printable ASCII. `message`: from DecodeToJson.
 [[nodiscard]] std::string Describe(const std::string& type, const nlohmann::ordered_json& message);
 
 }  // namespace axlecast

@@ -9,9 +9,11 @@
 #include <memory>
 #include <system_error>
 
+#include "core/base/result.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/program.h"
+#include "tools/axlecast/common/terminal.h"
 
 namespace axlecast {
 namespace {
@@ -21,7 +23,7 @@ struct Options {
   bool print = false;
 };
 
-// The first of the places where the file is; empty when it is nowhere.
+// Returns the first place that exists, or an empty text.
 std::string FirstExisting(const std::vector<std::string>& places) {
   for (const std::string& place : places) {
     if (access(place.c_str(), R_OK) == 0) return place;
@@ -39,7 +41,7 @@ std::string TypesJar() {
                         "/usr/share/" + name, "/usr/local/share/" + name});
 }
 
-// The program's file, as a shell finds it; empty when there is none.
+// Returns the program's file, found as a shell does, or an empty text.
 std::string OnPath(const std::string& program) {
   const char* value = std::getenv("PATH");
   std::string path = value == nullptr ? "/usr/bin:/bin" : value;
@@ -51,7 +53,7 @@ std::string OnPath(const std::string& program) {
   return "";
 }
 
-// True for a Java that can open no window, as default-jdk-headless and default-jre-headless bring it.
+// Returns true if this Java cannot open windows: default-jdk-headless, default-jre-headless.
 bool IsHeadless(const std::string& java) {
   std::error_code error;
   const std::filesystem::path program = std::filesystem::canonical(java, error);
@@ -61,34 +63,34 @@ bool IsHeadless(const std::string& java) {
          access((libraries + "libawt_xawt.so").c_str(), F_OK) != 0;
 }
 
-// What is missing and the line that brings it; empty when nothing is.
-std::string Missing(const std::string& types) {
+// Fails if a file is missing, with the line that installs it.
+Result<> CheckInstalled(const std::string& types) {
   if (types.empty()) {
-    return "lcmtypes_axlecast.jar is missing: install the package axlecast-java; in a build folder: sudo apt-get "
-           "install "
-           "default-jdk-headless liblcm-java, then cmake -DAXLECAST_JAVA=ON . && ninja lcmtypes_jar";
+    return Failure(
+        "lcmtypes_axlecast.jar is missing: install the package axlecast-java; in a build folder: sudo apt-get "
+        "install "
+        "default-jdk-headless liblcm-java, then cmake -DAXLECAST_JAVA=ON . && ninja lcmtypes_jar");
   }
   const std::string java = OnPath("java");
-  if (java.empty()) return "java is missing: sudo apt-get install default-jre";
+  if (java.empty()) return Failure("java is missing: sudo apt-get install default-jre");
   if (IsHeadless(java)) {
-    return "the Java of this host (" + java +
-           ") can open no window, lcm-spy needs one: sudo apt-get install default-jre";
+    return Failure("the Java of this host (" + java +
+                   ") cannot open windows, which lcm-spy needs: sudo apt-get install default-jre");
   }
-  if (Jar("lcm.jar").empty()) return "lcm.jar is missing: sudo apt-get install liblcm-java";
-  if (Jar("jchart2d.jar").empty()) return "jchart2d.jar is missing: sudo apt-get install libjchart2d-java";
-  return "";
+  if (Jar("lcm.jar").empty()) return Failure("lcm.jar is missing: sudo apt-get install liblcm-java");
+  if (Jar("jchart2d.jar").empty()) {
+    return Failure("jchart2d.jar is missing: sudo apt-get install libjchart2d-java");
+  }
+  return {};
 }
 
-// Debian 12's own launcher passes -Xincgc, which Java 17 refuses; hence our own line.
+// Starts Java directly: the launcher of Debian 12 passes -Xincgc, which Java 17 refuses.
 int Spy(const Options& options) {
   int exit_code = kExitDone;
   const auto machine = options.config.Load(exit_code);
   if (!machine) return exit_code;
   const std::string types = TypesJar();
-  if (const std::string missing = Missing(types); !missing.empty()) {
-    std::cerr << missing << '\n';
-    return kExitBad;
-  }
+  if (const auto installed = CheckInstalled(types); !installed) return Fail(installed.error().text, kExitBad);
   const std::vector<std::string> argv = {"java", "-Djava.net.preferIPv4Stack=true", "-cp",
                                          Jar("lcm.jar") + ':' + Jar("jchart2d.jar") + ':' + types, "lcm.spy.Spy"};
   if (options.print) {
@@ -104,17 +106,16 @@ int Spy(const Options& options) {
   }
   setenv("LCM_DEFAULT_URL", machine->lcm.url.c_str(), 1);
   setenv("CLASSPATH", types.c_str(), 1);
-  std::cerr << Become(argv) << '\n';
-  return kExitBad;
+  return Fail(Become(argv).text, kExitBad);
 }
 
 }  // namespace
 
 void AddSpyCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("spy", "Starts lcm-spy, which then shows our channels decoded");
+  CLI::App* command = app.add_subcommand("spy", "Start lcm-spy with the message types of axlecast");
   options->config.AddTo(*command, ConfigOption::Form::kPositional);
-  command->add_flag("--print", options->print, "Only show the command");
+  command->add_flag("--print", options->print, "Only print the command");
   command->footer("example: axlecast spy machine.yaml");
   command->callback([options, &exit_code] { exit_code = Spy(*options); });
 }

@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 
+#include "core/base/result.h"
 #include "core/base/spelling.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/process.h"
@@ -22,7 +23,7 @@
 namespace axlecast {
 namespace {
 
-constexpr int kQueue = 100'000;  // messages; a slow reader of our output must not cost any
+constexpr int kQueue = 100'000;  // messages; a slow reader of the output must not cause losses
 
 struct WatchOptions {
   ConfigOption config;
@@ -34,7 +35,6 @@ struct WatchOptions {
   bool commands = false;
 };
 
-// One watch from its start to its end.
 class Watch {
  public:
   Watch(const WatchOptions& options, std::regex channel)
@@ -42,12 +42,13 @@ class Watch {
     if (!options.json && options.count == 0 && Screen::Usable()) screen_.emplace();
   }
 
-  // Empty when messages can come from there.
-  std::string Listen(const std::string& url, const std::string& prefix) {
+  // Starts to receive messages from `url`.
+  Result<> Listen(const std::string& url, const std::string& prefix) {
     LcmPort& port = ports_.emplace_back(url, prefix);
-    if (!port.problem().empty()) return port.problem();
+    if (!port.problem().empty()) return Failure(port.problem());
     const auto handler = [this](const std::string& channel, Bytes message) { OnMessage(channel, message); };
-    return port.Subscribe(".*", handler, kQueue) ? "" : "cannot subscribe on " + url;
+    if (!port.Subscribe(".*", handler, kQueue)) return Failure("cannot subscribe on " + url);
+    return {};
   }
 
   int Run() {
@@ -60,7 +61,7 @@ class Watch {
       const MonoNs left = std::min(end - clock_.Now(), kRedrawMs * kMillisecond);
       poll(sources.data(), sources.size(), static_cast<int>(std::max<MonoNs>(left / kMillisecond, 1)));
       for (LcmPort& port : ports_) {
-        if (!done_ && !port.Handle(0)) return Fail("the LCM port failed");
+        if (!done_ && !port.Handle(0)) return StopWith("the LCM port failed");
       }
       Report();
       Draw();
@@ -89,17 +90,16 @@ class Watch {
     return counts;
   }
 
-  // At once where lines scroll by; a table's loss is named at its end.
+  // Reports losses immediately, except with a table: its losses are reported at the end.
   void Report() {
     if (screen_) return;
     const std::string lost = reception_.Next(Received(), clock_.Now(), ports_.front().warning());
     if (!lost.empty()) std::cerr << lost << '\n';
   }
 
-  int Fail(const std::string& problem) {
+  int StopWith(const std::string& error) {
     screen_.reset();
-    std::cerr << problem << '\n';
-    return kExitBad;
+    return Fail(error, kExitBad);
   }
 
   int End() {
@@ -149,36 +149,34 @@ int RunWatch(const WatchOptions& options) {
   if (!options.url.empty()) lcm.url = options.url;
 
   Watch watch(options, std::move(channel));
-  std::string problem = watch.Listen(lcm.url, lcm.prefix);
-  if (problem.empty() && options.commands) problem = watch.Listen(lcm.command_url, lcm.prefix);
-  if (problem.empty()) return watch.Run();
-  std::cerr << problem << '\n';
-  return kExitBad;
+  Result<> listening = watch.Listen(lcm.url, lcm.prefix);
+  if (listening && options.commands) listening = watch.Listen(lcm.command_url, lcm.prefix);
+  return listening ? watch.Run() : Fail(listening.error().text, kExitBad);
 }
 
 }  // namespace
 
 void AddWatchCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<WatchOptions>();
-  CLI::App* command = app.add_subcommand("watch", "Shows the machine's messages as they come");
+  CLI::App* command = app.add_subcommand("watch", "Show the machine's messages as they arrive");
   options->config.AddTo(*command, ConfigOption::Form::kPositional);
-  command->add_option("--url", options->url, "LCM URL, instead of the file's")->type_name("URL");
-  command->add_option("--channel", options->channel, "Only channels in whose name this is found; ^ and $ anchor it")
-      ->type_name("REGEX");
-  command->add_option("--count", options->count, "End after so many messages")
+  command->add_option("--url", options->url, "LCM URL, instead of that of the machine's file")->type_name("URL");
+  command->add_option("--channel", options->channel, "Show only channels that match REGEX")->type_name("REGEX");
+  command->add_option("--count", options->count, "End after N messages")
       ->check(CLI::Range(std::int64_t{1}, std::int64_t{1} << 60))
       ->type_name("N");
-  command->add_option("--seconds", options->seconds, "End after so long")
+  command->add_option("--seconds", options->seconds, "End after S seconds")
       ->check(CLI::Range(0.001, 1e9))
       ->type_name("S");
-  command->add_flag("--json", options->json, "One JSON object a line: channel, type and the message's fields");
-  command->add_flag("--commands", options->commands, "The command port as well");
+  command->add_flag("--json", options->json,
+                    "Print one JSON object per line: channel, type and the message's fields");
+  command->add_flag("--commands", options->commands, "Also show the command port");
   command->footer(
       "examples:\n"
       "  axlecast watch                                             all channels, live\n"
       "  axlecast watch --json --channel '^POSITION/axis1$' --count 100\n"
       "  axlecast watch --url 'udpm://239.255.76.67:7667?ttl=0' --seconds 5\n"
-      "exit code 6 when nothing came, or fewer than --count");
+      "exit code 6 if no message arrived, or fewer than --count");
   command->callback([options, &exit_code] { exit_code = RunWatch(*options); });
 }
 

@@ -12,19 +12,19 @@ namespace {
 
 constexpr std::size_t kBadSealsShown = 10;
 
-constexpr std::uint64_t kLargestGap = 1'000'000'000'000;  // more in one place is a damaged number
+constexpr std::uint64_t kLargestGap = 1'000'000'000'000;  // a greater gap is a damaged number
 
 bool Follows(std::int64_t before, std::int64_t number) { return number > before && number - 1 == before; }
 
 std::string SealText(const LogCheck::BadSeal& bad) {
   std::string text = "the seal at byte " + std::to_string(bad.offset) + " does not match: ";
-  if (bad.said.events > bad.found.events) {
-    text += std::to_string(bad.said.events - bad.found.events) + " of " + std::to_string(bad.said.events) +
+  if (bad.sealed.events > bad.found.events) {
+    text += std::to_string(bad.sealed.events - bad.found.events) + " of " + std::to_string(bad.sealed.events) +
             " events before it are missing\n";
-  } else if (bad.said.events < bad.found.events) {
-    text += std::to_string(bad.found.events - bad.said.events) + " events too many stand before it\n";
+  } else if (bad.sealed.events < bad.found.events) {
+    text += std::to_string(bad.found.events - bad.sealed.events) + " events too many are before it\n";
   } else {
-    text += "something in the " + std::to_string(bad.said.events) + " events before it was changed\n";
+    text += "something in the " + std::to_string(bad.sealed.events) + " events before it was changed\n";
   }
   return text;
 }
@@ -37,7 +37,7 @@ void LogCheck::Add(const LogEvent& event, std::size_t offset, Bytes record) {
   std::int64_t back = 0;
   if (event.utime < utime_ && !__builtin_sub_overflow(utime_, event.utime, &back)) {
     ++backward_;
-    most_backward_ = std::max(most_backward_, back);
+    max_backward_ = std::max(max_backward_, back);
   }
   utime_ = event.utime;
   if (event.channel == kSealChannel) return CheckSeal(event, offset);
@@ -50,7 +50,7 @@ void LogCheck::Add(const LogEvent& event, std::size_t offset, Bytes record) {
 }
 
 void LogCheck::CheckNumber(std::int64_t number) {
-  if (doubtful_) Settle(number);
+  if (doubtful_) ResolveDoubt(number);
   if (!number_ || Follows(*number_, number)) {
     number_ = number;
   } else {
@@ -58,8 +58,8 @@ void LogCheck::CheckNumber(std::int64_t number) {
   }
 }
 
-// Judges the number that did not follow, by the one behind it.
-void LogCheck::Settle(std::optional<std::int64_t> next) {
+// Decides about the number that did not follow, with the help of the next one.
+void LogCheck::ResolveDoubt(std::optional<std::int64_t> next) {
   const std::int64_t doubtful = *doubtful_;
   doubtful_.reset();
   const bool ahead = doubtful > *number_;
@@ -69,7 +69,7 @@ void LogCheck::Settle(std::optional<std::int64_t> next) {
     missing_ += static_cast<std::int64_t>(gap);
     number_ = doubtful;
   } else if (confirmed) {
-    ++beginnings_;
+    ++restarts_;
     number_ = doubtful;
   } else {
     ++wrong_;
@@ -78,16 +78,16 @@ void LogCheck::Settle(std::optional<std::int64_t> next) {
 }
 
 void LogCheck::Finish() {
-  if (doubtful_) Settle(std::nullopt);
+  if (doubtful_) ResolveDoubt(std::nullopt);
 }
 
 void LogCheck::CheckSeal(const LogEvent& event, std::size_t offset) {
   ++seals_;
-  const std::optional<LogSeal> said = ParseSeal(event.data);
-  if (said != open_.seal()) {
+  const std::optional<LogSeal> sealed = ParseSeal(event.data);
+  if (sealed != open_.seal()) {
     ++bad_seals_;
     if (first_bad_seals_.size() < kBadSealsShown) {
-      first_bad_seals_.push_back({offset, said.value_or(LogSeal{}), open_.seal()});
+      first_bad_seals_.push_back({offset, sealed.value_or(LogSeal{}), open_.seal()});
     }
   }
   open_.Reset();
@@ -106,22 +106,22 @@ std::string CheckText(const std::string& file, const LogCheck& check,
   const auto add = [&text](std::int64_t count, const std::string& what) {
     if (count > 0) text += std::to_string(count) + what + '\n';
   };
-  add(check.missing(), " events are missing, by the gaps in their numbers");
-  add(check.wrong_numbers(), " events have a number that fits neither side: damaged");
-  add(check.new_beginnings(), " times the numbers begin anew: something was appended, as lcm-logger -a does");
-  add(check.backward(), " events are stamped before the one in front of them, at most " +
-                            Decimal(static_cast<double>(check.most_backward_us()) / 1e6, 6) + " s");
+  add(check.missing(), " events are missing by their numbers");
+  add(check.wrong_numbers(), " events have a number that fits neither neighbour: damaged");
+  add(check.restarts(), " times the numbers begin again: events were appended, as lcm-logger -a does");
+  add(check.backward(), " events are earlier than their predecessor, at most " +
+                            Decimal(static_cast<double>(check.max_backward_us()) / 1e6, 6) + " s");
   for (const auto& [channel, sequence] : check.sequences()) {
     add(sequence.lost(), " messages of " + Printable(channel) + " were lost before they were recorded");
   }
   text += file + ": " + std::to_string(check.events()) + " events, ";
   if (check.seals() == 0) {
-    text += "no seals: whether their content was changed cannot be told";
+    text += "no seals: changed content cannot be detected";
   } else {
     text += std::to_string(check.seals() - check.bad_seals()) + " of " + std::to_string(check.seals()) +
-            " seals match, " + std::to_string(check.unsealed()) + " events stand behind the last one";
+            " seals match, " + std::to_string(check.unsealed()) + " events are after the last one";
   }
-  return text + (damage.empty() && check.sound() ? "; whole\n" : "; readable with losses\n");
+  return text + (damage.empty() && check.sound() ? "; complete\n" : "; readable with losses\n");
 }
 
 nlohmann::ordered_json CheckJson(const std::string& file, const LogCheck& check,
@@ -133,7 +133,7 @@ nlohmann::ordered_json CheckJson(const std::string& file, const LogCheck& check,
   nlohmann::ordered_json bad = nlohmann::ordered_json::array();
   for (const LogCheck::BadSeal& seal : check.first_bad_seals()) {
     bad.push_back(
-        {{"offset", seal.offset}, {"events_sealed", seal.said.events}, {"events_found", seal.found.events}});
+        {{"offset", seal.offset}, {"events_sealed", seal.sealed.events}, {"events_found", seal.found.events}});
   }
   return {{"file", file},
           {"whole", damage.empty() && check.sound()},
@@ -145,9 +145,9 @@ nlohmann::ordered_json CheckJson(const std::string& file, const LogCheck& check,
           {"unsealed_events", check.unsealed()},
           {"missing_events", check.missing()},
           {"wrong_numbers", check.wrong_numbers()},
-          {"new_beginnings", check.new_beginnings()},
+          {"new_beginnings", check.restarts()},
           {"backward", check.backward()},
-          {"most_backward_us", check.most_backward_us()},
+          {"max_backward_us", check.max_backward_us()},
           {"lost", lost}};
 }
 

@@ -14,20 +14,19 @@
 
 namespace axlecast {
 
-// What can be known of a log's soundness from its events: their numbers and times, the numbers within our own messages,
-// and the seals. Pure.
+// Checks a log by its events: their numbers and times, the sequence numbers of axlecast's messages, and the seals. Does no I/O.
 class LogCheck {
  public:
   struct BadSeal {
     std::size_t offset = 0;  // of the seal's event
-    LogSeal said;
-    LogSeal found;  // what stands before it
+    LogSeal sealed;          // the content of the seal
+    LogSeal found;           // calculated from the records before it
   };
 
-  // `offset` and `record`: where it stands, and its bytes.
+  // `offset`: of the event in the log. `record`: its bytes.
   void Add(const LogEvent& event, std::size_t offset, Bytes record);
 
-  // Behind the last event.
+  // Call it after the last event.
   void Finish();
 
   [[nodiscard]] std::int64_t events() const { return events_; }
@@ -35,32 +34,34 @@ class LogCheck {
   [[nodiscard]] std::int64_t unsealed() const { return static_cast<std::int64_t>(open_.seal().events); }
   [[nodiscard]] std::int64_t bad_seals() const { return bad_seals_; }
   [[nodiscard]] const std::vector<BadSeal>& first_bad_seals() const { return first_bad_seals_; }
-  [[nodiscard]] std::int64_t missing() const { return missing_; }            // events, by gaps in their numbers
-  [[nodiscard]] std::int64_t wrong_numbers() const { return wrong_; }        // single ones that fit neither side
-  [[nodiscard]] std::int64_t new_beginnings() const { return beginnings_; }  // numbers that begin anew
-  [[nodiscard]] std::int64_t backward() const { return backward_; }  // events whose time is before the last one's
-  [[nodiscard]] std::int64_t most_backward_us() const { return most_backward_; }
-  // Messages that were lost before they were recorded, by channel.
+  [[nodiscard]] std::int64_t missing() const { return missing_; }      // events, by gaps in their numbers
+  [[nodiscard]] std::int64_t wrong_numbers() const { return wrong_; }  // single numbers that fit neither neighbour
+  [[nodiscard]] std::int64_t restarts() const { return restarts_; }    // of the numbers
+  [[nodiscard]] std::int64_t backward() const {
+    return backward_;
+  }  // events that are earlier than their predecessor
+  [[nodiscard]] std::int64_t max_backward_us() const { return max_backward_; }
+  // Returns the counts of the messages of each channel: those that were lost before they were recorded.
   [[nodiscard]] const std::map<std::string, SequenceCount, std::less<>>& sequences() const { return sequences_; }
   [[nodiscard]] std::int64_t lost() const;
 
-  // Nothing is missing and nothing contradicts itself.
+  // Returns true if nothing is missing or contradictory.
   [[nodiscard]] bool sound() const { return bad_seals_ + missing_ + wrong_ + lost() == 0; }
 
  private:
   void CheckNumber(std::int64_t number);
-  void Settle(std::optional<std::int64_t> next);
+  void ResolveDoubt(std::optional<std::int64_t> next);
   void CheckSeal(const LogEvent& event, std::size_t offset);
 
   std::int64_t events_ = 0;
-  std::optional<std::int64_t> number_;    // the last one that is understood
-  std::optional<std::int64_t> doubtful_;  // the one behind it, which did not follow: judged by the next
+  std::optional<std::int64_t> number_;    // the last accepted number
+  std::optional<std::int64_t> doubtful_;  // the number after it, if it did not follow: the next number decides
   std::int64_t missing_ = 0;
   std::int64_t wrong_ = 0;
-  std::int64_t beginnings_ = 0;
+  std::int64_t restarts_ = 0;
   std::int64_t utime_ = INT64_MIN;
   std::int64_t backward_ = 0;
-  std::int64_t most_backward_ = 0;
+  std::int64_t max_backward_ = 0;
   SealCount open_;
   std::int64_t seals_ = 0;
   std::int64_t bad_seals_ = 0;

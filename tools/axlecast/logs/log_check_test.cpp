@@ -40,8 +40,7 @@ TEST_F(LogCheckTest, ALogInOrderIsSound) {
   AddNumbers({0, 1, 2, 3});
   EXPECT_TRUE(check_.sound());
   EXPECT_EQ(check_.events(), 4);
-  EXPECT_EQ(CheckText("f", check_, {}),
-            "f: 4 events, no seals: whether their content was changed cannot be told; whole\n");
+  EXPECT_EQ(CheckText("f", check_, {}), "f: 4 events, no seals: changed content cannot be detected; complete\n");
 }
 
 TEST_F(LogCheckTest, EventsThatAreMissingAreCounted) {
@@ -63,15 +62,15 @@ TEST_F(LogCheckTest, ADamagedNumberIsNoMissingEvent) {
     AddNumbers({0, 1, wrong, 3, 4});
     EXPECT_EQ(check_.missing(), 0) << wrong;
     EXPECT_EQ(check_.wrong_numbers(), 1) << wrong;
-    EXPECT_EQ(check_.new_beginnings(), 0) << wrong;
+    EXPECT_EQ(check_.restarts(), 0) << wrong;
   }
 }
 
 TEST_F(LogCheckTest, NumbersThatBeginAnewAreToldOnly) {
   AddNumbers({0, 1, 2, 0, 1, 2, 3});
-  EXPECT_EQ(check_.new_beginnings(), 1);
+  EXPECT_EQ(check_.restarts(), 1);
   EXPECT_TRUE(check_.sound());
-  EXPECT_THAT(CheckText("f", check_, {}), HasSubstr("begin anew"));
+  EXPECT_THAT(CheckText("f", check_, {}), HasSubstr("begin again"));
 }
 
 TEST_F(LogCheckTest, TimesThatRunBackAreToldOnly) {
@@ -81,7 +80,7 @@ TEST_F(LogCheckTest, TimesThatRunBackAreToldOnly) {
   Add(3, INT64_MIN);
   check_.Finish();
   EXPECT_EQ(check_.backward(), 1) << "the last difference is beyond any number";
-  EXPECT_EQ(check_.most_backward_us(), 1'000);
+  EXPECT_EQ(check_.max_backward_us(), 1'000);
   EXPECT_TRUE(check_.sound());
 }
 
@@ -118,8 +117,8 @@ TEST_F(LogCheckTest, AChangedByteAMissingAndAnAddedEventAreTold) {
   EXPECT_THAT(text,
               HasSubstr("the seal at byte 29 does not match: something in the 1 events before it was changed\n"));
   EXPECT_THAT(text, HasSubstr("2 of 3 events before it are missing\n"));
-  EXPECT_THAT(text, HasSubstr("1 events too many stand before it\n"));
-  EXPECT_THAT(text, HasSubstr("0 of 4 seals match, 0 events stand behind the last one; readable with losses\n"));
+  EXPECT_THAT(text, HasSubstr("1 events too many are before it\n"));
+  EXPECT_THAT(text, HasSubstr("0 of 4 seals match, 0 events are after the last one; readable with losses\n"));
 }
 
 TEST_F(LogCheckTest, ASealAfterDamageStillBeginsTheNextStretch) {

@@ -26,13 +26,13 @@ struct LogInfoOptions {
 const std::map<std::string, std::string_view> kHeaders = {
     {"machine", kMachineChannel}, {"schema", kSchemaChannel}, {"recorder", kRecorderChannel}};
 
-// A header stands before all others, but a log may hold several: the newest.
+// Prints the newest header event of this kind: a merged or continued log may contain several.
 int ShowHeader(const LogInfoOptions& options, const LogSummary& summary) {
   const auto text = summary.Header(kHeaders.at(options.show));
   if (!text) {
-    std::cerr << options.file << " holds no " << options.show
-              << ": `axlecast record` writes it, lcm-logger does not\n";
-    return kExitBad;
+    return Fail(
+        options.file + " does not contain " + options.show + ": `axlecast record` writes it, lcm-logger does not",
+        kExitBad);
   }
   static_cast<void>(WriteOut(*text + (text->ends_with('\n') ? "" : "\n")));
   return kExitDone;
@@ -60,27 +60,25 @@ constexpr std::size_t kBuffer = 64U << 10;
 
 struct LogCatOptions {
   std::string file;
-  LogChoice choice;
+  LogFilter filter;
   bool raw = false;
 };
 
 int RunLogCat(LogCatOptions& options) {
   LogInput input;
   if (!input.Open(options.file)) return kExitBad;
-  if (const std::string problem = options.choice.Understand(input.log()); !problem.empty()) {
-    std::cerr << problem << '\n';
-    return kExitUsage;
-  }
+  if (const Result<> parsed = options.filter.Parse(input.log()); !parsed)
+    return Fail(parsed.error().text, kExitUsage);
   std::string lines;
-  bool wanted = true;
+  bool has_reader = true;
   input.Read("", [&](const LogEvent& event, std::size_t) {
-    if (options.choice.Takes(event)) lines += EventLine(event, options.raw);
+    if (options.filter.Matches(event)) lines += EventLine(event, options.raw);
     if (lines.size() < kBuffer) return true;
-    wanted = WriteOut(lines);
+    has_reader = WriteOut(lines);
     lines.clear();
-    return wanted;
+    return has_reader;
   });
-  if (!wanted) return kExitDone;  // its reader has seen enough
+  if (!has_reader) return kExitDone;
   static_cast<void>(WriteOut(lines));
   std::cerr << DamageText(options.file, input.damage());
   return input.ExitCode();
@@ -110,8 +108,7 @@ int RunLogVerify(const LogVerifyOptions& options) {
 }  // namespace
 
 void AddLogCommand(CLI::App& app, int& exit_code) {
-  CLI::App* log =
-      app.add_subcommand("log", "LCM event logs: what they hold, whether they are sound, parts of them");
+  CLI::App* log = app.add_subcommand("log", "Show, verify, filter, merge, repair and convert LCM event logs");
   log->require_subcommand(1);
   AddLogInfoCommand(*log, exit_code);
   AddLogCatCommand(*log, exit_code);
@@ -121,22 +118,24 @@ void AddLogCommand(CLI::App& app, int& exit_code) {
   AddLogVerifyCommand(*log, exit_code);
   AddLogConvertCommand(*log, exit_code);
   AddLogPlotCommand(*log, exit_code);
-  log->footer(
-      std::string("Logs of axlecast record, of lcm-logger, and of any other program that writes LCM's format;"
-                  " damaged ones too.\n") +
-      kLogExitCodes);
+  log->footer(std::string("Reads logs of axlecast record, of lcm-logger and of any other program that writes LCM's "
+                          "format, even if they\n"
+                          "are damaged.\n") +
+              kLogExitCodes);
 }
 
 void AddLogInfoCommand(CLI::App& log, int& exit_code) {
   auto options = std::make_shared<LogInfoOptions>();
-  CLI::App* command = log.add_subcommand("info", "What a log holds: channels, rates, gaps, losses, damage");
+  CLI::App* command =
+      log.add_subcommand("info", "Show the content of a log: channels, rates, gaps, losses, damage");
   command->add_option("LOG", options->file, "The log")->required();
-  CLI::Option* show = command->add_option("--show", options->show, "Only this part of its head, as it is")
+  CLI::Option* show = command->add_option("--show", options->show, "Print only this header event, unchanged")
                           ->check(CLI::IsMember({"machine", "schema", "recorder"}))
                           ->type_name("machine|schema|recorder");
-  command->add_flag("--json", options->json, "One JSON object")->excludes(show);
-  command->footer(std::string("GAP is the longest time between two events of the channel; LOST counts messages of "
-                              "axlecast's types that\nare missing by their numbers.\n"
+  command->add_flag("--json", options->json, "Print one JSON object")->excludes(show);
+  command->footer(std::string("GAP is the longest time between two events of the channel. LOST is the number of "
+                              "messages of axlecast's types\n"
+                              "that are missing by their sequence numbers.\n"
                               "examples:\n"
                               "  axlecast log info run.log\n"
                               "  axlecast log info run.log --json | jq '.channels[] | {channel, hz, lost}'\n"
@@ -147,12 +146,12 @@ void AddLogInfoCommand(CLI::App& log, int& exit_code) {
 
 void AddLogCatCommand(CLI::App& log, int& exit_code) {
   auto options = std::make_shared<LogCatOptions>();
-  CLI::App* command = log.add_subcommand("cat", "The events of a log as JSON, one line each");
+  CLI::App* command = log.add_subcommand("cat", "Print the events of a log as JSON, one line each");
   command->add_option("LOG", options->file, "The log")->required();
-  options->choice.AddTo(*command);
-  command->add_flag("--raw", options->raw, "Data in hex, also of messages that could be decoded");
+  options->filter.AddTo(*command);
+  command->add_flag("--raw", options->raw, "Print all data in hex, even if it can be decoded");
   command->footer(
-      std::string("received_utime is the recorder's time of reception, utime the message's own.\n"
+      std::string("received_utime is the time of reception by the recorder, utime that of the message.\n"
                   "examples:\n"
                   "  axlecast log cat run.log --channel '^ALARM/'\n"
                   "  axlecast log cat run.log --from 10 --until 12.5 --channel POSITION/axis1 | jq .value\n"
@@ -163,18 +162,18 @@ void AddLogCatCommand(CLI::App& log, int& exit_code) {
 
 void AddLogVerifyCommand(CLI::App& log, int& exit_code) {
   auto options = std::make_shared<LogVerifyOptions>();
-  CLI::App* command = log.add_subcommand("verify", "Whether a log is sound: structure, numbers, times, seals");
+  CLI::App* command = log.add_subcommand("verify", "Check the structure, numbers, times and seals of a log");
   command->add_option("LOG", options->file, "The log")->required();
-  command->add_flag("--json", options->json, "One JSON object");
-  command->footer(
-      std::string("LCM's log has no checksums: only where `axlecast record` left its seals can a changed "
-                  "content be found.\n"
-                  "Events that are missing, and messages that were lost before they were recorded, count "
-                  "as losses; numbers that\nbegin anew and times that run back are only told.\n"
-                  "examples:\n"
-                  "  axlecast log verify run.log\n"
-                  "  axlecast log verify run.log --json | jq .damage\n") +
-      kLogExitCodes);
+  command->add_flag("--json", options->json, "Print one JSON object");
+  command->footer(std::string("LCM's log has no checksums: changed content is detected only in logs with the seals "
+                              "of `axlecast record`.\n"
+                              "Missing events, and messages that were lost before they were recorded, count as "
+                              "losses. Numbers that begin\n"
+                              "again and times that run back are reported, but do not count as losses.\n"
+                              "examples:\n"
+                              "  axlecast log verify run.log\n"
+                              "  axlecast log verify run.log --json | jq .damage\n") +
+                  kLogExitCodes);
   command->callback([options, &exit_code] { exit_code = RunLogVerify(*options); });
 }
 

@@ -28,22 +28,22 @@
 namespace axlecast {
 namespace {
 
-// The events of a log that a command is given: LOG, and of it --channel, --invert, --from, --until.
+// The log and the events that a command converts: LOG, --channel, --invert, --from and --until.
 class LogSelection {
  public:
   // The object must outlive the parsing.
   void AddTo(CLI::App& command);
 
-  // Opens the log. When it cannot be read, or an option is wrong, says why on standard error and returns the exit code.
+  // Opens the log. If that fails, or an option is invalid, prints the error and returns the exit code.
   [[nodiscard]] std::optional<int> Open();
 
-  // Of the opened log; they refer to this object. `all`: whatever --channel says.
+  // Return the events of the opened log, and refer to this object. `all` ignores --channel.
   [[nodiscard]] EventRange events();
   [[nodiscard]] EventRange all();
 
-  // Of the last walk to the end: bytes that are no event, within the chosen time.
+  // Returns the damaged bytes within the selected time. Call it after all events were read.
   [[nodiscard]] std::size_t damaged_bytes() const { return damaged_bytes_; }
-  // What became of the file meanwhile (MappedFile::Loss).
+  // See MappedFile::Loss.
   [[nodiscard]] std::string Loss() const { return input_.file().Loss(); }
   [[nodiscard]] const std::string& file() const { return file_; }
 
@@ -51,32 +51,29 @@ class LogSelection {
   void Visit(const EventVisitor& visit, bool filtered);
 
   std::string file_;
-  LogChoice choice_;
+  LogFilter filter_;
   LogInput input_;
   std::size_t damaged_bytes_ = 0;
 };
 
 void LogSelection::AddTo(CLI::App& command) {
   command.add_option("LOG", file_, "An LCM event log, of axlecast record or lcm-logger")->required();
-  choice_.AddTo(command);
+  filter_.AddTo(command);
 }
 
 std::optional<int> LogSelection::Open() {
   if (!input_.Open(file_)) return kExitBad;
   input_.Read("", [](const LogEvent&, std::size_t) { return false; });
   if (input_.ExitCode() == kExitBad) return kExitBad;
-  if (const std::string problem = choice_.Understand(input_.log()); !problem.empty()) {
-    std::cerr << problem << '\n';
-    return kExitUsage;
-  }
+  if (const Result<> parsed = filter_.Parse(input_.log()); !parsed) return Fail(parsed.error().text, kExitUsage);
   return std::nullopt;
 }
 
 void LogSelection::Visit(const EventVisitor& visit, bool filtered) {
-  LogReader reader(input_.log(), choice_.Begin(input_.log()));
+  LogReader reader(input_.log(), filter_.Begin(input_.log()));
   while (const std::optional<LogEvent> event = reader.Next()) {
-    if (choice_.EndsAt(*event)) break;
-    if (!(filtered ? choice_.Takes(*event) : choice_.TakesTime(*event))) continue;
+    if (filter_.EndsAt(*event)) break;
+    if (!(filtered ? filter_.Matches(*event) : filter_.MatchesTime(*event))) continue;
     if (!visit(*event)) return;
   }
   damaged_bytes_ = DamagedBytes(reader.damage());
@@ -90,21 +87,20 @@ EventRange LogSelection::all() {
   return [this](const EventVisitor& visit) { Visit(visit, false); };
 }
 
-// Where a command writes what it makes of a log: -o FILE, or - for standard output; --force.
+// The output of a conversion: -o FILE, or - for standard output, and --force.
 class ConversionOutput {
  public:
   // The object must outlive the parsing.
   void AddTo(CLI::App& command);
 
-  // When nothing can be written there, says why on standard error and returns the exit code.
+  // Opens the file. If that fails, prints the error and returns the exit code.
   [[nodiscard]] std::optional<int> Open();
 
-  // False when it cannot be written.
+  // Returns false if the write failed.
   bool Write(std::string_view part);
 
-  // Makes it last. Says on standard error what is wrong with it, or with the log that it was made of, and returns the
-  // exit code.
-  [[nodiscard]] int Keep(const LogSelection& log);
+  // Completes the file. Prints an error of the file or of the log. Returns the exit code.
+  [[nodiscard]] int Commit(const LogSelection& log);
 
   [[nodiscard]] const std::string& path() const { return path_; }
 
@@ -113,31 +109,27 @@ class ConversionOutput {
 
   std::string path_;
   bool force_ = false;
-  std::unique_ptr<NewFile> file_;  // null of standard output
+  std::unique_ptr<NewFile> file_;  // null for standard output
   std::string waiting_;
   std::string problem_;
 };
 
 constexpr mode_t kMode = 0644;
-constexpr std::size_t kWaiting = 1U << 16;  // bytes that are written at once
+constexpr std::size_t kWaiting = 1U << 16;  // bytes that are written together
 
 void ConversionOutput::AddTo(CLI::App& command) {
-  command.add_option("-o,--output", path_, "The file to write; - is standard output")
-      ->required()
-      ->type_name("FILE");
-  command.add_flag("--force", force_, "Replace a file that is there already");
+  command.add_option("-o,--output", path_, "Write to FILE; - is standard output")->required()->type_name("FILE");
+  command.add_flag("--force", force_, "Replace FILE if it exists");
 }
 
 std::optional<int> ConversionOutput::Open() {
   if (path_ == "-") return std::nullopt;
   if (!force_ && std::filesystem::exists(path_)) {
-    std::cerr << path_ << " exists already: --force replaces it\n";
-    return kExitUsage;
+    return Fail(path_ + " exists: choose another name, or replace it with --force", kExitUsage);
   }
   file_ = std::make_unique<NewFile>(path_, FileAccess{.mode = kMode});
   if (problem_ = ErrorText(file_->Append("")); problem_.empty()) return std::nullopt;
-  std::cerr << problem_ << '\n';
-  return kExitFailed;
+  return Fail(problem_, kExitFailed);
 }
 
 bool ConversionOutput::Write(std::string_view part) {
@@ -155,17 +147,16 @@ bool ConversionOutput::Flush() {
   return problem_.empty();
 }
 
-int ConversionOutput::Keep(const LogSelection& log) {
+int ConversionOutput::Commit(const LogSelection& log) {
   if (problem_.empty() && Flush() && file_ != nullptr) problem_ = ErrorText(file_->Commit(force_));
   if (!problem_.empty()) {
-    std::cerr << problem_ << '\n';
-    return kExitFailed;
+    return Fail(problem_, kExitFailed);
   }
   const std::string loss = log.Loss();
   if (!loss.empty()) std::cerr << loss << '\n';
   if (log.damaged_bytes() == 0) return loss.empty() ? kExitDone : kExitLosses;
   std::cerr << log.file() << ": " << log.damaged_bytes()
-            << " bytes are damaged, and what they held is missing here; axlecast log verify tells where\n";
+            << " bytes are damaged, and their events are missing; axlecast log verify shows where\n";
   return kExitLosses;
 }
 
@@ -191,18 +182,14 @@ Result<Conversion> Write(LogConvertOptions& options, const Output& out) {
 
 int RunLogConvert(LogConvertOptions& options) {
   if (options.grid_s > 0 && options.format != "csv") {
-    std::cerr << "--grid is for --to csv\n";
-    return kExitUsage;
+    return Fail("--grid needs --to csv", kExitUsage);
   }
   if (const std::optional<int> failed = options.log.Open()) return *failed;
   if (const std::optional<int> failed = options.output.Open()) return *failed;
   const Result<Conversion> done =
       Write(options, [&options](std::string_view part) { return options.output.Write(part); });
-  if (!done) {
-    std::cerr << options.log.file() << ": " << done.error().text << '\n';
-    return kExitBad;
-  }
-  const int exit_code = options.output.Keep(options.log);
+  if (!done) return Fail(options.log.file() + ": " + done.error().text, kExitBad);
+  const int exit_code = options.output.Commit(options.log);
   if (exit_code == kExitFailed) return exit_code;
   const bool rows = options.grid_s > 0;
   std::cerr << done->written << (rows ? " rows" : " messages or frames") << " written";
@@ -220,40 +207,39 @@ struct LogPlotOptions {
   std::string title;
 };
 
-int Wrong(const std::string& problem, int exit_code = kExitUsage) {
-  std::cerr << problem << '\n';
-  return exit_code;
-}
-
 int RunLogPlot(LogPlotOptions& options) {
   std::vector<PlotField> fields;
   for (const std::string& text : options.fields) {
     const auto field = ParsePlotField(text);
-    if (!field) return Wrong("'" + text + "' is no field: write CHANNEL:NAME, like POSITION/axis1:value");
+    if (!field)
+      return Fail("'" + text + "' is not a field: write CHANNEL:NAME, for example POSITION/axis1:value",
+                  kExitUsage);
     fields.push_back(*field);
   }
   const std::string ending = std::filesystem::path(options.output.path()).extension();
   if (ending != ".svg" && ending != ".png")
-    return Wrong("-o: the name ends in .svg or .png, which says the format");
+    return Fail("-o: the name must end in .svg or .png, which defines the format", kExitUsage);
   if (const std::optional<int> failed = options.log.Open()) return *failed;
   if (const std::optional<int> failed = options.output.Open()) return *failed;
   const Result<PlotData> data = CollectPlot(options.log.events(), fields, kPlotColumns);
-  if (!data) return Wrong(options.log.file() + ": " + data.error().text, kExitBad);
+  if (!data) return Fail(options.log.file() + ": " + data.error().text, kExitBad);
   const std::string title =
       options.title.empty() ? std::filesystem::path(options.log.file()).filename().string() : options.title;
   const Result<std::string> picture = ending == ".svg" ? PlotSvg(title, *data) : PlotPng(title, *data);
-  if (!picture) return Wrong(picture.error().text, kExitBad);
+  if (!picture) return Fail(picture.error().text, kExitBad);
   static_cast<void>(options.output.Write(*picture));
-  return options.output.Keep(options.log);
+  return options.output.Commit(options.log);
 }
 
 }  // namespace
 
 void AddLogConvertCommand(CLI::App& log, int& exit_code) {
   auto options = std::make_shared<LogConvertOptions>();
-  CLI::App* command = log.add_subcommand("convert", "A log for other programs: CSV, MCAP, candump, pcap");
+  CLI::App* command = log.add_subcommand("convert", "Convert a log to CSV, MCAP, candump or pcap");
   options->log.AddTo(*command);
-  command->add_option("--to", options->format, "csv, mcap (Foxglove, PlotJuggler), candump or pcap (Wireshark)")
+  command
+      ->add_option("--to", options->format,
+                   "Convert to csv, mcap (Foxglove, PlotJuggler), candump or pcap (Wireshark)")
       ->required()
       ->check(CLI::IsMember({"csv", "mcap", "candump", "pcap"}))
       ->type_name("FORMAT");
@@ -263,13 +249,14 @@ void AddLogConvertCommand(CLI::App& log, int& exit_code) {
       command
           ->add_option(
               "--grid", options->grid_s,
-              "CSV with all positions at the same instants, so far apart (10ms); else messages as they are")
+              "Write CSV with all positions at the same times, at this interval (10ms); else one row per message")
           ->transform(CLI::AsNumberWithUnit(units))
           ->check(CLI::Range(1e-6, 86'400.0))
           ->type_name("TIME");
   command
-      ->add_option("--max-age", options->max_age_s,
-                   "With --grid: no value between readings further apart; else the device's own limit")
+      ->add_option(
+          "--max-age", options->max_age_s,
+          "With --grid: leave values empty between readings that are further apart (default: the device's limit)")
       ->transform(CLI::AsNumberWithUnit(units))
       ->check(CLI::Range(1e-6, 3'600.0))
       ->needs(grid)
@@ -281,22 +268,22 @@ void AddLogConvertCommand(CLI::App& log, int& exit_code) {
       "  axlecast log convert press3.log --to mcap -o press3.mcap\n"
       "  axlecast log convert press3.log --to candump -o - | log2asc can0\n"
       "  axlecast log convert press3.log --to pcap --channel '^WIRE/rs485-0$' -o rs485-0.pcap\n"
-      "docs/convert.md says what each holds. Exit code 0: whole; 3: written, but the log is damaged; 1: nothing "
-      "is\n"
+      "docs/convert.md describes each format. Exit code 0: complete; 3: written, but the log is damaged; 1: "
+      "nothing is\n"
       "written; 2: usage.");
   command->callback([options, &exit_code] { exit_code = RunLogConvert(*options); });
 }
 
 void AddLogPlotCommand(CLI::App& log, int& exit_code) {
   auto options = std::make_shared<LogPlotOptions>();
-  CLI::App* command = log.add_subcommand("plot", "Fields of messages over time, as SVG or PNG");
+  CLI::App* command = log.add_subcommand("plot", "Plot fields of messages over time, as SVG or PNG");
   options->log.AddTo(*command);
-  command->add_option("--field", options->fields, "CHANNEL:NAME of a number, as in JSON; again for another curve")
+  command->add_option("--field", options->fields, "Plot this number: CHANNEL:NAME, as in JSON; may be repeated")
       ->required()
       ->take_all()
       ->type_name("FIELD");
   options->output.AddTo(*command);
-  command->add_option("--title", options->title, "Above the picture; else the log's name");
+  command->add_option("--title", options->title, "Title of the picture (default: the name of the log)");
   command->footer(
       "examples:\n"
       "  axlecast log plot press3.log --field POSITION/axis1:value -o axis1.svg\n"
@@ -304,7 +291,7 @@ void AddLogPlotCommand(CLI::App& log, int& exit_code) {
       "axis1.png\n"
       "  axlecast log plot press3.log --field MOTOR/gm1:current_a --field 'MOTOR/gm1:accel_mps2[0]' -o gm1.svg\n"
       "Curves of one unit share a panel. A gap in the readings is a gap in the curve.\n"
-      "Exit code 0: whole; 3: drawn, but the log is damaged; 1: nothing is drawn; 2: usage;\n"
+      "Exit code 0: complete; 3: drawn, but the log is damaged; 1: nothing is drawn; 2: usage;\n"
       "4: the output cannot be written.");
   command->callback([options, &exit_code] { exit_code = RunLogPlot(*options); });
 }

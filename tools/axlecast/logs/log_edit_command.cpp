@@ -13,6 +13,7 @@
 #include "core/base/result.h"
 #include "platform/os/new_file.h"
 #include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/axlecast/logs/log_output.h"
 #include "tools/axlecast/logs/subcommands.h"
@@ -25,39 +26,35 @@ namespace {
 struct LogFilterOptions {
   std::string in;
   std::string out;
-  LogChoice choice;
+  LogFilter filter;
   bool force = false;
 };
 
 int RunLogFilter(LogFilterOptions& options) {
   LogInput input;
   if (!input.Open(options.in)) return kExitBad;
-  if (const std::string problem = options.choice.Understand(input.log()); !problem.empty()) {
-    std::cerr << problem << '\n';
-    return kExitUsage;
-  }
+  if (const Result<> parsed = options.filter.Parse(input.log()); !parsed)
+    return Fail(parsed.error().text, kExitUsage);
   LogOutput out(options.out, input.file().mode());
   input.Read("filtering", [&](const LogEvent& event, std::size_t) {
-    if (IsLogChannel(event.channel) || options.choice.Takes(event)) out.Add(event);
-    return out.problem().empty();
+    if (IsLogChannel(event.channel) || options.filter.Matches(event)) out.Add(event);
+    return out.good();
   });
   const int exit_code = input.ExitCode();
   if (exit_code == kExitBad) return exit_code;
-  if (const std::string problem = out.Commit(options.force); !problem.empty()) {
-    std::cerr << problem << '\n';
-    return kExitFailed;
-  }
+  if (const Result<> committed = out.Commit(options.force); !committed)
+    return Fail(committed.error().text, kExitFailed);
   std::cerr << DamageText(options.in, input.damage()) << options.out << ": " << out.events() << " of "
             << input.events() << " events\n";
   return exit_code;
 }
 
 struct LogMergeOptions {
-  std::vector<std::string> files;  // the last one is written
+  std::vector<std::string> files;  // the last one is the output
   bool force = false;
 };
 
-// The headers of all logs before everything else, as if received with the merged log's first event.
+// Adds the header events of all logs, with the time of the first event of the merged log.
 void AddHeaders(const std::vector<MappedFile>& logs, LogOutput& out) {
   std::vector<LogEvent> headers;
   std::int64_t start = INT64_MAX;
@@ -75,7 +72,7 @@ void AddHeaders(const std::vector<MappedFile>& logs, LogOutput& out) {
   }
 }
 
-// The worst of the logs', each told on standard error.
+// Prints the damage of each log. Returns the greatest exit code.
 int ReportMerge(const std::vector<MappedFile>& logs, const LogMerge& merge,
                 const std::vector<std::int64_t>& events) {
   int exit_code = kExitDone;
@@ -88,12 +85,12 @@ int ReportMerge(const std::vector<MappedFile>& logs, const LogMerge& merge,
   return exit_code;
 }
 
-// Writes the events of all logs; how many each had.
+// Writes the events of all logs. Returns the number of events of each log.
 std::vector<std::int64_t> Merge(LogMerge& merge, std::size_t logs, std::size_t size, LogOutput& out) {
   std::vector<std::int64_t> events(logs);
   LogProgress progress("merging", size);
   std::size_t done = 0;
-  for (; merge.Head() != nullptr && out.problem().empty(); merge.Advance()) {
+  for (; merge.Head() != nullptr && out.good(); merge.Advance()) {
     ++events[merge.HeadLog()];
     out.Add(*merge.Head());
     progress.At(done += EventSize(*merge.Head()));
@@ -109,12 +106,11 @@ int RunLogMerge(const LogMergeOptions& options) {
   for (const std::string& file : std::span(options.files).first(options.files.size() - 1)) {
     const MappedFile& log = logs.emplace_back(file);
     if (!log.problem().empty()) {
-      std::cerr << log.problem() << '\n';
-      return kExitBad;
+      return Fail(log.problem(), kExitBad);
     }
     bytes.push_back(log.bytes());
     size += log.bytes().size();
-    mode &= log.mode();  // none becomes more open than it was
+    mode &= log.mode();  // the result is readable only by those who may read all logs
   }
   LogOutput out(options.files.back(), mode);
   AddHeaders(logs, out);
@@ -122,10 +118,8 @@ int RunLogMerge(const LogMergeOptions& options) {
   const std::vector<std::int64_t> events = Merge(merge, logs.size(), size, out);
   const int exit_code = ReportMerge(logs, merge, events);
   if (exit_code == kExitBad) return exit_code;
-  if (const std::string problem = out.Commit(options.force); !problem.empty()) {
-    std::cerr << problem << '\n';
-    return kExitFailed;
-  }
+  if (const Result<> committed = out.Commit(options.force); !committed)
+    return Fail(committed.error().text, kExitFailed);
   std::cerr << options.files.back() << ": " << out.events() << " events\n";
   return exit_code;
 }
@@ -136,7 +130,7 @@ struct LogRepairOptions {
   bool force = false;
 };
 
-// A free name for the damaged log: LOG.damaged, else LOG.damaged.2, ...
+// Returns a free name for the damaged log: LOG.damaged, else LOG.damaged.2, ...
 std::string KeptName(const std::string& file) {
   std::string name = file + ".damaged";
   for (int i = 2; std::filesystem::exists(std::filesystem::symlink_status(name)); ++i) {
@@ -145,9 +139,9 @@ std::string KeptName(const std::string& file) {
   return name;
 }
 
-// The stretches between the damage, as they are: numbers and seals stay, so that what is missing can be told.
-std::string WriteWhole(NewFile& out, Bytes log, const std::vector<LogReader::Damage>& damage) {
-  constexpr std::size_t kPiece = 8U << 20;  // between two steps of the progress
+// Copies the data between the damaged regions unchanged. Numbers and seals are kept, so that missing events can be detected.
+Result<> WriteUndamaged(NewFile& out, Bytes log, const std::vector<LogReader::Damage>& damage) {
+  constexpr std::size_t kPiece = 8U << 20;  // bytes between two updates of the progress
   LogProgress progress("writing", log.size());
   std::size_t begin = 0;
   for (std::size_t i = 0; i <= damage.size(); ++i) {
@@ -155,20 +149,22 @@ std::string WriteWhole(NewFile& out, Bytes log, const std::vector<LogReader::Dam
     while (begin < end) {
       const Bytes piece = log.subspan(begin, std::min(end - begin, kPiece));
       const std::string_view text(reinterpret_cast<const char*>(piece.data()), piece.size());
-      if (const Result<> done = out.Append(text); !done) return done.error().text;
+      if (Result<> appended = out.Append(text); !appended) return appended;
       progress.At(begin += piece.size());
     }
     if (i < damage.size()) begin = end + damage[i].size;
   }
-  return "";
+  return {};
 }
 
-// Why the file is not what was read of it any more; else empty.
-std::string Changed(const MappedFile& file) {
-  if (std::string loss = file.Loss(); !loss.empty()) return loss;
+// Returns an error if the file has changed since it was read.
+Result<> CheckUnchanged(const MappedFile& file) {
+  if (std::string loss = file.Loss(); !loss.empty()) return Failure(loss);
   std::error_code error;
   const auto size = std::filesystem::file_size(file.path(), error);
-  return size == file.bytes().size() && !error ? "" : file.path() + " is being written: stop its recorder first";
+  if (size != file.bytes().size() || error)
+    return Failure(file.path() + " is being written: stop its recorder first");
+  return {};
 }
 
 int RunLogRepair(const LogRepairOptions& options) {
@@ -186,17 +182,15 @@ int RunLogRepair(const LogRepairOptions& options) {
     return kExitDone;
   }
   NewFile out(in_place ? options.file : options.output, in_place ? file.access() : FileAccess{.mode = file.mode()});
-  std::string problem = WriteWhole(out, log, input.damage());
+  const Result<> written = WriteUndamaged(out, log, input.damage());
   const std::string kept = in_place ? KeptName(options.file) : "";
-  if (std::string changed = Changed(file); !changed.empty()) problem = std::move(changed);
-  if (problem.empty()) problem = ErrorText(out.Commit(in_place || options.force, kept));
-  if (!problem.empty()) {
-    std::cerr << problem << '\n';
-    return kExitFailed;
-  }
+  if (const Result<> unchanged = CheckUnchanged(file); !unchanged) return Fail(unchanged.error().text, kExitFailed);
+  if (!written) return Fail(written.error().text, kExitFailed);
+  if (const Result<> committed = out.Commit(in_place || options.force, kept); !committed)
+    return Fail(committed.error().text, kExitFailed);
   std::cout << DamageText(options.file, input.damage()) << (in_place ? options.file : options.output) << ": "
             << input.events() << " events; " << DamagedBytes(input.damage()) << " damaged bytes left out"
-            << (in_place ? "; as it was: " + kept : "") << '\n';
+            << (in_place ? "; original: " + kept : "") << '\n';
   return exit_code;
 }
 
@@ -204,32 +198,33 @@ int RunLogRepair(const LogRepairOptions& options) {
 
 void AddLogFilterCommand(CLI::App& log, int& exit_code) {
   auto options = std::make_shared<LogFilterOptions>();
-  CLI::App* command = log.add_subcommand("filter", "A part of a log as a log of its own");
+  CLI::App* command = log.add_subcommand("filter", "Write selected events of a log to a new log");
   command->add_option("IN", options->in, "The log")->required();
   command->add_option("OUT", options->out, "The new log")->required();
-  options->choice.AddTo(*command);
-  command->add_flag("--force", options->force, "Replaces OUT when it is there already");
-  command->footer(
-      std::string("The machine's file and the message types at the head of the log stay in it; its events "
-                  "are numbered from 0\nand sealed anew.\n"
-                  "examples:\n"
-                  "  axlecast log filter run.log axis1.log --channel '/axis1$'\n"
-                  "  axlecast log filter run.log quiet.log --channel '^(POSITION|WIRE)' --invert\n"
-                  "  axlecast log filter run.log minute.log --from 5m --until 6m\n") +
-      kLogExitCodes);
+  options->filter.AddTo(*command);
+  command->add_flag("--force", options->force, "Replace OUT if it exists");
+  command->footer(std::string("The header events of the log (machine's file, message types) are kept. Events are "
+                              "numbered from 0 and sealed\n"
+                              "again.\n"
+                              "examples:\n"
+                              "  axlecast log filter run.log axis1.log --channel '/axis1$'\n"
+                              "  axlecast log filter run.log quiet.log --channel '^(POSITION|WIRE)' --invert\n"
+                              "  axlecast log filter run.log minute.log --from 5m --until 6m\n") +
+                  kLogExitCodes);
   command->callback([options, &exit_code] { exit_code = RunLogFilter(*options); });
 }
 
 void AddLogMergeCommand(CLI::App& log, int& exit_code) {
   auto options = std::make_shared<LogMergeOptions>();
-  CLI::App* command = log.add_subcommand("merge", "Several logs as one, by time");
-  command->add_option("LOG", options->files, "The logs, and last the new one")
+  CLI::App* command = log.add_subcommand("merge", "Merge several logs into one, ordered by time");
+  command->add_option("LOG", options->files, "The logs, and the new log as the last one")
       ->required()
       ->expected(2, -1)
       ->type_name("IN... OUT");
-  command->add_flag("--force", options->force, "Replaces OUT when it is there already");
-  command->footer(std::string("Events of equal times stand in the order of the logs; an event that is in two logs "
-                              "stays twice. They are\nnumbered from 0 and sealed anew.\n"
+  command->add_flag("--force", options->force, "Replace OUT if it exists");
+  command->footer(std::string("Events with equal times are in the order of the logs. An event that two logs "
+                              "contain appears twice. Events are\n"
+                              "numbered from 0 and sealed again.\n"
                               "examples:\n"
                               "  axlecast log merge data.log commands.log all.log\n"
                               "  axlecast log merge run.00.log run.01.log run.02.log run.log\n") +
@@ -239,21 +234,24 @@ void AddLogMergeCommand(CLI::App& log, int& exit_code) {
 
 void AddLogRepairCommand(CLI::App& log, int& exit_code) {
   auto options = std::make_shared<LogRepairOptions>();
-  CLI::App* command = log.add_subcommand("repair", "Leaves out what is damaged, so that every reader reads on");
+  CLI::App* command =
+      log.add_subcommand("repair", "Remove damaged bytes from a log, so that every reader can read it");
   command->add_option("LOG", options->file, "The log")->required();
   CLI::Option* output =
-      command->add_option("--output", options->output, "Write the repaired log there, leave LOG as it is")
+      command->add_option("--output", options->output, "Write the repaired log to FILE, and do not change LOG")
           ->type_name("FILE");
-  command->add_flag("--force", options->force, "Replaces FILE when it is there already")->needs(output);
-  command->footer(
-      std::string("Without --output the repaired log takes LOG's place in one step, and the damaged one "
-                  "stays as LOG.damaged.\nNothing is changed when there is no damage. Events keep their "
-                  "numbers and seals: `axlecast log verify` goes\non telling what is missing.\n"
-                  "examples:\n"
-                  "  axlecast log repair run.log\n"
-                  "  axlecast log repair run.log --output whole.log\n"
-                  "Exit code: 0 nothing was damaged, 3 repaired, some bytes are left out, 1 it is no log "
-                  "or cannot be read,\n2 usage, 4 the repaired log could not be written.\n"));
+  command->add_flag("--force", options->force, "Replace FILE if it exists")->needs(output);
+  command->footer(std::string(
+      "Without --output, the repaired log replaces LOG in one step, and the damaged log is kept as LOG.damaged. If "
+      "there\n"
+      "is no damage, nothing is changed. Events keep their numbers and seals, so `axlecast log verify` still "
+      "reports\n"
+      "missing events.\n"
+      "examples:\n"
+      "  axlecast log repair run.log\n"
+      "  axlecast log repair run.log --output whole.log\n"
+      "Exit code: 0 no damage, 3 repaired, damaged bytes were removed, 1 not a log or not readable, 2 usage,\n"
+      "4 the repaired log could not be written.\n"));
   command->callback([options, &exit_code] { exit_code = RunLogRepair(*options); });
 }
 

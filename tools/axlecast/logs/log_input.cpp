@@ -47,7 +47,7 @@ std::optional<std::int64_t> ParseSeconds(std::string_view text) {
   return static_cast<std::int64_t>(std::llround(seconds * kSecondUs));
 }
 
-// us of ".25" or ".25Z"; what stands before it goes to `before`.
+// Returns us of a fraction like ".25" or ".25Z" at the end of the text. Sets `before` to the text before it.
 std::optional<std::int64_t> TakeFraction(std::string_view text, std::string_view& before) {
   const std::size_t point = text.find('.');
   before = text.substr(0, point);
@@ -60,7 +60,7 @@ std::optional<std::int64_t> TakeFraction(std::string_view text, std::string_view
   return us;
 }
 
-constexpr std::size_t kLarge = 200'000'000;  // bytes; a smaller log is read before anybody asks
+constexpr std::size_t kLarge = 200'000'000;  // bytes; a smaller log needs no progress
 constexpr std::size_t kDamageShown = 10;
 
 }  // namespace
@@ -81,54 +81,55 @@ std::optional<std::int64_t> ParseLogTime(std::string_view text, const LogSpan& s
 void LogTimeOptions::AddTo(CLI::App& command) {
   command
       .add_option("--from", from_text_,
-                  "From then on: 12.5 (s), 15m, 2h from the start; -10 before the end; 2026-11-21T07:00 (UTC)")
+                  "Begin at T: 12.5 (s), 15m or 2h after the start; -10 before the end; 2026-11-21T07:00 (UTC)")
       ->type_name("T");
-  command.add_option("--until", until_text_, "Before then")->type_name("T");
+  command.add_option("--until", until_text_, "End before T")->type_name("T");
 }
 
-std::string LogTimeOptions::Understand(const std::vector<Bytes>& logs) {
-  if (from_text_.empty() && until_text_.empty()) return "";
+Result<> LogTimeOptions::Parse(const std::vector<Bytes>& logs) {
+  if (from_text_.empty() && until_text_.empty()) return {};
   const LogSpan span = SpanOf(logs);
   for (const auto& [text, time] : {std::pair(&from_text_, &from_), {&until_text_, &until_}}) {
     if (text->empty()) continue;
     *time = ParseLogTime(*text, span);
     if (!*time) {
-      return "'" + *text +
-             "' is no time: write 12.5, 90s, 15m or 2h (from the log's first message), -10 (before its last one) "
-             "or "
-             "2026-11-21T07:00:05.25 (UTC)";
+      return Failure(
+          "'" + *text +
+          "' is not a time: write 12.5, 90s, 15m or 2h (after the first message), -10 (before the last one) "
+          "or 2026-11-21T07:00:05.25 (UTC)");
     }
   }
-  return !from_ || !until_ || *from_ < *until_ ? "" : "--from is not before --until: nothing stands between";
+  if (from_ && until_ && *from_ >= *until_)
+    return Failure("--from is not before --until: no event is between them");
+  return {};
 }
 
-void LogChoice::AddTo(CLI::App& command) {
-  command.add_option("--channel", channel_, "Only channels in whose name this regular expression is found")
-      ->type_name("REGEX");
-  command.add_flag("--invert", invert_, "Only the other channels");
+void LogFilter::AddTo(CLI::App& command) {
+  command.add_option("--channel", channel_, "Select only channels that match REGEX")->type_name("REGEX");
+  command.add_flag("--invert", invert_, "Select only channels that do not match");
   time_.AddTo(command);
 }
 
-std::string LogChoice::Understand(Bytes log) {
-  if (std::string problem = filter_.Set(channel_, invert_); !problem.empty()) return "--channel " + problem;
-  return time_.Understand({log});
+Result<> LogFilter::Parse(Bytes log) {
+  if (const Result<> set = filter_.Set(channel_, invert_); !set) return Failure("--channel: " + set.error().text);
+  return time_.Parse({log});
 }
 
-bool LogChoice::TakesTime(const LogEvent& event) const {
+bool LogFilter::MatchesTime(const LogEvent& event) const {
   return (!time_.from() || event.utime >= *time_.from()) && (!time_.until() || event.utime < *time_.until());
 }
 
-// Times run back a little, never much.
-std::size_t LogChoice::Begin(Bytes log) const {
+// Times may run back by at most kSeekSlackUs.
+std::size_t LogFilter::Begin(Bytes log) const {
   return time_.from() ? SeekTime(log, *time_.from() - kSeekSlackUs) : 0;
 }
 
-bool LogChoice::EndsAt(const LogEvent& event) const {
+bool LogFilter::EndsAt(const LogEvent& event) const {
   return time_.until() && event.utime > *time_.until() + kSeekSlackUs;
 }
 
-LogProgress::LogProgress(const char* doing, std::size_t bytes)
-    : doing_(doing), bytes_(*doing != 0 && bytes >= kLarge && isatty(STDERR_FILENO) == 1 ? bytes : 0) {}
+LogProgress::LogProgress(const char* activity, std::size_t bytes)
+    : activity_(activity), bytes_(*activity != 0 && bytes >= kLarge && isatty(STDERR_FILENO) == 1 ? bytes : 0) {}
 
 LogProgress::~LogProgress() {
   if (percent_ > 0) static_cast<void>(std::fputs("\r\x1b[K", stderr));
@@ -137,7 +138,7 @@ LogProgress::~LogProgress() {
 void LogProgress::At(std::size_t position) {
   if (bytes_ == 0 || position / (bytes_ / 100) <= percent_) return;
   percent_ = position / (bytes_ / 100);
-  static_cast<void>(std::fprintf(stderr, "\r%s: %zu %%\x1b[K", doing_, std::min<std::size_t>(percent_, 100)));
+  static_cast<void>(std::fprintf(stderr, "\r%s: %zu %%\x1b[K", activity_, std::min<std::size_t>(percent_, 100)));
 }
 
 bool LogInput::Open(const std::string& path) {
@@ -146,8 +147,8 @@ bool LogInput::Open(const std::string& path) {
   return file_->problem().empty();
 }
 
-void LogInput::Read(const char* doing, const std::function<bool(const LogEvent&, std::size_t offset)>& visit) {
-  LogProgress progress(doing, log().size());
+void LogInput::Read(const char* activity, const std::function<bool(const LogEvent&, std::size_t offset)>& visit) {
+  LogProgress progress(activity, log().size());
   LogReader reader(log());
   events_ = 0;
   for (auto event = reader.Next(); event; event = reader.Next()) {
@@ -184,13 +185,13 @@ int LogExitCode(const MappedFile& file, std::int64_t events, const std::vector<L
   const std::string loss = file.Loss();
   if (!loss.empty()) std::cerr << loss << '\n';
   if (events == 0 && !file.bytes().empty()) {
-    std::cerr << file.path() << " holds no event of LCM's log format: is it a log?\n";
+    std::cerr << file.path() << " contains no event of LCM's log format: is it a log?\n";
     return kExitBad;
   }
   return loss.empty() && damage.empty() ? kExitDone : kExitLosses;
 }
 
-std::optional<MachineConfig> MachineOf(Bytes log, const std::string& file, std::string& problem) {
+Result<MachineConfig> MachineOf(Bytes log, const std::string& file) {
   constexpr int kHeaderEvents = 100;
   LogReader reader(log);
   for (int i = 0; i < kHeaderEvents; ++i) {
@@ -199,11 +200,11 @@ std::optional<MachineConfig> MachineOf(Bytes log, const std::string& file, std::
     if (event->channel != kMachineChannel) continue;
     ConfigErrors errors(file + ": " + std::string(kMachineChannel));
     auto machine = ParseConfig(std::string(event->data.begin(), event->data.end()), errors);
-    if (!machine) problem = errors.Text();
-    return machine;
+    if (!machine) return Failure(errors.Text());
+    return std::move(*machine);
   }
-  problem = file + " does not hold the machine's file, as a log of `axlecast record` does: give it by --config\n";
-  return std::nullopt;
+  return Failure(file +
+                 " does not contain the machine's file, as logs of `axlecast record` do: give it by --config\n");
 }
 
 }  // namespace axlecast

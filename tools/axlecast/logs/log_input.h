@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/base/inline_bytes.h"
+#include "core/base/result.h"
 #include "core/config/machine_config.h"
 #include "platform/os/mapped_file.h"
 #include "tools/log/channel_filter.h"
@@ -19,21 +20,22 @@
 
 namespace axlecast {
 
-// us, UNIX time, of a place in a log, as people write it: "12.5" or "12.5s", "15m", "2h", "1d" from its first message;
-// "-10", "-15m" before its last one; "2026-11-21T07:00:05.25" (UTC, as ParseUtc, with any part of a second). Nothing when
-// it is none of these.
+// Parses a time in a log and returns it in us, UNIX time. Returns nothing if the text has none of these forms:
+// - "12.5", "12.5s", "15m", "2h" or "1d" after the first message
+// - "-10" or "-15m" before the last message
+// - "2026-11-21T07:00:05.25" (UTC, as ParseUtc, with any fraction of a second)
 [[nodiscard]] std::optional<std::int64_t> ParseLogTime(std::string_view text, const LogSpan& span);
 
-// --from and --until of every command that takes a part of logs.
+// The options --from and --until.
 class LogTimeOptions {
  public:
   // The object must outlive the parsing.
   void AddTo(CLI::App& command);
 
-  // Empty, or what is wrong with them; the logs say from when they count.
-  [[nodiscard]] std::string Understand(const std::vector<Bytes>& logs);
+  // Parses the options. The logs define the start and the end for relative times.
+  [[nodiscard]] Result<> Parse(const std::vector<Bytes>& logs);
 
-  // us, UNIX time; nothing where the option was not given.
+  // Return us, UNIX time, or nothing if the option was not given.
   [[nodiscard]] const std::optional<std::int64_t>& from() const { return from_; }
   [[nodiscard]] const std::optional<std::int64_t>& until() const { return until_; }
 
@@ -44,20 +46,20 @@ class LogTimeOptions {
   std::optional<std::int64_t> until_;
 };
 
-// Which events of a log a command takes: --channel, --invert, --from, --until.
-class LogChoice {
+// The options --channel, --invert, --from and --until, which select the events of a log.
+class LogFilter {
  public:
   // The object must outlive the parsing.
   void AddTo(CLI::App& command);
 
-  // Empty, or what is wrong with the options.
-  [[nodiscard]] std::string Understand(Bytes log);
+  // Parses the options for this log.
+  [[nodiscard]] Result<> Parse(Bytes log);
 
-  [[nodiscard]] bool Takes(const LogEvent& event) { return TakesTime(event) && filter_.Takes(event.channel); }
-  [[nodiscard]] bool TakesTime(const LogEvent& event) const;  // whatever its channel
-  // The offset before which no event is that it takes.
+  [[nodiscard]] bool Matches(const LogEvent& event) { return MatchesTime(event) && filter_.Matches(event.channel); }
+  [[nodiscard]] bool MatchesTime(const LogEvent& event) const;  // for any channel
+  // Returns an offset before which no event matches.
   [[nodiscard]] std::size_t Begin(Bytes log) const;
-  // Whether no later event of its log is one that it takes.
+  // Returns true if no later event of the log matches.
   [[nodiscard]] bool EndsAt(const LogEvent& event) const;
 
  private:
@@ -67,10 +69,10 @@ class LogChoice {
   ChannelFilter filter_;
 };
 
-// How far the reading of a large log is: on standard error, when that is a terminal. "": nowhere.
+// Shows the progress for a large log on standard error, if that is a terminal. `activity`: for example "reading"; "": show nothing.
 class LogProgress {
  public:
-  LogProgress(const char* doing, std::size_t bytes);
+  LogProgress(const char* activity, std::size_t bytes);
   ~LogProgress();
   LogProgress(const LogProgress&) = delete;
   LogProgress& operator=(const LogProgress&) = delete;
@@ -78,27 +80,27 @@ class LogProgress {
   void At(std::size_t position);
 
  private:
-  const char* doing_;
-  std::size_t bytes_;  // 0: shows nothing
+  const char* activity_;
+  std::size_t bytes_;  // 0: show nothing
   std::size_t percent_ = 0;
 };
 
-// The log that a command reads from its beginning to its end.
+// A log that a command reads from its beginning to its end.
 class LogInput {
  public:
-  // False when it cannot be opened, which is said on standard error.
+  // Opens the log. If that fails, prints the error and returns false.
   [[nodiscard]] bool Open(const std::string& path);
   [[nodiscard]] const MappedFile& file() const { return *file_; }
   [[nodiscard]] Bytes log() const { return file_->bytes(); }
 
-  // Shows all events in order, until `visit` says no; the offset is that of the event. `doing`: see LogProgress.
-  void Read(const char* doing, const std::function<bool(const LogEvent&, std::size_t offset)>& visit);
+  // Calls `visit` with each event and its offset, in order, until it returns false. `activity`: see LogProgress.
+  void Read(const char* activity, const std::function<bool(const LogEvent&, std::size_t offset)>& visit);
 
-  // Of what was read.
+  // Number of events and damage of the last Read.
   [[nodiscard]] std::int64_t events() const { return events_; }
   [[nodiscard]] const std::vector<LogReader::Damage>& damage() const { return damage_; }
-  // What the command exits with: kExitBad where it is no log, kExitLosses where something of it is damaged or gone. The
-  // first, and what became of the file meanwhile, is said on standard error.
+  // Returns kExitBad if the file is not a log, kExitLosses if a part of it is damaged or was lost meanwhile, else kExitDone. Prints
+  // the error, except for damage.
   [[nodiscard]] int ExitCode() const;
 
  private:
@@ -107,20 +109,20 @@ class LogInput {
   std::vector<LogReader::Damage> damage_;
 };
 
-// "run.log: 57 bytes from byte 1234 on are damaged" for each of the first ones, and how many there are.
+// Returns a line for each of the first damaged regions, for example "run.log: 57 bytes from byte 1234 on are damaged", and the
+// total if there are more.
 [[nodiscard]] std::string DamageText(const std::string& file, const std::vector<LogReader::Damage>& damage);
 [[nodiscard]] std::size_t DamagedBytes(const std::vector<LogReader::Damage>& damage);
 
-// As LogInput::ExitCode, of a log in which so many events were found.
+// As LogInput::ExitCode, for a log in which `events` events were found.
 [[nodiscard]] int LogExitCode(const MappedFile& file, std::int64_t events,
                               const std::vector<LogReader::Damage>& damage);
 
 inline constexpr const char* kLogExitCodes =
-    "Exit code: 0 the log is whole, 3 it can be read but something is lost, 1 it is no log or cannot be read, 2 "
-    "usage,\n4 the output could not be written.";
+    "Exit code: 0 the log is complete, 3 a part of it is lost, 1 it is not a log or cannot be read, 2 usage,\n"
+    "4 the output could not be written.";
 
-// The machine's file that a log begins with: a recorder writes it before all that it hears. Nothing where there is none
-// or it cannot be used; `problem` then says why. `file`: the log's name, for that.
-[[nodiscard]] std::optional<MachineConfig> MachineOf(Bytes log, const std::string& file, std::string& problem);
+// Returns the machine's file that the recorder has written at the beginning of the log. `file`: name of the log, for the error.
+[[nodiscard]] Result<MachineConfig> MachineOf(Bytes log, const std::string& file);
 
 }  // namespace axlecast

@@ -46,13 +46,14 @@ TEST(LogTime, NothingElse) {
 
 class LogTimeOptionsTest : public testing::Test {
  protected:
-  std::string Understand(std::vector<std::string> words) {
+  std::string ErrorOf(std::vector<std::string> words) {
     options_ = {};
     CLI::App app;
     options_.AddTo(app);
     std::ranges::reverse(words);
     app.parse(std::move(words));
-    return options_.Understand({log_.bytes()});
+    const Result<> parsed = options_.Parse({log_.bytes()});
+    return parsed ? "" : parsed.error().text;
   }
 
   const RecordedLog log_ = RecordedLog().Add(kStart, "a").Add(kEnd, "b");
@@ -60,17 +61,17 @@ class LogTimeOptionsTest : public testing::Test {
 };
 
 TEST_F(LogTimeOptionsTest, CountFromTheLogsEnds) {
-  EXPECT_EQ(Understand({}), "");
+  EXPECT_EQ(ErrorOf({}), "");
   EXPECT_FALSE(options_.from() || options_.until());
-  EXPECT_EQ(Understand({"--from", "15m", "--until=-10"}), "");
+  EXPECT_EQ(ErrorOf({"--from", "15m", "--until=-10"}), "");
   EXPECT_EQ(options_.from(), kStart + 900'000'000);
   EXPECT_EQ(options_.until(), kEnd - 10'000'000);
 }
 
 TEST_F(LogTimeOptionsTest, SayWhatIsWrong) {
-  EXPECT_THAT(Understand({"--from", "noon"}), testing::HasSubstr("'noon' is no time: write 12.5"));
-  EXPECT_THAT(Understand({"--from", "2", "--until", "1"}), testing::HasSubstr("nothing stands between"));
-  EXPECT_THAT(Understand({"--until", "2", "--from", "2"}), testing::HasSubstr("nothing stands between"));
+  EXPECT_THAT(ErrorOf({"--from", "noon"}), testing::HasSubstr("'noon' is not a time: write 12.5"));
+  EXPECT_THAT(ErrorOf({"--from", "2", "--until", "1"}), testing::HasSubstr("no event is between them"));
+  EXPECT_THAT(ErrorOf({"--until", "2", "--from", "2"}), testing::HasSubstr("no event is between them"));
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ namespace axlecast {
 namespace {
 
 constexpr std::size_t kBuffer = 1U << 20;
-constexpr std::int64_t kSealUs = 1'000'000;  // as the recorder
+constexpr std::int64_t kSealUs = 1'000'000;  // as the recorder does
 constexpr std::uint64_t kSealBytes = 16U << 20;
 
 }  // namespace
@@ -50,16 +50,14 @@ void LogOutput::Seal() {
 }
 
 void LogOutput::Flush() {
-  if (problem_.empty()) {
-    problem_ = ErrorText(file_.Append({reinterpret_cast<const char*>(buffer_.data()), buffer_.size()}));
-  }
+  if (state_) state_ = file_.Append({reinterpret_cast<const char*>(buffer_.data()), buffer_.size()});
   buffer_.clear();
 }
 
-std::string LogOutput::Commit(bool replace) {
+Result<> LogOutput::Commit(bool replace) {
   if (count_.seal().events > 0) Seal();
   Flush();
-  return problem_.empty() ? ErrorText(file_.Commit(replace)) : problem_;
+  return state_ ? file_.Commit(replace) : state_;
 }
 
 }  // namespace axlecast

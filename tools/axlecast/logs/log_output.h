@@ -7,25 +7,25 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/result.h"
 #include "platform/os/new_file.h"
 #include "tools/log/log_event.h"
 #include "tools/log/log_seal.h"
 
 namespace axlecast {
 
-// A log that a command writes: numbered from 0 and sealed as our recorder's are. It stands at its place once it is
-// whole.
+// Writes a log that is numbered from 0 and sealed like those of the recorder. The file appears at its path when it is complete.
 class LogOutput {
  public:
   LogOutput(std::string path, mode_t mode);
 
-  // The event under the next number. Seals are left out: it has its own. A header that it already has is left out too.
+  // Adds the event with the next number. Ignores seals, and header events that were already added.
   void Add(const LogEvent& event);
-  // Writes the rest, and puts it in its place. Empty, or why this failed.
-  [[nodiscard]] std::string Commit(bool replace);
+  // Writes the rest, and moves the file to its path.
+  [[nodiscard]] Result<> Commit(bool replace);
 
-  [[nodiscard]] std::int64_t events() const { return events_; }          // without seals
-  [[nodiscard]] const std::string& problem() const { return problem_; }  // of writing so far
+  [[nodiscard]] std::int64_t events() const { return events_; }   // without seals
+  [[nodiscard]] bool good() const { return state_.has_value(); }  // no write has failed so far
 
  private:
   void Write(const LogEvent& event);
@@ -39,8 +39,8 @@ class LogOutput {
   std::int64_t number_ = 0;
   std::int64_t events_ = 0;
   std::int64_t utime_ = 0;   // of the last event
-  std::int64_t sealed_ = 0;  // us, UNIX time, of the last seal, or the first event
-  std::string problem_;
+  std::int64_t sealed_ = 0;  // time of the last seal, or of the first event
+  Result<> state_;           // the first error of a write
 };
 
 }  // namespace axlecast

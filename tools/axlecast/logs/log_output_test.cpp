@@ -42,7 +42,7 @@ TEST_F(LogOutputTest, IsNumberedAndSealed) {
       out.Add({.number = 77, .utime = i * 1'000, .channel = "A", .data = data});
     }
     EXPECT_FALSE(std::filesystem::exists(path_));
-    EXPECT_EQ(out.Commit(false), "");
+    EXPECT_TRUE(out.Commit(false));
     EXPECT_EQ(out.events(), 5'000);
   }
   const LogCheck check = Check();
@@ -61,20 +61,20 @@ TEST_F(LogOutputTest, TakesNoSealsAndEachHeaderOnce) {
   out.Add({.channel = kMachineChannel, .data = Bytes(data).first(1)});
   out.Add({.channel = kSealChannel, .data = data});
   EXPECT_EQ(out.events(), 2);
-  EXPECT_EQ(out.Commit(false), "");
+  EXPECT_TRUE(out.Commit(false));
   EXPECT_EQ(Check().events(), 3);
 }
 
 TEST_F(LogOutputTest, AnEmptyOneIsAnEmptyFile) {
   LogOutput out(path_, 0600);
-  EXPECT_EQ(out.Commit(false), "");
+  EXPECT_TRUE(out.Commit(false));
   EXPECT_EQ(std::filesystem::file_size(path_), 0U);
 }
 
 TEST_F(LogOutputTest, SaysWhyItCannotBeWritten) {
   LogOutput out(folder_.path() + "/none/out.log", 0600);
   out.Add({.channel = "A", .data = {}});
-  EXPECT_THAT(out.Commit(false), HasSubstr("No such file"));
+  EXPECT_THAT(out.Commit(false).error().text, HasSubstr("No such file"));
 }
 
 }  // namespace

@@ -14,7 +14,7 @@
 namespace axlecast {
 namespace {
 
-// Times of a damaged log can be any numbers.
+// Returns the difference, or 0 if it overflows: a damaged log contains any times.
 std::int64_t Since(std::int64_t before, std::int64_t utime) {
   std::int64_t since = 0;
   return __builtin_sub_overflow(utime, before, &since) ? 0 : since;
@@ -24,7 +24,7 @@ using Json = nlohmann::ordered_json;
 
 double Seconds(std::int64_t us) { return static_cast<double>(us) / 1e6; }
 
-// What stands behind "machine:" in the machine's file; empty where nothing does.
+// Returns the value of "machine:" in the machine's file, or an empty string.
 std::string MachineName(const std::string& yaml) {
   constexpr std::string_view kKey = "machine:";
   for (std::size_t begin = 0; begin < yaml.size();) {
@@ -54,10 +54,10 @@ std::string HeaderText(const LogSummary& summary) {
 
 std::string RecorderLosses(const LogSummary& summary) {
   std::string text;
-  for (const auto& [channel, said] : summary.recorders()) {
-    text += Printable(channel) + ": lost " + said.at("lost").dump() + " of " + said.at("messages").dump() +
-            " messages, " + said.at("kernel_dropped").dump() + " datagrams dropped by the kernel\n";
-    for (const Json& sender : said.at("senders")) {
+  for (const auto& [channel, health] : summary.recorders()) {
+    text += Printable(channel) + ": lost " + health.at("lost").dump() + " of " + health.at("messages").dump() +
+            " messages, " + health.at("kernel_dropped").dump() + " datagrams dropped by the kernel\n";
+    for (const Json& sender : health.at("senders")) {
       if (sender.at("lost") == 0) continue;
       text += "  " + Printable(sender.at("sender").get<std::string>()) + ": lost " + sender.at("lost").dump() +
               " of " + sender.at("received").dump() + '\n';
@@ -75,7 +75,7 @@ std::string ChannelLine(const std::string& name, const LogSummary::Channel& chan
 
 using Json = nlohmann::ordered_json;
 
-// Whether the event's content could be shown for what it is.
+// Adds the decoded content of the event. Returns false if it cannot be decoded.
 bool AddContent(const LogEvent& event, Json& line) {
   if (event.channel == kSealChannel) {
     const auto seal = ParseSeal(event.data);
@@ -159,8 +159,8 @@ std::string SummaryText(const std::string& file, std::size_t bytes, const LogSum
   text += "damage    " + (damage.empty() ? "none"
                                          : std::to_string(damage.size()) + " places, " +
                                                std::to_string(DamagedBytes(damage)) + " bytes");
-  text +=
-      "\nlost      " + std::to_string(summary.lost()) + " messages before they were recorded, by their numbers\n";
+  text += "\nlost      " + std::to_string(summary.lost()) +
+          " messages before they were recorded, by their sequence numbers\n";
   text += RecorderLosses(summary) + DamageText(file, damage) + '\n';
   text += Left("CHANNEL", 30) + ' ' + Left("TYPE", 18) + Right("COUNT", 11) + Right("HZ", 11) + Right("BYTES", 13) +
           Right("GAP s", 11) + Right("LOST", 9) + '\n';
@@ -189,7 +189,7 @@ Json SummaryJson(const std::string& file, std::size_t bytes, const LogSummary& s
   json["lost"] = summary.lost();
   json["damage"] = DamageJson(damage);
   Json& recorders = json["recorders"] = Json::object();
-  for (const auto& [channel, said] : summary.recorders()) recorders[channel] = said;
+  for (const auto& [channel, health] : summary.recorders()) recorders[channel] = health;
   Json& channels = json["channels"] = Json::array();
   for (const auto& [name, channel] : summary.channels()) {
     const bool ours = !channel.type.empty();

@@ -33,31 +33,30 @@
 namespace axlecast {
 namespace {
 
-// One log of `axlecast record`: the recording, its health, and what an operator is told of it.
+// One log of `axlecast record`: the recording, its published health, and its messages for an operator.
 class LogRecording {
  public:
   LogRecording(RecordingSettings settings, const Clock& clock);
 
-  // Goes on with the file where there is one. Empty, or why that cannot be.
-  [[nodiscard]] std::string Continue(const std::string& file);
-  // Empty when it listens and writes, else the cause and the remedy.
-  [[nodiscard]] std::string Open() { return recording_.Open(); }
+  // Continues the file, if it exists.
+  [[nodiscard]] Result<> Continue(const std::string& file);
+  [[nodiscard]] Result<> Open() { return recording_.Open(); }
 
   void Start() { recording_.Start(); }
   void Stop() { recording_.Stop(); }
 
-  // Publishes how it stands, and its alarms. `errors`: what has appeared or is over since the call before; each is told once.
-  recorder_health_t Tell(LcmPort& port, bool stopping, std::vector<std::string>& errors);
+  // Publishes health and alarms. Appends the errors that have begun or ended since the previous call to `errors`.
+  recorder_health_t PublishHealth(LcmPort& port, bool stopping, std::vector<std::string>& errors);
 
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] const std::vector<std::string>& urls() const { return urls_; }
   [[nodiscard]] const std::vector<std::string>& warnings() const { return recording_.warnings(); }
   [[nodiscard]] RecordingStatus status() const { return recording_.status(); }
   [[nodiscard]] bool failed() const { return recording_.failed(); }
-  [[nodiscard]] bool Reads() { return recording_.Reads(); }
+  [[nodiscard]] bool HasProgress() { return recording_.HasProgress(); }
 
  private:
-  void TellErrors(const LogWriterStatus& disk, std::vector<std::string>& errors);
+  void AddErrors(const LogWriterStatus& disk, std::vector<std::string>& errors);
 
   std::string name_;
   std::vector<std::string> urls_;
@@ -66,8 +65,8 @@ class LogRecording {
   RecordingHealth health_;
   RecordingAlarms alarms_;
   RecordingSession recording_;
-  std::string told_;
-  bool bad_ = false;
+  std::string shown_error_;
+  bool disk_failed_ = false;
 };
 
 LogRecording::LogRecording(RecordingSettings settings, const Clock& clock)
@@ -79,43 +78,43 @@ LogRecording::LogRecording(RecordingSettings settings, const Clock& clock)
       alarms_(name_, boot_id_),
       recording_(std::move(settings), clock) {}
 
-std::string LogRecording::Continue(const std::string& file) {
-  if (access(file.c_str(), F_OK) != 0) return "";  // it begins a new one
+Result<> LogRecording::Continue(const std::string& file) {
+  if (access(file.c_str(), F_OK) != 0) return {};  // a new file
   const MappedFile log(file);
-  if (!log.problem().empty()) return log.problem();
+  if (!log.problem().empty()) return Failure(log.problem());
   const LogTail tail = FindTail(log.bytes());
-  if (std::string loss = log.Loss(); !loss.empty()) return loss;
+  if (std::string loss = log.Loss(); !loss.empty()) return Failure(loss);
   if (!log.bytes().empty() && tail.size == 0) {
-    return file + ": holds no event of LCM, and is left as it is; choose another name";
+    return Failure(file + ": contains no LCM event, and is not changed; choose another name");
   }
-  if (tail.torn > 0) std::cerr << file << ": cuts off a torn end of " << tail.torn << " bytes\n";
+  if (tail.torn > 0) std::cerr << file << ": removes a torn end of " << tail.torn << " bytes\n";
   recording_.Append(tail);
-  return "";
+  return {};
 }
 
-recorder_health_t LogRecording::Tell(LcmPort& port, bool stopping, std::vector<std::string>& errors) {
+recorder_health_t LogRecording::PublishHealth(LcmPort& port, bool stopping, std::vector<std::string>& errors) {
   const RecordingStatus status = recording_.status();
   const MonoNs now = clock_.Now();
   const std::int64_t utime = clock_.UtcMicroseconds();
   recorder_health_t health = health_.Make(status, now, utime, stopping);
   static_cast<void>(Publish(port, "RECORDER/" + name_, health));
   static_cast<void>(Publish(port, "ALARM/recorder/" + name_, alarms_.Make(status, now, utime)));
-  TellErrors(status.disk, errors);
+  AddErrors(status.disk, errors);
   return health;
 }
 
-void LogRecording::TellErrors(const LogWriterStatus& disk, std::vector<std::string>& errors) {
-  if (disk.last_error_utime != 0 && disk.last_error != told_) {
+void LogRecording::AddErrors(const LogWriterStatus& disk, std::vector<std::string>& errors) {
+  if (disk.last_error_utime != 0 && disk.last_error != shown_error_) {
     errors.push_back(disk.last_error);
-    told_ = disk.last_error;
-  } else if (disk.state == DiskState::kGood && bad_) {
-    errors.push_back(disk.file + ": the disk takes events again");
-    told_.clear();
+    shown_error_ = disk.last_error;
+  } else if (disk.state == DiskState::kGood && disk_failed_) {
+    errors.push_back(disk.file + ": the disk accepts events again");
+    shown_error_.clear();
   }
-  bad_ = disk.state != DiskState::kGood;
+  disk_failed_ = disk.state != DiskState::kGood;
 }
 
-// The live lines, one for each log; they are drawn over the ones before.
+// Status lines on a terminal, one for each log. Each call draws over the previous lines.
 class LiveLines {
  public:
   explicit LiveLines(bool shown) : shown_(shown) {}
@@ -150,35 +149,32 @@ class RecordRun {
 
   int Run() {
     const StopSignal stop;
-    if (const std::string problem = Open(); !problem.empty()) {
-      std::cerr << problem << '\n';
-      return kExitFailed;
-    }
+    if (const Result<> opened = Open(); !opened) return Fail(opened.error().text, kExitFailed);
     for (LogRecording& log : logs_) log.Start();
     supervision_.Ready();
     while (!AnyFailed() && !stop.Wait(kRedrawMs)) {
-      if (AllRead()) supervision_.Progress(clock_.Now());
+      if (AllHaveProgress()) supervision_.Progress(clock_.Now());
       if (clock_.Now() < next_health_) continue;
       next_health_ = clock_.Now() + kSecond;
-      Tell(false);
+      PublishHealth(false);
     }
     supervision_.Stopping();
-    Tell(true);
+    PublishHealth(true);
     for (LogRecording& log : logs_) log.Stop();
     return End();
   }
 
  private:
-  std::string Open() {
+  Result<> Open() {
     if (options_.append) {
-      if (std::string problem = logs_.front().Continue(options_.file); !problem.empty()) return problem;
+      if (Result<> continued = logs_.front().Continue(options_.file); !continued) return continued;
     }
     for (LogRecording& log : logs_) {
-      if (std::string problem = log.Open(); !problem.empty()) return problem;
+      if (Result<> opened = log.Open(); !opened) return opened;
     }
     for (const std::string& warning : logs_.front().warnings()) std::cerr << "warning: " << warning << '\n';
     for (const LogRecording& log : logs_) Announce(log);
-    return "";
+    return {};
   }
 
   void Announce(const LogRecording& log) const {
@@ -195,15 +191,15 @@ class RecordRun {
     return std::any_of(logs_.begin(), logs_.end(), [](const LogRecording& log) { return log.failed(); });
   }
 
-  [[nodiscard]] bool AllRead() {
-    return std::all_of(logs_.begin(), logs_.end(), [](LogRecording& log) { return log.Reads(); });
+  [[nodiscard]] bool AllHaveProgress() {
+    return std::all_of(logs_.begin(), logs_.end(), [](LogRecording& log) { return log.HasProgress(); });
   }
 
-  void Tell(bool stopping) {
+  void PublishHealth(bool stopping) {
     std::string lines;
     std::vector<std::string> errors;
     for (LogRecording& log : logs_) {
-      const recorder_health_t health = log.Tell(health_port_, stopping, errors);
+      const recorder_health_t health = log.PublishHealth(health_port_, stopping, errors);
       lines += (lines.empty() ? "" : "\n") + Title(log) + RecordStatusLine(health);
     }
     if (!errors.empty()) live_.Clear();
@@ -211,12 +207,12 @@ class RecordRun {
     live_.Draw(lines);
   }
 
-  // Which of several.
+  // Returns the name of the log, if there are several.
   [[nodiscard]] std::string Title(const LogRecording& log) const {
     return logs_.size() > 1 ? log.name() + ": " : "";
   }
 
-  // The worst of them.
+  // Reports the result of each log. Returns the greatest exit code.
   int End() {
     live_.Clear();
     int exit_code = kExitDone;
@@ -241,20 +237,24 @@ class RecordRun {
   MonoNs next_health_ = 0;
 };
 
-// Makes the folder of the machine's logs ours. Empty, or why it cannot be.
-std::string TakeFolder(const std::string& folder, const std::string& machine, LockFile& lock) {
-  if (const Result<> done = CheckLinks(folder); !done) return done.error().text;
+// Creates and locks the folder for the logs of the machine's file.
+Result<> LockFolder(const std::string& folder, const std::string& machine, LockFile& lock) {
+  if (Result<> links = CheckLinks(folder); !links) return links;
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (error) return folder + ": cannot be made: " + error.message() + "; make it, or choose another `directory`";
-  const std::string holder = ErrorText(lock.Acquire(folder + "/." + machine + ".lock"));
-  if (holder.empty()) return "";
-  if (access(folder.c_str(), W_OK) != 0) {
-    return folder + ": " + std::strerror(errno) + "; choose a `directory` that this user may write to";
+  if (error) {
+    return Failure(folder + ": cannot be created: " + error.message() +
+                   "; create it, or choose another `directory`");
   }
-  return holder +
-         ": only one recorder at a time writes the logs of the machine's file; name a FILE or a folder (. is "
-         "this one) for one besides";
+  const Result<> locked = lock.Acquire(folder + "/." + machine + ".lock");
+  if (locked) return {};
+  if (access(folder.c_str(), W_OK) != 0) {
+    return Failure(folder + ": " + std::strerror(errno) + "; choose a `directory` that this user may write to");
+  }
+  return Failure(
+      locked.error().text +
+      ": another recorder already writes the logs of the machine's file; to record a separate log, give a FILE "
+      "or a folder (. is the current one)");
 }
 
 int RunRecord(const RecordOptions& options) {
@@ -264,38 +264,35 @@ int RunRecord(const RecordOptions& options) {
     machine = options.config.Load(exit_code);
     if (!machine) return exit_code;
   }
-  RecordPlan plan = MakeRecordPlan(options, machine);
-  if (!plan.problem.empty()) {
-    std::cerr << plan.problem << '\n';
-    return kExitUsage;
-  }
+  Result<RecordPlan> plan = MakeRecordPlan(options, machine);
+  if (!plan) return Fail(plan.error().text, kExitUsage);
   LockFile lock;
-  if (!plan.folder.empty()) {
-    if (const std::string problem = TakeFolder(plan.folder, machine->machine, lock); !problem.empty()) {
-      std::cerr << problem << '\n';
-      return kExitFailed;
-    }
+  if (!plan->folder.empty()) {
+    if (const Result<> locked = LockFolder(plan->folder, machine->machine, lock); !locked)
+      return Fail(locked.error().text, kExitFailed);
   }
-  return RecordRun(options, std::move(plan)).Run();
+  return RecordRun(options, std::move(*plan)).Run();
 }
 
 }  // namespace
 
 void AddRecordCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<RecordOptions>();
-  CLI::App* command = app.add_subcommand("record", "Records the machine's messages into an LCM log");
+  CLI::App* command = app.add_subcommand("record", "Record the machine's messages into an LCM log");
   options->AddTo(*command);
   command->footer(
       "examples:\n"
-      "  axlecast record                                     the logs of the machine's file (recorder:); where "
-      "that\n"
-      "                                                      has none, everything into NAME_<time>.lcm here\n"
+      "  axlecast record                                     the logs of the machine's file (recorder:); if it "
+      "has\n"
+      "                                                      none, all messages into NAME_<time>.lcm here\n"
       "  axlecast record run7.lcm --channel '^POSITION/' --json\n"
       "  axlecast record /var/log/axlecast/ --split-size 100MB --quota 2GB --keep 14d\n"
       "  axlecast record . --trigger 'ALARM/.* battery' --pre-trigger 30s --post-trigger 10s\n"
       "  axlecast record run7.lcm --append\n"
-      "Stock tools read the logs: lcm-logplayer run7.lcm. Ctrl-C or SIGTERM writes what has come, and ends.\n"
-      "exit code: 0 whole, 1 the machine's file is bad, 2 usage, 3 something was lost (told by sender), 4 failed");
+      "Stock tools read the logs: lcm-logplayer run7.lcm. Ctrl-C or SIGTERM writes what has been received, and "
+      "ends.\n"
+      "exit code: 0 complete, 1 the machine's file is invalid, 2 usage, 3 messages were lost (see the senders), 4 "
+      "failed");
   command->callback([options, &exit_code] { exit_code = RunRecord(*options); });
 }
 

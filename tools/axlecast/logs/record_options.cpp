@@ -29,44 +29,47 @@ bool IsFolder(const std::string& path) {
   return path.empty() || path.ends_with('/') || std::filesystem::is_directory(path, error);
 }
 
-// "--split-size is at least 1MB".
+// Returns, for example, "--split-size: at least 1MB".
 std::string OptionText(const LogFault& fault) {
   std::string option = fault.key;
   std::replace(option.begin(), option.end(), '_', '-');
   return (option == "channels" ? "--channel" : "--" + option) + ": " + fault.text;
 }
 
-// Where nothing can be heard.
-std::string UrlProblem(const std::vector<std::string>& urls) {
+// Returns an error for a URL from which nothing can be received.
+Result<> CheckUrls(const std::vector<std::string>& urls) {
   for (const std::string& url : urls) {
     if (url.starts_with("file://")) {
-      return "--url " + url +
-             ": what is in a log is recorded already: `axlecast log filter` and `merge` make another "
-             "of it, `axlecast replay` plays it";
+      return Failure(
+          "--url " + url +
+          ": a log cannot be recorded again: use `axlecast log filter` or `merge` to make another log, or "
+          "`axlecast replay` to send its messages");
     }
     if (url.starts_with("memq://"))
-      return "--url " + url + ": stays within one process: nothing can be heard there";
+      return Failure("--url " + url + ": memq:// does not leave its process: give a udpm:// or tcpq:// URL");
   }
-  return "";
+  return {};
 }
 
-std::string Contradiction(const RecordOptions& options, const LogConfig& log, bool names_logs) {
-  if (options.append && names_logs) return "--append needs the file that it goes on with";
+Result<> CheckOptions(const RecordOptions& options, const LogConfig& log, bool names_logs) {
+  if (options.append && names_logs) return Failure("--append needs the FILE to continue");
   if (options.append && !log.trigger.empty()) {
-    return "--append goes on with one log, but with --trigger each episode is a log of its own: leave out "
-           "--append, "
-           "and give a folder; `axlecast log merge` makes one log of them";
+    return Failure(
+        "--append continues one log, but --trigger makes a log for each trigger: leave out --append, and give a "
+        "folder; `axlecast log merge` joins the logs");
   }
   if ((log.quota_bytes > 0 || log.keep > 0) && !names_logs) {
-    return "--quota and --keep delete only logs that record has named itself: give a folder instead of a file";
+    return Failure("--quota and --keep delete only logs with generated names: give a folder instead of a file");
   }
-  if (!IsName(log.name)) return "--name '" + log.name + "' is no name: 1 to 24 of letters, digits, _ and -";
-  if (std::string problem = UrlProblem(options.urls); !problem.empty()) return problem;
+  if (!IsName(log.name))
+    return Failure("--name '" + log.name + "' is not a name: use 1 to 24 letters, digits, _ and -");
+  if (Result<> urls = CheckUrls(options.urls); !urls) return urls;
   const std::vector<LogFault> faults = FaultsOf(log);
-  return faults.empty() ? "" : OptionText(faults.front());
+  if (!faults.empty()) return Failure(OptionText(faults.front()));
+  return {};
 }
 
-// The log of the command line.
+// Returns the log that the command line defines.
 LogConfig LogOf(const RecordOptions& options, const std::optional<MachineConfig>& machine) {
   LogConfig log = options.log;
   if (log.name.empty()) log.name = machine ? machine->machine : "axlecast";
@@ -78,7 +81,7 @@ LogConfig LogOf(const RecordOptions& options, const std::optional<MachineConfig>
   return log;
 }
 
-// `log` is without faults.
+// `log` must be valid.
 RecordingSettings SettingsOf(const LogConfig& log, const LogIdentity& machine) {
   RecordingSettings settings;
   LogIdentity& identity = settings.recorder.identity;
@@ -103,7 +106,7 @@ RecordingSettings SettingsOf(const LogConfig& log, const LogIdentity& machine) {
   return settings;
 }
 
-// The logs of the machine's file. Several machines may share a folder.
+// Adds the logs of the machine's file. Several machines may share a folder.
 void PlanLogs(const MachineConfig& machine, const LogIdentity& identity, RecordPlan& plan) {
   plan.folder = LogDirectory(machine);
   for (const LogConfig& log : machine.recorder.logs) {
@@ -126,67 +129,77 @@ void RecordOptions::AddTo(CLI::App& command) {
   };
   command.add_option(
       "FILE", file,
-      "The log, or the folder of logs NAME_<time>.lcm (default: the logs of the machine's file, else here)");
+      "Log, or folder of logs NAME_<time>.lcm (default: the logs of the machine's file, else the current folder)");
   config.AddTo(command, ConfigOption::Form::kOptionOnly);
-  command.add_option("--url", urls, "LCM URL instead of the file's two; again for more")->type_name("URL");
-  command.add_option("--channel", log.channels, "Only channels in whose name this is found; ^ and $ anchor it")
+  command
+      .add_option("--url", urls,
+                  "Receive from this LCM URL instead of the two URLs of the machine's file; may be repeated")
+      ->type_name("URL");
+  command.add_option("--channel", log.channels, "Record only channels that match REGEX; ^ and $ anchor it")
       ->type_name("REGEX");
-  command.add_flag("--invert", log.invert, "All but those");
-  command.add_option("--split-size", log.split_bytes, "A new log before it grows beyond this: 100MB, 2GB")
+  command.add_flag("--invert", log.invert, "Record only channels that do not match");
+  command.add_option("--split-size", log.split_bytes, "Begin a new log before a log exceeds SIZE: 100MB, 2GB")
       ->transform(size)
       ->type_name("SIZE");
-  command.add_option("--split-time", split_s, "A new log after so long: 90s, 15m, 1h, 1d")
+  command.add_option("--split-time", split_s, "Begin a new log after TIME: 90s, 15m, 1h, 1d")
       ->transform(seconds())
       ->check(CLI::Range(1.0, 1e9))
       ->type_name("TIME");
-  command.add_option("--quota", log.quota_bytes, "Deletes the oldest NAME_*.lcm of the folder beyond this")
+  command.add_option("--quota", log.quota_bytes, "Delete the oldest NAME_*.lcm of the folder if they exceed SIZE")
       ->transform(size)
       ->type_name("SIZE");
-  command.add_option("--keep", keep_s, "Deletes NAME_*.lcm of the folder whose last event is older: 14d, 5y")
+  command
+      .add_option("--keep", keep_s,
+                  "Delete NAME_*.lcm of the folder if their last event is older than TIME: 14d, 5y")
       ->transform(seconds())
       ->check(CLI::Range(0.0, 6.3e9))
       ->type_name("TIME");
-  command.add_flag("--append", append, "Goes on with FILE; cuts off a torn end first");
-  command.add_option("--fsync", sync_ms, "A power failure costs at most so many ms")
+  command.add_flag("--append", append, "Continue FILE; a torn end is removed first");
+  command
+      .add_option("--fsync", sync_ms,
+                  "Write to the disk at least every MS milliseconds: the maximum loss at a power failure")
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{3'600'000}))
       ->capture_default_str()
       ->type_name("MS");
-  command.add_option("--trigger", log.trigger, "Records only around alarms whose 'CHANNEL NAME' this is found in")
+  command.add_option("--trigger", log.trigger, "Record only around alarms whose 'CHANNEL NAME' matches REGEX")
       ->type_name("REGEX");
-  command.add_option("--pre-trigger", before_s, "With what came so long before")
+  command.add_option("--pre-trigger", before_s, "Also keep the last TIME before the trigger")
       ->transform(seconds())
       ->check(CLI::Range(0.0, 3'600.0))
       ->type_name("TIME");
-  command.add_option("--post-trigger", after_s, "And so long after the last one")
+  command.add_option("--post-trigger", after_s, "Keep recording for TIME after the last trigger")
       ->transform(seconds())
       ->check(CLI::Range(0.0, 86'400.0))
       ->capture_default_str()
       ->type_name("TIME");
-  command.add_option("--buffer", log.buffer_bytes, "Memory for what waits for the disk")
+  command
+      .add_option("--buffer", log.buffer_bytes, "Use at most SIZE of memory for messages that wait for the disk")
       ->transform(size)
       ->default_str("64MB")
       ->type_name("SIZE");
-  command.add_option("--name", log.name, "Of the recorder: its logs, RECORDER/<name> (default: the machine's)")
+  command
+      .add_option("--name", log.name, "Name of the recorder, its logs and RECORDER/<name> (default: the machine's)")
       ->type_name("NAME");
-  command.add_flag("--json", json, "One JSON object at the start and at the end");
+  command.add_flag("--json", json, "Print one JSON object at the start and at the end");
 }
 
-bool RecordOptions::MeansLogsOf(const std::optional<MachineConfig>& machine) const {
+bool RecordOptions::UsesLogsOf(const std::optional<MachineConfig>& machine) const {
   return machine && !machine->recorder.logs.empty() && file.empty() && urls.empty();
 }
 
-std::string RecordOptions::ShapesLog() const {
+Result<> RecordOptions::CheckNoLogOption() const {
   for (const CLI::Option* option : command_->get_options()) {
     const std::string name = option->get_name();
     if (option->count() == 0 || name == "--config" || name == "--json") continue;
-    return name +
-           " is for a log of its own: name it, or its folder (. is this one). Without a name, the logs of the " +
-           "machine's file are written (recorder:), as that says";
+    return Failure(
+        name +
+        " needs a FILE or a folder (. is the current one). Without it, the logs of the machine's file are "
+        "recorded (recorder:) with the settings of that file");
   }
-  return "";
+  return {};
 }
 
-RecordPlan MakeRecordPlan(const RecordOptions& options, const std::optional<MachineConfig>& machine) {
+Result<RecordPlan> MakeRecordPlan(const RecordOptions& options, const std::optional<MachineConfig>& machine) {
   RecordPlan plan;
   const LcmConfig lcm = machine ? machine->lcm : LcmConfig();
   plan.prefix = lcm.prefix;
@@ -194,15 +207,14 @@ RecordPlan MakeRecordPlan(const RecordOptions& options, const std::optional<Mach
   identity.host = HostName();
   identity.urls = options.urls.empty() ? std::vector<std::string>{lcm.url, lcm.command_url} : options.urls;
   if (machine) identity.machine = machine->text;
-  if (options.MeansLogsOf(machine)) {
-    plan.problem = options.ShapesLog();
-    if (plan.problem.empty()) PlanLogs(*machine, identity, plan);
+  if (options.UsesLogsOf(machine)) {
+    if (const Result<> checked = options.CheckNoLogOption(); !checked) return Failure(checked.error());
+    PlanLogs(*machine, identity, plan);
     return plan;
   }
   const LogConfig log = LogOf(options, machine);
   const bool names_logs = IsFolder(options.file);
-  plan.problem = Contradiction(options, log, names_logs);
-  if (!plan.problem.empty()) return plan;
+  if (const Result<> checked = CheckOptions(options, log, names_logs); !checked) return Failure(checked.error());
   LogWriterSettings& writer = plan.logs.emplace_back(SettingsOf(log, identity)).writer;
   if (names_logs) {
     writer.folder = options.file.empty() ? "." : options.file;

@@ -13,7 +13,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-RecordPlan Plan(std::vector<std::string> words, const std::optional<MachineConfig>& machine = std::nullopt) {
+Result<RecordPlan> Make(std::vector<std::string> words, const std::optional<MachineConfig>& machine) {
   CLI::App app;
   RecordOptions options;
   options.AddTo(app);
@@ -22,9 +22,17 @@ RecordPlan Plan(std::vector<std::string> words, const std::optional<MachineConfi
   return MakeRecordPlan(options, machine);
 }
 
+RecordPlan Plan(const std::vector<std::string>& words, const std::optional<MachineConfig>& machine = std::nullopt) {
+  return Make(words, machine).value();
+}
+
+std::string ErrorOf(const std::vector<std::string>& words,
+                    const std::optional<MachineConfig>& machine = std::nullopt) {
+  return Make(words, machine).error().text;
+}
+
 TEST(MakeRecordPlan, RecordsBothPortsIntoAFolderByDefault) {
   const RecordPlan plan = Plan({});
-  EXPECT_EQ(plan.problem, "");
   EXPECT_THAT(plan.logs.at(0).urls, ElementsAre(HasSubstr(":7667"), HasSubstr(":7668")));
   EXPECT_EQ(plan.logs.at(0).writer.folder, ".");
   EXPECT_EQ(plan.logs.at(0).writer.file, "");
@@ -49,7 +57,6 @@ TEST(MakeRecordPlan, UnderstandsSizesAndTimes) {
   const RecordPlan plan =
       Plan({"a.lcm", "--split-size", "100MB", "--split-time", "15m", "--fsync", "0", "--url",
             "tcpq://localhost:7700", "--trigger", "x", "--pre-trigger", "1.5", "--buffer", "1GB"});
-  EXPECT_EQ(plan.problem, "");
   EXPECT_EQ(plan.logs.at(0).recorder.split_bytes, 100U << 20);
   EXPECT_EQ(plan.logs.at(0).recorder.split_time, 900 * kSecond);
   EXPECT_EQ(plan.logs.at(0).writer.sync_interval, 0);
@@ -93,7 +100,6 @@ class MachinesLogs : public ::testing::Test {
 
 TEST_F(MachinesLogs, AreWrittenWhereNoFileIsNamed) {
   const RecordPlan plan = Plan({}, machine_);
-  EXPECT_EQ(plan.problem, "");
   EXPECT_EQ(plan.folder, "/data");
   ASSERT_EQ(plan.logs.size(), 2U);
   const RecordingSettings& events = plan.logs[0];
@@ -111,31 +117,29 @@ TEST_F(MachinesLogs, AreWrittenWhereNoFileIsNamed) {
 
 TEST_F(MachinesLogs, AreNotThoseOfTheCommandLine) {
   const RecordPlan plan = Plan({".", "--channel", "x"}, machine_);
-  EXPECT_EQ(plan.problem, "");
   EXPECT_EQ(plan.folder, "");
   EXPECT_EQ(plan.logs.at(0).writer.name, "press3");
   EXPECT_EQ(plan.logs.at(0).writer.retention.keep_us, 0);
   EXPECT_EQ(Plan({"--url", "udpm://239.255.76.67:7700"}, machine_).folder, "");
-  EXPECT_THAT(Plan({"--channel", "x"}, machine_).problem, HasSubstr("--channel is for a log of its own"));
-  EXPECT_THAT(Plan({"--trigger", "x", "--json"}, machine_).problem, HasSubstr("--trigger is for a log"));
+  EXPECT_THAT(ErrorOf({"--channel", "x"}, machine_), HasSubstr("--channel needs a FILE"));
+  EXPECT_THAT(ErrorOf({"--trigger", "x", "--json"}, machine_), HasSubstr("--trigger needs a FILE"));
 }
 
 TEST(MakeRecordPlan, RefusesWhatContradictsItself) {
-  EXPECT_THAT(Plan({"--append"}).problem, HasSubstr("needs the file"));
-  EXPECT_THAT(Plan({"/tmp", "--append"}).problem, HasSubstr("needs the file"));
-  EXPECT_THAT(Plan({"a.lcm", "--quota", "1GB"}).problem, HasSubstr("give a folder"));
-  EXPECT_THAT(Plan({"--quota", "1GB", "--split-size", "600MB"}).problem,
-              HasSubstr("--split-size: is at most half"));
-  EXPECT_THAT(Plan({"a.lcm", "--keep", "1d"}).problem, HasSubstr("give a folder"));
-  EXPECT_THAT(Plan({"--url", "file:///tmp/a.lcm?mode=r"}).problem, HasSubstr("axlecast replay"));
-  EXPECT_THAT(Plan({"--url", "memq://"}).problem, HasSubstr("nothing can be heard"));
-  EXPECT_THAT(Plan({"--split-size", "1kB"}).problem, HasSubstr("at least"));
-  EXPECT_THAT(Plan({"--trigger", "x"}).problem, HasSubstr("--trigger: needs a pre_trigger"));
-  EXPECT_THAT(Plan({"--pre-trigger", "5"}).problem, HasSubstr("--pre-trigger: needs a trigger"));
-  EXPECT_THAT(Plan({"a.lcm", "--append", "--trigger", "x", "--pre-trigger", "5"}).problem,
-              HasSubstr("each episode is a log of its own"));
-  EXPECT_THAT(Plan({"--channel", "a("}).problem, HasSubstr("no regular expression"));
-  EXPECT_THAT(Plan({"--name", "../x"}).problem, HasSubstr("no name"));
+  EXPECT_THAT(ErrorOf({"--append"}), HasSubstr("needs the FILE"));
+  EXPECT_THAT(ErrorOf({"/tmp", "--append"}), HasSubstr("needs the FILE"));
+  EXPECT_THAT(ErrorOf({"a.lcm", "--quota", "1GB"}), HasSubstr("give a folder"));
+  EXPECT_THAT(ErrorOf({"--quota", "1GB", "--split-size", "600MB"}), HasSubstr("--split-size: is at most half"));
+  EXPECT_THAT(ErrorOf({"a.lcm", "--keep", "1d"}), HasSubstr("give a folder"));
+  EXPECT_THAT(ErrorOf({"--url", "file:///tmp/a.lcm?mode=r"}), HasSubstr("axlecast replay"));
+  EXPECT_THAT(ErrorOf({"--url", "memq://"}), HasSubstr("does not leave its process"));
+  EXPECT_THAT(ErrorOf({"--split-size", "1kB"}), HasSubstr("at least"));
+  EXPECT_THAT(ErrorOf({"--trigger", "x"}), HasSubstr("--trigger: needs a pre_trigger"));
+  EXPECT_THAT(ErrorOf({"--pre-trigger", "5"}), HasSubstr("--pre-trigger: needs a trigger"));
+  EXPECT_THAT(ErrorOf({"a.lcm", "--append", "--trigger", "x", "--pre-trigger", "5"}),
+              HasSubstr("makes a log for each trigger"));
+  EXPECT_THAT(ErrorOf({"--channel", "a("}), HasSubstr("no regular expression"));
+  EXPECT_THAT(ErrorOf({"--name", "../x"}), HasSubstr("not a name"));
 }
 
 }  // namespace

@@ -13,9 +13,9 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kShown = 8;  // senders and channels for people
+constexpr std::size_t kShown = 8;  // maximum number of senders and of channels in the summary
 
-// "3 h 20 min".
+// Returns, for example, "3.3 h".
 std::string DurationText(double seconds) {
   if (seconds < 120) return Decimal(seconds, 0) + " s";
   if (seconds < 7'200) return Decimal(seconds / 60, 0) + " min";
@@ -38,24 +38,25 @@ const char* StateText(std::int8_t state) {
 
 std::string Count(std::int64_t count, const char* what) { return std::to_string(count) + ' ' + what; }
 
-// Datagrams that the kernel dropped and no later message of their senders has shown.
-std::int64_t Untold(const RecordingStatus& status) {
-  return std::max<std::int64_t>(status.intake.kernel_dropped - status.intake.lost, 0);
+// Returns the number of datagrams that the kernel dropped, and whose gap no later message has revealed.
+std::int64_t Undetected(const RecordingStatus& status) {
+  return std::max<std::int64_t>(status.receiver.kernel_dropped - status.receiver.lost, 0);
 }
 
 std::string LossLines(const RecordingStatus& status) {
   std::string text;
-  const IntakeCounts& intake = status.intake;
-  if (intake.lost > 0) text += "  " + Count(intake.lost, "missing by their senders' numbers\n");
-  if (intake.overflow > 0)
-    text += "  " + Count(intake.overflow, "found no room in memory (--buffer): the disk is slow\n");
-  if (status.unwritten > 0) text += "  " + Count(status.unwritten, "not taken by the disk\n");
-  if (intake.kernel_dropped > 0) {
+  const ReceiverCounts& counts = status.receiver;
+  if (counts.lost > 0) text += "  " + Count(counts.lost, "missing by the senders' sequence numbers\n");
+  if (counts.overflow > 0)
+    text += "  " + Count(counts.overflow, "found no space in memory (--buffer): the disk is slow\n");
+  if (status.unwritten > 0) text += "  " + Count(status.unwritten, "not written to the disk\n");
+  if (counts.kernel_dropped > 0) {
     text +=
-        "  " + Count(intake.kernel_dropped, "datagrams dropped by the kernel (recv_buf_size, net.core.rmem_max)\n");
+        "  " + Count(counts.kernel_dropped, "datagrams dropped by the kernel (recv_buf_size, net.core.rmem_max)\n");
   }
-  if (Untold(status) > 0) {
-    text += "  of these at least " + Count(Untold(status), "from senders of whom nothing came after (or before)\n");
+  if (Undetected(status) > 0) {
+    text +=
+        "  of these at least " + Count(Undetected(status), "from senders without a message after (or before)\n");
   }
   return text;
 }
@@ -97,11 +98,11 @@ std::string RecordSummary(const RecordingStatus& status) {
   if (!status.failure.empty()) text += "ended early: " + status.failure + '\n';
   if (status.disk.damaged || status.unwritten > 0) text += status.disk.last_error + '\n';
   if (status.early > 0) {
-    text += "the memory of before the trigger was full: " + Count(status.early, "messages left it early\n");
+    text += "the pre-trigger memory was full: " + Count(status.early, "messages were removed early\n");
   }
-  if (status.Whole()) return text + "nothing was lost\n";
+  if (status.IsComplete()) return text + "nothing was lost\n";
   text += "LOST:\n" + LossLines(status);
-  const auto& senders = status.intake.senders;
+  const auto& senders = status.receiver.senders;
   for (std::size_t i = 0; i < std::min(senders.size(), kShown) && senders[i].lost > 0; ++i) {
     text += "  " + Left(SenderText(senders[i].sender), 22) + Count(senders[i].lost, "lost, ") +
             Count(senders[i].received, "received\n");
@@ -122,20 +123,20 @@ std::string RecordStartJson(const std::string& name, const RecordingStatus& stat
 std::string RecordEndJson(const std::string& name, const RecordingStatus& status) {
   nlohmann::ordered_json json = {{"kind", "end"},
                                  {"name", name},
-                                 {"whole", status.Whole() && !status.Failed()},
+                                 {"whole", status.IsComplete() && !status.HasFailed()},
                                  {"file", status.disk.file},
                                  {"messages", status.messages},
                                  {"bytes", status.bytes},
                                  {"lost", status.Lost()},
-                                 {"lost_by_number", status.intake.lost},
-                                 {"lost_in_memory", status.intake.overflow},
+                                 {"lost_by_number", status.receiver.lost},
+                                 {"lost_in_memory", status.receiver.overflow},
                                  {"lost_at_disk", status.unwritten},
-                                 {"kernel_dropped", status.intake.kernel_dropped},
-                                 {"foreign", status.intake.foreign},
+                                 {"kernel_dropped", status.receiver.kernel_dropped},
+                                 {"foreign", status.receiver.not_lcm},
                                  {"left_memory_early", status.early},
                                  {"error", status.failure.empty() ? status.disk.last_error : status.failure}};
   json["senders"] = nlohmann::ordered_json::array();
-  for (const SenderCount& sender : status.intake.senders) json["senders"].push_back(SenderJson(sender));
+  for (const SenderCount& sender : status.receiver.senders) json["senders"].push_back(SenderJson(sender));
   json["channels"] = nlohmann::ordered_json::array();
   for (const ChannelLoss& channel : status.channels) {
     json["channels"].push_back(
@@ -145,8 +146,8 @@ std::string RecordEndJson(const std::string& name, const RecordingStatus& status
 }
 
 int RecordExitCode(const RecordingStatus& status) {
-  if (status.Failed()) return kExitFailed;
-  return status.Whole() ? kExitDone : kExitLosses;
+  if (status.HasFailed()) return kExitFailed;
+  return status.IsComplete() ? kExitDone : kExitLosses;
 }
 
 }  // namespace axlecast

@@ -7,20 +7,20 @@
 
 namespace axlecast {
 
-// How a recording stands, in one line: rate, size, losses, room on the disk and for how long.
+// Returns the state of a recording in one line: rate, size, losses, free space and the time until the disk is full.
 [[nodiscard]] std::string RecordStatusLine(const recorder_health_t& health);
 
-// What a recording came to: several lines for people.
+// Returns the result of a recording as several lines.
 [[nodiscard]] std::string RecordSummary(const RecordingStatus& status);
 
-// One object without a newline (docs/record.md): at the start and at the end.
+// Return the JSON objects of the start and of the end (docs/record.md), without a newline.
 [[nodiscard]] std::string RecordStartJson(const std::string& name, const RecordingStatus& status,
                                           const std::vector<std::string>& urls);
 [[nodiscard]] std::string RecordEndJson(const std::string& name, const RecordingStatus& status);
 
-// Exit code (exit_code.h) of a recording that has ended.
+// Returns the exit code (exit_code.h) of a recording that has ended.
 [[nodiscard]] int RecordExitCode(const RecordingStatus& status);
 
-[[nodiscard]] std::string ByteText(double bytes);  // "12.3 MB"
+[[nodiscard]] std::string ByteText(double bytes);  // returns, for example, "12.3 MB"
 
 }  // namespace axlecast

@@ -25,17 +25,17 @@ TEST(RecordReport, AWholeRecordingIsDone) {
 
 TEST(RecordReport, LossesAreToldByTheirCause) {
   RecordingStatus status;
-  status.intake.lost = 5;
-  status.intake.overflow = 2;
-  status.intake.kernel_dropped = 9;
-  status.intake.senders = {{{0x7f000001, 40'001}, 100, 7, 0}};
+  status.receiver.lost = 5;
+  status.receiver.overflow = 2;
+  status.receiver.kernel_dropped = 9;
+  status.receiver.senders = {{{0x7f000001, 40'001}, 100, 7, 0}};
   status.channels = {{"POSITION/axis1", 90, 5}};
   EXPECT_EQ(RecordExitCode(status), kExitLosses);
   const std::string text = RecordSummary(status);
-  EXPECT_THAT(text, HasSubstr("5 missing by their senders' numbers"));
-  EXPECT_THAT(text, HasSubstr("2 found no room in memory"));
+  EXPECT_THAT(text, HasSubstr("5 missing by the senders' sequence numbers"));
+  EXPECT_THAT(text, HasSubstr("2 found no space in memory"));
   EXPECT_THAT(text, HasSubstr("9 datagrams dropped by the kernel"));
-  EXPECT_THAT(text, HasSubstr("at least 4 from senders of whom nothing came after"));
+  EXPECT_THAT(text, HasSubstr("at least 4 from senders without a message after"));
   EXPECT_THAT(text, HasSubstr("127.0.0.1:40001       7 lost, 100 received"));
   EXPECT_THAT(text, HasSubstr("POSITION/axis1        5 lost, 90 recorded"));
   const auto json = nlohmann::json::parse(RecordEndJson("events", status));

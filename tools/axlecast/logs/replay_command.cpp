@@ -1,3 +1,4 @@
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/subcommands.h"
 
 #include <unistd.h>
@@ -26,7 +27,7 @@ struct ReplayOptions {
   std::string url;
   std::string command_url;
   LogTimeOptions time;
-  ReplayWish wish;
+  ReplayRangeOptions range;
   std::string channel;
   bool invert = false;
   std::vector<std::string> renames;
@@ -36,25 +37,22 @@ struct ReplayOptions {
   bool json = false;
 };
 
-int Refuse(const std::string& problem, int exit_code) {
-  std::cerr << problem << '\n';
-  return exit_code;
-}
-
-std::string UnderstandChannels(const ReplayOptions& options, ReplayChannels& channels) {
-  std::string problem;
-  if (!options.channel.empty()) problem = channels.Select(options.channel, options.invert);
-  if (!problem.empty()) return "--channel: " + problem;
+Result<ReplayChannels> ChannelsOf(const ReplayOptions& options) {
+  ReplayChannels channels;
+  if (!options.channel.empty()) {
+    const Result<> selected = channels.Select(options.channel, options.invert);
+    if (!selected) return Failure("--channel: " + selected.error().text);
+  }
   for (const std::string& rule : options.renames) {
-    problem = channels.Rename(rule);
-    if (!problem.empty()) return "--rename: " + problem;
+    if (const Result<> renamed = channels.Rename(rule); !renamed)
+      return Failure("--rename: " + renamed.error().text);
   }
   channels.Prefix(options.prefix);
-  return "";
+  return channels;
 }
 
-// --url, else the file's that was named, else $LCM_DEFAULT_URL, else that of the machine's file at a usual place, else
-// the usual one. Nothing when the machine's file cannot be used.
+// Returns the URLs: --url, else those of the file given by --config, else $LCM_DEFAULT_URL, else those of the machine's file at a
+// default path, else the default. Returns nothing if the machine's file is invalid.
 std::optional<LcmConfig> FindUrls(const ReplayOptions& options, int& exit_code) {
   LcmConfig lcm;
   const char* environment = std::getenv("LCM_DEFAULT_URL");
@@ -72,18 +70,18 @@ std::optional<LcmConfig> FindUrls(const ReplayOptions& options, int& exit_code) 
   return lcm;
 }
 
-// Whether nothing speaks against playing on this URL. Says why.
+// Returns true if no machine is live on this URL. Otherwise prints the error.
 bool IsFree(const std::string& url) {
-  std::string problem;
-  const std::optional<std::string> heard = HearLiveMachine(url, problem);
-  if (!heard) {
-    std::cerr << problem << '\n';
-  } else if (!heard->empty()) {
-    std::cerr << "refused: a machine is live on " << url << ": " << *heard
-              << ".\nIts consumers could not tell recorded messages from its own. Play on another --url, end the "
-                 "machine, or say --allow-live --yes-allow-live.\n";
+  const Result<std::string> channels = DetectLiveTraffic(url);
+  if (!channels) {
+    std::cerr << channels.error().text << '\n';
+  } else if (!channels->empty()) {
+    std::cerr
+        << "refused: a machine is live on " << url << ": " << *channels
+        << ".\nIts consumers cannot distinguish recorded messages from its own. Replay on another --url, stop the "
+           "machine, or add --allow-live --yes-allow-live.\n";
   }
-  return heard && heard->empty();
+  return channels && channels->empty();
 }
 
 bool AreFree(const ReplayOptions& options, const LcmConfig& lcm) {
@@ -94,14 +92,13 @@ bool AreFree(const ReplayOptions& options, const LcmConfig& lcm) {
 
 class Logs {
  public:
-  // Empty when all can be read, else why not.
-  std::string Open(const std::vector<std::string>& paths) {
+  [[nodiscard]] Result<> Open(const std::vector<std::string>& paths) {
     for (const std::string& path : paths) {
       const MappedFile& file = files_.emplace_back(path);
-      if (!file.problem().empty()) return file.problem();
+      if (!file.problem().empty()) return Failure(file.problem());
       bytes_.push_back(file.bytes());
     }
-    return "";
+    return {};
   }
   [[nodiscard]] const std::vector<MappedFile>& files() const { return files_; }
   [[nodiscard]] const std::vector<Bytes>& bytes() const { return bytes_; }
@@ -111,48 +108,47 @@ class Logs {
   std::vector<Bytes> bytes_;
 };
 
-// Why not a single message was played.
+// Returns the reason why no message was played.
 std::string NothingPlayed(const Replay& replay) {
   if (replay.range().empty) {
-    return replay.damage().regions > 0
-               ? "nothing was played: no event of LCM's event log is in it"
-               : "nothing was played: no event is in the log, or in the part that was asked for";
+    return replay.damage().regions > 0 ? "nothing was played: the log contains no event of LCM's format"
+                                       : "nothing was played: the log, or its selected part, contains no event";
   }
-  if (replay.counts().held_back > 0) return "nothing was played but what was held back";
-  return "nothing was played: no event of the channels that were asked for is in the log";
+  if (replay.counts().held_back > 0) return "nothing was played: all selected messages were held back";
+  return "nothing was played: the log contains no event of the selected channels";
 }
 
 int Finish(const Replay& replay, const ReplayOutcome& outcome, bool json) {
   if (json) std::cout << JsonLine(ReplayJson(replay, outcome)) << std::endl;
   std::cerr << ReplaySummary(replay, outcome);
-  if (replay.counts().played == 0 && !outcome.stopped) return Refuse(NothingPlayed(replay), kExitBad);
+  if (replay.counts().played == 0 && !outcome.stopped) return Fail(NothingPlayed(replay), kExitBad);
   const bool whole = replay.damage().regions == 0 && outcome.unsent == 0 && outcome.loss.empty();
   return whole ? kExitDone : kExitLosses;
 }
 
 int RunReplay(ReplayOptions options) {
-  ReplayChannels channels;
-  std::string problem = UnderstandChannels(options, channels);
-  if (!problem.empty()) return Refuse(problem, kExitUsage);
+  const Result<ReplayChannels> channels = ChannelsOf(options);
+  if (!channels) return Fail(channels.error().text, kExitUsage);
   int exit_code = kExitDone;
   const std::optional<LcmConfig> lcm = FindUrls(options, exit_code);
   if (!lcm) return exit_code;
   Logs logs;
-  if (problem = logs.Open(options.logs); !problem.empty()) return Refuse(problem, kExitBad);
-  if (problem = options.time.Understand(logs.bytes()); !problem.empty()) return Refuse(problem, kExitUsage);
-  options.wish.from = options.time.from();
-  options.wish.until = options.time.until();
+  if (const Result<> opened = logs.Open(options.logs); !opened) return Fail(opened.error().text, kExitBad);
+  if (const Result<> parsed = options.time.Parse(logs.bytes()); !parsed)
+    return Fail(parsed.error().text, kExitUsage);
+  options.range.from = options.time.from();
+  options.range.until = options.time.until();
   if (!AreFree(options, *lcm)) return kExitBad;
 
   LcmPort data(lcm->url, "");
   LcmPort commands(options.replay.allow_commands ? lcm->command_url : lcm->url, "");
   for (const LcmPort* port : {&data, &commands}) {
-    if (!port->problem().empty()) return Refuse(port->problem(), kExitBad);
+    if (!port->problem().empty()) return Fail(port->problem(), kExitBad);
   }
   const bool shows = isatty(STDERR_FILENO) == 1;
   if (shows && TerminalKeys::Usable()) std::cerr << kReplayKeysHelp << '\n';
-  const ReplayRange range = FindRange(logs.bytes(), options.wish);
-  Replay replay(logs.bytes(), range, channels, options.replay, SystemClock().Now());
+  const ReplayRange range = FindRange(logs.bytes(), options.range);
+  Replay replay(logs.bytes(), range, *channels, options.replay, SystemClock().Now());
   const ReplayOutcome outcome = ReplayRun(replay, logs.files(), data, commands, shows).Run();
   return Finish(replay, outcome, options.json);
 }
@@ -160,34 +156,33 @@ int RunReplay(ReplayOptions options) {
 void AddRangeOptions(CLI::App& command, ReplayOptions& options) {
   const auto number = CLI::Range(std::int64_t{0}, std::int64_t{1} << 60);
   options.time.AddTo(command);
-  command.add_option("--start-event", options.wish.start_event, "From this event on, counted from 0")
+  command.add_option("--start-event", options.range.start_event, "Begin with this event, counted from 0")
       ->check(number)
       ->type_name("N");
-  command.add_option("--end-event", options.wish.end_event, "Up to this event, which is not played any more")
+  command.add_option("--end-event", options.range.end_event, "End before this event")
       ->check(number)
       ->type_name("N");
 }
 
 void AddChannelOptions(CLI::App& command, ReplayOptions& options) {
   CLI::Option* channel =
-      command
-          .add_option("--channel", options.channel, "Only channels in whose name this is found; ^ and $ anchor it")
+      command.add_option("--channel", options.channel, "Replay only channels that match REGEX; ^ and $ anchor it")
           ->type_name("REGEX");
-  command.add_flag("--invert", options.invert, "All channels but those")->needs(channel);
+  command.add_flag("--invert", options.invert, "Replay only channels that do not match")->needs(channel);
   command
-      .add_option("--rename", options.renames,
-                  "Where the expression OLD is found in a channel's name, puts NEW ($1: its first group); may be "
-                  "repeated")
+      .add_option(
+          "--rename", options.renames,
+          "Replace matches of the expression OLD in channel names by NEW ($1: first group); may be repeated")
       ->allow_extra_args(false)
       ->type_name("OLD=NEW");
-  command.add_option("--prefix", options.prefix, "Before every channel's name, renamed or not")->type_name("TEXT");
+  command.add_option("--prefix", options.prefix, "Add a prefix to the name of every channel")->type_name("TEXT");
 }
 
-// What only two flags together allow.
+// Adds an option that is effective only together with a second one.
 void AddTwice(CLI::App& command, const std::string& name, bool& allowed, const std::string& what) {
-  const std::string twice = what + "; needs --yes-allow-" + name + " too";
+  const std::string twice = what + "; also needs --yes-allow-" + name;
   CLI::Option* allow = command.add_flag("--allow-" + name, twice);
-  CLI::Option* yes = command.add_flag("--yes-allow-" + name, allowed, "Confirms --allow-" + name);
+  CLI::Option* yes = command.add_flag("--yes-allow-" + name, allowed, "Confirm --allow-" + name);
   allow->needs(yes);
   yes->needs(allow);
 }
@@ -196,25 +191,26 @@ void AddTwice(CLI::App& command, const std::string& name, bool& allowed, const s
 
 void AddReplayCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ReplayOptions>();
-  CLI::App* command = app.add_subcommand("replay", "Plays recorded event logs on LCM, as they were heard");
-  command->add_option("LOG", options->logs, "Event logs, of axlecast or lcm-logger; several are merged by time")
+  CLI::App* command =
+      app.add_subcommand("replay", "Send the messages of event logs on LCM, at the recorded intervals");
+  command->add_option("LOG", options->logs, "Event logs of axlecast or lcm-logger; several logs are merged by time")
       ->required();
-  command->add_option("--speed", options->replay.speed, "2 plays twice as fast; 0 as fast as possible")
+  command->add_option("--speed", options->replay.speed, "Speed factor; 2 is twice as fast, 0 as fast as possible")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str()
       ->type_name("X");
   AddRangeOptions(*command, *options);
-  command->add_flag("--loop", options->replay.loop, "Begins anew at the end, until it is stopped");
-  command->add_flag("--paused", options->replay.paused, "Waits for the space bar before the first message");
+  command->add_flag("--loop", options->replay.loop, "Begin again at the end, until it is stopped");
+  command->add_flag("--paused", options->replay.paused, "Wait for the space bar before the first message");
   AddChannelOptions(*command, *options);
   options->config.AddTo(*command, ConfigOption::Form::kOptionOnly);
-  command->add_option("--url", options->url, "LCM URL to play on; else the machine's, or $LCM_DEFAULT_URL")
+  command->add_option("--url", options->url, "Send on this LCM URL (default: the machine's, or $LCM_DEFAULT_URL)")
       ->type_name("URL");
-  command->add_option("--command-url", options->command_url, "Where commands are played that are allowed")
+  command->add_option("--command-url", options->command_url, "Send allowed commands on this LCM URL")
       ->type_name("URL");
-  AddTwice(*command, "commands", options->replay.allow_commands, "Plays command and permit channels too");
-  AddTwice(*command, "live", options->allow_live, "Plays where a live machine is heard");
-  command->add_flag("--json", options->json, "What was played, as one JSON object");
+  AddTwice(*command, "commands", options->replay.allow_commands, "Also replay command and permit channels");
+  AddTwice(*command, "live", options->allow_live, "Replay although a live machine is detected");
+  command->add_flag("--json", options->json, "Print the result as one JSON object");
   command->footer(
       std::string("examples:\n"
                   "  axlecast replay monday.log\n"
@@ -224,9 +220,8 @@ void AddReplayCommand(CLI::App& app, int& exit_code) {
                   "keys on a terminal: ") +
       kReplayKeysHelp +
       "\n"
-      "exit code: 0 all was played, or it was stopped; 3 played, but damage was skipped, the log was "
-      "cut\n"
-      "meanwhile or a message could not be sent; 1 nothing was played; 2 usage. docs/replay.md");
+      "exit code: 0 all was played, or it was stopped; 3 damage was skipped, the log was truncated meanwhile or a\n"
+      "message could not be sent; 1 nothing was played; 2 usage. docs/replay.md");
   command->callback([options, &exit_code] { exit_code = RunReplay(*options); });
 }
 

@@ -68,7 +68,7 @@ std::optional<ReplayKey> Arrow(char final_byte) {
   }
 }
 
-// Bytes of the control sequence (CSI or SS3) that `bytes` begin with; 0 while it is not complete, 1 when it is none.
+// Returns the size of the control sequence (CSI or SS3) at the beginning of `bytes`. 0: it is incomplete; 1: it is not one.
 std::size_t SequenceSize(std::string_view bytes) {
   if (bytes.size() < 2) return 0;
   if (bytes[1] != '[' && bytes[1] != 'O') return 1;
@@ -98,9 +98,9 @@ std::string Bar(double share) {
   return '[' + bar + ']';
 }
 
-// A timer wakes up late by some tens of us on many machines: the rest of the way is spun.
+// On many machines, a timer is late by some tens of us: the remaining time is spun.
 constexpr MonoNs kSpin = 80 * kMicrosecond;
-constexpr int kMaxAtOnce = 256;  // messages, before keys and signals are looked at again
+constexpr int kMaxAtOnce = 256;  // messages between two checks of keys and signals
 constexpr double kFastest = 1'024;
 constexpr double kSlowest = 1.0 / 64;
 constexpr const char* kClearLine = "\r\x1b[K";
@@ -122,19 +122,15 @@ std::string LiveChannels::Text() const {
   return text;
 }
 
-std::optional<std::string> HearLiveMachine(const std::string& url, std::string& problem) {
+Result<std::string> DetectLiveTraffic(const std::string& url) {
   LcmPort port(url, "");
   LiveChannels channels;
   const auto handler = [&channels](const std::string& channel, Bytes message) { channels.On(channel, message); };
-  problem = port.problem();
-  if (problem.empty() && !port.Subscribe(".*", handler)) problem = "cannot subscribe on " + url;
-  if (!problem.empty()) return std::nullopt;
+  if (!port.problem().empty()) return Failure(port.problem());
+  if (!port.Subscribe(".*", handler)) return Failure("cannot subscribe on " + url);
   const SystemClock clock;
   for (const MonoNs end = clock.Now() + kListen; clock.Now() < end;) {
-    if (!port.Handle(kSliceMs)) {
-      problem = "the LCM port failed";
-      return std::nullopt;
-    }
+    if (!port.Handle(kSliceMs)) return Failure("the LCM port failed: " + url);
   }
   return channels.Text();
 }
@@ -178,7 +174,7 @@ std::string ReplaySummary(const Replay& replay, const ReplayOutcome& outcome) {
   }
   if (damage.regions > 0) {
     text += "skipped: " + std::to_string(damage.regions) + " damaged regions, " + std::to_string(damage.bytes) +
-            " bytes that belong to no event\n";
+            " bytes\n";
   }
   if (!outcome.loss.empty()) text += outcome.loss + '\n';
   if (outcome.unsent > 0) {
@@ -188,7 +184,7 @@ std::string ReplaySummary(const Replay& replay, const ReplayOutcome& outcome) {
   if (counts.held_up > 0) {
     text += "held up: " + std::to_string(counts.held_up) +
             " times for more than 1 s (this machine is too busy, too slow for this speed, or the replay was "
-            "suspended); what followed moved by as much\n";
+            "suspended); the following messages were delayed by the same time\n";
   }
   return text;
 }
@@ -218,7 +214,7 @@ nlohmann::ordered_json ReplayJson(const Replay& replay, const ReplayOutcome& out
 ReplayRun::ReplayRun(Replay& replay, const std::vector<MappedFile>& logs, LcmPort& data, LcmPort& commands,
                      bool shows)
     : replay_(replay), logs_(logs), data_(data), commands_(commands), shows_(shows) {
-  // Without priority; it makes the timers exact. A kernel without that only wakes up later.
+  // Sets no priority, only exact timers. If the kernel cannot do that, messages are sent a little later.
   static_cast<void>(ApplyRealtime(0, -1, false));
 }
 
@@ -267,10 +263,10 @@ void ReplayRun::PlayDue() {
 }
 
 void ReplayRun::TakeKeys() {
-  for (const ReplayKey key : keys_.On(terminal_.Read())) Obey(key);
+  for (const ReplayKey key : keys_.On(terminal_.Read())) OnKey(key);
 }
 
-void ReplayRun::Obey(ReplayKey key) {
+void ReplayRun::OnKey(ReplayKey key) {
   const MonoNs now = clock_.Now();
   next_show_ = 0;
   switch (key) {

@@ -10,6 +10,7 @@
 
 #include "core/base/exchange_stats.h"
 #include "core/base/inline_bytes.h"
+#include "core/base/result.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/mapped_file.h"
 #include "platform/os/process.h"
@@ -19,29 +20,28 @@
 
 namespace axlecast {
 
-// The channels on which messages of a running machine come. Pure.
+// The channels on which messages of a running machine were received. Does no I/O.
 class LiveChannels {
  public:
-  static constexpr std::size_t kMaxChannels = 1'000;  // anybody may invent more
+  static constexpr std::size_t kMaxChannels = 1'000;  // senders can invent any number of channels
 
   void On(const std::string& channel, Bytes message);
 
   [[nodiscard]] std::size_t size() const { return channels_.size(); }
-  // The first few names and how many more there are, for people; empty when no message came.
+  // Returns the first few names and the number of further ones; an empty text if there is none.
   [[nodiscard]] std::string Text() const;
 
  private:
   std::set<std::string> channels_;
 };
 
-// Names of channels on which messages of a running machine came within about 1.2 s (every driver tells its state once a
-// second), for people; empty when none came. A recorder's own messages do not count. Nothing when the URL cannot be heard;
-// `problem` then says why.
-[[nodiscard]] std::optional<std::string> HearLiveMachine(const std::string& url, std::string& problem);
+// Listens for 1.2 s, because every driver publishes its state once a second. Returns the names of channels on which messages of
+// a running machine were received; an empty text if there was none. Messages of recorders do not count.
+[[nodiscard]] Result<std::string> DetectLiveTraffic(const std::string& url);
 
-// What a key of the keyboard means to a replay.
+// The function of a key during a replay.
 enum class ReplayKey {
-  kPause,  // or goes on
+  kPause,  // or resume
   kStep,
   kBack1,  // s
   kForward1,
@@ -52,10 +52,10 @@ enum class ReplayKey {
   kQuit,
 };
 
-// Tells keys from the bytes of a terminal (ECMA-48; xterm's arrows), however they are cut into reads. Pure.
+// Decodes keys from the bytes of a terminal (ECMA-48; arrows of xterm), which may be split at any byte. Does no I/O.
 class ReplayKeys {
  public:
-  // The keys that are complete now; others than ours are passed over.
+  // Returns the keys that are complete. Other keys are ignored.
   [[nodiscard]] std::vector<ReplayKey> On(std::string_view bytes);
 
  private:
@@ -65,18 +65,16 @@ class ReplayKeys {
 inline constexpr const char* kReplayKeysHelp =
     "space pause, s or . step, left/right 1 s, down/up 10 s, + - speed, q quit";
 
-// How a replay is told of.
-
-// One line for a terminal of 80 columns.
+// Returns the progress as one line for a terminal of 80 columns.
 [[nodiscard]] std::string ReplayProgress(const Replay& replay, MonoNs now);
 
-// What came of it.
+// The result of a replay.
 struct ReplayOutcome {
-  bool stopped = false;     // before the end: by the operator, or because of `loss`
-  std::string loss = {};    // what of the logs was gone when they were played (MappedFile::Loss)
-  std::int64_t unsent = 0;  // messages that LCM did not take
-  double seconds = 0;       // that it took
-  double late_p50_us = 0;   // publishing less the instant that was due
+  bool stopped = false;     // before the end, by the operator or because of `loss`
+  std::string loss = {};    // the part of the logs that was lost during the replay (MappedFile::Loss)
+  std::int64_t unsent = 0;  // messages that LCM did not accept
+  double seconds = 0;       // duration
+  double late_p50_us = 0;   // time of publishing minus due time
   double late_p99_us = 0;
   double late_max_us = 0;
 };
@@ -84,24 +82,23 @@ struct ReplayOutcome {
 [[nodiscard]] std::string ReplaySummary(const Replay& replay, const ReplayOutcome& outcome);
 [[nodiscard]] nlohmann::ordered_json ReplayJson(const Replay& replay, const ReplayOutcome& outcome);
 
-// Plays a replay on LCM, led by the keyboard where there is a terminal, until its end, the operator's, or a signal's.
+// Publishes a replay on LCM until its end, or until the operator or a signal stops it. Keys of the terminal control it.
 class ReplayRun {
  public:
-  // `logs`: what is replayed. `commands`: where command and permit channels go. With `shows` progress stands on standard
-  // error.
+  // `logs`: the replayed files. `commands`: port for command and permit channels. `shows`: show the progress on standard error.
   ReplayRun(Replay& replay, const std::vector<MappedFile>& logs, LcmPort& data, LcmPort& commands, bool shows);
 
   [[nodiscard]] ReplayOutcome Run();
 
  private:
-  // Until something is due, or a key or a signal comes.
+  // Waits until a message is due, a key is pressed or a signal arrives.
   void Wait();
   void PlayDue();
   void TakeKeys();
-  void Obey(ReplayKey key);
+  void OnKey(ReplayKey key);
   void SeekBy(std::int64_t seconds);
   void Show();
-  // What is gone of the logs. Nothing is played any more then: messages could be zeros by now.
+  // Returns which part of the logs is lost. If there is one, the replay must end: the content of messages could be zeros.
   [[nodiscard]] std::string Loss() const;
 
   Replay& replay_;

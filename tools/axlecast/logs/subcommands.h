@@ -31,7 +31,7 @@ void AddLogVerifyCommand(CLI::App& log, int& exit_code);
 void AddRecordCommand(CLI::App& app, int& exit_code);
 // redecode: runs the decoders on the captured bytes of a log
 void AddRedecodeCommand(CLI::App& app, int& exit_code);
-// replay: sends the messages of event logs to LCM
+// replay: sends the messages of event logs on LCM
 void AddReplayCommand(CLI::App& app, int& exit_code);
 
 }  // namespace axlecast

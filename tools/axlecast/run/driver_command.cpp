@@ -29,8 +29,9 @@ int RunDriver(const Options& options) {
               << '\n';
     return kExitUsage;
   }
-  std::cerr << Become({DriverProgram(bus->family->name), "--config", options.config.File(), "--bus", bus->name})
-            << '\n';
+  std::cerr
+      << Become({DriverProgram(bus->family->name), "--config", options.config.File(), "--bus", bus->name}).text
+      << '\n';
   return kExitBad;
 }
 

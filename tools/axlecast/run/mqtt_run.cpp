@@ -153,7 +153,7 @@ void MqttRun::TellChanges(const MqttStatus& status) {
   if (broker.connections != told_connections_) std::cerr << BrokerText(machine_.mqtt) << ": connected\n";
   const bool news = broker.problem != told_problem_ || broker.connections != told_connections_;
   if (!broker.problem.empty() && news) std::cerr << BrokerText(machine_.mqtt) << ": " << broker.problem << '\n';
-  if (broker.connections != told_connections_ && told_connections_ > 0) intake_.feed().TellStatesAnew();
+  if (broker.connections != told_connections_ && told_connections_ > 0) intake_.feed().RepublishStates();
   told_connections_ = broker.connections;
   told_problem_ = broker.problem;
 }

@@ -51,7 +51,7 @@ int Shell(const Options& options) {
     std::cout << ShellText(command) << '\n';
     return kExitDone;
   }
-  std::cerr << Become(command) << '\n';
+  std::cerr << Become(command).text << '\n';
   return kExitBad;
 }
 

@@ -157,9 +157,13 @@ class LogSource {
 
   // `machine`: of a file that was named; else the log's own.
   void Know(std::optional<MachineConfig> machine) {
-    std::string problem;
-    if (!machine) machine = MachineOf(bytes_.front(), files_.front().path(), problem);
-    if (!machine) std::cerr << "warning: " << problem << "what is heard in it is shown\n";
+    if (!machine) {
+      if (Result<MachineConfig> recorded = MachineOf(bytes_.front(), files_.front().path()); recorded) {
+        machine = std::move(*recorded);
+      } else {
+        std::cerr << "warning: " << recorded.error().text << "only the received messages are shown\n";
+      }
+    }
     machine_ = machine.value_or(MachineConfig{});
   }
   [[nodiscard]] const std::string& machine() const { return machine_.machine; }
@@ -196,8 +200,8 @@ std::string ReadSecrets(const WebConfig& web, Secret& token) {
   Result<Secret> read = files.Read(web.token);
   if (!read) return "token: " + read.error().text;
   token = std::move(*read);
-  if (token.text().size() >= WebAccess::kShortestToken) return "";
-  return "token: of less than " + std::to_string(WebAccess::kShortestToken) +
+  if (token.text().size() >= WebAccess::kMinTokenLength) return "";
+  return "token: of less than " + std::to_string(WebAccess::kMinTokenLength) +
          " characters: it could be guessed; make one: (umask 077; openssl rand -hex 16 > FILE)";
 }
 

@@ -19,11 +19,9 @@
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/setup/subcommands.h"
-#include "tools/scan/can_scan_line.h"
-#include "tools/scan/scan_plan.h"
-#include "tools/scan/scan_text.h"
-#include "tools/scan/serial_scan_line.h"
-#include "tools/scan/spi_scan_line.h"
+#include "tools/scan/format_scan.h"
+#include "tools/scan/scan.h"
+#include "tools/scan/scan_lines.h"
 
 namespace axlecast {
 namespace {

@@ -61,7 +61,7 @@ TEST_F(HostFilesTest, APathIsLookedAtAsItIs) {
   EXPECT_EQ(null.major * 10 + null.minor, 13U);
 }
 
-// What the kernel says of a lock (proc(5)), of a process that has a name.
+// The kernel's line for a lock (proc(5)), and a process with a name.
 TEST_F(HostFilesTest, WhoLocksADeviceHoldsIt) {
   std::filesystem::create_directories(root_ + "/dev");
   std::filesystem::create_symlink("/dev/null", root_ + "/dev/port");

@@ -46,7 +46,7 @@ std::string NameOfInterface(int descriptor, int index) {
   return ioctl(descriptor, SIOCGIFNAME, &request) == 0 ? request.ifr_name : "";
 }
 
-// Returns the index of the interface in the reply; 0 if there is none. Sets `error` if the kernel refused.
+// Returns the index of the interface in the reply; 0 without an interface. Sets `error` if the kernel refused.
 int InterfaceIndex(const RouteReply& reply, std::size_t size, int& error) {
   const auto header = ReadAt<nlmsghdr>(reply, 0);
   if (header.nlmsg_type == NLMSG_ERROR) {

@@ -1,0 +1,201 @@
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/device/operation.h"
+#include "drivers/cia406/cia406.h"
+#include "drivers/kit/arguments.h"
+#include "drivers/protocol/canopen/canopen.h"
+
+namespace axlecast::cia406 {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::uint32_t kNodeMask = 0x7F;
+constexpr std::uint32_t kFunctionMask = 0x780;
+constexpr std::size_t kPositionData = 4;
+
+struct Options {
+  int bits = 0;  // 0: not said
+  int turn_bits = 0;
+  std::optional<std::uint32_t> cob_id;
+  std::optional<std::uint32_t> node;
+};
+
+// What is wrong with the settings; empty when nothing is.
+std::string ReadOptions(const DecodeSettings& settings, Options& options) {
+  for (const auto& [key, value] : settings) {
+    const std::optional<std::int64_t> number = ParseWhole(value, 0, 0x7FF);
+    if (key == "bits") {
+      if (!number || *number < 8 || *number > 28) return "bits=" + value + ": expected 8..28";
+      options.bits = static_cast<int>(*number);
+    } else if (key == "turn_bits") {
+      if (!number || *number > 16) return "turn_bits=" + value + ": expected 0..16";
+      options.turn_bits = static_cast<int>(*number);
+    } else if (key == "cob_id") {
+      if (!number) return "cob_id=" + value + ": expected TPDO1's identifier, 0x181..0x57f";
+      options.cob_id = static_cast<std::uint32_t>(*number);
+    } else if (key == "node") {
+      if (!number || *number < kMinNode || *number > kMaxNode) return "node=" + value + ": expected 1..127";
+      options.node = static_cast<std::uint32_t>(*number);
+    } else if (key != "model") {
+      return "unknown key '" + key + "': model cia406 knows bits, turn_bits, cob_id and node";
+    }
+  }
+  return "";
+}
+
+Json Bad(const char* kind, const char* error) { return {{"ok", false}, {"kind", kind}, {"error", error}}; }
+Json Good(const char* kind) { return {{"ok", true}, {"kind", kind}}; }
+
+std::string Hex(std::uint32_t value, int digits) { return Text("0x%0*x", digits, value); }
+
+void AddObject(Json& json, ObjectId object) {
+  json["index"] = Hex(object.index, 4);
+  json["sub"] = object.sub;
+}
+
+Json DescribeNmt(Bytes data) {
+  if (data.size() != 2) return Bad("nmt", data.size() < 2 ? "short" : "long");
+  const char* command = nullptr;
+  switch (static_cast<NmtCommand>(data[0])) {
+    case NmtCommand::kStart:
+      command = "start";
+      break;
+    case NmtCommand::kStop:
+      command = "stop";
+      break;
+    case NmtCommand::kEnterPreOperational:
+      command = "enter_pre_operational";
+      break;
+    case NmtCommand::kResetNode:
+      command = "reset_node";
+      break;
+    case NmtCommand::kResetCommunication:
+      command = "reset_communication";
+      break;
+  }
+  if (command == nullptr || data[1] > kMaxNode) return Bad("nmt", "range");
+  Json json = Good("nmt");
+  json["command"] = command;
+  json["node"] = data[1];
+  return json;
+}
+
+Json DescribePosition(Bytes data, const Options& options) {
+  if (data.size() < kPositionData) return Bad("position", "short");
+  const std::uint32_t position = LittleEndian(data, 0, kPositionData);
+  const int total = options.bits + options.turn_bits;
+  if (options.bits != 0 && std::uint64_t{position} >> total != 0) return Bad("position", "range");
+  Json json = Good("position");
+  json["position"] = position;
+  if (options.bits != 0) {
+    const std::uint32_t counts = position & ((1U << options.bits) - 1);
+    if (options.turn_bits > 0) json["turns"] = position >> options.bits;
+    json["counts"] = counts;
+    json["angle_deg"] = Degrees(counts, options.bits);
+  }
+  if (data.size() >= kPositionData + 2) json["status"] = Hex(LittleEndian(data, kPositionData, 2), 4);
+  return json;
+}
+
+Json DescribeEmergency(Bytes data) {
+  const std::optional<Emergency> emergency = ParseEmergency(data);
+  if (!emergency) return Bad("emergency", data.size() < 8 ? "short" : "long");
+  Json json = Good("emergency");
+  json["code"] = Hex(emergency->code, 4);
+  json["class"] = EmergencyClass(emergency->code);
+  json["register"] = ErrorRegisterText(emergency->error_register);
+  json["specific"] = HexText(emergency->specific);
+  return json;
+}
+
+Json DescribeHeartbeat(Bytes data) {
+  const std::optional<NmtState> state = ParseHeartbeat(data);
+  if (!state) return Bad("heartbeat", data.empty() ? "short" : data.size() > 1 ? "long" : "range");
+  if (*state == NmtState::kBootUp) return Good("boot_up");
+  Json json = Good("heartbeat");
+  json["state"] = NmtStateName(*state);
+  return json;
+}
+
+Json DescribeRequest(Bytes data) {
+  if (data.size() != 8) return Bad("sdo_request", data.size() < 8 ? "short" : "long");
+  // An abort has the same form from either side.
+  const SdoAnswer other = ParseAnswer(data);
+  if (other.kind == SdoAnswer::Kind::kAborted) {
+    Json json = Good("sdo_abort");
+    AddObject(json, other.object);
+    json["code"] = Hex(other.value, 8);
+    json["reason"] = AbortText(other.value);
+    return json;
+  }
+  const std::optional<SdoRequest> request = ParseRequest(data);
+  if (!request) return Bad("sdo_request", "function");
+  Json json = Good(request->write ? "sdo_write_request" : "sdo_read_request");
+  AddObject(json, request->object);
+  if (request->write) json["value"] = *request->write;
+  return json;
+}
+
+Json DescribeAnswer(Bytes data) {
+  const SdoAnswer answer = ParseAnswer(data);
+  Json json = Good("sdo_read_answer");
+  switch (answer.kind) {
+    case SdoAnswer::Kind::kMalformed:
+      return Bad("sdo_answer", data.size() < 8 ? "short" : "function");
+    case SdoAnswer::Kind::kAborted:
+      return DescribeRequest(data);
+    case SdoAnswer::Kind::kWritten:
+      json = Good("sdo_write_answer");
+      AddObject(json, answer.object);
+      break;
+    case SdoAnswer::Kind::kSegmented:
+      json = Good("sdo_segmented_answer");
+      AddObject(json, answer.object);
+      json["length"] = answer.value;
+      break;
+    case SdoAnswer::Kind::kValue:
+      AddObject(json, answer.object);
+      json["value"] = answer.value;
+      break;
+  }
+  return json;
+}
+
+Json Describe(const CanFrame& frame, const Options& options) {
+  const Bytes data = frame.data;
+  if ((frame.id & (kCanExtended | kCanRemote | kCanError)) != 0) return Bad("unknown", "function");
+  const std::uint32_t id = frame.id & kCanStandardMask;
+  if (id == options.cob_id) return DescribePosition(data, options);
+  if (id == kNmtId) return DescribeNmt(data);
+  if (id == kSyncId) return data.size() > 1 ? Bad("sync", "long") : Good("sync");
+  const std::uint32_t function = id & kFunctionMask;
+  const std::uint32_t node = id & kNodeMask;
+  if (node == 0 || (options.node && node != *options.node)) return Bad("unknown", "wrong_identity");
+  if (function == kEmergencyId) return DescribeEmergency(data);
+  if (function == kTpdo1Id && !options.cob_id) return DescribePosition(data, options);
+  if (function == kSdoAnswerId) return DescribeAnswer(data);
+  if (function == kSdoRequestId) return DescribeRequest(data);
+  if (function == kHeartbeatId) return DescribeHeartbeat(data);
+  return Bad("unknown", "function");
+}
+
+}  // namespace
+
+Json Decode(const DecodeSettings& settings, const CanFrame& frame, bool* usable) {
+  Options options;
+  const std::string problem = ReadOptions(settings, options);
+  *usable = problem.empty();
+  if (!*usable) return {{"error", problem}};
+  Json json = Describe(frame, options);
+  const std::uint32_t node = frame.id & kNodeMask;
+  const bool of_node =
+      json["ok"] == true && (frame.id & kFunctionMask) != 0 && frame.id != kSyncId && frame.id != options.cob_id;
+  if (of_node) json["node"] = node;
+  return json;
+}
+
+}  // namespace axlecast::cia406

@@ -1,0 +1,124 @@
+#include "tools/scan/scan_lines.h"
+
+#include <filesystem>
+#include <variant>
+
+#include "drivers/hal/can_socket.h"
+#include "drivers/hal/line_guard.h"
+#include "drivers/hal/simulated_can.h"
+#include "drivers/hal/simulated_spi.h"
+#include "drivers/hal/spi_port.h"
+
+namespace axlecast {
+namespace {
+
+// Every port makes it; each trial sets its own.
+constexpr LineFormat kAtFirst = {.baud = 9'600};
+constexpr int kMaxReads = 100;  // a line that never rests must not hold a scan up
+
+}  // namespace
+
+SerialScanLine::SerialScanLine(const std::string& path, bool echo, const Clock& clock)
+    : path_(path),
+      port_({.path = path, .format = kAtFirst, .pty = {.foreign = IsPtyByNumber(path)}}, clock),
+      medium_(port_, clock, echo, nullptr) {}
+
+std::string SerialScanLine::Open() {
+  std::string problem = port_.Open();
+  if (problem.empty()) return problem;
+  const std::string holder = PortHolder(path_);
+  return holder.empty() ? problem : problem + " (" + holder + " has it open)";
+}
+
+bool SerialScanLine::Set(const ProbeTrial& trial) {
+  const bool set = port_.SetFormat(trial.line);
+  bool lost = false;
+  for (int i = 0; i < kMaxReads && !lost; ++i) {  // what came at the rate before
+    const Event* stray = medium_.FindStray();
+    if (stray == nullptr) break;
+    lost = stray->kind == Event::Kind::kLinkDown;
+  }
+  return set || lost;  // of a lost line the next step tells
+}
+
+std::string SpiScanLine::OpenWith(const SpiSettings& settings) {
+  medium_.reset();
+  link_.reset();  // before the new one takes the lock
+  std::error_code ignored;
+  if (std::filesystem::is_socket(path_, ignored)) {
+    link_ = std::make_unique<SimulatedSpi>(path_, settings, clock_);
+  } else {
+    link_ = std::make_unique<SpiPort>(path_, settings, clock_);
+  }
+  medium_ = std::make_unique<SerialTransactor>(*link_, clock_, false, nullptr);
+  return link_->Open();
+}
+
+CanScanLine::~CanScanLine() {
+  medium_.reset();
+  link_.reset();
+  if (!touched_) return;
+  // What cannot be put back now is told by the interface itself: it stays down, or listens only.
+  static_cast<void>(netlink_.Switch(found_, false));
+  static_cast<void>(netlink_.Configure(found_, found_.bitrate, found_.listen_only));
+}
+
+std::string CanScanLine::Open() {
+  if (IsSimulated()) return SimulatedCan(interface_, CanBitrates().front(), clock_).Open();
+  if (std::string problem = netlink_.Open(); !problem.empty()) return problem;
+  const CanInterfaceReply reply = netlink_.Ask(interface_);
+  if (const auto* interface = std::get_if<CanInterface>(&reply)) found_ = *interface;
+  if (found_.is_controller && !found_.up) return "";
+  // It says why another one will not do; and it shows whether a driver has it.
+  CanSocket socket({.interface = interface_, .bitrate = 0, .filters = {}}, clock_);
+  return socket.Open();
+}
+
+bool CanScanLine::MayConfigure() { return IsSimulated() || netlink_.Switch(found_, false) == 0; }
+
+std::string CanScanLine::ListenLine() const {
+  return "ip link set " + interface_ + " up type can bitrate BITRATE listen-only on";
+}
+
+bool CanScanLine::ListenAt(std::int64_t bitrate) {
+  touched_ = true;
+  return netlink_.Switch(found_, false) == 0 && netlink_.Configure(found_, bitrate, true) == 0 &&
+         netlink_.Switch(found_, true) == 0;
+}
+
+bool CanScanLine::Set(const ProbeTrial& trial) {
+  if (link_ && (is_up() || trial.bitrate == current_)) return true;
+  medium_.reset();
+  link_.reset();
+  current_ = trial.bitrate;
+  if (IsSimulated()) {
+    link_ = std::make_unique<SimulatedCan>(interface_, trial.bitrate, clock_);
+  } else {
+    if (!is_up() && !ListenAt(trial.bitrate)) return false;
+    link_ = std::make_unique<CanSocket>(CanSettings{.interface = interface_, .bitrate = 0, .filters = {}}, clock_);
+  }
+  medium_ = std::make_unique<CanTransactor>(*link_, clock_);
+  if (link_->Open().empty()) return true;
+  link_.reset();
+  return false;
+}
+
+std::vector<PlannedTrial> AtBitrates(const std::vector<PlannedTrial>& plan,
+                                     const std::vector<std::int64_t>& bitrates) {
+  std::vector<PlannedTrial> all;
+  for (const std::int64_t bitrate : bitrates) {
+    for (PlannedTrial planned : plan) {
+      planned.trial.bitrate = bitrate;
+      all.push_back(std::move(planned));
+    }
+  }
+  return all;
+}
+
+const std::vector<std::int64_t>& CanBitrates() {
+  static const std::vector<std::int64_t> kBitrates = {500'000, 250'000, 125'000, 1'000'000, 800'000,
+                                                      100'000, 50'000,  20'000,  10'000};
+  return kBitrates;
+}
+
+}  // namespace axlecast
