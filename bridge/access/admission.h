@@ -26,8 +26,8 @@ struct ValidatedCommand {
   MonoNs begin_by = 0;
 };
 
-// Whether a command (any mode but QUERY) of `caller` may be taken up, by what it says alone. What is refused once is
-// refused for as long as the bridge runs, so that it need not be remembered.
+// Checks the content of a command (any mode but QUERY) and the rights of its sender. The result of the same command does
+// not change while the bridge runs, so refusals are not stored.
 [[nodiscard]] Result<ValidatedCommand> ValidateCommand(const MachineConfig& machine, std::int64_t bridge_boot_id,
                                                        const Authority& authority, const Caller& caller,
                                                        const command_body_t& body, MonoNs now);
@@ -67,7 +67,7 @@ class UnauthorizedMessageCounter {
   static constexpr MonoNs kLogInterval = 10 * kSecond;
   static constexpr int kAnswersPerSecond = 100;
 
-  // True when it is time to tell.
+  // Returns true if this message should be logged (at most once in kLogInterval).
   bool Count(MonoNs now) {
     ++count_;
     last_ = now;
@@ -76,7 +76,7 @@ class UnauthorizedMessageCounter {
     logged_ = now;
     return true;
   }
-  // Whether its sender is told, so that a flood is not answered by another.
+  // Returns whether the message may be answered, so that a flood does not cause a flood of answers.
   [[nodiscard]] bool MayAnswer(MonoNs now) {
     if (now - answers_from_ >= kSecond) {
       answers_from_ = now;

@@ -20,7 +20,7 @@ struct Caller {
 };
 
 // Judges by the keys of the machine's file who sends a command, and what its sender may do. Refusals are for the
-// sender: they never say more than the machine's file, which is no secret.
+// sender: they contain nothing that is not in the machine's file, which is not secret.
 class Authority {
  public:
   // `config` must outlive it and its callers.

@@ -15,7 +15,7 @@
 
 namespace axlecast {
 
-// All that the bridge says on the command port: heads, epochs, signatures.
+// Publishes all messages of the bridge on the command port, with header, bridge epoch and signature.
 class CommandPort {
  public:
   // `key` null: unsigned. Orders begin above `epoch`.
@@ -27,8 +27,7 @@ class CommandPort {
   std::int64_t SendToDriver(const std::string& bus, driver_order_t order, Timestamp now);
   void PublishQuery(command_t question, Timestamp now);
 
-  // A driver has last_status an order of this epoch: those of this bridge go above it. One that no bridge could have
-  // reached is not believed.
+  // Raises the epoch above one that a driver has received. An epoch that no bridge can have reached is ignored.
   void RaiseEpoch(std::int64_t epoch) {
     constexpr std::int64_t kHighest = std::int64_t{1} << 62;
     if (epoch > epoch_ && epoch < kHighest) epoch_ = epoch;

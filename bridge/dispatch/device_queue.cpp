@@ -229,7 +229,7 @@ void DeviceQueue::RouteNext(Timestamp now) {
   if (task.purpose == PendingCommand::Purpose::kOutcomeCheck) {
     task.queries_driver = task.about_silent && driver_.boot_id() == task.about_boot_id;
     if (!task.queries_driver && task.operation == nullptr) {
-      return End(Take(next), S::STATE_FAILED, S::REASON_NONE, "no operation can tell", now);
+      return End(Take(next), S::STATE_FAILED, S::REASON_NONE, "no operation can verify it", now);
     }
     if (!task.queries_driver && !driver_.IsAnswering(task.device)) return;
   }
@@ -271,7 +271,7 @@ void DeviceQueue::Follow(Timestamp now) {
     return OnDriverLost(S::REASON_DRIVER_SILENT, "the driver has not answered for 5 s", now);
   }
   if (task.purpose == PendingCommand::Purpose::kOutcomeCheck && now.mono >= task.begin_by) {
-    return End(TakeCurrent(), S::STATE_EXPIRED, S::REASON_DEADLINE, "the driver did not tell in time", now);
+    return End(TakeCurrent(), S::STATE_EXPIRED, S::REASON_DEADLINE, "the driver did not report in time", now);
   }
   SendDue(task, now);
 }

@@ -29,12 +29,12 @@
 
 namespace axlecast {
 
-// What the bridge stands on. All of it outlives the bridge.
+// Dependencies of the dispatcher. All must outlive it.
 struct BridgePorts {
   JournalWorker* journal = nullptr;
   MessageSink* commands = nullptr;
   MessageSink* data = nullptr;
-  const SigningKey* key = nullptr;  // null: what it says stays unsigned
+  const SigningKey* key = nullptr;  // null: messages are not signed
   std::function<void(const std::string& line)> log;
   std::function<CommandId()> random;  // for tokens
 };
@@ -60,7 +60,7 @@ class Dispatcher final : private DeviceQueueListener {
   void OnCommandStatus(Bytes message, Timestamp now);
   // At least every 20 ms.
   void Tick(Timestamp now);
-  // Goes on with what the journal's thread has done meanwhile; every other call does this too.
+  // Processes what the journal's thread has finished. Every other public function does this too.
   void Settle(Timestamp now);
 
   [[nodiscard]] const DuplicateBridgeDetector& watch() const { return watch_; }

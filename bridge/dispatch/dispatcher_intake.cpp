@@ -61,7 +61,7 @@ void Dispatcher::Query(const command_body_t& body, Timestamp now) {
 }
 
 // Asks the journal for a command that this bridge does not remember. It is answered within JournalQueue::kSlow, if
-// need be by "cannot tell", so that a client learns of this bridge while the disk has stalled.
+// necessary with "cannot tell", so that a client finds this bridge while the disk does not respond.
 void Dispatcher::LookUp(const CommandId& id, decltype(Lookup::answer) answer) {
   if (journal_.IsSlow(now_.mono)) return answer(std::nullopt, false);
   if (lookups_.size() >= kMaxLookups) return;
@@ -120,7 +120,7 @@ void Dispatcher::Cancel(const IncomingCommand& incoming, Timestamp now) {
   PublishKnown(incoming.body, "the driver was asked to give it up if it has not begun", now);
 }
 
-// How the command of a cancellation stands. `text` says what came of the latter, unless the command has ended.
+// Publishes the status of a command that was to be cancelled. Unless it has ended, `text` states the result.
 void Dispatcher::PublishKnown(const command_body_t& body, const std::string& text, Timestamp now) {
   const auto tell = [this, text](command_status_t status) {
     if (!IsFinalState(status.state) && status.state != S::STATE_UNKNOWN) status.text = text;

@@ -11,12 +11,12 @@
 
 namespace axlecast {
 
-// What has to be done to find out what became of a command that ended INDETERMINATE; nothing when nobody can tell.
+// Returns the read that verifies a command after INDETERMINATE, or nothing if no read can verify it.
 [[nodiscard]] std::optional<PendingCommand> OutcomeCheckFor(const PendingCommand& command, const Family& family,
                                                             MonoNs give_up);
 
-// Another look, after kCheckAgain, where the finished task could not read for a reason that may pass: an encoder whose
-// memory is busy, or that is read badly. Nothing when its time would be over.
+// Returns the same check again, kCheckAgain later, if it failed for a temporary reason: no reply, or the memory is busy.
+// Returns nothing if its time would be over.
 inline constexpr MonoNs kCheckAgain = 500 * kMillisecond;
 [[nodiscard]] std::optional<PendingCommand> NextOutcomeCheck(const PendingCommand& finding, MonoNs now);
 

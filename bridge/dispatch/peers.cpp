@@ -24,7 +24,7 @@ bool DriverLink::On(const driver_status_t& status, MonoNs now) {
     if (replaced && IsPresent(now)) return false;
     Replace(status.boot_id);
   }
-  // What was under way when the driver reported GOODBYE does not bring it back.
+  // A message in transit after GOODBYE does not make the driver present again.
   if (gone_) return status.kind == driver_status_t::KIND_STATUS;
   last_seen_ = now;
   gone_ = status.kind == driver_status_t::KIND_GOODBYE;

@@ -14,25 +14,26 @@
 
 namespace axlecast {
 
-// What the bridge knows of the driver of one bus, from DRIVER_STATUS.
+// The state of the driver of one bus, from DRIVER_STATUS.
 class DriverLink {
  public:
-  static constexpr MonoNs kAbsentAfter = 3 * kSecond;  // without a word; a driver says HELLO once a second
+  static constexpr MonoNs kAbsentAfter = 3 * kSecond;  // since its last message; a driver sends HELLO once a second
 
-  // Before anything else: the devices of the bus. What a message says of others is passed over.
+  // Sets the devices of the bus. Call it first. Other devices in a message are ignored.
   void Expect(const std::vector<DeviceConfig>& devices);
 
-  // False when the message is from a boot that was replaced, or from one that has not reported HELLO yet.
+  // Returns false if the message is from a boot that was replaced, or from one that has not sent HELLO yet.
   [[nodiscard]] bool On(const driver_status_t& status, MonoNs now);
 
   [[nodiscard]] bool IsPresent(MonoNs now) const { return IsRunning() && now - last_seen_ <= kAbsentAfter; }
-  // Not there, and not only not last_status yet: who listens for less than kAbsentAfter cannot tell.
+  // Returns true if the driver sent GOODBYE, or sent nothing for kAbsentAfter. A driver that was not received yet counts
+  // as absent only after this time.
   [[nodiscard]] bool IsAbsent(MonoNs now) const { return gone_ || now - last_seen_ > kAbsentAfter; }
   void ListenFrom(MonoNs now) { last_seen_ = now; }
-  // The boot that was last_status last has neither reported GOODBYE nor been replaced.
+  // Returns true if a driver was received, and it has not sent GOODBYE.
   [[nodiscard]] bool IsRunning() const { return boot_id_ != 0 && !gone_; }
   [[nodiscard]] std::int64_t boot_id() const { return boot_id_; }
-  // The device can be asked: ONLINE or DEGRADED in the last HELLO.
+  // Returns true if the device was ONLINE or DEGRADED in the last HELLO.
   [[nodiscard]] bool IsAnswering(const std::string& device) const;
   [[nodiscard]] std::size_t devices() const { return states_.size(); }
 
@@ -41,7 +42,7 @@ class DriverLink {
 
   void Replace(std::int64_t boot_id);
 
-  std::int64_t boot_id_ = 0;  // 0 never last_status
+  std::int64_t boot_id_ = 0;  // 0: none received yet
   bool gone_ = false;
   MonoNs last_seen_ = 0;
   std::map<std::string, std::int8_t> states_;  // of the bus's devices, all of them
@@ -63,7 +64,7 @@ class DuplicateBridgeDetector {
   [[nodiscard]] std::optional<command_t> Probe(MonoNs now);
 
   [[nodiscard]] bool IsListening(MonoNs now) const { return now < serves_from_; }
-  // Boot id of another bridge that has spoken within kForget.
+  // Returns the boot id of another bridge that has sent a message within kForget.
   [[nodiscard]] std::optional<std::int64_t> Other(MonoNs now) const;
 
  private:

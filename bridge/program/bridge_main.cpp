@@ -97,7 +97,7 @@ class BridgeProgram {
   }
 
  private:
-  // A bridge without its key serves all the same: what it says is not believed, and ALARM/bridge says why.
+  // A bridge without its key runs, but its messages are not accepted. ALARM/bridge reports the cause.
   static std::optional<SigningKey> LoadBridgeKey(const BridgeConfig& config) {
     if (config.bridge.place.empty()) return std::nullopt;
     if (const Result<> done = ForbidCoreDumps(); !done) spdlog::warn("{}", done.error().text);

@@ -8,7 +8,7 @@
 
 namespace axlecast {
 
-// What stands between the bridge and its journal and command port. Empty ones: nothing does.
+// Wrappers around the journal and the command port, for tests. Empty: none.
 struct BridgeInterposers {
   std::function<std::unique_ptr<DurableStore>(std::unique_ptr<DurableStore>)> store;  // in the journal's thread
   std::function<std::unique_ptr<MessageSink>(MessageSink&)> commands;

@@ -31,7 +31,7 @@ bool IsFirstAcknowledgement(const S& status) {
   });
 }
 
-// False too where the list does not say all.
+// Returns false also if the list is incomplete.
 bool LeavesOut(const std::string& list, const std::string& alarm) {
   std::istringstream words(list);
   for (std::string word; words >> word;) {
@@ -83,7 +83,8 @@ void AlarmStateStore::OnAcknowledged(const driver_status_t& status) {
   for (const AlarmMark& mark : store_.Marks(status.device)) {
     const bool knew = mark.driver_boot_id == status.boot_id && mark.known_utime < status.utime;
     if (mark.kind != Kind::kAcknowledged || !knew || !LeavesOut(status.text, mark.alarm)) continue;
-    static_cast<void>(store_.EndMark(status.device, mark.kind, mark.alarm));  // it is told again
+    static_cast<void>(
+        store_.EndMark(status.device, mark.kind, mark.alarm));  // a failure is repeated with the next status
   }
 }
 

@@ -68,8 +68,8 @@ class BridgeAlarms {
   MonoNs published_at_ = 0;
 };
 
-// What operators have reported of alarms, beyond the life of the driver that shows it: gives a restarted driver back what
-// it has forgotten, and ends what holds no more. Free of I/O but for the store.
+// Keeps acknowledgements and shelvings of alarms beyond the life of the driver. Returns them to a restarted driver, and
+// removes those that have ended. Free of I/O but for the store.
 class AlarmStateStore {
  public:
   explicit AlarmStateStore(AlarmStore& store) : store_(store) {}

@@ -22,7 +22,7 @@ std::int64_t RestingCounts(const DeviceSettings& settings) {
   return std::max(2 * settings.noise_counts, settings.counts_per_turn / 1'000);
 }
 
-// The shortest way, where whole windows cannot be told apart.
+// Returns the shortest way: whole windows cannot be distinguished.
 std::int64_t Wrapped(std::int64_t way, std::int64_t window) {
   const std::int64_t within = ((way % window) + window) % window;
   return within > window / 2 ? within - window : within;
@@ -49,7 +49,7 @@ tl::unexpected<Error> NotJournalled() {
   return Failure("the journal cannot note what it changes: see ALARM/bridge; nothing was done", S::REASON_JOURNAL);
 }
 
-// Stands in the history of a datum that a command's own effect made void.
+// Returns the reason for the history of a datum that a command made void.
 std::string VoidReason(const PendingCommand& task) {
   return std::string(task.operation->name) + ' ' + IdText(task.id);
 }
@@ -81,17 +81,17 @@ std::string TravelText(const ShaftTravel& travel, const DeviceConfig& device, st
     case ShaftTravel::Verdict::kResting:
       return Text("did not move in the %.1f s without its driver", away_s);
     case ShaftTravel::Verdict::kWithinWindow:
-      return Text("moved by %.4f turns in the %.1f s without its driver; the encoder tells %lld turns apart",
+      return Text("moved by %.4f turns in the %.1f s without its driver; the encoder distinguishes %lld turns",
                   travel.turns, away_s, range);
     case ShaftTravel::Verdict::kBeyondWindow:
       return Text(
           "moved by %.4f turns or further in the %.1f s without its driver: more than a quarter of the %lld "
-          "turns that the encoder tells apart; check its place",
+          "turns that the encoder distinguishes; check its place",
           travel.turns, away_s, range);
     case ShaftTravel::Verdict::kTurnsUnknown:
       return Text(
           "its angle changed by %.4f turns in the %.1f s without its driver, besides any number of whole "
-          "turns: a single-turn encoder cannot tell them; check its place",
+          "turns: a single-turn encoder cannot detect them; check its place",
           travel.turns, away_s);
   }
   return "";
@@ -120,7 +120,7 @@ std::optional<BridgeCommand> AxisStateStore::OnHello(const DeviceConfig& device,
   return Restoring(*record.datum);
 }
 
-// True when the driver must be told that the reference is lost.
+// Returns true if the driver must receive that the reference is lost.
 bool AxisStateStore::UpdateReference(const std::string& device, const driver_device_t& reported, bool was_lost,
                                      Seen& seen, Timestamp now) {
   if (reported.reference_lost) {
@@ -131,7 +131,7 @@ bool AxisStateStore::UpdateReference(const std::string& device, const driver_dev
     return false;
   }
   if (!was_lost) return false;
-  // Only a boot that has known it can tell that it was restored.
+  // Only a boot that has reported the loss can report that the reference was restored.
   if (!seen.reported_lost) return true;
   if (store_.SetReferenceLost(device, false)) Note(device, "reference_restored", "the reference holds again", now);
   return false;
@@ -199,7 +199,7 @@ void AxisStateStore::OnOutcome(const DeviceConfig& device, PendingCommand& task,
   if (task.operation->moves_datum && NothingWasDone(status.state)) RestoreDatum(task);
 }
 
-// What was counted and not written is taken back; of an INDETERMINATE one nobody knows.
+// Subtracts writes that were counted but not made. After INDETERMINATE, all of them stay counted.
 void AxisStateStore::SettleWrites(PendingCommand& task, Timestamp now) {
   if (task.reserved_writes == 0 || task.status.state == S::STATE_INDETERMINATE) return;
   const std::int32_t unused = std::max(task.reserved_writes - task.nv_writes, 0);
@@ -245,8 +245,8 @@ void AxisStateStore::AcceptExchange(PendingCommand& task, Timestamp now) {
   status.changes = {{"identity", "", seen.identity}};
   status.n_changes = 1;
   status.text = !kept     ? "the journal could not note it: see ALARM/bridge, then repeat it"
-                : of_file ? "wear begins anew; the machine's file gives a datum of the old encoder: change it"
-                          : "wear and datum begin anew: home the axis";
+                : of_file ? "wear restarts; the machine's file gives a datum of the old encoder: change it"
+                          : "wear and datum restart: home the axis";
   if (!kept) return;
   seen.exchanged = seen.doubtful = false;
   Note(task.device, "exchange_accepted", "by " + task.who + ": " + status.text, now);

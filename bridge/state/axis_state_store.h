@@ -17,7 +17,7 @@
 
 namespace axlecast {
 
-// How far a shaft went while nobody watched it, as far as its encoder can tell.
+// How far a shaft moved while no driver read its encoder, as far as the encoder can distinguish.
 struct ShaftTravel {
   enum class Verdict : std::uint8_t {
     kResting,       // within what two readings at rest may differ
@@ -36,33 +36,32 @@ struct ShaftTravel {
 // "moved by 3.2000 turns within 65536 turns in 12 s while its driver was away"
 [[nodiscard]] std::string TravelText(const ShaftTravel& travel, const DeviceConfig& device, std::int64_t away_us);
 
-// What the bridge keeps of every device beyond the life of its driver: datum, reference, last position, identity,
-// wear. Notices what happened in between, and gives a restarted driver back what it has forgotten. Free of I/O but
-// for the store.
+// Keeps datum, reference, last position, identity and wear of every device beyond the life of its driver. Detects what
+// changed in between, and returns the values to a restarted driver. The store is its only I/O.
 class AxisStateStore {
  public:
-  // `tell` hears each event as well as the store.
-  AxisStateStore(AxisStore& store, std::function<void(const AxisEvent&)> tell)
-      : store_(store), on_event_(std::move(tell)) {}
+  // `on_event` receives each event that the store receives.
+  AxisStateStore(AxisStore& store, std::function<void(const AxisEvent&)> on_event)
+      : store_(store), on_event_(std::move(on_event)) {}
 
-  // What a driver's boot says of a device in its HELLO. `idle`: no command is under way or waits for it. An order
-  // when it must be given something back; asked again with the next HELLO until it has it.
+  // Processes a device in a HELLO. `idle`: no command is in progress or waits for it. Returns a command if the driver must
+  // get a value back. It is returned again with each HELLO until the driver has the value.
   [[nodiscard]] std::optional<BridgeCommand> OnHello(const DeviceConfig& device, const driver_device_t& reported,
                                                      std::int64_t boot_id, bool idle, Timestamp now);
 
-  // Notes what must be durable before the task may touch its device; counts the wear that it may cause.
+  // Stores what must be durable before the command is sent, and counts the maximum wear that it may cause.
   [[nodiscard]] Result<> BeforeRoute(const DeviceConfig& device, PendingCommand& task, Timestamp now);
-  // The task has its outcome: what it changed is kept, what it did not do is taken back. May add to the status.
+  // Stores what a finished command changed, and reverts what it did not do. May add to its status.
   void OnOutcome(const DeviceConfig& device, PendingCommand& task, Timestamp now);
 
-  // Puts the driver's operation that carries it out in the place of one of the bridge's own (OperationSpec::executed_by_bridge):
-  // undo_datum gives the datum before the present one, or none; accept_exchange clears the one of the encoder that was
-  // here. A reason when there is nothing to go back to.
+  // Replaces an operation of the bridge (OperationSpec::executed_by_bridge) by the driver's operation that does it.
+  // undo_datum sets the datum before the present one, or none. accept_exchange clears the datum of the previous encoder.
+  // Returns an error if there is no earlier datum.
   [[nodiscard]] Result<> Substitute(const Family& family, PendingCommand& task) const;
 
-  // Devices of which another encoder answers than the one that their datum belongs to.
+  // Returns whether any device answers with another encoder than the one of its datum.
   [[nodiscard]] bool AnyExchanged() const;
-  // Devices that moved further than their encoders can tell, since the last datum.
+  // Returns whether any device moved further since its last datum than its encoder can distinguish.
   [[nodiscard]] bool AnyDoubtful() const;
 
  private:

@@ -50,7 +50,7 @@ class CommandStore {
   // Adds a read-only or PREPARE command. Its status may be published immediately.
   void PutVolatile(const command_status_t& status, MonoNs begin_by) { volatile_.Put(status, begin_by); }
   [[nodiscard]] bool IsVolatile(const CommandId& id) const { return volatile_.Find(id) != nullptr; }
-  // Adds a command that may act. No status of it may be published before Tell.
+  // Adds a command that may act. Its status may not be published before MarkPublished.
   void Begin(const command_status_t& status, MonoNs begin_by);
   // Replaces the newest status of a stored command.
   void Update(const command_status_t& status);

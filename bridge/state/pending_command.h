@@ -33,7 +33,7 @@ struct PendingCommand {
   std::int32_t expect_epoch = -1;
   MonoNs begin_by = kNever;
   bool cancel_asked = false;
-  command_status_t status{};  // how it stands; published only of kCommand
+  command_status_t status{};  // published only if purpose is kCommand
 
   // What it waits for in the journal.
   enum class JournalState : std::uint8_t {
@@ -49,7 +49,7 @@ struct PendingCommand {
   CommandId about{};
   std::int64_t about_boot_id = 0;  // the driver that it had been routed to
   std::int64_t about_epoch = 0;    // of the newest order to do it
-  bool about_silent = false;       // that driver fell silent: it may still be able to tell
+  bool about_silent = false;       // that driver fell silent: it may still report the outcome
   bool queries_driver = false;     // by KIND_QUERY; else by its operation
   MonoNs not_before = 0;           // a look that could not read is repeated then
 
@@ -67,7 +67,7 @@ struct PendingCommand {
   [[nodiscard]] std::int32_t WritesAtMost() const;
 };
 
-// What texts of a task and of its status say; empty where they do not.
+// Return a value of the command's arguments or of its changes; empty if there is none.
 [[nodiscard]] std::string ArgumentOf(const PendingCommand& task, std::string_view key);
 [[nodiscard]] std::string ChangedTo(const command_status_t& status, std::string_view key);
 // A whole decimal number.

@@ -47,7 +47,7 @@ std::string Remedy(int code, int system, const std::string& path) {
     case SQLITE_LOCKED:
       return "another program keeps it locked: end its transaction (fuser " + path + " names it)";
     case SQLITE_IOERR:
-      // SQLite tells no errno of writing.
+      // SQLite provides no errno for writes.
       return "its disk fails, can only be read, or a quota or limit is reached: look at df " + path +
              ", quota, and the kernel's log (dmesg)";
     default:
@@ -89,8 +89,8 @@ std::string CheckFile(const std::string& path, int flags) {
   return "";
 }
 
-// A copy that nobody writes, as the bridge leaves -wal beside it, and where this user cannot make what SQLite wants
-// there for a reader.
+// Returns true for a copy of a journal: it has no -wal file, and this user cannot create the files that SQLite needs for a
+// reader.
 bool IsStill(const std::string& path) {
   return access((path + "-wal").c_str(), F_OK) != 0 &&
          faccessat(AT_FDCWD, std::filesystem::absolute(path).parent_path().c_str(), W_OK, AT_EACCESS) != 0;
@@ -218,7 +218,7 @@ constexpr std::string_view kAlarmMarks = R"(CREATE TABLE IF NOT EXISTS alarm_mar
   known_utime INTEGER NOT NULL,
   PRIMARY KEY (device, kind, alarm)) WITHOUT ROWID)";
 
-// For people: what stands in `commands` in words.
+// A view for people: `commands` with words instead of codes.
 constexpr std::string_view kView = R"(CREATE VIEW history AS
   SELECT c.number, strftime('%Y-%m-%d %H:%M:%S', c.accepted_utime / 1000000, 'unixepoch') AS time, c.id, c.who,
          c.device, c.operation, c.arguments, s.word AS outcome, r.word AS cause, f.word AS found, c.verified, c.text,

@@ -15,7 +15,7 @@ struct sqlite3;
 struct sqlite3_stmt;
 namespace axlecast {
 
-// The only place that speaks to SQLite.
+// The only file that uses SQLite.
 
 // What a parameter of a statement is bound to; nothing is NULL.
 using SqlValue = std::variant<std::nullptr_t, std::int64_t, double, std::string_view>;
@@ -58,28 +58,27 @@ class Database {
   enum class Access : std::uint8_t { kReadOnly, kReadWrite };
 
   // To be written: made where it is missing, for its owner and group only (folders 0750, the file 0640); a commit is
-  // on the disk when it returns. Read-only: never changes what it holds. Null when it cannot be used: `problem` says
-  // why and what would help.
+  // on the disk when it returns. Read-only: never changes what it holds. Returns null if it cannot be used: `problem`
+  // then has the cause and the fix.
   [[nodiscard]] static std::unique_ptr<Database> Open(const std::string& path, Access access, std::string& problem);
   ~Database();
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
 
-  // Does a statement that answers no rows. False: problem() says why.
+  // Executes a statement without result rows. Returns false on failure (see problem()).
   [[nodiscard]] bool Execute(std::string_view sql, std::span<const SqlValue> values);
   [[nodiscard]] bool Execute(std::string_view sql, std::initializer_list<SqlValue> values = {});
   [[nodiscard]] Rows Select(std::string_view sql, std::span<const SqlValue> values);
   [[nodiscard]] Rows Select(std::string_view sql, std::initializer_list<SqlValue> values = {});
 
-  // Several statements at once, none or all of them: `writes` says whether to keep them. True when they are on the
-  // disk.
+  // Executes `writes` in one transaction, and commits it if `writes` returns true. Returns true if it is on the disk.
   [[nodiscard]] bool Transact(const std::function<bool()>& writes);
 
   [[nodiscard]] std::int64_t changed_rows() const;     // by the last statement
   [[nodiscard]] std::int64_t inserted_number() const;  // INTEGER PRIMARY KEY of the last row inserted
   // The last failure: the file, the cause, and what would help.
   [[nodiscard]] const std::string& problem() const { return problem_; }
-  // The last failure was one that only another file, or opening it anew, can mend.
+  // Returns true if after the last failure the file must be replaced or reopened.
   [[nodiscard]] bool lost() const { return lost_; }
 
  private:
@@ -96,7 +95,7 @@ class Database {
   bool lost_ = false;
 };
 
-// What stands in the journal's file. docs/journal.md tells it to whoever queries it.
+// The version of the tables in the journal's file: docs/journal.md describes them.
 inline constexpr std::int64_t kSchemaVersion = 1;
 
 // Makes the tables in an empty file, or checks that these are ours, of a version that this program knows, and of

@@ -27,22 +27,23 @@ struct CommandRecord {
 // A command that was accepted and has no outcome yet.
 struct OpenCommand {
   CommandRecord record = {};    // its status as noted last; driver_boot_id 0: it was never sent
-  std::int64_t sent_epoch = 0;  // no order for it has a higher bridge epoch
+  std::int64_t sent_epoch = 0;  // highest bridge epoch with which it was sent
 };
 
-// What the bridge remembers of commands: for as long as an id is kept, its outcome is answered and never made again.
+// The stored commands. While an id is stored, a command with this id is answered with its outcome and not executed again.
 class Journal {
  public:
   virtual ~Journal() = default;
 
-  // Notes a command before anything is done for it. False when it cannot be noted: then nothing may be done.
+  // Stores a command before anything is done for it. Returns false if it cannot be stored: then do not execute it.
   [[nodiscard]] virtual bool Accepted(const CommandRecord& record, Timestamp now) = 0;
-  // Before it is sent to a driver (status.driver_boot_id), with bridge epochs up to `epoch`. False: do not send it.
+  // Stores that it is about to be sent to a driver (status.driver_boot_id) with bridge epochs up to `epoch`. Returns false
+  // if it must not be sent.
   [[nodiscard]] virtual bool Routed(const command_status_t& status, std::int64_t epoch, Timestamp now) = 0;
-  // Its state, progress, text or changes became others. What was noted last may be missing after a crash.
+  // Stores a change of its state, progress, text or changes. The newest may be missing after a crash.
   virtual void Step(const command_status_t& status, Timestamp now) = 0;
-  // Its one outcome, before it is told; once more when a finding is added. What cannot be written is remembered as
-  // long as the process lives, and written as soon as that works.
+  // Stores the outcome before it is published, and again when a finding is added. If it cannot be written, it is kept in
+  // memory and written as soon as possible.
   virtual void Outcome(const command_status_t& status, Timestamp now) = 0;
 
   [[nodiscard]] virtual std::optional<command_status_t> Find(const CommandId& id) const = 0;
@@ -50,14 +51,13 @@ class Journal {
 
 // A datum as the bridge gives it back to a driver, and who set it.
 struct DatumRecord {
-  std::int64_t number = 0;  // 1, 2, ... in the order of their setting; given by the store
-  std::int64_t counts = 0;  // after direction; they read 0
-  std::int64_t utime = 0;   // us, UNIX time at which it was established
-  std::string identity =
-      {};                  // of the encoder that it belongs to, as driver_device_t.identity; empty: it tells none
-  std::string value = {};  // what the position was made to read, with its unit; empty unknown
-  std::string who = {};    // name of the key; "unsigned"
-  CommandId command{};     // that set it
+  std::int64_t number = 0;    // 1, 2, ... in the order of their setting; given by the store
+  std::int64_t counts = 0;    // after direction; they read 0
+  std::int64_t utime = 0;     // us, UNIX time at which it was established
+  std::string identity = {};  // of the encoder that it belongs to, as driver_device_t.identity; empty: not reported
+  std::string value = {};     // what the position was made to read, with its unit; empty unknown
+  std::string who = {};       // name of the key; "unsigned"
+  CommandId command{};        // that set it
   std::string reason = {};
   std::int64_t voided_utime = 0;  // us, UNIX time; 0: it was not made void
   std::string void_reason = {};   // as given to VoidDatum
@@ -101,7 +101,7 @@ class AxisStore {
   // Newest first, those that were voided too.
   [[nodiscard]] virtual std::vector<DatumRecord> Datums(const std::string& device) const = 0;
 
-  // More, or fewer where they were counted beforehand and not made.
+  // Adds to the number of writes. A negative number corrects writes that were counted and not made.
   [[nodiscard]] virtual bool AddWrites(const std::string& device, std::int64_t writes, std::int64_t utime) = 0;
   [[nodiscard]] virtual bool SetReferenceLost(const std::string& device, bool lost) = 0;
   [[nodiscard]] virtual bool SetIdentity(const std::string& device, const std::string& identity) = 0;
@@ -114,7 +114,7 @@ class AxisStore {
   virtual void Note(const AxisEvent& event) = 0;
 };
 
-// What an operator has reported of an alarm, for as long as it holds.
+// An acknowledgement or a shelving of an alarm, kept until it ends.
 struct AlarmMark {
   enum class Kind : std::uint8_t { kAcknowledged, kShelved };
 

@@ -24,7 +24,7 @@ struct HistoryFilter {
   std::optional<std::int64_t> limit = {};        // the newest of those
 };
 
-// How a command stood, and since when.
+// A state of a command, and its timestamp.
 struct CommandStep {
   std::int64_t utime = 0;  // us, UNIX time
   std::int8_t state = 0;

@@ -16,7 +16,7 @@
 
 namespace axlecast {
 
-// For tests: a store that outlives bridges as a disk does, and fails when it is told to.
+// For tests: a store that outlives bridges as a disk does, and fails on request.
 class MemoryStore final : public DurableStore {
  public:
   bool fails = false;

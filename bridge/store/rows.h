@@ -28,8 +28,8 @@ struct CommandRow {
 
 [[nodiscard]] CommandRow CommandOf(const Rows& row);
 
-// As JSON: [{"key": ..., "value": ...}, ...] and [{"key": ..., "before": ..., "after": ...}, ...]. What is no UTF-8
-// is mended; what is no such text is read as nothing.
+// As JSON: [{"key": ..., "value": ...}, ...] and [{"key": ..., "before": ..., "after": ...}, ...]. Bytes that are
+// not UTF-8 are replaced. Other text is read as an empty list.
 [[nodiscard]] std::string ArgumentsText(const std::vector<argument_t>& arguments);
 [[nodiscard]] std::string ChangesText(const std::vector<change_t>& changes);
 [[nodiscard]] std::vector<change_t> ParseChanges(std::string_view text);

@@ -34,7 +34,7 @@ bool InsertStep(Database& database, const std::string& id, const command_status_
        ChangesText(status.changes), id});
 }
 
-// Its row, as it was accepted; SetStatus says how it stands.
+// Inserts the row of an accepted command. SetStatus updates its state.
 bool InsertCommand(Database& database, const std::string& id, const CommandRecord& record) {
   const command_status_t& status = record.status;
   return database.Execute(

@@ -29,8 +29,8 @@ class SqliteJournal {
   // It could not be inserted; what is noted for it all the same is written later.
   void Refused(const CommandRecord& record);
 
-  // How a command stands now, to be written; epoch 0: not sent anew. False when there is no such command. `database`
-  // may be null: then nobody knows, and it is kept.
+  // Keeps the state of a command until it is written. `epoch` 0: it was not sent again. Returns false if there is no such
+  // command. If `database` is null, this is not known, and the state is kept.
   bool Note(Database* database, const command_status_t& status, std::int64_t epoch, Timestamp now);
 
   // In a transaction: some of what waits, `first` in any case. Written() follows when it was committed.

@@ -18,7 +18,7 @@ constexpr MonoNs kWriteAgain = kSecond;  // after a failure
 
 bool Nothing(Database& /*database*/) { return true; }
 
-// Changes a page, so that it tells whether there is room.
+// Changes a page, so that a full disk is detected.
 bool Probe(Database& database) {
   return database.Execute("INSERT OR REPLACE INTO meta (key, value) VALUES ('probe', 0)");
 }
@@ -51,7 +51,7 @@ void SqliteStore::OpenFile() {
 void SqliteStore::OpenToRead() {
   database_.reset();
   if (guard_.Replaced()) return;
-  std::string problem;  // problem_ says already why nothing can be written
+  std::string problem;  // problem_ has the cause already
   database_ = Database::Open(file_, Database::Access::kReadOnly, problem);
   if (!database_) return;
   if (!CheckSchema(*database_, file_, machine_).empty() || !guard_.Compare(*database_).empty()) {

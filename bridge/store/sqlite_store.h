@@ -14,10 +14,9 @@
 
 namespace axlecast {
 
-// The bridge's memory in an SQLite file (docs/journal.md). It never forgets a command. What answers true is on the
-// disk. The file may be missing, full, read-only or damaged at any time: then problem() says so, what must be durable
-// answers false, what can be read is still answered, and Tick tries again: to write every second, to open the file
-// every 10 s. A file that another bridge uses, that is older than what was written, or that is no longer the one that
+// The journal in an SQLite file (docs/journal.md). It keeps every command. If a function returns true, the change is on the
+// disk. The file may be missing, full, read-only or damaged at any time. Then problem() has the cause, changes return
+// false, and reads still work. Tick retries writing every second and opening every 10 s. A file that another bridge uses, that is older than what was written, or that is no longer the one that
 // was opened is not used (JournalGuard).
 class SqliteStore final : public DurableStore {
  public:

@@ -1,12 +1,12 @@
 #pragma once
 
-#include <algorithm>
 #include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
-#include <yaml-cpp/yaml.h>
 
 #include "core/config/config_map.h"
 #include "drivers/cia406/cia406.h"

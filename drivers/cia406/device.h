@@ -7,41 +7,42 @@
 #include "core/device/device.h"
 #include "drivers/cia406/interpreter.h"
 #include "drivers/cia406/procedures.h"
-#include "drivers/kit/refusal.h"
+#include "drivers/kit/command_runner.h"
 
 namespace axlecast::cia406 {
 
-// One standard encoder on a CAN bus: when to send, and what; else it listens. What comes of it is the
-// Interpreter's.
-class Cia406Device final : public Device {
+// One standard encoder on a CAN bus: selects what is sent, and when; otherwise it listens. The Interpreter evaluates the
+// frames.
+class Cia406Device final : public Device, private CommandRunner<Procedure>::Policy {
  public:
   Cia406Device(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
 
-  [[nodiscard]] Step Next(const BusSlot& turn) const override;
+  [[nodiscard]] Step Next(const BusSlot& slot) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
-  [[nodiscard]] Result<> Validate(const DriverCommand& order, MonoNs now) const override;
-  void Begin(const DriverCommand& order, MonoNs now) override;
+  [[nodiscard]] Result<> Validate(const DriverCommand& command, MonoNs now) const override {
+    return runner_.Validate(command, link_up_, now);
+  }
+  void Begin(const DriverCommand& command, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
  private:
-  // The procedure that carries out the order, or why it cannot begin now.
-  [[nodiscard]] Made<Procedure> Admit(const DriverCommand& order, MonoNs now) const;
-  [[nodiscard]] std::optional<Outcome> RefusalNow(const DriverCommand& order, MonoNs now) const;
-  [[nodiscard]] bool SyncIsDue(const BusSlot& turn) const;
-  // The transfer that is wanted now, and how urgently.
+  [[nodiscard]] Result<std::unique_ptr<Procedure>> MakeProcedure(const DriverCommand& command,
+                                                                 MonoNs now) const override;
+  [[nodiscard]] Result<> CheckState(const DriverCommand& command, MonoNs now) const override;
+  [[nodiscard]] bool SyncIsDue(const BusSlot& slot) const;
+  // The next transfer, and its priority.
   struct Transfer {
     SdoRequest request;
     Priority priority = Priority::kSlow;
   };
-  [[nodiscard]] std::optional<Transfer> NextTransfer(const BusSlot& turn) const;
-  [[nodiscard]] std::optional<SdoRequest> Ordered(MonoNs now) const;
+  [[nodiscard]] std::optional<Transfer> NextTransfer(const BusSlot& slot) const;
+  // Returns the transfer that the procedure needs next; nothing without a procedure, or if it has expired.
+  [[nodiscard]] std::optional<SdoRequest> ProcedureRequest(MonoNs now) const;
   [[nodiscard]] Step Listening(MonoNs now) const;
   void OnLinkDown(MonoNs now);
   void OnNotSent(const Event& event);
   void AdvanceProcedure(const std::optional<SdoResult>& result, MonoNs now);
-  [[nodiscard]] bool Expired(MonoNs now) const { return procedure_ && !procedure_->touched() && now >= begin_by_; }
-  void Report(const std::optional<Outcome>& outcome);
 
   std::shared_ptr<const DeviceSettings> owned_;  // keeps settings_ alive
   const Cia406Settings& settings_;
@@ -50,13 +51,11 @@ class Cia406Device final : public Device {
   Interpreter interpreter_;
 
   bool link_up_ = false;
-  MonoNs hold_until_ = 0;  // the controller's queue is full
-  MonoNs sync_at_ = 0;     // of the last SYNC
-  std::unique_ptr<Procedure> procedure_;
-  CommandId order_{};
-  MonoNs begin_by_ = kNever;
-  bool live_turn_ = false;  // the procedure had its turn: a live reading that is due goes first
-  bool for_order_ = false;  // the request that is going out is the procedure's
+  MonoNs hold_until_ = 0;       // the controller's queue is full
+  MonoNs sync_at_ = 0;          // of the last SYNC
+  bool live_slot_ = false;      // the last slot was the procedure's: a live reading that is due goes first
+  bool for_procedure_ = false;  // the request that is being sent is the procedure's
+  CommandRunner<Procedure> runner_;
 };
 
 }  // namespace axlecast::cia406

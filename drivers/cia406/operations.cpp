@@ -1,6 +1,5 @@
 #include "drivers/cia406/operations.h"
 
-#include <axlecast/command_status_t.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -10,12 +9,12 @@
 #include "drivers/cia406/cia406.h"
 #include "drivers/cia406/procedures.h"
 #include "drivers/kit/arguments.h"
+#include "drivers/kit/command_runner.h"
 
 namespace axlecast::cia406 {
 namespace {
 
-using Reason = command_status_t;
-using Made = axlecast::Made<Procedure>;
+using Made = Result<std::unique_ptr<Procedure>>;
 
 constexpr std::string_view kZero = "zero";
 constexpr std::string_view kSetPosition = "set_position";
@@ -27,35 +26,27 @@ constexpr std::string_view kSave = "save_parameters";
 constexpr MonoNs kPatience = 2 * kSecond;
 constexpr int kMaxObjects = 5;  // of one readout
 
-// The preset value that an operation writes; nothing when it is none, or its counts are wrong.
+// Returns the preset value that an operation writes; nothing if it writes no preset, or if its counts are wrong.
 std::optional<std::uint32_t> TargetOf(std::string_view operation, const Arguments& arguments,
                                       const Cia406Settings& settings) {
   if (operation == kZero) return 0;
   if (operation != kSetPosition) return std::nullopt;
-  const std::optional<std::string_view> counts = FindArgument(arguments, "counts");
   const std::int64_t maximum = (std::int64_t{1} << settings.total_bits()) - 1;
-  const std::optional<std::int64_t> value = counts ? ParseWhole(*counts, 0, maximum) : std::nullopt;
+  const std::optional<std::int64_t> value = WholeArgument(arguments, "counts", 0, maximum);
   return value ? std::optional(static_cast<std::uint32_t>(*value)) : std::nullopt;
 }
 
-Outcome BadCounts(const Cia406Settings& settings) {
-  return Rejected(Reason::REASON_BAD_ARGUMENT,
-                  Text("counts must be a whole number, 0 to 2^%d - 1 (6002h): turns and "
-                       "single-turn together",
-                       settings.total_bits()));
+tl::unexpected<Error> BadCounts(const Cia406Settings& settings) {
+  return BadArgument(Text("counts must be a whole number, 0 to 2^%d - 1 (6002h): turns and single-turn together",
+                          settings.total_bits()));
 }
 
-Made MakePositionReadout(const DriverCommand& order, const Cia406Settings& settings, const DeviceOutput& output,
+Made MakePositionReadout(const DriverCommand& command, const Cia406Settings& settings, const DeviceOutput& output,
                          MonoNs deadline) {
-  const std::optional<std::string_view> after = FindArgument(order.arguments, "after");
   std::optional<std::uint32_t> target;
-  if (after) {
-    const CommandLine looked = ParseCommandLine(*after);
-    target = TargetOf(looked.operation, looked.arguments, settings);
-    if (!target) {
-      return Rejected(Reason::REASON_BAD_ARGUMENT,
-                      "after must be zero, or \"set_position counts=N\" with its counts");
-    }
+  if (const auto after = AfterArgument(command.arguments)) {
+    target = TargetOf(after->operation, after->arguments, settings);
+    if (!target) return BadArgument("after must be zero, or \"set_position counts=N\" with its counts");
   }
   return std::make_unique<PositionReadout>(target, settings, output, deadline);
 }
@@ -107,21 +98,19 @@ std::span<const OperationSpec> Operations() {
   return kSpecs;
 }
 
-bool MovesDatum(std::string_view operation) { return operation == kZero || operation == kSetPosition; }
-
-Made MakeProcedure(const DriverCommand& order, const Cia406Settings& settings, const Interpreter& interpreter,
+Made MakeProcedure(const DriverCommand& command, const Cia406Settings& settings, const Interpreter& interpreter,
                    const DeviceOutput& output, MonoNs now) {
   const MonoNs deadline = now + kPatience + kMaxObjects * settings.sdo_timeout;
-  if (MovesDatum(order.operation)) {
-    const auto target = TargetOf(order.operation, order.arguments, settings);
+  if (command.operation == kZero || command.operation == kSetPosition) {
+    const auto target = TargetOf(command.operation, command.arguments, settings);
     if (!target) return BadCounts(settings);
     return std::make_unique<PresetProcedure>(*target, settings, output, now);
   }
-  if (order.operation == kReadPosition) return MakePositionReadout(order, settings, output, deadline);
-  if (order.operation == kReadIdentity) return std::make_unique<IdentityReadout>(deadline);
-  if (order.operation == kReadState) return std::make_unique<StateReadout>(interpreter, deadline);
-  if (order.operation == kSave) return std::make_unique<SaveProcedure>(settings, now);
-  return Rejected(Reason::REASON_UNKNOWN_OPERATION, "model cia406 has no operation " + order.operation);
+  if (command.operation == kReadPosition) return MakePositionReadout(command, settings, output, deadline);
+  if (command.operation == kReadIdentity) return std::make_unique<IdentityReadout>(deadline);
+  if (command.operation == kReadState) return std::make_unique<StateReadout>(interpreter, deadline);
+  if (command.operation == kSave) return std::make_unique<SaveProcedure>(settings, now);
+  return UnknownOperation("model cia406", command.operation);
 }
 
 }  // namespace axlecast::cia406

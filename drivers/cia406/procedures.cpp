@@ -6,7 +6,6 @@
 
 #include "core/device/operation.h"
 #include "drivers/kit/read_back.h"
-#include "drivers/kit/refusal.h"
 #include "drivers/protocol/canopen/canopen.h"
 
 namespace axlecast::cia406 {
@@ -245,7 +244,7 @@ std::optional<Outcome> PresetProcedure::OnRead(const SdoResult& result) {
     if (result.sent.first < effect_from_) return std::nullopt;
     return Verify(result.value);
   }
-  if (!AtRest(result.received.last)) return NotAtRest(result.received.last);
+  if (!AtRest(result.received.last)) return NotAtRest(output_.MotionAt(result.received.last));
   before_ = result.value;
   stage_ = Stage::kWrite;
   return std::nullopt;
@@ -289,7 +288,7 @@ bool PresetProcedure::SameBefore() const {
 }
 
 std::optional<Outcome> PresetProcedure::OnTime(MonoNs now) {
-  if (stage_ == Stage::kWrite && !AtRest(now)) return NotAtRest(now);
+  if (stage_ == Stage::kWrite && !AtRest(now)) return NotAtRest(output_.MotionAt(now));
   if (now < deadline_) return std::nullopt;
   if (!touched()) {
     return Final(CommandState::kRejected, Reason::REASON_NO_REPLY, "nothing was done: the encoder did not answer");
@@ -298,10 +297,6 @@ std::optional<Outcome> PresetProcedure::OnTime(MonoNs now) {
                           "the preset went out, but no reading came that shows its effect: read_position when the "
                           "encoder answers again"),
                     "");
-}
-
-Outcome PresetProcedure::NotAtRest(MonoNs now) const {
-  return Rejected(Reason::REASON_NOT_STANDING_STILL, MotionText(output_.MotionAt(now)));
 }
 
 Outcome PresetProcedure::OnLinkLost() const {

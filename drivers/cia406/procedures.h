@@ -9,15 +9,14 @@
 #include "core/device/operation.h"
 #include "drivers/cia406/interpreter.h"
 #include "drivers/cia406/settings.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/protocol/canopen/sdo_client.h"
 
 namespace axlecast::cia406 {
 
-// One order being carried out, by SDO transfers one after the other. After a final outcome it is not used any more.
-class Procedure {
+// One command being carried out, by SDO transfers one after the other.
+class Procedure : public CommandProcedure {
  public:
-  virtual ~Procedure() = default;
-
   // The transfer that it wants as soon as the bus allows.
   [[nodiscard]] virtual std::optional<SdoRequest> Wants(MonoNs now) const = 0;
   // It wants to be asked again by then.
@@ -30,11 +29,6 @@ class Procedure {
   virtual std::optional<Outcome> OnResult(const SdoResult& result) = 0;
   // Time has gone on.
   virtual std::optional<Outcome> OnTime(MonoNs now) = 0;
-  // The link is gone.
-  [[nodiscard]] virtual Outcome OnLinkLost() const = 0;
-
-  // It may have changed something in the encoder.
-  [[nodiscard]] virtual bool touched() const { return false; }
 };
 
 // Objects read one after the other, and shown. One that the encoder does not offer is left out.
@@ -150,7 +144,6 @@ class PresetProcedure final : public Procedure {
   [[nodiscard]] bool SameBefore() const;
   [[nodiscard]] Outcome WithBefore(Outcome outcome, const std::string& after) const;
   [[nodiscard]] bool AtRest(MonoNs now) const;
-  [[nodiscard]] Outcome NotAtRest(MonoNs now) const;
 
   const std::uint32_t target_;
   const Cia406Settings& settings_;

@@ -103,6 +103,8 @@ class CommandRunner {
   [[nodiscard]] bool busy() const { return procedure_ != nullptr; }
   // The procedure. Precondition: busy().
   [[nodiscard]] Procedure& procedure() const { return *procedure_; }
+  // Returns whether the procedure has sent a request. Precondition: busy().
+  [[nodiscard]] bool HasBegun() const { return begun_ || procedure_->touched(); }
   // Returns the procedure; null if there is no procedure, or if it has expired and must not transmit any more.
   [[nodiscard]] Procedure* Runnable(MonoNs now) const { return Expired(now) ? nullptr : procedure_.get(); }
   // Returns when the command expires unless its first request is sent before; kNever if it cannot expire.
@@ -138,7 +140,6 @@ class CommandRunner {
     procedure_.reset();
     in_flight_ = false;
   }
-  [[nodiscard]] bool HasBegun() const { return begun_ || procedure_->touched(); }
   [[nodiscard]] bool Expired(MonoNs now) const { return procedure_ && !HasBegun() && now > begin_by_; }
 
   // A wrong argument comes first: such a command never passes.

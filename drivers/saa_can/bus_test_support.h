@@ -1,14 +1,14 @@
 #pragma once
 
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
 #include <algorithm>
 #include <functional>
-#include <gtest/gtest.h>
 #include <map>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
-#include <yaml-cpp/yaml.h>
 
 #include "core/base/result.h"
 #include "core/config/config_map.h"

@@ -1,7 +1,6 @@
 #include "drivers/saa_can/device.h"
 
 #include <algorithm>
-#include <axlecast/command_status_t.hpp>
 #include <utility>
 
 #include "core/device/operation.h"
@@ -10,18 +9,13 @@
 namespace axlecast::saa_can {
 namespace {
 
-using Reason = command_status_t;
-
-// An own frame that no node has acknowledged for so long keeps the next one back no more.
+// After this time, an own frame that no node has acknowledged no longer delays the next one.
 constexpr MonoNs kStale = kSecond;
 constexpr MonoNs kAfterFullQueue = 100 * kMillisecond;
-// A silent encoder is started again, and a gone one asked again, so often.
+// The intervals at which a silent encoder is started again, and at which a lost one is asked again.
 constexpr MonoNs kStartAgain = kSecond;
 constexpr MonoNs kAskGone = 250 * kMillisecond;
-constexpr int kGone = 4;  // requests in vain
-
-constexpr const char* kTooLate =
-    "nothing was done: the encoder could not be reached before its time to begin was over";
+constexpr int kGone = 4;  // requests in a row without an answer
 
 Step Sending(const CanFrame& frame, Priority priority) { return {.action = Send{frame}, .priority = priority}; }
 
@@ -32,32 +26,33 @@ SaaCanDevice::SaaCanDevice(const BusConfig& bus, const DeviceConfig& device, Dev
       settings_(Own(device)),
       bench_(OwnBus(bus).bench),
       output_(output),
-      interpreter_(settings_, bus.late, output) {}
+      interpreter_(settings_, bus.late, output),
+      runner_(Operations(), *this, output) {}
 
-// ---- what it wants ----
+// ---- the next step ----
 
 MonoNs SaaCanDevice::FreeAt() const {
   return std::max(not_before_, interpreter_.unconfirmed() ? sent_at_ + kStale : 0);
 }
 
-Step SaaCanDevice::Next(const BusSlot& turn) const {
+Step SaaCanDevice::Next(const BusSlot& slot) const {
   if (!link_up_ || silenced_) return {.action = Idle{kNever}, .priority = Priority::kLive};
-  if (turn.now < FreeAt()) return Hear(turn);
-  if (const auto step = ForProcedure(turn)) return *step;
-  if (procedure_ && procedure_->alone()) return Hear(turn);
-  if (const auto frame = SetUp(turn.now)) return Sending(*frame, Priority::kLive);
-  const bool ask = settings_.mode == Mode::kSingle && turn.poll_due && turn.now >= PollAt();
-  return ask ? Sending(Poll(), Priority::kLive) : Hear(turn);
+  if (slot.now < FreeAt()) return Listening(slot);
+  if (const auto step = ForProcedure(slot)) return *step;
+  if (ProcedureAlone()) return Listening(slot);
+  if (const auto frame = SetUp(slot.now)) return Sending(*frame, Priority::kLive);
+  const bool ask = settings_.mode == Mode::kSingle && slot.poll_due && slot.now >= PollAt();
+  return ask ? Sending(Poll(), Priority::kLive) : Listening(slot);
 }
 
-std::optional<Step> SaaCanDevice::ForProcedure(const BusSlot& turn) const {
-  if (!procedure_ || Expired(turn.now)) return std::nullopt;
-  if (turn.reserved && !procedure_->alone()) return std::nullopt;
-  const Procedure::Want want = procedure_->Wants(turn.now);
+std::optional<Step> SaaCanDevice::ForProcedure(const BusSlot& slot) const {
+  const Procedure* procedure = runner_.Runnable(slot.now);
+  if (procedure == nullptr || (slot.reserved && !procedure->alone())) return std::nullopt;
+  const Procedure::Want want = procedure->Wants(slot.now);
   if (const auto* frame = std::get_if<CanFrame>(&want)) return Sending(*frame, Priority::kCommand);
   const bool asks = std::holds_alternative<Procedure::Position>(want) && settings_.mode == Mode::kSingle;
   if (!asks || interpreter_.awaiting()) return std::nullopt;
-  return Sending(Poll(), turn.poll_due ? Priority::kLive : Priority::kCommand);
+  return Sending(Poll(), slot.poll_due ? Priority::kLive : Priority::kCommand);
 }
 
 std::optional<CanFrame> SaaCanDevice::SetUp(MonoNs now) const {
@@ -73,36 +68,37 @@ MonoNs SaaCanDevice::PollAt() const {
   return interpreter_.silent_in_a_row() < kGone ? interpreter_.next_request_at() : sent_at_ + kAskGone;
 }
 
-// One that was switched off and on may have to be started again: 01 NN brings a position too.
+// An encoder that was switched off and on may have to be started again. The answer to 01 NN also contains a position.
 CanFrame SaaCanDevice::Poll() const {
   const int silent = interpreter_.silent_in_a_row();
   const bool start = settings_.start && (to_start_ || (silent > 0 && silent % 2 == 0));
   return CommandFrame(start ? Command::kStart : Command::kRead, settings_.node);
 }
 
-// Until something must be missed, or may be sent.
-Step SaaCanDevice::Hear(const BusSlot& turn) const {
+// Listens until a position is overdue, a frame may be sent, or the procedure has a deadline.
+Step SaaCanDevice::Listening(const BusSlot& slot) const {
   MonoNs until = interpreter_.due();
-  if (turn.now < FreeAt()) {
+  if (slot.now < FreeAt()) {
     until = std::min(until, FreeAt());
-  } else if (!procedure_ || !procedure_->alone()) {
-    if (settings_.mode == Mode::kSingle && turn.poll_due) until = std::min(until, PollAt());
+  } else if (!ProcedureAlone()) {
+    if (settings_.mode == Mode::kSingle && slot.poll_due) until = std::min(until, PollAt());
     const bool again = settings_.mode == Mode::kCyclic && settings_.start && interpreter_.silent_in_a_row() > 0;
     if (again) until = std::min(until, sent_at_ + kStartAgain);
   }
-  if (procedure_) until = std::min({until, procedure_->Due(turn.now), procedure_->touched() ? kNever : begin_by_});
-  return {.action = Listen{std::max(until, turn.now)}, .priority = Priority::kLive};
+  if (runner_.busy()) until = std::min({until, runner_.procedure().Due(slot.now), runner_.ExpiresAt()});
+  return {.action = Listen{std::max(until, slot.now)}, .priority = Priority::kLive};
 }
 
 void SaaCanDevice::OnStarted(const Step& step, MonoNs now) {
-  if (Expired(now)) Report(Final(CommandState::kExpired, Reason::REASON_DEADLINE, kTooLate));
+  runner_.ExpireIfLate(now);
   const auto* send = std::get_if<Send>(&step.action);
-  if (!procedure_ || send == nullptr || step.priority != Priority::kCommand) return;
-  // A request for a position is no frame of the procedure's own.
-  if (std::holds_alternative<CanFrame>(procedure_->Wants(now))) procedure_->OnStarted(send->frame);
+  if (!runner_.busy() || send == nullptr || step.priority != Priority::kCommand) return;
+  // A request for a position is not a frame of the procedure. touched() alone decides whether the command can expire.
+  Procedure& procedure = runner_.procedure();
+  if (std::holds_alternative<CanFrame>(procedure.Wants(now))) procedure.OnStarted(send->frame);
 }
 
-// ---- what happened ----
+// ---- events ----
 
 void SaaCanDevice::On(const Event& event) {
   if (event.kind == Event::Kind::kLinkUp || event.kind == Event::Kind::kLinkDown) return OnLink(event);
@@ -123,7 +119,7 @@ void SaaCanDevice::OnLink(const Event& event) {
     return interpreter_.OnLinkUp(EndOf(event));
   }
   interpreter_.OnLinkDown(EndOf(event));
-  if (procedure_) Report(procedure_->OnLinkLost());
+  runner_.OnLinkLost();
 }
 
 void SaaCanDevice::NoteOwn(const Event& event, MonoNs now) {
@@ -138,62 +134,31 @@ void SaaCanDevice::NoteOwn(const Event& event, MonoNs now) {
 }
 
 void SaaCanDevice::AdvanceProcedure(const Event& event, const Interpreter::Heard& heard, MonoNs now) {
-  if (!procedure_) return;
-  if (Expired(now)) return Report(Final(CommandState::kExpired, Reason::REASON_DEADLINE, kTooLate));
-  Report(procedure_->On(event, heard, now));
+  if (!runner_.busy() || runner_.ExpireIfLate(now)) return;
+  Report(runner_.procedure().On(event, heard, now));
 }
 
-// ---- orders ----
+// ---- commands ----
 
-void SaaCanDevice::Begin(const DriverCommand& order, MonoNs now) {
-  auto made = Admit(order, now);
-  if (const Outcome* refused = std::get_if<Outcome>(&made)) return output_.OnOutcome(order.id, *refused);
-  procedure_ = std::move(std::get<std::unique_ptr<Procedure>>(made));
-  order_ = order.id;
-  begin_by_ = order.begin_by;
+Result<std::unique_ptr<Procedure>> SaaCanDevice::MakeProcedure(const DriverCommand& command, MonoNs now) const {
+  return saa_can::MakeProcedure(command, {settings_, bench_, interpreter_, output_}, now);
 }
 
-Result<> SaaCanDevice::Validate(const DriverCommand& order, MonoNs now) const {
-  return AsResult(RefusalOf(Admit(order, now)));
-}
-
-// What is wrong with the order itself comes first: it will not pass.
-Made<Procedure> SaaCanDevice::Admit(const DriverCommand& order, MonoNs now) const {
-  auto made = MakeProcedure(order, {settings_, bench_, interpreter_, output_}, now);
-  if (RefusalOf(made)) return made;
-  if (auto refusal = RefusalNow(order, now)) return *std::move(refusal);
-  return made;
-}
-
-std::optional<Outcome> SaaCanDevice::RefusalNow(const DriverCommand& order, MonoNs now) const {
-  if (auto refusal = RefusalToBegin(procedure_ != nullptr, order, now, link_up_)) return refusal;
+Result<> SaaCanDevice::CheckState(const DriverCommand& command, MonoNs) const {
   if (silenced_) {
-    return Rejected(Reason::REASON_DEVICE_OFFLINE,
-                    "the encoder may run at another bit rate since set_bitrate: set the interface to it");
+    return DeviceOffline("the encoder may run at another bit rate since set_bitrate: set the interface to it");
   }
-  if (!interpreter_.answering() && !LooksElsewhere(order)) {
-    return Rejected(Reason::REASON_DEVICE_OFFLINE,
-                    "the encoder is not heard: check its power, its cable, node id and bit rate");
-  }
-  const OperationSpec* spec = FindOperation(order.operation);
-  if (spec == nullptr || !spec->needs_standstill) return std::nullopt;
-  const Motion motion = output_.MotionAt(now);
-  if (auto refusal = RefusalInMotion(motion)) return refusal;
-  return RefusalAtPosition(order.operation, motion.counts, settings_);
+  if (interpreter_.answering() || LooksElsewhere(command)) return {};
+  return DeviceOffline("nothing is received from the encoder: check its power, its cable, node id and bit rate");
 }
 
-bool SaaCanDevice::Cancel(const CommandId& id, MonoNs) {
-  if (!procedure_ || id != order_ || procedure_->touched()) return false;
-  procedure_.reset();
-  return true;
+Result<> SaaCanDevice::CheckPosition(const DriverCommand& command, const Motion& motion) const {
+  return saa_can::CheckPosition(command.operation, motion.counts, settings_);
 }
 
 void SaaCanDevice::Report(const std::optional<Outcome>& outcome) {
-  if (!outcome) return;
-  output_.OnOutcome(order_, *outcome);
-  if (!outcome->IsFinal()) return;
-  silenced_ = silenced_ || (link_up_ && procedure_->silences());
-  procedure_.reset();
+  const bool silences = runner_.busy() && runner_.procedure().silences();
+  if (runner_.Report(outcome) && silences) silenced_ = true;
 }
 
 }  // namespace axlecast::saa_can

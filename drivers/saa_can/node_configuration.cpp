@@ -44,12 +44,12 @@ NodeSearch::Progress NodeSearch::On(const Event& event, MonoNs now) {
   return Progress::kGoing;
 }
 
-NodeConfigurationProcedure::NodeConfigurationProcedure(const Target& target, const OperationContext& around,
+NodeConfigurationProcedure::NodeConfigurationProcedure(const Target& target, const OperationContext& context,
                                                        MonoNs now)
     : target_(target),
-      around_(around),
+      context_(context),
       until_(now + kListen),
-      search_(target.node, around.settings.node, around.settings) {}
+      search_(target.node, context.settings.node, context.settings) {}
 
 CanFrame NodeConfigurationProcedure::SetFrame() const {
   return target_.service == Service::kNode ? NodeFrame(target_.node) : BitrateFrame(*BitrateCode(target_.bitrate));
@@ -101,7 +101,7 @@ std::optional<Outcome> NodeConfigurationProcedure::On(const Event& event, const 
   delivery_.On(event, now);
   set_ = set_ || (stage_ == Stage::kSet && delivery_.state() > Delivery::State::kRefused);
   if (stage_ != Stage::kLeave) {
-    if (auto failed = NotDelivered(delivery_, around_.settings)) return WithChange(std::move(*failed));
+    if (auto failed = NotDelivered(delivery_, context_.settings)) return WithChange(std::move(*failed));
   }
   switch (stage_) {
     case Stage::kListen:
@@ -122,7 +122,7 @@ std::optional<Outcome> NodeConfigurationProcedure::On(const Event& event, const 
 // A bench hears every frame of the bus.
 void NodeConfigurationProcedure::Watch(const Event& event) {
   if (event.kind != Event::Kind::kFrame || (event.id & kCanError) != 0) return;
-  if (event.id == DataId(around_.settings.node)) {
+  if (event.id == DataId(context_.settings.node)) {
     heard_ = true;
   } else {
     other_ = event.id;
@@ -145,8 +145,9 @@ std::optional<Outcome> NodeConfigurationProcedure::OnListened(MonoNs now) {
   if (!heard_) return Rejected(Reason::REASON_NO_REPLY, "the encoder was not heard while listening for others");
   Go(Stage::kEnter);
   Outcome running;
-  running.text = Text("in %.1f s nobody but node 0x%02X was heard",
-                      static_cast<double>(kListen) / static_cast<double>(kSecond), unsigned{around_.settings.node});
+  running.text =
+      Text("in %.1f s nobody but node 0x%02X was heard",
+           static_cast<double>(kListen) / static_cast<double>(kSecond), unsigned{context_.settings.node});
   running.progress = 0.3F;
   return running;
 }
@@ -162,7 +163,7 @@ std::optional<Outcome> NodeConfigurationProcedure::OnEntered(MonoNs now) {
 std::optional<Outcome> NodeConfigurationProcedure::OnSet() {
   if (!set_ && other_) End(Crowded());
   if (delivery_.state() != Delivery::State::kOnBus) return std::nullopt;
-  until_ = delivery_.on_bus_at() + around_.settings.reply_window;
+  until_ = delivery_.on_bus_at() + context_.settings.reply_window;
   Go(Stage::kReply);
   return std::nullopt;
 }
@@ -207,7 +208,7 @@ std::optional<Outcome> NodeConfigurationProcedure::OnLeft() {
 
 std::optional<Outcome> NodeConfigurationProcedure::OnLooked(const Event& event, MonoNs now) {
   const unsigned to = target_.node;
-  const unsigned from = around_.settings.node;
+  const unsigned from = context_.settings.node;
   const char* reply = replies_ > 0 ? "it accepted the change" : "no reply to the change came";
   switch (search_.On(event, now)) {
     case NodeSearch::Progress::kGoing:
@@ -244,7 +245,7 @@ Outcome NodeConfigurationProcedure::Crowded() const {
 
 Outcome NodeConfigurationProcedure::JudgeBitrate() const {
   const auto rate = static_cast<long long>(target_.bitrate);
-  const std::string bring_up = IpLinkLine(around_.settings.iface, target_.bitrate);
+  const std::string bring_up = IpLinkLine(context_.settings.iface, target_.bitrate);
   if (replies_ == 0) {
     return Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
                  "no reply came: it may have either rate. To look at the new one, as root: " + bring_up);
@@ -260,7 +261,7 @@ Outcome NodeConfigurationProcedure::JudgeBitrate() const {
 
 Outcome NodeConfigurationProcedure::WithChange(Outcome outcome) const {
   if (target_.service == Service::kNode) {
-    outcome.changes.push_back({"node", Text("0x%02x", unsigned{around_.settings.node}),
+    outcome.changes.push_back({"node", Text("0x%02x", unsigned{context_.settings.node}),
                                set_ ? Text("0x%02x", unsigned{target_.node}) : ""});
   } else {
     outcome.changes.push_back(
@@ -283,8 +284,8 @@ Outcome NodeConfigurationProcedure::OnLinkLost() const {
 
 // ---- LookForNode ----
 
-LookForNode::LookForNode(std::uint8_t node, const OperationContext& around)
-    : node_(node), around_(around), search_(node, around.settings.node, around.settings) {}
+LookForNode::LookForNode(std::uint8_t node, const OperationContext& context)
+    : node_(node), context_(context), search_(node, context.settings.node, context.settings) {}
 
 Procedure::Want LookForNode::Wants(MonoNs) const {
   if (const auto frame = search_.Wants()) return *frame;
@@ -294,7 +295,7 @@ Procedure::Want LookForNode::Wants(MonoNs) const {
 std::optional<Outcome> LookForNode::On(const Event& event, const Interpreter::Heard&, MonoNs now) {
   const NodeSearch::Progress progress = search_.On(event, now);
   if (progress == NodeSearch::Progress::kGoing) return std::nullopt;
-  const unsigned before = around_.settings.node;
+  const unsigned before = context_.settings.node;
   if (progress == NodeSearch::Progress::kNowhere) {
     return NothingRead(Text("the encoder answers neither as node 0x%02X nor as 0x%02X", unsigned{node_}, before));
   }

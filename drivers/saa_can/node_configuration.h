@@ -49,7 +49,7 @@ class NodeConfigurationProcedure final : public Procedure {
     std::int64_t bitrate = 0;  // kBitrate
     std::int64_t before = 0;   // bit rate at which the encoder is heard
   };
-  NodeConfigurationProcedure(const Target& target, const OperationContext& around, MonoNs now);
+  NodeConfigurationProcedure(const Target& target, const OperationContext& context, MonoNs now);
 
   [[nodiscard]] Want Wants(MonoNs now) const override;
   [[nodiscard]] MonoNs Due(MonoNs now) const override;
@@ -87,7 +87,7 @@ class NodeConfigurationProcedure final : public Procedure {
   [[nodiscard]] Outcome WithChange(Outcome outcome) const;
 
   const Target target_;
-  const OperationContext around_;
+  const OperationContext context_;
   Stage stage_ = Stage::kListen;
   Delivery delivery_;                   // of the stage's frame
   MonoNs until_;                        // of the stage, where it has an end of its own
@@ -103,7 +103,7 @@ class NodeConfigurationProcedure final : public Procedure {
 // Looks at which node id the encoder answers, to see whether set_node_id took effect.
 class LookForNode final : public Procedure {
  public:
-  LookForNode(std::uint8_t node, const OperationContext& around);
+  LookForNode(std::uint8_t node, const OperationContext& context);
 
   [[nodiscard]] Want Wants(MonoNs) const override;
   [[nodiscard]] MonoNs Due(MonoNs) const override { return search_.due(); }
@@ -114,7 +114,7 @@ class LookForNode final : public Procedure {
 
  private:
   const std::uint8_t node_;
-  const OperationContext around_;
+  const OperationContext context_;
   NodeSearch search_;
 };
 

@@ -8,14 +8,14 @@
 #include "core/device/operation.h"
 #include "drivers/cia406/cia406.h"
 #include "drivers/kit/arguments.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/saa_can/node_configuration.h"
 #include "drivers/saa_can/procedures.h"
 
 namespace axlecast::saa_can {
 namespace {
 
-using Made = axlecast::Made<Procedure>;
-using Reason = command_status_t;
+using Made = Result<std::unique_ptr<Procedure>>;
 
 constexpr std::string_view kZeroName = "zero";
 constexpr std::string_view kReadName = "read_position";
@@ -43,7 +43,7 @@ const std::vector<OperationSpec>& Specs() {
        .verified_by_operation = kReadName},
       {.name = kReadName,
        .help = "Reads the position once",
-       .arguments = {{"after", "an operation with its arguments, to see whether it took effect", false}},
+       .arguments = {kAfterArgument},
        .reads_only = true,
        .verification = "it is a reading"},
       {.name = kDirectionName,
@@ -90,21 +90,18 @@ const std::vector<OperationSpec>& Specs() {
   return kSpecs;
 }
 
-Made BadArgument(std::string_view text) { return Rejected(Reason::REASON_BAD_ARGUMENT, text); }
-Made NotPermitted(std::string_view text) { return Rejected(Reason::REASON_NOT_PERMITTED, text); }
-
 std::optional<std::uint8_t> NodeOf(const Arguments& arguments) {
-  const auto node = ParseWhole(FindArgument(arguments, "node").value_or(""), kMinNode, kMaxNode);
+  const auto node = WholeArgument(arguments, "node", kMinNode, kMaxNode);
   return node ? std::optional(static_cast<std::uint8_t>(*node)) : std::nullopt;
 }
 
 std::optional<std::int64_t> BitrateArgument(const Arguments& arguments) {
-  const auto rate = ParseWhole(FindArgument(arguments, "bitrate").value_or(""), 1, INT64_MAX);
+  const auto rate = WholeArgument(arguments, "bitrate", 1, INT64_MAX);
   return rate && BitrateCode(*rate) ? rate : std::nullopt;
 }
 
 std::optional<std::uint8_t> PerSecondArgument(const Arguments& arguments) {
-  const auto period = ParseWhole(FindArgument(arguments, "period_ms").value_or(""), 1, 1'000);
+  const auto period = WholeArgument(arguments, "period_ms", 1, 1'000);
   return period ? PerSecond(*period) : std::nullopt;
 }
 
@@ -115,97 +112,94 @@ constexpr const char* kBadPeriod =
 constexpr const char* kBadNode = "node must be 1 to 255, or 0x01 to 0xff";
 constexpr const char* kBadBitrate = "bitrate must be 1000000, 500000 or 250000";
 
-Made MakeDirection(const DriverCommand& order, const OperationContext& around, MonoNs now) {
-  const std::string_view direction = FindArgument(order.arguments, "direction").value_or("");
+Made MakeDirection(const DriverCommand& command, const OperationContext& context, MonoNs now) {
+  const std::string_view direction = FindArgument(command.arguments, "direction").value_or("");
   if (!IsDirection(direction)) return BadArgument("direction must be positive or negative");
-  const auto byte = direction == "positive" ? around.settings.positive_byte : around.settings.negative_byte;
+  const auto byte = direction == "positive" ? context.settings.positive_byte : context.settings.negative_byte;
   if (!byte) {
     return NotPermitted(Text(
         "the manual prints positive and inverse with the same bytes (22 NN 00): ask the maker for the third byte "
         "and set %s_byte in the file",
         std::string(direction).c_str()));
   }
-  return std::make_unique<SetDirection>(*byte, around, now);
+  return std::make_unique<SetDirection>(*byte, context, now);
 }
 
-Made MakePeriod(const DriverCommand& order, const OperationContext& around) {
-  const std::optional<std::uint8_t> per_second = PerSecondArgument(order.arguments);
+Made MakePeriod(const DriverCommand& command, const OperationContext& context) {
+  const std::optional<std::uint8_t> per_second = PerSecondArgument(command.arguments);
   if (!per_second) return BadArgument(kBadPeriod);
-  if (around.settings.mode != Mode::kCyclic) return NotPermitted("the encoder is configured with mode: single");
-  if (per_second == around.settings.stop_byte) return NotPermitted("so many a second is stop_byte in the file");
-  return std::make_unique<SetPeriod>(*per_second, around);
+  if (context.settings.mode != Mode::kCyclic) return NotPermitted("the encoder is configured with mode: single");
+  if (per_second == context.settings.stop_byte) return NotPermitted("so many a second is stop_byte in the file");
+  return std::make_unique<SetPeriod>(*per_second, context);
 }
 
-Made MakeStop(const OperationContext& around) {
-  if (around.settings.mode != Mode::kSingle) {
+Made MakeStop(const OperationContext& context) {
+  if (context.settings.mode != Mode::kSingle) {
     return NotPermitted("the file says mode: cyclic, in which the encoder is to send: set mode: single first");
   }
-  if (!around.settings.stop_byte) {
+  if (!context.settings.stop_byte) {
     return NotPermitted(
         "the manual prints stop with the bytes that set the period (31 NN TT): ask the maker for TT and set "
-        "stop_byte "
-        "in the file");
+        "stop_byte in the file");
   }
-  return std::make_unique<StopCyclic>(*around.settings.stop_byte, around);
+  return std::make_unique<StopCyclic>(*context.settings.stop_byte, context);
 }
 
 // What every node on the bus takes.
-Made MakeDialogue(const DriverCommand& order, NodeConfigurationProcedure::Target target,
-                  const OperationContext& around, MonoNs now) {
-  if (!around.bench) {
+Made MakeDialogue(const DriverCommand& command, NodeConfigurationProcedure::Target target,
+                  const OperationContext& context, MonoNs now) {
+  if (!context.bench) {
     return NotPermitted(
         "every node on the bus would take it: connect this encoder alone, set bench: true at the bus in the file "
-        "and "
-        "restart the driver");
+        "and restart the driver");
   }
-  if (FindArgument(order.arguments, "confirm") != kConfirmation) {
+  if (FindArgument(command.arguments, "confirm") != kConfirmation) {
     return BadArgument(
-        "confirm=only_one_connected must be given: every node on the bus takes it, also one that keeps "
-        "silent");
+        "confirm=only_one_connected must be given: every node on the bus takes it, also one that keeps silent");
   }
-  target.before = around.settings.wire_bitrate;
-  return std::make_unique<NodeConfigurationProcedure>(target, around, now);
+  target.before = context.settings.wire_bitrate;
+  return std::make_unique<NodeConfigurationProcedure>(target, context, now);
 }
 
-Made MakeNode(const DriverCommand& order, const OperationContext& around, MonoNs now) {
-  const std::optional<std::uint8_t> node = NodeOf(order.arguments);
+Made MakeNode(const DriverCommand& command, const OperationContext& context, MonoNs now) {
+  const std::optional<std::uint8_t> node = NodeOf(command.arguments);
   if (!node) return BadArgument(kBadNode);
-  if (node == around.settings.node) return NotPermitted("that is its node id in the file");
-  return MakeDialogue(order, {.service = Service::kNode, .node = *node}, around, now);
+  if (node == context.settings.node) return NotPermitted("that is its node id in the file");
+  return MakeDialogue(command, {.service = Service::kNode, .node = *node}, context, now);
 }
 
-Made MakeBitrate(const DriverCommand& order, const OperationContext& around, MonoNs now) {
-  const std::optional<std::int64_t> bitrate = BitrateArgument(order.arguments);
+Made MakeBitrate(const DriverCommand& command, const OperationContext& context, MonoNs now) {
+  const std::optional<std::int64_t> bitrate = BitrateArgument(command.arguments);
   if (!bitrate) return BadArgument(kBadBitrate);
-  if (bitrate == around.settings.wire_bitrate) return NotPermitted("the bus runs at that bit rate");
-  return MakeDialogue(order, {.service = Service::kBitrate, .bitrate = *bitrate}, around, now);
+  if (bitrate == context.settings.wire_bitrate) return NotPermitted("the bus runs at that bit rate");
+  return MakeDialogue(command, {.service = Service::kBitrate, .bitrate = *bitrate}, context, now);
 }
 
-// Whether the operation that `after` tells of took effect.
-Made MakeLook(const std::string& text, const OperationContext& around, MonoNs now) {
-  const CommandLine after = ParseCommandLine(text);
+// Makes the procedure that reads whether the operation `after` took effect.
+Made MakeLook(const CommandLine& after, const OperationContext& context, MonoNs now) {
   const auto read = [&](ReadPosition::After what) -> Made {
-    return std::make_unique<ReadPosition>(what, around, now);
+    return std::make_unique<ReadPosition>(what, context, now);
   };
   if (after.operation == kZeroName) return read(ReadPosition::After::kZero);
   if (after.operation == kDirectionName) {
-    const bool good = IsDirection(FindArgument(after.arguments, "direction").value_or(""));
-    return good ? read(ReadPosition::After::kDirection)
-                : BadArgument("after names a direction: positive or negative");
+    if (IsDirection(FindArgument(after.arguments, "direction").value_or("")))
+      return read(ReadPosition::After::kDirection);
+    return BadArgument("after names a direction: positive or negative");
   }
   if (after.operation == kBitrateName) {
-    return BitrateArgument(after.arguments) ? read(ReadPosition::After::kBitrate) : BadArgument(kBadBitrate);
+    if (BitrateArgument(after.arguments)) return read(ReadPosition::After::kBitrate);
+    return BadArgument(kBadBitrate);
   }
   if (after.operation == kPeriodName) {
     const std::optional<std::uint8_t> per_second = PerSecondArgument(after.arguments);
     if (!per_second) return BadArgument(kBadPeriod);
-    return std::make_unique<LookForPeriod>(kSecond / *per_second, around, now);
+    return std::make_unique<LookForPeriod>(kSecond / *per_second, context, now);
   }
   if (after.operation == kNodeName) {
     const std::optional<std::uint8_t> node = NodeOf(after.arguments);
     if (!node) return BadArgument(kBadNode);
-    if (!around.bench) return NotPermitted("the new node is heard with bench: true at the bus only");
-    return std::make_unique<LookForNode>(*node, around);
+    if (!context.bench) return NotPermitted("the new node is heard with bench: true at the bus only");
+    return std::make_unique<LookForNode>(*node, context);
   }
   return BadArgument(
       "after must be zero, set_direction, set_period, set_node_id or set_bitrate with its arguments");
@@ -224,47 +218,39 @@ std::span<const OperationSpec> Operations() {
   return kAll;
 }
 
-const OperationSpec* FindOperation(std::string_view name) {
-  const auto& specs = Specs();
-  const auto found = std::find_if(specs.begin(), specs.end(), [&](const auto& spec) { return spec.name == name; });
-  return found == specs.end() ? nullptr : &*found;
-}
+const OperationSpec* FindOperation(std::string_view name) { return axlecast::FindOperation(Specs(), name); }
 
 bool Permits(const BusConfig& bus, const DeviceConfig& device, std::string_view operation) {
-  const auto has = [&](std::span<const OperationSpec> specs) {
-    return std::any_of(specs.begin(), specs.end(), [&](const auto& spec) { return spec.name == operation; });
-  };
-  if (cia406::IsOwn(device)) return has(cia406::Operations());
+  if (cia406::IsOwn(device)) return axlecast::FindOperation(cia406::Operations(), operation) != nullptr;
   const SaaCanSettings& settings = Own(device);
   if (operation == kDirectionName) return settings.positive_byte || settings.negative_byte;
   if (operation == kPeriodName) return settings.mode == Mode::kCyclic;
   if (operation == kStopName) return settings.mode == Mode::kSingle && settings.stop_byte;
   if (operation == kNodeName || operation == kBitrateName) return OwnBus(bus).bench;
-  return has(Specs());
+  return FindOperation(operation) != nullptr;
 }
 
-std::optional<Outcome> RefusalAtPosition(std::string_view operation, std::int64_t counts,
-                                         const SaaCanSettings& settings) {
-  if (operation != kDirectionName) return std::nullopt;
+Result<> CheckPosition(std::string_view operation, std::int64_t counts, const SaaCanSettings& settings) {
+  if (operation != kDirectionName) return {};
   const std::int64_t turn = settings.counts_per_turn;
-  return RefusalOfDirectionAt((counts % turn + turn) % turn, settings);
+  return CheckDirectionAt((counts % turn + turn) % turn, settings);
 }
 
-bool LooksElsewhere(const DriverCommand& order) { return FindArgument(order.arguments, "after").has_value(); }
+bool LooksElsewhere(const DriverCommand& command) { return FindArgument(command.arguments, "after").has_value(); }
 
-Made MakeProcedure(const DriverCommand& order, const OperationContext& around, MonoNs now) {
-  if (order.operation == kZeroName) return std::make_unique<Zero>(around, now);
-  if (order.operation == kDirectionName) return MakeDirection(order, around, now);
-  if (order.operation == kPeriodName) return MakePeriod(order, around);
-  if (order.operation == kStopName) return MakeStop(around);
-  if (order.operation == kNodeName) return MakeNode(order, around, now);
-  if (order.operation == kBitrateName) return MakeBitrate(order, around, now);
-  if (order.operation != kReadName) {
-    return Rejected(Reason::REASON_UNKNOWN_OPERATION,
-                    "an SAA encoder has no operation " + order.operation + "; perhaps model cia406 has");
+Made MakeProcedure(const DriverCommand& command, const OperationContext& context, MonoNs now) {
+  if (command.operation == kZeroName) return std::make_unique<Zero>(context, now);
+  if (command.operation == kDirectionName) return MakeDirection(command, context, now);
+  if (command.operation == kPeriodName) return MakePeriod(command, context);
+  if (command.operation == kStopName) return MakeStop(context);
+  if (command.operation == kNodeName) return MakeNode(command, context, now);
+  if (command.operation == kBitrateName) return MakeBitrate(command, context, now);
+  if (command.operation != kReadName) {
+    return Failure("an SAA encoder has no operation " + command.operation + "; perhaps model cia406 has",
+                   command_status_t::REASON_UNKNOWN_OPERATION);
   }
-  if (const auto after = FindArgument(order.arguments, "after")) return MakeLook(std::string(*after), around, now);
-  return std::make_unique<ReadPosition>(ReadPosition::After::kNothing, around, now);
+  if (const auto after = AfterArgument(command.arguments)) return MakeLook(*after, context, now);
+  return std::make_unique<ReadPosition>(ReadPosition::After::kNothing, context, now);
 }
 
 }  // namespace axlecast::saa_can

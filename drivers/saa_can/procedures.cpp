@@ -6,7 +6,6 @@
 
 #include "core/device/operation.h"
 #include "drivers/kit/read_back.h"
-#include "drivers/kit/refusal.h"
 
 namespace axlecast::saa_can {
 namespace {
@@ -102,26 +101,26 @@ std::string IpLinkLine(const std::string& iface, std::int64_t bitrate) {
               iface.c_str(), static_cast<long long>(bitrate));
 }
 
-Zero::Zero(const OperationContext& around, MonoNs now)
-    : around_(around), deadline_(now + Patience(around.settings)) {}
+Zero::Zero(const OperationContext& context, MonoNs now)
+    : context_(context), deadline_(now + Patience(context.settings)) {}
 
 Procedure::Want Zero::Wants(MonoNs now) const {
   switch (stage_) {
     case Stage::kReadBefore:
       return Position{};
     case Stage::kSend:
-      if (AtRest(around_.output, now)) return CommandFrame(Command::kZero, around_.settings.node);
+      if (AtRest(context_.output, now)) return CommandFrame(Command::kZero, context_.settings.node);
       return Position{};
     case Stage::kDeliver:
       return Nothing{};
     default:
-      return now < around_.interpreter.effect_from() ? Want(Nothing{}) : Want(Position{});
+      return now < context_.interpreter.effect_from() ? Want(Nothing{}) : Want(Position{});
   }
 }
 
 MonoNs Zero::Due(MonoNs now) const {
   if (stage_ == Stage::kDeliver) return delivery_.due();
-  const MonoNs effect_from = around_.interpreter.effect_from();
+  const MonoNs effect_from = context_.interpreter.effect_from();
   return stage_ == Stage::kVerify && now < effect_from ? std::min(effect_from, deadline_) : deadline_;
 }
 
@@ -145,9 +144,7 @@ std::optional<Outcome> Zero::On(const Event& event, const Interpreter::Heard& he
 
 std::optional<Outcome> Zero::OnBefore(const Interpreter::Heard& heard, MonoNs now) {
   if (heard.reading && !heard.reading->error) {
-    if (!AtRest(around_.output, now)) {
-      return Rejected(Reason::REASON_NOT_STANDING_STILL, MotionText(around_.output.MotionAt(now)));
-    }
+    if (!AtRest(context_.output, now)) return NotAtRest(context_.output.MotionAt(now));
     before_ = heard.reading->counts;
     stage_ = Stage::kSend;
     return std::nullopt;
@@ -158,10 +155,10 @@ std::optional<Outcome> Zero::OnBefore(const Interpreter::Heard& heard, MonoNs no
 
 std::optional<Outcome> Zero::OnDelivery(const Event& event, MonoNs now) {
   delivery_.On(event, now);
-  if (auto failed = NotDelivered(delivery_, around_.settings)) return WithCounts(std::move(*failed), "");
+  if (auto failed = NotDelivered(delivery_, context_.settings)) return WithCounts(std::move(*failed), "");
   if (delivery_.state() != Delivery::State::kOnBus) return std::nullopt;
   stage_ = Stage::kVerify;
-  deadline_ = now + around_.settings.zero_settle + Patience(around_.settings);
+  deadline_ = now + context_.settings.zero_settle + Patience(context_.settings);
   Outcome running;
   running.text = "the command was on the bus; waiting for a position that shows its effect";
   running.progress = 0.5F;
@@ -171,8 +168,8 @@ std::optional<Outcome> Zero::OnDelivery(const Event& event, MonoNs now) {
 
 std::optional<Outcome> Zero::OnVerify(const Interpreter::Heard& heard, MonoNs now) {
   const auto& reading = heard.reading;
-  if (reading && !reading->error && reading->at.first >= around_.interpreter.effect_from()) {
-    if (IsNearZero(reading->counts, around_.settings) || ++looks_ >= kMaxLooks) return Judge(reading->counts);
+  if (reading && !reading->error && reading->at.first >= context_.interpreter.effect_from()) {
+    if (IsNearZero(reading->counts, context_.settings) || ++looks_ >= kMaxLooks) return Judge(reading->counts);
   }
   if (now < deadline_) return std::nullopt;
   return WithCounts(
@@ -183,24 +180,24 @@ std::optional<Outcome> Zero::OnVerify(const Interpreter::Heard& heard, MonoNs no
 }
 
 Outcome Zero::Judge(std::int64_t counts) const {
-  const int bits = around_.settings.format.bits;
+  const int bits = context_.settings.format.bits;
   const std::string reply = acknowledged_ ? "its reply came" : "no reply came";
   const std::string text =
       "the position was " + PositionText(before_, bits) + " and is " + PositionText(counts, bits);
   const std::string after = std::to_string(counts);
-  if (!IsNearZero(counts, around_.settings)) {
+  if (!IsNearZero(counts, context_.settings)) {
     return WithCounts(
         Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS, reply + ", but " + text + ", not 0"), after);
   }
-  const bool may_be_position = LooksLikeReply(before_, Command::kZero, around_.settings);
+  const bool may_be_position = LooksLikeReply(before_, Command::kZero, context_.settings);
   const std::string heard = may_be_position && acknowledged_ ? "what came as its reply may be a position" : reply;
   const ReadBack read_back = {.same_before = SameBefore(), .confirmed = acknowledged_ && !may_be_position};
   return WithCounts(JudgeReadBack(read_back, text + "; " + heard), after);
 }
 
 bool Zero::SameBefore() const {
-  return CannotBeToldApart(before_, 0, ZeroToleranceCounts(around_.settings.format.bits),
-                           around_.settings.counts_per_turn);
+  return CannotBeToldApart(before_, 0, ZeroToleranceCounts(context_.settings.format.bits),
+                           context_.settings.counts_per_turn);
 }
 
 Outcome Zero::OnLinkLost() const {
@@ -214,13 +211,13 @@ Outcome Zero::WithCounts(Outcome outcome, const std::string& after) const {
 
 // ---- SetDirection ----
 
-SetDirection::SetDirection(std::uint8_t parameter, const OperationContext& around, MonoNs now)
-    : parameter_(parameter), around_(around), deadline_(now + Patience(around.settings)) {}
+SetDirection::SetDirection(std::uint8_t parameter, const OperationContext& context, MonoNs now)
+    : parameter_(parameter), context_(context), deadline_(now + Patience(context.settings)) {}
 
 Procedure::Want SetDirection::Wants(MonoNs now) const {
   if (touched()) return Nothing{};
-  if (!read_ || !AtRest(around_.output, now)) return Position{};
-  return CommandFrame(Command::kDirection, around_.settings.node, parameter_);
+  if (!read_ || !AtRest(context_.output, now)) return Position{};
+  return CommandFrame(Command::kDirection, context_.settings.node, parameter_);
 }
 
 MonoNs SetDirection::Due(MonoNs) const {
@@ -228,7 +225,7 @@ MonoNs SetDirection::Due(MonoNs) const {
     case Delivery::State::kIdle:
       return deadline_;
     case Delivery::State::kOnBus:
-      return delivery_.on_bus_at() + around_.settings.reply_window;
+      return delivery_.on_bus_at() + context_.settings.reply_window;
     default:
       return delivery_.due();
   }
@@ -239,7 +236,7 @@ void SetDirection::OnStarted(const CanFrame& frame) { delivery_.Start(frame); }
 std::optional<Outcome> SetDirection::On(const Event& event, const Interpreter::Heard& heard, MonoNs now) {
   if (!touched()) return OnBefore(heard, now);
   delivery_.On(event, now);
-  if (auto failed = NotDelivered(delivery_, around_.settings)) return WithCounts(std::move(*failed), "");
+  if (auto failed = NotDelivered(delivery_, context_.settings)) return WithCounts(std::move(*failed), "");
   if (heard.acknowledged == Command::kDirection) {
     return WithCounts(Succeeded(false,
                                 "the encoder accepted it; nothing can be read back at rest: turn the shaft a "
@@ -258,10 +255,9 @@ std::optional<Outcome> SetDirection::OnBefore(const Interpreter::Heard& heard, M
   if (heard.reading && !heard.reading->error) {
     before_ = heard.reading->counts;
     read_ = true;
-    if (!AtRest(around_.output, now)) {
-      return Rejected(Reason::REASON_NOT_STANDING_STILL, MotionText(around_.output.MotionAt(now)));
-    }
-    return RefusalOfDirectionAt(before_, around_.settings);
+    if (!AtRest(context_.output, now)) return NotAtRest(context_.output.MotionAt(now));
+    if (Result<> here = CheckDirectionAt(before_, context_.settings); !here) return RefusedOutcome(here.error());
+    return std::nullopt;
   }
   if (now < deadline_) return std::nullopt;
   return Rejected(Reason::REASON_NO_REPLY, "no position came to begin with");
@@ -277,21 +273,20 @@ Outcome SetDirection::WithCounts(Outcome outcome, const std::string& after) cons
   return outcome;
 }
 
-std::optional<Outcome> RefusalOfDirectionAt(std::int64_t counts, const SaaCanSettings& settings) {
-  if (!LooksLikeReply(counts, Command::kDirection, settings)) return std::nullopt;
-  return Rejected(Reason::REASON_NOT_PERMITTED, "the shaft stands at " +
-                                                    PositionText(counts, settings.format.bits) +
-                                                    ", which has the bytes of the reply (22 00): turn it a little");
+Result<> CheckDirectionAt(std::int64_t counts, const SaaCanSettings& settings) {
+  if (!LooksLikeReply(counts, Command::kDirection, settings)) return {};
+  return NotPermitted("the shaft is at " + PositionText(counts, settings.format.bits) +
+                      ", which has the bytes of the reply (22 00): turn it a little");
 }
 
 // ---- SetPeriod ----
 
-SetPeriod::SetPeriod(std::uint8_t per_second, const OperationContext& around)
-    : per_second_(per_second), around_(around) {}
+SetPeriod::SetPeriod(std::uint8_t per_second, const OperationContext& context)
+    : per_second_(per_second), context_(context) {}
 
 Procedure::Want SetPeriod::Wants(MonoNs) const {
   if (touched()) return Nothing{};
-  return CommandFrame(Command::kPeriod, around_.settings.node, per_second_);
+  return CommandFrame(Command::kPeriod, context_.settings.node, per_second_);
 }
 
 MonoNs SetPeriod::Due(MonoNs) const {
@@ -302,9 +297,9 @@ std::optional<Outcome> SetPeriod::On(const Event& event, const Interpreter::Hear
   if (!touched()) return std::nullopt;
   const bool was_on_bus = delivery_.state() == Delivery::State::kOnBus;
   delivery_.On(event, now);
-  if (auto failed = NotDelivered(delivery_, around_.settings)) return failed;
+  if (auto failed = NotDelivered(delivery_, context_.settings)) return failed;
   if (delivery_.state() != Delivery::State::kOnBus) return std::nullopt;
-  if (!was_on_bus) deadline_ = now + PeriodMeter::Patience(std::max(period(), around_.interpreter.period()));
+  if (!was_on_bus) deadline_ = now + PeriodMeter::Patience(std::max(period(), context_.interpreter.period()));
   acknowledged_ = acknowledged_ || heard.acknowledged == Command::kPeriod;
   // The first one may come when the old period ends: what is measured begins with it.
   if (heard.reading && event.received.first > delivery_.on_bus_at()) meter_.Add(event.received.first);
@@ -330,7 +325,7 @@ Outcome SetPeriod::Judge() const {
            : Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                    Text("%s, but a position comes every %.1f ms, not every %lld ms", reply, measured, nominal));
   outcome.changes.push_back(
-      {"period_ms", Text("%.1f", Milliseconds(around_.settings.period)), Text("%.1f", measured)});
+      {"period_ms", Text("%.1f", Milliseconds(context_.settings.period)), Text("%.1f", measured)});
   return outcome;
 }
 
@@ -344,7 +339,7 @@ Outcome SetPeriod::LinkLostText() const {
 
 Procedure::Want StopCyclic::Wants(MonoNs) const {
   if (touched()) return Nothing{};
-  return CommandFrame(Command::kPeriod, around_.settings.node, parameter_);
+  return CommandFrame(Command::kPeriod, context_.settings.node, parameter_);
 }
 
 MonoNs StopCyclic::Due(MonoNs) const {
@@ -354,7 +349,7 @@ MonoNs StopCyclic::Due(MonoNs) const {
 std::optional<Outcome> StopCyclic::On(const Event& event, const Interpreter::Heard& heard, MonoNs now) {
   if (!touched()) return std::nullopt;
   delivery_.On(event, now);
-  if (auto failed = NotDelivered(delivery_, around_.settings)) return failed;
+  if (auto failed = NotDelivered(delivery_, context_.settings)) return failed;
   acknowledged_ = acknowledged_ || heard.acknowledged == Command::kPeriod;
   if (delivery_.state() != Delivery::State::kOnBus) return std::nullopt;
   if (heard.reading && now >= delivery_.on_bus_at() + kSettle) {
@@ -370,13 +365,13 @@ Outcome StopCyclic::OnLinkLost() const { return LinkLost(touched(), "see whether
 
 // ---- ReadPosition ----
 
-ReadPosition::ReadPosition(After after, const OperationContext& around, MonoNs now)
-    : after_(after), around_(around), deadline_(now + Patience(around.settings)) {}
+ReadPosition::ReadPosition(After after, const OperationContext& context, MonoNs now)
+    : after_(after), context_(context), deadline_(now + Patience(context.settings)) {}
 
 std::optional<Outcome> ReadPosition::On(const Event&, const Interpreter::Heard& heard, MonoNs now) {
   if (heard.reading && !heard.reading->error) {
     const std::int64_t counts = heard.reading->counts;
-    Outcome outcome = Verified("the position is " + PositionText(counts, around_.settings.format.bits));
+    Outcome outcome = Verified("the position is " + PositionText(counts, context_.settings.format.bits));
     outcome.changes.push_back({"single_turn", "", std::to_string(counts)});
     if (after_ != After::kNothing) outcome.changes.push_back(FindingChange(Finding(counts, now)));
     return outcome;
@@ -389,16 +384,16 @@ std::optional<Outcome> ReadPosition::On(const Event&, const Interpreter::Heard& 
 // heard at the present bit rate was not given another one, or has not taken it up yet.
 const char* ReadPosition::Finding(std::int64_t counts, MonoNs now) const {
   if (after_ != After::kZero) return after_ == After::kBitrate ? kNoEffectSeen : kCannotTell;
-  if (IsNearZero(counts, around_.settings)) return kReadsAsAfter;
-  return AtRest(around_.output, now) ? kNoEffectSeen : kCannotTell;
+  if (IsNearZero(counts, context_.settings)) return kReadsAsAfter;
+  return AtRest(context_.output, now) ? kNoEffectSeen : kCannotTell;
 }
 
 Outcome ReadPosition::OnLinkLost() const { return NothingRead("the link was lost before a position came"); }
 
 // ---- LookForPeriod ----
 
-LookForPeriod::LookForPeriod(MonoNs period, const OperationContext& around, MonoNs now)
-    : period_(period), deadline_(now + PeriodMeter::Patience(std::max(period, around.interpreter.period()))) {}
+LookForPeriod::LookForPeriod(MonoNs period, const OperationContext& context, MonoNs now)
+    : period_(period), deadline_(now + PeriodMeter::Patience(std::max(period, context.interpreter.period()))) {}
 
 std::optional<Outcome> LookForPeriod::On(const Event& event, const Interpreter::Heard& heard, MonoNs now) {
   if (heard.reading) meter_.Add(event.received.first);

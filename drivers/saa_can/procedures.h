@@ -10,6 +10,7 @@
 #include "core/device/device.h"
 #include "core/device/operation.h"
 #include "core/device/step.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/saa_can/interpreter.h"
 #include "drivers/saa_can/settings.h"
 
@@ -53,12 +54,9 @@ struct OperationContext {
   const DeviceOutput& output;
 };
 
-// One order being carried out. It sees every event of the bus after the Interpreter. After a final outcome it is not
-// used any more.
-class Procedure {
+// One command being carried out. It receives every event of the bus after the Interpreter.
+class Procedure : public CommandProcedure {
  public:
-  virtual ~Procedure() = default;
-
   struct Nothing {};
   struct Position {};  // as soon as the encoder sends one, or is asked for one
   using Want = std::variant<Nothing, Position, CanFrame>;
@@ -70,11 +68,7 @@ class Procedure {
   virtual void OnStarted([[maybe_unused]] const CanFrame& frame) {}
   // An outcome: progress, or the final one.
   virtual std::optional<Outcome> On(const Event& event, const Interpreter::Heard& heard, MonoNs now) = 0;
-  // The link is gone.
-  [[nodiscard]] virtual Outcome OnLinkLost() const = 0;
 
-  // It may have changed something in the encoder.
-  [[nodiscard]] virtual bool touched() const { return false; }
   // Nothing else may be transmitted meanwhile.
   [[nodiscard]] virtual bool alone() const { return false; }
   // The encoder may run at another bit rate: nothing must be transmitted until the link comes up again.
@@ -140,7 +134,7 @@ class PeriodMeter {
 // like a position.
 class Zero final : public Procedure {
  public:
-  Zero(const OperationContext& around, MonoNs now);
+  Zero(const OperationContext& context, MonoNs now);
 
   [[nodiscard]] Want Wants(MonoNs now) const override;
   [[nodiscard]] MonoNs Due(MonoNs now) const override;
@@ -159,7 +153,7 @@ class Zero final : public Procedure {
   [[nodiscard]] Outcome Judge(std::int64_t counts) const;
   [[nodiscard]] Outcome WithCounts(Outcome outcome, const std::string& after) const;
 
-  const OperationContext around_;
+  const OperationContext context_;
   Stage stage_ = Stage::kReadBefore;
   MonoNs deadline_;
   Delivery delivery_;
@@ -173,7 +167,7 @@ class Zero final : public Procedure {
 // pass for the reply.
 class SetDirection final : public Procedure {
  public:
-  SetDirection(std::uint8_t parameter, const OperationContext& around, MonoNs now);
+  SetDirection(std::uint8_t parameter, const OperationContext& context, MonoNs now);
 
   [[nodiscard]] Want Wants(MonoNs now) const override;
   [[nodiscard]] MonoNs Due(MonoNs) const override;
@@ -187,20 +181,20 @@ class SetDirection final : public Procedure {
   [[nodiscard]] Outcome WithCounts(Outcome outcome, const std::string& after) const;
 
   const std::uint8_t parameter_;
-  const OperationContext around_;
+  const OperationContext context_;
   MonoNs deadline_;
   bool read_ = false;
   std::int64_t before_ = 0;
   Delivery delivery_;
 };
 
-// Why a direction cannot be set where the shaft stands.
-[[nodiscard]] std::optional<Outcome> RefusalOfDirectionAt(std::int64_t counts, const SaaCanSettings& settings);
+// Returns an error if the direction cannot be set at this position: it has the bytes of the reply.
+[[nodiscard]] Result<> CheckDirectionAt(std::int64_t counts, const SaaCanSettings& settings);
 
 // Sets how often the encoder sends by itself (31 NN TT, ⑦), and measures it.
 class SetPeriod final : public Procedure {
  public:
-  SetPeriod(std::uint8_t per_second, const OperationContext& around);
+  SetPeriod(std::uint8_t per_second, const OperationContext& context);
 
   [[nodiscard]] Want Wants(MonoNs now) const override;
   [[nodiscard]] MonoNs Due(MonoNs) const override;
@@ -215,7 +209,7 @@ class SetPeriod final : public Procedure {
   [[nodiscard]] MonoNs period() const { return kSecond / per_second_; }
 
   const std::uint8_t per_second_;
-  const OperationContext around_;
+  const OperationContext context_;
   Delivery delivery_;
   bool acknowledged_ = false;
   MonoNs deadline_ = kNever;
@@ -226,7 +220,7 @@ class SetPeriod final : public Procedure {
 // supplies; then nothing is asked for a while, and nothing must come.
 class StopCyclic final : public Procedure {
  public:
-  StopCyclic(std::uint8_t parameter, const OperationContext& around) : parameter_(parameter), around_(around) {}
+  StopCyclic(std::uint8_t parameter, const OperationContext& context) : parameter_(parameter), context_(context) {}
 
   [[nodiscard]] Want Wants(MonoNs now) const override;
   [[nodiscard]] MonoNs Due(MonoNs) const override;
@@ -243,7 +237,7 @@ class StopCyclic final : public Procedure {
 
  private:
   const std::uint8_t parameter_;
-  const OperationContext around_;
+  const OperationContext context_;
   Delivery delivery_;
   bool acknowledged_ = false;
 };
@@ -252,7 +246,7 @@ class StopCyclic final : public Procedure {
 class ReadPosition final : public Procedure {
  public:
   enum class After : std::uint8_t { kNothing, kZero, kDirection, kBitrate };
-  ReadPosition(After after, const OperationContext& around, MonoNs now);
+  ReadPosition(After after, const OperationContext& context, MonoNs now);
 
   [[nodiscard]] Want Wants(MonoNs) const override { return Position{}; }
   [[nodiscard]] MonoNs Due(MonoNs) const override { return deadline_; }
@@ -263,14 +257,14 @@ class ReadPosition final : public Procedure {
   [[nodiscard]] const char* Finding(std::int64_t counts, MonoNs now) const;
 
   const After after_;
-  const OperationContext around_;
+  const OperationContext context_;
   const MonoNs deadline_;
 };
 
 // Measures how often the encoder sends by itself, to see whether set_period took effect.
 class LookForPeriod final : public Procedure {
  public:
-  LookForPeriod(MonoNs period, const OperationContext& around, MonoNs now);
+  LookForPeriod(MonoNs period, const OperationContext& context, MonoNs now);
 
   [[nodiscard]] Want Wants(MonoNs) const override { return Nothing{}; }
   [[nodiscard]] MonoNs Due(MonoNs) const override { return deadline_; }

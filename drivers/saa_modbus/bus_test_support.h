@@ -1,16 +1,16 @@
 #pragma once
 
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
 #include <algorithm>
 #include <cstdlib>
 #include <functional>
-#include <gtest/gtest.h>
 #include <iterator>
 #include <map>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
-#include <yaml-cpp/yaml.h>
 
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <axlecast/command_status_t.hpp>
-#include <utility>
 #include <variant>
 
 #include "core/device/operation.h"
@@ -38,43 +37,45 @@ SaaModbusDevice::SaaModbusDevice(const BusConfig& bus, const DeviceConfig& devic
       other_addresses_(OtherAddresses(bus, device)),
       output_(output),
       connection_{.address = settings_.address, .baud = line_.baud, .port_baud = line_.baud},
-      around_{settings_, output_, connection_, other_addresses_},
-      interpreter_(settings_, WireOf(bus), connection_, output) {}
+      context_{settings_, output_, connection_, other_addresses_},
+      interpreter_(settings_, WireOf(bus), connection_, output),
+      runner_(Operations(), *this, output) {}
 
-Step SaaModbusDevice::Next(const BusSlot& turn) const {
+Step SaaModbusDevice::Next(const BusSlot& slot) const {
   const auto idle = [](MonoNs until) { return Step{.action = Idle{until}, .priority = Priority::kLive}; };
   if (!link_up_) return idle(kNever);
   if (line_unclear_) return {.action = WaitForIdleLine{Patience()}, .priority = Priority::kLive};
-  if (turn.now < not_before_) return idle(not_before_);
-  // An order that has begun is not interrupted: it may change the address or the rate, and it takes readings itself.
-  if (!procedure_ || Expired(turn.now) || (turn.reserved && !procedure_begun_)) return LiveStep(turn);
-  return CarryOut(procedure_->Next(turn.now), turn);
+  if (slot.now < not_before_) return idle(not_before_);
+  // A command that has begun is not interrupted: it may change the address or the rate, and it takes readings itself.
+  const Procedure* procedure = runner_.Runnable(slot.now);
+  if (procedure == nullptr || (slot.reserved && !runner_.HasBegun())) return LiveStep(slot);
+  return CarryOut(procedure->Next(slot.now), slot);
 }
 
-Step SaaModbusDevice::LiveStep(const BusSlot& turn) const {
+Step SaaModbusDevice::LiveStep(const BusSlot& slot) const {
   if (connection_.port_baud != connection_.baud) {
     return {.action = SetBaudRate{connection_.baud}, .priority = Priority::kLive};
   }
-  if (!turn.poll_due && !repeat_) return {.action = Idle{kNever}, .priority = Priority::kLive};
-  return Read(connection_.address, turn, Priority::kLive);
+  if (!slot.poll_due && !repeat_) return {.action = Idle{kNever}, .priority = Priority::kLive};
+  return Read(connection_.address, slot, Priority::kLive);
 }
 
-Step SaaModbusDevice::CarryOut(const Want& want, const BusSlot& turn) const {
+Step SaaModbusDevice::CarryOut(const Want& want, const BusSlot& slot) const {
   if (const auto* wait = std::get_if<WaitUntil>(&want)) {
     return {.action = Idle{wait->until}, .priority = Priority::kCommand};
   }
-  if (const auto* read = std::get_if<ReadAt>(&want)) return Read(read->address, turn, Priority::kCommand);
+  if (const auto* read = std::get_if<ReadAt>(&want)) return Read(read->address, slot, Priority::kCommand);
   if (const auto* port = std::get_if<PortBaud>(&want)) {
     return {.action = SetBaudRate{port->baud}, .priority = Priority::kCommand};
   }
   return {.action = Ask(std::get<Send>(want).request), .priority = Priority::kCommand};
 }
 
-Step SaaModbusDevice::Read(std::uint8_t address, const BusSlot& turn, Priority priority) const {
+Step SaaModbusDevice::Read(std::uint8_t address, const BusSlot& slot, Priority priority) const {
   const Exchange usual = Ask(ReadRequest(address, settings_.registers));
-  if (turn.MaySend(usual) || settings_.bits > kOneRegisterBits) return {.action = usual, .priority = priority};
+  if (slot.MaySend(usual) || settings_.bits > kOneRegisterBits) return {.action = usual, .priority = priority};
   const Exchange other = Ask(ReadRequest(address, 3 - settings_.registers));
-  return {.action = turn.MaySend(other) ? other : usual, .priority = priority};
+  return {.action = slot.MaySend(other) ? other : usual, .priority = priority};
 }
 
 Exchange SaaModbusDevice::Ask(const Frame& request) const {
@@ -91,10 +92,10 @@ MonoNs SaaModbusDevice::Patience() const {
 }
 
 void SaaModbusDevice::OnStarted(const Step& step, MonoNs now) {
-  ExpireIfLate(now);
+  runner_.ExpireIfLate(now);
   if (const auto* retune = std::get_if<SetBaudRate>(&step.action)) {
     tuning_to_ = retune->baud;
-    procedure_begun_ = procedure_begun_ || step.priority == Priority::kCommand;
+    runner_.OnStarted(step.priority == Priority::kCommand);
     return;
   }
   const auto* exchange = std::get_if<Exchange>(&step.action);
@@ -102,10 +103,9 @@ void SaaModbusDevice::OnStarted(const Step& step, MonoNs now) {
   sent_ = exchange->request;
   const std::optional<Request> asked = ParseRequest(sent_);
   if (asked && asked->writes()) last_write_ = now;
-  procedure_in_flight_ = procedure_ != nullptr && step.priority == Priority::kCommand;
-  if (!procedure_in_flight_) return;
-  procedure_begun_ = true;
-  if (const auto outcome = procedure_->OnStarted(exchange->request, now)) Report(*outcome);
+  const bool own = runner_.busy() && step.priority == Priority::kCommand;
+  runner_.OnStarted(own);
+  if (own) runner_.Report(runner_.procedure().OnStarted(exchange->request, now));
 }
 
 void SaaModbusDevice::On(const Event& event) {
@@ -133,7 +133,7 @@ void SaaModbusDevice::On(const Event& event) {
     default:  // of other kinds of line
       break;
   }
-  ExpireIfLate(EndOf(event));
+  runner_.ExpireIfLate(EndOf(event));
 }
 
 void SaaModbusDevice::OnExchange(const Event& event) {
@@ -144,16 +144,16 @@ void SaaModbusDevice::OnExchange(const Event& event) {
   LineFormat present = line_;
   present.baud = connection_.port_baud;
   if (present.baud != line_.baud) not_before_ = end + SilentInterval(present);
-  if (!std::exchange(procedure_in_flight_, false)) {
+  if (runner_.TakeInFlight()) {
+    runner_.Report(runner_.procedure().OnAnswer(answer, end));
+  } else {
     failures_ = answer.ok() ? 0 : failures_ + 1;
     repeat_ = failures_ == 1;
-  } else if (const auto outcome = procedure_->OnAnswer(answer, end)) {
-    Report(*outcome);
   }
   CompareWithFile(end);
 }
 
-// Every device of the bus is told of it: one of them counts it and keeps the line quiet.
+// Every device of the bus receives the event: one of them counts it and keeps the line quiet.
 void SaaModbusDevice::OnStray(const Event& event) {
   if (!keeps_line_) return;
   output_.OnError(ErrorKind::kUnexpectedBytes, event.received);
@@ -162,7 +162,8 @@ void SaaModbusDevice::OnStray(const Event& event) {
 
 void SaaModbusDevice::OnRetuned(MonoNs now) {
   connection_.port_baud = tuning_to_;
-  if (procedure_) procedure_->OnRetuned(now);
+  (void)runner_.TakeInFlight();
+  if (runner_.busy()) runner_.procedure().OnRetuned(now);
 }
 
 void SaaModbusDevice::OnLinkUp(MonoNs now) {
@@ -171,17 +172,16 @@ void SaaModbusDevice::OnLinkUp(MonoNs now) {
   repeat_ = false;
   failures_ = 0;
   not_before_ = now;
-  connection_.port_baud = line_.baud;  // a port is opened as the file says
+  connection_.port_baud = line_.baud;  // a port is opened at the configured rate
   output_.OnStarting("no answer yet");
 }
 
 void SaaModbusDevice::OnLinkDown() {
   link_up_ = false;
-  procedure_in_flight_ = false;
   interpreter_.OnLost(sent_);
   sent_.Clear();
   interpreter_.OnLinkDown();
-  if (procedure_) Report(procedure_->OnLinkLost());
+  runner_.OnLinkLost();
 }
 
 void SaaModbusDevice::CompareWithFile(MonoNs now) {
@@ -191,71 +191,23 @@ void SaaModbusDevice::CompareWithFile(MonoNs now) {
   output_.OnAlarm(kConfigurationDiffers, differs ? AlarmState::kLive : AlarmState::kAbsent, now);
 }
 
-// ---- orders ----
+// ---- commands ----
 
-void SaaModbusDevice::Begin(const DriverCommand& order, MonoNs now) {
-  auto made = Admit(order, now);
-  if (const Outcome* refused = std::get_if<Outcome>(&made)) return output_.OnOutcome(order.id, *refused);
-  procedure_ = std::move(std::get<std::unique_ptr<Procedure>>(made));
-  order_ = order.id;
-  begin_by_ = order.begin_by;
-  procedure_begun_ = false;
+Result<std::unique_ptr<Procedure>> SaaModbusDevice::MakeProcedure(const DriverCommand& command, MonoNs) const {
+  return saa_modbus::MakeProcedure(command, context_);
 }
 
-Result<> SaaModbusDevice::Validate(const DriverCommand& order, MonoNs now) const {
-  return AsResult(RefusalOf(Admit(order, now)));
-}
-
-// What is wrong with the order itself comes first: it will not pass.
-Made<Procedure> SaaModbusDevice::Admit(const DriverCommand& order, MonoNs now) const {
-  auto made = MakeProcedure(order, around_);
-  if (RefusalOf(made)) return made;
-  if (auto refusal = RefusalNow(order, now)) return *std::move(refusal);
-  return made;
-}
-
-std::optional<Outcome> SaaModbusDevice::RefusalNow(const DriverCommand& order, MonoNs now) const {
-  if (auto refusal = RefusalToBegin(procedure_ != nullptr, order, now, link_up_)) return refusal;
-  if (!interpreter_.answering() && !LooksElsewhere(order)) {
-    return Rejected(Reason::REASON_DEVICE_OFFLINE,
-                    "the encoder does not answer: check its power, its cable, address and baud");
+Result<> SaaModbusDevice::CheckState(const DriverCommand& command, MonoNs now) const {
+  if (!interpreter_.answering() && !LooksElsewhere(command)) {
+    return DeviceOffline("the encoder does not answer: check its power, its cable, address and baud");
   }
-  const OperationSpec* operation = FindOperation(order.operation);
-  if (operation == nullptr || !Writes(order.operation)) return std::nullopt;
-  return RefusalOfWrite(*operation, now);
-}
-
-std::optional<Outcome> SaaModbusDevice::RefusalOfWrite(const OperationSpec& operation, MonoNs now) const {
   const MonoNs wait = last_write_ ? *last_write_ + settings_.write_interval - now : 0;
-  if (wait > 0) {
-    return Rejected(
-        Reason::REASON_WEAR,
-        Text("the maker warns of writing regularly: one write in %lld s (write_interval_s); repeat it in "
-             "%.1f s",
-             static_cast<long long>(settings_.write_interval / kSecond),
-             static_cast<double>(wait) / static_cast<double>(kSecond)));
-  }
-  if (!operation.needs_standstill) return std::nullopt;
-  return RefusalInMotion(output_.MotionAt(now));
-}
-
-bool SaaModbusDevice::Cancel(const CommandId& id, MonoNs) {
-  if (!procedure_ || id != order_ || procedure_->touched()) return false;
-  procedure_.reset();
-  procedure_in_flight_ = false;
-  return true;
-}
-
-void SaaModbusDevice::ExpireIfLate(MonoNs now) {
-  if (!procedure_ || !Expired(now)) return;
-  Report(NeverAsked());
-}
-
-void SaaModbusDevice::Report(const Outcome& outcome) {
-  output_.OnOutcome(order_, outcome);
-  if (!outcome.IsFinal()) return;
-  procedure_.reset();
-  procedure_in_flight_ = false;
+  if (wait <= 0 || !Writes(command.operation)) return {};
+  return Failure(Text("the maker warns of writing regularly: one write in %lld s (write_interval_s); repeat it in "
+                      "%.1f s",
+                      static_cast<long long>(settings_.write_interval / kSecond),
+                      static_cast<double>(wait) / static_cast<double>(kSecond)),
+                 Reason::REASON_WEAR);
 }
 
 }  // namespace axlecast::saa_modbus

@@ -6,7 +6,7 @@
 
 #include "core/config/machine_config.h"
 #include "core/device/device.h"
-#include "drivers/kit/refusal.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/saa_modbus/interpreter.h"
 #include "drivers/saa_modbus/operations.h"
 #include "drivers/saa_modbus/procedures.h"
@@ -14,32 +14,34 @@
 
 namespace axlecast::saa_modbus {
 
-// One encoder on a Modbus bus: what to ask next. What the replies mean is the Interpreter's.
+// One encoder on a Modbus bus. Selects the next request; the Interpreter evaluates the replies.
 //
-// - After whatever leaves the line unclear it asks for silence for `timeout_us`.
+// - After an unclear exchange, the line must be idle for `timeout_us` first.
 // - While a late reply could be taken for the one to a request (StaleReplyGuard), an encoder up to 16 bits is asked for
 //   the other number of registers (SAA manual 5.1.7: "the reading points could be 01 or 02").
 // - A reading that failed is asked for once more at once; then in the next slot.
-// - An order's exchanges come before live readings: they are few, and their readings are published as well.
-// - Where the encoder took on another address or baud rate it follows, until the driver is started again.
-class SaaModbusDevice final : public Device {
+// - A command's exchanges come before live readings: they are few, and their readings are published as well.
+// - It follows a change of the encoder's address or baud rate until the driver is restarted.
+class SaaModbusDevice final : public Device, private CommandRunner<Procedure>::Policy {
  public:
   SaaModbusDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
 
-  [[nodiscard]] Step Next(const BusSlot& turn) const override;
+  [[nodiscard]] Step Next(const BusSlot& slot) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
-  [[nodiscard]] Result<> Validate(const DriverCommand& order, MonoNs now) const override;
-  void Begin(const DriverCommand& order, MonoNs now) override;
-  [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
+  [[nodiscard]] Result<> Validate(const DriverCommand& command, MonoNs now) const override {
+    return runner_.Validate(command, link_up_, now);
+  }
+  void Begin(const DriverCommand& command, MonoNs now) override { runner_.Begin(command, link_up_, now); }
+  [[nodiscard]] bool Cancel(const CommandId& id, MonoNs) override { return runner_.Cancel(id); }
 
  private:
-  // The procedure that carries out the order, or why it cannot begin now.
-  [[nodiscard]] Made<Procedure> Admit(const DriverCommand& order, MonoNs now) const;
-  [[nodiscard]] std::optional<Outcome> RefusalNow(const DriverCommand& order, MonoNs now) const;
-  [[nodiscard]] Step LiveStep(const BusSlot& turn) const;
-  [[nodiscard]] Step CarryOut(const Want& want, const BusSlot& turn) const;
-  [[nodiscard]] Step Read(std::uint8_t address, const BusSlot& turn, Priority priority) const;
+  [[nodiscard]] Result<std::unique_ptr<Procedure>> MakeProcedure(const DriverCommand& command,
+                                                                 MonoNs now) const override;
+  [[nodiscard]] Result<> CheckState(const DriverCommand& command, MonoNs now) const override;
+  [[nodiscard]] Step LiveStep(const BusSlot& slot) const;
+  [[nodiscard]] Step CarryOut(const Want& want, const BusSlot& slot) const;
+  [[nodiscard]] Step Read(std::uint8_t address, const BusSlot& slot, Priority priority) const;
   [[nodiscard]] Exchange Ask(const Frame& request) const;
   [[nodiscard]] MonoNs Patience() const;
   void OnExchange(const Event& event);
@@ -47,20 +49,16 @@ class SaaModbusDevice final : public Device {
   void OnRetuned(MonoNs now);
   void OnLinkUp(MonoNs now);
   void OnLinkDown();
-  [[nodiscard]] std::optional<Outcome> RefusalOfWrite(const OperationSpec& operation, MonoNs now) const;
-  [[nodiscard]] bool Expired(MonoNs now) const { return !procedure_begun_ && now > begin_by_; }
-  void ExpireIfLate(MonoNs now);
-  void Report(const Outcome& outcome);
   void CompareWithFile(MonoNs now);
 
   std::shared_ptr<const DeviceSettings> owned_;  // keeps settings_ alive
   const SaaModbusSettings& settings_;
-  const LineFormat line_;  // as the file says
+  const LineFormat line_;  // as configured
   const bool keeps_line_;  // it asks for silence after stray bytes: one device of a bus does
   const std::vector<std::uint8_t> other_addresses_;
   DeviceOutput& output_;
   Connection connection_;
-  const OperationContext around_;  // what procedures work on
+  const OperationContext context_;  // what procedures work on
   Interpreter interpreter_;
 
   bool link_up_ = false;
@@ -72,12 +70,8 @@ class SaaModbusDevice final : public Device {
   Frame sent_;                 // under way
   std::int64_t tuning_to_ = 0;
 
-  std::unique_ptr<Procedure> procedure_;
-  CommandId order_{};
-  MonoNs begin_by_ = kNever;
-  bool procedure_begun_ = false;      // its first request was sent
-  bool procedure_in_flight_ = false;  // the exchange under way is the procedure's
   std::optional<MonoNs> last_write_;  // of the encoder's memory
+  CommandRunner<Procedure> runner_;
 };
 
 }  // namespace axlecast::saa_modbus

@@ -1,19 +1,18 @@
 #include "drivers/saa_modbus/operations.h"
 
 #include <algorithm>
-#include <axlecast/command_status_t.hpp>
 
 #include "core/config/machine_config.h"
 #include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/saa_modbus/connection_procedures.h"
 #include "drivers/saa_modbus/procedures.h"
 
 namespace axlecast::saa_modbus {
 namespace {
 
-using Made = axlecast::Made<Procedure>;
-using Reason = command_status_t;
+using Made = Result<std::unique_ptr<Procedure>>;
 
 constexpr std::string_view kZero = "zero";
 constexpr std::string_view kSetDirection = "set_direction";
@@ -69,15 +68,12 @@ const std::vector<OperationSpec>& Specs() {
        .verification = "it is a reading"},
       {.name = kRead,
        .help = "Reads the position once",
-       .arguments = {{"after", "an operation with its arguments, to see whether it took effect", false}},
+       .arguments = {kAfterArgument},
        .reads_only = true,
        .verification = "it is a reading"},
   };
   return kSpecs;
 }
-
-Made BadArgument(std::string_view text) { return Rejected(Reason::REASON_BAD_ARGUMENT, text); }
-Made NotPermitted(std::string_view text) { return Rejected(Reason::REASON_NOT_PERMITTED, text); }
 
 std::optional<Parameter> DirectionOf(const Arguments& arguments) {
   const std::string_view direction = FindArgument(arguments, "direction").value_or("");
@@ -97,76 +93,78 @@ std::optional<std::int64_t> BaudArgument(const Arguments& arguments) {
   return baud && BaudParameter(*baud) ? baud : std::nullopt;
 }
 
-bool Others(const OperationContext& around, std::uint8_t address) {
-  return std::find(around.other_addresses.begin(), around.other_addresses.end(), address) !=
-         around.other_addresses.end();
+bool Others(const OperationContext& context, std::uint8_t address) {
+  return std::find(context.other_addresses.begin(), context.other_addresses.end(), address) !=
+         context.other_addresses.end();
 }
 
-constexpr std::string_view kBadAddress = "address and from must be 1 to 247";
-constexpr std::string_view kBadBaud = "baud must be 2400, 4800, 9600, 19200 or 57600";
+constexpr const char* kBadAddress = "address and from must be 1 to 247";
+constexpr const char* kBadBaud = "baud must be 2400, 4800, 9600, 19200 or 57600";
 
-Made MakeDirection(const DriverCommand& order, const OperationContext& around) {
-  const std::optional<Parameter> direction = DirectionOf(order.arguments);
+Made MakeDirection(const DriverCommand& command, const OperationContext& context) {
+  const std::optional<Parameter> direction = DirectionOf(command.arguments);
   if (!direction) return BadArgument("direction must be positive or negative");
-  return std::make_unique<DatumWrite>(*direction, around.settings, around.connection, around.output);
+  return std::make_unique<DatumWrite>(*direction, context.settings, context.connection, context.output);
 }
 
-Made MakeSetBaud(const DriverCommand& order, const OperationContext& around) {
-  const std::optional<std::int64_t> baud = BaudArgument(order.arguments);
+Made MakeSetBaud(const DriverCommand& command, const OperationContext& context) {
+  const std::optional<std::int64_t> baud = BaudArgument(command.arguments);
   if (!baud) return BadArgument(kBadBaud);
-  if (!around.other_addresses.empty()) {
+  if (!context.other_addresses.empty()) {
     return NotPermitted(
         "the bus has other encoders, which would not follow: connect this one alone, and give it a "
         "bus of its own in the file");
   }
-  return std::make_unique<SetBaud>(*baud, around.connection);
+  return std::make_unique<SetBaud>(*baud, context.connection);
 }
 
-Made MakeSetAddress(const DriverCommand& order, const OperationContext& around) {
-  const auto to = AddressOf(order.arguments, "address", 0);
-  const auto from = AddressOf(order.arguments, "from", around.connection.address);
+Made MakeSetAddress(const DriverCommand& command, const OperationContext& context) {
+  const auto to = AddressOf(command.arguments, "address", 0);
+  const auto from = AddressOf(command.arguments, "from", context.connection.address);
   if (!to || *to == 0 || !from) return BadArgument(kBadAddress);
-  if (Others(around, *to)) return NotPermitted(Text("address %d is another encoder's of this bus", int{*to}));
-  if (Others(around, *from)) {
+  if (Others(context, *to)) return NotPermitted(Text("address %d is another encoder's of this bus", int{*to}));
+  if (Others(context, *from)) {
     return NotPermitted(
-        Text("address %d is another encoder's of this bus: give the order to that device", int{*from}));
+        Text("address %d is another encoder's of this bus: give the command to that device", int{*from}));
   }
-  return std::make_unique<SetAddress>(*from, *to, around.connection);
+  return std::make_unique<SetAddress>(*from, *to, context.connection);
 }
 
-Made MakeQuery(const OperationContext& around) {
-  if (!around.other_addresses.empty()) {
+Made MakeQuery(const OperationContext& context) {
+  if (!context.other_addresses.empty()) {
     return NotPermitted(
         "the question goes to every encoder on the bus, and all would answer at once: connect this "
         "one alone, and give it a bus of its own in the file");
   }
-  return std::make_unique<AskAddress>(around.connection);
+  return std::make_unique<AskAddress>(context.connection);
 }
 
-// Whether the operation that `after` tells of took effect.
-Made MakeLook(const std::string& text, const OperationContext& around) {
+// Looks whether the operation that `after` names took effect.
+Made MakeLook(const std::string& text, const OperationContext& context) {
   const CommandLine after = ParseCommandLine(text);
   const auto read = [&](Parameter parameter) -> Made {
-    return std::make_unique<ReadPosition>(parameter, around.settings, around.connection, around.output);
+    return std::make_unique<ReadPosition>(parameter, context.settings, context.connection, context.output);
   };
   const auto find = [&](Search::Place place) -> Made {
-    return std::make_unique<FindEncoder>(place, text, around.settings, around.connection);
+    return std::make_unique<FindEncoder>(place, text, context.settings, context.connection);
   };
   if (after.operation == kZero) return read(Parameter::kZero);
   if (after.operation == kSetDirection) {
     const std::optional<Parameter> direction = DirectionOf(after.arguments);
-    return direction ? read(*direction) : BadArgument("after names a direction: positive or negative");
+    if (!direction) return BadArgument("after names a direction: positive or negative");
+    return read(*direction);
   }
   if (after.operation == kNewAddress) {
     const auto to = AddressOf(after.arguments, "address", 0);
-    if (!to || *to == 0 || Others(around, *to)) return BadArgument("after names an address: 1 to 247, of no other");
-    return find({*to, around.connection.baud});
+    if (!to || *to == 0 || Others(context, *to))
+      return BadArgument("after names an address: 1 to 247, of no other");
+    return find({*to, context.connection.baud});
   }
   if (after.operation == kSetBaudRate) {
     const std::optional<std::int64_t> baud = BaudArgument(after.arguments);
-    if (!baud || !around.other_addresses.empty())
+    if (!baud || !context.other_addresses.empty())
       return BadArgument("after names a rate, of an encoder that is alone");
-    return find({around.connection.address, *baud});
+    return find({context.connection.address, *baud});
   }
   return BadArgument("after must be zero, set_direction, set_address or set_baud with its arguments");
 }
@@ -180,35 +178,27 @@ bool Permits(const BusConfig& bus, const DeviceConfig&, std::string_view operati
   return (operation != kSetBaudRate && operation != kAskForAddress) || bus.devices.size() <= 1;
 }
 
-const OperationSpec* FindOperation(std::string_view name) {
-  const auto& specs = Specs();
-  const auto found = std::find_if(specs.begin(), specs.end(), [&](const auto& spec) { return spec.name == name; });
-  return found == specs.end() ? nullptr : &*found;
-}
-
-bool LooksElsewhere(const DriverCommand& order) {
-  return order.operation == kAskForAddress || FindArgument(order.arguments, "from") ||
-         FindArgument(order.arguments, "after");
+bool LooksElsewhere(const DriverCommand& command) {
+  return command.operation == kAskForAddress || FindArgument(command.arguments, "from") ||
+         FindArgument(command.arguments, "after");
 }
 
 bool Writes(std::string_view operation) {
-  const OperationSpec* spec = FindOperation(operation);
+  const OperationSpec* spec = FindOperation(Operations(), operation);
   return spec != nullptr && spec->writes != nullptr;
 }
 
-Made MakeProcedure(const DriverCommand& order, const OperationContext& around) {
-  if (order.operation == kZero) {
-    return std::make_unique<DatumWrite>(Parameter::kZero, around.settings, around.connection, around.output);
+Made MakeProcedure(const DriverCommand& command, const OperationContext& context) {
+  if (command.operation == kZero) {
+    return std::make_unique<DatumWrite>(Parameter::kZero, context.settings, context.connection, context.output);
   }
-  if (order.operation == kSetDirection) return MakeDirection(order, around);
-  if (order.operation == kSetBaudRate) return MakeSetBaud(order, around);
-  if (order.operation == kNewAddress) return MakeSetAddress(order, around);
-  if (order.operation == kAskForAddress) return MakeQuery(around);
-  if (order.operation != kRead) {
-    return Rejected(Reason::REASON_UNKNOWN_OPERATION, "saa_modbus has no operation " + order.operation);
-  }
-  if (const auto after = FindArgument(order.arguments, "after")) return MakeLook(std::string(*after), around);
-  return std::make_unique<ReadPosition>(std::nullopt, around.settings, around.connection, around.output);
+  if (command.operation == kSetDirection) return MakeDirection(command, context);
+  if (command.operation == kSetBaudRate) return MakeSetBaud(command, context);
+  if (command.operation == kNewAddress) return MakeSetAddress(command, context);
+  if (command.operation == kAskForAddress) return MakeQuery(context);
+  if (command.operation != kRead) return UnknownOperation("saa_modbus", command.operation);
+  if (const auto after = FindArgument(command.arguments, "after")) return MakeLook(std::string(*after), context);
+  return std::make_unique<ReadPosition>(std::nullopt, context.settings, context.connection, context.output);
 }
 
 }  // namespace axlecast::saa_modbus

@@ -6,9 +6,9 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/device/device.h"
 #include "core/device/operation.h"
-#include "drivers/kit/refusal.h"
 #include "drivers/saa_modbus/procedures.h"
 #include "drivers/saa_modbus/settings.h"
 
@@ -17,15 +17,14 @@ namespace axlecast::saa_modbus {
 [[nodiscard]] std::span<const OperationSpec> Operations();
 // Whether the configuration of a device permits an operation of the family.
 [[nodiscard]] bool Permits(const BusConfig& bus, const DeviceConfig& device, std::string_view operation);
-// It names an operation of the table above.
-[[nodiscard]] const OperationSpec* FindOperation(std::string_view name);
 
-// The encoder may be where the file does not say: allowed even when it does not answer.
-[[nodiscard]] bool LooksElsewhere(const DriverCommand& order);
-// It writes the encoder's memory.
+// Returns whether the command may find the encoder at another address or baud rate than the file's: it is allowed even
+// if the encoder does not answer.
+[[nodiscard]] bool LooksElsewhere(const DriverCommand& command);
+// Returns whether an operation writes the encoder's memory.
 [[nodiscard]] bool Writes(std::string_view operation);
 
-// What a procedure may know of the device and its bus. Outlives the procedure.
+// The parts of the device and its bus that a procedure uses. They outlive the procedure.
 struct OperationContext {
   const SaaModbusSettings& settings;
   const DeviceOutput& output;
@@ -33,7 +32,9 @@ struct OperationContext {
   const std::vector<std::uint8_t>& other_addresses;  // of the bus's other configured encoders
 };
 
-// The procedure that carries out an order, or why there is none: arguments are checked here.
-[[nodiscard]] Made<Procedure> MakeProcedure(const DriverCommand& order, const OperationContext& around);
+// Returns the procedure that carries out a command, or an error with a REASON_* if an argument is wrong or the bus
+// forbids it.
+[[nodiscard]] Result<std::unique_ptr<Procedure>> MakeProcedure(const DriverCommand& command,
+                                                               const OperationContext& context);
 
 }  // namespace axlecast::saa_modbus

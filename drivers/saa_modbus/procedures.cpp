@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "core/device/operation.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/kit/read_back.h"
-#include "drivers/kit/refusal.h"
 
 namespace axlecast::saa_modbus {
 namespace {
@@ -77,7 +77,7 @@ std::optional<Outcome> DatumWrite::OnStarted(Bytes request, MonoNs now) {
     sent_ = true;
     return std::nullopt;
   }
-  return Rejected(Reason::REASON_NOT_STANDING_STILL, MotionText(output_.MotionAt(now)));
+  return NotAtRest(output_.MotionAt(now));
 }
 
 std::optional<Outcome> DatumWrite::OnAnswer(const Answer& answer, MonoNs end) {
@@ -105,7 +105,7 @@ std::optional<Outcome> DatumWrite::OnBefore(const Answer& answer) {
   Outcome running;
   running.text = "the position before it was read";
   running.progress = 0.3F;
-  // Should this process die: what is found afterwards says something only beside what was before.
+  // If this process ends now, a later reading proves an effect only if the state before is known.
   return WithCounts(std::move(running), "");
 }
 

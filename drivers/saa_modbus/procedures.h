@@ -9,13 +9,14 @@
 #include "core/device/device.h"
 #include "core/device/operation.h"
 #include "core/device/step.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/saa_modbus/codec.h"
 #include "drivers/saa_modbus/interpreter.h"
 #include "drivers/saa_modbus/settings.h"
 
 namespace axlecast::saa_modbus {
 
-// What a procedure wants next.
+// The next step of a procedure.
 struct WaitUntil {
   MonoNs until = 0;
 };
@@ -30,25 +31,18 @@ struct PortBaud {
 };
 using Want = std::variant<WaitUntil, ReadAt, Send, PortBaud>;
 
-// One order being carried out, step by step. After a final outcome it is not used any more.
-class Procedure {
+// The steps of one command on this protocol.
+class Procedure : public CommandProcedure {
  public:
-  virtual ~Procedure() = default;
-
   [[nodiscard]] virtual Want Next(MonoNs now) const = 0;
-  // The exchange that Next wanted is about to go on the wire. The outcome when this ends the procedure.
+  // Begins the exchange that Next returned. Returns the final outcome if this ends the procedure.
   virtual std::optional<Outcome> OnStarted([[maybe_unused]] Bytes request, [[maybe_unused]] MonoNs now) {
     return std::nullopt;
   }
   // The exchange is over at `end`. An outcome: progress, or the final one.
   virtual std::optional<Outcome> OnAnswer(const Answer& answer, MonoNs end) = 0;
-  // The port goes on at the rate that Next wanted.
+  // The port now has the rate that Next returned.
   virtual void OnRetuned([[maybe_unused]] MonoNs now) {}
-  // The link is gone.
-  [[nodiscard]] virtual Outcome OnLinkLost() const = 0;
-
-  // It may have changed something in the encoder.
-  [[nodiscard]] virtual bool touched() const { return false; }
 };
 
 // Readings that may fail in a row.
@@ -88,8 +82,8 @@ class Search {
 };
 
 // Sets the position to zero or the counting direction (CC 00, 01, 02): a reading, the request once, a reading. The
-// shaft must stand still before the first reading and before the request. The encoder's echo says that the setting
-// was accepted (SAA manual 5.1.7: "Sending a return match ... was set successfully"); a zero is verified by
+// shaft must stand still before the first reading and before the request. The encoder's echo shows that the
+// setting was accepted (SAA manual 5.1.7: "Sending a return match ... was set successfully"); a zero is verified by
 // reading, a direction cannot be without motion.
 class DatumWrite final : public Procedure {
  public:
@@ -175,7 +169,7 @@ class FindEncoder final : public Procedure {
   Search search_;
 };
 
-// Asks whichever one encoder is connected for its address (FF A0).
+// Asks the only connected encoder for its address (FF A0).
 class AskAddress final : public Procedure {
  public:
   explicit AskAddress(const Connection& connection) : connection_(connection) {}

@@ -74,10 +74,10 @@ Login::Progress Login::OnStatus(const Answer& answer) {
     return Progress::kDone;
   }
   if (stage_ == Stage::kVerify && answered_) {
-    return Fail(Text("the unit took the password, but says %s", Name(logged_in)));
+    return Fail(Text("the unit took the password, but reports %s", Name(logged_in)));
   }
   if (writes_ >= kTries)
-    return Fail(Text("the unit answered none of %d logins, and says %s", writes_, Name(logged_in)));
+    return Fail(Text("the unit answered none of %d logins, and reports %s", writes_, Name(logged_in)));
   return Write(answer);
 }
 
@@ -103,7 +103,7 @@ Login::Progress Login::OnWritten(const Answer& answer) {
   if (answer.refused()) return Fail("the unit did not take the password: " + CauseOf(answer));
   owes_ = owes_ || (goal_ == LoginGoal::kIn && log_out_ && !keeps_);
   answered_ = answer.ok();
-  stage_ = Stage::kVerify;  // whether it arrived, if its reply is lost, AI 300 says
+  stage_ = Stage::kVerify;  // if its reply is lost, AI 300 shows whether it arrived
   return Progress::kGoing;
 }
 
@@ -140,13 +140,14 @@ std::optional<Outcome> LogIn::OnAnswer(const Answer& answer) {
   if (!answer.ok()) return GiveUp(command_status_t::REASON_DEVICE_REFUSED, CauseOf(answer));
   const bool logged_in = answer.reply.Register(0) == kSaysLoggedIn;
   if (logged_in == (goal_ == LoginGoal::kIn)) return OnLoginDone();
-  return GiveUp(command_status_t::REASON_DEVICE_REFUSED, logged_in ? "it says logged in" : "it says logged out");
+  return GiveUp(command_status_t::REASON_DEVICE_REFUSED,
+                logged_in ? "it reports logged in" : "it reports logged out");
 }
 
 std::optional<Outcome> LogIn::OnLoginDone() {
   const bool in = goal_ == LoginGoal::kIn;
-  Outcome outcome = Verified(in ? "the unit says logged in, until log_out or until its power goes off"
-                                : "the unit says logged out");
+  Outcome outcome = Verified(in ? "the unit reports logged in, until log_out or until its power goes off"
+                                : "the unit reports logged out");
   outcome.changes.push_back({"logged_in", "", in ? "1" : "0"});
   return outcome;
 }
@@ -227,7 +228,7 @@ std::optional<Outcome> PasswordCheck::OnAnswer(const Answer& answer) {
     looked_ = answer.reply.Register(0) == kSaysLoggedIn;
     if (looked_) return std::nullopt;
     return Rejected(Reason::REASON_DEVICE_REFUSED,
-                    "the unit is logged out, and then does not tell its password: log_in first");
+                    "the unit is logged out, and then does not show its password: log_in first");
   }
   const Result<bool> holds = comparison_.Holds(answer.reply.data);
   if (!holds) return GiveUp(Reason::REASON_NOT_PERMITTED, holds.error().text);

@@ -33,15 +33,15 @@ class PasswordTable {
   std::string active_;
 };
 
-// Logs the unit in or out: reads AI 300, writes the password to AO 100-107 only when that says the other state, reads
-// AI 300 again. Writing a password changes the state, in or out (guideline 6, note 1; 11), so it is never written
+// Logs the unit in or out: reads AI 300, writes the password to AO 100-107 only if the state is the other one, and
+// reads AI 300 again. Writing a password changes the state, in or out (guideline 6, note 1; 11), so it is never written
 // unless the state was just read: not after a failed exchange, and not 10 s after the reading.
 // A password that the unit refused (error 04) is never written again until Allow.
 class Login {
  public:
   enum class Progress : std::uint8_t { kGoing, kDone, kFailed };
 
-  // `log_out`: the unit is logged out again after an order that logged it in.
+  // `log_out`: the unit is logged out again after a command that logged it in.
   Login(const Requests& requests, const PasswordTable& passwords, const PasswordFormat& format, bool log_out)
       : requests_(requests), passwords_(passwords), format_(format), log_out_(log_out) {}
   ~Login() { Wipe(frame_); }
@@ -64,12 +64,12 @@ class Login {
   // The unit is gone.
   void Abort(std::string problem);
 
-  // AI 300 was read, whoever asked for it.
+  // AI 300 was read, for any purpose.
   void OnStatusRead(bool logged_in);
-  // The unit was logged in for an order, and is to be logged out when that has ended.
+  // Returns true if the unit was logged in for a command, and must be logged out after it.
   [[nodiscard]] bool owes_log_out() const { return owes_; }
-  // It stays logged in, until it is logged out on order or by its power: somebody wants that, or its password is not
-  // known any more.
+  // The unit stays logged in until the command log_out or the loss of its power: log_in was commanded, or its password is
+  // not known any more.
   void Keep();
 
   [[nodiscard]] const std::string& problem() const { return problem_; }  // after a failure
@@ -101,7 +101,7 @@ class Login {
   std::string problem_;
 };
 
-// log_in and log_out: what the device does by itself when it must, on order. log_in tries again after a wrong password,
+// The commands log_in and log_out. log_in tries again after a wrong password,
 // and the unit stays logged in until log_out.
 class LogIn final : public Procedure {
  public:
@@ -173,7 +173,7 @@ class PasswordChange final : public Procedure {
   int failures_ = 0;
 };
 
-// check_password: reads AI 300, and when that says logged in AO 200-207, and compares. It changes nothing, so it does
+// check_password: reads AI 300 and, if the unit is logged in, AO 200-207, and compares. It changes nothing, so it does
 // not log in for it. The password that the unit turns out to have is used for logins from then on.
 class PasswordCheck final : public Procedure {
  public:
@@ -191,7 +191,7 @@ class PasswordCheck final : public Procedure {
   const Requests& requests_;
   PasswordComparison comparison_;
   PasswordTable& passwords_;
-  bool looked_ = false;  // it says logged in
+  bool looked_ = false;  // the unit is logged in
   int failures_ = 0;
 };
 

@@ -82,7 +82,7 @@ TEST(Login, IsLostWithThePowerAndMadeOnceMoreForTheSameWrite) {
   EXPECT_EQ(bench.unit.clears, 3);
 }
 
-// A unit that refuses although it says logged in: one login, one repetition, no more.
+// A unit that refuses although it reports logged in: one login, one repetition, no more.
 TEST(Login, IsMadeOnceForAnOrderAtMost) {
   DeviceFixture bench(kKeptKeys);
   bench.GoOnline();

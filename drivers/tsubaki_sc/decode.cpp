@@ -50,8 +50,8 @@ struct Shape {
   [[nodiscard]] bool is_bits() const;
 };
 
-// Of at least 2 bytes. Request and reply of a read can be told because no reply has a request's 8 bytes: registers
-// have an even number of bytes, and no two bits stand side by side.
+// Of at least 2 bytes. Request and reply of a read can be distinguished because no reply has a request's 8 bytes: registers
+// have an even number of bytes, and no two bits have consecutive addresses.
 [[nodiscard]] Shape ShapeOf(Bytes frame);
 
 using Form = Shape::Form;
@@ -314,7 +314,7 @@ std::string SetOption(const std::string& key, const std::string& value, Options&
   return {};
 }
 
-// ---- what it says ----
+// ---- its content ----
 
 Json Bad(const Shape& shape, const char* error) { return {{"ok", false}, {"kind", shape.kind}, {"error", error}}; }
 Json Good(const Shape& shape, Bytes frame) { return {{"ok", true}, {"kind", shape.kind}, {"address", frame[0]}}; }
@@ -325,7 +325,7 @@ void AddRaw(Json& json, Bytes registers) {
   json["registers"] = std::move(raw);
 }
 
-// What stands at a known place: `bit` of coils and inputs, else `registers`.
+// Decodes data at a known address: `bit` for coils and inputs, else `registers`.
 Json DescribeData(const Shape& shape, Bytes frame, const Block& place, bool bit, Bytes registers,
                   CharacterOrder order) {
   if (!Exists(place)) return Bad(shape, "range");
@@ -344,7 +344,7 @@ Json DescribeData(const Shape& shape, Bytes frame, const Block& place, bool bit,
   return AddRegisters(json, place, registers, order) ? json : Bad(shape, "range");
 }
 
-// A read's reply without a hint where its data stand.
+// Decodes a reply to a read whose addresses are not known.
 Json DescribeAnywhere(const Shape& shape, Bytes frame, Bytes data) {
   Json json = Good(shape, frame);
   if (shape.space == Function::kReadDiscreteInputs) {

@@ -190,7 +190,7 @@ void ScDevice::On(const Event& event) {
       break;
     case Event::Kind::kUnexpectedBytes:
     case Event::Kind::kUnsolicited:
-      // Which unit it came from cannot be told; that of the late reply will notice it itself, by its fence.
+      // The sender is not known. The unit with a late reply detects it with its fence.
       output_.OnError(ErrorKind::kUnexpectedBytes, event.received);
       if (now > quiet_until_) busy_since_ = now;
       quiet_until_ = std::max(quiet_until_, now + kQuiet);
@@ -216,7 +216,7 @@ void ScDevice::OnExchange(const Event& event) {
   const Answer answer = Interpret(event, character_);
   const Work work = std::exchange(in_flight_, Work::kNone);
   Track(answer);
-  // What the unit refuses to an order is the order's; to a reading it is a fault of that reading.
+  // A refusal is the result of a command, but an error of a reading.
   const bool asked_by_command = work == Work::kCommand || work == Work::kUrgent || work == Work::kLogin;
   if (!answer.ok() && !(answer.refused() && asked_by_command)) output_.OnError(*answer.error, answer.at);
   interpreter_.OnAnswer(answer);

@@ -20,7 +20,7 @@ namespace axlecast::tsubaki_sc {
 // the bus has turns for it.
 class SlowPlan {
  public:
-  // The unit has appeared: every item once, the MFG number first, because it tells one unit from another.
+  // The unit has appeared: every item once, the MFG number first, because it identifies the unit.
   void Restart();
   // Some item was not yet asked for since Restart.
   [[nodiscard]] bool introducing() const { return introduced_ < kItems.size(); }
@@ -34,7 +34,7 @@ class SlowPlan {
  private:
   void Advance(MonoNs now);
 
-  // The log interval stands in the last of the parameters' blocks.
+  // The log interval is in the last of the parameters' blocks.
   static constexpr std::array<Block, 10> kItems = {
       kMfgNumber,   kStopCoil, kLoginStatus, kParameterBlocks[2], kMains,
       kProductCode, kVersion,  kSetValues,   kParameterBlocks[0], kParameterBlocks[1]};
@@ -47,19 +47,18 @@ class SlowPlan {
   MonoNs due_ = 0;
 };
 
-// One SC unit: what to ask next. What the replies mean is the Interpreter's.
+// One SC unit: selects the next request. The Interpreter decodes the replies.
 //
-// - The fence. A Modbus reply does not say which addresses it holds, so a late one could be taken for the reply to a
-//   later request of the same length: a block of a trip log for another. After whatever leaves that possible (timeout,
-//   damaged or foreign reply, link up) the unit is first asked for its mains frequency (function 02), whose
-//   reply has a shape of its own. A late reply to anything else does not fit it, is an error, and the fence is asked
-//   once more. Only a stop does not wait for that: the echo of coil 100 has a shape of its own too.
-// - It transmits nothing while the line may still carry a reply; but a stop waits 25 ms for that at most, and then goes
-//   out on a busy line too.
-// - A live turn reads 100-106 or 200-204, in turns. The log of a new trip uses live turns too, as trip_fetch says, and
-//   so do the login and, every other one, the first look at a unit that has appeared.
-// - Error 04 (logged out) to an order: logs in once, and the same request goes out once more. Unless the configuration
-//   says log_out: false, the unit is logged out again before the order's outcome is reported; after a stop, later.
+// - The fence: a Modbus reply does not contain its addresses, so a late reply could be taken for the reply to a later
+//   request of the same length. If that is possible (timeout, damaged or unexpected reply, link up), the device first
+//   reads the mains frequency (function 02), whose reply has a unique shape. A late reply to another request does not
+//   match and is an error, and the fence is repeated. A stop does not wait for the fence: the echo of coil 100 is unique
+//   too.
+// - It transmits nothing while a reply may still arrive. A stop waits for that at most 25 ms.
+// - A live slot reads 100-106 and 200-204 alternately. The log of a new trip (see trip_fetch), the login, and every other
+//   request to a unit that has appeared use live slots too.
+// - If the unit refuses a command with error 04 (logged out), the device logs in once and repeats the request. Unless the
+//   configuration has log_out: false, the unit is logged out before the outcome is reported; after a stop, later.
 class ScDevice final : public Device, private CommandRunner<Procedure>::Policy {
  public:
   ScDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output, SecretSource& secrets);
@@ -127,7 +126,7 @@ class ScDevice final : public Device, private CommandRunner<Procedure>::Policy {
   Priority priority_ = Priority::kLive;  // of what is in flight
   bool status_next_ = false;             // the second half of the live data
   bool lent_ = false;                    // the last live turn was not used for live data
-  bool log_out_failed_ = false;          // it is tried again when the login state is read anew
+  bool log_out_failed_ = false;          // it is retried when the login state is read again
   bool history_next_ = true;             // among the slow turns, between old logs and slow items
 };
 

@@ -32,10 +32,11 @@ constexpr std::array<MotorAlarm, 6> kAlarms = {{
 
 const std::array<MotorAlarm, 6>& MotorAlarms() { return kAlarms; }
 
-const AlarmSpec kWrongPassword = {0x210, kDriver, kWarning, "wrong_password",
-                                  "The unit refused the password: mend its file, then `log_in`. Not tried again"};
+const AlarmSpec kWrongPassword = {
+    0x210, kDriver, kWarning, "wrong_password",
+    "The unit refused the password: correct its file, then `log_in`. Not tried again"};
 const AlarmSpec kLoginFailed = {0x211, kDriver, kWarning, "login_failed",
-                                "motor_control wants the unit logged in, but it is not: run `log_in` to see why"};
+                                "motor_control needs the unit logged in, but it is not: run `log_in` to see why"};
 
 const AlarmSpec kStillLoggedIn = {0x212, kDriver, kWarning, "still_logged_in",
                                   "The unit could not be logged out: run `log_out` to see why"};

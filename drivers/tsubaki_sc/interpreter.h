@@ -29,8 +29,8 @@ extern const AlarmSpec kStillLoggedIn;
 // "0x02 power_upper_limit_b"
 [[nodiscard]] std::string StatusText(std::int32_t bits);
 
-// What the unit says, towards the outside: motor readings, limits, alarms, identity, trips. All of it follows from the
-// answers alone, whoever asked and why; so a recorded sequence of events gives the same again.
+// Reports motor readings, limits, alarms, identity and trips. They depend only on the answers, so a recorded sequence of
+// events gives the same results.
 class Interpreter {
  public:
   Interpreter(CharacterOrder order, DeviceOutput& output) : order_(order), output_(output), trips_(output) {}

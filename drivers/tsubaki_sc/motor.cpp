@@ -38,7 +38,8 @@ std::optional<Outcome> MotorStop::OnWritten(const Answer& answer) {
 std::optional<Outcome> MotorStop::OnCoil(const Answer& answer) {
   if (!answer.ok()) return Repeat(answer);
   if (answer.reply.Bit(0)) {
-    Outcome outcome = Verified("the stop coil reads 1; whether the motor stands cannot be read, look at the power");
+    Outcome outcome =
+        Verified("the stop coil reads 1; whether the motor has stopped cannot be read, look at the power");
     outcome.changes.push_back({"stop_coil", "", "1"});
     return outcome;
   }
@@ -71,19 +72,19 @@ Outcome MotorStop::GiveUp(std::int32_t reason, const std::string& cause) const {
            std::max(writes_, 1), cause.c_str()));
 }
 
-CoilOrder::CoilOrder(Kind kind, const Requests& requests)
+CoilCommand::CoilCommand(Kind kind, const Requests& requests)
     : kind_(kind), requests_(requests), reader_(requests, {kStatus, kStopCoil}) {}
 
-Exchange CoilOrder::Next() const {
+Exchange CoilCommand::Next() const {
   if (stage_ != Stage::kWrite) return reader_.Next();
   return requests_.SetCoil(kind_ == Kind::kStartMotor ? kStartCoil : kClearTripCountCoil);
 }
 
-std::optional<Outcome> CoilOrder::OnAnswer(const Answer& answer) {
+std::optional<Outcome> CoilCommand::OnAnswer(const Answer& answer) {
   return stage_ == Stage::kWrite ? OnWritten(answer) : OnRead(answer);
 }
 
-std::optional<Outcome> CoilOrder::OnWritten(const Answer& answer) {
+std::optional<Outcome> CoilCommand::OnWritten(const Answer& answer) {
   if (answer.refused()) {
     sent_ = false;
     return Final(CommandState::kFailed, Reason::REASON_DEVICE_REFUSED, "the unit refused it: " + CauseOf(answer));
@@ -94,7 +95,7 @@ std::optional<Outcome> CoilOrder::OnWritten(const Answer& answer) {
   return std::nullopt;
 }
 
-std::optional<Outcome> CoilOrder::OnRead(const Answer& answer) {
+std::optional<Outcome> CoilCommand::OnRead(const Answer& answer) {
   switch (reader_.OnAnswer(answer)) {
     case BlockReader::Progress::kGoing:
       return std::nullopt;
@@ -106,7 +107,7 @@ std::optional<Outcome> CoilOrder::OnRead(const Answer& answer) {
   }
 }
 
-Outcome CoilOrder::Before() {
+Outcome CoilCommand::Before() {
   stage_ = Stage::kWrite;
   count_before_ = reader_.Register(kStatus, 0);
   stopped_before_ = reader_.Bit(kStopCoil);
@@ -125,7 +126,7 @@ Outcome CoilOrder::Before() {
   return running;
 }
 
-Outcome CoilOrder::Cleared() const {
+Outcome CoilCommand::Cleared() const {
   const unsigned count = reader_.Register(kStatus, 0);
   // It only rises by itself, so a lower one was cleared, and there was a trip since.
   Outcome outcome = count < count_before_
@@ -138,7 +139,7 @@ Outcome CoilOrder::Cleared() const {
 }
 
 // "Running" is not to be read anywhere. What can be seen is that the stop is off (guideline 8), if it was on.
-Outcome CoilOrder::Started() const {
+Outcome CoilCommand::Started() const {
   const bool stopped = reader_.Bit(kStopCoil);
   const int status = reader_.Register(kStatus, 1);
   Outcome outcome;
@@ -157,7 +158,7 @@ Outcome CoilOrder::Started() const {
   return outcome;
 }
 
-Outcome CoilOrder::GiveUp(std::int32_t reason, const std::string& cause) const {
+Outcome CoilCommand::GiveUp(std::int32_t reason, const std::string& cause) const {
   if (!sent_) return Final(CommandState::kFailed, reason, "nothing was done: " + cause);
   return Final(CommandState::kIndeterminate, reason,
                "it was sent, but what became of it could not be read: " + cause);

@@ -45,13 +45,13 @@ class MotorStop final : public Procedure {
   bool seen_off_ = false;  // the coil read 0 after the last stop that was answered
 };
 
-// clear_trip_count and start_motor: looks at the status and the stop coil, sets its coil, looks again. The coil goes
-// off by itself (guideline 8), so only what it does can be read. Written once: what became of it, the reading tells.
-class CoilOrder final : public Procedure {
+// clear_trip_count and start_motor: reads the status and the stop coil, sets its coil, and reads again. The coil goes
+// off by itself (guideline 8), so only what it does can be read. Written once: the reading shows the result.
+class CoilCommand final : public Procedure {
  public:
   enum class Kind : std::uint8_t { kClearTripCount, kStartMotor };
 
-  CoilOrder(Kind kind, const Requests& requests);
+  CoilCommand(Kind kind, const Requests& requests);
 
   [[nodiscard]] Exchange Next() const override;
   void OnStarted() override { sent_ = sent_ || stage_ == Stage::kWrite; }

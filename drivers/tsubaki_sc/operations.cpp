@@ -35,7 +35,7 @@ std::vector<OperationSpec> MotorOperations() {
   return {
       {.name = kStopMotorName,
        .help = "Stops the motor (coil 100), before everything else on the bus. Not an emergency stop",
-       .verification = "coil 100 reads 1; whether the motor stands cannot be read",
+       .verification = "coil 100 reads 1; whether the motor has stopped cannot be read",
        .verified_by_operation = kReadStateName,
        .urgent = true},
       {.name = kStartMotorName,
@@ -209,12 +209,12 @@ Made MakeMotor(const DriverCommand& command, const OperationContext& context) {
   const MotorControl allowed = context.settings.motor_control;
   if (command.operation == kStopMotorName) {
     if (allowed != MotorControl::kNone) return std::make_unique<MotorStop>(context.requests);
-    return NotPermitted("the configuration of this device does not say motor_control: stop or start_stop");
+    return NotPermitted("the configuration of this device has no motor_control: stop or start_stop");
   }
   if (allowed == MotorControl::kStartStop) {
-    return std::make_unique<CoilOrder>(CoilOrder::Kind::kStartMotor, context.requests);
+    return std::make_unique<CoilCommand>(CoilCommand::Kind::kStartMotor, context.requests);
   }
-  return NotPermitted("the configuration of this device does not say motor_control: start_stop");
+  return NotPermitted("the configuration of this device has no motor_control: start_stop");
 }
 
 Made MakeSetPassword(const DriverCommand& command, const OperationContext& context) {
@@ -305,7 +305,7 @@ Made MakeProcedure(const DriverCommand& command, const OperationContext& context
     return NotPermitted("the configuration names no password: add passwords and password");
   }
   if (name == kClearTripCountName) {
-    return std::make_unique<CoilOrder>(CoilOrder::Kind::kClearTripCount, context.requests);
+    return std::make_unique<CoilCommand>(CoilCommand::Kind::kClearTripCount, context.requests);
   }
   if (name == kReadStateName) return MakeReadState(command, context);
   if (name == kReadSetValuesName) return MakeReadout(context, {kSetValues}, &ShowSetValues);

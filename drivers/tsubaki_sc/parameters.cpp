@@ -188,7 +188,7 @@ std::optional<Outcome> ParameterWrite::OnRead(const Answer& answer) {
   return WithChanges(std::move(running), nullptr);
 }
 
-// The next run of neighbours that differ, or the reading back when there is none.
+// Prepares the next run of neighbours that differ, or the read-back after the last run.
 std::optional<Outcome> ParameterWrite::NextRun(std::size_t from) {
   run_ = from;
   while (run_ < values_.size() && !Differs(run_)) ++run_;
@@ -255,7 +255,7 @@ Outcome ParameterWrite::GiveUp(std::int32_t reason, const std::string& cause) co
       nullptr);
 }
 
-// Those that change come first: four fit. Of a running order only what was before is known.
+// Those that change come first: four fit. While the command runs, only the values before are known.
 Outcome ParameterWrite::WithChanges(Outcome outcome, const std::vector<std::uint16_t>* after) const {
   for (const bool changed : {true, false}) {
     for (std::size_t i = 0; i < before_.size() && outcome.changes.size() < kMaxChanges; ++i) {

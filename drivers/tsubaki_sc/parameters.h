@@ -15,7 +15,7 @@ namespace axlecast::tsubaki_sc {
 
 // The 55 settings of guideline 11, in the order of their addresses 0 to 54.
 [[nodiscard]] std::span<const ParameterSpec> Parameters();
-// Null when there is none of that name.
+// Returns null if no parameter has this name.
 [[nodiscard]] const ParameterSpec* FindParameter(std::string_view name);
 
 // A parameter and the value that it shall have, or has.
@@ -29,7 +29,7 @@ struct ParameterValue {
 // A parameter's register, from a reader of such blocks.
 [[nodiscard]] std::uint16_t ValueIn(const BlockReader& read, const ParameterSpec& parameter);
 
-// read_parameter and read_parameters: some parameters with their values, or all 55 as they stand in the registers.
+// read_parameter and read_parameters: some parameters with their values, or all 55 registers.
 class ParameterRead final : public Procedure {
  public:
   // No parameters: all of them. With `expected` it looks whether they hold these values: the change `finding`.
@@ -49,7 +49,7 @@ class ParameterRead final : public Procedure {
 };
 
 // write_parameter and write_parameters: reads the parameters, writes those that differ, neighbours in one request,
-// and reads all of them back. No write is repeated: what became of it, the reading tells.
+// and reads all of them back. No write is repeated: the reading shows the result.
 class ParameterWrite final : public Procedure {
  public:
   // In the order of their addresses, each once.

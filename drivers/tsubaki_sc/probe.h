@@ -33,7 +33,7 @@ class ScProbe final : public AskingProbe {
   std::size_t block_ = 0;  // that is asked for
   int tries_ = 0;
   int answered_ = 0;   // blocks
-  std::string named_;  // what the unit says of itself
+  std::string named_;  // product code, number and version of the unit
   std::vector<ProbeHit> findings_;
 };
 

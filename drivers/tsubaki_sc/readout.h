@@ -64,7 +64,7 @@ class Readout final : public Procedure {
   std::string after_;
 };
 
-// read_state: status, stop coil, login and mains. `after` an operation: the change `finding` says whether it took
+// read_state: status, stop coil, login and mains. `after` an operation: the change `finding` shows whether it took
 // effect.
 [[nodiscard]] std::vector<Block> StateBlocks();
 [[nodiscard]] Outcome ShowState(const BlockReader& read, CharacterOrder order, const std::string& after);

@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t kShortest = 8;
 constexpr std::size_t kLongest = 16;
 
-// Where character `index` stands in the bytes of the registers.
+// Returns the position of character `index` in the bytes of the registers.
 constexpr std::size_t Place(std::size_t index, CharacterOrder order) {
   return order == CharacterOrder::kHighFirst ? index : index ^ 1U;
 }

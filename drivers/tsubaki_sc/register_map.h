@@ -94,23 +94,22 @@ struct LogPlace {
   std::size_t log = 0;       // 0 newest
   std::size_t quantity = 0;  // index into kQuantityTable
 };
-// The log that a block holds; nothing when it is none.
+// Returns the log that a block holds, or nothing if it holds no log.
 [[nodiscard]] std::optional<LogPlace> LogPlaceOf(const Block& block);
 
-// The block that a request reads; nothing when it is no read.
+// Returns the block that a request reads, or nothing for another request.
 [[nodiscard]] std::optional<Block> BlockOf(Bytes request);
 
-// Which half of a register holds the first of its two characters. The guideline says "Endian: LSB" and no more.
+// Which half of a register holds the first of its two characters. The guideline only has "Endian: LSB".
 enum class CharacterOrder : std::uint8_t { kHighFirst, kLowFirst };
 
-// The characters of registers as they stand in a reply, without the NULs and blanks at the end; what is no printable
-// ASCII becomes '?'.
+// Returns the characters of registers without the NULs and blanks at the end. Other bytes than printable ASCII become '?'.
 [[nodiscard]] std::string RegisterText(Bytes registers, CharacterOrder order);
 
 // The two bytes of kVersion: 01 00 is "Ver.1.0.0" (guideline 12), so the lower one holds two digits.
 [[nodiscard]] std::string VersionText(Bytes version);
 
-// How a password stands in its eight registers.
+// How a password is encoded in its eight registers.
 struct PasswordFormat {
   CharacterOrder order = CharacterOrder::kHighFirst;
   std::uint8_t padding = 0x00;  // NUL, or a space 0x20: guideline 11
@@ -119,7 +118,7 @@ struct PasswordFormat {
 // 8 to 16 characters of '!' (0x21) to '~' (0x7E): guideline 11. The text prints the last as "-(0x7E)".
 [[nodiscard]] bool IsPassword(std::string_view text);
 
-// Function 16 on `block` (kLoginBlock or kPassword). `text` must be a password. Whoever holds the frame wipes it.
+// Function 16 on `block` (kLoginBlock or kPassword). `text` must be a password. The caller must wipe the frame.
 [[nodiscard]] Frame WritePassword(std::uint8_t address, const Block& block, std::string_view text,
                                   const PasswordFormat& format);
 

@@ -56,7 +56,7 @@ struct Answer {
 
 // "timeout", "error 02 (address error)"
 [[nodiscard]] std::string CauseOf(const Answer& answer);
-// The REASON_* of an order that ends because of it: the unit refused, or did not reply.
+// Returns the REASON_* of a command that ends because of it: the unit refused, or did not reply.
 [[nodiscard]] std::int32_t ReasonOf(const Answer& answer);
 
 }  // namespace axlecast::tsubaki_sc

@@ -10,8 +10,8 @@
 
 namespace axlecast::tsubaki_sc {
 
-// "After sending the command, wait at least 0.1 second before sending the next command" (guideline 3): from where to
-// where, and for whom, is not said.
+// "After sending the command, wait at least 0.1 second before sending the next command" (guideline 3): the guideline
+// does not define between which events, and whether for the unit or the bus.
 enum class PacingReading : std::uint8_t {
   kAfterReply,    // A: of the whole bus, from the end of a reply: safe in every case
   kAfterRequest,  // L: of the whole bus, from the end of a request
@@ -44,7 +44,7 @@ struct ScSettings final : DeviceSettings {
   std::map<std::string, SecretPlace, std::less<>> passwords;
   std::string password;  // the one in use; empty: none
   PasswordFormat password_format;
-  bool log_out = true;  // after each order that logged the unit in
+  bool log_out = true;  // after each command that logged the unit in
   TripFetchMode trip_fetch = TripFetchMode::kSuspendLive;
   MonoNs timeout = 0;
 

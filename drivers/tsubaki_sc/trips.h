@@ -21,11 +21,11 @@ struct TripStatus {
   friend bool operator==(const TripStatus&, const TripStatus&) = default;
 };
 
-// Trips that happened between two readings of the status. A count that fell, or factors that changed under the same
-// count, say that the count was cleared meanwhile: then it counts from 0.
+// Trips that happened between two readings of the status. If the count fell, or the factors changed under
+// the same count, the count was cleared meanwhile: then it counts from 0.
 [[nodiscard]] int TripsBetween(const TripStatus& before, const TripStatus& after);
 
-// Finds trips in the status readings, whoever asked for them, and reads their logs. The unit shifts its logs 1 -> 2
+// Detects trips in all status readings, and reads their logs. The unit shifts its logs 1 -> 2
 // -> 3 at each trip. So a log counts only when a status reading after its last block shows that there was no trip
 // since its first one; else it is read once more. Newest first.
 class TripReader {
@@ -43,7 +43,7 @@ class TripReader {
   void WantAll();
 
   [[nodiscard]] bool wanted() const { return Current() < kLogs; }
-  // The log to be read next is of a trip that happened while the driver watched, or that somebody wants now.
+  // The log to be read next is of a trip that happened while the driver watched, or that a command requests.
   [[nodiscard]] bool fresh() const { return wanted() && logs_[Current()].fresh; }
   [[nodiscard]] std::size_t log() const { return Current(); }
   [[nodiscard]] Block Next() const;
@@ -74,7 +74,7 @@ class TripReader {
   Interval status_at_;
   std::array<Log, kLogs> logs_{};
   std::int32_t interval_us_ = 0;
-  bool interval_unknown_ = false;  // it cannot be read, or is none
+  bool interval_unknown_ = false;  // it cannot be read, or is out of range
 
   TripRecord record_;       // of the current log
   bool begun_ = false;      // the record holds blocks

@@ -44,7 +44,7 @@ class AlarmedDriver {
     const std::vector<DeviceSummary> devices = {{.device = "axis1", .state = device_info_t::STATE_ONLINE}};
     desk_.Hello(devices);
     if (channel_.alarms().acknowledged_revision() > 0) {
-      desk_.TellAcknowledged("axis1", channel_.alarms().Acknowledged());
+      desk_.PublishAcknowledged("axis1", channel_.alarms().Acknowledged());
     }
   }
   [[nodiscard]] const AlarmTable& alarms() const { return channel_.alarms(); }

@@ -30,11 +30,11 @@ struct DevicePublisher::State {
   class PublishTimer {
    public:
     // `revision`: of the content of the message.
-    [[nodiscard]] bool Due(std::int64_t revision, MonoNs now) {
+    [[nodiscard]] bool Due(std::int64_t revision, MonoNs at) {
       constexpr MonoNs kMinInterval = 20 * kMillisecond;  // between two messages after changes
-      if (sent_ && now - sent_at_ < (revision == sent_revision_ ? kSecond : kMinInterval)) return false;
+      if (sent_ && at - sent_at_ < (revision == sent_revision_ ? kSecond : kMinInterval)) return false;
       sent_ = true;
-      sent_at_ = now;
+      sent_at_ = at;
       sent_revision_ = revision;
       return true;
     }

@@ -181,7 +181,8 @@ void Driver::WatchDuplicates() {
 void Driver::WatchUnauthorized() {
   if (!unauthorized_.Update(command_server_.refused(), now_)) return;
   if (unauthorized_.present()) {
-    ports_.log(LogLevel::kWarning, std::to_string(command_server_.refused()) + " commands were refused without an answer: " +
+    ports_.log(LogLevel::kWarning, std::to_string(command_server_.refused()) +
+                                       " commands were refused without an answer: " +
                                        std::string(command_server_.Rule()) + "; find who sends them");
   }
   RaiseForAll(runtime_alarms::kForeignOrder, unauthorized_.present());

@@ -190,7 +190,8 @@ TEST_F(DriverTest, OrdersOfStrangersAreAnAlarmAndALine) {
   RunUntil(1'300 * kMillisecond);
   EXPECT_TRUE(AlarmIsLive("foreign_order"));
   EXPECT_THAT(Said(driver_status_t::KIND_STATUS), IsEmpty());
-  EXPECT_THAT(log_, Contains(HasSubstr("100 commands were refused without an answer: only commands that are signed")));
+  EXPECT_THAT(log_,
+              Contains(HasSubstr("100 commands were refused without an answer: only commands that are signed")));
   driver_->command_server().OnDriverCommand(Enveloped(order, &bridge_key));
   RunUntil(1'400 * kMillisecond);
   EXPECT_EQ(Said(driver_status_t::KIND_STATUS).back().state, command_status_t::STATE_SUCCEEDED);

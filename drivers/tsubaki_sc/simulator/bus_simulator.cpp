@@ -17,7 +17,7 @@ constexpr std::int64_t kBitsPerCharacter = 11;  // start, 8 data, even parity, s
 constexpr std::int64_t kBitsPerSecond = 9600;
 constexpr MonoNs kSilentInterval = 5 * kMillisecond;  // guideline 4, note 1
 constexpr MonoNs kCommandPause = 100 * kMillisecond;  // guideline 3
-constexpr MonoNs kLook = kSecond;                     // how often the units go on without being asked
+constexpr MonoNs kLook = kSecond;                     // how often the units advance without a request
 constexpr std::size_t kLongestFrame = 256;
 constexpr std::size_t kShortestFrame = 4;
 
@@ -75,7 +75,7 @@ void BusSimulator::OnBytes(Bytes bytes, MonoNs now, const Transmit& transmit) {
     return;
   }
   if (frame_.empty()) BeginFrame(now);
-  // One byte more than a frame can have says that it is too long.
+  // One byte above the maximum marks a frame as too long.
   const std::size_t room = kLongestFrame + 1 - frame_.size();
   const Bytes kept = bytes.first(std::min(room, bytes.size()));
   frame_.insert(frame_.end(), kept.begin(), kept.end());
@@ -106,7 +106,7 @@ void BusSimulator::Collide(const Interval& with, bool& collided) {
   collided = true;
 }
 
-// Guideline 4, "No response". True when the frame is none.
+// Guideline 4, "No response". Returns true if the frame gets no response.
 bool BusSimulator::CountBroken() {
   if (collided_) return true;  // counted already
   const std::size_t expected = CommandLength(frame_);
@@ -237,7 +237,7 @@ void BusSimulator::SendDue(MonoNs now, const Transmit& transmit) {
   }
 }
 
-// ---- whoever looks on ----
+// ---- state ----
 
 std::size_t BusSimulator::Find(std::string_view device) const {
   const auto found =

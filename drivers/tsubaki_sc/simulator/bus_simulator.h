@@ -34,7 +34,7 @@ struct LineRules {
   bool paced = true;                      // false: no wire time, and a command ends with its last byte
   MonoNs reply_delay = 5 * kMillisecond;  // between command and response, at least the silent interval
   MonoNs tolerance = 2 * kMillisecond;    // of reading L: how late the host's bytes may reach us
-  bool echo = false;                      // the adapter hears its own transmission
+  bool echo = false;                      // the adapter receives its own transmission
 };
 
 // One unit on the bus.
@@ -104,7 +104,7 @@ class BusSimulator final : public Simulator {
   void Respond(Station& station, std::vector<std::uint8_t> response, MonoNs now, const Transmit& transmit);
   void Collide(const Interval& with, bool& collided);
   void SendDue(MonoNs now, const Transmit& transmit);
-  // Its index; their number when there is none.
+  // Returns its index, or the number of units if there is no such unit.
   [[nodiscard]] std::size_t Find(std::string_view device) const;
 
   std::vector<Station> stations_;

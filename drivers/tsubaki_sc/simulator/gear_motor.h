@@ -31,7 +31,7 @@ class LoadProfile {
   std::vector<Point> points_;
 };
 
-// A three-phase gear motor and what it drives. Time goes on in steps of kStep.
+// A three-phase gear motor and what it drives. Time advances in steps of kStep.
 class GearMotor {
  public:
   static constexpr MonoNs kStep = 10 * kMillisecond;
@@ -75,7 +75,7 @@ class GearMotor {
   // A blow on axis 0, 1 or 2 for kShockLasts.
   void Shock(std::size_t axis, double mps2, MonoNs now);
 
-  // Time went on by kStep to `now`.
+  // Advances by kStep to `now`.
   void Step(MonoNs now);
   [[nodiscard]] Reading At(MonoNs now) const;
   [[nodiscard]] double SpeedAt(MonoNs now) const;

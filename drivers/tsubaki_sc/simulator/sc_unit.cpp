@@ -210,7 +210,7 @@ void ScUnit::SetStuck(bool stuck) {
 
 // ---- reading ----
 
-// Guideline 11: of each DIP switch setting, four power limits for 50 and 60 Hz by turns, the start time, four shock
+// Guideline 11: of each DIP switch setting, four power limits for 50 and 60 Hz alternately, the start time, four shock
 // times.
 std::uint16_t ScUnit::SetParameter(std::size_t index) const {
   const std::size_t first = kParametersPerSet * (static_cast<std::size_t>(settings.dip_set) - 1);

@@ -50,7 +50,7 @@ struct Range {
 // 0x21..0x7E, the rest NUL or SP (guideline 11).
 using Characters = std::array<std::uint8_t, 16>;
 struct WrittenPassword {
-  bool length_fits = false;     // what stands before the padding is 8 to 16 characters long
+  bool length_fits = false;     // the text before the padding is 8 to 16 characters long
   bool characters_fit = false;  // and holds only what a password may hold
   std::string text;
 };
@@ -76,7 +76,7 @@ class Access {
 // open is decided in README.md of this folder.
 class ScUnit {
  public:
-  // What else can happen on a write of a parameter out of its range: the guideline does not say.
+  // What else can happen on a write of a parameter out of its range: the guideline does not define it.
   enum class OutOfRange : std::uint8_t { kRefuse, kKeep, kClamp };
   struct Settings {
     int dip_set = 1;  // 1..4
@@ -113,7 +113,7 @@ class ScUnit {
 
   void SetPower(bool on);
   [[nodiscard]] bool powered() const { return powered_; }
-  void ResetTrip() { motor_status_ = 0; }  // the motor stands until it is started
+  void ResetTrip() { motor_status_ = 0; }  // the motor stays stopped until it is started
   // Trips a running motor now by one cause, with a last log sample that shows it. False when none runs.
   [[nodiscard]] bool ForceTrip(std::uint16_t cause);
   // The instantaneous data stay as they are, whatever the motor does.
@@ -130,7 +130,7 @@ class ScUnit {
   // False, and nothing done, when it is not the password.
   [[nodiscard]] bool WriteLogin(const std::string& password);
   void WritePassword(std::string password);
-  // Eight registers of characters, as they stand in this unit.
+  // Two characters as a register of this unit.
   [[nodiscard]] std::uint16_t Pair(std::uint8_t first, std::uint8_t second) const;
 
   [[nodiscard]] Limits CurrentLimits() const;

@@ -44,7 +44,7 @@ std::string ReadWhole(Text value, int min, int max, int& into) {
 
 // ---- the unit ----
 
-// Says what would be right without saying what was given.
+// The error does not contain the password.
 std::string SetPassword(SimulatedUnit& s, Text value) {
   Characters characters{};
   if (value.size() > characters.size()) return "has more than 16 characters";

@@ -135,7 +135,7 @@ Response Read(const ScUnit& unit, const Command& command) {
   Response response = {command.function->code, 0};
   if (!IsRegister(command.function->space)) {
     const bool on = command.function->space == Space::kCoil ? unit.Coil(command.start) : unit.InputStatus();
-    response[1] = 1;  // no two coils and no two inputs stand side by side
+    response[1] = 1;  // no two coils or inputs have consecutive addresses
     response.push_back(on ? 0x01 : 0x00);
     return response;
   }

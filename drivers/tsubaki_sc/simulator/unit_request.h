@@ -15,11 +15,11 @@ enum class ErrorCode : std::uint8_t { kFunction = 1, kAddress = 2, kData = 3, kL
 // Guideline 4, notes 1-7.
 [[nodiscard]] std::uint16_t ErrorCheck(Bytes message);
 
-// Length of the command that begins so, address and error check included; 0 while that cannot be told, or when the
-// function is none of guideline 6.
+// Length of the command that begins so, address and error check included; 0 while that is not known, or if the
+// function is not in guideline 6.
 [[nodiscard]] std::size_t CommandLength(Bytes so_far);
 
-// The unit carries out a command and says what it answers, both from the function code to the end of the data.
+// Executes a command and returns the response, both from the function code to the end of the data.
 [[nodiscard]] std::vector<std::uint8_t> Execute(ScUnit& unit, Bytes command);
 [[nodiscard]] std::vector<std::uint8_t> ErrorResponse(std::uint8_t function, std::uint8_t code);
 
