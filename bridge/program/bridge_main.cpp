@@ -14,6 +14,7 @@
 #include "bridge/dispatch/dispatcher.h"
 #include "bridge/store/journal_queue.h"
 #include "bridge/store/sqlite_store.h"
+#include "core/base/result.h"
 #include "core/base/time.h"
 #include "core/command/keys.h"
 #include "core/config/load.h"
@@ -99,12 +100,12 @@ class BridgeProgram {
   // A bridge without its key runs, but its messages are not accepted. ALARM/bridge reports the cause.
   static std::optional<SigningKey> LoadBridgeKey(const BridgeConfig& config) {
     if (config.bridge.place.empty()) return std::nullopt;
-    if (const std::string problem = ForbidCoreDumps(); !problem.empty()) spdlog::warn("{}", problem);
+    if (const Result<> done = ForbidCoreDumps(); !done) spdlog::warn("{}", done.error().text);
     SecretFiles secrets;
-    std::string problem;
-    auto key = LoadKey(config.bridge, secrets, problem);
-    if (!problem.empty()) spdlog::error("{}", problem);
-    return key;
+    Result<std::optional<SigningKey>> key = LoadKey(config.bridge, secrets);
+    if (key) return std::move(*key);
+    spdlog::error("{}", key.error().text);
+    return std::nullopt;
   }
 
   Timestamp Now() {

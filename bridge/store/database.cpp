@@ -15,6 +15,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/base/result.h"
 #include "core/messages/enum_names.h"
 #include "platform/os/descriptor.h"
 #include "platform/os/folder.h"
@@ -282,7 +283,7 @@ std::string CheckVersion(Database& database, const std::string& path) {
 }  // namespace
 
 std::string PrepareFile(const std::string& path) {
-  std::string problem = ForeignLinkProblem(path);
+  std::string problem = ErrorText(CheckLinks(path));
   if (problem.empty()) problem = MakeFolders(path);
   return problem.empty() ? CheckFile(path, O_RDWR | O_CREAT) : problem;
 }

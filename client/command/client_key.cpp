@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/base/spelling.h"
 #include "core/command/keys.h"
 #include "core/config/load.h"
@@ -25,24 +26,23 @@ const KeyGrant* FindKey(const MachineConfig& machine, const std::string& name, s
 
 }  // namespace
 
-std::optional<ClientKeys> LoadClientKeys(const ClientSettings& settings, SecretSource& secrets,
-                                         std::string& problem) {
-  problem.clear();
+Result<ClientKeys> LoadClientKeys(const ClientSettings& settings, SecretSource& secrets) {
   ClientKeys keys;
   if (!settings.bridge_key.empty()) {
     keys.bridge = ParsePublicKey(settings.bridge_key);
-    if (!keys.bridge) problem = "the bridge's key " + Quoted(settings.bridge_key) + " is not 64 hex digits";
+    if (!keys.bridge) return Failure("the bridge's key " + Quoted(settings.bridge_key) + " is not 64 hex digits");
   }
-  std::optional<SigningKey> own;
-  if (problem.empty() && !settings.key_file.empty()) {
-    own = LoadKeyFile(settings.key_file, secrets, problem);
-  } else if (problem.empty() && !settings.key_credential.empty()) {
+  if (!settings.key_file.empty()) {
+    Result<SigningKey> own = LoadKeyFile(settings.key_file, secrets);
+    if (!own) return Failure(own.error());
+    keys.own = std::make_shared<const SigningKey>(std::move(*own));
+  } else if (!settings.key_credential.empty()) {
     OwnKey place;
     place.place.credential = settings.key_credential;
-    own = LoadKey(place, secrets, problem);
+    Result<std::optional<SigningKey>> own = LoadKey(place, secrets);
+    if (!own) return Failure(own.error());
+    if (*own) keys.own = std::make_shared<const SigningKey>(std::move(**own));
   }
-  if (!problem.empty()) return std::nullopt;
-  if (own) keys.own = std::make_shared<const SigningKey>(std::move(*own));
   return keys;
 }
 
@@ -56,8 +56,8 @@ ClientSettings SettingsOf(const MachineConfig& machine) {
 
 const KeyGrant* ReadableKey(const MachineConfig& machine, std::optional<Role> role, SecretSource& secrets) {
   for (const KeyGrant& grant : machine.bridge.keys) {
-    std::string problem;
-    if ((!role || grant.role == *role) && LoadKey(grant, secrets, problem)) return &grant;
+    if (role && grant.role != *role) continue;
+    if (const auto key = LoadKey(grant, secrets); key && *key) return &grant;
   }
   return nullptr;
 }
@@ -74,8 +74,12 @@ std::optional<ClientSettings> ClientSettings::OfMachine(const std::string& file,
   SecretFiles secrets;
   const KeyGrant* grant =
       key_name.empty() ? ReadableKey(*machine, std::nullopt, secrets) : FindKey(*machine, key_name, error);
-  if (grant != nullptr && !key_name.empty() && !LoadKey(*grant, secrets, error) && error.empty()) {
-    error = machine->file + ": bridge: keys: " + key_name + ": says no file or credential with its secret half";
+  if (grant != nullptr && !key_name.empty()) {
+    const auto key = LoadKey(*grant, secrets);
+    error = ErrorText(key);
+    if (key && !*key) {
+      error = machine->file + ": bridge: keys: " + key_name + ": says no file or credential with its secret half";
+    }
   }
   if (!error.empty()) return std::nullopt;
   ClientSettings settings = SettingsOf(*machine);

@@ -6,26 +6,27 @@
 #include <string_view>
 
 #include "client/axlecast/client_settings.h"
+#include "core/base/result.h"
 #include "core/base/secret.h"
 #include "core/command/signature.h"
 #include "core/config/machine_config.h"
 
 namespace axlecast {
 
-// Who a client is, and whom it believes.
+// The own key of a client, and the key of the bridge whose answers it accepts.
 struct ClientKeys {
-  std::shared_ptr<const SigningKey> own;  // null: what it sends is unsigned
-  std::optional<PublicKey> bridge;        // nothing: every status is believed
+  std::shared_ptr<const SigningKey> own;  // null: messages are sent unsigned
+  std::optional<PublicKey> bridge;        // nothing: every status is accepted
 };
 
-// The keys that `settings` name. Nothing, and a `problem`, when one of them cannot be used.
-[[nodiscard]] std::optional<ClientKeys> LoadClientKeys(const ClientSettings& settings, SecretSource& secrets,
-                                                       std::string& problem);
+// Loads the keys that `settings` name. Fails if one of them cannot be used.
+[[nodiscard]] Result<ClientKeys> LoadClientKeys(const ClientSettings& settings, SecretSource& secrets);
 
-// The settings of the machine's clients; the own key is left open.
+// Returns the settings of the machine's clients, without an own key.
 [[nodiscard]] ClientSettings SettingsOf(const MachineConfig& machine);
 
-// The first of the machine's keys, of `role` where one is given, whose secret half can be read here; null: none.
+// Returns the first key of the machine whose secret half can be read on this host; null if there is none. If `role` is given,
+// only keys of that role are considered.
 [[nodiscard]] const KeyGrant* ReadableKey(const MachineConfig& machine, std::optional<Role> role,
                                           SecretSource& secrets);
 

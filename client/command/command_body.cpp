@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "client/axlecast/command.h"
+#include "core/base/result.h"
 #include "core/base/text.h"
 #include "core/command/command_id.h"
 #include "core/messages/enum_names.h"
@@ -56,20 +57,21 @@ SignedBody QueryBody(const CommandId& id) {
   return {Encoded(body)};
 }
 
-std::string FormProblem(const CommandRequest& request) {
+Result<> CheckForm(const CommandRequest& request) {
   if (request.valid_ms < 1 || request.valid_ms > kMaxValidMs) {
-    return "valid_ms is " + std::to_string(request.valid_ms) + ": give 1 to 3600000";
+    return Failure("valid_ms is " + std::to_string(request.valid_ms) + ": give 1 to 3600000");
   }
-  if (request.arguments.size() > kMaxArguments) return "it has more than 16 arguments";
-  if (request.reason.size() > kReasonBytes) return "its reason is longer than 160 bytes";
-  if (request.prepare && request.token) return "it prepares and commits at once: send the token without prepare";
+  if (request.arguments.size() > kMaxArguments) return Failure("it has more than 16 arguments");
+  if (request.reason.size() > kReasonBytes) return Failure("its reason is longer than 160 bytes");
+  if (request.prepare && request.token)
+    return Failure("it prepares and commits at once: send the token without prepare");
   bool nul = HoldsNul(request.device) || HoldsNul(request.operation) || HoldsNul(request.reason);
   for (const auto& [key, value] : request.arguments) nul = nul || HoldsNul(key) || HoldsNul(value);
-  if (nul) return "a text of it holds a NUL byte";
+  if (nul) return Failure("a text of it holds a NUL byte");
   if (MakeBody({}, request, command_body_t::MODE_EXECUTE, {}, {}).bytes.size() > kMaxBody) {
-    return "its texts are longer than a command carries, 1200 bytes in all";
+    return Failure("its texts are longer than a command carries, 1200 bytes in all");
   }
-  return "";
+  return {};
 }
 
 CommandOutcome CommandResult::outcome() const {

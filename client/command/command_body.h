@@ -6,6 +6,7 @@
 
 #include "client/axlecast/command.h"
 #include "client/command/client_key.h"
+#include "core/base/result.h"
 #include "core/base/time.h"
 #include "core/command/signature.h"
 
@@ -29,7 +30,7 @@ struct BridgeTimestamp {
 // Asks for the state of `id`; needs no key and no boot of the bridge.
 [[nodiscard]] SignedBody QueryBody(const CommandId& id);
 
-// Empty when the request fits a command, else what does not: nothing is cut off.
-[[nodiscard]] std::string FormProblem(const CommandRequest& request);
+// Checks that the request fits into a command. Nothing is truncated.
+[[nodiscard]] Result<> CheckForm(const CommandRequest& request);
 
 }  // namespace axlecast

@@ -15,6 +15,7 @@
 #include "client/axlecast/command_client.h"
 #include "client/command/client_key.h"
 #include "client/command/command_session.h"
+#include "core/base/result.h"
 #include "core/messages/enum_names.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/descriptor.h"
@@ -178,13 +179,12 @@ CommandResult CommandClient::State::Wait(const CommandSessions::Key& key, std::i
 
 CommandClient::CommandClient(const ClientSettings& settings) {
   SecretFiles secrets;
-  std::string problem;
-  auto keys = LoadClientKeys(settings, secrets, problem);
+  Result<ClientKeys> keys = LoadClientKeys(settings, secrets);
   state_ = std::make_unique<State>(settings, keys ? std::move(*keys) : ClientKeys{});
-  if (problem.empty()) {
+  if (keys) {
     state_->Start();
   } else {
-    state_->problem = problem;
+    state_->problem = keys.error().text;
   }
 }
 

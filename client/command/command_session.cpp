@@ -5,6 +5,7 @@
 #include <axlecast/command_t.hpp>
 #include <utility>
 
+#include "core/base/result.h"
 #include "core/command/command_id.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/message.h"
@@ -247,9 +248,8 @@ CommandSessions::CommandSessions(const Clock& clock, MessageSink& sink, std::int
     : clock_(clock), sink_(sink), boot_id_(boot_id), keys_(std::move(keys)) {}
 
 void CommandSessions::Send(const CommandId& id, const CommandRequest& request) {
-  const std::string problem = FormProblem(request);
-  if (!problem.empty()) {
-    Insert({Kind::kCommand, id}, CommandSession::Refused(id, problem + ": nothing was sent", false));
+  if (const Result<> form = CheckForm(request); !form) {
+    Insert({Kind::kCommand, id}, CommandSession::Refused(id, form.error().text + ": nothing was sent", false));
   } else if (open_.size() >= kMaxOpen) {
     Insert(
         {Kind::kCommand, id},

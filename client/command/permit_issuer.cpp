@@ -6,6 +6,7 @@
 
 #include "client/command/client_key.h"
 #include "client/command/permit_message.h"
+#include "core/base/result.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/process.h"
 #include "platform/os/secret_file.h"
@@ -17,10 +18,9 @@ struct PermitIssuer::State {
   explicit State(const ClientSettings& settings)
       : port(settings.command_url, settings.prefix), problem(port.problem()), boot_id(RandomBootId()) {
     SecretFiles secrets;
-    std::string key_problem;
-    auto loaded = LoadClientKeys(settings, secrets, key_problem);
+    Result<ClientKeys> loaded = LoadClientKeys(settings, secrets);
     if (loaded) keys = std::move(*loaded);
-    if (problem.empty()) problem = key_problem;
+    if (problem.empty()) problem = ErrorText(loaded);
   }
 
   bool Issue(const std::string& device, const std::vector<std::string>& operations, std::int32_t valid_ms);

@@ -1,5 +1,7 @@
 #include "core/base/expression.h"
 
+#include "core/base/result.h"
+
 namespace axlecast {
 namespace {
 
@@ -7,17 +9,15 @@ constexpr std::size_t kLongestExpression = 1'000;  // characters; the library's 
 
 }  // namespace
 
-std::optional<std::regex> CompileExpression(const std::string& text, std::string& problem) {
+Result<std::regex> CompileExpression(const std::string& text) {
   if (text.size() > kLongestExpression) {
-    problem = "a regular expression has at most " + std::to_string(kLongestExpression) + " characters";
-    return std::nullopt;
+    return Failure("a regular expression has at most " + std::to_string(kLongestExpression) + " characters");
   }
   try {
     return std::regex(text, std::regex::ECMAScript | std::regex::optimize);
   } catch (const std::regex_error& error) {
-    problem =
-        "'" + text + "' is no regular expression (" + error.what() + "); for example ^POSITION/ or 'axis1$|axis2$'";
-    return std::nullopt;
+    return Failure("'" + text + "' is no regular expression (" + error.what() +
+                   "); for example ^POSITION/ or 'axis1$|axis2$'");
   }
 }
 

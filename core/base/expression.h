@@ -1,12 +1,13 @@
 #pragma once
 
-#include <optional>
 #include <regex>
 #include <string>
 
+#include "core/base/result.h"
+
 namespace axlecast {
 
-// The regular expression (ECMAScript); nothing when `text` is none, `problem` then says why.
-[[nodiscard]] std::optional<std::regex> CompileExpression(const std::string& text, std::string& problem);
+// Compiles a regular expression (ECMAScript) that an operator has typed.
+[[nodiscard]] Result<std::regex> CompileExpression(const std::string& text);
 
 }  // namespace axlecast

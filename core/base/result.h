@@ -27,4 +27,10 @@ using Result = tl::expected<T, Error>;
   return Failure(Error{std::move(text), reason});
 }
 
+// Returns the text of the error; empty if the function succeeded.
+template <typename T>
+[[nodiscard]] std::string ErrorText(const Result<T>& result) {
+  return result ? std::string() : result.error().text;
+}
+
 }  // namespace axlecast

@@ -5,9 +5,11 @@
 #include <string_view>
 #include <utility>
 
+#include "core/base/result.h"
+
 namespace axlecast {
 
-// Something that must not be shown anywhere. Wiped when it goes.
+// A text that must not be shown anywhere, for example a password. Its memory is overwritten when it is destroyed.
 class Secret {
  public:
   Secret() = default;
@@ -32,7 +34,7 @@ class Secret {
   std::string text_;
 };
 
-// Where a secret is kept: a file that only its owner can read, or a systemd credential.
+// The place of a secret: a file that only its owner can read, or a systemd credential.
 struct SecretPlace {
   std::string file;             // absolute path, mode 0600 or 0400
   std::string credential;       // name below $CREDENTIALS_DIRECTORY (systemd.exec(5), LoadCredential=)
@@ -41,14 +43,13 @@ struct SecretPlace {
   [[nodiscard]] bool empty() const { return file.empty() && credential.empty(); }
 };
 
-// Fetches secrets when they are needed. platform/os/secret_file.h reads real ones.
+// Reads secrets when they are needed. platform/os/secret_file.h reads files and credentials; tests use their own.
 class SecretSource {
  public:
   virtual ~SecretSource() = default;
 
-  // The content without its last newline. An empty string when it was read, else the cause and the remedy, which
-  // never hold the content.
-  [[nodiscard]] virtual std::string Read(const SecretPlace& place, Secret& into) = 0;
+  // Reads the content without its last newline. An error never contains the content.
+  [[nodiscard]] virtual Result<Secret> Read(const SecretPlace& place) = 0;
 };
 
 // Overwrites what functions that have returned left on the calling thread's stack, 64 KiB of it. Compilers spill copies

@@ -1,5 +1,7 @@
 #include "core/command/keys.h"
 
+#include "core/base/result.h"
+
 namespace axlecast {
 namespace {
 
@@ -7,27 +9,23 @@ std::string NameOf(const SecretPlace& place) {
   return place.file.empty() ? "credential '" + place.credential + '\'' : place.file;
 }
 
-std::optional<SigningKey> Load(const SecretPlace& place, SecretSource& secrets, std::string& problem) {
-  problem.clear();
-  if (place.empty()) return std::nullopt;
-  Secret text;
-  problem = secrets.Read(place, text);
-  if (!problem.empty()) return std::nullopt;
-  std::optional<SigningKey> key = SigningKey::Parse(text.text());
-  if (!key) {
-    problem = NameOf(place) + " is no key: axlecast keygen FILE writes one (docs/keys.md)";
-  }
-  return key;
+Result<SigningKey> Load(const SecretPlace& place, SecretSource& secrets) {
+  const Result<Secret> text = secrets.Read(place);
+  if (!text) return Failure(text.error());
+  std::optional<SigningKey> key = SigningKey::Parse(text->text());
+  if (!key) return Failure(NameOf(place) + " is no key: axlecast keygen FILE writes one (docs/keys.md)");
+  return std::move(*key);
 }
 
-std::optional<SigningKey> LoadHalf(const SecretPlace& place, const std::optional<PublicKey>& configured,
-                                   SecretSource& secrets, std::string& problem) {
-  std::optional<SigningKey> key = Load(place, secrets, problem);
-  if (!key || !configured || key->public_key() == *configured) return key;
-  problem = NameOf(place) + " holds another key than the machine's file names: its public key is " +
-            KeyText(key->public_key()) + ", in the machine's file stands " + KeyText(*configured) +
-            "; put the first there, or the right key into the place";
-  return std::nullopt;
+Result<std::optional<SigningKey>> LoadHalf(const SecretPlace& place, const std::optional<PublicKey>& configured,
+                                           SecretSource& secrets) {
+  if (place.empty()) return std::nullopt;
+  Result<SigningKey> key = Load(place, secrets);
+  if (!key) return Failure(key.error());
+  if (!configured || key->public_key() == *configured) return std::move(*key);
+  return Failure(NameOf(place) + " holds another key than the machine's file names: its public key is " +
+                 KeyText(key->public_key()) + ", in the machine's file stands " + KeyText(*configured) +
+                 "; put the first there, or the right key into the place");
 }
 
 }  // namespace
@@ -52,20 +50,17 @@ std::string_view RolesThatMayOrder(const OperationSpec& operation) {
   return operation.reads_only ? "observer, operator, control or maintainer" : "operator, control or maintainer";
 }
 
-std::optional<SigningKey> LoadKey(const OwnKey& own, SecretSource& secrets, std::string& problem) {
-  return LoadHalf(own.place, own.public_key, secrets, problem);
+Result<std::optional<SigningKey>> LoadKey(const OwnKey& own, SecretSource& secrets) {
+  return LoadHalf(own.place, own.public_key, secrets);
 }
 
-std::optional<SigningKey> LoadKey(const KeyGrant& grant, SecretSource& secrets, std::string& problem) {
-  return LoadHalf(grant.place, grant.key, secrets, problem);
+Result<std::optional<SigningKey>> LoadKey(const KeyGrant& grant, SecretSource& secrets) {
+  return LoadHalf(grant.place, grant.key, secrets);
 }
 
-std::optional<SigningKey> LoadKeyFile(const std::string& path, SecretSource& secrets, std::string& problem) {
-  if (path.empty()) {
-    problem = "no key file is named";
-    return std::nullopt;
-  }
-  return Load({.file = path, .credential = {}, .group_may_read = true}, secrets, problem);
+Result<SigningKey> LoadKeyFile(const std::string& path, SecretSource& secrets) {
+  if (path.empty()) return Failure("no key file is named");
+  return Load({.file = path, .credential = {}, .group_may_read = true}, secrets);
 }
 
 }  // namespace axlecast

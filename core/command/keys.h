@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/base/secret.h"
 #include "core/command/signature.h"
 #include "core/device/operation.h"
@@ -48,14 +49,12 @@ inline constexpr std::array<std::string_view, 4> kRoleNames = {"observer", "oper
 // The roles that may, for a person: "operator, control or maintainer".
 [[nodiscard]] std::string_view RolesThatMayOrder(const OperationSpec& operation);
 
-// A secret key from where it is kept. Nothing and an empty `problem` when it has no place; nothing and a problem that
-// names the place, the cause and the remedy when it cannot be read, is no key, or is not the secret half of the
-// configured public key. A problem never holds the content.
-[[nodiscard]] std::optional<SigningKey> LoadKey(const OwnKey& own, SecretSource& secrets, std::string& problem);
-[[nodiscard]] std::optional<SigningKey> LoadKey(const KeyGrant& grant, SecretSource& secrets, std::string& problem);
+// Loads a secret key from its place. Returns nothing if no place is configured. Fails if the place cannot be read, holds no
+// key, or holds another key than the secret half of the configured public key. An error never contains the key.
+[[nodiscard]] Result<std::optional<SigningKey>> LoadKey(const OwnKey& own, SecretSource& secrets);
+[[nodiscard]] Result<std::optional<SigningKey>> LoadKey(const KeyGrant& grant, SecretSource& secrets);
 
-// The key of a file, whatever its public half.
-[[nodiscard]] std::optional<SigningKey> LoadKeyFile(const std::string& path, SecretSource& secrets,
-                                                    std::string& problem);
+// Loads the key of a file, whatever its public half.
+[[nodiscard]] Result<SigningKey> LoadKeyFile(const std::string& path, SecretSource& secrets);
 
 }  // namespace axlecast

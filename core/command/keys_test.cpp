@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/base/result.h"
 #include "tests/support/fixed_secrets.h"
 
 namespace axlecast {
@@ -16,8 +17,14 @@ constexpr const char* kFile = "/etc/axlecast/bridge.key";
 
 class OwnKeyTest : public ::testing::Test {
  protected:
-  std::optional<PublicKey> Load(const OwnKey& own) {
-    const std::optional<SigningKey> key = LoadKey(own, secrets_, problem_);
+  std::optional<PublicKey> Load(const OwnKey& own) { return KeyOf(LoadKey(own, secrets_)); }
+  // Notes the error of a load, and returns the public half of its key.
+  std::optional<PublicKey> KeyOf(const Result<std::optional<SigningKey>>& key) {
+    problem_ = ErrorText(key);
+    return key && *key ? std::optional((*key)->public_key()) : std::nullopt;
+  }
+  std::optional<PublicKey> KeyOf(const Result<SigningKey>& key) {
+    problem_ = ErrorText(key);
     return key ? std::optional(key->public_key()) : std::nullopt;
   }
   [[nodiscard]] OwnKey Own() const {
@@ -66,17 +73,17 @@ TEST_F(OwnKeyTest, WhatIsWrongIsNamedButNeverShown) {
 
 TEST_F(OwnKeyTest, TheKeyOfAPersonAndOfABareFile) {
   KeyGrant grant;
-  EXPECT_FALSE(LoadKey(grant, secrets_, problem_));
+  EXPECT_FALSE(KeyOf(LoadKey(grant, secrets_)));
   EXPECT_EQ(problem_, "");
   grant.key = key_.public_key();
   grant.place.file = kFile;
   secrets_.files[kFile] = key_.FileText();
-  EXPECT_TRUE(LoadKey(grant, secrets_, problem_));
-  EXPECT_TRUE(LoadKeyFile(kFile, secrets_, problem_));
+  EXPECT_TRUE(KeyOf(LoadKey(grant, secrets_)));
+  EXPECT_TRUE(KeyOf(LoadKeyFile(kFile, secrets_)));
   grant.key = SigningKey::Generate().public_key();
-  EXPECT_FALSE(LoadKey(grant, secrets_, problem_));
+  EXPECT_FALSE(KeyOf(LoadKey(grant, secrets_)));
   EXPECT_THAT(problem_, HasSubstr("holds another key"));
-  EXPECT_FALSE(LoadKeyFile("", secrets_, problem_));
+  EXPECT_FALSE(KeyOf(LoadKeyFile("", secrets_)));
   EXPECT_EQ(problem_, "no key file is named");
 }
 

@@ -44,9 +44,13 @@ std::vector<LogFault> FaultsOf(const LogConfig& log) {
   const auto require = [&faults](bool holds, const char* key, const char* text) {
     if (!holds) faults.push_back({key, text});
   };
-  std::string problem;
-  if (!log.channels.empty() && !CompileExpression(log.channels, problem)) faults.push_back({"channels", problem});
-  if (!log.trigger.empty() && !CompileExpression(log.trigger, problem)) faults.push_back({"trigger", problem});
+  const auto require_expression = [&faults](const std::string& text, const char* key) {
+    if (text.empty()) return;
+    if (const auto expression = CompileExpression(text); !expression)
+      faults.push_back({key, expression.error().text});
+  };
+  require_expression(log.channels, "channels");
+  require_expression(log.trigger, "trigger");
   require(!log.invert || !log.channels.empty(), "invert", "needs channels: the expression that is inverted");
   require(log.split_bytes == 0 || log.split_bytes >= kMinSplit, "split_size", "is at least 1MB");
   require(log.quota_bytes == 0 || log.quota_bytes >= 2 * kMinSplit, "quota", "is at least 2MB");

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/base/result.h"
+
 namespace axlecast {
 namespace {
 
@@ -40,8 +42,7 @@ std::string ParameterText(const ParameterSpec& parameter, std::uint16_t raw) {
   return digits.insert(digits.size() - decimals, ".");
 }
 
-std::optional<std::uint16_t> ParseParameter(const ParameterSpec& parameter, std::string_view text,
-                                            std::string& problem) {
+Result<std::uint16_t> ParseParameter(const ParameterSpec& parameter, std::string_view text) {
   const std::string suffix = " " + std::string(parameter.unit);
   if (text.ends_with(suffix)) text.remove_suffix(suffix.size());
   const std::string range = ParameterText(parameter, static_cast<std::uint16_t>(parameter.min)) + " to " +
@@ -49,16 +50,12 @@ std::optional<std::uint16_t> ParseParameter(const ParameterSpec& parameter, std:
   const std::string name(parameter.name);
   bool too_fine = false;
   const std::optional<std::int64_t> value = Scaled(text, parameter.decimals, too_fine);
-  if (!value) {
-    problem = name + " must be a number, " + range;
-  } else if (too_fine) {
-    problem = name + " has steps of " + ParameterText(parameter, 1) + suffix + ": give it in whole steps";
-  } else if (*value < parameter.min || *value > parameter.max) {
-    problem = name + " must be " + range;
-  } else {
-    return static_cast<std::uint16_t>(*value);
+  if (!value) return Failure(name + " must be a number, " + range);
+  if (too_fine) {
+    return Failure(name + " has steps of " + ParameterText(parameter, 1) + suffix + ": give it in whole steps");
   }
-  return std::nullopt;
+  if (*value < parameter.min || *value > parameter.max) return Failure(name + " must be " + range);
+  return static_cast<std::uint16_t>(*value);
 }
 
 }  // namespace axlecast

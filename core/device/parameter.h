@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "core/base/result.h"
+
 namespace axlecast {
 
 // One setting that a device keeps. Its value is register x 10^-decimals in `unit`.
@@ -22,9 +24,8 @@ struct ParameterSpec {
 // A register's value in the parameter's unit: "125.0".
 [[nodiscard]] std::string ParameterText(const ParameterSpec& parameter, std::uint16_t raw);
 
-// "125", "125.0", "125 W": the register's value. `problem` says why there is none: no number, finer than the
-// register, out of range.
-[[nodiscard]] std::optional<std::uint16_t> ParseParameter(const ParameterSpec& parameter, std::string_view text,
-                                                          std::string& problem);
+// Reads "125", "125.0" or "125 W" and returns the value of the register. Fails if the text is not a number, is finer than
+// a step of the register, or is out of range.
+[[nodiscard]] Result<std::uint16_t> ParseParameter(const ParameterSpec& parameter, std::string_view text);
 
 }  // namespace axlecast

@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "core/base/result.h"
 #include "core/device/link.h"
 #include "platform/net/unix_address.h"
 #include "platform/os/system_clock.h"
@@ -161,9 +162,11 @@ SimulatedLinesPort::~SimulatedLinesPort() {
 }
 
 std::string SimulatedLinesPort::Listen(const std::string& path) {
-  std::string problem = BindUnixSocket(path, SOCK_DGRAM, socket_);
-  if (problem.empty()) path_ = path;
-  return problem;
+  Result<Descriptor> bound = BindUnixSocket(path, SOCK_DGRAM);
+  if (!bound) return bound.error().text;
+  socket_ = std::move(*bound);
+  path_ = path;
+  return "";
 }
 
 std::optional<Pulse> SimulatedLinesPort::Next() {

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/device/link.h"
 #include "drivers/hal/simulated_port_test_support.h"
 #include "platform/net/unix_address.h"
@@ -324,9 +325,9 @@ TEST_F(SimulatedCanNonsenseTest, ASimulatorThatSendsItIsAsGoodAsGone) {
 
 TEST_F(SimulatedCanNonsenseTest, ASimulatorThatSaysNothingIsNamed) {
   const std::string path = folder_.path() + "/deaf.can";
-  Descriptor deaf;
-  ASSERT_EQ(BindUnixSocket(path, SOCK_SEQPACKET, deaf), "");
-  ASSERT_EQ(listen(deaf.get(), 1), 0);
+  const Result<Descriptor> deaf = BindUnixSocket(path, SOCK_SEQPACKET);
+  ASSERT_TRUE(deaf);
+  ASSERT_EQ(listen(deaf->get(), 1), 0);
   EXPECT_THAT(SimulatedCan(path, 1, clock_).Open(), HasSubstr("does not answer"));
 }
 

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "core/base/result.h"
 #include "core/device/link.h"
 #include "platform/net/unix_address.h"
 #include "platform/os/system_clock.h"
@@ -100,8 +101,9 @@ SimulatedSocket::Received SimulatedSocket::Receive(std::span<std::uint8_t> into)
 
 std::string SimulatedSocketPort::Listen(const std::string& path, std::string_view protocol) {
   Close();
-  Descriptor listener;
-  if (std::string problem = BindUnixSocket(path, SOCK_SEQPACKET, listener); !problem.empty()) return problem;
+  Result<Descriptor> bound = BindUnixSocket(path, SOCK_SEQPACKET);
+  if (!bound) return bound.error().text;
+  Descriptor listener = std::move(*bound);
   events_ = Descriptor(epoll_create1(EPOLL_CLOEXEC));
   if (!events_.valid() || listen(listener.get(), SOMAXCONN) != 0 ||
       !Watch(events_.get(), EPOLL_CTL_ADD, listener.get(), EPOLLIN)) {

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/config/config_map.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/runtime/bus/bus.h"
@@ -134,7 +135,7 @@ class SimulatedBus : LinkObserver, SecretSource {
 
  private:
   void OnLink(bool, std::string_view, MonoNs) override {}
-  [[nodiscard]] std::string Read(const SecretPlace&, Secret&) override { return "no secrets here"; }
+  [[nodiscard]] Result<Secret> Read(const SecretPlace&) override { return Failure("no secrets here"); }
 
   MachineConfig machine_;
   std::unique_ptr<Simulator> simulator_;

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/config/config_map.h"
 #include "drivers/runtime/bus/bus.h"
 #include "drivers/saa_serial/machine_test_support.h"
@@ -182,7 +183,7 @@ class SimulatedBus : LinkObserver, SecretSource {
 
  private:
   void OnLink(bool, std::string_view, MonoNs) override {}
-  [[nodiscard]] std::string Read(const SecretPlace&, Secret&) override { return "no secrets here"; }
+  [[nodiscard]] Result<Secret> Read(const SecretPlace&) override { return Failure("no secrets here"); }
 
   MachineConfig machine_;
   std::unique_ptr<Simulator> simulator_;

@@ -3,6 +3,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <utility>
 
+#include "core/base/result.h"
 #include "core/device/operation.h"
 #include "drivers/kit/read_back.h"
 
@@ -22,10 +23,9 @@ Result<Secret> PasswordTable::Read(std::string_view name) const {
   const auto place = settings_.passwords.find(name);
   const std::string shown(name);
   if (place == settings_.passwords.end()) return Failure("the configuration has no password named " + shown);
-  Secret secret;
-  const std::string problem = source_.Read(place->second, secret);
-  if (!problem.empty()) return Failure("password " + shown + ": " + problem);
-  if (IsPassword(secret.text())) return secret;
+  Result<Secret> secret = source_.Read(place->second);
+  if (!secret) return Failure("password " + shown + ": " + secret.error().text);
+  if (IsPassword(secret->text())) return secret;
   return Failure("password " + shown +
                  ": its file does not hold a password: 8 to 16 characters from ! to ~, no blanks");
 }

@@ -13,6 +13,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
 #include "drivers/tsubaki_sc/device.h"
@@ -24,12 +25,11 @@ namespace axlecast::tsubaki_sc {
 // Passwords by their file.
 class TestSecrets final : public SecretSource {
  public:
-  [[nodiscard]] std::string Read(const SecretPlace& place, Secret& into) override {
+  [[nodiscard]] Result<Secret> Read(const SecretPlace& place) override {
     ++reads;
     const auto found = files.find(place.file);
-    if (found == files.end()) return place.file + " cannot be read: No such file or directory";
-    into = Secret(found->second);
-    return {};
+    if (found == files.end()) return Failure(place.file + " cannot be read: No such file or directory");
+    return Secret(found->second);
   }
   std::map<std::string, std::string> files = {{"/p/old", "password"}, {"/p/new", "New-Secret~16chr"}};
   int reads = 0;

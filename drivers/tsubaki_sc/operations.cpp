@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/config/machine_config.h"
 #include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
@@ -136,9 +137,8 @@ Result<Values> ParseValues(const Arguments& arguments) {
   for (const auto& [name, text] : arguments) {
     const ParameterSpec* parameter = FindParameter(name);
     if (parameter == nullptr) return BadArgument("there is no parameter " + name.substr(0, 40));
-    std::string problem;
-    const auto value = ParseParameter(*parameter, text, problem);
-    if (!value) return BadArgument(problem);
+    const Result<std::uint16_t> value = ParseParameter(*parameter, text);
+    if (!value) return BadArgument(value.error().text);
     values.push_back({parameter, *value});
   }
   if (values.empty() || values.size() > kMaxValues) return BadArgument("give 1 to 16 parameters as name=value");

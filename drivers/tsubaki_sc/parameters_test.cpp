@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <set>
 
+#include "core/base/result.h"
+
 namespace axlecast::tsubaki_sc {
 namespace {
 
@@ -74,10 +76,9 @@ TEST(Parameters, StandInTheOrderOfTheirAddressesUnderNamesOfTheirOwn) {
 }
 
 std::optional<std::uint16_t> Parsed(const char* name, const char* text) {
-  std::string problem;
-  const auto value = ParseParameter(*FindParameter(name), text, problem);
-  EXPECT_EQ(value.has_value(), problem.empty()) << text;
-  return value;
+  const auto value = ParseParameter(*FindParameter(name), text);
+  EXPECT_EQ(value.has_value(), ErrorText(value).empty()) << text;
+  return value ? std::optional(*value) : std::nullopt;
 }
 
 TEST(Parameters, AreReadInTheirUnit) {
@@ -121,9 +122,9 @@ TEST(Parameters, OutOfRangeOrNotANumberIsRefusedWithWhatWouldBeRight) {
       {"log_interval", "99999999999999999999", "log_interval must be a number"},
   };
   for (const auto& c : kCases) {
-    std::string problem;
-    EXPECT_FALSE(ParseParameter(*FindParameter(c.name), c.text, problem)) << c.name << ' ' << c.text;
-    EXPECT_THAT(problem, testing::StartsWith(c.problem));
+    const auto value = ParseParameter(*FindParameter(c.name), c.text);
+    ASSERT_FALSE(value) << c.name << ' ' << c.text;
+    EXPECT_THAT(value.error().text, testing::StartsWith(c.problem));
   }
 }
 

@@ -13,6 +13,7 @@
 #include <regex>
 #include <utility>
 
+#include "core/base/result.h"
 #include "core/messages/lcm_url.h"
 #include "platform/net/lcm_receiver.h"
 #include "platform/net/multicast_port.h"
@@ -105,7 +106,8 @@ struct LcmPort::State {
 };
 
 LcmPort::LcmPort(const std::string& url, const std::string& prefix)
-    : state_(std::make_unique<State>(prefix)), problem_(IsOtherProvider(url) ? "" : MulticastProblem(url)) {
+    : state_(std::make_unique<State>(prefix)),
+      problem_(IsOtherProvider(url) ? "" : ErrorText(CheckMulticast(url))) {
   if (!problem_.empty()) return;
   if (LcmUrl parsed = ParseLcmUrl(url); !IsOtherProvider(url) && !parsed.in_process)
     state_->group = std::move(parsed);

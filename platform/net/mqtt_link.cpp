@@ -12,6 +12,7 @@
 #include <cstring>
 #include <utility>
 
+#include "core/base/result.h"
 #include "platform/os/descriptor.h"
 
 namespace axlecast {
@@ -70,17 +71,17 @@ std::string SocketProblem(int socket) {
   return connected ? "" : std::strerror(ECONNREFUSED);
 }
 
-std::string FileProblem(const std::string& file, bool secret) {
-  if (file.empty()) return "";
+Result<> CheckFile(const std::string& file, bool secret) {
+  if (file.empty()) return {};
   const Descriptor opened(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK));
-  if (!opened.valid()) return file + ": " + std::strerror(errno);
+  if (!opened.valid()) return Failure(file + ": " + std::strerror(errno));
   struct stat status {};
-  if (fstat(opened.get(), &status) != 0) return file + ": " + std::strerror(errno);
-  if (!S_ISREG(status.st_mode)) return file + " is no regular file: name a PEM file";
+  if (fstat(opened.get(), &status) != 0) return Failure(file + ": " + std::strerror(errno));
+  if (!S_ISREG(status.st_mode)) return Failure(file + " is no regular file: name a PEM file");
   if (secret && (status.st_mode & (S_IWGRP | S_IXGRP | S_IRWXO)) != 0) {
-    return file + " is open to other users: chmod 600 '" + file + "'";
+    return Failure(file + " is open to other users: chmod 600 '" + file + "'");
   }
-  return "";
+  return {};
 }
 
 }  // namespace
@@ -147,7 +148,7 @@ void MqttLink::Connect(const BrokerMessage& will) {
   Drop();
   down_ = false;
   client_ = std::make_unique<Client>(*this);
-  if (std::string problem = Prepare(will); !problem.empty()) return Down(std::move(problem));
+  if (const Result<> prepared = Prepare(will); !prepared) return Down(prepared.error().text);
   Check(mosquitto_connect_bind_async(client_->handle.get(), settings_.host.c_str(), settings_.port,
                                      settings_.keep_alive_s, NextFamily()));
 }
@@ -162,9 +163,9 @@ const char* MqttLink::NextFamily() {
 }
 
 // Empty, or why nothing can be tried.
-std::string MqttLink::Prepare(const BrokerMessage& will) {
+Result<> MqttLink::Prepare(const BrokerMessage& will) {
   mosquitto* const client = client_->handle.get();
-  if (client == nullptr) return std::string("libmosquitto: ") + std::strerror(errno);
+  if (client == nullptr) return Failure(std::string("libmosquitto: ") + std::strerror(errno));
   const auto text = [](const std::string& word) { return word.empty() ? nullptr : word.c_str(); };
   int result = mosquitto_will_set(client, will.topic.c_str(), static_cast<int>(will.payload.size()),
                                   will.payload.data(), kQos, will.retain);
@@ -175,13 +176,16 @@ std::string MqttLink::Prepare(const BrokerMessage& will) {
   }
   Secret password;
   if (!settings_.password.empty()) {
-    if (std::string problem = secrets_.Read(settings_.password, password); !problem.empty()) return problem;
+    Result<Secret> read = secrets_.Read(settings_.password);
+    if (!read) return Failure(read.error());
+    password = std::move(*read);
   }
   if (result == MOSQ_ERR_SUCCESS && !settings_.user.empty()) {
     const std::string_view word = password.text();
     result = mosquitto_username_pw_set(client, settings_.user.c_str(), word.empty() ? nullptr : word.data());
   }
-  return result == MOSQ_ERR_SUCCESS ? "" : std::string("libmosquitto: ") + mosquitto_strerror(result);
+  if (result != MOSQ_ERR_SUCCESS) return Failure(std::string("libmosquitto: ") + mosquitto_strerror(result));
+  return {};
 }
 
 void MqttLink::Drop() {
@@ -246,13 +250,15 @@ void MqttLink::Down(std::string text, bool fault) {
   events_.push_back({BrokerEvent::Kind::kDown, 0, std::move(text), fault});
 }
 
-std::string MqttCredentialsProblem(const MqttLinkSettings& settings, SecretSource& secrets) {
+Result<> CheckMqttCredentials(const MqttLinkSettings& settings, SecretSource& secrets) {
   for (const std::string* file : {&settings.ca, &settings.certificate}) {
-    if (std::string problem = FileProblem(*file, false); !problem.empty()) return problem;
+    if (Result<> done = CheckFile(*file, false); !done) return done;
   }
-  if (std::string problem = FileProblem(settings.key, true); !problem.empty()) return problem;
-  Secret password;
-  return settings.password.empty() ? "" : secrets.Read(settings.password, password);
+  if (Result<> done = CheckFile(settings.key, true); !done) return done;
+  if (settings.password.empty()) return {};
+  const Result<Secret> password = secrets.Read(settings.password);
+  if (!password) return Failure(password.error());
+  return {};
 }
 
 }  // namespace axlecast

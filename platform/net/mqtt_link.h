@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/base/secret.h"
 #include "core/messages/broker_link.h"
 
@@ -49,7 +50,7 @@ class MqttLink final : public BrokerLink {
  private:
   struct Client;
 
-  [[nodiscard]] std::string Prepare(const BrokerMessage& will);
+  [[nodiscard]] Result<> Prepare(const BrokerMessage& will);
   [[nodiscard]] const char* NextFamily();
   void Check(int result);
   void Down(std::string text, bool fault = false);
@@ -62,7 +63,7 @@ class MqttLink final : public BrokerLink {
   int refused_ = 0;  // counts downwards: numbers of messages that were not even sent
 };
 
-// Why files and password of the settings cannot be used, and what would mend it; empty when they can.
-[[nodiscard]] std::string MqttCredentialsProblem(const MqttLinkSettings& settings, SecretSource& secrets);
+// Fails if a file or the password of the settings cannot be used.
+[[nodiscard]] Result<> CheckMqttCredentials(const MqttLinkSettings& settings, SecretSource& secrets);
 
 }  // namespace axlecast

@@ -17,6 +17,7 @@
 #include <ctime>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/messages/lcm_url.h"
 #include "platform/os/descriptor.h"
 #include "platform/os/system_clock.h"
@@ -85,20 +86,21 @@ SelfTestDatagram SelfTest() {
   return datagram;
 }
 
-// Joins the group like any LCM process. An empty string, or the problem.
-std::string JoinGroup(int receiver, const sockaddr_in& group) {
+// Joins the group like any LCM process.
+Result<> JoinGroup(int receiver, const sockaddr_in& group) {
   const int on = 1;
-  if (setsockopt(receiver, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) != 0) return SystemProblem("SO_REUSEADDR");
+  if (setsockopt(receiver, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) != 0)
+    return Failure(SystemProblem("SO_REUSEADDR"));
   if (bind(receiver, reinterpret_cast<const sockaddr*>(&group), sizeof group) != 0) {
-    return std::string("the port of LCM cannot be used: ") + std::strerror(errno) +
-           "; another program holds it without sharing (ss -ulpn shows which)";
+    return Failure(std::string("the port of LCM cannot be used: ") + std::strerror(errno) +
+                   "; another program holds it without sharing (ss -ulpn shows which)");
   }
   ip_mreq membership{};
   membership.imr_multiaddr = group.sin_addr;
   if (setsockopt(receiver, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership) != 0) {
-    return SystemProblem("joining the group");
+    return Failure(SystemProblem("joining the group"));
   }
-  return "";
+  return {};
 }
 
 // Leaves the group's traffic out, which would fill the socket's buffer before the self test comes. A kernel that cannot
@@ -129,7 +131,7 @@ bool Comes(int receiver, const SelfTestDatagram& datagram) {
   return false;
 }
 
-std::string ProbeGroup(const LcmUrl& url) {
+Result<> ProbeGroup(const LcmUrl& url) {
   sockaddr_in group{};
   group.sin_family = AF_INET;
   group.sin_port = htons(static_cast<std::uint16_t>(url.port));
@@ -137,20 +139,20 @@ std::string ProbeGroup(const LcmUrl& url) {
 
   const Descriptor receiver(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   const Descriptor sender(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-  if (!receiver.valid() || !sender.valid()) return SystemProblem("opening a socket");
+  if (!receiver.valid() || !sender.valid()) return Failure(SystemProblem("opening a socket"));
   const SelfTestDatagram datagram = SelfTest();
   TakeOnly(receiver.get(), datagram);
-  if (std::string problem = JoinGroup(receiver.get(), group); !problem.empty()) return problem;
+  if (Result<> done = JoinGroup(receiver.get(), group); !done) return done;
   const auto ttl = static_cast<unsigned char>(url.ttl);
   if (setsockopt(sender.get(), IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof ttl) != 0) {
-    return SystemProblem("IP_MULTICAST_TTL");
+    return Failure(SystemProblem("IP_MULTICAST_TTL"));
   }
   if (sendto(sender.get(), datagram.data(), datagram.size(), 0, reinterpret_cast<const sockaddr*>(&group),
              sizeof group) < 0) {
-    return SystemProblem("sending to the group");
+    return Failure(SystemProblem("sending to the group"));
   }
-  if (Comes(receiver.get(), datagram)) return "";
-  return MulticastRemedy("a datagram to " + url.group + " did not come back within 1 s");
+  if (Comes(receiver.get(), datagram)) return {};
+  return Failure(MulticastRemedy("a datagram to " + url.group + " did not come back within 1 s"));
 }
 
 }  // namespace
@@ -271,10 +273,11 @@ std::int64_t MulticastPort::Dropped() {
   return dropped_;
 }
 
-std::string MulticastProblem(const std::string& url) {
+Result<> CheckMulticast(const std::string& url) {
   const LcmUrl parsed = ParseLcmUrl(url);
-  if (!parsed.problem.empty()) return "the LCM URL '" + url + "' " + parsed.problem;
-  return parsed.in_process ? "" : ProbeGroup(parsed);
+  if (!parsed.problem.empty()) return Failure("the LCM URL '" + url + "' " + parsed.problem);
+  if (parsed.in_process) return {};
+  return ProbeGroup(parsed);
 }
 
 }  // namespace axlecast

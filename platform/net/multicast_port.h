@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/base/inline_bytes.h"
+#include "core/base/result.h"
 #include "core/messages/lcm_url.h"
 #include "platform/os/descriptor.h"
 
@@ -68,6 +69,6 @@ class MulticastPort {
 
 // Sends itself a datagram over the URL's group and port and waits up to 1 s for it. Empty when it came, else the
 // cause and the lines that mend it. `axlecast up` asks before it starts anything.
-[[nodiscard]] std::string MulticastProblem(const std::string& url);
+[[nodiscard]] Result<> CheckMulticast(const std::string& url);
 
 }  // namespace axlecast

@@ -7,14 +7,15 @@
 #include <optional>
 #include <string>
 
+#include "core/base/result.h"
 #include "platform/os/descriptor.h"
 
 namespace axlecast {
 
-// The address of a local socket: a path, which must be short.
+// The address of a local socket: a path of limited length.
 class UnixAddress {
  public:
-  // No value when the path is too long for one.
+  // Returns nothing if the path is too long.
   [[nodiscard]] static std::optional<UnixAddress> Of(const std::string& path) {
     UnixAddress address;
     if (path.size() >= sizeof(address.address_.sun_path)) return std::nullopt;
@@ -35,8 +36,8 @@ class UnixAddress {
   sockaddr_un address_{};
 };
 
-// A local socket of this type bound to `path`, taken over from a process that has gone, that only this user's processes
-// reach. Empty when `into` is it, else the cause and the remedy.
-[[nodiscard]] std::string BindUnixSocket(const std::string& path, int type, Descriptor& into);
+// Binds a local socket of this type to `path`, in place of the socket of an earlier process. Only processes of this user can
+// reach it.
+[[nodiscard]] Result<Descriptor> BindUnixSocket(const std::string& path, int type);
 
 }  // namespace axlecast

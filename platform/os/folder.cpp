@@ -16,6 +16,8 @@
 #include <list>
 #include <system_error>
 
+#include "core/base/result.h"
+
 namespace axlecast {
 namespace {
 
@@ -30,14 +32,14 @@ bool OthersMayWrite(const std::string& path) {
 
 // Where others may write, a directory must be ours, or root's, and no link: else they could put another in its
 // place.
-std::string CheckOwner(const std::string& path) {
+Result<> CheckOwner(const std::string& path) {
   struct stat status {};
-  if (lstat(path.c_str(), &status) != 0) return Problem(path);
-  if (!S_ISDIR(status.st_mode)) return path + " is no directory (a link?)" + kElsewhere;
+  if (lstat(path.c_str(), &status) != 0) return Failure(Problem(path));
+  if (!S_ISDIR(status.st_mode)) return Failure(path + " is no directory (a link?)" + kElsewhere);
   if (status.st_uid != geteuid() && status.st_uid != 0) {
-    return path + " belongs to user " + std::to_string(status.st_uid) + ", not to us" + kElsewhere;
+    return Failure(path + " belongs to user " + std::to_string(status.st_uid) + ", not to us" + kElsewhere);
   }
-  return "";
+  return {};
 }
 
 // statfs(2). Those on which a log or a journal is not what it is elsewhere.
@@ -69,17 +71,17 @@ class Walk {
  public:
   explicit Walk(const std::filesystem::path& path) { Insert(std::filesystem::absolute(path)); }
 
-  std::string Run() {
+  Result<> Run() {
     while (!names_.empty()) {
       const std::filesystem::path name = names_.front();
       names_.pop_front();
       if (name == "..") {
         walked_ = walked_.parent_path();
       } else if (name != ".") {
-        if (std::string problem = Enter(walked_ / name); !problem.empty()) return problem;
+        if (Result<> done = Enter(walked_ / name); !done) return done;
       }
     }
-    return "";
+    return {};
   }
 
  private:
@@ -90,23 +92,23 @@ class Walk {
     names_.insert(names_.begin(), names.begin(), names.end());
   }
 
-  std::string Enter(const std::filesystem::path& place) {
+  Result<> Enter(const std::filesystem::path& place) {
     struct stat status {};
     if (lstat(place.c_str(), &status) != 0 || !S_ISLNK(status.st_mode)) {
       walked_ = place;
-      return "";
+      return {};
     }
     if (status.st_uid != geteuid() && status.st_uid != 0) {
-      return place.string() + " is a symbolic link of user " + std::to_string(status.st_uid) +
-             ", who could let it lead anywhere: name the place itself, or as root: chown -h " +
-             std::to_string(geteuid()) + " '" + place.string() + "'";
+      return Failure(place.string() + " is a symbolic link of user " + std::to_string(status.st_uid) +
+                     ", who could let it lead anywhere: name the place itself, or as root: chown -h " +
+                     std::to_string(geteuid()) + " '" + place.string() + "'");
     }
-    if (++links_ > kMaxLinks) return place.string() + ": " + std::strerror(ELOOP);
+    if (++links_ > kMaxLinks) return Failure(place.string() + ": " + std::strerror(ELOOP));
     std::error_code error;
     const std::filesystem::path target = std::filesystem::read_symlink(place, error);
-    if (error) return place.string() + ": " + error.message();
+    if (error) return Failure(place.string() + ": " + error.message());
     Insert(target);
-    return "";
+    return {};
   }
 
   std::filesystem::path walked_;
@@ -116,40 +118,41 @@ class Walk {
 
 }  // namespace
 
-std::string PrepareRunDirectory(const std::string& path) {
+Result<> PrepareRunDirectory(const std::string& path) {
   std::filesystem::path walked;
   for (const auto& part : std::filesystem::path(path).lexically_normal()) {
     const bool exposed = !walked.empty() && OthersMayWrite(walked);
     walked /= part;
-    if (mkdir(walked.c_str(), 0700) != 0 && errno != EEXIST) return Problem(walked);
+    if (mkdir(walked.c_str(), 0700) != 0 && errno != EEXIST) return Failure(Problem(walked));
     if (!exposed) continue;
-    if (std::string problem = CheckOwner(walked); !problem.empty()) return problem;
+    if (Result<> done = CheckOwner(walked); !done) return done;
   }
   const Descriptor directory(open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
-  if (!directory.valid()) return Problem(path);
+  if (!directory.valid()) return Failure(Problem(path));
   struct stat status {};
-  if (fstat(directory.get(), &status) != 0) return Problem(path);
+  if (fstat(directory.get(), &status) != 0) return Failure(Problem(path));
   if (status.st_uid != geteuid()) {
-    return path + " belongs to user " + std::to_string(status.st_uid) + ", not to us" + kElsewhere;
+    return Failure(path + " belongs to user " + std::to_string(status.st_uid) + ", not to us" + kElsewhere);
   }
-  return fchmod(directory.get(), 0700) == 0 ? "" : Problem(path);
+  if (fchmod(directory.get(), 0700) != 0) return Failure(Problem(path));
+  return {};
 }
 
-std::string LockFile::Acquire(const std::string& path) {
+Result<> LockFile::Acquire(const std::string& path) {
   Descriptor file(open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600));
-  if (!file.valid()) return path + ": " + std::strerror(errno);
+  if (!file.valid()) return Failure(path + ": " + std::strerror(errno));
   if (flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
-    if (errno != EWOULDBLOCK) return path + ": " + std::strerror(errno);
+    if (errno != EWOULDBLOCK) return Failure(path + ": " + std::strerror(errno));
     std::array<char, 16> holder{};
     const ssize_t size = pread(file.get(), holder.data(), holder.size() - 1, 0);
-    return path + " is held by process " + (size > 0 ? holder.data() : "(unknown)");
+    return Failure(path + " is held by process " + (size > 0 ? holder.data() : "(unknown)"));
   }
   const std::string id = std::to_string(getpid());
   if (ftruncate(file.get(), 0) != 0 || pwrite(file.get(), id.data(), id.size(), 0) < 0) {
-    return path + ": " + std::strerror(errno);
+    return Failure(path + ": " + std::strerror(errno));
   }
   file_ = std::move(file);
-  return "";
+  return {};
 }
 
 pid_t LockFile::Holder(const std::string& path) {
@@ -179,6 +182,6 @@ HostFolder LookAtFolder(const std::string& path) {
   return folder;
 }
 
-std::string ForeignLinkProblem(const std::string& path) { return Walk(path).Run(); }
+Result<> CheckLinks(const std::string& path) { return Walk(path).Run(); }
 
 }  // namespace axlecast

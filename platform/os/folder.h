@@ -5,19 +5,20 @@
 #include <cstdint>
 #include <string>
 
+#include "core/base/result.h"
 #include "platform/os/descriptor.h"
 
 namespace axlecast {
 
-// Makes `path` a directory that only this user can use (0700, its parents where they are missing). An empty string
-// when it is one, else the cause and the remedy: in /tmp somebody else may have put a directory or a link there.
-[[nodiscard]] std::string PrepareRunDirectory(const std::string& path);
+// Makes `path` a directory that only this user can use (mode 0700), and its parents if they are missing. Fails if another
+// user has put a directory or a link there, which is possible in /tmp.
+[[nodiscard]] Result<> PrepareRunDirectory(const std::string& path);
 
 // A lock that ends with the process, however it ends.
 class LockFile {
  public:
-  // An empty string when the lock is ours, else who holds it (its process id).
-  [[nodiscard]] std::string Acquire(const std::string& path);
+  // Takes the lock. The error names the process that holds it.
+  [[nodiscard]] Result<> Acquire(const std::string& path);
   // The process that holds it; 0 when none does.
   [[nodiscard]] static pid_t Holder(const std::string& path);
   void Release() { file_.Reset(); }
@@ -37,8 +38,8 @@ struct HostFolder {
 };
 [[nodiscard]] HostFolder LookAtFolder(const std::string& path);
 
-// Returns an empty string if no other user decides where `path` leads: each symbolic link on its way, the last name
-// included, belongs to this user or to root. Otherwise the problem and its remedy. What does not exist yet is no link.
-[[nodiscard]] std::string ForeignLinkProblem(const std::string& path);
+// Fails if another user decides where `path` leads: each symbolic link in the path, the last name included, must belong to
+// this user or to root. A name that does not exist yet is accepted.
+[[nodiscard]] Result<> CheckLinks(const std::string& path);
 
 }  // namespace axlecast

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/result.h"
 #include "tests/support/temporary_folder.h"
 
 namespace axlecast {
@@ -50,7 +51,7 @@ TEST_F(MappedFileTest, TellsWhatAFileInItsPlaceMustHave) {
     ASSERT_EQ(chown(path.c_str(), 1'234, 5'678), 0);
   }
   const FileAccess access = MappedFile(path).access();
-  EXPECT_EQ(WriteNewFile(path, "new", access, true), "");
+  EXPECT_EQ(ErrorText(WriteNewFile(path, "new", access, true)), "");
   struct stat status {};
   ASSERT_EQ(stat(path.c_str(), &status), 0);
   EXPECT_EQ(status.st_mode & 0777U, 0604U);

@@ -12,6 +12,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "core/base/result.h"
+
 namespace axlecast {
 namespace {
 
@@ -28,63 +30,64 @@ bool WriteAll(int fd, std::string_view content) {
 }
 
 // Who may use it. The group first: the mode opens the file to it.
-std::string Open(const Descriptor& file, const std::string& path, const FileAccess& access) {
+Result<> Open(const Descriptor& file, const std::string& path, const FileAccess& access) {
   const uid_t owner = access.owner.value_or(static_cast<uid_t>(-1));  // -1: stays
   const gid_t group = access.group.value_or(static_cast<gid_t>(-1));
   if ((access.owner || access.group) && fchown(file.get(), owner, group) != 0) {
-    return Problem(path) + ": only root, or a member of the group, can give it to the group";
+    return Failure(Problem(path) + ": only root, or a member of the group, can give it to the group");
   }
-  return fchmod(file.get(), access.mode) == 0 ? "" : Problem(path);
+  if (fchmod(file.get(), access.mode) != 0) return Failure(Problem(path));
+  return {};
 }
 
 // The complete file under its own name, which lasts.
-std::string Place(const std::string& fresh, const std::string& path, bool replace) {
+Result<> Place(const std::string& fresh, const std::string& path, bool replace) {
   const int failed = replace ? std::rename(fresh.c_str(), path.c_str()) : link(fresh.c_str(), path.c_str());
-  if (failed != 0 && errno == EEXIST) return path + " exists already, and is not replaced";
-  if (failed != 0) return Problem(path);
+  if (failed != 0 && errno == EEXIST) return Failure(path + " exists already, and is not replaced");
+  if (failed != 0) return Failure(Problem(path));
   std::string folder = std::filesystem::path(path).parent_path().string();
   if (folder.empty()) folder = ".";
   const Descriptor directory(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (!directory.valid() || fsync(directory.get()) != 0) return Problem(folder);
-  return "";
+  if (!directory.valid() || fsync(directory.get()) != 0) return Failure(Problem(folder));
+  return {};
 }
 
 }  // namespace
 
 NewFile::NewFile(std::string path, const FileAccess& access)
     : path_(std::move(path)), fresh_(path_ + ".XXXXXX"), file_(mkostemp(fresh_.data(), O_CLOEXEC)) {  // mode 0600
-  problem_ = file_.valid() ? Open(file_, path_, access) : Problem(path_);
+  state_ = file_.valid() ? Open(file_, path_, access) : Failure(Problem(path_));
 }
 
 NewFile::~NewFile() {
   if (file_.valid()) unlink(fresh_.c_str());  // gone already where it was renamed
 }
 
-std::string NewFile::Append(std::string_view content) {
-  if (problem_.empty() && !WriteAll(file_.get(), content)) problem_ = Problem(path_);
-  return problem_;
+Result<> NewFile::Append(std::string_view content) {
+  if (state_ && !WriteAll(file_.get(), content)) state_ = Failure(Problem(path_));
+  return state_;
 }
 
-std::string NewFile::Commit(bool replace, const std::string& keep) {
-  if (problem_.empty() && fsync(file_.get()) != 0) problem_ = Problem(path_);
-  if (problem_.empty() && !keep.empty() && link(path_.c_str(), keep.c_str()) != 0) problem_ = Problem(keep);
-  if (problem_.empty()) problem_ = Place(fresh_, path_, replace);
-  return problem_;
+Result<> NewFile::Commit(bool replace, const std::string& keep) {
+  if (state_ && fsync(file_.get()) != 0) state_ = Failure(Problem(path_));
+  if (state_ && !keep.empty() && link(path_.c_str(), keep.c_str()) != 0) state_ = Failure(Problem(keep));
+  if (state_) state_ = Place(fresh_, path_, replace);
+  return state_;
 }
 
-std::string WriteNewFile(const std::string& path, std::string_view content, const FileAccess& access,
-                         bool replace) {
+Result<> WriteNewFile(const std::string& path, std::string_view content, const FileAccess& access, bool replace) {
   NewFile file(path, access);
-  std::string problem = file.Append(content);
-  return problem.empty() ? file.Commit(replace) : problem;
+  const Result<> written = file.Append(content);
+  return written ? file.Commit(replace) : written;
 }
 
-std::string WriteOutput(const std::string& path, std::string_view content) {
+Result<> WriteOutput(const std::string& path, std::string_view content) {
   struct stat there {};
   const bool is_file = lstat(path.c_str(), &there) != 0 || S_ISREG(there.st_mode);
   if (is_file) return WriteNewFile(path, content, {.mode = 0644}, true);
   const Descriptor file(open(path.c_str(), O_WRONLY | O_TRUNC | O_CLOEXEC | O_NOCTTY));
-  return file.valid() && WriteAll(file.get(), content) ? "" : Problem(path);
+  if (!file.valid() || !WriteAll(file.get(), content)) return Failure(Problem(path));
+  return {};
 }
 
 std::optional<gid_t> FindGroup(const std::string& name) {

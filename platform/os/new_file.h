@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/base/result.h"
 #include "platform/os/descriptor.h"
 
 namespace axlecast {
@@ -17,8 +18,8 @@ struct FileAccess {
   std::optional<uid_t> owner = std::nullopt;  // likewise; another one takes root
 };
 
-// A file that is written piece by piece and stands at `path` only once it is whole and on disk. Nobody ever sees a part
-// of it, or sees it more open than `access` says; without Commit nothing is left of it.
+// A file that is written piece by piece. It appears at `path` only when it is complete and on disk, and never with more
+// rights than `access`. Without Commit, it is removed.
 class NewFile {
  public:
   NewFile(std::string path, const FileAccess& access);
@@ -26,31 +27,29 @@ class NewFile {
   NewFile(const NewFile&) = delete;
   NewFile& operator=(const NewFile&) = delete;
 
-  // Each: an empty string, else the cause and the remedy, which never hold the content. After a problem the file is
-  // given up.
-  [[nodiscard]] std::string Append(std::string_view content);
-  // Puts it in its place. Without `replace` a file that is there already stays. With `keep` such a file stays under
-  // that name, which must be a free one in the same folder; at any instant a whole file stands at `path`.
-  [[nodiscard]] std::string Commit(bool replace, const std::string& keep = "");
+  // Adds to the end of the file. After an error, every later call returns the same error. An error never contains the
+  // content.
+  [[nodiscard]] Result<> Append(std::string_view content);
+  // Moves the file to `path`. Without `replace`, an existing file is kept and the call fails. With `keep`, the existing
+  // file gets that name, which must be free and in the same folder. At any time, a complete file exists at `path`.
+  [[nodiscard]] Result<> Commit(bool replace, const std::string& keep = "");
 
  private:
   std::string path_;
   std::string fresh_;  // its name until then
   Descriptor file_;
-  std::string problem_;
+  Result<> state_;  // the first error; nothing is written after it
 };
 
-// Puts a file with this content at `path` in one step, on disk when it returns: nobody ever sees a part of it, or sees
-// it more open than `access` says. Without `replace` a file that is there already stays. An empty string, else the
-// cause and the remedy, which never hold the content.
-[[nodiscard]] std::string WriteNewFile(const std::string& path, std::string_view content, const FileAccess& access,
-                                       bool replace);
+// Writes a file with this content in one step, as NewFile does. When the function returns, the file is on disk.
+[[nodiscard]] Result<> WriteNewFile(const std::string& path, std::string_view content, const FileAccess& access,
+                                    bool replace);
 
-// Puts a result where an operator wants it: a file in one step, in the place of one that is there; into anything else
-// (/dev/stdout, a pipe, where a link leads) it is written. An empty string, else the cause.
-[[nodiscard]] std::string WriteOutput(const std::string& path, std::string_view content);
+// Writes a result to the path that an operator has given. A regular file is replaced in one step. Anything else
+// (/dev/stdout, a pipe, the target of a link) is written directly.
+[[nodiscard]] Result<> WriteOutput(const std::string& path, std::string_view content);
 
-// The group's id; nothing when there is none of that name.
+// Returns the id of a group; nothing if there is no group of that name.
 [[nodiscard]] std::optional<gid_t> FindGroup(const std::string& name);
 
 }  // namespace axlecast

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "core/base/result.h"
 #include "tests/support/temporary_folder.h"
 
 namespace axlecast {
@@ -39,7 +40,7 @@ TEST_F(NewFileTest, HasItsContentAndItsModeWhateverTheUmask) {
   for (const mode_t mask : {0U, 0777U}) {
     std::filesystem::remove(path_);
     const mode_t before = umask(mask);
-    const std::string problem = WriteNewFile(path_, "content\n", {}, false);
+    const std::string problem = ErrorText(WriteNewFile(path_, "content\n", {}, false));
     umask(before);
     EXPECT_EQ(problem, "");
     EXPECT_EQ(Content(), "content\n");
@@ -50,7 +51,7 @@ TEST_F(NewFileTest, HasItsContentAndItsModeWhateverTheUmask) {
 
 TEST_F(NewFileTest, ForAGroup) {
   const gid_t group = getegid();
-  EXPECT_EQ(WriteNewFile(path_, "content\n", {.mode = 0640, .group = group}, false), "");
+  EXPECT_EQ(ErrorText(WriteNewFile(path_, "content\n", {.mode = 0640, .group = group}, false)), "");
   EXPECT_EQ(Mode(), 0640U);
   struct stat status {};
   ASSERT_EQ(stat(path_.c_str(), &status), 0);
@@ -58,28 +59,28 @@ TEST_F(NewFileTest, ForAGroup) {
 }
 
 TEST_F(NewFileTest, OneThatIsThereStaysUnlessItIsToBeReplaced) {
-  ASSERT_EQ(WriteNewFile(path_, "first", {}, false), "");
-  EXPECT_EQ(WriteNewFile(path_, "second", {}, false), path_ + " exists already, and is not replaced");
+  ASSERT_EQ(ErrorText(WriteNewFile(path_, "first", {}, false)), "");
+  EXPECT_EQ(ErrorText(WriteNewFile(path_, "second", {}, false)), path_ + " exists already, and is not replaced");
   EXPECT_EQ(Content(), "first");
   EXPECT_EQ(FilesThere(), 1);
-  EXPECT_EQ(WriteNewFile(path_, "second", {}, true), "");
+  EXPECT_EQ(ErrorText(WriteNewFile(path_, "second", {}, true)), "");
   EXPECT_EQ(Content(), "second");
   EXPECT_EQ(FilesThere(), 1);
 }
 
 TEST_F(NewFileTest, ALinkOfThatNameIsNotFollowed) {
   std::filesystem::create_symlink(folder_.path() + "/elsewhere", path_);
-  EXPECT_THAT(WriteNewFile(path_, "content", {}, false), HasSubstr("exists already"));
-  EXPECT_EQ(WriteNewFile(path_, "content", {}, true), "");
+  EXPECT_THAT(ErrorText(WriteNewFile(path_, "content", {}, false)), HasSubstr("exists already"));
+  EXPECT_EQ(ErrorText(WriteNewFile(path_, "content", {}, true)), "");
   EXPECT_FALSE(std::filesystem::is_symlink(path_));
   EXPECT_FALSE(std::filesystem::exists(folder_.path() + "/elsewhere"));
 }
 
 TEST_F(NewFileTest, WhereItCannotBeTheCauseIsNamed) {
-  EXPECT_EQ(WriteNewFile(folder_.path() + "/no/a.key", "x", {}, false),
+  EXPECT_EQ(ErrorText(WriteNewFile(folder_.path() + "/no/a.key", "x", {}, false)),
             folder_.path() + "/no/a.key: No such file or directory");
   std::filesystem::create_directory(path_);
-  EXPECT_THAT(WriteNewFile(path_, "x", {}, true), HasSubstr("Is a directory"));
+  EXPECT_THAT(ErrorText(WriteNewFile(path_, "x", {}, true)), HasSubstr("Is a directory"));
   EXPECT_EQ(FilesThere(), 1);
 }
 
@@ -91,10 +92,10 @@ TEST(FindGroup, KnowsThoseOfTheSystem) {
 TEST_F(NewFileTest, InPiecesStandsInItsPlaceOnlyWhenItIsWhole) {
   {
     NewFile file(path_, {});
-    EXPECT_EQ(file.Append("one "), "");
-    EXPECT_EQ(file.Append("two"), "");
+    EXPECT_EQ(ErrorText(file.Append("one ")), "");
+    EXPECT_EQ(ErrorText(file.Append("two")), "");
     EXPECT_FALSE(std::filesystem::exists(path_));
-    EXPECT_EQ(file.Commit(false), "");
+    EXPECT_EQ(ErrorText(file.Commit(false)), "");
   }
   EXPECT_EQ(Content(), "one two");
   EXPECT_EQ(FilesThere(), 1);
@@ -103,18 +104,18 @@ TEST_F(NewFileTest, InPiecesStandsInItsPlaceOnlyWhenItIsWhole) {
 TEST_F(NewFileTest, GivenUpLeavesNothing) {
   {
     NewFile file(path_, {});
-    EXPECT_EQ(file.Append("content"), "");
+    EXPECT_EQ(ErrorText(file.Append("content")), "");
   }
   EXPECT_EQ(FilesThere(), 0);
 }
 
 TEST_F(NewFileTest, KeepsWhatItReplacesUnderAnotherName) {
   const std::string kept = path_ + ".old";
-  ASSERT_EQ(WriteNewFile(path_, "old", {}, false), "");
+  ASSERT_EQ(ErrorText(WriteNewFile(path_, "old", {}, false)), "");
   for (const bool free : {true, false}) {
     NewFile file(path_, {});
-    EXPECT_EQ(file.Append(free ? "new" : "newer"), "");
-    const std::string problem = file.Commit(true, kept);
+    EXPECT_EQ(ErrorText(file.Append(free ? "new" : "newer")), "");
+    const std::string problem = ErrorText(file.Commit(true, kept));
     if (free) {
       EXPECT_EQ(problem, "");
     } else {
@@ -128,17 +129,17 @@ TEST_F(NewFileTest, KeepsWhatItReplacesUnderAnotherName) {
 }
 
 TEST_F(NewFileTest, AResultReplacesAFileAndGoesWhereALinkOrADeviceLeads) {
-  EXPECT_EQ(WriteOutput(path_, "first, longer"), "");
-  EXPECT_EQ(WriteOutput(path_, "second"), "");
+  EXPECT_EQ(ErrorText(WriteOutput(path_, "first, longer")), "");
+  EXPECT_EQ(ErrorText(WriteOutput(path_, "second")), "");
   EXPECT_EQ(Content(), "second");
   const std::string link = folder_.path() + "/link";
   std::filesystem::create_symlink(path_, link);
-  EXPECT_EQ(WriteOutput(link, "third"), "");
+  EXPECT_EQ(ErrorText(WriteOutput(link, "third")), "");
   EXPECT_TRUE(std::filesystem::is_symlink(link));
   EXPECT_EQ(Content(), "third");
-  EXPECT_EQ(WriteOutput("/dev/null", "gone"), "");
-  EXPECT_THAT(WriteOutput("/dev/full", "no room"), HasSubstr("/dev/full: No space left"));
-  EXPECT_THAT(WriteOutput(folder_.path(), "a folder"), HasSubstr("Is a directory"));
+  EXPECT_EQ(ErrorText(WriteOutput("/dev/null", "gone")), "");
+  EXPECT_THAT(ErrorText(WriteOutput("/dev/full", "no room")), HasSubstr("/dev/full: No space left"));
+  EXPECT_THAT(ErrorText(WriteOutput(folder_.path(), "a folder")), HasSubstr("Is a directory"));
 }
 
 }  // namespace

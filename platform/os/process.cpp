@@ -15,6 +15,8 @@
 #include <cstdint>
 #include <cstring>
 
+#include "core/base/result.h"
+
 namespace axlecast {
 namespace {
 
@@ -84,13 +86,13 @@ std::vector<std::string> ApplyRealtime(int priority, int cpu, bool lock_memory) 
   return warnings;
 }
 
-std::string ForbidCoreDumps() {
+Result<> ForbidCoreDumps() {
   const rlimit none{0, 0};
   // Each alone would do, but for a core_pattern that pipes into a program: that one ignores the limit.
   if (prctl(PR_SET_DUMPABLE, 0UL, 0UL, 0UL, 0UL) != 0 || setrlimit(RLIMIT_CORE, &none) != 0) {
-    return "cannot forbid core dumps: " + Reason() + "; a core dump of this process would show passwords";
+    return Failure("cannot forbid core dumps: " + Reason() + "; a core dump of this process would show passwords");
   }
-  return "";
+  return {};
 }
 
 #if defined(__has_feature)
@@ -98,14 +100,15 @@ std::string ForbidCoreDumps() {
 #else
 #define AXLECAST_HAS_FEATURE(name) 0
 #endif
-std::string LimitMemory(std::size_t bytes) {
+Result<> LimitMemory(std::size_t bytes) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || AXLECAST_HAS_FEATURE(address_sanitizer) || \
     AXLECAST_HAS_FEATURE(thread_sanitizer)
   static_cast<void>(bytes);
-  return "";
+  return {};
 #else
   const rlimit limit{bytes, bytes};
-  return setrlimit(RLIMIT_DATA, &limit) == 0 ? "" : "cannot limit the memory: " + Reason();
+  if (setrlimit(RLIMIT_DATA, &limit) != 0) return Failure("cannot limit the memory: " + Reason());
+  return {};
 #endif
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/base/time.h"
 #include "platform/os/descriptor.h"
 
@@ -24,13 +25,13 @@ namespace axlecast {
 // What the system did not allow comes back as warnings, each with its remedy; the rest is applied.
 [[nodiscard]] std::vector<std::string> ApplyRealtime(int priority, int cpu, bool lock_memory);
 
-// For a process that holds passwords: neither a core dump nor a debugger without privilege shows its memory. An empty
-// string when done, else the cause. The process's own files in /proc belong to root from then on.
-[[nodiscard]] std::string ForbidCoreDumps();
+// Prevents core dumps and debuggers without privilege from showing the memory of this process. For a process that holds
+// passwords. Afterwards, the process's own files in /proc belong to root.
+[[nodiscard]] Result<> ForbidCoreDumps();
 
-// This process gets no more memory than `bytes` for its data: it is for one that takes lengths from strangers. Empty when
-// done, else the cause. Without effect under a sanitizer, which maps far more than it uses.
-[[nodiscard]] std::string LimitMemory(std::size_t bytes);
+// Limits the memory for the data of this process, which processes lengths from untrusted peers. Has no effect under a
+// sanitizer, because a sanitizer maps far more memory than it uses.
+[[nodiscard]] Result<> LimitMemory(std::size_t bytes);
 
 // Forks for a child that executes another program. A signal that comes before that acts on the child as by default. With
 // fork(2) it would run a copy of this process's handler, and the new program would never learn of it.

@@ -17,6 +17,7 @@
 #include <string>
 #include <thread>
 
+#include "core/base/result.h"
 #include "platform/os/descriptor.h"
 #include "tests/support/temporary_folder.h"
 
@@ -49,7 +50,7 @@ TEST(ApplyRealtime, AppliesWhatIsAllowedAndTellsTheRest) {
 // In a child: the tests' own process stays open to sanitizers.
 TEST(ForbidCoreDumps, ShutsTheProcess) {
   const auto forbid_and_look = [] {
-    const std::string problem = ForbidCoreDumps();
+    const std::string problem = ErrorText(ForbidCoreDumps());
     rlimit core{1, 1};
     getrlimit(RLIMIT_CORE, &core);
     _exit(problem.empty() && prctl(PR_GET_DUMPABLE) == 0 && core.rlim_cur == 0 && core.rlim_max == 0 ? 0 : 1);

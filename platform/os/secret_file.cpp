@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "core/base/result.h"
 #include "platform/os/descriptor.h"
 
 namespace axlecast {
@@ -46,16 +47,17 @@ std::string Chmod(const std::string& path, Group group) {
 }
 
 // Who may see the file.
-std::string CheckFile(int fd, const std::string& path, Group group) {
+Result<> CheckFile(int fd, const std::string& path, Group group) {
   struct stat status {};
-  if (fstat(fd, &status) != 0) return path + ": " + std::strerror(errno);
-  if (!S_ISREG(status.st_mode)) return path + " is no regular file: name the file that holds the secret";
+  if (fstat(fd, &status) != 0) return Failure(path + ": " + std::strerror(errno));
+  if (!S_ISREG(status.st_mode)) return Failure(path + " is no regular file: name the file that holds the secret");
   if (status.st_uid != geteuid() && status.st_uid != 0) {
-    return path + " belongs to user " + std::to_string(status.st_uid) + ", who could read or change it: chown " +
-           std::to_string(geteuid()) + " " + Quoted(path);
+    return Failure(path + " belongs to user " + std::to_string(status.st_uid) +
+                   ", who could read or change it: chown " + std::to_string(geteuid()) + " " + Quoted(path));
   }
-  if ((status.st_mode & ClosedTo(group)) != 0) return path + " is open to other users: " + Chmod(path, group);
-  return "";
+  if ((status.st_mode & ClosedTo(group)) != 0)
+    return Failure(path + " is open to other users: " + Chmod(path, group));
+  return {};
 }
 
 // At most one byte more than allowed.
@@ -84,46 +86,45 @@ std::string OpenProblem(const std::string& path, Group group, int error) {
   return path + ": " + std::strerror(error);
 }
 
-std::string ReadFile(const std::string& path, Group group, Secret& into) {
+Result<Secret> ReadFile(const std::string& path, Group group) {
   // O_NONBLOCK: a FIFO under this name must not keep the driver waiting.
   const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK));
-  if (!file.valid()) return OpenProblem(path, group, errno);
-  if (std::string problem = CheckFile(file.get(), path, group); !problem.empty()) return problem;
+  if (!file.valid()) return Failure(OpenProblem(path, group, errno));
+  if (Result<> done = CheckFile(file.get(), path, group); !done) return Failure(std::move(done).error());
   WipedBuffer buffer;
-  if (!ReadAll(file.get(), buffer)) return path + ": " + std::strerror(errno);
+  if (!ReadAll(file.get(), buffer)) return Failure(path + ": " + std::strerror(errno));
   if (buffer.size > kLongestSecret) {
-    return path + " holds more than " + std::to_string(kLongestSecret) + " bytes: is it the right file?";
+    return Failure(path + " holds more than " + std::to_string(kLongestSecret) + " bytes: is it the right file?");
   }
   std::string_view text = buffer.text();
-  if (text.find('\0') != std::string_view::npos) return path + " holds a NUL byte: it must be text";
+  if (text.find('\0') != std::string_view::npos) return Failure(path + " holds a NUL byte: it must be text");
   if (text.ends_with('\n')) text.remove_suffix(1);
-  if (text.empty()) return path + " is empty: write the secret there";
+  if (text.empty()) return Failure(path + " is empty: write the secret there");
   // Room on the heap, which a move hands over: a short string would leave a copy behind in its place.
   std::string content;
   content.reserve(kLongestSecret);
   content = text;
-  into = Secret(std::move(content));
-  return "";
+  return Secret(std::move(content));
 }
 
-std::string ReadCredential(const std::string& name, Secret& into) {
+Result<Secret> ReadCredential(const std::string& name) {
   if (name.find('/') != std::string::npos || name == "." || name == "..") {
-    return "credential '" + name + "' is no name of one: it is a plain file name";
+    return Failure("credential '" + name + "' is no name of one: it is a plain file name");
   }
   const char* const directory = std::getenv("CREDENTIALS_DIRECTORY");
   if (directory == nullptr || *directory == '\0') {
-    return "credential '" + name + "': systemd has passed none to this process; put LoadCredential=" + name +
-           ":PATH into the unit's [Service] section, or name a file";
+    return Failure("credential '" + name + "': systemd has passed none to this process; put LoadCredential=" +
+                   name + ":PATH into the unit's [Service] section, or name a file");
   }
-  return ReadFile(std::string(directory) + '/' + name, Group::kCredential, into);
+  return ReadFile(std::string(directory) + '/' + name, Group::kCredential);
 }
 
 }  // namespace
 
-std::string SecretFiles::Read(const SecretPlace& place, Secret& into) {
-  if (!place.file.empty()) return ReadFile(place.file, place.group_may_read ? Group::kRead : Group::kNothing, into);
-  if (!place.credential.empty()) return ReadCredential(place.credential, into);
-  return "no place of a secret is configured: name a file or a credential";
+Result<Secret> SecretFiles::Read(const SecretPlace& place) {
+  if (!place.file.empty()) return ReadFile(place.file, place.group_may_read ? Group::kRead : Group::kNothing);
+  if (!place.credential.empty()) return ReadCredential(place.credential);
+  return Failure("no place of a secret is configured: name a file or a credential");
 }
 
 }  // namespace axlecast

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/base/result.h"
 #include "core/base/secret.h"
 
 namespace axlecast {
@@ -9,7 +10,7 @@ namespace axlecast {
 // credential must not be open to all.
 class SecretFiles final : public SecretSource {
  public:
-  [[nodiscard]] std::string Read(const SecretPlace& place, Secret& into) override;
+  [[nodiscard]] Result<Secret> Read(const SecretPlace& place) override;
 };
 
 }  // namespace axlecast

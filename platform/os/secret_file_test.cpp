@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "core/base/result.h"
 #include "platform/os/descriptor.h"
 #include "tests/support/temporary_folder.h"
 
@@ -32,10 +33,15 @@ class SecretFilesTest : public ::testing::Test {
     ASSERT_EQ(write(file.get(), content.data(), content.size()), static_cast<ssize_t>(content.size()));
     ASSERT_EQ(fchmod(file.get(), mode), 0);
   }
-  std::string ReadFile() { return files_.Read({.file = file_, .credential = {}}, secret_); }
-  std::string ReadCredential(const std::string& name) {
-    return files_.Read({.file = {}, .credential = name}, secret_);
+  // Reads the secret into secret_ and returns the error.
+  std::string Read(const SecretPlace& place) {
+    Result<Secret> read = files_.Read(place);
+    std::string error = ErrorText(read);
+    if (read) secret_ = std::move(*read);
+    return error;
   }
+  std::string ReadFile() { return Read({.file = file_, .credential = {}}); }
+  std::string ReadCredential(const std::string& name) { return Read({.file = {}, .credential = name}); }
 
   const TemporaryFolder folder_;
   const std::string directory_ = folder_.path();
@@ -73,13 +79,12 @@ TEST_F(SecretFilesTest, ItsGroupMayReadWhereThePlaceSaysSo) {
   const SecretPlace place{.file = file_, .credential = {}, .group_may_read = true};
   for (const mode_t mode : {0640U, 0440U, 0600U, 0400U}) {
     Put(file_, kContent, mode);
-    EXPECT_EQ(files_.Read(place, secret_), "") << std::oct << mode;
+    EXPECT_EQ(Read(place), "") << std::oct << mode;
     EXPECT_EQ(secret_.text(), kContent);
   }
   for (const mode_t mode : {0644U, 0660U, 0650U, 0604U, 0641U, 0602U}) {
     Put(file_, kContent, mode);
-    EXPECT_THAT(files_.Read(place, secret_), HasSubstr("is open to other users: chmod 640 '" + file_ + "'"))
-        << std::oct << mode;
+    EXPECT_THAT(Read(place), HasSubstr("is open to other users: chmod 640 '" + file_ + "'")) << std::oct << mode;
   }
 }
 
@@ -135,7 +140,7 @@ TEST_F(SecretFilesTest, CredentialsAsSystemdPassesThem) {
 }
 
 TEST_F(SecretFilesTest, NoPlaceIsAMistakeOfTheConfiguration) {
-  EXPECT_THAT(files_.Read({}, secret_), HasSubstr("name a file or a credential"));
+  EXPECT_THAT(Read({}), HasSubstr("name a file or a credential"));
 }
 
 }  // namespace

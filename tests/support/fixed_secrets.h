@@ -3,6 +3,7 @@
 #include <map>
 #include <string>
 
+#include "core/base/result.h"
 #include "core/base/secret.h"
 
 namespace axlecast {
@@ -10,11 +11,10 @@ namespace axlecast {
 // Secrets by file name; what is not there cannot be read.
 class FixedSecrets final : public SecretSource {
  public:
-  [[nodiscard]] std::string Read(const SecretPlace& place, Secret& into) override {
+  [[nodiscard]] Result<Secret> Read(const SecretPlace& place) override {
     const auto found = files.find(place.file.empty() ? place.credential : place.file);
-    if (found == files.end() && any.empty()) return place.file + place.credential + " does not exist";
-    into = Secret(found == files.end() ? any : found->second);
-    return "";
+    if (found == files.end() && any.empty()) return Failure(place.file + place.credential + " does not exist");
+    return Secret(found == files.end() ? any : found->second);
   }
 
   std::map<std::string, std::string> files;

@@ -5,6 +5,7 @@
 #include <exception>
 #include <string>
 
+#include "core/base/result.h"
 #include "platform/os/process.h"
 #include "platform/os/terminal.h"
 #include "tools/axlecast/cli_tree.h"
@@ -64,7 +65,7 @@ int RunCommandLine(int argc, char** argv) {
   AddCheckConfigCommand(app, exit_code);
   AddDoctorCommand(app, exit_code);
   AddKeygenCommand(app, exit_code);
-  app.get_subcommand("keygen")->preparse_callback([](std::size_t) { Warn(ForbidCoreDumps()); });
+  app.get_subcommand("keygen")->preparse_callback([](std::size_t) { Warn(ErrorText(ForbidCoreDumps())); });
   AddSimulateCommand(app, exit_code);
   AddDriverCommand(app, exit_code);
   AddSpyCommand(app, exit_code);

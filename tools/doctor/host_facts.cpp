@@ -8,6 +8,7 @@
 #include <sstream>
 #include <system_error>
 
+#include "core/base/result.h"
 #include "core/config/config_file.h"
 #include "core/messages/lcm_url.h"
 #include "core/messages/message.h"
@@ -26,7 +27,7 @@ void ReadGroups(const MachineConfig& machine, NetworkFacts& network) {
     const LcmUrl url = ParseLcmUrl(text);
     if (url.in_process || !url.problem.empty()) continue;
     GroupFacts facts{.route = FindMulticastRoute(url.group), .silence = {}};
-    if (facts.route.error == 0) facts.silence = MulticastProblem(text);
+    if (facts.route.error == 0) facts.silence = ErrorText(CheckMulticast(text));
     network.groups.emplace(text, std::move(facts));
   }
 }

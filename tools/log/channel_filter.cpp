@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/base/expression.h"
+#include "core/base/result.h"
 
 namespace axlecast {
 namespace {
@@ -14,11 +15,11 @@ constexpr std::size_t kMaxKnown = 10'000;  // senders can invent any number of c
 Result<> ChannelFilter::Set(const std::string& expression, bool invert) {
   if (expression.empty() && invert)
     return Failure("all channels are selected: give an expression to invert, or leave out the inversion");
-  std::string problem;
   std::optional<std::regex> compiled;
   if (!expression.empty()) {
-    compiled = CompileExpression(expression, problem);
-    if (!compiled) return Failure(problem);
+    Result<std::regex> result = CompileExpression(expression);
+    if (!result) return Failure(result.error());
+    compiled = std::move(*result);
   }
   expression_ = std::move(compiled);
   invert_ = invert;

@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/base/result.h"
 #include "platform/net/multicast_port.h"
 #include "platform/os/system_clock.h"
 
@@ -26,7 +27,7 @@ MessageReceiver::MessageReceiver(ChannelFilter filter, MessageQueue& queue, cons
 Result<> MessageReceiver::Listen(const std::string& url) {
   const LcmUrl parsed = ParseLcmUrl(url);
   if (IsOtherProvider(url) || parsed.in_process) return ListenByLcm(url);
-  if (std::string problem = MulticastProblem(url); !problem.empty()) return Failure(problem);
+  if (Result<> multicast = CheckMulticast(url); !multicast) return multicast;
   Source& source = sources_.emplace_back(Source{MulticastPort(parsed), UdpmReceiver(), 0});
   if (!source.port.warning().empty()) warnings_.push_back(url + ": " + source.port.warning());
   if (!source.port.problem().empty()) return Failure(url + ": " + source.port.problem());

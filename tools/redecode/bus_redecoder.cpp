@@ -25,11 +25,6 @@ Event LinkEvent(Event::Kind kind, MonoNs now) {
 
 }  // namespace
 
-std::string BusRedecoder::NoSecrets::Read(const SecretPlace& /*place*/, Secret& into) {
-  into = Secret();
-  return "";
-}
-
 BusRedecoder::BusRedecoder(const BusConfig& bus, MessageSink& sink) : bus_(bus), sink_(sink) {}
 
 void BusRedecoder::On(const wire_t& message) {

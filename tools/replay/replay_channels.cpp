@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "core/base/expression.h"
+#include "core/base/result.h"
 #include "tools/log/log_event.h"
 
 namespace axlecast {
@@ -51,9 +52,8 @@ Result<> ReplayChannels::Rename(const std::string& rule) {
   if (divide == std::string::npos || divide == 0) {
     return Failure("'" + rule + "' is not OLD=NEW, e.g. '^POSITION/=RECORDED/POSITION/'");
   }
-  std::string problem;
-  std::optional<std::regex> compiled = CompileExpression(rule.substr(0, divide), problem);
-  if (!compiled) return Failure(problem);
+  Result<std::regex> compiled = CompileExpression(rule.substr(0, divide));
+  if (!compiled) return Failure(compiled.error());
   renames_.emplace_back(std::move(*compiled), rule.substr(divide + 1));
   return {};
 }

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "core/base/result.h"
 #include "core/command/keys.h"
 #include "drivers/hal/line_guard.h"
 #include "drivers/runtime/process/command_thread.h"
@@ -48,15 +49,13 @@ void Write(spdlog::logger& log, LogLevel level, std::string_view text) {
 
 // The key that the driver signs with; without one the bridge may not believe it, but positions go on.
 std::optional<SigningKey> DriverKey(const BridgeConfig& bridge, SecretSource& secrets, spdlog::logger& log) {
-  std::string problem;
-  std::optional<SigningKey> key = LoadKey(bridge.drivers, secrets, problem);
-  if (!problem.empty()) {
-    log.warn(
-        "{}; the driver goes on without its key: positions are published, but the bridge believes none of its "
-        "answers and gives it no commands",
-        problem);
-  }
-  return key;
+  Result<std::optional<SigningKey>> key = LoadKey(bridge.drivers, secrets);
+  if (key) return std::move(*key);
+  log.warn(
+      "{}; the driver goes on without its key: positions are published, but the bridge believes none of its "
+      "answers and gives it no commands",
+      key.error().text);
+  return std::nullopt;
 }
 
 // The process's exit code.
@@ -100,7 +99,7 @@ int RunDriver(const MachineConfig& machine, const BusConfig& bus, bool verbose,
 
   const SystemClock clock;
   if (HoldsSecrets(bus) || !machine.bridge.drivers.place.empty()) {
-    if (const std::string problem = ForbidCoreDumps(); !problem.empty()) log->warn("{}", problem);
+    if (const Result<> done = ForbidCoreDumps(); !done) log->warn("{}", done.error().text);
   }
   const Ports ports = MakePorts(machine, bus, clock);
   const auto interposed_link =

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "client/command/client_key.h"
+#include "core/base/result.h"
 #include "core/base/text.h"
 #include "core/command/command_id.h"
 #include "core/messages/enum_names.h"
@@ -141,7 +142,7 @@ int RunCommand(const MachineConfig& machine, const CommandOptions& options) {
   Show(ToJson(result), ToText(result), options.json);
   const int exit_code = ExitCode(result);
   if (options.out.empty() || (exit_code != kExitDone && exit_code != kExitUnverifiable)) return exit_code;
-  const std::string problem = WriteOutput(options.out, MemoryFileText(result));
+  const std::string problem = ErrorText(WriteOutput(options.out, MemoryFileText(result)));
   return problem.empty() ? exit_code : Fail(problem, kExitBad);
 }
 

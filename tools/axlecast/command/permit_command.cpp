@@ -1,3 +1,4 @@
+#include "core/base/result.h"
 #include "tools/axlecast/command/subcommands.h"
 
 #include <CLI/CLI.hpp>
@@ -37,9 +38,8 @@ struct Options {
 // Fails if drivers refuse a permit that is signed with the key of `settings`.
 Result<> CheckKey(const MachineConfig& machine, const ClientSettings& settings) {
   SecretFiles secrets;
-  std::string problem;
-  const auto keys = LoadClientKeys(settings, secrets, problem);
-  if (!keys) return Failure(problem);
+  const Result<ClientKeys> keys = LoadClientKeys(settings, secrets);
+  if (!keys) return Failure(keys.error());
   if (machine.bridge.allow_unsigned) return {};
   if (!keys->own) {
     return Failure(

@@ -1,3 +1,4 @@
+#include "core/base/result.h"
 #include "tools/axlecast/command/subcommands.h"
 
 #include <CLI/CLI.hpp>
@@ -70,7 +71,7 @@ int Report(const Options& options, const CommandResult& result, const std::vecto
   if (options.svg.empty() || exit_code != kExitDone) return exit_code;
   const auto picture = TripSvg(options.command.device, trips);
   if (!picture) return Fail(picture.error().text, kExitBad);
-  const std::string problem = WriteOutput(options.svg, *picture);
+  const std::string problem = ErrorText(WriteOutput(options.svg, *picture));
   return problem.empty() ? exit_code : Fail(problem, kExitBad);
 }
 

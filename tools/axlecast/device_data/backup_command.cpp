@@ -1,3 +1,4 @@
+#include "core/base/result.h"
 #include "tools/axlecast/device_data/subcommands.h"
 
 #include <CLI/CLI.hpp>
@@ -63,7 +64,7 @@ int Backup(const Options& options) {
   backup.written_by = options.program;
   const std::string file =
       options.restore.file.empty() ? BackupFileName(command.device, backup.unix_us, ".json") : options.restore.file;
-  const std::string problem = WriteNewFile(file, ToFileText(backup), {.mode = 0644}, false);
+  const std::string problem = ErrorText(WriteNewFile(file, ToFileText(backup), {.mode = 0644}, false));
   if (!problem.empty()) return Fail(problem, kExitBad);
   const nlohmann::ordered_json json = {{"device", command.device},
                                        {"file", file},

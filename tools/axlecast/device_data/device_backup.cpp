@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/base/result.h"
 #include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/device/operation.h"
@@ -283,9 +284,8 @@ Result<BackupContents> ContentsOf(const DeviceBackup& backup, const Family& fami
   for (const ParameterSpec& parameter : family.parameters) {
     const auto found = backup.parameters.find(std::string(parameter.name));
     if (found == backup.parameters.end()) continue;
-    std::string problem;
-    const auto raw = ParseParameter(parameter, found->second, problem);
-    if (!raw) return Failure(std::string(parameter.name) + ": " + problem);
+    const Result<std::uint16_t> raw = ParseParameter(parameter, found->second);
+    if (!raw) return Failure(std::string(parameter.name) + ": " + raw.error().text);
     contents.values.push_back({&parameter, *raw});
   }
   return contents;

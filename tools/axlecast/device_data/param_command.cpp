@@ -1,3 +1,4 @@
+#include "core/base/result.h"
 #include "tools/axlecast/device_data/subcommands.h"
 
 #include <CLI/CLI.hpp>
@@ -97,7 +98,7 @@ int Export(const Options& options) {
   if (exit_code != kExitDone) return exit_code;
   const std::string text = ParameterFileText(*place->family, options.command.device, values);
   if (options.file.empty()) return WriteOut(text) ? kExitDone : kExitBad;
-  if (const std::string problem = WriteOutput(options.file, text); !problem.empty()) return Fail(problem, kExitBad);
+  if (const Result<> done = WriteOutput(options.file, text); !done) return Fail(done.error().text, kExitBad);
   Show({{"device", options.command.device}, {"file", options.file}, {"parameters", values.size()}},
        std::to_string(values.size()) + " parameters in " + options.file + '\n', options.command.json);
   return kExitDone;

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 
+#include "core/base/result.h"
 #include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/config/yaml_text.h"
@@ -124,9 +125,8 @@ Result<ParameterValues> FromWords(Parameters parameters, std::span<const std::st
                      "=VALUE, with the = and without blanks");
     }
     if (parameter == nullptr) return Failure(UnknownParameter(parameters, name));
-    std::string problem;
-    const auto raw = ParseParameter(*parameter, std::string_view(word).substr(equals + 1), problem);
-    if (!raw) return Failure(problem);
+    const Result<std::uint16_t> raw = ParseParameter(*parameter, std::string_view(word).substr(equals + 1));
+    if (!raw) return Failure(raw.error());
     if (!wanted.emplace(parameter, *raw).second) return Failure(Quoted(name) + " is given twice");
   }
   ParameterValues values;
@@ -288,10 +288,9 @@ ParameterValues ParseParameterFile(const Family& family, const std::string& text
   ParameterValues values;
   for (const ParameterSpec& parameter : family.parameters) {
     if (!map.Has(parameter.name)) continue;
-    std::string problem;
-    const auto raw = ParseParameter(parameter, map.String(parameter.name, ""), problem);
+    const Result<std::uint16_t> raw = ParseParameter(parameter, map.String(parameter.name, ""));
     if (raw) values.push_back({&parameter, *raw});
-    if (!raw) map.Error(parameter.name, problem);
+    if (!raw) map.Error(parameter.name, raw.error().text);
   }
   map.Done();
   top.Done();

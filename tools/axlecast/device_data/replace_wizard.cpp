@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "bridge/store/history.h"
+#include "core/base/result.h"
 #include "core/base/text.h"
 #include "core/device/operation.h"
 #include "core/messages/enum_names.h"
@@ -193,8 +194,8 @@ ReplaceWizard::End ReplaceWizard::ReadBackup() {
   if (!reading.contents) return Fail("backup: " + reading.contents.error().text, kExitFailed);
   const std::string file =
       options_.backup.empty() ? BackupFileName(report_.device, clock_.UtcMicroseconds(), ".txt") : options_.backup;
-  if (const std::string problem = WriteOutput(file, reading.text); !problem.empty()) {
-    return Fail(problem, kExitBad);
+  if (const Result<> done = WriteOutput(file, reading.text); !done) {
+    return Fail(done.error().text, kExitBad);
   }
   backup_ = *std::move(reading.contents);
   report_.backup = file;

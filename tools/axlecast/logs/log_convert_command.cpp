@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/result.h"
 #include "platform/os/new_file.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
@@ -127,7 +128,7 @@ std::optional<int> ConversionOutput::Open() {
     return Fail(path_ + " exists: choose another name, or replace it with --force", kExitUsage);
   }
   file_ = std::make_unique<NewFile>(path_, FileAccess{.mode = kMode});
-  if (problem_ = file_->Append(""); problem_.empty()) return std::nullopt;
+  if (problem_ = ErrorText(file_->Append("")); problem_.empty()) return std::nullopt;
   return Fail(problem_, kExitFailed);
 }
 
@@ -138,7 +139,7 @@ bool ConversionOutput::Write(std::string_view part) {
 
 bool ConversionOutput::Flush() {
   if (file_ != nullptr) {
-    problem_ = file_->Append(waiting_);
+    problem_ = ErrorText(file_->Append(waiting_));
   } else if (!(isatty(STDOUT_FILENO) == 1 ? WriteOut(waiting_) : WriteBytes(waiting_))) {
     problem_ = "standard output was closed";
   }
@@ -147,7 +148,7 @@ bool ConversionOutput::Flush() {
 }
 
 int ConversionOutput::Commit(const LogSelection& log) {
-  if (problem_.empty() && Flush() && file_ != nullptr) problem_ = file_->Commit(force_);
+  if (problem_.empty() && Flush() && file_ != nullptr) problem_ = ErrorText(file_->Commit(force_));
   if (!problem_.empty()) {
     return Fail(problem_, kExitFailed);
   }

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/result.h"
 #include "platform/os/new_file.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
@@ -147,8 +148,8 @@ Result<> WriteUndamaged(NewFile& out, Bytes log, const std::vector<LogReader::Da
     const std::size_t end = i < damage.size() ? damage[i].offset : log.size();
     while (begin < end) {
       const Bytes piece = log.subspan(begin, std::min(end - begin, kPiece));
-      std::string problem = out.Append(std::string_view(reinterpret_cast<const char*>(piece.data()), piece.size()));
-      if (!problem.empty()) return Failure(problem);
+      const std::string_view text(reinterpret_cast<const char*>(piece.data()), piece.size());
+      if (Result<> appended = out.Append(text); !appended) return appended;
       progress.At(begin += piece.size());
     }
     if (i < damage.size()) begin = end + damage[i].size;
@@ -185,8 +186,8 @@ int RunLogRepair(const LogRepairOptions& options) {
   const std::string kept = in_place ? KeptName(options.file) : "";
   if (const Result<> unchanged = CheckUnchanged(file); !unchanged) return Fail(unchanged.error().text, kExitFailed);
   if (!written) return Fail(written.error().text, kExitFailed);
-  if (const std::string problem = out.Commit(in_place || options.force, kept); !problem.empty())
-    return Fail(problem, kExitFailed);
+  if (const Result<> committed = out.Commit(in_place || options.force, kept); !committed)
+    return Fail(committed.error().text, kExitFailed);
   std::cout << DamageText(options.file, input.damage()) << (in_place ? options.file : options.output) << ": "
             << input.events() << " events; " << DamagedBytes(input.damage()) << " damaged bytes left out"
             << (in_place ? "; original: " + kept : "") << '\n';

@@ -3,6 +3,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/base/result.h"
 #include "tools/log/log_event.h"
 
 namespace axlecast {
@@ -49,18 +50,14 @@ void LogOutput::Seal() {
 }
 
 void LogOutput::Flush() {
-  if (problem_.empty()) {
-    problem_ = file_.Append(std::string_view(reinterpret_cast<const char*>(buffer_.data()), buffer_.size()));
-  }
+  if (state_) state_ = file_.Append({reinterpret_cast<const char*>(buffer_.data()), buffer_.size()});
   buffer_.clear();
 }
 
 Result<> LogOutput::Commit(bool replace) {
   if (count_.seal().events > 0) Seal();
   Flush();
-  if (problem_.empty()) problem_ = file_.Commit(replace);
-  if (!problem_.empty()) return Failure(problem_);
-  return {};
+  return state_ ? file_.Commit(replace) : state_;
 }
 
 }  // namespace axlecast

@@ -24,8 +24,8 @@ class LogOutput {
   // Writes the rest, and moves the file to its path.
   [[nodiscard]] Result<> Commit(bool replace);
 
-  [[nodiscard]] std::int64_t events() const { return events_; }  // without seals
-  [[nodiscard]] bool good() const { return problem_.empty(); }   // no write has failed so far
+  [[nodiscard]] std::int64_t events() const { return events_; }   // without seals
+  [[nodiscard]] bool good() const { return state_.has_value(); }  // no write has failed so far
 
  private:
   void Write(const LogEvent& event);
@@ -40,7 +40,7 @@ class LogOutput {
   std::int64_t events_ = 0;
   std::int64_t utime_ = 0;   // of the last event
   std::int64_t sealed_ = 0;  // time of the last seal, or of the first event
-  std::string problem_;
+  Result<> state_;           // the first error of a write
 };
 
 }  // namespace axlecast

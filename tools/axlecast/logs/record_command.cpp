@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/base/time.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/folder.h"
@@ -238,20 +239,20 @@ class RecordRun {
 
 // Creates and locks the folder for the logs of the machine's file.
 Result<> LockFolder(const std::string& folder, const std::string& machine, LockFile& lock) {
-  if (std::string problem = ForeignLinkProblem(folder); !problem.empty()) return Failure(problem);
+  if (Result<> links = CheckLinks(folder); !links) return links;
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) {
     return Failure(folder + ": cannot be created: " + error.message() +
                    "; create it, or choose another `directory`");
   }
-  const std::string holder = lock.Acquire(folder + "/." + machine + ".lock");
-  if (holder.empty()) return {};
+  const Result<> locked = lock.Acquire(folder + "/." + machine + ".lock");
+  if (locked) return {};
   if (access(folder.c_str(), W_OK) != 0) {
     return Failure(folder + ": " + std::strerror(errno) + "; choose a `directory` that this user may write to");
   }
   return Failure(
-      holder +
+      locked.error().text +
       ": another recorder already writes the logs of the machine's file; to record a separate log, give a FILE "
       "or a folder (. is the current one)");
 }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/expression.h"
+#include "core/base/result.h"
 #include "tools/axlecast/common/program.h"
 
 namespace axlecast {
@@ -93,8 +94,7 @@ RecordingSettings SettingsOf(const LogConfig& log, const LogIdentity& machine) {
   static_cast<void>(settings.filter.Set(log.channels, log.invert));
   settings.recorder.split_bytes = static_cast<std::uint64_t>(SplitBytes(log));
   settings.recorder.split_time = SplitTime(log);
-  std::string problem;
-  if (auto trigger = log.trigger.empty() ? std::nullopt : CompileExpression(log.trigger, problem)) {
+  if (Result<std::regex> trigger = CompileExpression(log.trigger); trigger && !log.trigger.empty()) {
     PreTrigger& pre_trigger = settings.recorder.pre_trigger.emplace();
     pre_trigger.trigger = std::move(*trigger);
     pre_trigger.before = log.pre_trigger;

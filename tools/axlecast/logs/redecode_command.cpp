@@ -1,3 +1,4 @@
+#include "core/base/result.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/subcommands.h"
 
@@ -39,27 +40,25 @@ class RedecodedLog {
   }
 
   void Append(const LogEvent& event) {
-    if (!file_ || !problem_.empty()) return;
+    if (!file_ || !state_) return;
     AppendEvent(waiting_, event);
     if (waiting_.size() >= kChunk) Flush();
   }
   [[nodiscard]] Result<> Commit(bool replace) {
     if (!file_) return {};
     Flush();
-    if (problem_.empty()) problem_ = file_->Commit(replace);
-    if (!problem_.empty()) return Failure(problem_);
-    return {};
+    return state_ ? file_->Commit(replace) : state_;
   }
 
  private:
   void Flush() {
-    problem_ = file_->Append({reinterpret_cast<const char*>(waiting_.data()), waiting_.size()});
+    state_ = file_->Append({reinterpret_cast<const char*>(waiting_.data()), waiting_.size()});
     waiting_.clear();
   }
 
   std::optional<NewFile> file_;
   std::vector<std::uint8_t> waiting_;
-  std::string problem_;
+  Result<> state_;  // the first error of a write
 };
 
 int ResultOf(const Options& options, const LogRedecoder& redecoder, bool readable_whole) {

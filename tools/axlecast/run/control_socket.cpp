@@ -12,6 +12,7 @@
 #include <cstring>
 #include <optional>
 
+#include "core/base/result.h"
 #include "platform/net/unix_address.h"
 
 namespace axlecast {
@@ -46,8 +47,9 @@ ControlSocket::~ControlSocket() {
 }
 
 std::string ControlSocket::Listen(const std::string& path) {
-  Descriptor listener;
-  if (std::string problem = BindUnixSocket(path, SOCK_SEQPACKET, listener); !problem.empty()) return problem;
+  Result<Descriptor> bound = BindUnixSocket(path, SOCK_SEQPACKET);
+  if (!bound) return bound.error().text;
+  Descriptor listener = std::move(*bound);
   events_ = Descriptor(epoll_create1(EPOLL_CLOEXEC));
   if (!events_.valid() || listen(listener.get(), kMaxCallers) != 0 || !Watch(events_.get(), listener.get())) {
     return path + ": " + std::strerror(errno);

@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/base/result.h"
 #include "core/config/machine_config.h"
 #include "core/messages/json/field.h"
 #include "platform/os/process.h"
@@ -167,7 +168,7 @@ void Warn(const MqttConfig& mqtt) {
     std::cerr << "warning: without tls the password goes to " << mqtt.host << " in clear\n";
   }
   if (mqtt.password.empty() && (!mqtt.tls || mqtt.tls->key.empty())) return;
-  if (const std::string problem = ForbidCoreDumps(); !problem.empty()) std::cerr << "warning: " << problem << '\n';
+  if (const Result<> done = ForbidCoreDumps(); !done) std::cerr << "warning: " << done.error().text << '\n';
 }
 
 int Carry(const MqttOptions& options, const MachineConfig& machine) {

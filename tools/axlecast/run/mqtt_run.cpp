@@ -9,6 +9,7 @@
 #include <iostream>
 #include <utility>
 
+#include "core/base/result.h"
 #include "core/messages/json/field.h"
 #include "core/messages/message.h"
 #include "platform/os/system_clock.h"
@@ -97,8 +98,8 @@ MqttRun::MqttRun(const MachineConfig& machine)
       alarms_(MqttAlarmName(machine), boot_id_, clock_.Now()) {}
 
 std::string MqttRun::Open() {
-  if (std::string problem = MqttCredentialsProblem(LinkSettingsOf(machine_), secrets_); !problem.empty())
-    return problem;
+  if (const Result<> done = CheckMqttCredentials(LinkSettingsOf(machine_), secrets_); !done)
+    return done.error().text;
   return intake_.Open();
 }
 

@@ -1,3 +1,4 @@
+#include "core/base/result.h"
 #include "tools/axlecast/run/subcommands.h"
 
 #include <CLI/CLI.hpp>
@@ -104,7 +105,7 @@ int RunSimulators(const MachineConfig& machine, const std::vector<const BusConfi
   const SystemClock clock;
   SimulationServer server(clock);
   StopOnSignals(server);
-  std::string problem = PrepareRunDirectory(RunDirectory(machine.machine));
+  std::string problem = ErrorText(PrepareRunDirectory(RunDirectory(machine.machine)));
   ConfigErrors errors(machine.file);
   SimulatorMaker maker(machine, errors);
   for (const BusConfig* bus : buses) {

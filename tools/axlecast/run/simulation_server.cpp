@@ -12,6 +12,7 @@
 #include <span>
 #include <string>
 
+#include "core/base/result.h"
 #include "core/messages/json/field.h"
 #include "drivers/hal/can_socket.h"
 #include "drivers/hal/pty.h"
@@ -179,8 +180,8 @@ std::string SimulationServer::Add(BusPlace place, std::unique_ptr<Simulator> sim
   auto bus = std::make_unique<Bus>();
   bus->place = std::move(place);
   bus->simulator = std::move(simulator);
-  if (std::string held = bus->lock.Acquire(bus->place.lock); !held.empty()) {
-    return "bus " + bus->place.bus + " is simulated already: " + held;
+  if (const Result<> done = bus->lock.Acquire(bus->place.lock); !done) {
+    return "bus " + bus->place.bus + " is simulated already: " + done.error().text;
   }
   bus->port = MakePort(bus->place, *bus->simulator, clock_);
   if (std::string problem = bus->port->Plug(); !problem.empty()) return problem;

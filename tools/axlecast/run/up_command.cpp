@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/base/text.h"
 #include "core/config/machine_config.h"
 #include "platform/net/multicast_port.h"
@@ -98,15 +99,15 @@ MachineRun::MachineRun(const MachineConfig& machine, std::string file, bool tabl
 std::string MachineRun::Prepare() {
   if (std::string problem = MissingProgram(machine_); !problem.empty()) return problem;
   for (const std::string& url : {machine_.lcm.url, machine_.lcm.command_url}) {
-    const std::string problem = MulticastProblem(url);
+    const std::string problem = ErrorText(CheckMulticast(url));
     if (!problem.empty())
       return problem + "\nor run in a network namespace of its own: axlecast up --isolated " + file_;
   }
   const std::string directory = RunDirectory(machine_.machine);
   for (const std::string& path : {directory, directory + "/log"}) {
-    if (std::string problem = PrepareRunDirectory(path); !problem.empty()) return problem;
+    if (const Result<> done = PrepareRunDirectory(path); !done) return done.error().text;
   }
-  const std::string holder = lock_.Acquire(directory + "/up.lock");
+  const std::string holder = ErrorText(lock_.Acquire(directory + "/up.lock"));
   if (!holder.empty()) {
     return "machine " + machine_.machine + " is already up (" + holder +
            "): end that one, or give this file another `machine:` name";

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/config/web_config.h"
 #include "platform/net/lcm_port.h"
 #include "platform/net/web_server.h"
@@ -192,12 +193,13 @@ class LogSource {
 std::string ReadSecrets(const WebConfig& web, Secret& token) {
   SecretFiles files;
   if (!web.key.empty()) {
-    Secret key;
-    if (const std::string problem = files.Read(SecretFileAt(web.key), key); !problem.empty())
-      return "tls_key: " + problem;
+    const Result<Secret> key = files.Read(SecretFileAt(web.key));
+    if (!key) return "tls_key: " + key.error().text;
   }
   if (web.token.empty()) return "";
-  if (std::string problem = files.Read(web.token, token); !problem.empty()) return "token: " + problem;
+  Result<Secret> read = files.Read(web.token);
+  if (!read) return "token: " + read.error().text;
+  token = std::move(*read);
   if (token.text().size() >= WebAccess::kMinTokenLength) return "";
   return "token: of less than " + std::to_string(WebAccess::kMinTokenLength) +
          " characters: it could be guessed; make one: (umask 077; openssl rand -hex 16 > FILE)";

@@ -1,3 +1,4 @@
+#include "core/base/result.h"
 #include "tools/axlecast/setup/subcommands.h"
 
 #include <poll.h>
@@ -154,7 +155,7 @@ class Acceptance {
           WriteOut(FindingsText(findings) + options_.device + ": " + std::string(VerdictName(worst)) + '\n'));
     }
     if (!options_.html.empty()) {
-      const std::string problem = WriteOutput(options_.html, Page(findings, worst, now));
+      const std::string problem = ErrorText(WriteOutput(options_.html, Page(findings, worst, now)));
       if (!problem.empty()) {
         std::cerr << problem << '\n';
         return kExitFailed;

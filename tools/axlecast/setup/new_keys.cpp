@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include "core/base/result.h"
 #include "core/command/keys.h"
 #include "core/command/signature.h"
 #include "platform/os/secret_file.h"
@@ -74,7 +75,7 @@ std::string WriteKeys(std::vector<KeyFile>& files, bool replace) {
   for (std::size_t i = 0; i < files.size(); ++i) {
     const SigningKey key = SigningKey::Generate();
     const Secret text(key.FileText());
-    std::string problem = WriteNewFile(files[i].file, text.text(), files[i].access, replace);
+    std::string problem = ErrorText(WriteNewFile(files[i].file, text.text(), files[i].access, replace));
     files[i].key = key.public_key();
     if (problem.empty()) continue;
     // What was replaced cannot come back; what is new goes again.
@@ -87,9 +88,8 @@ std::string WriteKeys(std::vector<KeyFile>& files, bool replace) {
 std::string ReadKeys(std::vector<KeyFile>& files) {
   SecretFiles secrets;
   for (KeyFile& file : files) {
-    std::string problem;
-    const std::optional<SigningKey> key = LoadKeyFile(file.file, secrets, problem);
-    if (!key) return problem;
+    const Result<SigningKey> key = LoadKeyFile(file.file, secrets);
+    if (!key) return key.error().text;
     file.key = key->public_key();
   }
   return "";

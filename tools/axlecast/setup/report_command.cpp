@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bridge/store/history.h"
+#include "core/base/result.h"
 #include "core/config/machine_config.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/message.h"
@@ -282,7 +283,7 @@ int RunReport(const Options& options) {
   if (!options.no_reads && !live.view().NoneHeard()) ReadDevices(options, *machine, contents);
   const std::string page = ReportPage(*machine, live.view(), heard_at, contents);
   if (options.html.empty()) return WriteOut(page) ? kExitDone : kExitFailed;
-  const std::string problem = WriteOutput(options.html, page);
+  const std::string problem = ErrorText(WriteOutput(options.html, page));
   Progress(problem.empty() ? "written: " + options.html : problem);
   return problem.empty() ? kExitDone : kExitFailed;
 }

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/base/spelling.h"
 #include "core/base/time.h"
 #include "core/messages/json/field.h"
@@ -176,7 +177,7 @@ bool MayAsk(const ScanOptions& options, ScanProgress& progress) {
 std::string Write(const ScanOptions& options, const ScanReport& report) {
   const std::string yaml = ScanYaml(options.place, report);
   if (yaml.empty()) return "there is nothing to write into " + options.write;
-  std::string problem = WriteNewFile(options.write, yaml, {.mode = 0644}, options.force);
+  std::string problem = ErrorText(WriteNewFile(options.write, yaml, {.mode = 0644}, options.force));
   if (problem.empty())
     std::cerr << "written: " << options.write << "; try it: axlecast up " << options.write << '\n';
   return problem;

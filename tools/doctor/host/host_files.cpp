@@ -21,6 +21,7 @@
 #include <sstream>
 #include <system_error>
 
+#include "core/base/result.h"
 #include "platform/os/descriptor.h"
 #include "platform/os/new_file.h"
 
@@ -250,7 +251,7 @@ Result<> AppendLine(const std::string& path, const std::string& line) {
   std::error_code error;
   std::filesystem::create_directories(std::filesystem::path(path).parent_path(), error);
   if (error) return Failure(path + ": " + error.message());
-  std::string problem = WriteNewFile(path, text + line + '\n', {.mode = 0644}, true);
+  std::string problem = ErrorText(WriteNewFile(path, text + line + '\n', {.mode = 0644}, true));
   if (!problem.empty()) return Failure(std::move(problem));
   return {};
 }
