@@ -51,7 +51,7 @@ class TheList(unittest.TestCase):
         source = "".join(path.read_text() for room in ("platform/net", "drivers/hal")
                          for path in (FOLDER.parents[1] / room).glob("*.cpp"))
         self.assertNotRegex(source, r"modbus_(mapping|read_bits|read_input_bits|reply|receive)\b")
-        for path in ("drivers/runtime/process/run_driver.cpp", "bridge/program/bridge_main.cpp"):
+        for path in ("drivers/runtime/process/driver_main.cpp", "bridge/program/bridge_main.cpp"):
             pattern = re.search(r'set_pattern\("(.*?)"', (FOLDER.parents[1] / path).read_text())[1]
             self.assertNotRegex(pattern, r"%[-=]?\d", path)
 

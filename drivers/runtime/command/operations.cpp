@@ -8,7 +8,7 @@
 #include "core/command/operation_check.h"
 #include "core/device/operation.h"
 #include "core/messages/enum_names.h"
-#include "drivers/kit/refusal.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/runtime/command/axis_commands.h"
 
 namespace axlecast {
@@ -91,7 +91,8 @@ Outcome Operations::Prepare(const Target& target, const DriverCommand& command, 
   }
   if (const auto valid = target.device->Validate(command, now); !valid) return RefusedOutcome(valid.error());
   if (operation->needs_standstill) {
-    if (auto refusal = RefusalInMotion(target.channel->MotionAt(now))) return std::move(*refusal);
+    if (const auto still = CheckStandstill(target.channel->MotionAt(now)); !still)
+      return RefusedOutcome(still.error());
   }
   Outcome outcome{.state = CommandState::kSucceeded, .text = "would do " + CommandText(command), .changes = {}};
   const std::int32_t writes = operation->writes != nullptr ? operation->writes(command.arguments) : 0;
