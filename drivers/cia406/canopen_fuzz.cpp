@@ -9,6 +9,7 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace axlecast;
   using namespace axlecast::cia406;
+  using namespace axlecast::canopen;
   if (size < 2 || size > 2 + kMaxCanData) return 0;
   CanFrame frame{.id = static_cast<std::uint32_t>(data[0] << 8 | data[1]) & 0x7FF, .data = {}};
   frame.data.Append(Bytes(data + 2, size - 2));

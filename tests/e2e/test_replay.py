@@ -175,7 +175,7 @@ class Refusal(Replay):
         empty.touch()
         for words, cause in (((self.folder / "none.log",), "No such file"), (("/etc/passwd",), "no event of LCM's format"),
                              ((empty,), "no event"), ((log, "--from", 100), "its selected part, contains no event"),
-                             ((log, "--channel", "none"), "of the channels"), ((self.folder,), str(self.folder))):
+                             ((log, "--channel", "none"), "of the selected channels"), ((self.folder,), str(self.folder))):
             code, _, err = self.replay(*words)
             self.assertEqual(code, 1, words)
             self.assertIn(cause, err)
