@@ -15,8 +15,9 @@ struct ClientSettings {
   // The bridge's public key, 64 hex digits: only what it signed is believed. Empty: every status is believed.
   std::string bridge_key = {};
 
-  // As the machine's file says. The key is the one under `bridge: keys:` that is called `key_name`; with an empty name
-  // the first that can be read here, if any. Nothing when the file or the named key cannot be used: `error` says why.
+  // Returns the settings of a machine's file, with the key `key_name` under `bridge: keys:`. With an empty name, the first key
+  // that can be read on this host is used, if any. Returns nothing if the file or the named key cannot be used; `error` then
+  // contains the reason.
   [[nodiscard]] static std::optional<ClientSettings> OfMachine(const std::string& file, const std::string& key_name,
                                                                std::string& error);
 };

@@ -19,7 +19,7 @@ using CommandToken = std::array<std::uint8_t, 16>;  // of a PREPARE
 [[nodiscard]] std::string IdText(const CommandId& id);
 [[nodiscard]] std::optional<CommandId> ParseId(std::string_view text);
 
-// What a person or a program wants done.
+// A command that an operator or a program sends.
 struct CommandRequest {
   std::string device;
   std::string operation;                                            // docs/commands.md, "Operations"
@@ -27,7 +27,7 @@ struct CommandRequest {
   std::int32_t valid_ms = 5'000;                                    // it may begin within this time, 1..3600000
   std::int32_t expect_epoch = -1;          // refused when the device's datum_epoch differs; -1 any
   std::string reason = {};                 // for the journal, at most 160 bytes
-  bool prepare = false;                    // only says what would happen; the result then holds a token
+  bool prepare = false;                    // only check what would happen; the result then contains a token
   std::optional<CommandToken> token = {};  // does what was prepared: the same device, operation and arguments
 };
 
@@ -39,7 +39,7 @@ enum class CommandOutcome {
   kExpired,         // nothing was done
   kCancelled,       // nothing was done
   kFailed,          // it may have been done in part
-  kIndeterminate,   // nobody can tell; status.finding says what was read back afterwards
+  kIndeterminate,   // unknown; status.finding contains the result of the later read-back
   kNotAccepted,     // no bridge took it up: nothing was done, and it can be sent again
   kUnknown,         // no outcome is known (yet): never the same as failed. Ask for the id later
 };
@@ -47,7 +47,7 @@ enum class CommandOutcome {
 // What is known of a command.
 struct CommandResult {
   CommandId id{};
-  bool answered = false;      // `status` holds what the bridge said last
+  bool answered = false;      // `status` contains the newest status from the bridge
   command_status_t status{};  // STATE_*, REASON_*, text, changes; its `text` is for a person
   std::string problem;        // why there is no outcome and what to do; empty when there is one
   bool not_accepted = false;  // no bridge has it and none ever will under this id: nothing was done

@@ -30,7 +30,7 @@ class CommandClient {
 
   // Takes up to 1 s where multicast does not work; see problem().
   explicit CommandClient(const ClientSettings& settings);
-  // Ends at once; commands under way go on at the bridge. Not from the callback, nor while another thread is within a
+  // Ends at once; the bridge continues commands under way. Not from the callback, nor while another thread is within a
   // method.
   ~CommandClient();
   CommandClient(CommandClient&& other) noexcept;
@@ -42,20 +42,20 @@ class CommandClient {
   // Returns at once; many may be under way. The id can be kept, to ask for the outcome later.
   CommandId Send(const CommandRequest& request);
 
-  // `callback` is told each new state, progress and finding of every command of this client, from the client's own
+  // `callback` receives each new state, progress and finding of every command of this client, in the client's own
   // thread: it must return soon, must not throw, and must not Await or Query. It may Send and Cancel. An empty one ends
   // that; a call that is under way then is still finished.
   void OnStatus(StatusCallback callback);
 
   // Waits for the outcome, and after an INDETERMINATE for its finding. When neither comes in time the outcome is
-  // kUnknown: the command may still act until its validity ends, and Await or Query tells later. The newest 4,096 that
+  // kUnknown: the command may still act until its validity ends, and a later Await or Query returns the outcome. The newest 4,096 that
   // have ended are kept.
   [[nodiscard]] CommandResult Await(const CommandId& id, std::int64_t timeout_ms);
 
   // From now on asks for it to be given up. It still ends in its one outcome.
   void Cancel(const CommandId& id);
 
-  // How the command `id` stands, whoever sent it; waits for the bridge's answer only. Needs no key.
+  // Returns the state of the command `id` of any client. Waits only for the bridge's answer. Needs no key.
   [[nodiscard]] CommandResult Query(const CommandId& id, std::int64_t timeout_ms);
 
  private:

@@ -3,7 +3,7 @@
 //   axlecast::PermitIssuer issuer(settings);
 //   ... in every cycle, while the axis is at rest and not controlled:
 //   issuer.Allow("axis1", {"zero_single_turn"}, 200);
-//   ... when that ends: issuer.Withdraw("axis1");     // or say nothing: it ends by itself
+//   ... when that ends: issuer.Withdraw("axis1");     // or do nothing: it expires
 //
 // C++17; nothing else of axlecast. Link axlecast_client.
 #pragma once

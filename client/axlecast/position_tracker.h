@@ -38,7 +38,7 @@ class PositionTracker {
   enum class Freshness {
     kFresh,
     kStale,         // the newest valid reading is too old
-    kNotValid,      // the newest message says that its position is not valid
+    kNotValid,      // the position of the newest message is not valid
     kNoReading,     // no valid reading yet, or none since the publisher restarted
     kLimitUnknown,  // no max_age was given, and no DEVICE message came
     kWrongClock,    // the newest reading lies in the future: it comes from another host (Options::same_host)
@@ -97,7 +97,7 @@ class PositionTracker {
   void OnDevice(const device_info_t& message);
 
   [[nodiscard]] Freshness Check(std::int64_t now_ns) const;
-  // Since the newest valid reading; negative when there is none.
+  // Returns the time since the newest valid reading; negative without a valid reading.
   [[nodiscard]] std::int64_t AgeNs(std::int64_t now_ns) const { return valid_any_ ? now_ns - valid_at_ : -1; }
   [[nodiscard]] Position At(std::int64_t instant_ns) const;
   [[nodiscard]] const Totals& totals() const { return totals_; }

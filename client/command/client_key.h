@@ -25,7 +25,7 @@ struct ClientKeys {
 // Returns the settings of the machine's clients, without an own key.
 [[nodiscard]] ClientSettings SettingsOf(const MachineConfig& machine);
 
-// Returns the first key of the machine whose secret half can be read on this host; null if there is none. If `role` is given,
+// Returns the first key of the machine whose secret half can be read on this host; null if no key can be read. If `role` is given,
 // only keys of that role are considered.
 [[nodiscard]] const KeyGrant* ReadableKey(const MachineConfig& machine, std::optional<Role> role,
                                           SecretSource& secrets);

@@ -112,7 +112,7 @@ void CommandClient::State::Run() {
     std::unique_lock lock(mutex);
     const std::vector<command_status_t> news = TakeIn();
     next = sessions.Poll();
-    // Those who are told below take their own deadlines away.
+    // The waiting calls that are woken below remove their own deadlines.
     const auto deadline = deadlines.upper_bound(clock.Now());
     if (deadline != deadlines.end()) next = std::min(next, *deadline);
     changed.notify_all();
@@ -144,7 +144,7 @@ std::vector<command_status_t> CommandClient::State::TakeIn() {
   return news;
 }
 
-// What a wait for it ends with, if it need not go on.
+// Returns the result of a wait that has ended; nothing if the wait must continue.
 std::optional<CommandResult> CommandClient::State::Ended(const CommandSessions::Key& key) const {
   const CommandSession* session = sessions.Find(key);
   if (session == nullptr) {

@@ -191,7 +191,7 @@ void CommandSession::EndNotTakenOver() {
   }
 }
 
-// The outcome stands; and what was sent before the newest is late.
+// An outcome is final, and a status that was sent before the newest one is late.
 bool CommandSession::IsLate(const command_status_t& status) const {
   if (status.seq < bridge_seq_) return true;
   return result_.status.is_final != 0 && (status.is_final == 0 || status.finding == S::FINDING_NONE);
@@ -237,7 +237,7 @@ void CommandSession::End(std::string problem) {
   done_ = true;
 }
 
-// A query says nothing of whether a command was accepted.
+// A query does not show whether a command was accepted.
 void CommandSession::EndNotAccepted(std::string problem) {
   result_.not_accepted = !only_query_;
   result_.can_resend = !only_query_;

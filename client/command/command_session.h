@@ -22,24 +22,24 @@ namespace axlecast {
 
 // The client's side of one command, free of I/O. It asks for the state of its own new id (MODE_QUERY): the answer
 // carries the bridge's boot id and clock. Then it repeats the command, the same bytes each time, until a status answers
-// them, asks again when the bridge falls silent, and ends with the one outcome or with why there is none. When another
-// boot of the bridge appears it asks that one for the id and follows it; it never sends a command under a second id:
+// them, asks again when the bridge falls silent, and ends with the outcome, or with the reason why no outcome exists. When a
+// new boot of the bridge appears, the session queries the id there and follows it; it never sends a command under a second id:
 // whatever it sends, the device does it at most once.
 class CommandSession {
  public:
   static constexpr MonoNs kRepeat = 50 * kMillisecond;
   static constexpr MonoNs kAsk = 500 * kMillisecond;  // without a word about an answered command
-  // Nothing from any bridge for so long ends it: before anything was sent; afterwards, when a bridge may be restarting.
+  // The session ends if no bridge sends anything for this time: before anything was sent; afterwards, when a bridge may be restarting.
   static constexpr MonoNs kNoBridge = 3 * kSecond;
   static constexpr MonoNs kBridgeSilence = 10 * kSecond;
-  // A new boot's "never heard of it" counts when nothing came from the old one, and nothing was sent, for so long.
+  // STATE_UNKNOWN from a new boot is accepted if the old boot and this session have sent nothing for this time.
   static constexpr MonoNs kSettled = 500 * kMillisecond;
   static constexpr MonoNs kFindingWait = 25 * kSecond;  // for the finding after an INDETERMINATE, which takes 20 s
 
   // Executes, prepares or commits `request` under `id` (128 random bits).
   CommandSession(const CommandId& id, CommandRequest request, const ClientKeys& keys, MonoNs now);
-  // Asks how the command `id` stands; sends nothing else. STATE_UNKNOWN ends it as "not known". Where the bridge signs,
-  // it first asks for the new id `probe`: what the bridge said of `id` before that answer is a replay, and not believed.
+  // Queries the state of the command `id`; sends nothing else. STATE_UNKNOWN ends it as "not known". Where the bridge signs,
+  // it first asks for the new id `probe`: a status of `id` before that answer is a replay and is ignored.
   static CommandSession Query(const CommandId& id, const CommandId& probe, const ClientKeys& keys, MonoNs now);
   // One that has ended before it began: nothing was sent. `can_resend` as in CommandResult.
   static CommandSession Refused(const CommandId& id, const std::string& problem, bool can_resend);
@@ -51,7 +51,7 @@ class CommandSession {
   [[nodiscard]] std::optional<SignedBody> Next(MonoNs now);
   // When Next has something, or ends it, at the latest; kNever when it has ended.
   [[nodiscard]] MonoNs NextAt() const;
-  // True when the status is about this command and says something new.
+  // Returns true if the status is about this command and contains something new.
   bool OnStatus(const command_status_t& status, MonoNs now);
 
   [[nodiscard]] bool done() const { return done_; }
@@ -60,7 +60,7 @@ class CommandSession {
   [[nodiscard]] std::int64_t disbelieved() const { return disbelieved_; }
 
  private:
-  // kAsking: another boot of the bridge was heard; whether it has the command is being asked.
+  // kAsking: a new boot of the bridge has appeared; the session queries whether it has the command.
   enum class Phase : std::uint8_t { kLearning, kSending, kFollowing, kAsking };
 
   CommandSession(const CommandId& id, const ClientKeys& keys, MonoNs now);
@@ -91,10 +91,10 @@ class CommandSession {
   SignedBody main_;          // the command, once the bridge is known
   std::int64_t digest_ = 0;  // of main_
   std::int64_t bridge_boot_id_ = 0;
-  std::vector<std::int64_t> former_boots_;  // what they still say is late
+  std::vector<std::int64_t> former_boots_;  // their messages are late
   std::int64_t bridge_seq_ = -1;            // of the newest status followed
   MonoNs bridge_mono_ = 0;                  // the bridge's clock in its newest status
-  MonoNs heard_ = 0;                        // that one's arrival
+  MonoNs heard_ = 0;                        // its arrival
   MonoNs other_heard_ = 0;                  // the newest of another boot
   MonoNs main_sent_ = 0;                    // last
   MonoNs final_at_ = 0;                     // an INDETERMINATE came
@@ -102,7 +102,7 @@ class CommandSession {
   std::int64_t disbelieved_ = 0;
 };
 
-// All sessions of a client: gives each what comes, sends what each wants sent. One thread at a time.
+// All sessions of a client: passes received messages to them and sends their messages. One thread at a time.
 class CommandSessions {
  public:
   static constexpr std::size_t kMaxOpen = 4'096;  // under way at a time
@@ -123,7 +123,7 @@ class CommandSessions {
   // Joins a query for `id` that is under way. `probe` is random and new.
   void Query(const CommandId& id, const CommandId& probe);
 
-  // A message of COMMAND_STATUS. `tell` is called for what it says that is new.
+  // Receives a message of COMMAND_STATUS. `tell` is called if its content is new.
   void OnStatus(Bytes message, const std::function<void(const command_status_t&)>& tell);
   // Sends what is due. Returns when it is to be called again, kNever when nothing is under way.
   MonoNs Poll();

@@ -75,7 +75,7 @@ void AlarmTable::Vanish(Entry& entry) {
   SetAcknowledged(entry, false);
 }
 
-// What got worse is new to whoever has acknowledged it.
+// A more severe alarm must be acknowledged again.
 void AlarmTable::Regrade(Entry& entry, const AlarmSpec& alarm) {
   if (alarm.severity > entry.spec.severity) SetAcknowledged(entry, false);
   entry.spec = alarm;

@@ -38,8 +38,8 @@ class AlarmShelves {
   std::vector<Shelf> shelves_;
 };
 
-// The alarms of one device, and what operators have said of them. Told again what it knows, it allocates nothing and
-// changes no revision.
+// The alarms of one device, with their acknowledgements and shelves. A repeated report of the same state allocates nothing
+// and does not change the revision.
 class AlarmTable {
  public:
   // An alarm of `stays_from` or worse (alarm_entry_t SEVERITY_*) that went without being acknowledged stays listed.
@@ -48,11 +48,11 @@ class AlarmTable {
   }
 
   void Set(const AlarmSpec& alarm, AlarmState state, std::int64_t utime);
-  // While offline, nobody can tell how the device's own alarms stand: they become UNKNOWN, none is cleared. What
-  // the device says after that counts again; back online, its other alarms stand as it last said.
+  // While the device is offline, the state of its own alarms is UNKNOWN, and none is cleared. A later report of the device
+  // counts again. When the device is online again, its other alarms have their last reported state.
   void SetOffline(bool offline);
 
-  // Alarms as operators speak of them: by name.
+  // The state of an alarm by its name.
   struct Standing {
     bool known = false;  // there was one since the driver started
     bool present = false;
@@ -71,18 +71,18 @@ class AlarmTable {
   [[nodiscard]] std::vector<std::string> Acknowledged() const;
   [[nodiscard]] std::int64_t acknowledged_revision() const { return acknowledged_revision_; }
 
-  // What is put aside says so, comes last, and does not stay when it goes.
+  // Shelves an alarm: it is listed last as SHELVED, and does not stay listed when it clears.
   void Shelve(AlarmShelves::Shelf shelf);
   void Unshelve(std::string_view name);
   [[nodiscard]] const AlarmShelves& shelves() const { return shelves_; }
 
-  // Ends what time ends.
+  // Ends shelves whose time is over.
   void Tick(std::int64_t utime);
 
   // The names of those that are listed, for people.
   [[nodiscard]] std::string Names() const;
   [[nodiscard]] std::int64_t revision() const { return revision_; }
-  // The worst alarm there is whose severity is at least `severity`; null when there is none.
+  // Returns the most severe present alarm of at least `severity`; null if no alarm qualifies.
   [[nodiscard]] const AlarmSpec* Worst(std::uint8_t severity) const;
 
   // Fills in revision, total, n and entries: worst first, then the newest. Always of the same message: strings are

@@ -40,8 +40,8 @@ class ExchangeStats {
   MonoNs max_ = 0;
 };
 
-// How long exchanges took since the driver started: what exchange_times_t tells. It only grows, so that whoever looks
-// at any two instants knows the exchanges between them. Fixed size, a few steps per exchange.
+// Counts the durations of exchanges since the driver started, for exchange_times_t. The counters only grow, so that the
+// difference of two readings describes the exchanges between them. Fixed size, constant time per exchange.
 class ExchangeHistogram {
  public:
   // Upper ends of the buckets: from T-format's 51 us on the wire to a Modbus unit's timeout.

@@ -62,7 +62,7 @@ struct UnsafePart {
 // Returns how many bytes at the end of the text may be the beginning of a character; at most 3.
 [[nodiscard]] std::size_t UnfinishedBytes(std::string_view text);
 
-// Text within an element or a quoted attribute of HTML or XML: what is no UTF-8 is mended; control characters, those that
+// Text within an element or a quoted attribute of HTML or XML: bytes that are not UTF-8 are replaced; control characters, those that
 // change the direction of writing, and what XML does not allow become U+FFFD.
 [[nodiscard]] std::string EscapedMarkup(std::string_view text);
 

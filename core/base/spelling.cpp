@@ -51,7 +51,7 @@ constexpr std::array kSizes = {Unit{"kB", 1LL << 10}, Unit{"MB", 1LL << 20}, Uni
 constexpr std::int64_t kMaxTime = 200 * kYear;
 constexpr std::int64_t kMaxSize = 1LL << 50;
 
-// The number before one of the units, times the unit; nothing where it is none from 0 to `most`.
+// Returns the number before a unit, multiplied by the unit; nothing if it is not a number from 0 to `maximum`.
 template <std::size_t kUnits>
 std::optional<std::int64_t> Parse(std::string_view text, const std::array<Unit, kUnits>& units,
                                   std::int64_t maximum) {

@@ -60,7 +60,7 @@ class ConfigMap {
   ConfigMap& operator=(const ConfigMap&) = delete;  // YAML::Node's would change the document
 
   [[nodiscard]] bool Has(std::string_view key);
-  // Tells only the list of keys that it must be given.
+  // Notes for the list of keys that the key is required.
   void MarkRequired(std::string_view key);
   // An error, with what it should be, when the key is absent. Whether it is there.
   bool Require(std::string_view key, const std::string& right);
@@ -71,7 +71,7 @@ class ConfigMap {
   [[nodiscard]] double Number(std::string_view key, double fallback, double min, double max, std::string_view unit);
   [[nodiscard]] std::int64_t Integer(std::string_view key, std::int64_t fallback, std::int64_t min,
                                      std::int64_t max, std::string_view unit);
-  // As ParseTime and ParseSize have them, "90s" and "20GB"; a fallback of 0 is none.
+  // As ParseTime and ParseSize have them, "90s" and "20GB"; a fallback of 0 means no fallback.
   [[nodiscard]] MonoNs Time(std::string_view key, MonoNs fallback);
   [[nodiscard]] std::int64_t Size(std::string_view key, std::int64_t fallback);
   // Index into `names`; the fallback when the key is absent or wrong.
@@ -112,7 +112,7 @@ class ConfigMap {
   // The text of a scalar; nothing, after an error, when the key holds something else than `expected`.
   [[nodiscard]] std::optional<std::string> Scalar(std::string_view key, std::string_view expected);
   [[nodiscard]] std::string Path(std::string_view key) const;
-  // Tells the errors' list what `key` may be.
+  // Notes the possible values of `key` in the list of keys.
   void Asked(std::string_view key, std::string kind, std::string range = {}, std::string fallback = {});
   void Wrong(const YAML::Mark& mark, std::string_view key, std::string_view value, const std::string& right);
   void ReportUnknown(const std::string& key, const YAML::Mark& mark);

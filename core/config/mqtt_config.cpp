@@ -35,7 +35,7 @@ std::string LoadFile(ConfigMap& map, const char* key) {
   return file;
 }
 
-// The place of the password. One that stands in the file itself is refused, and not repeated.
+// Reads the place of the password. A password in the file itself is refused, and the error does not repeat it.
 SecretPlace LoadPassword(ConfigMap& map) {
   constexpr const char* kRule = "names no place: {file: /etc/axlecast/mqtt.password} or {credential: NAME}";
   if (!map.node()["password"].IsMap()) {
@@ -49,7 +49,7 @@ SecretPlace LoadPassword(ConfigMap& map) {
   return place;
 }
 
-// What stands in `pace` is the default.
+// Reads a pace; `pace` contains the defaults.
 PositionPace LoadPace(ConfigMap& map, PositionPace pace) {
   pace.interval = map.Time("interval", pace.interval);
   pace.deadband = map.Number("deadband", pace.deadband, 0, kMaxDeadband, "(in the device's unit)");

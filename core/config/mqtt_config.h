@@ -15,9 +15,9 @@ class ConfigMap;
 
 // How often one device's positions go to the broker.
 struct PositionPace {
-  MonoNs interval = kSecond;      // at most one in so long
-  double deadband = 0;            // in the device's unit: a value that has moved no further is not told again ...
-  MonoNs longest = 10 * kSecond;  // ... before so long
+  MonoNs interval = kSecond;      // minimum time between two messages
+  double deadband = 0;            // in the device's unit: a value that has not moved further is not sent again ...
+  MonoNs longest = 10 * kSecond;  // ... before this time
 };
 
 // Files of OpenSSL, in PEM.

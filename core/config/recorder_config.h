@@ -14,11 +14,11 @@ class ConfigMap;
 struct LogConfig {
   std::string name;
   std::string channels;          // regular expression; empty: all
-  bool invert = false;           // all but those
-  std::int64_t split_bytes = 0;  // 0: as quota and keep want it
-  MonoNs split_time = 0;         // 0: as keep wants it
+  bool invert = false;           // channels that do not match
+  std::int64_t split_bytes = 0;  // 0: derived from quota and keep
+  MonoNs split_time = 0;         // 0: derived from keep
   std::int64_t quota_bytes = 0;  // 0: no limit
-  MonoNs keep = 0;               // 0: for ever
+  MonoNs keep = 0;               // 0: no limit
   MonoNs sync = 100 * kMillisecond;
   std::int64_t buffer_bytes = 64 << 20;  // of messages that wait for the disk
   std::string trigger;                   // regular expression; empty: records always
@@ -38,8 +38,8 @@ struct LogFault {
 };
 [[nodiscard]] std::vector<LogFault> FaultsOf(const LogConfig& log);
 
-// A log ends after so many bytes or after so long (0: no limit), also where only `quota` or `keep` say so: what is
-// being written is never deleted.
+// Return the size and the time after which a log ends (0: no limit). Both are also derived from `quota` and `keep`, because
+// the log that is being written is never deleted.
 [[nodiscard]] std::int64_t SplitBytes(const LogConfig& log);
 [[nodiscard]] MonoNs SplitTime(const LogConfig& log);
 

@@ -15,7 +15,7 @@ struct WebConfig {
   int port = 8380;
   std::string certificate = {};         // PEM file with its chain; empty: no TLS
   std::string key = {};                 // PEM file
-  SecretPlace token = {};               // empty: whoever reaches the address may look
+  SecretPlace token = {};               // empty: everyone who can reach the address may view the page
   std::vector<std::string> names = {};  // under which browsers reach this host, besides its own
 };
 

@@ -23,12 +23,12 @@ struct OpenQuote {
 // it is the likely mistake, and the parser reports it far behind, often only at the end of the text.
 [[nodiscard]] std::optional<OpenQuote> FindOpenQuote(std::string_view text);
 
-// The one document of a YAML text. Reports what yaml-cpp would pass over in silence: a key that stands twice, a key
-// that is no plain text, a second document, a text larger or nested deeper than any machine's. The node is
-// undefined when there is nothing to go on with.
+// Parses a YAML text with one document. Also reports what yaml-cpp accepts: a duplicate key, a key that is not plain text, a
+// second document, a text that is too large or nested too deeply. The node is undefined if there is no usable content.
 [[nodiscard]] YAML::Node ParseYaml(const std::string& text, ConfigErrors& errors);
 
-// Tells whether two runs had the same configuration of a device: FNV-1a, 64 bits, of the mapping's canonical text.
+// Returns the 64-bit FNV-1a hash of the mapping's canonical text. It shows whether two runs had the same configuration of a
+// device.
 // Canonical: {"key":value,...} with the keys in byte order, [value,...], and every scalar as the file's characters
 // in quotes, so comments, order and layout do not count, but 5 and 5.0 differ.
 [[nodiscard]] std::int64_t ConfigHash(const YAML::Node& device);

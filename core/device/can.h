@@ -12,8 +12,8 @@
 
 namespace axlecast {
 
-// In the upper bits of an identifier, as Linux has them (linux/can.h): 29 bits instead of 11; a request without data;
-// no frame of the bus but a report of the controller's.
+// Flags in the upper bits of an identifier, as in linux/can.h: a 29-bit identifier, a remote frame, an error report of the
+// controller.
 inline constexpr std::uint32_t kCanExtended = 0x8000'0000U;
 inline constexpr std::uint32_t kCanRemote = 0x4000'0000U;
 inline constexpr std::uint32_t kCanError = 0x2000'0000U;
@@ -46,14 +46,14 @@ struct CanFrameTime {
   }
 };
 
-// What of a bus somebody wants to hear: frames whose identifier, flags included, equals `id` in the bits of `mask`.
+// Frames to receive: those whose identifier, flags included, equals `id` in the bits of `mask`.
 struct CanFilter {
   std::uint32_t id = 0;
   std::uint32_t mask = 0;
 };
 using CanFilters = std::vector<CanFilter>;
 
-// Exactly this 11-bit identifier, with data: neither extended nor remote frames of the same number.
+// Returns a filter for data frames with this 11-bit identifier: no extended and no remote frames.
 [[nodiscard]] constexpr CanFilter OnlyStandard(std::uint32_t id) {
   return {.id = id, .mask = kCanExtended | kCanRemote | kCanStandardMask};
 }
@@ -70,7 +70,7 @@ using CanPacket = InlineBytes<4 + kMaxCanData>;
   packet.Append(frame.data);
   return packet;
 }
-// Nothing when it is no frame: shorter than an identifier, or with more than 8 bytes of data.
+// Returns nothing if the packet is shorter than an identifier or has more than 8 bytes of data.
 [[nodiscard]] constexpr std::optional<CanFrame> FromPacket(Bytes packet) {
   if (packet.size() < 4 || packet.size() > 4 + kMaxCanData) return std::nullopt;
   CanFrame frame;
@@ -79,11 +79,11 @@ using CanPacket = InlineBytes<4 + kMaxCanData>;
   return frame;
 }
 
-// A CAN controller and its interface, as the kernel tells it. Counts are since the link was opened.
+// The state of a CAN controller and its interface, as the kernel reports it. Counters start when the link is opened.
 struct CanController {
-  // ISO 11898-1 10.12 and Linux (CAN_STATE_*): which errors it has seen on the bus lately.
+  // ISO 11898-1 10.12 and Linux (CAN_STATE_*): its recent errors on the bus.
   enum class State : std::uint8_t {
-    kUnknown,  // the interface does not tell (vcan)
+    kUnknown,  // the interface does not report it (vcan)
     kActive,   // error active, both counters below 96
     kWarning,  // a counter has reached 96
     kPassive,  // a counter has reached 128: it sends no active error flags any more
@@ -92,11 +92,11 @@ struct CanController {
   };
 
   State state = State::kUnknown;
-  int tec = -1;                     // transmit error counter; -1: not told
-  int rec = -1;                     // receive error counter; -1: not told
-  std::int64_t bitrate = 0;         // bit/s that the interface runs at; 0: not told
-  std::int64_t restart_ms = 0;      // after a bus-off it restarts by itself after so long; 0: it does not
-  std::int64_t bus_offs = 0;        // error frames that told of one
+  int tec = -1;                     // transmit error counter; -1: not reported
+  int rec = -1;                     // receive error counter; -1: not reported
+  std::int64_t bitrate = 0;         // of the interface, bit/s; 0: not reported
+  std::int64_t restart_ms = 0;      // delay of the automatic restart after a bus-off; 0: no automatic restart
+  std::int64_t bus_offs = 0;        // error frames that reported a bus-off
   std::int64_t restarts = 0;        // after a bus-off
   std::int64_t bus_errors = 0;      // error frames of the protocol: bit, stuff, form, CRC
   std::int64_t unacknowledged = 0;  // own frames that no node acknowledged
@@ -106,14 +106,14 @@ struct CanController {
   std::int64_t dropped = 0;         // received, and lost because the socket's buffer was full
 };
 
-// What an operator types, as root, about a CAN interface.
+// Commands that an operator types as root for a CAN interface.
 
-// A controller that is down: "ip link set can0 up type can bitrate 250000 restart-ms 100". It then comes back 100 ms
-// after a bus-off, unless it cannot (`restarts` false). `bitrate` 0: BITRATE stands for it.
+// Returns the command for an interface that is down: "ip link set can0 up type can bitrate 250000 restart-ms 100". It restarts
+// 100 ms after a bus-off; leave this out with `restarts` false. With `bitrate` 0, the text contains BITRATE instead.
 [[nodiscard]] std::string CanUpLine(std::string_view interface, std::int64_t bitrate, bool restarts);
-// One that is up already, and must go down before its settings change.
+// Returns the command for an interface that is up and must go down before its settings change.
 [[nodiscard]] std::string CanAgainLine(std::string_view interface, std::int64_t bitrate, bool restarts);
-// After a bus-off, with the settings that it has. Works with every adapter, other than `type can restart`.
+// Returns the command after a bus-off, with unchanged settings. Unlike `type can restart`, it works with every adapter.
 [[nodiscard]] std::string CanRestartLine(std::string_view interface);
 
 }  // namespace axlecast

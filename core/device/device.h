@@ -10,16 +10,16 @@
 
 namespace axlecast {
 
-// Motion of the shaft as the last readings show it.
+// Motion of the shaft according to the last readings.
 struct Motion {
-  bool known = false;       // enough fresh valid readings to judge
+  bool known = false;       // there are enough recent valid readings
   bool standstill = false;  // within the standstill tolerance over the whole window
-  double speed_rpm = 0;     // largest speed seen in the window
+  double speed_rpm = 0;     // maximum speed in the window
   std::int64_t counts = 0;  // last valid absolute counts, before direction and datum
-  MonoNs at = 0;            // instant of that reading
+  MonoNs at = 0;            // time of that reading
 };
 
-// An alarm as a device reports it. Names and actions are the maker's.
+// An alarm that a device can report. Names and actions are the manufacturer's.
 struct AlarmSpec {
   std::int32_t code;
   std::uint8_t source;    // alarm_entry_t SOURCE_*
@@ -29,7 +29,7 @@ struct AlarmSpec {
 };
 enum class AlarmState : std::uint8_t { kAbsent, kLive, kDeviceLatched, kDriverLatched };
 
-// Where the device says how it is: all that a device hands to the outside. Implemented by the runtime's DevicePublisher.
+// Receives everything that a device reports. Implemented by the runtime's DevicePublisher.
 class DeviceOutput {
  public:
   virtual ~DeviceOutput() = default;
@@ -38,14 +38,14 @@ class DeviceOutput {
   virtual void OnMotor(const MotorReading& reading) = 0;  // a reading of a motor monitor
   virtual void OnTrip(const TripRecord& record) = 0;      // a trip whose curves were read
   virtual void OnMotorLimits(const MotorLimits&) {}       // limits of a motor monitor were read, changed or not
-  virtual void OnError(ErrorKind kind, Interval at) = 0;  // a reading that gave none
+  virtual void OnError(ErrorKind kind, Interval at) = 0;  // a reading failed
   virtual void OnAlarm(const AlarmSpec& alarm, AlarmState state, MonoNs now) = 0;
   virtual void OnIdentity(std::int64_t identity, std::string_view serial, std::string_view firmware) = 0;
-  virtual void OnProductCode(std::string_view) {}        // of the device's maker, where the device tells one
+  virtual void OnProductCode(std::string_view) {}        // of the manufacturer, if the device reports it
   virtual void OnStarting(std::string_view reason) = 0;  // powered on, not yet able to answer
   virtual void OnRefused(std::string_view reason) = 0;   // answers, but must not be trusted (wrong identity)
   virtual void OnNonVolatileWrite() = 0;                 // one write of the device's limited memory
-  virtual void OnReferenceLost() = 0;                    // turns are in doubt until OnReferenceRestored
+  virtual void OnReferenceLost() = 0;                    // the turns are not reliable until OnReferenceRestored
   virtual void OnReferenceRestored() = 0;
   virtual void OnJump() = 0;                        // the position jumped without motion: new epoch
   virtual void OnDatumChanging(bool changing) = 0;  // a command that moves the datum is under way
@@ -54,18 +54,19 @@ class DeviceOutput {
   [[nodiscard]] virtual Motion MotionAt(MonoNs now) const = 0;
 };
 
-// Requests of the bus whose replies have not come, but may come late.
+// Requests of the bus whose replies are missing and may still arrive late.
 class PendingReplies {
  public:
   virtual ~PendingReplies() = default;
-  // From when on no late reply can be taken for the reply to this exchange. Not after `now`: it may be sent.
+  // Returns the time from which no late reply can be mistaken for the reply to this exchange. If it is not after `now`, the
+  // exchange may be sent.
   [[nodiscard]] virtual MonoNs FreeAt(const Exchange& exchange, MonoNs now) const = 0;
 };
 
-// The bus's offer to a device.
+// The state of the bus when a device is polled for its next step.
 struct BusSlot {
   MonoNs now = 0;
-  bool poll_due = false;  // the slot of the device's next live reading has come
+  bool poll_due = false;  // the next live reading of the device is due
   // This slot is kept for readings: an order that can wait must wait. A device whose order must not be interrupted
   // returns the order's step all the same.
   bool reserved = false;
@@ -78,20 +79,21 @@ struct BusSlot {
   }
 };
 
-// The logic of one device, free of I/O and clocks: it says what it wants, and is told what happened.
-// One thread calls it. Nothing here allocates while readings go on.
+// The logic of one device, without I/O and clocks: Next returns the step that the device requests, and On receives the
+// events. One thread calls all functions. Nothing is allocated during normal readings.
 class Device {
  public:
   virtual ~Device() = default;
 
-  // What it wants now. A live reading is offered only when its slot is due; commands and recovery at any time.
+  // Returns the step that the device requests now. A live reading is requested only when its slot is due; commands and
+  // recovery at any time.
   // Asking changes nothing: the bus may ask again, or give another device its turn first.
   [[nodiscard]] virtual Step Next(const BusSlot& turn) const = 0;
 
-  // `step`, as Next returned it, is about to go on the wire.
+  // `step`, as Next returned it, is about to be executed.
   virtual void OnStarted(const Step& step, MonoNs now) = 0;
 
-  // The outcome of its own step, and every link change and stray byte of the bus.
+  // Receives the result of the device's own step, and every link change and unexpected byte of the bus.
   virtual void On(const Event& event) = 0;
 
   // Returns why the command could not begin now, as an error with a command_status_t REASON_*. Checks the values of its

@@ -23,7 +23,7 @@ struct BusConfig;
 struct DeviceConfig;
 class ConfigMap;
 
-// What a family knows of a configured device: filled by Family::parse, extended by the family with its own keys.
+// The settings of a configured device: filled by Family::parse. A family derives from it and adds its own keys.
 struct DeviceSettings {
   virtual ~DeviceSettings() = default;
 
@@ -36,7 +36,7 @@ struct DeviceSettings {
   std::int64_t noise_counts = 0;     // error between two readings at rest, peak
   int confirmations_after_jump =
       3;                          // that agree on a place which the shaft cannot have reached, until it is believed
-  bool holds_secrets = false;     // its process must leave no core file
+  bool holds_secrets = false;     // its process must not write core files
   std::int64_t write_budget = 0;  // rewrites of its memory that the maker allows in all; 0: none stated
   MonoNs wire_time = 0;           // shortest time of one live reading, with the pauses that the bus needs
   int exchanges = 1;              // of one live reading
@@ -46,7 +46,7 @@ struct DeviceSettings {
   SpiSettings spi;                // kSpi: how it is clocked
 };
 
-// What a family knows of a configured bus as a whole: filled by Family::parse_bus, extended with the family's own.
+// The settings of a configured bus: filled by Family::parse_bus. A family derives from it and adds its own keys.
 struct FamilyBus {
   virtual ~FamilyBus() = default;
 

@@ -11,7 +11,7 @@ namespace axlecast {
 
 enum class Parity : std::uint8_t { kNone, kEven, kOdd };
 
-// How characters stand on an asynchronous line: one start bit, 8 data bits, LSB first.
+// The format of characters on an asynchronous line: one start bit, 8 data bits, LSB first.
 struct LineFormat {
   std::int64_t baud = 0;
   Parity parity = Parity::kNone;
@@ -20,7 +20,7 @@ struct LineFormat {
   [[nodiscard]] constexpr int BitsPerCharacter() const {
     return 1 + 8 + (parity == Parity::kNone ? 0 : 1) + stop_bits;
   }
-  // Time of `characters` on the wire; 0 when the rate is unknown.
+  // Returns the time of `characters` on the wire; 0 if the rate is unknown.
   [[nodiscard]] constexpr MonoNs WireTime(std::size_t characters) const {
     return baud == 0 ? 0 : static_cast<MonoNs>(characters) * BitsPerCharacter() * kSecond / baud;
   }
@@ -28,7 +28,7 @@ struct LineFormat {
   [[nodiscard]] constexpr MonoNs ShortestCharacter() const { return WireTime(1) * 97 / 100; }
 };
 
-// The pauses that the devices on a bus ask of their master, beyond the exchange itself.
+// The pauses that the devices of a bus require from their master, in addition to the exchange itself.
 struct Pacing {
   MonoNs after_request = 0;     // bus-wide, from the end of a request on the wire to the next request
   MonoNs after_reply = 0;       // bus-wide, from the end of a reply, or of the wait for it, to the next request
@@ -37,12 +37,12 @@ struct Pacing {
   friend constexpr bool operator==(const Pacing&, const Pacing&) = default;
 };
 
-// How an SPI bus is clocked for one device. Words have 8 bits: many controllers know no others.
+// The clock settings of an SPI bus for one device. Words have 8 bits, because many controllers support no others.
 struct SpiSettings {
   int mode = 0;               // 0 to 3: CPOL * 2 + CPHA; bit 1: the clock idles high
   std::int64_t clock_hz = 0;  // at most; the controller takes the nearest rate below that it has
 
-  // Time of so many clocks.
+  // Returns the time of this number of clocks.
   [[nodiscard]] constexpr MonoNs ClockTime(std::int64_t clocks) const {
     return clock_hz == 0 ? 0 : clocks * kSecond / clock_hz;
   }

@@ -12,8 +12,8 @@
 
 namespace axlecast {
 
-// What carries a bus, whatever goes over it: opened, closed and opened again, waited on. ByteLink and FrameLink say
-// what is sent and received. drivers/hal has the real ones; tests script theirs.
+// A line of a bus: it can be opened, closed, reopened and waited on. ByteLink and FrameLink add sending and receiving.
+// drivers/hal implements real lines; tests use scripted ones.
 class Link {
  public:
   enum class Status : std::uint8_t {
@@ -34,16 +34,16 @@ class Link {
   [[nodiscard]] virtual Status Wait(MonoNs until) = 0;
   virtual void Wake() = 0;  // from any thread
 
-  // What the line or the kernel reported as damaged or lost since Open, where it tells; else 0.
+  // Errors that the line or the kernel has reported since Open; 0 if it does not report them.
   struct LineErrors {
     std::int64_t framing = 0;  // damaged characters; on CAN, error frames of the bus
-    std::int64_t dropped = 0;  // received and lost for want of room
+    std::int64_t dropped = 0;  // received and lost because a buffer was full
   };
   [[nodiscard]] virtual LineErrors Errors() const = 0;
 };
 
-// A line that carries bytes both ways: serial (drivers/hal/serial_port.h) or SPI, where what was clocked in waits to be
-// read once Write has clocked out (drivers/hal/spi_port.h).
+// A line that carries bytes in both directions: serial (drivers/hal/serial_port.h) or SPI. On SPI, Read returns the bytes that
+// were clocked in during Write (drivers/hal/spi_port.h).
 class ByteLink : public Link {
  public:
   struct ReadResult {
@@ -51,19 +51,19 @@ class ByteLink : public Link {
     std::size_t count = 0;
   };
 
-  // Goes on at another rate, without closing; false when the port cannot.
+  // Changes the baud rate without closing the line. Returns false if the port does not support the rate.
   [[nodiscard]] virtual bool SetBaud(std::int64_t baud) = 0;
 
-  // False where bytes may come faster than the rate says: a pty.
+  // Returns false if bytes may arrive faster than the baud rate allows: a pseudo-terminal.
   [[nodiscard]] virtual bool HasWire() const { return true; }
 
-  // Hands all bytes to the line; false when it is lost.
+  // Writes all bytes to the line. Returns false if the line is lost.
   [[nodiscard]] virtual bool Write(Bytes bytes) = 0;
 
-  // Waits for bytes until `deadline` and reads what is there. Does not return kWoken.
+  // Waits for bytes until `deadline` and reads the available ones. Does not return kWoken.
   [[nodiscard]] virtual ReadResult Read(std::span<std::uint8_t> into, MonoNs deadline) = 0;
 
-  // Reads what has come without waiting; kTimeout when nothing has.
+  // Reads the available bytes without waiting. Returns kTimeout if there are none.
   [[nodiscard]] virtual ReadResult ReadNow(std::span<std::uint8_t> into) = 0;
 };
 
@@ -71,7 +71,7 @@ class ByteLink : public Link {
 class FrameLink : public Link {
  public:
   enum class SendResult : std::uint8_t {
-    kQueued,  // it goes out when the bus is free; Receive tells of it when some node has acknowledged it
+    kQueued,  // it is sent when the bus is free; Receive reports it when a node has acknowledged it
     kFull,    // the interface's queue is full, and the frame is not in it
     kLost,    // as Status::kLost
   };
@@ -79,13 +79,13 @@ class FrameLink : public Link {
 
   struct Received {
     CanFrame frame;
-    Interval at;       // holds the instant at which it had arrived, as the kernel saw it
-    bool own = false;  // one that this link sent was on the bus, and a node has acknowledged it
+    Interval at;       // contains the arrival time, from the kernel
+    bool own = false;  // a frame of this link that a node has acknowledged
   };
-  // The next of what has come, without waiting: kOk, kTimeout or kLost.
+  // Reads the next frame without waiting. Returns kOk, kTimeout or kLost.
   [[nodiscard]] virtual Status Receive(Received& received) = 0;
 
-  // Asks the kernel; may take some 10 us.
+  // Queries the kernel, which may take some 10 us.
   [[nodiscard]] virtual CanController Controller() = 0;
 };
 

@@ -33,9 +33,10 @@ struct OperationSpec {
   std::vector<ArgumentSpec> arguments = {};
   bool destructive = false;       // moves a datum or writes non-volatile memory: the CLI asks first
   bool needs_standstill = false;  // measured before each request
-  bool needs_permit = false;      // a fresh PERMIT from the control process, unless the device says not_required
-  bool reads_only = false;        // changes nothing: passes without the journal, and an observer may order it
-  bool moves_datum = false;       // moves the device's own origin: a datum from before means nothing afterwards
+  bool needs_permit =
+      false;                // a fresh PERMIT from the control process, unless the device's `permit` is not_required
+  bool reads_only = false;  // changes nothing: passes without the journal, and an observer may order it
+  bool moves_datum = false;  // moves the device's own origin: a datum from before means nothing afterwards
   // The writes of the device's limited memory that it takes at most; null: none.
   std::int32_t (*writes)(const Arguments& arguments) = nullptr;
   std::string_view verification = {};  // how its effect is read back
@@ -78,7 +79,7 @@ struct Change {
   std::string after;
 };
 
-// How an order stands or ended. `reason` is a command_status_t REASON_*; `text` names the cause, the measured
+// The state or the result of a command. `reason` is a command_status_t REASON_*; `text` names the cause, the measured
 // value and the remedy.
 struct Outcome {
   CommandState state = CommandState::kRunning;

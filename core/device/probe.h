@@ -18,41 +18,41 @@ namespace axlecast {
 enum class Confidence : std::uint8_t {
   kPossible,  // fits, and so would much else
   kLikely,    // fits in ways that few other devices would
-  kSure,      // said things that nothing else says
+  kSure,      // sent data that no other device sends
 };
 
-// A device that a probe believes to have found.
+// A device that a probe has probably found.
 struct ProbeHit {
   using Keys = std::vector<std::pair<std::string, std::string>>;  // a key and its value as YAML
 
   Confidence confidence = Confidence::kPossible;
   std::string device;  // what it is, for people: "SAA encoder, address 5"
-  std::string reason;  // why it is believed, and what stays open
+  std::string reason;  // the evidence, and what remains uncertain
   Keys bus;            // the family's keys of the bus
   Keys keys;           // those of the device; none: known to be there, but nothing that could be configured
   std::string check;   // what the operator must look up and set; empty: nothing
 };
 
-// The search for a family's devices in one way (ProbeTrial), free of I/O and clocks as a Device is: it says what it
-// wants, and is told what happened. It changes nothing in any device. One thread calls it.
+// Searches for the devices of a family in one way (ProbeTrial), without I/O and clocks: Next returns the requested step, and
+// On receives the events. It changes nothing in any device. One thread calls all functions.
 class Probe {
  public:
   virtual ~Probe() = default;
 
-  // What it wants now; nothing: it is through. Asking changes nothing.
+  // Returns the step that the probe requests now; nothing when it has ended. The call changes nothing.
   [[nodiscard]] virtual std::optional<Step> Next(MonoNs now) const = 0;
-  // The outcome of its step, every stray byte and link change.
+  // Receives the result of its step, and every unexpected byte and link change.
   virtual void On(const Event& event) = 0;
 
-  // So far.
+  // Returns the hits so far.
   [[nodiscard]] virtual std::vector<ProbeHit> Findings() const = 0;
-  // Somebody else speaks on the line: nothing more must be asked on it.
+  // Returns true if another master transmits on the line. Then nothing more may be transmitted.
   [[nodiscard]] virtual bool Disturbed() const { return false; }
-  // How much of the whole is done, 0 to 1.
+  // Returns the finished part, 0 to 1.
   [[nodiscard]] virtual double Progress() const = 0;
 };
 
-// What the operator has told about the line.
+// The limits of the search, from the operator.
 struct ProbeScope {
   std::vector<std::int64_t> rates;  // the only ones to try, baud or SPI clock; empty: those that a family has
   Parity parity = Parity::kNone;    // of a line whose parity is made to order
@@ -73,21 +73,21 @@ struct ProbeScope {
 // unanswered waits that long before it sends one whose reply looks alike.
 inline constexpr MonoNs kLatestProbeReply = 500 * kMillisecond;
 
-// One way to look for a family's devices.
+// One way to search for the devices of a family.
 struct ProbeTrial {
   std::string what;          // for people: "Modbus, 19200 baud 8N1, addresses 1 to 32"
-  bool asks = false;         // transmits; else it only listens
+  bool asks = false;         // it transmits; otherwise it only receives
   LineFormat line = {};      // kSerial, kModbus
   std::int64_t bitrate = 0;  // kCan: that the interface runs at
   SpiSettings spi = {};      // kSpi
-  MonoNs longest = 0;        // how long it takes where nothing answers
+  MonoNs longest = 0;        // the maximum time if nothing answers
   std::function<std::unique_ptr<Probe>(MonoNs now)> make;  // that begins now
 };
 
 struct Family;
 
-// How a family's devices are looked for. Its folder defines `std::vector<ProbeTrial> <folder>_probe(const ProbeScope&)`
-// in namespace axlecast. It is no part of Family, because drivers have no use for it.
+// The trials of a family. Its folder defines `std::vector<ProbeTrial> <folder>_probe(const ProbeScope&)`
+// in namespace axlecast. It is not part of Family, because drivers do not need it.
 struct FamilyProbe {
   const Family* family = nullptr;
   std::vector<ProbeTrial> (*trials)(const ProbeScope& scope) = nullptr;

@@ -42,26 +42,26 @@ inline constexpr std::array<const char*, kErrorKinds> kErrorNames = {"timeout", 
   return kErrorNames.at(static_cast<std::size_t>(kind));
 }
 
-// One decoded position as the device said it, before plausibility, direction and datum.
+// One decoded position as the device sent it, before plausibility, direction and datum.
 struct Sample {
-  Interval at;                 // holds the sampling instant
+  Interval at;                 // contains the sampling time
   std::int64_t counts = 0;     // single-turn, [0, counts per turn)
   std::int32_t turns = 0;      // multi-turn counter as sent
   bool has_turns = false;      // this reply held the multi-turn counter
-  bool turns_trusted = true;   // false: the device says that its turns may be wrong
+  bool turns_trusted = true;   // false: the device reports that its turns may be wrong
   bool turns_wrapped = false;  // the counter has overflowed since it was last cleared
   bool low_accuracy = false;   // reduced resolution; the jump that ends it is exempt from plausibility
-  bool error = false;          // the device says that the position is not valid
+  bool error = false;          // the device reports that the position is not valid
   bool warning = false;
   std::int32_t device_status = 0;  // raw
 };
 
-// Shaft angle of single-turn counts, degrees.
+// Returns the shaft angle of single-turn counts, in degrees.
 [[nodiscard]] inline double Degrees(std::int64_t counts, int single_turn_bits) {
   return static_cast<double>(counts) * 360 / static_cast<double>(std::int64_t{1} << single_turn_bits);
 }
 
-// The shortest way between two single-turn positions, counts, 0 or more.
+// Returns the shortest distance between two single-turn positions, in counts.
 [[nodiscard]] inline std::int64_t CircularDistance(std::int64_t a, std::int64_t b, std::int64_t counts_per_turn) {
   const std::int64_t forward = ((a - b) % counts_per_turn + counts_per_turn) % counts_per_turn;
   return std::min(forward, counts_per_turn - forward);
@@ -69,17 +69,17 @@ struct Sample {
 
 inline constexpr float kUnknownQuantity = std::numeric_limits<float>::quiet_NaN();
 
-// What a motor monitor says of its motor, in SI units: the content of motor_health_t. The two halves are read one
-// after the other, so each has its own instant; a half whose interval is {0, 0} was never read.
+// A reading of a motor monitor in SI units: the content of motor_health_t. The two halves are read one after the other, so
+// each has its own time. A half whose interval is {0, 0} was never read.
 struct MotorReading {
-  Interval analog_at;  // holds the instant of the quantities
+  Interval analog_at;  // contains the time of the quantities
   float voltage_v = kUnknownQuantity;
   float current_a = kUnknownQuantity;
   float power_w = kUnknownQuantity;
   float temperature_c = kUnknownQuantity;
   std::array<float, 3> accel_mps2{kUnknownQuantity, kUnknownQuantity, kUnknownQuantity};
 
-  Interval status_at;  // holds the instant of what follows
+  Interval status_at;  // contains the time of the following fields
   std::int32_t trip_count = 0;
   std::int32_t status_bits = 0;
   std::array<std::int32_t, 3> trip_factor{};  // newest first
@@ -93,7 +93,7 @@ struct MotorReading {
   [[nodiscard]] bool has_status() const { return status_at.last != 0; }
 };
 
-// What trips a motor, as its monitor keeps it, in SI units: the content of motor_limits_t. A limit of 0 never trips.
+// The limits at which a monitor trips its motor, in SI units: the content of motor_limits_t. A limit of 0 never trips.
 struct MotorLimits {
   static constexpr std::size_t kParameters = 55;
 

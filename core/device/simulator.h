@@ -23,7 +23,8 @@ class Simulator {
 
   virtual ~Simulator() = default;
 
-  // What came from the host at `now`: one of these, as the family's link is. `transmit` may be called at once.
+  // Receives data from the host at `now`: one of these functions, depending on the family's link. `transmit` may be called
+  // during the call.
   virtual void OnBytes([[maybe_unused]] Bytes bytes, [[maybe_unused]] MonoNs now,
                        [[maybe_unused]] const Transmit& transmit) {}
   // True when a node on the bus acknowledges the frame: one that runs at the host's bit rate.
@@ -38,8 +39,8 @@ class Simulator {
   // A line beside the bus was driven low for `low` and high again, ending at `now`.
   virtual void OnPulse([[maybe_unused]] std::uint8_t line, [[maybe_unused]] MonoNs low, [[maybe_unused]] MonoNs now,
                        [[maybe_unused]] const Transmit& transmit) {}
-  // The host has set its port to this rate, baud or bit/s: a device at another one hears only noise. Before the first
-  // of what comes from the host too.
+  // The host has set its port to this rate, baud or bit/s: a device with another rate receives only noise. It is also
+  // called before the first data from the host.
   virtual void OnBaud([[maybe_unused]] std::int64_t baud) {}
 
   // Something (a delayed reply, a script step) is due at this instant; kNever when nothing is.

@@ -11,10 +11,10 @@
 
 namespace axlecast {
 
-// Whose turn on a bus comes first. Lower values win.
+// The priority of a step on the bus. Lower values come first.
 enum class Priority : std::uint8_t { kStop, kCommand, kLive, kTrip, kSlow };
 
-// Length of the reply that begins with `so_far`: its total bytes, or 0 while more bytes are needed to tell.
+// Length of the reply that begins with `so_far`: its total bytes, or 0 while more bytes are needed to determine it.
 using ReplyLength = std::size_t (*)(Bytes so_far);
 
 template <std::size_t N>
@@ -22,23 +22,23 @@ constexpr std::size_t FixedLength(Bytes) {
   return N;
 }
 
-// Where the reply begins in `so_far`, behind bytes that belong to none; so_far.size() while it has not begun.
+// Returns where the reply begins in `so_far`, after bytes that do not belong to it; so_far.size() if it has not begun.
 using ReplyBegin = std::size_t (*)(Bytes so_far);
 
-// What bytes are to the request whose reply they may be.
+// How received bytes relate to a request.
 enum class ReplyMatch : std::uint8_t {
   kNo,       // not its reply, or a part of it
-  kNearly,   // begins almost as its reply begins: too damaged to be told from the reply to another request
+  kNearly,   // begins almost as its reply begins: too damaged to be distinguished from the reply to another request
   kDamaged,  // begins as its reply begins and has its length, but fails the checksum
-  kRefusal,  // whole, and says that a request failed, but not which one
+  kRefusal,  // complete, and reports that a request failed, but not which one
   kYes,      // its reply
 };
 using MatchReply = ReplyMatch (*)(Bytes request, Bytes reply);
 
-// What tells the replies of a bus's requests apart, so that none is taken for the reply to another request when it
-// comes late (drivers/runtime/bus/stale_reply_guard.h). A family that leaves it as it is gets one exchange at a time.
+// The properties that distinguish the replies of a bus, so that a late reply is not mistaken for the reply to another
+// request (drivers/runtime/bus/stale_reply_guard.h). A family that leaves it as it is gets one exchange at a time.
 struct ReplyShape {
-  std::uint32_t reply = 0;     // equal for requests whose replies cannot be told apart
+  std::uint32_t reply = 0;     // equal for requests whose replies cannot be distinguished
   std::uint32_t refusal = 0;   // `reply` of those whose replies look like a refusal of this one, or any number
   MatchReply match = nullptr;  // null: every complete reply is its own
   // A late reply to an earlier request of the same shape is as good: nothing depends on when it was made.
@@ -76,18 +76,19 @@ struct Send {
   CanFrame frame;
 };
 
-// Transmit nothing until no byte has come for `quiet`; what comes is reported as stray. Ends as kSilent.
+// Transmit nothing until the line has been idle for `quiet`. Bytes in the meantime are reported as unexpected. Ends as
+// kSilent.
 struct WaitForIdleLine {
   MonoNs quiet = 0;
 };
 
-// Receive what comes unasked until `until`. Each read ends as kUnsolicited, on CAN each frame as kFrame; kSilent when
+// Receive unsolicited data until `until`. Each read ends as kUnsolicited, on CAN each frame as kFrame; kSilent when
 // nothing came.
 struct Listen {
   MonoNs until = 0;
 };
 
-// Go on at another baud rate. Ends as kBaudRateSet, or as kLinkDown when the port cannot do it.
+// Change to another baud rate. Ends as kBaudRateSet, or as kLinkDown when the port cannot do it.
 struct SetBaudRate {
   std::int64_t baud = 0;
 };
@@ -97,24 +98,24 @@ struct Idle {
   MonoNs until = kNever;
 };
 
-// What a device wants from its bus next.
+// The step that a device requests from its bus.
 struct Step {
   std::variant<Idle, Exchange, Send, WaitForIdleLine, Listen, Pulse, SetBaudRate> action;
   Priority priority = Priority::kLive;
 };
 
 // What happened on a bus. Spans live only during the call that hands the event over. CAN frames, received and own, are
-// told to every device of the bus, as are link changes and stray bytes; the rest to the device whose step it ends.
+// passed to every device of the bus, as are link changes and unexpected bytes; all others to the device whose step ends.
 // A recorded sequence of events, handed to a fresh device, gives the same readings: decoding uses the event alone.
 struct Event {
   enum class Kind : std::uint8_t {
     kReply,            // the reply to `request` is complete
     kTimeout,          // the reply to `request` did not complete in time; `bytes` is what came
-    kUnexpectedBytes,  // `bytes` came without having been asked for
+    kUnexpectedBytes,  // `bytes` arrived without a request
     kUnsolicited,      // `bytes` came while the device listened
-    kSilent,           // no byte came for the time asked for
+    kSilent,           // no byte arrived during the requested time
     kPulsed,           // the line was driven low and high again within `sent`
-    kBaudRateSet,      // the line goes on at the rate asked for
+    kBaudRateSet,      // the line uses the requested rate
     kFrame,            // a CAN frame came: `id`, `bytes`; with kCanError in its id the controller reports an error
     kSent,             // the frame `id`, `bytes` is in the controller's queue
     kNotSent,          // it is not: the queue is full
@@ -136,11 +137,11 @@ struct Event {
       false;        // kUnexpectedBytes: the wire cannot have carried it in reply to the request that was under way
   int device = -1;  // whose step it ends, by order on the bus; -1: an event of the whole bus
 
-  // Whether it tells of a CAN frame.
+  // Returns true for an event about a CAN frame.
   [[nodiscard]] static constexpr bool IsFrame(Kind kind) {
     return kind == Kind::kFrame || kind == Kind::kSent || kind == Kind::kNotSent || kind == Kind::kConfirmed;
   }
-  // Whether every device of the bus is told.
+  // Returns true for an event that every device of the bus receives.
   [[nodiscard]] static constexpr bool IsOfBus(Kind kind) {
     return IsFrame(kind) || kind == Kind::kUnexpectedBytes || kind == Kind::kLinkUp || kind == Kind::kLinkDown;
   }

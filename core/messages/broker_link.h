@@ -6,7 +6,7 @@
 
 namespace axlecast {
 
-// What a broker of messages is given.
+// A message for a broker.
 struct BrokerMessage {
   std::string topic;
   std::string payload;
@@ -17,8 +17,8 @@ struct BrokerEvent {
   enum class Kind : std::uint8_t {
     kConnected,
     kTaken,    // the broker has `message`
-    kRefused,  // the broker does not take `message`: `text` says why
-    kDown,     // there is no connection any more, or there will be none: `text` says why
+    kRefused,  // the broker refuses `message`; `text` contains the reason
+    kDown,     // the connection has ended, or failed; `text` contains the reason
   };
   Kind kind = Kind::kDown;
   int message = 0;  // of BrokerLink::Send
@@ -31,19 +31,18 @@ class BrokerLink {
  public:
   virtual ~BrokerLink() = default;
 
-  // Begins anew; what was under way is forgotten. The broker will publish `will` when the connection ends without
-  // Disconnect. May take as long as the resolution of a name does; kConnected or kDown follows.
+  // Starts a new connection and discards pending messages. The broker publishes `will` if the connection ends without
+  // Disconnect. May block while a name is resolved. kConnected or kDown follows.
   virtual void Connect(const BrokerMessage& will) = 0;
-  // Drops the connection without a word.
+  // Closes the connection without Disconnect.
   virtual void Drop() = 0;
-  // Ends it orderly: the will is not published.
+  // Ends the connection normally: the will is not published.
   virtual void Disconnect() = 0;
 
-  // The number under which events speak of the message; an event may tell at once that it is refused. Only while
-  // connected.
+  // Sends a message and returns its number for later events. Call it only while connected.
   [[nodiscard]] virtual int Send(const BrokerMessage& message) = 0;
 
-  // Does what is due, without waiting, and tells what has happened since the call before.
+  // Processes the connection without waiting, and returns the events since the last call.
   [[nodiscard]] virtual std::vector<BrokerEvent> Poll() = 0;
 };
 

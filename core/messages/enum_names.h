@@ -21,7 +21,7 @@ namespace axlecast {
 [[nodiscard]] std::string FlagNames(std::int32_t flags);
 
 // motor_health_t status_bits and trip factors, in the order of their bits: "power upper A, overheat". Unknown bits as
-// hex; empty when there is none.
+// hex; empty if no bit is set.
 [[nodiscard]] std::string MotorStatusNames(std::int32_t bits);
 
 // Non-zero counters of failed readings (device_info_t ERROR_*): "timeout 3, checksum 1"; empty when all are 0.

@@ -16,7 +16,7 @@ std::optional<std::int64_t> Number(std::string_view text, std::int64_t min, std:
   return value;
 }
 
-// Cuts off what stands before `separator` (all of it where there is none).
+// Removes and returns the part before `separator`; all of the text if it does not contain `separator`.
 std::string_view Next(std::string_view& rest, char separator) {
   const std::size_t end = rest.find(separator);
   const std::string_view head = rest.substr(0, end);

@@ -23,7 +23,7 @@ struct LcmUrl {
 // tcpq:// and file://: LCM's other providers. No machine runs over them, but tools may read from them.
 [[nodiscard]] bool IsOtherProvider(std::string_view url);
 
-// A sender's address: what the kernel says of the datagram.
+// The address of a sender, from the kernel.
 struct SenderAddress {
   std::uint32_t address = 0;  // IPv4, host order
   std::uint16_t port = 0;

@@ -14,7 +14,7 @@ namespace axlecast {
 struct ReceptionCounts {
   std::int64_t messages = 0;   // whole ones, subscribed or not
   std::int64_t dropped = 0;    // datagrams that the kernel dropped: the process's buffer was full
-  std::int64_t outside = 0;    // datagrams of other hosts, refused because the URL says ttl=0; empty ones count too
+  std::int64_t outside = 0;    // datagrams of other hosts, refused because the URL has ttl=0, and empty datagrams
   std::int64_t malformed = 0;  // datagrams that are not LCM's
 
   ReceptionCounts& operator+=(const ReceptionCounts& other);
@@ -58,13 +58,14 @@ class LcmPort final : public MessageSink {
   LcmPort(const LcmPort&) = delete;
   LcmPort& operator=(const LcmPort&) = delete;
 
-  // Empty when the port works, else the cause and the lines that mend it (no multicast route, malformed URL).
+  // Returns an empty text if the port works; otherwise the cause and the commands that fix it (no multicast route, malformed
+  // URL).
   [[nodiscard]] const std::string& problem() const { return problem_; }
 
   void Publish(const std::string& channel, Bytes message) override;
 
-  // `channel` is a regular expression (ECMAScript) over the whole channel name (without prefix). False when it is none, or
-  // the port has a problem; problem() then may name what the first subscription met. Over udpm:// messages wait in the
+  // `channel` is a regular expression (ECMAScript) over the whole channel name (without prefix). Returns false if it is
+  // invalid or the port has a problem; problem() may then contain the error of the first subscription. Over udpm:// messages wait in the
   // kernel, in the buffer that the URL's recv_buf_size asks for; with other providers in LCM's queue of `capacity`
   // messages, which drops the newest beyond it.
   bool Subscribe(const std::string& channel, Handler handler, int capacity = 10'000);
@@ -77,7 +78,7 @@ class LcmPort final : public MessageSink {
 
   // What was received over udpm://, what the kernel dropped and what was refused; thread-safe. Zero with other providers.
   [[nodiscard]] ReceptionCounts received() const;
-  // Empty, or: the receive buffer is smaller than asked for, and what mends that.
+  // Returns a text if the receive buffer is smaller than requested, with the commands that fix it; otherwise empty.
   [[nodiscard]] std::string warning() const;
 
   // Messages that could not be sent since the start: the system refused them, or their channel's name is too long.

@@ -26,7 +26,8 @@ class ChannelSubscriptions {
   // `prefix` is put before every pattern as text, and taken off the names that handlers see.
   explicit ChannelSubscriptions(std::string prefix) : prefix_(std::move(prefix)) {}
 
-  // `pattern` is a regular expression (ECMAScript) over the whole name behind the prefix. False when it is none.
+  // `pattern` is a regular expression (ECMAScript) over the whole name behind the prefix. Returns false if it is
+  // invalid.
   bool Add(const std::string& pattern, Handler handler);
 
   // Calls every handler whose pattern matches, in the order in which they were added. Returns their number.

@@ -31,7 +31,7 @@ class MessageNumbers {
   void Place(std::uint32_t number, std::int64_t utime);
   void Begin(std::uint32_t number);
   void Advance(std::int64_t ahead);
-  // Numbers that `number` stands behind the next one; 0 and below: it is new.
+  // Returns how far `number` is behind the next number; 0 or less: it is new.
   [[nodiscard]] std::int64_t Behind(std::uint32_t number) const;
   [[nodiscard]] bool Came(std::uint32_t number) const;
   void Mark(std::uint32_t number, bool came);

@@ -212,7 +212,7 @@ void MulticastPort::Join(const LcmUrl& url) {
   inet_pton(AF_INET, url.group.c_str(), &group.sin_addr);
   ip_mreq membership{};
   membership.imr_multiaddr = group.sin_addr;
-  // Bound last: a port that hears before it is set up would hear a message or two, and then none until it has joined.
+  // Bind last: otherwise the port could receive one or two messages before it is set up, and then none until it has joined.
   if (!SetOption(socket_.get(), SOL_SOCKET, SO_REUSEADDR, on) ||
       !SetOption(socket_.get(), SOL_SOCKET, SO_TIMESTAMPNS, on) ||
       (own_host_only_ && !TakeOnlyOwnHost(socket_.get()))) {
@@ -262,7 +262,7 @@ std::span<const MulticastPort::Received> MulticastPort::Read() {
   return std::span(buffers_->received).first(read);
 }
 
-// SO_RXQ_OVFL tells the counter only with a datagram that comes later, and so never of the last ones.
+// SO_RXQ_OVFL reports the counter only with a later datagram, and thus never for the last ones.
 std::int64_t MulticastPort::Dropped() {
   std::array<std::uint32_t, SK_MEMINFO_VARS> memory{};
   socklen_t size = sizeof memory;

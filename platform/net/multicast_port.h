@@ -14,12 +14,12 @@ namespace axlecast {
 
 // The only place that receives LCM's datagrams: with their senders and the kernel's times, and with what the kernel
 // dropped. It takes only what was sent to the group, never a datagram to this host's own address. With ttl=0 it takes only
-// what this host sent: the kernel itself tells it (a copy that it looped back, or one that came by lo), not the sender's
+// what this host sent: the kernel itself reports it (a looped-back copy, or a datagram from lo), not the sender's
 // address, which can be forged. Read-only: it sends nothing. One thread.
 class MulticastPort {
  public:
   static constexpr std::size_t kMaxPerRead = 16;  // 1 MiB of room: a flood of the longest ones cannot touch more
-  static constexpr std::int64_t kDefaultBuffer = 32 << 20;  // bytes, unless the URL's recv_buf_size says otherwise
+  static constexpr std::int64_t kDefaultBuffer = 32 << 20;  // bytes, unless the URL has recv_buf_size
 
   struct Received {
     SenderAddress sender;
@@ -38,7 +38,7 @@ class MulticastPort {
 
   // Empty when the port works, else the cause and the remedy.
   [[nodiscard]] const std::string& problem() const { return problem_; }
-  // Empty, or: the buffer is smaller than asked for, and what mends that.
+  // Returns a text if the buffer is smaller than requested, with the commands that fix it; otherwise empty.
   [[nodiscard]] const std::string& warning() const { return warning_; }
   [[nodiscard]] int FileDescriptor() const { return socket_.get(); }  // readable when datagrams wait
 
@@ -46,7 +46,7 @@ class MulticastPort {
   // another host sent although ttl=0 is empty.
   [[nodiscard]] std::span<const Received> Read();
 
-  // Datagrams that the kernel has dropped at this socket, up to now: for want of room in its buffer or as damaged.
+  // Datagrams that the kernel has dropped at this socket, up to now: because its buffer was full, or because they were damaged.
   [[nodiscard]] std::int64_t Dropped();
   // Datagrams of other hosts that were refused because of ttl=0, and empty ones.
   [[nodiscard]] std::int64_t outside() const { return outside_; }
@@ -67,8 +67,8 @@ class MulticastPort {
   std::string warning_;
 };
 
-// Sends itself a datagram over the URL's group and port and waits up to 1 s for it. Empty when it came, else the
-// cause and the lines that mend it. `axlecast up` asks before it starts anything.
+// Sends a datagram to the URL's group and port and waits up to 1 s until it arrives here. The error contains the cause and the
+// commands that fix it. `axlecast up` checks this before it starts anything.
 [[nodiscard]] Result<> CheckMulticast(const std::string& url);
 
 }  // namespace axlecast

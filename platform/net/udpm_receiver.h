@@ -43,7 +43,7 @@ using UdpmPacket = std::variant<ShortPacket, FragmentPacket>;
 inline constexpr std::size_t kLongestChannel = 63;        // without the NUL; lcm_udpm.c
 inline constexpr std::size_t kLargestMessage = 1U << 28;  // bytes; LCM's own limit (lcm_udpm.c)
 
-// What the datagram holds; its views live in `datagram`. Nothing where it is none of LCM's, is cut, names no channel
+// Parses a datagram; the views point into `datagram`. Returns nothing if it is not LCM's, is truncated, names no channel
 // (no event log can hold such a message), or contradicts itself.
 [[nodiscard]] std::optional<UdpmPacket> ParseUdpm(Bytes datagram);
 

@@ -84,7 +84,7 @@ class WebServer {
   [[nodiscard]] const std::string& problem() const { return problem_; }
   [[nodiscard]] int port() const;
 
-  // Serves until OnTick says no. False when the library failed.
+  // Serves until OnTick returns false. Returns false if the library failed.
   [[nodiscard]] bool Run();
 
  private:

@@ -27,13 +27,13 @@ class LockFile {
   Descriptor file_;
 };
 
-// A folder that a process of the machine writes into, or would make.
+// A folder that a process of the machine writes to, or would create.
 struct HostFolder {
   std::string path;
   std::string existing;         // itself, or the nearest folder above it that is there
   bool is_folder = false;       // `existing` is one
   bool writable = false;        // `existing`, for this process
-  std::string file_system;      // tmpfs, nfs, vfat, ...; empty: one that nothing is to be said about
+  std::string file_system;      // tmpfs, nfs, vfat, ...; empty: any other
   std::int64_t free_bytes = 0;  // for an unprivileged process
 };
 [[nodiscard]] HostFolder LookAtFolder(const std::string& path);

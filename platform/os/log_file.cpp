@@ -60,7 +60,7 @@ int LogFile::Write(Bytes& bytes) {
   return 0;
 }
 
-// Not every file system can; the write itself then tells whether there is room.
+// Not every file system supports it; then the write itself fails if there is no space.
 void LogFile::Reserve(std::int64_t bytes) {
   if (size_ + bytes <= reserved_) return;
   reserved_ = size_ + bytes + kReserve;

@@ -8,14 +8,14 @@
 
 namespace axlecast {
 
-// A file that grows at its end. Space is reserved ahead of the end without making the file longer: readers see only
-// what was written. Results are errno values; 0: done.
+// A file that grows at its end. Space is reserved beyond the end without changing the size, so that readers see only written
+// data. The functions return errno values; 0 means success.
 class LogFile {
  public:
   // Both fail with EBUSY where somebody else writes the file by this class.
   // A new file, whose name lasts once Sync has returned. Fails with EEXIST where there is one.
   [[nodiscard]] int Create(const std::string& path);
-  // Goes on at `size`; cuts off what stands behind it.
+  // Continues an existing file at `size`, and truncates it there.
   [[nodiscard]] int Continue(const std::string& path, std::int64_t size);
 
   // Writes from the front of `bytes`, and takes off what was written: all of it, or what there was room for.

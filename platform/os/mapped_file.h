@@ -12,10 +12,10 @@
 
 namespace axlecast {
 
-// A file that is mapped for reading, and that somebody else may make shorter, or whose disk may fail, while it is looked
-// at. The kernel answers a look at bytes that are gone with SIGBUS, which ends a process; here zeros stand there instead:
-// from where the file ends now on, or in a page that the disk cannot read. SIGBUS of the process is taken from the first
-// mapping on; one of anything else ends the process as ever.
+// A file that is mapped for reading. Another process may truncate it, or its disk may fail, while it is read. Then an access
+// to missing bytes raises SIGBUS, which would end the process. This class handles the signal and shows zeros instead: behind
+// the new end of the file, or in a page that the disk cannot read. The handler is installed with the first mapping; any other
+// SIGBUS ends the process.
 class MappedRegion {
  public:
   static constexpr std::size_t kMax = 1'024;  // in a process at a time
@@ -30,7 +30,7 @@ class MappedRegion {
   [[nodiscard]] Bytes bytes() const { return bytes_; }
   // Of the bytes how many the file holds now.
   [[nodiscard]] std::size_t Left() const;
-  // Whether zeros stood, or stand, for bytes that the file had.
+  // Returns true if zeros were shown instead of bytes of the file.
   [[nodiscard]] bool fell() const;
 
  private:
@@ -40,8 +40,8 @@ class MappedRegion {
   int error_ = 0;
 };
 
-// A file's content as it was when it was opened, read where it is looked at: also one larger than the memory. It may grow
-// meanwhile, which is not seen. Where it becomes shorter, zeros stand for what is gone.
+// The content of a file at the time it was opened, read on access; the file may be larger than the memory. Data that is
+// appended later is not visible. If the file is truncated, zeros are shown instead of the missing bytes.
 class MappedFile {
  public:
   explicit MappedFile(const std::string& path);

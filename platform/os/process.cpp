@@ -88,7 +88,7 @@ std::vector<std::string> ApplyRealtime(int priority, int cpu, bool lock_memory) 
 
 Result<> ForbidCoreDumps() {
   const rlimit none{0, 0};
-  // Each alone would do, but for a core_pattern that pipes into a program: that one ignores the limit.
+  // One would be sufficient, except for a core_pattern that pipes into a program: a pipe ignores the limit.
   if (prctl(PR_SET_DUMPABLE, 0UL, 0UL, 0UL, 0UL) != 0 || setrlimit(RLIMIT_CORE, &none) != 0) {
     return Failure("cannot forbid core dumps: " + Reason() + "; a core dump of this process would show passwords");
   }
@@ -156,8 +156,7 @@ Supervision::Supervision() {
   }
 }
 
-// A message that systemd does not take is lost: there is nobody else to tell, and the watchdog draws the
-// conclusion.
+// If systemd does not accept a message, the message is lost, and the watchdog acts.
 void Supervision::Ready() { sd_notify(0, "READY=1"); }
 
 void Supervision::Status(const std::string& text) { sd_notify(0, ("STATUS=" + text).c_str()); }

@@ -57,7 +57,7 @@ class StopSignal {
   WakeEvent event_;
 };
 
-// Tells systemd how the process is (sd_notify). Without systemd all of it does nothing.
+// Reports the state of the process to systemd (sd_notify). Without systemd, it does nothing.
 class Supervision {
  public:
   Supervision();

@@ -57,7 +57,7 @@ void Catch(int number, void (*handler)(int), struct sigaction* old) {
 void OnStop(int number) {
   const int saved = errno;
   SetTerminal(before);
-  ActByDefault(number);  // returns when the process goes on
+  ActByDefault(number);  // returns when the process continues
   Catch(SIGTSTP, &OnStop, nullptr);
   errno = saved;
 }

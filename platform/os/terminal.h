@@ -31,8 +31,8 @@ class TerminalBuffer final : public std::streambuf {
   std::string unfinished_;  // the beginning of a character
 };
 
-// While it lives, all that goes to std::cout and std::cerr is TerminalText: names and texts from messages, logs, files and
-// command lines cannot steer the reader's terminal, whoever prints them. One in main().
+// While this object exists, everything written to std::cout and std::cerr passes TerminalText. Texts from messages, logs, files
+// and command lines therefore cannot control the terminal. Create one in main().
 class TerminalOutput {
  public:
   TerminalOutput();
@@ -52,7 +52,7 @@ void SteerTerminal(std::string_view sequence);
 
 // The keyboard, key by key: while it lives the terminal on standard input hands over every key at once and echoes none.
 // Ctrl-C, Ctrl-\ and Ctrl-Z keep their meaning. One at a time in a process. However the process ends or stops, the
-// terminal is as it was before (SIGKILL aside); when it goes on after Ctrl-Z, the keys come again.
+// terminal is as it was before (SIGKILL aside); when it continues after Ctrl-Z, keys are read again.
 class TerminalKeys {
  public:
   TerminalKeys();

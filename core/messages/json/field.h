@@ -103,8 +103,8 @@ struct MessageHead {
 inline constexpr int kDeepestJson = 16;
 [[nodiscard]] nlohmann::ordered_json ParseOutsideJson(std::string_view text);
 
-// One line of text, without the newline. Text that is not UTF-8 (a message may hold any bytes) is mended, not
-// refused.
+// One line of text, without the newline. Text that is not UTF-8 (a message may hold any bytes) is
+// converted: invalid bytes become U+FFFD.
 [[nodiscard]] std::string JsonLine(const nlohmann::ordered_json& json);
 
 }  // namespace axlecast
