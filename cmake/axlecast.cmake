@@ -95,7 +95,7 @@ function(axlecast_unit_test name target)
     endif()
     math(EXPR index "${shard} - 1")
     add_test(NAME ${entry} COMMAND ${target} --gtest_brief=1 --gtest_output=json:${CMAKE_BINARY_DIR}/results/${entry}.json)
-    set_tests_properties(${entry} PROPERTIES LABELS unit TIMEOUT 600
+    set_tests_properties(${entry} PROPERTIES LABELS unit TIMEOUT 1200
       ENVIRONMENT "GTEST_TOTAL_SHARDS=${ARG_SHARDS};GTEST_SHARD_INDEX=${index}")
   endforeach()
 endfunction()
