@@ -6,7 +6,7 @@
 #include "core/config/config_map.h"
 #include "drivers/cia406/device.h"
 #include "drivers/cia406/settings.h"
-#include "drivers/cia406/simulator/cia406_node.h"
+#include "drivers/cia406/simulator.h"
 
 namespace axlecast::cia406 {
 namespace {
@@ -44,9 +44,7 @@ std::unique_ptr<SimulatedCanNode> MakeNode(const DeviceConfig& device, ConfigMap
   setup.seed = static_cast<std::uint64_t>(simulate.Integer("seed", 1, 0, INT64_MAX, ""));
   setup.angle = AngleFromDegrees(simulate.Number("start_deg", 0, 0, 360, "deg"));
   auto node = std::make_unique<Cia406Node>(setup);
-  Cia406Node tried = *node;
-  node->SetScript(ReadScript(simulate, Cia406Node::QuantityNames(), tried));
-  simulate.Done();
+  node->SetScript(ReadScriptOf(simulate, *node));
   return node;
 }
 

@@ -1,4 +1,4 @@
-#include "drivers/saa_can/probe.h"
+#include "drivers/saa_can/family.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
