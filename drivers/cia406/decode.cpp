@@ -18,7 +18,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::uint32_t kNodeMask = 0x7F;
 constexpr std::uint32_t kFunctionMask = 0x780;
-constexpr std::size_t kPositionData = 4;
 
 struct Options {
   int bits = 0;  // 0: not given
@@ -82,8 +81,8 @@ Json DescribeNmt(Bytes data) {
 }
 
 Json DescribePosition(Bytes data, const Options& options) {
-  if (data.size() < kPositionData) return Bad("position", "short");
-  const std::uint32_t position = LittleEndian(data, 0, kPositionData);
+  if (data.size() < kPositionSize) return Bad("position", "short");
+  const std::uint32_t position = LittleEndian(data, 0, kPositionSize);
   const int total = options.bits + options.turn_bits;
   if (options.bits != 0 && std::uint64_t{position} >> total != 0) return Bad("position", "range");
   Json json = Good("position");
@@ -94,7 +93,7 @@ Json DescribePosition(Bytes data, const Options& options) {
     json["counts"] = counts;
     json["angle_deg"] = Degrees(counts, options.bits);
   }
-  if (data.size() >= kPositionData + 2) json["status"] = Hex(LittleEndian(data, kPositionData, 2), 4);
+  if (data.size() >= kPositionSize + 2) json["status"] = Hex(LittleEndian(data, kPositionSize, 2), 4);
   return json;
 }
 

@@ -10,7 +10,7 @@
 namespace axlecast::cia406 {
 namespace {
 
-using Kind = SimulatedFault::Kind;
+using Fault = SimulatedFault::Kind;
 using Place = SimulatedDictionary::Place;
 
 // CiA 301 table 22.
@@ -23,8 +23,8 @@ constexpr std::uint32_t kNoSubIndex = 0x06090011;
 constexpr std::uint32_t kInvalidValue = 0x06090030;
 constexpr std::uint32_t kCannotStore = 0x08000020;
 
-constexpr std::uint32_t kSave = 0x65766173;     // "save", 7.5.2.13
-constexpr std::uint32_t kEncoder = 0x00000196;  // profile 406
+constexpr std::uint32_t kSaveValue = 0x65766173;  // "save", 7.5.2.13
+constexpr std::uint32_t kEncoder = 0x00000196;    // profile 406
 constexpr std::uint32_t kSingleTurn = 0x00010000;
 constexpr std::uint32_t kMultiTurn = 0x00020000;
 constexpr std::uint16_t kScaling = 0x0004;
@@ -167,16 +167,16 @@ void Cia406Node::OnDue(MonoNs now, const Send& send) {
   }
   while (const auto next = TakeDue(now)) {
     if (next->frame.id == AnswerId()) answering_ = false;
-    if (fault_.kind != Kind::kOff) send(next->frame);
+    if (fault_.kind != Fault::kOff) send(next->frame);
   }
 }
 
 void Cia406Node::QueueLate(MonoNs due, const CanFrame& frame) {
-  Queue(due + (fault_.kind == Kind::kDelayed ? std::llround(fault_.amount * 1e6) : 0), frame);
+  Queue(due + (fault_.kind == Fault::kDelayed ? std::llround(fault_.amount * 1e6) : 0), frame);
 }
 
 MonoNs Cia406Node::SlowTime(double usual_us) const {
-  return std::llround((usual_us + (fault_.kind == Kind::kSlow ? fault_.amount : 0)) * 1e3);
+  return std::llround((usual_us + (fault_.kind == Fault::kSlow ? fault_.amount : 0)) * 1e3);
 }
 
 // ---- power and network management: 7.3.2 ----
@@ -215,7 +215,7 @@ void Cia406Node::RestartTimers(MonoNs from) {
 
 void Cia406Node::OnFrame(const CanFrame& frame, MonoNs now) {
   CatchUp(now);
-  if (!present() || state_ == NodeState::kBooting || fault_.kind == Kind::kOff) return;
+  if (!present() || state_ == NodeState::kBooting || fault_.kind == Fault::kOff) return;
   if (frame.id == 0x000) return OnNmt(frame.data, now);
   if (frame.id == 0x080) return OnSync(now);
   if (frame.id == 0x600U + setup_.node) return OnSdo(frame.data, now);
@@ -326,7 +326,7 @@ void Cia406Node::Download(Place place, Bytes data, MonoNs now) {
 
 std::uint32_t Cia406Node::Write(Place place, std::uint32_t value, MonoNs now) {
   if (place.first == 0x1010) {
-    if (value != kSave || (dictionary_.Get({0x1010, 1}) & 1U) == 0) return kCannotStore;
+    if (value != kSaveValue || (dictionary_.Get({0x1010, 1}) & 1U) == 0) return kCannotStore;
     ++counters_.saves;
     stored_ = dictionary_;
     stored_offset_ = encoder_.offset;
@@ -363,13 +363,13 @@ void Cia406Node::Abort(Place place, std::uint32_t code, MonoNs now) {
 Result<> Cia406Node::SetFault(std::string_view text) {
   const Result<SimulatedFault> fault = ParseFault(text);
   if (!fault) return Failure(fault.error());
-  if (fault->kind == Kind::kBitFlip || fault->kind == Kind::kRequestFlip || fault->kind == Kind::kEcho) {
+  if (fault->kind == Fault::kBitFlip || fault->kind == Fault::kRequestFlip || fault->kind == Fault::kEcho) {
     return Failure(
         "CAN has no such fault: its controllers drop damaged frames and send them again; use intermittent");
   }
-  if (fault->kind == Kind::kScattered) return Failure(kNotOnCan);
+  if (fault->kind == Fault::kScattered) return Failure(kNotOnCan);
   fault_ = *fault;
-  encoder_.stuck = fault->kind == Kind::kStuck;
+  encoder_.stuck = fault->kind == Fault::kStuck;
   encoder_.stuck_at = encoder_.shaft.At(now_).angle;
   return {};
 }
