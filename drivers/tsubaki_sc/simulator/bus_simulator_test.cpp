@@ -77,12 +77,8 @@ class DeviceFixture {
   static std::vector<Station> Stations(int units) {
     std::vector<Station> stations;
     for (int i = 1; i <= units; ++i) {
-      stations.push_back({.name = "gm" + std::to_string(i),
-                          .address = static_cast<std::uint8_t>(i),
-                          .simulated = SimulatedUnit(1),
-                          .script = {},
-                          .random = SeededRandom(1),
-                          .counters = {}});
+      stations.push_back(
+          {{"gm" + std::to_string(i), SimulatedUnit(1), {}}, static_cast<std::uint8_t>(i), SeededRandom(1)});
     }
     return stations;
   }
