@@ -6,7 +6,7 @@
 
 #include "core/device/operation.h"
 #include "drivers/tsubaki_sc/device_test_support.h"
-#include "drivers/tsubaki_sc/motor.h"
+#include "drivers/tsubaki_sc/operations.h"
 
 namespace axlecast::tsubaki_sc {
 namespace {

@@ -125,7 +125,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     output.readable = output.readable || answer.ok();
     interpreter.OnAnswer(answer);
     if (!answer.ok()) interpreter.trips().OnFailure(answer);
-    if (input.ConsumeBool()) interpreter.trips().WantAll();
+    if (input.ConsumeBool()) interpreter.trips().RequestAll();
     if (input.ConsumeBool()) interpreter.Forget();
     static_cast<void>(HoldsPassword(reply, "password", order));
     now += kSecond;

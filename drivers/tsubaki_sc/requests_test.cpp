@@ -56,8 +56,8 @@ TEST(Answer, OnlyError04SpeaksOfTheLogin) {
   EXPECT_TRUE(AnswerOf(request, WithCrc({1, 0x85, 0x04})).refused_for_login());
   EXPECT_FALSE(AnswerOf(request, WithCrc({1, 0x85, 0x03})).refused_for_login());
   EXPECT_FALSE(AnswerOf(request, request).refused_for_login());
-  EXPECT_EQ(ReasonOf(AnswerOf(request, WithCrc({1, 0x85, 0x03}))), command_status_t::REASON_DEVICE_REFUSED);
-  EXPECT_EQ(ReasonOf(AnswerOf(request, {}, Event::Kind::kTimeout)), command_status_t::REASON_NO_REPLY);
+  EXPECT_EQ(ErrorOf(AnswerOf(request, WithCrc({1, 0x85, 0x03}))).reason, command_status_t::REASON_DEVICE_REFUSED);
+  EXPECT_EQ(ErrorOf(AnswerOf(request, {}, Event::Kind::kTimeout)).reason, command_status_t::REASON_NO_REPLY);
 }
 
 // The unit acts between the last bit of the request and the first of its reply.
