@@ -77,7 +77,7 @@ TEST(Answer, HoldsTheInstantAtWhichTheUnitActed) {
   EXPECT_EQ(answer.at.first, request_end);
   EXPECT_EQ(answer.at.last, reply_begin);
   EXPECT_EQ(answer.end, reply_end);
-  // An adapter that hands the reply over in one piece says less of when it began; the wire says the rest.
+  // If an adapter hands the reply over in one piece, its begin is less exact; the wire time gives the rest.
   const Answer whole = Interpret({.kind = Event::Kind::kReply,
                                   .sent = {sent, sent},
                                   .received = {reply_end + kMillisecond, reply_end + kMillisecond},

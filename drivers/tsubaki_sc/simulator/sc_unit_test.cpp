@@ -24,7 +24,7 @@ class ScUnitTest : public testing::Test {
   }
   void Preset(std::uint16_t address, std::uint16_t value) { unit_.PresetParameter(address, value); }
   void Pass(MonoNs time) { unit_.Advance(unit_.now() + time); }
-  // How long the motor goes on; a minute when it does not stop.
+  // Returns how long the motor runs; a minute if it does not stop.
   MonoNs UntilTrip() {
     const MonoNs from = unit_.now();
     while (unit_.motor.running() && unit_.now() - from < 60 * kSecond) Pass(kMillisecond);
@@ -273,7 +273,7 @@ TEST_F(ScUnitTest, AForcedTripShowsItsCauseInTheLastSample) {
     unit_.SetPower(true);
     Pass(5 * kSecond);
     EXPECT_TRUE(unit_.ForceTrip(cause));
-    EXPECT_FALSE(unit_.ForceTrip(cause)) << "stands";
+    EXPECT_FALSE(unit_.ForceTrip(cause)) << "it does not run";
     EXPECT_EQ(Status(), cause);
   };
   unit_.motor.SetLoad(200);
