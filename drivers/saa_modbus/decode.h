@@ -10,6 +10,6 @@ namespace axlecast::saa_modbus {
 // Family::decode. Setting: `bits` 10..26, without which there is no angle and no check against the resolution.
 //
 // A frame that stands alone has lost its request: a reply from another address than asked for is never found here.
-[[nodiscard]] nlohmann::ordered_json Decode(const DecodeSettings& settings, Bytes frame, bool* usable);
+[[nodiscard]] Result<nlohmann::ordered_json> Decode(const DecodeSettings& settings, Bytes frame);
 
 }  // namespace axlecast::saa_modbus

@@ -260,17 +260,18 @@ void SaaModbusSimulator::SendDue(MonoNs now, const Transmit& transmit) {
 
 // ---- whoever looks on ----
 
-std::string SaaModbusSimulator::Set(std::string_view device, std::string_view key, std::string_view value,
-                                    MonoNs now) {
+Result<> SaaModbusSimulator::Set(std::string_view device, std::string_view key, std::string_view value,
+                                 MonoNs now) {
   CatchUp(now);
   for (Unit& unit : units_) {
     if (unit.name != device) continue;
     const Result<> done = unit.encoder.Set(key, value);
-    return done ? "" : unit.name + '.' + std::string(key) + ": " + done.error().text;
+    if (!done) return Failure(unit.name + '.' + std::string(key) + ": " + done.error().text);
+    return {};
   }
   std::string names;
   for (const Unit& unit : units_) names += (names.empty() ? "" : ", ") + unit.name;
-  return "no simulated device '" + std::string(device) + "' here: " + names;
+  return Failure("no simulated device '" + std::string(device) + "' here: " + names);
 }
 
 std::vector<std::pair<std::string, std::string>> SaaModbusSimulator::State(std::string_view device,
