@@ -1,4 +1,4 @@
-#include "drivers/saa_modbus/decode.h"
+#include "drivers/saa_modbus/family.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
-// What `axlecast decode saa_modbus` says of a frame: docs/decode.md and README.md.
-#include "drivers/saa_modbus/decode.h"
+// The output of `axlecast decode saa_modbus` for a frame: docs/decode.md and README.md.
+#include "drivers/saa_modbus/family.h"
 
 #include <gtest/gtest.h>
 

@@ -260,9 +260,9 @@ Result<> LockFolder(const std::string& folder, const std::string& machine, LockF
 int RunRecord(const RecordOptions& options) {
   std::optional<MachineConfig> machine;
   if (options.config.Given() || (options.urls.empty() && !options.config.File().empty())) {
-    int exit_code = kExitDone;
-    machine = options.config.Load(exit_code);
-    if (!machine) return exit_code;
+    Result<MachineConfig> loaded = options.config.Load();
+    if (!loaded) return options.config.Fail(loaded.error());
+    machine = *std::move(loaded);
   }
   Result<RecordPlan> plan = MakeRecordPlan(options, machine);
   if (!plan) return Fail(plan.error().text, kExitUsage);

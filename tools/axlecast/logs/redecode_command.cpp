@@ -75,16 +75,12 @@ int ResultOf(const Options& options, const LogRedecoder& redecoder, bool readabl
 int Run(const Options& options) {
   LogInput input;
   if (!input.Open(options.log)) return kExitBad;
-  int exit_code = kExitBad;
-  std::optional<MachineConfig> machine;
-  if (options.config.Given()) {
-    machine = options.config.Load(exit_code);
-  } else if (Result<MachineConfig> recorded = MachineOf(input.log(), options.log); recorded) {
-    machine = std::move(*recorded);
-  } else {
-    std::cerr << recorded.error().text;
+  const Result<MachineConfig> machine =
+      options.config.Given() ? options.config.Load() : MachineOf(input.log(), options.log);
+  if (!machine) {
+    std::cerr << machine.error().text;
+    return kExitBad;
   }
-  if (!machine) return exit_code;
   if (!options.bus.empty() && machine->FindBus(options.bus) == nullptr)
     return Fail("the machine has no bus " + options.bus, kExitUsage);
   RedecodedLog output(options.output);

@@ -59,8 +59,11 @@ std::optional<LcmConfig> FindUrls(const ReplayOptions& options, int& exit_code) 
   const bool has_environment = environment != nullptr && *environment != '\0';
   const bool url_known = !options.url.empty() || has_environment;
   if (options.config.Given() || (!url_known && !options.config.File().empty())) {
-    const auto machine = options.config.Load(exit_code);
-    if (!machine) return std::nullopt;
+    const auto machine = options.config.Load();
+    if (!machine) {
+      exit_code = options.config.Fail(machine.error());
+      return std::nullopt;
+    }
     lcm = machine->lcm;
   } else if (has_environment) {
     lcm.url = environment;
