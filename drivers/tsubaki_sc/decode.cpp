@@ -425,14 +425,11 @@ bool IsWrongEcho(const Shape& shape, Bytes frame, Bytes request) {
 
 }  // namespace
 
-Json Decode(const DecodeSettings& settings, Bytes frame, bool* usable) {
+Result<Json> Decode(const DecodeSettings& settings, Bytes frame) {
   Options options;
   for (const auto& [key, value] : settings) {
-    const Result<> set = SetOption(key, value, options);
-    *usable = set.has_value();
-    if (!set) return {{"error", set.error().text}};
+    if (const Result<> set = SetOption(key, value, options); !set) return Failure(set.error());
   }
-  *usable = true;
   if (frame.size() < 2) return Bad({}, "short");
   const Shape shape = ShapeOf(frame);
   if (shape.form == Form::kUnknown) return Bad(shape, "function");
