@@ -176,10 +176,9 @@ Json Describe(const CanFrame& frame, const Options& options) {
 
 }  // namespace
 
-Json Decode(const DecodeSettings& settings, const CanFrame& frame, bool* usable) {
+Result<Json> Decode(const DecodeSettings& settings, const CanFrame& frame) {
   const Result<Options> options = ReadOptions(settings);
-  *usable = options.has_value();
-  if (!options) return {{"error", options.error().text}};
+  if (!options) return Failure(options.error());
   Json json = Describe(frame, *options);
   const std::uint32_t node = frame.id & kNodeMask;
   const bool of_node =

@@ -47,14 +47,6 @@ Result<> ReadOption(const std::string& key, const std::string& value, Options& o
   return {};
 }
 
-Result<Options> ReadOptions(const DecodeSettings& settings) {
-  Options options;
-  for (const auto& [key, value] : settings) {
-    if (Result<> read = ReadOption(key, value, options); !read) return Failure(read.error());
-  }
-  return options;
-}
-
 Json Bad(std::string_view kind, std::string_view error) {
   return {{"ok", false}, {"kind", kind}, {"error", error}};
 }
@@ -148,19 +140,20 @@ Json Describe(const CanFrame& frame, const Options& options) {
 
 }  // namespace
 
-Json Decode(const DecodeSettings& settings, Bytes packet, bool* usable) {
+Result<Json> Decode(const DecodeSettings& settings, Bytes packet) {
   const std::optional<CanFrame> frame = FromPacket(packet);
   const bool standard = std::any_of(settings.begin(), settings.end(), [](const auto& setting) {
     return setting.first == "model" && setting.second == cia406::kModel;
   });
   if (standard) {
-    Json json = cia406::Decode(settings, frame.value_or(CanFrame{}), usable);
-    if (frame || !*usable) return json;
+    Result<Json> json = cia406::Decode(settings, frame.value_or(CanFrame{}));
+    if (frame || !json) return json;
   } else {
-    const Result<Options> options = ReadOptions(settings);
-    *usable = options.has_value();
-    if (!options) return {{"error", options.error().text}};
-    if (frame) return Describe(*frame, *options);
+    Options options;
+    for (const auto& [key, value] : settings) {
+      if (const Result<> read = ReadOption(key, value, options); !read) return Failure(read.error());
+    }
+    if (frame) return Describe(*frame, options);
   }
   return Bad("unknown", packet.size() < 4 ? "short" : "long");
 }

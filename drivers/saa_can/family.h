@@ -11,7 +11,7 @@ namespace axlecast::saa_can {
 
 // For Family::decode: decodes one frame, as its packet (core/device/can.h), to the flat JSON object of docs/decode.md.
 // With `model=cia406`, the frame is that of a standard encoder.
-[[nodiscard]] nlohmann::ordered_json Decode(const DecodeSettings& settings, Bytes packet, bool* usable);
+[[nodiscard]] Result<nlohmann::ordered_json> Decode(const DecodeSettings& settings, Bytes packet);
 
 }  // namespace axlecast::saa_can
 

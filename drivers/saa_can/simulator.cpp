@@ -330,11 +330,13 @@ void CanBus::Serve(std::size_t unit, MonoNs now, const Transmit& transmit) {
   for (; !way.held.empty() && way.held.front().due <= now; way.held.pop_front()) transmit(way.held.front().packet);
 }
 
-std::string CanBus::Set(std::string_view device, std::string_view key, std::string_view value, MonoNs now) {
+Result<> CanBus::Set(std::string_view device, std::string_view key, std::string_view value, MonoNs now) {
   const Unit* unit = FindUnit(units_, device);
-  if (unit == nullptr) return UnknownDevice(units_, device);
+  if (unit == nullptr) return Failure("no simulated device '" + std::string(device) + "' here");
   unit->node->Advance(now);
-  return SetProblem(device, key, unit->node->Set(key, value));
+  const Result<> done = unit->node->Set(key, value);
+  if (!done) return Failure(unit->name + '.' + std::string(key) + ": " + done.error().text);
+  return {};
 }
 
 QuantityList CanBus::State(std::string_view device, MonoNs now) const {
