@@ -41,7 +41,7 @@ class WatchedFrames final : public FrameLink {
     }));
   }
 
-  [[nodiscard]] std::string Open() override { return link_.Open(); }
+  [[nodiscard]] Result<> Open() override { return link_.Open(); }
   void Close() override { link_.Close(); }
   [[nodiscard]] bool IsOpen() const override { return link_.IsOpen(); }
   [[nodiscard]] SendResult Send(const CanFrame& frame) override {
