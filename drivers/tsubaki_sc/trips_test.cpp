@@ -2,6 +2,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <cmath>
 
+#include "drivers/tsubaki_sc/trips.h"
 #include "drivers/tsubaki_sc/device_test_support.h"
 
 namespace axlecast::tsubaki_sc {
