@@ -1,9 +1,11 @@
+#include "drivers/tsubaki_sc/trips.h"
+
 #include <gmock/gmock.h>
 #include <axlecast/command_status_t.hpp>
 #include <cmath>
 
-#include "drivers/tsubaki_sc/trips.h"
 #include "drivers/tsubaki_sc/device_test_support.h"
+#include "drivers/tsubaki_sc/trips.h"
 
 namespace axlecast::tsubaki_sc {
 namespace {
