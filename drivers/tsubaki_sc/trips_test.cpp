@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "drivers/tsubaki_sc/device_test_support.h"
-#include "drivers/tsubaki_sc/trips.h"
 
 namespace axlecast::tsubaki_sc {
 namespace {
