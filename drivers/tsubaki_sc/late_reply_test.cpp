@@ -11,7 +11,7 @@
 #include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/runtime/bus/bus.h"
-#include "drivers/tsubaki_sc/device.h"
+#include "drivers/tsubaki_sc/family.h"
 #include "tests/support/fixed_secrets.h"
 #include "tests/support/memory_sink.h"
 #include "tests/support/recording_output.h"
@@ -59,7 +59,7 @@ buses:
     bus_ = std::make_unique<Bus>(settings, *link_, clock_, observer_, &log_);
     for (std::size_t i = 0; i < 3; ++i) {
       const DeviceConfig& device = bus_config().devices[i];
-      devices_.push_back(std::make_unique<ScDevice>(bus_config(), device, outputs_[i], secrets_));
+      devices_.push_back(MakeDevice(bus_config(), device, outputs_[i], secrets_));
       bus_->Add(*devices_.back());
     }
   }
@@ -69,7 +69,7 @@ buses:
     for (const MonoNs end = clock_.Now() + time; clock_.Now() < end;) bus_->RunOnce(end);
   }
   void SetFault(const char* device, const std::string& fault) {
-    ASSERT_EQ(simulator_->Set(device, "fault", fault, clock_.Now()), "");
+    ASSERT_EQ(ErrorText(simulator_->Set(device, "fault", fault, clock_.Now())), "");
   }
   void Begin(const std::string& operation, Arguments arguments = {}) {
     devices_[0]->Begin(
@@ -87,7 +87,7 @@ buses:
   std::unique_ptr<Simulator> simulator_;
   std::unique_ptr<SimulatorLink> link_;
   std::array<RecordingOutput, 3> outputs_;
-  std::vector<std::unique_ptr<ScDevice>> devices_;
+  std::vector<std::unique_ptr<Device>> devices_;
   std::unique_ptr<Bus> bus_;
   std::uint8_t orders_ = 0;
 };
@@ -99,10 +99,10 @@ TEST_F(LateReplyTest, NeverBecomesAnotherUnitsValueNorAnotherQuantity) {
     const int delay_ms = 120 + static_cast<int>(random() % 400);
     SetFault("gm2", random() % 3 == 0 ? "none" : "delayed:" + std::to_string(delay_ms));
     if (round % 10 == 0) {
-      ASSERT_EQ(simulator_->Set("gm2", "trip", "overheat", clock_.Now()), "");
+      ASSERT_EQ(ErrorText(simulator_->Set("gm2", "trip", "overheat", clock_.Now())), "");
     }
     if (round % 10 == 5) {
-      ASSERT_EQ(simulator_->Set("gm2", "power", "cycle", clock_.Now()), "");
+      ASSERT_EQ(ErrorText(simulator_->Set("gm2", "power", "cycle", clock_.Now())), "");
     }
     RunFor(kSecond + static_cast<MonoNs>(random() % 1'000) * kMillisecond);
   }
