@@ -170,7 +170,7 @@ class Machine final : public LinkObserver {
     EXPECT_TRUE(RunUntil([&] { return port->Changes().size() == 1; }));
   }
   void Set(const std::string& device, const std::string& key, const std::string& value) {
-    EXPECT_EQ(simulator_->Set(device, key, value, clock.Now()), "");
+    EXPECT_EQ(ErrorText(simulator_->Set(device, key, value, clock.Now())), "");
   }
   [[nodiscard]] Watch& output(std::size_t index = 0) { return outputs[config_.devices.at(index).name]; }
   [[nodiscard]] const SaaModbusSimulator& simulator() const {

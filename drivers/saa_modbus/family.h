@@ -13,7 +13,7 @@ namespace axlecast::saa_modbus {
 
 // For Family::decode; README.md, "Decoding", describes the object. A single frame has lost its request: a reply from
 // another address than the requested one is not detected here.
-[[nodiscard]] nlohmann::ordered_json Decode(const DecodeSettings& settings, Bytes frame, bool* usable);
+[[nodiscard]] Result<nlohmann::ordered_json> Decode(const DecodeSettings& settings, Bytes frame);
 
 // For Family::make_simulator: the encoders of the bus from its `simulate` mapping (README.md, "Simulation"). Null if a
 // key is wrong: the errors are in the map's list.
