@@ -60,7 +60,7 @@ void ReceiveMachine(const MachineConfig& machine, NetworkFacts& network) {
   if (group == network.groups.end() || group->second.route.error != 0 || !group->second.silence.empty()) return;
   const SystemClock clock;
   LiveMachine live(machine, clock);
-  if (live.problem().empty() && live.GatherAll(machine) && !live.view().NoneHeard()) {
+  if (live.GatherAll(machine) && !live.view().NothingReceived()) {
     network.machine_faults = MachineFaults(live.view(), clock.Now());
   }
 }

@@ -35,7 +35,7 @@ bool Before(const ListedAlarm& a, const ListedAlarm& b) {
 }
 
 void AddDevice(const DeviceView& device, const std::vector<AlarmMark>& marks, MonoNs now, AlarmList& list) {
-  if (!device.State(now) || !device.alarms.heard()) {
+  if (!device.State(now) || !device.alarms.received()) {
     list.silent.push_back(device.name);
     return;
   }

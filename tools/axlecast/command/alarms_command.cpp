@@ -50,8 +50,8 @@ int List(const ListOptions& options) {
   const MonoNs start = clock.Now();
   const auto view = Observe(*machine, clock, kTimeout, [&](const MachineView& seen) {
     const bool devices = std::all_of(seen.devices().begin(), seen.devices().end(),
-                                     [](const DeviceView& device) { return device.info && device.alarms.heard(); });
-    return devices && (seen.bridge().heard() || clock.Now() - start > kBridgeWait);
+                                     [](const DeviceView& device) { return device.info && device.alarms.received(); });
+    return devices && (seen.bridge().received() || clock.Now() - start > kBridgeWait);
   });
   if (!view) return Fail(view.error().text, kExitBad);
   const auto marks = ReadMarks(*view, options.journal.empty() ? JournalFile(*machine) : options.journal);
@@ -87,7 +87,7 @@ struct AckOptions {
 Result<std::vector<std::string>> ListedAlarms(const MachineConfig& machine, const std::string& name) {
   const SystemClock clock;
   const auto view = Observe(machine, clock, kTimeout,
-                            [&](const MachineView& seen) { return seen.FindDevice(name)->alarms.heard(); });
+                            [&](const MachineView& seen) { return seen.FindDevice(name)->alarms.received(); });
   if (!view) return Failure(view.error());
   std::vector<std::string> names;
   for (const alarm_entry_t& entry : view->FindDevice(name)->alarms.entries()) {

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 
 #include "tools/axlecast/command/command_request.h"
-#include "tools/monitor/one_axis.h"
+#include "tools/monitor/test_one_axis.h"
 
 namespace axlecast {
 namespace {

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tools/monitor/one_axis.h"
+#include "tools/monitor/test_one_axis.h"
 
 namespace axlecast {
 namespace {

@@ -35,7 +35,7 @@ struct Options {
 std::optional<MachineView> ObserveDevice(const MachineConfig& machine, const std::string& name, int& exit_code) {
   auto view = Observe(machine, SystemClock(), kTimeout, [&name](const MachineView& seen) {
     const DeviceView& device = *seen.FindDevice(name);
-    return device.info && device.alarms.heard();
+    return device.info && device.alarms.received();
   });
   if (view && view->FindDevice(name)->info) return *std::move(view);
   exit_code = view ? Fail(NoAnswer(*view->FindDevice(name)), kExitNoAnswer) : Fail(view.error().text, kExitBad);

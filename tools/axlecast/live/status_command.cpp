@@ -56,12 +56,12 @@ int Status(const Options& options) {
   const MonoNs now = clock.Now();
   Show(StatusJson(live.view(), now), StatusText(live.view(), now), options.json);
   if (MachineFaults(live.view(), now).empty()) return kExitDone;
-  return live.view().NoneHeard() ? kExitNoAnswer : kExitBad;
+  return live.view().NothingReceived() ? kExitNoAnswer : kExitBad;
 }
 
 // Returns true if each message that the device publishes at least once a second was received.
 bool Complete(const DeviceView& device) {
-  return device.Heard() && device.alarms.heard() && (device.position || !device.has_position);
+  return device.Received() && device.alarms.received() && (device.position || !device.has_position);
 }
 
 int Info(Options options) {
