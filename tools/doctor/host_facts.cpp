@@ -15,7 +15,6 @@
 #include "platform/net/lcm_port.h"
 #include "platform/net/multicast_port.h"
 #include "platform/os/system_clock.h"
-#include "tools/doctor/host/host_files.h"
 #include "tools/monitor/live_machine.h"
 #include "tools/monitor/machine_view.h"
 

@@ -5,7 +5,6 @@
 #include <iterator>
 #include <limits>
 #include <numbers>
-#include <optional>
 #include <utility>
 
 #include "core/base/spelling.h"

@@ -1,6 +1,5 @@
 #include "tools/scan/format_scan.h"
 
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <nlohmann/json.hpp>

@@ -4,8 +4,6 @@
 #include <memory>
 #include <utility>
 
-#include "drivers/runtime/bus/transactor.h"
-
 namespace axlecast {
 namespace {
 

@@ -11,7 +11,6 @@
 #include "core/messages/json/field.h"
 #include "platform/os/new_file.h"
 #include "platform/os/system_clock.h"
-#include "tools/axlecast/command/command_request.h"
 #include "tools/axlecast/command/command_run.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
@@ -54,7 +53,7 @@ int Backup(const Options& options) {
   BackupReading reading;
   if (BackupOperation(*bus->family) != nullptr) {
     OperatorClient client(*machine, command.key, !command.json);
-    if (!client.problem().empty()) return Fail(client.problem(), kExitBad);
+    if (const auto ready = client.state(); !ready) return Fail(ready.error().text, kExitBad);
     reading = ReadContents(client, *bus->family, command);
     if (ExitCode(reading.result) != kExitDone) return Fail(ToText(reading.result), ExitCode(reading.result));
     if (!reading.contents) return Fail(reading.contents.error().text, kExitFailed);

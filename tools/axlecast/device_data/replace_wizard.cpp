@@ -91,7 +91,7 @@ ReplaceWizard::ReplaceWizard(const MachineConfig& machine, ReplaceOptions option
 }
 
 int ReplaceWizard::Run() {
-  if (!client_.problem().empty()) return Fail(client_.problem(), kExitBad);
+  if (const auto ready = client_.state(); !ready) return Fail(ready.error().text, kExitBad);
   ShowKnown();
   if (const End end = LoadBackup()) {
     report_.stopped = options_.from;
