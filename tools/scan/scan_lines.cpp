@@ -1,7 +1,6 @@
 #include "tools/scan/scan_lines.h"
 
 #include <filesystem>
-#include <variant>
 
 #include "drivers/hal/can_socket.h"
 #include "drivers/hal/line_guard.h"
@@ -16,11 +15,6 @@ namespace {
 constexpr LineFormat kAtFirst = {.baud = 9'600};
 constexpr int kMaxReads = 100;  // so that bytes without end do not block a scan
 
-Result<> ResultOf(std::string error) {
-  if (error.empty()) return {};
-  return Failure(std::move(error));
-}
-
 }  // namespace
 
 SerialScanLine::SerialScanLine(const std::string& path, bool echo, const Clock& clock)
@@ -29,10 +23,11 @@ SerialScanLine::SerialScanLine(const std::string& path, bool echo, const Clock& 
       transactor_(port_, clock, echo, nullptr) {}
 
 Result<> SerialScanLine::Open() {
-  const std::string problem = port_.Open();
-  if (problem.empty()) return {};
+  Result<> opened = port_.Open();
+  if (opened) return opened;
   const std::string holder = PortHolder(path_);
-  return Failure(holder.empty() ? problem : problem + " (" + holder + " has it open)");
+  if (holder.empty()) return opened;
+  return Failure(opened.error().text + " (" + holder + " has it open)");
 }
 
 bool SerialScanLine::Set(const ProbeTrial& trial) {
@@ -56,7 +51,7 @@ Result<> SpiScanLine::OpenWith(const SpiSettings& settings) {
     link_ = std::make_unique<SpiPort>(path_, settings, clock_);
   }
   transactor_ = std::make_unique<SerialTransactor>(*link_, clock_, false, nullptr);
-  return ResultOf(link_->Open());
+  return link_->Open();
 }
 
 CanScanLine::~CanScanLine() {
@@ -69,14 +64,13 @@ CanScanLine::~CanScanLine() {
 }
 
 Result<> CanScanLine::Open() {
-  if (IsSimulated()) return ResultOf(SimulatedCan(interface_, CanBitrates().front(), clock_).Open());
-  if (auto opened = ResultOf(netlink_.Open()); !opened) return opened;
-  const CanInterfaceReply reply = netlink_.Ask(interface_);
-  if (const auto* interface = std::get_if<CanInterface>(&reply)) found_ = *interface;
+  if (IsSimulated()) return SimulatedCan(interface_, CanBitrates().front(), clock_).Open();
+  if (Result<> opened = netlink_.Open(); !opened) return opened;
+  found_ = netlink_.Ask(interface_).value_or(CanInterface());
   if (found_.is_controller && !found_.up) return {};
   // Opening the socket finds other errors, and a driver that uses the interface.
   CanSocket socket({.interface = interface_, .bitrate = 0, .filters = {}}, clock_);
-  return ResultOf(socket.Open());
+  return socket.Open();
 }
 
 bool CanScanLine::MayConfigure() { return IsSimulated() || netlink_.Switch(found_, false) == 0; }
@@ -103,7 +97,7 @@ bool CanScanLine::Set(const ProbeTrial& trial) {
     link_ = std::make_unique<CanSocket>(CanSettings{.interface = interface_, .bitrate = 0, .filters = {}}, clock_);
   }
   transactor_ = std::make_unique<CanTransactor>(*link_, clock_);
-  if (link_->Open().empty()) return true;
+  if (link_->Open()) return true;
   link_.reset();
   return false;
 }
