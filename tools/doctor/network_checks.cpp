@@ -147,7 +147,7 @@ Symptoms CheckLoopbackMulticast(const MachineConfig& machine, const HostFacts& h
   const LoopbackState& loopback = host.network.loopback;
   if (!loopback.known || (loopback.up && loopback.multicast)) return {};
   const std::vector<Group> groups = GroupsOf(machine, host);
-  const bool used = std::any_of(groups.begin(), groups.end(), [](const Group& group) {
+  const bool used = std::ranges::any_of(groups, [](const Group& group) {
     return group.url.ttl == 0 && (group.facts->route.error != 0 || group.facts->route.interface == "lo");
   });
   if (!used) return {};

@@ -17,7 +17,7 @@ namespace {
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 const alarm_entry_t* FindEntry(const std::vector<alarm_entry_t>& entries, const alarm_entry_t& like) {
-  const auto found = std::find_if(entries.begin(), entries.end(), [&like](const alarm_entry_t& entry) {
+  const auto found = std::ranges::find_if(entries, [&like](const alarm_entry_t& entry) {
     return entry.code == like.code && entry.source == like.source;
   });
   return found == entries.end() ? nullptr : &*found;
@@ -31,8 +31,7 @@ bool SameState(const alarm_entry_t& one, const alarm_entry_t& other) {
 // `views` may be const.
 template <typename Views>
 auto* Find(Views& views, std::string_view name) {
-  const auto found =
-      std::find_if(views.begin(), views.end(), [name](const auto& view) { return view.name == name; });
+  const auto found = std::ranges::find_if(views, [name](const auto& view) { return view.name == name; });
   return found == views.end() ? nullptr : &*found;
 }
 
@@ -93,7 +92,7 @@ bool SameTrip(const trip_log_t& one, const trip_log_t& other) {
 
 bool OnTrip(DeviceView& device, const trip_log_t& trip) {
   const auto same = [&trip](const trip_log_t& known) { return SameTrip(known, trip); };
-  if (std::any_of(device.trips.begin(), device.trips.end(), same)) return false;
+  if (std::ranges::any_of(device.trips, same)) return false;
   if (device.trips.size() == DeviceView::kMaxTrips) device.trips.erase(device.trips.begin());
   device.trips.push_back(trip);
   return true;
@@ -315,25 +314,24 @@ void MachineView::Tick(MonoNs now) {
 }
 
 std::size_t MachineView::online(MonoNs now) const {
-  return static_cast<std::size_t>(std::count_if(devices_.begin(), devices_.end(),
-                                                [now](const DeviceView& device) { return device.Online(now); }));
+  return static_cast<std::size_t>(
+      std::ranges::count_if(devices_, [now](const DeviceView& device) { return device.Online(now); }));
 }
 
 bool MachineView::AllOnline(MonoNs now) const {
   return online(now) == devices_.size() &&
-         std::all_of(buses_.begin(), buses_.end(), [now](const BusView& bus) { return bus.Up(now); });
+         std::ranges::all_of(buses_, [now](const BusView& bus) { return bus.Up(now); });
 }
 
 bool MachineView::AllReceived() const {
-  return std::all_of(devices_.begin(), devices_.end(),
-                     [](const DeviceView& device) { return device.Received(); }) &&
-         std::all_of(buses_.begin(), buses_.end(), [](const BusView& bus) { return bus.health.has_value(); });
+  return std::ranges::all_of(devices_, [](const DeviceView& device) { return device.Received(); }) &&
+         std::ranges::all_of(buses_, [](const BusView& bus) { return bus.health.has_value(); });
 }
 
 bool MachineView::NothingReceived() const {
-  return std::none_of(devices_.begin(), devices_.end(),
-                      [](const DeviceView& device) { return device.info || device.readings.received() > 0; }) &&
-         std::none_of(buses_.begin(), buses_.end(), [](const BusView& bus) { return bus.health.has_value(); });
+  return std::ranges::none_of(
+             devices_, [](const DeviceView& device) { return device.info || device.readings.received() > 0; }) &&
+         std::ranges::none_of(buses_, [](const BusView& bus) { return bus.health.has_value(); });
 }
 
 const DeviceView* MachineView::FindDevice(std::string_view name) const { return Find(devices_, name); }

@@ -30,18 +30,17 @@ std::string KnownArguments(const OperationSpec& operation) {
 }
 
 bool Takes(const OperationSpec& operation, const std::string& key) {
-  return std::any_of(operation.arguments.begin(), operation.arguments.end(),
-                     [&key](const ArgumentSpec& argument) { return argument.name == key; });
+  return std::ranges::any_of(operation.arguments,
+                             [&key](const ArgumentSpec& argument) { return argument.name == key; });
 }
 
 bool Holds(const CommandRequest& request, std::string_view key) {
-  return std::any_of(request.arguments.begin(), request.arguments.end(),
-                     [key](const auto& argument) { return argument.first == key; });
+  return std::ranges::any_of(request.arguments, [key](const auto& argument) { return argument.first == key; });
 }
 
 bool Has(const Family& family, std::string_view operation) {
-  return std::any_of(family.operations.begin(), family.operations.end(),
-                     [operation](const OperationSpec& known) { return known.name == operation; });
+  return std::ranges::any_of(family.operations,
+                             [operation](const OperationSpec& known) { return known.name == operation; });
 }
 
 std::string DevicesWith(const MachineConfig& machine, std::string_view operation) {
@@ -55,13 +54,12 @@ std::string DevicesWith(const MachineConfig& machine, std::string_view operation
 }
 
 bool HasZero(const Family& family) {
-  return std::any_of(family.operations.begin(), family.operations.end(),
-                     [](const OperationSpec& known) { return known.name.starts_with("zero"); });
+  return std::ranges::any_of(family.operations,
+                             [](const OperationSpec& known) { return known.name.starts_with("zero"); });
 }
 
 bool IsOfSomeFamily(const std::string& operation) {
-  return std::any_of(Families().begin(), Families().end(),
-                     [&operation](const Family* family) { return Has(*family, operation); });
+  return std::ranges::any_of(Families(), [&operation](const Family* family) { return Has(*family, operation); });
 }
 
 // Returns a hint that helps more than a list of operations, or an empty text. A device without zero needs a software

@@ -246,7 +246,7 @@ Result<std::string> TripSvg(const std::string& device, const std::vector<trip_lo
     canvas->DrawText({kLeft, 50}, "no trip is recorded", {});
     return canvas->Finish();
   }
-  const bool in_seconds = std::all_of(trips.begin(), trips.end(), [](const auto& t) { return t.interval_us > 0; });
+  const bool in_seconds = std::ranges::all_of(trips, [](const auto& t) { return t.interval_us > 0; });
   const std::string time_title = std::string("time before the trip, ") + (in_seconds ? "s" : "samples");
   for (std::size_t i = 0; i < std::size(kTripQuantities); ++i) {
     const TripQuantity& quantity = kTripQuantities[i];

@@ -134,7 +134,7 @@ std::string FieldsText(const Json& message) {
   constexpr std::array<std::string_view, 5> kHead = {"utime", "mono_ns", "boot_id", "seq", "spare"};
   Json rest = Json::object();
   for (const auto& [name, value] : message.items()) {
-    if (std::find(kHead.begin(), kHead.end(), name) == kHead.end()) rest[name] = value;
+    if (std::ranges::find(kHead, name) == kHead.end()) rest[name] = value;
   }
   return JsonLine(rest);
 }
