@@ -8,6 +8,7 @@
 #include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/messages/enum_names.h"
+#include "tools/axlecast/common/config_option.h"
 #include "tools/monitor/trip_margins.h"
 
 namespace axlecast {
@@ -170,10 +171,7 @@ std::string NoAnswer(const DeviceView& device) {
 }
 
 std::string UnknownDevice(const MachineConfig& machine, std::string_view name) {
-  std::vector<std::string> names;
-  for (const BusConfig& bus : machine.buses) {
-    for (const DeviceConfig& device : bus.devices) names.push_back(device.name);
-  }
+  const std::vector<std::string> names = MachineNames(machine, true);
   const auto nearest = NearestWord(name, names);
   return "no device " + Quoted(name) + " in " + machine.file + (nearest ? "; did you mean " + *nearest + '?' : "") +
          "\ndevices: " + Listed(names);
