@@ -103,8 +103,8 @@ std::string InBrackets(const std::string& reason) { return reason.empty() ? "" :
 void AddDevice(const DeviceView& device, MonoNs now, std::vector<std::string>& faults) {
   if (!device.info && device.readings.received() == 0) {
     faults.push_back(device.name + ": no message of its driver was received");
-  } else if (const auto state = device.State(now); state != device_info_t::STATE_ONLINE) {
-    faults.push_back(device.name + ": " + (state ? std::string(DeviceStateName(*state)) : "SILENT") +
+  } else if (!device.Online(now)) {
+    faults.push_back(device.name + ": " + device.StateText(now) +
                      InBrackets(device.info ? device.info->reason : ""));
   }
 }
@@ -112,9 +112,8 @@ void AddDevice(const DeviceView& device, MonoNs now, std::vector<std::string>& f
 void AddBus(const BusView& bus, MonoNs now, std::vector<std::string>& faults) {
   if (!bus.health) {
     faults.push_back(bus.name + ": the bus never reported");
-  } else if (const auto state = bus.State(now); state != bus_health_t::STATE_UP) {
-    faults.push_back(bus.name + ": " + (state ? std::string(BusStateName(*state)) : "SILENT") +
-                     InBrackets(bus.health->last_error));
+  } else if (!bus.Up(now)) {
+    faults.push_back(bus.name + ": " + bus.StateText(now) + InBrackets(bus.health->last_error));
   }
 }
 
@@ -158,6 +157,11 @@ std::optional<std::int8_t> DeviceView::State(MonoNs now) const {
   return std::nullopt;
 }
 
+std::string DeviceView::StateText(MonoNs now) const {
+  const auto state = State(now);
+  return state ? std::string(DeviceStateName(*state)) : "SILENT";
+}
+
 double DeviceView::Turns() const {
   if (!valid || valid->counts_per_turn <= 0) return kUnknown;
   return static_cast<double>(valid->counts) / static_cast<double>(valid->counts_per_turn);
@@ -181,6 +185,11 @@ std::optional<std::int8_t> BusView::State(MonoNs now) const {
   if (const bus_health_t* fresh = FreshHealth(now)) return fresh->state;
   if (valid_at && now - *valid_at <= kStaleAfter) return bus_health_t::STATE_UP;
   return std::nullopt;
+}
+
+std::string BusView::StateText(MonoNs now) const {
+  const auto state = State(now);
+  return state ? std::string(BusStateName(*state)) : "SILENT";
 }
 
 MachineView::MachineView(const MachineConfig& machine, Unlisted unlisted)

@@ -91,6 +91,7 @@ struct DeviceView {
   // from the readings: ONLINE while valid readings arrive (DEGRADED if that was the last state), else the last state.
   // Returns nothing if no readings arrive either.
   [[nodiscard]] std::optional<std::int8_t> State(MonoNs now) const;  // device_info_t STATE_*
+  [[nodiscard]] std::string StateText(MonoNs now) const;             // a word; SILENT without a state
   [[nodiscard]] bool Online(MonoNs now) const { return State(now) == device_info_t::STATE_ONLINE; }
   // Returns the turns of the shaft after direction and datum; NaN before the first valid position.
   [[nodiscard]] double Turns() const;
@@ -110,6 +111,7 @@ struct BusView {
 
   // Returns bus_health_t STATE_*, reported once per second. Without that message, UP while valid readings arrive.
   [[nodiscard]] std::optional<std::int8_t> State(MonoNs now) const;
+  [[nodiscard]] std::string StateText(MonoNs now) const;  // a word; SILENT without a state
   // Returns the newest BUS message, or null if none was received in the last kStaleAfter.
   [[nodiscard]] const bus_health_t* FreshHealth(MonoNs now) const;
   [[nodiscard]] bool Up(MonoNs now) const { return State(now) == bus_health_t::STATE_UP; }

@@ -66,8 +66,7 @@ std::array<TripMargin, 6> MarginsOf(const DeviceView& device) {
 }
 
 std::string FirstRow(const DeviceView& device, MonoNs now) {
-  const auto state = device.State(now);
-  const std::string head = Left(device.name, 12) + ' ' + Left(state ? DeviceStateName(*state) : "SILENT", 8) + ' ';
+  const std::string head = Left(device.name, 12) + ' ' + Left(device.StateText(now), 8) + ' ';
   if (!device.motor) return head + Columns("-", "-", "-", "-", "-", "-", "-");
   const motor_health_t& motor = *device.motor;
   const std::string trips = Has(motor, motor_health_t::FLAG_STATUS_VALID) ? std::to_string(motor.trip_count) : "-";
