@@ -152,30 +152,16 @@ struct Options {
   std::string svg;
 };
 
-// Keeps the newest trip log of each index.
-class TripCollector {
- public:
-  void On(Bytes message) {
-    const auto trip = DecodeMessage<trip_log_t>(message);
-    if (trip) newest_[trip->log_index] = *trip;
-    ++received_;
-  }
-  [[nodiscard]] int received() const { return received_; }
-  [[nodiscard]] std::vector<trip_log_t> NewestFirst() const {
-    std::vector<trip_log_t> trips;
-    for (const auto& [index, trip] : newest_) trips.push_back(trip);
-    return trips;
-  }
-
- private:
-  std::map<std::int8_t, trip_log_t> newest_;
-  int received_ = 0;
+// The newest trip log of each index, and the number of received logs.
+struct TripLogs {
+  std::map<std::int8_t, trip_log_t> newest;
+  int received = 0;
 };
 
 // Receives until no trip arrives for kQuietMs. Returns false if the port failed.
-bool Drain(LcmPort& port, const TripCollector& trips) {
-  for (int before = -1; before != trips.received();) {
-    before = trips.received();
+bool Drain(LcmPort& port, const TripLogs& logs) {
+  for (int before = -1; before != logs.received;) {
+    before = logs.received;
     if (!port.Handle(kQuietMs)) return false;
   }
   return true;
@@ -208,18 +194,22 @@ int Run(const MachineConfig& machine, const Options& options) {
   if (const auto found = FindOperation(machine, request.device, request.operation); !found) {
     return Fail(found.error().text, kExitUsage);
   }
-  TripCollector trips;
+  TripLogs logs;
   LcmPort port(machine.lcm.url, machine.lcm.prefix);
   if (port.problem().empty()) {
-    static_cast<void>(port.Subscribe("TRIP/" + request.device,
-                                     [&trips](const std::string&, Bytes message) { trips.On(message); }));
+    static_cast<void>(port.Subscribe("TRIP/" + request.device, [&logs](const std::string&, Bytes message) {
+      if (const auto trip = DecodeMessage<trip_log_t>(message)) logs.newest[trip->log_index] = *trip;
+      ++logs.received;
+    }));
   }
   OperatorClient client(machine, options.command.key, !options.command.json);
   if (!port.problem().empty()) return Fail(port.problem(), kExitBad);
   if (const auto ready = client.state(); !ready) return Fail(ready.error().text, kExitBad);
   const CommandResult result = client.Execute(request);
-  if (Drain(port, trips)) return Report(options, result, trips.NewestFirst());
-  return Fail("the LCM port failed: " + machine.lcm.url, kExitBad);
+  if (!Drain(port, logs)) return Fail("the LCM port failed: " + machine.lcm.url, kExitBad);
+  std::vector<trip_log_t> trips;  // newest first, as their indexes
+  for (const auto& [index, trip] : logs.newest) trips.push_back(trip);
+  return Report(options, result, trips);
 }
 
 }  // namespace
