@@ -9,6 +9,7 @@
 #include "bridge/store/history.h"
 #include "core/alarm/alarm_table.h"
 #include "core/base/text.h"
+#include "core/base/utc_text.h"
 #include "core/command/command_id.h"
 #include "core/command/operation_check.h"
 #include "core/messages/enum_names.h"
@@ -19,7 +20,6 @@
 #include "tools/axlecast/command/subcommands.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
-#include "tools/axlecast/common/utc_text.h"
 #include "tools/axlecast/live/format_device.h"
 #include "tools/monitor/live_machine.h"
 

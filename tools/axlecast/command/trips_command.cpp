@@ -12,6 +12,7 @@
 
 #include "core/base/safe_text.h"
 #include "core/base/text.h"
+#include "core/base/utc_text.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
@@ -22,7 +23,6 @@
 #include "tools/axlecast/command/subcommands.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
-#include "tools/axlecast/common/utc_text.h"
 #include "tools/convert/chart.h"
 
 namespace axlecast {
