@@ -142,8 +142,8 @@ bool AlarmView::On(alarm_t message, MonoNs now) {
   return changed;
 }
 
-void AlarmView::Keep(std::int64_t utime, bool appeared, const alarm_entry_t& entry) {
-  changes_.push_back({utime, appeared, entry});
+void AlarmView::Keep(std::int64_t unix_us, bool appeared, const alarm_entry_t& entry) {
+  changes_.push_back({unix_us, appeared, entry});
   if (changes_.size() > kMaxChanges) changes_.pop_front();
 }
 

@@ -36,9 +36,9 @@ class AlarmView {
   static constexpr std::size_t kMaxSeen = 100;  // anybody can publish names
 
   struct Change {
-    std::int64_t utime = 0;  // of the message with the change
-    bool appeared = false;   // false: gone
-    alarm_entry_t entry;     // as last reported
+    std::int64_t unix_us = 0;  // of the message with the change
+    bool appeared = false;     // false: gone
+    alarm_entry_t entry;       // as last reported
   };
 
   // Takes a message. Returns true if the set of alarms or a state has changed.
@@ -52,7 +52,7 @@ class AlarmView {
   [[nodiscard]] const std::set<std::string>& seen() const { return seen_; }     // names, since the start
 
  private:
-  void Keep(std::int64_t utime, bool appeared, const alarm_entry_t& entry);
+  void Keep(std::int64_t unix_us, bool appeared, const alarm_entry_t& entry);
 
   std::vector<alarm_entry_t> entries_;
   std::size_t total_ = 0;

@@ -19,8 +19,8 @@ struct ScanPlace {
 // Formats the settings of the line: "19200 baud 8N1", "1.0 MHz". A trial that sets nothing has no text.
 [[nodiscard]] std::string LineText(const ProbeTrial& trial, ScanLineKind kind);
 
-// Formats a machine's file with the device of the highest confidence and the other devices on its bus. Without a device that
-// can be configured, the text is empty.
+// Formats a machine's file with the device of the highest confidence and the other devices on its bus. Returns no text without
+// a device that can be configured.
 [[nodiscard]] std::string ScanYaml(const ScanPlace& place, const ScanReport& report);
 
 // Formats the hits and notes for the operator, without the file.

@@ -62,7 +62,7 @@ std::string TripTitle(const trip_log_t& trip) {
          (factors.empty() ? "cause unknown" : factors);
 }
 
-std::string TimeText(std::int64_t utime) { return UtcText(utime) + " UTC"; }
+std::string TimeText(std::int64_t unix_us) { return UtcText(unix_us) + " UTC"; }
 
 std::string StartText(const trip_log_t& trip) {
   if (trip.not_before_utime == 0 && trip.not_after_utime == 0) return "at an unknown time";
