@@ -8,7 +8,7 @@
 #include <sstream>
 #include <string>
 
-#include "tools/metrics/busy_machine.h"
+#include "tools/metrics/busy_machine_fixture.h"
 
 namespace axlecast {
 namespace {
