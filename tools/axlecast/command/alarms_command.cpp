@@ -1,4 +1,4 @@
-#include "tools/axlecast/command/subcommands.h"
+#include "tools/axlecast/common/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -17,7 +17,6 @@
 #include "tools/axlecast/command/alarm_list.h"
 #include "tools/axlecast/command/command_request.h"
 #include "tools/axlecast/command/command_run.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/live/format_device.h"
 #include "tools/monitor/live_machine.h"

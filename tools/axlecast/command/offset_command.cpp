@@ -1,4 +1,4 @@
-#include "tools/axlecast/command/subcommands.h"
+#include "tools/axlecast/common/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <iostream>
@@ -11,7 +11,6 @@
 #include "tools/axlecast/command/command_request.h"
 #include "tools/axlecast/command/offset_capture.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/live/format_device.h"
 

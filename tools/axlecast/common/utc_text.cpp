@@ -1,35 +1,15 @@
 #include "tools/axlecast/common/utc_text.h"
 
 #include <array>
-#include <charconv>
 #include <cstdio>
 #include <ctime>
+
+#include "core/base/spelling.h"
 
 namespace axlecast {
 namespace {
 
 constexpr std::int64_t kSecondUs = 1'000'000;
-
-std::optional<std::int64_t> ParseAge(std::string_view text) {
-  std::int64_t amount = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), amount);
-  if (error != std::errc() || end + 1 != text.data() + text.size()) return std::nullopt;
-  if (amount < 0 || amount > 100'000'000) return std::nullopt;  // beyond any journal
-  switch (*end) {
-    case 's':
-      return amount * kSecondUs;
-    case 'm':
-      return amount * 60 * kSecondUs;
-    case 'h':
-      return amount * 3'600 * kSecondUs;
-    case 'd':
-      return amount * 86'400 * kSecondUs;
-    case 'w':
-      return amount * 604'800 * kSecondUs;
-    default:
-      return std::nullopt;
-  }
-}
 
 std::string Format(std::int64_t unix_us, const char* format) {
   const std::time_t seconds = unix_us / kSecondUs;
@@ -53,7 +33,7 @@ std::string UtcMillisecondText(std::int64_t unix_us) {
 }
 
 std::optional<std::int64_t> ParseUtc(std::string_view text, std::int64_t now) {
-  if (const auto age = ParseAge(text)) return now - *age;
+  if (const std::optional<MonoNs> age = ParseTime(text)) return now - *age / kMicrosecond;
   const std::string date(text.ends_with('Z') ? text.substr(0, text.size() - 1) : text);
   for (const char* format :
        {"%Y-%m-%d", "%Y-%m-%dT%H:%M", "%Y-%m-%d %H:%M", "%Y-%m-%dT%H:%M:%S", "%Y-%m-%d %H:%M:%S"}) {

@@ -7,15 +7,13 @@
 
 namespace axlecast {
 
-// Times in UTC as text.
-
-// "2026-11-21 07:00:05", or "?" if the calendar does not reach so far. `unix_us`: UNIX time in us.
+// Formats a UNIX time in us in UTC: "2026-11-21 07:00:05", or "?" beyond the calendar.
 [[nodiscard]] std::string UtcText(std::int64_t unix_us);
 // "2026-11-21 07:00:05.123"
 [[nodiscard]] std::string UtcMillisecondText(std::int64_t unix_us);
 
-// Parses "90s", "15m", "2h", "3d" or "2w" before `now`, or "2026-11-21", "2026-11-21T07:00" or "2026-11-21 07:00:05", with
-// or without a Z at the end. Returns UNIX time in us, or nothing if the text has another form.
+// Parses a time before `now` ("90s", "15m", "2h", see ParseTime), or "2026-11-21", "2026-11-21T07:00" or
+// "2026-11-21 07:00:05", with or without a Z at the end. Returns UNIX time in us, or nothing if the text has another form.
 [[nodiscard]] std::optional<std::int64_t> ParseUtc(std::string_view text, std::int64_t now);
 
 }  // namespace axlecast

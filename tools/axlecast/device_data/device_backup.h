@@ -35,6 +35,9 @@ struct BackupReading {
 [[nodiscard]] BackupReading ReadContents(OperatorClient& client, const Family& family,
                                          const CommandOptions& options);
 
+// Returns kExitDone if the contents were read. Otherwise prints the error after `prefix`, and returns the exit code.
+[[nodiscard]] int Check(const BackupReading& reading, const std::string& prefix);
+
 struct ContentsFile {
   BackupContents contents;
   std::string device;  // whose contents these are, if the file of a memory states it

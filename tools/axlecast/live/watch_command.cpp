@@ -1,4 +1,4 @@
-#include "tools/axlecast/live/subcommands.h"
+#include "tools/axlecast/common/subcommands.h"
 
 #include <poll.h>
 #include <CLI/CLI.hpp>
@@ -16,7 +16,6 @@
 #include "platform/os/process.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/live/message_watch.h"
 

@@ -1,6 +1,6 @@
 #include "core/base/result.h"
+#include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
-#include "tools/axlecast/logs/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <iostream>
@@ -12,7 +12,6 @@
 #include "core/messages/json/field.h"
 #include "platform/os/new_file.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/redecode/log_redecoder.h"
 
