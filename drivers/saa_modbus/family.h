@@ -11,9 +11,13 @@
 // The functions of saa_modbus that the runtime reaches through Family and FamilyProbes.
 namespace axlecast::saa_modbus {
 
+// For Family::make_device.
+[[nodiscard]] std::unique_ptr<Device> MakeDevice(const BusConfig& bus, const DeviceConfig& device,
+                                                 DeviceOutput& output, SecretSource& secrets);
+
 // For Family::decode; README.md, "Decoding", describes the object. A single frame has lost its request: a reply from
 // another address than the requested one is not detected here.
-[[nodiscard]] nlohmann::ordered_json Decode(const DecodeSettings& settings, Bytes frame, bool* usable);
+[[nodiscard]] Result<nlohmann::ordered_json> Decode(const DecodeSettings& settings, Bytes frame);
 
 // For Family::make_simulator: the encoders of the bus from its `simulate` mapping (README.md, "Simulation"). Null if a
 // key is wrong: the errors are in the map's list.

@@ -62,7 +62,7 @@ class Host {
     return "absent";
   }
   void Set(const std::string& key, const std::string& value) {
-    EXPECT_EQ(simulator_->Set("axis1", key, value, now_), "");
+    EXPECT_EQ(ErrorText(simulator_->Set("axis1", key, value, now_)), "");
   }
 
   BusConfig bus_;

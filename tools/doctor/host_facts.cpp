@@ -88,7 +88,7 @@ NetworkFacts ReadNetwork(const MachineConfig& machine, const ReadHostOptions& op
   NetworkFacts network;
   ReadGroups(machine, network);
   network.loopback = ReadLoopback();
-  if (geteuid() == 0) network.firewall = RunProgram({"nft", "--json", "list", "ruleset"}).value_or("");
+  if (geteuid() == 0) network.firewall = RunProgram("nft --json list ruleset 2>/dev/null").value_or("");
   network.receive_max = options.files.Number("/proc/sys/net/core/rmem_max");
   network.receive_default = options.files.Number("/proc/sys/net/core/rmem_default");
   network.lcm_libraries = FindLcmLibraries(options.files);
@@ -255,6 +255,10 @@ std::vector<std::string> GrantKeyFiles(const MachineConfig& machine) {
   return files;
 }
 
+bool RunsUnderAccounts(const MachineConfig& machine, const HostFacts& host) {
+  return host.groups.contains(kDriversAccount) && machine.file.starts_with("/etc/axlecast/");
+}
+
 HostFacts ReadHost(const MachineConfig& machine, const ReadHostOptions& options) {
   const HostFiles& files = options.files;
   HostFacts host;
@@ -264,7 +268,7 @@ HostFacts ReadHost(const MachineConfig& machine, const ReadHostOptions& options)
   for (const PortUse& use : PortsOf(machine)) host.ports.emplace(use.path, ReadPort(files, use));
   host.spi_buffer = files.Number("/sys/module/spidev/parameters/bufsiz");
   CanNetlink netlink;
-  if (netlink.Open().empty()) {
+  if (netlink.Open()) {
     for (const BusConfig* bus : CanBusesOf(machine)) host.can.emplace(bus->link.port, netlink.Ask(bus->link.port));
   }
   for (const BusConfig* bus : CanBusesOf(machine)) {

@@ -61,7 +61,7 @@ class DeviceFixture {
     return deliveries_.size() == 1 ? deliveries_[0].bytes : ByteList();
   }
   void Set(const std::string& device, const std::string& key, const std::string& value) {
-    EXPECT_EQ(simulator_.Set(device, key, value, now_), "");
+    EXPECT_EQ(ErrorText(simulator_.Set(device, key, value, now_)), "");
   }
   std::string Value(const std::string& device, const std::string& key) {
     for (const auto& [name, value] : simulator_.State(device, now_)) {
@@ -77,12 +77,8 @@ class DeviceFixture {
   static std::vector<Station> Stations(int units) {
     std::vector<Station> stations;
     for (int i = 1; i <= units; ++i) {
-      stations.push_back({.name = "gm" + std::to_string(i),
-                          .address = static_cast<std::uint8_t>(i),
-                          .simulated = SimulatedUnit(1),
-                          .script = {},
-                          .random = SeededRandom(1),
-                          .counters = {}});
+      stations.push_back(
+          {{"gm" + std::to_string(i), SimulatedUnit(1), {}}, static_cast<std::uint8_t>(i), SeededRandom(1)});
     }
     return stations;
   }
@@ -243,7 +239,7 @@ TEST(BusSimulatorTest, AGapOf5MillisecondsInsideACommandDropsIt) {
     bench.Pass(kSecond);
     EXPECT_THAT(bench.deliveries(), SizeIs(answers)) << gap;
     EXPECT_EQ(bench.simulator().counters().dropped_gap, answers == 0 ? 1 : 0);
-    EXPECT_THAT(bench.Ask(kReadStatus), SizeIs(15)) << "the next one is heard";
+    EXPECT_THAT(bench.Ask(kReadStatus), SizeIs(15)) << "the next one is received";
   }
 }
 
@@ -376,7 +372,7 @@ TEST(BusSimulatorTest, FaultsOfTheLine) {
   EXPECT_LT(bench.Ask(kReadStatus).size(), 15U);
   bench.Set("gm2", "fault", "off");
   EXPECT_THAT(bench.Ask(kReadStatus), IsEmpty());
-  EXPECT_THAT(bench.Ask("01 04 00 C8 00 05"), SizeIs(15)) << "the others go on";
+  EXPECT_THAT(bench.Ask("01 04 00 C8 00 05"), SizeIs(15)) << "the others continue";
   bench.Set("gm2", "fault", "intermittent:1");
   EXPECT_THAT(bench.Ask(kReadStatus), IsEmpty());
   bench.Set("gm2", "fault", "request_flip:0.2");  // some without a wrong stop bit
@@ -421,8 +417,10 @@ TEST(BusSimulatorTest, FaultsOfModbus) {
   EXPECT_EQ(bench.Value("gm2", "fault"), "exception:4");
   EXPECT_EQ(bench.Value("gm2", "errors_02"), "1");
   EXPECT_EQ(bench.Value("gm2", "errors_04"), "1");
-  EXPECT_THAT(bench.simulator().Set("gm2", "fault", "rust", bench.now()), HasSubstr("wrong_address, exception"));
-  EXPECT_THAT(bench.simulator().Set("gm2", "fault", "exception:0", bench.now()), HasSubstr("from 1 to 255"));
+  EXPECT_THAT(ErrorText(bench.simulator().Set("gm2", "fault", "rust", bench.now())),
+              HasSubstr("wrong_address, exception"));
+  EXPECT_THAT(ErrorText(bench.simulator().Set("gm2", "fault", "exception:0", bench.now())),
+              HasSubstr("from 1 to 255"));
 }
 
 TEST(BusSimulatorTest, WhoeverLooksOnChangesNothing) {
@@ -432,15 +430,16 @@ TEST(BusSimulatorTest, WhoeverLooksOnChangesNothing) {
   EXPECT_EQ(bench.simulator().State("gm1", bench.now() + kSecond),
             bench.simulator().State("gm1", bench.now() + kSecond));
   EXPECT_THAT(bench.simulator().State("gm9", bench.now()), IsEmpty());
-  EXPECT_THAT(bench.simulator().Set("gm9", "load_w", "1", bench.now()), HasSubstr("gm1, gm2, gm3"));
-  EXPECT_THAT(bench.simulator().Set("gm1", "load", "1", bench.now()), HasSubstr("load_w"));
+  EXPECT_THAT(ErrorText(bench.simulator().Set("gm9", "load_w", "1", bench.now())), HasSubstr("gm1, gm2, gm3"));
+  EXPECT_THAT(ErrorText(bench.simulator().Set("gm1", "load", "1", bench.now())), HasSubstr("load_w"));
 }
 
 TEST(BusSimulatorTest, NoPasswordIsShown) {
   DeviceFixture bench;
   bench.Set("gm1", "password", "s3cret-and-long");
-  EXPECT_THAT(bench.simulator().Set("gm1", "password", "tiny7!!", bench.now()), Not(HasSubstr("tiny7")));
-  EXPECT_THAT(bench.simulator().Set("gm1", "password", "far-too-long-for-it", bench.now()), Not(HasSubstr("far")));
+  EXPECT_THAT(ErrorText(bench.simulator().Set("gm1", "password", "tiny7!!", bench.now())), Not(HasSubstr("tiny7")));
+  EXPECT_THAT(ErrorText(bench.simulator().Set("gm1", "password", "far-too-long-for-it", bench.now())),
+              Not(HasSubstr("far")));
   for (const auto& [name, value] : bench.simulator().State("gm1", bench.now())) {
     EXPECT_NE(name, "password");
     EXPECT_THAT(value, Not(HasSubstr("s3cret"))) << name;

@@ -26,9 +26,6 @@ namespace axlecast {
 // Formats how a process ended, from the status of waitpid: "exit code 3", "killed by signal 9 (Killed)".
 [[nodiscard]] std::string ExitText(int status);
 
-// Formats the words as a shell accepts them.
-[[nodiscard]] std::string ShellText(const std::vector<std::string>& argv);
-
 // Returns the name of this host, or an empty text.
 [[nodiscard]] std::string HostName();
 

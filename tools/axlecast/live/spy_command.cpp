@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "core/base/result.h"
+#include "core/base/text.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/program.h"
 #include "tools/axlecast/common/terminal.h"

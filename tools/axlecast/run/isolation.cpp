@@ -18,6 +18,7 @@
 #include <iostream>
 #include <memory>
 
+#include "core/base/text.h"
 #include "platform/os/descriptor.h"
 #include "platform/os/folder.h"
 #include "tools/axlecast/common/config_option.h"

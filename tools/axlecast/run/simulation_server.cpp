@@ -33,11 +33,11 @@ class SimulatedPty final : public SimulatedPort {
   SimulatedPty(std::string path, Simulator& simulator, const Clock& clock)
       : SimulatedPort(simulator, clock), path_(std::move(path)) {}
 
-  [[nodiscard]] std::string Plug() override {
+  [[nodiscard]] Result<> Plug() override {
     Unplug();
-    std::string problem = pty_.Open(path_);
-    if (problem.empty()) LookForHost();
-    return problem;
+    Result<> opened = pty_.Open(path_);
+    if (opened) LookForHost();
+    return opened;
   }
 
   void Unplug() override {
@@ -92,13 +92,13 @@ class SimulatedInterface final : public SimulatedPort {
       : SimulatedPort(simulator, clock), socket_({.interface = interface, .filters = {}, .sole = false}, clock) {}
 
   // The interface must be up. Later it may go down and come back.
-  [[nodiscard]] std::string Plug() override {
+  [[nodiscard]] Result<> Plug() override {
     Unplug();
-    std::string problem = socket_.Open();
-    if (!problem.empty()) return problem;
+    Result<> opened = socket_.Open();
+    if (!opened) return opened;
     bitrate_ = socket_.Controller().bitrate;
     TellBaud();
-    return "";
+    return {};
   }
 
   void Unplug() override {
@@ -112,7 +112,7 @@ class SimulatedInterface final : public SimulatedPort {
   [[nodiscard]] MonoNs NextDue() const override { return reopen_at_; }
 
   void Serve() override {
-    if (reopen_at_ <= Now() && !Plug().empty()) reopen_at_ = Now() + kReopen;
+    if (reopen_at_ <= Now() && !Plug()) reopen_at_ = Now() + kReopen;
     if (!socket_.IsOpen()) return;
     FrameLink::Received received;
     FrameLink::Status status = socket_.Receive(received);
@@ -175,10 +175,9 @@ Result<> SimulationServer::Add(BusPlace place, std::unique_ptr<Simulator> simula
     return Failure("bus " + bus->place.bus + " is simulated already: " + locked.error().text);
   }
   bus->port = MakePort(bus->place, *bus->simulator, clock_);
-  if (std::string problem = bus->port->Plug(); !problem.empty()) return Failure(std::move(problem));
+  if (Result<> plugged = bus->port->Plug(); !plugged) return plugged;
   if (!bus->place.lines.empty()) {
-    if (std::string problem = bus->lines.Listen(bus->place.lines); !problem.empty())
-      return Failure(std::move(problem));
+    if (Result<> listening = bus->lines.Listen(bus->place.lines); !listening) return listening;
   }
   if (const Result<> listening = bus->control.Listen(bus->place.control); !listening) return listening;
   buses_.push_back(std::move(bus));
@@ -249,19 +248,20 @@ Json SimulationServer::Change(Bus& bus, const Json& question) {
   Json errors = Json::array();
   for (const Json& change : question.value("set", Json::array())) {
     const auto words = change.is_array() ? change.get<std::vector<Json>>() : std::vector<Json>();
-    const bool usable =
-        words.size() == 3 && std::all_of(words.begin(), words.end(), [](const Json& w) { return w.is_string(); });
-    const std::string problem = usable
-                                    ? bus.simulator->Set(words[0].get<std::string>(), words[1].get<std::string>(),
-                                                         words[2].get<std::string>(), clock_.Now())
-                                    : "a change is [device, key, value]";
-    if (!problem.empty()) errors.push_back(problem);
+    if (words.size() != 3 ||
+        !std::all_of(words.begin(), words.end(), [](const Json& w) { return w.is_string(); })) {
+      errors.push_back("a change is [device, key, value]");
+      continue;
+    }
+    const Result<> set = bus.simulator->Set(words[0].get<std::string>(), words[1].get<std::string>(),
+                                            words[2].get<std::string>(), clock_.Now());
+    if (!set) errors.push_back(set.error().text);
   }
   if (question.contains("plugged") && question["plugged"].is_boolean()) {
     bus.plugged = question["plugged"].get<bool>();
     if (!bus.plugged) bus.port->Unplug();
-    const std::string problem = bus.plugged ? bus.port->Plug() : "";
-    if (!problem.empty()) errors.push_back(problem);
+    const Result<> plugged = bus.plugged ? bus.port->Plug() : Result<>();
+    if (!plugged) errors.push_back(plugged.error().text);
   }
   return {{"errors", errors}};
 }

@@ -194,7 +194,7 @@ ScanReport Run(ScanLine& line, const Clock& clock, std::vector<PlannedTrial> pla
 
 template <typename Line>
 int ScanBytes(const ScanOptions& options, Line& line, const Clock& clock) {
-  if (const std::string problem = line.Open(); !problem.empty()) return Fail(problem, kExitBad);
+  if (const Result<> opened = line.Open(); !opened) return Fail(opened.error().text, kExitBad);
   return Report(options, Run(line, clock, PlanScan(FamilyProbes(), options.place.kind, options.scope), options));
 }
 
@@ -217,7 +217,7 @@ std::vector<std::int64_t> BitratesOf(const ScanOptions& options, CanScanLine& li
 
 int ScanCan(const ScanOptions& options, const Clock& clock) {
   CanScanLine line(options.place.port, clock);
-  if (const std::string problem = line.Open(); !problem.empty()) return Fail(problem, kExitBad);
+  if (const Result<> opened = line.Open(); !opened) return Fail(opened.error().text, kExitBad);
   const std::vector<std::int64_t> bitrates = BitratesOf(options, line);
   if (bitrates.empty()) return kExitBad;
   const std::vector<PlannedTrial> plan = PlanScan(FamilyProbes(), options.place.kind, options.scope);
