@@ -4,7 +4,6 @@
 #include <array>
 #include <vector>
 
-#include "core/base/spelling.h"
 #include "core/messages/json/message_json.h"
 #include "core/messages/message.h"
 #include "tools/mqtt/mqtt_status.h"

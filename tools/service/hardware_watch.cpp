@@ -1,12 +1,11 @@
 #include "tools/service/hardware_watch.h"
 
 #include <algorithm>
-#include <array>
 #include <axlecast/alarm_t.hpp>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
+#include "core/base/text.h"
 #include "core/device/reading.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/message.h"
@@ -21,13 +20,6 @@ constexpr double kGap = 1;         // s without a valid position, after which th
 constexpr double kMinMotionRpm = 10;
 // If more than this share of a limit was reached, the margin is too small.
 constexpr double kNear = 0.8;
-
-template <typename... Values>
-std::string Print(const char* format, Values... values) {
-  std::array<char, 200> text{};
-  static_cast<void>(std::snprintf(text.data(), text.size(), format, values...));
-  return text.data();
-}
 
 double Rpm(double rad_s) { return rad_s * 60 / (2 * std::numbers::pi); }
 
@@ -96,20 +88,14 @@ double ProposedLimit(double seen, double margin, double maximum) {
 }
 
 void MotionWatch::On(const position_t& position) {
-  if (begin_ && (begin_->boot_id != position.boot_id || begin_->datum_epoch != position.datum_epoch))
-    begin_.reset();
-  if (!begin_) {
+  const double seconds = begin_ ? static_cast<double>(position.mono_ns - begin_->mono_ns) * 1e-9 : 0;
+  if (!begin_ || begin_->boot_id != position.boot_id || begin_->datum_epoch != position.datum_epoch ||
+      seconds > kGap) {
     begin_ = position;
     before_.reset();
     return;
   }
-  const double seconds = static_cast<double>(position.mono_ns - begin_->mono_ns) * 1e-9;
   if (seconds < kStretch) return;
-  if (seconds > kGap) {
-    begin_ = position;
-    before_.reset();
-    return;
-  }
   const double turns =
       static_cast<double>(position.counts - begin_->counts) / static_cast<double>(position.counts_per_turn);
   const Stretch now{seconds, turns * 2 * std::numbers::pi / seconds};
@@ -124,35 +110,33 @@ void MotionWatch::On(const position_t& position) {
 
 FindingGroup MotionWatch::Evaluate(const DeviceConfig& device) const {
   FindingGroup group{"Motion", {}};
-  group.findings.push_back(
-      {"fastest seen", Print("%.4g rpm, %.4g rad/s2", speed_rpm_, accel_rad_s2_), Verdict::kUnjudged, ""});
+  group.Add("fastest seen", Text("%.4g rpm, %.4g rad/s2", speed_rpm_, accel_rad_s2_));
   const bool own = device.speed_rpm > 0 && device.accel_rad_s2 > 0;
-  const double most_rpm = device.settings ? device.settings->max_speed_rpm : 0;
-  const double most_accel = device.settings ? device.settings->max_accel_rad_s2 : 0;
-  AcceptanceResult limits{own ? "limits of the axis" : "limits of the model only", "", Verdict::kGood, ""};
-  const double rpm = device.speed_rpm > 0 ? device.speed_rpm : most_rpm;
-  const double accel = device.accel_rad_s2 > 0 ? device.accel_rad_s2 : most_accel;
-  limits.value = Print("%.6g rpm, ", rpm) + (accel > 0 ? Print("%.6g rad/s2", accel) : "no acceleration");
+  const double max_rpm = device.settings ? device.settings->max_speed_rpm : 0;
+  const double max_accel = device.settings ? device.settings->max_accel_rad_s2 : 0;
+  const double rpm = device.speed_rpm > 0 ? device.speed_rpm : max_rpm;
+  const double accel = device.accel_rad_s2 > 0 ? device.accel_rad_s2 : max_accel;
   const std::string proposal =
-      Print("limits: {speed_rpm: %.10g, accel_rad_s2: %.10g}", ProposedLimit(speed_rpm_, kSpeedMargin, most_rpm),
-            ProposedLimit(accel_rad_s2_, kAccelMargin, most_accel));
+      Text("limits: {speed_rpm: %.10g, accel_rad_s2: %.10g}", ProposedLimit(speed_rpm_, kSpeedMargin, max_rpm),
+           ProposedLimit(accel_rad_s2_, kAccelMargin, max_accel));
+  Verdict verdict = own ? Verdict::kGood : Verdict::kUnjudged;
+  std::string advice;
   if (own && (speed_rpm_ > kNear * rpm || accel_rad_s2_ > kNear * accel)) {
-    limits.verdict = Verdict::kAttention;
-    limits.advice = "the axis comes near them; good readings beyond them are not published as valid: " + proposal;
+    verdict = Verdict::kAttention;
+    advice = "the axis comes near them; good readings beyond them are not published as valid: " + proposal;
   } else if (!own && speed_rpm_ < kMinMotionRpm) {
-    limits.verdict = Verdict::kUnjudged;
-    limits.advice =
-        "run it again while the axis makes its fastest motions, an emergency stop among them: it then proposes "
+    advice =
+        "run it again while the axis makes its fastest motions, including an emergency stop: it then proposes "
         "limits";
   } else if (!own) {
-    limits.verdict = Verdict::kUnjudged;
-    limits.advice =
-        proposal + Print(
-                       " in the machine's file (%g and %g times what was seen) recognises far more damaged "
-                       "readings, if no motion is faster than the ones seen",
-                       kSpeedMargin, kAccelMargin);
+    advice = proposal + Text(
+                            " in the machine's file (%g and %g times the measured values) detects far more damaged "
+                            "readings, if no motion is faster than these",
+                            kSpeedMargin, kAccelMargin);
   }
-  group.findings.push_back(std::move(limits));
+  group.Add(own ? "limits of the axis" : "limits of the model only",
+            Text("%.6g rpm, ", rpm) + (accel > 0 ? Text("%.6g rad/s2", accel) : "no acceleration"), verdict,
+            std::move(advice));
   return group;
 }
 
@@ -194,7 +178,7 @@ std::string ErrorAdvice(std::size_t kind, const Family* family, bool some_good) 
 }
 
 AcceptanceResult EvaluateRotation(double turns, std::int8_t direction) {
-  AcceptanceResult finding{"one turn by hand", Print("%+.3f turns", turns), Verdict::kGood, ""};
+  AcceptanceResult finding{"one turn by hand", Text("%+.3f turns", turns), Verdict::kGood, ""};
   const char* const positive = direction >= 0 ? "counter-clockwise" : "clockwise";
   if (std::abs(turns) < 0.05) {
     finding.verdict = Verdict::kBad;
@@ -268,21 +252,17 @@ void HardwareWatch::AddIdentity(Findings& findings) const {
   const bool online = info_->state == device_info_t::STATE_ONLINE;
   group.findings.push_back(StateFinding("state", online, DeviceStateName(info_->state), info_->reason));
   const bool other = info_->errors[device_info_t::ERROR_WRONG_IDENTITY] > 0;
-  group.findings.push_back(
-      {"model", info_->family + ", " + info_->model, other ? Verdict::kBad : Verdict::kGood,
-       other ? ErrorAdvice(device_info_t::ERROR_WRONG_IDENTITY, bus_config_.family, true) : ""});
+  group.Add("model", info_->family + ", " + info_->model, other ? Verdict::kBad : Verdict::kGood,
+            other ? ErrorAdvice(device_info_t::ERROR_WRONG_IDENTITY, bus_config_.family, true) : "");
   group.Add("serial number", OrNone(info_->serial));
   group.Add("firmware", OrNone(info_->firmware));
   if (info_->identity >= 0) {
-    group.findings.push_back(
-        {"identity", Print("0x%llX", static_cast<long long>(info_->identity)), Verdict::kUnjudged, ""});
+    group.Add("identity", Text("0x%llX", static_cast<long long>(info_->identity)));
   }
   if (info_->counts_per_turn > 0) {
-    group.findings.push_back(
-        {"resolution",
-         std::to_string(info_->counts_per_turn) + " counts a turn, " +
-             (info_->turns_range > 0 ? std::to_string(info_->turns_range) + " turns" : "single-turn"),
-         Verdict::kUnjudged, ""});
+    group.Add("resolution",
+              std::to_string(info_->counts_per_turn) + " counts a turn, " +
+                  (info_->turns_range > 0 ? std::to_string(info_->turns_range) + " turns" : "single-turn"));
   }
   if (device_.settings && info_->reference_lost != 0) {
     group.Add("reference", "lost", Verdict::kAttention, "home it: axlecast home " + device_.name);
@@ -308,10 +288,9 @@ void HardwareWatch::AddReadings(Findings& findings) const {
               ErrorAdvice(kind, bus_config_.family, good > 0));
   }
   if (positions_ == 0) return;
-  group.findings.push_back(
-      {"positions not valid", std::to_string(invalid_) + " of " + std::to_string(positions_),
-       invalid_ == 0 ? Verdict::kGood : Verdict::kAttention,
-       invalid_ == 0 ? "" : "axlecast watch --channel POSITION/" + device_.name + " shows their flags"});
+  group.Add("positions not valid", std::to_string(invalid_) + " of " + std::to_string(positions_),
+            invalid_ == 0 ? Verdict::kGood : Verdict::kAttention,
+            invalid_ == 0 ? "" : "axlecast watch --channel POSITION/" + device_.name + " shows their flags");
 }
 
 std::string HardwareWatch::NoReadingAdvice() const {
@@ -331,8 +310,8 @@ void HardwareWatch::AddBus(Findings& findings) const {
     const bool slow = wire_us > 0 && static_cast<double>(p50) > 5 * wire_us + 1'000;
     const bool uneven = slowest_p99_us_ > 10 * p50 + 1'000;
     AcceptanceResult turnaround{"turnaround",
-                                Print("min %.0f us, p50 %.0f us, p99 %.0f us", static_cast<double>(fastest_us_),
-                                      static_cast<double>(p50), static_cast<double>(slowest_p99_us_)),
+                                Text("min %.0f us, p50 %.0f us, p99 %.0f us", static_cast<double>(fastest_us_),
+                                     static_cast<double>(p50), static_cast<double>(slowest_p99_us_)),
                                 slow || uneven ? Verdict::kAttention : Verdict::kGood, ""};
     if (slow)
       turnaround.advice =
@@ -343,8 +322,8 @@ void HardwareWatch::AddBus(Findings& findings) const {
   const std::int64_t late = Growth(first_bus_->late, bus_->late);
   const std::int64_t exchanges = std::max<std::int64_t>(Growth(first_bus_->exchanges, bus_->exchanges), 1);
   group.Add("rate",
-            Print("%.1f exchanges/s, the wire allows %.1f", static_cast<double>(bus_->rate_hz),
-                  static_cast<double>(bus_->wire_limit_hz)),
+            Text("%.1f exchanges/s, the wire allows %.1f", static_cast<double>(bus_->rate_hz),
+                 static_cast<double>(bus_->wire_limit_hz)),
             late * 100 > exchanges ? Verdict::kAttention : Verdict::kGood,
             late * 100 > exchanges ? std::to_string(late) + " slots missed: lower poll_hz" : "");
   const std::int64_t reopens = Growth(first_bus_->reopens, bus_->reopens);
@@ -361,9 +340,9 @@ void HardwareWatch::AddAlarms(Findings& findings) const {
   if (!has_alarms_) group.Add("alarms", "not received", Verdict::kAttention, "is its driver running?");
   if (has_alarms_ && alarms_.empty()) group.Add("alarms", "none", Verdict::kGood);
   for (const alarm_entry_t& alarm : alarms_) {
-    group.findings.push_back(
-        {alarm.name, std::string(SeverityName(alarm.severity)) + ", " + std::string(AlarmStateName(alarm.state)),
-         OfSeverity(alarm.severity), alarm.action});
+    group.Add(alarm.name,
+              std::string(SeverityName(alarm.severity)) + ", " + std::string(AlarmStateName(alarm.state)),
+              OfSeverity(alarm.severity), alarm.action);
   }
 }
 

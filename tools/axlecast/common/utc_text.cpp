@@ -1,10 +1,10 @@
 #include "tools/axlecast/common/utc_text.h"
 
 #include <array>
-#include <cstdio>
 #include <ctime>
 
 #include "core/base/spelling.h"
+#include "core/base/text.h"
 
 namespace axlecast {
 namespace {
@@ -26,10 +26,7 @@ std::string Format(std::int64_t unix_us, const char* format) {
 std::string UtcText(std::int64_t unix_us) { return Format(unix_us, "%Y-%m-%d %H:%M:%S"); }
 
 std::string UtcMillisecondText(std::int64_t unix_us) {
-  std::array<char, 8> text{};
-  static_cast<void>(
-      std::snprintf(text.data(), text.size(), ".%03d", static_cast<int>(unix_us % kSecondUs / 1'000)));
-  return UtcText(unix_us) + text.data();
+  return UtcText(unix_us) + Text(".%03d", static_cast<int>(unix_us % kSecondUs / 1'000));
 }
 
 std::optional<std::int64_t> ParseUtc(std::string_view text, std::int64_t now) {

@@ -12,7 +12,6 @@
 #include "core/base/result.h"
 #include "core/base/text.h"
 #include "core/device/parameter.h"
-#include "core/messages/json/field.h"
 #include "platform/os/new_file.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/command/command_request.h"

@@ -6,9 +6,7 @@
 #include <iostream>
 #include <iterator>
 #include <memory>
-#include <optional>
 
-#include "core/messages/json/field.h"
 #include "platform/os/new_file.h"
 #include "tools/axlecast/command/command_request.h"
 #include "tools/axlecast/common/terminal.h"

@@ -6,7 +6,6 @@
 #include <string_view>
 
 #include "core/messages/json/field.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/log_check.h"

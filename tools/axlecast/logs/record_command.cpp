@@ -25,9 +25,7 @@
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/record_options.h"
 #include "tools/axlecast/logs/record_report.h"
-#include "tools/axlecast/logs/subcommands.h"
 #include "tools/log/log_event.h"
-#include "tools/log/log_seal.h"
 #include "tools/recorder/recording_health.h"
 #include "tools/recorder/recording_session.h"
 

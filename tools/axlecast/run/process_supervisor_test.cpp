@@ -9,7 +9,6 @@
 #include <gtest/gtest.h>
 #include <array>
 #include <csignal>
-#include <cstdlib>
 #include <fstream>
 #include <sstream>
 

@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cstdio>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -33,12 +32,6 @@ constexpr double kDayNs = 86'400e9;
 
 using Json = nlohmann::ordered_json;
 
-std::string Format(const char* format, double value) {
-  char text[48];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
-}
-
 // Returns the period of a device that sends by itself, else of polling; 0: unknown.
 double RefreshUs(const DeviceConfig& device, const BusLoad& load) {
   const MonoNs own = device.settings->own_period;
@@ -54,21 +47,22 @@ void AddBusWarnings(const BusConfig& bus, std::vector<std::string>& warnings) {
   const BusLoad load = LoadOf(bus);
   const std::string bus_name = "bus " + bus.name + ": ";
   if (bus.poll_hz > 0 && load.utilisation > kBusy) {
-    warnings.push_back(bus_name + "readings take " + Format("%.0f", load.utilisation * 100) +
-                       " % of the wire's time: commands and retries will replace readings; poll_hz " +
-                       Format("%.0f", load.max_hz * kBusy) + " or less" +
-                       (bus.devices.size() > 1 ? ", or a second bus, leaves them room" : " leaves them room"));
+    const char* or_bus = bus.devices.size() > 1 ? ", or a second bus," : "";
+    warnings.push_back(bus_name +
+                       Text("readings take %.0f %% of the wire's time: commands and retries will replace "
+                            "readings; poll_hz %.0f or less%s leaves them room",
+                            load.utilisation * 100, load.max_hz * kBusy, or_bus));
   }
   if (bus.simulate || !IsUsb(bus.link.port)) return;
   if (bus.poll_hz > kUsbHz) {
     warnings.push_back(bus_name +
-                       "a USB adapter answers at most about 1000 times a second (latency timer at 1 ms): " +
-                       "poll_hz " + Format("%.0f", bus.poll_hz) + " will not be reached");
+                       Text("a USB adapter answers at most about 1000 times a second (latency timer at 1 ms): "
+                            "poll_hz %.0f will not be reached",
+                            bus.poll_hz));
   }
   if (!bus.link.port.starts_with("/dev/serial/by-id/")) {
     warnings.push_back(bus_name + bus.link.port +
-                       " may name another adapter after the next start: use its name in "
-                       "/dev/serial/by-id/");
+                       " may name another adapter after the next start: use its name in /dev/serial/by-id/");
   }
 }
 
@@ -113,7 +107,8 @@ Json LineJson(const BusConfig& bus) {
 }
 
 std::string Travel(const DeviceConfig& device) {
-  std::string text = Format("%.12g", device.per_turn) + ' ' + std::string(UnitName(device.unit)) + "/turn";
+  const std::string unit(UnitName(device.unit));
+  std::string text = Text("%.12g %s/turn", device.per_turn, unit.c_str());
   if (device.ratio_num != device.ratio_den) {
     text += ", gear " + std::to_string(device.ratio_num) + ':' + std::to_string(device.ratio_den);
   }
@@ -124,37 +119,33 @@ bool HasOwnLimits(const DeviceConfig& device) { return device.speed_rpm > 0 && d
 
 // With narrower limits, more damaged readings are detected.
 std::string LimitsText(const DeviceConfig& device) {
-  if (!HasOwnLimits(device))
-    return ", limits of the model only: `axlecast hwtest " + device.name + "` proposes its own";
-  return ", at most " + Format("%.6g", device.speed_rpm) + " rpm and " + Format("%.6g", device.accel_rad_s2) +
-         " rad/s2";
+  if (HasOwnLimits(device))
+    return Text(", at most %.6g rpm and %.6g rad/s2", device.speed_rpm, device.accel_rad_s2);
+  return ", limits of the model only: `axlecast hwtest " + device.name + "` proposes its own";
 }
 
 std::string BusText(const BusConfig& bus) {
   const BusLoad load = LoadOf(bus);
   std::string text = "bus " + Left(bus.name, 24) + ' ' + Left(std::string(bus.family->name), 10) + ' ' +
                      (bus.simulate ? "simulated" : bus.link.port) + ", " + LineText(bus) + '\n';
-  text +=
-      SendByThemselves(bus) ? "    sent by the devices" : "    polled at " + Format("%.10g", load.poll_hz) + " Hz";
+  text += SendByThemselves(bus) ? "    sent by the devices" : Text("    polled at %.10g Hz", load.poll_hz);
   if (load.round_us > 0) {
-    text += ", one round takes " + Format("%.4g", load.round_us) +
-            " us: " + Format("%.1f", load.utilisation * 100) + " % of the wire's time, at most " +
-            Format("%.0f", load.max_hz) + " Hz";
+    text += Text(", one round takes %.4g us: %.1f %% of the wire's time, at most %.0f Hz", load.round_us,
+                 load.utilisation * 100, load.max_hz);
   }
   text += '\n';
   for (const DeviceConfig& device : bus.devices) {
-    text += "    " + Left(device.name, 24) + ' ' + Left(device.model, 12) + " refreshed every " +
-            Format("%.6g", RefreshUs(device, load)) + " us, published at " +
-            Format("%.4g", MessageRate(bus, device)) + " Hz" +
-            (bus.family->has_position ? ", " + Travel(device) + LimitsText(device) : "") +
-            (device.permit_required ? "" : ", permit not required") + '\n';
+    text +=
+        "    " + Left(device.name, 24) + ' ' + Left(device.model, 12) +
+        Text(" refreshed every %.6g us, published at %.4g Hz", RefreshUs(device, load), MessageRate(bus, device)) +
+        (bus.family->has_position ? ", " + Travel(device) + LimitsText(device) : "") +
+        (device.permit_required ? "" : ", permit not required") + '\n';
   }
   return text;
 }
 
 Json DeviceJson(const BusConfig& bus, const DeviceConfig& device, const BusLoad& load) {
-  char hash[20];
-  std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(device.config_hash));
+  const std::string hash = Text("%016llx", static_cast<unsigned long long>(device.config_hash));
   Json json = {
       {"device", device.name},           {"model", device.model},         {"refresh_us", RefreshUs(device, load)},
       {"publish_hz", device.publish_hz}, {"unit", UnitName(device.unit)}, {"per_turn", device.per_turn},
@@ -183,7 +174,7 @@ std::string LogText(const LogConfig& log) {
       (log.channels.empty() ? "all channels"
                             : (log.invert ? "all channels but " : "channels ") + Quoted(log.channels));
   if (!log.trigger.empty()) text += ", around " + Quoted(log.trigger);
-  if (log.keep > 0) text += ", kept for " + Format("%.6g", static_cast<double>(log.keep) / kDayNs) + " days";
+  if (log.keep > 0) text += Text(", kept for %.6g days", static_cast<double>(log.keep) / kDayNs);
   if (log.quota_bytes > 0) text += ", at most " + std::to_string(log.quota_bytes >> 20) + " MB";
   if (log.keep == 0 && log.quota_bytes == 0) text += ", never deleted";
   return text + '\n';
@@ -290,8 +281,8 @@ std::vector<std::string> ConfigWarnings(const MachineConfig& machine) {
   std::vector<std::string> warnings;
   for (const BusConfig& bus : machine.buses) AddBusWarnings(bus, warnings);
   if (const double messages = MessageRate(machine); messages > kManyMessages) {
-    warnings.push_back(Format("%.0f", messages) +
-                       " messages a second: every LCM process on the port receives all of them; lower publish_hz");
+    warnings.push_back(Text(
+        "%.0f messages a second: every LCM process on the port receives all of them; lower publish_hz", messages));
   }
   for (std::string& warning : KeyWarnings(machine)) warnings.push_back(std::move(warning));
   return warnings;
@@ -301,7 +292,7 @@ std::string ConfigText(const MachineConfig& machine) {
   std::string text = "machine " + machine.machine + "\n    data     " + machine.lcm.url + "\n    commands " +
                      machine.lcm.command_url + '\n';
   for (const BusConfig& bus : machine.buses) text += BusText(bus);
-  text += Format("%.0f", MessageRate(machine)) + " POSITION and MOTOR messages a second at most\n";
+  text += Text("%.0f POSITION and MOTOR messages a second at most\n", MessageRate(machine));
   return text + RecorderText(machine) + MqttText(machine) + KeysText(machine);
 }
 

@@ -9,7 +9,6 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
-#include <optional>
 
 #include "core/base/result.h"
 #include "platform/net/lcm_port.h"
@@ -102,7 +101,8 @@ class Acceptance {
 
   FindingGroup Rotation() {
     constexpr const char* kTurn = "one turn by hand";
-    if (!bus_.family->has_position) return {"Direction", {{kTurn, "a monitor has no shaft"}}};
+    if (!bus_.family->has_position)
+      return {"Direction", {{kTurn, "a monitor has no shaft", Verdict::kUnjudged, ""}}};
     if (!watch_.position())
       return {"Direction", {{kTurn, "not done", Verdict::kUnjudged, "there is no valid position"}}};
     if (options_.no_rotation || isatty(STDIN_FILENO) != 1) {
@@ -113,7 +113,8 @@ class Acceptance {
     std::cerr << "Turn the shaft by hand one turn " << (direction >= 0 ? "counter-clockwise" : "clockwise")
               << ", seen from the shaft end, then press Enter.\n";
     const std::int64_t before = watch_.position()->counts;
-    if (!Gather(kLongestTurn, &EnterWasPressed, "")) return {"Direction", {{kTurn, "given up"}}};
+    if (!Gather(kLongestTurn, &EnterWasPressed, ""))
+      return {"Direction", {{kTurn, "given up", Verdict::kUnjudged, ""}}};
     const auto per_turn = static_cast<double>(watch_.position()->counts_per_turn);
     const double turns = static_cast<double>(watch_.position()->counts - before) / per_turn;
     return {"Direction", {EvaluateRotation(turns, direction)}};

@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
@@ -13,6 +12,7 @@
 
 #include "core/base/result.h"
 #include "core/base/spelling.h"
+#include "core/base/text.h"
 #include "core/command/keys.h"
 #include "core/command/signature.h"
 #include "core/messages/json/field.h"
@@ -114,11 +114,7 @@ std::string BridgeBlock(const std::vector<KeyFile>& files) {
          "\n  drivers: " + Mapping(files.at(1), "") + "\n  keys:\n" + GrantLine(files.at(2), "maintainer");
 }
 
-std::string KeyIdText(const PublicKey& key) {
-  char text[20];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(KeyId(key)));
-  return text;
-}
+std::string KeyIdText(const PublicKey& key) { return Text("%016llx", static_cast<unsigned long long>(KeyId(key))); }
 
 namespace {
 

@@ -21,21 +21,20 @@ void AddSerial(const BusConfig& bus, FindingGroup& group) {
     return;
   }
   const AdapterVerdict verdict = JudgeAdapter(*facts->usb, baud);
-  group.findings.push_back({"adapter",
-                            Text("%04x:%04x, release %04x", unsigned{facts->usb->vendor},
-                                 unsigned{facts->usb->product}, unsigned{facts->usb->release}),
-                            verdict.baud > 0 ? Verdict::kGood : Verdict::kUnjudged, ""});
-  group.findings.push_back(
-      {"rate that its chip generates",
-       verdict.baud > 0 ? Decimal(verdict.baud, 0) + " of " + std::to_string(baud) + " Bd"
-                        : "not known for this chip",
-       verdict.fits ? (verdict.text.empty() ? Verdict::kGood : Verdict::kAttention) : Verdict::kBad, verdict.text});
+  group.Add("adapter",
+            Text("%04x:%04x, release %04x", unsigned{facts->usb->vendor}, unsigned{facts->usb->product},
+                 unsigned{facts->usb->release}),
+            verdict.baud > 0 ? Verdict::kGood : Verdict::kUnjudged);
+  group.Add("rate that its chip generates",
+            verdict.baud > 0 ? Decimal(verdict.baud, 0) + " of " + std::to_string(baud) + " Bd"
+                             : "not known for this chip",
+            verdict.fits ? (verdict.text.empty() ? Verdict::kGood : Verdict::kAttention) : Verdict::kBad,
+            verdict.text);
   const int latency = ReadLatency(facts->latency_timer);
   if (latency < 0) return;
-  group.findings.push_back(
-      {"latency timer", std::to_string(latency) + " ms",
-       latency <= kShortLatencyMs ? Verdict::kGood : Verdict::kAttention,
-       latency <= kShortLatencyMs ? "" : "1 ms: echo 1 > " + facts->latency_timer + " (as root)"});
+  group.Add("latency timer", std::to_string(latency) + " ms",
+            latency <= kShortLatencyMs ? Verdict::kGood : Verdict::kAttention,
+            latency <= kShortLatencyMs ? "" : "1 ms: echo 1 > " + facts->latency_timer + " (as root)");
 }
 
 }  // namespace
@@ -53,13 +52,10 @@ FindingGroup LineFindings(const BusConfig& bus) {
       AddSerial(bus, group);
       break;
     case LinkKind::kCan:
-      group.findings.push_back(
-          {"bit rate", std::to_string(bus.link.bitrate) + " bit/s, which the driver checks at the interface",
-           Verdict::kUnjudged, ""});
+      group.Add("bit rate", std::to_string(bus.link.bitrate) + " bit/s, which the driver checks at the interface");
       break;
     case LinkKind::kSpi:
-      group.findings.push_back({"clock", std::to_string(SpiOf(bus).clock_hz) + " Hz requested from the controller",
-                                Verdict::kUnjudged, ""});
+      group.Add("clock", std::to_string(SpiOf(bus).clock_hz) + " Hz requested from the controller");
       break;
   }
   return group;
