@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/base/result.h"
+#include "core/base/utc_text.h"
 #include "core/command/command_id.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
@@ -17,7 +18,6 @@
 #include "tools/axlecast/command/format_journal.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/terminal.h"
-#include "tools/axlecast/common/utc_text.h"
 #include "tools/axlecast/live/format_device.h"
 
 namespace axlecast {

@@ -9,12 +9,12 @@
 #include "core/base/result.h"
 #include "core/base/spelling.h"
 #include "core/base/text.h"
+#include "core/base/utc_text.h"
 #include "core/device/operation.h"
 #include "core/device/parameter.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
 #include "tools/axlecast/common/terminal.h"
-#include "tools/axlecast/common/utc_text.h"
 #include "tools/axlecast/device_data/device_access.h"
 #include "tools/axlecast/device_data/parameters.h"
 

@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "core/base/result.h"
+#include "core/base/utc_text.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/new_file.h"
 #include "platform/os/process.h"
@@ -18,7 +19,6 @@
 #include "platform/os/terminal.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/terminal.h"
-#include "tools/axlecast/common/utc_text.h"
 #include "tools/axlecast/device_data/device_access.h"
 #include "tools/axlecast/live/format_device.h"
 #include "tools/axlecast/setup/line_findings.h"
