@@ -35,8 +35,9 @@ void AddReplayCommand(CLI::App& app, int& exit_code);
 
 // ---- command ----
 
-void AddAlarmCommands(CLI::App& app, int& exit_code);  // alarms, ack, shelve, unshelve
-void AddDatumCommands(CLI::App& app, int& exit_code);  // datum and its subcommands
+void AddAlarmCommands(CLI::App& app, int& exit_code);     // alarms, ack, shelve, unshelve
+void AddShelvingCommands(CLI::App& app, int& exit_code);  // shelve, unshelve
+void AddDatumCommands(CLI::App& app, int& exit_code);     // datum and its subcommands
 void AddDoCommands(CLI::App& app, int& exit_code);  // do, and its aliases zero, reset-turns, clear-errors, eeprom
 void AddHistoryCommand(CLI::App& app, int& exit_code);  // history: reads the journal of the bridge
 void AddHomeCommand(CLI::App& app, int& exit_code);     // home: sets the software datum

@@ -14,7 +14,6 @@
 #include "core/device/parameter.h"
 #include "platform/os/new_file.h"
 #include "platform/os/system_clock.h"
-#include "tools/axlecast/command/command_request.h"
 #include "tools/axlecast/command/command_run.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/device_data/device_access.h"
@@ -40,7 +39,7 @@ struct BackupOptions {
 std::optional<MachineView> ObserveDevice(const MachineConfig& machine, const std::string& name, int& exit_code) {
   auto view = Observe(machine, SystemClock(), kTimeout, [&name](const MachineView& seen) {
     const DeviceView& device = *seen.FindDevice(name);
-    return device.info && device.alarms.heard();
+    return device.info && device.alarms.received();
   });
   if (view && view->FindDevice(name)->info) return *std::move(view);
   exit_code = view ? Fail(NoAnswer(*view->FindDevice(name)), kExitNoAnswer) : Fail(view.error().text, kExitBad);
@@ -59,7 +58,7 @@ int Backup(const BackupOptions& options) {
   BackupReading reading;
   if (BackupOperation(*bus->family) != nullptr) {
     OperatorClient client(*machine, command.key, !command.json);
-    if (!client.problem().empty()) return Fail(client.problem(), kExitBad);
+    if (const auto ready = client.state(); !ready) return Fail(ready.error().text, kExitBad);
     reading = ReadContents(client, *bus->family, command);
     exit_code = Check(reading, "");
     if (exit_code != kExitDone) return exit_code;
@@ -206,7 +205,7 @@ class RestoreRun {
   [[nodiscard]] const RestoreReport& report() const { return report_; }
 
   [[nodiscard]] int Run(const DeviceBackup& backup, const device_info_t& info) {
-    if (!client_.problem().empty()) return Refuse(client_.problem(), kExitBad);
+    if (const auto ready = client_.state(); !ready) return Refuse(ready.error().text, kExitBad);
     if (const int exit_code = CheckUnit(backup, info); exit_code != kExitDone) return exit_code;
     Result<BackupContents> wanted = ContentsOf(backup, family_);
     if (!wanted) return Refuse(wanted.error().text, kExitBad);

@@ -14,11 +14,14 @@
 #include "core/base/text.h"
 #include "core/config/machine_config.h"
 #include "core/messages/enum_names.h"
+#include "core/messages/json/field.h"
 #include "platform/os/new_file.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/command/command_request.h"
 #include "tools/axlecast/command/command_run.h"
 #include "tools/axlecast/command/format_journal.h"
+#include "tools/axlecast/common/config_option.h"
+#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/device_data/device_access.h"
@@ -129,7 +132,7 @@ class ReplaceWizard {
   [[nodiscard]] const ReplaceReport& report() const { return report_; }
 
   [[nodiscard]] int Run() {
-    if (!client_.problem().empty()) return Fail(client_.problem(), kExitBad);
+    if (const auto ready = client_.state(); !ready) return Fail(ready.error().text, kExitBad);
     const std::string from = options_.already_exchanged ? "accept" : options_.from;
     const auto first = std::find(std::begin(kReplaceSteps), std::end(kReplaceSteps), from);
     from_ = static_cast<ReplaceStep>(std::distance(std::begin(kReplaceSteps), first));
@@ -159,11 +162,11 @@ class ReplaceWizard {
     const std::string& name = report_.device;
     const auto known = [&name](const MachineView& view) {
       const DeviceView& device = *view.FindDevice(name);
-      return (device.Heard() && (device.position || !device.has_position) && device.alarms.heard()) ||
+      return (device.Received() && (device.position || !device.has_position) && device.alarms.received()) ||
              CancelOnSignal::requested();
     };
-    if (!live.problem().empty() || !live.Gather(clock_.Now() + kTimeout, known)) {
-      std::cerr << (live.problem().empty() ? "the LCM port failed" : live.problem()) << '\n';
+    if (const auto gathered = live.Gather(clock_.Now() + kTimeout, known); !gathered) {
+      std::cerr << gathered.error().text << '\n';
     }
     return *live.view().FindDevice(name);
   }
@@ -251,10 +254,10 @@ class ReplaceWizard {
 
   [[nodiscard]] int Exchange() {
     LiveMachine live(machine_, clock_);
-    const auto heard = [this](const MachineView& view) {
+    const auto known = [this](const MachineView& view) {
       return view.FindDevice(report_.device)->info || CancelOnSignal::requested();
     };
-    bool works = live.problem().empty() && live.Gather(clock_.Now() + kTimeout, heard);
+    Result<> gathered = live.Gather(clock_.Now() + kTimeout, known);
     std::cerr << "Exchange " << report_.device
               << " now. This waits until it was away and answers again; Ctrl-C stops.\n";
     ExchangeWatch watch;
@@ -267,11 +270,8 @@ class ReplaceWizard {
       if (state != std::exchange(reported, state)) std::cerr << "  " << report_.device << ": " << state << '\n';
       return watch.stage() == ExchangeWatch::Stage::kBack || CancelOnSignal::requested();
     };
-    works = works && live.Gather(kNever, back);
-    if (!works) {
-      std::cerr << (live.problem().empty() ? "the LCM port failed" : live.problem()) << '\n';
-      return kExitBad;
-    }
+    if (gathered) gathered = live.Gather(kNever, back);
+    if (!gathered) return Fail(gathered.error().text, kExitBad);
     return watch.stage() == ExchangeWatch::Stage::kBack ? kExitDone : kExitRejected;
   }
 

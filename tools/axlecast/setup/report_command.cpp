@@ -258,9 +258,10 @@ int RunReport(const Options& options) {
   if (!ReadLogs(options, machine->lcm.prefix, contents)) return kExitBad;
   Progress("listening to the machine, at most " + std::to_string(kLongestWait / kSecond) + " s");
   LiveMachine live(*machine, clock);
-  const auto all = [](const MachineView& view) { return view.AllHeard() && view.bridge().heard(); };
-  if (!live.problem().empty()) return Fail(live.problem(), kExitFailed);
-  if (!live.Gather(clock.Now() + kLongestWait, all)) return Fail("the LCM port failed", kExitFailed);
+  const auto all = [](const MachineView& view) { return view.AllReceived() && view.bridge().received(); };
+  if (const Result<> gathered = live.Gather(clock.Now() + kLongestWait, all); !gathered) {
+    return Fail(gathered.error().text, kExitFailed);
+  }
   const MonoNs received_at = clock.Now();
   for (const BusView& bus : live.view().buses()) {
     if (contents.logs.empty() && bus.health) contents.trend.OnBus(*bus.health);
@@ -272,7 +273,7 @@ int RunReport(const Options& options) {
   }
   contents.unix_us = clock.UtcMicroseconds();
   ReadJournal(*machine, contents);
-  if (!options.no_reads && !live.view().NoneHeard()) ReadDevices(options, *machine, contents);
+  if (!options.no_reads && !live.view().NothingReceived()) ReadDevices(options, *machine, contents);
   const std::string page = ReportPage(*machine, live.view(), received_at, contents);
   if (options.html.empty()) return WriteOut(page) ? kExitDone : kExitFailed;
   if (const Result<> written = WriteOutput(options.html, page); !written)
