@@ -14,7 +14,6 @@
 #include "platform/net/lcm_port.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/command/command_run.h"
-#include "tools/axlecast/command/subcommands.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/live/format_device.h"

@@ -22,9 +22,6 @@
 #include "platform/net/lcm_port.h"
 #include "platform/os/new_file.h"
 #include "tools/axlecast/command/command_run.h"
-#include "tools/axlecast/command/format_trip.h"
-#include "tools/axlecast/command/subcommands.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/convert/chart.h"
 

@@ -8,9 +8,7 @@
 #include <memory>
 
 #include "platform/os/new_file.h"
-#include "tools/axlecast/command/command_request.h"
 #include "tools/axlecast/command/command_run.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/device_data/device_access.h"
 #include "tools/axlecast/device_data/parameters.h"

@@ -33,7 +33,6 @@
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/live/format_device.h"
-#include "tools/axlecast/live/subcommands.h"
 
 namespace axlecast {
 namespace {
