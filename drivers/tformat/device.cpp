@@ -6,9 +6,344 @@
 #include <variant>
 
 #include "core/device/operation.h"
+#include "drivers/tformat/alarms.h"
 #include "drivers/tformat/operations.h"
 
 namespace axlecast::tformat {
+
+IdentityCheck::IdentityCheck(const TFormatSettings& settings, DeviceOutput& output)
+    : settings_(settings), output_(output), tag_(settings.identity ? settings.identity->bytes.size() : 0) {}
+
+void IdentityCheck::Forget() {
+  state_ = State::kUnknown;
+  wrong_ids_ = 0;
+  wrong_tags_ = 0;
+}
+
+void IdentityCheck::OnEncoderId(std::uint8_t encoder_id, MonoNs now) {
+  if (encoder_id == settings_.encoder_id) {
+    wrong_ids_ = 0;
+    Identify(encoder_id);
+    const bool recheck = state_ == State::kWrongUnit && now - refused_at_ >= kRecheck;
+    if (state_ != State::kUnknown && state_ != State::kWrongModel && !recheck) return;
+    if (tag_.empty())
+      Accept(now);
+    else
+      ReadTag();
+    return;
+  }
+  if (encoder_id != wrong_id_) wrong_ids_ = 0;
+  wrong_id_ = encoder_id;
+  if (++wrong_ids_ != kConfirmations) return;
+  state_ = State::kWrongModel;
+  Identify(encoder_id);
+  Refuse(Text("encoder ID 0x%02X answers, model %s has 0x%02X: check which encoder is connected, and the key model",
+              unsigned{encoder_id}, settings_.model.c_str(), unsigned{settings_.encoder_id}),
+         now);
+}
+
+void IdentityCheck::OnCell(std::uint8_t address, std::uint8_t data, MonoNs now) {
+  if (!settings_.identity || address < settings_.identity->address) return;
+  const auto index = static_cast<std::size_t>(address - settings_.identity->address);
+  if (index >= tag_.size()) return;
+  tag_[index] = data;
+  if (state_ == State::kReadingTag || state_ == State::kAccepted) CheckTag(now);
+}
+
+std::optional<std::uint8_t> IdentityCheck::WantedCell() const {
+  if (state_ != State::kReadingTag) return std::nullopt;
+  const auto missing = std::find(tag_.begin(), tag_.end(), std::nullopt);
+  if (missing == tag_.end()) return std::nullopt;
+  return static_cast<std::uint8_t>(settings_.identity->address + (missing - tag_.begin()));
+}
+
+void IdentityCheck::Identify(std::uint8_t encoder_id) {
+  if (reported_id_ != encoder_id) output_.OnIdentity(encoder_id, "", "");
+  reported_id_ = encoder_id;
+}
+
+void IdentityCheck::CheckTag(MonoNs now) {
+  std::vector<std::uint8_t> found;
+  for (const auto& byte : tag_) {
+    if (!byte) return;
+    found.push_back(*byte);
+  }
+  if (found == settings_.identity->bytes) {
+    wrong_tags_ = 0;
+    if (state_ != State::kAccepted) Accept(now);
+    return;
+  }
+  if (++wrong_tags_ < kConfirmations) return ReadTag();
+  state_ = State::kWrongUnit;
+  refused_at_ = now;
+  Refuse(Text("EEPROM %u holds %s, the configured identity is %s: another unit is connected",
+              unsigned{settings_.identity->address}, HexText(found).c_str(),
+              HexText(settings_.identity->bytes).c_str()),
+         now);
+}
+
+void IdentityCheck::ReadTag() {
+  state_ = State::kReadingTag;
+  std::fill(tag_.begin(), tag_.end(), std::nullopt);
+  if (!refused_) output_.OnStarting("reading the identity tag in the encoder's EEPROM");
+}
+
+void IdentityCheck::Accept(MonoNs now) {
+  state_ = State::kAccepted;
+  output_.OnAlarm(kWrongIdentity, AlarmState::kAbsent, now);
+  if (refused_) output_.OnJump();  // an encoder was exchanged
+  refused_ = false;
+}
+
+void IdentityCheck::Refuse(std::string_view reason, MonoNs now) {
+  refused_ = true;
+  output_.OnRefused(reason);
+  output_.OnAlarm(kWrongIdentity, AlarmState::kLive, now);
+}
+
+namespace {
+
+// "Standby period at power turning-on" (TS5669 spec 5.4): "External battery existed", "No external battery".
+constexpr MonoNs kStandbyWithBattery = kSecond;
+constexpr MonoNs kStandbyWithoutBattery = 1'500 * kMillisecond;
+// Requests in a row that bring not a single byte, after which the encoder counts as gone.
+constexpr int kGone = 2;
+
+// The error bits that SF must have beside this ALMC: ea0 is CE, ea1 is ME, BE or BA (TS5669 spec 6.3.2 (3)).
+std::uint8_t StatusOf(std::uint8_t alarms) {
+  const int counting = (alarms & kAlmCountingError) != 0 ? kSfCountingError : 0;
+  const int turns = (alarms & kEa1Alarms) != 0 ? kSfMultiTurn : 0;
+  return static_cast<std::uint8_t>(counting | turns);
+}
+
+// The error bits of SF that disagree with ALMC.
+std::uint8_t Contradiction(std::uint8_t status, std::uint8_t alarms) {
+  return static_cast<std::uint8_t>((status ^ StatusOf(alarms)) & (kSfCountingError | kSfMultiTurn));
+}
+
+std::uint8_t AlarmMask(const TFormatSettings& settings) {
+  return settings.turns_range > 0 ? std::uint8_t{0xFF} : static_cast<std::uint8_t>(~kMultiTurnAlarms);
+}
+
+}  // namespace
+
+Interpreter::Interpreter(const TFormatSettings& settings, const Expectation& expected, MonoNs character,
+                         DeviceOutput& output)
+    : settings_(settings),
+      expected_(expected),
+      character_(character),
+      alarm_mask_(AlarmMask(settings)),
+      output_(output),
+      standby_(settings.turns_range > 0 ? kStandbyWithBattery : kStandbyWithoutBattery),
+      identity_(settings, output) {}
+
+void Interpreter::OnLinkUp(MonoNs now) {
+  link_up_ = now;
+  answered_since_link_up_ = false;
+  ReportStarting();
+}
+
+void Interpreter::ReportStarting() {
+  output_.OnStarting(standby_ == kStandbyWithBattery
+                         ? "no answer yet: after power-on the encoder takes up to 1 s"
+                         : "no answer yet: after power-on the encoder takes up to 1.5 s without a battery");
+}
+
+void Interpreter::OnLinkDown(std::optional<DataId> sent) {
+  // The tenth request may have been under way.
+  if (resets_in_a_row_ == kResetTimes - 1) reset_done_ = reset_;
+  const bool zeroing = reset_done_ == DataId::kZeroSingleTurn && resets_in_a_row_ == kResetTimes - 1;
+  if (sent == DataId::kEepromWrite || (zeroing && sent == reset_done_)) output_.OnNonVolatileWrite();
+  resets_in_a_row_ = 0;
+  silent_in_a_row_ = 0;
+  Forget();
+}
+
+void Interpreter::Forget() {
+  answering_ = false;
+  identity_.Forget();
+  alarms_.reset();
+  contradiction_ = 0;
+  wants_all_ = false;
+  known_ = 0;
+  doubted_ = 0;
+}
+
+void Interpreter::OnStray(const Event& event) {
+  if (InStandby(EndOf(event))) return ReportStarting();
+  output_.OnError(ErrorKind::kUnexpectedBytes, event.received);
+}
+
+Answer Interpreter::OnExchange(const Event& event) {
+  if (!link_up_) link_up_ = event.sent.first;
+  const Answer answer = RefuseContradiction(Interpret(event, expected_));
+  const MonoNs now = EndOf(event);
+  TrackResets(answer);
+  TrackEepromWrite(answer);
+  TrackCommunicationAlarm(answer, now);
+  if (!answer.ok()) {
+    OnFailure(answer, event);
+    return answer;
+  }
+  answering_ = true;
+  answered_since_link_up_ = true;
+  silent_in_a_row_ = 0;
+  const Reply& reply = answer.reply;
+  if (answer.asked == DataId::kAll) wants_all_ = false;
+  if (reply.data) identity_.OnCell(*reply.address, *reply.data, now);
+  if (reply.encoder_id) identity_.OnEncoderId(*reply.encoder_id, now);
+  if (identity_.refused() && reply.single_turn) {
+    output_.OnError(ErrorKind::kWrongIdentity, {event.sent.first, now});
+  }
+  if (!identity_.accepted()) return answer;
+  if (answer.asked == DataId::kAll)
+    OnAll(reply, now);
+  else
+    CompareStatus(answer);
+  if (reply.single_turn) output_.OnSample(MakeSample(reply, SamplingInstant(event, character_)));
+  return answer;
+}
+
+// The checksum misses two inverted bits of one column, for example one of the position and one of SF or ALMC. The document
+// does not state whether an encoder changes SF and ALMC in the same reply, so a contradiction that stays is the encoder's own.
+Answer Interpreter::RefuseContradiction(Answer answer) {
+  if (!answer.ok() || answer.asked != DataId::kAll) return answer;
+  const std::uint8_t before = contradiction_;
+  contradiction_ = Contradiction(*answer.reply.status, *answer.reply.alarms);
+  if (contradiction_ == 0 || contradiction_ == before) return answer;
+  answer.error = ErrorKind::kRange;
+  answer.reply = {};
+  return answer;
+}
+
+bool Interpreter::InStandby(MonoNs now) const {
+  return !answered_since_link_up_ && link_up_ && now - *link_up_ <= standby_;
+}
+
+void Interpreter::OnFailure(const Answer& answer, const Event& event) {
+  const MonoNs now = EndOf(event);
+  const bool silent = answer.error == ErrorKind::kTimeout;
+  // Nothing drives the line during the standby, or without a battery it is undefined (spec 5.4, note 2): fragments and
+  // other bytes that are no reply are no fault either. A request that was sent during the standby is not accepted,
+  // even where the time for its reply ends later.
+  const bool whole = answer.not_taken || answer.error == ErrorKind::kWrongIdentity;
+  if (!whole && InStandby(event.sent.first)) {
+    ReportStarting();
+  } else {
+    output_.OnError(*answer.error, {event.sent.first, now});
+  }
+  if (answer.error == ErrorKind::kWrongIdentity) {
+    answered_since_link_up_ = true;
+    answering_ = true;
+    identity_.OnEncoderId(*answer.reply.encoder_id, now);
+    known_ = 0;
+  }
+  silent_in_a_row_ = silent ? silent_in_a_row_ + 1 : 0;
+  if (silent_in_a_row_ == kGone) Forget();
+}
+
+void Interpreter::TrackResets(const Answer& answer) {
+  const bool reset = IsReset(answer.asked);
+  if (!reset) {
+    resets_in_a_row_ = 0;
+    return;
+  }
+  resets_in_a_row_ = answer.asked == reset_ ? resets_in_a_row_ + 1 : 1;
+  reset_ = answer.asked;
+  if (reset_ != DataId::kClearErrors && !datum_changing_) {
+    datum_changing_ = true;
+    output_.OnDatumChanging(true);
+  }
+  if (resets_in_a_row_ < kResetTimes) return;
+  resets_in_a_row_ = 0;
+  reset_done_ = reset_;
+  if (reset_ == DataId::kZeroSingleTurn) output_.OnNonVolatileWrite();
+}
+
+// A write whose reply is lost may have been taken.
+void Interpreter::TrackEepromWrite(const Answer& answer) {
+  if (answer.asked != DataId::kEepromWrite || answer.not_taken) return;
+  if (!answer.reply.busy.value_or(false)) output_.OnNonVolatileWrite();
+}
+
+void Interpreter::OnAll(const Reply& reply, MonoNs now) {
+  if (datum_changing_) output_.OnDatumChanging(false);
+  datum_changing_ = false;
+  ReportAlarms(*reply.alarms, now);
+  UpdateTrustInTurns(*reply.alarms);
+  alarms_ = reply.alarms;
+  FinishReset(reply);
+}
+
+void Interpreter::FinishReset(const Reply& reply) {
+  if (!reset_done_) return;
+  if (reset_done_ != DataId::kClearErrors) output_.OnJump();
+  if (reset_done_ == DataId::kResetTurnsAndErrors && TurnsAreReset(reply, settings_) &&
+      (*reply.alarms & kTurnsInDoubt) == 0) {
+    doubted_ = 0;
+    output_.OnReferenceRestored();
+  }
+  reset_done_.reset();
+}
+
+// A bit counts when two ID 3 replies in a row agree on it: a damaged one can pass the checksum.
+void Interpreter::ReportAlarms(std::uint8_t alarms, MonoNs now) {
+  const auto agreed = static_cast<std::uint8_t>(alarms_ ? ~(alarms ^ *alarms_) : 0);
+  wants_all_ = agreed != 0xFF;
+  for (const DeviceAlarm& alarm : DeviceAlarms()) {
+    if ((agreed & alarm_mask_ & alarm.bit) == 0) continue;
+    const bool present = (alarms & alarm.bit) != 0;
+    if (!present && (reported_ & alarm.bit) == 0 && (known_ & alarm.bit) != 0) continue;
+    const AlarmState there = alarm.latched ? AlarmState::kDeviceLatched : AlarmState::kLive;
+    output_.OnAlarm(alarm.spec, present ? there : AlarmState::kAbsent, now);
+  }
+  reported_ = static_cast<std::uint8_t>(((reported_ & ~agreed) | (alarms & agreed)) & alarm_mask_);
+  known_ |= agreed;
+}
+
+void Interpreter::UpdateTrustInTurns(std::uint8_t alarms) {
+  const auto doubt = static_cast<std::uint8_t>(alarms & reported_ & kTurnsInDoubt);
+  if ((doubt & ~doubted_) != 0) output_.OnReferenceLost();
+  doubted_ = static_cast<std::uint8_t>((doubted_ & alarms) | doubt);
+}
+
+// TS5669 spec 6.3.2: when ea1 shows an error, request ID 3 and look at ALMC.
+void Interpreter::CompareStatus(const Answer& answer) {
+  if (!answer.reply.status || !alarms_) return;
+  if (Contradiction(*answer.reply.status, *alarms_) != 0) wants_all_ = true;
+}
+
+// What only ID 3 contains applies to readings with other IDs until the next ID 3.
+Sample Interpreter::MakeSample(const Reply& reply, const Interval& at) const {
+  const std::uint8_t status = reply.status.value_or(0);
+  const std::uint8_t raw = reply.alarms.value_or(alarms_.value_or(0));
+  const auto alarms = static_cast<std::uint8_t>(raw & alarm_mask_);
+  const bool counting_error = reply.alarms && (alarms & kAlmCountingError) != 0;
+  Sample sample;
+  sample.at = at;
+  sample.counts = *reply.single_turn;
+  if (reply.multi_turn && settings_.turns_range > 0) {
+    sample.has_turns = true;
+    sample.turns = static_cast<std::int32_t>(*reply.multi_turn);
+  }
+  sample.turns_trusted = (alarms & kTurnsInDoubt) == 0;
+  sample.turns_wrapped = (alarms & kAlmCounterOverflow) != 0;
+  sample.low_accuracy = (alarms & kAlmFullAbsolute) != 0;
+  sample.error = counting_error || (status & kSfCountingError) != 0;
+  sample.warning = (alarms & kAlmBatteryAlarm) != 0;
+  sample.device_status = status | raw << 8;
+  return sample;
+}
+
+void Interpreter::TrackCommunicationAlarm(const Answer& answer, MonoNs now) {
+  const bool live = answer.error == ErrorKind::kCommunicationAlarm;
+  if (!live && !(answer.ok() && communication_alarm_)) return;
+  communication_alarm_ = live;
+  output_.OnAlarm(kMisreadRequest, live ? AlarmState::kLive : AlarmState::kAbsent, now);
+}
+
+// ---- the device ----
+
 namespace {
 
 // The interval at which an encoder that does not answer is polled, however slow its slots are.
