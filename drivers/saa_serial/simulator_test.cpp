@@ -1,5 +1,5 @@
 // The simulator against the manual: what it answers, when, and what it drops.
-#include "drivers/saa_serial/simulator.h"
+#include "drivers/saa_serial/family.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -114,7 +114,7 @@ TEST(SsiDevice, ReadsWhatTheEncoderStored) {
     SsiMachine machine(kind.device, "{axis1: {start_deg: 33}}", kind.keys);
     machine.Set("speed_rpm", "3000");
     machine.Run(kSecond);
-    const double per_turn = std::ldexp(1.0, machine.simulator().encoder().properties().word.bits);
+    const double per_turn = std::ldexp(1.0, machine.simulator().encoder().properties.word.bits);
     std::size_t seen = 0;
     for (int i = 0; i < 300; ++i) {
       machine.Run(kMillisecond);

@@ -18,6 +18,10 @@ inline constexpr int kTurnBits = 30;
 inline constexpr ShaftAngle kShaftTurn = ShaftAngle{1} << kTurnBits;
 [[nodiscard]] ShaftAngle AngleFromDegrees(double degrees);
 [[nodiscard]] double DegreesFromAngle(ShaftAngle angle);
+// Returns the position within the turn in 2^-bits turn. Bits finer than the shaft's are 0.
+[[nodiscard]] std::uint64_t CountsFromAngle(ShaftAngle angle, int bits);
+// Returns the number of the turn, as a counter with these bits shows it.
+[[nodiscard]] std::uint64_t TurnsFromAngle(ShaftAngle angle, int turn_bits);
 
 // A simulated shaft. Each command makes a plan of the motion. Angle, speed and acceleration at any time follow from the
 // plan alone: they do not drift, and do not depend on how often the shaft is read.
