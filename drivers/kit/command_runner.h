@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/result.h"
+#include "core/config/machine_config.h"
 #include "core/device/device.h"
 #include "core/device/operation.h"
 
@@ -165,6 +166,27 @@ class CommandRunner {
   MonoNs begin_by_ = kNever;
   bool begun_ = false;      // its first request was sent
   bool in_flight_ = false;  // the request under way is the procedure's
+};
+
+// A device with a CommandRunner, and its functions for commands. The family's class decides as the runner's policy.
+template <typename Procedure>
+class CommandDevice : public Device, protected CommandRunner<Procedure>::Policy {
+ public:
+  [[nodiscard]] Result<> Validate(const DriverCommand& command, MonoNs now) const override {
+    return runner_.Validate(command, link_up_, now);
+  }
+  void Begin(const DriverCommand& command, MonoNs now) override { runner_.Begin(command, link_up_, now); }
+  [[nodiscard]] bool Cancel(const CommandId& id, MonoNs) override { return runner_.Cancel(id); }
+
+ protected:
+  // `operations` and `output` outlive the device.
+  CommandDevice(const DeviceConfig& device, std::span<const OperationSpec> operations, DeviceOutput& output)
+      : owned_(device.settings), output_(output), runner_(operations, *this, output) {}
+
+  const std::shared_ptr<const DeviceSettings> owned_;  // keeps the settings alive that the family's class refers to
+  DeviceOutput& output_;
+  CommandRunner<Procedure> runner_;
+  bool link_up_ = false;
 };
 
 }  // namespace axlecast

@@ -162,25 +162,9 @@ Frame EepromWriteRequest(std::uint8_t address, std::uint8_t data) {
 }
 
 const char* ReplyErrorName(ReplyError error) {
-  switch (error) {
-    case ReplyError::kNone:
-      return "none";
-    case ReplyError::kShort:
-      return "short";
-    case ReplyError::kLong:
-      return "long";
-    case ReplyError::kChecksum:
-      return "checksum";
-    case ReplyError::kWrongEcho:
-      return "wrong_echo";
-    case ReplyError::kCommunicationAlarm:
-      return "communication_alarm";
-    case ReplyError::kAbnormalReply:
-      return "abnormal_reply";
-    case ReplyError::kRange:
-      return "range";
-  }
-  return "none";
+  constexpr std::array kNames = {"none",           "short", "long", "checksum", "wrong_echo", "communication_alarm",
+                                 "abnormal_reply", "range"};
+  return kNames.at(static_cast<std::size_t>(error));
 }
 
 Reply ParseReply(Bytes request, Bytes reply, const Format& format) {
