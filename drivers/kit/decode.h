@@ -61,7 +61,6 @@ template <typename Value>
 [[nodiscard]] Result<> ApplySettings(std::string_view family, const DecodeSettings& settings,
                                      std::span<const DecodeOption> options);
 
-[[nodiscard]] inline nlohmann::ordered_json GoodFrame(std::string_view kind) {
   return {{"ok", true}, {"kind", kind}};
 }
 [[nodiscard]] inline nlohmann::ordered_json BadFrame(std::string_view kind, std::string_view error) {
