@@ -56,7 +56,7 @@ class BissProbe final : public AskingProbe {
     if (asked_ >= kTransfers) return std::nullopt;
     return Question{.exchange = transfer_, .quiet = kRest};
   }
-  void Judge(const Event& event) override {
+  void Evaluate(const Event& event) override {
     ++asked_;
     for (auto& [bits, fit] : fits_) {
       const FrameReader reader({.bits = bits});

@@ -185,7 +185,7 @@ class PolledProbe final : public AskingProbe {
         &MatchAnyFrame;  // every encoder may answer with the header 81: all replies look alike
     return question;
   }
-  void Judge(const Event& event) override {
+  void Evaluate(const Event& event) override {
     ++tries_;
     const Bytes frame = FromStart(event.bytes);
     const int bits = BitsOfSize(frame.size());

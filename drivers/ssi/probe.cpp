@@ -63,7 +63,7 @@ class SsiProbe final : public AskingProbe {
     if (asked_ >= kTransfers) return std::nullopt;
     return Question{.exchange = transfer_, .quiet = kRest};
   }
-  void Judge(const Event& event) override {
+  void Evaluate(const Event& event) override {
     ++asked_;
     const Bytes bytes = event.bytes;
     if (bytes.size() != kTransferBytes || (bytes[0] & 0x80U) == 0) return;  // not high at rest: no SSI

@@ -68,7 +68,7 @@ class TFormatProbe final : public AskingProbe {
     if (asked_ >= kQuestions || (answered_ == 0 && asked_ >= kVain)) return std::nullopt;
     return Question{.exchange = tformat::Ask(IdOf(asked_), kPatience), .quiet = kQuiet};
   }
-  void Judge(const Event& event) override {
+  void Evaluate(const Event& event) override {
     ++asked_;
     if (event.bytes.empty()) return;
     const Reply reply = ParseReply(event.request, event.bytes, kAnyModel);
