@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "core/config/config_map.h"
-#include "drivers/saa_serial/family.h"
 #include "drivers/saa_serial/machine_test_support.h"
 #include "tests/support/golden_file.h"
 
