@@ -46,7 +46,7 @@ struct OperationSpec {
   // judge, a change `finding` whose `after` is reads_as_after, no_effect_seen or cannot_tell. The bridge finds an
   // effect only where the device read differently before. An operation reports that in its outcomes that leave the
   // effect open: as the values before (same keys) or, where values flicker, as the `before` of a change `finding`
-  // (drivers/kit/read_back.h).
+  // (drivers/kit/command_runner.h).
   std::string_view verified_by_operation = {};
   bool urgent = false;              // jumps every queue: does not wait for the order that its device works on
   bool executed_by_bridge = false;  // the bridge carries it out, with other operations of the driver or none

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "core/device/operation.h"
-#include "drivers/kit/read_back.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/protocol/canopen/canopen.h"
 
 namespace axlecast::cia406 {
@@ -271,7 +271,7 @@ std::optional<Outcome> PresetProcedure::Verify(std::uint32_t position) {
   const bool near = IsNear(position, target_, settings_);
   if (!near && ++readings_ < kMaxReadings) return std::nullopt;
   const std::string was = Text("the position was %u and reads %u, set to %u", before_, position, target_);
-  Outcome outcome = near ? JudgeReadBack({.same_before = SameBefore(), .confirmed = confirmed_}, was)
+  Outcome outcome = near ? ReadBackOutcome({.same_before = SameBefore(), .confirmed = confirmed_}, was)
                          : Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                                  was + ": hold the axis; does the encoder take a preset?");
   return WithBefore(std::move(outcome), std::to_string(position));

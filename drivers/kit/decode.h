@@ -61,8 +61,6 @@ template <typename Value>
 [[nodiscard]] Result<> ApplySettings(std::string_view family, const DecodeSettings& settings,
                                      std::span<const DecodeOption> options);
 
-  return {{"ok", true}, {"kind", kind}};
-}
 [[nodiscard]] inline nlohmann::ordered_json BadFrame(std::string_view kind, std::string_view error) {
   return {{"ok", false}, {"kind", kind}, {"error", error}};
 }

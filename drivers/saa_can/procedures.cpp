@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "core/device/operation.h"
-#include "drivers/kit/read_back.h"
+#include "drivers/kit/command_runner.h"
 
 namespace axlecast::saa_can {
 namespace {
@@ -192,7 +192,7 @@ Outcome Zero::Judge(std::int64_t counts) const {
   const bool may_be_position = LooksLikeReply(before_, Command::kZero, context_.settings);
   const std::string heard = may_be_position && acknowledged_ ? "what came as its reply may be a position" : reply;
   const ReadBack read_back = {.same_before = SameBefore(), .confirmed = acknowledged_ && !may_be_position};
-  return WithCounts(JudgeReadBack(read_back, text + "; " + heard), after);
+  return WithCounts(ReadBackOutcome(read_back, text + "; " + heard), after);
 }
 
 bool Zero::SameBefore() const {

@@ -1,7 +1,7 @@
 #include <cstdlib>
 #include <utility>
 
-#include "drivers/kit/read_back.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/saa_modbus/procedures.h"
 
 namespace axlecast::saa_modbus {
@@ -112,7 +112,7 @@ class DatumWrite final : public Procedure {
       const char* echo = accepted_ ? "the encoder accepted it, but " : "the encoder's echo did not come, and ";
       return Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS, echo + text + ", not 0");
     }
-    return JudgeReadBack({.same_before = SameBefore(), .confirmed = accepted_},
+    return ReadBackOutcome({.same_before = SameBefore(), .confirmed = accepted_},
                          text + (accepted_ ? "" : "; the echo did not come"));
   }
 

@@ -11,7 +11,6 @@
 #include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/kit/command_runner.h"
-#include "drivers/kit/read_back.h"
 #include "drivers/saa_serial/settings.h"
 
 namespace axlecast::saa_serial {
@@ -122,7 +121,7 @@ class ZeroProcedure final : public Procedure {
     const std::string was =
         Text("single-turn was %.3f deg and reads %.3f deg", Degrees(before_, bits), Degrees(counts, bits));
     Outcome outcome =
-        near ? JudgeReadBack({.same_before = SameBefore()}, was + Text(" (0 +- %.2f)", allowed))
+        near ? ReadBackOutcome({.same_before = SameBefore()}, was + Text(" (0 +- %.2f)", allowed))
              : Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                      was + Text(", not 0 +- %.2f: hold the axis; is it the variant with zero clearing, "
                                 "and is its line or command right?",

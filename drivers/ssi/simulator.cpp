@@ -32,7 +32,7 @@ const QuantityTable<SimulatedEncoder>& SimulatedEncoder::Table() {
                             {"zeros", "one_zero", "no_gap"}),
           NumberQuantity<E>("byte_gap_us", &E::byte_gap_us, 0, 10'000, "us"),
           ChoiceQuantity<E>("data_line", &E::data_line, {"encoder", "high", "low", "swapped"}),
-          {"status", [](E& e, std::string_view text) { return e.SetStatus(text); }, &E::StatusText},
+          {"status", &E::SetStatus, &E::StatusText},
           WholeQuantity<E>("noise_counts", &E::noise_counts, 0, 1'000, "counts"),
       },
       [](const SimulatedFault& fault) -> Result<> {

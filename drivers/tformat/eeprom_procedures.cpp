@@ -10,7 +10,6 @@
 #include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/kit/command_runner.h"
-#include "drivers/kit/read_back.h"
 #include "drivers/tformat/operations.h"
 #include "drivers/tformat/settings.h"
 

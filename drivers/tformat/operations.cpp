@@ -11,7 +11,7 @@
 #include "core/device/device.h"
 #include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
-#include "drivers/kit/read_back.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/tformat/alarms.h"
 #include "drivers/tformat/settings.h"
 

@@ -6,7 +6,6 @@
 
 #include "core/device/operation.h"
 #include "drivers/kit/command_runner.h"
-#include "drivers/kit/read_back.h"
 #include "drivers/tformat/alarms.h"
 #include "drivers/tformat/codec.h"
 #include "drivers/tformat/operations.h"
@@ -235,7 +234,7 @@ class ResetProcedure final : public Procedure {
   // Ten good replies prove that the encoder accepted the sequence.
   [[nodiscard]] Outcome Fitting(const std::string& text) const {
     return WithFindingBefore(
-        JudgeReadBack({.same_before = SameBefore(), .confirmed = sent_ == kResetTimes && !tenth_lost_},
+        ReadBackOutcome({.same_before = SameBefore(), .confirmed = sent_ == kResetTimes && !tenth_lost_},
                       text + Lost()),
         SameBefore());
   }

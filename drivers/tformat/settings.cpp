@@ -6,7 +6,7 @@
 
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
-#include "drivers/kit/read_back.h"
+#include "drivers/kit/command_runner.h"
 
 namespace axlecast::tformat {
 

@@ -28,46 +28,16 @@ namespace axlecast {
 // Returns the value with up to 12 digits.
 [[nodiscard]] std::string NumberText(double value);
 
-// Old form of ParseNumber, until every family uses the functions below.
-[[nodiscard]] inline std::string ReadNumber(std::string_view text, double min, double max, std::string_view unit,
-                                            double& into) {
-  const Result<double> number = ParseNumber(text, min, max, unit);
-  if (!number) return number.error().text;
-  into = *number;
-  return {};
-}
-
 // ---- tables of quantities ----
 
 // Names and values, in the order in which they are shown.
 using QuantityList = std::vector<std::pair<std::string, std::string>>;
 
-// A setter that returns a Result<>, or (old form) an error text that is empty if the value was set.
-template <typename Simulated>
-class QuantitySetter {
- public:
-  template <typename Function>
-  QuantitySetter(Function function)  // NOLINT(google-explicit-constructor,hicpp-explicit-conversions)
-      : set_([function](Simulated& device, std::string_view value) -> Result<> {
-          if constexpr (std::is_same_v<decltype(function(device, value)), std::string>) {
-            std::string why = function(device, value);
-            if (!why.empty()) return Failure(std::move(why));
-            return {};
-          } else {
-            return function(device, value);
-          }
-        }) {}
-  Result<> operator()(Simulated& device, std::string_view value) const { return set_(device, value); }
-
- private:
-  std::function<Result<>(Simulated&, std::string_view)> set_;
-};
-
 // A property of a simulated device that is set and shown by name.
 template <typename Simulated>
 struct SimulatedQuantity {
   std::string_view name;
-  QuantitySetter<Simulated> set;
+  std::function<Result<>(Simulated& device, std::string_view value)> set;
   std::function<std::string(const Simulated& device)> show;  // null: never shown, or an event
 };
 
@@ -129,34 +99,6 @@ template <typename Simulated, typename Member>
           [=](const Simulated& device) {
             return std::string(list.at(static_cast<std::size_t>(std::invoke(member, device))));
           }};
-}
-
-template <typename Simulated>
-[[nodiscard]] std::vector<std::string_view> NamesOf(const QuantityTable<Simulated>& table) {
-  std::vector<std::string_view> names;
-  for (const auto& quantity : table) names.push_back(quantity.name);
-  return names;
-}
-
-template <typename Simulated>
-[[nodiscard]] Result<> SetByName(const QuantityTable<Simulated>& table, Simulated& device, std::string_view name,
-                                 std::string_view value) {
-  std::string names;
-  for (const auto& quantity : table) {
-    if (quantity.name == name) return quantity.set(device, value);
-    names += (names.empty() ? "" : ", ") + std::string(quantity.name);
-  }
-  return Failure("cannot be set while it runs: one of " + names);
-}
-
-// Returns the name and the present value of each quantity that is shown.
-template <typename Simulated>
-[[nodiscard]] QuantityList Shown(const QuantityTable<Simulated>& table, const Simulated& device) {
-  QuantityList list;
-  for (const auto& quantity : table) {
-    if (quantity.show) list.emplace_back(quantity.name, quantity.show(device));
-  }
-  return list;
 }
 
 }  // namespace axlecast

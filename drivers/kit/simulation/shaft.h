@@ -101,22 +101,6 @@ class Shaft {
   std::string motion_ = "constant";
 };
 
-// Old forms, until every family uses the quantities below.
-[[nodiscard]] inline std::string OrderMotion(Shaft& shaft, std::string_view text, MonoNs now, std::string& motion) {
-  const Result<> done = shaft.SetMotion(text, now);
-  motion = shaft.motion();
-  return done ? "" : done.error().text;
-}
-[[nodiscard]] inline std::string OrderSpeed(Shaft& shaft, std::string_view text, MonoNs now, std::string& motion) {
-  const Result<> done = shaft.SetSpeed(text, now);
-  motion = shaft.motion();
-  return done ? "" : done.error().text;
-}
-[[nodiscard]] inline std::string OrderAcceleration(Shaft& shaft, std::string_view text) {
-  const Result<> done = shaft.SetAcceleration(text);
-  return done ? "" : done.error().text;
-}
-
 // The quantities `accel_rad_s2`, `motion` and `speed_rpm`. `shaft` returns a reference to the shaft of a device, and
 // `now` the device's time. Both are pointers to members or generic lambdas, as for NumberQuantity (quantity.h).
 template <typename Device, typename ShaftOf>
