@@ -184,11 +184,7 @@ Outcome Zero::Verify(std::int64_t counts) const {
   const bool may_be_position = LooksLikeReply(before_, Command::kZero, context_.settings);
   const char* reply = may_be_position && acknowledged_ ? "what came as its reply may be a position" : ReplyText();
   const ReadBack read_back = {.same_before = SameBefore(), .confirmed = acknowledged_ && !may_be_position};
-<<<<<<< HEAD
-  return WithCounts(ReadBackOutcome(read_back, text + "; " + heard), after);
-=======
   return WithCounts(ReadBackOutcome(read_back, text + "; " + reply), after);
->>>>>>> main
 }
 
 bool Zero::SameBefore() const {
