@@ -111,30 +111,27 @@ class BissProbe final : public AskingProbe {
   std::map<int, Fit> fits_;  // by resolution
 };
 
-// ---- what is tried ----
-
-std::vector<ProbeTrial> ProbeTrials(const ProbeScope& scope) {
-  std::vector<ProbeTrial> trials;
-  const std::vector<std::int64_t> usual = {kDefaultClockHz, kDefaultClockHz / 4};
-  for (const std::int64_t clock : scope.rates.empty() ? usual : scope.rates) {
-    for (const int mode : {kFallingMode, kRisingMode}) {
-      ProbeTrial trial;
-      trial.what = mode == kFallingMode ? "BiSS-C, sampled on falling edges" : "BiSS-C, sampled on rising edges";
-      trial.asks = true;
-      trial.spi = {.mode = mode, .clock_hz = clock};
-      trial.longest = kTransfers * (2 * kRest);
-      trial.make = [spi = trial.spi](MonoNs) { return std::make_unique<BissProbe>(spi); };
-      trials.push_back(std::move(trial));
-    }
-  }
-  return trials;
-}
-
 }  // namespace
 }  // namespace axlecast::biss
 
 namespace axlecast {
 
-std::vector<ProbeTrial> biss_probe(const ProbeScope& scope) { return biss::ProbeTrials(scope); }
+std::vector<ProbeTrial> biss_probe(const ProbeScope& scope) {
+  std::vector<ProbeTrial> trials;
+  const std::vector<std::int64_t> usual = {biss::kDefaultClockHz, biss::kDefaultClockHz / 4};
+  for (const std::int64_t clock : scope.rates.empty() ? usual : scope.rates) {
+    for (const int mode : {biss::kFallingMode, biss::kRisingMode}) {
+      ProbeTrial trial;
+      trial.what =
+          mode == biss::kFallingMode ? "BiSS-C, sampled on falling edges" : "BiSS-C, sampled on rising edges";
+      trial.asks = true;
+      trial.spi = {.mode = mode, .clock_hz = clock};
+      trial.longest = biss::kTransfers * (2 * biss::kRest);
+      trial.make = [spi = trial.spi](MonoNs) { return std::make_unique<biss::BissProbe>(spi); };
+      trials.push_back(std::move(trial));
+    }
+  }
+  return trials;
+}
 
 }  // namespace axlecast

@@ -93,28 +93,24 @@ class TFormatProbe final : public AskingProbe {
   std::uint32_t positions_ = 0;  // every bit of ABS that was ever set
 };
 
-// ---- what is tried ----
-
-std::vector<ProbeTrial> ProbeTrials(const ProbeScope& scope) {
-  std::vector<ProbeTrial> trials;
-  for (const std::int64_t baud : scope.RatesOf({kBaud})) {
-    ProbeTrial trial;
-    trial.what = "T-format, 2.5 Mbit/s: data ID 3 and 2";
-    trial.asks = true;
-    trial.line = {.baud = baud};
-    trial.longest =
-        4 * (kPatience + kQuiet) + kLatestProbeReply;  // the second ID 3 waits for the reply to the first
-    trial.make = [](MonoNs) { return std::make_unique<TFormatProbe>(); };
-    trials.push_back(std::move(trial));
-  }
-  return trials;
-}
-
 }  // namespace
 }  // namespace axlecast::tformat
 
 namespace axlecast {
 
-std::vector<ProbeTrial> tformat_probe(const ProbeScope& scope) { return tformat::ProbeTrials(scope); }
+std::vector<ProbeTrial> tformat_probe(const ProbeScope& scope) {
+  std::vector<ProbeTrial> trials;
+  for (const std::int64_t baud : scope.RatesOf({tformat::kBaud})) {
+    ProbeTrial trial;
+    trial.what = "T-format, 2.5 Mbit/s: data ID 3 and 2";
+    trial.asks = true;
+    trial.line = {.baud = baud};
+    trial.longest = 4 * (tformat::kPatience + tformat::kQuiet) +
+                    kLatestProbeReply;  // the second ID 3 waits for the reply to the first
+    trial.make = [](MonoNs) { return std::make_unique<tformat::TFormatProbe>(); };
+    trials.push_back(std::move(trial));
+  }
+  return trials;
+}
 
 }  // namespace axlecast

@@ -235,7 +235,7 @@ class ResetProcedure final : public Procedure {
   [[nodiscard]] Outcome Fitting(const std::string& text) const {
     return WithFindingBefore(
         ReadBackOutcome({.same_before = SameBefore(), .confirmed = sent_ == kResetTimes && !tenth_lost_},
-                      text + Lost()),
+                        text + Lost()),
         SameBefore());
   }
   [[nodiscard]] bool SameBefore() const {
