@@ -67,7 +67,7 @@ struct ClockPlan {
   double lowest_hz = 0;              // t_T < t_M (min): TWK SSI 10
   double highest_hz = 0;             // of the encoder and the cable: for reading that is delayed to fit
   double highest_half_cycle_hz = 0;  // for reading half a cycle after the edge that changed the data, as SPI does
-  std::int64_t half_cycle_hz = 0;    // a clock for that; 0: there is none
+  std::int64_t half_cycle_hz = 0;    // a clock for that; 0: no clock fits
 };
 [[nodiscard]] ClockPlan PlanClock(const ClockedLine& line);
 
