@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "core/config/machine_config.h"
+#include "drivers/tsubaki_sc/command_slot.h"
 #include "drivers/tsubaki_sc/family.h"
 #include "drivers/tsubaki_sc/interpreter.h"
 #include "drivers/tsubaki_sc/operations.h"

@@ -94,7 +94,7 @@ class BusSimulator final : public UnitSimulator<Station> {
   [[nodiscard]] bool TooEarly(const Station& station) const;
   void Offer(Station& station, Bytes frame, MonoNs now, const Transmit& transmit);
   void Respond(Station& station, std::vector<std::uint8_t> response, MonoNs now, const Transmit& transmit);
-  void Collide(const Interval& with, bool& collided);
+  bool Collide(const Interval& with);
   void SendDue(MonoNs now, const Transmit& transmit);
 
   LineRules rules_;
