@@ -35,11 +35,6 @@ bool IsNear(std::uint32_t position, std::uint32_t target, const Cia406Settings& 
          PresetToleranceCounts(settings.bits);
 }
 
-bool AtRest(const DeviceOutput& output, MonoNs now) {
-  const Motion motion = output.MotionAt(now);
-  return motion.known && motion.standstill;
-}
-
 std::string AbortReason(const SdoResult& result) {
   return Text("%s (0x%08X)", AbortText(result.value), result.value);
 }
@@ -82,9 +77,7 @@ std::unique_ptr<Procedure> ReadPosition(std::optional<std::uint32_t> target, con
     outcome.changes.push_back({"position", "", std::to_string(*values[0])});
     if (!target) return outcome;
     const bool near = IsNear(*values[0], *target, settings);
-    outcome.changes.push_back(FindingChange(near                  ? kReadsAsAfter
-                                            : AtRest(output, now) ? kNoEffectSeen
-                                                                  : kCannotTell));
+    outcome.changes.push_back(FindingChange(FindingWord(near, AtRest(output, now))));
     return outcome;
   };
   return std::make_unique<Readout>(std::vector{kPosition}, deadline, show);

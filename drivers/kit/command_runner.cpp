@@ -37,6 +37,11 @@ Result<> CheckStandstill(const Motion& motion) {
   return Failure(MotionText(motion), Reason::REASON_NOT_STANDING_STILL);
 }
 
+bool AtRest(const DeviceOutput& output, MonoNs now) {
+  const Motion motion = output.MotionAt(now);
+  return motion.known && motion.standstill;
+}
+
 std::string MotionText(const Motion& motion) {
   if (!motion.known) {
     return "too few fresh valid readings to see that the shaft rests: poll faster, or set limits: {speed_rpm: ...} "

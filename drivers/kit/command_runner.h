@@ -27,6 +27,8 @@ namespace axlecast {
 // Refuses a command unless the last readings prove that the shaft stands still.
 [[nodiscard]] Result<> CheckStandstill(const Motion& motion);
 
+// Returns whether the last readings prove that the shaft stands still.
+[[nodiscard]] bool AtRest(const DeviceOutput& output, MonoNs now);
 // Returns what the last readings show of a shaft that is not proven to stand still, and what to do.
 [[nodiscard]] std::string MotionText(const Motion& motion);
 // Returns the final outcome of a procedure that found the shaft in motion before it changed anything.
@@ -64,6 +66,10 @@ inline constexpr const char* kNoEffectSeen = "no_effect_seen";
 inline constexpr const char* kCannotTell = "cannot_tell";
 [[nodiscard]] inline const char* FindingWord(bool reads_as_after) {
   return reads_as_after ? kReadsAsAfter : kNoEffectSeen;
+}
+// A shaft that turns may have left the place where it was zeroed.
+[[nodiscard]] inline const char* FindingWord(bool reads_as_after, bool at_rest) {
+  return reads_as_after ? kReadsAsAfter : at_rest ? kNoEffectSeen : kCannotTell;
 }
 [[nodiscard]] Change FindingChange(const char* word);
 

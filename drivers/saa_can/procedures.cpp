@@ -43,11 +43,6 @@ bool IsNearZero(std::int64_t counts, const SaaCanSettings& settings) {
   return CircularDistance(counts, 0, settings.counts_per_turn) <= ZeroToleranceCounts(settings.format.bits);
 }
 
-bool AtRest(const DeviceOutput& output, MonoNs now) {
-  const Motion motion = output.MotionAt(now);
-  return motion.known && motion.standstill;
-}
-
 long long InMilliseconds(MonoNs time) { return static_cast<long long>(time / kMillisecond); }
 
 }  // namespace
@@ -306,8 +301,7 @@ std::optional<Outcome> ReadPosition::On(const Event&, const Interpreter::Evaluat
 // answers at the present bit rate was not given another one, or does not use it yet.
 const char* ReadPosition::Finding(std::int64_t counts, MonoNs now) const {
   if (after_ != After::kZero) return after_ == After::kBitrate ? kNoEffectSeen : kCannotTell;
-  if (IsNearZero(counts, context_.settings)) return kReadsAsAfter;
-  return AtRest(context_.output, now) ? kNoEffectSeen : kCannotTell;
+  return FindingWord(IsNearZero(counts, context_.settings), AtRest(context_.output, now));
 }
 
 Outcome ReadPosition::OnLinkLost() const {

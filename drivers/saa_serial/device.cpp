@@ -10,7 +10,7 @@
 #include "drivers/kit/stream.h"
 #include "drivers/saa_serial/family.h"
 #include "drivers/saa_serial/operations.h"
-#include "drivers/saa_serial/reading.h"
+#include "drivers/saa_serial/stream_parser.h"
 
 namespace axlecast::saa_serial {
 

@@ -16,15 +16,13 @@
 namespace axlecast::saa_serial {
 namespace {
 
-// Whether a position is what an encoder that was just cleared to zero may read.
-[[nodiscard]] bool IsNearZero(std::uint32_t counts, const SaaSettings& settings);
-
 using Reason = command_status_t;
 
 // An 8-bit sum accepts one damaged frame in 256. Two consecutive readings are required, of at most five.
 constexpr int kNearToSucceed = 2;
 constexpr int kMaxReadings = 5;
 
+// Returns whether an encoder that was just cleared to zero may read this position.
 bool IsNearZero(std::uint32_t counts, const SaaSettings& settings) {
   return CircularDistance(counts, 0, settings.counts_per_turn) <= ZeroToleranceCounts(settings.format.bits);
 }
@@ -43,7 +41,7 @@ class ZeroProcedure final : public Procedure {
       case Stage::kReadBefore:
         return Need::kReading;
       case Stage::kSend:
-        return AtRest(now) ? Need::kZero : Need::kReading;
+        return AtRest(output_, now) ? Need::kZero : Need::kReading;
       case Stage::kSent:
         return Need::kNothing;
       default:
@@ -56,7 +54,7 @@ class ZeroProcedure final : public Procedure {
   std::optional<Outcome> OnReading(const Reading& reading, MonoNs now) override {
     if (stage_ == Stage::kSettle) return Verify(reading);
     if (reading.error || stage_ == Stage::kSent) return OnTime(now);
-    if (!AtRest(now)) return NotAtRest(output_.MotionAt(now));
+    if (!AtRest(output_, now)) return NotAtRest(output_.MotionAt(now));
     before_ = reading.counts;
     stage_ = Stage::kSend;
     return std::nullopt;
@@ -99,10 +97,6 @@ class ZeroProcedure final : public Procedure {
  private:
   enum class Stage : std::uint8_t { kReadBefore, kSend, kSent, kSettle };
 
-  [[nodiscard]] bool AtRest(MonoNs now) const {
-    const Motion motion = output_.MotionAt(now);
-    return motion.known && motion.standstill;
-  }
   // A request to clear to zero is not answered. If the shaft was near 0 before, nothing shows its effect.
   [[nodiscard]] bool SameBefore() const {
     return CannotBeToldApart(before_, 0, ZeroToleranceCounts(settings_.format.bits), settings_.counts_per_turn);
@@ -155,11 +149,12 @@ class PositionReadout final : public Procedure {
   std::optional<Outcome> OnReading(const Reading& reading, MonoNs now) override {
     if (reading.error || reading.at.last < begun_) return OnTime(now);
     const int bits = settings_.format.bits;
-    Outcome outcome = Final(CommandState::kSucceeded, command_status_t::REASON_NONE,
-                            Text("single-turn %u (%.4f deg)", reading.counts, Degrees(reading.counts, bits)));
-    outcome.verified = true;
+    Outcome outcome = Verified(Text("single-turn %u (%.4f deg)", reading.counts, Degrees(reading.counts, bits)));
     outcome.changes.push_back({"single_turn", "", std::to_string(reading.counts)});
-    if (look_) outcome.changes.push_back(FindingChange(Finding(reading.counts, now)));
+    if (look_) {
+      outcome.changes.push_back(
+          FindingChange(FindingWord(IsNearZero(reading.counts, settings_), AtRest(output_, now))));
+    }
     return outcome;
   }
   std::optional<Outcome> OnTime(MonoNs now) override {
@@ -172,13 +167,6 @@ class PositionReadout final : public Procedure {
   }
 
  private:
-  // A shaft that turns may have left the place where it was zeroed.
-  [[nodiscard]] const char* Finding(std::uint32_t counts, MonoNs now) const {
-    if (IsNearZero(counts, settings_)) return kReadsAsAfter;
-    const Motion motion = output_.MotionAt(now);
-    return motion.known && motion.standstill ? kNoEffectSeen : kCannotTell;
-  }
-
   const bool look_;
   const SaaSettings& settings_;
   const DeviceOutput& output_;
@@ -194,17 +182,13 @@ constexpr int kPatiencePeriods = 20;
 
 std::span<const OperationSpec> Operations() {
   static const std::vector<OperationSpec> kSpecs = {
-      {.name = kZeroName,
-       .help = "Makes the present shaft angle the encoder's 0: a pulse on CLR, or BC AA CX on a polled bus",
-       .arguments = {},
-       .destructive = true,
-       .needs_standstill = true,
-       .needs_permit = true,
-       .moves_datum = true,
-       .writes = &OneWrite,  // assumed: the manual does not state where the zero is stored
-       .verification =
-           "two readings in a row show 0 +- 0.2 degrees (or 2 counts), if the shaft was elsewhere before",
-       .verified_by_operation = kReadPositionName},
+      // One write is assumed: the manual does not state where the zero is stored.
+      MovingDatum(
+          {.name = kZeroName,
+           .help = "Makes the present shaft angle the encoder's 0: a pulse on CLR, or BC AA CX on a polled bus",
+           .verification =
+               "two readings in a row show 0 +- 0.2 degrees (or 2 counts), if the shaft was elsewhere before",
+           .verified_by_operation = kReadPositionName}),
       {.name = kReadPositionName,
        .help = "Reads the single-turn position once",
        .arguments = {{"after", "an operation, to see whether it took effect: zero", false}},

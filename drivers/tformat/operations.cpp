@@ -73,13 +73,12 @@ class Readout final : public Procedure {
   }
   // A shaft that turns may have left the place where it was zeroed.
   [[nodiscard]] const char* Finding(const Reply& all, MonoNs now) const {
-    const Motion motion = output_.MotionAt(now);
-    const char* not_seen = motion.known && motion.standstill ? kNoEffectSeen : kCannotTell;
+    const bool at_rest = AtRest(output_, now);
     const int latched = settings_.turns_range > 0 ? kLatchedAlarms : kLatchedAlarms & ~kMultiTurnAlarms;
     const bool clear = (*all.alarms & latched) == 0;
-    if (after_ == kZeroSingleTurnName) return IsZero(all, settings_) ? kReadsAsAfter : not_seen;
-    if (after_ == kResetTurnsName) return TurnsAreReset(all, settings_) && clear ? kReadsAsAfter : not_seen;
-    return clear ? kReadsAsAfter : kNoEffectSeen;
+    if (after_ == kZeroSingleTurnName) return FindingWord(IsZero(all, settings_), at_rest);
+    if (after_ == kResetTurnsName) return FindingWord(TurnsAreReset(all, settings_) && clear, at_rest);
+    return FindingWord(clear);
   }
 
   DataId id_;
@@ -100,19 +99,14 @@ std::int32_t CellWrites(const Arguments& arguments) {
 
 const std::vector<OperationSpec>& Specs() {
   static const std::vector<OperationSpec> kSpecs = {
-      {.name = kZeroSingleTurnName,
-       .help = "Makes the present shaft angle the encoder's single-turn 0 (ID 8, ten requests); writes its EEPROM",
-       .arguments = {},
-       .destructive = true,
-       .needs_standstill = true,
-       .needs_permit = true,
-       .moves_datum = true,
-       .writes = &OneWrite,
-       .verification = "ID 3 reads single-turn 0 +- 0.35 degrees, if it read otherwise before",
-       .verified_by_operation = kReadAllName},
+      MovingDatum(
+          {.name = kZeroSingleTurnName,
+           .help =
+               "Makes the present shaft angle the encoder's single-turn 0 (ID 8, ten requests); writes its EEPROM",
+           .verification = "ID 3 reads single-turn 0 +- 0.35 degrees, if it read otherwise before",
+           .verified_by_operation = kReadAllName}),
       {.name = kResetTurnsName,
        .help = "Sets the multi-turn counter to 0 and clears all latched errors (ID C, ten requests)",
-       .arguments = {},
        .destructive = true,
        .needs_standstill = true,
        .needs_permit = true,
@@ -122,7 +116,6 @@ const std::vector<OperationSpec>& Specs() {
       {.name = kClearErrorsName,
        .help =
            "Clears all latched errors (ID 7, ten requests); position and turns stay, and so does a lost reference",
-       .arguments = {},
        .verification = "ID 3 reads no latched error, if one was latched before",
        .verified_by_operation = kReadAllName},
       {.name = kEepromReadName,
@@ -143,7 +136,6 @@ const std::vector<OperationSpec>& Specs() {
        .verified_by_operation = kEepromReadName},
       {.name = kEepromBackupName,
        .help = "Reads all 80 cells of the user EEPROM",
-       .arguments = {},
        .reads_only = true,
        .verification = "each cell by its own reply with ID D"},
       {.name = kReadAllName,
@@ -153,12 +145,10 @@ const std::vector<OperationSpec>& Specs() {
        .verification = "it is a reading"},
       {.name = kReadTurnsName,
        .help = "Reads the multi-turn counter once (ID 1)",
-       .arguments = {},
        .reads_only = true,
        .verification = "it is a reading"},
       {.name = kReadIdentityName,
        .help = "Reads the encoder ID once (ID 2), of whichever encoder is connected",
-       .arguments = {},
        .reads_only = true,
        .verification = "it is a reading"},
   };

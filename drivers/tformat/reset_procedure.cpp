@@ -85,11 +85,7 @@ class ResetProcedure final : public Procedure {
   enum class Stage : std::uint8_t { kReadBefore, kSend, kVerify };
 
   [[nodiscard]] bool NeedsStandstill() const { return id_ != DataId::kClearErrors; }
-  [[nodiscard]] bool MayGoOn(MonoNs now) const {
-    if (!NeedsStandstill()) return true;
-    const Motion motion = output_.MotionAt(now);
-    return motion.known && motion.standstill;
-  }
+  [[nodiscard]] bool MayGoOn(MonoNs now) const { return !NeedsStandstill() || AtRest(output_, now); }
   std::optional<Outcome> OnBefore(const Answer& answer) {
     if (!answer.ok()) {
       if (++failed_reads_ < kReadsBefore) return std::nullopt;

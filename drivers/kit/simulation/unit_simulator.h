@@ -9,7 +9,6 @@
 
 #include "core/device/simulator.h"
 #include "drivers/kit/simulation/quantity.h"
-#include "drivers/kit/simulation/script.h"
 
 // The half of a simulator that is the same for every family: names, scripts, Set and State.
 namespace axlecast {
