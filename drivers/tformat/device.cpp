@@ -429,7 +429,7 @@ class Interpreter {
 class TFormatDevice final : public CommandDevice<Procedure> {
  public:
   TFormatDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output)
-      : CommandDevice(device, Operations(), output),
+      : CommandDevice(device.settings, Operations(), output),
         settings_(Own(device)),
         interpreter_(settings_, ExpectationOf(settings_, bus.link), CharacterTime(bus), output) {}
 
