@@ -6,6 +6,7 @@
 
 #include "bridge/dispatch/command_port.h"
 #include "bridge/dispatch/outcome_check.h"
+#include "core/alarm/alarm_codes.h"
 #include "core/base/text.h"
 #include "core/command/command_id.h"
 #include "core/messages/enum_names.h"
@@ -30,9 +31,9 @@ Dispatcher::Dispatcher(const MachineConfig& machine, std::int64_t boot_id, Bridg
       port_(*ports_.commands, boot_id, ports_.key, now.utime),
       authority_(machine.bridge),
       watch_(boot_id, now.mono),
-      alarms_(*ports_.data, boot_id),
       axes_(devices_, [this](const AxisEvent& event) { ports_.log(event.device + ": " + event.text); }),
-      marks_(devices_) {
+      marks_(devices_),
+      alarms_("bridge", boot_id) {
   devices_.AdvanceTime(now.mono);
   for (const BusConfig& config : machine.buses) {
     Bus& bus = buses_[config.name];
@@ -56,7 +57,7 @@ void Dispatcher::Settle() {
 
 // Reads what an earlier bridge left, and reserves epochs above those of every bridge before.
 void Dispatcher::LoadJournal() {
-  if (loading_ || (loaded_ && (reserved_ || !journal_.Problem(now_.mono).empty()))) return;
+  if (loading_ || (loaded_ && (reserved_ || !journal_.Check(now_.mono)))) return;
   loading_ = true;
   std::vector<std::string> names;
   for (const BusConfig& bus : machine_.buses) {
@@ -107,10 +108,9 @@ void Dispatcher::TickJournal() {
       [this](bool /*written*/) { ticking_ = false; }, now_.mono);
 }
 
-std::string Dispatcher::JournalProblem(MonoNs now) const {
-  std::string problem = journal_.Problem(now);
-  if (problem.empty() && !loaded_) problem = "it has not been read yet: send this again in a second";
-  return problem;
+Result<> Dispatcher::CheckJournal(MonoNs now) const {
+  if (Result<> usable = journal_.Check(now); !usable || loaded_) return usable;
+  return Failure("it has not been read yet: send this again in a second");
 }
 
 // A command that an earlier bridge left: one that was never sent is refused; of one that was, its driver is asked.
@@ -200,14 +200,25 @@ void Dispatcher::Tick(Timestamp now) {
     for (auto& [device, queue] : bus.queues) queue.Tick(now);
   }
   Settle();
-  alarms_.Tick({.unauthorized_commands = unauthorized_.Recent(now.mono),
-                .journal_fails = !JournalProblem(now.mono).empty(),
-                .unsigned_allowed = machine_.bridge.allow_unsigned,
-                .encoder_exchanged = axes_.AnyExchanged(),
-                .place_doubtful = axes_.AnyDoubtful(),
-                .key_missing = machine_.bridge.bridge.public_key && ports_.key == nullptr,
-                .other_bridge = watch_.Other(now.mono).has_value()},
-               now);
+  PublishAlarms(now);
+}
+
+// Publishes ALARM/bridge on change, at most ten times a second, and once a second.
+void Dispatcher::PublishAlarms(Timestamp now) {
+  using namespace bridge_alarms;
+  alarms_.Set(kUnauthorizedCommands, unauthorized_.Recent(now.mono), now.utime);
+  alarms_.Set(kJournalFails, !CheckJournal(now.mono), now.utime);
+  alarms_.Set(kUnsignedAllowed, machine_.bridge.allow_unsigned, now.utime);
+  alarms_.Set(kEncoderExchanged, axes_.AnyExchanged(), now.utime);
+  alarms_.Set(kPlaceDoubtful, axes_.AnyDoubtful(), now.utime);
+  alarms_.Set(kKeyMissing, machine_.bridge.bridge.public_key && ports_.key == nullptr, now.utime);
+  alarms_.Set(kOtherBridge, watch_.Other(now.mono).has_value(), now.utime);
+  const bool changed = alarms_.revision() != published_alarms_;
+  const MonoNs period = changed ? 100 * kMillisecond : kSecond;
+  if (alarms_published_at_ != 0 && now.mono - alarms_published_at_ < period) return;
+  alarms_published_at_ = now.mono;
+  published_alarms_ = alarms_.revision();
+  Publish(*ports_.data, "ALARM/bridge", alarms_.Make(now));
 }
 
 std::int64_t Dispatcher::Send(const PendingCommand& task, std::int8_t kind, std::int32_t valid_ms, Timestamp now) {

@@ -24,6 +24,7 @@
 #include "bridge/state/pending_command.h"
 #include "bridge/store/device_store.h"
 #include "bridge/store/journal_queue.h"
+#include "core/alarm/alarm_table.h"
 #include "core/config/machine_config.h"
 #include "core/messages/message.h"
 
@@ -64,8 +65,8 @@ class Dispatcher final : private DeviceQueueListener {
   void Settle(Timestamp now);
 
   [[nodiscard]] const DuplicateBridgeDetector& watch() const { return watch_; }
-  // Why no command that changes a device is accepted; empty when all is well.
-  [[nodiscard]] std::string JournalProblem(MonoNs now) const;
+  // Fails while no command that changes a device is accepted, because of the journal.
+  [[nodiscard]] Result<> CheckJournal(MonoNs now) const;
   // Messages that could not be read, or were not from whom they should be.
   [[nodiscard]] std::int64_t unauthorized() const { return unauthorized_.count(); }
 
@@ -109,6 +110,7 @@ class Dispatcher final : private DeviceQueueListener {
   void LoadJournal();
   void RecoverAll(Snapshot snapshot);
   void TickJournal();
+  void PublishAlarms(Timestamp now);
   void Execute(IncomingCommand incoming, Timestamp now);
   void Query(const command_body_t& body, Timestamp now);
   void RefuseUnlessKnown(const command_status_t& status, const Error& refusal, Timestamp now);
@@ -154,11 +156,13 @@ class Dispatcher final : private DeviceQueueListener {
   CommandStore commands_;
   Authority authority_;
   DuplicateBridgeDetector watch_;
-  BridgeAlarms alarms_;
   AxisStateStore axes_;
   AlarmStateStore marks_;
   PreparedCommands prepared_;
   UnauthorizedMessageCounter unauthorized_;
+  ProgramAlarms alarms_;
+  std::int64_t published_alarms_ = -1;  // revision
+  MonoNs alarms_published_at_ = 0;
   std::map<std::string, Bus> buses_;
   std::int64_t own_ids_ = 0;
   std::list<std::shared_ptr<Lookup>> lookups_;

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "bridge/dispatch/dispatcher.h"
-#include "bridge/store/memory_store.h"
+#include "bridge/store/memory_store_fixture.h"
 #include "core/command/command_id.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/message.h"

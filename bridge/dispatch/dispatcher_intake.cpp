@@ -275,7 +275,7 @@ CommandRecord Dispatcher::RecordOf(const IncomingCommand& incoming, Timestamp no
 }
 
 Error Dispatcher::NotJournalled(MonoNs now) const {
-  return {"the journal cannot note it, so nothing is done: " + JournalProblem(now), S::REASON_JOURNAL};
+  return {"the journal cannot note it, so nothing is done: " + ErrorText(CheckJournal(now)), S::REASON_JOURNAL};
 }
 
 void Dispatcher::Refuse(command_status_t status, const Error& refusal, Timestamp now) {

@@ -50,7 +50,7 @@ class BridgeProgram {
         key_(LoadBridgeKey(machine.bridge)),
         journal_([this, file = JournalFile(machine), name = machine.machine, interpose = interposers.store] {
           auto made = std::make_unique<SqliteStore>(file, name);
-          if (made->in_use()) taken_by_ = made->problem();
+          if (made->in_use()) taken_by_ = made->state().error().text;
           taken_ = made->in_use();
           std::unique_ptr<DurableStore> store = std::move(made);
           return interpose ? interpose(std::move(store)) : std::move(store);
@@ -174,7 +174,7 @@ class BridgeProgram {
 
   void ReportJournal(MonoNs now) {
     if (!serving_) return;  // it is being read
-    const std::string problem = dispatcher_.JournalProblem(now);
+    const std::string problem = ErrorText(dispatcher_.CheckJournal(now));
     if (WithoutFigures(problem) == WithoutFigures(reported_problem_)) return;
     reported_problem_ = problem;
     if (problem.empty()) {

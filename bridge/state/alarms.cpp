@@ -14,8 +14,6 @@ namespace {
 using S = command_status_t;
 using Kind = AlarmMark::Kind;
 
-constexpr MonoNs kOnChange = 100 * kMillisecond;
-
 BridgeCommand Restoring(const AlarmMark& mark) {
   if (mark.kind == Kind::kAcknowledged) {
     return {std::string(kRestoreAcknowledgement), {{"alarm", mark.alarm}}};
@@ -42,36 +40,12 @@ bool LeavesOut(const std::string& list, const std::string& alarm) {
 
 }  // namespace
 
-void BridgeAlarms::Tick(const BridgeTroubles& troubles, Timestamp now) {
-  using namespace bridge_alarms;
-  const auto set = [&](const AlarmSpec& alarm, bool present) {
-    book_.Set(alarm, present ? AlarmState::kLive : AlarmState::kAbsent, now.utime);
-  };
-  set(kUnauthorizedCommands, troubles.unauthorized_commands);
-  set(kJournalFails, troubles.journal_fails);
-  set(kUnsignedAllowed, troubles.unsigned_allowed);
-  set(kEncoderExchanged, troubles.encoder_exchanged);
-  set(kPlaceDoubtful, troubles.place_doubtful);
-  set(kKeyMissing, troubles.key_missing);
-  set(kOtherBridge, troubles.other_bridge);
-  const bool changed = book_.revision() != published_revision_;
-  if (now.mono - published_at_ < (changed ? kOnChange : kSecond) && published_at_ != 0) return;
-  published_at_ = now.mono;
-  published_revision_ = book_.revision();
-  message_.utime = now.utime;
-  message_.mono_ns = now.mono;
-  message_.device = "bridge";
-  book_.Write(message_, now.utime);
-  Publish(data_, "ALARM/bridge", message_);
-  ++message_.seq;
-}
-
 std::optional<BridgeCommand> AlarmStateStore::OnHello(const std::string& device, std::int64_t boot_id,
                                                       Timestamp now) {
   std::optional<BridgeCommand> order;
   for (const AlarmMark& mark : store_.Marks(device)) {
     if (mark.kind == Kind::kShelved && mark.until_utime <= now.utime) {
-      static_cast<void>(store_.EndMark(device, mark.kind, mark.alarm));  // with the next HELLO again
+      static_cast<void>(store_.Apply(device, AlarmMarkEnded{mark.kind, mark.alarm}));  // with the next HELLO again
     } else if (mark.driver_boot_id != boot_id && !order) {
       order = Restoring(mark);
     }
@@ -83,8 +57,8 @@ void AlarmStateStore::OnAcknowledged(const driver_status_t& status) {
   for (const AlarmMark& mark : store_.Marks(status.device)) {
     const bool knew = mark.driver_boot_id == status.boot_id && mark.known_utime < status.utime;
     if (mark.kind != Kind::kAcknowledged || !knew || !LeavesOut(status.text, mark.alarm)) continue;
-    static_cast<void>(
-        store_.EndMark(status.device, mark.kind, mark.alarm));  // a failure is repeated with the next status
+    static_cast<void>(store_.Apply(
+        status.device, AlarmMarkEnded{mark.kind, mark.alarm}));  // a failure is repeated with the next status
   }
 }
 
@@ -94,7 +68,7 @@ void AlarmStateStore::OnOutcome(PendingCommand& task) {
   if (task.status.state != S::STATE_SUCCEEDED) return;
   if (task.operation->name == kShelveAlarm) return Keep(task, Kind::kShelved);
   if (task.operation->name == kUnshelveAlarm) {
-    static_cast<void>(store_.EndMark(task.device, Kind::kShelved, ArgumentOf(task, "alarm")));
+    static_cast<void>(store_.Apply(task.device, AlarmMarkEnded{Kind::kShelved, ArgumentOf(task, "alarm")}));
   } else if (IsFirstAcknowledgement(task.status)) {
     Keep(task, Kind::kAcknowledged);
   }
@@ -112,7 +86,7 @@ void AlarmStateStore::Keep(PendingCommand& task, Kind kind) {
                           .command = task.id,
                           .driver_boot_id = status.driver_boot_id,
                           .known_utime = status.finished_utime};
-  if (store_.SetMark(task.device, mark)) return;
+  if (store_.Apply(task.device, mark)) return;
   status.text =
       CappedText(status.text + "; the journal could not keep it: it is lost when the driver ends", kTextBytes);
 }
@@ -126,7 +100,7 @@ void AlarmStateStore::Restored(const PendingCommand& task) {
     if (mark.kind != kind || mark.alarm != ArgumentOf(task, "alarm")) continue;
     mark.driver_boot_id = status.driver_boot_id;
     mark.known_utime = status.finished_utime;
-    static_cast<void>(store_.SetMark(task.device, mark));  // else it is given once more
+    static_cast<void>(store_.Apply(task.device, mark));  // else it is given once more
   }
 }
 

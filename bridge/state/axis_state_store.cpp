@@ -125,7 +125,7 @@ bool AxisStateStore::UpdateReference(const std::string& device, const driver_dev
                                      Seen& seen, Timestamp now) {
   if (reported.reference_lost) {
     seen.reported_lost = true;
-    if (!was_lost && store_.SetReferenceLost(device, true)) {
+    if (!was_lost && store_.Apply(device, ReferenceChanged{true})) {
       Note(device, "reference_lost", "its driver reports that the reference is lost", now);
     }
     return false;
@@ -133,7 +133,8 @@ bool AxisStateStore::UpdateReference(const std::string& device, const driver_dev
   if (!was_lost) return false;
   // Only a boot that has reported the loss can report that the reference was restored.
   if (!seen.reported_lost) return true;
-  if (store_.SetReferenceLost(device, false)) Note(device, "reference_restored", "the reference holds again", now);
+  if (store_.Apply(device, ReferenceChanged{false}))
+    Note(device, "reference_restored", "the reference holds again", now);
   return false;
 }
 
@@ -151,7 +152,8 @@ void AxisStateStore::CompareAfterRestart(const DeviceConfig& device, const drive
   seen.exchanged = other;
   if (other) return;
   if (record.identity.empty() && !reported.identity.empty()) {
-    static_cast<void>(store_.SetIdentity(device.name, reported.identity));  // tried again with the next boot
+    static_cast<void>(
+        store_.Apply(device.name, IdentityChanged{reported.identity}));  // tried again with the next boot
   }
   if (!record.position || !device.settings) return;
   const ShaftTravel travel = Travelled(device, record.position->counts, reported.position);
@@ -170,13 +172,13 @@ Result<> AxisStateStore::BeforeRoute(const DeviceConfig& device, PendingCommand&
                          " writes that the maker allows: exchange it (axlecast replace " + device.name + ")",
                      S::REASON_WEAR);
     }
-    if (!task.prepare && !store_.AddWrites(device.name, writes, now.utime)) return NotJournalled();
+    if (!task.prepare && !store_.Apply(device.name, WritesAdded{writes, now.utime})) return NotJournalled();
     task.reserved_writes = task.prepare ? 0 : writes;
   }
   if (!operation.moves_datum || task.prepare) return {};
   const AxisRecord record = store_.Find(device.name);
   if (!record.datum && !record.position) return {};
-  if (!store_.VoidDatum(device.name, now.utime, VoidReason(task))) return NotJournalled();
+  if (!store_.Apply(device.name, DatumVoided{now.utime, VoidReason(task)})) return NotJournalled();
   return {};
 }
 
@@ -194,7 +196,7 @@ void AxisStateStore::OnOutcome(const DeviceConfig& device, PendingCommand& task,
   if (status.operation == "accept_exchange") return AcceptExchange(task, now);
   if (task.operation->name == "set_datum" && status.state == S::STATE_SUCCEEDED) return KeepDatum(task, now);
   if (task.operation->name == "clear_datum" && status.state == S::STATE_SUCCEEDED) {
-    static_cast<void>(store_.VoidDatum(device.name, now.utime, kUndone));
+    static_cast<void>(store_.Apply(device.name, DatumVoided{now.utime, kUndone}));
   }
   if (task.operation->moves_datum && NothingWasDone(status.state)) RestoreDatum(task);
 }
@@ -203,7 +205,7 @@ void AxisStateStore::OnOutcome(const DeviceConfig& device, PendingCommand& task,
 void AxisStateStore::SettleWrites(PendingCommand& task, Timestamp now) {
   if (task.reserved_writes == 0 || task.status.state == S::STATE_INDETERMINATE) return;
   const std::int32_t unused = std::max(task.reserved_writes - task.nv_writes, 0);
-  if (unused > 0) static_cast<void>(store_.AddWrites(task.device, -unused, now.utime));
+  if (unused > 0) static_cast<void>(store_.Apply(task.device, WritesAdded{-unused, now.utime}));
   task.reserved_writes = 0;
 }
 
@@ -219,7 +221,7 @@ void AxisStateStore::KeepDatum(PendingCommand& task, Timestamp now) {
   datum.command = task.id;
   datum.reason = task.reason;
   seen_[task.device].doubtful = false;
-  if (store_.SetDatum(task.device, datum)) return;
+  if (store_.Apply(task.device, datum)) return;
   task.status.text =
       CappedText(task.status.text + "; the journal could not keep it: it is lost when the driver ends", kTextBytes);
 }
@@ -229,7 +231,7 @@ void AxisStateStore::RestoreDatum(const PendingCommand& task) {
   if (store_.Find(task.device).datum) return;
   const std::vector<DatumRecord> datums = store_.Datums(task.device);
   if (datums.empty() || datums.front().void_reason != VoidReason(task)) return;
-  static_cast<void>(store_.SetDatum(task.device, datums.front()));
+  static_cast<void>(store_.Apply(task.device, datums.front()));
 }
 
 void AxisStateStore::AcceptExchange(PendingCommand& task, Timestamp now) {
@@ -237,7 +239,7 @@ void AxisStateStore::AcceptExchange(PendingCommand& task, Timestamp now) {
   const bool of_file = status.reason_code == S::REASON_NOT_PERMITTED;
   if (status.state != S::STATE_SUCCEEDED && status.reason_code != S::REASON_NO_DATUM && !of_file) return;
   Seen& seen = seen_[task.device];
-  const bool kept = store_.Exchange(task.device, seen.identity, now.utime);
+  const bool kept = store_.Apply(task.device, EncoderExchanged{seen.identity, now.utime});
   status.state = kept ? S::STATE_SUCCEEDED : S::STATE_FAILED;
   status.verified = kept ? 1 : 0;
   status.reason_code = std::int32_t{S::REASON_NONE};

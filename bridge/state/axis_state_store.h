@@ -41,7 +41,7 @@ struct ShaftTravel {
 class AxisStateStore {
  public:
   // `on_event` receives each event that the store receives.
-  AxisStateStore(AxisStore& store, std::function<void(const AxisEvent&)> on_event)
+  AxisStateStore(DeviceRecords& store, std::function<void(const AxisEvent&)> on_event)
       : store_(store), on_event_(std::move(on_event)) {}
 
   // Processes a device in a HELLO. `idle`: no command is in progress or waits for it. Returns a command if the driver must
@@ -87,7 +87,7 @@ class AxisStateStore {
   void RestoreDatum(const PendingCommand& task);
   void AcceptExchange(PendingCommand& task, Timestamp now);
 
-  AxisStore& store_;
+  DeviceRecords& store_;
   std::function<void(const AxisEvent&)> on_event_;
   std::map<std::string, Seen> seen_;
 };

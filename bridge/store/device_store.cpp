@@ -1,79 +1,84 @@
 #include "bridge/store/device_store.h"
 
+#include <algorithm>
+#include <type_traits>
+
 namespace axlecast {
+
+bool Alters(const DeviceChange& change, const AxisRecord& record) {
+  if (const auto* reference = std::get_if<ReferenceChanged>(&change))
+    return reference->lost != record.reference_lost;
+  if (const auto* identity = std::get_if<IdentityChanged>(&change)) return identity->identity != record.identity;
+  return true;
+}
+
+bool DropsPosition(const DeviceChange& change) {
+  return std::holds_alternative<DatumVoided>(change) || std::holds_alternative<EncoderExchanged>(change);
+}
+
+void DeviceMemory::Load(const std::string& device, const DeviceRecords& store) {
+  axes_[device] = store.Find(device);
+  datums_[device] = store.Datums(device);
+  for (const DatumRecord& datum : datums_[device]) newest_ = std::max(newest_, datum.number);
+  for (const AlarmMark& mark : store.Marks(device)) marks_[{device, mark.kind, mark.alarm}] = mark;
+}
 
 AxisRecord DeviceMemory::Find(const std::string& device) const {
   const auto found = axes_.find(device);
   return found == axes_.end() ? AxisRecord{} : found->second;
 }
 
-bool DeviceMemory::SetDatum(const std::string& device, const DatumRecord& datum) {
+void DeviceMemory::SetDatum(const std::string& device, const DatumRecord& datum) {
   auto& datums = datums_[device];
   DatumRecord& kept = *datums.insert(datums.begin(), datum);
   kept.number = ++newest_;
   kept.voided_utime = 0;
   kept.void_reason.clear();
   axes_[device].datum = kept;
-  return true;
 }
 
-bool DeviceMemory::VoidDatum(const std::string& device, std::int64_t utime, const std::string& why) {
+void DeviceMemory::VoidDatum(const std::string& device, const DatumVoided& voided) {
   AxisRecord& axis = axes_[device];
-  if (axis.datum) {
-    for (DatumRecord& datum : datums_[device]) {
-      if (datum.number != axis.datum->number) continue;
-      datum.voided_utime = utime;
-      datum.void_reason = why;
-    }
+  for (DatumRecord& datum : datums_[device]) {
+    if (!axis.datum || datum.number != axis.datum->number) continue;
+    datum.voided_utime = voided.utime;
+    datum.void_reason = voided.why;
   }
   axis.datum.reset();
   axis.position.reset();
+}
+
+bool DeviceMemory::Apply(const std::string& device, const DeviceChange& change) {
+  AxisRecord& axis = axes_[device];
+  const auto apply = [&](const auto& one) {
+    using Change = std::decay_t<decltype(one)>;
+    if constexpr (std::is_same_v<Change, DatumRecord>) {
+      SetDatum(device, one);
+    } else if constexpr (std::is_same_v<Change, DatumVoided>) {
+      VoidDatum(device, one);
+    } else if constexpr (std::is_same_v<Change, WritesAdded>) {
+      axis.writes = std::max<std::int64_t>(axis.writes + one.writes, 0);
+      if (axis.since_utime == 0) axis.since_utime = one.utime;
+    } else if constexpr (std::is_same_v<Change, ReferenceChanged>) {
+      axis.reference_lost = one.lost;
+    } else if constexpr (std::is_same_v<Change, IdentityChanged>) {
+      axis.identity = one.identity;
+    } else if constexpr (std::is_same_v<Change, EncoderExchanged>) {
+      VoidDatum(device, {one.utime, kExchangedReason});
+      axis = {.identity = one.identity, .since_utime = one.utime};
+    } else if constexpr (std::is_same_v<Change, AlarmMark>) {
+      marks_[{device, one.kind, one.alarm}] = one;
+    } else {
+      marks_.erase({device, one.kind, one.alarm});
+    }
+  };
+  std::visit(apply, change);
   return true;
 }
 
 std::vector<DatumRecord> DeviceMemory::Datums(const std::string& device) const {
   const auto found = datums_.find(device);
   return found == datums_.end() ? std::vector<DatumRecord>{} : found->second;
-}
-
-bool DeviceMemory::AddWrites(const std::string& device, std::int64_t writes, std::int64_t utime) {
-  AxisRecord& axis = axes_[device];
-  axis.writes = std::max<std::int64_t>(axis.writes + writes, 0);
-  if (axis.since_utime == 0) axis.since_utime = utime;
-  return true;
-}
-
-bool DeviceMemory::SetReferenceLost(const std::string& device, bool lost) {
-  axes_[device].reference_lost = lost;
-  return true;
-}
-
-bool DeviceMemory::SetIdentity(const std::string& device, const std::string& identity) {
-  axes_[device].identity = identity;
-  return true;
-}
-
-bool DeviceMemory::Exchange(const std::string& device, const std::string& identity, std::int64_t utime) {
-  static_cast<void>(VoidDatum(device, utime, "the encoder was exchanged"));
-  AxisRecord axis;
-  axis.identity = identity;
-  axis.since_utime = utime;
-  axes_[device] = axis;
-  return true;
-}
-
-void DeviceMemory::KeepPosition(const std::string& device, const LastPosition& position) {
-  axes_[device].position = position;
-}
-
-bool DeviceMemory::SetMark(const std::string& device, const AlarmMark& mark) {
-  marks_[{device, mark.kind, mark.alarm}] = mark;
-  return true;
-}
-
-bool DeviceMemory::EndMark(const std::string& device, AlarmMark::Kind kind, const std::string& alarm) {
-  marks_.erase({device, kind, alarm});
-  return true;
 }
 
 std::vector<AlarmMark> DeviceMemory::Marks(const std::string& device) const {
@@ -84,40 +89,11 @@ std::vector<AlarmMark> DeviceMemory::Marks(const std::string& device) const {
   return found;
 }
 
-template <typename Change>
-bool DeviceStore::Both(Change change) {
-  if (queue_.IsFull() || !change(memory_)) return false;
-  queue_.Keep([change](DurableStore& store) { return change(store); }, now_);
-  return true;
-}
-
-bool DeviceStore::SetDatum(const std::string& device, const DatumRecord& datum) {
-  return Both([=](auto& store) { return store.SetDatum(device, datum); });
-}
-
-bool DeviceStore::VoidDatum(const std::string& device, std::int64_t utime, const std::string& why) {
-  if (!Both([=](auto& store) { return store.VoidDatum(device, utime, why); })) return false;
-  positions_.erase(device);
-  return true;
-}
-
-bool DeviceStore::AddWrites(const std::string& device, std::int64_t writes, std::int64_t utime) {
-  return Both([=](auto& store) { return store.AddWrites(device, writes, utime); });
-}
-
-bool DeviceStore::SetReferenceLost(const std::string& device, bool lost) {
-  if (memory_.Find(device).reference_lost == lost) return true;
-  return Both([=](auto& store) { return store.SetReferenceLost(device, lost); });
-}
-
-bool DeviceStore::SetIdentity(const std::string& device, const std::string& identity) {
-  if (memory_.Find(device).identity == identity) return true;
-  return Both([=](auto& store) { return store.SetIdentity(device, identity); });
-}
-
-bool DeviceStore::Exchange(const std::string& device, const std::string& identity, std::int64_t utime) {
-  if (!Both([=](auto& store) { return store.Exchange(device, identity, utime); })) return false;
-  positions_.erase(device);
+bool DeviceStore::Apply(const std::string& device, const DeviceChange& change) {
+  if (!Alters(change, memory_.Find(device))) return true;
+  if (queue_.IsFull() || !memory_.Apply(device, change)) return false;
+  queue_.Keep([=](DurableStore& store) { return store.Apply(device, change); }, now_);
+  if (DropsPosition(change)) positions_.erase(device);
   return true;
 }
 
@@ -129,14 +105,6 @@ void DeviceStore::KeepPosition(const std::string& device, const LastPosition& po
 void DeviceStore::Note(const AxisEvent& event) {
   if (queue_.IsHalfFull()) return;
   queue_.Give([event](DurableStore& store) { return store.Note(event), true; }, nullptr, now_);
-}
-
-bool DeviceStore::SetMark(const std::string& device, const AlarmMark& mark) {
-  return Both([=](auto& store) { return store.SetMark(device, mark); });
-}
-
-bool DeviceStore::EndMark(const std::string& device, AlarmMark::Kind kind, const std::string& alarm) {
-  return Both([=](auto& store) { return store.EndMark(device, kind, alarm); });
 }
 
 }  // namespace axlecast

@@ -45,18 +45,18 @@ class HistoryReader::Query {
 
 HistoryReader::HistoryReader(const std::string& file) {
   if (access(file.c_str(), F_OK) != 0 && errno == ENOENT) {
-    problem_ = file +
-               " does not exist: the bridge writes it, where the machine's file says `bridge: journal`; has it "
-               "run, with the same user and environment?";
+    state_ = Failure(file +
+                     " does not exist: the bridge writes it, at the place that `bridge: journal` names; was "
+                     "the bridge started, with the same user and environment?");
     return;
   }
-  database_ = Database::Open(file, Database::Access::kReadOnly, problem_);
-  if (database_) problem_ = CheckSchema(*database_, file, "");
-  if (!problem_.empty()) database_.reset();
+  auto opened = Database::Open(file, Database::Access::kReadOnly);
+  state_ = opened ? CheckSchema(**opened, file, "") : Result<>(Failure(opened.error()));
+  if (state_) database_ = std::move(*opened);
 }
 
 void HistoryReader::Check() {
-  if (!database_->problem().empty()) problem_ = database_->problem();
+  if (!database_->result()) state_ = database_->result();
 }
 
 std::string HistoryReader::Machine() { return database_ ? MachineOf(*database_) : ""; }
@@ -162,7 +162,7 @@ std::vector<DeviceRecord> HistoryReader::Devices() {
 std::vector<AlarmMark> HistoryReader::AlarmMarks(const std::string& device) {
   // An older bridge's journal has none.
   if (!database_ || !HasAlarmMarks(*database_)) return {};
-  std::vector<AlarmMark> marks = AlarmMarksOf(*database_, device);
+  std::vector<AlarmMark> marks = SqliteAxes::Marks(*database_, device);
   Check();
   return marks;
 }

@@ -51,8 +51,8 @@ class HistoryReader {
  public:
   explicit HistoryReader(const std::string& file);
 
-  // Why it cannot be read, and what would help; empty when it could be so far.
-  [[nodiscard]] const std::string& problem() const { return problem_; }
+  // Fails if the file could not be opened, or something could not be read since.
+  [[nodiscard]] const Result<>& state() const { return state_; }
   [[nodiscard]] std::string Machine();
 
   // Oldest first.
@@ -84,7 +84,7 @@ class HistoryReader {
   void Check();
 
   std::unique_ptr<Database> database_;
-  std::string problem_;
+  Result<> state_;
 };
 
 }  // namespace axlecast

@@ -11,12 +11,12 @@ bool JournalQueue::WriteBacklog(Backlog& backlog, DurableStore& store) {
 }
 
 void JournalQueue::Run(std::function<bool(DurableStore&, Backlog&)> work, Done done, MonoNs now) {
-  auto result = std::make_shared<Result>();
-  pending_.push_back({result, std::move(done), now});
-  worker_.Run([result, work = std::move(work), backlog = backlog_](DurableStore& store) {
-    result->written = work(store, *backlog);
-    result->problem = store.problem();
-    result->unwritten = backlog->size();
+  auto finished = std::make_shared<Finished>();
+  pending_.push_back({finished, std::move(done), now});
+  worker_.Run([finished, work = std::move(work), backlog = backlog_](DurableStore& store) {
+    finished->written = work(store, *backlog);
+    finished->store_state = store.state();
+    finished->unwritten = backlog->size();
   });
 }
 
@@ -39,7 +39,7 @@ void JournalQueue::Ask(Work work, Done done, MonoNs now) {
   Run(
       [work = std::move(work)](DurableStore& store, Backlog& backlog) {
         const bool answer = work(store);
-        if (store.problem().empty()) WriteBacklog(backlog, store);
+        if (store.state()) WriteBacklog(backlog, store);
         return answer;
       },
       std::move(done), now);
@@ -50,9 +50,9 @@ void JournalQueue::Settle() {
     for (; finished > 0 && !pending_.empty(); --finished) {
       const Pending pending = std::move(pending_.front());
       pending_.pop_front();
-      problem_ = pending.result->problem;
-      unwritten_ = pending.result->unwritten;
-      if (pending.done) pending.done(pending.result->written);
+      store_state_ = pending.finished->store_state;
+      unwritten_ = pending.finished->unwritten;
+      if (pending.done) pending.done(pending.finished->written);
     }
   }
 }
@@ -61,17 +61,18 @@ MonoNs JournalQueue::Age(MonoNs now) const { return pending_.empty() ? 0 : now -
 
 bool JournalQueue::IsFull() const { return pending_.size() + unwritten_ >= kMaxWaiting; }
 
-std::string JournalQueue::Problem(MonoNs now) const {
+Result<> JournalQueue::Check(MonoNs now) const {
   if (IsStalled(now)) {
     const std::int64_t tenths = Age(now) / (100 * kMillisecond);
-    return "its disk has not answered for " + std::to_string(tenths / 10) + '.' + std::to_string(tenths % 10) +
-           " s: look at the kernel's log (dmesg) and at what else writes to that disk";
+    return Failure("its disk has not answered for " + std::to_string(tenths / 10) + '.' +
+                   std::to_string(tenths % 10) +
+                   " s: look at the kernel's log (dmesg) and at what else writes to that disk");
   }
   if (IsFull()) {
-    return std::to_string(kMaxWaiting) +
-           " changes wait to be written: its disk is too slow (iostat -x), or has failed";
+    return Failure(std::to_string(kMaxWaiting) +
+                   " changes wait to be written: its disk is too slow (iostat -x), or has failed");
   }
-  return problem_;
+  return store_state_;
 }
 
 JournalThread::JournalThread(std::function<std::unique_ptr<DurableStore>()> make)

@@ -63,18 +63,18 @@ class JournalQueue {
   [[nodiscard]] bool IsOverfull() const { return pending_.size() >= 2 * kMaxWaiting; }
   // Less important work (progress, events) leaves the other half of the room to commands.
   [[nodiscard]] bool IsHalfFull() const { return pending_.size() >= kMaxWaiting / 2; }
-  // Why nothing can be made durable at present, and what would help; empty when all is well.
-  [[nodiscard]] std::string Problem(MonoNs now) const;
+  // Fails while nothing can be made durable: the error is the cause and the fix.
+  [[nodiscard]] Result<> Check(MonoNs now) const;
 
  private:
   // What a piece of work leaves for the caller's thread.
-  struct Result {
+  struct Finished {
     bool written = false;
-    std::string problem;
+    Result<> store_state;
     std::size_t unwritten = 0;
   };
   struct Pending {
-    std::shared_ptr<const Result> result;
+    std::shared_ptr<const Finished> finished;
     Done done;
     MonoNs given;
   };
@@ -87,7 +87,7 @@ class JournalQueue {
   JournalWorker& worker_;
   std::deque<Pending> pending_;
   const std::shared_ptr<Backlog> backlog_ = std::make_shared<Backlog>();
-  std::string problem_;
+  Result<> store_state_;
   std::size_t unwritten_ = 0;
 };
 

@@ -11,14 +11,7 @@
 
 namespace axlecast {
 
-// Write and read the table `alarm_marks`. Functions that return bool must run in a transaction of the caller.
-[[nodiscard]] bool SetAlarmMark(Database& database, const std::string& device, const AlarmMark& mark);
-[[nodiscard]] bool EndAlarmMark(Database& database, const std::string& device, AlarmMark::Kind kind,
-                                const std::string& alarm);
-[[nodiscard]] std::vector<AlarmMark> AlarmMarksOf(Database& database, const std::string& device);
-
-// The devices of SqliteStore: the tables `axes`, `datums` and `events`, and what waits to be written there.
-// What takes a Database& and answers bool belongs into a transaction.
+// The devices of SqliteStore: the tables `axes`, `datums`, `alarm_marks` and `events`, and what waits to be written there.
 class SqliteAxes {
  public:
   // Events that could not be written yet; then the oldest is forgotten.
@@ -29,16 +22,10 @@ class SqliteAxes {
   // `database` may be null.
   [[nodiscard]] AxisRecord Find(Database* database, const std::string& device) const;
   [[nodiscard]] static std::vector<DatumRecord> Datums(Database& database, const std::string& device);
+  [[nodiscard]] static std::vector<AlarmMark> Marks(Database& database, const std::string& device);
 
-  [[nodiscard]] static bool SetDatum(Database& database, const std::string& device, const DatumRecord& datum);
-  [[nodiscard]] static bool VoidDatum(Database& database, const std::string& device, std::int64_t utime,
-                                      const std::string& why);
-  [[nodiscard]] static bool AddWrites(Database& database, const std::string& device, std::int64_t writes,
-                                      std::int64_t utime);
-  [[nodiscard]] static bool SetReferenceLost(Database& database, const std::string& device, bool lost);
-  [[nodiscard]] static bool SetIdentity(Database& database, const std::string& device, const std::string& identity);
-  [[nodiscard]] static bool Exchange(Database& database, const std::string& device, const std::string& identity,
-                                     std::int64_t utime);
+  // In a transaction.
+  [[nodiscard]] static bool Apply(Database& database, const std::string& device, const DeviceChange& change);
 
   void Keep(const std::string& device, const LastPosition& position) { positions_[device] = position; }
   // After an exchange was committed.

@@ -15,9 +15,9 @@
 namespace axlecast {
 
 // The journal in an SQLite file (docs/journal.md). It keeps every command. If a function returns true, the change is on the
-// disk. The file may be missing, full, read-only or damaged at any time. Then problem() has the cause, changes return
-// false, and reads still work. Tick retries writing every second and opening every 10 s. A file that another bridge uses, that is older than what was written, or that is no longer the one that
-// was opened is not used (JournalGuard).
+// disk. The file may be missing, full, read-only or damaged at any time. Then state() has the cause, changes return
+// false, and reads still work. Tick retries writing every second and opening every 10 s. The store does not use a file
+// that another bridge uses, that is older than what was written, or that replaced the opened one (JournalGuard).
 class SqliteStore final : public DurableStore {
  public:
   SqliteStore(std::string file, std::string machine);
@@ -33,19 +33,14 @@ class SqliteStore final : public DurableStore {
   void Outcome(const command_status_t& status, Timestamp now) override;
   [[nodiscard]] std::optional<command_status_t> Find(const CommandId& id) const override;
 
-  [[nodiscard]] AxisRecord Find(const std::string& device) const override;
-  [[nodiscard]] bool SetDatum(const std::string& device, const DatumRecord& datum) override;
-  [[nodiscard]] bool VoidDatum(const std::string& device, std::int64_t utime, const std::string& why) override;
-  [[nodiscard]] std::vector<DatumRecord> Datums(const std::string& device) const override;
-  [[nodiscard]] bool AddWrites(const std::string& device, std::int64_t writes, std::int64_t utime) override;
-  [[nodiscard]] bool SetReferenceLost(const std::string& device, bool lost) override;
-  [[nodiscard]] bool SetIdentity(const std::string& device, const std::string& identity) override;
-  [[nodiscard]] bool Exchange(const std::string& device, const std::string& identity, std::int64_t utime) override;
-  [[nodiscard]] bool SetMark(const std::string& device, const AlarmMark& mark) override;
-  [[nodiscard]] bool EndMark(const std::string& device, AlarmMark::Kind kind, const std::string& alarm) override;
-  [[nodiscard]] std::vector<AlarmMark> Marks(const std::string& device) const override;
-  void KeepPosition(const std::string& device, const LastPosition& position) override;
+  [[nodiscard]] bool Apply(const std::string& device, const DeviceChange& change) override;
+  void KeepPosition(const std::string& device, const LastPosition& position) override {
+    axes_.Keep(device, position);
+  }
   void Note(const AxisEvent& event) override;
+  [[nodiscard]] AxisRecord Find(const std::string& device) const override;
+  [[nodiscard]] std::vector<DatumRecord> Datums(const std::string& device) const override;
+  [[nodiscard]] std::vector<AlarmMark> Marks(const std::string& device) const override;
 
   // Also after the file could be opened at last: those that it holds.
   [[nodiscard]] std::vector<OpenCommand> Open() const override;
@@ -54,7 +49,7 @@ class SqliteStore final : public DurableStore {
   // Another process has this journal: this one cannot ever use it while that runs.
   [[nodiscard]] bool in_use() const { return guard_.held_by_other(); }
   [[nodiscard]] bool readable() const override { return database_ != nullptr; }
-  [[nodiscard]] std::string problem() const override { return problem_; }
+  [[nodiscard]] Result<> state() const override { return state_; }
 
  private:
   using Positions = SqliteAxes::Positions;
@@ -66,8 +61,9 @@ class SqliteStore final : public DurableStore {
   // `writes` and what waits, in one transaction.
   [[nodiscard]] bool Commit(const Writes& writes, const CommandId* first = nullptr,
                             Positions positions = Positions::kNone);
-  void Fail();
-  void GiveUp(std::string problem);
+  void GiveUp(Error error);
+  // Opens the file for writing.
+  [[nodiscard]] Result<> OpenToWrite();
 
   const std::string file_;
   const std::string machine_;
@@ -76,7 +72,7 @@ class SqliteStore final : public DurableStore {
   bool writable_ = false;
   SqliteJournal journal_;
   SqliteAxes axes_;
-  std::string problem_;
+  Result<> state_;
   MonoNs look_again_ = 0;
   MonoNs write_again_ = 0;
   MonoNs positions_again_ = 0;

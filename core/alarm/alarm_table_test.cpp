@@ -4,7 +4,7 @@
 
 #include <cstring>
 
-#include "core/alarm/runtime_alarms.h"
+#include "core/alarm/alarm_codes.h"
 
 namespace axlecast {
 namespace {

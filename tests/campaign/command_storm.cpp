@@ -101,7 +101,7 @@ class Storm {
     HistoryReader history(order_.journal);
     std::map<CommandId, S> journalled;
     for (const CommandRow& row : history.Commands({})) journalled[IdOf(row.record.status.id)] = row.record.status;
-    if (!history.problem().empty()) tally_.Breach(history.problem());
+    if (!history.state()) tally_.Breach(history.state().error().text);
     for (const auto& [id, ended] : ended_) CompareOne(id, ended, journalled);
     std::printf("  %10zu  commands in the journal\n", journalled.size());
     for (const auto& [id, status] : journalled) {

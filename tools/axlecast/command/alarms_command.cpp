@@ -39,7 +39,7 @@ Result<MarksByDevice> ReadMarks(const MachineView& view, const std::string& jour
   MarksByDevice marks;
   HistoryReader reader(journal);
   for (const DeviceView& device : view.devices()) marks[device.name] = reader.AlarmMarks(device.name);
-  if (!reader.problem().empty()) return Failure(reader.problem());
+  if (!reader.state()) return Failure(reader.state().error());
   return marks;
 }
 

@@ -78,7 +78,7 @@ int ShowDatums(const DatumOptions& options) {
   if (!place) return exit_code;
   HistoryReader reader(place->file);
   std::vector<DeviceRecord> devices = reader.Devices();
-  if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
+  if (!reader.state()) return Fail(reader.state().error().text, kExitBad);
   if (!options.device.empty()) {
     std::erase_if(devices, [&](const DeviceRecord& device) { return device.device != options.device; });
   }
@@ -98,7 +98,7 @@ int ShowDatumHistory(const DatumOptions& options) {
   if (!place) return exit_code;
   HistoryReader reader(place->file);
   const std::vector<DatumHistory> datums = reader.Datums(options.device);
-  if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
+  if (!reader.state()) return Fail(reader.state().error().text, kExitBad);
   if (datums.empty()) {
     const auto devices = reader.Devices();
     const bool known = std::any_of(devices.begin(), devices.end(),
@@ -186,7 +186,7 @@ Result<> ParseFilter(HistoryOptions& options) {
 
 int ShowOne(HistoryReader& reader, const HistoryOptions& options) {
   const std::vector<CommandRow> found = reader.Commands({.id = options.filter.id, .limit = kCandidates});
-  if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
+  if (!reader.state()) return Fail(reader.state().error().text, kExitBad);
   if (found.empty())
     return Fail("the journal holds no command whose id begins with " + options.filter.id, kExitBad);
   if (found.size() > 1) {
@@ -195,7 +195,7 @@ int ShowOne(HistoryReader& reader, const HistoryOptions& options) {
     return Fail(several, kExitBad);
   }
   const std::vector<CommandStep> steps = reader.Steps(found.front().number);
-  if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
+  if (!reader.state()) return Fail(reader.state().error().text, kExitBad);
   static_cast<void>(WriteOut(options.json ? JsonLine(CommandJson(found.front(), steps)) + '\n'
                                           : CommandText(found.front(), steps)));
   return kExitDone;
@@ -246,7 +246,7 @@ int Follow(HistoryReader& reader, const HistoryOptions& options, HistoryReader::
     Listing listing(options.json);
     listing.Add(reader.Commands(filter, from, to));
     if (options.events) listing.Add(reader.Events(filter, from, to));
-    if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
+    if (!reader.state()) return Fail(reader.state().error().text, kExitBad);
     static_cast<void>(listing.Cut(std::nullopt));
     if (!WriteOut(listing.Text())) break;
     from = to;
@@ -261,7 +261,7 @@ int List(HistoryReader& reader, const HistoryOptions& options) {
   Listing listing(options.json);
   listing.Add(reader.Commands(filter));
   if (options.events) listing.Add(reader.Events(filter));
-  if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
+  if (!reader.state()) return Fail(reader.state().error().text, kExitBad);
   if (listing.Cut(options.filter.limit)) {
     std::cerr << "the newest " << *options.filter.limit << "; --limit N shows more, --limit 0 all\n";
   }
@@ -277,7 +277,7 @@ int ShowHistory(HistoryOptions options) {
   const auto place = options.journal.Find(exit_code);
   if (!place) return exit_code;
   HistoryReader reader(place->file);
-  if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
+  if (!reader.state()) return Fail(reader.state().error().text, kExitBad);
   return options.filter.id.empty() ? List(reader, options) : ShowOne(reader, options);
 }
 
