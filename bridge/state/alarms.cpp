@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "bridge/state/pending_command.h"
+#include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/command/operation_check.h"
 

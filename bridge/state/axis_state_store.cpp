@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "bridge/state/pending_command.h"
+#include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/command/command_id.h"
 #include "core/device/operation.h"

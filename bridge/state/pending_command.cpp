@@ -1,7 +1,6 @@
 #include "bridge/state/pending_command.h"
 
 #include <algorithm>
-#include <charconv>
 
 namespace axlecast {
 
@@ -22,13 +21,6 @@ std::string ChangedTo(const command_status_t& status, std::string_view key) {
   const auto found = std::find_if(status.changes.begin(), status.changes.end(),
                                   [&](const change_t& change) { return change.key == key; });
   return found == status.changes.end() ? "" : found->after;
-}
-
-std::optional<std::int64_t> ParseInteger(const std::string& text) {
-  std::int64_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
 }
 
 }  // namespace axlecast

@@ -70,8 +70,6 @@ struct PendingCommand {
 // Return a value of the command's arguments or of its changes; empty if there is none.
 [[nodiscard]] std::string ArgumentOf(const PendingCommand& task, std::string_view key);
 [[nodiscard]] std::string ChangedTo(const command_status_t& status, std::string_view key);
-// A whole decimal number.
-[[nodiscard]] std::optional<std::int64_t> ParseInteger(const std::string& text);
 
 // An order that the bridge gives by itself, or in the place of a client's operation.
 struct BridgeCommand {

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <axlecast/position_t.hpp>
-#include <charconv>
 #include <numbers>
 #include <optional>
 
@@ -102,7 +101,8 @@ void LoadUnit(ConfigMap& map, DeviceConfig& device) {
 
   if (device.per_turn > 0) {
     if (map.Has("per_turn")) {
-      map.Error("per_turn", "unit " + name + " says already how much a turn is; for a gear use ratio: \"num:den\"");
+      map.Error("per_turn",
+                "unit " + name + " already defines the travel of a turn; for a gear use ratio: \"num:den\"");
     }
   } else if (!map.Has("per_turn")) {
     map.Error("per_turn", "is missing: unit " + name + " needs the travel of one output turn in " + name);
@@ -113,21 +113,12 @@ void LoadUnit(ConfigMap& map, DeviceConfig& device) {
   if (map.Has("modulo")) device.modulo = map.Number("modulo", 0, 1e-9, 1e12, name);
 }
 
-std::optional<std::int64_t> Teeth(std::string_view text) {
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  if (value < 1 || value > kMaxTeeth) return std::nullopt;
-  return value;
-}
-
 void LoadRatio(ConfigMap& map, DeviceConfig& device) {
   if (!map.Has("ratio")) return;
   const std::string text = map.String("ratio", "1:1");
   const std::size_t colon = std::min(text.find(':'), text.size());
-  const std::optional<std::int64_t> num = Teeth(std::string_view(text).substr(0, colon));
-  const std::optional<std::int64_t> den =
-      Teeth(colon < text.size() ? std::string_view(text).substr(colon + 1) : std::string_view());
+  const auto num = ParseInteger(text.substr(0, colon), 1, kMaxTeeth);
+  const auto den = ParseInteger(text.substr(std::min(colon + 1, text.size())), 1, kMaxTeeth);
   if (!num || !den) {
     map.Error("ratio", Quoted(text) +
                            " is not \"num:den\" with whole numbers 1 to 1000000 (output turns = shaft turns "

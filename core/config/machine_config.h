@@ -8,9 +8,7 @@
 
 #include "core/base/spelling.h"
 #include "core/command/keys.h"
-#include "core/config/mqtt_config.h"
-#include "core/config/recorder_config.h"
-#include "core/config/web_config.h"
+#include "core/config/service_config.h"
 #include "core/device/family.h"
 
 namespace axlecast {

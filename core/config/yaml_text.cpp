@@ -143,7 +143,7 @@ class TreeCheck {
         errors_.Add(pair.first.Mark(), "a key must be plain text");
       } else if (const auto [first, added] = seen.emplace(pair.first.Scalar(), pair.first.Mark()); !added) {
         errors_.Add(pair.first.Mark(), "key " + Quoted(pair.first.Scalar()) +
-                                           " stands twice here; the first is in line " +
+                                           " is given twice here; the first is in line " +
                                            std::to_string(first->second.line + 1));
       }
       if (!Walk(pair.second, depth + 1)) return false;
@@ -178,7 +178,7 @@ std::string Remedy(const std::string& text, const YAML::Mark& mark) {
   if (begin == std::string::npos) return "";
   const std::size_t end = text.find_first_not_of(" \t", begin);
   const std::string indentation = text.substr(begin, end == std::string::npos ? end : end - begin);
-  return indentation.find('\t') == std::string::npos ? "" : " (a tab stands in the indentation: use spaces)";
+  return indentation.find('\t') == std::string::npos ? "" : " (the indentation contains a tab: use spaces)";
 }
 
 void AddSyntaxError(const std::string& text, const YAML::Exception& error, ConfigErrors& errors) {

@@ -126,7 +126,7 @@ void MqttOptions::AddTo(CLI::App& command) {
            "needs "
            "none";
   }
-  const std::vector<MqttFault> faults = FaultsOf(mqtt);
+  const std::vector<ConfigFault> faults = FaultsOf(mqtt);
   return faults.empty() ? "" : "mqtt." + std::string(faults.front().key) + ": " + faults.front().text;
 }
 

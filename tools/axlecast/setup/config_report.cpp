@@ -257,7 +257,7 @@ Json GrantJson(const KeyGrant& grant) {
 
 // Where commands need no signature.
 std::string UnsignedWarning(const MachineConfig& machine) {
-  if (ParseLcmUrl(machine.lcm.command_url).ttl > 0) {
+  if (const auto url = ParseLcmUrl(machine.lcm.command_url); url && url->ttl > 0) {
     return "bridge.unsigned_commands is allow and lcm.command_url leaves this host (ttl): anybody on the network "
            "may "
            "command this machine; set ttl=0, or refuse them (docs/keys.md)";

@@ -1,4 +1,4 @@
-#include "core/config/mqtt_config.h"
+#include "core/config/service_config.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -76,7 +76,7 @@ TEST(LoadMqtt, NamesPlaceValueAndWhatIsRight) {
     const char* message;
   } mistakes[] = {
       {"", "m.yaml:2:1: mqtt.host: is the broker's name or address"},
-      {" x", "mqtt: 'x' stands where a mapping"},
+      {" x", "mqtt: 'x' is given where a mapping"},
       {" {hots: b}", "mqtt: unknown key 'hots'; did you mean 'host'?"},
       {" {host: b, port: 0}", "mqtt.port: '0' is not within 1 to 65535"},
       {" {host: b, protocol: 4}", "mqtt.protocol: '4' is not one of 5, 3.1.1"},
