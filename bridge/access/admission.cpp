@@ -70,7 +70,7 @@ Result<ValidatedCommand> ValidateCommand(const MachineConfig& machine, std::int6
   if (operation == nullptr || operation->internal) {
     return Failure("no such operation; " + OperationNames(*bus->family), S::REASON_UNKNOWN_OPERATION);
   }
-  if (auto refusal = CheckArguments(*operation, body.arguments)) return Failure(refusal->text, refusal->reason);
+  if (Result<> checked = CheckArguments(*operation, body.arguments); !checked) return Failure(checked.error());
   const MonoNs begin_by = body.issued_mono_ns + body.valid_ms * kMillisecond;
   const ValidatedCommand validated{bus, operation, begin_by};
   if (body.mode == command_body_t::MODE_CANCEL) return validated;

@@ -67,9 +67,9 @@ Result<> Authority::Check(const Caller& caller, std::string_view device, const O
   const KeyGrant& grant = *caller.grant;
   const std::string key = "key " + grant.name;
   const std::string name = CappedText(operation.name, kNameBytes);
-  if (!MayOrder(grant.role, operation)) {
+  if (!IsAllowed(grant.role, operation)) {
     return Denied(key + " has role " + std::string(RoleName(grant.role)) + ": " + name + " needs " +
-                  std::string(RolesThatMayOrder(operation)));
+                  std::string(AllowedRoles(operation)));
   }
   if (!Names(grant.devices, device)) {
     return Denied(key + " is not for device " + CappedText(device, kNameBytes) + " (bridge.keys." + grant.name +

@@ -31,8 +31,7 @@ std::int64_t CommandPort::SendToDriver(const std::string& bus, driver_order_t or
   driver_command_t envelope{};
   const std::string channel = "DRIVER_COMMAND/" + bus;
   Fill(envelope, channel, now);
-  envelope.order.resize(static_cast<std::size_t>(order.getEncodedSize()));
-  order.encode(envelope.order.data(), 0, static_cast<int>(envelope.order.size()));
+  envelope.order = Encoded(order);
   envelope.order_size = static_cast<std::int16_t>(envelope.order.size());
   if (key_ != nullptr) {
     const Signature signature = key_->Sign(Domain::kOrder, envelope.order);

@@ -115,23 +115,23 @@ Result<> Dispatcher::CheckJournal(MonoNs now) const {
 
 // A command that an earlier bridge left: one that was never sent is refused; of one that was, its driver is asked.
 void Dispatcher::Recover(const OpenCommand& command, Timestamp now) {
-  PendingCommand task = RecoveredCommand(machine_, command);
-  commands_.Begin(task.status, now.mono);
-  commands_.MarkPublished(task.status);
-  if (task.operation == nullptr || task.status.driver_boot_id == 0) {
-    GiveUp(task.status, now);
-    return EndCommand(std::move(task), now);
+  PendingCommand pending = RecoveredCommand(machine_, command);
+  commands_.Begin(pending.status, now.mono);
+  commands_.MarkPublished(pending.status);
+  if (pending.operation == nullptr || pending.status.driver_boot_id == 0) {
+    GiveUp(pending.status, now);
+    return EndCommand(std::move(pending), now);
   }
-  static_cast<void>(axes_.Substitute(*machine_.BusOf(task.device)->family, task));
-  task.sent_epoch = port_.epoch() + 1;  // of the first order that its driver can have of this bridge
-  task.reserved_writes = task.WritesAtMost();
-  if (task.status.state == S::STATE_INDETERMINATE) {
-    BeginOutcomeCheck(task, task.status, now);
-    if (task.status.finding != S::FINDING_NONE) Conclude(task.status, now);
+  static_cast<void>(axes_.Substitute(*machine_.BusOf(pending.device)->family, pending));
+  pending.sent_epoch = port_.epoch() + 1;  // of the first order that its driver can have of this bridge
+  pending.reserved_writes = pending.WritesAtMost();
+  if (pending.status.state == S::STATE_INDETERMINATE) {
+    BeginOutcomeCheck(pending, pending.status, now);
+    if (pending.status.finding != S::FINDING_NONE) Conclude(pending.status, now);
     return;
   }
-  DeviceQueue& queue = QueueOf(buses_.at(machine_.BusOf(task.device)->name), task.device, task.operation);
-  queue.PushRecovered(std::move(task));
+  DeviceQueue& queue = QueueOf(buses_.at(machine_.BusOf(pending.device)->name), pending.device, pending.operation);
+  queue.PushRecovered(std::move(pending));
 }
 
 void Dispatcher::OnCommandStatus(Bytes message, Timestamp now) {
@@ -175,16 +175,16 @@ void Dispatcher::OnHello(Bus& bus, const driver_status_t& status, Timestamp now)
   for (const driver_device_t& reported : status.devices) {
     const auto queue = bus.queues.find(reported.device);
     if (queue == bus.queues.end()) continue;
-    auto order =
+    auto command =
         axes_.OnHello(*machine_.FindDevice(reported.device), reported, status.boot_id, queue->second.IsIdle(), now);
-    if (!order) order = marks_.OnHello(reported.device, status.boot_id, now);
-    if (!order || queue->second.Holds(PendingCommand::Purpose::kRestore)) continue;
-    PendingCommand task;
-    task.purpose = PendingCommand::Purpose::kRestore;
-    task.device = reported.device;
-    task.operation = FindOperation(*bus.config->family, order->operation);
-    task.arguments = std::move(order->arguments);
-    queue->second.PushFirst(std::move(task));
+    if (!command) command = marks_.OnHello(reported.device, status.boot_id, now);
+    if (!command || queue->second.Holds(PendingCommand::Purpose::kRestore)) continue;
+    PendingCommand pending;
+    pending.purpose = PendingCommand::Purpose::kRestore;
+    pending.device = reported.device;
+    pending.operation = FindOperation(*bus.config->family, command->operation);
+    pending.arguments = std::move(command->arguments);
+    queue->second.PushFirst(std::move(pending));
   }
 }
 
@@ -221,19 +221,20 @@ void Dispatcher::PublishAlarms(Timestamp now) {
   Publish(*ports_.data, "ALARM/bridge", alarms_.Make(now));
 }
 
-std::int64_t Dispatcher::Send(const PendingCommand& task, std::int8_t kind, std::int32_t valid_ms, Timestamp now) {
+std::int64_t Dispatcher::Send(const PendingCommand& pending, std::int8_t kind, std::int32_t valid_ms,
+                              Timestamp now) {
   driver_order_t order{};
-  order.driver_boot_id = task.status.driver_boot_id;
-  const CommandId& id = task.queries_driver ? task.about : task.id;
+  order.driver_boot_id = pending.status.driver_boot_id;
+  const CommandId& id = pending.queries_driver ? pending.about : pending.id;
   std::copy(id.begin(), id.end(), std::begin(order.id));
   order.kind = kind;
   order.valid_ms = valid_ms;
-  order.device = task.device;
-  order.expect_epoch = task.expect_epoch;
-  if (task.operation != nullptr) order.operation = task.operation->name;
+  order.device = pending.device;
+  order.expect_epoch = pending.expect_epoch;
+  if (pending.operation != nullptr) order.operation = pending.operation->name;
   const bool carries = kind == driver_order_t::KIND_EXECUTE || kind == driver_order_t::KIND_PREPARE;
-  if (carries) order.arguments = task.arguments;
-  return port_.SendToDriver(machine_.BusOf(task.device)->name, std::move(order), now);
+  if (carries) order.arguments = pending.arguments;
+  return port_.SendToDriver(machine_.BusOf(pending.device)->name, std::move(order), now);
 }
 
 CommandId Dispatcher::NewId() {
@@ -246,23 +247,24 @@ CommandId Dispatcher::NewId() {
   return id;
 }
 
-Result<> Dispatcher::BeforeRoute(PendingCommand& task, Timestamp now) {
-  task.journal_state = PendingCommand::JournalState::kReady;
-  if (task.purpose != PendingCommand::Purpose::kCommand) return {};
-  const bool is_volatile = commands_.IsVolatile(task.id);
+Result<> Dispatcher::BeforeRoute(PendingCommand& pending, Timestamp now) {
+  pending.journal_state = PendingCommand::JournalState::kReady;
+  if (pending.purpose != PendingCommand::Purpose::kCommand) return {};
+  const bool is_volatile = commands_.IsVolatile(pending.id);
   if (!is_volatile) {
-    if (auto room = CheckRoom(*task.operation, now.mono); !room && room.error().reason == S::REASON_JOURNAL) {
+    if (auto room = CheckRoom(*pending.operation, now.mono); !room && room.error().reason == S::REASON_JOURNAL) {
       return room;
     }
   }
-  if (auto routable = axes_.BeforeRoute(*machine_.FindDevice(task.device), task, now); !routable) return routable;
-  if (is_volatile || (task.operation->urgent && journal_.IsFull())) return {};
-  const bool waits = !task.operation->urgent || !journal_.IsSlow(now.mono);
-  if (waits) task.journal_state = PendingCommand::JournalState::kRouted;
-  DeviceQueue& queue = QueueOf(buses_.at(machine_.BusOf(task.device)->name), task.device, task.operation);
-  journal_.Give([status = task.status, epoch = port_.epoch(),
+  if (auto routable = axes_.BeforeRoute(*machine_.FindDevice(pending.device), pending, now); !routable)
+    return routable;
+  if (is_volatile || (pending.operation->urgent && journal_.IsFull())) return {};
+  const bool waits = !pending.operation->urgent || !journal_.IsSlow(now.mono);
+  if (waits) pending.journal_state = PendingCommand::JournalState::kRouted;
+  DeviceQueue& queue = QueueOf(buses_.at(machine_.BusOf(pending.device)->name), pending.device, pending.operation);
+  journal_.Give([status = pending.status, epoch = port_.epoch(),
                  now](DurableStore& store) { return store.Routed(status, epoch, now); },
-                [this, id = task.id, &queue](bool written) {
+                [this, id = pending.id, &queue](bool written) {
                   queue.OnJournalled(id, PendingCommand::JournalState::kRouted, written, NotJournalled(now_.mono),
                                      now_);
                   queue.Tick(now_);
@@ -271,49 +273,49 @@ Result<> Dispatcher::BeforeRoute(PendingCommand& task, Timestamp now) {
   return {};
 }
 
-Result<> Dispatcher::CheckJournalWait(const PendingCommand& task, Timestamp now) {
-  if (now.mono - task.journal_since <= JournalQueue::kStalled) return {};
+Result<> Dispatcher::CheckJournalWait(const PendingCommand& pending, Timestamp now) {
+  if (now.mono - pending.journal_since <= JournalQueue::kStalled) return {};
   return Failure(NotJournalled(now.mono));
 }
 
-void Dispatcher::OnStep(PendingCommand& task, Timestamp now) {
-  if (task.purpose != PendingCommand::Purpose::kCommand) return;
-  const command_status_t& status = task.status;
+void Dispatcher::OnStep(PendingCommand& pending, Timestamp now) {
+  if (pending.purpose != PendingCommand::Purpose::kCommand) return;
+  const command_status_t& status = pending.status;
   commands_.Update(status);
   commands_.MarkPublished(status);
   // Routed has noted the first step already.
-  if (!commands_.IsVolatile(task.id) && status.state != S::STATE_ROUTED && !journal_.IsHalfFull()) {
+  if (!commands_.IsVolatile(pending.id) && status.state != S::STATE_ROUTED && !journal_.IsHalfFull()) {
     journal_.Ask([status, now](DurableStore& store) { return store.Step(status, now), true; }, nullptr, now.mono);
   }
   port_.PublishStatus(status, now);
 }
 
-void Dispatcher::OnEnd(PendingCommand task, Timestamp now) {
-  if (task.purpose == PendingCommand::Purpose::kOutcomeCheck) return EndOutcomeCheck(task, now);
-  if (task.purpose == PendingCommand::Purpose::kCommand) return EndCommand(std::move(task), now);
-  axes_.OnOutcome(*machine_.FindDevice(task.device), task, now);
-  marks_.OnOutcome(task);
+void Dispatcher::OnEnd(PendingCommand pending, Timestamp now) {
+  if (pending.purpose == PendingCommand::Purpose::kOutcomeCheck) return EndOutcomeCheck(pending, now);
+  if (pending.purpose == PendingCommand::Purpose::kCommand) return EndCommand(std::move(pending), now);
+  axes_.OnOutcome(*machine_.FindDevice(pending.device), pending, now);
+  marks_.OnOutcome(pending);
 }
 
-void Dispatcher::EndCommand(PendingCommand task, Timestamp now) {
-  if (const DeviceConfig* device = machine_.FindDevice(task.device)) axes_.OnOutcome(*device, task, now);
-  marks_.OnOutcome(task);
-  command_status_t& status = task.status;
+void Dispatcher::EndCommand(PendingCommand pending, Timestamp now) {
+  if (const DeviceConfig* device = machine_.FindDevice(pending.device)) axes_.OnOutcome(*device, pending, now);
+  marks_.OnOutcome(pending);
+  command_status_t& status = pending.status;
   status.is_final = 1;
-  if (task.prepare && status.state == S::STATE_SUCCEEDED) {
+  if (pending.prepare && status.state == S::STATE_SUCCEEDED) {
     const Token token = ports_.random();
     std::copy(token.begin(), token.end(), std::begin(status.token));
-    const bool substituted = task.operation->name != status.operation;
+    const bool substituted = pending.operation->name != status.operation;
     prepared_.Issue(token,
-                    {.who = task.who,
-                     .device = task.device,
+                    {.who = pending.who,
+                     .device = pending.device,
                      .operation = status.operation,
-                     .arguments = substituted ? std::vector<argument_t>{} : task.arguments,
+                     .arguments = substituted ? std::vector<argument_t>{} : pending.arguments,
                      .epoch = status.epoch_after},
                     now.mono);
   }
   if (status.state == S::STATE_INDETERMINATE && status.finding == S::FINDING_NONE)
-    BeginOutcomeCheck(task, status, now);
+    BeginOutcomeCheck(pending, status, now);
   Conclude(status, now);
 }
 
@@ -352,29 +354,29 @@ void Dispatcher::PublishOverdue() {
   }
 }
 
-void Dispatcher::BeginOutcomeCheck(const PendingCommand& task, command_status_t& status, Timestamp now) {
-  Bus& bus = buses_.at(machine_.BusOf(task.device)->name);
+void Dispatcher::BeginOutcomeCheck(const PendingCommand& pending, command_status_t& status, Timestamp now) {
+  Bus& bus = buses_.at(machine_.BusOf(pending.device)->name);
   const bool gone = status.reason_code != S::REASON_DRIVER_SILENT;
-  if (gone && IsOfRuntime(*bus.config->family, *task.operation)) {
+  if (gone && IsOfRuntime(*bus.config->family, *pending.operation)) {
     // It would have changed that driver alone, which is no more.
     status.finding = S::FINDING_NO_EFFECT_SEEN;
     return;
   }
-  if (auto finding = OutcomeCheckFor(task, *bus.config->family, now.mono + kCheckWithin)) {
-    bus.queues.at(task.device).PushFirst(std::move(*finding));
+  if (auto finding = OutcomeCheckFor(pending, *bus.config->family, now.mono + kCheckWithin)) {
+    bus.queues.at(pending.device).PushFirst(std::move(*finding));
   } else {
     status.finding = S::FINDING_CANNOT_TELL;
   }
 }
 
-void Dispatcher::EndOutcomeCheck(const PendingCommand& task, Timestamp now) {
-  if (auto again = NextOutcomeCheck(task, now.mono)) {
-    return buses_.at(machine_.BusOf(task.device)->name).queues.at(task.device).PushFirst(std::move(*again));
+void Dispatcher::EndOutcomeCheck(const PendingCommand& pending, Timestamp now) {
+  if (auto again = NextOutcomeCheck(pending, now.mono)) {
+    return buses_.at(machine_.BusOf(pending.device)->name).queues.at(pending.device).PushFirst(std::move(*again));
   }
-  const KnownCommand* const known = commands_.Find(task.about);
+  const KnownCommand* const known = commands_.Find(pending.about);
   if (known == nullptr) return;
   command_status_t outcome = known->latest;
-  AddCheckedOutcome(task, outcome);
+  AddCheckedOutcome(pending, outcome);
   Conclude(outcome, now);
 }
 

@@ -118,12 +118,12 @@ class Dispatcher final : private DeviceQueueListener {
   void Cancel(const IncomingCommand& incoming, Timestamp now);
   void PublishKnown(const command_body_t& body, const std::string& text, Timestamp now);
   void Accept(IncomingCommand incoming, Timestamp now);
-  void EnqueueVolatile(const IncomingCommand& incoming, PendingCommand task, const Result<>& accepted,
+  void EnqueueVolatile(const IncomingCommand& incoming, PendingCommand pending, const Result<>& accepted,
                        Timestamp now);
   void JournalAcceptance(const IncomingCommand& incoming, DeviceQueue& queue, Timestamp now);
   void OnAccepted(DeviceQueue& queue, const command_status_t& status, bool passes,
                   const std::optional<command_status_t>& known);
-  [[nodiscard]] Result<> MakeTask(const IncomingCommand& incoming, PendingCommand& task, Timestamp now);
+  [[nodiscard]] Result<> MakePending(const IncomingCommand& incoming, PendingCommand& pending, Timestamp now);
   [[nodiscard]] Result<> CheckBusy(const Bus& bus, const DeviceQueue& queue, MonoNs now) const;
   [[nodiscard]] Result<> CheckRoom(const OperationSpec& operation, MonoNs now);
   [[nodiscard]] CommandRecord RecordOf(const IncomingCommand& incoming, Timestamp now) const;
@@ -131,21 +131,21 @@ class Dispatcher final : private DeviceQueueListener {
   void Refuse(command_status_t status, const Error& refusal, Timestamp now);
   void OnUnauthorized(const std::string& what, Timestamp now);
   void OnHello(Bus& bus, const driver_status_t& status, Timestamp now);
-  void EndCommand(PendingCommand task, Timestamp now);
-  void BeginOutcomeCheck(const PendingCommand& task, command_status_t& status, Timestamp now);
-  void EndOutcomeCheck(const PendingCommand& task, Timestamp now);
+  void EndCommand(PendingCommand pending, Timestamp now);
+  void BeginOutcomeCheck(const PendingCommand& pending, command_status_t& status, Timestamp now);
+  void EndOutcomeCheck(const PendingCommand& pending, Timestamp now);
   void Conclude(const command_status_t& status, Timestamp now);
   void PublishOutcome(UnpublishedOutcome& outcome);
   void PublishOverdue();
   void Recover(const OpenCommand& command, Timestamp now);
   [[nodiscard]] DeviceQueue& QueueOf(Bus& bus, const std::string& device, const OperationSpec* operation);
 
-  std::int64_t Send(const PendingCommand& task, std::int8_t kind, std::int32_t valid_ms, Timestamp now) override;
+  std::int64_t Send(const PendingCommand& pending, std::int8_t kind, std::int32_t valid_ms, Timestamp now) override;
   CommandId NewId() override;
-  Result<> BeforeRoute(PendingCommand& task, Timestamp now) override;
-  Result<> CheckJournalWait(const PendingCommand& task, Timestamp now) override;
-  void OnStep(PendingCommand& task, Timestamp now) override;
-  void OnEnd(PendingCommand task, Timestamp now) override;
+  Result<> BeforeRoute(PendingCommand& pending, Timestamp now) override;
+  Result<> CheckJournalWait(const PendingCommand& pending, Timestamp now) override;
+  void OnStep(PendingCommand& pending, Timestamp now) override;
+  void OnEnd(PendingCommand pending, Timestamp now) override;
 
   const MachineConfig& machine_;
   const BridgePorts ports_;

@@ -59,7 +59,7 @@ class DispatcherTest : public testing::Test {
     now_.utime += time / kMicrosecond;
     bridge_->Tick(now_);
   }
-  // A second in which the driver says HELLO every 100 ms.
+  // A second in which the driver sends HELLO every 100 ms.
   void PassWithDriver(MonoNs time) {
     for (const MonoNs end = now_.mono + time; now_.mono < end; Pass(100 * kMillisecond)) Hello(driver_boot_);
   }

@@ -92,7 +92,7 @@ TEST_F(DispatcherStallTest, NothingIsSentBeforeThatItIsRoutedIsOnTheDisk) {
   journal_->Stall();
   Report(first, S::STATE_SUCCEEDED);
   EXPECT_TRUE(Orders().empty());
-  EXPECT_NE(Of(1).is_final, 1) << "an outcome is told when it is on the disk";
+  EXPECT_NE(Of(1).is_final, 1) << "an outcome is published when it is on the disk";
   journal_->Recover();
   Step(kMillisecond);
   EXPECT_EQ(Of(1).state, S::STATE_SUCCEEDED);

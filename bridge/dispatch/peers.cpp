@@ -5,6 +5,8 @@
 #include <axlecast/device_info_t.hpp>
 #include <cstring>
 
+#include "core/messages/message.h"
+
 namespace axlecast {
 namespace {
 
@@ -63,8 +65,7 @@ std::optional<command_t> DuplicateBridgeDetector::Probe(MonoNs now) {
   body.valid_ms = 1;
   body.expect_epoch = -1;
   command_t question{};
-  question.body.resize(static_cast<std::size_t>(body.getEncodedSize()));
-  body.encode(question.body.data(), 0, static_cast<int>(question.body.size()));
+  question.body = Encoded(body);
   question.body_size = static_cast<std::int16_t>(question.body.size());
   return question;
 }

@@ -43,15 +43,15 @@ bool LeavesOut(const std::string& list, const std::string& alarm) {
 
 std::optional<BridgeCommand> AlarmStateStore::OnHello(const std::string& device, std::int64_t boot_id,
                                                       Timestamp now) {
-  std::optional<BridgeCommand> order;
+  std::optional<BridgeCommand> command;
   for (const AlarmMark& mark : store_.Marks(device)) {
     if (mark.kind == Kind::kShelved && mark.until_utime <= now.utime) {
       static_cast<void>(store_.Apply(device, AlarmMarkEnded{mark.kind, mark.alarm}));  // with the next HELLO again
-    } else if (mark.driver_boot_id != boot_id && !order) {
-      order = Restoring(mark);
+    } else if (mark.driver_boot_id != boot_id && !command) {
+      command = Restoring(mark);
     }
   }
-  return order;
+  return command;
 }
 
 void AlarmStateStore::OnAcknowledged(const driver_status_t& status) {
@@ -63,45 +63,45 @@ void AlarmStateStore::OnAcknowledged(const driver_status_t& status) {
   }
 }
 
-void AlarmStateStore::OnOutcome(PendingCommand& task) {
-  if (task.prepare || task.operation == nullptr || !IsAboutAlarms(task.operation->name)) return;
-  if (task.purpose == PendingCommand::Purpose::kRestore) return Restored(task);
-  if (task.status.state != S::STATE_SUCCEEDED) return;
-  if (task.operation->name == kShelveAlarm) return Keep(task, Kind::kShelved);
-  if (task.operation->name == kUnshelveAlarm) {
-    static_cast<void>(store_.Apply(task.device, AlarmMarkEnded{Kind::kShelved, ArgumentOf(task, "alarm")}));
-  } else if (IsFirstAcknowledgement(task.status)) {
-    Keep(task, Kind::kAcknowledged);
+void AlarmStateStore::OnOutcome(PendingCommand& pending) {
+  if (pending.prepare || pending.operation == nullptr || !IsAboutAlarms(pending.operation->name)) return;
+  if (pending.purpose == PendingCommand::Purpose::kRestore) return Restored(pending);
+  if (pending.status.state != S::STATE_SUCCEEDED) return;
+  if (pending.operation->name == kShelveAlarm) return Keep(pending, Kind::kShelved);
+  if (pending.operation->name == kUnshelveAlarm) {
+    static_cast<void>(store_.Apply(pending.device, AlarmMarkEnded{Kind::kShelved, ArgumentOf(pending, "alarm")}));
+  } else if (IsFirstAcknowledgement(pending.status)) {
+    Keep(pending, Kind::kAcknowledged);
   }
 }
 
-void AlarmStateStore::Keep(PendingCommand& task, Kind kind) {
-  S& status = task.status;
+void AlarmStateStore::Keep(PendingCommand& pending, Kind kind) {
+  S& status = pending.status;
   const AlarmMark mark = {.kind = kind,
-                          .alarm = ArgumentOf(task, "alarm"),
+                          .alarm = ArgumentOf(pending, "alarm"),
                           .utime = status.finished_utime,
                           .until_utime = ParseInteger(ChangedTo(status, "until")).value_or(0),
                           .up_to = ChangedTo(status, "up_to"),
-                          .who = task.who,
-                          .reason = task.reason,
-                          .command = task.id,
+                          .who = pending.who,
+                          .reason = pending.reason,
+                          .command = pending.id,
                           .driver_boot_id = status.driver_boot_id,
                           .known_utime = status.finished_utime};
-  if (store_.Apply(task.device, mark)) return;
+  if (store_.Apply(pending.device, mark)) return;
   status.text =
       CappedText(status.text + "; the journal could not keep it: it is lost when the driver ends", kTextBytes);
 }
 
 // A driver that has refused it is not asked for ever.
-void AlarmStateStore::Restored(const PendingCommand& task) {
-  const S& status = task.status;
+void AlarmStateStore::Restored(const PendingCommand& pending) {
+  const S& status = pending.status;
   if (status.state != S::STATE_SUCCEEDED && status.state != S::STATE_REJECTED) return;
-  const Kind kind = task.operation->name == kShelveAlarm ? Kind::kShelved : Kind::kAcknowledged;
-  for (AlarmMark& mark : store_.Marks(task.device)) {
-    if (mark.kind != kind || mark.alarm != ArgumentOf(task, "alarm")) continue;
+  const Kind kind = pending.operation->name == kShelveAlarm ? Kind::kShelved : Kind::kAcknowledged;
+  for (AlarmMark& mark : store_.Marks(pending.device)) {
+    if (mark.kind != kind || mark.alarm != ArgumentOf(pending, "alarm")) continue;
     mark.driver_boot_id = status.driver_boot_id;
     mark.known_utime = status.finished_utime;
-    static_cast<void>(store_.Apply(task.device, mark));  // else it is given once more
+    static_cast<void>(store_.Apply(pending.device, mark));  // else it is given once more
   }
 }
 

@@ -22,12 +22,12 @@ class AlarmStateStore {
                                                      Timestamp now);
   // KIND_ACKNOWLEDGED: an alarm that this boot knew as acknowledged and names no more has gone.
   void OnAcknowledged(const driver_status_t& status);
-  // The task has its outcome. May add to the status.
-  void OnOutcome(PendingCommand& task);
+  // The command has its outcome. May add to the status.
+  void OnOutcome(PendingCommand& pending);
 
  private:
-  void Keep(PendingCommand& task, AlarmMark::Kind kind);
-  void Restored(const PendingCommand& task);
+  void Keep(PendingCommand& pending, AlarmMark::Kind kind);
+  void Restored(const PendingCommand& pending);
 
   DeviceRecords& store_;
 };

@@ -32,10 +32,10 @@ std::int64_t Wrapped(std::int64_t way, std::int64_t window) {
 constexpr const char* kUndone = "undone";
 
 BridgeCommand Restoring(const DatumRecord& datum) {
-  BridgeCommand order{"set_datum",
-                      {{"counts", std::to_string(datum.counts)}, {"utime", std::to_string(datum.utime)}}};
-  if (!datum.identity.empty()) order.arguments.push_back({"identity", datum.identity});
-  return order;
+  BridgeCommand command{"set_datum",
+                        {{"counts", std::to_string(datum.counts)}, {"utime", std::to_string(datum.utime)}}};
+  if (!datum.identity.empty()) command.arguments.push_back({"identity", datum.identity});
+  return command;
 }
 
 bool NothingWasDone(std::int8_t state) {
@@ -51,8 +51,8 @@ tl::unexpected<Error> NotJournalled() {
 }
 
 // Returns the reason for the history of a datum that a command made void.
-std::string VoidReason(const PendingCommand& task) {
-  return std::string(task.operation->name) + ' ' + IdText(task.id);
+std::string VoidReason(const PendingCommand& pending) {
+  return std::string(pending.operation->name) + ' ' + IdText(pending.id);
 }
 
 }  // namespace
@@ -163,9 +163,9 @@ void AxisStateStore::CompareAfterRestart(const DeviceConfig& device, const drive
   if (travel.verdict != ShaftTravel::Verdict::kResting) Note(device.name, "moved_while_away", text, now);
 }
 
-Result<> AxisStateStore::BeforeRoute(const DeviceConfig& device, PendingCommand& task, Timestamp now) {
-  const OperationSpec& operation = *task.operation;
-  if (const std::int32_t writes = task.WritesAtMost(); writes > 0) {
+Result<> AxisStateStore::BeforeRoute(const DeviceConfig& device, PendingCommand& pending, Timestamp now) {
+  const OperationSpec& operation = *pending.operation;
+  if (const std::int32_t writes = pending.WritesAtMost(); writes > 0) {
     const std::int64_t so_far = store_.Find(device.name).writes;
     const std::int64_t budget = device.settings ? device.settings->write_budget : 0;
     if (budget > 0 && so_far + writes > budget) {
@@ -173,74 +173,74 @@ Result<> AxisStateStore::BeforeRoute(const DeviceConfig& device, PendingCommand&
                          " writes that the maker allows: exchange it (axlecast replace " + device.name + ")",
                      S::REASON_WEAR);
     }
-    if (!task.prepare && !store_.Apply(device.name, WritesAdded{writes, now.utime})) return NotJournalled();
-    task.reserved_writes = task.prepare ? 0 : writes;
+    if (!pending.prepare && !store_.Apply(device.name, WritesAdded{writes, now.utime})) return NotJournalled();
+    pending.reserved_writes = pending.prepare ? 0 : writes;
   }
-  if (!operation.moves_datum || task.prepare) return {};
+  if (!operation.moves_datum || pending.prepare) return {};
   const AxisRecord record = store_.Find(device.name);
   if (!record.datum && !record.position) return {};
-  if (!store_.Apply(device.name, DatumVoided{now.utime, VoidReason(task)})) return NotJournalled();
+  if (!store_.Apply(device.name, DatumVoided{now.utime, VoidReason(pending)})) return NotJournalled();
   return {};
 }
 
-void AxisStateStore::OnOutcome(const DeviceConfig& device, PendingCommand& task, Timestamp now) {
-  const S& status = task.status;
-  if (task.prepare || task.operation == nullptr) return;
-  if (task.purpose == PendingCommand::Purpose::kRestore) {
-    if (status.state == S::STATE_SUCCEEDED && task.operation->name == "set_datum") {
+void AxisStateStore::OnOutcome(const DeviceConfig& device, PendingCommand& pending, Timestamp now) {
+  const S& status = pending.status;
+  if (pending.prepare || pending.operation == nullptr) return;
+  if (pending.purpose == PendingCommand::Purpose::kRestore) {
+    if (status.state == S::STATE_SUCCEEDED && pending.operation->name == "set_datum") {
       Note(device.name, "datum_restored", "its driver was given the datum back: " + status.text, now);
     }
     if (status.reason_code == S::REASON_WRONG_IDENTITY) seen_[device.name].exchanged = true;
     return;
   }
-  SettleWrites(task, now);
-  if (status.operation == "accept_exchange") return AcceptExchange(task, now);
-  if (task.operation->name == "set_datum" && status.state == S::STATE_SUCCEEDED) return KeepDatum(task, now);
-  if (task.operation->name == "clear_datum" && status.state == S::STATE_SUCCEEDED) {
+  SettleWrites(pending, now);
+  if (status.operation == "accept_exchange") return AcceptExchange(pending, now);
+  if (pending.operation->name == "set_datum" && status.state == S::STATE_SUCCEEDED) return KeepDatum(pending, now);
+  if (pending.operation->name == "clear_datum" && status.state == S::STATE_SUCCEEDED) {
     static_cast<void>(store_.Apply(device.name, DatumVoided{now.utime, kUndone}));
   }
-  if (task.operation->moves_datum && NothingWasDone(status.state)) RestoreDatum(task);
+  if (pending.operation->moves_datum && NothingWasDone(status.state)) RestoreDatum(pending);
 }
 
 // Subtracts writes that were counted but not made. After INDETERMINATE, all of them stay counted.
-void AxisStateStore::SettleWrites(PendingCommand& task, Timestamp now) {
-  if (task.reserved_writes == 0 || task.status.state == S::STATE_INDETERMINATE) return;
-  const std::int32_t unused = std::max(task.reserved_writes - task.nv_writes, 0);
-  if (unused > 0) static_cast<void>(store_.Apply(task.device, WritesAdded{-unused, now.utime}));
-  task.reserved_writes = 0;
+void AxisStateStore::SettleWrites(PendingCommand& pending, Timestamp now) {
+  if (pending.reserved_writes == 0 || pending.status.state == S::STATE_INDETERMINATE) return;
+  const std::int32_t unused = std::max(pending.reserved_writes - pending.nv_writes, 0);
+  if (unused > 0) static_cast<void>(store_.Apply(pending.device, WritesAdded{-unused, now.utime}));
+  pending.reserved_writes = 0;
 }
 
-void AxisStateStore::KeepDatum(PendingCommand& task, Timestamp now) {
-  const auto counts = ParseInteger(ChangedTo(task.status, "datum_counts"));
+void AxisStateStore::KeepDatum(PendingCommand& pending, Timestamp now) {
+  const auto counts = ParseInteger(ChangedTo(pending.status, "datum_counts"));
   if (!counts) return;
   DatumRecord datum;
   datum.counts = *counts;
-  datum.utime = ParseInteger(ArgumentOf(task, "utime")).value_or(now.utime);
-  datum.identity = ChangedTo(task.status, "identity");
-  datum.value = ChangedTo(task.status, "value");
-  datum.who = task.who;
-  datum.command = task.id;
-  datum.reason = task.reason;
-  seen_[task.device].doubtful = false;
-  if (store_.Apply(task.device, datum)) return;
-  task.status.text =
-      CappedText(task.status.text + "; the journal could not keep it: it is lost when the driver ends", kTextBytes);
+  datum.utime = ParseInteger(ArgumentOf(pending, "utime")).value_or(now.utime);
+  datum.identity = ChangedTo(pending.status, "identity");
+  datum.value = ChangedTo(pending.status, "value");
+  datum.who = pending.who;
+  datum.command = pending.id;
+  datum.reason = pending.reason;
+  seen_[pending.device].doubtful = false;
+  if (store_.Apply(pending.device, datum)) return;
+  pending.status.text = CappedText(
+      pending.status.text + "; the journal could not keep it: it is lost when the driver ends", kTextBytes);
 }
 
 // The datum that the command would have made void is in force again.
-void AxisStateStore::RestoreDatum(const PendingCommand& task) {
-  if (store_.Find(task.device).datum) return;
-  const std::vector<DatumRecord> datums = store_.Datums(task.device);
-  if (datums.empty() || datums.front().void_reason != VoidReason(task)) return;
-  static_cast<void>(store_.Apply(task.device, datums.front()));
+void AxisStateStore::RestoreDatum(const PendingCommand& pending) {
+  if (store_.Find(pending.device).datum) return;
+  const std::vector<DatumRecord> datums = store_.Datums(pending.device);
+  if (datums.empty() || datums.front().void_reason != VoidReason(pending)) return;
+  static_cast<void>(store_.Apply(pending.device, datums.front()));
 }
 
-void AxisStateStore::AcceptExchange(PendingCommand& task, Timestamp now) {
-  S& status = task.status;
+void AxisStateStore::AcceptExchange(PendingCommand& pending, Timestamp now) {
+  S& status = pending.status;
   const bool of_file = status.reason_code == S::REASON_NOT_PERMITTED;
   if (status.state != S::STATE_SUCCEEDED && status.reason_code != S::REASON_NO_DATUM && !of_file) return;
-  Seen& seen = seen_[task.device];
-  const bool kept = store_.Apply(task.device, EncoderExchanged{seen.identity, now.utime});
+  Seen& seen = seen_[pending.device];
+  const bool kept = store_.Apply(pending.device, EncoderExchanged{seen.identity, now.utime});
   status.state = kept ? S::STATE_SUCCEEDED : S::STATE_FAILED;
   status.verified = kept ? 1 : 0;
   status.reason_code = std::int32_t{S::REASON_NONE};
@@ -252,19 +252,19 @@ void AxisStateStore::AcceptExchange(PendingCommand& task, Timestamp now) {
                           : "wear and datum restart: home the axis";
   if (!kept) return;
   seen.exchanged = seen.doubtful = false;
-  Note(task.device, "exchange_accepted", "by " + task.who + ": " + status.text, now);
+  Note(pending.device, "exchange_accepted", "by " + pending.who + ": " + status.text, now);
 }
 
-Result<> AxisStateStore::Substitute(const Family& family, PendingCommand& task) const {
-  if (!task.operation->executed_by_bridge) return {};
-  BridgeCommand order{"clear_datum", {}};
-  if (task.operation->name == "undo_datum") {
-    auto undo = UndoDatum(task.device);
+Result<> AxisStateStore::Substitute(const Family& family, PendingCommand& pending) const {
+  if (!pending.operation->executed_by_bridge) return {};
+  BridgeCommand command{"clear_datum", {}};
+  if (pending.operation->name == "undo_datum") {
+    auto undo = UndoDatum(pending.device);
     if (!undo) return Failure(undo.error());
-    order = *std::move(undo);
+    command = *std::move(undo);
   }
-  task.operation = FindOperation(family, order.operation);
-  task.arguments = std::move(order.arguments);
+  pending.operation = FindOperation(family, command.operation);
+  pending.arguments = std::move(command.arguments);
   return {};
 }
 

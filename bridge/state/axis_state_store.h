@@ -50,14 +50,14 @@ class AxisStateStore {
                                                      std::int64_t boot_id, bool idle, Timestamp now);
 
   // Stores what must be durable before the command is sent, and counts the maximum wear that it may cause.
-  [[nodiscard]] Result<> BeforeRoute(const DeviceConfig& device, PendingCommand& task, Timestamp now);
+  [[nodiscard]] Result<> BeforeRoute(const DeviceConfig& device, PendingCommand& pending, Timestamp now);
   // Stores what a finished command changed, and reverts what it did not do. May add to its status.
-  void OnOutcome(const DeviceConfig& device, PendingCommand& task, Timestamp now);
+  void OnOutcome(const DeviceConfig& device, PendingCommand& pending, Timestamp now);
 
   // Replaces an operation of the bridge (OperationSpec::executed_by_bridge) by the driver's operation that does it.
   // undo_datum sets the datum before the present one, or none. accept_exchange clears the datum of the previous encoder.
   // Returns an error if there is no earlier datum.
-  [[nodiscard]] Result<> Substitute(const Family& family, PendingCommand& task) const;
+  [[nodiscard]] Result<> Substitute(const Family& family, PendingCommand& pending) const;
 
   // Returns whether any device answers with another encoder than the one of its datum.
   [[nodiscard]] bool AnyExchanged() const;
@@ -82,10 +82,10 @@ class AxisStateStore {
                            Seen& seen, Timestamp now);
   [[nodiscard]] bool UpdateReference(const std::string& device, const driver_device_t& reported, bool was_lost,
                                      Seen& seen, Timestamp now);
-  void SettleWrites(PendingCommand& task, Timestamp now);
-  void KeepDatum(PendingCommand& task, Timestamp now);
-  void RestoreDatum(const PendingCommand& task);
-  void AcceptExchange(PendingCommand& task, Timestamp now);
+  void SettleWrites(PendingCommand& pending, Timestamp now);
+  void KeepDatum(PendingCommand& pending, Timestamp now);
+  void RestoreDatum(const PendingCommand& pending);
+  void AcceptExchange(PendingCommand& pending, Timestamp now);
 
   DeviceRecords& store_;
   std::function<void(const AxisEvent&)> on_event_;

@@ -11,10 +11,10 @@ std::int32_t PendingCommand::WritesAtMost() const {
   return operation->writes(pairs);
 }
 
-std::string ArgumentOf(const PendingCommand& task, std::string_view key) {
-  const auto found = std::find_if(task.arguments.begin(), task.arguments.end(),
+std::string ArgumentOf(const PendingCommand& pending, std::string_view key) {
+  const auto found = std::find_if(pending.arguments.begin(), pending.arguments.end(),
                                   [&](const argument_t& argument) { return argument.key == key; });
-  return found == task.arguments.end() ? "" : found->value;
+  return found == pending.arguments.end() ? "" : found->value;
 }
 
 std::string ChangedTo(const command_status_t& status, std::string_view key) {

@@ -67,8 +67,8 @@ struct PendingCommand {
   [[nodiscard]] std::int32_t WritesAtMost() const;
 };
 
-// Return a value of the command's arguments or of its changes; empty if there is none.
-[[nodiscard]] std::string ArgumentOf(const PendingCommand& task, std::string_view key);
+// Return a value of the command's arguments, or of its changes; "" for an unknown key.
+[[nodiscard]] std::string ArgumentOf(const PendingCommand& pending, std::string_view key);
 [[nodiscard]] std::string ChangedTo(const command_status_t& status, std::string_view key);
 
 // An order that the bridge gives by itself, or in the place of a client's operation.

@@ -56,7 +56,7 @@ TEST_F(SqliteAlarmsTest, OneOfAKindTheNewest) {
   ASSERT_TRUE(store->Apply("axis1", other));
   ASSERT_EQ(store->Marks("axis1").size(), 1);
   EXPECT_EQ(store->Marks("axis1")[0].who, "local");
-  ASSERT_TRUE(store->Apply("axis1", AlarmMarkEnded{Kind::kAcknowledged, "battery_error"}));  // there is none
+  ASSERT_TRUE(store->Apply("axis1", AlarmMarkEnded{Kind::kAcknowledged, "battery_error"}));  // does not exist
   EXPECT_EQ(store->Marks("axis1").size(), 1);
   ASSERT_TRUE(store->Apply("axis1", AlarmMarkEnded{Kind::kShelved, "battery_error"}));
   EXPECT_TRUE(store->Marks("axis1").empty());
@@ -123,7 +123,7 @@ TEST_F(SqliteAxesTest, HistoryHoldsThoseThatWereVoidedToo) {
   EXPECT_EQ(store->Find("axis1").datum->counts, 12);
   ASSERT_TRUE(store->Apply("axis1", DatumVoided{kStart, "zeroed in the device"}));
   EXPECT_FALSE(store->Find("axis1").datum);
-  ASSERT_TRUE(store->Apply("axis1", DatumVoided{kStart + 1, "again"})) << "there is none";
+  ASSERT_TRUE(store->Apply("axis1", DatumVoided{kStart + 1, "again"})) << "no datum is in force";
   ASSERT_TRUE(store->Apply("axis9", DatumVoided{kStart + 1, "unknown"}));
   const auto datums = OpenStore()->Datums("axis1");
   ASSERT_EQ(datums.size(), 2U);
@@ -142,7 +142,7 @@ TEST_F(SqliteAxesTest, WritesAddUpSinceTheFirst) {
   store = OpenStore();
   EXPECT_EQ(store->Find("axis1").writes, 7);
   EXPECT_EQ(store->Find("axis1").since_utime, kStart + 1);
-  ASSERT_TRUE(store->Apply("axis1", WritesAdded{-2, kStart + 3}));  // counted beforehand, and not made
+  ASSERT_TRUE(store->Apply("axis1", WritesAdded{-2, kStart + 3}));  // counted before, and not made
   EXPECT_EQ(store->Find("axis1").writes, 5);
   ASSERT_TRUE(store->Apply("axis1", WritesAdded{-9, kStart + 4}));
   EXPECT_EQ(store->Find("axis1").writes, 0);

@@ -88,7 +88,7 @@ bool SqliteStore::Commit(const Writes& writes, const CommandId* first, Positions
     if (database_->lost()) {
       GiveUp(state_.error());
     } else if (!counted && state_) {
-      GiveUp({file_ + " was changed by another program: stop that one"});
+      GiveUp({file_ + " was changed by another program: stop the other program"});
     }
     return false;
   }

@@ -204,7 +204,7 @@ TEST_F(SqliteStoreTest, ALockByAnotherProgramDelaysAndLosesNothing) {
   EXPECT_EQ(OpenStore()->Find(NumberedId(1))->state, S::STATE_SUCCEEDED);
 }
 
-// Commits commands and tells the number of each down the pipe, until it is killed.
+// Commits commands and writes the number of each to the pipe, until it is killed.
 [[noreturn]] void WriteForEver(const std::string& file, int pipe, CommandRecord (*command)(std::uint32_t)) {
   SqliteStore store(file, "press3");
   for (std::uint32_t number = 1;; ++number) {

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "client/axlecast/command_client.h"
-#include "client/command/client_key.h"
 #include "client/command/command_session.h"
+#include "client/command/signed_messages.h"
 #include "core/base/result.h"
 #include "core/messages/enum_names.h"
 #include "platform/net/lcm_port.h"
@@ -56,7 +56,7 @@ struct CommandClient::State {
   State(const ClientSettings& settings, ClientKeys keys)
       : port(settings.command_url, settings.prefix), sessions(clock, port, RandomBootId(), std::move(keys)) {}
 
-  void Start();
+  Result<> Start();
   void Stop();
   void Run();
   bool Listen(MonoNs until);
@@ -75,26 +75,23 @@ struct CommandClient::State {
   CommandSessions sessions;
   std::multiset<MonoNs> deadlines;  // of those who wait
   StatusCallback callback;
-  std::string problem;
+  Result<> usable;
   bool stopping = false;
 };
 
-void CommandClient::State::Start() {
-  problem = port.problem();
-  if (problem.empty() && !wake.valid()) problem = "no eventfd: too many files are open";
-  if (!problem.empty()) return;
+Result<> CommandClient::State::Start() {
+  if (!port.problem().empty()) return Failure(port.problem());
+  if (!wake.valid()) return Failure("no eventfd: too many files are open");
   const bool subscribed = port.Subscribe("COMMAND_STATUS", [this](const std::string&, Bytes message) {
     arrived.emplace_back(message.begin(), message.end());
   });
-  if (!subscribed) {
-    problem = "cannot subscribe to COMMAND_STATUS";
-    return;
-  }
+  if (!subscribed) return Failure("cannot subscribe to COMMAND_STATUS");
   try {
     thread = std::thread([this] { Run(); });
   } catch (const std::system_error& error) {
-    problem = std::string("no thread: ") + error.what();
+    return Failure(std::string("no thread: ") + error.what());
   }
+  return {};
 }
 
 void CommandClient::State::Stop() {
@@ -123,7 +120,7 @@ void CommandClient::State::Run() {
     for (const command_status_t& status : news) tell(status);
   }
   const std::lock_guard lock(mutex);
-  problem = "the command port failed";
+  usable = Failure("the command port failed");
   changed.notify_all();
 }
 
@@ -151,9 +148,9 @@ std::optional<CommandResult> CommandClient::State::Ended(const CommandSessions::
     return WithProblem(key.second, "this client does not know the id (any more): Query asks the bridge");
   }
   if (session->done()) return session->result();
-  if (problem.empty()) return std::nullopt;
+  if (usable) return std::nullopt;
   CommandResult result = session->result();
-  result.problem = problem + ": ask for this id later";
+  result.problem = usable.error().text + ": ask for this id later";
   return result;
 }
 
@@ -181,11 +178,7 @@ CommandClient::CommandClient(const ClientSettings& settings) {
   SecretFiles secrets;
   Result<ClientKeys> keys = LoadClientKeys(settings, secrets);
   state_ = std::make_unique<State>(settings, keys ? std::move(*keys) : ClientKeys{});
-  if (keys) {
-    state_->Start();
-  } else {
-    state_->problem = keys.error().text;
-  }
+  state_->usable = keys ? state_->Start() : Result<>(Failure(keys.error()));
 }
 
 CommandClient::~CommandClient() {
@@ -201,20 +194,20 @@ CommandClient& CommandClient::operator=(CommandClient&& other) noexcept {
   return *this;
 }
 
-std::string CommandClient::problem() const {
-  if (!state_) return kNoClient;
+Result<> CommandClient::state() const {
+  if (!state_) return Failure(kNoClient);
   const std::lock_guard lock(state_->mutex);
-  return state_->problem;
+  return state_->usable;
 }
 
 CommandId CommandClient::Send(const CommandRequest& request) {
   const CommandId id = RandomId();
   if (!state_) return id;
   const std::lock_guard lock(state_->mutex);
-  if (state_->problem.empty()) {
+  if (state_->usable) {
     state_->sessions.Send(id, request);
   } else {
-    state_->sessions.Refuse(id, state_->problem + ": nothing was sent");
+    state_->sessions.Refuse(id, state_->usable.error().text + ": nothing was sent");
   }
   state_->wake.Set();
   return id;
@@ -241,7 +234,7 @@ CommandResult CommandClient::Query(const CommandId& id, std::int64_t timeout_ms)
   if (!state_) return WithProblem(id, kNoClient);
   {
     const std::lock_guard lock(state_->mutex);
-    if (!state_->problem.empty()) return WithProblem(id, state_->problem);
+    if (!state_->usable) return WithProblem(id, state_->usable.error().text);
     state_->sessions.Query(id, RandomId());
     state_->wake.Set();
   }

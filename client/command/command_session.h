@@ -12,8 +12,7 @@
 #include <vector>
 
 #include "client/axlecast/command.h"
-#include "client/command/client_key.h"
-#include "client/command/command_body.h"
+#include "client/command/signed_messages.h"
 #include "core/base/inline_bytes.h"
 #include "core/base/time.h"
 #include "core/messages/message.h"

@@ -86,7 +86,7 @@ TEST_F(CommandSessionRestart, ASecondBridgeIsNotBelieved) {
   for (MonoNs now = kLater; now < kLater + 5 * kSecond; now += 50 * kMillisecond) {
     Sent(now);
     Answer(now, S::STATE_UNKNOWN, kNewBoot);
-    Answer(now, S::STATE_UNKNOWN);  // of the old boot, which has not heard the command
+    Answer(now, S::STATE_UNKNOWN);  // of the old boot, which has not received the command
     ASSERT_FALSE(session_.done());
   }
   EXPECT_EQ(Sent(kLater + 6 * kSecond).mode, command_body_t::MODE_EXECUTE);

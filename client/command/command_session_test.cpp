@@ -38,7 +38,7 @@ TEST_F(CommandSessionTest, LearnsTheBridgeThenSendsUntilAnswered) {
   EXPECT_EQ(body.key_id, 0);
 }
 
-// Validity counts from this instant: it must not begin anew with each repetition.
+// Validity counts from this instant: it must not restart with each repetition.
 TEST_F(CommandSessionTest, IssuedByTheBridgesClockAndRepeatedUnchanged) {
   Sent(kStart);
   Answer(kStart + 7 * kMillisecond, S::STATE_UNKNOWN);

@@ -20,7 +20,7 @@ constexpr MonoNs kBridgeAhead = 5'000 * kSecond;  // of the bridge's clock befor
 constexpr CommandId kId = {1, 2, 3};
 constexpr std::int64_t kBoot = 9;
 
-// One session, and a bridge that says what a test wants.
+// One session, and a bridge that sends what a test sets.
 class SessionBench {
  public:
   explicit SessionBench(CommandRequest request, const ClientKeys& keys = {})

@@ -11,7 +11,7 @@
 namespace axlecast {
 namespace {
 
-// Short enough to stand within the object, where a test can look for what is left of it.
+// Short enough to be stored within the object, where a test can look for its rest.
 constexpr std::string_view kShort = "tr0ub4dor";
 
 // Memory in which a Secret lives and that outlives it.

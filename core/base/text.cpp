@@ -101,6 +101,17 @@ std::string Text(const char* format, ...) {
   return buffer.data();
 }
 
+std::string HexDigits(Bytes bytes) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  text.reserve(2 * bytes.size());
+  for (const std::uint8_t byte : bytes) {
+    text += kDigits[byte >> 4U];
+    text += kDigits[byte & 0xFU];
+  }
+  return text;
+}
+
 std::string HexText(Bytes bytes) {
   std::string text;
   for (const std::uint8_t byte : bytes) {

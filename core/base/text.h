@@ -41,11 +41,11 @@ inline constexpr std::string_view kAndMore = "*";
 // text that was cut. Unlike TerminalText it leaves no character of an unknown width.
 [[nodiscard]] std::string Printable(std::string_view text);
 
-// Exactly `width` columns; longer text is cut, after a word where it has blanks (truncated_text.h).
+// Pad or cut to exactly `width` columns, like CutText.
 [[nodiscard]] std::string Left(std::string_view text, std::size_t width);
 [[nodiscard]] std::string Right(std::string_view text, std::size_t width);
 
-// At most `width` columns; longer text is cut, after a word where it has blanks (truncated_text.h).
+// Cuts to at most `width` columns, like CutText.
 [[nodiscard]] std::string Clip(std::string_view text, std::size_t width);
 
 // Fixed point, "-" when the value is not known (NaN, infinite). Beyond 10^12 in scientific notation.
@@ -54,7 +54,8 @@ inline constexpr std::string_view kAndMore = "*";
 // printf's formats, cut to the 200 bytes that an outcome may have.
 [[nodiscard]] __attribute__((format(printf, 1, 2))) std::string Text(const char* format, ...);
 
-// "A1 05"
+// "a105", and "A1 05"
+[[nodiscard]] std::string HexDigits(Bytes bytes);
 [[nodiscard]] std::string HexText(Bytes bytes);
 
 }  // namespace axlecast

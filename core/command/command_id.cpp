@@ -4,38 +4,22 @@
 
 #include <cstdint>
 
+#include "core/base/text.h"
+
 namespace axlecast {
-namespace {
 
-int HexDigit(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-  return -1;
-}
-
-}  // namespace
-
-std::string IdText(const CommandId& id) {
-  static constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  for (const std::uint8_t byte : id) {
-    text += kDigits[byte >> 4];
-    text += kDigits[byte & 15];
-  }
-  return text;
-}
+std::string IdText(const CommandId& id) { return HexDigits(id); }
 
 std::optional<CommandId> ParseId(std::string_view text) {
   CommandId id{};
-  if (text.size() != 2 * id.size()) return std::nullopt;
-  for (std::size_t i = 0; i < id.size(); ++i) {
-    const int high = HexDigit(text[2 * i]);
-    const int low = HexDigit(text[2 * i + 1]);
-    if (high < 0 || low < 0) return std::nullopt;
-    id[i] = static_cast<std::uint8_t>(high * 16 + low);
-  }
-  return id;
+  return ParseHex(text, id) ? std::optional(id) : std::nullopt;
+}
+
+bool ParseHex(std::string_view text, std::span<std::uint8_t> bytes) {
+  std::size_t parsed = 0;
+  return text.size() == 2 * bytes.size() &&
+         sodium_hex2bin(bytes.data(), bytes.size(), text.data(), text.size(), nullptr, &parsed, nullptr) == 0 &&
+         parsed == bytes.size();
 }
 
 std::int64_t BodyDigest(Bytes body) {

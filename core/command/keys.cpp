@@ -24,15 +24,15 @@ Result<std::optional<SigningKey>> LoadHalf(const SecretPlace& place, const std::
   if (!key) return Failure(key.error());
   if (!configured || key->public_key() == *configured) return std::move(*key);
   return Failure(NameOf(place) + " holds another key than the machine's file names: its public key is " +
-                 KeyText(key->public_key()) + ", in the machine's file stands " + KeyText(*configured) +
-                 "; put the first there, or the right key into the place");
+                 KeyText(key->public_key()) + ", the machine's file has " + KeyText(*configured) +
+                 "; put the first into the machine's file, or the right key into the place");
 }
 
 }  // namespace
 
 std::string_view RoleName(Role role) { return kRoleNames.at(static_cast<std::size_t>(role)); }
 
-bool MayOrder(Role role, const OperationSpec& operation) {
+bool IsAllowed(Role role, const OperationSpec& operation) {
   switch (role) {
     case Role::kObserver:
       return operation.reads_only && !operation.destructive;
@@ -45,7 +45,7 @@ bool MayOrder(Role role, const OperationSpec& operation) {
   return false;
 }
 
-std::string_view RolesThatMayOrder(const OperationSpec& operation) {
+std::string_view AllowedRoles(const OperationSpec& operation) {
   if (operation.destructive) return "maintainer";
   return operation.reads_only ? "observer, operator, control or maintainer" : "operator, control or maintainer";
 }

@@ -14,7 +14,7 @@
 
 namespace axlecast {
 
-// What a key may do. Everybody may ask for the state of a command.
+// What a key may do. Without a key, everybody may query the state of a command.
 enum class Role : std::uint8_t {
   kObserver,    // operations that only read
   kOperator,    // and those that are not destructive
@@ -22,7 +22,7 @@ enum class Role : std::uint8_t {
   kMaintainer,  // and the destructive ones
 };
 
-// Somebody whose signed commands or permits are obeyed.
+// A key whose signed commands or permits are accepted.
 struct KeyGrant {
   std::string name;
   PublicKey key{};
@@ -43,18 +43,18 @@ struct OwnKey {
 inline constexpr std::array<std::string_view, 4> kRoleNames = {"observer", "operator", "control", "maintainer"};
 [[nodiscard]] std::string_view RoleName(Role role);
 
-// Whether a key of this role may order the operation at all.
-[[nodiscard]] bool MayOrder(Role role, const OperationSpec& operation);
+// Returns true if a key of this role may command the operation.
+[[nodiscard]] bool IsAllowed(Role role, const OperationSpec& operation);
 
-// The roles that may, for a person: "operator, control or maintainer".
-[[nodiscard]] std::string_view RolesThatMayOrder(const OperationSpec& operation);
+// Returns these roles as text: "operator, control or maintainer".
+[[nodiscard]] std::string_view AllowedRoles(const OperationSpec& operation);
 
 // Loads a secret key from its place. Returns nothing if no place is configured. Fails if the place cannot be read, holds no
 // key, or holds another key than the secret half of the configured public key. An error never contains the key.
 [[nodiscard]] Result<std::optional<SigningKey>> LoadKey(const OwnKey& own, SecretSource& secrets);
 [[nodiscard]] Result<std::optional<SigningKey>> LoadKey(const KeyGrant& grant, SecretSource& secrets);
 
-// Loads the key of a file, whatever its public half.
+// Loads the key of a file. Does not check its public half.
 [[nodiscard]] Result<SigningKey> LoadKeyFile(const std::string& path, SecretSource& secrets);
 
 }  // namespace axlecast

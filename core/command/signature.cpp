@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 
+#include "core/base/text.h"
 #include "core/command/command_id.h"
 
 namespace axlecast {
@@ -38,20 +39,6 @@ std::vector<std::uint8_t> Prefixed(Domain domain, Bytes message) {
   return bytes;
 }
 
-std::string Hex(const std::uint8_t* bytes, std::size_t size) {
-  std::string text(2 * size + 1, '\0');
-  sodium_bin2hex(text.data(), text.size(), bytes, size);
-  text.pop_back();
-  return text;
-}
-
-// Exactly `size` bytes in hex, nothing else.
-bool ParseHex(std::string_view text, std::uint8_t* bytes, std::size_t size) {
-  std::size_t parsed = 0;
-  return text.size() == 2 * size &&
-         sodium_hex2bin(bytes, size, text.data(), text.size(), nullptr, &parsed, nullptr) == 0 && parsed == size;
-}
-
 }  // namespace
 
 SigningKey SigningKey::Generate() {
@@ -66,7 +53,7 @@ std::optional<SigningKey> SigningKey::Parse(std::string_view file_text) {
   if (!file_text.starts_with(kFileHead)) return std::nullopt;
   std::array<std::uint8_t, kSeedBytes> seed{};
   std::optional<SigningKey> key;
-  if (ParseHex(file_text.substr(kFileHead.size()), seed.data(), seed.size())) {
+  if (ParseHex(file_text.substr(kFileHead.size()), seed)) {
     key = SigningKey();
     crypto_sign_seed_keypair(key->public_key_.data(), key->secret_.data(), seed.data());
   }
@@ -96,8 +83,11 @@ Signature SigningKey::Sign(Domain domain, Bytes message) const {
 }
 
 std::string SigningKey::FileText() const {
-  // libsodium keeps the seed in the first half of the secret key.
-  return std::string(kFileHead) + Hex(secret_.data(), kSeedBytes) + '\n';
+  // libsodium keeps the seed in the first half of the secret key. Its own conversion does not depend on the bytes.
+  std::string seed(2 * kSeedBytes + 1, '\0');
+  sodium_bin2hex(seed.data(), seed.size(), secret_.data(), kSeedBytes);
+  seed.back() = '\n';
+  return std::string(kFileHead) + seed;
 }
 
 bool Verify(const PublicKey& key, Domain domain, Bytes message, const Signature& signature) {
@@ -110,11 +100,11 @@ std::int64_t KeyId(const PublicKey& key) {
   return id != 0 ? id : 1;
 }
 
-std::string KeyText(const PublicKey& key) { return Hex(key.data(), key.size()); }
+std::string KeyText(const PublicKey& key) { return HexDigits(key); }
 
 std::optional<PublicKey> ParsePublicKey(std::string_view text) {
   PublicKey key{};
-  if (!ParseHex(text, key.data(), key.size()) || crypto_core_ed25519_is_valid_point(key.data()) == 0) {
+  if (!ParseHex(text, key) || crypto_core_ed25519_is_valid_point(key.data()) == 0) {
     return std::nullopt;
   }
   return key;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/base/inline_bytes.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 
@@ -17,7 +18,7 @@ namespace axlecast {
 using PublicKey = std::array<std::uint8_t, 32>;
 using Signature = std::array<std::uint8_t, 64>;
 
-// What a signature is about: a text of its own before the bytes, so that none can be passed off as another.
+// The kind of message that is signed. Its text is signed with the bytes, so that a signature is not valid for another kind.
 enum class Domain : std::uint8_t {
   kCommand,  // command_t: "axlecast-command-1"
   kStatus,   // command_status_t: "axlecast-status-1"
@@ -26,11 +27,11 @@ enum class Domain : std::uint8_t {
   kPermit,   // permit_t: "axlecast-permit-1"
 };
 
-// A secret key. Wiped when it goes; nothing shows it but FileText.
+// A secret key. Its memory is overwritten when it is destroyed. Only FileText returns it.
 class SigningKey {
  public:
   static SigningKey Generate();
-  // The content of a key file: "axlecast-key-1 " and the seed of 32 bytes in hex. Nothing when it is something else.
+  // Parses the content of a key file: "axlecast-key-1 " and the seed of 32 bytes in hex.
   static std::optional<SigningKey> Parse(std::string_view file_text);
 
   SigningKey(SigningKey&& other) noexcept;
@@ -50,21 +51,18 @@ class SigningKey {
 
 [[nodiscard]] bool Verify(const PublicKey& key, Domain domain, Bytes message, const Signature& signature);
 
-// command_body_t.key_id: the first 8 bytes, big-endian, of BLAKE2b-256 of the key; never 0.
+// Returns command_body_t.key_id: the first 8 bytes, big-endian, of BLAKE2b-256 of the key; never 0.
 [[nodiscard]] std::int64_t KeyId(const PublicKey& key);
 
-// A public key as 64 hex digits, and back. Nothing when it is something else, or no key that can verify: no point of
-// the curve's large group.
+// Format and parse a public key as 64 hex digits. A key that cannot verify (no point of the curve's large group) is refused.
 [[nodiscard]] std::string KeyText(const PublicKey& key);
 [[nodiscard]] std::optional<PublicKey> ParsePublicKey(std::string_view text);
 
-// A message that holds its own signature in `sig`: it is of the message encoded with `sig` 0.
+// Functions for a message with its own signature in `sig`: the signature of the message encoded with `sig` 0.
 template <typename Message>
 [[nodiscard]] std::vector<std::uint8_t> Unsigned(Message message) {
   std::fill(std::begin(message.sig), std::end(message.sig), std::uint8_t{0});
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
-  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return bytes;
+  return Encoded(message);
 }
 
 template <typename Message>

@@ -59,7 +59,7 @@ TEST_F(ConfigMapTest, WhatIsAbsentIsTheDefault) {
   EXPECT_EQ(errors_.Text(), "");
 }
 
-// Each mistake: what stands in the file, who reads it, and the whole message.
+// Each mistake: the content of the file, its reader, and the whole message.
 TEST_F(ConfigMapTest, EveryMistakeNamesPlaceValueAndWhatIsRight) {
   ConfigMap map =
       Of("a: yes\n"

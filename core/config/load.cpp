@@ -6,8 +6,6 @@
 #include <sstream>
 
 #include "core/base/spelling.h"
-#include "core/config/config_file.h"
-#include "core/config/load_sections.h"
 #include "core/config/service_config.h"
 #include "core/config/yaml_text.h"
 #include "core/messages/lcm_url.h"
@@ -232,18 +230,14 @@ std::optional<MachineConfig> ParseConfig(const std::string& text, ConfigErrors& 
   return machine;
 }
 
-std::optional<MachineConfig> LoadConfig(const std::string& file, ConfigErrors& errors, std::string_view only_bus) {
-  std::string text;
-  if (!ReadConfigFile(file, text, errors)) return std::nullopt;
-  std::optional<MachineConfig> machine = ParseConfig(text, errors, only_bus);
-  if (machine) machine->file = file;
-  return machine;
-}
-
-std::optional<MachineConfig> LoadSharedConfig(const std::string& file, ConfigErrors& errors) {
-  std::string text;
-  if (!ReadSharedConfigFile(file, text, errors)) return std::nullopt;
-  std::optional<MachineConfig> machine = ParseConfig(text, errors);
+std::optional<MachineConfig> LoadConfig(const std::string& file, ConfigErrors& errors, std::string_view only_bus,
+                                        ConfigWriters writers) {
+  const Result<std::string> text = ReadConfigFile(file, writers);
+  if (!text) {
+    errors.Add(YAML::Mark::null_mark(), text.error().text);
+    return std::nullopt;
+  }
+  std::optional<MachineConfig> machine = ParseConfig(*text, errors, only_bus);
   if (machine) machine->file = file;
   return machine;
 }
@@ -265,10 +259,6 @@ std::unique_ptr<Simulator> SimulatorMaker::Make(const BusConfig& bus) {
   std::unique_ptr<Simulator> simulator = bus.family->make_simulator(bus, keys);
   keys.Done();
   return errors_->empty() ? std::move(simulator) : nullptr;
-}
-
-std::unique_ptr<Simulator> MakeSimulator(const MachineConfig& machine, const BusConfig& bus, ConfigErrors& errors) {
-  return SimulatorMaker(machine, errors).Make(bus);
 }
 
 }  // namespace axlecast

@@ -5,7 +5,7 @@
 #include "core/command/operation_check.h"
 #include "core/command/signature.h"
 #include "core/config/config_map.h"
-#include "core/config/load_sections.h"
+#include "core/config/load.h"
 
 namespace axlecast {
 namespace {
@@ -123,7 +123,7 @@ class BridgeLoader {
   static bool CanUse(Role role, const std::string& name, const std::vector<const Family*>& families) {
     return role == Role::kControl || std::any_of(families.begin(), families.end(), [&](const Family* family) {
              const OperationSpec* operation = FindOperation(*family, name);
-             return operation != nullptr && MayOrder(role, *operation);
+             return operation != nullptr && IsAllowed(role, *operation);
            });
   }
 

@@ -3,7 +3,6 @@
 
 #include "core/command/signature.h"
 #include "core/config/load.h"
-#include "core/config/load_sections.h"
 
 namespace axlecast {
 namespace {
@@ -23,7 +22,7 @@ constexpr const char* kBuses =
     "  b0: {family: point, simulate: true, devices: {axis1: {}}}\n"
     "  b1: {family: ring, simulate: true, poll_hz: 10, devices: {ring1: {}, ring2: {}}}\n";
 
-// The bridge's keys stand from line 3 on.
+// The bridge's keys begin in line 3.
 std::string Machine(const std::string& bridge) { return "machine: press3\nbridge:\n" + bridge + "\n" + kBuses; }
 
 BridgeConfig Bridge(const std::string& keys) {

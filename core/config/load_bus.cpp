@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "core/base/spelling.h"
-#include "core/config/load_sections.h"
+#include "core/config/load.h"
 #include "core/config/yaml_text.h"
 
 namespace axlecast {

@@ -1,4 +1,4 @@
-// Each class of mistake in a machine's file: where it stands, what was found, what would be right.
+// Each class of mistake in a machine's file: its place, what was found, what would be right.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

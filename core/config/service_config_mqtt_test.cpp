@@ -10,7 +10,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// The keys of mqtt stand from line 3 on.
+// The keys of mqtt begin in line 3.
 std::optional<MachineConfig> Parse(const std::string& mqtt, ConfigErrors& errors) {
   return ParseConfig(
       "machine: press3\nmqtt:" + mqtt + "\nbuses:\n  b0: {family: point, simulate: true, devices: {axis1: {}}}\n",
@@ -48,7 +48,7 @@ TEST(LoadMqtt, ReadsEveryKey) {
   EXPECT_EQ(mqtt.tls->key, "/etc/k.pem");
   EXPECT_EQ(mqtt.positions.interval, 2 * kSecond);
   EXPECT_EQ(PaceOf(mqtt, "axis1").interval, kSecond / 10);
-  EXPECT_EQ(PaceOf(mqtt, "axis1").deadband, 0.25) << "as all, but for what is said";
+  EXPECT_EQ(PaceOf(mqtt, "axis1").deadband, 0.25) << "as for all devices, but for its own keys";
   EXPECT_EQ(PaceOf(mqtt, "axis2").longest, 60 * kSecond);
   EXPECT_EQ(mqtt.queue_messages, 500);
   EXPECT_EQ(mqtt.queue_bytes, 1 << 20);

@@ -15,7 +15,7 @@ using ::testing::IsEmpty;
 
 constexpr MonoNs kDay = 86'400 * kSecond;
 
-// The recorder's keys stand from line 3 on.
+// The recorder's keys begin in line 3.
 std::optional<MachineConfig> Parse(const std::string& recorder, ConfigErrors& errors) {
   return ParseConfig("machine: press3\nrecorder:" + recorder +
                          "\nbuses:\n  b0: {family: point, simulate: true, devices: {axis1: {}}}\n",

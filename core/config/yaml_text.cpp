@@ -16,7 +16,7 @@ namespace {
 
 bool IsBlank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
-// Goes through a text line by line, and knows where a quote opens a value instead of standing within one.
+// Reads a text line by line, and finds the quotes that open a value.
 class QuoteScan {
  public:
   std::optional<OpenQuote> Run(std::string_view text) {
@@ -52,7 +52,7 @@ class QuoteScan {
     return std::nullopt;
   }
 
-  // Returns where to go on; npos: the quote at `at` stays open.
+  // Returns the next place; npos: the quote at `at` stays open.
   std::size_t Step(std::string_view line, std::size_t at) {
     const char c = line[at];
     const bool after_blank = at == 0 || IsBlank(line[at - 1]);
@@ -208,7 +208,7 @@ class DocumentStarts final : public YAML::EventHandler {
   YAML::Mark last_;
 };
 
-// Where a second document begins. YAML::LoadAll cannot tell: at some texts (", a") it never ends.
+// Returns the place of a second document. YAML::LoadAll is no help: with some texts (", a") it never ends.
 std::optional<YAML::Mark> SecondDocument(const std::string& text) {
   std::istringstream stream(text);
   YAML::Parser parser(stream);

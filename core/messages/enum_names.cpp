@@ -11,9 +11,9 @@
 namespace axlecast {
 namespace {
 
-std::string_view NameAt(std::span<const std::string_view> names, std::int8_t index) {
-  return index >= 0 && static_cast<std::size_t>(index) < names.size() ? names[static_cast<std::size_t>(index)]
-                                                                      : "?";
+std::string_view NameAt(std::span<const std::string_view> names, std::int64_t index,
+                        std::string_view unknown = "?") {
+  return index >= 0 && index < std::ssize(names) ? names[static_cast<std::size_t>(index)] : unknown;
 }
 
 // Bits without a name as hex.
@@ -42,47 +42,42 @@ constexpr std::array<std::string_view, 10> kStates = {"unknown",   "accepted",  
                                                       "succeeded", "rejected",     "failed", "expired",
                                                       "cancelled", "indeterminate"};
 constexpr std::array<std::string_view, 4> kFindings = {"none", "effect_seen", "no_effect_seen", "cannot_tell"};
-constexpr std::array<std::string_view, 36> kReasons = {"none",
-                                                       "unknown_device",
-                                                       "unknown_operation",
-                                                       "bad_argument",
-                                                       "id_reused",
-                                                       "stale_bridge",
-                                                       "malformed",
-                                                       "bad_signature",
-                                                       "unsigned",
-                                                       "denied",
-                                                       "queue_full",
-                                                       "busy",
-                                                       "driver_absent",
-                                                       "not_standing_still",
-                                                       "no_permit",
-                                                       "epoch",
-                                                       "device_offline",
-                                                       "device_alarm",
-                                                       "not_permitted",
-                                                       "wear",
-                                                       "unsupported_mode",
-                                                       "journal",
-                                                       "deadline",
-                                                       "cancelled",
-                                                       "no_reply",
-                                                       "read_back_differs",
-                                                       "device_refused",
-                                                       "driver_restarted",
-                                                       "driver_silent",
-                                                       "stopping",
-                                                       "wrong_identity",
-                                                       "token",
-                                                       "moved_during_sequence",
-                                                       "fenced",
-                                                       "no_datum",
-                                                       "bridge_restarted"};
-
-std::string_view Word(std::span<const std::string_view> words, std::int64_t index) {
-  if (index < 0 || index >= static_cast<std::int64_t>(words.size())) return "unknown";
-  return words[static_cast<std::size_t>(index)];
-}
+constexpr std::string_view kReasons[] = {"none",
+                                         "unknown_device",
+                                         "unknown_operation",
+                                         "bad_argument",
+                                         "id_reused",
+                                         "stale_bridge",
+                                         "malformed",
+                                         "bad_signature",
+                                         "unsigned",
+                                         "denied",
+                                         "queue_full",
+                                         "busy",
+                                         "driver_absent",
+                                         "not_standing_still",
+                                         "no_permit",
+                                         "epoch",
+                                         "device_offline",
+                                         "device_alarm",
+                                         "not_permitted",
+                                         "wear",
+                                         "unsupported_mode",
+                                         "journal",
+                                         "deadline",
+                                         "cancelled",
+                                         "no_reply",
+                                         "read_back_differs",
+                                         "device_refused",
+                                         "driver_restarted",
+                                         "driver_silent",
+                                         "stopping",
+                                         "wrong_identity",
+                                         "token",
+                                         "moved_during_sequence",
+                                         "fenced",
+                                         "no_datum",
+                                         "bridge_restarted"};
 
 }  // namespace
 
@@ -138,9 +133,9 @@ std::string ErrorCounts(const std::int64_t (&errors)[16]) {
   return text;
 }
 
-std::string_view StateName(std::int8_t state) { return Word(kStates, state); }
-std::string_view ReasonName(std::int32_t reason) { return Word(kReasons, reason); }
-std::string_view FindingName(std::int8_t finding) { return Word(kFindings, finding); }
+std::string_view StateName(std::int8_t state) { return NameAt(kStates, state, "unknown"); }
+std::string_view ReasonName(std::int32_t reason) { return NameAt(kReasons, reason, "unknown"); }
+std::string_view FindingName(std::int8_t finding) { return NameAt(kFindings, finding, "unknown"); }
 
 std::int8_t FindingOf(std::string_view word) {
   if (word == "reads_as_after") return command_status_t::FINDING_EFFECT_SEEN;

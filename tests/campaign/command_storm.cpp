@@ -76,7 +76,7 @@ class Storm {
   Storm(const Order& order, const MachineConfig& machine, const ClientSettings& settings)
       : order_(order), machine_(machine), client_(settings) {}
 
-  [[nodiscard]] std::string problem() const { return client_.problem(); }
+  [[nodiscard]] std::string problem() const { return ErrorText(client_.state()); }
 
   void Run() {
     std::vector<std::thread> threads;
@@ -300,10 +300,10 @@ int Main(int argc, char** argv) {
   const auto machine = LoadConfig(order.client_file, errors);
   ConfigErrors bridge_errors(order.bridge_file);
   const auto bridge = LoadConfig(order.bridge_file, bridge_errors);
-  std::string error;
-  const auto settings = ClientSettings::OfMachine(order.client_file, "", error);
+  const auto settings = ClientSettings::OfMachine(order.client_file, "");
   if (!machine || !bridge || !settings) {
-    std::fprintf(stderr, "%s%s%s\n", errors.Text().c_str(), bridge_errors.Text().c_str(), error.c_str());
+    std::fprintf(stderr, "%s%s%s\n", errors.Text().c_str(), bridge_errors.Text().c_str(),
+                 ErrorText(settings).c_str());
     return 1;
   }
   return RunStorm(order, *machine, *settings, *bridge);

@@ -11,13 +11,12 @@
 #include <vector>
 
 #include "core/base/inline_bytes.h"
+#include "core/base/text.h"
 #include "core/messages/message.h"
 
 namespace axlecast {
 
 // How the values of LCM messages look in JSON; used by the generated message_json.cpp.
-
-[[nodiscard]] std::string HexDigits(Bytes bytes);  // lower case, no spaces
 
 [[nodiscard]] inline nlohmann::ordered_json Field(std::integral auto value) {
   return static_cast<std::int64_t>(value);

@@ -4,7 +4,7 @@
 #include <iostream>
 #include <optional>
 
-#include "client/command/client_key.h"
+#include "client/command/signed_messages.h"
 #include "core/base/result.h"
 #include "core/base/text.h"
 #include "core/command/command_id.h"

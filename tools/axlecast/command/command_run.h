@@ -23,7 +23,7 @@ class OperatorClient {
   OperatorClient(const MachineConfig& machine, const std::string& key_file, bool show_progress);
 
   // Why no command can be sent and how to fix it; empty if commands can be sent.
-  [[nodiscard]] std::string problem() const { return client_.problem(); }
+  [[nodiscard]] std::string problem() const { return ErrorText(client_.state()); }
 
   // Sends the command and returns its outcome. Waits at most for its validity plus one minute.
   [[nodiscard]] CommandResult Execute(const CommandRequest& request);
