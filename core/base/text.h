@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/base/inline_bytes.h"
 
@@ -57,5 +58,8 @@ inline constexpr std::string_view kAndMore = "*";
 // "a105", and "A1 05"
 [[nodiscard]] std::string HexDigits(Bytes bytes);
 [[nodiscard]] std::string HexText(Bytes bytes);
+
+// Formats the words as a shell accepts them.
+[[nodiscard]] std::string ShellText(const std::vector<std::string>& words);
 
 }  // namespace axlecast

@@ -94,9 +94,9 @@ struct Family {
   // Null when a key is wrong: the errors are in the map's list.
   std::unique_ptr<Simulator> (*make_simulator)(const BusConfig& bus, ConfigMap& simulate) = nullptr;
 
-  // One captured frame, request or reply, as the flat JSON object of docs/decode.md. False in *usable when
-  // `settings` holds an unknown key or a bad value; the object then names it under "error".
-  nlohmann::ordered_json (*decode)(const DecodeSettings& settings, Bytes frame, bool* usable) = nullptr;
+  // Returns one captured frame, request or reply, as the flat JSON object of docs/decode.md. Fails if `settings`
+  // contains an unknown key or a bad value.
+  Result<nlohmann::ordered_json> (*decode)(const DecodeSettings& settings, Bytes frame) = nullptr;
 };
 
 // Every family that was built, by folder name. Defined by the build (cmake/axlecast.cmake).

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/base/inline_bytes.h"
+#include "core/base/result.h"
 #include "core/base/time.h"
 #include "core/device/can.h"
 #include "core/device/line_settings.h"
@@ -48,9 +49,8 @@ class Simulator {
   virtual void OnDue(MonoNs now, const Transmit& transmit) = 0;
 
   // Changes a quantity of a device while it runs: physical quantities and faults by name.
-  // An empty string when done, else the cause and what would be right.
-  [[nodiscard]] virtual std::string Set(std::string_view device, std::string_view key, std::string_view value,
-                                        MonoNs now) = 0;
+  [[nodiscard]] virtual Result<> Set(std::string_view device, std::string_view key, std::string_view value,
+                                     MonoNs now) = 0;
   // Quantities with their present values and complaints ("addressed while it transmits"), in a stable order.
   [[nodiscard]] virtual std::vector<std::pair<std::string, std::string>> State(std::string_view device,
                                                                                MonoNs now) const = 0;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the reference: messages.md from lcmtypes/, configuration.md and commands.md from what the programs say.
+"""Writes the reference: messages.md from lcmtypes/, configuration.md and commands.md from the output of the programs.
 
     docs/reference/generate.py BIN [--to FOLDER]
 
@@ -67,7 +67,7 @@ class Message:
 def messages():
     all_ = [Message(path) for path in sorted((TOP / "lcmtypes").glob("*.lcm"))]
     text = MADE + "# Messages\n\nLCM package `axlecast`, from lcmtypes/. A published type never changes. Times are µs of UNIX time"
-    text += " (`utime`) and ns of CLOCK_MONOTONIC (`mono_ns`) of the instant at which the thing happened.\n\n"
+    text += " (`utime`) and ns of CLOCK_MONOTONIC (`mono_ns`) of the event.\n\n"
     text += "".join(f"- [{m.name}](#{m.name}): {' '.join(m.about).split('. ')[0].rstrip('.')}.\n" for m in all_)
     return text + "".join("\n" + m.text() for m in all_)
 
@@ -82,7 +82,7 @@ def run(program, *words):
     return done.stdout
 
 
-# Of every axis, though the ends of their ranges are the model's or the unit's.
+# Keys of every axis whose range depends on the model or the unit.
 MODEL_DECIDES = {"per_turn", "modulo", "speed_rpm", "accel_rad_s2", "phase_us"}
 
 
@@ -99,7 +99,7 @@ def key_rows(keys):
 
 
 def alike(place, families):
-    """Whether the key is the same in all of them; where its value was not asked for, nothing speaks against it."""
+    """Whether the key is the same in all families. Families that do not read its value agree with any."""
     asked = [keys[place] for keys in families if keys[place]["kind"]]
     return len({(key["kind"], key["range"]) for key in asked}) <= 1 or place.split(".")[-1] in MODEL_DECIDES
 
@@ -113,15 +113,15 @@ def configuration(axlecast):
     common |= {place for place in every if not place.startswith("buses.")}
     for place in ("buses.<name>.poll_hz", "buses.<name>.devices.<name>.publish_hz"):
         every[place]["default"] = "the family's"
-    text = MADE + "# Keys of the machine's file\n\nEvery key as the programs read it, with kind, default and range; what each is for"
-    text += " stands in [configuration.md](../configuration.md) and in the families' READMEs. `<name>` is a name that the file"
-    text += " gives. What is required is so where the mapping that it belongs to stands. Where a README says that a key"
-    text += " must be given, its default holds only beside the error that names it. The list of one file:"
+    text = MADE + "# Keys of the machine's file\n\nEvery key that the programs read, with kind, default and range. [configuration.md]"
+    text += "(../configuration.md) and the families' READMEs describe their meaning. `<name>` is a name from the file. A required"
+    text += " key is required only if the file contains the mapping that it belongs to. If a README demands a key that has a"
+    text += " default here, a file without the key gets an error that names it. The list of one file:"
     text += " `axlecast check-config --keys FILE`.\n\n## All families\n\n"
     text += key_rows([every[place] for place in every if place in common])
     for family, keys in families.items():
         own = [key for place, key in keys.items() if place not in common]
-        text += f"\n## {family}\n\nMeaning: [the family's README](../../drivers/{family}/README.md#configuration); what is"
+        text += f"\n## {family}\n\nMeaning: [the family's README](../../drivers/{family}/README.md#configuration). Keys"
         text += " below `simulate`: [simulation.md](../simulation.md).\n\n"
         text += key_rows(own)
     return text
@@ -157,8 +157,8 @@ def command_text(command, path):
 
 def commands(axlecast):
     tree = json.loads(run(axlecast, "--cli-tree"))
-    text = MADE + "# Commands\n\nEvery command and option, as `--help` has them. What they are for and what they print:"
-    text += " [cli.md](../cli.md) and the pages that it names.\n"
+    text = MADE + "# Commands\n\nEvery command and option, as in `--help`. Their use and output are described in"
+    text += " [cli.md](../cli.md) and the pages that it links to.\n"
     return text + "".join(command_text(command, ["axlecast"]) for command in tree["commands"])
 
 

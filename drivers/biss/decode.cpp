@@ -143,10 +143,9 @@ Json DescribeFrame(const FrameReader& reader, Bytes frame, const Options& option
 
 }  // namespace
 
-Json Decode(const DecodeSettings& settings, Bytes frame, bool* usable) {
+Result<Json> Decode(const DecodeSettings& settings, Bytes frame) {
   const Result<Options> read = ReadOptions(settings);
-  *usable = read.has_value();
-  if (!read) return {{"error", read.error().text}};
+  if (!read) return Failure(read.error());
   const Options& options = *read;
   const FrameReader reader(options.format);
   if (!options.transfer) return DescribeFrame(reader, frame, options);

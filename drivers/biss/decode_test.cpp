@@ -17,23 +17,14 @@ using ::testing::HasSubstr;
 // As the command line gives bits: the number of them is a setting.
 std::string Bits(const std::string& text, DecodeSettings settings = {}) {
   settings.emplace_back("bit_count", std::to_string(CountOf(text)));
-  bool usable = false;
-  const nlohmann::ordered_json json = Decode(settings, BytesOf(text), &usable);
-  EXPECT_TRUE(usable) << json.dump();
-  return json.dump();
+  const auto json = Decode(settings, BytesOf(text));
+  return json ? json->dump() : json.error().text;
 }
 std::string Hex(const std::string& text, const DecodeSettings& settings = {}) {
-  bool usable = false;
-  const nlohmann::ordered_json json = Decode(settings, GoldenBytes(text), &usable);
-  EXPECT_TRUE(usable) << json.dump();
-  return json.dump();
+  const auto json = Decode(settings, GoldenBytes(text));
+  return json ? json->dump() : json.error().text;
 }
-std::string Problem(const DecodeSettings& settings) {
-  bool usable = true;
-  const nlohmann::ordered_json json = Decode(settings, {}, &usable);
-  EXPECT_FALSE(usable);
-  return json.value("error", "");
-}
+std::string Problem(const DecodeSettings& settings) { return ErrorText(Decode(settings, {})); }
 std::string Bad(const std::string& error) {
   return R"({"ok":false,"kind":"position_frame","error":")" + error + R"("})";
 }

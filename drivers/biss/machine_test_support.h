@@ -88,7 +88,7 @@ class Rig {
     device_->On({.kind = kind, .sent = {now, now}, .received = {now, now}, .request = {}, .bytes = bytes});
   }
   [[nodiscard]] std::string Set(const std::string& key, const std::string& value) {
-    return simulator_->Set("a", key, value, now);
+    return ErrorText(simulator_->Set("a", key, value, now));
   }
   [[nodiscard]] std::string Shown(const std::string& key) const {
     for (const auto& [name, value] : simulator_->State("a", now)) {

@@ -45,7 +45,7 @@ class BissSimulatorTest : public ::testing::Test {
     return "absent";
   }
   void Set(const std::string& key, const std::string& value) {
-    ASSERT_EQ(simulator_->Set("a", key, value, now_), "") << key;
+    ASSERT_EQ(ErrorText(simulator_->Set("a", key, value, now_)), "") << key;
   }
 
   MachineConfig machine_;
@@ -224,10 +224,11 @@ TEST_F(BissSimulatorTest, EachFaultDoesWhatItsNameSays) {
 
 TEST_F(BissSimulatorTest, NamesWhatItCannotSet) {
   ASSERT_EQ(Make(kExample, ""), "");
-  EXPECT_THAT(simulator_->Set("a", "fault", "echo", kStart), HasSubstr("has no meaning here"));
-  EXPECT_THAT(simulator_->Set("a", "wiring", "loose", kStart), HasSubstr("good, open, shorted, swapped"));
-  EXPECT_THAT(simulator_->Set("a", "error", "1", kStart), HasSubstr("one of off, on"));
-  EXPECT_THAT(simulator_->Set("b", "error", "on", kStart), HasSubstr("no simulated device"));
+  EXPECT_THAT(ErrorText(simulator_->Set("a", "fault", "echo", kStart)), HasSubstr("has no meaning here"));
+  EXPECT_THAT(ErrorText(simulator_->Set("a", "wiring", "loose", kStart)),
+              HasSubstr("good, open, shorted, swapped"));
+  EXPECT_THAT(ErrorText(simulator_->Set("a", "error", "1", kStart)), HasSubstr("one of off, on"));
+  EXPECT_THAT(ErrorText(simulator_->Set("b", "error", "on", kStart)), HasSubstr("no simulated device"));
   EXPECT_THAT(Make(kExample, "start_turns: 1"), HasSubstr("unknown key 'start_turns'"));
   EXPECT_THAT(Make(kExample, "busy_clocks: 0"), HasSubstr("1 to 1000"));
 }

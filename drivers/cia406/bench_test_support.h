@@ -78,9 +78,7 @@ class NodeBus final : public Simulator {
     if (now < std::exchange(intruder_at, now < intruder_at ? intruder_at : kNever)) return;
     transmit(ToPacket(intruder));
   }
-  [[nodiscard]] std::string Set(std::string_view, std::string_view, std::string_view, MonoNs) override {
-    return "";
-  }
+  [[nodiscard]] Result<> Set(std::string_view, std::string_view, std::string_view, MonoNs) override { return {}; }
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> State(std::string_view, MonoNs) const override {
     return {};
   }

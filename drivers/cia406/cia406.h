@@ -38,8 +38,8 @@ void CheckBus(ConfigMap& map, const BusConfig& bus);
 // into the map's list, and the node is made all the same.
 [[nodiscard]] std::unique_ptr<SimulatedCanNode> MakeNode(const DeviceConfig& device, ConfigMap simulate);
 
-// One frame as the flat JSON object of docs/decode.md. `settings`: bits and turn_bits, node, cob_id; `model` is
-// passed over. False in *usable for any other key or a bad value; the object then names it under "error".
-[[nodiscard]] nlohmann::ordered_json Decode(const DecodeSettings& settings, const CanFrame& frame, bool* usable);
+// Returns one frame as the flat JSON object of docs/decode.md. `settings`: bits and turn_bits, node, cob_id; `model` is
+// ignored. Fails for any other key and for a bad value.
+[[nodiscard]] Result<nlohmann::ordered_json> Decode(const DecodeSettings& settings, const CanFrame& frame);
 
 }  // namespace axlecast::cia406

@@ -25,26 +25,28 @@ struct Options {
 };
 
 // What is wrong with the settings; empty when nothing is.
-std::string ReadOptions(const DecodeSettings& settings, Options& options) {
+Result<Options> ReadOptions(const DecodeSettings& settings) {
+  Options options;
   for (const auto& [key, value] : settings) {
     const std::optional<std::int64_t> number = ParseWhole(value, 0, 0x7FF);
     if (key == "bits") {
-      if (!number || *number < 8 || *number > 28) return "bits=" + value + ": expected 8..28";
+      if (!number || *number < 8 || *number > 28) return Failure("bits=" + value + ": expected 8..28");
       options.bits = static_cast<int>(*number);
     } else if (key == "turn_bits") {
-      if (!number || *number > 16) return "turn_bits=" + value + ": expected 0..16";
+      if (!number || *number > 16) return Failure("turn_bits=" + value + ": expected 0..16");
       options.turn_bits = static_cast<int>(*number);
     } else if (key == "cob_id") {
-      if (!number) return "cob_id=" + value + ": expected TPDO1's identifier, 0x181..0x57f";
+      if (!number) return Failure("cob_id=" + value + ": expected TPDO1's identifier, 0x181..0x57f");
       options.cob_id = static_cast<std::uint32_t>(*number);
     } else if (key == "node") {
-      if (!number || *number < kMinNode || *number > kMaxNode) return "node=" + value + ": expected 1..127";
+      if (!number || *number < kMinNode || *number > kMaxNode)
+        return Failure("node=" + value + ": expected 1..127");
       options.node = static_cast<std::uint32_t>(*number);
     } else if (key != "model") {
-      return "unknown key '" + key + "': model cia406 knows bits, turn_bits, cob_id and node";
+      return Failure("unknown key '" + key + "': model cia406 knows bits, turn_bits, cob_id and node");
     }
   }
-  return "";
+  return options;
 }
 
 Json Bad(const char* kind, const char* error) { return {{"ok", false}, {"kind", kind}, {"error", error}}; }
@@ -185,15 +187,13 @@ Json Describe(const CanFrame& frame, const Options& options) {
 
 }  // namespace
 
-Json Decode(const DecodeSettings& settings, const CanFrame& frame, bool* usable) {
-  Options options;
-  const std::string problem = ReadOptions(settings, options);
-  *usable = problem.empty();
-  if (!*usable) return {{"error", problem}};
-  Json json = Describe(frame, options);
+Result<Json> Decode(const DecodeSettings& settings, const CanFrame& frame) {
+  const Result<Options> options = ReadOptions(settings);
+  if (!options) return Failure(options.error());
+  Json json = Describe(frame, *options);
   const std::uint32_t node = frame.id & kNodeMask;
   const bool of_node =
-      json["ok"] == true && (frame.id & kFunctionMask) != 0 && frame.id != kSyncId && frame.id != options.cob_id;
+      json["ok"] == true && (frame.id & kFunctionMask) != 0 && frame.id != kSyncId && frame.id != options->cob_id;
   if (of_node) json["node"] = node;
   return json;
 }

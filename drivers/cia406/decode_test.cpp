@@ -26,8 +26,7 @@ CanFrame FrameOf(std::uint32_t id, const std::vector<std::uint8_t>& data) {
 
 nlohmann::ordered_json Decoded(std::uint32_t id, const std::vector<std::uint8_t>& data,
                                const DecodeSettings& settings = {}) {
-  bool usable = false;
-  return Decode(settings, FrameOf(id, data), &usable);
+  return Decode(settings, FrameOf(id, data)).value();
 }
 
 TEST(Cia406Codec, FramesAsOthersPrintThem) {
@@ -57,10 +56,8 @@ TEST(Cia406Codec, ForeignFramesAreNotDescribed) {
   EXPECT_EQ(Decoded(0x000, {0x03, 0x01})["error"], "range");
   EXPECT_EQ(Decoded(0x081, {0, 0, 0})["error"], "short");
   EXPECT_EQ(Decoded(0x601, {0x00, 0, 0, 0, 0, 0, 0, 0})["error"], "function") << "a segment";
-  bool usable = true;
-  EXPECT_THAT(Decode({{"bits", "40"}}, {}, &usable)["error"].get<std::string>(), HasSubstr("bits=40"));
-  EXPECT_FALSE(usable);
-  EXPECT_THAT(Decode({{"colour", "4"}}, {}, &usable)["error"].get<std::string>(), HasSubstr("colour"));
+  EXPECT_THAT(ErrorText(Decode({{"bits", "40"}}, {})), HasSubstr("bits=40"));
+  EXPECT_THAT(ErrorText(Decode({{"colour", "4"}}, {})), HasSubstr("colour"));
 }
 
 }  // namespace

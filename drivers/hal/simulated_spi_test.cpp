@@ -33,9 +33,7 @@ class Slave final : public Simulator {
   }
   [[nodiscard]] MonoNs NextDue() const override { return kNever; }
   void OnDue(MonoNs, const Transmit&) override {}
-  [[nodiscard]] std::string Set(std::string_view, std::string_view, std::string_view, MonoNs) override {
-    return "";
-  }
+  [[nodiscard]] Result<> Set(std::string_view, std::string_view, std::string_view, MonoNs) override { return {}; }
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> State(std::string_view, MonoNs) const override {
     return {};
   }

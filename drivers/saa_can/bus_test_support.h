@@ -95,7 +95,7 @@ class SimulatedBus : LinkObserver, SecretSource {
     for (const MonoNs end = clock.Now() + duration; clock.Now() < end;) bus_->RunOnce(end);
   }
   void Set(const std::string& device, const std::string& key, const std::string& value) {
-    EXPECT_EQ(simulator_->Set(device, key, value, clock.Now()), "");
+    EXPECT_EQ(ErrorText(simulator_->Set(device, key, value, clock.Now())), "");
   }
   [[nodiscard]] std::string State(const std::string& device, const std::string& key) const {
     for (const auto& [name, value] : simulator_->State(device, clock.Now())) {

@@ -27,35 +27,27 @@ struct Options {
 // The maker's example (5.4.1 (5)); what a position is taken for when nobody says.
 constexpr int kExampleBits = 14;
 
-std::string ReadOption(const std::string& key, const std::string& value, Options& options) {
+Result<> ReadOption(const std::string& key, const std::string& value, Options& options) {
+  const auto expected = [&](const char* text) { return Failure(key + '=' + value + ": expected " + text); };
   if (key == "bits") {
     options.bits = static_cast<int>(ParseWhole(value, kMinBits, kMaxBits).value_or(0));
-    return options.bits != 0 ? "" : "bits=" + value + ": expected 10..26, the encoder's resolution";
-  }
-  if (key == "node") {
+    if (options.bits == 0) return expected("10..26, the encoder's resolution");
+  } else if (key == "node") {
     const std::optional<std::int64_t> node = ParseWhole(value, kMinNode, kMaxNode);
-    if (!node) return "node=" + value + ": expected NN, 1..255 or 0x01..0xff";
+    if (!node) return expected("NN, 1..255 or 0x01..0xff");
     options.node = static_cast<std::uint8_t>(*node);
-    return "";
-  }
-  if (key == "byte_order") {
+  } else if (key == "byte_order") {
+    if (value != "big" && value != "little") return expected("little or big");
     options.big_endian = value == "big";
-    return value == "big" || value == "little" ? "" : "byte_order=" + value + ": expected little or big";
-  }
-  if (key == "data") {
+  } else if (key == "data") {
+    if (value != "position" && value != "reply") return expected("position or reply");
     options.taken = value == "position" ? Taken::kPosition : Taken::kReply;
-    return value == "position" || value == "reply" ? "" : "data=" + value + ": expected position or reply";
+  } else if (key == "model") {
+    if (value != "saa") return expected("saa or cia406");
+  } else {
+    return Failure("unknown key '" + key + "': saa_can knows bits, node, byte_order, data and model");
   }
-  if (key == "model") return value == "saa" ? "" : "model=" + value + ": expected saa or cia406";
-  return "unknown key '" + key + "': saa_can knows bits, node, byte_order, data and model";
-}
-
-// What is wrong with the settings; empty when nothing is.
-std::string ReadOptions(const DecodeSettings& settings, Options& options) {
-  for (const auto& [key, value] : settings) {
-    if (std::string problem = ReadOption(key, value, options); !problem.empty()) return problem;
-  }
-  return "";
+  return {};
 }
 
 std::string HexByte(std::uint8_t byte) { return Text("0x%02x", unsigned{byte}); }
@@ -187,16 +179,16 @@ bool IsStandard(const DecodeSettings& settings) {
 
 }  // namespace
 
-Json Decode(const DecodeSettings& settings, Bytes packet, bool* usable) {
+Result<Json> Decode(const DecodeSettings& settings, Bytes packet) {
   const std::optional<CanFrame> frame = FromPacket(packet);
   if (IsStandard(settings)) {
-    Json json = cia406::Decode(settings, frame.value_or(CanFrame{}), usable);
-    if (frame || !*usable) return json;
+    Result<Json> json = cia406::Decode(settings, frame.value_or(CanFrame{}));
+    if (frame || !json) return json;
   } else {
     Options options;
-    const std::string problem = ReadOptions(settings, options);
-    *usable = problem.empty();
-    if (!*usable) return {{"error", problem}};
+    for (const auto& [key, value] : settings) {
+      if (const Result<> read = ReadOption(key, value, options); !read) return Failure(read.error());
+    }
     if (frame) return Describe(*frame, options);
   }
   return Bad("unknown", packet.size() < 4 ? "short" : "long");

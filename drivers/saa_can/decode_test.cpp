@@ -13,19 +13,14 @@ namespace axlecast::saa_can {
 namespace {
 
 std::string Decoded(std::uint32_t id, const std::vector<std::uint8_t>& data, const DecodeSettings& settings = {}) {
-  bool usable = false;
-  const CanPacket packet = ToPacket({.id = id, .data = InlineBytes<kMaxCanData>(data)});
-  std::string text = Decode(settings, packet, &usable).dump();
-  EXPECT_TRUE(usable) << text;
-  return text;
+  return Decode(settings, ToPacket({.id = id, .data = InlineBytes<kMaxCanData>(data)})).value().dump();
 }
 
 TEST(SaaCanDecode, PositionsOfTheManual) {
   for (const GoldenRow& row : GoldenRows(__FILE__, "positions.txt", 5)) {
-    bool usable = false;
     const auto id = static_cast<std::uint32_t>(std::stoul(row.columns[0], nullptr, 16));
     const CanPacket packet = ToPacket({.id = id, .data = InlineBytes<kMaxCanData>(GoldenBytes(row.columns[1]))});
-    const auto json = Decode({}, packet, &usable);
+    const auto json = Decode({}, packet).value();
     EXPECT_EQ(json["kind"], "position") << row.where;
     EXPECT_EQ(json["node"], id & 0xFFU) << row.where;
     EXPECT_EQ(json["counts"], std::stoi(row.columns[3])) << row.where;
@@ -86,17 +81,14 @@ TEST(SaaCanDecode, WhatIsWrong) {
   EXPECT_EQ(Decoded(0x7E5, {0x13, 0x00, 0x01}), R"({"ok":false,"kind":"set_bitrate_request","error":"range"})");
   EXPECT_EQ(Decoded(0x080, {}), R"({"ok":false,"kind":"unknown","error":"header"})");
   EXPECT_EQ(Decoded(0x120 | kCanExtended, {0x47, 0x26}), R"({"ok":false,"kind":"unknown","error":"header"})");
-  bool usable = false;
-  EXPECT_EQ(Decode({}, std::vector<std::uint8_t>{0x01, 0x20}, &usable)["error"], "short");
-  EXPECT_EQ(Decode({}, std::vector<std::uint8_t>(13), &usable)["error"], "long");
+  EXPECT_EQ(Decode({}, std::vector<std::uint8_t>{0x01, 0x20}).value()["error"], "short");
+  EXPECT_EQ(Decode({}, std::vector<std::uint8_t>(13)).value()["error"], "long");
 }
 
 TEST(SaaCanDecode, SettingsAreChecked) {
   for (const auto& [key, value] : DecodeSettings{
            {"bits", "9"}, {"node", "0"}, {"byte_order", "middle"}, {"data", "x"}, {"model", "y"}, {"zero", "1"}}) {
-    bool usable = true;
-    EXPECT_NE(Decode({{key, value}}, std::vector<std::uint8_t>(6), &usable)["error"].get<std::string>(), "");
-    EXPECT_FALSE(usable) << key;
+    EXPECT_NE(ErrorText(Decode({{key, value}}, std::vector<std::uint8_t>(6))), "") << key;
   }
 }
 

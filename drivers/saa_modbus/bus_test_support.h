@@ -17,14 +17,11 @@
 #include "drivers/kit/arguments.h"
 #include "drivers/runtime/bus/bus.h"
 #include "drivers/saa_modbus/device.h"
-#include "drivers/saa_modbus/simulator/modbus_line.h"
+#include "drivers/saa_modbus/family.h"
+#include "drivers/saa_modbus/simulator.h"
 #include "tests/support/fake_clock.h"
 #include "tests/support/recording_output.h"
 #include "tests/support/simulator_link.h"
-
-namespace axlecast {
-const Family& saa_modbus_family();
-}
 
 namespace axlecast::saa_modbus {
 
@@ -159,12 +156,12 @@ class Machine final : public LinkObserver {
   void Run(MonoNs duration) {
     for (const MonoNs end = clock.Now() + duration; clock.Now() < end;) (void)bus_->RunOnce(end);
   }
-  // False when it never comes about.
+  // Returns false if `holds` never becomes true.
   [[nodiscard]] bool RunUntil(const std::function<bool()>& holds, MonoNs maximum = 10 * kSecond) {
     for (const MonoNs end = clock.Now() + maximum; clock.Now() < end && !holds();) Run(kMillisecond);
     return holds();
   }
-  // Until the order has begun and its next request is the one that changes the encoder.
+  // Until the command has begun and its next request is the one that changes the encoder.
   void RunToTheChange() {
     EXPECT_TRUE(RunUntil([&] { return !output().outcomes.empty() && !output().outcomes.back().second.IsFinal(); }));
     EXPECT_TRUE(port->Changes().empty());
@@ -173,7 +170,7 @@ class Machine final : public LinkObserver {
     EXPECT_TRUE(RunUntil([&] { return port->Changes().size() == 1; }));
   }
   void Set(const std::string& device, const std::string& key, const std::string& value) {
-    EXPECT_EQ(simulator_->Set(device, key, value, clock.Now()), "");
+    EXPECT_EQ(ErrorText(simulator_->Set(device, key, value, clock.Now())), "");
   }
   [[nodiscard]] Watch& output(std::size_t index = 0) { return outputs[config_.devices.at(index).name]; }
   [[nodiscard]] const SaaModbusSimulator& simulator() const {
@@ -183,13 +180,13 @@ class Machine final : public LinkObserver {
   [[nodiscard]] Device& device(std::size_t index = 0) { return *devices_.at(index); }
 
   void Begin(const std::string& operation, Arguments arguments = {}, std::size_t index = 0) {
-    DriverCommand order;
-    order.id = {1, 2, 3};
-    order.operation = operation;
-    order.arguments = std::move(arguments);
-    device(index).Begin(order, clock.Now());
+    DriverCommand command;
+    command.id = {1, 2, 3};
+    command.operation = operation;
+    command.arguments = std::move(arguments);
+    device(index).Begin(command, clock.Now());
   }
-  // Until the order has its one outcome.
+  // Until the command has its one outcome.
   Outcome Finish(std::size_t index = 0, MonoNs maximum = 30 * kSecond) {
     const MonoNs end = clock.Now() + maximum;
     while (clock.Now() < end && output(index).FinalOutcomes() == finished_) Run(kMillisecond);
@@ -220,7 +217,7 @@ class Machine final : public LinkObserver {
   int finished_ = 0;
 };
 
-// The change of this key; an empty one when there is none.
+// Returns the change of this key; empty if the outcome has no such change.
 inline Change ChangeOf(const Outcome& outcome, const std::string& key) {
   for (const Change& change : outcome.changes) {
     if (change.key == key) return change;

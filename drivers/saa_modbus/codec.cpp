@@ -7,16 +7,9 @@
 namespace axlecast::saa_modbus {
 namespace {
 
-struct Rate {
-  std::int64_t baud;
-  Parameter parameter;
-};
-constexpr std::array<Rate, 5> kRates = {{{2400, Parameter::kBaud2400},
-                                         {4800, Parameter::kBaud4800},
-                                         {9600, Parameter::kBaud9600},
-                                         {19200, Parameter::kBaud19200},
-                                         {57600, Parameter::kBaud57600}}};
 constexpr std::array<std::int64_t, 5> kBauds = {2400, 4800, 9600, 19200, 57600};
+constexpr std::array<Parameter, kBauds.size()> kBaudParameters = {
+    Parameter::kBaud2400, Parameter::kBaud4800, Parameter::kBaud9600, Parameter::kBaud19200, Parameter::kBaud57600};
 
 constexpr std::size_t kReadRequestSize = 8;
 constexpr std::size_t kQuerySize = 4;
@@ -66,15 +59,15 @@ Reply CheckPosition(const Request& request, Bytes reply, int bits) {
 std::span<const std::int64_t> BaudRates() { return kBauds; }
 
 std::optional<Parameter> BaudParameter(std::int64_t baud) {
-  for (const Rate& rate : kRates) {
-    if (rate.baud == baud) return rate.parameter;
+  for (std::size_t i = 0; i < kBauds.size(); ++i) {
+    if (kBauds.at(i) == baud) return kBaudParameters.at(i);
   }
   return std::nullopt;
 }
 
 std::optional<std::int64_t> BaudOf(Parameter parameter) {
-  for (const Rate& rate : kRates) {
-    if (rate.parameter == parameter) return rate.baud;
+  for (std::size_t i = 0; i < kBauds.size(); ++i) {
+    if (kBaudParameters.at(i) == parameter) return kBauds.at(i);
   }
   return std::nullopt;
 }
@@ -132,8 +125,7 @@ bool IsSealedEitherWay(Bytes bytes) {
 
 bool BeginsReplyTo(const Request& request, Bytes reply) {
   if (reply.size() < 3) return false;
-  const std::uint8_t address = request.function == kSetAddress ? request.new_address : request.address;
-  if (reply[0] != address) return false;
+  if (reply[0] != request.reply_address()) return false;
   if (request.function != kReadPosition) return reply[1] == request.function;
   if (reply[1] == kReadException) return true;
   return reply[1] == kReadPosition && reply[2] <= 2 * request.registers && reply[2] + 1 >= 2 * request.registers;
@@ -152,17 +144,14 @@ ReplyMatch MatchReply(Bytes request, Bytes reply) {
     return reply.size() == ReplyLength(reply) ? ReplyMatch::kYes : ReplyMatch::kNo;
   }
   if (checked.error != ErrorKind::kChecksum && checked.error != ErrorKind::kShort) return ReplyMatch::kNo;
-  const std::uint8_t address = asked->function == kSetAddress ? asked->new_address : asked->address;
   auto third = static_cast<std::uint8_t>(asked->parameter);
-  if (asked->function == kReadPosition)
-    third = three_bytes ? kThreeBytes : static_cast<std::uint8_t>(2 * asked->registers);
-  return modbus::MatchBegin(reply, {address, asked->function, third});
+  if (asked->function == kReadPosition) third = three_bytes ? kThreeBytes : 2 * asked->registers;
+  return modbus::MatchBegin(reply, {asked->reply_address(), asked->function, third});
 }
 
 ReplyShape ReplyShapeOf(Bytes request) {
   const Request asked = ParseRequest(request).value_or(Request{});
-  const std::uint8_t address = asked.function == kSetAddress ? asked.new_address : asked.address;
-  const std::uint32_t head = std::uint32_t{address} << 24U | std::uint32_t{asked.function} << 16U;
+  const std::uint32_t head = std::uint32_t{asked.reply_address()} << 24U | std::uint32_t{asked.function} << 16U;
   const bool read = asked.function == kReadPosition;
   ReplyShape shape{.match = &MatchReply};
   shape.reply = head | (read ? asked.registers : static_cast<std::uint32_t>(asked.parameter));
@@ -179,9 +168,9 @@ Reply Check(const Request& request, Bytes reply, int bits) {
   if (query && reply[1] == kQueryAddress ? !IsSealedEitherWay(reply) : !modbus::IsSealed(reply)) {
     return Failed(ErrorKind::kChecksum);
   }
-  const std::uint8_t address = request.function == kSetAddress ? request.new_address : request.address;
   const bool exception = request.function == kReadPosition && reply[1] == kReadException;
-  if (reply[0] != address || (reply[1] != request.function && !exception)) return Failed(ErrorKind::kWrongEcho);
+  if (reply[0] != request.reply_address() || (reply[1] != request.function && !exception))
+    return Failed(ErrorKind::kWrongEcho);
   switch (request.function) {
     case kReadPosition:
       return CheckPosition(request, reply, bits);

@@ -10,7 +10,7 @@
 
 namespace axlecast::saa_modbus {
 
-// Frames of SAA encoders on Modbus RTU, both directions, free of I/O: SAA manual 5.1.7. Beside function 03 the
+// Frames of SAA encoders on Modbus RTU, both directions, free of I/O: SAA manual 5.1.7. In addition to function 03, the
 // encoder has three functions of its own, which have no exception replies.
 
 inline constexpr std::uint8_t kReadPosition = 0x03;  // item 4, (5) 1 and 2
@@ -18,13 +18,13 @@ inline constexpr std::uint8_t kQueryAddress = 0xA0;  // (5) 3
 inline constexpr std::uint8_t kSetAddress = 0xA1;    // (5) 4, there mistitled "Check Device Address"
 inline constexpr std::uint8_t kSetParameter = 0xCC;  // (5) 5
 
-inline constexpr std::uint8_t kEveryone = 0xFF;  // stands for the address in a query
+inline constexpr std::uint8_t kEveryone = 0xFF;  // the address in a query
 inline constexpr std::uint8_t kMinAddress = 1;
 inline constexpr std::uint8_t kMaxAddress = 247;  // Modbus over Serial Line V1.02, 2.2
 
 inline constexpr int kMinBits = 10;  // 4.1
 inline constexpr int kMaxBits = 26;
-// Up to so many bits one register holds the position.
+// The maximum resolution whose position fits into one register.
 inline constexpr int kOneRegisterBits = 16;
 
 // (5) 5, "Definition of Setting".
@@ -43,7 +43,7 @@ enum class Parameter : std::uint8_t {
 [[nodiscard]] std::optional<Parameter> BaudParameter(std::int64_t baud);
 [[nodiscard]] std::optional<std::int64_t> BaudOf(Parameter parameter);
 
-// What a request says.
+// The content of a request.
 struct Request {
   std::uint8_t function = kReadPosition;
   std::uint8_t address = 0;      // kEveryone in a query
@@ -52,21 +52,21 @@ struct Request {
   Parameter parameter{};         // of kSetParameter
 
   [[nodiscard]] bool writes() const { return function == kSetAddress || function == kSetParameter; }
-  // What it changes makes other counts of the same shaft angle.
+  // Returns whether the same shaft angle has other counts after it.
   [[nodiscard]] bool moves_datum() const;
+  [[nodiscard]] std::uint8_t reply_address() const { return function == kSetAddress ? new_address : address; }
 };
 
 [[nodiscard]] Frame ReadRequest(std::uint8_t address, int registers);
 [[nodiscard]] Frame QueryRequest();
 [[nodiscard]] Frame SetAddressRequest(std::uint8_t address, std::uint8_t new_address);
 [[nodiscard]] Frame SetParameterRequest(std::uint8_t address, Parameter parameter);
-// Nothing when the bytes are none of the four requests.
+// Returns nothing if the bytes are not one of the four requests.
 [[nodiscard]] std::optional<Request> ParseRequest(Bytes bytes);
 
-// Length of the reply that begins so, by its function code; an axlecast::ReplyLength.
+// An axlecast::ReplyLength: returns the length of the reply that begins so, by its function code.
 [[nodiscard]] std::size_t ReplyLength(Bytes so_far);
 
-// What came back.
 struct Reply {
   // kShort, kChecksum, kWrongEcho (another address, function, parameter or number of registers than asked for),
   // kException, kRange (counts above the resolution, or an impossible address).
@@ -77,18 +77,18 @@ struct Reply {
 
   [[nodiscard]] bool ok() const { return !error.has_value(); }
 };
-// The reply to `request` of an encoder with `bits`.
+// Decodes the reply to `request` of an encoder with `bits`.
 [[nodiscard]] Reply Check(const Request& request, Bytes reply, int bits);
-// Whether these are the first bytes of the reply to `request`, whatever follows.
+// Returns whether these are the first bytes of the reply to `request`, whatever follows.
 [[nodiscard]] bool BeginsReplyTo(const Request& request, Bytes reply);
 
-// Whether `reply` is the reply to `request`, of an encoder of any resolution: an axlecast::MatchReply.
+// An axlecast::MatchReply, for an encoder of any resolution.
 [[nodiscard]] ReplyMatch MatchReply(Bytes request, Bytes reply);
-// Tells replies apart by address, function, and number of registers or parameter.
+// Distinguishes replies by address, function, and number of registers or parameter.
 [[nodiscard]] ReplyShape ReplyShapeOf(Bytes request);
 
-// The CRC of a query's reply stands in either order: the manual says MSB first, for this reply alone, and its own
-// example of the request is LSB first.
+// Checks the CRC in either byte order, for the reply to a query: the manual states MSB first for this reply alone, but
+// its own example of the request is LSB first.
 [[nodiscard]] bool IsSealedEitherWay(Bytes bytes);
 
 }  // namespace axlecast::saa_modbus

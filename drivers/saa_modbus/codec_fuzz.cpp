@@ -1,5 +1,5 @@
 // Any request, any reply, any resolution: the codec must not crash, and what it accepts must be what the manual's
-// frames say, byte by byte.
+// frames contain, byte by byte.
 #include "drivers/saa_modbus/codec.h"
 
 #include <fuzzer/FuzzedDataProvider.h>

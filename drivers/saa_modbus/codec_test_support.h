@@ -4,7 +4,7 @@
 
 namespace axlecast::saa_modbus {
 
-// The frame that says this.
+// Returns the frame with this content.
 inline Frame Encoded(const Request& request) {
   switch (request.function) {
     case kReadPosition:

@@ -17,7 +17,7 @@ using testing::HasSubstr;
 const ByteList kZeroRequest = {0x01, 0xCC, 0x00, 0x75, 0x00};  // golden/requests.txt
 const ByteList kNegativeRequest = {0x01, 0xCC, 0x02, 0xF4, 0xC1};
 
-// One encoder of 16 bits whose shaft stands at 90 degrees, being read.
+// One encoder of 16 bits whose shaft is at 90 degrees, while it is read.
 class DatumWriteTest : public testing::Test {
  protected:
   DatumWriteTest() : machine_("axis1: {bits: 16}", "axis1: {start_deg: 90}") { machine_.Run(300 * kMillisecond); }

@@ -1,4 +1,4 @@
-#include "drivers/saa_modbus/decode.h"
+#include "drivers/saa_modbus/family.h"
 
 #include <algorithm>
 #include <cmath>
@@ -99,14 +99,12 @@ Json Describe(const Shape& shape, Bytes frame, int bits) {
 
 }  // namespace
 
-Json Decode(const DecodeSettings& settings, Bytes frame, bool* usable) {
+Result<Json> Decode(const DecodeSettings& settings, Bytes frame) {
   int bits = 0;
-  *usable = true;
   for (const auto& [key, value] : settings) {
     const std::optional<std::int64_t> number = ParseWhole(value, kMinBits, kMaxBits);
-    *usable = key == "bits" && number.has_value();
-    if (key != "bits") return {{"error", "unknown key " + key + ": bits"}};
-    if (!number) return {{"error", "bits=" + value + ": expected 10..26, its resolution"}};
+    if (key != "bits") return Failure("unknown key " + key + ": bits");
+    if (!number) return Failure("bits=" + value + ": expected 10..26, its resolution");
     bits = static_cast<int>(*number);
   }
   if (frame.size() < 2) return Bad("unknown", "short");

@@ -1,5 +1,5 @@
 // Any settings and any frame, also with the right CRC.
-#include "drivers/saa_modbus/decode.h"
+#include "drivers/saa_modbus/family.h"
 
 #include "drivers/protocol/modbus/adu.h"
 #include "tests/fuzz/decode_fuzzing.h"

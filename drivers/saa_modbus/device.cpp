@@ -44,7 +44,7 @@ SaaModbusDevice::SaaModbusDevice(const BusConfig& bus, const DeviceConfig& devic
 Step SaaModbusDevice::Next(const BusSlot& slot) const {
   const auto idle = [](MonoNs until) { return Step{.action = Idle{until}, .priority = Priority::kLive}; };
   if (!link_up_) return idle(kNever);
-  if (line_unclear_) return {.action = WaitForIdleLine{Patience()}, .priority = Priority::kLive};
+  if (line_unclear_) return {.action = WaitForIdleLine{Timeout()}, .priority = Priority::kLive};
   if (slot.now < not_before_) return idle(not_before_);
   // A command that has begun is not interrupted: it may change the address or the rate, and it takes readings itself.
   const Procedure* procedure = runner_.Runnable(slot.now);
@@ -60,32 +60,29 @@ Step SaaModbusDevice::LiveStep(const BusSlot& slot) const {
   return Read(connection_.address, slot, Priority::kLive);
 }
 
-Step SaaModbusDevice::CarryOut(const Want& want, const BusSlot& slot) const {
-  if (const auto* wait = std::get_if<WaitUntil>(&want)) {
-    return {.action = Idle{wait->until}, .priority = Priority::kCommand};
-  }
-  if (const auto* read = std::get_if<ReadAt>(&want)) return Read(read->address, slot, Priority::kCommand);
-  if (const auto* port = std::get_if<PortBaud>(&want)) {
-    return {.action = SetBaudRate{port->baud}, .priority = Priority::kCommand};
-  }
-  return {.action = Ask(std::get<Send>(want).request), .priority = Priority::kCommand};
+Step SaaModbusDevice::CarryOut(const ProcedureStep& step, const BusSlot& slot) const {
+  const auto command = [](auto action) { return Step{.action = action, .priority = Priority::kCommand}; };
+  if (const auto* read = std::get_if<ReadAt>(&step)) return Read(read->address, slot, Priority::kCommand);
+  if (const auto* request = std::get_if<Frame>(&step)) return command(ExchangeOf(*request));
+  if (const auto* baud = std::get_if<SetBaudRate>(&step)) return command(*baud);
+  return command(std::get<Idle>(step));
 }
 
 Step SaaModbusDevice::Read(std::uint8_t address, const BusSlot& slot, Priority priority) const {
-  const Exchange usual = Ask(ReadRequest(address, settings_.registers));
+  const Exchange usual = ExchangeOf(ReadRequest(address, settings_.registers));
   if (slot.MaySend(usual) || settings_.bits > kOneRegisterBits) return {.action = usual, .priority = priority};
-  const Exchange other = Ask(ReadRequest(address, 3 - settings_.registers));
+  const Exchange other = ExchangeOf(ReadRequest(address, 3 - settings_.registers));
   return {.action = slot.MaySend(other) ? other : usual, .priority = priority};
 }
 
-Exchange SaaModbusDevice::Ask(const Frame& request) const {
-  Exchange exchange{.request = request, .reply_length = &ReplyLength, .timeout = Patience()};
+Exchange SaaModbusDevice::ExchangeOf(const Frame& request) const {
+  Exchange exchange{.request = request, .reply_length = &ReplyLength, .timeout = Timeout()};
   exchange.shape = ReplyShapeOf(request);
   return exchange;
 }
 
 // At a slower rate than the file's an exchange takes longer.
-MonoNs SaaModbusDevice::Patience() const {
+MonoNs SaaModbusDevice::Timeout() const {
   LineFormat present = line_;
   present.baud = connection_.port_baud;
   return settings_.timeout + std::max<MonoNs>(0, LongestExchange(present) - LongestExchange(line_));
@@ -93,8 +90,8 @@ MonoNs SaaModbusDevice::Patience() const {
 
 void SaaModbusDevice::OnStarted(const Step& step, MonoNs now) {
   runner_.ExpireIfLate(now);
-  if (const auto* retune = std::get_if<SetBaudRate>(&step.action)) {
-    tuning_to_ = retune->baud;
+  if (const auto* set = std::get_if<SetBaudRate>(&step.action)) {
+    next_baud_ = set->baud;
     runner_.OnStarted(step.priority == Priority::kCommand);
     return;
   }
@@ -116,13 +113,13 @@ void SaaModbusDevice::On(const Event& event) {
       break;
     case Event::Kind::kUnexpectedBytes:
     case Event::Kind::kUnsolicited:
-      OnStray(event);
+      OnUnexpectedBytes(event);
       break;
     case Event::Kind::kSilent:
       line_unclear_ = false;
       break;
     case Event::Kind::kBaudRateSet:
-      OnRetuned(EndOf(event));
+      OnBaudRateSet(EndOf(event));
       break;
     case Event::Kind::kLinkUp:
       OnLinkUp(EndOf(event));
@@ -154,16 +151,16 @@ void SaaModbusDevice::OnExchange(const Event& event) {
 }
 
 // Every device of the bus receives the event: one of them counts it and keeps the line quiet.
-void SaaModbusDevice::OnStray(const Event& event) {
+void SaaModbusDevice::OnUnexpectedBytes(const Event& event) {
   if (!keeps_line_) return;
   output_.OnError(ErrorKind::kUnexpectedBytes, event.received);
   line_unclear_ = true;
 }
 
-void SaaModbusDevice::OnRetuned(MonoNs now) {
-  connection_.port_baud = tuning_to_;
+void SaaModbusDevice::OnBaudRateSet(MonoNs now) {
+  connection_.port_baud = next_baud_;
   (void)runner_.TakeInFlight();
-  if (runner_.busy()) runner_.procedure().OnRetuned(now);
+  if (runner_.busy()) runner_.procedure().OnBaudRateSet(now);
 }
 
 void SaaModbusDevice::OnLinkUp(MonoNs now) {

@@ -40,13 +40,13 @@ class SaaModbusDevice final : public Device, private CommandRunner<Procedure>::P
                                                                  MonoNs now) const override;
   [[nodiscard]] Result<> CheckState(const DriverCommand& command, MonoNs now) const override;
   [[nodiscard]] Step LiveStep(const BusSlot& slot) const;
-  [[nodiscard]] Step CarryOut(const Want& want, const BusSlot& slot) const;
+  [[nodiscard]] Step CarryOut(const ProcedureStep& step, const BusSlot& slot) const;
   [[nodiscard]] Step Read(std::uint8_t address, const BusSlot& slot, Priority priority) const;
-  [[nodiscard]] Exchange Ask(const Frame& request) const;
-  [[nodiscard]] MonoNs Patience() const;
+  [[nodiscard]] Exchange ExchangeOf(const Frame& request) const;
+  [[nodiscard]] MonoNs Timeout() const;
   void OnExchange(const Event& event);
-  void OnStray(const Event& event);
-  void OnRetuned(MonoNs now);
+  void OnUnexpectedBytes(const Event& event);
+  void OnBaudRateSet(MonoNs now);
   void OnLinkUp(MonoNs now);
   void OnLinkDown();
   void CompareWithFile(MonoNs now);
@@ -54,21 +54,21 @@ class SaaModbusDevice final : public Device, private CommandRunner<Procedure>::P
   std::shared_ptr<const DeviceSettings> owned_;  // keeps settings_ alive
   const SaaModbusSettings& settings_;
   const LineFormat line_;  // as configured
-  const bool keeps_line_;  // it asks for silence after stray bytes: one device of a bus does
+  const bool keeps_line_;  // it waits for an idle line after unexpected bytes: one device of a bus does
   const std::vector<std::uint8_t> other_addresses_;
   DeviceOutput& output_;
   Connection connection_;
-  const OperationContext context_;  // what procedures work on
+  const OperationContext context_;
   Interpreter interpreter_;
 
   bool link_up_ = false;
-  bool line_unclear_ = false;  // silence before the next request
-  bool repeat_ = false;        // the live exchange that failed
-  int failures_ = 0;           // live exchanges in a row
-  MonoNs not_before_ = 0;      // the silent interval at another rate than the file's
-  bool differs_ = false;       // the alarm is up
-  Frame sent_;                 // under way
-  std::int64_t tuning_to_ = 0;
+  bool line_unclear_ = false;   // silence before the next request
+  bool repeat_ = false;         // the live exchange that failed
+  int failures_ = 0;            // live exchanges in a row
+  MonoNs not_before_ = 0;       // the silent interval at another rate than the file's
+  bool differs_ = false;        // the alarm is up
+  Frame sent_;                  // under way
+  std::int64_t next_baud_ = 0;  // of the SetBaudRate under way
 
   std::optional<MonoNs> last_write_;  // of the encoder's memory
   CommandRunner<Procedure> runner_;

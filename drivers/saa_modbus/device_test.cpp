@@ -154,7 +154,7 @@ TEST(SaaModbusDevice, AnotherEncodersReplyIsAWrongEcho) {
   EXPECT_EQ(machine.output().Count(ErrorKind::kWrongEcho), 1);
 }
 
-// It is there, whatever it says.
+// The encoder is present, whatever its reply holds.
 TEST(SaaModbusDevice, AnEncoderThatAnswersWithExceptionsIsNotGone) {
   Machine machine;
   machine.Run(200 * kMillisecond);

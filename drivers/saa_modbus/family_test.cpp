@@ -1,4 +1,4 @@
-// What the family tells the rest of the product, where the manual says it.
+// What the family declares to the rest of the product, where the manual defines it.
 #include "core/device/family.h"
 
 #include <gtest/gtest.h>

@@ -3,8 +3,8 @@
 namespace axlecast::saa_modbus {
 namespace {
 
-// The encoder's own reply, however damaged, is not on its way any more. An exception does not tell to which
-// request.
+// The encoder's own reply, however damaged, is not on its way any more. An exception does not contain to which
+// request it belongs.
 bool HasCome(const Answer& answer, const Event& event) {
   if (answer.error == ErrorKind::kRange) return true;
   return answer.error == ErrorKind::kChecksum && event.kind == Event::Kind::kReply &&

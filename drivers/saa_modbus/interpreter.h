@@ -9,28 +9,28 @@
 
 namespace axlecast::saa_modbus {
 
-// What came of one exchange.
+// The result of one exchange.
 struct Answer {
   Request asked;
-  std::optional<ErrorKind> error;  // nothing: the reply is what was asked for
+  std::optional<ErrorKind> error;  // nothing: the reply fits the request
   Reply reply;
   bool unanswered = false;  // the reply has not come: it may still come, later
 
   [[nodiscard]] bool ok() const { return !error; }
 };
 
-// The outcome of an exchange, a function of the event (kReply or kTimeout) alone.
+// Returns the answer of an exchange. It depends on the event (kReply or kTimeout) alone.
 [[nodiscard]] Answer Interpret(const Event& event, int bits);
 
-// The interval that holds the instant of the position. The encoder takes it after the last character of the request
-// and before the first of its reply; where in between is not documented. `character`: time of one on the wire (0
+// Returns the interval within which the position was sampled. The encoder samples after the last character of the request
+// and before the first of its reply; the exact time is not documented. `character`: time of one on the wire (0
 // where the wire is simulated and may be faster than a real one).
 [[nodiscard]] Interval SamplingInstant(const Event& event, MonoNs character);
 
-// When the exchange was over.
+// Returns when the exchange was over.
 [[nodiscard]] MonoNs EndOf(const Event& event);
 
-// Where the encoder is reached. It begins as the file says and follows what set_baud and set_address do.
+// Where the encoder is reached: at the start as configured, then as set_baud and set_address changed it.
 struct Connection {
   std::uint8_t address = kMinAddress;
   std::int64_t baud = 0;       // of the encoder
@@ -39,11 +39,11 @@ struct Connection {
   friend bool operator==(const Connection&, const Connection&) = default;
 };
 
-// What the encoder says, towards the outside: samples, errors by kind, writes of its memory, and where its position
-// jumps because of a setting. All of it follows from the events alone, so a recorded sequence gives the same again.
+// Reports samples, errors by kind, writes of the encoder's memory, and jumps of its position because of a setting. All
+// of it depends on the events alone, so a recorded sequence gives the same results.
 class Interpreter {
  public:
-  // Follows the encoder to the address that it was given: `connection` is changed then.
+  // Changes `connection` when the encoder answers at the address that it was given.
   // `wire` has no baud where the line is simulated.
   Interpreter(const SaaModbusSettings& settings, const LineFormat& wire, Connection& connection,
               DeviceOutput& output)
@@ -51,18 +51,18 @@ class Interpreter {
 
   // An exchange is over: kReply or kTimeout.
   Answer OnExchange(const Event& event);
-  // The link went while this request was under way.
+  // The link was lost during this request.
   void OnLost(Bytes request);
   void OnLinkDown();
 
-  // Good replies come: the last exchanges were not all silent.
+  // Returns whether good replies come: the last exchanges were not all silent.
   [[nodiscard]] bool answering() const { return answering_; }
 
  private:
   void OnWrite(const Request& asked);
   void OnPosition(const Answer& answer, const Event& event);
 
-  // Exchanges in a row without an own reply, after which the encoder counts as gone.
+  // The number of consecutive exchanges without a reply after which the encoder counts as gone.
   static constexpr int kGone = 2;
 
   const SaaModbusSettings& settings_;
@@ -71,7 +71,7 @@ class Interpreter {
   DeviceOutput& output_;
   bool answering_ = false;
   int silent_in_a_row_ = 0;
-  std::optional<std::uint8_t> new_address_;  // was ordered; a reading from there shows that it was taken on
+  std::optional<std::uint8_t> new_address_;  // was commanded; a reading from there confirms it
   bool datum_changing_ = false;
 };
 

@@ -1,22 +1,21 @@
-#include "drivers/saa_modbus/probe.h"
-
 #include <algorithm>
 #include <bit>
 #include <memory>
 
 #include "core/device/operation.h"
+#include "drivers/kit/asking_probe.h"
 #include "drivers/protocol/modbus/adu.h"
-#include "drivers/saa_modbus/procedures.h"
-#include "drivers/saa_modbus/settings.h"
+#include "drivers/saa_modbus/family.h"
+#include "drivers/saa_modbus/interpreter.h"
 
 namespace axlecast::saa_modbus {
 namespace {
 
-constexpr MonoNs kPatience = 30 * kMillisecond;  // beyond the wire: the encoder, and an adapter's 16 ms
+constexpr MonoNs kPatience = 30 * kMillisecond;  // in addition to the wire: the encoder, and an adapter's 16 ms
 constexpr int kConfirmations = 2;
 constexpr std::size_t kThreeByteReply = 8;  // with 17 to 24 bits of position
-constexpr int kAttempts = 2;                // of a question whose answer came damaged
-// A bus is rarely fuller, and these addresses are asked at every rate before the others.
+constexpr int kAttempts = 2;                // of a request whose reply is damaged
+// A bus rarely has more devices, and these addresses are tried at every rate before the others.
 constexpr int kUsualAddresses = static_cast<int>(kMaxDevices);
 
 AskingProbe::Question QuestionOf(const Frame& request, axlecast::ReplyLength length, const LineFormat& line) {
@@ -27,13 +26,126 @@ AskingProbe::Question QuestionOf(const Frame& request, axlecast::ReplyLength len
   return question;
 }
 
+// Requests the position at one address after the other: one register, which encoders of up to 16 bits answer, then two,
+// which the others answer. An answer is confirmed twice. Then an input register is requested: every SAA encoder leaves
+// that unanswered, and another Modbus device refuses it at least. Functions 03 and 04 only: nothing is ever written.
+class SaaModbusProbe final : public AskingProbe {
+ public:
+  // Addresses `first` to `last`, both included.
+  SaaModbusProbe(const LineFormat& line, int first, int last)
+      : line_(line), first_(first), last_(last), address_(first) {}
+
+  [[nodiscard]] std::vector<ProbeHit> Findings() const override { return findings_; }
+  [[nodiscard]] double Progress() const override {
+    return static_cast<double>(address_ - first_) / static_cast<double>(last_ - first_ + 1);
+  }
+
+ protected:
+  [[nodiscard]] std::optional<Question> Ask() const override {
+    if (address_ > last_) return std::nullopt;
+    const auto address = static_cast<std::uint8_t>(address_);
+    if (stage_ == Stage::kInputRegister) {
+      return QuestionOf(modbus::Read(address, modbus::Function::kReadInputRegisters, 0, 1), &modbus::ReplyLength,
+                        line_);
+    }
+    const int registers = stage_ == Stage::kConfirm ? registers_ : stage_ == Stage::kOneRegister ? 1 : 2;
+    return QuestionOf(ReadRequest(address, registers), &ReplyLength, line_);
+  }
+
+  void Judge(const Event& event) override {
+    ++tries_;
+    if (stage_ == Stage::kInputRegister) return OnInputRegister(event);
+    OnPosition(event);
+  }
+
+ private:
+  enum class Stage : std::uint8_t { kOneRegister, kTwoRegisters, kConfirm, kInputRegister };
+
+  void OnPosition(const Event& event) {
+    const Answer answer = Interpret(event, event.bytes.size() == kThreeByteReply ? 24 : kMaxBits);
+    if (answer.error == ErrorKind::kException) {
+      return AddOther("it refuses to give its position, and SAA encoders refuse nothing");
+    }
+    if (!answer.ok()) {
+      if (!event.bytes.empty() && tries_ < kAttempts) return;
+      if (stage_ == Stage::kConfirm) return Enter(Stage::kInputRegister);
+      return stage_ == Stage::kOneRegister ? Enter(Stage::kTwoRegisters) : NextAddress();
+    }
+    positions_ |= answer.reply.counts;
+    reply_size_ = event.bytes.size();
+    if (stage_ != Stage::kConfirm) {
+      registers_ = stage_ == Stage::kOneRegister ? 1 : 2;
+      return Enter(Stage::kConfirm);
+    }
+    if (++confirmed_ == kConfirmations) Enter(Stage::kInputRegister);
+  }
+
+  void OnInputRegister(const Event& event) {
+    const modbus::Reply reply = modbus::Check(event.request, event.bytes);
+    if (reply.ok() || reply.error == ErrorKind::kException) {
+      return AddOther("it knows function 04, which SAA encoders have not");
+    }
+    AddEncoder();
+    NextAddress();
+  }
+
+  void AddEncoder() {
+    const int maximum = registers_ == 1 ? kOneRegisterBits : reply_size_ == kThreeByteReply ? 24 : kMaxBits;
+    const int minimum =
+        std::max({registers_ == 1 ? kMinBits : kOneRegisterBits + 1, static_cast<int>(std::bit_width(positions_))});
+    ProbeHit hit;
+    hit.confidence = confirmed_ == kConfirmations ? Confidence::kLikely : Confidence::kPossible;
+    hit.device = Text("SAA encoder on Modbus, address %d", address_);
+    hit.reason = Text(
+        "answered %d of 3 reads of its position in %d register%s with the right CRC, and no read of input "
+        "registers",
+        confirmed_ + 1, registers_, registers_ == 1 ? "" : "s");
+    hit.keys = {{"bits", std::to_string(maximum)}, {"address", std::to_string(address_)}};
+    hit.check = Text("bits: %d to %d by its answers; see the encoder's label", minimum, maximum);
+    findings_.push_back(std::move(hit));
+  }
+
+  void AddOther(const char* reason) {
+    ProbeHit hit;
+    hit.confidence = Confidence::kSure;
+    hit.device = Text("another Modbus device, address %d", address_);
+    hit.reason = reason;
+    findings_.push_back(std::move(hit));
+    NextAddress();
+  }
+
+  void Enter(Stage stage) {
+    stage_ = stage;
+    tries_ = 0;
+  }
+
+  void NextAddress() {
+    ++address_;
+    confirmed_ = 0;
+    positions_ = 0;
+    Enter(Stage::kOneRegister);
+  }
+
+  LineFormat line_;
+  int first_;
+  int last_;
+  int address_;
+  Stage stage_ = Stage::kOneRegister;
+  int registers_ = 1;  // that it answers
+  int tries_ = 0;      // in this stage
+  int confirmed_ = 0;
+  std::uint32_t positions_ = 0;  // every bit that was ever set
+  std::size_t reply_size_ = 0;   // bytes of its last answer
+  std::vector<ProbeHit> findings_;
+};
+
 void AddTrials(const ProbeScope& scope, int first, int last, std::vector<ProbeTrial>& trials) {
   first = std::max(first, scope.first_address);
   last = std::min(last, scope.last_address);
   if (first > last) return;
   std::vector<std::int64_t> rates = scope.RatesOf({BaudRates().begin(), BaudRates().end()});
-  std::stable_partition(rates.begin(), rates.end(),
-                        [](std::int64_t rate) { return rate == 19'200; });  // as delivered
+  const auto delivered = [](std::int64_t rate) { return rate == 19'200; };
+  std::stable_partition(rates.begin(), rates.end(), delivered);
   for (const std::int64_t baud : rates) {
     const LineFormat line = {.baud = baud};
     const AskingProbe::Question question = QuestionOf(ReadRequest(1, 1), &ReplyLength, line);
@@ -48,120 +160,15 @@ void AddTrials(const ProbeScope& scope, int first, int last, std::vector<ProbeTr
 }
 
 }  // namespace
-
-Frame SaaModbusProbe::Request() const {
-  const auto address = static_cast<std::uint8_t>(address_);
-  switch (stage_) {
-    case Stage::kOneRegister:
-      return ReadRequest(address, 1);
-    case Stage::kTwoRegisters:
-      return ReadRequest(address, 2);
-    case Stage::kConfirm:
-      return ReadRequest(address, registers_);
-    case Stage::kForeign:
-      break;
-  }
-  return modbus::Read(address, modbus::Function::kReadInputRegisters, 0, 1);
-}
-
-std::optional<AskingProbe::Question> SaaModbusProbe::Ask() const {
-  if (address_ > last_) return std::nullopt;
-  return QuestionOf(Request(), stage_ == Stage::kForeign ? &modbus::ReplyLength : &ReplyLength, line_);
-}
-
-void SaaModbusProbe::Judge(const Event& event) {
-  ++tries_;
-  if (stage_ == Stage::kForeign) return JudgeForeign(event);
-  JudgePosition(event);
-}
-
-void SaaModbusProbe::JudgePosition(const Event& event) {
-  const Answer answer = Interpret(event, event.bytes.size() == kThreeByteReply ? 24 : kMaxBits);
-  if (answer.error == ErrorKind::kException) {
-    AddStranger("it refuses to give its position, and SAA encoders refuse nothing");
-    return NextAddress();
-  }
-  if (!answer.ok()) {
-    if (!event.bytes.empty() && tries_ < kAttempts) return;
-    if (stage_ == Stage::kConfirm) return Go(Stage::kForeign);
-    return stage_ == Stage::kOneRegister ? Go(Stage::kTwoRegisters) : NextAddress();
-  }
-  positions_ |= answer.reply.counts;
-  reply_size_ = event.bytes.size();
-  if (stage_ != Stage::kConfirm) {
-    registers_ = stage_ == Stage::kOneRegister ? 1 : 2;
-    return Go(Stage::kConfirm);
-  }
-  if (++confirmed_ == kConfirmations) Go(Stage::kForeign);
-}
-
-void SaaModbusProbe::JudgeForeign(const Event& event) {
-  const modbus::Reply reply = modbus::Check(event.request, event.bytes);
-  if (reply.ok() || reply.error == ErrorKind::kException) {
-    AddStranger("it knows function 04, which SAA encoders have not");
-  } else {
-    AddEncoder();
-  }
-  NextAddress();
-}
-
-void SaaModbusProbe::AddEncoder() {
-  const int maximum = registers_ == 1 ? kOneRegisterBits : reply_size_ == kThreeByteReply ? 24 : kMaxBits;
-  const int minimum =
-      std::max({registers_ == 1 ? kMinBits : kOneRegisterBits + 1, static_cast<int>(std::bit_width(positions_))});
-  ProbeHit finding;
-  finding.confidence = confirmed_ == kConfirmations ? Confidence::kLikely : Confidence::kPossible;
-  finding.device = Text("SAA encoder on Modbus, address %d", address_);
-  finding.reason = Text(
-      "answered %d of 3 reads of its position in %d register%s with the right CRC, and no read of input registers",
-      confirmed_ + 1, registers_, registers_ == 1 ? "" : "s");
-  finding.keys = {{"bits", std::to_string(maximum)}, {"address", std::to_string(address_)}};
-  finding.check = Text("bits: %d to %d by its answers; the encoder's label says which", minimum, maximum);
-  findings_.push_back(std::move(finding));
-}
-
-void SaaModbusProbe::AddStranger(const char* why) {
-  findings_.push_back({.confidence = Confidence::kSure,
-                       .device = Text("another Modbus device, address %d", address_),
-                       .reason = why,
-                       .bus = {},
-                       .keys = {},
-                       .check = {}});
-}
-
-void SaaModbusProbe::Go(Stage stage) {
-  stage_ = stage;
-  tries_ = 0;
-}
-
-void SaaModbusProbe::NextAddress() {
-  ++address_;
-  confirmed_ = 0;
-  positions_ = 0;
-  Go(Stage::kOneRegister);
-}
-
-double SaaModbusProbe::Progress() const {
-  return static_cast<double>(address_ - first_) / static_cast<double>(last_ - first_ + 1);
-}
-
-// ---- what is tried ----
-
-namespace {
-
-std::vector<ProbeTrial> ProbeTrials(const ProbeScope& scope) {
-  std::vector<ProbeTrial> trials;
-  AddTrials(scope, kMinAddress, kUsualAddresses, trials);
-  AddTrials(scope, kUsualAddresses + 1, kMaxAddress, trials);
-  return trials;
-}
-
-}  // namespace
-
 }  // namespace axlecast::saa_modbus
 
 namespace axlecast {
 
-std::vector<ProbeTrial> saa_modbus_probe(const ProbeScope& scope) { return saa_modbus::ProbeTrials(scope); }
+std::vector<ProbeTrial> saa_modbus_probe(const ProbeScope& scope) {
+  std::vector<ProbeTrial> trials;
+  saa_modbus::AddTrials(scope, saa_modbus::kMinAddress, saa_modbus::kUsualAddresses, trials);
+  saa_modbus::AddTrials(scope, saa_modbus::kUsualAddresses + 1, saa_modbus::kMaxAddress, trials);
+  return trials;
+}
 
 }  // namespace axlecast

@@ -1,4 +1,4 @@
-#include "drivers/saa_modbus/probe.h"
+#include "drivers/saa_modbus/family.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

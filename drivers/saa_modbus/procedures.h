@@ -1,9 +1,12 @@
 #pragma once
 
-#include <array>
+#include <axlecast/command_status_t.hpp>
+#include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "core/base/inline_bytes.h"
 #include "core/device/device.h"
@@ -16,171 +19,79 @@
 
 namespace axlecast::saa_modbus {
 
-// The next step of a procedure.
-struct WaitUntil {
-  MonoNs until = 0;
-};
-struct ReadAt {  // the position; the device decides how many registers are asked for
+// A reading of the position. The device decides how many registers it requests.
+struct ReadAt {
   std::uint8_t address = 0;
 };
-struct Send {
-  Frame request;
-};
-struct PortBaud {
-  std::int64_t baud = 0;
-};
-using Want = std::variant<WaitUntil, ReadAt, Send, PortBaud>;
+// The next step of a procedure. A Frame is a request that is sent as it is.
+using ProcedureStep = std::variant<Idle, ReadAt, Frame, SetBaudRate>;
+
+// Maximum number of consecutive failures of the same request.
+inline constexpr int kTries = 3;
 
 // The steps of one command on this protocol.
 class Procedure : public CommandProcedure {
  public:
-  [[nodiscard]] virtual Want Next(MonoNs now) const = 0;
+  [[nodiscard]] virtual ProcedureStep Next(MonoNs now) const = 0;
   // Begins the exchange that Next returned. Returns the final outcome if this ends the procedure.
   virtual std::optional<Outcome> OnStarted([[maybe_unused]] Bytes request, [[maybe_unused]] MonoNs now) {
     return std::nullopt;
   }
-  // The exchange is over at `end`. An outcome: progress, or the final one.
+  // Called with the answer of an exchange that ended at `end`. Returns progress, the final outcome, or nothing.
   virtual std::optional<Outcome> OnAnswer(const Answer& answer, MonoNs end) = 0;
   // The port now has the rate that Next returned.
-  virtual void OnRetuned([[maybe_unused]] MonoNs now) {}
+  virtual void OnBaudRateSet([[maybe_unused]] MonoNs now) {}
+  // The outcome of a procedure that only reads.
+  [[nodiscard]] Outcome OnLinkLost() const override {
+    return Final(CommandState::kFailed, command_status_t::REASON_NO_REPLY,
+                 "the link was lost before the answer came");
+  }
 };
 
-// Readings that may fail in a row.
-inline constexpr int kTries = 3;
-
-// Looks at which of two places, a baud rate and an address each, the encoder answers: first `first`, then `second`.
-class Search {
- public:
-  struct Place {
-    std::uint8_t address = 0;
-    std::int64_t baud = 0;
-  };
-  enum class Progress : std::uint8_t { kGoing, kFirst, kSecond, kNowhere };
-
-  // How long the encoder may take to listen at its new place is not documented.
-  static constexpr MonoNs kSettle = 50 * kMillisecond;
-
-  Search(Place first, Place second, const Connection& connection)
-      : places_{first, second}, connection_(connection) {}
-
-  // Not before `from`.
-  void Start(MonoNs from) { due_ = from; }
-  [[nodiscard]] Want Next(MonoNs now) const;
-  void OnRetuned(MonoNs now) { due_ = now + kSettle; }
-  [[nodiscard]] Progress OnAnswer(const Answer& answer);
-  [[nodiscard]] std::uint32_t counts() const { return counts_; }  // when it was found
-
- private:
-  [[nodiscard]] const Place& place() const { return places_.at(tried_); }
-
-  std::array<Place, 2> places_;
-  const Connection& connection_;
-  std::size_t tried_ = 0;
-  int failures_ = 0;
-  MonoNs due_ = 0;
-  std::uint32_t counts_ = 0;
+// The parts of the device and its bus that a procedure uses. They outlive the procedure.
+struct OperationContext {
+  const SaaModbusSettings& settings;
+  const DeviceOutput& output;
+  Connection& connection;
+  const std::vector<std::uint8_t>& other_addresses;  // of the bus's other configured encoders
 };
 
-// Sets the position to zero or the counting direction (CC 00, 01, 02): a reading, the request once, a reading. The
-// shaft must stand still before the first reading and before the request. The encoder's echo shows that the
-// setting was accepted (SAA manual 5.1.7: "Sending a return match ... was set successfully"); a zero is verified by
-// reading, a direction cannot be without motion.
-class DatumWrite final : public Procedure {
- public:
-  // `parameter`: kZero, kPositive or kNegative.
-  DatumWrite(Parameter parameter, const SaaModbusSettings& settings, const Connection& connection,
-             const DeviceOutput& output);
+// Where an encoder answers.
+struct Place {
+  std::uint8_t address = 0;
+  std::int64_t baud = 0;
 
-  [[nodiscard]] Want Next(MonoNs now) const override;
-  std::optional<Outcome> OnStarted(Bytes request, MonoNs now) override;
-  std::optional<Outcome> OnAnswer(const Answer& answer, MonoNs end) override;
-  [[nodiscard]] Outcome OnLinkLost() const override;
-  [[nodiscard]] bool touched() const override { return sent_; }
-
-  // A zero whose effect does not show yet is read again.
-  static constexpr MonoNs kReadAgain = 20 * kMillisecond;
-  static constexpr int kLooks = 5;
-  // Readings after the request that may fail.
-  static constexpr int kReadsAfter = 10;
-
- private:
-  enum class Stage : std::uint8_t { kReadBefore, kSend, kReadAfter };
-
-  [[nodiscard]] bool AtRest(MonoNs now) const;
-  [[nodiscard]] bool IsZero(std::int64_t counts) const;
-  [[nodiscard]] bool SameBefore() const;
-  std::optional<Outcome> OnBefore(const Answer& answer);
-  std::optional<Outcome> OnAfter(const Answer& answer, MonoNs end);
-  [[nodiscard]] Outcome JudgeZero(std::int64_t counts) const;
-  [[nodiscard]] Outcome JudgeDirection(std::int64_t counts) const;
-  [[nodiscard]] Outcome WithCounts(Outcome outcome, const std::string& after) const;
-
-  const Parameter parameter_;
-  const SaaModbusSettings& settings_;
-  const Connection& connection_;
-  const DeviceOutput& output_;
-  Stage stage_ = Stage::kReadBefore;
-  MonoNs due_ = 0;
-  std::int64_t before_ = 0;
-  bool sent_ = false;
-  bool accepted_ = false;  // the echo came
-  int failures_ = 0;
-  int looks_ = 0;
+  friend bool operator==(const Place&, const Place&) = default;
 };
 
-// One reading of the position, shown.
-class ReadPosition final : public Procedure {
- public:
-  // `after`: the datum write whose effect is looked for, or nothing.
-  ReadPosition(std::optional<Parameter> after, const SaaModbusSettings& settings, const Connection& connection,
-               const DeviceOutput& output)
-      : after_(after), settings_(settings), connection_(connection), output_(output) {}
+// ---- datum ----
 
-  [[nodiscard]] Want Next(MonoNs) const override { return ReadAt{connection_.address}; }
-  std::optional<Outcome> OnAnswer(const Answer& answer, MonoNs end) override;
-  [[nodiscard]] Outcome OnLinkLost() const override;
+// Sets the position to zero or sets the counting direction (`parameter`: CC 00, 01, 02).
+[[nodiscard]] std::unique_ptr<Procedure> MakeDatumWrite(Parameter parameter, const OperationContext& context);
+// Reads the position once. `after`: the datum write whose effect is verified, or nothing.
+[[nodiscard]] std::unique_ptr<Procedure> MakeReadPosition(std::optional<Parameter> after,
+                                                          const OperationContext& context);
 
- private:
-  [[nodiscard]] const char* Finding(std::int64_t counts, MonoNs now) const;
+// ---- connection ----
 
-  const std::optional<Parameter> after_;
-  const SaaModbusSettings& settings_;
-  const Connection& connection_;
-  const DeviceOutput& output_;
-  int failures_ = 0;
-};
+// What a ConnectionChange writes.
+enum class ConnectionKey : std::uint8_t { kAddress, kBaud };
 
-// Looks whether the encoder answers at another baud rate or address than it did, and follows it there.
-class FindEncoder final : public Procedure {
- public:
-  // `after`: the operation whose effect is looked for, for the text.
-  FindEncoder(Search::Place changed, std::string after, const SaaModbusSettings& settings, Connection& connection);
+// Gives the encoder another address or baud rate. `from` and `to` differ in nothing else.
+[[nodiscard]] std::unique_ptr<Procedure> MakeConnectionChange(ConnectionKey key, Place from, Place to,
+                                                              Connection& connection);
+// Checks whether the encoder answers at `changed` or at its present place, and follows it. `after`: the operation whose
+// effect is verified, for the text.
+[[nodiscard]] std::unique_ptr<Procedure> MakeFindEncoder(Place changed, std::string after,
+                                                         const OperationContext& context);
+// Queries the address of the only connected encoder (FF A0).
+[[nodiscard]] std::unique_ptr<Procedure> MakeQueryAddress(const Connection& connection);
 
-  [[nodiscard]] Want Next(MonoNs now) const override { return search_.Next(now); }
-  std::optional<Outcome> OnAnswer(const Answer& answer, MonoNs end) override;
-  void OnRetuned(MonoNs now) override { search_.OnRetuned(now); }
-  [[nodiscard]] Outcome OnLinkLost() const override;
+// ---- shared by the procedures ----
 
- private:
-  const Search::Place changed_;
-  const std::string after_;
-  const SaaModbusSettings& settings_;
-  Connection& connection_;
-  Search search_;
-};
-
-// Asks the only connected encoder for its address (FF A0).
-class AskAddress final : public Procedure {
- public:
-  explicit AskAddress(const Connection& connection) : connection_(connection) {}
-
-  [[nodiscard]] Want Next(MonoNs) const override { return Send{QueryRequest()}; }
-  std::optional<Outcome> OnAnswer(const Answer& answer, MonoNs end) override;
-  [[nodiscard]] Outcome OnLinkLost() const override;
-
- private:
-  const Connection& connection_;
-  int failures_ = 0;
-};
+// Counts a failed reading. Returns the final outcome after kTries of them.
+[[nodiscard]] std::optional<Outcome> CountFailure(const Answer& answer, int& failures);
+// Returns the position as a success: its text follows `text`, its counts are the change `single_turn`.
+[[nodiscard]] Outcome PositionOutcome(const std::string& text, std::int64_t counts, int bits);
 
 }  // namespace axlecast::saa_modbus

@@ -1,5 +1,5 @@
 // set_address, query_address and read_position against the simulated encoder: SAA manual 5.1.7 (5) 3 and 4.
-#include "drivers/saa_modbus/connection_procedures.h"
+#include "drivers/saa_modbus/procedures.h"
 
 #include <gmock/gmock.h>
 
@@ -43,7 +43,7 @@ TEST_F(SetAddressTest, TheDriverFollows) {
   EXPECT_EQ(machine_.output().samples.back().counts, 16'384);
   machine_.Run(10 * kSecond);
   EXPECT_EQ(machine_.Do("set_address", {{"address", "1"}}).state, CommandState::kSucceeded);
-  EXPECT_EQ(machine_.Alarm(), AlarmState::kAbsent) << "as the file says again";
+  EXPECT_EQ(machine_.Alarm(), AlarmState::kAbsent) << "as in the file again";
 }
 
 TEST_F(SetAddressTest, WhenTheReplyIsLostItLooksWhereTheEncoderAnswers) {
@@ -100,7 +100,7 @@ TEST_F(SetAddressTest, LookingForAChangeNowhereFails) {
   machine_.Run(kSecond);
   const Outcome found = machine_.Do("read_position", {{"after", "set_address address=2"}});
   EXPECT_EQ(found.state, CommandState::kFailed);
-  EXPECT_THAT(found.text, HasSubstr("neither where it was nor where"));
+  EXPECT_THAT(found.text, HasSubstr("neither at its old place nor at the one after"));
 }
 
 TEST_F(SetAddressTest, ALinkLostAfterTheRequestIsIndeterminate) {
@@ -152,13 +152,13 @@ TEST(SetAddress, FromWhereNobodyAnswersNothingIsDone) {
   EXPECT_TRUE(machine.port->Changes().empty());
 }
 
-// Two encoders with one address could not be told apart again.
+// Two encoders with one address could not be distinguished again.
 TEST(SetAddress, NeverToOneThatIsTaken) {
   Machine machine("axis1: {bits: 16, address: 1}, axis2: {bits: 16, address: 2}");
   machine.Run(300 * kMillisecond);
   EXPECT_EQ(machine.Do("set_address", {{"address", "2"}}).reason, Reason::REASON_NOT_PERMITTED);
   EXPECT_EQ(machine.Do("set_address", {{"address", "9"}, {"from", "2"}}).reason, Reason::REASON_NOT_PERMITTED);
-  machine.Set("axis2", "address", "7");  // not where the file says
+  machine.Set("axis2", "address", "7");  // not the address of the file
   const Outcome outcome = machine.Do("set_address", {{"address", "7"}});
   EXPECT_EQ(outcome.reason, Reason::REASON_NOT_PERMITTED) << outcome.text;
   EXPECT_THAT(outcome.text, HasSubstr("something answers at address 7"));
@@ -181,7 +181,7 @@ TEST(SetAddress, AskThreeTimesWhetherAnAddressIsFree) {
   EXPECT_EQ(std::count_if(written.begin(), change, [](const ByteList& request) { return request[0] == 7; }), 3);
 }
 
-// Whoever answers a question about another address: it is not this encoder's position.
+// An answer to a request for another address is not the position of this encoder.
 TEST(SetAddress, WhatAnotherEncoderAnswersIsNoReading) {
   Machine machine("axis1: {bits: 16, address: 1}, axis2: {bits: 16, address: 2}", "axis2: {start_deg: 180}");
   machine.Run(300 * kMillisecond);

@@ -1,5 +1,5 @@
 // set_baud against the simulated encoder, in virtual time: SAA manual 5.1.7 (2) and (5) 5.
-#include "drivers/saa_modbus/connection_procedures.h"
+#include "drivers/saa_modbus/procedures.h"
 
 #include <gmock/gmock.h>
 
@@ -57,7 +57,7 @@ TEST_F(SetBaudTest, SaysWhatToPutIntoTheFile) {
   EXPECT_THAT(Change(57'600).text, HasSubstr("put link.baud: 57600 into the file"));
 }
 
-// README.md, "Alarms": what the operator is told to do, in a text that fits its message.
+// README.md, "Alarms": the action for the operator, in a text that fits its message.
 TEST_F(SetBaudTest, TheAlarmNamesWhatToChange) {
   EXPECT_EQ(Change(57'600).state, CommandState::kSucceeded);
   ASSERT_EQ(machine_.Alarm(), AlarmState::kLive);

@@ -22,10 +22,11 @@ struct SaaModbusSettings final : DeviceSettings {
 // "The interval time between the beginning and the end of each frame is at least 3.5 bytes" (SAA manual 5.1.7).
 // Above 19,200 Bd it stays 1.75 ms (Modbus over Serial Line V1.02, 2.5.1.1), in case the encoders hold to that.
 [[nodiscard]] MonoNs SilentInterval(const LineFormat& line);
-// A read of two registers with its reply, and the silent interval between them.
+// Returns the duration of a read of two registers with its reply and the silent interval between them.
 [[nodiscard]] MonoNs LongestExchange(const LineFormat& line);
 
-// "Set the current position to zero" says no tolerance: what a shaft that stands still may show.
+// Returns the tolerance of a zero: what a shaft that stands still may show. "Set the current position to zero" states
+// none.
 [[nodiscard]] std::int64_t ZeroToleranceCounts(int bits);
 
 // "counts 383, 8.4155 deg"
@@ -33,15 +34,15 @@ struct SaaModbusSettings final : DeviceSettings {
 
 [[nodiscard]] std::shared_ptr<const FamilyBus> ParseBus(ConfigMap& map, const BusConfig& bus);
 [[nodiscard]] std::unique_ptr<DeviceSettings> ParseSettings(ConfigMap& device, const BusConfig& bus);
-// Every address once.
+// Reports an error for every address that two devices share.
 void CheckBus(ConfigMap& map, const BusConfig& bus);
 
 inline constexpr std::size_t kMaxDevices = 32;  // on one bus: a unit load each of an RS-485 line
 
-// The encoder reports no alarms of its own. This one is up while the driver follows it to an address or a baud rate
-// that the file does not name: after a restart it would look for it in the wrong place.
+// The encoder reports no alarms. This one is raised while the driver follows the encoder to an address or a baud rate
+// that differs from the file: after a restart the driver would not find it.
 inline constexpr AlarmSpec kConfigurationDiffers = {
     0x200, alarm_entry_t::SOURCE_DRIVER, alarm_entry_t::SEVERITY_WARNING, "configuration_differs",
-    "Change link.baud or address in the file to what the encoder has, then restart"};
+    "Change link.baud or address in the file to the encoder's, then restart"};
 
 }  // namespace axlecast::saa_modbus

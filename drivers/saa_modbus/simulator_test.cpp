@@ -1,5 +1,6 @@
 // The simulator against the SAA manual 5.1.7: what it answers, what it does not, and its faults by name.
-#include "drivers/saa_modbus/simulator/modbus_line.h"
+#include "drivers/saa_modbus/simulator.h"
+#include "drivers/saa_modbus/family.h"
 
 #include <gmock/gmock.h>
 #include <yaml-cpp/yaml.h>
@@ -7,10 +8,6 @@
 #include "core/config/machine_config.h"
 #include "drivers/saa_modbus/settings.h"
 #include "tests/support/golden_file.h"
-
-namespace axlecast {
-const Family& saa_modbus_family();
-}
 
 namespace axlecast::saa_modbus {
 namespace {
@@ -45,7 +42,7 @@ class Host {
     ASSERT_EQ(Make("axis1: {" + keys + "}", "axis1: {" + simulate + "}"), "");
   }
 
-  // What the host hears within a second after it sent this.
+  // Returns what the host receives within a second after it sent this.
   ByteList Ask(const std::string& hex) {
     now_ += kSecond;
     ByteList heard;
@@ -65,13 +62,13 @@ class Host {
     return "absent";
   }
   void Set(const std::string& key, const std::string& value) {
-    EXPECT_EQ(simulator_->Set("axis1", key, value, now_), "");
+    EXPECT_EQ(ErrorText(simulator_->Set("axis1", key, value, now_)), "");
   }
 
   BusConfig bus_;
   std::unique_ptr<Simulator> simulator_;
   MonoNs now_ = kStart;
-  MonoNs answered_ = 0;  // first bytes heard
+  MonoNs answered_ = 0;  // first bytes received
 };
 
 class SimulatorTest : public testing::Test, protected Host {};

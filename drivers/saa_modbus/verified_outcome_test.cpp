@@ -35,7 +35,7 @@ TEST(VerifiedOutcome, AZeroIsVerifiedOnlyWhereItsEffectCanBeSeen) {
   }
 }
 
-// A setting is a state that is read back: where it held already, the outcome says so, and nothing is written.
+// A setting is a state that is read back: if it is set already, the outcome states that, and nothing is written.
 TEST(VerifiedOutcome, ASettingThatHeldAlreadyIsNotWrittenAndNamedSo) {
   Machine machine("axis1: {bits: 16}", "axis1: {start_deg: 90}");
   machine.Run(300 * kMillisecond);

@@ -98,10 +98,9 @@ Json DescribeReply(Bytes frame, const Options& options) {
 
 }  // namespace
 
-Json Decode(const DecodeSettings& settings, Bytes frame, bool* usable) {
+Result<Json> Decode(const DecodeSettings& settings, Bytes frame) {
   const Result<Options> read = ReadOptions(settings);
-  *usable = read.has_value();
-  if (!read) return {{"error", read.error().text}};
+  if (!read) return Failure(read.error());
   const Options& options = *read;
   if (frame.empty()) return Bad("unknown", "short");
   if (const std::optional<std::uint8_t> command = ParseRequest(frame)) return DescribeRequest(*command);

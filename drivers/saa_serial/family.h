@@ -12,7 +12,7 @@
 namespace axlecast::saa_serial {
 
 // For Family::decode; README.md, "Decoding", describes the object.
-[[nodiscard]] nlohmann::ordered_json Decode(const DecodeSettings& settings, Bytes frame, bool* usable);
+[[nodiscard]] Result<nlohmann::ordered_json> Decode(const DecodeSettings& settings, Bytes frame);
 
 // For Family::make_simulator: the encoders of the bus from its `simulate` mapping (README.md, "Simulation"). Null
 // when a key is wrong: the errors are in the map's list.

@@ -150,7 +150,7 @@ class SimulatedBus : LinkObserver, SecretSource {
     while (clock.Now() < end) bus_->RunOnce(end);
   }
   void Set(const std::string& device, const std::string& key, const std::string& value) {
-    EXPECT_EQ(simulator_->Set(device, key, value, clock.Now()), "");
+    EXPECT_EQ(ErrorText(simulator_->Set(device, key, value, clock.Now())), "");
   }
   void Begin(std::size_t device, const std::string& operation,
              std::vector<std::pair<std::string, std::string>> arguments = {}) {

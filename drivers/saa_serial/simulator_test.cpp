@@ -118,7 +118,7 @@ TEST_F(SaaSimulatorBus, EachFaultDoesWhatItsNameSays) {
   ASSERT_EQ(Make(kBus, "a: {bits: 14, address: 1}", "{a: {start_deg: 8.416}}"), "");
   MonoNs at = kStart;
   const auto ask = [&](const std::string& fault) {
-    EXPECT_EQ(simulator_->Set("a", "fault", fault, at), "");
+    EXPECT_EQ(ErrorText(simulator_->Set("a", "fault", fault, at)), "");
     heard_.clear();
     Send("BC AA B1", at);
     RunUntil(at + 900 * kMillisecond);
@@ -180,7 +180,7 @@ TEST_F(SaaSimulatorLines, StreamsAtItsRefreshRateWhatItSampled) {
   EXPECT_NEAR(static_cast<double>(heard_.size()), 50, 1);
   EXPECT_EQ(heard_.at(1).first - heard_.at(0).first, 20 * kMillisecond);
   EXPECT_EQ(heard_[0].second, GoldenBytes("FF 81 01 7F 00"));
-  ASSERT_EQ(simulator_->Set("a", "refresh_hz", "100", now_), "");
+  ASSERT_EQ(ErrorText(simulator_->Set("a", "refresh_hz", "100", now_)), "");
   heard_.clear();
   RunUntil(kStart + 2 * kSecond);
   EXPECT_NEAR(static_cast<double>(heard_.size()), 100, 2);

@@ -243,10 +243,9 @@ Word Parse(Bytes frame, const DecodeOptions& options) {
 
 }  // namespace
 
-Json Decode(const DecodeSettings& settings, Bytes frame, bool* usable) {
+Result<Json> Decode(const DecodeSettings& settings, Bytes frame) {
   const Result<DecodeOptions> read = ReadDecodeOptions(settings);
-  *usable = read.has_value();
-  if (!read) return {{"error", read.error().text}};
+  if (!read) return Failure(read.error());
   const DecodeOptions& options = *read;
   const Word word = Parse(frame, options);
   Json json = {{"ok", word.error == WordError::kNone}, {"kind", "position_word"}};

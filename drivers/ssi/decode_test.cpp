@@ -29,17 +29,11 @@ nlohmann::json DecodeBits(const std::string& settings, const std::string& levels
   const ClockedBits bits(levels);
   DecodeSettings all = SettingsOf(settings);
   all.emplace_back("bit_count", std::to_string(bits.count));
-  bool usable = false;
-  nlohmann::json json = Decode(all, bits.bytes, &usable);
-  EXPECT_TRUE(usable) << json.dump();
-  return json;
+  return Decode(all, bits.bytes).value();
 }
 
 nlohmann::json DecodeHex(const std::string& settings, const std::string& hex) {
-  bool usable = false;
-  nlohmann::json json = Decode(SettingsOf(settings), GoldenBytes(hex), &usable);
-  EXPECT_TRUE(usable) << json.dump();
-  return json;
+  return Decode(SettingsOf(settings), GoldenBytes(hex)).value();
 }
 
 TEST(SsiDecode, TheDocumentsWords) {
@@ -147,10 +141,7 @@ TEST(SsiDecode, WrongSettings) {
       {"bits=12 bit_count=-1", "bit_count=-1: expected 0.."},
       {"bits=12 baud=9600", "unknown key 'baud': ssi accepts bits"}};
   for (const auto& [text, problem] : rows) {
-    bool usable = true;
-    const nlohmann::json json = Decode(SettingsOf(text), {}, &usable);
-    EXPECT_FALSE(usable) << text;
-    EXPECT_THAT(json["error"].get<std::string>(), HasSubstr(problem)) << text;
+    EXPECT_THAT(ErrorText(Decode(SettingsOf(text), {})), HasSubstr(problem)) << text;
   }
 }
 

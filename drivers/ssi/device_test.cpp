@@ -43,7 +43,7 @@ class SsiMachine {
     for (const MonoNs end = clock.Now() + time; clock.Now() < end;) bus_.RunOnce(end);
   }
   void Set(const std::string& key, const std::string& value) {
-    EXPECT_EQ(simulator_->Set("axis1", key, value, clock.Now()), "");
+    EXPECT_EQ(ErrorText(simulator_->Set("axis1", key, value, clock.Now())), "");
   }
   [[nodiscard]] const SsiSimulator& simulator() const { return dynamic_cast<const SsiSimulator&>(*simulator_); }
   [[nodiscard]] const SsiSimulator::Counters& counters() const { return simulator().counters(); }

@@ -35,7 +35,7 @@ class SimulatedSsi {
     return LevelText(rx);
   }
   void Set(const std::string& key, const std::string& value) {
-    EXPECT_EQ(simulator_.Set("axis1", key, value, now), "");
+    EXPECT_EQ(ErrorText(simulator_.Set("axis1", key, value, now)), "");
   }
   [[nodiscard]] const SsiSimulator::Counters& counters() const { return simulator_.counters(); }
   [[nodiscard]] SsiSimulator& simulator() { return simulator_; }
@@ -198,7 +198,7 @@ TEST(SsiSimulator, Faults) {
   ssi.Set("power", "off");
   EXPECT_EQ(ssi.Clock(2), "1111111111111111");
   EXPECT_EQ(ssi.counters().unanswered, 3);
-  EXPECT_THAT(ssi.simulator().Set("axis1", "fault", "delayed:5", ssi.now),
+  EXPECT_THAT(ErrorText(ssi.simulator().Set("axis1", "fault", "delayed:5", ssi.now)),
               testing::HasSubstr("nothing is held back"));
 }
 
@@ -212,7 +212,7 @@ TEST(SsiSimulator, StatusAndParityBits) {
   ssi.Set("status", "power_fail");
   EXPECT_EQ(ssi.Clock(2), Line("1 000111101111 0 0 0"));
   ssi.Set("status", "none");
-  EXPECT_NE(ssi.simulator().Set("axis1", "status", "smoke", ssi.now), "");
+  EXPECT_NE(ErrorText(ssi.simulator().Set("axis1", "status", "smoke", ssi.now)), "");
   const auto state = ssi.simulator().State("axis1", ssi.now);
   EXPECT_THAT(state, testing::Contains(testing::Pair("status", "none")));
   EXPECT_THAT(state, testing::Contains(testing::Pair("single_turn", "495")));

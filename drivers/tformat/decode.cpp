@@ -198,10 +198,9 @@ Json DescribeEeprom(DataId id, Bytes frame, const Format& format) {
 
 }  // namespace
 
-Json Decode(const DecodeSettings& settings, Bytes frame, bool* usable) {
+Result<Json> Decode(const DecodeSettings& settings, Bytes frame) {
   const Result<Options> read = ReadOptions(settings);
-  *usable = read.has_value();
-  if (!read) return {{"error", read.error().text}};
+  if (!read) return Failure(read.error());
   const Options& options = *read;
   if (frame.empty()) return Bad("unknown", "short");
   if (const std::optional<RequestFields> request = ParseRequest(frame)) return DescribeRequest(*request);

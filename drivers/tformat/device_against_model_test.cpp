@@ -32,7 +32,7 @@ class Machine {
   [[nodiscard]] const TFormatSimulator& simulator() const { return dynamic_cast<TFormatSimulator&>(*simulator_); }
   [[nodiscard]] const EncoderModel& encoder() const { return simulator().encoder(); }
   void Set(const char* key, const std::string& value) {
-    EXPECT_EQ(simulator_->Set("axis1", key, value, bench.now), "");
+    EXPECT_EQ(ErrorText(simulator_->Set("axis1", key, value, bench.now)), "");
   }
 
   void Run(MonoNs duration) {

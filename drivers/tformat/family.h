@@ -17,7 +17,7 @@ namespace axlecast::tformat {
 //
 // A single frame comes without its request: it is checked as the reply to the request that its own control field names.
 // Therefore an echo error is never found here.
-[[nodiscard]] nlohmann::ordered_json Decode(const DecodeSettings& settings, Bytes frame, bool* usable);
+[[nodiscard]] Result<nlohmann::ordered_json> Decode(const DecodeSettings& settings, Bytes frame);
 
 // For Family::make_simulator: the simulator of the bus's one encoder from the bus's `simulate` mapping
 // (docs/simulation.md). Null when a key is wrong: the errors are in the map's list.

@@ -164,7 +164,7 @@ class DeviceFixture {
     return deliveries_.size() == 1 ? deliveries_[0].bytes : ByteList();
   }
   void Set(const std::string& key, const std::string& value) {
-    EXPECT_EQ(simulator_.Set("axis1", key, value, now_), "");
+    EXPECT_EQ(ErrorText(simulator_.Set("axis1", key, value, now_)), "");
   }
   std::string Value(const std::string& key) {
     for (const auto& [name, value] : simulator_.State("axis1", now_)) {
@@ -492,17 +492,18 @@ TEST(SimulatorTest, SpeedIsSetInRpm) {
 TEST(SimulatorTest, RefusesWithTheReason) {
   DeviceFixture bench("unpaced");
   TFormatSimulator& simulator = bench.simulator();
-  EXPECT_THAT(simulator.Set("axis2", "speed_rpm", "1", kStart), HasSubstr("there is axis1"));
-  EXPECT_THAT(simulator.Set("axis1", "speed", "1", kStart), HasSubstr("speed_rpm"));
-  EXPECT_THAT(simulator.Set("axis1", "speed_rpm", "fast", kStart),
+  EXPECT_THAT(ErrorText(simulator.Set("axis2", "speed_rpm", "1", kStart)), HasSubstr("there is axis1"));
+  EXPECT_THAT(ErrorText(simulator.Set("axis1", "speed", "1", kStart)), HasSubstr("speed_rpm"));
+  EXPECT_THAT(ErrorText(simulator.Set("axis1", "speed_rpm", "fast", kStart)),
               HasSubstr("axis1.speed_rpm: 'fast' is not a number"));
-  EXPECT_THAT(simulator.Set("axis1", "battery_v", "5", kStart), HasSubstr("0 to 4.75 V"));
-  EXPECT_THAT(simulator.Set("axis1", "motion", "sine:360,0.01", kStart), HasSubstr("accel_rad_s2"));
-  EXPECT_THAT(simulator.Set("axis1", "motion", "sine:360", kStart), HasSubstr("sine:AMPLITUDE_DEG,PERIOD_S"));
-  EXPECT_THAT(simulator.Set("axis1", "eeprom", "79=01 02", kStart), HasSubstr("CELL=BYTES"));
-  EXPECT_THAT(simulator.Set("axis1", "enid", "256", kStart), HasSubstr("0 to 255"));
-  EXPECT_THAT(simulator.Set("axis1", "power", "maybe", kStart), HasSubstr("on, off, cycle"));
-  EXPECT_THAT(simulator.Set("axis1", "multi_turn_jump", "1.5", kStart), HasSubstr("whole number"));
+  EXPECT_THAT(ErrorText(simulator.Set("axis1", "battery_v", "5", kStart)), HasSubstr("0 to 4.75 V"));
+  EXPECT_THAT(ErrorText(simulator.Set("axis1", "motion", "sine:360,0.01", kStart)), HasSubstr("accel_rad_s2"));
+  EXPECT_THAT(ErrorText(simulator.Set("axis1", "motion", "sine:360", kStart)),
+              HasSubstr("sine:AMPLITUDE_DEG,PERIOD_S"));
+  EXPECT_THAT(ErrorText(simulator.Set("axis1", "eeprom", "79=01 02", kStart)), HasSubstr("CELL=BYTES"));
+  EXPECT_THAT(ErrorText(simulator.Set("axis1", "enid", "256", kStart)), HasSubstr("0 to 255"));
+  EXPECT_THAT(ErrorText(simulator.Set("axis1", "power", "maybe", kStart)), HasSubstr("on, off, cycle"));
+  EXPECT_THAT(ErrorText(simulator.Set("axis1", "multi_turn_jump", "1.5", kStart)), HasSubstr("whole number"));
 }
 
 TEST(SimulatorTest, EveryQuantityIsShown) {

@@ -293,23 +293,25 @@ bool IsRequest(Bytes frame) {
   return shape.is_request() && frame.size() == shape.size;
 }
 
-// Empty when taken up. A wrong request is not repeated: it may hold a password.
-std::string SetOption(const std::string& key, const std::string& value, Options& options) {
+// Sets an option. The error does not repeat a wrong request, since it may contain a password.
+Result<> SetOption(const std::string& key, const std::string& value, Options& options) {
   if (key == "start") {
     const std::optional<std::int64_t> start = ParseWhole(value, 0, UINT16_MAX);
-    if (!start) return "start=" + value + ": expected 0..65535 or 0x0..0xffff, the first address that was read";
+    if (!start)
+      return Failure("start=" + value + ": expected 0..65535 or 0x0..0xffff, the first address that was read");
     options.start = static_cast<std::uint16_t>(*start);
     options.request.clear();
   } else if (key == "request") {
     const std::optional<std::vector<std::uint8_t>> request = ParseHex(value);
-    if (!request || !IsRequest(*request)) return "request=: expected a whole request in hex, with a right CRC";
+    if (!request || !IsRequest(*request))
+      return Failure("request=: expected a whole request in hex, with a right CRC");
     options.request = *request;
     options.start.reset();
   } else if (key == "endian") {
-    if (value != "high" && value != "low") return key + "=" + value + ": expected high or low";
+    if (value != "high" && value != "low") return Failure(key + "=" + value + ": expected high or low");
     options.order = value == "low" ? CharacterOrder::kLowFirst : CharacterOrder::kHighFirst;
   } else {
-    return "unknown key '" + key + "': tsubaki_sc knows start, request and endian";
+    return Failure("unknown key '" + key + "': tsubaki_sc knows start, request and endian");
   }
   return {};
 }
@@ -431,14 +433,11 @@ bool IsWrongEcho(const Shape& shape, Bytes frame, Bytes request) {
 
 }  // namespace
 
-Json Decode(const DecodeSettings& settings, Bytes frame, bool* usable) {
+Result<Json> Decode(const DecodeSettings& settings, Bytes frame) {
   Options options;
-  std::string problem;
   for (const auto& [key, value] : settings) {
-    if (problem.empty()) problem = SetOption(key, value, options);
+    if (const Result<> set = SetOption(key, value, options); !set) return Failure(set.error());
   }
-  *usable = problem.empty();
-  if (!*usable) return {{"error", problem}};
   if (frame.size() < 2) return Bad({}, "short");
   const Shape shape = ShapeOf(frame);
   if (shape.form == Form::kUnknown) return Bad(shape, "function");

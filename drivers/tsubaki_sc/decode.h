@@ -13,6 +13,6 @@ namespace axlecast::tsubaki_sc {
 //   endian   high (default), low: which half of a register holds the first of its two characters
 // The registers of a login and of the password are masked whatever the settings are; so are eight holding registers
 // whose addresses are not known.
-[[nodiscard]] nlohmann::ordered_json Decode(const DecodeSettings& settings, Bytes frame, bool* usable);
+[[nodiscard]] Result<nlohmann::ordered_json> Decode(const DecodeSettings& settings, Bytes frame);
 
 }  // namespace axlecast::tsubaki_sc

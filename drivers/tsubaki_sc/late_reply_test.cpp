@@ -69,7 +69,7 @@ buses:
     for (const MonoNs end = clock_.Now() + time; clock_.Now() < end;) bus_->RunOnce(end);
   }
   void SetFault(const char* device, const std::string& fault) {
-    ASSERT_EQ(simulator_->Set(device, "fault", fault, clock_.Now()), "");
+    ASSERT_EQ(ErrorText(simulator_->Set(device, "fault", fault, clock_.Now())), "");
   }
   void Begin(const std::string& operation, Arguments arguments = {}) {
     devices_[0]->Begin(
@@ -99,10 +99,10 @@ TEST_F(LateReplyTest, NeverBecomesAnotherUnitsValueNorAnotherQuantity) {
     const int delay_ms = 120 + static_cast<int>(random() % 400);
     SetFault("gm2", random() % 3 == 0 ? "none" : "delayed:" + std::to_string(delay_ms));
     if (round % 10 == 0) {
-      ASSERT_EQ(simulator_->Set("gm2", "trip", "overheat", clock_.Now()), "");
+      ASSERT_EQ(ErrorText(simulator_->Set("gm2", "trip", "overheat", clock_.Now())), "");
     }
     if (round % 10 == 5) {
-      ASSERT_EQ(simulator_->Set("gm2", "power", "cycle", clock_.Now()), "");
+      ASSERT_EQ(ErrorText(simulator_->Set("gm2", "power", "cycle", clock_.Now())), "");
     }
     RunFor(kSecond + static_cast<MonoNs>(random() % 1'000) * kMillisecond);
   }

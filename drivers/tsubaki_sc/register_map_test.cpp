@@ -46,8 +46,7 @@ TEST(RegisterMap, QuantitiesHaveTheirUnitAndSign) {
       reply.push_back(static_cast<std::uint8_t>(value >> 8U));
       reply.push_back(static_cast<std::uint8_t>(value));
     }
-    bool usable = false;
-    return nlohmann::json(Decode({{"start", "100"}}, WithCrc(reply), &usable));
+    return nlohmann::json(Decode({{"start", "100"}}, WithCrc(reply)).value());
   };
   for (const auto& row : kRows) {
     EXPECT_NEAR(all_registers(1).at(row.name).get<double>(), row.of_one, 1e-6) << row.name;

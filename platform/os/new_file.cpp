@@ -68,7 +68,18 @@ Result<> NewFile::Append(std::string_view content) {
   return state_;
 }
 
+bool NewFile::Collect(std::string_view piece) {
+  constexpr std::size_t kTogether = 1U << 20;  // bytes
+  collected_ += piece;
+  if (collected_.size() >= kTogether) {
+    state_ = Append(collected_);
+    collected_.clear();
+  }
+  return state_.has_value();
+}
+
 Result<> NewFile::Commit(bool replace, const std::string& keep) {
+  state_ = Append(collected_);
   if (state_ && fsync(file_.get()) != 0) state_ = Failure(Problem(path_));
   if (state_ && !keep.empty() && link(path_.c_str(), keep.c_str()) != 0) state_ = Failure(Problem(keep));
   if (state_) state_ = Place(fresh_, path_, replace);

@@ -30,6 +30,9 @@ class NewFile {
   // Adds to the end of the file. After an error, every later call returns the same error. An error never contains the
   // content.
   [[nodiscard]] Result<> Append(std::string_view content);
+  // As Append, but writes small pieces together: some only in a later call. Returns false after an error, which Commit
+  // returns. Not for secrets, and not to be mixed with Append.
+  bool Collect(std::string_view piece);
   // Moves the file to `path`. Without `replace`, an existing file is kept and the call fails. With `keep`, the existing
   // file gets that name, which must be free and in the same folder. At any time, a complete file exists at `path`.
   [[nodiscard]] Result<> Commit(bool replace, const std::string& keep = "");
@@ -38,6 +41,7 @@ class NewFile {
   std::string path_;
   std::string fresh_;  // its name until then
   Descriptor file_;
+  std::string collected_;
   Result<> state_;  // the first error; nothing is written after it
 };
 

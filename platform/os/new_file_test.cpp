@@ -101,6 +101,21 @@ TEST_F(NewFileTest, InPiecesStandsInItsPlaceOnlyWhenItIsWhole) {
   EXPECT_EQ(FilesThere(), 1);
 }
 
+TEST_F(NewFileTest, CollectedPiecesAreWrittenInOrder) {
+  const std::string piece(300'000, 'x');
+  {
+    NewFile file(path_, {});
+    for (int i = 0; i < 8; ++i) EXPECT_TRUE(file.Collect(piece + std::to_string(i)));
+    EXPECT_EQ(ErrorText(file.Commit(false)), "");
+  }
+  std::string expected;
+  for (int i = 0; i < 8; ++i) expected += piece + std::to_string(i);
+  EXPECT_EQ(Content(), expected);
+  NewFile none(folder_.path() + "/none/file", {});
+  EXPECT_FALSE(none.Collect("x"));
+  EXPECT_THAT(none.Commit(false).error().text, HasSubstr("No such file"));
+}
+
 TEST_F(NewFileTest, GivenUpLeavesNothing) {
   {
     NewFile file(path_, {});

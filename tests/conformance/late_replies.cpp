@@ -55,8 +55,8 @@ LateRun::LateRun(const MachineConfig& machine, const BusConfig& bus, SecretSourc
 
 void LateRun::SetAll(const char* key, const std::string& value) {
   for (const DeviceConfig& device : config_.devices) {
-    const std::string problem = simulator_->Set(device.name, key, value, clock_.Now());
-    if (!problem.empty()) throw std::runtime_error(problem);
+    const Result<> set = simulator_->Set(device.name, key, value, clock_.Now());
+    if (!set) throw std::runtime_error(set.error().text);
   }
 }
 

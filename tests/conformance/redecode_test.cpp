@@ -9,7 +9,7 @@
 #include "tests/conformance/example_link.h"
 #include "tests/support/counting_family.h"
 #include "tests/support/memory_sink.h"
-#include "tools/redecode/bus_redecoder.h"
+#include "tools/redecode/log_redecoder.h"
 #include "tools/redecode/recording_diff.h"
 
 namespace axlecast {

@@ -39,14 +39,9 @@ DecodeSettings DrawSettings(FuzzedDataProvider& input, std::size_t maximum,
 // Requires what docs/decode.md promises for every family; `check(json, ok)` requires what it promises for this one.
 template <typename Check>
 void CheckDecode(decltype(Family::decode) decode, const DecodeSettings& settings, Bytes frame, Check check) {
-  bool usable = false;
-  const nlohmann::ordered_json json = decode(settings, frame, &usable);
-  if (!usable) {
-    // The text may hold bytes of the settings.
-    Require(!json.at("error").get<std::string>().empty());
-    static_cast<void>(json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
-    return;
-  }
+  const Result<nlohmann::ordered_json> decoded = decode(settings, frame);
+  if (!decoded) return Require(!decoded.error().text.empty());
+  const nlohmann::ordered_json& json = *decoded;
   const bool ok = json.at("ok").get<bool>();
   Require(!json.at("kind").get<std::string>().empty());
   Require(json.contains("error") == !ok);

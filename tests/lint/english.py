@@ -17,6 +17,8 @@ WORDS = re.compile(
 CODE = (".h", ".cpp", ".lcm")
 HASH = (".py", ".sh", ".cmake", "CMakeLists.txt")
 PROSE = (".md", ".1")
+# A literal of one lower-case word is a key of JSON or YAML, or a word of the command line: a contract, not prose.
+KEY = re.compile(r'"[a-z_]+"')
 # What the words of other documents and of users are quoted in.
 QUOTED = re.compile(r"`[^`]*`|“[^”]*”")
 
@@ -24,7 +26,8 @@ QUOTED = re.compile(r"`[^`]*`|“[^”]*”")
 def prose_of(path, line):
     """The part of a line that a person reads: a comment, a text, or the whole line of a page."""
     if path.endswith(CODE):
-        return " ".join(re.findall(r'//.*|"(?:\\.|[^"\\])*"', line))
+        found = re.findall(r'//.*|"(?:\\.|[^"\\])*"', line)
+        return " ".join(text for text in found if not KEY.fullmatch(text))
     if path.endswith(HASH):
         return " ".join(re.findall(r"(?:^|\s)#.*|\"\"\".*", line))
     return line

@@ -66,7 +66,7 @@ class MotorBusTest : public testing::Test {
     data_.Clear();
   }
   void Set(const std::string& device, const std::string& key, const std::string& value) {
-    ASSERT_EQ(simulator_->Set(device, key, value, clock_.Now()), "");
+    ASSERT_EQ(ErrorText(simulator_->Set(device, key, value, clock_.Now())), "");
   }
   [[nodiscard]] std::vector<motor_health_t> Motor(int unit) const {
     return data_.All<motor_health_t>("MOTOR/gm" + std::to_string(unit));

@@ -28,9 +28,7 @@ class Node final : public Simulator {
     due_ = kNever;
     transmit(ToPacket({.id = 0x700, .data = {}}));
   }
-  [[nodiscard]] std::string Set(std::string_view, std::string_view, std::string_view, MonoNs) override {
-    return "";
-  }
+  [[nodiscard]] Result<> Set(std::string_view, std::string_view, std::string_view, MonoNs) override { return {}; }
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> State(std::string_view, MonoNs) const override {
     return {};
   }

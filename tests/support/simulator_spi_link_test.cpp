@@ -24,9 +24,7 @@ class Slave final : public Simulator {
     ran_at = now;
     due = kNever;
   }
-  [[nodiscard]] std::string Set(std::string_view, std::string_view, std::string_view, MonoNs) override {
-    return "";
-  }
+  [[nodiscard]] Result<> Set(std::string_view, std::string_view, std::string_view, MonoNs) override { return {}; }
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> State(std::string_view, MonoNs) const override {
     return {};
   }

@@ -13,7 +13,6 @@
 #include "core/messages/json/message_json.h"
 #include "tools/convert/conversion.h"
 #include "tools/log/log_event.h"
-#include "tools/log/log_seal.h"
 
 namespace axlecast {
 namespace {
@@ -214,11 +213,6 @@ void McapWriter::Finish() {
 
 namespace {
 
-std::string_view Text(Bytes bytes) {
-  return bytes.empty() ? std::string_view()
-                       : std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-}
-
 // Returns the time in ns. Times of wrong clocks, before 1970 or beyond 63 bits, are clamped.
 std::uint64_t Nanoseconds(std::int64_t utime) {
   constexpr std::int64_t kNsPerUs = 1'000;
@@ -250,7 +244,7 @@ class McapConverter {
                    .sequence = static_cast<std::uint32_t>(sequence & 0xFFFF'FFFF),
                    .log_ns = Nanoseconds(event.utime),
                    .publish_ns = Nanoseconds(type == nullptr ? event.utime : SampleTime(event)),
-                   .data = type == nullptr ? Text(event.data) : std::string_view(json)});
+                   .data = type == nullptr ? AsText(event.data) : std::string_view(json)});
     ++done_.written;
     return writer_.good();
   }
@@ -270,7 +264,7 @@ class McapConverter {
                       : json ? "application/json"
                              : "text/plain",
         .log_ns = Nanoseconds(event.utime),
-        .data = Text(event.data),
+        .data = AsText(event.data),
     });
   }
 

@@ -56,8 +56,6 @@ constexpr std::uint32_t kSocketCan = 227;
 constexpr std::uint32_t kSnapLength = 65'535;
 constexpr std::uint8_t kVersion = 1;
 
-std::string_view Text(const Buffer& bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
-
 Buffer FileHeader(std::uint32_t link_type) {
   Buffer header;
   AppendBigEndian(header, kMagicNs);
@@ -177,7 +175,7 @@ Result<Conversion> WritePcap(const EventRange& events, const Output& out) {
         "the selected events contain captures of CAN and of other buses, but a pcap file contains one kind: choose "
         "with --channel '^WIRE/name$'");
   }
-  if (!out(Text(FileHeader(kinds.can ? kSocketCan : kUser0)))) return done;
+  if (!out(AsText(FileHeader(kinds.can ? kSocketCan : kUser0)))) return done;
   events([&](const LogEvent& event) {
     const auto message = DecodeMessage<wire_t>(event.data);
     if (!message) {
@@ -188,7 +186,7 @@ Result<Conversion> WritePcap(const EventRange& events, const Output& out) {
       const std::optional<Buffer> content = Content(wire, record);
       if (!content) return true;
       ++done.written;
-      return out(Text(Packet(ns, *content)));
+      return out(AsText(Packet(ns, *content)));
     });
   });
   return done;

@@ -1,6 +1,7 @@
-#include "tools/doctor/checks.h"
+#include "tools/doctor/check.h"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -17,21 +18,21 @@ constexpr std::int64_t kCommandsPerNode = 2;  // that may be queued at once
 constexpr std::int64_t kMinQueue = 100;
 constexpr const char* kRulesFile = "/etc/udev/rules.d/99-axlecast.rules";
 
-// Calls look(bus, interface, symptoms) for each existing CAN interface.
-template <typename Look>
-Symptoms ForEachInterface(const MachineConfig& machine, const HostFacts& host, Look look) {
+// Calls Look(bus, interface, symptoms) for each existing CAN interface.
+template <auto Look>
+Symptoms ForEachInterface(const MachineConfig& machine, const HostFacts& host) {
   Symptoms symptoms;
   for (const BusConfig* bus : CanBusesOf(machine)) {
     const auto reply = host.can.find(bus->link.port);
     if (reply == host.can.end()) continue;
     const auto* const interface = std::get_if<CanInterface>(&reply->second);
-    if (interface != nullptr && interface->is_can) look(*bus, *interface, symptoms);
+    if (interface != nullptr && interface->is_can) Look(*bus, *interface, symptoms);
   }
   return symptoms;
 }
 
 Symptom Found(const BusConfig& bus, const std::string& what, const std::string& line) {
-  return {.found = "bus " + bus.name + ": " + bus.link.port + ' ' + what, .fixes = {Manual(line)}, .safe = false};
+  return {.found = "bus " + bus.name + ": " + bus.link.port + ' ' + what, .fixes = {Manual(line)}};
 }
 
 std::string SetUpAgainLine(const BusConfig& bus, const CanInterface& interface) {
@@ -82,8 +83,6 @@ void LookAtState(const BusConfig& bus, const CanInterface& interface, Symptoms& 
   symptoms.push_back(std::move(symptom));
 }
 
-}  // namespace
-
 Symptoms CheckCanMissing(const MachineConfig& machine, const HostFacts& host) {
   Symptoms symptoms;
   for (const BusConfig* bus : CanBusesOf(machine)) {
@@ -102,46 +101,28 @@ Symptoms CheckCanMissing(const MachineConfig& machine, const HostFacts& host) {
   return symptoms;
 }
 
-Symptoms CheckCanDown(const MachineConfig& machine, const HostFacts& host) {
-  return ForEachInterface(
-      machine, host, [](const BusConfig& bus, const CanInterface& interface, Symptoms& symptoms) {
-        if (interface.up) return;
-        symptoms.push_back(Found(bus, "is down",
-                                 interface.is_controller
-                                     ? CanUpLine(bus.link.port, bus.link.bitrate, interface.restarts)
-                                     : "ip link set " + bus.link.port + " up"));
-      });
+void LookWhetherDown(const BusConfig& bus, const CanInterface& interface, Symptoms& symptoms) {
+  if (interface.up) return;
+  symptoms.push_back(Found(bus, "is down",
+                           interface.is_controller ? CanUpLine(bus.link.port, bus.link.bitrate, interface.restarts)
+                                                   : "ip link set " + bus.link.port + " up"));
 }
 
-Symptoms CheckCanBitrate(const MachineConfig& machine, const HostFacts& host) {
-  return ForEachInterface(
-      machine, host, [](const BusConfig& bus, const CanInterface& interface, Symptoms& symptoms) {
-        const std::int64_t configured = bus.link.bitrate;
-        if (!interface.up || interface.bitrate <= 0 ||
-            std::abs(interface.bitrate - configured) <= configured / kBitrateShare) {
-          return;
-        }
-        symptoms.push_back(Found(bus,
-                                 "is at " + std::to_string(interface.bitrate) + " bit/s, the machine file has " +
-                                     std::to_string(configured),
-                                 SetUpAgainLine(bus, interface)));
-      });
+void LookAtBitrate(const BusConfig& bus, const CanInterface& interface, Symptoms& symptoms) {
+  const std::int64_t configured = bus.link.bitrate;
+  if (!interface.up || interface.bitrate <= 0 ||
+      std::abs(interface.bitrate - configured) <= configured / kBitrateShare) {
+    return;
+  }
+  symptoms.push_back(Found(
+      bus,
+      "is at " + std::to_string(interface.bitrate) + " bit/s, the machine file has " + std::to_string(configured),
+      SetUpAgainLine(bus, interface)));
 }
 
-Symptoms CheckCanMode(const MachineConfig& machine, const HostFacts& host) {
-  return ForEachInterface(machine, host, &LookAtMode);
-}
-
-Symptoms CheckCanRestart(const MachineConfig& machine, const HostFacts& host) {
-  return ForEachInterface(
-      machine, host, [](const BusConfig& bus, const CanInterface& interface, Symptoms& symptoms) {
-        if (!interface.up || !interface.restarts || interface.restart_ms != 0) return;
-        symptoms.push_back(Found(bus, "stays off after a bus-off (restart-ms 0)", SetUpAgainLine(bus, interface)));
-      });
-}
-
-Symptoms CheckCanState(const MachineConfig& machine, const HostFacts& host) {
-  return ForEachInterface(machine, host, &LookAtState);
+void LookAtRestart(const BusConfig& bus, const CanInterface& interface, Symptoms& symptoms) {
+  if (!interface.up || !interface.restarts || interface.restart_ms != 0) return;
+  symptoms.push_back(Found(bus, "stays off after a bus-off (restart-ms 0)", SetUpAgainLine(bus, interface)));
 }
 
 Symptoms CheckCanQueue(const MachineConfig& machine, const HostFacts& host) {
@@ -161,5 +142,27 @@ Symptoms CheckCanQueue(const MachineConfig& machine, const HostFacts& host) {
   }
   return symptoms;
 }
+
+constexpr auto kChecks = std::to_array<Check>({
+    {"can_missing", Severity::kError, "every CAN interface in the machine file exists",
+     "The bus stays DOWN and its devices OFFLINE.", &CheckCanMissing},
+    {"can_down", Severity::kError, "every CAN interface is up", "The bus stays DOWN and its devices OFFLINE.",
+     &ForEachInterface<&LookWhetherDown>},
+    {"can_bitrate", Severity::kError, "CAN interfaces have the bit rate of the machine file",
+     "The driver refuses the bus, because a wrong bit rate disturbs all nodes.", &ForEachInterface<&LookAtBitrate>},
+    {"can_mode", Severity::kError, "CAN interfaces send, acknowledge and receive",
+     "Commands do not reach the nodes, or count as acknowledged without any node.", &ForEachInterface<&LookAtMode>},
+    {"can_restart", Severity::kWarning, "CAN controllers restart after a bus-off",
+     "After one short circuit, the bus is off until an operator restarts it with ip link.",
+     &ForEachInterface<&LookAtRestart>},
+    {"can_state", Severity::kError, "CAN controllers detect no errors on the bus",
+     "Frames are lost, late, or no longer sent.", &ForEachInterface<&LookAtState>},
+    {"can_queue", Severity::kWarning, "CAN interfaces can queue two commands for each node",
+     "Commands to many nodes at once are refused (ENOBUFS) and retried later.", &CheckCanQueue},
+});
+
+}  // namespace
+
+std::span<const Check> CanChecks() { return kChecks; }
 
 }  // namespace axlecast

@@ -1,4 +1,4 @@
-#include "tools/doctor/checks.h"
+#include "tools/doctor/check.h"
 
 #include <gmock/gmock.h>
 
@@ -30,16 +30,16 @@ CanInterface Sound() {
   return interface;
 }
 
-constexpr auto kChecks = {&CheckCanMissing, &CheckCanDown,  &CheckCanBitrate, &CheckCanMode,
-                          &CheckCanRestart, &CheckCanState, &CheckCanQueue};
+constexpr auto kChecks = {"can_missing", "can_down",  "can_bitrate", "can_mode",
+                          "can_restart", "can_state", "can_queue"};
 
 Symptoms AllOfThem(const CanInterfaceReply& reply, std::int64_t queue = 10) {
   HostFacts host;
   host.can.emplace("can0", reply);
   host.can_queues["can0"] = queue;
   Symptoms all;
-  for (auto* const check : kChecks) {
-    for (Symptom& symptom : check(Turret(), host)) all.push_back(std::move(symptom));
+  for (const char* const check : kChecks) {
+    for (Symptom& symptom : RunCheck(check, Turret(), host)) all.push_back(std::move(symptom));
   }
   return all;
 }

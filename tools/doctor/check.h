@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -7,10 +8,49 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/result.h"
 #include "tools/doctor/host_facts.h"
-#include "tools/doctor/symptom.h"
 
 namespace axlecast {
+
+// One step that fixes a symptom, as an operator types it as root and as `--fix` applies it.
+struct Fix {
+  enum class Kind : std::uint8_t {
+    kRun,     // words: a program and its arguments
+    kWrite,   // text into the kernel's file `path`
+    kAppend,  // text as a line of the file `path`, which the system reads at its next start
+    kManual,  // text alone: a step that only the operator can decide or do
+  };
+
+  Kind kind = Kind::kManual;
+  std::vector<std::string> words = {};
+  std::string path = {};
+  std::string text = {};
+};
+[[nodiscard]] Fix Run(std::vector<std::string> words);
+[[nodiscard]] Fix Write(std::string path, std::string text);
+[[nodiscard]] Fix Append(std::string path, std::string text);
+[[nodiscard]] Fix Manual(std::string text);
+
+// Returns the line that an operator types, quoted for a shell.
+[[nodiscard]] std::string LineOf(const Fix& fix);
+
+// Applies the fix to the host that `files` shows. A manual fix is skipped.
+[[nodiscard]] Result<> ApplyFix(const Fix& fix, const HostFiles& files);
+
+enum class Severity : std::uint8_t {
+  kError,    // a part of the machine does not work
+  kWarning,  // it works now, but will lose or delay data under some conditions
+  kAdvice,   // it can be improved
+};
+[[nodiscard]] std::string_view SeverityName(Severity severity);
+
+// What one check has found. Its effect on the machine is Check::effect.
+struct Symptom {
+  std::string found = {};
+  std::vector<Fix> fixes = {};
+  bool safe = false;  // `--fix` may apply the fixes: they disturb nothing that runs and open nothing to others
+};
 
 using Symptoms = std::vector<Symptom>;
 
@@ -23,8 +63,17 @@ struct Check {
   Symptoms (*run)(const MachineConfig& machine, const HostFacts& host);
 };
 
-// All checks by area: network and machine, ports, CAN, real time, disk, keys.
-[[nodiscard]] std::span<const Check> Checks();
+// The checks by area: LCM between the processes of a machine, with other machines and reported faults; serial ports, SPI
+// devices and GPIO chips; CAN interfaces; real time; the folders of logs and journal; keys, accounts and the machine file.
+[[nodiscard]] std::span<const Check> NetworkChecks();
+[[nodiscard]] std::span<const Check> PortChecks();
+[[nodiscard]] std::span<const Check> CanChecks();
+[[nodiscard]] std::span<const Check> TimeChecks();
+[[nodiscard]] std::span<const Check> DiskChecks();
+[[nodiscard]] std::span<const Check> KeyChecks();
+
+// All checks, in this order.
+[[nodiscard]] const std::vector<Check>& Checks();
 [[nodiscard]] const Check* FindCheck(std::string_view name);
 
 struct Diagnosis {

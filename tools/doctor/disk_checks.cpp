@@ -1,4 +1,4 @@
-#include "tools/doctor/checks.h"
+#include "tools/doctor/check.h"
 
 #include <algorithm>
 #include <array>
@@ -60,34 +60,39 @@ double NeedOf(const MachineConfig& machine, const LogConfig& log) {
   return quota > 0 ? std::min(quota, by_time) : by_time;
 }
 
-Symptoms Unwritable(const HostFolder& folder, const std::string& what, const std::string& key) {
+struct FolderUse {
+  HostFolder HostFacts::*folder;
+  const char* what;
+  const char* key;  // in the machine file
+};
+constexpr FolderUse kLogs = {&HostFacts::logs, "the folder of the recorder's logs", "recorder.directory"};
+constexpr FolderUse kJournal = {&HostFacts::journal, "the folder of the bridge's journal", "bridge.journal"};
+
+template <const FolderUse& Use>
+Symptoms Unwritable(const MachineConfig&, const HostFacts& host) {
+  const HostFolder& folder = host.*Use.folder;
   if (folder.path.empty() || (folder.is_folder && folder.writable)) return {};
   const std::string reason = !folder.is_folder ? folder.existing + " is not a folder"
                              : folder.existing == folder.path
                                  ? "this user may not write into it"
                                  : "it does not exist, and this user may not create it in " + folder.existing;
-  return {{.found = folder.path + ", " + what + ": " + reason,
+  return {{.found = folder.path + ", " + Use.what + ": " + reason,
            .fixes = {Manual("install -d -o USER -g axlecast -m 2775 " + folder.path +
-                            "    # USER: the account of the process; or correct " + key + " in the machine file")},
-           .safe = false}};
+                            "    # USER: the account of the process; or correct " + Use.key +
+                            " in the machine file")}}};
 }
 
 bool IsMemory(const HostFolder& folder) { return folder.file_system == "tmpfs" || folder.file_system == "ramfs"; }
 
-Symptoms OnFileSystem(const HostFolder& folder, const std::string& what, const std::string& key) {
+template <const FolderUse& Use>
+Symptoms OnFileSystem(const MachineConfig&, const HostFacts& host) {
+  const HostFolder& folder = host.*Use.folder;
   if (folder.path.empty() || folder.file_system.empty()) return {};
-  return {{.found = folder.path + ", " + what + ", is on " + folder.file_system +
+  return {{.found = folder.path + ", " + Use.what + ", is on " + folder.file_system +
                     (IsMemory(folder) ? ", which is memory" : ""),
-           .fixes = {Manual("set " + key +
+           .fixes = {Manual(std::string("set ") + Use.key +
                             " in the machine file to a folder on a disk of this host, such as "
-                            "/var/lib/axlecast or /var/log/axlecast")},
-           .safe = false}};
-}
-
-}  // namespace
-
-Symptoms CheckLogFolder(const MachineConfig&, const HostFacts& host) {
-  return Unwritable(host.logs, "the folder of the recorder's logs", "recorder.directory");
+                            "/var/lib/axlecast or /var/log/axlecast")}}};
 }
 
 Symptoms CheckLogSpace(const MachineConfig& machine, const HostFacts& host) {
@@ -109,16 +114,7 @@ Symptoms CheckLogSpace(const MachineConfig& machine, const HostFacts& host) {
            .fixes = {Manual(
                "set recorder.logs.*.quota in the machine file (quota: " +
                std::to_string(std::max<std::int64_t>(2, static_cast<std::int64_t>((free + used) * 0.8) >> 20)) +
-               "MB for all logs together), a shorter keep, or recorder.directory on a larger disk")},
-           .safe = false}};
-}
-
-Symptoms CheckLogFileSystem(const MachineConfig&, const HostFacts& host) {
-  return OnFileSystem(host.logs, "the folder of the recorder's logs", "recorder.directory");
-}
-
-Symptoms CheckJournalFolder(const MachineConfig&, const HostFacts& host) {
-  return Unwritable(host.journal, "the folder of the bridge's journal", "bridge.journal");
+               "MB for all logs together), a shorter keep, or recorder.directory on a larger disk")}}};
 }
 
 Symptoms CheckJournalSpace(const MachineConfig&, const HostFacts& host) {
@@ -126,12 +122,30 @@ Symptoms CheckJournalSpace(const MachineConfig&, const HostFacts& host) {
   return {
       {.found = host.journal.existing + ", where the bridge's journal is, has " +
                 Size(static_cast<double>(host.journal.free_bytes)) + " free",
-       .fixes = {Manual("du -xh " + host.journal.existing + " | sort -h | tail    # shows the largest folders")},
-       .safe = false}};
+       .fixes = {Manual("du -xh " + host.journal.existing + " | sort -h | tail    # shows the largest folders")}}};
 }
 
-Symptoms CheckJournalFileSystem(const MachineConfig&, const HostFacts& host) {
-  return OnFileSystem(host.journal, "the folder of the bridge's journal", "bridge.journal");
-}
+constexpr auto kChecks = std::to_array<Check>({
+    {"log_folder", Severity::kError, "the recorder can write into its folder", "Nothing is recorded.",
+     &Unwritable<kLogs>},
+    {"log_space", Severity::kWarning,
+     "the disk has space for the recorder's quota or keep at the machine's message rate",
+     "The disk fills up before the oldest logs are deleted. Recording stops with the alarm disk_full.",
+     &CheckLogSpace},
+    {"log_file_system", Severity::kWarning, "logs are on a disk of this host",
+     "In memory, logs are lost at a restart. On a network or FAT (4 GB per file), writing can stall or stop.",
+     &OnFileSystem<kLogs>},
+    {"journal_folder", Severity::kError, "the bridge can write its journal",
+     "The bridge does not start. No command is executed.", &Unwritable<kJournal>},
+    {"journal_space", Severity::kError, "the journal's disk has 64 MB free",
+     "If the journal is full, commands that change a device are refused.", &CheckJournalSpace},
+    {"journal_file_system", Severity::kWarning, "the journal is on a disk of this host",
+     "In memory, datums and outcomes are lost at a restart. On a network, file locks are not safe for SQLite.",
+     &OnFileSystem<kJournal>},
+});
+
+}  // namespace
+
+std::span<const Check> DiskChecks() { return kChecks; }
 
 }  // namespace axlecast

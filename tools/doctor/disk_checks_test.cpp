@@ -1,4 +1,4 @@
-#include "tools/doctor/checks.h"
+#include "tools/doctor/check.h"
 
 #include <gmock/gmock.h>
 
@@ -53,33 +53,33 @@ TEST(DiskChecks, RoomForQuotaOrForWhatComesInTheTime) {
   for (const SpaceCase& one : cases) {
     HostFacts host = WithDisk(one.free_mb * kMegabyte);
     host.log_bytes["a"] = one.used_mb * kMegabyte;
-    EXPECT_EQ(CheckLogSpace(Recording(one.logs), host).size(), one.found ? 1U : 0U)
+    EXPECT_EQ(RunCheck("log_space", Recording(one.logs), host).size(), one.found ? 1U : 0U)
         << one.logs << ' ' << one.free_mb << ' ' << one.used_mb;
   }
 }
 
 TEST(DiskChecks, AFolderThatIsNotThereIsMadeWhereThatIsAllowed) {
   HostFacts host = WithDisk(kMegabyte << 10);
-  EXPECT_THAT(CheckLogFolder(OneAxis(), host), IsEmpty());
+  EXPECT_THAT(RunCheck("log_folder", OneAxis(), host), IsEmpty());
   host.logs.writable = false;
-  EXPECT_THAT(CheckLogFolder(OneAxis(), host).at(0).found, HasSubstr("may not create it in /var/log"));
+  EXPECT_THAT(RunCheck("log_folder", OneAxis(), host).at(0).found, HasSubstr("may not create it in /var/log"));
   host.logs.existing = host.logs.path;
-  EXPECT_THAT(CheckLogFolder(OneAxis(), host).at(0).found, HasSubstr("may not write into it"));
+  EXPECT_THAT(RunCheck("log_folder", OneAxis(), host).at(0).found, HasSubstr("may not write into it"));
   host.journal.is_folder = false;
-  EXPECT_THAT(CheckJournalFolder(OneAxis(), host).at(0).found, HasSubstr("is not a folder"));
+  EXPECT_THAT(RunCheck("journal_folder", OneAxis(), host).at(0).found, HasSubstr("is not a folder"));
 }
 
 TEST(DiskChecks, MemoryAndNetworksAreNoDisks) {
-  EXPECT_THAT(CheckLogFileSystem(OneAxis(), WithDisk(kMegabyte)), IsEmpty());
+  EXPECT_THAT(RunCheck("log_file_system", OneAxis(), WithDisk(kMegabyte)), IsEmpty());
   for (const char* name : {"tmpfs", "nfs", "vfat"}) {
-    EXPECT_THAT(CheckLogFileSystem(OneAxis(), WithDisk(kMegabyte, name)).at(0).found, HasSubstr(name));
-    EXPECT_THAT(CheckJournalFileSystem(OneAxis(), WithDisk(kMegabyte, name)).at(0).found, HasSubstr(name));
+    EXPECT_THAT(RunCheck("log_file_system", OneAxis(), WithDisk(kMegabyte, name)).at(0).found, HasSubstr(name));
+    EXPECT_THAT(RunCheck("journal_file_system", OneAxis(), WithDisk(kMegabyte, name)).at(0).found, HasSubstr(name));
   }
 }
 
 TEST(DiskChecks, TheJournalNeedsALittleRoom) {
-  EXPECT_THAT(CheckJournalSpace(OneAxis(), WithDisk(64 * kMegabyte)), IsEmpty());
-  EXPECT_THAT(CheckJournalSpace(OneAxis(), WithDisk(63 * kMegabyte)).at(0).found, HasSubstr("63 MB free"));
+  EXPECT_THAT(RunCheck("journal_space", OneAxis(), WithDisk(64 * kMegabyte)), IsEmpty());
+  EXPECT_THAT(RunCheck("journal_space", OneAxis(), WithDisk(63 * kMegabyte)).at(0).found, HasSubstr("63 MB free"));
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "core/config/load.h"
-#include "tools/doctor/host_facts.h"
+#include "tools/doctor/check.h"
 
 namespace axlecast {
 
@@ -54,6 +54,10 @@ inline HostFacts GoodHost() {
                .writable = true};
   host.clock = {.known = true, .synchronised = true};
   return host;
+}
+
+inline Symptoms RunCheck(std::string_view name, const MachineConfig& machine, const HostFacts& host) {
+  return FindCheck(name)->run(machine, host);
 }
 
 }  // namespace axlecast

@@ -88,7 +88,7 @@ NetworkFacts ReadNetwork(const MachineConfig& machine, const ReadHostOptions& op
   NetworkFacts network;
   ReadGroups(machine, network);
   network.loopback = ReadLoopback();
-  if (geteuid() == 0) network.firewall = RunProgram({"nft", "--json", "list", "ruleset"}).value_or("");
+  if (geteuid() == 0) network.firewall = RunProgram("nft --json list ruleset 2>/dev/null").value_or("");
   network.receive_max = options.files.Number("/proc/sys/net/core/rmem_max");
   network.receive_default = options.files.Number("/proc/sys/net/core/rmem_default");
   network.lcm_libraries = FindLcmLibraries(options.files);
@@ -253,6 +253,10 @@ std::vector<std::string> GrantKeyFiles(const MachineConfig& machine) {
     if (!grant.place.file.empty()) files.push_back(grant.place.file);
   }
   return files;
+}
+
+bool RunsUnderAccounts(const MachineConfig& machine, const HostFacts& host) {
+  return host.groups.contains(kDriversAccount) && machine.file.starts_with("/etc/axlecast/");
 }
 
 HostFacts ReadHost(const MachineConfig& machine, const ReadHostOptions& options) {

@@ -117,6 +117,12 @@ class ReceivedDrivers {
 [[nodiscard]] std::vector<std::string> OwnKeyFiles(const MachineConfig& machine);
 [[nodiscard]] std::vector<std::string> GrantKeyFiles(const MachineConfig& machine);
 
+// The accounts of the package: each process has its own account and reads only its own key (docs/install.md). On a host
+// without these accounts, the checks of accounts find nothing.
+inline constexpr const char* kDriversAccount = "axlecast-drivers";
+// Returns true if the machine runs under these accounts: they exist, and the units read this machine file.
+[[nodiscard]] bool RunsUnderAccounts(const MachineConfig& machine, const HostFacts& host);
+
 struct ReadHostOptions {
   HostFiles files;
   MonoNs listen = 1'500 * kMillisecond;  // for drivers, which report once per second; 0: do not listen

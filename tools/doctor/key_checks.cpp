@@ -1,4 +1,4 @@
-#include "tools/doctor/checks.h"
+#include "tools/doctor/check.h"
 
 #include <algorithm>
 #include <array>
@@ -27,14 +27,6 @@ std::vector<std::string> AllKeyFiles(const MachineConfig& machine) {
   std::vector<std::string> files = OwnKeyFiles(machine);
   for (std::string& file : GrantKeyFiles(machine)) files.push_back(std::move(file));
   return files;
-}
-
-void LookAtMode(const HostFile& file, Symptoms& symptoms) {
-  if (file.error != 0 || (file.mode & kForbidden) == 0) return;
-  const char* const right = (file.mode & 040) != 0 && file.gid != 0 ? "640" : "600";
-  symptoms.push_back({.found = "the key " + file.path + " has mode " + ModeText(file),
-                      .fixes = {Run({"chmod", right, file.path})},
-                      .safe = true});
 }
 
 constexpr const char* kOperatorGroup = "axlecast";
@@ -75,8 +67,7 @@ const std::vector<std::string>& MembersOf(const std::string& group, const HostFa
 
 Symptom MemberSymptom(const std::string& user, const std::string& group, const std::string& what) {
   return {.found = Printable(user) + " is in the group " + group + ", " + what,
-          .fixes = {Run({"gpasswd", "--delete", user, group})},
-          .safe = false};
+          .fixes = {Run({"gpasswd", "--delete", user, group})}};
 }
 
 // Checks that only the drivers can open a port. Serial ports may belong to dialout, whose members are checked separately.
@@ -92,11 +83,8 @@ void LookAtPort(const PortUse& use, const HostFacts& host, Symptoms& symptoms) {
                 ": devices can be accessed without any interlock",
        .fixes = {by_all ? Run({"chmod", "o=", file.path}) : Run({"chgrp", kDriversAccount, file.path}),
                  Manual("look for the udev rule that opens it: udevadm test $(udevadm info -q path " + file.path +
-                        ')')},
-       .safe = false});
+                        ')')}});
 }
-
-}  // namespace
 
 Symptoms CheckKeyMissing(const MachineConfig& machine, const HostFacts& host) {
   return ForEachFile(AllKeyFiles(machine), host, [&machine](const HostFile& file, Symptoms& symptoms) {
@@ -104,13 +92,18 @@ Symptoms CheckKeyMissing(const MachineConfig& machine, const HostFacts& host) {
     symptoms.push_back(
         {.found = "the key " + file.path + (file.error == 0 ? " is not a regular file" : " does not exist"),
          .fixes = {Manual("restore it from its backup, or create all keys again: axlecast keygen --machine " +
-                          machine.machine + "    # and copy its output into the machine file")},
-         .safe = false});
+                          machine.machine + "    # and copy its output into the machine file")}});
   });
 }
 
 Symptoms CheckKeyMode(const MachineConfig& machine, const HostFacts& host) {
-  return ForEachFile(AllKeyFiles(machine), host, &LookAtMode);
+  return ForEachFile(AllKeyFiles(machine), host, [](const HostFile& file, Symptoms& symptoms) {
+    if (file.error != 0 || (file.mode & kForbidden) == 0) return;
+    const char* const right = (file.mode & 040) != 0 && file.gid != 0 ? "640" : "600";
+    symptoms.push_back({.found = "the key " + file.path + " has mode " + ModeText(file),
+                        .fixes = {Run({"chmod", right, file.path})},
+                        .safe = true});
+  });
 }
 
 Symptoms CheckKeyOwner(const MachineConfig& machine, const HostFacts& host) {
@@ -134,8 +127,7 @@ Symptoms CheckKeyPermission(const MachineConfig& machine, const HostFacts& host)
   if (shared == nullptr) return {};
   return {{.found =
                "this user can read no key of bridge.keys; the group " + shared->group + " can read " + shared->path,
-           .fixes = {Manual("usermod -aG " + shared->group + " USER    # then log in again")},
-           .safe = false}};
+           .fixes = {Manual("usermod -aG " + shared->group + " USER    # then log in again")}}};
 }
 
 Symptoms CheckConfigMode(const MachineConfig& machine, const HostFacts& host) {
@@ -144,10 +136,6 @@ Symptoms CheckConfigMode(const MachineConfig& machine, const HostFacts& host) {
   return {{.found = "the machine file " + file.path + " has mode " + ModeText(file),
            .fixes = {Run({"chmod", "go-w", file.path})},
            .safe = true}};
-}
-
-bool RunsUnderAccounts(const MachineConfig& machine, const HostFacts& host) {
-  return host.groups.contains(kDriversAccount) && machine.file.starts_with("/etc/axlecast/");
 }
 
 Symptoms CheckKeyAccess(const MachineConfig& machine, const HostFacts& host) {
@@ -188,5 +176,26 @@ Symptoms CheckGroupMembers(const MachineConfig& machine, const HostFacts& host) 
   }
   return symptoms;
 }
+
+constexpr auto kChecks = std::to_array<Check>({
+    {"key_missing", Severity::kError, "the key files exist",
+     "The process cannot sign. Its commands or outcomes are rejected.", &CheckKeyMissing},
+    {"key_mode", Severity::kError, "the key files are not accessible to others",
+     "The key is refused. Anybody who has read it can send commands until it is replaced.", &CheckKeyMode},
+    {"key_owner", Severity::kError, "the machine's own keys belong to root or to its service",
+     "The bridge and the drivers refuse the key, because its owner could read and change it.", &CheckKeyOwner},
+    {"key_access", Severity::kError, "each process can read its own key and no other key",
+     "A compromised process can sign as another process; or a process cannot sign.", &CheckKeyAccess},
+    {"group_members", Severity::kWarning, "operators are in no group of a process and cannot open devices",
+     "Interlocks, limits and the journal can be bypassed.", &CheckGroupMembers},
+    {"key_permission", Severity::kWarning, "this user can read a key for commands",
+     "Commands of this user are not signed and therefore rejected.", &CheckKeyPermission},
+    {"config_mode", Severity::kError, "only authorised users can write the machine file",
+     "Any user of this host can add a key and send commands.", &CheckConfigMode},
+});
+
+}  // namespace
+
+std::span<const Check> KeyChecks() { return kChecks; }
 
 }  // namespace axlecast

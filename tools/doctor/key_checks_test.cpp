@@ -1,4 +1,4 @@
-#include "tools/doctor/checks.h"
+#include "tools/doctor/check.h"
 
 #include <gmock/gmock.h>
 
@@ -54,7 +54,7 @@ TEST(KeyChecks, ModesAreThoseThatTheReaderTakes) {
   };
   for (const ModeCase& one : cases) {
     const HostFacts host = WithKeys(KeyFile(kOwn, one.mode, 0, one.group), KeyFile(kLocal, 0600));
-    const Symptoms symptoms = CheckKeyMode(Signed(), host);
+    const Symptoms symptoms = RunCheck("key_mode", Signed(), host);
     ASSERT_EQ(symptoms.size(), one.line == nullptr ? 0U : 1U) << std::oct << one.mode;
     if (one.line == nullptr) continue;
     EXPECT_EQ(LineOf(symptoms[0].fixes[0]), one.line + std::string(kOwn));
@@ -63,38 +63,40 @@ TEST(KeyChecks, ModesAreThoseThatTheReaderTakes) {
 
 TEST(KeyChecks, TheMachinesOwnKeysAreNoPersons) {
   for (const uid_t owner : {0U, 999U, 1000U}) {  // 1000 runs this
-    EXPECT_THAT(CheckKeyOwner(Signed(), WithKeys(KeyFile(kOwn, 0600, owner), KeyFile(kLocal, 0600))), IsEmpty());
+    EXPECT_THAT(RunCheck("key_owner", Signed(), WithKeys(KeyFile(kOwn, 0600, owner), KeyFile(kLocal, 0600))),
+                IsEmpty());
   }
-  EXPECT_EQ(CheckKeyOwner(Signed(), WithKeys(KeyFile(kOwn, 0600, 1001), KeyFile(kLocal, 0600))).size(), 1U);
-  EXPECT_THAT(CheckKeyOwner(Signed(), WithKeys(KeyFile(kOwn, 0600), KeyFile(kLocal, 0600, 1001))), IsEmpty())
+  EXPECT_EQ(RunCheck("key_owner", Signed(), WithKeys(KeyFile(kOwn, 0600, 1001), KeyFile(kLocal, 0600))).size(), 1U);
+  EXPECT_THAT(RunCheck("key_owner", Signed(), WithKeys(KeyFile(kOwn, 0600), KeyFile(kLocal, 0600, 1001))),
+              IsEmpty())
       << "a key that commands may be a person's";
 }
 
 TEST(KeyChecks, AMissingFileIsToldAndOneThatCannotBeSeenIsNot) {
   HostFile missing = KeyFile(kOwn, 0600);
   missing.error = ENOENT;
-  EXPECT_EQ(CheckKeyMissing(Signed(), WithKeys(missing, KeyFile(kLocal, 0600))).size(), 1U);
+  EXPECT_EQ(RunCheck("key_missing", Signed(), WithKeys(missing, KeyFile(kLocal, 0600))).size(), 1U);
   missing.error = EACCES;
-  EXPECT_THAT(CheckKeyMissing(Signed(), WithKeys(missing, KeyFile(kLocal, 0600))), IsEmpty());
+  EXPECT_THAT(RunCheck("key_missing", Signed(), WithKeys(missing, KeyFile(kLocal, 0600))), IsEmpty());
 }
 
 TEST(KeyChecks, AUserNeedsOneKeyThatMayCommand) {
   HostFacts host = WithKeys(KeyFile(kOwn, 0600), KeyFile(kLocal, 0640, 0, 7));
-  EXPECT_EQ(CheckKeyPermission(Signed(), host).size(), 1U);
+  EXPECT_EQ(RunCheck("key_permission", Signed(), host).size(), 1U);
   host.secrets.at(kLocal).readable = true;
-  EXPECT_THAT(CheckKeyPermission(Signed(), host), IsEmpty());
+  EXPECT_THAT(RunCheck("key_permission", Signed(), host), IsEmpty());
   host.secrets.at(kLocal) = KeyFile(kLocal, 0600, 1001);
-  EXPECT_THAT(CheckKeyPermission(Signed(), host), IsEmpty()) << "another person's key is that person's";
+  EXPECT_THAT(RunCheck("key_permission", Signed(), host), IsEmpty()) << "another person's key is that person's";
 }
 
 TEST(KeyChecks, TheFileIsNotEverybodysToWrite) {
   HostFacts host = GoodHost();
   host.config = KeyFile("m.yaml", 0664);
-  EXPECT_THAT(CheckConfigMode(OneAxis(), host), IsEmpty());
+  EXPECT_THAT(RunCheck("config_mode", OneAxis(), host), IsEmpty());
   host.config_shared = true;  // with a group that is more than its owner
-  EXPECT_EQ(CheckConfigMode(OneAxis(), host).size(), 1U);
+  EXPECT_EQ(RunCheck("config_mode", OneAxis(), host).size(), 1U);
   host.config.mode = 0666;
-  EXPECT_EQ(LineOf(CheckConfigMode(OneAxis(), host).at(0).fixes.at(0)), "chmod go-w m.yaml");
+  EXPECT_EQ(LineOf(RunCheck("config_mode", OneAxis(), host).at(0).fixes.at(0)), "chmod go-w m.yaml");
 }
 
 constexpr const char* kBridgeKey = "/etc/axlecast/press3/bridge.key";
@@ -131,10 +133,10 @@ HostFacts AsInstalled() {
 
 TEST(KeyAccess, AsKeygenMakesThemAllIsWell) {
   HostFacts host = AsInstalled();
-  EXPECT_THAT(CheckKeyAccess(InstalledMachine(), host), IsEmpty());
+  EXPECT_THAT(RunCheck("key_access", InstalledMachine(), host), IsEmpty());
   host.secrets[kLocalKey] = File(kLocalKey, 0600, "root");
   host.secrets[kBridgeKey] = File(kBridgeKey, 0600, "root", "axlecast-bridge", 900);
-  EXPECT_THAT(CheckKeyAccess(InstalledMachine(), host), IsEmpty());
+  EXPECT_THAT(RunCheck("key_access", InstalledMachine(), host), IsEmpty());
 }
 
 // As docs/keys.md had it before: one group for all.
@@ -142,7 +144,7 @@ TEST(KeyAccess, AKeyOfAProcessIsForItsAccountOnly) {
   HostFacts host = AsInstalled();
   host.secrets[kBridgeKey] = File(kBridgeKey, 0640, "axlecast");
   host.secrets[kDriversKey] = File(kDriversKey, 0640, "axlecast-bridge");
-  const Symptoms symptoms = CheckKeyAccess(InstalledMachine(), host);
+  const Symptoms symptoms = RunCheck("key_access", InstalledMachine(), host);
   ASSERT_EQ(symptoms.size(), 2U);
   EXPECT_EQ(symptoms[0].found, std::string("the key ") + kBridgeKey +
                                    " can be read by the group axlecast, not only by axlecast-bridge");
@@ -153,45 +155,46 @@ TEST(KeyAccess, AKeyOfAProcessIsForItsAccountOnly) {
 TEST(KeyAccess, AKeyThatItsProcessCannotReadIsFound) {
   HostFacts host = AsInstalled();
   host.secrets[kBridgeKey] = File(kBridgeKey, 0600, "root");
-  EXPECT_EQ(CheckKeyAccess(InstalledMachine(), host).size(), 1U);
+  EXPECT_EQ(RunCheck("key_access", InstalledMachine(), host).size(), 1U);
 }
 
 TEST(KeyAccess, NoProcessReadsAKeyThatCommands) {
   HostFacts host = AsInstalled();
   host.secrets[kLocalKey] = File(kLocalKey, 0640, "axlecast-web");
-  EXPECT_EQ(LineOf(CheckKeyAccess(InstalledMachine(), host).at(0).fixes.at(0)),
+  EXPECT_EQ(LineOf(RunCheck("key_access", InstalledMachine(), host).at(0).fixes.at(0)),
             std::string("chown root:root ") + kLocalKey);
   host.secrets[kLocalKey] = File(kLocalKey, 0600, "root", "axlecast-bridge", 900);
-  EXPECT_EQ(CheckKeyAccess(InstalledMachine(), host).size(), 1U);
+  EXPECT_EQ(RunCheck("key_access", InstalledMachine(), host).size(), 1U);
 }
 
 TEST(KeyAccess, ADeskHasNoAccounts) {
   HostFacts host = AsInstalled();
   host.groups.clear();
   host.secrets[kBridgeKey] = File(kBridgeKey, 0640, "axlecast");
-  EXPECT_THAT(CheckKeyAccess(InstalledMachine(), host), IsEmpty());
+  EXPECT_THAT(RunCheck("key_access", InstalledMachine(), host), IsEmpty());
   host = AsInstalled();
   host.secrets[kBridgeKey] = File(kBridgeKey, 0600, "anna", "anna", 1000);
-  EXPECT_THAT(CheckKeyAccess(InstalledMachine(), host), IsEmpty()) << "a person's own machine beside the package";
+  EXPECT_THAT(RunCheck("key_access", InstalledMachine(), host), IsEmpty())
+      << "a person's own machine beside the package";
 }
 
 TEST(GroupMembers, AsInstalledAllIsWell) {
-  EXPECT_THAT(CheckGroupMembers(InstalledMachine(), AsInstalled()), IsEmpty());
+  EXPECT_THAT(RunCheck("group_members", InstalledMachine(), AsInstalled()), IsEmpty());
 }
 
 TEST(GroupMembers, NobodyJoinsAProcess) {
   HostFacts host = AsInstalled();
   host.groups["axlecast-drivers"] = {"anna"};
-  EXPECT_EQ(LineOf(CheckGroupMembers(InstalledMachine(), host).at(0).fixes.at(0)),
+  EXPECT_EQ(LineOf(RunCheck("group_members", InstalledMachine(), host).at(0).fixes.at(0)),
             "gpasswd --delete anna axlecast-drivers");
 }
 
 TEST(GroupMembers, OperatorsArePersonsWithoutDevices) {
   HostFacts host = AsInstalled();
   host.groups["axlecast"] = {"axlecast-web"};
-  EXPECT_EQ(CheckGroupMembers(InstalledMachine(), host).size(), 1U);
+  EXPECT_EQ(RunCheck("group_members", InstalledMachine(), host).size(), 1U);
   host.groups["axlecast"] = {"anna", "bob"};
-  const Symptoms symptoms = CheckGroupMembers(InstalledMachine(), host);
+  const Symptoms symptoms = RunCheck("group_members", InstalledMachine(), host);
   ASSERT_EQ(symptoms.size(), 1U);
   EXPECT_EQ(symptoms[0].found,
             "bob is in the group dialout, and may send commands: devices can be accessed without any interlock");
@@ -208,18 +211,18 @@ TEST(GroupMembers, DeviceNodesAreTheDriversAlone) {
   HostFacts host = AsInstalled();
   HostFile& node = host.ports["/dev/spidev0.0"].file;
   node = File("/dev/spidev0.0", 0660, "axlecast-drivers");
-  EXPECT_THAT(CheckGroupMembers(OnSpi(), host), IsEmpty());
+  EXPECT_THAT(RunCheck("group_members", OnSpi(), host), IsEmpty());
   node.group = "spi";
-  Symptoms symptoms = CheckGroupMembers(OnSpi(), host);
+  Symptoms symptoms = RunCheck("group_members", OnSpi(), host);
   ASSERT_EQ(symptoms.size(), 1U);
   EXPECT_EQ(symptoms[0].found,
             "/dev/spidev0.0 can be opened by the group spi: devices can be accessed without any interlock");
   node.mode = 0666;
-  symptoms = CheckGroupMembers(OnSpi(), host);
+  symptoms = RunCheck("group_members", OnSpi(), host);
   ASSERT_EQ(symptoms.size(), 1U);
   EXPECT_EQ(LineOf(symptoms[0].fixes.at(0)), "chmod o= /dev/spidev0.0");
   host.ports["/dev/ttyUSB0"].file = File("/dev/ttyUSB0", 0666, "dialout");
-  EXPECT_EQ(CheckGroupMembers(InstalledMachine(), host).size(), 1U) << "a serial port too";
+  EXPECT_EQ(RunCheck("group_members", InstalledMachine(), host).size(), 1U) << "a serial port too";
 }
 
 TEST(RunsUnderAccounts, OnlyWithTheFileOfTheUnits) {

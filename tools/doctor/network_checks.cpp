@@ -1,6 +1,7 @@
-#include "tools/doctor/checks.h"
+#include "tools/doctor/check.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 #include <map>
@@ -49,7 +50,6 @@ Fix AtEveryStart() {
 Symptom RouteSymptom(const Group& group) {
   Symptom symptom{.found = "there is no route to the multicast group " + group.url.group + " (" +
                            std::strerror(group.facts->route.error) + ')',
-                  .fixes = {},
                   .safe = group.url.ttl == 0};
   if (symptom.safe) {
     symptom.fixes = {Run({"ip", "link", "set", "lo", "up", "multicast", "on"}),
@@ -70,8 +70,7 @@ Symptom InterfaceSymptom(const Group& group) {
   }
   return {.found = group.text + " is for other hosts (ttl=" + std::to_string(group.url.ttl) + "), but uses lo",
           .fixes = {Manual("ip route replace " + group.url.group +
-                           "/32 dev INTERFACE    # the interface to the other hosts")},
-          .safe = false};
+                           "/32 dev INTERFACE    # the interface to the other hosts")}};
 }
 
 // Reports each group once: the two URLs of a machine usually have the same group.
@@ -142,8 +141,6 @@ Symptom BufferSymptom(const char* name, std::int64_t bytes, std::int64_t needed,
           .safe = true};
 }
 
-}  // namespace
-
 Symptoms CheckMulticastRoute(const MachineConfig& machine, const HostFacts& host) {
   return ByGroup(
       GroupsOf(machine, host), [](const Group& group) { return group.facts->route.error != 0; }, &RouteSymptom);
@@ -179,8 +176,7 @@ Symptoms CheckMulticastSilent(const MachineConfig& machine, const HostFacts& hos
     symptoms.push_back(
         {.found = "no datagram to " + group.text + " comes back: " + reason.substr(0, reason.find('\n')),
          .fixes = {Manual("nft list ruleset    # look for a rule that drops udp port " +
-                          std::to_string(group.url.port))},
-         .safe = false});
+                          std::to_string(group.url.port))}});
   }
   return symptoms;
 }
@@ -244,9 +240,7 @@ Symptoms CheckLcmLibrary(const MachineConfig& machine, const HostFacts& host) {
   if (host.network.lcm_libraries.empty()) return {};
   Symptom symptom{.found = Listed(host.network.lcm_libraries) +
                            ": one forged datagram makes a program that receives through it write out of bounds "
-                           "(LCM's pull request 628, not in any release up to 1.5.2)",
-                  .fixes = {},
-                  .safe = false};
+                           "(LCM's pull request 628, not in any release up to 1.5.2)"};
   for (const std::string& text : {machine.lcm.url, machine.lcm.command_url}) {
     const auto url = ParseLcmUrl(text);
     if (!url || url->in_process || url->ttl > 0) continue;
@@ -276,8 +270,7 @@ Symptoms CheckOtherMachine(const MachineConfig& machine, const HostFacts& host) 
                     Printable(Listed(named)) + more,
            .fixes = {Manual("give one of the machines other ports in its machine file:"),
                      Manual("lcm: {url: \"udpm://239.255.76.67:7677?ttl=0\", command_url: "
-                            "\"udpm://239.255.76.67:7678?ttl=0\"}")},
-           .safe = false}};
+                            "\"udpm://239.255.76.67:7678?ttl=0\"}")}}};
 }
 
 Symptoms CheckDuplicateDriver(const MachineConfig& machine, const HostFacts& host) {
@@ -289,8 +282,7 @@ Symptoms CheckDuplicateDriver(const MachineConfig& machine, const HostFacts& hos
   for (const auto& [bus, ids] : boots) {
     if (ids.size() < 2) continue;
     symptoms.push_back({.found = std::to_string(ids.size()) + " drivers of bus " + bus + " are running",
-                        .fixes = {Manual("pgrep -af -- '--bus " + bus + "'    # on each host; stop all but one")},
-                        .safe = false});
+                        .fixes = {Manual("pgrep -af -- '--bus " + bus + "'    # on each host; stop all but one")}});
   }
   return symptoms;
 }
@@ -300,10 +292,46 @@ Symptoms CheckMachineFaults(const MachineConfig& machine, const HostFacts& host)
   for (const std::string& fault : host.network.machine_faults) {
     symptoms.push_back({.found = "the machine runs, but is not good: " + Printable(fault),
                         .fixes = {Manual("axlecast status " + machine.file + "    # the current state"),
-                                  Manual("see docs/troubleshooting.md for each fault")},
-                        .safe = false});
+                                  Manual("see docs/troubleshooting.md for each fault")}});
   }
   return symptoms;
 }
+
+constexpr auto kChecks = std::to_array<Check>({
+    {"multicast_route", Severity::kError, "the host has a route to LCM's multicast groups",
+     "No process of the machine starts: LCM cannot send.", &CheckMulticastRoute},
+    {"loopback_multicast", Severity::kError, "the loopback interface is up and has its MULTICAST flag",
+     "Messages within this host do not arrive, or only at some programs.", &CheckLoopbackMulticast},
+    {"multicast_interface", Severity::kWarning, "messages with ttl=0 use lo, others use the network",
+     "With ttl=0 on a network interface, all messages stop when its cable is unplugged. With ttl above 0 on lo, no "
+     "other host receives messages.",
+     &CheckMulticastInterface},
+    {"multicast_silent", Severity::kError, "a datagram to LCM's groups comes back",
+     "The processes of the machine do not receive each other's messages.", &CheckMulticastSilent},
+    {"firewall", Severity::kAdvice, "no firewall may drop datagrams to LCM's ports (needs root)",
+     "If a rule drops the datagrams, they are lost in the kernel without an error.", &CheckFirewall},
+    {"receive_buffer_max", Severity::kWarning, "net.core.rmem_max allows the requested receive buffers",
+     "If a receiver is delayed, the kernel drops messages. The recorder counts them; other programs see gaps.",
+     &CheckReceiveBufferMax},
+    {"receive_buffer_default", Severity::kWarning,
+     "net.core.rmem_default has room for 0.1 s of the machine's messages",
+     "A process that is delayed for longer on a busy host loses messages.", &CheckReceiveBufferDefault},
+    {"lcm_library", Severity::kAdvice, "this host has no liblcm that forged datagrams can break",
+     "axlecast's own programs do not receive through it. Other programs (lcm-logger, your own) can be crashed by "
+     "any host whose datagrams reach their port, also with ttl=0.",
+     &CheckLcmLibrary},
+    {"other_machine", Severity::kWarning, "no other machine uses the command port",
+     "Every process receives the messages of both machines. Equal names are mixed up, and each machine raises "
+     "alarms about the other.",
+     &CheckOtherMachine},
+    {"duplicate_driver", Severity::kError, "each bus has one driver",
+     "Two drivers disturb each other on the line. The alarm duplicate_driver is raised.", &CheckDuplicateDriver},
+    {"machine_faults", Severity::kError, "if the machine runs, it is good by the rules of status and up",
+     "Positions or commands of the named part are missing or unreliable.", &CheckMachineFaults},
+});
+
+}  // namespace
+
+std::span<const Check> NetworkChecks() { return kChecks; }
 
 }  // namespace axlecast

@@ -1,4 +1,4 @@
-#include "tools/doctor/checks.h"
+#include "tools/doctor/check.h"
 
 #include <gmock/gmock.h>
 
@@ -25,23 +25,24 @@ std::vector<std::string> LinesOf(const Symptom& symptom) {
 TEST(NetworkChecks, AMissingRouteIsToldOnceForBothPorts) {
   HostFacts host = GoodHost();
   for (auto& [url, group] : host.network.groups) group.route = {.error = ENETUNREACH, .interface = ""};
-  const Symptoms symptoms = CheckMulticastRoute(OneAxis(), host);
+  const Symptoms symptoms = RunCheck("multicast_route", OneAxis(), host);
   ASSERT_EQ(symptoms.size(), 1U);
   EXPECT_TRUE(symptoms[0].safe);
   EXPECT_THAT(LinesOf(symptoms[0]),
               ElementsAre("ip link set lo up multicast on", "ip route replace 224.0.0.0/4 dev lo",
                           StartsWith("systemctl enable axlecast-multicast")));
-  EXPECT_THAT(CheckMulticastInterface(OneAxis(), host), IsEmpty()) << "a missing route is not reported twice";
-  EXPECT_THAT(CheckMulticastSilent(OneAxis(), host), IsEmpty());
+  EXPECT_THAT(RunCheck("multicast_interface", OneAxis(), host), IsEmpty())
+      << "a missing route is not reported twice";
+  EXPECT_THAT(RunCheck("multicast_silent", OneAxis(), host), IsEmpty());
 }
 
 TEST(NetworkChecks, TheFlagOfLoopbackMattersWhereMessagesGoByIt) {
   HostFacts host = GoodHost();
   host.network.loopback.multicast = false;
-  EXPECT_EQ(CheckLoopbackMulticast(OneAxis(), host).size(), 1U);
+  EXPECT_EQ(RunCheck("loopback_multicast", OneAxis(), host).size(), 1U);
   for (auto& [url, group] : host.network.groups) group.route.interface = "eth0";
-  EXPECT_THAT(CheckLoopbackMulticast(OneAxis(), host), IsEmpty());
-  EXPECT_THAT(LinesOf(CheckMulticastInterface(OneAxis(), host).at(0)),
+  EXPECT_THAT(RunCheck("loopback_multicast", OneAxis(), host), IsEmpty());
+  EXPECT_THAT(LinesOf(RunCheck("multicast_interface", OneAxis(), host).at(0)),
               ElementsAre("ip link set lo up multicast on", "ip route replace 239.255.76.67/32 dev lo",
                           StartsWith("systemctl enable axlecast-multicast")));
 }
@@ -50,7 +51,7 @@ TEST(NetworkChecks, WithATtlMessagesMustLeaveTheHost) {
   const MachineConfig machine = OneAxis("", "lcm: {url: \"udpm://239.255.76.67:7667?ttl=1\"}");
   HostFacts host = GoodHost();
   host.network.groups[machine.lcm.url] = host.network.groups[kData];
-  const Symptoms symptoms = CheckMulticastInterface(machine, host);
+  const Symptoms symptoms = RunCheck("multicast_interface", machine, host);
   ASSERT_EQ(symptoms.size(), 1U);
   EXPECT_THAT(symptoms[0].found, HasSubstr("uses lo"));
   EXPECT_FALSE(symptoms[0].safe) << "which interface leads to the others is not known";
@@ -58,9 +59,9 @@ TEST(NetworkChecks, WithATtlMessagesMustLeaveTheHost) {
 
 TEST(NetworkChecks, ALibraryThatForgedDatagramsBreakIsNamed) {
   HostFacts host = GoodHost();
-  EXPECT_THAT(CheckLcmLibrary(OneAxis(), host), IsEmpty());
+  EXPECT_THAT(RunCheck("lcm_library", OneAxis(), host), IsEmpty());
   host.network.lcm_libraries = {"/usr/lib/x86_64-linux-gnu/liblcm.so.1.3.4"};
-  const Symptoms symptoms = CheckLcmLibrary(OneAxis(), host);
+  const Symptoms symptoms = RunCheck("lcm_library", OneAxis(), host);
   ASSERT_EQ(symptoms.size(), 1U);
   EXPECT_THAT(symptoms[0].found, HasSubstr("liblcm.so.1.3.4: one forged datagram"));
   EXPECT_THAT(LinesOf(symptoms[0]),
@@ -69,10 +70,10 @@ TEST(NetworkChecks, ALibraryThatForgedDatagramsBreakIsNamed) {
 
 TEST(NetworkChecks, SilenceIsToldOfEachPort) {
   HostFacts host = GoodHost();
-  host.network.groups[kData].silence = "multicast on this host is not usable: it did not come back\nMend it";
-  const Symptoms symptoms = CheckMulticastSilent(OneAxis(), host);
+  host.network.groups[kData].silence = "multicast on this host is not usable: it did not come back\nFix it";
+  const Symptoms symptoms = RunCheck("multicast_silent", OneAxis(), host);
   ASSERT_EQ(symptoms.size(), 1U);
-  EXPECT_THAT(symptoms[0].found, AllOf(HasSubstr(":7667"), Not(HasSubstr("Mend"))));
+  EXPECT_THAT(symptoms[0].found, AllOf(HasSubstr(":7667"), Not(HasSubstr("Fix it"))));
 }
 
 // The chain `input` of the table inet f with this policy, and rules with these expressions.
@@ -105,14 +106,14 @@ HostFacts FarHost(const std::string& ruleset) {
 TEST(NetworkChecks, AnActiveFirewallIsNamedUnlessItAcceptsThePort) {
   const MachineConfig machine = OneAxis("", std::string("lcm: {url: \"") + kFar + "\"}");
   const auto count = [&](const std::string& policy, const std::vector<std::string>& rules) {
-    return CheckFirewall(machine, FarHost(Ruleset(policy, rules))).size();
+    return RunCheck("firewall", machine, FarHost(Ruleset(policy, rules))).size();
   };
   EXPECT_EQ(count("accept", {}), 0U) << "nothing can drop";
   EXPECT_EQ(count("drop", {}), 1U);
   EXPECT_EQ(count("accept", {R"({"drop":null})"}), 1U);
   EXPECT_EQ(count("drop", {AcceptPort(7669)}), 1U);
   EXPECT_EQ(count("drop", {AcceptPort(7667)}), 0U);
-  const Symptoms symptoms = CheckFirewall(machine, FarHost(Ruleset("drop", {})));
+  const Symptoms symptoms = RunCheck("firewall", machine, FarHost(Ruleset("drop", {})));
   ASSERT_EQ(symptoms.size(), 1U);
   EXPECT_THAT(symptoms[0].found, HasSubstr("chain input of the table inet f"));
   EXPECT_THAT(LinesOf(symptoms[0]),
@@ -123,9 +124,9 @@ TEST(NetworkChecks, AnActiveFirewallIsNamedUnlessItAcceptsThePort) {
 TEST(NetworkChecks, AFirewallMattersWithinThisHostOnlyIfNoDatagramComesBack) {
   HostFacts host = GoodHost();
   host.network.firewall = Ruleset("drop", {});
-  EXPECT_THAT(CheckFirewall(OneAxis(), host), IsEmpty());
+  EXPECT_THAT(RunCheck("firewall", OneAxis(), host), IsEmpty());
   host.network.groups[kData].silence = "it did not come back";
-  EXPECT_EQ(CheckFirewall(OneAxis(), host).size(), 1U);
+  EXPECT_EQ(RunCheck("firewall", OneAxis(), host).size(), 1U);
 }
 
 TEST(NetworkChecks, ATextThatIsNoRulesetGivesNoSymptom) {
@@ -133,7 +134,7 @@ TEST(NetworkChecks, ATextThatIsNoRulesetGivesNoSymptom) {
   for (const char* text : {"", "{", "[]", "{}", R"({"nftables":{}})", R"({"nftables":[7]})", R"({"nftables":[{}]})",
                            R"({"nftables":[{"chain":7},{"rule":{"expr":7}}]})",
                            R"({"nftables":[{"chain":{"hook":"input","family":"ip6","policy":"drop"}}]})"}) {
-    EXPECT_THAT(CheckFirewall(machine, FarHost(text)), IsEmpty()) << text;
+    EXPECT_THAT(RunCheck("firewall", machine, FarHost(text)), IsEmpty()) << text;
   }
 }
 
@@ -155,7 +156,8 @@ TEST(NetworkChecks, TheLargestBufferThatIsAskedForMustBeAllowed) {
   for (const BufferCase& one : cases) {
     HostFacts host = GoodHost();
     host.network.receive_max = one.max;
-    const Symptoms symptoms = CheckReceiveBufferMax(OneAxis("", std::string(one.lcm) + '\n' + one.recorder), host);
+    const Symptoms symptoms =
+        RunCheck("receive_buffer_max", OneAxis("", std::string(one.lcm) + '\n' + one.recorder), host);
     ASSERT_EQ(symptoms.size(), one.wanted > 0 ? 1U : 0U) << one.lcm << one.recorder << one.max;
     if (one.wanted == 0) continue;
     EXPECT_EQ(LineOf(symptoms[0].fixes[0]),
@@ -163,15 +165,16 @@ TEST(NetworkChecks, TheLargestBufferThatIsAskedForMustBeAllowed) {
   }
   HostFacts unknown = GoodHost();
   unknown.network.receive_max = std::nullopt;
-  EXPECT_THAT(CheckReceiveBufferMax(OneAxis("", "recorder: {logs: {a: {quota: 2MB}}}"), unknown), IsEmpty());
+  EXPECT_THAT(RunCheck("receive_buffer_max", OneAxis("", "recorder: {logs: {a: {quota: 2MB}}}"), unknown),
+              IsEmpty());
 }
 
 TEST(NetworkChecks, ATenthOfASecondFitsTheDefaultBuffer) {
   HostFacts host = GoodHost();
   host.network.receive_default = 12'800;  // 100 messages a second of 1280 bytes each
-  EXPECT_THAT(CheckReceiveBufferDefault(OneAxis(), host), IsEmpty());
+  EXPECT_THAT(RunCheck("receive_buffer_default", OneAxis(), host), IsEmpty());
   host.network.receive_default = 12'799;
-  const Symptoms symptoms = CheckReceiveBufferDefault(OneAxis(), host);
+  const Symptoms symptoms = RunCheck("receive_buffer_default", OneAxis(), host);
   ASSERT_EQ(symptoms.size(), 1U);
   EXPECT_EQ(LineOf(symptoms[0].fixes[1]),
             "echo 'net.core.rmem_default = 2097152' >> /etc/sysctl.d/60-axlecast.conf");
@@ -188,8 +191,8 @@ TEST(NetworkChecks, InventedDriversAreBoundedAndDisplaceNone) {
   }
   host.network.drivers = drivers.All();
   EXPECT_EQ(host.network.drivers.size(), ReceivedDrivers::kMaxOthers + ReceivedDrivers::kMaxBoots);
-  EXPECT_EQ(CheckDuplicateDriver(machine, host).size(), 1U);
-  const Symptoms others = CheckOtherMachine(machine, host);
+  EXPECT_EQ(RunCheck("duplicate_driver", machine, host).size(), 1U);
+  const Symptoms others = RunCheck("other_machine", machine, host);
   ASSERT_EQ(others.size(), 1U);
   EXPECT_LT(others[0].found.size(), 300U);
   EXPECT_THAT(others[0].found, HasSubstr("and 94 more"));
@@ -197,9 +200,9 @@ TEST(NetworkChecks, InventedDriversAreBoundedAndDisplaceNone) {
 
 TEST(NetworkChecks, EachFaultOfTheRunningMachineIsFound) {
   HostFacts host = GoodHost();
-  EXPECT_THAT(CheckMachineFaults(OneAxis(), host), IsEmpty());
+  EXPECT_THAT(RunCheck("machine_faults", OneAxis(), host), IsEmpty());
   host.network.machine_faults = {"axis1: DEGRADED (battery\x1b)", "b0: DOWN"};
-  const Symptoms symptoms = CheckMachineFaults(OneAxis(), host);
+  const Symptoms symptoms = RunCheck("machine_faults", OneAxis(), host);
   ASSERT_EQ(symptoms.size(), 2U);
   EXPECT_EQ(symptoms[0].found, "the machine runs, but is not good: axis1: DEGRADED (battery?)");
   EXPECT_EQ(LineOf(symptoms[1].fixes[0]), "axlecast status m.yaml    # the current state");
@@ -209,14 +212,14 @@ TEST(NetworkChecks, EachFaultOfTheRunningMachineIsFound) {
 TEST(NetworkChecks, DriversOfOthersAndTwoOfOne) {
   HostFacts host = GoodHost();
   host.network.drivers = {{"DRIVER_STATUS/b0", 1}};
-  EXPECT_THAT(CheckOtherMachine(OneAxis(), host), IsEmpty());
-  EXPECT_THAT(CheckDuplicateDriver(OneAxis(), host), IsEmpty());
+  EXPECT_THAT(RunCheck("other_machine", OneAxis(), host), IsEmpty());
+  EXPECT_THAT(RunCheck("duplicate_driver", OneAxis(), host), IsEmpty());
   host.network.drivers = {
       {"DRIVER_STATUS/b0", 1}, {"DRIVER_STATUS/b0", 2}, {"DRIVER_STATUS/b7", 3}, {"far/DRIVER_STATUS/b0", 4}};
-  const Symptoms others = CheckOtherMachine(OneAxis(), host);
+  const Symptoms others = RunCheck("other_machine", OneAxis(), host);
   ASSERT_EQ(others.size(), 1U);
   EXPECT_THAT(others[0].found, HasSubstr("DRIVER_STATUS/b7, far/DRIVER_STATUS/b0"));
-  const Symptoms twins = CheckDuplicateDriver(OneAxis(), host);
+  const Symptoms twins = RunCheck("duplicate_driver", OneAxis(), host);
   ASSERT_EQ(twins.size(), 1U);
   EXPECT_THAT(twins[0].found, HasSubstr("2 drivers of bus b0"));
 }

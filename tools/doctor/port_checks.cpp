@@ -1,4 +1,4 @@
-#include "tools/doctor/checks.h"
+#include "tools/doctor/check.h"
 
 #include <sys/stat.h>
 
@@ -50,11 +50,18 @@ Symptoms ForEachPort(const MachineConfig& machine, const HostFacts& host, Look l
   return symptoms;
 }
 
+// A check of each port alone.
+template <auto Look>
+Symptoms EachPort(const MachineConfig& machine, const HostFacts& host) {
+  return ForEachPort(machine, host, Look);
+}
+
 bool IsThere(const PortFacts& port) { return port.file.kind == HostFile::Kind::kCharacter; }
 
-Symptom MissingSymptom(const PortUse& use, const PortFacts& port) {
+void LookWhetherMissing(const PortUse& use, const PortFacts& port, Symptoms& symptoms) {
+  if (IsThere(port)) return;
   const PortKind& kind = KindOf(use);
-  Symptom symptom{.found = {}, .fixes = {}, .safe = false};
+  Symptom symptom{};
   if (port.file.error != 0 && port.file.error != ENOENT) {
     symptom.found = Name(use) + " cannot be examined: " + std::strerror(port.file.error);
   } else {
@@ -63,7 +70,7 @@ Symptom MissingSymptom(const PortUse& use, const PortFacts& port) {
   symptom.fixes.push_back(Manual(std::string(kind.list) + "    # lists the devices; then correct " + kind.key +
                                  " in the machine file"));
   if (use.kind == PortUse::Kind::kSpi) symptom.fixes.push_back(Run({"modprobe", "spidev"}));
-  return symptom;
+  symptoms.push_back(std::move(symptom));
 }
 
 // Drivers run without privileges and cannot open what only root can open.
@@ -74,10 +81,8 @@ bool OthersMayUse(const HostFile& file) {
 
 Symptom PermissionSymptom(const PortUse& use, const HostFile& file) {
   const PortKind& kind = KindOf(use);
-  Symptom symptom{
-      .found = Name(use) + " belongs to " + file.owner + ':' + file.group + " with mode " + ModeText(file),
-      .fixes = {},
-      .safe = false};
+  Symptom symptom{.found =
+                      Name(use) + " belongs to " + file.owner + ':' + file.group + " with mode " + ModeText(file)};
   if (!OthersMayUse(file)) {
     symptom.fixes = {Run({"groupadd", "--force", "--system", kind.group}), Append(kRulesFile, kind.rule),
                      Run({"udevadm", "control", "--reload"}), Run({"udevadm", "trigger", "--action=add"})};
@@ -103,8 +108,7 @@ Symptom DriversSymptom(const PortUse& use, const HostFile& file) {
   return {.found = Name(use) + " belongs to " + file.owner + ':' + file.group + " with mode " + ModeText(file) +
                    ": the drivers (group " + kDriversAccount + ") cannot open it",
           .fixes = {Append(kRulesFile, rule), Run({"udevadm", "control", "--reload"}),
-                    Run({"udevadm", "trigger", "--action=add"})},
-          .safe = false};
+                    Run({"udevadm", "trigger", "--action=add"})}};
 }
 
 bool IsOwnDriver(const HostProcess& process, const std::string& bus) {
@@ -120,8 +124,7 @@ void LookForHolders(const PortUse& use, const PortFacts& port, Symptoms& symptom
     if (IsOwnDriver(holder, use.bus)) continue;
     const std::string id = std::to_string(holder.id);
     symptoms.push_back({.found = Name(use) + " is open in process " + id + " (" + Printable(holder.name) + ')',
-                        .fixes = {Manual("ps -fp " + id + "    # shows the process; to stop it: kill " + id)},
-                        .safe = false});
+                        .fixes = {Manual("ps -fp " + id + "    # shows the process; to stop it: kill " + id)}});
   }
 }
 
@@ -129,8 +132,7 @@ void LookAtName(const PortUse& use, const PortFacts& port, Symptoms& symptoms) {
   const bool changes = use.path.starts_with("/dev/ttyUSB") || use.path.starts_with("/dev/ttyACM");
   if (!changes || port.lasting_name.empty()) return;
   symptoms.push_back({.found = Name(use) + " has a name that depends on the order of plugging in",
-                      .fixes = {Manual("in the machine file: port: " + port.lasting_name)},
-                      .safe = false});
+                      .fixes = {Manual("in the machine file: port: " + port.lasting_name)}});
 }
 
 bool IsProber(const HostProcess& process) { return process.name == "ModemManager" || process.name == "brltty"; }
@@ -139,14 +141,6 @@ std::string HexId(std::uint16_t number) {
   std::array<char, 8> text{};
   std::snprintf(text.data(), text.size(), "%04x", unsigned{number});
   return text.data();
-}
-
-}  // namespace
-
-Symptoms CheckPortMissing(const MachineConfig& machine, const HostFacts& host) {
-  return ForEachPort(machine, host, [](const PortUse& use, const PortFacts& port, Symptoms& symptoms) {
-    if (!IsThere(port)) symptoms.push_back(MissingSymptom(use, port));
-  });
 }
 
 Symptoms CheckPortPermission(const MachineConfig& machine, const HostFacts& host) {
@@ -163,14 +157,6 @@ Symptoms CheckPortPermission(const MachineConfig& machine, const HostFacts& host
   });
 }
 
-Symptoms CheckPortHeld(const MachineConfig& machine, const HostFacts& host) {
-  return ForEachPort(machine, host, &LookForHolders);
-}
-
-Symptoms CheckPortName(const MachineConfig& machine, const HostFacts& host) {
-  return ForEachPort(machine, host, &LookAtName);
-}
-
 Symptoms CheckPortProber(const MachineConfig& machine, const HostFacts& host) {
   const auto prober = std::find_if(host.processes.begin(), host.processes.end(), &IsProber);
   if (prober == host.processes.end()) return {};
@@ -182,34 +168,27 @@ Symptoms CheckPortProber(const MachineConfig& machine, const HostFacts& host) {
         {.found =
              prober->name + " runs and opens " + use.path + " of bus " + use.bus + " whenever it is plugged in",
          .fixes = {Append(kRulesFile, usb + R"(", ENV{ID_MM_DEVICE_IGNORE}="1")"),
-                   Run({"udevadm", "control", "--reload"}), Run({"systemctl", "disable", "--now", prober->name})},
-         .safe = false});
+                   Run({"udevadm", "control", "--reload"}), Run({"systemctl", "disable", "--now", prober->name})}});
   });
 }
 
-Symptoms CheckUsbLatency(const MachineConfig& machine, const HostFacts& host) {
-  return ForEachPort(machine, host, [](const PortUse& use, const PortFacts& port, Symptoms& symptoms) {
-    if (!port.latency_ms || *port.latency_ms <= kShortLatency) return;
-    symptoms.push_back(
-        {.found = Name(use) + " has a latency timer of " + std::to_string(*port.latency_ms) + " ms: about " +
-                  std::to_string(1'000 / *port.latency_ms) + " exchanges per second",
-         .fixes = {Write(port.latency_timer, "1"),
-                   Append(
-                       kRulesFile,
-                       R"(ACTION=="add", SUBSYSTEM=="usb-serial", DRIVER=="ftdi_sio", ATTR{latency_timer}="1")")},
-         .safe = true});
-  });
+void LookAtLatency(const PortUse& use, const PortFacts& port, Symptoms& symptoms) {
+  if (!port.latency_ms || *port.latency_ms <= kShortLatency) return;
+  symptoms.push_back(
+      {.found = Name(use) + " has a latency timer of " + std::to_string(*port.latency_ms) + " ms: about " +
+                std::to_string(1'000 / *port.latency_ms) + " exchanges per second",
+       .fixes = {Write(port.latency_timer, "1"),
+                 Append(kRulesFile,
+                        R"(ACTION=="add", SUBSYSTEM=="usb-serial", DRIVER=="ftdi_sio", ATTR{latency_timer}="1")")},
+       .safe = true});
 }
 
-Symptoms CheckAdapterRate(const MachineConfig& machine, const HostFacts& host) {
-  return ForEachPort(machine, host, [](const PortUse& use, const PortFacts& port, Symptoms& symptoms) {
-    if (use.kind != PortUse::Kind::kSerial || !port.usb) return;
-    const AdapterVerdict verdict = JudgeAdapter(*port.usb, use.baud);
-    if (verdict.fits) return;  // or unknown: the driver reports it at its start
-    symptoms.push_back({.found = "bus " + use.bus + ": " + verdict.text,
-                        .fixes = {Manual("plug in an adapter with an FT232H, FT2232H or FT4232H")},
-                        .safe = false});
-  });
+void LookAtRate(const PortUse& use, const PortFacts& port, Symptoms& symptoms) {
+  if (use.kind != PortUse::Kind::kSerial || !port.usb) return;
+  const AdapterVerdict verdict = JudgeAdapter(*port.usb, use.baud);
+  if (verdict.fits) return;  // or unknown: the driver reports it at its start
+  symptoms.push_back({.found = "bus " + use.bus + ": " + verdict.text,
+                      .fixes = {Manual("plug in an adapter with an FT232H, FT2232H or FT4232H")}});
 }
 
 Symptoms CheckSpiBuffer(const MachineConfig& machine, const HostFacts& host) {
@@ -221,8 +200,35 @@ Symptoms CheckSpiBuffer(const MachineConfig& machine, const HostFacts& host) {
   return {{.found = "spidev accepts transfers of at most " + std::to_string(*host.spi_buffer) + " bytes; up to " +
                     std::to_string(kNeeded) + " may be needed",
            .fixes = {Append("/etc/modprobe.d/axlecast.conf", "options spidev bufsiz=4096"),
-                     Manual("reboot, or with all drivers stopped: modprobe -r spidev; modprobe spidev")},
-           .safe = false}};
+                     Manual("reboot, or with all drivers stopped: modprobe -r spidev; modprobe spidev")}}};
 }
+
+constexpr auto kChecks = std::to_array<Check>({
+    {"port_missing", Severity::kError, "every port in the machine file exists",
+     "The bus stays DOWN and its devices OFFLINE.", &EachPort<&LookWhetherMissing>},
+    {"port_permission", Severity::kError, "this user may use every port (as root: a unit without privileges)",
+     "The driver cannot open the line. The bus stays DOWN.", &CheckPortPermission},
+    {"port_held", Severity::kError, "no other process has a port open",
+     "The driver cannot lock the line, or each process receives only a part of the bytes.",
+     &EachPort<&LookForHolders>},
+    {"port_name", Severity::kAdvice, "ports have persistent names",
+     "After reconnecting an adapter, the name may belong to another bus.", &EachPort<&LookAtName>},
+    {"port_prober", Severity::kWarning, "no service probes the USB adapters (ModemManager, brltty)",
+     "The service sends modem commands to the devices and occupies the port for half a minute after it is plugged "
+     "in.",
+     &CheckPortProber},
+    {"usb_latency", Severity::kWarning, "USB adapters deliver bytes after 1 ms",
+     "Each exchange waits for the adapter's timer. The driver requests 1 ms when it opens the port; some kernels "
+     "refuse.",
+     &EachPort<&LookAtLatency>},
+    {"adapter_rate", Severity::kError, "the adapters' chips support the baud rates in the machine file",
+     "Replies are damaged or missing.", &EachPort<&LookAtRate>},
+    {"spi_buffer", Severity::kError, "spidev accepts the longest transfer",
+     "Readings fail with \"message too long\".", &CheckSpiBuffer},
+});
+
+}  // namespace
+
+std::span<const Check> PortChecks() { return kChecks; }
 
 }  // namespace axlecast

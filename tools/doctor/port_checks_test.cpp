@@ -1,4 +1,4 @@
-#include "tools/doctor/checks.h"
+#include "tools/doctor/check.h"
 
 #include <gmock/gmock.h>
 
@@ -16,17 +16,17 @@ PortFacts& PortOf(HostFacts& host) { return host.ports["/dev/ttyUSB0"]; }
 
 TEST(PortChecks, AGoodPortIsToldNothingOf) {
   const HostFacts host = GoodHost();
-  for (auto* const check : {&CheckPortMissing, &CheckPortPermission, &CheckPortHeld, &CheckPortName,
-                            &CheckPortProber, &CheckUsbLatency, &CheckAdapterRate, &CheckSpiBuffer}) {
-    EXPECT_THAT(check(OneAxis(), host), IsEmpty());
+  for (const char* const check : {"port_missing", "port_permission", "port_held", "port_name", "port_prober",
+                                  "usb_latency", "adapter_rate", "spi_buffer"}) {
+    EXPECT_THAT(RunCheck(check, OneAxis(), host), IsEmpty());
   }
 }
 
 TEST(PortChecks, WhatCannotBeLookedAtSaysWhy) {
   HostFacts host = GoodHost();
   PortOf(host).file = Unseen("/dev/ttyUSB0", EACCES);
-  EXPECT_THAT(CheckPortMissing(OneAxis(), host).at(0).found, HasSubstr("Permission denied"));
-  EXPECT_THAT(CheckPortPermission(OneAxis(), host), IsEmpty()) << "one symptom is enough";
+  EXPECT_THAT(RunCheck("port_missing", OneAxis(), host).at(0).found, HasSubstr("Permission denied"));
+  EXPECT_THAT(RunCheck("port_permission", OneAxis(), host), IsEmpty()) << "one symptom is enough";
 }
 
 struct PermissionCase {
@@ -50,7 +50,7 @@ TEST(PortChecks, PermissionsAreTheUsersAndForRootThoseOfAService) {
     file.mode = one.mode;
     file.gid = one.group;
     file.readable = file.writable = one.usable;
-    EXPECT_EQ(!CheckPortPermission(OneAxis(), host).empty(), one.found)
+    EXPECT_EQ(!RunCheck("port_permission", OneAxis(), host).empty(), one.found)
         << one.user << ' ' << std::oct << one.mode << ' ' << one.group;
   }
 }
@@ -59,11 +59,11 @@ TEST(PortChecks, OnlyTheBusOwnDriverMayHoldAPort) {
   HostFacts host = GoodHost();
   PortOf(host).holders = {
       {7, "axlecast-tforma", {"/usr/bin/axlecast-tformat", "--config", "m.yaml", "--bus", "b0"}}};
-  EXPECT_THAT(CheckPortHeld(OneAxis(), host), IsEmpty());
+  EXPECT_THAT(RunCheck("port_held", OneAxis(), host), IsEmpty());
   PortOf(host).holders[0].words.back() = "b1";
-  EXPECT_EQ(CheckPortHeld(OneAxis(), host).size(), 1U);
+  EXPECT_EQ(RunCheck("port_held", OneAxis(), host).size(), 1U);
   PortOf(host).holders = {{8, "minicom", {"minicom", "--bus", "b0"}}, {9, "axlecast-x", {}}};
-  const Symptoms symptoms = CheckPortHeld(OneAxis(), host);
+  const Symptoms symptoms = RunCheck("port_held", OneAxis(), host);
   ASSERT_EQ(symptoms.size(), 2U);
   EXPECT_THAT(symptoms[0].found, HasSubstr("process 8 (minicom)"));
 }
@@ -73,10 +73,10 @@ TEST(PortChecks, ALatencyTimerOfOneMillisecondIsRight) {
   PortOf(host).latency_timer = "/sys/x/latency_timer";
   for (const std::int64_t ms : {0, 1}) {
     PortOf(host).latency_ms = ms;
-    EXPECT_THAT(CheckUsbLatency(OneAxis(), host), IsEmpty()) << ms;
+    EXPECT_THAT(RunCheck("usb_latency", OneAxis(), host), IsEmpty()) << ms;
   }
   PortOf(host).latency_ms = 16;
-  const Symptom symptom = CheckUsbLatency(OneAxis(), host).at(0);
+  const Symptom symptom = RunCheck("usb_latency", OneAxis(), host).at(0);
   EXPECT_THAT(symptom.found, HasSubstr("about 62 exchanges per second"));
   EXPECT_EQ(LineOf(symptom.fixes[0]), "echo 1 > /sys/x/latency_timer");
 }
@@ -84,18 +84,18 @@ TEST(PortChecks, ALatencyTimerOfOneMillisecondIsRight) {
 TEST(PortChecks, AnAdapterThatFitsIsNoFinding) {
   HostFacts host = GoodHost();
   PortOf(host).usb = {.vendor = 0x0403, .product = 0x6014, .release = 0x0900};  // FT232H: 2.526 of 2.5 Mbaud
-  EXPECT_THAT(CheckAdapterRate(OneAxis(), host), IsEmpty());
+  EXPECT_THAT(RunCheck("adapter_rate", OneAxis(), host), IsEmpty());
   PortOf(host).usb->vendor = 0x1234;  // not known
-  EXPECT_THAT(CheckAdapterRate(OneAxis(), host), IsEmpty());
+  EXPECT_THAT(RunCheck("adapter_rate", OneAxis(), host), IsEmpty());
   PortOf(host).usb = {.vendor = 0x0403, .product = 0x6001, .release = 0x0600};  // FT232R
-  EXPECT_THAT(CheckAdapterRate(OneAxis(), host).at(0).found, HasSubstr("FT232R"));
+  EXPECT_THAT(RunCheck("adapter_rate", OneAxis(), host).at(0).found, HasSubstr("FT232R"));
 }
 
 TEST(PortChecks, ASimulatedBusNeedsNoPort) {
   HostFacts host = GoodHost();
   PortOf(host).file = Unseen("/dev/ttyUSB0", ENOENT);
-  EXPECT_THAT(CheckPortMissing(OneAxis("simulate: true"), host), IsEmpty());
-  EXPECT_EQ(CheckPortMissing(OneAxis(), host).size(), 1U);
+  EXPECT_THAT(RunCheck("port_missing", OneAxis("simulate: true"), host), IsEmpty());
+  EXPECT_EQ(RunCheck("port_missing", OneAxis(), host).size(), 1U);
 }
 
 // An operator who runs the doctor needs no right to the device: he shall not have it.
@@ -106,14 +106,14 @@ TEST(PortPermission, UnderSystemdTheDriversAccountCounts) {
   host.groups["axlecast-drivers"] = {};
   HostFile& file = host.ports["/dev/ttyUSB0"].file;
   file.readable = file.writable = false;
-  EXPECT_TRUE(CheckPortPermission(machine, host).empty());
+  EXPECT_TRUE(RunCheck("port_permission", machine, host).empty());
   file.readable = file.writable = true;
   file.group = "anna";
-  const Symptoms symptoms = CheckPortPermission(machine, host);
+  const Symptoms symptoms = RunCheck("port_permission", machine, host);
   ASSERT_EQ(symptoms.size(), 1U);
   for (const Fix& fix : symptoms[0].fixes) EXPECT_EQ(LineOf(fix).find("usermod"), std::string::npos);
   file.group = "axlecast-drivers";
-  EXPECT_TRUE(CheckPortPermission(machine, host).empty());
+  EXPECT_TRUE(RunCheck("port_permission", machine, host).empty());
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "tools/doctor/checks.h"
+#include "tools/doctor/check.h"
 
 #include <algorithm>
 #include <array>
@@ -49,8 +49,6 @@ const HostProcess* TimeKeeper(const HostFacts& host) {
   return keeper == host.processes.end() ? nullptr : &*keeper;
 }
 
-}  // namespace
-
 Symptoms CheckRealtimePriority(const MachineConfig& machine, const HostFacts& host) {
   int needed = 0;
   for (const BusConfig& bus : machine.buses) needed = std::max(needed, bus.realtime.priority);
@@ -60,8 +58,7 @@ Symptoms CheckRealtimePriority(const MachineConfig& machine, const HostFacts& ho
                     std::to_string(host.limits.priority),
            .fixes = {Manual("LimitRTPRIO=" + priority +
                             "    # in the [Service] section of the drivers' unit; for users:"),
-                     Append(kLimitsFile, "@axlecast - rtprio " + priority)},
-           .safe = false}};
+                     Append(kLimitsFile, "@axlecast - rtprio " + priority)}}};
 }
 
 Symptoms CheckRealtimeMemory(const MachineConfig& machine, const HostFacts& host) {
@@ -71,8 +68,7 @@ Symptoms CheckRealtimeMemory(const MachineConfig& machine, const HostFacts& host
   return {{.found = "the machine file requests locked memory, the limit of this user is " +
                     std::to_string(host.limits.locked_bytes >> 10) + " kB",
            .fixes = {Manual("LimitMEMLOCK=infinity    # in the [Service] section of the drivers' unit; for users:"),
-                     Append(kLimitsFile, "@axlecast - memlock unlimited")},
-           .safe = false}};
+                     Append(kLimitsFile, "@axlecast - memlock unlimited")}}};
 }
 
 Symptoms CheckRealtimeCpu(const MachineConfig& machine, const HostFacts& host) {
@@ -80,10 +76,10 @@ Symptoms CheckRealtimeCpu(const MachineConfig& machine, const HostFacts& host) {
   for (const BusConfig& bus : machine.buses) {
     const int cpu = bus.realtime.cpu;
     if (cpu < 0 || host.processors.online.empty() || IsOnline(host.processors.online, cpu)) continue;
-    symptoms.push_back({.found = "bus " + bus.name + " is bound to processor " + std::to_string(cpu) +
-                                 "; there are " + host.processors.online,
-                        .fixes = {Manual("lscpu --extended    # then correct realtime.cpu in the machine's file")},
-                        .safe = false});
+    symptoms.push_back(
+        {.found = "bus " + bus.name + " is bound to processor " + std::to_string(cpu) + "; there are " +
+                  host.processors.online,
+         .fixes = {Manual("lscpu --extended    # then correct realtime.cpu in the machine's file")}});
   }
   return symptoms;
 }
@@ -91,7 +87,7 @@ Symptoms CheckRealtimeCpu(const MachineConfig& machine, const HostFacts& host) {
 Symptoms CheckCpuGovernor(const MachineConfig& machine, const HostFacts& host) {
   static constexpr std::array<std::string_view, 4> kSlow = {"powersave", "ondemand", "conservative", "schedutil"};
   if (!IsFast(machine)) return {};
-  Symptom symptom{.found = {}, .fixes = {}, .safe = true};
+  Symptom symptom{.safe = true};
   for (const auto& [path, governor] : host.processors.governors) {
     if (!IsOneOf(governor, kSlow)) continue;
     if (symptom.found.empty()) symptom.found = "processors are clocked by the governor " + governor;
@@ -109,8 +105,7 @@ Symptoms CheckClockSource(const MachineConfig& machine, const HostFacts& host) {
   return {
       {.found = "the kernel's clock is " + host.processors.clock_source,
        .fixes = {Manual("dmesg | grep -i -e tsc -e clocksource    # why it is no better one: often a setting of "
-                        "the BIOS")},
-       .safe = false}};
+                        "the BIOS")}}};
 }
 
 Symptoms CheckClockSync(const MachineConfig&, const HostFacts& host) {
@@ -118,14 +113,34 @@ Symptoms CheckClockSync(const MachineConfig&, const HostFacts& host) {
   const HostProcess* const keeper = TimeKeeper(host);
   if (keeper == nullptr) {
     return {{.found = "nothing keeps this host's clock in step: no timesyncd, chrony or ntpd runs",
-             .fixes = {Manual("apt install systemd-timesyncd"), Manual("timedatectl set-ntp true")},
-             .safe = false}};
+             .fixes = {Manual("apt install systemd-timesyncd"), Manual("timedatectl set-ntp true")}}};
   }
   const bool chrony = keeper->name == "chronyd";
   return {{.found = "the clock is not synchronised, though " + keeper->name + " runs",
            .fixes = {Manual(chrony ? "chronyc sources    # shows its servers"
-                                   : "timedatectl timesync-status    # shows its server")},
-           .safe = false}};
+                                   : "timedatectl timesync-status    # shows its server")}}};
 }
+
+constexpr auto kChecks = std::to_array<Check>({
+    {"realtime_priority", Severity::kWarning, "realtime.priority of the machine file is allowed",
+     "The driver runs at normal priority. On a busy host, readings are late.", &CheckRealtimePriority},
+    {"realtime_memory", Severity::kWarning, "realtime.lock_memory of the machine file is allowed",
+     "The driver's memory may be swapped out. A reading then waits for the disk.", &CheckRealtimeMemory},
+    {"realtime_cpu", Severity::kError, "the processors of realtime.cpu exist",
+     "The driver runs on any processor, together with other programs.", &CheckRealtimeCpu},
+    {"cpu_governor", Severity::kAdvice,
+     "if a bus is polled at 1 kHz or has a priority, processors have a constant clock rate",
+     "Waking up takes longer until the clock rate has risen. Slots are late.", &CheckCpuGovernor},
+    {"clock_source", Severity::kAdvice,
+     "if a bus is polled at 1 kHz or has a priority, the kernel has a fast clock source",
+     "Reading the clock takes about 1 us instead of 30 ns.", &CheckClockSource},
+    {"clock_sync", Severity::kWarning, "UNIX time is synchronised",
+     "Timestamps in messages and logs drift, differ between hosts, and may step. Commands of other hosts expire.",
+     &CheckClockSync},
+});
+
+}  // namespace
+
+std::span<const Check> TimeChecks() { return kChecks; }
 
 }  // namespace axlecast

@@ -1,4 +1,4 @@
-#include "tools/doctor/checks.h"
+#include "tools/doctor/check.h"
 
 #include <gmock/gmock.h>
 
@@ -13,14 +13,14 @@ using testing::IsEmpty;
 TEST(TimeChecks, LimitsAreAskedForOnlyWhereTheFileNeedsThem) {
   HostFacts host = GoodHost();
   host.limits = {.priority = 0, .locked_bytes = 65'536};
-  EXPECT_THAT(CheckRealtimePriority(OneAxis(), host), IsEmpty());
-  EXPECT_THAT(CheckRealtimeMemory(OneAxis(), host), IsEmpty());
+  EXPECT_THAT(RunCheck("realtime_priority", OneAxis(), host), IsEmpty());
+  EXPECT_THAT(RunCheck("realtime_memory", OneAxis(), host), IsEmpty());
   const MachineConfig machine = OneAxis("realtime: {priority: 60, lock_memory: true}");
-  EXPECT_THAT(CheckRealtimePriority(machine, host).at(0).fixes.at(0).text, HasSubstr("LimitRTPRIO=60"));
-  EXPECT_THAT(CheckRealtimeMemory(machine, host).at(0).found, HasSubstr("64 kB"));
+  EXPECT_THAT(RunCheck("realtime_priority", machine, host).at(0).fixes.at(0).text, HasSubstr("LimitRTPRIO=60"));
+  EXPECT_THAT(RunCheck("realtime_memory", machine, host).at(0).found, HasSubstr("64 kB"));
   host.limits = {.priority = 60, .locked_bytes = -1};
-  EXPECT_THAT(CheckRealtimePriority(machine, host), IsEmpty());
-  EXPECT_THAT(CheckRealtimeMemory(machine, host), IsEmpty());
+  EXPECT_THAT(RunCheck("realtime_priority", machine, host), IsEmpty());
+  EXPECT_THAT(RunCheck("realtime_memory", machine, host), IsEmpty());
 }
 
 TEST(TimeChecks, ProcessorsAreReadAsTheKernelListsThem) {
@@ -34,7 +34,7 @@ TEST(TimeChecks, ProcessorsAreReadAsTheKernelListsThem) {
     HostFacts host = GoodHost();
     host.processors.online = one.online;
     const MachineConfig machine = OneAxis("realtime: {cpu: " + std::to_string(one.cpu) + "}");
-    EXPECT_EQ(CheckRealtimeCpu(machine, host).size(), one.found ? 1U : 0U) << one.online << ' ' << one.cpu;
+    EXPECT_EQ(RunCheck("realtime_cpu", machine, host).size(), one.found ? 1U : 0U) << one.online << ' ' << one.cpu;
   }
 }
 
@@ -43,27 +43,27 @@ TEST(TimeChecks, GovernorAndClockMatterToAFastBusAlone) {
   host.processors.governors = {{"/sys/cpu0", "schedutil"}, {"/sys/cpu1", "performance"}};
   host.processors.clock_source = "hpet";
   for (const char* slow : {"poll_hz: 999", "simulate: true"}) {
-    EXPECT_THAT(CheckCpuGovernor(OneAxis(slow), host), IsEmpty()) << slow;
-    EXPECT_THAT(CheckClockSource(OneAxis(slow), host), IsEmpty()) << slow;
+    EXPECT_THAT(RunCheck("cpu_governor", OneAxis(slow), host), IsEmpty()) << slow;
+    EXPECT_THAT(RunCheck("clock_source", OneAxis(slow), host), IsEmpty()) << slow;
   }
-  const Symptoms governor = CheckCpuGovernor(OneAxis("poll_hz: 1000"), host);
+  const Symptoms governor = RunCheck("cpu_governor", OneAxis("poll_hz: 1000"), host);
   ASSERT_EQ(governor.size(), 1U);
   ASSERT_EQ(governor[0].fixes.size(), 2U) << "the processor that is right already is left alone";
   EXPECT_EQ(LineOf(governor[0].fixes[0]), "echo performance > /sys/cpu0");
-  EXPECT_EQ(CheckClockSource(OneAxis("poll_hz: 1000"), host).size(), 1U);
+  EXPECT_EQ(RunCheck("clock_source", OneAxis("poll_hz: 1000"), host).size(), 1U);
   host.processors.clock_source = "kvm-clock";
-  EXPECT_THAT(CheckClockSource(OneAxis("poll_hz: 1000"), host), IsEmpty());
+  EXPECT_THAT(RunCheck("clock_source", OneAxis("poll_hz: 1000"), host), IsEmpty());
 }
 
 TEST(TimeChecks, AnUnsynchronisedClockNamesWhoShouldKeepIt) {
   HostFacts host = GoodHost();
-  EXPECT_THAT(CheckClockSync(OneAxis(), host), IsEmpty());
+  EXPECT_THAT(RunCheck("clock_sync", OneAxis(), host), IsEmpty());
   host.clock.synchronised = false;
-  EXPECT_THAT(CheckClockSync(OneAxis(), host).at(0).found, HasSubstr("nothing keeps"));
+  EXPECT_THAT(RunCheck("clock_sync", OneAxis(), host).at(0).found, HasSubstr("nothing keeps"));
   host.processes = {{1, "systemd", {}}, {2, "chronyd", {}}};
-  EXPECT_THAT(CheckClockSync(OneAxis(), host).at(0).found, HasSubstr("though chronyd runs"));
+  EXPECT_THAT(RunCheck("clock_sync", OneAxis(), host).at(0).found, HasSubstr("though chronyd runs"));
   host.clock.known = false;
-  EXPECT_THAT(CheckClockSync(OneAxis(), host), IsEmpty());
+  EXPECT_THAT(RunCheck("clock_sync", OneAxis(), host), IsEmpty());
 }
 
 }  // namespace

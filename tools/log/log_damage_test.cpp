@@ -1,5 +1,4 @@
-// Every undamaged event of a damaged log is found, and nothing in it taken for another; what is no event is told as
-// damage.
+// Every undamaged event of a damaged log is found, and no other event. All other bytes are reported as damage.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -43,8 +43,70 @@ inline constexpr std::string_view kSchemaChannel = "AXLECAST/schema";
 // JSON: version, host, URLs, start, the file's number.
 inline constexpr std::string_view kRecorderChannel = "AXLECAST/recorder";
 
-// Returns true for the channels of axlecast's own events in a log: header events and seals (log_seal.h).
+// LCM's log has no checksum. The recorder therefore writes seals as ordinary events on this channel, about once a second and at
+// the end. Stock readers ignore them. A seal contains the size, the number and the CRC-32C (RFC 3720, appendix B.4) of the
+// records since the previous seal, or since the start of the log.
+inline constexpr std::string_view kSealChannel = "AXLECAST/seal";
+
+struct LogSeal {
+  std::uint64_t bytes = 0;   // of records since the previous seal, without seals
+  std::uint64_t events = 0;  // number of these records
+  std::uint32_t crc32c = 0;  // of these bytes
+  bool operator==(const LogSeal&) const = default;
+};
+
+// Encodes the data of a seal's event: 20 bytes, big-endian, in the order of the fields.
+[[nodiscard]] std::vector<std::uint8_t> EncodeSeal(const LogSeal& seal);
+[[nodiscard]] std::optional<LogSeal> ParseSeal(Bytes data);
+
+// Returns the CRC-32C of `data`, continued from `crc` (0 at the start).
+[[nodiscard]] std::uint32_t Crc32c(std::uint32_t crc, Bytes data);
+
+// Calculates the next seal from the records since the last one, while they are written or read.
+class SealCount {
+ public:
+  // `record`: a complete record that is not a seal.
+  void Add(Bytes record);
+  [[nodiscard]] const LogSeal& seal() const { return seal_; }
+  void Reset() { seal_ = {}; }  // after a seal
+
+ private:
+  LogSeal seal_;
+};
+
+// Encodes the records of one log: numbers its events and seals them.
+class LogEncoder {
+ public:
+  LogEncoder() = default;
+  // Continues a log of `bytes` bytes. `open`: its events after the last seal.
+  LogEncoder(std::int64_t next_number, std::uint64_t bytes, const SealCount& open)
+      : number_(next_number), bytes_(bytes), open_(open) {}
+
+  // Returns the record of the event, with the next number in place of its own. It is valid until the next call.
+  [[nodiscard]] Bytes Add(const LogEvent& event);
+  // Returns the record of a seal over the events since the previous one, or no bytes if there were none.
+  [[nodiscard]] Bytes Seal(std::int64_t utime);
+
+  [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
+  [[nodiscard]] std::uint64_t unsealed_bytes() const { return open_.seal().bytes; }
+
+ private:
+  std::int64_t number_ = 0;  // of the next event
+  std::uint64_t bytes_ = 0;
+  SealCount open_;
+  std::vector<std::uint8_t> record_;
+};
+
+// Returns true for the channels of axlecast's own events in a log: header events and seals.
 [[nodiscard]] bool IsLogChannel(std::string_view channel);
+
+// Return the same bytes in the other form, without a copy.
+[[nodiscard]] inline std::string_view AsText(Bytes bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+[[nodiscard]] inline Bytes AsBytes(std::string_view text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
 
 // Integers in the byte order of LCM.
 template <std::unsigned_integral Value>

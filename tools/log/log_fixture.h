@@ -15,10 +15,7 @@ namespace axlecast {
 class RecordedLog {
  public:
   RecordedLog& Add(std::int64_t utime, const std::string& channel, const std::string& data = "") {
-    AppendEvent(bytes_, {.number = number_++,
-                         .utime = utime,
-                         .channel = channel,
-                         .data = Bytes(reinterpret_cast<const std::uint8_t*>(data.data()), data.size())});
+    AppendEvent(bytes_, {.number = number_++, .utime = utime, .channel = channel, .data = AsBytes(data)});
     return *this;
   }
   RecordedLog& AddDamage(std::size_t size) {
@@ -47,9 +44,7 @@ class ScriptedLog {
     AddNumbered(number_, channel, data);
     return *this;
   }
-  ScriptedLog& Add(std::string_view channel, std::string_view data) {
-    return Add(channel, Bytes(reinterpret_cast<const std::uint8_t*>(data.data()), data.size()));
-  }
+  ScriptedLog& Add(std::string_view channel, std::string_view data) { return Add(channel, AsBytes(data)); }
   ScriptedLog& AddNumbered(std::int64_t number, std::string_view channel, Bytes data) {
     offsets_.push_back(bytes_.size());
     AppendEvent(bytes_, {.number = number, .utime = utime_, .channel = channel, .data = data});

@@ -9,8 +9,8 @@
 #include <string>
 
 #include "tests/support/temporary_folder.h"
+#include "tools/log/log_event.h"
 #include "tools/log/log_reader.h"
-#include "tools/log/log_seal.h"
 
 namespace axlecast {
 namespace {

@@ -41,6 +41,24 @@ bool IsNear(std::int64_t before, std::int64_t utime) {
 
 bool IsNotBefore(std::int64_t before, std::int64_t utime) { return utime >= before || IsNear(before, utime); }
 
+// Reads from `begin` to the end. Returns true if that is enough: a seal was found, or `begin` is the start of the log.
+bool ReadTail(Bytes log, std::size_t begin, LogTail& tail) {
+  bool sealed = begin == 0;
+  LogReader reader(log, begin);
+  for (auto event = reader.Next(); event; event = reader.Next()) {
+    tail.size = reader.position();
+    tail.next_number = event->number < 0 || event->number == INT64_MAX ? 0 : event->number + 1;
+    if (event->channel == kSealChannel) {
+      tail.open.Reset();
+      sealed = true;
+    } else {
+      tail.open.Add(log.subspan(reader.offset(), EventSize(*event)));
+    }
+  }
+  tail.torn = log.size() - tail.size;
+  return sealed;
+}
+
 }  // namespace
 
 LogReader::LogReader(Bytes log, std::size_t begin)
@@ -219,6 +237,14 @@ std::size_t SeekTime(Bytes log, std::int64_t utime) {
     if (event->utime >= utime) return reader.offset();
   }
   return log.size();
+}
+
+LogTail FindTail(Bytes log, std::size_t look) {
+  LogTail tail;
+  if (log.size() > look && ReadTail(log, log.size() - look, tail)) return tail;
+  tail = {};
+  static_cast<void>(ReadTail(log, 0, tail));
+  return tail;
 }
 
 }  // namespace axlecast

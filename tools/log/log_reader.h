@@ -78,4 +78,18 @@ class LogReader {
 inline constexpr std::int64_t kSeekSlackUs = 200'000;
 [[nodiscard]] std::size_t SeekTime(Bytes log, std::int64_t utime);
 
+// The state in which a recorder continues an existing log, whose last record may be torn.
+struct LogTail {
+  std::size_t size = 0;          // of the log without a torn record at its end: truncate the file to this size
+  std::int64_t next_number = 0;  // of the next event
+  SealCount open;                // the records that no seal covers yet
+  std::size_t torn = 0;          // bytes after `size`
+};
+
+// Many times the distance between two seals.
+inline constexpr std::size_t kTailBytes = 4 * kLargestLogData;
+
+// Reads the last `look` bytes of the log. If they contain no seal, reads the whole log.
+[[nodiscard]] LogTail FindTail(Bytes log, std::size_t look = kTailBytes);
+
 }  // namespace axlecast

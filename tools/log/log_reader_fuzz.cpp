@@ -3,8 +3,8 @@
 #include <cstdlib>
 #include <vector>
 
+#include "tools/log/log_event.h"
 #include "tools/log/log_reader.h"
-#include "tools/log/log_seal.h"
 
 namespace {
 

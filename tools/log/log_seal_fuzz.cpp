@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "tools/log/log_seal.h"
+#include "tools/log/log_event.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const axlecast::Bytes bytes(data, size);

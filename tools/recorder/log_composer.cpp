@@ -1,11 +1,14 @@
 #include "tools/recorder/log_composer.h"
 
 #include <algorithm>
+#include <axlecast/command_t.hpp>
+#include <axlecast/driver_command_t.hpp>
+#include <axlecast/permit_t.hpp>
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "tools/log/log_event.h"
-#include "tools/log/log_seal.h"
+#include "core/messages/json/field.h"
+#include "core/messages/json/message_json.h"
 
 namespace axlecast {
 namespace {
@@ -13,7 +16,11 @@ namespace {
 // Space that is reserved in every log for its last seal.
 constexpr std::uint64_t kSealSize = kEventHeader + kSealChannel.size() + 20;
 
-Bytes BytesOf(const std::string& text) { return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}; }
+// Returns true for the types that every client numbers for itself.
+bool IsOfClient(Bytes message) {
+  const std::optional<std::int64_t> type = Fingerprint(message);
+  return type == command_t::getHash() || type == permit_t::getHash() || type == driver_command_t::getHash();
+}
 
 }  // namespace
 
@@ -31,25 +38,25 @@ std::vector<std::pair<std::string, std::string>> HeaderEvents(const LogIdentity&
   return events;
 }
 
-void LogEventEncoder::Write(const LoggedMessage& message) {
-  record_.clear();
-  AppendEvent(record_, {number_, message.utime, message.channel, message.data});
-  ++number_;
-  bytes_ += record_.size();
+void ChannelLosses::On(const LogEvent& message) {
+  const std::optional<MessageHead> head = HeadOf(message.data);
+  if (!head || IsOfClient(message.data)) return;
+  auto channel = channels_.find(message.channel);
+  if (channel == channels_.end()) {
+    if (channels_.size() >= kMaxChannels) return;
+    channel = channels_.emplace(message.channel, SequenceCount()).first;
+  }
+  channel->second.On(head->boot_id, head->seq);
 }
 
-Bytes LogEventEncoder::Add(const LoggedMessage& message) {
-  Write(message);
-  open_.Add(record_);
-  return record_;
-}
-
-Bytes LogEventEncoder::Seal(std::int64_t utime) {
-  if (open_.seal().events == 0) return {};
-  const std::vector<std::uint8_t> seal = EncodeSeal(open_.seal());
-  open_.Reset();
-  Write({utime, kSealChannel, seal});
-  return record_;
+std::vector<ChannelLoss> ChannelLosses::losses() const {
+  std::vector<ChannelLoss> losses;
+  for (const auto& [channel, count] : channels_) {
+    if (count.lost() > 0) losses.push_back({channel, count.received(), count.lost()});
+  }
+  std::stable_sort(losses.begin(), losses.end(),
+                   [](const ChannelLoss& one, const ChannelLoss& other) { return one.lost > other.lost; });
+  return losses;
 }
 
 LogComposer::LogComposer(RecorderSettings settings, LogSink& output)
@@ -71,19 +78,19 @@ void LogComposer::Continue(const LogTail& tail, MonoNs now, std::int64_t utime) 
 
 void LogComposer::BeginLog(MonoNs now, std::int64_t utime, const LogTail& tail) {
   output_.Begin(utime);
-  stream_ = LogEventEncoder(tail);
+  encoder_ = LogEncoder(tail.next_number, tail.size, tail.open);
   log_began_ = now;
   log_has_messages_ = false;
   next_seal_ = now + kSealInterval;
   recording_ = true;
   for (const auto& [channel, text] : HeaderEvents(settings_.identity, utime, logs_)) {
-    Write(stream_.Add({utime, channel, BytesOf(text)}));
+    Write(encoder_.Add({.utime = utime, .channel = channel, .data = AsBytes(text)}));
   }
   ++logs_;
 }
 
 void LogComposer::EndLog(std::int64_t utime) {
-  Write(stream_.Seal(utime));
+  Write(encoder_.Seal(utime));
   output_.End();
   recording_ = false;
   next_seal_ = kNever;
@@ -95,7 +102,7 @@ void LogComposer::Write(Bytes record) {
   output_.Write(record);
 }
 
-void LogComposer::On(const LoggedMessage& message, MonoNs now) {
+void LogComposer::On(const LogEvent& message, MonoNs now) {
   if (!trigger_) {
     Record(message, now);
     return;
@@ -112,24 +119,24 @@ void LogComposer::On(const LoggedMessage& message, MonoNs now) {
 
 void LogComposer::Fire(MonoNs now, std::int64_t utime) {
   ring_->Expire(now);
-  std::optional<LoggedMessage> message = ring_->Take();
+  std::optional<LogEvent> message = ring_->Take();
   BeginLog(now, message ? message->utime : utime, {});
   for (; message; message = ring_->Take()) Record(*message, now);
 }
 
-bool LogComposer::MustSplit(const LoggedMessage& message, MonoNs now) const {
+bool LogComposer::MustSplit(const LogEvent& message, MonoNs now) const {
   if (!log_has_messages_) return false;
   if (settings_.split_time > 0 && now - log_began_ >= settings_.split_time) return true;
-  const std::uint64_t size = kEventHeader + message.channel.size() + message.data.size() + kSealSize;
-  return settings_.split_bytes > 0 && stream_.bytes() + size > settings_.split_bytes;
+  const std::uint64_t size = EventSize(message) + kSealSize;
+  return settings_.split_bytes > 0 && encoder_.bytes() + size > settings_.split_bytes;
 }
 
-void LogComposer::Record(const LoggedMessage& message, MonoNs now) {
+void LogComposer::Record(const LogEvent& message, MonoNs now) {
   if (MustSplit(message, now)) {
     EndLog(message.utime);
     BeginLog(now, message.utime, {});
   }
-  Write(stream_.Add(message));
+  Write(encoder_.Add(message));
   channels_.On(message);
   log_has_messages_ = true;
   ++messages_;
@@ -141,7 +148,7 @@ void LogComposer::Poll(MonoNs now, std::int64_t utime) {
     record_until_ = kNever;
     EndLog(utime);
   } else if (now >= next_seal_) {
-    Write(stream_.Seal(utime));
+    Write(encoder_.Seal(utime));
     next_seal_ = now + kSealInterval;
   }
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -8,10 +9,9 @@
 
 #include "core/base/inline_bytes.h"
 #include "core/base/time.h"
+#include "core/messages/sequence_count.h"
 #include "tools/log/log_event.h"
-#include "tools/log/log_seal.h"
-#include "tools/recorder/channel_losses.h"
-#include "tools/recorder/message_queue.h"
+#include "tools/log/log_reader.h"
 #include "tools/recorder/pre_trigger.h"
 
 namespace axlecast {
@@ -43,27 +43,24 @@ struct LogIdentity {
 // Returns the text of all lcmtypes/*.lcm, each after a line "// <file>".
 [[nodiscard]] const std::string& SchemaText();
 
-// Encodes the records of one log: numbers its events and seals them.
-class LogEventEncoder {
+struct ChannelLoss {
+  std::string channel;
+  std::int64_t received = 0;
+  std::int64_t lost = 0;
+};
+
+// Counts the missing messages of each channel by the `seq` of axlecast's own types. It shows which channels a loss concerns.
+// Messages of other types, and types that every client numbers for itself, are ignored.
+class ChannelLosses {
  public:
-  LogEventEncoder() = default;
-  // Continues a log that ends with `tail`.
-  explicit LogEventEncoder(const LogTail& tail) : number_(tail.next_number), bytes_(tail.size), open_(tail.open) {}
+  static constexpr std::size_t kMaxChannels = 4'096;  // senders can invent any number of channels
 
-  // Returns the record of the event. It is valid until the next call.
-  [[nodiscard]] Bytes Add(const LoggedMessage& message);
-  // Returns the record of a seal over the events since the previous one, or no bytes if there were none.
-  [[nodiscard]] Bytes Seal(std::int64_t utime);
+  void On(const LogEvent& message);
 
-  [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
+  [[nodiscard]] std::vector<ChannelLoss> losses() const;  // channels with losses, greatest loss first
 
  private:
-  void Write(const LoggedMessage& message);
-
-  std::int64_t number_ = 0;  // of the next event
-  std::uint64_t bytes_ = 0;
-  SealCount open_;
-  std::vector<std::uint8_t> record_;
+  std::map<std::string, SequenceCount, std::less<>> channels_;
 };
 
 struct RecorderSettings {
@@ -86,7 +83,7 @@ class LogComposer {
   // Continues an existing log, in place of Start and without a pre-trigger. The header events are written again.
   void Continue(const LogTail& tail, MonoNs now, std::int64_t utime);
 
-  void On(const LoggedMessage& message, MonoNs now);
+  void On(const LogEvent& message, MonoNs now);
   // Writes what is due: a seal, or the end of a log after a trigger.
   void Poll(MonoNs now, std::int64_t utime);
   [[nodiscard]] MonoNs next_poll() const;
@@ -105,13 +102,13 @@ class LogComposer {
   void BeginLog(MonoNs now, std::int64_t utime, const LogTail& tail);
   void EndLog(std::int64_t utime);
   void Fire(MonoNs now, std::int64_t utime);
-  void Record(const LoggedMessage& message, MonoNs now);
-  [[nodiscard]] bool MustSplit(const LoggedMessage& message, MonoNs now) const;
+  void Record(const LogEvent& message, MonoNs now);
+  [[nodiscard]] bool MustSplit(const LogEvent& message, MonoNs now) const;
   void Write(Bytes record);
 
   RecorderSettings settings_;
   LogSink& output_;
-  LogEventEncoder stream_;
+  LogEncoder encoder_;
   std::optional<TriggerWatch> trigger_;
   std::optional<MessageRing> ring_;
   ChannelLosses channels_;

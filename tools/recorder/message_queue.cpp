@@ -1,13 +1,11 @@
 #include "tools/recorder/message_queue.h"
 
-#include <unistd.h>
-
 #include <cstring>
 #include <utility>
 
 namespace axlecast {
 
-void MessageBatch::Add(const LoggedMessage& message) {
+void MessageBatch::Add(const LogEvent& message) {
   const Head head{message.utime, static_cast<std::uint32_t>(message.channel.size()),
                   static_cast<std::uint32_t>(message.data.size())};
   const auto* bytes = reinterpret_cast<const std::uint8_t*>(&head);
@@ -17,16 +15,16 @@ void MessageBatch::Add(const LoggedMessage& message) {
   ++left_;
 }
 
-std::optional<LoggedMessage> MessageBatch::Next() {
+std::optional<LogEvent> MessageBatch::Next() {
   if (left_ == 0) return std::nullopt;
   Head head;
   std::memcpy(&head, bytes_.data() + position_, sizeof head);
   const std::uint8_t* channel = bytes_.data() + position_ + sizeof head;
   position_ += sizeof head + head.channel_size + head.data_size;
   --left_;
-  return LoggedMessage{head.utime,
-                       {reinterpret_cast<const char*>(channel), head.channel_size},
-                       Bytes(channel + head.channel_size, head.data_size)};
+  return LogEvent{.utime = head.utime,
+                  .channel = AsText({channel, head.channel_size}),
+                  .data = Bytes(channel + head.channel_size, head.data_size)};
 }
 
 void MessageBatch::Clear() {
@@ -37,7 +35,7 @@ void MessageBatch::Clear() {
 
 MessageQueue::MessageQueue(std::size_t limit) : limit_(limit) {}
 
-bool MessageQueue::Add(const LoggedMessage& message) {
+bool MessageQueue::Add(const LogEvent& message) {
   bool was_empty = false;
   {
     const std::scoped_lock lock(mutex_);

@@ -4,27 +4,19 @@
 #include <cstdint>
 #include <mutex>
 #include <optional>
-#include <string_view>
 #include <vector>
 
-#include "core/base/inline_bytes.h"
 #include "platform/os/descriptor.h"
+#include "tools/log/log_event.h"
 
 namespace axlecast {
-
-// A received message that is to be logged.
-struct LoggedMessage {
-  std::int64_t utime = 0;  // us, UNIX time of its reception
-  std::string_view channel;
-  Bytes data;
-};
 
 // Messages in the order in which they were added, in one block of memory.
 class MessageBatch {
  public:
-  void Add(const LoggedMessage& message);
+  void Add(const LogEvent& message);
   // Returns the next message, or nothing at the end. Its views refer to the batch.
-  [[nodiscard]] std::optional<LoggedMessage> Next();
+  [[nodiscard]] std::optional<LogEvent> Next();
   [[nodiscard]] std::int64_t left() const { return left_; }  // messages that Next has not returned yet
   [[nodiscard]] std::size_t bytes() const { return bytes_.size(); }
   void Clear();
@@ -48,7 +40,7 @@ class MessageQueue {
   explicit MessageQueue(std::size_t limit);  // bytes; uses at most about twice this memory
 
   // Returns false if the queue is full.
-  [[nodiscard]] bool Add(const LoggedMessage& message);
+  [[nodiscard]] bool Add(const LogEvent& message);
   // Ends the queue: Take returns false once it is empty.
   void Close();
 

@@ -89,7 +89,7 @@ std::size_t MessageReceiver::ReadBatch(Source& source, std::int64_t until) {
 
 void MessageReceiver::Take(const ReceivedMessage& message) {
   if (!filter_.Matches(message.channel)) return;
-  if (queue_.Add({message.utime, message.channel, message.data})) return;
+  if (queue_.Add({.utime = message.utime, .channel = message.channel, .data = message.data})) return;
   ++overflow_;
   overflow_tally_.On(message.sender);
 }

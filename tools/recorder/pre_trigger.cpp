@@ -32,7 +32,7 @@ constexpr std::size_t kAllocations = 32;  // bytes of overhead for the two alloc
 
 }  // namespace
 
-bool TriggerWatch::Fires(const LoggedMessage& message) {
+bool TriggerWatch::Fires(const LogEvent& message) {
   const std::optional<alarm_t> alarms = DecodeMessage<alarm_t>(message.data);
   if (!alarms) return IsMatch(trigger_, message.channel);
   auto known = present_.find(message.channel);
@@ -66,7 +66,7 @@ std::size_t MessageRing::Cost(const Entry& entry) {
   return sizeof(Entry) + kAllocations + entry.channel.size() + entry.data.size();
 }
 
-void MessageRing::Add(const LoggedMessage& message, MonoNs now) {
+void MessageRing::Add(const LogEvent& message, MonoNs now) {
   Entry entry{now, message.utime, std::string(message.channel), {message.data.begin(), message.data.end()}};
   bytes_ += Cost(entry);
   entries_.push_back(std::move(entry));
@@ -86,12 +86,12 @@ void MessageRing::Drop() {
   entries_.pop_front();
 }
 
-std::optional<LoggedMessage> MessageRing::Take() {
+std::optional<LogEvent> MessageRing::Take() {
   if (entries_.empty()) return std::nullopt;
   bytes_ -= Cost(entries_.front());
   taken_ = std::move(entries_.front());
   entries_.pop_front();
-  return LoggedMessage{taken_.utime, taken_.channel, taken_.data};
+  return LogEvent{.utime = taken_.utime, .channel = taken_.channel, .data = taken_.data};
 }
 
 }  // namespace axlecast

@@ -33,7 +33,7 @@ class TriggerWatch {
   // `utime`: the time at which the watch begins (us, UNIX time).
   TriggerWatch(std::regex trigger, std::int64_t utime) : trigger_(std::move(trigger)), began_(utime) {}
 
-  [[nodiscard]] bool Fires(const LoggedMessage& message);
+  [[nodiscard]] bool Fires(const LogEvent& message);
   [[nodiscard]] std::size_t remembered() const;  // number of stored alarm names, over all channels
 
  private:
@@ -48,11 +48,11 @@ class MessageRing {
  public:
   MessageRing(MonoNs span, std::size_t limit) : span_(span), limit_(limit) {}
 
-  void Add(const LoggedMessage& message, MonoNs now);
+  void Add(const LogEvent& message, MonoNs now);
   // Removes messages that are older than the span.
   void Expire(MonoNs now);
   // Removes and returns the oldest message, or nothing if the ring is empty. Its views are valid until the next call.
-  [[nodiscard]] std::optional<LoggedMessage> Take();
+  [[nodiscard]] std::optional<LogEvent> Take();
   // Returns the number of messages that were removed early.
   [[nodiscard]] std::int64_t early() const { return early_; }
 

@@ -29,7 +29,7 @@ class TriggerWatchTest : public ::testing::Test {
     }
     std::vector<std::uint8_t> data(static_cast<std::size_t>(alarms.getEncodedSize()));
     alarms.encode(data.data(), 0, static_cast<int>(data.size()));
-    return watch_.Fires({0, channel, data});
+    return watch_.Fires({.channel = channel, .data = data});
   }
 
   TriggerWatch watch_{std::regex("^ALARM/axis1 battery|^ESTOP$"), kBegin};

@@ -9,14 +9,13 @@
 
 #include "tools/log/log_event.h"
 #include "tools/log/log_reader.h"
-#include "tools/log/log_seal.h"
 #include "tools/recorder/log_composer.h"
 #include "tools/recorder/message_queue.h"
 
 namespace axlecast {
 
-inline LoggedMessage MessageOf(std::string_view channel, std::string_view text, std::int64_t utime) {
-  return {utime, channel, Bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size())};
+inline LogEvent MessageOf(std::string_view channel, std::string_view text, std::int64_t utime) {
+  return {.utime = utime, .channel = channel, .data = AsBytes(text)};
 }
 
 // Logs in memory.

@@ -1,12 +1,31 @@
 #include "tools/redecode/log_redecoder.h"
 
-#include <cstdio>
+#include <algorithm>
 #include <utility>
 
-#include "core/messages/message.h"
+#include "core/base/text.h"
 
 namespace axlecast {
 namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr MonoNs kTick = 100 * kMillisecond;  // of a driver's channels
+constexpr MonoNs kLatest = kNever / 2;
+// A longer silence is skipped: by then, every device has published its silence.
+constexpr MonoNs kMaxTicks = 60 * kSecond;
+constexpr std::string_view kGapReason = "the recording has a gap here";
+
+// Returns true if a driver can have sent the numbers. Calculations with them cannot overflow.
+bool IsInRange(const wire_t& message) {
+  const auto within = [](std::int64_t value, std::int64_t maximum) { return value >= 0 && value <= maximum; };
+  return within(message.mono_ns, kLatest) && within(message.utime, kLatest / kMicrosecond) &&
+         within(message.seq, kLatest) && within(message.dropped, kLatest);
+}
+
+Event LinkEvent(Event::Kind kind, MonoNs now) {
+  return {.kind = kind, .sent = {}, .received = {now, now}, .request = {}, .bytes = {}};
+}
 
 constexpr std::string_view kWire = "WIRE/";
 constexpr std::string_view kDevice = "DEVICE/";
@@ -14,8 +33,6 @@ constexpr std::string_view kDevice = "DEVICE/";
 bool IsReading(std::string_view channel) {
   return channel.starts_with("POSITION/") || channel.starts_with("MOTOR/");
 }
-
-using Json = nlohmann::ordered_json;
 
 Json GapsOf(const BusRedecoder& bus) {
   Json gaps = Json::array();
@@ -30,7 +47,7 @@ Json DifferencesOf(const RecordingDiff::Tally& tally) {
   for (const RecordingDiff::Difference& difference : tally.first) {
     Json fields = Json::object();
     for (const RecordingDiff::Field& field : difference.fields) {
-      fields[field.name] = {{"recorded", Json::parse(field.recorded)}, {"redecoded", Json::parse(field.redecoded)}};
+      fields[field.name] = {{"recorded", field.recorded}, {"redecoded", field.redecoded}};
     }
     differences.push_back({{"mono_ns", difference.mono_ns}, {"fields", fields}});
   }
@@ -38,18 +55,16 @@ Json DifferencesOf(const RecordingDiff::Tally& tally) {
 }
 
 std::string BusLine(const std::string& name, const BusRedecoder& bus) {
-  char seconds[32];
-  static_cast<void>(std::snprintf(seconds, sizeof seconds, "%.1f", static_cast<double>(bus.recorded()) / 1e9));
   return name + ": " + std::to_string(bus.messages()) + " messages, " + std::to_string(bus.events()) + " events, " +
-         seconds + " s, " + std::to_string(bus.gaps().size()) + " gaps, " + std::to_string(bus.unreadable()) +
-         " unreadable\n";
+         Decimal(static_cast<double>(bus.recorded()) / 1e9, 1) + " s, " + std::to_string(bus.gaps().size()) +
+         " gaps, " + std::to_string(bus.unreadable()) + " unreadable\n";
 }
 
 std::string GapLine(const BusRedecoder::Gap& gap) {
   const std::string what = gap.messages > 0 ? std::to_string(gap.messages) + " messages missing"
                                             : std::to_string(gap.records) + " records not recorded by the driver";
   return "  gap before " + std::to_string(gap.utime) + " us: " + what +
-         "; what follows starts anew, as after a pulled cable\n";
+         "; decoding restarts after it, as after a pulled cable\n";
 }
 
 std::string TallyText(const std::string& channel, const RecordingDiff::Tally& tally) {
@@ -59,7 +74,7 @@ std::string TallyText(const std::string& channel, const RecordingDiff::Tally& ta
   for (const RecordingDiff::Difference& difference : tally.first) {
     text += "  at mono_ns " + std::to_string(difference.mono_ns) + ':';
     for (const RecordingDiff::Field& field : difference.fields) {
-      text += ' ' + field.name + ' ' + field.recorded + " -> " + field.redecoded;
+      text += ' ' + field.name + ' ' + field.recorded.dump() + " -> " + field.redecoded.dump();
     }
     text += '\n';
   }
@@ -68,8 +83,99 @@ std::string TallyText(const std::string& channel, const RecordingDiff::Tally& ta
 
 }  // namespace
 
+BusRedecoder::BusRedecoder(const BusConfig& bus, MessageSink& sink) : bus_(bus), sink_(sink) {}
+
+void BusRedecoder::On(const wire_t& message) {
+  ++messages_;
+  if (!IsInRange(message)) {
+    ++unreadable_;
+    return;
+  }
+  if (boot_id_ != message.boot_id) Start(message);
+  if (time_.Update(message.mono_ns, message.utime)) {
+    for (Unit& unit : units_) unit.channel->OnClockStepped();
+  }
+  CheckNumbers(message);
+  reader_.Read(message, [this](const Event& event) { Deliver(event); });
+}
+
+void BusRedecoder::OnDeviceInfo(const device_info_t& info) {
+  if (boot_id_ != info.boot_id) return;
+  for (std::size_t i = 0; i < units_.size(); ++i) {
+    Unit& unit = units_[i];
+    if (bus_.devices[i].name != info.device || unit.datum_utime == info.datum_utime) continue;
+    unit.datum_utime = info.datum_utime;
+    if (info.datum_utime == 0) unit.channel->ClearDatum();
+    if (info.datum_utime != 0) unit.channel->SetDatum(info.datum_counts, info.datum_utime);
+  }
+}
+
+// Begins the recording of another driver process: all state of the previous one is discarded.
+void BusRedecoder::Start(const wire_t& message) {
+  Finish();
+  boot_id_ = message.boot_id;
+  next_seq_ = 0;
+  dropped_ = 0;
+  now_ = message.mono_ns;
+  next_tick_ = now_;
+  time_ = Timebase();
+  units_.clear();
+  for (const DeviceConfig& device : bus_.devices) {
+    Unit unit;
+    unit.channel = std::make_unique<DevicePublisher>(
+        bus_, device,
+        DevicePublisherContext{
+            .boot_id = message.boot_id, .time = &time_, .sink = &sink_, .on_outcome = {}, .redecoded = true});
+    unit.device = bus_.family->make_device(bus_, device, *unit.channel, secrets_);
+    units_.push_back(std::move(unit));
+  }
+}
+
+void BusRedecoder::CheckNumbers(const wire_t& message) {
+  const std::int64_t missing = std::max<std::int64_t>(message.seq - next_seq_, 0);
+  const std::int64_t unrecorded = std::max<std::int64_t>(message.dropped - dropped_, 0);
+  next_seq_ = message.seq + 1;
+  dropped_ = message.dropped;
+  if (missing > 0 || unrecorded > 0) Interrupt(message, missing, unrecorded);
+}
+
+void BusRedecoder::Interrupt(const wire_t& message, std::int64_t messages, std::int64_t records) {
+  gaps_.push_back({.utime = message.utime, .messages = messages, .records = records});
+  now_ = std::max(now_, message.mono_ns);
+  next_tick_ = std::max(next_tick_, now_);
+  for (const Event::Kind kind : {Event::Kind::kLinkDown, Event::Kind::kLinkUp}) {
+    const bool up = kind == Event::Kind::kLinkUp;
+    for (Unit& unit : units_) unit.channel->OnLink(up, up ? std::string_view() : kGapReason, now_);
+    for (Unit& unit : units_) unit.device->On(LinkEvent(kind, now_));
+  }
+}
+
+void BusRedecoder::Deliver(const Event& event) {
+  ++events_;
+  TickUntil(event.received.last);
+  const bool link = event.kind == Event::Kind::kLinkUp || event.kind == Event::Kind::kLinkDown;
+  for (std::size_t i = 0; i < units_.size(); ++i) {
+    if (link) units_[i].channel->OnLink(event.kind == Event::Kind::kLinkUp, "the line was lost", now_);
+    if (event.device < 0 || static_cast<std::size_t>(event.device) == i) units_[i].device->On(event);
+  }
+}
+
+void BusRedecoder::TickUntil(MonoNs now) {
+  if (now <= now_) return;
+  recorded_ += now - now_;
+  next_tick_ = std::max(next_tick_, now - kMaxTicks);
+  for (; next_tick_ <= now; next_tick_ += kTick) {
+    for (Unit& unit : units_) unit.channel->Tick(next_tick_);
+  }
+  now_ = now;
+}
+
+void BusRedecoder::Finish() {
+  for (Unit& unit : units_) unit.channel->Tick(now_ + kTick);
+}
+
 LogRedecoder::LogRedecoder(const MachineConfig& machine, std::string_view only_bus, Output output)
-    : machine_(machine), only_bus_(only_bus), output_(std::move(output)), speech_(*this) {}
+    : machine_(machine), only_bus_(only_bus), output_(std::move(output)) {}
 
 void LogRedecoder::On(const LogEvent& event) {
   if (!event.channel.starts_with(machine_.lcm.prefix)) return;
@@ -88,21 +194,21 @@ void LogRedecoder::On(const LogEvent& event) {
 
 void LogRedecoder::OnWire(std::string_view bus, Bytes data) {
   const BusConfig* const config = machine_.FindBus(bus);
-  if (!IsWanted(config)) return;
+  if (!IsSelected(config)) return;
   const auto message = DecodeMessage<wire_t>(data);
   if (!message) {
     ++malformed_;
     return;
   }
   std::unique_ptr<BusRedecoder>& redecoder = buses_[config->name];
-  if (redecoder == nullptr) redecoder = std::make_unique<BusRedecoder>(*config, speech_);
+  if (redecoder == nullptr) redecoder = std::make_unique<BusRedecoder>(*config, static_cast<MessageSink&>(*this));
   redecoder->On(*message);
 }
 
-void LogRedecoder::OnSpoken(const std::string& channel, Bytes message) {
+void LogRedecoder::Publish(const std::string& channel, Bytes message) {
   if (IsReading(channel)) diff_.OnRedecoded(channel, message);
   const std::string whole = machine_.lcm.prefix + channel;
-  if (output_) output_({.number = number_++, .utime = utime_, .channel = whole, .data = message});
+  if (output_) output_({.utime = utime_, .channel = whole, .data = message});
 }
 
 void LogRedecoder::Finish() {
@@ -110,15 +216,14 @@ void LogRedecoder::Finish() {
   diff_.Finish();
 }
 
-bool LogRedecoder::IsWanted(const BusConfig* bus) const {
+bool LogRedecoder::IsSelected(const BusConfig* bus) const {
   return bus != nullptr && (only_bus_.empty() || only_bus_ == bus->name);
 }
 
-// Readings of a bus that is not captured have nothing to be compared with. The first ones of a captured bus stand
-// before its first WIRE message.
+// Readings of a bus without capture cannot be compared. The first readings of a captured bus are before its first WIRE message.
 bool LogRedecoder::IsCaptured(std::string_view device) const {
   const BusConfig* const bus = machine_.BusOf(device);
-  return IsWanted(bus) && (bus->capture || buses_.contains(bus->name));
+  return IsSelected(bus) && (bus->capture || buses_.contains(bus->name));
 }
 
 Json ToJson(const LogRedecoder& redecoder, bool diff) {

@@ -1,67 +1,130 @@
 #pragma once
 
+#include <axlecast/device_info_t.hpp>
+#include <axlecast/wire_t.hpp>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "core/base/result.h"
+#include "core/base/secret.h"
+#include "core/base/time.h"
 #include "core/config/machine_config.h"
+#include "core/messages/message.h"
+#include "drivers/runtime/axis/device_publisher.h"
+#include "drivers/runtime/bus/wire_log.h"
 #include "tools/log/log_event.h"
-#include "tools/redecode/bus_redecoder.h"
 #include "tools/redecode/recording_diff.h"
 
 namespace axlecast {
 
-// A whole log decoded again: each bus of which it holds a capture, and the comparison with the readings that stand
-// beside it in the log.
-class LogRedecoder {
+// Decodes one bus again from its WIRE recording, with the code of its driver: new devices receive each record with its recorded
+// timestamps. If the recording is complete from the start of the driver, it gives the same readings. Where messages are missing,
+// or if the recording begins later, this is noted as a gap, and the devices receive "link down" and "link up". WIRE contains no
+// commands to the driver: a datum that was set is taken from DEVICE/<device>.
+class BusRedecoder {
  public:
-  // Takes what the devices say, in order, as events numbered from 0 with the time of the WIRE message they came from.
+  // Both must outlive this object. Its messages have FLAG_REDECODED and the boot id of the recorded driver.
+  BusRedecoder(const BusConfig& bus, MessageSink& sink);
+
+  void On(const wire_t& message);
+  // Applies the datum of a device, from this message on. Ignores devices of other buses.
+  void OnDeviceInfo(const device_info_t& info);
+  // Publishes what waits for a time after the end of the recording.
+  void Finish();
+
+  // A place at which the recording is incomplete.
+  struct Gap {
+    std::int64_t utime = 0;     // us, UNIX time of the first message after the gap
+    std::int64_t messages = 0;  // missing WIRE messages; 0: only records are missing
+    std::int64_t records = 0;   // that the driver could not record
+    bool operator==(const Gap&) const = default;
+  };
+  [[nodiscard]] const std::vector<Gap>& gaps() const { return gaps_; }
+  [[nodiscard]] std::int64_t messages() const { return messages_; }
+  [[nodiscard]] std::int64_t events() const { return events_; }
+  // Returns the number of messages and records that no driver can have written.
+  [[nodiscard]] std::int64_t unreadable() const { return unreadable_ + reader_.unreadable(); }
+  [[nodiscard]] MonoNs recorded() const { return recorded_; }  // time that the recording covers, without gaps
+
+ private:
+  // No login is needed: the recording contains what was sent to a device.
+  class NoSecrets final : public SecretSource {
+   public:
+    [[nodiscard]] Result<Secret> Read(const SecretPlace&) override { return Secret(); }
+  };
+  struct Unit {
+    std::unique_ptr<DevicePublisher> channel;
+    std::unique_ptr<Device> device;
+    std::int64_t datum_utime = 0;  // of the datum in the last DEVICE message; 0: of the file, or no datum
+  };
+
+  void Start(const wire_t& message);
+  void CheckNumbers(const wire_t& message);
+  void Interrupt(const wire_t& message, std::int64_t messages, std::int64_t records);
+  void Deliver(const Event& event);
+  void TickUntil(MonoNs now);
+
+  const BusConfig& bus_;
+  MessageSink& sink_;
+  NoSecrets secrets_;
+  Timebase time_;
+  WireReader reader_;
+  std::vector<Unit> units_;  // of the present boot id
+  std::optional<std::int64_t> boot_id_;
+  std::int64_t next_seq_ = 0;
+  std::int64_t dropped_ = 0;
+  MonoNs now_ = 0;
+  MonoNs next_tick_ = 0;
+  std::vector<Gap> gaps_;
+  std::int64_t messages_ = 0;
+  std::int64_t events_ = 0;
+  std::int64_t unreadable_ = 0;
+  MonoNs recorded_ = 0;
+};
+
+// Decodes a log again: each bus whose capture the log contains. Compares the readings with those in the log.
+class LogRedecoder final : private MessageSink {
+ public:
+  // Receives the messages of the devices in order, with the time of the WIRE message from which they were decoded.
   using Output = std::function<void(const LogEvent& event)>;
 
-  // `machine` outlives it. `only_bus`: one bus of it; empty: all.
+  // `machine` must outlive this object. `only_bus`: name of a bus of the machine; empty: all buses.
   LogRedecoder(const MachineConfig& machine, std::string_view only_bus, Output output);
 
   void On(const LogEvent& event);
   void Finish();
 
-  // By name, of the buses that the log holds a capture of.
+  // Returns the buses whose capture the log contains, by name.
   [[nodiscard]] const std::map<std::string, std::unique_ptr<BusRedecoder>>& buses() const { return buses_; }
   [[nodiscard]] const RecordingDiff& diff() const { return diff_; }
-  [[nodiscard]] std::int64_t malformed() const { return malformed_; }  // messages on WIRE channels that are none
+  [[nodiscard]] std::int64_t malformed() const {
+    return malformed_;
+  }  // messages on WIRE channels that are no wire_t
 
  private:
-  // Where one bus's devices speak.
-  class Speech final : public MessageSink {
-   public:
-    explicit Speech(LogRedecoder& redecoder) : redecoder_(redecoder) {}
-    void Publish(const std::string& channel, Bytes message) override { redecoder_.OnSpoken(channel, message); }
-
-   private:
-    LogRedecoder& redecoder_;
-  };
-
+  void Publish(const std::string& channel, Bytes message) override;
   void OnWire(std::string_view bus, Bytes message);
-  void OnSpoken(const std::string& channel, Bytes message);
-  [[nodiscard]] bool IsWanted(const BusConfig* bus) const;
+  [[nodiscard]] bool IsSelected(const BusConfig* bus) const;
   [[nodiscard]] bool IsCaptured(std::string_view device) const;
 
   const MachineConfig& machine_;
   const std::string only_bus_;
   Output output_;
-  Speech speech_;
   std::map<std::string, std::unique_ptr<BusRedecoder>> buses_;
   RecordingDiff diff_;
   std::int64_t utime_ = 0;
-  std::int64_t number_ = 0;
   std::int64_t malformed_ = 0;
 };
 
-// What decoding a log again has shown: by bus what was read and where the capture has gaps; with `diff` also the
-// comparison with the readings in the log.
+// Return the result: what was read of each bus, and the gaps of its capture. With `diff`, they add the comparison of the
+// readings with those in the log.
 [[nodiscard]] nlohmann::ordered_json ToJson(const LogRedecoder& redecoder, bool diff);
 [[nodiscard]] std::string ToText(const LogRedecoder& redecoder, bool diff);
 

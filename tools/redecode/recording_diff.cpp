@@ -11,7 +11,7 @@
 namespace axlecast {
 namespace {
 
-// The message without what must differ, and its instant.
+// Returns the sampling time and the message without the fields that must differ.
 template <typename Message>
 std::optional<std::pair<MonoNs, std::vector<std::uint8_t>>> Comparable(Bytes bytes) {
   std::optional<Message> message = DecodeMessage<Message>(bytes);
@@ -32,7 +32,7 @@ void RecordingDiff::Add(const std::string& channel, Bytes message, Side side) {
   Match(found);
 }
 
-// An instant that one side has passed, the other no longer comes to.
+// If one side has passed a time, the other side has no reading of that time.
 void RecordingDiff::Match(Channel& channel) {
   auto& [recorded, redecoded] = channel.waiting;
   while (!recorded.empty() && !redecoded.empty()) {
@@ -57,7 +57,7 @@ void RecordingDiff::Compare(const Reading& recorded, const Reading& redecoded, T
   const auto before = DecodeToJson(recorded.message, &type);
   const auto after = DecodeToJson(redecoded.message, &type);
   for (const auto& [name, value] : before->items()) {
-    if (after->at(name) != value) difference.fields.push_back({name, value.dump(), after->at(name).dump()});
+    if (after->at(name) != value) difference.fields.push_back({name, value, after->at(name)});
   }
   tally.first.push_back(std::move(difference));
 }

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -11,20 +12,20 @@
 
 namespace axlecast {
 
-// Compares readings (position_t, motor_health_t) as they were recorded with the same ones decoded again. They are
-// matched by channel and sampling instant, and compared whole but for what must differ: FLAG_REDECODED, and `seq`,
-// because a recording may begin in the middle. Both sides come in the order of their instants.
+// Compares recorded readings (position_t, motor_health_t) with the same readings decoded again. They are matched by channel and
+// sampling time. All fields are compared, except FLAG_REDECODED and `seq`: a recording may begin in the middle. The readings of
+// each side must come in the order of their times.
 class RecordingDiff {
  public:
   void OnRecorded(const std::string& channel, Bytes message) { Add(channel, message, kRecorded); }
   void OnRedecoded(const std::string& channel, Bytes message) { Add(channel, message, kRedecoded); }
-  // What still waits for its other half has none.
+  // Counts the readings that no reading of the other side matches.
   void Finish();
 
   struct Field {
     std::string name;
-    std::string recorded;   // as JSON
-    std::string redecoded;  // as JSON
+    nlohmann::ordered_json recorded;
+    nlohmann::ordered_json redecoded;
   };
   struct Difference {
     MonoNs mono_ns = 0;
@@ -47,7 +48,7 @@ class RecordingDiff {
   enum Side { kRecorded, kRedecoded };
   struct Reading {
     MonoNs mono_ns = 0;
-    std::vector<std::uint8_t> message;  // without what must differ
+    std::vector<std::uint8_t> message;  // without the fields that must differ
   };
   struct Channel {
     std::deque<Reading> waiting[2];

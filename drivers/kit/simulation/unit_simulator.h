@@ -65,28 +65,23 @@ template <typename Units>
   return found == units.end() ? nullptr : &*found;
 }
 
-// The texts of Simulator::Set: an unknown device, and a value that the device refused.
-template <typename Units>
-[[nodiscard]] std::string UnknownDevice(const Units& units, std::string_view device) {
-  std::string names;
-  for (const auto& unit : units) names += (names.empty() ? "" : ", ") + unit.name;
-  return "no simulated device '" + std::string(device) + "' here: there is " + names;
-}
-[[nodiscard]] inline std::string SetProblem(std::string_view device, std::string_view key, const Result<>& result) {
-  return result ? "" : std::string(device) + '.' + std::string(key) + ": " + result.error().text;
-}
-
 // A simulator of one or more units. `Unit` is a ScriptedDevice or a struct derived from it. Its device has a function
 // `QuantityList Quantities() const`: every quantity with its value, then what the device measures.
 template <typename Unit>
 class UnitSimulator : public Simulator {
  public:
-  [[nodiscard]] std::string Set(std::string_view device, std::string_view key, std::string_view value,
-                                MonoNs now) override {
+  [[nodiscard]] Result<> Set(std::string_view device, std::string_view key, std::string_view value,
+                             MonoNs now) override {
     CatchUp(now);
     Unit* unit = FindUnit(units_, device);
-    if (unit == nullptr) return UnknownDevice(units_, device);
-    return SetProblem(device, key, unit->device.Set(key, value));
+    if (unit == nullptr) {
+      std::string names;
+      for (const Unit& known : units_) names += (names.empty() ? "" : ", ") + known.name;
+      return Failure("no simulated device '" + std::string(device) + "' here: there is " + names);
+    }
+    const Result<> done = unit->device.Set(key, value);
+    if (!done) return Failure(unit->name + '.' + std::string(key) + ": " + done.error().text);
+    return {};
   }
   [[nodiscard]] QuantityList State(std::string_view device, MonoNs now) const override {
     const Unit* unit = FindUnit(units_, device);

@@ -63,13 +63,14 @@ void CanBus::Serve(std::size_t unit, MonoNs now, const Transmit& transmit) {
   for (; !way.held.empty() && way.held.front().due <= now; way.held.pop_front()) transmit(way.held.front().packet);
 }
 
-std::string CanBus::Set(std::string_view device, std::string_view key, std::string_view value, MonoNs now) {
+Result<> CanBus::Set(std::string_view device, std::string_view key, std::string_view value, MonoNs now) {
   const auto unit =
       std::find_if(units_.begin(), units_.end(), [&](const Unit& candidate) { return candidate.name == device; });
-  if (unit == units_.end()) return "no simulated device '" + std::string(device) + "' here";
+  if (unit == units_.end()) return Failure("no simulated device '" + std::string(device) + "' here");
   unit->node->Advance(now);
   const Result<> done = unit->node->Set(key, value);
-  return done ? "" : unit->name + '.' + std::string(key) + ": " + done.error().text;
+  if (!done) return Failure(unit->name + '.' + std::string(key) + ": " + done.error().text);
+  return {};
 }
 
 std::vector<std::pair<std::string, std::string>> CanBus::State(std::string_view device, MonoNs now) const {

@@ -31,8 +31,8 @@ class CanBus final : public Simulator {
   void OnBaud(std::int64_t bitrate) override { host_ = bitrate; }
   [[nodiscard]] MonoNs NextDue() const override;
   void OnDue(MonoNs now, const Transmit& transmit) override;
-  [[nodiscard]] std::string Set(std::string_view device, std::string_view key, std::string_view value,
-                                MonoNs now) override;
+  [[nodiscard]] Result<> Set(std::string_view device, std::string_view key, std::string_view value,
+                             MonoNs now) override;
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> State(std::string_view device,
                                                                        MonoNs now) const override;
 

@@ -128,10 +128,10 @@ TEST_F(SaaCanSimulator, AtAnotherBitRateItIsNotHeard) {
 
 TEST_F(SaaCanSimulator, WithoutPowerNothingIsAcknowledged) {
   Make({{}});
-  EXPECT_EQ(bus_->Set("a", "power", "off", now_), "");
+  EXPECT_EQ(ErrorText(bus_->Set("a", "power", "off", now_)), "");
   Ask(0x220, {0x80, 0x20, 0, 0, 0, 0, 0, 0});
   EXPECT_FALSE(acknowledged_);
-  EXPECT_EQ(bus_->Set("a", "power", "on", now_), "");
+  EXPECT_EQ(ErrorText(bus_->Set("a", "power", "on", now_)), "");
   heard_.clear();
   RunTo(now_ + kSecond);
   EXPECT_EQ(heard_.size(), 1U) << "one position when it is switched on";
@@ -139,9 +139,9 @@ TEST_F(SaaCanSimulator, WithoutPowerNothingIsAcknowledged) {
 
 TEST_F(SaaCanSimulator, NamesWhatItCannotSet) {
   Make({{}});
-  EXPECT_NE(bus_->Set("a", "fault", "echo", now_), "");
-  EXPECT_NE(bus_->Set("a", "node", "0", now_), "");
-  EXPECT_NE(bus_->Set("z", "node", "1", now_), "");
+  EXPECT_NE(ErrorText(bus_->Set("a", "fault", "echo", now_)), "");
+  EXPECT_NE(ErrorText(bus_->Set("a", "node", "0", now_)), "");
+  EXPECT_NE(ErrorText(bus_->Set("z", "node", "1", now_)), "");
 }
 
 }  // namespace

@@ -245,17 +245,18 @@ std::size_t BusSimulator::Find(std::string_view device) const {
   return static_cast<std::size_t>(found - stations_.begin());
 }
 
-std::string BusSimulator::Set(std::string_view device, std::string_view key, std::string_view value, MonoNs now) {
+Result<> BusSimulator::Set(std::string_view device, std::string_view key, std::string_view value, MonoNs now) {
   const std::size_t index = Find(device);
   if (index == stations_.size()) {
     std::string names;
     for (const Station& s : stations_) names += (names.empty() ? "" : ", ") + s.name;
-    return "no simulated device '" + std::string(device) + "' here: there is " + names;
+    return Failure("no simulated device '" + std::string(device) + "' here: there is " + names);
   }
   CatchUp(now);
   Station& station = stations_[index];
   const Result<> done = station.simulated.Set(key, value);
-  return done ? "" : station.name + '.' + std::string(key) + ": " + done.error().text;
+  if (!done) return Failure(station.name + '.' + std::string(key) + ": " + done.error().text);
+  return {};
 }
 
 std::vector<std::pair<std::string, std::string>> BusSimulator::State(std::string_view device, MonoNs now) const {

@@ -61,7 +61,7 @@ class DeviceFixture {
     return deliveries_.size() == 1 ? deliveries_[0].bytes : ByteList();
   }
   void Set(const std::string& device, const std::string& key, const std::string& value) {
-    EXPECT_EQ(simulator_.Set(device, key, value, now_), "");
+    EXPECT_EQ(ErrorText(simulator_.Set(device, key, value, now_)), "");
   }
   std::string Value(const std::string& device, const std::string& key) {
     for (const auto& [name, value] : simulator_.State(device, now_)) {
@@ -421,8 +421,10 @@ TEST(BusSimulatorTest, FaultsOfModbus) {
   EXPECT_EQ(bench.Value("gm2", "fault"), "exception:4");
   EXPECT_EQ(bench.Value("gm2", "errors_02"), "1");
   EXPECT_EQ(bench.Value("gm2", "errors_04"), "1");
-  EXPECT_THAT(bench.simulator().Set("gm2", "fault", "rust", bench.now()), HasSubstr("wrong_address, exception"));
-  EXPECT_THAT(bench.simulator().Set("gm2", "fault", "exception:0", bench.now()), HasSubstr("from 1 to 255"));
+  EXPECT_THAT(ErrorText(bench.simulator().Set("gm2", "fault", "rust", bench.now())),
+              HasSubstr("wrong_address, exception"));
+  EXPECT_THAT(ErrorText(bench.simulator().Set("gm2", "fault", "exception:0", bench.now())),
+              HasSubstr("from 1 to 255"));
 }
 
 TEST(BusSimulatorTest, WhoeverLooksOnChangesNothing) {
@@ -432,15 +434,16 @@ TEST(BusSimulatorTest, WhoeverLooksOnChangesNothing) {
   EXPECT_EQ(bench.simulator().State("gm1", bench.now() + kSecond),
             bench.simulator().State("gm1", bench.now() + kSecond));
   EXPECT_THAT(bench.simulator().State("gm9", bench.now()), IsEmpty());
-  EXPECT_THAT(bench.simulator().Set("gm9", "load_w", "1", bench.now()), HasSubstr("gm1, gm2, gm3"));
-  EXPECT_THAT(bench.simulator().Set("gm1", "load", "1", bench.now()), HasSubstr("load_w"));
+  EXPECT_THAT(ErrorText(bench.simulator().Set("gm9", "load_w", "1", bench.now())), HasSubstr("gm1, gm2, gm3"));
+  EXPECT_THAT(ErrorText(bench.simulator().Set("gm1", "load", "1", bench.now())), HasSubstr("load_w"));
 }
 
 TEST(BusSimulatorTest, NoPasswordIsShown) {
   DeviceFixture bench;
   bench.Set("gm1", "password", "s3cret-and-long");
-  EXPECT_THAT(bench.simulator().Set("gm1", "password", "tiny7!!", bench.now()), Not(HasSubstr("tiny7")));
-  EXPECT_THAT(bench.simulator().Set("gm1", "password", "far-too-long-for-it", bench.now()), Not(HasSubstr("far")));
+  EXPECT_THAT(ErrorText(bench.simulator().Set("gm1", "password", "tiny7!!", bench.now())), Not(HasSubstr("tiny7")));
+  EXPECT_THAT(ErrorText(bench.simulator().Set("gm1", "password", "far-too-long-for-it", bench.now())),
+              Not(HasSubstr("far")));
   for (const auto& [name, value] : bench.simulator().State("gm1", bench.now())) {
     EXPECT_NE(name, "password");
     EXPECT_THAT(value, Not(HasSubstr("s3cret"))) << name;

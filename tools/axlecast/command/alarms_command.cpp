@@ -44,9 +44,8 @@ Result<MarksByDevice> ReadMarks(const MachineView& view, const std::string& jour
 }
 
 int List(const ListOptions& options) {
-  int exit_code = kExitDone;
-  const auto machine = options.config.Load(exit_code);
-  if (!machine) return exit_code;
+  const auto machine = options.config.Load();
+  if (!machine) return options.config.Fail(machine.error());
   const SystemClock clock;
   const MonoNs start = clock.Now();
   const auto view = Observe(*machine, clock, kTimeout, [&](const MachineView& seen) {
@@ -98,9 +97,8 @@ Result<std::vector<std::string>> ListedAlarms(const MachineConfig& machine, cons
 }
 
 int Acknowledge(const AckOptions& options) {
-  int exit_code = kExitDone;
-  const auto machine = options.config.Load(exit_code);
-  if (!machine) return exit_code;
+  const auto machine = options.config.Load();
+  if (!machine) return options.config.Fail(machine.error());
   const CommandOptions& command = options.command;
   if (machine->BusOf(command.device) == nullptr) return Fail(UnknownDevice(*machine, command.device), kExitUsage);
   Result<std::vector<std::string>> alarms = options.alarms;
@@ -110,6 +108,7 @@ int Acknowledge(const AckOptions& options) {
   if (!client.problem().empty()) return Fail(client.problem(), kExitBad);
   nlohmann::ordered_json json = {{"device", command.device}, {"acknowledged", nlohmann::ordered_json::array()}};
   std::string text = alarms->empty() ? command.device + ": no alarm is listed\n" : "";
+  int exit_code = kExitDone;
   for (const std::string& alarm : *alarms) {
     const CommandResult result = client.Execute({.device = command.device,
                                                  .operation = std::string(kAcknowledgeAlarm),
@@ -148,13 +147,12 @@ struct ShelfOptions {
 };
 
 int Shelve(ShelfOptions& options) {
-  int exit_code = kExitDone;
   options.command.arguments = {"alarm=" + options.alarm};
   if (options.command.operation == kShelveAlarm) {
     options.command.arguments.push_back("seconds=" + std::to_string(static_cast<std::int64_t>(options.seconds)));
   }
-  const auto machine = options.config.Load(exit_code);
-  return machine ? RunCommand(*machine, options.command) : exit_code;
+  const auto machine = options.config.Load();
+  return machine ? RunCommand(*machine, options.command) : options.config.Fail(machine.error());
 }
 
 CLI::App* AddShelf(CLI::App& app, int& exit_code, const char* name, const char* help,

@@ -29,9 +29,8 @@ struct Options {
 };
 
 int Run(const Options& options) {
-  int exit_code = kExitDone;
-  const auto machine = options.config.Load(exit_code);
-  return machine ? RunCommand(*machine, options.command) : exit_code;
+  const auto machine = options.config.Load();
+  return machine ? RunCommand(*machine, options.command) : options.config.Fail(machine.error());
 }
 
 // A subcommand that runs one operation on a device.
@@ -59,9 +58,8 @@ CLI::App* AddVerb(CLI::App& parent, int& exit_code, const Verb& verb) {
 }
 
 int List(const Options& options) {
-  int exit_code = kExitDone;
-  const auto machine = options.config.Load(exit_code);
-  if (!machine) return exit_code;
+  const auto machine = options.config.Load();
+  if (!machine) return options.config.Fail(machine.error());
   const BusConfig* bus = machine->BusOf(options.command.device);
   if (bus == nullptr) return Fail(UnknownDevice(*machine, options.command.device), kExitUsage);
   static_cast<void>(WriteOut(OperationList(*bus)));
@@ -97,9 +95,8 @@ void AddDo(CLI::App& app, int& exit_code) {
 
 // A multi-turn encoder can only zero its single-turn position: the name of its operation states that.
 int Zero(Options& options) {
-  int exit_code = kExitDone;
-  const auto machine = options.config.Load(exit_code);
-  if (!machine) return exit_code;
+  const auto machine = options.config.Load();
+  if (!machine) return options.config.Fail(machine.error());
   const bool single_turn = FindOperation(*machine, options.command.device, "zero_single_turn").has_value();
   options.command.operation = single_turn ? "zero_single_turn" : "zero";
   return RunCommand(*machine, options.command);
@@ -174,9 +171,8 @@ void AddEeprom(CLI::App& app, int& exit_code) {
 int Outcome(const Options& options) {
   const std::optional<CommandId> id = ParseId(options.id);
   if (!id) return Fail("the id of a command is 32 hex digits", kExitUsage);
-  int exit_code = kExitDone;
-  const auto machine = options.config.Load(exit_code);
-  return machine ? RunQuery(*machine, *id, options.command.json) : exit_code;
+  const auto machine = options.config.Load();
+  return machine ? RunQuery(*machine, *id, options.command.json) : options.config.Fail(machine.error());
 }
 
 void AddOutcome(CLI::App& app, int& exit_code) {

@@ -50,10 +50,13 @@ void JournalOption::AddTo(CLI::App& command) {
 
 std::optional<JournalOption::Place> JournalOption::Find(int& exit_code) const {
   if (!journal_.empty() && !config_.Given()) return Place{.file = journal_, .machine = std::nullopt};
-  std::optional<MachineConfig> machine = config_.Load(exit_code);
-  if (!machine) return std::nullopt;
+  Result<MachineConfig> machine = config_.Load();
+  if (!machine) {
+    exit_code = config_.Fail(machine.error());
+    return std::nullopt;
+  }
   std::string file = journal_.empty() ? JournalFile(*machine) : journal_;
-  return Place{.file = std::move(file), .machine = std::move(machine)};
+  return Place{.file = std::move(file), .machine = *std::move(machine)};
 }
 
 struct DatumOptions {

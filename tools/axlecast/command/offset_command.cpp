@@ -51,9 +51,8 @@ bool Gather(LcmPort& port, const std::string& device, OffsetCapture& capture) {
 }
 
 int Capture(const Options& options) {
-  int exit_code = kExitDone;
-  const auto machine = options.config.Load(exit_code);
-  if (!machine) return exit_code;
+  const auto machine = options.config.Load();
+  if (!machine) return options.config.Fail(machine.error());
   const BusConfig* bus = machine->BusOf(options.device);
   if (bus == nullptr) return Fail(UnknownDevice(*machine, options.device), kExitUsage);
   if (!bus->family->has_position) return Fail(options.device + " has no position", kExitUsage);

@@ -66,9 +66,8 @@ int Issue(PermitIssuer& issuer, const Options& options) {
 }
 
 int Permit(const Options& options) {
-  int exit_code = kExitDone;
-  const auto machine = options.config.Load(exit_code);
-  if (!machine) return exit_code;
+  const auto machine = options.config.Load();
+  if (!machine) return options.config.Fail(machine.error());
   for (const std::string& operation : options.operations) {
     const auto found = FindOperation(*machine, options.device, operation);
     if (!found) return Fail(found.error().text, kExitUsage);

@@ -76,9 +76,8 @@ int Report(const Options& options, const CommandResult& result, const std::vecto
 }
 
 int Run(const Options& options) {
-  int exit_code = kExitDone;
-  const auto machine = options.config.Load(exit_code);
-  if (!machine) return exit_code;
+  const auto machine = options.config.Load();
+  if (!machine) return options.config.Fail(machine.error());
   CommandRequest request{.device = options.command.device,
                          .operation = "fetch_trip_logs",
                          .valid_ms = options.command.valid_ms,

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <iostream>
+#include <optional>
 
 #include "core/base/text.h"
 #include "core/config/load.h"
@@ -43,21 +44,23 @@ std::string ConfigOption::File() const {
   return "";
 }
 
-std::optional<MachineConfig> ConfigOption::Load(int& exit_code) const {
+Result<MachineConfig> ConfigOption::Load() const {
   const std::string file = File();
   if (file.empty()) {
-    std::cerr << "no machine's file: give one (CONFIG or --config FILE), set AXLECAST_CONFIG, or put it at "
-                 "./machine.yaml or /etc/axlecast/machine.yaml\n";
-    exit_code = kExitUsage;
-    return std::nullopt;
+    return Failure(
+        "no machine's file: give one (CONFIG or --config FILE), set AXLECAST_CONFIG, or put it at ./machine.yaml "
+        "or "
+        "/etc/axlecast/machine.yaml\n");
   }
   ConfigErrors errors(file);
   std::optional<MachineConfig> machine = LoadConfig(file, errors);
-  if (!machine) {
-    std::cerr << errors.Text();
-    exit_code = kExitBad;
-  }
-  return machine;
+  if (!machine) return Failure(errors.Text());
+  return *std::move(machine);
+}
+
+int ConfigOption::Fail(const Error& error) const {
+  std::cerr << error.text;
+  return File().empty() ? kExitUsage : kExitBad;
 }
 
 std::string ConfigKeysText(const std::vector<ConfigKey>& keys) {

@@ -2,11 +2,11 @@
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
 
@@ -26,9 +26,10 @@ class ConfigOption {
   // Returns the file, or an empty text if none is given and no default exists.
   [[nodiscard]] std::string File() const;
 
-  // Reads and checks the file. On failure, prints the errors to standard error and sets `exit_code`: kExitUsage if there is
-  // no file, kExitBad if it has errors.
-  [[nodiscard]] std::optional<MachineConfig> Load(int& exit_code) const;
+  // Reads and checks the file. An error contains one or more lines, each with its newline.
+  [[nodiscard]] Result<MachineConfig> Load() const;
+  // Prints an error of Load to standard error. Returns the exit code: kExitUsage if there is no file, else kExitBad.
+  [[nodiscard]] int Fail(const Error& error) const;
 
  private:
   std::string given_;

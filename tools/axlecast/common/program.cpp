@@ -39,23 +39,6 @@ Error Become(const std::vector<std::string>& argv) {
   return Error{"cannot run " + argv[0] + ": " + std::strerror(errno)};
 }
 
-std::string ShellText(const std::vector<std::string>& argv) {
-  constexpr std::string_view kPlain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-./:=,+@%";
-  std::string text;
-  for (const std::string& argument : argv) {
-    if (!text.empty()) text += ' ';
-    if (!argument.empty() && argument.find_first_not_of(kPlain) == std::string::npos) {
-      text += argument;
-      continue;
-    }
-    text += '\'';
-    for (const char character : argument)
-      text += character == '\'' ? std::string("'\\''") : std::string(1, character);
-    text += '\'';
-  }
-  return text;
-}
-
 std::string HostName() {
   std::array<char, 256> host{};
   return gethostname(host.data(), host.size() - 1) == 0 ? host.data() : "";

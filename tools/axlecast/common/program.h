@@ -20,9 +20,6 @@ namespace axlecast {
 // Replaces this process by the program. Returns only on failure.
 [[nodiscard]] Error Become(const std::vector<std::string>& argv);
 
-// Formats the words as a shell accepts them.
-[[nodiscard]] std::string ShellText(const std::vector<std::string>& argv);
-
 // Returns the name of this host, or an empty text.
 [[nodiscard]] std::string HostName();
 

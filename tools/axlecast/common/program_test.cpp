@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <filesystem>
 
+#include "core/base/text.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/axlecast/common/program.h"
 

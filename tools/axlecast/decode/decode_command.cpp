@@ -46,10 +46,9 @@ class FrameDecoder {
 
   // Fails if the family refuses the settings.
   [[nodiscard]] Result<> CheckSettings() const {
-    bool usable = true;
-    const nlohmann::ordered_json json = family_.decode(bits_ ? WithBitCount(0) : settings_, {}, &usable);
-    if (usable) return {};
-    return Failure(json.at("error").get<std::string>());
+    const auto decoded = family_.decode(bits_ ? WithBitCount(0) : settings_, {});
+    if (!decoded) return Failure(decoded.error());
+    return {};
   }
 
   // `where` precedes the column in an error.
@@ -90,8 +89,7 @@ class FrameDecoder {
   }
 
   void Show(const DecodeSettings& settings, Bytes frame) {
-    bool usable = true;
-    nlohmann::ordered_json json = family_.decode(settings, frame, &usable);
+    nlohmann::ordered_json json = family_.decode(settings, frame).value();
     if (json.value("error", "") == "short") json["detail"] = ShortText(frame);
     all_good_ = all_good_ && json.at("ok").get<bool>();
     out_ << JsonLine(json) << '\n';
@@ -105,9 +103,8 @@ class FrameDecoder {
     const std::size_t received = bits_ ? bit_count_ : frame.size() - HeadBytes(frame);
     for (std::size_t more = 1; more <= (bits_ ? 8 : 1) * kMaxMore; ++more) {
       longer.resize(bits_ ? std::max(frame.size(), (received + more + 7) / 8) : frame.size() + more);
-      bool usable = true;
       const nlohmann::ordered_json json =
-          family_.decode(bits_ ? WithBitCount(received + more) : settings_, longer, &usable);
+          family_.decode(bits_ ? WithBitCount(received + more) : settings_, longer).value();
       if (json.value("error", "") == "short") continue;
       const std::string kind = json.value("kind", "unknown");
       return std::to_string(received) + unit + " received, at least " + std::to_string(received + more) +

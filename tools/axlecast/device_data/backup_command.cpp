@@ -43,12 +43,12 @@ std::optional<MachineView> ObserveDevice(const MachineConfig& machine, const std
 }
 
 int Backup(const Options& options) {
-  int exit_code = kExitDone;
-  const auto machine = options.config.Load(exit_code);
-  if (!machine) return exit_code;
+  const auto machine = options.config.Load();
+  if (!machine) return options.config.Fail(machine.error());
   const CommandOptions& command = options.restore.command;
   const BusConfig* const bus = machine->BusOf(command.device);
   if (bus == nullptr) return Fail(UnknownDevice(*machine, command.device), kExitUsage);
+  int exit_code = kExitDone;
   const auto view = ObserveDevice(*machine, command.device, exit_code);
   if (!view) return exit_code;
   BackupReading reading;
@@ -89,14 +89,14 @@ Result<DeviceBackup> ReadFile(const std::string& file) {
 }
 
 int Restore(const Options& options) {
-  int exit_code = kExitDone;
-  const auto machine = options.config.Load(exit_code);
-  if (!machine) return exit_code;
+  const auto machine = options.config.Load();
+  if (!machine) return options.config.Fail(machine.error());
   const CommandOptions& command = options.restore.command;
   if (machine->BusOf(command.device) == nullptr) return Fail(UnknownDevice(*machine, command.device), kExitUsage);
   if (!command.yes && !options.restore.dry_run && !CanAsk("restore")) return kExitUsage;
   const auto backup = ReadFile(options.restore.file);
   if (!backup) return Fail(backup.error().text, kExitBad);
+  int exit_code = kExitDone;
   const auto view = ObserveDevice(*machine, command.device, exit_code);
   if (!view) return exit_code;
   RestoreRun run(*machine, options.restore);

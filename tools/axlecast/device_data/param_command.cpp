@@ -34,8 +34,11 @@ struct Place {
 };
 
 std::optional<Place> Find(const Options& options, int& exit_code) {
-  std::optional<MachineConfig> machine = options.config.Load(exit_code);
-  if (!machine) return std::nullopt;
+  const auto machine = options.config.Load();
+  if (!machine) {
+    exit_code = options.config.Fail(machine.error());
+    return std::nullopt;
+  }
   const auto found = FindOperation(*machine, options.command.device, "read_parameters");
   if (found) return Place{*machine, found->bus->family};
   exit_code = Fail(found.error().text, kExitUsage);

@@ -25,9 +25,8 @@ struct Options {
 };
 
 int Replace(Options options) {
-  int exit_code = kExitDone;
-  const auto machine = options.config.Load(exit_code);
-  if (!machine) return exit_code;
+  const auto machine = options.config.Load();
+  if (!machine) return options.config.Fail(machine.error());
   ReplaceOptions& replace = options.replace;
   if (machine->BusOf(replace.command.device) == nullptr)
     return Fail(UnknownDevice(*machine, replace.command.device), kExitUsage);
@@ -36,7 +35,7 @@ int Replace(Options options) {
   const auto step = std::find(std::begin(kReplaceSteps), std::end(kReplaceSteps), options.from);
   replace.from = static_cast<ReplaceStep>(std::distance(std::begin(kReplaceSteps), step));
   ReplaceWizard wizard(*machine, replace);
-  exit_code = wizard.Run();
+  const int exit_code = wizard.Run();
   Show(ToJson(wizard.report()), ToText(wizard.report()), replace.command.json);
   return exit_code;
 }

@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "core/base/result.h"
+#include "core/base/text.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/program.h"
@@ -86,9 +87,8 @@ Result<> CheckInstalled(const std::string& types) {
 
 // Starts Java directly: the launcher of Debian 12 passes -Xincgc, which Java 17 refuses.
 int Spy(const Options& options) {
-  int exit_code = kExitDone;
-  const auto machine = options.config.Load(exit_code);
-  if (!machine) return exit_code;
+  const auto machine = options.config.Load();
+  if (!machine) return options.config.Fail(machine.error());
   const std::string types = TypesJar();
   if (const auto installed = CheckInstalled(types); !installed) return Fail(installed.error().text, kExitBad);
   const std::vector<std::string> argv = {"java", "-Djava.net.preferIPv4Stack=true", "-cp",

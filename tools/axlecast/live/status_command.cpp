@@ -43,9 +43,8 @@ bool GatherLimits(const Options& options, LiveMachine& live, const Clock& clock,
 }
 
 int Status(const Options& options) {
-  int exit_code = kExitDone;
-  const auto machine = options.config.Load(exit_code);
-  if (!machine) return exit_code;
+  const auto machine = options.config.Load();
+  if (!machine) return options.config.Fail(machine.error());
   const SystemClock clock;
   LiveMachine live(*machine, clock);
   const auto all_known = [](const MachineView& view) {
@@ -68,9 +67,8 @@ bool Complete(const DeviceView& device) {
 int Info(Options options) {
   if (options.names.size() == 2) options.config.Set(options.names.front());
   const std::string name = options.names.back();
-  int exit_code = kExitDone;
-  const auto machine = options.config.Load(exit_code);
-  if (!machine) return exit_code;
+  const auto machine = options.config.Load();
+  if (!machine) return options.config.Fail(machine.error());
   if (machine->BusOf(name) == nullptr) return Fail(UnknownDevice(*machine, name), kExitUsage);
   const SystemClock clock;
   LiveMachine live(*machine, clock);

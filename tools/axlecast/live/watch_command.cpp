@@ -141,9 +141,8 @@ int RunWatch(const WatchOptions& options) {
   }
   LcmConfig lcm;
   if (options.config.Given() || (options.url.empty() && !options.config.File().empty())) {
-    int exit_code = kExitDone;
-    const auto machine = options.config.Load(exit_code);
-    if (!machine) return exit_code;
+    const auto machine = options.config.Load();
+    if (!machine) return options.config.Fail(machine.error());
     lcm = machine->lcm;
   }
   if (!options.url.empty()) lcm.url = options.url;

@@ -32,19 +32,19 @@ std::string SealText(const LogCheck::BadSeal& bad) {
 }  // namespace
 
 void LogCheck::Add(const LogEvent& event, std::size_t offset, Bytes record) {
-  ++events_;
+  ++report_.events;
   CheckNumber(event.number);
   std::int64_t back = 0;
   if (event.utime < utime_ && !__builtin_sub_overflow(utime_, event.utime, &back)) {
-    ++backward_;
-    max_backward_ = std::max(max_backward_, back);
+    ++report_.backward;
+    report_.max_backward_us = std::max(report_.max_backward_us, back);
   }
   utime_ = event.utime;
   if (event.channel == kSealChannel) return CheckSeal(event, offset);
   open_.Add(record);
   if (const auto head = HeadOf(event.data)) {
-    auto found = sequences_.find(event.channel);
-    if (found == sequences_.end()) found = sequences_.emplace(event.channel, SequenceCount{}).first;
+    auto found = report_.sequences.find(event.channel);
+    if (found == report_.sequences.end()) found = report_.sequences.emplace(event.channel, SequenceCount{}).first;
     found->second.On(head->boot_id, head->seq);
   }
 }
@@ -66,88 +66,90 @@ void LogCheck::ResolveDoubt(std::optional<std::int64_t> next) {
   const std::uint64_t gap = static_cast<std::uint64_t>(doubtful) - static_cast<std::uint64_t>(*number_) - 1;
   const bool confirmed = next && Follows(doubtful, *next);
   if (ahead && gap <= kLargestGap && (confirmed || !next || *next > doubtful)) {
-    missing_ += static_cast<std::int64_t>(gap);
+    report_.missing += static_cast<std::int64_t>(gap);
     number_ = doubtful;
   } else if (confirmed) {
-    ++restarts_;
+    ++report_.restarts;
     number_ = doubtful;
   } else {
-    ++wrong_;
+    ++report_.wrong_numbers;
     if (*number_ < INT64_MAX) ++*number_;
   }
 }
 
-void LogCheck::Finish() {
+const LogCheck::Report& LogCheck::Finish() {
   if (doubtful_) ResolveDoubt(std::nullopt);
+  report_.unsealed = static_cast<std::int64_t>(open_.seal().events);
+  return report_;
 }
 
 void LogCheck::CheckSeal(const LogEvent& event, std::size_t offset) {
-  ++seals_;
+  ++report_.seals;
   const std::optional<LogSeal> sealed = ParseSeal(event.data);
   if (sealed != open_.seal()) {
-    ++bad_seals_;
-    if (first_bad_seals_.size() < kBadSealsShown) {
-      first_bad_seals_.push_back({offset, sealed.value_or(LogSeal{}), open_.seal()});
+    ++report_.bad_seals;
+    if (report_.first_bad_seals.size() < kBadSealsShown) {
+      report_.first_bad_seals.push_back({offset, sealed.value_or(LogSeal{}), open_.seal()});
     }
   }
   open_.Reset();
 }
 
-std::int64_t LogCheck::lost() const {
+std::int64_t LogCheck::Report::Lost() const {
   std::int64_t lost = 0;
-  for (const auto& [channel, sequence] : sequences_) lost += sequence.lost();
+  for (const auto& [channel, sequence] : sequences) lost += sequence.lost();
   return lost;
 }
 
-std::string CheckText(const std::string& file, const LogCheck& check,
+std::string CheckText(const std::string& file, const LogCheck::Report& report,
                       const std::vector<LogReader::Damage>& damage) {
   std::string text = DamageText(file, damage);
-  for (const LogCheck::BadSeal& bad : check.first_bad_seals()) text += SealText(bad);
+  for (const LogCheck::BadSeal& bad : report.first_bad_seals) text += SealText(bad);
   const auto add = [&text](std::int64_t count, const std::string& what) {
     if (count > 0) text += std::to_string(count) + what + '\n';
   };
-  add(check.missing(), " events are missing by their numbers");
-  add(check.wrong_numbers(), " events have a number that fits neither neighbour: damaged");
-  add(check.restarts(), " times the numbers begin again: events were appended, as lcm-logger -a does");
-  add(check.backward(), " events are earlier than their predecessor, at most " +
-                            Decimal(static_cast<double>(check.max_backward_us()) / 1e6, 6) + " s");
-  for (const auto& [channel, sequence] : check.sequences()) {
+  add(report.missing, " events are missing by their numbers");
+  add(report.wrong_numbers, " events have a number that fits neither neighbour: damaged");
+  add(report.restarts, " times the numbers begin again: events were appended, as lcm-logger -a does");
+  add(report.backward, " events are earlier than their predecessor, at most " +
+                           Decimal(static_cast<double>(report.max_backward_us) / 1e6, 6) + " s");
+  for (const auto& [channel, sequence] : report.sequences) {
     add(sequence.lost(), " messages of " + Printable(channel) + " were lost before they were recorded");
   }
-  text += file + ": " + std::to_string(check.events()) + " events, ";
-  if (check.seals() == 0) {
+  text += file + ": " + std::to_string(report.events) + " events, ";
+  if (report.seals == 0) {
     text += "no seals: changed content cannot be detected";
   } else {
-    text += std::to_string(check.seals() - check.bad_seals()) + " of " + std::to_string(check.seals()) +
-            " seals match, " + std::to_string(check.unsealed()) + " events are after the last one";
+    text += std::to_string(report.seals - report.bad_seals) + " of " + std::to_string(report.seals) +
+            " seals match, " + std::to_string(report.unsealed) + " events are after the last one";
   }
-  return text + (damage.empty() && check.sound() ? "; complete\n" : "; readable with losses\n");
+  return text + (damage.empty() && report.IsSound() ? "; complete\n" : "; readable with losses\n");
 }
 
-nlohmann::ordered_json CheckJson(const std::string& file, const LogCheck& check,
+nlohmann::ordered_json CheckJson(const std::string& file, const LogCheck::Report& report,
                                  const std::vector<LogReader::Damage>& damage) {
   nlohmann::ordered_json lost = nlohmann::ordered_json::object();
-  for (const auto& [channel, sequence] : check.sequences()) {
+  for (const auto& [channel, sequence] : report.sequences) {
     if (sequence.lost() > 0) lost[channel] = sequence.lost();
   }
   nlohmann::ordered_json bad = nlohmann::ordered_json::array();
-  for (const LogCheck::BadSeal& seal : check.first_bad_seals()) {
+  for (const LogCheck::BadSeal& seal : report.first_bad_seals) {
     bad.push_back(
         {{"offset", seal.offset}, {"events_sealed", seal.sealed.events}, {"events_found", seal.found.events}});
   }
   return {{"file", file},
-          {"whole", damage.empty() && check.sound()},
-          {"events", check.events()},
+          {"whole", damage.empty() && report.IsSound()},
+          {"events", report.events},
           {"damage", DamageJson(damage)},
-          {"seals", check.seals()},
-          {"bad_seals", check.bad_seals()},
+          {"seals", report.seals},
+          {"bad_seals", report.bad_seals},
           {"first_bad_seals", bad},
-          {"unsealed_events", check.unsealed()},
-          {"missing_events", check.missing()},
-          {"wrong_numbers", check.wrong_numbers()},
-          {"new_beginnings", check.restarts()},
-          {"backward", check.backward()},
-          {"max_backward_us", check.max_backward_us()},
+          {"unsealed_events", report.unsealed},
+          {"missing_events", report.missing},
+          {"wrong_numbers", report.wrong_numbers},
+          {"new_beginnings", report.restarts},
+          {"backward", report.backward},
+          {"max_backward_us", report.max_backward_us},
           {"lost", lost}};
 }
 

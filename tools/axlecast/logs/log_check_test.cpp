@@ -28,8 +28,9 @@ class LogCheckTest : public testing::Test {
   }
   void AddNumbers(const std::vector<std::int64_t>& numbers) {
     for (const std::int64_t number : numbers) Add(number);
-    check_.Finish();
   }
+
+  const LogCheck::Report& Report() { return check_.Finish(); }
 
   LogCheck check_;
   SealCount count_;  // as a recorder counts
@@ -38,21 +39,21 @@ class LogCheckTest : public testing::Test {
 
 TEST_F(LogCheckTest, ALogInOrderIsSound) {
   AddNumbers({0, 1, 2, 3});
-  EXPECT_TRUE(check_.sound());
-  EXPECT_EQ(check_.events(), 4);
-  EXPECT_EQ(CheckText("f", check_, {}), "f: 4 events, no seals: changed content cannot be detected; complete\n");
+  EXPECT_TRUE(Report().IsSound());
+  EXPECT_EQ(Report().events, 4);
+  EXPECT_EQ(CheckText("f", Report(), {}), "f: 4 events, no seals: changed content cannot be detected; complete\n");
 }
 
 TEST_F(LogCheckTest, EventsThatAreMissingAreCounted) {
   AddNumbers({0, 1, 4, 5, 9, 12, 13});
-  EXPECT_EQ(check_.missing(), 2 + 3 + 2);
-  EXPECT_EQ(check_.wrong_numbers(), 0);
-  EXPECT_FALSE(check_.sound());
+  EXPECT_EQ(Report().missing, 2 + 3 + 2);
+  EXPECT_EQ(Report().wrong_numbers, 0);
+  EXPECT_FALSE(Report().IsSound());
 }
 
 TEST_F(LogCheckTest, MissingBeforeTheLast) {
   AddNumbers({0, 1, 4});
-  EXPECT_EQ(check_.missing(), 2);
+  EXPECT_EQ(Report().missing, 2);
 }
 
 TEST_F(LogCheckTest, ADamagedNumberIsNoMissingEvent) {
@@ -60,17 +61,17 @@ TEST_F(LogCheckTest, ADamagedNumberIsNoMissingEvent) {
        {INT64_MIN, std::int64_t{-1}, std::int64_t{0}, std::int64_t{1} << 56U, INT64_MAX}) {
     check_ = {};
     AddNumbers({0, 1, wrong, 3, 4});
-    EXPECT_EQ(check_.missing(), 0) << wrong;
-    EXPECT_EQ(check_.wrong_numbers(), 1) << wrong;
-    EXPECT_EQ(check_.restarts(), 0) << wrong;
+    EXPECT_EQ(Report().missing, 0) << wrong;
+    EXPECT_EQ(Report().wrong_numbers, 1) << wrong;
+    EXPECT_EQ(Report().restarts, 0) << wrong;
   }
 }
 
 TEST_F(LogCheckTest, NumbersThatBeginAnewAreToldOnly) {
   AddNumbers({0, 1, 2, 0, 1, 2, 3});
-  EXPECT_EQ(check_.restarts(), 1);
-  EXPECT_TRUE(check_.sound());
-  EXPECT_THAT(CheckText("f", check_, {}), HasSubstr("begin again"));
+  EXPECT_EQ(Report().restarts, 1);
+  EXPECT_TRUE(Report().IsSound());
+  EXPECT_THAT(CheckText("f", Report(), {}), HasSubstr("begin again"));
 }
 
 TEST_F(LogCheckTest, TimesThatRunBackAreToldOnly) {
@@ -78,10 +79,9 @@ TEST_F(LogCheckTest, TimesThatRunBackAreToldOnly) {
   Add(1, 999'000);
   Add(2, 2'000'000);
   Add(3, INT64_MIN);
-  check_.Finish();
-  EXPECT_EQ(check_.backward(), 1) << "the last difference is beyond any number";
-  EXPECT_EQ(check_.max_backward_us(), 1'000);
-  EXPECT_TRUE(check_.sound());
+  EXPECT_EQ(Report().backward, 1) << "the last difference is beyond any number";
+  EXPECT_EQ(Report().max_backward_us, 1'000);
+  EXPECT_TRUE(Report().IsSound());
 }
 
 TEST_F(LogCheckTest, SealsThatMatch) {
@@ -90,11 +90,10 @@ TEST_F(LogCheckTest, SealsThatMatch) {
   AddSeal(2, count_.seal());
   AddSeal(3, {});
   Add(4);
-  check_.Finish();
-  EXPECT_EQ(check_.seals(), 2);
-  EXPECT_EQ(check_.bad_seals(), 0);
-  EXPECT_EQ(check_.unsealed(), 1);
-  EXPECT_TRUE(check_.sound());
+  EXPECT_EQ(Report().seals, 2);
+  EXPECT_EQ(Report().bad_seals, 0);
+  EXPECT_EQ(Report().unsealed, 1);
+  EXPECT_TRUE(Report().IsSound());
 }
 
 TEST_F(LogCheckTest, AChangedByteAMissingAndAnAddedEventAreTold) {
@@ -110,10 +109,9 @@ TEST_F(LogCheckTest, AChangedByteAMissingAndAnAddedEventAreTold) {
   AddSeal(5, {});
   Add(6);
   Add(7, 0, kSealChannel, {});  // none
-  check_.Finish();
-  EXPECT_EQ(check_.bad_seals(), 4);
-  ASSERT_THAT(check_.first_bad_seals(), SizeIs(4));
-  const std::string text = CheckText("f", check_, {});
+  EXPECT_EQ(Report().bad_seals, 4);
+  ASSERT_THAT(Report().first_bad_seals, SizeIs(4));
+  const std::string text = CheckText("f", Report(), {});
   EXPECT_THAT(text,
               HasSubstr("the seal at byte 29 does not match: something in the 1 events before it was changed\n"));
   EXPECT_THAT(text, HasSubstr("2 of 3 events before it are missing\n"));
@@ -126,7 +124,7 @@ TEST_F(LogCheckTest, ASealAfterDamageStillBeginsTheNextStretch) {
   AddSeal(1, {.bytes = 1'000, .events = 10, .crc32c = 7});
   Add(2);
   AddSeal(3, count_.seal());
-  EXPECT_EQ(check_.bad_seals(), 1);
+  EXPECT_EQ(Report().bad_seals, 1);
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 #include <string>
 #include <string_view>
 
-#include "core/messages/json/field.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/log_check.h"
@@ -50,9 +49,8 @@ int RunLogInfo(const LogInfoOptions& options) {
   const int exit_code = input.ExitCode();
   if (exit_code == kExitBad) return exit_code;
   const std::size_t size = input.log().size();
-  static_cast<void>(WriteOut(options.json
-                                 ? JsonLine(SummaryJson(options.file, size, summary, input.damage())) + '\n'
-                                 : SummaryText(options.file, size, summary, input.damage())));
+  Show(SummaryJson(options.file, size, summary, input.damage()),
+       SummaryText(options.file, size, summary, input.damage()), options.json);
   return exit_code;
 }
 
@@ -97,12 +95,12 @@ int RunLogVerify(const LogVerifyOptions& options) {
     check.Add(event, offset, input.log().subspan(offset, EventSize(event)));
     return true;
   });
-  check.Finish();
+  const LogCheck::Report& report = check.Finish();
   const int exit_code = input.ExitCode();
   if (exit_code == kExitBad) return exit_code;
-  static_cast<void>(WriteOut(options.json ? JsonLine(CheckJson(options.file, check, input.damage())) + '\n'
-                                          : CheckText(options.file, check, input.damage())));
-  return check.sound() ? exit_code : kExitLosses;
+  Show(CheckJson(options.file, report, input.damage()), CheckText(options.file, report, input.damage()),
+       options.json);
+  return report.IsSound() ? exit_code : kExitLosses;
 }
 
 }  // namespace

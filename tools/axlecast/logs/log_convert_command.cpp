@@ -23,7 +23,6 @@
 #include "tools/convert/mcap.h"
 #include "tools/convert/plot.h"
 #include "tools/convert/wire_capture.h"
-#include "tools/log/log_reader.h"
 
 namespace axlecast {
 namespace {
@@ -42,7 +41,7 @@ class LogSelection {
   [[nodiscard]] EventRange all();
 
   // Returns the damaged bytes within the selected time. Call it after all events were read.
-  [[nodiscard]] std::size_t damaged_bytes() const { return damaged_bytes_; }
+  [[nodiscard]] std::size_t damaged_bytes() const { return DamagedBytes(input_.damage()); }
   // See MappedFile::Loss.
   [[nodiscard]] std::string Loss() const { return input_.file().Loss(); }
   [[nodiscard]] const std::string& file() const { return file_; }
@@ -53,7 +52,6 @@ class LogSelection {
   std::string file_;
   LogFilter filter_;
   LogInput input_;
-  std::size_t damaged_bytes_ = 0;
 };
 
 void LogSelection::AddTo(CLI::App& command) {
@@ -70,13 +68,11 @@ std::optional<int> LogSelection::Open() {
 }
 
 void LogSelection::Visit(const EventVisitor& visit, bool filtered) {
-  LogReader reader(input_.log(), filter_.Begin(input_.log()));
-  while (const std::optional<LogEvent> event = reader.Next()) {
-    if (filter_.EndsAt(*event)) break;
-    if (!(filtered ? filter_.Matches(*event) : filter_.MatchesTime(*event))) continue;
-    if (!visit(*event)) return;
-  }
-  damaged_bytes_ = DamagedBytes(reader.damage());
+  const auto visit_selected = [&](const LogEvent& event, std::size_t) {
+    if (filter_.EndsAt(event)) return false;
+    return !(filtered ? filter_.Matches(event) : filter_.MatchesTime(event)) || visit(event);
+  };
+  input_.Read("", visit_selected, filter_.Begin(input_.log()));
 }
 
 EventRange LogSelection::events() {
@@ -110,12 +106,12 @@ class ConversionOutput {
   std::string path_;
   bool force_ = false;
   std::unique_ptr<NewFile> file_;  // null for standard output
-  std::string waiting_;
-  std::string problem_;
+  std::string waiting_;            // for standard output
+  bool closed_ = false;            // standard output
 };
 
 constexpr mode_t kMode = 0644;
-constexpr std::size_t kWaiting = 1U << 16;  // bytes that are written together
+constexpr std::size_t kWaiting = 1U << 16;  // bytes that are written to standard output together
 
 void ConversionOutput::AddTo(CLI::App& command) {
   command.add_option("-o,--output", path_, "Write to FILE; - is standard output")->required()->type_name("FILE");
@@ -128,30 +124,26 @@ std::optional<int> ConversionOutput::Open() {
     return Fail(path_ + " exists: choose another name, or replace it with --force", kExitUsage);
   }
   file_ = std::make_unique<NewFile>(path_, FileAccess{.mode = kMode});
-  if (problem_ = ErrorText(file_->Append("")); problem_.empty()) return std::nullopt;
-  return Fail(problem_, kExitFailed);
+  if (const Result<> opened = file_->Append(""); !opened) return Fail(opened.error().text, kExitFailed);
+  return std::nullopt;
 }
 
 bool ConversionOutput::Write(std::string_view part) {
+  if (file_ != nullptr) return file_->Collect(part);
   waiting_ += part;
-  return problem_.empty() && (waiting_.size() < kWaiting || Flush());
+  return !closed_ && (waiting_.size() < kWaiting || Flush());
 }
 
 bool ConversionOutput::Flush() {
-  if (file_ != nullptr) {
-    problem_ = ErrorText(file_->Append(waiting_));
-  } else if (!(isatty(STDOUT_FILENO) == 1 ? WriteOut(waiting_) : WriteBytes(waiting_))) {
-    problem_ = "standard output was closed";
-  }
+  closed_ = closed_ || !(isatty(STDOUT_FILENO) == 1 ? WriteOut(waiting_) : WriteBytes(waiting_));
   waiting_.clear();
-  return problem_.empty();
+  return !closed_;
 }
 
 int ConversionOutput::Commit(const LogSelection& log) {
-  if (problem_.empty() && Flush() && file_ != nullptr) problem_ = ErrorText(file_->Commit(force_));
-  if (!problem_.empty()) {
-    return Fail(problem_, kExitFailed);
-  }
+  if (file_ == nullptr && !Flush()) return Fail("standard output was closed", kExitFailed);
+  if (const Result<> committed = file_ != nullptr ? file_->Commit(force_) : Result<>(); !committed)
+    return Fail(committed.error().text, kExitFailed);
   const std::string loss = log.Loss();
   if (!loss.empty()) std::cerr << loss << '\n';
   if (log.damaged_bytes() == 0) return loss.empty() ? kExitDone : kExitLosses;

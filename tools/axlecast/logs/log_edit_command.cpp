@@ -55,11 +55,11 @@ struct LogMergeOptions {
 };
 
 // Adds the header events of all logs, with the time of the first event of the merged log.
-void AddHeaders(const std::vector<MappedFile>& logs, LogOutput& out) {
+void AddHeaders(const std::vector<Bytes>& logs, LogOutput& out) {
   std::vector<LogEvent> headers;
   std::int64_t start = INT64_MAX;
-  for (const MappedFile& log : logs) {
-    LogReader reader(log.bytes());
+  for (const Bytes log : logs) {
+    LogReader reader(log);
     for (auto event = reader.Next(); event; event = reader.Next()) {
       start = std::min(start, event->utime);
       if (!IsLogChannel(event->channel)) break;
@@ -99,24 +99,20 @@ std::vector<std::int64_t> Merge(LogMerge& merge, std::size_t logs, std::size_t s
 }
 
 int RunLogMerge(const LogMergeOptions& options) {
-  std::vector<MappedFile> logs;
-  std::vector<Bytes> bytes;
+  LogFiles logs;
+  if (const Result<> opened = logs.Open(std::span(options.files).first(options.files.size() - 1)); !opened)
+    return Fail(opened.error().text, kExitBad);
   std::size_t size = 0;
   mode_t mode = 0777;
-  for (const std::string& file : std::span(options.files).first(options.files.size() - 1)) {
-    const MappedFile& log = logs.emplace_back(file);
-    if (!log.problem().empty()) {
-      return Fail(log.problem(), kExitBad);
-    }
-    bytes.push_back(log.bytes());
+  for (const MappedFile& log : logs.files()) {
     size += log.bytes().size();
     mode &= log.mode();  // the result is readable only by those who may read all logs
   }
   LogOutput out(options.files.back(), mode);
-  AddHeaders(logs, out);
-  LogMerge merge(bytes);
-  const std::vector<std::int64_t> events = Merge(merge, logs.size(), size, out);
-  const int exit_code = ReportMerge(logs, merge, events);
+  AddHeaders(logs.bytes(), out);
+  LogMerge merge(logs.bytes());
+  const std::vector<std::int64_t> events = Merge(merge, logs.files().size(), size, out);
+  const int exit_code = ReportMerge(logs.files(), merge, events);
   if (exit_code == kExitBad) return exit_code;
   if (const Result<> committed = out.Commit(options.force); !committed)
     return Fail(committed.error().text, kExitFailed);
@@ -148,8 +144,7 @@ Result<> WriteUndamaged(NewFile& out, Bytes log, const std::vector<LogReader::Da
     const std::size_t end = i < damage.size() ? damage[i].offset : log.size();
     while (begin < end) {
       const Bytes piece = log.subspan(begin, std::min(end - begin, kPiece));
-      const std::string_view text(reinterpret_cast<const char*>(piece.data()), piece.size());
-      if (Result<> appended = out.Append(text); !appended) return appended;
+      if (Result<> appended = out.Append(AsText(piece)); !appended) return appended;
       progress.At(begin += piece.size());
     }
     if (i < damage.size()) begin = end + damage[i].size;

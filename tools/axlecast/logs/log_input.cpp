@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <iostream>
-#include <limits>
+#include <iterator>
 #include <utility>
 
 #include "core/config/load.h"
@@ -22,27 +22,18 @@ namespace {
 constexpr double kSecondUs = 1e6;
 constexpr double kLongest = 4e9;  // s: beyond any log
 
-double UnitSeconds(char unit) {
-  switch (unit) {
-    case 's':
-      return 1;
-    case 'm':
-      return 60;
-    case 'h':
-      return 3'600;
-    case 'd':
-      return 86'400;
-    default:
-      return 0;
-  }
-}
+constexpr std::pair<char, double> kUnits[] = {{'s', 1}, {'m', 60}, {'h', 3'600}, {'d', 86'400}};
 
 std::optional<std::int64_t> ParseSeconds(std::string_view text) {
   double seconds = 0;
   const char* const end = text.data() + text.size();
   const auto [rest, error] = std::from_chars(text.data(), end, seconds, std::chars_format::fixed);
   if (error != std::errc() || end - rest > 1) return std::nullopt;
-  if (rest != end) seconds *= UnitSeconds(*rest) > 0 ? UnitSeconds(*rest) : std::numeric_limits<double>::infinity();
+  if (rest != end) {
+    const auto unit = std::ranges::find(kUnits, *rest, &std::pair<char, double>::first);
+    if (unit == std::end(kUnits)) return std::nullopt;
+    seconds *= unit->second;
+  }
   if (std::signbit(seconds) || !(seconds <= kLongest)) return std::nullopt;
   return static_cast<std::int64_t>(std::llround(seconds * kSecondUs));
 }
@@ -147,9 +138,10 @@ bool LogInput::Open(const std::string& path) {
   return file_->problem().empty();
 }
 
-void LogInput::Read(const char* activity, const std::function<bool(const LogEvent&, std::size_t offset)>& visit) {
+void LogInput::Read(const char* activity, const std::function<bool(const LogEvent&, std::size_t offset)>& visit,
+                    std::size_t begin) {
   LogProgress progress(activity, log().size());
-  LogReader reader(log());
+  LogReader reader(log(), begin);
   events_ = 0;
   for (auto event = reader.Next(); event; event = reader.Next()) {
     ++events_;
@@ -160,6 +152,21 @@ void LogInput::Read(const char* activity, const std::function<bool(const LogEven
 }
 
 int LogInput::ExitCode() const { return LogExitCode(*file_, events_, damage_); }
+
+Result<> LogFiles::Open(std::span<const std::string> paths) {
+  for (const std::string& path : paths) {
+    const MappedFile& file = files_.emplace_back(path);
+    if (!file.problem().empty()) return Failure(file.problem());
+    bytes_.push_back(file.bytes());
+  }
+  return {};
+}
+
+std::string LogFiles::Loss() const {
+  std::string loss;
+  for (auto file = files_.begin(); file != files_.end() && loss.empty(); ++file) loss = file->Loss();
+  return loss;
+}
 
 std::string DamageText(const std::string& file, const std::vector<LogReader::Damage>& damage) {
   std::string text;

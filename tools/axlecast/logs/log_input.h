@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -93,8 +94,10 @@ class LogInput {
   [[nodiscard]] const MappedFile& file() const { return *file_; }
   [[nodiscard]] Bytes log() const { return file_->bytes(); }
 
-  // Calls `visit` with each event and its offset, in order, until it returns false. `activity`: see LogProgress.
-  void Read(const char* activity, const std::function<bool(const LogEvent&, std::size_t offset)>& visit);
+  // Calls `visit` with each event from the offset `begin` on, and the event's offset, in order, until it returns false.
+  // `activity`: see LogProgress.
+  void Read(const char* activity, const std::function<bool(const LogEvent&, std::size_t offset)>& visit,
+            std::size_t begin = 0);
 
   // Number of events and damage of the last Read.
   [[nodiscard]] std::int64_t events() const { return events_; }
@@ -107,6 +110,20 @@ class LogInput {
   std::optional<MappedFile> file_;
   std::int64_t events_ = 0;
   std::vector<LogReader::Damage> damage_;
+};
+
+// Logs that are read together.
+class LogFiles {
+ public:
+  [[nodiscard]] Result<> Open(std::span<const std::string> paths);
+  [[nodiscard]] const std::vector<MappedFile>& files() const { return files_; }
+  [[nodiscard]] const std::vector<Bytes>& bytes() const { return bytes_; }
+  // Returns MappedFile::Loss of the first log that has lost a part since it was opened; empty if there is none.
+  [[nodiscard]] std::string Loss() const;
+
+ private:
+  std::vector<MappedFile> files_;
+  std::vector<Bytes> bytes_;
 };
 
 // Returns a line for each of the first damaged regions, for example "run.log: 57 bytes from byte 1234 on are damaged", and the

@@ -18,7 +18,7 @@ using testing::HasSubstr;
 
 class LogOutputTest : public testing::Test {
  protected:
-  [[nodiscard]] LogCheck Check() const {
+  [[nodiscard]] LogCheck::Report Check() const {
     const MappedFile file(path_);
     EXPECT_EQ(file.problem(), "");
     LogCheck check;
@@ -26,9 +26,8 @@ class LogOutputTest : public testing::Test {
     for (auto event = reader.Next(); event; event = reader.Next()) {
       check.Add(*event, reader.offset(), file.bytes().subspan(reader.offset(), EventSize(*event)));
     }
-    check.Finish();
     EXPECT_TRUE(reader.damage().empty());
-    return check;
+    return check.Finish();
   }
   const TemporaryFolder folder_;
   const std::string path_ = folder_.path() + "/out.log";
@@ -45,12 +44,12 @@ TEST_F(LogOutputTest, IsNumberedAndSealed) {
     EXPECT_TRUE(out.Commit(false));
     EXPECT_EQ(out.events(), 5'000);
   }
-  const LogCheck check = Check();
-  EXPECT_TRUE(check.sound());
-  EXPECT_EQ(check.seals(), 5) << "one a second, and at the end";
-  EXPECT_EQ(check.events(), 5'005);
-  EXPECT_EQ(check.unsealed(), 0);
-  EXPECT_EQ(check.missing(), 0);
+  const LogCheck::Report report = Check();
+  EXPECT_TRUE(report.IsSound());
+  EXPECT_EQ(report.seals, 5) << "one a second, and at the end";
+  EXPECT_EQ(report.events, 5'005);
+  EXPECT_EQ(report.unsealed, 0);
+  EXPECT_EQ(report.missing, 0);
 }
 
 TEST_F(LogOutputTest, TakesNoSealsAndEachHeaderOnce) {
@@ -62,7 +61,7 @@ TEST_F(LogOutputTest, TakesNoSealsAndEachHeaderOnce) {
   out.Add({.channel = kSealChannel, .data = data});
   EXPECT_EQ(out.events(), 2);
   EXPECT_TRUE(out.Commit(false));
-  EXPECT_EQ(Check().events(), 3);
+  EXPECT_EQ(Check().events, 3);
 }
 
 TEST_F(LogOutputTest, AnEmptyOneIsAnEmptyFile) {

@@ -9,7 +9,6 @@
 #include "tools/axlecast/common/utc_text.h"
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/log/log_event.h"
-#include "tools/log/log_seal.h"
 
 namespace axlecast {
 namespace {
@@ -54,7 +53,7 @@ std::string HeaderText(const LogSummary& summary) {
 
 std::string RecorderLosses(const LogSummary& summary) {
   std::string text;
-  for (const auto& [channel, health] : summary.recorders()) {
+  for (const auto& [channel, health] : summary.recorders) {
     text += Printable(channel) + ": lost " + health.at("lost").dump() + " of " + health.at("messages").dump() +
             " messages, " + health.at("kernel_dropped").dump() + " datagrams dropped by the kernel\n";
     for (const Json& sender : health.at("senders")) {
@@ -72,8 +71,6 @@ std::string ChannelLine(const std::string& name, const LogSummary::Channel& chan
          Right(Decimal(Seconds(channel.largest_gap), 3), 11) +
          Right(channel.type.empty() ? "-" : std::to_string(channel.sequence.lost()), 9) + '\n';
 }
-
-using Json = nlohmann::ordered_json;
 
 // Adds the decoded content of the event. Returns false if it cannot be decoded.
 bool AddContent(const LogEvent& event, Json& line) {
@@ -102,11 +99,11 @@ double LogSummary::Channel::Hz() const {
 }
 
 void LogSummary::Add(const LogEvent& event) {
-  first_ = events_ == 0 ? event.utime : std::min(first_, event.utime);
-  last_ = events_ == 0 ? event.utime : std::max(last_, event.utime);
-  ++events_;
-  auto found = channels_.find(event.channel);
-  if (found == channels_.end()) found = channels_.emplace(event.channel, Channel{}).first;
+  first = events == 0 ? event.utime : std::min(first, event.utime);
+  last = events == 0 ? event.utime : std::max(last, event.utime);
+  ++events;
+  auto found = channels.find(event.channel);
+  if (found == channels.end()) found = channels.emplace(event.channel, Channel{}).first;
   Channel& channel = found->second;
   if (channel.count == 0) channel.first = event.utime;
   if (const std::int64_t gap = Since(channel.last, event.utime); channel.count > 0 && gap > channel.largest_gap) {
@@ -118,7 +115,7 @@ void LogSummary::Add(const LogEvent& event) {
   channel.bytes += EventSize(event);
   if (event.channel == kSealChannel) return;
   if (IsLogChannel(event.channel)) {
-    headers_.insert_or_assign(std::string(event.channel), std::string(event.data.begin(), event.data.end()));
+    headers.insert_or_assign(std::string(event.channel), std::string(event.data.begin(), event.data.end()));
   } else {
     AddMessage(event, channel);
   }
@@ -134,37 +131,37 @@ void LogSummary::AddMessage(const LogEvent& event, Channel& channel) {
   const auto json = DecodeToJson(event.data, &type);
   if (!json) return;
   channel.type = type;
-  if (type == "recorder_health_t") recorders_.insert_or_assign(std::string(event.channel), *json);
+  if (type == "recorder_health_t") recorders.insert_or_assign(std::string(event.channel), *json);
 }
 
-std::int64_t LogSummary::lost() const {
+std::int64_t LogSummary::Lost() const {
   std::int64_t lost = 0;
-  for (const auto& [name, channel] : channels_) lost += channel.sequence.lost();
+  for (const auto& [name, channel] : channels) lost += channel.sequence.lost();
   return lost;
 }
 
 std::optional<std::string> LogSummary::Header(std::string_view channel) const {
-  const auto found = headers_.find(channel);
-  return found == headers_.end() ? std::nullopt : std::optional(found->second);
+  const auto found = headers.find(channel);
+  return found == headers.end() ? std::nullopt : std::optional(found->second);
 }
 
 std::string SummaryText(const std::string& file, std::size_t bytes, const LogSummary& summary,
                         const std::vector<LogReader::Damage>& damage) {
   std::string text = "file      " + file + ", " + std::to_string(bytes) + " bytes\n";
-  text += "events    " + std::to_string(summary.events()) + '\n';
-  if (summary.events() == 0) return text + DamageText(file, damage);
-  text += "time      " + UtcMillisecondText(summary.first()) + " to " + UtcMillisecondText(summary.last()) +
-          " UTC, " + Decimal(Seconds(summary.last()) - Seconds(summary.first()), 3) + " s\n";
+  text += "events    " + std::to_string(summary.events) + '\n';
+  if (summary.events == 0) return text + DamageText(file, damage);
+  text += "time      " + UtcMillisecondText(summary.first) + " to " + UtcMillisecondText(summary.last) + " UTC, " +
+          Decimal(Seconds(summary.last) - Seconds(summary.first), 3) + " s\n";
   text += HeaderText(summary);
   text += "damage    " + (damage.empty() ? "none"
                                          : std::to_string(damage.size()) + " places, " +
                                                std::to_string(DamagedBytes(damage)) + " bytes");
-  text += "\nlost      " + std::to_string(summary.lost()) +
+  text += "\nlost      " + std::to_string(summary.Lost()) +
           " messages before they were recorded, by their sequence numbers\n";
   text += RecorderLosses(summary) + DamageText(file, damage) + '\n';
   text += Left("CHANNEL", 30) + ' ' + Left("TYPE", 18) + Right("COUNT", 11) + Right("HZ", 11) + Right("BYTES", 13) +
           Right("GAP s", 11) + Right("LOST", 9) + '\n';
-  for (const auto& [name, channel] : summary.channels()) text += ChannelLine(name, channel);
+  for (const auto& [name, channel] : summary.channels) text += ChannelLine(name, channel);
   return text;
 }
 
@@ -176,22 +173,22 @@ Json DamageJson(const std::vector<LogReader::Damage>& damage) {
 
 Json SummaryJson(const std::string& file, std::size_t bytes, const LogSummary& summary,
                  const std::vector<LogReader::Damage>& damage) {
-  Json json = {{"file", file}, {"bytes", bytes}, {"events", summary.events()}};
-  json["first_utime"] = summary.first();
-  json["last_utime"] = summary.last();
-  json["duration_s"] = Seconds(summary.last()) - Seconds(summary.first());
+  Json json = {{"file", file}, {"bytes", bytes}, {"events", summary.events}};
+  json["first_utime"] = summary.first;
+  json["last_utime"] = summary.last;
+  json["duration_s"] = Seconds(summary.last) - Seconds(summary.first);
   const auto machine = summary.Header(kMachineChannel);
   json["machine"] = machine ? Json(MachineName(*machine)) : Json(nullptr);
   json["has_schema"] = summary.Header(kSchemaChannel).has_value();
   const auto recorder = summary.Header(kRecorderChannel);
   json["recorder"] = recorder ? ParseOutsideJson(*recorder) : Json(nullptr);
   if (json["recorder"].is_discarded()) json["recorder"] = *recorder;
-  json["lost"] = summary.lost();
+  json["lost"] = summary.Lost();
   json["damage"] = DamageJson(damage);
   Json& recorders = json["recorders"] = Json::object();
-  for (const auto& [channel, health] : summary.recorders()) recorders[channel] = health;
+  for (const auto& [channel, health] : summary.recorders) recorders[channel] = health;
   Json& channels = json["channels"] = Json::array();
-  for (const auto& [name, channel] : summary.channels()) {
+  for (const auto& [name, channel] : summary.channels) {
     const bool ours = !channel.type.empty();
     channels.push_back({{"channel", name},
                         {"type", ours ? Json(channel.type) : Json(nullptr)},

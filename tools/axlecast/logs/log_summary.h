@@ -14,14 +14,13 @@
 
 namespace axlecast {
 
-// Summarizes the content of a log. Does no I/O.
-class LogSummary {
- public:
+// The content of a log. All times are in us, UNIX time.
+struct LogSummary {
   struct Channel {
     std::string type;  // of its newest message of an axlecast type, else empty
     std::int64_t count = 0;
     std::uint64_t bytes = 0;  // of its records
-    std::int64_t first = 0;   // us, UNIX time, like all times of this class
+    std::int64_t first = 0;
     std::int64_t last = 0;
     std::int64_t largest_gap = 0;  // us
     std::int64_t gap_at = 0;       // start of that gap
@@ -29,27 +28,20 @@ class LogSummary {
     [[nodiscard]] double Hz() const;
   };
 
-  void Add(const LogEvent& event);
+  std::int64_t events = 0;
+  std::int64_t first = 0;
+  std::int64_t last = 0;
+  std::map<std::string, Channel, std::less<>> channels;
+  std::map<std::string, std::string, std::less<>>
+      headers;  // text of the newest header event of each kind, by channel
+  std::map<std::string, nlohmann::ordered_json> recorders;  // newest recorder_health_t of each recorder, by channel
 
-  [[nodiscard]] std::int64_t events() const { return events_; }
-  [[nodiscard]] std::int64_t first() const { return first_; }
-  [[nodiscard]] std::int64_t last() const { return last_; }
-  [[nodiscard]] const std::map<std::string, Channel, std::less<>>& channels() const { return channels_; }
-  [[nodiscard]] std::int64_t lost() const;  // messages of axlecast's types, by their numbers
-  // Returns the text of the newest header event on this channel.
+  void Add(const LogEvent& event);
+  [[nodiscard]] std::int64_t Lost() const;  // messages of axlecast's types, by their numbers
   [[nodiscard]] std::optional<std::string> Header(std::string_view channel) const;
-  // Returns the newest health message (recorder_health_t) of each recorder, by channel.
-  [[nodiscard]] const std::map<std::string, nlohmann::ordered_json>& recorders() const { return recorders_; }
 
  private:
   void AddMessage(const LogEvent& event, Channel& channel);
-
-  std::int64_t events_ = 0;
-  std::int64_t first_ = 0;
-  std::int64_t last_ = 0;
-  std::map<std::string, Channel, std::less<>> channels_;
-  std::map<std::string, std::string, std::less<>> headers_;
-  std::map<std::string, nlohmann::ordered_json> recorders_;
 };
 
 // Returns a few lines and a table of the channels.

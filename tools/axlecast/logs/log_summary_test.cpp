@@ -8,7 +8,6 @@
 #include "core/messages/json/field.h"
 #include "core/messages/message.h"
 #include "tools/log/log_event.h"
-#include "tools/log/log_seal.h"
 
 namespace axlecast {
 namespace {
@@ -34,19 +33,19 @@ TEST(LogSummary, CountsEachChannel) {
     summary.Add({.utime = utime, .channel = "POSITION/axis1", .data = Position(1, i)});
   }
   summary.Add({.utime = kStart, .channel = "OTHER", .data = BytesOf("xyz")});
-  EXPECT_EQ(summary.events(), 12);
-  EXPECT_EQ(summary.last() - summary.first(), 3'000'000);
-  const LogSummary::Channel& axis = summary.channels().at("POSITION/axis1");
+  EXPECT_EQ(summary.events, 12);
+  EXPECT_EQ(summary.last - summary.first, 3'000'000);
+  const LogSummary::Channel& axis = summary.channels.at("POSITION/axis1");
   EXPECT_EQ(axis.type, "position_t");
   EXPECT_EQ(axis.count, 11);
   EXPECT_DOUBLE_EQ(axis.Hz(), 10 / 3.0);
   EXPECT_EQ(axis.largest_gap, 2'100'000);
   EXPECT_EQ(axis.gap_at, kStart + 500'000);
   EXPECT_EQ(axis.bytes, 11 * (28 + 14 + Position(1, 0).size()));
-  const LogSummary::Channel& other = summary.channels().at("OTHER");
+  const LogSummary::Channel& other = summary.channels.at("OTHER");
   EXPECT_EQ(other.type, "");
   EXPECT_EQ(other.Hz(), 0);
-  EXPECT_EQ(summary.lost(), 0);
+  EXPECT_EQ(summary.Lost(), 0);
 }
 
 TEST(LogSummary, CountsWhatIsMissingByPublisher) {
@@ -54,7 +53,7 @@ TEST(LogSummary, CountsWhatIsMissingByPublisher) {
   for (const auto& [boot_id, seq] : {std::pair(1, 10), {1, 11}, {1, 15}, {2, 0}, {2, 2}}) {
     summary.Add({.utime = kStart, .channel = "POSITION/axis1", .data = Position(boot_id, seq)});
   }
-  EXPECT_EQ(summary.lost(), 3 + 1);
+  EXPECT_EQ(summary.Lost(), 3 + 1);
   const Json json = SummaryJson("f", 1, summary, {});
   EXPECT_EQ(json.at("channels").at(0).at("lost"), 4);
 }

@@ -26,7 +26,7 @@
 #include "tools/axlecast/logs/record_options.h"
 #include "tools/axlecast/logs/record_report.h"
 #include "tools/axlecast/logs/subcommands.h"
-#include "tools/log/log_seal.h"
+#include "tools/log/log_event.h"
 #include "tools/recorder/recording_health.h"
 #include "tools/recorder/recording_session.h"
 
@@ -34,49 +34,29 @@ namespace axlecast {
 namespace {
 
 // One log of `axlecast record`: the recording, its published health, and its messages for an operator.
-class LogRecording {
- public:
-  LogRecording(RecordingSettings settings, const Clock& clock);
+struct LogRecording {
+  LogRecording(RecordingSettings settings, const Clock& system_clock)
+      : name(settings.recorder.identity.name),
+        urls(settings.urls),
+        clock(system_clock),
+        session(std::move(settings), system_clock) {}
 
   // Continues the file, if it exists.
   [[nodiscard]] Result<> Continue(const std::string& file);
-  [[nodiscard]] Result<> Open() { return recording_.Open(); }
-
-  void Start() { recording_.Start(); }
-  void Stop() { recording_.Stop(); }
-
   // Publishes health and alarms. Appends the errors that have begun or ended since the previous call to `errors`.
   recorder_health_t PublishHealth(LcmPort& port, bool stopping, std::vector<std::string>& errors);
-
-  [[nodiscard]] const std::string& name() const { return name_; }
-  [[nodiscard]] const std::vector<std::string>& urls() const { return urls_; }
-  [[nodiscard]] const std::vector<std::string>& warnings() const { return recording_.warnings(); }
-  [[nodiscard]] RecordingStatus status() const { return recording_.status(); }
-  [[nodiscard]] bool failed() const { return recording_.failed(); }
-  [[nodiscard]] bool HasProgress() { return recording_.HasProgress(); }
-
- private:
   void AddErrors(const LogWriterStatus& disk, std::vector<std::string>& errors);
 
-  std::string name_;
-  std::vector<std::string> urls_;
-  const Clock& clock_;
-  std::int64_t boot_id_;
-  RecordingHealth health_;
-  RecordingAlarms alarms_;
-  RecordingSession recording_;
-  std::string shown_error_;
-  bool disk_failed_ = false;
+  std::string name;
+  std::vector<std::string> urls;
+  const Clock& clock;
+  std::int64_t boot_id = RandomBootId();
+  RecordingHealth health{name, boot_id};
+  RecordingAlarms alarms{name, boot_id};
+  RecordingSession session;
+  std::string shown_error;
+  bool disk_failed = false;
 };
-
-LogRecording::LogRecording(RecordingSettings settings, const Clock& clock)
-    : name_(settings.recorder.identity.name),
-      urls_(settings.urls),
-      clock_(clock),
-      boot_id_(RandomBootId()),
-      health_(name_, boot_id_),
-      alarms_(name_, boot_id_),
-      recording_(std::move(settings), clock) {}
 
 Result<> LogRecording::Continue(const std::string& file) {
   if (access(file.c_str(), F_OK) != 0) return {};  // a new file
@@ -88,30 +68,30 @@ Result<> LogRecording::Continue(const std::string& file) {
     return Failure(file + ": contains no LCM event, and is not changed; choose another name");
   }
   if (tail.torn > 0) std::cerr << file << ": removes a torn end of " << tail.torn << " bytes\n";
-  recording_.Append(tail);
+  session.Append(tail);
   return {};
 }
 
 recorder_health_t LogRecording::PublishHealth(LcmPort& port, bool stopping, std::vector<std::string>& errors) {
-  const RecordingStatus status = recording_.status();
-  const MonoNs now = clock_.Now();
-  const std::int64_t utime = clock_.UtcMicroseconds();
-  recorder_health_t health = health_.Make(status, now, utime, stopping);
-  static_cast<void>(Publish(port, "RECORDER/" + name_, health));
-  static_cast<void>(Publish(port, "ALARM/recorder/" + name_, alarms_.Make(status, now, utime)));
+  const RecordingStatus status = session.status();
+  const MonoNs now = clock.Now();
+  const std::int64_t utime = clock.UtcMicroseconds();
+  recorder_health_t message = health.Make(status, now, utime, stopping);
+  static_cast<void>(Publish(port, "RECORDER/" + name, message));
+  static_cast<void>(Publish(port, "ALARM/recorder/" + name, alarms.Make(status, now, utime)));
   AddErrors(status.disk, errors);
-  return health;
+  return message;
 }
 
 void LogRecording::AddErrors(const LogWriterStatus& disk, std::vector<std::string>& errors) {
-  if (disk.last_error_utime != 0 && disk.last_error != shown_error_) {
+  if (disk.last_error_utime != 0 && disk.last_error != shown_error) {
     errors.push_back(disk.last_error);
-    shown_error_ = disk.last_error;
-  } else if (disk.state == DiskState::kGood && disk_failed_) {
+    shown_error = disk.last_error;
+  } else if (disk.state == DiskState::kGood && disk_failed) {
     errors.push_back(disk.file + ": the disk accepts events again");
-    shown_error_.clear();
+    shown_error.clear();
   }
-  disk_failed_ = disk.state != DiskState::kGood;
+  disk_failed = disk.state != DiskState::kGood;
 }
 
 // Status lines on a terminal, one for each log. Each call draws over the previous lines.
@@ -150,7 +130,7 @@ class RecordRun {
   int Run() {
     const StopSignal stop;
     if (const Result<> opened = Open(); !opened) return Fail(opened.error().text, kExitFailed);
-    for (LogRecording& log : logs_) log.Start();
+    for (LogRecording& log : logs_) log.session.Start();
     supervision_.Ready();
     while (!AnyFailed() && !stop.Wait(kRedrawMs)) {
       if (AllHaveProgress()) supervision_.Progress(clock_.Now());
@@ -160,7 +140,7 @@ class RecordRun {
     }
     supervision_.Stopping();
     PublishHealth(true);
-    for (LogRecording& log : logs_) log.Stop();
+    for (LogRecording& log : logs_) log.session.Stop();
     return End();
   }
 
@@ -170,29 +150,29 @@ class RecordRun {
       if (Result<> continued = logs_.front().Continue(options_.file); !continued) return continued;
     }
     for (LogRecording& log : logs_) {
-      if (Result<> opened = log.Open(); !opened) return opened;
+      if (Result<> opened = log.session.Open(); !opened) return opened;
     }
-    for (const std::string& warning : logs_.front().warnings()) std::cerr << "warning: " << warning << '\n';
+    for (const std::string& warning : logs_.front().session.warnings()) std::cerr << "warning: " << warning << '\n';
     for (const LogRecording& log : logs_) Announce(log);
     return {};
   }
 
   void Announce(const LogRecording& log) const {
     if (options_.json) {
-      static_cast<void>(WriteOut(RecordStartJson(log.name(), log.status(), log.urls()) + '\n'));
+      static_cast<void>(WriteOut(RecordStartJson(log.name, log.session.status(), log.urls) + '\n'));
       return;
     }
-    const std::string file = log.status().disk.file;
+    const std::string file = log.session.status().disk.file;
     std::cerr << Title(log) << (file.empty() ? "waiting for the trigger" : "recording to " + file)
               << "; Ctrl-C ends it\n";
   }
 
   [[nodiscard]] bool AnyFailed() const {
-    return std::any_of(logs_.begin(), logs_.end(), [](const LogRecording& log) { return log.failed(); });
+    return std::any_of(logs_.begin(), logs_.end(), [](const LogRecording& log) { return log.session.failed(); });
   }
 
   [[nodiscard]] bool AllHaveProgress() {
-    return std::all_of(logs_.begin(), logs_.end(), [](LogRecording& log) { return log.HasProgress(); });
+    return std::all_of(logs_.begin(), logs_.end(), [](LogRecording& log) { return log.session.HasProgress(); });
   }
 
   void PublishHealth(bool stopping) {
@@ -208,18 +188,16 @@ class RecordRun {
   }
 
   // Returns the name of the log, if there are several.
-  [[nodiscard]] std::string Title(const LogRecording& log) const {
-    return logs_.size() > 1 ? log.name() + ": " : "";
-  }
+  [[nodiscard]] std::string Title(const LogRecording& log) const { return logs_.size() > 1 ? log.name + ": " : ""; }
 
   // Reports the result of each log. Returns the greatest exit code.
   int End() {
     live_.Clear();
     int exit_code = kExitDone;
     for (const LogRecording& log : logs_) {
-      const RecordingStatus status = log.status();
+      const RecordingStatus status = log.session.status();
       if (options_.json) {
-        static_cast<void>(WriteOut(RecordEndJson(log.name(), status) + '\n'));
+        static_cast<void>(WriteOut(RecordEndJson(log.name, status) + '\n'));
       } else {
         std::cerr << Title(log) << RecordSummary(status);
       }
@@ -260,9 +238,9 @@ Result<> LockFolder(const std::string& folder, const std::string& machine, LockF
 int RunRecord(const RecordOptions& options) {
   std::optional<MachineConfig> machine;
   if (options.config.Given() || (options.urls.empty() && !options.config.File().empty())) {
-    int exit_code = kExitDone;
-    machine = options.config.Load(exit_code);
-    if (!machine) return exit_code;
+    Result<MachineConfig> loaded = options.config.Load();
+    if (!loaded) return options.config.Fail(loaded.error());
+    machine = *std::move(loaded);
   }
   Result<RecordPlan> plan = MakeRecordPlan(options, machine);
   if (!plan) return Fail(plan.error().text, kExitUsage);

@@ -68,14 +68,15 @@ nlohmann::ordered_json SenderJson(const SenderCount& sender) {
           {"repeated", sender.repeated}};
 }
 
-}  // namespace
-
+// Returns, for example, "12.3 MB".
 std::string ByteText(double bytes) {
   constexpr std::array<const char*, 5> kUnits = {"B", "kB", "MB", "GB", "TB"};
   std::size_t unit = 0;
   for (; bytes >= 1'000 && unit + 1 < kUnits.size(); ++unit) bytes /= 1'000;
   return Decimal(bytes, unit == 0 ? 0 : 1) + ' ' + kUnits[unit];
 }
+
+}  // namespace
 
 std::string RecordStatusLine(const recorder_health_t& health) {
   std::string line = StateText(health.state);

@@ -21,6 +21,4 @@ namespace axlecast {
 // Returns the exit code (exit_code.h) of a recording that has ended.
 [[nodiscard]] int RecordExitCode(const RecordingStatus& status);
 
-[[nodiscard]] std::string ByteText(double bytes);  // returns, for example, "12.3 MB"
-
 }  // namespace axlecast

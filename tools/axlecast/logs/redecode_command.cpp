@@ -1,25 +1,21 @@
-#include "core/base/result.h"
-#include "tools/axlecast/common/terminal.h"
-#include "tools/axlecast/logs/subcommands.h"
-
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
-#include "core/messages/json/field.h"
+#include "core/base/result.h"
 #include "platform/os/new_file.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/log_input.h"
+#include "tools/axlecast/logs/subcommands.h"
 #include "tools/redecode/log_redecoder.h"
 
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kChunk = 1U << 20;  // of what is written
 constexpr FileAccess kLogAccess{.mode = 0644};
 
 struct Options {
@@ -30,35 +26,6 @@ struct Options {
   bool force = false;
   bool diff = false;
   bool json = false;
-};
-
-// The log to which the messages of the decoded devices are written.
-class RedecodedLog {
- public:
-  explicit RedecodedLog(const std::string& path) {
-    if (!path.empty()) file_.emplace(path, kLogAccess);
-  }
-
-  void Append(const LogEvent& event) {
-    if (!file_ || !state_) return;
-    AppendEvent(waiting_, event);
-    if (waiting_.size() >= kChunk) Flush();
-  }
-  [[nodiscard]] Result<> Commit(bool replace) {
-    if (!file_) return {};
-    Flush();
-    return state_ ? file_->Commit(replace) : state_;
-  }
-
- private:
-  void Flush() {
-    state_ = file_->Append({reinterpret_cast<const char*>(waiting_.data()), waiting_.size()});
-    waiting_.clear();
-  }
-
-  std::optional<NewFile> file_;
-  std::vector<std::uint8_t> waiting_;
-  Result<> state_;  // the first error of a write
 };
 
 int ResultOf(const Options& options, const LogRedecoder& redecoder, bool readable_whole) {
@@ -75,20 +42,20 @@ int ResultOf(const Options& options, const LogRedecoder& redecoder, bool readabl
 int Run(const Options& options) {
   LogInput input;
   if (!input.Open(options.log)) return kExitBad;
-  int exit_code = kExitBad;
-  std::optional<MachineConfig> machine;
-  if (options.config.Given()) {
-    machine = options.config.Load(exit_code);
-  } else if (Result<MachineConfig> recorded = MachineOf(input.log(), options.log); recorded) {
-    machine = std::move(*recorded);
-  } else {
-    std::cerr << recorded.error().text;
+  const Result<MachineConfig> machine =
+      options.config.Given() ? options.config.Load() : MachineOf(input.log(), options.log);
+  if (!machine) {
+    std::cerr << machine.error().text;
+    return kExitBad;
   }
-  if (!machine) return exit_code;
   if (!options.bus.empty() && machine->FindBus(options.bus) == nullptr)
     return Fail("the machine has no bus " + options.bus, kExitUsage);
-  RedecodedLog output(options.output);
-  LogRedecoder redecoder(*machine, options.bus, [&output](const LogEvent& event) { output.Append(event); });
+  std::optional<NewFile> output;
+  if (!options.output.empty()) output.emplace(options.output, kLogAccess);
+  LogEncoder encoder;
+  LogRedecoder redecoder(*machine, options.bus, [&](const LogEvent& event) {
+    if (output) output->Collect(AsText(encoder.Add(event)));
+  });
   input.Read("decoding", [&redecoder](const LogEvent& event, std::size_t) {
     redecoder.On(event);
     return true;
@@ -96,11 +63,10 @@ int Run(const Options& options) {
   redecoder.Finish();
   const int readable = input.ExitCode();
   if (readable == kExitBad) return kExitBad;
-  if (const Result<> committed = output.Commit(options.force); !committed)
+  if (const Result<> committed = output ? output->Commit(options.force) : Result<>(); !committed)
     return Fail(committed.error().text, kExitBad);
   std::cerr << DamageText(options.log, input.damage());
-  static_cast<void>(
-      WriteOut(options.json ? JsonLine(ToJson(redecoder, options.diff)) + '\n' : ToText(redecoder, options.diff)));
+  Show(ToJson(redecoder, options.diff), ToText(redecoder, options.diff), options.json);
   return ResultOf(options, redecoder, readable == kExitDone);
 }
 

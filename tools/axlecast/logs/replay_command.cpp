@@ -59,8 +59,11 @@ std::optional<LcmConfig> FindUrls(const ReplayOptions& options, int& exit_code) 
   const bool has_environment = environment != nullptr && *environment != '\0';
   const bool url_known = !options.url.empty() || has_environment;
   if (options.config.Given() || (!url_known && !options.config.File().empty())) {
-    const auto machine = options.config.Load(exit_code);
-    if (!machine) return std::nullopt;
+    const auto machine = options.config.Load();
+    if (!machine) {
+      exit_code = options.config.Fail(machine.error());
+      return std::nullopt;
+    }
     lcm = machine->lcm;
   } else if (has_environment) {
     lcm.url = environment;
@@ -90,24 +93,6 @@ bool AreFree(const ReplayOptions& options, const LcmConfig& lcm) {
   return IsFree(lcm.url);
 }
 
-class Logs {
- public:
-  [[nodiscard]] Result<> Open(const std::vector<std::string>& paths) {
-    for (const std::string& path : paths) {
-      const MappedFile& file = files_.emplace_back(path);
-      if (!file.problem().empty()) return Failure(file.problem());
-      bytes_.push_back(file.bytes());
-    }
-    return {};
-  }
-  [[nodiscard]] const std::vector<MappedFile>& files() const { return files_; }
-  [[nodiscard]] const std::vector<Bytes>& bytes() const { return bytes_; }
-
- private:
-  std::vector<MappedFile> files_;
-  std::vector<Bytes> bytes_;
-};
-
 // Returns the reason why no message was played.
 std::string NothingPlayed(const Replay& replay) {
   if (replay.range().empty) {
@@ -132,7 +117,7 @@ int RunReplay(ReplayOptions options) {
   int exit_code = kExitDone;
   const std::optional<LcmConfig> lcm = FindUrls(options, exit_code);
   if (!lcm) return exit_code;
-  Logs logs;
+  LogFiles logs;
   if (const Result<> opened = logs.Open(options.logs); !opened) return Fail(opened.error().text, kExitBad);
   if (const Result<> parsed = options.time.Parse(logs.bytes()); !parsed)
     return Fail(parsed.error().text, kExitUsage);
@@ -149,7 +134,7 @@ int RunReplay(ReplayOptions options) {
   if (shows && TerminalKeys::Usable()) std::cerr << kReplayKeysHelp << '\n';
   const ReplayRange range = FindRange(logs.bytes(), options.range);
   Replay replay(logs.bytes(), range, *channels, options.replay, SystemClock().Now());
-  const ReplayOutcome outcome = ReplayRun(replay, logs.files(), data, commands, shows).Run();
+  const ReplayOutcome outcome = ReplayRun(replay, logs, data, commands, shows).Run();
   return Finish(replay, outcome, options.json);
 }
 

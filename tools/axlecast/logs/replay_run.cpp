@@ -4,9 +4,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <iostream>
 #include <optional>
+#include <span>
+#include <utility>
 
 #include "core/base/text.h"
 #include "core/messages/json/message_json.h"
@@ -32,41 +33,13 @@ constexpr char kEscape = '\x1b';
 constexpr char kEndOfTransmission = '\x04';  // Ctrl-D
 constexpr std::size_t kLongestSequence = 32;
 
-std::optional<ReplayKey> PlainKey(char key) {
-  switch (key) {
-    case ' ':
-      return ReplayKey::kPause;
-    case 's':
-    case '.':
-      return ReplayKey::kStep;
-    case '+':
-    case '=':
-      return ReplayKey::kFaster;
-    case '-':
-      return ReplayKey::kSlower;
-    case 'q':
-    case 'Q':
-    case kEndOfTransmission:
-      return ReplayKey::kQuit;
-    default:
-      return std::nullopt;
-  }
-}
-
-std::optional<ReplayKey> Arrow(char final_byte) {
-  switch (final_byte) {
-    case 'A':
-      return ReplayKey::kForward10;
-    case 'B':
-      return ReplayKey::kBack10;
-    case 'C':
-      return ReplayKey::kForward1;
-    case 'D':
-      return ReplayKey::kBack1;
-    default:
-      return std::nullopt;
-  }
-}
+constexpr std::pair<char, ReplayKey> kPlainKeys[] = {
+    {' ', ReplayKey::kPause},  {'s', ReplayKey::kStep},   {'.', ReplayKey::kStep},
+    {'+', ReplayKey::kFaster}, {'=', ReplayKey::kFaster}, {'-', ReplayKey::kSlower},
+    {'q', ReplayKey::kQuit},   {'Q', ReplayKey::kQuit},   {kEndOfTransmission, ReplayKey::kQuit}};
+// By the last byte of their sequence.
+constexpr std::pair<char, ReplayKey> kArrows[] = {
+    {'A', ReplayKey::kForward10}, {'B', ReplayKey::kBack10}, {'C', ReplayKey::kForward1}, {'D', ReplayKey::kBack1}};
 
 // Returns the size of the control sequence (CSI or SS3) at the beginning of `bytes`. 0: it is incomplete; 1: it is not one.
 std::size_t SequenceSize(std::string_view bytes) {
@@ -82,13 +55,7 @@ std::size_t SequenceSize(std::string_view bytes) {
 constexpr double kMicroseconds = 1e6;  // in a second
 constexpr int kBar = 20;               // columns
 
-std::string Number(const char* format, double value) {
-  std::array<char, 64> text{};
-  static_cast<void>(std::snprintf(text.data(), text.size(), format, value));
-  return text.data();
-}
-
-std::string Speed(double speed) { return speed == 0 ? "fast" : Number("x%.4g", speed); }
+std::string Speed(double speed) { return speed == 0 ? "fast" : Text("x%.4g", speed); }
 
 std::string Bar(double share) {
   const int filled = std::clamp(static_cast<int>(share * kBar), 0, kBar);
@@ -142,8 +109,10 @@ std::vector<ReplayKey> ReplayKeys::On(std::string_view bytes) {
   while (!rest.empty()) {
     const std::size_t size = rest.front() == kEscape ? SequenceSize(rest) : 1;
     if (size == 0) break;
-    const auto key = size > 2 ? Arrow(rest[size - 1]) : PlainKey(rest.front());
-    if (key) keys.push_back(*key);
+    std::span<const std::pair<char, ReplayKey>> table = kPlainKeys;
+    if (size > 2) table = kArrows;
+    const auto key = std::ranges::find(table, rest[size - 1], &std::pair<char, ReplayKey>::first);
+    if (key != table.end()) keys.push_back(key->second);
     rest.remove_prefix(size);
   }
   pending_ = std::string(rest);
@@ -155,8 +124,9 @@ std::string ReplayProgress(const Replay& replay, MonoNs now) {
   const std::int64_t utime = replay.Utime(now);
   const double done = static_cast<double>(utime - range.begin_utime) / kMicroseconds;
   const double length = static_cast<double>(range.end_utime - range.begin_utime) / kMicroseconds;
-  std::string line = Bar(length > 0 ? done / length : 1) + Number(" %.1f", done) + Number("/%.1f s  ", length) +
-                     UtcText(utime) + "  " + Speed(replay.speed()) + "  " + std::to_string(replay.counts().played);
+  std::string line = Bar(length > 0 ? done / length : 1) + ' ' + Decimal(done, 1) + '/' + Decimal(length, 1) +
+                     " s  " + UtcText(utime) + "  " + Speed(replay.speed()) + "  " +
+                     std::to_string(replay.counts().played);
   if (replay.paused()) line += "  paused";
   return line;
 }
@@ -164,7 +134,7 @@ std::string ReplayProgress(const Replay& replay, MonoNs now) {
 std::string ReplaySummary(const Replay& replay, const ReplayOutcome& outcome) {
   const Replay::Counts& counts = replay.counts();
   const LogMerge::DamageCount damage = replay.damage();
-  std::string text = std::to_string(counts.played) + " messages played in " + Number("%.3f s", outcome.seconds);
+  std::string text = std::to_string(counts.played) + " messages played in " + Decimal(outcome.seconds, 3) + " s";
   if (outcome.stopped) text += outcome.loss.empty() ? ", then stopped" : ", up to where the log was lost";
   if (counts.rounds > 1) text += ", " + std::to_string(counts.rounds) + " rounds";
   text += '\n';
@@ -211,8 +181,7 @@ nlohmann::ordered_json ReplayJson(const Replay& replay, const ReplayOutcome& out
           {"late_max_us", outcome.late_max_us}};
 }
 
-ReplayRun::ReplayRun(Replay& replay, const std::vector<MappedFile>& logs, LcmPort& data, LcmPort& commands,
-                     bool shows)
+ReplayRun::ReplayRun(Replay& replay, const LogFiles& logs, LcmPort& data, LcmPort& commands, bool shows)
     : replay_(replay), logs_(logs), data_(data), commands_(commands), shows_(shows) {
   // Sets no priority, only exact timers. If the kernel cannot do that, messages are sent a little later.
   static_cast<void>(ApplyRealtime(0, -1, false));
@@ -225,13 +194,13 @@ ReplayOutcome ReplayRun::Run() {
     Show();
     Wait();
     TakeKeys();
-    loss = Loss();
+    loss = logs_.Loss();  // the content of further messages could be zeros
     if (!quit_ && !stop_.Requested() && loss.empty()) PlayDue();
   }
   if (shows_) SteerTerminal(kClearLine);
   const auto us = [](MonoNs duration) { return static_cast<double>(duration) / kMicrosecond; };
   ReplayOutcome outcome{.stopped = !replay_.AtEnd(),
-                        .loss = Loss(),
+                        .loss = logs_.Loss(),
                         .unsent = data_.unsent() + commands_.unsent(),
                         .seconds = static_cast<double>(clock_.Now() - begin) / kSecond,
                         .late_max_us = us(late_.max())};
@@ -295,12 +264,6 @@ void ReplayRun::OnKey(ReplayKey key) {
 void ReplayRun::SeekBy(std::int64_t seconds) {
   const MonoNs now = clock_.Now();
   replay_.Seek(replay_.Utime(now) + seconds * 1'000'000, now);
-}
-
-std::string ReplayRun::Loss() const {
-  std::string loss;
-  for (auto log = logs_.begin(); log != logs_.end() && loss.empty(); ++log) loss = log->Loss();
-  return loss;
 }
 
 void ReplayRun::Show() {

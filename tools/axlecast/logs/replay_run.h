@@ -12,10 +12,10 @@
 #include "core/base/inline_bytes.h"
 #include "core/base/result.h"
 #include "platform/net/lcm_port.h"
-#include "platform/os/mapped_file.h"
 #include "platform/os/process.h"
 #include "platform/os/system_clock.h"
 #include "platform/os/terminal.h"
+#include "tools/axlecast/logs/log_input.h"
 #include "tools/replay/replay.h"
 
 namespace axlecast {
@@ -86,7 +86,7 @@ struct ReplayOutcome {
 class ReplayRun {
  public:
   // `logs`: the replayed files. `commands`: port for command and permit channels. `shows`: show the progress on standard error.
-  ReplayRun(Replay& replay, const std::vector<MappedFile>& logs, LcmPort& data, LcmPort& commands, bool shows);
+  ReplayRun(Replay& replay, const LogFiles& logs, LcmPort& data, LcmPort& commands, bool shows);
 
   [[nodiscard]] ReplayOutcome Run();
 
@@ -98,11 +98,9 @@ class ReplayRun {
   void OnKey(ReplayKey key);
   void SeekBy(std::int64_t seconds);
   void Show();
-  // Returns which part of the logs is lost. If there is one, the replay must end: the content of messages could be zeros.
-  [[nodiscard]] std::string Loss() const;
 
   Replay& replay_;
-  const std::vector<MappedFile>& logs_;
+  const LogFiles& logs_;
   LcmPort& data_;
   LcmPort& commands_;
   bool shows_;

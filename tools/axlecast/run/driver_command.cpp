@@ -18,9 +18,8 @@ struct Options {
 };
 
 int RunDriver(const Options& options) {
-  int exit_code = kExitDone;
-  const auto machine = options.config.Load(exit_code);
-  if (!machine) return exit_code;
+  const auto machine = options.config.Load();
+  if (!machine) return options.config.Fail(machine.error());
   const BusConfig* bus = machine->FindBus(options.bus);
   if (bus == nullptr) {
     std::vector<std::string> names;

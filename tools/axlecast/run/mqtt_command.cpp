@@ -195,9 +195,8 @@ int Carry(const MqttOptions& options, const MachineConfig& machine) {
 
 int RunMqtt(const MqttOptions& options) {
   if (options.schema) return WriteOut(MqttSchemas().dump(2) + '\n') ? kExitDone : kExitFailed;
-  int exit_code = kExitDone;
-  std::optional<MachineConfig> machine = options.config.Load(exit_code);
-  if (!machine) return exit_code;
+  Result<MachineConfig> machine = options.config.Load();
+  if (!machine) return options.config.Fail(machine.error());
   if (const std::string problem = ApplyMqttOptions(options, machine->mqtt); !problem.empty()) {
     std::cerr << problem << '\n';
     return kExitUsage;

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/text.h"
 #include "platform/os/folder.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
@@ -31,9 +32,8 @@ ino_t NetworkOf(const std::string& process) {
 }
 
 int Shell(const Options& options) {
-  int exit_code = kExitDone;
-  const auto machine = options.config.Load(exit_code);
-  if (!machine) return exit_code;
+  const auto machine = options.config.Load();
+  if (!machine) return options.config.Fail(machine.error());
   const pid_t process = LockFile::Holder(RunDirectory(machine->machine) + "/up.lock");
   if (process == 0) {
     std::cerr << "machine " << machine->machine << " is not up for this user: start it with axlecast up --isolated "

@@ -205,11 +205,10 @@ int ChangeAll(const MachineConfig& machine, const SimulateOptions& options) {
 }
 
 int Simulate(const SimulateOptions& options) {
-  int exit_code = kExitDone;
-  const std::optional<MachineConfig> machine = options.config.Load(exit_code);
-  if (!machine) return exit_code;
+  const Result<MachineConfig> machine = options.config.Load();
+  if (!machine) return options.config.Fail(machine.error());
   const bool changing = !options.changes.empty() || options.plug || options.unplug;
-  if (changing) exit_code = ChangeAll(*machine, options);
+  const int exit_code = changing ? ChangeAll(*machine, options) : kExitDone;
   if (exit_code != kExitDone || (changing && !options.show)) return exit_code;
   const std::vector<const BusConfig*> buses = SimulatedBuses(*machine, options.buses);
   if (buses.empty()) return kExitUsage;

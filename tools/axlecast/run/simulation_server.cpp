@@ -256,13 +256,14 @@ Json SimulationServer::Change(Bus& bus, const Json& question) {
   Json errors = Json::array();
   for (const Json& change : question.value("set", Json::array())) {
     const auto words = change.is_array() ? change.get<std::vector<Json>>() : std::vector<Json>();
-    const bool usable =
-        words.size() == 3 && std::all_of(words.begin(), words.end(), [](const Json& w) { return w.is_string(); });
-    const std::string problem = usable
-                                    ? bus.simulator->Set(words[0].get<std::string>(), words[1].get<std::string>(),
-                                                         words[2].get<std::string>(), clock_.Now())
-                                    : "a change is [device, key, value]";
-    if (!problem.empty()) errors.push_back(problem);
+    if (words.size() != 3 ||
+        !std::all_of(words.begin(), words.end(), [](const Json& w) { return w.is_string(); })) {
+      errors.push_back("a change is [device, key, value]");
+      continue;
+    }
+    const Result<> set = bus.simulator->Set(words[0].get<std::string>(), words[1].get<std::string>(),
+                                            words[2].get<std::string>(), clock_.Now());
+    if (!set) errors.push_back(set.error().text);
   }
   if (question.contains("plugged") && question["plugged"].is_boolean()) {
     bus.plugged = question["plugged"].get<bool>();

@@ -58,9 +58,9 @@ class PlusOne final : public Simulator {
     due_ = kNever;
     transmit(std::array<std::uint8_t, 4>{'M', 0, 0, 0});  // a frame too
   }
-  [[nodiscard]] std::string Set(std::string_view device, std::string_view key, std::string_view value,
-                                MonoNs) override {
-    if (device != "unit" || key != "step") return "no such thing";
+  [[nodiscard]] Result<> Set(std::string_view device, std::string_view key, std::string_view value,
+                             MonoNs) override {
+    if (device != "unit" || key != "step") return Failure("no such thing");
     step_ = std::atoi(std::string(value).c_str());
     return {};
   }

@@ -218,9 +218,8 @@ struct UpOptions {
 std::string Entry() { return ShellText(EntryArguments(getpid(), {LoginShell()})); }
 
 int Up(const UpOptions& options) {
-  int exit_code = kExitDone;
-  const auto machine = options.config.Load(exit_code);
-  if (!machine) return exit_code;
+  const auto machine = options.config.Load();
+  if (!machine) return options.config.Fail(machine.error());
   if (options.isolated) {
     if (const std::string problem = EnterIsolation(); !problem.empty()) {
       std::cerr << problem << '\n';

@@ -280,9 +280,9 @@ int ServeLog(const WebOptions& options, const WebConfig& web, std::optional<Mach
 int RunWeb(const WebOptions& options) {
   std::optional<MachineConfig> machine;
   if (options.logs.empty() || options.config.Given()) {
-    int exit_code = kExitDone;
-    machine = options.config.Load(exit_code);
-    if (!machine) return exit_code;
+    Result<MachineConfig> loaded = options.config.Load();
+    if (!loaded) return options.config.Fail(loaded.error());
+    machine = *std::move(loaded);
   }
   const WebConfig web = options.Over(machine ? machine->web : WebConfig{});
   const std::vector<ConfigFault> faults = FaultsOf(web);

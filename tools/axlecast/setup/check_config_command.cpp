@@ -41,11 +41,7 @@ std::string Names(const MachineConfig& machine, const std::string& list) {
 
 int CheckConfig(const CheckOptions& options) {
   const std::string file = options.config.File();
-  if (file.empty()) {
-    int exit_code = kExitUsage;
-    static_cast<void>(options.config.Load(exit_code));  // says which files it looked for
-    return exit_code;
-  }
+  if (file.empty()) return options.config.Fail(options.config.Load().error());
   ConfigErrors errors(file);
   const std::optional<MachineConfig> machine = LoadConfig(file, errors);
   if (machine) CheckSimulators(*machine, errors);

@@ -16,7 +16,6 @@
 #include "tools/axlecast/common/terminal.h"
 #include "tools/doctor/check.h"
 #include "tools/doctor/host_facts.h"
-#include "tools/doctor/symptom.h"
 
 namespace axlecast {
 namespace {

@@ -189,9 +189,8 @@ class Acceptance {
 };
 
 int RunHwtest(const Options& options) {
-  int exit_code = kExitDone;
-  const auto machine = options.config.Load(exit_code);
-  if (!machine) return exit_code;
+  const auto machine = options.config.Load();
+  if (!machine) return options.config.Fail(machine.error());
   if (machine->BusOf(options.device) == nullptr) {
     std::cerr << UnknownDevice(*machine, options.device) << '\n';
     return kExitUsage;

@@ -256,9 +256,8 @@ void ReadJournal(const MachineConfig& machine, ReportContents& contents) {
 }
 
 int RunReport(const Options& options) {
-  int exit_code = kExitDone;
-  const auto machine = options.config.Load(exit_code);
-  if (!machine) return exit_code;
+  const auto machine = options.config.Load();
+  if (!machine) return options.config.Fail(machine.error());
   const SystemClock clock;
   ReportContents contents;
   if (!ReadLogs(options, machine->lcm.prefix, contents)) return kExitBad;

@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <grp.h>
 #include <pwd.h>
-#include <spawn.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
 #include <sys/wait.h>
@@ -14,7 +13,6 @@
 #include <cerrno>
 #include <charconv>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -30,6 +28,7 @@ namespace {
 
 constexpr std::size_t kMaxText = 64 << 10;
 constexpr std::size_t kMaxOutput = 4 << 20;  // of a program
+constexpr int kNotFound = 127;               // exit code of sh(1)
 
 HostFile::Kind KindOf(mode_t mode) {
   if (S_ISREG(mode)) return HostFile::Kind::kRegular;
@@ -75,47 +74,6 @@ std::vector<pid_t> Lockers(const std::string& locks, const struct stat& file) {
 
 std::string Reason() { return std::strerror(errno); }
 
-// Also searches the folders of administration programs, which are not in an ordinary user's PATH.
-std::string FindProgram(const std::string& name) {
-  const char* const given = std::getenv("PATH");
-  std::istringstream folders(std::string(given == nullptr ? "" : given) + ":/usr/sbin:/sbin:/usr/bin:/bin");
-  for (std::string folder; std::getline(folders, folder, ':');) {
-    std::string path = folder + '/' + name;
-    if (!folder.empty() && access(path.c_str(), X_OK) == 0) return path;
-  }
-  return "";
-}
-
-std::string ReadToEnd(int fd) {
-  std::string text;
-  std::array<char, 4096> buffer{};
-  while (true) {
-    const ssize_t count = read(fd, buffer.data(), buffer.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) return text;
-    if (text.size() < kMaxOutput) text.append(buffer.data(), static_cast<std::size_t>(count));
-  }
-}
-
-// Starts a program with these descriptors as standard output and error. Returns 0, or the errno of a failure.
-int Spawn(const std::string& program, const std::vector<std::string>& words, int output, int errors, pid_t& id) {
-  std::vector<char*> arguments;
-  arguments.reserve(words.size() + 1);
-  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
-  arguments.push_back(nullptr);
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_adddup2(&files, output, STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&files, errors, STDERR_FILENO);
-  const int error = posix_spawn(&id, program.c_str(), &files, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&files);
-  return error;
-}
-
-// Opens an unnamed file for the standard error of a child. Unlike a pipe, it cannot fill up while nobody reads it.
-Descriptor ScratchFile() { return Descriptor(open("/tmp", O_TMPFILE | O_RDWR | O_CLOEXEC, 0600)); }
-
 }  // namespace
 
 HostFile HostFiles::Look(const std::string& path) const {
@@ -145,18 +103,11 @@ HostFile HostFiles::Look(const std::string& path) const {
 }
 
 std::optional<std::string> HostFiles::Text(const std::string& path) const {
-  const Descriptor file(open(Place(path).c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK));
-  if (!file.valid()) return std::nullopt;
+  std::ifstream file(Place(path));
   std::string text(kMaxText, '\0');
-  std::size_t size = 0;
-  while (size < text.size()) {
-    const ssize_t count = read(file.get(), text.data() + size, text.size() - size);
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) return std::nullopt;
-    if (count == 0) break;
-    size += static_cast<std::size_t>(count);
-  }
-  text.resize(size);
+  file.read(text.data(), kMaxText);
+  if (!file.is_open() || file.bad()) return std::nullopt;
+  text.resize(static_cast<std::size_t>(file.gcount()));
   if (text.ends_with('\n')) text.pop_back();
   return text;
 }
@@ -210,27 +161,21 @@ std::vector<HostProcess> HostFiles::Holders(const std::string& device) const {
   return holders;
 }
 
-Result<std::string> RunProgram(const std::vector<std::string>& words) {
-  const std::string program = FindProgram(words.front());
-  if (program.empty()) return Failure(words.front() + " is not installed");
-  std::array<int, 2> ends{};
-  if (pipe2(ends.data(), O_CLOEXEC) != 0) return Failure(Reason());
-  const Descriptor reader(ends[0]);
-  Descriptor writer(ends[1]);
-  const Descriptor errors = ScratchFile();
-  pid_t id = -1;
-  if (const int error = Spawn(program, words, writer.get(), errors.valid() ? errors.get() : writer.get(), id)) {
-    return Failure(program + ": " + std::strerror(error));
+Result<std::string> RunProgram(const std::string& line) {
+  FILE* const pipe =
+      popen(("{ PATH=$PATH:/usr/sbin:/sbin:/usr/bin:/bin; " + line + "; } </dev/null 2>&1").c_str(), "re");
+  if (pipe == nullptr) return Failure(Reason());
+  std::string output;
+  std::array<char, 4096> buffer{};
+  for (std::size_t size = 0; (size = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) {
+    if (output.size() < kMaxOutput) output.append(buffer.data(), size);
   }
-  writer.Reset();
-  std::string output = ReadToEnd(reader.get());
-  int status = 0;
-  while (waitpid(id, &status, 0) < 0 && errno == EINTR) {
-  }
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return output;
-  if (errors.valid() && lseek(errors.get(), 0, SEEK_SET) == 0) output += ReadToEnd(errors.get());
+  const int status = pclose(pipe);
+  if (status == 0) return output;
+  const std::string program = line.substr(0, line.find(' '));
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kNotFound) return Failure(program + " is not installed");
   while (output.ends_with('\n')) output.pop_back();
-  return Failure(words.front() + (output.empty() ? " failed" : ": " + output));
+  return Failure(program + (output.empty() ? " failed" : ": " + output));
 }
 
 Result<> WriteValue(const std::string& path, const std::string& value) {
@@ -251,9 +196,7 @@ Result<> AppendLine(const std::string& path, const std::string& line) {
   std::error_code error;
   std::filesystem::create_directories(std::filesystem::path(path).parent_path(), error);
   if (error) return Failure(path + ": " + error.message());
-  std::string problem = ErrorText(WriteNewFile(path, text + line + '\n', {.mode = 0644}, true));
-  if (!problem.empty()) return Failure(std::move(problem));
-  return {};
+  return WriteNewFile(path, text + line + '\n', {.mode = 0644}, true);
 }
 
 }  // namespace axlecast

@@ -65,9 +65,9 @@ class HostFiles {
   std::string root_;
 };
 
-// Runs a program from PATH or /usr/sbin to its end. Returns its standard output, at most 4 MiB. An exit code other than 0
-// is an error, with the output of the program.
-[[nodiscard]] Result<std::string> RunProgram(const std::vector<std::string>& words);
+// Runs a line of sh(1) to its end; programs are found in PATH and /usr/sbin. Returns its output, at most 4 MiB. An exit
+// code other than 0 is an error, with the output.
+[[nodiscard]] Result<std::string> RunProgram(const std::string& line);
 
 // Writes a value into an existing file of the kernel.
 [[nodiscard]] Result<> WriteValue(const std::string& path, const std::string& value);

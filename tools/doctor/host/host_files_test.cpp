@@ -106,11 +106,11 @@ TEST_F(HostFilesTest, AValueIsWrittenWhereThereIsAFile) {
 }
 
 TEST(RunProgram, SaysWhatTheProgramSaid) {
-  EXPECT_EQ(*RunProgram({"echo", "a b"}), "a b\n");
-  EXPECT_TRUE(RunProgram({"true"}));
-  EXPECT_THAT(RunProgram({"sh", "-c", "echo why >&2; exit 3"}).error().text, HasSubstr("why"));
-  EXPECT_EQ(RunProgram({"false"}).error().text, "false failed");
-  EXPECT_EQ(RunProgram({"axlecast-no-such-program"}).error().text, "axlecast-no-such-program is not installed");
+  EXPECT_EQ(*RunProgram("echo 'a b'"), "a b\n");
+  EXPECT_TRUE(RunProgram("true"));
+  EXPECT_THAT(RunProgram("sh -c 'echo why >&2; exit 3'").error().text, HasSubstr("why"));
+  EXPECT_EQ(RunProgram("false").error().text, "false failed");
+  EXPECT_EQ(RunProgram("axlecast-no-such-program").error().text, "axlecast-no-such-program is not installed");
 }
 
 TEST_F(HostFilesTest, AFolderIsJudgedByTheNearestThatIsThere) {

@@ -1,8 +1,8 @@
 #include "tools/doctor/host/host_system.h"
 
 #include <arpa/inet.h>
-#include <linux/if.h>
 #include <linux/rtnetlink.h>
+#include <net/if.h>
 #include <netinet/in.h>
 #include <sys/ioctl.h>
 #include <sys/resource.h>
@@ -38,12 +38,6 @@ T ReadAt(const RouteReply& reply, std::size_t at) {
   T value{};
   if (at + sizeof value <= reply.size()) std::memcpy(&value, reply.data() + at, sizeof value);
   return value;
-}
-
-std::string NameOfInterface(int descriptor, int index) {
-  ifreq request{};
-  request.ifr_ifindex = index;
-  return ioctl(descriptor, SIOCGIFNAME, &request) == 0 ? request.ifr_name : "";
 }
 
 // Returns the index of the interface in the reply; 0 without an interface. Sets `error` if the kernel refused.
@@ -83,7 +77,8 @@ MulticastRoute FindMulticastRoute(const std::string& group) {
   const ssize_t size = recv(netlink.get(), reply.data(), reply.size(), MSG_DONTWAIT);
   if (size < 0) return route;
   const int index = InterfaceIndex(reply, static_cast<std::size_t>(size), route.error);
-  if (index > 0) route.interface = NameOfInterface(netlink.get(), index);
+  std::array<char, IF_NAMESIZE> name{};
+  if (if_indextoname(static_cast<unsigned>(index), name.data()) != nullptr) route.interface = name.data();
   return route;
 }
 

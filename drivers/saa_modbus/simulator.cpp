@@ -1,8 +1,13 @@
-#include "drivers/saa_modbus/simulator/modbus_line.h"
+#include "drivers/saa_modbus/simulator.h"
 
 #include <algorithm>
 #include <cmath>
 #include <span>
+
+#include "core/config/config_map.h"
+#include "core/config/machine_config.h"
+#include "drivers/saa_modbus/family.h"
+#include "drivers/saa_modbus/settings.h"
 
 namespace axlecast::saa_modbus {
 namespace {
@@ -58,10 +63,6 @@ std::int64_t RateOf(std::uint8_t parameter) {
 
 }  // namespace
 
-void SaaModbusSimulator::Add(std::string name, const SimulatedEncoder& encoder, Script script) {
-  units_.push_back({std::move(name), encoder, std::move(script), {}});
-}
-
 MonoNs SaaModbusSimulator::WireTime(std::size_t characters, std::int64_t baud) const {
   LineFormat format = line_.format;
   format.baud = baud;
@@ -73,19 +74,8 @@ MonoNs SaaModbusSimulator::Gap() const { return WireTime(7, line_.format.baud) /
 
 // ---- events ----
 
-void SaaModbusSimulator::CatchUp(MonoNs now) {
-  for (Unit& unit : units_) {
-    if (!started_) unit.script.Start(unit.encoder, now);
-    unit.script.Run(unit.encoder, now);
-    unit.encoder.Advance(now);
-  }
-  started_ = true;
-}
-
 MonoNs SaaModbusSimulator::NextDue() const {
-  if (!started_) return 0;
-  MonoNs due = frame_ends_;
-  for (const Unit& unit : units_) due = std::min(due, unit.script.NextDue());
+  MonoNs due = std::min(UnitSimulator::NextDue(), frame_ends_);
   for (const Pending& pending : pending_) due = std::min(due, pending.due);
   return due;
 }
@@ -103,8 +93,8 @@ void SaaModbusSimulator::OnBaud(std::int64_t baud) {
 
 void SaaModbusSimulator::OnBytes(Bytes bytes, MonoNs now, const Transmit& transmit) {
   OnDue(now, transmit);
-  const auto echoes = [](const Unit& unit) { return unit.encoder.fault.kind == Kind::kEcho; };
-  if (line_.echo || std::any_of(units_.begin(), units_.end(), echoes)) transmit(bytes);
+  const auto echoes = [](const SaaModbusUnit& unit) { return unit.device.fault.kind == Kind::kEcho; };
+  if (line_.echo || std::any_of(units().begin(), units().end(), echoes)) transmit(bytes);
   if (line_.paced && frame_.empty() && now < busy_until_ + Gap()) {
     frame_bad_ = true;
     ++short_gaps_;
@@ -112,9 +102,9 @@ void SaaModbusSimulator::OnBytes(Bytes bytes, MonoNs now, const Transmit& transm
   const MonoNs begins = std::max(now, frame_.empty() ? now : busy_until_);
   const MonoNs ends = begins + WireTime(bytes.size(), line_.format.baud);
   for (Pending& pending : pending_) {
-    if (pending.begins >= ends || pending.ends <= begins || pending.destroyed) continue;
+    if (pending.on_wire.first >= ends || pending.on_wire.last <= begins || pending.destroyed) continue;
     pending.destroyed = true;
-    ++units_[pending.unit].counters.collisions;
+    ++units()[pending.unit].counters.collisions;
     frame_bad_ = true;
   }
   const std::size_t taken = std::min(bytes.size(), frame_.room());
@@ -131,23 +121,23 @@ void SaaModbusSimulator::FinishFrame(MonoNs now, const Transmit& transmit) {
   if (now < frame_ends_) return;
   const MonoNs end = frame_ends_;
   frame_ends_ = kNever;
-  for (std::size_t i = 0; i < units_.size(); ++i) Hear(i, end, now);
+  for (std::size_t i = 0; i < units().size(); ++i) Receive(i, end, now);
   frame_.Clear();
   frame_bad_ = false;
   SendDue(now, transmit);
 }
 
-void SaaModbusSimulator::Hear(std::size_t index, MonoNs end, MonoNs now) {
-  Unit& unit = units_[index];
-  SimulatedEncoder& encoder = unit.encoder;
+void SaaModbusSimulator::Receive(std::size_t index, MonoNs end, MonoNs now) {
+  SaaModbusUnit& unit = units()[index];
+  SimulatedEncoder& encoder = unit.device;
   if (!encoder.powered || encoder.fault.kind == Kind::kOff) return;
   if (host_baud_ && *host_baud_ != encoder.baud) {
     ++unit.counters.noise;
     return;
   }
-  std::array<std::uint8_t, kMaxFrame> heard{};
-  std::copy_n(frame_.data(), frame_.size(), heard.begin());
-  const std::span<std::uint8_t> bytes(heard.data(), frame_.size());
+  std::array<std::uint8_t, kMaxFrame> received{};
+  std::copy_n(frame_.data(), frame_.size(), received.begin());
+  const std::span<std::uint8_t> bytes(received.data(), frame_.size());
   if (encoder.fault.kind == Kind::kRequestFlip) FlipBits(bytes, 8, encoder.fault.amount, encoder.random);
   if (frame_bad_ || !CrcHolds(bytes)) {
     ++unit.counters.bad_crc;
@@ -164,8 +154,8 @@ void SaaModbusSimulator::Hear(std::size_t index, MonoNs end, MonoNs now) {
 }
 
 // 5.1.7 (5), items 1 to 5. The CRC holds.
-std::optional<SaaModbusSimulator::Answer> SaaModbusSimulator::Execute(Unit& unit, Bytes frame, MonoNs at) {
-  SimulatedEncoder& encoder = unit.encoder;
+std::optional<SaaModbusSimulator::Answer> SaaModbusSimulator::Execute(SaaModbusUnit& unit, Bytes frame, MonoNs at) {
+  SimulatedEncoder& encoder = unit.device;
   encoder.Advance(at);
   Answer answer{.bytes = {}, .baud = encoder.baud};
   const std::uint8_t function = frame[1];
@@ -214,16 +204,16 @@ std::optional<SaaModbusSimulator::Answer> SaaModbusSimulator::Execute(Unit& unit
 // ---- replies ----
 
 void SaaModbusSimulator::Reply(std::size_t index, const Answer& answer, MonoNs request_end) {
-  SimulatedEncoder& encoder = units_[index].encoder;
+  SimulatedEncoder& encoder = units()[index].device;
   std::array<std::uint8_t, kMaxFrame> bytes{};
   std::copy_n(answer.bytes.data(), answer.bytes.size(), bytes.begin());
   const std::span<std::uint8_t> reply(bytes.data(), answer.bytes.size());
   const std::size_t left = Damage(reply, encoder.fault, encoder.random);
   Pending pending{.unit = index, .bytes = Frame(Bytes(bytes.data(), left))};
   const MonoNs own_time = line_.paced ? std::llround(encoder.reply_us * 1e3) : 0;
-  pending.begins = request_end + own_time + Amount(encoder.fault, Kind::kSlow, kMicrosecond);
-  pending.ends = pending.begins + WireTime(answer.bytes.size(), answer.baud);
-  pending.due = adapter_.Due(pending.ends, encoder.fault, encoder.random);
+  pending.on_wire.first = request_end + own_time + Amount(encoder.fault, Kind::kSlow, kMicrosecond);
+  pending.on_wire.last = pending.on_wire.first + WireTime(answer.bytes.size(), answer.baud);
+  pending.due = adapter_.Due(pending.on_wire.last, encoder.fault, encoder.random);
   pending.baud = answer.baud;
   Collide(pending);
   pending_.push_back(pending);
@@ -231,11 +221,12 @@ void SaaModbusSimulator::Reply(std::size_t index, const Answer& answer, MonoNs r
 
 void SaaModbusSimulator::Collide(Pending& added) {
   for (Pending& other : pending_) {
-    const bool apart =
-        line_.paced ? other.begins >= added.ends || other.ends <= added.begins : other.begins != added.begins;
+    const bool apart = line_.paced
+                           ? other.on_wire.first >= added.on_wire.last || other.on_wire.last <= added.on_wire.first
+                           : other.on_wire.first != added.on_wire.first;
     if (apart) continue;
     for (Pending* both : {&other, &added}) {
-      if (!both->destroyed) ++units_[both->unit].counters.collisions;
+      if (!both->destroyed) ++units()[both->unit].counters.collisions;
       both->destroyed = true;
     }
   }
@@ -246,54 +237,51 @@ void SaaModbusSimulator::SendDue(MonoNs now, const Transmit& transmit) {
   while (!pending_.empty()) {
     const auto first = std::min_element(pending_.begin(), pending_.end(), earlier);
     if (first->due > now) return;
-    Unit& unit = units_[first->unit];
+    SaaModbusUnit& unit = units()[first->unit];
     ++unit.counters.replies;
-    busy_until_ = std::max(busy_until_, first->ends);
+    busy_until_ = std::max(busy_until_, first->on_wire.last);
     std::vector<std::uint8_t> bytes(first->bytes.data(), first->bytes.data() + first->bytes.size());
     if (first->destroyed || (host_baud_ && *host_baud_ != first->baud)) {
-      for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(unit.encoder.random.Next());
+      for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(unit.device.random.Next());
     }
     pending_.erase(first);
     if (!bytes.empty()) transmit(bytes);
   }
 }
 
-// ---- whoever looks on ----
-
-std::string SaaModbusSimulator::Set(std::string_view device, std::string_view key, std::string_view value,
-                                    MonoNs now) {
-  CatchUp(now);
-  for (Unit& unit : units_) {
-    if (unit.name != device) continue;
-    const Result<> done = unit.encoder.Set(key, value);
-    return done ? "" : unit.name + '.' + std::string(key) + ": " + done.error().text;
-  }
-  std::string names;
-  for (const Unit& unit : units_) names += (names.empty() ? "" : ", ") + unit.name;
-  return "no simulated device '" + std::string(device) + "' here: " + names;
+SaaModbusSimulator::CounterList SaaModbusSimulator::CountersOf(const SaaModbusUnit& unit) const {
+  const SaaModbusUnit::Counters& own = unit.counters;
+  return {{"requests", own.requests},     {"replies", own.replies},   {"ignored", own.ignored},
+          {"bad_crc", own.bad_crc},       {"noise", own.noise},       {"unanswered", own.unanswered},
+          {"collisions", own.collisions}, {"short_gaps", short_gaps_}};
 }
 
-std::vector<std::pair<std::string, std::string>> SaaModbusSimulator::State(std::string_view device,
-                                                                           MonoNs now) const {
-  for (const Unit& unit : units_) {
-    if (unit.name != device) continue;
-    SimulatedEncoder encoder = unit.encoder;
-    encoder.Advance(now);
-    std::vector<std::pair<std::string, std::string>> list = Quantities(encoder);
-    const auto count = [&list](std::string_view name, std::int64_t value) {
-      list.emplace_back(name, std::to_string(value));
-    };
-    count("requests", unit.counters.requests);
-    count("replies", unit.counters.replies);
-    count("ignored", unit.counters.ignored);
-    count("bad_crc", unit.counters.bad_crc);
-    count("noise", unit.counters.noise);
-    count("unanswered", unit.counters.unanswered);
-    count("collisions", unit.counters.collisions);
-    count("short_gaps", short_gaps_);
-    return list;
+namespace {
+
+// The encoder that the device's own keys describe, as the configuration expects to find it.
+SaaModbusUnit MakeUnit(const BusConfig& bus, const DeviceConfig& device, ConfigMap map) {
+  const auto& settings = static_cast<const SaaModbusSettings&>(*device.settings);
+  const auto bits = static_cast<int>(map.Integer("bits", settings.bits, 10, 26, "bits"));  // SAA manual 4.1
+  const auto seed = static_cast<std::uint64_t>(map.Integer("seed", 1, 0, INT64_MAX, ""));
+  SimulatedEncoder encoder(bits, seed);
+  encoder.address = settings.address;
+  encoder.baud = bus.link.line.baud;
+  encoder.shaft = Shaft(AngleFromDegrees(map.Number("start_deg", 0, 0, 360, "deg")));
+  return {{device.name, encoder, ReadScriptOf(map, encoder)}, {}};
+}
+
+}  // namespace
+
+std::unique_ptr<Simulator> MakeSaaModbusSimulator(const BusConfig& bus, ConfigMap& simulate) {
+  const std::size_t errors = simulate.errors().list().size();
+  SaaModbusSimulator::Line line{.format = bus.link.line, .echo = bus.link.echo};
+  line.paced = simulate.Choice("pace", {"wire", "unpaced"}, 0) == 0;
+  std::vector<SaaModbusUnit> units;
+  for (const DeviceConfig& device : bus.devices) {
+    units.push_back(MakeUnit(bus, device, simulate.Named(device.name)));
   }
-  return {};
+  if (simulate.errors().list().size() != errors) return nullptr;
+  return std::make_unique<SaaModbusSimulator>(line, std::move(units));
 }
 
 }  // namespace axlecast::saa_modbus

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <vector>
+
+#include "core/device/family.h"
+#include "core/device/probe.h"
+#include "core/device/simulator.h"
+
+// The functions of saa_modbus that the runtime reaches through Family and FamilyProbes.
+namespace axlecast::saa_modbus {
+
+// For Family::decode; README.md, "Decoding", describes the object. A single frame has lost its request: a reply from
+// another address than the requested one is not detected here.
+[[nodiscard]] Result<nlohmann::ordered_json> Decode(const DecodeSettings& settings, Bytes frame);
+
+// For Family::make_simulator: the encoders of the bus from its `simulate` mapping (README.md, "Simulation"). Null if a
+// key is wrong: the errors are in the map's list.
+[[nodiscard]] std::unique_ptr<Simulator> MakeSaaModbusSimulator(const BusConfig& bus, ConfigMap& simulate);
+
+}  // namespace axlecast::saa_modbus
+
+namespace axlecast {
+
+[[nodiscard]] const Family& saa_modbus_family();
+[[nodiscard]] std::vector<ProbeTrial> saa_modbus_probe(const ProbeScope& scope);
+
+}  // namespace axlecast
