@@ -1,4 +1,4 @@
-#include "bridge/access/authority.h"
+#include "bridge/access/admission.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -7,8 +7,8 @@
 #include <optional>
 #include <string>
 
-#include "bridge/dispatch/peers.h"
-#include "bridge/state/pending_command.h"
+#include "bridge/dispatch/command_port.h"
+#include "bridge/state/command_store.h"
 #include "core/command/operation_check.h"
 
 namespace axlecast {

@@ -27,14 +27,13 @@ Dispatcher::Dispatcher(const MachineConfig& machine, std::int64_t boot_id, Bridg
       ports_(std::move(ports)),
       now_(now),
       journal_(*ports_.journal),
-      devices_(journal_),
+      devices_(journal_, now_),
       port_(*ports_.commands, boot_id, ports_.key, now.utime),
       authority_(machine.bridge),
       watch_(boot_id, now.mono),
       axes_(devices_, [this](const AxisEvent& event) { ports_.log(event.device + ": " + event.text); }),
       marks_(devices_),
       alarms_("bridge", boot_id) {
-  devices_.AdvanceTime(now.mono);
   for (const BusConfig& config : machine.buses) {
     Bus& bus = buses_[config.name];
     bus.config = &config;
@@ -91,7 +90,6 @@ void Dispatcher::RecoverAll(Snapshot snapshot) {
 
 void Dispatcher::Settle(Timestamp now) {
   now_ = now;
-  devices_.AdvanceTime(now.mono);
   Settle();
 }
 
@@ -136,7 +134,6 @@ void Dispatcher::Recover(const OpenCommand& command, Timestamp now) {
 
 void Dispatcher::OnCommandStatus(Bytes message, Timestamp now) {
   now_ = now;
-  devices_.AdvanceTime(now.mono);
   const auto status = DecodeMessage<command_status_t>(message);
   if (!status || status->boot_id == port_.boot_id()) return;
   const auto& key = machine_.bridge.bridge.public_key;
@@ -148,7 +145,6 @@ void Dispatcher::OnCommandStatus(Bytes message, Timestamp now) {
 
 void Dispatcher::OnDriverStatus(const std::string& channel, Bytes message, Timestamp now) {
   now_ = now;
-  devices_.AdvanceTime(now.mono);
   if (!channel.starts_with(kDriverStatus)) return;
   const auto found = buses_.find(channel.substr(kDriverStatus.size()));
   if (found == buses_.end()) return;
@@ -190,7 +186,6 @@ void Dispatcher::OnHello(Bus& bus, const driver_status_t& status, Timestamp now)
 
 void Dispatcher::Tick(Timestamp now) {
   now_ = now;
-  devices_.AdvanceTime(now.mono);
   TickJournal();
   Settle();
   LoadJournal();

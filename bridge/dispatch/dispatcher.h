@@ -14,14 +14,11 @@
 #include <vector>
 
 #include "bridge/access/admission.h"
-#include "bridge/access/authority.h"
 #include "bridge/dispatch/command_port.h"
 #include "bridge/dispatch/device_queue.h"
-#include "bridge/dispatch/peers.h"
 #include "bridge/state/alarms.h"
 #include "bridge/state/axis_state_store.h"
 #include "bridge/state/command_store.h"
-#include "bridge/state/pending_command.h"
 #include "bridge/store/device_store.h"
 #include "bridge/store/journal_queue.h"
 #include "core/alarm/alarm_table.h"

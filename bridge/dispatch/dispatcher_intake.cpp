@@ -30,7 +30,6 @@ bool IsVolatile(const command_body_t& body, const OperationSpec& operation) {
 
 void Dispatcher::OnCommand(Bytes message, Timestamp now) {
   now_ = now;
-  devices_.AdvanceTime(now.mono);
   const auto envelope = DecodeMessage<command_t>(message);
   const auto body = envelope ? DecodeMessage<command_body_t>(envelope->body) : std::nullopt;
   if (!body) return OnUnauthorized("a command that cannot be read", now);

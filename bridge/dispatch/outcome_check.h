@@ -3,7 +3,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <optional>
 
-#include "bridge/state/pending_command.h"
+#include "bridge/state/command_store.h"
 #include "bridge/store/durable_store.h"
 #include "core/base/time.h"
 #include "core/config/machine_config.h"

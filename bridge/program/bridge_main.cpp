@@ -136,8 +136,8 @@ class BridgeProgram {
     const bool other = dispatcher_.watch().Other(now.mono).has_value();
     if (!serving_ && other) {
       spdlog::error(
-          "another bridge serves this command port already: stop it, or give this machine its own "
-          "command_url or prefix");
+          "another bridge serves this command port already: stop it, or give this machine its own command_url or "
+          "prefix");
       return false;
     }
     if (!serving_ && !dispatcher_.watch().IsListening(now.mono)) {
@@ -211,8 +211,7 @@ int BridgeMain(int argc, char** argv, const BridgeInterposers& interposers) {
   CLI::App app{"Routes commands to the drivers and gives each exactly one outcome."};
   app.footer(
       "Runs until SIGTERM or SIGINT. Exit codes: 0 clean stop, 1 configuration, LCM, or another bridge on the port "
-      "or with the journal, "
-      "2 usage.");
+      "or with the journal, 2 usage.");
   app.set_version_flag("--version", AXLECAST_VERSION);
   app.add_option("--config", config, "The machine's file")->required();
   const TerminalOutput safe;

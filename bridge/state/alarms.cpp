@@ -4,7 +4,7 @@
 #include <sstream>
 #include <utility>
 
-#include "bridge/state/pending_command.h"
+#include "bridge/state/command_store.h"
 #include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/command/operation_check.h"

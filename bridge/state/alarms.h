@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "bridge/state/pending_command.h"
+#include "bridge/state/command_store.h"
 #include "bridge/store/durable_store.h"
 #include "core/base/time.h"
 

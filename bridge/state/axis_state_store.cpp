@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <utility>
 
-#include "bridge/state/pending_command.h"
+#include "bridge/state/command_store.h"
 #include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/command/command_id.h"
@@ -86,13 +86,13 @@ std::string TravelText(const ShaftTravel& travel, const DeviceConfig& device, st
                   travel.turns, away_s, range);
     case ShaftTravel::Verdict::kBeyondWindow:
       return Text(
-          "moved by %.4f turns or further in the %.1f s without its driver: more than a quarter of the %lld "
-          "turns that the encoder distinguishes; check its place",
+          "moved by %.4f turns or further in the %.1f s without its driver: more than a quarter of the %lld turns "
+          "that the encoder distinguishes; check its place",
           travel.turns, away_s, range);
     case ShaftTravel::Verdict::kTurnsUnknown:
       return Text(
-          "its angle changed by %.4f turns in the %.1f s without its driver, besides any number of whole "
-          "turns: a single-turn encoder cannot detect them; check its place",
+          "its angle changed by %.4f turns in the %.1f s without its driver, besides any number of whole turns: a "
+          "single-turn encoder cannot detect them; check its place",
           travel.turns, away_s);
   }
   return "";

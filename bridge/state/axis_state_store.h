@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "bridge/state/pending_command.h"
+#include "bridge/state/command_store.h"
 #include "bridge/store/durable_store.h"
 #include "core/base/result.h"
 #include "core/base/time.h"

@@ -381,17 +381,13 @@ sqlite3_stmt* Database::Prepared(std::string_view sql, std::span<const SqlValue>
   return kept->second;
 }
 
-bool Database::Execute(std::string_view sql, std::span<const SqlValue> values) {
-  sqlite3_stmt* const statement = Prepared(sql, values);
+bool Database::Execute(std::string_view sql, std::initializer_list<SqlValue> values) {
+  sqlite3_stmt* const statement = Prepared(sql, std::span(values.begin(), values.size()));
   if (statement == nullptr) return false;
   const int code = sqlite3_step(statement);
   if (code != SQLITE_DONE && code != SQLITE_ROW) Fail(code);
   sqlite3_reset(statement);
   return code == SQLITE_DONE || code == SQLITE_ROW;
-}
-
-bool Database::Execute(std::string_view sql, std::initializer_list<SqlValue> values) {
-  return Execute(sql, std::span(values.begin(), values.size()));
 }
 
 Rows Database::Select(std::string_view sql, std::span<const SqlValue> values) {

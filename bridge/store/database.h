@@ -67,7 +67,6 @@ class Database {
   Database& operator=(const Database&) = delete;
 
   // Executes a statement without result rows. Returns false on failure (see result()).
-  [[nodiscard]] bool Execute(std::string_view sql, std::span<const SqlValue> values);
   [[nodiscard]] bool Execute(std::string_view sql, std::initializer_list<SqlValue> values = {});
   [[nodiscard]] Rows Select(std::string_view sql, std::span<const SqlValue> values);
   [[nodiscard]] Rows Select(std::string_view sql, std::initializer_list<SqlValue> values = {});

@@ -92,7 +92,7 @@ std::vector<AlarmMark> DeviceMemory::Marks(const std::string& device) const {
 bool DeviceStore::Apply(const std::string& device, const DeviceChange& change) {
   if (!Alters(change, memory_.Find(device))) return true;
   if (queue_.IsFull() || !memory_.Apply(device, change)) return false;
-  queue_.Keep([=](DurableStore& store) { return store.Apply(device, change); }, now_);
+  queue_.Keep([=](DurableStore& store) { return store.Apply(device, change); }, now_.mono);
   if (DropsPosition(change)) positions_.erase(device);
   return true;
 }
@@ -104,7 +104,7 @@ void DeviceStore::KeepPosition(const std::string& device, const LastPosition& po
 
 void DeviceStore::Note(const AxisEvent& event) {
   if (queue_.IsHalfFull()) return;
-  queue_.Give([event](DurableStore& store) { return store.Note(event), true; }, nullptr, now_);
+  queue_.Give([event](DurableStore& store) { return store.Note(event), true; }, nullptr, now_.mono);
 }
 
 }  // namespace axlecast

@@ -42,11 +42,10 @@ class DeviceMemory final : public DeviceRecords {
 // changes wait already. What must be durable first waits for a later Give of the same queue.
 class DeviceStore final : public DeviceRecords {
  public:
-  explicit DeviceStore(JournalQueue& queue) : queue_(queue) {}
+  // `now`: time of the present call; it must outlive the store, like `queue`.
+  DeviceStore(JournalQueue& queue, const Timestamp& now) : queue_(queue), now_(now) {}
 
   void Load(DeviceMemory memory) { memory_ = std::move(memory); }
-  // Sets the time of the changes that follow.
-  void AdvanceTime(MonoNs now) { now_ = now; }
   // Returns the positions that were kept since the last call, to be written with the next Tick of the journal.
   [[nodiscard]] std::map<std::string, LastPosition> TakePositions() { return std::exchange(positions_, {}); }
 
@@ -65,7 +64,7 @@ class DeviceStore final : public DeviceRecords {
   JournalQueue& queue_;
   DeviceMemory memory_;
   std::map<std::string, LastPosition> positions_;
-  MonoNs now_ = 0;
+  const Timestamp& now_;
 };
 
 }  // namespace axlecast

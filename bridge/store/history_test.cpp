@@ -78,7 +78,7 @@ TEST_F(HistoryTest, FollowsOutcomesFindingsAndEvents) {
   const auto store = Six();
   HistoryReader reader(file_);
   HistoryReader::Mark from = reader.Now();
-  EXPECT_THAT(Numbers(reader.Commands({}, {}, from)), ElementsAre(2, 5));
+  EXPECT_THAT(Numbers(reader.Commands({}, HistoryReader::Mark{}, from)), ElementsAre(2, 5));
   store->Outcome(Moved(Command(1).status, S::STATE_INDETERMINATE), At(10));
   store->Note({kStart, "axis1", "moved_while_off", "text"});
   ASSERT_TRUE(store->Accepted(Command(7), At(10)));

@@ -149,10 +149,9 @@ bool JournalGuard::Replaced() const {
 }
 
 Error JournalGuard::ReplacedError() const {
-  return {
-      path_ +
-      " (or its -wal) was deleted, moved or replaced while the bridge used it: put it back; or stop the bridge and "
-      "restore a backup (docs/journal.md)"};
+  return {path_ +
+          " (or its -wal) was deleted, moved or replaced while the bridge used it: put it back; or stop the bridge "
+          "and restore a backup (docs/journal.md)"};
 }
 
 }  // namespace axlecast

@@ -1,4 +1,4 @@
-#include "bridge/store/sqlite_devices.h"
+#include "bridge/store/sqlite_store.h"
 
 #include <algorithm>
 
@@ -34,16 +34,16 @@ struct Writer {
   bool operator()(const DatumRecord& datum) const {
     const std::string command = datum.command == CommandId{} ? "" : IdText(datum.command);
     return database.Execute(
-               "INSERT INTO datums (device, utime, counts, value, identity, who, command, reason) "
-               "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+               "INSERT INTO datums (device, utime, counts, value, identity, who, command, reason) VALUES (?, ?, ?, "
+               "?, ?, ?, ?, ?)",
                {device, datum.utime, datum.counts, datum.value, datum.identity, datum.who, command,
                 datum.reason}) &&
            SetAxis("datum", database.inserted_number());
   }
   bool operator()(const DatumVoided& voided) const {
     return database.Execute(
-               "UPDATE datums SET voided_utime = ?, voided_why = ? "
-               "WHERE number = (SELECT datum FROM axes WHERE device = ?)",
+               "UPDATE datums SET voided_utime = ?, voided_why = ? WHERE number = (SELECT datum FROM axes WHERE "
+               "device = ?)",
                {voided.utime, voided.why, device}) &&
            database.Execute(
                "UPDATE axes SET datum = NULL, position_counts = NULL, position_utime = NULL WHERE device = ?",
@@ -51,9 +51,8 @@ struct Writer {
   }
   bool operator()(const WritesAdded& added) const {
     return database.Execute(
-        "INSERT INTO axes (device, writes, since_utime) VALUES (?, ?, ?) ON CONFLICT (device) DO UPDATE SET "
-        "writes = max(writes + excluded.writes, 0), "
-        "since_utime = iif(since_utime = 0, excluded.since_utime, since_utime)",
+        "INSERT INTO axes (device, writes, since_utime) VALUES (?, ?, ?) ON CONFLICT (device) DO UPDATE SET writes "
+        "= max(writes + excluded.writes, 0), since_utime = iif(since_utime = 0, excluded.since_utime, since_utime)",
         {device, added.writes, added.utime});
   }
   bool operator()(const ReferenceChanged& reference) const {
@@ -110,10 +109,10 @@ std::vector<DatumRecord> SqliteAxes::Datums(Database& database, const std::strin
 
 std::vector<AlarmMark> SqliteAxes::Marks(Database& database, const std::string& device) {
   std::vector<AlarmMark> marks;
-  for (Rows rows = database.Select(
-           "SELECT kind, alarm, utime, until_utime, up_to, who, reason, command, driver_boot_id, known_utime "
-           "FROM alarm_marks WHERE device = ? ORDER BY kind, alarm",
-           {device});
+  for (Rows rows =
+           database.Select("SELECT kind, alarm, utime, until_utime, up_to, who, reason, command, driver_boot_id, "
+                           "known_utime FROM alarm_marks WHERE device = ? ORDER BY kind, alarm",
+                           {device});
        rows.Next();) {
     marks.push_back(MarkOf(rows));
   }
@@ -149,10 +148,10 @@ bool SqliteAxes::WriteWaiting(Database& database, Positions which) {
   batch_.clear();
   for (const auto& [device, position] : positions_) {
     if (which == Positions::kNone || (which == Positions::kMoved && !IsWorthWriting(device, position))) continue;
-    if (!database.Execute("INSERT INTO axes (device, position_counts, position_utime) VALUES (?, ?, ?) "
-                          "ON CONFLICT (device) DO UPDATE SET position_counts = excluded.position_counts, "
-                          "position_utime = excluded.position_utime",
-                          {device, position.counts, position.utime})) {
+    if (!database.Execute(
+            "INSERT INTO axes (device, position_counts, position_utime) VALUES (?, ?, ?) ON CONFLICT (device) DO "
+            "UPDATE SET position_counts = excluded.position_counts, position_utime = excluded.position_utime",
+            {device, position.counts, position.utime})) {
       return false;
     }
     batch_.push_back(device);

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "bridge/store/database.h"
-#include "bridge/store/sqlite_devices.h"
 #include "core/command/command_id.h"
 
 namespace axlecast {

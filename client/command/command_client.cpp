@@ -37,9 +37,8 @@ CommandResult NotYet(CommandResult result) {
   if (result.answered && result.status.is_final != 0) return result;  // its finding is still to come
   const std::string stands =
       result.answered ? "it is " + std::string(StateName(result.status.state)) + " still" : "no status came yet";
-  result.problem = stands +
-                   ": it may be done until its validity ends; ask for this id later, and do not send it again "
-                   "before";
+  result.problem =
+      stands + ": it may be done until its validity ends; ask for this id later, and do not send it again before";
   return result;
 }
 
@@ -114,10 +113,10 @@ void CommandClient::State::Run() {
     if (deadline != deadlines.end()) next = std::min(next, *deadline);
     changed.notify_all();
     if (stopping) return;
-    const StatusCallback tell = news.empty() ? StatusCallback() : callback;
+    const StatusCallback report = news.empty() ? StatusCallback() : callback;
     lock.unlock();
-    if (!tell) continue;
-    for (const command_status_t& status : news) tell(status);
+    if (!report) continue;
+    for (const command_status_t& status : news) report(status);
   }
   const std::lock_guard lock(mutex);
   usable = Failure("the command port failed");

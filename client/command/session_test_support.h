@@ -21,9 +21,9 @@ constexpr CommandId kId = {1, 2, 3};
 constexpr std::int64_t kBoot = 9;
 
 // One session, and a bridge that sends what a test sets.
-class SessionBench {
+class SessionFixture {
  public:
-  explicit SessionBench(CommandRequest request, const ClientKeys& keys = {})
+  explicit SessionFixture(CommandRequest request, const ClientKeys& keys = {})
       : session_(kId, std::move(request), keys, kStart) {}
 
   // The body sent at `now`; one of mode -1 when nothing is.

@@ -13,7 +13,7 @@
 #include "core/base/result.h"
 #include "core/base/secret.h"
 #include "core/base/time.h"
-#include "core/command/signature.h"
+#include "core/command/keys.h"
 #include "core/config/machine_config.h"
 
 namespace axlecast {

@@ -1,8 +1,10 @@
 #include "core/base/safe_text.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 namespace axlecast {
 namespace {
@@ -106,27 +108,13 @@ std::size_t UnfinishedBytes(std::string_view text) {
 }
 
 std::string EscapedMarkup(std::string_view text) {
+  static constexpr std::array<std::pair<char, std::string_view>, 5> kEscapes = {
+      {{'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}, {'\'', "&#39;"}}};
   std::string escaped;
   for (const char c : WithoutNoncharacters(TerminalText(MendedUtf8(text)))) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      case '\'':
-        escaped += "&#39;";
-        break;
-      default:
-        escaped += c;
-    }
+    const auto* const escape =
+        std::find_if(kEscapes.begin(), kEscapes.end(), [c](const auto& known) { return known.first == c; });
+    escaped += escape == kEscapes.end() ? std::string_view(&c, 1) : escape->second;
   }
   return escaped;
 }

@@ -73,8 +73,8 @@ class MachineLoader {
     if (!command) map.Error("command_url", Quoted(lcm.command_url) + ' ' + command.error().text);
     if (data && command && !data->in_process && data->port == command->port) {
       map.Error("command_url", Quoted(lcm.command_url) +
-                                   " has the port of lcm.url: commands need their own port, "
-                                   "because LCM hands every process all of a port's messages");
+                                   " has the port of lcm.url: commands need their own port, because LCM hands "
+                                   "every process all of a port's messages");
     }
     if (lcm.prefix.size() > kLongestPrefix ||
         !ConsistsOf(lcm.prefix, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-./")) {

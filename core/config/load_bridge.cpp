@@ -3,7 +3,6 @@
 #include "core/base/spelling.h"
 #include "core/command/keys.h"
 #include "core/command/operation_check.h"
-#include "core/command/signature.h"
 #include "core/config/config_map.h"
 #include "core/config/load.h"
 

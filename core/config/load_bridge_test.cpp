@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/command/signature.h"
+#include "core/command/keys.h"
 #include "core/config/load.h"
 
 namespace axlecast {

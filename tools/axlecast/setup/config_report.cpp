@@ -5,7 +5,6 @@
 #include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/command/keys.h"
-#include "core/command/signature.h"
 #include "core/config/machine_config.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/lcm_url.h"

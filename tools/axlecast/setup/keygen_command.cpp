@@ -11,7 +11,6 @@
 
 #include "core/base/spelling.h"
 #include "core/command/keys.h"
-#include "core/command/signature.h"
 #include "core/messages/json/field.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/setup/new_keys.h"

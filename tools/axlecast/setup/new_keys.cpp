@@ -9,7 +9,6 @@
 
 #include "core/base/result.h"
 #include "core/command/keys.h"
-#include "core/command/signature.h"
 #include "platform/os/secret_file.h"
 
 namespace axlecast {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/command/signature.h"
+#include "core/command/keys.h"
 #include "platform/os/new_file.h"
 
 namespace axlecast {
