@@ -3,10 +3,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string>
 #include <string_view>
 
 #include "core/base/inline_bytes.h"
+#include "core/base/result.h"
 #include "core/base/time.h"
 #include "core/device/can.h"
 
@@ -25,8 +25,8 @@ class Link {
 
   virtual ~Link() = default;
 
-  // Opens the line; an empty string when it is open, else the cause and the remedy for the operator.
-  [[nodiscard]] virtual std::string Open() = 0;
+  // Opens the line. The error contains the cause and the remedy for the operator.
+  [[nodiscard]] virtual Result<> Open() = 0;
   virtual void Close() = 0;
   [[nodiscard]] virtual bool IsOpen() const = 0;
 
@@ -94,14 +94,14 @@ class PulseLines {
  public:
   virtual ~PulseLines() = default;
 
-  // Claims all lines and drives them high; an empty string when done, else the cause and the remedy.
-  [[nodiscard]] virtual std::string Open() = 0;
+  // Claims all lines and drives them high. The error contains the cause and the remedy.
+  [[nodiscard]] virtual Result<> Open() = 0;
   virtual void Close() = 0;
   // Drives the line low for at least `low`, then high again. False when that could not be done.
   [[nodiscard]] virtual bool Pulse(std::uint8_t line, MonoNs low) = 0;
 };
 
-// How the answer of Link::Open ends while another process has the line: a serial or Modbus port, an SPI device, a CAN interface,
+// The end of the error of Link::Open while another process has the line: a serial or Modbus port, an SPI device, a CAN interface,
 // an output line. A driver whose line stays held ends with it (driver.h), and adds the name of the process.
 inline constexpr std::string_view kLineHeld =
     "another process holds it: end that one (is a second driver running?), or correct the port of this bus";

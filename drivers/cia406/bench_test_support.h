@@ -11,7 +11,7 @@
 #include "core/config/config_map.h"
 #include "drivers/cia406/cia406.h"
 #include "drivers/cia406/settings.h"
-#include "drivers/cia406/simulator/cia406_node.h"
+#include "drivers/cia406/simulator.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/runtime/bus/bus.h"
 #include "tests/support/fake_clock.h"

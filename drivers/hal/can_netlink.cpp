@@ -168,13 +168,13 @@ class DriverCommand {
 
 CanInterfaceReply ParseCanInterface(Bytes reply) {
   const auto header = Load<nlmsghdr>(reply);
-  if (header.nlmsg_len < sizeof header || header.nlmsg_len > reply.size()) return EBADMSG;
+  if (header.nlmsg_len < sizeof header || header.nlmsg_len > reply.size()) return tl::unexpected(EBADMSG);
   const Bytes body = reply.first(header.nlmsg_len).subspan(sizeof header);
   if (header.nlmsg_type == NLMSG_ERROR && body.size() >= sizeof(nlmsgerr)) {
     const int error = -Load<nlmsgerr>(body).error;
-    return error > 0 ? error : EBADMSG;
+    return tl::unexpected(error > 0 ? error : EBADMSG);
   }
-  if (header.nlmsg_type != RTM_NEWLINK || body.size() < sizeof(ifinfomsg)) return EBADMSG;
+  if (header.nlmsg_type != RTM_NEWLINK || body.size() < sizeof(ifinfomsg)) return tl::unexpected(EBADMSG);
   const auto info = Load<ifinfomsg>(body);
   CanInterface interface;
   interface.index = info.ifi_index;
@@ -188,11 +188,11 @@ CanInterfaceReply ParseCanInterface(Bytes reply) {
   return interface;
 }
 
-std::string CanNetlink::Open() {
+Result<> CanNetlink::Open() {
   socket_ = Descriptor(socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE));
-  if (socket_.valid()) return "";
-  return std::string("the kernel cannot be asked about CAN interfaces: ") + std::strerror(errno) +
-         "; let this program use AF_NETLINK (systemd: RestrictAddressFamilies)";
+  if (socket_.valid()) return {};
+  return Failure(std::string("the kernel cannot be asked about CAN interfaces: ") + std::strerror(errno) +
+                 "; let this program use AF_NETLINK (systemd: RestrictAddressFamilies)");
 }
 
 int CanNetlink::Send(const std::string& interface) {
@@ -216,23 +216,21 @@ int CanNetlink::SendBytes(const void* bytes, std::size_t size) {
   return sent < 0 ? errno : 0;
 }
 
-std::variant<Bytes, int> CanNetlink::Receive() {
+tl::expected<Bytes, int> CanNetlink::Receive() {
   // The kernel answers before the send returns.
   while (true) {
     const ssize_t size = recv(socket_.get(), reply_.data(), reply_.size(), MSG_DONTWAIT | MSG_TRUNC);
     if (size < 0 && errno == EINTR) continue;
-    if (size < 0) return errno;
-    if (static_cast<std::size_t>(size) > reply_.size()) return EMSGSIZE;
+    if (size < 0) return tl::unexpected(errno);
+    if (static_cast<std::size_t>(size) > reply_.size()) return tl::unexpected(EMSGSIZE);
     const Bytes reply(reply_.data(), static_cast<std::size_t>(size));
     if (Load<nlmsghdr>(reply).nlmsg_seq == sequence_) return reply;
   }
 }
 
 CanInterfaceReply CanNetlink::Ask(const std::string& interface) {
-  if (const int error = Send(interface); error != 0) return error;
-  const std::variant<Bytes, int> reply = Receive();
-  if (const int* error = std::get_if<int>(&reply)) return *error;
-  return ParseCanInterface(std::get<Bytes>(reply));
+  if (const int error = Send(interface); error != 0) return tl::unexpected(error);
+  return Receive().and_then(ParseCanInterface);
 }
 
 // ---- changes ----
@@ -262,13 +260,12 @@ int CanNetlink::Switch(const CanInterface& interface, bool up) {
 
 int CanNetlink::Do(Bytes order) {
   if (const int error = SendBytes(order.data(), order.size()); error != 0) return error;
-  const std::variant<Bytes, int> reply = Receive();
-  if (const int* error = std::get_if<int>(&reply)) return *error;
-  const Bytes bytes = std::get<Bytes>(reply);
-  if (Load<nlmsghdr>(bytes).nlmsg_type != NLMSG_ERROR || bytes.size() < sizeof(nlmsghdr) + sizeof(nlmsgerr)) {
+  const tl::expected<Bytes, int> reply = Receive();
+  if (!reply) return reply.error();
+  if (Load<nlmsghdr>(*reply).nlmsg_type != NLMSG_ERROR || reply->size() < sizeof(nlmsghdr) + sizeof(nlmsgerr)) {
     return EBADMSG;
   }
-  return -Load<nlmsgerr>(bytes.subspan(sizeof(nlmsghdr))).error;
+  return -Load<nlmsgerr>(reply->subspan(sizeof(nlmsghdr))).error;
 }
 
 }  // namespace axlecast

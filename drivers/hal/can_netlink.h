@@ -3,9 +3,9 @@
 #include <array>
 #include <cstdint>
 #include <string>
-#include <variant>
 
 #include "core/base/inline_bytes.h"
+#include "core/base/result.h"
 #include "core/device/can.h"
 #include "platform/os/descriptor.h"
 
@@ -24,13 +24,13 @@ struct CanInterface {
   std::int64_t restart_ms = 0;
   bool restarts = false;     // restart-ms works: it hangs on a bus of the machine; adapters on serial lines cannot
   bool listen_only = false;  // sends and acknowledges nothing
-  bool loopback = false;     // hears itself alone
+  bool loopback = false;     // receives only its own frames
   bool one_shot = false;     // tries each frame once
   bool presume_ack = false;  // takes every frame for acknowledged
 };
 
-// What the kernel answered: the interface, or the errno of its refusal.
-using CanInterfaceReply = std::variant<CanInterface, int>;
+// The kernel's answer: the interface, or the errno of its refusal.
+using CanInterfaceReply = tl::expected<CanInterface, int>;
 
 // Pure. EBADMSG for what is no reply to a question about one interface.
 [[nodiscard]] CanInterfaceReply ParseCanInterface(Bytes reply);
@@ -39,8 +39,8 @@ using CanInterfaceReply = std::variant<CanInterface, int>;
 // just changing an interface.
 class CanNetlink {
  public:
-  // Empty when it can be asked, else the cause and the remedy.
-  [[nodiscard]] std::string Open();
+  // Must succeed before any other call. The error contains the cause and the remedy.
+  [[nodiscard]] Result<> Open();
   void Close() { socket_.Reset(); }
 
   // ENODEV: there is no such interface.
@@ -55,7 +55,7 @@ class CanNetlink {
   [[nodiscard]] int Send(const std::string& interface);
   [[nodiscard]] int SendBytes(const void* bytes, std::size_t size);
   // The next message that answers the last question; an errno.
-  [[nodiscard]] std::variant<Bytes, int> Receive();
+  [[nodiscard]] tl::expected<Bytes, int> Receive();
   [[nodiscard]] int Do(Bytes order);
 
   Descriptor socket_;

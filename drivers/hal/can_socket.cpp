@@ -15,7 +15,6 @@
 #include <cstring>
 #include <optional>
 #include <utility>
-#include <variant>
 
 #include "core/device/can.h"
 #include "core/device/link.h"
@@ -66,27 +65,28 @@ bool SetOption(int fd, int level, int name, const T& value) {
   return setsockopt(fd, level, name, &value, sizeof value) == 0;
 }
 
-std::string SocketProblem(int error) {
+Error SocketError(int error) {
   switch (error) {
     case EAFNOSUPPORT:
-      return "this kernel has no CAN: as root: modprobe can-raw (or let this program use AF_CAN: systemd, "
-             "RestrictAddressFamilies); without hardware: simulate: true";
+      return {
+          "this kernel has no CAN: as root: modprobe can-raw (or let this program use AF_CAN: systemd, "
+          "RestrictAddressFamilies); without hardware: simulate: true"};
     case EPROTONOSUPPORT:
-      return "this kernel has no raw CAN sockets: as root: modprobe can-raw";
+      return {"this kernel has no raw CAN sockets: as root: modprobe can-raw"};
     default:
-      return std::string("no CAN socket can be made: ") + std::strerror(error);
+      return {std::string("no CAN socket can be made: ") + std::strerror(error)};
   }
 }
 
-std::string NoSuchInterface(const std::string& name) {
+Error NoSuchInterface(const std::string& name) {
   if (name.rfind("vcan", 0) == 0) {
-    return name + " does not exist; as root: modprobe vcan; ip link add " + name + " type vcan; ip link set " +
-           name + " up";
+    return {name + " does not exist; as root: modprobe vcan; ip link add " + name + " type vcan; ip link set " +
+            name + " up"};
   }
-  return name +
-         " does not exist: plug the adapter in, load its module (gs_usb, peak_usb, mcp251x, ...: dmesg), or "
-         "correct "
-         "link.iface; `ip link show type can` lists them";
+  return {
+      name +
+      " does not exist: plug the adapter in, load its module (gs_usb, peak_usb, mcp251x, ...: dmesg), or correct "
+      "link.iface; `ip link show type can` lists them"};
 }
 
 can_frame ToKernel(const CanFrame& frame) {
@@ -202,16 +202,16 @@ CanSocket::CanSocket(CanSettings settings, const Clock& clock)
 
 CanSocket::~CanSocket() = default;
 
-std::string CanSocket::Open() {
+Result<> CanSocket::Open() {
   Close();
-  std::string problem = SetUp();
-  if (problem.empty()) {
+  Result<> opened = SetUp();
+  if (opened) {
     waiter_.Attach(socket_.get());
     arrival_.Start();
   } else {
     Close();
   }
-  return problem;
+  return opened;
 }
 
 void CanSocket::Close() {
@@ -221,47 +221,46 @@ void CanSocket::Close() {
   netlink_.Close();
 }
 
-std::string CanSocket::SetUp() {
+Result<> CanSocket::SetUp() {
   warnings_.clear();
   own_ids_.clear();
   counts_ = {};
   drops_seen_ = 0;
-  if (std::string problem = waiter_.Problem(); !problem.empty()) return problem;
+  if (Result<> ready = waiter_.CheckReady(); !ready) return ready;
   socket_ = Descriptor(socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW));
-  if (!socket_.valid()) return SocketProblem(errno);
-  if (std::string problem = netlink_.Open(); !problem.empty()) return problem;
-  const CanInterfaceReply reply = netlink_.Ask(settings_.interface);
-  if (const int* const error = std::get_if<int>(&reply)) {
-    if (*error == ENODEV) return NoSuchInterface(settings_.interface);
-    return settings_.interface + ": the kernel does not tell about it: " + std::strerror(*error);
+  if (!socket_.valid()) return Failure(SocketError(errno));
+  if (Result<> opened = netlink_.Open(); !opened) return opened;
+  const CanInterfaceReply interface = netlink_.Ask(settings_.interface);
+  if (!interface) {
+    if (interface.error() == ENODEV) return Failure(NoSuchInterface(settings_.interface));
+    return Failure(settings_.interface + ": the kernel does not describe it: " + std::strerror(interface.error()));
   }
-  const auto& interface = std::get<CanInterface>(reply);
-  std::string problem = Judge(interface);
-  if (problem.empty()) problem = Claim();
-  if (problem.empty()) problem = Configure();
-  if (!problem.empty()) return problem;
+  Result<> ready =
+      CheckInterface(*interface).and_then([&] { return Claim(); }).and_then([&] { return Configure(); });
+  if (!ready) return ready;
   sockaddr_can address{};
   address.can_family = AF_CAN;
-  address.can_ifindex = interface.index;
-  if (bind(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return "";
-  return settings_.interface + ": " + std::strerror(errno);
+  address.can_ifindex = interface->index;
+  if (bind(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return {};
+  return Failure(settings_.interface + ": " + std::strerror(errno));
 }
 
-std::string CanSocket::Judge(const CanInterface& interface) {
+Result<> CanSocket::CheckInterface(const CanInterface& interface) {
   const std::string& name = settings_.interface;
   const std::string again = "; as root: " + CanAgainLine(name, settings_.bitrate, interface.restarts);
   if (!interface.is_can)
-    return name + " is no CAN interface: correct link.iface; `ip link show type can` lists them";
+    return Failure(name + " is no CAN interface: correct link.iface; `ip link show type can` lists them");
   if (!interface.up) {
-    return name + " is down; as root: " +
-           (interface.is_controller ? CanUpLine(name, settings_.bitrate, interface.restarts)
-                                    : "ip link set " + name + " up");
+    return Failure(name + " is down; as root: " +
+                   (interface.is_controller ? CanUpLine(name, settings_.bitrate, interface.restarts)
+                                            : "ip link set " + name + " up"));
   }
   if (settings_.bitrate > 0 && interface.bitrate > 0 &&
       std::abs(interface.bitrate - settings_.bitrate) > settings_.bitrate / kBitrateShare) {
-    return name + " is at " + std::to_string(interface.bitrate) + " bit/s" + again;
+    return Failure(name + " is at " + std::to_string(interface.bitrate) + " bit/s" + again);
   }
-  if (interface.loopback) return name + " hears itself alone (loopback)" + again + " loopback off";
+  if (interface.loopback)
+    return Failure(name + " receives only its own frames (loopback)" + again + " loopback off");
   if (interface.listen_only)
     warnings_.push_back(name + " sends and acknowledges nothing" + again + " listen-only off");
   if (interface.presume_ack)
@@ -270,24 +269,24 @@ std::string CanSocket::Judge(const CanInterface& interface) {
     warnings_.push_back("after a bus-off " + name + " stays off" + again);
   }
   one_shot_ = interface.one_shot;
-  return "";
+  return {};
 }
 
 // An abstract name belongs to a network namespace, as interfaces do, and goes with the process.
-std::string CanSocket::Claim() {
-  if (!settings_.sole) return "";
+Result<> CanSocket::Claim() {
+  if (!settings_.sole) return {};
   const std::string name = CanLockName(settings_.interface);
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   name.copy(&address.sun_path[1], sizeof address.sun_path - 1);
   lock_ = Descriptor(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
-  if (lock_.valid() && bind(lock_.get(), reinterpret_cast<const sockaddr*>(&address), size) == 0) return "";
-  if (errno == EADDRINUSE) return settings_.interface + ": " + std::string(kLineHeld);
-  return settings_.interface + " cannot be locked: " + std::strerror(errno);
+  if (lock_.valid() && bind(lock_.get(), reinterpret_cast<const sockaddr*>(&address), size) == 0) return {};
+  if (errno == EADDRINUSE) return Failure(settings_.interface + ": " + std::string(kLineHeld));
+  return Failure(settings_.interface + " cannot be locked: " + std::strerror(errno));
 }
 
-std::string CanSocket::Configure() {
+Result<> CanSocket::Configure() {
   const int fd = socket_.get();
   const can_err_mask_t all_errors = CAN_ERR_MASK;
   const int on = 1;
@@ -295,9 +294,9 @@ std::string CanSocket::Configure() {
   const bool set = ApplyFilters() && SetOption(fd, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, all_errors) &&
                    SetOption(fd, SOL_CAN_RAW, CAN_RAW_RECV_OWN_MSGS, on) &&
                    SetOption(fd, SOL_SOCKET, SO_TIMESTAMPING, stamps) && SetOption(fd, SOL_SOCKET, SO_RXQ_OVFL, on);
-  if (!set) return settings_.interface + " refuses its settings: " + std::strerror(errno);
+  if (!set) return Failure(settings_.interface + " refuses its settings: " + std::strerror(errno));
   MakeRoom();
-  return "";
+  return {};
 }
 
 // Room for a second of the shortest frames.
@@ -397,9 +396,8 @@ CanController CanSocket::Controller() {
   if (!IsOpen()) return {};
   CanController controller = counts_;
   if (one_shot_) controller.pending = 0;
-  const CanInterfaceReply reply = netlink_.Ask(settings_.interface);
-  const auto* const interface = std::get_if<CanInterface>(&reply);
-  if (interface == nullptr) return controller;
+  const CanInterfaceReply interface = netlink_.Ask(settings_.interface);
+  if (!interface) return controller;
   controller.state = interface->state;
   if (interface->tec >= 0) controller.tec = interface->tec;
   if (interface->rec >= 0) controller.rec = interface->rec;

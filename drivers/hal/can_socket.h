@@ -84,7 +84,7 @@ class CanSocket final : public FrameLink {
   CanSocket(const CanSocket&) = delete;
   CanSocket& operator=(const CanSocket&) = delete;
 
-  [[nodiscard]] std::string Open() override;
+  [[nodiscard]] Result<> Open() override;
   void Close() override;
   [[nodiscard]] bool IsOpen() const override { return waiter_.IsAttached(); }
   // Readable when Receive has something; -1: closed.
@@ -103,10 +103,10 @@ class CanSocket final : public FrameLink {
   [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
-  [[nodiscard]] std::string SetUp();
-  [[nodiscard]] std::string Judge(const CanInterface& interface);
-  [[nodiscard]] std::string Claim();
-  [[nodiscard]] std::string Configure();
+  [[nodiscard]] Result<> SetUp();
+  [[nodiscard]] Result<> CheckInterface(const CanInterface& interface);
+  [[nodiscard]] Result<> Claim();
+  [[nodiscard]] Result<> Configure();
   [[nodiscard]] bool ApplyFilters();
   void MakeRoom();
   [[nodiscard]] bool HearOwn(std::uint32_t id);

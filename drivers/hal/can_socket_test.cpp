@@ -213,7 +213,7 @@ bool KernelHasCan() {
 TEST(CanSocketTest, WithoutCanOrInterfaceItSaysWhatToDo) {
   const SystemClock clock;
   CanSocket can({.interface = "nocan0", .bitrate = 250'000, .filters = {}}, clock);
-  const std::string problem = can.Open();
+  const std::string problem = ErrorText(can.Open());
   EXPECT_THAT(problem, KernelHasCan() ? AllOf(HasSubstr("nocan0 does not exist"), HasSubstr("plug the adapter in"))
                                       : AllOf(HasSubstr("this kernel has no CAN"), HasSubstr("modprobe can-raw")));
   EXPECT_FALSE(can.IsOpen());

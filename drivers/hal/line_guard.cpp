@@ -62,10 +62,12 @@ std::string SessionOn(dev_t terminal, dev_t file_system) {
   return "";
 }
 
-std::string PersonsTerminal(const std::string& path, const std::string& who) {
-  return path + " is the terminal that " + who +
-         " works at, and no line to a device: correct link.port (of a serial port with a login: sudo systemctl "
-         "disable --now serial-getty@PORT)";
+// Refuses the terminal of a session; `who` is empty if there is none.
+Result<> RefuseSession(const std::string& path, const std::string& who) {
+  if (who.empty()) return {};
+  return Failure(path + " is the terminal that " + who +
+                 " works at, and no line to a device: correct link.port (of a serial port with a login: sudo "
+                 "systemctl disable --now serial-getty@PORT)");
 }
 
 // The number of the device behind a path; 0 when it is none.
@@ -131,39 +133,37 @@ bool IsConsoleDevice(dev_t device) {
 
 bool IsPtyByNumber(const std::string& path) { return path.starts_with("/dev/pts/"); }
 
-std::string LineGuard::Before() {
+Result<> LineGuard::Before() {
   judged_ = 0;
   struct stat status {};
-  if (stat(path_.c_str(), &status) != 0 || !S_ISCHR(status.st_mode)) return "";  // the open tells why
+  if (stat(path_.c_str(), &status) != 0 || !S_ISCHR(status.st_mode)) return {};  // open(2) reports why
   judged_ = status.st_rdev;
-  if (IsPtyDevice(judged_)) return "";
-  if (IsConsoleDevice(judged_)) return path_ + " is a console and no serial port: correct link.port";
-  const std::string who = SessionOn(judged_, 0);
-  return who.empty() ? "" : PersonsTerminal(path_, who);
+  if (IsPtyDevice(judged_)) return {};
+  if (IsConsoleDevice(judged_)) return Failure(path_ + " is a console and no serial port: correct link.port");
+  return RefuseSession(path_, SessionOn(judged_, 0));
 }
 
-std::string LineGuard::After(int line) const {
+Result<> LineGuard::After(int line) const {
   struct stat status {};
   if (fstat(line, &status) != 0 || status.st_rdev != judged_) {
-    return path_ + " led to another device while it was opened: open it again";
+    return Failure(path_ + " led to another device while it was opened: open it again");
   }
-  if (IsPtyDevice(judged_)) return JudgePty(line, status.st_dev);
-  if (!statement_.simulated) return "";
-  return path_ + " is not the line of a simulator: start it with `axlecast simulate`";
+  if (IsPtyDevice(judged_)) return CheckPty(line, status.st_dev);
+  if (!statement_.simulated) return {};
+  return Failure(path_ + " is not the line of a simulator: start it with `axlecast simulate`");
 }
 
-std::string LineGuard::JudgePty(int line, dev_t file_system) const {
+Result<> LineGuard::CheckPty(int line, dev_t file_system) const {
   const std::uint64_t mark = ReadMark(line);
-  if (mark != 0 && mark == MarkOfLink(path_)) return "";
+  if (mark != 0 && mark == MarkOfLink(path_)) return {};
   if (statement_.simulated || !statement_.foreign) {
     const std::string terminal = "/dev/pts/" + std::to_string(minor(judged_));
     std::string text = path_ + (path_ == terminal ? " is a pseudo-terminal" : " leads to " + terminal) +
                        " that no simulator of ours made for it; start the simulator (`axlecast simulate`)";
     if (!statement_.simulated) text += ", or say `pty: true` in `link` if another program stands for the device";
-    return text;
+    return Failure(text);
   }
-  const std::string who = SessionOn(judged_, file_system);
-  return who.empty() ? "" : PersonsTerminal(path_, who);
+  return RefuseSession(path_, SessionOn(judged_, file_system));
 }
 
 std::string CanLockName(const std::string& interface) { return "axlecast-can/" + interface; }

@@ -3,6 +3,8 @@
 #include <sys/types.h>
 #include <string>
 
+#include "core/base/result.h"
+
 namespace axlecast {
 
 // What the settings of a port say about pseudo-terminals.
@@ -20,11 +22,11 @@ class LineGuard {
  public:
   LineGuard(std::string path, PtyStatement statement) : path_(std::move(path)), statement_(statement) {}
 
-  [[nodiscard]] std::string Before();
-  [[nodiscard]] std::string After(int line) const;
+  [[nodiscard]] Result<> Before();
+  [[nodiscard]] Result<> After(int line) const;
 
  private:
-  [[nodiscard]] std::string JudgePty(int line, dev_t file_system) const;
+  [[nodiscard]] Result<> CheckPty(int line, dev_t file_system) const;
 
   std::string path_;
   PtyStatement statement_;

@@ -83,7 +83,7 @@ class LineGuardTest : public ::testing::Test {
   // by a second name of its inode.
   std::string LeaveStaleLink() const {
     Pty killed;
-    EXPECT_EQ(killed.Open(path_), "");
+    EXPECT_EQ(ErrorText(killed.Open(path_)), "");
     std::filesystem::create_hard_link(path_, path_ + ".kept");
     killed.Close();
     std::filesystem::rename(path_ + ".kept", path_);
@@ -119,10 +119,11 @@ TEST_F(LineGuardTest, ATerminalThatGotTheNumberOfAKilledSimulatorIsLeftAsItIs) {
   const Terminal& terminal = TerminalWithStaleNumber();
   const termios2 before = terminal.Mode();
   for (const PtyStatement statement : {PtyStatement{.simulated = true}, PtyStatement{}}) {
-    EXPECT_THAT(SerialPort(Settings(statement), clock_).Open(),
+    EXPECT_THAT(ErrorText(SerialPort(Settings(statement), clock_).Open()),
                 AllOf(HasSubstr(path_ + " leads to " + terminal.path()),
                       HasSubstr("that no simulator of ours made"), HasSubstr("axlecast simulate")));
-    EXPECT_THAT(ModbusPort(Settings(statement), clock_).Open(), HasSubstr("that no simulator of ours made"));
+    EXPECT_THAT(ErrorText(ModbusPort(Settings(statement), clock_).Open()),
+                HasSubstr("that no simulator of ours made"));
   }
   const termios2 after = terminal.Mode();
   EXPECT_EQ(after.c_lflag, before.c_lflag);
@@ -138,34 +139,35 @@ TEST_F(LineGuardTest, TheLineOfAnotherSimulatorUnderAStaleLinkIsRefused) {
   const std::string number = LeaveStaleLink();
   Pty other;
   for (int i = 0; i < 100; ++i) {
-    ASSERT_EQ(other.Open(folder_.path() + "/other.pty"), "");
+    ASSERT_EQ(ErrorText(other.Open(folder_.path() + "/other.pty")), "");
     if (std::filesystem::read_symlink(folder_.path() + "/other.pty") == number) break;
   }
   std::filesystem::remove(path_);
   std::filesystem::create_symlink(std::filesystem::read_symlink(folder_.path() + "/other.pty"), path_);
-  EXPECT_THAT(SerialPort(Settings({.simulated = true}), clock_).Open(),
+  EXPECT_THAT(ErrorText(SerialPort(Settings({.simulated = true}), clock_).Open()),
               HasSubstr("that no simulator of ours made"));
 }
 
 TEST_F(LineGuardTest, TheLineOfARunningSimulatorIsTakenByItsLinkAndByALinkToThat) {
   Pty simulator;
-  ASSERT_EQ(simulator.Open(path_), "");
-  EXPECT_EQ(SerialPort(Settings(), clock_).Open(), "");
-  EXPECT_EQ(SerialPort(Settings({.simulated = true}), clock_).Open(), "");
-  EXPECT_EQ(ModbusPort(Settings({.simulated = true}), clock_).Open(), "");
-  EXPECT_EQ(SerialPort(Settings({.simulated = true}), clock_).Open(), "") << "libmodbus left the mark alone";
+  ASSERT_EQ(ErrorText(simulator.Open(path_)), "");
+  EXPECT_EQ(ErrorText(SerialPort(Settings(), clock_).Open()), "");
+  EXPECT_EQ(ErrorText(SerialPort(Settings({.simulated = true}), clock_).Open()), "");
+  EXPECT_EQ(ErrorText(ModbusPort(Settings({.simulated = true}), clock_).Open()), "");
+  EXPECT_EQ(ErrorText(SerialPort(Settings({.simulated = true}), clock_).Open()), "")
+      << "libmodbus left the mark alone";
   std::filesystem::create_symlink("bus.pty", folder_.path() + "/mine");
   path_ = folder_.path() + "/mine";
-  EXPECT_EQ(SerialPort(Settings({.simulated = true}), clock_).Open(), "");
+  EXPECT_EQ(ErrorText(SerialPort(Settings({.simulated = true}), clock_).Open()), "");
 }
 
 TEST_F(LineGuardTest, APtyOfAnotherProgramNeedsAStatement) {
   const Terminal terminal;
   path_ = terminal.path();
-  EXPECT_THAT(SerialPort(Settings(), clock_).Open(),
+  EXPECT_THAT(ErrorText(SerialPort(Settings(), clock_).Open()),
               AllOf(HasSubstr("is a pseudo-terminal that no simulator"), HasSubstr("`pty: true`")));
   EXPECT_NE(terminal.Mode().c_lflag & ECHO, 0U);
-  EXPECT_EQ(SerialPort(Settings({.foreign = true}), clock_).Open(), "");
+  EXPECT_EQ(ErrorText(SerialPort(Settings({.foreign = true}), clock_).Open()), "");
 }
 
 // The statement holds for a program's pty; a person's terminal is refused whatever the file says.
@@ -188,13 +190,13 @@ TEST_F(LineGuardTest, TheControllingTerminalOfASessionIsRefusedEvenSo) {
   char has = 'n';
   ASSERT_EQ(read(ready[0], &has, 1), 1);
   ASSERT_EQ(has, 'y');
-  const std::string problem = SerialPort(Settings({.foreign = true}), clock_).Open();
+  const std::string problem = ErrorText(SerialPort(Settings({.foreign = true}), clock_).Open());
   close(done[1]);
   ASSERT_EQ(waitpid(shell, nullptr, 0), shell);
   EXPECT_THAT(problem, AllOf(HasSubstr("is the terminal that "), HasSubstr(", process " + std::to_string(shell)),
                              HasSubstr("correct link.port")));
   EXPECT_NE(terminal.Mode().c_lflag & ECHO, 0U) << "as it was";
-  EXPECT_EQ(SerialPort(Settings({.foreign = true}), clock_).Open(), "") << "after the session has ended";
+  EXPECT_EQ(ErrorText(SerialPort(Settings({.foreign = true}), clock_).Open()), "") << "after the session has ended";
 }
 
 TEST_F(LineGuardTest, AConsoleIsRefused) {
@@ -203,7 +205,7 @@ TEST_F(LineGuardTest, AConsoleIsRefused) {
     struct stat status {};
     if (stat(console, &status) != 0 || IsPtyDevice(status.st_rdev)) continue;  // a container's console is a pty
     path_ = console;
-    EXPECT_THAT(SerialPort(Settings({.foreign = true}), clock_).Open(),
+    EXPECT_THAT(ErrorText(SerialPort(Settings({.foreign = true}), clock_).Open()),
                 HasSubstr("is a console and no serial port"));
     ++refused;
   }
@@ -242,7 +244,7 @@ TEST_F(LineGuardTest, ALineIsRawAsSoonAsItIsClaimedAndBeforeItIsLocked) {
   const Terminal terminal;
   path_ = terminal.path();
   Tty tty(Settings({.foreign = true}), clock_);
-  ASSERT_EQ(tty.Claim(), "");
+  ASSERT_EQ(ErrorText(tty.Claim()), "");
   EXPECT_EQ(terminal.Mode().c_lflag, 0U) << "no echo, no line editing";
   terminal.Type("\x1A\x03hello\r");
   EXPECT_EQ(terminal.Shows(), "");
@@ -251,7 +253,7 @@ TEST_F(LineGuardTest, ALineIsRawAsSoonAsItIsClaimedAndBeforeItIsLocked) {
   path_ = held.path();
   ASSERT_EQ(flock(held.slave(), LOCK_EX | LOCK_NB), 0);
   Tty second(Settings({.foreign = true}), clock_);
-  EXPECT_THAT(second.Claim(), HasSubstr("another process holds it"));
+  EXPECT_THAT(ErrorText(second.Claim()), HasSubstr("another process holds it"));
   held.Type("hello\r");
   EXPECT_EQ(held.Shows(), "");
 }
@@ -262,7 +264,7 @@ TEST_F(LineGuardTest, ALineStaysRawWhenLibmodbusClosesIt) {
   path_ = terminal.path();
   {
     ModbusPort port(Settings({.foreign = true}), clock_);
-    ASSERT_EQ(port.Open(), "");
+    ASSERT_EQ(ErrorText(port.Open()), "");
     ASSERT_TRUE(port.SetBaud(19'200));
   }
   terminal.Type("hello\r");
@@ -271,7 +273,7 @@ TEST_F(LineGuardTest, ALineStaysRawWhenLibmodbusClosesIt) {
 
 TEST_F(LineGuardTest, ASimulatorsLineIsRawBeforeAHostOpensIt) {
   Pty simulator;
-  ASSERT_EQ(simulator.Open(path_), "");
+  ASSERT_EQ(ErrorText(simulator.Open(path_)), "");
   const Descriptor host(open(path_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
   ASSERT_TRUE(simulator.Write(std::array<std::uint8_t, 3>{'a', 3, '\r'}));
   std::array<std::uint8_t, 8> echoed{};
@@ -282,13 +284,13 @@ TEST(PtyMark, BelongsToTheTerminalAndItsLinkAlone) {
   const TemporaryFolder folder;
   const std::string first = folder.path() + "/first";
   Pty simulator;
-  ASSERT_EQ(simulator.Open(first), "");
+  ASSERT_EQ(ErrorText(simulator.Open(first)), "");
   const std::uint64_t mark = MarkOfLink(first);
   EXPECT_NE(mark, 0U);
   EXPECT_EQ(ReadMark(simulator.FileDescriptor()), mark);
   std::filesystem::create_symlink(std::filesystem::read_symlink(first), folder.path() + "/second");
   EXPECT_NE(MarkOfLink(folder.path() + "/second"), mark);
-  ASSERT_EQ(simulator.Open(first), "");
+  ASSERT_EQ(ErrorText(simulator.Open(first)), "");
   EXPECT_NE(MarkOfLink(first), mark);
   EXPECT_EQ(MarkOfLink("/dev/null"), 0U);
   EXPECT_EQ(MarkOfLink(folder.path() + "/absent"), 0U);

@@ -15,8 +15,9 @@ using Status = ByteLink::Status;
 
 LineReader::LineReader(const Clock& clock) : clock_(clock) {}
 
-std::string LineReader::Problem() const {
-  return wake_.valid() ? "" : "no event can be created: the process has too many files open (ulimit -n)";
+Result<> LineReader::CheckReady() const {
+  if (wake_.valid()) return {};
+  return Failure("no event can be created: the process has too many files open (ulimit -n)");
 }
 
 ReadResult LineReader::Read(std::span<std::uint8_t> into, MonoNs deadline) {

@@ -16,8 +16,8 @@ class LineReader {
  public:
   explicit LineReader(const Clock& clock);
 
-  // Empty when it can wait, else the cause.
-  [[nodiscard]] std::string Problem() const;
+  // Returns an error if no wake-up event could be created.
+  [[nodiscard]] Result<> CheckReady() const;
 
   // From now on reads from `fd`, which others own and outlives the attachment; -1: from nothing.
   void Attach(int fd) { fd_ = fd; }

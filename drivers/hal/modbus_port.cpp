@@ -24,10 +24,11 @@ bool KnowsRate(std::int64_t baud) {
   return std::find(std::begin(kRates), std::end(kRates), baud) != std::end(kRates);
 }
 
-std::string RateProblem(std::int64_t baud) {
+Result<> CheckRate(std::int64_t baud) {
+  if (KnowsRate(baud)) return {};
   std::string text = "link.baud " + std::to_string(baud) + " is no rate of the Modbus library; it knows ";
   for (const std::int64_t rate : kRates) text += (rate == kRates[0] ? "" : ", ") + std::to_string(rate);
-  return text;
+  return Failure(text);
 }
 
 char ParityLetter(Parity parity) {
@@ -62,24 +63,19 @@ ModbusPort::ModbusPort(SerialSettings settings, const Clock& clock)
 
 ModbusPort::~ModbusPort() = default;
 
-std::string ModbusPort::Open() {
+Result<> ModbusPort::Open() {
   Close();
-  std::string problem = SetUp();
-  if (!problem.empty()) Close();
-  return problem;
-}
-
-std::string ModbusPort::SetUp() {
   const std::int64_t baud = tty_.settings().format.baud;
-  std::string problem = reader_.Problem();
-  if (problem.empty() && !KnowsRate(baud)) problem = RateProblem(baud);
-  if (problem.empty()) problem = tty_.Claim();
-  if (problem.empty()) problem = Connect(baud);
-  if (problem.empty()) problem = tty_.StartAfresh();
-  return problem;
+  Result<> opened = reader_.CheckReady()
+                        .and_then([&] { return CheckRate(baud); })
+                        .and_then([&] { return tty_.Claim(); })
+                        .and_then([&] { return Connect(baud); })
+                        .and_then([&] { return tty_.Reset(); });
+  if (!opened) Close();
+  return opened;
 }
 
-std::string ModbusPort::Connect(std::int64_t baud) {
+Result<> ModbusPort::Connect(std::int64_t baud) {
   LineFormat format = tty_.settings().format;
   format.baud = baud;
   // A pty refuses parity (glibc's tcsetattr reads back and reports EINVAL).
@@ -88,13 +84,12 @@ std::string ModbusPort::Connect(std::int64_t baud) {
   const std::string line_path = "/proc/self/fd/" + std::to_string(tty_.FileDescriptor());
   session_ = std::make_unique<Session>(
       modbus_new_rtu(line_path.c_str(), static_cast<int>(baud), parity, 8, format.stop_bits));
-  if (session_->modbus == nullptr || modbus_connect(session_->modbus) != 0) return tty_.OpenProblem(errno);
+  if (session_->modbus == nullptr || modbus_connect(session_->modbus) != 0) return tty_.OpenFailure(errno);
   const int line = modbus_get_socket(session_->modbus);
-  if (!tty_.IsBehind(line)) return tty_.OpenProblem(ENXIO);
-  std::string problem = tty_.Exclude();
-  if (problem.empty()) problem = tty_.AdoptFormat(format);
-  if (problem.empty()) reader_.Attach(line);
-  return problem;
+  if (!tty_.IsBehind(line)) return tty_.OpenFailure(ENXIO);
+  Result<> connected = tty_.Exclude().and_then([&] { return tty_.AdoptFormat(format); });
+  if (connected) reader_.Attach(line);
+  return connected;
 }
 
 void ModbusPort::Disconnect() {
@@ -110,7 +105,7 @@ void ModbusPort::Close() {
 bool ModbusPort::SetBaud(std::int64_t baud) {
   if (!IsOpen() || !KnowsRate(baud) || !tty_.CanMake(baud) || !tty_.Drain() || !tty_.Admit()) return false;
   Disconnect();
-  if (Connect(baud).empty()) return true;
+  if (Connect(baud)) return true;
   Close();
   return false;
 }

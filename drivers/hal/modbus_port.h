@@ -21,7 +21,7 @@ class ModbusPort final : public ByteLink {
   ModbusPort(const ModbusPort&) = delete;
   ModbusPort& operator=(const ModbusPort&) = delete;
 
-  [[nodiscard]] std::string Open() override;
+  [[nodiscard]] Result<> Open() override;
   void Close() override;
   [[nodiscard]] bool IsOpen() const override { return reader_.IsAttached(); }
   // Lets libmodbus close the port and open it anew, in our hands all the while; what was written goes out first,
@@ -45,8 +45,7 @@ class ModbusPort final : public ByteLink {
  private:
   struct Session;
 
-  [[nodiscard]] std::string SetUp();
-  [[nodiscard]] std::string Connect(std::int64_t baud);
+  [[nodiscard]] Result<> Connect(std::int64_t baud);
   void Disconnect();
 
   const Clock& clock_;

@@ -35,7 +35,7 @@ class ModbusPortTest : public ::testing::Test {
  protected:
   ModbusPortTest() {
     path_ = directory_ + "/bus.pty";
-    EXPECT_EQ(far_.Open(path_), "");
+    EXPECT_EQ(ErrorText(far_.Open(path_)), "");
   }
 
   [[nodiscard]] SerialSettings Settings() const { return {.path = path_, .format = {.baud = 9'600}}; }
@@ -73,7 +73,7 @@ class ModbusPortTest : public ::testing::Test {
 
 TEST_F(ModbusPortTest, FramesOfEveryAddressAndFunctionGoOutAsTheyAre) {
   ModbusPort port(Settings(), clock_);
-  ASSERT_EQ(port.Open(), "");
+  ASSERT_EQ(ErrorText(port.Open()), "");
   EXPECT_TRUE(port.IsOpen());
   EXPECT_THAT(port.warnings(), IsEmpty());
   const Wire broadcast = {0x00, 0x06, 0x00, 0x01, 0x00, 0x03, 0x99, 0xDA};
@@ -88,7 +88,7 @@ TEST_F(ModbusPortTest, FramesOfEveryAddressAndFunctionGoOutAsTheyAre) {
 
 TEST_F(ModbusPortTest, AFrameWithoutItsCrcDoesNotGoOut) {
   ModbusPort port(Settings(), clock_);
-  ASSERT_EQ(port.Open(), "");
+  ASSERT_EQ(ErrorText(port.Open()), "");
   Wire wrong = kReadTen;
   wrong.back() ^= 1;
   EXPECT_FALSE(port.Write(wrong));
@@ -101,7 +101,7 @@ TEST_F(ModbusPortTest, AFrameWithoutItsCrcDoesNotGoOut) {
 
 TEST_F(ModbusPortTest, TheLongestFrameIs256Bytes) {
   ModbusPort port(Settings(), clock_);
-  ASSERT_EQ(port.Open(), "");
+  ASSERT_EQ(ErrorText(port.Open()), "");
   Wire longest(254, 0x00);
   longest.insert(longest.end(), {0x55, 0x4E});
   ASSERT_TRUE(port.Write(longest));
@@ -113,7 +113,7 @@ TEST_F(ModbusPortTest, TheLongestFrameIs256Bytes) {
 
 TEST_F(ModbusPortTest, HandsOverEveryByteThatComesAskedForOrNot) {
   ModbusPort port(Settings(), clock_);
-  ASSERT_EQ(port.Open(), "");
+  ASSERT_EQ(ErrorText(port.Open()), "");
   Wire all(256);
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::uint8_t>(i);
   ASSERT_TRUE(far_.Write(all));
@@ -124,7 +124,7 @@ TEST_F(ModbusPortTest, HandsOverEveryByteThatComesAskedForOrNot) {
 
 TEST_F(ModbusPortTest, NothingThereIsNotTheEndOfTheLine) {
   ModbusPort port(Settings(), clock_);
-  ASSERT_EQ(port.Open(), "");
+  ASSERT_EQ(ErrorText(port.Open()), "");
   std::array<std::uint8_t, 8> buffer;
   EXPECT_EQ(port.ReadNow(buffer).status, ByteLink::Status::kTimeout);
   EXPECT_EQ(port.Read(buffer, clock_.Now() + kMillisecond).status, ByteLink::Status::kTimeout);
@@ -136,20 +136,20 @@ TEST_F(ModbusPortTest, NothingThereIsNotTheEndOfTheLine) {
   EXPECT_EQ(port.ReadNow(buffer).status, ByteLink::Status::kLost);
   EXPECT_FALSE(port.Write(kReadTen));
   EXPECT_FALSE(port.SetBaud(19'200));
-  EXPECT_NE(port.Open(), "");
+  EXPECT_NE(ErrorText(port.Open()), "");
   EXPECT_FALSE(port.IsOpen());
-  ASSERT_EQ(far_.Open(path_), "");
-  EXPECT_EQ(port.Open(), "");
+  ASSERT_EQ(ErrorText(far_.Open(path_)), "");
+  EXPECT_EQ(ErrorText(port.Open()), "");
   EXPECT_TRUE(port.Write(kReadTen));
   EXPECT_EQ(FarReads(kReadTen.size()), kReadTen);
 }
 
 TEST_F(ModbusPortTest, WhatCameBeforeOpenIsDiscarded) {
   ModbusPort port(Settings(), clock_);
-  ASSERT_EQ(port.Open(), "");
+  ASSERT_EQ(ErrorText(port.Open()), "");
   ASSERT_TRUE(far_.Write(Wire{1, 2, 3}));
   ASSERT_EQ(port.Wait(clock_.Now() + kSoon), ByteLink::Status::kOk);
-  ASSERT_EQ(port.Open(), "");
+  ASSERT_EQ(ErrorText(port.Open()), "");
   ASSERT_TRUE(far_.Write(Wire{4}));
   EXPECT_THAT(PortReads(port, 1), ElementsAre(4));
 }
@@ -158,13 +158,14 @@ TEST_F(ModbusPortTest, OneUserWhicheverPort) {
   ModbusPort first(Settings(), clock_);
   ModbusPort second(Settings(), clock_);
   SerialPort third(Settings(), clock_);
-  ASSERT_EQ(first.Open(), "");
-  EXPECT_THAT(second.Open(), HasSubstr("another process holds it: end that one (is a second driver running?)"));
-  EXPECT_THAT(third.Open(), HasSubstr("another process holds it"));
+  ASSERT_EQ(ErrorText(first.Open()), "");
+  EXPECT_THAT(ErrorText(second.Open()),
+              HasSubstr("another process holds it: end that one (is a second driver running?)"));
+  EXPECT_THAT(ErrorText(third.Open()), HasSubstr("another process holds it"));
   ASSERT_TRUE(first.SetBaud(19'200));
-  EXPECT_THAT(second.Open(), HasSubstr("another process holds it")) << "after a change of rate too";
+  EXPECT_THAT(ErrorText(second.Open()), HasSubstr("another process holds it")) << "after a change of rate too";
   first.Close();
-  EXPECT_EQ(second.Open(), "");
+  EXPECT_EQ(ErrorText(second.Open()), "");
 }
 
 // Each is set by libmodbus and read back at the other end; any other rate would silently be 9600.
@@ -176,14 +177,15 @@ TEST_F(ModbusPortTest, EveryRateThatItTakesIsMade) {
     SerialSettings settings = Settings();
     settings.format.baud = baud;
     ModbusPort port(settings, clock_);
-    EXPECT_EQ(port.Open(), "");
+    EXPECT_EQ(ErrorText(port.Open()), "");
     EXPECT_EQ(far_.Baud(), baud);
   }
   for (const std::int64_t baud : {0, 1, 9'601, 14'400, 128'000, 250'000, 2'000'000}) {
     SerialSettings settings = Settings();
     settings.format.baud = baud;
     ModbusPort port(settings, clock_);
-    EXPECT_THAT(port.Open(), HasSubstr("link.baud " + std::to_string(baud) + " is no rate of the Modbus library"));
+    EXPECT_THAT(ErrorText(port.Open()),
+                HasSubstr("link.baud " + std::to_string(baud) + " is no rate of the Modbus library"));
     EXPECT_FALSE(port.IsOpen());
   }
 }
@@ -191,7 +193,7 @@ TEST_F(ModbusPortTest, EveryRateThatItTakesIsMade) {
 TEST_F(ModbusPortTest, GoesOnAtAnotherRateAndKeepsWhatHasCome) {
   ModbusPort port(Settings(), clock_);
   EXPECT_FALSE(port.SetBaud(19'200)) << "closed";
-  ASSERT_EQ(port.Open(), "");
+  ASSERT_EQ(ErrorText(port.Open()), "");
   EXPECT_EQ(far_.Baud(), 9'600);
   ASSERT_TRUE(far_.Write(Wire{1, 2}));
   ASSERT_EQ(port.Wait(clock_.Now() + kSoon), ByteLink::Status::kOk);
@@ -203,7 +205,7 @@ TEST_F(ModbusPortTest, GoesOnAtAnotherRateAndKeepsWhatHasCome) {
   EXPECT_EQ(FarReads(kReadTen.size()), kReadTen);
   EXPECT_FALSE(port.SetBaud(12'345)) << "libmodbus would make 9600 of it";
   EXPECT_EQ(far_.Baud(), 115'200);
-  ASSERT_EQ(port.Open(), "");
+  ASSERT_EQ(ErrorText(port.Open()), "");
   EXPECT_EQ(far_.Baud(), 9'600) << "an opened port begins as the settings say";
 }
 
@@ -212,7 +214,7 @@ TEST_F(ModbusPortTest, APtyCarriesEveryFormatWithoutParity) {
     for (const int stop_bits : {1, 2}) {
       SerialSettings settings = Settings();
       settings.format = {.baud = 19'200, .parity = parity, .stop_bits = stop_bits};
-      EXPECT_EQ(ModbusPort(settings, clock_).Open(), "");
+      EXPECT_EQ(ErrorText(ModbusPort(settings, clock_).Open()), "");
     }
   }
 }
@@ -220,11 +222,12 @@ TEST_F(ModbusPortTest, APtyCarriesEveryFormatWithoutParity) {
 TEST_F(ModbusPortTest, OpenNamesCauseAndRemedy) {
   SerialSettings settings = Settings();
   settings.path = directory_ + "/nothing";
-  EXPECT_THAT(ModbusPort(settings, clock_).Open(), HasSubstr("/nothing does not exist: plug the adapter in"));
+  EXPECT_THAT(ErrorText(ModbusPort(settings, clock_).Open()),
+              HasSubstr("/nothing does not exist: plug the adapter in"));
   settings.path = "/dev/null";
-  EXPECT_THAT(ModbusPort(settings, clock_).Open(), HasSubstr("is no serial port"));
+  EXPECT_THAT(ErrorText(ModbusPort(settings, clock_).Open()), HasSubstr("is no serial port"));
   settings.path = "";
-  EXPECT_NE(ModbusPort(settings, clock_).Open(), "");
+  EXPECT_NE(ErrorText(ModbusPort(settings, clock_).Open()), "");
 }
 
 // Two seconds pass at every look.
@@ -240,7 +243,7 @@ class HastyClock final : public Clock {
 TEST_F(ModbusPortTest, AFarEndThatTakesNothingIsLost) {
   HastyClock clock;
   ModbusPort port(Settings(), clock);
-  ASSERT_EQ(port.Open(), "");
+  ASSERT_EQ(ErrorText(port.Open()), "");
   int taken = 0;
   while (taken < 1'000'000 && port.Write(kReadTen)) ++taken;
   EXPECT_LT(taken, 1'000'000);

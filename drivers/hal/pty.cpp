@@ -39,7 +39,9 @@ std::uint64_t MarkOf(const struct stat& link) {
   return mark != 0 ? mark : 1;
 }
 
-std::string Problem(const std::string& what) { return what + ": " + std::strerror(errno); }
+tl::unexpected<Error> SystemFailure(const std::string& what, const char* remedy = "") {
+  return Failure(what + ": " + std::strerror(errno) + remedy);
+}
 
 // No echo, no line editing, no change of any byte.
 bool MakeRaw(int fd) {
@@ -95,21 +97,21 @@ bool WriteMark(int terminal, std::uint64_t mark) {
   return ioctl(terminal, TIOCSWINSZ, &size) == 0;
 }
 
-std::string Pty::Open(const std::string& path) {
+Result<> Pty::Open(const std::string& path) {
   Close();
-  if (!IsLinkOrAbsent(path)) return path + " exists and is no link: remove it, or use another path";
+  if (!IsLinkOrAbsent(path)) return Failure(path + " exists and is no link: remove it, or use another path");
   Descriptor master(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
-  if (!master.valid()) return Problem("cannot create a pty") + "; is devpts mounted on /dev/pts?";
+  if (!master.valid()) return SystemFailure("cannot create a pty", "; is devpts mounted on /dev/pts?");
   std::array<char, 64> name{};
   if (grantpt(master.get()) != 0 || unlockpt(master.get()) != 0 ||
       ptsname_r(master.get(), name.data(), name.size()) != 0 || !MakeRaw(master.get())) {
-    return Problem("cannot set up the pty");
+    return SystemFailure("cannot set up the pty");
   }
   // Opened and closed once: from now on "no host" shows, before the first host as after the last.
   const Descriptor first_host(open(name.data(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
-  if (!first_host.valid()) return Problem(std::string("cannot open ") + name.data());
+  if (!first_host.valid()) return SystemFailure(std::string("cannot open ") + name.data());
   if (!ReplaceLink(name.data(), path, master.get())) {
-    return Problem("cannot link " + path + " to " + name.data());
+    return SystemFailure("cannot link " + path + " to " + name.data());
   }
   master_ = std::move(master);
   path_ = path;

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/base/inline_bytes.h"
+#include "core/base/result.h"
 #include "platform/os/descriptor.h"
 
 namespace axlecast {
@@ -33,10 +34,10 @@ class Pty {
   Pty(const Pty&) = delete;
   Pty& operator=(const Pty&) = delete;
 
-  // Creates one and links it under `path`, in place of what was linked there; the directory exists. An empty string
-  // when it is open, else the cause and the remedy. An open one is closed first: the host loses its line, as with an
+  // Creates one and links it under `path`, in place of what was linked there; the directory exists. The error
+  // contains the cause and the remedy. An open one is closed first: the host loses its line, as with an
   // adapter that is pulled out. The terminal is raw before the link names it, and has the link's mark (pty_mark.h).
-  [[nodiscard]] std::string Open(const std::string& path);
+  [[nodiscard]] Result<> Open(const std::string& path);
   // Ends the line; the link goes if it is still ours.
   void Close();
   [[nodiscard]] bool IsOpen() const { return master_.valid(); }

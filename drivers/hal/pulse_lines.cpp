@@ -24,22 +24,21 @@ std::string Name(const PulseLineConfig& line) {
   return "line " + line.name + " (" + line.chip + ' ' + std::to_string(line.offset) + ')';
 }
 
-std::string ChipProblem(const PulseLineConfig& line, int error) {
+tl::unexpected<Error> ChipFailure(const PulseLineConfig& line, int error) {
   switch (error) {
     case ENOENT:
-      return Name(line) + ": there is no such chip; gpiodetect lists this machine's";
+      return Failure(Name(line) + ": there is no such chip; gpiodetect lists this machine's");
     case EACCES:
     case EPERM:
-      return Name(line) +
-             ": permission denied; let the user use GPIO (as root: usermod -aG gpio USER; where no group gpio is, "
-             "a "
-             "udev rule gives " +
-             line.chip + " to one) and log in again";
+      return Failure(Name(line) +
+                     ": permission denied; let the user use GPIO (as root: usermod -aG gpio USER; where no group "
+                     "gpio is, a udev rule gives " +
+                     line.chip + " to one) and log in again");
     case ENOTTY:
     case ENODEV:
-      return Name(line) + ": that is no GPIO chip; gpiodetect lists this machine's";
+      return Failure(Name(line) + ": that is no GPIO chip; gpiodetect lists this machine's");
     default:
-      return Name(line) + ": " + std::strerror(error);
+      return Failure(Name(line) + ": " + std::strerror(error));
   }
 }
 
@@ -72,24 +71,25 @@ class GpioLines::Line {
   Line(const Line&) = delete;
   Line& operator=(const Line&) = delete;
 
-  [[nodiscard]] std::string Request(const PulseLineConfig& config) {
+  [[nodiscard]] Result<> Request(const PulseLineConfig& config) {
     line_ = gpiod_chip_get_line(chip_, static_cast<unsigned>(config.offset));
     if (line_ == nullptr) {
-      return Name(config) + ": the chip has lines 0 to " + std::to_string(int(gpiod_chip_num_lines(chip_)) - 1) +
-             "; gpioinfo lists them";
+      return Failure(Name(config) + ": the chip has lines 0 to " +
+                     std::to_string(int(gpiod_chip_num_lines(chip_)) - 1) + "; gpioinfo lists them");
     }
     requested_ = gpiod_line_request_output(line_, kConsumer, 1) == 0;
-    return requested_ ? "" : RequestProblem(config, errno);
+    if (requested_) return {};
+    return RequestFailure(config, errno);
   }
   [[nodiscard]] bool Set(bool high) { return gpiod_line_set_value(line_, high ? 1 : 0) == 0; }
 
  private:
-  [[nodiscard]] std::string RequestProblem(const PulseLineConfig& config, int error) {
-    if (error != EBUSY) return ChipProblem(config, error);
+  [[nodiscard]] tl::unexpected<Error> RequestFailure(const PulseLineConfig& config, int error) {
+    if (error != EBUSY) return ChipFailure(config, error);
     // The name may have been read before the other one took the line.
     const char* const consumer = gpiod_line_update(line_) == 0 ? gpiod_line_consumer(line_) : nullptr;
-    return Name(config) + (consumer == nullptr ? "" : ", taken by '" + std::string(consumer) + "'") + ": " +
-           std::string(kLineHeld);
+    return Failure(Name(config) + (consumer == nullptr ? "" : ", taken by '" + std::string(consumer) + "'") + ": " +
+                   std::string(kLineHeld));
   }
 
   gpiod_chip* chip_;
@@ -104,19 +104,20 @@ GpioLines::~GpioLines() = default;
 
 void GpioLines::Close() { claimed_.clear(); }
 
-std::string GpioLines::Open() {
+Result<> GpioLines::Open() {
   Close();
-  std::string problem;
   for (const PulseLineConfig& line : lines_) {
-    if (problem.empty()) problem = Claim(line);
+    Result<> claimed = Claim(line);
+    if (claimed) continue;
+    Close();
+    return claimed;
   }
-  if (!problem.empty()) Close();
-  return problem;
+  return {};
 }
 
-std::string GpioLines::Claim(const PulseLineConfig& config) {
+Result<> GpioLines::Claim(const PulseLineConfig& config) {
   gpiod_chip* const chip = gpiod_chip_open(config.chip.c_str());
-  if (chip == nullptr) return ChipProblem(config, errno);
+  if (chip == nullptr) return ChipFailure(config, errno);
   claimed_.push_back(std::make_unique<Line>(chip));
   return claimed_.back()->Request(config);
 }
@@ -131,17 +132,17 @@ bool GpioLines::Pulse(std::uint8_t line, MonoNs low) {
 
 // ---- the driver's end ----
 
-std::string SimulatedLines::Open() {
+Result<> SimulatedLines::Open() {
   const std::optional<UnixAddress> address = UnixAddress::Of(path_);
-  if (!address) return UnixAddress::TooLong(path_);
+  if (!address) return Failure(UnixAddress::TooLong(path_));
   Descriptor socket_to_it(socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-  if (!socket_to_it.valid()) return path_ + ": " + std::strerror(errno);
+  if (!socket_to_it.valid()) return Failure(path_ + ": " + std::strerror(errno));
   if (connect(socket_to_it.get(), address->generic(), address->size()) != 0) {
-    return "no simulator moves the lines of this bus (" + path_ + ": " + std::strerror(errno) +
-           "): start it with `axlecast simulate`";
+    return Failure("no simulator moves the lines of this bus (" + path_ + ": " + std::strerror(errno) +
+                   "): start it with `axlecast simulate`");
   }
   socket_ = std::move(socket_to_it);
-  return "";
+  return {};
 }
 
 bool SimulatedLines::Pulse(std::uint8_t line, MonoNs low) {
@@ -152,7 +153,7 @@ bool SimulatedLines::Pulse(std::uint8_t line, MonoNs low) {
            static_cast<ssize_t>(datagram.size());
   };
   // ECONNREFUSED the first time after the simulator has gone, ENOTCONN from then on.
-  return sent() || ((errno == ECONNREFUSED || errno == ENOTCONN) && Open().empty() && sent());
+  return sent() || ((errno == ECONNREFUSED || errno == ENOTCONN) && Open() && sent());
 }
 
 // ---- the simulator's end ----
@@ -161,12 +162,12 @@ SimulatedLinesPort::~SimulatedLinesPort() {
   if (socket_.valid()) static_cast<void>(unlink(path_.c_str()));
 }
 
-std::string SimulatedLinesPort::Listen(const std::string& path) {
+Result<> SimulatedLinesPort::Listen(const std::string& path) {
   Result<Descriptor> bound = BindUnixSocket(path, SOCK_DGRAM);
-  if (!bound) return bound.error().text;
+  if (!bound) return Failure(bound.error());
   socket_ = std::move(*bound);
   path_ = path;
-  return "";
+  return {};
 }
 
 std::optional<Pulse> SimulatedLinesPort::Next() {

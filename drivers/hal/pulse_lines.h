@@ -25,7 +25,7 @@ class GpioLines final : public PulseLines {
   GpioLines(const GpioLines&) = delete;
   GpioLines& operator=(const GpioLines&) = delete;
 
-  [[nodiscard]] std::string Open() override;
+  [[nodiscard]] Result<> Open() override;
   void Close() override;
   // Spins through the last 100 us of `low`, sleeps before.
   [[nodiscard]] bool Pulse(std::uint8_t line, MonoNs low) override;
@@ -33,7 +33,7 @@ class GpioLines final : public PulseLines {
  private:
   class Line;
 
-  [[nodiscard]] std::string Claim(const PulseLineConfig& config);
+  [[nodiscard]] Result<> Claim(const PulseLineConfig& config);
 
   std::vector<PulseLineConfig> lines_;
   const Clock& clock_;
@@ -46,7 +46,7 @@ class SimulatedLines final : public PulseLines {
   // `path`: where the simulator listens, <bus>.lines in the run directory.
   SimulatedLines(std::string path, const Clock& clock) : path_(std::move(path)), clock_(clock) {}
 
-  [[nodiscard]] std::string Open() override;
+  [[nodiscard]] Result<> Open() override;
   void Close() override { socket_.Reset(); }
   // False when no simulator is there to see it. One that was started anew meanwhile is found.
   [[nodiscard]] bool Pulse(std::uint8_t line, MonoNs low) override;
@@ -65,9 +65,9 @@ class SimulatedLinesPort {
   SimulatedLinesPort(const SimulatedLinesPort&) = delete;
   SimulatedLinesPort& operator=(const SimulatedLinesPort&) = delete;
 
-  // Takes the path over from a process that has gone; whoever calls makes sure that none lives. An empty string
-  // when it listens, else the cause and the remedy. Only this user's processes reach it.
-  [[nodiscard]] std::string Listen(const std::string& path);
+  // Takes the path over from a process that has gone; whoever calls makes sure that none lives. The error
+  // contains the cause and the remedy. Only this user's processes reach it.
+  [[nodiscard]] Result<> Listen(const std::string& path);
   // Readable when a pulse has come.
   [[nodiscard]] int FileDescriptor() const { return socket_.get(); }
   // The next pulse; none when nothing has come. What is no pulse is dropped.

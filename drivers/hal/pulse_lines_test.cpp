@@ -146,7 +146,7 @@ class GpioLinesTest : public ::testing::Test {
 
   static PulseLineConfig Clk() { return {"clk", "/dev/gpiochip0", 4}; }
   static PulseLineConfig Clr() { return {"clr", "/dev/gpiochip0", 17}; }
-  std::string Problem(const PulseLineConfig& line) { return GpioLines({line}, clock_).Open(); }
+  std::string Problem(const PulseLineConfig& line) { return ErrorText(GpioLines({line}, clock_).Open()); }
 
   TickingClock clock_;
 };
@@ -155,15 +155,15 @@ TEST_F(GpioLinesTest, ClaimsItsLinesHighAndGivesThemBack) {
   {
     GpioLines lines({Clk(), Clr()}, clock_);
     EXPECT_EQ(board.lines[4].consumer, "");
-    ASSERT_EQ(lines.Open(), "");
+    ASSERT_EQ(ErrorText(lines.Open()), "");
     EXPECT_EQ(board.lines[4].consumer, "axlecast");
     EXPECT_EQ(board.lines[17].consumer, "axlecast");
     EXPECT_TRUE(board.lines[4].high && board.lines[17].high);
-    ASSERT_EQ(lines.Open(), "") << "anew";
+    ASSERT_EQ(ErrorText(lines.Open()), "") << "anew";
     lines.Close();
     EXPECT_EQ(board.lines[4].consumer, "");
     EXPECT_EQ(board.open_chips, 0);
-    ASSERT_EQ(lines.Open(), "");
+    ASSERT_EQ(ErrorText(lines.Open()), "");
   }
   EXPECT_EQ(board.lines[17].consumer, "");
   EXPECT_EQ(board.open_chips, 0);
@@ -172,7 +172,7 @@ TEST_F(GpioLinesTest, ClaimsItsLinesHighAndGivesThemBack) {
 
 TEST_F(GpioLinesTest, APulseIsLowForAtLeastAsLongAsAskedAndThenHigh) {
   GpioLines lines({Clk(), Clr()}, clock_);
-  ASSERT_EQ(lines.Open(), "");
+  ASSERT_EQ(ErrorText(lines.Open()), "");
   for (const MonoNs low : {MonoNs{0}, 10 * kMicrosecond, 99 * kMicrosecond}) {
     board.changes.clear();
     ASSERT_TRUE(lines.Pulse(1, low));
@@ -191,7 +191,7 @@ TEST_F(GpioLinesTest, ALongPulseToo) {
   const SystemClock real;
   board.clock = &real;
   GpioLines lines({Clk()}, real);
-  ASSERT_EQ(lines.Open(), "");
+  ASSERT_EQ(ErrorText(lines.Open()), "");
   ASSERT_TRUE(lines.Pulse(0, 2 * kMillisecond));
   EXPECT_GE(board.changes[1].at - board.changes[0].at, 2 * kMillisecond);
 }
@@ -199,7 +199,7 @@ TEST_F(GpioLinesTest, ALongPulseToo) {
 TEST_F(GpioLinesTest, NoPulseWithoutItsLine) {
   GpioLines lines({Clk()}, clock_);
   EXPECT_FALSE(lines.Pulse(0, 0)) << "not open";
-  ASSERT_EQ(lines.Open(), "");
+  ASSERT_EQ(ErrorText(lines.Open()), "");
   EXPECT_FALSE(lines.Pulse(1, 0));
   EXPECT_TRUE(lines.Pulse(0, 0));
   board.changes.clear();
@@ -222,7 +222,7 @@ TEST_F(GpioLinesTest, NamesTheLineTheCauseAndTheRemedy) {
 
 TEST_F(GpioLinesTest, ClaimsAllOrNone) {
   GpioLines lines({Clk(), {"clr", "/dev/gpiochip0", 18}}, clock_);
-  EXPECT_THAT(lines.Open(), EndsWith(kLineHeld));
+  EXPECT_THAT(ErrorText(lines.Open()), EndsWith(kLineHeld));
   EXPECT_EQ(board.lines[4].consumer, "");
   EXPECT_EQ(board.lines[18].consumer, "other-tool");
   EXPECT_EQ(board.open_chips, 0);
@@ -247,10 +247,10 @@ class SimulatedLinesTest : public ::testing::Test {
 
 TEST_F(SimulatedLinesTest, EveryPulseArrivesInOrderOnceItIsOver) {
   SimulatedLinesPort port;
-  ASSERT_EQ(port.Listen(path_), "");
+  ASSERT_EQ(ErrorText(port.Listen(path_)), "");
   EXPECT_FALSE(port.Next().has_value());
   SimulatedLines lines(path_, clock_);
-  ASSERT_EQ(lines.Open(), "");
+  ASSERT_EQ(ErrorText(lines.Open()), "");
   const MonoNs start = clock_.Now();
   ASSERT_TRUE(lines.Pulse(0, 0));
   ASSERT_TRUE(lines.Pulse(255, 300 * kMicrosecond));
@@ -271,21 +271,21 @@ TEST_F(SimulatedLinesTest, EveryPulseArrivesInOrderOnceItIsOver) {
 TEST_F(SimulatedLinesTest, WithoutASimulatorItTellsWhatToDo) {
   SimulatedLines lines(path_, clock_);
   EXPECT_FALSE(lines.Pulse(0, 0)) << "not opened";
-  EXPECT_THAT(lines.Open(), HasSubstr("start it with `axlecast simulate`"));
-  EXPECT_THAT(SimulatedLines(std::string(200, 'x'), clock_).Open(), HasSubstr("AXLECAST_RUN_DIR"));
+  EXPECT_THAT(ErrorText(lines.Open()), HasSubstr("start it with `axlecast simulate`"));
+  EXPECT_THAT(ErrorText(SimulatedLines(std::string(200, 'x'), clock_).Open()), HasSubstr("AXLECAST_RUN_DIR"));
 }
 
 TEST_F(SimulatedLinesTest, FindsASimulatorThatWasStartedAnew) {
   SimulatedLines lines(path_, clock_);
   {
     SimulatedLinesPort first;
-    ASSERT_EQ(first.Listen(path_), "");
-    ASSERT_EQ(lines.Open(), "");
+    ASSERT_EQ(ErrorText(first.Listen(path_)), "");
+    ASSERT_EQ(ErrorText(lines.Open()), "");
   }
   EXPECT_FALSE(std::filesystem::exists(path_));
   EXPECT_FALSE(lines.Pulse(1, 0));
   SimulatedLinesPort second;
-  ASSERT_EQ(second.Listen(path_), "");
+  ASSERT_EQ(ErrorText(second.Listen(path_)), "");
   EXPECT_TRUE(lines.Pulse(2, 0));
   ASSERT_TRUE(second.Next().has_value());
   lines.Close();
@@ -295,22 +295,22 @@ TEST_F(SimulatedLinesTest, FindsASimulatorThatWasStartedAnew) {
 TEST_F(SimulatedLinesTest, TakesAPathOverAndKeepsOthersOut) {
   {
     SimulatedLinesPort killed;
-    ASSERT_EQ(killed.Listen(path_), "");
+    ASSERT_EQ(ErrorText(killed.Listen(path_)), "");
     std::filesystem::create_hard_link(path_, path_ + ".kept");
   }
   std::filesystem::rename(path_ + ".kept", path_);  // what a killed process leaves behind
   SimulatedLinesPort port;
-  ASSERT_EQ(port.Listen(path_), "");
+  ASSERT_EQ(ErrorText(port.Listen(path_)), "");
   struct stat status {};
   ASSERT_EQ(stat(path_.c_str(), &status), 0);
   EXPECT_EQ(status.st_mode & 0777U, 0600U);
   SimulatedLinesPort nowhere;
-  EXPECT_THAT(nowhere.Listen(directory_ + "/absent/b0.lines"), HasSubstr("No such file"));
+  EXPECT_THAT(ErrorText(nowhere.Listen(directory_ + "/absent/b0.lines")), HasSubstr("No such file"));
 }
 
 TEST_F(SimulatedLinesTest, NonsenseIsDropped) {
   SimulatedLinesPort port;
-  ASSERT_EQ(port.Listen(path_), "");
+  ASSERT_EQ(ErrorText(port.Listen(path_)), "");
   const std::optional<UnixAddress> address = UnixAddress::Of(path_);
   ASSERT_TRUE(address.has_value());
   const Descriptor stranger(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
@@ -321,7 +321,7 @@ TEST_F(SimulatedLinesTest, NonsenseIsDropped) {
               static_cast<ssize_t>(size));
   }
   SimulatedLines lines(path_, clock_);
-  ASSERT_EQ(lines.Open(), "");
+  ASSERT_EQ(ErrorText(lines.Open()), "");
   ASSERT_TRUE(lines.Pulse(7, 1));
   const std::optional<Pulse> pulse = port.Next();
   ASSERT_TRUE(pulse.has_value());

@@ -73,51 +73,53 @@ void AskForLowLatency(int line) {
 
 }  // namespace
 
-std::string Tty::OpenProblem(int error) const {
+tl::unexpected<Error> Tty::OpenFailure(int error) const {
   const std::string& path = settings_.path;
   switch (error) {
     case ENOENT:
       if (settings_.pty.simulated)
-        return path + " does not exist: no simulator runs; start it with `axlecast simulate`";
-      return path +
-             " does not exist: plug the adapter in, or correct link.port; lasting names stand in "
-             "/dev/serial/by-id/";
+        return Failure(path + " does not exist: no simulator runs; start it with `axlecast simulate`");
+      return Failure(
+          path +
+          " does not exist: plug the adapter in, or correct link.port; /dev/serial/by-id/ has lasting names");
     case EACCES:
-      return path +
-             ": permission denied; let the user use serial ports (as root: usermod -aG dialout USER) and log "
-             "in again";
+      return Failure(
+          path +
+          ": permission denied; let the user use serial ports (as root: usermod -aG dialout USER) and log "
+          "in again");
     case EBUSY:
-      return path + ": " + std::string(kLineHeld);
+      return Failure(path + ": " + std::string(kLineHeld));
     case ENXIO:
     case EIO:
     case ENODEV:
-      return path + ": the device behind it is gone; plug the adapter in again";
+      return Failure(path + ": the device behind it is gone; plug the adapter in again");
     default:
-      return path + ": " + std::strerror(error);
+      return Failure(path + ": " + std::strerror(error));
   }
 }
 
-std::string Tty::OpenLine(Descriptor& line) const {
+Result<Descriptor> Tty::OpenLine() const {
   LineGuard guard(settings_.path, settings_.pty);
-  if (std::string problem = guard.Before(); !problem.empty()) return problem;
-  line = Descriptor(open(settings_.path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
-  if (!line.valid()) return OpenProblem(errno);
-  if (DeviceOf(line.get()) == 0) return settings_.path + kNoSerialPort;
-  if (std::string problem = guard.After(line.get()); !problem.empty()) return problem;
-  if (MakeRaw(line.get())) return "";
-  return errno == ENOTTY ? settings_.path + kNoSerialPort : OpenProblem(errno);
+  if (const Result<> line_is_free = guard.Before(); !line_is_free) return Failure(line_is_free.error());
+  Descriptor line(open(settings_.path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (!line.valid()) return OpenFailure(errno);
+  if (DeviceOf(line.get()) == 0) return Failure(settings_.path + kNoSerialPort);
+  if (const Result<> is_line = guard.After(line.get()); !is_line) return Failure(is_line.error());
+  if (MakeRaw(line.get())) return line;
+  return errno == ENOTTY ? Failure(settings_.path + kNoSerialPort) : OpenFailure(errno);
 }
 
-std::string Tty::Claim() {
+Result<> Tty::Claim() {
   warnings_.clear();
   Release();
-  Descriptor line;
-  if (std::string problem = OpenLine(line); !problem.empty()) return problem;
-  if (flock(line.get(), LOCK_EX | LOCK_NB) != 0) return settings_.path + ": " + std::string(kLineHeld);
-  line_ = std::move(line);
-  std::string problem = IsPty() ? "" : JudgeHardware();
-  if (!problem.empty()) Release();
-  return problem;
+  Result<Descriptor> line = OpenLine();
+  if (!line) return Failure(line.error());
+  if (flock(line->get(), LOCK_EX | LOCK_NB) != 0) return OpenFailure(EBUSY);
+  line_ = std::move(*line);
+  if (IsPty()) return {};
+  Result<> fits = CheckHardware();
+  if (!fits) Release();
+  return fits;
 }
 
 bool Tty::IsPty() const { return IsPtyDevice(DeviceOf(line_.get())); }
@@ -127,27 +129,27 @@ bool Tty::IsBehind(int fd) const {
   return device != 0 && device == DeviceOf(line_.get());
 }
 
-std::string Tty::Exclude() {
+Result<> Tty::Exclude() {
   // A pty keeps its exclusive mode as long as its simulator holds it open, beyond the death of a driver.
-  if (IsPty() || ioctl(line_.get(), TIOCEXCL) == 0) return "";
-  return OpenProblem(errno);
+  if (IsPty() || ioctl(line_.get(), TIOCEXCL) == 0) return {};
+  return OpenFailure(errno);
 }
 
 bool Tty::Admit() { return IsPty() || ioctl(line_.get(), TIOCNXCL) == 0; }
 
-std::string Tty::JudgeHardware() {
+Result<> Tty::CheckHardware() {
   const dev_t device = DeviceOf(line_.get());
   const TtyFacts facts = ReadTtyFacts(settings_.sysfs, major(device), minor(device));
   if (facts.usb) {
     AdapterVerdict verdict = JudgeAdapter(*facts.usb, settings_.format.baud);
-    if (!verdict.fits) return settings_.path + ": " + verdict.text;
+    if (!verdict.fits) return Failure(settings_.path + ": " + verdict.text);
     if (!verdict.text.empty()) warnings_.push_back(std::move(verdict.text));
   }
-  if (!settings_.low_latency) return "";
+  if (!settings_.low_latency) return {};
   AskForLowLatency(line_.get());
-  if (facts.latency_timer.empty()) return "";
+  if (facts.latency_timer.empty()) return {};
   if (std::string slow = ShortenLatency(facts.latency_timer); !slow.empty()) warnings_.push_back(std::move(slow));
-  return "";
+  return {};
 }
 
 bool Tty::CanMake(std::int64_t baud) const {
@@ -156,37 +158,37 @@ bool Tty::CanMake(std::int64_t baud) const {
   return baud > 0 && (!facts.usb || JudgeAdapter(*facts.usb, baud).fits);
 }
 
-std::string Tty::SetFormat() { return Apply(settings_.format); }
+Result<> Tty::SetFormat() { return Apply(settings_.format); }
 
-std::string Tty::Apply(const LineFormat& format) {
+Result<> Tty::Apply(const LineFormat& format) {
   const termios2 mode = RawMode(format);
   if (ioctl(line_.get(), TCSETS2, &mode) != 0) {
-    return settings_.path + " refuses its settings: " + std::strerror(errno);
+    return Failure(settings_.path + " refuses its settings: " + std::strerror(errno));
   }
   return CheckFormat(format);
 }
 
-std::string Tty::AdoptFormat(const LineFormat& format) {
+Result<> Tty::AdoptFormat(const LineFormat& format) {
   termios2 mode{};
-  if (ioctl(line_.get(), TCGETS2, &mode) != 0) return OpenProblem(errno);
+  if (ioctl(line_.get(), TCGETS2, &mode) != 0) return OpenFailure(errno);
   mode.c_cc[VMIN] = 1;
-  if (ioctl(line_.get(), TCSETS2, &mode) != 0) return OpenProblem(errno);
+  if (ioctl(line_.get(), TCSETS2, &mode) != 0) return OpenFailure(errno);
   return CheckFormat(format);
 }
 
-std::string Tty::CheckFormat(const LineFormat& format) const {
+Result<> Tty::CheckFormat(const LineFormat& format) const {
   termios2 mode{};
-  if (ioctl(line_.get(), TCGETS2, &mode) != 0) return OpenProblem(errno);
+  if (ioctl(line_.get(), TCGETS2, &mode) != 0) return OpenFailure(errno);
   const auto wanted = static_cast<double>(format.baud);
   if (std::abs(static_cast<double>(mode.c_ospeed) - wanted) > kRateTolerance * wanted) {
-    return settings_.path + " makes " + std::to_string(mode.c_ospeed) + " baud of the " +
-           std::to_string(format.baud) + " asked for: it cannot do this rate; use another port or adapter";
+    return Failure(settings_.path + " makes " + std::to_string(mode.c_ospeed) + " baud of the " +
+                   std::to_string(format.baud) + " asked for: it cannot do this rate; use another port or adapter");
   }
   // The kernel takes parity and stop bits from no pty.
   if (!IsPty() && ((mode.c_cflag ^ FormatFlags(format)) & (PARENB | PARODD | CSTOPB | CSIZE)) != 0) {
-    return settings_.path + " does not take the character format asked for: use another port or adapter";
+    return Failure(settings_.path + " does not take the character format asked for: use another port or adapter");
   }
-  return "";
+  return {};
 }
 
 bool Tty::ChangeBaud(std::int64_t baud) {
@@ -196,7 +198,7 @@ bool Tty::ChangeBaud(std::int64_t baud) {
 }
 
 bool Tty::ChangeFormat(const LineFormat& format) {
-  return CanMake(format.baud) && Drain() && Apply(format).empty();
+  return CanMake(format.baud) && Drain() && Apply(format).has_value();
 }
 
 bool Tty::Drain() {
@@ -216,10 +218,10 @@ bool Tty::Drain() {
   return ioctl(line_.get(), TCSBRK, 1) == 0;
 }
 
-std::string Tty::StartAfresh() {
-  if (ioctl(line_.get(), TCFLSH, TCIOFLUSH) != 0) return OpenProblem(errno);
+Result<> Tty::Reset() {
+  if (ioctl(line_.get(), TCFLSH, TCIOFLUSH) != 0) return OpenFailure(errno);
   at_start_ = Counted();
-  return "";
+  return {};
 }
 
 ByteLink::LineErrors Tty::Counted() const {
@@ -240,24 +242,19 @@ SerialPort::SerialPort(SerialSettings settings, const Clock& clock)
 
 SerialPort::~SerialPort() = default;
 
-std::string SerialPort::Open() {
+Result<> SerialPort::Open() {
   Close();
-  std::string problem = SetUp();
-  if (problem.empty()) {
+  Result<> opened = reader_.CheckReady()
+                        .and_then([&] { return tty_.Claim(); })
+                        .and_then([&] { return tty_.Exclude(); })
+                        .and_then([&] { return tty_.SetFormat(); })
+                        .and_then([&] { return tty_.Reset(); });
+  if (opened) {
     reader_.Attach(tty_.FileDescriptor());
   } else {
     Close();
   }
-  return problem;
-}
-
-std::string SerialPort::SetUp() {
-  std::string problem = reader_.Problem();
-  if (problem.empty()) problem = tty_.Claim();
-  if (problem.empty()) problem = tty_.Exclude();
-  if (problem.empty()) problem = tty_.SetFormat();
-  if (problem.empty()) problem = tty_.StartAfresh();
-  return problem;
+  return opened;
 }
 
 void SerialPort::Close() {

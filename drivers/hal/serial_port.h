@@ -25,8 +25,8 @@ struct SerialSettings {
   PtyStatement pty = {};
 };
 
-// A tty or pty that this process has claimed: what is the same for all ports that sit on one. Every problem is a
-// text with its cause and the operator's remedy; empty: none.
+// A tty or pty that this process has claimed: what is the same for all ports that sit on one. Every error
+// contains its cause and the operator's remedy.
 class Tty {
  public:
   Tty(SerialSettings settings, const Clock& clock) : settings_(std::move(settings)), clock_(clock) {}
@@ -34,7 +34,7 @@ class Tty {
   // Opens it, refuses what is not the line (line_guard.h), and sets it raw before anything else, so that the echo of a
   // terminal sends nothing back to the devices. Then locks it against a second user of ours (flock), and judges the
   // adapter behind it.
-  [[nodiscard]] std::string Claim();
+  [[nodiscard]] Result<> Claim();
   void Release() { line_.Reset(); }
   [[nodiscard]] bool IsClaimed() const { return line_.valid(); }
   [[nodiscard]] int FileDescriptor() const { return line_.get(); }
@@ -43,13 +43,13 @@ class Tty {
   [[nodiscard]] bool IsBehind(int fd) const;
 
   // Refuses every further open(2) of the line, by whomever but root (TIOCEXCL), and allows it again.
-  [[nodiscard]] std::string Exclude();
+  [[nodiscard]] Result<> Exclude();
   [[nodiscard]] bool Admit();
 
   // Sets the settings' format, raw, at any rate (BOTHER), and reads back whether it holds.
-  [[nodiscard]] std::string SetFormat();
+  [[nodiscard]] Result<> SetFormat();
   // Checks the format that another has set, raw; makes a read of nothing tell itself from a hang-up (VMIN 1).
-  [[nodiscard]] std::string AdoptFormat(const LineFormat& format);
+  [[nodiscard]] Result<> AdoptFormat(const LineFormat& format);
   // Another rate from now on, once all is sent; false when the adapter or the driver does not make it.
   [[nodiscard]] bool ChangeBaud(std::int64_t baud);
   // The same for rate, parity and stop bits.
@@ -58,20 +58,21 @@ class Tty {
   // Returns when all that was written is on the wire; false when the line takes nothing.
   [[nodiscard]] bool Drain();
   // Drops what has not been read or sent, and counts errors anew.
-  [[nodiscard]] std::string StartAfresh();
+  [[nodiscard]] Result<> Reset();
 
-  [[nodiscard]] ByteLink::LineErrors Errors() const;  // since StartAfresh
+  [[nodiscard]] ByteLink::LineErrors Errors() const;  // since Reset
   [[nodiscard]] const SerialSettings& settings() const { return settings_; }
   // What Claim found wanting (a slow latency timer, an adapter that cannot quite reach the rate), with remedies.
   [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
 
-  [[nodiscard]] std::string OpenProblem(int error) const;
+  // The error of a system call on this port.
+  [[nodiscard]] tl::unexpected<Error> OpenFailure(int error) const;
 
  private:
-  [[nodiscard]] std::string OpenLine(Descriptor& line) const;
-  [[nodiscard]] std::string JudgeHardware();
-  [[nodiscard]] std::string Apply(const LineFormat& format);
-  [[nodiscard]] std::string CheckFormat(const LineFormat& format) const;
+  [[nodiscard]] Result<Descriptor> OpenLine() const;
+  [[nodiscard]] Result<> CheckHardware();
+  [[nodiscard]] Result<> Apply(const LineFormat& format);
+  [[nodiscard]] Result<> CheckFormat(const LineFormat& format) const;
   [[nodiscard]] ByteLink::LineErrors Counted() const;
 
   SerialSettings settings_;
@@ -91,7 +92,7 @@ class SerialPort final : public ByteLink {
   SerialPort(const SerialPort&) = delete;
   SerialPort& operator=(const SerialPort&) = delete;
 
-  [[nodiscard]] std::string Open() override;
+  [[nodiscard]] Result<> Open() override;
   void Close() override;
   [[nodiscard]] bool IsOpen() const override { return reader_.IsAttached(); }
   // What was written goes out at the old rate first.
@@ -111,8 +112,6 @@ class SerialPort final : public ByteLink {
   [[nodiscard]] const std::vector<std::string>& warnings() const { return tty_.warnings(); }
 
  private:
-  [[nodiscard]] std::string SetUp();
-
   const Clock& clock_;
   Tty tty_;
   LineReader reader_;

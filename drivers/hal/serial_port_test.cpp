@@ -85,7 +85,7 @@ class SerialPortTest : public ::testing::Test {
 
 TEST_F(SerialPortTest, CarriesEveryByteValueUnchangedBothWays) {
   SerialPort port(Settings(), clock_);
-  ASSERT_EQ(port.Open(), "");
+  ASSERT_EQ(ErrorText(port.Open()), "");
   std::vector<std::uint8_t> all(256);
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::uint8_t>(i);
   ASSERT_TRUE(port.Write(all));
@@ -97,7 +97,7 @@ TEST_F(SerialPortTest, CarriesEveryByteValueUnchangedBothWays) {
 
 TEST_F(SerialPortTest, ReadEndsAtItsDeadlineAndReadNowAtOnce) {
   SerialPort port(Settings(), clock_);
-  ASSERT_EQ(port.Open(), "");
+  ASSERT_EQ(ErrorText(port.Open()), "");
   std::array<std::uint8_t, 8> buffer;
   EXPECT_EQ(port.ReadNow(buffer).status, ByteLink::Status::kTimeout);
   const MonoNs deadline = clock_.Now() + 2 * kMillisecond;
@@ -108,10 +108,10 @@ TEST_F(SerialPortTest, ReadEndsAtItsDeadlineAndReadNowAtOnce) {
 
 TEST_F(SerialPortTest, WhatCameBeforeOpenIsDiscarded) {
   SerialPort first(Settings(), clock_);
-  ASSERT_EQ(first.Open(), "");
+  ASSERT_EQ(ErrorText(first.Open()), "");
   FarWrites({1, 2, 3});
   ASSERT_EQ(first.Wait(clock_.Now() + kSoon), ByteLink::Status::kOk);
-  ASSERT_EQ(first.Open(), "");
+  ASSERT_EQ(ErrorText(first.Open()), "");
   FarWrites({4});
   EXPECT_THAT(PortReads(first, 1), ElementsAre(4));
 }
@@ -122,7 +122,7 @@ TEST_F(SerialPortTest, WaitTellsBytesFromWakeFromTime) {
   std::thread waker([&] { port.Wake(); });
   EXPECT_EQ(port.Wait(kNever), ByteLink::Status::kWoken);
   waker.join();
-  ASSERT_EQ(port.Open(), "");
+  ASSERT_EQ(ErrorText(port.Open()), "");
   EXPECT_EQ(port.Wait(clock_.Now()), ByteLink::Status::kTimeout) << "a wake counts once";
   FarWrites({7});
   EXPECT_EQ(port.Wait(clock_.Now() + kSoon), ByteLink::Status::kOk);
@@ -132,16 +132,17 @@ TEST_F(SerialPortTest, WaitTellsBytesFromWakeFromTime) {
 TEST_F(SerialPortTest, ASecondUserIsRefused) {
   SerialPort first(Settings(), clock_);
   SerialPort second(Settings(), clock_);
-  ASSERT_EQ(first.Open(), "");
-  EXPECT_THAT(second.Open(), HasSubstr("another process holds it: end that one (is a second driver running?)"));
+  ASSERT_EQ(ErrorText(first.Open()), "");
+  EXPECT_THAT(ErrorText(second.Open()),
+              HasSubstr("another process holds it: end that one (is a second driver running?)"));
   EXPECT_FALSE(second.IsOpen());
   first.Close();
-  EXPECT_EQ(second.Open(), "");
+  EXPECT_EQ(ErrorText(second.Open()), "");
 }
 
 TEST_F(SerialPortTest, AHangUpIsLostAndTheSamePathComesBackByOpening) {
   SerialPort port(Settings(), clock_);
-  ASSERT_EQ(port.Open(), "");
+  ASSERT_EQ(ErrorText(port.Open()), "");
   FarWrites({9});
   ASSERT_THAT(PortReads(port, 1), ElementsAre(9));
   Unplug();
@@ -150,10 +151,10 @@ TEST_F(SerialPortTest, AHangUpIsLostAndTheSamePathComesBackByOpening) {
   EXPECT_EQ(port.ReadNow(buffer).status, ByteLink::Status::kLost);
   EXPECT_FALSE(port.Write(std::array<std::uint8_t, 1>{1}));
   port.Close();
-  EXPECT_NE(port.Open(), "");
+  EXPECT_NE(ErrorText(port.Open()), "");
 
   PlugIn();
-  EXPECT_EQ(port.Open(), "");
+  EXPECT_EQ(ErrorText(port.Open()), "");
   FarWrites({10});
   EXPECT_THAT(PortReads(port, 1), ElementsAre(10));
 }
@@ -171,7 +172,7 @@ class HastyClock final : public Clock {
 TEST_F(SerialPortTest, AFarEndThatTakesNothingIsLost) {
   HastyClock clock;
   SerialPort port(Settings(), clock);
-  ASSERT_EQ(port.Open(), "");
+  ASSERT_EQ(ErrorText(port.Open()), "");
   const std::vector<std::uint8_t> much(1 << 20);
   EXPECT_FALSE(port.Write(much));
 }
@@ -188,15 +189,16 @@ TEST_F(SerialPortTest, ClosedPortsAreLost) {
 TEST_F(SerialPortTest, OpenNamesCauseAndRemedy) {
   SerialSettings settings = Settings();
   settings.path = directory_ + "/nothing";
-  EXPECT_THAT(SerialPort(settings, clock_).Open(), HasSubstr("/nothing does not exist: plug the adapter in"));
-  EXPECT_THAT(SerialPort(settings, clock_).Open(), HasSubstr("/dev/serial/by-id/"));
+  EXPECT_THAT(ErrorText(SerialPort(settings, clock_).Open()),
+              HasSubstr("/nothing does not exist: plug the adapter in"));
+  EXPECT_THAT(ErrorText(SerialPort(settings, clock_).Open()), HasSubstr("/dev/serial/by-id/"));
   settings.path = "/dev/null";
-  EXPECT_THAT(SerialPort(settings, clock_).Open(), HasSubstr("is no serial port"));
+  EXPECT_THAT(ErrorText(SerialPort(settings, clock_).Open()), HasSubstr("is no serial port"));
   settings.path = directory_;
-  EXPECT_NE(SerialPort(settings, clock_).Open(), "");
+  EXPECT_NE(ErrorText(SerialPort(settings, clock_).Open()), "");
   settings.path = directory_ + "/file";
   Descriptor(open(settings.path.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0600));
-  EXPECT_THAT(SerialPort(settings, clock_).Open(), HasSubstr("is no serial port"));
+  EXPECT_THAT(ErrorText(SerialPort(settings, clock_).Open()), HasSubstr("is no serial port"));
 }
 
 TEST_F(SerialPortTest, OpensWithEveryCharacterFormat) {
@@ -204,7 +206,7 @@ TEST_F(SerialPortTest, OpensWithEveryCharacterFormat) {
     for (const int stop_bits : {1, 2}) {
       SerialSettings settings = Settings();
       settings.format = {.baud = 9'600, .parity = parity, .stop_bits = stop_bits};
-      EXPECT_EQ(SerialPort(settings, clock_).Open(), "");
+      EXPECT_EQ(ErrorText(SerialPort(settings, clock_).Open()), "");
     }
   }
 }
@@ -213,12 +215,12 @@ TEST_F(SerialPortTest, OpensWithEveryCharacterFormat) {
 TEST_F(SerialPortTest, GoesOnAtAnotherRateAndKeepsWhatHasCome) {
   const std::string path = directory_ + "/other.pty";
   Pty far;
-  ASSERT_EQ(far.Open(path), "");
+  ASSERT_EQ(ErrorText(far.Open(path)), "");
   SerialSettings settings = Settings();
   settings.path = path;
   SerialPort port(settings, clock_);
   EXPECT_FALSE(port.SetBaud(9'600)) << "closed";
-  ASSERT_EQ(port.Open(), "");
+  ASSERT_EQ(ErrorText(port.Open()), "");
   EXPECT_EQ(far.Baud(), 2'500'000);
   ASSERT_TRUE(far.Write(std::array<std::uint8_t, 2>{1, 2}));
   ASSERT_EQ(port.Wait(clock_.Now() + kSoon), ByteLink::Status::kOk);
@@ -229,7 +231,7 @@ TEST_F(SerialPortTest, GoesOnAtAnotherRateAndKeepsWhatHasCome) {
   EXPECT_EQ(far.Baud(), 31'250);
   EXPECT_FALSE(port.SetBaud(0));
   EXPECT_TRUE(far.HasHost()) << "never closed meanwhile";
-  ASSERT_EQ(port.Open(), "");
+  ASSERT_EQ(ErrorText(port.Open()), "");
   EXPECT_EQ(far.Baud(), 2'500'000) << "an opened port begins as the settings say";
   far.Close();
   EXPECT_FALSE(port.SetBaud(9'600)) << "the line is gone";

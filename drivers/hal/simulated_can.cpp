@@ -44,21 +44,20 @@ CanController::State StateOf(int tec) {
 
 // ---- the driver's end ----
 
-std::string SimulatedCan::Open() {
+Result<> SimulatedCan::Open() {
   Close();
-  std::string problem = reader_.Problem();
-  if (problem.empty()) problem = socket_.Connect(path_, kProtocol, clock_);
-  if (!problem.empty()) return problem;
-  if (socket_.Send(BitratePacket(bitrate_)) != SimulatedSocket::Result::kOk) {
+  Result<> opened = reader_.CheckReady().and_then([&] { return socket_.Connect(path_, kProtocol, clock_); });
+  if (!opened) return opened;
+  if (socket_.Send(BitratePacket(bitrate_)) != SimulatedSocket::Status::kOk) {
     Close();
-    return path_ + ": the simulator has gone";
+    return Failure(path_ + ": the simulator has gone");
   }
   controller_ = {};
   controller_.state = CanController::State::kActive;
   controller_.tec = controller_.rec = 0;
   controller_.bitrate = bitrate_;
   reader_.Attach(socket_.FileDescriptor());
-  return "";
+  return {};
 }
 
 void SimulatedCan::Close() {
@@ -68,10 +67,10 @@ void SimulatedCan::Close() {
 
 FrameLink::SendResult SimulatedCan::Send(const CanFrame& frame) {
   switch (socket_.Send(PacketOf(kFrame, ToPacket(frame)))) {
-    case SimulatedSocket::Result::kOk:
+    case SimulatedSocket::Status::kOk:
       ++controller_.pending;
       return SendResult::kQueued;
-    case SimulatedSocket::Result::kFull:
+    case SimulatedSocket::Status::kFull:
       ++controller_.queue_full;
       return SendResult::kFull;
     default:
@@ -83,8 +82,8 @@ Link::Status SimulatedCan::Receive(Received& received) {
   while (true) {
     std::array<std::uint8_t, 1 + 4 + kMaxCanData> packet{};
     const SimulatedSocket::Received came = socket_.Receive(packet);
-    if (came.result == SimulatedSocket::Result::kNothing) return Status::kTimeout;
-    if (came.result != SimulatedSocket::Result::kOk) return Status::kLost;
+    if (came.status == SimulatedSocket::Status::kNothing) return Status::kTimeout;
+    if (came.status != SimulatedSocket::Status::kOk) return Status::kLost;
     const std::optional<CanFrame> frame = FromPacket(Bytes(packet).first(came.size).subspan(1));
     const bool own = packet[0] == kAcknowledged;
     const bool unacknowledged = packet[0] == kUnacknowledged;
@@ -106,7 +105,7 @@ void SimulatedCan::Count(bool acknowledged) {
 
 // ---- the simulator's end ----
 
-std::string SimulatedCanPort::Plug() {
+Result<> SimulatedCanPort::Plug() {
   Unplug();
   return socket_.Listen(path_, kProtocol);
 }

@@ -26,7 +26,7 @@ class SimulatedCan final : public FrameLink {
   SimulatedCan(std::string path, std::int64_t bitrate, const Clock& clock)
       : path_(std::move(path)), bitrate_(bitrate), clock_(clock), reader_(clock) {}
 
-  [[nodiscard]] std::string Open() override;
+  [[nodiscard]] Result<> Open() override;
   void Close() override;
   [[nodiscard]] bool IsOpen() const override { return socket_.IsConnected(); }
   [[nodiscard]] SendResult Send(const CanFrame& frame) override;
@@ -55,7 +55,7 @@ class SimulatedCanPort final : public SimulatedPort {
   SimulatedCanPort(std::string path, Simulator& simulator, const Clock& clock)
       : SimulatedPort(simulator, clock), path_(std::move(path)) {}
 
-  [[nodiscard]] std::string Plug() override;
+  [[nodiscard]] Result<> Plug() override;
   void Unplug() override;
   [[nodiscard]] bool HasHost() const override { return bitrate_ != 0; }
   [[nodiscard]] int FileDescriptor() const override { return socket_.FileDescriptor(); }

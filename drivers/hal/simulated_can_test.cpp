@@ -58,12 +58,12 @@ class Node final : public Simulator {
 class SimulatedCanTest : public ::testing::Test {
  protected:
   SimulatedCanTest() {
-    EXPECT_EQ(port_.Plug(), "");
+    EXPECT_EQ(ErrorText(port_.Plug()), "");
     EXPECT_EQ(Open(can_), "");
   }
 
   [[nodiscard]] std::string Open(SimulatedCan& can) {
-    return Served(port_, [&can] { return can.Open(); });
+    return Served(port_, [&can] { return ErrorText(can.Open()); });
   }
   // What has come by now, served or not; "own" or "", the identifier.
   [[nodiscard]] std::vector<std::pair<bool, std::uint32_t>> Received() {
@@ -209,9 +209,9 @@ TEST_F(SimulatedCanTest, PullingThePortOutDropsWhatWaits) {
   while (can_.Receive(received) == Status::kOk) {
   }
   EXPECT_EQ(can_.Receive(received), Status::kLost);
-  EXPECT_THAT(can_.Open(), HasSubstr("--plug"));
+  EXPECT_THAT(ErrorText(can_.Open()), HasSubstr("--plug"));
 
-  ASSERT_EQ(port_.Plug(), "");
+  ASSERT_EQ(ErrorText(port_.Plug()), "");
   ASSERT_EQ(Open(can_), "");
   node_.hears = true;
   port_.Serve();
@@ -250,13 +250,13 @@ TEST_F(SimulatedCanTest, OnlyThisUserReachesIt) {
 
 TEST_F(SimulatedCanTest, WithoutASimulatorItTellsWhatToDo) {
   SimulatedCan lost(folder_.path() + "/can-7.can", 250'000, clock_);
-  EXPECT_THAT(lost.Open(), HasSubstr("axlecast simulate FILE --bus can-7"));
+  EXPECT_THAT(ErrorText(lost.Open()), HasSubstr("axlecast simulate FILE --bus can-7"));
   EXPECT_FALSE(lost.IsOpen());
   EXPECT_EQ(lost.Send(Frame(1)), SendResult::kLost);
   FrameLink::Received received;
   EXPECT_EQ(lost.Receive(received), Status::kLost);
   EXPECT_EQ(lost.Wait(clock_.Now()), Status::kTimeout);
-  EXPECT_THAT(SimulatedCan(std::string(200, 'x'), 1, clock_).Open(), HasSubstr("AXLECAST_RUN_DIR"));
+  EXPECT_THAT(ErrorText(SimulatedCan(std::string(200, 'x'), 1, clock_).Open()), HasSubstr("AXLECAST_RUN_DIR"));
 }
 
 // ---- what is none of the protocol ----
@@ -270,14 +270,15 @@ class SimulatedCanNonsenseTest : public SimulatedCanTest {
   // Whether the port still takes the host for one after these packets.
   [[nodiscard]] bool Survives(const std::vector<std::vector<std::uint8_t>>& packets) {
     SimulatedSocket host;
-    const std::string problem = Served(port_, [&] { return host.Connect(path_, "axlecast-can-1", clock_); });
+    const std::string problem =
+        Served(port_, [&] { return ErrorText(host.Connect(path_, "axlecast-can-1", clock_)); });
     EXPECT_EQ(problem, "");
     for (const auto& packet : packets) {
-      if (host.Send(packet) != SimulatedSocket::Result::kOk) return false;
+      if (host.Send(packet) != SimulatedSocket::Status::kOk) return false;
       port_.Serve();
     }
     std::array<std::uint8_t, 32> answer{};
-    return host.Receive(answer).result != SimulatedSocket::Result::kLost;
+    return host.Receive(answer).status != SimulatedSocket::Status::kLost;
   }
 
   const std::vector<std::uint8_t> bitrate_ = {'B', 0, 3, 0xD0, 0x90};
@@ -300,7 +301,7 @@ TEST_F(SimulatedCanNonsenseTest, WhoSendsItIsCutOff) {
 
 TEST_F(SimulatedCanNonsenseTest, AnotherProtocolIsRefused) {
   SimulatedSocket host;
-  EXPECT_THAT(Served(port_, [&] { return host.Connect(path_, "axlecast-can-2", clock_); }),
+  EXPECT_THAT(Served(port_, [&] { return ErrorText(host.Connect(path_, "axlecast-can-2", clock_)); }),
               HasSubstr("not this version's simulator"));
 }
 
@@ -309,9 +310,9 @@ TEST_F(SimulatedCanNonsenseTest, ASimulatorThatSendsItIsAsGoodAsGone) {
            {'F'}, {'F', 0, 0, 1}, {'X', 0, 0, 0, 1}, std::vector<std::uint8_t>(14, 'F')}) {
     const std::string path = folder_.path() + "/fake.can";
     SimulatedSocketPort fake;
-    ASSERT_EQ(fake.Listen(path, "axlecast-can-1"), "");
+    ASSERT_EQ(ErrorText(fake.Listen(path, "axlecast-can-1")), "");
     SimulatedCan can(path, 250'000, clock_);
-    std::thread opener([&] { EXPECT_EQ(can.Open(), ""); });
+    std::thread opener([&] { EXPECT_EQ(ErrorText(can.Open()), ""); });
     while (!fake.Welcome()) {
     }
     opener.join();
@@ -326,7 +327,7 @@ TEST_F(SimulatedCanNonsenseTest, ASimulatorThatSaysNothingIsNamed) {
   const Result<Descriptor> deaf = BindUnixSocket(path, SOCK_SEQPACKET);
   ASSERT_TRUE(deaf);
   ASSERT_EQ(listen(deaf->get(), 1), 0);
-  EXPECT_THAT(SimulatedCan(path, 1, clock_).Open(), HasSubstr("does not answer"));
+  EXPECT_THAT(ErrorText(SimulatedCan(path, 1, clock_).Open()), HasSubstr("does not answer"));
 }
 
 }  // namespace

@@ -57,62 +57,62 @@ Bytes AsBytes(std::string_view text) { return {reinterpret_cast<const std::uint8
 
 // ---- the host's end ----
 
-std::string SimulatedSocket::Connect(const std::string& path, std::string_view protocol, const Clock& clock) {
+Result<> SimulatedSocket::Connect(const std::string& path, std::string_view protocol, const Clock& clock) {
   Close();
   const std::optional<UnixAddress> address = UnixAddress::Of(path);
-  if (!address) return UnixAddress::TooLong(path);
+  if (!address) return Failure(UnixAddress::TooLong(path));
   Descriptor fresh(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   if (!fresh.valid() || setsockopt(fresh.get(), SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer) != 0) {
-    return path + ": " + std::strerror(errno);
+    return Failure(path + ": " + std::strerror(errno));
   }
   if (connect(fresh.get(), address->generic(), address->size()) != 0) {
     const std::string cause = path + ": " + std::strerror(errno);
-    return "no simulator serves this bus" + HowToStart(path) + " (" + cause + ')';
+    return Failure("no simulator serves this bus" + HowToStart(path) + " (" + cause + ')');
   }
   pollfd greeting{fresh.get(), POLLIN, 0};
   if (PollUntil({&greeting, 1}, clock.Now() + kGreetingTime, clock) <= 0) {
-    return "the simulator behind " + path + " does not answer: stop it" + HowToStart(path);
+    return Failure("the simulator behind " + path + " does not answer: stop it" + HowToStart(path));
   }
   std::array<std::uint8_t, kLongestSimulatedPacket> said{};
   const ssize_t size = ReceiveWhole(fresh.get(), said);
-  if (size <= 0) return path + ": " + std::string(kLineHeld);
+  if (size <= 0) return Failure(path + ": " + std::string(kLineHeld));
   const Bytes wanted = AsBytes(protocol);
   if (size != static_cast<ssize_t>(wanted.size()) || !std::equal(wanted.begin(), wanted.end(), said.begin())) {
-    return "what serves " + path + " is not this version's simulator: stop it" + HowToStart(path);
+    return Failure("what serves " + path + " is not this version's simulator: stop it" + HowToStart(path));
   }
   socket_ = std::move(fresh);
-  return "";
+  return {};
 }
 
-SimulatedSocket::Result SimulatedSocket::Send(Bytes packet) {
-  if (SendWhole(socket_.get(), packet) == static_cast<ssize_t>(packet.size())) return Result::kOk;
-  return errno == EAGAIN || errno == ENOBUFS ? Result::kFull : Result::kLost;
+SimulatedSocket::Status SimulatedSocket::Send(Bytes packet) {
+  if (SendWhole(socket_.get(), packet) == static_cast<ssize_t>(packet.size())) return Status::kOk;
+  return errno == EAGAIN || errno == ENOBUFS ? Status::kFull : Status::kLost;
 }
 
 SimulatedSocket::Received SimulatedSocket::Receive(std::span<std::uint8_t> into) {
   const ssize_t size = ReceiveWhole(socket_.get(), into);
-  if (size < 0 && errno == EAGAIN) return {Result::kNothing, 0};
+  if (size < 0 && errno == EAGAIN) return {Status::kNothing, 0};
   const auto length = static_cast<std::size_t>(std::max<ssize_t>(size, 0));
-  if (length == 0 || length > into.size()) return {Result::kLost, 0};
-  return {Result::kOk, length};
+  if (length == 0 || length > into.size()) return {Status::kLost, 0};
+  return {Status::kOk, length};
 }
 
 // ---- the simulator's end ----
 
-std::string SimulatedSocketPort::Listen(const std::string& path, std::string_view protocol) {
+Result<> SimulatedSocketPort::Listen(const std::string& path, std::string_view protocol) {
   Close();
   Result<Descriptor> bound = BindUnixSocket(path, SOCK_SEQPACKET);
-  if (!bound) return bound.error().text;
+  if (!bound) return Failure(bound.error());
   Descriptor listener = std::move(*bound);
   events_ = Descriptor(epoll_create1(EPOLL_CLOEXEC));
   if (!events_.valid() || listen(listener.get(), SOMAXCONN) != 0 ||
       !Watch(events_.get(), EPOLL_CTL_ADD, listener.get(), EPOLLIN)) {
-    return path + ": " + std::strerror(errno);
+    return Failure(path + ": " + std::strerror(errno));
   }
   path_ = path;
   protocol_ = protocol;
   listener_ = std::move(listener);
-  return "";
+  return {};
 }
 
 void SimulatedSocketPort::Close() {

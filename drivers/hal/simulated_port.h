@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "core/base/inline_bytes.h"
+#include "core/base/result.h"
 #include "core/base/time.h"
 #include "core/device/simulator.h"
 #include "platform/os/descriptor.h"
@@ -23,8 +24,8 @@ class SimulatedPort {
   SimulatedPort(const SimulatedPort&) = delete;
   SimulatedPort& operator=(const SimulatedPort&) = delete;
 
-  // Lets hosts in; an empty string when done, else the cause and the remedy. A plugged one is unplugged first.
-  [[nodiscard]] virtual std::string Plug() = 0;
+  // Lets hosts connect. The error contains the cause and the remedy. A plugged port is unplugged first.
+  [[nodiscard]] virtual Result<> Plug() = 0;
   // The host loses its line, as with an adapter that is pulled out.
   virtual void Unplug() = 0;
   [[nodiscard]] virtual bool HasHost() const = 0;
@@ -69,20 +70,20 @@ inline constexpr std::size_t kLongestSimulatedPacket = 512;
 // The host's end.
 class SimulatedSocket {
  public:
-  enum class Result : std::uint8_t { kOk, kNothing, kFull, kLost };
+  enum class Status : std::uint8_t { kOk, kNothing, kFull, kLost };
 
-  // Empty when the simulator behind `path` has said `protocol`, else the cause and the remedy.
-  [[nodiscard]] std::string Connect(const std::string& path, std::string_view protocol, const Clock& clock);
+  // Connects, and checks that the simulator behind `path` uses `protocol`. The error contains the cause and the remedy.
+  [[nodiscard]] Result<> Connect(const std::string& path, std::string_view protocol, const Clock& clock);
   void Close() { socket_.Reset(); }
   [[nodiscard]] bool IsConnected() const { return socket_.valid(); }
   // Readable when Receive has something, and when the simulator has gone.
   [[nodiscard]] int FileDescriptor() const { return socket_.get(); }
 
   // kOk, kFull (the simulator does not take it yet) or kLost.
-  [[nodiscard]] Result Send(Bytes packet);
+  [[nodiscard]] Status Send(Bytes packet);
   // kOk, kNothing or kLost. A packet longer than `into` is nonsense: kLost.
   struct Received {
-    Result result = Result::kNothing;
+    Status status = Status::kNothing;
     std::size_t size = 0;
   };
   [[nodiscard]] Received Receive(std::span<std::uint8_t> into);
@@ -99,9 +100,9 @@ class SimulatedSocketPort {
   SimulatedSocketPort(const SimulatedSocketPort&) = delete;
   SimulatedSocketPort& operator=(const SimulatedSocketPort&) = delete;
 
-  // Takes the path over from a process that has gone; whoever calls makes sure that none lives. An empty string when it
-  // listens, else the cause and the remedy. Only this user's processes reach it. `protocol` outlives the port.
-  [[nodiscard]] std::string Listen(const std::string& path, std::string_view protocol);
+  // Takes the path over from a process that has gone; whoever calls makes sure that none lives. The error
+  // contains the cause and the remedy. Only this user's processes reach it. `protocol` outlives the port.
+  [[nodiscard]] Result<> Listen(const std::string& path, std::string_view protocol);
   // The path and the host go.
   void Close();
   [[nodiscard]] bool IsListening() const { return listener_.valid(); }

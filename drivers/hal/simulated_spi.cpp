@@ -38,12 +38,11 @@ SpiTransfer TransferIn(Bytes packet) {
 
 // ---- the driver's end ----
 
-std::string SimulatedSpi::Open() {
+Result<> SimulatedSpi::Open() {
   Close();
-  std::string problem = reader_.Problem();
-  if (problem.empty()) problem = socket_.Connect(path_, kProtocol, clock_);
-  if (problem.empty()) reader_.Attach(socket_.FileDescriptor());
-  return problem;
+  Result<> opened = reader_.CheckReady().and_then([&] { return socket_.Connect(path_, kProtocol, clock_); });
+  if (opened) reader_.Attach(socket_.FileDescriptor());
+  return opened;
 }
 
 void SimulatedSpi::Close() {
@@ -62,11 +61,11 @@ bool SimulatedSpi::Write(Bytes bytes) {
 
 bool SimulatedSpi::Transfer(const SpiTransfer& transfer, std::span<std::uint8_t> rx) {
   if (transfer.tx.empty() || transfer.tx.size() > kMaxFrame || rx.size() != transfer.tx.size()) return false;
-  if (socket_.Send(PacketOf(transfer)) != SimulatedSocket::Result::kOk) return false;
+  if (socket_.Send(PacketOf(transfer)) != SimulatedSocket::Status::kOk) return false;
   pollfd answer{socket_.FileDescriptor(), POLLIN, 0};
   if (PollUntil({&answer, 1}, clock_.Now() + kAnswerTime, clock_) <= 0) return false;
   const SimulatedSocket::Received came = socket_.Receive(rx);
-  if (came.result != SimulatedSocket::Result::kOk || came.size != rx.size()) return false;
+  if (came.status != SimulatedSocket::Status::kOk || came.size != rx.size()) return false;
   const auto clocks = static_cast<std::int64_t>(rx.size()) * 8;
   return PollUntil({}, clock_.Now() + transfer.settings.ClockTime(clocks), clock_) == 0;
 }
@@ -91,7 +90,7 @@ Link::Status SimulatedSpi::Wait(MonoNs until) {
 
 // ---- the simulator's end ----
 
-std::string SimulatedSpiPort::Plug() { return socket_.Listen(path_, kProtocol); }
+Result<> SimulatedSpiPort::Plug() { return socket_.Listen(path_, kProtocol); }
 
 void SimulatedSpiPort::Serve() {
   do {

@@ -26,7 +26,7 @@ class SimulatedSpi final : public ByteLink {
   SimulatedSpi(std::string path, SpiSettings settings, const Clock& clock)
       : path_(std::move(path)), settings_(settings), clock_(clock), reader_(clock) {}
 
-  [[nodiscard]] std::string Open() override;
+  [[nodiscard]] Result<> Open() override;
   void Close() override;
   [[nodiscard]] bool IsOpen() const override { return socket_.IsConnected(); }
   [[nodiscard]] bool SetBaud(std::int64_t) override { return false; }
@@ -57,7 +57,7 @@ class SimulatedSpiPort final : public SimulatedPort {
   SimulatedSpiPort(std::string path, Simulator& simulator, const Clock& clock)
       : SimulatedPort(simulator, clock), path_(std::move(path)) {}
 
-  [[nodiscard]] std::string Plug() override;
+  [[nodiscard]] Result<> Plug() override;
   void Unplug() override { socket_.Close(); }
   [[nodiscard]] bool HasHost() const override { return socket_.HasHost(); }
   [[nodiscard]] int FileDescriptor() const override { return socket_.FileDescriptor(); }

@@ -46,12 +46,12 @@ class Slave final : public Simulator {
 class SimulatedSpiTest : public ::testing::Test {
  protected:
   SimulatedSpiTest() {
-    EXPECT_EQ(port_.Plug(), "");
+    EXPECT_EQ(ErrorText(port_.Plug()), "");
     EXPECT_EQ(Open(spi_), "");
   }
 
   [[nodiscard]] std::string Open(SimulatedSpi& spi) {
-    return Served(port_, [&spi] { return spi.Open(); });
+    return Served(port_, [&spi] { return ErrorText(spi.Open()); });
   }
   [[nodiscard]] bool Write(Bytes bytes) {
     return Served(port_, [&] { return spi_.Write(bytes); });
@@ -138,8 +138,8 @@ TEST_F(SimulatedSpiTest, UnpluggedItIsLostAndComesBack) {
   spi_.Close();
   EXPECT_FALSE(spi_.IsOpen());
   EXPECT_EQ(spi_.ReadNow(into).status, Status::kLost);
-  EXPECT_THAT(spi_.Open(), HasSubstr("axlecast simulate FILE --bus b0"));
-  ASSERT_EQ(port_.Plug(), "");
+  EXPECT_THAT(ErrorText(spi_.Open()), HasSubstr("axlecast simulate FILE --bus b0"));
+  ASSERT_EQ(ErrorText(port_.Plug()), "");
   ASSERT_EQ(Open(spi_), "");
   EXPECT_TRUE(Write(into));
 }
@@ -169,11 +169,11 @@ TEST_F(SimulatedSpiTest, WhoSendsNonsenseIsCutOff) {
   port_.Serve();
   for (const std::size_t size : {1U, 6U, 6U + 265U, 512U, 513U}) {
     SimulatedSocket host;
-    ASSERT_EQ(Served(port_, [&] { return host.Connect(path_, "axlecast-spi-1", clock_); }), "");
-    ASSERT_EQ(host.Send(std::vector<std::uint8_t>(size)), SimulatedSocket::Result::kOk);
+    ASSERT_EQ(Served(port_, [&] { return ErrorText(host.Connect(path_, "axlecast-spi-1", clock_)); }), "");
+    ASSERT_EQ(host.Send(std::vector<std::uint8_t>(size)), SimulatedSocket::Status::kOk);
     port_.Serve();
     std::array<std::uint8_t, 32> answer{};
-    EXPECT_EQ(host.Receive(answer).result, SimulatedSocket::Result::kLost) << size;
+    EXPECT_EQ(host.Receive(answer).status, SimulatedSocket::Status::kLost) << size;
   }
   EXPECT_TRUE(slave_.settings.empty());
 }

@@ -26,39 +26,40 @@ constexpr const char* kOtherController = ": use another SPI controller";
 
 }  // namespace
 
-std::string SpiPort::OpenProblem(int error) const {
+tl::unexpected<Error> SpiPort::OpenFailure(int error) const {
   switch (error) {
     case ENOENT:
-      return path_ +
-             " does not exist: enable the SPI controller and its spidev in the board's configuration (on a "
-             "Raspberry Pi "
-             "dtparam=spi=on), load the module spidev, or correct link.spidev; `ls /dev/spidev*` shows what there "
-             "is";
+      return Failure(
+          path_ +
+          " does not exist: enable the SPI controller and its spidev in the board's configuration (on a "
+          "Raspberry Pi dtparam=spi=on), load the module spidev, or correct link.spidev; `ls /dev/spidev*` "
+          "shows what there is");
     case EACCES:
-      return path_ +
-             ": permission denied; let the user use SPI (as root: usermod -aG spi USER; where the group does not "
-             "exist "
-             "a udev rule makes it) and log in again";
+      return Failure(
+          path_ +
+          ": permission denied; let the user use SPI (as root: usermod -aG spi USER; where the group does "
+          "not exist a udev rule makes it) and log in again");
     case ENXIO:
     case ENODEV:
     case ESHUTDOWN:
-      return path_ + ": the controller behind it is gone";
+      return Failure(path_ + ": the controller behind it is gone");
     case ENOTTY:
-      return path_ + " is no SPI device: correct link.spidev; `ls /dev/spidev*` shows what there is";
+    case EISDIR:
+      return Failure(path_ + " is no SPI device: correct link.spidev; `ls /dev/spidev*` shows what there is");
     default:
-      return path_ + ": " + std::strerror(error);
+      return Failure(path_ + ": " + std::strerror(error));
   }
 }
 
-std::string SpiPort::Open() {
+Result<> SpiPort::Open() {
   Close();
-  std::string problem = waiter_.Problem();
-  if (problem.empty()) problem = Claim();
-  if (problem.empty()) problem = SetMode();
-  if (problem.empty()) problem = SetWord();
-  if (problem.empty()) problem = SetClock();
-  if (!problem.empty()) Close();
-  return problem;
+  Result<> opened = waiter_.CheckReady()
+                        .and_then([&] { return Claim(); })
+                        .and_then([&] { return SetMode(); })
+                        .and_then([&] { return SetWord(); })
+                        .and_then([&] { return SetClock(); });
+  if (!opened) Close();
+  return opened;
 }
 
 void SpiPort::Close() {
@@ -66,47 +67,46 @@ void SpiPort::Close() {
   clocked_in_.Drop();
 }
 
-std::string SpiPort::Claim() {
+Result<> SpiPort::Claim() {
   Descriptor device(open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
-  if (!device.valid()) return errno == EISDIR ? OpenProblem(ENOTTY) : OpenProblem(errno);
-  if (flock(device.get(), LOCK_EX | LOCK_NB) != 0) {
-    return path_ + ": " + std::string(kLineHeld);
-  }
+  if (!device.valid()) return OpenFailure(errno);
+  if (flock(device.get(), LOCK_EX | LOCK_NB) != 0) return Failure(path_ + ": " + std::string(kLineHeld));
   device_ = std::move(device);
-  return "";
+  return {};
 }
 
-std::string SpiPort::SetMode() const {
+Result<> SpiPort::SetMode() const {
   std::uint32_t found = 0;
-  if (ioctl(device_.get(), SPI_IOC_RD_MODE32, &found) != 0) return OpenProblem(errno);
+  if (ioctl(device_.get(), SPI_IOC_RD_MODE32, &found) != 0) return OpenFailure(errno);
   const std::uint32_t wanted = (found & kWiring) | static_cast<std::uint32_t>(settings_.mode);
   std::uint32_t made = 0;
-  if (ioctl(device_.get(), SPI_IOC_WR_MODE32, &wanted) != 0 ||
-      ioctl(device_.get(), SPI_IOC_RD_MODE32, &made) != 0 || ((made ^ wanted) & kShape) != 0) {
-    return path_ + " cannot do SPI mode " + std::to_string(settings_.mode) + kOtherController;
+  if (ioctl(device_.get(), SPI_IOC_WR_MODE32, &wanted) == 0 &&
+      ioctl(device_.get(), SPI_IOC_RD_MODE32, &made) == 0 && ((made ^ wanted) & kShape) == 0) {
+    return {};
   }
-  return "";
+  return Failure(path_ + " cannot do SPI mode " + std::to_string(settings_.mode) + kOtherController);
 }
 
-std::string SpiPort::SetWord() const {
-  std::uint8_t made = 0;  // 0 stands for 8 too
-  if (ioctl(device_.get(), SPI_IOC_WR_BITS_PER_WORD, &kBitsPerWord) != 0 ||
-      ioctl(device_.get(), SPI_IOC_RD_BITS_PER_WORD, &made) != 0 || (made != 0 && made != kBitsPerWord)) {
-    return path_ + " cannot do words of 8 bits" + kOtherController;
+Result<> SpiPort::SetWord() const {
+  std::uint8_t made = 0;  // 0 means 8 too
+  if (ioctl(device_.get(), SPI_IOC_WR_BITS_PER_WORD, &kBitsPerWord) == 0 &&
+      ioctl(device_.get(), SPI_IOC_RD_BITS_PER_WORD, &made) == 0 && (made == 0 || made == kBitsPerWord)) {
+    return {};
   }
-  return "";
+  return Failure(path_ + " cannot do words of 8 bits" + kOtherController);
 }
 
-std::string SpiPort::SetClock() const {
+Result<> SpiPort::SetClock() const {
   const auto wanted = static_cast<std::uint32_t>(settings_.clock_hz);
+  const std::string clock = std::to_string(wanted);
   std::uint32_t made = 0;
   if (ioctl(device_.get(), SPI_IOC_WR_MAX_SPEED_HZ, &wanted) != 0 ||
       ioctl(device_.get(), SPI_IOC_RD_MAX_SPEED_HZ, &made) != 0) {
-    return path_ + " cannot be clocked at " + std::to_string(wanted) + " Hz: set link.clock_hz to what it can do";
+    return Failure(path_ + " cannot be clocked at " + clock + " Hz: set link.clock_hz to what it can do");
   }
-  if (made == wanted) return "";
-  return path_ + " would be clocked at " + std::to_string(made) + " Hz, not " + std::to_string(wanted) +
-         ": set link.clock_hz to " + std::to_string(made) + ", or use another SPI controller";
+  if (made == wanted) return {};
+  return Failure(path_ + " would be clocked at " + std::to_string(made) + " Hz, not " + clock +
+                 ": set link.clock_hz to " + std::to_string(made) + ", or use another SPI controller");
 }
 
 bool SpiPort::Write(Bytes bytes) {

@@ -20,7 +20,7 @@ class SpiPort final : public ByteLink {
       : path_(std::move(path)), settings_(settings), clock_(clock), waiter_(clock) {}
 
   // Sets mode, word and clock, and reads them back.
-  [[nodiscard]] std::string Open() override;
+  [[nodiscard]] Result<> Open() override;
   void Close() override;
   [[nodiscard]] bool IsOpen() const override { return device_.valid(); }
   [[nodiscard]] bool SetBaud(std::int64_t) override { return false; }
@@ -35,11 +35,11 @@ class SpiPort final : public ByteLink {
   [[nodiscard]] LineErrors Errors() const override { return {}; }
 
  private:
-  [[nodiscard]] std::string Claim();
-  [[nodiscard]] std::string SetMode() const;
-  [[nodiscard]] std::string SetWord() const;
-  [[nodiscard]] std::string SetClock() const;
-  [[nodiscard]] std::string OpenProblem(int error) const;
+  [[nodiscard]] Result<> Claim();
+  [[nodiscard]] Result<> SetMode() const;
+  [[nodiscard]] Result<> SetWord() const;
+  [[nodiscard]] Result<> SetClock() const;
+  [[nodiscard]] tl::unexpected<Error> OpenFailure(int error) const;
 
   const std::string path_;
   const SpiSettings settings_;

@@ -22,7 +22,7 @@ class SpiPortTest : public ::testing::Test {
  protected:
   [[nodiscard]] std::string Problem(const std::string& path) {
     SpiPort port(path, {.mode = 2, .clock_hz = 400'000}, clock_);
-    std::string problem = port.Open();
+    std::string problem = ErrorText(port.Open());
     EXPECT_FALSE(port.IsOpen());
     EXPECT_THAT(problem, HasSubstr(path));
     return problem;

@@ -41,7 +41,7 @@ class WatchedFrames final : public FrameLink {
     }));
   }
 
-  [[nodiscard]] std::string Open() override { return link_.Open(); }
+  [[nodiscard]] Result<> Open() override { return link_.Open(); }
   void Close() override { link_.Close(); }
   [[nodiscard]] bool IsOpen() const override { return link_.IsOpen(); }
   [[nodiscard]] SendResult Send(const CanFrame& frame) override {
@@ -103,12 +103,13 @@ class SimulatedBus : LinkObserver, SecretSource {
     }
     return "";
   }
-  void Begin(const std::string& operation, Arguments arguments = {}) {
-    DriverCommand order;
-    order.id = {1};
-    order.operation = operation;
-    order.arguments = std::move(arguments);
-    made_.at(0)->Begin(order, clock.Now());
+  void Begin(const std::string& operation, Arguments arguments = {}, MonoNs begin_by = kNever) {
+    DriverCommand command;
+    command.id = {1};
+    command.operation = operation;
+    command.arguments = std::move(arguments);
+    command.begin_by = begin_by;
+    made_.at(0)->Begin(command, clock.Now());
   }
   // Its final outcome.
   Outcome Finish(MonoNs maximum = 30 * kSecond) {

@@ -1,4 +1,4 @@
-#include "drivers/saa_can/decode.h"
+#include "drivers/saa_can/family.h"
 
 #include <gtest/gtest.h>
 

@@ -64,7 +64,7 @@ inline constexpr const char* kKeptKeys =
 inline constexpr const char* kLoginKeys =
     "{address: 1, passwords: {old: {file: /p/old}, new: {file: /p/new}}, password: old}";
 
-// A device with its unit on a wire at 9600 8E1 in virtual time, alone on a bus paced by reading A. One turn in 128
+// A device with its unit on a wire at 9600 8E1 in virtual time, alone on a bus paced by reading A. One slot in 128
 // belongs to the slow items, as in drivers/runtime/bus/schedule.h.
 class DeviceFixture {
  public:
@@ -74,7 +74,7 @@ class DeviceFixture {
     Priority priority;
     bool secret;
   };
-  // What comes to a request; the unit's own answer may be asked for.
+  // Returns the reply to a request; may use the reply of the unit.
   using Wire = std::function<ByteList(const ByteList& request)>;
 
   explicit DeviceFixture(const std::string& keys = kPlainKeys, double poll_hz = 0) : errors_("test.yaml") {
@@ -92,7 +92,7 @@ class DeviceFixture {
   void LinkDown() { Tell(Event::Kind::kLinkDown); }
   void Stray(const ByteList& bytes) { Tell(Event::Kind::kUnexpectedBytes, bytes); }
 
-  // What it wants, without asking for it.
+  // Returns the next step, without executing it.
   [[nodiscard]] Step Peek(bool poll_due = true, bool reserved = false) const {
     return device->Next({.now = now, .poll_due = poll_due, .reserved = reserved});
   }
@@ -104,7 +104,7 @@ class DeviceFixture {
     return {request.begin(), request.end()};
   }
 
-  // One turn of the bus; `reserved`: one that no order may take. False when it wants nothing.
+  // One slot of the bus; `reserved`: closed to commands. Returns false if the device is idle.
   bool BusSlot(bool poll_due = true, bool reserved = false) {
     const Step step = Peek(poll_due, reserved);
     if (const auto* silence = std::get_if<WaitForIdleLine>(&step.action)) {
@@ -120,7 +120,7 @@ class DeviceFixture {
     }
     return false;
   }
-  // Turns as the schedule gives them on a full bus.
+  // Slots as the schedule gives them on a full bus.
   void Turns(int count) {
     for (int i = 0; i < count; ++i) {
       const bool reserved = turns_++ % 128 == 127;
@@ -151,7 +151,7 @@ class DeviceFixture {
     last_id = order.id;
     device->Begin(order, now);
   }
-  // Begins it and goes on until its final outcome.
+  // Begins it and continues until its final outcome.
   const Outcome& Do(const std::string& operation, std::vector<std::pair<std::string, std::string>> arguments = {}) {
     const std::size_t before = Finals();
     Begin(operation, std::move(arguments));

@@ -1,4 +1,4 @@
-#include "core/device/family.h"
+#include "drivers/tsubaki_sc/family.h"
 
 #include <memory>
 #include <string>
@@ -7,7 +7,6 @@
 
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
-#include "drivers/tsubaki_sc/decode.h"
 #include "drivers/tsubaki_sc/device.h"
 #include "drivers/tsubaki_sc/operations.h"
 #include "drivers/tsubaki_sc/parameters.h"
@@ -31,8 +30,6 @@ std::unique_ptr<Simulator> Simulate(const BusConfig& bus, ConfigMap& simulate) {
 }
 
 }  // namespace
-
-const Family& tsubaki_sc_family();
 
 const Family& tsubaki_sc_family() {
   static const Family kFamily = {

@@ -51,7 +51,7 @@ void CommandSlot::OnLoginDone(bool log_out_after) {
 
 void CommandSlot::OnLoginFailed(const std::string& cause) {
   if (ended()) return Release("; still logged in: " + cause);
-  GiveUp(command_status_t::REASON_DEVICE_REFUSED, cause);
+  GiveUp({cause, command_status_t::REASON_DEVICE_REFUSED});
 }
 
 void CommandSlot::OnFenceFailed(const Answer& answer) {
@@ -63,7 +63,7 @@ void CommandSlot::OnFenceFailed(const Answer& answer) {
   }
   if (const auto outcome = runner_.procedure().OnFenceFailed(answer)) return Report(outcome);
   if (!procedure().repeats() && fence_failures_ >= kTries) {
-    GiveUp(command_status_t::REASON_NO_REPLY, CauseOf(answer));
+    GiveUp({CauseOf(answer), command_status_t::REASON_NO_REPLY});
   }
 }
 
@@ -72,9 +72,9 @@ void CommandSlot::OnLinkLost() {
   runner_.OnLinkLost();
 }
 
-void CommandSlot::GiveUp(std::int32_t reason, const std::string& cause) {
+void CommandSlot::GiveUp(const Error& error) {
   logs_out_after_ = false;
-  if (busy()) Report(procedure().GiveUp(reason, cause));
+  if (busy()) Report(procedure().GiveUp(error));
 }
 
 void CommandSlot::Report(const std::optional<Outcome>& outcome) {

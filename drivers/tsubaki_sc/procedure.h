@@ -5,17 +5,14 @@
 #include <optional>
 #include <string>
 
+#include "core/base/result.h"
 #include "core/device/device.h"
-#include "core/device/operation.h"
 #include "drivers/kit/command_runner.h"
 #include "drivers/tsubaki_sc/requests.h"
 
 namespace axlecast::tsubaki_sc {
 
 enum class LoginGoal : std::uint8_t { kIn, kOut };
-
-// Maximum number of consecutive failures of the same request.
-inline constexpr int kTries = 3;
 
 // One command, request by request. ScDevice sends the requests. It also sends what is common to all commands:
 // - If the unit refuses a request because it is logged out (error 04), the device logs in once and calls Next again.
@@ -35,7 +32,7 @@ class Procedure : public CommandProcedure {
   // The request that clears the line has failed. Returns the final outcome, or nothing to continue.
   virtual std::optional<Outcome> OnFenceFailed(const Answer&) { return std::nullopt; }
   // Returns the final outcome if the command cannot continue: no link, no answer, or no login.
-  [[nodiscard]] virtual Outcome GiveUp(std::int32_t reason, const std::string& cause) const = 0;
+  [[nodiscard]] virtual Outcome GiveUp(const Error& error) const = 0;
   // The login or logout has succeeded. Returns the final outcome if the command has nothing else to do.
   virtual std::optional<Outcome> OnLoginDone() { return std::nullopt; }
   // Returns the login state that is required before the first request.
@@ -48,7 +45,7 @@ class Procedure : public CommandProcedure {
   [[nodiscard]] virtual bool repeats() const { return false; }
 
   [[nodiscard]] Outcome OnLinkLost() const final {
-    return GiveUp(command_status_t::REASON_NO_REPLY, "the link was lost");
+    return GiveUp({"the link was lost", command_status_t::REASON_NO_REPLY});
   }
 };
 
@@ -95,7 +92,7 @@ class CommandSlot {
 
  private:
   [[nodiscard]] bool TakeLogin(const Answer& answer);
-  void GiveUp(std::int32_t reason, const std::string& cause);
+  void GiveUp(const Error& error);
   void Report(const std::optional<Outcome>& outcome);
 
   Runner runner_;

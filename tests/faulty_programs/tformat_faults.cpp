@@ -16,7 +16,7 @@ class FaultyLink final : public ByteLink {
  public:
   FaultyLink(ByteLink& link, Faults& faults) : link_(link), faults_(faults) {}
 
-  [[nodiscard]] std::string Open() override { return link_.Open(); }
+  [[nodiscard]] Result<> Open() override { return link_.Open(); }
   void Close() override { link_.Close(); }
   [[nodiscard]] bool IsOpen() const override { return link_.IsOpen(); }
   [[nodiscard]] Status Wait(MonoNs until) override { return link_.Wait(until); }

@@ -19,7 +19,7 @@ using ByteList = std::vector<std::uint8_t>;
 class ProbeBench {
  public:
   ProbeBench() {
-    EXPECT_EQ(link.Open(), "");
+    EXPECT_EQ(ErrorText(link.Open()), "");
     guard_.AddDevice();
   }
 

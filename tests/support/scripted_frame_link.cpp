@@ -25,17 +25,17 @@ void ScriptedFrameLink::Hear() {
   for (const CanFrame& frame : std::exchange(pending_, {})) Deliver(frame, clock_.Now() + send_time_);
 }
 
-std::string ScriptedFrameLink::Open() {
+Result<> ScriptedFrameLink::Open() {
   open_times_.push_back(clock_.Now());
   if (refusals_ > 0) {
     --refusals_;
-    return refusal_;
+    return Failure(refusal_);
   }
   if (lost_at_ <= clock_.Now()) lost_at_ = kNever;
   // A socket receives nothing from before it was opened.
   arrivals_.erase(arrivals_.begin(), arrivals_.lower_bound(clock_.Now()));
   open_ = true;
-  return "";
+  return {};
 }
 
 FrameLink::SendResult ScriptedFrameLink::Send(const CanFrame& frame) {

@@ -50,7 +50,7 @@ class ScriptedFrameLink final : public FrameLink {
   [[nodiscard]] std::int64_t waits() const { return waits_; }
   [[nodiscard]] std::size_t pending() const { return pending_.size(); }  // sent, and acknowledged by nobody
 
-  [[nodiscard]] std::string Open() override;
+  [[nodiscard]] Result<> Open() override;
   void Close() override { open_ = false; }
   [[nodiscard]] bool IsOpen() const override { return open_; }
   [[nodiscard]] SendResult Send(const CanFrame& frame) override;

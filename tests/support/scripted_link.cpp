@@ -10,16 +10,16 @@ void ScriptedLink::RefuseOpens(int times, std::string problem) {
   refusal_ = std::move(problem);
 }
 
-std::string ScriptedLink::Open() {
+Result<> ScriptedLink::Open() {
   open_times_.push_back(clock_.Now());
   if (refusals_ > 0) {
     --refusals_;
-    return refusal_;
+    return Failure(refusal_);
   }
   if (lost_at_ <= clock_.Now()) lost_at_ = kNever;
   arrivals_.clear();
   open_ = true;
-  return "";
+  return {};
 }
 
 bool ScriptedLink::Write(Bytes bytes) {

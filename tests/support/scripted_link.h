@@ -41,7 +41,7 @@ class ScriptedLink final : public ByteLink {
   [[nodiscard]] const std::vector<MonoNs>& open_times() const { return open_times_; }  // attempts
   [[nodiscard]] std::int64_t waits() const { return waits_; }
 
-  [[nodiscard]] std::string Open() override;
+  [[nodiscard]] Result<> Open() override;
   void Close() override { open_ = false; }
   [[nodiscard]] bool IsOpen() const override { return open_; }
   [[nodiscard]] bool SetBaud(std::int64_t baud) override {

@@ -11,16 +11,16 @@ constexpr MonoNs kSendAgain = kMillisecond;
 
 }  // namespace
 
-std::string SimulatorFrameLink::Open() {
+Result<> SimulatorFrameLink::Open() {
   if (!plugged()) {
     waiting_.clear();
-    return "unplugged: plug it in";
+    return Failure("unplugged: plug it in");
   }
   open_ = true;
   received_.clear();
   counts_ = {};
   simulator_.OnBaud(bitrate_);
-  return "";
+  return {};
 }
 
 void SimulatorFrameLink::Close() {

@@ -19,7 +19,7 @@ class SimulatorFrameLink final : public FrameLink, public Cable {
   SimulatorFrameLink(FakeClock& clock, Simulator& simulator, std::int64_t bitrate)
       : clock_(clock), simulator_(simulator), bitrate_(bitrate) {}
 
-  [[nodiscard]] std::string Open() override;
+  [[nodiscard]] Result<> Open() override;
   void Close() override;
   [[nodiscard]] bool IsOpen() const override { return open_; }
   [[nodiscard]] SendResult Send(const CanFrame& frame) override;

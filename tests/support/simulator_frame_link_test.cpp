@@ -43,7 +43,7 @@ class Node final : public Simulator {
 
 class SimulatorFrameLinkTest : public ::testing::Test {
  protected:
-  SimulatorFrameLinkTest() { EXPECT_EQ(link_.Open(), ""); }
+  SimulatorFrameLinkTest() { EXPECT_EQ(ErrorText(link_.Open()), ""); }
 
   // What comes within 100 ms: "own" or nothing, the identifier and the number of its bytes, the time in ms.
   [[nodiscard]] std::vector<std::string> Heard() {
@@ -97,7 +97,7 @@ TEST_F(SimulatorFrameLinkTest, WhatWaitsOutlastsTheLinkButNotTheInterface) {
   node_.hears = false;
   EXPECT_EQ(link_.Send({.id = 0x10, .data = {}}), SendResult::kQueued);
   link_.Close();
-  EXPECT_EQ(link_.Open(), "");
+  EXPECT_EQ(ErrorText(link_.Open()), "");
   node_.hears = true;
   EXPECT_EQ(Heard(), (Texts{"16 0 1", "17 2 1", "1792 0 6"})) << "not an own one any more";
 
@@ -107,9 +107,9 @@ TEST_F(SimulatorFrameLinkTest, WhatWaitsOutlastsTheLinkButNotTheInterface) {
   EXPECT_EQ(link_.Wait(clock_.Now() + kSecond), Status::kLost);
   EXPECT_EQ(link_.Send({.id = 0x10, .data = {}}), SendResult::kLost);
   link_.Close();
-  EXPECT_NE(link_.Open(), "");
+  EXPECT_NE(ErrorText(link_.Open()), "");
   link_.Plug();
-  EXPECT_EQ(link_.Open(), "");
+  EXPECT_EQ(ErrorText(link_.Open()), "");
   node_.hears = true;
   EXPECT_EQ(Heard(), Texts{});
 }

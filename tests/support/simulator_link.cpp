@@ -4,12 +4,12 @@
 
 namespace axlecast {
 
-std::string SimulatorLink::Open() {
-  if (!plugged()) return "unplugged: plug it in";
+Result<> SimulatorLink::Open() {
+  if (!plugged()) return Failure("unplugged: plug it in");
   open_ = true;
   received_.clear();
   simulator_.OnBaud(baud_);
-  return "";
+  return {};
 }
 
 bool SimulatorLink::SetBaud(std::int64_t baud) {

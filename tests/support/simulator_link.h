@@ -18,7 +18,7 @@ class SimulatorLink final : public ByteLink, public PulseLines, public Cable {
   SimulatorLink(FakeClock& clock, Simulator& simulator, std::int64_t baud)
       : clock_(clock), simulator_(simulator), baud_(baud) {}
 
-  [[nodiscard]] std::string Open() override;
+  [[nodiscard]] Result<> Open() override;
   void Close() override { open_ = false; }
   [[nodiscard]] bool IsOpen() const override { return open_; }
   [[nodiscard]] bool SetBaud(std::int64_t baud) override;

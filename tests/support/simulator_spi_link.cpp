@@ -10,10 +10,10 @@ constexpr std::uint8_t kRest = 0xFF;
 
 }  // namespace
 
-std::string SimulatorSpiLink::Open() {
-  if (!plugged()) return "unplugged: plug it in";
+Result<> SimulatorSpiLink::Open() {
+  if (!plugged()) return Failure("unplugged: plug it in");
   open_ = true;
-  return "";
+  return {};
 }
 
 void SimulatorSpiLink::Close() {

@@ -18,7 +18,7 @@ class SimulatorSpiLink final : public ByteLink, public Cable {
   SimulatorSpiLink(FakeClock& clock, Simulator& simulator, SpiSettings settings)
       : clock_(clock), simulator_(simulator), settings_(settings) {}
 
-  [[nodiscard]] std::string Open() override;
+  [[nodiscard]] Result<> Open() override;
   void Close() override;
   [[nodiscard]] bool IsOpen() const override { return open_; }
   [[nodiscard]] bool SetBaud(std::int64_t) override { return false; }

@@ -182,8 +182,8 @@ class Spidev {
 
   bool Exchange(const spi_ioc_transfer& transfer, Bytes tx, std::span<std::uint8_t> rx) {
     if (!simulator_.IsOpen()) {
-      if (const std::string problem = simulator_.Open(); !problem.empty()) {
-        std::fprintf(stderr, "%s\n", problem.c_str());
+      if (const Result<> opened = simulator_.Open(); !opened) {
+        std::fprintf(stderr, "%s\n", opened.error().text.c_str());
         return false;
       }
     }

@@ -69,7 +69,7 @@ class Complement final : public Simulator {
 class ServedBus {
  public:
   ServedBus(const std::string& path, const Clock& clock) : port_(path, device_, clock) {
-    EXPECT_EQ(port_.Plug(), "");
+    EXPECT_EQ(ErrorText(port_.Plug()), "");
     thread_ = std::thread([this] {
       std::array<pollfd, 2> files{{{port_.FileDescriptor(), POLLIN, 0}, {stop_.get(), POLLIN, 0}}};
       while (poll(files.data(), files.size(), -1) > 0 && files[1].revents == 0) port_.Serve();
@@ -120,18 +120,18 @@ class SpiPortOnADevice : public ::testing::Test {
   void SetUp() override {
     SpiPort port = Port();
     const MonoNs give_up = clock_.Now() + kPatience;
-    while (!port.Open().empty() && clock_.Now() < give_up) {
+    while (!port.Open() && clock_.Now() < give_up) {
       static_cast<void>(PollUntil({}, clock_.Now() + 10 * kMillisecond, clock_));
     }
-    ASSERT_TRUE(port.IsOpen()) << port.Open();
+    ASSERT_TRUE(port.IsOpen()) << ErrorText(port.Open());
   }
 
   [[nodiscard]] SpiPort Port(SpiSettings settings = {.mode = 2, .clock_hz = 400'000}) const {
     return {path_, settings, clock_};
   }
 
-  const SystemClock clock_;
-  const TemporaryFolder folder_;
+  SystemClock clock_;
+  TemporaryFolder folder_;
   const std::string socket_ = folder_.path() + "/bus.spi";
   const std::string path_ = std::string("/dev/") + kName;
   std::optional<ServedBus> bus_{std::in_place, socket_, clock_};
@@ -140,7 +140,7 @@ class SpiPortOnADevice : public ::testing::Test {
 
 TEST_F(SpiPortOnADevice, ATransferReachesTheDeviceAsItWasAskedForAndBringsWhatItSends) {
   SpiPort port = Port();
-  ASSERT_EQ(port.Open(), "");
+  ASSERT_EQ(ErrorText(port.Open()), "");
   const std::array<std::uint8_t, 4> out{0x00, 0xFF, 0x55, 0x01};
   std::array<std::uint8_t, 8> in{};
   EXPECT_EQ(port.ReadNow(in).status, Status::kTimeout);
@@ -166,7 +166,7 @@ TEST_F(SpiPortOnADevice, EveryModeAndClockIsSet) {
   for (const int mode : {0, 1, 2, 3}) {
     const SpiSettings settings{.mode = mode, .clock_hz = 100'000 + mode};
     SpiPort port = Port(settings);
-    ASSERT_EQ(port.Open(), "");
+    ASSERT_EQ(ErrorText(port.Open()), "");
     ASSERT_TRUE(port.Write(std::array<std::uint8_t, 1>{}));
     EXPECT_EQ(bus_->seen().back().settings, settings);
   }
@@ -174,7 +174,7 @@ TEST_F(SpiPortOnADevice, EveryModeAndClockIsSet) {
 
 TEST_F(SpiPortOnADevice, TheLongestFrameIsOneTransfer) {
   SpiPort port = Port({.mode = 0, .clock_hz = 5'000'000});
-  ASSERT_EQ(port.Open(), "");
+  ASSERT_EQ(ErrorText(port.Open()), "");
   ASSERT_TRUE(port.Write(std::vector<std::uint8_t>(kMaxFrame, 0x0F)));
   std::array<std::uint8_t, kMaxFrame> in{};
   ASSERT_EQ(port.ReadNow(in).count, kMaxFrame);
@@ -184,31 +184,32 @@ TEST_F(SpiPortOnADevice, TheLongestFrameIsOneTransfer) {
 }
 
 TEST_F(SpiPortOnADevice, WhatTheControllerCannotDoIsNamed) {
-  EXPECT_THAT(Port({.mode = 8, .clock_hz = 400'000}).Open(), HasSubstr("cannot do SPI mode 8"));
-  EXPECT_THAT(Port({.mode = 2, .clock_hz = 0}).Open(), HasSubstr("cannot be clocked at 0 Hz: set link.clock_hz"));
+  EXPECT_THAT(ErrorText(Port({.mode = 8, .clock_hz = 400'000}).Open()), HasSubstr("cannot do SPI mode 8"));
+  EXPECT_THAT(ErrorText(Port({.mode = 2, .clock_hz = 0}).Open()),
+              HasSubstr("cannot be clocked at 0 Hz: set link.clock_hz"));
 }
 
 TEST_F(SpiPortOnADevice, OneDriverPerDevice) {
   SpiPort first = Port();
-  ASSERT_EQ(first.Open(), "");
+  ASSERT_EQ(ErrorText(first.Open()), "");
   SpiPort second = Port();
-  EXPECT_THAT(second.Open(), ::testing::EndsWith(kLineHeld));
+  EXPECT_THAT(ErrorText(second.Open()), ::testing::EndsWith(kLineHeld));
   first.Close();
-  EXPECT_EQ(second.Open(), "");
+  EXPECT_EQ(ErrorText(second.Open()), "");
 }
 
 TEST_F(SpiPortOnADevice, WithoutRightsTheGroupIsNamed) {
   SpiPort port = Port();
   ASSERT_EQ(geteuid(), 0U) << "the guest's user";
   ASSERT_EQ(seteuid(65'534), 0);
-  const std::string problem = port.Open();
+  const std::string problem = ErrorText(port.Open());
   ASSERT_EQ(seteuid(0), 0);
   EXPECT_THAT(problem, HasSubstr("usermod -aG spi USER"));
 }
 
 TEST_F(SpiPortOnADevice, ATransferThatFailsIsALostLine) {
   SpiPort port = Port();
-  ASSERT_EQ(port.Open(), "");
+  ASSERT_EQ(ErrorText(port.Open()), "");
   bus_.reset();
   const std::array<std::uint8_t, 4> out{};
   std::array<std::uint8_t, 4> in{};
@@ -216,7 +217,7 @@ TEST_F(SpiPortOnADevice, ATransferThatFailsIsALostLine) {
   EXPECT_EQ(port.ReadNow(in).status, Status::kTimeout) << "nothing of it is handed out";
   port.Close();
   bus_.emplace(socket_, clock_);
-  ASSERT_EQ(port.Open(), "");
+  ASSERT_EQ(ErrorText(port.Open()), "");
   EXPECT_TRUE(port.Write(out));
   EXPECT_EQ(port.ReadNow(in).count, 4U);
 }

@@ -25,8 +25,7 @@ Symptoms ForEachInterface(const MachineConfig& machine, const HostFacts& host) {
   for (const BusConfig* bus : CanBusesOf(machine)) {
     const auto reply = host.can.find(bus->link.port);
     if (reply == host.can.end()) continue;
-    const auto* const interface = std::get_if<CanInterface>(&reply->second);
-    if (interface != nullptr && interface->is_can) Look(*bus, *interface, symptoms);
+    if (reply->second && reply->second->is_can) Look(*bus, *reply->second, symptoms);
   }
   return symptoms;
 }
@@ -88,12 +87,12 @@ Symptoms CheckCanMissing(const MachineConfig& machine, const HostFacts& host) {
   for (const BusConfig* bus : CanBusesOf(machine)) {
     const auto reply = host.can.find(bus->link.port);
     if (reply == host.can.end()) continue;
-    const auto* const interface = std::get_if<CanInterface>(&reply->second);
-    if (interface != nullptr && interface->is_can) continue;
-    const int error = interface == nullptr ? std::get<int>(reply->second) : 0;
-    const std::string what = interface != nullptr ? "is not a CAN interface"
-                             : error == ENODEV    ? "does not exist"
-                                                  : std::string("cannot be read: ") + std::strerror(error);
+    const CanInterfaceReply& interface = reply->second;
+    if (interface && interface->is_can) continue;
+    const std::string what = interface ? "is not a CAN interface"
+                             : interface.error() == ENODEV
+                                 ? "does not exist"
+                                 : std::string("cannot be read: ") + std::strerror(interface.error());
     symptoms.push_back(Found(
         *bus, what,
         "ip -brief link show type can    # lists the interfaces; then correct link.iface in the machine file"));

@@ -92,7 +92,7 @@ TEST(CanChecks, WhatIsFineIsLeftAlone) {
 }
 
 TEST(CanChecks, AMissingInterfaceIsNotAskedFurther) {
-  const Symptoms symptoms = AllOfThem(ENODEV);
+  const Symptoms symptoms = AllOfThem(tl::unexpected(ENODEV));
   ASSERT_EQ(symptoms.size(), 1U);
   EXPECT_THAT(symptoms[0].found, HasSubstr("can0 does not exist"));
 }

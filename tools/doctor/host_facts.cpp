@@ -268,7 +268,7 @@ HostFacts ReadHost(const MachineConfig& machine, const ReadHostOptions& options)
   for (const PortUse& use : PortsOf(machine)) host.ports.emplace(use.path, ReadPort(files, use));
   host.spi_buffer = files.Number("/sys/module/spidev/parameters/bufsiz");
   CanNetlink netlink;
-  if (netlink.Open().empty()) {
+  if (netlink.Open()) {
     for (const BusConfig* bus : CanBusesOf(machine)) host.can.emplace(bus->link.port, netlink.Ask(bus->link.port));
   }
   for (const BusConfig* bus : CanBusesOf(machine)) {

@@ -1,7 +1,6 @@
 #include "tools/scan/scan_lines.h"
 
 #include <filesystem>
-#include <variant>
 
 #include "drivers/hal/can_socket.h"
 #include "drivers/hal/line_guard.h"
@@ -23,11 +22,12 @@ SerialScanLine::SerialScanLine(const std::string& path, bool echo, const Clock& 
       port_({.path = path, .format = kAtFirst, .pty = {.foreign = IsPtyByNumber(path)}}, clock),
       medium_(port_, clock, echo, nullptr) {}
 
-std::string SerialScanLine::Open() {
-  std::string problem = port_.Open();
-  if (problem.empty()) return problem;
+Result<> SerialScanLine::Open() {
+  Result<> opened = port_.Open();
+  if (opened) return opened;
   const std::string holder = PortHolder(path_);
-  return holder.empty() ? problem : problem + " (" + holder + " has it open)";
+  if (holder.empty()) return opened;
+  return Failure(opened.error().text + " (" + holder + " has it open)");
 }
 
 bool SerialScanLine::Set(const ProbeTrial& trial) {
@@ -41,7 +41,7 @@ bool SerialScanLine::Set(const ProbeTrial& trial) {
   return set || lost;  // of a lost line the next step tells
 }
 
-std::string SpiScanLine::OpenWith(const SpiSettings& settings) {
+Result<> SpiScanLine::OpenWith(const SpiSettings& settings) {
   medium_.reset();
   link_.reset();  // before the new one takes the lock
   std::error_code ignored;
@@ -63,12 +63,11 @@ CanScanLine::~CanScanLine() {
   static_cast<void>(netlink_.Configure(found_, found_.bitrate, found_.listen_only));
 }
 
-std::string CanScanLine::Open() {
+Result<> CanScanLine::Open() {
   if (IsSimulated()) return SimulatedCan(interface_, CanBitrates().front(), clock_).Open();
-  if (std::string problem = netlink_.Open(); !problem.empty()) return problem;
-  const CanInterfaceReply reply = netlink_.Ask(interface_);
-  if (const auto* interface = std::get_if<CanInterface>(&reply)) found_ = *interface;
-  if (found_.is_controller && !found_.up) return "";
+  if (Result<> opened = netlink_.Open(); !opened) return opened;
+  found_ = netlink_.Ask(interface_).value_or(CanInterface());
+  if (found_.is_controller && !found_.up) return {};
   // It says why another one will not do; and it shows whether a driver has it.
   CanSocket socket({.interface = interface_, .bitrate = 0, .filters = {}}, clock_);
   return socket.Open();
@@ -98,7 +97,7 @@ bool CanScanLine::Set(const ProbeTrial& trial) {
     link_ = std::make_unique<CanSocket>(CanSettings{.interface = interface_, .bitrate = 0, .filters = {}}, clock_);
   }
   medium_ = std::make_unique<CanTransactor>(*link_, clock_);
-  if (link_->Open().empty()) return true;
+  if (link_->Open()) return true;
   link_.reset();
   return false;
 }

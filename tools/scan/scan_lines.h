@@ -18,8 +18,8 @@ class SerialScanLine final : public ScanLine {
  public:
   SerialScanLine(const std::string& path, bool echo, const Clock& clock);
 
-  // Empty, or the cause and the remedy; names who holds the port.
-  [[nodiscard]] std::string Open();
+  // The error contains the cause and the remedy, and names the process that holds the port.
+  [[nodiscard]] Result<> Open();
   [[nodiscard]] bool Set(const ProbeTrial& trial) override;
   [[nodiscard]] Transactor& medium() override { return medium_; }
 
@@ -34,13 +34,13 @@ class SpiScanLine final : public ScanLine {
  public:
   SpiScanLine(std::string path, const Clock& clock) : path_(std::move(path)), clock_(clock) {}
 
-  // Empty, or the cause and the remedy.
-  [[nodiscard]] std::string Open() { return OpenWith({.mode = 2, .clock_hz = 100'000}); }
-  [[nodiscard]] bool Set(const ProbeTrial& trial) override { return OpenWith(trial.spi).empty(); }
+  // The error contains the cause and the remedy.
+  [[nodiscard]] Result<> Open() { return OpenWith({.mode = 2, .clock_hz = 100'000}); }
+  [[nodiscard]] bool Set(const ProbeTrial& trial) override { return OpenWith(trial.spi).has_value(); }
   [[nodiscard]] Transactor& medium() override { return *medium_; }
 
  private:
-  [[nodiscard]] std::string OpenWith(const SpiSettings& settings);
+  [[nodiscard]] Result<> OpenWith(const SpiSettings& settings);
 
   const std::string path_;
   const Clock& clock_;
@@ -57,8 +57,8 @@ class CanScanLine final : public ScanLine {
   CanScanLine(const CanScanLine&) = delete;
   CanScanLine& operator=(const CanScanLine&) = delete;
 
-  // Empty, or the cause and the remedy.
-  [[nodiscard]] std::string Open();
+  // The error contains the cause and the remedy.
+  [[nodiscard]] Result<> Open();
   [[nodiscard]] bool is_up() const { return found_.up; }
   [[nodiscard]] std::int64_t bitrate() const { return found_.bitrate; }  // 0: not told
   // Whether this process may set a bit rate: asked of the kernel, which changes nothing.

@@ -30,7 +30,7 @@ class SimulatedLine final : public ScanLine {
     if (machine_) simulator_ = MakeSimulator(*machine_, machine_->buses.at(0), errors);
     EXPECT_TRUE(errors.empty()) << errors.Text();
     link_ = std::make_unique<SimulatorLink>(clock, *simulator_, 9'600);
-    EXPECT_EQ(link_->Open(), "");
+    EXPECT_EQ(ErrorText(link_->Open()), "");
     medium_ = std::make_unique<SerialTransactor>(*link_, clock, false, nullptr);
   }
 
@@ -211,7 +211,7 @@ TEST(Scan, ALostLineEndsIt) {
 class LateLine final : public ScanLine {
  public:
   LateLine(std::int64_t baud, std::vector<std::uint8_t> request, std::vector<std::uint8_t> reply, MonoNs late) {
-    EXPECT_EQ(link_.Open(), "");
+    EXPECT_EQ(ErrorText(link_.Open()), "");
     link_.SetPeer([=, this](Bytes bytes) -> std::vector<ScriptedLink::Burst> {
       asked += 1;
       if (link_.baud() != baud || !std::equal(bytes.begin(), bytes.end(), request.begin(), request.end()))

@@ -14,9 +14,8 @@ constexpr unsigned kUpload = 2;
 constexpr unsigned kDownloadAnswer = 3;
 constexpr unsigned kAbort = 4;
 constexpr std::uint8_t kExpedited = 0x02;
-constexpr std::uint8_t kSizeSaid = 0x01;
+constexpr std::uint8_t kSizeGiven = 0x01;
 
-constexpr std::size_t kSdoSize = 8;
 constexpr std::size_t kHeadSize = 4;
 
 ObjectId ObjectOf(Bytes data) { return {static_cast<std::uint16_t>(LittleEndian(data, 1, 2)), data[3]}; }
@@ -31,9 +30,9 @@ CanFrame SdoFrame(std::uint8_t node, std::uint8_t command, ObjectId object, std:
   return frame;
 }
 
-// Bytes of data that an expedited command byte announces: all four when it does not say.
+// Bytes of data that an expedited command byte announces: all four if it gives no size.
 std::uint8_t AnnouncedSize(std::uint8_t command) {
-  return (command & kSizeSaid) != 0 ? static_cast<std::uint8_t>(4 - (command >> 2 & 3)) : 4;
+  return (command & kSizeGiven) != 0 ? static_cast<std::uint8_t>(4 - (command >> 2 & 3)) : 4;
 }
 
 struct CodeText {
@@ -153,7 +152,7 @@ std::string ObjectText(ObjectId object) { return Text("%04Xh:%02X", unsigned{obj
 
 CanFrame RequestFrame(std::uint8_t node, const SdoRequest& request) {
   constexpr auto kRead = static_cast<std::uint8_t>(kUpload << 5);
-  constexpr auto kWrite = static_cast<std::uint8_t>(kDownload << 5 | kExpedited | kSizeSaid);
+  constexpr auto kWrite = static_cast<std::uint8_t>(kDownload << 5 | kExpedited | kSizeGiven);
   return SdoFrame(node, request.write ? kWrite : kRead, request.object, request.write.value_or(0));
 }
 
@@ -187,7 +186,7 @@ SdoAnswer ParseAnswer(Bytes data) {
     answer.value = LittleEndian(data, kHeadSize, 4);
   } else if (specifier == kUpload && (data[0] & kExpedited) == 0) {
     answer.kind = SdoAnswer::Kind::kSegmented;
-    const bool said = (data[0] & kSizeSaid) != 0 && data.size() == kSdoSize;
+    const bool said = (data[0] & kSizeGiven) != 0 && data.size() == kSdoSize;
     answer.value = said ? LittleEndian(data, kHeadSize, 4) : 0;
   } else if (specifier == kUpload && data.size() >= kHeadSize + AnnouncedSize(data[0])) {
     answer.kind = SdoAnswer::Kind::kValue;

@@ -110,9 +110,9 @@ MonoNs Bus::Reopen(MonoNs by) {
     static_cast<void>(link_.Wait(std::min(reopen_at_, by)));
     return clock_.Now();
   }
-  std::string problem = OpenAll();
+  Result<> opened = OpenAll();
   now = clock_.Now();
-  if (problem.empty()) {
+  if (opened) {
     up_ = true;
     up_since_ = now;
     ++opens_;
@@ -126,16 +126,16 @@ MonoNs Bus::Reopen(MonoNs by) {
   }
   reopen_at_ = now + reopen_pause_;
   reopen_pause_ = std::min(2 * reopen_pause_, settings_.reopen_max);
-  if (problem != problem_) {
-    problem_ = std::move(problem);
+  if (opened.error().text != problem_) {
+    problem_ = std::move(opened.error().text);
     observer_.OnLink(false, problem_, now);
   }
   return now;
 }
 
-std::string Bus::OpenAll() {
-  std::string problem = settings_.lines == nullptr ? "" : settings_.lines->Open();
-  return problem.empty() ? link_.Open() : problem;
+Result<> Bus::OpenAll() {
+  if (settings_.lines == nullptr) return link_.Open();
+  return settings_.lines->Open().and_then([this] { return link_.Open(); });
 }
 
 void Bus::Down(const Event& event) {

@@ -74,7 +74,7 @@ class Bus {
 
   MonoNs Reopen(MonoNs by);
   void Down(const Event& event);
-  [[nodiscard]] std::string OpenAll();
+  [[nodiscard]] Result<> OpenAll();
   MonoNs Transmit(const Schedule::Choice& choice, MonoNs now);
   MonoNs CarryOut(const Schedule::Choice& choice, MonoNs now, MonoNs by);
   MonoNs Deliver(const Event* event, std::size_t device, MonoNs now);

@@ -17,7 +17,7 @@ std::vector<std::uint8_t> Copy(Bytes bytes) { return {bytes.begin(), bytes.end()
 class LineMediumTest : public ::testing::Test {
  protected:
   LineMediumTest() {
-    EXPECT_EQ(link_.Open(), "");
+    EXPECT_EQ(ErrorText(link_.Open()), "");
     link_.SetWriteTime(4 * kMicrosecond);
   }
 
@@ -238,7 +238,7 @@ class NotedLines final : public PulseLines {
  public:
   explicit NotedLines(FakeClock& clock) : clock_(clock) {}
 
-  [[nodiscard]] std::string Open() override { return ""; }
+  [[nodiscard]] Result<> Open() override { return {}; }
   void Close() override {}
   [[nodiscard]] bool Pulse(std::uint8_t line, MonoNs low) override {
     pulses.push_back(line);
@@ -255,7 +255,7 @@ class NotedLines final : public PulseLines {
 
 class LineStepsTest : public ::testing::Test {
  protected:
-  LineStepsTest() { EXPECT_EQ(link_.Open(), ""); }
+  LineStepsTest() { EXPECT_EQ(ErrorText(link_.Open()), ""); }
 
   FakeClock clock_{kStart};
   ScriptedLink link_{clock_};

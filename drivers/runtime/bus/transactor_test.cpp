@@ -26,7 +26,7 @@ std::vector<std::uint8_t> Copy(Bytes bytes) { return {bytes.begin(), bytes.end()
 
 class FrameMediumTest : public ::testing::Test {
  protected:
-  FrameMediumTest() { EXPECT_EQ(link_.Open(), ""); }
+  FrameMediumTest() { EXPECT_EQ(ErrorText(link_.Open()), ""); }
 
   FakeClock clock_{kStart};
   ScriptedFrameLink link_{clock_};

@@ -34,7 +34,7 @@ class SteadyLink final : public ByteLink {
  public:
   explicit SteadyLink(FakeClock& clock) : clock_(clock) {}
 
-  [[nodiscard]] std::string Open() override { return ""; }
+  [[nodiscard]] Result<> Open() override { return {}; }
   void Close() override {}
   [[nodiscard]] bool IsOpen() const override { return true; }
   [[nodiscard]] bool SetBaud(std::int64_t) override { return true; }

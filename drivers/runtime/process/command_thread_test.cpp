@@ -26,7 +26,7 @@ constexpr std::int64_t kBoot = 42;
 // Devices on a line that answers at once, in real time.
 class PromptLink final : public ByteLink {
  public:
-  [[nodiscard]] std::string Open() override { return ""; }
+  [[nodiscard]] Result<> Open() override { return {}; }
   void Close() override {}
   [[nodiscard]] bool IsOpen() const override { return true; }
   [[nodiscard]] bool SetBaud(std::int64_t) override { return true; }

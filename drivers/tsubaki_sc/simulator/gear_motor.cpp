@@ -18,30 +18,31 @@ constexpr double kEfficiency = 0.8;  // of motor and gear
 
 double Seconds(MonoNs duration) { return static_cast<double>(duration) * 1e-9; }
 
-// Watts of electric power that one Nm on the output shaft costs.
+// Returns the electric power in W for 1 Nm on the output shaft.
 double WattsPerNm(double rpm) { return rpm / 60 * 2 * std::numbers::pi / kEfficiency; }
 
 }  // namespace
 
-std::string LoadProfile::Parse(std::string_view text) {
-  std::vector<Point> points;
-  const std::string whole(text);
+Result<LoadProfile> LoadProfile::Parse(std::string_view text) {
+  LoadProfile profile;
+  const std::string whole = "'" + std::string(text) + "'";
   if (text == kNone) text = {};
   while (!text.empty()) {
     const std::string_view part = text.substr(0, text.find(','));
     text.remove_prefix(std::min(text.size(), part.size() + 1));
     const std::size_t colon = part.find(':');
-    if (colon == std::string_view::npos)
-      return "'" + whole + "' is not S:W,S:W,... or none, e.g. 0:150,5:400,9:150";
-    Point point;
-    if (std::string p = ReadNumber(part.substr(0, colon), 0, kMaxSeconds, "s", point.seconds); !p.empty()) return p;
-    if (std::string p = ReadNumber(part.substr(colon + 1), 0, kMaxWatts, "W", point.watts); !p.empty()) return p;
-    const bool rises = points.empty() ? point.seconds == 0 : point.seconds > points.back().seconds;
-    if (!rises) return "'" + whole + "': the seconds must begin with 0 and rise";
-    points.push_back(point);
+    if (colon == std::string_view::npos) {
+      return Failure(whole + " is not S:W,S:W,... or none, e.g. 0:150,5:400,9:150");
+    }
+    const Result<double> seconds = ParseNumber(part.substr(0, colon), 0, kMaxSeconds, "s");
+    if (!seconds) return Failure(seconds.error());
+    const Result<double> watts = ParseNumber(part.substr(colon + 1), 0, kMaxWatts, "W");
+    if (!watts) return Failure(watts.error());
+    const bool rises = profile.empty() ? *seconds == 0 : *seconds > profile.points_.back().seconds;
+    if (!rises) return Failure(whole + ": the seconds must begin with 0 and rise");
+    profile.points_.push_back({*seconds, *watts});
   }
-  points_ = std::move(points);
-  return {};
+  return profile;
 }
 
 double LoadProfile::At(double seconds) const {

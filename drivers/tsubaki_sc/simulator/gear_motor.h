@@ -6,20 +6,20 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/base/time.h"
 #include "drivers/kit/simulation/simulated_fault.h"
 
 namespace axlecast::tsubaki_sc::simulator {
 
-// What a machine asks of its motor over time: points joined by straight lines, again and again.
+// The power that a machine requires of its motor over time: points joined by straight lines, repeated.
 class LoadProfile {
  public:
-  // "S:W,S:W,...": seconds, rising from 0, and watts of electric power. "none": no profile. Empty when parsed, else
-  // what would be right.
-  [[nodiscard]] std::string Parse(std::string_view text);
+  // Parses "S:W,S:W,...": seconds, rising from 0, and watts of electric power. "none": no profile.
+  [[nodiscard]] static Result<LoadProfile> Parse(std::string_view text);
 
   [[nodiscard]] bool empty() const { return points_.empty(); }
-  // Watts, `seconds` >= 0 after its begin. Not of an empty one.
+  // Returns watts, `seconds` >= 0 after its begin. Precondition: not empty.
   [[nodiscard]] double At(double seconds) const;
   [[nodiscard]] std::string Text() const;
 
@@ -38,7 +38,7 @@ class GearMotor {
   static constexpr MonoNs kShockLasts = 30 * kMillisecond;
 
   struct Settings {
-    double torque_nm = 50;   // asked of the output shaft
+    double torque_nm = 50;   // required of the output shaft
     double speed_rpm = 30;   // of the output shaft while it runs
     double voltage_v = 200;  // between phases
     double power_factor = 0.8;

@@ -31,7 +31,7 @@ class SimulatedPty final : public SimulatedPort {
   SimulatedPty(std::string path, Simulator& simulator, const Clock& clock)
       : SimulatedPort(simulator, clock), path_(std::move(path)) {}
 
-  [[nodiscard]] std::string Plug() override;
+  [[nodiscard]] Result<> Plug() override;
   void Unplug() override;
   [[nodiscard]] bool HasHost() const override { return has_host_; }
   // A pty without a host would report that at once, again and again: then it is looked for from time to time.
@@ -53,11 +53,11 @@ class SimulatedPty final : public SimulatedPort {
 
 constexpr MonoNs kHostCheck = 10 * kMillisecond;  // how soon a host that opens the line is noticed
 
-std::string SimulatedPty::Plug() {
+Result<> SimulatedPty::Plug() {
   Unplug();
-  std::string problem = pty_.Open(path_);
-  if (problem.empty()) LookForHost();
-  return problem;
+  Result<> opened = pty_.Open(path_);
+  if (opened) LookForHost();
+  return opened;
 }
 
 void SimulatedPty::Unplug() {
@@ -95,7 +95,7 @@ class SimulatedInterface final : public SimulatedPort {
       : SimulatedPort(simulator, clock), socket_({.interface = interface, .filters = {}, .sole = false}, clock) {}
 
   // The interface is up; later it may go and come back.
-  [[nodiscard]] std::string Plug() override;
+  [[nodiscard]] Result<> Plug() override;
   void Unplug() override;
   [[nodiscard]] bool HasHost() const override { return socket_.IsOpen(); }
   [[nodiscard]] int FileDescriptor() const override { return socket_.FileDescriptor(); }
@@ -113,13 +113,13 @@ class SimulatedInterface final : public SimulatedPort {
 
 constexpr MonoNs kReopen = 100 * kMillisecond;
 
-std::string SimulatedInterface::Plug() {
+Result<> SimulatedInterface::Plug() {
   Unplug();
-  std::string problem = socket_.Open();
-  if (!problem.empty()) return problem;
+  Result<> opened = socket_.Open();
+  if (!opened) return opened;
   bitrate_ = socket_.Controller().bitrate;
   TellBaud();
-  return "";
+  return {};
 }
 
 void SimulatedInterface::Unplug() {
@@ -129,7 +129,7 @@ void SimulatedInterface::Unplug() {
 }
 
 void SimulatedInterface::Serve() {
-  if (reopen_at_ <= Now() && !Plug().empty()) reopen_at_ = Now() + kReopen;
+  if (reopen_at_ <= Now() && !Plug()) reopen_at_ = Now() + kReopen;
   if (!socket_.IsOpen()) return;
   FrameLink::Received received;
   FrameLink::Status status = socket_.Receive(received);
@@ -184,9 +184,9 @@ std::string SimulationServer::Add(BusPlace place, std::unique_ptr<Simulator> sim
     return "bus " + bus->place.bus + " is simulated already: " + done.error().text;
   }
   bus->port = MakePort(bus->place, *bus->simulator, clock_);
-  if (std::string problem = bus->port->Plug(); !problem.empty()) return problem;
+  if (const Result<> plugged = bus->port->Plug(); !plugged) return plugged.error().text;
   if (!bus->place.lines.empty()) {
-    if (std::string problem = bus->lines.Listen(bus->place.lines); !problem.empty()) return problem;
+    if (const Result<> bound = bus->lines.Listen(bus->place.lines); !bound) return bound.error().text;
   }
   if (std::string problem = bus->control.Listen(bus->place.control); !problem.empty()) return problem;
   buses_.push_back(std::move(bus));
@@ -268,8 +268,8 @@ Json SimulationServer::Change(Bus& bus, const Json& question) {
   if (question.contains("plugged") && question["plugged"].is_boolean()) {
     bus.plugged = question["plugged"].get<bool>();
     if (!bus.plugged) bus.port->Unplug();
-    const std::string problem = bus.plugged ? bus.port->Plug() : "";
-    if (!problem.empty()) errors.push_back(problem);
+    const Result<> plugged = bus.plugged ? bus.port->Plug() : Result<>();
+    if (!plugged) errors.push_back(plugged.error().text);
   }
   return {{"errors", errors}};
 }

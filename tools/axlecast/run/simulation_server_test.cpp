@@ -150,7 +150,7 @@ TEST_F(SimulationServerTest, UnpluggedTheHostLosesItsLineAndFindsItAgainWhenPlug
 
 TEST_F(SimulationServerTest, TheSimulatorKnowsTheHostsRateFromTheFirstByteOn) {
   SerialPort host({.path = place_.port, .format = {.baud = 38'400}}, clock_);
-  ASSERT_EQ(host.Open(), "");
+  ASSERT_EQ(ErrorText(host.Open()), "");
   const auto rate = [&] {
     std::array<std::uint8_t, 1> reply{};
     EXPECT_TRUE(host.Write(std::array<std::uint8_t, 1>{'B'}));
@@ -168,7 +168,7 @@ TEST_F(SimulationServerTest, PulsesReachTheSimulator) {
   const Descriptor host = OpenHost();
   EXPECT_EQ(Exchange(host, 'a'), 'b');
   SimulatedLines lines(place_.lines, clock_);
-  ASSERT_EQ(lines.Open(), "");
+  ASSERT_EQ(ErrorText(lines.Open()), "");
   ASSERT_TRUE(lines.Pulse(3, 20 * kMicrosecond));
   std::array<char, 2> reply{};
   ASSERT_EQ(read(host.get(), reply.data(), reply.size()), 2);
@@ -180,7 +180,9 @@ TEST_F(SimulationServerTest, PulsesReachTheSimulator) {
 
 class SimulatedCanServerTest : public SimulationServerTest {
  protected:
-  SimulatedCanServerTest() : SimulationServerTest(LinkKind::kCan, "/b0.can") { EXPECT_EQ(can_.Open(), ""); }
+  SimulatedCanServerTest() : SimulationServerTest(LinkKind::kCan, "/b0.can") {
+    EXPECT_EQ(ErrorText(can_.Open()), "");
+  }
   // The next frame that comes within 2 s; "own" behind one of the host's.
   [[nodiscard]] std::string Next() {
     FrameLink::Received received;
@@ -221,9 +223,9 @@ TEST_F(SimulatedCanServerTest, UnpluggedTheHostLosesItsBusAndFindsItAgainWhenPlu
   EXPECT_EQ(Ask({{"plugged", false}})["errors"], Json::array());
   EXPECT_EQ(Ask({{"show", true}})["plugged"], false);
   EXPECT_EQ(Next(), "lost");
-  EXPECT_THAT(can_.Open(), testing::HasSubstr("simulate FILE --bus b0"));
+  EXPECT_THAT(ErrorText(can_.Open()), testing::HasSubstr("simulate FILE --bus b0"));
   EXPECT_EQ(Ask({{"plugged", true}})["errors"], Json::array());
-  EXPECT_EQ(can_.Open(), "");
+  EXPECT_EQ(ErrorText(can_.Open()), "");
   EXPECT_EQ(can_.Send({.id = 10, .data = {1}}), FrameLink::SendResult::kQueued);
   EXPECT_EQ(Next(), "10 own");
 }
@@ -246,7 +248,9 @@ TEST_F(SimulatedCanServerTest, AnInterfaceThatDoesNotExistIsNamed) {
 
 class SimulatedSpiServerTest : public SimulationServerTest {
  protected:
-  SimulatedSpiServerTest() : SimulationServerTest(LinkKind::kSpi, "/b0.spi") { EXPECT_EQ(spi_.Open(), ""); }
+  SimulatedSpiServerTest() : SimulationServerTest(LinkKind::kSpi, "/b0.spi") {
+    EXPECT_EQ(ErrorText(spi_.Open()), "");
+  }
   [[nodiscard]] int Clocked(std::uint8_t out) {
     std::array<std::uint8_t, 2> in{};
     if (!spi_.Write(std::array<std::uint8_t, 1>{out})) return -1;
@@ -266,9 +270,9 @@ TEST_F(SimulatedSpiServerTest, TransfersReachTheSimulator) {
 TEST_F(SimulatedSpiServerTest, UnpluggedTheHostLosesItsBusAndFindsItAgainWhenPlugged) {
   EXPECT_EQ(Ask({{"plugged", false}})["errors"], Json::array());
   EXPECT_EQ(Clocked(7), -1);
-  EXPECT_NE(spi_.Open(), "");
+  EXPECT_NE(ErrorText(spi_.Open()), "");
   EXPECT_EQ(Ask({{"plugged", true}})["errors"], Json::array());
-  EXPECT_EQ(spi_.Open(), "");
+  EXPECT_EQ(ErrorText(spi_.Open()), "");
   EXPECT_EQ(Clocked(7), 8);
 }
 

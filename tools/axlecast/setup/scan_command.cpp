@@ -213,8 +213,8 @@ ScanReport Run(ScanLine& line, const Clock& clock, std::vector<PlannedTrial> pla
 
 template <typename Line>
 int ScanBytes(const ScanOptions& options, Line& line, const Clock& clock) {
-  if (const std::string problem = line.Open(); !problem.empty()) {
-    std::cerr << problem << '\n';
+  if (const Result<> opened = line.Open(); !opened) {
+    std::cerr << opened.error().text << '\n';
     return kExitBad;
   }
   return Tell(options, Run(line, clock, PlanScan(FamilyProbes(), options.place.kind, options.scope), options));
@@ -239,8 +239,8 @@ std::vector<std::int64_t> BitratesOf(const ScanOptions& options, CanScanLine& li
 
 int ScanCan(const ScanOptions& options, const Clock& clock) {
   CanScanLine line(options.place.port, clock);
-  if (const std::string problem = line.Open(); !problem.empty()) {
-    std::cerr << problem << '\n';
+  if (const Result<> opened = line.Open(); !opened) {
+    std::cerr << opened.error().text << '\n';
     return kExitBad;
   }
   const std::vector<std::int64_t> bitrates = BitratesOf(options, line);

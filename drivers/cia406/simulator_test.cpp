@@ -1,4 +1,4 @@
-#include "drivers/cia406/simulator/cia406_node.h"
+#include "drivers/cia406/simulator.h"
 
 #include <gmock/gmock.h>
 
@@ -207,8 +207,8 @@ TEST_F(Cia406NodeTest, NamesWhatItCannotSet) {
   EXPECT_THAT(Set("fault", "bit_flip"), HasSubstr("drop damaged frames"));
   EXPECT_THAT(Set("object", "6004"), HasSubstr("INDEX:SUB=VALUE"));
   EXPECT_THAT(Set("object", "7777:00=1"), HasSubstr("there is no object 7777:00"));
-  EXPECT_THAT(Set("power", "perhaps"), HasSubstr("none of on, off, cycle"));
-  EXPECT_THAT(Set("nmt", "asleep"), HasSubstr("none of"));
+  EXPECT_THAT(Set("power", "perhaps"), HasSubstr("not one of on, off, cycle"));
+  EXPECT_THAT(Set("nmt", "asleep"), HasSubstr("not one of"));
   EXPECT_THAT(Set("colour", "red"), HasSubstr("one of bitrate"));
   for (const char* fault :
        {"none", "off", "stuck", "garbage", "short", "slow:100", "delayed:5", "intermittent:0.5"}) {

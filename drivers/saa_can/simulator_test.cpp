@@ -1,13 +1,11 @@
 // The simulator against the manual's own frames.
-#include "drivers/saa_can/simulator/saa_node.h"
+#include "drivers/saa_can/simulator.h"
 
 #include <gtest/gtest.h>
 
 #include <memory>
 #include <string>
 #include <vector>
-
-#include "drivers/saa_can/simulator/can_bus.h"
 
 namespace axlecast::saa_can {
 namespace {
