@@ -1,13 +1,18 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
-#include "core/device/operation.h"
-
 namespace axlecast {
+
+// A constant of a .lcm file: UNIT_MM = 4 is {4, "mm"}. The generated message_json_names.h has all of them.
+struct NumberName {
+  std::int32_t number;
+  std::string_view name;
+};
+using NumberNames = std::span<const NumberName>;
 
 // The words of the messages' numbers, for people. A number that is not known becomes "?".
 

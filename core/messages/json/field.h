@@ -12,6 +12,7 @@
 
 #include "core/base/inline_bytes.h"
 #include "core/base/text.h"
+#include "core/messages/enum_names.h"
 #include "core/messages/message.h"
 
 namespace axlecast {
@@ -26,13 +27,6 @@ namespace axlecast {
 
 [[nodiscard]] nlohmann::ordered_json BootIdField(std::int64_t boot_id);  // 16 hex digits
 [[nodiscard]] inline nlohmann::ordered_json HexField(Bytes bytes) { return HexDigits(bytes); }
-
-// A constant of a .lcm file: UNIT_MM = 4 is {4, "mm"}.
-struct NumberName {
-  std::int32_t number;
-  std::string_view name;
-};
-using NumberNames = std::span<const NumberName>;
 
 // The number's name; null when it has none, e.g. that of a newer version.
 [[nodiscard]] nlohmann::ordered_json NameField(std::int64_t number, NumberNames names);
