@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <axlecast/command_status_t.hpp>
 #include <cstdio>
-#include <optional>
 #include <utility>
 
 #include "core/base/text.h"

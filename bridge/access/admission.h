@@ -12,7 +12,6 @@
 
 #include "core/base/result.h"
 #include "core/base/time.h"
-#include "core/command/operation_check.h"
 #include "core/config/machine_config.h"
 #include "core/device/operation.h"
 

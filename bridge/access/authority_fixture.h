@@ -6,7 +6,6 @@
 #include <map>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "core/command/keys.h"
 #include "core/config/machine_config.h"

@@ -5,7 +5,6 @@
 #include <axlecast/device_info_t.hpp>
 #include <axlecast/driver_command_t.hpp>
 #include <cstring>
-#include <utility>
 
 #include "core/base/text.h"
 #include "core/messages/message.h"

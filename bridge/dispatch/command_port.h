@@ -14,7 +14,6 @@
 
 #include "core/base/time.h"
 #include "core/command/keys.h"
-#include "core/command/operation_check.h"
 #include "core/config/machine_config.h"
 #include "core/messages/message.h"
 

@@ -9,7 +9,6 @@
 
 #include "bridge/dispatch/command_port.h"
 #include "bridge/state/command_store.h"
-#include "core/command/operation_check.h"
 
 namespace axlecast {
 

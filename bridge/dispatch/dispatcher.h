@@ -2,7 +2,6 @@
 
 #include <axlecast/command_body_t.hpp>
 #include <axlecast/command_status_t.hpp>
-#include <axlecast/command_t.hpp>
 #include <axlecast/driver_status_t.hpp>
 #include <cstdint>
 #include <functional>
@@ -19,7 +18,6 @@
 #include "bridge/state/alarms.h"
 #include "bridge/state/axis_state_store.h"
 #include "bridge/state/command_store.h"
-#include "bridge/store/device_store.h"
 #include "bridge/store/journal_queue.h"
 #include "core/alarm/alarm_table.h"
 #include "core/config/machine_config.h"

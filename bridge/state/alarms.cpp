@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <sstream>
-#include <utility>
 
 #include "bridge/state/command_store.h"
 #include "core/base/spelling.h"

@@ -11,7 +11,6 @@
 #include "core/base/text.h"
 #include "core/command/command_id.h"
 #include "core/device/operation.h"
-#include "core/messages/enum_names.h"
 
 namespace axlecast {
 namespace {

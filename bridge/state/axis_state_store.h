@@ -6,13 +6,11 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "bridge/state/command_store.h"
 #include "bridge/store/durable_store.h"
 #include "core/base/result.h"
 #include "core/base/time.h"
-#include "core/command/operation_check.h"
 #include "core/config/machine_config.h"
 
 namespace axlecast {

@@ -32,25 +32,6 @@ struct OpenCommand {
   std::int64_t sent_epoch = 0;  // highest bridge epoch with which it was sent
 };
 
-// The stored commands. While an id is stored, a command with this id is answered with its outcome and not executed again.
-class Journal {
- public:
-  virtual ~Journal() = default;
-
-  // Stores a command before anything is done for it. Returns false if it cannot be stored: then do not execute it.
-  [[nodiscard]] virtual bool Accepted(const CommandRecord& record, Timestamp now) = 0;
-  // Stores that it is about to be sent to a driver (status.driver_boot_id) with bridge epochs up to `epoch`. Returns false
-  // if it must not be sent.
-  [[nodiscard]] virtual bool Routed(const command_status_t& status, std::int64_t epoch, Timestamp now) = 0;
-  // Stores a change of its state, progress, text or changes. The newest may be missing after a crash.
-  virtual void Step(const command_status_t& status, Timestamp now) = 0;
-  // Stores the outcome before it is published, and again when a finding is added. If it cannot be written, it is kept in
-  // memory and written as soon as possible.
-  virtual void Outcome(const command_status_t& status, Timestamp now) = 0;
-
-  [[nodiscard]] virtual std::optional<command_status_t> Find(const CommandId& id) const = 0;
-};
-
 // A datum as the bridge gives it back to a driver, and who set it.
 struct DatumRecord {
   std::int64_t number = 0;    // 1, 2, ... in the order of their setting; given by the store
@@ -140,9 +121,17 @@ using DeviceChange = std::variant<DatumRecord, DatumVoided, WritesAdded, Referen
                                   EncoderExchanged, AlarmMark, AlarmMarkEnded>;
 
 // Returns false if the change leaves the record as it is, so that nothing needs to be written.
-[[nodiscard]] bool Alters(const DeviceChange& change, const AxisRecord& record);
+[[nodiscard]] inline bool Alters(const DeviceChange& change, const AxisRecord& record) {
+  if (const auto* reference = std::get_if<ReferenceChanged>(&change))
+    return reference->lost != record.reference_lost;
+  if (const auto* identity = std::get_if<IdentityChanged>(&change)) return identity->identity != record.identity;
+  return true;
+}
+
 // Returns true if the position of the device is dropped by the change.
-[[nodiscard]] bool DropsPosition(const DeviceChange& change);
+[[nodiscard]] inline bool DropsPosition(const DeviceChange& change) {
+  return std::holds_alternative<DatumVoided>(change) || std::holds_alternative<EncoderExchanged>(change);
+}
 
 // Durable records of devices and of their alarms.
 class DeviceRecords {
@@ -163,18 +152,31 @@ class DeviceRecords {
 };
 
 // The bridge's memory that outlives it: commands, devices and alarms, in one place so that a crash leaves them agreeing.
-class DurableStore : public Journal, public DeviceRecords {
+class DurableStore : public DeviceRecords {
  public:
   using DeviceRecords::Find;
-  using Journal::Find;
 
-  // Those that an earlier bridge left without outcome, or INDETERMINATE without finding; oldest first.
+  // Stores a command before anything is done for it. Returns false if it cannot be stored: then do not execute it.
+  [[nodiscard]] virtual bool Accepted(const CommandRecord& record, Timestamp now) = 0;
+  // Stores that it is about to be sent to a driver (status.driver_boot_id) with bridge epochs up to `epoch`. Returns false
+  // if it must not be sent.
+  [[nodiscard]] virtual bool Routed(const command_status_t& status, std::int64_t epoch, Timestamp now) = 0;
+  // Stores a change of its state, progress, text or changes. The newest may be missing after a crash.
+  virtual void Step(const command_status_t& status, Timestamp now) = 0;
+  // Stores the outcome before it is published, and again when a finding is added. If it cannot be written, it is kept in
+  // memory and written as soon as possible.
+  virtual void Outcome(const command_status_t& status, Timestamp now) = 0;
+
+  // While an id is stored, a command with this id is answered with its outcome and not executed again.
+  [[nodiscard]] virtual std::optional<command_status_t> Find(const CommandId& id) const = 0;
+
+  // Returns the commands that an earlier bridge left without outcome, or INDETERMINATE without finding; oldest first.
   [[nodiscard]] virtual std::vector<OpenCommand> Open() const = 0;
-  // A number above every one that was ever reserved; the next `count` from it are the caller's. 0: it cannot.
+  // Reserves `count` numbers above all that were ever reserved, and returns the first; 0 if that fails.
   [[nodiscard]] virtual std::int64_t ReserveEpochs(std::int64_t at_least, std::int64_t count) = 0;
-  // At least every 100 ms: writes what waits, tries again what failed.
+  // Call it at least every 100 ms: writes what waits, and retries what failed.
   virtual void Tick(Timestamp now) = 0;
-  // What was written before can be read: an id that is not found is not there.
+  // Returns true if everything that was written can be read: an id that is not found was never stored.
   [[nodiscard]] virtual bool readable() const = 0;
   // Fails while nothing can be made durable: the error is the cause and the fix.
   [[nodiscard]] virtual Result<> state() const = 0;

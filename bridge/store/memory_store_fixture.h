@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "bridge/store/device_store.h"
 #include "bridge/store/durable_store.h"
 #include "bridge/store/journal_queue.h"
 #include "core/command/command_id.h"

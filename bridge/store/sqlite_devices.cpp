@@ -4,7 +4,6 @@
 
 #include "bridge/store/rows.h"
 #include "core/command/command_id.h"
-#include "core/messages/enum_names.h"
 
 namespace axlecast {
 namespace {

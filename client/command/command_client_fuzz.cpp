@@ -4,7 +4,6 @@
 #include <axlecast/command_t.hpp>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 
 #include "client/command/command_session.h"
 #include "core/command/command_id.h"

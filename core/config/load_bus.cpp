@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <axlecast/position_t.hpp>
 #include <numbers>
-#include <optional>
 
 #include "core/base/spelling.h"
 #include "core/config/load.h"

@@ -4,7 +4,6 @@
 
 #include <axlecast/argument_t.hpp>
 #include <axlecast/command_body_t.hpp>
-#include <cstring>
 #include <vector>
 
 namespace axlecast {
