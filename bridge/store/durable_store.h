@@ -89,8 +89,6 @@ struct AlarmMark {
 // The reason in the history of a datum that a change of the encoder made void.
 inline constexpr const char* kExchangedReason = "the encoder was exchanged";
 
-// A change of what is kept of a device. A DatumRecord sets the datum, an AlarmMark replaces the mark of its kind and alarm.
-
 // No datum is in force any more. The history stays, with `why`. The position is dropped too: it was counted from the
 // same origin.
 struct DatumVoided {
@@ -117,6 +115,7 @@ struct AlarmMarkEnded {
   AlarmMark::Kind kind = AlarmMark::Kind::kAcknowledged;
   std::string alarm;
 };
+// A change of what is kept of a device. A DatumRecord sets the datum, an AlarmMark replaces the mark of its kind and alarm.
 using DeviceChange = std::variant<DatumRecord, DatumVoided, WritesAdded, ReferenceChanged, IdentityChanged,
                                   EncoderExchanged, AlarmMark, AlarmMarkEnded>;
 
