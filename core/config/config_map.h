@@ -80,7 +80,7 @@ class ConfigMap {
   // A list of texts that holds at least one, and none twice.
   [[nodiscard]] std::vector<std::string> Strings(std::string_view key);
   [[nodiscard]] std::vector<std::uint8_t> HexBytes(std::string_view key);  // "A1 05"
-  // An absolute path; empty when the key is absent. `example` is for the message.
+  // An absolute path; "" without the key. `example` is for the message.
   [[nodiscard]] std::string File(std::string_view key, const std::string& example);
   // A mapping below; an empty one when the key is absent.
   [[nodiscard]] ConfigMap Map(std::string_view key);
