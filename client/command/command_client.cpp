@@ -177,7 +177,10 @@ CommandClient::CommandClient(const ClientSettings& settings) {
   SecretFiles secrets;
   Result<ClientKeys> keys = LoadClientKeys(settings, secrets);
   state_ = std::make_unique<State>(settings, keys ? std::move(*keys) : ClientKeys{});
-  state_->usable = keys ? state_->Start() : Result<>(Failure(keys.error()));
+  // If the thread runs, only the thread writes `usable`.
+  if (const Result<> started = keys ? state_->Start() : Result<>(Failure(keys.error())); !started) {
+    state_->usable = started;
+  }
 }
 
 CommandClient::~CommandClient() {
