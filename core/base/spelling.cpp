@@ -8,7 +8,7 @@
 #include <numeric>
 #include <utility>
 
-#include "core/base/safe_text.h"
+#include "core/base/text.h"
 
 namespace axlecast {
 namespace {

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <sstream>
 
-#include "core/base/safe_text.h"
+#include "core/base/text.h"
 #include "core/base/spelling.h"
 
 namespace axlecast {

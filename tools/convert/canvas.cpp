@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <iterator>
 
-#include "core/base/safe_text.h"
+#include "core/base/text.h"
 
 namespace axlecast {
 namespace {

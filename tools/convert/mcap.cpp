@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/base/safe_text.h"
+#include "core/base/text.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
 #include "tools/convert/conversion.h"

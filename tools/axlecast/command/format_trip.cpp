@@ -6,7 +6,6 @@
 #include <iterator>
 #include <limits>
 
-#include "core/base/safe_text.h"
 #include "core/base/text.h"
 #include "core/messages/enum_names.h"
 #include "tools/axlecast/common/utc_text.h"
