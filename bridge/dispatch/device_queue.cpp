@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/base/text.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 
 namespace axlecast {

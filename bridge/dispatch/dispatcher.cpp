@@ -7,7 +7,7 @@
 #include "bridge/dispatch/command_port.h"
 #include "bridge/dispatch/outcome_check.h"
 #include "core/alarm/alarm_codes.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/messages/message.h"
 
 namespace axlecast {

@@ -3,7 +3,7 @@
 #include "bridge/dispatch/command_port.h"
 #include "bridge/dispatch/dispatcher.h"
 #include "core/base/text.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/message.h"
 

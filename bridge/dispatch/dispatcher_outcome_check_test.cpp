@@ -1,6 +1,6 @@
 #include "bridge/dispatch/dispatcher_fixture.h"
 #include "bridge/dispatch/outcome_check.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 
 namespace axlecast {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 
 namespace axlecast {
 namespace {

@@ -10,8 +10,7 @@
 #include "bridge/state/command_store.h"
 #include "core/base/spelling.h"
 #include "core/base/text.h"
-#include "core/command/command_id.h"
-#include "core/command/operation_check.h"
+#include "core/command/commands.h"
 #include "core/device/operation.h"
 
 namespace axlecast {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "bridge/store/store_fixture.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 
 namespace axlecast {
 namespace {

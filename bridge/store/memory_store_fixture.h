@@ -10,7 +10,7 @@
 
 #include "bridge/store/durable_store.h"
 #include "bridge/store/journal_queue.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 
 namespace axlecast {

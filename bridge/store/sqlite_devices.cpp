@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "bridge/store/rows.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 
 namespace axlecast {
 namespace {

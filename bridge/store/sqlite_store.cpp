@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "bridge/store/database.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 
 namespace axlecast {
 namespace {

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "client/command/command_session.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/messages/message.h"
 
 namespace axlecast {

@@ -7,7 +7,7 @@
 #include "client/axlecast/permit_issuer.h"
 #include "core/base/spelling.h"
 #include "core/base/text.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/command/keys.h"
 #include "core/config/load.h"
 #include "core/messages/enum_names.h"

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "core/base/text.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 
 namespace axlecast {
 namespace {

@@ -1,8 +1,8 @@
 #include <algorithm>
 
 #include "core/base/spelling.h"
+#include "core/command/commands.h"
 #include "core/command/keys.h"
-#include "core/command/operation_check.h"
 #include "core/config/config_map.h"
 #include "core/config/load.h"
 

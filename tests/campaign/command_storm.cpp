@@ -16,7 +16,7 @@
 
 #include "bridge/store/history.h"
 #include "client/axlecast/command_client.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/config/load.h"
 #include "core/messages/enum_names.h"
 #include "platform/os/system_clock.h"

@@ -11,8 +11,7 @@
 #include <utility>
 
 #include "core/base/text.h"
-#include "core/command/command_id.h"
-#include "core/command/operation_check.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/message.h"
 #include "drivers/runtime/command/command_authority.h"

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "core/base/text.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/json/message_json.h"
 #include "tools/axlecast/common/utc_text.h"

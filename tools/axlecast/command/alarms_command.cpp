@@ -11,7 +11,7 @@
 
 #include "bridge/store/history.h"
 #include "core/alarm/alarm_table.h"
-#include "core/command/operation_check.h"
+#include "core/command/commands.h"
 #include "core/messages/json/field.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/command/alarm_list.h"

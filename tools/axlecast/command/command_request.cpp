@@ -5,8 +5,7 @@
 #include <optional>
 
 #include "core/base/spelling.h"
-#include "core/command/command_id.h"
-#include "core/command/operation_check.h"
+#include "core/command/commands.h"
 #include "tools/axlecast/live/format_device.h"
 
 namespace axlecast {

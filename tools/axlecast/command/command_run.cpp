@@ -7,7 +7,7 @@
 #include "client/command/signed_messages.h"
 #include "core/base/result.h"
 #include "core/base/text.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "tools/axlecast/command/command_request.h"
 #include "tools/axlecast/command/command_run.h"
 #include "tools/axlecast/command/subcommands.h"

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "core/base/result.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
 #include "platform/os/process.h"
