@@ -121,7 +121,7 @@ Interpreter::Interpreter(const BusConfig& bus, const DeviceConfig& device, Devic
       alarms_(output),
       watch_(settings_.heartbeat),
       positions_(settings_, time_, bus.late, output),
-      cadence_(settings_.period, kPeriodsToSilence) {}
+      monitor_(settings_.period, kPeriodsToSilence) {}
 
 // ---- the link ----
 
@@ -187,7 +187,7 @@ void Interpreter::OnOwnFrame(const Event& event) {
   const auto command = static_cast<NmtCommand>(event.bytes[0]);
   if (command == NmtCommand::kStart) watch_.Infer(NmtState::kOperational);
   if (command == NmtCommand::kEnterPreOperational) watch_.Infer(NmtState::kPreOperational);
-  cadence_.Arrived(now);
+  monitor_.Arrived(now);
 }
 
 void Interpreter::OnHeartbeat(const Event& event) {
@@ -229,7 +229,7 @@ void Interpreter::OnSync(const Event& event, bool own) {
   sync_sent_ = event.received.first;
   if (!missed) return;
   output_.OnError(ErrorKind::kTimeout, since);
-  if (++missed_syncs_ >= kMaxMissedSyncs && now >= cadence_.due()) {
+  if (++missed_syncs_ >= kMaxMissedSyncs && now >= monitor_.due()) {
     watch_.Forget();
     Identify(now);
   }
@@ -242,7 +242,7 @@ void Interpreter::OnTpdo(const Event& event) {
   if (stage_ == Stage::kRefused) return output_.OnError(ErrorKind::kWrongIdentity, event.received);
   if (!running()) return;
   watch_.Infer(NmtState::kOperational);  // no other state has PDOs (7.3.2.2.5)
-  cadence_.Arrived(now);
+  monitor_.Arrived(now);
   ShowNmtState(now);
   const bool status = facts_.Get(kTpdoSecond) == kMappedAlarms;
   if (status && event.bytes.size() >= kPositionAndStatus) {
@@ -301,7 +301,7 @@ void Interpreter::OnTime(MonoNs now) {
     stage_ = Stage::kIdentifying;
     facts_.Forget();
   }
-  if (Streams() && cadence_.FellSilent(now)) {
+  if (Streams() && monitor_.FellSilent(now)) {
     output_.OnError(ErrorKind::kSilent, {now, now});
     watch_.Forget();
     Identify(now);
@@ -310,7 +310,7 @@ void Interpreter::OnTime(MonoNs now) {
 
 MonoNs Interpreter::Due(MonoNs now) const {
   MonoNs due = std::min(client_.due(), watch_.due());
-  if (Streams()) due = std::min(due, cadence_.due());
+  if (Streams()) due = std::min(due, monitor_.due());
   if (stage_ == Stage::kRefused) due = std::min(due, recheck_at_);
   const auto later = [&](MonoNs at) {
     if (at > now) due = std::min(due, at);
@@ -364,7 +364,7 @@ void Interpreter::Accept(MonoNs now) {
   const bool differs = settings_.mode == Mode::kCyclic && !facts_.synchronous() && timer && *timer != 0 &&
                        *timer * kMillisecond != settings_.period;
   output_.OnAlarm(kPeriodDiffers, differs ? AlarmState::kLive : AlarmState::kAbsent, now);
-  cadence_.Arrived(now);
+  monitor_.Arrived(now);
   operate_by_ = now + kOperateWithin;
   diagnostics_at_ = now + settings_.diagnostics;
   warnings_next_ = !Answers(kAlarms);

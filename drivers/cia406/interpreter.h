@@ -174,7 +174,7 @@ class Interpreter {
   NodeAlarms alarms_;
   NodeWatch watch_;
   PositionReader positions_;
-  PeriodMonitor cadence_;
+  PeriodMonitor monitor_;
 
   Stage stage_ = Stage::kIdentifying;
   std::string refusal_;  // as it was published; empty if it was not

@@ -53,7 +53,7 @@ TEST_F(Cia406OperationsTest, APresetNeedsStandstillWhenItGoesOut) {
   EXPECT_EQ(Do("zero").reason, Reason::REASON_NOT_STANDING_STILL);
   output().motion = {};
   EXPECT_EQ(Do("zero").reason, Reason::REASON_NOT_STANDING_STILL);
-  // It begins to turn after the order was taken.
+  // It begins to turn after the command has begun.
   output().motion = {.known = true, .standstill = true};
   Set("answer_us", "50000");
   devices_[0]->Begin({.id = {}, .operation = "zero", .arguments = {}}, clock_.Now());

@@ -33,7 +33,9 @@ constexpr int kMaxLate = 64;
 
 // What Set accepts.
 constexpr std::array<std::string_view, 3> kPowers = {"on", "off", "cycle"};
-constexpr std::array<std::string_view, 3> kNmtStates = {"pre_operational", "operational", "stopped"};
+// The names of kNodeStates. The first three can be set.
+constexpr std::array<std::string_view, 5> kNmtNames = {"pre_operational", "operational", "stopped", "off",
+                                                       "booting"};
 
 bool ReadNumber(std::string_view text, int base, std::uint32_t& into) {
   if (text.starts_with("0x")) {
@@ -415,29 +417,17 @@ Result<> Cia406Node::SetEmergency(std::string_view text) {
 }
 
 Result<> Cia406Node::SetNmt(std::string_view text) {
-  constexpr std::array kStates = {NodeState::kPreOperational, NodeState::kOperational, NodeState::kStopped};
-  const Result<std::size_t> state = ParseChoice(text, kNmtStates);
+  const Result<std::size_t> state = ParseChoice(text, std::span(kNmtNames).first(3));
   if (!state) return Failure(state.error());
   if (!present()) return Failure("the node has no power");
-  state_ = kStates.at(*state);
+  state_ = kNodeStates.at(*state);
   RestartTimers(now_);
   return {};
 }
 
 std::string Cia406Node::NmtText() const {
-  switch (state_) {
-    case NodeState::kOff:
-      return "off";
-    case NodeState::kBooting:
-      return "booting";
-    case NodeState::kStopped:
-      return "stopped";
-    case NodeState::kOperational:
-      return "operational";
-    case NodeState::kPreOperational:
-      break;
-  }
-  return "pre_operational";
+  const auto* const state = std::find(kNodeStates.begin(), kNodeStates.end(), state_);
+  return std::string(kNmtNames.at(static_cast<std::size_t>(state - kNodeStates.begin())));
 }
 
 const QuantityTable<Cia406Node>& Cia406Node::Table() {

@@ -123,6 +123,8 @@ class Cia406Node final : public TableDevice<Cia406Node, SimulatedCanNode> {
   using Place = SimulatedDictionary::Place;
   // Table 38 and 7.3.2.2.
   enum class NodeState : std::uint8_t { kOff, kBooting, kStopped = 4, kOperational = 5, kPreOperational = 0x7F };
+  static constexpr std::array kNodeStates = {NodeState::kPreOperational, NodeState::kOperational,
+                                             NodeState::kStopped, NodeState::kOff, NodeState::kBooting};
 
   void PowerUp() override { Boot(true); }
   void PowerDown();

@@ -1,8 +1,10 @@
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "core/base/result.h"
 #include "core/device/operation.h"
@@ -51,21 +53,16 @@ Json Bad(std::string_view kind, std::string_view error) {
   return {{"ok", false}, {"kind", kind}, {"error", error}};
 }
 
-// The name of a command: "NAME_request", "NAME_reply".
+// The names of the commands: "NAME_request", "NAME_reply".
+constexpr std::array<std::pair<Command, const char*>, 5> kNames = {{{Command::kStart, "start"},
+                                                                    {Command::kRead, "read_position"},
+                                                                    {Command::kZero, "zero"},
+                                                                    {Command::kDirection, "set_direction"},
+                                                                    {Command::kPeriod, "set_period"}}};
+
 std::string NameOf(Command command) {
-  switch (command) {
-    case Command::kStart:
-      return "start";
-    case Command::kRead:
-      return "read_position";
-    case Command::kZero:
-      return "zero";
-    case Command::kDirection:
-      return "set_direction";
-    case Command::kPeriod:
-      break;
-  }
-  return "set_period";
+  return std::find_if(kNames.begin(), kNames.end(), [&](const auto& name) { return name.first == command; })
+      ->second;
 }
 
 Json DescribeRequest(std::uint8_t node, Bytes data) {

@@ -68,7 +68,7 @@ struct Reading {
 }
 
 // Evaluates the frames of the encoder for the output: samples, errors by kind, and the jump of the position after it was
-// cleared to zero. All of this follows from the events alone, whoever sent the commands. So a recorded sequence of events
+// cleared to zero. All of this follows from the events alone, not from who sent the commands. So a recorded sequence of events
 // gives the same results again.
 //
 // On 1NN, positions and replies look alike (codec.h, MayAcknowledge). From the time at which a command is handed to the

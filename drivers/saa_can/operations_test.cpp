@@ -44,7 +44,7 @@ TEST(SaaCanZero, AShaftThatTurnsIsRefused) {
   EXPECT_EQ(bus.frames->Sent(0x220, 0x20), 0);
 }
 
-// Standstill is measured before the request, not only when the order comes.
+// Standstill is measured before the request, not only when the command begins.
 TEST(SaaCanZero, AShaftThatBeginsToTurnIsRefused) {
   SimulatedBus bus("a: {bits: 14}", "a: {start_deg: 123}");
   bus.Run(kSecond);
@@ -79,7 +79,7 @@ TEST(SaaCanZero, AFrameThatNobodyAcknowledgesIsInDoubt) {
   EXPECT_THAT(outcome.text, HasSubstr("still wait in the controller's queue"));
   EXPECT_THAT(outcome.text, HasSubstr("ip link set can-0 down"));
   EXPECT_TRUE(bus.output().datum_changing) << "until it is known";
-  // It does act later; the jump is told then.
+  // It does act later; the jump is published then.
   bus.Set("a", "power", "on");
   bus.Run(5 * kSecond);
   EXPECT_EQ(bus.State("a", "zeroings"), "1");
@@ -123,7 +123,7 @@ TEST(SaaCanZero, TheLinkLostInBetweenIsInDoubt) {
   EXPECT_FALSE(bus.output().datum_changing);
 }
 
-// ---- what the document cannot tell apart ----
+// ---- commands that the manual prints alike ----
 
 TEST(SaaCanDirection, IsRefusedWithoutTheByteThatTheManualLeavesOut) {
   SimulatedBus bus("a: {bits: 14}", "a: {start_deg: 123}");

@@ -25,12 +25,6 @@ OperationSpec MemoryWrite(OperationSpec operation) {
   return operation;
 }
 
-// A MemoryWrite after which the encoder shows other counts at the same shaft angle.
-OperationSpec DatumOperation(OperationSpec operation) {
-  operation.needs_standstill = operation.moves_datum = true;
-  return MemoryWrite(std::move(operation));
-}
-
 OperationSpec Reading(OperationSpec operation) {
   operation.reads_only = true;
   operation.verification = "it is a reading";
@@ -130,17 +124,18 @@ Made MakeLook(const std::string& text, const OperationContext& context) {
 
 std::span<const OperationSpec> Operations() {
   static const std::vector<OperationSpec> kOperations = {
-      DatumOperation({.name = kZeroName,
-                      .help = "Makes the present shaft angle the encoder's 0 (CC 00); writes its memory",
-                      .verification =
-                          "the position reads 0 within 0.1 degrees or 2 counts, and the encoder's accuracy, if it "
-                          "read otherwise before"}),
-      DatumOperation(
+      MovingDatum({.name = kZeroName,
+                   .help = "Makes the present shaft angle the encoder's 0 (CC 00); writes its memory",
+                   .verification =
+                       "the position reads 0 within 0.1 degrees or 2 counts, and the encoder's accuracy, if it "
+                       "read otherwise before",
+                   .verified_by_operation = kReadPositionName}),
+      MovingDatum(
           {.name = kSetDirectionName,
            .help = "Sets which way the encoder counts (CC 01 or 02); writes its memory. The position may jump",
            .arguments = {{"direction", "positive or negative"}},
-           .verification =
-               "none: the encoder's echo shows that it was accepted; only a motion shows the direction"}),
+           .verification = "none: the encoder's echo shows that it was accepted; only a motion shows the direction",
+           .verified_by_operation = kReadPositionName}),
       MemoryWrite(
           {.name = kSetBaudName,
            .help = "Changes the encoder's baud rate (CC); writes its memory. Only when it is alone on its bus",

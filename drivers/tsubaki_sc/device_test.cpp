@@ -1,4 +1,4 @@
-#include "drivers/tsubaki_sc/device.h"
+#include "drivers/tsubaki_sc/family.h"
 
 #include <cmath>
 

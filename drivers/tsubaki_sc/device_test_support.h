@@ -16,7 +16,8 @@
 #include "core/base/result.h"
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
-#include "drivers/tsubaki_sc/device.h"
+#include "drivers/tsubaki_sc/family.h"
+#include "drivers/tsubaki_sc/settings.h"
 #include "drivers/tsubaki_sc/unit_test_support.h"
 #include "tests/support/recording_output.h"
 
@@ -85,7 +86,7 @@ class DeviceFixture {
     config_.settings = ParseSettings(map, bus_);
     map.Done();
     EXPECT_TRUE(errors_.empty()) << errors_.Text();
-    device = std::make_unique<ScDevice>(bus_, config_, output, secrets);
+    device = MakeDevice(bus_, config_, output, secrets);
   }
 
   void LinkUp() { Tell(Event::Kind::kLinkUp); }
@@ -177,7 +178,7 @@ class DeviceFixture {
   Wire wire = [this](const ByteList& request) { return unit.Answer(request); };
   TestSecrets secrets;
   BenchOutput output;
-  std::unique_ptr<ScDevice> device;
+  std::unique_ptr<Device> device;
   MonoNs now = 1000 * kSecond;
   std::vector<Sent> sent;
   CommandId last_id{};

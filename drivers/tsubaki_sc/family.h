@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <vector>
 
@@ -8,6 +9,10 @@
 
 // The functions of tsubaki_sc that the runtime reaches through Family and FamilyProbes.
 namespace axlecast::tsubaki_sc {
+
+// For Family::make_device.
+[[nodiscard]] std::unique_ptr<Device> MakeDevice(const BusConfig& bus, const DeviceConfig& device,
+                                                 DeviceOutput& output, SecretSource& secrets);
 
 // For Family::decode: one captured frame of an SC unit's line as the object that README.md describes. Settings, of which
 // later ones win:

@@ -1,6 +1,7 @@
 #include "drivers/protocol/canopen/canopen.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/device/operation.h"
 
@@ -111,6 +112,16 @@ constexpr std::array<ErrorClass, 23> kClasses = {{
 constexpr std::array<const char*, 8> kRegisterBits = {
     "generic", "current", "voltage", "temperature", "communication", "device profile", "reserved", "manufacturer"};
 
+constexpr std::array<std::pair<NmtState, const char*>, 4> kStates = {
+    {{NmtState::kBootUp, "boot_up"},
+     {NmtState::kStopped, "stopped"},
+     {NmtState::kOperational, "operational"},
+     {NmtState::kPreOperational, "pre_operational"}}};
+
+auto FindState(NmtState state) {
+  return std::find_if(kStates.begin(), kStates.end(), [state](const auto& known) { return known.first == state; });
+}
+
 }  // namespace
 
 // ---- network management ----
@@ -121,30 +132,11 @@ CanFrame NmtFrame(NmtCommand command, std::uint8_t node) {
 
 std::optional<NmtState> ParseHeartbeat(Bytes data) {
   if (data.size() != 1) return std::nullopt;
-  const auto state = static_cast<NmtState>(data[0] & 0x7F);
-  switch (state) {
-    case NmtState::kBootUp:
-    case NmtState::kStopped:
-    case NmtState::kOperational:
-    case NmtState::kPreOperational:
-      return state;
-  }
-  return std::nullopt;
+  const auto* const known = FindState(static_cast<NmtState>(data[0] & 0x7F));
+  return known == kStates.end() ? std::nullopt : std::optional(known->first);
 }
 
-const char* NmtStateName(NmtState state) {
-  switch (state) {
-    case NmtState::kBootUp:
-      return "boot_up";
-    case NmtState::kStopped:
-      return "stopped";
-    case NmtState::kOperational:
-      return "operational";
-    case NmtState::kPreOperational:
-      break;
-  }
-  return "pre_operational";
-}
+const char* NmtStateName(NmtState state) { return FindState(state)->second; }
 
 // ---- service data objects ----
 

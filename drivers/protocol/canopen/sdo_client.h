@@ -26,7 +26,7 @@ struct SdoResult {
 };
 
 // The client's side of one node's default SDO channel (CiA 301 7.2.4.3): one expedited transfer at a time. Its state follows
-// from the events alone, whoever decided which object to read or write.
+// from the events alone, not from who selects the objects.
 //
 // An answer names its object but not its request. So after a timeout, the next transfer must be a fence: it reads an object
 // of which no late answer can come. A server answers in order, hence no late answer is left once the fence is answered.
@@ -43,7 +43,7 @@ class SdoClient {
   [[nodiscard]] bool free() const { return !pending_ && !abort_; }
   // Returns the frame that ends a transfer that timed out or cannot be handled. It must be sent before anything else.
   [[nodiscard]] const std::optional<CanFrame>& abort() const { return abort_; }
-  // Returns when the pending transfer times out; kNever if there is none.
+  // Returns when the pending transfer times out; kNever without one.
   [[nodiscard]] MonoNs due() const { return pending_ ? due_ : kNever; }
   // Returns the object that must be read before any other; nothing if no late answer can come.
   [[nodiscard]] std::optional<ObjectId> fence() const { return fence_; }
