@@ -1,6 +1,6 @@
 #include <axlecast/position_tracker.h>
 #include <gtest/gtest.h>
-
+#include <cmath>
 
 namespace axlecast {
 namespace {

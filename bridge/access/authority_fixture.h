@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/command/keys.h"
 #include "core/config/machine_config.h"

@@ -4,6 +4,7 @@
 #include <axlecast/command_t.hpp>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 
 #include "client/command/command_session.h"
 #include "core/command/commands.h"

@@ -1,7 +1,7 @@
 #include "core/alarm/alarm_table.h"
 
 #include <gtest/gtest.h>
-
+#include <cstring>
 
 #include "core/alarm/alarm_codes.h"
 

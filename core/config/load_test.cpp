@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <axlecast/position_t.hpp>
+#include <cstdlib>
 #include <numbers>
 
 #include "core/config/test_family.h"

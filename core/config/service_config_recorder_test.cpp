@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
+#include <cstdlib>
 
 #include "core/config/load.h"
 

@@ -4,6 +4,7 @@
 
 #include <axlecast/argument_t.hpp>
 #include <axlecast/command_body_t.hpp>
+#include <cstring>
 #include <vector>
 
 namespace axlecast {
