@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/base/text.h"
+#include "core/command/commands.h"
 #include "core/command/keys.h"
 
 namespace axlecast {
