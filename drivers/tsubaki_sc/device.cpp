@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "core/config/machine_config.h"
+#include "drivers/tsubaki_sc/command_slot.h"
 #include "drivers/tsubaki_sc/family.h"
 #include "drivers/tsubaki_sc/interpreter.h"
 #include "drivers/tsubaki_sc/operations.h"
@@ -150,10 +151,18 @@ class ScDevice final : public Device, private CommandRunner<Procedure>::Policy {
         quiet_until_ = 0;
         break;
       case Event::Kind::kLinkUp:
-        OnLinkUp(now);
+        link_up_ = true;
+        Disappear();
+        silent_ = 0;
+        fence_ = true;
+        quiet_until_ = now + kQuiet;
         break;
       case Event::Kind::kLinkDown:
-        OnLinkDown();
+        link_up_ = false;
+        in_flight_ = Work::kNone;
+        Disappear();
+        urgent_.OnLinkLost();
+        command_.OnLinkLost();
         break;
       default:
         break;
@@ -402,9 +411,7 @@ class ScDevice final : public Device, private CommandRunner<Procedure>::Policy {
     if (!logged_out || !settings_.StaysLoggedIn() || login_.wrong_password()) return;
     if (!login_.active()) StartLogin(LoginGoal::kIn, answer.end);
   }
-
-  // ---- presence ----
-
+  // The unit does not answer any more.
   void Disappear() {
     answering_ = false;
     status_next_ = false;
@@ -412,20 +419,6 @@ class ScDevice final : public Device, private CommandRunner<Procedure>::Policy {
     log_out_failed_ = false;
     interpreter_.Forget();
     slow_.Restart();
-  }
-  void OnLinkUp(MonoNs now) {
-    link_up_ = true;
-    Disappear();
-    silent_ = 0;
-    fence_ = true;
-    quiet_until_ = now + kQuiet;
-  }
-  void OnLinkDown() {
-    link_up_ = false;
-    in_flight_ = Work::kNone;
-    Disappear();
-    urgent_.OnLinkLost();
-    command_.OnLinkLost();
   }
 
   std::shared_ptr<const DeviceSettings> owned_;  // keeps settings_ alive

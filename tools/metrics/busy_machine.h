@@ -3,7 +3,7 @@
 #include <string>
 
 #include "tools/monitor/monitor.h"
-#include "tools/monitor/one_axis.h"
+#include "tools/monitor/test_one_axis.h"
 
 namespace axlecast {
 

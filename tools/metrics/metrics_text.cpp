@@ -56,7 +56,7 @@ void AddAlarms(Exposition& out, const Monitor& monitor) {
   });
   out.Family("axlecast_alarms", Type::kGauge, "Active alarms, including those beyond the eight worst.");
   EachSender(monitor, [&out](std::string_view origin, std::string_view name, const AlarmView& alarms) {
-    if (alarms.heard()) out.Add({{"origin", origin}, {"name", name}}, static_cast<std::int64_t>(alarms.total()));
+    if (alarms.received()) out.Add({{"origin", origin}, {"name", name}}, static_cast<std::int64_t>(alarms.total()));
   });
 }
 

@@ -6,7 +6,7 @@
 #include <axlecast/recorder_health_t.hpp>
 #include <nlohmann/json.hpp>
 
-#include "tools/monitor/one_axis.h"
+#include "tools/monitor/test_one_axis.h"
 
 namespace axlecast {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "tools/log/log_fixture.h"
 #include "tools/log/log_merge.h"
-#include "tools/monitor/one_axis.h"
+#include "tools/monitor/test_one_axis.h"
 
 namespace axlecast {
 namespace {

@@ -9,7 +9,7 @@
 #include "tests/support/fake_clock.h"
 #include "tools/log/log_fixture.h"
 #include "tools/log/log_merge.h"
-#include "tools/monitor/one_axis.h"
+#include "tools/monitor/test_one_axis.h"
 
 namespace axlecast {
 namespace {

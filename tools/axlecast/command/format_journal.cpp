@@ -1,14 +1,13 @@
 #include "tools/axlecast/command/format_journal.h"
 
 #include <algorithm>
-#include <string_view>
 
 #include "core/base/text.h"
+#include "core/base/utc_text.h"
 #include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
-#include "tools/axlecast/common/utc_text.h"
 
 namespace axlecast {
 namespace {

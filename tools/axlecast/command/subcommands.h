@@ -11,6 +11,8 @@ namespace axlecast {
 
 // alarms, ack, shelve, unshelve
 void AddAlarmCommands(CLI::App& app, int& exit_code);
+// shelve, unshelve
+void AddShelvingCommands(CLI::App& app, int& exit_code);
 // datum and its subcommands
 void AddDatumCommands(CLI::App& app, int& exit_code);
 // do, and its aliases zero, reset-turns, clear-errors, eeprom

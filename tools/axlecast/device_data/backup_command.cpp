@@ -11,7 +11,6 @@
 #include "core/messages/json/field.h"
 #include "platform/os/new_file.h"
 #include "platform/os/system_clock.h"
-#include "tools/axlecast/command/command_request.h"
 #include "tools/axlecast/command/command_run.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
@@ -35,7 +34,7 @@ struct Options {
 std::optional<MachineView> ObserveDevice(const MachineConfig& machine, const std::string& name, int& exit_code) {
   auto view = Observe(machine, SystemClock(), kTimeout, [&name](const MachineView& seen) {
     const DeviceView& device = *seen.FindDevice(name);
-    return device.info && device.alarms.heard();
+    return device.info && device.alarms.received();
   });
   if (view && view->FindDevice(name)->info) return *std::move(view);
   exit_code = view ? Fail(NoAnswer(*view->FindDevice(name)), kExitNoAnswer) : Fail(view.error().text, kExitBad);
@@ -54,7 +53,7 @@ int Backup(const Options& options) {
   BackupReading reading;
   if (BackupOperation(*bus->family) != nullptr) {
     OperatorClient client(*machine, command.key, !command.json);
-    if (!client.problem().empty()) return Fail(client.problem(), kExitBad);
+    if (const auto ready = client.state(); !ready) return Fail(ready.error().text, kExitBad);
     reading = ReadContents(client, *bus->family, command);
     if (ExitCode(reading.result) != kExitDone) return Fail(ToText(reading.result), ExitCode(reading.result));
     if (!reading.contents) return Fail(reading.contents.error().text, kExitFailed);

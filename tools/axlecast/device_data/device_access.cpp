@@ -4,7 +4,6 @@
 
 #include "core/device/operation.h"
 #include "core/device/parameter.h"
-#include "tools/axlecast/command/command_request.h"
 #include "tools/axlecast/command/command_run.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/device_data/parameters.h"

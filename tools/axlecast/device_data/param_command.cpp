@@ -10,7 +10,7 @@
 
 #include "core/messages/json/field.h"
 #include "platform/os/new_file.h"
-#include "tools/axlecast/command/command_request.h"
+#include "tools/axlecast/command/command_run.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/device_data/device_access.h"

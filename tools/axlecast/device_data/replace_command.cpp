@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "core/messages/json/field.h"
-#include "tools/axlecast/command/command_request.h"
+#include "tools/axlecast/command/command_run.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"

@@ -91,7 +91,7 @@ ReplaceWizard::ReplaceWizard(const MachineConfig& machine, ReplaceOptions option
 }
 
 int ReplaceWizard::Run() {
-  if (!client_.problem().empty()) return Fail(client_.problem(), kExitBad);
+  if (const auto ready = client_.state(); !ready) return Fail(ready.error().text, kExitBad);
   ShowKnown();
   if (const End end = LoadBackup()) {
     report_.stopped = options_.from;
@@ -118,11 +118,11 @@ DeviceView ReplaceWizard::Look() {
   const std::string& name = report_.device;
   const auto known = [&name](const MachineView& view) {
     const DeviceView& device = *view.FindDevice(name);
-    return (device.Heard() && (device.position || !device.has_position) && device.alarms.heard()) ||
+    return (device.Received() && (device.position || !device.has_position) && device.alarms.received()) ||
            CancelOnSignal::requested();
   };
-  if (!live.problem().empty() || !live.Gather(clock_.Now() + kLook, known)) {
-    std::cerr << (live.problem().empty() ? "the LCM port failed" : live.problem()) << '\n';
+  if (const auto gathered = live.Gather(clock_.Now() + kLook, known); !gathered) {
+    std::cerr << gathered.error().text << '\n';
   }
   return *live.view().FindDevice(name);
 }
@@ -205,10 +205,10 @@ ReplaceWizard::End ReplaceWizard::ReadBackup() {
 
 ReplaceWizard::End ReplaceWizard::Exchange() {
   LiveMachine live(machine_, clock_);
-  const auto heard = [this](const MachineView& view) {
+  const auto known = [this](const MachineView& view) {
     return view.FindDevice(report_.device)->info || CancelOnSignal::requested();
   };
-  bool works = live.problem().empty() && live.Gather(clock_.Now() + kLook, heard);
+  Result<> gathered = live.Gather(clock_.Now() + kLook, known);
   std::cerr << "Exchange " << report_.device
             << " now. This waits until it was away and answers again; Ctrl-C stops.\n";
   ExchangeWatch watch;
@@ -221,11 +221,8 @@ ReplaceWizard::End ReplaceWizard::Exchange() {
     if (state != std::exchange(reported, state)) std::cerr << "  " << report_.device << ": " << state << '\n';
     return watch.stage() == ExchangeWatch::Stage::kBack || CancelOnSignal::requested();
   };
-  works = works && live.Gather(kNever, back);
-  if (!works) {
-    std::cerr << (live.problem().empty() ? "the LCM port failed" : live.problem()) << '\n';
-    return kExitBad;
-  }
+  if (gathered) gathered = live.Gather(kNever, back);
+  if (!gathered) return Fail(gathered.error().text, kExitBad);
   return watch.stage() == ExchangeWatch::Stage::kBack ? std::nullopt : End(kExitRejected);
 }
 

@@ -105,7 +105,7 @@ int RestoreRun::Refuse(const std::string& problem, int exit_code) const {
 }
 
 int RestoreRun::Run(const DeviceBackup& backup, const device_info_t& info) {
-  if (!client_.problem().empty()) return Refuse(client_.problem(), kExitBad);
+  if (const auto ready = client_.state(); !ready) return Refuse(ready.error().text, kExitBad);
   if (const int exit_code = CheckUnit(backup, info); exit_code != kExitDone) return exit_code;
   Result<BackupContents> wanted = ContentsOf(backup, family_);
   if (!wanted) return Refuse(wanted.error().text, kExitBad);

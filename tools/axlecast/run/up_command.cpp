@@ -113,7 +113,7 @@ std::string MachineRun::Prepare() {
            "): end that one, or give this file another `machine:` name";
   }
   live_ = std::make_unique<LiveMachine>(machine_, clock_);
-  return live_->problem();
+  return ErrorText(live_->state());
 }
 
 RunSummary MachineRun::Run(double seconds) {
@@ -176,7 +176,7 @@ void MachineRun::Follow(MonoNs end) {
     if (now >= end) return;
     fleet_->Poll();
     if (now >= next_show_) Show(now);
-    if (const std::string lost = reception_.Next(live_->view().reception(), now, live_->warning()); !lost.empty()) {
+    if (const std::string lost = reception_.Next(live_->view().reception(), now, live_->buffer_advice()); !lost.empty()) {
       Tell("up: " + lost);
     }
     const MonoNs slice = std::min({end, next_show_, now + 50 * kMillisecond});

@@ -12,6 +12,7 @@
 
 #include "bridge/store/history.h"
 #include "core/base/result.h"
+#include "core/base/utc_text.h"
 #include "core/config/machine_config.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/message.h"
@@ -21,7 +22,6 @@
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
-#include "tools/axlecast/common/utc_text.h"
 #include "tools/axlecast/device_data/device_access.h"
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/axlecast/setup/line_findings.h"
@@ -263,10 +263,9 @@ int RunReport(const Options& options) {
   if (!ReadLogs(options, machine->lcm.prefix, contents)) return kExitBad;
   Progress("listening to the machine, at most " + std::to_string(kLongestWait / kSecond) + " s");
   LiveMachine live(*machine, clock);
-  const auto all = [](const MachineView& view) { return view.AllHeard() && view.bridge().heard(); };
-  if (!live.problem().empty() || !live.Gather(clock.Now() + kLongestWait, all)) {
-    std::cerr << (live.problem().empty() ? "the LCM port failed" : live.problem()) << '\n';
-    return kExitFailed;
+  const auto all = [](const MachineView& view) { return view.AllReceived() && view.bridge().received(); };
+  if (const auto gathered = live.Gather(clock.Now() + kLongestWait, all); !gathered) {
+    return Fail(gathered.error().text, kExitFailed);
   }
   const MonoNs heard_at = clock.Now();
   for (const BusView& bus : live.view().buses()) {
@@ -279,7 +278,7 @@ int RunReport(const Options& options) {
   }
   contents.utime = clock.UtcMicroseconds();
   ReadJournal(*machine, contents);
-  if (!options.no_reads && !live.view().NoneHeard()) ReadDevices(options, *machine, contents);
+  if (!options.no_reads && !live.view().NothingReceived()) ReadDevices(options, *machine, contents);
   const std::string page = ReportPage(*machine, live.view(), heard_at, contents);
   if (options.html.empty()) return WriteOut(page) ? kExitDone : kExitFailed;
   const std::string problem = ErrorText(WriteOutput(options.html, page));

@@ -213,10 +213,7 @@ ScanReport Run(ScanLine& line, const Clock& clock, std::vector<PlannedTrial> pla
 
 template <typename Line>
 int ScanBytes(const ScanOptions& options, Line& line, const Clock& clock) {
-  if (const Result<> opened = line.Open(); !opened) {
-    std::cerr << opened.error().text << '\n';
-    return kExitBad;
-  }
+  if (const auto opened = line.Open(); !opened) return Fail(opened.error().text, kExitBad);
   return Tell(options, Run(line, clock, PlanScan(FamilyProbes(), options.place.kind, options.scope), options));
 }
 
@@ -239,10 +236,7 @@ std::vector<std::int64_t> BitratesOf(const ScanOptions& options, CanScanLine& li
 
 int ScanCan(const ScanOptions& options, const Clock& clock) {
   CanScanLine line(options.place.port, clock);
-  if (const Result<> opened = line.Open(); !opened) {
-    std::cerr << opened.error().text << '\n';
-    return kExitBad;
-  }
+  if (const auto opened = line.Open(); !opened) return Fail(opened.error().text, kExitBad);
   const std::vector<std::int64_t> bitrates = BitratesOf(options, line);
   if (bitrates.empty()) return kExitBad;
   const std::vector<PlannedTrial> plan = PlanScan(FamilyProbes(), options.place.kind, options.scope);
