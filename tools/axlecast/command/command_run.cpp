@@ -276,9 +276,7 @@ OperatorClient::OperatorClient(const MachineConfig& machine, const std::string& 
   if (show_progress) client_.OnStatus(PrintProgress);
 }
 
-Result<> OperatorClient::state() const {
-  return client_.state();
-}
+Result<> OperatorClient::state() const { return client_.state(); }
 
 CommandResult OperatorClient::Execute(const CommandRequest& request) {
   const SystemClock clock;
