@@ -1,5 +1,5 @@
 #include "core/base/result.h"
-#include "tools/axlecast/command/subcommands.h"
+#include "tools/axlecast/common/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <iostream>
@@ -17,7 +17,6 @@
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/command/command_run.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
 
 namespace axlecast {
