@@ -1,4 +1,4 @@
-#include "core/config/mqtt_config.h"
+#include "core/config/service_config.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// The keys of mqtt stand from line 3 on.
+// The keys of mqtt begin in line 3.
 std::optional<MachineConfig> Parse(const std::string& mqtt, ConfigErrors& errors) {
   return ParseConfig(
       "machine: press3\nmqtt:" + mqtt + "\nbuses:\n  b0: {family: point, simulate: true, devices: {axis1: {}}}\n",
@@ -48,7 +48,7 @@ TEST(LoadMqtt, ReadsEveryKey) {
   EXPECT_EQ(mqtt.tls->key, "/etc/k.pem");
   EXPECT_EQ(mqtt.positions.interval, 2 * kSecond);
   EXPECT_EQ(PaceOf(mqtt, "axis1").interval, kSecond / 10);
-  EXPECT_EQ(PaceOf(mqtt, "axis1").deadband, 0.25) << "as all, but for what is said";
+  EXPECT_EQ(PaceOf(mqtt, "axis1").deadband, 0.25) << "as for all devices, but for its own keys";
   EXPECT_EQ(PaceOf(mqtt, "axis2").longest, 60 * kSecond);
   EXPECT_EQ(mqtt.queue_messages, 500);
   EXPECT_EQ(mqtt.queue_bytes, 1 << 20);
@@ -76,7 +76,7 @@ TEST(LoadMqtt, NamesPlaceValueAndWhatIsRight) {
     const char* message;
   } mistakes[] = {
       {"", "m.yaml:2:1: mqtt.host: is the broker's name or address"},
-      {" x", "mqtt: 'x' stands where a mapping"},
+      {" x", "mqtt: 'x' is given where a mapping"},
       {" {hots: b}", "mqtt: unknown key 'hots'; did you mean 'host'?"},
       {" {host: b, port: 0}", "mqtt.port: '0' is not within 1 to 65535"},
       {" {host: b, protocol: 4}", "mqtt.protocol: '4' is not one of 5, 3.1.1"},

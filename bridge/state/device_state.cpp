@@ -1,16 +1,17 @@
-#include "bridge/state/axis_state_store.h"
+#include "bridge/state/device_state.h"
 
 #include <algorithm>
 #include <axlecast/device_info_t.hpp>
 #include <cmath>
 #include <cstdlib>
+#include <sstream>
 #include <utility>
 
-#include "bridge/state/pending_command.h"
+#include "bridge/state/command_store.h"
+#include "core/base/spelling.h"
 #include "core/base/text.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/device/operation.h"
-#include "core/messages/enum_names.h"
 
 namespace axlecast {
 namespace {
@@ -31,10 +32,10 @@ std::int64_t Wrapped(std::int64_t way, std::int64_t window) {
 constexpr const char* kUndone = "undone";
 
 BridgeCommand Restoring(const DatumRecord& datum) {
-  BridgeCommand order{"set_datum",
-                      {{"counts", std::to_string(datum.counts)}, {"utime", std::to_string(datum.utime)}}};
-  if (!datum.identity.empty()) order.arguments.push_back({"identity", datum.identity});
-  return order;
+  BridgeCommand command{"set_datum",
+                        {{"counts", std::to_string(datum.counts)}, {"utime", std::to_string(datum.utime)}}};
+  if (!datum.identity.empty()) command.arguments.push_back({"identity", datum.identity});
+  return command;
 }
 
 bool NothingWasDone(std::int8_t state) {
@@ -50,8 +51,34 @@ tl::unexpected<Error> NotJournalled() {
 }
 
 // Returns the reason for the history of a datum that a command made void.
-std::string VoidReason(const PendingCommand& task) {
-  return std::string(task.operation->name) + ' ' + IdText(task.id);
+std::string VoidReason(const PendingCommand& pending) {
+  return std::string(pending.operation->name) + ' ' + IdText(pending.id);
+}
+
+using Kind = AlarmMark::Kind;
+
+BridgeCommand Restoring(const AlarmMark& mark) {
+  if (mark.kind == Kind::kAcknowledged) {
+    return {std::string(kRestoreAcknowledgement), {{"alarm", mark.alarm}}};
+  }
+  return {std::string(kShelveAlarm),
+          {{"alarm", mark.alarm}, {"until", std::to_string(mark.until_utime)}, {"up_to", mark.up_to}}};
+}
+
+// Of an alarm that is present; who acknowledges it once more is not who has acknowledged it.
+bool IsFirstAcknowledgement(const S& status) {
+  return std::any_of(status.changes.begin(), status.changes.end(), [](const change_t& change) {
+    return change.key == "alarm" && change.after == "acknowledged" && change.before != "acknowledged";
+  });
+}
+
+// Returns false also if the list is incomplete.
+bool LeavesOut(const std::string& list, const std::string& alarm) {
+  std::istringstream words(list);
+  for (std::string word; words >> word;) {
+    if (word == alarm || word == kAndMore) return false;
+  }
+  return true;
 }
 
 }  // namespace
@@ -85,13 +112,13 @@ std::string TravelText(const ShaftTravel& travel, const DeviceConfig& device, st
                   travel.turns, away_s, range);
     case ShaftTravel::Verdict::kBeyondWindow:
       return Text(
-          "moved by %.4f turns or further in the %.1f s without its driver: more than a quarter of the %lld "
-          "turns that the encoder distinguishes; check its place",
+          "moved by %.4f turns or further in the %.1f s without its driver: more than a quarter of the %lld turns "
+          "that the encoder distinguishes; check its place",
           travel.turns, away_s, range);
     case ShaftTravel::Verdict::kTurnsUnknown:
       return Text(
-          "its angle changed by %.4f turns in the %.1f s without its driver, besides any number of whole "
-          "turns: a single-turn encoder cannot detect them; check its place",
+          "its angle changed by %.4f turns in the %.1f s without its driver, besides any number of whole turns: a "
+          "single-turn encoder cannot detect them; check its place",
           travel.turns, away_s);
   }
   return "";
@@ -125,7 +152,7 @@ bool AxisStateStore::UpdateReference(const std::string& device, const driver_dev
                                      Seen& seen, Timestamp now) {
   if (reported.reference_lost) {
     seen.reported_lost = true;
-    if (!was_lost && store_.SetReferenceLost(device, true)) {
+    if (!was_lost && store_.Apply(device, ReferenceChanged{true})) {
       Note(device, "reference_lost", "its driver reports that the reference is lost", now);
     }
     return false;
@@ -133,7 +160,8 @@ bool AxisStateStore::UpdateReference(const std::string& device, const driver_dev
   if (!was_lost) return false;
   // Only a boot that has reported the loss can report that the reference was restored.
   if (!seen.reported_lost) return true;
-  if (store_.SetReferenceLost(device, false)) Note(device, "reference_restored", "the reference holds again", now);
+  if (store_.Apply(device, ReferenceChanged{false}))
+    Note(device, "reference_restored", "the reference holds again", now);
   return false;
 }
 
@@ -151,7 +179,8 @@ void AxisStateStore::CompareAfterRestart(const DeviceConfig& device, const drive
   seen.exchanged = other;
   if (other) return;
   if (record.identity.empty() && !reported.identity.empty()) {
-    static_cast<void>(store_.SetIdentity(device.name, reported.identity));  // tried again with the next boot
+    static_cast<void>(
+        store_.Apply(device.name, IdentityChanged{reported.identity}));  // tried again with the next boot
   }
   if (!record.position || !device.settings) return;
   const ShaftTravel travel = Travelled(device, record.position->counts, reported.position);
@@ -160,9 +189,9 @@ void AxisStateStore::CompareAfterRestart(const DeviceConfig& device, const drive
   if (travel.verdict != ShaftTravel::Verdict::kResting) Note(device.name, "moved_while_away", text, now);
 }
 
-Result<> AxisStateStore::BeforeRoute(const DeviceConfig& device, PendingCommand& task, Timestamp now) {
-  const OperationSpec& operation = *task.operation;
-  if (const std::int32_t writes = task.WritesAtMost(); writes > 0) {
+Result<> AxisStateStore::BeforeRoute(const DeviceConfig& device, PendingCommand& pending, Timestamp now) {
+  const OperationSpec& operation = *pending.operation;
+  if (const std::int32_t writes = pending.WritesAtMost(); writes > 0) {
     const std::int64_t so_far = store_.Find(device.name).writes;
     const std::int64_t budget = device.settings ? device.settings->write_budget : 0;
     if (budget > 0 && so_far + writes > budget) {
@@ -170,74 +199,74 @@ Result<> AxisStateStore::BeforeRoute(const DeviceConfig& device, PendingCommand&
                          " writes that the maker allows: exchange it (axlecast replace " + device.name + ")",
                      S::REASON_WEAR);
     }
-    if (!task.prepare && !store_.AddWrites(device.name, writes, now.utime)) return NotJournalled();
-    task.reserved_writes = task.prepare ? 0 : writes;
+    if (!pending.prepare && !store_.Apply(device.name, WritesAdded{writes, now.utime})) return NotJournalled();
+    pending.reserved_writes = pending.prepare ? 0 : writes;
   }
-  if (!operation.moves_datum || task.prepare) return {};
+  if (!operation.moves_datum || pending.prepare) return {};
   const AxisRecord record = store_.Find(device.name);
   if (!record.datum && !record.position) return {};
-  if (!store_.VoidDatum(device.name, now.utime, VoidReason(task))) return NotJournalled();
+  if (!store_.Apply(device.name, DatumVoided{now.utime, VoidReason(pending)})) return NotJournalled();
   return {};
 }
 
-void AxisStateStore::OnOutcome(const DeviceConfig& device, PendingCommand& task, Timestamp now) {
-  const S& status = task.status;
-  if (task.prepare || task.operation == nullptr) return;
-  if (task.purpose == PendingCommand::Purpose::kRestore) {
-    if (status.state == S::STATE_SUCCEEDED && task.operation->name == "set_datum") {
+void AxisStateStore::OnOutcome(const DeviceConfig& device, PendingCommand& pending, Timestamp now) {
+  const S& status = pending.status;
+  if (pending.prepare || pending.operation == nullptr) return;
+  if (pending.purpose == PendingCommand::Purpose::kRestore) {
+    if (status.state == S::STATE_SUCCEEDED && pending.operation->name == "set_datum") {
       Note(device.name, "datum_restored", "its driver was given the datum back: " + status.text, now);
     }
     if (status.reason_code == S::REASON_WRONG_IDENTITY) seen_[device.name].exchanged = true;
     return;
   }
-  SettleWrites(task, now);
-  if (status.operation == "accept_exchange") return AcceptExchange(task, now);
-  if (task.operation->name == "set_datum" && status.state == S::STATE_SUCCEEDED) return KeepDatum(task, now);
-  if (task.operation->name == "clear_datum" && status.state == S::STATE_SUCCEEDED) {
-    static_cast<void>(store_.VoidDatum(device.name, now.utime, kUndone));
+  SettleWrites(pending, now);
+  if (status.operation == "accept_exchange") return AcceptExchange(pending, now);
+  if (pending.operation->name == "set_datum" && status.state == S::STATE_SUCCEEDED) return KeepDatum(pending, now);
+  if (pending.operation->name == "clear_datum" && status.state == S::STATE_SUCCEEDED) {
+    static_cast<void>(store_.Apply(device.name, DatumVoided{now.utime, kUndone}));
   }
-  if (task.operation->moves_datum && NothingWasDone(status.state)) RestoreDatum(task);
+  if (pending.operation->moves_datum && NothingWasDone(status.state)) RestoreDatum(pending);
 }
 
 // Subtracts writes that were counted but not made. After INDETERMINATE, all of them stay counted.
-void AxisStateStore::SettleWrites(PendingCommand& task, Timestamp now) {
-  if (task.reserved_writes == 0 || task.status.state == S::STATE_INDETERMINATE) return;
-  const std::int32_t unused = std::max(task.reserved_writes - task.nv_writes, 0);
-  if (unused > 0) static_cast<void>(store_.AddWrites(task.device, -unused, now.utime));
-  task.reserved_writes = 0;
+void AxisStateStore::SettleWrites(PendingCommand& pending, Timestamp now) {
+  if (pending.reserved_writes == 0 || pending.status.state == S::STATE_INDETERMINATE) return;
+  const std::int32_t unused = std::max(pending.reserved_writes - pending.nv_writes, 0);
+  if (unused > 0) static_cast<void>(store_.Apply(pending.device, WritesAdded{-unused, now.utime}));
+  pending.reserved_writes = 0;
 }
 
-void AxisStateStore::KeepDatum(PendingCommand& task, Timestamp now) {
-  const auto counts = ParseInteger(ChangedTo(task.status, "datum_counts"));
+void AxisStateStore::KeepDatum(PendingCommand& pending, Timestamp now) {
+  const auto counts = ParseInteger(ChangedTo(pending.status, "datum_counts"));
   if (!counts) return;
   DatumRecord datum;
   datum.counts = *counts;
-  datum.utime = ParseInteger(ArgumentOf(task, "utime")).value_or(now.utime);
-  datum.identity = ChangedTo(task.status, "identity");
-  datum.value = ChangedTo(task.status, "value");
-  datum.who = task.who;
-  datum.command = task.id;
-  datum.reason = task.reason;
-  seen_[task.device].doubtful = false;
-  if (store_.SetDatum(task.device, datum)) return;
-  task.status.text =
-      CappedText(task.status.text + "; the journal could not keep it: it is lost when the driver ends", kTextBytes);
+  datum.utime = ParseInteger(ArgumentOf(pending, "utime")).value_or(now.utime);
+  datum.identity = ChangedTo(pending.status, "identity");
+  datum.value = ChangedTo(pending.status, "value");
+  datum.who = pending.who;
+  datum.command = pending.id;
+  datum.reason = pending.reason;
+  seen_[pending.device].doubtful = false;
+  if (store_.Apply(pending.device, datum)) return;
+  pending.status.text = CappedText(
+      pending.status.text + "; the journal could not keep it: it is lost when the driver ends", kTextBytes);
 }
 
 // The datum that the command would have made void is in force again.
-void AxisStateStore::RestoreDatum(const PendingCommand& task) {
-  if (store_.Find(task.device).datum) return;
-  const std::vector<DatumRecord> datums = store_.Datums(task.device);
-  if (datums.empty() || datums.front().void_reason != VoidReason(task)) return;
-  static_cast<void>(store_.SetDatum(task.device, datums.front()));
+void AxisStateStore::RestoreDatum(const PendingCommand& pending) {
+  if (store_.Find(pending.device).datum) return;
+  const std::vector<DatumRecord> datums = store_.Datums(pending.device);
+  if (datums.empty() || datums.front().void_reason != VoidReason(pending)) return;
+  static_cast<void>(store_.Apply(pending.device, datums.front()));
 }
 
-void AxisStateStore::AcceptExchange(PendingCommand& task, Timestamp now) {
-  S& status = task.status;
+void AxisStateStore::AcceptExchange(PendingCommand& pending, Timestamp now) {
+  S& status = pending.status;
   const bool of_file = status.reason_code == S::REASON_NOT_PERMITTED;
   if (status.state != S::STATE_SUCCEEDED && status.reason_code != S::REASON_NO_DATUM && !of_file) return;
-  Seen& seen = seen_[task.device];
-  const bool kept = store_.Exchange(task.device, seen.identity, now.utime);
+  Seen& seen = seen_[pending.device];
+  const bool kept = store_.Apply(pending.device, EncoderExchanged{seen.identity, now.utime});
   status.state = kept ? S::STATE_SUCCEEDED : S::STATE_FAILED;
   status.verified = kept ? 1 : 0;
   status.reason_code = std::int32_t{S::REASON_NONE};
@@ -249,19 +278,19 @@ void AxisStateStore::AcceptExchange(PendingCommand& task, Timestamp now) {
                           : "wear and datum restart: home the axis";
   if (!kept) return;
   seen.exchanged = seen.doubtful = false;
-  Note(task.device, "exchange_accepted", "by " + task.who + ": " + status.text, now);
+  Note(pending.device, "exchange_accepted", "by " + pending.who + ": " + status.text, now);
 }
 
-Result<> AxisStateStore::Substitute(const Family& family, PendingCommand& task) const {
-  if (!task.operation->executed_by_bridge) return {};
-  BridgeCommand order{"clear_datum", {}};
-  if (task.operation->name == "undo_datum") {
-    auto undo = UndoDatum(task.device);
+Result<> AxisStateStore::Substitute(const Family& family, PendingCommand& pending) const {
+  if (!pending.operation->executed_by_bridge) return {};
+  BridgeCommand command{"clear_datum", {}};
+  if (pending.operation->name == "undo_datum") {
+    auto undo = UndoDatum(pending.device);
     if (!undo) return Failure(undo.error());
-    order = *std::move(undo);
+    command = *std::move(undo);
   }
-  task.operation = FindOperation(family, order.operation);
-  task.arguments = std::move(order.arguments);
+  pending.operation = FindOperation(family, command.operation);
+  pending.arguments = std::move(command.arguments);
   return {};
 }
 
@@ -296,6 +325,70 @@ void AxisStateStore::Note(const std::string& device, const char* kind, std::stri
   const AxisEvent event{now.utime, device, kind, std::move(text)};
   store_.Note(event);
   on_event_(event);
+}
+
+std::optional<BridgeCommand> AlarmStateStore::OnHello(const std::string& device, std::int64_t boot_id,
+                                                      Timestamp now) {
+  std::optional<BridgeCommand> command;
+  for (const AlarmMark& mark : store_.Marks(device)) {
+    if (mark.kind == Kind::kShelved && mark.until_utime <= now.utime) {
+      static_cast<void>(store_.Apply(device, AlarmMarkEnded{mark.kind, mark.alarm}));  // with the next HELLO again
+    } else if (mark.driver_boot_id != boot_id && !command) {
+      command = Restoring(mark);
+    }
+  }
+  return command;
+}
+
+void AlarmStateStore::OnAcknowledged(const driver_status_t& status) {
+  for (const AlarmMark& mark : store_.Marks(status.device)) {
+    const bool knew = mark.driver_boot_id == status.boot_id && mark.known_utime < status.utime;
+    if (mark.kind != Kind::kAcknowledged || !knew || !LeavesOut(status.text, mark.alarm)) continue;
+    static_cast<void>(store_.Apply(
+        status.device, AlarmMarkEnded{mark.kind, mark.alarm}));  // a failure is repeated with the next status
+  }
+}
+
+void AlarmStateStore::OnOutcome(PendingCommand& pending) {
+  if (pending.prepare || pending.operation == nullptr || !IsAboutAlarms(pending.operation->name)) return;
+  if (pending.purpose == PendingCommand::Purpose::kRestore) return Restored(pending);
+  if (pending.status.state != S::STATE_SUCCEEDED) return;
+  if (pending.operation->name == kShelveAlarm) return Keep(pending, Kind::kShelved);
+  if (pending.operation->name == kUnshelveAlarm) {
+    static_cast<void>(store_.Apply(pending.device, AlarmMarkEnded{Kind::kShelved, ArgumentOf(pending, "alarm")}));
+  } else if (IsFirstAcknowledgement(pending.status)) {
+    Keep(pending, Kind::kAcknowledged);
+  }
+}
+
+void AlarmStateStore::Keep(PendingCommand& pending, Kind kind) {
+  S& status = pending.status;
+  const AlarmMark mark = {.kind = kind,
+                          .alarm = ArgumentOf(pending, "alarm"),
+                          .utime = status.finished_utime,
+                          .until_utime = ParseInteger(ChangedTo(status, "until")).value_or(0),
+                          .up_to = ChangedTo(status, "up_to"),
+                          .who = pending.who,
+                          .reason = pending.reason,
+                          .command = pending.id,
+                          .driver_boot_id = status.driver_boot_id,
+                          .known_utime = status.finished_utime};
+  if (store_.Apply(pending.device, mark)) return;
+  status.text =
+      CappedText(status.text + "; the journal could not keep it: it is lost when the driver ends", kTextBytes);
+}
+
+// A driver that has refused it is not asked for ever.
+void AlarmStateStore::Restored(const PendingCommand& pending) {
+  const S& status = pending.status;
+  if (status.state != S::STATE_SUCCEEDED && status.state != S::STATE_REJECTED) return;
+  const Kind kind = pending.operation->name == kShelveAlarm ? Kind::kShelved : Kind::kAcknowledged;
+  for (AlarmMark& mark : store_.Marks(pending.device)) {
+    if (mark.kind != kind || mark.alarm != ArgumentOf(pending, "alarm")) continue;
+    mark.driver_boot_id = status.driver_boot_id;
+    mark.known_utime = status.finished_utime;
+    static_cast<void>(store_.Apply(pending.device, mark));  // else it is given once more
+  }
 }
 
 }  // namespace axlecast

@@ -1,7 +1,10 @@
-#include "core/command/operation_check.h"
+#include "core/command/commands.h"
+
+#include <sodium.h>
 
 #include <algorithm>
 #include <axlecast/command_status_t.hpp>
+#include <cstdint>
 #include <set>
 
 #include "core/base/text.h"
@@ -26,29 +29,53 @@ std::string TakenArguments(const OperationSpec& operation) {
   return text;
 }
 
-Refusal BadArgument(std::string text) { return {command_status_t::REASON_BAD_ARGUMENT, std::move(text)}; }
+tl::unexpected<Error> BadArgument(std::string text) {
+  return Failure(std::move(text), command_status_t::REASON_BAD_ARGUMENT);
+}
 
 }  // namespace
+
+std::string IdText(const CommandId& id) { return HexDigits(id); }
+
+std::optional<CommandId> ParseId(std::string_view text) {
+  CommandId id{};
+  return ParseHex(text, id) ? std::optional(id) : std::nullopt;
+}
+
+bool ParseHex(std::string_view text, std::span<std::uint8_t> bytes) {
+  std::size_t parsed = 0;
+  return text.size() == 2 * bytes.size() &&
+         sodium_hex2bin(bytes.data(), bytes.size(), text.data(), text.size(), nullptr, &parsed, nullptr) == 0 &&
+         parsed == bytes.size();
+}
+
+std::int64_t BodyDigest(Bytes body) {
+  std::array<std::uint8_t, crypto_generichash_BYTES> hash;  // 32 bytes: BLAKE2b-256
+  crypto_generichash(hash.data(), hash.size(), body.data(), body.size(), nullptr, 0);
+  std::uint64_t digest = 0;
+  for (std::size_t i = 0; i < 8; ++i) digest = digest << 8 | hash[i];
+  return static_cast<std::int64_t>(digest);
+}
 
 std::span<const OperationSpec> RuntimeOperations(const Family& family) {
   static const std::vector<OperationSpec> kOperations = {
       {.name = kAcknowledgeAlarm,
-       .help = "Notes that somebody has seen the alarm; nothing is cleared in the device",
-       .arguments = {{"alarm", "its name, as ALARM says it"}},
+       .help = "Acknowledges an alarm; nothing is cleared in the device",
+       .arguments = {{"alarm", "its name in ALARM"}},
        .verification = "the next ALARM"},
       {.name = kShelveAlarm,
-       .help = "Puts an alarm aside for a time: it is listed as shelved; nothing is cleared in the device",
-       .arguments = {{"alarm", "its name, as ALARM says it"},
+       .help = "Shelves an alarm for a time: it is listed as shelved; nothing is cleared in the device",
+       .arguments = {{"alarm", "its name in ALARM"},
                      {"seconds", "for how long, at most 86400; give this or `until`", false},
-                     {"until", "us, UNIX time of its end", false},
+                     {"until", "us, UNIX time of the end", false},
                      {"up_to", "info, warning, error or critical: not when it is worse; default: as it is", false}},
        .verification = "the next ALARM"},
       {.name = kUnshelveAlarm,
-       .help = "Takes an alarm off its shelf before its time",
+       .help = "Ends the shelving of an alarm before its time",
        .arguments = {{"alarm", "its name"}},
        .verification = "the next ALARM"},
       {.name = kRestoreAcknowledgement,
-       .help = "Tells a restarted driver that an alarm was acknowledged while it was present",
+       .help = "Restores in a restarted driver that an alarm was acknowledged while it was present",
        .arguments = {{"alarm", "its name"}},
        .internal = true},
       {.name = "set_datum",
@@ -57,21 +84,21 @@ std::span<const OperationSpec> RuntimeOperations(const Family& family) {
        .arguments = {{"value", "what the present position shall read, in the device's unit", false},
                      {"counts", "counts after direction that shall read 0; give this or `value`", false},
                      {"utime", "us, UNIX time at which it was established; default: now", false},
-                     {"identity", "refused when the encoder says another: \"17\", \"17 SN0042\"", false}},
+                     {"identity", "refused if the encoder reports another identity: \"17\", \"17 SN0042\"", false}},
        .verification = "the next reading"},
       {.name = "clear_datum",
-       .help = "Takes the datum away, so that the axis is not REFERENCED any more; the device is not written",
+       .help = "Removes the datum: the axis is no longer REFERENCED; the device is not written",
        .verification = "the next reading"},
       {.name = "undo_datum",
-       .help = "Gives the axis the datum that it had before the present one; the device is not written",
+       .help = "Restores the datum before the present one; the device is not written",
        .verification = "the next reading",
        .executed_by_bridge = true},
       {.name = "accept_exchange",
-       .help = "Another encoder is in place: its wear, identity and datum begin anew, the old datum is void",
+       .help = "Accepts another encoder: wear, identity and datum restart, the old datum is void",
        .destructive = true,
        .executed_by_bridge = true},
       {.name = "mark_reference_lost",
-       .help = "Tells a restarted driver that the reference was lost before",
+       .help = "Restores in a restarted driver that the reference was lost before",
        .verification = "the driver's HELLO",
        .internal = true},
   };
@@ -107,7 +134,7 @@ std::string OperationNames(const Family& family) {
   return text;
 }
 
-std::optional<Refusal> CheckArguments(const OperationSpec& operation, std::span<const argument_t> arguments) {
+Result<> CheckArguments(const OperationSpec& operation, std::span<const argument_t> arguments) {
   std::set<std::string_view> given;
   for (const argument_t& argument : arguments) {
     const auto& known = operation.arguments;
@@ -126,7 +153,7 @@ std::optional<Refusal> CheckArguments(const OperationSpec& operation, std::span<
       return BadArgument("argument " + std::string(spec.name) + " is missing: " + TakenArguments(operation));
     }
   }
-  return std::nullopt;
+  return {};
 }
 
 }  // namespace axlecast

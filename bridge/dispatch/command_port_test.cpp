@@ -1,3 +1,5 @@
+#include "bridge/dispatch/command_port.h"
+
 #include <gtest/gtest.h>
 #include <axlecast/device_info_t.hpp>
 #include <string>

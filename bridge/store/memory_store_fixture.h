@@ -8,10 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "bridge/store/device_store.h"
 #include "bridge/store/durable_store.h"
 #include "bridge/store/journal_queue.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 
 namespace axlecast {
@@ -49,37 +48,15 @@ class MemoryStore final : public DurableStore {
     return found == commands_.end() ? std::nullopt : std::optional(found->second.record.status);
   }
 
-  AxisRecord Find(const std::string& device) const override { return devices.Find(device); }
-  bool SetDatum(const std::string& device, const DatumRecord& datum) override {
-    return !fails && devices.SetDatum(device, datum);
-  }
-  bool VoidDatum(const std::string& device, std::int64_t utime, const std::string& why) override {
-    return !fails && devices.VoidDatum(device, utime, why);
-  }
-  std::vector<DatumRecord> Datums(const std::string& device) const override { return devices.Datums(device); }
-  bool AddWrites(const std::string& device, std::int64_t writes, std::int64_t utime) override {
-    return !fails && devices.AddWrites(device, writes, utime);
-  }
-  bool SetReferenceLost(const std::string& device, bool lost) override {
-    return !fails && devices.SetReferenceLost(device, lost);
-  }
-  bool SetIdentity(const std::string& device, const std::string& identity) override {
-    return !fails && devices.SetIdentity(device, identity);
-  }
-  bool Exchange(const std::string& device, const std::string& identity, std::int64_t utime) override {
-    return !fails && devices.Exchange(device, identity, utime);
+  bool Apply(const std::string& device, const DeviceChange& change) override {
+    return !fails && devices.Apply(device, change);
   }
   void KeepPosition(const std::string& device, const LastPosition& position) override {
     devices.KeepPosition(device, position);
   }
   void Note(const AxisEvent& event) override { events.push_back(event); }
-
-  bool SetMark(const std::string& device, const AlarmMark& mark) override {
-    return !fails && devices.SetMark(device, mark);
-  }
-  bool EndMark(const std::string& device, AlarmMark::Kind kind, const std::string& alarm) override {
-    return !fails && devices.EndMark(device, kind, alarm);
-  }
+  AxisRecord Find(const std::string& device) const override { return devices.Find(device); }
+  std::vector<DatumRecord> Datums(const std::string& device) const override { return devices.Datums(device); }
   std::vector<AlarmMark> Marks(const std::string& device) const override { return devices.Marks(device); }
 
   std::vector<OpenCommand> Open() const override {
@@ -101,7 +78,7 @@ class MemoryStore final : public DurableStore {
   }
   void Tick(Timestamp) override {}
   bool readable() const override { return !fails; }
-  std::string problem() const override { return fails ? "the disk is full" : ""; }
+  Result<> state() const override { return fails ? Result<>(Failure("the disk is full")) : Result<>(); }
 
  private:
   CommandRecord WithStatus(const command_status_t& status) {

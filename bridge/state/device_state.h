@@ -1,18 +1,17 @@
 #pragma once
 
 #include <axlecast/driver_device_t.hpp>
+#include <axlecast/driver_status_t.hpp>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <optional>
 #include <string>
-#include <vector>
 
-#include "bridge/state/pending_command.h"
+#include "bridge/state/command_store.h"
 #include "bridge/store/durable_store.h"
 #include "core/base/result.h"
 #include "core/base/time.h"
-#include "core/command/operation_check.h"
 #include "core/config/machine_config.h"
 
 namespace axlecast {
@@ -41,7 +40,7 @@ struct ShaftTravel {
 class AxisStateStore {
  public:
   // `on_event` receives each event that the store receives.
-  AxisStateStore(AxisStore& store, std::function<void(const AxisEvent&)> on_event)
+  AxisStateStore(DeviceRecords& store, std::function<void(const AxisEvent&)> on_event)
       : store_(store), on_event_(std::move(on_event)) {}
 
   // Processes a device in a HELLO. `idle`: no command is in progress or waits for it. Returns a command if the driver must
@@ -50,14 +49,14 @@ class AxisStateStore {
                                                      std::int64_t boot_id, bool idle, Timestamp now);
 
   // Stores what must be durable before the command is sent, and counts the maximum wear that it may cause.
-  [[nodiscard]] Result<> BeforeRoute(const DeviceConfig& device, PendingCommand& task, Timestamp now);
+  [[nodiscard]] Result<> BeforeRoute(const DeviceConfig& device, PendingCommand& pending, Timestamp now);
   // Stores what a finished command changed, and reverts what it did not do. May add to its status.
-  void OnOutcome(const DeviceConfig& device, PendingCommand& task, Timestamp now);
+  void OnOutcome(const DeviceConfig& device, PendingCommand& pending, Timestamp now);
 
   // Replaces an operation of the bridge (OperationSpec::executed_by_bridge) by the driver's operation that does it.
   // undo_datum sets the datum before the present one, or none. accept_exchange clears the datum of the previous encoder.
   // Returns an error if there is no earlier datum.
-  [[nodiscard]] Result<> Substitute(const Family& family, PendingCommand& task) const;
+  [[nodiscard]] Result<> Substitute(const Family& family, PendingCommand& pending) const;
 
   // Returns whether any device answers with another encoder than the one of its datum.
   [[nodiscard]] bool AnyExchanged() const;
@@ -82,14 +81,35 @@ class AxisStateStore {
                            Seen& seen, Timestamp now);
   [[nodiscard]] bool UpdateReference(const std::string& device, const driver_device_t& reported, bool was_lost,
                                      Seen& seen, Timestamp now);
-  void SettleWrites(PendingCommand& task, Timestamp now);
-  void KeepDatum(PendingCommand& task, Timestamp now);
-  void RestoreDatum(const PendingCommand& task);
-  void AcceptExchange(PendingCommand& task, Timestamp now);
+  void SettleWrites(PendingCommand& pending, Timestamp now);
+  void KeepDatum(PendingCommand& pending, Timestamp now);
+  void RestoreDatum(const PendingCommand& pending);
+  void AcceptExchange(PendingCommand& pending, Timestamp now);
 
-  AxisStore& store_;
+  DeviceRecords& store_;
   std::function<void(const AxisEvent&)> on_event_;
   std::map<std::string, Seen> seen_;
+};
+
+// Keeps acknowledgements and shelvings of alarms beyond the life of the driver. Returns them to a restarted driver, and
+// removes those that have ended. Free of I/O but for the store.
+class AlarmStateStore {
+ public:
+  explicit AlarmStateStore(DeviceRecords& store) : store_(store) {}
+
+  // A driver's boot is there. An order when it must be given something back; asked again until it has it all.
+  [[nodiscard]] std::optional<BridgeCommand> OnHello(const std::string& device, std::int64_t boot_id,
+                                                     Timestamp now);
+  // KIND_ACKNOWLEDGED: an alarm that this boot knew as acknowledged and names no more has gone.
+  void OnAcknowledged(const driver_status_t& status);
+  // The command has its outcome. May add to the status.
+  void OnOutcome(PendingCommand& pending);
+
+ private:
+  void Keep(PendingCommand& pending, AlarmMark::Kind kind);
+  void Restored(const PendingCommand& pending);
+
+  DeviceRecords& store_;
 };
 
 }  // namespace axlecast

@@ -1,8 +1,7 @@
-#include "core/config/recorder_config.h"
+#include "core/config/service_config.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
 #include <cstdlib>
 
 #include "core/config/load.h"
@@ -15,7 +14,7 @@ using ::testing::IsEmpty;
 
 constexpr MonoNs kDay = 86'400 * kSecond;
 
-// The recorder's keys stand from line 3 on.
+// The recorder's keys begin in line 3.
 std::optional<MachineConfig> Parse(const std::string& recorder, ConfigErrors& errors) {
   return ParseConfig("machine: press3\nrecorder:" + recorder +
                          "\nbuses:\n  b0: {family: point, simulate: true, devices: {axis1: {}}}\n",
@@ -92,13 +91,14 @@ TEST(LoadRecorder, NamesPlaceValueAndWhatIsRight) {
     const char* message;
   } mistakes[] = {
       {"", "m.yaml:2:1: recorder.logs: is missing or empty: name at least one log"},
-      {" x", "m.yaml:2:11: recorder: 'x' stands where a mapping"},
+      {" x", "m.yaml:2:11: recorder: 'x' is given where a mapping"},
       {"\n  directory: logs\n  logs: {a: {}}",
        "m.yaml:3:14: recorder.directory: 'logs' is no absolute path, e.g. /var/log/axlecast"},
       {"\n  logs: {Events: {}}", "m.yaml:3:10: recorder.logs.Events: 'Events' is no name"},
       {"\n  logs: {a: {keap: 1d}}", "m.yaml:3:14: recorder.logs.a: unknown key 'keap'; did you mean 'keep'?"},
       {"\n  logs: {a: {keep: 14}}", "m.yaml:3:20: recorder.logs.a.keep: '14' is not a time: 90s, 15m, 1h, 14d"},
-      {"\n  logs: {a: {keep: [1d]}}", "m.yaml:3:20: recorder.logs.a.keep: a list stands where a time is expected"},
+      {"\n  logs: {a: {keep: [1d]}}",
+       "m.yaml:3:20: recorder.logs.a.keep: a list is given where a time is expected"},
       {"\n  logs: {a: {keep: 1s}}", "m.yaml:3:20: recorder.logs.a.keep: is at least 1m"},
       {"\n  logs: {a: {quota: 20}}", "recorder.logs.a.quota: '20' is not a size: 512kB, 100MB, 20GB or 1TB"},
       {"\n  logs: {a: {quota: 1MB}}", "recorder.logs.a.quota: is at least 2MB"},
@@ -111,7 +111,7 @@ TEST(LoadRecorder, NamesPlaceValueAndWhatIsRight) {
       {"\n  logs: {a: {trigger: x}}", "recorder.logs.a.trigger: needs a pre_trigger beside it: 30s"},
       {"\n  logs: {a: {pre_trigger: 30s}}", "recorder.logs.a.pre_trigger: needs a trigger beside it"},
       {"\n  logs: {a: {fsync_ms: -1}}", "recorder.logs.a.fsync_ms: '-1' is not within 0 to 3600000 ms"},
-      {"\n  logs: {a: {}, a: {}}", "key 'a' stands twice here"},
+      {"\n  logs: {a: {}, a: {}}", "key 'a' is given twice here"},
   };
   for (const auto& mistake : mistakes) {
     EXPECT_THAT(Mistake(mistake.recorder), HasSubstr(mistake.message)) << mistake.recorder;

@@ -1,4 +1,4 @@
-#include "core/config/web_config.h"
+#include "core/config/service_config.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 
 #include <gtest/gtest.h>
 
