@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/command/signature.h"
+#include "core/command/keys.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"

@@ -11,8 +11,7 @@
 #include "core/alarm/alarm_table.h"
 #include "core/base/text.h"
 #include "core/base/utc_text.h"
-#include "core/command/command_id.h"
-#include "core/command/operation_check.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
@@ -114,7 +113,7 @@ Result<MarksByDevice> ReadMarks(const MachineView& view, const std::string& jour
   MarksByDevice marks;
   HistoryReader reader(journal);
   for (const DeviceView& device : view.devices()) marks[device.name] = reader.AlarmMarks(device.name);
-  if (!reader.problem().empty()) return Failure(reader.problem());
+  if (!reader.state()) return Failure(reader.state().error());
   return marks;
 }
 

@@ -12,7 +12,6 @@
 #include <map>
 #include <memory>
 
-#include "core/base/safe_text.h"
 #include "core/base/text.h"
 #include "core/base/utc_text.h"
 #include "core/messages/enum_names.h"
