@@ -9,16 +9,10 @@
 #include "platform/os/process.h"
 #include "platform/os/terminal.h"
 #include "tools/axlecast/cli_tree.h"
-#include "tools/axlecast/command/subcommands.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/decode/decode_command.h"
-#include "tools/axlecast/device_data/subcommands.h"
-#include "tools/axlecast/live/subcommands.h"
-#include "tools/axlecast/logs/subcommands.h"
 #include "tools/axlecast/run/mqtt_process.h"
-#include "tools/axlecast/run/subcommands.h"
-#include "tools/axlecast/setup/subcommands.h"
 
 namespace axlecast {
 namespace {

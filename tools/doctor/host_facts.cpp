@@ -23,9 +23,9 @@ namespace {
 
 void ReadGroups(const MachineConfig& machine, NetworkFacts& network) {
   for (const std::string& text : {machine.lcm.url, machine.lcm.command_url}) {
-    const LcmUrl url = ParseLcmUrl(text);
-    if (url.in_process || !url.problem.empty()) continue;
-    GroupFacts facts{.route = FindMulticastRoute(url.group), .silence = {}};
+    const auto url = ParseLcmUrl(text);
+    if (!url || url->in_process) continue;
+    GroupFacts facts{.route = FindMulticastRoute(url->group), .silence = {}};
     if (facts.route.error == 0) facts.silence = ErrorText(CheckMulticast(text));
     network.groups.emplace(text, std::move(facts));
   }

@@ -31,11 +31,14 @@ struct Group {
   const GroupFacts* facts = nullptr;
 };
 
+// Returns an empty URL if `text` is not valid: no check applies to it.
+LcmUrl UrlOf(const std::string& text) { return ParseLcmUrl(text).value_or(LcmUrl{}); }
+
 std::vector<Group> GroupsOf(const MachineConfig& machine, const HostFacts& host) {
   std::vector<Group> groups;
   for (const std::string& text : {machine.lcm.url, machine.lcm.command_url}) {
     const auto facts = host.network.groups.find(text);
-    if (facts != host.network.groups.end()) groups.push_back({text, ParseLcmUrl(text), &facts->second});
+    if (facts != host.network.groups.end()) groups.push_back({text, UrlOf(text), &facts->second});
   }
   return groups;
 }
@@ -204,7 +207,7 @@ Symptoms CheckReceiveBufferMax(const MachineConfig& machine, const HostFacts& ho
   if (!host.network.receive_max) return {};
   std::int64_t needed = 0;
   for (const std::string& text : {machine.lcm.url, machine.lcm.command_url}) {
-    const LcmUrl url = ParseLcmUrl(text);
+    const LcmUrl url = UrlOf(text);
     needed = std::max(needed, url.recv_buf_size);
     const bool recorded = !machine.recorder.logs.empty() && url.recv_buf_size == 0 && !url.in_process;
     if (recorded) needed = std::max(needed, MulticastPort::kDefaultBuffer);
@@ -216,7 +219,7 @@ Symptoms CheckReceiveBufferMax(const MachineConfig& machine, const HostFacts& ho
 }
 
 Symptoms CheckReceiveBufferDefault(const MachineConfig& machine, const HostFacts& host) {
-  const LcmUrl url = ParseLcmUrl(machine.lcm.url);
+  const LcmUrl url = UrlOf(machine.lcm.url);
   if (!host.network.receive_default || url.in_process || url.recv_buf_size > 0) return {};
   const double rate = MessageRate(machine);
   const double needed = rate * kMaxDelay * kDatagramCost;
@@ -240,10 +243,10 @@ Symptoms CheckLcmLibrary(const MachineConfig& machine, const HostFacts& host) {
                            ": one forged datagram makes a program that receives through it write out of bounds "
                            "(LCM's pull request 628, not in any release up to 1.5.2)"};
   for (const std::string& text : {machine.lcm.url, machine.lcm.command_url}) {
-    const LcmUrl url = ParseLcmUrl(text);
-    if (url.in_process || !url.problem.empty() || url.ttl > 0) continue;
+    const auto url = ParseLcmUrl(text);
+    if (!url || url->in_process || url->ttl > 0) continue;
     symptom.fixes.push_back(Manual("nft add rule inet filter input iifname != lo udp dport " +
-                                   std::to_string(url.port) + " drop    # ttl=0: other hosts send nothing to it"));
+                                   std::to_string(url->port) + " drop    # ttl=0: other hosts send nothing to it"));
   }
   if (symptom.fixes.empty()) {
     symptom.fixes.push_back(Manual("allow only trusted hosts on the network segment (ttl above 0)"));

@@ -1,8 +1,6 @@
 #include "tools/web/web_model.h"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 #include <utility>
 

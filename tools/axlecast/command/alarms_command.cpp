@@ -1,4 +1,5 @@
 #include "tools/axlecast/command/alarms_command.h"
+#include "tools/axlecast/common/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -10,15 +11,12 @@
 #include "core/alarm/alarm_table.h"
 #include "core/base/text.h"
 #include "core/base/utc_text.h"
-#include "core/command/command_id.h"
-#include "core/command/operation_check.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/command/command_run.h"
-#include "tools/axlecast/command/subcommands.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/live/format_device.h"
 #include "tools/monitor/live_machine.h"
@@ -115,7 +113,7 @@ Result<MarksByDevice> ReadMarks(const MachineView& view, const std::string& jour
   MarksByDevice marks;
   HistoryReader reader(journal);
   for (const DeviceView& device : view.devices()) marks[device.name] = reader.AlarmMarks(device.name);
-  if (!reader.problem().empty()) return Failure(reader.problem());
+  if (!reader.state()) return Failure(reader.state().error());
   return marks;
 }
 

@@ -4,11 +4,10 @@
 #include <cstdlib>
 #include <iostream>
 
-#include "client/command/client_key.h"
+#include "client/command/signed_messages.h"
 #include "core/base/spelling.h"
 #include "core/base/text.h"
-#include "core/command/command_id.h"
-#include "core/command/operation_check.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
@@ -16,7 +15,7 @@
 #include "platform/os/secret_file.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/command/memory_cells.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/live/format_device.h"
 #include "tools/monitor/live_machine.h"
 
@@ -245,10 +244,7 @@ OperatorClient::OperatorClient(const MachineConfig& machine, const std::string& 
   if (show_progress) client_.OnStatus(PrintProgress);
 }
 
-Result<> OperatorClient::state() const {
-  if (client_.problem().empty()) return {};
-  return Failure(client_.problem());
-}
+Result<> OperatorClient::state() const { return client_.state(); }
 
 CommandResult OperatorClient::Execute(const CommandRequest& request) {
   const SystemClock clock;

@@ -4,7 +4,7 @@
 
 #include "core/base/text.h"
 #include "core/base/utc_text.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"

@@ -1,4 +1,6 @@
 #include "tools/axlecast/command/trips_command.h"
+#include "core/base/result.h"
+#include "tools/axlecast/common/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -10,7 +12,6 @@
 #include <map>
 #include <memory>
 
-#include "core/base/safe_text.h"
 #include "core/base/text.h"
 #include "core/base/utc_text.h"
 #include "core/messages/enum_names.h"
@@ -20,8 +21,6 @@
 #include "platform/net/lcm_port.h"
 #include "platform/os/new_file.h"
 #include "tools/axlecast/command/command_run.h"
-#include "tools/axlecast/command/subcommands.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/convert/chart.h"
 

@@ -7,11 +7,10 @@
 
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/live/format_device.h"
 #include "tools/axlecast/live/format_machine.h"
-#include "tools/axlecast/live/subcommands.h"
 #include "tools/monitor/live_machine.h"
 #include "tools/monitor/machine_view.h"
 

@@ -1,4 +1,5 @@
 #include "tools/axlecast/live/watch_command.h"
+#include "tools/axlecast/common/subcommands.h"
 
 #include <poll.h>
 #include <CLI/CLI.hpp>
@@ -30,10 +31,8 @@
 #include "platform/os/process.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/live/format_device.h"
-#include "tools/axlecast/live/subcommands.h"
 
 namespace axlecast {
 namespace {
