@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/config/machine_config.h"
 #include "core/device/operation.h"
 #include "drivers/kit/command_runner.h"
 #include "drivers/tformat/alarms.h"
