@@ -23,7 +23,10 @@ class Link {
     kLost,     // the line is gone: close it, back off, open it again
   };
 
+  Link() = default;
   virtual ~Link() = default;
+  Link(const Link&) = delete;
+  Link& operator=(const Link&) = delete;
 
   // Opens the line. The error contains the cause and the remedy for the operator.
   [[nodiscard]] virtual Result<> Open() = 0;
@@ -92,7 +95,10 @@ class FrameLink : public Link {
 // Output lines beside a bus. drivers/hal/gpio_line.h drives real ones.
 class PulseLines {
  public:
+  PulseLines() = default;
   virtual ~PulseLines() = default;
+  PulseLines(const PulseLines&) = delete;
+  PulseLines& operator=(const PulseLines&) = delete;
 
   // Claims all lines and drives them high. The error contains the cause and the remedy.
   [[nodiscard]] virtual Result<> Open() = 0;
@@ -101,9 +107,8 @@ class PulseLines {
   [[nodiscard]] virtual bool Pulse(std::uint8_t line, MonoNs low) = 0;
 };
 
-// The end of the error of Link::Open while another process has the line: a serial or Modbus port, an SPI device, a CAN interface,
-// an output line. A driver whose line stays held ends with it (driver.h), and adds the name of the process.
+// The end of the error of Link::Open and PulseLines::Open while another process has the line. A driver whose line stays held ends with it (driver.h), and adds the name of the process.
 inline constexpr std::string_view kLineHeld =
-    "another process holds it: end that one (is a second driver running?), or correct the port of this bus";
+    "another process holds it: end that process (is a second driver running?), or correct the port of this bus";
 
 }  // namespace axlecast

@@ -36,7 +36,7 @@ SpiTransfer TransferIn(Bytes packet) {
 
 }  // namespace
 
-// ---- the driver's end ----
+// ---- the end of the driver ----
 
 Result<> SimulatedSpi::Open() {
   Close();
@@ -73,7 +73,7 @@ bool SimulatedSpi::Transfer(const SpiTransfer& transfer, std::span<std::uint8_t>
 ByteLink::ReadResult SimulatedSpi::Read(std::span<std::uint8_t> into, MonoNs deadline) {
   if (!IsOpen()) return {Status::kLost, 0};
   if (!clocked_in_.empty()) return clocked_in_.Read(into);
-  // A simulator says nothing unasked: what comes now is its end.
+  // A simulator sends only answers: whatever comes now is the end of the connection.
   pollfd end{socket_.FileDescriptor(), POLLIN, 0};
   return {PollUntil({&end, 1}, deadline, clock_) == 0 ? Status::kTimeout : Status::kLost, 0};
 }
@@ -88,7 +88,7 @@ Link::Status SimulatedSpi::Wait(MonoNs until) {
   return status == Status::kOk ? Status::kLost : status;  // as in Read
 }
 
-// ---- the simulator's end ----
+// ---- the end of the simulator ----
 
 Result<> SimulatedSpiPort::Plug() { return socket_.Listen(path_, kProtocol); }
 

@@ -17,9 +17,9 @@ namespace {
 
 constexpr std::uint8_t kBitsPerWord = 8;
 
-// What the board's description says of its wiring, and stays.
+// Wiring, from the description of the board: unchanged.
 constexpr std::uint32_t kWiring = SPI_CS_HIGH | SPI_NO_CS;
-// What must be as we set it, whatever the last user left behind.
+// Must be as set here, whatever the last user of the device set.
 constexpr std::uint32_t kShape = SPI_CPHA | SPI_CPOL | SPI_LSB_FIRST | SPI_3WIRE | SPI_LOOP;
 
 constexpr const char* kOtherController = ": use another SPI controller";

@@ -10,9 +10,8 @@
 
 namespace axlecast {
 
-// One chip select of an SPI bus, through spidev, locked against a second user of ours. Words of 8 bits, most
-// significant bit first. After a Write that returned false, Close and Open again. One thread uses it; Wake may be
-// called from any.
+// One chip select of an SPI bus, through spidev, locked against other axlecast processes. Words of 8 bits, most significant bit
+// first. After Write returned false, call Close and Open again. Used by one thread, except Wake.
 class SpiPort final : public ByteLink {
  public:
   // `path`: a spidev, e.g. /dev/spidev0.0.
@@ -24,10 +23,9 @@ class SpiPort final : public ByteLink {
   void Close() override;
   [[nodiscard]] bool IsOpen() const override { return device_.valid(); }
   [[nodiscard]] bool SetBaud(std::int64_t) override { return false; }
-  // One transfer of all the bytes, at most kMaxFrame, with the chip selected all the while; what was clocked in is there
-  // to be read when it returns.
+  // Transfers all bytes, at most kMaxFrame, while the chip stays selected. The bytes clocked in can be read afterwards.
   [[nodiscard]] bool Write(Bytes bytes) override;
-  // Nothing comes unasked: with nothing clocked in it waits until `deadline`.
+  // Waits until `deadline` if no bytes were clocked in.
   [[nodiscard]] ReadResult Read(std::span<std::uint8_t> into, MonoNs deadline) override;
   [[nodiscard]] ReadResult ReadNow(std::span<std::uint8_t> into) override;
   [[nodiscard]] Status Wait(MonoNs until) override;
@@ -45,7 +43,7 @@ class SpiPort final : public ByteLink {
   const SpiSettings settings_;
   const Clock& clock_;
   Descriptor device_;
-  LineReader waiter_;  // attached to nothing: a spidev cannot be waited on
+  LineReader waiter_;  // not attached: a spidev cannot be polled
   ClockedIn clocked_in_;
 };
 

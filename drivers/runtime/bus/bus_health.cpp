@@ -17,7 +17,7 @@ using State = CanController::State;
 
 constexpr const char* kWiring = "wiring, termination (120 ohm at both ends)";
 
-// What was added to a count that may have begun anew.
+// Returns the increase of a count that may have restarted.
 std::int64_t More(std::int64_t now, std::int64_t before) { return now >= before ? now - before : now; }
 
 constexpr std::size_t kPortBytes = 120;
@@ -82,7 +82,7 @@ void CanWatch::CountErrors(std::int64_t more) {
   const ErrorCount oldest = errors_[snapshots_ < kSnapshots ? 0 : snapshots_ % kSnapshots];
   if (snapshots_ > 0 && now_ > oldest.at) {
     const std::int64_t recent = error_total_ - oldest.total;
-    // Of less than a second nothing is known beyond what was counted.
+    // In less than a second, the count itself is the rate.
     const double seconds = std::max(static_cast<double>(now_ - oldest.at) / static_cast<double>(kSecond), 1.0);
     const auto rate = static_cast<std::int64_t>(static_cast<double>(recent) / seconds);
     if (rate >= kManyErrors) {
@@ -158,7 +158,7 @@ std::string CanWatch::StateText(State state, std::string_view name) const {
     text = "was " + text;
   } else if (tec >= 0 && rec >= 0) {
     text += " (tec " + std::to_string(tec) + ", rec " + std::to_string(rec) + "): what it " +
-            (tec >= rec ? "sends" : "hears") + " is damaged";
+            (tec >= rec ? "sends" : "receives") + " is damaged";
   }
   return text + "; check bit rate" + Rate() + ", " + kWiring;
 }

@@ -194,7 +194,7 @@ constexpr MonoNs kTick = 100 * kMillisecond;
 
 class CanWatchTest : public ::testing::Test {
  protected:
-  // Snapshots every 100 ms for so long, all alike.
+  // Equal snapshots every 100 ms for this time.
   void Stay(MonoNs time) {
     for (const MonoNs end = now_ + time; now_ < end;) Tick();
   }

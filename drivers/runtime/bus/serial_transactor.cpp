@@ -11,10 +11,10 @@ using Status = ByteLink::Status;
 
 namespace {
 
-// So long after a secret exchange, whatever may be a late reply to it is masked too: longer than any device or adapter
-// holds one back.
+// How long after a secret exchange a possible late reply to it is masked too: longer than any device or adapter delays a
+// reply.
 constexpr MonoNs kMaskLate = 2 * kSecond;
-// Address and function, where frames have them.
+// Address and function, if frames have them.
 constexpr std::size_t kHead = 2;
 
 bool BeginsAs(Bytes request, Bytes bytes) {
@@ -61,7 +61,7 @@ const Event* SerialTransactor::Run(const Exchange& exchange) {
     const Bytes request = exchange.request;
     masked_head_ = Frame(request.first(std::min(request.size(), kHead)));
   } else if (event_.sent.first < masked_until_) {
-    // A reply that begins as its request does is no other's, unless the secret request began so too.
+    // A reply that begins like its request is its own, unless the secret request also began like this.
     const bool own = event_.kind == Event::Kind::kReply && BeginsAs(event_.request, event_.bytes);
     event_.secret = !own || BeginsAs(masked_head_, event_.bytes);
   }
@@ -80,18 +80,18 @@ const Event* SerialTransactor::Run(const Pulse& pulse) {
   return &event_;
 }
 
-const Event* SerialTransactor::Run(const SetBaudRate& retune) {
-  if (!link_.SetBaud(retune.baud)) return Lost();
+const Event* SerialTransactor::Run(const SetBaudRate& change) {
+  if (!link_.SetBaud(change.baud)) return Lost();
   const MonoNs now = clock_.Now();
-  if (opened_.baud > 0) line_.baud = retune.baud;
+  if (opened_.baud > 0) line_.baud = change.baud;
   event_ = {.kind = Event::Kind::kBaudRateSet, .sent = {}, .received = {now, now}, .request = {}, .bytes = {}};
   return &event_;
 }
 
-const Event* SerialTransactor::Run(const WaitForIdleLine& silence) {
+const Event* SerialTransactor::Run(const WaitForIdleLine& idle) {
   if (HasExcess()) return Excess();
   const MonoNs since = clock_.Now();
-  const ByteLink::ReadResult read = link_.Read({buffer_.data(), kMaxFrame}, since + silence.quiet);
+  const ByteLink::ReadResult read = link_.Read({buffer_.data(), kMaxFrame}, since + idle.quiet);
   if (read.status == Status::kOk) return Arrived(Event::Kind::kUnexpectedBytes, read.count);
   if (read.status == Status::kLost) return Lost();
   return Silent(since);
@@ -143,7 +143,7 @@ const Event* SerialTransactor::Collect(const Exchange& exchange, MonoNs deadline
 
 void SerialTransactor::NoteRead(std::size_t end) {
   event_.received.last = clock_.Now();
-  // Of many small reads the newest share the latest time, which is no earlier than the true one.
+  // After many small reads, the newest ones share the latest time, which is not before the true one.
   if (read_count_ < reads_.size()) ++read_count_;
   reads_[read_count_ - 1] = {end, event_.received.last};
 }
@@ -163,7 +163,7 @@ bool SerialTransactor::TooEarly(const Exchange& exchange, std::size_t begin, std
     const auto carried = static_cast<MonoNs>(event_.request.size() + characters);
     return at - event_.sent.first < carried * line_.ShortestCharacter();
   };
-  // Asked last: it looks at the port.
+  // HasWire is called last, because it accesses the port.
   return EchoMatches() && (too_early(event_.received.first, 1) || too_early(event_.received.last, length - own)) &&
          link_.HasWire();
 }

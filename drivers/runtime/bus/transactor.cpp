@@ -54,11 +54,11 @@ const Event* CanTransactor::Ended(Event::Kind kind, Interval at) {
 
 namespace {
 
-constexpr MonoNs kLook = 50 * kMillisecond;  // how soon a stop is noticed while nothing comes
+constexpr MonoNs kLook = 50 * kMillisecond;  // how soon a stop is noticed if nothing comes
 
 constexpr std::size_t kTheProbe = 0;  // the guard's only device
 
-// Nothing may lie unread when a request goes out, and no late reply may look like its reply.
+// Before a request is sent, no bytes may be unread, and no late reply may be possible that looks like its reply.
 const Event* Carry(const Step& step, Transactor& transactor, StaleReplyGuard& guard, MonoNs now) {
   const auto* exchange = std::get_if<Exchange>(&step.action);
   if (exchange == nullptr) return transactor.Run(step, now + kLook);

@@ -16,7 +16,6 @@
 #include "core/messages/enum_names.h"
 #include "core/messages/message.h"
 #include "drivers/runtime/command/command_authority.h"
-#include "drivers/runtime/command/command_queues.h"
 #include "drivers/runtime/command/command_status_table.h"
 
 namespace axlecast {

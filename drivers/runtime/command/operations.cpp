@@ -25,14 +25,7 @@ std::string CommandText(const DriverCommand& command) {
   return text;
 }
 
-template <typename Own>
-Outcome PreparedOf(const Result<Own>& own) {
-  return own ? own->Prepared() : Refused(own.error());
-}
-template <typename Own>
-Outcome ApplyTo(const Result<Own>& own, DevicePublisher& publisher) {
-  return own ? own->Apply(publisher) : Refused(own.error());
-}
+Outcome OutcomeOf(const Result<Outcome>& result) { return result ? *result : Refused(result.error()); }
 
 }  // namespace
 
@@ -73,21 +66,15 @@ void Operations::Begin(Target& target, const DriverCommand& command, MonoNs now)
     return OnOutcome(target.config->name, command.id, Refused(allowed.error()));
   }
   if (!IsOfRuntime(family_, *operation)) return target.device->Begin(command, now);
-  const std::int64_t unix_us = time_.Utime(now);
-  DevicePublisher& publisher = *target.channel;
-  const Outcome outcome = IsAboutAlarms(command.operation)
-                              ? ApplyTo(AlarmCommand::Make(publisher, command, unix_us), publisher)
-                              : ApplyTo(DatumCommand::Make(publisher, command, unix_us), publisher);
-  OnOutcome(target.config->name, command.id, outcome);
+  OnOutcome(target.config->name, command.id,
+            OutcomeOf(ExecuteAxisCommand(*target.channel, command, time_.Utime(now))));
 }
 
 Outcome Operations::Prepare(const Target& target, const DriverCommand& command, MonoNs now) const {
   const OperationSpec* operation = FindOperation(family_, command.operation);
   if (const Result<> allowed = Check(target, command, operation); !allowed) return Refused(allowed.error());
   if (IsOfRuntime(family_, *operation)) {
-    const std::int64_t unix_us = time_.Utime(now);
-    if (IsAboutAlarms(command.operation)) return PreparedOf(AlarmCommand::Make(*target.channel, command, unix_us));
-    return PreparedOf(DatumCommand::Make(*target.channel, command, unix_us));
+    return OutcomeOf(PrepareAxisCommand(*target.channel, command, time_.Utime(now)));
   }
   if (const auto valid = target.device->Validate(command, now); !valid) return RefusedOutcome(valid.error());
   if (operation->needs_standstill) {

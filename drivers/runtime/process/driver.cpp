@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <axlecast/driver_status_t.hpp>
+#include <cassert>
 #include <utility>
 
 #include "core/alarm/runtime_alarms.h"
@@ -28,27 +29,27 @@ std::unique_ptr<WireLog> MakeWireLog(const BusConfig& config, std::int64_t boot_
 }
 
 DriverCommandServer::DeviceSummary SummaryOf(const DeviceConfig& config, const DevicePublisher::Summary& summary) {
-  DriverCommandServer::DeviceSummary said{.device = config.name,
-                                          .state = summary.state,
-                                          .datum_epoch = summary.datum_epoch,
-                                          .reference_lost = summary.reference_lost,
-                                          .identity = std::string(summary.identity),
-                                          .datum = {},
-                                          .position = {}};
-  if (summary.datum) said.datum = {summary.datum->counts, summary.datum->unix_us};
-  if (summary.position) said.position = {summary.position->counts, summary.position->unix_us};
-  return said;
+  DriverCommandServer::DeviceSummary reported{.device = config.name,
+                                              .state = summary.state,
+                                              .datum_epoch = summary.datum_epoch,
+                                              .reference_lost = summary.reference_lost,
+                                              .identity = std::string(summary.identity),
+                                              .datum = {},
+                                              .position = {}};
+  if (summary.datum) reported.datum = {summary.datum->counts, summary.datum->unix_us};
+  if (summary.position) reported.position = {summary.position->counts, summary.position->unix_us};
+  return reported;
 }
 
-constexpr MonoNs kLateShown = 60 * kSecond;  // the alarm stays so long after the last late reply
+constexpr MonoNs kLateShown = 60 * kSecond;  // how long the alarm stays after the last late reply
 
-// In more than the position, which changes with every reading.
-bool Differs(const DriverCommandServer::DeviceSummary& said, const DevicePublisher::Summary& now) {
+// Compares all except the position, which changes with every reading.
+bool Differs(const DriverCommandServer::DeviceSummary& reported, const DevicePublisher::Summary& now) {
   const bool same_datum =
-      said.datum.has_value() == now.datum.has_value() &&
-      (!now.datum || (said.datum->counts == now.datum->counts && said.datum->utime == now.datum->unix_us));
-  return said.state != now.state || said.datum_epoch != now.datum_epoch ||
-         said.reference_lost != now.reference_lost || said.identity != now.identity || !same_datum;
+      reported.datum.has_value() == now.datum.has_value() &&
+      (!now.datum || (reported.datum->counts == now.datum->counts && reported.datum->utime == now.datum->unix_us));
+  return reported.state != now.state || reported.datum_epoch != now.datum_epoch ||
+         reported.reference_lost != now.reference_lost || reported.identity != now.identity || !same_datum;
 }
 
 }  // namespace
@@ -120,7 +121,7 @@ std::string Driver::LineTaken() const {
 }
 
 void Driver::RunStep() {
-  // Nothing is published before it is known whether the line is another driver's.
+  // Nothing is published before it is known whether another driver has the line.
   if (!std::exchange(line_tried_, true)) now_ = bus_.RunOnce(now_);
   if (!line_held_.empty()) next_tick_ = now_ + kTick;
   operations_.Poll(now_);
@@ -140,7 +141,7 @@ void Driver::Stop() {
   FlushBlocks();
 }
 
-// A channel sends a block when its first reading is 100 ms old, and not before.
+// A publisher sends a block only when its first reading is 100 ms old.
 void Driver::FlushBlocks() {
   if (std::none_of(units_.begin(), units_.end(), [](const Unit& unit) { return unit.config->block; })) return;
   const MonoNs due = ports_.clock->Now() + kTick;
@@ -183,7 +184,7 @@ void Driver::WatchUnauthorized() {
   if (unauthorized_.present()) {
     ports_.log(LogLevel::kWarning, std::to_string(command_server_.refused()) +
                                        " commands were refused without an answer: " +
-                                       std::string(command_server_.Rule()) + "; find who sends them");
+                                       std::string(command_server_.Rule()) + "; find their sender");
   }
   RaiseForAll(runtime_alarms::kForeignOrder, unauthorized_.present());
 }
@@ -218,7 +219,7 @@ bool Driver::WatchCan() {
   const CanHealth health = can_watch_->health();
   if (health.worst != nullptr && health.worst != worst) ports_.log(LogLevel::kWarning, health.trouble);
   if (health.worst == nullptr && worst != nullptr) {
-    ports_.log(LogLevel::kInfo, config_.link.port + ": no more trouble on the bus");
+    ports_.log(LogLevel::kInfo, config_.link.port + ": the bus has no alarm any more");
   }
   return true;
 }
@@ -281,6 +282,39 @@ void Driver::OnLink(bool up, std::string_view reason, MonoNs now) {
     for (const std::string& warning : ports_.link_warnings()) ports_.log(LogLevel::kWarning, warning);
   }
   for (Unit& unit : units_) unit.channel->OnLink(up, reason, now);
+}
+
+namespace {
+
+constexpr int kWaitMs = 100;
+
+}  // namespace
+
+CommandThread::CommandThread(LcmPort& port, const BusConfig& config, Driver& driver) : port_(port) {
+  // Names contain no special characters of regular expressions.
+  [[maybe_unused]] bool subscribed = port_.Subscribe(
+      "DRIVER_COMMAND/" + config.name,
+      [&driver](const std::string&, Bytes message) { driver.command_server().OnDriverCommand(message); });
+  subscribed &= port_.Subscribe("DRIVER_STATUS/" + config.name, [&driver](const std::string&, Bytes message) {
+    driver.duplicates().OnDriverStatus(message);
+  });
+  for (const DeviceConfig& device : config.devices) {
+    subscribed &=
+        port_.Subscribe("PERMIT/" + device.name, [&driver, name = device.name](const std::string&, Bytes message) {
+          driver.command_server().OnPermit(name, message);
+        });
+  }
+  assert(subscribed);  // the port works, or the driver would not have started
+  thread_ = std::thread([this] { Run(); });
+}
+
+CommandThread::~CommandThread() {
+  ending_ = true;
+  thread_.join();
+}
+
+void CommandThread::Run() {
+  while (!ending_ && !failed_) failed_ = !port_.Handle(kWaitMs);
 }
 
 }  // namespace axlecast

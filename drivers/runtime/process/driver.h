@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 #include "core/base/inline_bytes.h"
@@ -18,6 +19,7 @@
 #include "drivers/runtime/bus/bus_health.h"
 #include "drivers/runtime/command/driver_command_server.h"
 #include "drivers/runtime/command/operations.h"
+#include "platform/net/lcm_port.h"
 
 namespace axlecast {
 
@@ -157,6 +159,27 @@ class Driver final : private LinkObserver {
   bool line_tried_ = false;
   std::string line_held_;  // the reason, while another process has the line
   MonoNs held_since_ = 0;
+};
+
+// Receives the command port of a driver on its own thread, so that a command is acknowledged at once, even if the bus is
+// busy. The port and the driver outlive it.
+class CommandThread {
+ public:
+  CommandThread(LcmPort& port, const BusConfig& config, Driver& driver);
+  ~CommandThread();
+  CommandThread(const CommandThread&) = delete;
+  CommandThread& operator=(const CommandThread&) = delete;
+
+  // Returns true if the port no longer delivers messages: the driver receives no commands, and should be restarted.
+  [[nodiscard]] bool failed() const { return failed_; }
+
+ private:
+  void Run();
+
+  LcmPort& port_;
+  std::atomic<bool> ending_ = false;
+  std::atomic<bool> failed_ = false;
+  std::thread thread_;
 };
 
 }  // namespace axlecast

@@ -80,7 +80,7 @@ bool MqttIntake::Run(MonoNs end, const std::function<bool()>& each) {
 std::string MqttIntake::Lost(MonoNs now) {
   ReceptionCounts counts = data_.received();
   counts += command_.received();
-  return reception_.Next(counts, now, data_.warning());
+  return reception_.NextLine(counts, now, data_.warning());
 }
 
 MqttRun::MqttRun(const MachineConfig& machine)

@@ -176,7 +176,8 @@ void MachineRun::Follow(MonoNs end) {
     if (now >= end) return;
     fleet_->Poll();
     if (now >= next_show_) Show(now);
-    if (const std::string lost = reception_.Next(live_->view().reception(), now, live_->warning()); !lost.empty()) {
+    if (const std::string lost = reception_.NextLine(live_->view().reception(), now, live_->warning());
+        !lost.empty()) {
       Tell("up: " + lost);
     }
     const MonoNs slice = std::min({end, next_show_, now + 50 * kMillisecond});

@@ -115,7 +115,7 @@ class LiveSource {
     scene_.OnReception(counts);
     const MonoNs now = clock_.Now();
     scene_.Tick(now);
-    if (const std::string lost = reception_.Next(counts, now, ports_.front().warning()); !lost.empty()) {
+    if (const std::string lost = reception_.NextLine(counts, now, ports_.front().warning()); !lost.empty()) {
       std::cerr << lost << '\n';
     }
   }
@@ -229,13 +229,13 @@ int Serve(const WebOptions& options, WebConfig web, const std::string& title, We
     return gather() && !stop.Requested();
   };
   WebApp site(std::move(parts));
-  const int most_connections = static_cast<int>(options.clients) + kSpareConnections;
+  const int max_connections = static_cast<int>(options.clients) + kSpareConnections;
   WebServer server({.address = web.bind,
                     .port = web.port,
                     .certificate = web.certificate,
                     .key = web.key,
-                    .most_connections = most_connections,
-                    .most_per_address = most_connections / 2,
+                    .max_connections = max_connections,
+                    .max_per_address = max_connections / 2,
                     .headers = WebApp::SecurityHeaders()},
                    site);
   if (!server.problem().empty()) return Refuse(server.problem(), kExitFailed);

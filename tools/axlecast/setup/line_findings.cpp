@@ -27,7 +27,7 @@ void AddSerial(const BusConfig& bus, FindingGroup& group) {
     group.findings.push_back({"adapter", "no USB adapter: a port of this host", Verdict::kUnjudged, ""});
     return;
   }
-  const AdapterVerdict verdict = JudgeAdapter(*facts->usb, baud);
+  const AdapterVerdict verdict = CheckAdapter(*facts->usb, baud);
   group.findings.push_back(
       {"adapter",
        Hex(facts->usb->vendor) + ':' + Hex(facts->usb->product) + ", release " + Hex(facts->usb->release),
