@@ -13,11 +13,8 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstring>
-#include <optional>
 #include <utility>
 
-#include "core/device/can.h"
-#include "core/device/link.h"
 #include "drivers/hal/line_guard.h"
 
 namespace axlecast {

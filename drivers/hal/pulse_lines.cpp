@@ -6,11 +6,9 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <string>
 #include <utility>
 
 #include "core/base/result.h"
-#include "core/device/link.h"
 #include "platform/net/unix_address.h"
 #include "platform/os/system_clock.h"
 

@@ -13,9 +13,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <utility>
 
-#include "core/device/link.h"
 #include "drivers/hal/adapter.h"
 #include "platform/os/system_clock.h"
 

@@ -9,7 +9,6 @@
 #include <cstring>
 #include <utility>
 
-#include "core/device/link.h"
 #include "platform/os/system_clock.h"
 
 namespace axlecast {

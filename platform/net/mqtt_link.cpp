@@ -12,7 +12,6 @@
 #include <cstring>
 #include <utility>
 
-#include "core/base/result.h"
 #include "platform/os/descriptor.h"
 
 namespace axlecast {

@@ -1,9 +1,7 @@
 #include "platform/net/udpm_receiver.h"
 
 #include <algorithm>
-#include <optional>
 #include <utility>
-#include <variant>
 
 namespace axlecast {
 

@@ -16,8 +16,6 @@
 #include <list>
 #include <system_error>
 
-#include "core/base/result.h"
-
 namespace axlecast {
 namespace {
 

@@ -12,8 +12,6 @@
 #include <filesystem>
 #include <utility>
 
-#include "core/base/result.h"
-
 namespace axlecast {
 namespace {
 

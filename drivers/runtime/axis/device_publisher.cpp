@@ -1,18 +1,12 @@
 #include "drivers/runtime/axis/device_publisher.h"
 
-#include <algorithm>
-#include <axlecast/alarm_t.hpp>
 #include <axlecast/device_info_t.hpp>
-#include <axlecast/position_t.hpp>
 #include <cmath>
 #include <initializer_list>
 #include <limits>
 #include <utility>
 
 #include "core/alarm/runtime_alarms.h"
-#include "drivers/runtime/axis/axis.h"
-#include "drivers/runtime/axis/device_health.h"
-#include "drivers/runtime/axis/motor_output.h"
 
 namespace axlecast {
 namespace {

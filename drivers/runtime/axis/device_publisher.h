@@ -4,7 +4,6 @@
 #include <axlecast/alarm_t.hpp>
 #include <axlecast/position_block_t.hpp>
 #include <axlecast/position_t.hpp>
-#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "drivers/runtime/bus/serial_transactor.h"
-#include "drivers/runtime/bus/transactor.h"
 
 namespace axlecast {
 namespace {

@@ -8,7 +8,6 @@
 
 #include "core/alarm/runtime_alarms.h"
 #include "core/base/text.h"
-#include "core/device/can.h"
 
 namespace axlecast {
 namespace {

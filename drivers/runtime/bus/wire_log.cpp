@@ -1,11 +1,8 @@
 #include "drivers/runtime/bus/wire_log.h"
 
 #include <algorithm>
-#include <cstddef>
 #include <limits>
 #include <optional>
-
-#include "core/command/command_id.h"
 
 namespace axlecast {
 namespace {

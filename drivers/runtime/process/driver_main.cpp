@@ -3,7 +3,6 @@
 #include <spdlog/spdlog.h>
 
 #include <csignal>
-#include <memory>
 #include <optional>
 #include <string>
 
