@@ -1,10 +1,12 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <span>
+#include <string>
+#include <utility>
 
 #include "core/base/time.h"
+#include "core/device/line_settings.h"
 #include "core/device/link.h"
 #include "platform/os/descriptor.h"
 
@@ -39,26 +41,31 @@ class LineReader {
   int fd_ = -1;
 };
 
-// The bytes that an SPI transfer has clocked in, until they are read.
-class ClockedIn {
+// An SPI bus: its bytes are clocked in by a transfer, until they are read.
+class ClockedLink : public ByteLink {
  public:
+  [[nodiscard]] bool SetBaud(std::int64_t) override { return false; }
+  [[nodiscard]] ReadResult ReadNow(std::span<std::uint8_t> into) override;
+  void Wake() override { waiter_.Wake(); }
+  [[nodiscard]] LineErrors Errors() const override { return {}; }
+
+ protected:
+  ClockedLink(std::string path, SpiSettings settings, const Clock& clock)
+      : path_(std::move(path)), settings_(settings), clock_(clock), waiter_(clock) {}
+
   // Returns the place for the next `size` bytes, at most kMaxFrame. Drops what was not read.
   [[nodiscard]] std::span<std::uint8_t> Fill(std::size_t size) {
     read_ = 0;
     size_ = size;
     return std::span(bytes_).first(size);
   }
-  void Drop() { read_ = size_ = 0; }
-  [[nodiscard]] bool empty() const { return read_ == size_; }
+  void DropBytes() { read_ = size_ = 0; }
+  [[nodiscard]] bool HasBytes() const { return read_ < size_; }
 
-  // Returns kOk, or kTimeout if there are no bytes.
-  [[nodiscard]] ByteLink::ReadResult Read(std::span<std::uint8_t> into) {
-    const std::size_t count = std::min(into.size(), size_ - read_);
-    if (count == 0) return {ByteLink::Status::kTimeout, 0};
-    std::copy_n(bytes_.begin() + static_cast<std::ptrdiff_t>(read_), count, into.begin());
-    read_ += count;
-    return {ByteLink::Status::kOk, count};
-  }
+  const std::string path_;
+  const SpiSettings settings_;  // of every Write
+  const Clock& clock_;
+  LineReader waiter_;
 
  private:
   std::array<std::uint8_t, kMaxFrame> bytes_{};

@@ -58,8 +58,7 @@ struct ModbusPort::Session {
   modbus_t* const modbus;
 };
 
-ModbusPort::ModbusPort(SerialSettings settings, const Clock& clock)
-    : clock_(clock), tty_(std::move(settings), clock), reader_(clock) {}
+ModbusPort::ModbusPort(SerialSettings settings, const Clock& clock) : TtyPort(std::move(settings), clock) {}
 
 ModbusPort::~ModbusPort() = default;
 

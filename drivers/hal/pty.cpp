@@ -43,18 +43,6 @@ tl::unexpected<Error> SystemFailure(const std::string& what, const char* remedy 
   return Failure(what + ": " + std::strerror(errno) + remedy);
 }
 
-// Switches off echo, line editing and any change of bytes.
-bool MakeRaw(int fd) {
-  termios2 mode{};
-  if (ioctl(fd, TCGETS2, &mode) != 0) return false;
-  mode.c_iflag = 0;
-  mode.c_oflag = 0;
-  mode.c_lflag = 0;
-  mode.c_cc[VMIN] = 1;
-  mode.c_cc[VTIME] = 0;
-  return ioctl(fd, TCSETS2, &mode) == 0;
-}
-
 // A host always finds a link, and the terminal of a new link has its mark.
 bool ReplaceLink(const std::string& target, const std::string& path, int terminal) {
   const std::string fresh = path + ".new";
@@ -71,6 +59,18 @@ bool IsLinkOrAbsent(const std::string& path) {
 }
 
 }  // namespace
+
+bool MakeRaw(int terminal) {
+  termios2 mode{};
+  if (ioctl(terminal, TCGETS2, &mode) != 0) return false;
+  if (mode.c_lflag == 0 && mode.c_oflag == 0) return true;
+  mode.c_iflag = 0;
+  mode.c_oflag = 0;
+  mode.c_lflag = 0;
+  mode.c_cc[VMIN] = 1;
+  mode.c_cc[VTIME] = 0;
+  return ioctl(terminal, TCSETS2, &mode) == 0;
+}
 
 std::uint64_t MarkOfLink(const std::string& path) {
   fs::path place = path;

@@ -11,6 +11,10 @@
 
 namespace axlecast {
 
+// Switches off echo, line editing and any change of bytes. Rate and character format stay. A terminal that is raw already is not
+// changed: until a port is locked, it may belong to another driver.
+[[nodiscard]] bool MakeRaw(int terminal);
+
 // A mark distinguishes the line of a simulator from every other terminal. The number in /dev/pts/N does not: after a
 // simulator has ended, the kernel reuses the number, and the link of a killed simulator remains. The simulator therefore
 // stores a mark in the terminal, computed from its link (inode and time of creation). The mark ends with the terminal. It is

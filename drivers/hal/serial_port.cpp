@@ -15,6 +15,7 @@
 #include <cstring>
 
 #include "drivers/hal/adapter.h"
+#include "drivers/hal/pty.h"
 #include "platform/os/system_clock.h"
 
 namespace axlecast {
@@ -44,20 +45,6 @@ termios2 RawMode(const LineFormat& format) {
   mode.c_ispeed = mode.c_ospeed = static_cast<speed_t>(format.baud);
   mode.c_cc[VMIN] = 1;
   return mode;
-}
-
-// Switches off echo, line editing and any change of bytes. Rate and character format stay. A line that is raw already is not
-// changed: until the port is locked, it may belong to another driver.
-bool MakeRaw(int line) {
-  termios2 mode{};
-  if (ioctl(line, TCGETS2, &mode) != 0) return false;
-  if (mode.c_lflag == 0 && mode.c_oflag == 0) return true;
-  mode.c_iflag = 0;
-  mode.c_oflag = 0;
-  mode.c_lflag = 0;
-  mode.c_cc[VMIN] = 1;
-  mode.c_cc[VTIME] = 0;
-  return ioctl(line, TCSETS2, &mode) == 0;
 }
 
 // Requests low latency from the driver. Drivers that support it also accept it from an unprivileged user.
@@ -234,9 +221,6 @@ ByteLink::LineErrors Tty::Errors() const {
   return {std::max<std::int64_t>(now.framing - at_start_.framing, 0),
           std::max<std::int64_t>(now.dropped - at_start_.dropped, 0)};
 }
-
-SerialPort::SerialPort(SerialSettings settings, const Clock& clock)
-    : clock_(clock), tty_(std::move(settings), clock), reader_(clock) {}
 
 Result<> SerialPort::Open() {
   Close();

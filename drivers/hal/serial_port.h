@@ -81,21 +81,11 @@ class Tty {
   std::vector<std::string> warnings_;
 };
 
-// A serial port or pty as a raw line of bytes, locked against a second user. After kLost, or after Write returned false, call
-// Close and Open again: the adapter or pty may be available again under the same path. Open sets the rate of the settings.
-// Used by one thread, except Wake.
-class SerialPort final : public ByteLink {
+// A line of bytes on a tty: the common part of SerialPort and ModbusPort.
+class TtyPort : public ByteLink {
  public:
-  SerialPort(SerialSettings settings, const Clock& clock);
-
-  [[nodiscard]] Result<> Open() override;
-  void Close() override;
   [[nodiscard]] bool IsOpen() const override { return reader_.IsAttached(); }
-  // Written bytes are sent at the old rate first.
-  [[nodiscard]] bool SetBaud(std::int64_t baud) override { return IsOpen() && tty_.ChangeBaud(baud); }
-  [[nodiscard]] bool SetFormat(const LineFormat& format) { return IsOpen() && tty_.ChangeFormat(format); }
   [[nodiscard]] bool HasWire() const override { return !tty_.IsPty(); }
-  [[nodiscard]] bool Write(Bytes bytes) override;
   [[nodiscard]] ReadResult Read(std::span<std::uint8_t> into, MonoNs deadline) override {
     return reader_.Read(into, deadline);
   }
@@ -107,10 +97,28 @@ class SerialPort final : public ByteLink {
   // Warnings of the last successful Open, each with its remedy.
   [[nodiscard]] const std::vector<std::string>& warnings() const { return tty_.warnings(); }
 
- private:
+ protected:
+  TtyPort(SerialSettings settings, const Clock& clock)
+      : clock_(clock), tty_(std::move(settings), clock), reader_(clock) {}
+
   const Clock& clock_;
   Tty tty_;
   LineReader reader_;
+};
+
+// A serial port or pty as a raw line of bytes, locked against a second user. After kLost, or after Write returned false, call
+// Close and Open again: the adapter or pty may be available again under the same path. Open sets the rate of the settings.
+// Used by one thread, except Wake.
+class SerialPort final : public TtyPort {
+ public:
+  SerialPort(SerialSettings settings, const Clock& clock) : TtyPort(std::move(settings), clock) {}
+
+  [[nodiscard]] Result<> Open() override;
+  void Close() override;
+  // Written bytes are sent at the old rate first.
+  [[nodiscard]] bool SetBaud(std::int64_t baud) override { return IsOpen() && tty_.ChangeBaud(baud); }
+  [[nodiscard]] bool SetFormat(const LineFormat& format) { return IsOpen() && tty_.ChangeFormat(format); }
+  [[nodiscard]] bool Write(Bytes bytes) override;
 };
 
 }  // namespace axlecast

@@ -40,22 +40,22 @@ SpiTransfer TransferIn(Bytes packet) {
 
 Result<> SimulatedSpi::Open() {
   Close();
-  Result<> opened = reader_.CheckReady().and_then([&] { return socket_.Connect(path_, kProtocol, clock_); });
-  if (opened) reader_.Attach(socket_.FileDescriptor());
+  Result<> opened = waiter_.CheckReady().and_then([&] { return socket_.Connect(path_, kProtocol, clock_); });
+  if (opened) waiter_.Attach(socket_.FileDescriptor());
   return opened;
 }
 
 void SimulatedSpi::Close() {
-  reader_.Detach();
+  waiter_.Detach();
   socket_.Close();
-  clocked_in_.Drop();
+  DropBytes();
 }
 
 bool SimulatedSpi::Write(Bytes bytes) {
   if (bytes.size() > kMaxFrame) return false;
   const SpiTransfer transfer{.settings = settings_, .tx = bytes};
-  if (Transfer(transfer, clocked_in_.Fill(bytes.size()))) return true;
-  clocked_in_.Drop();
+  if (Transfer(transfer, Fill(bytes.size()))) return true;
+  DropBytes();
   return false;
 }
 
@@ -72,19 +72,15 @@ bool SimulatedSpi::Transfer(const SpiTransfer& transfer, std::span<std::uint8_t>
 
 ByteLink::ReadResult SimulatedSpi::Read(std::span<std::uint8_t> into, MonoNs deadline) {
   if (!IsOpen()) return {Status::kLost, 0};
-  if (!clocked_in_.empty()) return clocked_in_.Read(into);
+  if (HasBytes()) return ReadNow(into);
   // A simulator sends only answers: whatever comes now is the end of the connection.
   pollfd end{socket_.FileDescriptor(), POLLIN, 0};
   return {PollUntil({&end, 1}, deadline, clock_) == 0 ? Status::kTimeout : Status::kLost, 0};
 }
 
-ByteLink::ReadResult SimulatedSpi::ReadNow(std::span<std::uint8_t> into) {
-  return IsOpen() ? clocked_in_.Read(into) : ReadResult{Status::kLost, 0};
-}
-
 Link::Status SimulatedSpi::Wait(MonoNs until) {
-  if (!clocked_in_.empty()) return Status::kOk;
-  const Status status = reader_.Wait(until);
+  if (HasBytes()) return Status::kOk;
+  const Status status = waiter_.Wait(until);
   return status == Status::kOk ? Status::kLost : status;  // as in Read
 }
 

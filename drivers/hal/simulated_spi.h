@@ -19,35 +19,26 @@ namespace axlecast {
 // for the duration of the clocks.
 
 // The end of the driver.
-class SimulatedSpi final : public ByteLink {
+class SimulatedSpi final : public ClockedLink {
  public:
   // `path`: of the socket of the simulator. `settings`: of every Write.
   SimulatedSpi(std::string path, SpiSettings settings, const Clock& clock)
-      : path_(std::move(path)), settings_(settings), clock_(clock), reader_(clock) {}
+      : ClockedLink(std::move(path), settings, clock) {}
 
   [[nodiscard]] Result<> Open() override;
   void Close() override;
   [[nodiscard]] bool IsOpen() const override { return socket_.IsConnected(); }
-  [[nodiscard]] bool SetBaud(std::int64_t) override { return false; }
   // Clocks the bytes out. The bytes clocked in can be read afterwards.
   [[nodiscard]] bool Write(Bytes bytes) override;
   [[nodiscard]] ReadResult Read(std::span<std::uint8_t> into, MonoNs deadline) override;
-  [[nodiscard]] ReadResult ReadNow(std::span<std::uint8_t> into) override;
   [[nodiscard]] Status Wait(MonoNs until) override;
-  void Wake() override { reader_.Wake(); }
-  [[nodiscard]] LineErrors Errors() const override { return {}; }
 
   // Performs one transfer with its own settings. `rx` has the length of transfer.tx. Returns false if the simulator has ended, or
   // has not answered within a second: call Close and Open again.
   [[nodiscard]] bool Transfer(const SpiTransfer& transfer, std::span<std::uint8_t> rx);
 
  private:
-  const std::string path_;
-  const SpiSettings settings_;
-  const Clock& clock_;
   SimulatedSocket socket_;
-  LineReader reader_;
-  ClockedIn clocked_in_;
 };
 
 // The end of the simulator.

@@ -63,7 +63,7 @@ Result<> SpiPort::Open() {
 
 void SpiPort::Close() {
   device_.Reset();
-  clocked_in_.Drop();
+  DropBytes();
 }
 
 Result<> SpiPort::Claim() {
@@ -110,7 +110,7 @@ Result<> SpiPort::SetClock() const {
 
 bool SpiPort::Write(Bytes bytes) {
   if (!IsOpen() || bytes.empty() || bytes.size() > kMaxFrame) return false;
-  const std::span<std::uint8_t> in = clocked_in_.Fill(bytes.size());
+  const std::span<std::uint8_t> in = Fill(bytes.size());
   spi_ioc_transfer transfer{};
   transfer.tx_buf = reinterpret_cast<std::uintptr_t>(bytes.data());
   transfer.rx_buf = reinterpret_cast<std::uintptr_t>(in.data());
@@ -122,19 +122,15 @@ bool SpiPort::Write(Bytes bytes) {
     clocked = ioctl(device_.get(), SPI_IOC_MESSAGE(1), &transfer);
   } while (clocked < 0 && errno == EINTR);
   if (clocked == static_cast<int>(bytes.size())) return true;
-  clocked_in_.Drop();
+  DropBytes();
   return false;
 }
 
 ByteLink::ReadResult SpiPort::Read(std::span<std::uint8_t> into, MonoNs deadline) {
-  if (IsOpen() && clocked_in_.empty() && PollUntil({}, deadline, clock_) < 0) return {Status::kLost, 0};
+  if (IsOpen() && !HasBytes() && PollUntil({}, deadline, clock_) < 0) return {Status::kLost, 0};
   return ReadNow(into);
 }
 
-ByteLink::ReadResult SpiPort::ReadNow(std::span<std::uint8_t> into) {
-  return IsOpen() ? clocked_in_.Read(into) : ReadResult{Status::kLost, 0};
-}
-
-Link::Status SpiPort::Wait(MonoNs until) { return clocked_in_.empty() ? waiter_.Wait(until) : Status::kOk; }
+Link::Status SpiPort::Wait(MonoNs until) { return !HasBytes() ? waiter_.Wait(until) : Status::kOk; }
 
 }  // namespace axlecast

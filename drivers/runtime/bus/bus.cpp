@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "drivers/runtime/bus/serial_transactor.h"
+#include "drivers/runtime/bus/transactor.h"
 
 namespace axlecast {
 namespace {
