@@ -311,7 +311,7 @@ TEST_F(SimulatedLinesTest, TakesAPathOverAndKeepsOthersOut) {
 TEST_F(SimulatedLinesTest, NonsenseIsDropped) {
   SimulatedLinesPort port;
   ASSERT_EQ(ErrorText(port.Listen(path_)), "");
-  const std::optional<UnixAddress> address = UnixAddress::Of(path_);
+  const Result<UnixAddress> address = UnixAddress::Of(path_);
   ASSERT_TRUE(address.has_value());
   const Descriptor stranger(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   std::array<std::uint8_t, 100> bytes{};

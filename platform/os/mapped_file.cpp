@@ -144,6 +144,7 @@ class MappedFile::Mapping {
 
 MappedFile::~MappedFile() = default;
 MappedFile::MappedFile(MappedFile&&) noexcept = default;
+MappedFile& MappedFile::operator=(MappedFile&&) noexcept = default;
 
 MappedFile::MappedFile(const std::string& path) : path_(path) { Open(); }
 

@@ -26,6 +26,7 @@ class MappedFile {
   explicit MappedFile(const std::string& path);
   ~MappedFile();
   MappedFile(MappedFile&&) noexcept;
+  MappedFile& operator=(MappedFile&&) noexcept;
 
   [[nodiscard]] const std::string& path() const { return path_; }
   // The reason why the file cannot be read, with the remedy. Empty: it can be read.
