@@ -69,9 +69,7 @@ std::string MulticastRemedy(const std::string& cause) {
          "A firewall must let the group's UDP port pass.";
 }
 
-std::string SystemProblem(const char* action) {
-  return MulticastRemedy(std::string(action) + ": " + std::strerror(errno));
-}
+std::string SystemProblem(const char* action) { return MulticastRemedy(Failed(action)); }
 
 using SelfTestDatagram = std::array<std::uint8_t, 30>;
 
@@ -83,20 +81,30 @@ SelfTestDatagram SelfTest() {
   return datagram;
 }
 
-// Joins the group like any LCM process.
-Result<> JoinGroup(int receiver, const sockaddr_in& group) {
+sockaddr_in GroupOf(const LcmUrl& url) {
+  sockaddr_in group{};
+  group.sin_family = AF_INET;
+  group.sin_port = htons(static_cast<std::uint16_t>(url.port));
+  inet_pton(AF_INET, url.group.c_str(), &group.sin_addr);
+  return group;
+}
+
+// Joins the group like any LCM process. Binds last: otherwise the port could receive one or two messages before it is set up,
+// and then none until it has joined.
+Result<> JoinGroup(int receiver, const LcmUrl& url) {
   const int on = 1;
-  if (!SetOption(receiver, SOL_SOCKET, SO_REUSEADDR, on)) return Failure(SystemProblem("SO_REUSEADDR"));
-  if (bind(receiver, reinterpret_cast<const sockaddr*>(&group), sizeof group) != 0) {
-    return Failure(std::string("the port of LCM cannot be used: ") + std::strerror(errno) +
-                   "; another program holds it without sharing (ss -ulpn shows which)");
-  }
+  const int off = 0;
+  const sockaddr_in group = GroupOf(url);
   ip_mreq membership{};
   membership.imr_multiaddr = group.sin_addr;
-  if (!SetOption(receiver, IPPROTO_IP, IP_ADD_MEMBERSHIP, membership)) {
+  if (!SetOption(receiver, SOL_SOCKET, SO_REUSEADDR, on)) return Failure(SystemProblem("SO_REUSEADDR"));
+  if (!SetOption(receiver, IPPROTO_IP, IP_MULTICAST_ALL, off) ||
+      !SetOption(receiver, IPPROTO_IP, IP_ADD_MEMBERSHIP, membership)) {
     return Failure(SystemProblem("joining the group"));
   }
-  return {};
+  if (bind(receiver, reinterpret_cast<const sockaddr*>(&group), sizeof group) == 0) return {};
+  return Failure(std::string("the port of LCM cannot be used: ") + std::strerror(errno) +
+                 "; another program holds it without sharing (ss -ulpn shows which)");
 }
 
 // Drops the other traffic of the group, which could fill the buffer of the socket before the self test arrives. Without support
@@ -127,14 +135,6 @@ bool Arrives(int receiver, const SelfTestDatagram& datagram) {
   return false;
 }
 
-sockaddr_in GroupOf(const LcmUrl& url) {
-  sockaddr_in group{};
-  group.sin_family = AF_INET;
-  group.sin_port = htons(static_cast<std::uint16_t>(url.port));
-  inet_pton(AF_INET, url.group.c_str(), &group.sin_addr);
-  return group;
-}
-
 Result<> ProbeGroup(const LcmUrl& url) {
   const sockaddr_in group = GroupOf(url);
   const Descriptor receiver(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
@@ -142,7 +142,7 @@ Result<> ProbeGroup(const LcmUrl& url) {
   if (!receiver.valid() || !sender.valid()) return Failure(SystemProblem("opening a socket"));
   const SelfTestDatagram datagram = SelfTest();
   TakeOnly(receiver.get(), datagram);
-  if (Result<> done = JoinGroup(receiver.get(), group); !done) return done;
+  if (Result<> done = JoinGroup(receiver.get(), url); !done) return done;
   const auto ttl = static_cast<unsigned char>(url.ttl);
   if (!SetOption(sender.get(), IPPROTO_IP, IP_MULTICAST_TTL, ttl)) {
     return Failure(SystemProblem("IP_MULTICAST_TTL"));
@@ -196,33 +196,18 @@ MulticastPort::MulticastPort(const LcmUrl& url)
     return;
   }
   SetBuffer(url.recv_buf_size > 0 ? url.recv_buf_size : kDefaultBuffer);
-  Join(url);
+  const int on = 1;
+  if (!SetOption(socket_.get(), SOL_SOCKET, SO_TIMESTAMPNS, on) ||
+      (own_host_only_ && !TakeOnlyOwnHost(socket_.get()))) {
+    problem_ = Failed("a socket option of LCM's port cannot be set");
+    return;
+  }
+  problem_ = ErrorText(JoinGroup(socket_.get(), url));
 }
 
 MulticastPort::~MulticastPort() = default;
 MulticastPort::MulticastPort(MulticastPort&&) noexcept = default;
 MulticastPort& MulticastPort::operator=(MulticastPort&&) noexcept = default;
-
-void MulticastPort::Join(const LcmUrl& url) {
-  const int on = 1;
-  const int off = 0;
-  const sockaddr_in group = GroupOf(url);
-  ip_mreq membership{};
-  membership.imr_multiaddr = group.sin_addr;
-  // Bind last: otherwise the port could receive one or two messages before it is set up, and then none until it has joined.
-  if (!SetOption(socket_.get(), SOL_SOCKET, SO_REUSEADDR, on) ||
-      !SetOption(socket_.get(), SOL_SOCKET, SO_TIMESTAMPNS, on) ||
-      (own_host_only_ && !TakeOnlyOwnHost(socket_.get()))) {
-    problem_ = Failed("a socket option of LCM's port cannot be set");
-  } else if (!SetOption(socket_.get(), IPPROTO_IP, IP_MULTICAST_ALL, off) ||
-             !SetOption(socket_.get(), IPPROTO_IP, IP_ADD_MEMBERSHIP, membership)) {
-    problem_ = Failed("the group " + url.group + " cannot be joined") +
-               "; within this host (as root): ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo";
-  } else if (bind(socket_.get(), reinterpret_cast<const sockaddr*>(&group), sizeof group) != 0) {
-    problem_ = Failed("the port of LCM cannot be used") +
-               "; another program holds it without sharing (ss -ulpn shows which)";
-  }
-}
 
 void MulticastPort::SetBuffer(std::int64_t bytes) {
   const int wanted = static_cast<int>(bytes);

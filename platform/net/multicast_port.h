@@ -54,7 +54,6 @@ class MulticastPort {
  private:
   struct Buffers;
 
-  void Join(const LcmUrl& url);
   void SetBuffer(std::int64_t bytes);
 
   Descriptor socket_;

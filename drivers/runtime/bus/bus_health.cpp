@@ -6,7 +6,6 @@
 #include <numeric>
 #include <utility>
 
-#include "core/alarm/runtime_alarms.h"
 #include "core/base/text.h"
 
 namespace axlecast {
@@ -27,18 +26,6 @@ std::int64_t Sum(std::span<const std::int64_t> values) {
 }
 
 }  // namespace
-
-std::array<CanWatch::Alarm, CanWatch::kKinds> CanWatch::Specs() {
-  std::array<Alarm, kKinds> alarms;
-  alarms[kBusOff].spec = &runtime_alarms::kCanBusOff;
-  alarms[kUnacknowledged].spec = &runtime_alarms::kCanUnacknowledged;
-  alarms[kQueueFull].spec = &runtime_alarms::kCanQueueFull;
-  alarms[kBusErrors].spec = &runtime_alarms::kCanBusErrors;
-  alarms[kErrorPassive].spec = &runtime_alarms::kCanErrorPassive;
-  alarms[kFramesLost].spec = &runtime_alarms::kCanFramesLost;
-  alarms[kErrorWarning].spec = &runtime_alarms::kCanErrorWarning;
-  return alarms;
-}
 
 void CanWatch::Update(const CanController& controller, MonoNs now) {
   const CanController before = std::exchange(controller_, controller);
