@@ -225,7 +225,7 @@ TEST_F(UdpmReceiverTest, CopiesOfFragmentsChangeNothing) {
 
 TEST_F(UdpmReceiverTest, CountsWhatIsNotLcm) {
   On({1, 2, 3});
-  EXPECT_EQ(receiver_.foreign(), 1);
+  EXPECT_EQ(receiver_.malformed(), 1);
   EXPECT_TRUE(receiver_.senders().empty());
 }
 

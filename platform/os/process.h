@@ -37,7 +37,7 @@ namespace axlecast {
 // fork(2) it would run a copy of this process's handler, and the new program would never learn of it.
 [[nodiscard]] pid_t ForkWithoutHandlers();
 
-// While this object exists, SIGINT and SIGTERM are requests to stop. At most one in a process. It blocks no signal: threads and
+// While this object exists, SIGINT and SIGTERM are requests to stop. Only one may exist in a process. It blocks no signal: threads and
 // children start with the usual mask and, after exec, the usual actions.
 class StopSignal {
  public:

@@ -52,10 +52,10 @@ CommandQueues::Queue* CommandQueues::Next(const std::function<bool(const Command
     if (Ready(queues_[i], is_over)) return &queues_[i];
   }
   for (std::size_t i = 0; i < usual_; ++i) {
-    const std::size_t turn = (next_ + i) % usual_;
-    if (!Ready(queues_[usual_ + turn], is_over)) continue;
-    next_ = turn + 1;
-    return &queues_[usual_ + turn];
+    const std::size_t index = (next_ + i) % usual_;
+    if (!Ready(queues_[usual_ + index], is_over)) continue;
+    next_ = index + 1;
+    return &queues_[usual_ + index];
   }
   return nullptr;
 }
