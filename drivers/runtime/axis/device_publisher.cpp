@@ -2,7 +2,6 @@
 
 #include <axlecast/device_info_t.hpp>
 #include <cmath>
-#include <initializer_list>
 #include <limits>
 #include <utility>
 
@@ -11,33 +10,15 @@
 namespace axlecast {
 namespace {
 
-constexpr std::int32_t Flags(std::initializer_list<std::int32_t> flags) {
-  std::int32_t all = 0;
-  for (const std::int32_t flag : flags) all |= flag;
-  return all;
-}
-
 std::int32_t Narrow(std::int64_t ns) {
   return static_cast<std::int32_t>(std::clamp<std::int64_t>(ns, INT32_MIN, INT32_MAX));
 }
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-// Clears the flag. Returns whether it was set.
-bool TakeFlag(bool& flag) {
-  const bool was = flag;
-  flag = false;
-  return was;
-}
-
 constexpr MonoNs kShown = 60 * kSecond;  // how long an alarm about a single event stays
 
 }  // namespace
-
-const std::int32_t PublishPace::kStateFlags =
-    Flags({position_t::FLAG_VALID, position_t::FLAG_TURNS_VALID, position_t::FLAG_TURNS_WRAPPED,
-           position_t::FLAG_REFERENCED, position_t::FLAG_LOW_ACCURACY, position_t::FLAG_DEVICE_ERROR,
-           position_t::FLAG_DEVICE_WARNING, position_t::FLAG_DATUM_CHANGING});
 
 PublishPace::PublishPace(double publish_hz, double poll_hz)
     : every_(poll_hz > 0 && publish_hz >= poll_hz),
@@ -157,20 +138,19 @@ void PositionOutput::Take(const Sample& sample, const AxisReading& reading) {
       break;
   }
   any_good_ = true;
-  const bool after_gap = TakeFlag(gap_);
+  const bool after_gap = std::exchange(gap_, false);
   gap_to_send_ = gap_to_send_ || after_gap;
   const std::int32_t flags = reading.flags | flags_;
   if (block_) AddToBlock(sample, reading, flags | (after_gap ? position_t::FLAG_AFTER_GAP : 0));
   if (!pace_.Good(at, flags, axis_.reference().epoch())) return;
-  SendPosition(sample, reading, flags | (TakeFlag(gap_to_send_) ? position_t::FLAG_AFTER_GAP : 0));
+  SendPosition(sample, reading, flags | (std::exchange(gap_to_send_, false) ? position_t::FLAG_AFTER_GAP : 0));
 }
 
 void PositionOutput::SendPosition(const Sample& sample, const AxisReading& reading, std::int32_t flags) {
   const bool valid = (flags & position_t::FLAG_VALID) != 0;
   position_.mono_ns = sample.at.Middle();
   position_.utime = time_.Utime(position_.mono_ns);
-  position_.time_uncertainty_ns =
-      static_cast<std::int32_t>(std::clamp<std::int64_t>(sample.at.HalfWidth(), 0, INT32_MAX));
+  position_.time_uncertainty_ns = Narrow(sample.at.HalfWidth());
   position_.raw_counts = sample.counts;
   position_.counts = reading.counts;
   position_.angle_rad = valid ? axis_.scale().AngleRad(reading.counts) : kUnknown;
@@ -180,7 +160,7 @@ void PositionOutput::SendPosition(const Sample& sample, const AxisReading& readi
   position_.datum_epoch = axis_.reference().epoch();
   position_.flags = flags;
   if (!std::isnan(position_.speed_rad_s)) position_.flags |= position_t::FLAG_SPEED_VALID;
-  if (TakeFlag(clock_stepped_)) position_.flags |= position_t::FLAG_CLOCK_STEPPED;
+  if (std::exchange(clock_stepped_, false)) position_.flags |= position_t::FLAG_CLOCK_STEPPED;
   Publish(sink_, channel_, position_);
   ++position_.seq;
   position_.missed = 0;
@@ -189,7 +169,7 @@ void PositionOutput::SendPosition(const Sample& sample, const AxisReading& readi
 void PositionOutput::AddToBlock(const Sample& sample, const AxisReading& reading, std::int32_t flags) {
   const std::int32_t epoch = axis_.reference().epoch();
   if (block_->MustGoBefore(sample.at.Middle(), epoch)) SendBlock();
-  if (TakeFlag(clock_stepped_in_block_)) flags |= position_t::FLAG_CLOCK_STEPPED;
+  if (std::exchange(clock_stepped_in_block_, false)) flags |= position_t::FLAG_CLOCK_STEPPED;
   block_->Add(sample.at, reading.counts, flags, epoch);
   if (block_->Full()) SendBlock();
 }

@@ -33,8 +33,8 @@ std::int32_t Operations::WritesOf(const Target& target, const Held& held) {
   return static_cast<std::int32_t>(target.channel->nv_writes() - held.writes_before);
 }
 
-bool Operations::Holds(const Target& target, const CommandId& id) {
-  return std::any_of(target.held.begin(), target.held.end(), [&](const Held& held) { return held.id == id; });
+std::vector<Operations::Held>::iterator Operations::FindHeld(Target& target, const CommandId& id) {
+  return std::find_if(target.held.begin(), target.held.end(), [&](const Held& held) { return held.id == id; });
 }
 
 void Operations::Add(const DeviceConfig& config, DevicePublisher& channel, Device& device) {
@@ -118,7 +118,7 @@ Result<> Operations::Check(const Target& target, const DriverCommand& command,
 }
 
 void Operations::Cancel(Target& target, const CommandId& id, std::int32_t reason, const char* text, MonoNs now) {
-  if (!Holds(target, id) || !target.device->Cancel(id, now)) return;
+  if (FindHeld(target, id) == target.held.end() || !target.device->Cancel(id, now)) return;
   OnOutcome(target.config->name, id,
             {.state = CommandState::kCancelled, .reason = reason, .text = text, .changes = {}});
 }
@@ -126,8 +126,7 @@ void Operations::Cancel(Target& target, const CommandId& id, std::int32_t reason
 void Operations::OnOutcome(const std::string& device, const CommandId& id, const Outcome& outcome) {
   Target* target = Find(device);
   if (target == nullptr) return;
-  const auto held = std::find_if(target->held.begin(), target->held.end(),
-                                 [&](const Held& candidate) { return candidate.id == id; });
+  const auto held = FindHeld(*target, id);
   if (held == target->held.end()) return;
   const std::int32_t writes = WritesOf(*target, *held);
   if (outcome.IsFinal()) {

@@ -74,9 +74,16 @@ Driver::Driver(const BusConfig& config, const BridgeConfig& bridge, std::int64_t
       next_tick_(now_) {
   time_.Update(now_, ports_.clock->UtcMicroseconds());
   if (ports_.frames != nullptr) can_watch_.emplace(config.link.port, config.link.bitrate);
+  const DevicePublisherContext context{
+      .boot_id = boot_id,
+      .time = &time_,
+      .sink = ports_.data,
+      .on_outcome = [this](const std::string& device, const CommandId& id, const Outcome& outcome) {
+        operations_.OnOutcome(device, id, outcome);
+      }};
   for (const DeviceConfig& device : config.devices) {
     Unit unit{.config = &device};
-    unit.channel = std::make_unique<DevicePublisher>(config, device, MakePublisherContext());
+    unit.channel = std::make_unique<DevicePublisher>(config, device, context);
     unit.device = config.family->make_device(config, device, *unit.channel, *ports_.secrets);
     operations_.Add(device, *unit.channel, *unit.device);
     bus_.Add(*unit.device);
@@ -85,8 +92,6 @@ Driver::Driver(const BusConfig& config, const BridgeConfig& bridge, std::int64_t
   tallies_.resize(units_.size());
   summaries_.resize(units_.size());
 }
-
-Driver::~Driver() = default;
 
 Bus Driver::MakeBus() {
   const BusSettings settings = BusSettingsOf(config_, ports_.lines);
@@ -97,17 +102,6 @@ Bus Driver::MakeBus() {
 Link& Driver::link() const {
   if (ports_.frames != nullptr) return *ports_.frames;
   return *ports_.link;
-}
-
-DevicePublisherContext Driver::MakePublisherContext() {
-  DevicePublisherContext context;
-  context.boot_id = boot_id_;
-  context.time = &time_;
-  context.sink = ports_.data;
-  context.on_outcome = [this](const std::string& device, const CommandId& id, const Outcome& outcome) {
-    operations_.OnOutcome(device, id, outcome);
-  };
-  return context;
 }
 
 MonoNs Driver::RunOnce() {

@@ -88,7 +88,6 @@ class Driver final : private LinkObserver {
   static constexpr MonoNs kGrace = 700 * kMillisecond;
 
   Driver(const BusConfig& config, const BridgeConfig& bridge, std::int64_t boot_id, DriverPorts ports);
-  ~Driver() override;
   Driver(const Driver&) = delete;
   Driver& operator=(const Driver&) = delete;
 
@@ -132,7 +131,6 @@ class Driver final : private LinkObserver {
   void PublishAcknowledged(bool second);
   void ReportHealth();
   [[nodiscard]] bool SummaryChanged() const;
-  [[nodiscard]] DevicePublisherContext MakePublisherContext();
   [[nodiscard]] Bus MakeBus();
   [[nodiscard]] Link& link() const;
 

@@ -28,21 +28,9 @@ std::shared_ptr<spdlog::logger> MakeLog(const std::string& bus, bool verbose) {
   return log;
 }
 
-// Returns false, and logs the reason, if LCM cannot be used.
-bool Works(const LcmPort& port, spdlog::logger& log) {
-  if (!port.problem().empty()) log.error("{}", port.problem());
-  return port.problem().empty();
-}
-
-void Write(spdlog::logger& log, LogLevel level, std::string_view text) {
-  switch (level) {
-    case LogLevel::kDebug:
-      return log.debug("{}", text);
-    case LogLevel::kInfo:
-      return log.info("{}", text);
-    case LogLevel::kWarning:
-      return log.warn("{}", text);
-  }
+spdlog::level::level_enum LevelOf(LogLevel level) {
+  if (level == LogLevel::kDebug) return spdlog::level::debug;
+  return level == LogLevel::kInfo ? spdlog::level::info : spdlog::level::warn;
 }
 
 // Returns the key that signs the answers. Without it, positions are published, but the bridge may not accept the answers.
@@ -94,7 +82,11 @@ int RunDriver(const MachineConfig& machine, const BusConfig& bus, bool verbose,
   static_cast<void>(signal(SIGPIPE, SIG_IGN));  // a closed log must not end the driver
   LcmPort data(machine.lcm.url, machine.lcm.prefix);
   LcmPort commands(machine.lcm.command_url, machine.lcm.prefix);
-  if (!Works(data, *log) || !Works(commands, *log)) return 1;
+  for (const LcmPort* port : {&data, &commands}) {
+    if (port->problem().empty()) continue;
+    log->error("{}", port->problem());
+    return 1;
+  }
 
   const SystemClock clock;
   if (HoldsSecrets(bus) || !machine.bridge.drivers.place.empty()) {
@@ -118,7 +110,7 @@ int RunDriver(const MachineConfig& machine, const BusConfig& bus, bool verbose,
                  .data = &data,
                  .commands = interposed_port ? interposed_port.get() : &commands,
                  .key = key ? &*key : nullptr,
-                 .log = [&log](LogLevel level, std::string_view text) { Write(*log, level, text); },
+                 .log = [&log](LogLevel level, std::string_view text) { log->log(LevelOf(level), "{}", text); },
                  .link_warnings = ports.warnings});
   log->info("{}", driver.command_server().Rule());
   const CommandThread command_thread(commands, bus, driver);
