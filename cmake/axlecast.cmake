@@ -15,7 +15,8 @@ target_compile_options(axlecast_flags INTERFACE
 if(AXLECAST_SANITIZE)
   target_compile_options(axlecast_flags INTERFACE -fsanitize=${AXLECAST_SANITIZE} -fno-sanitize-recover=all
     -fno-omit-frame-pointer)
-  target_link_options(axlecast_flags INTERFACE -fsanitize=${AXLECAST_SANITIZE})
+  # lld links a program with sanitizers in a fraction of the time of GNU ld.
+  target_link_options(axlecast_flags INTERFACE -fsanitize=${AXLECAST_SANITIZE} $<$<CXX_COMPILER_ID:Clang>:-fuse-ld=lld>)
 endif()
 
 # What a user may install is hardened, whatever the build type. Sanitizers check more than these, and exclude some of them.
@@ -45,6 +46,22 @@ if(AXLECAST_TESTS)
   target_link_libraries(axlecast_test_headers PRIVATE axlecast_flags GTest::gmock axlecast_test_flags)
   target_precompile_headers(axlecast_test_headers PRIVATE <gmock/gmock.h> <gtest/gtest.h>)
 endif()
+
+# axlecast_library_headers(TARGET): with AXLECAST_UNITY, compiles the standard library and nlohmann/json once for all libraries
+# of this folder and below: they are a quarter of the time of a library's file. clang-tidy compiles without them
+# (tests/lint/tidy.py), so that a missing include is still found.
+macro(axlecast_library_headers target)
+  if(AXLECAST_UNITY)
+    file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/library_headers.cpp CONTENT "")
+    add_library(${target} OBJECT ${CMAKE_CURRENT_BINARY_DIR}/library_headers.cpp)
+    target_link_libraries(${target} PRIVATE axlecast_flags)
+    target_precompile_headers(${target} PRIVATE <algorithm> <array> <chrono> <cmath> <fstream> <functional> <map> <memory>
+      <optional> <set> <span> <string> <string_view> <unordered_map> <utility> <variant> <vector> <nlohmann/json.hpp>
+      <tl/expected.hpp>)
+    set(axlecast_precompiled ${target})
+  endif()
+endmacro()
+axlecast_library_headers(axlecast_headers)
 
 # axlecast_unity(TARGET file...): with AXLECAST_UNITY, compiles the target's files in groups.
 function(axlecast_unity target)
@@ -140,6 +157,9 @@ function(axlecast_folder target)
     endif()
     axlecast_unity(${target} ${sources})
     target_link_libraries(${target} PUBLIC axlecast_flags ${ARG_DEPENDS})
+    if(AXLECAST_UNITY)
+      target_precompile_headers(${target} REUSE_FROM ${axlecast_precompiled})
+    endif()
   else()
     add_library(${target} INTERFACE)
     target_link_libraries(${target} INTERFACE axlecast_flags ${ARG_DEPENDS})

@@ -110,7 +110,7 @@ TEST_F(Cia406Alarms, AreToldWhenTheyChange) {
   EXPECT_FALSE(alarms_.position_error());
 }
 
-// CiA 301 7.2.7.1: 0000h with a register that is not 0 says that other errors are left.
+// CiA 301 7.2.7.1: 0000h with a register that is not 0 means that other errors remain.
 TEST_F(Cia406Alarms, AnErrorResetEndsWhatTheRegisterNoLongerNames) {
   Emergency(0x3110, 0x05);
   Emergency(0x4210, 0x0D);

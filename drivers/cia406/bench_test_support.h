@@ -11,7 +11,7 @@
 #include "core/config/config_map.h"
 #include "drivers/cia406/cia406.h"
 #include "drivers/cia406/settings.h"
-#include "drivers/cia406/simulator/cia406_node.h"
+#include "drivers/cia406/simulator.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/runtime/bus/bus.h"
 #include "tests/support/fake_clock.h"
@@ -22,7 +22,7 @@ namespace axlecast::cia406 {
 
 using ByteList = std::vector<std::uint8_t>;
 
-// Settings as a file with these keys has them; `errors` gets what is wrong.
+// Returns the settings of a file with these keys; errors go into `errors`.
 inline std::shared_ptr<const DeviceSettings> SettingsFrom(const std::string& keys, const BusConfig& bus,
                                                           ConfigErrors& errors) {
   ConfigMap map(YAML::Load("{" + keys + "}"), "", errors);
@@ -90,7 +90,7 @@ class NodeBus final : public Simulator {
 
   std::vector<std::unique_ptr<Cia406Node>> nodes;
   std::vector<CanFrame> sent;  // by the host
-  CanFrame intruder;           // of somebody else's, once
+  CanFrame intruder;           // of another node, once
   MonoNs intruder_at = kNever;
 };
 
@@ -120,13 +120,13 @@ class BenchTest : public testing::Test, public LinkObserver {
     nodes_->nodes[node]->Advance(clock_.Now());
     EXPECT_TRUE(nodes_->nodes[node]->Set(name, value)) << name;
   }
-  // Orders it, and runs until its outcome.
+  // Begins the command, and runs until its outcome.
   const Outcome& Do(const std::string& command) {
     const CommandLine line = ParseCommandLine(command);
-    DriverCommand order{.id = {}, .operation = line.operation, .arguments = line.arguments};
-    order.id[0] = ++orders_;
+    DriverCommand request{.id = {}, .operation = line.operation, .arguments = line.arguments};
+    request.id[0] = ++commands_;
     outputs_[0].outcomes.clear();
-    devices_[0]->Begin(order, clock_.Now());
+    devices_[0]->Begin(request, clock_.Now());
     const MonoNs end = clock_.Now() + 60 * kSecond;
     while (clock_.Now() < end && (output().outcomes.empty() || !output().outcomes.back().second.IsFinal())) {
       bus_->RunOnce(end);
@@ -136,7 +136,7 @@ class BenchTest : public testing::Test, public LinkObserver {
   }
   [[nodiscard]] RecordingOutput& output(std::size_t device = 0) { return outputs_[device]; }
   [[nodiscard]] Cia406Node& node(std::size_t index = 0) { return *nodes_->nodes[index]; }
-  // How the alarm stands towards the outside.
+  // Returns the published state of the alarm.
   [[nodiscard]] AlarmState AlarmOf(std::int32_t code) {
     AlarmState state = AlarmState::kAbsent;
     for (const auto& [its, how] : output().alarms) {
@@ -148,7 +148,7 @@ class BenchTest : public testing::Test, public LinkObserver {
     return static_cast<std::size_t>(std::count_if(outputs_[device].errors.begin(), outputs_[device].errors.end(),
                                                   [kind](const auto& error) { return error.first == kind; }));
   }
-  // Positions of the last so many samples, turns and single-turn together.
+  // Returns the position of the last sample, turns and single-turn together.
   [[nodiscard]] std::int64_t LastPosition(std::size_t device = 0) {
     const Sample& sample = outputs_[device].samples.back();
     return std::int64_t{sample.turns} << Own(config_.devices[device]).bits | sample.counts;
@@ -161,7 +161,7 @@ class BenchTest : public testing::Test, public LinkObserver {
   std::unique_ptr<Bus> bus_;
   std::vector<RecordingOutput> outputs_;
   std::vector<std::unique_ptr<Device>> devices_;
-  std::uint8_t orders_ = 0;
+  std::uint8_t commands_ = 0;
 };
 
 }  // namespace axlecast::cia406

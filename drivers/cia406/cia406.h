@@ -11,7 +11,7 @@
 #include "core/device/family.h"
 #include "drivers/kit/simulation/simulated_can_node.h"
 
-// Standard CANopen encoders (CiA 301, CiA 406): all that the family saa_can needs to know of its model `cia406`.
+// Standard CANopen encoders (CiA 301, CiA 406): all that the family saa_can needs of its model `cia406`.
 namespace axlecast::cia406 {
 
 inline constexpr std::string_view kModel = "cia406";
@@ -22,20 +22,19 @@ inline constexpr std::string_view kModel = "cia406";
 // Reads the keys of one device whose `model` is cia406 (README.md, "Configuration"); the family has read that key.
 // Errors go into the map's list; never null. can_filters is set.
 [[nodiscard]] std::unique_ptr<DeviceSettings> ParseDevice(ConfigMap& device, const BusConfig& bus);
-// What the devices of this model on one bus must agree on: node ids, COB-IDs. Those of other models are left alone.
+// Checks that no two devices of this model on one bus share a node id or a COB-ID. Ignores devices of other models.
 void CheckBus(ConfigMap& map, const BusConfig& bus);
-// Whether it sends or is sent frames with this 11-bit identifier, so that the family can tell a clash between
-// models.
+// Returns whether the device sends or receives frames with this 11-bit identifier: two models must not share one.
 [[nodiscard]] bool UsesId(const DeviceConfig& device, std::uint32_t id);
 
 [[nodiscard]] std::unique_ptr<Device> MakeDevice(const BusConfig& bus, const DeviceConfig& device,
                                                  DeviceOutput& output);
-// zero, set_position, read_position, read_identity, read_state, save_parameters. An order of another name is
-// answered by REJECTED, REASON_UNKNOWN_OPERATION.
+// Returns zero, set_position, read_position, read_identity, read_state, save_parameters. A command of another name is
+// rejected with REASON_UNKNOWN_OPERATION.
 [[nodiscard]] std::span<const OperationSpec> Operations();
 
-// The simulated encoder that stands for a configured one. `simulate`: the device's own keys there; its errors go
-// into the map's list, and the node is made all the same.
+// Returns the simulated encoder of a configured one. `simulate`: the device's own keys there. Errors go into the map's
+// list; never null.
 [[nodiscard]] std::unique_ptr<SimulatedCanNode> MakeNode(const DeviceConfig& device, ConfigMap simulate);
 
 // Returns one frame as the flat JSON object of docs/decode.md. `settings`: bits and turn_bits, node, cob_id; `model` is

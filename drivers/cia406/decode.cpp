@@ -1,8 +1,11 @@
+#include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <string_view>
+#include <utility>
 
+#include "core/base/result.h"
 #include "core/device/operation.h"
 #include "drivers/cia406/cia406.h"
 #include "drivers/kit/arguments.h"
@@ -15,35 +18,35 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::uint32_t kNodeMask = 0x7F;
 constexpr std::uint32_t kFunctionMask = 0x780;
-constexpr std::size_t kPositionData = 4;
 
 struct Options {
-  int bits = 0;  // 0: not said
+  int bits = 0;  // 0: not given
   int turn_bits = 0;
   std::optional<std::uint32_t> cob_id;
   std::optional<std::uint32_t> node;
 };
 
-// What is wrong with the settings; empty when nothing is.
 Result<Options> ReadOptions(const DecodeSettings& settings) {
   Options options;
   for (const auto& [key, value] : settings) {
+    const auto expected = [&key = key, &value = value](const char* what) {
+      return Failure(key + "=" + value + ": expected " + what);
+    };
     const std::optional<std::int64_t> number = ParseWhole(value, 0, 0x7FF);
     if (key == "bits") {
-      if (!number || *number < 8 || *number > 28) return Failure("bits=" + value + ": expected 8..28");
+      if (!number || *number < 8 || *number > 28) return expected("8..28");
       options.bits = static_cast<int>(*number);
     } else if (key == "turn_bits") {
-      if (!number || *number > 16) return Failure("turn_bits=" + value + ": expected 0..16");
+      if (!number || *number > 16) return expected("0..16");
       options.turn_bits = static_cast<int>(*number);
     } else if (key == "cob_id") {
-      if (!number) return Failure("cob_id=" + value + ": expected TPDO1's identifier, 0x181..0x57f");
+      if (!number) return expected("TPDO1's identifier, 0x181..0x57f");
       options.cob_id = static_cast<std::uint32_t>(*number);
     } else if (key == "node") {
-      if (!number || *number < kMinNode || *number > kMaxNode)
-        return Failure("node=" + value + ": expected 1..127");
+      if (!number || *number < kMinNode || *number > kMaxNode) return expected("1..127");
       options.node = static_cast<std::uint32_t>(*number);
     } else if (key != "model") {
-      return Failure("unknown key '" + key + "': model cia406 knows bits, turn_bits, cob_id and node");
+      return Failure("unknown key '" + key + "': model cia406 accepts bits, turn_bits, cob_id and node");
     }
   }
   return options;
@@ -54,41 +57,32 @@ Json Good(const char* kind) { return {{"ok", true}, {"kind", kind}}; }
 
 std::string Hex(std::uint32_t value, int digits) { return Text("0x%0*x", digits, value); }
 
-void AddObject(Json& json, ObjectId object) {
-  json["index"] = Hex(object.index, 4);
-  json["sub"] = object.sub;
+Json OfObject(const char* kind, ObjectId object) {
+  return {{"ok", true}, {"kind", kind}, {"index", Hex(object.index, 4)}, {"sub", object.sub}};
 }
+
+constexpr std::array<std::pair<NmtCommand, const char*>, 5> kCommands = {
+    {{NmtCommand::kStart, "start"},
+     {NmtCommand::kStop, "stop"},
+     {NmtCommand::kEnterPreOperational, "enter_pre_operational"},
+     {NmtCommand::kResetNode, "reset_node"},
+     {NmtCommand::kResetCommunication, "reset_communication"}}};
 
 Json DescribeNmt(Bytes data) {
   if (data.size() != 2) return Bad("nmt", data.size() < 2 ? "short" : "long");
-  const char* command = nullptr;
-  switch (static_cast<NmtCommand>(data[0])) {
-    case NmtCommand::kStart:
-      command = "start";
-      break;
-    case NmtCommand::kStop:
-      command = "stop";
-      break;
-    case NmtCommand::kEnterPreOperational:
-      command = "enter_pre_operational";
-      break;
-    case NmtCommand::kResetNode:
-      command = "reset_node";
-      break;
-    case NmtCommand::kResetCommunication:
-      command = "reset_communication";
-      break;
-  }
-  if (command == nullptr || data[1] > kMaxNode) return Bad("nmt", "range");
+  const auto* const command = std::find_if(kCommands.begin(), kCommands.end(), [&](const auto& known) {
+    return known.first == static_cast<NmtCommand>(data[0]);
+  });
+  if (command == kCommands.end() || data[1] > kMaxNode) return Bad("nmt", "range");
   Json json = Good("nmt");
-  json["command"] = command;
+  json["command"] = command->second;
   json["node"] = data[1];
   return json;
 }
 
 Json DescribePosition(Bytes data, const Options& options) {
-  if (data.size() < kPositionData) return Bad("position", "short");
-  const std::uint32_t position = LittleEndian(data, 0, kPositionData);
+  if (data.size() < kPositionSize) return Bad("position", "short");
+  const std::uint32_t position = LittleEndian(data, 0, kPositionSize);
   const int total = options.bits + options.turn_bits;
   if (options.bits != 0 && std::uint64_t{position} >> total != 0) return Bad("position", "range");
   Json json = Good("position");
@@ -99,7 +93,7 @@ Json DescribePosition(Bytes data, const Options& options) {
     json["counts"] = counts;
     json["angle_deg"] = Degrees(counts, options.bits);
   }
-  if (data.size() >= kPositionData + 2) json["status"] = Hex(LittleEndian(data, kPositionData, 2), 4);
+  if (data.size() >= kPositionSize + 2) json["status"] = Hex(LittleEndian(data, kPositionSize, 2), 4);
   return json;
 }
 
@@ -128,39 +122,34 @@ Json DescribeRequest(Bytes data) {
   // An abort has the same form from either side.
   const SdoAnswer other = ParseAnswer(data);
   if (other.kind == SdoAnswer::Kind::kAborted) {
-    Json json = Good("sdo_abort");
-    AddObject(json, other.object);
+    Json json = OfObject("sdo_abort", other.object);
     json["code"] = Hex(other.value, 8);
     json["reason"] = AbortText(other.value);
     return json;
   }
   const std::optional<SdoRequest> request = ParseRequest(data);
   if (!request) return Bad("sdo_request", "function");
-  Json json = Good(request->write ? "sdo_write_request" : "sdo_read_request");
-  AddObject(json, request->object);
+  Json json = OfObject(request->write ? "sdo_write_request" : "sdo_read_request", request->object);
   if (request->write) json["value"] = *request->write;
   return json;
 }
 
 Json DescribeAnswer(Bytes data) {
   const SdoAnswer answer = ParseAnswer(data);
-  Json json = Good("sdo_read_answer");
+  Json json = OfObject("sdo_read_answer", answer.object);
   switch (answer.kind) {
     case SdoAnswer::Kind::kMalformed:
       return Bad("sdo_answer", data.size() < 8 ? "short" : "function");
     case SdoAnswer::Kind::kAborted:
       return DescribeRequest(data);
     case SdoAnswer::Kind::kWritten:
-      json = Good("sdo_write_answer");
-      AddObject(json, answer.object);
+      json["kind"] = "sdo_write_answer";
       break;
     case SdoAnswer::Kind::kSegmented:
-      json = Good("sdo_segmented_answer");
-      AddObject(json, answer.object);
+      json["kind"] = "sdo_segmented_answer";
       json["length"] = answer.value;
       break;
     case SdoAnswer::Kind::kValue:
-      AddObject(json, answer.object);
       json["value"] = answer.value;
       break;
   }

@@ -3,21 +3,81 @@
 #include <algorithm>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "core/device/operation.h"
 #include "drivers/cia406/cia406.h"
-#include "drivers/cia406/operations.h"
+#include "drivers/kit/arguments.h"
 #include "drivers/protocol/canopen/canopen.h"
 
 namespace axlecast::cia406 {
 namespace {
 
+using Made = Result<std::unique_ptr<Procedure>>;
+
+constexpr std::string_view kZero = "zero";
+constexpr std::string_view kSetPosition = "set_position";
+constexpr std::string_view kReadPosition = "read_position";
+constexpr std::string_view kReadIdentity = "read_identity";
+constexpr std::string_view kReadState = "read_state";
+constexpr std::string_view kSave = "save_parameters";
+
+constexpr MonoNs kReadTimeout = 2 * kSecond;
+constexpr int kMaxObjects = 5;  // of one readout
 // A full queue empties within some frames, or not at all while nobody acknowledges.
 constexpr MonoNs kQueueFull = 100 * kMillisecond;
 // The interval of SYNC on a bus from which nothing is received.
 constexpr MonoNs kIdleSync = 200 * kMillisecond;
 
+// Returns the preset value that an operation writes; nothing if it writes no preset, or if its counts are wrong.
+std::optional<std::uint32_t> TargetOf(std::string_view operation, const Arguments& arguments,
+                                      const Cia406Settings& settings) {
+  if (operation == kZero) return 0;
+  if (operation != kSetPosition) return std::nullopt;
+  const std::int64_t maximum = (std::int64_t{1} << settings.total_bits()) - 1;
+  const std::optional<std::int64_t> value = WholeArgument(arguments, "counts", 0, maximum);
+  return value ? std::optional(static_cast<std::uint32_t>(*value)) : std::nullopt;
+}
+
 }  // namespace
+
+std::span<const OperationSpec> Operations() {
+  static const std::vector<OperationSpec> kSpecs = {
+      // Some makers' encoders keep a preset at once.
+      MovingDatum({.name = kZero,
+                   .help = "Make the present shaft angle the encoder's 0, turns too: preset value 6003h",
+                   .verification = "a reading shows 0 +- 0.2 degrees (or 2 counts), if it read otherwise before",
+                   .verified_by_operation = kReadPosition}),
+      MovingDatum({.name = kSetPosition,
+                   .help = "Make the encoder read this position at the present shaft angle: preset value 6003h",
+                   .arguments = {{"counts", "turns and single-turn together, 0 to the total range - 1"}},
+                   .verification = "a reading shows it, +- 0.2 degrees (or 2 counts), if it read otherwise before",
+                   .verified_by_operation = kReadPosition}),
+      {.name = kReadPosition,
+       .help = "Read the position once",
+       .arguments = {{"after", "an operation, to see whether it took effect: zero, set_position counts=N", false}},
+       .reads_only = true,
+       .verification = "the reading itself"},
+      {.name = kReadIdentity,
+       .help = "Read device type, vendor, product, revision and serial number (1000h, 1018h)",
+       .reads_only = true,
+       .verification = "the reading itself"},
+      {.name = kReadState,
+       .help = "Show NMT state, error register, operating status, alarms, warnings and the last emergency message",
+       .reads_only = true,
+       .verification = "the reading itself"},
+      {.name = kSave,
+       .help = "Make the encoder store its parameters, including a preset (1010h sub 1)",
+       .destructive = true,
+       .writes = &OneWrite,
+       .verification = "the encoder's confirmation"},
+  };
+  return kSpecs;
+}
+
+std::unique_ptr<Device> MakeDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output) {
+  return std::make_unique<Cia406Device>(bus, device, output);
+}
 
 Cia406Device::Cia406Device(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output)
     : owned_(device.settings),
@@ -63,7 +123,7 @@ std::optional<Cia406Device::Transfer> Cia406Device::NextTransfer(const BusSlot& 
 
 std::optional<SdoRequest> Cia406Device::ProcedureRequest(MonoNs now) const {
   const Procedure* procedure = runner_.Runnable(now);
-  return procedure == nullptr ? std::nullopt : procedure->Wants(now);
+  return procedure == nullptr ? std::nullopt : procedure->NextRequest(now);
 }
 
 Step Cia406Device::Listening(MonoNs now) const {
@@ -88,8 +148,10 @@ void Cia406Device::OnStarted(const Step& step, MonoNs now) {
   if (!live_slot_ || !own || send->frame.id != kSdoRequestId + settings_.node) return;
   const std::optional<SdoRequest> request = ParseRequest(send->frame.data);
   for_procedure_ = request && request->object == own->object && request->write == own->write;
-  // touched() alone decides whether the command can expire.
-  if (for_procedure_) runner_.procedure().OnStarted(*own, now);
+  if (!for_procedure_) return;
+  // A procedure that changes something has not begun with its first read: it can still expire.
+  if (runner_.procedure().reads_only()) runner_.OnStarted(true);
+  runner_.procedure().OnStarted(*own, now);
 }
 
 void Cia406Device::On(const Event& event) {
@@ -105,7 +167,7 @@ void Cia406Device::On(const Event& event) {
       break;
     default:
       if (event.kind == Event::Kind::kNotSent) OnNotSent(event);
-      AdvanceProcedure(interpreter_.Take(event), now);
+      AdvanceProcedure(interpreter_.Evaluate(event), now);
       break;
   }
 }
@@ -135,8 +197,27 @@ void Cia406Device::Begin(const DriverCommand& command, MonoNs now) {
   if (runner_.Begin(command, link_up_, now)) live_slot_ = false;
 }
 
-Result<std::unique_ptr<Procedure>> Cia406Device::MakeProcedure(const DriverCommand& command, MonoNs now) const {
-  return cia406::MakeProcedure(command, settings_, interpreter_, output_, now);
+Made Cia406Device::MakeProcedure(const DriverCommand& command, MonoNs now) const {
+  const MonoNs deadline = now + kReadTimeout + kMaxObjects * settings_.sdo_timeout;
+  if (command.operation == kZero || command.operation == kSetPosition) {
+    const auto target = TargetOf(command.operation, command.arguments, settings_);
+    if (!target) {
+      return BadArgument(
+          Text("counts must be a whole number, 0 to 2^%d - 1 (6002h): turns and single-turn together",
+               settings_.total_bits()));
+    }
+    return std::make_unique<PresetProcedure>(*target, settings_, output_, now);
+  }
+  if (command.operation == kReadPosition) {
+    const auto after = AfterArgument(command.arguments);
+    const auto target = after ? TargetOf(after->operation, after->arguments, settings_) : std::nullopt;
+    if (after && !target) return BadArgument("after must be zero, or \"set_position counts=N\" with its counts");
+    return ReadPosition(target, settings_, output_, deadline);
+  }
+  if (command.operation == kReadIdentity) return ReadIdentity(deadline);
+  if (command.operation == kReadState) return ReadState(interpreter_, deadline);
+  if (command.operation == kSave) return std::make_unique<SaveProcedure>(settings_, now);
+  return UnknownOperation("model cia406", command.operation);
 }
 
 Result<> Cia406Device::CheckState(const DriverCommand&, MonoNs) const {

@@ -176,7 +176,7 @@ TEST_F(Cia406DeviceTest, TheConfiguredIdentityIsRequiredAndCheckedAgain) {
   RunFor(kSecond);
   EXPECT_TRUE(output().samples.empty());
   EXPECT_EQ(AlarmOf(0x140), AlarmState::kLive);
-  EXPECT_THAT(output().refused.at(0), HasSubstr("serial (1018h sub 4) is 0x4E, the file says 0x4D"));
+  EXPECT_THAT(output().refused.at(0), HasSubstr("serial (1018h sub 4) is 0x4E, the file has 0x4D"));
   EXPECT_EQ(nodes_->Count(0x000), 0U) << "an unknown node is not made operational";
   Set("object", "1018:04=77");
   RunFor(5 * kSecond);

@@ -24,6 +24,93 @@ constexpr std::size_t kPositionAndStatus = 6;
 
 }  // namespace
 
+// ---- positions ----
+
+void PositionReader::OnLinkUp(MonoNs now) {
+  sync_from_.reset();
+  last_own_sync_ = now;
+  doubt_from_ = now - late_;  // an earlier process may have sent SYNC
+}
+
+void PositionReader::OnSync(MonoNs from, bool own) {
+  // The TPDO of the SYNC before has not come.
+  if (own && sync_from_ && own_sync_ && !doubt_from_) doubt_from_ = sync_from_;
+  if (own) last_own_sync_ = from;
+  sync_from_ = from;
+  own_sync_ = own;
+}
+
+void PositionReader::OnSdoAnswered(MonoNs sent) {
+  const MonoNs answered = sent - settings_.processing;
+  if (!doubt_from_ || *doubt_from_ > answered) return;
+  doubt_from_ = answered;
+  if (last_own_sync_ <= answered) doubt_from_.reset();
+}
+
+void PositionReader::OnTpdo(Bytes data, Interval received, bool synchronous, const NodeAlarms& alarms) {
+  const Interval at = SampledAt(received, data.size(), synchronous);
+  if (data.size() < kPositionSize) return output_.OnError(ErrorKind::kShort, received);
+  Publish(LittleEndian(data, 0, kPositionSize), at, alarms);
+}
+
+// A position was sampled at most `processing` before the first bit of its frame. In a frame that follows a SYNC, it was
+// sampled after the SYNC.
+Interval PositionReader::SampledAt(Interval received, std::size_t size, bool synchronous) {
+  const std::optional<MonoNs> sync = std::exchange(sync_from_, std::nullopt);
+  Interval at{received.first - time_.Longest(size) - settings_.processing, received.last - time_.Shortest(size)};
+  if (synchronous && sync) at.first = *sync;
+  at.last = std::max(at.first, at.last);
+  if (settings_.mode == Mode::kCyclic) return at;
+  const MonoNs longest_ago = received.first - time_.Longest(size) - late_;
+  if (doubt_from_) {
+    at.first = std::min(at.first, std::max(*doubt_from_, longest_ago));
+  } else if (!sync || !own_sync_) {
+    at.first = std::min(at.first, longest_ago);
+  }
+  return at;
+}
+
+void PositionReader::OnAnswer(const SdoResult& result, const NodeAlarms& alarms) {
+  Interval at{result.sent.first + time_.Shortest(kSdoSize), result.received.last - time_.Shortest(kSdoSize)};
+  at.last = std::max(at.first, at.last);
+  Publish(result.value, at, alarms);
+}
+
+void PositionReader::Publish(std::uint32_t position, Interval at, const NodeAlarms& alarms) {
+  if (std::uint64_t{position} >> settings_.total_bits() != 0) {
+    output_.OnError(ErrorKind::kRange, at);
+    return;
+  }
+  if (changing_ && at.first >= effect_from_) {
+    changing_ = false;
+    output_.OnDatumChanging(false);
+    output_.OnJump();
+  }
+  Sample sample;
+  sample.at = at;
+  sample.counts = position & ((std::uint32_t{1} << settings_.bits) - 1);
+  sample.has_turns = settings_.turn_bits > 0;
+  if (sample.has_turns) sample.turns = static_cast<std::int32_t>(position >> settings_.bits);
+  sample.error = alarms.position_error();
+  sample.warning = alarms.warning();
+  sample.device_status = alarms.status();
+  output_.OnSample(sample);
+}
+
+void PositionReader::OnPresetSent() {
+  output_.OnNonVolatileWrite();  // some makers' encoders keep a preset at once
+  effect_from_ = kNever;
+  if (!std::exchange(changing_, true)) output_.OnDatumChanging(true);
+}
+
+void PositionReader::OnPresetEnded(MonoNs now) {
+  if (changing_) effect_from_ = now + settings_.preset_settle;
+}
+
+void PositionReader::OnPresetRefused() {
+  if (std::exchange(changing_, false)) output_.OnDatumChanging(false);
+}
+
 Interpreter::Interpreter(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output)
     : settings_(Own(device)),
       produces_sync_(ProducesSync(bus, device)),
@@ -34,7 +121,7 @@ Interpreter::Interpreter(const BusConfig& bus, const DeviceConfig& device, Devic
       alarms_(output),
       watch_(settings_.heartbeat),
       positions_(settings_, time_, bus.late, output),
-      cadence_(settings_.period, kPeriodsToSilence) {}
+      monitor_(settings_.period, kPeriodsToSilence) {}
 
 // ---- the link ----
 
@@ -42,7 +129,7 @@ void Interpreter::OnLinkUp(MonoNs now) {
   client_.Reset();
   positions_.OnLinkUp(now);
   watch_.Restart(now);
-  heard_ = now;
+  last_frame_at_ = now;
   retry_at_ = now;
   command_at_ = now;
   Identify(now);
@@ -57,18 +144,17 @@ void Interpreter::OnLinkDown(MonoNs now) {
 
 // ---- events ----
 
-std::optional<SdoResult> Interpreter::Take(const Event& event) {
+std::optional<SdoResult> Interpreter::Evaluate(const Event& event) {
   const MonoNs now = event.received.last;
   if (Event::IsFrame(event.kind) && (event.id & kCanError) != 0) return std::nullopt;
-  if (event.kind == Event::Kind::kFrame) heard_ = now;
-  bool foreign = false;
-  const std::optional<SdoResult> result = client_.On(event, foreign);
-  if (foreign) output_.OnError(ErrorKind::kWrongEcho, event.received);
+  if (event.kind == Event::Kind::kFrame) last_frame_at_ = now;
+  const SdoClient::Evaluation evaluation = client_.On(event);
+  if (evaluation.unexpected_answer) output_.OnError(ErrorKind::kWrongEcho, event.received);
   if (event.kind == Event::Kind::kFrame) OnFrame(event);
   if (event.kind == Event::Kind::kSent) OnOwnFrame(event);
-  if (result) OnResult(*result);
+  if (evaluation.result) OnResult(*evaluation.result);
   OnTime(now);
-  return result;
+  return evaluation.result;
 }
 
 void Interpreter::OnFrame(const Event& event) {
@@ -101,20 +187,20 @@ void Interpreter::OnOwnFrame(const Event& event) {
   const auto command = static_cast<NmtCommand>(event.bytes[0]);
   if (command == NmtCommand::kStart) watch_.Infer(NmtState::kOperational);
   if (command == NmtCommand::kEnterPreOperational) watch_.Infer(NmtState::kPreOperational);
-  cadence_.Arrived(now);
+  monitor_.Arrived(now);
 }
 
 void Interpreter::OnHeartbeat(const Event& event) {
   const MonoNs now = event.received.last;
   const std::optional<NmtState> state = ParseHeartbeat(event.bytes);
   if (!state) return output_.OnError(ErrorKind::kAbnormalReply, event.received);
-  if (watch_.Heard(*state, now)) output_.OnAlarm(kHeartbeatLost, AlarmState::kAbsent, now);
+  if (watch_.OnHeartbeat(*state, now)) output_.OnAlarm(kHeartbeatLost, AlarmState::kAbsent, now);
   if (*state == NmtState::kBootUp) {
     alarms_.OnBootUp(now);
     positions_.OnPresetEnded(now);
     client_.Reset();
     retry_at_ = now;
-    if (refusal_.empty()) output_.OnStarting("the node has started anew (boot-up message): identifying it");
+    if (refusal_.empty()) output_.OnStarting("the node has restarted (boot-up message): identifying it");
     Identify(now);
   }
   ShowNmtState(now);
@@ -143,8 +229,8 @@ void Interpreter::OnSync(const Event& event, bool own) {
   sync_sent_ = event.received.first;
   if (!missed) return;
   output_.OnError(ErrorKind::kTimeout, since);
-  if (++missed_syncs_ >= kMaxMissedSyncs && now >= cadence_.due()) {
-    watch_.Doubt();
+  if (++missed_syncs_ >= kMaxMissedSyncs && now >= monitor_.due()) {
+    watch_.Forget();
     Identify(now);
   }
 }
@@ -156,7 +242,7 @@ void Interpreter::OnTpdo(const Event& event) {
   if (stage_ == Stage::kRefused) return output_.OnError(ErrorKind::kWrongIdentity, event.received);
   if (!running()) return;
   watch_.Infer(NmtState::kOperational);  // no other state has PDOs (7.3.2.2.5)
-  cadence_.Arrived(now);
+  monitor_.Arrived(now);
   ShowNmtState(now);
   const bool status = facts_.Get(kTpdoSecond) == kMappedAlarms;
   if (status && event.bytes.size() >= kPositionAndStatus) {
@@ -172,10 +258,13 @@ void Interpreter::OnResult(const SdoResult& result) {
   if (result.kind == Kind::kTimedOut) {
     output_.OnError(ErrorKind::kTimeout, {result.sent.first, now});
     retry_at_ = client_.silent_in_a_row() < kGone ? now : now + kRetry;
+  } else {
+    positions_.OnSdoAnswered(result.sent.first);
   }
-  if (result.kind != Kind::kTimedOut) positions_.OnSdoAnswered(result.sent.first);
   if (result.kind == Kind::kSegmented) output_.OnError(ErrorKind::kAbnormalReply, result.received);
-  if (result.request.object == kPreset && result.request.write) OnPresetResult(result);
+  if (result.request.object == kPreset && result.request.write) {
+    result.kind == Kind::kAborted ? positions_.OnPresetRefused() : positions_.OnPresetEnded(now);
+  }
   facts_.On(result);
   if (running()) {
     OnDiagnostics(result);
@@ -185,15 +274,7 @@ void Interpreter::OnResult(const SdoResult& result) {
     if (position && result.kind == Kind::kValue) positions_.OnAnswer(result, alarms_);
     if (client_.silent_in_a_row() >= kGone) Identify(now);
   } else if (stage_ == Stage::kIdentifying && facts_.complete() && !client_.fence()) {
-    Judge(now);
-  }
-}
-
-void Interpreter::OnPresetResult(const SdoResult& result) {
-  if (result.kind == Kind::kAborted) {
-    positions_.OnPresetRefused();
-  } else {
-    positions_.OnPresetEnded(result.received.last);
+    CheckNode(now);
   }
 }
 
@@ -220,16 +301,16 @@ void Interpreter::OnTime(MonoNs now) {
     stage_ = Stage::kIdentifying;
     facts_.Forget();
   }
-  if (Streams() && cadence_.FellSilent(now)) {
+  if (Streams() && monitor_.FellSilent(now)) {
     output_.OnError(ErrorKind::kSilent, {now, now});
-    watch_.Doubt();
+    watch_.Forget();
     Identify(now);
   }
 }
 
 MonoNs Interpreter::Due(MonoNs now) const {
   MonoNs due = std::min(client_.due(), watch_.due());
-  if (Streams()) due = std::min(due, cadence_.due());
+  if (Streams()) due = std::min(due, monitor_.due());
   if (stage_ == Stage::kRefused) due = std::min(due, recheck_at_);
   const auto later = [&](MonoNs at) {
     if (at > now) due = std::min(due, at);
@@ -237,7 +318,7 @@ MonoNs Interpreter::Due(MonoNs now) const {
   if (client_.free() && !running()) later(retry_at_);
   if (client_.free() && running() && settings_.diagnostics > 0) later(diagnostics_at_);
   if (client_.fence()) later(retry_at_);
-  if (WantedCommand()) later(command_at_);
+  if (NeededCommand()) later(command_at_);
   return due;
 }
 
@@ -251,17 +332,16 @@ void Interpreter::Identify(MonoNs now) {
   ShowNmtState(now);
 }
 
-void Interpreter::Judge(MonoNs now) {
+void Interpreter::CheckNode(MonoNs now) {
   const auto revision = facts_.Get(kRevision).value_or(0);
   const auto serial = facts_.Get(kSerial);
   const auto identity = std::int64_t{facts_.Get(kVendor).value_or(0)} << 32 | facts_.Get(kProduct).value_or(0);
   output_.OnIdentity(identity, serial ? std::to_string(*serial) : "",
                      Text("%u.%u", revision >> 16, revision & 0xFFFF));
-  const std::string problem = Mismatch(facts_, settings_);
-  if (problem.empty()) {
+  if (const Result<> facts = CheckFacts(facts_, settings_); facts) {
     Accept(now);
   } else {
-    Refuse(problem, now);
+    Refuse(facts.error().text, now);
   }
 }
 
@@ -284,7 +364,7 @@ void Interpreter::Accept(MonoNs now) {
   const bool differs = settings_.mode == Mode::kCyclic && !facts_.synchronous() && timer && *timer != 0 &&
                        *timer * kMillisecond != settings_.period;
   output_.OnAlarm(kPeriodDiffers, differs ? AlarmState::kLive : AlarmState::kAbsent, now);
-  cadence_.Arrived(now);
+  monitor_.Arrived(now);
   operate_by_ = now + kOperateWithin;
   diagnostics_at_ = now + settings_.diagnostics;
   warnings_next_ = !Answers(kAlarms);
@@ -299,7 +379,7 @@ void Interpreter::Refuse(const std::string& reason, MonoNs now) {
   output_.OnAlarm(kWrongEncoder, AlarmState::kLive, now);
 }
 
-// ---- wishes ----
+// ---- what to send next ----
 
 bool Interpreter::Operates() const {
   return running() && watch_.state().value_or(NmtState::kOperational) == NmtState::kOperational;
@@ -307,7 +387,7 @@ bool Interpreter::Operates() const {
 
 bool Interpreter::Streams() const { return settings_.mode == Mode::kCyclic && Operates(); }
 
-std::optional<NmtCommand> Interpreter::WantedCommand() const {
+std::optional<NmtCommand> Interpreter::NeededCommand() const {
   if (!settings_.nmt_start) return std::nullopt;
   const bool operational = watch_.state() == NmtState::kOperational;
   if (running() && settings_.mode != Mode::kPolled && !operational) return NmtCommand::kStart;
@@ -320,7 +400,7 @@ std::optional<NmtCommand> Interpreter::WantedCommand() const {
 
 std::optional<CanFrame> Interpreter::UrgentFrame(MonoNs now) const {
   if (client_.abort()) return client_.abort();
-  const std::optional<NmtCommand> command = WantedCommand();
+  const std::optional<NmtCommand> command = NeededCommand();
   if (!command || now < command_at_) return std::nullopt;
   return NmtFrame(*command, settings_.node);
 }
@@ -329,7 +409,7 @@ std::optional<ObjectId> Interpreter::FirstObject(MonoNs now) const {
   if (!client_.free() || now < retry_at_) return std::nullopt;
   if (client_.fence()) return client_.fence();
   if (running() && settings_.mode == Mode::kSync && positions_.in_doubt()) return kPosition;
-  return stage_ == Stage::kIdentifying ? facts_.Wanted() : std::nullopt;
+  return stage_ == Stage::kIdentifying ? facts_.Missing() : std::nullopt;
 }
 
 std::optional<ObjectId> Interpreter::DiagnosticObject(MonoNs now) const {

@@ -8,115 +8,113 @@
 namespace axlecast::cia406 {
 namespace {
 
-// In this order: who it is, how it counts, how it sends, how it is.
+// In this order: identity, counting, transmission, state.
 constexpr std::array kObjects = {
     kDeviceType,      kVendor,          kProduct,           kRevision,      kSerial,
     kOperatingStatus, kUnitsPerTurn,    kTotalRange,        kPhysicalSteps, kPhysicalTurns,
     kOffset,          kTpdoCobId,       kTpdoType,          kTpdoTimer,     kTpdoFirst,
     kTpdoSecond,      kSupportedAlarms, kSupportedWarnings, kAlarms,        kWarnings};
 
-// Of 2^exponent, as an object of so many bits shows it: the highest value that it cannot hold reads 0, or all ones.
+// Returns whether an object with this many bits shows 2^exponent. If it cannot hold this value, it reads 0 or all ones.
 bool IsPower(std::uint32_t value, int exponent, int object_bits) {
   const std::uint64_t power = std::uint64_t{1} << exponent;
   if (exponent < object_bits) return value == power;
   return value == 0 || value == power - 1;
 }
 
-std::string DeviceTypeMismatch(const NodeFacts& facts) {
+Result<> CheckDeviceType(const NodeFacts& facts, const Cia406Settings&) {
   const auto type = facts.Get(kDeviceType);
-  if (!type) return "object 1000h cannot be read: no CANopen device by CiA 301; is the node id right?";
-  if ((*type & 0xFFFF) == kEncoderProfile) return "";
-  return Text("device type 0x%08X (1000h) is of profile %u, an encoder has 406: is node the encoder's id?", *type,
-              *type & 0xFFFF);
+  if (!type) return Failure("object 1000h cannot be read: no CANopen device by CiA 301; is the node id right?");
+  if ((*type & 0xFFFF) == kEncoderProfile) return {};
+  return Failure(Text("device type 0x%08X (1000h) is of profile %u, an encoder has 406: is node the encoder's id?",
+                      *type, *type & 0xFFFF));
 }
 
-std::string IdentityMismatch(const NodeFacts& facts, const Cia406Settings& settings) {
+Result<> CheckIdentity(const NodeFacts& facts, const Cia406Settings& settings) {
   for (std::size_t part = 0; part < kIdentityParts; ++part) {
-    const auto& wanted = settings.identity.at(part);
-    if (!wanted) continue;
+    const auto& expected = settings.identity.at(part);
+    if (!expected) continue;
     const auto found = facts.Get({kVendor.index, static_cast<std::uint8_t>(kVendor.sub + part)});
-    if (found == wanted) continue;
+    if (found == expected) continue;
     const std::string is = found ? Text("0x%X", *found) : "not offered";
-    return Text("%s (1018h sub %zu) is %s, the file says 0x%X: another encoder, or change identity",
-                kIdentityNames.at(part), part + 1, is.c_str(), *wanted);
+    return Failure(Text("%s (1018h sub %zu) is %s, the file has 0x%X: another encoder, or change identity",
+                        kIdentityNames.at(part), part + 1, is.c_str(), *expected));
   }
-  return "";
+  return {};
 }
 
-std::string StepsMismatch(const char* object, std::uint32_t found, int bits) {
-  return Text("%s is %u steps a turn, bits: %d means %u: set the encoder or bits right", object, found, bits,
-              1U << bits);
+Result<> CheckSteps(const char* object, std::optional<std::uint32_t> found, int bits) {
+  if (!found || IsPower(*found, bits, 32)) return {};
+  return Failure(Text("%s is %u steps a turn, bits: %d means %u: set the encoder or bits right", object, *found,
+                      bits, 1U << bits));
 }
 
-// Without scaling the encoder's physical resolution counts.
-std::string PhysicalMismatch(const NodeFacts& facts, const Cia406Settings& settings) {
-  const auto steps = facts.Get(kPhysicalSteps);
+// Without scaling, the encoder counts with its physical resolution.
+Result<> CheckPhysical(const NodeFacts& facts, const Cia406Settings& settings) {
   const auto turns = facts.Get(kPhysicalTurns);
-  if (steps && !IsPower(*steps, settings.bits, 32)) {
-    return StepsMismatch("scaling is off, and 6501h", *steps, settings.bits);
-  }
-  if (!turns || IsPower(*turns, settings.turn_bits, 16)) return "";
-  if (settings.turn_bits == 0 && *turns == 0) return "";  // a single-turn encoder may say none
-  return Text("scaling is off, and 6502h is %u turns, turn_bits: %d means %u: set the encoder or turn_bits right",
-              *turns, settings.turn_bits, 1U << settings.turn_bits);
+  const bool unknown = !turns || (settings.turn_bits == 0 && *turns == 0);  // a single-turn encoder may show 0
+  Result<> steps = CheckSteps("scaling is off, and 6501h", facts.Get(kPhysicalSteps), settings.bits);
+  if (!steps || unknown || IsPower(*turns, settings.turn_bits, 16)) return steps;
+  return Failure(
+      Text("scaling is off, and 6502h is %u turns, turn_bits: %d means %u: set the encoder or turn_bits right",
+           *turns, settings.turn_bits, 1U << settings.turn_bits));
 }
 
-std::string ScaledMismatch(const NodeFacts& facts, const Cia406Settings& settings) {
-  const auto steps = facts.Get(kUnitsPerTurn);
+Result<> CheckScaled(const NodeFacts& facts, const Cia406Settings& settings) {
   const auto range = facts.Get(kTotalRange);
-  if (steps && !IsPower(*steps, settings.bits, 32)) return StepsMismatch("6001h", *steps, settings.bits);
-  if (!range || IsPower(*range, settings.total_bits(), 32)) return "";
-  return Text("total range 6002h is %u, bits: %d with turn_bits: %d means 2^%d: set the encoder or these right",
-              *range, settings.bits, settings.turn_bits, settings.total_bits());
+  Result<> steps = CheckSteps("6001h", facts.Get(kUnitsPerTurn), settings.bits);
+  if (!steps || !range || IsPower(*range, settings.total_bits(), 32)) return steps;
+  return Failure(
+      Text("total range 6002h is %u, bits: %d with turn_bits: %d means 2^%d: set the encoder or these right",
+           *range, settings.bits, settings.turn_bits, settings.total_bits()));
 }
 
-std::string ResolutionMismatch(const NodeFacts& facts, const Cia406Settings& settings) {
+Result<> CheckResolution(const NodeFacts& facts, const Cia406Settings& settings) {
   const auto status = facts.Get(kOperatingStatus);
   const bool physical = status && (*status & kScalingOn) == 0 && facts.Get(kPhysicalSteps);
-  std::string problem = physical ? PhysicalMismatch(facts, settings) : ScaledMismatch(facts, settings);
-  if (!problem.empty() || !status) return problem;
+  Result<> resolution = physical ? CheckPhysical(facts, settings) : CheckScaled(facts, settings);
+  if (!resolution || !status) return resolution;
   const bool ccw = (*status & kCounterClockwise) != 0;
-  if (ccw == settings.ccw_increases) return "";
-  return Text("6500h says that it counts up %s, the file says counting: %s: set one of them right",
-              ccw ? "ccw" : "cw", settings.ccw_increases ? "ccw" : "cw");
+  if (ccw == settings.ccw_increases) return {};
+  return Failure(Text("6500h shows that it counts up %s, the file has counting: %s: set one of them right",
+                      ccw ? "ccw" : "cw", settings.ccw_increases ? "ccw" : "cw"));
 }
 
-std::string TpdoMismatch(const NodeFacts& facts, const Cia406Settings& settings) {
-  if (settings.mode == Mode::kPolled) return "";
-  const auto id = facts.Get(kTpdoCobId);
-  if (id && (*id & kPdoOff) != 0)
-    return "TPDO1 is switched off (1800h sub 1, bit 31): switch it on, or use mode: sdo";
-  if (id && (*id & kPdoIdMask) != settings.cob_id) {
-    return Text("TPDO1 has COB-ID 0x%03X (1800h sub 1), the file expects 0x%03X: set cob_id", *id & kPdoIdMask,
-                settings.cob_id);
+Result<> CheckTpdo(const NodeFacts& facts, const Cia406Settings& settings) {
+  if (settings.mode == Mode::kPolled) return {};
+  const std::uint32_t id = facts.Get(kTpdoCobId).value_or(settings.cob_id);
+  const std::uint32_t mapped = facts.Get(kTpdoFirst).value_or(kMappedPosition);
+  const std::uint32_t type = facts.Get(kTpdoType).value_or(1);
+  if ((id & kPdoOff) != 0) {
+    return Failure("TPDO1 is switched off (1800h sub 1, bit 31): switch it on, or use mode: sdo");
   }
-  const auto mapped = facts.Get(kTpdoFirst);
-  if (mapped && *mapped != kMappedPosition) {
-    return Text(
-        "TPDO1 begins with 0x%08X (1A00h sub 1), not with the position 0x60040020: map it, or use mode: sdo",
-        *mapped);
+  if ((id & kPdoIdMask) != settings.cob_id) {
+    return Failure(Text("TPDO1 has COB-ID 0x%03X (1800h sub 1), the file expects 0x%03X: set cob_id",
+                        id & kPdoIdMask, settings.cob_id));
   }
-  const auto type = facts.Get(kTpdoType);
-  if (settings.mode == Mode::kSync && type && *type != 1) {
-    return Text("TPDO1 has transmission type %u (1800h sub 2), transmission: sync needs 1: set one of them right",
-                *type);
+  if (mapped != kMappedPosition) {
+    return Failure(
+        Text("TPDO1 begins with 0x%08X (1A00h sub 1), not with the position 0x60040020: map it, or use mode: sdo",
+             mapped));
   }
-  return "";
+  if (settings.mode == Mode::kSync && type != 1) {
+    return Failure(Text(
+        "TPDO1 has transmission type %u (1800h sub 2), transmission: sync needs 1: set one of them right", type));
+  }
+  return {};
 }
 
 }  // namespace
-
-void NodeFacts::Forget() { facts_ = {}; }
 
 bool NodeFacts::Matters(ObjectId object) const {
   const bool of_tpdo = object.index == kTpdoCobId.index || object.index == kTpdoFirst.index;
   return mode_ != Mode::kPolled || !of_tpdo;
 }
 
-std::optional<ObjectId> NodeFacts::Wanted() const {
+std::optional<ObjectId> NodeFacts::Missing() const {
   static_assert(kObjects.size() == kFacts);
   for (std::size_t fact = 0; fact < kFacts; ++fact) {
-    if (Matters(kObjects.at(fact)) && !facts_.at(fact).asked) return kObjects.at(fact);
+    if (Matters(kObjects.at(fact)) && !facts_.at(fact).read) return kObjects.at(fact);
   }
   return std::nullopt;
 }
@@ -131,10 +129,9 @@ void NodeFacts::On(const SdoResult& result) {
   if (result.kind == SdoResult::Kind::kTimedOut || result.request.write) return;
   const auto* found = std::find(kObjects.begin(), kObjects.end(), result.request.object);
   if (found == kObjects.end()) return;
-  Known& known = facts_.at(static_cast<std::size_t>(found - kObjects.begin()));
-  known.asked = true;
-  known.value.reset();
-  if (result.kind == SdoResult::Kind::kValue) known.value = result.value;
+  const bool value = result.kind == SdoResult::Kind::kValue;
+  facts_.at(static_cast<std::size_t>(found - kObjects.begin())) = {
+      .read = true, .value = value ? std::optional(result.value) : std::nullopt};
 }
 
 bool NodeFacts::synchronous() const {
@@ -142,12 +139,11 @@ bool NodeFacts::synchronous() const {
   return mode_ == Mode::kSync || (type && *type >= 1 && *type <= kMaxCyclicSync);
 }
 
-std::string Mismatch(const NodeFacts& facts, const Cia406Settings& settings) {
-  for (std::string problem : {DeviceTypeMismatch(facts), IdentityMismatch(facts, settings),
-                              ResolutionMismatch(facts, settings), TpdoMismatch(facts, settings)}) {
-    if (!problem.empty()) return problem;
+Result<> CheckFacts(const NodeFacts& facts, const Cia406Settings& settings) {
+  for (const auto check : {CheckDeviceType, CheckIdentity, CheckResolution, CheckTpdo}) {
+    if (Result<> result = check(facts, settings); !result) return result;
   }
-  return "";
+  return {};
 }
 
 }  // namespace axlecast::cia406

@@ -4,44 +4,43 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <string>
 
+#include "core/base/result.h"
 #include "drivers/cia406/settings.h"
 #include "drivers/protocol/canopen/sdo_client.h"
 
 namespace axlecast::cia406 {
 
-// What is read of a node before anything of it is believed (the list is in node_facts.cpp), as far as it was read.
-// An object that the node does not offer is known to be absent.
+// The objects that are read before a node is used (the list is in node_facts.cpp), as far as they were read.
 class NodeFacts {
  public:
   explicit NodeFacts(Mode mode) : mode_(mode) {}
 
-  void Forget();
-  // The object to be read next; nothing when all is known.
-  [[nodiscard]] std::optional<ObjectId> Wanted() const;
-  // Any transfer of the node. One that timed out tells nothing.
+  void Forget() { facts_ = {}; }
+  // Returns the object that must be read next; nothing if all were read.
+  [[nodiscard]] std::optional<ObjectId> Missing() const;
+  // Receives any transfer of the node. One that timed out is ignored.
   void On(const SdoResult& result);
 
-  [[nodiscard]] bool complete() const { return !Wanted(); }
-  // Nothing when the node does not offer the object, or was not asked yet.
+  [[nodiscard]] bool complete() const { return !Missing(); }
+  // Returns the value of an object of the list; nothing if the node does not offer it, or if it was not read yet.
   [[nodiscard]] std::optional<std::uint32_t> Get(ObjectId object) const;
-  // TPDO1 is sent after each n-th SYNC.
+  // Returns whether TPDO1 is sent after each n-th SYNC.
   [[nodiscard]] bool synchronous() const;
 
  private:
-  struct Known {
-    bool asked = false;
+  struct Fact {
+    bool read = false;
     std::optional<std::uint32_t> value;
   };
   static constexpr std::size_t kFacts = 20;
   [[nodiscard]] bool Matters(ObjectId object) const;
 
   const Mode mode_;
-  std::array<Known, kFacts> facts_{};
+  std::array<Fact, kFacts> facts_{};
 };
 
-// Why a node with these facts is not the configured encoder, and what to do; empty when it is.
-[[nodiscard]] std::string Mismatch(const NodeFacts& facts, const Cia406Settings& settings);
+// Returns an error if a node with these facts is not the configured encoder: what differs, and what to change.
+[[nodiscard]] Result<> CheckFacts(const NodeFacts& facts, const Cia406Settings& settings);
 
 }  // namespace axlecast::cia406

@@ -37,7 +37,7 @@ Cia406Settings Settings() {
 
 NodeFacts FactsOf(const Objects& objects, Mode mode = Mode::kCyclic) {
   NodeFacts facts(mode);
-  while (const auto wanted = facts.Wanted()) {
+  while (const auto wanted = facts.Missing()) {
     const auto found = objects.find(*wanted);
     SdoResult result{.kind = SdoResult::Kind::kAborted, .request = {.object = *wanted}, .value = 0x0602'0000};
     if (found != objects.end()) {
@@ -52,12 +52,12 @@ NodeFacts FactsOf(const Objects& objects, Mode mode = Mode::kCyclic) {
 std::string MismatchOf(const Objects& changed, Cia406Settings settings = Settings()) {
   Objects objects = Encoder();
   for (const auto& [object, value] : changed) objects[object] = value;
-  return Mismatch(FactsOf(objects, settings.mode), settings);
+  return ErrorText(CheckFacts(FactsOf(objects, settings.mode), settings));
 }
 std::string MismatchWithout(ObjectId object) {
   Objects objects = Encoder();
   objects.erase(object);
-  return Mismatch(FactsOf(objects), Settings());
+  return ErrorText(CheckFacts(FactsOf(objects), Settings()));
 }
 
 TEST(Cia406Facts, TheConfiguredEncoderIsAccepted) { EXPECT_EQ(MismatchOf({}), ""); }
@@ -97,14 +97,14 @@ TEST(Cia406Facts, WithoutScalingThePhysicalResolutionCounts) {
 }
 
 TEST(Cia406Facts, TheSenseOfCountingMustBeTheFiles) {
-  EXPECT_THAT(MismatchOf({{kOperatingStatus, 0x5}}), HasSubstr("counts up ccw, the file says counting: cw"));
+  EXPECT_THAT(MismatchOf({{kOperatingStatus, 0x5}}), HasSubstr("counts up ccw, the file has counting: cw"));
 }
 
 TEST(Cia406Facts, TheIdentityMustBeTheFilesWhereItNamesOne) {
   Cia406Settings settings = Settings();
   settings.identity = {0x2DC, 0x58, 0x0001'0002, 4711};
   EXPECT_EQ(MismatchOf({}, settings), "");
-  EXPECT_THAT(MismatchOf({{kVendor, 1}}, settings), HasSubstr("vendor (1018h sub 1) is 0x1, the file says 0x2DC"));
+  EXPECT_THAT(MismatchOf({{kVendor, 1}}, settings), HasSubstr("vendor (1018h sub 1) is 0x1, the file has 0x2DC"));
   EXPECT_THAT(MismatchOf({{kProduct, 1}}, settings), HasSubstr("product (1018h sub 2)"));
   EXPECT_THAT(MismatchOf({{kRevision, 1}}, settings), HasSubstr("revision (1018h sub 3)"));
   EXPECT_THAT(MismatchOf({{kSerial, 1}}, settings), HasSubstr("serial (1018h sub 4)"));
@@ -140,9 +140,9 @@ TEST(Cia406Facts, ASynchronousTpdo) {
 TEST(Cia406Facts, ATimeOutTellsNothing) {
   NodeFacts facts(Mode::kCyclic);
   facts.On({.kind = SdoResult::Kind::kTimedOut, .request = {.object = kDeviceType}});
-  EXPECT_EQ(facts.Wanted(), kDeviceType);
+  EXPECT_EQ(facts.Missing(), kDeviceType);
   facts.On({.kind = SdoResult::Kind::kSegmented, .request = {.object = kDeviceType}});
-  EXPECT_EQ(facts.Wanted(), kVendor);
+  EXPECT_EQ(facts.Missing(), kVendor);
   EXPECT_EQ(facts.Get(kDeviceType), std::nullopt);
 }
 

@@ -1,5 +1,3 @@
-#include "drivers/cia406/operations.h"
-
 #include <gmock/gmock.h>
 
 #include <axlecast/command_status_t.hpp>
@@ -55,7 +53,7 @@ TEST_F(Cia406OperationsTest, APresetNeedsStandstillWhenItGoesOut) {
   EXPECT_EQ(Do("zero").reason, Reason::REASON_NOT_STANDING_STILL);
   output().motion = {};
   EXPECT_EQ(Do("zero").reason, Reason::REASON_NOT_STANDING_STILL);
-  // It begins to turn after the order was taken.
+  // It begins to turn after the command has begun.
   output().motion = {.known = true, .standstill = true};
   Set("answer_us", "50000");
   devices_[0]->Begin({.id = {}, .operation = "zero", .arguments = {}}, clock_.Now());
@@ -169,7 +167,7 @@ TEST_F(Cia406OperationsTest, ReadState) {
   Set("object", "6505:00=none");
   Set("alarms", "1");
   const Outcome& outcome = Do("read_state");
-  EXPECT_EQ(outcome.text, "NMT state operational (no heartbeat says so); errors: none");
+  EXPECT_EQ(outcome.text, "NMT state operational (not from a heartbeat); errors: none");
   EXPECT_EQ(outcome.changes[1].after, "0x0004");
   EXPECT_EQ(outcome.changes[2].after, "0x0001");
   EXPECT_EQ(outcome.changes[3].after, "not offered");
@@ -245,6 +243,17 @@ TEST_F(Cia406OperationsTest, AnOrderThatHasNotTouchedAnythingCanBeCancelledOrExp
   RunFor(kSecond);
   EXPECT_EQ(output().outcomes.back().second.state, CommandState::kExpired);
   EXPECT_EQ(node().counters().presets, 0);
+}
+
+// Once a read-only command has sent its request, the time to begin does not matter any more.
+TEST_F(Cia406OperationsTest, AReadThatHasBegunDoesNotExpire) {
+  Build({kCyclic}, 0, "answer_us: 50000");
+  RunFor(3 * kSecond);
+  devices_[0]->Begin(
+      {.id = {11}, .operation = "read_identity", .arguments = {}, .begin_by = clock_.Now() + 10 * kMillisecond},
+      clock_.Now());
+  RunFor(kSecond);
+  EXPECT_EQ(output().outcomes.back().second.state, CommandState::kSucceeded);
 }
 
 }  // namespace

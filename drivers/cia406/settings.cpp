@@ -8,6 +8,7 @@
 #include "core/device/can.h"
 #include "core/device/operation.h"
 #include "drivers/cia406/cia406.h"
+#include "drivers/cia406/simulator.h"
 #include "drivers/protocol/canopen/canopen.h"
 
 namespace axlecast::cia406 {
@@ -24,8 +25,6 @@ constexpr std::int64_t kMaxCobId = 0x57F;
 constexpr double kMaxSpeedRpm = 12'000;
 constexpr double kNoiseDeg = 0.05;
 constexpr double kPresetToleranceDeg = 0.2;
-constexpr std::size_t kPositionData = 4;
-constexpr std::size_t kSdoData = 8;
 
 std::int64_t CountsOf(double degrees, int bits) {
   return static_cast<std::int64_t>(std::ceil(degrees / 360 * static_cast<double>(std::int64_t{1} << bits)));
@@ -95,13 +94,13 @@ void ParseIdentity(ConfigMap& device, Cia406Settings& settings) {
 MonoNs WireTime(const Cia406Settings& settings, const CanFrameTime& time) {
   switch (settings.mode) {
     case Mode::kCyclic:
-      return time.Longest(kPositionData);
+      return time.Longest(kPositionSize);
     case Mode::kSync:
-      return time.Longest(0) + time.Longest(kPositionData);
+      return time.Longest(0) + time.Longest(kPositionSize);
     case Mode::kPolled:
       break;
   }
-  return 2 * time.Longest(kSdoData);
+  return 2 * time.Longest(kSdoSize);
 }
 
 CanFilters Filters(const Cia406Settings& settings) {
@@ -109,6 +108,13 @@ CanFilters Filters(const Cia406Settings& settings) {
                         OnlyStandard(kSdoAnswerId + settings.node), OnlyStandard(kHeartbeatId + settings.node)};
   if (settings.mode != Mode::kPolled) filters.push_back(OnlyStandard(settings.cob_id));
   return filters;
+}
+
+// The identity of a simulated encoder if the file has none: no maker's vendor id, because CiA assigns ids from 1 on.
+constexpr std::array<std::uint32_t, kIdentityParts> kSimulatedIdentity = {0, 0x00000406, 0x00010000, 1001};
+
+std::uint16_t HalfInMilliseconds(MonoNs time) {
+  return static_cast<std::uint16_t>(std::clamp<MonoNs>(time / 2 / kMillisecond, time > 0 ? 1 : 0, 0xFFFF));
 }
 
 }  // namespace
@@ -167,6 +173,30 @@ bool UsesId(const DeviceConfig& device, std::uint32_t id) {
   return id == kNmtId || id == kSyncId || id == kEmergencyId + own.node || id == kSdoAnswerId + own.node ||
          id == kSdoRequestId + own.node || id == kHeartbeatId + own.node ||
          (own.mode != Mode::kPolled && id == own.cob_id);
+}
+
+std::unique_ptr<SimulatedCanNode> MakeNode(const DeviceConfig& device, ConfigMap simulate) {
+  const Cia406Settings& settings = Own(device);
+  Cia406Node::Setup setup;
+  setup.node = settings.node;
+  setup.bits = settings.bits;
+  setup.turn_bits = settings.turn_bits;
+  setup.ccw = settings.ccw_increases;
+  setup.cob_id = settings.cob_id;
+  setup.transmission = settings.mode == Mode::kSync ? 1 : 254;
+  setup.timer_ms = static_cast<std::uint16_t>(settings.period / kMillisecond);
+  setup.heartbeat_ms = static_cast<std::uint16_t>(
+      simulate.Integer("heartbeat_ms", HalfInMilliseconds(settings.heartbeat), 0, 0xFFFF, "ms"));
+  for (std::size_t part = 0; part < kIdentityParts; ++part) {
+    const std::uint32_t usual = settings.identity.at(part).value_or(kSimulatedIdentity.at(part));
+    setup.identity.at(part) =
+        static_cast<std::uint32_t>(simulate.Integer(kIdentityNames.at(part), usual, 0, UINT32_MAX, "(1018h)"));
+  }
+  setup.seed = static_cast<std::uint64_t>(simulate.Integer("seed", 1, 0, INT64_MAX, ""));
+  setup.angle = AngleFromDegrees(simulate.Number("start_deg", 0, 0, 360, "deg"));
+  auto node = std::make_unique<Cia406Node>(setup);
+  node->SetScript(ReadScriptOf(simulate, *node));
+  return node;
 }
 
 }  // namespace axlecast::cia406

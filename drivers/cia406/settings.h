@@ -17,13 +17,12 @@ using namespace canopen;
 
 // How positions come.
 enum class Mode : std::uint8_t {
-  kCyclic,  // in TPDO1, as the encoder's own settings have it
+  kCyclic,  // in TPDO1, by the encoder's own settings
   kSync,    // in TPDO1, after each SYNC that the driver sends
   kPolled,  // 6004h is read by SDO
 };
 
-// What is told of an encoder in 1018h: sub-indices 1 to 4.
-enum class IdentityPart : std::uint8_t { kVendor, kProduct, kRevision, kSerial };
+// The parts of 1018h: sub-indices 1 to 4.
 inline constexpr std::size_t kIdentityParts = 4;
 inline constexpr std::array<const char*, kIdentityParts> kIdentityNames = {"vendor", "product", "revision",
                                                                            "serial"};
@@ -38,20 +37,20 @@ struct Cia406Settings final : DeviceSettings {
   MonoNs period = 0;         // kCyclic: of TPDO1
   MonoNs processing = 0;     // kCyclic: longest time from sampling to the frame's first bit
   bool nmt_start = true;
-  MonoNs heartbeat = 0;  // longest time between two; 0: not watched
+  MonoNs heartbeat = 0;  // longest time between two; 0: not monitored
   MonoNs sdo_timeout = 0;
   MonoNs diagnostics = 0;  // period at which alarms are read; 0: only at the start
   MonoNs preset_settle = 0;
-  std::array<std::optional<std::uint32_t>, kIdentityParts> identity;  // that it must have
+  std::array<std::optional<std::uint32_t>, kIdentityParts> identity;  // required
 
   [[nodiscard]] int total_bits() const { return bits + turn_bits; }
 };
 
 [[nodiscard]] const Cia406Settings& Own(const DeviceConfig& device);
-// Whether this device is the one of its bus that sends SYNC for all.
+// Returns whether this device sends SYNC for all devices of its bus.
 [[nodiscard]] bool ProducesSync(const BusConfig& bus, const DeviceConfig& device);
-// How near to its target an encoder at rest must read after a preset: 0.2 degrees, or two counts where these are
-// more.
+// Returns the maximum distance from its target that an encoder at rest may read after a preset: 0.2 degrees, or two counts
+// if that is more.
 [[nodiscard]] std::int64_t PresetToleranceCounts(int bits);
 
 }  // namespace axlecast::cia406

@@ -11,7 +11,7 @@ using ::testing::HasSubstr;
 
 BusConfig Bus(double poll_hz = 0) { return BusOf({}, poll_hz); }
 
-// What is said of these keys; empty when nothing is wrong.
+// Returns the errors in these keys; empty if there are no errors.
 std::string ProblemOf(const std::string& keys, double poll_hz = 0) {
   ConfigErrors errors("test.yaml");
   static_cast<void>(SettingsFrom(keys, Bus(poll_hz), errors));

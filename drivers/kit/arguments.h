@@ -28,6 +28,13 @@ namespace axlecast {
 // OperationSpec::writes of an operation that writes once, whatever its arguments are.
 [[nodiscard]] inline std::int32_t OneWrite(const Arguments&) { return 1; }
 
+// Returns the operation as one that moves the datum with one write, and needs a standstill and a permit.
+[[nodiscard]] inline OperationSpec MovingDatum(OperationSpec operation) {
+  operation.destructive = operation.needs_standstill = operation.needs_permit = operation.moves_datum = true;
+  operation.writes = &OneWrite;
+  return operation;
+}
+
 // An operation with its arguments, as on a command line: "eeprom_write address=72 data=A105".
 struct CommandLine {
   std::string operation;

@@ -47,6 +47,9 @@ class CommandProcedure {
   [[nodiscard]] virtual Outcome OnLinkLost() const = 0;
   // Returns whether it may have changed something in the device. Such a command neither expires nor can be cancelled.
   [[nodiscard]] virtual bool touched() const { return false; }
+  // Returns whether it changes nothing in the device. Such a command has begun with its first request; it does not expire
+  // while it waits for the reply.
+  [[nodiscard]] virtual bool reads_only() const { return false; }
 };
 
 // Carries out one command at a time on a device: validates, begins, cancels and expires it, and reports its outcomes.

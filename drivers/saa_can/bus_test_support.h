@@ -23,13 +23,13 @@
 
 namespace axlecast::saa_can {
 
-// The bus to the simulator: notes what the driver sends, and brings frames of somebody else.
+// The bus to the simulator: records what the driver sends, and injects frames of another node.
 class WatchedFrames final : public FrameLink {
  public:
   WatchedFrames(FakeClock& clock, Simulator& simulator, std::int64_t bitrate)
       : clock_(clock), link_(clock, simulator, bitrate) {}
 
-  // A frame of somebody else comes now.
+  // Makes a frame of another node arrive now.
   void Inject(const CanFrame& frame) { injected_.push_back(frame); }
   void Unplug() { link_.Unplug(); }
   void Plug() { link_.Plug(); }
@@ -41,7 +41,7 @@ class WatchedFrames final : public FrameLink {
     }));
   }
 
-  [[nodiscard]] std::string Open() override { return link_.Open(); }
+  [[nodiscard]] Result<> Open() override { return link_.Open(); }
   void Close() override { link_.Close(); }
   [[nodiscard]] bool IsOpen() const override { return link_.IsOpen(); }
   [[nodiscard]] SendResult Send(const CanFrame& frame) override {
@@ -103,14 +103,15 @@ class SimulatedBus : LinkObserver, SecretSource {
     }
     return "";
   }
-  void Begin(const std::string& operation, Arguments arguments = {}) {
-    DriverCommand order;
-    order.id = {1};
-    order.operation = operation;
-    order.arguments = std::move(arguments);
-    made_.at(0)->Begin(order, clock.Now());
+  void Begin(const std::string& operation, Arguments arguments = {}, MonoNs begin_by = kNever) {
+    DriverCommand command;
+    command.id = {1};
+    command.operation = operation;
+    command.arguments = std::move(arguments);
+    command.begin_by = begin_by;
+    made_.at(0)->Begin(command, clock.Now());
   }
-  // Its final outcome.
+  // Runs until the final outcome.
   Outcome Finish(MonoNs maximum = 30 * kSecond) {
     const auto over = [this] { return !output().outcomes.empty() && output().outcomes.back().second.IsFinal(); };
     for (const MonoNs end = clock.Now() + maximum; clock.Now() < end && !over();) Run(kMillisecond);
@@ -143,7 +144,7 @@ class SimulatedBus : LinkObserver, SecretSource {
   std::vector<std::unique_ptr<Device>> made_;
 };
 
-// The value of this change; empty when there is none.
+// Returns the value of this change; empty if the outcome does not have it.
 inline std::string After(const Outcome& outcome, const std::string& key) {
   for (const Change& change : outcome.changes) {
     if (change.key == key) return change.after;

@@ -15,6 +15,13 @@ constexpr std::array kBitTimings = {BitTiming{0x00, 1'000'000}, BitTiming{0x02, 
 CanFrame EightBytes(std::uint32_t id, std::uint8_t d0, std::uint8_t d1, std::uint8_t d2) {
   return {.id = id, .data = {d0, d1, d2, 0, 0, 0, 0, 0}};
 }
+CanFrame ServiceFrame(Service service, std::uint8_t d1, std::uint8_t d2) {
+  return EightBytes(kConfigureId, static_cast<std::uint8_t>(service), d1, d2);
+}
+bool IsSetting(Bytes data) {
+  return data[0] == static_cast<std::uint8_t>(Service::kNode) ||
+         data[0] == static_cast<std::uint8_t>(Service::kBitrate);
+}
 
 }  // namespace
 
@@ -34,18 +41,12 @@ CanFrame CommandFrame(Command command, std::uint8_t node, std::uint8_t parameter
 }
 
 std::optional<Request> ParseRequest(Bytes data) {
+  constexpr std::array kCommands = {Command::kStart, Command::kRead, Command::kZero, Command::kDirection,
+                                    Command::kPeriod};
   if (data.size() < 2) return std::nullopt;
-  const auto command = static_cast<Command>(data[0]);
-  const std::uint8_t parameter = data.size() > 2 ? data[2] : std::uint8_t{0};
-  switch (command) {
-    case Command::kStart:
-    case Command::kRead:
-    case Command::kZero:
-    case Command::kDirection:
-    case Command::kPeriod:
-      return Request{command, data[1], parameter};
-  }
-  return std::nullopt;
+  const auto* const command = std::find(kCommands.begin(), kCommands.end(), static_cast<Command>(data[0]));
+  if (command == kCommands.end()) return std::nullopt;
+  return Request{*command, data[1], data.size() > 2 ? data[2] : std::uint8_t{0}};
 }
 
 bool MayAcknowledge(Bytes data, Command command, int bits) {
@@ -54,43 +55,27 @@ bool MayAcknowledge(Bytes data, Command command, int bits) {
   return std::all_of(rest.begin(), rest.end(), [](std::uint8_t byte) { return byte == 0; });
 }
 
-CanFrame ModeFrame(bool configuration) {
-  return EightBytes(kConfigureId, static_cast<std::uint8_t>(Service::kMode), configuration ? 1 : 0, 0);
-}
+CanFrame ModeFrame(bool configuration) { return ServiceFrame(Service::kMode, configuration ? 1 : 0, 0); }
+CanFrame NodeFrame(std::uint8_t node) { return ServiceFrame(Service::kNode, node, 0); }
+CanFrame BitrateFrame(std::uint8_t code) { return ServiceFrame(Service::kBitrate, 0, code); }
 
-CanFrame NodeFrame(std::uint8_t node) {
-  return EightBytes(kConfigureId, static_cast<std::uint8_t>(Service::kNode), node, 0);
-}
-
-CanFrame BitrateFrame(std::uint8_t code) {
-  return EightBytes(kConfigureId, static_cast<std::uint8_t>(Service::kBitrate), 0, code);
-}
-
-bool SetsParameter(Bytes data) {
-  if (data.empty()) return false;
-  return data[0] == static_cast<std::uint8_t>(Service::kNode) ||
-         data[0] == static_cast<std::uint8_t>(Service::kBitrate);
-}
+bool SetsParameter(Bytes data) { return !data.empty() && IsSetting(data); }
 
 std::optional<ServiceReply> ParseServiceReply(Bytes data) {
-  if (data.size() < 2) return std::nullopt;
-  const auto service = static_cast<Service>(data[0]);
-  if (service != Service::kNode && service != Service::kBitrate) return std::nullopt;
-  return ServiceReply{service, data[1]};
+  if (data.size() < 2 || !IsSetting(data)) return std::nullopt;
+  return ServiceReply{static_cast<Service>(data[0]), data[1]};
 }
 
 std::optional<std::uint8_t> BitrateCode(std::int64_t bitrate) {
-  for (const BitTiming& timing : kBitTimings) {
-    if (timing.bitrate == bitrate) return timing.code;
-  }
-  return std::nullopt;
+  const auto* const found = std::find_if(kBitTimings.begin(), kBitTimings.end(),
+                                         [&](const auto& timing) { return timing.bitrate == bitrate; });
+  return found == kBitTimings.end() ? std::nullopt : std::optional(found->code);
 }
 
 std::optional<std::int64_t> BitrateOf(std::uint8_t code) {
-  for (const BitTiming& timing : kBitTimings) {
-    if (timing.code == code) return timing.bitrate;
-  }
-  return std::nullopt;
+  const auto* const found =
+      std::find_if(kBitTimings.begin(), kBitTimings.end(), [&](const auto& timing) { return timing.code == code; });
+  return found == kBitTimings.end() ? std::nullopt : std::optional(found->bitrate);
 }
 
 }  // namespace axlecast::saa_can

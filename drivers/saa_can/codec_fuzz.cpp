@@ -1,4 +1,4 @@
-// Any data and any format: the codec must not crash, and what it accepts must be what it says.
+// Any data and any format: the codec must not crash, and must decode correctly what it accepts.
 #include <fuzzer/FuzzedDataProvider.h>
 
 #include <algorithm>

@@ -1,14 +1,17 @@
-#include "drivers/saa_can/decode.h"
-
+#include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
+#include "core/base/result.h"
 #include "core/device/operation.h"
 #include "drivers/cia406/cia406.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/saa_can/codec.h"
+#include "drivers/saa_can/family.h"
 
 namespace axlecast::saa_can {
 namespace {
@@ -18,108 +21,70 @@ using Json = nlohmann::ordered_json;
 enum class Taken : std::uint8_t { kEither, kPosition, kReply };
 
 struct Options {
-  int bits = 0;  // 0: not said
-  bool big_endian = false;
+  Format format;  // if none is given, that of the maker's example (5.4.1 (5))
   std::optional<std::uint8_t> node;
-  Taken taken = Taken::kEither;  // what a frame is that may be a position or a reply
+  Taken taken = Taken::kEither;  // how to read a frame that may be a position or a reply
 };
 
-// The maker's example (5.4.1 (5)); what a position is taken for when nobody says.
-constexpr int kExampleBits = 14;
-
 Result<> ReadOption(const std::string& key, const std::string& value, Options& options) {
-  const auto expected = [&](const char* text) { return Failure(key + '=' + value + ": expected " + text); };
+  const auto expected = [&](const char* what) { return Failure(key + "=" + value + ": expected " + what); };
   if (key == "bits") {
-    options.bits = static_cast<int>(ParseWhole(value, kMinBits, kMaxBits).value_or(0));
-    if (options.bits == 0) return expected("10..26, the encoder's resolution");
+    options.format.bits = static_cast<int>(ParseWhole(value, kMinBits, kMaxBits).value_or(0));
+    if (options.format.bits == 0) return expected("10..26, the encoder's resolution");
   } else if (key == "node") {
     const std::optional<std::int64_t> node = ParseWhole(value, kMinNode, kMaxNode);
     if (!node) return expected("NN, 1..255 or 0x01..0xff");
     options.node = static_cast<std::uint8_t>(*node);
   } else if (key == "byte_order") {
+    options.format.big_endian = value == "big";
     if (value != "big" && value != "little") return expected("little or big");
-    options.big_endian = value == "big";
   } else if (key == "data") {
-    if (value != "position" && value != "reply") return expected("position or reply");
     options.taken = value == "position" ? Taken::kPosition : Taken::kReply;
-  } else if (key == "model") {
-    if (value != "saa") return expected("saa or cia406");
-  } else {
-    return Failure("unknown key '" + key + "': saa_can knows bits, node, byte_order, data and model");
+    if (value != "position" && value != "reply") return expected("position or reply");
+  } else if (key != "model") {
+    return Failure("unknown key '" + key + "': saa_can accepts bits, node, byte_order, data and model");
+  } else if (value != "saa") {
+    return expected("saa or cia406");
   }
   return {};
 }
-
-std::string HexByte(std::uint8_t byte) { return Text("0x%02x", unsigned{byte}); }
 
 Json Bad(std::string_view kind, std::string_view error) {
   return {{"ok", false}, {"kind", kind}, {"error", error}};
 }
 
-const char* RequestKind(Command command) {
-  switch (command) {
-    case Command::kStart:
-      return "start_request";
-    case Command::kRead:
-      return "read_position_request";
-    case Command::kZero:
-      return "zero_request";
-    case Command::kDirection:
-      return "set_direction_request";
-    case Command::kPeriod:
-      break;
-  }
-  return "set_period_request";
-}
+// The names of the commands: "NAME_request", "NAME_reply".
+constexpr std::array<std::pair<Command, const char*>, 5> kNames = {{{Command::kStart, "start"},
+                                                                    {Command::kRead, "read_position"},
+                                                                    {Command::kZero, "zero"},
+                                                                    {Command::kDirection, "set_direction"},
+                                                                    {Command::kPeriod, "set_period"}}};
 
-const char* ReplyKind(Command command) {
-  switch (command) {
-    case Command::kZero:
-      return "zero_reply";
-    case Command::kDirection:
-      return "set_direction_reply";
-    default:
-      return "set_period_reply";
-  }
-}
-
-const char* PositionOrReply(Command command) {
-  switch (command) {
-    case Command::kZero:
-      return "position_or_zero_reply";
-    case Command::kDirection:
-      return "position_or_set_direction_reply";
-    default:
-      return "position_or_set_period_reply";
-  }
+std::string NameOf(Command command) {
+  return std::find_if(kNames.begin(), kNames.end(), [&](const auto& name) { return name.first == command; })
+      ->second;
 }
 
 Json DescribeRequest(std::uint8_t node, Bytes data) {
   if (data.size() < 2) return Bad("request", "short");
   const std::optional<Request> request = ParseRequest(data);
   if (!request) return Bad("request", "function");
-  const char* kind = RequestKind(request->command);
+  const std::string kind = NameOf(request->command) + "_request";
   if (request->node != node) return Bad(kind, "wrong_identity");
   Json json = {{"ok", true}, {"kind", kind}, {"node", node}};
   if (request->command == Command::kPeriod) json["per_second"] = request->parameter;
-  if (request->command == Command::kDirection) json["parameter"] = HexByte(request->parameter);
+  if (request->command == Command::kDirection) json["parameter"] = Text("0x%02x", unsigned{request->parameter});
   return json;
 }
 
-// The command to which the data may be the reply.
-std::optional<Command> ReplyTo(Bytes data, int bits) {
-  for (const Command command : kAcknowledged) {
-    if (MayAcknowledge(data, command, bits)) return command;
-  }
-  return std::nullopt;
-}
-
 Json DescribeData(std::uint8_t node, Bytes data, const Options& options) {
-  const Format format{.bits = options.bits != 0 ? options.bits : kExampleBits, .big_endian = options.big_endian};
-  const std::optional<Command> reply = ReplyTo(data, format.bits);
-  if (reply && options.taken != Taken::kPosition) {
-    const char* kind = options.taken == Taken::kReply ? ReplyKind(*reply) : PositionOrReply(*reply);
-    return {{"ok", true}, {"kind", kind}, {"node", node}};
+  const Format& format = options.format;
+  const auto* const command = std::find_if(kAcknowledged.begin(), kAcknowledged.end(), [&](Command candidate) {
+    return MayAcknowledge(data, candidate, format.bits);
+  });
+  if (command != kAcknowledged.end() && options.taken != Taken::kPosition) {
+    const char* prefix = options.taken == Taken::kReply ? "" : "position_or_";
+    return {{"ok", true}, {"kind", prefix + NameOf(*command) + "_reply"}, {"node", node}};
   }
   const Position position = ParsePosition(data, format);
   if (position.error != PositionError::kNone) {
@@ -170,18 +135,14 @@ Json Describe(const CanFrame& frame, const Options& options) {
   return base == kDataBase ? DescribeData(node, frame.data, options) : DescribeRequest(node, frame.data);
 }
 
-bool IsStandard(const DecodeSettings& settings) {
-  for (const auto& [key, value] : settings) {
-    if (key == "model" && value == cia406::kModel) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
 Result<Json> Decode(const DecodeSettings& settings, Bytes packet) {
   const std::optional<CanFrame> frame = FromPacket(packet);
-  if (IsStandard(settings)) {
+  const bool standard = std::any_of(settings.begin(), settings.end(), [](const auto& setting) {
+    return setting.first == "model" && setting.second == cia406::kModel;
+  });
+  if (standard) {
     Result<Json> json = cia406::Decode(settings, frame.value_or(CanFrame{}));
     if (frame || !json) return json;
   } else {

@@ -1,5 +1,5 @@
 // Any settings and any packet.
-#include "drivers/saa_can/decode.h"
+#include "drivers/saa_can/family.h"
 
 #include <vector>
 

@@ -1,4 +1,4 @@
-#include "drivers/saa_can/decode.h"
+#include "drivers/saa_can/family.h"
 
 #include <gtest/gtest.h>
 
@@ -60,7 +60,7 @@ TEST(SaaCanDecode, WhatTheFramesAre) {
   EXPECT_EQ(Decoded(0x7E4, {0x13, 0x00, 0x00}), R"({"ok":true,"kind":"set_bitrate_reply","result":0})");
 }
 
-// A frame alone does not say whether it is a position or a reply.
+// A frame alone does not show whether it is a position or a reply.
 TEST(SaaCanDecode, PositionOrReply) {
   EXPECT_EQ(Decoded(0x120, {0x22, 0x00}), R"({"ok":true,"kind":"position_or_set_direction_reply","node":32})");
   EXPECT_EQ(Decoded(0x120, {0x22, 0x00}, {{"data", "reply"}}),

@@ -1,10 +1,15 @@
 #include "drivers/saa_can/device.h"
 
 #include <algorithm>
+#include <axlecast/command_status_t.hpp>
 #include <utility>
+#include <vector>
 
+#include "core/config/machine_config.h"
 #include "core/device/operation.h"
-#include "drivers/saa_can/operations.h"
+#include "drivers/cia406/cia406.h"
+#include "drivers/kit/arguments.h"
+#include "drivers/saa_can/node_configuration.h"
 
 namespace axlecast::saa_can {
 namespace {
@@ -17,9 +22,213 @@ constexpr MonoNs kStartAgain = kSecond;
 constexpr MonoNs kAskGone = 250 * kMillisecond;
 constexpr int kGone = 4;  // requests in a row without an answer
 
+using Made = Result<std::unique_ptr<Procedure>>;
+
+constexpr std::string_view kZeroName = "zero";
+constexpr std::string_view kReadName = "read_position";
+constexpr std::string_view kDirectionName = "set_direction";
+constexpr std::string_view kPeriodName = "set_period";
+constexpr std::string_view kStopName = "stop_cyclic";
+constexpr std::string_view kNodeName = "set_node_id";
+constexpr std::string_view kBitrateName = "set_bitrate";
+// The value of `confirm` that permits the dialogue that every node on the bus obeys.
+constexpr std::string_view kConfirmation = "only_one_connected";
+
+const std::vector<OperationSpec>& SaaSpecs() {
+  static const ArgumentSpec kConfirm = {"confirm",
+                                        "only_one_connected: no other node is on the bus, not even a silent one"};
+  static const std::vector<OperationSpec> kSpecs = {
+      MovingDatum(
+          {.name = kZeroName,
+           .help = "Make the present shaft angle the encoder's 0: 20 NN; of model cia406, the preset 6003h",
+           .verification = "the position reads 0 within 0.2 degrees or 2 counts, if it read otherwise before",
+           .verified_by_operation = kReadName}),
+      {.name = kReadName,
+       .help = "Read the position once",
+       .arguments = {kAfterArgument},
+       .reads_only = true,
+       .verification = "it is a reading"},
+      MovingDatum({.name = kDirectionName,
+                   .help = "Set the counting direction (22 NN). Only with the bytes in the file: the manual prints "
+                           "both directions alike",
+                   .arguments = {{"direction", "positive or negative"}},
+                   .verification = "none: the reply shows that it was accepted; only a motion shows the effect",
+                   .verified_by_operation = kReadName}),
+      {.name = kPeriodName,
+       .help = "Set how often the encoder sends by itself (31 NN TT); mode cyclic",
+       .arguments = {{"period_ms", "1000 divided by 1 to 255: 4, 5, 8, 10, 20, 25, 40, 50, 100, ... 1000 ms"}},
+       .destructive = true,
+       .writes = &OneWrite,
+       .verification = "five periods are measured",
+       .verified_by_operation = kReadName},
+      {.name = kStopName,
+       .help = "Stop an encoder that sends by itself (31 NN TT); mode single, and only with the byte in the file",
+       .destructive = true,
+       .writes = &OneWrite,
+       .verification = "nothing comes by itself for 1.5 s"},
+      {.name = kNodeName,
+       .help = "Change the encoder's node id (7E5). On a bench only: every node on the bus changes",
+       .arguments = {{"node", "1 to 255 (0x01 to 0xff)"}, kConfirm},
+       .destructive = true,
+       .needs_permit = true,
+       .writes = &OneWrite,
+       .verification = "the encoder answers as the new node",
+       .verified_by_operation = kReadName},
+      {.name = kBitrateName,
+       .help = "Change the encoder's bit rate (7E5). On a bench only: every node on the bus changes",
+       .arguments = {{"bitrate", "1000000, 500000 or 250000 bit/s"}, kConfirm},
+       .destructive = true,
+       .needs_permit = true,
+       .writes = &OneWrite,
+       .verification = "none: the interface still has the old rate; the outcome describes the next steps",
+       .verified_by_operation = kReadName},
+  };
+  return kSpecs;
+}
+
+std::optional<std::uint8_t> NodeOf(const Arguments& arguments) {
+  const auto node = WholeArgument(arguments, "node", kMinNode, kMaxNode);
+  return node ? std::optional(static_cast<std::uint8_t>(*node)) : std::nullopt;
+}
+
+std::optional<std::int64_t> BitrateArgument(const Arguments& arguments) {
+  const auto rate = WholeArgument(arguments, "bitrate", 1, INT64_MAX);
+  return rate && BitrateCode(*rate) ? rate : std::nullopt;
+}
+
+std::optional<std::uint8_t> PerSecondArgument(const Arguments& arguments) {
+  const auto period = WholeArgument(arguments, "period_ms", 1, 1'000);
+  return period ? PerSecond(*period) : std::nullopt;
+}
+
+bool IsDirection(const Arguments& arguments) {
+  const std::string_view text = FindArgument(arguments, "direction").value_or("");
+  return text == "positive" || text == "negative";
+}
+
+constexpr const char* kBadPeriod =
+    "period_ms must be 1000 divided by a whole number of 1 to 255: 4, 5, 8, 10, 20, 25, 40, 50, 100, ... 1000";
+constexpr const char* kBadNode = "node must be 1 to 255, or 0x01 to 0xff";
+constexpr const char* kBadBitrate = "bitrate must be 1000000, 500000 or 250000";
+
+Made MakeDirection(const DriverCommand& command, const OperationContext& context, MonoNs now) {
+  if (!IsDirection(command.arguments)) return BadArgument("direction must be positive or negative");
+  const std::string direction(*FindArgument(command.arguments, "direction"));
+  const auto byte = direction == "positive" ? context.settings.positive_byte : context.settings.negative_byte;
+  if (!byte) {
+    return NotPermitted(Text(
+        "the manual prints positive and inverse with the same bytes (22 NN 00): ask the maker for the third byte "
+        "and set %s_byte in the file",
+        direction.c_str()));
+  }
+  return std::make_unique<SetDirection>(*byte, context, now);
+}
+
+Made MakePeriod(const DriverCommand& command, const OperationContext& context) {
+  const std::optional<std::uint8_t> per_second = PerSecondArgument(command.arguments);
+  if (!per_second) return BadArgument(kBadPeriod);
+  if (context.settings.mode != Mode::kCyclic) return NotPermitted("the encoder is configured with mode: single");
+  if (per_second == context.settings.stop_byte)
+    return NotPermitted("this rate has the byte that is stop_byte in the file");
+  return std::make_unique<SetPeriod>(*per_second, context);
+}
+
+Made MakeStop(const OperationContext& context) {
+  if (context.settings.mode != Mode::kSingle) {
+    return NotPermitted("the encoder is configured with mode: cyclic, in which it sends: set mode: single first");
+  }
+  if (!context.settings.stop_byte) {
+    return NotPermitted(
+        "the manual prints stop with the bytes that set the period (31 NN TT): ask the maker for TT and set "
+        "stop_byte in the file");
+  }
+  return std::make_unique<StopCyclic>(*context.settings.stop_byte, context);
+}
+
+Made MakeDialogue(const DriverCommand& command, const NodeConfigurationProcedure::Target& target,
+                  const OperationContext& context, MonoNs now) {
+  if (!context.bench) {
+    return NotPermitted(
+        "every node on the bus would make the change: connect this encoder alone, set bench: true at the bus in "
+        "the file "
+        "and restart the driver");
+  }
+  if (FindArgument(command.arguments, "confirm") != kConfirmation) {
+    return BadArgument(
+        "confirm=only_one_connected must be given: every node on the bus makes the change, also a silent one");
+  }
+  return std::make_unique<NodeConfigurationProcedure>(target, context, now);
+}
+
+Made MakeNode(const DriverCommand& command, const OperationContext& context, MonoNs now) {
+  const std::optional<std::uint8_t> node = NodeOf(command.arguments);
+  if (!node) return BadArgument(kBadNode);
+  if (node == context.settings.node) return NotPermitted("the encoder has this node id in the file");
+  return MakeDialogue(command, {.service = Service::kNode, .node = *node}, context, now);
+}
+
+Made MakeBitrate(const DriverCommand& command, const OperationContext& context, MonoNs now) {
+  const std::optional<std::int64_t> bitrate = BitrateArgument(command.arguments);
+  if (!bitrate) return BadArgument(kBadBitrate);
+  if (bitrate == context.settings.wire_bitrate) return NotPermitted("the bus runs at that bit rate");
+  return MakeDialogue(command, {.service = Service::kBitrate, .bitrate = *bitrate}, context, now);
+}
+
+// Makes the procedure that reads whether the operation `after` took effect.
+Made MakeReadAfter(const CommandLine& after, const OperationContext& context, MonoNs now) {
+  const auto read = [&](ReadPosition::After what) -> Made {
+    return std::make_unique<ReadPosition>(what, context, now);
+  };
+  if (after.operation == kZeroName) return read(ReadPosition::After::kZero);
+  if (after.operation == kDirectionName) {
+    if (!IsDirection(after.arguments)) return BadArgument("after names a direction: positive or negative");
+    return read(ReadPosition::After::kDirection);
+  }
+  if (after.operation == kBitrateName) {
+    if (!BitrateArgument(after.arguments)) return BadArgument(kBadBitrate);
+    return read(ReadPosition::After::kBitrate);
+  }
+  if (after.operation == kPeriodName) {
+    const std::optional<std::uint8_t> per_second = PerSecondArgument(after.arguments);
+    if (!per_second) return BadArgument(kBadPeriod);
+    return std::make_unique<ReadPeriod>(kSecond / *per_second, context, now);
+  }
+  if (after.operation == kNodeName) {
+    const std::optional<std::uint8_t> node = NodeOf(after.arguments);
+    if (!node) return BadArgument(kBadNode);
+    if (!context.bench) return NotPermitted("frames of the new node are received only with bench: true at the bus");
+    return std::make_unique<ReadNode>(*node, context);
+  }
+  return BadArgument(
+      "after must be zero, set_direction, set_period, set_node_id or set_bitrate with its arguments");
+}
+
 Step Sending(const CanFrame& frame, Priority priority) { return {.action = Send{frame}, .priority = priority}; }
 
 }  // namespace
+
+std::span<const OperationSpec> SaaOperations() { return SaaSpecs(); }
+
+std::span<const OperationSpec> Operations() {
+  static const std::vector<OperationSpec> kAll = [] {
+    std::vector<OperationSpec> all = SaaSpecs();
+    for (const OperationSpec& spec : cia406::Operations()) {
+      if (FindOperation(SaaSpecs(), spec.name) == nullptr) all.push_back(spec);
+    }
+    return all;
+  }();
+  return kAll;
+}
+
+bool Permits(const BusConfig& bus, const DeviceConfig& device, std::string_view operation) {
+  if (cia406::IsOwn(device)) return FindOperation(cia406::Operations(), operation) != nullptr;
+  const SaaCanSettings& settings = Own(device);
+  if (operation == kDirectionName) return settings.positive_byte || settings.negative_byte;
+  if (operation == kPeriodName) return settings.mode == Mode::kCyclic;
+  if (operation == kStopName) return settings.mode == Mode::kSingle && settings.stop_byte;
+  if (operation == kNodeName || operation == kBitrateName) return OwnBus(bus).bench;
+  return FindOperation(SaaSpecs(), operation) != nullptr;
+}
 
 SaaCanDevice::SaaCanDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output)
     : owned_(device.settings),
@@ -48,11 +257,15 @@ Step SaaCanDevice::Next(const BusSlot& slot) const {
 std::optional<Step> SaaCanDevice::ForProcedure(const BusSlot& slot) const {
   const Procedure* procedure = runner_.Runnable(slot.now);
   if (procedure == nullptr || (slot.reserved && !procedure->alone())) return std::nullopt;
-  const Procedure::Want want = procedure->Wants(slot.now);
-  if (const auto* frame = std::get_if<CanFrame>(&want)) return Sending(*frame, Priority::kCommand);
-  const bool asks = std::holds_alternative<Procedure::Position>(want) && settings_.mode == Mode::kSingle;
-  if (!asks || interpreter_.awaiting()) return std::nullopt;
+  const Procedure::Need need = procedure->NextNeed(slot.now);
+  if (const auto* frame = std::get_if<CanFrame>(&need)) return Sending(*frame, Priority::kCommand);
+  if (!NeedsRequest(need) || interpreter_.awaiting()) return std::nullopt;
   return Sending(Poll(), slot.poll_due ? Priority::kLive : Priority::kCommand);
+}
+
+bool SaaCanDevice::NeedsRequest(const Procedure::Need& need) const {
+  const bool position = std::holds_alternative<Procedure::Position>(need);
+  return std::holds_alternative<CanFrame>(need) || (position && settings_.mode == Mode::kSingle);
 }
 
 std::optional<CanFrame> SaaCanDevice::SetUp(MonoNs now) const {
@@ -92,10 +305,14 @@ Step SaaCanDevice::Listening(const BusSlot& slot) const {
 void SaaCanDevice::OnStarted(const Step& step, MonoNs now) {
   runner_.ExpireIfLate(now);
   const auto* send = std::get_if<Send>(&step.action);
-  if (!runner_.busy() || send == nullptr || step.priority != Priority::kCommand) return;
-  // A request for a position is not a frame of the procedure. touched() alone decides whether the command can expire.
+  if (!runner_.busy() || send == nullptr) return;
   Procedure& procedure = runner_.procedure();
-  if (std::holds_alternative<CanFrame>(procedure.Wants(now))) procedure.OnStarted(send->frame);
+  const Procedure::Need need = procedure.NextNeed(now);
+  const bool frame = std::holds_alternative<CanFrame>(need);
+  if (frame && step.priority != Priority::kCommand) return;
+  // A procedure that changes something has not begun with its request for a position: it can still expire.
+  if (procedure.reads_only() && NeedsRequest(need)) runner_.OnStarted(true);
+  if (frame) procedure.OnStarted(send->frame);
 }
 
 // ---- events ----
@@ -105,8 +322,7 @@ void SaaCanDevice::On(const Event& event) {
   if (!link_up_) return;
   const MonoNs now = EndOf(event);
   NoteOwn(event, now);
-  const Interpreter::Heard heard = interpreter_.Take(event);
-  AdvanceProcedure(event, heard, now);
+  AdvanceProcedure(event, interpreter_.Evaluate(event), now);
 }
 
 void SaaCanDevice::OnLink(const Event& event) {
@@ -133,27 +349,47 @@ void SaaCanDevice::NoteOwn(const Event& event, MonoNs now) {
   if (request->command == Command::kPeriod) period_to_set_ = false;
 }
 
-void SaaCanDevice::AdvanceProcedure(const Event& event, const Interpreter::Heard& heard, MonoNs now) {
+void SaaCanDevice::AdvanceProcedure(const Event& event, const Interpreter::Evaluation& evaluation, MonoNs now) {
   if (!runner_.busy() || runner_.ExpireIfLate(now)) return;
-  Report(runner_.procedure().On(event, heard, now));
+  Report(runner_.procedure().On(event, evaluation, now));
 }
 
 // ---- commands ----
 
-Result<std::unique_ptr<Procedure>> SaaCanDevice::MakeProcedure(const DriverCommand& command, MonoNs now) const {
-  return saa_can::MakeProcedure(command, {settings_, bench_, interpreter_, output_}, now);
+void SaaCanDevice::Begin(const DriverCommand& command, MonoNs now) {
+  if (!runner_.Begin(command, link_up_, now) || !runner_.procedure().reads_only()) return;
+  if (!NeedsRequest(runner_.procedure().NextNeed(now))) runner_.OnStarted(true);  // it listens
+}
+
+Made SaaCanDevice::MakeProcedure(const DriverCommand& command, MonoNs now) const {
+  const OperationContext context{settings_, bench_, interpreter_, output_};
+  if (command.operation == kZeroName) return std::make_unique<Zero>(context, now);
+  if (command.operation == kDirectionName) return MakeDirection(command, context, now);
+  if (command.operation == kPeriodName) return MakePeriod(command, context);
+  if (command.operation == kStopName) return MakeStop(context);
+  if (command.operation == kNodeName) return MakeNode(command, context, now);
+  if (command.operation == kBitrateName) return MakeBitrate(command, context, now);
+  if (command.operation != kReadName) {
+    return Failure("an SAA encoder has no operation " + command.operation + "; perhaps model cia406 has",
+                   command_status_t::REASON_UNKNOWN_OPERATION);
+  }
+  if (const auto after = AfterArgument(command.arguments)) return MakeReadAfter(*after, context, now);
+  return std::make_unique<ReadPosition>(ReadPosition::After::kNothing, context, now);
 }
 
 Result<> SaaCanDevice::CheckState(const DriverCommand& command, MonoNs) const {
   if (silenced_) {
     return DeviceOffline("the encoder may run at another bit rate since set_bitrate: set the interface to it");
   }
-  if (interpreter_.answering() || LooksElsewhere(command)) return {};
+  // A read that verifies an operation is allowed: the encoder may have another node id or bit rate than the configuration.
+  if (interpreter_.answering() || FindArgument(command.arguments, "after")) return {};
   return DeviceOffline("nothing is received from the encoder: check its power, its cable, node id and bit rate");
 }
 
 Result<> SaaCanDevice::CheckPosition(const DriverCommand& command, const Motion& motion) const {
-  return saa_can::CheckPosition(command.operation, motion.counts, settings_);
+  if (command.operation != kDirectionName) return {};
+  const std::int64_t turn = settings_.counts_per_turn;
+  return CheckDirectionAt((motion.counts % turn + turn) % turn, settings_);
 }
 
 void SaaCanDevice::Report(const std::optional<Outcome>& outcome) {

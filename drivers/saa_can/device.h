@@ -2,6 +2,8 @@
 
 #include <memory>
 #include <optional>
+#include <span>
+#include <string_view>
 
 #include "core/device/device.h"
 #include "drivers/kit/command_runner.h"
@@ -10,13 +12,20 @@
 
 namespace axlecast::saa_can {
 
+// Returns the operations of SAA encoders.
+[[nodiscard]] std::span<const OperationSpec> SaaOperations();
+// Returns the operations of the family: those of SAA encoders, then those that only cia406 has.
+[[nodiscard]] std::span<const OperationSpec> Operations();
+// Returns whether the configuration of a device permits an operation of the family.
+[[nodiscard]] bool Permits(const BusConfig& bus, const DeviceConfig& device, std::string_view operation);
+
 // One encoder of the SAA series on CAN: selects what is sent to it, and when. The Interpreter evaluates its frames.
 //
-// - Mode cyclic: it is started (01 NN) when the link comes up and once a second while it is silent; then it is listened
-//   to. With set_period the rate is set (31 NN TT) before the first start.
-// - Mode single: it is asked (80 NN) in each live slot, never before the last request was answered or has timed out.
-// - No frame is sent while an earlier one waits for a node to acknowledge it, but for one a second: the controller's
-//   queue stays short, and nothing old goes out when the bus comes back.
+// - Mode cyclic: it is started (01 NN) when the link comes up, and once a second while it is silent. With set_period, the
+//   rate is set (31 NN TT) before the first start.
+// - Mode single: it is polled (80 NN) in each live slot, never before the last request was answered or has timed out.
+// - While a frame waits for a node to acknowledge it, at most one further frame a second is sent. So the controller's
+//   queue stays short, and no old frames are sent when the bus works again.
 class SaaCanDevice final : public Device, private CommandRunner<Procedure>::Policy {
  public:
   SaaCanDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
@@ -27,7 +36,7 @@ class SaaCanDevice final : public Device, private CommandRunner<Procedure>::Poli
   [[nodiscard]] Result<> Validate(const DriverCommand& command, MonoNs now) const override {
     return runner_.Validate(command, link_up_, now);
   }
-  void Begin(const DriverCommand& command, MonoNs now) override { runner_.Begin(command, link_up_, now); }
+  void Begin(const DriverCommand& command, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs) override { return runner_.Cancel(id); }
 
  private:
@@ -39,13 +48,15 @@ class SaaCanDevice final : public Device, private CommandRunner<Procedure>::Poli
   [[nodiscard]] bool ProcedureAlone() const { return runner_.busy() && runner_.procedure().alone(); }
   [[nodiscard]] MonoNs FreeAt() const;  // another frame may be sent then
   [[nodiscard]] std::optional<Step> ForProcedure(const BusSlot& slot) const;
+  // Returns whether a frame must be sent to satisfy the need.
+  [[nodiscard]] bool NeedsRequest(const Procedure::Need& need) const;
   [[nodiscard]] std::optional<CanFrame> SetUp(MonoNs now) const;
   [[nodiscard]] MonoNs PollAt() const;
   [[nodiscard]] CanFrame Poll() const;
   [[nodiscard]] Step Listening(const BusSlot& slot) const;
   void OnLink(const Event& event);
   void NoteOwn(const Event& event, MonoNs now);
-  void AdvanceProcedure(const Event& event, const Interpreter::Heard& heard, MonoNs now);
+  void AdvanceProcedure(const Event& event, const Interpreter::Evaluation& evaluation, MonoNs now);
   void Report(const std::optional<Outcome>& outcome);
 
   std::shared_ptr<const DeviceSettings> owned_;  // keeps settings_ alive

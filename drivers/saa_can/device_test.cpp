@@ -255,7 +255,7 @@ TEST(SaaCanAmbiguity, AWithheldPositionIsASignOfLife) {
   EXPECT_GT(bus.Errors(ErrorKind::kBusy), 40);
 }
 
-// 17 bits and more: the bytes behind tell them apart, mostly.
+// 17 bits and more: the following bytes usually distinguish them.
 TEST(SaaCanAmbiguity, LongerPositionsAreTakenWhereTheyDiffer) {
   SimulatedBus bus("a: {bits: 24}");
   bus.Run(kSecond);

@@ -1,14 +1,12 @@
+#include "drivers/saa_can/family.h"
+
 #include <memory>
 
 #include "core/config/config_map.h"
-#include "core/device/family.h"
 #include "drivers/cia406/cia406.h"
-#include "drivers/saa_can/decode.h"
 #include "drivers/saa_can/device.h"
-#include "drivers/saa_can/operations.h"
 #include "drivers/saa_can/settings.h"
-#include "drivers/saa_can/simulator/can_bus.h"
-#include "drivers/saa_can/simulator/saa_node.h"
+#include "drivers/saa_can/simulator.h"
 
 namespace axlecast {
 namespace saa_can {
@@ -16,24 +14,21 @@ namespace {
 
 std::unique_ptr<SimulatedCanNode> MakeNode(const BusConfig& bus, const DeviceConfig& device, ConfigMap map) {
   const SaaCanSettings& settings = Own(device);
-  SaaNode::Setup setup;
-  setup.node = settings.node;
-  setup.bits = settings.format.bits;
-  setup.big_endian = settings.format.big_endian;
-  setup.bitrate = bus.link.bitrate;
-  setup.cyclic = settings.mode == Mode::kCyclic;
-  // One that is told its period begins with the factory's.
-  const bool told = settings.set_per_second || settings.mode == Mode::kSingle;
-  setup.period_ms = static_cast<double>(told ? kFactoryPeriodMs : settings.period / kMillisecond);
-  setup.positive = settings.positive_byte.value_or(-1);
-  setup.negative = settings.negative_byte.value_or(-1);
-  setup.stop = settings.stop_byte.value_or(-1);
-  setup.seed = static_cast<std::uint64_t>(map.Integer("seed", 1, 0, INT64_MAX, ""));
-  setup.angle = AngleFromDegrees(map.Number("start_deg", 0, 0, 360, "deg"));
-  auto node = std::make_unique<SaaNode>(setup);
-  SaaNode tried(setup);
-  node->SetScript(ReadScript(map, SaaNode::QuantityNames(), tried));
-  map.Done();
+  // An encoder whose period will be set begins with the factory's.
+  const bool factory = settings.set_per_second || settings.mode == Mode::kSingle;
+  auto node = std::make_unique<SaaNode>(
+      SaaNode::Setup{.node = settings.node,
+                     .bits = settings.format.bits,
+                     .big_endian = settings.format.big_endian,
+                     .bitrate = bus.link.bitrate,
+                     .period_ms = static_cast<double>(factory ? kFactoryPeriodMs : settings.period / kMillisecond),
+                     .cyclic = settings.mode == Mode::kCyclic,
+                     .positive = settings.positive_byte.value_or(-1),
+                     .negative = settings.negative_byte.value_or(-1),
+                     .stop = settings.stop_byte.value_or(-1),
+                     .angle = AngleFromDegrees(map.Number("start_deg", 0, 0, 360, "deg")),
+                     .seed = static_cast<std::uint64_t>(map.Integer("seed", 1, 0, INT64_MAX, ""))});
+  node->SetScript(ReadScriptOf(map, *node));
   return node;
 }
 
@@ -50,35 +45,29 @@ std::unique_ptr<Simulator> MakeSimulator(const BusConfig& bus, ConfigMap& simula
   return std::make_unique<CanBus>(bus.link.bitrate, std::move(units));
 }
 
-}  // namespace
-}  // namespace saa_can
-
-namespace {
-
-std::unique_ptr<Device> Make(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output,
-                             SecretSource&) {
+std::unique_ptr<Device> MakeDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output,
+                                   SecretSource&) {
   if (cia406::IsOwn(device)) return cia406::MakeDevice(bus, device, output);
-  return std::make_unique<saa_can::SaaCanDevice>(bus, device, output);
+  return std::make_unique<SaaCanDevice>(bus, device, output);
 }
 
 }  // namespace
-
-const Family& saa_can_family();
+}  // namespace saa_can
 
 const Family& saa_can_family() {
   static const Family kFamily = {
       .name = "saa_can",
-      .summary = "Rongde SAA encoders on CAN, by themselves or asked for; and CANopen encoders (model: cia406)",
+      .summary = "Rongde SAA encoders on CAN, cyclic or polled; and CANopen encoders (model: cia406)",
       .link = LinkKind::kCan,
       .default_bitrate = saa_can::kFactoryBitrate,
-      .default_poll_hz = 0,  // as they come
+      .default_poll_hz = 0,  // at the encoders' own period
       .max_devices_per_bus = saa_can::kMaxDevices,
       .operations = saa_can::Operations(),
       .permits = &saa_can::Permits,
       .parse_bus = &saa_can::ParseBus,
       .parse = &saa_can::ParseDevice,
       .check_bus = &saa_can::CheckBus,
-      .make_device = &Make,
+      .make_device = &saa_can::MakeDevice,
       .make_simulator = &saa_can::MakeSimulator,
       .decode = &saa_can::Decode,
   };

@@ -6,16 +6,15 @@
 namespace axlecast::saa_can {
 namespace {
 
-// The manual's own log shows a period of 106.4 ms where 100 ms is set: three nominal ones are two and more real ones.
+// The manual's own log shows a period of 106.4 ms where 100 ms is set: three nominal periods are more than two real ones.
 constexpr int kPeriodsToSilence = 3;
-// Requests in a row that bring nothing, after which the encoder counts as gone.
+// Consecutive requests without a position, after which the encoder counts as gone.
 constexpr int kGone = 2;
 
-// They bring a position.
+// These commands request a position. All others may change something that the encoder stores: they count as wear, because
+// the manual does not exclude it.
 bool IsForPosition(Command command) { return command == Command::kRead || command == Command::kStart; }
-// What the encoder may keep: counted as wear, since the manual does not say.
-bool MayBeKept(Command command) { return !IsForPosition(command); }
-// They move the position without motion.
+// These commands change the position without motion.
 bool MovesDatum(Command command) { return command == Command::kZero || command == Command::kDirection; }
 
 }  // namespace
@@ -25,41 +24,41 @@ Interpreter::Interpreter(const SaaCanSettings& settings, MonoNs late, DeviceOutp
       late_(late),
       output_(output),
       period_(settings.period),
-      cadence_(period_ + settings.latency, kPeriodsToSilence) {}
+      monitor_(period_ + settings.latency, kPeriodsToSilence) {}
 
 void Interpreter::OnLinkUp(MonoNs now) {
   now_ = now;
   answering_ = false;
   silent_in_a_row_ = 0;
-  asked_.reset();
+  request_.reset();
   quiet_until_ = now + late_;
   pace_ = {};
   unconfirmed_ = false;
   windows_.fill({});
-  if (settings_.mode == Mode::kCyclic) cadence_.Arrived(now);
+  if (settings_.mode == Mode::kCyclic) monitor_.Arrived(now);
 }
 
 void Interpreter::OnLinkDown(MonoNs now) {
   // What was in the controller's queue is gone with the interface, or was on the bus.
   if (jumping_ && effect_from_ == kNever) effect_from_ = now + settings_.zero_settle;
   answering_ = false;
-  asked_.reset();
+  request_.reset();
   unconfirmed_ = false;
 }
 
 MonoNs Interpreter::due() const {
-  if (settings_.mode == Mode::kCyclic) return cadence_.due();
-  if (!asked_) return kNever;
-  return asked_->at + (asked_->missed ? late_ : settings_.timeout);
+  if (settings_.mode == Mode::kCyclic) return monitor_.due();
+  if (!request_) return kNever;
+  return request_->at + (request_->missed ? late_ : settings_.timeout);
 }
 
-Interpreter::Heard Interpreter::Take(const Event& event) {
+Interpreter::Evaluation Interpreter::Evaluate(const Event& event) {
   now_ = std::max(now_, EndOf(event));
-  Heard heard;
+  Evaluation evaluation;
   switch (event.kind) {
     case Event::Kind::kFrame:
       if (event.id == DataId(settings_.node)) {
-        heard = OnData(event);
+        evaluation = OnData(event);
       } else if (event.id == RequestId(settings_.node)) {
         if (const auto request = ParseRequest(event.bytes)) OnCommand(*request, now_);
       }
@@ -77,139 +76,126 @@ Interpreter::Heard Interpreter::Take(const Event& event) {
     default:
       break;
   }
-  MissWhatIsDue(event);
-  return heard;
+  ReportOverdue(event);
+  return evaluation;
 }
 
 void Interpreter::OnOwnSent(const Event& event) {
   const std::optional<Request> request = ParseRequest(event.bytes);
   if (!request) return;
   unconfirmed_ = true;
-  const bool asks = IsForPosition(request->command);
-  if (asks && settings_.mode == Mode::kSingle) {
-    pace_.Asked(now_);
-    asked_ = {.sent = event.received.first, .at = now_};
-  }
-  if (!asks) OnCommand(*request, kNever);
+  if (!IsForPosition(request->command)) return OnCommand(*request, kNever);
+  if (settings_.mode != Mode::kSingle) return;
+  pace_.OnRequest(now_);
+  request_ = {.sent = event.received.first, .at = now_};
+}
+
+Interpreter::Window* Interpreter::WindowOf(Command command) {
+  const auto* const found = std::find(kAcknowledged.begin(), kAcknowledged.end(), command);
+  if (found == kAcknowledged.end()) return nullptr;
+  return &windows_.at(static_cast<std::size_t>(found - kAcknowledged.begin()));
 }
 
 void Interpreter::OnConfirmed(const Event& event) {
   unconfirmed_ = false;
   const std::optional<Request> request = ParseRequest(event.bytes);
   if (!request) return;
-  if (asked_ && IsForPosition(request->command)) asked_->at = now_;
-  for (std::size_t i = 0; i < windows_.size(); ++i) {
-    if (kAcknowledged.at(i) == request->command) windows_.at(i).until = now_ + settings_.reply_window;
-  }
+  if (request_ && IsForPosition(request->command)) request_->at = now_;
+  if (Window* window = WindowOf(request->command)) window->until = now_ + settings_.reply_window;
   if (MovesDatum(request->command) && jumping_) effect_from_ = now_ + settings_.zero_settle;
 }
 
-// `on_bus_at`: kNever while it is only in the queue.
 void Interpreter::OnCommand(const Request& request, MonoNs on_bus_at) {
   const auto after = [&](MonoNs time) { return on_bus_at == kNever ? kNever : on_bus_at + time; };
-  for (std::size_t i = 0; i < windows_.size(); ++i) {
-    if (kAcknowledged.at(i) == request.command) windows_.at(i) = {.until = after(settings_.reply_window)};
-  }
+  if (Window* window = WindowOf(request.command)) *window = {.until = after(settings_.reply_window)};
   if (request.command == Command::kPeriod) {
-    per_second_ordered_ = request.parameter == settings_.stop_byte ? std::uint8_t{0} : request.parameter;
+    per_second_sent_ = request.parameter == settings_.stop_byte ? std::uint8_t{0} : request.parameter;
   }
-  if (MayBeKept(request.command)) output_.OnNonVolatileWrite();
+  if (!IsForPosition(request.command)) output_.OnNonVolatileWrite();
   if (!MovesDatum(request.command)) return;
-  BeginJump(after(settings_.zero_settle));
+  effect_from_ = after(settings_.zero_settle);
+  if (!std::exchange(jumping_, true)) output_.OnDatumChanging(true);
 }
 
-Interpreter::Heard Interpreter::OnData(const Event& event) {
-  answering_ = true;
-  silent_in_a_row_ = 0;
-  if (settings_.mode == Mode::kCyclic) cadence_.Arrived(now_);
-  if (const auto command = Withhold(event)) return {.reading = {}, .acknowledged = command, .frame = true};
-  return OnPosition(event);
-}
-
-// The request that a position answers, if one was asked for.
-std::optional<Interpreter::Asked> Interpreter::TakeAnswered() {
-  if (!asked_) {
-    pace_.CameUnasked(now_);
-    return std::nullopt;
-  }
-  pace_.Answered(now_);
-  return std::exchange(asked_, std::nullopt);
+// The request that a position answers, if one was sent.
+std::optional<Interpreter::PositionRequest> Interpreter::TakeAnswered() {
+  request_ ? pace_.OnAnswer(now_) : pace_.OnUnrequested(now_);
+  return std::exchange(request_, std::nullopt);
 }
 
 std::optional<Command> Interpreter::Withhold(const Event& event) {
-  for (std::size_t i = 0; i < windows_.size(); ++i) {
-    Window& window = windows_.at(i);
+  for (const Command command : kAcknowledged) {
+    Window& window = *WindowOf(command);
     if (window.until <= event.received.first) continue;
-    if (!MayAcknowledge(event.bytes, kAcknowledged.at(i), settings_.format.bits)) continue;
+    if (!MayAcknowledge(event.bytes, command, settings_.format.bits)) continue;
     if (std::exchange(window.answered, true)) {
       output_.OnError(ErrorKind::kBusy, event.received);
     } else {
-      OnAcknowledged(kAcknowledged.at(i));
+      OnAcknowledged(command);
     }
-    return kAcknowledged.at(i);
+    return command;
   }
   return std::nullopt;
 }
 
-Interpreter::Heard Interpreter::OnPosition(const Event& event) {
-  const std::optional<Asked> asked = TakeAnswered();
+Interpreter::Evaluation Interpreter::OnData(const Event& event) {
+  answering_ = true;
+  silent_in_a_row_ = 0;
+  if (settings_.mode == Mode::kCyclic) monitor_.Arrived(now_);
+  if (const auto command = Withhold(event)) return {.reading = {}, .acknowledged = command};
+  const std::optional<PositionRequest> request = TakeAnswered();
   const Position position = ParsePosition(event.bytes, settings_.format);
   Reading reading{.error = {}, .counts = position.counts, .at = event.received};
   if (position.error != PositionError::kNone) {
     reading.error = position.error == PositionError::kShort ? ErrorKind::kShort : ErrorKind::kRange;
     output_.OnError(*reading.error, event.received);
-    return {.reading = reading, .acknowledged = {}, .frame = true};
+    return {.reading = reading, .acknowledged = {}};
   }
-  reading.at = SampledAt(event, asked);
+  reading.at = SampledAt(event, request);
   if (jumping_ && reading.at.first >= effect_from_) EndJump();
   output_.OnSample({.at = reading.at, .counts = reading.counts});
-  return {.reading = reading, .acknowledged = {}, .frame = true};
+  return {.reading = reading, .acknowledged = {}};
 }
 
-// The kernel stamps a frame when its last bit but one was on the bus, or after that. The position was sampled before
-// its first bit: later than that by no more than `latency`, within which the frame also waits for a busy bus. An adapter
-// that holds an answer back stamps it late: it was sampled after its request all the same, but for `latency`.
-Interval Interpreter::SampledAt(const Event& event, const std::optional<Asked>& asked) const {
+// The kernel sets the timestamp of a frame when its last bit but one was on the bus, or later. The position was sampled at
+// most `latency` before the first bit of the frame; in this time, the frame also waits for a busy bus. An adapter that
+// delays an answer sets its timestamp too late. Even then, the position was sampled at most `latency` before its request.
+Interval Interpreter::SampledAt(const Event& event, const std::optional<PositionRequest>& request) const {
   const std::size_t size = event.bytes.size();
   const MonoNs earliest = event.received.first - settings_.wire.Longest(size) - settings_.latency;
   Interval at{earliest, std::max(earliest, event.received.last - settings_.wire.Shortest(size))};
   if (settings_.mode == Mode::kCyclic) return at;
-  if (!asked) {
+  if (!request) {
     at.first -= std::max<MonoNs>(0, late_ - settings_.latency);
-  } else if (at.first > asked->sent) {
-    at.first = asked->sent - settings_.latency;
+  } else if (at.first > request->sent) {
+    at.first = request->sent - settings_.latency;
   }
   return at;
 }
 
-void Interpreter::MissWhatIsDue(const Event& event) {
+void Interpreter::ReportOverdue(const Event& event) {
   if (settings_.mode == Mode::kCyclic) {
-    if (!cadence_.FellSilent(now_)) return;
+    if (!monitor_.FellSilent(now_)) return;
     ++silent_in_a_row_;
     answering_ = false;
     output_.OnError(ErrorKind::kSilent, event.received);
     return;
   }
-  if (!asked_) return;
-  if (!asked_->missed && now_ >= asked_->at + settings_.timeout) {
-    asked_->missed = true;
+  if (!request_) return;
+  if (!request_->missed && now_ >= request_->at + settings_.timeout) {
+    request_->missed = true;
     if (++silent_in_a_row_ >= kGone) answering_ = false;
     output_.OnError(ErrorKind::kTimeout, event.received);
   }
   // Until then the answer may come late, and could be taken for that to another request.
-  if (now_ >= asked_->at + late_) asked_.reset();
+  if (now_ >= request_->at + late_) request_.reset();
 }
 
 void Interpreter::OnAcknowledged(Command command) {
-  if (command != Command::kPeriod || per_second_ordered_ == 0 || settings_.mode != Mode::kCyclic) return;
-  period_ = kSecond / per_second_ordered_;
-  cadence_ = PeriodMonitor(period_ + settings_.latency, kPeriodsToSilence);
-  cadence_.Arrived(now_);
-}
-
-void Interpreter::BeginJump(MonoNs effect_from) {
-  effect_from_ = effect_from;
-  if (!std::exchange(jumping_, true)) output_.OnDatumChanging(true);
+  if (command != Command::kPeriod || per_second_sent_ == 0 || settings_.mode != Mode::kCyclic) return;
+  period_ = kSecond / per_second_sent_;
+  monitor_ = PeriodMonitor(period_ + settings_.latency, kPeriodsToSilence);
+  monitor_.Arrived(now_);
 }
 
 void Interpreter::EndJump() {

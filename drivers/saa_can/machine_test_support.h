@@ -22,7 +22,7 @@ inline MachineConfig LoadMachine(const std::string& keys, const std::string& dev
   return machine ? std::move(*machine) : MachineConfig{};
 }
 
-// What is said of it; empty when nothing is wrong.
+// Returns the errors of the file; empty if there are no errors.
 inline std::string ProblemOf(const std::string& keys, const std::string& devices) {
   ConfigErrors errors("test.yaml");
   static_cast<void>(ParseConfig(MachineText(keys, devices), errors));

@@ -67,7 +67,7 @@ TEST(SaaCanDialogue, ANodeIdThatHoldsFromTheNextPowerOnIsNotVerified) {
   EXPECT_EQ(After(bus.Do("read_position", {{"after", "set_node_id node=0x33"}}), "finding"), "reads_as_after");
 }
 
-// Somebody else is heard, whoever it is, before or within the dialogue.
+// A frame of any other node comes, before the dialogue or within it.
 TEST(SaaCanDialogue, AnybodyElseOnTheBusStopsIt) {
   for (const std::uint32_t id : {0x121U, 0x220U, 0x701U, 0x18FF1234U | kCanExtended, 0x7E5U}) {
     SimulatedBus bus("a: {bits: 14}", "", kBench);

@@ -1,5 +1,4 @@
 // Operations on a simulated bus in virtual time: zero, direction, rate, stop, and looking afterwards.
-#include "drivers/saa_can/operations.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,6 +6,7 @@
 #include <axlecast/command_status_t.hpp>
 
 #include "drivers/saa_can/bus_test_support.h"
+#include "drivers/saa_can/device.h"
 
 namespace axlecast::saa_can {
 namespace {
@@ -44,7 +44,7 @@ TEST(SaaCanZero, AShaftThatTurnsIsRefused) {
   EXPECT_EQ(bus.frames->Sent(0x220, 0x20), 0);
 }
 
-// Standstill is measured before the request, not only when the order comes.
+// Standstill is measured before the request, not only when the command begins.
 TEST(SaaCanZero, AShaftThatBeginsToTurnIsRefused) {
   SimulatedBus bus("a: {bits: 14}", "a: {start_deg: 123}");
   bus.Run(kSecond);
@@ -79,7 +79,7 @@ TEST(SaaCanZero, AFrameThatNobodyAcknowledgesIsInDoubt) {
   EXPECT_THAT(outcome.text, HasSubstr("still wait in the controller's queue"));
   EXPECT_THAT(outcome.text, HasSubstr("ip link set can-0 down"));
   EXPECT_TRUE(bus.output().datum_changing) << "until it is known";
-  // It does act later; the jump is told then.
+  // It does act later; the jump is published then.
   bus.Set("a", "power", "on");
   bus.Run(5 * kSecond);
   EXPECT_EQ(bus.State("a", "zeroings"), "1");
@@ -123,7 +123,7 @@ TEST(SaaCanZero, TheLinkLostInBetweenIsInDoubt) {
   EXPECT_FALSE(bus.output().datum_changing);
 }
 
-// ---- what the document cannot tell apart ----
+// ---- commands that the manual prints alike ----
 
 TEST(SaaCanDirection, IsRefusedWithoutTheByteThatTheManualLeavesOut) {
   SimulatedBus bus("a: {bits: 14}", "a: {start_deg: 123}");
@@ -198,6 +198,40 @@ TEST(SaaCanPeriod, AnEncoderThatKeepsItsOwnFails) {
   EXPECT_EQ(outcome.reason, Reason::REASON_READ_BACK_DIFFERS);
 }
 
+// ---- expiry ----
+
+// Once the position was requested, or the driver listens for it, the time to begin does not matter any more.
+TEST(SaaCanReadPosition, DoesNotExpireOnceItHasBegun) {
+  for (const char* device : {"a: {bits: 14, mode: single}", "a: {bits: 14}"}) {
+    SimulatedBus bus(device, "a: {start_deg: 90}", kPolled);
+    bus.Run(kSecond);
+    bus.Set("a", "fault", "off");
+    bus.Begin("read_position", {}, bus.clock.Now() + 50 * kMillisecond);
+    const Outcome outcome = bus.Finish();
+    EXPECT_EQ(outcome.state, CommandState::kFailed) << device;
+    EXPECT_THAT(outcome.text, HasSubstr("no position came in time")) << device;
+  }
+}
+
+TEST(SaaCanReadPosition, ExpiresBeforeItsRequest) {
+  SimulatedBus bus("a: {bits: 14, mode: single}", "a: {start_deg: 90}", kPolled);
+  bus.Run(kSecond);
+  bus.frames->FillQueue(true);
+  bus.Run(20 * kMillisecond);
+  bus.Begin("read_position", {}, bus.clock.Now() + kMillisecond);
+  EXPECT_EQ(bus.Finish().state, CommandState::kExpired);
+}
+
+// What changes something must not act later than its time to begin, although it has read a position.
+TEST(SaaCanZero, ExpiresAfterItsFirstReading) {
+  SimulatedBus bus("a: {bits: 14, mode: single}", "a: {start_deg: 123}", kPolled);
+  bus.Run(kSecond);
+  bus.Set("a", "fault", "off");
+  bus.Begin("zero", {}, bus.clock.Now() + 50 * kMillisecond);
+  EXPECT_EQ(bus.Finish().state, CommandState::kExpired);
+  EXPECT_EQ(bus.frames->Sent(0x220, 0x20), 0);
+}
+
 TEST(SaaCanOperations, BadArgumentsAndOtherModelsAreRefused) {
   SimulatedBus bus("a: {bits: 14}", "a: {start_deg: 90}");
   bus.Run(kSecond);
@@ -215,7 +249,7 @@ TEST(SaaCanOperations, BadArgumentsAndOtherModelsAreRefused) {
 TEST(SaaCanOperations, WhatChangesSomethingIsAskedForFirst) {
   for (const OperationSpec& operation : Operations()) {
     EXPECT_FALSE(operation.verification.empty()) << operation.name;
-    if (FindOperation(operation.name) == nullptr) continue;  // of model cia406
+    if (FindOperation(SaaOperations(), operation.name) == nullptr) continue;  // of model cia406
     const bool datum = operation.name == "zero" || operation.name == "set_direction";
     const bool reads = operation.name == "read_position";
     EXPECT_EQ(operation.needs_standstill, datum) << operation.name;

@@ -1,5 +1,5 @@
 // Any answers, strays and silences.
-#include "drivers/saa_can/probe.h"
+#include "drivers/saa_can/family.h"
 
 #include "tests/fuzz/probe_fuzzing.h"
 

@@ -1,4 +1,4 @@
-#include "drivers/saa_can/probe.h"
+#include "drivers/saa_can/family.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ using testing::SizeIs;
 // A CAN bus in virtual time on which these frames come, each at its period.
 class DeviceFixture {
  public:
-  DeviceFixture() { EXPECT_EQ(link_.Open(), ""); }
+  DeviceFixture() { EXPECT_TRUE(link_.Open()); }
 
   void Send(std::uint32_t id, const ByteList& data, MonoNs period) {
     for (MonoNs at = period; at < 3 * kSecond; at += period) {
@@ -71,7 +71,7 @@ TEST(SaaCanProbe, WithoutAHeartbeatTheSharedIdentifiersAreOnlyPossible) {
 
 TEST(SaaCanProbe, TakesNoOtherTrafficForAnEncoder) {
   DeviceFixture bench;
-  bench.Send(0x130, {1, 2, 3, 4, 5, 6, 7, 8}, 20 * kMillisecond);              // no position is so long
+  bench.Send(0x130, {1, 2, 3, 4, 5, 6, 7, 8}, 20 * kMillisecond);              // too long for a position
   bench.Send(0x131, {1}, 20 * kMillisecond);                                   // or so short
   bench.Send(0x080, {}, 20 * kMillisecond);                                    // SYNC
   bench.Send(0x120 | kCanExtended, {0x47, 0x26}, 20 * kMillisecond);           // 29 bits

@@ -22,22 +22,25 @@ class Delivery {
   enum class State : std::uint8_t {
     kIdle,
     kStarted,       // about to be handed to the controller
-    kRefused,       // its queue is full: the frame is nowhere
+    kRefused,       // the controller's queue is full: the frame is nowhere
     kQueued,        // in the queue
-    kNotConfirmed,  // for too long. It goes out as soon as any node acknowledges it, whenever that is
+    kNotConfirmed,  // queued for too long. It is sent as soon as any node acknowledges it
     kOnBus,         // acknowledged by a node
   };
 
-  // Waiting for a busy bus takes some frames' time, below 10 ms: what takes longer has no node to acknowledge it.
+  // Waiting for a busy bus takes less than 10 ms: after this time there is no node that acknowledges the frame.
   static constexpr MonoNs kConfirmWithin = 500 * kMillisecond;
 
-  void Start(const CanFrame& frame);
-  // Any event; its end.
+  void Start(const CanFrame& frame) {
+    frame_ = frame;
+    state_ = State::kStarted;
+  }
+  // Receives any event of the bus.
   void On(const Event& event, MonoNs now);
 
   [[nodiscard]] State state() const { return state_; }
   [[nodiscard]] MonoNs on_bus_at() const { return at_; }
-  // When to ask again.
+  // Returns when the state must be evaluated again.
   [[nodiscard]] MonoNs due() const { return state_ == State::kQueued ? at_ + kConfirmWithin : kNever; }
 
  private:
@@ -46,7 +49,7 @@ class Delivery {
   MonoNs at_ = 0;  // of the state
 };
 
-// What a procedure may know of the device. Outlives the procedure.
+// The parts of the device that a procedure may read. They outlive the procedure.
 struct OperationContext {
   const SaaCanSettings& settings;
   bool bench = false;
@@ -58,200 +61,196 @@ struct OperationContext {
 class Procedure : public CommandProcedure {
  public:
   struct Nothing {};
-  struct Position {};  // as soon as the encoder sends one, or is asked for one
-  using Want = std::variant<Nothing, Position, CanFrame>;
-  [[nodiscard]] virtual Want Wants(MonoNs now) const = 0;
-  // It wants to be asked again by then.
+  struct Position {};  // as soon as the encoder sends one, or after a request for one
+  using Need = std::variant<Nothing, Position, CanFrame>;
+  // Returns what the procedure needs next from the bus.
+  [[nodiscard]] virtual Need NextNeed(MonoNs now) const = 0;
+  // Returns when the procedure must be evaluated again if nothing happens before.
   [[nodiscard]] virtual MonoNs Due(MonoNs now) const = 0;
 
-  // The frame that it wanted is about to be handed to the controller.
+  // The frame that it needs is about to be handed to the controller.
   virtual void OnStarted([[maybe_unused]] const CanFrame& frame) {}
-  // An outcome: progress, or the final one.
-  virtual std::optional<Outcome> On(const Event& event, const Interpreter::Heard& heard, MonoNs now) = 0;
+  // Returns an outcome: progress, or the final one.
+  virtual std::optional<Outcome> On(const Event& event, const Interpreter::Evaluation& evaluation, MonoNs now) = 0;
 
-  // Nothing else may be transmitted meanwhile.
+  // Returns whether nothing else may be transmitted meanwhile.
   [[nodiscard]] virtual bool alone() const { return false; }
-  // The encoder may run at another bit rate: nothing must be transmitted until the link comes up again.
+  // Returns whether the encoder may run at another bit rate: nothing may be transmitted until the link comes up again.
   [[nodiscard]] virtual bool silences() const { return false; }
 };
 
-// Words and judgements that the procedures share.
-
-// For a position: several periods of a slow encoder, or several requests in vain.
-[[nodiscard]] MonoNs Patience(const SaaCanSettings& settings);
-
-// How the order ends when its frame did not come onto the bus; nothing while it may, or when it did.
+// Returns the final outcome if the frame did not reach the bus; nothing while it may, or if it did.
 [[nodiscard]] std::optional<Outcome> NotDelivered(const Delivery& delivery, const SaaCanSettings& settings);
+// Returns the final outcome after the loss of the link. `sent`: the frame that changes something may have been sent.
+// `check`: how the user can see its effect.
+[[nodiscard]] Outcome LinkLost(bool sent, const std::string& check);
+// Returns the final outcome, FAILED or INDETERMINATE, if something that was expected was not received.
+[[nodiscard]] Outcome NotReceived(CommandState state, std::string text);
 
-// The link is gone. `sent`: the frame that changes something may have gone out.
-[[nodiscard]] Outcome LinkLost(bool sent, const char* look);
+// Sends one frame once, and waits for its effect. Before the frame it may read a position that shows where the shaft is,
+// and verify the standstill again.
+class OneFrameProcedure : public Procedure {
+ public:
+  [[nodiscard]] Need NextNeed(MonoNs now) const override;
+  [[nodiscard]] MonoNs Due(MonoNs) const override {
+    return delivered() || !touched() ? deadline_ : delivery_.due();
+  }
+  void OnStarted(const CanFrame& frame) override { delivery_.Start(frame); }
+  std::optional<Outcome> On(const Event& event, const Interpreter::Evaluation& evaluation, MonoNs now) override;
+  [[nodiscard]] Outcome OnLinkLost() const override;
+  [[nodiscard]] bool touched() const override { return delivery_.state() != Delivery::State::kIdle; }
 
-// The outcome of a reading that brought nothing.
-[[nodiscard]] Outcome NothingRead(std::string text);
+ protected:
+  OneFrameProcedure(Command command, std::uint8_t parameter, const OperationContext& context)
+      : context_(context), command_(command), parameter_(parameter) {}
+  // Reads a position before the frame.
+  OneFrameProcedure(Command command, std::uint8_t parameter, const OperationContext& context, MonoNs now);
 
-// "14.0625 deg (counts 640)"
-[[nodiscard]] std::string PositionText(std::int64_t counts, int bits);
+  // The frame was on the bus at `now`. Returns an outcome if there is progress to report.
+  virtual std::optional<Outcome> OnDelivered(MonoNs now) = 0;
+  // Any event after OnDelivered. Returns the final outcome, if it is known.
+  virtual std::optional<Outcome> AfterDelivery(const Event& event, const Interpreter::Evaluation& evaluation,
+                                               MonoNs now) = 0;
+  // Returns whether the procedure needs a position after the frame.
+  [[nodiscard]] virtual bool NeedsPosition(MonoNs) const { return false; }
+  // Returns an error if the frame may not be sent at this position.
+  [[nodiscard]] virtual Result<> CheckPosition(std::int64_t) const { return {}; }
+  // Returns how the user can see the effect of the frame after the link was lost.
+  [[nodiscard]] virtual std::string Check() const = 0;
+  // Adds what the procedure knows to an outcome after the frame was sent.
+  [[nodiscard]] virtual Outcome WithChanges(Outcome outcome) const { return outcome; }
 
-// The shaft stands where a position has the bytes of the reply to this command.
-[[nodiscard]] bool LooksLikeReply(std::int64_t counts, Command command, const SaaCanSettings& settings);
+  [[nodiscard]] bool delivered() const { return delivery_.state() == Delivery::State::kOnBus; }
+  [[nodiscard]] MonoNs delivered_at() const { return delivery_.on_bus_at(); }
+  [[nodiscard]] const char* ReplyText() const { return acknowledged_ ? "its reply came" : "no reply came"; }
 
-// Whether a position is what an encoder that was just cleared to zero may read.
-[[nodiscard]] bool IsNearZero(std::int64_t counts, const SaaCanSettings& settings);
+  const OperationContext context_;
+  MonoNs deadline_ = kNever;   // of the position before the frame, then of the effect
+  std::int64_t before_ = 0;    // the position before the frame
+  bool acknowledged_ = false;  // a reply came, or a position that looks like it
 
-[[nodiscard]] bool AtRest(const DeviceOutput& output, MonoNs now);
+ private:
+  std::optional<Outcome> OnBefore(const Interpreter::Evaluation& evaluation, MonoNs now);
 
-// How root brings the interface up at this rate, in one line.
-[[nodiscard]] std::string IpLinkLine(const std::string& iface, std::int64_t bitrate);
+  const Command command_;
+  const std::uint8_t parameter_;
+  Delivery delivery_;
+  const bool reads_before_ = false;
+  bool read_ = false;  // the position before the frame
+};
 
-// The period of frames that an encoder sends by itself, from their arrivals.
+// Clears the encoder to zero (20 NN, SAA manual 5.4.1 (3) ⑥). Positions before and after the frame show the effect. The
+// reply alone proves nothing: it looks like a position.
+class Zero final : public OneFrameProcedure {
+ public:
+  Zero(const OperationContext& context, MonoNs now) : OneFrameProcedure(Command::kZero, 0, context, now) {}
+
+  [[nodiscard]] MonoNs Due(MonoNs now) const override;
+
+ private:
+  std::optional<Outcome> OnDelivered(MonoNs now) override;
+  std::optional<Outcome> AfterDelivery(const Event& event, const Interpreter::Evaluation& evaluation,
+                                       MonoNs now) override;
+  [[nodiscard]] bool NeedsPosition(MonoNs now) const override { return now >= context_.interpreter.effect_from(); }
+  [[nodiscard]] std::string Check() const override { return "read_position after=zero"; }
+  [[nodiscard]] Outcome WithChanges(Outcome outcome) const override { return WithCounts(std::move(outcome), ""); }
+  [[nodiscard]] bool SameBefore() const;
+  [[nodiscard]] Outcome Verify(std::int64_t counts) const;
+  [[nodiscard]] Outcome WithCounts(Outcome outcome, const std::string& after) const;
+
+  int readings_ = 0;
+};
+
+// Sets the counting direction (22 NN, SAA manual 5.4.1 (3) ④⑤) with the byte from the configuration. The reply shows that
+// it was accepted; only a motion shows the effect. It is refused where a position of the shaft at rest could be taken for
+// the reply.
+class SetDirection final : public OneFrameProcedure {
+ public:
+  SetDirection(std::uint8_t parameter, const OperationContext& context, MonoNs now)
+      : OneFrameProcedure(Command::kDirection, parameter, context, now) {}
+
+ private:
+  std::optional<Outcome> OnDelivered(MonoNs now) override;
+  std::optional<Outcome> AfterDelivery(const Event& event, const Interpreter::Evaluation& evaluation,
+                                       MonoNs now) override;
+  [[nodiscard]] Result<> CheckPosition(std::int64_t counts) const override;
+  [[nodiscard]] std::string Check() const override { return "turn the shaft and see which way it counts"; }
+  [[nodiscard]] Outcome WithChanges(Outcome outcome) const override;
+};
+
+// Returns an error if the direction cannot be set at this position, because it has the bytes of the reply.
+[[nodiscard]] Result<> CheckDirectionAt(std::int64_t counts, const SaaCanSettings& settings);
+
+// The period of frames that an encoder sends by itself, measured from their arrivals.
 class PeriodMeter {
  public:
-  static constexpr int kPeriods = 5;
-
   void Add(MonoNs at) {
     if (frames_++ == 0) first_ = at;
     last_ = at;
   }
   [[nodiscard]] bool done() const { return frames_ > kPeriods; }
-  // 0 before the second frame.
+  // Returns the mean period; 0 before the second frame.
   [[nodiscard]] MonoNs Mean() const { return frames_ < 2 ? 0 : (last_ - first_) / (frames_ - 1); }
-  // Within a quarter of the nominal one: the manual's own log is 6.4 % off.
+  [[nodiscard]] double MeanMs() const { return static_cast<double>(Mean()) / static_cast<double>(kMillisecond); }
+  // Returns whether the mean is within a quarter of the nominal period: the manual's own log is 6.4 % off.
   [[nodiscard]] bool Fits(MonoNs nominal) const {
     const MonoNs off = Mean() > nominal ? Mean() - nominal : nominal - Mean();
     return off * 4 <= nominal;
   }
-  // For a meter to be done, at most.
-  [[nodiscard]] static MonoNs Patience(MonoNs nominal) { return 2 * kSecond + 2 * kPeriods * nominal; }
+  // Returns the maximum time of a measurement.
+  [[nodiscard]] static MonoNs Timeout(MonoNs nominal) { return 2 * kSecond + 2 * kPeriods * nominal; }
 
  private:
+  static constexpr int kPeriods = 5;
+
   int frames_ = 0;
   MonoNs first_ = 0;
   MonoNs last_ = 0;
 };
 
-// Clears the encoder to zero (20 NN, SAA manual 5.4.1 (3) ⑥): a position that shows where the shaft was, standstill
-// measured once more, the frame once, and positions that show the effect. The reply alone proves nothing: it looks
-// like a position.
-class Zero final : public Procedure {
- public:
-  Zero(const OperationContext& context, MonoNs now);
-
-  [[nodiscard]] Want Wants(MonoNs now) const override;
-  [[nodiscard]] MonoNs Due(MonoNs now) const override;
-  void OnStarted(const CanFrame& frame) override;
-  std::optional<Outcome> On(const Event& event, const Interpreter::Heard& heard, MonoNs now) override;
-  [[nodiscard]] Outcome OnLinkLost() const override;
-  [[nodiscard]] bool touched() const override { return stage_ >= Stage::kDeliver; }
-
- private:
-  enum class Stage : std::uint8_t { kReadBefore, kSend, kDeliver, kVerify };
-
-  std::optional<Outcome> OnBefore(const Interpreter::Heard& heard, MonoNs now);
-  std::optional<Outcome> OnDelivery(const Event& event, MonoNs now);
-  std::optional<Outcome> OnVerify(const Interpreter::Heard& heard, MonoNs now);
-  [[nodiscard]] bool SameBefore() const;
-  [[nodiscard]] Outcome Judge(std::int64_t counts) const;
-  [[nodiscard]] Outcome WithCounts(Outcome outcome, const std::string& after) const;
-
-  const OperationContext context_;
-  Stage stage_ = Stage::kReadBefore;
-  MonoNs deadline_;
-  Delivery delivery_;
-  std::int64_t before_ = 0;
-  bool acknowledged_ = false;
-  int looks_ = 0;
-};
-
-// Sets the counting direction (22 NN, SAA manual 5.4.1 (3) ④⑤) with the byte that the configuration supplies. The
-// reply says that it was accepted; only a motion shows it. It is refused where a position of the shaft at rest could
-// pass for the reply.
-class SetDirection final : public Procedure {
- public:
-  SetDirection(std::uint8_t parameter, const OperationContext& context, MonoNs now);
-
-  [[nodiscard]] Want Wants(MonoNs now) const override;
-  [[nodiscard]] MonoNs Due(MonoNs) const override;
-  void OnStarted(const CanFrame& frame) override;
-  std::optional<Outcome> On(const Event& event, const Interpreter::Heard& heard, MonoNs now) override;
-  [[nodiscard]] Outcome OnLinkLost() const override;
-  [[nodiscard]] bool touched() const override { return delivery_.state() != Delivery::State::kIdle; }
-
- private:
-  std::optional<Outcome> OnBefore(const Interpreter::Heard& heard, MonoNs now);
-  [[nodiscard]] Outcome WithCounts(Outcome outcome, const std::string& after) const;
-
-  const std::uint8_t parameter_;
-  const OperationContext context_;
-  MonoNs deadline_;
-  bool read_ = false;
-  std::int64_t before_ = 0;
-  Delivery delivery_;
-};
-
-// Returns an error if the direction cannot be set at this position: it has the bytes of the reply.
-[[nodiscard]] Result<> CheckDirectionAt(std::int64_t counts, const SaaCanSettings& settings);
-
 // Sets how often the encoder sends by itself (31 NN TT, ⑦), and measures it.
-class SetPeriod final : public Procedure {
+class SetPeriod final : public OneFrameProcedure {
  public:
-  SetPeriod(std::uint8_t per_second, const OperationContext& context);
-
-  [[nodiscard]] Want Wants(MonoNs now) const override;
-  [[nodiscard]] MonoNs Due(MonoNs) const override;
-  void OnStarted(const CanFrame& frame) override { delivery_.Start(frame); }
-  std::optional<Outcome> On(const Event& event, const Interpreter::Heard& heard, MonoNs now) override;
-  [[nodiscard]] Outcome OnLinkLost() const override { return LinkLostText(); }
-  [[nodiscard]] bool touched() const override { return delivery_.state() != Delivery::State::kIdle; }
+  SetPeriod(std::uint8_t per_second, const OperationContext& context)
+      : OneFrameProcedure(Command::kPeriod, per_second, context), period_(kSecond / per_second) {}
 
  private:
-  [[nodiscard]] Outcome Judge() const;
-  [[nodiscard]] Outcome LinkLostText() const;
-  [[nodiscard]] MonoNs period() const { return kSecond / per_second_; }
+  std::optional<Outcome> OnDelivered(MonoNs now) override;
+  std::optional<Outcome> AfterDelivery(const Event& event, const Interpreter::Evaluation& evaluation,
+                                       MonoNs now) override;
+  [[nodiscard]] std::string Check() const override;
 
-  const std::uint8_t per_second_;
-  const OperationContext context_;
-  Delivery delivery_;
-  bool acknowledged_ = false;
-  MonoNs deadline_ = kNever;
+  const MonoNs period_;
   PeriodMeter meter_;
 };
 
-// Stops an encoder that sends by itself though it is to be asked (31 NN TT, ⑧) with the byte that the configuration
-// supplies; then nothing is asked for a while, and nothing must come.
-class StopCyclic final : public Procedure {
+// Stops an encoder that sends by itself (31 NN TT, ⑧) although it is polled, with the byte from the configuration. Then
+// nothing is requested for a while, and nothing must be received.
+class StopCyclic final : public OneFrameProcedure {
  public:
-  StopCyclic(std::uint8_t parameter, const OperationContext& context) : parameter_(parameter), context_(context) {}
+  StopCyclic(std::uint8_t parameter, const OperationContext& context)
+      : OneFrameProcedure(Command::kPeriod, parameter, context) {}
 
-  [[nodiscard]] Want Wants(MonoNs now) const override;
-  [[nodiscard]] MonoNs Due(MonoNs) const override;
-  void OnStarted(const CanFrame& frame) override { delivery_.Start(frame); }
-  std::optional<Outcome> On(const Event& event, const Interpreter::Heard& heard, MonoNs now) override;
-  [[nodiscard]] Outcome OnLinkLost() const override;
-  [[nodiscard]] bool touched() const override { return delivery_.state() != Delivery::State::kIdle; }
   [[nodiscard]] bool alone() const override { return touched(); }
 
-  // Longer than the longest period, of one position a second.
-  static constexpr MonoNs kQuiet = 1'500 * kMillisecond;
-  // A position that was asked for, or was on its way, may still come so long.
-  static constexpr MonoNs kSettle = 100 * kMillisecond;
-
  private:
-  const std::uint8_t parameter_;
-  const OperationContext context_;
-  Delivery delivery_;
-  bool acknowledged_ = false;
+  std::optional<Outcome> OnDelivered(MonoNs now) override;
+  std::optional<Outcome> AfterDelivery(const Event& event, const Interpreter::Evaluation& evaluation,
+                                       MonoNs now) override;
+  [[nodiscard]] std::string Check() const override { return "see whether positions come by themselves"; }
 };
 
-// One position, shown; also whether it looks as after the operation that was ordered before.
+// Reads one position. It also shows whether the encoder reads as after the operation that was carried out before.
 class ReadPosition final : public Procedure {
  public:
   enum class After : std::uint8_t { kNothing, kZero, kDirection, kBitrate };
   ReadPosition(After after, const OperationContext& context, MonoNs now);
 
-  [[nodiscard]] Want Wants(MonoNs) const override { return Position{}; }
+  [[nodiscard]] Need NextNeed(MonoNs) const override { return Position{}; }
   [[nodiscard]] MonoNs Due(MonoNs) const override { return deadline_; }
-  std::optional<Outcome> On(const Event& event, const Interpreter::Heard& heard, MonoNs now) override;
+  std::optional<Outcome> On(const Event& event, const Interpreter::Evaluation& evaluation, MonoNs now) override;
   [[nodiscard]] Outcome OnLinkLost() const override;
+  [[nodiscard]] bool reads_only() const override { return true; }
 
  private:
   [[nodiscard]] const char* Finding(std::int64_t counts, MonoNs now) const;
@@ -262,14 +261,15 @@ class ReadPosition final : public Procedure {
 };
 
 // Measures how often the encoder sends by itself, to see whether set_period took effect.
-class LookForPeriod final : public Procedure {
+class ReadPeriod final : public Procedure {
  public:
-  LookForPeriod(MonoNs period, const OperationContext& context, MonoNs now);
+  ReadPeriod(MonoNs period, const OperationContext& context, MonoNs now);
 
-  [[nodiscard]] Want Wants(MonoNs) const override { return Nothing{}; }
+  [[nodiscard]] Need NextNeed(MonoNs) const override { return Nothing{}; }
   [[nodiscard]] MonoNs Due(MonoNs) const override { return deadline_; }
-  std::optional<Outcome> On(const Event& event, const Interpreter::Heard& heard, MonoNs now) override;
+  std::optional<Outcome> On(const Event& event, const Interpreter::Evaluation& evaluation, MonoNs now) override;
   [[nodiscard]] Outcome OnLinkLost() const override;
+  [[nodiscard]] bool reads_only() const override { return true; }
 
  private:
   const MonoNs period_;

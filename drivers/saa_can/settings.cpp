@@ -25,7 +25,7 @@ const std::vector<std::string_view>& Models() {
 constexpr std::int64_t kMaxPeriodMs = 1'000;  // TT is a whole number a second
 constexpr std::int64_t kDefaultTimeoutUs = 20'000;
 constexpr std::int64_t kDefaultLatencyUs = 5'000;
-// Generous: all that it costs is a reading at exactly the position that looks like the reply.
+// Generous: the only cost is a missing reading at exactly the position that looks like the reply.
 constexpr std::int64_t kDefaultReplyMs = 1'000;
 constexpr std::int64_t kDefaultSettleMs = 100;
 constexpr double kZeroToleranceDeg = 0.2;
@@ -34,7 +34,7 @@ void ParsePeriod(ConfigMap& device, SaaCanSettings& settings) {
   if (settings.mode == Mode::kSingle) {
     for (const char* key : {"period_ms", "set_period"}) {
       if (device.Has(key))
-        device.Error(key, "is of mode cyclic only: in mode single the bus's poll_hz says how often");
+        device.Error(key, "is of mode cyclic only: in mode single, poll_hz of the bus sets the rate");
     }
     return;
   }
@@ -50,7 +50,7 @@ void ParsePeriod(ConfigMap& device, SaaCanSettings& settings) {
   }
 }
 
-// Bytes that the manual leaves out where it prints two commands alike.
+// Reads the bytes that the manual leaves out where it prints two commands alike.
 void ParseUnprinted(ConfigMap& device, SaaCanSettings& settings) {
   const auto byte = [&](const char* key) -> std::optional<std::uint8_t> {
     if (!device.Has(key)) return std::nullopt;
@@ -76,8 +76,8 @@ void ParseTimes(ConfigMap& device, SaaCanSettings& settings) {
   settings.zero_settle = device.Integer("zero_settle_ms", kDefaultSettleMs, 1, 10'000, "ms") * kMillisecond;
 }
 
-// 1NN brings positions and replies; 2NN the own commands, once they were on the bus, and those of other masters, whose
-// replies must not pass for positions either. A bench hears everything: who else is there decides what is allowed.
+// 1NN: positions and replies. 2NN: own commands, once they were on the bus, and those of other masters, whose replies must
+// not be taken for positions either. A bench receives everything: other nodes on the bus decide what is allowed.
 CanFilters FiltersOf(std::uint8_t node, bool bench) {
   if (bench) return {{.id = 0, .mask = 0}};
   return {OnlyStandard(DataId(node)), OnlyStandard(RequestId(node)), OnlyStandard(kConfigureId),
@@ -117,28 +117,24 @@ bool Uses(const DeviceConfig& device, std::uint32_t id) {
   return id == DataId(node) || id == RequestId(node) || id == kConfigureId || id == kConfigureReplyId;
 }
 
+// Reports a pair of SAA encoders once.
 void CheckIds(ConfigMap& map, const BusConfig& bus) {
   ConfigMap devices = map.Map("devices");
-  for (std::size_t i = 0; i < bus.devices.size(); ++i) {
-    const DeviceConfig& device = bus.devices[i];
-    if (cia406::IsOwn(device)) continue;
-    const std::uint8_t node = Own(device).node;
-    for (std::size_t k = 0; k < bus.devices.size(); ++k) {
-      // Two of this kind are told of once.
-      if (k == i || (k < i && !cia406::IsOwn(bus.devices[k]))) continue;
-      for (const std::uint32_t id : {DataId(node), RequestId(node)}) {
-        if (!Uses(bus.devices[k], id)) continue;
-        devices.Error(bus.devices[k].name,
-                      Text("identifier 0x%03X is that of %s (node 0x%02X) too: each encoder needs "
-                           "identifiers of its own",
-                           unsigned{id}, device.name.c_str(), unsigned{node}));
-        break;
-      }
+  for (auto first = bus.devices.begin(); first != bus.devices.end(); ++first) {
+    if (cia406::IsOwn(*first)) continue;
+    const std::uint8_t node = Own(*first).node;
+    for (auto other = bus.devices.begin(); other != bus.devices.end(); ++other) {
+      if (other == first || (other < first && !cia406::IsOwn(*other))) continue;
+      const std::uint32_t id = Uses(*other, DataId(node)) ? DataId(node) : RequestId(node);
+      if (!Uses(*other, id)) continue;
+      devices.Error(other->name, Text("identifier 0x%03X is that of %s (node 0x%02X) too: each encoder needs "
+                                      "identifiers of its own",
+                                      unsigned{id}, first->name.c_str(), unsigned{node}));
     }
   }
 }
 
-// What sends by itself must fit on the wire.
+// Checks that the frames that encoders send by themselves fit on the wire.
 void CheckLoad(ConfigMap& map, const BusConfig& bus) {
   double share = 0;
   for (const DeviceConfig& device : bus.devices) {
@@ -170,7 +166,7 @@ void CheckBus(ConfigMap& map, const BusConfig& bus) {
   CheckIds(map, bus);
   CheckLoad(map, bus);
   if (OwnBus(bus).bench && (bus.devices.size() != 1 || cia406::IsOwn(bus.devices.front()))) {
-    map.Error("bench", "is for one SAA encoder that is alone on its bus: what it allows goes to every node");
+    map.Error("bench", "is for one SAA encoder that is alone on its bus: its operations go to every node");
   }
 }
 

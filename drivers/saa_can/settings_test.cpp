@@ -47,7 +47,7 @@ TEST(SaaCanSettings, TheKernelFiltersWhatIsNotOfThisNode) {
   }
 }
 
-// What a bench allows goes to every node, so every node must be heard.
+// The operations of a bench go to every node, so the frames of every node must be received.
 TEST(SaaCanSettings, ABenchHearsEverything) {
   const MachineConfig machine = LoadMachine(std::string("bench: true, ") + kReal, "axis1: {bits: 14}");
   const CanFilters& filters = machine.buses[0].devices[0].settings->can_filters;

@@ -6,7 +6,7 @@
 namespace axlecast::saa_can {
 namespace {
 
-// The reply `20 00` has the bytes of the position 32 (0.7 degrees at 14 bits): beside it, it cannot be told apart.
+// The reply `20 00` has the bytes of the position 32 (0.7 degrees at 14 bits): near this position, the two cannot be distinguished.
 TEST(VerifiedOutcome, AZeroIsVerifiedOnlyWhereItsEffectCanBeSeen) {
   struct Case {
     const char* simulated;

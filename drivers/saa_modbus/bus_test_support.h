@@ -16,10 +16,10 @@
 #include "core/config/machine_config.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/runtime/bus/bus.h"
-#include "drivers/saa_modbus/device.h"
 #include "drivers/saa_modbus/family.h"
 #include "drivers/saa_modbus/simulator.h"
 #include "tests/support/fake_clock.h"
+#include "tests/support/fixed_secrets.h"
 #include "tests/support/recording_output.h"
 #include "tests/support/simulator_link.h"
 
@@ -47,7 +47,7 @@ class WatchedLink final : public ByteLink {
     return changes;
   }
 
-  [[nodiscard]] std::string Open() override { return link_.Open(); }
+  [[nodiscard]] Result<> Open() override { return link_.Open(); }
   void Close() override { link_.Close(); }
   [[nodiscard]] bool IsOpen() const override { return link_.IsOpen(); }
   [[nodiscard]] bool SetBaud(std::int64_t baud) override {
@@ -148,7 +148,7 @@ class Machine final : public LinkObserver {
     bus_ = std::make_unique<Bus>(settings, *port, clock, *this, nullptr);
     for (const DeviceConfig& device : config_.devices) {
       Watch& output = outputs[device.name];
-      devices_.push_back(std::make_unique<SaaModbusDevice>(config_, device, output));
+      devices_.push_back(MakeDevice(config_, device, output, secrets_));
       bus_->Add(*devices_.back());
     }
   }
@@ -213,7 +213,8 @@ class Machine final : public LinkObserver {
   BusConfig config_;
   std::unique_ptr<Simulator> simulator_;
   std::unique_ptr<Bus> bus_;
-  std::vector<std::unique_ptr<SaaModbusDevice>> devices_;
+  FixedSecrets secrets_;
+  std::vector<std::unique_ptr<Device>> devices_;
   int finished_ = 0;
 };
 

@@ -1,4 +1,4 @@
-#include "drivers/saa_modbus/device.h"
+#include "drivers/saa_modbus/family.h"
 
 #include "drivers/saa_modbus/bus_test_support.h"
 

@@ -1,20 +1,9 @@
 #include "drivers/saa_modbus/family.h"
 
-#include <memory>
-
-#include "drivers/saa_modbus/device.h"
 #include "drivers/saa_modbus/operations.h"
 #include "drivers/saa_modbus/settings.h"
 
 namespace axlecast {
-namespace {
-
-std::unique_ptr<Device> Make(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output,
-                             SecretSource&) {
-  return std::make_unique<saa_modbus::SaaModbusDevice>(bus, device, output);
-}
-
-}  // namespace
 
 const Family& saa_modbus_family() {
   static const Family kFamily = {
@@ -29,7 +18,7 @@ const Family& saa_modbus_family() {
       .parse_bus = &saa_modbus::ParseBus,
       .parse = &saa_modbus::ParseSettings,
       .check_bus = &saa_modbus::CheckBus,
-      .make_device = &Make,
+      .make_device = &saa_modbus::MakeDevice,
       .make_simulator = &saa_modbus::MakeSaaModbusSimulator,
       .decode = &saa_modbus::Decode,
   };

@@ -56,12 +56,9 @@ Answer Interpreter::OnExchange(const Event& event) {
   return answer;
 }
 
-void Interpreter::OnLost(Bytes request) {
+void Interpreter::OnLinkLost(Bytes request) {
   const std::optional<Request> asked = ParseRequest(request);
   if (asked && asked->writes()) OnWrite(*asked);
-}
-
-void Interpreter::OnLinkDown() {
   answering_ = false;
   silent_in_a_row_ = 0;
 }

@@ -51,9 +51,8 @@ class Interpreter {
 
   // An exchange is over: kReply or kTimeout.
   Answer OnExchange(const Event& event);
-  // The link was lost during this request.
-  void OnLost(Bytes request);
-  void OnLinkDown();
+  // The link was lost during this request; empty: during none.
+  void OnLinkLost(Bytes request);
 
   // Returns whether good replies come: the last exchanges were not all silent.
   [[nodiscard]] bool answering() const { return answering_; }

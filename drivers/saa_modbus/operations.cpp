@@ -17,58 +17,18 @@ constexpr std::string_view kSetAddressName = "set_address";
 constexpr std::string_view kQueryAddressName = "query_address";
 constexpr std::string_view kReadPositionName = "read_position";
 
-const std::vector<OperationSpec>& Specs() {
-  static const std::vector<OperationSpec> kSpecs = {
-      {.name = kZeroName,
-       .help = "Makes the present shaft angle the encoder's 0 (CC 00); writes its memory",
-       .arguments = {},
-       .destructive = true,
-       .needs_standstill = true,
-       .needs_permit = true,
-       .moves_datum = true,
-       .writes = &OneWrite,
-       .verification = "the position reads 0 within 0.1 degrees or 2 counts, and the encoder's accuracy, if it "
-                       "read otherwise before",
-       .verified_by_operation = kReadPositionName},
-      {.name = kSetDirectionName,
-       .help = "Sets which way the encoder counts (CC 01 or 02); writes its memory. The position may jump",
-       .arguments = {{"direction", "positive or negative"}},
-       .destructive = true,
-       .needs_standstill = true,
-       .needs_permit = true,
-       .moves_datum = true,
-       .writes = &OneWrite,
-       .verification = "none: the encoder's echo shows that it was accepted; only a motion shows the direction",
-       .verified_by_operation = kReadPositionName},
-      {.name = kSetBaudName,
-       .help = "Changes the encoder's baud rate (CC); writes its memory. Only when it is alone on its bus",
-       .arguments = {{"baud", "2400, 4800, 9600, 19200 or 57600"}},
-       .destructive = true,
-       .needs_permit = true,
-       .writes = &OneWrite,
-       .verification = "the encoder answers at the new rate",
-       .verified_by_operation = kReadPositionName},
-      {.name = kSetAddressName,
-       .help = "Changes the encoder's address (A1); writes its memory",
-       .arguments = {{"address", "1 to 247, not used on this bus"},
-                     {"from", "address at which the encoder answers now, default where it is asked", false}},
-       .destructive = true,
-       .needs_permit = true,
-       .writes = &OneWrite,
-       .verification = "the encoder answers at the new address",
-       .verified_by_operation = kReadPositionName},
-      {.name = kQueryAddressName,
-       .help = "Asks the encoder for its address, whatever it is (FF A0). Only when it is alone on its bus",
-       .arguments = {},
-       .reads_only = true,
-       .verification = "it is a reading"},
-      {.name = kReadPositionName,
-       .help = "Reads the position once",
-       .arguments = {kAfterArgument},
-       .reads_only = true,
-       .verification = "it is a reading"},
-  };
-  return kSpecs;
+// An operation that writes the encoder's memory once.
+OperationSpec MemoryWrite(OperationSpec operation) {
+  operation.destructive = operation.needs_permit = true;
+  operation.writes = &OneWrite;
+  operation.verified_by_operation = kReadPositionName;
+  return operation;
+}
+
+OperationSpec Reading(OperationSpec operation) {
+  operation.reads_only = true;
+  operation.verification = "it is a reading";
+  return operation;
 }
 
 std::optional<Parameter> DirectionOf(const Arguments& arguments) {
@@ -162,9 +122,40 @@ Made MakeLook(const std::string& text, const OperationContext& context) {
 
 }  // namespace
 
-std::span<const OperationSpec> Operations() { return Specs(); }
+std::span<const OperationSpec> Operations() {
+  static const std::vector<OperationSpec> kOperations = {
+      MovingDatum({.name = kZeroName,
+                   .help = "Makes the present shaft angle the encoder's 0 (CC 00); writes its memory",
+                   .verification =
+                       "the position reads 0 within 0.1 degrees or 2 counts, and the encoder's accuracy, if it "
+                       "read otherwise before",
+                   .verified_by_operation = kReadPositionName}),
+      MovingDatum(
+          {.name = kSetDirectionName,
+           .help = "Sets which way the encoder counts (CC 01 or 02); writes its memory. The position may jump",
+           .arguments = {{"direction", "positive or negative"}},
+           .verification = "none: the encoder's echo shows that it was accepted; only a motion shows the direction",
+           .verified_by_operation = kReadPositionName}),
+      MemoryWrite(
+          {.name = kSetBaudName,
+           .help = "Changes the encoder's baud rate (CC); writes its memory. Only when it is alone on its bus",
+           .arguments = {{"baud", "2400, 4800, 9600, 19200 or 57600"}},
+           .verification = "the encoder answers at the new rate"}),
+      MemoryWrite(
+          {.name = kSetAddressName,
+           .help = "Changes the encoder's address (A1); writes its memory",
+           .arguments = {{"address", "1 to 247, not used on this bus"},
+                         {"from", "address at which the encoder answers now, default where it is asked", false}},
+           .verification = "the encoder answers at the new address"}),
+      Reading(
+          {.name = kQueryAddressName,
+           .help = "Asks the encoder for its address, whatever it is (FF A0). Only when it is alone on its bus"}),
+      Reading({.name = kReadPositionName, .help = "Reads the position once", .arguments = {kAfterArgument}}),
+  };
+  return kOperations;
+}
 
-// The other encoders of the bus would take what is sent to all of them, or would not follow a new rate.
+// The other encoders of the bus would execute a request to all of them, or would not follow a new rate.
 bool Permits(const BusConfig& bus, const DeviceConfig&, std::string_view operation) {
   return (operation != kSetBaudName && operation != kQueryAddressName) || bus.devices.size() <= 1;
 }

@@ -4,11 +4,11 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
+#include "core/base/result.h"
 #include "core/base/secret.h"
-#include "core/device/device.h"
 #include "drivers/tsubaki_sc/procedure.h"
-#include "drivers/tsubaki_sc/requests.h"
 #include "drivers/tsubaki_sc/settings.h"
 
 namespace axlecast::tsubaki_sc {
@@ -25,7 +25,16 @@ class PasswordTable {
   void Use(const std::string& name) { active_ = name; }
 
   // Reads a password. The error never shows its content.
-  [[nodiscard]] Result<Secret> Read(std::string_view name) const;
+  [[nodiscard]] Result<Secret> Read(std::string_view name) const {
+    const auto place = settings_.passwords.find(name);
+    const std::string shown(name);
+    if (place == settings_.passwords.end()) return Failure("the configuration has no password named " + shown);
+    Result<Secret> secret = source_.Read(place->second);
+    if (!secret) return Failure("password " + shown + ": " + secret.error().text);
+    if (IsPassword(secret->text())) return secret;
+    return Failure("password " + shown +
+                   ": its file does not hold a password: 8 to 16 characters from ! to ~, no blanks");
+  }
 
  private:
   const ScSettings& settings_;
@@ -53,24 +62,60 @@ class Login {
   // The password is to be written next.
   [[nodiscard]] bool writing() const { return stage_ == Stage::kWrite; }
   // Returns an error if there is no password, or if the unit has refused it.
-  [[nodiscard]] Result<> CheckPassword() const;
+  [[nodiscard]] Result<> CheckPassword() const {
+    if (passwords_.active().empty()) {
+      return Failure("the unit is logged out, and the configuration names no password: add passwords and password");
+    }
+    if (!wrong_password_) return {};
+    return Failure("the unit refused password " + passwords_.active() + " before; correct its file, then log_in");
+  }
   // Returns false if a login has no password (see problem()). A logout reads the state first: the unit may be logged out
   // already.
-  [[nodiscard]] bool Start(LoginGoal goal);
-  [[nodiscard]] Exchange Next(MonoNs now) const;
-  [[nodiscard]] Progress OnAnswer(const Answer& answer);
+  [[nodiscard]] bool Start(LoginGoal goal) {
+    Wipe(frame_);
+    goal_ = goal;
+    failures_ = 0;
+    writes_ = 0;
+    answered_ = false;
+    if (const Result<> password = CheckPassword(); goal == LoginGoal::kIn && !password) {
+      problem_ = password.error().text;
+      return false;
+    }
+    stage_ = Stage::kLook;
+    return true;
+  }
+  [[nodiscard]] Exchange Next(MonoNs now) const {
+    if (stage_ == Stage::kWrite && now - looked_at_ <= kFresh) return requests_.Secret(frame_);
+    return requests_.Read(kLoginStatus);
+  }
+  [[nodiscard]] Progress OnAnswer(const Answer& answer) {
+    return IsLogin(answer.request) ? OnWritten(answer) : OnStatus(answer);
+  }
   // An exchange failed: the unit may have been off.
-  void OnDoubt();
+  void OnDoubt() {
+    if (stage_ != Stage::kWrite) return;
+    Wipe(frame_);
+    stage_ = Stage::kLook;
+  }
   // The unit is gone.
-  void Abort(std::string problem);
+  void Abort(std::string problem) {
+    if (active()) static_cast<void>(Fail(std::move(problem)));
+  }
 
   // AI 300 was read, for any purpose.
-  void OnStatusRead(bool logged_in);
+  void OnStatusRead(bool logged_in) {
+    if (logged_in) return;
+    owes_ = false;
+    keeps_ = false;
+  }
   // Returns true if the unit was logged in for a command, and must be logged out after it.
   [[nodiscard]] bool owes_log_out() const { return owes_; }
   // The unit stays logged in until the command log_out or the loss of its power: log_in was commanded, or its password is
   // not known any more.
-  void Keep();
+  void Keep() {
+    owes_ = false;
+    keeps_ = true;
+  }
 
   [[nodiscard]] const std::string& problem() const { return problem_; }  // after a failure
   [[nodiscard]] bool wrong_password() const { return wrong_password_; }
@@ -79,10 +124,59 @@ class Login {
  private:
   enum class Stage : std::uint8_t { kNone, kLook, kWrite, kVerify };
 
-  Progress OnStatus(const Answer& answer);
-  Progress Write(const Answer& answer);
-  Progress OnWritten(const Answer& answer);
-  Progress Fail(std::string problem);
+  // A reading of the login state that is older is read again before the password is written.
+  static constexpr MonoNs kFresh = 10 * kSecond;
+
+  Progress OnStatus(const Answer& answer) {
+    if (!answer.ok()) {
+      if (MayRepeat(answer, failures_)) return Progress::kGoing;
+      return Fail("the login status could not be read: " + CauseOf(answer));
+    }
+    const bool logged_in = answer.reply.Register(0) == kSaysLoggedIn;
+    if (logged_in == (goal_ == LoginGoal::kIn)) {
+      Wipe(frame_);
+      stage_ = Stage::kNone;
+      wrong_password_ = wrong_password_ && goal_ != LoginGoal::kIn;
+      return Progress::kDone;
+    }
+    if (stage_ == Stage::kVerify && answered_) {
+      return Fail(Text("the unit took the password, but reports %s", (logged_in ? "logged in" : "logged out")));
+    }
+    if (writes_ >= kTries)
+      return Fail(Text("the unit answered none of %d logins, and reports %s", writes_,
+                       (logged_in ? "logged in" : "logged out")));
+    return Write(answer);
+  }
+  // The state was just read: it is the other one.
+  Progress Write(const Answer& answer) {
+    if (const Result<> usable = CheckPassword(); !usable) return Fail(usable.error().text);
+    const Result<Secret> secret = passwords_.Read(passwords_.active());
+    if (!secret) return Fail(secret.error().text);
+    frame_ = WritePassword(requests_.address(), kLoginBlock, secret->text(), format_);
+    looked_at_ = answer.end;
+    stage_ = Stage::kWrite;
+    return Progress::kGoing;
+  }
+  Progress OnWritten(const Answer& answer) {
+    Wipe(frame_);
+    ++writes_;
+    if (answer.refused_for_login()) {
+      wrong_password_ = true;
+      return Fail("the unit refused password " + passwords_.active() +
+                  ": it is wrong; correct its file, then log_in");
+    }
+    if (answer.refused()) return Fail("the unit did not take the password: " + CauseOf(answer));
+    owes_ = owes_ || (goal_ == LoginGoal::kIn && log_out_ && !keeps_);
+    answered_ = answer.ok();
+    stage_ = Stage::kVerify;  // if its reply is lost, AI 300 shows whether it arrived
+    return Progress::kGoing;
+  }
+  Progress Fail(std::string problem) {
+    Wipe(frame_);
+    stage_ = Stage::kNone;
+    problem_ = std::move(problem);
+    return Progress::kFailed;
+  }
 
   const Requests& requests_;
   const PasswordTable& passwords_;
@@ -99,100 +193,6 @@ class Login {
   bool owes_ = false;
   bool keeps_ = false;
   std::string problem_;
-};
-
-// The commands log_in and log_out. log_in tries again after a wrong password,
-// and the unit stays logged in until log_out.
-class LogIn final : public Procedure {
- public:
-  LogIn(const Requests& requests, LoginGoal goal) : requests_(requests), goal_(goal) {}
-
-  [[nodiscard]] Exchange Next() const override { return requests_.Read(kLoginStatus); }
-  std::optional<Outcome> OnAnswer(const Answer& answer) override;
-  std::optional<Outcome> OnLoginDone() override;
-  [[nodiscard]] Outcome GiveUp(std::int32_t reason, const std::string& cause) const override;
-  void OnStarted() override { started_ = true; }
-  void OnLoginStarted() override { started_ = true; }
-  [[nodiscard]] bool touched() const override { return started_; }
-  [[nodiscard]] std::optional<LoginGoal> begins_with() const override { return goal_; }
-
- private:
-  const Requests& requests_;
-  const LoginGoal goal_;
-  bool started_ = false;
-};
-
-// Whether a password that was read from AO 200-207 is the one of that name. Nothing of it is kept.
-class PasswordComparison {
- public:
-  PasswordComparison(const PasswordTable& passwords, const PasswordFormat& format, std::string name)
-      : passwords_(passwords), format_(format), name_(std::move(name)) {}
-
-  [[nodiscard]] const std::string& name() const { return name_; }
-  // Returns an error if the password of that name cannot be read.
-  [[nodiscard]] Result<bool> Holds(Bytes registers) const;
-
- private:
-  const PasswordTable& passwords_;
-  const PasswordFormat& format_;
-  std::string name_;
-};
-
-// The exchange that reads AO 200-207: its reply is masked.
-[[nodiscard]] Exchange ReadPassword(const Requests& requests);
-
-// set_password: writes AO 200-207, reads them back, and uses the new one for logins from then on. Written once.
-class PasswordChange final : public Procedure {
- public:
-  // `frame` is the write, with the password in it.
-  PasswordChange(const Requests& requests, const Frame& frame, PasswordComparison comparison,
-                 PasswordTable& passwords, Login& login, DeviceOutput& output);
-  ~PasswordChange() override { Wipe(frame_); }
-  PasswordChange(const PasswordChange&) = delete;
-  PasswordChange& operator=(const PasswordChange&) = delete;
-
-  [[nodiscard]] Exchange Next() const override;
-  void OnStarted() override { sent_ = sent_ || !verifying_; }
-  void OnLoggedOut() override { sent_ = verifying_; }
-  std::optional<Outcome> OnAnswer(const Answer& answer) override;
-  [[nodiscard]] Outcome GiveUp(std::int32_t reason, const std::string& cause) const override;
-  [[nodiscard]] bool touched() const override { return sent_; }
-
- private:
-  std::optional<Outcome> OnWritten(const Answer& answer);
-  std::optional<Outcome> OnReadBack(const Answer& answer);
-
-  const Requests& requests_;
-  Frame frame_;
-  PasswordComparison comparison_;
-  PasswordTable& passwords_;
-  Login& login_;
-  DeviceOutput& output_;
-  bool verifying_ = false;
-  bool sent_ = false;
-  int failures_ = 0;
-};
-
-// check_password: reads AI 300 and, if the unit is logged in, AO 200-207, and compares. It changes nothing, so it does
-// not log in for it. The password that the unit turns out to have is used for logins from then on.
-class PasswordCheck final : public Procedure {
- public:
-  PasswordCheck(const Requests& requests, PasswordComparison comparison, PasswordTable& passwords)
-      : requests_(requests), comparison_(std::move(comparison)), passwords_(passwords) {}
-
-  [[nodiscard]] Exchange Next() const override {
-    return looked_ ? ReadPassword(requests_) : requests_.Read(kLoginStatus);
-  }
-  std::optional<Outcome> OnAnswer(const Answer& answer) override;
-  [[nodiscard]] Outcome GiveUp(std::int32_t reason, const std::string& cause) const override;
-  [[nodiscard]] bool may_log_in() const override { return false; }
-
- private:
-  const Requests& requests_;
-  PasswordComparison comparison_;
-  PasswordTable& passwords_;
-  bool looked_ = false;  // the unit is logged in
-  int failures_ = 0;
 };
 
 }  // namespace axlecast::tsubaki_sc

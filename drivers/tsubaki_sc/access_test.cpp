@@ -12,7 +12,7 @@ using testing::HasSubstr;
 const ByteList kReadLogin = {0x04, 0x01, 0x2C, 0x00, 0x01};
 const ByteList kWriteLogin = {0x10, 0x00, 0x64};
 
-// Where in bench.sent the first request that begins so stands.
+// Returns the index in bench.sent of the first request that begins so.
 std::ptrdiff_t IndexOf(const DeviceFixture& bench, const ByteList& begin) {
   const auto found = std::find_if(bench.sent.begin(), bench.sent.end(), [&](const DeviceFixture::Sent& one) {
     return std::equal(begin.begin(), begin.end(), one.request.begin() + 1);
@@ -57,7 +57,7 @@ TEST(Login, AWrongPasswordIsWrittenOnceAndNeverAgain) {
   EXPECT_THAT(bench.Last().text, HasSubstr("refused password old"));
   EXPECT_EQ(bench.unit.login_writes, 1);
   EXPECT_EQ(bench.output.State("wrong_password"), AlarmState::kDriverLatched);
-  // Mended: log_in tries again, and the alarm goes.
+  // Corrected: log_in tries again, and the alarm goes.
   bench.secrets.files["/p/old"] = "something-else";
   EXPECT_EQ(bench.Do("log_in").state, CommandState::kSucceeded) << bench.Last().text;
   EXPECT_EQ(bench.unit.login_writes, 2);

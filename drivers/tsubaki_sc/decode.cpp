@@ -1,19 +1,14 @@
-#include "drivers/tsubaki_sc/decode.h"
+#include "drivers/tsubaki_sc/family.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <nlohmann/json.hpp>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "core/base/inline_bytes.h"
 #include "drivers/kit/arguments.h"
-#include "drivers/protocol/modbus/adu.h"
 #include "drivers/tsubaki_sc/interpreter.h"
 #include "drivers/tsubaki_sc/parameters.h"
 #include "drivers/tsubaki_sc/register_map.h"
@@ -27,63 +22,61 @@ using modbus::Function;
 
 // ---- what kind of frame it is ----
 
-// What kind of frame one is, by its function and length alone (guideline 4 to 6, 12).
-struct Shape {
-  enum class Form : std::uint8_t {
-    kUnknown,
-    kReadRequest,
-    kReadReply,
-    kSingleWrite,  // request and reply are the same bytes
-    kMultipleWrite,
-    kMultipleReply,
-    kVersionRequest,
-    kVersionReply,
-    kError
-  };
-  Form form = Form::kUnknown;
-  std::string kind = "unknown";
-  std::size_t size = 0;      // that it must have
-  modbus::Function space{};  // which addresses, by the function that reads them
-
-  [[nodiscard]] bool is_request() const;  // a single write counts as one
-  [[nodiscard]] bool is_write() const { return form == Form::kSingleWrite || form == Form::kMultipleWrite; }
-  [[nodiscard]] bool is_bits() const;
-};
-
-// Of at least 2 bytes. Request and reply of a read can be distinguished because no reply has a request's 8 bytes: registers
-// have an even number of bytes, and no two bits have consecutive addresses.
-[[nodiscard]] Shape ShapeOf(Bytes frame);
-
-using Form = Shape::Form;
-
 constexpr std::size_t kFixedSize = 8;  // of a read request, a single write, and the reply to a multiple write
 constexpr std::size_t kErrorSize = 5;
-constexpr std::size_t kReadOverhead = 5;  // address, function, byte count, CRC
-constexpr std::size_t kBeforeData = 7;    // of a multiple write
+constexpr std::size_t kReadData = 3;   // where the data of a read's reply begin
+constexpr std::size_t kWriteData = 7;  // and those of a multiple write
 constexpr std::size_t kCrc = 2;
 constexpr std::size_t kVersionRequestSize = 4;
 constexpr std::size_t kVersionReplySize = 6;  // guideline 12: without a byte count
 constexpr std::uint8_t kErrorBit = 0x80;
 
+enum class Form : std::uint8_t {
+  kUnknown,
+  kReadRequest,
+  kReadReply,
+  kSingleWrite,  // request and reply are the same bytes
+  kMultipleWrite,
+  kMultipleReply,
+  kVersionRequest,
+  kVersionReply,
+  kError
+};
+
+// The kind of a frame, by its function and length alone (guideline 4 to 6, 12).
+struct Shape {
+  Form form = Form::kUnknown;
+  std::string kind = "unknown";
+  std::size_t size = 0;  // that it must have
+  Function space{};      // which addresses, by the function that reads them
+
+  [[nodiscard]] bool is_write() const { return form == Form::kSingleWrite || form == Form::kMultipleWrite; }
+  [[nodiscard]] bool is_request() const {  // a single write counts as one
+    return is_write() || form == Form::kReadRequest || form == Form::kVersionRequest;
+  }
+  [[nodiscard]] bool is_bits() const {
+    return space == Function::kReadCoils || space == Function::kReadDiscreteInputs;
+  }
+};
+
+// Request and reply of a read can be distinguished because no reply has a request's 8 bytes: registers have an even
+// number of bytes, and no two bits have consecutive addresses.
 Shape ReadShape(Bytes frame, const char* name) {
   const auto function = static_cast<Function>(frame[1]);
   const bool bits = function == Function::kReadCoils || function == Function::kReadDiscreteInputs;
   const std::size_t bytes = frame.size() > 2 ? frame[2] : 0;
   const bool reply = frame.size() != kFixedSize && (bits ? bytes == 1 : bytes > 0 && bytes % 2 == 0);
-  if (reply) return {Form::kReadReply, std::string(name) + "_reply", kReadOverhead + bytes, function};
+  if (reply) return {Form::kReadReply, std::string(name) + "_reply", kReadData + bytes + kCrc, function};
   return {Form::kReadRequest, std::string(name) + "_request", kFixedSize, function};
 }
 
 Shape MultipleShape(Bytes frame, const char* name, Function space) {
   if (frame.size() == kFixedSize) return {Form::kMultipleReply, std::string(name) + "_reply", kFixedSize, space};
-  const std::size_t bytes = frame.size() < kBeforeData ? 1 : frame[kBeforeData - 1];
-  return {Form::kMultipleWrite, std::string(name) + "_request", kBeforeData + bytes + kCrc, space};
+  const std::size_t bytes = frame.size() < kWriteData ? 1 : frame[kWriteData - 1];
+  return {Form::kMultipleWrite, std::string(name) + "_request", kWriteData + bytes + kCrc, space};
 }
 
-bool Shape::is_request() const { return is_write() || form == Form::kReadRequest || form == Form::kVersionRequest; }
-
-bool Shape::is_bits() const { return space == Function::kReadCoils || space == Function::kReadDiscreteInputs; }
-
+// Precondition: at least 2 bytes.
 Shape ShapeOf(Bytes frame) {
   if ((frame[1] & kErrorBit) != 0) return {Form::kError, "error_reply", kErrorSize, {}};
   switch (static_cast<Function>(frame[1])) {
@@ -165,7 +158,7 @@ Json AlarmNames(std::uint16_t bits) {
   return names;
 }
 
-// ---- one register at its address; false when its value cannot be ----
+// ---- one register at its address; false if its value is impossible ----
 
 bool AddParameter(Json& json, std::uint16_t address, std::uint16_t raw) {
   const ParameterSpec& parameter = Parameters()[address];
@@ -220,7 +213,7 @@ constexpr std::array<Named, 5> kNamed = {{{kParameterBlock, AddParameter},
 
 // ---- blocks of their own ----
 
-// The log that holds the data, in part or whole.
+// Returns the log that holds the data.
 std::optional<Block> LogAround(const Block& data) {
   for (std::size_t log = 0; log < kLogs; ++log) {
     for (std::size_t quantity = 0; quantity < kQuantities; ++quantity) {
@@ -275,9 +268,6 @@ void AddBit(Json& json, const Block& data, bool on) {
   }
 }
 
-constexpr std::size_t kReadData = 3;   // where the data of a read's reply begin
-constexpr std::size_t kWriteData = 7;  // and those of a multiple write
-
 struct Options {
   std::optional<std::uint16_t> start;
   std::vector<std::uint8_t> request;  // empty: unknown
@@ -286,25 +276,27 @@ struct Options {
 
 // ---- settings ----
 
-// A request that is whole and right in itself.
+// Returns whether the frame is a complete and correct request.
 bool IsRequest(Bytes frame) {
   if (!modbus::IsSealed(frame)) return false;
   const Shape shape = ShapeOf(frame);
   return shape.is_request() && frame.size() == shape.size;
 }
 
-// Sets an option. The error does not repeat a wrong request, since it may contain a password.
+// A wrong request is not repeated in the error: it may hold a password.
 Result<> SetOption(const std::string& key, const std::string& value, Options& options) {
   if (key == "start") {
     const std::optional<std::int64_t> start = ParseWhole(value, 0, UINT16_MAX);
-    if (!start)
+    if (!start) {
       return Failure("start=" + value + ": expected 0..65535 or 0x0..0xffff, the first address that was read");
+    }
     options.start = static_cast<std::uint16_t>(*start);
     options.request.clear();
   } else if (key == "request") {
     const std::optional<std::vector<std::uint8_t>> request = ParseHex(value);
-    if (!request || !IsRequest(*request))
+    if (!request || !IsRequest(*request)) {
       return Failure("request=: expected a whole request in hex, with a right CRC");
+    }
     options.request = *request;
     options.start.reset();
   } else if (key == "endian") {

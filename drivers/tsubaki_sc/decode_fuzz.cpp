@@ -1,5 +1,5 @@
 // Any settings and any frame, also with the right CRC; what may be a password must never be shown.
-#include "drivers/tsubaki_sc/decode.h"
+#include "drivers/tsubaki_sc/family.h"
 
 #include <string>
 #include <vector>

@@ -1,5 +1,5 @@
-// What `axlecast decode tsubaki-sc` says of a frame: README.md of this folder and docs/decode.md.
-#include "drivers/tsubaki_sc/decode.h"
+// The output of `axlecast decode tsubaki-sc` for a frame: README.md of this folder and docs/decode.md.
+#include "drivers/tsubaki_sc/family.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "drivers/tsubaki_sc/device.h"
+#include "drivers/tsubaki_sc/family.h"
 
 #include <cmath>
 
@@ -251,7 +251,7 @@ TEST(ScDevice, ASilentUnitIsAskedForTheFenceOnlyAndLookedAtAnewWhenItIsBack) {
   bench.Turns(2);
   EXPECT_TRUE(Asks(bench.sent.back().request, {0x03, 1, 0x5E, 0, 5}));  // whose it is comes first
   bench.Turns(4);
-  // Another unit: its trip is none that happened while the driver watched.
+  // Another unit: its trip did not happen while the driver watched.
   bench.RunUntil([&] { return !bench.output.trips.empty(); }, 128 * 30);
   EXPECT_EQ(bench.output.trips[0].not_before, 0);
 }

@@ -16,7 +16,8 @@
 #include "core/base/result.h"
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
-#include "drivers/tsubaki_sc/device.h"
+#include "drivers/tsubaki_sc/family.h"
+#include "drivers/tsubaki_sc/settings.h"
 #include "drivers/tsubaki_sc/unit_test_support.h"
 #include "tests/support/recording_output.h"
 
@@ -64,7 +65,7 @@ inline constexpr const char* kKeptKeys =
 inline constexpr const char* kLoginKeys =
     "{address: 1, passwords: {old: {file: /p/old}, new: {file: /p/new}}, password: old}";
 
-// A device with its unit on a wire at 9600 8E1 in virtual time, alone on a bus paced by reading A. One turn in 128
+// A device with its unit on a wire at 9600 8E1 in virtual time, alone on a bus paced by reading A. One slot in 128
 // belongs to the slow items, as in drivers/runtime/bus/schedule.h.
 class DeviceFixture {
  public:
@@ -74,7 +75,7 @@ class DeviceFixture {
     Priority priority;
     bool secret;
   };
-  // What comes to a request; the unit's own answer may be asked for.
+  // Returns the reply to a request; may use the reply of the unit.
   using Wire = std::function<ByteList(const ByteList& request)>;
 
   explicit DeviceFixture(const std::string& keys = kPlainKeys, double poll_hz = 0) : errors_("test.yaml") {
@@ -85,14 +86,14 @@ class DeviceFixture {
     config_.settings = ParseSettings(map, bus_);
     map.Done();
     EXPECT_TRUE(errors_.empty()) << errors_.Text();
-    device = std::make_unique<ScDevice>(bus_, config_, output, secrets);
+    device = MakeDevice(bus_, config_, output, secrets);
   }
 
   void LinkUp() { Tell(Event::Kind::kLinkUp); }
   void LinkDown() { Tell(Event::Kind::kLinkDown); }
   void Stray(const ByteList& bytes) { Tell(Event::Kind::kUnexpectedBytes, bytes); }
 
-  // What it wants, without asking for it.
+  // Returns the next step, without executing it.
   [[nodiscard]] Step Peek(bool poll_due = true, bool reserved = false) const {
     return device->Next({.now = now, .poll_due = poll_due, .reserved = reserved});
   }
@@ -104,7 +105,7 @@ class DeviceFixture {
     return {request.begin(), request.end()};
   }
 
-  // One turn of the bus; `reserved`: one that no order may take. False when it wants nothing.
+  // One slot of the bus; `reserved`: closed to commands. Returns false if the device is idle.
   bool BusSlot(bool poll_due = true, bool reserved = false) {
     const Step step = Peek(poll_due, reserved);
     if (const auto* silence = std::get_if<WaitForIdleLine>(&step.action)) {
@@ -120,7 +121,7 @@ class DeviceFixture {
     }
     return false;
   }
-  // Turns as the schedule gives them on a full bus.
+  // Slots as the schedule gives them on a full bus.
   void Turns(int count) {
     for (int i = 0; i < count; ++i) {
       const bool reserved = turns_++ % 128 == 127;
@@ -151,7 +152,7 @@ class DeviceFixture {
     last_id = order.id;
     device->Begin(order, now);
   }
-  // Begins it and goes on until its final outcome.
+  // Begins it and continues until its final outcome.
   const Outcome& Do(const std::string& operation, std::vector<std::pair<std::string, std::string>> arguments = {}) {
     const std::size_t before = Finals();
     Begin(operation, std::move(arguments));
@@ -177,7 +178,7 @@ class DeviceFixture {
   Wire wire = [this](const ByteList& request) { return unit.Answer(request); };
   TestSecrets secrets;
   BenchOutput output;
-  std::unique_ptr<ScDevice> device;
+  std::unique_ptr<Device> device;
   MonoNs now = 1000 * kSecond;
   std::vector<Sent> sent;
   CommandId last_id{};

@@ -1,4 +1,4 @@
-#include "core/device/family.h"
+#include "drivers/tsubaki_sc/family.h"
 
 #include <memory>
 #include <string>
@@ -7,8 +7,6 @@
 
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
-#include "drivers/tsubaki_sc/decode.h"
-#include "drivers/tsubaki_sc/device.h"
 #include "drivers/tsubaki_sc/operations.h"
 #include "drivers/tsubaki_sc/parameters.h"
 #include "drivers/tsubaki_sc/settings.h"
@@ -16,11 +14,6 @@
 
 namespace axlecast {
 namespace {
-
-std::unique_ptr<Device> Make(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output,
-                             SecretSource& secrets) {
-  return std::make_unique<tsubaki_sc::ScDevice>(bus, device, output, secrets);
-}
 
 std::unique_ptr<Simulator> Simulate(const BusConfig& bus, ConfigMap& simulate) {
   std::vector<std::pair<std::string, std::uint8_t>> units;
@@ -31,8 +24,6 @@ std::unique_ptr<Simulator> Simulate(const BusConfig& bus, ConfigMap& simulate) {
 }
 
 }  // namespace
-
-const Family& tsubaki_sc_family();
 
 const Family& tsubaki_sc_family() {
   static const Family kFamily = {
@@ -49,7 +40,7 @@ const Family& tsubaki_sc_family() {
       .parse_bus = &tsubaki_sc::ParseBusSettings,
       .parse = &tsubaki_sc::ParseSettings,
       .check_bus = &tsubaki_sc::CheckAddresses,
-      .make_device = &Make,
+      .make_device = &tsubaki_sc::MakeDevice,
       .make_simulator = &Simulate,
       .decode = &tsubaki_sc::Decode,
   };

@@ -11,7 +11,7 @@
 #include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/runtime/bus/bus.h"
-#include "drivers/tsubaki_sc/device.h"
+#include "drivers/tsubaki_sc/family.h"
 #include "tests/support/fixed_secrets.h"
 #include "tests/support/memory_sink.h"
 #include "tests/support/recording_output.h"
@@ -59,7 +59,7 @@ buses:
     bus_ = std::make_unique<Bus>(settings, *link_, clock_, observer_, &log_);
     for (std::size_t i = 0; i < 3; ++i) {
       const DeviceConfig& device = bus_config().devices[i];
-      devices_.push_back(std::make_unique<ScDevice>(bus_config(), device, outputs_[i], secrets_));
+      devices_.push_back(MakeDevice(bus_config(), device, outputs_[i], secrets_));
       bus_->Add(*devices_.back());
     }
   }
@@ -87,7 +87,7 @@ buses:
   std::unique_ptr<Simulator> simulator_;
   std::unique_ptr<SimulatorLink> link_;
   std::array<RecordingOutput, 3> outputs_;
-  std::vector<std::unique_ptr<ScDevice>> devices_;
+  std::vector<std::unique_ptr<Device>> devices_;
   std::unique_ptr<Bus> bus_;
   std::uint8_t orders_ = 0;
 };

@@ -7,7 +7,7 @@
 #include "drivers/tsubaki_sc/operations.h"
 
 // The way out of a login: the password is written again (guideline 11; 6, note 1), which switches the state. So it is
-// written only when AI 300 was just read and says logged in.
+// written only when AI 300 was just read as logged in.
 namespace axlecast::tsubaki_sc {
 namespace {
 
@@ -161,7 +161,7 @@ TEST(LogOut, ThatFailsIsToldAndRaisesAnAlarm) {
   EXPECT_EQ(bench.Do("clear_trip_count").state, CommandState::kSucceeded) << "what it was for is done";
   EXPECT_THAT(bench.Last().text, HasSubstr("; still logged in: the unit did not take the password"));
   EXPECT_EQ(bench.output.State("still_logged_in"), AlarmState::kLive);
-  // It is tried again when the state is read anew, and not without end.
+  // It is tried again when the state is read again, and not without end.
   bench.wire = [&](const ByteList& request) { return bench.unit.Answer(request); };
   bench.RunUntil([&] { return !bench.unit.logged_in; });
   bench.Turns(10);
@@ -245,7 +245,7 @@ TEST(SetPassword, ThatIsInDoubtLeavesTheUnitLoggedIn) {
   EXPECT_FALSE(bench.unit.logged_in);
 }
 
-// What was read of the login before says nothing.
+// The login state that was read before is outdated.
 TEST(CheckPassword, ReadsTheLoginStateItself) {
   DeviceFixture bench(kLoginKeys);
   bench.GoOnline();

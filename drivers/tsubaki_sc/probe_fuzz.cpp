@@ -1,5 +1,5 @@
 // Any answers, strays and silences.
-#include "drivers/tsubaki_sc/probe.h"
+#include "drivers/tsubaki_sc/family.h"
 
 #include "tests/fuzz/probe_fuzzing.h"
 

@@ -1,4 +1,4 @@
-#include "drivers/tsubaki_sc/probe.h"
+#include "drivers/tsubaki_sc/family.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

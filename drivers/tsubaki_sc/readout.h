@@ -1,11 +1,14 @@
 #pragma once
 
-#include <array>
+#include <algorithm>
+#include <cassert>
 #include <cstdint>
+#include <functional>
 #include <optional>
-#include <string>
+#include <utility>
 #include <vector>
 
+#include "core/base/result.h"
 #include "drivers/tsubaki_sc/procedure.h"
 
 namespace axlecast::tsubaki_sc {
@@ -13,20 +16,34 @@ namespace axlecast::tsubaki_sc {
 // Reads a few blocks one after the other and keeps their data. Not for passwords.
 class BlockReader {
  public:
-  enum class Progress : std::uint8_t { kGoing, kDone, kFailed };
-
-  BlockReader(const Requests& requests, std::vector<Block> blocks);
+  BlockReader(const Requests& requests, const std::vector<Block>& blocks) : requests_(&requests) {
+    for (const Block& block : blocks) parts_.push_back({block, {}});
+  }
 
   [[nodiscard]] Exchange Next() const { return requests_->Read(parts_[done_].block); }
-  [[nodiscard]] Progress OnAnswer(const Answer& answer);
-  // After kFailed: why, and the REASON_* of it.
-  [[nodiscard]] const std::string& cause() const { return cause_; }
-  [[nodiscard]] std::int32_t reason() const { return reason_; }
-  void Restart();
+  // Returns true if all blocks are read, false to continue, or an error with a REASON_*.
+  [[nodiscard]] Result<bool> OnAnswer(const Answer& answer) {
+    if (!answer.ok()) {
+      if (MayRepeat(answer, failures_)) return false;
+      return Failure(ErrorOf(answer));
+    }
+    failures_ = 0;
+    parts_[done_].data = InlineBytes<kMaxBytes>(answer.reply.data);
+    return ++done_ == parts_.size();
+  }
+  void Restart() { done_ = failures_ = 0; }
 
-  // Of a block that was read.
-  [[nodiscard]] Bytes Data(const Block& block) const;
-  [[nodiscard]] std::uint16_t Register(const Block& block, std::size_t index) const;
+  // The functions below are for a block that was read.
+  [[nodiscard]] Bytes Data(const Block& block) const {
+    const auto found =
+        std::find_if(parts_.begin(), parts_.end(), [&](const Part& part) { return part.block == block; });
+    assert(found != parts_.end());
+    return found->data;
+  }
+  [[nodiscard]] std::uint16_t Register(const Block& block, std::size_t index) const {
+    const Bytes data = Data(block);
+    return static_cast<std::uint16_t>((data[2 * index] << 8) | data[2 * index + 1]);
+  }
   [[nodiscard]] bool Bit(const Block& block) const { return (Data(block)[0] & 1U) != 0; }
 
  private:
@@ -40,40 +57,29 @@ class BlockReader {
   std::vector<Part> parts_;
   std::size_t done_ = 0;
   int failures_ = 0;
-  std::int32_t reason_ = 0;
-  std::string cause_;
 };
 
 // Reads some blocks and shows them.
 class Readout final : public Procedure {
  public:
-  using Show = Outcome (*)(const BlockReader& read, CharacterOrder order, const std::string& after);
+  using Show = std::function<Outcome(const BlockReader& read)>;
 
-  // `after` is handed on to `show`.
-  Readout(const Requests& requests, std::vector<Block> blocks, Show show, CharacterOrder order, std::string after)
-      : reader_(requests, std::move(blocks)), show_(show), order_(order), after_(std::move(after)) {}
+  Readout(const Requests& requests, const std::vector<Block>& blocks, Show show)
+      : reader_(requests, blocks), show_(std::move(show)) {}
 
   [[nodiscard]] Exchange Next() const override { return reader_.Next(); }
-  std::optional<Outcome> OnAnswer(const Answer& answer) override;
-  [[nodiscard]] Outcome GiveUp(std::int32_t reason, const std::string& cause) const override;
+  std::optional<Outcome> OnAnswer(const Answer& answer) override {
+    const Result<bool> done = reader_.OnAnswer(answer);
+    if (!done) return GiveUp(done.error());
+    return *done ? std::optional(show_(reader_)) : std::nullopt;
+  }
+  [[nodiscard]] Outcome GiveUp(const Error& error) const override {
+    return Final(CommandState::kFailed, error.reason, "it could not be read: " + error.text);
+  }
 
  private:
   BlockReader reader_;
   Show show_;
-  CharacterOrder order_;
-  std::string after_;
 };
-
-// read_state: status, stop coil, login and mains. `after` an operation: the change `finding` shows whether it took
-// effect.
-[[nodiscard]] std::vector<Block> StateBlocks();
-[[nodiscard]] Outcome ShowState(const BlockReader& read, CharacterOrder order, const std::string& after);
-
-// read_set_values: the values that hold at the present DIP switch setting and mains frequency (AI 0-8).
-[[nodiscard]] Outcome ShowSetValues(const BlockReader& read, CharacterOrder order, const std::string& after);
-
-// read_identity: product code, MFG number and version.
-[[nodiscard]] std::vector<Block> IdentityBlocks();
-[[nodiscard]] Outcome ShowIdentity(const BlockReader& read, CharacterOrder order, const std::string& after);
 
 }  // namespace axlecast::tsubaki_sc

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "drivers/tsubaki_sc/decode.h"
+#include "drivers/tsubaki_sc/family.h"
 #include "drivers/tsubaki_sc/unit_test_support.h"
 
 namespace axlecast::tsubaki_sc {

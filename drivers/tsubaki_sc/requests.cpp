@@ -125,9 +125,10 @@ std::string CauseOf(const Answer& answer) {
   return answer.error ? ErrorName(*answer.error) : "no error";
 }
 
-std::int32_t ReasonOf(const Answer& answer) {
-  if (answer.refused()) return command_status_t::REASON_DEVICE_REFUSED;
-  return command_status_t::REASON_NO_REPLY;
+Error ErrorOf(const Answer& answer) {
+  std::int32_t reason = command_status_t::REASON_NO_REPLY;
+  if (answer.refused()) reason = command_status_t::REASON_DEVICE_REFUSED;
+  return {CauseOf(answer), reason};
 }
 
 }  // namespace axlecast::tsubaki_sc

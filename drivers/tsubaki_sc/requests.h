@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 
+#include "core/base/result.h"
 #include "core/device/reading.h"
 #include "core/device/step.h"
 #include "drivers/tsubaki_sc/register_map.h"
@@ -21,7 +22,7 @@ class Requests {
   [[nodiscard]] Exchange SetCoil(std::uint16_t coil) const;  // to ON; nothing here ever writes OFF
   // One value by function 06, several by function 16.
   [[nodiscard]] Exchange Write(std::uint16_t first, std::span<const std::uint16_t> values) const;
-  // A request that holds a password, or is answered with one.
+  // A request with a password in it or in its reply.
   [[nodiscard]] Exchange Secret(const Frame& request) const;
 
  private:
@@ -31,17 +32,17 @@ class Requests {
   MonoNs timeout_;
 };
 
-// The request is a login: a write to AO 100-107.
+// Returns whether the request is a login: a write to AO 100-107.
 [[nodiscard]] bool IsLogin(Bytes request);
 
-// What came of one exchange. Views live as long as the event.
+// The result of one exchange. Views live as long as the event.
 struct Answer {
-  std::optional<ErrorKind> error;  // nothing: the reply is what was asked for
+  std::optional<ErrorKind> error;  // nothing: the reply fits the request
   std::uint8_t exception = 0;      // with ErrorKind::kException
   std::optional<Block> block;      // what the request reads
   modbus::Reply reply;             // data of a good read; of the version its two bytes
-  bool unclear = false;            // a reply may still be on its way: it must not be taken for a later one
-  Interval at;                     // holds the instant at which the unit acted
+  bool unclear = false;            // a reply may still come: it must not be taken for a later one
+  Interval at;                     // the unit acted within it
   MonoNs end = 0;
   Bytes request;
 
@@ -50,13 +51,20 @@ struct Answer {
   [[nodiscard]] bool refused_for_login() const { return refused() && exception == kLoginError; }
 };
 
-// The outcome of an exchange, a function of the event (kReply or kTimeout) alone. `character` is the time of a
-// character on the wire, 0 where the wire is simulated and may be faster.
+// Returns the answer of an exchange. It depends on the event (kReply or kTimeout) alone. `character` is the time of a
+// character on the wire; 0: the wire is simulated and may be faster.
 [[nodiscard]] Answer Interpret(const Event& event, MonoNs character);
 
 // "timeout", "error 02 (address error)"
 [[nodiscard]] std::string CauseOf(const Answer& answer);
-// Returns the REASON_* of a command that ends because of it: the unit refused, or did not reply.
-[[nodiscard]] std::int32_t ReasonOf(const Answer& answer);
+// Returns the error of a command that ends because of an answer: the unit refused, or did not reply.
+[[nodiscard]] Error ErrorOf(const Answer& answer);
+
+// Maximum number of consecutive failures of the same request.
+inline constexpr int kTries = 3;
+// Counts a failed answer. Returns whether its request may be repeated: the unit did not refuse it.
+[[nodiscard]] inline bool MayRepeat(const Answer& answer, int& failures) {
+  return !answer.refused() && ++failures < kTries;
+}
 
 }  // namespace axlecast::tsubaki_sc

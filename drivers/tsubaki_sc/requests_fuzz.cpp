@@ -1,5 +1,5 @@
 // Any reply to any request, whole or late, through everything that reads it: nothing crashes, what is published comes
-// from an undamaged reply of this unit, and what is decoded from it is what stands in it.
+// from an undamaged reply of this unit, and what is decoded from it is its content.
 #include <fuzzer/FuzzedDataProvider.h>
 
 #include <cmath>
@@ -66,7 +66,7 @@ Exchange ChooseRequest(FuzzedDataProvider& input, const Requests& requests, cons
   return requests.Read(trips.Next());
 }
 
-// What the unit might answer: mended so that it fits, or as it is.
+// A possible reply of the unit: corrected so that it fits, or as it is.
 std::vector<std::uint8_t> ChooseReply(FuzzedDataProvider& input, Bytes request) {
   auto reply = input.ConsumeBytes<std::uint8_t>(input.ConsumeIntegralInRange<std::size_t>(0, 60));
   const auto mend = input.ConsumeIntegralInRange(0, 2);
@@ -125,7 +125,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     output.readable = output.readable || answer.ok();
     interpreter.OnAnswer(answer);
     if (!answer.ok()) interpreter.trips().OnFailure(answer);
-    if (input.ConsumeBool()) interpreter.trips().WantAll();
+    if (input.ConsumeBool()) interpreter.trips().RequestAll();
     if (input.ConsumeBool()) interpreter.Forget();
     static_cast<void>(HoldsPassword(reply, "password", order));
     now += kSecond;

@@ -56,8 +56,8 @@ TEST(Answer, OnlyError04SpeaksOfTheLogin) {
   EXPECT_TRUE(AnswerOf(request, WithCrc({1, 0x85, 0x04})).refused_for_login());
   EXPECT_FALSE(AnswerOf(request, WithCrc({1, 0x85, 0x03})).refused_for_login());
   EXPECT_FALSE(AnswerOf(request, request).refused_for_login());
-  EXPECT_EQ(ReasonOf(AnswerOf(request, WithCrc({1, 0x85, 0x03}))), command_status_t::REASON_DEVICE_REFUSED);
-  EXPECT_EQ(ReasonOf(AnswerOf(request, {}, Event::Kind::kTimeout)), command_status_t::REASON_NO_REPLY);
+  EXPECT_EQ(ErrorOf(AnswerOf(request, WithCrc({1, 0x85, 0x03}))).reason, command_status_t::REASON_DEVICE_REFUSED);
+  EXPECT_EQ(ErrorOf(AnswerOf(request, {}, Event::Kind::kTimeout)).reason, command_status_t::REASON_NO_REPLY);
 }
 
 // The unit acts between the last bit of the request and the first of its reply.
@@ -77,7 +77,7 @@ TEST(Answer, HoldsTheInstantAtWhichTheUnitActed) {
   EXPECT_EQ(answer.at.first, request_end);
   EXPECT_EQ(answer.at.last, reply_begin);
   EXPECT_EQ(answer.end, reply_end);
-  // An adapter that hands the reply over in one piece says less of when it began; the wire says the rest.
+  // If an adapter hands the reply over in one piece, its begin is less exact; the wire time gives the rest.
   const Answer whole = Interpret({.kind = Event::Kind::kReply,
                                   .sent = {sent, sent},
                                   .received = {reply_end + kMillisecond, reply_end + kMillisecond},

@@ -104,7 +104,7 @@ std::shared_ptr<const FamilyBus> ParseBusSettings(ConfigMap& map, const BusConfi
 std::unique_ptr<DeviceSettings> ParseSettings(ConfigMap& device, const BusConfig& bus) {
   auto settings = std::make_unique<ScSettings>();
   settings->model = "sc_unit";
-  device.Require("address", "1 to 16, as the unit's DIP switches say");
+  device.Require("address", "1 to 16, as set on the unit's DIP switches");
   settings->address = static_cast<std::uint8_t>(device.Integer("address", 1, 1, kLastAddress, "(DIP switches)"));
   settings->motor_control =
       static_cast<MotorControl>(device.Choice("motor_control", {"none", "stop", "start_stop"}, 0));

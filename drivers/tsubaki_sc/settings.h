@@ -31,7 +31,7 @@ struct ScBus final : FamilyBus {
   std::size_t units = 1;  // configured on the bus
 };
 
-// What the configuration lets a command do to the motor.
+// What a command may do to the motor.
 enum class MotorControl : std::uint8_t { kNone, kStop, kStartStop };
 
 // Whether live data pause while the log of a new trip is fetched.
@@ -48,16 +48,16 @@ struct ScSettings final : DeviceSettings {
   TripFetchMode trip_fetch = TripFetchMode::kSuspendLive;
   MonoNs timeout = 0;
 
-  // The driver logs the unit in by itself, and it is never logged out.
+  // Returns whether the driver logs the unit in by itself and never logs it out.
   [[nodiscard]] bool StaysLoggedIn() const { return motor_control != MotorControl::kNone && !log_out; }
 };
 
 [[nodiscard]] std::shared_ptr<const FamilyBus> ParseBusSettings(ConfigMap& map, const BusConfig& bus);
 [[nodiscard]] std::unique_ptr<DeviceSettings> ParseSettings(ConfigMap& device, const BusConfig& bus);
-// No two units have the same address.
+// Reports an error for every address that two units share.
 void CheckAddresses(ConfigMap& map, const BusConfig& bus);
 
-// Time that one unit's live data (two requests) take of the bus's time, pauses included.
+// Returns the bus time of the live data of one unit (two requests), pauses included.
 [[nodiscard]] MonoNs LiveCycle(PacingReading reading, std::size_t units);
 
 }  // namespace axlecast::tsubaki_sc

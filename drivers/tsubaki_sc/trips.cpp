@@ -4,9 +4,8 @@
 #include <axlecast/command_status_t.hpp>
 #include <bit>
 
-#include "core/device/operation.h"
 #include "drivers/tsubaki_sc/interpreter.h"
-#include "drivers/tsubaki_sc/procedure.h"
+#include "drivers/tsubaki_sc/operations.h"
 
 namespace axlecast::tsubaki_sc {
 namespace {
@@ -51,7 +50,7 @@ Block TripReader::Next() const {
 
 void TripReader::OnStatus(const TripStatus& status, Interval at) {
   if (!status_) {
-    WantHistory(status, at);
+    RequestHistory(status, at);
   } else if (const int trips = TripsBetween(*status_, status); trips > 0) {
     Shift(static_cast<std::size_t>(trips), status, at);
   } else if (Complete()) {
@@ -62,7 +61,7 @@ void TripReader::OnStatus(const TripStatus& status, Interval at) {
 }
 
 // What is there at the start happened at some time before. Factors and logs outlive a clear of the count.
-void TripReader::WantHistory(const TripStatus& status, Interval at) {
+void TripReader::RequestHistory(const TripStatus& status, Interval at) {
   for (std::size_t i = 0; i < kLogs; ++i) {
     const std::int32_t count = status.count - static_cast<std::int32_t>(i);
     logs_[i] = {.wanted = status.factors[i] != 0,
@@ -89,7 +88,7 @@ void TripReader::Shift(std::size_t trips, const TripStatus& status, Interval at)
   }
 }
 
-void TripReader::WantAll() {
+void TripReader::RequestAll() {
   if (!status_) return;
   for (std::size_t i = 0; i < kLogs; ++i) {
     const bool recorded = status_->factors[i] != 0 || status_->count > static_cast<std::int32_t>(i);
@@ -129,8 +128,7 @@ void TripReader::OnLog(const LogPlace& place, const modbus::Reply& reply, Interv
 
 void TripReader::OnFailure(const Answer& answer) {
   if (!answer.block) return;
-  const bool for_good = answer.refused() || ++failures_ >= kTries;
-  if (!for_good) return;
+  if (MayRepeat(answer, failures_)) return;
   failures_ = 0;
   if (*answer.block == kLogInterval) interval_unknown_ = true;
   const auto place = LogPlaceOf(*answer.block);
@@ -159,48 +157,83 @@ void TripReader::Publish(const TripStatus& status) {
   if (record_.valid_mask != 0) output_.OnTrip(record_);
 }
 
-// What the replies hold has gone to the reader already.
-std::optional<Outcome> TripFetch::OnAnswer(const Answer& answer) {
-  if (!begun_) return OnStatus(answer);
-  if (!trips_.wanted()) return Done();
-  if (!answer.ok()) {
-    trips_.OnFailure(answer);
-    // A quantity of a log that is refused is left out; without the status no log can be believed.
-    if (answer.refused() && answer.block == kStatus) return GiveUp(ReasonOf(answer), CauseOf(answer));
-    if (!answer.refused() && ++failures_ >= kTries) return GiveUp(Reason::REASON_NO_REPLY, CauseOf(answer));
+namespace {
+
+// fetch_trip_logs: reads the logs of the last three trips at once and publishes them. The reader has received every
+// answer before the procedure does.
+class TripFetch final : public Procedure {
+ public:
+  TripFetch(const Requests& requests, TripReader& trips) : requests_(requests), trips_(trips) {}
+
+  // The unit's live slots read the logs too. When they have completed the last one, no log is left to request.
+  [[nodiscard]] Exchange Next() const override {
+    return requests_.Read(begun_ && trips_.wanted() ? trips_.Next() : kStatus);
+  }
+
+  std::optional<Outcome> OnAnswer(const Answer& answer) override {
+    if (!begun_) return OnStatus(answer);
+    if (!trips_.wanted()) return Done();
+    if (!answer.ok()) {
+      trips_.OnFailure(answer);
+      // A quantity of a log that is refused is left out. Without the status no log is reliable.
+      if (answer.refused() ? answer.block == kStatus : !MayRepeat(answer, failures_))
+        return GiveUp(ErrorOf(answer));
+      return std::nullopt;
+    }
+    failures_ = 0;
+    if (trips_.restarts() > kMaxRestarts) {
+      return GiveUp({"the motor trips faster than its logs can be read", Reason::REASON_BUSY});
+    }
     return std::nullopt;
   }
-  failures_ = 0;
-  if (trips_.restarts() > kMaxRestarts) {
-    return GiveUp(Reason::REASON_BUSY, "the motor trips faster than its logs can be read");
+
+  [[nodiscard]] Outcome GiveUp(const Error& error) const override {
+    return Final(CommandState::kFailed, error.reason, "not all logs could be read: " + error.text);
   }
-  return std::nullopt;
+
+ private:
+  std::optional<Outcome> OnStatus(const Answer& answer) {
+    if (!answer.ok()) {
+      if (MayRepeat(answer, failures_)) return std::nullopt;
+      return GiveUp(ErrorOf(answer));
+    }
+    failures_ = 0;
+    begun_ = true;
+    trips_.RequestAll();
+    if (!trips_.wanted()) return Verified("no trip is recorded");
+    return std::nullopt;
+  }
+
+  [[nodiscard]] Outcome Done() const {
+    const TripStatus& status = *trips_.status();
+    Outcome outcome = Verified(Text("trip count %d; the logs are published as TRIP", status.count));
+    for (std::size_t i = 0; i < kLogs; ++i) {
+      if (status.factors[i] == 0) continue;
+      outcome.changes.push_back({"log_" + std::to_string(i + 1), "", StatusText(status.factors[i])});
+    }
+    return outcome;
+  }
+
+  const Requests& requests_;
+  TripReader& trips_;
+  bool begun_ = false;
+  int failures_ = 0;
+};
+
+MadeProcedure MakeTripFetch(const DriverCommand&, const OperationContext& context) {
+  return std::make_unique<TripFetch>(context.requests, context.trips);
 }
 
-std::optional<Outcome> TripFetch::OnStatus(const Answer& answer) {
-  if (!answer.ok()) {
-    if (!answer.refused() && ++failures_ < kTries) return std::nullopt;
-    return GiveUp(ReasonOf(answer), CauseOf(answer));
-  }
-  failures_ = 0;
-  begun_ = true;
-  trips_.WantAll();
-  if (!trips_.wanted()) return Verified("no trip is recorded");
-  return std::nullopt;
-}
+}  // namespace
 
-Outcome TripFetch::Done() const {
-  const TripStatus& status = *trips_.status();
-  Outcome outcome = Verified(Text("trip count %d; the logs are published as TRIP", status.count));
-  for (std::size_t i = 0; i < kLogs; ++i) {
-    if (status.factors[i] == 0) continue;
-    outcome.changes.push_back({"log_" + std::to_string(i + 1), "", StatusText(status.factors[i])});
-  }
-  return outcome;
-}
-
-Outcome TripFetch::GiveUp(std::int32_t reason, const std::string& cause) const {
-  return Final(CommandState::kFailed, reason, "not all logs could be read: " + cause);
+std::vector<Operation> TripOperations() {
+  return {
+      {{.name = "fetch_trip_logs",
+        .help = "Reads the curves of the last three trips at once and publishes them; live data of the bus wait",
+        .reads_only = true,
+        .verification = "the trip count is the same before and after each log"},
+       MakeTripFetch},
+  };
 }
 
 }  // namespace axlecast::tsubaki_sc

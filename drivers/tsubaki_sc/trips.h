@@ -6,7 +6,6 @@
 #include <string>
 
 #include "core/device/device.h"
-#include "drivers/tsubaki_sc/procedure.h"
 #include "drivers/tsubaki_sc/register_map.h"
 #include "drivers/tsubaki_sc/requests.h"
 
@@ -40,7 +39,7 @@ class TripReader {
   // Its own request, Next, brought nothing.
   void OnFailure(const Answer& answer);
   // All logs that hold a trip.
-  void WantAll();
+  void RequestAll();
 
   [[nodiscard]] bool wanted() const { return Current() < kLogs; }
   // The log to be read next is of a trip that happened while the driver watched, or that a command requests.
@@ -63,7 +62,7 @@ class TripReader {
   [[nodiscard]] std::size_t Current() const;  // kLogs: none
   [[nodiscard]] bool Complete() const { return begun_ && tried_ == kAllQuantities; }
   void Shift(std::size_t trips, const TripStatus& status, Interval at);
-  void WantHistory(const TripStatus& status, Interval at);
+  void RequestHistory(const TripStatus& status, Interval at);
   void Publish(const TripStatus& status);
   void BeginAgain();
 
@@ -81,28 +80,6 @@ class TripReader {
   std::uint8_t tried_ = 0;  // bit q: quantity q was read, or cannot be read
   int failures_ = 0;        // of the same block in a row
   int restarts_ = 0;
-};
-
-// fetch_trip_logs: reads the logs of the last three trips at once and publishes them.
-class TripFetch final : public Procedure {
- public:
-  TripFetch(const Requests& requests, TripReader& trips) : requests_(requests), trips_(trips) {}
-
-  // The unit's live turns read the logs too. When they have completed the last one, no log is left to ask for.
-  [[nodiscard]] Exchange Next() const override {
-    return requests_.Read(begun_ && trips_.wanted() ? trips_.Next() : kStatus);
-  }
-  std::optional<Outcome> OnAnswer(const Answer& answer) override;
-  [[nodiscard]] Outcome GiveUp(std::int32_t reason, const std::string& cause) const override;
-
- private:
-  [[nodiscard]] std::optional<Outcome> OnStatus(const Answer& answer);
-  [[nodiscard]] Outcome Done() const;
-
-  const Requests& requests_;
-  TripReader& trips_;
-  bool begun_ = false;
-  int failures_ = 0;
 };
 
 }  // namespace axlecast::tsubaki_sc

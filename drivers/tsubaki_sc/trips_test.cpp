@@ -1,3 +1,5 @@
+#include "drivers/tsubaki_sc/trips.h"
+
 #include <gmock/gmock.h>
 #include <axlecast/command_status_t.hpp>
 #include <cmath>

@@ -33,7 +33,7 @@ TEST(VerifiedOutcome, AStartIsVerifiedOnlyWhereTheStopCoilGoesOff) {
   }
 }
 
-// What holds already is not written, and the outcome says so.
+// A value that is set already is not written, and the outcome states that.
 TEST(VerifiedOutcome, WhatHeldAlreadyIsNamedSo) {
   DeviceFixture bench(kLoginKeys);
   bench.unit.logged_in = true;

@@ -2,6 +2,8 @@
 
 #include <cstdint>
 #include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -27,5 +29,17 @@ struct Conversion {
 // Returns the time of the event's message, in us of UNIX time: its `utime` if it has one between 1970 and 9999, else the
 // time of its reception. The message is not decoded and may be malformed.
 [[nodiscard]] std::int64_t SampleTime(const LogEvent& event);
+
+// Calls `visit` with the name and value of each plain value of a message's JSON: "value", "spare[1]", "entries[0].code". The names
+// of flags are one value: "valid turns_valid".
+using FieldVisitor = std::function<void(const std::string& name, const nlohmann::ordered_json& value)>;
+void VisitFields(const nlohmann::ordered_json& message, const FieldVisitor& visit);
+
+// Returns the value with this name, or null if the message does not contain it.
+[[nodiscard]] const nlohmann::ordered_json* FindField(const nlohmann::ordered_json& message, std::string_view name);
+
+// Returns true if every message of the type has the same names: its schema contains no list of variable length, and no
+// message that may be missing.
+[[nodiscard]] bool AlwaysSameFields(std::string_view schema);
 
 }  // namespace axlecast

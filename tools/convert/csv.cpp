@@ -9,7 +9,7 @@
 #include "core/base/safe_text.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
-#include "tools/convert/flat_fields.h"
+#include "tools/convert/conversion.h"
 
 namespace axlecast {
 namespace {

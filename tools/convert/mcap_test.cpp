@@ -8,15 +8,12 @@
 namespace axlecast {
 namespace {
 
-std::string Hex(std::string_view text) {
-  return HexDigits(Bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
-}
+std::string Hex(std::string_view text) { return HexDigits(AsBytes(text)); }
 
 // Byte by byte from https://mcap.dev/spec; whole files are read by MCAP's own library in tests/convert.
 TEST(McapWriter, AFileWithoutMessages) {
   TestOutput output;
-  McapWriter writer(output.sink());
-  writer.Finish();
+  static_cast<void>(WriteMcap(TestEvents().range(), output.sink()));
   const std::string hex = Hex(output.text);
   EXPECT_EQ(hex.substr(0, 66),
             "894d434150300d0a"  // magic
@@ -36,12 +33,9 @@ TEST(McapWriter, AFileWithoutMessages) {
 TEST(McapWriter, StopsWhereTheOutputDoes) {
   TestOutput output;
   output.room = 2;
-  McapWriter writer(output.sink());
-  EXPECT_TRUE(writer.good());
-  const std::uint16_t channel = writer.AddChannel(0, "topic", "lcm");
-  const std::string large(McapWriter::kChunkBytes, 'x');
-  writer.Write(McapWriter::Message{.channel = channel, .data = large});
-  EXPECT_FALSE(writer.good());
+  TestEvents events;
+  for (int i = 0; i < 3; ++i) events.AddRaw(i, "topic", std::vector<std::uint8_t>(1U << 20, 'x'));
+  EXPECT_EQ(WriteMcap(events.range(), output.sink()).written, 1);
 }
 
 }  // namespace

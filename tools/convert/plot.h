@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -9,9 +10,69 @@
 
 #include "core/base/result.h"
 #include "tools/convert/conversion.h"
-#include "tools/convert/curve.h"
 
 namespace axlecast {
+
+struct CurvePoint {
+  std::int64_t us = 0;  // UNIX time
+  double value = 0;
+  bool operator==(const CurvePoint&) const = default;
+};
+
+// A curve for a picture with a given number of pixel columns. Its memory does not grow with the number of readings: it
+// keeps the first, lowest, highest and last reading of each column. They draw the same picture as all readings (U. Jugel
+// et al., "M4: A Visualization-Oriented Time Series Data Aggregation", VLDB 2014).
+class Curve {
+ public:
+  // Readings outside [first_us, last_us] are drawn at its ends. Readings further apart than `gap_us` are not joined.
+  Curve(std::int64_t first_us, std::int64_t last_us, std::int64_t gap_us, std::size_t columns);
+
+  // Adds a reading. If it is earlier than the previous one (a clock was set back), a new piece begins.
+  void Add(std::int64_t us, double value);
+  // Begins a new piece with the next reading.
+  void Break() { joins_ = false; }
+
+  // Returns the polylines to draw, with at least one point each.
+  using Piece = std::vector<CurvePoint>;
+  [[nodiscard]] std::vector<Piece> Pieces() const;
+
+  [[nodiscard]] std::int64_t readings() const { return readings_; }
+
+ private:
+  struct Column {
+    bool used = false;
+    bool joined = false;  // to the previous column that has readings
+    CurvePoint first;
+    CurvePoint lowest;
+    CurvePoint highest;
+    CurvePoint last;
+  };
+
+  [[nodiscard]] Column& At(std::int64_t us);
+
+  std::int64_t first_us_;
+  std::int64_t last_us_;
+  std::int64_t gap_us_;
+  std::vector<Column> columns_;
+  bool joins_ = false;  // the next reading is joined to the previous one
+  std::int64_t newest_us_ = 0;
+  std::int64_t readings_ = 0;
+};
+
+// Measures the usual interval between the messages of a channel.
+class MessageGap {
+ public:
+  void On(std::int64_t us);
+
+  // Returns 8 times the median interval in us, which is known to a power of two. A longer interval is a gap.
+  [[nodiscard]] std::int64_t Limit() const;
+
+ private:
+  static constexpr std::size_t kPowers = 48;
+  std::array<std::int64_t, kPowers> counts_{};  // of intervals below 1, 2, 4, 8... us
+  std::int64_t total_ = 0;
+  std::int64_t last_us_ = -1;
+};
 
 // What one curve shows: a channel, and a field of its messages by its name in JSON.
 struct PlotField {

@@ -1,18 +1,62 @@
 #include "tools/recorder/log_writer.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <limits>
+#include <numeric>
 #include <system_error>
+#include <tuple>
 #include <utility>
 
+#include "core/base/text.h"
+#include "core/base/utc_text.h"
 #include "platform/os/mapped_file.h"
 #include "tools/log/log_event.h"
 #include "tools/log/log_merge.h"
 
 namespace axlecast {
 namespace {
+
+constexpr std::string_view kEnding = ".lcm";
+constexpr std::size_t kStamp = 16;  // 20261121T070005Z
+
+bool AreDigits(std::string_view text) {
+  return !text.empty() &&
+         std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+}
+
+constexpr const char* kStampFormat = "%Y%m%dT%H%M%SZ";
+
+// Returns the suffix of a further file of the same name: "_007".
+std::string CopySuffix(int copy) { return copy > 0 ? Text("_%03d", copy) : ""; }
+
+struct DatedLog {
+  std::int64_t begin;
+  StoredLog log;
+};
+
+// Returns the logs with generated names, oldest first.
+std::vector<DatedLog> OwnLogs(std::vector<StoredLog> logs, std::string_view name) {
+  std::vector<DatedLog> own;
+  for (StoredLog& log : logs) {
+    if (const auto begin = LogFileBegin(name, log.file)) own.push_back({*begin, std::move(log)});
+  }
+  std::sort(own.begin(), own.end(), [](const DatedLog& one, const DatedLog& other) {
+    const std::size_t one_size = one.log.file.size();  // _1000 follows _999
+    const std::size_t other_size = other.log.file.size();
+    return std::tie(one.begin, one_size, one.log.file) < std::tie(other.begin, other_size, other.log.file);
+  });
+  return own;
+}
+
+// Returns the latest possible time of the last event (us, UNIX time).
+std::int64_t EndOf(const std::vector<DatedLog>& logs, std::size_t i) {
+  if (logs[i].log.last_utime > 0) return logs[i].log.last_utime;
+  return i + 1 < logs.size() ? logs[i + 1].begin : std::numeric_limits<std::int64_t>::max();
+}
 
 constexpr std::size_t kFlushBytes = 1 << 20;
 constexpr MonoNs kRetry = kSecond;
@@ -61,6 +105,38 @@ std::int64_t LastUtime(const std::filesystem::path& path) {
 }
 
 }  // namespace
+
+std::string LogFileName(std::string_view name, std::int64_t utime, int copy) {
+  return std::string(name) + '_' + FormatUtc(utime, kStampFormat) + CopySuffix(copy) + std::string(kEnding);
+}
+
+std::optional<std::int64_t> LogFileBegin(std::string_view name, std::string_view file) {
+  if (!file.starts_with(name) || !file.ends_with(kEnding)) return std::nullopt;
+  file.remove_prefix(name.size());
+  if (file.size() < 1 + kStamp + kEnding.size() || file[0] != '_') return std::nullopt;
+  file.remove_prefix(1);
+  file.remove_suffix(kEnding.size());
+  const std::string_view copy = file.substr(kStamp);
+  if (!copy.empty() && (copy.size() < 4 || copy[0] != '_' || !AreDigits(copy.substr(1)))) return std::nullopt;
+  return ParseUtcAs(std::string(file.substr(0, kStamp)), kStampFormat);
+}
+
+std::vector<std::string> ExpiredLogs(std::vector<StoredLog> logs, std::string_view name, std::string_view current,
+                                     const Retention& retention, std::int64_t utime) {
+  const std::vector<DatedLog> own = OwnLogs(std::move(logs), name);
+  std::int64_t bytes = std::accumulate(own.begin(), own.end(), std::int64_t{0},
+                                       [](std::int64_t sum, const DatedLog& each) { return sum + each.log.bytes; });
+  std::vector<std::string> expired;
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    if (own[i].log.file == current) continue;
+    const bool old = retention.keep_us > 0 && EndOf(own, i) < utime - retention.keep_us;
+    const bool over = retention.quota_bytes > 0 && bytes > retention.quota_bytes && i + 1 < own.size();
+    if (!old && !over) continue;
+    bytes -= own[i].log.bytes;
+    expired.push_back(own[i].log.file);
+  }
+  return expired;
+}
 
 LogWriter::LogWriter(LogWriterSettings settings, const Clock& clock)
     : settings_(std::move(settings)), clock_(clock) {}
@@ -159,11 +235,8 @@ std::string LogWriter::PathOf(const Pending& log, int copy) const {
   if (settings_.file.empty()) {
     return (std::filesystem::path(settings_.folder) / LogFileName(settings_.name, log.utime, copy)).string();
   }
-  if (copy == 0) return settings_.file;
   std::filesystem::path path(settings_.file);
-  const std::string number = std::to_string(copy);
-  const std::string suffix = '_' + std::string(number.size() < 3 ? 3 - number.size() : 0, '0') + number;
-  return (path.parent_path() / (path.stem().string() + suffix + path.extension().string())).string();
+  return (path.parent_path() / (path.stem().string() + CopySuffix(copy) + path.extension().string())).string();
 }
 
 void LogWriter::CloseFile() {

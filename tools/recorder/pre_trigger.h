@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/base/time.h"
-#include "tools/recorder/message_queue.h"
+#include "tools/recorder/message_receiver.h"
 
 namespace axlecast {
 

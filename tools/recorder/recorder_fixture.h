@@ -10,7 +10,7 @@
 #include "tools/log/log_event.h"
 #include "tools/log/log_reader.h"
 #include "tools/recorder/log_composer.h"
-#include "tools/recorder/message_queue.h"
+#include "tools/recorder/message_receiver.h"
 
 namespace axlecast {
 

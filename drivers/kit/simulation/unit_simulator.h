@@ -15,10 +15,11 @@
 namespace axlecast {
 
 // A device whose quantities are the entries of `Derived::Table()`, a static function that returns a
-// `const QuantityTable<Derived>&`.
-template <typename Derived>
-class TableDevice : public SimulatedDevice {
+// `const QuantityTable<Derived>&`. `Base` is SimulatedDevice or an abstract class derived from it.
+template <typename Derived, typename Base = SimulatedDevice>
+class TableDevice : public Base {
  public:
+  using Base::Base;
   [[nodiscard]] Result<> Set(std::string_view name, std::string_view value) final {
     return SetByName(Derived::Table(), static_cast<Derived&>(*this), name, value);
   }

@@ -1,6 +1,7 @@
 #include "drivers/protocol/canopen/canopen.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/device/operation.h"
 
@@ -14,9 +15,8 @@ constexpr unsigned kUpload = 2;
 constexpr unsigned kDownloadAnswer = 3;
 constexpr unsigned kAbort = 4;
 constexpr std::uint8_t kExpedited = 0x02;
-constexpr std::uint8_t kSizeSaid = 0x01;
+constexpr std::uint8_t kSizeGiven = 0x01;
 
-constexpr std::size_t kSdoSize = 8;
 constexpr std::size_t kHeadSize = 4;
 
 ObjectId ObjectOf(Bytes data) { return {static_cast<std::uint16_t>(LittleEndian(data, 1, 2)), data[3]}; }
@@ -31,9 +31,9 @@ CanFrame SdoFrame(std::uint8_t node, std::uint8_t command, ObjectId object, std:
   return frame;
 }
 
-// Bytes of data that an expedited command byte announces: all four when it does not say.
+// Bytes of data that an expedited command byte announces: all four if it gives no size.
 std::uint8_t AnnouncedSize(std::uint8_t command) {
-  return (command & kSizeSaid) != 0 ? static_cast<std::uint8_t>(4 - (command >> 2 & 3)) : 4;
+  return (command & kSizeGiven) != 0 ? static_cast<std::uint8_t>(4 - (command >> 2 & 3)) : 4;
 }
 
 struct CodeText {
@@ -112,6 +112,16 @@ constexpr std::array<ErrorClass, 23> kClasses = {{
 constexpr std::array<const char*, 8> kRegisterBits = {
     "generic", "current", "voltage", "temperature", "communication", "device profile", "reserved", "manufacturer"};
 
+constexpr std::array<std::pair<NmtState, const char*>, 4> kStates = {
+    {{NmtState::kBootUp, "boot_up"},
+     {NmtState::kStopped, "stopped"},
+     {NmtState::kOperational, "operational"},
+     {NmtState::kPreOperational, "pre_operational"}}};
+
+auto FindState(NmtState state) {
+  return std::find_if(kStates.begin(), kStates.end(), [state](const auto& known) { return known.first == state; });
+}
+
 }  // namespace
 
 // ---- network management ----
@@ -122,30 +132,11 @@ CanFrame NmtFrame(NmtCommand command, std::uint8_t node) {
 
 std::optional<NmtState> ParseHeartbeat(Bytes data) {
   if (data.size() != 1) return std::nullopt;
-  const auto state = static_cast<NmtState>(data[0] & 0x7F);
-  switch (state) {
-    case NmtState::kBootUp:
-    case NmtState::kStopped:
-    case NmtState::kOperational:
-    case NmtState::kPreOperational:
-      return state;
-  }
-  return std::nullopt;
+  const auto* const known = FindState(static_cast<NmtState>(data[0] & 0x7F));
+  return known == kStates.end() ? std::nullopt : std::optional(known->first);
 }
 
-const char* NmtStateName(NmtState state) {
-  switch (state) {
-    case NmtState::kBootUp:
-      return "boot_up";
-    case NmtState::kStopped:
-      return "stopped";
-    case NmtState::kOperational:
-      return "operational";
-    case NmtState::kPreOperational:
-      break;
-  }
-  return "pre_operational";
-}
+const char* NmtStateName(NmtState state) { return FindState(state)->second; }
 
 // ---- service data objects ----
 
@@ -153,7 +144,7 @@ std::string ObjectText(ObjectId object) { return Text("%04Xh:%02X", unsigned{obj
 
 CanFrame RequestFrame(std::uint8_t node, const SdoRequest& request) {
   constexpr auto kRead = static_cast<std::uint8_t>(kUpload << 5);
-  constexpr auto kWrite = static_cast<std::uint8_t>(kDownload << 5 | kExpedited | kSizeSaid);
+  constexpr auto kWrite = static_cast<std::uint8_t>(kDownload << 5 | kExpedited | kSizeGiven);
   return SdoFrame(node, request.write ? kWrite : kRead, request.object, request.write.value_or(0));
 }
 
@@ -187,7 +178,7 @@ SdoAnswer ParseAnswer(Bytes data) {
     answer.value = LittleEndian(data, kHeadSize, 4);
   } else if (specifier == kUpload && (data[0] & kExpedited) == 0) {
     answer.kind = SdoAnswer::Kind::kSegmented;
-    const bool said = (data[0] & kSizeSaid) != 0 && data.size() == kSdoSize;
+    const bool said = (data[0] & kSizeGiven) != 0 && data.size() == kSdoSize;
     answer.value = said ? LittleEndian(data, kHeadSize, 4) : 0;
   } else if (specifier == kUpload && data.size() >= kHeadSize + AnnouncedSize(data[0])) {
     answer.kind = SdoAnswer::Kind::kValue;

@@ -11,7 +11,7 @@
 
 namespace axlecast::canopen {
 
-// Frames of CANopen (CiA 301 v4.2) as far as an encoder's client needs them. Numbers are little-endian (7.1.4).
+// The frames of CANopen (CiA 301 v4.2) that a client of an encoder needs. Numbers are little-endian (7.1.4).
 
 inline constexpr std::uint8_t kMinNode = 1;
 inline constexpr std::uint8_t kMaxNode = 127;
@@ -38,14 +38,16 @@ enum class NmtCommand : std::uint8_t {
 [[nodiscard]] CanFrame NmtFrame(NmtCommand command, std::uint8_t node);
 
 enum class NmtState : std::uint8_t { kBootUp = 0x00, kStopped = 0x04, kOperational = 0x05, kPreOperational = 0x7F };
-// The data of a heartbeat or boot-up message; nothing when it is none. Bit 7 is node guarding's toggle bit.
+// Parses the data of a heartbeat or boot-up message; nothing for other data. Bit 7 is the toggle bit of node guarding.
 [[nodiscard]] std::optional<NmtState> ParseHeartbeat(Bytes data);
 [[nodiscard]] const char* NmtStateName(NmtState state);  // snake_case
 
-// Without the counter of 7.2.5.3.1.
+// Returns a SYNC without the counter of 7.2.5.3.1.
 [[nodiscard]] inline CanFrame SyncFrame() { return {.id = kSyncId, .data = {}}; }
 
 // ---- service data objects, expedited: 7.2.4.3 ----
+
+inline constexpr std::size_t kSdoSize = 8;  // bytes of a frame
 
 struct ObjectId {
   std::uint16_t index = 0;
@@ -54,13 +56,13 @@ struct ObjectId {
 };
 [[nodiscard]] std::string ObjectText(ObjectId object);  // "1018h:01"
 
-// One transfer that a client asks for. All objects that are written here have 32 bits.
+// One transfer of a client. All objects that are written here have 32 bits.
 struct SdoRequest {
   ObjectId object;
-  std::optional<std::uint32_t> write = {};  // its new value; nothing: read it
+  std::optional<std::uint32_t> write = {};  // its new value; nothing to read it
 };
 [[nodiscard]] CanFrame RequestFrame(std::uint8_t node, const SdoRequest& request);
-// The request that the data of a frame to a server is; nothing when it is no expedited one.
+// Parses the data of a frame to a server; nothing if it is no expedited request.
 [[nodiscard]] std::optional<SdoRequest> ParseRequest(Bytes data);
 
 // Table 22.
@@ -71,7 +73,7 @@ enum class AbortCode : std::uint32_t {
   kBadLength = 0x0607'0010,
 };
 [[nodiscard]] CanFrame AbortFrame(std::uint8_t node, ObjectId object, AbortCode code);
-// What table 22 says of the code; "unknown abort code" when it says nothing.
+// Returns the meaning of the code; "unknown abort code" for a code that is not in table 22.
 [[nodiscard]] const char* AbortText(std::uint32_t code);
 
 struct SdoAnswer {
@@ -79,15 +81,15 @@ struct SdoAnswer {
     kValue,      // upload, expedited
     kWritten,    // download confirmed
     kAborted,    // `value` is the abort code
-    kSegmented,  // an upload longer than four bytes begins; `value` is its length, 0 when not said
-    kMalformed,  // nothing that may answer an expedited request
+    kSegmented,  // an upload longer than four bytes begins; `value` is its length, 0 if not given
+    kMalformed,  // cannot be an answer to an expedited request
   };
   Kind kind = Kind::kMalformed;
   ObjectId object;
   std::uint32_t value = 0;
   std::uint8_t size = 0;  // kValue: bytes of the value
 };
-// 8 bytes by the standard; fewer are taken when they hold all that they announce, as some servers do not pad.
+// Parses 8 bytes, as the standard requires. Fewer are accepted if they hold all announced data: some servers do not pad.
 [[nodiscard]] SdoAnswer ParseAnswer(Bytes data);
 
 // ---- emergency: 7.2.7 ----
@@ -100,19 +102,19 @@ struct Emergency {
   [[nodiscard]] bool IsReset() const { return code >> 8 == 0; }
 };
 [[nodiscard]] std::optional<Emergency> ParseEmergency(Bytes data);
-// The class of an error code, table 26: "voltage". Never null.
+// Returns the class of an error code, table 26: "voltage". Never null.
 [[nodiscard]] const char* EmergencyClass(std::uint16_t code);
-// The bits of the error register (1001h, 7.5.2.2) that are set: "generic, voltage"; "none".
+// Returns the bits of the error register (1001h, 7.5.2.2) that are set: "generic, voltage"; "none".
 [[nodiscard]] std::string ErrorRegisterText(std::uint8_t error_register);
 
-// The little-endian number in `data` from `first` on.
+// Returns the little-endian number in `data` from `first` on.
 [[nodiscard]] constexpr std::uint32_t LittleEndian(Bytes data, std::size_t first, std::size_t count) {
   std::uint32_t value = 0;
   for (std::size_t i = 0; i < count; ++i) value |= std::uint32_t{data[first + i]} << (8 * i);
   return value;
 }
 
-// The objects that the driver knows. CiA 301 7.5.2 (1000h to 1A00h), CiA 406 (6000h on).
+// The objects that the driver uses. CiA 301 7.5.2 (1000h to 1A00h), CiA 406 (6000h on).
 
 inline constexpr ObjectId kDeviceType = {0x1000, 0};
 inline constexpr ObjectId kErrorRegister = {0x1001, 0};
@@ -131,6 +133,7 @@ inline constexpr ObjectId kUnitsPerTurn = {0x6001, 0};
 inline constexpr ObjectId kTotalRange = {0x6002, 0};
 inline constexpr ObjectId kPreset = {0x6003, 0};
 inline constexpr ObjectId kPosition = {0x6004, 0};
+inline constexpr std::size_t kPositionSize = 4;  // bytes
 inline constexpr ObjectId kOperatingStatus = {0x6500, 0};
 inline constexpr ObjectId kPhysicalSteps = {0x6501, 0};  // a turn
 inline constexpr ObjectId kPhysicalTurns = {0x6502, 0};
@@ -146,7 +149,7 @@ inline constexpr std::uint32_t kEncoderProfile = 406;
 // the scaling of 6001h and 6002h is on (TR-Electronic CEH 110, 10.12.1).
 inline constexpr std::uint32_t kCounterClockwise = 0x1;
 inline constexpr std::uint32_t kScalingOn = 0x4;
-// Sub-index 1 of 1010h: written, the text "save"; read, bit 0: it saves on command (CiA 301 7.5.2.13).
+// Sub-index 1 of 1010h (CiA 301 7.5.2.13): the text "save" is written; bit 0 is read: the node saves on command.
 inline constexpr std::uint32_t kSaveSignature = 0x65766173;
 inline constexpr std::uint32_t kSavesOnCommand = 0x1;
 // Sub-index 1 of 1800h: bit 31, the PDO does not exist; the lower 11 bits are its identifier (7.5.2.35).

@@ -15,7 +15,7 @@ using Kind = SdoResult::Kind;
 // more.
 constexpr MonoNs kSaveTime = 5 * kSecond;
 
-// Every node answers for these, or aborts.
+// Every node answers or aborts a read of these.
 constexpr std::array kFences = {kDeviceType, kVendor, kProduct, kRevision, kSerial};
 
 bool Answers(const SdoAnswer& answer, const SdoRequest& request) {
@@ -45,16 +45,14 @@ void SdoClient::Reset() {
   silent_in_a_row_ = 0;
 }
 
-std::optional<SdoResult> SdoClient::On(const Event& event, bool& foreign) {
-  foreign = false;
+SdoClient::Evaluation SdoClient::On(const Event& event) {
   const bool own_request = event.id == kSdoRequestId + node_;
   if (event.kind == Event::Kind::kSent && own_request) OnSent(event);
   if (event.kind == Event::Kind::kNotSent && own_request) abort_.reset();
-  if (event.kind == Event::Kind::kFrame && event.id == kSdoAnswerId + node_) {
-    if (auto result = OnAnswer(event, foreign)) return result;
-  }
-  if (pending_ && event.received.last >= due_) return TimeOut(event.received.last);
-  return std::nullopt;
+  Evaluation evaluation;
+  if (event.kind == Event::Kind::kFrame && event.id == kSdoAnswerId + node_) evaluation = OnAnswer(event);
+  if (pending_ && event.received.last >= due_) evaluation.result = TimeOut(event.received.last);
+  return evaluation;
 }
 
 void SdoClient::OnSent(const Event& event) {
@@ -66,28 +64,22 @@ void SdoClient::OnSent(const Event& event) {
   due_ = sent_.last + (request->object == kStoreAll && request->write ? std::max(kSaveTime, timeout_) : timeout_);
 }
 
-std::optional<SdoResult> SdoClient::OnAnswer(const Event& event, bool& foreign) {
+SdoClient::Evaluation SdoClient::OnAnswer(const Event& event) {
   const SdoAnswer answer = ParseAnswer(event.bytes);
-  foreign = TakeLate(answer.object, event.received.last);
-  if (foreign) return std::nullopt;
-  if (!pending_ || !Answers(answer, *pending_)) {
-    foreign = true;
-    return std::nullopt;
+  if (TakeLate(answer.object, event.received.last) || !pending_ || !Answers(answer, *pending_)) {
+    return {.result = {}, .unexpected_answer = true};
   }
   silent_in_a_row_ = 0;
   unanswered_.clear();
   if (fence_ == pending_->object) fence_.reset();
-  switch (answer.kind) {
-    case SdoAnswer::Kind::kValue:
-      return End(Kind::kValue, answer.value, event.received);
-    case SdoAnswer::Kind::kWritten:
-      return End(Kind::kWritten, 0, event.received);
-    case SdoAnswer::Kind::kSegmented:
-      abort_ = AbortFrame(node_, pending_->object, AbortCode::kBadLength);
-      return End(Kind::kSegmented, answer.value, event.received);
-    default:
-      return End(Kind::kAborted, answer.value, event.received);
+  Kind kind = Kind::kAborted;
+  if (answer.kind == SdoAnswer::Kind::kValue) kind = Kind::kValue;
+  if (answer.kind == SdoAnswer::Kind::kWritten) kind = Kind::kWritten;
+  if (answer.kind == SdoAnswer::Kind::kSegmented) {
+    kind = Kind::kSegmented;
+    abort_ = AbortFrame(node_, pending_->object, AbortCode::kBadLength);
   }
+  return {.result = End(kind, answer.value, event.received)};
 }
 
 SdoResult SdoClient::End(Kind kind, std::uint32_t value, Interval received) {
@@ -104,7 +96,6 @@ SdoResult SdoClient::TimeOut(MonoNs now) {
   return End(Kind::kTimedOut, 0, {now, now});
 }
 
-// Whether the answer belongs to a request that timed out: the oldest of that object.
 bool SdoClient::TakeLate(ObjectId object, MonoNs now) {
   std::erase_if(unanswered_, [now](const Unanswered& request) { return request.until <= now; });
   const auto found = std::find_if(unanswered_.begin(), unanswered_.end(),
@@ -114,7 +105,6 @@ bool SdoClient::TakeLate(ObjectId object, MonoNs now) {
   return true;
 }
 
-// An object of which no answer may still come, if there is one.
 ObjectId SdoClient::Fence() const {
   const auto is_free = [this](ObjectId object) {
     return std::none_of(unanswered_.begin(), unanswered_.end(),

@@ -14,27 +14,28 @@ constexpr MonoNs kTimeout = 50 * kMillisecond;
 
 class Cia406SdoClient : public testing::Test {
  protected:
-  std::optional<SdoResult> Tell(Event::Kind kind, std::uint32_t id, Bytes bytes, MonoNs at) {
-    return client_.On(
-        {.kind = kind, .sent = {}, .received = {at, at}, .request = {}, .bytes = bytes, .secret = false, .id = id},
-        foreign_);
+  std::optional<SdoResult> Pass(Event::Kind kind, std::uint32_t id, Bytes bytes, MonoNs at) {
+    const SdoClient::Evaluation evaluation = client_.On(
+        {.kind = kind, .sent = {}, .received = {at, at}, .request = {}, .bytes = bytes, .secret = false, .id = id});
+    unexpected_answer_ = evaluation.unexpected_answer;
+    return evaluation.result;
   }
   void Ask(const SdoRequest& request, MonoNs at) {
     const CanFrame frame = RequestFrame(kNode, request);
-    EXPECT_FALSE(Tell(Event::Kind::kSent, frame.id, frame.data, at));
+    EXPECT_FALSE(Pass(Event::Kind::kSent, frame.id, frame.data, at));
   }
-  std::optional<SdoResult> Hear(const std::string& bytes, MonoNs at) {
-    return Tell(Event::Kind::kFrame, 0x582, GoldenBytes(bytes), at);
+  std::optional<SdoResult> Answer(const std::string& bytes, MonoNs at) {
+    return Pass(Event::Kind::kFrame, 0x582, GoldenBytes(bytes), at);
   }
-  std::optional<SdoResult> Wait(MonoNs at) { return Tell(Event::Kind::kSilent, 0, {}, at); }
+  std::optional<SdoResult> Wait(MonoNs at) { return Pass(Event::Kind::kSilent, 0, {}, at); }
   [[nodiscard]] std::string Abort() const { return client_.abort() ? HexText(client_.abort()->data) : "none"; }
   void SendAbort(MonoNs at) {
     const CanFrame frame = *client_.abort();
-    EXPECT_FALSE(Tell(Event::Kind::kSent, frame.id, frame.data, at));
+    EXPECT_FALSE(Pass(Event::Kind::kSent, frame.id, frame.data, at));
   }
 
   SdoClient client_{kNode, kTimeout, 10 * kTimeout};
-  bool foreign_ = false;
+  bool unexpected_answer_ = false;
 };
 
 // python-canopen, test/test_sdo.py, test_expedited_upload and test_expedited_download.
@@ -42,7 +43,7 @@ TEST_F(Cia406SdoClient, ReadsAndWrites) {
   EXPECT_TRUE(client_.free());
   Ask({.object = kVendor, .write = {}}, 100);
   EXPECT_FALSE(client_.free());
-  const auto read = Hear("43 18 10 01 04 00 00 00", 300);
+  const auto read = Answer("43 18 10 01 04 00 00 00", 300);
   ASSERT_TRUE(read);
   EXPECT_EQ(read->kind, SdoResult::Kind::kValue);
   EXPECT_EQ(read->value, 4U);
@@ -50,7 +51,7 @@ TEST_F(Cia406SdoClient, ReadsAndWrites) {
   EXPECT_EQ(read->received.last, 300);
   EXPECT_TRUE(client_.free());
   Ask({.object = kPreset, .write = 7}, 400);
-  const auto written = Hear("60 03 60 00 00 00 00 00", 500);
+  const auto written = Answer("60 03 60 00 00 00 00 00", 500);
   ASSERT_TRUE(written);
   EXPECT_EQ(written->kind, SdoResult::Kind::kWritten);
   EXPECT_EQ(written->request.write, 7U);
@@ -58,32 +59,32 @@ TEST_F(Cia406SdoClient, ReadsAndWrites) {
 
 TEST_F(Cia406SdoClient, AnAbortOfTheServerEndsTheTransferWithItsCode) {
   Ask({.object = kWarnings, .write = {}}, 0);
-  const auto result = Hear("80 05 65 00 00 00 02 06", 10);
+  const auto result = Answer("80 05 65 00 00 00 02 06", 10);
   ASSERT_TRUE(result);
   EXPECT_EQ(result->kind, SdoResult::Kind::kAborted);
   EXPECT_EQ(result->value, 0x0602'0000U);
   EXPECT_TRUE(client_.free()) << "an abort is not answered";
   Ask({.object = kWarnings, .write = {}}, 20);
-  EXPECT_TRUE(Hear("80 00 00 00 00 00 00 08", 30)) << "some servers do not name the object";
+  EXPECT_TRUE(Answer("80 00 00 00 00 00 00 08", 30)) << "some servers do not name the object";
 }
 
 TEST_F(Cia406SdoClient, AnAnswerOfAnotherObjectOrKindIsForeign) {
-  EXPECT_FALSE(Hear("43 18 10 01 04 00 00 00", 0));
-  EXPECT_TRUE(foreign_) << "nobody asked";
+  EXPECT_FALSE(Answer("43 18 10 01 04 00 00 00", 0));
+  EXPECT_TRUE(unexpected_answer_) << "nothing was requested";
   Ask({.object = kVendor, .write = {}}, 0);
   for (const char* bytes : {"43 18 10 02 04 00 00 00", "43 17 10 01 04 00 00 00", "60 18 10 01 00 00 00 00",
                             "80 18 10 02 00 00 02 06", "00 54 69 6E 79 20 4E 6F", "43 18 10"}) {
-    EXPECT_FALSE(Hear(bytes, 1)) << bytes;
-    EXPECT_TRUE(foreign_) << bytes;
+    EXPECT_FALSE(Answer(bytes, 1)) << bytes;
+    EXPECT_TRUE(unexpected_answer_) << bytes;
   }
-  EXPECT_TRUE(Hear("43 18 10 01 04 00 00 00", 2)) << "it still waits for its own";
-  EXPECT_FALSE(foreign_);
+  EXPECT_TRUE(Answer("43 18 10 01 04 00 00 00", 2)) << "it still waits for its own";
+  EXPECT_FALSE(unexpected_answer_);
 }
 
 // python-canopen, test_segmented_upload: 26 bytes would follow.
 TEST_F(Cia406SdoClient, ASegmentedAnswerIsEndedWithItsCode) {
   Ask({.object = {0x1008, 0}, .write = {}}, 0);
-  const auto result = Hear("41 08 10 00 1A 00 00 00", 10);
+  const auto result = Answer("41 08 10 00 1A 00 00 00", 10);
   ASSERT_TRUE(result);
   EXPECT_EQ(result->kind, SdoResult::Kind::kSegmented);
   EXPECT_EQ(result->value, 26U);
@@ -104,9 +105,9 @@ TEST_F(Cia406SdoClient, ATimeOutIsEndedWithItsCodeAndFenced) {
   SendAbort(kTimeout + 1);
   EXPECT_EQ(client_.fence(), kDeviceType);
   Ask({.object = kDeviceType, .write = {}}, kTimeout + 2);
-  EXPECT_FALSE(Hear("43 04 60 00 01 00 00 00", kTimeout + 3)) << "the late one";
-  EXPECT_TRUE(foreign_);
-  EXPECT_TRUE(Hear("43 00 10 00 96 01 02 00", kTimeout + 4));
+  EXPECT_FALSE(Answer("43 04 60 00 01 00 00 00", kTimeout + 3)) << "the late one";
+  EXPECT_TRUE(unexpected_answer_);
+  EXPECT_TRUE(Answer("43 00 10 00 96 01 02 00", kTimeout + 4));
   EXPECT_FALSE(client_.fence()) << "what was late would have come before";
 }
 
@@ -127,9 +128,9 @@ TEST_F(Cia406SdoClient, ALateAnswerIsNotThatToAnotherRequestForItsObject) {
   }
   EXPECT_EQ(client_.fence(), kProduct) << "of both others an answer may still come";
   Ask({.object = kDeviceType, .write = {}}, now);
-  EXPECT_FALSE(Hear("43 00 10 00 96 01 02 00", now + 1)) << "to the first request";
-  EXPECT_TRUE(foreign_);
-  EXPECT_TRUE(Hear("43 00 10 00 96 01 02 00", now + 2));
+  EXPECT_FALSE(Answer("43 00 10 00 96 01 02 00", now + 1)) << "to the first request";
+  EXPECT_TRUE(unexpected_answer_);
+  EXPECT_TRUE(Answer("43 00 10 00 96 01 02 00", now + 2));
 }
 
 TEST_F(Cia406SdoClient, AfterTheLateBoundAnAnswerIsThatToTheNewRequest) {
@@ -137,7 +138,7 @@ TEST_F(Cia406SdoClient, AfterTheLateBoundAnAnswerIsThatToTheNewRequest) {
   EXPECT_TRUE(Wait(kTimeout));
   const MonoNs later = 10 * kTimeout + 1;
   Ask({.object = kDeviceType, .write = {}}, later);
-  EXPECT_TRUE(Hear("43 00 10 00 96 01 02 00", later + 1));
+  EXPECT_TRUE(Answer("43 00 10 00 96 01 02 00", later + 1));
 }
 
 TEST_F(Cia406SdoClient, ASaveHasMoreTime) {
@@ -151,10 +152,10 @@ TEST_F(Cia406SdoClient, ASaveHasMoreTime) {
 
 TEST_F(Cia406SdoClient, OtherNodesAreNothingToIt) {
   Ask({.object = kVendor, .write = {}}, 0);
-  EXPECT_FALSE(Tell(Event::Kind::kFrame, 0x583, GoldenBytes("43 18 10 01 04 00 00 00"), 1));
-  EXPECT_FALSE(foreign_);
-  EXPECT_FALSE(Tell(Event::Kind::kSent, 0x603, GoldenBytes("40 00 10 00 00 00 00 00"), 2));
-  EXPECT_TRUE(Hear("43 18 10 01 04 00 00 00", 3));
+  EXPECT_FALSE(Pass(Event::Kind::kFrame, 0x583, GoldenBytes("43 18 10 01 04 00 00 00"), 1));
+  EXPECT_FALSE(unexpected_answer_);
+  EXPECT_FALSE(Pass(Event::Kind::kSent, 0x603, GoldenBytes("40 00 10 00 00 00 00 00"), 2));
+  EXPECT_TRUE(Answer("43 18 10 01 04 00 00 00", 3));
 }
 
 }  // namespace

@@ -42,53 +42,52 @@ bool SameStart(Bytes a, Bytes b, std::size_t count) {
          std::equal(a.begin(), a.begin() + static_cast<std::ptrdiff_t>(count), b.begin());
 }
 
-bool IsWrite(std::uint8_t function) {
+// How the reply to a function is built.
+enum class Form : std::uint8_t { kBits, kRegisters, kServerId, kWrite, kUnknown };
+
+Form FormOf(std::uint8_t function) {
   switch (static_cast<Function>(function)) {
+    case Function::kReadCoils:
+    case Function::kReadDiscreteInputs:
+      return Form::kBits;
+    case Function::kReadHoldingRegisters:
+    case Function::kReadInputRegisters:
+      return Form::kRegisters;
+    case Function::kReportServerId:
+      return Form::kServerId;
     case Function::kWriteCoil:
     case Function::kWriteRegister:
     case Function::kWriteCoils:
     case Function::kWriteRegisters:
-      return true;
-    default:
-      return false;
+      return Form::kWrite;
   }
+  return Form::kUnknown;
 }
 
-// The third byte of a good reply: the byte count of a read, the high byte of a write's first address.
+// Returns the byte count of a good reply to a read of at least kEchoSize bytes.
+std::size_t ReadSize(Bytes request) {
+  const std::size_t count = Word(request, 4);
+  return FormOf(request[1]) == Form::kBits ? (count + 7) / 8 : 2 * count;
+}
+
+// Returns the third byte of a good reply: the byte count of a read, the high byte of a write's first address.
 std::uint8_t ThirdOfReply(Bytes request) {
-  if (IsWrite(request[1])) return request[2];
-  if (request.size() < kEchoSize) return 0;
-  const auto function = static_cast<Function>(request[1]);
-  const bool bits = function == Function::kReadCoils || function == Function::kReadDiscreteInputs;
-  const unsigned count = Word(request, 4);
-  return static_cast<std::uint8_t>(bits ? (count + 7) / 8 : 2 * count);
+  if (FormOf(request[1]) == Form::kWrite) return request[2];
+  return request.size() < kEchoSize ? std::uint8_t{0} : static_cast<std::uint8_t>(ReadSize(request));
 }
 
 Reply Failed(ErrorKind kind, std::uint8_t exception = 0) { return {.error = kind, .exception = exception}; }
 
-// A sealed reply of the right length, to a request of the same function.
+// Checks a sealed reply of the right length, to a request of the same function.
 Reply CheckContent(Bytes request, Bytes reply) {
-  const auto function = static_cast<Function>(request[1]);
-  switch (function) {
-    case Function::kReadCoils:
-    case Function::kReadDiscreteInputs:
-    case Function::kReadHoldingRegisters:
-    case Function::kReadInputRegisters: {
-      if (request.size() < kEchoSize) return Failed(ErrorKind::kWrongEcho);
-      const std::size_t count = Word(request, 4);
-      const bool bits = function == Function::kReadCoils || function == Function::kReadDiscreteInputs;
-      if (reply[2] != (bits ? (count + 7) / 8 : 2 * count)) return Failed(ErrorKind::kRange);
-      return {.data = reply.subspan(3, reply[2])};
-    }
-    case Function::kWriteCoil:
-    case Function::kWriteRegister:
-    case Function::kWriteCoils:
-    case Function::kWriteRegisters:
-      if (!SameStart(request, reply, kEchoSize - 2)) return Failed(ErrorKind::kWrongEcho);
-      return {};
-    case Function::kReportServerId:
-      return {.data = reply.subspan(3, reply[2])};
+  const Form form = FormOf(request[1]);
+  const bool read = form == Form::kBits || form == Form::kRegisters;
+  if (read && request.size() >= kEchoSize) {
+    if (reply[2] != ReadSize(request)) return Failed(ErrorKind::kRange);
+    return {.data = reply.subspan(3, reply[2])};
   }
+  if (form == Form::kServerId) return {.data = reply.subspan(3, reply[2])};
+  if (form == Form::kWrite && SameStart(request, reply, kEchoSize - 2)) return {};
   return Failed(ErrorKind::kWrongEcho);
 }
 
@@ -141,32 +140,21 @@ Frame WriteRegisters(std::uint8_t address, std::uint16_t start, std::span<const 
 
 std::size_t ReplyLength(Bytes so_far) {
   if (so_far.size() < 2) return 0;
-  switch (static_cast<Function>(so_far[1])) {
-    case Function::kReadCoils:
-    case Function::kReadDiscreteInputs:
-    case Function::kReadHoldingRegisters:
-    case Function::kReadInputRegisters:
-    case Function::kReportServerId: {
-      if (so_far.size() < 3) return 0;
-      const std::size_t length = kReadOverhead + so_far[2];
-      return length <= kMaxAdu ? length : kExceptionSize;
-    }
-    case Function::kWriteCoil:
-    case Function::kWriteRegister:
-    case Function::kWriteCoils:
-    case Function::kWriteRegisters:
-      return kEchoSize;
-  }
-  return kExceptionSize;
+  const Form form = FormOf(so_far[1]);
+  if (form == Form::kWrite) return kEchoSize;
+  if (form == Form::kUnknown) return kExceptionSize;
+  if (so_far.size() < 3) return 0;
+  const std::size_t length = kReadOverhead + so_far[2];
+  return length <= kMaxAdu ? length : kExceptionSize;
 }
 
 ReplyMatch MatchBegin(Bytes reply, std::array<std::uint8_t, 3> head) {
-  constexpr int kInvertedAtMost = 2;
+  constexpr int kMaxInverted = 2;
   if (reply.size() < kExceptionSize) return ReplyMatch::kNo;
   int inverted = 0;
   for (std::size_t i = 0; i < head.size(); ++i)
     inverted += std::popcount(static_cast<unsigned>(reply[i] ^ head[i]));
-  if (inverted > kInvertedAtMost) return ReplyMatch::kNo;
+  if (inverted > kMaxInverted) return ReplyMatch::kNo;
   return inverted == 0 ? ReplyMatch::kDamaged : ReplyMatch::kNearly;
 }
 
@@ -181,12 +169,12 @@ ReplyMatch MatchReply(Bytes request, Bytes reply) {
 
 ReplyShape ShapeOf(Bytes request) {
   const std::uint32_t head = std::uint32_t{request[0]} << 24U | std::uint32_t{request[1]} << 16U;
-  const bool counted = !IsWrite(request[1]) && request.size() >= kEchoSize;
-  const std::uint32_t rest = counted ? ThirdOfReply(request) : request.size() < kEchoSize ? 0 : Word(request, 2);
+  const bool write = FormOf(request[1]) == Form::kWrite;
+  const std::uint32_t rest = request.size() < kEchoSize ? 0 : write ? Word(request, 2) : ThirdOfReply(request);
   return {.reply = head | rest,
           .refusal = head | std::uint32_t{kExceptionBit} << 16U,
           .match = &MatchReply,
-          .exact = IsWrite(request[1])};
+          .exact = write};
 }
 
 Reply Check(Bytes request, Bytes reply) {

@@ -45,22 +45,22 @@ inline constexpr std::uint16_t kCoilOff = 0x0000;
 [[nodiscard]] Frame WriteRegisters(std::uint8_t address, std::uint16_t start,
                                    std::span<const std::uint16_t> values);
 
-// Length of the reply that begins so, by its function code: a ReplyLength of the standard functions. 0 while more
-// bytes are needed; an unknown function or an impossible byte count is given the length of an exception, so that a
-// damaged reply ends at once.
+// Returns the length of the reply that begins so, by its function code: a ReplyLength of the standard functions. 0 while
+// more bytes are needed. An unknown function or an impossible byte count has the length of an exception, so that a damaged
+// reply ends at once.
 [[nodiscard]] std::size_t ReplyLength(Bytes so_far);
 
-// Whether `reply` is the reply to `request`, both of the standard functions: an axlecast::MatchReply. A reply that
-// fails its checksum is judged by MatchBegin.
+// Returns whether `reply` is the reply to `request`, both of the standard functions: an axlecast::MatchReply. A reply with a
+// wrong checksum is evaluated by MatchBegin.
 [[nodiscard]] ReplyMatch MatchReply(Bytes request, Bytes reply);
-// What a reply that fails its checksum is, by how it begins: kDamaged, kNearly with at most two inverted bits, or kNo.
+// Evaluates the first bytes of a reply with a wrong checksum: kDamaged, kNearly with at most two inverted bits, or kNo.
 [[nodiscard]] ReplyMatch MatchBegin(Bytes reply, std::array<std::uint8_t, 3> head);
-// Tells replies apart by address, function, and what of the request is in the reply: number of registers or bits,
-// first address of a write.
+// Returns what distinguishes the reply from others: address, function, and the part of the request that it repeats: number
+// of registers or bits, first address of a write.
 [[nodiscard]] ReplyShape ShapeOf(Bytes request);
 
-// What came back for a request of the standard functions, checked in this order: too short, CRC, too long, address,
-// exception, function, byte count (kRange) or echo. The byte count of Report Server ID is the device's own.
+// The reply to a request of the standard functions, checked in this order: too short, CRC, too long, address, exception,
+// function, byte count (kRange) or echo. The byte count of Report Server ID is the device's own.
 struct Reply {
   std::optional<ErrorKind> error = {};  // kShort, kChecksum, kWrongEcho, kException, kRange
   std::uint8_t exception = 0;           // with kException: the code

@@ -136,7 +136,7 @@ TEST(Adu, EachFaultOfAReplyHasItsName) {
   EXPECT_EQ(Check(Read(0x12, Function::kReadHoldingRegisters, 0x6B, 3), good).error, ErrorKind::kWrongEcho);
   EXPECT_EQ(Check(Read(0x11, Function::kReadInputRegisters, 0x6B, 3), good).error, ErrorKind::kWrongEcho);
   EXPECT_EQ(Check(Read(0x11, Function::kReadHoldingRegisters, 0x6B, 2), good).error, ErrorKind::kRange);
-  // A good CRC after more bytes than the byte count says.
+  // A good CRC after more bytes than the byte count.
   EXPECT_EQ(Check(request, Sealed({0x11, 0x03, 0x02, 0x02, 0x2B, 0x00, 0x00})).error, ErrorKind::kRange);
   auto longer = good;
   longer.push_back(1);

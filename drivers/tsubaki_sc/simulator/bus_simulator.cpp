@@ -6,7 +6,6 @@
 
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
-#include "drivers/tsubaki_sc/simulator/unit_request.h"
 
 namespace axlecast::tsubaki_sc::simulator {
 namespace {
@@ -32,9 +31,6 @@ bool ErrorCheckFits(Bytes frame) {
 
 }  // namespace
 
-BusSimulator::BusSimulator(std::vector<Station> stations, const LineRules& rules)
-    : stations_(std::move(stations)), rules_(rules) {}
-
 MonoNs BusSimulator::WireTime(std::size_t bytes) const {
   return rules_.paced ? static_cast<MonoNs>(bytes) * kBitsPerCharacter * kSecond / kBitsPerSecond : 0;
 }
@@ -42,19 +38,12 @@ MonoNs BusSimulator::WireTime(std::size_t bytes) const {
 // ---- events ----
 
 void BusSimulator::CatchUp(MonoNs now) {
-  for (Station& station : stations_) {
-    if (!started_) station.script.Start(station.simulated, now);
-    station.script.Run(station.simulated, now);
-    station.simulated.Advance(now);
-  }
-  started_ = true;
+  UnitSimulator::CatchUp(now);
   next_look_ = now + kLook;
 }
 
 MonoNs BusSimulator::NextDue() const {
-  if (!started_) return 0;
-  MonoNs due = std::min(next_look_, frame_ends_);
-  for (const Station& station : stations_) due = std::min(due, station.script.NextDue());
+  MonoNs due = std::min({UnitSimulator::NextDue(), next_look_, frame_ends_});
   for (const Response& response : responses_) due = std::min(due, response.due);
   return due;
 }
@@ -67,8 +56,8 @@ void BusSimulator::OnDue(MonoNs now, const Transmit& transmit) {
 
 void BusSimulator::OnBytes(Bytes bytes, MonoNs now, const Transmit& transmit) {
   OnDue(now, transmit);
-  const bool echo = std::any_of(stations_.begin(), stations_.end(),
-                                [](const Station& s) { return s.simulated.fault.line.kind == Kind::kEcho; });
+  const bool echo = std::any_of(units().begin(), units().end(),
+                                [](const Station& s) { return s.device.fault.line.kind == Kind::kEcho; });
   if (rules_.echo || echo) transmit(bytes);
   if (!baud_fits_) {
     ++counters_.dropped_baud;
@@ -81,7 +70,7 @@ void BusSimulator::OnBytes(Bytes bytes, MonoNs now, const Transmit& transmit) {
   frame_.insert(frame_.end(), kept.begin(), kept.end());
   frame_at_.last = std::max(now, frame_at_.last) + WireTime(bytes.size());
   frame_ends_ = frame_at_.last + kSilentInterval;
-  Collide(frame_at_, collided_);
+  if (Collide(frame_at_)) collided_ = true;
   if (!rules_.paced && CommandLength(frame_) == frame_.size()) FinishFrame(now, transmit);
 }
 
@@ -97,13 +86,13 @@ void BusSimulator::BeginFrame(MonoNs now) {
   collided_ = false;
 }
 
-void BusSimulator::Collide(const Interval& with, bool& collided) {
+// Destroys the responses that are on the wire within the interval. Returns whether there was one.
+bool BusSimulator::Collide(const Interval& with) {
   const std::size_t hit = std::erase_if(responses_, [&](const Response& response) {
     return response.on_wire.first < with.last && with.first < response.on_wire.last;
   });
-  if (hit == 0) return;
-  ++counters_.collisions;
-  collided = true;
+  counters_.collisions += hit == 0 ? 0 : 1;
+  return hit != 0;
 }
 
 // Guideline 4, "No response". Returns true if the frame gets no response.
@@ -136,7 +125,7 @@ void BusSimulator::Take(Bytes frame, MonoNs now, const Transmit& transmit) {
   // Of a command that is dropped or not answered the pause counts from its own end.
   const MonoNs tolerance = rules_.reading == LineRules::Reading::kL ? rules_.tolerance : 0;
   bool anybody = address == 0;
-  for (Station& station : stations_) {
+  for (Station& station : units()) {
     if (address != 0 && station.address != address) continue;
     anybody = true;
     const bool early = TooEarly(station);
@@ -154,23 +143,16 @@ void BusSimulator::Take(Bytes frame, MonoNs now, const Transmit& transmit) {
 }
 
 bool BusSimulator::TooEarly(const Station& station) const {
-  switch (rules_.reading) {
-    case LineRules::Reading::kA:
-    case LineRules::Reading::kL:
-      return frame_at_.first < ready_;
-    case LineRules::Reading::kW:
-      return frame_at_.first < station.ready;
-    case LineRules::Reading::kNone:
-      break;
-  }
-  return false;
+  using Reading = LineRules::Reading;
+  if (rules_.reading == Reading::kNone) return false;
+  return frame_at_.first < (rules_.reading == Reading::kW ? station.ready : ready_);
 }
 
 // ---- units ----
 
 void BusSimulator::Offer(Station& station, Bytes frame, MonoNs now, const Transmit& transmit) {
-  const UnitFault& fault = station.simulated.fault;
-  if (!station.simulated.unit.powered() || fault.line.kind == Kind::kOff) {
+  const UnitFault& fault = station.device.fault;
+  if (!station.device.unit.powered() || fault.line.kind == Kind::kOff) {
     ++station.counters.unanswered;
     return;
   }
@@ -190,7 +172,7 @@ void BusSimulator::Offer(Station& station, Bytes frame, MonoNs now, const Transm
   if (broadcast) ++station.counters.broadcasts;
   if (IsWrite(command[0])) ++station.counters.writes;
   std::vector<std::uint8_t> response =
-      fault.exception != 0 ? ErrorResponse(command[0], fault.exception) : Execute(station.simulated.unit, command);
+      fault.exception != 0 ? ErrorResponse(command[0], fault.exception) : Execute(station.device.unit, command);
   if (broadcast) return;
   if ((response[0] & 0x80U) != 0 && response[1] < station.counters.errors.size()) {
     ++station.counters.errors.at(response[1]);
@@ -204,7 +186,7 @@ void BusSimulator::Offer(Station& station, Bytes frame, MonoNs now, const Transm
 
 void BusSimulator::Respond(Station& station, std::vector<std::uint8_t> bytes, MonoNs now,
                            const Transmit& transmit) {
-  const UnitFault& fault = station.simulated.fault;
+  const UnitFault& fault = station.device.fault;
   bytes.insert(bytes.begin(), fault.wrong_address != 0 ? fault.wrong_address : station.address);
   const std::uint16_t check = ErrorCheck(bytes);
   bytes.push_back(static_cast<std::uint8_t>(check));
@@ -218,9 +200,7 @@ void BusSimulator::Respond(Station& station, std::vector<std::uint8_t> bytes, Mo
   bytes.resize(Damage(bytes, fault.line, station.random));
   response.bytes = std::move(bytes);
   ++station.counters.responses;
-  bool collided = false;
-  Collide(response.on_wire, collided);
-  if (collided) return;
+  if (Collide(response.on_wire)) return;
   responses_.push_back(std::move(response));
   SendDue(now, transmit);
 }
@@ -237,56 +217,26 @@ void BusSimulator::SendDue(MonoNs now, const Transmit& transmit) {
   }
 }
 
-// ---- state ----
-
-std::size_t BusSimulator::Find(std::string_view device) const {
-  const auto found =
-      std::find_if(stations_.begin(), stations_.end(), [&](const Station& s) { return s.name == device; });
-  return static_cast<std::size_t>(found - stations_.begin());
-}
-
-Result<> BusSimulator::Set(std::string_view device, std::string_view key, std::string_view value, MonoNs now) {
-  const std::size_t index = Find(device);
-  if (index == stations_.size()) {
-    std::string names;
-    for (const Station& s : stations_) names += (names.empty() ? "" : ", ") + s.name;
-    return Failure("no simulated device '" + std::string(device) + "' here: there is " + names);
-  }
-  CatchUp(now);
-  Station& station = stations_[index];
-  const Result<> done = station.simulated.Set(key, value);
-  if (!done) return Failure(station.name + '.' + std::string(key) + ": " + done.error().text);
-  return {};
-}
-
-std::vector<std::pair<std::string, std::string>> BusSimulator::State(std::string_view device, MonoNs now) const {
-  const std::size_t index = Find(device);
-  if (index == stations_.size()) return {};
-  const Station& station = stations_[index];
-  SimulatedUnit simulated = station.simulated;
-  simulated.Advance(now);
-  std::vector<std::pair<std::string, std::string>> list = Quantities(simulated);
-  const auto count = [&list](std::string_view name, std::int64_t value) {
-    list.emplace_back(name, std::to_string(value));
-  };
+BusSimulator::CounterList BusSimulator::CountersOf(const Station& station) const {
   const Station::Counters& own = station.counters;
-  count("address", station.address);
-  count("commands", own.commands);
-  count("broadcasts", own.broadcasts);
-  count("writes", own.writes);
-  count("responses", own.responses);
-  for (std::size_t code = 1; code < own.errors.size(); ++code)
-    count("errors_0" + std::to_string(code), own.errors[code]);
-  count("dropped_early", own.dropped_early);
-  count("dropped_line", own.dropped_line);
-  count("unanswered", own.unanswered);
-  count("bus_dropped_gap", counters_.dropped_gap);
-  count("bus_dropped_checksum", counters_.dropped_checksum);
-  count("bus_dropped_silence", counters_.dropped_silence);
-  count("bus_dropped_baud", counters_.dropped_baud);
-  count("bus_foreign", counters_.foreign);
-  count("bus_collisions", counters_.collisions);
-  return list;
+  return {{"address", station.address},
+          {"commands", own.commands},
+          {"broadcasts", own.broadcasts},
+          {"writes", own.writes},
+          {"responses", own.responses},
+          {"errors_01", own.errors[1]},
+          {"errors_02", own.errors[2]},
+          {"errors_03", own.errors[3]},
+          {"errors_04", own.errors[4]},
+          {"dropped_early", own.dropped_early},
+          {"dropped_line", own.dropped_line},
+          {"unanswered", own.unanswered},
+          {"bus_dropped_gap", counters_.dropped_gap},
+          {"bus_dropped_checksum", counters_.dropped_checksum},
+          {"bus_dropped_silence", counters_.dropped_silence},
+          {"bus_dropped_baud", counters_.dropped_baud},
+          {"bus_foreign", counters_.foreign},
+          {"bus_collisions", counters_.collisions}};
 }
 
 }  // namespace axlecast::tsubaki_sc::simulator
@@ -320,17 +270,10 @@ LineRules ReadRules(ConfigMap map, bool echo) {
 
 Station ReadStation(ConfigMap map, const std::string& name, std::uint8_t address) {
   const auto seed = static_cast<std::uint64_t>(map.Integer("seed", address, 0, INT64_MAX, ""));
-  const SimulatedUnit simulated(seed);
-  SimulatedUnit trial = simulated;
-  trial.Advance(0);
-  Station station{.name = name,
-                  .address = address,
-                  .simulated = simulated,
-                  .script = ReadScript(map, simulator::QuantityNames(), trial),
-                  .random = SeededRandom(seed),
-                  .counters = {}};
-  map.Done();
-  return station;
+  const SimulatedUnit unit(seed);
+  SimulatedUnit started = unit;
+  started.Advance(0);  // a script may trip the motor, so the motor must run
+  return {{name, unit, ReadScriptOf(map, started)}, address, SeededRandom(seed)};
 }
 
 }  // namespace

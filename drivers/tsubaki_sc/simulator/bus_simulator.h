@@ -5,13 +5,11 @@
 #include <memory>
 #include <span>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
-#include "core/device/simulator.h"
-#include "drivers/kit/simulation/script.h"
 #include "drivers/kit/simulation/simulated_fault.h"
+#include "drivers/kit/simulation/unit_simulator.h"
 #include "drivers/tsubaki_sc/simulator/simulated_unit.h"
 
 namespace axlecast {
@@ -23,7 +21,7 @@ namespace axlecast::tsubaki_sc::simulator {
 
 // How strict the line is.
 struct LineRules {
-  // From when to when the 0.1 s of guideline 3 are counted, which the guideline leaves open.
+  // The interval that must be at least 0.1 s; guideline 3 does not define it.
   enum class Reading : std::uint8_t {
     kA,     // on the whole bus, from the end of the response
     kL,     // on the whole bus, from the end of the command
@@ -38,11 +36,8 @@ struct LineRules {
 };
 
 // One unit on the bus.
-struct Station {
-  std::string name;
+struct Station : ScriptedDevice<SimulatedUnit> {
   std::uint8_t address = 1;
-  SimulatedUnit simulated;
-  Script script;
   SeededRandom random;       // of its faults
   MonoNs ready = INT64_MIN;  // reading W
 
@@ -56,26 +51,22 @@ struct Station {
     std::int64_t dropped_line = 0;         // damaged on its way to this unit
     std::int64_t unanswered = 0;           // off, or by a fault
   };
-  Counters counters;
+  Counters counters = {};
 };
 
-// Up to 16 SC units on one RS-485 line, 9600 8E1, as strict as guideline 3 and 4. A command is taken up when 5 ms of
-// silence have ended it, and its response handed over when its last bit would end on the wire. The instants given to
-// it must not run backwards.
-class BusSimulator final : public Simulator {
+// Up to 16 SC units on one RS-485 line, 9600 8E1, as strict as guideline 3 and 4. A command ends after 5 ms of silence.
+// Its response is handed over when its last bit would end on the wire. Time must not run backwards.
+class BusSimulator final : public UnitSimulator<Station> {
  public:
-  BusSimulator(std::vector<Station> stations, const LineRules& rules);
+  BusSimulator(std::vector<Station> stations, const LineRules& rules)
+      : UnitSimulator(std::move(stations)), rules_(rules) {}
 
   void OnBytes(Bytes bytes, MonoNs now, const Transmit& transmit) override;
   void OnBaud(std::int64_t baud) override { baud_fits_ = baud == 9600; }
   [[nodiscard]] MonoNs NextDue() const override;
   void OnDue(MonoNs now, const Transmit& transmit) override;
-  [[nodiscard]] Result<> Set(std::string_view device, std::string_view key, std::string_view value,
-                             MonoNs now) override;
-  [[nodiscard]] std::vector<std::pair<std::string, std::string>> State(std::string_view device,
-                                                                       MonoNs now) const override;
 
-  // What no unit took up, since the start.
+  // What no unit executed, since the start.
   struct Counters {
     std::int64_t dropped_gap = 0;       // a command that stopped half-way for 5 ms or longer
     std::int64_t dropped_checksum = 0;  // error check mismatch
@@ -93,7 +84,8 @@ class BusSimulator final : public Simulator {
     std::vector<std::uint8_t> bytes;
   };
 
-  void CatchUp(MonoNs now);
+  void CatchUp(MonoNs now) override;
+  [[nodiscard]] CounterList CountersOf(const Station& station) const override;
   [[nodiscard]] MonoNs WireTime(std::size_t bytes) const;
   void BeginFrame(MonoNs now);
   void FinishFrame(MonoNs now, const Transmit& transmit);
@@ -102,21 +94,17 @@ class BusSimulator final : public Simulator {
   [[nodiscard]] bool TooEarly(const Station& station) const;
   void Offer(Station& station, Bytes frame, MonoNs now, const Transmit& transmit);
   void Respond(Station& station, std::vector<std::uint8_t> response, MonoNs now, const Transmit& transmit);
-  void Collide(const Interval& with, bool& collided);
+  bool Collide(const Interval& with);
   void SendDue(MonoNs now, const Transmit& transmit);
-  // Returns its index, or the number of units if there is no such unit.
-  [[nodiscard]] std::size_t Find(std::string_view device) const;
 
-  std::vector<Station> stations_;
   LineRules rules_;
   Counters counters_;
   bool baud_fits_ = true;
-  bool started_ = false;
   MonoNs next_look_ = 0;
 
   std::vector<std::uint8_t> frame_;  // what has come of a command
   Interval frame_at_;                // on the wire
-  MonoNs frame_ends_ = kNever;       // no further byte until then: it is complete
+  MonoNs frame_ends_ = kNever;       // it is complete if no byte comes before
   bool run_together_ = false;        // without silence before it
   bool collided_ = false;
   MonoNs quiet_since_ = INT64_MIN / 2;

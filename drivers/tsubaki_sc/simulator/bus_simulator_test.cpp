@@ -5,7 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/tsubaki_sc/simulator/unit_request.h"
 #include "tests/support/golden_file.h"
 
 namespace axlecast::tsubaki_sc::simulator {
@@ -77,12 +76,8 @@ class DeviceFixture {
   static std::vector<Station> Stations(int units) {
     std::vector<Station> stations;
     for (int i = 1; i <= units; ++i) {
-      stations.push_back({.name = "gm" + std::to_string(i),
-                          .address = static_cast<std::uint8_t>(i),
-                          .simulated = SimulatedUnit(1),
-                          .script = {},
-                          .random = SeededRandom(1),
-                          .counters = {}});
+      stations.push_back(
+          {{"gm" + std::to_string(i), SimulatedUnit(1), {}}, static_cast<std::uint8_t>(i), SeededRandom(1)});
     }
     return stations;
   }
@@ -243,7 +238,7 @@ TEST(BusSimulatorTest, AGapOf5MillisecondsInsideACommandDropsIt) {
     bench.Pass(kSecond);
     EXPECT_THAT(bench.deliveries(), SizeIs(answers)) << gap;
     EXPECT_EQ(bench.simulator().counters().dropped_gap, answers == 0 ? 1 : 0);
-    EXPECT_THAT(bench.Ask(kReadStatus), SizeIs(15)) << "the next one is heard";
+    EXPECT_THAT(bench.Ask(kReadStatus), SizeIs(15)) << "the next one is received";
   }
 }
 
@@ -376,7 +371,7 @@ TEST(BusSimulatorTest, FaultsOfTheLine) {
   EXPECT_LT(bench.Ask(kReadStatus).size(), 15U);
   bench.Set("gm2", "fault", "off");
   EXPECT_THAT(bench.Ask(kReadStatus), IsEmpty());
-  EXPECT_THAT(bench.Ask("01 04 00 C8 00 05"), SizeIs(15)) << "the others go on";
+  EXPECT_THAT(bench.Ask("01 04 00 C8 00 05"), SizeIs(15)) << "the others continue";
   bench.Set("gm2", "fault", "intermittent:1");
   EXPECT_THAT(bench.Ask(kReadStatus), IsEmpty());
   bench.Set("gm2", "fault", "request_flip:0.2");  // some without a wrong stop bit

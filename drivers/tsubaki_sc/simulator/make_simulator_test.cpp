@@ -1,4 +1,4 @@
-// What a file can say of simulated units.
+// The keys of simulated units in a file.
 #include "drivers/tsubaki_sc/simulator/bus_simulator.h"
 
 #include <gmock/gmock.h>

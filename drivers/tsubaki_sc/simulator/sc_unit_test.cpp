@@ -24,7 +24,7 @@ class ScUnitTest : public testing::Test {
   }
   void Preset(std::uint16_t address, std::uint16_t value) { unit_.PresetParameter(address, value); }
   void Pass(MonoNs time) { unit_.Advance(unit_.now() + time); }
-  // How long the motor goes on; a minute when it does not stop.
+  // Returns how long the motor runs; a minute if it does not stop.
   MonoNs UntilTrip() {
     const MonoNs from = unit_.now();
     while (unit_.motor.running() && unit_.now() - from < 60 * kSecond) Pass(kMillisecond);
@@ -190,11 +190,9 @@ TEST_F(ScUnitTest, SeveralCausesAtOnceSetTheirBits) {
 TEST_F(ScUnitTest, LogsShiftAndFollowTheLogAcquisitionTime) {
   Preset(0, 4000);
   Preset(9, 0);
-  Preset(54, 3);  // 0.3 s
-  LoadProfile ramp;
-  ASSERT_EQ(ramp.Parse("0:100,100:500"), "");  // 4 W/s
-  unit_.motor.SetProfile(ramp, unit_.now());
-  while (unit_.motor.running()) Pass(kMillisecond);  // at 75 s
+  Preset(54, 3);                                                                     // 0.3 s
+  unit_.motor.SetProfile(LoadProfile::Parse("0:100,100:500").value(), unit_.now());  // 4 W/s
+  while (unit_.motor.running()) Pass(kMillisecond);                                  // at 75 s
   EXPECT_EQ(Log(1, 2, 19), 4001U) << "the first step beyond 400 W";
   for (unsigned i = 0; i < 19; ++i) {
     EXPECT_NEAR(Log(1, 2, i), 4000 - 12.0 * (19 - i), 1.0) << i;
@@ -239,9 +237,7 @@ TEST_F(ScUnitTest, EveryLogSampleIsWhatTheLiveDataShowedThen) {
   unit_.motor.settings.ambient_c = 20;
   unit_.motor.settings.heating_c_per_w = 0.2;
   unit_.motor.settings.thermal_s = 30;
-  LoadProfile profile;
-  ASSERT_EQ(profile.Parse("0:100,7:300,11:150"), "");
-  unit_.motor.SetProfile(profile, unit_.now());
+  unit_.motor.SetProfile(LoadProfile::Parse("0:100,7:300,11:150").value(), unit_.now());
   constexpr std::array<std::uint16_t, 3> kIntervals = {7, 2, 10};  // of log 1, 2, 3: 0.1 s
   constexpr std::size_t kLast = 2499;                              // step of the trip
   std::array<std::vector<std::array<unsigned, 7>>, 3> seen;
@@ -277,7 +273,7 @@ TEST_F(ScUnitTest, AForcedTripShowsItsCauseInTheLastSample) {
     unit_.SetPower(true);
     Pass(5 * kSecond);
     EXPECT_TRUE(unit_.ForceTrip(cause));
-    EXPECT_FALSE(unit_.ForceTrip(cause)) << "stands";
+    EXPECT_FALSE(unit_.ForceTrip(cause)) << "it does not run";
     EXPECT_EQ(Status(), cause);
   };
   unit_.motor.SetLoad(200);
@@ -338,10 +334,8 @@ TEST_F(ScUnitTest, RunUpDrawsMoreAndSpeedFollows) {
 TEST_F(ScUnitTest, LongStepsGiveTheSameAsShortOnes) {
   const auto run = [](MonoNs step) {
     ScUnit unit(7);
-    LoadProfile profile;
-    EXPECT_EQ(profile.Parse("0:100,3:500,7:100"), "");
     unit.Advance(kStart);
-    unit.motor.SetProfile(profile, kStart);
+    unit.motor.SetProfile(LoadProfile::Parse("0:100,3:500,7:100").value(), kStart);
     unit.motor.settings.vibration_mps2 = 3;
     for (MonoNs t = 0; t <= 40 * kSecond; t += step) unit.Advance(kStart + t);
     unit.Advance(kStart + 40 * kSecond);
@@ -355,21 +349,22 @@ TEST_F(ScUnitTest, LongStepsGiveTheSameAsShortOnes) {
 }
 
 TEST(LoadProfileTest, IsReadAndRefused) {
-  LoadProfile profile;
-  EXPECT_EQ(profile.Text(), "none");
-  ASSERT_EQ(profile.Parse("0:100,2:300,4:100"), "");
-  EXPECT_EQ(profile.Text(), "0:100,2:300,4:100");
-  EXPECT_DOUBLE_EQ(profile.At(0.5), 150);
-  EXPECT_DOUBLE_EQ(profile.At(2), 300);
-  EXPECT_DOUBLE_EQ(profile.At(4 * 1000 + 3), 200);
+  EXPECT_EQ(LoadProfile().Text(), "none");
+  const Result<LoadProfile> profile = LoadProfile::Parse("0:100,2:300,4:100");
+  ASSERT_TRUE(profile) << profile.error().text;
+  EXPECT_EQ(profile->Text(), "0:100,2:300,4:100");
+  EXPECT_DOUBLE_EQ(profile->At(0.5), 150);
+  EXPECT_DOUBLE_EQ(profile->At(2), 300);
+  EXPECT_DOUBLE_EQ(profile->At(4 * 1000 + 3), 200);
   for (const char* wrong : {"5", "1:100", "0:100,0:200", "0:100,2:x", "0:-1", "0:99999", ":", "0:1,,"}) {
-    EXPECT_NE(profile.Parse(wrong), "") << wrong;
+    EXPECT_FALSE(LoadProfile::Parse(wrong)) << wrong;
   }
-  EXPECT_EQ(profile.Text(), "0:100,2:300,4:100");
-  ASSERT_EQ(profile.Parse("none"), "");
-  EXPECT_TRUE(profile.empty());
-  ASSERT_EQ(profile.Parse("0:70"), "");
-  EXPECT_DOUBLE_EQ(profile.At(5), 70);
+  const Result<LoadProfile> none = LoadProfile::Parse("none");
+  ASSERT_TRUE(none);
+  EXPECT_TRUE(none->empty());
+  const Result<LoadProfile> constant = LoadProfile::Parse("0:70");
+  ASSERT_TRUE(constant);
+  EXPECT_DOUBLE_EQ(constant->At(5), 70);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "drivers/tsubaki_sc/simulator/unit_request.h"
+#include "drivers/tsubaki_sc/simulator/sc_unit.h"
 
 #include <algorithm>
 #include <array>

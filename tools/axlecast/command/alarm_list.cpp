@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "core/base/text.h"
+#include "core/base/utc_text.h"
 #include "core/command/command_id.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/json/message_json.h"
-#include "tools/axlecast/common/utc_text.h"
 
 namespace axlecast {
 namespace {

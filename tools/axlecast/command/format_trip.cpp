@@ -8,8 +8,8 @@
 
 #include "core/base/safe_text.h"
 #include "core/base/text.h"
+#include "core/base/utc_text.h"
 #include "core/messages/enum_names.h"
-#include "tools/axlecast/common/utc_text.h"
 #include "tools/convert/chart.h"
 
 namespace axlecast {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/base/result.h"
+#include "core/base/utc_text.h"
 #include "core/command/command_id.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
@@ -18,7 +19,6 @@
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
-#include "tools/axlecast/common/utc_text.h"
 #include "tools/axlecast/live/format_device.h"
 
 namespace axlecast {

@@ -3,39 +3,27 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
+#include <cctype>
 #include <cstdio>
 #include <iostream>
-#include <iterator>
 #include <utility>
 
+#include "core/base/spelling.h"
+#include "core/base/utc_text.h"
 #include "core/config/load.h"
 #include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/utc_text.h"
 #include "tools/log/log_event.h"
 #include "tools/log/log_reader.h"
 
 namespace axlecast {
 namespace {
 
-constexpr double kSecondUs = 1e6;
-constexpr double kLongest = 4e9;  // s: beyond any log
-
-constexpr std::pair<char, double> kUnits[] = {{'s', 1}, {'m', 60}, {'h', 3'600}, {'d', 86'400}};
-
-std::optional<std::int64_t> ParseSeconds(std::string_view text) {
-  double seconds = 0;
-  const char* const end = text.data() + text.size();
-  const auto [rest, error] = std::from_chars(text.data(), end, seconds, std::chars_format::fixed);
-  if (error != std::errc() || end - rest > 1) return std::nullopt;
-  if (rest != end) {
-    const auto unit = std::ranges::find(kUnits, *rest, &std::pair<char, double>::first);
-    if (unit == std::end(kUnits)) return std::nullopt;
-    seconds *= unit->second;
-  }
-  if (std::signbit(seconds) || !(seconds <= kLongest)) return std::nullopt;
-  return static_cast<std::int64_t>(std::llround(seconds * kSecondUs));
+// Parses a number of seconds, or a number with the unit s, m, h or d. Returns us.
+std::optional<std::int64_t> ParseDuration(std::string_view text) {
+  if (text.empty() || text.find_first_of("wy") != std::string_view::npos) return std::nullopt;
+  const bool has_unit = std::isalpha(static_cast<unsigned char>(text.back())) != 0;
+  const std::optional<MonoNs> time = ParseTime(has_unit ? text : std::string(text) + 's');
+  return time ? std::optional(*time / kMicrosecond) : std::nullopt;
 }
 
 // Returns us of a fraction like ".25" or ".25Z" at the end of the text. Sets `before` to the text before it.
@@ -58,10 +46,10 @@ constexpr std::size_t kDamageShown = 10;
 
 std::optional<std::int64_t> ParseLogTime(std::string_view text, const LogSpan& span) {
   if (text.starts_with('-')) {
-    const auto before = ParseSeconds(text.substr(1));
+    const auto before = ParseDuration(text.substr(1));
     return before ? std::optional(span.last - *before) : std::nullopt;
   }
-  if (const auto since = ParseSeconds(text)) return span.first + *since;
+  if (const auto since = ParseDuration(text)) return span.first + *since;
   std::string_view whole;
   const auto fraction = TakeFraction(text, whole);
   if (!fraction || whole.find('-') == std::string_view::npos) return std::nullopt;

@@ -4,9 +4,9 @@
 #include <string_view>
 
 #include "core/base/text.h"
+#include "core/base/utc_text.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
-#include "tools/axlecast/common/utc_text.h"
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/log/log_event.h"
 

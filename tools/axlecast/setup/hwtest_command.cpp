@@ -12,6 +12,7 @@
 #include <memory>
 #include <optional>
 
+#include "core/base/utc_text.h"
 #include "core/messages/json/field.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/new_file.h"
@@ -21,7 +22,6 @@
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
-#include "tools/axlecast/common/utc_text.h"
 #include "tools/axlecast/device_data/device_access.h"
 #include "tools/axlecast/live/format_device.h"
 #include "tools/axlecast/setup/line_findings.h"

@@ -12,6 +12,7 @@
 
 #include "bridge/store/history.h"
 #include "core/base/result.h"
+#include "core/base/utc_text.h"
 #include "core/config/machine_config.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/message.h"
@@ -21,7 +22,6 @@
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
-#include "tools/axlecast/common/utc_text.h"
 #include "tools/axlecast/device_data/device_access.h"
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/axlecast/setup/line_findings.h"

@@ -1,13 +1,11 @@
 // The simulator against the manual's own frames.
-#include "drivers/saa_can/simulator/saa_node.h"
+#include "drivers/saa_can/simulator.h"
 
 #include <gtest/gtest.h>
 
 #include <memory>
 #include <string>
 #include <vector>
-
-#include "drivers/saa_can/simulator/can_bus.h"
 
 namespace axlecast::saa_can {
 namespace {
@@ -23,7 +21,7 @@ class SaaCanSimulator : public testing::Test {
     }
     bus_ = std::make_unique<CanBus>(250'000, std::move(units));
     RunTo(kSecond);
-    heard_.clear();
+    received_.clear();
   }
   void RunTo(MonoNs to) {
     while (bus_->NextDue() <= to) {
@@ -34,10 +32,10 @@ class SaaCanSimulator : public testing::Test {
   }
   // Everything that comes within 50 ms.
   Vector Ask(std::uint32_t id, const Vector& data) {
-    heard_.clear();
+    received_.clear();
     acknowledged_ = bus_->OnFrame({.id = id, .data = InlineBytes<kMaxCanData>(data)}, now_, transmit_);
     RunTo(now_ + 50 * kMillisecond);
-    return heard_.empty() ? Vector{} : heard_.back();
+    return received_.empty() ? Vector{} : received_.back();
   }
   [[nodiscard]] std::string Of(const std::string& key, const std::string& device = "a") const {
     for (const auto& [name, value] : bus_->State(device, now_)) {
@@ -55,8 +53,8 @@ class SaaCanSimulator : public testing::Test {
   std::unique_ptr<CanBus> bus_;
   MonoNs now_ = 0;
   bool acknowledged_ = false;
-  std::vector<Vector> heard_;
-  Simulator::Transmit transmit_ = [this](Bytes bytes) { heard_.emplace_back(bytes.begin(), bytes.end()); };
+  std::vector<Vector> received_;
+  Simulator::Transmit transmit_ = [this](Bytes bytes) { received_.emplace_back(bytes.begin(), bytes.end()); };
 };
 
 // (3) ①: the example of (5), 215.3100 degrees at 14 bits.
@@ -69,15 +67,15 @@ TEST_F(SaaCanSimulator, AnswersJogWithThePosition) {
 TEST_F(SaaCanSimulator, SendsByItselfOnceItIsStarted) {
   Make({{.node = 0xFF}});
   RunTo(now_ + kSecond);
-  EXPECT_TRUE(heard_.empty());
+  EXPECT_TRUE(received_.empty());
   Ask(0x2FF, {0x01, 0xFF, 0, 0, 0, 0, 0, 0});
-  heard_.clear();
+  received_.clear();
   RunTo(now_ + 10 * kSecond);
-  EXPECT_NEAR(static_cast<double>(heard_.size()), 94, 1);  // 106.4 ms
+  EXPECT_NEAR(static_cast<double>(received_.size()), 94, 1);  // 106.4 ms
   Ask(0x2FF, {0x31, 0xFF, 50, 0, 0, 0, 0, 0});
-  heard_.clear();
+  received_.clear();
   RunTo(now_ + 10 * kSecond);
-  EXPECT_NEAR(static_cast<double>(heard_.size()), 470, 1);
+  EXPECT_NEAR(static_cast<double>(received_.size()), 470, 1);
 }
 
 // (3) ④ to ⑧.
@@ -103,13 +101,13 @@ TEST_F(SaaCanSimulator, DropsWhatIsNotAsPrinted) {
   EXPECT_TRUE(acknowledged_) << "a node acknowledges whatever is on the bus";
 }
 
-// (3) ②: every node that hears it takes it.
+// (3) ②: every node that receives it obeys.
 TEST_F(SaaCanSimulator, TheDialogueRenumbersEveryNode) {
   Make({{.node = 0x20}, {.node = 0x21}});
   EXPECT_TRUE(Ask(0x7E5, {0x11, 0x33, 0, 0, 0, 0, 0, 0}).empty()) << "not in configuration mode";
   EXPECT_TRUE(Ask(0x7E5, {0x04, 0x01, 0, 0, 0, 0, 0, 0}).empty()) << "not answered";
   EXPECT_EQ(Ask(0x7E5, {0x11, 0x33, 0, 0, 0, 0, 0, 0}), Packet(0x7E5, {0x11, 0x00}));
-  EXPECT_EQ(heard_.size(), 2U);
+  EXPECT_EQ(received_.size(), 2U);
   EXPECT_EQ(Of("node", "a"), "51");
   EXPECT_EQ(Of("node", "b"), "51");
 }
@@ -132,9 +130,9 @@ TEST_F(SaaCanSimulator, WithoutPowerNothingIsAcknowledged) {
   Ask(0x220, {0x80, 0x20, 0, 0, 0, 0, 0, 0});
   EXPECT_FALSE(acknowledged_);
   EXPECT_EQ(ErrorText(bus_->Set("a", "power", "on", now_)), "");
-  heard_.clear();
+  received_.clear();
   RunTo(now_ + kSecond);
-  EXPECT_EQ(heard_.size(), 1U) << "one position when it is switched on";
+  EXPECT_EQ(received_.size(), 1U) << "one position when it is switched on";
 }
 
 TEST_F(SaaCanSimulator, NamesWhatItCannotSet) {

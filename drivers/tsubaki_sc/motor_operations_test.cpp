@@ -6,7 +6,7 @@
 
 #include "core/device/operation.h"
 #include "drivers/tsubaki_sc/device_test_support.h"
-#include "drivers/tsubaki_sc/motor.h"
+#include "drivers/tsubaki_sc/operations.h"
 
 namespace axlecast::tsubaki_sc {
 namespace {
@@ -111,7 +111,7 @@ TEST(StartMotor, IsNotSentWhileTheMotorIsTripped) {
   EXPECT_EQ(bench.Last().reason, Reason::REASON_DEVICE_ALARM);
   EXPECT_THAT(bench.Last().text, HasSubstr("overheat"));
   EXPECT_EQ(bench.Count(kStart), 0);
-  // From now on it is known, and said at once.
+  // From now on it is known, and reported at once.
   DriverCommand order;
   order.operation = "start_motor";
   const Result<> valid = bench.device->Validate(order, bench.now);
@@ -136,7 +136,7 @@ TEST(StartMotor, IsSentOnceAndIndeterminateWhenNothingTellsItsEffect) {
   bench.wire = [&](const ByteList& request) { return IsWrite(request) ? ByteList() : bench.unit.Answer(request); };
   EXPECT_EQ(bench.Do("start_motor").state, CommandState::kIndeterminate);
   EXPECT_EQ(bench.Count(kStart), 1);
-  // With the stop coil on, the coil tells.
+  // With the stop coil on, the coil shows the effect.
   bench.unit.stop_coil = true;
   EXPECT_EQ(bench.Do("start_motor").state, CommandState::kFailed);
   EXPECT_EQ(bench.Last().reason, Reason::REASON_READ_BACK_DIFFERS);

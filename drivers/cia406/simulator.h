@@ -2,21 +2,48 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
-#include "drivers/cia406/simulator/simulated_dictionary.h"
-#include "drivers/kit/simulation/script.h"
+#include "core/base/result.h"
 #include "drivers/kit/simulation/shaft.h"
 #include "drivers/kit/simulation/simulated_can_node.h"
-#include "drivers/kit/simulation/simulated_fault.h"
+#include "drivers/kit/simulation/unit_simulator.h"
 
 namespace axlecast::cia406 {
 
-// The measuring part of a simulated encoder: a position value of `bits` a turn and `turn_bits` turns, as CiA 406
-// has it in 6004h.
+// The object dictionary of a simulated CANopen device (CiA 301 7.4).
+class SimulatedDictionary {
+ public:
+  using Place = std::pair<std::uint16_t, std::uint8_t>;  // index, sub-index
+  struct Object {
+    std::uint8_t bytes = 0;  // 1, 2, 4; 0: a text, longer than an expedited transfer holds
+    bool writable = false;
+    std::uint32_t value = 0;  // of a text its length
+  };
+
+  void Add(Place place, const Object& object) { objects_[place] = object; }
+  void AddRecord(std::uint16_t index, std::uint8_t highest_sub);  // its sub-index 0
+
+  // Returns the object; null if it does not exist.
+  [[nodiscard]] const Object* Find(Place place) const;
+  // Returns the abort code of table 22 for an object that does not exist.
+  [[nodiscard]] std::uint32_t MissingCode(Place place) const;
+  // Sets the value of an object that exists, also of one that a client may only read.
+  void Put(Place place, std::uint32_t value);
+  // Returns the value; 0 if the object does not exist.
+  [[nodiscard]] std::uint32_t Get(Place place) const;
+  // "1017:00=500" sets an object, "1018:04=none" removes it. The error states what would be right.
+  [[nodiscard]] Result<> Change(std::string_view text);
+
+ private:
+  std::map<Place, Object> objects_;
+};
+
+// The measuring part of a simulated encoder: a position value of `bits` a turn and `turn_bits` turns, as in object 6004h of
+// CiA 406.
 struct SimulatedShaftEncoder {
   int bits = 13;
   int turn_bits = 12;
@@ -36,7 +63,7 @@ struct SimulatedShaftEncoder {
     const std::int64_t error = bound == 0 ? 0 : random.Around(bound);
     return static_cast<std::uint32_t>((Position(at) + static_cast<std::uint64_t>(error)) & (range() - 1));
   }
-  // The position at `at` reads `value` from here on.
+  // Makes the position at `at` read `value`.
   void Preset(std::uint32_t value, MonoNs at) {
     offset = static_cast<std::uint32_t>((value - Measured(at)) & (range() - 1));
   }
@@ -49,10 +76,10 @@ struct SimulatedShaftEncoder {
   }
 };
 
-// A CANopen encoder as CiA 301 and CiA 406 describe it, written from these and not from the driver: NMT state
-// machine, boot-up, heartbeat, SDO server for expedited transfers, TPDO1 by event timer or SYNC, emergency
-// messages, preset, stored parameters. It ignores what a device ignores, and counts it.
-class Cia406Node final : public SimulatedCanNode {
+// A CANopen encoder as CiA 301 and CiA 406 describe it, written from these and not from the driver: NMT state machine,
+// boot-up, heartbeat, SDO server for expedited transfers, TPDO1 by event timer or SYNC, emergency messages, preset, stored
+// parameters. It ignores what a device ignores, and counts it.
+class Cia406Node final : public TableDevice<Cia406Node, SimulatedCanNode> {
  public:
   struct Setup {
     std::uint8_t node = 1;
@@ -68,28 +95,23 @@ class Cia406Node final : public SimulatedCanNode {
     std::uint64_t seed = 1;
   };
   explicit Cia406Node(const Setup& setup);
-  void SetScript(Script script) { script_ = std::move(script); }
 
   [[nodiscard]] bool present() const override { return state_ != NodeState::kOff; }
   [[nodiscard]] std::int64_t bitrate() const override { return static_cast<std::int64_t>(bitrate_); }
-  [[nodiscard]] const SimulatedFault& fault() const override { return fault_; }
   void OnFrame(const CanFrame& frame, MonoNs now) override;
   [[nodiscard]] MonoNs NextDue() const override;
   void OnDue(MonoNs now, const Send& send) override;
-  [[nodiscard]] std::vector<std::pair<std::string, std::string>> State(MonoNs now) const override;
+  [[nodiscard]] QuantityList State(MonoNs now) const override;
+  [[nodiscard]] static const QuantityTable<Cia406Node>& Table();
 
-  void Advance(MonoNs now) override;
-  [[nodiscard]] Result<> Set(std::string_view name, std::string_view value) override;
-  [[nodiscard]] static const std::vector<std::string_view>& QuantityNames();
-
-  // What was done to it since the start.
+  // Counted since the start.
   struct Counters {
     std::int64_t positions = 0;    // TPDO1 sent
-    std::int64_t requests = 0;     // SDO requests taken
+    std::int64_t requests = 0;     // accepted SDO requests
     std::int64_t aborts = 0;       // sent
     std::int64_t aborted = 0;      // by the client
     std::int64_t overlapping = 0;  // requests that came before the last was answered
-    std::int64_t ignored = 0;      // frames to this node that no device would take
+    std::int64_t ignored = 0;      // frames to this node that no device would accept
     std::int64_t syncs = 0;
     std::int64_t resets = 0;
     std::int64_t presets = 0;
@@ -98,46 +120,47 @@ class Cia406Node final : public SimulatedCanNode {
   [[nodiscard]] const Counters& counters() const { return counters_; }
 
  private:
-  friend struct NodeQuantities;
+  using Place = SimulatedDictionary::Place;
   // Table 38 and 7.3.2.2.
   enum class NodeState : std::uint8_t { kOff, kBooting, kStopped = 4, kOperational = 5, kPreOperational = 0x7F };
-  struct Pending {
-    MonoNs due = 0;
-    CanFrame frame;
-    bool answer = false;  // of the SDO server
-  };
+  static constexpr std::array kNodeStates = {NodeState::kPreOperational, NodeState::kOperational,
+                                             NodeState::kStopped, NodeState::kOff, NodeState::kBooting};
 
-  void CatchUp(MonoNs now);
-  void Power(bool on);
+  void PowerUp() override { Boot(true); }
+  void PowerDown();
   void Boot(bool application);
   void EnterPreOperational(MonoNs at);
-  void OnNmt(const CanFrame& frame, MonoNs now);
+  void OnNmt(Bytes data, MonoNs now);
   void OnSync(MonoNs now);
-  void OnSdo(const CanFrame& frame, MonoNs now);
-  void Upload(std::uint16_t index, std::uint8_t sub, MonoNs now);
-  void Download(const CanFrame& frame, MonoNs now);
-  [[nodiscard]] std::uint32_t Write(std::uint16_t index, std::uint8_t sub, std::uint32_t value, MonoNs now);
-  void Answer(std::uint8_t command, std::uint16_t index, std::uint8_t sub, std::uint32_t value, MonoNs at);
-  void Abort(std::uint16_t index, std::uint8_t sub, std::uint32_t code, MonoNs now);
+  void OnSdo(Bytes data, MonoNs now);
+  void Upload(Place place, MonoNs now);
+  void Download(Place place, Bytes data, MonoNs now);
+  // Returns 0, or the abort code if the value cannot be written.
+  [[nodiscard]] std::uint32_t Write(Place place, std::uint32_t value, MonoNs now);
+  void Answer(std::uint8_t command, Place place, std::uint32_t value, MonoNs at);
+  void Abort(Place place, std::uint32_t code, MonoNs now);
   void SendPosition(MonoNs sampled);
   void SendEmergency();
-  void Queue(MonoNs due, const CanFrame& frame, bool answer = false);
+  void QueueLate(MonoNs due, const CanFrame& frame);
   void RestartTimers(MonoNs from);
-  [[nodiscard]] std::uint32_t Value(std::uint16_t index, std::uint8_t sub, MonoNs now);
-  [[nodiscard]] MonoNs AnswerTime() const;
+  [[nodiscard]] MonoNs SlowTime(double usual_us) const;
+  [[nodiscard]] std::uint32_t AnswerId() const { return 0x580U + setup_.node; }
+
+  void PutBoth(Place place, std::uint32_t value);
+  [[nodiscard]] Result<> SetFault(std::string_view text);
+  [[nodiscard]] Result<> SetPower(std::string_view text);
+  [[nodiscard]] Result<> SetObject(std::string_view text);
+  [[nodiscard]] Result<> SetBits(std::uint16_t index, std::string_view text);
+  [[nodiscard]] Result<> SetEmergency(std::string_view text);
+  [[nodiscard]] Result<> SetNmt(std::string_view text);
+  [[nodiscard]] std::string NmtText() const;
 
   const Setup setup_;
-  Script script_;
-  bool started_ = false;
-  MonoNs now_ = 0;
   NodeState state_ = NodeState::kBooting;
   SimulatedDictionary dictionary_;
-  SimulatedDictionary stored_;  // what a reset brings back
+  SimulatedDictionary stored_;  // what a reset restores
   SimulatedShaftEncoder encoder_;
   std::uint32_t stored_offset_ = 0;
-  SeededRandom random_;
-  SimulatedFault fault_;
-  std::string motion_ = "constant";
   double bitrate_ = 0;
   double boot_ms_ = 50;
   double answer_us_ = 500;
@@ -150,7 +173,6 @@ class Cia406Node final : public SimulatedCanNode {
   MonoNs position_due_ = kNever;
   std::uint8_t syncs_ = 0;  // since the last synchronous position
   bool answering_ = false;
-  std::vector<Pending> pending_;
   Counters counters_;
 };
 

@@ -1,4 +1,4 @@
-#include "tools/axlecast/common/utc_text.h"
+#include "core/base/utc_text.h"
 
 #include <gtest/gtest.h>
 

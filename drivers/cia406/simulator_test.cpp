@@ -1,4 +1,4 @@
-#include "drivers/cia406/simulator/cia406_node.h"
+#include "drivers/cia406/simulator.h"
 
 #include <gmock/gmock.h>
 
@@ -14,7 +14,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-// A simulated node, spoken to in bytes as the standard prints them.
+// A simulated node, which is tested with bytes as the standard prints them.
 class Cia406NodeTest : public testing::Test {
  protected:
   Cia406NodeTest() { Run(100 * kMillisecond); }
@@ -24,20 +24,20 @@ class Cia406NodeTest : public testing::Test {
     while (node_.NextDue() <= end) {
       now_ = std::max(now_, node_.NextDue());
       node_.OnDue(
-          now_, [this](const CanFrame& frame) { heard_.push_back(Text("%03X ", frame.id) + HexText(frame.data)); });
+          now_, [this](const CanFrame& frame) { sent_.push_back(Text("%03X ", frame.id) + HexText(frame.data)); });
     }
     now_ = end;
   }
-  // What the node says within 10 ms of a frame.
-  std::vector<std::string> Say(std::uint32_t id, const std::string& bytes) {
-    heard_.clear();
+  // Returns what the node sends within 10 ms of a frame.
+  std::vector<std::string> Send(std::uint32_t id, const std::string& bytes) {
+    sent_.clear();
     CanFrame frame{.id = id, .data = {}};
     frame.data.Append(Bytes(GoldenBytes(bytes)));
     node_.OnFrame(frame, now_);
     Run(10 * kMillisecond);
-    return heard_;
+    return sent_;
   }
-  std::vector<std::string> Ask(const std::string& bytes) { return Say(0x605, bytes); }
+  std::vector<std::string> Ask(const std::string& bytes) { return Send(0x605, bytes); }
   std::string Shown(const std::string& name) {
     const auto state = node_.State(now_);
     return std::map<std::string, std::string>(state.begin(), state.end())[name];
@@ -55,19 +55,19 @@ class Cia406NodeTest : public testing::Test {
                     .identity = {0x2DC, 0x58, 0x00010002, 4711},
                     .angle = -AngleFromDegrees(90)}};
   MonoNs now_ = kSecond;
-  std::vector<std::string> heard_;
+  std::vector<std::string> sent_;
 };
 
 // CiA 301 7.2.8.3.3, 7.3.2.2.1.
 TEST_F(Cia406NodeTest, BootsUpIntoPreOperational) {
-  EXPECT_THAT(heard_, ElementsAre("705 00"));
+  EXPECT_THAT(sent_, ElementsAre("705 00"));
   EXPECT_EQ(Shown("nmt"), "pre_operational");
 }
 
 // 7.3.2: what each NMT command does, to its node or to all.
 TEST_F(Cia406NodeTest, NmtCommands) {
   const auto after = [&](const std::string& command) {
-    Say(0x000, command);
+    Send(0x000, command);
     return Shown("nmt");
   };
   EXPECT_EQ(after("01 05"), "operational");
@@ -79,7 +79,7 @@ TEST_F(Cia406NodeTest, NmtCommands) {
   EXPECT_EQ(after("02"), "operational") << "too short";
   EXPECT_EQ(after("81 05"), "booting");
   Run(100 * kMillisecond);
-  EXPECT_THAT(heard_, ElementsAre("705 00"));
+  EXPECT_THAT(sent_, ElementsAre("705 00"));
   EXPECT_EQ(after("82 05"), "booting");
   EXPECT_EQ(Shown("resets"), "2");
   EXPECT_EQ(Shown("ignored"), "2");
@@ -120,50 +120,50 @@ TEST_F(Cia406NodeTest, OneTransferAtATime) {
 }
 
 TEST_F(Cia406NodeTest, AStoppedNodeAnswersNoSdo) {
-  Say(0x000, "02 05");
+  Send(0x000, "02 05");
   EXPECT_THAT(Ask("40 00 10 00 00 00 00 00"), IsEmpty());
-  EXPECT_THAT(Say(0x605, "40 00 10 00"), IsEmpty()) << "and none of 4 bytes";
+  EXPECT_THAT(Send(0x605, "40 00 10 00"), IsEmpty()) << "and none of 4 bytes";
 }
 
 TEST_F(Cia406NodeTest, PositionsComeWhileOperationalByItsEventTimer) {
   Run(kSecond);
   EXPECT_EQ(Shown("positions"), "0");
-  Say(0x000, "01 05");
-  heard_.clear();
+  Send(0x000, "01 05");
+  sent_.clear();
   Run(250 * kMillisecond);
-  EXPECT_THAT(heard_, ElementsAre("185 00 08 00 00", "185 00 08 00 00"));
+  EXPECT_THAT(sent_, ElementsAre("185 00 08 00 00", "185 00 08 00 00"));
   EXPECT_THAT(Ask("2B 00 18 05 05 00 00 00"), testing::Contains("585 60 00 18 05 00 00 00 00"));
-  heard_.clear();
+  sent_.clear();
   Run(100 * kMillisecond);
-  EXPECT_EQ(heard_.size(), 20U) << "every 5 ms";
+  EXPECT_EQ(sent_.size(), 20U) << "every 5 ms";
 }
 
 TEST_F(Cia406NodeTest, SynchronousPositionsComeAtEachNthSync) {
   Ask("2F 00 18 02 02 00 00 00");
-  EXPECT_THAT(Say(0x080, ""), IsEmpty()) << "not operational";
-  Say(0x000, "01 05");
-  EXPECT_THAT(Say(0x080, ""), IsEmpty());
-  EXPECT_THAT(Say(0x080, ""), ElementsAre("185 00 08 00 00"));
-  EXPECT_THAT(Say(0x080, "01"), IsEmpty()) << "with a counter too";
+  EXPECT_THAT(Send(0x080, ""), IsEmpty()) << "not operational";
+  Send(0x000, "01 05");
+  EXPECT_THAT(Send(0x080, ""), IsEmpty());
+  EXPECT_THAT(Send(0x080, ""), ElementsAre("185 00 08 00 00"));
+  EXPECT_THAT(Send(0x080, "01"), IsEmpty()) << "with a counter too";
 }
 
 TEST_F(Cia406NodeTest, APdoThatIsOffIsNotSent) {
   Ask("23 00 18 01 85 01 00 80");
-  Say(0x000, "01 05");
-  heard_.clear();
+  Send(0x000, "01 05");
+  sent_.clear();
   Run(kSecond);
-  EXPECT_THAT(heard_, IsEmpty());
+  EXPECT_THAT(sent_, IsEmpty());
 }
 
 TEST_F(Cia406NodeTest, TheHeartbeatTellsItsState) {
   Ask("2B 17 10 00 64 00 00 00");
-  heard_.clear();
+  sent_.clear();
   Run(95 * kMillisecond);
-  EXPECT_THAT(heard_, ElementsAre("705 7F"));
-  Say(0x000, "02 05");
-  heard_.clear();
+  EXPECT_THAT(sent_, ElementsAre("705 7F"));
+  Send(0x000, "02 05");
+  sent_.clear();
   Run(100 * kMillisecond);
-  EXPECT_THAT(heard_, ElementsAre("705 04"));
+  EXPECT_THAT(sent_, ElementsAre("705 04"));
 }
 
 // CiA 406, 6003h: what is written is the position from then on; 6509h is the offset; without a save a reset forgets
@@ -172,14 +172,14 @@ TEST_F(Cia406NodeTest, PresetOffsetAndSave) {
   EXPECT_THAT(Ask("23 03 60 00 E8 03 00 00"), ElementsAre("585 60 03 60 00 00 00 00 00"));
   EXPECT_THAT(Ask("40 04 60 00 00 00 00 00"), ElementsAre("585 43 04 60 00 E8 03 00 00"));
   EXPECT_THAT(Ask("40 09 65 00 00 00 00 00"), ElementsAre("585 43 09 65 00 E8 FB FF 01"));
-  Say(0x000, "81 05");
+  Send(0x000, "81 05");
   Run(100 * kMillisecond);
   EXPECT_EQ(Shown("position"), "2048");
   Ask("23 03 60 00 E8 03 00 00");
   Ask("23 10 10 01 73 61 76 65");
   Run(kSecond);
-  EXPECT_EQ(heard_.back(), "585 60 10 10 01 00 00 00 00") << "when it has stored";
-  Say(0x000, "81 05");
+  EXPECT_EQ(sent_.back(), "585 60 10 10 01 00 00 00 00") << "when it has stored";
+  Send(0x000, "81 05");
   Run(100 * kMillisecond);
   EXPECT_EQ(Shown("position"), "1000");
   EXPECT_EQ(Shown("saves"), "1");
@@ -187,12 +187,12 @@ TEST_F(Cia406NodeTest, PresetOffsetAndSave) {
 
 // 7.2.7: code low byte first, error register; 0000 when it is over.
 TEST_F(Cia406NodeTest, Emergencies) {
-  heard_.clear();
+  sent_.clear();
   EXPECT_EQ(Set("emergency", "0x3110"), "");
   Run(kMillisecond);
   EXPECT_EQ(Set("emergency", "0"), "");
   Run(kMillisecond);
-  EXPECT_THAT(heard_, ElementsAre("085 10 31 05 00 00 00 00 00", "085 00 00 00 00 00 00 00 00"));
+  EXPECT_THAT(sent_, ElementsAre("085 10 31 05 00 00 00 00 00", "085 00 00 00 00 00 00 00 00"));
 }
 
 TEST_F(Cia406NodeTest, CountsClockwiseUnlessCounterClockwise) {
@@ -207,8 +207,8 @@ TEST_F(Cia406NodeTest, NamesWhatItCannotSet) {
   EXPECT_THAT(Set("fault", "bit_flip"), HasSubstr("drop damaged frames"));
   EXPECT_THAT(Set("object", "6004"), HasSubstr("INDEX:SUB=VALUE"));
   EXPECT_THAT(Set("object", "7777:00=1"), HasSubstr("there is no object 7777:00"));
-  EXPECT_THAT(Set("power", "perhaps"), HasSubstr("none of on, off, cycle"));
-  EXPECT_THAT(Set("nmt", "asleep"), HasSubstr("none of"));
+  EXPECT_THAT(Set("power", "perhaps"), HasSubstr("not one of on, off, cycle"));
+  EXPECT_THAT(Set("nmt", "asleep"), HasSubstr("not one of"));
   EXPECT_THAT(Set("colour", "red"), HasSubstr("one of bitrate"));
   for (const char* fault :
        {"none", "off", "stuck", "garbage", "short", "slow:100", "delayed:5", "intermittent:0.5"}) {
