@@ -91,15 +91,15 @@ void VisitSettings(Taker& take, Settings& settings) {
   take(settings.attempts);
 }
 
-template <typename Taker, typename Order>
-void VisitOrder(Taker& take, Order& order) {
-  take.Choice(order.kind, LinkOrder::Kind::kDisconnect);
-  if (order.kind == LinkOrder::Kind::kConnect) VisitSettings(take, order.settings);
-  if (order.kind == LinkOrder::Kind::kDisconnect) return;
-  take(order.id);
-  take(order.message.topic);
-  take(order.message.payload);
-  take(order.message.retain);
+template <typename Taker, typename Command>
+void VisitCommand(Taker& take, Command& command) {
+  take.Choice(command.kind, LinkCommand::Kind::kDisconnect);
+  if (command.kind == LinkCommand::Kind::kConnect) VisitSettings(take, command.settings);
+  if (command.kind == LinkCommand::Kind::kDisconnect) return;
+  take(command.id);
+  take(command.message.topic);
+  take(command.message.payload);
+  take(command.message.retain);
 }
 
 template <typename Taker, typename Event>
@@ -112,17 +112,17 @@ void VisitEvent(Taker& take, Event& event) {
 
 }  // namespace
 
-std::string EncodeOrder(const LinkOrder& order) {
+std::string EncodeCommand(const LinkCommand& command) {
   Writer writer;
-  VisitOrder(writer, order);
+  VisitCommand(writer, command);
   return writer.Frame();
 }
 
-std::optional<LinkOrder> DecodeOrder(std::string_view body) {
+std::optional<LinkCommand> DecodeCommand(std::string_view body) {
   Reader reader(body);
-  LinkOrder order;
-  VisitOrder(reader, order);
-  return reader.AtGoodEnd() ? std::optional(order) : std::nullopt;
+  LinkCommand command;
+  VisitCommand(reader, command);
+  return reader.AtGoodEnd() ? std::optional(command) : std::nullopt;
 }
 
 std::string EncodeEvent(const BrokerEvent& event) {

@@ -14,7 +14,7 @@ namespace axlecast {
 // host's byte order. Both ends are the same program, but the link's process may have been damaged by a broker: its frames
 // are checked like a stranger's.
 
-struct LinkOrder {
+struct LinkCommand {
   enum class Kind : std::uint8_t { kConnect, kSend, kDisconnect };
   Kind kind = Kind::kDisconnect;
   MqttLinkSettings settings = {};  // kConnect
@@ -22,8 +22,8 @@ struct LinkOrder {
   std::int32_t id = 0;             // kSend: events name the message by it
 };
 
-[[nodiscard]] std::string EncodeOrder(const LinkOrder& order);
-[[nodiscard]] std::optional<LinkOrder> DecodeOrder(std::string_view body);
+[[nodiscard]] std::string EncodeCommand(const LinkCommand& command);
+[[nodiscard]] std::optional<LinkCommand> DecodeCommand(std::string_view body);
 
 [[nodiscard]] std::string EncodeEvent(const BrokerEvent& event);
 [[nodiscard]] std::optional<BrokerEvent> DecodeEvent(std::string_view body);

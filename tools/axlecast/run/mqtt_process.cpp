@@ -56,24 +56,24 @@ class LinkServer {
     const ssize_t size = recv(STDIN_FILENO, bytes.data(), bytes.size(), MSG_DONTWAIT);
     if (size < 0 && (errno == EAGAIN || errno == EINTR)) return;
     ended_ = size <= 0;
-    if (size > 0) orders_.Add({bytes.data(), static_cast<std::size_t>(size)});
-    while (const auto body = orders_.Next()) {
-      const auto order = DecodeOrder(*body);
-      if (order) Do(*order);
-      ended_ = ended_ || !order;
+    if (size > 0) commands_.Add({bytes.data(), static_cast<std::size_t>(size)});
+    while (const auto body = commands_.Next()) {
+      const auto command = DecodeCommand(*body);
+      if (command) Do(*command);
+      ended_ = ended_ || !command;
     }
-    ended_ = ended_ || orders_.bad();
+    ended_ = ended_ || commands_.bad();
   }
 
-  void Do(const LinkOrder& order) {
-    if (order.kind == LinkOrder::Kind::kConnect) {
-      link_.emplace(order.settings, secrets_);
-      link_->Connect(order.message);
-    } else if (order.kind == LinkOrder::Kind::kDisconnect) {
+  void Do(const LinkCommand& command) {
+    if (command.kind == LinkCommand::Kind::kConnect) {
+      link_.emplace(command.settings, secrets_);
+      link_->Connect(command.message);
+    } else if (command.kind == LinkCommand::Kind::kDisconnect) {
       if (link_) link_->Disconnect();
       ended_ = true;
     } else if (link_ && !is_down_) {
-      ids_[link_->Send(order.message)] = order.id;
+      ids_[link_->Send(command.message)] = command.id;
     }
   }
 
@@ -94,7 +94,7 @@ class LinkServer {
 
   SecretFiles secrets_;
   std::optional<MqttLink> link_;
-  FrameBuffer orders_{kLongestOrder};
+  FrameBuffer commands_{kLongestOrder};
   std::map<int, std::int32_t> ids_;  // of libmosquitto's numbers
   bool is_down_ = false;
   bool ended_ = false;
@@ -120,7 +120,7 @@ std::string MqttProcess::Start() {
 void MqttProcess::Connect(const BrokerMessage& will) {
   Drop();
   if (std::string problem = Start(); !problem.empty()) return Down(std::move(problem), true);
-  DriverCommand({.kind = LinkOrder::Kind::kConnect, .settings = settings_, .message = will});
+  SendCommand({.kind = LinkCommand::Kind::kConnect, .settings = settings_, .message = will});
   ++settings_.attempts;
 }
 
@@ -137,7 +137,7 @@ void MqttProcess::Drop() {
 
 void MqttProcess::Disconnect() {
   if (!socket_.valid()) return;
-  DriverCommand({.kind = LinkOrder::Kind::kDisconnect});
+  SendCommand({.kind = LinkCommand::Kind::kDisconnect});
   // The process closes its end when the broker was told.
   pollfd waits = {socket_.get(), POLLIN, 0};
   while (socket_.valid() && poll(&waits, 1, kGoodbyeMs) > 0) Read();
@@ -145,12 +145,12 @@ void MqttProcess::Disconnect() {
 }
 
 int MqttProcess::Send(const BrokerMessage& message) {
-  DriverCommand({.kind = LinkOrder::Kind::kSend, .message = message, .id = ++last_id_});
+  SendCommand({.kind = LinkCommand::Kind::kSend, .message = message, .id = ++last_id_});
   return last_id_;
 }
 
-void MqttProcess::DriverCommand(const LinkOrder& order) {
-  out_ += EncodeOrder(order);
+void MqttProcess::SendCommand(const LinkCommand& command) {
+  out_ += EncodeCommand(command);
   Write();
 }
 

@@ -37,7 +37,7 @@ class MqttProcess final : public BrokerLink {
   static constexpr std::size_t kLongestEvent = 1 << 16;
 
   [[nodiscard]] std::string Start();
-  void DriverCommand(const LinkOrder& order);
+  void SendCommand(const LinkCommand& command);
   void Write();
   void Read();
   void Down(std::string text, bool fault);
