@@ -33,7 +33,7 @@ constexpr int kGoodbyeMs = 2000;
   _exit(127);
 }
 
-constexpr std::size_t kLongestOrder = 16 << 20;
+constexpr std::size_t kLongestCommand = 16 << 20;
 constexpr std::size_t kMemory = 128 << 20;  // a broker may announce packets of 256 MB
 constexpr int kTurnMs = 1000;               // libmosquitto's keep-alive is looked after so often
 
@@ -94,7 +94,7 @@ class LinkServer {
 
   SecretFiles secrets_;
   std::optional<MqttLink> link_;
-  FrameBuffer commands_{kLongestOrder};
+  FrameBuffer commands_{kLongestCommand};
   std::map<int, std::int32_t> ids_;  // of libmosquitto's numbers
   bool is_down_ = false;
   bool ended_ = false;
