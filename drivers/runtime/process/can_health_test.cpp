@@ -140,7 +140,7 @@ TEST_F(CanHealthTest, WhenItIsOverTheAlarmGoesAndTheLastErrorStays) {
   EXPECT_EQ(Bus().back().state, bus_health_t::STATE_UP);
   EXPECT_THAT(Bus().back().last_error, HasSubstr("bus-off"));
   EXPECT_LT(Bus().back().last_error_utime, Bus().back().utime - 1'000'000);
-  EXPECT_THAT(log_, Contains(HasSubstr("no more trouble")));
+  EXPECT_THAT(log_, Contains(HasSubstr("no alarm any more")));
 }
 
 TEST_F(CanHealthTest, AControllerThatWaversDoesNotFillTheLog) {
