@@ -35,7 +35,6 @@ class Tty {
   // the devices. Then locks it against other axlecast processes (flock), and checks the adapter.
   [[nodiscard]] Result<> Claim();
   void Release() { line_.Reset(); }
-  [[nodiscard]] bool IsClaimed() const { return line_.valid(); }
   [[nodiscard]] int FileDescriptor() const { return line_.get(); }
   [[nodiscard]] bool IsPty() const;
   // Returns true if `fd` is the claimed line. The path may lead to another one since Claim.

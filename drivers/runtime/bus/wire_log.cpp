@@ -137,7 +137,6 @@ void WireLog::Flush() {
 }
 
 void WireReader::Read(const wire_t& message, const Sink& sink) {
-  Follow(message);
   const bool can = message.kind == wire_t::KIND_CAN;
   const wire_record_t* request = nullptr;
   for (const wire_record_t& record : message.records) {
@@ -163,14 +162,6 @@ void WireReader::Read(const wire_t& message, const Sink& sink) {
     request = nullptr;
   }
   if (request != nullptr) ++unreadable_;
-}
-
-void WireReader::Follow(const wire_t& message) {
-  if (message.boot_id == boot_id_ && next_seq_ >= 0 && message.seq > next_seq_) {
-    lost_messages_ += message.seq - next_seq_;
-  }
-  boot_id_ = message.boot_id;
-  next_seq_ = message.seq + 1;
 }
 
 }  // namespace axlecast

@@ -27,6 +27,14 @@ DriverCommand CommandOf(const driver_order_t& message, MonoNs now) {
   return command;
 }
 
+// Returns a status that is not about a command.
+driver_status_t StatusOfKind(std::int8_t kind) {
+  driver_status_t status{};
+  status.kind = kind;
+  status.epoch_after = -1;
+  return status;
+}
+
 bool IsUrgent(const Family& family, const std::string& operation) {
   const OperationSpec* spec = FindOperation(family, operation);
   return spec != nullptr && spec->urgent;
@@ -275,9 +283,7 @@ void DriverCommandServer::Hello(std::span<const DeviceSummary> devices) {
   const std::lock_guard lock(mutex_);
   do {
     const auto part = devices.first(std::min(devices.size(), kDevicesPerHello));
-    driver_status_t status{};
-    status.kind = driver_status_t::KIND_HELLO;
-    status.epoch_after = -1;
+    driver_status_t status = StatusOfKind(driver_status_t::KIND_HELLO);
     for (const DeviceSummary& device : part) status.devices.push_back(MessageOf(device));
     status.n_devices = static_cast<std::int8_t>(status.devices.size());
     statuses_.Send(status);
@@ -286,9 +292,7 @@ void DriverCommandServer::Hello(std::span<const DeviceSummary> devices) {
 }
 
 void DriverCommandServer::PublishAcknowledged(const std::string& device, std::span<const std::string> alarms) {
-  driver_status_t status{};
-  status.kind = driver_status_t::KIND_ACKNOWLEDGED;
-  status.epoch_after = -1;
+  driver_status_t status = StatusOfKind(driver_status_t::KIND_ACKNOWLEDGED);
   status.device = CappedText(device, kNameBytes);
   status.text = WordsWithin(alarms, kTextBytes);
   const std::lock_guard lock(mutex_);
@@ -317,9 +321,7 @@ void DriverCommandServer::Goodbye() {
                   "the driver stopped while the command was in progress: check the device");
     queue.held.reset();
   }
-  driver_status_t status{};
-  status.kind = driver_status_t::KIND_GOODBYE;
-  status.epoch_after = -1;
+  driver_status_t status = StatusOfKind(driver_status_t::KIND_GOODBYE);
   statuses_.Send(status);
 }
 
