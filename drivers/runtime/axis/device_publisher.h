@@ -36,7 +36,7 @@ class PublishPace {
   [[nodiscard]] bool Good(MonoNs at, std::int32_t flags, std::int32_t epoch);
   [[nodiscard]] bool Doubtful(MonoNs at);
 
-  static constexpr std::int32_t kStateFlags = position_t::FLAG_VALID | position_t::FLAG_TURNS_VALID |
+  static constexpr std::int32_t kStateFlags = std::int32_t{position_t::FLAG_VALID} | position_t::FLAG_TURNS_VALID |
                                               position_t::FLAG_TURNS_WRAPPED | position_t::FLAG_REFERENCED |
                                               position_t::FLAG_LOW_ACCURACY | position_t::FLAG_DEVICE_ERROR |
                                               position_t::FLAG_DEVICE_WARNING | position_t::FLAG_DATUM_CHANGING;
