@@ -56,7 +56,6 @@ bool Differs(const DriverCommandServer::DeviceSummary& reported, const DevicePub
 
 Driver::Driver(const BusConfig& config, const BridgeConfig& bridge, std::int64_t boot_id, DriverPorts ports)
     : config_(config),
-      boot_id_(boot_id),
       ports_(std::move(ports)),
       duplicates_(boot_id, *ports_.clock),
       command_server_(config, bridge,

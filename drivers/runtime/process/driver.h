@@ -135,7 +135,6 @@ class Driver final : private LinkObserver {
   [[nodiscard]] Link& link() const;
 
   const BusConfig& config_;
-  const std::int64_t boot_id_;
   const DriverPorts ports_;
   Timebase time_;
   DuplicateDriverDetector duplicates_;
