@@ -143,9 +143,7 @@ bool Tty::CanMake(std::int64_t baud) const {
   return baud > 0 && (!facts.usb || CheckAdapter(*facts.usb, baud).fits);
 }
 
-Result<> Tty::SetFormat() { return Apply(settings_.format); }
-
-Result<> Tty::Apply(const LineFormat& format) {
+Result<> Tty::SetFormat(const LineFormat& format) {
   const termios2 mode = RawMode(format);
   if (ioctl(line_.get(), TCSETS2, &mode) != 0) {
     return Failure(settings_.path + " refuses its settings: " + std::strerror(errno));
@@ -174,16 +172,6 @@ Result<> Tty::CheckFormat(const LineFormat& format) const {
     return Failure(settings_.path + " does not take the character format asked for: use another port or adapter");
   }
   return {};
-}
-
-bool Tty::ChangeBaud(std::int64_t baud) {
-  LineFormat format = settings_.format;
-  format.baud = baud;
-  return ChangeFormat(format);
-}
-
-bool Tty::ChangeFormat(const LineFormat& format) {
-  return CanMake(format.baud) && Drain() && Apply(format).has_value();
 }
 
 bool Tty::Drain() {
@@ -227,7 +215,7 @@ Result<> SerialPort::Open() {
   Result<> opened = reader_.CheckReady()
                         .and_then([&] { return tty_.Claim(); })
                         .and_then([&] { return tty_.Exclude(); })
-                        .and_then([&] { return tty_.SetFormat(); })
+                        .and_then([&] { return tty_.SetFormat(tty_.settings().format); })
                         .and_then([&] { return tty_.Reset(); });
   if (opened) {
     reader_.Attach(tty_.FileDescriptor());

@@ -44,14 +44,14 @@ class Tty {
   [[nodiscard]] Result<> Exclude();
   [[nodiscard]] bool Admit();
 
-  // Sets the format of the settings, raw, at any rate (BOTHER), and reads it back.
-  [[nodiscard]] Result<> SetFormat();
+  // Sets a format, raw, at any rate (BOTHER), and reads it back.
+  [[nodiscard]] Result<> SetFormat(const LineFormat& format);
   // Checks the raw format that libmodbus has set. Sets VMIN 1, so that a read of nothing differs from a hang-up.
   [[nodiscard]] Result<> AdoptFormat(const LineFormat& format);
-  // Sends all bytes, then sets another rate. Returns false if the adapter or the driver does not support it.
-  [[nodiscard]] bool ChangeBaud(std::int64_t baud);
-  // As ChangeBaud, for rate, parity and stop bits.
-  [[nodiscard]] bool ChangeFormat(const LineFormat& format);
+  // Sends all bytes, then sets another format. Returns false if the adapter or the driver does not support it.
+  [[nodiscard]] bool ChangeFormat(const LineFormat& format) {
+    return CanMake(format.baud) && Drain() && SetFormat(format).has_value();
+  }
   [[nodiscard]] bool CanMake(std::int64_t baud) const;
   // Returns when all written bytes are on the wire, or false if the line accepts nothing.
   [[nodiscard]] bool Drain();
@@ -69,7 +69,6 @@ class Tty {
  private:
   [[nodiscard]] Result<Descriptor> OpenLine() const;
   [[nodiscard]] Result<> CheckHardware();
-  [[nodiscard]] Result<> Apply(const LineFormat& format);
   [[nodiscard]] Result<> CheckFormat(const LineFormat& format) const;
   [[nodiscard]] ByteLink::LineErrors Counted() const;
 
@@ -115,7 +114,11 @@ class SerialPort final : public TtyPort {
   [[nodiscard]] Result<> Open() override;
   void Close() override;
   // Written bytes are sent at the old rate first.
-  [[nodiscard]] bool SetBaud(std::int64_t baud) override { return IsOpen() && tty_.ChangeBaud(baud); }
+  [[nodiscard]] bool SetBaud(std::int64_t baud) override {
+    LineFormat format = tty_.settings().format;
+    format.baud = baud;
+    return SetFormat(format);
+  }
   [[nodiscard]] bool SetFormat(const LineFormat& format) { return IsOpen() && tty_.ChangeFormat(format); }
   [[nodiscard]] bool Write(Bytes bytes) override;
 };

@@ -48,7 +48,7 @@ Result<> SimulatedCan::Open() {
   Close();
   Result<> opened = reader_.CheckReady().and_then([&] { return socket_.Connect(path_, kProtocol, clock_); });
   if (!opened) return opened;
-  if (socket_.Send(BitratePacket(bitrate_)) != SimulatedSocket::Status::kOk) {
+  if (socket_.Send(BitratePacket(bitrate_)) != SendResult::kQueued) {
     Close();
     return Failure(path_ + ": the simulator has gone");
   }
@@ -66,25 +66,18 @@ void SimulatedCan::Close() {
 }
 
 FrameLink::SendResult SimulatedCan::Send(const CanFrame& frame) {
-  switch (socket_.Send(PacketOf(kFrame, ToPacket(frame)))) {
-    case SimulatedSocket::Status::kOk:
-      ++controller_.pending;
-      return SendResult::kQueued;
-    case SimulatedSocket::Status::kFull:
-      ++controller_.queue_full;
-      return SendResult::kFull;
-    default:
-      return SendResult::kLost;
-  }
+  const SendResult result = socket_.Send(PacketOf(kFrame, ToPacket(frame)));
+  if (result == SendResult::kQueued) ++controller_.pending;
+  if (result == SendResult::kFull) ++controller_.queue_full;
+  return result;
 }
 
 Link::Status SimulatedCan::Receive(Received& received) {
   while (true) {
     std::array<std::uint8_t, 1 + 4 + kMaxCanData> packet{};
-    const SimulatedSocket::Received came = socket_.Receive(packet);
-    if (came.status == SimulatedSocket::Status::kNothing) return Status::kTimeout;
-    if (came.status != SimulatedSocket::Status::kOk) return Status::kLost;
-    const std::optional<CanFrame> frame = FromPacket(Bytes(packet).first(came.size).subspan(1));
+    const ByteLink::ReadResult read = socket_.Receive(packet);
+    if (read.status != Status::kOk) return read.status;
+    const std::optional<CanFrame> frame = FromPacket(Bytes(packet).first(read.count).subspan(1));
     const bool own = packet[0] == kAcknowledged;
     const bool unacknowledged = packet[0] == kUnacknowledged;
     if (!frame || (packet[0] != kFrame && !own && !unacknowledged)) return Status::kLost;

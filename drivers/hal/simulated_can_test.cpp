@@ -274,11 +274,11 @@ class SimulatedCanNonsenseTest : public SimulatedCanTest {
         Served(port_, [&] { return ErrorText(host.Connect(path_, "axlecast-can-1", clock_)); });
     EXPECT_EQ(problem, "");
     for (const auto& packet : packets) {
-      if (host.Send(packet) != SimulatedSocket::Status::kOk) return false;
+      if (host.Send(packet) != FrameLink::SendResult::kQueued) return false;
       port_.Serve();
     }
     std::array<std::uint8_t, 32> answer{};
-    return host.Receive(answer).status != SimulatedSocket::Status::kLost;
+    return host.Receive(answer).status != Link::Status::kLost;
   }
 
   const std::vector<std::uint8_t> bitrate_ = {'B', 0, 3, 0xD0, 0x90};

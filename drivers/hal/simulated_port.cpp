@@ -82,17 +82,18 @@ Result<> SimulatedSocket::Connect(const std::string& path, std::string_view prot
   return {};
 }
 
-SimulatedSocket::Status SimulatedSocket::Send(Bytes packet) {
-  if (SendWhole(socket_.get(), packet) == static_cast<ssize_t>(packet.size())) return Status::kOk;
-  return errno == EAGAIN || errno == ENOBUFS ? Status::kFull : Status::kLost;
+FrameLink::SendResult SimulatedSocket::Send(Bytes packet) {
+  using SendResult = FrameLink::SendResult;
+  if (SendWhole(socket_.get(), packet) == static_cast<ssize_t>(packet.size())) return SendResult::kQueued;
+  return errno == EAGAIN || errno == ENOBUFS ? SendResult::kFull : SendResult::kLost;
 }
 
-SimulatedSocket::Received SimulatedSocket::Receive(std::span<std::uint8_t> into) {
+ByteLink::ReadResult SimulatedSocket::Receive(std::span<std::uint8_t> into) {
   const ssize_t size = ReceiveWhole(socket_.get(), into);
-  if (size < 0 && errno == EAGAIN) return {Status::kNothing, 0};
+  if (size < 0 && errno == EAGAIN) return {Link::Status::kTimeout, 0};
   const auto length = static_cast<std::size_t>(std::max<ssize_t>(size, 0));
-  if (length == 0 || length > into.size()) return {Status::kLost, 0};
-  return {Status::kOk, length};
+  if (length == 0 || length > into.size()) return {Link::Status::kLost, 0};
+  return {Link::Status::kOk, length};
 }
 
 // ---- the end of the simulator ----

@@ -10,6 +10,7 @@
 #include "core/base/inline_bytes.h"
 #include "core/base/result.h"
 #include "core/base/time.h"
+#include "core/device/link.h"
 #include "core/device/simulator.h"
 #include "platform/os/descriptor.h"
 
@@ -69,8 +70,6 @@ inline constexpr std::size_t kLongestSimulatedPacket = 512;
 // The end of the host.
 class SimulatedSocket {
  public:
-  enum class Status : std::uint8_t { kOk, kNothing, kFull, kLost };
-
   // Connects, and checks that the simulator behind `path` uses `protocol`. The error contains the cause and the remedy.
   [[nodiscard]] Result<> Connect(const std::string& path, std::string_view protocol, const Clock& clock);
   void Close() { socket_.Reset(); }
@@ -78,14 +77,10 @@ class SimulatedSocket {
   // Readable when Receive has a packet, or the simulator has closed the connection.
   [[nodiscard]] int FileDescriptor() const { return socket_.get(); }
 
-  // Returns kOk, kFull (the simulator does not read fast enough) or kLost.
-  [[nodiscard]] Status Send(Bytes packet);
-  // Returns kOk, kNothing or kLost. A packet longer than `into` is kLost.
-  struct Received {
-    Status status = Status::kNothing;
-    std::size_t size = 0;
-  };
-  [[nodiscard]] Received Receive(std::span<std::uint8_t> into);
+  // Returns kFull if the simulator does not read fast enough.
+  [[nodiscard]] FrameLink::SendResult Send(Bytes packet);
+  // Reads a packet. Returns kOk, kTimeout (no packet waits) or kLost, also for a packet longer than `into`.
+  [[nodiscard]] ByteLink::ReadResult Receive(std::span<std::uint8_t> into);
 
  private:
   Descriptor socket_;

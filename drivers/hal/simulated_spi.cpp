@@ -61,11 +61,11 @@ bool SimulatedSpi::Write(Bytes bytes) {
 
 bool SimulatedSpi::Transfer(const SpiTransfer& transfer, std::span<std::uint8_t> rx) {
   if (transfer.tx.empty() || transfer.tx.size() > kMaxFrame || rx.size() != transfer.tx.size()) return false;
-  if (socket_.Send(PacketOf(transfer)) != SimulatedSocket::Status::kOk) return false;
+  if (socket_.Send(PacketOf(transfer)) != FrameLink::SendResult::kQueued) return false;
   pollfd answer{socket_.FileDescriptor(), POLLIN, 0};
   if (PollUntil({&answer, 1}, clock_.Now() + kAnswerTime, clock_) <= 0) return false;
-  const SimulatedSocket::Received came = socket_.Receive(rx);
-  if (came.status != SimulatedSocket::Status::kOk || came.size != rx.size()) return false;
+  const ReadResult read = socket_.Receive(rx);
+  if (read.status != Status::kOk || read.count != rx.size()) return false;
   const auto clocks = static_cast<std::int64_t>(rx.size()) * 8;
   return PollUntil({}, clock_.Now() + transfer.settings.ClockTime(clocks), clock_) == 0;
 }
