@@ -2,7 +2,6 @@
 
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 
 #include "platform/os/system_clock.h"
@@ -56,15 +55,6 @@ bool LineReader::WaitWritable(MonoNs deadline) {
   pollfd writable{fd_, POLLOUT, 0};
   return IsAttached() && PollUntil({&writable, 1}, deadline, clock_) > 0 &&
          (writable.revents & (POLLHUP | POLLERR | POLLNVAL)) == 0;
-}
-
-ReadResult ClockedLink::ReadNow(std::span<std::uint8_t> into) {
-  if (!IsOpen()) return {Status::kLost, 0};
-  const std::size_t count = std::min(into.size(), size_ - read_);
-  if (count == 0) return {Status::kTimeout, 0};
-  std::copy_n(bytes_.begin() + static_cast<std::ptrdiff_t>(read_), count, into.begin());
-  read_ += count;
-  return {Status::kOk, count};
 }
 
 }  // namespace axlecast

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <span>
 #include <string>
@@ -45,7 +46,14 @@ class LineReader {
 class ClockedLink : public ByteLink {
  public:
   [[nodiscard]] bool SetBaud(std::int64_t) override { return false; }
-  [[nodiscard]] ReadResult ReadNow(std::span<std::uint8_t> into) override;
+  [[nodiscard]] ReadResult ReadNow(std::span<std::uint8_t> into) override {
+    if (!IsOpen()) return {Status::kLost, 0};
+    const std::size_t count = std::min(into.size(), size_ - read_);
+    if (count == 0) return {Status::kTimeout, 0};
+    std::copy_n(bytes_.begin() + static_cast<std::ptrdiff_t>(read_), count, into.begin());
+    read_ += count;
+    return {Status::kOk, count};
+  }
   void Wake() override { waiter_.Wake(); }
   [[nodiscard]] LineErrors Errors() const override { return {}; }
 
