@@ -326,7 +326,7 @@ TEST_F(CanWatchTest, TheCountersSayWhetherSendingOrReceivingFails) {
   controller_.tec = 0;
   controller_.rec = 135;
   Tick();
-  EXPECT_THAT(Trouble(), HasSubstr("hears"));
+  EXPECT_THAT(Trouble(), HasSubstr("receives"));
   controller_.state = State::kActive;  // over; the alarm stays for a while
   controller_.rec = 90;
   Tick();
