@@ -160,7 +160,7 @@ TEST_F(ModbusPortTest, OneUserWhicheverPort) {
   SerialPort third(Settings(), clock_);
   ASSERT_EQ(ErrorText(first.Open()), "");
   EXPECT_THAT(ErrorText(second.Open()),
-              HasSubstr("another process holds it: end that process (is a second driver running?)"));
+              HasSubstr("another process holds it: end it (is a second driver running?)"));
   EXPECT_THAT(ErrorText(third.Open()), HasSubstr("another process holds it"));
   ASSERT_TRUE(first.SetBaud(19'200));
   EXPECT_THAT(ErrorText(second.Open()), HasSubstr("another process holds it")) << "after a change of rate too";
@@ -206,7 +206,7 @@ TEST_F(ModbusPortTest, GoesOnAtAnotherRateAndKeepsWhatHasCome) {
   EXPECT_FALSE(port.SetBaud(12'345)) << "libmodbus would make 9600 of it";
   EXPECT_EQ(far_.Baud(), 115'200);
   ASSERT_EQ(ErrorText(port.Open()), "");
-  EXPECT_EQ(far_.Baud(), 9'600) << "an opened port begins with the settings";
+  EXPECT_EQ(far_.Baud(), 9'600) << "an opened port begins as the settings say";
 }
 
 TEST_F(ModbusPortTest, APtyCarriesEveryFormatWithoutParity) {

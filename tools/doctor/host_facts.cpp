@@ -15,7 +15,6 @@
 #include "platform/net/lcm_port.h"
 #include "platform/net/multicast_port.h"
 #include "platform/os/system_clock.h"
-#include "tools/doctor/host/host_files.h"
 #include "tools/monitor/live_machine.h"
 #include "tools/monitor/machine_view.h"
 
@@ -24,9 +23,9 @@ namespace {
 
 void ReadGroups(const MachineConfig& machine, NetworkFacts& network) {
   for (const std::string& text : {machine.lcm.url, machine.lcm.command_url}) {
-    const LcmUrl url = ParseLcmUrl(text);
-    if (url.in_process || !url.problem.empty()) continue;
-    GroupFacts facts{.route = FindMulticastRoute(url.group), .silence = {}};
+    const auto url = ParseLcmUrl(text);
+    if (!url || url->in_process) continue;
+    GroupFacts facts{.route = FindMulticastRoute(url->group), .silence = {}};
     if (facts.route.error == 0) facts.silence = ErrorText(CheckMulticast(text));
     network.groups.emplace(text, std::move(facts));
   }
@@ -56,11 +55,11 @@ void ReceiveDrivers(const MachineConfig& machine, MonoNs listen, NetworkFacts& n
 void ReceiveMachine(const MachineConfig& machine, NetworkFacts& network) {
   const auto ours = [&machine](const auto& driver) { return IsDriverOf(machine, driver.first); };
   const auto group = network.groups.find(machine.lcm.url);
-  if (std::none_of(network.drivers.begin(), network.drivers.end(), ours)) return;
+  if (std::ranges::none_of(network.drivers, ours)) return;
   if (group == network.groups.end() || group->second.route.error != 0 || !group->second.silence.empty()) return;
   const SystemClock clock;
   LiveMachine live(machine, clock);
-  if (live.problem().empty() && live.GatherAll(machine) && !live.view().NoneHeard()) {
+  if (live.GatherAll(machine) && !live.view().NothingReceived()) {
     network.machine_faults = MachineFaults(live.view(), clock.Now());
   }
 }

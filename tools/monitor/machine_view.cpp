@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <optional>
+#include <limits>
+#include <numbers>
 #include <utility>
 
 #include "core/base/spelling.h"
@@ -13,11 +14,24 @@
 namespace axlecast {
 namespace {
 
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+const alarm_entry_t* FindEntry(const std::vector<alarm_entry_t>& entries, const alarm_entry_t& like) {
+  const auto found = std::ranges::find_if(entries, [&like](const alarm_entry_t& entry) {
+    return entry.code == like.code && entry.source == like.source;
+  });
+  return found == entries.end() ? nullptr : &*found;
+}
+
+bool SameState(const alarm_entry_t& one, const alarm_entry_t& other) {
+  return one.state == other.state && one.severity == other.severity && one.count == other.count &&
+         one.name == other.name;
+}
+
 // `views` may be const.
 template <typename Views>
 auto* Find(Views& views, std::string_view name) {
-  const auto found =
-      std::find_if(views.begin(), views.end(), [name](const auto& view) { return view.name == name; });
+  const auto found = std::ranges::find_if(views, [name](const auto& view) { return view.name == name; });
   return found == views.end() ? nullptr : &*found;
 }
 
@@ -78,7 +92,7 @@ bool SameTrip(const trip_log_t& one, const trip_log_t& other) {
 
 bool OnTrip(DeviceView& device, const trip_log_t& trip) {
   const auto same = [&trip](const trip_log_t& known) { return SameTrip(known, trip); };
-  if (std::any_of(device.trips.begin(), device.trips.end(), same)) return false;
+  if (std::ranges::any_of(device.trips, same)) return false;
   if (device.trips.size() == DeviceView::kMaxTrips) device.trips.erase(device.trips.begin());
   device.trips.push_back(trip);
   return true;
@@ -89,8 +103,8 @@ std::string InBrackets(const std::string& reason) { return reason.empty() ? "" :
 void AddDevice(const DeviceView& device, MonoNs now, std::vector<std::string>& faults) {
   if (!device.info && device.readings.received() == 0) {
     faults.push_back(device.name + ": no message of its driver was received");
-  } else if (const auto state = device.State(now); state != device_info_t::STATE_ONLINE) {
-    faults.push_back(device.name + ": " + (state ? std::string(DeviceStateName(*state)) : "SILENT") +
+  } else if (!device.Online(now)) {
+    faults.push_back(device.name + ": " + device.StateText(now) +
                      InBrackets(device.info ? device.info->reason : ""));
   }
 }
@@ -98,13 +112,85 @@ void AddDevice(const DeviceView& device, MonoNs now, std::vector<std::string>& f
 void AddBus(const BusView& bus, MonoNs now, std::vector<std::string>& faults) {
   if (!bus.health) {
     faults.push_back(bus.name + ": the bus never reported");
-  } else if (const auto state = bus.State(now); state != bus_health_t::STATE_UP) {
-    faults.push_back(bus.name + ": " + (state ? std::string(BusStateName(*state)) : "SILENT") +
-                     InBrackets(bus.health->last_error));
+  } else if (!bus.Up(now)) {
+    faults.push_back(bus.name + ": " + bus.StateText(now) + InBrackets(bus.health->last_error));
   }
 }
 
 }  // namespace
+
+bool AlarmView::On(alarm_t message, MonoNs now) {
+  const auto total = static_cast<std::size_t>(std::max<std::int16_t>(message.total, 0));
+  bool changed = !received_ || total != total_;
+  for (const alarm_entry_t& entry : message.entries) {
+    const alarm_entry_t* before = FindEntry(entries_, entry);
+    if (before == nullptr) Keep(message.utime, true, entry);
+    changed = changed || before == nullptr || !SameState(*before, entry);
+    if (seen_.size() < kMaxSeen) seen_.insert(entry.name);
+  }
+  // In a cut list, a missing alarm may only have been displaced by a worse one.
+  const bool complete = total <= message.entries.size();
+  for (const alarm_entry_t& before : entries_) {
+    if (FindEntry(message.entries, before) != nullptr) continue;
+    changed = true;
+    if (complete) Keep(message.utime, false, before);
+  }
+  entries_ = std::move(message.entries);
+  total_ = std::max(total, entries_.size());
+  at_ = now;
+  received_ = true;
+  return changed;
+}
+
+void AlarmView::Keep(std::int64_t unix_us, bool appeared, const alarm_entry_t& entry) {
+  changes_.push_back({unix_us, appeared, entry});
+  if (changes_.size() > kMaxChanges) changes_.pop_front();
+}
+
+std::optional<std::int8_t> DeviceView::State(MonoNs now) const {
+  if (info && now - info_at <= kStaleAfter) return info->state;
+  if (valid_at && now - *valid_at <= kStaleAfter) {
+    const bool degraded = info && info->state == device_info_t::STATE_DEGRADED;
+    return degraded ? device_info_t::STATE_DEGRADED : device_info_t::STATE_ONLINE;
+  }
+  if (info && readings.received() > 0 && now - reading_at <= kStaleAfter) return info->state;
+  return std::nullopt;
+}
+
+std::string DeviceView::StateText(MonoNs now) const {
+  const auto state = State(now);
+  return state ? std::string(DeviceStateName(*state)) : "SILENT";
+}
+
+double DeviceView::Turns() const {
+  if (!valid || valid->counts_per_turn <= 0) return kUnknown;
+  return static_cast<double>(valid->counts) / static_cast<double>(valid->counts_per_turn);
+}
+
+double DeviceView::SpeedRpm() const {
+  if (!position || (position->flags & position_t::FLAG_SPEED_VALID) == 0) return kUnknown;
+  return position->speed_rad_s * 60 / (2 * std::numbers::pi);
+}
+
+bool DeviceView::Received() const {
+  if (!info || has_position || motor) return info.has_value();
+  return info->state != device_info_t::STATE_ONLINE && info->state != device_info_t::STATE_DEGRADED;
+}
+
+const bus_health_t* BusView::FreshHealth(MonoNs now) const {
+  return health && now - health_at <= kStaleAfter ? &*health : nullptr;
+}
+
+std::optional<std::int8_t> BusView::State(MonoNs now) const {
+  if (const bus_health_t* fresh = FreshHealth(now)) return fresh->state;
+  if (valid_at && now - *valid_at <= kStaleAfter) return bus_health_t::STATE_UP;
+  return std::nullopt;
+}
+
+std::string BusView::StateText(MonoNs now) const {
+  const auto state = State(now);
+  return state ? std::string(BusStateName(*state)) : "SILENT";
+}
 
 MachineView::MachineView(const MachineConfig& machine, Unlisted unlisted)
     : machine_(machine.machine), allows_unsigned_(machine.bridge.allow_unsigned), unlisted_(unlisted) {
@@ -120,7 +206,6 @@ MachineView::MachineView(const MachineConfig& machine, Unlisted unlisted)
   }
   listed_devices_ = devices_.size();
   listed_buses_ = buses_.size();
-  window_received_.assign(devices_.size(), 0);
 }
 
 MonitorUpdate MachineView::OnMessage(std::string_view channel, Bytes message, MonoNs now) {
@@ -141,6 +226,22 @@ MonitorUpdate MachineView::OnMessage(std::string_view channel, Bytes message, Mo
   return OnDevice(kind, name, message, now);
 }
 
+template <typename View>
+View* MachineView::FindOrAdd(std::vector<View>& views, std::size_t listed, std::size_t maximum,
+                             std::string_view name) {
+  View* known = Find(views, name);
+  if (known != nullptr || unlisted_ == Unlisted::kIgnored || !IsName(name)) return known;
+  // If the machine file lists devices, only a few others are shown, enough to notice them.
+  if (views.size() - listed >= (listed_devices_ == 0 ? maximum : kMaxUnlisted)) {
+    ++turned_away_;
+    return nullptr;
+  }
+  View& view = views.emplace_back();
+  view.name = name;
+  view.listed = false;
+  return &view;
+}
+
 MonitorUpdate MachineView::OnBus(std::string_view kind, std::string_view name, Bytes message, MonoNs now) {
   std::optional<bus_health_t> health;
   std::optional<exchange_times_t> times;
@@ -149,7 +250,7 @@ MonitorUpdate MachineView::OnBus(std::string_view kind, std::string_view name, B
   } else {
     times = DecodeMessage<exchange_times_t>(message);
   }
-  BusView* bus = health || times ? BusOf(name) : nullptr;
+  BusView* bus = health || times ? FindOrAdd(buses_, listed_buses_, kMaxUnlistedBuses, name) : nullptr;
   if (bus == nullptr) return {};
   const auto index = static_cast<std::size_t>(bus - buses_.data());
   if (times) {
@@ -166,7 +267,8 @@ MonitorUpdate MachineView::OnBus(std::string_view kind, std::string_view name, B
 MonitorUpdate MachineView::OnDevice(std::string_view kind, std::string_view name, Bytes message, MonoNs now) {
   // A device that the file does not list is known by its DEVICE alone, which names its bus.
   auto info = kind == "DEVICE" ? DecodeMessage<device_info_t>(message) : std::nullopt;
-  DeviceView* device = info ? DeviceOf(name) : Find(devices_, name);
+  DeviceView* device =
+      info ? FindOrAdd(devices_, listed_devices_, kMaxUnlistedDevices, name) : Find(devices_, name);
   if (device == nullptr) return {};
   MonitorUpdate update{.index = static_cast<std::size_t>(device - devices_.data())};
   if (info) {
@@ -206,44 +308,11 @@ void MachineView::FollowReading(DeviceView& device, MonoNs now) {
   device.was_online = device.was_online || device.Online(now);
 }
 
-DeviceView* MachineView::DeviceOf(std::string_view name) {
-  DeviceView* known = Find(devices_, name);
-  const bool room = devices_.size() - listed_devices_ < RoomFor(kMaxUnlistedDevices);
-  if (known != nullptr || unlisted_ == Unlisted::kIgnored || !IsName(name)) return known;
-  if (!room) {
-    ++turned_away_;
-    return nullptr;
-  }
-  DeviceView& device = devices_.emplace_back();
-  device.name = name;
-  device.listed = false;
-  window_received_.push_back(0);
-  return &device;
-}
-
-BusView* MachineView::BusOf(std::string_view name) {
-  BusView* known = Find(buses_, name);
-  const bool room = buses_.size() - listed_buses_ < RoomFor(kMaxUnlistedBuses);
-  if (known != nullptr || unlisted_ == Unlisted::kIgnored || !IsName(name)) return known;
-  if (!room) {
-    ++turned_away_;
-    return nullptr;
-  }
-  BusView& bus = buses_.emplace_back();
-  bus.name = name;
-  bus.listed = false;
-  return &bus;
-}
-
-// If the machine file lists devices, only a few others are shown, enough to notice them.
-std::size_t MachineView::RoomFor(std::size_t maximum) const {
-  return listed_devices_ == 0 ? maximum : std::min(maximum, kMaxUnlisted);
-}
-
 void MachineView::Tick(MonoNs now) {
   if (window_start_ == 0) window_start_ = now;
   const MonoNs window = now - window_start_;
   if (window < kSecond) return;
+  window_received_.resize(devices_.size());
   for (std::size_t i = 0; i < devices_.size(); ++i) {
     const std::int64_t received = devices_[i].readings.received();
     devices_[i].reading_hz =
@@ -254,24 +323,24 @@ void MachineView::Tick(MonoNs now) {
 }
 
 std::size_t MachineView::online(MonoNs now) const {
-  return static_cast<std::size_t>(std::count_if(devices_.begin(), devices_.end(),
-                                                [now](const DeviceView& device) { return device.Online(now); }));
+  return static_cast<std::size_t>(
+      std::ranges::count_if(devices_, [now](const DeviceView& device) { return device.Online(now); }));
 }
 
 bool MachineView::AllOnline(MonoNs now) const {
   return online(now) == devices_.size() &&
-         std::all_of(buses_.begin(), buses_.end(), [now](const BusView& bus) { return bus.Up(now); });
+         std::ranges::all_of(buses_, [now](const BusView& bus) { return bus.Up(now); });
 }
 
-bool MachineView::AllHeard() const {
-  return std::all_of(devices_.begin(), devices_.end(), [](const DeviceView& device) { return device.Heard(); }) &&
-         std::all_of(buses_.begin(), buses_.end(), [](const BusView& bus) { return bus.health.has_value(); });
+bool MachineView::AllReceived() const {
+  return std::ranges::all_of(devices_, [](const DeviceView& device) { return device.Received(); }) &&
+         std::ranges::all_of(buses_, [](const BusView& bus) { return bus.health.has_value(); });
 }
 
-bool MachineView::NoneHeard() const {
-  return std::none_of(devices_.begin(), devices_.end(),
-                      [](const DeviceView& device) { return device.info || device.readings.received() > 0; }) &&
-         std::none_of(buses_.begin(), buses_.end(), [](const BusView& bus) { return bus.health.has_value(); });
+bool MachineView::NothingReceived() const {
+  return std::ranges::none_of(
+             devices_, [](const DeviceView& device) { return device.info || device.readings.received() > 0; }) &&
+         std::ranges::none_of(buses_, [](const BusView& bus) { return bus.health.has_value(); });
 }
 
 const DeviceView* MachineView::FindDevice(std::string_view name) const { return Find(devices_, name); }

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "core/alarm/alarm_codes.h"
 #include "core/base/text.h"
 
 namespace axlecast {

@@ -4,6 +4,7 @@
 #include <limits>
 #include <optional>
 
+#include "core/command/commands.h"
 namespace axlecast {
 namespace {
 

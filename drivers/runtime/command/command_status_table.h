@@ -12,6 +12,7 @@
 #include <string>
 
 #include "core/base/time.h"
+#include "core/command/keys.h"
 #include "core/command/signature.h"
 #include "core/config/machine_config.h"
 #include "core/device/operation.h"

@@ -5,7 +5,7 @@
 #include <cassert>
 #include <utility>
 
-#include "core/alarm/runtime_alarms.h"
+#include "core/alarm/alarm_codes.h"
 #include "core/base/secret.h"
 #include "core/device/link.h"
 #include "core/messages/message.h"
@@ -179,7 +179,7 @@ void Driver::WatchUnauthorized() {
                                        " commands were refused without an answer: " +
                                        std::string(command_server_.Rule()) + "; find their sender");
   }
-  RaiseForAll(runtime_alarms::kForeignOrder, unauthorized_.present());
+  RaiseForAll(runtime_alarms::kUnauthorizedCommand, unauthorized_.present());
 }
 
 void Driver::WatchLateReplies() {
