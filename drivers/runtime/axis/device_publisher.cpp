@@ -6,11 +6,9 @@
 #include <utility>
 
 #include "core/alarm/alarm_codes.h"
-#include "core/alarm/runtime_alarms.h"
 #include "drivers/runtime/axis/axis.h"
 #include "drivers/runtime/axis/device_health.h"
 #include "drivers/runtime/axis/motor_output.h"
-#include "drivers/runtime/axis/position_output.h"
 
 namespace axlecast {
 namespace {

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/alarm/runtime_alarms.h"
+#include "core/alarm/alarm_codes.h"
 #include "core/base/time.h"
 #include "core/config/machine_config.h"
 #include "core/device/can.h"

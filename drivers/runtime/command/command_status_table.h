@@ -13,7 +13,6 @@
 
 #include "core/base/time.h"
 #include "core/command/keys.h"
-#include "core/command/signature.h"
 #include "core/config/machine_config.h"
 #include "core/device/operation.h"
 #include "core/messages/message.h"
