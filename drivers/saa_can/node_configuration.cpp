@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "core/device/operation.h"
-#include "drivers/kit/read_back.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/saa_can/procedures.h"
 
 namespace axlecast::saa_can {

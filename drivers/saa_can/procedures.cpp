@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "core/device/operation.h"
-#include "drivers/kit/read_back.h"
+#include "drivers/kit/command_runner.h"
 
 namespace axlecast::saa_can {
 namespace {
@@ -37,11 +37,6 @@ bool LooksLikeReply(std::int64_t counts, Command command, const SaaCanSettings& 
 
 bool IsNearZero(std::int64_t counts, const SaaCanSettings& settings) {
   return CircularDistance(counts, 0, settings.counts_per_turn) <= ZeroToleranceCounts(settings.format.bits);
-}
-
-bool AtRest(const DeviceOutput& output, MonoNs now) {
-  const Motion motion = output.MotionAt(now);
-  return motion.known && motion.standstill;
 }
 
 long long InMilliseconds(MonoNs time) { return static_cast<long long>(time / kMillisecond); }
@@ -185,7 +180,7 @@ Outcome Zero::Verify(std::int64_t counts) const {
   const bool may_be_position = LooksLikeReply(before_, Command::kZero, context_.settings);
   const char* reply = may_be_position && acknowledged_ ? "what came as its reply may be a position" : ReplyText();
   const ReadBack read_back = {.same_before = SameBefore(), .confirmed = acknowledged_ && !may_be_position};
-  return WithCounts(JudgeReadBack(read_back, text + "; " + reply), after);
+  return WithCounts(ReadBackOutcome(read_back, text + "; " + reply), after);
 }
 
 bool Zero::SameBefore() const {
@@ -292,8 +287,7 @@ std::optional<Outcome> ReadPosition::On(const Event&, const Interpreter::Evaluat
 // answers at the present bit rate was not given another one, or does not use it yet.
 const char* ReadPosition::Finding(std::int64_t counts, MonoNs now) const {
   if (after_ != After::kZero) return after_ == After::kBitrate ? kNoEffectSeen : kCannotTell;
-  if (IsNearZero(counts, context_.settings)) return kReadsAsAfter;
-  return AtRest(context_.output, now) ? kNoEffectSeen : kCannotTell;
+  return FindingWord(IsNearZero(counts, context_.settings), AtRest(context_.output, now));
 }
 
 // ---- ReadPeriod ----

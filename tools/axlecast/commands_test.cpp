@@ -53,7 +53,7 @@ class Commands : public ::testing::Test {
     AddDriverCommand(app, exit_code);
     AddSpyCommand(app, exit_code);
     AddShellCommand(app, exit_code);
-    std::reverse(words.begin(), words.end());  // as CLI::App::parse wants them
+    std::reverse(words.begin(), words.end());  // as CLI::App::parse requires
     try {
       app.parse(words);
     } catch (const CLI::ParseError& error) {

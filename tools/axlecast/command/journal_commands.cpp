@@ -92,8 +92,8 @@ int ShowDatumHistory(const DatumOptions& options) {
   if (!reader.state()) return Fail(reader.state().error().text, kExitBad);
   if (datums.empty()) {
     const auto devices = reader.Devices();
-    const bool known = std::any_of(devices.begin(), devices.end(),
-                                   [&](const DeviceRecord& device) { return device.device == options.device; });
+    const bool known =
+        std::ranges::any_of(devices, [&](const DeviceRecord& device) { return device.device == options.device; });
     return known ? Fail("no datum of " + options.device + " was ever set", kExitDone)
                  : NothingKnown(*place, options.device);
   }
@@ -204,8 +204,7 @@ class Listing {
     if (options.events) {
       for (const AxisEvent& event : reader.Events(filter, marks...)) add(event.utime, event);
     }
-    std::stable_sort(lines_.begin(), lines_.end(),
-                     [](const auto& one, const auto& other) { return one.first < other.first; });
+    std::ranges::stable_sort(lines_, [](const auto& one, const auto& other) { return one.first < other.first; });
   }
   // Keeps only the newest. Returns true if some were removed.
   bool Cut(const std::optional<std::int64_t>& limit) {

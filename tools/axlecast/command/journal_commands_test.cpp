@@ -100,7 +100,7 @@ class JournalCommands : public StoreTest {
     int exit_code = kExitDone;
     AddHistoryCommand(app, exit_code);
     AddDatumCommands(app, exit_code);
-    std::reverse(words.begin(), words.end());  // as CLI::App::parse wants them
+    std::reverse(words.begin(), words.end());  // as CLI::App::parse requires
     try {
       app.parse(words);
     } catch (const CLI::ParseError& error) {

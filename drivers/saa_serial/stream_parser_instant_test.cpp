@@ -1,4 +1,4 @@
-#include "drivers/saa_serial/reading.h"
+#include "drivers/saa_serial/stream_parser.h"
 
 #include <gtest/gtest.h>
 
