@@ -36,14 +36,14 @@ std::vector<std::string> BitNames(std::uint32_t bits, NumberNames names) {
   return words;
 }
 
-std::string_view UnitName(std::int8_t unit) { return NameOf(kNames_position_t_UNIT, unit); }
-std::string_view DeviceStateName(std::int8_t state) { return NameOf(kNames_device_info_t_STATE, state); }
-std::string_view BusStateName(std::int8_t state) { return NameOf(kNames_bus_health_t_STATE, state); }
-std::string_view AlarmStateName(std::int8_t state) { return NameOf(kNames_alarm_entry_t_STATE, state); }
-std::string_view SeverityName(std::int8_t severity) { return NameOf(kNames_alarm_entry_t_SEVERITY, severity); }
+std::string_view UnitName(std::int8_t unit) { return NameOf(kPositionUnitNames, unit); }
+std::string_view DeviceStateName(std::int8_t state) { return NameOf(kDeviceInfoStateNames, state); }
+std::string_view BusStateName(std::int8_t state) { return NameOf(kBusHealthStateNames, state); }
+std::string_view AlarmStateName(std::int8_t state) { return NameOf(kAlarmEntryStateNames, state); }
+std::string_view SeverityName(std::int8_t severity) { return NameOf(kAlarmEntrySeverityNames, severity); }
 
 std::string FlagNames(std::int32_t flags) {
-  return Joined(BitNames(static_cast<std::uint32_t>(flags), kNames_position_t_FLAG), ",");
+  return Joined(BitNames(static_cast<std::uint32_t>(flags), kPositionFlagNames), ",");
 }
 
 std::string MotorStatusNames(std::int32_t bits) {
@@ -62,13 +62,9 @@ std::string ErrorCounts(const std::int64_t (&errors)[16]) {
   return Joined(counts, ", ");
 }
 
-std::string_view StateName(std::int8_t state) { return NameOf(kNames_command_status_t_STATE, state, "unknown"); }
-std::string_view ReasonName(std::int32_t reason) {
-  return NameOf(kNames_command_status_t_REASON, reason, "unknown");
-}
-std::string_view FindingName(std::int8_t finding) {
-  return NameOf(kNames_command_status_t_FINDING, finding, "unknown");
-}
+std::string_view StateName(std::int8_t state) { return NameOf(kCommandStatusStateNames, state, "unknown"); }
+std::string_view ReasonName(std::int32_t reason) { return NameOf(kCommandStatusReasonNames, reason, "unknown"); }
+std::string_view FindingName(std::int8_t finding) { return NameOf(kCommandStatusFindingNames, finding, "unknown"); }
 
 std::int8_t FindingOf(std::string_view word) {
   if (word == "reads_as_after") return command_status_t::FINDING_EFFECT_SEEN;
