@@ -7,7 +7,6 @@
 #include <string>
 #include <utility>
 
-#include "drivers/kit/read_back.h"
 #include "drivers/saa_can/procedure.h"
 #include "drivers/saa_can/settings.h"
 

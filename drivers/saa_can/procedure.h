@@ -27,11 +27,6 @@ inline MonoNs Timeout(const SaaCanSettings& settings) {
   return std::max(kMinTimeout, kTimeoutPeriods * settings.period);
 }
 
-inline bool AtRest(const DeviceOutput& output, MonoNs now) {
-  const Motion motion = output.MotionAt(now);
-  return motion.known && motion.standstill;
-}
-
 inline long long InMilliseconds(MonoNs time) { return static_cast<long long>(time / kMillisecond); }
 
 // One frame of a procedure on its way onto the bus.

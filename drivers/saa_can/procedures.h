@@ -6,7 +6,6 @@
 #include <string>
 #include <utility>
 
-#include "drivers/kit/read_back.h"
 #include "drivers/saa_can/procedure.h"
 
 namespace axlecast::saa_can {
@@ -96,7 +95,7 @@ class Zero final : public OneFrameProcedure {
     const bool may_be_position = LooksLikeReply(before_, Command::kZero, context_.settings);
     const char* reply = may_be_position && acknowledged_ ? "what came as its reply may be a position" : ReplyText();
     const ReadBack read_back = {.same_before = SameBefore(), .confirmed = acknowledged_ && !may_be_position};
-    return WithCounts(JudgeReadBack(read_back, text + "; " + reply), after);
+    return WithCounts(ReadBackOutcome(read_back, text + "; " + reply), after);
   }
   [[nodiscard]] Outcome WithCounts(Outcome outcome, const std::string& after) const {
     outcome.changes.push_back({"single_turn", std::to_string(before_), after});
@@ -261,8 +260,7 @@ class ReadPosition final : public ReadProcedure {
   // answers at the present bit rate was not given another one, or does not use it yet.
   [[nodiscard]] const char* Finding(std::int64_t counts, MonoNs now) const {
     if (after_ != After::kZero) return after_ == After::kBitrate ? kNoEffectSeen : kCannotTell;
-    if (IsNearZero(counts, context_.settings)) return kReadsAsAfter;
-    return AtRest(context_.output, now) ? kNoEffectSeen : kCannotTell;
+    return FindingWord(IsNearZero(counts, context_.settings), AtRest(context_.output, now));
   }
 
   const After after_;
