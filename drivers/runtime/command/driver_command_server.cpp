@@ -316,14 +316,19 @@ void DriverCommandServer::ReportPrepared(const CommandId& id, const Outcome& out
   state_->statuses.End(*entry, static_cast<std::int8_t>(outcome.state), outcome.reason, outcome.text);
 }
 
-void DriverCommandServer::Hello(std::span<const DeviceSummary> devices) {
+void DriverCommandServer::Hello(std::span<const driver_device_t> devices) {
+  constexpr std::size_t kDevicesPerHello = 8;  // of the longest strings, so that the message fits one frame
   const std::lock_guard lock(state_->mutex);
   do {
     const auto part = devices.first(std::min(devices.size(), kDevicesPerHello));
     driver_status_t status{};
     status.kind = driver_status_t::KIND_HELLO;
     status.epoch_after = -1;
-    for (const DeviceSummary& device : part) status.devices.push_back(MessageOf(device));
+    for (driver_device_t device : part) {
+      device.device = CappedText(device.device, kNameBytes);
+      device.identity = CappedText(device.identity, kIdentityBytes);
+      status.devices.push_back(std::move(device));
+    }
     status.n_devices = static_cast<std::int8_t>(status.devices.size());
     state_->statuses.Send(status);
     devices = devices.subspan(part.size());

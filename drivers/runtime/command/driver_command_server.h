@@ -1,5 +1,6 @@
 #pragma once
 
+#include <axlecast/driver_device_t.hpp>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -11,7 +12,6 @@
 
 #include "core/base/result.h"
 #include "core/base/time.h"
-#include "core/command/device_summary.h"
 #include "core/command/keys.h"
 #include "core/config/machine_config.h"
 #include "core/device/family.h"
@@ -76,8 +76,7 @@ class DriverCommandServer {
   void CountWrites(const std::string& device, const CommandId& id, std::int32_t nv_writes);
 
   // Publishes HELLO with the summaries of the devices. Call it once per second and on changes.
-  using DeviceSummary = axlecast::DeviceSummary;
-  void Hello(std::span<const DeviceSummary> devices);
+  void Hello(std::span<const driver_device_t> devices);
   // Publishes which alarms of a device are acknowledged. Call it once per second and on changes.
   void PublishAcknowledged(const std::string& device, std::span<const std::string> alarms);
   // Ends waiting commands as REJECTED, and commands that a device executes as INDETERMINATE. Later commands are REJECTED.

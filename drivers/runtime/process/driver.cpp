@@ -27,28 +27,35 @@ std::unique_ptr<WireLog> MakeWireLog(const BusConfig& config, std::int64_t boot_
   return std::make_unique<WireLog>(config.name, boot_id, time, sink, WireKindOf(config));
 }
 
-DriverCommandServer::DeviceSummary SummaryOf(const DeviceConfig& config, const DevicePublisher::Summary& summary) {
-  DriverCommandServer::DeviceSummary said{.device = config.name,
-                                          .state = summary.state,
-                                          .datum_epoch = summary.datum_epoch,
-                                          .reference_lost = summary.reference_lost,
-                                          .identity = std::string(summary.identity),
-                                          .datum = {},
-                                          .position = {}};
-  if (summary.datum) said.datum = {summary.datum->counts, summary.datum->unix_us};
-  if (summary.position) said.position = {summary.position->counts, summary.position->unix_us};
-  return said;
+driver_device_t SummaryOf(const DeviceConfig& config, const DevicePublisher::Summary& summary) {
+  driver_device_t device{};
+  device.device = config.name;
+  device.state = summary.state;
+  device.datum_epoch = summary.datum_epoch;
+  device.reference_lost = summary.reference_lost ? 1 : 0;
+  device.identity = std::string(summary.identity);
+  if (summary.datum) {
+    device.has_datum = 1;
+    device.datum_counts = summary.datum->counts;
+    device.datum_utime = summary.datum->unix_us;
+  }
+  if (summary.position) {
+    device.has_position = 1;
+    device.position = summary.position->counts;
+    device.position_utime = summary.position->unix_us;
+  }
+  return device;
 }
 
 constexpr MonoNs kLateShown = 60 * kSecond;  // the alarm stays so long after the last late reply
 
-// In more than the position, which changes with every reading.
-bool Differs(const DriverCommandServer::DeviceSummary& said, const DevicePublisher::Summary& now) {
+// Returns true if more differs than the position, which changes with every reading.
+bool Differs(const driver_device_t& sent, const DevicePublisher::Summary& now) {
   const bool same_datum =
-      said.datum.has_value() == now.datum.has_value() &&
-      (!now.datum || (said.datum->counts == now.datum->counts && said.datum->utime == now.datum->unix_us));
-  return said.state != now.state || said.datum_epoch != now.datum_epoch ||
-         said.reference_lost != now.reference_lost || said.identity != now.identity || !same_datum;
+      (sent.has_datum != 0) == now.datum.has_value() &&
+      (!now.datum || (sent.datum_counts == now.datum->counts && sent.datum_utime == now.datum->unix_us));
+  return sent.state != now.state || sent.datum_epoch != now.datum_epoch ||
+         (sent.reference_lost != 0) != now.reference_lost || sent.identity != now.identity || !same_datum;
 }
 
 }  // namespace

@@ -149,7 +149,7 @@ class Driver final : private LinkObserver {
   std::optional<CanWatch> can_watch_;  // of a CAN bus
   std::vector<Unit> units_;
   std::vector<DeviceTally> tallies_;
-  std::vector<DriverCommandServer::DeviceSummary> summaries_;  // as in the last HELLO
+  std::vector<driver_device_t> summaries_;  // as in the last HELLO
   MonoNs now_;
   MonoNs next_tick_;
   int ticks_ = 0;
