@@ -4,7 +4,6 @@
 #include <limits>
 #include <utility>
 
-#include "bridge/store/database.h"
 #include "core/command/commands.h"
 
 namespace axlecast {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
-#include <utility>
 
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"

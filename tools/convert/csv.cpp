@@ -9,7 +9,6 @@
 #include "core/base/text.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
-#include "tools/convert/conversion.h"
 
 namespace axlecast {
 namespace {

@@ -7,14 +7,12 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <optional>
 #include <set>
 #include <utility>
 
 #include "core/messages/enum_names.h"
 #include "core/messages/json/message_json.h"
 #include "core/messages/message.h"
-#include "tools/convert/conversion.h"
 
 namespace axlecast {
 namespace {

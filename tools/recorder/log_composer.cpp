@@ -5,7 +5,6 @@
 #include <axlecast/driver_command_t.hpp>
 #include <axlecast/permit_t.hpp>
 #include <nlohmann/json.hpp>
-#include <utility>
 
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"

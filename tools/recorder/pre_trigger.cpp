@@ -2,7 +2,6 @@
 
 #include <axlecast/alarm_t.hpp>
 #include <string_view>
-#include <utility>
 
 #include "core/messages/message.h"
 

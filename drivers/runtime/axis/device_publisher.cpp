@@ -6,9 +6,6 @@
 #include <utility>
 
 #include "core/alarm/alarm_codes.h"
-#include "drivers/runtime/axis/axis.h"
-#include "drivers/runtime/axis/device_health.h"
-#include "drivers/runtime/axis/motor_output.h"
 
 namespace axlecast {
 namespace {

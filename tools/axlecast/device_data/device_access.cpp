@@ -5,9 +5,7 @@
 
 #include "core/device/operation.h"
 #include "core/device/parameter.h"
-#include "tools/axlecast/command/command_run.h"
 #include "tools/axlecast/common/terminal.h"
-#include "tools/axlecast/device_data/parameters.h"
 
 namespace axlecast {
 namespace {

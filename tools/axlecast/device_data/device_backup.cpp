@@ -6,7 +6,6 @@
 #include <limits>
 #include <utility>
 
-#include "core/base/result.h"
 #include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/base/utc_text.h"
@@ -16,7 +15,6 @@
 #include "core/messages/json/message_json.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/device_data/device_access.h"
-#include "tools/axlecast/device_data/parameters.h"
 
 namespace axlecast {
 namespace {

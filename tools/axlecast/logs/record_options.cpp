@@ -1,6 +1,5 @@
 #include "tools/axlecast/logs/record_options.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -8,7 +7,6 @@
 #include <utility>
 
 #include "core/base/expression.h"
-#include "core/base/result.h"
 #include "tools/axlecast/common/program.h"
 
 namespace axlecast {

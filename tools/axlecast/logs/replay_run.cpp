@@ -5,16 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <iostream>
-#include <optional>
 #include <span>
 #include <utility>
 
 #include "core/base/text.h"
 #include "core/base/utc_text.h"
 #include "core/messages/json/message_json.h"
-#include "platform/net/lcm_port.h"
-#include "platform/os/system_clock.h"
-#include "platform/os/terminal.h"
 #include "tools/axlecast/common/terminal.h"
 
 namespace axlecast {
