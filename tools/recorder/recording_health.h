@@ -46,7 +46,7 @@ inline constexpr AlarmSpec kDiskFails = {
     "The log is not written, or not kept: see last_error of RECORDER; check the disk."};
 inline constexpr AlarmSpec kMessagesLost = {
     402, kRecorder, alarm_entry_t::SEVERITY_WARNING, "messages_lost",
-    "Messages are missing in the log: RECORDER tells whose; raise net.core.rmem_max."};
+    "Messages are missing in the log: RECORDER lists whose; raise net.core.rmem_max."};
 
 }  // namespace recording_alarms
 

@@ -7,9 +7,8 @@
 
 #include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
-#include "tools/axlecast/logs/log_check.h"
 #include "tools/axlecast/logs/log_input.h"
-#include "tools/axlecast/logs/log_summary.h"
+#include "tools/axlecast/logs/log_report.h"
 #include "tools/axlecast/logs/subcommands.h"
 #include "tools/log/log_event.h"
 
