@@ -44,7 +44,7 @@ std::size_t SequenceSize(std::string_view bytes) {
 constexpr double kMicroseconds = 1e6;  // in a second
 constexpr int kBar = 20;               // columns
 
-std::string Speed(double speed) { return speed == 0 ? "fast" : Text("x%.4g", speed); }
+std::string SpeedText(double speed) { return speed == 0 ? "fast" : Text("x%.4g", speed); }
 
 std::string Bar(double share) {
   const int filled = std::clamp(static_cast<int>(share * kBar), 0, kBar);
@@ -94,7 +94,7 @@ std::string ReplayProgress(const Replay& replay, MonoNs now) {
   const double done = static_cast<double>(utime - range.begin_utime) / kMicroseconds;
   const double length = static_cast<double>(range.end_utime - range.begin_utime) / kMicroseconds;
   std::string line = Bar(length > 0 ? done / length : 1) + ' ' + Decimal(done, 1) + '/' + Decimal(length, 1) +
-                     " s  " + UtcText(utime) + "  " + Speed(replay.speed()) + "  " +
+                     " s  " + UtcText(utime) + "  " + SpeedText(replay.speed()) + "  " +
                      std::to_string(replay.counts().played);
   if (replay.paused()) line += "  paused";
   return line;
