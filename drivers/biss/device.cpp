@@ -53,14 +53,12 @@ ErrorKind KindOf(FrameError error) {
 }
 
 BissDevice::BissDevice(const DeviceConfig& device, DeviceOutput& output)
-    : owned_(device.settings),
+    : CommandDevice(device.settings, Operations(), output),
       settings_(Own(device)),
       reader_(settings_.format),
       half_cycle_(settings_.spi.ClockTime(1) / 2),
       on_wire_(settings_.spi.ClockTime(static_cast<std::int64_t>(8 * settings_.transfer_bytes) - 1)),
-      transfer_(ClockedExchange(settings_.transfer_bytes, kTimeout)),
-      output_(output),
-      runner_(Operations(), *this, output) {}
+      transfer_(ClockedExchange(settings_.transfer_bytes, kTimeout)) {}
 
 Step BissDevice::Next(const BusSlot& slot) const {
   if (!link_up_) return {.action = Idle{kNever}, .priority = Priority::kLive};

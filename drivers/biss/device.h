@@ -49,18 +49,13 @@ class PositionReadout final : public CommandProcedure {
 // - A frame whose start bit is at another place than in the frame before is refused until the next frame confirms the
 //   place. One wrong sample can hide the start bit or look like one, and one in 64 shifted frames passes the check.
 // - While no encoder answers, it is polled ten times a second.
-class BissDevice final : public Device, private CommandRunner<PositionReadout>::Policy {
+class BissDevice final : public CommandDevice<PositionReadout> {
  public:
   BissDevice(const DeviceConfig& device, DeviceOutput& output);
 
   [[nodiscard]] Step Next(const BusSlot& slot) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
-  [[nodiscard]] Result<> Validate(const DriverCommand& command, MonoNs now) const override {
-    return runner_.Validate(command, link_up_, now);
-  }
-  void Begin(const DriverCommand& command, MonoNs now) override { runner_.Begin(command, link_up_, now); }
-  [[nodiscard]] bool Cancel(const CommandId& id, MonoNs) override { return runner_.Cancel(id); }
 
  private:
   [[nodiscard]] Result<std::unique_ptr<PositionReadout>> MakeProcedure(const DriverCommand& command,
@@ -73,15 +68,12 @@ class BissDevice final : public Device, private CommandRunner<PositionReadout>::
   void ReportAlarms(const Reply& reply, MonoNs now);
   [[nodiscard]] Interval LatchInstant(const Event& event) const;
 
-  std::shared_ptr<const DeviceSettings> owned_;  // keeps settings_ alive
   const BissSettings& settings_;
   const FrameReader reader_;
   const MonoNs half_cycle_;
   const MonoNs on_wire_;  // from the first rising edge of a transfer to its last, at least
   Exchange transfer_;
-  DeviceOutput& output_;
 
-  bool link_up_ = false;
   std::optional<std::size_t> start_;    // of the last frame believed
   std::optional<std::size_t> doubted_;  // of one since then that was not
   std::optional<Reply> before_;         // the good frame before
@@ -89,7 +81,6 @@ class BissDevice final : public Device, private CommandRunner<PositionReadout>::
   MonoNs not_before_ = 0;               // of a live reading
   std::optional<bool> failed_;          // as last reported by the alarm
   std::optional<bool> warned_;
-  CommandRunner<PositionReadout> runner_;
 };
 
 // Why a transfer gave no position, as device_info_t counts it.

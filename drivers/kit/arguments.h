@@ -35,6 +35,13 @@ namespace axlecast {
   return operation;
 }
 
+// Returns the operation as one that only reads.
+[[nodiscard]] inline OperationSpec ReadOnly(OperationSpec operation) {
+  operation.reads_only = true;
+  operation.verification = "it is a reading";
+  return operation;
+}
+
 // An operation with its arguments, as on a command line: "eeprom_write address=72 data=A105".
 struct CommandLine {
   std::string operation;

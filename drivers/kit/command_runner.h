@@ -13,6 +13,8 @@
 
 namespace axlecast {
 
+struct DeviceSettings;
+
 // ---- errors that every family reports in the same words, each with its REASON_* ----
 
 [[nodiscard]] tl::unexpected<Error> BadArgument(std::string text);
@@ -168,6 +170,28 @@ class CommandRunner {
   MonoNs begin_by_ = kNever;
   bool begun_ = false;      // its first request was sent
   bool in_flight_ = false;  // the request under way is the procedure's
+};
+
+// The part of a device that is the same in every family with a CommandRunner. The device implements the policy.
+template <typename Procedure>
+class CommandDevice : public Device, protected CommandRunner<Procedure>::Policy {
+ public:
+  [[nodiscard]] Result<> Validate(const DriverCommand& command, MonoNs now) const override {
+    return runner_.Validate(command, link_up_, now);
+  }
+  void Begin(const DriverCommand& command, MonoNs now) override { runner_.Begin(command, link_up_, now); }
+  [[nodiscard]] bool Cancel(const CommandId& id, MonoNs) override { return runner_.Cancel(id); }
+
+ protected:
+  // `operations` and `output` outlive the device.
+  CommandDevice(std::shared_ptr<const DeviceSettings> settings, std::span<const OperationSpec> operations,
+                DeviceOutput& output)
+      : owned_(std::move(settings)), output_(output), runner_(operations, *this, output) {}
+
+  const std::shared_ptr<const DeviceSettings> owned_;  // the settings of the device, kept alive
+  DeviceOutput& output_;
+  CommandRunner<Procedure> runner_;
+  bool link_up_ = false;
 };
 
 }  // namespace axlecast

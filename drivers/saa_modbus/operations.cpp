@@ -25,12 +25,6 @@ OperationSpec MemoryWrite(OperationSpec operation) {
   return operation;
 }
 
-OperationSpec Reading(OperationSpec operation) {
-  operation.reads_only = true;
-  operation.verification = "it is a reading";
-  return operation;
-}
-
 std::optional<Parameter> DirectionOf(const Arguments& arguments) {
   const std::string_view direction = FindArgument(arguments, "direction").value_or("");
   if (direction == "positive") return Parameter::kPositive;
@@ -147,10 +141,10 @@ std::span<const OperationSpec> Operations() {
            .arguments = {{"address", "1 to 247, not used on this bus"},
                          {"from", "address at which the encoder answers now, default where it is asked", false}},
            .verification = "the encoder answers at the new address"}),
-      Reading(
+      ReadOnly(
           {.name = kQueryAddressName,
            .help = "Asks the encoder for its address, whatever it is (FF A0). Only when it is alone on its bus"}),
-      Reading({.name = kReadPositionName, .help = "Reads the position once", .arguments = {kAfterArgument}}),
+      ReadOnly({.name = kReadPositionName, .help = "Reads the position once", .arguments = {kAfterArgument}}),
   };
   return kOperations;
 }

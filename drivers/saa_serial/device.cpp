@@ -155,14 +155,12 @@ using Need = Procedure::Need;
 }  // namespace
 
 SaaDevice::SaaDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output)
-    : owned_(device.settings),
+    : CommandDevice(device.settings, Operations(), output),
       owned_bus_(bus.family_bus),
       bus_(OwnBus(bus)),
       settings_(Own(device)),
       line_(bus.link.line),
-      output_(output),
-      interpreter_(bus, settings_, output),
-      runner_(Operations(), *this, output) {}
+      interpreter_(bus, settings_, output) {}
 
 Step SaaDevice::Next(const BusSlot& slot) const {
   if (!link_up_) return {.action = Idle{kNever}, .priority = Priority::kLive};

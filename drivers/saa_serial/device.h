@@ -71,18 +71,14 @@ class Interpreter {
 // - Mode timing: listens all the time, and transmits only a pulse on CLR.
 // - Modes handshake and bus: one exchange in each live slot. A reading that failed is not repeated. After an unclear
 //   exchange, the line must be idle first, so that a late reply meets no other request.
-class SaaDevice final : public Device, private CommandRunner<Procedure>::Policy {
+class SaaDevice final : public CommandDevice<Procedure> {
  public:
   SaaDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
 
   [[nodiscard]] Step Next(const BusSlot& slot) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
-  [[nodiscard]] Result<> Validate(const DriverCommand& command, MonoNs now) const override {
-    return runner_.Validate(command, link_up_, now);
-  }
   void Begin(const DriverCommand& command, MonoNs now) override;
-  [[nodiscard]] bool Cancel(const CommandId& id, MonoNs) override { return runner_.Cancel(id); }
 
  private:
   [[nodiscard]] Result<std::unique_ptr<Procedure>> MakeProcedure(const DriverCommand& command,
@@ -95,16 +91,12 @@ class SaaDevice final : public Device, private CommandRunner<Procedure>::Policy 
   void OnLinkDown(MonoNs now);
   void AdvanceProcedure(const Event& event);
 
-  std::shared_ptr<const DeviceSettings> owned_;  // keeps settings_ alive
-  std::shared_ptr<const FamilyBus> owned_bus_;   // and bus_
+  std::shared_ptr<const FamilyBus> owned_bus_;  // and bus_
   const SaaBus& bus_;
   const SaaSettings& settings_;
   const LineFormat line_;
-  DeviceOutput& output_;
   Interpreter interpreter_;
 
-  bool link_up_ = false;
-  CommandRunner<Procedure> runner_;
   bool zeroing_ = false;    // the request to clear to zero is under way
   bool live_slot_ = false;  // the last slot was the procedure's: a live reading that is due goes first
 };

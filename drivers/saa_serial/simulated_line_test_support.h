@@ -25,9 +25,9 @@ class SimulatedLine final : public ByteLink, public PulseLines {
   SimulatedLine(FakeClock& clock, Simulator& simulator, MonoNs hold)
       : clock_(clock), simulator_(simulator), hold_(hold) {}
 
-  [[nodiscard]] std::string Open() override {
+  [[nodiscard]] Result<> Open() override {
     open_ = true;
-    return "";
+    return {};
   }
   void Close() override { open_ = false; }
   [[nodiscard]] bool IsOpen() const override { return open_; }

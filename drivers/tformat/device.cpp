@@ -32,11 +32,9 @@ const TFormatSettings& Own(const DeviceConfig& device) {
 }  // namespace
 
 TFormatDevice::TFormatDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output)
-    : owned_(device.settings),
+    : CommandDevice(device.settings, Operations(), output),
       settings_(Own(device)),
-      output_(output),
-      interpreter_(settings_, ExpectationOf(settings_, bus.link), CharacterTime(bus), output),
-      runner_(Operations(), *this, output) {}
+      interpreter_(settings_, ExpectationOf(settings_, bus.link), CharacterTime(bus), output) {}
 
 Step TFormatDevice::Next(const BusSlot& slot) const {
   const Step step = PlannedStep(slot);

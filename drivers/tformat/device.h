@@ -21,16 +21,13 @@ namespace axlecast::tformat {
 //   After the start of the process, the test reads an EEPROM cell that differs from start to start.
 // - Nothing is transmitted while the encoder may transmit: after an unclear exchange, the line must be idle first.
 // - A reading that failed is repeated once at once, then in the next slot.
-class TFormatDevice final : public Device, private CommandRunner<Procedure>::Policy {
+class TFormatDevice final : public CommandDevice<Procedure> {
  public:
   TFormatDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
 
   [[nodiscard]] Step Next(const BusSlot& slot) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
-  [[nodiscard]] Result<> Validate(const DriverCommand& command, MonoNs now) const override {
-    return runner_.Validate(command, link_up_, now);
-  }
   void Begin(const DriverCommand& command, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
@@ -49,12 +46,9 @@ class TFormatDevice final : public Device, private CommandRunner<Procedure>::Pol
   void OnLinkDown();
   void Report(const std::optional<Outcome>& outcome);
 
-  std::shared_ptr<const DeviceSettings> owned_;  // keeps settings_ alive
   const TFormatSettings& settings_;
-  DeviceOutput& output_;
   Interpreter interpreter_;
 
-  bool link_up_ = false;
   bool line_unclear_ = false;     // silence before the next request
   bool all_first_ = true;         // ID 3 before anything else
   int failures_ = 0;              // live exchanges in a row
@@ -66,7 +60,6 @@ class TFormatDevice final : public Device, private CommandRunner<Procedure>::Pol
   MonoNs watch_again_ = 0;        // of looking whether it answers
   std::uint8_t fresh_cell_ = 0;   // hardly one that an earlier process has asked for
 
-  CommandRunner<Procedure> runner_;
   bool live_slot_ = false;  // the last slot was the procedure's: a live reading that is due goes first
 };
 

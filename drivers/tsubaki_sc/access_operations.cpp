@@ -237,10 +237,7 @@ MadeProcedure MakeReadIdentity(const DriverCommand&, const OperationContext& con
 
 std::vector<Operation> AccessOperations() {
   return {
-      {{.name = "read_identity",
-        .help = "Reads product code, MFG number and software version",
-        .reads_only = true,
-        .verification = "it is a reading"},
+      {ReadOnly({.name = "read_identity", .help = "Reads product code, MFG number and software version"}),
        MakeReadIdentity},
       {{.name = kLogInName,
         .help = "Logs the unit in with the password in use, until log_out; also after one that was wrong",
@@ -257,12 +254,11 @@ std::vector<Operation> AccessOperations() {
         .verification = "it is read back and compared",
         .verified_by_operation = kCheckPasswordName},
        MakeSetPassword},
-      {{.name = kCheckPasswordName,
-        .help = "Compares the unit's password with the one of this name; the unit must be logged in",
-        .arguments = {{"name", "a NAME of passwords in the configuration; needed unless `after` is given", false},
-                      kAfterArgument},
-        .reads_only = true,
-        .verification = "it is a reading"},
+      {ReadOnly({.name = kCheckPasswordName,
+                 .help = "Compares the unit's password with the one of this name; the unit must be logged in",
+                 .arguments = {{"name", "a NAME of passwords in the configuration; needed unless `after` is given",
+                                false},
+                               kAfterArgument}}),
        MakeCheckPassword},
   };
 }

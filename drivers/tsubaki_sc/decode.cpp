@@ -10,7 +10,6 @@
 
 #include "drivers/kit/arguments.h"
 #include "drivers/tsubaki_sc/interpreter.h"
-#include "drivers/tsubaki_sc/parameters.h"
 #include "drivers/tsubaki_sc/register_map.h"
 #include "drivers/tsubaki_sc/settings.h"
 

@@ -8,7 +8,7 @@
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
 #include "drivers/tsubaki_sc/operations.h"
-#include "drivers/tsubaki_sc/parameters.h"
+#include "drivers/tsubaki_sc/register_map.h"
 #include "drivers/tsubaki_sc/settings.h"
 #include "drivers/tsubaki_sc/simulator/bus_simulator.h"
 

@@ -3,7 +3,7 @@
 #include <axlecast/alarm_entry_t.hpp>
 
 #include "core/device/operation.h"
-#include "drivers/tsubaki_sc/parameters.h"
+#include "drivers/tsubaki_sc/register_map.h"
 
 namespace axlecast::tsubaki_sc {
 namespace {

@@ -284,11 +284,9 @@ std::vector<Operation> MotorOperations() {
         .verification = "the trip count reads 0",
         .verified_by_operation = kReadStateName},
        MakeClear},
-      {{.name = kReadStateName,
-        .help = "Reads trip count, motor status, stop coil, login and mains frequency once",
-        .arguments = {kAfterArgument},
-        .reads_only = true,
-        .verification = "it is a reading"},
+      {ReadOnly({.name = kReadStateName,
+                 .help = "Reads trip count, motor status, stop coil, login and mains frequency once",
+                 .arguments = {kAfterArgument}}),
        MakeReadState},
   };
 }

@@ -3,7 +3,7 @@
 #include <axlecast/command_status_t.hpp>
 
 #include "drivers/tsubaki_sc/device_test_support.h"
-#include "drivers/tsubaki_sc/parameters.h"
+#include "drivers/tsubaki_sc/register_map.h"
 
 namespace axlecast::tsubaki_sc {
 namespace {

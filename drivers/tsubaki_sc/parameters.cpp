@@ -1,5 +1,3 @@
-#include "drivers/tsubaki_sc/parameters.h"
-
 #include <algorithm>
 #include <axlecast/command_status_t.hpp>
 #include <deque>
@@ -386,23 +384,18 @@ const ParameterSpec* FindParameter(std::string_view name) {
 
 std::vector<Operation> ParameterOperations() {
   return {
-      {{.name = "read_set_values",
-        .help = "Reads the limits and times that hold at the present DIP switch setting and mains frequency",
-        .reads_only = true,
-        .verification = "it is a reading"},
+      {ReadOnly(
+           {.name = "read_set_values",
+            .help = "Reads the limits and times that hold at the present DIP switch setting and mains frequency"}),
        MakeReadSetValues},
-      {{.name = "read_parameter",
-        .help = "Reads one parameter",
-        .arguments = {{"name", "e.g. power_upper_a_1_50hz; the family's README lists all 55"}},
-        .reads_only = true,
-        .verification = "it is a reading"},
+      {ReadOnly({.name = "read_parameter",
+                 .help = "Reads one parameter",
+                 .arguments = {{"name", "e.g. power_upper_a_1_50hz; the family's README lists all 55"}}}),
        MakeReadOne},
-      {{.name = kReadParametersName,
-        .help = "Reads up to four parameters, or all 55 as registers in hex",
-        .arguments = {{"names", "up to four, e.g. start_time_1,log_interval; leave it out for all", false},
-                      kAfterArgument},
-        .reads_only = true,
-        .verification = "it is a reading"},
+      {ReadOnly({.name = kReadParametersName,
+                 .help = "Reads up to four parameters, or all 55 as registers in hex",
+                 .arguments = {{"names", "up to four, e.g. start_time_1,log_interval; leave it out for all", false},
+                               kAfterArgument}}),
        MakeRead},
       {{.name = kWriteParameterName,
         .help = "Writes one parameter",

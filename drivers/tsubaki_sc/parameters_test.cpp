@@ -1,4 +1,4 @@
-#include "drivers/tsubaki_sc/parameters.h"
+#include "drivers/tsubaki_sc/register_map.h"
 
 #include <gmock/gmock.h>
 #include <set>

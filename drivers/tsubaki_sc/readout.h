@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cassert>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -14,16 +16,34 @@ namespace axlecast::tsubaki_sc {
 // Reads a few blocks one after the other and keeps their data. Not for passwords.
 class BlockReader {
  public:
-  BlockReader(const Requests& requests, const std::vector<Block>& blocks);
+  BlockReader(const Requests& requests, const std::vector<Block>& blocks) : requests_(&requests) {
+    for (const Block& block : blocks) parts_.push_back({block, {}});
+  }
 
   [[nodiscard]] Exchange Next() const { return requests_->Read(parts_[done_].block); }
   // Returns true if all blocks are read, false to continue, or an error with a REASON_*.
-  [[nodiscard]] Result<bool> OnAnswer(const Answer& answer);
+  [[nodiscard]] Result<bool> OnAnswer(const Answer& answer) {
+    if (!answer.ok()) {
+      if (MayRepeat(answer, failures_)) return false;
+      return Failure(ErrorOf(answer));
+    }
+    failures_ = 0;
+    parts_[done_].data = InlineBytes<kMaxBytes>(answer.reply.data);
+    return ++done_ == parts_.size();
+  }
   void Restart() { done_ = failures_ = 0; }
 
   // The functions below are for a block that was read.
-  [[nodiscard]] Bytes Data(const Block& block) const;
-  [[nodiscard]] std::uint16_t Register(const Block& block, std::size_t index) const;
+  [[nodiscard]] Bytes Data(const Block& block) const {
+    const auto found =
+        std::find_if(parts_.begin(), parts_.end(), [&](const Part& part) { return part.block == block; });
+    assert(found != parts_.end());
+    return found->data;
+  }
+  [[nodiscard]] std::uint16_t Register(const Block& block, std::size_t index) const {
+    const Bytes data = Data(block);
+    return static_cast<std::uint16_t>((data[2 * index] << 8) | data[2 * index + 1]);
+  }
   [[nodiscard]] bool Bit(const Block& block) const { return (Data(block)[0] & 1U) != 0; }
 
  private:

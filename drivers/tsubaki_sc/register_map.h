@@ -4,10 +4,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
 #include "core/base/inline_bytes.h"
+#include "core/device/parameter.h"
 #include "drivers/protocol/modbus/adu.h"
 
 namespace axlecast::tsubaki_sc {
@@ -60,6 +62,11 @@ inline constexpr std::uint16_t kSaysLoggedIn = 0xFF00;
 // Error codes: guideline 5.
 inline constexpr std::uint8_t kLoginError = 0x04;
 [[nodiscard]] const char* ExceptionName(std::uint8_t code);
+
+// The 55 settings of guideline 11, in the order of their addresses 0 to 54.
+[[nodiscard]] std::span<const ParameterSpec> Parameters();
+// Returns null if no parameter has this name.
+[[nodiscard]] const ParameterSpec* FindParameter(std::string_view name);
 
 // A measured quantity, live (from kAnalog on) and in the trip logs, in this order: guideline 10.
 struct Quantity {

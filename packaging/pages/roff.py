@@ -1,4 +1,8 @@
-"""A man page, written line by line in the classic macros."""
+"""A man page, written line by line in the classic macros.
+
+Pages of docs/ go through lowdown (doc_page.py). The pages of the command line do not: their source is not Markdown. Their
+texts would have to be escaped for Markdown first, which takes more rules than escaping for roff, to write the same macros.
+"""
 
 import re
 

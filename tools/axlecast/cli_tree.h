@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "core/base/result.h"
+
 namespace axlecast {
 
 // Returns the command line as its parser has it. Man pages, completion and the reference in docs/ are generated from it, so
@@ -18,8 +20,8 @@ namespace axlecast {
 // Adds the hidden option --cli-tree, which prints the tree of `app` and ends as --help does.
 void AddCliTreeOption(CLI::App& app);
 
-// Returns the error for an unknown subcommand, also of a subcommand (`param lst`): "no command 'statsu'; did you mean
-// 'status'?". Returns an empty text if all are known, or if the command line has another error.
-[[nodiscard]] std::string UnknownCommand(const CLI::App& app, const std::vector<std::string>& words);
+// Fails for an unknown subcommand, also of a subcommand (`param lst`): "there is no command 'statsu'; did you mean
+// 'status'?". Other errors of the command line are left to the parser.
+[[nodiscard]] Result<> CheckCommands(const CLI::App& app, const std::vector<std::string>& words);
 
 }  // namespace axlecast

@@ -97,7 +97,9 @@ class UnknownCommandTest : public ::testing::Test {
     alarms->add_option("CONFIG");
     alarms->add_subcommand("shelve", "");
   }
-  [[nodiscard]] std::string Of(const std::vector<std::string>& words) const { return UnknownCommand(app_, words); }
+  [[nodiscard]] std::string Of(const std::vector<std::string>& words) const {
+    return ErrorText(CheckCommands(app_, words));
+  }
 
   CLI::App app_{"test", "axlecast"};
 };

@@ -11,10 +11,8 @@
 
 #include "core/command/signature.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/axlecast/command/subcommands.h"
-#include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/live/subcommands.h"
-#include "tools/axlecast/run/subcommands.h"
+#include "tools/axlecast/common/subcommands.h"
+#include "tools/axlecast/common/terminal.h"
 
 namespace axlecast {
 namespace {

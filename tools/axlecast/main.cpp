@@ -9,24 +9,13 @@
 #include "platform/os/process.h"
 #include "platform/os/terminal.h"
 #include "tools/axlecast/cli_tree.h"
-#include "tools/axlecast/command/subcommands.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/subcommands.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/decode/decode_command.h"
-#include "tools/axlecast/device_data/subcommands.h"
-#include "tools/axlecast/live/subcommands.h"
-#include "tools/axlecast/logs/subcommands.h"
 #include "tools/axlecast/run/mqtt_process.h"
-#include "tools/axlecast/run/subcommands.h"
-#include "tools/axlecast/setup/subcommands.h"
-#if AXLECAST_WEB
-#endif
 
 namespace axlecast {
 namespace {
-
-void Warn(const std::string& problem) {
-  if (!problem.empty()) static_cast<void>(std::fprintf(stderr, "warning: %s\n", problem.c_str()));
-}
 
 int RunCommandLine(int argc, char** argv) {
   CLI::App app("Shaft positions and motor health over LCM.\nEvery command: axlecast COMMAND --help.", "axlecast");
@@ -65,7 +54,10 @@ int RunCommandLine(int argc, char** argv) {
   AddCheckConfigCommand(app, exit_code);
   AddDoctorCommand(app, exit_code);
   AddKeygenCommand(app, exit_code);
-  app.get_subcommand("keygen")->preparse_callback([](std::size_t) { Warn(ErrorText(ForbidCoreDumps())); });
+  app.get_subcommand("keygen")->preparse_callback([](std::size_t) {
+    const auto forbidden = ForbidCoreDumps();
+    if (!forbidden) static_cast<void>(std::fprintf(stderr, "warning: %s\n", forbidden.error().text.c_str()));
+  });
   AddSimulateCommand(app, exit_code);
   AddDriverCommand(app, exit_code);
   AddSpyCommand(app, exit_code);
@@ -73,9 +65,8 @@ int RunCommandLine(int argc, char** argv) {
   AddDecodeCommand(app, exit_code);
   AddSsiPlanCommand(app, exit_code);
   AddCliTreeOption(app);
-  if (const std::string problem = UnknownCommand(app, {argv + 1, argv + argc}); !problem.empty()) {
-    static_cast<void>(std::fprintf(stderr, "%s\n", problem.c_str()));
-    return kExitUsage;
+  if (const auto known = CheckCommands(app, {argv + 1, argv + argc}); !known) {
+    return Fail(known.error().text, kExitUsage);
   }
   try {
     app.parse(argc, argv);

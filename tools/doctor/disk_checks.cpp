@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <string_view>
 
 #include "core/config/machine_config.h"
 #include "tools/log/channel_filter.h"

@@ -15,7 +15,6 @@
 #include "platform/net/lcm_port.h"
 #include "platform/net/multicast_port.h"
 #include "platform/os/system_clock.h"
-#include "tools/doctor/host/host_files.h"
 #include "tools/monitor/live_machine.h"
 #include "tools/monitor/machine_view.h"
 
@@ -60,7 +59,7 @@ void ReceiveMachine(const MachineConfig& machine, NetworkFacts& network) {
   if (group == network.groups.end() || group->second.route.error != 0 || !group->second.silence.empty()) return;
   const SystemClock clock;
   LiveMachine live(machine, clock);
-  if (live.problem().empty() && live.GatherAll(machine) && !live.view().NoneHeard()) {
+  if (live.GatherAll(machine) && !live.view().NothingReceived()) {
     network.machine_faults = MachineFaults(live.view(), clock.Now());
   }
 }

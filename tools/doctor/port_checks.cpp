@@ -1,7 +1,5 @@
 #include "tools/doctor/check.h"
 
-#include <sys/stat.h>
-
 #include <algorithm>
 #include <array>
 #include <cerrno>

@@ -5,37 +5,40 @@
 namespace axlecast {
 
 LiveMachine::LiveMachine(const MachineConfig& machine, const Clock& clock)
-    : clock_(clock), port_(machine.lcm.url, machine.lcm.prefix), view_(machine), problem_(port_.problem()) {
-  if (!problem_.empty()) return;
+    : clock_(clock), port_(machine.lcm.url, machine.lcm.prefix), view_(machine) {
   const auto handler = [this](const std::string& channel, Bytes message) {
     view_.OnMessage(channel, message, clock_.Now());
   };
-  if (!port_.Subscribe("(POSITION|MOTOR|LIMITS|DEVICE|ALARM|BUS)/.*", handler))
-    problem_ = "cannot subscribe on " + machine.lcm.url;
+  if (!port_.problem().empty()) {
+    state_ = Failure(port_.problem());
+  } else if (!port_.Subscribe("(POSITION|MOTOR|LIMITS|DEVICE|ALARM|BUS)/.*", handler)) {
+    state_ = Failure("cannot subscribe on " + machine.lcm.url);
+  }
   view_.SetReceptionRemedy(port_.warning());
 }
 
-bool LiveMachine::GatherAll(const MachineConfig& machine) {
-  constexpr MonoNs kAlarmWait =
-      1200 * kMillisecond;  // ALARM of the bridge and of mqtt: once a second, where they run
+Result<> LiveMachine::GatherAll(const MachineConfig& machine) {
+  constexpr MonoNs kAlarmWait = 1200 * kMillisecond;  // bridge and mqtt publish ALARM once a second, if they run
   const MonoNs start = clock_.Now();
   const bool has_broker = !machine.mqtt.host.empty();
   return Gather(start + GatherTime(machine), [&](const MachineView& view) {
-    const bool alarms = view.bridge().heard() && (view.broker().heard() || !has_broker);
-    return view.AllHeard() && (alarms || clock_.Now() - start > kAlarmWait);
+    const bool alarms = view.bridge().received() && (view.broker().received() || !has_broker);
+    return view.AllReceived() && (alarms || clock_.Now() - start > kAlarmWait);
   });
 }
 
-bool LiveMachine::Gather(MonoNs deadline, const std::function<bool(const MachineView&)>& enough) {
+Result<> LiveMachine::Gather(MonoNs deadline, const std::function<bool(const MachineView&)>& enough) {
   constexpr MonoNs kLongestWait = 100 * kMillisecond;  // so that Tick is called often enough
-  for (;;) {
+  while (state_) {
     const MonoNs now = clock_.Now();
     view_.Tick(now);
-    if (now >= deadline || enough(view_)) return true;
+    if (now >= deadline || enough(view_)) break;
     const MonoNs wait = std::min(deadline - now, kLongestWait);
-    if (!port_.Handle(static_cast<int>((wait + kMillisecond - 1) / kMillisecond))) return false;
+    if (!port_.Handle(static_cast<int>((wait + kMillisecond - 1) / kMillisecond)))
+      return Failure("the LCM port failed");
     view_.OnReception(port_.received());
   }
+  return state_;
 }
 
 MonoNs GatherTime(const MachineConfig& machine) {
@@ -47,8 +50,7 @@ MonoNs GatherTime(const MachineConfig& machine) {
 Result<MachineView> Observe(const MachineConfig& machine, const Clock& clock, MonoNs timeout,
                             const std::function<bool(const MachineView&)>& enough) {
   LiveMachine live(machine, clock);
-  if (!live.problem().empty()) return Failure(live.problem());
-  if (!live.Gather(clock.Now() + timeout, enough)) return Failure("the LCM port failed");
+  if (const auto gathered = live.Gather(clock.Now() + timeout, enough); !gathered) return Failure(gathered.error());
   return live.view();
 }
 

@@ -16,24 +16,24 @@ class LiveMachine {
  public:
   LiveMachine(const MachineConfig& machine, const Clock& clock);
 
-  // Returns why messages cannot be received, with the lines that fix it; empty if they can.
-  [[nodiscard]] const std::string& problem() const { return problem_; }
+  // Fails if messages cannot be received. The error contains the lines that fix it.
+  [[nodiscard]] const Result<>& state() const { return state_; }
   [[nodiscard]] const MachineView& view() const { return view_; }
-  // Returns why the kernel's buffer is too small, and how to fix it; empty if it is large enough.
-  [[nodiscard]] std::string warning() const { return port_.warning(); }
+  // Returns how to enlarge the kernel's buffer, or an empty text if it is large enough.
+  [[nodiscard]] std::string buffer_advice() const { return port_.warning(); }
 
-  // Receives until everything that a running machine reports once per second has arrived, at most for GatherTime. Returns
-  // false if the port failed.
-  [[nodiscard]] bool GatherAll(const MachineConfig& machine);
+  // Receives until everything that a running machine reports once per second has arrived, at most for GatherTime. Fails if
+  // the port failed.
+  [[nodiscard]] Result<> GatherAll(const MachineConfig& machine);
 
-  // Receives until `deadline` or until `enough` returns true. Returns false if the port failed.
-  [[nodiscard]] bool Gather(MonoNs deadline, const std::function<bool(const MachineView&)>& enough);
+  // Receives until `deadline` or until `enough` returns true. Fails if the port failed.
+  [[nodiscard]] Result<> Gather(MonoNs deadline, const std::function<bool(const MachineView&)>& enough);
 
  private:
   const Clock& clock_;
   LcmPort port_;
   MachineView view_;
-  std::string problem_;
+  Result<> state_;
 };
 
 // Returns the maximum time until everything that is reported once per second has been received. This includes a reading

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <optional>
+#include <limits>
+#include <numbers>
 #include <utility>
 
 #include "core/base/spelling.h"
@@ -12,6 +13,20 @@
 
 namespace axlecast {
 namespace {
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+const alarm_entry_t* FindEntry(const std::vector<alarm_entry_t>& entries, const alarm_entry_t& like) {
+  const auto found = std::find_if(entries.begin(), entries.end(), [&like](const alarm_entry_t& entry) {
+    return entry.code == like.code && entry.source == like.source;
+  });
+  return found == entries.end() ? nullptr : &*found;
+}
+
+bool SameState(const alarm_entry_t& one, const alarm_entry_t& other) {
+  return one.state == other.state && one.severity == other.severity && one.count == other.count &&
+         one.name == other.name;
+}
 
 // `views` may be const.
 template <typename Views>
@@ -106,6 +121,69 @@ void AddBus(const BusView& bus, MonoNs now, std::vector<std::string>& faults) {
 
 }  // namespace
 
+bool AlarmView::On(alarm_t message, MonoNs now) {
+  const auto total = static_cast<std::size_t>(std::max<std::int16_t>(message.total, 0));
+  bool changed = !received_ || total != total_;
+  for (const alarm_entry_t& entry : message.entries) {
+    const alarm_entry_t* before = FindEntry(entries_, entry);
+    if (before == nullptr) Keep(message.utime, true, entry);
+    changed = changed || before == nullptr || !SameState(*before, entry);
+    if (seen_.size() < kMaxSeen) seen_.insert(entry.name);
+  }
+  // In a cut list, a missing alarm may only have been displaced by a worse one.
+  const bool complete = total <= message.entries.size();
+  for (const alarm_entry_t& before : entries_) {
+    if (FindEntry(message.entries, before) != nullptr) continue;
+    changed = true;
+    if (complete) Keep(message.utime, false, before);
+  }
+  entries_ = std::move(message.entries);
+  total_ = std::max(total, entries_.size());
+  at_ = now;
+  received_ = true;
+  return changed;
+}
+
+void AlarmView::Keep(std::int64_t utime, bool appeared, const alarm_entry_t& entry) {
+  changes_.push_back({utime, appeared, entry});
+  if (changes_.size() > kMaxChanges) changes_.pop_front();
+}
+
+std::optional<std::int8_t> DeviceView::State(MonoNs now) const {
+  if (info && now - info_at <= kStaleAfter) return info->state;
+  if (valid_at && now - *valid_at <= kStaleAfter) {
+    const bool degraded = info && info->state == device_info_t::STATE_DEGRADED;
+    return degraded ? device_info_t::STATE_DEGRADED : device_info_t::STATE_ONLINE;
+  }
+  if (info && readings.received() > 0 && now - reading_at <= kStaleAfter) return info->state;
+  return std::nullopt;
+}
+
+double DeviceView::Turns() const {
+  if (!valid || valid->counts_per_turn <= 0) return kUnknown;
+  return static_cast<double>(valid->counts) / static_cast<double>(valid->counts_per_turn);
+}
+
+double DeviceView::SpeedRpm() const {
+  if (!position || (position->flags & position_t::FLAG_SPEED_VALID) == 0) return kUnknown;
+  return position->speed_rad_s * 60 / (2 * std::numbers::pi);
+}
+
+bool DeviceView::Received() const {
+  if (!info || has_position || motor) return info.has_value();
+  return info->state != device_info_t::STATE_ONLINE && info->state != device_info_t::STATE_DEGRADED;
+}
+
+const bus_health_t* BusView::FreshHealth(MonoNs now) const {
+  return health && now - health_at <= kStaleAfter ? &*health : nullptr;
+}
+
+std::optional<std::int8_t> BusView::State(MonoNs now) const {
+  if (const bus_health_t* fresh = FreshHealth(now)) return fresh->state;
+  if (valid_at && now - *valid_at <= kStaleAfter) return bus_health_t::STATE_UP;
+  return std::nullopt;
+}
+
 MachineView::MachineView(const MachineConfig& machine, Unlisted unlisted)
     : machine_(machine.machine), allows_unsigned_(machine.bridge.allow_unsigned), unlisted_(unlisted) {
   for (const BusConfig& bus : machine.buses) {
@@ -120,7 +198,6 @@ MachineView::MachineView(const MachineConfig& machine, Unlisted unlisted)
   }
   listed_devices_ = devices_.size();
   listed_buses_ = buses_.size();
-  window_received_.assign(devices_.size(), 0);
 }
 
 MonitorUpdate MachineView::OnMessage(std::string_view channel, Bytes message, MonoNs now) {
@@ -141,6 +218,22 @@ MonitorUpdate MachineView::OnMessage(std::string_view channel, Bytes message, Mo
   return OnDevice(kind, name, message, now);
 }
 
+template <typename View>
+View* MachineView::FindOrAdd(std::vector<View>& views, std::size_t listed, std::size_t maximum,
+                             std::string_view name) {
+  View* known = Find(views, name);
+  if (known != nullptr || unlisted_ == Unlisted::kIgnored || !IsName(name)) return known;
+  // If the machine file lists devices, only a few others are shown, enough to notice them.
+  if (views.size() - listed >= (listed_devices_ == 0 ? maximum : kMaxUnlisted)) {
+    ++turned_away_;
+    return nullptr;
+  }
+  View& view = views.emplace_back();
+  view.name = name;
+  view.listed = false;
+  return &view;
+}
+
 MonitorUpdate MachineView::OnBus(std::string_view kind, std::string_view name, Bytes message, MonoNs now) {
   std::optional<bus_health_t> health;
   std::optional<exchange_times_t> times;
@@ -149,7 +242,7 @@ MonitorUpdate MachineView::OnBus(std::string_view kind, std::string_view name, B
   } else {
     times = DecodeMessage<exchange_times_t>(message);
   }
-  BusView* bus = health || times ? BusOf(name) : nullptr;
+  BusView* bus = health || times ? FindOrAdd(buses_, listed_buses_, kMaxUnlistedBuses, name) : nullptr;
   if (bus == nullptr) return {};
   const auto index = static_cast<std::size_t>(bus - buses_.data());
   if (times) {
@@ -166,7 +259,8 @@ MonitorUpdate MachineView::OnBus(std::string_view kind, std::string_view name, B
 MonitorUpdate MachineView::OnDevice(std::string_view kind, std::string_view name, Bytes message, MonoNs now) {
   // A device that the file does not list is known by its DEVICE alone, which names its bus.
   auto info = kind == "DEVICE" ? DecodeMessage<device_info_t>(message) : std::nullopt;
-  DeviceView* device = info ? DeviceOf(name) : Find(devices_, name);
+  DeviceView* device =
+      info ? FindOrAdd(devices_, listed_devices_, kMaxUnlistedDevices, name) : Find(devices_, name);
   if (device == nullptr) return {};
   MonitorUpdate update{.index = static_cast<std::size_t>(device - devices_.data())};
   if (info) {
@@ -206,44 +300,11 @@ void MachineView::FollowReading(DeviceView& device, MonoNs now) {
   device.was_online = device.was_online || device.Online(now);
 }
 
-DeviceView* MachineView::DeviceOf(std::string_view name) {
-  DeviceView* known = Find(devices_, name);
-  const bool room = devices_.size() - listed_devices_ < RoomFor(kMaxUnlistedDevices);
-  if (known != nullptr || unlisted_ == Unlisted::kIgnored || !IsName(name)) return known;
-  if (!room) {
-    ++turned_away_;
-    return nullptr;
-  }
-  DeviceView& device = devices_.emplace_back();
-  device.name = name;
-  device.listed = false;
-  window_received_.push_back(0);
-  return &device;
-}
-
-BusView* MachineView::BusOf(std::string_view name) {
-  BusView* known = Find(buses_, name);
-  const bool room = buses_.size() - listed_buses_ < RoomFor(kMaxUnlistedBuses);
-  if (known != nullptr || unlisted_ == Unlisted::kIgnored || !IsName(name)) return known;
-  if (!room) {
-    ++turned_away_;
-    return nullptr;
-  }
-  BusView& bus = buses_.emplace_back();
-  bus.name = name;
-  bus.listed = false;
-  return &bus;
-}
-
-// If the machine file lists devices, only a few others are shown, enough to notice them.
-std::size_t MachineView::RoomFor(std::size_t maximum) const {
-  return listed_devices_ == 0 ? maximum : std::min(maximum, kMaxUnlisted);
-}
-
 void MachineView::Tick(MonoNs now) {
   if (window_start_ == 0) window_start_ = now;
   const MonoNs window = now - window_start_;
   if (window < kSecond) return;
+  window_received_.resize(devices_.size());
   for (std::size_t i = 0; i < devices_.size(); ++i) {
     const std::int64_t received = devices_[i].readings.received();
     devices_[i].reading_hz =
@@ -263,12 +324,13 @@ bool MachineView::AllOnline(MonoNs now) const {
          std::all_of(buses_.begin(), buses_.end(), [now](const BusView& bus) { return bus.Up(now); });
 }
 
-bool MachineView::AllHeard() const {
-  return std::all_of(devices_.begin(), devices_.end(), [](const DeviceView& device) { return device.Heard(); }) &&
+bool MachineView::AllReceived() const {
+  return std::all_of(devices_.begin(), devices_.end(),
+                     [](const DeviceView& device) { return device.Received(); }) &&
          std::all_of(buses_.begin(), buses_.end(), [](const BusView& bus) { return bus.health.has_value(); });
 }
 
-bool MachineView::NoneHeard() const {
+bool MachineView::NothingReceived() const {
   return std::none_of(devices_.begin(), devices_.end(),
                       [](const DeviceView& device) { return device.info || device.readings.received() > 0; }) &&
          std::none_of(buses_.begin(), buses_.end(), [](const BusView& bus) { return bus.health.has_value(); });

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "tools/monitor/one_axis.h"
+#include "tools/monitor/test_one_axis.h"
 
 namespace axlecast {
 namespace {
@@ -19,8 +19,8 @@ TEST(MachineView, BeginsWithTheDevicesOfTheFile) {
   EXPECT_EQ(view.devices()[0].bus, "rs485-0");
   EXPECT_FALSE(view.devices()[0].State(kNow));
   EXPECT_FALSE(view.AllOnline(kNow));
-  EXPECT_FALSE(view.AllHeard());
-  EXPECT_TRUE(view.NoneHeard());
+  EXPECT_FALSE(view.AllReceived());
+  EXPECT_TRUE(view.NothingReceived());
   EXPECT_TRUE(std::isnan(view.devices()[0].Turns()));
 }
 
@@ -30,7 +30,7 @@ TEST(MachineView, IsOnlineWhenDeviceAndBusSaySo) {
   EXPECT_FALSE(view.AllOnline(kNow));
   view.OnMessage("BUS/rs485-0", Encoded(BusMessage(bus_health_t::STATE_UP)), kNow);
   EXPECT_TRUE(view.AllOnline(kNow));
-  EXPECT_TRUE(view.AllHeard());
+  EXPECT_TRUE(view.AllReceived());
   view.OnMessage("BUS/rs485-0", Encoded(BusMessage(bus_health_t::STATE_DEGRADED)), kNow);
   EXPECT_FALSE(view.AllOnline(kNow));
 }
@@ -50,7 +50,7 @@ TEST(MachineView, ADeviceWhosePositionsComeIsNotSilent) {
   EXPECT_EQ(view.devices()[0].State(kNow), device_info_t::STATE_ONLINE);
   EXPECT_TRUE(view.devices()[0].was_online);
   EXPECT_TRUE(view.AllOnline(kNow)) << "its bus works, too";
-  EXPECT_FALSE(view.NoneHeard());
+  EXPECT_FALSE(view.NothingReceived());
   view.OnMessage("DEVICE/axis1", Encoded(DeviceMessage(device_info_t::STATE_DEGRADED)), kNow);
   const MonoNs later = kNow + kStaleAfter + 1;
   EXPECT_FALSE(view.devices()[0].State(later));
@@ -165,7 +165,7 @@ TEST(MachineView, IgnoresWhatIsNotItsOwn) {
   view.OnMessage("DEVICE/axis1", position, kNow);
   view.OnMessage("POSITION/axis1", Bytes(position).first(20), kNow);
   EXPECT_EQ(view.devices()[0].readings.received(), 0);
-  EXPECT_TRUE(view.NoneHeard());
+  EXPECT_TRUE(view.NothingReceived());
 }
 
 using ::testing::ElementsAre;

@@ -6,7 +6,6 @@
 
 #include "core/base/spelling.h"
 #include "core/messages/json/field.h"
-#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {

@@ -20,7 +20,6 @@
 #include "core/config/machine_config.h"
 #include "core/messages/message.h"
 #include "core/messages/sequence_count.h"
-#include "tools/monitor/device_view.h"
 #include "tools/monitor/machine_view.h"
 
 namespace axlecast {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <string>
 
-#include "tools/monitor/one_axis.h"
+#include "tools/monitor/test_one_axis.h"
 
 namespace axlecast {
 namespace {

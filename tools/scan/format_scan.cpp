@@ -1,6 +1,5 @@
 #include "tools/scan/format_scan.h"
 
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -24,7 +23,7 @@ constexpr auto Of(const Value& table, auto index) {
 
 const char* ConfidenceOf(const FoundDevice& device) { return Of(kConfidences, device.finding.confidence); }
 
-// The surest of those that can be configured; null: none.
+// Returns the hit of the highest confidence that can be configured, or null.
 const FoundDevice* Surest(const ScanReport& report) {
   const FoundDevice* best = nullptr;
   for (const FoundDevice& device : report.found) {
@@ -39,12 +38,12 @@ bool SameBus(const FoundDevice& a, const FoundDevice& b) {
          a.trial.line.parity == b.trial.line.parity && a.trial.bitrate == b.trial.bitrate;
 }
 
-// Any text as a double-quoted YAML scalar.
+// Formats any text as a double-quoted YAML scalar.
 std::string QuotedYaml(const std::string& text) {
   return Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-// A YAML scalar of ours: numbers and quoted texts are the same in both.
+// Parses a YAML scalar of a probe: numbers and quoted texts are the same in JSON.
 Json JsonOf(const std::string& scalar) {
   Json json = Json::parse(scalar, nullptr, false);
   return json.is_discarded() ? Json(scalar) : json;
@@ -106,7 +105,7 @@ std::string LineText(const ProbeTrial& trial, ScanLineKind kind) {
 std::string ScanYaml(const ScanPlace& place, const ScanReport& report) {
   const FoundDevice* first = Surest(report);
   if (first == nullptr) return "";
-  std::string text = "# What `axlecast scan` found on " + place.port + ".\n";
+  std::string text = "# Found by `axlecast scan` on " + place.port + ".\n";
   text += "machine: " + place.machine + "\nbuses:\n  " + place.bus +
           ":\n    family: " + std::string(first->family->name);
   text += "\n    link: " + Flow(LinkOf(place, *first)) + '\n';
@@ -133,7 +132,7 @@ std::string ScanText(const ScanPlace& place, const ScanReport& report) {
     if (!device.finding.check.empty()) text += "    look up " + device.finding.check + '\n';
   }
   if (report.found.empty()) text += "nothing was found on " + place.port + '\n';
-  if (!report.complete) text += "the scan did not come to its end: this is what was found until then\n";
+  if (!report.complete) text += "the scan was stopped before its end; found until then:\n";
   for (const std::string& note : report.notes) text += "note: " + note + '\n';
   return text;
 }

@@ -7,25 +7,25 @@
 
 namespace axlecast {
 
-// Where a scan looked, and how what it writes shall be called.
+// The port of a scan, and the names in the file that it writes.
 struct ScanPlace {
-  std::string port;  // as the operator named it: port, interface or spidev
+  std::string port;  // as the operator typed it: port, interface or spidev
   ScanLineKind kind = ScanLineKind::kSerial;
   std::string machine = "scanned";
   std::string bus = "bus1";
-  bool echo = false;  // the adapter hears its own transmission
+  bool echo = false;  // the adapter receives its own transmission
 };
 
-// "19200 baud 8N1", "1.0 MHz"; empty where the trial sets nothing.
+// Formats the settings of the line: "19200 baud 8N1", "1.0 MHz". The text is empty for a trial that sets nothing.
 [[nodiscard]] std::string LineText(const ProbeTrial& trial, ScanLineKind kind);
 
-// A machine's file with the devices that belong on one bus with the surest of them; empty: there is none that could be
-// configured.
+// Formats a machine's file with the device of the highest confidence and the other devices on its bus. The text is empty if no
+// device can be configured.
 [[nodiscard]] std::string ScanYaml(const ScanPlace& place, const ScanReport& report);
 
-// For people, but for the file.
+// Formats the hits and notes for the operator, without the file.
 [[nodiscard]] std::string ScanText(const ScanPlace& place, const ScanReport& report);
-// One object: port, complete, asked, found, notes, yaml.
+// Returns one object: port, complete, asked, found, notes, yaml.
 [[nodiscard]] nlohmann::ordered_json ScanJson(const ScanPlace& place, const ScanReport& report);
 
 }  // namespace axlecast

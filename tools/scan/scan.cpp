@@ -4,8 +4,6 @@
 #include <memory>
 #include <utility>
 
-#include "drivers/runtime/bus/transactor.h"
-
 namespace axlecast {
 namespace {
 
@@ -22,8 +20,8 @@ ScanLineKind KindOf(LinkKind link) {
   return ScanLineKind::kSerial;
 }
 
-constexpr MonoNs kHear = 1'500 * kMillisecond;  // longer than the pauses of anything that speaks by itself
-constexpr MonoNs kLook = 50 * kMillisecond;
+constexpr MonoNs kListen = 1'500 * kMillisecond;  // longer than the pauses of devices that transmit unasked
+constexpr MonoNs kStepTimeout = 50 * kMillisecond;
 
 bool SameLine(const ProbeTrial& a, const ProbeTrial& b) {
   return a.line.baud == b.line.baud && a.line.parity == b.line.parity && a.line.stop_bits == b.line.stop_bits &&
@@ -45,12 +43,12 @@ class ScanRun {
       Try(listening_);
       return std::move(report_);
     }
-    if (!listening_.empty() && Speaks()) {
+    if (!listening_.empty() && ReceivesUnasked()) {
       Try(listening_);
       if (report_.complete && report_.found.empty()) {
         Note(
-            "bytes come unasked that no probe knows: another master, or a device at a rate that was not tried. So "
-            "nothing was asked. Name the rate with --baud, or disconnect what speaks");
+            "unknown bytes are received: from another master, or from a device at a rate that was not tried. So "
+            "nothing was sent. Give the rate with --baud, or disconnect the sender");
       }
       return std::move(report_);
     }
@@ -59,13 +57,12 @@ class ScanRun {
   }
 
  private:
-  // Whether anything comes unasked.
-  bool Speaks() {
-    if (!line_.Set(listening_.front().trial)) return true;  // each trial says for itself that it cannot be made
-    const MonoNs until = clock_.Now() + kHear;
+  bool ReceivesUnasked() {
+    if (!line_.Set(listening_.front().trial)) return true;  // each trial reports that it cannot be made
+    const MonoNs until = clock_.Now() + kListen;
     while (clock_.Now() < until && !Stopped()) {
       hooks_.progress(listening_.front(), 0, until - clock_.Now());
-      const Event* event = line_.medium().Run(Step{.action = Listen{until}}, clock_.Now() + kLook);
+      const Event* event = line_.transactor().Run(Step{.action = Listen{until}}, clock_.Now() + kStepTimeout);
       if (event == nullptr) continue;
       if (event->kind == Event::Kind::kLinkDown) return Lost();
       if (!event->bytes.empty()) return true;
@@ -76,7 +73,7 @@ class ScanRun {
   void Ask() {
     if (!hooks_.may_ask()) {
       return Note(
-          "the line is quiet, and nothing was asked on it: only devices that speak by themselves could be found");
+          "the line is quiet, and nothing was sent on it: only devices that transmit unasked could be found");
     }
     report_.asked = true;
     Try(asking_);
@@ -88,7 +85,7 @@ class ScanRun {
     }
   }
 
-  // Something that is there for sure has made up its mind about rate and family.
+  // After a likely hit, only the same family at the same rate can find more.
   [[nodiscard]] bool Worthwhile(const PlannedTrial& planned) const {
     const auto settles = [](const FoundDevice& device) {
       return device.finding.confidence != Confidence::kPossible && !device.finding.keys.empty();
@@ -98,13 +95,13 @@ class ScanRun {
            (first->family == planned.family && SameLine(first->trial, planned.trial));
   }
 
-  void TryOne(const PlannedTrial& planned, MonoNs behind) {
+  void TryOne(const PlannedTrial& planned, MonoNs after) {
     if (!line_.Set(planned.trial)) return CannotMake(planned.trial);
     const std::unique_ptr<Probe> probe = planned.trial.make(clock_.Now());
-    const bool kept = RunProbe(*probe, line_.medium(), clock_, guard_, [&] {
+    const bool kept = RunProbe(*probe, line_.transactor(), clock_, guard_, [&] {
       const double done = std::clamp(probe->Progress(), 0.0, 1.0);
       const auto left = static_cast<MonoNs>((1 - done) * static_cast<double>(planned.trial.longest));
-      hooks_.progress(planned, done, left + behind);
+      hooks_.progress(planned, done, left + after);
       return Stopped();
     });
     if (!kept) static_cast<void>(Lost());
@@ -113,11 +110,11 @@ class ScanRun {
     }
     if (!probe->Disturbed()) return;
     disturbed_ = true;
-    Note("somebody else speaks on the line while it is asked: another master? Nothing more was asked");
+    Note("another master transmits on the line: nothing more was sent");
   }
 
   void CannotMake(const ProbeTrial& trial) {
-    Note("the port cannot make what this needs, so it was not tried: " + trial.what);
+    Note("the port does not support this trial, so it was not tried: " + trial.what);
   }
 
   bool Stopped() {
@@ -141,7 +138,7 @@ class ScanRun {
   std::vector<PlannedTrial> listening_;
   std::vector<PlannedTrial> asking_;
   ScanReport report_;
-  // Of all trials: a late reply may come when another rate is tried.
+  // For all trials: a late reply can arrive during a trial at another rate.
   StaleReplyGuard guard_{kLatestProbeReply};
   bool disturbed_ = false;
 };

@@ -12,7 +12,7 @@
 
 namespace axlecast {
 
-// What a line is to a scan. A serial port may carry Modbus or any other family's bytes.
+// The kind of line. A serial port may carry the bytes of Modbus or of any other family.
 enum class ScanLineKind : std::uint8_t { kSerial, kCan, kSpi };
 
 struct PlannedTrial {
@@ -20,48 +20,48 @@ struct PlannedTrial {
   ProbeTrial trial;
 };
 
-// Everything that can be tried on such a line: what only listens first, then what asks, the shortest first.
+// Returns all trials for such a line: those that only receive, then those that transmit, the shortest first.
 [[nodiscard]] std::vector<PlannedTrial> PlanScan(std::span<const FamilyProbe> probes, ScanLineKind kind,
                                                  const ProbeScope& scope);
 
-// How long the trials take where nothing answers.
+// Returns the duration of the trials if nothing answers.
 [[nodiscard]] MonoNs LongestOf(std::span<const PlannedTrial> trials);
 
-// The line that is looked at, open. tools/scan has one for each kind.
+// The open line of a scan. scan_lines.h has a class for each kind.
 class ScanLine {
  public:
   virtual ~ScanLine() = default;
 
-  // Sets it as the trial wants it; false when port or adapter cannot.
+  // Sets the line for the trial. Returns false if the port or the adapter does not support it.
   [[nodiscard]] virtual bool Set(const ProbeTrial& trial) = 0;
-  [[nodiscard]] virtual Transactor& medium() = 0;
+  [[nodiscard]] virtual Transactor& transactor() = 0;
 };
 
 struct ScanHooks {
-  std::function<bool()> stop = [] { return false; };  // asked before every step
-  // Whether anything may be sent: asked once, before the first trial that asks, of a line that is quiet.
+  std::function<bool()> stop = [] { return false; };  // called before every step; true ends the scan
+  // Returns whether the scan may transmit. Called once, on a quiet line, before the first trial that transmits.
   std::function<bool()> may_ask = [] { return false; };
-  // What is being tried, how much of it is done, and how long the rest takes at most.
+  // Reports the current trial, its finished part, 0 to 1, and the maximum remaining time of the scan.
   std::function<void(const PlannedTrial& trial, double done, MonoNs left)> progress = [](const PlannedTrial&,
                                                                                          double, MonoNs) {};
 };
 
 struct FoundDevice {
   const Family* family = nullptr;
-  ProbeTrial trial;  // that found it
+  ProbeTrial trial;  // that found the device
   ProbeHit finding;
 };
 
 struct ScanReport {
   std::vector<FoundDevice> found;
-  std::vector<std::string> notes;  // what was not tried, and why
-  bool asked = false;              // something was sent
-  bool complete = true;            // false: stopped, or the line was lost
+  std::vector<std::string> notes;  // trials that were not made, and why
+  bool asked = false;              // the scan transmitted
+  bool complete = true;            // false: it was stopped, or the line was lost
 };
 
-// Tries the plan. It listens whether anything speaks: then only trials that listen are made; on a quiet line only those
-// that ask, after may_ask. Once something is found, only trials go on that could find its neighbours: those of the same
-// family at the same rate.
+// Runs the trials of the plan. If anything is received unasked, only trials that receive are made. On a quiet line, only
+// trials that transmit are made, after may_ask. After a hit, only trials of the same family at the same rate follow: they can
+// find its neighbours.
 [[nodiscard]] ScanReport RunScan(ScanLine& line, const Clock& clock, std::vector<PlannedTrial> plan,
                                  const ScanHooks& hooks);
 

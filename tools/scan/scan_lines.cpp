@@ -11,16 +11,16 @@
 namespace axlecast {
 namespace {
 
-// Every port makes it; each trial sets its own.
+// Every port supports it. Each trial sets its own format.
 constexpr LineFormat kAtFirst = {.baud = 9'600};
-constexpr int kMaxReads = 100;  // a line that never rests must not hold a scan up
+constexpr int kMaxReads = 100;  // so that bytes without end do not block a scan
 
 }  // namespace
 
 SerialScanLine::SerialScanLine(const std::string& path, bool echo, const Clock& clock)
     : path_(path),
       port_({.path = path, .format = kAtFirst, .pty = {.foreign = IsPtyByNumber(path)}}, clock),
-      medium_(port_, clock, echo, nullptr) {}
+      transactor_(port_, clock, echo, nullptr) {}
 
 Result<> SerialScanLine::Open() {
   Result<> opened = port_.Open();
@@ -33,32 +33,32 @@ Result<> SerialScanLine::Open() {
 bool SerialScanLine::Set(const ProbeTrial& trial) {
   const bool set = port_.SetFormat(trial.line);
   bool lost = false;
-  for (int i = 0; i < kMaxReads && !lost; ++i) {  // what came at the rate before
-    const Event* stray = medium_.FindStray();
+  for (int i = 0; i < kMaxReads && !lost; ++i) {  // received at the previous rate
+    const Event* stray = transactor_.FindStray();
     if (stray == nullptr) break;
     lost = stray->kind == Event::Kind::kLinkDown;
   }
-  return set || lost;  // of a lost line the next step tells
+  return set || lost;  // the next step reports a lost line
 }
 
 Result<> SpiScanLine::OpenWith(const SpiSettings& settings) {
-  medium_.reset();
-  link_.reset();  // before the new one takes the lock
+  transactor_.reset();
+  link_.reset();  // before the new link takes the lock
   std::error_code ignored;
   if (std::filesystem::is_socket(path_, ignored)) {
     link_ = std::make_unique<SimulatedSpi>(path_, settings, clock_);
   } else {
     link_ = std::make_unique<SpiPort>(path_, settings, clock_);
   }
-  medium_ = std::make_unique<SerialTransactor>(*link_, clock_, false, nullptr);
+  transactor_ = std::make_unique<SerialTransactor>(*link_, clock_, false, nullptr);
   return link_->Open();
 }
 
 CanScanLine::~CanScanLine() {
-  medium_.reset();
+  transactor_.reset();
   link_.reset();
   if (!touched_) return;
-  // What cannot be put back now is told by the interface itself: it stays down, or listens only.
+  // If a setting cannot be restored, the interface shows it: it stays down or in listen-only mode.
   static_cast<void>(netlink_.Switch(found_, false));
   static_cast<void>(netlink_.Configure(found_, found_.bitrate, found_.listen_only));
 }
@@ -68,7 +68,7 @@ Result<> CanScanLine::Open() {
   if (Result<> opened = netlink_.Open(); !opened) return opened;
   found_ = netlink_.Ask(interface_).value_or(CanInterface());
   if (found_.is_controller && !found_.up) return {};
-  // It says why another one will not do; and it shows whether a driver has it.
+  // Opening the socket finds other errors, and a driver that uses the interface.
   CanSocket socket({.interface = interface_, .bitrate = 0, .filters = {}}, clock_);
   return socket.Open();
 }
@@ -87,7 +87,7 @@ bool CanScanLine::ListenAt(std::int64_t bitrate) {
 
 bool CanScanLine::Set(const ProbeTrial& trial) {
   if (link_ && (is_up() || trial.bitrate == current_)) return true;
-  medium_.reset();
+  transactor_.reset();
   link_.reset();
   current_ = trial.bitrate;
   if (IsSimulated()) {
@@ -96,7 +96,7 @@ bool CanScanLine::Set(const ProbeTrial& trial) {
     if (!is_up() && !ListenAt(trial.bitrate)) return false;
     link_ = std::make_unique<CanSocket>(CanSettings{.interface = interface_, .bitrate = 0, .filters = {}}, clock_);
   }
-  medium_ = std::make_unique<CanTransactor>(*link_, clock_);
+  transactor_ = std::make_unique<CanTransactor>(*link_, clock_);
   if (link_->Open()) return true;
   link_.reset();
   return false;

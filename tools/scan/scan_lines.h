@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/device/link.h"
 #include "drivers/hal/can_netlink.h"
 #include "drivers/hal/serial_port.h"
@@ -13,31 +14,30 @@
 
 namespace axlecast {
 
-// A serial port or pty under a scan: locked as by a driver, kept open through all rates.
+// A serial port or pty. It is locked as by a driver, and stays open for all rates.
 class SerialScanLine final : public ScanLine {
  public:
   SerialScanLine(const std::string& path, bool echo, const Clock& clock);
 
-  // The error contains the cause and the remedy, and names the process that holds the port.
+  // The error names the process that has the port open.
   [[nodiscard]] Result<> Open();
   [[nodiscard]] bool Set(const ProbeTrial& trial) override;
-  [[nodiscard]] Transactor& medium() override { return medium_; }
+  [[nodiscard]] Transactor& transactor() override { return transactor_; }
 
  private:
   std::string path_;
   SerialPort port_;
-  SerialTransactor medium_;
+  SerialTransactor transactor_;
 };
 
-// A spidev under a scan, or the socket of a simulated SPI bus.
+// A spidev, or the socket of a simulated SPI bus.
 class SpiScanLine final : public ScanLine {
  public:
   SpiScanLine(std::string path, const Clock& clock) : path_(std::move(path)), clock_(clock) {}
 
-  // The error contains the cause and the remedy.
   [[nodiscard]] Result<> Open() { return OpenWith({.mode = 2, .clock_hz = 100'000}); }
   [[nodiscard]] bool Set(const ProbeTrial& trial) override { return OpenWith(trial.spi).has_value(); }
-  [[nodiscard]] Transactor& medium() override { return *medium_; }
+  [[nodiscard]] Transactor& transactor() override { return *transactor_; }
 
  private:
   [[nodiscard]] Result<> OpenWith(const SpiSettings& settings);
@@ -45,11 +45,11 @@ class SpiScanLine final : public ScanLine {
   const std::string path_;
   const Clock& clock_;
   std::unique_ptr<ByteLink> link_;
-  std::unique_ptr<SerialTransactor> medium_;
+  std::unique_ptr<SerialTransactor> transactor_;
 };
 
-// A CAN interface under a scan, which sends nothing on it. One that is up stays as it is. One that is down is set to each
-// bit rate in turn, listening only, and set down and back at the end. The socket of a simulated bus is as one that is down.
+// A CAN interface. The scan transmits nothing on it. An interface that is up is not changed. An interface that is down is set
+// to each bit rate in listen-only mode, and is restored at the end. The socket of a simulated bus counts as down.
 class CanScanLine final : public ScanLine {
  public:
   CanScanLine(std::string interface, const Clock& clock) : interface_(std::move(interface)), clock_(clock) {}
@@ -57,17 +57,16 @@ class CanScanLine final : public ScanLine {
   CanScanLine(const CanScanLine&) = delete;
   CanScanLine& operator=(const CanScanLine&) = delete;
 
-  // The error contains the cause and the remedy.
   [[nodiscard]] Result<> Open();
   [[nodiscard]] bool is_up() const { return found_.up; }
-  [[nodiscard]] std::int64_t bitrate() const { return found_.bitrate; }  // 0: not told
-  // Whether this process may set a bit rate: asked of the kernel, which changes nothing.
+  [[nodiscard]] std::int64_t bitrate() const { return found_.bitrate; }  // 0: unknown
+  // Returns whether this process may set a bit rate. Requests it from the kernel, without a change.
   [[nodiscard]] bool MayConfigure();
-  // What to type, as root, so that it listens.
+  // Returns the line that an operator types as root to receive on the interface.
   [[nodiscard]] std::string ListenLine() const;
 
   [[nodiscard]] bool Set(const ProbeTrial& trial) override;
-  [[nodiscard]] Transactor& medium() override { return *medium_; }
+  [[nodiscard]] Transactor& transactor() override { return *transactor_; }
 
  private:
   [[nodiscard]] bool IsSimulated() const { return interface_.starts_with('/'); }
@@ -76,18 +75,18 @@ class CanScanLine final : public ScanLine {
   const std::string interface_;
   const Clock& clock_;
   CanNetlink netlink_;
-  CanInterface found_;        // as it was before
-  bool touched_ = false;      // its settings are no longer those
-  std::int64_t current_ = 0;  // that the socket is open at
+  CanInterface found_;        // before the scan
+  bool touched_ = false;      // the settings were changed
+  std::int64_t current_ = 0;  // bit rate of the open socket
   std::unique_ptr<FrameLink> link_;
-  std::unique_ptr<CanTransactor> medium_;
+  std::unique_ptr<CanTransactor> transactor_;
 };
 
-// The trials at each of these rates, the first rate first.
+// Returns the trials at each of these rates, in the order of the rates.
 [[nodiscard]] std::vector<PlannedTrial> AtBitrates(const std::vector<PlannedTrial>& plan,
                                                    const std::vector<std::int64_t>& bitrates);
 
-// Those that CiA 301 names, the usual ones first.
+// Returns the bit rates of CiA 301, the most common ones first.
 [[nodiscard]] const std::vector<std::int64_t>& CanBitrates();
 
 }  // namespace axlecast

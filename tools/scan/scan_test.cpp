@@ -31,17 +31,17 @@ class SimulatedLine final : public ScanLine {
     EXPECT_TRUE(errors.empty()) << errors.Text();
     link_ = std::make_unique<SimulatorLink>(clock, *simulator_, 9'600);
     EXPECT_EQ(ErrorText(link_->Open()), "");
-    medium_ = std::make_unique<SerialTransactor>(*link_, clock, false, nullptr);
+    transactor_ = std::make_unique<SerialTransactor>(*link_, clock, false, nullptr);
   }
 
   [[nodiscard]] bool Set(const ProbeTrial& trial) override {
     if (trial.line.baud == cannot_make) return false;
     const bool set = link_->SetBaud(trial.line.baud);
-    const Event* stray = medium_->FindStray();
-    while (stray != nullptr && stray->kind != Event::Kind::kLinkDown) stray = medium_->FindStray();
-    return set || stray != nullptr;  // the next step says that it is lost
+    const Event* stray = transactor_->FindStray();
+    while (stray != nullptr && stray->kind != Event::Kind::kLinkDown) stray = transactor_->FindStray();
+    return set || stray != nullptr;  // the next step reports a lost line
   }
-  [[nodiscard]] Transactor& medium() override { return *medium_; }
+  [[nodiscard]] Transactor& transactor() override { return *transactor_; }
 
   // The sum of a quantity over all devices.
   [[nodiscard]] int Sum(const std::string& quantity) const {
@@ -63,7 +63,7 @@ class SimulatedLine final : public ScanLine {
   std::optional<MachineConfig> machine_;
   std::unique_ptr<Simulator> simulator_;
   std::unique_ptr<SimulatorLink> link_;
-  std::unique_ptr<SerialTransactor> medium_;
+  std::unique_ptr<SerialTransactor> transactor_;
 };
 
 ScanReport ScanOf(SimulatedLine& line, const ProbeScope& scope = {}, bool may_ask = true) {
@@ -72,7 +72,7 @@ ScanReport ScanOf(SimulatedLine& line, const ProbeScope& scope = {}, bool may_as
   return RunScan(line, line.clock, PlanScan(FamilyProbes(), ScanLineKind::kSerial, scope), hooks);
 }
 
-// What the file says that a scan writes; it must be good.
+// Parses the file that a scan writes. It must be valid.
 MachineConfig Written(const ScanReport& report) {
   ConfigErrors errors("scanned.yaml");
   const std::string yaml = ScanYaml({.port = "/dev/ttyUSB0"}, report);
@@ -158,7 +158,7 @@ TEST(Scan, SendsNothingUnlessItMay) {
   EXPECT_THAT(report.found, IsEmpty());
   EXPECT_FALSE(report.asked);
   EXPECT_EQ(line.writes(), 0);
-  EXPECT_THAT(report.notes, Each(HasSubstr("nothing was asked")));
+  EXPECT_THAT(report.notes, Each(HasSubstr("nothing was sent")));
 }
 
 TEST(Scan, AsksNothingWhereSomebodySpeaksThatItDoesNotKnow) {
@@ -192,7 +192,7 @@ TEST(Scan, ARateThatThePortCannotMakeIsNoted) {
   line.cannot_make = 2'500'000;
   const ScanReport report = ScanOf(line);
   EXPECT_THAT(report.found, SizeIs(1));
-  EXPECT_THAT(report.notes, testing::ElementsAre(HasSubstr("cannot make")));
+  EXPECT_THAT(report.notes, testing::ElementsAre(HasSubstr("does not support")));
 }
 
 TEST(Scan, ALostLineEndsIt) {
@@ -221,7 +221,7 @@ class LateLine final : public ScanLine {
     });
   }
   [[nodiscard]] bool Set(const ProbeTrial& trial) override { return link_.SetBaud(trial.line.baud); }
-  [[nodiscard]] Transactor& medium() override { return medium_; }
+  [[nodiscard]] Transactor& transactor() override { return transactor_; }
 
   FakeClock clock;
   int asked = 0;
@@ -229,7 +229,7 @@ class LateLine final : public ScanLine {
 
  private:
   ScriptedLink link_{clock};
-  SerialTransactor medium_{link_, clock, false, nullptr};
+  SerialTransactor transactor_{link_, clock, false, nullptr};
 };
 
 // What an adapter has received at one rate it may hand over when the next rate is tried.

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/messages/json/message_json.h"
-#include "tools/monitor/one_axis.h"
+#include "tools/monitor/test_one_axis.h"
 
 namespace axlecast {
 namespace {

@@ -6,7 +6,6 @@
 
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
-#include "drivers/tsubaki_sc/simulator/unit_request.h"
 
 namespace axlecast::tsubaki_sc::simulator {
 namespace {
@@ -17,7 +16,7 @@ constexpr std::int64_t kBitsPerCharacter = 11;  // start, 8 data, even parity, s
 constexpr std::int64_t kBitsPerSecond = 9600;
 constexpr MonoNs kSilentInterval = 5 * kMillisecond;  // guideline 4, note 1
 constexpr MonoNs kCommandPause = 100 * kMillisecond;  // guideline 3
-constexpr MonoNs kLook = kSecond;                     // how often the units advance without a request
+constexpr MonoNs kLook = kSecond;                     // the interval at which the units advance without a request
 constexpr std::size_t kLongestFrame = 256;
 constexpr std::size_t kShortestFrame = 4;
 
@@ -71,7 +70,7 @@ void BusSimulator::OnBytes(Bytes bytes, MonoNs now, const Transmit& transmit) {
   frame_.insert(frame_.end(), kept.begin(), kept.end());
   frame_at_.last = std::max(now, frame_at_.last) + WireTime(bytes.size());
   frame_ends_ = frame_at_.last + kSilentInterval;
-  Collide(frame_at_, collided_);
+  if (Collide(frame_at_)) collided_ = true;
   if (!rules_.paced && CommandLength(frame_) == frame_.size()) FinishFrame(now, transmit);
 }
 
@@ -87,13 +86,13 @@ void BusSimulator::BeginFrame(MonoNs now) {
   collided_ = false;
 }
 
-void BusSimulator::Collide(const Interval& with, bool& collided) {
+// Destroys the responses that are on the wire within the interval. Returns whether there was one.
+bool BusSimulator::Collide(const Interval& with) {
   const std::size_t hit = std::erase_if(responses_, [&](const Response& response) {
     return response.on_wire.first < with.last && with.first < response.on_wire.last;
   });
-  if (hit == 0) return;
-  ++counters_.collisions;
-  collided = true;
+  counters_.collisions += hit == 0 ? 0 : 1;
+  return hit != 0;
 }
 
 // Guideline 4, "No response". Returns true if the frame gets no response.
@@ -123,7 +122,7 @@ void BusSimulator::FinishFrame(MonoNs now, const Transmit& transmit) {
 
 void BusSimulator::Take(Bytes frame, MonoNs now, const Transmit& transmit) {
   const std::uint8_t address = frame[0];
-  // Of a command that is dropped or not answered the pause counts from its own end.
+  // The pause after a command that is dropped or not answered counts from the end of the command.
   const MonoNs tolerance = rules_.reading == LineRules::Reading::kL ? rules_.tolerance : 0;
   bool anybody = address == 0;
   for (Station& station : units()) {
@@ -144,16 +143,9 @@ void BusSimulator::Take(Bytes frame, MonoNs now, const Transmit& transmit) {
 }
 
 bool BusSimulator::TooEarly(const Station& station) const {
-  switch (rules_.reading) {
-    case LineRules::Reading::kA:
-    case LineRules::Reading::kL:
-      return frame_at_.first < ready_;
-    case LineRules::Reading::kW:
-      return frame_at_.first < station.ready;
-    case LineRules::Reading::kNone:
-      break;
-  }
-  return false;
+  using Reading = LineRules::Reading;
+  if (rules_.reading == Reading::kNone) return false;
+  return frame_at_.first < (rules_.reading == Reading::kW ? station.ready : ready_);
 }
 
 // ---- units ----
@@ -167,7 +159,7 @@ void BusSimulator::Offer(Station& station, Bytes frame, MonoNs now, const Transm
   if (fault.line.kind == Kind::kRequestFlip) {
     std::vector<std::uint8_t> heard(frame.begin(), frame.end());
     const bool hit = FlipBits(heard, 9, fault.line.amount, station.random);
-    // Parity and error check find it.
+    // Parity and error check detect it.
     if (hit || !std::equal(heard.begin(), heard.end(), frame.begin())) {
       ++station.counters.dropped_line;
       return;
@@ -208,9 +200,7 @@ void BusSimulator::Respond(Station& station, std::vector<std::uint8_t> bytes, Mo
   bytes.resize(Damage(bytes, fault.line, station.random));
   response.bytes = std::move(bytes);
   ++station.counters.responses;
-  bool collided = false;
-  Collide(response.on_wire, collided);
-  if (collided) return;
+  if (Collide(response.on_wire)) return;
   responses_.push_back(std::move(response));
   SendDue(now, transmit);
 }
@@ -259,7 +249,7 @@ using simulator::LineRules;
 using simulator::SimulatedUnit;
 using simulator::Station;
 
-// Of the bus as a whole, beside its units.
+// The key of the whole bus; the other keys are units.
 constexpr std::string_view kTiming = "timing";
 
 MonoNs Milliseconds(ConfigMap& map, std::string_view key, MonoNs usual, double min, double max) {

@@ -5,12 +5,14 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "core/base/result.h"
 #include "drivers/kit/simulation/simulated_fault.h"
 #include "drivers/kit/simulation/unit_simulator.h"
-#include "drivers/tsubaki_sc/simulator/simulated_unit.h"
+#include "drivers/tsubaki_sc/simulator/sc_unit.h"
 
 namespace axlecast {
 struct BusConfig;
@@ -18,6 +20,30 @@ class ConfigMap;
 }  // namespace axlecast
 
 namespace axlecast::tsubaki_sc::simulator {
+
+// What can be wrong with a simulated unit or its line: the faults of every simulated device, and those of Modbus.
+struct UnitFault {
+  SimulatedFault line;
+  std::uint8_t wrong_address = 0;  // replies carry this address; 0: the right one
+  std::uint8_t exception = 0;      // every command is answered with this error code and not carried out; 0: none
+
+  // Parses "wrong_address:7", "exception:4", or a SimulatedFault.
+  [[nodiscard]] static Result<UnitFault> Parse(std::string_view text);
+};
+
+// All that a file, a script or an operator can set of a simulated unit, its motor and its line.
+struct SimulatedUnit final : TableDevice<SimulatedUnit> {
+  explicit SimulatedUnit(std::uint64_t seed) : unit(seed) {}
+
+  void Advance(MonoNs now) override { unit.Advance(now); }
+  [[nodiscard]] static const QuantityTable<SimulatedUnit>& Table();
+  // Every quantity with its present value, then the registers of interest and what was done to the unit, as README.md
+  // lists them. Never a password.
+  [[nodiscard]] QuantityList Quantities() const;
+
+  ScUnit unit;
+  UnitFault fault;
+};
 
 // How strict the line is.
 struct LineRules {
@@ -94,7 +120,7 @@ class BusSimulator final : public UnitSimulator<Station> {
   [[nodiscard]] bool TooEarly(const Station& station) const;
   void Offer(Station& station, Bytes frame, MonoNs now, const Transmit& transmit);
   void Respond(Station& station, std::vector<std::uint8_t> response, MonoNs now, const Transmit& transmit);
-  void Collide(const Interval& with, bool& collided);
+  bool Collide(const Interval& with);
   void SendDue(MonoNs now, const Transmit& transmit);
 
   LineRules rules_;
@@ -102,7 +128,7 @@ class BusSimulator final : public UnitSimulator<Station> {
   bool baud_fits_ = true;
   MonoNs next_look_ = 0;
 
-  std::vector<std::uint8_t> frame_;  // what has come of a command
+  std::vector<std::uint8_t> frame_;  // of the command so far
   Interval frame_at_;                // on the wire
   MonoNs frame_ends_ = kNever;       // it is complete if no byte comes before
   bool run_together_ = false;        // without silence before it

@@ -5,7 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/tsubaki_sc/simulator/unit_request.h"
 #include "tests/support/golden_file.h"
 
 namespace axlecast::tsubaki_sc::simulator {

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <numbers>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/base/result.h"
@@ -62,26 +65,78 @@ class GearMotor {
 
   explicit GearMotor(std::uint64_t seed) : random_(seed) {}
 
-  void Start(MonoNs now);
+  void Start(MonoNs now) {
+    if (running_) return;
+    running_ = true;
+    started_at_ = now;
+  }
   void Stop() { running_ = false; }
   [[nodiscard]] bool running() const { return running_; }
 
-  // Electric power at nominal speed, W; sets the torque.
-  void SetLoad(double watts);
-  [[nodiscard]] double load_w(MonoNs now) const;
-  void SetProfile(LoadProfile profile, MonoNs now);
+  // Sets the torque from the electric power in W at nominal speed.
+  void SetLoad(double watts) {
+    profile_ = {};
+    settings.torque_nm = watts / WattsPerNm();
+  }
+  [[nodiscard]] double load_w(MonoNs now) const {
+    if (!profile_.empty()) return profile_.At(Seconds(std::max<MonoNs>(0, now - profile_begin_)));
+    return settings.torque_nm * WattsPerNm();
+  }
+  void SetProfile(LoadProfile profile, MonoNs now) {
+    profile_ = std::move(profile);
+    profile_begin_ = now;
+  }
   [[nodiscard]] const LoadProfile& profile() const { return profile_; }
   void SetTemperature(double celsius) { temperature_c_ = celsius; }
-  // A blow on axis 0, 1 or 2 for kShockLasts.
-  void Shock(std::size_t axis, double mps2, MonoNs now);
+  // Starts a shock on axis 0, 1 or 2 that lasts kShockLasts.
+  void Shock(std::size_t axis, double mps2, MonoNs now) {
+    shock_axis_ = axis;
+    shock_mps2_ = mps2;
+    shock_until_ = now + kShockLasts;
+  }
 
   // Advances by kStep to `now`.
-  void Step(MonoNs now);
-  [[nodiscard]] Reading At(MonoNs now) const;
-  [[nodiscard]] double SpeedAt(MonoNs now) const;
+  void Step(MonoNs now) {
+    if (settings.thermal_s > 0) {
+      const double end_c = settings.ambient_c + settings.heating_c_per_w * PowerAt(now);
+      temperature_c_ += (end_c - temperature_c_) * std::min(1.0, Seconds(kStep) / settings.thermal_s);
+    }
+    if (settings.vibration_mps2 == 0) return;
+    for (double& axis : vibration_) axis = settings.vibration_mps2 * (2 * random_.Share() - 1);
+  }
+  [[nodiscard]] Reading At(MonoNs now) const {
+    Reading reading;
+    reading.voltage_v = settings.voltage_v;
+    reading.power_w = PowerAt(now);
+    reading.temperature_c = temperature_c_;
+    if (reading.power_w > 0) {
+      reading.current_a = reading.power_w / (std::numbers::sqrt3 * settings.voltage_v * settings.power_factor);
+    }
+    reading.accel_mps2 = settings.accel_mps2;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (running_ && settings.vibration_mps2 > 0) reading.accel_mps2[axis] += vibration_[axis];
+    }
+    if (now < shock_until_) reading.accel_mps2[shock_axis_] += shock_mps2_;
+    return reading;
+  }
+  [[nodiscard]] double SpeedAt(MonoNs now) const {
+    if (!running_ || settings.voltage_v == 0) return 0;
+    const double since = Seconds(now - started_at_);
+    return since < settings.run_up_s ? settings.speed_rpm * since / settings.run_up_s : settings.speed_rpm;
+  }
 
  private:
-  [[nodiscard]] double PowerAt(MonoNs now) const;
+  [[nodiscard]] static double Seconds(MonoNs duration) { return static_cast<double>(duration) * 1e-9; }
+  // Returns the electric power for 1 Nm on the output shaft.
+  [[nodiscard]] double WattsPerNm() const {
+    constexpr double kEfficiency = 0.8;  // of motor and gear
+    return settings.speed_rpm / 60 * 2 * std::numbers::pi / kEfficiency;
+  }
+  [[nodiscard]] double PowerAt(MonoNs now) const {
+    if (!running_ || settings.voltage_v == 0) return 0;
+    const bool runs_up = Seconds(now - started_at_) < settings.run_up_s;
+    return runs_up ? std::max(settings.run_up_w, load_w(now)) : load_w(now);
+  }
 
   bool running_ = false;
   MonoNs started_at_ = 0;

@@ -141,7 +141,7 @@ void ScUnit::Step() {
   const Record record = RecordOf(motor.At(now_));
   history_.Add(record);
   if (!motor.running()) return;
-  const std::uint16_t causes = protection_.Judge(record, CurrentLimits(), now_);
+  const std::uint16_t causes = protection_.Causes(record, CurrentLimits(), now_);
   if (causes != 0) Trip(causes);
 }
 

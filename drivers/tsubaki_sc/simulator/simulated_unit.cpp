@@ -1,4 +1,4 @@
-#include "drivers/tsubaki_sc/simulator/simulated_unit.h"
+#include "drivers/tsubaki_sc/simulator/bus_simulator.h"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 // Commands and responses of one unit against the communication guideline: data address list (7), error codes with
 // their discovery priority (5), block-only addresses (7, note 1), password (6, note 1; 11).
-#include "drivers/tsubaki_sc/simulator/unit_request.h"
+#include "drivers/tsubaki_sc/simulator/sc_unit.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,16 +1,16 @@
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 
+#include "core/alarm/alarm_table.h"
 #include "core/command/command_id.h"
-#include "tools/axlecast/command/command_request.h"
+#include "core/command/operation_check.h"
 #include "tools/axlecast/command/command_run.h"
-#include "tools/axlecast/command/subcommands.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/live/format_device.h"
 
@@ -26,12 +26,11 @@ struct Options {
   std::string count;
   std::string data;
   std::string id;  // of `outcome`
+  std::string alarm;
+  double seconds = 0;  // of `shelve`
 };
 
-int Run(const Options& options) {
-  const auto machine = options.config.Load();
-  return machine ? RunCommand(*machine, options.command) : options.config.Fail(machine.error());
-}
+int Run(const MachineConfig& machine, const Options& options) { return RunCommand(machine, options.command); }
 
 // A subcommand that runs one operation on a device.
 struct Verb {
@@ -40,8 +39,9 @@ struct Verb {
   const char* summary;
   std::string footer;  // before the exit codes
   bool has_yes = true;
+  bool has_two_steps = true;                                    // --prepare and --commit
   std::function<void(CLI::App&, Options&)> add_arguments = {};  // those between DEVICE and the common options
-  std::function<int(Options&)> run = &Run;
+  std::function<int(const MachineConfig&, Options&)> run = &Run;
 };
 
 CLI::App* AddVerb(CLI::App& parent, int& exit_code, const Verb& verb) {
@@ -51,24 +51,22 @@ CLI::App* AddVerb(CLI::App& parent, int& exit_code, const Verb& verb) {
   command->add_option("DEVICE", options->command.device, "The device")->required();
   if (verb.add_arguments) verb.add_arguments(*command, *options);
   AddCommandOptions(*command, options->config, options->command, verb.has_yes);
-  AddTwoStepOptions(*command, options->command);
+  if (verb.has_two_steps) AddTwoStepOptions(*command, options->command);
   command->footer(verb.footer + kCommandExitCodes);
-  command->callback([options, run = verb.run, &exit_code] { exit_code = run(*options); });
+  RunOnMachine<Options>(*command, options, exit_code, verb.run);
   return command;
 }
 
-int List(const Options& options) {
-  const auto machine = options.config.Load();
-  if (!machine) return options.config.Fail(machine.error());
-  const BusConfig* bus = machine->BusOf(options.command.device);
-  if (bus == nullptr) return Fail(UnknownDevice(*machine, options.command.device), kExitUsage);
+int List(const MachineConfig& machine, const Options& options) {
+  const BusConfig* bus = machine.BusOf(options.command.device);
+  if (bus == nullptr) return Fail(UnknownDevice(machine, options.command.device), kExitUsage);
   static_cast<void>(WriteOut(OperationList(*bus)));
   return kExitDone;
 }
 
-int Do(const Options& options) {
-  if (options.list) return List(options);
-  if (!options.command.operation.empty()) return Run(options);
+int Do(const MachineConfig& machine, const Options& options) {
+  if (options.list) return List(machine, options);
+  if (!options.command.operation.empty()) return Run(machine, options);
   return Fail("which operation? axlecast do " + options.command.device + " --list shows them", kExitUsage);
 }
 
@@ -94,12 +92,10 @@ void AddDo(CLI::App& app, int& exit_code) {
 }
 
 // A multi-turn encoder can only zero its single-turn position: the name of its operation states that.
-int Zero(Options& options) {
-  const auto machine = options.config.Load();
-  if (!machine) return options.config.Fail(machine.error());
-  const bool single_turn = FindOperation(*machine, options.command.device, "zero_single_turn").has_value();
+int Zero(const MachineConfig& machine, Options& options) {
+  const bool single_turn = FindOperation(machine, options.command.device, "zero_single_turn").has_value();
   options.command.operation = single_turn ? "zero_single_turn" : "zero";
-  return RunCommand(*machine, options.command);
+  return RunCommand(machine, options.command);
 }
 
 // Verbs for operations of devices without further arguments.
@@ -137,10 +133,10 @@ void AddEeprom(CLI::App& app, int& exit_code) {
                  command.add_option("COUNT", options.count, "Number of bytes");
                },
            .run =
-               [](Options& options) {
+               [](const MachineConfig& machine, Options& options) {
                  options.command.arguments = {"address=" + options.address};
                  if (!options.count.empty()) options.command.arguments.push_back("count=" + options.count);
-                 return Run(options);
+                 return Run(machine, options);
                }});
   AddVerb(*eeprom, exit_code,
           {.name = "write",
@@ -153,9 +149,9 @@ void AddEeprom(CLI::App& app, int& exit_code) {
                  command.add_option("HEX", options.data, "The bytes, e.g. \"A1 05\"")->required();
                },
            .run =
-               [](Options& options) {
+               [](const MachineConfig& machine, Options& options) {
                  options.command.arguments = {"address=" + options.address, "data=" + options.data};
-                 return Run(options);
+                 return Run(machine, options);
                }});
   AddVerb(*eeprom, exit_code,
           {.name = "backup",
@@ -168,11 +164,10 @@ void AddEeprom(CLI::App& app, int& exit_code) {
            }});
 }
 
-int Outcome(const Options& options) {
+int Outcome(const MachineConfig& machine, const Options& options) {
   const std::optional<CommandId> id = ParseId(options.id);
   if (!id) return Fail("the id of a command is 32 hex digits", kExitUsage);
-  const auto machine = options.config.Load();
-  return machine ? RunQuery(*machine, *id, options.command.json) : options.config.Fail(machine.error());
+  return RunQuery(machine, *id, options.command.json);
 }
 
 void AddOutcome(CLI::App& app, int& exit_code) {
@@ -182,7 +177,7 @@ void AddOutcome(CLI::App& app, int& exit_code) {
   options->config.AddTo(*command, ConfigOption::Form::kOptionOnly);
   command->add_flag("--json", options->command.json, "Print one JSON object");
   command->footer(kCommandExitCodes);
-  command->callback([options, &exit_code] { exit_code = Outcome(*options); });
+  RunOnMachine<Options>(*command, options, exit_code, &Outcome);
 }
 
 }  // namespace
@@ -211,9 +206,9 @@ void AddHomeCommand(CLI::App& app, int& exit_code) {
                      ->type_name("V");
                },
            .run =
-               [](Options& options) {
+               [](const MachineConfig& machine, Options& options) {
                  options.command.arguments = {"value=" + options.value};
-                 return Run(options);
+                 return Run(machine, options);
                }});
 }
 
@@ -223,6 +218,56 @@ void AddDatumUndo(CLI::App& datum, int& exit_code) {
            .operation = "undo_datum",
            .summary = "Revert to the previous datum",
            .footer = "short for: axlecast do DEVICE undo_datum\nexample: axlecast datum undo axis1\n"});
+}
+
+void AddShelvingCommands(CLI::App& app, int& exit_code) {
+  AddVerb(app, exit_code,
+          {.name = "shelve",
+           .operation = kShelveAlarm.data(),
+           .summary = "Shelve an alarm for a time, with a reason. This does not clear it",
+           .footer = "short for: axlecast do DEVICE shelve_alarm alarm=ALARM seconds=S\n"
+                     "example: axlecast shelve axis1 battery_alarm --for 8h --reason \"battery comes at 14:00\"\n"
+                     "If the alarm gets worse, it is listed again.\n",
+           .has_yes = false,
+           .has_two_steps = false,
+           .add_arguments =
+               [](CLI::App& command, Options& options) {
+                 constexpr double kMax = static_cast<double>(AlarmShelves::kLongestUs) / 1e6;
+                 command.add_option("ALARM", options.alarm, "The alarm's name")->required();
+                 command
+                     .add_option("--for", options.seconds,
+                                 "Duration: 30s, 15min, 8h; at most 24h. The alarm is then listed again")
+                     ->required()
+                     ->transform(
+                         CLI::AsNumberWithUnit(std::map<std::string, double>{{"s", 1}, {"min", 60}, {"h", 3600}}))
+                     ->check(CLI::Range(1.0, kMax))
+                     ->type_name("TIME");
+               },
+           .run =
+               [](const MachineConfig& machine, Options& options) {
+                 const auto seconds = static_cast<std::int64_t>(options.seconds);
+                 options.command.arguments = {"alarm=" + options.alarm, "seconds=" + std::to_string(seconds)};
+                 return Run(machine, options);
+               }})
+      ->get_option("--reason")
+      ->required();
+  AddVerb(app, exit_code,
+          {.name = "unshelve",
+           .operation = kUnshelveAlarm.data(),
+           .summary = "Unshelve an alarm before its time",
+           .footer = "short for: axlecast do DEVICE unshelve_alarm alarm=ALARM\n"
+                     "example: axlecast unshelve axis1 battery_alarm\n",
+           .has_yes = false,
+           .has_two_steps = false,
+           .add_arguments =
+               [](CLI::App& command, Options& options) {
+                 command.add_option("ALARM", options.alarm, "The alarm's name")->required();
+               },
+           .run =
+               [](const MachineConfig& machine, Options& options) {
+                 options.command.arguments = {"alarm=" + options.alarm};
+                 return Run(machine, options);
+               }});
 }
 
 void AddMotorCommand(CLI::App& app, int& exit_code) {

@@ -1,7 +1,6 @@
 #include "tools/axlecast/command/format_journal.h"
 
 #include <algorithm>
-#include <string_view>
 
 #include "core/base/text.h"
 #include "core/base/utc_text.h"

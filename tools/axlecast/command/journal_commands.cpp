@@ -1,4 +1,4 @@
-#include "tools/axlecast/command/subcommands.h"
+#include "tools/axlecast/common/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -17,47 +17,37 @@
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/command/format_journal.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/live/format_device.h"
 
 namespace axlecast {
 namespace {
 
-// The bridge's journal: --journal FILE, else that of the machine's file.
-class JournalOption {
- public:
-  // Adds --journal and --config. The object must outlive the parsing.
-  void AddTo(CLI::App& command);
-
-  struct Place {
-    std::string file;
-    std::optional<MachineConfig> machine;  // empty if only --journal was given
-  };
-  // Finds the journal. On failure, prints the error and sets `exit_code`.
-  [[nodiscard]] std::optional<Place> Find(int& exit_code) const;
-
- private:
-  ConfigOption config_;
-  std::string journal_;
+// The journal of a command, and the machine that it belongs to, if its file was read.
+struct JournalPlace {
+  std::string file;
+  std::optional<MachineConfig> machine;
 };
 
-void JournalOption::AddTo(CLI::App& command) {
-  config_.AddTo(command, ConfigOption::Form::kOptionOnly);
-  command.add_option("--journal", journal_, "The bridge's journal; default that of the machine's file")
-      ->type_name("FILE");
-}
+// The bridge's journal: --journal FILE, else that of the machine's file.
+struct JournalOption {
+  ConfigOption config;
+  std::string journal;
 
-std::optional<JournalOption::Place> JournalOption::Find(int& exit_code) const {
-  if (!journal_.empty() && !config_.Given()) return Place{.file = journal_, .machine = std::nullopt};
-  Result<MachineConfig> machine = config_.Load();
-  if (!machine) {
-    exit_code = config_.Fail(machine.error());
-    return std::nullopt;
+  // Adds --journal and --config. The object must outlive the parsing.
+  void AddTo(CLI::App& command) {
+    config.AddTo(command, ConfigOption::Form::kOptionOnly);
+    command.add_option("--journal", journal, "The bridge's journal; default that of the machine's file")
+        ->type_name("FILE");
   }
-  std::string file = journal_.empty() ? JournalFile(*machine) : journal_;
-  return Place{.file = std::move(file), .machine = *std::move(machine)};
-}
+  // Fails if the machine's file is needed and cannot be read.
+  [[nodiscard]] Result<JournalPlace> Find() const {
+    if (!journal.empty() && !config.Given()) return JournalPlace{.file = journal, .machine = std::nullopt};
+    Result<MachineConfig> machine = config.Load();
+    if (!machine) return Failure(machine.error());
+    return JournalPlace{.file = journal.empty() ? JournalFile(*machine) : journal, .machine = std::move(*machine)};
+  }
+};
 
 struct DatumOptions {
   JournalOption journal;
@@ -66,7 +56,7 @@ struct DatumOptions {
 };
 
 // Reports that the journal has no entry of the device, or of any device.
-int NothingKnown(const JournalOption::Place& place, const std::string& device) {
+int NothingKnown(const JournalPlace& place, const std::string& device) {
   if (device.empty()) return Fail(place.file + " contains no device yet", kExitDone);
   if (place.machine && place.machine->BusOf(device) == nullptr) {
     return Fail(UnknownDevice(*place.machine, device), kExitUsage);
@@ -76,9 +66,8 @@ int NothingKnown(const JournalOption::Place& place, const std::string& device) {
 }
 
 int ShowDatums(const DatumOptions& options) {
-  int exit_code = kExitDone;
-  const auto place = options.journal.Find(exit_code);
-  if (!place) return exit_code;
+  const auto place = options.journal.Find();
+  if (!place) return options.journal.config.Fail(place.error());
   HistoryReader reader(place->file);
   std::vector<DeviceRecord> devices = reader.Devices();
   if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
@@ -96,9 +85,8 @@ int ShowDatums(const DatumOptions& options) {
 }
 
 int ShowDatumHistory(const DatumOptions& options) {
-  int exit_code = kExitDone;
-  const auto place = options.journal.Find(exit_code);
-  if (!place) return exit_code;
+  const auto place = options.journal.Find();
+  if (!place) return options.journal.config.Fail(place.error());
   HistoryReader reader(place->file);
   const std::vector<DatumHistory> datums = reader.Datums(options.device);
   if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
@@ -204,21 +192,23 @@ int ShowOne(HistoryReader& reader, const HistoryOptions& options) {
   return kExitDone;
 }
 
-// Commands and events in the order of their times.
+// Commands and events as lines, in the order of their times.
 class Listing {
  public:
-  explicit Listing(bool json) : json_(json) {}
-
-  void Add(const std::vector<CommandRow>& commands) {
-    for (const CommandRow& command : commands) Add(command.record.utime, command);
-  }
-  void Add(const std::vector<AxisEvent>& events) {
-    for (const AxisEvent& event : events) Add(event.utime, event);
-  }
-  // Sorts, and keeps only the newest. Returns true if some were removed.
-  bool Cut(const std::optional<std::int64_t>& limit) {
+  // Reads the entries between the marks, all if there are none.
+  Listing(HistoryReader& reader, const HistoryFilter& filter, const HistoryOptions& options, auto... marks) {
+    const auto add = [&](std::int64_t unix_us, const auto& entry) {
+      lines_.emplace_back(unix_us, options.json ? JsonLine(HistoryJson(entry)) + '\n' : HistoryLine(entry));
+    };
+    for (const CommandRow& command : reader.Commands(filter, marks...)) add(command.record.utime, command);
+    if (options.events) {
+      for (const AxisEvent& event : reader.Events(filter, marks...)) add(event.utime, event);
+    }
     std::stable_sort(lines_.begin(), lines_.end(),
                      [](const auto& one, const auto& other) { return one.first < other.first; });
+  }
+  // Keeps only the newest. Returns true if some were removed.
+  bool Cut(const std::optional<std::int64_t>& limit) {
     if (!limit || lines_.size() <= static_cast<std::size_t>(*limit)) return false;
     lines_.erase(lines_.begin(), lines_.end() - *limit);
     return true;
@@ -226,16 +216,11 @@ class Listing {
   [[nodiscard]] bool empty() const { return lines_.empty(); }
   [[nodiscard]] std::string Text() const {
     std::string text;
-    for (const auto& [utime, line] : lines_) text += line;
+    for (const auto& [unix_us, line] : lines_) text += line;
     return text;
   }
 
  private:
-  void Add(std::int64_t utime, const auto& entry) {
-    lines_.emplace_back(utime, json_ ? JsonLine(HistoryJson(entry)) + '\n' : HistoryLine(entry));
-  }
-
-  bool json_;
   std::vector<std::pair<std::int64_t, std::string>> lines_;
 };
 
@@ -246,11 +231,8 @@ int Follow(HistoryReader& reader, const HistoryOptions& options, HistoryReader::
   const StopSignal stop;
   while (!stop.Wait(kFollowMs)) {
     const HistoryReader::Mark to = reader.Now();
-    Listing listing(options.json);
-    listing.Add(reader.Commands(filter, from, to));
-    if (options.events) listing.Add(reader.Events(filter, from, to));
+    const Listing listing(reader, filter, options, from, to);
     if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
-    static_cast<void>(listing.Cut(std::nullopt));
     if (!WriteOut(listing.Text())) break;
     from = to;
   }
@@ -261,9 +243,7 @@ int List(HistoryReader& reader, const HistoryOptions& options) {
   const HistoryReader::Mark mark = reader.Now();
   HistoryFilter filter = options.filter;
   if (filter.limit) ++*filter.limit;  // to know whether there are more
-  Listing listing(options.json);
-  listing.Add(reader.Commands(filter));
-  if (options.events) listing.Add(reader.Events(filter));
+  Listing listing(reader, filter, options);
   if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
   if (listing.Cut(options.filter.limit)) {
     std::cerr << "the newest " << *options.filter.limit << "; --limit N shows more, --limit 0 all\n";
@@ -276,9 +256,8 @@ int List(HistoryReader& reader, const HistoryOptions& options) {
 
 int ShowHistory(HistoryOptions options) {
   if (const auto parsed = ParseFilter(options); !parsed) return Fail(parsed.error().text, kExitUsage);
-  int exit_code = kExitDone;
-  const auto place = options.journal.Find(exit_code);
-  if (!place) return exit_code;
+  const auto place = options.journal.Find();
+  if (!place) return options.journal.config.Fail(place.error());
   HistoryReader reader(place->file);
   if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
   return options.filter.id.empty() ? List(reader, options) : ShowOne(reader, options);
@@ -306,33 +285,27 @@ void AddHistoryCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<HistoryOptions>();
   CLI::App* command = app.add_subcommand("history", "List commands with time, operator and outcome");
   CLI::Option* id = command->add_option("ID", options->filter.id, "Show one command: its id, or the first digits");
-  std::vector<CLI::Option*> filters;
-  filters.push_back(command->add_option("--device", options->filter.device, "Only this device")->type_name("D"));
-  CLI::Option* operation =
-      command->add_option("--operation", options->filter.operation, "Only this operation")->type_name("O");
-  CLI::Option* who =
-      command->add_option("--who", options->filter.who, "Only commands of this key; `unsigned` for those without")
-          ->type_name("W");
-  CLI::Option* outcome = command->add_option("--outcome", options->outcome, "Only commands with this outcome")
-                             ->check(CLI::IsMember(StateNames()))
-                             ->type_name("WORD");
-  filters.insert(filters.end(), {operation, who, outcome});
-  filters.push_back(
-      command
-          ->add_option("--since", options->since, "Only entries since: 2h, 3d (ago), 2026-11-21, 2026-11-21T07:00")
-          ->type_name("T"));
-  filters.push_back(command->add_option("--until", options->until, "Only entries before")->type_name("T"));
-  filters.push_back(command->add_option("--limit", options->limit, "Only the newest N entries; 0 all")
-                        ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 40))
-                        ->capture_default_str()
-                        ->type_name("N"));
+  command->add_option("--device", options->filter.device, "Only this device")->type_name("D");
+  command->add_option("--operation", options->filter.operation, "Only this operation")->type_name("O");
+  command->add_option("--who", options->filter.who, "Only commands of this key; `unsigned` for those without")
+      ->type_name("W");
+  command->add_option("--outcome", options->outcome, "Only commands with this outcome")
+      ->check(CLI::IsMember(StateNames()))
+      ->type_name("WORD");
+  command->add_option("--since", options->since, "Only entries since: 2h, 3d (ago), 2026-11-21, 2026-11-21T07:00")
+      ->type_name("T");
+  command->add_option("--until", options->until, "Only entries before")->type_name("T");
+  command->add_option("--limit", options->limit, "Only the newest N entries; 0 all")
+      ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 40))
+      ->capture_default_str()
+      ->type_name("N");
   CLI::Option* events = command->add_flag("--events", options->events,
                                           "Also list events of devices without a command: moved while off, ...");
-  for (CLI::Option* option : {operation, who, outcome}) events->excludes(option);
-  filters.push_back(events);
-  filters.push_back(
-      command->add_flag("--follow", options->follow, "Keep running and print each command when it ends"));
-  for (CLI::Option* option : filters) id->excludes(option);
+  command->add_flag("--follow", options->follow, "Keep running and print each command when it ends");
+  for (const char* filter : {"--operation", "--who", "--outcome"}) events->excludes(command->get_option(filter));
+  for (CLI::Option* option : command->get_options()) {
+    if (option != id && option != command->get_help_ptr()) id->excludes(option);
+  }
   command->add_flag("--json", options->json, "Print one JSON object per line");
   options->journal.AddTo(*command);
   command->footer(
@@ -341,9 +314,8 @@ void AddHistoryCommand(CLI::App& app, int& exit_code) {
       "  axlecast history --outcome indeterminate --limit 0 --json\n"
       "  axlecast history 0a1b2c3d\n"
       "  axlecast history --events --follow\n"
-      "It reads the journal's file: the bridge need not run. Exit code 0, also if nothing is found; 1: "
-      "no\n"
-      "such id, or the journal cannot be read.");
+      "It reads the journal's file: the bridge need not run. Exit code 0, also if nothing is found;\n"
+      "1: no such id, or the journal cannot be read.");
   command->callback([options, &exit_code] { exit_code = ShowHistory(*options); });
 }
 

@@ -10,8 +10,8 @@
 #include <sstream>
 
 #include "bridge/store/store_fixture.h"
-#include "tools/axlecast/command/subcommands.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/subcommands.h"
+#include "tools/axlecast/common/terminal.h"
 
 namespace axlecast {
 namespace {

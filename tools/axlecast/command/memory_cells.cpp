@@ -1,7 +1,6 @@
 #include "tools/axlecast/command/memory_cells.h"
 
 #include <charconv>
-#include <optional>
 
 #include "core/base/spelling.h"
 #include "core/messages/json/field.h"

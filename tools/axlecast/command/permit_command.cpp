@@ -1,5 +1,5 @@
 #include "core/base/result.h"
-#include "tools/axlecast/command/subcommands.h"
+#include "tools/axlecast/common/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <iostream>
@@ -15,10 +15,8 @@
 #include "platform/os/process.h"
 #include "platform/os/secret_file.h"
 #include "platform/os/system_clock.h"
-#include "tools/axlecast/command/command_request.h"
 #include "tools/axlecast/command/command_run.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
 
 namespace axlecast {
@@ -65,15 +63,13 @@ int Issue(PermitIssuer& issuer, const Options& options) {
   return issuer.Withdraw(options.device) ? kExitDone : kExitBad;
 }
 
-int Permit(const Options& options) {
-  const auto machine = options.config.Load();
-  if (!machine) return options.config.Fail(machine.error());
+int Permit(const MachineConfig& machine, const Options& options) {
   for (const std::string& operation : options.operations) {
-    const auto found = FindOperation(*machine, options.device, operation);
+    const auto found = FindOperation(machine, options.device, operation);
     if (!found) return Fail(found.error().text, kExitUsage);
   }
-  const ClientSettings settings = OperatorSettings(*machine, options.key, Role::kControl);
-  if (const auto usable = CheckKey(*machine, settings); !usable) return Fail(usable.error().text, kExitBad);
+  const ClientSettings settings = OperatorSettings(machine, options.key, Role::kControl);
+  if (const auto usable = CheckKey(machine, settings); !usable) return Fail(usable.error().text, kExitBad);
   PermitIssuer issuer(settings);
   return issuer.problem().empty() ? Issue(issuer, options) : Fail(issuer.problem(), kExitBad);
 }
@@ -100,7 +96,7 @@ void AddPermitCommand(CLI::App& app, int& exit_code) {
       "Only for commissioning: make sure that the axis is at rest and its drive off. Needs a key of role\n"
       "control, unless the machine's file allows unsigned commands.\n"
       "exit code: 0 permits were sent until the end, 1 no usable key or port, 2 usage");
-  command->callback([options, &exit_code] { exit_code = Permit(*options); });
+  RunOnMachine<Options>(*command, options, exit_code, &Permit);
 }
 
 }  // namespace axlecast

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -34,6 +36,17 @@ class ConfigOption {
  private:
   std::string given_;
 };
+
+// Sets the callback of `command`: loads the file of `options->config`, and calls `run` with the machine. Stores the exit code
+// of `run`, or of a failed Load.
+template <typename Options>
+void RunOnMachine(CLI::App& command, const std::shared_ptr<Options>& options, int& exit_code,
+                  const std::function<int(const MachineConfig&, Options&)>& run) {
+  command.callback([options, &exit_code, run] {
+    const auto machine = options->config.Load();
+    exit_code = machine ? run(*machine, *options) : options->config.Fail(machine.error());
+  });
+}
 
 // Formats the keys that were read from a file, one per line: place, kind, range and default.
 [[nodiscard]] std::string ConfigKeysText(const std::vector<ConfigKey>& keys);

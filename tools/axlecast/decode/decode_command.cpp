@@ -11,7 +11,7 @@
 #include "core/base/result.h"
 #include "core/device/family.h"
 #include "core/messages/json/field.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/decode/frame_text.h"
 
 namespace axlecast {

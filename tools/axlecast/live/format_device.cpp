@@ -8,7 +8,6 @@
 #include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/messages/enum_names.h"
-#include "tools/axlecast/live/format_machine.h"
 #include "tools/monitor/trip_margins.h"
 
 namespace axlecast {

@@ -5,7 +5,7 @@
 #include "tools/axlecast/common/test_monitor.h"
 #include "tools/axlecast/live/format_device.h"
 #include "tools/axlecast/live/format_machine.h"
-#include "tools/monitor/one_axis.h"
+#include "tools/monitor/test_one_axis.h"
 
 namespace axlecast {
 namespace {
@@ -180,10 +180,10 @@ TEST(MonitorHeard, NeedsAReadingOfWhatAnswers) {
   MachineView view(OneAxis(&ParameterFamily()));
   view.OnMessage("BUS/rs485-0", Encoded(BusMessage(bus_health_t::STATE_UP)), kNow);
   view.OnMessage("DEVICE/axis1", Encoded(DeviceMessage(device_info_t::STATE_ONLINE)), kNow);
-  EXPECT_FALSE(view.AllHeard());
+  EXPECT_FALSE(view.AllReceived());
   view.OnMessage("MOTOR/axis1", Encoded(Motor()), kNow);
-  EXPECT_TRUE(view.AllHeard());
-  EXPECT_TRUE(Monitor(Motor(), device_info_t::STATE_OFFLINE).AllHeard());
+  EXPECT_TRUE(view.AllReceived());
+  EXPECT_TRUE(Monitor(Motor(), device_info_t::STATE_OFFLINE).AllReceived());
 }
 
 TEST(MonitorHeard, AnEncodersMessagesAreNotItsOwn) {

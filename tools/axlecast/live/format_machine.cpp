@@ -1,20 +1,15 @@
 #include "tools/axlecast/live/format_machine.h"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdio>
 #include <iterator>
-#include <vector>
 
-#include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/device/reading.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
 #include "tools/axlecast/live/format_device.h"
-#include "tools/monitor/machine_view.h"
 #include "tools/monitor/trip_margins.h"
 
 namespace axlecast {
@@ -25,6 +20,16 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kUnsignedWarning =
     "unsigned commands are obeyed (bridge: unsigned_commands: allow): anybody on the network segment can command "
     "it";
+
+std::string StateOf(const DeviceView& device, MonoNs now) {
+  const auto state = device.State(now);
+  return state ? std::string(DeviceStateName(*state)) : "SILENT";
+}
+
+std::string StateOf(const BusView& bus, MonoNs now) {
+  const auto state = bus.State(now);
+  return state ? std::string(BusStateName(*state)) : "SILENT";
+}
 
 std::string Row(std::string_view name, const std::string& value) { return Left(name, 18) + value + '\n'; }
 
@@ -112,13 +117,9 @@ std::string ClockTime(MonoNs running) {
   return text.data();
 }
 
-std::string StateText(std::optional<std::int8_t> state, std::string_view (*name)(std::int8_t)) {
-  return state ? std::string(name(*state)) : "SILENT";
-}
-
 std::string DeviceLine(const DeviceView& device, MonoNs now) {
-  const std::string head = Left(device.name, 12) + ' ' + Left(StateText(device.State(now), DeviceStateName), 8) +
-                           ' ' + Right(ValueText(device), 19) + ' ' + Right(Decimal(device.Turns(), 3), 10) + ' ' +
+  const std::string head = Left(device.name, 12) + ' ' + Left(StateOf(device, now), 8) + ' ' +
+                           Right(ValueText(device), 19) + ' ' + Right(Decimal(device.Turns(), 3), 10) + ' ' +
                            Right(Decimal(device.SpeedRpm(), 1), 8) + ' ';
   std::string note = AlarmText(device, kTableWidth - head.size());
   if (note.empty() && !device.Online(now) && device.info) note = Printable(device.info->reason);
@@ -147,7 +148,7 @@ void AddDevices(const MachineView& machine, MonoNs now, std::vector<std::string>
 }
 
 void AddBus(const BusView& bus, MonoNs now, std::vector<std::string>& lines) {
-  const std::string head = Left(bus.name, 12) + ' ' + Left(StateText(bus.State(now), BusStateName), 8);
+  const std::string head = Left(bus.name, 12) + ' ' + Left(StateOf(bus, now), 8);
   if (!bus.health) {
     lines.push_back(head);
     return;
@@ -177,16 +178,6 @@ void AddEvent(const std::string& event, std::vector<std::string>& lines) {
     rest = std::string(kIndent) + rest.substr(end + (end == space ? 1 : 0));
   }
   lines.push_back(Clip(rest, kTableWidth));
-}
-
-std::string StateOf(const DeviceView& device, MonoNs now) {
-  const auto state = device.State(now);
-  return state ? std::string(DeviceStateName(*state)) : "SILENT";
-}
-
-std::string StateOf(const BusView& bus, MonoNs now) {
-  const auto state = bus.State(now);
-  return state ? std::string(BusStateName(*state)) : "SILENT";
 }
 
 // Adds faults of the whole run, which MachineFaults cannot detect.
@@ -265,17 +256,24 @@ std::string BusText(const BusView& bus, MonoNs now) {
   return line + '\n';
 }
 
+// Formats the lost messages, and the faults or `good`.
+std::string EndText(const MachineView& machine, const std::vector<std::string>& faults, const char* good) {
+  std::string text = machine.ReceptionLoss();
+  if (!text.empty()) text += '\n';
+  if (faults.empty()) return text + good;
+  text += "not good:\n";
+  for (const std::string& fault : faults) text += "  " + Printable(fault) + '\n';
+  return text;
+}
+
 std::string Text(const MachineView& machine, const std::vector<std::string>& faults, MonoNs now, double seconds) {
   std::string text = "ran " + Decimal(seconds, 1) + " s\n";
   text += "DEVICE       STATE     READINGS       /s   LOST          LAST VALUE ALARMS SEEN\n";
   for (const DeviceView& device : machine.devices()) text += DeviceText(device, now, seconds);
   text += "BUS          STATE    EXCHANGES       /s   WIRE   LATE  ERRORS\n";
   for (const BusView& bus : machine.buses()) text += BusText(bus, now);
-  if (const std::string lost = machine.ReceptionLoss(); !lost.empty()) text += lost + '\n';
-  if (faults.empty()) return text + "good: every device ONLINE, every bus UP, nothing lost, no process failed\n";
-  text += "not good:\n";
-  for (const std::string& fault : faults) text += "  " + Printable(fault) + '\n';
-  return text;
+  return text +
+         EndText(machine, faults, "good: every device ONLINE, every bus UP, nothing lost, no process failed\n");
 }
 
 }  // namespace
@@ -288,28 +286,21 @@ std::string StatusText(const MachineView& machine, MonoNs now) {
   std::string text;
   if (machine.allows_unsigned()) text += "warning: " + std::string(kUnsignedWarning) + '\n';
   for (const DeviceView& device : machine.devices()) {
-    const auto state = device.State(now);
     const std::string reason = device.info ? Printable(device.info->reason) : "no driver answers";
-    text += Left(device.name, 24) + ' ' + Left(state ? DeviceStateName(*state) : "SILENT", 9) + ' ' +
-            Right(ValueText(device), 22) + "  " + AlarmText(device, 24) +
-            (device.Online(now) || reason.empty() ? "" : "  (" + reason + ")") + '\n';
+    text += Left(device.name, 24) + ' ' + Left(StateOf(device, now), 9) + ' ' + Right(ValueText(device), 22) +
+            "  " + AlarmText(device, 24) + (device.Online(now) || reason.empty() ? "" : "  (" + reason + ")") +
+            '\n';
     if (const std::string margins = MarginsText(device); !margins.empty())
       text += std::string(25, ' ') + margins + '\n';
   }
   for (const BusView& bus : machine.buses()) {
-    const auto state = bus.State(now);
     const std::string errors = bus.health ? ErrorCounts(bus.health->errors) : "";
-    text += Left(bus.name, 24) + ' ' + Left(state ? BusStateName(*state) : "SILENT", 9) + ' ' +
+    text += Left(bus.name, 24) + ' ' + Left(StateOf(bus, now), 9) + ' ' +
             (errors.empty() ? "" : "errors: " + errors) +
             (bus.health && !bus.Up(now) ? "  (" + Printable(bus.health->last_error) + ")" : "") + '\n';
   }
   text += BridgeRows(machine.bridge(), now);
-  if (const std::string lost = machine.ReceptionLoss(); !lost.empty()) text += lost + '\n';
-  const std::vector<std::string> faults = MachineFaults(machine, now);
-  if (faults.empty()) return text + "good: every device ONLINE, every bus UP\n";
-  text += "not good:\n";
-  for (const std::string& fault : faults) text += "  " + Printable(fault) + '\n';
-  return text;
+  return text + EndText(machine, MachineFaults(machine, now), "good: every device ONLINE, every bus UP\n");
 }
 
 Json StatusJson(const MachineView& machine, MonoNs now) {
@@ -345,14 +336,12 @@ Json StatusJson(const MachineView& machine, MonoNs now) {
 
 std::string InfoText(const DeviceView& device, MonoNs now) {
   const device_info_t& info = *device.info;
-  const auto state = device.State(now);
   std::string operations;
   for (const std::string& operation : info.operations) operations += (operations.empty() ? "" : " ") + operation;
   const std::string errors = ErrorCounts(info.errors);
   const auto or_none = [](const std::string& text) { return text.empty() ? std::string("-") : Printable(text); };
   return Row("device", device.name + " on " + device.bus) +
-         Row("state", std::string(state ? DeviceStateName(*state) : "SILENT") +
-                          (info.reason.empty() ? "" : " (" + Printable(info.reason) + ")")) +
+         Row("state", StateOf(device, now) + (info.reason.empty() ? "" : " (" + Printable(info.reason) + ")")) +
          (device.has_position ? PositionRows(device) : MotorRows(device)) + AlarmRows(device) +
          Row("model", Printable(info.family + ' ' + info.model)) + Row("serial", or_none(info.serial)) +
          Row("firmware", or_none(info.firmware)) +

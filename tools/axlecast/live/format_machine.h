@@ -1,14 +1,11 @@
 #pragma once
 
-#include <cstddef>
 #include <deque>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "core/base/time.h"
-#include "core/config/machine_config.h"
 #include "tools/monitor/machine_view.h"
 
 namespace axlecast {

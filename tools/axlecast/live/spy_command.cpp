@@ -1,4 +1,4 @@
-#include "tools/axlecast/live/subcommands.h"
+#include "tools/axlecast/common/subcommands.h"
 
 #include <unistd.h>
 #include <CLI/CLI.hpp>
@@ -12,7 +12,6 @@
 #include "core/base/result.h"
 #include "core/base/text.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/program.h"
 #include "tools/axlecast/common/terminal.h"
 
@@ -86,25 +85,23 @@ Result<> CheckInstalled(const std::string& types) {
 }
 
 // Starts Java directly: the launcher of Debian 12 passes -Xincgc, which Java 17 refuses.
-int Spy(const Options& options) {
-  const auto machine = options.config.Load();
-  if (!machine) return options.config.Fail(machine.error());
+int Spy(const MachineConfig& machine, const Options& options) {
   const std::string types = TypesJar();
   if (const auto installed = CheckInstalled(types); !installed) return Fail(installed.error().text, kExitBad);
   const std::vector<std::string> argv = {"java", "-Djava.net.preferIPv4Stack=true", "-cp",
                                          Jar("lcm.jar") + ':' + Jar("jchart2d.jar") + ':' + types, "lcm.spy.Spy"};
   if (options.print) {
-    std::cout << ShellText({"env", "LCM_DEFAULT_URL=" + machine->lcm.url, "CLASSPATH=" + types}) << ' '
+    std::cout << ShellText({"env", "LCM_DEFAULT_URL=" + machine.lcm.url, "CLASSPATH=" + types}) << ' '
               << ShellText(argv) << '\n';
     return kExitDone;
   }
   if (const char* display = std::getenv("DISPLAY"); display == nullptr || *display == '\0') {
     std::cerr << "lcm-spy opens a window, and DISPLAY is not set: run it on a desktop, with ssh -X, or without a "
                  "screen under Xvfb:\n  sudo apt-get install xvfb xauth default-jre\n  xvfb-run axlecast spy "
-              << machine->file << '\n';
+              << machine.file << '\n';
     return kExitBad;
   }
-  setenv("LCM_DEFAULT_URL", machine->lcm.url.c_str(), 1);
+  setenv("LCM_DEFAULT_URL", machine.lcm.url.c_str(), 1);
   setenv("CLASSPATH", types.c_str(), 1);
   return Fail(Become(argv).text, kExitBad);
 }
@@ -117,7 +114,7 @@ void AddSpyCommand(CLI::App& app, int& exit_code) {
   options->config.AddTo(*command, ConfigOption::Form::kPositional);
   command->add_flag("--print", options->print, "Only print the command");
   command->footer("example: axlecast spy machine.yaml");
-  command->callback([options, &exit_code] { exit_code = Spy(*options); });
+  RunOnMachine<Options>(*command, options, exit_code, &Spy);
 }
 
 }  // namespace axlecast

@@ -2,17 +2,15 @@
 #include <algorithm>
 #include <functional>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/live/format_device.h"
 #include "tools/axlecast/live/format_machine.h"
-#include "tools/axlecast/live/subcommands.h"
 #include "tools/monitor/live_machine.h"
 #include "tools/monitor/machine_view.h"
 
@@ -31,37 +29,30 @@ struct Options {
   bool json = false;
 };
 
-// Why the messages of the machine cannot be received.
-std::string PortError(const LiveMachine& live) {
-  return live.problem().empty() ? "the LCM port failed" : live.problem();
+// Waits for LIMITS until `known` returns true, if `options` request it.
+Result<> GatherLimits(const Options& options, LiveMachine& live, const Clock& clock,
+                      const std::function<bool(const MachineView&)>& known) {
+  return options.limits ? live.Gather(clock.Now() + kLimitsTimeout, known) : Result<>();
 }
 
-// Waits for LIMITS until `known` returns true, if `options` ask for it. Returns false if the port failed.
-bool GatherLimits(const Options& options, LiveMachine& live, const Clock& clock,
-                  const std::function<bool(const MachineView&)>& known) {
-  return !options.limits || live.Gather(clock.Now() + kLimitsTimeout, known);
-}
-
-int Status(const Options& options) {
-  const auto machine = options.config.Load();
-  if (!machine) return options.config.Fail(machine.error());
+int Status(const MachineConfig& machine, const Options& options) {
   const SystemClock clock;
-  LiveMachine live(*machine, clock);
+  LiveMachine live(machine, clock);
   const auto all_known = [](const MachineView& view) {
     return std::all_of(view.devices().begin(), view.devices().end(), &KnowsLimits);
   };
-  if (!live.problem().empty() || !live.GatherAll(*machine) || !GatherLimits(options, live, clock, all_known)) {
-    return Fail(PortError(live), kExitBad);
-  }
+  Result<> gathered = live.GatherAll(machine);
+  if (gathered) gathered = GatherLimits(options, live, clock, all_known);
+  if (!gathered) return Fail(gathered.error().text, kExitBad);
   const MonoNs now = clock.Now();
   Show(StatusJson(live.view(), now), StatusText(live.view(), now), options.json);
   if (MachineFaults(live.view(), now).empty()) return kExitDone;
-  return live.view().NoneHeard() ? kExitNoAnswer : kExitBad;
+  return live.view().NothingReceived() ? kExitNoAnswer : kExitBad;
 }
 
 // Returns true if each message that the device publishes at least once a second was received.
 bool Complete(const DeviceView& device) {
-  return device.Heard() && device.alarms.heard() && (device.position || !device.has_position);
+  return device.Received() && device.alarms.received() && (device.position || !device.has_position);
 }
 
 int Info(Options options) {
@@ -74,10 +65,9 @@ int Info(Options options) {
   LiveMachine live(*machine, clock);
   const auto complete = [&name](const MachineView& view) { return Complete(*view.FindDevice(name)); };
   const auto known = [&name](const MachineView& view) { return KnowsLimits(*view.FindDevice(name)); };
-  if (!live.problem().empty() || !live.Gather(clock.Now() + GatherTime(*machine), complete) ||
-      !GatherLimits(options, live, clock, known)) {
-    return Fail(PortError(live), kExitBad);
-  }
+  Result<> gathered = live.Gather(clock.Now() + GatherTime(*machine), complete);
+  if (gathered) gathered = GatherLimits(options, live, clock, known);
+  if (!gathered) return Fail(gathered.error().text, kExitBad);
   const DeviceView& device = *live.view().FindDevice(name);
   if (!device.info) return Fail(NoAnswer(device), kExitNoAnswer);
   Show(InfoJson(device), InfoText(device, clock.Now()), options.json);
@@ -95,7 +85,7 @@ void AddStatusCommand(CLI::App& app, int& exit_code) {
   command->footer(
       "example: axlecast status machine.yaml && echo good\n"
       "exit code 0 if the machine is good (docs/cli.md), 1 if not, 6 if nothing answers");
-  command->callback([options, &exit_code] { exit_code = Status(*options); });
+  RunOnMachine<Options>(*command, options, exit_code, &Status);
 }
 
 void AddInfoCommand(CLI::App& app, int& exit_code) {

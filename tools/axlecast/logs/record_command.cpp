@@ -22,10 +22,9 @@
 #include "platform/os/mapped_file.h"
 #include "platform/os/process.h"
 #include "platform/os/system_clock.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/record.h"
-#include "tools/axlecast/logs/subcommands.h"
 #include "tools/recorder/recording_health.h"
 #include "tools/recorder/recording_session.h"
 
@@ -266,7 +265,8 @@ void AddRecordCommand(CLI::App& app, int& exit_code) {
       "  axlecast record run7.lcm --append\n"
       "Stock tools read the logs: lcm-logplayer run7.lcm. Ctrl-C or SIGTERM writes what has been received, and "
       "ends.\n"
-      "exit code: 0 complete, 1 the machine's file is invalid, 2 usage, 3 messages were lost (see the senders), 4 "
+      "exit code: 0 complete, 1 the machine's file is invalid, 2 usage, 3 messages were lost (see the senders), "
+      "4 "
       "failed");
   command->callback([options, &exit_code] { exit_code = RunRecord(*options); });
 }

@@ -18,11 +18,10 @@
 #include "platform/os/system_clock.h"
 #include "platform/os/terminal.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/axlecast/logs/replay_console.h"
-#include "tools/axlecast/logs/subcommands.h"
 
 namespace axlecast {
 namespace {

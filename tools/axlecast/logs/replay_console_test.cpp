@@ -5,7 +5,7 @@
 #include <axlecast/recorder_health_t.hpp>
 
 #include "tools/log/log_fixture.h"
-#include "tools/monitor/one_axis.h"
+#include "tools/monitor/test_one_axis.h"
 
 namespace axlecast {
 namespace {

@@ -19,7 +19,6 @@
 #include <sstream>
 #include <system_error>
 
-#include "core/base/result.h"
 #include "platform/os/descriptor.h"
 #include "platform/os/new_file.h"
 

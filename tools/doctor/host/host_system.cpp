@@ -12,9 +12,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cstddef>
-#include <cstdint>
 #include <cstring>
 
 #include "platform/os/descriptor.h"

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "tools/monitor/monitor.h"
-#include "tools/monitor/one_axis.h"
+#include "tools/monitor/test_one_axis.h"
 
 namespace axlecast {
 
@@ -53,7 +53,7 @@ inline Monitor BusyMachine() {
   motors.devices.emplace_back().name = "gm1";
   machine.recorder.logs.emplace_back().name = "events";
   Monitor monitor{machine};
-  const auto hear = [&monitor](const std::string& channel, const auto& message) {
+  const auto receive = [&monitor](const std::string& channel, const auto& message) {
     monitor.OnMessage(channel, Encoded(message), kBusyNow);
   };
   device_info_t info = DeviceMessage(device_info_t::STATE_ONLINE);
@@ -61,25 +61,25 @@ inline Monitor BusyMachine() {
   info.good = 5000;
   info.errors[device_info_t::ERROR_CHECKSUM] = 7;
   info.last_good_utime = 1'700'000'000'500'000;
-  hear("DEVICE/axis1", info);
-  for (const std::int64_t seq : {0, 1, 4}) hear("POSITION/axis1", PositionMessage(seq));
-  hear("DEVICE/gm1", DeviceMessage(device_info_t::STATE_DEGRADED));
-  hear("MOTOR/gm1", BusyMotor());
+  receive("DEVICE/axis1", info);
+  for (const std::int64_t seq : {0, 1, 4}) receive("POSITION/axis1", PositionMessage(seq));
+  receive("DEVICE/gm1", DeviceMessage(device_info_t::STATE_DEGRADED));
+  receive("MOTOR/gm1", BusyMotor());
   bus_health_t bus = BusMessage(bus_health_t::STATE_UP);
   bus.can_tec = 8;
-  hear("BUS/rs485-0", bus);
-  hear("BUS_TIMES/rs485-0", BusyTimes());
-  hear("ALARM/axis1", BusyAlarm());
-  hear("ALARM/bridge", alarm_t{});
+  receive("BUS/rs485-0", bus);
+  receive("BUS_TIMES/rs485-0", BusyTimes());
+  receive("ALARM/axis1", BusyAlarm());
+  receive("ALARM/bridge", alarm_t{});
   recorder_health_t recorder{};
   recorder.lost = 12;
   recorder.free_bytes = 1'000'000'000;
-  hear("RECORDER/events", recorder);
+  receive("RECORDER/events", recorder);
   command_status_t status{};
   status.state = command_status_t::STATE_SUCCEEDED;
   status.is_final = 1;
-  hear("COMMAND_STATUS", status);
-  hear("DEVICE/gm1", position_t{});
+  receive("COMMAND_STATUS", status);
+  receive("DEVICE/gm1", position_t{});
   return monitor;
 }
 

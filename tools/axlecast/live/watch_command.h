@@ -2,12 +2,10 @@
 
 #include <cstdint>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <regex>
 #include <set>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "core/base/inline_bytes.h"
@@ -59,8 +57,5 @@ class MessageWatch {
   std::int64_t uncounted_ = 0;  // messages of further channels
   MonoNs window_ = 0;
 };
-
-// Formats the essential fields of a message in printable ASCII. `message`: from DecodeToJson.
-[[nodiscard]] std::string Describe(const std::string& type, const nlohmann::ordered_json& message);
 
 }  // namespace axlecast

@@ -1,13 +1,11 @@
 #include <gmock/gmock.h>
 #include <unistd.h>
 #include <algorithm>
-#include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <limits>
 
-#include "tools/axlecast/command/format_trip.h"
+#include "tools/axlecast/command/trips_command.h"
 #include "tools/axlecast/common/test_monitor.h"
 
 namespace axlecast {

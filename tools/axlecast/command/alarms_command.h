@@ -1,7 +1,6 @@
 #pragma once
 
 #include <axlecast/alarm_entry_t.hpp>
-#include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -27,10 +26,10 @@ struct ListedAlarm {
 
 struct AlarmList {
   std::string machine = {};
-  std::vector<ListedAlarm> alarms =
-      {};  // what is present, then what has gone, then what is shelved; worst, newest first
+  // Present, then gone, then shelved alarms; the worst first, then the newest.
+  std::vector<ListedAlarm> alarms = {};
   std::vector<std::pair<std::string, AlarmMark>> idle_shelves =
-      {};                                // by device: shelved, and not listed at present
+      {};                                // of alarms that are not listed at present, by device
   std::vector<std::string> silent = {};  // devices whose alarms are unknown
   int not_shown = 0;                     // alarms beyond the capacity of ALARM
   std::string journal_problem = {};      // why acknowledgements are unknown, or empty

@@ -2,11 +2,12 @@
 
 #include <axlecast/device_info_t.hpp>
 #include <axlecast/position_t.hpp>
-#include <cstddef>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+
+#include "core/base/result.h"
 
 namespace axlecast {
 
@@ -24,12 +25,12 @@ class OffsetCapture {
   void On(const position_t& reading);
   void On(const device_info_t& info);
 
-  // Why the capture failed: the axis turns, its datum changed or its driver restarted. Empty if it did not fail.
-  [[nodiscard]] const std::string& problem() const { return problem_; }
-  [[nodiscard]] bool done() const { return !problem_.empty() || (count_ >= samples_ && info_.has_value()); }
+  // Fails if the axis turns, its datum changed or its driver restarted.
+  [[nodiscard]] const Result<>& state() const { return state_; }
+  [[nodiscard]] bool done() const { return !state_ || (count_ >= samples_ && info_.has_value()); }
   [[nodiscard]] std::int64_t count() const { return count_; }
 
-  // Valid if done() without a problem:
+  // Valid if done() and not failed:
   [[nodiscard]] double counts() const;  // mean, with direction, without datum
   [[nodiscard]] std::int64_t spread() const { return highest_ - lowest_; }
   // Returns the datum with which the axis reads `value`.
@@ -39,7 +40,7 @@ class OffsetCapture {
   [[nodiscard]] nlohmann::ordered_json Json(const std::string& device, double value) const;
 
  private:
-  void Check(const position_t& reading);
+  [[nodiscard]] Result<> Check(const position_t& reading) const;
 
   const std::int64_t samples_;
   std::optional<device_info_t> info_;
@@ -48,7 +49,7 @@ class OffsetCapture {
   double sum_ = 0;  // of the counts' differences from the first
   std::int64_t lowest_ = 0;
   std::int64_t highest_ = 0;
-  std::string problem_;
+  Result<> state_;
 };
 
 }  // namespace axlecast

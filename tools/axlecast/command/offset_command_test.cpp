@@ -1,9 +1,9 @@
-#include "tools/axlecast/command/offset_capture.h"
+#include "tools/axlecast/command/offset_command.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tools/monitor/one_axis.h"
+#include "tools/monitor/test_one_axis.h"
 
 namespace axlecast {
 namespace {
@@ -33,7 +33,7 @@ TEST(OffsetCapture, TheDatumMakesTheMeanReadTheValue) {
     capture.On(Reading(counts));
   }
   ASSERT_TRUE(capture.done());
-  EXPECT_EQ(capture.problem(), "");
+  EXPECT_EQ(ErrorText(capture.state()), "");
   EXPECT_DOUBLE_EQ(capture.counts(), 132'072);
   EXPECT_EQ(capture.spread(), 3);
   EXPECT_EQ(capture.Datum(0), 132'072);
@@ -47,7 +47,7 @@ TEST(OffsetCapture, RefusesWhileItTurnsAndSaysTheSpeed) {
   OffsetCapture capture(2);
   capture.On(Info(0));
   capture.On(Reading(0, -60));
-  EXPECT_THAT(capture.problem(), HasSubstr("-60.00 rpm"));
+  EXPECT_THAT(ErrorText(capture.state()), HasSubstr("-60.00 rpm"));
   EXPECT_TRUE(capture.done());
 }
 
@@ -58,7 +58,7 @@ TEST(OffsetCapture, RefusesWhatMovedWithoutASpeed) {
     reading.flags = position_t::FLAG_VALID;
     capture.On(reading);
   }
-  EXPECT_THAT(capture.problem(), HasSubstr("0.549 degrees"));
+  EXPECT_THAT(ErrorText(capture.state()), HasSubstr("0.549 degrees"));
 }
 
 TEST(OffsetCapture, RefusesWhatDoesNotBelongTogether) {
@@ -67,13 +67,13 @@ TEST(OffsetCapture, RefusesWhatDoesNotBelongTogether) {
   position_t reading = Reading(0);
   reading.datum_epoch = 1;
   datum.On(reading);
-  EXPECT_THAT(datum.problem(), HasSubstr("datum changed"));
+  EXPECT_THAT(ErrorText(datum.state()), HasSubstr("datum changed"));
   OffsetCapture boot(2);
   boot.On(Reading(0));
   reading = Reading(0);
   reading.boot_id = 8;
   boot.On(reading);
-  EXPECT_THAT(boot.problem(), HasSubstr("restarted"));
+  EXPECT_THAT(ErrorText(boot.state()), HasSubstr("restarted"));
 }
 
 TEST(OffsetCapture, OnlyValidReadingsOfTheSameDriverCount) {

@@ -1,4 +1,4 @@
-#include "tools/axlecast/command/alarm_list.h"
+#include "tools/axlecast/command/alarms_command.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

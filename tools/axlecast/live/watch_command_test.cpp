@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/axlecast/common/test_monitor.h"
-#include "tools/axlecast/live/message_watch.h"
-#include "tools/monitor/one_axis.h"
+#include "tools/axlecast/live/watch_command.h"
+#include "tools/monitor/test_one_axis.h"
 
 namespace axlecast {
 namespace {
