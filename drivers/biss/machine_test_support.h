@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "core/config/config_map.h"
-#include "drivers/biss/device.h"
 #include "drivers/biss/family.h"
 #include "drivers/biss/settings.h"
 #include "tests/support/machine_text.h"
@@ -36,7 +35,7 @@ inline std::string ProblemOf(const std::string& bus_keys, const std::string& key
 
 // Driver and simulator in virtual time, without a bus between them: each transfer takes its clocks, and the next one
 // follows after the pause that the family asks for.
-class Rig {
+class Rig : SecretSource {
  public:
   Rig(const std::string& bus_keys, const std::string& keys, const std::string& simulate)
       : machine_(LoadMachine(bus_keys, keys)) {
@@ -44,14 +43,14 @@ class Rig {
     ConfigMap map(YAML::Load("{a: {" + simulate + "}}"), "simulate", errors);
     simulator_ = MakeBissSimulator(machine_.buses.at(0), map);
     EXPECT_TRUE(simulator_) << errors.Text();
-    device_ = std::make_unique<BissDevice>(machine_.buses[0].devices.at(0), output);
+    device_ = MakeDevice(machine_.buses[0], machine_.buses[0].devices.at(0), output, *this);
     if (simulator_) simulator_->OnDue(now, [](Bytes) {});
     Tell(Event::Kind::kLinkUp, {});
   }
 
   [[nodiscard]] const BissSettings& settings() const { return Own(machine_.buses[0].devices[0]); }
   [[nodiscard]] const BissBus& bus() const { return OwnBus(machine_.buses[0]); }
-  [[nodiscard]] BissDevice& device() { return *device_; }
+  [[nodiscard]] Device& device() { return *device_; }
   [[nodiscard]] Step Next(bool poll_due = true) const { return device_->Next({.now = now, .poll_due = poll_due}); }
 
   // One reading, `setup` after the pause: the time that the host takes before and after the transfer itself.
@@ -114,8 +113,10 @@ class Rig {
 
  private:
   MachineConfig machine_;
+  [[nodiscard]] Result<Secret> Read(const SecretPlace&) override { return Failure("no secrets here"); }
+
   std::unique_ptr<Simulator> simulator_;
-  std::unique_ptr<BissDevice> device_;
+  std::unique_ptr<Device> device_;
 };
 
 }  // namespace axlecast::biss

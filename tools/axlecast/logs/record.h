@@ -56,7 +56,7 @@ struct RecordPlan {
 // Returns the JSON object of the end (docs/record.md), without a newline.
 [[nodiscard]] std::string RecordEndJson(const std::string& name, const RecordingStatus& status);
 
-// Returns the exit code (exit_code.h) of a recording that has ended.
+// Returns the exit code (terminal.h) of a recording that has ended.
 [[nodiscard]] int RecordExitCode(const RecordingStatus& status);
 
 }  // namespace axlecast
