@@ -8,16 +8,8 @@ namespace axlecast {
 namespace {
 
 ScanLineKind KindOf(LinkKind link) {
-  switch (link) {
-    case LinkKind::kCan:
-      return ScanLineKind::kCan;
-    case LinkKind::kSpi:
-      return ScanLineKind::kSpi;
-    case LinkKind::kSerial:
-    case LinkKind::kModbus:
-      break;
-  }
-  return ScanLineKind::kSerial;
+  if (link == LinkKind::kCan) return ScanLineKind::kCan;
+  return link == LinkKind::kSpi ? ScanLineKind::kSpi : ScanLineKind::kSerial;
 }
 
 constexpr MonoNs kListen = 1'500 * kMillisecond;  // longer than the pauses of devices that transmit unasked
