@@ -26,6 +26,13 @@ bool SameLine(const ProbeTrial& a, const ProbeTrial& b) {
          a.bitrate == b.bitrate && a.spi == b.spi;
 }
 
+// Returns the duration of the trials if nothing answers.
+MonoNs LongestOf(std::span<const PlannedTrial> trials) {
+  MonoNs longest = 0;
+  for (const PlannedTrial& planned : trials) longest += planned.trial.longest;
+  return longest;
+}
+
 class ScanRun {
  public:
   ScanRun(ScanLine& line, const Clock& clock, std::vector<PlannedTrial> plan, const ScanHooks& hooks)
@@ -232,12 +239,6 @@ std::vector<PlannedTrial> PlanScan(std::span<const FamilyProbe> probes, ScanLine
     return a.trial.asks && a.trial.longest < b.trial.longest;
   });
   return plan;
-}
-
-MonoNs LongestOf(std::span<const PlannedTrial> trials) {
-  MonoNs longest = 0;
-  for (const PlannedTrial& planned : trials) longest += planned.trial.longest;
-  return longest;
 }
 
 ScanReport RunScan(ScanLine& line, const Clock& clock, std::vector<PlannedTrial> plan, const ScanHooks& hooks) {

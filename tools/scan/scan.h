@@ -25,9 +25,6 @@ struct PlannedTrial {
 [[nodiscard]] std::vector<PlannedTrial> PlanScan(std::span<const FamilyProbe> probes, ScanLineKind kind,
                                                  const ProbeScope& scope);
 
-// Returns the duration of the trials if nothing answers.
-[[nodiscard]] MonoNs LongestOf(std::span<const PlannedTrial> trials);
-
 // The open line of a scan. scan_lines.h has a class for each kind.
 class ScanLine {
  public:
