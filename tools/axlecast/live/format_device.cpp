@@ -28,12 +28,6 @@ double AccelMagnitude(const motor_health_t& motor) {
                     Analog(motor, motor.accel_mps2[2]));
 }
 
-// "250.0 W 45.0 degC"
-std::string MotorValueText(const motor_health_t& motor) {
-  return Decimal(Analog(motor, motor.power_w), 1) + " W " + Decimal(Analog(motor, motor.temperature_c), 1) +
-         " degC";
-}
-
 // Widths of the columns after name and state.
 std::string Columns(const std::string& volts, const std::string& amperes, const std::string& watts,
                     const std::string& temperature, const std::string& accel, const std::string& trips,
@@ -89,6 +83,11 @@ std::string FirstRow(const DeviceView& device, MonoNs now) {
 }
 
 }  // namespace
+
+std::string MotorValueText(const motor_health_t& motor) {
+  return Decimal(Analog(motor, motor.power_w), 1) + " W " + Decimal(Analog(motor, motor.temperature_c), 1) +
+         " degC";
+}
 
 std::string MotorQuantities(const motor_health_t& motor) {
   return Decimal(Analog(motor, motor.voltage_v), 1) + " V, " + Decimal(Analog(motor, motor.current_a), 3) + " A, " +

@@ -16,6 +16,9 @@ inline constexpr std::size_t kTableWidth = 80;
 
 // Texts of devices: monitored motors, values, alarms and errors.
 
+// "250.0 W 45.0 degC"
+[[nodiscard]] std::string MotorValueText(const motor_health_t& motor);
+
 // "230.1 V, 1.500 A, 250.0 W, 45.0 degC, 9.81 m/s2"
 [[nodiscard]] std::string MotorQuantities(const motor_health_t& motor);
 
