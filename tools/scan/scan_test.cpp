@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/config/load.h"
-#include "drivers/runtime/bus/serial_transactor.h"
+#include "drivers/runtime/bus/transactor.h"
 #include "tests/support/fake_clock.h"
 #include "tests/support/scripted_link.h"
 #include "tests/support/simulator_link.h"
