@@ -112,7 +112,7 @@ class Strangers(Machine):
 
     def test_only_what_this_host_sent_to_the_group_is_received_with_ttl_0(self):
         self.assertEqual(self.recorded(0), {"OWN"})
-        self.assertIn("from other hosts refused, because the URL says ttl=0", self.log("watch0"))
+        self.assertIn("from other hosts refused, because the URL has ttl=0", self.log("watch0"))
         self.assertEqual(self.recorded(1), {"OWN", "GROUP"})
 
 

@@ -182,7 +182,7 @@ ReceiverCounts MessageReceiver::counts() const {
   for (const Source& source : sources_) {
     counts.received += source.receiver.received();
     counts.lost += source.receiver.lost();
-    counts.not_lcm += source.receiver.foreign();
+    counts.not_lcm += source.receiver.malformed();
     counts.kernel_dropped += source.dropped;
     const std::vector<SenderCount> senders = source.receiver.senders();
     counts.senders.insert(counts.senders.end(), senders.begin(), senders.end());
