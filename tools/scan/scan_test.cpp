@@ -11,7 +11,6 @@
 #include "tests/support/fake_clock.h"
 #include "tests/support/scripted_link.h"
 #include "tests/support/simulator_link.h"
-#include "tools/scan/format_scan.h"
 
 namespace axlecast {
 namespace {
