@@ -5,7 +5,7 @@
 #include <cerrno>
 #include <set>
 
-#include "tools/doctor/doctor_host_fixture.h"
+#include "tools/doctor/test_host.h"
 
 namespace axlecast {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-#include "tools/doctor/doctor_host_fixture.h"
+#include "tools/doctor/test_host.h"
 
 namespace axlecast {
 namespace {
