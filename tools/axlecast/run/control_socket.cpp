@@ -85,7 +85,7 @@ void ControlSocket::Serve(const Handler& handler) {
 }
 
 std::string AskControlSocket(const std::string& path, const std::string& question) {
-  const std::optional<UnixAddress> address = UnixAddress::Of(path);
+  const Result<UnixAddress> address = UnixAddress::Of(path);
   const Descriptor caller(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
   const timeval patience{2, 0};
   if (!address || !caller.valid() ||
