@@ -63,54 +63,35 @@ Json DatumJson(const device_info_t& info) {
           {"reference_lost", info.reference_lost != 0}};
 }
 
-// Reads the members of an object. Keeps the first error: a member is missing or has another type.
-class Reader {
- public:
-  explicit Reader(const Json& json) : json_(json) {}
+Result<> ReadText(const Json& json, const std::string& key, std::string& text) {
+  const auto found = json.find(key);
+  if (found == json.end() || !found->is_string()) return Failure(key + " is missing or not a text");
+  text = found->get<std::string>();
+  return {};
+}
 
-  [[nodiscard]] const Result<>& status() const { return status_; }
+// Null leaves `number` unchanged.
+Result<> ReadInteger(const Json& json, const std::string& key, std::int64_t& number) {
+  constexpr auto kMax = std::uint64_t{std::numeric_limits<std::int64_t>::max()};
+  const auto found = json.find(key);
+  if (found != json.end() && found->is_null()) return {};
+  if (found == json.end() || !found->is_number_integer() ||
+      (found->is_number_unsigned() && found->get<std::uint64_t>() > kMax)) {
+    return Failure(key + " is missing or not a whole number");
+  }
+  number = found->get<std::int64_t>();
+  return {};
+}
 
-  std::string Text(const char* key) {
-    const Json* member = Member(key, Json::value_t::string, "a text");
-    return member == nullptr ? "" : member->get<std::string>();
+Result<> ReadTexts(const Json& json, const std::string& key, std::map<std::string, std::string>& texts) {
+  const auto found = json.find(key);
+  const auto is_text = [](const Json& value) { return value.is_string(); };
+  if (found == json.end() || !found->is_object() || !std::all_of(found->begin(), found->end(), is_text)) {
+    return Failure(key + " is missing or not an object of texts");
   }
-  std::int64_t Integer(const char* key, std::int64_t fallback) {
-    const auto found = json_.find(key);
-    if (found != json_.end() && found->is_null()) return fallback;
-    const bool fits = found != json_.end() && found->is_number_integer() &&
-                      (!found->is_number_unsigned() ||
-                       found->get<std::uint64_t>() <= std::uint64_t{std::numeric_limits<std::int64_t>::max()});
-    if (fits) return found->get<std::int64_t>();
-    SetError(key, "a whole number");
-    return fallback;
-  }
-  // Reads a member that is an object of texts.
-  std::map<std::string, std::string> Texts(const char* key) {
-    std::map<std::string, std::string> texts;
-    const Json* member = Member(key, Json::value_t::object, "an object of texts");
-    if (member == nullptr) return texts;
-    for (const auto& [name, value] : member->items()) {
-      if (!value.is_string()) return SetError(key, "an object of texts"), texts;
-      texts[name] = value.get<std::string>();
-    }
-    return texts;
-  }
-  Json Any(const char* key) { return json_.value(key, Json()); }
-
- private:
-  const Json* Member(const char* key, Json::value_t type, const char* what) {
-    const auto found = json_.find(key);
-    if (found != json_.end() && found->type() == type) return &*found;
-    SetError(key, what);
-    return nullptr;
-  }
-  void SetError(const char* key, const char* what) {
-    if (status_) status_ = Failure(std::string(key) + " is missing or not " + what);
-  }
-
-  const Json& json_;
-  Result<> status_;
-};
+  texts = found->get<std::map<std::string, std::string>>();
+  return {};
+}
 
 // Fails if the object is not a backup, or has another version or a wrong checksum.
 Result<> CheckForm(Json json) {
@@ -241,10 +222,9 @@ std::string ToFileText(const DeviceBackup& backup) {
                {"time", UtcText(backup.unix_us) + " UTC"},
                {"written_by", backup.written_by},
                {"memory", MemoryJson(backup.cells)},
-               {"parameters", Json::object()},
+               {"parameters", Json(backup.parameters)},
                {"datum", backup.datum},
                {"alarms", backup.alarms}};
-  for (const auto& [name, value] : backup.parameters) json["parameters"][name] = value;
   json[kSumKey] = Sha256(Compact(json));
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }
@@ -255,23 +235,22 @@ Result<DeviceBackup> ParseDeviceBackup(std::string_view text) {
   }
   const Json json = ParseOutsideJson(text);
   if (const auto form = CheckForm(json); !form) return Failure(form.error());
-  Reader reader(json);
   DeviceBackup backup;
-  backup.machine = reader.Text("machine");
-  backup.device = reader.Text("device");
-  backup.bus = reader.Text("bus");
-  backup.family = reader.Text("family");
-  backup.model = reader.Text("model");
-  backup.identity = reader.Integer("identity", -1);
-  backup.serial = reader.Text("serial");
-  backup.firmware = reader.Text("firmware");
-  backup.unix_us = reader.Integer("utime", 0);
-  backup.written_by = reader.Text("written_by");
-  backup.parameters = reader.Texts("parameters");
-  backup.datum = reader.Any("datum");
-  backup.alarms = reader.Any("alarms");
-  const std::map<std::string, std::string> memory = reader.Texts("memory");
-  if (!reader.status()) return Failure(reader.status().error());
+  std::map<std::string, std::string> memory;
+  Result<> read = ReadTexts(json, "parameters", backup.parameters);
+  if (read) read = ReadTexts(json, "memory", memory);
+  if (read) read = ReadInteger(json, "identity", backup.identity);
+  if (read) read = ReadInteger(json, "utime", backup.unix_us);
+  const std::pair<const char*, std::string*> texts[] = {
+      {"machine", &backup.machine},   {"device", &backup.device},        {"bus", &backup.bus},
+      {"family", &backup.family},     {"model", &backup.model},          {"serial", &backup.serial},
+      {"firmware", &backup.firmware}, {"written_by", &backup.written_by}};
+  for (const auto& [key, text] : texts) {
+    if (read) read = ReadText(json, key, *text);
+  }
+  if (!read) return Failure(read.error());
+  backup.datum = json.value("datum", Json());
+  backup.alarms = json.value("alarms", Json());
   Result<MemoryCells> cells = CellsIn(memory);
   if (!cells) return Failure(cells.error());
   backup.cells = *std::move(cells);

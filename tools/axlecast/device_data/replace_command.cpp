@@ -365,13 +365,11 @@ class ReplaceWizard {
   std::optional<BackupContents> backup_;
 };
 
-int Replace(const ReplaceOptions& options) {
-  const auto machine = options.config.Load();
-  if (!machine) return options.config.Fail(machine.error());
+int Replace(const MachineConfig& machine, const ReplaceOptions& options) {
   const std::string& device = options.command.device;
-  if (machine->BusOf(device) == nullptr) return Fail(UnknownDevice(*machine, device), kExitUsage);
+  if (machine.BusOf(device) == nullptr) return Fail(UnknownDevice(machine, device), kExitUsage);
   if (!options.command.yes && !CanAsk("replace")) return kExitUsage;
-  ReplaceWizard wizard(*machine, options);
+  ReplaceWizard wizard(machine, options);
   const int exit_code = wizard.Run();
   Show(ToJson(wizard.report()), ToText(wizard.report()), options.command.json);
   return exit_code;
@@ -479,7 +477,7 @@ void AddReplaceCommand(CLI::App& app, int& exit_code) {
           "steps: backup, exchange, accept, write, datum; each can be repeated. Ctrl-C stops and prints the\n"
           "state and the command to continue.\n") +
       kCommandExitCodes);
-  command->callback([options, &exit_code] { exit_code = Replace(*options); });
+  RunOnMachine<ReplaceOptions>(*command, options, exit_code, &Replace);
 }
 
 }  // namespace axlecast
