@@ -29,7 +29,6 @@
 #include "tools/monitor/machine_view.h"
 #include "tools/service/acceptance_result.h"
 #include "tools/service/error_trend.h"
-#include "tools/service/html_page.h"
 #include "tools/service/redacted_config.h"
 
 namespace axlecast {
