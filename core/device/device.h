@@ -67,13 +67,13 @@ class PendingReplies {
 struct BusSlot {
   MonoNs now = 0;
   bool poll_due = false;  // the next live reading of the device is due
-  // This slot is kept for readings: an order that can wait must wait. A device whose order must not be interrupted
-  // returns the order's step all the same.
+  // This slot is reserved for readings: a command that can wait must wait. If a command must not be interrupted, the device
+  // returns the command's step.
   bool reserved = false;
   const PendingReplies* pending = nullptr;
 
-  // Whether the exchange may be sent now. The bus holds back one that may not; a device that can ask for a reply of
-  // another shape loses no time.
+  // Returns whether the exchange may be sent now. Otherwise the bus delays it, unless the device requests a reply of another
+  // shape.
   [[nodiscard]] bool MaySend(const Exchange& exchange) const {
     return pending == nullptr || pending->FreeAt(exchange, now) <= now;
   }
@@ -86,9 +86,8 @@ class Device {
   virtual ~Device() = default;
 
   // Returns the step that the device requests now. A live reading is requested only when its slot is due; commands and
-  // recovery at any time.
-  // Asking changes nothing: the bus may ask again, or give another device its turn first.
-  [[nodiscard]] virtual Step Next(const BusSlot& turn) const = 0;
+  // recovery at any time. The bus may call it again, or poll another device first.
+  [[nodiscard]] virtual Step Next(const BusSlot& slot) const = 0;
 
   // `step`, as Next returned it, is about to be executed.
   virtual void OnStarted(const Step& step, MonoNs now) = 0;

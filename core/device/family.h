@@ -41,9 +41,9 @@ struct DeviceSettings {
   MonoNs wire_time = 0;           // shortest time of one live reading, with the pauses that the bus needs
   int exchanges = 1;              // of one live reading
   MonoNs reply_timeout = 0;       // of one exchange on a line where a reply may come late; 0: none can
-  MonoNs own_period = 0;          // of readings that it sends by itself; 0: it is asked for each
-  CanFilters can_filters;         // kCan: what it wants to hear
-  SpiSettings spi;                // kSpi: how it is clocked
+  MonoNs own_period = 0;          // of readings that it sends by itself; 0: each is requested
+  CanFilters can_filters;         // kCan: the frames that it needs
+  SpiSettings spi;                // kSpi: clock and mode
 };
 
 // The settings of a configured bus: filled by Family::parse_bus. A family derives from it and adds its own keys.

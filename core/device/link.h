@@ -101,9 +101,9 @@ class PulseLines {
   [[nodiscard]] virtual bool Pulse(std::uint8_t line, MonoNs low) = 0;
 };
 
-// The end of the error of Link::Open while another process has the line: a serial or Modbus port, an SPI device, a CAN interface,
-// an output line. A driver whose line stays held ends with it (driver.h), and adds the name of the process.
+// The end of the error of Link::Open while another process holds the line. A driver whose line stays held ends with this
+// error, and adds the name of the process.
 inline constexpr std::string_view kLineHeld =
-    "another process holds it: end that one (is a second driver running?), or correct the port of this bus";
+    "another process holds it: end it (is a second driver running?), or correct the port of this bus";
 
 }  // namespace axlecast

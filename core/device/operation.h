@@ -33,24 +33,21 @@ struct OperationSpec {
   std::vector<ArgumentSpec> arguments = {};
   bool destructive = false;       // moves a datum or writes non-volatile memory: the CLI asks first
   bool needs_standstill = false;  // measured before each request
-  bool needs_permit =
-      false;                // a fresh PERMIT from the control process, unless the device's `permit` is not_required
-  bool reads_only = false;  // changes nothing: passes without the journal, and an observer may order it
-  bool moves_datum = false;  // moves the device's own origin: a datum from before means nothing afterwards
-  // The writes of the device's limited memory that it takes at most; null: none.
+  bool needs_permit = false;      // a fresh PERMIT of the control process, unless `permit` is not_required
+  bool reads_only = false;        // changes nothing: needs no journal, and an observer may send it
+  bool moves_datum = false;       // moves the device's own origin: an earlier datum is invalid afterwards
+  // Returns the maximum number of writes of the device's limited memory; null: none.
   std::int32_t (*writes)(const Arguments& arguments) = nullptr;
   std::string_view verification = {};  // how its effect is read back
-  // The operation of the same family that looks, changing nothing, whether this one took effect. The bridge orders
-  // it after an INDETERMINATE. It takes an optional argument `after`: this operation and its arguments
-  // ("eeprom_write address=72 data=A1 05"), and answers with its readings as changes and, where the device can
-  // judge, a change `finding` whose `after` is reads_as_after, no_effect_seen or cannot_tell. The bridge finds an
-  // effect only where the device read differently before. An operation reports that in its outcomes that leave the
-  // effect open: as the values before (same keys) or, where values flicker, as the `before` of a change `finding`
-  // (drivers/kit/read_back.h).
+  // The operation that reads whether this operation took effect. The bridge executes it after INDETERMINATE, with the
+  // argument `after`: this operation and its arguments ("eeprom_write address=72 data=A1 05"). Its changes are the readings
+  // and, if the device can decide, `finding` with reads_as_after, no_effect_seen or cannot_tell. The bridge finds an effect
+  // only if the reading before was different. Outcomes that leave the effect open therefore contain the values before (same
+  // keys) or, if values flicker, the `before` of `finding` (drivers/kit/command_runner.h).
   std::string_view verified_by_operation = {};
-  bool urgent = false;              // jumps every queue: does not wait for the order that its device works on
-  bool executed_by_bridge = false;  // the bridge carries it out, with other operations of the driver or none
-  bool internal = false;            // between bridge and driver only: clients are not offered it
+  bool urgent = false;              // has separate queues: does not wait for a running command
+  bool executed_by_bridge = false;  // executed by the bridge, with operations of the driver if necessary
+  bool internal = false;            // between bridge and driver only: not offered to clients
 };
 
 // An operation that the bridge has routed to this driver.
@@ -62,7 +59,7 @@ struct DriverCommand {
   std::int32_t expect_epoch = -1;
 };
 
-// command_status_t STATE_* of an order within the driver.
+// command_status_t STATE_* of a command within the driver.
 enum class CommandState : std::uint8_t {
   kRunning = 3,
   kSucceeded = 4,

@@ -1,6 +1,7 @@
 #include "drivers/biss/family.h"
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -9,8 +10,8 @@
 #include "core/device/operation.h"
 #include "drivers/biss/codec.h"
 #include "drivers/biss/settings.h"
-#include "drivers/kit/arguments.h"
 #include "drivers/kit/clocked_line.h"
+#include "drivers/kit/decode.h"
 
 namespace axlecast::biss {
 namespace {
@@ -24,48 +25,18 @@ struct Options {
   std::optional<std::size_t> bit_count;            // of a frame that was given in bits
 };
 
-Result<> Expected(std::string_view key, std::string_view value, const std::string& right) {
-  return Failure(std::string(key) + "=" + std::string(value) + ": expected " + right);
-}
-
-template <typename Number>
-Result<> ReadNumber(std::string_view key, std::string_view value, std::int64_t min, std::int64_t max,
-                    Number& into) {
-  const std::optional<std::int64_t> number = ParseWhole(value, min, max);
-  if (!number) return Expected(key, value, std::to_string(min) + ".." + std::to_string(max));
-  into = static_cast<Number>(*number);
-  return {};
-}
-
-Result<> ReadChoice(std::string_view key, std::string_view value, std::string_view no, std::string_view yes,
-                    bool& into) {
-  into = value == yes;
-  if (value == no || value == yes) return {};
-  return Expected(key, value, std::string(no) + " or " + std::string(yes));
-}
-
-Result<> ReadOption(const std::string& key, const std::string& value, Options& options) {
-  Format& format = options.format;
-  if (key == "bits") return ReadNumber(key, value, kMinBits, kMaxBits, format.bits);
-  if (key == "turn_bits") return ReadNumber(key, value, 0, kMaxTurnBits, format.turn_bits);
-  if (key == "crc_bits") return ReadNumber(key, value, kMinCrcBits, kMaxCrcBits, format.crc.bits);
-  if (key == "crc_poly") return ReadNumber(key, value, 1, 0x1FFFF, options.polynomial);
-  if (key == "crc_start") return ReadNumber(key, value, 0, 0xFFFF, format.crc.start);
-  if (key == "crc_inverted") return ReadChoice(key, value, "false", "true", format.crc.inverted);
-  if (key == "frame") return ReadChoice(key, value, "position", "transfer", options.transfer);
-  if (key == "bit_count") {
-    return ReadNumber(key, value, 0, INT64_MAX, options.bit_count.emplace());
-  }
-  return Failure("unknown key '" + key +
-                 "': biss accepts bits, turn_bits, crc_bits, crc_poly, crc_start, crc_inverted and frame");
-}
-
 Result<Options> ReadOptions(const DecodeSettings& settings) {
   Options options;
-  for (const auto& [key, value] : settings) {
-    if (Result<> one = ReadOption(key, value, options); !one) return Failure(one.error());
-  }
   Format& format = options.format;
+  const std::array<DecodeOption, 8> known = {{NumberOption("bits", format.bits, kMinBits, kMaxBits),
+                                              NumberOption("turn_bits", format.turn_bits, 0, kMaxTurnBits),
+                                              NumberOption("crc_bits", format.crc.bits, kMinCrcBits, kMaxCrcBits),
+                                              NumberOption("crc_poly", options.polynomial, 1, 0x1FFFF),
+                                              NumberOption("crc_start", format.crc.start, 0, 0xFFFF),
+                                              ChoiceOption("crc_inverted", format.crc.inverted, {"false", "true"}),
+                                              ChoiceOption("frame", options.transfer, {"position", "transfer"}),
+                                              NumberOption("bit_count", options.bit_count, 0, INT64_MAX)}};
+  if (const Result<> applied = ApplySettings("biss", settings, known); !applied) return Failure(applied.error());
   if (format.bits + format.turn_bits > kMaxPositionBits) {
     return Failure(
         Text("turn_bits=%d: with bits=%d more than %d", format.turn_bits, format.bits, kMaxPositionBits));
@@ -99,9 +70,10 @@ const char* ErrorWord(FrameError error) {
   }
 }
 
+const char* KindOf(const Options& options) { return options.transfer ? "transfer" : "position_frame"; }
+
 Json Describe(const Reply& reply, const Options& options) {
-  Json json = {{"ok", reply.error == FrameError::kNone},
-               {"kind", options.transfer ? "transfer" : "position_frame"}};
+  Json json = {{"ok", reply.error == FrameError::kNone}, {"kind", KindOf(options)}};
   if (reply.error != FrameError::kNone) {
     json["error"] = ErrorWord(reply.error);
   } else {
@@ -119,10 +91,6 @@ Json Describe(const Reply& reply, const Options& options) {
   return json;
 }
 
-Json Bad(const Options& options, std::string_view error) {
-  return {{"ok", false}, {"kind", options.transfer ? "transfer" : "position_frame"}, {"error", error}};
-}
-
 // Bits that were given, without those that fill the last byte.
 std::size_t Given(Bytes frame, const Options& options) {
   return std::min(options.bit_count.value_or(SIZE_MAX), frame.size() * 8);
@@ -133,10 +101,10 @@ Json DescribeFrame(const FrameReader& reader, Bytes frame, const Options& option
   const std::size_t bits = reader.frame_bits();
   const std::size_t size = frame.size() * 8;
   const std::size_t given = Given(frame, options);
-  if (given < bits) return Bad(options, "short");
-  if (options.bit_count ? given > bits : size >= bits + 8) return Bad(options, "long");
+  if (given < bits) return BadFrame(KindOf(options), "short");
+  if (options.bit_count ? given > bits : size >= bits + 8) return BadFrame(KindOf(options), "long");
   for (std::size_t i = bits; i < size; ++i) {
-    if (BitAt(frame, i)) return Bad(options, "range");
+    if (BitAt(frame, i)) return BadFrame(KindOf(options), "range");
   }
   return Describe(reader.ReadFrame(frame, 0, size), options);
 }

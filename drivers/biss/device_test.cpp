@@ -1,5 +1,5 @@
 // The driver against the strict simulator, and against events made by hand.
-#include "drivers/biss/device.h"
+#include "drivers/biss/family.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -210,10 +210,12 @@ TEST(BissDevice, LooksLessOftenForAnEncoderThatIsNotThere) {
 
 // nError and nWarning are active low; an alarm counts when two frames in a row agree on it, the sample's flag at once.
 TEST(BissDevice, ErrorAndWarningAreAlarms) {
+  constexpr int kErrorAlarm = 0x100;
+  constexpr int kWarningAlarm = 0x101;
   Rig rig("", kSixteen, kThere);
   rig.ReadTimes(2);
-  EXPECT_THAT(rig.output.alarms, ElementsAre(std::pair(kErrorAlarm.code, AlarmState::kAbsent),
-                                             std::pair(kWarningAlarm.code, AlarmState::kAbsent)));
+  EXPECT_THAT(rig.output.alarms, ElementsAre(std::pair(kErrorAlarm, AlarmState::kAbsent),
+                                             std::pair(kWarningAlarm, AlarmState::kAbsent)));
   rig.output.alarms.clear();
   ASSERT_EQ(rig.Set("error", "on"), "");
   rig.Read();
@@ -221,15 +223,15 @@ TEST(BissDevice, ErrorAndWarningAreAlarms) {
   EXPECT_EQ(rig.output.samples.back().device_status, 0b01);
   EXPECT_THAT(rig.output.alarms, IsEmpty());
   rig.ReadTimes(3);
-  EXPECT_THAT(rig.output.alarms, ElementsAre(std::pair(kErrorAlarm.code, AlarmState::kLive)));
+  EXPECT_THAT(rig.output.alarms, ElementsAre(std::pair(kErrorAlarm, AlarmState::kLive)));
   rig.output.alarms.clear();
   ASSERT_EQ(rig.Set("error", "off") + rig.Set("warning", "on"), "");
   rig.ReadTimes(3);
   EXPECT_FALSE(rig.output.samples.back().error);
   EXPECT_TRUE(rig.output.samples.back().warning);
   EXPECT_EQ(rig.output.samples.back().device_status, 0b10);
-  EXPECT_THAT(rig.output.alarms, ElementsAre(std::pair(kErrorAlarm.code, AlarmState::kAbsent),
-                                             std::pair(kWarningAlarm.code, AlarmState::kLive)));
+  EXPECT_THAT(rig.output.alarms, ElementsAre(std::pair(kErrorAlarm, AlarmState::kAbsent),
+                                             std::pair(kWarningAlarm, AlarmState::kLive)));
 }
 
 // 5.6: "Timeout: 16 us"; "Idle state: clock and data lines stay high".

@@ -1,18 +1,8 @@
 #include "drivers/biss/family.h"
 
-#include <memory>
-
-#include "drivers/biss/device.h"
 #include "drivers/biss/settings.h"
 
 namespace axlecast {
-namespace {
-
-std::unique_ptr<Device> Make(const BusConfig&, const DeviceConfig& device, DeviceOutput& output, SecretSource&) {
-  return std::make_unique<biss::BissDevice>(device, output);
-}
-
-}  // namespace
 
 const Family& biss_family() {
   static const Family kFamily = {
@@ -24,7 +14,7 @@ const Family& biss_family() {
       .operations = biss::Operations(),
       .parse_bus = &biss::ParseBus,
       .parse = &biss::ParseDevice,
-      .make_device = &Make,
+      .make_device = &biss::MakeDevice,
       .make_simulator = &biss::MakeBissSimulator,
       .decode = &biss::Decode,
   };

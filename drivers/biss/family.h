@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <vector>
 
 #include "core/device/family.h"
@@ -10,6 +11,12 @@
 
 // The functions of biss that the runtime reaches through Family and FamilyProbes.
 namespace axlecast::biss {
+
+// For Family::make_device.
+[[nodiscard]] std::unique_ptr<Device> MakeDevice(const BusConfig& bus, const DeviceConfig& device,
+                                                 DeviceOutput& output, SecretSource& secrets);
+
+[[nodiscard]] std::span<const OperationSpec> Operations();
 
 // For Family::decode; README.md, "Decoding", describes the object.
 [[nodiscard]] Result<nlohmann::ordered_json> Decode(const DecodeSettings& settings, Bytes frame);

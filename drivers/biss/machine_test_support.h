@@ -10,10 +10,9 @@
 #include <vector>
 
 #include "core/config/config_map.h"
-#include "core/config/load.h"
-#include "drivers/biss/device.h"
 #include "drivers/biss/family.h"
 #include "drivers/biss/settings.h"
+#include "tests/support/machine_text.h"
 #include "tests/support/recording_output.h"
 
 namespace axlecast::biss {
@@ -26,22 +25,17 @@ inline std::string MachineText(const std::string& bus_keys, const std::string& k
 
 // The machine as the driver would have it. Fails the test when the text is refused.
 inline MachineConfig LoadMachine(const std::string& bus_keys, const std::string& keys) {
-  ConfigErrors errors("test.yaml");
-  std::optional<MachineConfig> machine = ParseConfig(MachineText(bus_keys, keys), errors);
-  EXPECT_TRUE(machine) << errors.Text();
-  return machine ? std::move(*machine) : MachineConfig{};
+  return MachineFromText(MachineText(bus_keys, keys));
 }
 
 // The errors; empty if there are none.
 inline std::string ProblemOf(const std::string& bus_keys, const std::string& keys) {
-  ConfigErrors errors("test.yaml");
-  static_cast<void>(ParseConfig(MachineText(bus_keys, keys), errors));
-  return errors.Text();
+  return ErrorsOfText(MachineText(bus_keys, keys));
 }
 
 // Driver and simulator in virtual time, without a bus between them: each transfer takes its clocks, and the next one
 // follows after the pause that the family asks for.
-class Rig {
+class Rig : SecretSource {
  public:
   Rig(const std::string& bus_keys, const std::string& keys, const std::string& simulate)
       : machine_(LoadMachine(bus_keys, keys)) {
@@ -49,14 +43,14 @@ class Rig {
     ConfigMap map(YAML::Load("{a: {" + simulate + "}}"), "simulate", errors);
     simulator_ = MakeBissSimulator(machine_.buses.at(0), map);
     EXPECT_TRUE(simulator_) << errors.Text();
-    device_ = std::make_unique<BissDevice>(machine_.buses[0].devices.at(0), output);
+    device_ = MakeDevice(machine_.buses[0], machine_.buses[0].devices.at(0), output, *this);
     if (simulator_) simulator_->OnDue(now, [](Bytes) {});
     Tell(Event::Kind::kLinkUp, {});
   }
 
   [[nodiscard]] const BissSettings& settings() const { return Own(machine_.buses[0].devices[0]); }
   [[nodiscard]] const BissBus& bus() const { return OwnBus(machine_.buses[0]); }
-  [[nodiscard]] BissDevice& device() { return *device_; }
+  [[nodiscard]] Device& device() { return *device_; }
   [[nodiscard]] Step Next(bool poll_due = true) const { return device_->Next({.now = now, .poll_due = poll_due}); }
 
   // One reading, `setup` after the pause: the time that the host takes before and after the transfer itself.
@@ -119,8 +113,10 @@ class Rig {
 
  private:
   MachineConfig machine_;
+  [[nodiscard]] Result<Secret> Read(const SecretPlace&) override { return Failure("no secrets here"); }
+
   std::unique_ptr<Simulator> simulator_;
-  std::unique_ptr<BissDevice> device_;
+  std::unique_ptr<Device> device_;
 };
 
 }  // namespace axlecast::biss

@@ -1,5 +1,5 @@
 // The simulator against the manual: what it puts on its line at which edge, and of what it complains.
-#include "drivers/biss/simulator.h"
+#include "drivers/biss/family.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

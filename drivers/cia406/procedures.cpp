@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "core/device/operation.h"
-#include "drivers/kit/read_back.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/protocol/canopen/canopen.h"
 
 namespace axlecast::cia406 {
@@ -33,11 +33,6 @@ std::string PositionText(std::uint32_t position, const Cia406Settings& settings)
 bool IsNear(std::uint32_t position, std::uint32_t target, const Cia406Settings& settings) {
   return CircularDistance(position, target, std::int64_t{1} << settings.total_bits()) <=
          PresetToleranceCounts(settings.bits);
-}
-
-bool AtRest(const DeviceOutput& output, MonoNs now) {
-  const Motion motion = output.MotionAt(now);
-  return motion.known && motion.standstill;
 }
 
 std::string AbortReason(const SdoResult& result) {
@@ -82,9 +77,7 @@ std::unique_ptr<Procedure> ReadPosition(std::optional<std::uint32_t> target, con
     outcome.changes.push_back({"position", "", std::to_string(*values[0])});
     if (!target) return outcome;
     const bool near = IsNear(*values[0], *target, settings);
-    outcome.changes.push_back(FindingChange(near                  ? kReadsAsAfter
-                                            : AtRest(output, now) ? kNoEffectSeen
-                                                                  : kCannotTell));
+    outcome.changes.push_back(FindingChange(FindingWord(near, AtRest(output, now))));
     return outcome;
   };
   return std::make_unique<Readout>(std::vector{kPosition}, deadline, show);
@@ -254,7 +247,7 @@ std::optional<Outcome> PresetProcedure::Verify(std::uint32_t position) {
   const bool near = IsNear(position, target_, settings_);
   if (!near && ++readings_ < kMaxReadings) return std::nullopt;
   const std::string was = Text("the position was %u and reads %u, set to %u", before_, position, target_);
-  Outcome outcome = near ? JudgeReadBack({.same_before = SameBefore(), .confirmed = confirmed_}, was)
+  Outcome outcome = near ? ReadBackOutcome({.same_before = SameBefore(), .confirmed = confirmed_}, was)
                          : Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS,
                                  was + ": hold the axis; does the encoder accept a preset?");
   return WithBefore(std::move(outcome), std::to_string(position));

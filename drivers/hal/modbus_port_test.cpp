@@ -160,7 +160,7 @@ TEST_F(ModbusPortTest, OneUserWhicheverPort) {
   SerialPort third(Settings(), clock_);
   ASSERT_EQ(ErrorText(first.Open()), "");
   EXPECT_THAT(ErrorText(second.Open()),
-              HasSubstr("another process holds it: end that one (is a second driver running?)"));
+              HasSubstr("another process holds it: end it (is a second driver running?)"));
   EXPECT_THAT(ErrorText(third.Open()), HasSubstr("another process holds it"));
   ASSERT_TRUE(first.SetBaud(19'200));
   EXPECT_THAT(ErrorText(second.Open()), HasSubstr("another process holds it")) << "after a change of rate too";

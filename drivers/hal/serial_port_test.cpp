@@ -134,7 +134,7 @@ TEST_F(SerialPortTest, ASecondUserIsRefused) {
   SerialPort second(Settings(), clock_);
   ASSERT_EQ(ErrorText(first.Open()), "");
   EXPECT_THAT(ErrorText(second.Open()),
-              HasSubstr("another process holds it: end that one (is a second driver running?)"));
+              HasSubstr("another process holds it: end it (is a second driver running?)"));
   EXPECT_FALSE(second.IsOpen());
   first.Close();
   EXPECT_EQ(ErrorText(second.Open()), "");

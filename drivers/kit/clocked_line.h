@@ -31,7 +31,7 @@ namespace axlecast {
   return value;
 }
 
-// A reply as long as this, whatever it says. `bytes` is at most kMaxFrame.
+// Returns the rule for a reply of this length. `bytes` is at most kMaxFrame.
 [[nodiscard]] inline ReplyLength AsLongAs(std::size_t bytes) {
   constexpr auto kRules = []<std::size_t... N>(std::index_sequence<N...>) {
     return std::array<ReplyLength, sizeof...(N)>{&FixedLength<N>...};
@@ -40,7 +40,7 @@ namespace axlecast {
   return kRules.at(bytes);
 }
 
-// Clocks so many bytes in: on SPI the reply is as long as what goes out, which no device looks at here.
+// Returns an exchange that clocks `bytes` in. On SPI, as many bytes are sent; the devices ignore them.
 [[nodiscard]] inline Exchange ClockedExchange(std::size_t bytes, MonoNs timeout) {
   Exchange exchange;
   for (std::size_t i = 0; i < bytes; ++i) exchange.request.Append(std::uint8_t{0});
@@ -49,30 +49,29 @@ namespace axlecast {
   return exchange;
 }
 
-// A line on which the host's clock goes out over a cable and an encoder's data comes back with it, over drivers as
-// TIA/EIA-422 has them (RS-422). The makers' SSI descriptions are where its rules are written down.
+// An RS-422 line: the host sends the clock over a cable, and the encoder's data return with it. The rules are those of the
+// makers' SSI descriptions.
 struct ClockedLine {
   double cable_m = 0;
   double cable_ns_per_m = 6.5;     // specific transit time of TWK's cable (TWK SSI 11.3)
   double encoder_delay_ns = 150;   // t_C: the encoder's electronics, at most (TWK SSI 11.3)
   double receiver_delay_ns = 150;  // t_E: the host's clock driver and data receiver, at most (TWK SSI 11.3)
-  MonoNs monoflop = 0;             // the shortest that it can be; 0: not told
-  double least_hz = 0;             // what the encoder takes, beyond what follows from the rest; 0: not told
+  MonoNs monoflop = 0;             // minimum; 0: unknown
+  double least_hz = 0;             // clock limits of the encoder itself; 0: unknown
   double most_hz = 0;
 };
 
-// What its clock can be. A clock is good when it lies between two of these, equal to neither.
+// The limits of the clock. A clock must be between two of them, and equal to neither.
 struct ClockPlan {
-  double delay_ns = 0;    // t_TD, from an edge of the clock to its effect on the data, both at the host
-  double lowest_hz = 0;   // t_T < t_M (min): TWK SSI 10
-  double highest_hz = 0;  // of the encoder and the cable: for reading that is delayed to fit
-  double highest_half_cycle_hz =
-      0;                           // where data is sampled half a cycle after the edge that brought it, as SPI does
-  std::int64_t half_cycle_hz = 0;  // a good one for that; 0: none is
+  double delay_ns = 0;               // t_TD, from an edge of the clock to its effect on the data, both at the host
+  double lowest_hz = 0;              // t_T < t_M (min): TWK SSI 10
+  double highest_hz = 0;             // of the encoder and the cable: for reading that is delayed to fit
+  double highest_half_cycle_hz = 0;  // for reading half a cycle after the edge that changed the data, as SPI does
+  std::int64_t half_cycle_hz = 0;    // a clock for that; 0: no clock fits
 };
 [[nodiscard]] ClockPlan PlanClock(const ClockedLine& line);
 
-// When reading in may happen after the edge that asked for the bit: t_TD < t_EV < t_TD + t_T (TWK SSI 11.4).
+// The time from the edge that requests a bit to its reading: t_TD < t_EV < t_TD + t_T (TWK SSI 11.4).
 struct EvaluationDelay {
   double least_ns = 0;
   double best_ns = 0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <axlecast/command_status_t.hpp>
+#include <utility>
 
 namespace axlecast {
 
@@ -36,6 +37,11 @@ Result<> CheckStandstill(const Motion& motion) {
   return Failure(MotionText(motion), Reason::REASON_NOT_STANDING_STILL);
 }
 
+bool AtRest(const DeviceOutput& output, MonoNs now) {
+  const Motion motion = output.MotionAt(now);
+  return motion.known && motion.standstill;
+}
+
 std::string MotionText(const Motion& motion) {
   if (!motion.known) {
     return "too few fresh valid readings to see that the shaft rests: poll faster, or set limits: {speed_rpm: ...} "
@@ -55,6 +61,35 @@ const OperationSpec* FindOperation(std::span<const OperationSpec> operations, st
   const auto found = std::find_if(operations.begin(), operations.end(),
                                   [&](const OperationSpec& operation) { return operation.name == name; });
   return found == operations.end() ? nullptr : &*found;
+}
+
+// ---- what reading back proves ----
+
+Outcome ReadBackOutcome(const ReadBack& read_back, std::string text) {
+  if (!read_back.same_before) return Verified(std::move(text));
+  if (read_back.confirmed) {
+    return Succeeded(false, std::move(text) + ": as before; the device confirmed it, no effect can be seen");
+  }
+  return Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
+               std::move(text) + ": as before, and nothing confirms that it was taken");
+}
+
+bool CannotBeToldApart(std::int64_t before, std::int64_t wanted, std::int64_t tolerance, std::int64_t range) {
+  return CircularDistance(before, wanted, range) <= 2 * tolerance;
+}
+
+Change FindingChange(const char* word) { return {"finding", "", word}; }
+
+Outcome WithFindingBefore(Outcome outcome, bool reads_as_after) {
+  const bool open = outcome.state == CommandState::kRunning || outcome.state == CommandState::kIndeterminate;
+  if (open) outcome.changes.push_back({"finding", FindingWord(reads_as_after), ""});
+  return outcome;
+}
+
+std::int64_t NoiseOfAccuracy(int arc_seconds, int single_turn_bits) {
+  constexpr std::int64_t kPerTurn = 360 * 3'600;
+  const std::int64_t scaled = 2 * std::int64_t{arc_seconds} << static_cast<unsigned>(single_turn_bits);
+  return std::max<std::int64_t>(1, (scaled + kPerTurn - 1) / kPerTurn);
 }
 
 }  // namespace axlecast

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -13,6 +14,8 @@
 
 namespace axlecast {
 
+struct DeviceSettings;
+
 // ---- errors that every family reports in the same words, each with its REASON_* ----
 
 [[nodiscard]] tl::unexpected<Error> BadArgument(std::string text);
@@ -25,6 +28,8 @@ namespace axlecast {
 // Refuses a command unless the last readings prove that the shaft stands still.
 [[nodiscard]] Result<> CheckStandstill(const Motion& motion);
 
+// Returns whether the last readings prove that the shaft stands still.
+[[nodiscard]] bool AtRest(const DeviceOutput& output, MonoNs now);
 // Returns what the last readings show of a shaft that is not proven to stand still, and what to do.
 [[nodiscard]] std::string MotionText(const Motion& motion);
 // Returns the final outcome of a procedure that found the shaft in motion before it changed anything.
@@ -34,6 +39,48 @@ namespace axlecast {
 
 // Returns the operation of that name; null if the family has none.
 [[nodiscard]] const OperationSpec* FindOperation(std::span<const OperationSpec> operations, std::string_view name);
+
+// ---- what reading back proves ----
+
+// The evidence that an operation took effect, if the device reads as it should after it. An outcome claims an effect only
+// if the device would have read differently without the operation (docs/commands.md, "What verified means").
+struct ReadBack {
+  bool same_before = false;  // the reading before was the same, or too near to distinguish the two
+  bool confirmed = false;    // the device confirmed the operation, by a reply that has no other meaning
+};
+
+// The outcome of an operation after which the device reads as it should:
+// - it read differently before: SUCCEEDED, verified;
+// - it read the same before, and the device confirmed the operation: SUCCEEDED, not verified;
+// - it read the same before, and nothing confirms the operation: INDETERMINATE.
+[[nodiscard]] Outcome ReadBackOutcome(const ReadBack& read_back, std::string text);
+
+// A value within `tolerance` of `wanted` counts as read back. Returns whether `before` is so near to `wanted` that a
+// value within the tolerance may be the old one: up to twice the tolerance.
+[[nodiscard]] bool CannotBeToldApart(std::int64_t before, std::int64_t wanted, std::int64_t tolerance,
+                                     std::int64_t range);
+
+// The change `finding` of an operation that verifies another (OperationSpec::verified_by_operation). The device can only
+// show that it reads as it should. Whether that is an effect depends on the reading before.
+inline constexpr const char* kReadsAsAfter = "reads_as_after";
+inline constexpr const char* kNoEffectSeen = "no_effect_seen";
+inline constexpr const char* kCannotTell = "cannot_tell";
+[[nodiscard]] inline const char* FindingWord(bool reads_as_after) {
+  return reads_as_after ? kReadsAsAfter : kNoEffectSeen;
+}
+// A shaft that turns may have left the place where it was zeroed.
+[[nodiscard]] inline const char* FindingWord(bool reads_as_after, bool at_rest) {
+  return reads_as_after ? kReadsAsAfter : at_rest ? kNoEffectSeen : kCannotTell;
+}
+[[nodiscard]] Change FindingChange(const char* word);
+
+// If the outcome leaves the effect open (kRunning or INDETERMINATE): adds the finding before the operation. The bridge
+// compares it with a later finding.
+[[nodiscard]] Outcome WithFindingBefore(Outcome outcome, bool reads_as_after);
+
+// Returns the largest difference in counts between two readings of one place, for an accuracy of +- `arc_seconds`.
+// Rounded up, at least 1.
+[[nodiscard]] std::int64_t NoiseOfAccuracy(int arc_seconds, int single_turn_bits);
 
 // ---- the executor ----
 
@@ -168,6 +215,28 @@ class CommandRunner {
   MonoNs begin_by_ = kNever;
   bool begun_ = false;      // its first request was sent
   bool in_flight_ = false;  // the request under way is the procedure's
+};
+
+// The part of a device that is the same in every family with a CommandRunner. The device implements the policy.
+template <typename Procedure>
+class CommandDevice : public Device, protected CommandRunner<Procedure>::Policy {
+ public:
+  [[nodiscard]] Result<> Validate(const DriverCommand& command, MonoNs now) const override {
+    return runner_.Validate(command, link_up_, now);
+  }
+  void Begin(const DriverCommand& command, MonoNs now) override { runner_.Begin(command, link_up_, now); }
+  [[nodiscard]] bool Cancel(const CommandId& id, MonoNs) override { return runner_.Cancel(id); }
+
+ protected:
+  // `operations` and `output` outlive the device.
+  CommandDevice(std::shared_ptr<const DeviceSettings> settings, std::span<const OperationSpec> operations,
+                DeviceOutput& output)
+      : owned_(std::move(settings)), output_(output), runner_(operations, *this, output) {}
+
+  const std::shared_ptr<const DeviceSettings> owned_;  // the settings of the device, kept alive
+  DeviceOutput& output_;
+  CommandRunner<Procedure> runner_;
+  bool link_up_ = false;
 };
 
 }  // namespace axlecast

@@ -9,22 +9,21 @@
 
 namespace axlecast {
 
-// Watches a stream that should come once per `period`, and says when it has fallen silent: when nothing has come
-// for `tolerance` periods.
+// Detects that a stream is silent: nothing has arrived for `tolerance` times its `period`.
 class PeriodMonitor {
  public:
   PeriodMonitor(MonoNs period, int tolerance) : limit_(period * tolerance) {}
 
-  // The stream may begin now; or one of it came.
+  // The stream may begin now, or a part of it has arrived.
   void Arrived(MonoNs now) {
     last_ = now;
     reported_ = false;
   }
 
-  // When to ask again.
+  // Returns when the stream counts as silent.
   [[nodiscard]] MonoNs due() const { return reported_ ? kNever : last_ + limit_; }
 
-  // True once for every time that the stream falls silent.
+  // Returns true once each time that the stream becomes silent.
   [[nodiscard]] bool FellSilent(MonoNs now) {
     if (reported_ || now < due()) return false;
     reported_ = true;
@@ -38,21 +37,21 @@ class PeriodMonitor {
   bool reported_ = true;  // nothing is expected before the first Arrived
 };
 
-// Bytes that came unasked, in order, each with the instants between which it arrived, for a parser that looks for
-// frames in them. Bounded: when it is full the oldest bytes go and are counted. Allocates nothing.
+// Received bytes in order, each with the interval in which it arrived, for a parser that searches frames in them. If it is
+// full, the oldest bytes are dropped and counted. Allocates nothing.
 class ReceiveBuffer {
  public:
   static constexpr std::size_t kCapacity = 1024;
 
   void Append(Bytes bytes, Interval received);
-  // The parser is done with the first `count` bytes.
+  // Removes the first `count` bytes, which the parser has used.
   void Drop(std::size_t count);
   void Clear() { Drop(size_); }
 
   [[nodiscard]] Bytes bytes() const { return {data_.data(), size_}; }
-  // When byte `index` of bytes() came.
+  // Returns when byte `index` of bytes() arrived.
   [[nodiscard]] Interval ArrivalOf(std::size_t index) const;
-  // Bytes that nobody parsed in time.
+  // The number of bytes dropped because the buffer was full.
   [[nodiscard]] std::int64_t overflowed() const { return overflowed_; }
 
  private:

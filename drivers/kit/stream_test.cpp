@@ -90,7 +90,7 @@ TEST(InboxTest, MoreThanItHoldsAtOnceLeavesTheNewest) {
   EXPECT_EQ(inbox.overflowed(), 3);
 }
 
-// More pieces than are told apart: an interval may widen, but always holds the arrival.
+// More pieces than the buffer distinguishes: an interval may widen, but always contains the arrival.
 TEST(InboxTest, ManySmallPiecesKeepTrueIntervals) {
   ReceiveBuffer inbox;
   for (int i = 0; i < 500; ++i) Put(inbox, {static_cast<std::uint8_t>(i)}, i * 10);

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "drivers/kit/read_back.h"
+#include "drivers/kit/command_runner.h"
 
 namespace axlecast::saa {
 

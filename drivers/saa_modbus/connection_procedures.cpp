@@ -1,7 +1,7 @@
 #include <array>
 #include <utility>
 
-#include "drivers/kit/read_back.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/saa_modbus/procedures.h"
 
 namespace axlecast::saa_modbus {

@@ -1,18 +1,13 @@
 #include <cstdlib>
 #include <utility>
 
-#include "drivers/kit/read_back.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/saa_modbus/procedures.h"
 
 namespace axlecast::saa_modbus {
 namespace {
 
 using Reason = command_status_t;
-
-bool AtRest(const DeviceOutput& output, MonoNs now) {
-  const Motion motion = output.MotionAt(now);
-  return motion.known && motion.standstill;
-}
 
 bool IsZero(std::int64_t counts, const SaaModbusSettings& settings) {
   return CircularDistance(counts, 0, settings.counts_per_turn) <= ZeroToleranceCounts(settings.bits);
@@ -112,8 +107,8 @@ class DatumWrite final : public Procedure {
       const char* echo = accepted_ ? "the encoder accepted it, but " : "the encoder's echo did not come, and ";
       return Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS, echo + text + ", not 0");
     }
-    return JudgeReadBack({.same_before = SameBefore(), .confirmed = accepted_},
-                         text + (accepted_ ? "" : "; the echo did not come"));
+    return ReadBackOutcome({.same_before = SameBefore(), .confirmed = accepted_},
+                           text + (accepted_ ? "" : "; the echo did not come"));
   }
 
   [[nodiscard]] Outcome DirectionOutcome() const {
@@ -166,8 +161,7 @@ class ReadPosition final : public Procedure {
   // A shaft that turns may have left the place where it was zeroed. A direction does not show at rest.
   [[nodiscard]] const char* FindingAfter(std::int64_t counts, MonoNs now) const {
     if (after_ != Parameter::kZero) return kCannotTell;
-    if (IsZero(counts, context_.settings)) return kReadsAsAfter;
-    return AtRest(context_.output, now) ? kNoEffectSeen : kCannotTell;
+    return FindingWord(IsZero(counts, context_.settings), AtRest(context_.output, now));
   }
 
   const std::optional<Parameter> after_;

@@ -52,7 +52,7 @@ class SaaModbusProbe final : public AskingProbe {
     return QuestionOf(ReadRequest(address, registers), &ReplyLength, line_);
   }
 
-  void Judge(const Event& event) override {
+  void Evaluate(const Event& event) override {
     ++tries_;
     if (stage_ == Stage::kInputRegister) return OnInputRegister(event);
     OnPosition(event);

@@ -1,5 +1,8 @@
 #include "drivers/saa_serial/codec.h"
 
+#include <algorithm>
+#include <bit>
+
 namespace axlecast::saa_serial {
 namespace {
 
@@ -43,5 +46,146 @@ std::optional<std::uint8_t> ParseRequest(Bytes bytes) {
   if (bytes.size() != kRequestSize || bytes[0] != kRequestStart || bytes[1] != kRequestMark) return std::nullopt;
   return bytes[2];
 }
+
+// ---- one exchange ----
+
+namespace {
+
+// Returns where the frame begins in the received bytes; nothing if it is not known yet.
+std::optional<std::size_t> FrameBegin(Bytes bytes) {
+  for (std::size_t i = 0; i + 1 < bytes.size(); ++i) {
+    if (bytes[i] == kFrameStart && bytes[i + 1] != kFrameStart) return i;
+  }
+  return std::nullopt;
+}
+
+template <std::size_t kSize>
+std::size_t LengthOfReply(Bytes so_far) {
+  const std::optional<std::size_t> begin = FrameBegin(so_far);
+  return begin ? *begin + kSize : 0;
+}
+
+ErrorKind KindOf(ReplyError error) {
+  switch (error) {
+    case ReplyError::kShort:
+      return ErrorKind::kShort;
+    case ReplyError::kHeader:
+      return ErrorKind::kWrongEcho;
+    case ReplyError::kRange:
+      return ErrorKind::kRange;
+    default:
+      return ErrorKind::kChecksum;
+  }
+}
+
+// A frame with one or two inverted bits in its header, or without one byte of it, is still this encoder's: it sends no
+// other. The request, empty for a pulse, names the address.
+template <std::size_t kSize, ReplyHeader kHeader>
+ReplyMatch MatchFrame(Bytes request, Bytes reply) {
+  constexpr int kInvertedAtMost = 2;
+  constexpr int kHeaderBits = 16;
+  const std::uint8_t address = ParseRequest(request).value_or(kFixedHeader);
+  constexpr int kBits = kSize == ReplySize(kMinBits) ? 16 : kSize == ReplySize(24) ? 24 : kMaxBits;
+  const Format format{.bits = kBits, .header = kHeader, .address = address};
+  const ReplyError error = ParseReply(reply, format).error;
+  if (error == ReplyError::kNone || error == ReplyError::kRange) return ReplyMatch::kYes;
+  if (reply.size() != kSize && reply.size() + 1 != kSize) return ReplyMatch::kNo;
+  const auto inverted = [&](std::uint8_t wanted) {
+    return std::popcount(static_cast<unsigned>(reply[0] ^ kFrameStart)) +
+           std::popcount(static_cast<unsigned>(reply[1] ^ wanted));
+  };
+  const int as_fixed = kHeader != ReplyHeader::kAddress ? inverted(kFixedHeader) : kHeaderBits;
+  const int as_address = kHeader != ReplyHeader::kFixed ? inverted(address) : kHeaderBits;
+  const int minimum = std::min(as_fixed, as_address);
+  if (reply.size() == kSize) {
+    if (minimum == 0) return ReplyMatch::kDamaged;
+    return minimum <= kInvertedAtMost && error != ReplyError::kHeader ? ReplyMatch::kNearly : ReplyMatch::kNo;
+  }
+  const bool lost_start = reply[0] == kFixedHeader || reply[0] == address;
+  return reply[0] == kFrameStart || lost_start ? ReplyMatch::kNearly : ReplyMatch::kNo;
+}
+
+template <std::size_t kSize>
+MatchReply MatchRule(ReplyHeader header) {
+  switch (header) {
+    case ReplyHeader::kAddress:
+      return &MatchFrame<kSize, ReplyHeader::kAddress>;
+    case ReplyHeader::kFixed:
+      return &MatchFrame<kSize, ReplyHeader::kFixed>;
+    default:
+      return &MatchFrame<kSize, ReplyHeader::kEither>;
+  }
+}
+
+MatchReply MatchRule(const Format& format) {
+  switch (DataBytes(format.bits)) {
+    case 2:
+      return MatchRule<ReplySize(kMinBits)>(format.header);
+    case 3:
+      return MatchRule<ReplySize(24)>(format.header);
+    default:
+      return MatchRule<ReplySize(kMaxBits)>(format.header);
+  }
+}
+
+MonoNs Characters(std::size_t count, MonoNs character) { return static_cast<MonoNs>(count) * character; }
+
+// It samples after the request, or the falling edge, and before the first bit of its reply.
+Interval PolledInstant(const Event& event, std::size_t frame_size, MonoNs character) {
+  const MonoNs earliest = event.sent.first + Characters(event.request.size(), character);
+  // The first read returned at least one byte, the last read all of them.
+  const MonoNs latest =
+      std::min(event.received.first - character, event.received.last - Characters(frame_size, character));
+  return {earliest, std::max(earliest, latest)};
+}
+
+}  // namespace
+
+ReplyLength LengthRule(int bits) {
+  switch (DataBytes(bits)) {
+    case 2:
+      return &LengthOfReply<ReplySize(kMinBits)>;
+    case 3:
+      return &LengthOfReply<ReplySize(24)>;
+    default:
+      return &LengthOfReply<ReplySize(kMaxBits)>;
+  }
+}
+
+std::size_t BeginOfReply(Bytes so_far) { return FrameBegin(so_far).value_or(so_far.size()); }
+
+ReplyShape ShapeOf(const Format& format) {
+  constexpr std::uint32_t kAnyAddress = 0;
+  const std::uint32_t reply = format.header == ReplyHeader::kAddress ? format.address : kAnyAddress;
+  return {.reply = reply, .refusal = reply, .match = MatchRule(format)};
+}
+
+PolledReading ReadReply(const Event& event, const Format& format, MonoNs character) {
+  PolledReading polled;
+  Reading& reading = polled.reading;
+  reading.at = {event.sent.first, EndOf(event)};
+  if (event.bytes.empty()) {
+    reading.error = ErrorKind::kTimeout;
+    return polled;
+  }
+  const std::optional<std::size_t> begin = FrameBegin(event.bytes);
+  const std::size_t size = ReplySize(format.bits);
+  if (!begin) {
+    reading.error = event.bytes.size() < size ? ErrorKind::kShort : ErrorKind::kChecksum;
+    return polled;
+  }
+  polled.stray = *begin;
+  const Bytes rest = event.bytes.subspan(*begin);
+  const Reply reply = ParseReply(rest.first(std::min(rest.size(), size)), format);
+  if (reply.error != ReplyError::kNone) {
+    reading.error = KindOf(reply.error);
+    return polled;
+  }
+  reading.counts = reply.counts;
+  reading.at = PolledInstant(event, size, character);
+  return polled;
+}
+
+MonoNs EndOf(const Event& event) { return std::max(event.sent.last, event.received.last); }
 
 }  // namespace axlecast::saa_serial

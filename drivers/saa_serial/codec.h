@@ -5,6 +5,8 @@
 #include <optional>
 
 #include "core/base/inline_bytes.h"
+#include "core/device/reading.h"
+#include "core/device/step.h"
 
 // The SAA series over an asynchronous line as the maker's operation manual gives it: 5.1.1 to 5.1.6 (RS-485), 5.2
 // and 5.3 (the same frames). Pure functions of bytes.
@@ -60,5 +62,32 @@ struct Reply {
 [[nodiscard]] Frame Request(std::uint8_t command);
 // The command byte of a request; nothing when the bytes are none.
 [[nodiscard]] std::optional<std::uint8_t> ParseRequest(Bytes bytes);
+
+// ---- one exchange ----
+
+// The result of one exchange, or of one place in the stream.
+struct Reading {
+  std::optional<ErrorKind> error;  // nothing: a position
+  std::uint32_t counts = 0;
+  Interval at;  // of a position: holds the sampling instant; else of the bytes
+};
+
+// The reply to a request for a position, or to a pulse on CLK: a function of the event alone. Bytes before the frame's FF
+// are skipped: a line that changes its direction may produce them.
+struct PolledReading {
+  Reading reading;
+  std::size_t stray = 0;  // bytes before the frame
+};
+[[nodiscard]] PolledReading ReadReply(const Event& event, const Format& format, MonoNs character);
+
+// Length of the reply of an encoder of `bits`: its frame begins with the first FF that no other FF follows.
+[[nodiscard]] ReplyLength LengthRule(int bits);
+// Where that frame begins.
+[[nodiscard]] std::size_t BeginOfReply(Bytes so_far);
+// Returns what distinguishes the encoder's replies from others on its bus: its address, if the reply must contain it.
+[[nodiscard]] ReplyShape ShapeOf(const Format& format);
+
+// Returns the time at which the event ended.
+[[nodiscard]] MonoNs EndOf(const Event& event);
 
 }  // namespace axlecast::saa_serial

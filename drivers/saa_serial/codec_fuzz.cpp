@@ -7,7 +7,6 @@
 
 #include "core/device/step.h"
 #include "drivers/saa_serial/codec.h"
-#include "drivers/saa_serial/reading.h"
 
 namespace axlecast::saa_serial {
 namespace {

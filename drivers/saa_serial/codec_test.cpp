@@ -7,7 +7,6 @@
 
 #include "core/device/line_settings.h"
 #include "core/device/operation.h"
-#include "drivers/saa_serial/reading.h"
 #include "tests/support/golden_file.h"
 
 namespace axlecast::saa_serial {

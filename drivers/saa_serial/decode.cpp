@@ -1,12 +1,13 @@
 #include "drivers/saa_serial/family.h"
 
+#include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "core/device/operation.h"
-#include "drivers/kit/arguments.h"
+#include "drivers/kit/decode.h"
 #include "drivers/saa_serial/codec.h"
 #include "drivers/saa_serial/settings.h"
 
@@ -26,25 +27,17 @@ constexpr int kLargestX = 15;
 
 Result<Options> ReadOptions(const DecodeSettings& settings) {
   Options options;
-  for (const auto& [key, value] : settings) {
-    if (key == "bits") {
-      options.bits = static_cast<int>(ParseWhole(value, kMinBits, kMaxBits).value_or(0));
-      if (options.bits == 0) return Failure("bits=" + value + ": expected 10..26, the encoder's resolution");
-    } else if (key == "address") {
-      const std::optional<std::int64_t> number = ParseWhole(value, 0, 0xFE);
-      if (!number) return Failure("address=" + value + ": expected X of BX, 0..15, or the whole byte up to 0xfe");
-      options.address = static_cast<std::uint8_t>(*number <= kLargestX ? kControlCommand | *number : *number);
-    } else {
-      return Failure("unknown key '" + key + "': saa_serial accepts bits and address");
-    }
-  }
+  const std::array<DecodeOption, 2> known = {
+      {NumberOption("bits", options.bits, kMinBits, kMaxBits, "the encoder's resolution"),
+       {"address", "X of BX, 0..15, or the whole byte up to 0xfe", [&options](const std::string& value) {
+          const std::optional<std::int64_t> number = ParseWhole(value, 0, 0xFE);
+          if (!number) return false;
+          options.address = static_cast<std::uint8_t>(*number <= kLargestX ? kControlCommand | *number : *number);
+          return true;
+        }}}};
+  if (const Result<> applied = ApplySettings("saa_serial", settings, known); !applied)
+    return Failure(applied.error());
   return options;
-}
-
-std::string HexByte(std::uint8_t byte) { return Text("0x%02x", unsigned{byte}); }
-
-Json Bad(const std::string& kind, std::string_view error) {
-  return {{"ok", false}, {"kind", kind}, {"error", error}};
 }
 
 // 5.1.5 (1), 5.1.6 (1). Another command byte than BX and CX may have been ordered from the maker.
@@ -89,7 +82,7 @@ Json DescribeReply(Bytes frame, const Options& options) {
   // Without an address any is right.
   format.address = options.address.value_or(frame.size() > 1 ? frame[1] : 0);
   const Reply reply = ParseReply(frame, format);
-  if (reply.error != ReplyError::kNone) return Bad(kind, ErrorWord(reply.error));
+  if (reply.error != ReplyError::kNone) return BadFrame(kind, ErrorWord(reply.error));
   Json json = {{"ok", true}, {"kind", kind}, {"counts", reply.counts}};
   if (bits != 0) json["angle_deg"] = Degrees(reply.counts, format.bits);
   if (reply.header != kFixedHeader) json["address"] = HexByte(reply.header);
@@ -102,11 +95,11 @@ Result<Json> Decode(const DecodeSettings& settings, Bytes frame) {
   const Result<Options> read = ReadOptions(settings);
   if (!read) return Failure(read.error());
   const Options& options = *read;
-  if (frame.empty()) return Bad("unknown", "short");
+  if (frame.empty()) return BadFrame("unknown", "short");
   if (const std::optional<std::uint8_t> command = ParseRequest(frame)) return DescribeRequest(*command);
-  if (frame[0] == kRequestStart) return Bad("request", RequestErrorWord(frame.size()));
+  if (frame[0] == kRequestStart) return BadFrame("request", RequestErrorWord(frame.size()));
   if (frame[0] == kFrameStart) return DescribeReply(frame, options);
-  return Bad("unknown", "header");
+  return BadFrame("unknown", "header");
 }
 
 }  // namespace axlecast::saa_serial

@@ -182,7 +182,7 @@ TEST(SaaStream, ZeroIsOnePulseOnClrVerifiedByReading) {
   bus.Run(kSecond);
   ASSERT_EQ(bus.line->pulses.size(), 1U);
   EXPECT_EQ(bus.line->pulses[0].first, 0);
-  EXPECT_EQ(bus.simulator().encoder(0).zeroings(), 1);
+  EXPECT_EQ(bus.Count("a", "zeroings"), 1);
   ASSERT_EQ(bus.FinalTexts("a").size(), 1U);
   const Outcome& outcome = bus.output().outcomes.back().second;
   EXPECT_EQ(outcome.state, CommandState::kSucceeded);

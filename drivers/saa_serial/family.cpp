@@ -1,20 +1,9 @@
 #include "drivers/saa_serial/family.h"
 
-#include <memory>
-
-#include "drivers/saa_serial/device.h"
 #include "drivers/saa_serial/operations.h"
 #include "drivers/saa_serial/settings.h"
 
 namespace axlecast {
-namespace {
-
-std::unique_ptr<Device> Make(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output,
-                             SecretSource&) {
-  return std::make_unique<saa_serial::SaaDevice>(bus, device, output);
-}
-
-}  // namespace
 
 const Family& saa_serial_family() {
   static const Family kFamily = {
@@ -30,7 +19,7 @@ const Family& saa_serial_family() {
       .parse_bus = &saa_serial::ParseBus,
       .parse = &saa_serial::ParseDevice,
       .check_bus = &saa_serial::CheckBus,
-      .make_device = &Make,
+      .make_device = &saa_serial::MakeDevice,
       .make_simulator = &saa_serial::MakeSaaSimulator,
       .decode = &saa_serial::Decode,
   };

@@ -11,6 +11,10 @@
 // The functions of saa_serial that the runtime reaches through Family and FamilyProbes.
 namespace axlecast::saa_serial {
 
+// For Family::make_device.
+[[nodiscard]] std::unique_ptr<Device> MakeDevice(const BusConfig& bus, const DeviceConfig& device,
+                                                 DeviceOutput& output, SecretSource& secrets);
+
 // For Family::decode; README.md, "Decoding", describes the object.
 [[nodiscard]] Result<nlohmann::ordered_json> Decode(const DecodeSettings& settings, Bytes frame);
 

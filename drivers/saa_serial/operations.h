@@ -8,7 +8,7 @@
 #include "core/device/device.h"
 #include "core/device/operation.h"
 #include "drivers/kit/command_runner.h"
-#include "drivers/saa_serial/reading.h"
+#include "drivers/saa_serial/codec.h"
 #include "drivers/saa_serial/settings.h"
 
 namespace axlecast::saa_serial {

@@ -16,67 +16,6 @@
 namespace axlecast::saa_serial {
 namespace {
 
-// Listens for an encoder that sends by itself; transmits nothing.
-class StreamProbe final : public Probe {
- public:
-  explicit StreamProbe(MonoNs now);
-
-  [[nodiscard]] std::optional<Step> Next(MonoNs now) const override;
-  void On(const Event& event) override;
-  [[nodiscard]] std::vector<ProbeHit> Findings() const override;
-  [[nodiscard]] double Progress() const override;
-
- private:
-  // What the bytes are when frames have this many data bytes.
-  struct Reading {
-    explicit Reading(int most_bits) : bits(most_bits), parser(most_bits) {}
-
-    int bits;
-    StreamParser parser;
-    std::int64_t frames = 0;
-    std::uint32_t positions = 0;  // every bit that was ever set
-    std::optional<StreamParser::Found> first;
-    std::optional<StreamParser::Found> last;
-  };
-
-  void Take(Reading& reading, Bytes bytes, Interval at);
-  [[nodiscard]] std::optional<ProbeHit> Judge(const Reading& reading) const;
-
-  MonoNs until_;
-  MonoNs now_;
-  bool lost_ = false;
-  std::int64_t bytes_ = 0;
-  std::array<Reading, 3> readings_;
-};
-
-// Asks one address after the other of a polled bus (BC AA BX). Such a request has no checksum, and one of its
-// relatives clears an encoder to zero: so only at a rate that the operator names.
-class PolledProbe final : public AskingProbe {
- public:
-  PolledProbe(const LineFormat& line, int first, int last) : line_(line), first_(first), last_(last), x_(first) {}
-
-  [[nodiscard]] std::vector<ProbeHit> Findings() const override { return findings_; }
-  [[nodiscard]] double Progress() const override;
-
- protected:
-  [[nodiscard]] std::optional<Question> Ask() const override;
-  void Judge(const Event& event) override;
-
- private:
-  void Add();
-
-  LineFormat line_;
-  int first_;
-  int last_;
-  int x_;
-  int tries_ = 0;
-  int answered_ = 0;  // alike in length and header
-  int bits_ = 0;      // the most that fit the answers' length
-  std::uint8_t header_ = 0;
-  std::uint32_t positions_ = 0;
-  std::vector<ProbeHit> findings_;
-};
-
 constexpr MonoNs kListen = kSecond;              // ten frames of the slowest stream that is found
 constexpr MonoNs kSettle = 200 * kMillisecond;   // what the port had kept back comes faster than it was sent
 constexpr MonoNs kPatience = 30 * kMillisecond;  // of a reply, beyond the wire: an adapter's 16 ms
@@ -142,122 +81,161 @@ ReplyMatch MatchAnyFrame(Bytes request, Bytes reply) {
 
 // ---- streams ----
 
-StreamProbe::StreamProbe(MonoNs now)
-    : until_(now + kListen), now_(now), readings_{Reading(16), Reading(24), Reading(kMaxBits)} {}
+// Listens for an encoder that sends by itself; transmits nothing.
+class StreamProbe final : public Probe {
+ public:
+  explicit StreamProbe(MonoNs now)
+      : until_(now + kListen), now_(now), readings_{Reading(16), Reading(24), Reading(kMaxBits)} {}
 
-std::optional<Step> StreamProbe::Next(MonoNs now) const {
-  if (lost_ || now >= until_) return std::nullopt;
-  return Step{.action = Listen{until_}};
-}
-
-void StreamProbe::On(const Event& event) {
-  lost_ = lost_ || event.kind == Event::Kind::kLinkDown;
-  now_ = std::max(now_, event.received.last);
-  if (event.kind != Event::Kind::kUnsolicited && event.kind != Event::Kind::kUnexpectedBytes) return;
-  bytes_ += static_cast<std::int64_t>(event.bytes.size());
-  for (Reading& reading : readings_) Take(reading, event.bytes, event.received);
-}
-
-void StreamProbe::Take(Reading& reading, Bytes bytes, Interval at) {
-  reading.parser.Append(bytes, at);
-  while (const std::optional<StreamParser::Found> found = reading.parser.Next()) {
-    if (found->error) continue;
-    ++reading.frames;
-    reading.positions |= found->counts;
-    if (!reading.first && found->last.last >= until_ - kListen + kSettle) reading.first = found;
-    reading.last = found;
+  [[nodiscard]] std::optional<Step> Next(MonoNs now) const override {
+    if (lost_ || now >= until_) return std::nullopt;
+    return Step{.action = Listen{until_}};
   }
-}
-
-std::optional<ProbeHit> StreamProbe::Judge(const Reading& reading) const {
-  const auto size = static_cast<std::int64_t>(ReplySize(reading.bits));
-  const std::int64_t framed = reading.frames * size;
-  // At another rate, or of another device, whole frames are a rare accident.
-  if (!reading.first || reading.frames < kMinFrames || 2 * framed < bytes_) return std::nullopt;
-  const double seconds = static_cast<double>(reading.last->last.last - reading.first->last.last) / 1e9;
-  const std::int64_t periods = (reading.last->position - reading.first->position) / size;
-  if (seconds <= 0) return std::nullopt;
-  ProbeHit finding;
-  const bool sure = reading.frames >= kManyFrames && 10 * framed >= 9 * bytes_;
-  finding.confidence = sure ? Confidence::kSure : Confidence::kLikely;
-  finding.device = "SAA encoder that sends by itself";
-  finding.reason =
-      Text("%lld frames with the right sum make %lld of %lld bytes received",
-           static_cast<long long>(reading.frames), static_cast<long long>(framed), static_cast<long long>(bytes_));
-  finding.bus = {{"mode", "timing"}, {"refresh_hz", RateText(static_cast<double>(periods) / seconds)}};
-  finding.keys = {{"bits", std::to_string(reading.bits)}};
-  finding.check =
-      BitsText(reading.bits, reading.positions) + "; refresh_hz: as measured, the purchase order states it exactly";
-  return finding;
-}
-
-std::vector<ProbeHit> StreamProbe::Findings() const {
-  std::vector<ProbeHit> findings;
-  for (const Reading& reading : readings_) {
-    if (std::optional<ProbeHit> finding = Judge(reading)) findings.push_back(std::move(*finding));
+  void On(const Event& event) override {
+    lost_ = lost_ || event.kind == Event::Kind::kLinkDown;
+    now_ = std::max(now_, event.received.last);
+    if (event.kind != Event::Kind::kUnsolicited && event.kind != Event::Kind::kUnexpectedBytes) return;
+    bytes_ += static_cast<std::int64_t>(event.bytes.size());
+    for (Reading& reading : readings_) Take(reading, event.bytes, event.received);
   }
-  return findings.size() == 1 ? findings : std::vector<ProbeHit>();  // one line has one encoder that streams
-}
+  [[nodiscard]] std::vector<ProbeHit> Findings() const override {
+    std::vector<ProbeHit> findings;
+    for (const Reading& reading : readings_) {
+      if (std::optional<ProbeHit> finding = Judge(reading)) findings.push_back(std::move(*finding));
+    }
+    return findings.size() == 1 ? findings : std::vector<ProbeHit>();  // one line has one encoder that streams
+  }
+  [[nodiscard]] double Progress() const override {
+    return 1 - static_cast<double>(std::clamp<MonoNs>(until_ - now_, 0, kListen)) / static_cast<double>(kListen);
+  }
 
-double StreamProbe::Progress() const {
-  return 1 - static_cast<double>(std::clamp<MonoNs>(until_ - now_, 0, kListen)) / static_cast<double>(kListen);
-}
+ private:
+  // What the bytes are when frames have this many data bytes.
+  struct Reading {
+    explicit Reading(int most_bits) : bits(most_bits), parser(most_bits) {}
+
+    int bits;
+    StreamParser parser;
+    std::int64_t frames = 0;
+    std::uint32_t positions = 0;  // every bit that was ever set
+    std::optional<StreamParser::Found> first;
+    std::optional<StreamParser::Found> last;
+  };
+
+  void Take(Reading& reading, Bytes bytes, Interval at) {
+    reading.parser.Append(bytes, at);
+    while (const std::optional<StreamParser::Found> found = reading.parser.Next()) {
+      if (found->error) continue;
+      ++reading.frames;
+      reading.positions |= found->counts;
+      if (!reading.first && found->last.last >= until_ - kListen + kSettle) reading.first = found;
+      reading.last = found;
+    }
+  }
+  [[nodiscard]] std::optional<ProbeHit> Judge(const Reading& reading) const {
+    const auto size = static_cast<std::int64_t>(ReplySize(reading.bits));
+    const std::int64_t framed = reading.frames * size;
+    // At another rate, or of another device, whole frames are a rare accident.
+    if (!reading.first || reading.frames < kMinFrames || 2 * framed < bytes_) return std::nullopt;
+    const double seconds = static_cast<double>(reading.last->last.last - reading.first->last.last) / 1e9;
+    const std::int64_t periods = (reading.last->position - reading.first->position) / size;
+    if (seconds <= 0) return std::nullopt;
+    ProbeHit finding;
+    const bool sure = reading.frames >= kManyFrames && 10 * framed >= 9 * bytes_;
+    finding.confidence = sure ? Confidence::kSure : Confidence::kLikely;
+    finding.device = "SAA encoder that sends by itself";
+    finding.reason = Text("%lld frames with the right sum make %lld of %lld bytes received",
+                          static_cast<long long>(reading.frames), static_cast<long long>(framed),
+                          static_cast<long long>(bytes_));
+    finding.bus = {{"mode", "timing"}, {"refresh_hz", RateText(static_cast<double>(periods) / seconds)}};
+    finding.keys = {{"bits", std::to_string(reading.bits)}};
+    finding.check = BitsText(reading.bits, reading.positions) +
+                    "; refresh_hz: as measured, the purchase order states it exactly";
+    return finding;
+  }
+
+  MonoNs until_;
+  MonoNs now_;
+  bool lost_ = false;
+  std::int64_t bytes_ = 0;
+  std::array<Reading, 3> readings_;
+};
 
 // ---- polled bus ----
 
-std::optional<AskingProbe::Question> PolledProbe::Ask() const {
-  if (x_ > last_) return std::nullopt;
-  const auto command = static_cast<std::uint8_t>(kControlCommand | x_);
-  const MonoNs timeout = line_.WireTime(kRequestSize + kLongestReply) + kPatience;
-  Question question{.exchange = {.request = Request(command), .reply_length = &UntilTimeout, .timeout = timeout},
-                    .quiet = kQuiet + line_.WireTime(kLongestReply)};
-  question.exchange.shape.match =
-      &MatchAnyFrame;  // every encoder may answer with the header 81: all replies look alike
-  return question;
-}
+// Asks one address after the other of a polled bus (BC AA BX). Such a request has no checksum, and one of its
+// relatives clears an encoder to zero: so only at a rate that the operator names.
+class PolledProbe final : public AskingProbe {
+ public:
+  PolledProbe(const LineFormat& line, int first, int last) : line_(line), first_(first), last_(last), x_(first) {}
 
-void PolledProbe::Judge(const Event& event) {
-  ++tries_;
-  const Bytes frame = FromStart(event.bytes);
-  const int bits = BitsOfSize(frame.size());
-  const auto command = static_cast<std::uint8_t>(kControlCommand | x_);
-  if (bits != 0) {
-    const Reply reply = ParseAnyFrame(frame, bits, command);
-    const bool alike = answered_ == 0 || (bits == bits_ && reply.header == header_);
-    if (reply.error == ReplyError::kNone && alike) {
-      ++answered_;
-      bits_ = bits;
-      header_ = reply.header;
-      positions_ |= reply.counts;
-    }
+  [[nodiscard]] std::vector<ProbeHit> Findings() const override { return findings_; }
+  [[nodiscard]] double Progress() const override {
+    return static_cast<double>(x_ - first_) / static_cast<double>(last_ - first_ + 1);
   }
-  if (!event.bytes.empty() && tries_ < kAttempts) return;
-  if (answered_ > 0) Add();
-  ++x_;
-  tries_ = answered_ = 0;
-  positions_ = 0;
-}
 
-void PolledProbe::Add() {
-  const bool own = header_ != kFixedHeader;
-  ProbeHit finding;
-  finding.confidence = answered_ < kAttempts ? Confidence::kPossible
-                       : own                 ? Confidence::kSure
-                                             : Confidence::kLikely;
-  finding.device = Text("SAA encoder on a polled bus, address %d", x_);
-  finding.reason = Text("%d of %d requests were answered by a frame with the right sum and %s", answered_, tries_,
-                        own ? "its address" : "the header 81");
-  finding.bus = {{"mode", "bus"}};
-  finding.keys = {{"bits", std::to_string(bits_)},
-                  {"address", std::to_string(x_)},
-                  {"reply_header", own ? "address" : "\"81\""}};
-  finding.check = BitsText(bits_, positions_);
-  findings_.push_back(std::move(finding));
-}
+ protected:
+  [[nodiscard]] std::optional<Question> Ask() const override {
+    if (x_ > last_) return std::nullopt;
+    const auto command = static_cast<std::uint8_t>(kControlCommand | x_);
+    const MonoNs timeout = line_.WireTime(kRequestSize + kLongestReply) + kPatience;
+    Question question{.exchange = {.request = Request(command), .reply_length = &UntilTimeout, .timeout = timeout},
+                      .quiet = kQuiet + line_.WireTime(kLongestReply)};
+    question.exchange.shape.match =
+        &MatchAnyFrame;  // every encoder may answer with the header 81: all replies look alike
+    return question;
+  }
+  void Evaluate(const Event& event) override {
+    ++tries_;
+    const Bytes frame = FromStart(event.bytes);
+    const int bits = BitsOfSize(frame.size());
+    const auto command = static_cast<std::uint8_t>(kControlCommand | x_);
+    if (bits != 0) {
+      const Reply reply = ParseAnyFrame(frame, bits, command);
+      const bool alike = answered_ == 0 || (bits == bits_ && reply.header == header_);
+      if (reply.error == ReplyError::kNone && alike) {
+        ++answered_;
+        bits_ = bits;
+        header_ = reply.header;
+        positions_ |= reply.counts;
+      }
+    }
+    if (!event.bytes.empty() && tries_ < kAttempts) return;
+    if (answered_ > 0) Add();
+    ++x_;
+    tries_ = answered_ = 0;
+    positions_ = 0;
+  }
 
-double PolledProbe::Progress() const {
-  return static_cast<double>(x_ - first_) / static_cast<double>(last_ - first_ + 1);
-}
+ private:
+  void Add() {
+    const bool own = header_ != kFixedHeader;
+    ProbeHit finding;
+    finding.confidence = answered_ < kAttempts ? Confidence::kPossible
+                         : own                 ? Confidence::kSure
+                                               : Confidence::kLikely;
+    finding.device = Text("SAA encoder on a polled bus, address %d", x_);
+    finding.reason = Text("%d of %d requests were answered by a frame with the right sum and %s", answered_, tries_,
+                          own ? "its address" : "the header 81");
+    finding.bus = {{"mode", "bus"}};
+    finding.keys = {{"bits", std::to_string(bits_)},
+                    {"address", std::to_string(x_)},
+                    {"reply_header", own ? "address" : "\"81\""}};
+    finding.check = BitsText(bits_, positions_);
+    findings_.push_back(std::move(finding));
+  }
+
+  LineFormat line_;
+  int first_;
+  int last_;
+  int x_;
+  int tries_ = 0;
+  int answered_ = 0;  // alike in length and header
+  int bits_ = 0;      // the most that fit the answers' length
+  std::uint8_t header_ = 0;
+  std::uint32_t positions_ = 0;
+  std::vector<ProbeHit> findings_;
+};
 
 // ---- what is tried ----
 

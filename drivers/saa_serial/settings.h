@@ -56,8 +56,4 @@ void CheckBus(ConfigMap& map, const BusConfig& bus);
 inline constexpr double kZeroToleranceDeg = 0.2;
 [[nodiscard]] std::int64_t ZeroToleranceCounts(int bits);
 
-// Reads the bus's key `lines`: {clk: {chip, line, low_us}, clr: {chip, line, low_us}} as far as its mode has them,
-// and refuses modem-control lines. Errors go into the map's list.
-void ParseLines(ConfigMap& map, const BusConfig& bus, SaaBus& into);
-
 }  // namespace axlecast::saa_serial

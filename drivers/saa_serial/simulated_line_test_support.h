@@ -13,7 +13,6 @@
 #include "drivers/runtime/bus/bus.h"
 #include "drivers/saa_serial/machine_test_support.h"
 #include "drivers/saa_serial/settings.h"
-#include "drivers/saa_serial/simulator.h"
 #include "tests/support/fake_clock.h"
 #include "tests/support/recording_output.h"
 
@@ -25,9 +24,9 @@ class SimulatedLine final : public ByteLink, public PulseLines {
   SimulatedLine(FakeClock& clock, Simulator& simulator, MonoNs hold)
       : clock_(clock), simulator_(simulator), hold_(hold) {}
 
-  [[nodiscard]] std::string Open() override {
+  [[nodiscard]] Result<> Open() override {
     open_ = true;
-    return "";
+    return {};
   }
   void Close() override { open_ = false; }
   [[nodiscard]] bool IsOpen() const override { return open_; }
@@ -160,7 +159,14 @@ class SimulatedBus : LinkObserver, SecretSource {
     order.arguments = std::move(arguments);
     made_.at(device)->Begin(order, clock.Now());
   }
-  [[nodiscard]] const SaaSimulator& simulator() const { return dynamic_cast<const SaaSimulator&>(*simulator_); }
+  // Returns a counter that the simulator shows of a device.
+  [[nodiscard]] int Count(const std::string& device, const std::string& name) const {
+    for (const auto& [key, value] : simulator_->State(device, clock.Now())) {
+      if (key == name) return std::stoi(value);
+    }
+    ADD_FAILURE() << "no counter " << name;
+    return -1;
+  }
   [[nodiscard]] Simulator& wire() { return *simulator_; }
   [[nodiscard]] Device& device(std::size_t index = 0) { return *made_.at(index); }
   RecordingOutput& output() { return outputs.begin()->second; }

@@ -1,11 +1,10 @@
 // The simulator against the manual: what it answers, when, and what it drops.
-#include "drivers/saa_serial/simulator.h"
+#include "drivers/saa_serial/family.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/config/config_map.h"
-#include "drivers/saa_serial/family.h"
 #include "drivers/saa_serial/machine_test_support.h"
 #include "tests/support/golden_file.h"
 

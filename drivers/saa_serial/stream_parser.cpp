@@ -1,5 +1,7 @@
 #include "drivers/saa_serial/stream_parser.h"
 
+#include <algorithm>
+
 #include "core/device/operation.h"
 
 namespace axlecast::saa_serial {
@@ -129,6 +131,57 @@ StreamParser::Found StreamParser::Take(std::uint32_t counts) {
   last_ = counts;
   run_ = 0;
   return found;
+}
+
+// ---- the instant of a frame ----
+
+Interval StreamedInstant(const StreamParser::Found& found, std::size_t frame_size, const StreamTimes& times) {
+  const auto characters = [](std::size_t count, MonoNs each) { return static_cast<MonoNs>(count) * each; };
+  const std::size_t behind = found.behind.value_or(0);
+  const MonoNs latest = std::min(found.first.last - times.character,
+                                 found.last.last - characters(frame_size + behind, times.character));
+  MonoNs earliest = found.first.first;
+  if (found.behind) {
+    // Had the first byte waited for longer, one more frame would have come with it.
+    const auto frames = static_cast<MonoNs>(1 + behind / frame_size);
+    earliest = std::max(earliest, found.last.last - frames * times.period - characters(frame_size, times.slowest));
+  }
+  earliest -= times.latency + times.processing + times.slowest;
+  return {earliest, std::max(earliest, latest)};
+}
+
+void StalledFrames::Restart(MonoNs now) {
+  arrived_ = now;
+  until_ = 0;
+  behind_.reset();
+  earliest_.reset();
+}
+
+void StalledFrames::Arrived(MonoNs now) {
+  const MonoNs pause = now - arrived_;
+  if (pause > times_.period + times_.latency) until_ = now + times_.late;
+  if (pause > times_.period + times_.period / 8) behind_.reset();
+  arrived_ = now;
+}
+
+Interval StalledFrames::Widened(Interval at) {
+  if (earliest_ && arrived_ < until_) at.first = Earliest(at.first);
+  earliest_ = at.first;
+  return at;
+}
+
+MonoNs StalledFrames::Earliest(MonoNs in_time) {
+  // The encoder's clock may be this much faster than its nominal refresh rate.
+  const MonoNs shortest_period = times_.period / 100 * 99;
+  const MonoNs longest_stall = in_time - std::max<MonoNs>(0, times_.late - times_.latency);
+  MonoNs earliest = std::max(*earliest_ + shortest_period, longest_stall);
+  if (behind_) earliest = std::max(earliest, in_time - *behind_);
+  if (earliest >= in_time) {  // nothing can be late any more
+    until_ = 0;
+    return in_time;
+  }
+  if (behind_ || in_time - earliest <= times_.period) behind_ = in_time - earliest;
+  return earliest;
 }
 
 }  // namespace axlecast::saa_serial

@@ -92,4 +92,42 @@ class StreamParser {
   std::int64_t ambiguous_ = 0;
 };
 
+// How long received bytes can have been under way: README.md, "Instant of a position".
+struct StreamTimes {
+  MonoNs character = 0;   // on the wire, at least; 0 where the wire is simulated and may be faster than a real one
+  MonoNs slowest = 0;     // a character on the wire, at most
+  MonoNs period = 0;      // of the frames
+  MonoNs processing = 0;  // longest time from sampling to the frame's first bit
+  MonoNs latency = 0;     // longest time that an adapter holds a byte back, but for a stall
+  MonoNs late = 0;        // the same in a stall, which shows as a pause longer than period and latency
+};
+[[nodiscard]] Interval StreamedInstant(const StreamParser::Found& found, std::size_t frame_size,
+                                       const StreamTimes& times);
+
+// Widens the intervals of frames that an adapter hands over late, several at once, after a stall. Frames come in the order
+// of their samples, one period apart: so a frame is at least one period younger than the frame before, however late it is.
+// Nothing is widened while frames come in time.
+class StalledFrames {
+ public:
+  explicit StalledFrames(const StreamTimes& times) : times_(times) {}
+
+  // The line was opened at `now`; what came before does not continue.
+  void Restart(MonoNs now);
+  // Bytes came.
+  void Arrived(MonoNs now);
+  // Returns the interval of the next frame found in them. `at` is its StreamedInstant.
+  [[nodiscard]] Interval Widened(Interval at);
+
+ private:
+  // `in_time`: where the interval begins of a frame that is not late.
+  [[nodiscard]] MonoNs Earliest(MonoNs in_time);
+
+  const StreamTimes times_;
+  MonoNs arrived_ = 0;  // the newest bytes
+  MonoNs until_ = 0;    // frames may be late until then
+  // All frames of the stall have come but for a part of a period: so late may the frames still be, until the next pause.
+  std::optional<MonoNs> behind_;
+  std::optional<MonoNs> earliest_;  // of the frame before
+};
+
 }  // namespace axlecast::saa_serial

@@ -11,8 +11,8 @@
 
 #include "core/device/family.h"
 #include "core/device/operation.h"
-#include "drivers/kit/arguments.h"
 #include "drivers/kit/clocked_line.h"
+#include "drivers/kit/decode.h"
 #include "drivers/ssi/codec.h"
 #include "drivers/ssi/settings.h"
 
@@ -45,118 +45,52 @@ struct Given {
   ParityRule parity = ParityRule::kNone;
 };
 
-using Words = std::initializer_list<std::string_view>;
-
-struct Choice {
-  std::string_view key;
-  std::int64_t Given::*into;
-  Words words;  // the value is the place in it
-};
-const std::array<Choice, 6>& Choices() {
-  static const std::array<Choice, 6> kChoices = {
-      {{"gray", &Given::gray, {"false", "true"}},
-       {"halves", &Given::separate, {"joint", "separate"}},
-       {"format", &Given::tree, {"plain", "tree25"}},
-       {"repeat", &Given::repeat, {"none", "one_zero", "no_gap"}},
-       {"trailing", &Given::trailing, {"zero", "repeat", "unchecked"}},
-       {"all_ones", &Given::ones_are_position, {"no_encoder", "position"}}}};
-  return kChoices;
-}
-
-struct Number {
-  std::string_view key;
-  std::int64_t Given::*into;
-  std::int64_t min;
-  std::int64_t max;
-  std::string_view meaning;
-};
-constexpr std::array<Number, 4> kNumbers = {
-    {{"turn_bits", &Given::turn_bits, 0, kMaxPositionBits - 1, "multi-turn bits"},
-     {"first_bit", &Given::first_bit, 1, kMaxWordBits, "the position's first bit in the word, from 1"},
-     {"word_bits", &Given::word_bits, 1, kMaxWordBits, "length of the word"},
-     {"words", &Given::words, 2, kMaxWords, "words in one transfer, with repeat"}}};
-
-tl::unexpected<Error> Expected(std::string_view key, std::string_view value, std::string_view right) {
-  return Failure(std::string(key) + '=' + std::string(value) + ": expected " + std::string(right));
-}
-
-std::string Range(std::int64_t min, std::int64_t max, std::string_view meaning) {
-  return std::to_string(min) + ".." + std::to_string(max) + ", " + std::string(meaning);
-}
-
-Result<> Choose(const Choice& choice, std::string_view value, Given& given) {
-  const auto* found = std::find(choice.words.begin(), choice.words.end(), value);
-  if (found != choice.words.end()) {
-    given.*choice.into = found - choice.words.begin();
-    return {};
-  }
-  std::string list;
-  for (const std::string_view word : choice.words) list += (list.empty() ? "" : " or ") + std::string(word);
-  return Expected(choice.key, value, list);
-}
-
-Result<> ReadNumber(const Number& number, std::string_view value, Given& given) {
-  const std::optional<std::int64_t> whole = ParseWhole(value, number.min, number.max);
-  if (!whole) return Expected(number.key, value, Range(number.min, number.max, number.meaning));
-  given.*number.into = *whole;
-  return {};
-}
-
 std::optional<std::int64_t> ReadPlace(std::string_view text) {
   const std::optional<std::int64_t> number = ParseWhole(text, 1, kMaxWordBits);
   return number ? std::optional(*number - 1) : std::nullopt;
 }
 
 // "even:26"
-Result<> ReadParity(std::string_view value, Given& given) {
+bool ReadParity(std::string_view value, Given& given) {
   const std::size_t colon = std::min(value.find(':'), value.size());
   const std::string_view sense = value.substr(0, colon);
   const auto place = ReadPlace(colon < value.size() ? value.substr(colon + 1) : "");
-  if (!place || (sense != "even" && sense != "odd")) {
-    return Expected("parity", value, "even:BIT or odd:BIT, its number in the word from 1");
-  }
+  if (!place || (sense != "even" && sense != "odd")) return false;
   given.parity = sense == "even" ? ParityRule::kEven : ParityRule::kOdd;
   given.parity_place = *place;
-  return {};
+  return true;
 }
 
 // "alarm:25" or "alarm:25:low"
-Result<> ReadStatus(std::string_view value, std::vector<StatusBit>& bits) {
+bool ReadStatus(std::string_view value, std::vector<StatusBit>& bits) {
   const std::size_t first = std::min(value.find(':'), value.size());
   const std::size_t second = std::min(value.find(':', first + 1), value.size());
   const std::string_view active = second < value.size() ? value.substr(second + 1) : "high";
   const auto place = ReadPlace(first < value.size() ? value.substr(first + 1, second - first - 1) : "");
-  if (first == 0 || !place || (active != "high" && active != "low") || bits.size() == kMaxStatusBits) {
-    return Expected("status", value, "NAME:BIT or NAME:BIT:low, at most 8 of them; BIT is its number in the word");
-  }
+  if (first == 0 || !place || (active != "high" && active != "low") || bits.size() == kMaxStatusBits) return false;
   bits.push_back({std::string(value.substr(0, first)), static_cast<int>(*place), active == "high", true});
-  return {};
+  return true;
 }
 
-Result<> ReadOne(std::string_view key, std::string_view value, Given& given, DecodeOptions& options) {
-  if (key == "bits") {
-    given.bits = ParseWhole(value, 1, kMaxPositionBits);
-    if (!given.bits) return Expected(key, value, Range(1, kMaxPositionBits, "single-turn bits"));
-    return {};
-  }
-  if (key == "bit_count") {
-    const auto count = ParseWhole(value, 0, kMaxFrameBits);
-    if (!count) return Expected(key, value, Range(0, kMaxFrameBits, "bits of the frame"));
-    options.bit_count = static_cast<std::size_t>(*count);
-    return {};
-  }
-  if (key == "parity") return ReadParity(value, given);
-  if (key == "status") return ReadStatus(value, options.status_bits);
-  for (const Choice& choice : Choices()) {
-    if (choice.key == key) return Choose(choice, value, given);
-  }
-  for (const Number& number : kNumbers) {
-    if (number.key == key) return ReadNumber(number, value, given);
-  }
-  return Failure(
-      "unknown key '" + std::string(key) +
-      "': ssi accepts bits, turn_bits, gray, halves, format, first_bit, word_bits, repeat, words, trailing, "
-      "all_ones, status, parity and bit_count");
+Result<> ReadGiven(const DecodeSettings& settings, Given& given, DecodeOptions& options) {
+  const std::array<DecodeOption, 14> known = {
+      {NumberOption("bits", given.bits, 1, kMaxPositionBits, "single-turn bits"),
+       NumberOption("turn_bits", given.turn_bits, 0, kMaxPositionBits - 1, "multi-turn bits"),
+       ChoiceOption("gray", given.gray, {"false", "true"}),
+       ChoiceOption("halves", given.separate, {"joint", "separate"}),
+       ChoiceOption("format", given.tree, {"plain", "tree25"}),
+       NumberOption("first_bit", given.first_bit, 1, kMaxWordBits, "the position's first bit in the word, from 1"),
+       NumberOption("word_bits", given.word_bits, 1, kMaxWordBits, "length of the word"),
+       ChoiceOption("repeat", given.repeat, {"none", "one_zero", "no_gap"}),
+       NumberOption("words", given.words, 2, kMaxWords, "words in one transfer, with repeat"),
+       ChoiceOption("trailing", given.trailing, {"zero", "repeat", "unchecked"}),
+       ChoiceOption("all_ones", given.ones_are_position, {"no_encoder", "position"}),
+       {"status", "NAME:BIT or NAME:BIT:low, at most 8 of them; BIT is its number in the word",
+        [&](const std::string& value) { return ReadStatus(value, options.status_bits); }},
+       {"parity", "even:BIT or odd:BIT, its number in the word from 1",
+        [&](const std::string& value) { return ReadParity(value, given); }},
+       NumberOption("bit_count", options.bit_count, 0, kMaxFrameBits, "bits of the frame")}};
+  return ApplySettings("ssi", settings, known);
 }
 
 // If the length of the word is not given, all bits of the frame are the word.
@@ -215,9 +149,7 @@ void SetRules(const Given& given, Format& format) {
 Result<DecodeOptions> ReadDecodeOptions(const DecodeSettings& settings) {
   DecodeOptions options;
   Given given;
-  for (const auto& [key, value] : settings) {
-    if (Result<> one = ReadOne(key, value, given, options); !one) return Failure(one.error());
-  }
+  if (const Result<> read = ReadGiven(settings, given, options); !read) return Failure(read.error());
   if (!given.bits && !options.bit_count) {
     return Failure("bits=: expected 1..32, single-turn bits: a word does not contain their number");
   }

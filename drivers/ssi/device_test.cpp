@@ -1,4 +1,4 @@
-#include "drivers/ssi/device.h"
+#include "drivers/ssi/family.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -34,9 +34,9 @@ class SsiMachine {
         errors_("test"),
         simulator_(MakeSimulator(machine_, config_, errors_)),
         link(clock, *simulator_, config_.devices[0].settings->spi),
-        device_(config_, config_.devices[0], output),
+        device_(MakeDevice(config_, config_.devices[0], output)),
         bus_(Settings(), link, clock, observer_, nullptr) {
-    bus_.Add(device_);
+    bus_.Add(*device_);
   }
 
   void Run(MonoNs time) {
@@ -83,7 +83,7 @@ class SsiMachine {
   SimulatorSpiLink link;
 
  private:
-  SsiDevice device_;
+  std::unique_ptr<Device> device_;
   Bus bus_;
 };
 
@@ -114,7 +114,7 @@ TEST(SsiDevice, ReadsWhatTheEncoderStored) {
     SsiMachine machine(kind.device, "{axis1: {start_deg: 33}}", kind.keys);
     machine.Set("speed_rpm", "3000");
     machine.Run(kSecond);
-    const double per_turn = std::ldexp(1.0, machine.simulator().encoder().properties().word.bits);
+    const double per_turn = std::ldexp(1.0, machine.simulator().encoder().properties.word.bits);
     std::size_t seen = 0;
     for (int i = 0; i < 300; ++i) {
       machine.Run(kMillisecond);
@@ -212,13 +212,13 @@ TEST(SsiDevice, BitsThatDoNotFitAreSeen) {
   // A word of the whole tree for an encoder that is configured as the 18-bit one.
   const MachineConfig wrong = LoadMachine("simulate: true", "model: twk, bits: 10, turn_bits: 8");
   RecordingOutput output;
-  SsiDevice device(wrong.buses[0], wrong.buses[0].devices[0], output);
+  const std::unique_ptr<Device> device = MakeDevice(wrong.buses[0], wrong.buses[0].devices[0], output);
   const ClockedBits word("1 1000011100101110111111110 000000");
-  device.On({.kind = Event::Kind::kReply,
-             .sent = {1'000, 2'000},
-             .received = {2'000, 2'000},
-             .request = {},
-             .bytes = word.bytes});
+  device->On({.kind = Event::Kind::kReply,
+              .sent = {1'000, 2'000},
+              .received = {2'000, 2'000},
+              .request = {},
+              .bytes = word.bytes});
   ASSERT_EQ(output.errors.size(), 1U);
   EXPECT_EQ(output.errors[0].first, ErrorKind::kRange);
 }
@@ -252,7 +252,7 @@ TEST(SsiDevice, TheInstantIsThatOfTheFirstFallingEdge) {
   const MachineConfig machine =
       LoadMachine("link: {spidev: /dev/spidev0.0, clock_hz: 160000}", "model: saa, bits: 12");
   RecordingOutput output;
-  SsiDevice device(machine.buses[0], machine.buses[0].devices[0], output);
+  const std::unique_ptr<Device> device = MakeDevice(machine.buses[0], machine.buses[0].devices[0], output);
   const ClockedBits word("1 000111101111 000");
   Event event{.kind = Event::Kind::kReply,
               .sent = {kSecond, kSecond + 400 * kMicrosecond},
@@ -260,26 +260,26 @@ TEST(SsiDevice, TheInstantIsThatOfTheFirstFallingEdge) {
               .request = {},
               .bytes = word.bytes};
   event.received = {event.sent.last, event.sent.last + 1'000};
-  device.On(event);
+  device->On(event);
   ASSERT_EQ(output.samples.size(), 1U);
   // 16 clocks of 6.25 us.
   EXPECT_EQ(output.samples[0].at, (Interval{kSecond, kSecond + 300 * kMicrosecond}));
   EXPECT_EQ(output.samples[0].counts, 495);
   // A controller that is faster than it was asked to be leaves no time before the request.
   event.sent = {kSecond, kSecond + 50 * kMicrosecond};
-  device.On(event);
+  device->On(event);
   EXPECT_EQ(output.samples[1].at, (Interval{kSecond, kSecond}));
 }
 
 TEST(SsiDevice, ThereIsNothingToOrder) {
   const MachineConfig config = LoadMachine("simulate: true", "model: saa, bits: 12");
   RecordingOutput output;
-  SsiDevice device(config.buses[0], config.buses[0].devices[0], output);
-  device.Begin({.id = {7}, .operation = "zero", .arguments = {}}, kSecond);
+  const std::unique_ptr<Device> device = MakeDevice(config.buses[0], config.buses[0].devices[0], output);
+  device->Begin({.id = {7}, .operation = "zero", .arguments = {}}, kSecond);
   ASSERT_EQ(output.outcomes.size(), 1U);
   EXPECT_EQ(output.outcomes[0].second.state, CommandState::kRejected);
   EXPECT_EQ(output.outcomes[0].second.reason, command_status_t::REASON_UNKNOWN_OPERATION);
-  EXPECT_FALSE(device.Cancel({7}, kSecond));
+  EXPECT_FALSE(device->Cancel({7}, kSecond));
 }
 
 }  // namespace

@@ -2,18 +2,9 @@
 
 #include <memory>
 
-#include "drivers/ssi/device.h"
 #include "drivers/ssi/settings.h"
 
 namespace axlecast {
-namespace {
-
-std::unique_ptr<Device> Make(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output,
-                             SecretSource&) {
-  return std::make_unique<ssi::SsiDevice>(bus, device, output);
-}
-
-}  // namespace
 
 const Family& ssi_family() {
   static const Family kFamily = {
@@ -23,7 +14,8 @@ const Family& ssi_family() {
       .operations = {},  // SSI carries no commands
       .parse_bus = &ssi::ParseBus,
       .parse = &ssi::ParseDevice,
-      .make_device = &Make,
+      .make_device = [](const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output,
+                        SecretSource&) { return ssi::MakeDevice(bus, device, output); },
       .make_simulator = &ssi::MakeSsiSimulator,
       .decode = &ssi::Decode,
   };

@@ -7,9 +7,17 @@
 #include "core/device/family.h"
 #include "core/device/probe.h"
 #include "core/device/simulator.h"
+#include "drivers/ssi/codec.h"
 
 // The functions of ssi that the runtime reaches through Family and FamilyProbes.
 namespace axlecast::ssi {
+
+// For Family::make_device.
+[[nodiscard]] std::unique_ptr<Device> MakeDevice(const BusConfig& bus, const DeviceConfig& device,
+                                                 DeviceOutput& output);
+
+// Returns the fault of the line if consecutive transfers fail in the same way; null if they do not indicate one.
+[[nodiscard]] const AlarmSpec* LineAlarm(WordError error);
 
 // For Family::decode; docs/decode.md describes settings and object.
 [[nodiscard]] Result<nlohmann::ordered_json> Decode(const DecodeSettings& settings, Bytes frame);

@@ -117,62 +117,7 @@ void ChooseClock(ConfigMap& map, const BusConfig& bus, SsiBus& own) {
   }
 }
 
-}  // namespace
-
-const std::vector<std::string_view>& ModelNames() {
-  static const std::vector<std::string_view> kNames = [] {
-    std::vector<std::string_view> names(saa::kModels.begin(), saa::kModels.end());
-    names.insert(names.end(), {"twk", "custom"});
-    return names;
-  }();
-  return kNames;
-}
-
-Maker MakerOf(std::string_view model) {
-  if (model == "twk") return Maker::kTwk;
-  return model == "custom" ? Maker::kCustom : Maker::kSaa;
-}
-
-std::shared_ptr<const FamilyBus> ParseBus(ConfigMap& map, const BusConfig& bus) {
-  auto own = std::make_shared<SsiBus>();
-  const Maker maker = PeekMaker(map);
-  ParseMonoflop(map, maker, *own);
-  ParsePause(map, *own);
-  ParseCable(map, maker, *own);
-  ChooseClock(map, bus, *own);
-  return own;
-}
-
-std::unique_ptr<DeviceSettings> ParseDevice(ConfigMap& device, const BusConfig& bus) {
-  const SsiBus& own = OwnBus(bus);
-  auto settings = std::make_unique<SsiSettings>();
-  if (!device.Has("model")) {
-    device.Error("model", "is missing: saa, twk, or custom with code and, at the bus, monoflop_us");
-  }
-  settings->model = ModelNames().at(device.Choice("model", ModelNames(), 0));
-  const Maker maker = MakerOf(settings->model);
-  ParseWordKeys(device, maker, *settings);
-  const Format& format = settings->format;
-  settings->counts_per_turn = std::int64_t{1} << format.bits;
-  settings->turns_range = format.turn_bits == 0 ? 0 : std::int64_t{1} << format.turn_bits;
-  settings->confirmations_after_jump = kReadingsToBelieve;
-  settings->max_speed_rpm = saa::kMaxSpeedRpm;
-  settings->noise_counts = maker == Maker::kSaa ? saa::NoiseCounts(format.bits) : 1;
-  if (maker != Maker::kSaa) {
-    settings->max_speed_rpm = device.Number("max_speed_rpm", kUsualMaxRpm, 1, 100'000, "rpm");
-  } else if (device.Has("max_speed_rpm")) {
-    device.Error("max_speed_rpm", "is known of model " + settings->model + ": 5000; for less use limits");
-  }
-  settings->spi = {.mode = 2, .clock_hz = own.clock_hz};
-  const auto clocks = static_cast<std::int64_t>(TransferSize(format)) * 8;
-  settings->wire_time = settings->spi.ClockTime(clocks) + own.pacing.after_reply;
-  return settings;
-}
-
-const SsiBus& OwnBus(const BusConfig& bus) { return static_cast<const SsiBus&>(*bus.family_bus); }
-const SsiSettings& Own(const DeviceConfig& device) { return static_cast<const SsiSettings&>(*device.settings); }
-
-namespace {
+// ---- the word ----
 
 constexpr int kMinPositionBits = 10;
 constexpr int kSaaMostBits = 26;  // SAA manual 4.1: "10~26bit"
@@ -326,8 +271,8 @@ void ParseOnes(ConfigMap& device, Format& format) {
     device.Error("all_ones", "has no effect: with this word or trailing a zero must always come");
 }
 
-}  // namespace
-
+// Reads the keys of a device that define its word: README.md, "The word". Errors go into the map's list. The rest can be
+// decoded all the same.
 void ParseWordKeys(ConfigMap& device, Maker maker, SsiSettings& settings) {
   ParsePosition(device, maker, settings.format);
   ParseCode(device, maker, settings.format);
@@ -335,5 +280,61 @@ void ParseWordKeys(ConfigMap& device, Maker maker, SsiSettings& settings) {
   ParseStatus(device, settings);
   ParseOnes(device, settings.format);
 }
+
+// In device order: saa and its sizes, twk, custom.
+const std::vector<std::string_view>& ModelNames() {
+  static const std::vector<std::string_view> kNames = [] {
+    std::vector<std::string_view> names(saa::kModels.begin(), saa::kModels.end());
+    names.insert(names.end(), {"twk", "custom"});
+    return names;
+  }();
+  return kNames;
+}
+
+}  // namespace
+
+Maker MakerOf(std::string_view model) {
+  if (model == "twk") return Maker::kTwk;
+  return model == "custom" ? Maker::kCustom : Maker::kSaa;
+}
+
+std::shared_ptr<const FamilyBus> ParseBus(ConfigMap& map, const BusConfig& bus) {
+  auto own = std::make_shared<SsiBus>();
+  const Maker maker = PeekMaker(map);
+  ParseMonoflop(map, maker, *own);
+  ParsePause(map, *own);
+  ParseCable(map, maker, *own);
+  ChooseClock(map, bus, *own);
+  return own;
+}
+
+std::unique_ptr<DeviceSettings> ParseDevice(ConfigMap& device, const BusConfig& bus) {
+  const SsiBus& own = OwnBus(bus);
+  auto settings = std::make_unique<SsiSettings>();
+  if (!device.Has("model")) {
+    device.Error("model", "is missing: saa, twk, or custom with code and, at the bus, monoflop_us");
+  }
+  settings->model = ModelNames().at(device.Choice("model", ModelNames(), 0));
+  const Maker maker = MakerOf(settings->model);
+  ParseWordKeys(device, maker, *settings);
+  const Format& format = settings->format;
+  settings->counts_per_turn = std::int64_t{1} << format.bits;
+  settings->turns_range = format.turn_bits == 0 ? 0 : std::int64_t{1} << format.turn_bits;
+  settings->confirmations_after_jump = kReadingsToBelieve;
+  settings->max_speed_rpm = saa::kMaxSpeedRpm;
+  settings->noise_counts = maker == Maker::kSaa ? saa::NoiseCounts(format.bits) : 1;
+  if (maker != Maker::kSaa) {
+    settings->max_speed_rpm = device.Number("max_speed_rpm", kUsualMaxRpm, 1, 100'000, "rpm");
+  } else if (device.Has("max_speed_rpm")) {
+    device.Error("max_speed_rpm", "is known of model " + settings->model + ": 5000; for less use limits");
+  }
+  settings->spi = {.mode = 2, .clock_hz = own.clock_hz};
+  const auto clocks = static_cast<std::int64_t>(TransferSize(format)) * 8;
+  settings->wire_time = settings->spi.ClockTime(clocks) + own.pacing.after_reply;
+  return settings;
+}
+
+const SsiBus& OwnBus(const BusConfig& bus) { return static_cast<const SsiBus&>(*bus.family_bus); }
+const SsiSettings& Own(const DeviceConfig& device) { return static_cast<const SsiSettings&>(*device.settings); }
 
 }  // namespace axlecast::ssi

@@ -9,10 +9,6 @@
 #include "drivers/kit/clocked_line.h"
 #include "drivers/ssi/codec.h"
 
-namespace axlecast {
-class ConfigMap;
-}  // namespace axlecast
-
 namespace axlecast::ssi {
 
 // The maker whose document defines the clock and the word.
@@ -53,12 +49,6 @@ struct SsiSettings final : DeviceSettings {
 [[nodiscard]] const SsiBus& OwnBus(const BusConfig& bus);
 [[nodiscard]] const SsiSettings& Own(const DeviceConfig& device);
 
-// In device order: saa and its sizes, twk, custom.
-[[nodiscard]] const std::vector<std::string_view>& ModelNames();
 [[nodiscard]] Maker MakerOf(std::string_view model);
-
-// Reads the keys of a device that define its word: README.md, "The word". Errors go into the map's list;
-// what is left can be decoded all the same.
-void ParseWordKeys(ConfigMap& device, Maker maker, SsiSettings& settings);
 
 }  // namespace axlecast::ssi

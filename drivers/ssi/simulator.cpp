@@ -18,13 +18,93 @@ constexpr int kRightMode = 2;
 
 }  // namespace
 
+// ---- the encoder ----
+
+const QuantityTable<SimulatedEncoder>& SimulatedEncoder::Table() {
+  using E = SimulatedEncoder;
+  static const QuantityTable<E> kTable = WithCommon(
+      {
+          NumberQuantity<E>(
+              "cable_m", [](auto& e) -> auto& { return e.properties.cable_m; }, 0, 5'000, "m"),
+          NumberQuantity<E>(
+              "monoflop_us", [](auto& e) -> auto& { return e.properties.monoflop_us; }, 0.1, 100'000, "us"),
+          ChoiceQuantity<E>("after_word", [](auto& e) -> auto& { return e.properties.after_word; },
+                            {"zeros", "one_zero", "no_gap"}),
+          NumberQuantity<E>("byte_gap_us", &E::byte_gap_us, 0, 10'000, "us"),
+          ChoiceQuantity<E>("data_line", &E::data_line, {"encoder", "high", "low", "swapped"}),
+          {"status", &E::SetStatus, &E::StatusText},
+          WholeQuantity<E>("noise_counts", &E::noise_counts, 0, 1'000, "counts"),
+      },
+      [](const SimulatedFault& fault) -> Result<> {
+        if (fault.kind != Kind::kDelayed && fault.kind != Kind::kLate && fault.kind != Kind::kScattered) return {};
+        return Failure(": nothing is held back on a line that the host clocks; for late data slow:US");
+      });
+  return kTable;
+}
+
+// "none", or names of flags with blanks or commas between them.
+Result<> SimulatedEncoder::SetStatus(std::string_view text) {
+  const auto& flags = properties.word.flags;
+  std::uint32_t found = 0;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find_first_of(" ,", begin), text.size());
+    const std::string_view name = text.substr(begin, end - begin);
+    begin = end + 1;
+    if (name.empty() || name == "none") continue;
+    const auto flag =
+        std::find_if(flags.begin(), flags.end(), [&](const auto& known) { return known.name == name; });
+    if (flag == flags.end()) return Failure("'" + std::string(name) + "' is not one of its status_bits");
+    found |= 1U << static_cast<unsigned>(flag - flags.begin());
+  }
+  raised = found;
+  return {};
+}
+
+std::string SimulatedEncoder::StatusText() const {
+  std::string text;
+  for (std::size_t i = 0; i < properties.word.flags.size(); ++i) {
+    if ((raised >> i & 1) != 0) text += (text.empty() ? "" : " ") + properties.word.flags[i].name;
+  }
+  return text.empty() ? "none" : text;
+}
+
+QuantityList SimulatedEncoder::Quantities() const {
+  QuantityList list = ShownQuantities();
+  const ShaftAngle angle = shaft.At(now).angle;
+  const SimulatedWord& word = properties.word;
+  list.emplace_back("angle_deg", NumberText(DegreesFromAngle(angle)));
+  list.emplace_back("single_turn", std::to_string(CountsFromAngle(angle, word.bits)));
+  if (word.turn_bits > 0) list.emplace_back("multi_turn", std::to_string(TurnsFromAngle(angle, word.turn_bits)));
+  return list;
+}
+
+Levels SimulatedEncoder::WordAt(MonoNs at) {
+  const SimulatedWord& word = properties.word;
+  ShaftAngle angle = Measured(at);
+  const auto noise = static_cast<std::int64_t>(noise_counts);
+  if (noise > 0) angle += random.Around(noise) * (kShaftTurn >> std::min(word.bits, kTurnBits));
+  return word.Make(static_cast<std::uint32_t>(TurnsFromAngle(angle, word.turn_bits)),
+                   static_cast<std::uint32_t>(CountsFromAngle(angle, word.bits)), raised);
+}
+
+MonoNs SimulatedEncoder::monoflop() const { return std::llround(properties.monoflop_us * 1e3); }
+
+MonoNs SimulatedEncoder::delay() const {
+  return std::llround(properties.electronics_ns + 2 * properties.cable_ns_per_m * properties.cable_m +
+                      slow_us() * 1e3);
+}
+
+MonoNs SimulatedEncoder::byte_gap() const { return std::llround(byte_gap_us * 1e3); }
+
+// ---- its line ----
+
 SsiSimulator::SsiSimulator(std::string device, SimulatedEncoder encoder, Script script, ClockRange range)
     : UnitSimulator({{std::move(device), std::move(encoder), std::move(script)}}), range_(range) {}
 
 void SsiSimulator::CatchUp(MonoNs now) {
   UnitSimulator::CatchUp(now);
   output_.SetMonoflop(encoder().monoflop());
-  output_.SetAfterWord(encoder().properties().after_word);
+  output_.SetAfterWord(encoder().properties.after_word);
 }
 
 // ---- a transfer ----
@@ -43,15 +123,15 @@ void SsiSimulator::OnTransfer(const SpiTransfer& transfer, MonoNs now, std::span
 }
 
 bool SsiSimulator::Answers() {
-  const SimulatedFault& fault = encoder().fault();
-  const bool lost = fault.kind == Kind::kIntermittent && encoder().random().Share() < fault.amount;
-  return encoder().powered() && fault.kind != Kind::kOff && !lost;
+  const SimulatedFault& fault = encoder().fault;
+  const bool lost = fault.kind == Kind::kIntermittent && encoder().random.Share() < fault.amount;
+  return encoder().powered && fault.kind != Kind::kOff && !lost;
 }
 
 void SsiSimulator::Complain(const SpiTransfer& transfer, MonoNs now) {
   const auto clock = static_cast<double>(transfer.settings.clock_hz);
   const double cycle_ns = 1e9 / clock;
-  const auto length = static_cast<std::size_t>(encoder().properties().word.length);
+  const auto length = static_cast<std::size_t>(encoder().properties.word.length);
   const auto count = [](bool is, std::int64_t& counter) { counter += is ? 1 : 0; };
   count(transfer.settings.mode != kRightMode, counters_.wrong_mode);
   // TWK SSI 10: t_T < t_M; SAA manual 5.5: 100 kHz < f < 250 kHz.
@@ -67,17 +147,17 @@ void SsiSimulator::ClockOut(const SpiTransfer& transfer, MonoNs now, std::span<s
   const double cycle_ns = 1e9 / static_cast<double>(transfer.settings.clock_hz);
   const bool idles_high = (transfer.settings.mode & kIdlesHigh) != 0;
   const bool samples_second = (transfer.settings.mode & kSamplesSecond) != 0;
-  const SimulatedFault fault = encoder().fault();
-  const bool ends_early = fault.kind == Kind::kShort && encoder().random().Share() < fault.amount;
+  const SimulatedFault fault = encoder().fault;
+  const bool ends_early = fault.kind == Kind::kShort && encoder().random.Share() < fault.amount;
   const std::size_t clocks = rx.size() * 8;
-  const std::size_t end = ends_early ? encoder().random().Next() % clocks : clocks;
+  const std::size_t end = ends_early ? encoder().random.Next() % clocks : clocks;
   const std::int64_t latched_before = counters_.latches;
 
   for (std::size_t i = 0; i < clocks; ++i) {
     const MonoNs gaps = static_cast<MonoNs>(i / 8) * encoder().byte_gap();
     const MonoNs first = now + gaps + std::llround(static_cast<double>(i) * cycle_ns);
     const MonoNs second = first + std::llround(cycle_ns / 2);
-    const bool heard = fault.kind != Kind::kRequestFlip || encoder().random().Share() >= fault.amount;
+    const bool heard = fault.kind != Kind::kRequestFlip || encoder().random.Share() >= fault.amount;
     if (i == end) output_.Reset(first);
     if (heard) Edge(idles_high, first);
     const bool at_first = !samples_second && Sampled(first);
@@ -102,17 +182,17 @@ bool SsiSimulator::Sampled(MonoNs at) { return output_.LevelBefore(at - encoder(
 
 void SsiSimulator::Disturb(const SpiTransfer& transfer, bool fast, std::span<std::uint8_t> rx) {
   using DataLine = SimulatedEncoder::DataLine;
-  const SimulatedFault& fault = encoder().fault();
+  const SimulatedFault& fault = encoder().fault;
   if (fast || fault.kind == Kind::kGarbage) {
-    for (std::uint8_t& byte : rx) byte = static_cast<std::uint8_t>(encoder().random().Next());
+    for (std::uint8_t& byte : rx) byte = static_cast<std::uint8_t>(encoder().random.Next());
   } else if (fault.kind == Kind::kEcho) {
     std::copy(transfer.tx.begin(), transfer.tx.end(), rx.begin());
   } else if (fault.kind == Kind::kBitFlip) {
-    FlipBits(rx, 8, fault.amount, encoder().random());
+    FlipBits(rx, 8, fault.amount, encoder().random);
   }
-  if (encoder().data_line() == DataLine::kHigh) std::fill(rx.begin(), rx.end(), std::uint8_t{0xFF});
-  if (encoder().data_line() == DataLine::kLow) std::fill(rx.begin(), rx.end(), std::uint8_t{0});
-  if (encoder().data_line() == DataLine::kSwapped) {
+  if (encoder().data_line == DataLine::kHigh) std::fill(rx.begin(), rx.end(), std::uint8_t{0xFF});
+  if (encoder().data_line == DataLine::kLow) std::fill(rx.begin(), rx.end(), std::uint8_t{0});
+  if (encoder().data_line == DataLine::kSwapped) {
     for (std::uint8_t& byte : rx) byte = static_cast<std::uint8_t>(~byte);
   }
 }
@@ -168,11 +248,7 @@ SimulatedEncoder DescribedEncoder(const BusConfig& bus, const SsiSettings& setti
   properties.cable_m = own.line.cable_m;
   properties.electronics_ns = own.line.encoder_delay_ns + own.line.receiver_delay_ns;
   properties.cable_ns_per_m = own.line.cable_ns_per_m;
-  const auto seed = static_cast<std::uint64_t>(map.Integer("seed", 1, 0, INT64_MAX, ""));
-  const double start_deg = map.Number("start_deg", 0, 0, 360, "deg");
-  const std::int64_t max_turns = (std::int64_t{1} << settings.format.turn_bits) - 1;
-  const std::int64_t start_turns = map.Integer("start_turns", 0, 0, max_turns, "turns");
-  return {properties, start_turns * kShaftTurn + AngleFromDegrees(start_deg), seed};
+  return {properties, ReadShaftStart(map, settings.format.turn_bits)};
 }
 
 }  // namespace

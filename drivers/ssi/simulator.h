@@ -2,13 +2,51 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
-#include "drivers/kit/simulation/unit_simulator.h"
-#include "drivers/ssi/simulated_encoder.h"
+#include "drivers/kit/simulation/shaft_encoder.h"
 #include "drivers/ssi/simulated_output.h"
 
 namespace axlecast::ssi {
+
+// One encoder with its cable, as the makers describe both: all that a file, a script or a person can set. Counts rise
+// counter-clockwise (our reading: neither document states it).
+struct SimulatedEncoder final : ShaftEncoder<SimulatedEncoder> {
+  enum class DataLine : std::uint8_t { kEncoder, kHigh, kLow, kSwapped };
+
+  // The properties from the file.
+  struct Properties {
+    SimulatedWord word = {};
+    double monoflop_us = 25;
+    SimulatedOutput::AfterWord after_word = SimulatedOutput::AfterWord::kZeros;
+    double cable_m = 0;
+    double electronics_ns = 300;  // t_C + t_E
+    double cable_ns_per_m = 6.5;
+  };
+
+  SimulatedEncoder(Properties described, const ShaftStart& start)
+      : ShaftEncoder(start), properties(std::move(described)) {}
+
+  [[nodiscard]] static const QuantityTable<SimulatedEncoder>& Table();
+  // Every quantity with its present value, then what it would send now.
+  [[nodiscard]] QuantityList Quantities() const;
+
+  // The data word of the position at `at`.
+  [[nodiscard]] Levels WordAt(MonoNs at);
+  [[nodiscard]] MonoNs monoflop() const;
+  [[nodiscard]] MonoNs delay() const;     // t_TD = t_C + 2 x t_CA + t_E, TWK SSI 11.3
+  [[nodiscard]] MonoNs byte_gap() const;  // of the host's controller, between two bytes
+  [[nodiscard]] Result<> SetStatus(std::string_view text);
+  [[nodiscard]] std::string StatusText() const;
+
+  Properties properties;
+  DataLine data_line = DataLine::kEncoder;
+  double byte_gap_us = 0;
+  double noise_counts = 0;
+  std::uint32_t raised = 0;  // flags
+};
 
 // One encoder on SSI, edge by edge: what the host samples follows from its mode and clock, the line's delay, and the
 // encoder's monoflop and shift register. Written from TWK's description and SAA's manual alone; what the host does

@@ -16,7 +16,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   properties.after_word =
       input.PickValueInArray({ssi::SimulatedOutput::AfterWord::kZeros, ssi::SimulatedOutput::AfterWord::kOneZero,
                               ssi::SimulatedOutput::AfterWord::kNoGap});
-  ssi::SsiSimulator simulator("a", ssi::SimulatedEncoder(properties, 123'456'789, 1), Script(), {0, 0});
+  ssi::SsiSimulator simulator("a", ssi::SimulatedEncoder(properties, {123'456'789, 1}), Script(), {0, 0});
   MonoNs now = kSecond;
   for (int i = 0; i < 8 && input.remaining_bytes() > 0; ++i) {
     if (input.ConsumeBool()) {

@@ -23,8 +23,8 @@ std::string Line(std::string groups) {
 class SimulatedSsi {
  public:
   explicit SimulatedSsi(SimulatedEncoder::Properties properties = {}, double degrees = 495 * 360.0 / 4096 + 0.01)
-      : simulator_("axis1", SimulatedEncoder(std::move(properties), AngleFromDegrees(degrees), 1), Script(),
-                   {0, 1e6}) {}
+      : simulator_("axis1", SimulatedEncoder(std::move(properties), ShaftStart{AngleFromDegrees(degrees), 1}),
+                   Script(), {0, 1e6}) {}
 
   // The levels of this number of bytes. `now` advances by their clocks and the pause.
   std::string Clock(std::size_t bytes, const SpiSettings& settings = {.mode = 2, .clock_hz = 100'000}) {

@@ -6,8 +6,9 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
-#include "drivers/kit/arguments.h"
+#include "drivers/kit/decode.h"
 #include "drivers/tformat/alarms.h"
 #include "drivers/tformat/codec.h"
 #include "drivers/tformat/settings.h"
@@ -22,81 +23,43 @@ struct Options {
   std::optional<std::uint8_t> encoder_id;
 };
 
-// Sets one option. The error states what would be right.
-Result<> SetOption(std::string_view key, std::string_view value, Options& options) {
-  if (key == "model") {
-    std::string names = "one of";
-    for (const Model& model : Models()) names.append(" ").append(model.name);
-    const Model* model = FindModel(value);
-    if (model == nullptr) return Failure(names);
-    options = {model->format, model->encoder_id};
-    return {};
-  }
-  if (key == "enid") {
-    const auto number = ParseWhole(value, 0, 255);
-    if (!number) return Failure("0..255 or 0x00..0xff, the encoder ID that must answer");
-    options.encoder_id = static_cast<std::uint8_t>(*number);
-    return {};
-  }
-  const bool turns = key == "turn_bits";
-  const auto number = ParseWhole(value, turns ? 0 : 1, 24);
-  if (!number) {
-    return Failure(turns ? "0..24, the multi-turn bits of the encoder (0: it has none)"
-                         : "1..24, its single-turn bits");
-  }
-  (turns ? options.format.multi_turn_bits : options.format.single_turn_bits) = static_cast<int>(*number);
-  return {};
-}
-
 Result<Options> ReadOptions(const DecodeSettings& settings) {
+  std::string models = "one of";
+  for (const Model& model : Models()) models.append(" ").append(model.name);
   Options options;
-  constexpr std::array<std::string_view, 4> kKeys = {"model", "bits", "turn_bits", "enid"};
-  for (const auto& [key, value] : settings) {
-    if (std::find(kKeys.begin(), kKeys.end(), key) == kKeys.end()) {
-      return Failure("unknown key '" + key + "': tformat accepts model, bits, turn_bits and enid");
-    }
-    const Result<> set = SetOption(key, value, options);
-    if (!set) return Failure(key + "=" + value + ": expected " + set.error().text);
-  }
+  const std::array<DecodeOption, 4> known = {
+      {{"model", models,
+        [&options](const std::string& value) {
+          const Model* model = FindModel(value);
+          if (model != nullptr) options = {model->format, model->encoder_id};
+          return model != nullptr;
+        }},
+       NumberOption("bits", options.format.single_turn_bits, 1, 24, "its single-turn bits"),
+       NumberOption("turn_bits", options.format.multi_turn_bits, 0, 24,
+                    "the multi-turn bits of the encoder (0: it has none)"),
+       NumberOption("enid", options.encoder_id, 0, 255, "or 0x00..0xff, the encoder ID that must answer")}};
+  const Result<> applied = ApplySettings("tformat", settings, known);
+  if (!applied) return Failure(applied.error());
   return options;
 }
 
 // Named by what the exchange does, as the operations are; spec Table 1.
 std::string Name(DataId id) {
-  switch (id) {
-    case DataId::kSingleTurn:
-      return "read_single_turn";
-    case DataId::kMultiTurn:
-      return "read_multi_turn";
-    case DataId::kEncoderId:
-      return "read_encoder_id";
-    case DataId::kAll:
-      return "read_all";
-    case DataId::kEepromWrite:
-      return "eeprom_write";
-    case DataId::kClearErrors:
-      return "clear_errors";
-    case DataId::kZeroSingleTurn:
-      return "zero_single_turn";
-    case DataId::kResetTurnsAndErrors:
-      return "reset_turns_and_errors";
-    case DataId::kEepromRead:
-      return "eeprom_read";
-  }
-  return "unknown";
-}
-
-std::string HexByte(std::uint8_t byte) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  return {'0', 'x', kDigits[byte >> 4U], kDigits[byte & 0x0FU]};
+  constexpr std::array<std::pair<DataId, const char*>, kDataIds.size()> kNames = {
+      {{DataId::kSingleTurn, "read_single_turn"},
+       {DataId::kMultiTurn, "read_multi_turn"},
+       {DataId::kEncoderId, "read_encoder_id"},
+       {DataId::kAll, "read_all"},
+       {DataId::kEepromWrite, "eeprom_write"},
+       {DataId::kClearErrors, "clear_errors"},
+       {DataId::kZeroSingleTurn, "zero_single_turn"},
+       {DataId::kResetTurnsAndErrors, "reset_turns_and_errors"},
+       {DataId::kEepromRead, "eeprom_read"}}};
+  return std::find_if(kNames.begin(), kNames.end(), [id](const auto& name) { return name.first == id; })->second;
 }
 
 Json Good(const std::string& kind, DataId id) {
   return {{"ok", true}, {"kind", kind}, {"id", std::string(1, "0123456789ABCDEF"[static_cast<std::size_t>(id)])}};
-}
-
-Json Bad(const std::string& kind, std::string_view error) {
-  return {{"ok", false}, {"kind", kind}, {"error", error}};
 }
 
 // The alarms of a frame with a status field. SF's ea0 is ALMC's CE and its ea1 is ALMC's ME, BE or BA (spec 6.3.2
@@ -144,7 +107,7 @@ Json DescribeRequest(const RequestFields& request) {
 
 // The reply that is no reading, with the alarms it may hold.
 Json DescribeFailure(const std::string& kind, const Reply& reply) {
-  Json json = Bad(kind, ReplyErrorName(reply.error));
+  Json json = BadFrame(kind, ReplyErrorName(reply.error));
   AddState(json, reply);
   return json;
 }
@@ -155,7 +118,7 @@ constexpr const char* kAbnormalKind = "abnormal_request_reply";
 Json DescribeUnknown(Bytes frame, const Format& format) {
   const Reply reply = ParseReply({}, frame, format);
   const bool answered = reply.error == ReplyError::kAbnormalReply || reply.error == ReplyError::kCommunicationAlarm;
-  return answered ? DescribeFailure(kAbnormalKind, reply) : Bad("unknown", "control_field");
+  return answered ? DescribeFailure(kAbnormalKind, reply) : BadFrame("unknown", "control_field");
 }
 
 Json DescribeReadout(DataId id, Bytes frame, const Options& options) {
@@ -164,7 +127,7 @@ Json DescribeReadout(DataId id, Bytes frame, const Options& options) {
       id != DataId::kAll && frame.size() == kLongestReply && reply.status ? kAbnormalKind : Name(id) + "_reply";
   if (reply.error != ReplyError::kNone) return DescribeFailure(kind, reply);
   if (options.encoder_id && reply.encoder_id && *reply.encoder_id != *options.encoder_id) {
-    Json json = Bad(kind, "wrong_identity");
+    Json json = BadFrame(kind, "wrong_identity");
     AddState(json, reply);
     return json;
   }
@@ -183,13 +146,13 @@ std::string EepromKind(DataId id, Bytes frame) {
 // An EEPROM frame that is no good request: a damaged one, or a reply.
 Json DescribeEeprom(DataId id, Bytes frame, const Format& format) {
   const std::string kind = EepromKind(id, frame);
-  if (frame.size() < RequestSize(id)) return Bad(kind, "short");
-  if (frame.size() < ReplySize(id)) return Bad(kind, Crc(frame) == 0 ? "range" : "checksum");
+  if (frame.size() < RequestSize(id)) return BadFrame(kind, "short");
+  if (frame.size() < ReplySize(id)) return BadFrame(kind, Crc(frame) == 0 ? "range" : "checksum");
   const auto address = static_cast<std::uint8_t>(frame[1] & ~kBusy);
   const std::uint8_t cell = address < kEepromCells ? address : 0;
   const Frame request = id == DataId::kEepromRead ? EepromReadRequest(cell) : EepromWriteRequest(cell, frame[2]);
   const Reply reply = ParseReply(request, frame, format);
-  if (reply.error == ReplyError::kWrongEcho) return Bad(kind, "range");  // the address is above 79
+  if (reply.error == ReplyError::kWrongEcho) return BadFrame(kind, "range");  // the address is above 79
   if (reply.error != ReplyError::kNone) return DescribeFailure(reply.status ? kAbnormalKind : kind, reply);
   Json json = Good(kind, id);
   AddState(json, reply);
@@ -202,7 +165,7 @@ Result<Json> Decode(const DecodeSettings& settings, Bytes frame) {
   const Result<Options> read = ReadOptions(settings);
   if (!read) return Failure(read.error());
   const Options& options = *read;
-  if (frame.empty()) return Bad("unknown", "short");
+  if (frame.empty()) return BadFrame("unknown", "short");
   if (const std::optional<RequestFields> request = ParseRequest(frame)) return DescribeRequest(*request);
   const std::optional<DataId> id = ParseControlField(frame[0]);
   if (!id) return DescribeUnknown(frame, options.format);

@@ -293,8 +293,7 @@ TEST(DeviceAgainstModel, ASequenceThatADeadProcessLeftIsNotCompleted) {
   machine.bench.Begin("reset_turns_and_errors");
   while (machine.encoder().reset_counter().count() < 9) machine.Run(1 * kMillisecond);
   // The process dies; another one begins.
-  machine.bench.device =
-      std::make_unique<TFormatDevice>(machine.bench.bus(), machine.bench.config(), machine.bench.output);
+  machine.bench.device = MakeDevice(machine.bench.bus(), machine.bench.config(), machine.bench.output);
   machine.bench.output.outcomes.clear();
   machine.bench.LinkUp();
   machine.Run(200 * kMillisecond);

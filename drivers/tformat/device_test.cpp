@@ -1,4 +1,4 @@
-#include "drivers/tformat/device.h"
+#include "drivers/tformat/family.h"
 
 #include "drivers/tformat/device_test_support.h"
 
@@ -278,7 +278,7 @@ TEST(TFormatDevice, DecodesFromTheEventsAlone) {
   DeviceFixture bench(
       "{model: ts5669n127, plan: id0, id3_every: 3, identity: {eeprom_address: 72, bytes: \"A1\"}}");
   RecordingOutput again;
-  TFormatDevice fresh(bench.bus(), bench.config(), again);
+  const std::unique_ptr<Device> fresh = MakeDevice(bench.bus(), bench.config(), again);
   const auto both = [&](Event::Kind kind, MonoNs at, const ByteList& request, const ByteList& bytes) {
     const Event event{.kind = kind,
                       .sent = {at, at + 10},
@@ -286,7 +286,7 @@ TEST(TFormatDevice, DecodesFromTheEventsAlone) {
                       .request = request,
                       .bytes = bytes};
     bench.device->On(event);
-    fresh.On(event);
+    fresh->On(event);
     static_cast<void>(bench.Next());  // only one of them is polled for its step
   };
   both(Event::Kind::kLinkUp, 1, {}, {});

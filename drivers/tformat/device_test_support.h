@@ -14,7 +14,9 @@
 
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
-#include "drivers/tformat/device.h"
+#include "drivers/tformat/codec.h"
+#include "drivers/tformat/family.h"
+#include "drivers/tformat/settings.h"
 
 namespace axlecast::tformat {
 
@@ -130,7 +132,7 @@ class DeviceFixture {
     bus_.link.line.baud = 2'500'000;
     bus_.link.echo = echo;
     bus_.simulate = simulate;
-    device = std::make_unique<TFormatDevice>(bus_, config_, output);
+    device = MakeDevice(bus_, config_, output);
   }
 
   [[nodiscard]] const TFormatSettings& settings() const {
@@ -248,7 +250,7 @@ class DeviceFixture {
   }
 
   RecordingOutput output;
-  std::unique_ptr<TFormatDevice> device;
+  std::unique_ptr<Device> device;
   MonoNs now = 100 * kSecond;
   std::vector<std::pair<MonoNs, ByteList>> requests;  // what was transmitted, and when
 

@@ -4,7 +4,6 @@
 
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
-#include "drivers/tformat/device.h"
 #include "drivers/tformat/operations.h"
 #include "drivers/tformat/settings.h"
 
@@ -13,11 +12,6 @@ namespace {
 
 std::unique_ptr<DeviceSettings> Parse(ConfigMap& device, const BusConfig& bus) {
   return tformat::ParseSettings(device, bus.link.line);
-}
-
-std::unique_ptr<Device> Make(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output,
-                             SecretSource&) {
-  return std::make_unique<tformat::TFormatDevice>(bus, device, output);
 }
 
 }  // namespace
@@ -32,7 +26,8 @@ const Family& tformat_family() {
       .permits = &tformat::Permits,
       .parse = &Parse,
       .check_bus = &tformat::CheckLine,
-      .make_device = &Make,
+      .make_device = [](const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output,
+                        SecretSource&) { return tformat::MakeDevice(bus, device, output); },
       .make_simulator = &tformat::MakeTFormatSimulator,
       .decode = &tformat::Decode,
   };

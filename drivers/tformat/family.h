@@ -11,6 +11,10 @@
 // The functions of tformat that the runtime reaches through Family and FamilyProbes.
 namespace axlecast::tformat {
 
+// For Family::make_device.
+[[nodiscard]] std::unique_ptr<Device> MakeDevice(const BusConfig& bus, const DeviceConfig& device,
+                                                 DeviceOutput& output);
+
 // One captured T-format frame, request or reply, as the object that docs/decode.md describes: Family::decode.
 // Settings, later ones win: `bits` 1..24 (single-turn, default 17), `turn_bits` 0..24 (multi-turn, default 16),
 // `enid` 0..255 or 0x00..0xff (the encoder ID that must answer; default any), `model` (all three of a known model).

@@ -1,4 +1,4 @@
-#include "drivers/tformat/interpreter.h"
+#include "drivers/tformat/family.h"
 
 #include <gmock/gmock.h>
 

@@ -11,10 +11,8 @@
 #include "core/device/device.h"
 #include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
-#include "drivers/kit/read_back.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/tformat/alarms.h"
-#include "drivers/tformat/eeprom_procedures.h"
-#include "drivers/tformat/reset_procedure.h"
 #include "drivers/tformat/settings.h"
 
 namespace axlecast::tformat {
@@ -24,17 +22,64 @@ namespace {
 class Readout final : public Procedure {
  public:
   // With `after`, the name of a reset, the change `finding` reports whether the reset took effect (ID 3).
-  Readout(DataId id, std::string after, const TFormatSettings& settings, const DeviceOutput& output);
+  Readout(DataId id, std::string after, const TFormatSettings& settings, const DeviceOutput& output)
+      : id_(id), after_(std::move(after)), settings_(settings), output_(output) {}
 
-  [[nodiscard]] Step Next(MonoNs now) const override;
+  [[nodiscard]] Step Next(MonoNs) const override { return CommandStep(Ask(id_, settings_.timeout)); }
   std::optional<Outcome> OnStarted(Bytes, MonoNs) override { return std::nullopt; }
-  std::optional<Outcome> OnAnswer(const Answer& answer, MonoNs end) override;
-  [[nodiscard]] Outcome OnLinkLost() const override;
+  std::optional<Outcome> OnAnswer(const Answer& answer, MonoNs end) override {
+    // An encoder of another model is what read_identity is asked about.
+    const bool identity = id_ == DataId::kEncoderId && answer.error == ErrorKind::kWrongIdentity;
+    if (!answer.ok() && !identity) {
+      if (++failures_ < kTries) return std::nullopt;
+      return Final(CommandState::kFailed, command_status_t::REASON_NO_REPLY,
+                   Text("the reading failed %d times (%s)", failures_, ErrorName(*answer.error)));
+    }
+    end_ = end;
+    return Show(answer.reply);
+  }
+  [[nodiscard]] Outcome OnLinkLost() const override {
+    return Final(CommandState::kFailed, command_status_t::REASON_NO_REPLY,
+                 "the link was lost before the reading came");
+  }
 
  private:
-  [[nodiscard]] Outcome Show(const Reply& reply) const;
-  [[nodiscard]] Outcome ShowAll(const Reply& reply) const;
-  [[nodiscard]] const char* Finding(const Reply& all, MonoNs now) const;
+  [[nodiscard]] Outcome Show(const Reply& reply) const {
+    if (id_ == DataId::kAll) return ShowAll(reply);
+    Outcome outcome;
+    if (id_ == DataId::kEncoderId) {
+      outcome = Verified(Text("encoder ID 0x%02X, model %s has 0x%02X", unsigned{*reply.encoder_id},
+                              settings_.model.c_str(), unsigned{settings_.encoder_id}));
+      outcome.changes.push_back({"encoder_id", "", Text("0x%02X", unsigned{*reply.encoder_id})});
+    } else {
+      outcome = Verified(Text("turns %u", *reply.multi_turn));
+      outcome.changes.push_back({"turns", "", std::to_string(*reply.multi_turn)});
+    }
+    return outcome;
+  }
+  [[nodiscard]] Outcome ShowAll(const Reply& reply) const {
+    Outcome outcome = Verified(
+        Text("single-turn %u (%.4f deg), turns %u, encoder ID 0x%02X, SF 0x%02X, ALMC %s", *reply.single_turn,
+             Degrees(*reply.single_turn, settings_.format.single_turn_bits), *reply.multi_turn,
+             unsigned{*reply.encoder_id}, unsigned{*reply.status}, AlarmText(*reply.alarms).c_str()));
+    outcome.changes.push_back({"single_turn", "", std::to_string(*reply.single_turn)});
+    outcome.changes.push_back({"turns", "", std::to_string(*reply.multi_turn)});
+    outcome.changes.push_back({"alarms", "", AlarmText(*reply.alarms)});
+    if (after_.empty())
+      outcome.changes.push_back({"encoder_id", "", Text("0x%02X", unsigned{*reply.encoder_id})});
+    else
+      outcome.changes.push_back(FindingChange(Finding(reply, end_)));
+    return outcome;
+  }
+  // A shaft that turns may have left the place where it was zeroed.
+  [[nodiscard]] const char* Finding(const Reply& all, MonoNs now) const {
+    const bool at_rest = AtRest(output_, now);
+    const int latched = settings_.turns_range > 0 ? kLatchedAlarms : kLatchedAlarms & ~kMultiTurnAlarms;
+    const bool clear = (*all.alarms & latched) == 0;
+    if (after_ == kZeroSingleTurnName) return FindingWord(IsZero(all, settings_), at_rest);
+    if (after_ == kResetTurnsName) return FindingWord(TurnsAreReset(all, settings_) && clear, at_rest);
+    return FindingWord(clear);
+  }
 
   DataId id_;
   std::string after_;
@@ -43,68 +88,6 @@ class Readout final : public Procedure {
   MonoNs end_ = 0;
   int failures_ = 0;
 };
-
-Readout::Readout(DataId id, std::string after, const TFormatSettings& settings, const DeviceOutput& output)
-    : id_(id), after_(std::move(after)), settings_(settings), output_(output) {}
-
-Step Readout::Next(MonoNs) const { return CommandStep(Ask(id_, settings_.timeout)); }
-
-std::optional<Outcome> Readout::OnAnswer(const Answer& answer, MonoNs end) {
-  // An encoder of another model is what read_identity is asked about.
-  const bool identity = id_ == DataId::kEncoderId && answer.error == ErrorKind::kWrongIdentity;
-  if (!answer.ok() && !identity) {
-    if (++failures_ < kTries) return std::nullopt;
-    return Final(CommandState::kFailed, command_status_t::REASON_NO_REPLY,
-                 Text("the reading failed %d times (%s)", failures_, ErrorName(*answer.error)));
-  }
-  end_ = end;
-  return Show(answer.reply);
-}
-
-Outcome Readout::OnLinkLost() const {
-  return Final(CommandState::kFailed, command_status_t::REASON_NO_REPLY,
-               "the link was lost before the reading came");
-}
-
-Outcome Readout::Show(const Reply& reply) const {
-  if (id_ == DataId::kAll) return ShowAll(reply);
-  Outcome outcome;
-  if (id_ == DataId::kEncoderId) {
-    outcome = Verified(Text("encoder ID 0x%02X, model %s has 0x%02X", unsigned{*reply.encoder_id},
-                            settings_.model.c_str(), unsigned{settings_.encoder_id}));
-    outcome.changes.push_back({"encoder_id", "", Text("0x%02X", unsigned{*reply.encoder_id})});
-  } else {
-    outcome = Verified(Text("turns %u", *reply.multi_turn));
-    outcome.changes.push_back({"turns", "", std::to_string(*reply.multi_turn)});
-  }
-  return outcome;
-}
-
-Outcome Readout::ShowAll(const Reply& reply) const {
-  Outcome outcome = Verified(
-      Text("single-turn %u (%.4f deg), turns %u, encoder ID 0x%02X, SF 0x%02X, ALMC %s", *reply.single_turn,
-           Degrees(*reply.single_turn, settings_.format.single_turn_bits), *reply.multi_turn,
-           unsigned{*reply.encoder_id}, unsigned{*reply.status}, AlarmText(*reply.alarms).c_str()));
-  outcome.changes.push_back({"single_turn", "", std::to_string(*reply.single_turn)});
-  outcome.changes.push_back({"turns", "", std::to_string(*reply.multi_turn)});
-  outcome.changes.push_back({"alarms", "", AlarmText(*reply.alarms)});
-  if (after_.empty())
-    outcome.changes.push_back({"encoder_id", "", Text("0x%02X", unsigned{*reply.encoder_id})});
-  else
-    outcome.changes.push_back(FindingChange(Finding(reply, end_)));
-  return outcome;
-}
-
-// A shaft that turns may have left the place where it was zeroed.
-const char* Readout::Finding(const Reply& all, MonoNs now) const {
-  const Motion motion = output_.MotionAt(now);
-  const char* not_seen = motion.known && motion.standstill ? kNoEffectSeen : kCannotTell;
-  const int latched = settings_.turns_range > 0 ? kLatchedAlarms : kLatchedAlarms & ~kMultiTurnAlarms;
-  const bool clear = (*all.alarms & latched) == 0;
-  if (after_ == kZeroSingleTurnName) return IsZero(all, settings_) ? kReadsAsAfter : not_seen;
-  if (after_ == kResetTurnsName) return TurnsAreReset(all, settings_) && clear ? kReadsAsAfter : not_seen;
-  return clear ? kReadsAsAfter : kNoEffectSeen;
-}
 
 using Made = Result<std::unique_ptr<Procedure>>;
 
@@ -116,19 +99,14 @@ std::int32_t CellWrites(const Arguments& arguments) {
 
 const std::vector<OperationSpec>& Specs() {
   static const std::vector<OperationSpec> kSpecs = {
-      {.name = kZeroSingleTurnName,
-       .help = "Makes the present shaft angle the encoder's single-turn 0 (ID 8, ten requests); writes its EEPROM",
-       .arguments = {},
-       .destructive = true,
-       .needs_standstill = true,
-       .needs_permit = true,
-       .moves_datum = true,
-       .writes = &OneWrite,
-       .verification = "ID 3 reads single-turn 0 +- 0.35 degrees, if it read otherwise before",
-       .verified_by_operation = kReadAllName},
+      MovingDatum(
+          {.name = kZeroSingleTurnName,
+           .help =
+               "Makes the present shaft angle the encoder's single-turn 0 (ID 8, ten requests); writes its EEPROM",
+           .verification = "ID 3 reads single-turn 0 +- 0.35 degrees, if it read otherwise before",
+           .verified_by_operation = kReadAllName}),
       {.name = kResetTurnsName,
        .help = "Sets the multi-turn counter to 0 and clears all latched errors (ID C, ten requests)",
-       .arguments = {},
        .destructive = true,
        .needs_standstill = true,
        .needs_permit = true,
@@ -138,7 +116,6 @@ const std::vector<OperationSpec>& Specs() {
       {.name = kClearErrorsName,
        .help =
            "Clears all latched errors (ID 7, ten requests); position and turns stay, and so does a lost reference",
-       .arguments = {},
        .verification = "ID 3 reads no latched error, if one was latched before",
        .verified_by_operation = kReadAllName},
       {.name = kEepromReadName,
@@ -159,7 +136,6 @@ const std::vector<OperationSpec>& Specs() {
        .verified_by_operation = kEepromReadName},
       {.name = kEepromBackupName,
        .help = "Reads all 80 cells of the user EEPROM",
-       .arguments = {},
        .reads_only = true,
        .verification = "each cell by its own reply with ID D"},
       {.name = kReadAllName,
@@ -169,58 +145,14 @@ const std::vector<OperationSpec>& Specs() {
        .verification = "it is a reading"},
       {.name = kReadTurnsName,
        .help = "Reads the multi-turn counter once (ID 1)",
-       .arguments = {},
        .reads_only = true,
        .verification = "it is a reading"},
       {.name = kReadIdentityName,
        .help = "Reads the encoder ID once (ID 2), of whichever encoder is connected",
-       .arguments = {},
        .reads_only = true,
        .verification = "it is a reading"},
   };
   return kSpecs;
-}
-
-std::optional<std::size_t> AddressArgument(const Arguments& arguments) {
-  const auto address = WholeArgument(arguments, "address", 0, kEepromCells - 1);
-  return address ? std::optional(static_cast<std::size_t>(*address)) : std::nullopt;
-}
-
-Made MakeEepromWrite(const Arguments& arguments, const TFormatSettings& settings) {
-  const auto address = AddressArgument(arguments);
-  if (!address) return BadArgument("address must be 0 to 79");
-  auto data = HexArgument(arguments, "data");
-  if (!data) return BadArgument("data must be bytes in hex, two digits each, e.g. \"A1 05\"");
-  if (*address + data->size() > kEepromCells) {
-    return BadArgument(Text("%zu bytes from address %zu do not fit the cells 0 to 79", data->size(), *address));
-  }
-  for (std::size_t cell = *address; cell < *address + data->size(); ++cell) {
-    if (!settings.eeprom_writable[cell]) {
-      return NotPermitted(Text("the configuration does not list EEPROM address %zu in eeprom_writable", cell));
-    }
-  }
-  return std::make_unique<EepromWrite>(*address, std::move(*data), settings.timeout);
-}
-
-// Verifies the write that `after` names.
-Made MakeEepromLook(const CommandLine& after, const TFormatSettings& settings) {
-  const auto address = AddressArgument(after.arguments);
-  auto data = HexArgument(after.arguments, "data");
-  if (after.operation != kEepromWriteName || !address || !data || *address + data->size() > kEepromCells) {
-    return BadArgument("after must be an eeprom_write with its address and data");
-  }
-  const std::size_t count = data->size();
-  return std::make_unique<EepromRead>(*address, count, std::move(data), settings.timeout);
-}
-
-Made MakeEepromRead(const Arguments& arguments, const TFormatSettings& settings) {
-  if (const auto after = AfterArgument(arguments)) return MakeEepromLook(*after, settings);
-  const auto address = AddressArgument(arguments);
-  if (!address) return BadArgument("address must be 0 to 79");
-  const auto maximum = static_cast<std::int64_t>(kEepromCells - *address);
-  const auto count = ParseWhole(FindArgument(arguments, "count").value_or("1"), 1, maximum);
-  if (!count) return BadArgument(Text("count must be 1 to %zu: the last cell is 79", kEepromCells - *address));
-  return std::make_unique<EepromRead>(*address, static_cast<std::size_t>(*count), std::nullopt, settings.timeout);
 }
 
 Made MakeReadAll(const Arguments& arguments, const TFormatSettings& settings, const DeviceOutput& output) {
@@ -244,17 +176,14 @@ bool Permits(const BusConfig&, const DeviceConfig& device, std::string_view oper
 std::span<const OperationSpec> Operations() { return Specs(); }
 
 Made MakeProcedure(const DriverCommand& command, const TFormatSettings& settings, const DeviceOutput& output) {
-  const auto reset = [&](DataId id) -> Made { return std::make_unique<ResetProcedure>(id, settings, output); };
   const auto read = [&](DataId id) -> Made { return std::make_unique<Readout>(id, "", settings, output); };
   const std::string_view name = command.operation;
-  if (name == kZeroSingleTurnName) return reset(DataId::kZeroSingleTurn);
-  if (name == kResetTurnsName) return reset(DataId::kResetTurnsAndErrors);
-  if (name == kClearErrorsName) return reset(DataId::kClearErrors);
+  if (name == kZeroSingleTurnName) return MakeReset(DataId::kZeroSingleTurn, settings, output);
+  if (name == kResetTurnsName) return MakeReset(DataId::kResetTurnsAndErrors, settings, output);
+  if (name == kClearErrorsName) return MakeReset(DataId::kClearErrors, settings, output);
   if (name == kEepromReadName) return MakeEepromRead(command.arguments, settings);
   if (name == kEepromWriteName) return MakeEepromWrite(command.arguments, settings);
-  if (name == kEepromBackupName) {
-    return std::make_unique<EepromRead>(0, kEepromCells, std::nullopt, settings.timeout);
-  }
+  if (name == kEepromBackupName) return MakeEepromBackup(settings);
   if (name == kReadAllName) return MakeReadAll(command.arguments, settings, output);
   if (name == kReadTurnsName) return read(DataId::kMultiTurn);
   if (name == kReadIdentityName) return read(DataId::kEncoderId);

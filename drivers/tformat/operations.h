@@ -10,7 +10,7 @@
 #include "core/device/operation.h"
 #include "core/device/step.h"
 #include "drivers/kit/command_runner.h"
-#include "drivers/tformat/answer.h"
+#include "drivers/tformat/codec.h"
 #include "drivers/tformat/settings.h"
 
 namespace axlecast::tformat {
@@ -50,6 +50,22 @@ inline constexpr std::string_view kReadIdentityName = "read_identity";
 [[nodiscard]] std::span<const OperationSpec> Operations();
 // Whether the configuration of a device permits an operation of the family.
 [[nodiscard]] bool Permits(const BusConfig& bus, const DeviceConfig& device, std::string_view operation);
+
+// Exchanges of a procedure that may fail in a row.
+inline constexpr int kTries = 3;
+// From the last request to its effect: "maximum 18 ms" (spec 9, for the zero; 8.1, for an EEPROM cell), with a
+// margin.
+inline constexpr MonoNs kWriteTime = 20 * kMillisecond;
+
+// ---- the procedures ----
+
+[[nodiscard]] Result<std::unique_ptr<Procedure>> MakeReset(DataId id, const TFormatSettings& settings,
+                                                           const DeviceOutput& output);
+[[nodiscard]] Result<std::unique_ptr<Procedure>> MakeEepromRead(const Arguments& arguments,
+                                                                const TFormatSettings& settings);
+[[nodiscard]] Result<std::unique_ptr<Procedure>> MakeEepromWrite(const Arguments& arguments,
+                                                                 const TFormatSettings& settings);
+[[nodiscard]] Result<std::unique_ptr<Procedure>> MakeEepromBackup(const TFormatSettings& settings);
 
 // Returns the procedure for a command. Checks its arguments.
 [[nodiscard]] Result<std::unique_ptr<Procedure>> MakeProcedure(const DriverCommand& command,

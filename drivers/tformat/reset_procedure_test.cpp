@@ -1,4 +1,4 @@
-#include "drivers/tformat/reset_procedure.h"
+#include "drivers/tformat/operations.h"
 
 #include <axlecast/command_status_t.hpp>
 

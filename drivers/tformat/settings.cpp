@@ -6,7 +6,7 @@
 
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
-#include "drivers/kit/read_back.h"
+#include "drivers/kit/command_runner.h"
 
 namespace axlecast::tformat {
 
@@ -19,7 +19,8 @@ constexpr std::array<Model, 2> kModels = {{
     {"smart_abs_23", {.single_turn_bits = 23, .multi_turn_bits = 16}, 0x17, 6'000, 80'000},
 }};
 
-// Spec 5.4.1, "Adjoining pitch error", either way.
+// Spec 5.4.1, "Adjoining pitch error", either way: the largest difference of two readings of the same place, 4 counts of
+// 2^17. Taken as the same angle for every model.
 constexpr int kPitchErrorArcSeconds = 40;
 
 }  // namespace
@@ -31,11 +32,23 @@ const Model* FindModel(std::string_view name) {
   return found == kModels.end() ? nullptr : found;
 }
 
-std::int64_t NoiseCounts(int single_turn_bits) { return NoiseOfAccuracy(kPitchErrorArcSeconds, single_turn_bits); }
-
 std::int64_t ZeroToleranceCounts(int single_turn_bits) {
   return static_cast<std::int64_t>(kZeroToleranceDeg / 360 *
                                    static_cast<double>(std::int64_t{1} << single_turn_bits));
+}
+
+bool TurnsAreReset(const Reply& all, const TFormatSettings& settings) {
+  const std::uint32_t turns = *all.multi_turn;
+  if (turns == 0) return true;
+  if (!IsZero(all, settings)) return false;
+  const std::uint32_t last = (1U << static_cast<unsigned>(settings.format.multi_turn_bits)) - 1;
+  const bool low_half = *all.single_turn < settings.counts_per_turn / 2;
+  return low_half ? turns == 1 : turns == last;
+}
+
+bool IsZero(const Reply& all, const TFormatSettings& settings) {
+  return CircularDistance(*all.single_turn, 0, settings.counts_per_turn) <=
+         ZeroToleranceCounts(settings.format.single_turn_bits);
 }
 
 namespace {
@@ -122,7 +135,7 @@ std::unique_ptr<TFormatSettings> ParseSettings(ConfigMap& device, const LineForm
   settings->counts_per_turn = std::int64_t{1} << settings->format.single_turn_bits;
   const int turn_bits = settings->format.multi_turn_bits;
   settings->turns_range = settings->battery && turn_bits > 0 ? std::int64_t{1} << turn_bits : 0;
-  settings->noise_counts = NoiseCounts(settings->format.single_turn_bits);
+  settings->noise_counts = NoiseOfAccuracy(kPitchErrorArcSeconds, settings->format.single_turn_bits);
   settings->write_budget = kRewrites;
   ParsePlan(device, *settings);
   ParseIdentity(device, *settings);

@@ -29,10 +29,6 @@ struct Model {
 
 inline constexpr std::string_view kCustomModel = "custom";
 
-// Largest difference of two readings of the same place: the adjoining pitch error is +-40 arc-sec, 4 counts of 2^17
-// (TS5669 spec 5.4.1). Taken as the same angle for every model.
-[[nodiscard]] std::int64_t NoiseCounts(int single_turn_bits);
-
 // A stationary shaft is reset to 0 +- 0.35 degrees (TS5669 spec 9).
 inline constexpr double kZeroToleranceDeg = 0.35;
 [[nodiscard]] std::int64_t ZeroToleranceCounts(int single_turn_bits);
@@ -61,6 +57,11 @@ struct TFormatSettings final : DeviceSettings {
   std::optional<IdentityTag> identity;
   std::bitset<kEepromCells> eeprom_writable;
 };
+
+// The multi-turn counter is 0, or the adjacent turn while the shaft rests at the border between two turns.
+[[nodiscard]] bool TurnsAreReset(const Reply& all, const TFormatSettings& settings);
+// The single-turn position is 0 within the maker's 0.35 degrees.
+[[nodiscard]] bool IsZero(const Reply& all, const TFormatSettings& settings);
 
 [[nodiscard]] std::unique_ptr<TFormatSettings> ParseSettings(ConfigMap& device, const LineFormat& line);
 // For Family::check_bus: a field of T-format is one character 8N1.

@@ -1,4 +1,4 @@
-#include "drivers/tformat/simulated_axis.h"
+#include "drivers/tformat/simulator.h"
 
 #include <array>
 #include <string>

@@ -7,6 +7,7 @@
 
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
+#include "drivers/kit/simulation/shaft_encoder.h"
 #include "drivers/tformat/settings.h"
 
 namespace axlecast::tformat {
@@ -293,13 +294,10 @@ SimulatedAxis DescribedAxis(const DeviceConfig& device, ConfigMap& map) {
   settings.single_turn_bits = static_cast<int>(map.Integer("bits", known.format.single_turn_bits, 6, 24, "bits"));
   settings.multi_turn_bits =
       static_cast<int>(map.Integer("turn_bits", known.format.multi_turn_bits, 0, 24, "bits"));
-  settings.seed = static_cast<std::uint64_t>(map.Integer("seed", 1, 0, INT64_MAX, ""));
   if (described != nullptr) settings.encoder_id = known.encoder_id;
-  const double start_deg = map.Number("start_deg", 0, 0, 360, "deg");
-  const std::int64_t max_turns = (std::int64_t{1} << settings.multi_turn_bits) - 1;
-  const std::int64_t start_turns = map.Integer("start_turns", 0, 0, max_turns, "turns");
-
-  SimulatedAxis axis(EncoderModel(settings, start_turns * kShaftTurn + AngleFromDegrees(start_deg)));
+  const ShaftStart start = ReadShaftStart(map, settings.multi_turn_bits);
+  settings.seed = start.seed;
+  SimulatedAxis axis(EncoderModel(settings, start.angle));
   if (!known.battery) axis.encoder.SetBattery(0, 0);
   if (known.identity) {
     std::uint8_t cell = known.identity->address;

@@ -3,7 +3,6 @@
 
 #include "drivers/kit/arguments.h"
 #include "drivers/kit/command_runner.h"
-#include "drivers/kit/read_back.h"
 #include "drivers/tsubaki_sc/operations.h"
 #include "drivers/tsubaki_sc/readout.h"
 

@@ -2,7 +2,7 @@
 #include <axlecast/command_status_t.hpp>
 
 #include "drivers/kit/arguments.h"
-#include "drivers/kit/read_back.h"
+#include "drivers/kit/command_runner.h"
 #include "drivers/tsubaki_sc/interpreter.h"
 #include "drivers/tsubaki_sc/operations.h"
 #include "drivers/tsubaki_sc/readout.h"
@@ -194,7 +194,7 @@ class CoilCommand final : public Procedure {
       outcome =
           Final(CommandState::kFailed, Reason::REASON_DEVICE_ALARM, "the motor is tripped: " + StatusText(status));
     } else {
-      outcome = JudgeReadBack({.same_before = !stopped_before_, .confirmed = confirmed_},
+      outcome = ReadBackOutcome({.same_before = !stopped_before_, .confirmed = confirmed_},
                               "whether the motor turns cannot be read, look at the power; the stop coil reads 0");
     }
     outcome.changes = {{"stop_coil", BitText(stopped_before_), BitText(stopped)}};

@@ -45,7 +45,7 @@ class ScProbe final : public AskingProbe {
     return Question{.exchange = requests.Read(kBlocks.at(block_)), .quiet = kQuiet};
   }
 
-  void Judge(const Event& event) override {
+  void Evaluate(const Event& event) override {
     const Answer answer = Interpret(event, 0);
     ++tries_;
     if (!answer.ok() && !event.bytes.empty() && tries_ < kAttempts) return;

@@ -118,7 +118,8 @@ void TripReader::OnLog(const LogPlace& place, const modbus::Reply& reply, Interv
   begun_ = true;
   record_.at.last = at.last;
   for (std::size_t i = 0; i < kLogSamples; ++i) {
-    record_.samples[place.quantity][i] = ToUnits(kQuantityTable[place.quantity], reply.Register(i));
+    record_.samples[place.quantity][i] =
+        static_cast<float>(ToUnits(kQuantityTable[place.quantity], reply.Register(i)));
   }
   const auto bit = static_cast<std::uint8_t>(1U << place.quantity);
   record_.valid_mask |= bit;

@@ -15,7 +15,7 @@
 #include <cstring>
 #include <utility>
 
-#include "core/command/signature.h"
+#include "core/command/keys.h"
 #include "core/messages/json/field.h"
 #include "core/messages/message.h"
 #include "tools/mqtt/topics.h"

@@ -14,7 +14,7 @@
 #include <regex>
 #include <vector>
 
-#include "core/command/signature.h"
+#include "core/command/keys.h"
 #include "core/messages/message.h"
 #include "tools/mqtt/topics.h"
 

@@ -13,6 +13,8 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "core/base/time.h"
+#include "core/config/config_map.h"
 
 namespace axlecast {
 
@@ -28,46 +30,16 @@ namespace axlecast {
 // Returns the value with up to 12 digits.
 [[nodiscard]] std::string NumberText(double value);
 
-// Old form of ParseNumber, until every family uses the functions below.
-[[nodiscard]] inline std::string ReadNumber(std::string_view text, double min, double max, std::string_view unit,
-                                            double& into) {
-  const Result<double> number = ParseNumber(text, min, max, unit);
-  if (!number) return number.error().text;
-  into = *number;
-  return {};
-}
-
 // ---- tables of quantities ----
 
 // Names and values, in the order in which they are shown.
 using QuantityList = std::vector<std::pair<std::string, std::string>>;
 
-// A setter that returns a Result<>, or (old form) an error text that is empty if the value was set.
-template <typename Simulated>
-class QuantitySetter {
- public:
-  template <typename Function>
-  QuantitySetter(Function function)  // NOLINT(google-explicit-constructor,hicpp-explicit-conversions)
-      : set_([function](Simulated& device, std::string_view value) -> Result<> {
-          if constexpr (std::is_same_v<decltype(function(device, value)), std::string>) {
-            std::string why = function(device, value);
-            if (!why.empty()) return Failure(std::move(why));
-            return {};
-          } else {
-            return function(device, value);
-          }
-        }) {}
-  Result<> operator()(Simulated& device, std::string_view value) const { return set_(device, value); }
-
- private:
-  std::function<Result<>(Simulated&, std::string_view)> set_;
-};
-
 // A property of a simulated device that is set and shown by name.
 template <typename Simulated>
 struct SimulatedQuantity {
   std::string_view name;
-  QuantitySetter<Simulated> set;
+  std::function<Result<>(Simulated& device, std::string_view value)> set;
   std::function<std::string(const Simulated& device)> show;  // null: never shown, or an event
 };
 
@@ -131,32 +103,48 @@ template <typename Simulated, typename Member>
           }};
 }
 
-template <typename Simulated>
-[[nodiscard]] std::vector<std::string_view> NamesOf(const QuantityTable<Simulated>& table) {
-  std::vector<std::string_view> names;
-  for (const auto& quantity : table) names.push_back(quantity.name);
-  return names;
-}
+// ---- devices and scripts ----
 
-template <typename Simulated>
-[[nodiscard]] Result<> SetByName(const QuantityTable<Simulated>& table, Simulated& device, std::string_view name,
-                                 std::string_view value) {
-  std::string names;
-  for (const auto& quantity : table) {
-    if (quantity.name == name) return quantity.set(device, value);
-    names += (names.empty() ? "" : ", ") + std::string(quantity.name);
-  }
-  return Failure("cannot be set while it runs: one of " + names);
-}
+// One device of a simulator, as the machine's file, a script or an operator sets it.
+class SimulatedDevice {
+ public:
+  virtual ~SimulatedDevice() = default;
 
-// Returns the name and the present value of each quantity that is shown.
-template <typename Simulated>
-[[nodiscard]] QuantityList Shown(const QuantityTable<Simulated>& table, const Simulated& device) {
-  QuantityList list;
-  for (const auto& quantity : table) {
-    if (quantity.show) list.emplace_back(quantity.name, quantity.show(device));
-  }
-  return list;
-}
+  // Moves the device's time to `now`. What is set afterwards happens at this time.
+  virtual void Advance(MonoNs now) = 0;
+  // Sets one quantity. The error states what would be right.
+  [[nodiscard]] virtual Result<> Set(std::string_view name, std::string_view value) = 0;
+};
+
+// Quantities of a simulated device that are set at given times after the start, once or periodically.
+class Script {
+ public:
+  using Assignments = std::vector<std::pair<std::string, std::string>>;  // name, value
+  struct Step {
+    MonoNs at = 0;  // after the start
+    Assignments quantities;
+  };
+
+  Script() = default;
+  // `initial` is set at the start. `steps` are in the order of their times. With a `period`, which must be longer than
+  // the time of the last step, the steps are repeated after each period.
+  Script(Assignments initial, std::vector<Step> steps, MonoNs period);
+
+  void Start(SimulatedDevice& device, MonoNs now);
+  [[nodiscard]] MonoNs NextDue() const;
+  // Executes every step that is due. The device is advanced to the time of each step before the step.
+  void Run(SimulatedDevice& device, MonoNs now);
+
+ private:
+  Assignments initial_;
+  std::vector<Step> steps_;
+  MonoNs period_ = kNever;
+  MonoNs round_ = 0;  // start of the present period
+  std::size_t next_ = 0;
+};
+
+// Reads a device's quantities (`names`, applied in that order) and its keys `script` and `script_period_s`
+// (docs/simulation.md). Sets each value on `trial`, a copy of the device, to check it. Errors go into the map's list.
+[[nodiscard]] Script ReadScript(ConfigMap& map, std::span<const std::string_view> names, SimulatedDevice& trial);
 
 }  // namespace axlecast

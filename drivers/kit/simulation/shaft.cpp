@@ -102,6 +102,16 @@ Result<> BeginMotion(Shaft& shaft, std::string_view text, MonoNs now) {
 ShaftAngle AngleFromDegrees(double degrees) { return std::llround(degrees / 360 * kTurn); }
 double DegreesFromAngle(ShaftAngle angle) { return static_cast<double>(angle) / kTurn * 360; }
 
+std::uint64_t CountsFromAngle(ShaftAngle angle, int bits) {
+  const auto in_turn = static_cast<std::uint64_t>(angle & (kShaftTurn - 1));
+  const int finer = bits - kTurnBits;
+  return finer >= 0 ? in_turn << finer : in_turn >> -finer;
+}
+
+std::uint64_t TurnsFromAngle(ShaftAngle angle, int turn_bits) {
+  return static_cast<std::uint64_t>(angle >> kTurnBits) & ((std::uint64_t{1} << turn_bits) - 1);
+}
+
 Shaft::Shaft(ShaftAngle angle) {
   end_.from = angle;
   AddRest();

@@ -18,6 +18,10 @@ inline constexpr int kTurnBits = 30;
 inline constexpr ShaftAngle kShaftTurn = ShaftAngle{1} << kTurnBits;
 [[nodiscard]] ShaftAngle AngleFromDegrees(double degrees);
 [[nodiscard]] double DegreesFromAngle(ShaftAngle angle);
+// Returns the position within the turn in 2^-bits turn. Bits finer than the shaft's are 0.
+[[nodiscard]] std::uint64_t CountsFromAngle(ShaftAngle angle, int bits);
+// Returns the number of the turn, as a counter with these bits shows it.
+[[nodiscard]] std::uint64_t TurnsFromAngle(ShaftAngle angle, int turn_bits);
 
 // A simulated shaft. Each command makes a plan of the motion. Angle, speed and acceleration at any time follow from the
 // plan alone: they do not drift, and do not depend on how often the shaft is read.
@@ -96,22 +100,6 @@ class Shaft {
   Phase end_;                    // end of the plan while it is being made
   std::string motion_ = "constant";
 };
-
-// Old forms, until every family uses the quantities below.
-[[nodiscard]] inline std::string OrderMotion(Shaft& shaft, std::string_view text, MonoNs now, std::string& motion) {
-  const Result<> done = shaft.SetMotion(text, now);
-  motion = shaft.motion();
-  return done ? "" : done.error().text;
-}
-[[nodiscard]] inline std::string OrderSpeed(Shaft& shaft, std::string_view text, MonoNs now, std::string& motion) {
-  const Result<> done = shaft.SetSpeed(text, now);
-  motion = shaft.motion();
-  return done ? "" : done.error().text;
-}
-[[nodiscard]] inline std::string OrderAcceleration(Shaft& shaft, std::string_view text) {
-  const Result<> done = shaft.SetAcceleration(text);
-  return done ? "" : done.error().text;
-}
 
 // The quantities `accel_rad_s2`, `motion` and `speed_rpm`. `shaft` returns a reference to the shaft of a device, and
 // `now` the device's time. Both are pointers to members or generic lambdas, as for NumberQuantity (quantity.h).

@@ -97,8 +97,8 @@ TEST(ShaftTest, ShuttlesForEver) {
   EXPECT_NEAR(Degrees(shaft, static_cast<MonoNs>(2'000 * one_way * 1e9)), 0, 1e-3);
 }
 
-// The rounding of each ramp once led some 2^-30 turn beyond the ends: a counter of turns passed its end and said so, and
-// no position ever showed it.
+// The rounding of each ramp once led some 2^-30 turn beyond the ends: a counter of turns overflowed, and no position ever
+// showed it.
 TEST(ShaftTest, AShuttleNeverLeavesItsEnds) {
   for (const double to_deg : {360.0, 720.0, 3'600.0, 123.4}) {
     for (const double rpm : {59.7, 300.0, 3'000.0}) {
@@ -155,7 +155,7 @@ TEST(ShaftTest, ExtentHoldsWhatHappenedBetweenTwoLooks) {
   Shaft shaft;
   shaft.SetAcceleration(2 * std::numbers::pi);
   shaft.Run(60, 0);
-  shaft.Run(-60, 10 * kSecond);  // goes on for half a turn, stands for an instant, comes back
+  shaft.Run(-60, 10 * kSecond);  // turns half a turn further, stops for an instant, and returns
   const ShaftAngle turning_point = shaft.At(11 * kSecond).angle;
   const Shaft::Extent extent = shaft.Over(10 * kSecond, 12 * kSecond);
   EXPECT_EQ(extent.highest, turning_point);

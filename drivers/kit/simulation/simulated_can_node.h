@@ -12,7 +12,6 @@
 
 #include "core/device/can.h"
 #include "drivers/kit/simulation/quantity.h"
-#include "drivers/kit/simulation/script.h"
 #include "drivers/kit/simulation/simulated_fault.h"
 
 namespace axlecast {

@@ -38,8 +38,8 @@ class SeededRandom {
 struct SimulatedFault {
   enum class Kind : std::uint8_t {
     kNone,
-    kOff,           // nothing is answered; the encoder itself goes on
-    kStuck,         // the position stands still, the shaft does not
+    kOff,           // no reply is sent; the encoder itself runs
+    kStuck,         // the position does not change, the shaft does
     kGarbage,       // random bytes instead of a reply
     kBitFlip,       // amount: share of the reply's bits that are inverted
     kRequestFlip,   // amount: share of the request's bits that are inverted, delimiters too
@@ -49,7 +49,7 @@ struct SimulatedFault {
     kLate,          // amount: ms up to which the adapter hands each reply over later, by chance, in their order
     kScattered,     // as kLate, but each by a time of its own: later ones may overtake
     kIntermittent,  // amount: share of requests that are not answered
-    kEcho,          // the adapter hears its own transmission
+    kEcho,          // the adapter receives its own transmission
   };
   Kind kind = Kind::kNone;
   double amount = 0;
@@ -57,16 +57,9 @@ struct SimulatedFault {
 
 // Parses "bit_flip:0.001", "bit-flip:0.001" or "off". Without an amount, the fault has its default.
 [[nodiscard]] Result<SimulatedFault> ParseFault(std::string_view text);
-// Old form, until every family uses the one above.
-[[nodiscard]] inline std::string ParseFault(std::string_view text, SimulatedFault& fault) {
-  const Result<SimulatedFault> parsed = ParseFault(text);
-  if (!parsed) return parsed.error().text;
-  fault = *parsed;
-  return {};
-}
 [[nodiscard]] std::string FaultText(const SimulatedFault& fault);
 
-// What a CAN node says of it.
+// The error of a CAN node for the fault `scattered`.
 inline constexpr const char* kNotOnCan = "scattered: CAN adapters keep the order of frames; use late";
 
 // Hands replies over as an adapter does that holds them back.

@@ -9,7 +9,6 @@
 
 #include "core/device/simulator.h"
 #include "drivers/kit/simulation/quantity.h"
-#include "drivers/kit/simulation/script.h"
 
 // The half of a simulator that is the same for every family: names, scripts, Set and State.
 namespace axlecast {
@@ -21,14 +20,28 @@ class TableDevice : public Base {
  public:
   using Base::Base;
   [[nodiscard]] Result<> Set(std::string_view name, std::string_view value) final {
-    return SetByName(Derived::Table(), static_cast<Derived&>(*this), name, value);
+    std::string names;
+    for (const auto& quantity : Derived::Table()) {
+      if (quantity.name == name) return quantity.set(static_cast<Derived&>(*this), value);
+      names += (names.empty() ? "" : ", ") + std::string(quantity.name);
+    }
+    return Failure("cannot be set while it runs: one of " + names);
   }
   // The names that Set accepts, in the order in which a configuration applies them.
-  [[nodiscard]] static std::vector<std::string_view> QuantityNames() { return NamesOf(Derived::Table()); }
+  [[nodiscard]] static std::vector<std::string_view> QuantityNames() {
+    std::vector<std::string_view> names;
+    for (const auto& quantity : Derived::Table()) names.push_back(quantity.name);
+    return names;
+  }
 
  protected:
+  // Returns the name and the present value of each quantity that is shown.
   [[nodiscard]] QuantityList ShownQuantities() const {
-    return Shown(Derived::Table(), static_cast<const Derived&>(*this));
+    QuantityList list;
+    for (const auto& quantity : Derived::Table()) {
+      if (quantity.show) list.emplace_back(quantity.name, quantity.show(static_cast<const Derived&>(*this)));
+    }
+    return list;
   }
 };
 

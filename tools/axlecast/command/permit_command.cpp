@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "client/axlecast/permit_issuer.h"
-#include "client/command/client_key.h"
+#include "client/command/signed_messages.h"
 #include "core/command/keys.h"
 #include "platform/os/process.h"
 #include "platform/os/secret_file.h"
@@ -71,7 +71,8 @@ int Permit(const MachineConfig& machine, const Options& options) {
   const ClientSettings settings = OperatorSettings(machine, options.key, Role::kControl);
   if (const auto usable = CheckKey(machine, settings); !usable) return Fail(usable.error().text, kExitBad);
   PermitIssuer issuer(settings);
-  return issuer.problem().empty() ? Issue(issuer, options) : Fail(issuer.problem(), kExitBad);
+  if (const Result<> usable = issuer.state(); !usable) return Fail(usable.error().text, kExitBad);
+  return Issue(issuer, options);
 }
 
 }  // namespace

@@ -194,8 +194,8 @@ class ReplaceWizard {
     const auto found = std::find_if(devices.begin(), devices.end(),
                                     [&](const DeviceRecord& record) { return record.device == report_.device; });
     if (found != devices.end()) std::cerr << DatumText(*found, WriteBudget(machine_, report_.device));
-    if (!reader.problem().empty()) {
-      std::cerr << "  datum and wear are not known here: " << reader.problem() << '\n';
+    if (!reader.state()) {
+      std::cerr << "  datum and wear are not known here: " << reader.state().error().text << '\n';
     }
   }
 

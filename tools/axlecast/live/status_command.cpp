@@ -38,9 +38,7 @@ Result<> GatherLimits(const Options& options, LiveMachine& live, const Clock& cl
 int Status(const MachineConfig& machine, const Options& options) {
   const SystemClock clock;
   LiveMachine live(machine, clock);
-  const auto all_known = [](const MachineView& view) {
-    return std::all_of(view.devices().begin(), view.devices().end(), &KnowsLimits);
-  };
+  const auto all_known = [](const MachineView& view) { return std::ranges::all_of(view.devices(), &KnowsLimits); };
   Result<> gathered = live.GatherAll(machine);
   if (gathered) gathered = GatherLimits(options, live, clock, all_known);
   if (!gathered) return Fail(gathered.error().text, kExitBad);

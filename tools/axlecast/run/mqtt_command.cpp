@@ -330,7 +330,7 @@ void ApplyPace(const MqttOptions& options, PositionPace& pace) {
         "needs "
         "none");
   }
-  const std::vector<MqttFault> faults = FaultsOf(mqtt);
+  const std::vector<ConfigFault> faults = FaultsOf(mqtt);
   if (faults.empty()) return {};
   return Failure("mqtt." + std::string(faults.front().key) + ": " + faults.front().text);
 }

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/base/result.h"
-#include "core/config/web_config.h"
+#include "core/config/service_config.h"
 #include "platform/net/lcm_port.h"
 #include "platform/net/web_server.h"
 #include "platform/os/mapped_file.h"
@@ -274,8 +274,8 @@ int RunWeb(const WebOptions& options) {
     machine = *std::move(loaded);
   }
   const WebConfig web = options.Over(machine ? machine->web : WebConfig{});
-  const std::vector<WebFault> faults = FaultsOf(web);
-  for (const WebFault& fault : faults) std::cerr << "web: " << fault.key << ": " << fault.text << '\n';
+  const std::vector<ConfigFault> faults = FaultsOf(web);
+  for (const ConfigFault& fault : faults) std::cerr << "web: " << fault.key << ": " << fault.text << '\n';
   if (!faults.empty()) return kExitUsage;
   return options.logs.empty() ? ServeLive(options, web, *machine) : ServeLog(options, web, std::move(machine));
 }

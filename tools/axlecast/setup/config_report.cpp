@@ -9,7 +9,6 @@
 #include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/command/keys.h"
-#include "core/command/signature.h"
 #include "core/config/load.h"
 #include "core/config/machine_config.h"
 #include "core/messages/enum_names.h"
@@ -255,7 +254,7 @@ Json GrantJson(const KeyGrant& grant) {
 
 // Returns the warning for a machine whose commands need no signature.
 std::string UnsignedWarning(const MachineConfig& machine) {
-  if (ParseLcmUrl(machine.lcm.command_url).ttl > 0) {
+  if (const auto url = ParseLcmUrl(machine.lcm.command_url); url && url->ttl > 0) {
     return "bridge.unsigned_commands is allow and lcm.command_url leaves this host (ttl): anybody on the network "
            "may "
            "command this machine; set ttl=0, or refuse them (docs/keys.md)";

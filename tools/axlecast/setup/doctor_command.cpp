@@ -120,7 +120,7 @@ int Doctor(const DoctorOptions& options) {
   MachineConfig machine;
   if (!options.config.File().empty()) {
     ConfigErrors errors(options.config.File());
-    std::optional<MachineConfig> loaded = LoadSharedConfig(options.config.File(), errors);
+    std::optional<MachineConfig> loaded = LoadConfig(options.config.File(), errors, {}, ConfigWriters::kAnyone);
     if (!loaded) {
       std::cerr << errors.Text();
       return kExitBad;

@@ -14,7 +14,6 @@
 #include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/command/keys.h"
-#include "core/command/signature.h"
 #include "core/messages/json/field.h"
 #include "platform/os/secret_file.h"
 #include "tools/axlecast/common/terminal.h"

@@ -12,7 +12,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "core/command/signature.h"
+#include "core/command/keys.h"
 #include "core/config/load.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/axlecast/setup/new_keys.h"

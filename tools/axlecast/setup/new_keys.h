@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/base/result.h"
-#include "core/command/signature.h"
+#include "core/command/keys.h"
 #include "platform/os/new_file.h"
 
 namespace axlecast {

@@ -246,7 +246,7 @@ void ReadDevices(const Options& options, const MachineConfig& machine, ReportCon
 void ReadJournal(const MachineConfig& machine, ReportContents& contents) {
   HistoryReader reader(JournalFile(machine));
   contents.records = reader.Devices();
-  contents.journal_problem = reader.problem();
+  contents.journal_problem = ErrorText(reader.state());
 }
 
 int RunReport(const MachineConfig& machine, const Options& options) {
