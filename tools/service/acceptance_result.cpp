@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "core/base/safe_text.h"
+#include "core/base/text.h"
 
 namespace axlecast {
 namespace {
