@@ -17,7 +17,6 @@
 #include "tools/axlecast/command/command_run.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/device_data/device_access.h"
-#include "tools/axlecast/device_data/device_backup.h"
 #include "tools/axlecast/live/format_device.h"
 #include "tools/monitor/live_machine.h"
 
