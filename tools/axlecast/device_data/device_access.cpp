@@ -383,8 +383,8 @@ Result<DeviceBackup> ParseDeviceBackup(std::string_view text) {
       {"machine", &backup.machine},   {"device", &backup.device},        {"bus", &backup.bus},
       {"family", &backup.family},     {"model", &backup.model},          {"serial", &backup.serial},
       {"firmware", &backup.firmware}, {"written_by", &backup.written_by}};
-  for (const auto& [key, text] : texts) {
-    if (read) read = ReadText(json, key, *text);
+  for (const auto& [key, member] : texts) {
+    if (read) read = ReadText(json, key, *member);
   }
   if (!read) return Failure(read.error());
   backup.datum = json.value("datum", Json());
