@@ -1,19 +1,10 @@
 #include "drivers/cia406/node_facts.h"
 
-#include <algorithm>
-
 #include "core/device/operation.h"
 #include "drivers/protocol/canopen/canopen.h"
 
 namespace axlecast::cia406 {
 namespace {
-
-// In this order: identity, counting, transmission, state.
-constexpr std::array kObjects = {
-    kDeviceType,      kVendor,          kProduct,           kRevision,      kSerial,
-    kOperatingStatus, kUnitsPerTurn,    kTotalRange,        kPhysicalSteps, kPhysicalTurns,
-    kOffset,          kTpdoCobId,       kTpdoType,          kTpdoTimer,     kTpdoFirst,
-    kTpdoSecond,      kSupportedAlarms, kSupportedWarnings, kAlarms,        kWarnings};
 
 // Returns whether an object with this many bits shows 2^exponent. If it cannot hold this value, it reads 0 or all ones.
 bool IsPower(std::uint32_t value, int exponent, int object_bits) {
@@ -105,39 +96,6 @@ Result<> CheckTpdo(const NodeFacts& facts, const Cia406Settings& settings) {
 }
 
 }  // namespace
-
-bool NodeFacts::Matters(ObjectId object) const {
-  const bool of_tpdo = object.index == kTpdoCobId.index || object.index == kTpdoFirst.index;
-  return mode_ != Mode::kPolled || !of_tpdo;
-}
-
-std::optional<ObjectId> NodeFacts::Missing() const {
-  static_assert(kObjects.size() == kFacts);
-  for (std::size_t fact = 0; fact < kFacts; ++fact) {
-    if (Matters(kObjects.at(fact)) && !facts_.at(fact).read) return kObjects.at(fact);
-  }
-  return std::nullopt;
-}
-
-std::optional<std::uint32_t> NodeFacts::Get(ObjectId object) const {
-  const auto* found = std::find(kObjects.begin(), kObjects.end(), object);
-  if (found == kObjects.end()) return std::nullopt;
-  return facts_.at(static_cast<std::size_t>(found - kObjects.begin())).value;
-}
-
-void NodeFacts::On(const SdoResult& result) {
-  if (result.kind == SdoResult::Kind::kTimedOut || result.request.write) return;
-  const auto* found = std::find(kObjects.begin(), kObjects.end(), result.request.object);
-  if (found == kObjects.end()) return;
-  const bool value = result.kind == SdoResult::Kind::kValue;
-  facts_.at(static_cast<std::size_t>(found - kObjects.begin())) = {
-      .read = true, .value = value ? std::optional(result.value) : std::nullopt};
-}
-
-bool NodeFacts::synchronous() const {
-  const auto type = Get(kTpdoType);
-  return mode_ == Mode::kSync || (type && *type >= 1 && *type <= kMaxCyclicSync);
-}
 
 Result<> CheckFacts(const NodeFacts& facts, const Cia406Settings& settings) {
   for (const auto check : {CheckDeviceType, CheckIdentity, CheckResolution, CheckTpdo}) {

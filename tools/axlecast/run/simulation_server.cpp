@@ -82,7 +82,7 @@ class SimulatedPty final : public SimulatedPort {
     if (!pty_.IsOpen()) return;
     if (!has_host_) LookForHost();
     if (!has_host_) return;
-    TellBaud();
+    PassBaud();
     const std::size_t count = pty_.Read(received_);
     if (count > 0) {
       return simulator().OnBytes(Bytes(received_).first(count), Now(), [this](Bytes bytes) { Transmit(bytes); });
@@ -124,7 +124,7 @@ class SimulatedInterface final : public SimulatedPort {
     Result<> opened = socket_.Open();
     if (!opened) return opened;
     bitrate_ = socket_.Controller().bitrate;
-    TellBaud();
+    PassBaud();
     return {};
   }
 
@@ -236,7 +236,7 @@ void ControlSocket::Serve(const Handler& handler) {
 }
 
 std::string AskControlSocket(const std::string& path, const std::string& question) {
-  const std::optional<UnixAddress> address = UnixAddress::Of(path);
+  const Result<UnixAddress> address = UnixAddress::Of(path);
   const Descriptor caller(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
   const timeval patience{2, 0};
   if (!address || !caller.valid() ||
@@ -302,7 +302,7 @@ Result<> SimulationServer::Run() {
 void SimulationServer::ServeBus(Bus& bus, std::span<const pollfd> polls) {
   const MonoNs now = clock_.Now();
   if (bus.simulator->NextDue() <= now) {
-    bus.port->TellBaud();
+    bus.port->PassBaud();
     bus.simulator->OnDue(now, [&bus](Bytes bytes) { bus.port->Transmit(bytes); });
   }
   if (polls[0].revents != 0 || bus.port->NextDue() <= now) bus.port->Serve();
@@ -312,7 +312,7 @@ void SimulationServer::ServeBus(Bus& bus, std::span<const pollfd> polls) {
 
 void SimulationServer::OnPulses(Bus& bus) {
   bus.port->Serve();  // data from before the pulse, or only a new host
-  bus.port->TellBaud();
+  bus.port->PassBaud();
   while (const std::optional<Pulse> pulse = bus.lines.Next()) {
     bus.simulator->OnPulse(pulse->line, pulse->low, clock_.Now(), [&bus](Bytes b) { bus.port->Transmit(b); });
   }

@@ -138,7 +138,7 @@ class MachineRun {
         Show(now, started, next_show == 0);
         next_show = now + (screen_ ? kRedrawMs * kMillisecond : kLinePeriod);
       }
-      const std::string lost = reception_.Next(live_->view().reception(), now, live_->buffer_advice());
+      const std::string lost = reception_.NextLine(live_->view().reception(), now, live_->buffer_advice());
       if (!lost.empty()) Report("up: " + lost);
       const MonoNs slice = std::min({end, next_show, now + 50 * kMillisecond});
       if (!live_->Gather(slice, [&stop](const MachineView&) { return stop.Requested(); })) {

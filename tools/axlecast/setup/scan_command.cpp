@@ -19,7 +19,6 @@
 #include "platform/os/terminal.h"
 #include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
-#include "tools/scan/format_scan.h"
 #include "tools/scan/scan.h"
 #include "tools/scan/scan_lines.h"
 
