@@ -1,5 +1,6 @@
 #include "tools/axlecast/logs/record.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -7,6 +8,7 @@
 #include <utility>
 
 #include "core/base/expression.h"
+#include "core/base/result.h"
 #include "tools/axlecast/common/program.h"
 
 namespace axlecast {
