@@ -1,6 +1,5 @@
 #include "drivers/runtime/axis/device_publisher.h"
 
-#include <algorithm>
 #include <axlecast/device_info_t.hpp>
 #include <cmath>
 #include <iterator>

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <axlecast/command_status_t.hpp>
 #include <axlecast/driver_command_t.hpp>
-#include <axlecast/driver_status_t.hpp>
 #include <utility>
 
 #include "core/base/text.h"

@@ -8,7 +8,6 @@
 
 #include "core/alarm/alarm_codes.h"
 #include "core/base/secret.h"
-#include "core/device/link.h"
 #include "core/messages/message.h"
 #include "drivers/hal/can_socket.h"
 #include "drivers/hal/modbus_port.h"
