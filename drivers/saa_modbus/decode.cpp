@@ -1,11 +1,12 @@
 #include "drivers/saa_modbus/family.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "drivers/kit/arguments.h"
+#include "drivers/kit/decode.h"
 #include "drivers/protocol/modbus/adu.h"
 #include "drivers/saa_modbus/codec.h"
 
@@ -53,8 +54,6 @@ std::string ParameterName(Parameter parameter) {
   return parameter == Parameter::kPositive ? "positive" : "negative";
 }
 
-Json Bad(const char* kind, const char* error) { return {{"ok", false}, {"kind", kind}, {"error", error}}; }
-
 Json DescribeRequest(const char* kind, const Request& request) {
   Json json = {{"ok", true}, {"kind", kind}};
   if (request.function != kQueryAddress) json["address"] = request.address;
@@ -65,12 +64,12 @@ Json DescribeRequest(const char* kind, const Request& request) {
 }
 
 Json DescribePosition(const char* kind, Bytes frame, int bits) {
-  if (bits > 8 * frame[2]) return Bad(kind, "range");  // no position of this encoder
+  if (bits > 8 * frame[2]) return BadFrame(kind, "range");  // no position of this encoder
   const int registers = frame[2] == 2 ? 1 : 2;
   Request asked{.address = frame[0], .registers = static_cast<std::uint8_t>(registers)};
   // A reply of three bytes is one of 17 to 24 bits.
   const Reply reply = Check(asked, frame, bits > 0 ? bits : std::min(8 * int{frame[2]}, kMaxBits));
-  if (reply.error) return Bad(kind, "range");
+  if (reply.error) return BadFrame(kind, "range");
   Json json = {{"ok", true}, {"kind", kind}, {"address", frame[0]}, {"counts", reply.counts}};
   if (bits > 0) json["angle_deg"] = std::ldexp(360.0 * reply.counts, -bits);
   return json;
@@ -80,20 +79,20 @@ Json Describe(const Shape& shape, Bytes frame, int bits) {
   if (const std::optional<Request> request = ParseRequest(frame)) return DescribeRequest(shape.kind, *request);
   switch (frame[1]) {
     case kReadPosition:
-      if (shape.size == kReadRequestSize && frame[2] == 0) return Bad(shape.kind, "range");
+      if (shape.size == kReadRequestSize && frame[2] == 0) return BadFrame(shape.kind, "range");
       return DescribePosition(shape.kind, frame, bits);
     case kException:
       return {{"ok", true}, {"kind", shape.kind}, {"address", frame[0]}, {"exception", frame[2]}};
     case kQueryAddress: {
       const Reply reply = Check({.function = kQueryAddress, .address = kEveryone}, frame, kMaxBits);
-      if (reply.error) return Bad(shape.kind, "range");
+      if (reply.error) return BadFrame(shape.kind, "range");
       return {{"ok", true}, {"kind", shape.kind}, {"address", reply.address}};
     }
     case kSetAddress:
-      if (frame.size() != kSetAddressReplySize) return Bad(shape.kind, "range");
+      if (frame.size() != kSetAddressReplySize) return BadFrame(shape.kind, "range");
       return {{"ok", true}, {"kind", shape.kind}, {"address", frame[0]}};
     default:
-      return Bad(shape.kind, "range");
+      return BadFrame(shape.kind, "range");
   }
 }
 
@@ -101,19 +100,15 @@ Json Describe(const Shape& shape, Bytes frame, int bits) {
 
 Result<Json> Decode(const DecodeSettings& settings, Bytes frame) {
   int bits = 0;
-  for (const auto& [key, value] : settings) {
-    const std::optional<std::int64_t> number = ParseWhole(value, kMinBits, kMaxBits);
-    if (key != "bits") return Failure("unknown key " + key + ": bits");
-    if (!number) return Failure("bits=" + value + ": expected 10..26, its resolution");
-    bits = static_cast<int>(*number);
-  }
-  if (frame.size() < 2) return Bad("unknown", "short");
+  const std::array<DecodeOption, 1> known = {NumberOption("bits", bits, kMinBits, kMaxBits, "its resolution")};
+  if (const Result<> read = ApplySettings("saa_modbus", settings, known); !read) return Failure(read.error());
+  if (frame.size() < 2) return BadFrame("unknown", "short");
   const Shape shape = ShapeOf(frame);
-  if (shape.size == 0) return Bad(shape.kind, "function");
-  if (frame.size() < shape.size) return Bad(shape.kind, "short");
-  if (frame.size() > shape.size) return Bad(shape.kind, "long");
+  if (shape.size == 0) return BadFrame(shape.kind, "function");
+  if (frame.size() < shape.size) return BadFrame(shape.kind, "short");
+  if (frame.size() > shape.size) return BadFrame(shape.kind, "long");
   const bool query_reply = frame[1] == kQueryAddress && frame.size() == kShortSize;
-  if (query_reply ? !IsSealedEitherWay(frame) : !modbus::IsSealed(frame)) return Bad(shape.kind, "checksum");
+  if (query_reply ? !IsSealedEitherWay(frame) : !modbus::IsSealed(frame)) return BadFrame(shape.kind, "checksum");
   return Describe(shape, frame, bits);
 }
 
