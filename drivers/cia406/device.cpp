@@ -80,12 +80,10 @@ std::unique_ptr<Device> MakeDevice(const BusConfig& bus, const DeviceConfig& dev
 }
 
 Cia406Device::Cia406Device(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output)
-    : owned_(device.settings),
+    : CommandDevice(device, Operations(), output),
       settings_(Own(device)),
       produces_sync_(ProducesSync(bus, device)),
-      output_(output),
-      interpreter_(bus, device, output),
-      runner_(Operations(), *this, output) {}
+      interpreter_(bus, device, output) {}
 
 // ---- the next step ----
 

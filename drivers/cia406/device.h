@@ -13,16 +13,13 @@ namespace axlecast::cia406 {
 
 // One standard encoder on a CAN bus: selects what is sent, and when; otherwise it listens. The Interpreter evaluates the
 // frames.
-class Cia406Device final : public Device, private CommandRunner<Procedure>::Policy {
+class Cia406Device final : public CommandDevice<Procedure> {
  public:
   Cia406Device(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
 
   [[nodiscard]] Step Next(const BusSlot& slot) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
-  [[nodiscard]] Result<> Validate(const DriverCommand& command, MonoNs now) const override {
-    return runner_.Validate(command, link_up_, now);
-  }
   void Begin(const DriverCommand& command, MonoNs now) override;
   [[nodiscard]] bool Cancel(const CommandId& id, MonoNs now) override;
 
@@ -44,18 +41,14 @@ class Cia406Device final : public Device, private CommandRunner<Procedure>::Poli
   void OnNotSent(const Event& event);
   void AdvanceProcedure(const std::optional<SdoResult>& result, MonoNs now);
 
-  std::shared_ptr<const DeviceSettings> owned_;  // keeps settings_ alive
   const Cia406Settings& settings_;
   const bool produces_sync_;
-  DeviceOutput& output_;
   Interpreter interpreter_;
 
-  bool link_up_ = false;
   MonoNs hold_until_ = 0;       // the controller's queue is full
   MonoNs sync_at_ = 0;          // of the last SYNC
   bool live_slot_ = false;      // the last slot was the procedure's: a live reading that is due goes first
   bool for_procedure_ = false;  // the request that is being sent is the procedure's
-  CommandRunner<Procedure> runner_;
 };
 
 }  // namespace axlecast::cia406

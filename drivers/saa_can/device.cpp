@@ -231,12 +231,10 @@ bool Permits(const BusConfig& bus, const DeviceConfig& device, std::string_view 
 }
 
 SaaCanDevice::SaaCanDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output)
-    : owned_(device.settings),
+    : CommandDevice(device, Operations(), output),
       settings_(Own(device)),
       bench_(OwnBus(bus).bench),
-      output_(output),
-      interpreter_(settings_, bus.late, output),
-      runner_(Operations(), *this, output) {}
+      interpreter_(settings_, bus.late, output) {}
 
 // ---- the next step ----
 

@@ -26,18 +26,14 @@ namespace axlecast::saa_can {
 // - Mode single: it is polled (80 NN) in each live slot, never before the last request was answered or has timed out.
 // - While a frame waits for a node to acknowledge it, at most one further frame a second is sent. So the controller's
 //   queue stays short, and no old frames are sent when the bus works again.
-class SaaCanDevice final : public Device, private CommandRunner<Procedure>::Policy {
+class SaaCanDevice final : public CommandDevice<Procedure> {
  public:
   SaaCanDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output);
 
   [[nodiscard]] Step Next(const BusSlot& slot) const override;
   void OnStarted(const Step& step, MonoNs now) override;
   void On(const Event& event) override;
-  [[nodiscard]] Result<> Validate(const DriverCommand& command, MonoNs now) const override {
-    return runner_.Validate(command, link_up_, now);
-  }
   void Begin(const DriverCommand& command, MonoNs now) override;
-  [[nodiscard]] bool Cancel(const CommandId& id, MonoNs) override { return runner_.Cancel(id); }
 
  private:
   [[nodiscard]] Result<std::unique_ptr<Procedure>> MakeProcedure(const DriverCommand& command,
@@ -59,19 +55,15 @@ class SaaCanDevice final : public Device, private CommandRunner<Procedure>::Poli
   void AdvanceProcedure(const Event& event, const Interpreter::Evaluation& evaluation, MonoNs now);
   void Report(const std::optional<Outcome>& outcome);
 
-  std::shared_ptr<const DeviceSettings> owned_;  // keeps settings_ alive
   const SaaCanSettings& settings_;
   const bool bench_;
-  DeviceOutput& output_;
   Interpreter interpreter_;
 
-  bool link_up_ = false;
   bool silenced_ = false;  // after a change of the bit rate
   bool period_to_set_ = false;
   bool to_start_ = false;
   MonoNs sent_at_ = 0;     // the newest own frame was queued
   MonoNs not_before_ = 0;  // after a full queue
-  CommandRunner<Procedure> runner_;
 };
 
 }  // namespace axlecast::saa_can

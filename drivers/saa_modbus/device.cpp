@@ -33,20 +33,18 @@ std::vector<std::uint8_t> OtherAddresses(const BusConfig& bus, const DeviceConfi
 // - A reading that failed is repeated once at once; then in the next slot.
 // - The exchanges of a command come before live readings: they are few, and their readings are published as well.
 // - It follows a change of the encoder's address or baud rate until the driver is restarted.
-class SaaModbusDevice final : public Device, private CommandRunner<Procedure>::Policy {
+class SaaModbusDevice final : public CommandDevice<Procedure> {
  public:
   SaaModbusDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output)
-      : owned_(device.settings),
+      : CommandDevice(device, Operations(), output),
         settings_(Own(device)),
         line_(bus.link.line),
         keeps_line_(bus.devices.empty() || bus.devices.front().name == device.name),
         other_addresses_(OtherAddresses(bus, device)),
-        output_(output),
         connection_{.address = settings_.address, .baud = line_.baud, .port_baud = line_.baud},
         context_{settings_, output_, connection_, other_addresses_},
         // A simulated wire may be faster than a real one.
-        interpreter_(settings_, bus.simulate ? LineFormat{} : line_, connection_, output),
-        runner_(Operations(), *this, output) {}
+        interpreter_(settings_, bus.simulate ? LineFormat{} : line_, connection_, output) {}
 
   [[nodiscard]] Step Next(const BusSlot& slot) const override {
     const auto idle = [](MonoNs until) { return Step{.action = Idle{until}, .priority = Priority::kLive}; };
@@ -112,12 +110,6 @@ class SaaModbusDevice final : public Device, private CommandRunner<Procedure>::P
     }
     runner_.ExpireIfLate(end);
   }
-
-  [[nodiscard]] Result<> Validate(const DriverCommand& command, MonoNs now) const override {
-    return runner_.Validate(command, link_up_, now);
-  }
-  void Begin(const DriverCommand& command, MonoNs now) override { runner_.Begin(command, link_up_, now); }
-  [[nodiscard]] bool Cancel(const CommandId& id, MonoNs) override { return runner_.Cancel(id); }
 
  private:
   // ---- steps ----
@@ -213,17 +205,14 @@ class SaaModbusDevice final : public Device, private CommandRunner<Procedure>::P
         command_status_t::REASON_WEAR);
   }
 
-  std::shared_ptr<const DeviceSettings> owned_;  // keeps settings_ alive
   const SaaModbusSettings& settings_;
   const LineFormat line_;  // as configured
   const bool keeps_line_;  // it waits for an idle line after unexpected bytes: one device of a bus does
   const std::vector<std::uint8_t> other_addresses_;
-  DeviceOutput& output_;
   Connection connection_;
   const OperationContext context_;
   Interpreter interpreter_;
 
-  bool link_up_ = false;
   bool line_unclear_ = false;   // an idle line is required before the next request
   bool repeat_ = false;         // the live exchange that failed
   int failures_ = 0;            // live exchanges in a row
@@ -233,7 +222,6 @@ class SaaModbusDevice final : public Device, private CommandRunner<Procedure>::P
   std::int64_t next_baud_ = 0;  // of the SetBaudRate under way
 
   std::optional<MonoNs> last_write_;  // of the encoder's memory
-  CommandRunner<Procedure> runner_;
 };
 
 }  // namespace
